@@ -1,0 +1,115 @@
+#include "sim/body_terms.h"
+
+#include "sim/spatial.h"
+
+namespace flexframe::sim {
+
+void BodyTerms::reserve(const FlexibleBody& body) {
+  Mre = Mat6X::Zero(6, body.n);
+  ce = VecX::Zero(body.n);
+  work = VecX::Zero(body.n);
+  work2 = VecX::Zero(body.n);
+}
+
+void update_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out) {
+  // First moment and its derivative Ct.
+  Vec3 md = body.md0;
+  Vec6 J = body.J0;
+  if (body.n > 0) {
+    out.Mre.topRows<3>() = body.md1;
+    out.Mre.bottomRows<3>() = body.Cr0;
+    md.noalias() += body.md1 * q;
+    J.noalias() += body.J1 * q;
+    for (int a = 0; a < 3; ++a) {
+      if (body.md2[a].size() > 0) {
+        out.work.noalias() = body.md2[a] * q;
+        out.Mre.row(a) += out.work.transpose();
+        md[a] += 0.5 * q.dot(out.work);
+      }
+      if (body.Cr1[a].size() > 0) {
+        out.work.noalias() = body.Cr1[a] * q;
+        out.Mre.row(3 + a) += out.work.transpose();
+      }
+    }
+    for (int s = 0; s < 6; ++s) {
+      if (body.J2[s].size() > 0) {
+        out.work.noalias() = body.J2[s] * q;
+        J[s] += 0.5 * q.dot(out.work);
+      }
+    }
+  }
+  out.md = md;
+  const Mat3 S = skew(md);
+  out.Mrr.topLeftCorner<3, 3>() = body.mass * Mat3::Identity();
+  out.Mrr.topRightCorner<3, 3>() = -S;
+  out.Mrr.bottomLeftCorner<3, 3>() = S;
+  out.Mrr.bottomRightCorner<3, 3>() << J[0], J[3], J[4], J[3], J[1], J[5], J[4], J[5], J[2];
+}
+
+void update_velocity_terms(const FlexibleBody& body, const Vec6& V, const VecX& q, const VecX& qd, BodyTerms& out) {
+  const Vec3 v = V.head<3>(), w = V.tail<3>();
+  Vec6 P = out.Mrr * V;  // momenta
+  if (body.n == 0) {
+    const Vec3 p = P.head<3>(), L = P.tail<3>();
+    out.cr.head<3>() = w.cross(p);
+    out.cr.tail<3>() = w.cross(L) + v.cross(p);
+    return;
+  }
+  const Vec6 Pe = out.Mre * qd;
+  P += Pe;
+  const Vec3 p = P.head<3>(), L = P.tail<3>(), mdd = Pe.head<3>();
+
+  // Elastic row: sum_a w_a (Cr1_a - Cr1_a^T) qd - Ct (v x w) - 1/2 w^T dJ/dq w.
+  // Weights of the tensor elements xx yy zz xy xz yz in 1/2 w^T J w.
+  Vec6 weight;
+  weight << 0.5 * w.x() * w.x(), 0.5 * w.y() * w.y(), 0.5 * w.z() * w.z(), w.x() * w.y(), w.x() * w.z(), w.y() * w.z();
+  out.ce.noalias() = -(out.Mre.topRows<3>().transpose() * v.cross(w));
+  out.ce.noalias() -= body.J1.transpose() * weight;
+  Vec6 Jdot = body.J1 * qd;
+  for (int s = 0; s < 6; ++s) {
+    if (body.J2[s].size() == 0) continue;
+    out.work.noalias() = body.J2[s] * q;
+    Jdot[s] += out.work.dot(qd);
+    out.ce -= weight[s] * out.work;
+  }
+  Vec3 Crdot_qd = Vec3::Zero(), mddd = Vec3::Zero();
+  for (int a = 0; a < 3; ++a) {
+    if (body.Cr1[a].size() > 0) {
+      out.work.noalias() = body.Cr1[a] * qd;
+      Crdot_qd[a] = out.work.dot(qd);
+      if (w[a] != 0.0) {
+        out.work2.noalias() = body.Cr1[a].transpose() * qd;
+        out.ce += w[a] * (out.work - out.work2);
+      }
+    }
+    if (body.md2[a].size() > 0) {
+      out.work.noalias() = body.md2[a] * qd;
+      mddd[a] = out.work.dot(qd);
+    }
+  }
+  Mat3 Jd;
+  Jd << Jdot[0], Jdot[3], Jdot[4], Jdot[3], Jdot[1], Jdot[5], Jdot[4], Jdot[5], Jdot[2];
+  out.cr.head<3>() = w.cross(p) + w.cross(mdd) + mddd;
+  out.cr.tail<3>() = w.cross(L) + v.cross(p) + mdd.cross(v) + Jd * w + Crdot_qd;
+}
+
+void elastic_force(const FlexibleBody& body, const VecX& q, const VecX& qd, VecX& out) {
+  out.noalias() = body.Ke * q;
+  if (body.ksigma.size() > 0) out += body.ksigma;
+  if (body.De.size() > 0) out.noalias() += body.De * qd;
+}
+
+double strain_energy(const FlexibleBody& body, const VecX& q) {
+  if (body.n == 0) return 0.0;
+  double e = 0.5 * q.dot(body.Ke * q);
+  if (body.ksigma.size() > 0) e += body.ksigma.dot(q);
+  return e;
+}
+
+double kinetic_energy(const FlexibleBody& body, const BodyTerms& terms, const Vec6& V, const VecX& qd) {
+  double e = 0.5 * V.dot(terms.Mrr * V);
+  if (body.n > 0) e += V.dot(terms.Mre * qd) + 0.5 * qd.dot(body.Me * qd);
+  return e;
+}
+
+}  // namespace flexframe::sim

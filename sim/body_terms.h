@@ -1,0 +1,38 @@
+// The generalised Newton-Euler equations of one flexible body (seed 000 eq. 30, seed 001 eq. 6), evaluated for a state:
+//   M(q) [dv; dw; qdd] + c(V, q, qd) = external generalised forces,
+// derived from the kinetic energy of flexible_body.h by Hamel's equations in body axes, so that whatever truncation the body carries,
+// energy and momentum are kept exactly.
+#pragma once
+
+#include "sim/flexible_body.h"
+#include "sim/types.h"
+
+namespace flexframe::sim {
+
+// Results and work space; sized once by `reserve`. Component order of the 6-vectors: linear, angular.
+struct BodyTerms {
+  Mat6 Mrr = Mat6::Zero();   // rigid part of the mass matrix about the body frame, body axes
+  Mat6X Mre;                 // 6 x n: [Ct^T; Cr]
+  Vec6 cr = Vec6::Zero();    // velocity terms of the frame's equations, N and Nm
+  VecX ce;                   // n, velocity terms of the elastic equations (elastic and damping forces excluded)
+  Vec3 md = Vec3::Zero();    // first moment of mass, kg m
+  VecX work, work2;
+  void reserve(const FlexibleBody& body);
+};
+
+// Mass matrix at the elastic coordinates q (n).
+void update_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out);
+
+// Velocity terms at the twist V (body axes), q and qd (n); update_mass with the same q goes first.
+void update_velocity_terms(const FlexibleBody& body, const Vec6& V, const VecX& q, const VecX& qd, BodyTerms& out);
+
+// Ke q + ksigma + De qd (n), to be subtracted from the elastic equations' right-hand side.
+void elastic_force(const FlexibleBody& body, const VecX& q, const VecX& qd, VecX& out);
+
+// 1/2 q^T Ke q + ksigma^T q, J.
+double strain_energy(const FlexibleBody& body, const VecX& q);
+
+// 1/2 [V; qd]^T M [V; qd], J; update_mass goes first.
+double kinetic_energy(const FlexibleBody& body, const BodyTerms& terms, const Vec6& V, const VecX& qd);
+
+}  // namespace flexframe::sim
