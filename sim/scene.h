@@ -174,6 +174,7 @@ struct OutputDef {
 
 struct Scene {
   std::filesystem::path file;
+  std::string text;                        // the file's text
   std::string title;
   SimulationSettings simulation;
   std::vector<BodyDef> bodies;
