@@ -39,4 +39,17 @@ struct BeamEffects {
 // Throws InputError for unusable numbers.
 FlexibleBody make_fe_beam(const BeamDef& def, const BeamEffects& effects);
 
+// Eigenforms of the Euler-Bernoulli beam with the boundary's ends (seed 001 eq. 8-10), chosen in BeamDef::modes: direction (axial,
+// bending_xy, bending_xz, torsion) -> ordinal numbers 1 .. kMaxMode; a direction whose effect is off is left out. An empty map means
+// bending 1 2 3, axial 1, torsion 1 of the effects that are on.
+// Coordinates: by direction in the order above, then as listed. Forms are normalised to int phi^2 dx = L: q has the unit of the
+// displacement, the modal mass is the beam's mass (twist: rho (Iy + Iz) L). Damping: 2 zeta omega on the diagonal, ratios in the
+// order of the coordinates, the last for all further ones.
+// Nodes: root, tip, BeamDef::frames, station[0] .. station[K], 4 a half wave of the highest form and at least 10 intervals.
+// Throws InputError for unusable numbers and for the effect shear.
+FlexibleBody make_modal_beam(const BeamDef& def, const BeamEffects& effects);
+
+// Exact to the last digits up to here (beam_eigenforms.h); the Euler-Bernoulli beam itself ends long before.
+inline constexpr int kMaxMode = 200;
+
 }  // namespace flexframe::sim
