@@ -1,0 +1,112 @@
+#!/usr/bin/env bash
+# The house rules of includes, as a test: tests/layering.sh [ROOT]. Prints each breach, exit 1 if there is one.
+#   tests/layering.sh --self-test: plants every breach in a copy and demands that it is found.
+set -uo pipefail
+
+# breaches ROOT: one line a breach.
+breaches() {
+  local root=$1
+  cd "$root" || return 1
+
+  # banned RULE PATTERN FILE...: FILE must not contain PATTERN.
+  banned() {
+    local rule=$1 pattern=$2
+    shift 2
+    (($#)) && grep -nE "$pattern" "$@" /dev/null | sed "s|^|$rule: |"
+  }
+  # files FOLDER [DEPTH]: the C++ files of a folder.
+  files() { find "$1" -maxdepth "${2:-9}" \( -name '*.h' -o -name '*.cpp' \) 2>/dev/null | sort; }
+  # confined RULE PATTERN ALLOWED [MOST]: only files whose name matches ALLOWED include PATTERN, and at most MOST of them.
+  confined() {
+    local rule=$1 pattern=$2 allowed=$3 most=${4:-99} users
+    users=$(files . | grep -v '^\./\(tests\|build\|out\)/' | xargs grep -lE "^ *# *include *[<\"]$pattern" /dev/null)
+    local stray
+    stray=$(grep -vE "$allowed" <<<"$users" | grep .)
+    [[ -n $stray ]] && echo "$rule is included outside its place: ${stray//$'\n'/ }"
+    (($(grep -c . <<<"$users") > most)) && echo "$rule is included in more than $most file(s): ${users//$'\n'/ }"
+  }
+
+  local sim interp render film cli
+  mapfile -t sim < <(files sim)
+  mapfile -t interp < <(files interp)
+  mapfile -t render < <(files render 1)
+  mapfile -t film < <(files render/film)
+  mapfile -t cli < <(files render/cli)
+
+  # Who may know whom.
+  banned "sim knows only itself" '#include "(interp|render)/' "${sim[@]}"
+  banned "interp knows only itself" '#include "(sim|render)/' "${interp[@]}"
+  banned "the drawing part knows only itself" '#include "(sim|interp|render/film|render/cli)/' "${render[@]}"
+  banned "film stands below the program" '#include "render/cli/' "${film[@]}"
+  banned "includes are written from the project's root" '#include "(\.|[^/"]+")' "${sim[@]}" "${interp[@]}" "${render[@]}" "${film[@]}" "${cli[@]}"
+
+  # Each foreign library behind its door.
+  confined SUNDIALS '(cvode|cvodes|arkode|ida|idas|kinsol|nvector|sunlinsol|sunmatrix|sunnonlinsol|sundials)' '^\./sim/(integrat|cvode|arkode|ida)[a-z_]*\.(h|cpp)$'
+  confined OpenGL 'GL/' '^\./render/[a-z_]+\.h$' 1
+  confined assimp 'assimp/' '^\./render/mesh[a-z_]*\.cpp$' 1
+  confined stb_image 'stb(/|_|/stb_)image' '^\./render/[a-z_]+\.cpp$' 1
+  confined stb_truetype 'stb(/|_|/stb_)truetype' '^\./render/[a-z_]+\.cpp$' 1
+  confined libdeflate 'libdeflate' '^\./render/[a-z_]+\.cpp$' 1
+  confined HDF5 '(hdf5|H5)' '^\./sim/results_file[a-z_]*\.cpp$' 1
+  confined muParser 'muParser' '^\./sim/expression\.cpp$' 1
+  confined toml++ 'toml(\+\+|\.hpp|plusplus)' '^\./sim/toml_input\.cpp$' 1
+  confined CLI11 'CLI/' '^\./render/cli/'
+  confined Eigen/Sparse 'Eigen/(Sparse|SparseCholesky)' '^\./(sim|interp|render/film)/'
+
+  # The library never prints; the one catch of everything is main's.
+  banned "the library prints" '(std::(cout|cerr|clog)|[^a-zA-Z_:]f?printf *\(|fmt::print|std::puts|[^a-zA-Z_]perror *\()' \
+    "${sim[@]}" "${interp[@]}" "${render[@]}" "${film[@]}"
+  banned "catch of everything outside main" 'catch \(const std::exception' "${cli[@]/render\/cli\/main.cpp/}"
+
+  # Names of one machine: absolute homes and work folders.
+  find . -type f ! -path './.git/*' ! -path './build/*' ! -path './out/*' -size -2000k -print0 |
+    xargs -0 grep -nIE '(^|[^A-Za-z0-9_.~}/-])/(work|root|home|farm)/' /dev/null | sed 's|^|a path of one machine: |'
+}
+
+if [[ ${1:-} == --self-test ]]; then
+  folder=$(mktemp -d)
+  trap 'rm -rf "$folder"' EXIT
+  failures=0
+  # expect FILE LINE RULE: LINE in FILE must be reported with RULE.
+  expect() {
+    rm -rf "$folder/tree"
+    mkdir -p "$folder/tree/"{sim,interp,render/film,render/cli} "$folder/tree/$(dirname "$1")"
+    echo "$2" >"$folder/tree/$1"
+    local found
+    found=$( (breaches "$folder/tree") )
+    if ! grep -qF "$3" <<<"$found"; then
+      echo "not found: '$2' in $1 ($3)"
+      failures=1
+    fi
+  }
+  expect sim/a.cpp '#include "interp/map.h"' "sim knows only itself"
+  expect sim/a.h '#include "render/image.h"' "sim knows only itself"
+  expect interp/a.cpp '#include "sim/types.h"' "interp knows only itself"
+  expect render/a.h '#include "sim/results.h"' "the drawing part knows only itself"
+  expect render/a.cpp '#include "interp/map.h"' "the drawing part knows only itself"
+  expect render/film/a.cpp '#include "render/cli/command.h"' "film stands below the program"
+  expect sim/a.cpp '#include "types.h"' "includes are written from the project's root"
+  expect sim/model.cpp '#include <cvode/cvode.h>' "SUNDIALS is included outside"
+  expect render/renderer.cpp '#include <GL/gl.h>' "OpenGL is included outside"
+  expect render/image.cpp '#include <assimp/scene.h>' "assimp is included outside"
+  expect sim/a.cpp '#include <hdf5.h>' "HDF5 is included outside"
+  expect sim/scene_reader.cpp '#include <toml++/toml.h>' "toml++ is included outside"
+  expect sim/a.cpp '#include <muParser.h>' "muParser is included outside"
+  expect render/film/a.cpp '#include <CLI/CLI.hpp>' "CLI11 is included outside"
+  expect interp/a.cpp 'std::cout << 1;' "the library prints"
+  expect sim/a.cpp '  printf("x");' "the library prints"
+  expect render/cli/run.cpp 'catch (const std::exception& e) {' "catch of everything outside main"
+  expect examples/x.toml "file = \"/""home/someone/x.obj\"" "a path of one machine"
+  # A clean tree is reported clean.
+  rm -rf "$folder/tree"
+  mkdir -p "$folder/tree/"{sim,interp,render/film,render/cli}
+  printf '#include "sim/types.h"\n#include <hdf5.h>\n' >"$folder/tree/sim/results_file.cpp"
+  clean=$( (breaches "$folder/tree") )
+  [[ -z $clean ]] || { echo "a clean tree is blamed: $clean"; failures=1; }
+  exit $failures
+fi
+
+found=$( (breaches "${1:-$(dirname "${BASH_SOURCE[0]}")/..}") )
+[[ -z $found ]] && exit 0
+echo "$found"
+exit 1

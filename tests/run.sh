@@ -1,0 +1,58 @@
+#!/usr/bin/env bash
+# Installs what the tests need, builds everything and runs all tests.
+#   tests/run.sh          the preset release
+#   tests/run.sh --all    the presets clang and asan besides (asan: unit tests)
+# The last line is 'N passed, N failed', counted from what ctest reports; exit 1 if a test failed, none ran or a build broke.
+set -uo pipefail
+top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+cd "$top" || exit 1
+mkdir -p build
+# shellcheck source=../cmake/packages.sh
+source cmake/packages.sh
+
+presets=(release)
+sections=(build test)
+case "${1:-}" in
+  "") ;;
+  --all) presets+=(clang asan); sections+=(compilers) ;;
+  *) echo "usage: tests/run.sh [--all]" >&2; exit 2 ;;
+esac
+
+passed=0 failed=0 broken=0
+finish() {
+  echo "$passed passed, $failed failed"
+  ((passed > 0 && failed == 0 && broken == 0)) && exit 0
+  exit 1
+}
+
+install_packages "${sections[@]}" || { broken=1; finish; }
+
+jobs=$(nproc)
+for preset in "${presets[@]}"; do
+  echo "== $preset: configure and build"
+  log=build/$preset.log
+  if ! { cmake --preset "$preset" -D FLEXFRAME_TESTS=ON && cmake --build --preset "$preset" -j "$jobs"; } >"$log" 2>&1; then
+    echo "the build of preset $preset failed; its last words (all of them: $log):"
+    tail -n 40 "$log"
+    broken=1
+    continue
+  fi
+  echo "== $preset: tests"
+  report=$top/build/$preset/tests.xml
+  rm -f "$report"
+  only=()
+  # Sanitizers are for the units: the regression tests time and kill the program as it is shipped.
+  [[ $preset == asan ]] && only=(-LE regression)
+  ctest --preset "$preset" -j "$jobs" --no-tests=error "${only[@]}" --output-junit "$report" || true
+  if [[ ! -f $report ]]; then
+    echo "preset $preset: no test ran"
+    broken=1
+    continue
+  fi
+  # Whatever did not run and pass has failed: a test that is skipped or whose program is missing shows nothing.
+  all=$(grep -c '<testcase ' "$report")
+  good=$(grep -c '<testcase .* status="run"' "$report")
+  ((passed += good, failed += all - good))
+  ((all > 0)) || { echo "preset $preset: no test ran"; broken=1; }
+done
+finish
