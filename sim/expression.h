@@ -66,8 +66,6 @@ class Expression {
   };
 
  private:
-  void compile(std::string_view text);
-
   std::string text_;
   std::vector<Instruction> code_;
   std::vector<Selector> selectors_;

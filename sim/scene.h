@@ -91,10 +91,12 @@ struct ModalDef {
   FlexibleInitial initial;
 };
 
-// seed 003 eq. 5, 6: eta'' + 2 Gamma eta' + Omega eta = Sigma u, y = Theta eta
+// seed 003 eq. 5, 6: eta'' + 2 Gamma eta' + Omega eta = Sigma u, y = Theta eta. u and y run over the ports, a port after the other:
+// force x y z (and torque x y z), displacement x y z (and rotation x y z), all in the body frame.
 struct StateSpaceDef {
-  std::filesystem::path file;
-  MatX gamma, omega, sigma, theta;
+  std::filesystem::path file;        // where the matrices came from, empty: the scene
+  MatX gamma, omega, sigma, theta;   // n x n, n x n, n x 3p or 6p, 3p or 6p x n
+  std::vector<std::string> ports;    // p names of rigid.frames
   RigidDef rigid;
   FlexibleInitial initial;
 };

@@ -24,7 +24,7 @@ std::span<const std::string> section_shapes();
 // The sizes of a shape. Each inner list is one alternative set of required names.
 // circle {diameter | radius}; tube {outer_diameter (or diameter), thickness | inner_diameter}; rectangle {width, height | y, z};
 // box {width, height, thickness | width, height, web, flange}; i, u, t {height, width, web, flange}; l {height, width, thickness};
-// general {area, iy, iz, j [, iyz]}.
+// general {area, iy, iz, j [, iyz, shear_y, shear_z]}.
 std::vector<std::string> section_sizes(const std::string& shape);
 
 // sizes in m (general: m^2, m^4). Throws InputError: missing, unknown, not positive, walls thicker than the section, a general

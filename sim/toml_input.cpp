@@ -135,7 +135,7 @@ std::string describe(const TomlValue& value) {
     case TomlValue::Type::boolean: return value.boolean ? "the boolean true" : "the boolean false";
     case TomlValue::Type::integer: return fmt::format("the number {}", value.integer);
     case TomlValue::Type::real: return fmt::format("the number {}", value.real);
-    case TomlValue::Type::text: return "the string " + quoted(value.text);
+    case TomlValue::Type::text: return "the string " + quote(value.text);
     case TomlValue::Type::date: return "a date or time";
     case TomlValue::Type::array:
       return value.items.empty() ? "an empty array" : fmt::format("an array of {} value{}", value.items.size(), value.items.size() == 1 ? "" : "s");
@@ -157,7 +157,7 @@ int TableReader::line(std::string_view key) const {
 
 void TableReader::fail(std::string_view key, const std::string& message) const {
   const std::string label = label_.empty() ? "" : label_ + ": ";
-  throw InputError(fmt::format("{}:{}: {}key {} {}", file_, line(key), label, quoted(full_key(key)), message));
+  throw InputError(fmt::format("{}:{}: {}key {} {}", file_, line(key), label, quote(full_key(key)), message));
 }
 
 void TableReader::fail(const std::string& message) const {
@@ -247,7 +247,7 @@ std::size_t TableReader::word(std::string_view key, std::span<const std::string>
   const auto at = std::find(words.begin(), words.end(), value.text);
   if (at == words.end()) {
     const std::string hint = did_you_mean(value.text, words);
-    fail(key, fmt::format("is {}, which is unknown{}{} allowed: {}", quoted(value.text), hint, hint.empty() ? ";" : "", list_words(words)));
+    fail(key, fmt::format("is {}, which is unknown{}{} allowed: {}", quote(value.text), hint, hint.empty() ? ";" : "", list_words(words)));
   }
   return static_cast<std::size_t>(at - words.begin());
 }

@@ -73,7 +73,7 @@ std::string list_words(std::span<const std::string> words, std::size_t most) {
   return list;
 }
 
-std::string quoted(std::string_view text) {
+std::string quote(std::string_view text) {
   constexpr std::size_t longest = 60;
   std::string shown = "'";
   while (!text.empty()) {

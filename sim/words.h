@@ -21,6 +21,6 @@ std::string did_you_mean(std::string_view word, std::span<const std::string> kno
 std::string list_words(std::span<const std::string> words, std::size_t most = 40);
 
 // The text on one line between single quotes, control characters and bytes that are no UTF-8 shown as \xNN, cut after 60 bytes.
-std::string quoted(std::string_view text);
+std::string quote(std::string_view text);
 
 }  // namespace flexframe::sim
