@@ -1,0 +1,258 @@
+#include "sim/assembly.h"
+
+#include "sim/closure.h"
+#include "sim/dynamics.h"
+#include "sim/joint_motion.h"
+#include "sim/kinematics.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace flexframe::sim {
+namespace {
+
+// Writes a scene's initial value of a joint into its coordinates. Lists: spherical a rotation vector, free position then rotation vector.
+void set_joint_value(const TreeJoint& joint, const std::vector<double>& value, double* q) {
+  const auto quaternion = [](const Vec3& a, double* out) {
+    const Quat r(rotation_exp(a));
+    out[0] = r.w(), out[1] = r.x(), out[2] = r.y(), out[3] = r.z();
+  };
+  if (joint.kind == JointKind::spherical) {
+    quaternion(Vec3(value[0], value[1], value[2]), q);
+  } else if (joint.kind == JointKind::free) {
+    for (int i = 0; i < 3; ++i) q[i] = value[i];
+    quaternion(value.size() == 6 ? Vec3(value[3], value[4], value[5]) : Vec3(Vec3::Zero()), q + 3);
+  } else {
+    for (int i = 0; i < joint.nq; ++i) q[i] = value[i];
+  }
+}
+
+// Rates: angular velocities (spherical) and velocities (free) are given in the parent frame, kept in the child's axes.
+void set_joint_rate(const TreeJoint& joint, const std::vector<double>& rate, const double* q, double* w) {
+  if (joint.kind == JointKind::spherical || joint.kind == JointKind::free) {
+    const int at = joint.kind == JointKind::free ? 3 : 0;
+    const Mat3 R = Quat(q[at], q[at + 1], q[at + 2], q[at + 3]).normalized().toRotationMatrix();
+    for (size_t block = 0; block < rate.size() / 3; ++block) {
+      const Vec3 v = R.transpose() * Vec3(rate[3 * block], rate[3 * block + 1], rate[3 * block + 2]);
+      for (size_t i = 0; i < 3; ++i) w[3 * block + i] = v[i];
+    }
+  } else {
+    for (int i = 0; i < joint.nv; ++i) w[i] = rate[i];
+  }
+}
+
+void require_count(const Scene& scene, const JointDef& def, const char* key, size_t found, std::initializer_list<int> allowed) {
+  if (std::find(allowed.begin(), allowed.end(), static_cast<int>(found)) != allowed.end()) return;
+  throw InputError(fmt::format("{}:{}: joint '{}': key 'initial.{}' has {} numbers; allowed: {}", scene.file.string(), def.line, def.name, key,
+                               found, fmt::join(allowed, " or ")));
+}
+
+struct Freedom {
+  std::vector<int> value, rate;  // cluster rates that may be moved at the position and at the velocity level
+};
+
+Freedom freedom_of(const Model& model, const Scene& scene, int cluster) {
+  const Cluster& c = model.clusters[cluster];
+  Freedom out;
+  for (int i : c.parts) {
+    const Part& p = model.parts[i];
+    const JointDef* def = p.joint.scene_joint >= 0 ? &scene.joints[p.joint.scene_joint] : nullptr;
+    for (int k = 0; k < p.joint.nv; ++k) {
+      if (!def || !def->initial.value) out.value.push_back(p.v0 - c.v0 + k);
+      if (!def || !def->initial.rate) out.rate.push_back(p.v0 - c.v0 + k);
+    }
+  }
+  return out;
+}
+
+// Columns scaled to metres, angle rows to metres.
+MatX scaled_columns(const Model& model, const Work& work, int cluster, const std::vector<int>& columns, const VecX& row_scale) {
+  const ClusterWork& cw = work.clusters[cluster];
+  MatX A(cw.G.rows(), columns.size());
+  for (size_t k = 0; k < columns.size(); ++k)
+    A.col(k) = row_scale.cwiseProduct(cw.G.col(columns[k])) / rate_scale(model, cluster, columns[k]);
+  return A;
+}
+
+VecX row_scales(const Model& model, const Work& work, int cluster) {
+  const Cluster& c = model.clusters[cluster];
+  VecX s = VecX::Ones(closure_row_count(model, work, cluster));
+  int row = 0;
+  for (int l : c.loops)
+    for (const ClosureRow& r : model.loops[l].rows) s[row++] = r.kind == ClosureRow::angle ? c.size : 1.0;
+  return s;
+}
+
+void move_rates(const Model& model, const Cluster& c, const std::vector<int>& columns, const VecX& step, Work& work) {
+  for (int i : c.parts) {
+    const Part& p = model.parts[i];
+    double dw[6] = {};
+    bool moved = false;
+    for (size_t k = 0; k < columns.size(); ++k) {
+      const int v = c.v0 + columns[k];
+      if (v >= p.v0 && v < p.v0 + p.joint.nv) dw[v - p.v0] = step[k], moved = true;
+    }
+    if (moved) move_coordinates(p.joint.kind, work.q.data() + p.q0, dw);
+  }
+}
+
+// Levenberg-Marquardt with minimum-norm steps from the current coordinates. Returns the scaled residual's largest entry.
+double assemble_positions(const Model& model, int cluster, const std::vector<int>& columns, Work& work) {
+  const Cluster& c = model.clusters[cluster];
+  const VecX rows = row_scales(model, work, cluster);
+  const auto evaluate = [&]() {
+    update_cluster_positions(model, cluster, work);
+    update_closure_residual(model, cluster, work, true);
+    return VecX(rows.cwiseProduct(work.clusters[cluster].residual));
+  };
+  VecX r = evaluate();
+  double damping = 0.0;
+  for (int iteration = 0; iteration < 200 && r.cwiseAbs().maxCoeff() > 1e-14 * c.size; ++iteration) {
+    update_closure_matrix(model, cluster, work, true);
+    const MatX A = scaled_columns(model, work, cluster, columns, rows);
+    Eigen::JacobiSVD<MatX> svd(A, Eigen::ComputeThinU | Eigen::ComputeThinV);
+    const VecX& s = svd.singularValues();
+    const VecX b = svd.matrixU().transpose() * r;
+    const VecX before = work.q;
+    bool better = false;
+    for (int attempt = 0; attempt < 12 && !better; ++attempt) {
+      VecX y = VecX::Zero(s.size());
+      for (int k = 0; k < s.size(); ++k)
+        if (s[k] > 1e-10 * std::max(1.0, s[0])) y[k] = -s[k] * b[k] / (s[k] * s[k] + damping);
+      VecX step = svd.matrixV() * y;
+      // No step beyond half a radian or half the size: the branch nearest to the start is wanted.
+      const double longest = step.size() > 0 ? step.cwiseAbs().maxCoeff() : 0.0;
+      if (longest > 0.5 * c.size) step *= 0.5 * c.size / longest;
+      for (size_t k = 0; k < columns.size(); ++k) step[k] /= rate_scale(model, cluster, columns[k]);
+      move_rates(model, c, columns, step, work);
+      const VecX next = evaluate();
+      if (next.norm() < r.norm()) {
+        better = true;
+        r = next;
+        damping = damping < 1e-12 ? 0.0 : 0.1 * damping;
+      } else {
+        work.q = before;
+        damping = damping == 0.0 ? 1e-6 : 10.0 * damping;
+      }
+    }
+    if (!better) break;
+  }
+  evaluate();
+  return r.cwiseAbs().maxCoeff();
+}
+
+[[noreturn]] void refuse_open(const Model& model, const Scene& scene, const Work& work, int cluster) {
+  const Cluster& c = model.clusters[cluster];
+  int row = 0;
+  double worst = -1.0, gap = 0.0, turn = 0.0;
+  const LoopJoint* open = nullptr;
+  for (int l : c.loops) {
+    double g = 0.0, a = 0.0;
+    for (const ClosureRow& r : model.loops[l].rows) {
+      const double e = work.clusters[cluster].residual[row++];
+      (r.kind == ClosureRow::angle ? a : g) += e * e;
+    }
+    const double measure = std::sqrt(g) + c.size * std::sqrt(a);
+    if (measure > worst) worst = measure, gap = std::sqrt(g), turn = std::sqrt(a), open = &model.loops[l];
+  }
+  std::string others;
+  for (int i : c.parts)
+    if (model.parts[i].joint.scene_joint >= 0) others += fmt::format("{}'{}'", others.empty() ? "" : ", ", model.parts[i].joint.name);
+  const int line = open->scene_joint >= 0 ? scene.joints[open->scene_joint].line : 0;
+  throw InputError(fmt::format("{}:{}: the mechanism cannot be assembled: joint '{}' stays open by {:.4g} m and {:.4g} rad, whatever the other joints "
+                               "of the loop ({}) do; check lengths, joint positions and given initial values",
+                               scene.file.string(), line, open->name, gap, turn, others));
+}
+
+}  // namespace
+
+void assemble(Model& model, const Scene& scene, Work& work, std::vector<std::string>& notes) {
+  update_expressions(model, 0.0, work);
+  // What the scene gives.
+  for (const Part& p : model.parts) {
+    if (p.joint.scene_joint < 0 || p.joint.nq == 0) continue;
+    const JointDef& def = scene.joints[p.joint.scene_joint];
+    const int nv = p.joint.nv;
+    if (def.initial.value) {
+      require_count(scene, def, "value", def.initial.value->size(), p.joint.kind == JointKind::free ? std::initializer_list<int>{3, 6} : std::initializer_list<int>{nv});
+      set_joint_value(p.joint, *def.initial.value, work.q.data() + p.q0);
+    }
+    if (def.initial.rate) {
+      require_count(scene, def, "rate", def.initial.rate->size(), p.joint.kind == JointKind::free ? std::initializer_list<int>{3, 6} : std::initializer_list<int>{nv});
+      set_joint_rate(p.joint, *def.initial.rate, work.q.data() + p.q0, work.w.data() + p.v0);
+    }
+  }
+  for (size_t b = 0; b < scene.bodies.size(); ++b) {
+    const FlexibleInitial* initial = nullptr;
+    if (const auto* beam = std::get_if<BeamDef>(&scene.bodies[b].kind)) initial = &beam->initial;
+    if (const auto* modal = std::get_if<ModalDef>(&scene.bodies[b].kind)) initial = &modal->initial;
+    if (const auto* space = std::get_if<StateSpaceDef>(&scene.bodies[b].kind)) initial = &space->initial;
+    if (!initial) continue;
+    size_t total = 0;
+    for (const Part& p : model.parts)
+      if (p.scene_body == static_cast<int>(b)) total += p.body.n;
+    for (const auto* list : {&initial->q, &initial->qd}) {
+      if (list->empty()) continue;
+      if (list->size() != total)
+        throw InputError(fmt::format("{}:{}: body '{}': key 'initial.{}' has {} numbers; the body has {} elastic coordinates", scene.file.string(),
+                                     scene.bodies[b].line, scene.bodies[b].name, list == &initial->q ? "q" : "qd", list->size(), total));
+      size_t at = 0;
+      for (int piece = 0; at < total; ++piece)
+        for (const Part& p : model.parts)
+          if (p.scene_body == static_cast<int>(b) && p.piece == piece)
+            for (int k = 0; k < p.body.n; ++k) (list == &initial->q ? work.q[p.eq0 + k] : work.w[p.ev0 + k]) = (*list)[at++];
+    }
+  }
+
+  for (size_t k = 0; k < model.clusters.size(); ++k) {
+    const int cluster = static_cast<int>(k);
+    const Cluster& c = model.clusters[k];
+    if (!c.loops.empty()) {
+      const Freedom free = freedom_of(model, scene, cluster);
+      const VecX before = work.q;
+      // 1e-9 of the size is far above rounding and far below what anybody calls closed by construction.
+      if (assemble_positions(model, cluster, free.value, work) > 1e-9 * c.size) refuse_open(model, scene, work, cluster);
+      const double moved = (work.q - before).cwiseAbs().maxCoeff();
+      if (moved > 1e-6) notes.push_back(fmt::format("the start was moved by up to {:.3g} (rad or m) to close joint '{}'", moved, model.loops[c.loops.front()].name));
+      work.clusters[k].partition = choose_partition(model, cluster, work, false);
+      const int rows = closure_row_count(model, work, cluster), used = static_cast<int>(work.clusters[k].partition.rows.size());
+      if (used < rows)
+        notes.push_back(fmt::format("loop of joint '{}': {} of {} closure conditions are redundant and left out", model.loops[c.loops.front()].name, rows - used, rows));
+    }
+    close_positions(model, cluster, work);
+    update_cluster_world(model, cluster, work);
+    if (c.loops.empty()) {
+      close_velocities(model, cluster, work);
+      continue;
+    }
+    // Rates: what is free takes up what the loops need, least motion first.
+    const Freedom free = freedom_of(model, scene, cluster);
+    update_closure_matrix(model, cluster, work, true);
+    const VecX scale = row_scales(model, work, cluster);
+    const Partition chosen = work.clusters[k].partition;
+    Partition all = chosen;
+    all.rows.resize(closure_row_count(model, work, cluster));
+    for (size_t r = 0; r < all.rows.size(); ++r) all.rows[r] = static_cast<int>(r);
+    work.clusters[k].partition.rows = all.rows;
+    update_cluster_velocities(model, cluster, work);
+    update_closure_rates(model, cluster, work);
+    work.clusters[k].partition = chosen;
+    const MatX A = scaled_columns(model, work, cluster, free.rate, scale);
+    const VecX b = -scale.cwiseProduct(work.clusters[k].rate);
+    const VecX x = free.rate.empty() ? VecX() : VecX(A.completeOrthogonalDecomposition().solve(b));
+    const VecX left = free.rate.empty() ? b : VecX(b - A * x);
+    const double speed = std::max(b.cwiseAbs().maxCoeff(), 1e-300);
+    if (left.cwiseAbs().maxCoeff() > 1e-8 * speed) {
+      int row = 0;
+      left.cwiseAbs().maxCoeff(&row);
+      throw InputError(fmt::format("{}: the initial rates that are given contradict the loop of joint '{}': it would open at {:.4g} m/s; leave one rate of the loop out",
+                                   scene.file.string(), closure_row_name(model, work, cluster, row), left[row]));
+    }
+    for (size_t f = 0; f < free.rate.size(); ++f) work.w[c.v0 + free.rate[f]] += x[f] / rate_scale(model, cluster, free.rate[f]);
+    close_velocities(model, cluster, work);
+  }
+  for (size_t i = 0; i < model.parts.size(); ++i) update_mass(model.parts[i].body, work.parts[i].q, work.parts[i].terms);
+}
+
+}  // namespace flexframe::sim

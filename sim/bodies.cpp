@@ -1,0 +1,224 @@
+#include "sim/bodies.h"
+
+#include "sim/beam.h"
+#include "sim/effects.h"
+#include "sim/joint_motion.h"
+#include "sim/words.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace flexframe::sim {
+namespace {
+
+// Pieces of a beam along x: one for finite-element and modal beams, the volumes of a mixed one.
+int piece_count(const BeamDef& beam) { return beam.model == BeamModel::mixed ? beam.volumes : 1; }
+
+// Part of a body that carries x/L = s, and s within that part. At a seam the piece before it is meant.
+std::pair<int, double> locate(const BeamDef& beam, double s) {
+  const int pieces = piece_count(beam);
+  const double at = s * pieces;
+  const int k = std::clamp(static_cast<int>(std::ceil(at)) - 1, 0, pieces - 1);
+  return {k, at - k};
+}
+
+int part_of(const Model& model, int body, int piece) {
+  for (size_t i = 0; i < model.parts.size(); ++i)
+    if (model.parts[i].scene_body == body && model.parts[i].piece == piece) return static_cast<int>(i);
+  return -1;
+}
+
+std::string frame_list(const BodyDef& body) {
+  std::vector<std::string> names;
+  if (const auto* rigid = std::get_if<RigidDef>(&body.kind)) {
+    for (const auto& [name, position] : rigid->frames) names.push_back(name);
+    if (names.empty()) return "no frames but its own";
+  } else if (const auto* beam = std::get_if<BeamDef>(&body.kind)) {
+    names = {"root", "tip"};
+    for (const auto& [name, s] : beam->frames) names.push_back(name);
+  }
+  return list_words(names);
+}
+
+// Definition of one piece: its share of the length, and the named frames that lie in it.
+BeamDef piece_of(const BeamDef& beam, int k) {
+  BeamDef out = beam;
+  const int pieces = piece_count(beam);
+  out.length = beam.length / pieces;
+  out.model = beam.model == BeamModel::mixed ? (beam.modes.empty() ? BeamModel::finite_element : BeamModel::modal) : beam.model;
+  out.frames.clear();
+  for (const auto& [name, s] : beam.frames) {
+    const auto [piece, local] = locate(beam, s);
+    if (piece == k) out.frames[name] = local;
+  }
+  return out;
+}
+
+FlexibleBody rigid_body(const RigidDef& def) {
+  FlexibleBody body;
+  body.mass = def.mass;
+  const Vec3& c = def.centre_of_mass;
+  body.md0 = def.mass * c;
+  body.J0 = def.inertia;
+  const double cc = c.squaredNorm();
+  body.J0[0] += def.mass * (cc - c.x() * c.x());
+  body.J0[1] += def.mass * (cc - c.y() * c.y());
+  body.J0[2] += def.mass * (cc - c.z() * c.z());
+  body.J0[3] -= def.mass * c.x() * c.y();
+  body.J0[4] -= def.mass * c.x() * c.z();
+  body.J0[5] -= def.mass * c.y() * c.z();
+  return body;
+}
+
+// Orientation of every body at the start, joints at their initial values.
+std::vector<Mat3> start_orientation(const Model& model, const Scene& scene, const std::vector<int>& order) {
+  std::vector<Mat3> part(model.parts.size(), Mat3::Identity()), body(scene.bodies.size(), Mat3::Identity());
+  for (int i : order) {
+    const Part& p = model.parts[i];
+    std::vector<double> q(8, 0.0);
+    zero_coordinates(p.joint.kind, q.data());
+    if (p.joint.scene_joint >= 0 && position_count(p.joint.kind) == 1) {
+      const JointDef& def = scene.joints[p.joint.scene_joint];
+      if (def.initial.value && def.initial.value->size() == 1) q[0] = def.initial.value->front();
+    }
+    JointMotion motion;
+    update_joint_position(p.joint, q.data(), motion);
+    const Mat3 carrier = p.parent == ground ? Mat3(Mat3::Identity()) : part[p.parent];
+    part[i] = carrier * model.frames[p.joint.inboard].offset.R * motion.pose.R * model.frames[p.joint.outboard].offset.R.transpose();
+    if (p.scene_body >= 0) body[p.scene_body] = part[i];
+  }
+  return body;
+}
+
+}  // namespace
+
+std::vector<ChainJoint> make_parts(Model& model, const Scene& scene) {
+  std::vector<ChainJoint> inner;
+  for (size_t b = 0; b < scene.bodies.size(); ++b) {
+    const BodyDef& def = scene.bodies[b];
+    const auto* beam = std::get_if<BeamDef>(&def.kind);
+    const int pieces = beam ? piece_count(*beam) : 1;
+    for (int k = 0; k < pieces; ++k) {
+      Part part;
+      part.name = pieces > 1 ? fmt::format("{}[{}]", def.name, k) : def.name;
+      part.scene_body = static_cast<int>(b);
+      part.piece = k;
+      if (beam) part.rest_in_body.p.x() = k * beam->length / pieces;
+      if (const auto* rigid = std::get_if<RigidDef>(&def.kind)) part.body = rigid_body(*rigid);
+      model.parts.push_back(part);
+      if (k == 0) continue;
+      const int here = static_cast<int>(model.parts.size()) - 1;
+      ChainJoint j;
+      model.frames.push_back(FramePoint{here - 1, -1, {}, "tip", model.parts[here - 1].name + ".tip"});
+      j.frame_a = static_cast<int>(model.frames.size()) - 1;
+      model.frames.push_back(FramePoint{here, -1, {}, "root", part.name + ".root"});
+      j.frame_b = static_cast<int>(model.frames.size()) - 1;
+      j.joint.name = part.name + " (seam)";
+      j.joint.kind = JointKind::weld;
+      inner.push_back(j);
+    }
+  }
+  return inner;
+}
+
+FramePoint find_frame(const Model& model, const Scene& scene, int body, const std::string& frame, const std::string& where) {
+  const BodyDef& def = scene.bodies[body];
+  FramePoint f;
+  f.part = part_of(model, body, 0);
+  f.name = frame.empty() ? def.name : def.name + "." + frame;
+  const auto fail = [&]() {
+    throw InputError(fmt::format("{}: '{}' is no frame of '{}'; it has {}", where, frame, def.name, frame_list(def)));
+  };
+  if (const auto* rigid = std::get_if<RigidDef>(&def.kind)) {
+    if (frame.empty()) return f;
+    const auto at = rigid->frames.find(frame);
+    if (at == rigid->frames.end()) fail();
+    f.offset.p = at->second;
+    return f;
+  }
+  if (const auto* beam = std::get_if<BeamDef>(&def.kind)) {
+    if (frame.empty() || frame == "root") {
+      f.node_name = "root";
+      return f;
+    }
+    if (frame == "tip") {
+      f.part = part_of(model, body, piece_count(*beam) - 1);
+      f.node_name = "tip";
+      return f;
+    }
+    if (const auto at = beam->frames.find(frame); at != beam->frames.end()) {
+      f.part = part_of(model, body, locate(*beam, at->second).first);
+      f.node_name = frame;
+      return f;
+    }
+    if (frame.rfind("node[", 0) == 0 && frame.back() == ']') {
+      const std::string digits = frame.substr(5, frame.size() - 6);
+      const bool number = !digits.empty() && digits.size() < 7 && std::all_of(digits.begin(), digits.end(), [](char c) { return c >= '0' && c <= '9'; });
+      const int nodes = piece_count(*beam) * beam->elements;
+      if (number && beam->model != BeamModel::modal && std::stoi(digits) <= nodes) {
+        const int k = std::stoi(digits);
+        const int piece = std::clamp((k + beam->elements - 1) / beam->elements - 1, 0, piece_count(*beam) - 1);
+        f.part = part_of(model, body, piece);
+        f.node_name = fmt::format("node[{}]", k - piece * beam->elements);
+        return f;
+      }
+    }
+    fail();
+  }
+  if (frame.empty()) return f;
+  f.node_name = frame;
+  return f;
+}
+
+void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order) {
+  const std::vector<Mat3> orientation = start_orientation(model, scene, order);
+  const Vec3 normal = plane_normal(scene, orientation);
+  for (Part& part : model.parts) {
+    const BodyDef& def = scene.bodies[part.scene_body];
+    const int k = part.piece;
+    if (const auto* beam = std::get_if<BeamDef>(&def.kind)) {
+      const EffectDecision decision = decide_effects(def, *beam, orientation[part.scene_body].transpose() * normal);
+      if (k == 0) model.notes.insert(model.notes.end(), decision.why.begin(), decision.why.end());
+      const BeamDef one = piece_of(*beam, k);
+      part.body = one.model == BeamModel::modal ? make_modal_beam(one, decision.effects) : make_fe_beam(one, decision.effects);
+      part.load_factor = one.length / part.body.mass;
+    }
+  }
+  for (size_t f = 0; f < model.frames.size(); ++f) resolve_node(model, scene.file.string(), static_cast<int>(f));
+}
+
+void resolve_node(Model& model, const std::string& where, int frame) {
+  FramePoint& f = model.frames[frame];
+  if (f.part == ground || f.node_name.empty()) return;
+  const std::vector<FlexibleNode>& nodes = model.parts[f.part].body.nodes;
+  for (size_t i = 0; i < nodes.size(); ++i)
+    if (nodes[i].name == f.node_name) f.node = static_cast<int>(i);
+  if (f.node >= 0) return;
+  std::vector<std::string> names;
+  for (const FlexibleNode& node : nodes) names.push_back(node.name);
+  throw InputError(fmt::format("{}: '{}' is no frame of '{}'; it has {}", where, f.node_name, model.parts[f.part].name, list_words(names, 12)));
+}
+
+double part_size(const Model& model, int part) {
+  const FlexibleBody& body = model.parts[part].body;
+  double size = 0.0;
+  if (!body.nodes.empty()) {
+    Eigen::AlignedBox3d box;
+    for (const FlexibleNode& node : body.nodes) box.extend(node.origin);
+    size = box.diagonal().norm();
+  }
+  for (const FramePoint& f : model.frames)
+    if (f.part == part) size = std::max(size, f.offset.p.norm());
+  return size;
+}
+
+Pose rest_pose(const Model& model, int frame) {
+  const FramePoint& f = model.frames[frame];
+  if (f.part == ground || f.node < 0) return f.offset;
+  const FlexibleNode& node = model.parts[f.part].body.nodes[f.node];
+  return compose({node.rotation, node.origin}, f.offset);
+}
+
+}  // namespace flexframe::sim

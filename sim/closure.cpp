@@ -1,0 +1,389 @@
+#include "sim/closure.h"
+
+#include "sim/kinematics.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace flexframe::sim {
+namespace {
+
+// Relative kinematics of frame b in the axes of frame a.
+struct Relative {
+  Mat3 R;
+  Vec3 p;
+};
+
+Relative relative_pose(const Model& model, const Work& work, int cluster, const LoopJoint& loop) {
+  const Pose a = frame_in_base(model, work, cluster, loop.a), b = frame_in_base(model, work, cluster, loop.b);
+  const Pose r = compose(inverse(a), b);
+  return {r.R, r.p};
+}
+
+double row_residual(const ClosureRow& row, const Relative& r) {
+  switch (row.kind) {
+    case ClosureRow::translation: return row.u.dot(r.p);
+    case ClosureRow::angle: return row.u.dot(r.R * row.b);
+    default: return (r.p.squaredNorm() - row.length * row.length) / (2.0 * row.length);
+  }
+}
+
+// Coefficients of the row on the relative velocity (lv) and angular velocity (lw), in the axes of a.
+void row_direction(const ClosureRow& row, const Relative& r, Vec3& lv, Vec3& lw) {
+  lv.setZero();
+  lw.setZero();
+  if (row.kind == ClosureRow::translation) lv = row.u;
+  if (row.kind == ClosureRow::distance) lv = r.p / row.length;
+  if (row.kind == ClosureRow::angle) lw = Vec3(r.R * row.b).cross(row.u);
+}
+
+// A force and moment on b (axes of a, about b's origin) and their reaction on a, each in its frame's axes.
+void row_wrench(const Relative& r, const Vec3& force, const Vec3& moment, Vec6& on_a, Vec6& on_b) {
+  on_b.head<3>() = r.R.transpose() * force;
+  on_b.tail<3>() = r.R.transpose() * moment;
+  on_a.head<3>() = -force;
+  on_a.tail<3>() = -(moment + r.p.cross(force));
+}
+
+template <class Visit>
+void for_rows(const Model& model, const Work& work, int cluster, bool all, Visit&& visit) {
+  const Cluster& c = model.clusters[cluster];
+  const ClusterWork& cw = work.clusters[cluster];
+  std::vector<char> wanted;
+  int total = closure_row_count(model, work, cluster);
+  wanted.assign(total, all);
+  if (!all)
+    for (int r : cw.partition.rows) wanted[r] = 1;
+  int row = 0;
+  for (int l : c.loops) {
+    const LoopJoint& loop = model.loops[l];
+    Relative rel{};
+    bool have = false;
+    for (const ClosureRow& closure : loop.rows) {
+      if (wanted[row]) {
+        if (!have) rel = relative_pose(model, work, cluster, loop);
+        have = true;
+        visit(row, &loop, &closure, rel, -1);
+      }
+      ++row;
+    }
+  }
+  for (size_t k = 0; k < cw.locked.size(); ++k, ++row)
+    if (wanted[row]) visit(row, nullptr, nullptr, Relative{}, static_cast<int>(k));
+}
+
+// The part and joint rate behind rate k of a cluster; elastic rates give rate -1.
+std::pair<int, int> rate_owner(const Model& model, int cluster, int k) {
+  const Cluster& c = model.clusters[cluster];
+  for (int i : c.parts) {
+    const Part& p = model.parts[i];
+    const int v = c.v0 + k;
+    if (v >= p.v0 && v < p.v0 + p.joint.nv) return {i, v - p.v0};
+    if (v >= p.ev0 && v < p.ev0 + p.body.n) return {i, -1};
+  }
+  return {-1, -1};
+}
+
+bool rotary_rate(JointKind kind, int k) {
+  switch (kind) {
+    case JointKind::prismatic: return false;
+    case JointKind::cylindrical: return k == 1;
+    case JointKind::planar: return k == 2;
+    case JointKind::free: return k >= 3;
+    default: return true;
+  }
+}
+
+int depth(const Model& model, int part) {
+  int d = 0;
+  for (int i = model.parts[part].parent; i != ground; i = model.parts[i].parent) ++d;
+  return d;
+}
+
+}  // namespace
+
+int closure_row_count(const Model& model, const Work& work, int cluster) {
+  size_t rows = work.clusters[cluster].locked.size();
+  for (int l : model.clusters[cluster].loops) rows += model.loops[l].rows.size();
+  return static_cast<int>(rows);
+}
+
+std::string closure_row_name(const Model& model, const Work& work, int cluster, int row) {
+  const Cluster& c = model.clusters[cluster];
+  for (int l : c.loops) {
+    const int n = static_cast<int>(model.loops[l].rows.size());
+    if (row < n) return model.loops[l].name;
+    row -= n;
+  }
+  return model.parts[rate_owner(model, cluster, work.clusters[cluster].locked[row]).first].joint.name;
+}
+
+double rate_scale(const Model& model, int cluster, int rate) {
+  const auto [part, k] = rate_owner(model, cluster, rate);
+  if (k < 0) return 0.0;
+  return rotary_rate(model.parts[part].joint.kind, k) ? model.clusters[cluster].size : 1.0;
+}
+
+void update_closure_residual(const Model& model, int cluster, Work& work, bool all) {
+  ClusterWork& cw = work.clusters[cluster];
+  const int total = closure_row_count(model, work, cluster);
+  if (cw.residual.size() != total) cw.residual = VecX::Zero(total);
+  for_rows(model, work, cluster, all,
+           [&](int row, const LoopJoint*, const ClosureRow* closure, const Relative& rel, int lock) {
+             if (lock >= 0) {
+               const auto [part, k] = rate_owner(model, cluster, cw.locked[lock]);
+               cw.residual[row] = work.q[model.parts[part].q0 + k] - cw.lock_value[lock];
+             } else {
+               cw.residual[row] = row_residual(*closure, rel);
+             }
+           });
+}
+
+void update_closure_matrix(const Model& model, int cluster, Work& work, bool all) {
+  ClusterWork& cw = work.clusters[cluster];
+  const int total = closure_row_count(model, work, cluster);
+  const int nv = model.clusters[cluster].nv;
+  if (cw.G.rows() != total || cw.G.cols() != nv) cw.G = MatX::Zero(total, nv);
+  cw.wdot.setZero();
+  VecX line(nv);
+  for_rows(model, work, cluster, all,
+           [&](int row, const LoopJoint* loop, const ClosureRow* closure, const Relative& rel, int lock) {
+             line.setZero();
+             if (lock >= 0) {
+               line[cw.locked[lock]] = 1.0;
+             } else {
+               Vec3 lv, lw;
+               row_direction(*closure, rel, lv, lw);
+               Vec6 on_a, on_b;
+               row_wrench(rel, lv, lw, on_a, on_b);
+               project_wrench(model, work, cluster, loop->b, on_b, line);
+               project_wrench(model, work, cluster, loop->a, on_a, line);
+             }
+             cw.G.row(row) = line.transpose();
+           });
+}
+
+void update_closure_rates(const Model& model, int cluster, Work& work) {
+  ClusterWork& cw = work.clusters[cluster];
+  const Cluster& c = model.clusters[cluster];
+  const int total = closure_row_count(model, work, cluster);
+  if (cw.rate.size() != total) cw.rate = cw.bias = VecX::Zero(total);
+  // Twist and acceleration at zero coordinate accelerations of a frame, also where it is fixed to what carries the cluster.
+  const auto motion = [&](int frame, Vec6& V, Vec6& A) {
+    const FramePoint& f = model.frames[frame];
+    if (f.part != ground && model.parts[f.part].cluster == cluster) {
+      update_frame_velocity(model, frame, work);
+      V = work.frames[frame].V;
+      A = to_child(work.frames[frame].pose, work.parts[f.part].A0) + work.frames[frame].bias;
+    } else {
+      V = to_child(compose(inverse(work.frames[c.base].pose), work.frames[frame].pose), cw.base_V);
+      A.setZero();
+    }
+  };
+  for_rows(model, work, cluster, false,
+           [&](int row, const LoopJoint* loop, const ClosureRow* closure, const Relative& rel, int lock) {
+             if (lock >= 0) {
+               cw.rate[row] = work.w[c.v0 + cw.locked[lock]];
+               cw.bias[row] = 0.0;
+               return;
+             }
+             Vec6 Va, Aa, Vb, Ab;
+             motion(loop->a, Va, Aa);
+             motion(loop->b, Vb, Ab);
+             const Vec3 wa = Va.tail<3>(), vb = rel.R * Vb.head<3>(), wb = rel.R * Vb.tail<3>();
+             const Vec3 pd = vb - Va.head<3>() - wa.cross(rel.p), w = wb - wa;
+             const Vec3 wad = Aa.tail<3>();
+             const Vec3 pdd = rel.R * Ab.head<3>() + w.cross(vb) - Aa.head<3>() - wad.cross(rel.p) - wa.cross(pd);
+             const Vec3 wd = rel.R * Ab.tail<3>() + w.cross(wb) - wad;
+             Vec3 lv, lw;
+             row_direction(*closure, rel, lv, lw);
+             cw.rate[row] = lv.dot(pd) + lw.dot(w);
+             cw.bias[row] = lv.dot(pdd) + lw.dot(wd);
+             if (closure->kind == ClosureRow::angle)
+               cw.bias[row] += w.dot(Vec3(w.cross(Vec3(rel.R * closure->b))).cross(closure->u));
+             if (closure->kind == ClosureRow::distance) cw.bias[row] += pd.squaredNorm() / closure->length;
+           });
+}
+
+Partition choose_partition(const Model& model, int cluster, Work& work, bool strict) {
+  const Cluster& c = model.clusters[cluster];
+  update_closure_matrix(model, cluster, work, true);
+  const ClusterWork& cw = work.clusters[cluster];
+  const int rows = static_cast<int>(cw.G.rows());
+  Partition out;
+
+  // Everything in metres: angle rows and rotary columns scaled by the cluster's size, elastic columns by their largest entry.
+  MatX A = cw.G;
+  int row = 0;
+  for (int l : c.loops)
+    for (const ClosureRow& r : model.loops[l].rows) {
+      if (r.kind == ClosureRow::angle) A.row(row) *= c.size;
+      ++row;
+    }
+  std::vector<int> joint_columns, elastic_columns, preference(c.nv, 0);
+  std::vector<double> scale(c.nv, 1.0);
+  for (int k = 0; k < c.nv; ++k) {
+    const auto [part, rate] = rate_owner(model, cluster, k);
+    if (rate < 0) {
+      scale[k] = A.col(k).size() > 0 ? A.col(k).cwiseAbs().maxCoeff() : 0.0;
+      if (scale[k] > 0.0) A.col(k) /= scale[k];
+      elastic_columns.push_back(k);
+    } else {
+      const TreeJoint& j = model.parts[part].joint;
+      A.col(k) /= rotary_rate(j.kind, rate) ? c.size : 1.0;
+      joint_columns.push_back(k);
+      preference[k] = depth(model, part);
+    }
+  }
+  for (int k : cw.locked) preference[k] = std::numeric_limits<int>::max();
+
+  // Complete pivoting over joint columns first; what they cannot close is closed by deformation.
+  // A pivot below 1e-7 of the entries' size is rounding or a singular position, not a way to close the loop.
+  const double tolerance = 1e-7;
+  std::vector<char> row_used(rows, 0), column_used(c.nv, 0);
+  for (const std::vector<int>* columns : {&joint_columns, &elastic_columns}) {
+    while (true) {
+      double largest = 0.0;
+      for (int k : *columns)
+        if (!column_used[k])
+          for (int r = 0; r < rows; ++r)
+            if (!row_used[r]) largest = std::max(largest, std::abs(A(r, k)));
+      if (largest <= tolerance) break;
+      // A sound pivot (a fifth of the largest at least) of the deepest joint.
+      int best_row = -1, best = -1;
+      for (int k : *columns) {
+        if (column_used[k]) continue;
+        for (int r = 0; r < rows; ++r) {
+          if (row_used[r]) continue;
+          const double a = std::abs(A(r, k));
+          if (a < (strict ? 1.0 : 0.2) * largest) continue;
+          if (best < 0 || preference[k] > preference[best] || (preference[k] == preference[best] && a > std::abs(A(best_row, best))))
+            best_row = r, best = k;
+        }
+      }
+      row_used[best_row] = column_used[best] = 1;
+      out.rows.push_back(best_row);
+      out.dep.push_back(best);
+      for (int r = 0; r < rows; ++r)
+        if (!row_used[r] && A(r, best) != 0.0) A.row(r) -= (A(r, best) / A(best_row, best)) * A.row(best_row);
+    }
+  }
+  for (int k = 0; k < c.nv; ++k)
+    if (!column_used[k]) out.ind.push_back(k);
+  return out;
+}
+
+void close_positions(const Model& model, int cluster, Work& work) {
+  const Cluster& c = model.clusters[cluster];
+  ClusterWork& cw = work.clusters[cluster];
+  update_cluster_positions(model, cluster, work);
+  const Partition& part = cw.partition;
+  const int nd = static_cast<int>(part.dep.size()), ni = static_cast<int>(part.ind.size());
+  if (nd == 0) return;
+  VecX res(nd), step(nd);
+  MatX Gd(nd, nd);
+  double last = std::numeric_limits<double>::infinity();
+  for (int iteration = 0;; ++iteration) {
+    update_closure_residual(model, cluster, work, false);
+    update_closure_matrix(model, cluster, work, false);
+    for (int i = 0; i < nd; ++i) {
+      res[i] = cw.residual[part.rows[i]];
+      for (int k = 0; k < nd; ++k) Gd(i, k) = cw.G(part.rows[i], part.dep[k]);
+    }
+    cw.lu.compute(Gd);
+    step = -cw.lu.solve(res);
+    ++work.closure_iterations;
+    // Size of the step in metres; elastic coordinates count by the closure error they mend.
+    double size = 0.0;
+    for (int k = 0; k < nd; ++k) size = std::max(size, std::abs(step[k]) * rate_scale(model, cluster, part.dep[k]));
+    size = std::max(size, res.cwiseAbs().maxCoeff());
+    // 3e-13 of the size is a few hundred roundings of the poses: closed. A step that no longer shrinks at 1e-10 is rounding too.
+    if (size <= 3e-13 * c.size || (size <= 1e-10 * c.size && size > 0.25 * last)) break;
+    if (!std::isfinite(size) || iteration == 25 || (iteration > 4 && size > c.size)) {
+      int worst = 0;
+      res.cwiseAbs().maxCoeff(&worst);
+      throw SimulationError(fmt::format("joint '{}' cannot be closed at t = {:.6g} s: it is open by {:.3g}; the mechanism is at or beyond the end of its reach",
+                                        closure_row_name(model, work, cluster, part.rows[worst]), work.time, std::abs(res[worst])));
+    }
+    last = size;
+    // Move the dependent coordinates, joint by joint.
+    for (int i : c.parts) {
+      const Part& p = model.parts[i];
+      double dw[6] = {};
+      bool moved = false;
+      for (int k = 0; k < nd; ++k) {
+        const int v = c.v0 + part.dep[k];
+        if (v >= p.v0 && v < p.v0 + p.joint.nv) dw[v - p.v0] = step[k], moved = true;
+        if (v >= p.ev0 && v < p.ev0 + p.body.n) work.q[p.eq0 + v - p.ev0] += step[k];
+      }
+      if (moved) move_coordinates(p.joint.kind, work.q.data() + p.q0, dw);
+    }
+    update_cluster_positions(model, cluster, work);
+  }
+  MatX Gi(nd, ni);
+  for (int i = 0; i < nd; ++i)
+    for (int k = 0; k < ni; ++k) Gi(i, k) = cw.G(part.rows[i], part.ind[k]);
+  cw.E = -cw.lu.solve(Gi);
+}
+
+void close_velocities(const Model& model, int cluster, Work& work) {
+  const Cluster& c = model.clusters[cluster];
+  ClusterWork& cw = work.clusters[cluster];
+  const Partition& part = cw.partition;
+  const int nd = static_cast<int>(part.dep.size()), ni = static_cast<int>(part.ind.size());
+  if (nd == 0) {
+    update_cluster_velocities(model, cluster, work);
+    return;
+  }
+  VecX ind(ni), rhs(nd);
+  for (int k = 0; k < ni; ++k) ind[k] = work.w[c.v0 + part.ind[k]];
+  VecX dep = cw.E * ind;
+  bool prescribed = false;
+  for (int i : c.parts) prescribed = prescribed || model.parts[i].joint.motion >= 0;
+  cw.e0 = VecX::Zero(nd);
+  if (prescribed) {
+    for (int k = 0; k < c.nv; ++k) work.w[c.v0 + k] = 0.0;
+    update_cluster_velocities(model, cluster, work);
+    update_closure_rates(model, cluster, work);
+    for (int i = 0; i < nd; ++i) rhs[i] = -cw.rate[part.rows[i]];
+    cw.e0 = cw.lu.solve(rhs);
+    dep += cw.e0;
+  }
+  for (int k = 0; k < ni; ++k) work.w[c.v0 + part.ind[k]] = ind[k];
+  for (int k = 0; k < nd; ++k) work.w[c.v0 + part.dep[k]] = dep[k];
+  update_cluster_velocities(model, cluster, work);
+  update_closure_rates(model, cluster, work);
+  for (int i = 0; i < nd; ++i) rhs[i] = -cw.bias[part.rows[i]];
+  cw.gamma = cw.lu.solve(rhs);
+}
+
+void closure_wrench(const Model& model, const Work& work, int cluster, int loop, const VecX& lambda, Vec6& on_a, Vec6& on_b) {
+  const LoopJoint& joint = model.loops[loop];
+  const Relative rel = relative_pose(model, work, cluster, joint);
+  Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
+  for (size_t r = 0; r < joint.rows.size(); ++r) {
+    Vec3 lv, lw;
+    row_direction(joint.rows[r], rel, lv, lw);
+    force += lambda[r] * lv;
+    moment += lambda[r] * lw;
+  }
+  row_wrench(rel, force, moment, on_a, on_b);
+}
+
+double partition_growth(const Model& model, int cluster, const Work& work) {
+  const ClusterWork& cw = work.clusters[cluster];
+  double growth = 0.0;
+  for (size_t d = 0; d < cw.partition.dep.size(); ++d) {
+    const double sd = rate_scale(model, cluster, cw.partition.dep[d]);
+    if (sd == 0.0) continue;
+    for (size_t i = 0; i < cw.partition.ind.size(); ++i) {
+      const double si = rate_scale(model, cluster, cw.partition.ind[i]);
+      if (si > 0.0) growth = std::max(growth, std::abs(cw.E(d, i)) * sd / si);
+    }
+  }
+  return growth;
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,234 @@
+#include "sim/kinematics.h"
+
+namespace flexframe::sim {
+
+Work make_work(const Model& model) {
+  Work work;
+  work.frames.resize(model.frames.size());
+  work.parts.resize(model.parts.size());
+  work.clusters.resize(model.clusters.size());
+  for (size_t i = 0; i < model.parts.size(); ++i) {
+    const Part& part = model.parts[i];
+    PartWork& p = work.parts[i];
+    const int n = part.body.n, nv = part.joint.nv;
+    p.terms.reserve(part.body);
+    p.q = p.qd = p.qdd = p.elastic = p.load_e = p.fe = VecX::Zero(n);
+    p.Mre = Mat6X::Zero(6, n);
+    p.Mee = MatX::Zero(n, n);
+    p.Fe = Mat6X::Zero(6, n);
+    p.Hj = p.Fj = Mat6X::Zero(6, nv);
+    p.tau = VecX::Zero(nv);
+  }
+  for (size_t i = 0; i < model.frames.size(); ++i) {
+    const FramePoint& f = model.frames[i];
+    FrameWork& fw = work.frames[i];
+    fw.pose = f.offset;
+    if (f.part == ground || f.node < 0) continue;
+    const FlexibleBody& body = model.parts[f.part].body;
+    const FlexibleNode& node = body.nodes[f.node];
+    fw.pose = compose({node.rotation, node.origin}, f.offset);
+    bool moves = body.n > 0 && (node.phi.cwiseAbs().maxCoeff() > 0.0 || node.psi.cwiseAbs().maxCoeff() > 0.0);
+    for (const MatX& h : node.phi2) moves = moves || (h.size() > 0 && h.cwiseAbs().maxCoeff() > 0.0);
+    fw.flexible = moves;
+    if (moves) fw.B = Mat6X::Zero(6, body.n);
+  }
+  for (size_t i = 0; i < model.parts.size(); ++i)
+    if (work.frames[model.parts[i].joint.outboard].flexible) work.parts[i].C = Mat6X::Zero(6, model.parts[i].body.n);
+  for (size_t i = 0; i < model.clusters.size(); ++i) {
+    const Cluster& c = model.clusters[i];
+    ClusterWork& cw = work.clusters[i];
+    cw.M = MatX::Zero(c.nv, c.nv);
+    cw.Ib = Mat6X::Zero(6, c.nv);
+    cw.r = cw.wdot = VecX::Zero(c.nv);
+    for (int k = 0; k < c.nv; ++k) cw.partition.ind.push_back(k);
+  }
+  work.q = VecX::Zero(model.nq);
+  work.w = work.wdot = VecX::Zero(model.nv);
+  for (const Part& part : model.parts)
+    if (part.joint.nq > 0) zero_coordinates(part.joint.kind, work.q.data() + part.q0);
+  work.expression_value.assign(model.expressions.size(), 0.0);
+  work.motion.resize(model.expressions.size());
+  return work;
+}
+
+void update_frame_position(const Model& model, int frame, Work& work) {
+  FrameWork& fw = work.frames[frame];
+  if (!fw.flexible) return;
+  const FramePoint& f = model.frames[frame];
+  const FlexibleNode& node = model.parts[f.part].body.nodes[f.node];
+  const PartWork& part = work.parts[f.part];
+  const VecX& q = part.q;
+
+  // Node: r = origin + phi q + 1/2 q phi2 q,  R = exp(psi q) R0.
+  const Vec3 theta = node.psi * q;
+  const RotationSeries k(theta.squaredNorm());
+  const Mat3 T = skew(theta);
+  Pose at;
+  at.R.noalias() = (Mat3::Identity() + k.s * T + k.b * T * T) * node.rotation;
+  at.p = node.origin;
+  at.p.noalias() += node.phi * q;
+  Mat3 R = at.R * f.offset.R;
+  const Mat3 local = f.offset.R.transpose() * node.rotation.transpose();
+  const Mat3 Jr = local * right_jacobian(theta, k);
+  fw.B.topRows<3>().noalias() = R.transpose() * node.phi;
+  for (int a = 0; a < 3; ++a) {
+    if (node.phi2[a].size() == 0) continue;
+    const Eigen::RowVectorXd h = (node.phi2[a] * q).transpose();
+    at.p[a] += 0.5 * h.dot(q.transpose());
+    for (int b = 0; b < 3; ++b)
+      if (R(a, b) != 0.0) fw.B.row(b) += R(a, b) * h;
+  }
+  fw.B.bottomRows<3>().noalias() = Jr * node.psi;
+  if (!f.offset.p.isZero(0.0)) fw.B.topRows<3>() -= skew(Vec3(f.offset.R.transpose() * f.offset.p)) * fw.B.bottomRows<3>();
+  fw.pose.R = R;
+  fw.pose.p = at.p + at.R * f.offset.p;
+}
+
+void update_frame_velocity(const Model& model, int frame, Work& work) {
+  FrameWork& fw = work.frames[frame];
+  const FramePoint& f = model.frames[frame];
+  if (f.part == ground) {
+    fw.V.setZero();
+    fw.bias.setZero();
+    return;
+  }
+  const PartWork& part = work.parts[f.part];
+  fw.V = to_child(fw.pose, part.V);
+  if (!fw.flexible) {
+    fw.bias.setZero();
+    return;
+  }
+  fw.W.noalias() = fw.B * part.qd;
+  fw.V += fw.W;
+
+  // dB/dt qd: the displacement's second-order part and the rotation's, and the turning of the frame's axes.
+  const FlexibleNode& node = model.parts[f.part].body.nodes[f.node];
+  Vec3 second = Vec3::Zero();
+  for (int a = 0; a < 3; ++a)
+    if (node.phi2[a].size() > 0) second[a] = part.qd.dot(node.phi2[a] * part.qd);
+  const Vec3 theta = node.psi * part.q, rate = node.psi * part.qd;
+  const RotationSeries k(theta.squaredNorm());
+  const Mat3 local = f.offset.R.transpose() * node.rotation.transpose();
+  const Vec3 alpha = local * right_jacobian_rate(theta, rate, k);
+  const Vec3 arm = f.offset.R.transpose() * f.offset.p;
+  const Vec3 omega = fw.W.tail<3>();
+  // Linear part of B qd = R^T (node velocity) + omega x arm.
+  const Vec3 node_rate = fw.W.head<3>() - omega.cross(arm);
+  Vec6 bdot;
+  bdot.head<3>() = fw.pose.R.transpose() * second - omega.cross(node_rate) + alpha.cross(arm);
+  bdot.tail<3>() = alpha;
+  fw.bias = bdot - bracket(fw.W, fw.V);
+}
+
+void update_cluster_positions(const Model& model, int cluster, Work& work) {
+  const Cluster& c = model.clusters[cluster];
+  size_t entry = 0;
+  for (int i : c.parts) {
+    const Part& part = model.parts[i];
+    PartWork& p = work.parts[i];
+    if (part.body.n > 0) p.q = work.q.segment(part.eq0, part.body.n);
+    const TreeJoint& j = part.joint;
+    if (j.motion >= 0)
+      update_joint_position(j, &work.motion[j.motion].value, p.joint);
+    else
+      update_joint_position(j, work.q.data() + part.q0, p.joint);
+    update_frame_position(model, j.outboard, work);
+    p.step = compose(p.joint.pose, inverse(work.frames[j.outboard].pose));
+    const bool inside = part.parent != ground && model.parts[part.parent].cluster == cluster;
+    if (inside) {
+      update_frame_position(model, j.inboard, work);
+      p.in_base = compose(compose(work.parts[part.parent].in_base, work.frames[j.inboard].pose), p.step);
+    } else {
+      p.in_base = compose(c.entry[entry++], p.step);
+    }
+  }
+}
+
+void update_cluster_world(const Model& model, int cluster, Work& work) {
+  const Cluster& c = model.clusters[cluster];
+  ClusterWork& cw = work.clusters[cluster];
+  if (c.parent != ground) update_frame_position(model, c.base, work);
+  cw.base_world = frame_world(model, work, c.base);
+  for (int i : c.parts) work.parts[i].world = compose(cw.base_world, work.parts[i].in_base);
+}
+
+void update_cluster_velocities(const Model& model, int cluster, Work& work) {
+  const Cluster& c = model.clusters[cluster];
+  ClusterWork& cw = work.clusters[cluster];
+  update_frame_velocity(model, c.base, work);
+  cw.base_V = work.frames[c.base].V;
+  size_t entry = 0;
+  for (int i : c.parts) {
+    const Part& part = model.parts[i];
+    PartWork& p = work.parts[i];
+    if (part.body.n > 0) p.qd = work.w.segment(part.ev0, part.body.n);
+    const TreeJoint& j = part.joint;
+    if (j.motion >= 0) {
+      const TimeJet& m = work.motion[j.motion];
+      update_joint_velocity(j, &m.value, &m.rate, p.joint);
+      p.joint.bias += p.joint.S.col(0) * m.acceleration;
+    } else {
+      update_joint_velocity(j, work.q.data() + part.q0, work.w.data() + part.v0, p.joint);
+    }
+    // Inboard frame: its twist, and its acceleration at zero coordinate accelerations.
+    Vec6 VA, AA;
+    const bool inside = part.parent != ground && model.parts[part.parent].cluster == cluster;
+    if (inside) {
+      update_frame_velocity(model, j.inboard, work);
+      const FrameWork& f = work.frames[j.inboard];
+      VA = f.V;
+      AA = to_child(f.pose, work.parts[part.parent].A0) + f.bias;
+    } else {
+      VA = to_child(c.entry[entry++], cw.base_V);
+      AA.setZero();
+    }
+    const Vec6 VB = to_child(p.joint.pose, VA) + p.joint.W;
+    const Vec6 AB = to_child(p.joint.pose, AA) - bracket(p.joint.W, VB) + p.joint.bias;
+    FrameWork& out = work.frames[j.outboard];
+    out.V = VB;
+    if (!out.flexible) {
+      p.V = to_parent(out.pose, VB);
+      p.A0 = to_parent(out.pose, AB);
+    } else {
+      out.W.noalias() = out.B * p.qd;
+      p.V = to_parent(out.pose, VB - out.W);
+      update_frame_velocity(model, j.outboard, work);
+      p.A0 = to_parent(out.pose, AB - out.bias);
+    }
+  }
+}
+
+Pose frame_world(const Model& model, const Work& work, int frame) {
+  const FramePoint& f = model.frames[frame];
+  const Pose& local = work.frames[frame].pose;
+  return f.part == ground ? local : compose(work.parts[f.part].world, local);
+}
+
+Pose frame_in_base(const Model& model, const Work& work, int cluster, int frame) {
+  const FramePoint& f = model.frames[frame];
+  const Cluster& c = model.clusters[cluster];
+  const Pose& local = work.frames[frame].pose;
+  if (f.part != ground && model.parts[f.part].cluster == cluster) return compose(work.parts[f.part].in_base, local);
+  return compose(inverse(work.frames[c.base].pose), local);
+}
+
+void project_wrench(const Model& model, const Work& work, int cluster, int frame, const Vec6& F, Eigen::Ref<VecX> out) {
+  const Cluster& c = model.clusters[cluster];
+  int at = frame;
+  Vec6 force = F;
+  for (int i = model.frames[frame].part; i != ground && model.parts[i].cluster == cluster; i = model.parts[i].parent) {
+    const Part& part = model.parts[i];
+    const PartWork& p = work.parts[i];
+    const FrameWork& f = work.frames[at];
+    if (f.flexible) out.segment(part.ev0 - c.v0, part.body.n).noalias() += f.B.transpose() * force;
+    const Vec6 on_part = wrench_to_parent(f.pose, force);
+    const FrameWork& o = work.frames[part.joint.outboard];
+    const Vec6 on_joint = wrench_to_child(o.pose, on_part);
+    for (int k = 0; k < part.joint.nv; ++k) out[part.v0 - c.v0 + k] += p.joint.S.col(k).dot(on_joint);
+    if (o.flexible) out.segment(part.ev0 - c.v0, part.body.n).noalias() -= o.B.transpose() * on_joint;
+    force = wrench_to_parent(p.joint.pose, on_joint);
+    at = part.joint.inboard;
+  }
+}
+
+}  // namespace flexframe::sim

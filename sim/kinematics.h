@@ -1,0 +1,28 @@
+// Positions and velocities of frames and parts, cluster by cluster.
+#pragma once
+
+#include "sim/work.h"
+
+namespace flexframe::sim {
+
+// Frame of a flexible part from its elastic coordinates: pose and B (FrameWork). No-op for rigid frames.
+void update_frame_position(const Model& model, int frame, Work& work);
+// W, V and bias of a frame from its part's twist.
+void update_frame_velocity(const Model& model, int frame, Work& work);
+
+// Copies the coordinates of a cluster out of work.q and makes frames, joint poses and the poses in the base frame.
+void update_cluster_positions(const Model& model, int cluster, Work& work);
+// World poses of a cluster; its parent's come first.
+void update_cluster_world(const Model& model, int cluster, Work& work);
+// Twists and A0 of a cluster's parts from work.w; its parent's come first.
+void update_cluster_velocities(const Model& model, int cluster, Work& work);
+
+// Pose of a frame in world axes (positions must be up to date).
+Pose frame_world(const Model& model, const Work& work, int frame);
+// Pose of a frame in the base frame of a cluster to which it belongs, or to whose parent it is fixed.
+Pose frame_in_base(const Model& model, const Work& work, int cluster, int frame);
+
+// Adds the wrench F on a frame (frame axes) to the generalised forces of the cluster's coordinates: out(nv of the cluster) += J^T F.
+void project_wrench(const Model& model, const Work& work, int cluster, int frame, const Vec6& F, Eigen::Ref<VecX> out);
+
+}  // namespace flexframe::sim

@@ -1,0 +1,245 @@
+#include "sim/recorder.h"
+
+#include "sim/dynamics.h"
+#include "sim/kinematics.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+
+namespace flexframe::sim {
+namespace {
+
+const char* kind_name(const BodyDef& body) {
+  if (std::holds_alternative<RigidDef>(body.kind)) return "rigid";
+  if (std::holds_alternative<BeamDef>(body.kind)) return "beam";
+  if (std::holds_alternative<ModalDef>(body.kind)) return "modal";
+  return "statespace";
+}
+
+const char* joint_name(JointKind kind) {
+  switch (kind) {
+    case JointKind::weld: return "weld";
+    case JointKind::revolute: return "revolute";
+    case JointKind::prismatic: return "prismatic";
+    case JointKind::cylindrical: return "cylindrical";
+    case JointKind::universal: return "universal";
+    case JointKind::spherical: return "spherical";
+    case JointKind::planar: return "planar";
+    case JointKind::free: return "free";
+    case JointKind::screw: return "screw";
+    case JointKind::point_on_line: return "point-on-line";
+    case JointKind::point_on_plane: return "point-on-plane";
+    default: return "distance";
+  }
+}
+
+int first_piece(const Model& model, int body) {
+  for (size_t i = 0; i < model.parts.size(); ++i)
+    if (model.parts[i].scene_body == body && model.parts[i].piece == 0) return static_cast<int>(i);
+  return -1;
+}
+
+void write_quaternion(const Mat3& R, Eigen::MatrixX4d& out, Eigen::Index row) {
+  Quat q(R);
+  q.normalize();
+  // Neighbouring samples stay on the same sheet.
+  if (row > 0 && q.w() * out(row - 1, 0) + q.x() * out(row - 1, 1) + q.y() * out(row - 1, 2) + q.z() * out(row - 1, 3) < 0.0) q.coeffs() = -q.coeffs();
+  out.row(row) << q.w(), q.x(), q.y(), q.z();
+}
+
+// Frames were added to the model: the work space grows with them, the coordinates and partitions stay.
+void grow_work(System& system) {
+  Work work = make_work(system.model);
+  work.q = system.work.q;
+  work.w = system.work.w;
+  work.clusters = system.work.clusters;
+  system.work = std::move(work);
+}
+
+void refresh(const Model& model, Work& work, bool accelerations, bool reactions, Reactions& out) {
+  if (accelerations) update_accelerations(model, work);
+  if (reactions) compute_reactions(model, work, out);
+}
+
+}  // namespace
+
+Recorder::Recorder(System& system, const std::vector<double>& times) {
+  Model& model = system.model;
+  const Eigen::Index nt = static_cast<Eigen::Index>(times.size());
+  plans_ = plan_outputs(model, system.scene);
+  results_.title = system.scene.title;
+  results_.scene_file = system.scene.file.string();
+  results_.scene_text = system.scene.text;
+  results_.times = Eigen::Map<const VecX>(times.data(), nt);
+  for (size_t b = 0; b < system.scene.bodies.size(); ++b) {
+    const BodyDef& def = system.scene.bodies[b];
+    ResultBody body;
+    body.name = def.name;
+    body.kind = kind_name(def);
+    if (const auto* beam = std::get_if<BeamDef>(&def.kind)) {
+      body.length = beam->length;
+      body.section = beam->section;
+    }
+    if (def.mesh) body.mesh = def.mesh->string();
+    body.position = Eigen::MatrixX3d::Zero(nt, 3);
+    body.orientation = Eigen::MatrixX4d::Zero(nt, 4);
+    // Simulation nodes: the series' nodes of every piece (root and tip where a body has no series); seams once.
+    int n = 0;
+    for (int piece = 0;; ++piece) {
+      int at = -1;
+      for (size_t i = 0; i < model.parts.size(); ++i)
+        if (model.parts[i].scene_body == static_cast<int>(b) && model.parts[i].piece == piece) at = static_cast<int>(i);
+      if (at < 0) break;
+      const Part& part = model.parts[at];
+      n += part.body.n;
+      for (size_t k = 0; k < part.body.nodes.size(); ++k) {
+        const FlexibleNode& node = part.body.nodes[k];
+        const Vec3 origin = part.rest_in_body.R * node.origin + part.rest_in_body.p;
+        bool known = false;
+        for (const ResultNode& other : body.nodes) known = known || (other.origin - origin).norm() <= 1e-9 * std::max(1.0, origin.norm());
+        if (known) continue;
+        body.nodes.push_back({piece == 0 ? node.name : fmt::format("{}:{}", piece, node.name), origin});
+        model.frames.push_back(FramePoint{at, static_cast<int>(k), {}, "", part.name + "." + node.name});
+        nodes_.push_back({static_cast<int>(b), at, static_cast<int>(model.frames.size()) - 1});
+      }
+    }
+    if (std::holds_alternative<ModalDef>(def.kind) && !body.nodes.empty()) {
+      const FlexibleBody& flex = model.parts[first_piece(model, static_cast<int>(b))].body;
+      const Eigen::Index nn = static_cast<Eigen::Index>(body.nodes.size());
+      body.node_phi.resize(3 * nn, flex.n);
+      body.node_psi.resize(3 * nn, flex.n);
+      Eigen::Index row = 0;
+      for (const NodeSource& s : nodes_) {
+        if (s.body != static_cast<int>(b)) continue;
+        const FlexibleNode& node = flex.nodes[model.frames[s.frame].node];
+        body.node_phi.middleRows<3>(row) = node.phi;
+        body.node_psi.middleRows<3>(row) = node.psi;
+        row += 3;
+      }
+      body.labels = flex.labels;
+    }
+    body.displacement = MatX::Zero(nt, 3 * static_cast<Eigen::Index>(body.nodes.size()));
+    body.rotation = MatX::Zero(nt, 3 * static_cast<Eigen::Index>(body.nodes.size()));
+    body.q = body.qd = MatX::Zero(nt, n);
+    results_.bodies.push_back(std::move(body));
+  }
+  for (size_t k = 0; k < system.scene.joints.size(); ++k) {
+    const JointDef& def = system.scene.joints[k];
+    ResultJoint joint;
+    joint.name = def.name;
+    joint.kind = joint_name(def.kind);
+    joint.position = Eigen::MatrixX3d::Zero(nt, 3);
+    joint.orientation = Eigen::MatrixX4d::Zero(nt, 4);
+    int frame = -1;
+    for (const Part& p : model.parts)
+      if (p.joint.scene_joint == static_cast<int>(k)) frame = p.joint.reversed ? p.joint.outboard : p.joint.inboard;
+    for (const LoopJoint& l : model.loops)
+      if (l.scene_joint == static_cast<int>(k)) frame = l.a;
+    joint_frames_.push_back(frame);
+    const Part* part = nullptr;
+    for (const Part& p : model.parts)
+      if (p.joint.scene_joint == static_cast<int>(k)) part = &p;
+    joint.value = MatX::Zero(nt, part ? part->joint.nq : 0);
+    joint.rate = MatX::Zero(nt, part ? part->joint.nv : 0);
+    results_.joints.push_back(std::move(joint));
+  }
+  results_.kinetic = results_.strain = results_.potential = results_.supplied = results_.dissipated = VecX::Zero(nt);
+  table_ = MatX::Zero(static_cast<Eigen::Index>(plans_.columns.size()), nt);
+
+  grow_work(system);
+}
+
+void Recorder::record(System& system, double t, const VecX& y) {
+  const Model& model = system.model;
+  Work& work = system.work;
+  set_state(system, t, y.data(), false);
+  refresh(model, work, plans_.accelerations, plans_.reactions, reactions_);
+  const Eigen::Index row = row_++;
+  for (size_t b = 0; b < results_.bodies.size(); ++b) {
+    ResultBody& body = results_.bodies[b];
+    const PartWork& first = work.parts[first_piece(model, static_cast<int>(b))];
+    body.position.row(row) = first.world.p.transpose();
+    write_quaternion(first.world.R, body.orientation, row);
+  }
+  std::vector<Eigen::Index> column(results_.bodies.size(), 0);
+  for (const NodeSource& s : nodes_) {
+    update_frame_position(model, s.frame, work);
+    const FrameDisplacement d = frame_displacement(model, work, s.frame);
+    ResultBody& body = results_.bodies[s.body];
+    body.displacement.block<1, 3>(row, column[s.body]) = d.translation.transpose();
+    body.rotation.block<1, 3>(row, column[s.body]) = d.rotation.transpose();
+    column[s.body] += 3;
+  }
+  std::vector<Eigen::Index> coordinate(results_.bodies.size(), 0);
+  for (int piece = 0, left = static_cast<int>(model.parts.size()); left > 0; ++piece)
+    for (size_t i = 0; i < model.parts.size(); ++i) {
+      if (model.parts[i].piece != piece) continue;
+      --left;
+      ResultBody& body = results_.bodies[model.parts[i].scene_body];
+      Eigen::Index& at = coordinate[model.parts[i].scene_body];
+      const int n = model.parts[i].body.n;
+      body.q.block(row, at, 1, n) = work.parts[i].q.transpose();
+      body.qd.block(row, at, 1, n) = work.parts[i].qd.transpose();
+      at += n;
+    }
+  for (size_t k = 0; k < results_.joints.size(); ++k) {
+    ResultJoint& joint = results_.joints[k];
+    if (joint_frames_[k] < 0) continue;
+    update_frame_position(model, joint_frames_[k], work);
+    const Pose pose = frame_world(model, work, joint_frames_[k]);
+    joint.position.row(row) = pose.p.transpose();
+    write_quaternion(pose.R, joint.orientation, row);
+  }
+  for (const Part& p : model.parts) {
+    if (p.joint.scene_joint < 0) continue;
+    ResultJoint& joint = results_.joints[p.joint.scene_joint];
+    joint.value.row(row) = work.q.segment(p.q0, p.joint.nq).transpose();
+    joint.rate.row(row) = work.w.segment(p.v0, p.joint.nv).transpose();
+  }
+  const Energy e = compute_energy(model, work);
+  results_.kinetic[row] = e.kinetic;
+  results_.strain[row] = e.strain;
+  results_.potential[row] = e.potential;
+  if (system.quadrature) {
+    results_.supplied[row] = y[y.size() - 2];
+    results_.dissipated[row] = y[y.size() - 1];
+  }
+  evaluate_outputs(model, system.scene, plans_, work, reactions_, row > 0 ? table_.col(row - 1).data() : nullptr, table_.col(row).data());
+}
+
+Results Recorder::finish(const System&) {
+  for (size_t k = 0; k < plans_.columns.size(); ++k)
+    results_.outputs.push_back({plans_.columns[k], plans_.units[k], table_.row(static_cast<Eigen::Index>(k)).transpose()});
+  return std::move(results_);
+}
+
+OutputComparison::OutputComparison(const Recorder& recorder, System& second)
+    : recorder_(recorder), plans_(plan_outputs(second.model, second.scene)), worst_(VecX::Zero(recorder.table().rows())) {
+  grow_work(second);
+}
+
+void OutputComparison::add(System& system, double t, const VecX& y) {
+  set_state(system, t, y.data(), false);
+  refresh(system.model, system.work, plans_.accelerations, plans_.reactions, reactions_);
+  VecX now(worst_.size());
+  evaluate_outputs(system.model, system.scene, plans_, system.work, reactions_, row_ > 0 ? last_.data() : nullptr, now.data());
+  worst_ = worst_.cwiseMax((now - recorder_.table().col(row_)).cwiseAbs());
+  last_ = now;
+  ++row_;
+}
+
+std::pair<double, std::string> OutputComparison::largest() const {
+  double value = 0.0;
+  std::string column;
+  for (Eigen::Index k = 0; k < worst_.size(); ++k) {
+    const double range = recorder_.table().row(k).maxCoeff() - recorder_.table().row(k).minCoeff();
+    // An output that does not move has no range to compare with.
+    if (range <= 1e-12 * recorder_.table().row(k).cwiseAbs().maxCoeff() || range == 0.0) continue;
+    if (worst_[k] / range > value || column.empty()) value = worst_[k] / range, column = recorder_.plans().columns[k];
+  }
+  return {value, column};
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,87 @@
+// Everything that changes during an evaluation of the equations of motion: poses, twists, inertias, sized once for a model.
+#pragma once
+
+#include "sim/body_terms.h"
+#include "sim/joint_motion.h"
+#include "sim/model.h"
+
+namespace flexframe::sim {
+
+struct FrameWork {
+  bool flexible = false;      // the frame moves within its part
+  Pose pose;                  // in the part's body frame
+  Mat6X B;                    // 6 x n, twist relative to the body frame per elastic rate, frame axes (flexible frames only)
+  Vec6 W = Vec6::Zero();      // B qd
+  Vec6 V = Vec6::Zero();      // twist, frame axes
+  Vec6 bias = Vec6::Zero();   // dV/dt = to_child(pose, dV_part/dt) + B qdd + bias
+};
+
+struct PartWork {
+  JointMotion joint;
+  Pose step;                  // body frame in the inboard frame
+  Pose in_base;               // body frame in the cluster's base frame
+  Pose world;
+  VecX q, qd, qdd;            // elastic
+  VecX elastic;               // K q + D qd + ksigma
+  Vec6 V = Vec6::Zero();      // twist, body axes
+  Vec6 A0 = Vec6::Zero();     // dV/dt when all coordinate accelerations and the base's vanish
+  Vec6 A = Vec6::Zero();      // dV/dt
+  BodyTerms terms;
+  Vec6 load = Vec6::Zero();   // applied wrench about the body frame, body axes
+  VecX load_e;                // applied generalised elastic forces
+  // Composite inertia of the part with what hangs on it, in the extended velocity [V; qd], and composite bias force.
+  Mat6 Mrr;
+  Mat6X Mre;
+  MatX Mee;
+  Vec6 fr = Vec6::Zero();
+  VecX fe;
+  Mat6X C;                    // 6 x n: twist of the body frame per elastic rate, joint held (flexible outboard frames only)
+  Mat6X Hj;                   // 6 x nv: twist of the body frame per joint rate
+  Mat6X Fj, Fe;               // composite momentum per joint rate and per elastic rate
+  VecX tau;                   // applied joint forces
+};
+
+// Which coordinates of a cluster are free and which follow from closure.
+struct Partition {
+  std::vector<int> rows;      // closure rows that are independent
+  std::vector<int> ind, dep;  // rates, counted within the cluster
+};
+
+struct ClusterWork {
+  Partition partition;
+  std::vector<int> locked;    // rates of the cluster held at rest (stiction), each one more closure row after the loops' rows
+  VecX lock_value;
+  MatX G;                     // rows x nv, all closure rows
+  VecX residual, rate, bias;  // per row: closure error, velocity from prescribed motions, acceleration at zero coordinate accelerations
+  Eigen::PartialPivLU<MatX> lu;  // of G(rows, dep)
+  MatX E;                     // dep x ind: w_dep = E w_ind + e0
+  VecX e0, gamma;             // dep: from prescribed motions; acceleration at zero independent accelerations
+  MatX M;                     // nv x nv
+  Mat6X Ib;                   // 6 x nv coupling to the base twist
+  Mat6 Ibb = Mat6::Zero();
+  VecX r;                     // nv bias minus applied forces
+  Vec6 pb = Vec6::Zero();
+  MatX D;                     // ind x ind
+  Mat6X U;                    // 6 x ind
+  Eigen::LLT<MatX> llt;
+  MatX DinvUt;                // ind x 6
+  VecX h, wdot;               // reduced forces; nv accelerations
+  Vec6 base_V = Vec6::Zero(), base_A = Vec6::Zero();
+  Pose base_world;
+  MatX scratch;
+};
+
+struct Work {
+  std::vector<FrameWork> frames;
+  std::vector<PartWork> parts;
+  std::vector<ClusterWork> clusters;
+  VecX q, w, wdot;            // q_all, w_all, accelerations of w_all
+  double time = 0.0;
+  std::vector<double> expression_value;
+  std::vector<TimeJet> motion;// jets of prescribed motions, by expression
+  long evaluations = 0, closure_iterations = 0;
+};
+
+Work make_work(const Model& model);
+
+}  // namespace flexframe::sim
