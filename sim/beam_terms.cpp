@@ -133,6 +133,8 @@ void add_station(Integrals& sum, const Properties& p, const BeamEffects& effects
   if (xz) add_square(sum.Me, r.w, dm), add_square(sum.Ke, r.ds, p.ei_y * weight);
   if (xy && xz && p.ei_yz != 0.0) add_symmetric(sum.Ke, r.dphi_z, r.ds, p.ei_yz * weight);
   if (to) add_square(sum.Me, r.theta, (p.inertia_y + p.inertia_z) * weight), add_square(sum.Ke, r.dtheta, p.gj * weight);
+  if (effects.shear && xy) add_square(sum.Ke, r.dv - r.phi_z, p.shear_y * weight);
+  if (effects.shear && xz) add_square(sum.Ke, r.dw - r.s, p.shear_z * weight);
 
   // inertia tensor, second order of the linear field: phi_i . phi_j I - phi_i phi_j^T
   if (xy) add_square(sum.J2[0], r.v, 2.0 * dm), add_square(sum.J2[2], r.v, 2.0 * dm);

@@ -1,0 +1,312 @@
+// The beam makers' FlexibleBody against first principles: positions against the exact kinematics of a rod, inertia terms and kinetic
+// energy against a sum over particles.
+#include "sim/beam.h"
+#include "sim/beam_terms.h"
+
+#include <gtest/gtest.h>
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <random>
+
+namespace flexframe::sim {
+namespace {
+
+constexpr std::array<Boundary, 6> kBoundaries = {Boundary::clamped_free, Boundary::supported_supported, Boundary::supported_free,
+                                                 Boundary::free_free, Boundary::clamped_clamped, Boundary::clamped_supported};
+constexpr BeamEffects kAll = {.axial = true, .bending_xy = true, .bending_xz = true, .torsion = true, .stiffening = true};
+
+// An unsymmetric section, so that no term hides behind another.
+BeamDef general_beam(Boundary boundary) {
+  BeamDef def;
+  def.length = 1.3;
+  def.section.area = 2.1e-4;
+  def.section.iy = 3.0e-9;
+  def.section.iz = 5.0e-9;
+  def.section.iyz = 1.1e-9;
+  def.section.j = 4.0e-9;
+  def.section.shear_y = 0.8;
+  def.section.shear_z = 0.7;
+  def.material = {2700.0, 7e10, 0.3};
+  def.boundary = boundary;
+  def.elements = 3;
+  def.modes = {{"axial", {1, 2}}, {"bending_xy", {1, 2, 4}}, {"bending_xz", {1, 3}}, {"torsion", {1, 2}}};
+  return def;
+}
+
+struct Maker {
+  std::string name;
+  FlexibleBody (*make)(const BeamDef&, const BeamEffects&);
+  bool shear = false;
+};
+
+const std::array<Maker, 3> kMakers = {{{"fe", make_fe_beam, false}, {"modal", make_modal_beam, false}, {"fe shear", make_fe_beam, true}}};
+
+VecX random_coordinates(int n, unsigned seed) {
+  std::mt19937 generator(seed);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  VecX q(n);
+  for (int i = 0; i < n; ++i) q[i] = uniform(generator);
+  return q;
+}
+
+// Coordinates whose largest slope is 1, so that the size of q is the size of the rotations.
+VecX unit_slopes(const FlexibleBody& body, unsigned seed) {
+  VecX q = random_coordinates(body.n, seed);
+  double largest = 0.0;
+  for (const FlexibleNode& node : body.nodes) largest = std::max(largest, (node.psi * q).cwiseAbs().maxCoeff());
+  return q / largest;
+}
+
+double quadratic(const MatX& m, const VecX& a, const VecX& b) { return m.size() == 0 ? 0.0 : a.dot(m * b); }
+
+Vec3 second(const FlexibleNode& node, const VecX& a, const VecX& b) {
+  return {quadratic(node.phi2[0], a, b), quadratic(node.phi2[1], a, b), quadratic(node.phi2[2], a, b)};
+}
+
+const FlexibleNode& node_named(const FlexibleBody& body, const std::string& name) {
+  for (const FlexibleNode& node : body.nodes)
+    if (node.name == name) return node;
+  throw std::runtime_error("no node " + name);
+}
+
+Mat3 skew(const Vec3& a) { return (Mat3() << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0).finished(); }
+Mat3 turn(const Vec3& a) { return a.norm() == 0.0 ? Mat3::Identity() : Eigen::AngleAxisd(a.norm(), a.normalized()).toRotationMatrix(); }
+
+TEST(BeamBody, SecondOrderPositionsMatchTheExactKinematicsOfARod) {
+  // R' = R skew(kappa), r' = R (e1 + gamma), kappa = psi', gamma = phi' - psi x e1: the strains of the linear field, finite rotations
+  constexpr int intervals = 600;
+  for (const Maker& maker : kMakers)
+    for (const Boundary boundary : kBoundaries) {
+      BeamDef def = general_beam(boundary);
+      for (int i = 0; i <= intervals; ++i) def.frames[fmt::format("s{}", i)] = static_cast<double>(i) / intervals;
+      BeamEffects effects = kAll;
+      effects.shear = maker.shear;
+      const FlexibleBody body = maker.make(def, effects);
+      std::vector<const FlexibleNode*> nodes;
+      for (int i = 0; i <= intervals; ++i) nodes.push_back(&node_named(body, fmt::format("s{}", i)));
+      const VecX direction = unit_slopes(body, 7);
+      std::vector<double> errors;
+      for (const double size : {0.2, 0.1, 0.05}) {
+        const VecX q = size * direction;
+        Mat3 R = turn(nodes[0]->psi * q);
+        Vec3 r = nodes[0]->phi * q;
+        double error = 0.0;
+        for (int i = 0; i < intervals; ++i) {
+          const FlexibleNode &a = *nodes[i], &b = *nodes[i + 1];
+          const double h = b.origin.x() - a.origin.x();
+          const Vec3 dpsi = (b.psi - a.psi) * q, psi = 0.5 * (a.psi + b.psi) * q;
+          const Vec3 gamma = (b.phi - a.phi) * q / h - psi.cross(Vec3::UnitX());
+          r += h * (R * turn(0.5 * dpsi) * (Vec3::UnitX() + gamma));
+          R = R * turn(dpsi);
+          const Vec3 u = b.phi * q + 0.5 * second(b, q, q);
+          error = std::max(error, (r - b.origin - u).norm());
+        }
+        errors.push_back(error);
+      }
+      // what is left is of third order: a factor 8 for each halving
+      EXPECT_NEAR(errors[0] / errors[1], 8.0, 1.2) << maker.name << " boundary " << static_cast<int>(boundary);
+      EXPECT_NEAR(errors[1] / errors[2], 8.0, 1.2) << maker.name << " boundary " << static_cast<int>(boundary);
+      EXPECT_LT(errors[2], 1e-3 * def.length);
+    }
+}
+
+// Particles of the centre line at Gauss points fine enough for the shape functions.
+struct Particles {
+  FlexibleBody body;
+  std::vector<const FlexibleNode*> nodes;
+  std::vector<double> length;  // of beam that each stands for
+};
+
+Particles particles(const Maker& maker, BeamDef def, BeamEffects effects) {
+  constexpr int panels = 12;
+  const beam::GaussRule rule = beam::gauss_rule(12);
+  Particles out;
+  for (int e = 0; e < panels; ++e)
+    for (std::size_t g = 0; g < rule.x.size(); ++g) {
+      def.frames[fmt::format("p{}", out.length.size())] = (e + rule.x[g]) / panels;
+      out.length.push_back(rule.w[g] * def.length / panels);
+    }
+  effects.shear = maker.shear;
+  out.body = maker.make(def, effects);
+  for (std::size_t i = 0; i < out.length.size(); ++i) out.nodes.push_back(&node_named(out.body, fmt::format("p{}", i)));
+  return out;
+}
+
+Mat3 tensor(const Vec6& t) { return (Mat3() << t[0], t[3], t[4], t[3], t[1], t[5], t[4], t[5], t[2]).finished(); }
+Mat3 inertia(const Vec3& r) { return r.squaredNorm() * Mat3::Identity() - r * r.transpose(); }
+
+TEST(BeamBody, InertiaTermsAreThoseOfTheParticles) {
+  for (const Maker& maker : kMakers)
+    for (const Boundary boundary : kBoundaries) {
+      SCOPED_TRACE(maker.name + fmt::format(" boundary {}", static_cast<int>(boundary)));
+      const BeamDef def = general_beam(boundary);
+      const Particles p = particles(maker, def, kAll);
+      const FlexibleBody& body = p.body;
+      const VecX q = random_coordinates(body.n, 3), qd = random_coordinates(body.n, 4);
+      const double rho = def.material.density, mu = rho * def.section.area, polar = rho * (def.section.iy + def.section.iz);
+      Mat3 section = Mat3::Zero();
+      section(0, 0) = polar;
+      if (maker.shear) {
+        section(1, 1) = rho * def.section.iy;
+        section(2, 2) = rho * def.section.iz;
+        section(1, 2) = section(2, 1) = -rho * def.section.iyz;
+      }
+      double mass = 0.0, energy = 0.0;
+      Vec3 md0 = Vec3::Zero(), md1 = md0, md2 = md0, cr0 = md0, cr1 = md0;
+      Mat3 j0 = Mat3::Zero(), j1 = j0, j2 = j0;
+      for (std::size_t i = 0; i < p.nodes.size(); ++i) {
+        const FlexibleNode& node = *p.nodes[i];
+        const double dm = mu * p.length[i];
+        const Vec3 c = node.origin, u1 = node.phi * q, u2 = second(node, q, q), rate = node.phi * qd, rate2 = second(node, q, qd);
+        const Vec3 psi = node.psi * q, spin = node.psi * qd;
+        mass += dm;
+        md0 += dm * c;
+        md1 += dm * u1;
+        md2 += dm * u2;
+        j0 += dm * inertia(c) + p.length[i] * section;
+        j1 += dm * (inertia(c + u1) - inertia(c - u1)) / 2.0;
+        if (maker.shear) j1 += p.length[i] * (skew(psi) * section - section * skew(psi));
+        j2 += 2.0 * dm * inertia(u1) + dm * (inertia(c + u2) - inertia(c - u2)) / 2.0;
+        cr0 += dm * c.cross(rate) + p.length[i] * section * spin;
+        cr1 += dm * (u1.cross(rate) + c.cross(rate2));
+        energy += dm * rate.squaredNorm() + p.length[i] * spin.dot(section * spin);
+      }
+      const auto q2 = [&](const auto& blocks) {
+        Eigen::VectorXd out(blocks.size());
+        for (std::size_t a = 0; a < blocks.size(); ++a) out[static_cast<Eigen::Index>(a)] = quadratic(blocks[a], q, q);
+        return out;
+      };
+      const double L = def.length, tiny = 1e-12;
+      EXPECT_NEAR(body.mass, mass, tiny * mass);
+      EXPECT_LT((body.md0 - md0).norm(), tiny * mass * L);
+      EXPECT_LT((body.md1 * q - md1).norm(), tiny * mass * L);
+      EXPECT_LT((q2(body.md2) - md2).norm(), tiny * (1.0 + md2.norm()));
+      EXPECT_LT((tensor(body.J0) - j0).norm(), tiny * j0.norm());
+      EXPECT_LT((tensor(body.J1 * q) - j1).norm(), tiny * (mass * L * L));
+      EXPECT_LT((tensor(Vec6(q2(body.J2))) - j2).norm(), tiny * (1.0 + j2.norm()));
+      EXPECT_LT((body.Cr0 * qd - cr0).norm(), tiny * mass * L * L);
+      Vec3 cr1_body;
+      for (std::size_t a = 0; a < 3; ++a) cr1_body[static_cast<Eigen::Index>(a)] = quadratic(body.Cr1[a], qd, q);
+      EXPECT_LT((cr1_body - cr1).norm(), tiny * (1.0 + cr1.norm()));
+      EXPECT_NEAR(qd.dot(body.Me * qd), energy, tiny * energy);
+      for (const MatX& m : {body.Me, body.Ke, body.md2[0], body.md2[1], body.J2[1], body.J2[5]})
+        EXPECT_LT((m - m.transpose()).norm(), 1e-13 * (1e-300 + m.norm()));
+      EXPECT_GT(Eigen::SelfAdjointEigenSolver<MatX>(body.Ke).eigenvalues()[0], 0.0);
+    }
+}
+
+TEST(BeamBody, KineticEnergyNeglectsTermsOfThirdOrderOnly) {
+  for (const Maker& maker : kMakers) {
+    if (maker.shear) continue;  // its sections turn with the body, which the particles here do not describe
+    for (const Boundary boundary : kBoundaries) {
+      const BeamDef def = general_beam(boundary);
+      const Particles p = particles(maker, def, kAll);
+      const FlexibleBody& body = p.body;
+      const double mu = def.material.density * def.section.area, polar = def.material.density * (def.section.iy + def.section.iz);
+      const Vec3 v(0.3, -0.7, 0.5), w(1.1, 0.4, -0.6);
+      const VecX q1 = unit_slopes(body, 11), qd1 = unit_slopes(body, 12);
+      std::vector<double> errors;
+      for (const double size : {0.01, 0.005, 0.0025}) {
+        const VecX q = size * q1, qd = size * qd1;
+        double particles_energy = 0.0;
+        for (std::size_t i = 0; i < p.nodes.size(); ++i) {
+          const FlexibleNode& node = *p.nodes[i];
+          const Vec3 r = node.origin + node.phi * q + 0.5 * second(node, q, q);
+          const Vec3 rate = v + w.cross(r) + node.phi * qd + second(node, q, qd);
+          particles_energy += 0.5 * mu * p.length[i] * rate.squaredNorm();
+          particles_energy += 0.5 * polar * p.length[i] * std::pow(w.x() + (node.psi * qd).x(), 2);
+        }
+        Vec3 md = body.md0 + body.md1 * q, ct = body.md1 * qd, cr = body.Cr0 * qd;
+        Vec6 j = body.J0 + body.J1 * q;
+        for (std::size_t a = 0; a < 3; ++a) {
+          const auto at = static_cast<Eigen::Index>(a);
+          md[at] += 0.5 * quadratic(body.md2[a], q, q);
+          ct[at] += quadratic(body.md2[a], q, qd);
+          cr[at] += quadratic(body.Cr1[a], qd, q);
+        }
+        for (std::size_t a = 0; a < 6; ++a) j[static_cast<Eigen::Index>(a)] += 0.5 * quadratic(body.J2[a], q, q);
+        const double energy = 0.5 * body.mass * v.squaredNorm() + v.dot(w.cross(md)) + v.dot(ct) + 0.5 * w.dot(tensor(j) * w) + w.dot(cr) +
+                              0.5 * qd.dot(body.Me * qd);
+        errors.push_back(std::abs(energy - particles_energy));
+      }
+      EXPECT_NEAR(errors[0] / errors[1], 8.0, 1.0) << maker.name << " boundary " << static_cast<int>(boundary);
+      EXPECT_NEAR(errors[1] / errors[2], 8.0, 1.0) << maker.name << " boundary " << static_cast<int>(boundary);
+    }
+  }
+}
+
+TEST(BeamBody, OnlyTheTermsAskedForExist) {
+  const BeamDef def = general_beam(Boundary::clamped_free);
+  for (const auto make : {make_fe_beam, make_modal_beam}) {
+    const FlexibleBody rigid = make(def, {});
+    EXPECT_EQ(rigid.n, 0);
+    EXPECT_NEAR(rigid.mass, 2700.0 * 2.1e-4 * 1.3, 1e-12);
+    EXPECT_NEAR(rigid.J0[2], rigid.mass * 1.3 * 1.3 / 3.0, 1e-12);
+    EXPECT_NEAR(rigid.J0[0], 2700.0 * 8e-9 * 1.3, 1e-15);
+    EXPECT_EQ(rigid.nodes[0].name, "root");
+    EXPECT_EQ(rigid.nodes[1].name, "tip");
+    EXPECT_EQ(rigid.nodes[1].phi.cols(), 0);
+
+    const FlexibleBody planar = make(def, {.bending_xy = true, .stiffening = true});
+    EXPECT_GT(planar.md2[0].size(), 0);
+    EXPECT_EQ(planar.md2[1].size() + planar.md2[2].size(), 0);
+    EXPECT_GT(planar.J2[0].size() * planar.J2[1].size() * planar.J2[2].size(), 0);
+    EXPECT_EQ(planar.J2[3].size() + planar.J2[4].size() + planar.J2[5].size(), 0);
+    EXPECT_EQ(planar.Cr1[0].size() + planar.Cr1[1].size() + planar.Cr1[2].size(), 0);
+    EXPECT_EQ(planar.De.size(), 0);
+    EXPECT_EQ(static_cast<int>(planar.labels.size()), planar.n);
+
+    const FlexibleBody linear = make(def, {.bending_xy = true});
+    EXPECT_EQ(linear.md2[0].size(), 0);
+    EXPECT_EQ(linear.nodes[1].phi2[0].size(), 0);
+    EXPECT_GT(linear.J2[2].size(), 0);
+  }
+}
+
+TEST(BeamBody, BadNumbersAreRefusedByName) {
+  const auto message = [](BeamDef def, const BeamEffects& effects, bool modal) -> std::string {
+    try {
+      (modal ? make_modal_beam : make_fe_beam)(def, effects);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const BeamDef good = general_beam(Boundary::clamped_free);
+  EXPECT_EQ(message(good, kAll, false), "");
+  BeamDef def = good;
+  def.material.density = -1.0;
+  EXPECT_NE(message(def, kAll, false).find("density"), std::string::npos);
+  def = good;
+  def.section.iz = 0.0;
+  EXPECT_NE(message(def, kAll, true).find("iz"), std::string::npos);
+  EXPECT_EQ(message(def, {.bending_xz = true}, true), "");
+  def = good;
+  def.length = std::nan("");
+  EXPECT_NE(message(def, {}, true).find("length"), std::string::npos);
+  def = good;
+  def.elements = 0;
+  EXPECT_NE(message(def, kAll, false).find("elements"), std::string::npos);
+  def = good;
+  def.frames["tip"] = 0.5;
+  EXPECT_NE(message(def, kAll, false).find("reserved"), std::string::npos);
+  def = good;
+  def.frames["far"] = 1.5;
+  EXPECT_NE(message(def, kAll, false).find("far"), std::string::npos);
+  def = good;
+  def.modes["bending"] = {1};
+  EXPECT_NE(message(def, kAll, true).find("'bending'"), std::string::npos);
+  def = good;
+  def.modes["axial"] = {2, 2};
+  EXPECT_NE(message(def, kAll, true).find("twice"), std::string::npos);
+  def = good;
+  def.section.shear_y = 0.0;
+  BeamEffects shear = kAll;
+  shear.shear = true;
+  EXPECT_NE(message(def, shear, false).find("shear_y"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace flexframe::sim
