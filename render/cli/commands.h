@@ -1,0 +1,14 @@
+// All subcommands of the program, one file each.
+#pragma once
+
+#include "render/cli/command.h"
+
+namespace flexframe::cli {
+
+Command add_run(CLI::App& program);
+Command add_simulate(CLI::App& program);
+Command add_render(CLI::App& program);
+Command add_check(CLI::App& program);
+Command add_info(CLI::App& program);
+
+}  // namespace flexframe::cli

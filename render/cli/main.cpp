@@ -1,0 +1,84 @@
+// The program: words of the command line to one subcommand, exceptions to exit codes.
+#include "render/cli/commands.h"
+#include "render/cli/terminal.h"
+
+#include "interp/types.h"
+#include "render/mesh.h"
+#include "render/renderer.h"
+#include "sim/types.h"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <new>
+#include <typeinfo>
+#include <vector>
+
+namespace {
+
+using namespace flexframe;
+
+constexpr const char* description = R"(Flexible multibody simulation and its pictures, without a display.
+
+  flexframe run examples/slider_crank.toml     simulate and draw: results, histories, PNG pictures, video
+
+Exit codes: 0 done; 1 failed, or pictures differ; 2 wrong usage or bad input; 130 interrupted.)";
+
+int run_program(int argc, char** argv, CLI::App& program) {
+  program.name("flexframe");
+  program.require_subcommand(1);
+  program.set_help_flag("-h,--help", "this text; flexframe COMMAND --help for a command");
+  program.set_version_flag("--version", FLEXFRAME_VERSION);
+  program.get_formatter()->column_width(34);
+  const std::vector<cli::Command> commands = {
+      cli::add_run(program),   cli::add_simulate(program), cli::add_render(program),
+      cli::add_check(program), cli::add_info(program),
+  };
+  program.parse(argc, argv);
+  for (const cli::Command& command : commands) {
+    if (!command.words->parsed()) continue;
+    const int code = command.action();
+    // Results that did not reach their reader are no success.
+    if (std::fflush(stdout) != 0 || std::ferror(stdout)) throw std::runtime_error(fmt::format("cannot write to stdout: {}", std::strerror(errno)));
+    return code;
+  }
+  throw std::logic_error("a subcommand without an action");
+}
+
+int report(int code, const char* message) {
+  fmt::print(stderr, "flexframe: {}\n", message);
+  return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  render::tune_process();
+  cli::watch_interrupts();
+  CLI::App program{description};
+  try {
+    return run_program(argc, argv, program);
+  } catch (const CLI::ParseError& e) {
+    if (e.get_exit_code() == 0) return program.exit(e);  // --help, --version
+    report(2, e.what());
+    fmt::print(stderr, "see: flexframe{}{} --help\n", program.get_subcommands().empty() ? "" : " ",
+               program.get_subcommands().empty() ? "" : program.get_subcommands().front()->get_name());
+    return 2;
+  } catch (const cli::UsageError& e) {
+    return report(2, e.what());
+  } catch (const sim::InputError& e) {
+    return report(2, e.what());
+  } catch (const interp::InputError& e) {
+    return report(2, e.what());
+  } catch (const render::MeshError& e) {
+    return report(2, e.what());
+  } catch (const cli::Interrupted& e) {
+    return report(130, e.what());
+  } catch (const std::bad_alloc&) {
+    return report(1, "out of memory");
+  } catch (const std::exception& e) {
+    return report(1, e.what());
+  }
+}

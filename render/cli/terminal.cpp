@@ -1,0 +1,76 @@
+#include "render/cli/terminal.h"
+
+#include <fmt/format.h>
+
+#include <csignal>
+#include <cmath>
+#include <cstdio>
+#include <unistd.h>
+
+namespace flexframe::cli {
+namespace {
+
+volatile std::sig_atomic_t asked_to_stop = 0;
+
+void note_signal(int) { asked_to_stop = 1; }
+
+}  // namespace
+
+void watch_interrupts() {
+  struct sigaction action{};
+  action.sa_handler = note_signal;
+  // A second signal ends the process at once: no run can be so stuck that it ignores the user.
+  action.sa_flags = static_cast<int>(SA_RESETHAND);
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+  // A reader that went away (| head) is an error of the write, not the end of the process.
+  std::signal(SIGPIPE, SIG_IGN);
+}
+
+bool interrupted() { return asked_to_stop != 0; }
+
+void throw_if_interrupted() {
+  if (interrupted()) throw Interrupted();
+}
+
+std::string duration_text(double seconds) {
+  if (seconds < 9.95) return fmt::format("{:.1f} s", seconds);
+  const long whole = std::lround(seconds);
+  if (whole < 60) return fmt::format("{} s", whole);
+  if (whole < 3600) return fmt::format("{} min {} s", whole / 60, whole % 60);
+  return fmt::format("{} h {} min", whole / 3600, whole % 3600 / 60);
+}
+
+Progress::Progress(std::string what)
+    : what_(std::move(what)), terminal_(isatty(STDERR_FILENO) == 1), start_(std::chrono::steady_clock::now()), last_(start_) {}
+
+Progress::~Progress() { clear(); }
+
+void Progress::clear() {
+  if (line_open_) fmt::print(stderr, "\r\033[K");
+  line_open_ = false;
+}
+
+void Progress::show(double fraction) {
+  throw_if_interrupted();
+  fraction = std::isfinite(fraction) ? std::fmin(std::fmax(fraction, 0.0), 1.0) : 0.0;
+  const auto now = std::chrono::steady_clock::now();
+  const double spent = std::chrono::duration<double>(now - start_).count();
+  // An estimate from less than a hundredth of the work or the first moments would only flicker.
+  const bool known = fraction > 0.01 && spent > 0.5;
+  const std::string left = known ? fmt::format(", {} left", duration_text(spent * (1.0 - fraction) / fraction)) : "";
+  if (terminal_) {
+    if (line_open_ && now - last_ < std::chrono::milliseconds(80)) return;
+    last_ = now;
+    line_open_ = true;
+    fmt::print(stderr, "\r{} {:3.0f} %{}\033[K", what_, 100.0 * fraction, left);
+    std::fflush(stderr);
+    return;
+  }
+  const int tenths = static_cast<int>(10.0 * fraction + 1e-9);
+  if (tenths <= tenths_) return;
+  tenths_ = tenths;
+  fmt::print(stderr, "{} {} %{}\n", what_, 10 * tenths, tenths < 10 ? left : "");
+}
+
+}  // namespace flexframe::cli

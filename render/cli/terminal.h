@@ -1,0 +1,44 @@
+// What the program shows while it works: progress on stderr, interruption by the user.
+#pragma once
+
+#include <chrono>
+#include <stdexcept>
+#include <string>
+
+namespace flexframe::cli {
+
+// One stage of work. On a terminal one line that is rewritten, with the remaining time; otherwise a plain line every ten percent.
+class Progress {
+ public:
+  explicit Progress(std::string what);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  // fraction 0..1 of the work done so far. Throws Interrupted once the user has asked to stop.
+  void show(double fraction);
+
+ private:
+  void clear();
+
+  std::string what_;
+  bool terminal_;
+  bool line_open_ = false;
+  int tenths_ = 0;
+  std::chrono::steady_clock::time_point start_, last_;
+};
+
+// The user's ctrl-C (or SIGTERM): work in progress is dropped, nothing half-written stays, exit code 130.
+struct Interrupted : std::runtime_error {
+  Interrupted() : std::runtime_error("interrupted") {}
+};
+
+// From here on SIGINT and SIGTERM are noted instead of ending the process at once.
+void watch_interrupts();
+bool interrupted();
+void throw_if_interrupted();
+
+// "1 min 20 s", "3.4 s".
+std::string duration_text(double seconds);
+
+}  // namespace flexframe::cli
