@@ -1,0 +1,270 @@
+// SID files: reading real ones, writing, layouts, identities, damaged copies.
+#include "sim/sid.h"
+
+#include <gtest/gtest.h>
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <random>
+
+namespace flexframe::sim {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<fs::path> samples() {
+  const fs::path folder = fs::path(FLEXFRAME_SHARED_DIR) / "sid_samples";
+  std::vector<fs::path> found;
+  for (const char* name : {"Beam_3m.SID_FEM", "balken1m.SID_FEM", "cartopPragV32.SID_FEM", "test_import_straight_beam.SID_FEM"}) {
+    if (!fs::exists(folder / name)) throw std::runtime_error((folder / name).string() + " is missing");
+    found.push_back(folder / name);
+  }
+  return found;
+}
+
+std::string text_of(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+TEST(Sid, SamplesAreReadWrittenAndReadAgainWithoutLoss) {
+  for (const fs::path& path : samples()) {
+    const SidFile first = read_sid(path).file;
+    const SidFile second = read_sid_text(write_sid_text(first), "again").file;
+    EXPECT_TRUE(first == second) << path;
+    EXPECT_EQ(write_sid_text(first), write_sid_text(second)) << path;
+    size_t entries = 0, in_file = 0;
+    for (const auto* b : {&first.mdCM, &first.J, &first.Ct, &first.Cr, &first.Me, &first.Gr, &first.Ge, &first.Oe, &first.ksigma, &first.Ke, &first.De}) entries += (*b)->entries.size();
+    for (const SidNode& node : first.nodes)
+      for (const auto* b : {&node.origin, &node.phi, &node.psi, &node.AP}) entries += *b ? (*b)->entries.size() : 0;
+    const std::string text = text_of(path);
+    for (size_t at = 0; (at = text.find('\n', at)) != std::string::npos; ++at) {
+      const size_t word = text.find_first_not_of(" \t", at + 1);
+      in_file += word != std::string::npos && (text.compare(word, 3, "m0(") == 0 || text.compare(word, 3, "m1(") == 0);
+    }
+    EXPECT_EQ(entries, in_file) << path;
+  }
+}
+
+TEST(Sid, IdentitiesHoldInTheSamplesAndLayoutsAreFound) {
+  const auto files = samples();
+  for (const fs::path& path : files)
+    for (const SidCheck& check : check_sid(read_sid(path).file)) EXPECT_LT(check.residual, 1e-6) << path << check.identity;
+  EXPECT_EQ(read_sid(files[0]).Gr, SidLayout::blocked);
+  EXPECT_EQ(read_sid(files[0]).Ge, SidLayout::interleaved);
+  EXPECT_EQ(read_sid(files[3]).Gr, SidLayout::interleaved);
+  EXPECT_EQ(read_sid(files[3]).Ge, SidLayout::interleaved);
+}
+
+TEST(Sid, BodyOfThreeMetreBeam) {
+  const SidReading reading = read_sid(samples()[0]);
+  const FlexibleBody body = to_flexible_body(reading.file, "beam");
+  EXPECT_EQ(body.n, 4);
+  EXPECT_EQ(body.nodes.size(), 21u);
+  EXPECT_DOUBLE_EQ(body.mass, 706.5);
+  EXPECT_EQ(body.nodes[0].name, "node[4]");
+  EXPECT_NEAR(body.nodes[0].origin.x(), 3.0, 1e-12);
+  EXPECT_NEAR(std::sqrt(body.Ke(0, 0) / body.Me(0, 0)) / (2.0 * std::numbers::pi), 9.089, 1e-3);
+  EXPECT_NEAR(body.J2[0](0, 0), -2.0 * sid_m1(*reading.file.Oe, 1)(0, 0), 1e-15);
+  EXPECT_NEAR(body.Cr1[2](1, 0), sid_m1(*reading.file.Cr, 1)(1, 2), 1e-15);
+}
+
+FlexibleBody random_body(int n, bool stiffening) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> u(-1.0, 1.0);
+  const auto fill = [&](auto& m) { for (int i = 0; i < m.size(); ++i) m.data()[i] = u(random); };
+  const auto symmetric = [&](MatX& m) { m.resize(n, n); fill(m); m = (m + m.transpose()).eval(); };
+  FlexibleBody b;
+  b.n = n;
+  b.mass = 2.5;
+  fill(b.md0);
+  b.md1.resize(3, n); fill(b.md1);
+  b.J0 << 5, 6, 7, .1, .2, -.3;
+  b.J1.resize(6, n); fill(b.J1);
+  for (MatX& m : b.J2) symmetric(m);
+  b.Cr0.resize(3, n); fill(b.Cr0);
+  for (MatX& m : b.Cr1) { m.resize(n, n); fill(m); if (!stiffening) m = (m - m.transpose()).eval(); }
+  if (stiffening) for (MatX& m : b.md2) symmetric(m);
+  symmetric(b.Me); b.Me += 4.0 * n * MatX::Identity(n, n);
+  symmetric(b.Ke); b.Ke += 9.0 * n * MatX::Identity(n, n);
+  b.De.resize(n, n); fill(b.De);
+  b.ksigma.resize(n); fill(b.ksigma);
+  for (int k = 0; k < n; ++k) b.labels.push_back(fmt::format("mode {}", k + 1));
+  for (int i = 0; i < 3; ++i) {
+    FlexibleNode node;
+    node.name = i == 2 ? std::string("tip") : fmt::format("node[{}]", 100 + i);
+    fill(node.origin);
+    node.rotation = Quat(1.0, 0.2 * i, -0.1, 0.3).normalized().toRotationMatrix();
+    node.phi.resize(3, n); fill(node.phi);
+    node.psi.resize(3, n); fill(node.psi);
+    if (stiffening) for (MatX& m : node.phi2) symmetric(m);
+    node.sigma.resize(6, n); fill(node.sigma);
+    b.nodes.push_back(std::move(node));
+  }
+  return b;
+}
+
+void expect_same(const FlexibleBody& a, const FlexibleBody& b) {
+  const auto same = [](const auto& x, const auto& y, const char* what) {
+    ASSERT_EQ(x.rows(), y.rows()) << what;
+    ASSERT_EQ(x.cols(), y.cols()) << what;
+    if (x.size() > 0) {
+      EXPECT_LT((x - y).cwiseAbs().maxCoeff(), 1e-14 * (1.0 + x.cwiseAbs().maxCoeff())) << what;
+    }
+  };
+  EXPECT_EQ(a.n, b.n);
+  EXPECT_EQ(a.mass, b.mass);
+  same(a.md0, b.md0, "md0"); same(a.md1, b.md1, "md1"); same(a.J0, b.J0, "J0"); same(a.J1, b.J1, "J1"); same(a.Cr0, b.Cr0, "Cr0");
+  for (int i = 0; i < 3; ++i) { same(a.md2[i], b.md2[i], "md2"); same(a.Cr1[i], b.Cr1[i], "Cr1"); }
+  for (int i = 0; i < 6; ++i) same(a.J2[i], b.J2[i], "J2");
+  same(a.Me, b.Me, "Me"); same(a.Ke, b.Ke, "Ke"); same(a.De, b.De, "De"); same(a.ksigma, b.ksigma, "ksigma");
+  EXPECT_EQ(a.labels, b.labels);
+  ASSERT_EQ(a.nodes.size(), b.nodes.size());
+  for (size_t i = 0; i < a.nodes.size(); ++i) {
+    EXPECT_EQ(a.nodes[i].name, b.nodes[i].name);
+    same(a.nodes[i].origin, b.nodes[i].origin, "origin"); same(a.nodes[i].rotation, b.nodes[i].rotation, "rotation");
+    same(a.nodes[i].phi, b.nodes[i].phi, "phi"); same(a.nodes[i].psi, b.nodes[i].psi, "psi"); same(a.nodes[i].sigma, b.nodes[i].sigma, "sigma");
+    for (int k = 0; k < 3; ++k) same(a.nodes[i].phi2[k], b.nodes[i].phi2[k], "phi2");
+  }
+}
+
+TEST(Sid, BodyToFileAndBackKeepsEveryTerm) {
+  for (int n : {2, 3, 5})
+    for (bool stiffening : {false, true}) {
+      const FlexibleBody body = random_body(n, stiffening);
+      const SidFile file = from_flexible_body(body, "random");
+      for (const SidCheck& check : check_sid(file)) EXPECT_LT(check.residual, 1e-13) << check.identity;
+      const SidReading again = read_sid_text(write_sid_text(file), "random");
+      EXPECT_TRUE(again.file == file);
+      expect_same(body, to_flexible_body(again.file, "random"));
+    }
+}
+
+// A foreign dialect of the same body: other index order, blocked Gr and Ge, 3 x 3 J, mCM and mmi, Fortran exponents, no blanks.
+TEST(Sid, DialectsGiveTheSameBody) {
+  const int n = 3;
+  const FlexibleBody body = random_body(n, true);
+  SidFile file = from_flexible_body(body, "dialect");
+  for (SidTaylor* t : {&*file.Gr, &*file.Ge})
+    for (SidEntry& e : t->entries) e.column = 3 * ((e.column - 1) % n) + (e.column - 1) / n + 1;
+  {
+    SidTaylor J = *file.J;
+    static constexpr int place[6][2] = {{1, 1}, {2, 2}, {3, 3}, {1, 2}, {1, 3}, {2, 3}};
+    J.rows = J.columns = 3;
+    J.entries.clear();
+    for (const SidEntry& e : file.J->entries) {
+      J.entries.push_back({place[e.row - 1][0], e.mode, place[e.row - 1][1], e.value});
+      if (e.row > 3) J.entries.push_back({place[e.row - 1][1], e.mode, place[e.row - 1][0], e.value});
+    }
+    file.J = J;
+  }
+  std::string text = write_sid_text(file), out;
+  for (size_t begin = 0; begin < text.size();) {
+    const size_t end = text.find('\n', begin);
+    std::string line = text.substr(begin, end - begin);
+    begin = end + 1;
+    if (const size_t at = line.find("m1("); at != std::string::npos) {
+      int r = 0, k = 0, c = 0;
+      ASSERT_EQ(std::sscanf(line.c_str() + at, "m1(%d,%d,%d)", &r, &k, &c), 3);
+      std::string value = line.substr(line.find('=') + 1);
+      for (char& ch : value) if (ch == 'E') ch = 'D';
+      line = fmt::format("\tm1({},{},{})={}  ", r, c, k, value);
+    }
+    if (line.find("mdCM") != std::string::npos) line.replace(line.find("mdCM"), 4, "mCM");
+    if (line == "           J" || line == "           end J") line.replace(line.size() - 1, 1, "mmi");
+    if (line.find("new modal") != std::string::npos) line = " New Modal";
+    out += line + "\r\n";
+  }
+  const SidReading reading = read_sid_text(out, "dialect");
+  EXPECT_EQ(reading.Gr, SidLayout::blocked);
+  EXPECT_EQ(reading.Ge, SidLayout::blocked);
+  expect_same(body, to_flexible_body(reading.file, "dialect"));
+}
+
+TEST(Sid, MissingBlocksAreTakenFromTheIdentities) {
+  const FlexibleBody body = random_body(4, false);
+  SidFile file = from_flexible_body(body, "");
+  file.Ct.reset();
+  std::erase_if(file.Cr->entries, [](const SidEntry& e) { return e.mode > 0; });
+  std::erase_if(file.J->entries, [](const SidEntry& e) { return e.mode > 0; });
+  for (SidNode& node : file.nodes) { node.psi.reset(); node.phi.reset(); }
+  std::vector<std::string> notes;
+  expect_same(body, to_flexible_body(read_sid_text(write_sid_text(file), "partial").file, "partial", &notes));
+  EXPECT_GE(notes.size(), 4u);
+}
+
+TEST(Sid, UnknownBlocksAreKept) {
+  std::string text = write_sid_text(from_flexible_body(random_body(2, false), ""));
+  text.insert(text.find("      end modal"), "           K0omega\n              m0(1,1) = 3.0\n              whatever\n           end K0omega\n");
+  text.insert(text.find("           end refmod"), "                author = somebody\n");
+  const SidReading reading = read_sid_text(text, "unknown");
+  ASSERT_EQ(reading.file.others.size(), 1u);
+  EXPECT_EQ(reading.file.others[0].lines.size(), 4u);
+  EXPECT_TRUE(read_sid_text(write_sid_text(reading.file), "again").file == reading.file);
+}
+
+std::string message(const std::string& text) {
+  try {
+    to_flexible_body(read_sid_text(text, "f.sid").file, "f.sid");
+  } catch (const InputError& e) {
+    return e.what();
+  }
+  return "accepted";
+}
+
+std::string replaced(std::string text, const std::string& what, const std::string& by) {
+  const size_t at = text.find(what);
+  EXPECT_NE(at, std::string::npos) << what;
+  return text.replace(at, what.size(), by);
+}
+
+TEST(Sid, ErrorsNameLineAndReason) {
+  const std::string good = write_sid_text(from_flexible_body(random_body(2, false), "x"));
+  EXPECT_EQ(message(good), "accepted");
+  EXPECT_NE(message("").find("f.sid:0: the file ends"), std::string::npos) << message("");
+  EXPECT_NE(message("solid cube").find("f.sid:1: no SID file"), std::string::npos);
+  EXPECT_NE(message(good.substr(0, good.size() / 2)).find("cut short"), std::string::npos);
+  EXPECT_NE(message(replaced(good, "m0(  1,  1)            =", "m0(  7,  1)            =")).find("outside of block"), std::string::npos);
+  EXPECT_NE(message(replaced(good, "m0(  1,  1)            =", "m0(  1,  1)            =nan ")).find("finite number"), std::string::npos);
+  EXPECT_NE(message(replaced(good, "nelastq               = 2", "nelastq               = 2000000000")).find("nelastq"), std::string::npos);
+  EXPECT_NE(message(replaced(good, "    3    2    :", "    4    2    :")).find("announces 4 nodes"), std::string::npos);
+  EXPECT_NE(message(replaced(good, "           end frame", "")).find("f.sid:"), std::string::npos);
+  EXPECT_NE(message(replaced(good, "mass                  = ", "mass                  = -")).find("mass"), std::string::npos);
+}
+
+// Random damage: bytes changed, pieces cut, doubled or moved. Either an InputError or a body with finite numbers.
+TEST(Sid, ThousandDamagedCopies) {
+  std::mt19937 random(20061004);
+  std::vector<std::string> texts;
+  for (const fs::path& path : samples()) texts.push_back(text_of(path));
+  texts.push_back(write_sid_text(from_flexible_body(random_body(3, true), "random")));
+  static constexpr std::string_view spice = "0123456789()=,.-+DEmn \n\tend";
+  int refused = 0;
+  for (int copy = 0; copy < 1000; ++copy) {
+    std::string text = texts[copy % texts.size()];
+    const int hits = 1 + static_cast<int>(random() % 4);
+    for (int h = 0; h < hits && !text.empty(); ++h) {
+      const size_t at = random() % text.size(), size = 1 + random() % 40;
+      switch (random() % 5) {
+        case 0: text[at] = spice[random() % spice.size()]; break;
+        case 1: text.erase(at, size); break;
+        case 2: text.insert(at, text.substr(random() % text.size(), size)); break;
+        case 3: if (random() % 4 == 0) text.resize(at); break;
+        default: text[at] = static_cast<char>(random() % 256);
+      }
+    }
+    try {
+      const FlexibleBody body = to_flexible_body(read_sid_text(text, "damaged").file, "damaged");
+      EXPECT_TRUE(std::isfinite(body.mass) && body.Ke.allFinite() && body.Me.allFinite() && body.md1.allFinite());
+    } catch (const InputError&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 500);
+}
+
+}  // namespace
+}  // namespace flexframe::sim
