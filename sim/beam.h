@@ -20,6 +20,10 @@
 #include "sim/flexible_body.h"
 #include "sim/scene.h"
 
+#include <array>
+#include <string>
+#include <vector>
+
 namespace flexframe::sim {
 
 // Which elastic coordinates and terms exist. All false: the rigid beam (n = 0).
@@ -51,5 +55,62 @@ FlexibleBody make_modal_beam(const BeamDef& def, const BeamEffects& effects);
 
 // Exact to the last digits up to here (beam_eigenforms.h); the Euler-Bernoulli beam itself ends long before.
 inline constexpr int kMaxMode = 200;
+
+// A beam of several bodies in a row, for large deformations: piece i + 1 hangs with its root on the tip of piece i by link i.
+struct BeamPiece {
+  std::string name;     // "volume[0]", "element[3]"
+  FlexibleBody body;    // its own frame: origin at the piece's root, x along the piece
+  double start = 0.0;   // x of its root in the undeformed beam, m
+};
+
+// A frame of the whole beam.
+struct BeamChainFrame {
+  std::string name;
+  int piece = 0;
+  int node = 0;         // of the piece's body
+};
+
+// Elastic joints of a lumped beam. theta_i: rotation of piece i + 1 relative to piece i about x y z of piece i (a rotation vector; small
+// between neighbours), zero about the axes that are not free. Moments on piece i + 1, about the same axes:
+//   m = -S A (theta + time_constant dtheta/dt) over the links, A = C^-1, C symmetric tridiagonal (metres): diagonal[i], off[i] = C(i, i+1).
+// off empty: the local spring of seed 003, m_i = -S theta_i / diagonal[i].
+struct BeamLinks {
+  std::array<bool, 3> free = {false, false, false};  // about x (torsion), y (bending_xz), z (bending_xy); none: welds
+  Mat3 section = Mat3::Zero();                       // S: diag(GJ, EIy, EIz) and -EIyz, N m^2
+  std::vector<double> diagonal, off;                 // of C, m
+  double time_constant = 0.0;                        // Kelvin-Voigt damping, s
+};
+
+struct BeamChain {
+  std::vector<BeamPiece> pieces;       // root to tip
+  BeamLinks links;                     // between neighbours: pieces.size() - 1
+  std::vector<BeamChainFrame> frames;  // root, tip, BeamDef::frames, then node[0] .. along x
+};
+
+// Mixed beam (seed 000 section 3.4): BeamDef::volumes beams welded end to end, each of BeamDef::elements finite elements, or of the
+// eigenforms BeamDef::modes where that map is not empty. Volumes of finite elements have their frame in the chord whatever
+// BeamDef::boundary says: the same deformations, and the rotations that the second-order field must follow are halved. Volumes of
+// eigenforms have BeamDef::boundary.
+BeamChain make_mixed_beam(const BeamDef& def, const BeamEffects& effects);
+
+// Lumped beam (seed 003): BeamDef::elements generalised elements of length l, each rigid half - joint in the middle - rigid half,
+// stiffness E I / l, G J / l; axial makes the pieces extensible. BeamDef::curvature_coupling: moments vary linearly from joint to
+// joint, so that a joint's angle depends on its neighbours' moments too; static deflections under end loads are then exact.
+// Effects stiffening (rigid pieces have it all) and shear have no meaning here: the first is ignored, the second refused.
+BeamChain make_lumped_beam(const BeamDef& def, const BeamEffects& effects);
+
+// In both, damping.ratio[0] is the ratio of the first bending mode (of the first mode where nothing bends) of the beam with its
+// boundary, by Kelvin-Voigt damping: the ratio of a mode grows with its frequency. damping.stiffness adds to the time constant;
+// damping.mass is refused.
+
+// Moments of the links' springs, size 3 x links, from angles of that size (add time_constant times the rates for damping). O(links).
+Mat3X link_moments(const BeamLinks& links, const Mat3X& theta);
+// d moments / d theta as a dense matrix, 3 links x 3 links, angles ordered link by link.
+MatX link_stiffness(const BeamLinks& links, int count);
+
+// One sentence where the Euler-Bernoulli beam stops being valid for this beam (slenderness, high modes), empty where it is fine.
+std::string beam_validity_note(const BeamDef& def, const BeamEffects& effects);
+// The same for bending in both planes.
+std::string beam_validity_note(const BeamDef& def);
 
 }  // namespace flexframe::sim
