@@ -1,0 +1,36 @@
+// Files that appear under their final name whole or not at all, and the fingerprints of inputs.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace flexframe::sim {
+
+// A file in the making, beside its final name; removed unless committed.
+class PendingFile {
+ public:
+  // Throws std::runtime_error when the folder is missing or the name is a directory.
+  explicit PendingFile(std::filesystem::path final_path);
+  ~PendingFile();
+  PendingFile(const PendingFile&) = delete;
+  PendingFile& operator=(const PendingFile&) = delete;
+
+  const std::filesystem::path& path() const { return temporary_; }
+  // Flushes to the disk and renames. Throws std::runtime_error.
+  void commit();
+
+ private:
+  std::filesystem::path final_, temporary_;
+  bool committed_ = false;
+};
+
+// Throws std::runtime_error naming the path and the reason (no folder, no permission, disk full).
+void write_whole_file(const std::filesystem::path& path, std::string_view content);
+
+// SHA-256 (FIPS 180-4) in hexadecimal.
+std::string sha256(std::string_view bytes);
+// The same of a file; empty when it cannot be read.
+std::string sha256_of_file(const std::filesystem::path& path);
+
+}  // namespace flexframe::sim
