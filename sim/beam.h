@@ -88,9 +88,9 @@ struct BeamChain {
 };
 
 // Mixed beam (seed 000 section 3.4): BeamDef::volumes beams welded end to end, each of BeamDef::elements finite elements, or of the
-// eigenforms BeamDef::modes where that map is not empty. Volumes of finite elements have their frame in the chord whatever
-// BeamDef::boundary says: the same deformations, and the rotations that the second-order field must follow are halved. Volumes of
-// eigenforms have BeamDef::boundary.
+// eigenforms BeamDef::modes where that map is not empty. Volumes of finite elements have mean axes (free_free) whatever
+// BeamDef::boundary says: the same deformations, but a bent and twisted volume is then followed to fourth order of its length instead
+// of third (clamped_free) or first (supported_supported); BEAMS.md section 7. Volumes of eigenforms have BeamDef::boundary.
 BeamChain make_mixed_beam(const BeamDef& def, const BeamEffects& effects);
 
 // Lumped beam (seed 003): BeamDef::elements generalised elements of length l, each rigid half - joint in the middle - rigid half,

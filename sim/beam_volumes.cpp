@@ -100,7 +100,7 @@ BeamChain make_mixed_beam(const BeamDef& def, const BeamEffects& effects) {
   const double l = def.length / def.volumes;
   for (int k = 0; k < def.volumes; ++k) {
     BeamDef part = part_of(def, k * l, (k + 1) * l, k + 1 == def.volumes);
-    if (def.modes.empty()) part.boundary = Boundary::supported_supported;
+    if (def.modes.empty()) part.boundary = Boundary::free_free;
     BeamPiece piece{fmt::format("volume[{}]", k), {}, k * l};
     piece.body = def.modes.empty() ? make_fe_beam(part, effects) : make_modal_beam(part, effects);
     if (tau > 0.0 && piece.body.n > 0) piece.body.De = tau * piece.body.Ke;
