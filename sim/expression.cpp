@@ -82,6 +82,19 @@ Jet atan2_on_side(const Jet& y, const Jet& x, double side) {
   return {expression::atan2_on_side(y.v, x.v, side), rate.v, rate.d};
 }
 
+double select_after(Op op, const Jet& a, const Jet& b) {
+  const auto after = [](const Jet& x) { return x.v != 0.0 ? x.v : x.d != 0.0 ? x.d : x.dd; };
+  switch (op) {
+    case Op::truth: case Op::abs: case Op::sign: return select(op, after(a), 0.0);
+    case Op::rint: {
+      const bool falls_from_half = a.v - std::floor(a.v) == 0.5 && (a.d < 0.0 || (a.d == 0.0 && a.dd < 0.0));
+      return falls_from_half ? std::floor(a.v) : select(op, a.v, 0.0);
+    }
+    case Op::atan2: return select(op, after(a), after(b));
+    default: return a.v == b.v ? select(op, after(a - b), 0.0) : select(op, a.v, b.v);
+  }
+}
+
 // Recursive descent over the text, one function a level of precedence; leaves postfix code.
 class Compiler {
  public:
@@ -393,6 +406,12 @@ class Compiler {
 
 }  // namespace
 
+void choices_after(const std::vector<Expression::Instruction>& code, int begin, int end, double t, std::vector<double>& choices) {
+  run(code, begin, end, Jet(t, 1.0, 0.0), [&](int index, Op op, const Jet& a, const Jet& b) {
+    return choices[static_cast<std::size_t>(index)] = select_after(op, a, b);
+  });
+}
+
 }  // namespace expression
 
 using expression::run;
@@ -413,9 +432,7 @@ Expression::Expression(std::string_view text) : text_(text) {
 void Expression::freeze(double t_inside) {
   // selectors in a branch that is not taken keep 0; the branch cannot be taken while its condition is frozen
   std::vector<double> chosen(selectors_.size(), 0.0);
-  run(code_, 0, static_cast<int>(code_.size()), t_inside, [&](int index, Op op, double a, double b) {
-    return chosen[static_cast<std::size_t>(index)] = expression::select(op, a, b);
-  });
+  expression::choices_after(code_, 0, static_cast<int>(code_.size()), t_inside, chosen);
   frozen_ = std::move(chosen);
 }
 

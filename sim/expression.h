@@ -42,7 +42,7 @@ class Expression {
   bool has_switches() const { return !selectors_.empty(); }
 
   // Sorted times strictly inside (t0, t1) at which a selector changes: the piece before holds up to the time, the next one after it.
-  // Throws SimulationError if there are more than a million or they cannot be told apart.
+  // Throws SimulationError if there are more than 100 000 or they cannot be told apart.
   std::vector<double> switch_times(double t0, double t1) const;
 
   // Holds every selector as it is at t_inside, a time inside a segment between two switch times; unfreeze() lets go.

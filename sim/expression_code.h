@@ -44,7 +44,7 @@ inline double select(Op op, double a, double b) {
     case Op::truth: return a != 0.0;
     case Op::abs: return std::signbit(a) ? -1.0 : 1.0;
     case Op::sign: return static_cast<double>((a > 0.0) - (a < 0.0));
-    case Op::rint: return std::rint(a);
+    case Op::rint: return std::floor(a) + (a - std::floor(a) >= 0.5);  // halves go up, as in muParser
     case Op::min: return b < a;
     case Op::max: return b > a;
     case Op::atan2: return b < 0.0 ? (std::signbit(a) ? -1.0 : 1.0) : 0.0;
@@ -132,6 +132,10 @@ T run(const std::vector<Expression::Instruction>& code, int begin, int end, cons
   if (below) *below = stack[static_cast<std::size_t>(top - 1)];
   return stack[static_cast<std::size_t>(top)];
 }
+
+// What the selectors in code[begin, end) choose right after t: where a threshold is met exactly, the derivatives decide.
+// Entries of selectors in branches that are not taken stay as they are.
+void choices_after(const std::vector<Expression::Instruction>& code, int begin, int end, double t, std::vector<double>& choices);
 
 }  // namespace expression
 

@@ -88,77 +88,89 @@ Interval sine(Interval a) {
 }
 Interval cosine(Interval a) { return sine(a + Interval{0.5 * M_PI, 0.5 * M_PI}); }
 
-// A value and its derivative over a box of times.
+// A value and its derivative over a box of times; partial: at some of them the value is perhaps not a number.
 struct Range {
   Interval v, d;
+  bool partial = false;
   Range() = default;
   Range(double x) : v{x, x}, d{0.0, 0.0} {}
-  Range(Interval value, Interval rate) : v(value), d(value.empty() ? nothing : rate) {}
+  Range(Interval value, Interval rate, bool is_partial) : v(value), d(value.empty() ? nothing : rate), partial(is_partial) {}
 };
 
-Range operator+(const Range& a, const Range& b) { return {a.v + b.v, a.d + b.d}; }
-Range operator-(const Range& a, const Range& b) { return {a.v - b.v, a.d - b.d}; }
-Range operator-(const Range& a) { return {-a.v, -a.d}; }
-Range operator*(const Range& a, const Range& b) { return {a.v * b.v, a.d * b.v + a.v * b.d}; }
+Range operator+(const Range& a, const Range& b) { return {a.v + b.v, a.d + b.d, a.partial || b.partial}; }
+Range operator-(const Range& a, const Range& b) { return {a.v - b.v, a.d - b.d, a.partial || b.partial}; }
+Range operator-(const Range& a) { return {-a.v, -a.d, a.partial}; }
+Range operator*(const Range& a, const Range& b) { return {a.v * b.v, a.d * b.v + a.v * b.d, a.partial || b.partial}; }
 Range operator/(const Range& a, const Range& b) {
   const Interval v = a.v / b.v;
-  return {v, (a.d - v * b.d) / b.v};
+  return {v, (a.d - v * b.d) / b.v, a.partial || b.partial};
 }
 
 constexpr Interval one{1.0, 1.0};
 
-Range sin(const Range& u) { return {sine(u.v), cosine(u.v) * u.d}; }
-Range cos(const Range& u) { return {cosine(u.v), -(sine(u.v) * u.d)}; }
+// The argument of a function that is defined from low to high.
+Range within(const Range& u, double low, double high) {
+  return {clipped(u.v, low, high), u.d, u.partial || u.v.lo < low || u.v.hi > high};
+}
+
+template <class F>
+Range increasing(const Range& u, Interval slope, F&& f) {
+  return {increasing(u.v, f), slope * u.d, u.partial};
+}
+
+Range sin(const Range& u) { return {sine(u.v), cosine(u.v) * u.d, u.partial}; }
+Range cos(const Range& u) { return {cosine(u.v), -(sine(u.v) * u.d), u.partial}; }
 Range tan(const Range& u) {
-  if (u.v.empty()) return {nothing, nothing};
+  if (u.v.empty()) return u;
   const auto branch = [](double x) { return std::floor((x - 0.5 * M_PI) / M_PI); };
-  const bool whole = !(u.v.hi - u.v.lo < M_PI) || branch(u.v.lo) != branch(u.v.hi);
-  const Interval v = whole ? everything : increasing(u.v, [](double x) { return std::tan(x); });
-  return {v, (one + square(v)) * u.d};
+  if (!(u.v.hi - u.v.lo < M_PI) || branch(u.v.lo) != branch(u.v.hi)) return {everything, everything, u.partial};
+  const Interval v = increasing(u.v, [](double x) { return std::tan(x); });
+  return {v, (one + square(v)) * u.d, u.partial};
 }
 Range asin(const Range& u) {
-  const Interval x = clipped(u.v, -1.0, 1.0);
-  return {increasing(x, [](double a) { return std::asin(a); }), u.d / root(one - square(x))};
+  const Range x = within(u, -1.0, 1.0);
+  return increasing(x, one / root(one - square(x.v)), [](double a) { return std::asin(a); });
 }
 Range acos(const Range& u) {
-  const Interval x = clipped(u.v, -1.0, 1.0);
-  return {-increasing(x, [](double a) { return -std::acos(a); }), -(u.d / root(one - square(x)))};
+  const Range x = within(u, -1.0, 1.0);
+  return -increasing(x, one / root(one - square(x.v)), [](double a) { return -std::acos(a); });
 }
-Range atan(const Range& u) { return {increasing(u.v, [](double a) { return std::atan(a); }), u.d / (one + square(u.v))}; }
+Range atan(const Range& u) { return increasing(u, one / (one + square(u.v)), [](double a) { return std::atan(a); }); }
 Range exp(const Range& u) {
   const Interval v = increasing(u.v, [](double a) { return std::exp(a); });
-  return {v, v * u.d};
+  return {v, v * u.d, u.partial};
 }
 Range sinh(const Range& u) {
   const Interval v = increasing(u.v, [](double a) { return std::sinh(a); });
-  return {v, root(one + square(v)) * u.d};
+  return {v, root(one + square(v)) * u.d, u.partial};
 }
 Range cosh(const Range& u) {
   const Interval s = increasing(u.v, [](double a) { return std::sinh(a); });
-  return {root(one + square(s)), s * u.d};
+  return {root(one + square(s)), s * u.d, u.partial};
 }
 Range tanh(const Range& u) {
   const Interval v = increasing(u.v, [](double a) { return std::tanh(a); });
-  return {v, (one - square(v)) * u.d};
+  return {v, (one - square(v)) * u.d, u.partial};
 }
-Range asinh(const Range& u) { return {increasing(u.v, [](double a) { return std::asinh(a); }), u.d / root(one + square(u.v))}; }
+Range asinh(const Range& u) { return increasing(u, one / root(one + square(u.v)), [](double a) { return std::asinh(a); }); }
 Range acosh(const Range& u) {
-  const Interval x = clipped(u.v, 1.0, infinity);
-  return {increasing(x, [](double a) { return std::acosh(a); }), u.d / root(square(x) - one)};
+  const Range x = within(u, 1.0, infinity);
+  return increasing(x, one / root(square(x.v) - one), [](double a) { return std::acosh(a); });
 }
 Range atanh(const Range& u) {
-  const Interval x = clipped(u.v, -1.0, 1.0);
-  return {increasing(x, [](double a) { return std::atanh(a); }), u.d / (one - square(x))};
+  const Range x = within(u, -1.0, 1.0);
+  return increasing(x, one / (one - square(x.v)), [](double a) { return std::atanh(a); });
 }
 Range log(const Range& u) {
-  const Interval x = clipped(u.v, 0.0, infinity);
-  return {increasing(x, [](double a) { return std::log(a); }), u.d / x};
+  const Range x = within(u, 0.0, infinity);
+  return increasing(x, one / x.v, [](double a) { return std::log(a); });
 }
 Range log2(const Range& u) { return log(u) * Range(M_LOG2E); }
 Range log10(const Range& u) { return log(u) * Range(M_LOG10E); }
 Range sqrt(const Range& u) {
-  const Interval v = root(u.v);
-  return {v, u.d / (v + v)};
+  const Range x = within(u, 0.0, infinity);
+  const Interval v = root(x.v);
+  return {v, x.d / (v + v), x.partial};
 }
 
 // x^c for a number c
@@ -180,7 +192,8 @@ Interval power(Interval x, double c) {
 Range pow(const Range& a, const Range& b) {
   if (b.v.lo == b.v.hi && b.d.lo == 0.0 && b.d.hi == 0.0) {
     const double c = b.v.lo;
-    return {power(a.v, c), c == 0.0 ? Interval{0.0, 0.0} : Interval{c, c} * power(a.v, c - 1.0) * a.d};
+    const Range x = c == std::rint(c) ? a : within(a, 0.0, infinity);
+    return {power(x.v, c), c == 0.0 ? Interval{0.0, 0.0} : Interval{c, c} * power(x.v, c - 1.0) * x.d, x.partial};
   }
   return exp(b * log(a));
 }
@@ -188,16 +201,17 @@ Range pow(const Range& a, const Range& b) {
 double number_of(const Range& u) { return std::rint(0.5 * (u.v.lo + u.v.hi)); }
 
 Range atan2_on_side(const Range& y, const Range& x, double side) {
-  if (y.v.empty() || x.v.empty()) return {nothing, nothing};
+  const bool partial = y.partial || x.partial;
+  if (y.v.empty() || x.v.empty()) return {nothing, nothing, true};
   const Interval rate = (x.v * y.d - y.v * x.d) / (square(x.v) + square(y.v));
   const auto angle = [](Interval ratio) { return increasing(ratio, [](double a) { return std::atan(a); }); };
   const double shift = x.v.lo > 0.0 ? 0.0 : x.v.hi < 0.0 ? side * M_PI : infinity;
-  if (std::isfinite(shift)) return {angle(y.v / x.v) + Interval{shift, shift}, rate};
+  if (std::isfinite(shift)) return {angle(y.v / x.v) + Interval{shift, shift}, rate, partial};
   if (!y.v.has_zero()) {
     const double up = y.v.lo > 0.0 ? 0.5 * M_PI : -0.5 * M_PI;
-    return {Interval{up, up} - angle(x.v / y.v), rate};
+    return {Interval{up, up} - angle(x.v / y.v), rate, partial};
   }
-  return {{-2.0 * M_PI, 2.0 * M_PI}, rate};
+  return {{-2.0 * M_PI, 2.0 * M_PI}, everything, partial};
 }
 
 struct TooMany {};
@@ -247,9 +261,7 @@ class Search {
   }
 
   void hold(double t) {
-    run(code_, selector_->begin, selector_->end, t, [this](int index, Op op, double a, double b) {
-      return held_[static_cast<std::size_t>(index)] = select(op, a, b);
-    });
+    choices_after(code_, selector_->begin, selector_->end, t, held_);
   }
 
   Operands operands(double t) const {
@@ -270,33 +282,58 @@ class Search {
 
   enum class Box { constant, at_most_one_change, unknown };
 
-  Box classify(double lo, double hi) {
-    if (++boxes_ > most_boxes) throw TooMany{};
+  // The operands over a box, with the selectors inside them held.
+  void ranges(double lo, double hi, Range& a, Range& b) const {
     const auto held = [this](int index, Op, const Range&, const Range&) { return held_[static_cast<std::size_t>(index)]; };
-    const Range time(Interval{lo, hi}, one);
-    Range a, b(0.0);
+    const Range time(Interval{lo, hi}, one, false);
+    b = Range(0.0);
     if (is_binary_selector(selector_->op)) b = run(code_, selector_->begin, selector_->end, time, held, &a);
     else a = run(code_, selector_->begin, selector_->end, time, held);
+  }
+
+  // The difference of the operands at one time, as wide as its rounding.
+  Interval difference(double t) const {
+    Range a, b;
+    ranges(t, t, a, b);
+    return a.v - b.v;
+  }
+
+  Box classify(double lo, double hi) {
+    if (++boxes_ > most_boxes) throw TooMany{};
+    Range a, b;
+    ranges(lo, hi, a, b);
     if (a.v.empty() || b.v.empty()) return Box::constant;
+    if (a.partial || b.partial) return Box::unknown;
     if (selector_->op == Op::atan2) {
       if (b.v.lo > 0.0 || (b.v.hi < 0.0 && !a.v.has_zero())) return Box::constant;
       const bool one_crosses = (!b.v.has_zero() && !a.d.has_zero()) || (!a.v.has_zero() && !b.d.has_zero());
       return one_crosses ? Box::at_most_one_change : Box::unknown;
     }
     if (selector_->op == Op::rint) {
-      if (std::rint(a.v.lo) == std::rint(a.v.hi)) return Box::constant;
+      if (select(Op::rint, a.v.lo, 0.0) == select(Op::rint, a.v.hi, 0.0)) return Box::constant;
       return !a.d.has_zero() && std::abs(choice(lo) - choice(hi)) <= 1.0 ? Box::at_most_one_change : Box::unknown;
     }
+    const Interval direct = a.v - b.v, rate = a.d - b.d;
+    if (!direct.has_zero() || (direct.lo == 0.0 && direct.hi == 0.0)) return Box::constant;
+    if (!rate.has_zero()) return Box::at_most_one_change;
     // the mean value form is the sharper one in small boxes
-    const Interval rate = a.d - b.d;
-    const double middle = 0.5 * (lo + hi);
-    const Operands o = operands(middle);
-    const double size = std::abs(o.a) + std::abs(o.b);
-    const Interval centre{o.a - o.b - 1e-15 * size, o.a - o.b + 1e-15 * size};
-    const Interval direct = a.v - b.v;
-    const Interval mean = std::isnan(centre.lo) ? everything : centre + rate * Interval{lo - middle, hi - middle};
-    if (!direct.has_zero() || !mean.has_zero() || (direct.lo == 0.0 && direct.hi == 0.0)) return Box::constant;
-    return rate.has_zero() ? Box::unknown : Box::at_most_one_change;
+    const double middle = lo + 0.5 * (hi - lo);
+    const Interval centre = difference(middle);
+    if (centre.empty()) return Box::unknown;
+    if (!(centre + rate * Interval{lo - middle, hi - middle}).has_zero()) return Box::constant;
+    return centre.has_zero() && zero_but_for_rounding(lo, hi, a.v, b.v, centre, rate) ? Box::at_most_one_change : Box::unknown;
+  }
+
+  // No finer box would tell more: the difference varies less than it is rounded (a touch of high order), or it vanishes wherever
+  // one looks while the operands hardly vary (t*t < t^2).
+  bool zero_but_for_rounding(double lo, double hi, Interval a, Interval b, Interval centre, Interval rate) const {
+    const double variation = std::max(std::abs(rate.lo), std::abs(rate.hi)) * (hi - lo);
+    if (variation <= 4.0 * (centre.hi - centre.lo)) return true;
+    const double size = std::max({std::abs(a.lo), std::abs(a.hi), std::abs(b.lo), std::abs(b.hi)});
+    if (!(a.hi - a.lo + b.hi - b.lo <= 0.02 * size)) return false;
+    for (const double part : {0.0, 0.137, 0.319, 0.618, 0.871, 1.0})
+      if (!difference(lo + part * (hi - lo)).has_zero()) return false;
+    return true;
   }
 
   void isolate(double lo, double hi) {
@@ -308,7 +345,10 @@ class Search {
       const Box kind = classify(box.lo, box.hi);
       if (kind == Box::constant) continue;
       const double middle = box.lo + 0.5 * (box.hi - box.lo);
-      if (kind == Box::at_most_one_change || box.hi - box.lo <= narrowest_ || !(middle > box.lo && middle < box.hi)) bisect(box.lo, box.hi);
+      const bool narrow = box.hi - box.lo <= narrowest_ || !(middle > box.lo && middle < box.hi);
+      // a few boxes end so beside a touch or a pole; many are changes too dense to tell apart
+      if (narrow && kind == Box::unknown && ++unresolved_ > most_unresolved) throw TooMany{};
+      if (narrow || kind == Box::at_most_one_change) bisect(box.lo, box.hi);
       else {
         open.push_back({middle, box.hi});
         open.push_back({box.lo, middle});
@@ -334,9 +374,7 @@ class Search {
   // All choices at t; in branches that are not taken: infinity.
   void all_choices(double t, std::vector<double>& out) const {
     out.assign(selectors_.size(), infinity);
-    run(code_, 0, static_cast<int>(code_.size()), t, [&](int index, Op op, double a, double b) {
-      return out[static_cast<std::size_t>(index)] = select(op, a, b);
-    });
+    choices_after(code_, 0, static_cast<int>(code_.size()), t, out);
   }
 
   // Candidates at which the choices before and after differ. Several within a few roundings are one.
@@ -360,8 +398,9 @@ class Search {
     return kept;
   }
 
-  static constexpr long most_boxes = 4'000'000;
-  static constexpr std::size_t most_changes = 1'000'000;
+  static constexpr long most_boxes = 1'000'000;
+  static constexpr long most_unresolved = 1000;
+  static constexpr std::size_t most_changes = 100'000;
 
   const std::vector<Expression::Instruction>& code_;
   const std::vector<Expression::Selector>& selectors_;
@@ -369,7 +408,7 @@ class Search {
   const Expression::Selector* selector_ = nullptr;
   std::vector<double>* found_ = nullptr;
   double t0_, t1_, narrowest_;
-  long boxes_ = 0;
+  long boxes_ = 0, unresolved_ = 0;
 };
 
 }  // namespace
