@@ -97,6 +97,9 @@ Points apply_precise(const Map& map, const Eigen::Ref<const Points>& displacemen
 // Linearised in displacement and rotation (what modes use), in double; needs Options::precise.
 Points apply_linear(const Map& map, const Eigen::Ref<const Points>& displacement, const Eigen::Ref<const Points>& rotation);
 
+// Sources of one mode (P x 3): linear lift of a column of 3 N displacements and of 3 N rotations (or none).
+Points mode_sources(const Map& map, const Eigen::VectorXd& phi, const Eigen::VectorXd& psi);
+
 // F pictures of a nodal series in one sweep over the weights. displacement F x 3 N (a row: ux uy uz of node 0, of node 1, ...),
 // rotation alike or 0 x 0; out[f] as in apply.
 void apply_batch(const Map& map, const Eigen::Ref<const Eigen::MatrixXd>& displacement, const Eigen::Ref<const Eigen::MatrixXd>& rotation,

@@ -1,0 +1,450 @@
+#include "interp/graph.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <queue>
+#include <unordered_map>
+
+namespace flexframe::interp {
+namespace {
+
+// Nearest point of a triangle (Ericson, Real-time collision detection, 2005, 5.1.5), returns the distance.
+double triangle_distance(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
+  const Vec3 ab = b - a, ac = c - a, ap = p - a;
+  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
+  if (d1 <= 0.0 && d2 <= 0.0) return ap.norm();
+  const Vec3 bp = p - b;
+  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
+  if (d3 >= 0.0 && d4 <= d3) return bp.norm();
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 && d1 > d3) return (ap - ab * (d1 / (d1 - d3))).norm();
+  const Vec3 cp = p - c;
+  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
+  if (d6 >= 0.0 && d5 <= d6) return cp.norm();
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 && d2 > d6) return (ap - ac * (d2 / (d2 - d6))).norm();
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 && d4 - d3 + d5 - d6 > 0.0)
+    return (bp - (c - b) * ((d4 - d3) / (d4 - d3 + d5 - d6))).norm();
+  const Vec3 n = ab.cross(ac);
+  const double area = n.norm();
+  return area > 0.0 ? std::abs(n.dot(ap)) / area : ap.norm();
+}
+
+struct Forest {
+  std::vector<int> parent;
+  explicit Forest(int n) : parent(static_cast<size_t>(n)) { std::iota(parent.begin(), parent.end(), 0); }
+  int root(int a) {
+    while (parent[static_cast<size_t>(a)] != a) a = parent[static_cast<size_t>(a)] = parent[static_cast<size_t>(parent[static_cast<size_t>(a)])];
+    return a;
+  }
+  bool join(int a, int b) {
+    a = root(a);
+    b = root(b);
+    parent[static_cast<size_t>(std::max(a, b))] = std::min(a, b);
+    return a != b;
+  }
+};
+
+struct Edge {
+  int a, b;
+};
+
+void compress(int rows, const std::vector<Edge>& pairs, std::vector<int>& begin, std::vector<int>& to) {
+  begin.assign(static_cast<size_t>(rows) + 1, 0);
+  for (const Edge& e : pairs) ++begin[static_cast<size_t>(e.a) + 1];
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  to.resize(pairs.size());
+  std::vector<int> fill(begin.begin(), begin.end() - 1);
+  for (const Edge& e : pairs) to[static_cast<size_t>(fill[static_cast<size_t>(e.a)]++)] = e.b;
+}
+
+// Where the nodes touch the mesh: the corners of the triangle they lie on, else all vertices about as near as the nearest.
+void attach_nodes(Graph& graph, const Weld& weld, const Points& nodes, const PointGrid& grid) {
+  graph.node_begin.assign(1, 0);
+  std::vector<int> near;
+  for (Eigen::Index i = 0; i < nodes.rows(); ++i) {
+    const Vec3 x = nodes.row(i).transpose();
+    const int first = grid.nearest(x);
+    const double to_vertex = (weld.positions.row(first).transpose() - x).norm();
+    double to_surface = to_vertex;
+    int corner[3] = {first, -1, -1};
+    if (to_vertex > 0.0) {
+      grid.within(x, 1.5 * to_vertex, near);
+      if (near.size() > 64) near.resize(64);
+      for (const int v : near)
+        for (int c = graph.corner_begin[static_cast<size_t>(v)]; c < graph.corner_begin[static_cast<size_t>(v) + 1]; ++c) {
+          const int b = graph.corner[static_cast<size_t>(2 * c)], d = graph.corner[static_cast<size_t>(2 * c + 1)];
+          const double distance =
+              triangle_distance(x, weld.positions.row(v).transpose(), weld.positions.row(b).transpose(), weld.positions.row(d).transpose());
+          if (distance < to_surface) {
+            to_surface = distance;
+            corner[0] = v;
+            corner[1] = b;
+            corner[2] = d;
+          }
+        }
+      // Above the middle of a triangle by less than a tenth of its size: on the surface.
+      if (to_surface < 0.1 * to_vertex) {
+        near.assign(corner, corner + 3);
+      } else {
+        std::erase_if(near, [&](int v) { return (weld.positions.row(v).transpose() - x).norm() > 1.3 * to_vertex; });
+      }
+    } else {
+      near.assign(1, first);
+    }
+    graph.off_mesh.push_back(to_surface);
+    for (const int v : near) {
+      graph.node_vertex.push_back(v);
+      graph.node_length.push_back((weld.positions.row(v).transpose() - x).norm());
+    }
+    graph.node_begin.push_back(static_cast<int>(graph.node_vertex.size()));
+  }
+}
+
+}  // namespace
+
+Weld weld_vertices(const MeshView& mesh, double distance) {
+  Weld weld;
+  const Eigen::Index count = mesh.vertices.rows();
+  weld.row.assign(static_cast<size_t>(count), -1);
+  // Cells of twice the distance; a vertex looks into the neighbours that its ball of that radius touches.
+  const Vec3 lower = mesh.vertices.colwise().minCoeff().transpose();
+  const double cell = distance > 0.0 ? 2.0 * distance : std::numeric_limits<double>::min();
+  struct Key {
+    std::int64_t x, y, z;
+    bool operator==(const Key&) const = default;
+  };
+  struct Hash {
+    size_t operator()(const Key& k) const {
+      auto h = static_cast<std::uint64_t>(k.x) * 0x9e3779b97f4a7c15ull;
+      h = (h ^ (h >> 31) ^ static_cast<std::uint64_t>(k.y)) * 0xbf58476d1ce4e5b9ull;
+      h = (h ^ (h >> 29) ^ static_cast<std::uint64_t>(k.z)) * 0x94d049bb133111ebull;
+      return h ^ (h >> 32);
+    }
+  };
+  std::unordered_map<Key, std::vector<int>, Hash> cells;
+  cells.reserve(static_cast<size_t>(count));
+  std::vector<int> kept;
+  for (Eigen::Index v = 0; v < count; ++v) {
+    const Vec3 x = mesh.vertices.row(v).transpose();
+    const Vec3 grid = (x - lower) / cell;
+    int found = -1;
+    Key lo{}, hi{};
+    auto floor_of = [](double a) { return static_cast<std::int64_t>(std::floor(a)); };
+    lo = {floor_of(grid.x() - 0.5), floor_of(grid.y() - 0.5), floor_of(grid.z() - 0.5)};
+    hi = {floor_of(grid.x() + 0.5), floor_of(grid.y() + 0.5), floor_of(grid.z() + 0.5)};
+    for (std::int64_t i = lo.x; i <= hi.x && found < 0; ++i)
+      for (std::int64_t j = lo.y; j <= hi.y && found < 0; ++j)
+        for (std::int64_t k = lo.z; k <= hi.z && found < 0; ++k)
+          if (const auto it = cells.find({i, j, k}); it != cells.end())
+            for (const int w : it->second)
+              if ((mesh.vertices.row(kept[static_cast<size_t>(w)]).transpose() - x).norm() <= distance) { found = w; break; }
+    if (found < 0) {
+      found = static_cast<int>(kept.size());
+      kept.push_back(static_cast<int>(v));
+      cells[{floor_of(grid.x()), floor_of(grid.y()), floor_of(grid.z())}].push_back(found);
+    }
+    weld.row[static_cast<size_t>(v)] = found;
+  }
+  weld.positions.resize(static_cast<Eigen::Index>(kept.size()), 3);
+  for (size_t w = 0; w < kept.size(); ++w) weld.positions.row(static_cast<Eigen::Index>(w)) = mesh.vertices.row(kept[w]);
+  std::vector<Eigen::Vector3i> triangles;
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    const Eigen::Vector3i c(weld.row[static_cast<size_t>(mesh.triangles(t, 0))], weld.row[static_cast<size_t>(mesh.triangles(t, 1))],
+                            weld.row[static_cast<size_t>(mesh.triangles(t, 2))]);
+    if (c[0] != c[1] && c[1] != c[2] && c[2] != c[0]) triangles.push_back(c);
+  }
+  weld.triangles.resize(static_cast<Eigen::Index>(triangles.size()), 3);
+  for (size_t t = 0; t < triangles.size(); ++t) weld.triangles.row(static_cast<Eigen::Index>(t)) = triangles[t].transpose();
+  return weld;
+}
+
+PointGrid::PointGrid(const Points& points) : points_(points) {
+  const Eigen::Index n = points.rows();
+  if (n == 0) { begin_.assign(2, 0); return; }
+  lower_ = points.colwise().minCoeff().transpose();
+  const Vec3 extent = points.colwise().maxCoeff().transpose() - lower_;
+  // About two points a cell of a surface or volume; the number of cells is bounded by four times the points.
+  const double largest = extent.maxCoeff();
+  cell_ = largest > 0.0 ? largest / std::max(1.0, std::sqrt(static_cast<double>(n) / 2.0)) : 1.0;
+  auto cells = [&](double cell) { return ((extent / cell).array().floor() + 1.0).prod(); };
+  while (cells(cell_) > 4.0 * static_cast<double>(n) + 64.0) cell_ *= 1.3;
+  size_ = (extent / cell_).array().floor().cast<int>() + 1;
+  std::vector<Edge> pairs;
+  pairs.reserve(static_cast<size_t>(n));
+  for (Eigen::Index i = 0; i < n; ++i) pairs.push_back({static_cast<int>(slot(cell_of(points.row(i).transpose()))), static_cast<int>(i)});
+  compress(size_.prod(), pairs, begin_, item_);
+}
+
+Eigen::Array3i PointGrid::cell_of(const Vec3& x) const {
+  const Eigen::Array3d c = ((x - lower_) / cell_).array().floor();
+  return c.max(0.0).min((size_ - 1).cast<double>()).cast<int>();
+}
+size_t PointGrid::slot(const Eigen::Array3i& c) const {
+  return static_cast<size_t>(c[0]) + static_cast<size_t>(size_[0]) * (static_cast<size_t>(c[1]) + static_cast<size_t>(size_[1]) * static_cast<size_t>(c[2]));
+}
+
+int PointGrid::nearest(const Vec3& x) const {
+  if (points_.rows() == 0) return -1;
+  const Eigen::Array3i home = cell_of(x);
+  int best = -1;
+  double best2 = std::numeric_limits<double>::infinity();
+  const int rings = size_.maxCoeff();
+  // Rings of cells outward until no nearer point can lie in the next one.
+  const Vec3 inside = x.cwiseMax(lower_).cwiseMin(lower_ + cell_ * size_.matrix().cast<double>());
+  const double outside2 = (x - inside).squaredNorm();
+  for (int ring = 0; ring <= rings; ++ring) {
+    const double clear = std::max(0, ring - 1) * cell_;
+    if (best >= 0 && outside2 + clear * clear > best2) break;
+    const Eigen::Array3i lo = (home - ring).max(0), hi = (home + ring).min(size_ - 1);
+    for (int k = lo[2]; k <= hi[2]; ++k)
+      for (int j = lo[1]; j <= hi[1]; ++j)
+        for (int i = lo[0]; i <= hi[0]; ++i) {
+          if (std::max({std::abs(i - home[0]), std::abs(j - home[1]), std::abs(k - home[2])}) != ring) continue;
+          const size_t s = slot({i, j, k});
+          for (int p = begin_[s]; p < begin_[s + 1]; ++p) {
+            const int index = item_[static_cast<size_t>(p)];
+            const double d2 = (points_.row(index).transpose() - x).squaredNorm();
+            if (d2 < best2 || (d2 == best2 && index < best)) { best2 = d2; best = index; }
+          }
+        }
+  }
+  return best;
+}
+
+void PointGrid::within(const Vec3& x, double radius, std::vector<int>& out) const {
+  out.clear();
+  if (points_.rows() == 0) return;
+  const Eigen::Array3i lo = cell_of(x - Vec3::Constant(radius)), hi = cell_of(x + Vec3::Constant(radius));
+  for (int k = lo[2]; k <= hi[2]; ++k)
+    for (int j = lo[1]; j <= hi[1]; ++j)
+      for (int i = lo[0]; i <= hi[0]; ++i) {
+        const size_t s = slot({i, j, k});
+        for (int p = begin_[s]; p < begin_[s + 1]; ++p)
+          if ((points_.row(item_[static_cast<size_t>(p)]).transpose() - x).norm() <= radius) out.push_back(item_[static_cast<size_t>(p)]);
+      }
+  std::sort(out.begin(), out.end());
+}
+
+Graph make_graph(const Weld& weld, const Points& nodes, int enough) {
+  Graph graph;
+  graph.vertices = static_cast<int>(weld.positions.rows());
+  graph.nodes = static_cast<int>(nodes.rows());
+
+  // Corners of the triangles by vertex.
+  {
+    graph.corner_begin.assign(static_cast<size_t>(graph.vertices) + 1, 0);
+    for (Eigen::Index t = 0; t < weld.triangles.rows(); ++t)
+      for (int c = 0; c < 3; ++c) ++graph.corner_begin[static_cast<size_t>(weld.triangles(t, c)) + 1];
+    std::partial_sum(graph.corner_begin.begin(), graph.corner_begin.end(), graph.corner_begin.begin());
+    graph.corner.resize(static_cast<size_t>(6 * weld.triangles.rows()));
+    std::vector<int> fill(graph.corner_begin.begin(), graph.corner_begin.end() - 1);
+    for (Eigen::Index t = 0; t < weld.triangles.rows(); ++t)
+      for (int c = 0; c < 3; ++c) {
+        const auto at = static_cast<size_t>(fill[static_cast<size_t>(weld.triangles(t, c))]++);
+        graph.corner[2 * at] = weld.triangles(t, (c + 1) % 3);
+        graph.corner[2 * at + 1] = weld.triangles(t, (c + 2) % 3);
+      }
+  }
+
+  std::vector<Edge> edges;
+  for (Eigen::Index t = 0; t < weld.triangles.rows(); ++t)
+    for (int c = 0; c < 3; ++c) {
+      edges.push_back({weld.triangles(t, c), weld.triangles(t, (c + 1) % 3)});
+      edges.push_back({weld.triangles(t, (c + 1) % 3), weld.triangles(t, c)});
+    }
+  const PointGrid grid(weld.positions);
+  attach_nodes(graph, weld, nodes, grid);
+
+  // Parts of the mesh, each with its number of nodes; a node that touches two parts connects them.
+  Forest forest(graph.vertices);
+  for (const Edge& e : edges) forest.join(e.a, e.b);
+  std::vector<int> part_of(static_cast<size_t>(graph.vertices));
+  for (int v = 0; v < graph.vertices; ++v) {
+    part_of[static_cast<size_t>(v)] = forest.root(v);
+    graph.parts += forest.root(v) == v;
+  }
+  if (graph.parts > 1) {
+    std::vector<std::vector<int>> members(static_cast<size_t>(graph.vertices));
+    for (int v = 0; v < graph.vertices; ++v) members[static_cast<size_t>(part_of[static_cast<size_t>(v)])].push_back(v);
+    std::vector<int> held(static_cast<size_t>(graph.vertices), 0);
+    for (int i = 0; i < graph.nodes; ++i)
+      ++held[static_cast<size_t>(part_of[static_cast<size_t>(graph.node_vertex[static_cast<size_t>(graph.node_begin[static_cast<size_t>(i)])])])];
+    // Smallest parts first; each poor group is bridged to the nearest vertex outside it until it holds enough.
+    std::vector<int> parts;
+    for (int v = 0; v < graph.vertices; ++v)
+      if (part_of[static_cast<size_t>(v)] == v) parts.push_back(v);
+    std::stable_sort(parts.begin(), parts.end(), [&](int a, int b) { return members[static_cast<size_t>(a)].size() < members[static_cast<size_t>(b)].size(); });
+    Forest group(graph.vertices);
+    std::vector<int> group_held = held;
+    std::vector<std::vector<int>> group_members = members;
+    std::vector<int> near;
+    // A search ball of growing radius around (at most 2000 of) the group's vertices.
+    const Vec3 extent = (weld.positions.colwise().maxCoeff() - weld.positions.colwise().minCoeff()).transpose();
+    for (int round = 0; round < 40; ++round) {
+      bool changed = false;
+      for (const int part : parts) {
+        const int g = group.root(part);
+        if (group_held[static_cast<size_t>(g)] >= std::min(enough, graph.nodes)) continue;
+        if (static_cast<int>(group_members[static_cast<size_t>(g)].size()) == graph.vertices) continue;
+        if (g != part && round == 0) continue;
+        const auto& mine = group_members[static_cast<size_t>(g)];
+        const size_t step = std::max<size_t>(1, mine.size() / 2000);
+        struct Link {
+          double length;
+          int from, to;
+        };
+        std::vector<Link> links;
+        for (double radius = 1e-3 * extent.norm(); links.empty() && radius < 4.0 * extent.norm(); radius *= 2.0)
+          for (size_t m = 0; m < mine.size(); m += step) {
+            const Vec3 x = weld.positions.row(mine[m]).transpose();
+            grid.within(x, radius, near);
+            double best = std::numeric_limits<double>::infinity();
+            int to = -1;
+            for (const int w : near)
+              if (group.root(part_of[static_cast<size_t>(w)]) != g) {
+                const double d = (weld.positions.row(w).transpose() - x).norm();
+                if (d < best) { best = d; to = w; }
+              }
+            if (to >= 0) links.push_back({best, mine[m], to});
+          }
+        if (links.empty()) continue;
+        std::stable_sort(links.begin(), links.end(), [](const Link& a, const Link& b) { return a.length < b.length; });
+        // A seam of links about as short as the shortest, so that the parts hang together along it; all to one part.
+        const int target = part_of[static_cast<size_t>(links[0].to)];
+        const double limit = 1.5 * links[0].length + 1e-3 * extent.norm();
+        int made = 0;
+        for (const Link& l : links) {
+          if (l.length > limit || made >= 256) break;
+          if (part_of[static_cast<size_t>(l.to)] != target) continue;
+          edges.push_back({l.from, l.to});
+          edges.push_back({l.to, l.from});
+          ++made;
+        }
+        ++graph.bridges;
+        const int other = group.root(target);
+        const int total = group_held[static_cast<size_t>(g)] + group_held[static_cast<size_t>(other)];
+        std::vector<int> all = std::move(group_members[static_cast<size_t>(g)]), more = std::move(group_members[static_cast<size_t>(other)]);
+        if (all.size() < more.size()) std::swap(all, more);
+        all.insert(all.end(), more.begin(), more.end());
+        group.join(g, other);
+        group_held[static_cast<size_t>(group.root(g))] = total;
+        group_members[static_cast<size_t>(group.root(g))] = std::move(all);
+        changed = true;
+      }
+      if (!changed && round > 0) break;
+    }
+  }
+
+  std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) { return a.a != b.a ? a.a < b.a : a.b < b.b; });
+  edges.erase(std::unique(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) { return a.a == b.a && a.b == b.b; }), edges.end());
+  compress(graph.vertices, edges, graph.begin, graph.neighbour);
+  graph.length.resize(graph.neighbour.size());
+  for (int v = 0; v < graph.vertices; ++v)
+    for (int e = graph.begin[static_cast<size_t>(v)]; e < graph.begin[static_cast<size_t>(v) + 1]; ++e)
+      graph.length[static_cast<size_t>(e)] = static_cast<float>((weld.positions.row(v) - weld.positions.row(graph.neighbour[static_cast<size_t>(e)])).norm());
+
+  // Attachments from the vertices' side.
+  std::vector<Edge> pairs;
+  for (int i = 0; i < graph.nodes; ++i)
+    for (int a = graph.node_begin[static_cast<size_t>(i)]; a < graph.node_begin[static_cast<size_t>(i) + 1]; ++a)
+      pairs.push_back({graph.node_vertex[static_cast<size_t>(a)], a});
+  compress(graph.vertices, pairs, graph.vertex_begin, graph.vertex_node);
+  std::vector<int> owner(graph.node_vertex.size());
+  for (int i = 0; i < graph.nodes; ++i)
+    for (int a = graph.node_begin[static_cast<size_t>(i)]; a < graph.node_begin[static_cast<size_t>(i) + 1]; ++a) owner[static_cast<size_t>(a)] = i;
+  graph.vertex_length.resize(graph.vertex_node.size());
+  for (size_t k = 0; k < graph.vertex_node.size(); ++k) {
+    graph.vertex_length[k] = graph.node_length[static_cast<size_t>(graph.vertex_node[k])];
+    graph.vertex_node[k] = owner[static_cast<size_t>(graph.vertex_node[k])];
+  }
+  return graph;
+}
+
+namespace {
+
+// Distance at the third corner from distances at two, by unfolding the triangle: the source that explains both lies in the
+// plane beyond the edge; used only if the straight line to it crosses the edge.
+double unfolded(double da, double db, const Vec3& a, const Vec3& b, const Vec3& c) {
+  const Vec3 ab = b - a, ac = c - a;
+  const double l = ab.norm();
+  if (!(l > 0.0) || std::abs(da - db) >= l || da + db <= l) return std::numeric_limits<double>::infinity();
+  const double sx = (da * da - db * db + l * l) / (2.0 * l), sy2 = da * da - sx * sx;
+  if (sy2 <= 0.0) return std::numeric_limits<double>::infinity();
+  const double cx = ac.dot(ab) / l, cy = std::sqrt(std::max(0.0, ac.squaredNorm() - cx * cx)), sy = -std::sqrt(sy2);
+  if (!(cy > 0.0)) return std::numeric_limits<double>::infinity();
+  const double crossing = sx + (cx - sx) * (-sy) / (cy - sy);
+  if (crossing < 0.0 || crossing > l) return std::numeric_limits<double>::infinity();
+  return std::hypot(cx - sx, cy - sy);
+}
+
+}  // namespace
+
+double grow(const Graph& graph, const Points& positions, int start, int count, Search& search) {
+  const int total = graph.vertices + graph.nodes;
+  if (static_cast<int>(search.distance.size()) != total) {
+    search.distance.assign(static_cast<size_t>(total), 0.0);
+    search.stamp.assign(static_cast<size_t>(total), 0);
+    search.state.assign(static_cast<size_t>(total), 0);
+    search.now = 0;
+  }
+  ++search.now;
+  search.reached.clear();
+  search.node.clear();
+  search.node_distance.clear();
+  using Entry = std::pair<double, int>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front;
+  auto offer = [&](int v, double d) {
+    if (!(d < std::numeric_limits<double>::infinity())) return;
+    const auto i = static_cast<size_t>(v);
+    if (search.stamp[i] == search.now && search.distance[i] <= d) return;
+    if (search.stamp[i] != search.now) { search.stamp[i] = search.now; search.state[i] = 0; }
+    if (search.state[i] != 0) return;
+    search.distance[i] = d;
+    front.emplace(d, v);
+  };
+  if (start >= graph.vertices) {
+    const auto node = static_cast<size_t>(start - graph.vertices);
+    for (int a = graph.node_begin[node]; a < graph.node_begin[node + 1]; ++a) offer(graph.node_vertex[static_cast<size_t>(a)], graph.node_length[static_cast<size_t>(a)]);
+    offer(start, 0.0);
+  } else {
+    offer(start, 0.0);
+  }
+  double limit = std::numeric_limits<double>::infinity();
+  while (!front.empty()) {
+    const auto [d, v] = front.top();
+    front.pop();
+    const auto i = static_cast<size_t>(v);
+    if (search.state[i] != 0 || d > search.distance[i]) continue;
+    if (d > limit) break;
+    search.state[i] = 1;
+    if (v >= graph.vertices) {
+      search.node.push_back(v - graph.vertices);
+      search.node_distance.push_back(d);
+      if (static_cast<int>(search.node.size()) == count) limit = d;
+      continue;
+    }
+    search.reached.push_back(v);
+    for (int e = graph.begin[i]; e < graph.begin[i + 1]; ++e)
+      offer(graph.neighbour[static_cast<size_t>(e)], d + static_cast<double>(graph.length[static_cast<size_t>(e)]));
+    // Across triangles whose second corner is settled too.
+    for (int c = graph.corner_begin[i]; c < graph.corner_begin[i + 1]; ++c) {
+      const int p = graph.corner[static_cast<size_t>(2 * c)], q = graph.corner[static_cast<size_t>(2 * c + 1)];
+      auto settled = [&](int w) { return search.stamp[static_cast<size_t>(w)] == search.now && search.state[static_cast<size_t>(w)] == 1; };
+      auto across = [&](int known, int third) {
+        offer(third, unfolded(d, search.distance[static_cast<size_t>(known)], positions.row(v).transpose(), positions.row(known).transpose(),
+                              positions.row(third).transpose()));
+      };
+      if (settled(p) && !settled(q)) across(p, q);
+      if (settled(q) && !settled(p)) across(q, p);
+    }
+    for (int k = graph.vertex_begin[i]; k < graph.vertex_begin[i + 1]; ++k)
+      offer(graph.vertices + graph.vertex_node[static_cast<size_t>(k)], d + graph.vertex_length[static_cast<size_t>(k)]);
+  }
+  return limit;
+}
+
+}  // namespace flexframe::interp

@@ -1,0 +1,165 @@
+#include "interp/lift.h"
+
+#include "interp/rotation.h"
+
+#include <Eigen/Eigenvalues>
+
+namespace flexframe::interp {
+namespace {
+
+// Estimated rotation of a director node from the derivatives along its tangents.
+Mat3 estimated_rotation(const ArmLift::Estimate& e, const Points& displacement) {
+  if (e.tangents == 0) return Mat3::Identity();
+  Mat3 moved = Mat3::Zero();
+  for (int t = 0; t < e.tangents; ++t) {
+    Vec3 slope = Vec3::Zero();
+    for (size_t k = 0; k < e.node.size(); ++k)
+      slope += e.gradient(t, static_cast<Eigen::Index>(k)) * displacement.row(e.node[k]).transpose();
+    moved.col(t) = e.frame.col(t) + slope;
+  }
+  if (e.tangents == 3) return nearest_rotation(moved * e.frame.transpose());
+  if (e.tangents == 1) {
+    const double length = moved.col(0).norm();
+    return length > 0.0 ? shortest_rotation(e.frame.col(0), moved.col(0) / length) : Mat3(Mat3::Identity());
+  }
+  // The normal of the moved tangents, and the best turn within their plane.
+  const Vec3 cross = moved.col(0).cross(moved.col(1));
+  const double area = cross.norm();
+  if (!(area > 0.0)) return Mat3::Identity();
+  const double side = e.frame.col(0).cross(Vec3(e.frame.col(1))).dot(e.frame.col(2)) < 0.0 ? -1.0 : 1.0;
+  moved.col(2) = side * cross / area;
+  return nearest_rotation(moved * e.frame.transpose());
+}
+
+// Its linearisation: theta with theta x n = -sum_t (n . G t) t, and the mean turn within the plane.
+Vec3 estimated_rotation_linear(const ArmLift::Estimate& e, const Points& displacement) {
+  Mat3 slope = Mat3::Zero();
+  for (int t = 0; t < e.tangents; ++t)
+    for (size_t k = 0; k < e.node.size(); ++k)
+      slope.col(t) += e.gradient(t, static_cast<Eigen::Index>(k)) * displacement.row(e.node[k]).transpose();
+  if (e.tangents == 0) return Vec3::Zero();
+  if (e.tangents == 1) return e.frame.col(0).cross(Vec3(slope.col(0)));
+  Mat3 g = slope * e.frame.transpose();
+  if (e.tangents == 2)
+    for (int t = 0; t < 2; ++t) g -= e.frame.col(t) * e.frame.col(2).dot(slope.col(t)) * e.frame.col(2).transpose();
+  return 0.5 * Vec3(g(2, 1) - g(1, 2), g(0, 2) - g(2, 0), g(1, 0) - g(0, 1));
+}
+
+Points lift_arms(const ArmLift& lift, const Points& displacement, const Points& rotation, bool exact) {
+  Points out(lift.nodes + 3 * static_cast<Eigen::Index>(lift.director_node.size()), 3);
+  out.topRows(lift.nodes) = displacement;
+  const bool given = lift.given && rotation.rows() > 0;
+  for (size_t k = 0; k < lift.director_node.size(); ++k) {
+    const int node = lift.director_node[k];
+    Mat3 turned;
+    if (exact)
+      turned = (given ? rotation_matrix(rotation.row(node).transpose()) : lift.given ? Mat3(Mat3::Identity()) : estimated_rotation(lift.estimate[k], displacement)) -
+               Mat3::Identity();
+    else
+      turned = skew(given ? Vec3(rotation.row(node).transpose()) : lift.given ? Vec3(Vec3::Zero()) : estimated_rotation_linear(lift.estimate[k], displacement));
+    out.middleRows(lift.nodes + 3 * static_cast<Eigen::Index>(k), 3) = turned.transpose();
+  }
+  return out;
+}
+
+// Rows as one long vector x y z x y z.
+Eigen::Map<const Eigen::VectorXd> flat(const Points& p) { return {p.data(), p.size()}; }
+
+Points lift_dense(const DenseLift& lift, const Points& displacement, const Points& rotation, bool exact) {
+  const bool given = lift.rotation.size() > 0 && rotation.rows() > 0;
+  Points out(lift.source_positions.rows(), 3);
+  Eigen::Map<Eigen::VectorXd> flat_out(out.data(), out.size());
+  if (!exact) {
+    flat_out = lift.displacement * flat(displacement);
+    if (given) flat_out += lift.rotation * flat(rotation);
+    return out;
+  }
+  // Elastic part in the frame that follows the nodes best, rigid part exactly.
+  const RigidMotion rigid = best_rigid_motion(lift.node_positions, displacement, given ? rotation : Points(0, 3));
+  Points rest(displacement.rows(), 3), turn(given ? displacement.rows() : 0, 3);
+  for (Eigen::Index i = 0; i < displacement.rows(); ++i) {
+    const Vec3 moved = (lift.node_positions.row(i) + displacement.row(i)).transpose();
+    rest.row(i) =
+        (rigid.rotation.transpose() * (moved - rigid.centre - rigid.translation) + rigid.centre).transpose() - lift.node_positions.row(i);
+    if (given) turn.row(i) = rotation_vector(rigid.rotation.transpose() * rotation_matrix(rotation.row(i).transpose())).transpose();
+  }
+  flat_out = lift.displacement * flat(rest);
+  if (given) flat_out += lift.rotation * flat(turn);
+  for (Eigen::Index i = 0; i < out.rows(); ++i) {
+    const Vec3 elastic = out.row(i).transpose();
+    out.row(i) = (rigid.rotation * elastic + rigid.displacement(lift.source_positions.row(i).transpose())).transpose();
+  }
+  return out;
+}
+
+template <class... Ts>
+struct Overloaded : Ts... {
+  using Ts::operator()...;
+};
+template <class... Ts>
+Overloaded(Ts...) -> Overloaded<Ts...>;
+
+}  // namespace
+
+int source_count(const Lift& lift) {
+  return std::visit(Overloaded{[](const ArmLift& l) { return l.nodes + 3 * static_cast<int>(l.director_node.size()); },
+                               [](const AxisLift& l) { return source_count(l); },
+                               [](const DenseLift& l) { return static_cast<int>(l.source_positions.rows()); }},
+                    lift);
+}
+
+Points lift_exact(const Lift& lift, const Points& displacement, const Points& rotation) {
+  return std::visit(Overloaded{[&](const ArmLift& l) { return lift_arms(l, displacement, rotation, true); },
+                               [&](const AxisLift& l) { return lift_exact(l, displacement, rotation); },
+                               [&](const DenseLift& l) { return lift_dense(l, displacement, rotation, true); }},
+                    lift);
+}
+
+Points lift_linear(const Lift& lift, const Points& displacement, const Points& rotation) {
+  return std::visit(Overloaded{[&](const ArmLift& l) { return lift_arms(l, displacement, rotation, false); },
+                               [&](const AxisLift& l) { return lift_linear(l, displacement, rotation); },
+                               [&](const DenseLift& l) { return lift_dense(l, displacement, rotation, false); }},
+                    lift);
+}
+
+RigidMotion best_rigid_motion(const Points& positions, const Points& displacement, const Points& rotation) {
+  RigidMotion motion;
+  const Eigen::Index n = positions.rows();
+  motion.centre = positions.colwise().mean().transpose();
+  motion.translation = displacement.colwise().mean().transpose();
+  if (displacement.cwiseAbs().maxCoeff() == 0.0 && (rotation.rows() == 0 || rotation.cwiseAbs().maxCoeff() == 0.0)) return motion;
+  const Points rest = positions.rowwise() - motion.centre.transpose();
+  const Points moved = rest + (displacement.rowwise() - motion.translation.transpose());
+  Mat3 spread = moved.transpose() * rest;
+  const double size = rest.squaredNorm();
+  if (rotation.rows() == n) {
+    // The nodes' own rotations count like unit arms of the nodes' mean distance.
+    const double weight = size > 0.0 ? size / static_cast<double>(n) / 3.0 : 1.0;
+    for (Eigen::Index i = 0; i < n; ++i) spread += weight * rotation_matrix(rotation.row(i).transpose());
+    motion.rotation = nearest_rotation(spread);
+    return motion;
+  }
+  if (size == 0.0) return motion;
+  const Eigen::SelfAdjointEigenSolver<Mat3> principal(Mat3(rest.transpose() * rest));
+  // On a line (second extent below 1e-6 of the first, where rounding decides the plane): shortest rotation.
+  if (principal.eigenvalues()[1] <= 1e-12 * principal.eigenvalues()[2]) {
+    const Vec3 along = principal.eigenvectors().col(2);
+    const Vec3 now = spread * along;
+    if (now.norm() > 0.0) motion.rotation = shortest_rotation(along, now.normalized());
+    return motion;
+  }
+  motion.rotation = nearest_rotation(spread);
+  return motion;
+}
+
+std::vector<Mat3> node_rotations(const ArmLift& lift, const Points& displacement, const Points& rotation) {
+  std::vector<Mat3> out(static_cast<size_t>(lift.nodes), Mat3::Identity());
+  if (rotation.rows() == lift.nodes)
+    for (int i = 0; i < lift.nodes; ++i) out[static_cast<size_t>(i)] = rotation_matrix(rotation.row(i).transpose());
+  else
+    for (size_t k = 0; k < lift.estimate.size(); ++k)
+      out[static_cast<size_t>(lift.director_node[k])] = estimated_rotation(lift.estimate[k], displacement);
+  return out;
+}
+
+}  // namespace flexframe::interp

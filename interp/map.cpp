@@ -1,0 +1,379 @@
+#include "interp/map.h"
+
+#include "interp/graph.h"
+#include "interp/parallel.h"
+#include "interp/partition.h"
+
+#include <Eigen/Eigenvalues>
+#include <fmt/format.h>
+
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+namespace flexframe::interp {
+namespace {
+
+constexpr std::array<std::pair<Scheme, std::string_view>, 7> scheme_names{{{Scheme::automatic, "auto"},
+                                                                           {Scheme::kernel, "kernel"},
+                                                                           {Scheme::elastic, "elastic"},
+                                                                           {Scheme::lattice, "lattice"},
+                                                                           {Scheme::r3, "r3"},
+                                                                           {Scheme::r, "r"},
+                                                                           {Scheme::tps, "tps"}}};
+
+std::string node_label(const Nodes& nodes, Eigen::Index i) {
+  return static_cast<size_t>(i) < nodes.names.size() ? fmt::format("'{}'", nodes.names[static_cast<size_t>(i)]) : fmt::format("{}", i);
+}
+
+void check_input(const Nodes& nodes, const MeshView& mesh) {
+  if (nodes.positions.rows() == 0) throw InputError("no simulation nodes: at least one is needed to move the mesh");
+  if (mesh.vertices.rows() == 0) throw InputError("the mesh has no vertices");
+  if (mesh.triangles.rows() == 0) throw InputError("the mesh has no faces");
+  for (Eigen::Index i = 0; i < nodes.positions.rows(); ++i)
+    if (!nodes.positions.row(i).allFinite())
+      throw InputError(fmt::format("simulation node {} has a coordinate that is not finite", node_label(nodes, i)));
+  for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v)
+    if (!mesh.vertices.row(v).allFinite()) throw InputError(fmt::format("vertex {} of the mesh has a coordinate that is not finite", v));
+  if (mesh.triangles.minCoeff() < 0 || mesh.triangles.maxCoeff() >= mesh.vertices.rows())
+    throw InputError(fmt::format("a triangle refers to vertex {}, the mesh has {}",
+                                 mesh.triangles.minCoeff() < 0 ? mesh.triangles.minCoeff() : mesh.triangles.maxCoeff(), mesh.vertices.rows()));
+}
+
+struct Box {
+  Vec3 lower, upper;
+  explicit Box(const Points& p) : lower(p.colwise().minCoeff().transpose()), upper(p.colwise().maxCoeff().transpose()) {}
+  double diagonal() const { return (upper - lower).norm(); }
+};
+
+// Nodes in other units or in another frame than the mesh: said with the numbers that show it.
+void check_scale(const Points& nodes, const Points& vertices) {
+  const Box n(nodes), m(vertices);
+  const double size = m.diagonal();
+  if (!(size > 0.0)) throw InputError("all vertices of the mesh are at one place");
+  const Vec3 gap = (n.lower - m.upper).cwiseMax(m.lower - n.upper).cwiseMax(0.0);
+  const bool larger = n.diagonal() > 20.0 * size, apart = gap.norm() > size;
+  const bool smaller = nodes.rows() > 3 && n.diagonal() < size / 200.0;
+  if (!larger && !apart && !smaller) return;
+  const double ratio = nodes.rows() > 1 && n.diagonal() > 0.0 ? n.diagonal() / size : 1.0;
+  std::string hint;
+  for (const double unit : {1000.0, 100.0, 39.3701, 3.28084})
+    for (const double r : {ratio * unit, ratio / unit})
+      if (nodes.rows() > 1 && r > 0.4 && r < 1.1)
+        hint = fmt::format("; their sizes differ by about {:.4g}, as if one were in other units", ratio > 1.0 ? unit : 1.0 / unit);
+  throw InputError(fmt::format(
+      "the simulation nodes do not belong to this mesh: they lie in x {:.4g}..{:.4g}, y {:.4g}..{:.4g}, z {:.4g}..{:.4g}, the mesh in "
+      "x {:.4g}..{:.4g}, y {:.4g}..{:.4g}, z {:.4g}..{:.4g}{}",
+      n.lower.x(), n.upper.x(), n.lower.y(), n.upper.y(), n.lower.z(), n.upper.z(), m.lower.x(), m.upper.x(), m.lower.y(), m.upper.y(),
+      m.lower.z(), m.upper.z(), hint));
+}
+
+// Nodes nearer than the distance become one at the place of the first.
+void merge_nodes(const Points& nodes, double distance, Map& map) {
+  const PointGrid grid(nodes);
+  map.node_of.assign(static_cast<size_t>(nodes.rows()), -1);
+  std::vector<int> near, first;
+  for (Eigen::Index i = 0; i < nodes.rows(); ++i) {
+    grid.within(nodes.row(i).transpose(), distance, near);
+    int target = -1;
+    for (const int j : near)
+      if (j < i && first[static_cast<size_t>(map.node_of[static_cast<size_t>(j)])] == j) { target = map.node_of[static_cast<size_t>(j)]; break; }
+    if (target < 0) {
+      target = static_cast<int>(first.size());
+      first.push_back(static_cast<int>(i));
+      map.node_count.push_back(0);
+    }
+    map.node_of[static_cast<size_t>(i)] = target;
+    ++map.node_count[static_cast<size_t>(target)];
+  }
+  map.node_positions.resize(static_cast<Eigen::Index>(first.size()), 3);
+  for (size_t k = 0; k < first.size(); ++k) map.node_positions.row(static_cast<Eigen::Index>(k)) = nodes.row(first[k]);
+  map.report.merged_nodes = static_cast<int>(nodes.rows() - map.node_positions.rows());
+}
+
+// How the nodes lie. A line: their extent across it is under 1e-3 of that along it, or under a third of the mesh's across it in both
+// directions; and no two of them share a section.
+struct Layout {
+  bool point = false, axis = false, plane = false;
+};
+
+Layout find_layout(const Points& nodes, const Points& vertices) {
+  Layout layout;
+  if (nodes.rows() == 1) { layout.point = true; return layout; }
+  const Vec3 centre = nodes.colwise().mean().transpose();
+  const Points local = nodes.rowwise() - centre.transpose();
+  const Eigen::SelfAdjointEigenSolver<Mat3> principal(Mat3(local.transpose() * local));
+  const Mat3 frame = principal.eigenvectors().rowwise().reverse();
+  const Points along = local * frame, mesh_along = (vertices.rowwise() - centre.transpose()) * frame;
+  const Vec3 extent = (along.colwise().maxCoeff() - along.colwise().minCoeff()).transpose();
+  const Vec3 mesh = (mesh_along.colwise().maxCoeff() - mesh_along.colwise().minCoeff()).transpose();
+  auto thin = [&](int d) { return extent[d] < 1e-3 * extent[0] || extent[d] < mesh[d] / 3.0; };
+  layout.plane = extent[2] < 1e-3 * extent[0];
+  if (!thin(1) || !thin(2)) return layout;
+  // Across the line nodes may scatter only if they follow one another along it.
+  std::vector<double> s;
+  for (Eigen::Index i = 0; i < along.rows(); ++i) s.push_back(along(i, 0));
+  std::sort(s.begin(), s.end());
+  double least = std::numeric_limits<double>::infinity();
+  for (size_t k = 0; k + 1 < s.size(); ++k) least = std::min(least, s[k + 1] - s[k]);
+  const bool straight = extent[1] < 1e-3 * extent[0];
+  const double mean = extent[0] / static_cast<double>(s.size() - 1);
+  const double across = std::max(extent[1], extent[2]);
+  layout.axis = straight ? least > 1e-6 * extent[0] : (least > 0.1 * mean && extent[0] > 3.0 * across && least > 0.5 * across);
+  return layout;
+}
+
+void check_data(const Map& map, const Eigen::Ref<const Points>& displacement, const Eigen::Ref<const Points>& rotation) {
+  if (displacement.rows() != map.nodes)
+    throw InputError(fmt::format("displacements of {} nodes given, the map has {} nodes", displacement.rows(), map.nodes));
+  if (rotation.rows() != 0 && rotation.rows() != map.nodes)
+    throw InputError(fmt::format("rotations of {} nodes given, the map has {} nodes", rotation.rows(), map.nodes));
+  if (map.rotations && rotation.rows() == 0) throw InputError("the map was made for nodes with rotations, none are given");
+  for (Eigen::Index i = 0; i < displacement.rows(); ++i)
+    if (!displacement.row(i).allFinite()) throw InputError(fmt::format("displacement of node {} is not finite", i));
+  for (Eigen::Index i = 0; i < rotation.rows(); ++i)
+    if (!rotation.row(i).allFinite()) throw InputError(fmt::format("rotation of node {} is not finite", i));
+}
+
+// Data of the merged nodes: means of those that became one.
+Points merge_data(const Map& map, const Eigen::Ref<const Points>& data) {
+  if (data.rows() == 0) return Points(0, 3);
+  if (map.report.merged_nodes == 0) return data;
+  Points out = Points::Zero(map.node_positions.rows(), 3);
+  for (Eigen::Index i = 0; i < data.rows(); ++i) {
+    const int k = map.node_of[static_cast<size_t>(i)];
+    out.row(k) += data.row(i) / map.node_count[static_cast<size_t>(k)];
+  }
+  return out;
+}
+
+Points sources_of(const Map& map, const Eigen::Ref<const Points>& displacement, const Eigen::Ref<const Points>& rotation, bool exact) {
+  check_data(map, displacement, rotation);
+  const Points u = merge_data(map, displacement);
+  const Points theta = map.rotations ? merge_data(map, rotation) : Points(0, 3);
+  return exact ? lift_exact(map.lift, u, theta) : lift_linear(map.lift, u, theta);
+}
+
+}  // namespace
+
+Scheme scheme_from_name(std::string_view name) {
+  for (const auto& [scheme, known] : scheme_names)
+    if (known == name) return scheme;
+  throw InputError(fmt::format("unknown scheme '{}'; known are auto, kernel, elastic, lattice, r3, r, tps", name));
+}
+
+std::string_view scheme_name(Scheme scheme) {
+  for (const auto& [known, name] : scheme_names)
+    if (known == scheme) return name;
+  return "auto";
+}
+
+Map make_map(const Nodes& nodes, const MeshView& mesh, const Options& options) {
+  const auto start = std::chrono::steady_clock::now();
+  check_input(nodes, mesh);
+  Map map;
+  Report& report = map.report;
+  map.nodes = static_cast<int>(nodes.positions.rows());
+  map.vertices = static_cast<int>(mesh.vertices.rows());
+  map.rotations = nodes.rotations;
+  const int threads = thread_count(options.threads);
+
+  // Only vertices of triangles count for size and extent; the others follow.
+  const Points vertices = mesh.vertices;
+  check_scale(nodes.positions, vertices);
+  const double size = Box(vertices).diagonal();
+  merge_nodes(nodes.positions, options.merge_distance * size, map);
+  if (report.merged_nodes > 0)
+    report.warnings.push_back(fmt::format("{} simulation node(s) lie within {:.1e} of another and were merged with it", report.merged_nodes,
+                                          options.merge_distance * size));
+  // A tenth of the merge distance: far below any edge worth drawing, above the rounding of text files.
+  const Weld weld = weld_vertices(mesh, 0.1 * options.merge_distance * size);
+  map.welded = weld.row;
+
+  const Layout layout = find_layout(map.node_positions, weld.positions);
+  report.layout = layout.point ? "point" : layout.axis ? "axis" : layout.plane ? "surface" : "solid";
+  const int count = static_cast<int>(map.node_positions.rows());
+  report.scheme = options.scheme;
+  if (options.scheme == Scheme::automatic) {
+    report.scheme = Scheme::kernel;
+    report.reason = layout.point  ? "one node: the mesh follows it rigidly"
+                    : layout.axis ? fmt::format("the {} nodes lie along a line: cubic spline of the axis with rigid sections", count)
+                                  : fmt::format("{} nodes on {} vertices: geodesic partition of unity", count, weld.positions.rows());
+  } else {
+    report.reason = "asked for";
+  }
+
+  if (layout.axis && report.scheme == Scheme::kernel) {
+    AxisLift axis = make_axis(map.node_positions, nodes.rotations);
+    const Eigen::VectorXd s = (weld.positions.rowwise() - axis.origin.transpose()) * axis.frame.col(0);
+    report.lebesgue = axis_lebesgue(axis, s.minCoeff(), s.maxCoeff());
+    map.weights = axis_weights(axis, weld.positions, options.precise);
+    map.lift = std::move(axis);
+    if (!nodes.rotations)
+      report.warnings.push_back("the nodes lie on a line and have no rotations: torsion cannot be seen, sections turn without twist");
+  } else {
+    const Graph graph = make_graph(weld, map.node_positions, 8);
+    if (graph.bridges > 0)
+      report.warnings.push_back(fmt::format("{} of {} parts of the mesh hold fewer than 8 nodes and hang on their nearest neighbour", graph.bridges, graph.parts));
+    PartitionOptions how;
+    how.patch_nodes = report.scheme == Scheme::kernel ? std::clamp(options.patch_nodes, 8, 60) : 0;
+    how.kernel = report.scheme == Scheme::r ? KernelType::linear : report.scheme == Scheme::tps ? KernelType::thin_plate : KernelType::cubic;
+    how.rotations = nodes.rotations;
+    how.lebesgue_limit = options.lebesgue_warn;
+    how.precise = options.precise;
+    how.threads = threads;
+    Partition part = make_partition(weld, graph, map.node_positions, how);
+    map.lift = std::move(part.lift);
+    map.weights = std::move(part.weights);
+    map.leave_one_out = std::move(part.leave_one_out);
+    report.lebesgue = part.lebesgue;
+    report.patches = part.patches;
+    for (size_t v = 0; v < map.welded.size() && report.lebesgue_vertex < 0; ++v)
+      if (map.welded[v] == part.lebesgue_vertex) report.lebesgue_vertex = static_cast<int>(v);
+    if (part.repaired > 0)
+      report.warnings.push_back(fmt::format("{} of {} patches were simplified, their Lebesgue constant was above {:g}", part.repaired, part.patches, options.lebesgue_warn));
+  }
+  if (!(report.lebesgue <= options.lebesgue_error))
+    throw MapError(fmt::format("the nodes do not determine the motion of the mesh: Lebesgue constant {:.3g} at vertex {} (limit {:g}); "
+                               "add nodes there, or give rotations",
+                               report.lebesgue, report.lebesgue_vertex, options.lebesgue_error));
+  if (report.lebesgue > options.lebesgue_warn)
+    report.warnings.push_back(fmt::format("Lebesgue constant {:.3g} at vertex {}: errors of the nodes' data grow by up to that factor; add nodes there",
+                                          report.lebesgue, report.lebesgue_vertex));
+  report.setup_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return map;
+}
+
+void apply(const Map& map, const Eigen::Ref<const Points>& displacement, const Eigen::Ref<const Points>& rotation, std::span<float> out) {
+  if (out.size() != 3 * static_cast<size_t>(map.vertices))
+    throw InputError(fmt::format("room for {} floats given, {} vertices need {}", out.size(), map.vertices, 3 * map.vertices));
+  const PointsF sources = sources_of(map, displacement, rotation, true).cast<float>();
+  multiply_single(map.weights, sources, map.welded, out, 1);
+}
+
+void apply(const Map& map, const Eigen::Ref<const Points>& displacement, const Eigen::Ref<const Points>& rotation, PointsF& out) {
+  out.resize(map.vertices, 3);
+  apply(map, displacement, rotation, std::span<float>(out.data(), static_cast<size_t>(out.size())));
+}
+
+Points apply_precise(const Map& map, const Eigen::Ref<const Points>& displacement, const Eigen::Ref<const Points>& rotation) {
+  return multiply_precise(map.weights, sources_of(map, displacement, rotation, true), map.welded);
+}
+
+Points apply_linear(const Map& map, const Eigen::Ref<const Points>& displacement, const Eigen::Ref<const Points>& rotation) {
+  return multiply_precise(map.weights, sources_of(map, displacement, rotation, false), map.welded);
+}
+
+Points mode_sources(const Map& map, const Eigen::VectorXd& phi, const Eigen::VectorXd& psi) {
+  return sources_of(map, Eigen::Map<const Points>(phi.data(), phi.size() / 3, 3), Eigen::Map<const Points>(psi.data(), psi.size() / 3, 3), false);
+}
+
+void apply_batch(const Map& map, const Eigen::Ref<const Eigen::MatrixXd>& displacement, const Eigen::Ref<const Eigen::MatrixXd>& rotation,
+                 std::vector<PointsF>& out) {
+  const Eigen::Index frames = displacement.rows(), n = 3 * static_cast<Eigen::Index>(map.nodes);
+  if (displacement.cols() != n) throw InputError(fmt::format("displacements of {} columns given, {} nodes need {}", displacement.cols(), map.nodes, n));
+  if (rotation.rows() != 0 && (rotation.rows() != frames || rotation.cols() != n))
+    throw InputError(fmt::format("rotations are {} x {}, displacements {} x {}", rotation.rows(), rotation.cols(), frames, n));
+  out.resize(static_cast<size_t>(frames));
+  constexpr Eigen::Index batch = 16;
+  RowsF sources, rows;
+  for (Eigen::Index first = 0; first < frames; first += batch) {
+    const Eigen::Index width = std::min(batch, frames - first);
+    sources.resize(map.weights.cols, 3 * width);
+    for (Eigen::Index f = 0; f < width; ++f) {
+      const Eigen::RowVectorXd u = displacement.row(first + f);
+      const Eigen::RowVectorXd theta = rotation.rows() > 0 ? Eigen::RowVectorXd(rotation.row(first + f)) : Eigen::RowVectorXd();
+      sources.middleCols(3 * f, 3) = sources_of(map, Eigen::Map<const Points>(u.data(), map.nodes, 3),
+                                                Eigen::Map<const Points>(theta.data(), theta.size() / 3, 3), true)
+                                         .cast<float>();
+    }
+    multiply_rows(map.weights, sources, rows, 1);
+    for (Eigen::Index f = 0; f < width; ++f) {
+      PointsF& picture = out[static_cast<size_t>(first + f)];
+      picture.resize(map.vertices, 3);
+      for (Eigen::Index v = 0; v < map.vertices; ++v) picture.row(v) = rows.block<1, 3>(map.welded[static_cast<size_t>(v)], 3 * f);
+    }
+  }
+}
+
+LeaveOneOutError leave_one_out(const Map& map, const Eigen::Ref<const Points>& displacement, const Eigen::Ref<const Points>& rotation) {
+  check_data(map, displacement, rotation);
+  const Points u = merge_data(map, displacement);
+  const Points theta = map.rotations ? merge_data(map, rotation) : Points(0, 3);
+  const Eigen::Index n = u.rows();
+  Points residual = Points::Constant(n, 3, std::numeric_limits<double>::quiet_NaN());
+  if (const auto* axis = std::get_if<AxisLift>(&map.lift); axis != nullptr && n >= 4) {
+    // Interior nodes, at most 64 of them, from the spline of the others.
+    const Eigen::Index step = std::max<Eigen::Index>(1, (n - 2) / 64);
+    for (Eigen::Index k = 1; k + 1 < n; k += step) {
+      Points c(n - 1, 3), d(n - 1, 3), r(theta.rows() > 0 ? n - 1 : 0, 3);
+      for (Eigen::Index j = 0; j < n - 1; ++j) {
+        const int i = axis->order[static_cast<size_t>(j < k ? j : j + 1)];
+        c.row(j) = map.node_positions.row(i);
+        d.row(j) = u.row(i);
+        if (theta.rows() > 0) r.row(j) = theta.row(i);
+      }
+      const int left_out = axis->order[static_cast<size_t>(k)];
+      const AxisLift others = make_axis(c, map.rotations);
+      const SparseWeights at = axis_weights(others, map.node_positions.row(left_out), true);
+      const std::array<int, 1> only{0};
+      residual.row(left_out) = multiply_precise(at, lift_exact(others, d, r), only).row(0) - u.row(left_out);
+    }
+  } else if (map.leave_one_out.dense.size() > 0) {
+    const Eigen::VectorXd r = map.leave_one_out.dense * Eigen::Map<const Eigen::VectorXd>(u.data(), u.size());
+    residual = Eigen::Map<const Points>(r.data(), n, 3);
+  } else if (map.leave_one_out.rows.rows == n) {
+    const Points sources = lift_exact(map.lift, u, theta);
+    const SparseWeights& w = map.leave_one_out.rows;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const auto begin = static_cast<size_t>(w.begin[static_cast<size_t>(i)]), end = static_cast<size_t>(w.begin[static_cast<size_t>(i) + 1]);
+      if (begin == end) continue;
+      residual.row(i).setZero();
+      for (size_t k = begin; k < end; ++k) residual.row(i) += w.precise[k] * sources.row(w.column[k]);
+    }
+  }
+  LeaveOneOutError error;
+  const RigidMotion rigid = best_rigid_motion(map.node_positions, u, theta);
+  double squares = 0.0, reference = 0.0;
+  int counted = 0;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    reference += (u.row(i).transpose() - rigid.displacement(map.node_positions.row(i).transpose())).squaredNorm() / static_cast<double>(n);
+    const double r = residual.row(i).norm();
+    if (!std::isfinite(r)) continue;
+    ++counted;
+    squares += r * r;
+    if (r > error.maximum) {
+      error.maximum = r;
+      for (size_t given = 0; given < map.node_of.size(); ++given)
+        if (map.node_of[given] == i) { error.node = static_cast<int>(given); break; }
+    }
+  }
+  if (counted == 0) {
+    error.relative = std::numeric_limits<double>::quiet_NaN();
+    return error;
+  }
+  // A rigid motion leaves only rounding on both sides.
+  const double scale = u.cwiseAbs().maxCoeff();
+  error.relative = reference > 1e-24 * scale * scale ? std::sqrt(squares / counted / reference) : 0.0;
+  return error;
+}
+
+std::string merged_nodes_differ(const Map& map, const Nodes& nodes, const Eigen::Ref<const Points>& displacement) {
+  if (map.report.merged_nodes == 0) return {};
+  std::vector<int> first(map.node_count.size(), -1);
+  double worst = 0.0;
+  Eigen::Index a = 0, b = 0;
+  for (Eigen::Index i = 0; i < displacement.rows(); ++i) {
+    int& f = first[static_cast<size_t>(map.node_of[static_cast<size_t>(i)])];
+    if (f < 0) { f = static_cast<int>(i); continue; }
+    const double d = (displacement.row(i) - displacement.row(f)).norm();
+    if (d > worst) { worst = d; a = f; b = i; }
+  }
+  // Equal up to the rounding of printed data.
+  if (worst <= 1e-6 * displacement.cwiseAbs().maxCoeff()) return {};
+  return fmt::format("nodes {} and {} are at one place but their displacements differ by {:.3g} m; their mean is used", node_label(nodes, a),
+                     node_label(nodes, b), worst);
+}
+
+}  // namespace flexframe::interp

@@ -1,0 +1,310 @@
+#include "interp/partition.h"
+
+#include "interp/parallel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace flexframe::interp {
+namespace {
+
+// Share of a patch at a vertex: float is enough, the shares are normalised in double.
+struct Share {
+  int vertex;
+  float value;
+};
+
+struct Cover {
+  std::vector<std::vector<int>> node;      // nodes of each patch
+  std::vector<std::vector<Share>> share;   // vertices of each patch
+  std::vector<int> home;                   // of each node: the patch whose centre is nearest, relative to its radius
+};
+
+double wendland_c2(double r) { return r >= 1.0 ? 0.0 : std::pow(1.0 - r, 4) * (4.0 * r + 1.0); }
+
+// A new patch is centred where no patch so far is nearer than this share of its radius.
+constexpr double covered = 0.62;
+
+Cover cover_mesh(const Weld& weld, const Graph& graph, int patch_nodes) {
+  Cover cover;
+  Search search;
+  std::vector<char> done(static_cast<size_t>(graph.vertices), 0), node_done(static_cast<size_t>(graph.nodes), 0);
+  cover.home.assign(static_cast<size_t>(graph.nodes), -1);
+  std::vector<double> nearness(static_cast<size_t>(graph.nodes), std::numeric_limits<double>::infinity());
+  auto add = [&](int start) {
+    double radius = grow(graph, weld.positions, start, patch_nodes, search);
+    const auto& distance = search.distance;
+    if (!(radius < std::numeric_limits<double>::infinity())) {
+      // All that hangs together: every vertex keeps a share.
+      radius = 0.0;
+      for (const int v : search.reached) radius = std::max(radius, distance[static_cast<size_t>(v)]);
+      for (const double d : search.node_distance) radius = std::max(radius, d);
+      radius *= 1.5;
+    }
+    if (search.node.empty()) return;
+    const int patch = static_cast<int>(cover.node.size());
+    cover.node.push_back(search.node);
+    std::sort(cover.node.back().begin(), cover.node.back().end());
+    auto& share = cover.share.emplace_back();
+    for (const int v : search.reached) {
+      const double r = radius > 0.0 ? distance[static_cast<size_t>(v)] / radius : 0.0;
+      if (r <= covered) done[static_cast<size_t>(v)] = 1;
+      if (r < 1.0) share.push_back({v, static_cast<float>(wendland_c2(r))});
+    }
+    std::sort(share.begin(), share.end(), [](const Share& a, const Share& b) { return a.vertex < b.vertex; });
+    for (size_t k = 0; k < search.node.size(); ++k) {
+      const double r = radius > 0.0 ? search.node_distance[k] / radius : 0.0;
+      const auto i = static_cast<size_t>(search.node[k]);
+      if (r <= covered) node_done[i] = 1;
+      if (r < nearness[i]) { nearness[i] = r; cover.home[i] = patch; }
+    }
+  };
+  for (int i = 0; i < graph.nodes; ++i)
+    if (!node_done[static_cast<size_t>(i)]) add(graph.vertices + i);
+  for (int v = 0; v < graph.vertices; ++v)
+    if (!done[static_cast<size_t>(v)]) add(v);
+  return cover;
+}
+
+Cover cover_all(const Graph& graph) {
+  Cover cover;
+  cover.node.emplace_back();
+  for (int i = 0; i < graph.nodes; ++i) cover.node[0].push_back(i);
+  auto& share = cover.share.emplace_back();
+  for (int v = 0; v < graph.vertices; ++v) share.push_back({v, 1.0f});
+  cover.home.assign(static_cast<size_t>(graph.nodes), 0);
+  return cover;
+}
+
+// Patches of each vertex, from the vertices of each patch.
+struct Blend {
+  std::vector<std::int64_t> begin;
+  std::vector<int> patch;
+  std::vector<float> value;
+};
+
+Blend transpose(const Cover& cover, int vertices) {
+  Blend blend;
+  blend.begin.assign(static_cast<size_t>(vertices) + 1, 0);
+  for (const auto& share : cover.share)
+    for (const Share& s : share) ++blend.begin[static_cast<size_t>(s.vertex) + 1];
+  for (size_t v = 0; v < static_cast<size_t>(vertices); ++v) blend.begin[v + 1] += blend.begin[v];
+  blend.patch.resize(static_cast<size_t>(blend.begin.back()));
+  blend.value.resize(blend.patch.size());
+  std::vector<std::int64_t> fill(blend.begin.begin(), blend.begin.end() - 1);
+  for (size_t p = 0; p < cover.share.size(); ++p)
+    for (const Share& s : cover.share[p]) {
+      const auto at = static_cast<size_t>(fill[static_cast<size_t>(s.vertex)]++);
+      blend.patch[at] = static_cast<int>(p);
+      blend.value[at] = s.value;
+    }
+  return blend;
+}
+
+// Rows of a range of vertices.
+struct Rows {
+  std::vector<int> count, column;
+  std::vector<double> value;
+  std::vector<double> worst;  // of each patch: largest sum of |weight| where it has a share
+  double lebesgue = 0.0;
+  int lebesgue_vertex = -1;
+};
+
+struct Gather {
+  std::vector<double> sum;  // per source
+  std::vector<int> touched;
+  std::vector<char> seen;
+  explicit Gather(int sources) : sum(static_cast<size_t>(sources), 0.0), seen(static_cast<size_t>(sources), 0) {}
+  void add(int source, double value) {
+    const auto i = static_cast<size_t>(source);
+    if (!seen[i]) { seen[i] = 1; touched.push_back(source); }
+    sum[i] += value;
+  }
+};
+
+// Director sources of the nodes that carry arms: 3 from director[node], or -1.
+void add_patch(const Patch& patch, const Vec3& x, double share, const std::vector<int>& director, Eigen::VectorXd& scratch,
+               Eigen::VectorXd& weights, Gather& gather) {
+  const auto k = static_cast<Eigen::Index>(patch.node.size());
+  weights.resize(k);
+  patch_weights(patch, x, scratch, weights);
+  const auto dropped = patch.frame.rightCols(3 - patch.directions);
+  const Vec3 beside = patch.arm > 0.0 ? Vec3(dropped * (dropped.transpose() * (x - patch.origin))) : Vec3(Vec3::Zero());
+  for (Eigen::Index i = 0; i < k; ++i) {
+    const int node = patch.node[static_cast<size_t>(i)];
+    const double w = share * weights[i];
+    gather.add(node, w);
+    if (patch.arm > 0.0 && director[static_cast<size_t>(node)] >= 0) {
+      const Vec3 arm = w * (beside - patch.off.col(i));
+      for (int c = 0; c < 3; ++c) gather.add(director[static_cast<size_t>(node)] + c, arm[c]);
+    }
+  }
+}
+
+Rows make_rows(int first, int last, const Weld& weld, const Blend& blend, const std::vector<Patch>& patches, const std::vector<int>& director,
+               int nodes, int sources) {
+  Rows rows;
+  rows.worst.assign(patches.size(), 0.0);
+  Gather gather(sources);
+  Eigen::VectorXd scratch, weights;
+  for (int v = first; v < last; ++v) {
+    const Vec3 x = weld.positions.row(v).transpose();
+    const auto begin = static_cast<size_t>(blend.begin[static_cast<size_t>(v)]), end = static_cast<size_t>(blend.begin[static_cast<size_t>(v) + 1]);
+    double total = 0.0;
+    for (size_t b = begin; b < end; ++b) total += static_cast<double>(blend.value[b]);
+    for (size_t b = begin; b < end; ++b) {
+      const auto p = static_cast<size_t>(blend.patch[b]);
+      const double share = end - begin == 1 ? 1.0 : static_cast<double>(blend.value[b]) / total;
+      if (share <= 0.0) continue;
+      add_patch(patches[p], x, share, director, scratch, weights, gather);
+      // A patch answers for what it adds: its sum of weights, damped where its share is small.
+      rows.worst[p] = std::max(rows.worst[p], std::min(1.0, 4.0 * share) * weights.lpNorm<1>());
+    }
+    std::sort(gather.touched.begin(), gather.touched.end());
+    double lebesgue = 0.0;
+    for (const int s : gather.touched) {
+      const auto i = static_cast<size_t>(s);
+      if (s < nodes) lebesgue += std::abs(gather.sum[i]);
+      rows.column.push_back(s);
+      rows.value.push_back(gather.sum[i]);
+      gather.sum[i] = 0.0;
+      gather.seen[i] = 0;
+    }
+    rows.count.push_back(static_cast<int>(gather.touched.size()));
+    gather.touched.clear();
+    if (!(lebesgue <= rows.lebesgue)) { rows.lebesgue = lebesgue; rows.lebesgue_vertex = v; }
+  }
+  return rows;
+}
+
+// Rotation of a node with arms: derivatives of its home patch's interpolant there.
+ArmLift::Estimate make_estimate(const Patch& patch, const Vec3& x) {
+  ArmLift::Estimate e;
+  e.frame = patch.frame;
+  e.tangents = patch.directions;
+  e.node = patch.node;
+  e.gradient = patch_gradient(patch, x);
+  return e;
+}
+
+// Residual of each node against the interpolant of the others in its home patch: (A^-1 u)_i / (A^-1)_ii.
+LeaveOneOut make_leave_one_out(const std::vector<Patch>& patches, const std::vector<int>& home, const std::vector<int>& director, int nodes, int sources) {
+  LeaveOneOut out;
+  SparseWeights& w = out.rows;
+  w.rows = nodes;
+  w.cols = sources;
+  for (int i = 0; i < nodes; ++i) {
+    const Patch& patch = patches[static_cast<size_t>(home[static_cast<size_t>(i)])];
+    const auto at = std::lower_bound(patch.node.begin(), patch.node.end(), i) - patch.node.begin();
+    const double diagonal = patch.inverse_diagonal[at];
+    // Too few others to predict from: no row. A repaired patch has none either.
+    if (static_cast<int>(patch.node.size()) > 1 + patch.directions + 1 && std::isfinite(diagonal) && diagonal != 0.0)
+      for (size_t j = 0; j < patch.node.size(); ++j) {
+        const double value = patch.inverse(at, static_cast<Eigen::Index>(j)) / diagonal;
+        w.column.push_back(patch.node[j]);
+        w.precise.push_back(value);
+        const int d = director[static_cast<size_t>(patch.node[j])];
+        if (d < 0 || patch.arm == 0.0) continue;
+        const Vec3 arm = value * (patch.off.col(at) - patch.off.col(static_cast<Eigen::Index>(j)));
+        for (int c = 0; c < 3; ++c)
+          if (arm[c] != 0.0) { w.column.push_back(d + c); w.precise.push_back(arm[c]); }
+      }
+    w.begin.push_back(static_cast<std::int64_t>(w.column.size()));
+  }
+  return out;
+}
+
+}  // namespace
+
+Partition make_partition(const Weld& weld, const Graph& graph, const Points& nodes, const PartitionOptions& options) {
+  Partition out;
+  const int count = static_cast<int>(nodes.rows());
+  // A quarter more than a patch still makes one patch.
+  const bool single = options.patch_nodes <= 0 || 4 * count <= 5 * options.patch_nodes;
+  Cover cover = single ? cover_all(graph) : cover_mesh(weld, graph, options.patch_nodes);
+  const size_t number = cover.node.size();
+  out.patches = static_cast<int>(number);
+
+  std::vector<Patch> patches(number);
+  std::vector<Repair> repair(number, Repair::none);
+  std::vector<char> stale(number, 1);
+  const Blend blend = transpose(cover, graph.vertices);
+  std::vector<Rows> rows;
+  std::vector<int> director;
+  int sources = count;
+  for (int pass = 0;; ++pass) {
+    parallel_chunks(static_cast<int>(number), 1, options.threads, [&](int first, int last) {
+      for (int p = first; p < last; ++p) {
+        const auto i = static_cast<size_t>(p);
+        if (!stale[i]) continue;
+        std::vector<int> evaluated;
+        for (const Share& s : cover.share[i]) evaluated.push_back(s.vertex);
+        patches[i] = make_patch(nodes, cover.node[i], weld.positions, evaluated, options.kernel, repair[i]);
+      }
+    });
+    // Nodes of patches with arms get directors.
+    std::vector<char> armed(static_cast<size_t>(count), 0);
+    for (const Patch& p : patches)
+      if (p.arm > 0.0)
+        for (const int i : p.node) armed[static_cast<size_t>(i)] = 1;
+    director.assign(static_cast<size_t>(count), -1);
+    out.lift = ArmLift{};
+    out.lift.nodes = count;
+    out.lift.given = options.rotations;
+    for (int i = 0; i < count; ++i)
+      if (armed[static_cast<size_t>(i)]) {
+        director[static_cast<size_t>(i)] = count + 3 * static_cast<int>(out.lift.director_node.size());
+        out.lift.director_node.push_back(i);
+      }
+    sources = source_count(Lift(out.lift));
+
+    const int grain = 2048;
+    rows.assign(static_cast<size_t>((graph.vertices + grain - 1) / grain), {});
+    parallel_chunks(graph.vertices, grain, options.threads, [&](int first, int last) {
+      rows[static_cast<size_t>(first / grain)] = make_rows(first, last, weld, blend, patches, director, count, sources);
+    });
+    out.lebesgue = 0.0;
+    std::vector<double> worst(number, 0.0);
+    for (const Rows& r : rows) {
+      if (!(r.lebesgue <= out.lebesgue)) { out.lebesgue = r.lebesgue; out.lebesgue_vertex = r.lebesgue_vertex; }
+      for (size_t p = 0; p < number; ++p) worst[p] = std::max(worst[p], r.worst[p]);
+    }
+    if (out.lebesgue <= options.lebesgue_limit || pass == 2 || options.patch_nodes <= 0) break;
+    bool any = false;
+    for (size_t p = 0; p < number; ++p) {
+      stale[p] = !(worst[p] <= options.lebesgue_limit) && repair[p] != Repair::local_residual;
+      if (!stale[p]) continue;
+      any = true;
+      repair[p] = repair[p] == Repair::none && patches[p].directions > 1 ? Repair::fewer_directions : Repair::local_residual;
+    }
+    if (!any) break;
+  }
+  for (const Repair r : repair) out.repaired += r != Repair::none;
+
+  if (!options.rotations)
+    for (const int i : out.lift.director_node)
+      out.lift.estimate.push_back(make_estimate(patches[static_cast<size_t>(cover.home[static_cast<size_t>(i)])], nodes.row(i).transpose()));
+  out.leave_one_out = make_leave_one_out(patches, cover.home, director, count, sources);
+
+  // One table of rows.
+  SparseWeights& w = out.weights;
+  w.rows = graph.vertices;
+  w.cols = sources;
+  size_t entries = 0;
+  for (const Rows& r : rows) entries += r.column.size();
+  w.column.reserve(entries);
+  w.single.reserve(entries);
+  if (options.precise) w.precise.reserve(entries);
+  w.begin.reserve(static_cast<size_t>(graph.vertices) + 1);
+  for (Rows& r : rows) {
+    for (const int c : r.count) w.begin.push_back(w.begin.back() + c);
+    w.column.insert(w.column.end(), r.column.begin(), r.column.end());
+    for (const double value : r.value) w.single.push_back(static_cast<float>(value));
+    if (options.precise) w.precise.insert(w.precise.end(), r.value.begin(), r.value.end());
+    r = {};
+  }
+  return out;
+}
+
+}  // namespace flexframe::interp

@@ -1,0 +1,34 @@
+// Geodesic partition of unity: overlapping patches of 15-30 nodes grown along the surface, their interpolants blended by Wendland C2
+// weights of the distance from the patch's centre. Sparse and O(N + M); nothing bleeds across gaps wider than a step along the surface.
+// Source: Wendland, Scattered data approximation, 2005, ch. 15; Wendland C2 function (1 - r)^4 (4 r + 1).
+#pragma once
+
+#include "interp/graph.h"
+#include "interp/lift.h"
+#include "interp/patch.h"
+#include "interp/sparse.h"
+
+namespace flexframe::interp {
+
+struct Partition {
+  ArmLift lift;
+  SparseWeights weights;       // welded vertices x sources
+  LeaveOneOut leave_one_out;
+  double lebesgue = 0.0;
+  int lebesgue_vertex = -1;    // welded
+  int patches = 0;
+  int repaired = 0;            // patches that were simplified
+};
+
+struct PartitionOptions {
+  KernelType kernel = KernelType::cubic;
+  int patch_nodes = 24;        // <= 0: one patch of all nodes
+  bool rotations = false;      // given with the data
+  double lebesgue_limit = 10.0;
+  bool precise = false;
+  int threads = 1;
+};
+
+Partition make_partition(const Weld& weld, const Graph& graph, const Points& nodes, const PartitionOptions& options);
+
+}  // namespace flexframe::interp

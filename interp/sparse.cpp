@@ -1,0 +1,58 @@
+#include "interp/sparse.h"
+
+#include "interp/parallel.h"
+
+namespace flexframe::interp {
+
+void multiply_single(const SparseWeights& weights, const PointsF& sources, std::span<const int> scatter, std::span<float> out, int threads) {
+  const int count = static_cast<int>(scatter.size());
+  const float* source = sources.data();
+  parallel_chunks(count, 8192, threads, [&](int first, int last) {
+    for (int v = first; v < last; ++v) {
+      const auto row = static_cast<size_t>(scatter[static_cast<size_t>(v)]);
+      float x = 0.0f, y = 0.0f, z = 0.0f;
+      for (auto k = static_cast<size_t>(weights.begin[row]); k < static_cast<size_t>(weights.begin[row + 1]); ++k) {
+        const float w = weights.single[k];
+        const float* s = source + 3 * static_cast<std::ptrdiff_t>(weights.column[k]);
+        x += w * s[0];
+        y += w * s[1];
+        z += w * s[2];
+      }
+      float* o = out.data() + 3 * static_cast<std::ptrdiff_t>(v);
+      o[0] = x;
+      o[1] = y;
+      o[2] = z;
+    }
+  });
+}
+
+Points multiply_precise(const SparseWeights& weights, const Points& sources, std::span<const int> scatter) {
+  if (weights.precise.size() != weights.column.size()) throw InputError("the map was made without double weights (Options::precise)");
+  Points out(static_cast<Eigen::Index>(scatter.size()), 3);
+  for (size_t v = 0; v < scatter.size(); ++v) {
+    const auto row = static_cast<size_t>(scatter[v]);
+    Vec3 sum = Vec3::Zero();
+    for (auto k = static_cast<size_t>(weights.begin[row]); k < static_cast<size_t>(weights.begin[row + 1]); ++k)
+      sum += weights.precise[k] * sources.row(weights.column[k]).transpose();
+    out.row(static_cast<Eigen::Index>(v)) = sum.transpose();
+  }
+  return out;
+}
+
+void multiply_rows(const SparseWeights& weights, const RowsF& sources, RowsF& out, int threads) {
+  const Eigen::Index width = sources.cols();
+  out.resize(weights.rows, width);
+  parallel_chunks(weights.rows, 2048, threads, [&](int first, int last) {
+    for (int row = first; row < last; ++row) {
+      float* o = out.data() + row * width;
+      std::fill(o, o + width, 0.0f);
+      for (auto k = static_cast<size_t>(weights.begin[static_cast<size_t>(row)]); k < static_cast<size_t>(weights.begin[static_cast<size_t>(row) + 1]); ++k) {
+        const float w = weights.single[k];
+        const float* s = sources.data() + weights.column[k] * width;
+        for (Eigen::Index c = 0; c < width; ++c) o[c] += w * s[c];
+      }
+    }
+  });
+}
+
+}  // namespace flexframe::interp
