@@ -8,13 +8,16 @@
 
 namespace flexframe::render {
 
-// Part of the picture that overlays take, in fractions of width (left, right) and height (top, bottom).
+// The scene fills the scene area: the picture less its plot panels (Overlay::plots). A camera sees the scene area.
+//
+// Part of the scene area that other overlays take, in fractions of its width (left, right) and height (top, bottom).
 struct Insets {
   double left = 0.0, right = 0.0, top = 0.0, bottom = 0.0;
 };
 
-// The room the overlay of this picture takes, as Renderer draws it; plots included.
+// Room and area as Renderer lays them out for this picture.
 Insets overlay_insets(const Picture& picture);
+Size scene_size(const Picture& picture);
 
 // The camera that sees all points as large as possible within the insets and `margin` (fraction of the free part on each
 // side), looking along `direction` (from camera to scene, world) with `up` upwards. Exact for both projections: some
@@ -29,6 +32,9 @@ struct FitOptions {
   Insets insets;
 };
 Camera fit_camera(std::span<const glm::dvec3> points, Size size, const FitOptions& options);
+
+// The same for the scene area and insets of a picture: set size and overlay first; options.insets is replaced.
+Camera fit_camera(const Picture& picture, std::span<const glm::dvec3> points, FitOptions options);
 
 // The eight corners of a box, appended.
 void append_corners(std::vector<glm::dvec3>& points, const Bounds& bounds);
@@ -56,8 +62,9 @@ struct CameraKey {
 // fov and height; held at the ends. Throws std::invalid_argument for no keys or times that do not rise.
 Camera camera_on_path(std::span<const CameraKey> keys, double t);
 
-// Front (looking along -z for up y, +y for up z), side, top and three-quarter view of the points, two by two, each fitted.
-std::vector<View> four_views(std::span<const glm::dvec3> points, Size size, const glm::dvec3& up);
+// Front (looking along -z for up y, +y for up z), side, top and three-quarter view of the points, two by two, each fitted
+// to its quarter. Set size and overlay of the picture first.
+std::vector<View> four_views(const Picture& picture, std::span<const glm::dvec3> points, const glm::dvec3& up);
 
 // View matrix in double (camera from world).
 glm::dmat4 view_matrix(const Camera& camera);

@@ -85,7 +85,8 @@ struct Surface {
   Material material;
   float opacity = 1.0f;                    // < 1: ghost: one translucent shell, inner faces do not show through
   bool two_sided = true;                   // false: closed mesh, back faces are not drawn (much faster)
-  bool edges = false;                      // mesh edges (the wires of all triangles)
+  bool edges = false;                      // lines along the edges of the triangles
+  std::span<const std::uint8_t> edge_flags;  // one per triangle: bit k: the edge from its corner k to the next is drawn; empty: all
   bool silhouette = false;                 // dark outline against whatever lies behind
   bool casts_shadow = true;
   glm::vec3 edge_color{0.12f, 0.14f, 0.17f};

@@ -7,6 +7,7 @@
 // Source: Portable Network Graphics Specification, Third Edition, W3C 2023.
 #pragma once
 
+#include "render/file.h"
 #include "render/image.h"
 
 #include <filesystem>
@@ -38,7 +39,5 @@ bool is_whole_png(const std::filesystem::path& path);
 // The tEXt chunk of this keyword, empty if there is none.
 std::string read_png_text(const std::filesystem::path& path, const std::string& keyword);
 
-// Bytes to a file, atomically as above.
-void write_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes);
 
 }  // namespace flexframe::render

@@ -1,0 +1,21 @@
+// The seam to whoever provides OpenGL 4.5 core without a display: create (the functions below), get_proc, destroy.
+// Both libraries are opened when the first context is made, not when the program starts.
+#pragma once
+
+#include <memory>
+#include <string>
+
+namespace flexframe::render {
+
+class Context {
+public:
+  virtual ~Context() = default;
+  virtual void make_current() = 0;
+  virtual void* get_proc(const char* name) = 0;
+};
+
+// Throw std::runtime_error naming the library, what it answered and what could help.
+std::unique_ptr<Context> create_osmesa_context();
+std::unique_ptr<Context> create_egl_context();
+
+}  // namespace flexframe::render

@@ -1,0 +1,41 @@
+// Meshes of simple solids with smooth normals: arrows, tubes, springs, balls, swept sections. Closed, counterclockwise from outside.
+#pragma once
+
+#include <glm/glm.hpp>
+
+#include <span>
+#include <vector>
+
+namespace flexframe::render {
+
+struct Shape {
+  std::vector<glm::vec3> positions;
+  std::vector<glm::vec3> normals;      // one per position
+  std::vector<glm::uvec3> triangles;
+  void append(const Shape& other);
+};
+
+// Arrow from the origin along +x of the given length; radius of the shaft (0: 2.5 % of the length); the head is 3 radii wide.
+Shape make_arrow(double length, double radius = 0.0, int sides = 24);
+
+// Round tube along a polyline (at least two points, m) with flat ends; rotation-minimising frames, so that it does not twist.
+// Source: Wang, Jüttler, Zheng, Liu, "Computation of rotation minimizing frames", 2008 (double reflection).
+Shape make_tube(std::span<const glm::dvec3> path, double radius, int sides = 16);
+
+// Coil spring between two points with straight ends: `turns` windings of the given coil and wire radius.
+Shape make_spring(const glm::dvec3& from, const glm::dvec3& to, double coil_radius, double wire_radius, int turns = 8);
+
+// Ball about the origin.
+Shape make_ball(double radius, int rings = 16);
+
+// Box about the origin with faces of their own normals; full edge lengths.
+Shape make_box(const glm::dvec3& size);
+
+// Cylinder along z about the origin, flat ends.
+Shape make_cylinder(double radius, double length, int sides = 32);
+
+// Normals as the mean of the adjacent triangles' normals weighted by area (not normalised where all triangles vanish: zero).
+// normals is resized; its memory is reused.
+void update_normals(std::span<const glm::vec3> positions, std::span<const glm::uvec3> triangles, std::vector<glm::vec3>& normals);
+
+}  // namespace flexframe::render
