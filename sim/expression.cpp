@@ -18,9 +18,9 @@ namespace expression {
 namespace {
 
 struct Jet {
-  double v = 0.0, d = 0.0, dd = 0.0;
-  Jet() = default;
-  Jet(double value) : v(value) {}
+  double v, d, dd;
+  Jet() = default;  // no values: the stack is not cleared
+  Jet(double value) : v(value), d(0.0), dd(0.0) {}
   Jet(double value, double first, double second) : v(value), d(first), dd(second) {}
   bool constant() const { return d == 0.0 && dd == 0.0; }
 };
@@ -61,7 +61,8 @@ Jet log2(const Jet& u) { return chain(u, std::log2(u.v), M_LOG2E / u.v, -M_LOG2E
 Jet log10(const Jet& u) { return chain(u, std::log10(u.v), M_LOG10E / u.v, -M_LOG10E / (u.v * u.v)); }
 Jet sqrt(const Jet& u) { const double f = std::sqrt(u.v); return chain(u, f, 0.5 / f, -0.25 / (f * u.v)); }
 
-Jet pow(const Jet& a, const Jet& b) {
+Jet power(const Jet& a, const Jet& b) {
+  if (b.constant() && b.v == 2.0) return a * a;
   const double f = std::pow(a.v, b.v);
   if (b.constant()) {
     // the vanishing factors first: 0 * pow(0, negative) is not a number

@@ -61,13 +61,15 @@ inline double atan2_on_side(double y, double x, double side) {
   return angle;
 }
 
+inline double power(double a, double b) { return b == 2.0 ? a * a : std::pow(a, b); }
+
 // Runs code[begin, end) on a stack of T and returns its top; with `below`, the value under the top goes there.
 // `selector(index, op, a, b)` answers what the selector chooses. T needs the arithmetic operators and the free functions used
 // here, found in T's namespace or std.
 template <class T, class Select>
 T run(const std::vector<Expression::Instruction>& code, int begin, int end, const T& t, Select&& selector, T* below = nullptr) {
   using std::sin, std::cos, std::tan, std::asin, std::acos, std::atan, std::sinh, std::cosh, std::tanh, std::asinh, std::acosh,
-      std::atanh, std::exp, std::log, std::log2, std::log10, std::sqrt, std::pow;
+      std::atanh, std::exp, std::log, std::log2, std::log10, std::sqrt;
   std::array<T, stack_size> stack;
   int top = -1;
   for (int i = begin; i < end; ++i) {
@@ -81,7 +83,7 @@ T run(const std::vector<Expression::Instruction>& code, int begin, int end, cons
       case Op::subtract: { T& left = binary(); left = left - a; break; }
       case Op::multiply: { T& left = binary(); left = left * a; break; }
       case Op::divide: { T& left = binary(); left = left / a; break; }
-      case Op::power: { T& left = binary(); left = pow(left, a); break; }
+      case Op::power: { T& left = binary(); left = power(left, a); break; }
       case Op::negate: a = -a; break;
       case Op::sin: a = sin(a); break;
       case Op::cos: a = cos(a); break;

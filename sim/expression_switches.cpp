@@ -91,9 +91,9 @@ Interval cosine(Interval a) { return sine(a + Interval{0.5 * M_PI, 0.5 * M_PI});
 // A value and its derivative over a box of times; partial: at some of them the value is perhaps not a number.
 struct Range {
   Interval v, d;
-  bool partial = false;
-  Range() = default;
-  Range(double x) : v{x, x}, d{0.0, 0.0} {}
+  bool partial;
+  Range() = default;  // no values: the stack is not cleared
+  Range(double x) : v{x, x}, d{0.0, 0.0}, partial(false) {}
   Range(Interval value, Interval rate, bool is_partial) : v(value), d(value.empty() ? nothing : rate), partial(is_partial) {}
 };
 
@@ -189,7 +189,7 @@ Interval power(Interval x, double c) {
   return widened(std::pow(low, c), std::pow(std::max(std::abs(x.lo), std::abs(x.hi)), c));
 }
 
-Range pow(const Range& a, const Range& b) {
+Range power(const Range& a, const Range& b) {
   if (b.v.lo == b.v.hi && b.d.lo == 0.0 && b.d.hi == 0.0) {
     const double c = b.v.lo;
     const Range x = c == std::rint(c) ? a : within(a, 0.0, infinity);
