@@ -36,7 +36,8 @@ struct BeamEffects {
   bool shear = false;       // Timoshenko shear and rotary inertia, finite elements only
 };
 
-// Finite elements: u and theta linear, v and w cubic, consistent mass; BeamDef::elements elements of equal length.
+// Finite elements: u and theta linear, v and w cubic, consistent mass; BeamDef::elements elements of equal length (at
+// most 1500 coordinates).
 // Coordinates node by node from root to tip: u v v' w w' theta (those that exist); in free_free and supported_free they are relative
 // to the chord, and the frame is moved to the mean axes. Nodes: root, tip, BeamDef::frames (by name), node[0] .. node[elements].
 // The series' second-order displacements are left out where they would need more than 4e6 numbers; root, tip and frames have them.

@@ -184,9 +184,13 @@ beam::Basis boundary_basis(const Layout& layout, Boundary boundary, const MatX& 
 }  // namespace
 
 FlexibleBody make_fe_beam(const BeamDef& def, const BeamEffects& effects) {
-  constexpr int kMaxElements = 500;
-  if (def.elements < 1 || def.elements > kMaxElements)
-    throw InputError(fmt::format("elements must lie in 1 .. {}, found {}", kMaxElements, def.elements));
+  // some forty dense matrices of this size exist while the body is made: 0.8 GB at most
+  constexpr int kMaxCoordinates = 1500;
+  const BeamEffects& e = effects;
+  const int per_node = e.axial + 2 * e.bending_xy + 2 * e.bending_xz + e.torsion;
+  const int most = kMaxCoordinates / std::max(1, per_node) - 1;
+  if (def.elements < 1 || def.elements > most)
+    throw InputError(fmt::format("elements must lie in 1 .. {} with these effects, found {}; a beam of more is a mixed one", most, def.elements));
   const Properties p = beam::properties(def, effects);
   const Layout layout = layout_of(def, effects);
   const double h = layout.h;
@@ -194,11 +198,11 @@ FlexibleBody make_fe_beam(const BeamDef& def, const BeamEffects& effects) {
   // highest degree: cubic times cubic, or the squared distance to the tip times slope times slope (6): 4 points are exact
   const beam::GaussRule gauss = beam::gauss_rule(4);
   Integrals full(layout.full());
-  for (int e = 0; e < layout.elements; ++e) {
+  for (int k = 0; k < layout.elements; ++k) {
     Integrals local(2 * layout.per_node);
     for (std::size_t g = 0; g < gauss.x.size(); ++g)
-      beam::add_station(local, p, effects, element_rows(layout, p, effects, gauss.x[g]), (e + gauss.x[g]) * h, gauss.w[g] * h);
-    scatter(local, e * layout.per_node, full);
+      beam::add_station(local, p, effects, element_rows(layout, p, effects, gauss.x[g]), (k + gauss.x[g]) * h, gauss.w[g] * h);
+    scatter(local, k * layout.per_node, full);
   }
   const FieldRows root = full_rows(layout, p, effects, 0, 0.0);
   const bool root_twists = def.boundary == Boundary::free_free && effects.torsion;

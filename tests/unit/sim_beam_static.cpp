@@ -135,8 +135,8 @@ TEST(BeamStatic, ElasticaOfTenVolumes) {
   const Welded chain = straight(slender(10), {.axial = true, .bending_xz = true, .stiffening = true});
   for (const auto& [load, w, u] : table) {
     const Vec3 tip = loaded_tip(chain, Vec3(0, 0, load), static_cast<int>(load));
-    EXPECT_NEAR(tip.z(), w, 3e-4) << load;
-    EXPECT_NEAR(1.0 - tip.x(), u, 3e-4) << load;
+    EXPECT_NEAR(tip.z(), w, 2e-5) << load;
+    EXPECT_NEAR(1.0 - tip.x(), u, 2e-5) << load;
   }
 }
 
