@@ -323,7 +323,7 @@ struct Renderer::Impl {
     if (s.edges) {
       program.set("edge_color", linear_from_srgb(s.edge_color));
       // Each triangle draws its half of the line.
-      program.set("edge_width", static_cast<float>(std::max(0.5 * v.per_pixel, 0.5 * static_cast<double>(s.edge_width) * v.unit)));
+      program.set("edge_width", static_cast<float>(std::max(0.6 * v.per_pixel, 0.6 * static_cast<double>(s.edge_width) * v.unit)));
     }
     // Closed meshes show only their front; a pose that mirrors turns it over.
     if (s.two_sided) {
@@ -659,7 +659,7 @@ Image Renderer::draw(const Picture& p) {
       const std::vector<float> depth = r.draw_shadow_map(d, light);
       const double softness = 0.018 * lit.radius();
       const std::vector<float> moments = filter_shadow(depth, light, softness);
-      v.shadow = r.device.texture_rg32f("shadow", shadow_size, shadow_size, moments.data());
+      v.shadow = r.device.texture_rg32f("shadow", filtered_size, filtered_size, moments.data());
       v.light = &light;
       if (grounds[i].visible) shade = ground_shadow(depth, light, grounds[i], frame, softness);
     }

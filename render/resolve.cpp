@@ -81,19 +81,33 @@ void resolve(Image& image, const PixelRect& area, const ResolveInput& input) {
   const bool has_alpha = image.channels == 4;
   const float scale = 65532.0f / 16383.0f / static_cast<float>(count);
   const std::size_t stride = std::size_t(samples.width) * 4;
+  std::vector<std::uint8_t> darkened(static_cast<std::size_t>(area.width));
 
   for (int y = 0; y < area.height; ++y) {
     std::uint8_t* out_row = &image.pixels[(std::size_t(area.y + y) * image.width + area.x) * image.channels];
     // Samples are stored from the bottom.
     const int sy0 = (area.height - 1 - y) * n;
     const std::uint8_t* row = &samples.colors[sy0 * stride];
+    // Pixels whose backdrop takes shadow or occlusion.
+    std::fill(darkened.begin(), darkened.end(), std::uint8_t(0));
+    if (!input.ground_shadow.empty())
+      for (int x = 0; x < area.width; ++x) darkened[x] = input.ground_shadow[std::size_t(y) * area.width + x];
+    if (!input.occlusion.empty() && input.ground)
+      for (int x = 0; x < area.width; ++x) darkened[x] |= static_cast<std::uint8_t>(~input.occlusion[std::size_t(y) * area.width + x]);
     bool shell_row = false;
     for (int j = 0; j < n; ++j) shell_row = shell_row || shells.row(sy0 + j);
     for (int x = 0; x < area.width; ++x) {
       const std::size_t at = std::size_t(y) * area.width + x;
-      std::uint8_t* out = out_row + std::size_t(x) * image.channels;
       const int sx0 = x * n;
       const std::uint8_t* first = row + std::size_t(sx0) * 4;
+      // Most pixels are backdrop: four empty samples are four zero words.
+      if (n == 2 && !shell_row && !darkened[x]) {
+        std::uint64_t lower = 0, upper = 0;
+        std::memcpy(&lower, first, 8);
+        std::memcpy(&upper, first + stride, 8);
+        if ((lower | upper) == 0) continue;
+      }
+      std::uint8_t* out = out_row + std::size_t(x) * image.channels;
 
       // Share of surface samples, and whether all samples are one colour.
       int covered = 0;

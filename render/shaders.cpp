@@ -159,7 +159,7 @@ void main() {
   vec3 r = reflect(-v, n);
   float edge = mix(0.08, 1.0, roughness);
   float horizon = clamp(0.5 + dot(r, up) / (2.0 * edge), 0.0, 1.0);
-  float mirrored = mix(0.28, 0.95, horizon * horizon * (3.0 - 2.0 * horizon)) * strength.y;
+  float mirrored = mix(0.42, 1.0, horizon * horizon * (3.0 - 2.0 * horizon)) * strength.y;
   float rim = 1.0 - nv; float r2 = rim * rim;
   vec3 mirror = f0 + (max(vec3(1.0 - roughness), f0) - f0) * r2 * r2 * rim;
 
@@ -170,15 +170,18 @@ void main() {
   vec3 over = max(lit_color - 0.8, 0.0);
   lit_color = min(lit_color, 0.8) + over / (1.0 + over * 5.0);
 #ifdef EDGES
-  vec3 away = corner_at / max(fwidth(corner_at), vec3(1e-6));
-  float nearest = min(min(away.x, away.y), away.z);
-  float line = clamp(edge_width + 0.5 - nearest, 0.0, 1.0);
-  lit_color = mix(lit_color, edge_color, line * 0.85);
+  vec3 slope = max(vec3(length(vec2(dFdx(corner_at.x), dFdy(corner_at.x))), length(vec2(dFdx(corner_at.y), dFdy(corner_at.y))),
+                        length(vec2(dFdx(corner_at.z), dFdy(corner_at.z)))), vec3(1e-6));
+  vec3 away = corner_at / slope;
+  // Lines of triangles only a few lines high fade: they would darken the whole surface.
+  vec3 room = clamp((1.0 / slope - 3.0 * edge_width) / (6.0 * edge_width), 0.15, 1.0);
+  vec3 lines = clamp(edge_width + 0.5 - away, 0.0, 1.0) * room;
+  lit_color = mix(lit_color, edge_color, max(max(lines.x, lines.y), lines.z) * 0.85);
 #endif
 #ifdef GHOST
-  // A shell of glass: denser where it is seen edge on.
-  float density = mix(0.75, 1.8, r2 * (3.0 - 2.0 * rim));
-  result = vec4(lit_color, clamp(mark.y * density, 0.0, 1.0));
+  // A shell of glass: denser and darker where it is seen edge on.
+  float edge_on = r2 * (3.0 - 2.0 * rim);
+  result = vec4(mix(lit_color, albedo * 0.55, 0.6 * edge_on), clamp(mark.y * mix(0.9, 2.2, edge_on), 0.0, 1.0));
 #else
   result = vec4(lit_color, mark.x);
 #endif

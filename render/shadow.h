@@ -12,7 +12,8 @@
 
 namespace flexframe::render {
 
-constexpr int shadow_size = 1024;       // texels along each side
+constexpr int shadow_size = 1024;       // texels of the depth along each side
+constexpr int filtered_size = 512;      // of the filtered map
 constexpr float shadow_warp = 30.0f;
 
 // Orthographic light: map coordinates (0..1, 0..1, depth 0..1 from the light) of a world point.
@@ -24,7 +25,7 @@ struct LightFrame {
 };
 LightFrame make_light(const glm::dvec3& to_light, const Bounds& bounds);
 
-// Two floats a texel: filtered exp(w (depth - 1/2)) and its square. depth: shadow_size^2 values, 1 where empty.
+// filtered_size^2 texels of two floats: filtered exp(w (depth - 1/2)) and its square. depth: shadow_size^2 values, 1 where empty.
 std::vector<float> filter_shadow(const std::vector<float>& depth, const LightFrame& light, double radius);
 
 // Share of light taken from the ground, 0..255 a pixel of the view's area, rows from the top.

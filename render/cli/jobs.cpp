@@ -1,0 +1,205 @@
+#include "render/cli/jobs.h"
+
+#include "render/cli/terminal.h"
+
+#include "render/mesh.h"
+#include "sim/scene_reader.h"
+#include "sim/words.h"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <unistd.h>
+
+namespace flexframe::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::vector<std::pair<const char*, sim::Method>> methods = {
+    {"auto", sim::Method::automatic}, {"adams", sim::Method::adams}, {"bdf", sim::Method::bdf},
+    {"erk", sim::Method::erk},        {"dirk", sim::Method::dirk},   {"ida", sim::Method::ida}};
+
+sim::Method method_from_name(const std::string& name) {
+  std::vector<std::string> known;
+  for (const auto& [word, method] : methods) {
+    if (name == word) return method;
+    known.emplace_back(word);
+  }
+  throw UsageError(fmt::format("--method {} is unknown{}; allowed: {}", sim::quoted(name), sim::did_you_mean(name, known), sim::list_words(known)));
+}
+
+// "A:B" or "I/N": two whole numbers; either may be missing where `open`.
+std::pair<std::optional<int>, std::optional<int>> parse_pair(const std::string& text, char between, const char* option, const char* form, bool open) {
+  const auto refuse = [&] { throw UsageError(fmt::format("{} {} must be {}", option, sim::quoted(text), form)); };
+  const size_t at = text.find(between);
+  if (at == std::string::npos) refuse();
+  const auto number = [&](std::string_view part) -> std::optional<int> {
+    if (part.empty() && open) return std::nullopt;
+    int value = 0;
+    const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), value);
+    if (error != std::errc() || end != part.data() + part.size() || value < 0) refuse();
+    return value;
+  };
+  const std::string_view all = text;
+  return {number(all.substr(0, at)), number(all.substr(at + 1))};
+}
+
+}  // namespace
+
+void add_simulation_words(CLI::App& words, SimulationWords& values) {
+  words.add_option("--tolerance", values.tolerance, "relative local error, in place of the scene's")->check(CLI::Range(1e-13, 1e-1));
+  words.add_option("--method", values.method, "auto, adams, bdf, erk, dirk or ida, in place of the scene's");
+  words.add_flag("--no-error-estimate", values.no_estimate, "leave out the second, looser run that the estimated error comes from");
+}
+
+void add_render_words(CLI::App& words, RenderWords& values) {
+  words.add_option("--frames", values.frames, "A:B, pictures A to B-1 (as a slice; A: and :B too)");
+  words.add_option("--shard", values.shard, "I/N, every N-th picture from the I-th on: N machines draw a sequence together");
+  words.add_flag("--resume", values.resume, "keep pictures that are whole and made from the same inputs");
+  words.add_option("--size", values.size, "WIDTHxHEIGHT in pixels");
+  words.add_option("--scales", values.scales, "auto, or a list as 1,20: in scale and exaggerated");
+  words.add_option("--color-by", values.color_by, "none, displacement, strain, velocity or body");
+  words.add_option("--samples", values.samples, "antialiasing samples a pixel: 1, 4, 9 or 16")->check(CLI::IsMember({1, 4, 9, 16}));
+  words.add_flag("--no-shadows", values.no_shadows, "no shadows and no ambient occlusion: quicker");
+  words.add_flag("--no-overlay", values.no_overlay, "no words, bars and plots");
+  words.add_option("--workers", values.workers, "processes that draw; default: one a core")->check(CLI::Range(1, 1024));
+  words.add_option("--renderer", values.renderer, "osmesa or egl")->check(CLI::IsMember({"osmesa", "egl"}))->capture_default_str();
+  words.add_option("--video", values.video, "the video's file (.mp4 or .gif); default: NAME.mp4 beside the pictures");
+  words.add_flag("--no-video", values.no_video, "pictures only");
+}
+
+Job read_job(const fs::path& scene_file) {
+  Job job;
+  job.scene = sim::read_scene(scene_file);
+  job.settings = film::read_render_settings(scene_file);
+  film::check_render_settings(job.settings, job.scene);
+  for (const sim::BodyDef& body : job.scene.bodies)
+    if (body.mesh) render::read_mesh(*body.mesh);
+  return job;
+}
+
+void apply_words(const RenderWords& words, film::RenderSettings& settings) {
+  if (!words.size.empty()) settings.size = film::parse_size(words.size);
+  if (!words.scales.empty()) settings.scales = film::parse_scales(words.scales);
+  if (words.samples) settings.samples = *words.samples;
+  if (words.no_shadows) settings.shadows = settings.occlusion = false;
+  if (words.no_overlay)
+    settings.overlay = {.title = false, .time = false, .scalar_bar = false, .triad = false, .legend = false, .note = false, .plot = {}};
+  if (!words.color_by.empty()) {
+    const std::vector<std::string> known = {"none", "displacement", "strain", "velocity", "body"};
+    const auto found = std::find(known.begin(), known.end(), words.color_by);
+    if (found == known.end())
+      throw UsageError(fmt::format("--color-by {} is unknown{}; allowed: {}", sim::quoted(words.color_by), sim::did_you_mean(words.color_by, known), sim::list_words(known)));
+    settings.color_by = static_cast<film::ColorBy>(found - known.begin());
+  }
+}
+
+sim::Results run_simulation(const sim::Scene& scene, const SimulationWords& words) {
+  sim::SimulateOptions options;
+  options.tolerance = words.tolerance;
+  if (!words.method.empty()) options.method = method_from_name(words.method);
+  options.estimate_error = !words.no_estimate;
+  Progress progress("simulating");
+  options.progress = [&](double time) { progress.show(time / scene.simulation.duration); };
+  return sim::simulate(scene, options);
+}
+
+DrawingReport run_drawing(const sim::Results& results, const film::RenderSettings& settings, const sim::Scene* scene, const RenderWords& words,
+                          const fs::path& folder, const std::string& name) {
+  film::FilmOptions options;
+  if (!words.frames.empty()) {
+    const auto [first, end] = parse_pair(words.frames, ':', "--frames", "A:B with whole numbers, pictures A to B-1", true);
+    options.first = first.value_or(0);
+    options.end = end.value_or(-1);
+  }
+  if (!words.shard.empty()) {
+    const auto [shard, shards] = parse_pair(words.shard, '/', "--shard", "I/N with whole numbers, 1 <= I <= N", false);
+    options.shard = *shard;
+    options.shards = *shards;
+  }
+  const film::Animation animation = film::make_animation(results, settings, scene);
+
+  DrawingReport report;
+  report.frames = folder / "frames";
+  report.size = settings.size;
+  report.cpu_setup = animation.cpu_setup;
+  report.notes = animation.notes;
+  options.folder = report.frames;
+  options.resume = words.resume;
+  options.workers = words.workers;
+  options.backend = render::backend_from_name(words.renderer);
+  {
+    Progress progress("drawing");
+    options.progress = [&](int done, int all) { progress.show(double(done) / all); };
+    report.film = film::film(animation, options);
+  }
+
+  // A video of the whole range; a shard alone has gaps.
+  if (words.no_video || options.shards > 1) return report;
+  report.video_file = words.video.empty() ? folder / (name + ".mp4") : fs::path(words.video);
+  report.video = film::make_video(report.frames, options.first, report.film.pictures, settings.frame_rate, report.video_file, throw_if_interrupted);
+  return report;
+}
+
+void require_writable(const fs::path& path) {
+  fs::path at = fs::absolute(path).lexically_normal();
+  std::error_code error;
+  while (!fs::exists(at, error) && at.has_relative_path()) at = at.parent_path();
+  if (!fs::is_directory(at, error)) throw std::runtime_error(fmt::format("{}: cannot write there: {} is no folder", path.string(), at.string()));
+  if (::access(at.c_str(), W_OK | X_OK) != 0)
+    throw std::runtime_error(fmt::format("{}: cannot write there: {}: {}", path.string(), at.string(), std::strerror(errno)));
+}
+
+void make_folder(const fs::path& path) {
+  std::error_code error;
+  fs::create_directories(path, error);
+  if (error) throw std::runtime_error(fmt::format("{}: cannot make the folder: {}", path.string(), error.message()));
+}
+
+void print_simulation(const sim::Results& results) {
+  const sim::SolverStatistics& s = results.statistics;
+  const double duration = results.times.size() > 0 ? results.times[results.times.size() - 1] : 0.0;
+  fmt::print("simulation   {:g} s in {:.4f} CPU s: {}, tolerance {:g}, {} steps, {} evaluations, {} events, {} samples\n", duration, s.cpu_seconds, s.method,
+             s.tolerance, s.steps, s.evaluations, s.events, results.times.size());
+  if (s.error_estimate >= 0.0) fmt::print("error        {:.1e} of the range of {}, estimated, of the time integration\n", s.error_estimate, s.error_column);
+  for (const std::string& note : s.notes) fmt::print("note         {}\n", note);
+}
+
+void print_drawing(const DrawingReport& report) {
+  const film::FilmReport& f = report.film;
+  fmt::print("pictures     {} of {}x{} in {}", f.pictures, report.size.width, report.size.height, report.frames.string());
+  if (f.kept > 0) fmt::print(" ({} drawn, {} kept)", f.drawn, f.kept);
+  fmt::print("\n");
+  fmt::print("CPU          {:.2f} s setting up, {:.2f} s deformation, {:.2f} s drawing, {:.2f} s encoding", report.cpu_setup, f.cpu_deform, f.cpu_draw, f.cpu_encode);
+  if (f.drawn > 0) fmt::print(": {:.1f} ms a picture", 1e3 * (f.cpu_deform + f.cpu_draw + f.cpu_encode) / f.drawn);
+  fmt::print("; {} processes, {:.1f} s\n", f.workers, f.wall_seconds);
+  if (report.video.made) fmt::print("video        {} ({:.2f} CPU s)\n", report.video_file.string(), report.video.cpu_seconds);
+  else if (!report.video.note.empty()) fmt::print("note         {}\n", report.video.note);
+  for (const std::string& note : report.notes) fmt::print("note         {}\n", note);
+}
+
+nlohmann::ordered_json simulation_json(const sim::Results& results) {
+  const sim::SolverStatistics& s = results.statistics;
+  nlohmann::ordered_json json = {{"method", s.method}, {"tolerance", s.tolerance}, {"steps", s.steps}, {"evaluations", s.evaluations}, {"jacobians", s.jacobians},
+                                 {"events", s.events}, {"restarts", s.restarts}, {"cpu_seconds", s.cpu_seconds}, {"samples", results.times.size()}};
+  if (s.error_estimate >= 0.0) json["error_estimate"] = {{"relative", s.error_estimate}, {"column", s.error_column}};
+  json["notes"] = s.notes;
+  return json;
+}
+
+nlohmann::ordered_json drawing_json(const DrawingReport& report) {
+  const film::FilmReport& f = report.film;
+  nlohmann::ordered_json json = {{"folder", report.frames.string()}, {"pictures", f.pictures}, {"drawn", f.drawn}, {"kept", f.kept},
+                                 {"size", {report.size.width, report.size.height}},
+                                 {"cpu_seconds", {{"setup", report.cpu_setup}, {"deformation", f.cpu_deform}, {"drawing", f.cpu_draw}, {"encoding", f.cpu_encode}, {"video", report.video.cpu_seconds}}},
+                                 {"processes", f.workers}, {"wall_seconds", f.wall_seconds}};
+  json["video"] = report.video.made ? nlohmann::ordered_json(report.video_file.string()) : nlohmann::ordered_json(nullptr);
+  json["notes"] = report.notes;
+  if (!report.video.note.empty()) json["notes"].push_back(report.video.note);
+  return json;
+}
+
+}  // namespace flexframe::cli

@@ -1,0 +1,70 @@
+// What several subcommands do alike: simulate with progress, draw with progress, and tell about both.
+#pragma once
+
+#include "render/cli/command.h"
+
+#include "render/film/animation.h"
+#include "render/film/filming.h"
+#include "render/film/video.h"
+#include "sim/simulate.h"
+
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace flexframe::cli {
+
+// --tolerance, --method, --no-error-estimate
+struct SimulationWords {
+  std::optional<double> tolerance;
+  std::string method;
+  bool no_estimate = false;
+};
+void add_simulation_words(CLI::App& words, SimulationWords& values);
+
+// --frames, --shard, --size, --scales, ...
+struct RenderWords {
+  std::string frames, shard, size, scales, color_by, renderer = "osmesa", video;
+  std::optional<int> samples;
+  int workers = 0;
+  bool resume = false, no_video = false, no_shadows = false, no_overlay = false;
+};
+void add_render_words(CLI::App& words, RenderWords& values);
+
+// A scene with its render settings, both read and checked, the meshes it names included. Throws sim::InputError, render::MeshError.
+struct Job {
+  sim::Scene scene;
+  film::RenderSettings settings;
+};
+Job read_job(const std::filesystem::path& scene_file);
+
+// The options given take the place of the scene's words. Throws sim::InputError.
+void apply_words(const RenderWords& words, film::RenderSettings& settings);
+
+sim::Results run_simulation(const sim::Scene& scene, const SimulationWords& words);
+
+// Pictures to folder/frames, the video beside them.
+struct DrawingReport {
+  film::FilmReport film;
+  film::VideoReport video;
+  std::filesystem::path frames, video_file;
+  render::Size size;
+  double cpu_setup = 0.0;  // maps, ranges, camera
+  std::vector<std::string> notes;
+};
+DrawingReport run_drawing(const sim::Results& results, const film::RenderSettings& settings, const sim::Scene* scene, const RenderWords& words,
+                          const std::filesystem::path& folder, const std::string& name);
+
+// Fails now rather than after a long simulation: whether files could be made at `path` (a folder that may not exist yet).
+void require_writable(const std::filesystem::path& path);
+void make_folder(const std::filesystem::path& path);
+
+// What is said about them, as text or JSON.
+void print_simulation(const sim::Results& results);
+void print_drawing(const DrawingReport& report);
+nlohmann::ordered_json simulation_json(const sim::Results& results);
+nlohmann::ordered_json drawing_json(const DrawingReport& report);
+
+}  // namespace flexframe::cli

@@ -1,0 +1,62 @@
+// flexframe run: simulate a scene and draw it.
+#include "render/cli/commands.h"
+#include "render/cli/jobs.h"
+#include "render/cli/terminal.h"
+
+#include "sim/csv.h"
+#include "sim/results_file.h"
+
+#include <fmt/format.h>
+
+#include <memory>
+
+namespace flexframe::cli {
+
+Command add_run(CLI::App& program) {
+  struct Words {
+    std::string scene, out, csv;
+    bool json = false;
+    SimulationWords simulation;
+    RenderWords render;
+  };
+  const auto words = std::make_shared<Words>();
+  CLI::App* app = program.add_subcommand("run", "simulate a scene and draw it: results, histories, pictures, video");
+  app->add_option("SCENE", words->scene, "scene file (TOML)")->required();
+  app->add_option("-o,--out", words->out, "output folder; default: the scene's name");
+  app->add_option("--csv", words->csv, "histories there instead of in the output folder");
+  app->add_flag("--json", words->json, "summary as JSON");
+  add_simulation_words(*app, words->simulation);
+  add_render_words(*app, words->render);
+
+  return {app, [words] {
+            namespace fs = std::filesystem;
+            Job job = read_job(words->scene);
+            apply_words(words->render, job.settings);
+            const std::string name = fs::path(words->scene).stem().string();
+            const fs::path out = words->out.empty() ? fs::path(name) : fs::path(words->out);
+            require_writable(out);
+
+            const sim::Results results = run_simulation(job.scene, words->simulation);
+            film::check_render_settings(job.settings, results, words->scene);
+            make_folder(out);
+            sim::write_results(results, out / "results.h5");
+            const fs::path csv = words->csv.empty() ? out / "histories.csv" : fs::path(words->csv);
+            sim::write_histories_csv(results, csv);
+            const DrawingReport drawing = run_drawing(results, job.settings, &job.scene, words->render, out, name);
+
+            if (words->json) {
+              nlohmann::ordered_json json = {{"scene", words->scene}, {"title", results.title}, {"results", (out / "results.h5").string()}, {"histories", csv.string()}};
+              json["simulation"] = simulation_json(results);
+              json["drawing"] = drawing_json(drawing);
+              fmt::print("{}\n", json.dump(2));
+              return 0;
+            }
+            if (!results.title.empty()) fmt::print("{}\n", results.title);
+            print_simulation(results);
+            fmt::print("results      {}, {}\n", (out / "results.h5").string(), csv.string());
+            print_drawing(drawing);
+            return 0;
+          }};
+}
+
+}  // namespace flexframe::cli

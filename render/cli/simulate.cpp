@@ -1,0 +1,49 @@
+// flexframe simulate: a scene to results, without pictures.
+#include "render/cli/commands.h"
+#include "render/cli/jobs.h"
+
+#include "sim/csv.h"
+#include "sim/results_file.h"
+
+#include <fmt/format.h>
+
+#include <memory>
+
+namespace flexframe::cli {
+
+Command add_simulate(CLI::App& program) {
+  struct Words {
+    std::string scene, out, csv;
+    bool json = false;
+    SimulationWords simulation;
+  };
+  const auto words = std::make_shared<Words>();
+  CLI::App* app = program.add_subcommand("simulate", "simulate a scene: results as HDF5, histories as CSV");
+  app->add_option("SCENE", words->scene, "scene file (TOML)")->required();
+  app->add_option("-o,--out", words->out, "results file (HDF5)");
+  app->add_option("--csv", words->csv, "histories file (CSV): the scene's outputs against t");
+  app->add_flag("--json", words->json, "summary as JSON");
+  add_simulation_words(*app, words->simulation);
+
+  return {app, [words] {
+            namespace fs = std::filesystem;
+            if (words->out.empty() && words->csv.empty()) throw UsageError("simulate needs -o RESULTS.h5 or --csv HISTORIES.csv");
+            const Job job = read_job(words->scene);
+            for (const std::string& file : {words->out, words->csv})
+              if (!file.empty()) require_writable(fs::absolute(file).parent_path());
+            const sim::Results results = run_simulation(job.scene, words->simulation);
+            for (const std::string& file : {words->out, words->csv})
+              if (!file.empty()) make_folder(fs::absolute(file).parent_path());
+            if (!words->out.empty()) sim::write_results(results, words->out);
+            if (!words->csv.empty()) sim::write_histories_csv(results, words->csv);
+            if (words->json) {
+              nlohmann::ordered_json json = {{"scene", words->scene}, {"title", results.title}, {"simulation", simulation_json(results)}};
+              fmt::print("{}\n", json.dump(2));
+              return 0;
+            }
+            print_simulation(results);
+            return 0;
+          }};
+}
+
+}  // namespace flexframe::cli

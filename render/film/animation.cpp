@@ -1,0 +1,232 @@
+#include "render/film/animation.h"
+
+#include "render/camera.h"
+#include "render/film/hash.h"
+#include "render/film/overlay.h"
+#include "render/film/survey.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace flexframe::film {
+namespace {
+
+constexpr float ghost_opacity = 0.32f, undeformed_opacity = 0.16f, trail_opacity = 0.22f;
+const glm::vec3 pale{0.60f, 0.65f, 0.72f};
+
+// Adds one body at one scale; its arrays live in the next free skin.
+render::Surface& add_surface(const Animation& animation, PictureMemory& memory, size_t& skin, const BodyModel& model, const glm::dmat4& pose) {
+  PictureMemory::Skin& arrays = memory.skins[skin++];
+  render::Surface surface;
+  surface.positions = arrays.positions;
+  surface.normals = arrays.normals;
+  surface.triangles = model.triangles;
+  surface.pose = pose;
+  surface.material = model.material;
+  surface.opacity = model.opacity;
+  surface.two_sided = !model.closed;
+  surface.edges = animation.settings.edges;
+  surface.silhouette = animation.settings.silhouette;
+  memory.picture.surfaces.push_back(surface);
+  return memory.picture.surfaces.back();
+}
+
+void rest_surface(const BodyModel& model, std::vector<glm::vec3>& positions, std::vector<glm::vec3>& normals) {
+  positions.resize(model.mesh.point_position.size());
+  for (size_t p = 0; p < positions.size(); ++p) positions[p] = glm::vec3(model.mesh.positions[model.mesh.point_position[p]]);
+  normals = model.rest_normals;
+}
+
+// Number of skins a picture needs at most: reserved at once, because surfaces point into them.
+size_t skins_needed(const Animation& animation) {
+  return animation.bodies.size() * (animation.scales.size() + 1 + static_cast<size_t>(animation.settings.trail));
+}
+
+}  // namespace
+
+void update_picture(const Animation& animation, int k, PictureMemory& memory) {
+  const sim::Results& results = *animation.results;
+  const RenderSettings& settings = animation.settings;
+  const double t = picture_time(animation, k);
+  const SamplePlace place = find_sample(results.times, t);
+
+  render::Picture& picture = memory.picture;
+  picture.size = settings.size;
+  picture.look = {.samples = settings.samples, .shadows = settings.shadows, .occlusion = settings.occlusion};
+  picture.ground = animation.ground;
+  picture.bounds = animation.bounds;
+  fill_overlay(animation, t, picture);
+  picture.surfaces.clear();
+  picture.markers.clear();
+  memory.bodies.resize(animation.bodies.size());
+  memory.scalars.resize(animation.bodies.size());
+  memory.skins.resize(skins_needed(animation));
+  size_t skin = 0;
+  ScalarMemory work;
+
+  for (size_t b = 0; b < animation.bodies.size(); ++b) {
+    const BodyModel& model = animation.bodies[b];
+    const sim::ResultBody& body = results.bodies[b];
+    if (!model.visible) continue;
+    const glm::dmat4 pose = body_pose(body, place);
+
+    // Nodes as markers: asked for, or all there is.
+    if (!body.nodes.empty() && (settings.nodes || model.mesh.triangles.empty())) {
+      node_motion(body, place, memory.bodies[b].node_displacement, memory.bodies[b].node_rotation);
+      for (size_t s = 0; s < animation.scales.size(); ++s) {
+        render::Markers markers;
+        markers.pose = pose;
+        if (s > 0) markers.color.a = ghost_opacity;
+        if (model.mesh.triangles.empty()) markers.color = glm::vec4(model.material.color, markers.color.a);
+        for (size_t n = 0; n < body.nodes.size(); ++n) {
+          const sim::Vec3 p = body.nodes[n].origin + animation.scales[s] * memory.bodies[b].node_displacement.row(static_cast<Eigen::Index>(n)).transpose();
+          markers.points.emplace_back(p.x(), p.y(), p.z());
+        }
+        picture.markers.push_back(std::move(markers));
+      }
+    }
+    if (model.mesh.triangles.empty()) continue;
+
+    // Deformation in scale, and what it is coloured by.
+    if (model.flexible) update_displacement(model, body, place, memory.bodies[b]);
+    std::vector<float>& scalars = memory.scalars[b];
+    if (animation.scalar_bar || settings.color_range) update_scalars(model, results, static_cast<int>(b), settings.color_by, t, memory.bodies[b], work, memory.vertex_scalars);
+    else memory.vertex_scalars.clear();
+    scalars.clear();
+    if (!memory.vertex_scalars.empty())
+      for (int p : model.mesh.point_position) scalars.push_back(memory.vertex_scalars[static_cast<size_t>(p)]);
+
+    // One surface a scale: the first solid, the others ghosts.
+    for (size_t s = 0; s < (model.flexible ? animation.scales.size() : 1); ++s) {
+      PictureMemory::Skin& arrays = memory.skins[skin];
+      if (model.flexible) update_surface(model, animation.scales[s], settings.corotated, memory.bodies[b], arrays.positions, arrays.normals);
+      else rest_surface(model, arrays.positions, arrays.normals);
+      render::Surface& surface = add_surface(animation, memory, skin, model, pose);
+      surface.scalars = scalars;
+      surface.colors = model.colors;
+      if (s == 0) continue;
+      surface.opacity *= ghost_opacity;
+      surface.casts_shadow = false;
+    }
+    if (settings.undeformed && model.flexible) {
+      rest_surface(model, memory.skins[skin].positions, memory.skins[skin].normals);
+      render::Surface& surface = add_surface(animation, memory, skin, model, pose);
+      surface.material.color = pale;
+      surface.opacity = undeformed_opacity;
+      surface.casts_shadow = false;
+    }
+
+    // Past positions, a tenth of a second of playback apart, fading.
+    const int stride = std::max(1, static_cast<int>(std::lround(0.1 * settings.frame_rate)));
+    for (int j = 1; j <= settings.trail && k - j * stride >= 0; ++j) {
+      const SamplePlace past = find_sample(results.times, picture_time(animation, k - j * stride));
+      PictureMemory::Skin& arrays = memory.skins[skin];
+      if (model.flexible) {
+        update_displacement(model, body, past, memory.bodies[b]);
+        update_surface(model, animation.scales[0], settings.corotated, memory.bodies[b], arrays.positions, arrays.normals);
+      } else {
+        rest_surface(model, arrays.positions, arrays.normals);
+      }
+      render::Surface& surface = add_surface(animation, memory, skin, model, body_pose(body, past));
+      surface.material.color = pale;
+      surface.opacity = trail_opacity * (1.0f - static_cast<float>(j - 1) / static_cast<float>(settings.trail));
+      surface.casts_shadow = false;
+    }
+  }
+
+  for (const JointSymbol& symbol : animation.symbols) {
+    render::Surface surface;
+    surface.positions = symbol.positions;
+    surface.normals = symbol.normals;
+    surface.triangles = symbol.triangles;
+    surface.pose = joint_pose(results.joints[static_cast<size_t>(symbol.joint)], symbol.fixed ? SamplePlace{} : place);
+    surface.material = {.color = {0.24f, 0.26f, 0.30f}, .roughness = 0.35f, .metallic = 0.4f};
+    surface.two_sided = false;
+    picture.surfaces.push_back(surface);
+  }
+
+  picture.camera = animation.camera;
+  if (animation.follow >= 0) {
+    const sim::ResultBody& body = results.bodies[static_cast<size_t>(animation.follow)];
+    picture.camera = render::shift_camera(animation.camera, glm::dvec3(body_pose(body, place)[3] - body_pose(body, {})[3]));
+  }
+}
+
+std::string picture_hash(const render::Picture& picture, const std::string& environment) {
+  Hash hash;
+  hash.add_text(environment);
+  const auto number = [&](auto... values) { (hash.add(static_cast<double>(values)), ...); };
+  const auto vector3 = [&](const auto& v) { number(v.x, v.y, v.z); };
+  const auto color4 = [&](const glm::vec4& v) { number(v.x, v.y, v.z, v.w); };
+  const auto matrix = [&](const glm::dmat4& m) {
+    for (int c = 0; c < 4; ++c) number(m[c].x, m[c].y, m[c].z, m[c].w);
+  };
+
+  // Frame of the picture.
+  number(picture.size.width, picture.size.height, picture.look.samples, picture.look.shadows, picture.look.occlusion);
+  vector3(picture.background.top);
+  vector3(picture.background.bottom);
+  number(picture.background.transparent);
+  const render::Camera& camera = picture.camera;
+  vector3(camera.position);
+  vector3(camera.target);
+  vector3(camera.up);
+  number(camera.fov, camera.height, static_cast<int>(camera.projection));
+  vector3(picture.bounds.lower);
+  vector3(picture.bounds.upper);
+  number(picture.ground.has_value());
+  if (picture.ground) {
+    vector3(picture.ground->point);
+    vector3(picture.ground->normal);
+    number(picture.ground->spacing);
+    vector3(picture.ground->line_color);
+  }
+
+  // Things in it.
+  for (const render::Surface& s : picture.surfaces) {
+    hash.add_bytes(s.positions.data(), s.positions.size_bytes());
+    hash.add_bytes(s.normals.data(), s.normals.size_bytes());
+    hash.add_bytes(s.triangles.data(), s.triangles.size_bytes());
+    hash.add_bytes(s.scalars.data(), s.scalars.size_bytes());
+    hash.add_bytes(s.colors.data(), s.colors.size_bytes());
+    matrix(s.pose);
+    vector3(s.material.color);
+    number(s.material.roughness, s.material.metallic, s.opacity, s.two_sided, s.edges, s.silhouette, s.casts_shadow, s.edge_width);
+    vector3(s.edge_color);
+  }
+  for (const render::Markers& m : picture.markers) {
+    hash.add_bytes(m.points.data(), m.points.size() * sizeof(glm::vec3));
+    number(static_cast<int>(m.shape), m.diameter, m.on_top);
+    color4(m.color);
+    matrix(m.pose);
+  }
+
+  // Words over it.
+  const render::Overlay& overlay = picture.overlay;
+  for (const std::string* text : {&overlay.title, &overlay.time, &overlay.note}) hash.add_text(*text);
+  number(overlay.triad, overlay.scalar_bar.has_value(), overlay.text_scale, overlay.dark, overlay.plot_share, static_cast<int>(overlay.plot_place));
+  if (overlay.scalar_bar) {
+    hash.add_text(overlay.scalar_bar->label);
+    hash.add_text(overlay.scalar_bar->unit);
+    number(overlay.scalar_bar->factor);
+  }
+  number(static_cast<int>(picture.scalar_map.colormap), picture.scalar_map.lower, picture.scalar_map.upper, picture.scalar_map.levels);
+  for (const render::LegendEntry& entry : overlay.legend) {
+    hash.add_text(entry.text);
+    vector3(entry.color);
+    number(entry.opacity);
+  }
+  for (const render::Plot& plot : overlay.plots) {
+    hash.add_text(plot.x_label);
+    hash.add_text(plot.y_label);
+    number(plot.mark);
+    for (const render::Series& series : plot.series) {
+      hash.add_text(series.label);
+      hash.add_bytes(series.x.data(), series.x.size_bytes());
+      hash.add_bytes(series.y.data(), series.y.size_bytes());
+    }
+  }
+  return hash.hex();
+}
+
+}  // namespace flexframe::film

@@ -1,0 +1,80 @@
+// Results and settings -> pictures as plain data: the one place where simulation, kernel map and renderer meet.
+//
+//   const Animation animation = make_animation(results, settings, &scene);     once: meshes, maps, colour range, camera
+//   PictureMemory memory;
+//   update_picture(animation, k, memory);                                      memory.picture is picture k of animation.count
+//
+// Everything that must keep still over the sequence is settled by make_animation from the whole motion: colour range, exaggeration
+// "auto", camera, light, ground. A picture depends on nothing but the animation and k, so any process may draw any picture.
+// Only the elastic displacement is scaled, in the body's own frame; joints and rigid bodies are shown in scale.
+#pragma once
+
+#include "render/film/body_model.h"
+#include "render/film/settings.h"
+#include "render/picture.h"
+#include "sim/results.h"
+#include "sim/scene.h"
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace flexframe::film {
+
+// A solid that goes with a joint's frame.
+struct JointSymbol {
+  int joint = 0;                 // index in Results::joints
+  bool fixed = false;            // stays where the joint's frame is at the start (a rail on ground)
+  render::Mesh mesh;
+  std::vector<glm::uvec3> triangles;
+  std::vector<glm::vec3> positions, normals;  // per shading point
+};
+
+// One panel of histories, thinned to what a picture can show.
+struct PlotSeries { std::string label; std::vector<double> x, y; };
+struct PlotPanel { std::string y_label; std::vector<PlotSeries> series; };
+
+struct Animation {
+  const sim::Results* results = nullptr;   // outlives the animation
+  RenderSettings settings;
+  std::vector<double> scales;              // solid one first
+  std::vector<BodyModel> bodies;           // parallel to Results::bodies
+  std::vector<JointSymbol> symbols;
+  std::vector<PlotPanel> panels;
+  render::ScalarMap scalar_map;
+  std::optional<render::ScalarBar> scalar_bar;
+  double largest_displacement = 0.0;       // m, elastic, of all vertices over the sequence
+  render::Camera camera;                   // at the first picture
+  std::optional<render::Ground> ground;
+  render::Bounds bounds;                   // of the whole motion with all its scales
+  int follow = -1;                         // body, -1: none
+  int count = 0;                           // pictures
+  double step = 0.0;                       // s between pictures
+  std::vector<std::string> notes;          // warnings and choices, one sentence each
+  double cpu_setup = 0.0;                  // CPU seconds of maps and ranges
+};
+
+// scene: what the results were made from, for shapes and axes that the results do not hold; null where unknown.
+// Throws what make_body_model throws.
+Animation make_animation(const sim::Results& results, const RenderSettings& settings, const sim::Scene* scene);
+
+double picture_time(const Animation& animation, int picture);
+
+// A picture and the arrays it looks at.
+struct PictureMemory {
+  render::Picture picture;
+  std::vector<BodyMemory> bodies;
+  struct Skin { std::vector<glm::vec3> positions, normals; };
+  std::vector<Skin> skins;                          // one a drawn surface
+  std::vector<std::vector<float>> scalars;          // one a body, per shading point
+  std::vector<float> vertex_scalars, before, after; // per vertex
+};
+
+// Throws interp::InputError if the results hold values that are not finite.
+void update_picture(const Animation& animation, int picture, PictureMemory& memory);
+
+// 128 bits over everything that decides the picture's pixels, as 32 hexadecimal digits; `environment` names what else does (renderer, CPU).
+std::string picture_hash(const render::Picture& picture, const std::string& environment);
+
+}  // namespace flexframe::film

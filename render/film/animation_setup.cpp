@@ -1,0 +1,256 @@
+// What is settled before the first picture: bodies and maps, colour range, scales, camera, ground, joint symbols, plots.
+#include "render/film/animation.h"
+#include "render/film/overlay.h"
+#include "render/film/shapes.h"
+#include "render/film/survey.h"
+
+#include "render/camera.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+
+namespace flexframe::film {
+namespace {
+
+double cpu_seconds() {
+  timespec t;
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+const sim::BodyDef* find_body(const sim::Scene* scene, const std::string& name) {
+  if (!scene) return nullptr;
+  for (const sim::BodyDef& body : scene->bodies)
+    if (body.name == name) return &body;
+  return nullptr;
+}
+
+int body_index(const sim::Results& results, const std::string& name) {
+  for (size_t b = 0; b < results.bodies.size(); ++b)
+    if (results.bodies[b].name == name) return static_cast<int>(b);
+  return -1;
+}
+
+// Half extents of a beam's section along a direction of the body and across it, m; zero for other bodies.
+struct Extent { double along = 0.0, across = 0.0; };
+Extent section_extent(const sim::ResultBody& body, const glm::dvec3& direction) {
+  Extent out;
+  const sim::Section& section = body.section;
+  if (body.kind != "beam") return out;
+  if (section.outline.empty()) {
+    out.along = out.across = std::sqrt(std::max(section.area, 0.0) / M_PI);
+    return out;
+  }
+  for (const Eigen::Vector2d& p : section.outline.front()) {
+    out.along = std::max(out.along, std::abs(direction.y * p.x() + direction.z * p.y()));
+    out.across = std::max(out.across, std::abs(direction.y * p.y() - direction.z * p.x()));
+  }
+  return out;
+}
+
+JointSymbol make_symbol(int joint, bool fixed, render::Mesh mesh) {
+  JointSymbol symbol{.joint = joint, .fixed = fixed, .mesh = std::move(mesh), .triangles = {}, .positions = {}, .normals = {}};
+  for (const glm::ivec3& t : symbol.mesh.triangle_points) symbol.triangles.emplace_back(t);
+  for (int p : symbol.mesh.point_position) symbol.positions.emplace_back(symbol.mesh.positions[p]);
+  symbol.normals.assign(symbol.positions.size(), glm::vec3(0.0f));
+  for (size_t k = 0; k < symbol.triangles.size(); ++k) {
+    const glm::uvec3 t = symbol.triangles[k];
+    const glm::vec3 n = glm::cross(symbol.positions[t.y] - symbol.positions[t.x], symbol.positions[t.z] - symbol.positions[t.x]);
+    for (int c = 0; c < 3; ++c) symbol.normals[t[c]] += n;
+  }
+  for (glm::vec3& n : symbol.normals) n = glm::length(n) > 0.0f ? glm::normalize(n) : glm::vec3(0, 0, 1);
+  return symbol;
+}
+
+// Pins, balls and rails. Sizes follow the beams that meet in the joint.
+void add_symbols(Animation& animation, const sim::Scene& scene, double size) {
+  const sim::Results& results = *animation.results;
+  for (size_t j = 0; j < results.joints.size(); ++j) {
+    const sim::ResultJoint& joint = results.joints[j];
+    const auto def = std::find_if(scene.joints.begin(), scene.joints.end(), [&](const sim::JointDef& d) { return d.name == joint.name; });
+    if (def == scene.joints.end() || joint.position.rows() == 0) continue;
+    const glm::dvec3 axis(def->axis.x(), def->axis.y(), def->axis.z());
+
+    Extent extent{0.006 * size, 0.006 * size};
+    for (const sim::FrameRef& end : {def->parent, def->child}) {
+      const int b = body_index(results, end.body);
+      if (b < 0) continue;
+      // The axis in the body's frame at the start.
+      const glm::dmat3 turn = glm::transpose(glm::dmat3(body_pose(results.bodies[b], {0, 0.0}))) * glm::dmat3(joint_pose(joint, {0, 0.0}));
+      const Extent one = section_extent(results.bodies[b], turn * axis);
+      extent.along = std::max(extent.along, one.along);
+      extent.across = std::max(extent.across, one.across);
+    }
+
+    const int index = static_cast<int>(j);
+    switch (def->kind) {
+      case sim::JointKind::revolute:
+      case sim::JointKind::cylindrical:
+      case sim::JointKind::screw: {
+        const double half = 1.12 * extent.along + 0.004 * size, radius = std::max(0.75 * extent.across, 0.005 * size);
+        animation.symbols.push_back(make_symbol(index, false, make_cylinder(-half * axis, half * axis, radius, joint.name)));
+        break;
+      }
+      case sim::JointKind::universal:
+      case sim::JointKind::spherical:
+        animation.symbols.push_back(make_symbol(index, false, make_sphere(glm::dvec3(0.0), 1.25 * std::max(extent.across, extent.along), joint.name)));
+        break;
+      case sim::JointKind::prismatic:
+      case sim::JointKind::point_on_line: {
+        if (def->parent.body != "ground") break;
+        // The rail reaches as far as the child ever goes.
+        const int b = body_index(results, def->child.body);
+        if (b < 0) break;
+        const glm::dmat4 from_world = glm::inverse(joint_pose(joint, {0, 0.0}));
+        double low = 1e300, high = -1e300;
+        for (Eigen::Index i = 0; i < results.times.size(); ++i) {
+          const double along = glm::dot(glm::dvec3(from_world * body_pose(results.bodies[b], {i, 0.0})[3]), axis);
+          low = std::min(low, along);
+          high = std::max(high, along);
+        }
+        const double end = 0.06 * size;
+        animation.symbols.push_back(make_symbol(index, true, make_cylinder((low - end) * axis, (high + end) * axis, 0.004 * size, joint.name)));
+        break;
+      }
+      default: break;
+    }
+  }
+}
+
+// Series of many samples, thinned so that every column of pixels keeps its extremes.
+PlotSeries thin_series(const std::string& label, const sim::VecX& times, const sim::VecX& values) {
+  constexpr Eigen::Index bins = 2000;
+  PlotSeries out{.label = label, .x = {}, .y = {}};
+  const Eigen::Index n = values.size(), per = std::max<Eigen::Index>(1, n / bins);
+  for (Eigen::Index i = 0; i < n; i += per) {
+    const Eigen::Index count = std::min(per, n - i);
+    Eigen::Index low = 0, high = 0;
+    values.segment(i, count).minCoeff(&low);
+    values.segment(i, count).maxCoeff(&high);
+    for (Eigen::Index k : {std::min(low, high), std::max(low, high)}) {
+      if (!out.x.empty() && out.x.back() == times[i + k]) continue;
+      out.x.push_back(times[i + k]);
+      out.y.push_back(values[i + k]);
+    }
+  }
+  if (n > 0 && out.x.back() != times[n - 1]) {
+    out.x.push_back(times[n - 1]);
+    out.y.push_back(values[n - 1]);
+  }
+  return out;
+}
+
+// Columns of one unit share a panel.
+void add_panels(Animation& animation) {
+  const sim::Results& results = *animation.results;
+  for (const std::string& column : animation.settings.overlay.plot) {
+    const auto output = std::find_if(results.outputs.begin(), results.outputs.end(), [&](const sim::ResultOutput& o) { return o.column == column; });
+    if (output == results.outputs.end()) continue;
+    auto panel = std::find_if(animation.panels.begin(), animation.panels.end(), [&](const PlotPanel& p) { return p.y_label == output->unit; });
+    if (panel == animation.panels.end()) panel = animation.panels.insert(panel, {.y_label = output->unit, .series = {}});
+    panel->series.push_back(thin_series(column, results.times, output->values));
+  }
+}
+
+void set_scales(Animation& animation, double size) {
+  std::vector<double> scales = animation.settings.scales;
+  if (scales.empty()) {
+    scales = {1.0};
+    const double scale = interp::auto_scale(animation.largest_displacement, size);
+    if (scale >= 2.0) scales.push_back(scale);
+  }
+  // The solid body comes first: in scale where that is asked for.
+  const auto one = std::find(scales.begin(), scales.end(), 1.0);
+  if (one != scales.end()) std::rotate(scales.begin(), one, one + 1);
+  animation.scales = scales;
+}
+
+void set_colors(Animation& animation, double largest) {
+  animation.scalar_map.colormap = animation.settings.colormap;
+  const auto& range = animation.settings.color_range;
+  animation.scalar_map.lower = range ? range->first : 0.0;
+  animation.scalar_map.upper = range ? range->second : largest;
+  const ColorBy by = animation.settings.color_by;
+  if (by == ColorBy::none || by == ColorBy::body || (largest <= 0.0 && !range)) return;
+  const double reach = std::max(std::abs(animation.scalar_map.lower), std::abs(animation.scalar_map.upper));
+  if (by == ColorBy::strain) {
+    const bool small = reach < 0.01;
+    animation.scalar_bar = {.label = "strain", .unit = small ? "µm/m" : "%", .factor = small ? 1e6 : 100.0};
+  } else {
+    const auto [unit, factor] = length_unit(reach);
+    const bool velocity = by == ColorBy::velocity;
+    animation.scalar_bar = {.label = velocity ? "speed" : "elastic displacement", .unit = velocity ? unit + "/s" : unit, .factor = factor};
+  }
+}
+
+void set_camera(Animation& animation, const std::vector<glm::dvec3>& points, const glm::dvec3& gravity) {
+  const CameraSettings& asked = animation.settings.camera;
+  render::FitOptions fit = render::default_view(points, gravity);
+  fit.fov = asked.fov;
+  fit.projection = asked.projection;
+  if (asked.up) fit.up = *asked.up;
+  if (asked.direction) fit.direction = *asked.direction;
+  if (asked.position) fit.direction = asked.target.value_or(animation.bounds.centre()) - *asked.position;
+  // Looking along the vertical leaves none: any other direction serves as up.
+  if (glm::length(glm::cross(glm::normalize(fit.direction), fit.up)) < 1e-6) fit.up = std::abs(fit.up.x) < 0.9 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+
+  if (animation.settings.ground && animation.settings.background != BackgroundKind::transparent) animation.ground = render::default_ground(points, fit.up);
+  if (asked.fit) {
+    render::Picture picture;
+    picture.size = animation.settings.size;
+    fill_overlay(animation, 0.0, picture);
+    fit.insets = render::overlay_insets(picture);
+    animation.camera = render::fit_camera(points, animation.settings.size, fit);
+  } else {
+    animation.camera = {.position = *asked.position, .target = asked.target.value_or(animation.bounds.centre()), .up = fit.up, .fov = asked.fov,
+                        .height = asked.height, .projection = asked.projection};
+  }
+}
+
+}  // namespace
+
+Animation make_animation(const sim::Results& results, const RenderSettings& settings, const sim::Scene* scene) {
+  if (results.times.size() == 0) throw sim::InputError("the results hold no samples: nothing to draw");
+  if (results.bodies.empty()) throw sim::InputError("the results hold no bodies: nothing to draw");
+  const double start = cpu_seconds();
+  Animation animation;
+  animation.results = &results;
+  animation.settings = settings;
+  animation.count = picture_count(results.times, settings.frame_rate, settings.speed);
+  animation.step = settings.speed / settings.frame_rate;
+
+  const double size = machine_size(results);
+  for (size_t b = 0; b < results.bodies.size(); ++b) {
+    animation.bodies.push_back(make_body_model(results.bodies[b], find_body(scene, results.bodies[b].name), settings, static_cast<int>(b), size));
+    for (const std::string& warning : animation.bodies.back().warnings) animation.notes.push_back(fmt::format("{}: {}", results.bodies[b].name, warning));
+  }
+
+  const Survey survey = survey_motion(results, animation.bodies, settings);
+  animation.largest_displacement = survey.largest_displacement;
+  set_scales(animation, size);
+  set_colors(animation, survey.largest_scalar);
+  if (!settings.corotated)
+    for (double scale : animation.scales)
+      if (const std::string warning = interp::exaggeration_warning(survey.largest_turn, scale); !warning.empty()) animation.notes.push_back(warning);
+
+  animation.follow = settings.camera.follow.empty() ? -1 : body_index(results, settings.camera.follow);
+  std::vector<double> drawn = animation.scales;
+  if (settings.undeformed) drawn.push_back(0.0);
+  const std::vector<glm::dvec3> points = motion_points(survey, drawn, animation.follow);
+  for (const glm::dvec3& p : points) animation.bounds.add(p);
+  add_panels(animation);
+  if (settings.joints && scene) add_symbols(animation, *scene, size);
+  const sim::Vec3 g = scene ? scene->simulation.gravity : sim::Vec3::Zero();
+  set_camera(animation, points, {g.x(), g.y(), g.z()});
+  animation.cpu_setup = cpu_seconds() - start;
+  return animation;
+}
+
+double picture_time(const Animation& animation, int picture) {
+  return picture_time(animation.results->times, animation.settings.frame_rate, animation.settings.speed, picture);
+}
+
+}  // namespace flexframe::film

@@ -1,0 +1,236 @@
+#include "render/film/body_model.h"
+
+#include "render/colormap.h"
+#include "render/film/shapes.h"
+#include "sim/words.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <map>
+
+namespace flexframe::film {
+namespace {
+
+// "[0.8, 0.2, 0.1]" or "#cc3311".
+std::optional<glm::vec3> parse_color(const std::string& text) {
+  glm::vec3 color(0.0f);
+  if (text.size() == 7 && text[0] == '#') {
+    for (int i = 0; i < 3; ++i) {
+      unsigned value = 0;
+      const char* from = text.data() + 1 + 2 * i;
+      if (std::from_chars(from, from + 2, value, 16).ptr != from + 2) return std::nullopt;
+      color[i] = static_cast<float>(value) / 255.0f;
+    }
+    return color;
+  }
+  if (text.size() < 2 || text.front() != '[' || text.back() != ']') return std::nullopt;
+  const char *at = text.data() + 1, *end = text.data() + text.size() - 1;
+  for (int i = 0; i < 3; ++i) {
+    while (at < end && (*at == ' ' || (i > 0 && *at == ','))) ++at;
+    const auto [next, error] = std::from_chars(at, end, color[i]);
+    if (error != std::errc() || !(color[i] >= 0.0f && color[i] <= 1.0f)) return std::nullopt;
+    at = next;
+  }
+  return at == end ? std::optional(color) : std::nullopt;
+}
+
+// Every edge has one neighbour and they agree about inside: back faces are never seen. Copies of a position count as one.
+bool is_closed(const render::Mesh& mesh) {
+  std::vector<int> order(mesh.positions.size());
+  for (size_t i = 0; i < order.size(); ++i) order[i] = static_cast<int>(i);
+  const auto less = [&](int a, int b) {
+    const glm::dvec3 &p = mesh.positions[a], &q = mesh.positions[b];
+    return std::tie(p.x, p.y, p.z) < std::tie(q.x, q.y, q.z);
+  };
+  std::sort(order.begin(), order.end(), less);
+  std::vector<int> weld(order.size());
+  for (size_t i = 0; i < order.size(); ++i) weld[order[i]] = i > 0 && !less(order[i - 1], order[i]) ? weld[order[i - 1]] : order[i];
+
+  std::vector<std::pair<int, int>> edges, reversed;
+  double volume = 0.0;
+  for (const glm::ivec3& t : mesh.triangles) {
+    for (int k = 0; k < 3; ++k) {
+      edges.emplace_back(weld[t[k]], weld[t[(k + 1) % 3]]);
+      reversed.emplace_back(weld[t[(k + 1) % 3]], weld[t[k]]);
+    }
+    volume += glm::dot(mesh.positions[t[0]], glm::cross(mesh.positions[t[1]], mesh.positions[t[2]]));
+  }
+  std::sort(edges.begin(), edges.end());
+  std::sort(reversed.begin(), reversed.end());
+  return volume > 0.0 && edges == reversed && std::adjacent_find(edges.begin(), edges.end()) == edges.end();
+}
+
+interp::Nodes nodes_of(const sim::ResultBody& body) {
+  interp::Nodes nodes;
+  nodes.positions.resize(static_cast<Eigen::Index>(body.nodes.size()), 3);
+  for (size_t k = 0; k < body.nodes.size(); ++k) {
+    nodes.positions.row(static_cast<Eigen::Index>(k)) = body.nodes[k].origin.transpose();
+    nodes.names.push_back(body.nodes[k].name);
+  }
+  nodes.rotations = body.rotation.size() > 0;
+  return nodes;
+}
+
+// Whether the node displacements are node_phi q (no second-order part), judged on up to 16 samples over the whole run.
+bool linear_in_modes(const sim::ResultBody& body) {
+  if (body.node_phi.size() == 0 || body.q.cols() != body.node_phi.cols()) return false;
+  const Eigen::Index nt = body.q.rows(), step = std::max<Eigen::Index>(1, nt / 16);
+  double largest = 0.0, difference = 0.0;
+  for (Eigen::Index i = 0; i < nt; i += step) {
+    const sim::VecX u = body.displacement.row(i).transpose();
+    largest = std::max(largest, u.cwiseAbs().maxCoeff());
+    difference = std::max(difference, (body.node_phi * body.q.row(i).transpose() - u).cwiseAbs().maxCoeff());
+  }
+  // Mode columns are kept in single precision; a difference below that is none.
+  return difference <= 1e-6 * largest;
+}
+
+render::Mesh mesh_of(const sim::ResultBody& body, const sim::BodyDef* def, double size) {
+  if (!body.mesh.empty()) return render::read_mesh(body.mesh);
+  if (body.kind == "beam" && body.length > 0.0) {
+    std::vector<double> stations;
+    for (const sim::ResultNode& node : body.nodes) stations.push_back(node.origin.x());
+    return make_beam_mesh(body.section, body.length, stations, body.name);
+  }
+  // A modal body shows at least its nodes; any other gets a solid of plausible measures.
+  if (!body.nodes.empty()) return {};
+  const auto* rigid = def ? std::get_if<sim::RigidDef>(&def->kind) : nullptr;
+  return make_rigid_mesh(rigid ? *rigid : sim::RigidDef{}, 0.035 * size, body.name);
+}
+
+}  // namespace
+
+BodyLook read_body_look(const sim::BodyDef& body, const std::string& file) {
+  const std::vector<std::string> words = {"color", "opacity", "visible"};
+  BodyLook look;
+  for (const auto& [word, text] : body.drawing) {
+    const auto refuse = [&](const std::string& message) {
+      throw sim::InputError(fmt::format("{}:{}: [[body]] '{}': {}", file, body.line, body.name, message));
+    };
+    if (word == "color") {
+      look.color = parse_color(text);
+      if (!look.color) refuse(fmt::format("'color' must be [r, g, b] with numbers from 0 to 1 or \"#rrggbb\", found {}", sim::quoted(text)));
+    } else if (word == "opacity") {
+      const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), look.opacity);
+      if (error != std::errc() || end != text.data() + text.size() || !(look.opacity > 0.0f && look.opacity <= 1.0f))
+        refuse(fmt::format("'drawing.opacity' must be a number > 0, at most 1, found {}", sim::quoted(text)));
+    } else if (word == "visible") {
+      if (text != "true" && text != "false") refuse(fmt::format("'drawing.visible' must be true or false, found {}", sim::quoted(text)));
+      look.visible = text == "true";
+    } else {
+      refuse(fmt::format("key 'drawing.{}' is unknown{}; allowed: {}", word, sim::did_you_mean(word, words), sim::list_words(words)));
+    }
+  }
+  return look;
+}
+
+interp::MeshView BodyModel::view() const {
+  return {Eigen::Map<const interp::Points>(mesh.positions.empty() ? nullptr : &mesh.positions[0].x, static_cast<Eigen::Index>(mesh.positions.size()), 3),
+          Eigen::Map<const interp::Triangles>(mesh.triangles.empty() ? nullptr : &mesh.triangles[0].x, static_cast<Eigen::Index>(mesh.triangles.size()), 3)};
+}
+
+BodyModel make_body_model(const sim::ResultBody& body, const sim::BodyDef* def, const RenderSettings& settings, int index, double size) {
+  BodyModel model;
+  model.name = body.name;
+  const BodyLook look = def ? read_body_look(*def, "scene") : BodyLook{};
+  model.visible = look.visible;
+  model.mesh = mesh_of(body, def, size);
+  const render::Mesh& mesh = model.mesh;
+  model.warnings = mesh.warnings;
+
+  // Colour: the scene's, the category's, the file's, or by kind.
+  const bool own_colors = !body.mesh.empty() && !look.color && settings.color_by != ColorBy::body;
+  model.material = mesh.materials.empty() ? render::Material{} : mesh.materials.front().look;
+  model.opacity = look.opacity * (mesh.materials.empty() ? 1.0f : mesh.materials.front().opacity);
+  if (settings.color_by == ColorBy::body) model.material.color = render::category_color(index);
+  else if (body.kind == "rigid" && body.mesh.empty()) model.material = {.color = {0.42f, 0.46f, 0.52f}, .roughness = 0.4f, .metallic = 0.2f};
+  if (look.color) model.material.color = *look.color;
+  if (mesh.triangles.empty()) return model;
+
+  // Shading points: what is drawn.
+  for (const glm::ivec3& t : mesh.triangle_points) model.triangles.emplace_back(t);
+  const size_t points = mesh.point_position.size();
+  if (own_colors && !mesh.colors.empty()) {
+    for (int p : mesh.point_position) model.colors.push_back(mesh.colors[p]);
+  } else if (own_colors && mesh.materials.size() > 1) {
+    model.colors.assign(points, model.material.color);
+    for (size_t k = 0; k < mesh.triangle_points.size(); ++k)
+      for (int c = 0; c < 3; ++c) model.colors[mesh.triangle_points[k][c]] = mesh.materials[mesh.triangle_material[k]].look.color;
+  }
+  model.closed = is_closed(mesh);
+  for (const glm::dvec3& p : mesh.positions)
+    for (int c = 0; c < 3; ++c) model.rest.push_back(static_cast<float>(p[c]));
+
+  std::vector<int> corner_position, corner_group;
+  for (size_t k = 0; k < mesh.triangles.size(); ++k)
+    for (int c = 0; c < 3; ++c) {
+      corner_position.push_back(mesh.triangles[k][c]);
+      corner_group.push_back(mesh.point_group[mesh.triangle_points[k][c]]);
+    }
+  model.normals = interp::make_normal_layout(std::move(corner_position), std::move(corner_group), mesh.normal_groups);
+  interp::PointsF group_normals;
+  interp::compute_normals(model.normals, model.rest, group_normals);
+  for (int g : mesh.point_group) model.rest_normals.emplace_back(group_normals(g, 0), group_normals(g, 1), group_normals(g, 2));
+
+  // The map of an elastic body; a body whose nodes never move is drawn as a rigid one.
+  model.flexible = !body.nodes.empty() && body.displacement.size() > 0 && body.displacement.cwiseAbs().maxCoeff() > 0.0;
+  if (!model.flexible) return model;
+  interp::Options options;
+  options.scheme = settings.scheme;
+  const interp::Nodes nodes = nodes_of(body);
+  try {
+    model.map = interp::make_map(nodes, model.view(), options);
+  } catch (const interp::InputError& e) {
+    throw interp::InputError(fmt::format("body '{}': {}", body.name, e.what()));
+  } catch (const interp::MapError& e) {
+    throw interp::MapError(fmt::format("body '{}': {}", body.name, e.what()));
+  }
+  for (const std::string& warning : model.map->report.warnings) model.warnings.push_back(warning);
+  if (linear_in_modes(body)) model.modes = interp::map_modes(*model.map, body.node_phi, body.node_psi);
+  if (settings.corotated) model.corotated = std::make_shared<const interp::Corotated>(model.view());
+  return model;
+}
+
+void update_displacement(const BodyModel& model, const sim::ResultBody& body, const SamplePlace& place, BodyMemory& memory) {
+  memory.displacement.resize(model.rest.size());
+  if (model.modes) {
+    elastic_coordinates(body, place, memory.q);
+    interp::apply_modes(*model.modes, memory.q, memory.displacement, 1);
+  } else {
+    node_motion(body, place, memory.node_displacement, memory.node_rotation);
+    interp::apply(*model.map, memory.node_displacement, memory.node_rotation, std::span<float>(memory.displacement));
+  }
+}
+
+void update_surface(const BodyModel& model, double scale, bool with_corotated, BodyMemory& memory, std::vector<glm::vec3>& positions,
+                    std::vector<glm::vec3>& normals) {
+  const size_t n = model.rest.size();
+  memory.positions.resize(n);
+  if (with_corotated && model.corotated && scale != 1.0) {
+    memory.scaled.resize(n);
+    model.corotated->apply(memory.displacement, scale, memory.scaled);
+    for (size_t i = 0; i < n; ++i) memory.positions[i] = model.rest[i] + memory.scaled[i];
+  } else {
+    const float s = static_cast<float>(scale);
+    for (size_t i = 0; i < n; ++i) memory.positions[i] = model.rest[i] + s * memory.displacement[i];
+  }
+  interp::compute_normals(model.normals, memory.positions, memory.group_normals, 1);
+
+  // From positions and normal groups to shading points.
+  const render::Mesh& mesh = model.mesh;
+  const size_t points = mesh.point_position.size();
+  positions.resize(points);
+  normals.resize(points);
+  for (size_t p = 0; p < points; ++p) {
+    const size_t at = 3 * static_cast<size_t>(mesh.point_position[p]);
+    positions[p] = {memory.positions[at], memory.positions[at + 1], memory.positions[at + 2]};
+    const int g = mesh.point_group[p];
+    normals[p] = {memory.group_normals(g, 0), memory.group_normals(g, 1), memory.group_normals(g, 2)};
+  }
+}
+
+}  // namespace flexframe::film

@@ -1,0 +1,77 @@
+// What stays the same of a body over a sequence of pictures: its mesh, the map from nodes to vertices, colours.
+//
+// The mesh is the scene's file, or made from the section (beams) or from mass and inertia (rigid bodies). The map is built once:
+// for a modal body whose node displacements are linear in q the mode columns, otherwise the kernel map of the nodal series.
+#pragma once
+
+#include "interp/exaggerate.h"
+#include "interp/map.h"
+#include "interp/modes.h"
+#include "interp/surface.h"
+#include "render/film/motion.h"
+#include "render/film/settings.h"
+#include "render/mesh.h"
+#include "render/picture.h"
+#include "sim/results.h"
+#include "sim/scene.h"
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace flexframe::film {
+
+// Words of a body's drawing = {...} and color.
+struct BodyLook {
+  std::optional<glm::vec3> color;   // color = [r, g, b] or "#rrggbb"
+  float opacity = 1.0f;
+  bool visible = true;
+};
+
+// Throws sim::InputError naming file, line, body, word and what is allowed.
+BodyLook read_body_look(const sim::BodyDef& body, const std::string& file);
+
+struct BodyModel {
+  std::string name;
+  bool flexible = false;                 // elastic displacements move its vertices
+  render::Mesh mesh;                     // no triangles: drawn as markers at its nodes
+  std::vector<glm::uvec3> triangles;     // of shading points
+  std::vector<glm::vec3> colors;         // per shading point where the mesh has vertex colours or several materials, else empty
+  render::Material material;
+  float opacity = 1.0f;
+  bool closed = false;                   // back faces need not be drawn
+  bool visible = true;
+  interp::NormalLayout normals;
+  std::vector<float> rest;               // 3 M
+  std::vector<glm::vec3> rest_normals;   // per shading point
+  std::optional<interp::Map> map;        // nodal series
+  std::optional<interp::ModeColumns> modes;
+  std::shared_ptr<const interp::Corotated> corotated;
+  std::vector<std::string> warnings;
+
+  interp::MeshView view() const;
+};
+
+// size: m, extent of the machine, for bodies that have no measure of their own. def: what the scene says of the body, or null.
+// Throws render::MeshError, interp::InputError, interp::MapError, sim::InputError.
+BodyModel make_body_model(const sim::ResultBody& body, const sim::BodyDef* def, const RenderSettings& settings, int index, double size);
+
+// Buffers of one body, reused from picture to picture.
+struct BodyMemory {
+  interp::Points node_displacement, node_rotation;
+  std::vector<double> q;
+  std::vector<float> displacement;       // 3 M, in scale
+  std::vector<float> scaled, positions;  // 3 M
+  interp::PointsF group_normals;
+};
+
+// Displacement of the vertices in scale, 3 M floats in memory.displacement.
+void update_displacement(const BodyModel& model, const sim::ResultBody& body, const SamplePlace& place, BodyMemory& memory);
+
+// Positions and normals of the shading points with the displacement scaled; memory.displacement must be up to date.
+void update_surface(const BodyModel& model, double scale, bool with_corotated, BodyMemory& memory, std::vector<glm::vec3>& positions,
+                    std::vector<glm::vec3>& normals);
+
+}  // namespace flexframe::film

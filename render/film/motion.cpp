@@ -1,0 +1,82 @@
+#include "render/film/motion.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace flexframe::film {
+namespace {
+
+glm::dmat4 pose_of(const Eigen::MatrixX3d& position, const Eigen::MatrixX4d& orientation, const SamplePlace& place) {
+  const Eigen::Index i = place.index;
+  sim::Vec3 p = position.row(i).transpose();
+  sim::Quat q(orientation(i, 0), orientation(i, 1), orientation(i, 2), orientation(i, 3));
+  if (place.share > 0.0) {
+    p += place.share * (position.row(i + 1).transpose() - p);
+    const sim::Quat next(orientation(i + 1, 0), orientation(i + 1, 1), orientation(i + 1, 2), orientation(i + 1, 3));
+    q = q.slerp(place.share, next);
+  }
+  q.normalize();
+  const sim::Mat3 r = q.toRotationMatrix();
+  glm::dmat4 pose(1.0);
+  for (int column = 0; column < 3; ++column)
+    for (int row = 0; row < 3; ++row) pose[column][row] = r(row, column);
+  pose[3] = glm::dvec4(p.x(), p.y(), p.z(), 1.0);
+  return pose;
+}
+
+}  // namespace
+
+SamplePlace find_sample(const sim::VecX& times, double t) {
+  const Eigen::Index n = times.size();
+  if (n < 2 || t <= times[0]) return {0, 0.0};
+  if (t >= times[n - 1]) return {n - 1, 0.0};
+  const Eigen::Index after = std::upper_bound(times.begin(), times.end(), t) - times.begin();
+  const double share = (t - times[after - 1]) / (times[after] - times[after - 1]);
+  // k / frame_rate and k / output_rate differ by rounding; the nearest sample is meant.
+  if (share < 1e-9) return {after - 1, 0.0};
+  if (share > 1.0 - 1e-9) return {after, 0.0};
+  return {after - 1, share};
+}
+
+glm::dmat4 body_pose(const sim::ResultBody& body, const SamplePlace& place) { return pose_of(body.position, body.orientation, place); }
+
+glm::dmat4 joint_pose(const sim::ResultJoint& joint, const SamplePlace& place) { return pose_of(joint.position, joint.orientation, place); }
+
+void node_motion(const sim::ResultBody& body, const SamplePlace& place, interp::Points& displacement, interp::Points& rotation) {
+  const Eigen::Index nn = static_cast<Eigen::Index>(body.nodes.size()), i = place.index;
+  displacement.resize(nn, 3);
+  rotation.resize(body.rotation.size() > 0 ? nn : 0, 3);
+  for (Eigen::Index k = 0; k < nn; ++k) {
+    displacement.row(k) = body.displacement.block<1, 3>(i, 3 * k);
+    if (rotation.rows() > 0) rotation.row(k) = body.rotation.block<1, 3>(i, 3 * k);
+    if (place.share <= 0.0) continue;
+    displacement.row(k) += place.share * (body.displacement.block<1, 3>(i + 1, 3 * k) - displacement.row(k));
+    if (rotation.rows() == 0) continue;
+    const Eigen::RowVector3d step = body.rotation.block<1, 3>(i + 1, 3 * k) - rotation.row(k);
+    // A jump by a whole turn is another name of the same rotation: then the nearer sample speaks.
+    if (step.norm() < 3.0) rotation.row(k) += place.share * step;
+    else if (place.share > 0.5) rotation.row(k) += step;
+  }
+}
+
+void elastic_coordinates(const sim::ResultBody& body, const SamplePlace& place, std::vector<double>& q) {
+  q.resize(static_cast<size_t>(body.q.cols()));
+  for (Eigen::Index k = 0; k < body.q.cols(); ++k) {
+    double value = body.q(place.index, k);
+    if (place.share > 0.0) value += place.share * (body.q(place.index + 1, k) - value);
+    q[static_cast<size_t>(k)] = value;
+  }
+}
+
+int picture_count(const sim::VecX& times, double frame_rate, double speed) {
+  if (times.size() == 0) return 0;
+  const double span = times[times.size() - 1] - times[0];
+  // The end counts as reached within rounding of the division.
+  return 1 + static_cast<int>(std::floor(span * frame_rate / speed * (1.0 + 1e-12) + 1e-9));
+}
+
+double picture_time(const sim::VecX& times, double frame_rate, double speed, int picture) {
+  return std::min(times[0] + picture * speed / frame_rate, times[times.size() - 1]);
+}
+
+}  // namespace flexframe::film

@@ -1,0 +1,64 @@
+#include "render/film/overlay.h"
+
+#include "render/colormap.h"
+
+#include <fmt/format.h>
+
+namespace flexframe::film {
+
+std::pair<std::string, double> length_unit(double largest) {
+  if (largest >= 1.0) return {"m", 1.0};
+  if (largest >= 1e-3) return {"mm", 1e3};
+  if (largest >= 1e-6) return {"µm", 1e6};
+  return {"nm", 1e9};
+}
+
+void fill_overlay(const Animation& animation, double t, render::Picture& picture) {
+  const sim::Results& results = *animation.results;
+  const RenderSettings& settings = animation.settings;
+  const OverlaySettings& asked = settings.overlay;
+  render::Overlay& overlay = picture.overlay;
+  overlay = {};
+
+  switch (settings.background) {
+    case BackgroundKind::gradient: break;
+    case BackgroundKind::white: picture.background.top = picture.background.bottom = glm::vec3(1.0f); break;
+    case BackgroundKind::dark:
+      picture.background.top = {0.13f, 0.15f, 0.19f};
+      picture.background.bottom = {0.05f, 0.06f, 0.08f};
+      overlay.dark = true;
+      break;
+    case BackgroundKind::transparent: picture.background.transparent = true; break;
+  }
+
+  if (asked.title) overlay.title = results.title;
+  if (asked.time) overlay.time = render::time_text(t, animation.step, results.times[results.times.size() - 1]);
+  overlay.triad = asked.triad;
+  if (asked.scalar_bar) overlay.scalar_bar = animation.scalar_bar;
+  picture.scalar_map = animation.scalar_map;
+
+  // Which body shows which scale; nothing to say where all are in scale.
+  const std::vector<double>& scales = animation.scales;
+  if (asked.note && animation.largest_displacement > 0.0 && (scales.size() > 1 || scales[0] != 1.0)) {
+    const auto words = [](double scale) {
+      return scale == 1.0 ? std::string("in scale") : scale == 0.0 ? std::string("undeformed") : fmt::format("elastic displacement {}", render::scale_text(scale));
+    };
+    overlay.note = "solid: " + words(scales[0]);
+    for (size_t i = 1; i < scales.size(); ++i) overlay.note += (i == 1 ? "; ghost: " : ", ") + words(scales[i]);
+  }
+  if (asked.legend && settings.color_by == ColorBy::body)
+    for (const BodyModel& body : animation.bodies)
+      if (body.visible) overlay.legend.push_back({.text = body.name, .color = body.material.color, .opacity = 1.0f});
+
+  for (const PlotPanel& panel : animation.panels) {
+    render::Plot plot;
+    plot.y_label = panel.series.size() == 1 ? fmt::format("{} [{}]", panel.series[0].label, panel.y_label) : fmt::format("[{}]", panel.y_label);
+    if (panel.y_label.empty()) plot.y_label = panel.series.size() == 1 ? panel.series[0].label : "";
+    for (const PlotSeries& series : panel.series) plot.series.push_back({.label = series.label, .x = series.x, .y = series.y, .color = glm::vec3(-1.0f)});
+    plot.mark = t;
+    overlay.plots.push_back(std::move(plot));
+  }
+  overlay.plot_place = asked.plot_place;
+}
+
+}  // namespace flexframe::film

@@ -1,0 +1,223 @@
+#include "render/film/settings.h"
+
+#include "render/colormap.h"
+#include "render/film/body_model.h"
+#include "sim/toml_input.h"
+#include "sim/words.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+namespace flexframe::film {
+namespace {
+
+using sim::InputError;
+using sim::TableReader;
+using sim::TomlValue;
+
+constexpr double most_pictures = 1e6;
+// A scale beyond this leaves single precision nothing of the body; stability is asked for up to 1e6.
+constexpr double largest_scale = 1e9;
+
+glm::dvec3 to_glm(const sim::Vec3& v) { return {v.x(), v.y(), v.z()}; }
+
+std::vector<std::string> to_strings(const std::vector<std::string_view>& words) { return {words.begin(), words.end()}; }
+
+CameraSettings read_camera(const TableReader& reader) {
+  reader.allow({"position", "target", "up", "fov", "projection", "height", "fit", "direction", "follow"});
+  CameraSettings camera;
+  if (reader.has("position")) camera.position = to_glm(reader.vector3("position"));
+  if (reader.has("target")) camera.target = to_glm(reader.vector3("target"));
+  if (reader.has("direction")) camera.direction = to_glm(reader.direction("direction", sim::Vec3::UnitZ()));
+  if (reader.has("up")) camera.up = to_glm(reader.direction("up", sim::Vec3::UnitY()));
+  camera.fov = reader.number("fov", camera.fov, {.low = 1.0, .high = 170.0, .what = "an angle from 1 to 170 degrees"});
+  const std::vector<std::string> projections = {"perspective", "orthographic"};
+  camera.projection = static_cast<render::Projection>(reader.word("projection", projections, 0));
+  camera.height = reader.number("height", camera.height, sim::positive);
+  camera.fit = reader.boolean("fit", !camera.position);
+  camera.follow = reader.text("follow", "");
+
+  if (!camera.fit && !camera.position) reader.fail("fit = false needs 'position' (and 'target')");
+  if (camera.target && !camera.position) reader.fail("'target' needs 'position' beside it");
+  if (camera.direction && (camera.position || !camera.fit)) reader.fail("'direction' is for fit = true without 'position'");
+  if (camera.position) {
+    const glm::dvec3 target = camera.target.value_or(glm::dvec3(0.0));
+    if (glm::length(*camera.position - target) == 0.0) reader.fail("position", "must not be the same point as 'target'");
+  }
+  return camera;
+}
+
+OverlaySettings read_overlay(const TableReader& reader) {
+  reader.allow({"title", "time", "scalar_bar", "triad", "legend", "note", "plot", "plot_place"});
+  OverlaySettings overlay;
+  overlay.title = reader.boolean("title", true);
+  overlay.time = reader.boolean("time", true);
+  overlay.scalar_bar = reader.boolean("scalar_bar", true);
+  overlay.triad = reader.boolean("triad", true);
+  overlay.legend = reader.boolean("legend", true);
+  overlay.note = reader.boolean("note", true);
+  overlay.plot = reader.has("plot") ? reader.texts("plot") : std::vector<std::string>{};
+  const std::vector<std::string> places = {"below", "beside"};
+  overlay.plot_place = static_cast<render::PlotPlace>(reader.word("plot_place", places, 0));
+  return overlay;
+}
+
+RenderSettings read_table(const TableReader& reader) {
+  reader.allow({"size", "frame_rate", "speed", "samples", "scales", "exaggeration", "color_by", "color_range", "colormap", "trail", "undeformed", "scheme",
+                "background", "ground", "joints", "nodes", "shadows", "occlusion", "edges", "silhouette", "camera", "overlay"});
+  RenderSettings settings;
+
+  // Size, pace and quality.
+  if (reader.has("size")) {
+    const std::vector<int> size = reader.integers("size", 16, 16384);
+    if (size.size() != 2) reader.fail("size", fmt::format("must be [width, height] in pixels, found {} numbers", size.size()));
+    settings.size = {size[0], size[1]};
+  }
+  settings.frame_rate = reader.number("frame_rate", settings.frame_rate, {.low = 0.0, .high = 10000.0, .open_low = true, .what = "a number > 0, at most 10000"});
+  settings.speed = reader.number("speed", settings.speed, sim::positive);
+  settings.samples = reader.integer("samples", settings.samples, 1, 16);
+  if (settings.samples != 1 && settings.samples != 4 && settings.samples != 9 && settings.samples != 16)
+    reader.fail("samples", fmt::format("must be 1, 4, 9 or 16, found {}", settings.samples));
+
+  // Deformation.
+  if (const TomlValue* scales = reader.find("scales")) {
+    if (scales->type == TomlValue::Type::text) {
+      if (scales->text != "auto") reader.fail("scales", fmt::format("must be a list of numbers or \"auto\", found {}", sim::describe(*scales)));
+    } else {
+      settings.scales = reader.numbers("scales", 1, 8, {.low = 0.0, .high = largest_scale, .what = "a number from 0 to 1e9"});
+      for (size_t i = 0; i < settings.scales.size(); ++i)
+        if (std::count(settings.scales.begin(), settings.scales.end(), settings.scales[i]) > 1)
+          reader.fail("scales", fmt::format("holds {} twice", settings.scales[i]));
+    }
+  }
+  const std::vector<std::string> exaggerations = {"linear", "corotated"};
+  settings.corotated = reader.word("exaggeration", exaggerations, 0) == 1;
+  const std::vector<std::string> schemes = {"auto", "kernel", "elastic", "lattice", "r3", "r", "tps"};
+  settings.scheme = interp::scheme_from_name(schemes[reader.word("scheme", schemes, 0)]);
+
+  // Colours.
+  const std::vector<std::string> colors = {"none", "displacement", "strain", "velocity", "body"};
+  settings.color_by = static_cast<ColorBy>(reader.word("color_by", colors, static_cast<size_t>(settings.color_by)));
+  const std::vector<std::string> maps = to_strings(render::colormap_names());
+  settings.colormap = static_cast<render::Colormap>(reader.word("colormap", maps, 0));
+  if (reader.has("color_range")) {
+    const std::vector<double> range = reader.numbers("color_range", 2, 2);
+    if (!(range[0] < range[1])) reader.fail("color_range", fmt::format("must rise, found [{}, {}]", range[0], range[1]));
+    settings.color_range = {range[0], range[1]};
+  }
+  const std::vector<std::string> backgrounds = {"gradient", "white", "dark", "transparent"};
+  settings.background = static_cast<BackgroundKind>(reader.word("background", backgrounds, 0));
+
+  // What else is drawn.
+  settings.trail = reader.integer("trail", 0, 0, 100);
+  settings.undeformed = reader.boolean("undeformed", false);
+  settings.ground = reader.boolean("ground", settings.ground);
+  settings.joints = reader.boolean("joints", settings.joints);
+  settings.nodes = reader.boolean("nodes", settings.nodes);
+  settings.shadows = reader.boolean("shadows", settings.shadows);
+  settings.occlusion = reader.boolean("occlusion", settings.occlusion);
+  settings.edges = reader.boolean("edges", settings.edges);
+  settings.silhouette = reader.boolean("silhouette", settings.silhouette);
+  if (const auto camera = reader.table("camera")) settings.camera = read_camera(*camera);
+  if (const auto overlay = reader.table("overlay")) settings.overlay = read_overlay(*overlay);
+  return settings;
+}
+
+// "did you mean" and the list of what there is.
+[[noreturn]] void refuse(const std::string& name, const char* key, const std::string& word, const char* what, const std::vector<std::string>& known) {
+  throw InputError(fmt::format("{}: [render]: key '{}' names {}, which is no {}{}; there is: {}", name, key, sim::quoted(word), what,
+                               sim::did_you_mean(word, known), known.empty() ? "none" : sim::list_words(known)));
+}
+
+void check_count(const RenderSettings& settings, double duration, const std::string& name) {
+  const double count = duration * settings.frame_rate / settings.speed;
+  if (count > most_pictures)
+    throw InputError(fmt::format("{}: [render]: {:g} s at frame_rate {:g} and speed {:g} are {:.3g} pictures; at most {:g} are allowed: lower 'frame_rate' or raise 'speed'",
+                                 name, duration, settings.frame_rate, settings.speed, count, most_pictures));
+}
+
+void check_follow(const RenderSettings& settings, const std::vector<std::string>& bodies, const std::string& name) {
+  const std::string& follow = settings.camera.follow;
+  if (!follow.empty() && std::find(bodies.begin(), bodies.end(), follow) == bodies.end()) refuse(name, "camera.follow", follow, "body", bodies);
+}
+
+double parse_number(std::string_view text, const char* what, const std::string& whole) {
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
+    throw InputError(fmt::format("{} {}: {} is no number", what, sim::quoted(whole), sim::quoted(text)));
+  return value;
+}
+
+}  // namespace
+
+RenderSettings parse_render_settings(std::string_view text, const std::string& name) {
+  // Results of another simulator carry no scene.
+  if (text.empty()) return {};
+  const TomlValue document = sim::parse_toml(text, name);
+  TableReader root(document, name, "");
+  auto table = root.table("render");
+  if (!table) return {};
+  table->set_label("[render]");
+  return read_table(*table);
+}
+
+RenderSettings read_render_settings(const std::filesystem::path& file) { return parse_render_settings(sim::read_text_file(file), file.string()); }
+
+void check_render_settings(const RenderSettings& settings, const sim::Scene& scene) {
+  const std::string name = scene.file.string();
+  check_count(settings, scene.simulation.duration, name);
+  std::vector<std::string> bodies;
+  for (const sim::BodyDef& body : scene.bodies) bodies.push_back(body.name);
+  check_follow(settings, bodies, name);
+  for (const sim::BodyDef& body : scene.bodies) read_body_look(body, name);
+
+  // A column is an output's name, or that and a component; which components there are is known with the results.
+  std::vector<std::string> outputs;
+  for (const sim::OutputDef& output : scene.outputs) outputs.push_back(output.name);
+  for (const std::string& column : settings.overlay.plot) {
+    const std::string stem = column.substr(0, column.rfind('.'));
+    const auto known = [&](const std::string& word) { return std::find(outputs.begin(), outputs.end(), word) != outputs.end(); };
+    if (!known(column) && !known(stem)) refuse(name, "overlay.plot", column, "column of an [[output]]", outputs);
+  }
+}
+
+void check_render_settings(const RenderSettings& settings, const sim::Results& results, const std::string& name) {
+  if (results.times.size() > 0) check_count(settings, results.times[results.times.size() - 1] - results.times[0], name);
+  std::vector<std::string> bodies, columns;
+  for (const sim::ResultBody& body : results.bodies) bodies.push_back(body.name);
+  for (const sim::ResultOutput& output : results.outputs) columns.push_back(output.column);
+  check_follow(settings, bodies, name);
+  for (const std::string& column : settings.overlay.plot)
+    if (std::find(columns.begin(), columns.end(), column) == columns.end()) refuse(name, "overlay.plot", column, "column of the history", columns);
+}
+
+render::Size parse_size(const std::string& text) {
+  const size_t cross = text.find_first_of("xX");
+  if (cross == std::string::npos) throw InputError(fmt::format("size {} must be WIDTHxHEIGHT, for example 1280x720", sim::quoted(text)));
+  const std::string_view all = text;
+  const double width = parse_number(all.substr(0, cross), "size", text), height = parse_number(all.substr(cross + 1), "size", text);
+  for (double side : {width, height})
+    if (side < 16.0 || side > 16384.0 || side != std::floor(side))
+      throw InputError(fmt::format("size {}: {:g} must be a whole number of pixels from 16 to 16384", sim::quoted(text), side));
+  return {static_cast<int>(width), static_cast<int>(height)};
+}
+
+std::vector<double> parse_scales(const std::string& text) {
+  if (text == "auto") return {};
+  std::vector<double> scales;
+  for (size_t begin = 0; begin <= text.size();) {
+    const size_t end = std::min(text.find(',', begin), text.size());
+    const double scale = parse_number(std::string_view(text).substr(begin, end - begin), "scales", text);
+    if (scale < 0.0 || scale > largest_scale) throw InputError(fmt::format("scales {}: {:g} must be from 0 to 1e9", sim::quoted(text), scale));
+    if (std::find(scales.begin(), scales.end(), scale) != scales.end()) throw InputError(fmt::format("scales {}: {:g} stands there twice", sim::quoted(text), scale));
+    scales.push_back(scale);
+    begin = end + 1;
+  }
+  return scales;
+}
+
+}  // namespace flexframe::film

@@ -1,0 +1,92 @@
+// What the [render] table of a scene asks for, read and checked (DESIGN section 6; every key with its default stands here).
+//
+//   [render]
+//   size = [1280, 720]             pixels, 16..16384 each
+//   frame_rate = 30                pictures per second of playback, speed = 1.0: simulated seconds per second of playback
+//   samples = 4                    antialiasing samples a pixel: 1, 4, 9, 16
+//   scales = "auto"                or a list: 1 in scale, others exaggerated ghosts; the first is drawn solid where 1 is not among them
+//   exaggeration = "linear"        linear | corotated (interp/exaggerate.h)
+//   color_by = "displacement"      none | displacement | strain | velocity | body
+//   color_range = [0, 0.002]       values of the map's ends, in m, 1 or m/s; default: of the whole sequence
+//   colormap = "viridis"           viridis | cividis | inferno | turbo | coolwarm | greys
+//   trail = 0                      this many past pictures of every body, as faint ghosts
+//   undeformed = false             the undeformed body as a ghost
+//   scheme = "auto"                of the kernel map: auto | kernel | elastic | lattice | r3 | r | tps
+//   background = "gradient"        gradient | white | dark | transparent
+//   ground = true                  plane with a grid that receives the shadows
+//   joints = true, nodes = false   symbols of joints, markers at the simulation nodes
+//   shadows = true, occlusion = true, edges = false, silhouette = false
+//   camera = { fit = true }        fit the whole motion; or { position, target, up, fov, projection = "perspective" | "orthographic", height }
+//                                  direction = [..] looks that way with fit; follow = "body" moves along with the body's origin
+//   overlay = { title = true, time = true, scalar_bar = true, triad = true, legend = true, note = true, plot = ["slider.x"], plot_place = "below" }
+#pragma once
+
+#include "interp/map.h"
+#include "render/picture.h"
+#include "sim/results.h"
+#include "sim/scene.h"
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace flexframe::film {
+
+enum class ColorBy { none, displacement, strain, velocity, body };
+enum class BackgroundKind { gradient, white, dark, transparent };
+
+struct CameraSettings {
+  bool fit = true;                            // false where a position is given
+  std::optional<glm::dvec3> position, target; // m, world
+  std::optional<glm::dvec3> direction, up;    // of a fitted view; default: chosen by the motion
+  double fov = 35.0;                          // degrees, vertical
+  render::Projection projection = render::Projection::perspective;
+  double height = 2.0;                        // m, orthographic without fit
+  std::string follow;                         // body, empty: none
+};
+
+struct OverlaySettings {
+  bool title = true, time = true, scalar_bar = true, triad = true, legend = true, note = true;
+  std::vector<std::string> plot;              // columns of the history
+  render::PlotPlace plot_place = render::PlotPlace::below;
+};
+
+struct RenderSettings {
+  render::Size size;
+  double frame_rate = 30.0, speed = 1.0;
+  int samples = 4;
+  std::vector<double> scales;                 // empty: "auto"
+  bool corotated = false;
+  ColorBy color_by = ColorBy::displacement;
+  std::optional<std::pair<double, double>> color_range;
+  render::Colormap colormap = render::Colormap::viridis;
+  int trail = 0;
+  bool undeformed = false;
+  interp::Scheme scheme = interp::Scheme::automatic;
+  BackgroundKind background = BackgroundKind::gradient;
+  bool ground = true, joints = true, nodes = false;
+  bool shadows = true, occlusion = true, edges = false, silhouette = false;
+  CameraSettings camera;
+  OverlaySettings overlay;
+};
+
+// Reads the [render] table of a scene's text; a text without one gives the defaults. `name` stands for the file in messages.
+// Throws sim::InputError as sim/scene_reader.h does: unknown and misspelt keys, wrong types, values out of range.
+RenderSettings parse_render_settings(std::string_view text, const std::string& name);
+
+// The same of a file.
+RenderSettings read_render_settings(const std::filesystem::path& file);
+
+// Refuses bodies and columns that the scene does not have, and more than a million pictures. Throws sim::InputError.
+void check_render_settings(const RenderSettings& settings, const sim::Scene& scene);
+
+// Likewise against results, which may come from another simulator.
+void check_render_settings(const RenderSettings& settings, const sim::Results& results, const std::string& name);
+
+// "1280x720" to a size, "1,20" or "auto" to scales: the program's options. Throw sim::InputError.
+render::Size parse_size(const std::string& text);
+std::vector<double> parse_scales(const std::string& text);
+
+}  // namespace flexframe::film

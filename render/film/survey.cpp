@@ -1,0 +1,185 @@
+#include "render/film/survey.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+
+namespace flexframe::film {
+namespace {
+
+constexpr int even_moments = 200, peak_moments = 32;
+constexpr int support_budget = 6000;  // points of all bodies at one moment
+
+// Vertices furthest in 26 directions, and an even choice of the rest.
+std::vector<int> support_of(const render::Mesh& mesh, int most) {
+  std::set<int> chosen;
+  const int n = static_cast<int>(mesh.positions.size());
+  if (n == 0) return {};
+  for (int x = -1; x <= 1; ++x)
+    for (int y = -1; y <= 1; ++y)
+      for (int z = -1; z <= 1; ++z) {
+        if (x == 0 && y == 0 && z == 0) continue;
+        const glm::dvec3 direction(x, y, z);
+        int best = 0;
+        for (int i = 1; i < n; ++i)
+          if (glm::dot(mesh.positions[i], direction) > glm::dot(mesh.positions[best], direction)) best = i;
+        chosen.insert(best);
+      }
+  const int even = std::min(n, most);
+  for (int k = 0; k < even; ++k) chosen.insert(static_cast<int>(static_cast<long long>(k) * n / even));
+  return {chosen.begin(), chosen.end()};
+}
+
+// Times of the survey, ascending.
+std::vector<double> survey_times(const sim::Results& results, const RenderSettings& settings) {
+  const int count = picture_count(results.times, settings.frame_rate, settings.speed);
+  const auto time = [&](int k) { return picture_time(results.times, settings.frame_rate, settings.speed, k); };
+  std::set<int> chosen;
+  if (count <= even_moments) {
+    for (int k = 0; k < count; ++k) chosen.insert(k);
+  } else {
+    for (int k = 0; k < even_moments; ++k) chosen.insert(static_cast<int>(static_cast<long long>(k) * (count - 1) / (even_moments - 1)));
+    std::vector<std::pair<double, int>> peaks;
+    for (int k = 0; k < count; ++k) {
+      const SamplePlace place = find_sample(results.times, time(k));
+      double largest = 0.0;
+      for (const sim::ResultBody& body : results.bodies)
+        if (body.displacement.size() > 0) largest = std::max(largest, body.displacement.row(place.index).cwiseAbs().maxCoeff());
+      peaks.emplace_back(-largest, k);
+    }
+    std::partial_sort(peaks.begin(), peaks.begin() + peak_moments, peaks.end());
+    for (int k = 0; k < peak_moments; ++k) chosen.insert(peaks[k].second);
+  }
+  std::vector<double> times;
+  for (int k : chosen) times.push_back(time(k));
+  return times;
+}
+
+glm::dvec3 transform(const glm::dmat4& pose, const glm::dvec3& p) { return glm::dvec3(pose * glm::dvec4(p, 1.0)); }
+
+}  // namespace
+
+void update_scalars(const BodyModel& model, const sim::Results& results, int index, ColorBy color_by, double t, const BodyMemory& memory,
+                    ScalarMemory& work, std::vector<float>& scalars) {
+  const sim::ResultBody& body = results.bodies[static_cast<size_t>(index)];
+  const size_t vertices = model.rest.size() / 3;
+  scalars.clear();
+  if (vertices == 0) return;
+  if (color_by == ColorBy::displacement && model.flexible) {
+    scalars.resize(vertices);
+    interp::compute_magnitude(memory.displacement, scalars);
+  } else if (color_by == ColorBy::strain && model.flexible) {
+    scalars.resize(vertices);
+    interp::compute_strain(model.view(), model.map->welded, memory.displacement, scalars);
+  } else if (color_by == ColorBy::velocity && results.times.size() > 1) {
+    // Central difference of the vertices in the world over one sample's spacing.
+    const Eigen::Index n = results.times.size();
+    const double first = results.times[0], last = results.times[n - 1], half = 0.5 * (last - first) / static_cast<double>(n - 1);
+    const double t0 = std::max(first, t - half), t1 = std::min(last, t + half);
+    const SamplePlace p0 = find_sample(results.times, t0), p1 = find_sample(results.times, t1);
+    const auto displaced = [&](const SamplePlace& place, std::vector<float>& out) {
+      if (!model.flexible) return;
+      update_displacement(model, body, place, work.body);
+      out = work.body.displacement;
+    };
+    displaced(p0, work.before);
+    displaced(p1, work.after);
+    const glm::dmat4 pose0 = body_pose(body, p0), pose1 = body_pose(body, p1);
+    scalars.resize(vertices);
+    for (size_t i = 0; i < vertices; ++i) {
+      glm::dvec3 a(model.rest[3 * i], model.rest[3 * i + 1], model.rest[3 * i + 2]), b = a;
+      if (model.flexible) {
+        a += glm::dvec3(work.before[3 * i], work.before[3 * i + 1], work.before[3 * i + 2]);
+        b += glm::dvec3(work.after[3 * i], work.after[3 * i + 1], work.after[3 * i + 2]);
+      }
+      scalars[i] = static_cast<float>(glm::length(transform(pose1, b) - transform(pose0, a)) / (t1 - t0));
+    }
+  }
+}
+
+Survey survey_motion(const sim::Results& results, const std::vector<BodyModel>& bodies, const RenderSettings& settings) {
+  Survey survey;
+  const int most = std::clamp(support_budget / std::max(1, static_cast<int>(bodies.size())), 8, 200);
+  std::vector<std::vector<int>> chosen;
+  for (size_t b = 0; b < bodies.size(); ++b) {
+    chosen.push_back(bodies[b].visible ? support_of(bodies[b].mesh, most) : std::vector<int>{});
+    std::vector<glm::dvec3> points;
+    for (int i : chosen[b]) points.push_back(bodies[b].mesh.positions[i]);
+    // A body without a mesh is seen by its nodes.
+    if (bodies[b].mesh.positions.empty() && bodies[b].visible)
+      for (const sim::ResultNode& node : results.bodies[b].nodes) points.emplace_back(node.origin.x(), node.origin.y(), node.origin.z());
+    survey.support.push_back(std::move(points));
+  }
+
+  std::vector<BodyMemory> memory(bodies.size());
+  ScalarMemory work;
+  std::vector<float> scalars;
+  const std::vector<double> times = survey_times(results, settings);
+  for (size_t moment_index = 0; moment_index < times.size(); ++moment_index) {
+    const double t = times[moment_index];
+    const SamplePlace place = find_sample(results.times, t);
+    Survey::Moment moment{.t = t, .pose = {}, .displacement = {}};
+    for (size_t b = 0; b < bodies.size(); ++b) {
+      const sim::ResultBody& body = results.bodies[b];
+      moment.pose.push_back(body_pose(body, place));
+      std::vector<glm::vec3> moved;
+      if (bodies[b].flexible) {
+        update_displacement(bodies[b], body, place, memory[b]);
+        const std::vector<float>& u = memory[b].displacement;
+        for (size_t i = 0; i + 2 < u.size(); i += 3)
+          survey.largest_displacement = std::max(survey.largest_displacement, std::hypot(double(u[i]), double(u[i + 1]), double(u[i + 2])));
+        for (int i : chosen[b]) moved.emplace_back(u[3 * i], u[3 * i + 1], u[3 * i + 2]);
+        // Turns cost a pass over the triangles; a few moments tell enough for a warning.
+        if (moment_index % 16 == times.size() % 16) survey.largest_turn = std::max(survey.largest_turn, interp::largest_rotation(bodies[b].view(), u));
+      } else if (bodies[b].mesh.positions.empty() && bodies[b].visible && body.displacement.size() > 0) {
+        node_motion(body, place, memory[b].node_displacement, memory[b].node_rotation);
+        for (Eigen::Index k = 0; k < memory[b].node_displacement.rows(); ++k) {
+          const Eigen::RowVector3d u = memory[b].node_displacement.row(k);
+          moved.emplace_back(u.x(), u.y(), u.z());
+          survey.largest_displacement = std::max(survey.largest_displacement, u.norm());
+        }
+      }
+      moment.displacement.push_back(std::move(moved));
+      if (settings.color_by == ColorBy::strain || settings.color_by == ColorBy::velocity) {
+        update_scalars(bodies[b], results, static_cast<int>(b), settings.color_by, t, memory[b], work, scalars);
+        for (float s : scalars) survey.largest_scalar = std::max(survey.largest_scalar, double(s));
+      }
+    }
+    survey.moments.push_back(std::move(moment));
+  }
+  if (settings.color_by == ColorBy::displacement) survey.largest_scalar = survey.largest_displacement;
+  return survey;
+}
+
+std::vector<glm::dvec3> motion_points(const Survey& survey, const std::vector<double>& scales, int follow) {
+  std::vector<glm::dvec3> points;
+  for (const Survey::Moment& moment : survey.moments) {
+    glm::dvec3 way(0.0);
+    if (follow >= 0) way = glm::dvec3(moment.pose[follow][3] - survey.moments.front().pose[follow][3]);
+    for (size_t b = 0; b < moment.pose.size(); ++b)
+      for (size_t i = 0; i < survey.support[b].size(); ++i) {
+        if (moment.displacement[b].empty()) {
+          points.push_back(transform(moment.pose[b], survey.support[b][i]) - way);
+          continue;
+        }
+        for (double scale : scales) points.push_back(transform(moment.pose[b], survey.support[b][i] + scale * glm::dvec3(moment.displacement[b][i])) - way);
+      }
+  }
+  return points;
+}
+
+double machine_size(const sim::Results& results) {
+  render::Bounds bounds;
+  const Eigen::Index nt = results.times.size(), step = std::max<Eigen::Index>(1, nt / 64);
+  for (Eigen::Index i = 0; i < nt; i += step)
+    for (const sim::ResultBody& body : results.bodies) {
+      const glm::dmat4 pose = body_pose(body, {i, 0.0});
+      bounds.add(glm::dvec3(pose[3]));
+      for (const sim::ResultNode& node : body.nodes) bounds.add(transform(pose, {node.origin.x(), node.origin.y(), node.origin.z()}));
+    }
+  const double size = 2.0 * bounds.radius();
+  return size > 0.0 ? size : 1.0;
+}
+
+}  // namespace flexframe::film

@@ -1,0 +1,41 @@
+// A first look at the whole motion: how far bodies deform and where they go, before any picture is drawn.
+#pragma once
+
+#include "render/film/body_model.h"
+#include "render/film/settings.h"
+
+#include <glm/glm.hpp>
+
+#include <utility>
+#include <vector>
+
+namespace flexframe::film {
+
+// Surveyed at every picture of a short sequence; of a long one at 200 even ones and the 32 with the largest node displacements.
+struct Survey {
+  struct Moment {
+    double t = 0.0;
+    std::vector<glm::dmat4> pose;                    // a body each
+    std::vector<std::vector<glm::vec3>> displacement;  // of the support points of each body; empty: rigid
+  };
+  std::vector<std::vector<glm::dvec3>> support;      // a body each: vertices that bound it, undeformed
+  std::vector<Moment> moments;
+  double largest_displacement = 0.0;                 // m, of any vertex
+  double largest_scalar = 0.0;                       // of what the bodies are coloured by
+  double largest_turn = 0.0;                         // rad, of any triangle by the elastic displacement
+};
+
+// What the vertices of a body are coloured by; memory.displacement must be up to date. Empty: nothing.
+struct ScalarMemory { std::vector<float> before, after; BodyMemory body; };
+void update_scalars(const BodyModel& model, const sim::Results& results, int body, ColorBy color_by, double t, const BodyMemory& memory,
+                    ScalarMemory& work, std::vector<float>& scalars);
+
+Survey survey_motion(const sim::Results& results, const std::vector<BodyModel>& bodies, const RenderSettings& settings);
+
+// Points that enclose everything drawn at every surveyed moment, with these scales; follow >= 0: relative to that body's way.
+std::vector<glm::dvec3> motion_points(const Survey& survey, const std::vector<double>& scales, int follow);
+
+// Diagonal of the box around all bodies' origins and nodes over the run, m; 1 for a single point that stays.
+double machine_size(const sim::Results& results);
+
+}  // namespace flexframe::film

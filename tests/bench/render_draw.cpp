@@ -1,0 +1,93 @@
+// Prints CPU milliseconds a picture of each stage for meshes of 5k, 100k and 1M triangles at 1280 x 720, 2 x 2 samples:
+// a waving tube, deformed anew for every picture, with normals and colours by displacement; plain and full look.
+// Usage: bench_render [pictures = 20] [osmesa|egl]
+#include "render/camera.h"
+#include "render/png.h"
+#include "render/renderer.h"
+#include "render/shapes.h"
+
+#include <fmt/core.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <ctime>
+#include <string>
+
+using namespace flexframe::render;
+
+namespace {
+
+double cpu_milliseconds() {
+  timespec t{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  tune_process();
+  const int pictures = argc > 1 ? std::max(1, std::atoi(argv[1])) : 20;
+  Renderer renderer(backend_from_name(argc > 2 ? argv[2] : "osmesa"));
+  fmt::print("{}, {}\n", renderer.info().renderer, renderer.info().cpu);
+  fmt::print("{:>10} {:>6} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}\n", "triangles", "look", "deform", "draw", "filter", "overlay", "png", "all");
+  for (const int target : {5000, 100000, 1000000}) {
+    const int sides = static_cast<int>(std::lround(std::sqrt(target / 2.0 / 5.0))), rings = target / 2 / sides;
+    std::vector<glm::dvec3> path;
+    for (int i = 0; i <= rings; ++i) path.emplace_back(2.0 * i / rings, 0.0, 0.0);
+    const Shape tube = make_tube(path, 0.1, sides);
+    std::vector<glm::vec3> positions = tube.positions, normals;
+    std::vector<float> displacement(positions.size());
+    for (const bool full : {false, true}) {
+      Picture p;
+      Surface s;
+      s.triangles = tube.triangles;
+      s.two_sided = false;
+      p.look = full ? Look{} : plain_look();
+      p.bounds.add(glm::dvec3(-0.1, -0.3, -0.1));
+      p.bounds.add(glm::dvec3(2.1, 0.3, 0.1));
+      std::vector<glm::dvec3> corners;
+      append_corners(corners, p.bounds);
+      p.scalar_map.upper = 0.2;
+      if (full) {
+        p.ground = default_ground(corners, glm::dvec3(0, 1, 0));
+        p.overlay.title = "Waving tube";
+        p.overlay.time = "t = 0.500 s";
+        p.overlay.note = "in scale";
+        p.overlay.scalar_bar = ScalarBar{"displacement", "mm", 1000.0};
+        p.overlay.triad = true;
+      }
+      p.camera = fit_camera(p, corners, default_view(corners, glm::dvec3(0.0)));
+      double deform = 0.0, draw = 0.0, filter = 0.0, overlay = 0.0, png = 0.0, all = 0.0;
+      for (int k = -1; k < pictures; ++k) {
+        const double start = cpu_milliseconds();
+        const float amplitude = 0.2f * std::sin(0.3f * static_cast<float>(k));
+        for (std::size_t i = 0; i < positions.size(); ++i) {
+          displacement[i] = amplitude * std::sin(3.1f * tube.positions[i].x);
+          positions[i] = tube.positions[i] + glm::vec3(0.0f, displacement[i], 0.0f);
+          displacement[i] = std::abs(displacement[i]);
+        }
+        update_normals(positions, tube.triangles, normals);
+        s.positions = positions;
+        s.normals = normals;
+        s.scalars = displacement;
+        p.surfaces = {s};
+        const double deformed = cpu_milliseconds();
+        const Image image = renderer.draw(p);
+        const double drawn = cpu_milliseconds();
+        const auto bytes = encode_png(image);
+        const double end = cpu_milliseconds();
+        if (k < 0) continue;  // shaders are compiled with the first picture
+        deform += deformed - start;
+        draw += 1e3 * renderer.times().draw;
+        filter += 1e3 * renderer.times().filter;
+        overlay += 1e3 * renderer.times().overlay;
+        png += end - drawn;
+        all += end - start;
+      }
+      const double n = pictures;
+      fmt::print("{:>10} {:>6} {:>8.1f} {:>8.1f} {:>8.1f} {:>8.1f} {:>8.1f} {:>8.1f}\n", tube.triangles.size(), full ? "full" : "plain",
+                 deform / n, draw / n, filter / n, overlay / n, png / n, all / n);
+    }
+  }
+}
