@@ -198,8 +198,9 @@ BeamDef read_beam(const TableReader& reader) {
   if (!mixed && !modal && reader.has("modes")) reader.fail("modes", fmt::format("belongs to the models 'modal' and 'mixed'; this one is '{}'", model));
   if (beam.model != BeamModel::lumped && reader.has("curvature_coupling"))
     reader.fail("curvature_coupling", fmt::format("belongs to model 'lumped'; this one is '{}'", model));
-  if ((mixed || beam.model == BeamModel::lumped) && beam.boundary != Boundary::clamped_free)
-    reader.fail("boundary", fmt::format("must be 'clamped-free' (the default) with model '{}': its parts are joined one to the next", model));
+  // the free-ended boundaries only place the body frame; the others would hold every part of the chain
+  if ((mixed || beam.model == BeamModel::lumped) && (beam.boundary == Boundary::clamped_clamped || beam.boundary == Boundary::clamped_supported))
+    reader.fail("boundary", fmt::format("must leave the ends free with model '{}', whose parts are joined one to the next; hold its ends by joints", model));
   if (mixed && reader.has("modes") && reader.has("elements")) reader.fail("elements", "excludes 'modes': the volumes have elements or modes");
 
   if (modal) reader.required("modes");
@@ -214,8 +215,8 @@ BeamDef read_beam(const TableReader& reader) {
   if (const auto frames = reader.table("frames"))
     for (const std::string& name : frames->value().keys) {
       check_name(*frames, name, name, "frame");
-      if (name == "root" || name == "tip" || name.starts_with("node["))
-        frames->fail(name, "is a frame that every beam has; choose another name");
+      if (name == "root" || name == "tip" || name.starts_with("node[") || name.starts_with("station["))
+        frames->fail(name, "is a name of the beam's own; choose another");
       beam.frames[name] = frames->number(name, {.low = 0.0, .high = 1.0, .what = "x/length, a number from 0 to 1"});
     }
   return beam;

@@ -51,6 +51,12 @@ const char* coordinate_names(JointKind kind) {
 std::vector<double> read_coordinates(const TableReader& reader, std::string_view key, JointKind kind) {
   const std::size_t count = coordinate_count(kind);
   const TomlValue& value = reader.required(key);
+  // a free joint's rate may be the angular velocity alone
+  if (kind == JointKind::free && key == "rate" && value.type == TomlValue::Type::array && value.items.size() == 3) {
+    std::vector<double> rate = reader.numbers(key, 3, 3);
+    rate.insert(rate.begin(), 3, 0.0);
+    return rate;
+  }
   const std::size_t given = value.type == TomlValue::Type::array ? value.items.size() : 1;
   if (value.type == TomlValue::Type::array ? given != count : count != 1)
     reader.fail(key, fmt::format("of a {} joint must be {}, found {}", joint_kinds[static_cast<std::size_t>(kind)], coordinate_names(kind), describe(value)));
@@ -133,13 +139,11 @@ void check_frame(const TableReader& reader, std::string_view key, const BodyDef&
     known = {"root", "tip"};
     for (const auto& entry : beam->frames) known.push_back(entry.first);
     if (std::find(known.begin(), known.end(), frame) != known.end()) return;
-    if (beam->model == BeamModel::modal) {
+    if (!beam->modes.empty()) {
       if (frame.starts_with("node["))
         reader.fail(key, fmt::format("names the node {}, but a modal beam has no numbered nodes; it has {} (add 'frames' at any x/length)", quote(frame), list_words(known)));
     } else {
-      const int last = beam->model == BeamModel::mixed && beam->modes.empty() ? beam->elements * beam->volumes
-                       : beam->model == BeamModel::mixed                      ? beam->volumes
-                                                                              : beam->elements;
+      const int last = beam->elements * (beam->model == BeamModel::mixed ? beam->volumes : 1);
       const int number = node_number(frame);
       if (number >= 0 && number <= last) return;
       known.push_back(fmt::format("node[0] ... node[{}]", last));

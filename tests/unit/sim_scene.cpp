@@ -273,7 +273,7 @@ name = "flight"
 kind = "free"
 parent = "ground"
 child = "rod.tip"
-initial = { value = [1, 2, 3, 0, 0, 0.5], rate = [0, 0, 0, 0, 0, 2.5] }
+initial = { value = [1, 2, 3, 0, 0, 0.5], rate = [0, 0, 2.5] }
 [[body]]
 name = "chain"
 kind = "beam"
@@ -288,6 +288,7 @@ drawing = { opacity = 0.5 }
 )");
   EXPECT_EQ(scene.forces.back().bushing_stiffness[5], 6.0);
   EXPECT_EQ(scene.joints.back().initial.value->size(), 6u);
+  EXPECT_EQ(scene.joints[4].initial.rate, (std::vector<double>{0, 0, 0, 0, 0, 2.5}));
   const auto& chain = std::get<BeamDef>(scene.bodies.back().kind);
   EXPECT_EQ(chain.volumes, 4);
   EXPECT_EQ(chain.elements, 2);
@@ -371,7 +372,7 @@ TEST(Scene, WrongScenesAreExplained) {
       {"damping = { ratio = 0.02 }", "damping = { ratio = -0.02 }", {"scene.toml:19:", "key 'damping.ratio' must be a number >= 0"}},
       {"damping = { ratio = 0.02 }", "damping = { ratio = 0.02, mass = 1 }", {"key 'damping.ratio' excludes 'mass' and 'stiffness'"}},
       {"middle = 0.5", "middle = 1.5", {"scene.toml:20:", "key 'frames.middle' must be x/length, a number from 0 to 1, found the number 1.5"}},
-      {"middle = 0.5", "tip = 0.5", {"key 'frames.tip' is a frame that every beam has"}},
+      {"middle = 0.5", "tip = 0.5", {"key 'frames.tip' is a name of the beam's own"}},
       {"modes = { bending_xy = [1, 3], axial = [1] }", "", {"[[body]] 'rod': key 'modes' is missing"}},
       {"modes = { bending_xy = [1, 3], axial = [1] }", "modes = {}", {"key 'modes' is empty"}},
       {"bending_xy = [1, 3]", "bending_xy = []", {"key 'modes.bending_xy' is empty"}},

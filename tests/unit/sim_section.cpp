@@ -1,0 +1,191 @@
+// Sections: against closed formulas, against integrals over their own outlines, and against Saint-Venant solved on a grid.
+#include "sim/section.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+using namespace flexframe::sim;
+
+namespace {
+
+struct Integrals { double area = 0, y = 0, z = 0, iy = 0, iz = 0, iyz = 0; };
+
+// Green's theorem over the loops; holes count against the outer loop.
+Integrals integrate(const std::vector<std::vector<Eigen::Vector2d>>& outline) {
+  Integrals sum;
+  for (std::size_t l = 0; l < outline.size(); ++l) {
+    Integrals part;
+    const auto& loop = outline[l];
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      const Eigen::Vector2d a = loop[i], b = loop[(i + 1) % loop.size()];
+      const double cross = a.x() * b.y() - b.x() * a.y();
+      part.area += cross / 2;
+      part.y += cross * (a.x() + b.x()) / 6;
+      part.z += cross * (a.y() + b.y()) / 6;
+      part.iz += cross * (a.x() * a.x() + a.x() * b.x() + b.x() * b.x()) / 12;
+      part.iy += cross * (a.y() * a.y() + a.y() * b.y() + b.y() * b.y()) / 12;
+      part.iyz += cross * (2 * a.x() * a.y() + a.x() * b.y() + b.x() * a.y() + 2 * b.x() * b.y()) / 24;
+    }
+    const double sign = (part.area > 0 ? 1.0 : -1.0) * (l == 0 ? 1.0 : -1.0);
+    sum.area += sign * part.area, sum.y += sign * part.y, sum.z += sign * part.z;
+    sum.iy += sign * part.iy, sum.iz += sign * part.iz, sum.iyz += sign * part.iyz;
+  }
+  return sum;
+}
+
+// Torsion constant by finite differences of Prandtl's stress function, lap(f) = -2, f = 0 on the rim, J = 2 int f; `inside` on a
+// grid of n x m points with spacing h. Simply connected sections only.
+template <class Inside>
+double prandtl(int n, int m, double h, Inside&& inside) {
+  std::vector<double> f(static_cast<std::size_t>(n * m), 0.0);
+  const auto at = [&](int i, int k) -> double& { return f[static_cast<std::size_t>(i * m + k)]; };
+  const double omega = 2.0 / (1.0 + std::sin(M_PI / std::max(n, m)));
+  for (int sweep = 0; sweep < 6 * std::max(n, m); ++sweep)
+    for (int i = 1; i + 1 < n; ++i)
+      for (int k = 1; k + 1 < m; ++k)
+        if (inside(i, k)) at(i, k) += omega * (0.25 * (at(i - 1, k) + at(i + 1, k) + at(i, k - 1) + at(i, k + 1) + 2 * h * h) - at(i, k));
+  double sum = 0.0;
+  for (const double value : f) sum += value;
+  return 2.0 * sum * h * h;
+}
+
+std::string message_of(const std::string& shape, const std::map<std::string, double>& sizes) {
+  try {
+    make_section(shape, sizes);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "(no error)";
+}
+
+}  // namespace
+
+TEST(Section, Circle) {
+  const Section s = make_section("circle", {{"diameter", 0.02}});
+  EXPECT_DOUBLE_EQ(s.area, M_PI * 1e-4);
+  EXPECT_DOUBLE_EQ(s.iy, M_PI / 4 * 1e-8);
+  EXPECT_DOUBLE_EQ(s.iz, s.iy);
+  EXPECT_DOUBLE_EQ(s.j, M_PI / 2 * 1e-8);
+  EXPECT_EQ(s.iyz, 0.0);
+  EXPECT_DOUBLE_EQ(make_section("circle", {{"radius", 0.01}}).area, s.area);
+}
+
+TEST(Section, TubeKeepsDigitsOfThinWalls) {
+  const Section s = make_section("tube", {{"outer_diameter", 0.1}, {"thickness", 0.02}});
+  EXPECT_DOUBLE_EQ(s.area, M_PI * (0.05 * 0.05 - 0.03 * 0.03));
+  EXPECT_DOUBLE_EQ(s.iz, M_PI / 4 * (std::pow(0.05, 4) - std::pow(0.03, 4)));
+  EXPECT_DOUBLE_EQ(make_section("tube", {{"diameter", 0.1}, {"inner_diameter", 0.06}}).j, s.j);
+  const Section thin = make_section("tube", {{"diameter", 0.1}, {"thickness", 1e-9}});
+  EXPECT_NEAR(thin.j / (2 * M_PI * std::pow(0.05, 3) * 1e-9), 1.0, 1e-7);
+  const Section solid = make_section("tube", {{"diameter", 0.1}, {"thickness", 0.05}});
+  EXPECT_EQ(solid.area, make_section("circle", {{"diameter", 0.1}}).area);
+  EXPECT_EQ(solid.outline.size(), 1u);
+  // Cowper's factor: solid 6/7, thin wall 1/2 (poisson 0)
+  EXPECT_NEAR(solid.shear_y, 6.0 / 7.0, 1e-15);
+  EXPECT_NEAR(thin.shear_y, 0.5, 1e-7);
+}
+
+TEST(Section, RectangleBendsInXyOverItsHeight) {
+  const Section s = make_section("rectangle", {{"width", 0.05}, {"height", 0.02}});
+  EXPECT_DOUBLE_EQ(s.area, 1e-3);
+  EXPECT_DOUBLE_EQ(s.iz, 0.05 * std::pow(0.02, 3) / 12);
+  EXPECT_DOUBLE_EQ(s.iy, 0.02 * std::pow(0.05, 3) / 12);
+  const Section same = make_section("rectangle", {{"y", 0.02}, {"z", 0.05}});
+  EXPECT_EQ(same.iz, s.iz);
+  EXPECT_EQ(same.j, s.j);
+}
+
+// Timoshenko and Goodier, table in art. 109: J = k1 (2a)^3 (2b).
+TEST(Section, RectangleTorsionSeries) {
+  EXPECT_NEAR(rectangle_torsion_constant(1, 1), 0.1406, 5e-5);
+  EXPECT_NEAR(rectangle_torsion_constant(1, 1.5), 0.196 * 1.5, 8e-4);
+  EXPECT_NEAR(rectangle_torsion_constant(2, 1), 0.229 * 2, 1e-3);
+  EXPECT_NEAR(rectangle_torsion_constant(1, 10), 0.312 * 10, 6e-3);
+  EXPECT_NEAR(rectangle_torsion_constant(1, 1e6) * 1e-6, 1.0 / 3.0, 1e-6);
+  EXPECT_EQ(rectangle_torsion_constant(1, 3), rectangle_torsion_constant(3, 1));
+  // the series summed term by term, with a thousand terms
+  for (const double wide : {1.0, 1.3, 2.0, 7.0}) {
+    double sum = 0.0;
+    for (int n = 1; n < 2000; n += 2) sum += std::tanh(n * M_PI * wide / 2) / std::pow(n, 5);
+    EXPECT_NEAR(rectangle_torsion_constant(wide, 1) / (wide * (1.0 / 3 - 64 / std::pow(M_PI, 5) / wide * sum)), 1.0, 1e-13) << wide;
+  }
+}
+
+TEST(Section, NumbersAndOutlineAgree) {
+  const std::pair<const char*, std::map<std::string, double>> cases[] = {
+      {"circle", {{"diameter", 0.02}}},
+      {"tube", {{"diameter", 0.02}, {"thickness", 0.003}}},
+      {"rectangle", {{"width", 0.05}, {"height", 0.02}}},
+      {"box", {{"width", 0.05}, {"height", 0.08}, {"thickness", 0.004}}},
+      {"box", {{"width", 0.05}, {"height", 0.08}, {"web", 0.004}, {"flange", 0.007}}},
+      {"i", {{"width", 0.05}, {"height", 0.1}, {"web", 0.004}, {"flange", 0.006}}},
+      {"u", {{"width", 0.05}, {"height", 0.1}, {"web", 0.004}, {"flange", 0.006}}},
+      {"t", {{"width", 0.05}, {"height", 0.1}, {"web", 0.004}, {"flange", 0.006}}},
+      {"l", {{"width", 0.05}, {"height", 0.1}, {"thickness", 0.006}}},
+  };
+  for (const auto& [shape, sizes] : cases) {
+    const Section s = make_section(shape, sizes);
+    const Integrals sum = integrate(s.outline);
+    // a circle is drawn as a polygon of the same area
+    const double tolerance = std::string(shape) == "circle" || std::string(shape) == "tube" ? 1e-3 : 1e-12;
+    EXPECT_EQ(s.shape, shape);
+    EXPECT_EQ(s.size, sizes);
+    EXPECT_NEAR(sum.area / s.area, 1.0, 1e-12) << shape;
+    EXPECT_NEAR(sum.iy / s.iy, 1.0, tolerance) << shape;
+    EXPECT_NEAR(sum.iz / s.iz, 1.0, tolerance) << shape;
+    EXPECT_NEAR(sum.iyz, s.iyz, 1e-12 * s.iy) << shape;
+    EXPECT_NEAR(sum.y, 0.0, 1e-14 * s.area) << shape;
+    EXPECT_NEAR(sum.z, 0.0, 1e-14 * s.area) << shape;
+    EXPECT_GT(s.shear_y, 0.0) << shape;
+    EXPECT_LE(s.shear_y, 1.0) << shape;
+    EXPECT_LE(s.shear_z, 1.0) << shape;
+    EXPECT_LE(s.j, (s.iy + s.iz) * (1 + 1e-12)) << shape;
+  }
+  EXPECT_NE(make_section("l", cases[8].second).iyz, 0.0);
+  EXPECT_NEAR(make_section("u", cases[6].second).iyz, 0.0, 1e-20);
+}
+
+// Thin-walled formulas against the stress function on a grid: open sections within 15 % (the junctions are stiffer than the sum).
+TEST(Section, OpenSectionsAgainstTheStressFunction) {
+  const double t = 6.0, h = 60.0, b = 48.0;  // in grid steps of a third
+  const double step = 1.0 / 3.0;
+  const int n = static_cast<int>(h / step) + 1, m = static_cast<int>(b / step) + 1, w = static_cast<int>(t / step);
+  const double j_l = prandtl(n, m, step, [&](int i, int k) { return i < w || k < w; });
+  EXPECT_NEAR(make_section("l", {{"width", b}, {"height", h}, {"thickness", t}}).j / j_l, 1.0, 0.15);
+  const int c = (m - 1) / 2;
+  const double j_i = prandtl(n, m, step, [&](int i, int k) { return i < w || i > n - 1 - w || (k > c - w / 2 && k < c + w / 2); });
+  EXPECT_NEAR(make_section("i", {{"width", b}, {"height", h}, {"web", t}, {"flange", t}}).j / j_i, 1.0, 0.15);
+  EXPECT_LT(make_section("i", {{"width", b}, {"height", h}, {"web", t}, {"flange", t}}).j, j_i);
+  // and the rectangle within the grid's error
+  const double j_r = prandtl(61, 31, 1.0, [](int, int) { return true; });
+  EXPECT_NEAR(rectangle_torsion_constant(60, 30) / j_r, 1.0, 3e-3);
+}
+
+TEST(Section, BoxIsBredts) {
+  const Section s = make_section("box", {{"width", 0.1}, {"height", 0.1}, {"thickness", 0.0001}});
+  EXPECT_NEAR(s.j / (std::pow(0.0999, 3) * 0.0001), 1.0, 1e-5);
+}
+
+TEST(Section, General) {
+  const Section s = make_section("general", {{"area", 1e-4}, {"iy", 2e-9}, {"iz", 1e-9}, {"j", 3e-9}, {"iyz", -1e-9}});
+  EXPECT_EQ(s.iyz, -1e-9);
+  EXPECT_TRUE(s.outline.empty());
+  EXPECT_NE(message_of("general", {{"area", 1e-4}, {"iy", 1e-9}, {"iz", 1e-9}, {"j", 1e-9}, {"iyz", 2e-9}}).find("iyz^2 <= iy iz"), std::string::npos);
+  EXPECT_NE(message_of("general", {{"area", 1e-4}, {"iy", 1e-9}, {"iz", 1e-9}, {"j", 1e-8}}).find("polar moment"), std::string::npos);
+}
+
+TEST(Section, WrongSizes) {
+  EXPECT_NE(message_of("round", {}).find("the shape 'round' is unknown"), std::string::npos);
+  EXPECT_NE(message_of("rectangle", {{"width", 1}}).find("needs {width, height} or {y, z}; found {width}"), std::string::npos);
+  EXPECT_NE(message_of("rectangle", {{"width", 1}, {"height", 1}, {"y", 1}}).find("found {height, width, y}"), std::string::npos);
+  EXPECT_NE(message_of("circle", {{"diameter", -1}}).find("'diameter' must be a number > 0, found -1"), std::string::npos);
+  EXPECT_NE(message_of("circle", {{"diameter", std::nan("")}}).find("must be a number > 0"), std::string::npos);
+  EXPECT_NE(message_of("box", {{"width", 1}, {"height", 1}, {"thickness", 0.5}}).find("'thickness' 0.5 is too large"), std::string::npos);
+  EXPECT_NE(message_of("tube", {{"diameter", 1}, {"inner_diameter", 1}}).find("'inner_diameter' 1 is too large"), std::string::npos);
+  EXPECT_NE(message_of("i", {{"width", 1}, {"height", 1}, {"web", 1.5}, {"flange", 0.1}}).find("'web' 1.5 is too large"), std::string::npos);
+  EXPECT_NE(message_of("circle", {{"diameter", 1e-100}}).find("too large or too small"), std::string::npos);
+  for (const std::string& shape : section_shapes()) EXPECT_FALSE(section_sizes(shape).empty()) << shape;
+}
