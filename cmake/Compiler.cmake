@@ -3,10 +3,6 @@
 add_library(flexframe_options INTERFACE)
 target_compile_options(flexframe_options INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -ffp-contract=off)
-# g++ 12 sees overlapping copies in std::string's own operator+ (GCC bug 105651).
-if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
-  target_compile_options(flexframe_options INTERFACE -Wno-restrict)
-endif()
 target_include_directories(flexframe_options INTERFACE ${PROJECT_SOURCE_DIR})
 
 # g++ 12 sees overlaps and bounds that are not there in inlined std::string and Eigen code at -O3 (GCC bugs 105329, 105651, 106199);
