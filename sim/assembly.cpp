@@ -200,8 +200,12 @@ void assemble(Model& model, const Scene& scene, Work& work, std::vector<std::str
       size_t at = 0;
       for (int piece = 0; at < total; ++piece)
         for (const Part& p : model.parts)
-          if (p.scene_body == static_cast<int>(b) && p.piece == piece)
-            for (int k = 0; k < p.body.n; ++k) (list == &initial->q ? work.q[p.eq0 + k] : work.w[p.ev0 + k]) = (*list)[at++];
+          if (p.scene_body == static_cast<int>(b) && p.piece == piece) {
+            VecX given = Eigen::Map<const VecX>(list->data() + at, p.body.n);
+            if (p.shown.coordinates.size() > 0) given = p.shown.coordinates.partialPivLu().solve(given);
+            (list == &initial->q ? work.q.segment(p.eq0, p.body.n) : work.w.segment(p.ev0, p.body.n)) = given;
+            at += p.body.n;
+          }
     }
   }
 

@@ -3,6 +3,7 @@
 #include "sim/beam.h"
 #include "sim/effects.h"
 #include "sim/joint_motion.h"
+#include "sim/normal_modes.h"
 #include "sim/words.h"
 
 #include <fmt/format.h>
@@ -70,6 +71,37 @@ FlexibleBody rigid_body(const RigidDef& def) {
   body.J0[4] -= def.mass * c.x() * c.z();
   body.J0[5] -= def.mass * c.y() * c.z();
   return body;
+}
+
+// A finite-element beam for the equations of motion: same elements, frame on the mean axes, eigenmodes as coordinates.
+//
+// Boundaries that only place the frame (clamped-free, supported-supported, supported-free, free-free) span the same deformations.
+// On the mean axes frame and deformation are decoupled in the kinetic energy, which keeps the mass matrix of second order positive
+// definite; in a frame clamped to the root of a hinged beam it is not, since the elements nearly contain the frame's rotation.
+void make_fe_part(Model& model, const BeamDef& beam, const BeamEffects& effects, Part& part) {
+  part.body = make_fe_beam(beam, effects);
+  if (part.body.n == 0) return;
+  const bool frame_only = beam.boundary == Boundary::clamped_free || beam.boundary == Boundary::supported_supported ||
+                          beam.boundary == Boundary::supported_free || beam.boundary == Boundary::free_free;
+  // The change of coordinates costs n^3 a node; a beam of more than 150 coordinates keeps its elements' ones.
+  const bool modes = part.body.n <= 150;
+  MatX V = MatX::Identity(part.body.n, part.body.n), P = V;
+  if (frame_only && beam.boundary != Boundary::free_free) {
+    BeamDef mean = beam;
+    mean.boundary = Boundary::free_free;
+    const FlexibleBody named = part.body;
+    part.body = make_fe_beam(mean, effects);
+    P = same_deformation(part.body, named);
+    part.shown.differs = true;
+  }
+  if (modes) part.body = to_normal_modes(part.body, V);
+  part.shown.boundary = beam.boundary;
+  part.shown.coordinates = P.partialPivLu().solve(V);
+  const int index = static_cast<int>(&part - model.parts.data());
+  for (const char* end : {"root", "tip"}) {
+    model.frames.push_back(FramePoint{index, -1, {}, end, part.name + "." + end});
+    (end[0] == 'r' ? part.shown.root : part.shown.tip) = static_cast<int>(model.frames.size()) - 1;
+  }
 }
 
 // Orientation of every body at the start, joints at their initial values.
@@ -182,7 +214,8 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
       const EffectDecision decision = decide_effects(def, *beam, orientation[part.scene_body].transpose() * normal);
       if (k == 0) model.notes.insert(model.notes.end(), decision.why.begin(), decision.why.end());
       const BeamDef one = piece_of(*beam, k);
-      part.body = one.model == BeamModel::modal ? make_modal_beam(one, decision.effects) : make_fe_beam(one, decision.effects);
+      if (one.model == BeamModel::modal) part.body = make_modal_beam(one, decision.effects);
+      else make_fe_part(model, one, decision.effects, part);
       part.load_factor = one.length / part.body.mass;
     }
   }

@@ -47,8 +47,9 @@ void row_wrench(const Relative& r, const Vec3& force, const Vec3& moment, Vec6& 
   on_a.tail<3>() = -(moment + r.p.cross(force));
 }
 
-template <class Visit>
-void for_rows(const Model& model, const Work& work, int cluster, bool all, Visit&& visit) {
+// Calls on_loop(row, loop joint, closure row, relative pose) and on_lock(row, index of the locked rate).
+template <class OnLoop, class OnLock>
+void for_rows(const Model& model, const Work& work, int cluster, bool all, OnLoop&& on_loop, OnLock&& on_lock) {
   const Cluster& c = model.clusters[cluster];
   const ClusterWork& cw = work.clusters[cluster];
   std::vector<char> wanted;
@@ -65,13 +66,13 @@ void for_rows(const Model& model, const Work& work, int cluster, bool all, Visit
       if (wanted[row]) {
         if (!have) rel = relative_pose(model, work, cluster, loop);
         have = true;
-        visit(row, &loop, &closure, rel, -1);
+        on_loop(row, loop, closure, rel);
       }
       ++row;
     }
   }
   for (size_t k = 0; k < cw.locked.size(); ++k, ++row)
-    if (wanted[row]) visit(row, nullptr, nullptr, Relative{}, static_cast<int>(k));
+    if (wanted[row]) on_lock(row, k);
 }
 
 // The part and joint rate behind rate k of a cluster; elastic rates give rate -1.
@@ -130,15 +131,13 @@ void update_closure_residual(const Model& model, int cluster, Work& work, bool a
   ClusterWork& cw = work.clusters[cluster];
   const int total = closure_row_count(model, work, cluster);
   if (cw.residual.size() != total) cw.residual = VecX::Zero(total);
-  for_rows(model, work, cluster, all,
-           [&](int row, const LoopJoint*, const ClosureRow* closure, const Relative& rel, int lock) {
-             if (lock >= 0) {
-               const auto [part, k] = rate_owner(model, cluster, cw.locked[lock]);
-               cw.residual[row] = work.q[model.parts[part].q0 + k] - cw.lock_value[lock];
-             } else {
-               cw.residual[row] = row_residual(*closure, rel);
-             }
-           });
+  for_rows(
+      model, work, cluster, all,
+      [&](int row, const LoopJoint&, const ClosureRow& closure, const Relative& rel) { cw.residual[row] = row_residual(closure, rel); },
+      [&](int row, size_t lock) {
+        const auto [part, k] = rate_owner(model, cluster, cw.locked[lock]);
+        cw.residual[row] = work.q[model.parts[part].q0 + k] - cw.lock_value[static_cast<Eigen::Index>(lock)];
+      });
 }
 
 void update_closure_matrix(const Model& model, int cluster, Work& work, bool all) {
@@ -146,23 +145,23 @@ void update_closure_matrix(const Model& model, int cluster, Work& work, bool all
   const int total = closure_row_count(model, work, cluster);
   const int nv = model.clusters[cluster].nv;
   if (cw.G.rows() != total || cw.G.cols() != nv) cw.G = MatX::Zero(total, nv);
-  cw.wdot.setZero();
   VecX line(nv);
-  for_rows(model, work, cluster, all,
-           [&](int row, const LoopJoint* loop, const ClosureRow* closure, const Relative& rel, int lock) {
-             line.setZero();
-             if (lock >= 0) {
-               line[cw.locked[lock]] = 1.0;
-             } else {
-               Vec3 lv, lw;
-               row_direction(*closure, rel, lv, lw);
-               Vec6 on_a, on_b;
-               row_wrench(rel, lv, lw, on_a, on_b);
-               project_wrench(model, work, cluster, loop->b, on_b, line);
-               project_wrench(model, work, cluster, loop->a, on_a, line);
-             }
-             cw.G.row(row) = line.transpose();
-           });
+  for_rows(
+      model, work, cluster, all,
+      [&](int row, const LoopJoint& loop, const ClosureRow& closure, const Relative& rel) {
+        Vec3 lv, lw;
+        row_direction(closure, rel, lv, lw);
+        Vec6 on_a, on_b;
+        row_wrench(rel, lv, lw, on_a, on_b);
+        line.setZero();
+        project_wrench(model, work, cluster, loop.b, on_b, line);
+        project_wrench(model, work, cluster, loop.a, on_a, line);
+        cw.G.row(row) = line.transpose();
+      },
+      [&](int row, size_t lock) {
+        cw.G.row(row).setZero();
+        cw.G(row, cw.locked[lock]) = 1.0;
+      });
 }
 
 void update_closure_rates(const Model& model, int cluster, Work& work) {
@@ -182,29 +181,28 @@ void update_closure_rates(const Model& model, int cluster, Work& work) {
       A.setZero();
     }
   };
-  for_rows(model, work, cluster, false,
-           [&](int row, const LoopJoint* loop, const ClosureRow* closure, const Relative& rel, int lock) {
-             if (lock >= 0) {
-               cw.rate[row] = work.w[c.v0 + cw.locked[lock]];
-               cw.bias[row] = 0.0;
-               return;
-             }
-             Vec6 Va, Aa, Vb, Ab;
-             motion(loop->a, Va, Aa);
-             motion(loop->b, Vb, Ab);
-             const Vec3 wa = Va.tail<3>(), vb = rel.R * Vb.head<3>(), wb = rel.R * Vb.tail<3>();
-             const Vec3 pd = vb - Va.head<3>() - wa.cross(rel.p), w = wb - wa;
-             const Vec3 wad = Aa.tail<3>();
-             const Vec3 pdd = rel.R * Ab.head<3>() + w.cross(vb) - Aa.head<3>() - wad.cross(rel.p) - wa.cross(pd);
-             const Vec3 wd = rel.R * Ab.tail<3>() + w.cross(wb) - wad;
-             Vec3 lv, lw;
-             row_direction(*closure, rel, lv, lw);
-             cw.rate[row] = lv.dot(pd) + lw.dot(w);
-             cw.bias[row] = lv.dot(pdd) + lw.dot(wd);
-             if (closure->kind == ClosureRow::angle)
-               cw.bias[row] += w.dot(Vec3(w.cross(Vec3(rel.R * closure->b))).cross(closure->u));
-             if (closure->kind == ClosureRow::distance) cw.bias[row] += pd.squaredNorm() / closure->length;
-           });
+  for_rows(
+      model, work, cluster, false,
+      [&](int row, const LoopJoint& loop, const ClosureRow& closure, const Relative& rel) {
+        Vec6 Va, Aa, Vb, Ab;
+        motion(loop.a, Va, Aa);
+        motion(loop.b, Vb, Ab);
+        const Vec3 wa = Va.tail<3>(), vb = rel.R * Vb.head<3>(), wb = rel.R * Vb.tail<3>();
+        const Vec3 pd = vb - Va.head<3>() - wa.cross(rel.p), w = wb - wa;
+        const Vec3 wad = Aa.tail<3>();
+        const Vec3 pdd = rel.R * Ab.head<3>() + w.cross(vb) - Aa.head<3>() - wad.cross(rel.p) - wa.cross(pd);
+        const Vec3 wd = rel.R * Ab.tail<3>() + w.cross(wb) - wad;
+        Vec3 lv, lw;
+        row_direction(closure, rel, lv, lw);
+        cw.rate[row] = lv.dot(pd) + lw.dot(w);
+        cw.bias[row] = lv.dot(pdd) + lw.dot(wd);
+        if (closure.kind == ClosureRow::angle) cw.bias[row] += w.dot(Vec3(w.cross(Vec3(rel.R * closure.b))).cross(closure.u));
+        if (closure.kind == ClosureRow::distance) cw.bias[row] += pd.squaredNorm() / closure.length;
+      },
+      [&](int row, size_t lock) {
+        cw.rate[row] = work.w[c.v0 + cw.locked[lock]];
+        cw.bias[row] = 0.0;
+      });
 }
 
 Partition choose_partition(const Model& model, int cluster, Work& work, bool strict) {

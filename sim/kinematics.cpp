@@ -212,6 +212,31 @@ Pose frame_in_base(const Model& model, const Work& work, int cluster, int frame)
   return compose(inverse(work.frames[c.base].pose), local);
 }
 
+Pose shown_pose(const Model& model, int part, Work& work) {
+  const ShownFrame& shown = model.parts[part].shown;
+  Pose out;
+  if (!shown.differs) return out;
+  update_frame_position(model, shown.root, work);
+  update_frame_position(model, shown.tip, work);
+  const Pose& root = work.frames[shown.root].pose;
+  const Vec3 chord = work.frames[shown.tip].pose.p - root.p;
+  out.p = root.p;
+  if (shown.boundary == Boundary::clamped_free) {
+    out.R = root.R;
+  } else if (shown.boundary == Boundary::supported_supported) {
+    // x along the chord, turned about it as the root section is.
+    const Vec3 x = chord.normalized();
+    const Vec3 y = (root.R.col(1) - x.dot(root.R.col(1)) * x).normalized();
+    out.R << x, y, x.cross(y);
+  } else {
+    // supported-free: the root stays on the axis and int x v dm = 0; from mean axes of a uniform beam that is a turn by
+    // -3/2 v_root / L about z (and 3/2 w_root / L about y). The twist is the root's.
+    const double length = chord.norm();
+    out.R = rotation_exp(Vec3(rotation_log(root.R).x(), 1.5 * root.p.z() / length, -1.5 * root.p.y() / length));
+  }
+  return out;
+}
+
 void project_wrench(const Model& model, const Work& work, int cluster, int frame, const Vec6& F, Eigen::Ref<VecX> out) {
   const Cluster& c = model.clusters[cluster];
   int at = frame;

@@ -22,6 +22,10 @@ Pose frame_world(const Model& model, const Work& work, int frame);
 // Pose of a frame in the base frame of a cluster to which it belongs, or to whose parent it is fixed.
 Pose frame_in_base(const Model& model, const Work& work, int cluster, int frame);
 
+// Pose, in the part's body frame, of the frame in which its deformation is shown (identity where the two are one). Refreshes the
+// frames of root and tip.
+Pose shown_pose(const Model& model, int part, Work& work);
+
 // Adds the wrench F on a frame (frame axes) to the generalised forces of the cluster's coordinates: out(nv of the cluster) += J^T F.
 void project_wrench(const Model& model, const Work& work, int cluster, int frame, const Vec6& F, Eigen::Ref<VecX> out);
 

@@ -48,12 +48,22 @@ struct TreeJoint {
   VecX bending_damping;
 };
 
+// The frame in which a part's deformation is shown, where it differs from the body frame of its equations of motion: that of the
+// boundary which the scene names, found from the root and tip nodes.
+struct ShownFrame {
+  bool differs = false;
+  Boundary boundary = Boundary::clamped_free;
+  int root = 0, tip = 0;      // frames of the model
+  MatX coordinates;           // n x n: the scene's elastic coordinates from those of the equations of motion
+};
+
 struct Part {
   std::string name;
   int scene_body = -1;
   int piece = 0;              // of the body's chain
   Pose rest_in_body;          // undeformed pose of the part in the body's frame (the first piece's)
   FlexibleBody body;
+  ShownFrame shown;
   TreeJoint joint;
   int parent = ground;
   int cluster = 0;

@@ -218,24 +218,31 @@ void evaluate_outputs(const Model& model, const Scene&, const OutputPlans& plans
       for (int piece = 0; k < plan.count; ++piece)
         for (size_t i = 0; i < model.parts.size(); ++i)
           if (model.parts[i].scene_body == plan.body && model.parts[i].piece == piece)
-            for (int n = 0; n < model.parts[i].body.n; ++n) out[k++] = plan.def.quantity == Quantity::q ? work.parts[i].q[n] : work.parts[i].qd[n];
+            for (double x : scene_coordinates(model.parts[i], plan.def.quantity == Quantity::q ? work.parts[i].q : work.parts[i].qd)) out[k++] = x;
     }
   }
 }
 
-FrameDisplacement frame_displacement(const Model& model, const Work& work, int frame) {
+Pose shown_world(const Model& model, Work& work, int part) {
+  int first = part;
+  for (size_t i = 0; model.parts[part].piece > 0 && i < model.parts.size(); ++i)
+    if (model.parts[i].scene_body == model.parts[part].scene_body && model.parts[i].piece == 0) first = static_cast<int>(i);
+  return compose(work.parts[first].world, shown_pose(model, first, work));
+}
+
+VecX scene_coordinates(const Part& part, const VecX& q) {
+  return part.shown.coordinates.size() > 0 ? VecX(part.shown.coordinates * q) : q;
+}
+
+FrameDisplacement frame_displacement(const Model& model, Work& work, int frame) {
   const FramePoint& f = model.frames[frame];
   if (f.part == ground) return {Vec3::Zero(), Vec3::Zero()};
-  Pose rest = rest_pose(model, frame), now = work.frames[frame].pose;
   const Part& part = model.parts[f.part];
-  if (part.piece > 0) {
-    // A chain: everything relative to its first part's frame, where piece k starts at k times the piece's length.
-    for (size_t i = 0; i < model.parts.size(); ++i) {
-      if (model.parts[i].scene_body != part.scene_body || model.parts[i].piece != 0) continue;
-      rest = compose(part.rest_in_body, rest);
-      now = compose(compose(inverse(work.parts[i].world), work.parts[f.part].world), now);
-    }
-  }
+  const Pose rest = compose(part.rest_in_body, rest_pose(model, frame));
+  Pose now = work.frames[frame].pose;
+  // Without a chain everything stays in the part, so that small displacements keep their digits far from the origin.
+  if (part.piece == 0) now = compose(inverse(shown_pose(model, f.part, work)), now);
+  else now = compose(inverse(shown_world(model, work, f.part)), compose(work.parts[f.part].world, now));
   return {now.p - rest.p, rotation_log(now.R * rest.R.transpose())};
 }
 

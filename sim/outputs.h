@@ -31,9 +31,16 @@ OutputPlans plan_outputs(Model& model, const Scene& scene);
 void evaluate_outputs(const Model& model, const Scene& scene, const OutputPlans& plans, Work& work, const Reactions& reactions,
                       const double* previous, double* row);
 
-// Elastic displacement (m) and rotation vector (rad) of a frame relative to the undeformed body, in the body's frame (chains: the root's).
+// Elastic displacement (m) and rotation vector (rad) of a frame relative to the undeformed body, in the
+// shown frame of the body (chains: of the first part). Positions must be up to date, also of the frame.
 struct FrameDisplacement { Vec3 translation, rotation; };
-FrameDisplacement frame_displacement(const Model& model, const Work& work, int frame);
+FrameDisplacement frame_displacement(const Model& model, Work& work, int frame);
+
+// World pose of the frame in which a body's deformation is shown (a chain: that of its first part).
+Pose shown_world(const Model& model, Work& work, int part);
+
+// Elastic coordinates of a part as the scene counts them: q or qd of the equations of motion in, same size out.
+VecX scene_coordinates(const Part& part, const VecX& q);
 
 // Coordinate and rate of a cut joint with one coordinate (revolute, prismatic).
 double loop_value(const Model& model, const Work& work, int loop);

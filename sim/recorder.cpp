@@ -159,9 +159,9 @@ void Recorder::record(System& system, double t, const VecX& y) {
   const Eigen::Index row = row_++;
   for (size_t b = 0; b < results_.bodies.size(); ++b) {
     ResultBody& body = results_.bodies[b];
-    const PartWork& first = work.parts[first_piece(model, static_cast<int>(b))];
-    body.position.row(row) = first.world.p.transpose();
-    write_quaternion(first.world.R, body.orientation, row);
+    const Pose shown = shown_world(model, work, first_piece(model, static_cast<int>(b)));
+    body.position.row(row) = shown.p.transpose();
+    write_quaternion(shown.R, body.orientation, row);
   }
   std::vector<Eigen::Index> column(results_.bodies.size(), 0);
   for (const NodeSource& s : nodes_) {
@@ -180,8 +180,8 @@ void Recorder::record(System& system, double t, const VecX& y) {
       ResultBody& body = results_.bodies[model.parts[i].scene_body];
       Eigen::Index& at = coordinate[model.parts[i].scene_body];
       const int n = model.parts[i].body.n;
-      body.q.block(row, at, 1, n) = work.parts[i].q.transpose();
-      body.qd.block(row, at, 1, n) = work.parts[i].qd.transpose();
+      body.q.block(row, at, 1, n) = scene_coordinates(model.parts[i], work.parts[i].q).transpose();
+      body.qd.block(row, at, 1, n) = scene_coordinates(model.parts[i], work.parts[i].qd).transpose();
       at += n;
     }
   for (size_t k = 0; k < results_.joints.size(); ++k) {
