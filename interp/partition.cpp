@@ -241,6 +241,7 @@ Partition make_partition(const Weld& weld, const Graph& graph, const Points& nod
         std::vector<int> evaluated;
         for (const Share& s : cover.share[i]) evaluated.push_back(s.vertex);
         patches[i] = make_patch(nodes, cover.node[i], weld.positions, evaluated, options.kernel, repair[i]);
+        if (!options.arms) patches[i].arm = 0.0;
       }
     });
     // Nodes of patches with arms get directors.

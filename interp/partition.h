@@ -24,6 +24,7 @@ struct PartitionOptions {
   KernelType kernel = KernelType::cubic;
   int patch_nodes = 24;        // <= 0: one patch of all nodes
   bool rotations = false;      // given with the data
+  bool arms = true;            // rigid arms along dropped directions; without them vertices follow the nodes' plane
   double lebesgue_limit = 10.0;
   bool precise = false;
   int threads = 1;

@@ -1,0 +1,85 @@
+#include "interp/green.h"
+
+#include "interp/parallel.h"
+#include "interp/rotation.h"
+
+#include <Eigen/QR>
+#include <Eigen/SparseCholesky>
+
+#include <vector>
+
+namespace flexframe::interp {
+
+Green solve_green(const Eigen::SparseMatrix<double>& stiffness, const Eigen::SparseMatrix<double>& constraints, const Eigen::SparseMatrix<double>& wanted,
+                  int nodes, const std::vector<int>& turned, int threads) {
+  const double beta = stiffness.diagonal().mean();
+  const Eigen::SparseMatrix<double> transposed = constraints.transpose();
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver;
+  solver.compute(Eigen::SparseMatrix<double>(stiffness + beta * (transposed * constraints)));
+  if (solver.info() != Eigen::Success || !(solver.vectorD().minCoeff() > 0.0))
+    throw MapError("the elastic system of the mesh cannot be factorised: the mesh is too degenerate; use the scheme kernel");
+
+  const Eigen::Index rows = constraints.rows();
+  Eigen::MatrixXd at_wanted(wanted.rows(), rows), gram(rows, rows);
+  parallel_chunks(static_cast<int>(rows), 16, threads, [&](int first, int last) {
+    const Eigen::MatrixXd right = transposed.middleCols(first, last - first);
+    const Eigen::MatrixXd x = solver.solve(right);
+    at_wanted.middleCols(first, last - first) = wanted * x;
+    gram.middleCols(first, last - first) = constraints * x;
+  });
+  const Eigen::MatrixXd inverse = gram.partialPivLu().inverse();
+  if (!inverse.allFinite()) throw MapError("two simulation nodes ask the same of the mesh: the elastic system is singular");
+  const Eigen::MatrixXd whole = at_wanted * inverse;
+  Green green;
+  const Eigen::Index n = 3 * static_cast<Eigen::Index>(nodes);
+  green.displacement = whole.leftCols(n);
+  if (!turned.empty()) {
+    green.rotation = Eigen::MatrixXd::Zero(whole.rows(), n);
+    for (size_t k = 0; k < turned.size(); ++k)
+      green.rotation.middleCols(3 * turned[k], 3) = whole.middleCols(n + 3 * static_cast<Eigen::Index>(k), 3);
+  }
+  // The residual of the displacements alone.
+  green.leave_one_out = inverse.topLeftCorner(n, n);
+  for (Eigen::Index i = 0; i < nodes; ++i) {
+    const Mat3 block = inverse.block<3, 3>(3 * i, 3 * i);
+    const Eigen::MatrixXd scaled = block.inverse() * green.leave_one_out.middleRows(3 * i, 3);
+    green.leave_one_out.middleRows(3 * i, 3) = scaled;
+  }
+  return green;
+}
+
+void restore_rigid_motion(Green& green, const Points& nodes, const Points& points) {
+  const Vec3 centre = nodes.colwise().mean().transpose();
+  const double size = std::max((nodes.rowwise() - centre.transpose()).rowwise().norm().maxCoeff(), 1e-300);
+  auto rigid = [&](const Points& p) {
+    Eigen::MatrixXd r(3 * p.rows(), 6);
+    for (Eigen::Index i = 0; i < p.rows(); ++i) {
+      r.block<3, 3>(3 * i, 0).setIdentity();
+      r.block<3, 3>(3 * i, 3) = -skew((p.row(i).transpose() - centre) / size);
+    }
+    return r;
+  };
+  const Eigen::MatrixXd at_points = rigid(points);
+  Eigen::MatrixXd at_nodes = rigid(nodes);
+  if (green.rotation.size() > 0) {
+    // Rigid motion of displacements and rotations together.
+    Eigen::MatrixXd turn = Eigen::MatrixXd::Zero(3 * nodes.rows(), 6);
+    for (Eigen::Index i = 0; i < nodes.rows(); ++i) turn.block<3, 3>(3 * i, 3) = Mat3::Identity() / size;
+    Eigen::MatrixXd both(6 * nodes.rows(), 6);
+    both << at_nodes, turn * size;
+    const Eigen::MatrixXd fit = both.completeOrthogonalDecomposition().pseudoInverse();
+    const Eigen::MatrixXd error = at_points - green.displacement * at_nodes - green.rotation * turn;
+    green.displacement += error * fit.leftCols(3 * nodes.rows());
+    green.rotation += error * fit.rightCols(3 * nodes.rows()) * size;
+    return;
+  }
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition;
+  // Turns that the nodes do not see (about their line) stay out.
+  decomposition.setThreshold(1e-9);
+  decomposition.compute(at_nodes);
+  const Eigen::MatrixXd fit = decomposition.pseudoInverse();
+  // Only rigid motions that the nodes determine: fit * at_nodes projects onto them.
+  green.displacement += (at_points * (fit * at_nodes) - green.displacement * at_nodes) * fit;
+}
+
+}  // namespace flexframe::interp
