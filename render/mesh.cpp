@@ -1,5 +1,7 @@
 #include "render/mesh.h"
 
+#include "render/file.h"
+
 #include <assimp/DefaultIOSystem.h>
 #include <assimp/MemoryIOWrapper.h>
 #include <assimp/material.h>
@@ -15,7 +17,7 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
-#include <map>
+#include <span>
 #include <string_view>
 #include <utility>
 
@@ -508,18 +510,7 @@ void write_obj(const fs::path& path, const Mesh& mesh, const std::vector<glm::dv
   fmt::memory_buffer text;
   for (const glm::dvec3& p : positions) fmt::format_to(std::back_inserter(text), "v {:.17g} {:.17g} {:.17g}\n", p.x, p.y, p.z);
   for (const glm::ivec3& t : mesh.triangles) fmt::format_to(std::back_inserter(text), "f {} {} {}\n", t.x + 1, t.y + 1, t.z + 1);
-  const fs::path partial = path.string() + ".partial";
-  {
-    std::ofstream file(partial, std::ios::binary);
-    file.write(text.data(), static_cast<std::streamsize>(text.size()));
-    file.close();
-    if (!file) {
-      std::error_code error;
-      fs::remove(partial, error);
-      throw std::runtime_error(fmt::format("{}: cannot be written", path.string()));
-    }
-  }
-  fs::rename(partial, path);
+  write_file(path, std::span(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
 }
 
 }  // namespace flexframe::render

@@ -62,7 +62,7 @@ Mesh make_mesh(std::vector<glm::dvec3> positions, std::vector<glm::ivec3> triang
 // then edges sharper than the crease angle, borders of materials excepted, separate normals.
 void compute_shading_points(Mesh& mesh, const std::vector<glm::vec3>& corner_normals, double crease_angle);
 
-// Writes positions as `v` lines (17 digits) and triangles as `f` lines; atomic (temporary file, then rename).
+// Writes positions as `v` lines (17 digits) and triangles as `f` lines; whole or not at all.
 // Throws std::runtime_error if the file cannot be written.
 void write_obj(const std::filesystem::path& path, const Mesh& mesh, const std::vector<glm::dvec3>& positions);
 

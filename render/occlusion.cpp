@@ -17,6 +17,9 @@ struct Half {
   float at(int x, int y) const { return distance[std::size_t(std::clamp(y, 0, height - 1)) * width + std::clamp(x, 0, width - 1)]; }
 };
 
+// For -1000 < v: without the calls of std::lround.
+int nearest_int(float v) { return static_cast<int>(v + 1000.5f) - 1000; }
+
 }  // namespace
 
 std::vector<std::uint8_t> compute_occlusion(const Samples& samples, const ViewFrame& frame, const GroundFrame* ground, double radius) {
@@ -27,13 +30,20 @@ std::vector<std::uint8_t> compute_occlusion(const Samples& samples, const ViewFr
   const auto distance_of = [&](float depth) {
     return frame.orthographic ? far - depth * (far - near) : near * far / (near + depth * (far - near));
   };
-  const auto sample_depth = [&](int px, int py) {  // pixel from the top
-    const int sy = samples.height - 1 - std::min(py * step + step / 2, samples.height - 1);
-    return samples.depth[std::size_t(sy) * samples.width + std::min(px * step + step / 2, samples.width - 1)];
+  const auto sample_depth = [&](int px, int py) {  // pixel of the area, from the top
+    px -= samples.part.x;
+    py -= samples.part.y;
+    if (px < 0 || py < 0 || px >= samples.part.width || py >= samples.part.height) return 0.0f;
+    return samples.depth[std::size_t(samples.height - 1 - (py * step + step / 2)) * samples.width + (px * step + step / 2)];
   };
 
   // Distances of every second pixel, and which tiles of 8 x 8 of them hold surfaces.
-  Half half{(w + 1) / 2, (h + 1) / 2, {}, {}};
+  // Only the part with surfaces and what is in reach of it.
+  constexpr int most = 48;  // reach, half pixels
+  const int px0 = std::max(0, samples.part.x - 2 * most) & ~1, py0 = std::max(0, samples.part.y - 2 * most) & ~1;
+  const int px1 = std::min(w, samples.part.x + samples.part.width + 2 * most), py1 = std::min(h, samples.part.y + samples.part.height + 2 * most);
+  if (px1 <= px0 || py1 <= py0) return full;
+  Half half{(px1 - px0 + 1) / 2, (py1 - py0 + 1) / 2, {}, {}};
   half.distance.assign(std::size_t(half.width) * half.height, nothing);
   half.surface.assign(half.distance.size(), 0);
   const int tiles_x = (half.width + 7) / 8, tiles_y = (half.height + 7) / 8;
@@ -41,7 +51,7 @@ std::vector<std::uint8_t> compute_occlusion(const Samples& samples, const ViewFr
   float nearest = nothing;
   for (int y = 0; y < half.height; ++y)
     for (int x = 0; x < half.width; ++x) {
-      const float depth = sample_depth(2 * x, 2 * y);
+      const float depth = sample_depth(px0 + 2 * x, py0 + 2 * y);
       if (depth <= 0.0f) continue;
       const float d = distance_of(depth);
       half.distance[std::size_t(y) * half.width + x] = d;
@@ -51,9 +61,9 @@ std::vector<std::uint8_t> compute_occlusion(const Samples& samples, const ViewFr
     }
   if (nearest == nothing) return full;
 
-  // Reach in half pixels, at most 48 of them; tiles within reach of a surface are worked on.
+  // Reach in half pixels; tiles within reach of a surface are worked on.
   const float pixel = static_cast<float>(frame.pixel);
-  const auto reach_at = [&](float d) { return std::clamp(static_cast<float>(radius) / (pixel * 2.0f * (frame.orthographic ? 1.0f : d)), 2.0f, 48.0f); };
+  const auto reach_at = [&](float d) { return std::clamp(static_cast<float>(radius) / (pixel * 2.0f * (frame.orthographic ? 1.0f : d)), 2.0f, static_cast<float>(most)); };
   const int spread = static_cast<int>(reach_at(nearest)) / 8 + 1;
   std::vector<std::uint8_t> work(tile.size(), 0);
   for (int ty = 0; ty < tiles_y; ++ty)
@@ -72,14 +82,15 @@ std::vector<std::uint8_t> compute_occlusion(const Samples& samples, const ViewFr
       for (int x = 0; x < half.width; ++x) {
         float& d = half.distance[std::size_t(y) * half.width + x];
         if (d != nothing || !work[std::size_t(y / 8) * tiles_x + x / 8]) continue;
-        const glm::dvec3 q = ground->pixel_to_ground * glm::dvec3(frame.area.x + 2 * x + 0.5, frame.area.y + 2 * y + 0.5, 1.0);
+        const glm::dvec3 q = ground->pixel_to_ground * glm::dvec3(frame.area.x + px0 + 2 * x + 0.5, frame.area.y + py0 + 2 * y + 0.5, 1.0);
         if (q.z > 0.0) d = static_cast<float>(-(o.z + du.z * q.x / q.z + dv.z * q.y / q.z));
       }
   }
 
   // Position in the camera's frame of a half pixel.
+  const float left = static_cast<float>(px0) + 0.5f - 0.5f * static_cast<float>(w), top = static_cast<float>(py0) + 0.5f - 0.5f * static_cast<float>(h);
   const auto position = [&](float x, float y, float d) {
-    const float sx = (2.0f * x + 0.5f - 0.5f * static_cast<float>(w)) * pixel, sy = -(2.0f * y + 0.5f - 0.5f * static_cast<float>(h)) * pixel;
+    const float sx = (2.0f * x + left) * pixel, sy = -(2.0f * y + top) * pixel;
     return frame.orthographic ? glm::vec3(sx, sy, -d) : glm::vec3(sx * d, sy * d, -d);
   };
   std::array<std::array<glm::vec2, taps>, 16> spiral;
@@ -103,8 +114,8 @@ std::vector<std::uint8_t> compute_occlusion(const Samples& samples, const ViewFr
       if (half.surface[k]) {
         // Normal from the neighbours nearer in depth: it does not cross silhouettes.
         const float l = half.at(x - 1, y), r = half.at(x + 1, y), u = half.at(x, y - 1), b = half.at(x, y + 1);
-        const bool left = std::abs(l - d) < std::abs(r - d), upper = std::abs(u - d) < std::abs(b - d);
-        const glm::vec3 dx = left ? p - position(static_cast<float>(x - 1), static_cast<float>(y), l) : position(static_cast<float>(x + 1), static_cast<float>(y), r) - p;
+        const bool leftward = std::abs(l - d) < std::abs(r - d), upper = std::abs(u - d) < std::abs(b - d);
+        const glm::vec3 dx = leftward ? p - position(static_cast<float>(x - 1), static_cast<float>(y), l) : position(static_cast<float>(x + 1), static_cast<float>(y), r) - p;
         const glm::vec3 dy = upper ? position(static_cast<float>(x), static_cast<float>(y - 1), u) - p : p - position(static_cast<float>(x), static_cast<float>(y + 1), b);
         normal = glm::cross(dx, dy);
         const float length = glm::length(normal);
@@ -115,7 +126,7 @@ std::vector<std::uint8_t> compute_occlusion(const Samples& samples, const ViewFr
       const auto& pattern = spiral[(y & 3) * 4 + (x & 3)];
       float blocked = 0.0f;
       for (int i = 0; i < taps; ++i) {
-        const int qx = x + static_cast<int>(std::lround(pattern[i].x * reach)), qy = y + static_cast<int>(std::lround(pattern[i].y * reach));
+        const int qx = x + nearest_int(pattern[i].x * reach), qy = y + nearest_int(pattern[i].y * reach);
         if (qx < 0 || qy < 0 || qx >= half.width || qy >= half.height) continue;
         const std::size_t kq = std::size_t(qy) * half.width + qx;
         const float dq = half.distance[kq];
@@ -149,9 +160,9 @@ std::vector<std::uint8_t> compute_occlusion(const Samples& samples, const ViewFr
     }
 
   // Back to pixels, again over like depths: the occlusion of a body does not spill over its edge.
-  for (int y = 0; y < h; ++y)
-    for (int x = 0; x < w; ++x) {
-      const int hx = x / 2, hy = y / 2;
+  for (int y = py0; y < py1; ++y)
+    for (int x = px0; x < px1; ++x) {
+      const int hx = (x - px0) / 2, hy = (y - py0) / 2;
       if (!work[std::size_t(hy / 8) * tiles_x + hx / 8]) continue;
       const float depth = sample_depth(x, y);
       const bool on_surface = depth > 0.0f;

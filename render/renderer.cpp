@@ -160,6 +160,7 @@ struct Renderer::Impl {
     const ViewFrame* frame = nullptr;
     int per_pixel = 1;
     glm::vec2 samples{0.0f};              // of the view
+    int x = 0, y = 0;                     // first sample drawn, from the lower left of the view
     glm::vec3 to_light{0.0f}, up{0.0f};   // camera frame
     const LightFrame* light = nullptr;    // null: no shadow
     GLuint shadow = 0, colors = 0;
@@ -370,7 +371,7 @@ struct Renderer::Impl {
     program.set("near", static_cast<float>(v.frame->orthographic ? -1e30 : v.frame->near));
     program.set("pull", static_cast<float>(v.frame->orthographic ? 1e-3 * (v.frame->far - v.frame->near) : 1e-3));
     program.set("orthographic", v.frame->orthographic ? 1.0f : 0.0f);
-    program.set("origin", glm::vec2(0.0f));
+    program.set("origin", glm::vec2(-v.x, -v.y));
     program.set("mark", glm::vec2(1.0f, 1.0f));
     gl.Disable(GL_CULL_FACE);
     no_attributes();
@@ -444,9 +445,9 @@ struct Renderer::Impl {
     return depth;
   }
 
-  void begin_opaque(const Target& t) {
+  void begin_opaque(const ViewState& v) {
     const Gl& gl = device.gl();
-    gl.Viewport(0, 0, t.width, t.height);
+    gl.Viewport(-v.x, -v.y, static_cast<GLsizei>(v.samples.x), static_cast<GLsizei>(v.samples.y));
     gl.Disable(GL_SCISSOR_TEST);
     gl.Disable(GL_BLEND);
     gl.Enable(GL_DEPTH_TEST);
@@ -489,10 +490,11 @@ struct Renderer::Impl {
     return std::any_of(l.colors.begin(), l.colors.end(), [](const glm::vec4& c) { return c.a < 1.0f; });
   }
 
-  // Samples that a box may cover; nothing if it is out of sight.
-  static PixelRect covered(const Bounds& b, const ViewState& v, int width, int height, double extra) {
+  // Samples of the view that a box may cover, with a rim of `extra`; nothing if it is out of sight.
+  static PixelRect covered(const Bounds& b, const ViewState& v, double extra) {
     PixelRect r;
     if (b.empty()) return r;
+    const int width = static_cast<int>(v.samples.x), height = static_cast<int>(v.samples.y);
     glm::dvec2 lower(1e300), upper(-1e300);
     for (int i = 0; i < 8; ++i) {
       const glm::dvec4 q = v.frame->clip * (v.frame->view * glm::dvec4(i & 1 ? b.upper.x : b.lower.x, i & 2 ? b.upper.y : b.lower.y, i & 4 ? b.upper.z : b.lower.z, 1.0));
@@ -525,14 +527,18 @@ struct Renderer::Impl {
     v.ghost = true;
     Target& scratch = device.target("ghost", opaque.width, opaque.height, true);
     const auto layer = [&](const Bounds& bounds, double extra, bool on_top, auto&& draw) {
-      const PixelRect r = covered(bounds, v, scratch.width, scratch.height, extra + 2.0);
+      PixelRect r = covered(bounds, v, extra + 2.0);
+      r.width = std::min(r.x + r.width, v.x + scratch.width) - std::max(r.x, v.x);
+      r.height = std::min(r.y + r.height, v.y + scratch.height) - std::max(r.y, v.y);
+      r.x = std::max(r.x, v.x) - v.x;
+      r.y = std::max(r.y, v.y) - v.y;
       if (r.width < 1 || r.height < 1) return;
       gl.BindFramebuffer(GL_READ_FRAMEBUFFER, opaque.framebuffer);
       gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, scratch.framebuffer);
       gl.Disable(GL_SCISSOR_TEST);
       if (!on_top) gl.BlitFramebuffer(r.x, r.y, r.x + r.width, r.y + r.height, r.x, r.y, r.x + r.width, r.y + r.height, GL_DEPTH_BUFFER_BIT, GL_NEAREST);
       gl.BindFramebuffer(GL_FRAMEBUFFER, scratch.framebuffer);
-      gl.Viewport(0, 0, scratch.width, scratch.height);
+      gl.Viewport(-v.x, -v.y, static_cast<GLsizei>(v.samples.x), static_cast<GLsizei>(v.samples.y));
       gl.Enable(GL_SCISSOR_TEST);
       gl.Scissor(r.x, r.y, r.width, r.height);
       gl.ClearColor(0.0f, 0.0f, 0.0f, 0.0f);
@@ -664,19 +670,32 @@ Image Renderer::draw(const Picture& p) {
       if (grounds[i].visible) shade = ground_shadow(depth, light, grounds[i], frame, softness);
     }
 
-    const int width = frame.area.width * n, height = frame.area.height * n;
-    const Target opaque = r.device.target("main", width, height, true);
-    r.begin_opaque(opaque);
     v.frame = &frame;
     v.per_pixel = n;
-    v.samples = glm::vec2(width, height);
+    v.samples = glm::vec2(frame.area.width * n, frame.area.height * n);
     v.to_light = glm::vec3(glm::dmat3(frame.view) * to_light);
     v.up = glm::vec3(glm::dmat3(frame.view) * (p.ground ? glm::normalize(p.ground->normal) : glm::normalize(camera.up)));
     v.colors = colors;
     v.unit = layout.unit * n;
+
+    // Only the part of the view where the bounds lie is cleared, drawn, read and filtered.
+    double rim = 2.0;
+    for (const Lines& l : p.lines) rim = std::max(rim, std::max(static_cast<double>(n), static_cast<double>(l.width) * v.unit) + 2.0);
+    for (const Markers& m : p.markers) rim = std::max(rim, std::max(2.0 * n, static_cast<double>(m.diameter) * v.unit) + 2.0);
+    PixelRect used = r.covered(bounds, v, rim);
+    if (used.width < 1 || used.height < 1) {
+      darken_backdrop(image, frame.area, shade, {});
+      continue;
+    }
+    const int x0 = used.x / n, y0 = used.y / n, x1 = (used.x + used.width + n - 1) / n, y1 = (used.y + used.height + n - 1) / n;
+    v.x = x0 * n;
+    v.y = y0 * n;
+    const int width = (x1 - x0) * n, height = (y1 - y0) * n;
+    const Target opaque = r.device.target("main", width, height, true);
+    r.begin_opaque(v);
     r.draw_opaque(p, d, v);
     if (symbols) r.draw_symbols(p, v);
-    Samples samples{width, height, n, {}, {}};
+    Samples samples{{x0, frame.area.height - y1, x1 - x0, y1 - y0}, width, height, n, {}, {}};
     samples.colors.resize(std::size_t(width) * height * 4);
     gl.Finish();
     lap(r.times.draw);
@@ -694,7 +713,8 @@ Image Renderer::draw(const Picture& p) {
     const std::vector<GhostLayer> ghosts = r.draw_ghosts(p, d, v, opaque);
     lap(r.times.draw);
 
-    resolve(image, frame.area, {samples, ghosts, shade, occlusion, grounds[i].visible});
+    darken_backdrop(image, frame.area, shade, grounds[i].visible ? occlusion : std::vector<std::uint8_t>{});
+    resolve(image, frame.area, samples, ghosts, occlusion);
     lap(r.times.filter);
   }
   r.device.check("a picture");
@@ -716,13 +736,13 @@ Image16 Renderer::draw_depth(const Picture& p, double* near_plane, double* far_p
   bounds.add(p.bounds);
   const PixelRect area = layout.scene;
   const ViewFrame frame = make_view(p.camera, area, bounds);
-  const Target target = r.device.target("depth", area.width, area.height, true);
-  r.begin_opaque(target);
   Impl::ViewState v;
   v.frame = &frame;
   v.samples = glm::vec2(area.width, area.height);
   v.to_light = v.up = glm::vec3(0, 1, 0);
   v.colors = r.color_texture(p);
+  r.device.target("depth", area.width, area.height, true);
+  r.begin_opaque(v);
   r.draw_opaque(p, d, v);
   std::vector<float> depth(std::size_t(area.width) * area.height);
   r.device.gl().ReadPixels(0, 0, area.width, area.height, GL_DEPTH_COMPONENT, GL_FLOAT, depth.data());
@@ -752,17 +772,17 @@ Image16 Renderer::draw_scalar(const Picture& p) {
   bounds.add(p.bounds);
   const PixelRect area = layout.scene;
   const ViewFrame frame = make_view(p.camera, area, bounds);
-  const Target target = r.device.target("scalar", area.width, area.height, true, true);
-  r.begin_opaque(target);
-  const Gl& gl = r.device.gl();
-  gl.ClearColor(2.0f, 0.0f, 0.0f, 0.0f);
-  gl.Clear(GL_COLOR_BUFFER_BIT);
   Impl::ViewState v;
   v.frame = &frame;
   v.samples = glm::vec2(area.width, area.height);
   v.to_light = v.up = glm::vec3(0, 1, 0);
   v.colors = r.color_texture(p);
   v.scalar_output = true;
+  r.device.target("scalar", area.width, area.height, true, true);
+  r.begin_opaque(v);
+  const Gl& gl = r.device.gl();
+  gl.ClearColor(2.0f, 0.0f, 0.0f, 0.0f);
+  gl.Clear(GL_COLOR_BUFFER_BIT);
   r.draw_opaque(p, d, v);
   std::vector<float> values(std::size_t(area.width) * area.height);
   gl.ReadPixels(0, 0, area.width, area.height, GL_RED, GL_FLOAT, values.data());

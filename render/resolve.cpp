@@ -72,36 +72,51 @@ Shells compose_shells(const std::vector<GhostLayer>& layers) {
 
 }  // namespace
 
-void resolve(Image& image, const PixelRect& area, const ResolveInput& input) {
-  const Samples& samples = input.samples;
+void darken_backdrop(Image& image, const PixelRect& area, const std::vector<std::uint8_t>& shadow, const std::vector<std::uint8_t>& occlusion) {
+  if (shadow.empty() && occlusion.empty()) return;
+  const auto& linear = linear_table();
+  const auto& srgb = srgb_table();
+  for (int y = 0; y < area.height; ++y)
+    for (int x = 0; x < area.width; ++x) {
+      const std::size_t at = std::size_t(y) * area.width + x;
+      const unsigned taken = shadow.empty() ? 0u : shadow[at], left = occlusion.empty() ? 255u : occlusion[at];
+      if (taken == 0 && left == 255) continue;
+      const float open = (1.0f - 0.42f * static_cast<float>(taken) / 255.0f) * (0.35f + 0.65f * static_cast<float>(left) / 255.0f);
+      std::uint8_t* p = &image.pixels[(std::size_t(area.y + y) * image.width + area.x + x) * image.channels];
+      if (image.channels == 4) {
+        // Black over whatever will lie behind, in the proportion of the light taken.
+        const float a = static_cast<float>(p[3]) / 255.0f, alpha = 1.0f - open * (1.0f - a);
+        for (int k = 0; k < 3; ++k) p[k] = alpha > 0.0f ? srgb[static_cast<std::size_t>(4.0f * static_cast<float>(linear[p[k]]) * a * open / alpha + 0.5f)] : 0;
+        p[3] = static_cast<std::uint8_t>(255.0f * alpha + 0.5f);
+      } else {
+        for (int k = 0; k < 3; ++k) p[k] = srgb[static_cast<std::size_t>(4.0f * static_cast<float>(linear[p[k]]) * open + 0.5f)];
+      }
+    }
+}
+
+void resolve(Image& image, const PixelRect& area, const Samples& samples, const std::vector<GhostLayer>& ghosts,
+             const std::vector<std::uint8_t>& occlusion) {
   const int n = samples.per_pixel, count = n * n;
   const auto& linear = linear_table();
   const auto& srgb = srgb_table();
-  const Shells shells = compose_shells(input.ghosts);
+  const Shells shells = compose_shells(ghosts);
   const bool has_alpha = image.channels == 4;
   const float scale = 65532.0f / 16383.0f / static_cast<float>(count);
   const std::size_t stride = std::size_t(samples.width) * 4;
-  std::vector<std::uint8_t> darkened(static_cast<std::size_t>(area.width));
+  const PixelRect& part = samples.part;
 
-  for (int y = 0; y < area.height; ++y) {
-    std::uint8_t* out_row = &image.pixels[(std::size_t(area.y + y) * image.width + area.x) * image.channels];
+  for (int y = 0; y < part.height; ++y) {
+    std::uint8_t* out_row = &image.pixels[(std::size_t(area.y + part.y + y) * image.width + area.x + part.x) * image.channels];
     // Samples are stored from the bottom.
-    const int sy0 = (area.height - 1 - y) * n;
+    const int sy0 = (part.height - 1 - y) * n;
     const std::uint8_t* row = &samples.colors[sy0 * stride];
-    // Pixels whose backdrop takes shadow or occlusion.
-    std::fill(darkened.begin(), darkened.end(), std::uint8_t(0));
-    if (!input.ground_shadow.empty())
-      for (int x = 0; x < area.width; ++x) darkened[x] = input.ground_shadow[std::size_t(y) * area.width + x];
-    if (!input.occlusion.empty() && input.ground)
-      for (int x = 0; x < area.width; ++x) darkened[x] |= static_cast<std::uint8_t>(~input.occlusion[std::size_t(y) * area.width + x]);
     bool shell_row = false;
     for (int j = 0; j < n; ++j) shell_row = shell_row || shells.row(sy0 + j);
-    for (int x = 0; x < area.width; ++x) {
-      const std::size_t at = std::size_t(y) * area.width + x;
+    for (int x = 0; x < part.width; ++x) {
       const int sx0 = x * n;
       const std::uint8_t* first = row + std::size_t(sx0) * 4;
-      // Most pixels are backdrop: four empty samples are four zero words.
-      if (n == 2 && !shell_row && !darkened[x]) {
+      // Most pixels are backdrop: four empty samples are two zero words.
+      if (n == 2 && !shell_row) {
         std::uint64_t lower = 0, upper = 0;
         std::memcpy(&lower, first, 8);
         std::memcpy(&upper, first + stride, 8);
@@ -129,31 +144,24 @@ void resolve(Image& image, const PixelRect& area, const ResolveInput& input) {
             const auto* g = shells.at(sx0 + i, sy0 + j);
             shell = g && (*g)[3] > 0.0f;
           }
-      const float shade = input.ground_shadow.empty() ? 0.0f : 0.42f * static_cast<float>(input.ground_shadow[at]) / 255.0f;
-      const float ao = input.occlusion.empty() ? 1.0f : static_cast<float>(input.occlusion[at]) / 255.0f;
+      const unsigned left = occlusion.empty() ? 255u : occlusion[std::size_t(part.y + y) * area.width + part.x + x];
 
       // Plain cases: nothing but backdrop, or one surface colour as it is.
-      if (covered == 0 && !shell && shade == 0.0f && (ao == 1.0f || !input.ground)) continue;
-      if (covered == count && !shell && uniform && ao == 1.0f) {
+      if (covered == 0 && !shell) continue;
+      if (covered == count && !shell && uniform && left == 255) {
         std::memcpy(out, first, 3);
         if (has_alpha) out[3] = 255;
         continue;
       }
 
-      // Backdrop in linear light, premultiplied, darkened by shadow and occlusion.
+      // Backdrop in linear light, premultiplied.
       float back[4] = {};
       if (covered < count || shell) {
-        const float open = (1.0f - shade) * (input.ground ? 0.35f + 0.65f * ao : 1.0f);
-        if (has_alpha) {
-          const float a = static_cast<float>(out[3]) / 255.0f;
-          for (int k = 0; k < 3; ++k) back[k] = static_cast<float>(linear[out[k]]) * a * open;
-          back[3] = 1.0f - open * (1.0f - a);
-        } else {
-          for (int k = 0; k < 3; ++k) back[k] = static_cast<float>(linear[out[k]]) * open;
-          back[3] = 1.0f;
-        }
+        back[3] = has_alpha ? static_cast<float>(out[3]) / 255.0f : 1.0f;
+        for (int k = 0; k < 3; ++k) back[k] = static_cast<float>(linear[out[k]]) * back[3];
       }
-      const float darken = 0.25f + 0.75f * ao;
+      // Occlusion takes the light of the surroundings, not that of the key light.
+      const float darken = 0.25f + 0.75f * static_cast<float>(left) / 255.0f;
       float sum[4] = {};
       for (int j = 0; j < n; ++j)
         for (int i = 0; i < n; ++i) {

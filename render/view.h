@@ -38,7 +38,8 @@ bool project(const ViewFrame& frame, const glm::dvec3& world, glm::dvec2& pixel)
 // Samples as drawn: rows from the bottom, RGBA with colour in sRGB; alpha 0: nothing, else the mark of the surface
 // (1 + index modulo 254; 255: lines and markers).
 struct Samples {
-  int width = 0, height = 0;
+  PixelRect part;                       // of the view's area (from its upper left corner): the pixels these samples belong to
+  int width = 0, height = 0;            // part's times per_pixel
   int per_pixel = 1;                    // along each axis
   std::vector<std::uint8_t> colors;
   std::vector<float> depth;             // empty unless asked for

@@ -10,5 +10,6 @@ Command add_simulate(CLI::App& program);
 Command add_render(CLI::App& program);
 Command add_check(CLI::App& program);
 Command add_info(CLI::App& program);
+Command add_deform(CLI::App& program);
 
 }  // namespace flexframe::cli

@@ -28,12 +28,12 @@ sim::Method method_from_name(const std::string& name) {
     if (name == word) return method;
     known.emplace_back(word);
   }
-  throw UsageError(fmt::format("--method {} is unknown{}; allowed: {}", sim::quoted(name), sim::did_you_mean(name, known), sim::list_words(known)));
+  throw UsageError(fmt::format("--method {} is unknown{}; allowed: {}", sim::quote(name), sim::did_you_mean(name, known), sim::list_words(known)));
 }
 
 // "A:B" or "I/N": two whole numbers; either may be missing where `open`.
 std::pair<std::optional<int>, std::optional<int>> parse_pair(const std::string& text, char between, const char* option, const char* form, bool open) {
-  const auto refuse = [&] { throw UsageError(fmt::format("{} {} must be {}", option, sim::quoted(text), form)); };
+  const auto refuse = [&] { throw UsageError(fmt::format("{} {} must be {}", option, sim::quote(text), form)); };
   const size_t at = text.find(between);
   if (at == std::string::npos) refuse();
   const auto number = [&](std::string_view part) -> std::optional<int> {
@@ -92,7 +92,7 @@ void apply_words(const RenderWords& words, film::RenderSettings& settings) {
     const std::vector<std::string> known = {"none", "displacement", "strain", "velocity", "body"};
     const auto found = std::find(known.begin(), known.end(), words.color_by);
     if (found == known.end())
-      throw UsageError(fmt::format("--color-by {} is unknown{}; allowed: {}", sim::quoted(words.color_by), sim::did_you_mean(words.color_by, known), sim::list_words(known)));
+      throw UsageError(fmt::format("--color-by {} is unknown{}; allowed: {}", sim::quote(words.color_by), sim::did_you_mean(words.color_by, known), sim::list_words(known)));
     settings.color_by = static_cast<film::ColorBy>(found - known.begin());
   }
 }

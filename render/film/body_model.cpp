@@ -113,13 +113,13 @@ BodyLook read_body_look(const sim::BodyDef& body, const std::string& file) {
     };
     if (word == "color") {
       look.color = parse_color(text);
-      if (!look.color) refuse(fmt::format("'color' must be [r, g, b] with numbers from 0 to 1 or \"#rrggbb\", found {}", sim::quoted(text)));
+      if (!look.color) refuse(fmt::format("'color' must be [r, g, b] with numbers from 0 to 1 or \"#rrggbb\", found {}", sim::quote(text)));
     } else if (word == "opacity") {
       const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), look.opacity);
       if (error != std::errc() || end != text.data() + text.size() || !(look.opacity > 0.0f && look.opacity <= 1.0f))
-        refuse(fmt::format("'drawing.opacity' must be a number > 0, at most 1, found {}", sim::quoted(text)));
+        refuse(fmt::format("'drawing.opacity' must be a number > 0, at most 1, found {}", sim::quote(text)));
     } else if (word == "visible") {
-      if (text != "true" && text != "false") refuse(fmt::format("'drawing.visible' must be true or false, found {}", sim::quoted(text)));
+      if (text != "true" && text != "false") refuse(fmt::format("'drawing.visible' must be true or false, found {}", sim::quote(text)));
       look.visible = text == "true";
     } else {
       refuse(fmt::format("key 'drawing.{}' is unknown{}; allowed: {}", word, sim::did_you_mean(word, words), sim::list_words(words)));

@@ -128,7 +128,7 @@ RenderSettings read_table(const TableReader& reader) {
 
 // "did you mean" and the list of what there is.
 [[noreturn]] void refuse(const std::string& name, const char* key, const std::string& word, const char* what, const std::vector<std::string>& known) {
-  throw InputError(fmt::format("{}: [render]: key '{}' names {}, which is no {}{}; there is: {}", name, key, sim::quoted(word), what,
+  throw InputError(fmt::format("{}: [render]: key '{}' names {}, which is no {}{}; there is: {}", name, key, sim::quote(word), what,
                                sim::did_you_mean(word, known), known.empty() ? "none" : sim::list_words(known)));
 }
 
@@ -148,7 +148,7 @@ double parse_number(std::string_view text, const char* what, const std::string& 
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
-    throw InputError(fmt::format("{} {}: {} is no number", what, sim::quoted(whole), sim::quoted(text)));
+    throw InputError(fmt::format("{} {}: {} is no number", what, sim::quote(whole), sim::quote(text)));
   return value;
 }
 
@@ -197,12 +197,12 @@ void check_render_settings(const RenderSettings& settings, const sim::Results& r
 
 render::Size parse_size(const std::string& text) {
   const size_t cross = text.find_first_of("xX");
-  if (cross == std::string::npos) throw InputError(fmt::format("size {} must be WIDTHxHEIGHT, for example 1280x720", sim::quoted(text)));
+  if (cross == std::string::npos) throw InputError(fmt::format("size {} must be WIDTHxHEIGHT, for example 1280x720", sim::quote(text)));
   const std::string_view all = text;
   const double width = parse_number(all.substr(0, cross), "size", text), height = parse_number(all.substr(cross + 1), "size", text);
   for (double side : {width, height})
     if (side < 16.0 || side > 16384.0 || side != std::floor(side))
-      throw InputError(fmt::format("size {}: {:g} must be a whole number of pixels from 16 to 16384", sim::quoted(text), side));
+      throw InputError(fmt::format("size {}: {:g} must be a whole number of pixels from 16 to 16384", sim::quote(text), side));
   return {static_cast<int>(width), static_cast<int>(height)};
 }
 
@@ -212,8 +212,8 @@ std::vector<double> parse_scales(const std::string& text) {
   for (size_t begin = 0; begin <= text.size();) {
     const size_t end = std::min(text.find(',', begin), text.size());
     const double scale = parse_number(std::string_view(text).substr(begin, end - begin), "scales", text);
-    if (scale < 0.0 || scale > largest_scale) throw InputError(fmt::format("scales {}: {:g} must be from 0 to 1e9", sim::quoted(text), scale));
-    if (std::find(scales.begin(), scales.end(), scale) != scales.end()) throw InputError(fmt::format("scales {}: {:g} stands there twice", sim::quoted(text), scale));
+    if (scale < 0.0 || scale > largest_scale) throw InputError(fmt::format("scales {}: {:g} must be from 0 to 1e9", sim::quote(text), scale));
+    if (std::find(scales.begin(), scales.end(), scale) != scales.end()) throw InputError(fmt::format("scales {}: {:g} stands there twice", sim::quote(text), scale));
     scales.push_back(scale);
     begin = end + 1;
   }
