@@ -1,0 +1,64 @@
+// flexframe deform: nodes of any program move a mesh of any origin.
+#include "render/cli/commands.h"
+
+#include "render/film/deform.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+
+namespace flexframe::cli {
+namespace {
+
+struct DeformWords {
+  std::string nodes, mesh, output, scheme = "auto", scale = "1";
+  bool corotated = false;
+};
+
+std::optional<double> parse_scale(const std::string& text) {
+  if (text == "auto") return std::nullopt;
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value))
+    throw UsageError(fmt::format("--scale {}: a number or auto is needed", text));
+  return value;
+}
+
+int run(const DeformWords& words) {
+  film::DeformOptions options;
+  options.scheme = interp::scheme_from_name(words.scheme);
+  options.scale = parse_scale(words.scale);
+  options.corotated = words.corotated;
+  const film::DeformReport report = film::deform(words.nodes, words.mesh, words.output, options);
+  for (const std::string& warning : report.warnings) fmt::print(stderr, "warning: {}\n", warning);
+  fmt::print("{} nodes -> {} vertices\n", report.nodes, report.vertices);
+  fmt::print("scheme               {} ({})\n", interp::scheme_name(report.map.scheme), report.map.reason);
+  fmt::print("Lebesgue constant    {:.3g}\n", report.map.lebesgue);
+  if (std::isfinite(report.leave_one_out.relative))
+    fmt::print("leave-one-out error  {:.3g} % (worst {:.3g} at node {})\n", 100.0 * report.leave_one_out.relative, report.leave_one_out.maximum, report.leave_one_out.node);
+  else
+    fmt::print("leave-one-out error  not known: too few nodes\n");
+  fmt::print("largest displacement {:.6g}{}\n", report.largest, report.scale != 1.0 ? fmt::format(", drawn x {:g}", report.scale) : "");
+  fmt::print("time                 {:.1f} ms\n", 1e3 * report.map.setup_seconds);
+  fmt::print("written              {}\n", words.output);
+  return 0;
+}
+
+}  // namespace
+
+Command add_deform(CLI::App& program) {
+  auto words = std::make_shared<DeformWords>();
+  CLI::App* command = program.add_subcommand("deform", "move a mesh by the displacements of sparse nodes");
+  command->add_option("--nodes", words->nodes, "CSV with a header line x,y,z,ux,uy,uz[,rx,ry,rz]")->required();
+  command->add_option("--mesh", words->mesh, "OBJ, STL, PLY, glTF, ...")->required();
+  command->add_option("-o,--output", words->output, "OUT.obj: deformed mesh; OUT.csv: ux,uy,uz of each vertex in the file's order")->required();
+  command->add_option("--scheme", words->scheme, "auto kernel elastic lattice r3 r tps")->capture_default_str();
+  command->add_option("--scale", words->scale, "factor of the displacements, or auto")->capture_default_str();
+  command->add_flag("--corotated", words->corotated, "exaggerate by rotations, sections keep their size");
+  return {command, [words] { return run(*words); }};
+}
+
+}  // namespace flexframe::cli

@@ -1,0 +1,81 @@
+"""What happens when the machine fails: kill -9, a folder that cannot be written, a full disk."""
+import os
+import pathlib
+import resource
+import signal
+import subprocess
+import time
+import zlib
+
+from program import examples, expect, finish, flexframe, run, temporary_folder
+
+
+def is_whole_png(data):
+    if data[:8] != b"\x89PNG\r\n\x1a\n":
+        return False
+    at, last = 8, b""
+    while at + 12 <= len(data):
+        length, last = int.from_bytes(data[at : at + 4], "big"), data[at + 4 : at + 8]
+        body = data[at + 4 : at + 8 + length]
+        if int.from_bytes(data[at + 8 + length : at + 12 + length], "big") != zlib.crc32(body):
+            return False
+        at += 12 + length
+    return at == len(data) and last == b"IEND"
+
+
+small = ["--size", "320x180", "--no-error-estimate", "--no-video"]
+with temporary_folder() as folder:
+    folder = pathlib.Path(folder)
+
+    # Killed at several moments: only whole files under final names; resumed, the outcome is that of an undisturbed run.
+    run("run", examples / "pendulum.toml", "-o", folder / "whole", *small)
+    whole = {p.name: p.read_bytes() for p in (folder / "whole/frames").iterdir()}
+    for moment in (0.2, 0.5, 0.9, 1.4, 2.0):
+        process = subprocess.Popen([flexframe, "run", str(examples / "pendulum.toml"), "-o", str(folder / "k"), "--resume", *small],
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        time.sleep(moment)
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        for path in (folder / "k").rglob("*.png") if (folder / "k").exists() else []:
+            if not path.name.startswith("."):
+                expect(is_whole_png(path.read_bytes()), f"killed after {moment} s: {path.name} is not whole")
+    time.sleep(0.5)
+    run("run", examples / "pendulum.toml", "-o", folder / "k", "--resume", *small)
+    expect({p.name: p.read_bytes() for p in (folder / "k/frames").iterdir()} == whole, "resumed pictures differ from an undisturbed run")
+    expect((folder / "k/histories.csv").read_bytes() == (folder / "whole/histories.csv").read_bytes(), "histories differ")
+
+    # Ctrl-C: exit 130, whole pictures, no temporary files.
+    process = subprocess.Popen([flexframe, "run", str(examples / "pendulum.toml"), "-o", str(folder / "c"), *small], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    time.sleep(1.0)
+    process.send_signal(signal.SIGINT)
+    _, message = process.communicate(timeout=30)
+    expect(process.returncode == 130 and "interrupted" in message, f"ctrl-C: exit {process.returncode}: {message}")
+    for path in (folder / "c").rglob("*") if (folder / "c").exists() else []:
+        expect(not path.name.startswith("."), f"ctrl-C leaves {path.name}")
+
+    # An output folder that cannot be: a file in its place, a folder of the kernel.
+    (folder / "file").write_text("x")
+    for out in (folder / "file", folder / "file/below", pathlib.Path("/proc/flexframe")):
+        done = run("run", examples / "pendulum.toml", "-o", out, *small, code=1)
+        expect(str(out) in done.stderr and done.stderr.startswith("flexframe: "), f"{out}: {done.stderr}")
+    expect((folder / "file").read_text() == "x", "a file in the way was harmed")
+    if os.geteuid() != 0:
+        (folder / "locked").mkdir(mode=0o555)
+        run("run", examples / "pendulum.toml", "-o", folder / "locked/out", *small, code=1)
+
+    # A disk that is full after so many bytes in a file: the results or the pictures do not fit.
+    for limit in (2000, 30000):
+        def lower(limit=limit):
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+
+        out = folder / f"full{limit}"
+        process = subprocess.run([flexframe, "run", str(examples / "pendulum.toml"), "-o", str(out), "--no-video"], capture_output=True, text=True,
+                                 preexec_fn=lower, restore_signals=False)
+        expect(process.returncode == 1 and process.stderr.splitlines()[-1].startswith("flexframe: "), f"full at {limit}: exit {process.returncode}: {process.stderr}")
+        left = [p for p in out.rglob("*") if p.is_file()] if out.exists() else []
+        for path in left:
+            expect(path.suffix != ".png" or is_whole_png(path.read_bytes()), f"full disk: {path.name} is not whole")
+            expect(path.stat().st_size < limit, f"full disk: {path.name} is cut off")
+            expect(not path.name.startswith("."), f"full disk leaves {path.name}")
+finish()

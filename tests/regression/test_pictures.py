@@ -1,0 +1,38 @@
+"""The pictures of `run`: whole, the same bits by shard, resume and number of processes."""
+import json
+import pathlib
+
+from program import examples, expect, finish, run, temporary_folder
+
+
+def frames(folder):
+    return {p.name: p.read_bytes() for p in sorted((folder / "frames").iterdir())}
+
+
+with temporary_folder() as folder:
+    folder = pathlib.Path(folder)
+    small = ["--size", "160x90", "--no-error-estimate"]
+    report = json.loads(run("run", examples / "slider_crank.toml", "-o", folder / "a", *small, "--json").stdout)
+    count = report["drawing"]["pictures"]
+    whole = frames(folder / "a")
+    expect(count == 385 and len(whole) == count, f"{len(whole)} of {count} pictures, wanted 385")
+    for name in ("results.h5", "histories.csv", "slider_crank.mp4"):
+        expect((folder / "a" / name).stat().st_size > 1000, f"{name} is missing or empty")
+    expect(set(p.name for p in (folder / "a").iterdir()) == {"results.h5", "histories.csv", "slider_crank.mp4", "frames"}, "something else was written")
+    expect(len(set(whole.values())) > 0.95 * count, "pictures repeat: does anything move?")
+    for stage in ("deformation", "drawing", "encoding"):
+        expect(report["drawing"]["cpu_seconds"][stage] > 0, f"no CPU seconds of {stage}")
+
+    # The same results, drawn by parts.
+    results = folder / "a/results.h5"
+    for i in (1, 2, 3):
+        run("render", results, "-o", folder / "b", "--size", "160x90", "--shard", f"{i}/3", "--frames", "0:60", "--workers", i)
+    parts = frames(folder / "b")
+    expect(parts == {n: d for n, d in whole.items() if n < "frame_00060.png"}, "shards are not the same pictures")
+    done = json.loads(run("render", results, "-o", folder / "b", "--size", "160x90", "--frames", "50:70", "--resume", "--no-video", "--json").stdout)
+    expect((done["kept"], done["drawn"]) == (10, 10), f"resume kept {done['kept']} and drew {done['drawn']}, wanted 10 and 10")
+    expect(frames(folder / "b") == {n: d for n, d in whole.items() if n < "frame_00070.png"}, "resumed pictures are not the same")
+    done = json.loads(run("render", results, "-o", folder / "b", "--size", "160x90", "--scales", "1,30", "--frames", "50:52", "--resume", "--no-video", "--json").stdout)
+    expect(done["drawn"] == 2, "pictures of other settings were kept")
+    run("render", results, "-o", folder / "b", "--frames", "9999:", code=2)
+finish()

@@ -1,0 +1,229 @@
+#include "film_swing.h"
+
+#include "render/camera.h"
+#include "render/film/animation.h"
+#include "render/film/survey.h"
+
+#include <gtest/gtest.h>
+
+namespace {
+
+using namespace flexframe;
+
+film::RenderSettings small_settings() {
+  film::RenderSettings s;
+  s.size = {160, 90};
+  s.frame_rate = 20;
+  s.scales = {1, 5};
+  return s;
+}
+
+glm::dvec3 posed(const render::Surface& s, size_t i) { return glm::dvec3(s.pose * glm::dvec4(glm::dvec3(s.positions[i]), 1.0)); }
+
+TEST(Motion, SamplesAreTakenBitForBitAndBetweenThemMotionIsEven) {
+  const sim::Results r = test::swinging_beam();
+  EXPECT_EQ(film::find_sample(r.times, r.times[7]).index, 7);
+  EXPECT_EQ(film::find_sample(r.times, r.times[7]).share, 0.0);
+  EXPECT_EQ(film::find_sample(r.times, r.times[7] + 1e-13).share, 0.0);
+  EXPECT_EQ(film::find_sample(r.times, -1.0).index, 0);
+  EXPECT_EQ(film::find_sample(r.times, 99.0).index, 200);
+  const film::SamplePlace half = film::find_sample(r.times, 0.5 * (r.times[7] + r.times[8]));
+  EXPECT_EQ(half.index, 7);
+  EXPECT_NEAR(half.share, 0.5, 1e-9);
+  // Poses between samples stay rotations and lie within h^2/8 of the motion.
+  const glm::dmat4 pose = film::body_pose(r.bodies[0], half);
+  EXPECT_NEAR(glm::determinant(glm::dmat3(pose)), 1.0, 1e-14);
+  const double t = 0.5 * (r.times[7] + r.times[8]);
+  EXPECT_NEAR(std::atan2(pose[0].y, pose[0].x), 0.8 * std::sin(2.0 * t), 0.8 * 4.0 * 0.005 * 0.005 / 8.0);
+}
+
+TEST(Motion, PicturesReachTheEndDespiteRounding) {
+  sim::VecX times(2);
+  times << 0.0, 1.6;
+  EXPECT_EQ(film::picture_count(times, 30, 1.0), 49);
+  EXPECT_EQ(film::picture_count(times, 10, 0.1), 161);
+  EXPECT_EQ(film::picture_time(times, 30, 1.0, 48), 1.6);
+  times << 0.0, 0.7;
+  EXPECT_EQ(film::picture_count(times, 10, 1.0), 8);
+  times.resize(1);
+  times << 2.0;
+  EXPECT_EQ(film::picture_count(times, 30, 1.0), 1);
+}
+
+TEST(Animation, OnlyTheElasticDisplacementIsScaled) {
+  const sim::Results r = test::swinging_beam();
+  film::RenderSettings s = small_settings();
+  s.scales = {1, 5, 0};
+  const film::Animation animation = film::make_animation(r, s, nullptr);
+  film::PictureMemory memory;
+  film::update_picture(animation, 13, memory);
+  // Beam at three scales, then the block.
+  ASSERT_EQ(memory.picture.surfaces.size(), 4u);
+  const auto& solid = memory.picture.surfaces[0];
+  const auto& ghost = memory.picture.surfaces[1];
+  const auto& rest = memory.picture.surfaces[2];
+  double largest = 0.0;
+  for (size_t i = 0; i < solid.positions.size(); ++i) {
+    const glm::vec3 u = solid.positions[i] - rest.positions[i];
+    largest = std::max(largest, double(glm::length(u)));
+    EXPECT_LT(glm::length(ghost.positions[i] - rest.positions[i] - 5.0f * u), 2e-6f);
+  }
+  EXPECT_GT(largest, 1e-3);
+  EXPECT_EQ(solid.pose, ghost.pose);
+  EXPECT_LT(ghost.opacity, 1.0f);
+  EXPECT_EQ(solid.opacity, 1.0f);
+}
+
+TEST(Animation, BeamFollowsItsNodes) {
+  const sim::Results r = test::swinging_beam(0.05);
+  const film::Animation animation = film::make_animation(r, small_settings(), nullptr);
+  film::PictureMemory memory;
+  for (int k : {0, 4, 9, 20}) {
+    film::update_picture(animation, k, memory);
+    const auto& beam = memory.picture.surfaces[0];
+    // The centre of the end cap, from its rim.
+    glm::dvec3 centre(0.0);
+    int count = 0;
+    const auto& mesh = animation.bodies[0].mesh;
+    std::vector<bool> seen(mesh.positions.size(), false);
+    for (size_t p = 0; p < beam.positions.size(); ++p) {
+      const int v = mesh.point_position[p];
+      if (mesh.positions[v].x < 1.0 - 1e-12 || seen[v]) continue;
+      seen[v] = true;
+      centre += posed(beam, p);
+      ++count;
+    }
+    centre /= count;
+    const film::SamplePlace place = film::find_sample(r.times, film::picture_time(animation, k));
+    const glm::dvec3 tip(r.bodies[1].position(place.index, 0), r.bodies[1].position(place.index, 1), 0.0);
+    EXPECT_LT(glm::length(centre - tip), 1e-6) << k;
+  }
+}
+
+TEST(Animation, APictureDependsOnItsNumberAlone) {
+  const sim::Results r = test::swinging_beam();
+  film::RenderSettings s = small_settings();
+  s.trail = 2;
+  s.overlay.plot = {"tip.y"};
+  for (film::ColorBy by : {film::ColorBy::displacement, film::ColorBy::strain, film::ColorBy::velocity, film::ColorBy::body, film::ColorBy::none}) {
+    s.color_by = by;
+    const film::Animation animation = film::make_animation(r, s, nullptr);
+    film::PictureMemory used, fresh;
+    for (int k : {20, 3, 11, 7}) film::update_picture(animation, k, used);
+    film::update_picture(animation, 7, fresh);
+    EXPECT_EQ(film::picture_hash(used.picture, "x"), film::picture_hash(fresh.picture, "x"));
+    film::update_picture(animation, 8, fresh);
+    EXPECT_NE(film::picture_hash(used.picture, "x"), film::picture_hash(fresh.picture, "x"));
+    film::update_picture(animation, 7, fresh);
+    EXPECT_NE(film::picture_hash(used.picture, "x"), film::picture_hash(fresh.picture, "another renderer"));
+  }
+}
+
+TEST(Animation, NothingLeavesThePicture) {
+  const sim::Results r = test::swinging_beam(0.02);
+  for (bool orthographic : {false, true}) {
+    film::RenderSettings s = small_settings();
+    s.scales = {1, 20};
+    s.camera.projection = orthographic ? render::Projection::orthographic : render::Projection::perspective;
+    const film::Animation animation = film::make_animation(r, s, nullptr);
+    const glm::dmat4 view = render::view_matrix(animation.camera);
+    film::PictureMemory memory;
+    double reach = 0.0;
+    for (int k = 0; k < animation.count; ++k) {
+      film::update_picture(animation, k, memory);
+      for (const render::Surface& surface : memory.picture.surfaces)
+        for (size_t i = 0; i < surface.positions.size(); ++i) {
+          const glm::dvec3 p(view * glm::dvec4(posed(surface, i), 1.0));
+          ASSERT_LT(p.z, 0.0);
+          const double half = orthographic ? 0.5 * animation.camera.height : -p.z * std::tan(glm::radians(0.5 * animation.camera.fov));
+          reach = std::max({reach, std::abs(p.y) / half, std::abs(p.x) / half * 90.0 / 160.0});
+        }
+    }
+    EXPECT_LT(reach, 1.0);
+    EXPECT_GT(reach, 0.6);
+  }
+}
+
+TEST(Animation, ColourRangeIsTheLargestOfTheWholeSequence) {
+  const sim::Results r = test::swinging_beam(0.01);
+  const film::Animation animation = film::make_animation(r, small_settings(), nullptr);
+  EXPECT_NEAR(animation.scalar_map.upper, 0.01, 1e-4);
+  ASSERT_TRUE(animation.scalar_bar.has_value());
+  EXPECT_EQ(animation.scalar_bar->unit, "mm");
+  film::PictureMemory memory;
+  float largest = 0.0f;
+  for (int k = 0; k < animation.count; ++k) {
+    film::update_picture(animation, k, memory);
+    for (float s : memory.picture.surfaces[0].scalars) largest = std::max(largest, s);
+  }
+  EXPECT_FLOAT_EQ(largest, static_cast<float>(animation.scalar_map.upper));
+}
+
+TEST(Animation, StrainOfBendingIsCurvatureTimesHeight) {
+  // u_y = a x^2: curvature 2 a, surface strain 2 a r, and the equivalent of a uniaxial state (e, -nu e = 0 for rigid sections) is e.
+  const sim::Results r = test::swinging_beam(0.001);
+  film::RenderSettings s = small_settings();
+  s.color_by = film::ColorBy::strain;
+  const film::Animation animation = film::make_animation(r, s, nullptr);
+  EXPECT_NEAR(animation.scalar_map.upper, 2.0 * 0.001 * 0.02, 0.1 * 2.0 * 0.001 * 0.02);
+}
+
+TEST(Animation, VelocityOfTheTip) {
+  const sim::Results r = test::swinging_beam(0.0);
+  film::RenderSettings s = small_settings();
+  s.color_by = film::ColorBy::velocity;
+  const film::Animation animation = film::make_animation(r, s, nullptr);
+  // Block: 1.6 rad/s at radius 1 m and half its size more.
+  EXPECT_GT(animation.scalar_map.upper, 1.6);
+  EXPECT_LT(animation.scalar_map.upper, 1.6 * 1.1);
+}
+
+TEST(Animation, AutomaticScaleShowsSmallDeflectionsAndLeavesLargeOnesAlone) {
+  film::RenderSettings s = small_settings();
+  s.scales.clear();
+  const sim::Results tiny = test::swinging_beam(1e-5), large = test::swinging_beam(0.3), none = test::swinging_beam(0.0);
+  const film::Animation of_tiny = film::make_animation(tiny, s, nullptr);
+  ASSERT_EQ(of_tiny.scales.size(), 2u);
+  EXPECT_GE(of_tiny.scales[1], 1000.0);
+  EXPECT_EQ(film::make_animation(large, s, nullptr).scales.size(), 1u);
+  EXPECT_EQ(film::make_animation(none, s, nullptr).scales.size(), 1u);
+}
+
+TEST(Animation, EmptyResultsAreRefused) {
+  sim::Results r = test::swinging_beam();
+  r.bodies.clear();
+  EXPECT_THROW(film::make_animation(r, small_settings(), nullptr), sim::InputError);
+  r = test::swinging_beam();
+  r.times.resize(0);
+  EXPECT_THROW(film::make_animation(r, small_settings(), nullptr), sim::InputError);
+}
+
+TEST(Animation, ModalBodyWithLinearModesUsesColumns) {
+  sim::Results r = test::swinging_beam();
+  sim::ResultBody& beam = r.bodies[0];
+  const Eigen::Index nt = r.times.size(), nn = static_cast<Eigen::Index>(beam.nodes.size());
+  beam.kind = "modal";
+  beam.q = beam.displacement.col(3 * nn - 2);
+  beam.qd = sim::MatX::Zero(nt, 1);
+  beam.node_phi = sim::MatX::Zero(3 * nn, 1);
+  beam.node_psi = sim::MatX::Zero(3 * nn, 1);
+  for (Eigen::Index k = 0; k < nn; ++k) {
+    const double x = beam.nodes[static_cast<size_t>(k)].origin.x();
+    beam.node_phi(3 * k + 1, 0) = x * x;
+    beam.node_psi(3 * k + 2, 0) = 2.0 * x;
+  }
+  beam.kind = "beam";  // drawn by its section; modal by its data
+  const film::Animation modal = film::make_animation(r, small_settings(), nullptr);
+  EXPECT_TRUE(modal.bodies[0].modes.has_value());
+  r.bodies[0].node_phi.resize(0, 0);
+  const film::Animation nodal = film::make_animation(r, small_settings(), nullptr);
+  EXPECT_FALSE(nodal.bodies[0].modes.has_value());
+  // Small rotations: both agree to second order.
+  film::PictureMemory a, b;
+  film::update_picture(modal, 15, a);
+  film::update_picture(nodal, 15, b);
+  for (size_t i = 0; i < a.picture.surfaces[0].positions.size(); ++i)
+    EXPECT_LT(glm::length(a.picture.surfaces[0].positions[i] - b.picture.surfaces[0].positions[i]), 0.02 * 0.02 * 0.02);
+}
+
+}  // namespace

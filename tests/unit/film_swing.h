@@ -1,0 +1,50 @@
+// Results without a simulation: a beam that swings about the origin and bends, with a rigid block at its tip.
+#pragma once
+
+#include "sim/results.h"
+#include "sim/section.h"
+
+#include <cmath>
+
+namespace flexframe::test {
+
+// Length 1 m, circular section of 40 mm, 9 nodes; angle 0.8 sin(2 t), tip deflection amplitude * sin(9 t), u_y = a (x/L)^2.
+inline sim::Results swinging_beam(double amplitude = 0.01, int samples = 201, double duration = 1.0) {
+  sim::Results r;
+  r.title = "Swinging beam";
+  r.times = sim::VecX::LinSpaced(samples, 0.0, duration);
+  sim::ResultBody beam, block;
+  beam.name = "beam";
+  beam.kind = "beam";
+  beam.length = 1.0;
+  beam.section = sim::make_section("circle", {{"diameter", 0.04}});
+  constexpr int nodes = 9;
+  for (int k = 0; k < nodes; ++k) beam.nodes.push_back({"node" + std::to_string(k), sim::Vec3(k / double(nodes - 1), 0, 0)});
+  block.name = "block";
+  block.kind = "rigid";
+  for (sim::ResultBody* b : {&beam, &block}) {
+    b->position.resize(samples, 3);
+    b->orientation.resize(samples, 4);
+  }
+  beam.displacement = sim::MatX::Zero(samples, 3 * nodes);
+  beam.rotation = sim::MatX::Zero(samples, 3 * nodes);
+  sim::ResultOutput tip{"tip.y", "m", sim::VecX(samples)};
+  for (int i = 0; i < samples; ++i) {
+    const double t = r.times[i], angle = 0.8 * std::sin(2.0 * t), a = amplitude * std::sin(9.0 * t);
+    beam.position.row(i).setZero();
+    beam.orientation.row(i) << std::cos(0.5 * angle), 0.0, 0.0, std::sin(0.5 * angle);
+    for (int k = 0; k < nodes; ++k) {
+      const double x = k / double(nodes - 1);
+      beam.displacement(i, 3 * k + 1) = a * x * x;
+      beam.rotation(i, 3 * k + 2) = 2.0 * a * x;
+    }
+    block.position.row(i) << std::cos(angle) - a * std::sin(angle), std::sin(angle) + a * std::cos(angle), 0.0;
+    block.orientation.row(i) = beam.orientation.row(i);
+    tip.values[i] = block.position(i, 1);
+  }
+  r.bodies = {beam, block};
+  r.outputs = {tip};
+  return r;
+}
+
+}  // namespace flexframe::test
