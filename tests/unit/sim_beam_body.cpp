@@ -2,6 +2,7 @@
 // energy against a sum over particles.
 #include "sim/beam.h"
 #include "sim/beam_terms.h"
+#include "sim/sid.h"
 
 #include <gtest/gtest.h>
 
@@ -235,6 +236,24 @@ TEST(BeamBody, KineticEnergyNeglectsTermsOfThirdOrderOnly) {
       EXPECT_NEAR(errors[1] / errors[2], 8.0, 1.0) << maker.name << " boundary " << static_cast<int>(boundary);
     }
   }
+}
+
+TEST(BeamBody, IdentitiesOfStandardInputDataHoldAndSurviveAFile) {
+  for (const Maker& maker : kMakers)
+    for (const Boundary boundary : kBoundaries) {
+      BeamEffects effects = kAll;
+      effects.shear = maker.shear;
+      const FlexibleBody body = maker.make(general_beam(boundary), effects);
+      const SidFile file = from_flexible_body(body, "beam");
+      for (const SidCheck& check : check_sid(file)) EXPECT_LT(check.residual, 1e-9) << maker.name << ' ' << check.identity;
+      const FlexibleBody again = to_flexible_body(file, "beam");
+      EXPECT_LT((again.Ke - body.Ke).norm(), 1e-14 * body.Ke.norm());
+      EXPECT_LT((again.J1 - body.J1).norm(), 1e-13 * (body.mass + body.J1.norm()));
+      for (std::size_t a = 0; a < 3; ++a) {
+        const MatX cr1 = again.Cr1[a].size() > 0 ? again.Cr1[a] : MatX::Zero(body.n, body.n);
+        EXPECT_LT((cr1 - body.Cr1[a]).norm(), 1e-12 * body.Cr1[a].norm()) << maker.name << ' ' << a;
+      }
+    }
 }
 
 TEST(BeamBody, OnlyTheTermsAskedForExist) {
