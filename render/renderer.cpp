@@ -302,7 +302,9 @@ struct Renderer::Impl {
     program.set("to_light", v.to_light);
     program.set("up", v.up);
     program.set("strength", glm::vec3(p.lighting.key, p.lighting.ambient, 0.0f));
-    program.set("orthographic", v.frame->orthographic ? 1.0f : 0.0f);
+    // Towards the viewer, from a sample: minus the ray through it, for a perspective camera.
+    const double step = v.frame->orthographic ? 0.0 : v.frame->pixel / v.per_pixel;
+    program.set("ray", glm::vec4(-step, -step, step * (0.5 * static_cast<double>(v.samples.x) - v.x), step * (0.5 * static_cast<double>(v.samples.y) - v.y)));
     program.set("base_color", linear_from_srgb(glm::clamp(s.material.color, 0.0f, 1.0f)));
     program.set("surface", glm::vec3(std::clamp(s.material.roughness, 0.08f, 1.0f), std::clamp(s.material.metallic, 0.0f, 1.0f), s.scalars.empty() ? 1.0f : 0.55f));
     program.set("mark", glm::vec2(mark, s.opacity));

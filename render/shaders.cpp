@@ -16,14 +16,14 @@ uniform mat4 view_from_surface;
 uniform mat4 clip_from_view;
 invariant gl_Position;
 #ifndef DEPTH_ONLY
-out vec3 view_position;
 #ifdef NORMALS
 uniform mat3 view_normal;
-out vec3 view_direction;
+out vec4 normal_scalar;  // one slot: setting up triangles costs by the slot
+#else
+out vec4 position_scalar;
 #endif
 #ifdef SCALARS
 uniform vec2 scalar_scale;
-out float scalar_at;
 #endif
 #ifdef COLORS
 out vec3 color_at;
@@ -40,12 +40,14 @@ void main() {
   vec4 v = view_from_surface * vec4(position, 1.0);
   gl_Position = clip_from_view * v;
 #ifndef DEPTH_ONLY
-  view_position = v.xyz;
-#ifdef NORMALS
-  view_direction = view_normal * normal;
-#endif
+  float s = 0.0;
 #ifdef SCALARS
-  scalar_at = scalar * scalar_scale.x + scalar_scale.y;
+  s = scalar * scalar_scale.x + scalar_scale.y;
+#endif
+#ifdef NORMALS
+  normal_scalar = vec4(view_normal * normal, s);
+#else
+  position_scalar = vec4(v.xyz, s);
 #endif
 #ifdef COLORS
   color_at = color;
@@ -64,12 +66,12 @@ const char* const surface_fragment = R"(
 #ifdef DEPTH_ONLY
 void main() {}
 #else
-in vec3 view_position;
 #ifdef NORMALS
-in vec3 view_direction;
+in vec4 normal_scalar;
+#else
+in vec4 position_scalar;
 #endif
 #ifdef SCALARS
-in float scalar_at;
 uniform sampler2D colors;
 uniform float levels;
 #endif
@@ -91,13 +93,20 @@ uniform vec3 to_light;
 uniform vec3 up;
 uniform vec3 strength;
 uniform vec3 surface;
-uniform float orthographic;
+uniform vec4 ray;  // direction to the viewer: (scale.xy * gl_FragCoord.xy + offset.xy, 1)
 uniform vec2 mark;
 out vec4 result;
 
 vec3 to_linear(vec3 s) { return s * (s * (s * 0.305306011 + 0.682171111) + 0.012522878); }
 
 void main() {
+#ifdef SCALARS
+#ifdef NORMALS
+  float scalar_at = normal_scalar.w;
+#else
+  float scalar_at = position_scalar.w;
+#endif
+#endif
 #ifdef SCALAR_OUTPUT
 #ifdef SCALARS
   result = vec4(clamp(scalar_at, 0.0, 1.0), 0.0, 0.0, 1.0);
@@ -105,11 +114,11 @@ void main() {
   result = vec4(2.0, 0.0, 0.0, 1.0);
 #endif
 #else
-  vec3 v = orthographic > 0.5 ? vec3(0.0, 0.0, 1.0) : normalize(-view_position);
+  vec3 v = normalize(vec3(ray.xy * gl_FragCoord.xy + ray.zw, 1.0));
 #ifdef NORMALS
-  vec3 n = normalize(view_direction);
+  vec3 n = normalize(normal_scalar.xyz);
 #else
-  vec3 n = normalize(cross(dFdx(view_position), dFdy(view_position)));
+  vec3 n = normalize(cross(dFdx(position_scalar.xyz), dFdy(position_scalar.xyz)));
 #endif
 #ifdef TWO_SIDED
   // The side that is seen, by the normal itself: it needs no winding.
