@@ -167,6 +167,7 @@ Integrator::Integrator(const OdeProblem& problem, Method method, double t0, cons
     } else {
       require(ARKStepSetTableNum(m.solver, ARKODE_ESDIRK436L2SA_6_3_4, ARKODE_ERK_NONE), "table");
       require(ARKStepSetLinearSolver(m.solver, m.linear, m.matrix), "linear solver");
+      ARKStepSetPredictorMethod(m.solver, 1);
       // Values at the ends of steps only: derivatives of stiff components would spoil the interpolant.
       require(ARKStepSetInterpolantType(m.solver, ARK_INTERP_LAGRANGE), "interpolant");
       require(ARKStepSetInterpolantDegree(m.solver, 4), "interpolant");

@@ -39,6 +39,12 @@ VecX displacement_per_coordinate(const FlexibleBody& body, double size) {
   return out;
 }
 
+// Whether coordinate k of a joint is a length (else an angle or part of a quaternion).
+bool length_coordinate(JointKind kind, int k) {
+  return kind == JointKind::prismatic || (kind == JointKind::cylindrical && k == 0) || (kind == JointKind::planar && k < 2) ||
+         (kind == JointKind::free && k < 3);
+}
+
 void unpack(System& system, const double* y) {
   Work& work = system.work;
   work.q = Eigen::Map<const VecX>(y, system.model.nq);
@@ -114,31 +120,29 @@ void state_rate(System& system, double t, const double* y, double* dy) {
 
 // Sizes by group, so that a coordinate passing through zero is not resolved to nothing, and a small one beside large ones not to
 // more than its share: joint coordinates one by one, elastic coordinates by the displacement they cause in their body.
+//
+// An error in the rate of something of frequency f becomes one of rate / f in its position. Rates of fast vibration are asked for
+// their position's accuracy only, else the integrator resolves vibrations that nobody can see; and so are the rates of joints on
+// vibrating bodies, which shake along.
 void update_scale(System& system, const VecX& y) {
   const Model& model = system.model;
-  if (system.scale.size() != y.size()) system.scale = VecX::Zero(y.size());
+  VecX& scale = system.scale;
+  if (scale.size() != y.size()) scale = VecX::Zero(y.size());
   std::vector<int> rate_of(model.nv, -1);
   int at = model.nq;
   for (size_t c = 0; c < model.clusters.size(); ++c)
     for (int k : system.work.clusters[c].partition.ind) rate_of[model.clusters[c].v0 + k] = at++;
   // A run's slowest rate of interest: sizes of rates start at (size of the coordinate) / duration.
   const double slow = 1.0 / model.settings.duration;
-  for (const Part& p : model.parts) {
-    const double cluster_size = model.clusters[p.cluster].size;
-    for (int k = 0; k < p.joint.nq; ++k) {
-      const bool length = (p.joint.kind == JointKind::prismatic) || (p.joint.kind == JointKind::cylindrical && k == 0) ||
-                          (p.joint.kind == JointKind::planar && k < 2) || (p.joint.kind == JointKind::free && k < 3);
-      // A thousandth of a radian, or of the mechanism, is the least motion worth resolving to the relative tolerance.
-      const double least = 1e-3 * (length ? cluster_size : 1.0);
-      system.scale[p.q0 + k] = std::max({system.scale[p.q0 + k], least, std::abs(y[p.q0 + k])});
-    }
-    for (int k = 0; k < p.joint.nv; ++k) {
-      const int i = rate_of[p.v0 + k];
-      if (i < 0) continue;
-      const bool length = (p.joint.kind == JointKind::prismatic) || (p.joint.kind == JointKind::cylindrical && k == 0) ||
-                          (p.joint.kind == JointKind::planar && k < 2) || (p.joint.kind == JointKind::free && k < 3);
-      system.scale[i] = std::max({system.scale[i], 1e-3 * slow * (length ? cluster_size : 1.0), std::abs(y[i])});
-    }
+
+  // Parts that shake each other: trees that hang on ground.
+  std::vector<int> tree(model.parts.size());
+  for (size_t i = 0; i < model.parts.size(); ++i) tree[i] = model.parts[i].parent == ground ? static_cast<int>(i) : tree[model.parts[i].parent];
+  for (const Cluster& c : model.clusters)
+    for (int i : c.parts) tree[i] = tree[c.parts.front()];
+  std::vector<double> shake(model.parts.size(), 0.0);  // rad/s
+  for (size_t i = 0; i < model.parts.size(); ++i) {
+    const Part& p = model.parts[i];
     if (p.body.n == 0) continue;
     // Displacement per unit of each coordinate: of the nodes' translations, or rotations times the body's length.
     const double size = std::max(part_reach(p.body), 1e-300);
@@ -149,14 +153,32 @@ void update_scale(System& system, const VecX& y) {
       if (rate_of[p.ev0 + k] >= 0) speed = std::max(speed, reach[k] * std::abs(y[rate_of[p.ev0 + k]]));
     }
     for (int k = 0; k < p.body.n; ++k) {
-      system.scale[p.eq0 + k] = std::max(system.scale[p.eq0 + k], moved / reach[k]);
-      if (rate_of[p.ev0 + k] >= 0) system.scale[rate_of[p.ev0 + k]] = std::max(system.scale[rate_of[p.ev0 + k]], speed / reach[k]);
+      double& q = scale[p.eq0 + k];
+      q = std::max(q, moved / reach[k]);
+      const double frequency = std::sqrt(std::max(0.0, p.body.Ke(k, k)) / p.body.Me(k, k));
+      shake[tree[i]] = std::max(shake[tree[i]], frequency * q * reach[k] / size);
+      if (rate_of[p.ev0 + k] < 0) continue;
+      double& rate = scale[rate_of[p.ev0 + k]];
+      rate = std::max({rate, speed / reach[k], frequency * q});
     }
   }
-  if (system.quadrature) {
-    const double energy = std::max({std::abs(y[y.size() - 1]), std::abs(y[y.size() - 2]), system.energy_scale});
-    system.scale.tail<2>().setConstant(energy);
+  for (size_t i = 0; i < model.parts.size(); ++i) {
+    const Part& p = model.parts[i];
+    const double cluster_size = model.clusters[p.cluster].size;
+    for (int k = 0; k < p.joint.nq; ++k) {
+      // A thousandth of a radian, or of the mechanism, is the least motion worth resolving to the relative tolerance.
+      const double least = 1e-3 * (length_coordinate(p.joint.kind, k) ? cluster_size : 1.0);
+      scale[p.q0 + k] = std::max({scale[p.q0 + k], least, std::abs(y[p.q0 + k])});
+    }
+    for (int k = 0; k < p.joint.nv; ++k) {
+      const int r = rate_of[p.v0 + k];
+      if (r < 0) continue;
+      const double unit = length_coordinate(p.joint.kind, k) ? cluster_size : 1.0;
+      scale[r] = std::max({scale[r], 1e-3 * slow * unit, shake[tree[i]] * unit, std::abs(y[r])});
+    }
   }
+  // Work is integrated along, but takes no part in choosing steps: nothing depends on it.
+  if (system.quadrature) scale.tail<2>().setConstant(1e100);
 }
 
 void error_weights(const System& system, const double*, double* weight) {

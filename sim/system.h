@@ -16,7 +16,6 @@ struct System {
   Work work;
   bool quadrature = false;        // two more states: work supplied and dissipated, J
   double tolerance = 1e-6;
-  double energy_scale = 1e-12;    // J, of the kinetic and strain energy so far
   VecX scale;                     // size of every state so far, for the error weights
   std::vector<std::string> notes;
 };
