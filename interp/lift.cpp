@@ -3,9 +3,22 @@
 #include "interp/rotation.h"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+
+#include <cmath>
 
 namespace flexframe::interp {
 namespace {
+
+// Whether data mean finite or linearised motion can be told where no rotations settle it: a finite turn leaves lengths alone
+// (finite strain zero), a linearised one, such as a mode shape of any amplitude, leaves their first-order change zero.
+// Share of the finite reading from the squares of the two residuals: 1 below a hundredth, 0 above a tenth, smooth between.
+double finite_share(double finite2, double linear2) {
+  if (!(finite2 < 0.1 * linear2)) return 0.0;
+  if (finite2 <= 0.01 * linear2) return 1.0;
+  const double t = std::log10(0.1 * linear2 / finite2);
+  return t * t * (3.0 - 2.0 * t);
+}
 
 // Estimated rotation of a director node from the derivatives along its tangents.
 Mat3 estimated_rotation(const ArmLift::Estimate& e, const Points& displacement) {
@@ -45,6 +58,27 @@ Vec3 estimated_rotation_linear(const ArmLift::Estimate& e, const Points& displac
   return 0.5 * Vec3(g(2, 1) - g(1, 2), g(0, 2) - g(2, 0), g(1, 0) - g(0, 1));
 }
 
+// Directions of the node's frame after the motion less before, as columns for e_x e_y e_z.
+Mat3 estimated_turn(const ArmLift::Estimate& e, const Points& displacement) {
+  Mat3 slope = Mat3::Zero();
+  for (int t = 0; t < e.tangents; ++t)
+    for (size_t k = 0; k < e.node.size(); ++k)
+      slope.col(t) += e.gradient(t, static_cast<Eigen::Index>(k)) * displacement.row(e.node[k]).transpose();
+  double finite2 = 0.0, linear2 = 0.0;
+  for (int a = 0; a < e.tangents; ++a)
+    for (int b = 0; b < e.tangents; ++b) {
+      const double linear = e.frame.col(a).dot(slope.col(b)) + e.frame.col(b).dot(slope.col(a));
+      const double finite = linear + slope.col(a).dot(slope.col(b));
+      linear2 += linear * linear;
+      finite2 += finite * finite;
+    }
+  const double share = finite_share(finite2, linear2);
+  Mat3 turn = Mat3::Zero();
+  if (share > 0.0) turn += share * (estimated_rotation(e, displacement) - Mat3::Identity());
+  if (share < 1.0) turn += (1.0 - share) * skew(estimated_rotation_linear(e, displacement));
+  return turn;
+}
+
 Points lift_arms(const ArmLift& lift, const Points& displacement, const Points& rotation, bool exact) {
   Points out(lift.nodes + 3 * static_cast<Eigen::Index>(lift.director_node.size()), 3);
   out.topRows(lift.nodes) = displacement;
@@ -53,8 +87,7 @@ Points lift_arms(const ArmLift& lift, const Points& displacement, const Points& 
     const int node = lift.director_node[k];
     Mat3 turned;
     if (exact)
-      turned = (given ? rotation_matrix(rotation.row(node).transpose()) : lift.given ? Mat3(Mat3::Identity()) : estimated_rotation(lift.estimate[k], displacement)) -
-               Mat3::Identity();
+      turned = given ? Mat3(rotation_matrix(rotation.row(node).transpose()) - Mat3::Identity()) : lift.given ? Mat3(Mat3::Zero()) : estimated_turn(lift.estimate[k], displacement);
     else
       turned = skew(given ? Vec3(rotation.row(node).transpose()) : lift.given ? Vec3(Vec3::Zero()) : estimated_rotation_linear(lift.estimate[k], displacement));
     out.middleRows(lift.nodes + 3 * static_cast<Eigen::Index>(k), 3) = turned.transpose();
@@ -64,6 +97,23 @@ Points lift_arms(const ArmLift& lift, const Points& displacement, const Points& 
 
 // Rows as one long vector x y z x y z.
 Eigen::Map<const Eigen::VectorXd> flat(const Points& p) { return {p.data(), p.size()}; }
+
+// Squares of what the best linearised rigid motion leaves of the displacements.
+double linear_residual(const Points& positions, const Points& displacement) {
+  const Vec3 centre = positions.colwise().mean().transpose(), mean = displacement.colwise().mean().transpose();
+  Mat3 inertia = Mat3::Zero();
+  Vec3 moment = Vec3::Zero();
+  for (Eigen::Index i = 0; i < positions.rows(); ++i) {
+    const Vec3 r = positions.row(i).transpose() - centre;
+    inertia += r.squaredNorm() * Mat3::Identity() - r * r.transpose();
+    moment += r.cross(Vec3(displacement.row(i).transpose()) - mean);
+  }
+  const Vec3 turn = inertia.completeOrthogonalDecomposition().solve(moment);
+  double sum = 0.0;
+  for (Eigen::Index i = 0; i < positions.rows(); ++i)
+    sum += (Vec3(displacement.row(i).transpose()) - mean - turn.cross(Vec3(positions.row(i).transpose()) - centre)).squaredNorm();
+  return sum;
+}
 
 Points lift_dense(const DenseLift& lift, const Points& displacement, const Points& rotation, bool exact) {
   const bool given = lift.rotation.size() > 0 && rotation.rows() > 0;
@@ -76,6 +126,11 @@ Points lift_dense(const DenseLift& lift, const Points& displacement, const Point
   }
   // Elastic part in the frame that follows the nodes best, rigid part exactly.
   const RigidMotion rigid = best_rigid_motion(lift.node_positions, displacement, given ? rotation : Points(0, 3));
+  double finite2 = 0.0;
+  for (Eigen::Index i = 0; i < displacement.rows(); ++i)
+    finite2 += (Vec3(displacement.row(i).transpose()) - rigid.displacement(lift.node_positions.row(i).transpose())).squaredNorm();
+  const double share = finite_share(finite2, linear_residual(lift.node_positions, displacement));
+  if (share == 0.0) return lift_dense(lift, displacement, rotation, false);
   Points rest(displacement.rows(), 3), turn(given ? displacement.rows() : 0, 3);
   for (Eigen::Index i = 0; i < displacement.rows(); ++i) {
     const Vec3 moved = (lift.node_positions.row(i) + displacement.row(i)).transpose();
@@ -89,7 +144,24 @@ Points lift_dense(const DenseLift& lift, const Points& displacement, const Point
     const Vec3 elastic = out.row(i).transpose();
     out.row(i) = (rigid.rotation * elastic + rigid.displacement(lift.source_positions.row(i).transpose())).transpose();
   }
+  if (share < 1.0) out = share * out + (1.0 - share) * lift_dense(lift, displacement, rotation, false);
   return out;
+}
+
+// Along a beam's axis: change of the lengths between the nodes, in full and to first order.
+Points lift_axis(const AxisLift& axis, const Points& displacement, const Points& rotation) {
+  double finite2 = 0.0, linear2 = 0.0;
+  for (size_t k = 0; k + 1 < axis.s.size(); ++k) {
+    const Vec3 d = (displacement.row(axis.order[k + 1]) - displacement.row(axis.order[k])).transpose() / (axis.s[k + 1] - axis.s[k]);
+    const Vec3 e = (axis.positions.row(static_cast<Eigen::Index>(k) + 1) - axis.positions.row(static_cast<Eigen::Index>(k))).transpose() / (axis.s[k + 1] - axis.s[k]);
+    const double linear = 2.0 * e.dot(d), finite = linear + d.squaredNorm();
+    linear2 += linear * linear;
+    finite2 += finite * finite;
+  }
+  const double share = finite_share(finite2, linear2);
+  if (share == 0.0) return lift_linear(axis, displacement, rotation);
+  if (share == 1.0) return lift_exact(axis, displacement, rotation);
+  return share * lift_exact(axis, displacement, rotation) + (1.0 - share) * lift_linear(axis, displacement, rotation);
 }
 
 template <class... Ts>
@@ -110,7 +182,7 @@ int source_count(const Lift& lift) {
 
 Points lift_exact(const Lift& lift, const Points& displacement, const Points& rotation) {
   return std::visit(Overloaded{[&](const ArmLift& l) { return lift_arms(l, displacement, rotation, true); },
-                               [&](const AxisLift& l) { return lift_exact(l, displacement, rotation); },
+                               [&](const AxisLift& l) { return lift_axis(l, displacement, rotation); },
                                [&](const DenseLift& l) { return lift_dense(l, displacement, rotation, true); }},
                     lift);
 }

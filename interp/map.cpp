@@ -280,7 +280,12 @@ Map make_map(const Nodes& nodes, const MeshView& mesh, const Options& options) {
   const int threads = thread_count(options.threads);
 
   // Only vertices of triangles count for size and extent; the others follow.
-  const Points vertices = mesh.vertices;
+  std::vector<char> used(static_cast<size_t>(mesh.vertices.rows()), 0);
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t)
+    for (int c = 0; c < 3; ++c) used[static_cast<size_t>(mesh.triangles(t, c))] = 1;
+  Points vertices(std::count(used.begin(), used.end(), char{1}), 3);
+  for (Eigen::Index v = 0, k = 0; v < mesh.vertices.rows(); ++v)
+    if (used[static_cast<size_t>(v)]) vertices.row(k++) = mesh.vertices.row(v);
   check_scale(nodes.positions, vertices);
   const double size = Box(vertices).diagonal();
   merge_nodes(nodes.positions, options.merge_distance * size, map);
@@ -291,7 +296,7 @@ Map make_map(const Nodes& nodes, const MeshView& mesh, const Options& options) {
   const Weld weld = weld_vertices(mesh, 0.1 * options.merge_distance * size);
   map.welded = weld.row;
 
-  const Layout layout = find_layout(map.node_positions, weld.positions);
+  const Layout layout = find_layout(map.node_positions, vertices);
   report.layout = layout.point ? "point" : layout.axis ? "axis" : layout.plane ? "surface" : "solid";
   const int count = static_cast<int>(map.node_positions.rows());
   report.scheme = options.scheme;
@@ -434,10 +439,10 @@ LeaveOneOutError leave_one_out(const Map& map, const Eigen::Ref<const Points>& d
         if (theta.rows() > 0) r.row(j) = theta.row(i);
       }
       const int left_out = axis->order[static_cast<size_t>(k)];
-      const AxisLift others = make_axis(c, map.rotations);
+      AxisLift others = make_axis(c, map.rotations);
       const SparseWeights at = axis_weights(others, map.node_positions.row(left_out), true);
       const std::array<int, 1> only{0};
-      residual.row(left_out) = multiply_precise(at, lift_exact(others, d, r), only).row(0) - u.row(left_out);
+      residual.row(left_out) = multiply_precise(at, lift_exact(Lift(std::move(others)), d, r), only).row(0) - u.row(left_out);
     }
   } else if (map.leave_one_out.dense.size() > 0) {
     const Eigen::VectorXd r = map.leave_one_out.dense * Eigen::Map<const Eigen::VectorXd>(u.data(), u.size());

@@ -11,5 +11,6 @@ Command add_render(CLI::App& program);
 Command add_check(CLI::App& program);
 Command add_info(CLI::App& program);
 Command add_deform(CLI::App& program);
+Command add_compare(CLI::App& program);
 
 }  // namespace flexframe::cli

@@ -1,0 +1,157 @@
+// The disk cache of mapped modes: one file per content, named by its hash.
+//
+// Layout (little endian): "FFMODES2", 16 bytes of content hash, int64 vertices, modes, text length, the report as text lines, 3 M n floats column
+// after column, 8 bytes of hash over everything before. Written beside its name and renamed, so that it is whole or not there.
+#include "interp/modes.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <bit>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <sstream>
+
+namespace flexframe::interp {
+namespace {
+
+constexpr std::string_view magic = "FFMODES2";
+
+// FNV-1a over 8-byte words with a final mix; two of them with different starts name a file.
+struct Hash {
+  std::uint64_t a = 0xcbf29ce484222325ull, b = 0x9e3779b97f4a7c15ull;
+  void add(const void* data, size_t size) {
+    const auto* bytes = static_cast<const unsigned char*>(data);
+    auto word = [&](std::uint64_t w) {
+      a = (a ^ w) * 0x100000001b3ull;
+      a ^= a >> 32;
+      b = std::rotl(b ^ w * 0xbf58476d1ce4e5b9ull, 29) * 0x94d049bb133111ebull;
+    };
+    for (; size >= 8; size -= 8, bytes += 8) {
+      std::uint64_t w = 0;
+      std::memcpy(&w, bytes, 8);
+      word(w);
+    }
+    std::uint64_t rest = size;
+    for (size_t k = 0; k < size; ++k) rest = (rest << 8) | bytes[k];
+    word(rest ^ 0x5bd1e995ull);
+  }
+  template <typename T>
+  void value(const T& v) { add(&v, sizeof v); }
+};
+
+Hash content_hash(const Nodes& nodes, const MeshView& mesh, const Options& options, const Eigen::MatrixXd& phi, const Eigen::MatrixXd& psi) {
+  Hash h;
+  h.add(magic.data(), magic.size());
+  for (const Eigen::Index size : {nodes.positions.rows(), mesh.vertices.rows(), mesh.triangles.rows(), phi.cols(), psi.cols()}) h.value(static_cast<std::int64_t>(size));
+  h.add(nodes.positions.data(), static_cast<size_t>(nodes.positions.size()) * sizeof(double));
+  h.add(mesh.vertices.data(), static_cast<size_t>(mesh.vertices.size()) * sizeof(double));
+  h.add(mesh.triangles.data(), static_cast<size_t>(mesh.triangles.size()) * sizeof(int));
+  h.add(phi.data(), static_cast<size_t>(phi.size()) * sizeof(double));
+  h.add(psi.data(), static_cast<size_t>(psi.size()) * sizeof(double));
+  h.value(static_cast<std::int64_t>(nodes.rotations));
+  h.value(static_cast<std::int64_t>(options.scheme));
+  h.value(static_cast<std::int64_t>(options.patch_nodes));
+  h.value(options.lebesgue_warn);
+  h.value(options.lebesgue_error);
+  h.value(options.merge_distance);
+  return h;
+}
+
+std::string report_text(const Report& r) {
+  std::string text = fmt::format("{}\n{}\n{}\n{:.17g} {} {} {} {:.17g}\n", scheme_name(r.scheme), r.reason, r.layout, r.lebesgue, r.lebesgue_vertex, r.patches,
+                                 r.merged_nodes, r.setup_seconds);
+  for (const std::string& w : r.warnings) text += w + "\n";
+  return text;
+}
+
+bool read_report(const std::string& text, Report& r) {
+  std::istringstream in(text);
+  std::string scheme, numbers, line;
+  if (!std::getline(in, scheme) || !std::getline(in, r.reason) || !std::getline(in, r.layout) || !std::getline(in, numbers)) return false;
+  std::istringstream values(numbers);
+  if (!(values >> r.lebesgue >> r.lebesgue_vertex >> r.patches >> r.merged_nodes >> r.setup_seconds)) return false;
+  while (std::getline(in, line)) r.warnings.push_back(line);
+  try {
+    r.scheme = scheme_from_name(scheme);
+  } catch (const InputError&) {
+    return false;
+  }
+  return true;
+}
+
+std::string encode(const CachedModes& modes, const Hash& name) {
+  std::string out(magic);
+  auto put = [&](const void* data, size_t size) { out.append(static_cast<const char*>(data), size); };
+  const std::string report = report_text(modes.report);
+  const std::array<std::int64_t, 3> sizes{modes.columns.vertices, modes.columns.modes(), static_cast<std::int64_t>(report.size())};
+  put(&name.a, 8);
+  put(&name.b, 8);
+  put(sizes.data(), sizeof sizes);
+  out += report;
+  put(modes.columns.columns.data(), static_cast<size_t>(modes.columns.columns.size()) * sizeof(float));
+  Hash check;
+  check.add(out.data(), out.size());
+  put(&check.a, 8);
+  return out;
+}
+
+// False for anything but a whole file of this content.
+bool decode(const std::string& data, const Hash& name, Eigen::Index vertices, Eigen::Index modes, CachedModes& out) {
+  constexpr size_t head = 8 + 16 + 24;
+  if (data.size() < head + 8 || data.compare(0, magic.size(), magic) != 0) return false;
+  Hash check;
+  check.add(data.data(), data.size() - 8);
+  std::array<std::uint64_t, 2> found{};
+  std::array<std::int64_t, 3> sizes{};
+  std::uint64_t sum = 0;
+  std::memcpy(found.data(), data.data() + 8, 16);
+  std::memcpy(sizes.data(), data.data() + 24, 24);
+  std::memcpy(&sum, data.data() + data.size() - 8, 8);
+  if (sum != check.a || found[0] != name.a || found[1] != name.b || sizes[0] != vertices || sizes[1] != modes || sizes[2] < 0) return false;
+  const size_t floats = 3 * static_cast<size_t>(vertices) * static_cast<size_t>(modes);
+  if (data.size() != head + static_cast<size_t>(sizes[2]) + floats * sizeof(float) + 8) return false;
+  if (!read_report(data.substr(head, static_cast<size_t>(sizes[2])), out.report)) return false;
+  out.columns.vertices = static_cast<int>(vertices);
+  out.columns.columns.resize(3 * vertices, modes);
+  std::memcpy(out.columns.columns.data(), data.data() + head + sizes[2], floats * sizeof(float));
+  out.from_cache = true;
+  return true;
+}
+
+}  // namespace
+
+CachedModes cached_modes(const Nodes& nodes, const MeshView& mesh, const Options& options, const Eigen::Ref<const Eigen::MatrixXd>& phi,
+                         const Eigen::Ref<const Eigen::MatrixXd>& psi, const std::filesystem::path& cache) {
+  const Eigen::MatrixXd shapes = phi, turns = psi;
+  const Hash name = content_hash(nodes, mesh, options, shapes, turns);
+  const std::filesystem::path file = cache / fmt::format("{:016x}{:016x}.modes", name.a, name.b);
+  CachedModes out;
+  if (!cache.empty()) {
+    std::ifstream in(file, std::ios::binary);
+    if (in) {
+      const std::string data{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+      if (decode(data, name, mesh.vertices.rows(), shapes.cols(), out)) return out;
+      out = {};
+    }
+  }
+  const Map map = make_map(nodes, mesh, options);
+  out.columns = map_modes(map, shapes, turns);
+  out.report = map.report;
+  if (cache.empty()) return out;
+  // A cache that cannot be written costs time, not the picture.
+  std::error_code error;
+  std::filesystem::create_directories(cache, error);
+  const std::filesystem::path partial = file.string() + fmt::format(".{:08x}.partial", std::random_device{}());
+  const std::string data = encode(out, name);
+  std::ofstream stream(partial, std::ios::binary);
+  stream.write(data.data(), static_cast<std::streamsize>(data.size()));
+  stream.close();
+  if (stream) std::filesystem::rename(partial, file, error);
+  if (!stream || error) std::filesystem::remove(partial, error);
+  return out;
+}
+
+}  // namespace flexframe::interp

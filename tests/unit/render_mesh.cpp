@@ -1,0 +1,159 @@
+// Mesh files as they come: order and precision kept, every kind of face, and sentences for what cannot be used.
+#include "render/mesh.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <set>
+
+namespace flexframe::render {
+namespace {
+
+namespace fs = std::filesystem;
+
+class RenderMesh : public ::testing::Test {
+protected:
+  fs::path folder = fs::path(::testing::TempDir()) / "flexframe_mesh";
+  void SetUp() override { fs::create_directories(folder); }
+  void TearDown() override { fs::remove_all(folder); }
+  fs::path file(const std::string& name, const std::string& text) const {
+    std::ofstream(folder / name, std::ios::binary) << text;
+    return folder / name;
+  }
+  std::string complaint(const std::string& name, const std::string& text) const {
+    try {
+      read_mesh(file(name, text));
+    } catch (const MeshError& e) {
+      return e.what();
+    }
+    return "no complaint";
+  }
+};
+
+const char* square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+
+double area(const Mesh& mesh) {
+  double sum = 0.0;
+  for (const glm::ivec3& t : mesh.triangles) {
+    auto p = [&](int k) { return mesh.positions[static_cast<size_t>(t[k])]; };
+    sum += 0.5 * glm::cross(p(1) - p(0), p(2) - p(0)).z;
+  }
+  return sum;
+}
+
+TEST_F(RenderMesh, KeepsTheOrderOfTheFile) {
+  // Unused, repeated and out-of-order vertices, texture seams, several groups.
+  const Mesh mesh = read_mesh(file("order.obj",
+                                   "# a comment\nv 9 9 9\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 0 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0.5 0.5\n"
+                                   "g one\nf 4/1 2/2 3/3\ng two\nv 0 1 0\nf 2/4 4/2 6/1\nv 7 7 7\n"));
+  ASSERT_EQ(mesh.positions.size(), 7u);
+  EXPECT_EQ(mesh.positions[0], glm::dvec3(9));
+  EXPECT_EQ(mesh.positions[4], glm::dvec3(0));
+  EXPECT_EQ(mesh.positions[6], glm::dvec3(7));
+  ASSERT_EQ(mesh.triangles.size(), 2u);
+  std::set<int> used;
+  for (const auto& t : mesh.triangles) used.insert({t.x, t.y, t.z});
+  EXPECT_EQ(used, (std::set<int>{1, 2, 3, 5}));
+  EXPECT_NEAR(area(mesh), 1.0, 1e-15);
+}
+
+TEST_F(RenderMesh, FacesOfEveryKind) {
+  EXPECT_EQ(read_mesh(file("quad.obj", std::string(square) + "f 1 2 3 4\n")).triangles.size(), 2u);
+  EXPECT_EQ(read_mesh(file("negative.obj", std::string(square) + "f -4 -3 -2 -1\n")).triangles.size(), 2u);
+  EXPECT_NEAR(area(read_mesh(file("crlf.obj", "v 0 0 0\r\nv 1 0 0\r\nv 1 1 0\r\nv 0 1 0\r\nf 1 2 3 4\r\n"))), 1.0, 1e-15);
+  EXPECT_NEAR(area(read_mesh(file("continued.obj", std::string(square) + "f 1 2 \\\n 3 4\n"))), 1.0, 1e-15);
+  EXPECT_NEAR(area(read_mesh(file("comment.obj", std::string(square) + "f 1 2 3 4 # last\n"))), 1.0, 1e-15);
+  // A concave arrow and a spiral n-gon keep their area.
+  const Mesh arrow = read_mesh(file("arrow.obj", "v 0 0 0\nv 2 -1 0\nv 0.5 0 0\nv 2 1 0\nf 1 2 3 4\n"));
+  EXPECT_NEAR(area(arrow), 0.5, 1e-14);
+  const Mesh ell = read_mesh(file("ell.obj", "v 0 0 0\nv 3 0 0\nv 3 1 0\nv 1 1 0\nv 1 3 0\nv 0 3 0\nf 1 2 3 4 5 6\n"));
+  EXPECT_NEAR(area(ell), 5.0, 1e-14);
+  EXPECT_EQ(ell.triangles.size(), 4u);
+  // A disc as one face of 5000 corners on one line.
+  std::string text, face = "f";
+  for (int k = 0; k < 5000; ++k) {
+    const double a = 2.0 * 3.14159265358979 * k / 5000.0;
+    text += fmt::format("v {:.17g} {:.17g} 0\n", std::cos(a), std::sin(a));
+    face += fmt::format(" {}", k + 1);
+  }
+  EXPECT_NEAR(area(read_mesh(file("disc.obj", text + face + "\n"))), 3.14159, 1e-4);
+  // Faces with repeated corners vanish with a word.
+  const Mesh pinched = read_mesh(file("pinched.obj", std::string(square) + "f 1 1 2\nf 1 2 3\n"));
+  EXPECT_EQ(pinched.triangles.size(), 1u);
+  EXPECT_EQ(pinched.warnings.size(), 1u);
+}
+
+TEST_F(RenderMesh, FarFromTheOriginNothingIsLost) {
+  const Mesh mesh = read_mesh(file("far.obj", "v 4500000.001 5300000 0\nv 4500000.002 5300000 0\nv 4500000.002 5300000.0015 0\nf 1 2 3\n"));
+  EXPECT_EQ(mesh.positions[1].x - mesh.positions[0].x, 4500000.002 - 4500000.001);
+  EXPECT_GT(area(mesh), 0.0);
+}
+
+TEST_F(RenderMesh, MaterialsAndColours) {
+  file("two.mtl", "newmtl red\nKd 0.8 0.1 0.05\nd 0.5\nnewmtl steel\nKd 0.3 0.4 0.5\n");
+  const Mesh mesh = read_mesh(file("two.obj", "mtllib two.mtl\n" + std::string(square) + "usemtl red\nf 1 2 3\nusemtl steel\nf 1 3 4\n"));
+  ASSERT_EQ(mesh.triangles.size(), 2u);
+  const MeshMaterial& first = mesh.materials[static_cast<size_t>(mesh.triangle_material[0])];
+  EXPECT_EQ(first.name, "red");
+  EXPECT_NEAR(first.look.color.r, 0.8, 1e-6);
+  EXPECT_NEAR(first.opacity, 0.5, 1e-6);
+  EXPECT_NEAR(mesh.materials[static_cast<size_t>(mesh.triangle_material[1])].look.color.b, 0.5, 1e-6);
+  const Mesh colored = read_mesh(file("colored.obj", "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\nf 1 2 3\n"));
+  ASSERT_EQ(colored.colors.size(), 3u);
+  EXPECT_EQ(colored.colors[1], glm::vec3(0, 1, 0));
+}
+
+TEST_F(RenderMesh, NormalsSplitWhereTheFileOrTheAngleSays) {
+  // A cube without normals has 24 shading points, a flat square 4.
+  const std::string cube =
+      "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nf 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+  EXPECT_EQ(read_mesh(file("cube.obj", cube)).normal_groups, 24);
+  EXPECT_EQ(read_mesh(file("cube2.obj", cube), {.crease_angle = 100.0}).normal_groups, 8);
+  EXPECT_EQ(read_mesh(file("flat.obj", std::string(square) + "f 1 2 3 4\n")).normal_groups, 4);
+  // Normals of the file decide: two triangles folded flat, but with different normals.
+  const Mesh seam = read_mesh(file("seam.obj", std::string(square) + "vn 0 0 1\nvn 0 1 0\nf 1//1 2//1 3//1\nf 1//2 3//2 4//2\n"));
+  EXPECT_EQ(seam.normal_groups, 6);
+  // Copies of a position share the normal group, not the position.
+  const Mesh copies = read_mesh(file("copies.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 4 5 6\n"));
+  EXPECT_EQ(copies.normal_groups, 4);
+  EXPECT_EQ(copies.point_position.size(), 6u);
+}
+
+TEST_F(RenderMesh, OtherFormats) {
+  const Mesh stl = read_mesh(file("one.stl", "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid s\n"));
+  EXPECT_EQ(stl.triangles.size(), 1u);
+  const Mesh ply = read_mesh(file("one.ply",
+                                  "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
+                                  "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n"));
+  ASSERT_EQ(ply.positions.size(), 4u);
+  EXPECT_EQ(ply.positions[2], glm::dvec3(1, 1, 0));
+  EXPECT_EQ(ply.triangles.size(), 2u);
+}
+
+TEST_F(RenderMesh, WrongFilesAreSaidInASentence) {
+  EXPECT_NE(complaint("empty.obj", "").find("empty"), std::string::npos);
+  EXPECT_NE(complaint("points.obj", square).find("no face"), std::string::npos);
+  EXPECT_NE(complaint("text.obj", "hello\nworld\n").find("no vertices"), std::string::npos);
+  EXPECT_NE(complaint("high.obj", std::string(square) + "f 1 2 9\n").find("high.obj:5: face refers to vertex 9, the file has 4"), std::string::npos);
+  EXPECT_NE(complaint("zero.obj", std::string(square) + "f 0 1 2\n").find("indices start at 1"), std::string::npos);
+  EXPECT_NE(complaint("low.obj", std::string(square) + "f -5 1 2\n").find("only 4"), std::string::npos);
+  EXPECT_NE(complaint("nan.obj", "v 0 nan 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").find("nan.obj:1"), std::string::npos);
+  EXPECT_NE(complaint("word.obj", "v 0 zero 0\n").find("'zero' is no number"), std::string::npos);
+  EXPECT_NE(complaint("short.obj", "v 0 0\n").find("x y z"), std::string::npos);
+  EXPECT_THROW(read_mesh(folder / "missing.obj"), MeshError);
+  EXPECT_THROW(read_mesh(folder), MeshError);
+  EXPECT_THROW(read_mesh(file("noise.stl", "\x01\x02\x03")), MeshError);
+}
+
+TEST_F(RenderMesh, WritesWhatItReads) {
+  const Mesh mesh = read_mesh(file("in.obj", "v 0.1 0.2 0.3\nv 1e-9 1 0\nv 0 1 1\nv 5 5 5\nf 1 2 3\n"));
+  write_obj(folder / "out.obj", mesh, mesh.positions);
+  const Mesh again = read_mesh(folder / "out.obj");
+  EXPECT_EQ(again.positions, mesh.positions);
+  EXPECT_EQ(again.triangles, mesh.triangles);
+}
+
+}  // namespace
+}  // namespace flexframe::render
