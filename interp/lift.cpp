@@ -30,18 +30,17 @@ Mat3 estimated_rotation(const ArmLift::Estimate& e, const Points& displacement) 
       slope += e.gradient(t, static_cast<Eigen::Index>(k)) * displacement.row(e.node[k]).transpose();
     moved.col(t) = e.frame.col(t) + slope;
   }
-  if (e.tangents == 3) return nearest_rotation(moved * e.frame.transpose());
+  if (e.tangents == 3) return nearest_rotation(moved * e.frame.inverse());
   if (e.tangents == 1) {
     const double length = moved.col(0).norm();
-    return length > 0.0 ? shortest_rotation(e.frame.col(0), moved.col(0) / length) : Mat3(Mat3::Identity());
+    return length > 0.0 ? shortest_rotation(e.frame.col(0).normalized(), moved.col(0) / length) : Mat3(Mat3::Identity());
   }
   // The normal of the moved tangents, and the best turn within their plane.
   const Vec3 cross = moved.col(0).cross(moved.col(1));
   const double area = cross.norm();
   if (!(area > 0.0)) return Mat3::Identity();
-  const double side = e.frame.col(0).cross(Vec3(e.frame.col(1))).dot(e.frame.col(2)) < 0.0 ? -1.0 : 1.0;
-  moved.col(2) = side * cross / area;
-  return nearest_rotation(moved * e.frame.transpose());
+  moved.col(2) = cross / area;
+  return nearest_rotation(moved * e.frame.inverse());
 }
 
 // Its linearisation: theta with theta x n = -sum_t (n . G t) t, and the mean turn within the plane.
@@ -51,10 +50,11 @@ Vec3 estimated_rotation_linear(const ArmLift::Estimate& e, const Points& displac
     for (size_t k = 0; k < e.node.size(); ++k)
       slope.col(t) += e.gradient(t, static_cast<Eigen::Index>(k)) * displacement.row(e.node[k]).transpose();
   if (e.tangents == 0) return Vec3::Zero();
-  if (e.tangents == 1) return e.frame.col(0).cross(Vec3(slope.col(0)));
-  Mat3 g = slope * e.frame.transpose();
+  if (e.tangents == 1) return e.frame.col(0).cross(Vec3(slope.col(0))) / e.frame.col(0).squaredNorm();
+  const Mat3 inverse = e.frame.inverse();
   if (e.tangents == 2)
-    for (int t = 0; t < 2; ++t) g -= e.frame.col(t) * e.frame.col(2).dot(slope.col(t)) * e.frame.col(2).transpose();
+    for (int t = 0; t < 2; ++t) slope.col(2) -= e.frame.col(2).dot(slope.col(t)) * inverse.row(t).transpose();
+  const Mat3 g = slope * inverse;
   return 0.5 * Vec3(g(2, 1) - g(1, 2), g(0, 2) - g(2, 0), g(1, 0) - g(0, 1));
 }
 
@@ -158,7 +158,9 @@ Points lift_axis(const AxisLift& axis, const Points& displacement, const Points&
     linear2 += linear * linear;
     finite2 += finite * finite;
   }
-  const double share = finite_share(finite2, linear2);
+  // Given rotations are finite unless the lengths speak clearly against it; squares of 1e-12 are rounding.
+  const double rounding = 1e-24 * static_cast<double>(axis.s.size());
+  const double share = axis.given ? 1.0 - finite_share(linear2 + rounding, finite2) : finite_share(finite2, linear2);
   if (share == 0.0) return lift_linear(axis, displacement, rotation);
   if (share == 1.0) return lift_exact(axis, displacement, rotation);
   return share * lift_exact(axis, displacement, rotation) + (1.0 - share) * lift_linear(axis, displacement, rotation);

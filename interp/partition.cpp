@@ -179,12 +179,18 @@ Rows make_rows(int first, int last, const Weld& weld, const Blend& blend, const 
 }
 
 // Rotation of a node with arms: derivatives of its home patch's interpolant there.
-ArmLift::Estimate make_estimate(const Patch& patch, const Vec3& x) {
+ArmLift::Estimate make_estimate(const Patch& patch, const Points& nodes, const Vec3& x) {
   ArmLift::Estimate e;
   e.frame = patch.frame;
   e.tangents = patch.directions;
   e.node = patch.node;
   e.gradient = patch_gradient(patch, x);
+  // Tangents of the nodes' own surface, which need not be quite flat: then rigid motion of the nodes is seen as such.
+  for (int t = 0; t < e.tangents; ++t) {
+    e.frame.col(t).setZero();
+    for (size_t k = 0; k < e.node.size(); ++k) e.frame.col(t) += e.gradient(t, static_cast<Eigen::Index>(k)) * (nodes.row(e.node[k]).transpose() - x);
+  }
+  if (e.tangents == 2) e.frame.col(2) = e.frame.col(0).cross(Vec3(e.frame.col(1))).normalized();
   return e;
 }
 
@@ -285,7 +291,7 @@ Partition make_partition(const Weld& weld, const Graph& graph, const Points& nod
 
   if (!options.rotations)
     for (const int i : out.lift.director_node)
-      out.lift.estimate.push_back(make_estimate(patches[static_cast<size_t>(cover.home[static_cast<size_t>(i)])], nodes.row(i).transpose()));
+      out.lift.estimate.push_back(make_estimate(patches[static_cast<size_t>(cover.home[static_cast<size_t>(i)])], nodes, nodes.row(i).transpose()));
   out.leave_one_out = make_leave_one_out(patches, cover.home, director, count, sources);
 
   // One table of rows.

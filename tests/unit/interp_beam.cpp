@@ -134,7 +134,7 @@ TEST(InterpBeam, LinearIsTheLimitOfExact) {
     Options options;
     options.precise = true;
     const Map map = make_map(d.nodes, bar.view(), options);
-    const double small = 1e-6;
+    const double small = 1e-7;
     const Points linear = apply_linear(map, d.u, d.theta);
     const auto& axis = std::get<AxisLift>(map.lift);
     const Points exact = lift_exact(axis, small * d.u, small * d.theta), first = lift_linear(axis, small * d.u, small * d.theta);
