@@ -1,0 +1,98 @@
+// flexframe compare: image regression.
+#include "render/cli/commands.h"
+
+#include "render/compare_report.h"
+#include "render/file.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <memory>
+#include <span>
+
+namespace flexframe::cli {
+namespace {
+
+struct Options {
+  std::string baseline, candidate, report, reason;
+  render::CompareOptions rule;
+  double percent = 0.005;
+  bool json = false;
+};
+
+void print_json(const render::Comparison& comparison, const std::vector<std::string>& updated) {
+  nlohmann::json pairs = nlohmann::json::array();
+  for (const render::ComparedPair& p : comparison.pairs) {
+    nlohmann::json row = {{"name", p.name}, {"result", render::state_name(p.state)}};
+    const render::ImageDifference& d = p.difference;
+    if (p.state == render::PairState::passes || p.state == render::PairState::differs || p.state == render::PairState::equal) {
+      row["largest"] = d.largest;
+      row["mean"] = d.mean;
+      row["pixels_over"] = d.pixels_over;
+      row["share_over"] = d.share_over;
+      row["ssim"] = d.ssim;
+      row["flip"] = d.flip;
+    }
+    pairs.push_back(std::move(row));
+  }
+  fmt::print("{}\n", nlohmann::json({{"passes", comparison.passes}, {"pictures", pairs}, {"updated", updated}}).dump(2));
+}
+
+void print_rows(const render::Comparison& comparison, const std::vector<std::string>& updated) {
+  std::size_t equal = 0, within = 0, bad = 0;
+  for (const render::ComparedPair& p : comparison.pairs) {
+    const render::ImageDifference& d = p.difference;
+    equal += p.state == render::PairState::equal;
+    within += p.state == render::PairState::passes;
+    const bool fails = p.state != render::PairState::equal && p.state != render::PairState::passes;
+    bad += fails;
+    if (p.state == render::PairState::equal && comparison.pairs.size() > 1) continue;
+    if (p.state == render::PairState::passes || p.state == render::PairState::differs)
+      fmt::print("{}: {}: largest difference {}/255, mean {:.4g}/255, {} pixels ({:.4g} %) over the limit, SSIM {:.5f}, FLIP {:.5f}\n", p.name,
+                 render::state_name(p.state), d.largest, d.mean, d.pixels_over, 100.0 * d.share_over, d.ssim, d.flip);
+    else
+      fmt::print("{}: {}\n", p.name, render::state_name(p.state));
+  }
+  fmt::print("{} equal, {} within the limit, {} different or missing\n", equal, within, bad);
+  if (!updated.empty()) fmt::print("{} baselines updated\n", updated.size());
+}
+
+}  // namespace
+
+Command add_compare(CLI::App& program) {
+  auto* words = program.add_subcommand("compare", "Image regression: two PNG files or two folders of them");
+  words->footer(R"(A is the baseline, B the new picture or folder. Pictures agree if they are equal, or if few enough pixels differ by more
+than the limit. A picture that only one folder has does not agree. Exit codes: 0 all agree, 1 some do not, 2 bad input.)");
+  auto options = std::make_shared<Options>();
+  words->add_option("A", options->baseline, "baseline: PNG file or folder")->required();
+  words->add_option("B", options->candidate, "new: PNG file or folder")->required();
+  words->add_option("--levels", options->rule.levels, "differences up to this many of 255 levels are none (2)")->check(CLI::Range(0, 255));
+  words->add_option("--percent", options->percent, "percentage of pixels that may differ by more (0.005)")->check(CLI::Range(0.0, 100.0));
+  words->add_flag("--exact", options->rule.exact, "only equal pixels agree");
+  words->add_option("--report", options->report, "HTML page with baseline, new picture and heat map side by side");
+  words->add_option("--update", options->reason, "make B the baseline, with this reason in CHANGES.md beside A");
+  words->add_flag("--json", options->json, "measures as JSON on stdout");
+  return {words, [options] {
+            if (options->reason.find_first_not_of(" \t\n") == std::string::npos && !options->reason.empty()) throw UsageError("--update needs a reason in words");
+            options->rule.share = options->percent / 100.0;
+            render::Comparison comparison;
+            try {
+              comparison = render::compare_pictures(options->baseline, options->candidate, options->rule, !options->report.empty(), !options->reason.empty());
+            } catch (const std::bad_alloc&) {
+              throw;
+            } catch (const std::exception& e) {
+              throw UsageError(e.what());
+            }
+            if (!options->report.empty()) {
+              const std::string page = render::comparison_page(comparison, options->baseline + " and " + options->candidate);
+              render::write_file(options->report, std::span(reinterpret_cast<const std::uint8_t*>(page.data()), page.size()));
+            }
+            std::vector<std::string> updated;
+            if (!options->reason.empty()) updated = render::update_baselines(comparison, options->baseline, options->reason);
+            if (options->json) print_json(comparison, updated);
+            else print_rows(comparison, updated);
+            return comparison.passes || !options->reason.empty() ? 0 : 1;
+          }};
+}
+
+}  // namespace flexframe::cli
