@@ -668,6 +668,9 @@ Results read_results(const std::filesystem::path& path) {
       reader.fail("dataset '/times'", fmt::format("must increase, but value {} is {} after {}", i, results.times[i], results.times[i - 1]));
 
   results.bodies = read_members<ResultBody>(reader, file, "bodies", true, [&](hid_t group, const std::string& name) { return read_body(reader, group, name, nt); });
+  for (ResultBody& body : results.bodies)
+    if (!body.mesh.empty() && std::filesystem::path(body.mesh).is_relative())
+      body.mesh = (std::filesystem::absolute(path).parent_path() / body.mesh).lexically_normal().string();
   results.joints = read_members<ResultJoint>(reader, file, "joints", false, [&](hid_t group, const std::string& name) { return read_joint(reader, group, name, nt); });
 
   if (reader.has(file, "outputs")) {

@@ -223,6 +223,7 @@ f.attrs['format_version'] = 1
 f['times'] = np.arange(5) * 0.5
 g = f.create_group('bodies/rod')
 g.attrs['kind'] = 'beam'
+g.attrs['mesh'] = 'meshes/rod.obj'
 g['position'] = np.zeros((5, 3), 'f4')
 g['orientation'] = np.tile(np.array([0.6, 0.8, 0, 0], 'f4'), (5, 1))
 g['node_origin'] = np.array([[0, 0, 0], [1, 0, 0]])
@@ -233,6 +234,7 @@ f['outputs/values'] = np.ones((5, 2), 'i4')
   const Results r = read_results(path);
   ASSERT_EQ(r.bodies.size(), 1u);
   EXPECT_EQ(r.bodies[0].kind, "beam");
+  EXPECT_EQ(r.bodies[0].mesh, scratch() / "meshes/rod.obj");
   EXPECT_EQ(r.bodies[0].displacement(4, 5), 29.0);
   EXPECT_EQ(r.bodies[0].nodes[1].origin, Vec3(1, 0, 0));
   EXPECT_EQ(r.outputs[1].column, "b.x");
