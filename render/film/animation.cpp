@@ -11,7 +11,7 @@
 namespace flexframe::film {
 namespace {
 
-constexpr float ghost_opacity = 0.32f, undeformed_opacity = 0.16f, trail_opacity = 0.22f;
+constexpr float ghost_opacity = 0.38f, undeformed_opacity = 0.16f, trail_opacity = 0.22f;
 const glm::vec3 pale{0.60f, 0.65f, 0.72f};
 
 // Adds one body at one scale; its arrays live in the next free skin.

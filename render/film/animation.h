@@ -33,7 +33,7 @@ struct JointSymbol {
 
 // One panel of histories, thinned to what a picture can show.
 struct PlotSeries { std::string label; std::vector<double> x, y; };
-struct PlotPanel { std::string y_label; std::vector<PlotSeries> series; };
+struct PlotPanel { std::string y_label; double factor = 1.0; std::vector<PlotSeries> series; };  // shown value = factor * value
 
 struct Animation {
   const sim::Results* results = nullptr;   // outlives the animation

@@ -143,15 +143,25 @@ PlotSeries thin_series(const std::string& label, const sim::VecX& times, const s
   return out;
 }
 
-// Columns of one unit share a panel.
+// Columns of one unit share a panel unless one would be flat beside the other; lengths are shown in the unit that suits them.
 void add_panels(Animation& animation) {
+  constexpr double flat = 0.1;
   const sim::Results& results = *animation.results;
+  std::vector<double> ranges;
+  std::vector<std::string> units;
   for (const std::string& column : animation.settings.overlay.plot) {
     const auto output = std::find_if(results.outputs.begin(), results.outputs.end(), [&](const sim::ResultOutput& o) { return o.column == column; });
-    if (output == results.outputs.end()) continue;
-    auto panel = std::find_if(animation.panels.begin(), animation.panels.end(), [&](const PlotPanel& p) { return p.y_label == output->unit; });
-    if (panel == animation.panels.end()) panel = animation.panels.insert(panel, {.y_label = output->unit, .series = {}});
-    panel->series.push_back(thin_series(column, results.times, output->values));
+    if (output == results.outputs.end() || output->values.size() == 0) continue;
+    const double range = output->values.maxCoeff() - output->values.minCoeff();
+    size_t panel = 0;
+    while (panel < units.size() && !(units[panel] == output->unit && range > flat * ranges[panel] && ranges[panel] > flat * range)) ++panel;
+    if (panel == units.size()) {
+      const auto [unit, factor] = output->unit == "m" ? length_unit(output->values.cwiseAbs().maxCoeff()) : std::pair<std::string, double>(output->unit, 1.0);
+      animation.panels.push_back({.y_label = unit, .factor = factor, .series = {}});
+      units.push_back(output->unit);
+      ranges.push_back(range);
+    }
+    animation.panels[panel].series.push_back(thin_series(column, results.times, animation.panels[panel].factor * output->values));
   }
 }
 
