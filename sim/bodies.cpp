@@ -104,6 +104,20 @@ void make_fe_part(Model& model, const BeamDef& beam, const BeamEffects& effects,
   }
 }
 
+// Drops the second-order blocks that a motion in the plane with this normal (body axes, y or z) never sees: the body turns about the
+// normal only and stays in the plane.
+void keep_plane(const Vec3& normal, FlexibleBody& body) {
+  const int n = std::abs(normal.z()) > std::abs(normal.y()) ? 2 : 1;
+  for (int a = 0; a < 3; ++a) {
+    if (a == n) body.md2[a].resize(0, 0);
+    if (a != n) body.Cr1[a].resize(0, 0);
+  }
+  // Tensor elements xx yy zz xy xz yz: only the one about the normal.
+  for (int s = 0; s < 6; ++s)
+    if (s != n) body.J2[s].resize(0, 0);
+  for (FlexibleNode& node : body.nodes) node.phi2[n].resize(0, 0);
+}
+
 // Orientation of every body at the start, joints at their initial values.
 std::vector<Mat3> start_orientation(const Model& model, const Scene& scene, const std::vector<int>& order) {
   std::vector<Mat3> part(model.parts.size(), Mat3::Identity()), body(scene.bodies.size(), Mat3::Identity());
@@ -216,6 +230,7 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
       const BeamDef one = piece_of(*beam, k);
       if (one.model == BeamModel::modal) part.body = make_modal_beam(one, decision.effects);
       else make_fe_part(model, one, decision.effects, part);
+      if (!normal.isZero(0.0)) keep_plane(orientation[part.scene_body].transpose() * normal, part.body);
       part.load_factor = one.length / part.body.mass;
     }
   }

@@ -9,6 +9,8 @@ void BodyTerms::reserve(const FlexibleBody& body) {
   ce = VecX::Zero(body.n);
   work = VecX::Zero(body.n);
   work2 = VecX::Zero(body.n);
+  for (size_t s = 0; s < 6; ++s)
+    if (body.J2[s].size() > 0) J2q[s] = VecX::Zero(body.n);
 }
 
 void update_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out) {
@@ -33,8 +35,8 @@ void update_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out) {
     }
     for (int s = 0; s < 6; ++s) {
       if (body.J2[s].size() > 0) {
-        out.work.noalias() = body.J2[s] * q;
-        J[s] += 0.5 * q.dot(out.work);
+        out.J2q[s].noalias() = body.J2[s] * q;
+        J[s] += 0.5 * q.dot(out.J2q[s]);
       }
     }
   }
@@ -46,7 +48,7 @@ void update_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out) {
   out.Mrr.bottomRightCorner<3, 3>() << J[0], J[3], J[4], J[3], J[1], J[5], J[4], J[5], J[2];
 }
 
-void update_velocity_terms(const FlexibleBody& body, const Vec6& V, const VecX& q, const VecX& qd, BodyTerms& out) {
+void update_velocity_terms(const FlexibleBody& body, const Vec6& V, const VecX& qd, BodyTerms& out) {
   const Vec3 v = V.head<3>(), w = V.tail<3>();
   Vec6 P = out.Mrr * V;  // momenta
   if (body.n == 0) {
@@ -68,9 +70,8 @@ void update_velocity_terms(const FlexibleBody& body, const Vec6& V, const VecX& 
   Vec6 Jdot = body.J1 * qd;
   for (int s = 0; s < 6; ++s) {
     if (body.J2[s].size() == 0) continue;
-    out.work.noalias() = body.J2[s] * q;
-    Jdot[s] += out.work.dot(qd);
-    out.ce -= weight[s] * out.work;
+    Jdot[s] += out.J2q[s].dot(qd);
+    out.ce -= weight[s] * out.J2q[s];
   }
   Vec3 Crdot_qd = Vec3::Zero(), mddd = Vec3::Zero();
   for (int a = 0; a < 3; ++a) {
@@ -94,7 +95,8 @@ void update_velocity_terms(const FlexibleBody& body, const Vec6& V, const VecX& 
 }
 
 void elastic_force(const FlexibleBody& body, const VecX& q, const VecX& qd, VecX& out) {
-  out.noalias() = body.Ke * q;
+  if (body.stiffness.size() > 0) out = body.stiffness.cwiseProduct(q);
+  else out.noalias() = body.Ke * q;
   if (body.ksigma.size() > 0) out += body.ksigma;
   if (body.De.size() > 0) out.noalias() += body.De * qd;
 }

@@ -7,6 +7,8 @@
 #include "sim/flexible_body.h"
 #include "sim/types.h"
 
+#include <array>
+
 namespace flexframe::sim {
 
 // Results and work space; sized once by `reserve`. Component order of the 6-vectors: linear, angular.
@@ -16,6 +18,7 @@ struct BodyTerms {
   Vec6 cr = Vec6::Zero();    // velocity terms of the frame's equations, N and Nm
   VecX ce;                   // n, velocity terms of the elastic equations (elastic and damping forces excluded)
   Vec3 md = Vec3::Zero();    // first moment of mass, kg m
+  std::array<VecX, 6> J2q;   // J2 q, kept from update_mass for update_velocity_terms
   VecX work, work2;
   void reserve(const FlexibleBody& body);
 };
@@ -23,8 +26,8 @@ struct BodyTerms {
 // Mass matrix at the elastic coordinates q (n).
 void update_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out);
 
-// Velocity terms at the twist V (body axes), q and qd (n); update_mass with the same q goes first.
-void update_velocity_terms(const FlexibleBody& body, const Vec6& V, const VecX& q, const VecX& qd, BodyTerms& out);
+// Velocity terms at the twist V (body axes) and qd (n); update_mass goes first.
+void update_velocity_terms(const FlexibleBody& body, const Vec6& V, const VecX& qd, BodyTerms& out);
 
 // Ke q + ksigma + De qd (n), to be subtracted from the elastic equations' right-hand side.
 void elastic_force(const FlexibleBody& body, const VecX& q, const VecX& qd, VecX& out);

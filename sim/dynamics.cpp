@@ -23,7 +23,7 @@ void start_composites(const Model& model, Work& work) {
   for (size_t i = 0; i < model.parts.size(); ++i) {
     const FlexibleBody& body = model.parts[i].body;
     PartWork& p = work.parts[i];
-    update_velocity_terms(body, p.V, p.q, p.qd, p.terms);
+    update_velocity_terms(body, p.V, p.qd, p.terms);
     p.Mrr = p.terms.Mrr;
     p.fr = p.terms.cr - p.load;
     p.fr.noalias() += p.terms.Mrr * p.A0;

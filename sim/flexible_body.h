@@ -45,6 +45,7 @@ struct FlexibleBody {
   std::array<MatX, 3> Cr1;          // n x n each or empty: Cr(q)(a, j) = Cr0(a, j) + sum_k Cr1[a](j, k) q_k
   MatX Me;                          // n x n structural mass
   MatX Ke;                          // n x n structural stiffness
+  VecX stiffness;                   // the diagonal of Ke where Ke is diagonal (eigenmodes), else empty
   MatX De;                          // n x n structural damping (empty: none)
   VecX ksigma;                      // n, generalised force of a pre-stress (empty: none): elastic force = -(Ke q + De qd + ksigma)
   std::vector<std::string> labels;  // n, what each elastic coordinate is ("element 3 v", "Eigen Mode 1 : 809 Hz"); may be empty

@@ -28,6 +28,7 @@ FlexibleBody to_normal_modes(const FlexibleBody& body, MatX& V) {
   for (size_t a = 0; a < 6; ++a) out.J2[a] = congruent(body.J2[a]);
   out.Me = MatX::Identity(body.n, body.n);
   out.Ke = eigen.eigenvalues().asDiagonal();
+  out.stiffness = eigen.eigenvalues();
   out.De = congruent(body.De);
   if (body.ksigma.size() > 0) out.ksigma = V.transpose() * body.ksigma;
   out.labels.clear();

@@ -29,13 +29,16 @@ double part_reach(const FlexibleBody& body) {
   return body.nodes.empty() ? 0.0 : box.diagonal().norm();
 }
 
-// Largest displacement of a node per unit of each elastic coordinate, a rotation counted with the body's size; m per unit.
+// Largest displacement of a node per unit of each elastic coordinate, m; for pure twists the rotation times the body's size.
 VecX displacement_per_coordinate(const FlexibleBody& body, double size) {
-  VecX out = VecX::Zero(body.n);
-  for (const FlexibleNode& node : body.nodes)
-    out = out.cwiseMax(node.phi.colwise().norm().transpose()).cwiseMax(size * node.psi.colwise().norm().transpose());
+  VecX out = VecX::Zero(body.n), turn = VecX::Zero(body.n);
+  for (const FlexibleNode& node : body.nodes) {
+    out = out.cwiseMax(node.phi.colwise().norm().transpose());
+    turn = turn.cwiseMax(size * node.psi.colwise().norm().transpose());
+  }
   for (int k = 0; k < body.n; ++k)
-    if (out[k] == 0.0) out[k] = 1.0;
+    if (out[k] < 1e-6 * turn[k]) out[k] = turn[k];
+    else if (out[k] == 0.0) out[k] = 1.0;
   return out;
 }
 
@@ -70,7 +73,7 @@ System make_system(const Scene& scene) {
   }
   assemble(system.model, system.scene, system.work, system.notes);
   system.quadrature = has_power(system.model);
-  system.tolerance = scene.simulation.tolerance.value_or(1e-6);
+  system.tolerance = scene.simulation.tolerance.value_or(default_tolerance);
   return system;
 }
 
@@ -119,7 +122,8 @@ void state_rate(System& system, double t, const double* y, double* dy) {
 }
 
 // Sizes by group, so that a coordinate passing through zero is not resolved to nothing, and a small one beside large ones not to
-// more than its share: joint coordinates one by one, elastic coordinates by the displacement they cause in their body.
+// more than its share: joint coordinates one by one, elastic coordinates by the displacement they cause, against the largest
+// elastic displacement in the same mechanism.
 //
 // An error in the rate of something of frequency f becomes one of rate / f in its position. Rates of fast vibration are asked for
 // their position's accuracy only, else the integrator resolves vibrations that nobody can see; and so are the rates of joints on
@@ -141,25 +145,40 @@ void update_scale(System& system, const VecX& y) {
   for (const Cluster& c : model.clusters)
     for (int i : c.parts) tree[i] = tree[c.parts.front()];
   std::vector<double> shake(model.parts.size(), 0.0);  // rad/s
+  std::vector<double> moved(model.parts.size(), 0.0), speed(model.parts.size(), 0.0);  // largest elastic displacement (m) and rate of a tree
+  std::vector<VecX> reaches(model.parts.size());
   for (size_t i = 0; i < model.parts.size(); ++i) {
     const Part& p = model.parts[i];
     if (p.body.n == 0) continue;
-    // Displacement per unit of each coordinate: of the nodes' translations, or rotations times the body's length.
     const double size = std::max(part_reach(p.body), 1e-300);
-    double moved = 1e-5 * size, speed = 1e-5 * size * slow;
-    const VecX reach = displacement_per_coordinate(p.body, size);
+    reaches[i] = displacement_per_coordinate(p.body, size);
+    double& m = moved[tree[i]];
+    double& s = speed[tree[i]];
+    // A hundred-thousandth of the body is the least deformation worth resolving to the relative tolerance.
+    m = std::max(m, 1e-5 * size);
+    s = std::max(s, 1e-5 * size * slow);
     for (int k = 0; k < p.body.n; ++k) {
-      moved = std::max(moved, reach[k] * std::abs(y[p.eq0 + k]));
-      if (rate_of[p.ev0 + k] >= 0) speed = std::max(speed, reach[k] * std::abs(y[rate_of[p.ev0 + k]]));
+      m = std::max(m, reaches[i][k] * std::abs(y[p.eq0 + k]));
+      if (rate_of[p.ev0 + k] >= 0) s = std::max(s, reaches[i][k] * std::abs(y[rate_of[p.ev0 + k]]));
     }
+  }
+  // The tolerance is one of positions, relative to the mechanism's size; elastic displacements are much smaller and would go
+  // uncontrolled at loose tolerances, so that they are asked for tolerance^(2/3) of their own range at least.
+  const double loosest = std::cbrt(1.0 / system.tolerance);
+  for (double& m : moved) m *= std::clamp(model.size / std::max(m, 1e-300), 1.0, loosest);
+  for (size_t i = 0; i < model.parts.size(); ++i) {
+    const Part& p = model.parts[i];
+    if (p.body.n == 0) continue;
+    const VecX& reach = reaches[i];
+    const double size = std::max(part_reach(p.body), 1e-300);
     for (int k = 0; k < p.body.n; ++k) {
       double& q = scale[p.eq0 + k];
-      q = std::max(q, moved / reach[k]);
+      q = std::max(q, moved[tree[i]] / reach[k]);
       const double frequency = std::sqrt(std::max(0.0, p.body.Ke(k, k)) / p.body.Me(k, k));
       shake[tree[i]] = std::max(shake[tree[i]], frequency * q * reach[k] / size);
       if (rate_of[p.ev0 + k] < 0) continue;
       double& rate = scale[rate_of[p.ev0 + k]];
-      rate = std::max({rate, speed / reach[k], frequency * q});
+      rate = std::max({rate, speed[tree[i]] / reach[k], frequency * q});
     }
   }
   for (size_t i = 0; i < model.parts.size(); ++i) {

@@ -10,12 +10,14 @@
 
 namespace flexframe::sim {
 
+inline constexpr double default_tolerance = 1e-6;
+
 struct System {
   Scene scene;
   Model model;
   Work work;
   bool quadrature = false;        // two more states: work supplied and dissipated, J
-  double tolerance = 1e-6;
+  double tolerance = default_tolerance;
   VecX scale;                     // size of every state so far, for the error weights
   std::vector<std::string> notes;
 };

@@ -1,0 +1,25 @@
+// Small vibrations about a state at rest: natural frequencies, damping and unstable poles of the whole mechanism.
+#pragma once
+
+#include "sim/system.h"
+
+namespace flexframe::sim {
+
+struct LinearMode {
+  double frequency = 0.0;   // Hz, of the undamped system; 0 for a rigid or unstable mode
+  double growth = 0.0;      // rad/s, > 0: an unstable real pole
+  double damping = 0.0;     // damping ratio
+  VecX shape;               // rates of w_all, largest entry 1
+};
+
+// Ascending: unstable first, then rigid modes, then vibrations.
+struct Linearisation {
+  std::vector<LinearMode> modes;
+  bool equilibrium = true;  // the state's accelerations vanish; otherwise it is linearised about a state that it leaves
+};
+
+// About the positions in system.work (assembled), rates zero, t = 0. The elastic stiffness enters exactly; gravity, forces, springs
+// and geometric stiffness by central differences of the accelerations. Throws SimulationError for a mechanism without inertia.
+Linearisation linearise(System system);
+
+}  // namespace flexframe::sim
