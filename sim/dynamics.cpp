@@ -47,7 +47,7 @@ void add_at_frame(const FrameWork& frame, const Mat6& I, const Vec6& f, PartWork
   if (p.q.size() > 0 && frame.flexible) {
     p.Mre.noalias() += XtI * frame.B;
     const Mat6X IB = I * frame.B;
-    p.Mee.noalias() += frame.B.transpose() * IB;
+    p.Mee += frame.B.transpose().lazyProduct(IB);
     p.fe.noalias() += frame.B.transpose() * f;
   }
 }
@@ -89,8 +89,9 @@ void assemble_cluster(const Model& model, int cluster, Work& work) {
       cw.r.segment(ev, n) = p.fe;
       if (o.flexible) {
         p.Fe.noalias() += p.Mrr * p.C;
-        Mee.noalias() += p.C.transpose() * p.Fe;
-        Mee.noalias() += p.Mre.transpose() * p.C;
+        // Products with six inner terms: blocking for the cache would cost more than it saves.
+        Mee += p.C.transpose().lazyProduct(p.Fe);
+        Mee += p.Mre.transpose().lazyProduct(p.C);
         cw.r.segment(ev, n).noalias() += p.C.transpose() * p.fr;
       }
       if (nj > 0) {

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
+#include <map>
 
 namespace flexframe::sim {
 namespace {
@@ -231,13 +231,26 @@ void OutputComparison::add(System& system, double t, const VecX& y) {
 }
 
 std::pair<double, std::string> OutputComparison::largest() const {
+  const MatX& table = recorder_.table();
+  const std::vector<std::string>& units = recorder_.plans().units;
+  // An output that does not move (a conserved energy, a coordinate normal to the plane) has no range of its own; what counts as
+  // moving is seen against the largest output of the same unit, or against the mechanism's energy.
+  std::map<std::string, double> largest_of;
+  for (Eigen::Index k = 0; k < worst_.size(); ++k) {
+    double& m = largest_of[units[static_cast<size_t>(k)]];
+    m = std::max(m, table.row(k).cwiseAbs().maxCoeff());
+  }
+  double& energy = largest_of["J"];
+  energy = std::max(energy, recorder_.energy_scale());
   double value = 0.0;
   std::string column;
   for (Eigen::Index k = 0; k < worst_.size(); ++k) {
-    const double range = recorder_.table().row(k).maxCoeff() - recorder_.table().row(k).minCoeff();
-    // An output that does not move has no range to compare with.
-    if (range <= 1e-12 * recorder_.table().row(k).cwiseAbs().maxCoeff() || range == 0.0) continue;
-    if (worst_[k] / range > value || column.empty()) value = worst_[k] / range, column = recorder_.plans().columns[k];
+    const double range = table.row(k).maxCoeff() - table.row(k).minCoeff();
+    const std::string& unit = units[static_cast<size_t>(k)];
+    const double least = unit == "J" ? energy : 1e-6 * largest_of[unit];
+    if (range == 0.0 || (unit != "J" && range < least)) continue;
+    const double relative = worst_[k] / std::max(range, least);
+    if (relative > value || column.empty()) value = relative, column = recorder_.plans().columns[static_cast<size_t>(k)];
   }
   return {value, column};
 }

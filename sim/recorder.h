@@ -4,6 +4,8 @@
 #include "sim/outputs.h"
 #include "sim/system.h"
 
+#include <algorithm>
+
 namespace flexframe::sim {
 
 class Recorder {
@@ -16,6 +18,7 @@ class Recorder {
   bool outputs_empty() const { return plans_.columns.empty(); }
   const OutputPlans& plans() const { return plans_; }
   const MatX& table() const { return table_; }   // columns x samples
+  double energy_scale() const { return std::max({results_.kinetic.maxCoeff(), results_.strain.maxCoeff(), 1e-300}); }  // J
 
  private:
   struct NodeSource { int body, part, frame; };
