@@ -103,6 +103,8 @@ public:
     destroy_(display_, context_);
   }
   void make_current() override {
+    // Released first: EGL does not notice that OSMesa has bound its own context, and would take ours for current.
+    make_(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
     if (!make_(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_)) throw std::runtime_error("EGL: the context cannot be made current");
   }
   void* get_proc(const char* name) override { return reinterpret_cast<void*>(proc_(name)); }

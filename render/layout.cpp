@@ -267,12 +267,11 @@ struct Builder {
     const double top = place_words();
     double bottom = out.scene.height - 0.6 * pad;
     double left = pad;
-    if (o.triad) {
+    if (o.triad && picture.views.empty()) {
       out.triad_radius = std::max(16.0, 34.0 * out.unit);
       const double reach = out.triad_radius + 1.1 * small;
       if (2.0 * reach < 0.4 * out.scene.height && 2.0 * reach < 0.4 * out.scene.width) {
-        out.has_triad = true;
-        out.triad = {0.6 * pad + reach, out.scene.height - 0.6 * pad - reach};
+        out.triads = {{0.6 * pad + reach, out.scene.height - 0.6 * pad - reach}};
         left = 0.6 * pad + 2.0 * reach + 0.5 * pad;
         out.insets.left = (0.6 * pad + 2.0 * reach) / out.scene.width;
       }
@@ -314,6 +313,11 @@ struct Builder {
         const int x0 = out.inner.x + static_cast<int>(std::lround(v.left * out.inner.width)), x1 = out.inner.x + static_cast<int>(std::lround((v.left + v.width) * out.inner.width));
         const int y0 = out.inner.y + static_cast<int>(std::lround(v.top * out.inner.height)), y1 = out.inner.y + static_cast<int>(std::lround((v.top + v.height) * out.inner.height));
         out.views.push_back({x0, y0, std::max(1, x1 - x0), std::max(1, y1 - y0)});
+        if (o.triad) {
+          out.triad_radius = std::max(13.0, 24.0 * out.unit);
+          const double reach = out.triad_radius + 1.1 * small;
+          if (reach < 0.15 * std::min(x1 - x0, y1 - y0)) out.triads.emplace_back(x0 + 0.4 * pad + reach, y1 - 0.4 * pad - reach);
+        }
         if (!v.label.empty()) {
           const std::string text = fit_text(v.label, out.text, x1 - x0 - pad);
           out.words.push_back({text, x0 + 0.5 * pad, y0 + 0.5 * pad + cap_height(out.text), out.text, false, true});

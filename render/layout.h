@@ -69,8 +69,7 @@ struct Layout {
   bool has_legend = false;
   LegendLayout legend;
   std::vector<PlotLayout> plots;
-  bool has_triad = false;
-  glm::dvec2 triad{0.0};             // centre, px
+  std::vector<glm::dvec2> triads;    // centres, px, one a view; empty: none
   double triad_radius = 0.0;
   Insets insets;
 };

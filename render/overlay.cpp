@@ -43,7 +43,7 @@ void draw_bar(Image& image, const Picture& picture, const BarLayout& layout, con
   for (const TextLine& w : layout.words) draw_line_of_text(image, w, ink);
 }
 
-void draw_triad(Image& image, const Layout& layout, const ViewFrame& frame, const Ink& ink) {
+void draw_triad(Image& image, const Layout& layout, const glm::dvec2& centre, const ViewFrame& frame, const Ink& ink) {
   struct Axis { glm::dvec3 direction; glm::vec3 color; const char* name; };
   std::array<Axis, 3> axes = {{{{1, 0, 0}, {0.82f, 0.20f, 0.17f}, "x"}, {{0, 1, 0}, {0.18f, 0.58f, 0.24f}, "y"}, {{0, 0, 1}, {0.16f, 0.37f, 0.80f}, "z"}}};
   for (Axis& a : axes) a.direction = glm::dmat3(frame.view) * a.direction;
@@ -54,20 +54,20 @@ void draw_triad(Image& image, const Layout& layout, const ViewFrame& frame, cons
   for (const Axis& a : axes) {
     const glm::dvec2 d(a.direction.x, -a.direction.y);
     const double length = glm::length(d);
-    const glm::dvec2 tip = layout.triad + d * radius;
+    const glm::dvec2 tip = centre + d * radius;
     if (length > 0.12) {
       const glm::dvec2 e = d / length, across(-e.y, e.x);
       const double h = std::min(head, 0.8 * length * radius);
-      const std::array<glm::dvec2, 2> shaft = {layout.triad, tip - e * h};
+      const std::array<glm::dvec2, 2> shaft = {centre, tip - e * h};
       draw_polyline(image, shaft, width, a.color);
       const std::array<glm::dvec2, 3> triangle = {tip, tip - e * h + across * h * 0.42, tip - e * h - across * h * 0.42};
       fill_polygon(image, triangle, a.color);
     } else {
       // Along the line of sight: a dot for an arrow's tip, a cross in a ring for its tail.
-      fill_disc(image, layout.triad.x, layout.triad.y, 0.4 * head, a.color);
+      fill_disc(image, centre.x, centre.y, 0.4 * head, a.color);
     }
     const glm::dvec2 away = length > 0.12 ? d / length : glm::dvec2(-0.8, 0.7);
-    const glm::dvec2 place = (length > 0.12 ? tip : layout.triad) + away * (0.72 * size);
+    const glm::dvec2 place = (length > 0.12 ? tip : centre) + away * (0.72 * size);
     draw_text(image, place.x - 0.5 * text_width(a.name, size), place.y + 0.36 * size, a.name, size, ink.strong);
   }
 }
@@ -194,7 +194,7 @@ void draw_overlay(Image& image, const Picture& picture, const Layout& layout, st
       if (e.opacity < 1.0f) draw_frame(image, s.x, s.y, s.width, s.height, std::max(1.0, layout.unit), e.color, 0.8f);
       draw_line_of_text(image, layout.legend.words[i], ink);
     }
-  if (layout.has_triad && !frames.empty()) draw_triad(image, layout, frames.back(), ink);
+  for (std::size_t i = 0; i < std::min(layout.triads.size(), frames.size()); ++i) draw_triad(image, layout, layout.triads[i], frames[i], ink);
   for (const TextLine& w : layout.words) draw_line_of_text(image, w, ink);
 }
 

@@ -64,21 +64,30 @@ Shape make_cylinder(double radius, double length, int sides) {
 
 Shape make_ball(double radius, int rings) {
   Shape shape;
-  const int sides = 2 * rings;
-  for (int j = 0; j <= rings; ++j)
-    for (int i = 0; i <= sides; ++i) {
+  const auto sides = static_cast<unsigned>(2 * rings), inner = static_cast<unsigned>(rings - 1);
+  const auto add = [&](double x, double y, double z) {
+    shape.normals.emplace_back(x, y, z);
+    shape.positions.push_back(static_cast<float>(radius) * shape.normals.back());
+  };
+  // Rings between the poles, then the poles.
+  for (unsigned j = 1; j <= inner; ++j)
+    for (unsigned i = 0; i < sides; ++i) {
       const double a = pi * j / rings, b = 2.0 * pi * i / sides;
-      const glm::vec3 n(std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a));
-      shape.normals.push_back(n);
-      shape.positions.push_back(static_cast<float>(radius) * n);
+      add(std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a));
     }
-  const auto row = static_cast<unsigned>(sides + 1);
-  for (unsigned j = 0; j < static_cast<unsigned>(rings); ++j)
-    for (unsigned i = 0; i < static_cast<unsigned>(sides); ++i) {
-      const unsigned a = j * row + i, b = a + 1, c = a + row, d = c + 1;
-      if (j > 0) shape.triangles.emplace_back(a, c, b);
-      if (j + 1 < static_cast<unsigned>(rings)) shape.triangles.emplace_back(b, c, d);
+  add(0, 0, 1);
+  add(0, 0, -1);
+  const unsigned north = inner * sides, south = north + 1;
+  for (unsigned i = 0; i < sides; ++i) {
+    const unsigned next = (i + 1) % sides;
+    shape.triangles.emplace_back(north, i, next);
+    shape.triangles.emplace_back(south, (inner - 1) * sides + next, (inner - 1) * sides + i);
+    for (unsigned j = 0; j + 1 < inner; ++j) {
+      const unsigned a = j * sides + i, b = j * sides + next, c = a + sides, d = b + sides;
+      shape.triangles.emplace_back(a, c, b);
+      shape.triangles.emplace_back(b, c, d);
     }
+  }
   return shape;
 }
 
@@ -109,8 +118,12 @@ Shape make_box(const glm::dvec3& size) {
   return shape;
 }
 
-Shape make_tube(std::span<const glm::dvec3> path, double radius, int sides) {
-  if (path.size() < 2) throw std::invalid_argument("a tube needs at least two points");
+Shape make_tube(std::span<const glm::dvec3> points, double radius, int sides) {
+  // A point that repeats would fold the surface.
+  std::vector<glm::dvec3> path;
+  for (const glm::dvec3& p : points)
+    if (path.empty() || p != path.back()) path.push_back(p);
+  if (path.size() < 2) throw std::invalid_argument("a tube needs at least two different points");
   const std::size_t count = path.size();
   const auto direction = [](const glm::dvec3& d, const glm::dvec3& otherwise) {
     const double l = glm::length(d);

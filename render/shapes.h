@@ -18,7 +18,7 @@ struct Shape {
 // Arrow from the origin along +x of the given length; radius of the shaft (0: 2.5 % of the length); the head is 3 radii wide.
 Shape make_arrow(double length, double radius = 0.0, int sides = 24);
 
-// Round tube along a polyline (at least two points, m) with flat ends; rotation-minimising frames, so that it does not twist.
+// Round tube along a polyline (at least two different points, m; repeated ones are dropped) with flat ends; rotation-minimising frames, so that it does not twist.
 // Source: Wang, Jüttler, Zheng, Liu, "Computation of rotation minimizing frames", 2008 (double reflection).
 Shape make_tube(std::span<const glm::dvec3> path, double radius, int sides = 16);
 

@@ -1,0 +1,308 @@
+// Drawn pictures: known pixels, known depths, bits that do not depend on anything they should not.
+#include "render/camera.h"
+#include "render/image_compare.h"
+#include "render/png.h"
+#include "render/renderer.h"
+#include "render/shapes.h"
+
+#include <gtest/gtest.h>
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+
+namespace flexframe::render {
+namespace {
+
+Renderer& renderer() {
+  static Renderer r;
+  return r;
+}
+
+Surface surface_of(const Shape& shape) {
+  Surface s;
+  s.positions = shape.positions;
+  s.normals = shape.normals;
+  s.triangles = shape.triangles;
+  s.two_sided = false;
+  return s;
+}
+
+// Camera at z = 5, one unit is 100 pixels.
+Picture front_view() {
+  Picture p;
+  p.size = {400, 300};
+  p.camera.projection = Projection::orthographic;
+  p.camera.height = 3.0;
+  p.camera.position = {0, 0, 5};
+  p.background.top = p.background.bottom = glm::vec3(1.0f);
+  p.look = plain_look();
+  return p;
+}
+
+glm::ivec3 at(const Image& image, int x, int y) {
+  const std::uint8_t* p = &image.pixels[(std::size_t(y) * image.width + x) * image.channels];
+  return {p[0], p[1], p[2]};
+}
+
+// The scene of the determinism tests: everything at once.
+struct Zoo {
+  Shape ball = make_ball(0.5, 24), box = make_box({1, 0.6, 0.8}), tube;
+  std::vector<float> scalars;
+  Picture picture;
+  Zoo() {
+    const std::vector<glm::dvec3> path = {{-1.2, -0.4, 0.3}, {0, 0.2, 0.5}, {1.2, -0.3, 0.2}};
+    tube = make_tube(path, 0.12, 24);
+    for (const glm::vec3& q : tube.positions) scalars.push_back(q.x);
+    picture.size = {320, 240};
+    Surface a = surface_of(ball), b = surface_of(box), c = surface_of(tube), ghost = surface_of(box), second = surface_of(ball);
+    b.edges = true;
+    b.pose[3] = glm::dvec4(0.9, 0.1, -0.6, 1.0);
+    c.scalars = scalars;
+    ghost.opacity = 0.4f;
+    second.opacity = 0.3f;
+    second.pose[3] = glm::dvec4(0.4, 0.1, 0.2, 1.0);
+    second.material.color = {0.2f, 0.4f, 0.9f};
+    a.silhouette = true;
+    picture.surfaces = {a, b, c, ghost, second};
+    picture.scalar_map = {Colormap::viridis, -1.2, 1.2, 0};
+    picture.lines.push_back({.points = {{-1, -1, 0}, {1, 1, 0.5}, {1, -1, 0}}, .colors = {}, .color = {0.8f, 0.2f, 0.1f, 0.6f}, .width = 4.0f});
+    picture.markers.push_back({.points = {{0, 0, 1}, {0.5, 0.5, 1}}});
+    picture.arrows.push_back({{0, 0.6, 0}, {0, 1.2, 0}});
+    std::vector<glm::dvec3> corners;
+    append_corners(corners, {glm::dvec3(-1.5, -1, -1), glm::dvec3(1.5, 1.2, 1)});
+    picture.overlay.title = "Zoo";
+    picture.overlay.scalar_bar = ScalarBar{"x", "m"};
+    picture.overlay.triad = true;
+    picture.ground = default_ground(corners, glm::dvec3(0, 1, 0));
+    picture.camera = fit_camera(picture, corners, default_view(corners, glm::dvec3(0)));
+  }
+};
+
+TEST(Draw, SquareCoversExactlyItsPixels) {
+  const std::vector<glm::vec3> positions = {{-0.5, -0.5, 0}, {0.5, -0.5, 0}, {0.5, 0.5, 0}, {-0.5, 0.5, 0}};
+  const std::vector<glm::uvec3> triangles = {{0, 1, 2}, {0, 2, 3}};
+  Picture p = front_view();
+  Surface s;
+  s.positions = positions;
+  s.triangles = triangles;
+  p.surfaces = {s};
+  const Image image = renderer().draw(p);
+  for (int y = 0; y < 300; ++y)
+    for (int x = 0; x < 400; ++x) {
+      const bool inside = x >= 150 && x < 250 && y >= 100 && y < 200;
+      ASSERT_EQ(at(image, x, y) != glm::ivec3(255), inside) << x << " " << y;
+    }
+  // Half a pixel further: half the light on the edge, in linear light.
+  p.surfaces[0].pose[3] = glm::dvec4(0.005, 0, 0, 1);
+  p.background.top = p.background.bottom = glm::vec3(0.0f);
+  const Image shifted = renderer().draw(p);
+  const int full = at(shifted, 200, 150).g, half = at(shifted, 150, 150).g;
+  const double expected = 255.0 * std::pow(0.5 * std::pow((full / 255.0 + 0.055) / 1.055, 2.4), 1.0 / 2.4) * 1.055 - 0.055 * 255.0;
+  EXPECT_NEAR(half, expected, 1.5);
+}
+
+TEST(Draw, DepthAndScalarPicturesAreNumbers) {
+  const std::vector<glm::vec3> positions = {{-1, -1, -1}, {1, -1, -1}, {1, 1, 1}, {-1, 1, 1}};
+  const std::vector<glm::uvec3> triangles = {{0, 1, 2}, {0, 2, 3}};
+  const std::vector<float> scalars = {0.0f, 1.0f, 1.0f, 0.0f};
+  for (const Projection projection : {Projection::orthographic, Projection::perspective}) {
+    Picture p = front_view();
+    p.camera.projection = projection;
+    Surface s;
+    s.positions = positions;
+    s.triangles = triangles;
+    s.scalars = scalars;
+    p.surfaces = {s};
+    p.scalar_map.upper = 2.0;
+    double near = 0.0, far = 0.0;
+    const Image16 depth = renderer().draw_depth(p, &near, &far), scalar = renderer().draw_scalar(p);
+    // The middle pixel looks at the origin, 5 m away, half a pixel off.
+    const std::size_t middle = std::size_t(150) * 400 + 200;
+    const double distance = near + (far - near) * depth.pixels[middle] / 65534.0;
+    EXPECT_NEAR(distance, 5.0, 0.02);
+    EXPECT_NEAR(scalar.pixels[middle] / 65534.0 * 2.0, 0.5, 0.01);
+    EXPECT_EQ(depth.pixels[0], 65535);
+    EXPECT_EQ(scalar.pixels[0], 65535);
+    // Nearer at the top, where the square leans towards the camera.
+    EXPECT_LT(depth.pixels[std::size_t(90) * 400 + 200], depth.pixels[std::size_t(210) * 400 + 200]);
+  }
+}
+
+TEST(Draw, ColoursOfScalarsAreThoseOfTheBar) {
+  Picture p = front_view();
+  const Shape ball = make_ball(1.0, 48);
+  for (const double t : {0.0, 0.25, 0.5, 0.75, 1.0}) {
+    const std::vector<float> scalars(ball.positions.size(), static_cast<float>(t));
+    Surface s = surface_of(ball);
+    s.scalars = scalars;
+    p.surfaces = {s};
+    const Image image = renderer().draw(p);
+    const glm::vec3 expected = 255.0f * colormap_color(p.scalar_map.colormap, t);
+    const glm::vec3 drawn(at(image, 200, 150));
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(drawn[k], expected[k], 36.0f) << t << " channel " << k;
+  }
+}
+
+TEST(Draw, GhostIsOneShellInAnyOrder) {
+  // Two intersecting ghosts and a solid between, in both orders: the same pixels; and the far side of a ghost adds nothing.
+  const Shape ball = make_ball(0.6, 32), box = make_box({1.4, 0.3, 0.9});
+  Picture p = front_view();
+  Surface a = surface_of(ball), b = surface_of(box), solid = surface_of(make_box({0, 0, 0}));
+  const Shape rod = make_cylinder(0.1, 2.0);
+  solid = surface_of(rod);
+  a.opacity = 0.5f;
+  b.opacity = 0.3f;
+  b.material.color = {0.9f, 0.2f, 0.1f};
+  p.surfaces = {solid, a, b};
+  const Image first = renderer().draw(p);
+  p.surfaces = {b, solid, a};
+  const Image second = renderer().draw(p);
+  EXPECT_TRUE(compare_images(first, second, {.levels = 0, .share = 0.0}).passes);
+
+  Picture q = front_view();
+  q.surfaces = {a};
+  q.surfaces[0].two_sided = true;
+  const Image both_sides = renderer().draw(q);
+  q.surfaces[0].two_sided = false;
+  EXPECT_EQ(both_sides, renderer().draw(q));
+  // Clearly there, clearly not solid.
+  const int ghost = at(both_sides, 200, 150).g;
+  q.surfaces[0].opacity = 1.0f;
+  const int opaque = at(renderer().draw(q), 200, 150).g;
+  EXPECT_GT(ghost, opaque + 15);
+  EXPECT_LT(ghost, 245);
+}
+
+TEST(Draw, TransparentBackgroundHasAlphaOnlyWhereSomethingIs) {
+  Picture p = front_view();
+  const Shape ball = make_ball(0.6, 32);
+  p.surfaces = {surface_of(ball)};
+  p.background.transparent = true;
+  const Image image = renderer().draw(p);
+  ASSERT_EQ(image.channels, 4);
+  EXPECT_EQ(image.pixels[3], 0);
+  EXPECT_EQ(image.pixels[(std::size_t(150) * 400 + 200) * 4 + 3], 255);
+  // Over white it is what the white background gives.
+  p.background.transparent = false;
+  const Image white = renderer().draw(p);
+  EXPECT_EQ(at(image, 200, 150), at(white, 200, 150));
+}
+
+TEST(Draw, FarFromTheOriginNothingTrembles) {
+  const Shape box = make_box({1, 1, 1});
+  Picture p = front_view();
+  p.surfaces = {surface_of(box)};
+  const Image here = renderer().draw(p);
+  const glm::dvec3 far(1e6, -2e6, 3e6);
+  p.surfaces[0].pose[3] = glm::dvec4(far, 1.0);
+  p.camera.position += far;
+  p.camera.target += far;
+  const Image there = renderer().draw(p);
+  EXPECT_TRUE(compare_images(here, there, {.measures = false}).passes);
+}
+
+TEST(Draw, ShadowsFallOnGroundAndBodies) {
+  Picture p;
+  p.size = {320, 240};
+  const Shape ball = make_ball(0.3, 32), plate = make_box({2, 0.1, 2});
+  Surface low = surface_of(plate);
+  low.pose[3] = glm::dvec4(0, -0.6, 0, 1);
+  p.surfaces = {surface_of(ball), low};
+  p.camera.position = {0, 2.5, 4};
+  p.lighting.direction = glm::vec3(0, 1, 0.001f);
+  p.look = {.samples = 4, .shadows = false, .occlusion = false};
+  const Image without = renderer().draw(p);
+  p.look.shadows = true;
+  const Image with = renderer().draw(p);
+  int darker = 0, brighter = 0;
+  for (std::size_t i = 0; i < with.pixels.size(); i += 3) {
+    darker += with.pixels[i] + 15 < without.pixels[i];
+    brighter += with.pixels[i] > without.pixels[i] + 2;
+  }
+  EXPECT_GT(darker, 300);
+  EXPECT_EQ(brighter, 0);
+}
+
+TEST(Draw, SameBitsAgainAndForAnotherContext) {
+  const Zoo zoo;
+  const Image first = renderer().draw(zoo.picture);
+  renderer().draw(front_view());  // something else in between
+  EXPECT_EQ(renderer().draw(zoo.picture), first);
+  Renderer other;
+  EXPECT_EQ(other.draw(zoo.picture), first);
+}
+
+TEST(Draw, SameBitsForAnyNumberOfThreads) {
+  const Zoo zoo;
+  const Image here = renderer().draw(zoo.picture);
+  const auto file = std::filesystem::temp_directory_path() / ("flexframe_threads_" + std::to_string(::getpid()) + ".png");
+  // Threads are chosen when the driver is first used, so each count needs a fresh program: this one, started again.
+  for (const char* threads : {"0", "1", "2", "5"}) {
+    const std::string command = std::string("LP_NUM_THREADS=") + threads + " FLEXFRAME_TEST_PICTURE=" + file.string() +
+                                " /proc/" + std::to_string(::getpid()) + "/exe --gtest_filter=Draw.WritesThePictureAskedFor >/dev/null 2>&1";
+    ASSERT_EQ(std::system(command.c_str()), 0) << command;
+    EXPECT_EQ(read_png(file), here) << threads << " threads";
+    std::filesystem::remove(file);
+  }
+}
+
+// The other half of the test above; alone it draws the zoo and finds it not empty.
+TEST(Draw, WritesThePictureAskedFor) {
+  const Zoo zoo;
+  const Image image = renderer().draw(zoo.picture);
+  EXPECT_NE(*std::max_element(image.pixels.begin(), image.pixels.end()), *std::min_element(image.pixels.begin(), image.pixels.end()));
+  if (const char* file = std::getenv("FLEXFRAME_TEST_PICTURE")) write_png(file, image);
+}
+
+TEST(Draw, OsMesaAndEglDrawTheSameBits) {
+  std::unique_ptr<Renderer> egl;
+  try {
+    egl = std::make_unique<Renderer>(Backend::egl);
+  } catch (const std::runtime_error& e) {
+    GTEST_SKIP() << "no EGL here: " << e.what();
+  }
+  const Zoo zoo;
+  if (egl->info().renderer != renderer().info().renderer) GTEST_SKIP() << "EGL is another renderer: " << egl->info().renderer;
+  EXPECT_EQ(egl->draw(zoo.picture), renderer().draw(zoo.picture));
+}
+
+TEST(Draw, WrongPicturesAreRefusedWithTheirReason) {
+  const Shape ball = make_ball(0.5, 8);
+  const auto message = [&](auto&& change) {
+    Picture p = front_view();
+    p.surfaces = {surface_of(ball)};
+    change(p);
+    try {
+      renderer().draw(p);
+    } catch (const std::invalid_argument& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  const auto has = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
+  EXPECT_EQ(message([](Picture&) {}), "");
+  EXPECT_TRUE(has(message([](Picture& p) { p.size.width = 8; }), "16 to 16384"));
+  EXPECT_TRUE(has(message([](Picture& p) { p.look.samples = 3; }), "1, 4, 9 and 16"));
+  const std::vector<glm::uvec3> wrong = {{0, 1, 100000}};
+  EXPECT_TRUE(has(message([&](Picture& p) { p.surfaces[0].triangles = wrong; }), "100000"));
+  std::vector<glm::vec3> broken = ball.positions;
+  broken[7].y = NAN;
+  EXPECT_TRUE(has(message([&](Picture& p) { p.surfaces[0].positions = broken; }), "position 7"));
+  const std::vector<float> few(3, 0.0f);
+  EXPECT_TRUE(has(message([&](Picture& p) { p.surfaces[0].scalars = few; }), "3 scalars"));
+  EXPECT_TRUE(has(message([](Picture& p) { p.camera.target = p.camera.position; }), "coincide"));
+  EXPECT_TRUE(has(message([](Picture& p) { p.camera.height = 0.0; }), "positive"));
+}
+
+TEST(Draw, BackendsHaveNames) {
+  EXPECT_THROW(backend_from_name("vulkan"), std::invalid_argument);
+  EXPECT_EQ(backend_from_name("egl"), Backend::egl);
+}
+
+}  // namespace
+}  // namespace flexframe::render

@@ -1,0 +1,279 @@
+// Camera, colours, words and their places: all that needs no drawing.
+#include "render/camera.h"
+#include "render/colormap.h"
+#include "render/edges.h"
+#include "render/layout.h"
+#include "render/shapes.h"
+#include "render/srgb.h"
+#include "render/text.h"
+#include "render/view.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace flexframe::render {
+namespace {
+
+std::vector<glm::dvec3> cloud(unsigned seed, double scale, const glm::dvec3& offset) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> u(-1.0, 1.0);
+  std::vector<glm::dvec3> points;
+  for (int i = 0; i < 60; ++i) points.push_back(offset + scale * glm::dvec3(u(random), 0.3 * u(random), 0.6 * u(random)));
+  return points;
+}
+
+TEST(Camera, FitTouchesTheFreeRectangleAndLosesNothing) {
+  for (unsigned seed = 1; seed <= 40; ++seed)
+    for (const Projection projection : {Projection::perspective, Projection::orthographic})
+      for (const Size size : {Size{1280, 720}, Size{300, 900}}) {
+        const double scale = std::pow(10.0, double(seed % 7) - 3.0);
+        const auto points = cloud(seed, scale, scale * glm::dvec3(100.0, -40.0, 3.0));
+        FitOptions options;
+        options.projection = projection;
+        options.direction = glm::dvec3(0.3 * (seed % 3) - 0.3, -0.4, -1.0);
+        options.insets = {0.05, 0.12, 0.1, 0.07};
+        options.margin = 0.0;
+        const Camera camera = fit_camera(points, size, options);
+        Bounds bounds;
+        for (const auto& p : points) bounds.add(p);
+        const ViewFrame frame = make_view(camera, {0, 0, size.width, size.height}, bounds);
+        glm::dvec2 lower(1e9), upper(-1e9);
+        for (const auto& p : points) {
+          glm::dvec2 at;
+          ASSERT_TRUE(project(frame, p, at));
+          lower = glm::min(lower, at);
+          upper = glm::max(upper, at);
+          const double depth = -(frame.view * glm::dvec4(p, 1.0)).z;
+          EXPECT_GE(depth, frame.near);
+          EXPECT_LE(depth, frame.far);
+        }
+        const double l = 0.05 * size.width, r = 0.88 * size.width, t = 0.1 * size.height, b = 0.93 * size.height, e = 1e-6 * size.width;
+        EXPECT_GE(lower.x, l - e);
+        EXPECT_LE(upper.x, r + e);
+        EXPECT_GE(lower.y, t - e);
+        EXPECT_LE(upper.y, b + e);
+        // As large as possible: one direction is full.
+        EXPECT_TRUE((lower.x < l + e && upper.x > r - e) || (lower.y < t + e && upper.y > b - e)) << seed;
+      }
+}
+
+TEST(Camera, FitOfNothingAndOfOnePointIsAView) {
+  for (const std::vector<glm::dvec3>& points : {std::vector<glm::dvec3>{}, {glm::dvec3(3.0)}, {glm::dvec3(3.0), glm::dvec3(NAN)}}) {
+    const Camera c = fit_camera(points, {640, 480}, {});
+    EXPECT_TRUE(std::isfinite(c.position.x + c.target.y + c.up.z));
+    EXPECT_GT(glm::length(c.position - c.target), 0.5);
+  }
+}
+
+TEST(Camera, PathGoesThroughItsKeysSmoothly) {
+  std::vector<CameraKey> keys(3);
+  for (int i = 0; i < 3; ++i) {
+    keys[i].t = i * i + 1.0;
+    keys[i].camera.position = {double(i), i * 2.0, 5.0 - i};
+  }
+  for (const CameraKey& k : keys) EXPECT_LT(glm::length(camera_on_path(keys, k.t).position - k.camera.position), 1e-12);
+  EXPECT_EQ(camera_on_path(keys, -5.0).position, keys[0].camera.position);
+  const double h = 1e-6;
+  const glm::dvec3 before = (camera_on_path(keys, 2.0).position - camera_on_path(keys, 2.0 - h).position) / h;
+  const glm::dvec3 after = (camera_on_path(keys, 2.0 + h).position - camera_on_path(keys, 2.0).position) / h;
+  EXPECT_LT(glm::length(before - after), 1e-4);
+  keys[2].t = keys[1].t;
+  EXPECT_THROW(camera_on_path(keys, 0.0), std::invalid_argument);
+  EXPECT_THROW(camera_on_path({}, 0.0), std::invalid_argument);
+}
+
+TEST(Camera, OrbitKeepsDistanceAndHeight) {
+  Camera c;
+  c.position = {3, 2, 1};
+  const Camera turned = orbit_camera(c, 90.0);
+  EXPECT_NEAR(glm::length(turned.position - turned.target), glm::length(c.position - c.target), 1e-12);
+  EXPECT_NEAR(turned.position.y, 2.0, 1e-12);
+  EXPECT_LT(glm::length(orbit_camera(turned, 270.0).position - c.position), 1e-12);
+}
+
+TEST(Camera, PlanarMotionIsSeenOntoItsPlane) {
+  std::vector<glm::dvec3> points;
+  append_corners(points, {glm::dvec3(-1, -1, -0.02), glm::dvec3(1, 1, 0.02)});
+  const FitOptions view = default_view(points, glm::dvec3(0, -9.81, 0));
+  EXPECT_GT(-view.direction.z, 0.8);
+  EXPECT_EQ(view.up, glm::dvec3(0, 1, 0));
+  EXPECT_EQ(default_view(points, glm::dvec3(0)).up, glm::dvec3(0, 1, 0));
+  const Ground ground = default_ground(points, view.up);
+  EXPECT_LT(ground.point.y, -1.0);
+}
+
+TEST(Colormap, LightnessRisesWhereItShould) {
+  const auto lightness = [](const glm::vec3& c) { return glm::dot(linear_from_srgb(c), glm::vec3(0.2126f, 0.7152f, 0.0722f)); };
+  for (const Colormap map : {Colormap::viridis, Colormap::cividis, Colormap::inferno, Colormap::greys})
+    for (int i = 1; i < 256; ++i) EXPECT_GT(lightness(colormap_color(map, i / 255.0)), lightness(colormap_color(map, (i - 1) / 255.0)) - 1e-4f) << colormap_name(map) << " " << i;
+  // Diverging: lightest in the middle.
+  for (int i = 1; i <= 120; ++i) {
+    EXPECT_GE(lightness(colormap_color(Colormap::coolwarm, 0.5)), lightness(colormap_color(Colormap::coolwarm, 0.5 + i / 255.0)));
+    EXPECT_GE(lightness(colormap_color(Colormap::coolwarm, 0.5)), lightness(colormap_color(Colormap::coolwarm, 0.5 - i / 255.0)));
+  }
+  // Published ends of viridis.
+  const auto table = colormap_table(Colormap::viridis);
+  EXPECT_EQ(table[0], (std::array<std::uint8_t, 3>{68, 1, 84}));
+  EXPECT_EQ(table[255], (std::array<std::uint8_t, 3>{253, 231, 37}));
+}
+
+TEST(Colormap, NamesGoBothWaysAndWrongOnesAreAnswered) {
+  for (const auto name : colormap_names()) EXPECT_EQ(colormap_name(colormap_from_name(name)), name);
+  try {
+    colormap_from_name("jet");
+    FAIL();
+  } catch (const std::invalid_argument& e) {
+    EXPECT_NE(std::string(e.what()).find("viridis"), std::string::npos);
+  }
+  EXPECT_EQ(colormap_color(Colormap::turbo, NAN), glm::vec3(0.5f));
+}
+
+TEST(Ticks, AreRoundFewAndWithin) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> u(-1.0, 1.0);
+  for (int i = 0; i < 2000; ++i) {
+    const double scale = std::pow(10.0, 12.0 * u(random)), low = scale * u(random), high = low + scale * (1e-3 + std::abs(u(random)));
+    const int most = 2 + i % 10;
+    const Ticks t = make_ticks(low, high, most);
+    EXPECT_LE(static_cast<int>(t.values.size()), most) << low << " " << high;
+    const double factor = std::pow(10.0, t.exponent);
+    for (const Tick& tick : t.values) {
+      EXPECT_GE(tick.value * factor, low - 1e-9 * (high - low) - 1e-12 * scale);
+      EXPECT_LE(tick.value * factor, high + 1e-9 * (high - low) + 1e-12 * scale);
+      const double lead = t.step / std::pow(10.0, std::floor(std::log10(t.step) + 1e-9));
+      EXPECT_TRUE(std::abs(lead - 1.0) < 1e-6 || std::abs(lead - 2.0) < 1e-6 || std::abs(lead - 5.0) < 1e-6) << lead;
+    }
+  }
+  const Ticks simple = make_ticks(0.0, 1.1, 6);
+  ASSERT_FALSE(simple.values.empty());
+  EXPECT_EQ(simple.values.front().text, "0.0");
+  EXPECT_EQ(make_ticks(-1.0, 1.0, 3).values.front().text, "−1");
+  EXPECT_TRUE(make_ticks(1.0, 1.0, 5).values.empty());
+  EXPECT_TRUE(make_ticks(0.0, NAN, 5).values.empty());
+}
+
+TEST(Text, MeasuresAddUpAndFitFits) {
+  EXPECT_NEAR(text_width("aa", 20.0), 2.0 * text_width("a", 20.0), 1.0);
+  EXPECT_NEAR(text_width("Flexframe", 40.0), 2.0 * text_width("Flexframe", 20.0), 1e-9);
+  EXPECT_EQ(fit_text("short", 12.0, 500.0), "short");
+  const std::string cut = fit_text("a title much too long for this", 12.0, 80.0);
+  EXPECT_LE(text_width(cut, 12.0), 80.0);
+  EXPECT_NE(cut.find("…"), std::string::npos);
+  // Broken UTF-8 is drawn, not read past its end.
+  EXPECT_GT(text_width("\xff\xc3", 12.0), 0.0);
+}
+
+TEST(Text, TimesHaveTheDecimalsThatTellPicturesApart) {
+  EXPECT_EQ(time_text(0.4, 0.1, 1.6), "t = 0.4 s");
+  EXPECT_EQ(time_text(0.4, 1.0 / 30.0, 1.6), "t = 0.40 s");
+  EXPECT_EQ(time_text(0.0004, 1e-5, 0.002), "t = 0.40 ms");
+  EXPECT_EQ(time_text(-1e-9, 0.1, 1.0), "t = 0.0 s");
+  EXPECT_EQ(scale_text(20.0), "× 20");
+}
+
+Picture full_overlay(Size size) {
+  Picture p;
+  p.size = size;
+  p.bounds.add(glm::dvec3(-1.0));
+  p.bounds.add(glm::dvec3(1.0));
+  p.ground = Ground{};
+  p.overlay.title = "A four-bar linkage with an elastic coupler and a long title";
+  p.overlay.time = "t = 12.345 s";
+  p.overlay.note = "solid: in scale, ghost: exaggerated × 20";
+  p.overlay.scalar_bar = ScalarBar{"displacement magnitude", "mm", 1000.0};
+  p.overlay.triad = true;
+  p.overlay.legend = {{"in scale", {}, 1.0f}, {"exaggerated × 20", {}, 0.4f}, {"undeformed", {}, 0.3f}};
+  p.scalar_map.upper = 0.0123;
+  return p;
+}
+
+TEST(Layout, NothingIsClippedOrLiesOverSomethingElse) {
+  static const std::vector<double> x = {0.0, 1.0, 2.0}, y = {-0.1, 0.3, 0.2};
+  for (const Size size : {Size{320, 240}, Size{640, 480}, Size{1280, 720}, Size{1920, 1080}, Size{3840, 2160}, Size{720, 1280}, Size{240, 320}})
+    for (const int plots : {0, 1, 2})
+      for (const PlotPlace place : {PlotPlace::below, PlotPlace::beside}) {
+        Picture p = full_overlay(size);
+        p.overlay.plot_place = place;
+        for (int i = 0; i < plots; ++i) p.overlay.plots.push_back({"t [s]", "slider x [m]", {{"slider.x", x, y}, {"rod.middle", x, y}}, 0.5, {}, {}});
+        const Layout layout = make_layout(p);
+        struct Box { std::string name; double x0, y0, x1, y1; };
+        std::vector<Box> boxes;
+        const auto add = [&](const TextLine& t) {
+          if (t.text.empty()) return;
+          const double w = text_width(t.text, t.size, t.bold ? Weight::bold : Weight::regular);
+          boxes.push_back({t.text, t.x, t.y - cap_height(t.size), t.x + w, t.y});
+          EXPECT_GE(t.size, 9.0);
+        };
+        for (const TextLine& t : layout.words) add(t);
+        if (layout.has_bar) {
+          for (const TextLine& t : layout.bar.words) add(t);
+          const PixelRect& b = layout.bar.bar;
+          boxes.push_back({"bar", double(b.x), double(b.y), double(b.x + b.width), double(b.y + b.height)});
+        }
+        if (layout.has_legend)
+          for (const TextLine& t : layout.legend.words) add(t);
+        for (const glm::dvec2& c : layout.triads) boxes.push_back({"triad", c.x - layout.triad_radius, c.y - layout.triad_radius, c.x + layout.triad_radius, c.y + layout.triad_radius});
+        for (const PlotLayout& plot : layout.plots) {
+          for (const TextLine& t : plot.words) add(t);
+          for (const TextLine& t : plot.series) add(t);
+          const PixelRect& a = plot.axes;
+          boxes.push_back({"axes", double(a.x), double(a.y), double(a.x + a.width), double(a.y + a.height)});
+        }
+        for (std::size_t i = 0; i < boxes.size(); ++i) {
+          const Box& a = boxes[i];
+          EXPECT_GE(a.x0, -0.5) << a.name << " " << size.width;
+          EXPECT_GE(a.y0, -0.5) << a.name << " " << size.width;
+          EXPECT_LE(a.x1, size.width + 0.5) << a.name << " " << size.width;
+          EXPECT_LE(a.y1, size.height + 0.5) << a.name << " " << size.width;
+          for (std::size_t j = i + 1; j < boxes.size(); ++j) {
+            const Box& b = boxes[j];
+            const double over_x = std::min(a.x1, b.x1) - std::max(a.x0, b.x0), over_y = std::min(a.y1, b.y1) - std::max(a.y0, b.y0);
+            EXPECT_FALSE(over_x > 0.5 && over_y > 0.5) << "'" << a.name << "' over '" << b.name << "' at " << size.width << " x " << size.height << ", plots " << plots;
+          }
+        }
+        // The insets leave room for the scene.
+        EXPECT_LT(layout.insets.left + layout.insets.right, 0.75) << size.width;
+        EXPECT_LT(layout.insets.top + layout.insets.bottom, 0.75) << size.width;
+      }
+}
+
+TEST(Shapes, AreClosedAndFaceOutwards) {
+  const std::vector<glm::dvec3> path = {{0, 0, 0}, {1, 0.2, 0}, {2, 0.2, 0.5}, {2, 0.2, 0.5}, {3, 0, 0}};
+  const std::pair<const char*, Shape> shapes[] = {{"arrow", make_arrow(2.0)}, {"ball", make_ball(0.7)}, {"box", make_box({1, 2, 3})},
+                                                  {"cylinder", make_cylinder(0.5, 2.0)}, {"tube", make_tube(path, 0.1)},
+                                                  {"spring", make_spring({0, 0, 0}, {1, 1, 0}, 0.1, 0.01)}};
+  for (const auto& [name, shape] : shapes) {
+    ASSERT_EQ(shape.positions.size(), shape.normals.size()) << name;
+    double volume = 0.0;
+    for (const glm::uvec3& t : shape.triangles) {
+      const glm::dvec3 a(shape.positions[t.x]), b(shape.positions[t.y]), c(shape.positions[t.z]);
+      volume += glm::dot(a, glm::cross(b, c)) / 6.0;
+      const glm::dvec3 n = glm::cross(b - a, c - a);
+      if (glm::length(n) < 1e-9) continue;
+      EXPECT_GT(glm::dot(glm::normalize(n), glm::dvec3(shape.normals[t.x] + shape.normals[t.y] + shape.normals[t.z])), 0.0) << name;
+    }
+    EXPECT_GT(volume, 0.0) << name;
+  }
+  double ball = 0.0;
+  for (const glm::uvec3& t : shapes[1].second.triangles)
+    ball += glm::dot(glm::dvec3(shapes[1].second.positions[t.x]), glm::cross(glm::dvec3(shapes[1].second.positions[t.y]), glm::dvec3(shapes[1].second.positions[t.z]))) / 6.0;
+  EXPECT_NEAR(ball, 4.0 / 3.0 * M_PI * 0.343, 0.03);
+}
+
+TEST(Edges, OfABoxAreItsTwelveAndNoDiagonal) {
+  const Shape box = make_box({1, 1, 1});
+  const auto flags = compute_feature_edges(box.positions, box.triangles);
+  int drawn = 0;
+  for (const auto f : flags) drawn += (f & 1) + (f >> 1 & 1) + (f >> 2 & 1);
+  EXPECT_EQ(drawn, 24);  // each from both sides
+  const Shape ball = make_ball(1.0, 24);
+  const auto smooth = compute_feature_edges(ball.positions, ball.triangles);
+  int sharp = 0;
+  for (const auto f : smooth) sharp += f != 0;
+  EXPECT_EQ(sharp, 0);
+}
+
+}  // namespace
+}  // namespace flexframe::render
