@@ -15,3 +15,10 @@ find_package(CLI11 REQUIRED)
 find_package(nlohmann_json REQUIRED)
 pkg_check_modules(stb REQUIRED IMPORTED_TARGET stb)
 pkg_check_modules(deflate REQUIRED IMPORTED_TARGET libdeflate)
+
+# Sparse factorisation of finite element models: MUMPS (sequential), METIS ordering, OpenBLAS kernels.
+find_library(MUMPS_LIBRARY NAMES dmumps_seq REQUIRED)
+find_library(METIS_LIBRARY NAMES metis REQUIRED)
+pkg_check_modules(openblas REQUIRED IMPORTED_TARGET openblas)
+add_library(flexframe_sparse INTERFACE)
+target_link_libraries(flexframe_sparse INTERFACE ${MUMPS_LIBRARY} ${METIS_LIBRARY} PkgConfig::openblas)

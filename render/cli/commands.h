@@ -10,6 +10,7 @@ Command add_simulate(CLI::App& program);
 Command add_render(CLI::App& program);
 Command add_check(CLI::App& program);
 Command add_info(CLI::App& program);
+Command add_reduce(CLI::App& program);
 Command add_deform(CLI::App& program);
 Command add_compare(CLI::App& program);
 

@@ -1,0 +1,140 @@
+// Attachments and choice of nodes. See fe_attachment.h.
+#include "sim/reduce/fe_attachment.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <set>
+#include <unordered_map>
+
+namespace flexframe::sim {
+namespace {
+
+using Triplets = std::vector<Eigen::Triplet<double>>;
+
+// Adds the rows of the rigid motion at `centre` that fits the translations of `nodes` best: (sum B^T B)^-1 sum B^T u, B = [1, -skew(r)].
+// Rotations about a line on which all nodes lie cannot be seen: they are left zero. rows: 0 all six, 3 rotations only.
+void fit(const FeModel& model, const FeSystem& system, const std::vector<int>& nodes, const Vec3& centre, int from_row, Triplets& out) {
+  double size = 0.0;
+  Vec3 middle = Vec3::Zero();
+  int count = 0;
+  for (int n : nodes)
+    if (system.dof[n][0] >= 0) {
+      middle += model.nodes[n];
+      ++count;
+    }
+  if (count == 0) return;
+  middle /= count;
+  for (int n : nodes)
+    if (system.dof[n][0] >= 0) size = std::max(size, (model.nodes[n] - middle).norm());
+  // About the middle the normal equations fall apart into translations and rotations.
+  Mat3 inertia = Mat3::Zero();
+  for (int n : nodes) {
+    if (system.dof[n][0] < 0) continue;
+    const Vec3 r = model.nodes[n] - middle;
+    inertia += r.squaredNorm() * Mat3::Identity() - r * r.transpose();
+  }
+  Eigen::SelfAdjointEigenSolver<Mat3> eigen(inertia);
+  Vec3 inverse = Vec3::Zero();
+  for (int k = 0; k < 3; ++k)
+    if (eigen.eigenvalues()(k) > 1e-10 * size * size) inverse(k) = 1.0 / eigen.eigenvalues()(k);
+  const Mat3 pseudo = eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+  const Vec3 arm = centre - middle;
+  for (int n : nodes) {
+    if (system.dof[n][0] < 0) continue;
+    const Vec3 r = model.nodes[n] - middle;
+    for (int d = 0; d < 3; ++d) {
+      const Vec3 e = Vec3::Unit(d);
+      const Vec3 turn = pseudo * r.cross(e);
+      const Vec3 move = e / count + turn.cross(arm);
+      for (int k = 0; k < 3; ++k) {
+        if (from_row == 0 && move(k) != 0.0) out.emplace_back(k, system.dof[n][d], move(k));
+        if (turn(k) != 0.0) out.emplace_back(3 + k, system.dof[n][d], turn(k));
+      }
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<std::vector<int>> node_neighbours(const FeModel& model, const std::vector<int>& nodes) {
+  std::unordered_map<int, int> place;
+  for (size_t i = 0; i < nodes.size(); ++i) place.emplace(nodes[i], static_cast<int>(i));
+  std::vector<std::set<int>> sets(nodes.size());
+  for (const FeElement& e : model.elements)
+    for (int i = 0; i < e.count; ++i)
+      if (const auto it = place.find(model.connectivity[e.first + i]); it != place.end())
+        for (int j = 0; j < e.count; ++j) sets[it->second].insert(model.connectivity[e.first + j]);
+  std::vector<std::vector<int>> out;
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    // The same node may be asked for twice.
+    const auto& set = sets[place.at(nodes[i])];
+    out.emplace_back(set.begin(), set.end());
+  }
+  return out;
+}
+
+FeAttachment node_attachment(const FeModel& model, const FeSystem& system, const std::vector<std::vector<int>>& neighbours, int node) {
+  FeAttachment a;
+  a.id = fmt::format("{}", model.node_ids[node]);
+  a.position = model.nodes[node];
+  if (system.dof[node][0] < 0) throw InputError(fmt::format("{}: node {} belongs to no element", model.file, model.node_ids[node]));
+  Triplets t;
+  for (int d = 0; d < 6; ++d)
+    if (system.dof[node][d] >= 0) t.emplace_back(d, system.dof[node][d], 1.0);
+  if (system.dof[node][3] < 0) {
+    a.own_rotation = false;
+    for (const auto& list : neighbours) fit(model, system, list, a.position, 3, t);
+  }
+  a.motion.resize(6, system.size);
+  a.motion.setFromTriplets(t.begin(), t.end());
+  return a;
+}
+
+FeAttachment spider_attachment(const FeModel& model, const FeSystem& system, const FeSpider& spider) {
+  FeAttachment a;
+  a.id = spider.name.empty() ? fmt::format("{}", model.node_ids[spider.node]) : spider.name;
+  a.position = model.nodes[spider.node];
+  Triplets t;
+  if (spider.rigid) {
+    for (int d = 0; d < 6; ++d) t.emplace_back(d, system.dof[spider.node][d], 1.0);
+  } else {
+    fit(model, system, spider.slaves, a.position, 0, t);
+    if (t.empty()) throw InputError(fmt::format("{}: spider '{}' reaches no node of an element", model.file, spider.name));
+  }
+  a.motion.resize(6, system.size);
+  a.motion.setFromTriplets(t.begin(), t.end());
+  return a;
+}
+
+std::vector<int> spread_nodes(const FeModel& model, const std::vector<int>& candidates, const std::vector<Vec3>& chosen, int count) {
+  std::vector<int> out;
+  if (candidates.empty()) return out;
+  std::vector<double> distance(candidates.size(), std::numeric_limits<double>::max());
+  const auto take = [&](const Vec3& p) {
+    for (size_t i = 0; i < candidates.size(); ++i) distance[i] = std::min(distance[i], (model.nodes[candidates[i]] - p).squaredNorm());
+  };
+  if (chosen.empty()) {
+    Vec3 middle = Vec3::Zero();
+    for (int c : candidates) middle += model.nodes[c];
+    middle /= static_cast<double>(candidates.size());
+    for (size_t i = 0; i < candidates.size(); ++i) distance[i] = (model.nodes[candidates[i]] - middle).squaredNorm();
+    const size_t far = std::max_element(distance.begin(), distance.end()) - distance.begin();
+    std::fill(distance.begin(), distance.end(), std::numeric_limits<double>::max());
+    if (count > 0) {
+      out.push_back(candidates[far]);
+      take(model.nodes[candidates[far]]);
+    }
+  }
+  for (const Vec3& p : chosen) take(p);
+  while (static_cast<int>(out.size()) < count) {
+    const size_t far = std::max_element(distance.begin(), distance.end()) - distance.begin();
+    if (!(distance[far] > 0.0)) break;
+    out.push_back(candidates[far]);
+    take(model.nodes[candidates[far]]);
+  }
+  return out;
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,189 @@
+// Flat shell elements. See fe_elements.h. A warped quadrangle is projected on its mean plane.
+#include "sim/reduce/fe_elements.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace flexframe::sim {
+namespace {
+
+using Vec2 = Eigen::Vector2d;
+
+// Fraction of the shear modulus that ties the rotation about the normal to the membrane's rotation: large enough against rounding of the
+// stiffness, small enough to leave the membrane as it is.
+constexpr double drilling = 1e-3;
+
+Mat3 plane_stress(const FeMaterial& m) {
+  const double c = m.youngs_modulus / (1 - m.poisson * m.poisson);
+  Mat3 C = Mat3::Zero();
+  C << c, c * m.poisson, 0, c * m.poisson, c, 0, 0, 0, 0.5 * c * (1 - m.poisson);
+  return C;
+}
+
+void quadrangle_functions(const Vec2& q, Eigen::Vector4d& N, Eigen::Matrix<double, 4, 2>& dN) {
+  static constexpr double sx[4] = {-1, 1, 1, -1}, sy[4] = {-1, -1, 1, 1};
+  for (int i = 0; i < 4; ++i) {
+    N(i) = (1 + sx[i] * q.x()) * (1 + sy[i] * q.y()) / 4;
+    dN.row(i) << sx[i] * (1 + sy[i] * q.y()) / 4, sy[i] * (1 + sx[i] * q.x()) / 4;
+  }
+}
+
+// Local motions per node: u v w rx ry rz. x: n x 2 in the plane.
+void add_drilling(const MatX& dN, const VecX& N, double weight, MatX& K) {
+  const int n = static_cast<int>(dN.rows());
+  VecX b = VecX::Zero(6 * n);
+  for (int i = 0; i < n; ++i) {
+    b(6 * i) = 0.5 * dN(i, 1);
+    b(6 * i + 1) = -0.5 * dN(i, 0);
+    b(6 * i + 5) = N(i);
+  }
+  K += weight * b * b.transpose();
+}
+
+void quadrangle(const Eigen::Matrix<double, 4, 2>& x, double t, const FeMaterial& material, int id, MatX& K) {
+  const Mat3 C = plane_stress(material);
+  const double G = material.youngs_modulus / (2 * (1 + material.poisson));
+  const double g = 1.0 / std::sqrt(3.0);
+  Eigen::Vector4d N;
+  Eigen::Matrix<double, 4, 2> dN;
+  const auto jacobian = [&](const Vec2& q) {
+    quadrangle_functions(q, N, dN);
+    return Eigen::Matrix2d(x.transpose() * dN);  // d(x, y) / d(xi, eta)
+  };
+  // Covariant shear strain along direction k at the middles of the edges, gamma_k = w,k + beta . x,k with beta = (ry, -rx).
+  const auto covariant = [&](const Vec2& q, int k) {
+    const Eigen::Matrix2d J = jacobian(q);
+    Eigen::RowVectorXd b = Eigen::RowVectorXd::Zero(24);
+    for (int i = 0; i < 4; ++i) {
+      b(6 * i + 2) = dN(i, k);
+      b(6 * i + 4) = N(i) * J(0, k);
+      b(6 * i + 3) = -N(i) * J(1, k);
+    }
+    return b;
+  };
+  const Eigen::RowVectorXd a = covariant({0, -1}, 0), c = covariant({0, 1}, 0), d = covariant({-1, 0}, 1), b = covariant({1, 0}, 1);
+
+  const Eigen::Matrix2d J0 = jacobian({0, 0});
+  const double det0 = J0.determinant();
+  const Eigen::Matrix2d inverse0 = J0.inverse();
+  MatX coupling = MatX::Zero(4, 24);
+  Eigen::Matrix4d inner = Eigen::Matrix4d::Zero();
+  for (const Vec2& q : {Vec2(-g, -g), Vec2(g, -g), Vec2(g, g), Vec2(-g, g)}) {
+    const Eigen::Matrix2d J = jacobian(q);
+    const double area = J.determinant();
+    if (!(area > 0.0)) throw InputError(fmt::format("element {} (4-node shell) is too distorted: its Jacobian is not positive", id));
+    const Eigen::Matrix2d inverse = J.inverse();
+    const MatX D = dN * inverse;
+    MatX Bm = MatX::Zero(3, 24), Bb = MatX::Zero(3, 24), Bs(2, 24), Bi = MatX::Zero(3, 4);
+    for (int i = 0; i < 4; ++i) {
+      Bm(0, 6 * i) = Bm(2, 6 * i + 1) = D(i, 0);
+      Bm(1, 6 * i + 1) = Bm(2, 6 * i) = D(i, 1);
+      Bb(0, 6 * i + 4) = D(i, 0);
+      Bb(1, 6 * i + 3) = -D(i, 1);
+      Bb(2, 6 * i + 4) = D(i, 1);
+      Bb(2, 6 * i + 3) = -D(i, 0);
+    }
+    Bs.row(0) = 0.5 * ((1 - q.y()) * a + (1 + q.y()) * c);
+    Bs.row(1) = 0.5 * ((1 - q.x()) * d + (1 + q.x()) * b);
+    const MatX shear = inverse.transpose() * Bs;
+    for (int k = 0; k < 2; ++k) {
+      const Eigen::RowVector2d e = -2.0 * q(k) * inverse0.row(k) * (det0 / area);
+      Bi(0, 2 * k) = Bi(2, 2 * k + 1) = e(0);
+      Bi(1, 2 * k + 1) = Bi(2, 2 * k) = e(1);
+    }
+    K += area * t * Bm.transpose() * C * Bm + area * t * t * t / 12.0 * Bb.transpose() * C * Bb + area * t * 5.0 / 6.0 * G * shear.transpose() * shear;
+    coupling += area * t * Bi.transpose() * C * Bm;
+    inner += area * t * Bi.transpose() * C * Bi;
+    add_drilling(D, N, drilling * G * t * area, K);
+  }
+  K -= coupling.transpose() * inner.ldlt().solve(coupling);
+}
+
+// Curvature of the discrete Kirchhoff triangle, 3 x 9 on w, rx, ry per node (Batoz 1980).
+MatX kirchhoff_curvature(const Eigen::Matrix<double, 3, 2>& p, double twice_area, double xi, double eta) {
+  const double x23 = p(1, 0) - p(2, 0), x31 = p(2, 0) - p(0, 0), x12 = p(0, 0) - p(1, 0);
+  const double y23 = p(1, 1) - p(2, 1), y31 = p(2, 1) - p(0, 1), y12 = p(0, 1) - p(1, 1);
+  const auto edge = [](double x, double y) {
+    const double l2 = x * x + y * y;
+    return std::array<double, 4>{-6 * x / l2, -6 * y / l2, 3 * x * y / l2, 3 * y * y / l2};
+  };
+  const auto [P4, t4, q4, r4] = edge(x23, y23);
+  const auto [P5, t5, q5, r5] = edge(x31, y31);
+  const auto [P6, t6, q6, r6] = edge(x12, y12);
+  Eigen::Matrix<double, 9, 1> Hxx, Hyx, Hxe, Hye;
+  const double a = 1 - 2 * xi, b = 1 - 2 * eta;
+  Hxx << P6 * a + (P5 - P6) * eta, q6 * a - (q5 + q6) * eta, -4 + 6 * (xi + eta) + r6 * a - eta * (r5 + r6), -P6 * a + eta * (P4 + P6), q6 * a - eta * (q6 - q4),
+      -2 + 6 * xi + r6 * a + eta * (r4 - r6), -eta * (P5 + P4), eta * (q4 - q5), -eta * (r5 - r4);
+  Hyx << t6 * a + eta * (t5 - t6), 1 + r6 * a - eta * (r5 + r6), -q6 * a + eta * (q5 + q6), -t6 * a + eta * (t4 + t6), -1 + r6 * a + eta * (r4 - r6),
+      -q6 * a - eta * (q4 - q6), -eta * (t4 + t5), eta * (r4 - r5), -eta * (q4 - q5);
+  Hxe << -P5 * b - xi * (P6 - P5), q5 * b - xi * (q5 + q6), -4 + 6 * (xi + eta) + r5 * b - xi * (r5 + r6), xi * (P4 + P6), xi * (q4 - q6), -xi * (r6 - r4),
+      P5 * b - xi * (P4 + P5), q5 * b + xi * (q4 - q5), -2 + 6 * eta + r5 * b + xi * (r4 - r5);
+  Hye << -t5 * b - xi * (t6 - t5), 1 + r5 * b - xi * (r5 + r6), -q5 * b + xi * (q5 + q6), xi * (t4 + t6), xi * (r4 - r6), -xi * (q4 - q6), t5 * b - xi * (t4 + t5),
+      -1 + r5 * b + xi * (r4 - r5), -q5 * b - xi * (q4 - q5);
+  MatX B(3, 9);
+  B.row(0) = (y31 * Hxx + y12 * Hxe).transpose();
+  B.row(1) = -(x31 * Hyx + x12 * Hye).transpose();
+  B.row(2) = (-x31 * Hxx - x12 * Hxe + y31 * Hyx + y12 * Hye).transpose();
+  return B / twice_area;
+}
+
+void triangle(const Eigen::Matrix<double, 3, 2>& p, double t, const FeMaterial& material, MatX& K) {
+  const Mat3 C = plane_stress(material);
+  const double G = material.youngs_modulus / (2 * (1 + material.poisson));
+  Eigen::Matrix2d J;
+  J << p(1, 0) - p(0, 0), p(2, 0) - p(0, 0), p(1, 1) - p(0, 1), p(2, 1) - p(0, 1);
+  const double twice_area = J.determinant();
+  MatX parent(3, 2);
+  parent << -1, -1, 1, 0, 0, 1;
+  const MatX D = parent * J.inverse();
+  MatX Bm = MatX::Zero(3, 18);
+  for (int i = 0; i < 3; ++i) {
+    Bm(0, 6 * i) = Bm(2, 6 * i + 1) = D(i, 0);
+    Bm(1, 6 * i + 1) = Bm(2, 6 * i) = D(i, 1);
+  }
+  K += 0.5 * twice_area * t * Bm.transpose() * C * Bm;
+  // Quadratic integrand: the middles of the edges are exact.
+  for (const Vec2& q : {Vec2(0.5, 0), Vec2(0.5, 0.5), Vec2(0, 0.5)}) {
+    const MatX B9 = kirchhoff_curvature(p, twice_area, q.x(), q.y());
+    MatX B = MatX::Zero(3, 18);
+    for (int i = 0; i < 3; ++i)
+      for (int k = 0; k < 3; ++k) B.col(6 * i + 2 + k) = B9.col(3 * i + k);
+    K += twice_area / 6.0 * t * t * t / 12.0 * B.transpose() * C * B;
+    VecX N(3);
+    N << 1 - q.x() - q.y(), q.x(), q.y();
+    add_drilling(D, N, drilling * G * t * twice_area / 6.0, K);
+  }
+}
+
+}  // namespace
+
+void shell_matrices(FeShape shape, const Mat3X& X, double thickness, const FeMaterial& material, int id, MatX& K, MatX& M) {
+  const int n = static_cast<int>(X.cols());
+  const Vec3 normal = n == 3 ? Vec3((X.col(1) - X.col(0)).cross(X.col(2) - X.col(0))) : Vec3((X.col(2) - X.col(0)).cross(X.col(3) - X.col(1)));
+  const double area = 0.5 * normal.norm();
+  if (!(area > 0.0)) throw InputError(fmt::format("element {} ({}) has no area", id, fe_name(shape)));
+  Mat3 Q;  // columns: local axes
+  Q.col(2) = normal.normalized();
+  Q.col(0) = (X.col(1) - X.col(0)) - Q.col(2).dot(X.col(1) - X.col(0)) * Q.col(2);
+  if (!(Q.col(0).norm() > 0.0)) throw InputError(fmt::format("element {} ({}) is degenerate", id, fe_name(shape)));
+  Q.col(0).normalize();
+  Q.col(1) = Q.col(2).cross(Q.col(0));
+  const Vec3 middle = X.rowwise().mean();
+  const MatX local = (Q.leftCols(2).transpose() * (X.colwise() - middle)).transpose();
+  MatX Kl = MatX::Zero(6 * n, 6 * n);
+  if (n == 3) triangle(local, thickness, material, Kl);
+  else quadrangle(local, thickness, material, id, Kl);
+  MatX turn = MatX::Zero(6 * n, 6 * n);
+  for (int i = 0; i < 2 * n; ++i) turn.block<3, 3>(3 * i, 3 * i) = Q.transpose();
+  K = turn.transpose() * Kl * turn;
+  K = (0.5 * (K + K.transpose())).eval();
+  M = MatX::Zero(6 * n, 6 * n);
+  const double share = material.density * thickness * area / n;
+  for (int i = 0; i < n; ++i) {
+    M.diagonal().segment<3>(6 * i).setConstant(share);
+    M.diagonal().segment<3>(6 * i + 3).setConstant(share * thickness * thickness / 12.0);
+  }
+}
+
+}  // namespace flexframe::sim

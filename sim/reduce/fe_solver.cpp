@@ -1,0 +1,247 @@
+// Shift-invert block Lanczos and deflated conjugate gradients. See fe_solver.h.
+#include "sim/reduce/fe_solver.h"
+
+#include "sim/reduce/dense_products.h"
+
+#include <Eigen/Eigenvalues>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+namespace flexframe::sim {
+namespace {
+
+// W becomes M-orthonormal, MW = M W with it; W_before = W B. Directions that vanish against `scale` are dropped.
+MatX orthonormalise(MatX& W, MatX& MW, double scale) {
+  MatX B = MatX::Identity(W.cols(), W.cols());
+  for (int pass = 0; pass < 2 && W.cols() > 0; ++pass) {
+    const MatX gram = product_tn(W, MW);
+    Eigen::SelfAdjointEigenSolver<MatX> eigen(0.5 * (gram + gram.transpose()));
+    const VecX d = eigen.eigenvalues();
+    // Below the square root of rounding nothing but rounding is left of a direction.
+    const double least = pass == 0 ? 1e-24 * scale * scale : 0.0;
+    int keep = 0;
+    for (int k = 0; k < d.size(); ++k) keep += d(k) > least && d(k) > 1e-13 * d(d.size() - 1);
+    const MatX U = eigen.eigenvectors().rightCols(keep);
+    const VecX root = d.tail(keep).cwiseSqrt();
+    const MatX S = U * root.cwiseInverse().asDiagonal();
+    MatX next = MatX::Zero(W.rows(), keep), next_M = MatX::Zero(W.rows(), keep);
+    add_product(next, 1.0, W, S);
+    add_product(next_M, 1.0, MW, S);
+    W = std::move(next);
+    MW = std::move(next_M);
+    B = (root.asDiagonal() * U.transpose() * B).eval();
+  }
+  return B;
+}
+
+double hertz(double eigenvalue) { return std::sqrt(std::max(eigenvalue, 0.0)) / (2.0 * std::numbers::pi); }
+
+}  // namespace
+
+FeSolver::FeSolver(const FeReduced& s, const MatX& rigid, double stiffness_estimate) : system(s), R(rigid), estimate(stiffness_estimate) {
+  if (R.cols() > 0) {
+    MR = symmetric_product(system.M, R);
+    // Columns of equal weight first: translations and rotations have different units.
+    for (int k = 0; k < R.cols(); ++k) {
+      const double norm = std::sqrt(R.col(k).dot(MR.col(k)));
+      if (!(norm > 0.0)) throw InputError("the model has no mass in one of its rigid motions");
+      R.col(k) /= norm;
+      MR.col(k) /= norm;
+    }
+    const Eigen::Index before = R.cols();
+    orthonormalise(R, MR, 1.0);
+    if (R.cols() != before) throw InputError("the model's rigid motions are not independent: all its nodes lie on one line");
+    // A hundredth of the lowest elastic eigenvalue: K + s M is far from singular, and the elastic spectrum is inverted nearly as by K itself.
+    shift = 1e-2 * estimate;
+  }
+  SparseMatrix A = system.K;
+  if (shift > 0.0) A += shift * system.M;
+  cholesky = std::make_unique<SparseCholesky>(A);
+}
+
+FeModes FeSolver::modes(int count, double eigenvalue_limit, const MatX& hold, const FeProgress& progress) const {
+  const int n = system.size();
+  const bool free_motion = hold.cols() == 0;
+  const int available = n - (free_motion ? rigid() : static_cast<int>(hold.cols()));
+  if (count > available) throw InputError(fmt::format("{} modes are asked for, the model has {}", count, available));
+  const auto wanted = [&](const VecX& lambda) {
+    if (count > 0) return count;
+    int below = 0;
+    while (below < lambda.size() && lambda(below) <= eigenvalue_limit) ++below;
+    return std::min(below + 1, available);
+  };
+
+  // Points held: x = A^-1 (b - H S^-1 H^T A^-1 b), A = K + s M, S = H^T A^-1 H.
+  MatX flexible_hold;
+  Eigen::LDLT<MatX> schur;
+  if (!free_motion) {
+    flexible_hold = hold;
+    cholesky->solve(flexible_hold);
+    schur.compute(product_tn(hold, flexible_hold));
+  }
+  const auto apply = [&](MatX& b) {
+    cholesky->solve(b);
+    if (free_motion) add_product(b, -1.0, R, product_tn(MR, b));
+    else add_product(b, -1.0, flexible_hold, schur.solve(product_tn(hold, b)));
+  };
+
+  const int block = std::max(1, std::min(8, available / 4));
+  // Start: smooth enough is anything once inverted; fixed seed, so that runs repeat.
+  MatX Z(n, block);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  for (double& v : Z.reshaped()) v = uniform(random);
+  Z = symmetric_product(system.M, Z);
+  apply(Z);
+
+  MatX V(n, 0), T;
+  FeModes result;
+  double scale = 0.0;
+  VecX previous;
+  for (;;) {
+    // Orthogonal to all before, twice is enough.
+    const int m = static_cast<int>(V.cols());
+    MatX MZ = symmetric_product(system.M, Z);
+    scale = std::max(scale, std::sqrt(std::max(0.0, (Z.cwiseProduct(MZ)).colwise().sum().maxCoeff())));
+    MatX coupling = MatX::Zero(m, Z.cols());
+    for (int pass = 0; pass < 2 && m > 0; ++pass) {
+      const MatX c = product_tn(V, MZ);
+      add_product(Z, -1.0, V, c);
+      coupling += c;
+      MZ = symmetric_product(system.M, Z);
+    }
+    // The last block column of T: V^T M OP Q.
+    if (m > 0) {
+      const int last = static_cast<int>(coupling.cols());
+      T.conservativeResize(m, m);
+      T.rightCols(last) = coupling;
+      T.bottomRows(last) = coupling.transpose();
+    }
+    const MatX B = orthonormalise(Z, MZ, scale);
+    const bool exhausted = Z.cols() == 0 || m + Z.cols() > available;
+
+    // Ritz values and their residuals.
+    if (m > 0) {
+      Eigen::SelfAdjointEigenSolver<MatX> eigen(0.5 * (T + T.transpose()));
+      const VecX theta = eigen.eigenvalues().reverse();
+      const MatX S = eigen.eigenvectors().rowwise().reverse();
+      const VecX lambda = theta.cwiseMax(1e-300).cwiseInverse().array() - shift;
+      const int need = std::min(wanted(lambda), m);
+      const int last = static_cast<int>(B.cols());
+      int converged = 0;
+      const bool enough = m >= wanted(lambda);
+      for (; converged < need; ++converged) {
+        const double residual = exhausted ? 0.0 : (B * S.col(converged).tail(last)).norm();
+        // The eigenvalue's error is the square of this; the vector's follows it directly.
+        if (residual > 1e-9 * theta(converged)) break;
+      }
+      if (progress) progress(fmt::format("modes: block {}, {} of {} converged", result.iterations, converged, wanted(lambda)));
+      if (exhausted && !enough) throw SimulationError(fmt::format("only {} of {} modes can be told from rounding", m, wanted(lambda)));
+      if ((enough && converged >= need) || exhausted) {
+        result.eigenvalues = lambda.head(need);
+        result.vectors = MatX::Zero(n, need);
+        add_product(result.vectors, 1.0, V, S.leftCols(need));
+        break;
+      }
+      if (m > 40 * (need + 10)) throw SimulationError(fmt::format("the modes do not converge: {} of {} after {} blocks", converged, need, result.iterations));
+    }
+    const int width = static_cast<int>(Z.cols());
+    V.conservativeResize(n, m + width);
+    V.rightCols(width) = Z;
+    T.conservativeResize(m + width, m + width);
+    Z = std::move(MZ);
+    apply(Z);
+    ++result.iterations;
+  }
+  // Motions without stiffness that are no rigid motions: a mechanism.
+  if (free_motion && shift > 0.0) {
+    int loose = 0;
+    while (loose < result.eigenvalues.size() && result.eigenvalues(loose) < 1e-4 * shift) ++loose;
+    if (loose > 0)
+      throw InputError(fmt::format("the model has {} motion{} without stiffness besides its {} rigid ones (frequency {:.3g} Hz): parts that are not connected, or a mechanism", loose,
+                                   loose == 1 ? "" : "s", rigid(), hertz(result.eigenvalues(0))));
+  }
+  return result;
+}
+
+MatX FeSolver::respond(const MatX& p, double eigenvalue) const {
+  const int k = static_cast<int>(p.cols());
+  MatX x = MatX::Zero(p.rows(), k), r = p;
+  if (k == 0) return x;
+  add_product(r, -1.0, MR, product_tn(R, p));
+  const VecX start = r.colwise().norm();
+  MatX d, z;
+  VecX rz(k);
+  for (int iteration = 0;; ++iteration) {
+    if (((r.colwise().norm().transpose().array()) <= 1e-11 * start.array()).all()) return x;
+    if (iteration == 200) {
+      // Rounding sets a floor: the residual in the forces, against which displacements are far more exact, may stop above the goal.
+      if (((r.colwise().norm().transpose().array()) <= 1e-6 * start.array()).all()) return x;
+      throw SimulationError("a static or harmonic response does not converge: the frequency is not below the lowest elastic one, or the model is nearly a mechanism");
+    }
+    z = r;
+    cholesky->solve(z);
+    add_product(z, -1.0, R, product_tn(MR, z));
+    const VecX next = (r.cwiseProduct(z)).colwise().sum();
+    if (iteration == 0) d = z;
+    else
+      for (int j = 0; j < k; ++j) d.col(j) = z.col(j) + (rz(j) != 0.0 ? next(j) / rz(j) : 0.0) * d.col(j);
+    rz = next;
+    MatX q = symmetric_product(system.K, d);
+    if (eigenvalue != 0.0) q -= eigenvalue * symmetric_product(system.M, d);
+    for (int j = 0; j < k; ++j) {
+      const double curvature = d.col(j).dot(q.col(j));
+      if (!(curvature > 0.0)) continue;  // a zero right-hand side
+      const double step = rz(j) / curvature;
+      x.col(j) += step * d.col(j);
+      r.col(j) -= step * q.col(j);
+    }
+    add_product(r, -1.0, MR, product_tn(R, r));
+  }
+}
+
+double estimate_stiffness(const FeModel& model, const FeSystem& system) {
+  Vec3 lower = Vec3::Constant(1e300), upper = Vec3::Constant(-1e300);
+  for (size_t i = 0; i < model.nodes.size(); ++i)
+    if (system.dof[i][0] >= 0) {
+      lower = lower.cwiseMin(model.nodes[i]);
+      upper = upper.cwiseMax(model.nodes[i]);
+    }
+  const Vec3 centre = 0.5 * (lower + upper);
+  const double size = std::max(1e-300, 0.5 * (upper - lower).maxCoeff());
+  // Monomials 1 x y z xx yy zz xy yz xz in each direction; rotations are half the curl.
+  MatX U = MatX::Zero(system.size, 30);
+  for (size_t i = 0; i < model.nodes.size(); ++i) {
+    if (system.dof[i][0] < 0) continue;
+    const Vec3 x = (model.nodes[i] - centre) / size;
+    const double f[10] = {1, x.x(), x.y(), x.z(), x.x() * x.x(), x.y() * x.y(), x.z() * x.z(), x.x() * x.y(), x.y() * x.z(), x.x() * x.z()};
+    const Vec3 g[10] = {Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ(), Vec3(2 * x.x(), 0, 0), Vec3(0, 2 * x.y(), 0), Vec3(0, 0, 2 * x.z()),
+                        Vec3(x.y(), x.x(), 0), Vec3(0, x.z(), x.y()), Vec3(x.z(), 0, x.x())};
+    for (int k = 0; k < 10; ++k)
+      for (int d = 0; d < 3; ++d) {
+        if (system.dof[i][d] >= 0) U(system.dof[i][d], 3 * k + d) = f[k];
+        const Vec3 turn = 0.5 / size * g[k].cross(Vec3::Unit(d));
+        for (int r = 0; r < 3; ++r)
+          if (system.dof[i][3 + r] >= 0) U(system.dof[i][3 + r], 3 * k + d) = turn(r);
+      }
+  }
+  const MatX K = product_tn(U, symmetric_product(system.K, U)), M = product_tn(U, symmetric_product(system.M, U));
+  // Fields that vanish on flat or straight models are left out.
+  Eigen::SelfAdjointEigenSolver<MatX> mass(0.5 * (M + M.transpose()));
+  const double most = mass.eigenvalues()(29);
+  int keep = 0;
+  for (int k = 0; k < 30; ++k) keep += mass.eigenvalues()(k) > 1e-9 * most;
+  const MatX S = mass.eigenvectors().rightCols(keep) * mass.eigenvalues().tail(keep).cwiseSqrt().cwiseInverse().asDiagonal();
+  Eigen::SelfAdjointEigenSolver<MatX> ritz(S.transpose() * (0.5 * (K + K.transpose())) * S, Eigen::EigenvaluesOnly);
+  const VecX values = ritz.eigenvalues();
+  for (int k = std::min(6, keep - 1); k < keep; ++k)
+    if (values(k) > 1e-9 * values(keep - 1)) return values(k);
+  return std::max(values(keep - 1), 1.0);
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,472 @@
+// The reducer. See reduce.h and REDUCE.md.
+#include "sim/reduce/reduce.h"
+
+#include "sim/reduce/dense_products.h"
+#include "sim/reduce/fe_attachment.h"
+#include "sim/reduce/fe_integrals.h"
+#include "sim/reduce/fe_solver.h"
+
+#include <Eigen/Eigenvalues>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <fstream>
+#include <numbers>
+#include <set>
+
+namespace flexframe::sim {
+namespace {
+
+constexpr double two_pi = 2.0 * std::numbers::pi;
+double hertz(double eigenvalue) { return std::sqrt(std::max(0.0, eigenvalue)) / two_pi; }
+double eigenvalue_of(double frequency) { return (two_pi * frequency) * (two_pi * frequency); }
+
+// Bytes the machine has free, by Linux' own account.
+double available_memory() {
+  std::ifstream in("/proc/meminfo");
+  std::string word;
+  double kilobytes = 0.0;
+  while (in >> word)
+    if (word == "MemAvailable:" && in >> kilobytes) return 1024.0 * kilobytes;
+  return 0.0;
+}
+
+// M-orthonormal combinations of the fields, orthogonal to the rigid motions, that diagonalise K; sorted. Fields that add nothing are dropped.
+struct Basis {
+  VecX eigenvalues;
+  MatX vectors;
+};
+
+Basis orthonormal_basis(const FeReduced& system, const MatX& rigid, MatX fields, std::vector<std::string>& notes) {
+  for (int pass = 0; pass < 2; ++pass) add_product(fields, -1.0, rigid, product_tn(symmetric_product(system.M, rigid), fields));
+  MatX MF = symmetric_product(system.M, fields);
+  const VecX norm = fields.cwiseProduct(MF).colwise().sum().cwiseSqrt();
+  for (int k = 0; k < fields.cols(); ++k) {
+    const double scale = norm(k) > 0.0 ? 1.0 / norm(k) : 0.0;
+    fields.col(k) *= scale;
+    MF.col(k) *= scale;
+  }
+  const MatX M = product_tn(fields, MF), K = product_tn(fields, symmetric_product(system.K, fields));
+  Eigen::SelfAdjointEigenSolver<MatX> gram(0.5 * (M + M.transpose()));
+  // Directions whose share of the normalised fields is rounding of the solutions (1e-11) squared.
+  int keep = 0;
+  for (int k = 0; k < gram.eigenvalues().size(); ++k) keep += gram.eigenvalues()(k) > 1e-12 * gram.eigenvalues().maxCoeff();
+  if (keep < fields.cols()) notes.push_back(fmt::format("{} of {} fields depend on the others or are rigid motions: dropped", fields.cols() - keep, fields.cols()));
+  const MatX S = gram.eigenvectors().rightCols(keep) * gram.eigenvalues().tail(keep).cwiseSqrt().cwiseInverse().asDiagonal();
+  Eigen::SelfAdjointEigenSolver<MatX> ritz(S.transpose() * (0.5 * (K + K.transpose())) * S);
+  Basis out;
+  out.eigenvalues = ritz.eigenvalues();
+  out.vectors = MatX::Zero(fields.rows(), keep);
+  add_product(out.vectors, 1.0, fields, S * ritz.eigenvectors());
+  return out;
+}
+
+// Rigid motions that the reduced system is free to do: combinations of the six that vanish at held motions.
+MatX free_rigid(const FeModel& model, const FeSystem& system, const FeReduced& reduced, const std::vector<FeConstraint>& held) {
+  const MatX R = rigid_motions(model, system);
+  std::vector<int> rows;
+  for (const FeConstraint& c : held)
+    if (system.dof[c.node][c.dof] >= 0) rows.push_back(system.dof[c.node][c.dof]);
+  // Translations and rotations alike, so that one tolerance serves.
+  double size = 1e-300;
+  for (const Vec3& x : model.nodes) size = std::max(size, x.norm());
+  MatX G = MatX::Zero(6, 6);
+  for (int row : rows) {
+    VecX r = R.row(row).transpose();
+    r.tail<3>() /= size;
+    G += r * r.transpose();
+  }
+  MatX combinations = MatX::Identity(6, 6);
+  if (!rows.empty()) {
+    Eigen::SelfAdjointEigenSolver<MatX> eigen(G);
+    int count = 0;
+    while (count < 6 && eigen.eigenvalues()(count) <= 1e-10 * eigen.eigenvalues()(5)) ++count;
+    combinations = eigen.eigenvectors().leftCols(count);
+    combinations.bottomRows(3) /= size;
+  }
+  const MatX full = R * combinations;
+  if (reduced.identity) return full;
+  MatX q(reduced.size(), full.cols());
+  for (int c = 0; c < reduced.size(); ++c) q.row(c) = full.row(reduced.own[c]);
+  return q;
+}
+
+class Reducer {
+ public:
+  Reducer(const FeModel& m, const ReduceOptions& o, const FeProgress& p) : model(m), options(o), progress(p), clock(std::clock()) {}
+
+  Reduction run() {
+    check();
+    say("assembling");
+    system = assemble(model);
+    report().degrees_of_freedom = system.size;
+    report().elements = static_cast<int>(model.elements.size());
+    report().nodes = static_cast<int>(std::count_if(system.dof.begin(), system.dof.end(), [](const auto& d) { return d[0] >= 0; }));
+    if (const int parts = count_parts(model, system); parts > 1)
+      throw InputError(fmt::format("{}: the model falls into {} parts that nothing connects; a body must be one piece (tie them by spiders, or leave parts out)", model.file, parts));
+    reduced = eliminate(model, system, options.held);
+    choose_nodes();
+    lap("assembly");
+    factorise();
+    find_fields();
+    make_body();
+    return std::move(out);
+  }
+
+ private:
+  const FeModel& model;
+  const ReduceOptions& options;
+  FeProgress progress;
+  std::clock_t clock;
+  Reduction out;
+  FeSystem system;
+  FeReduced reduced;
+  std::unique_ptr<FeSolver> solver;
+  std::vector<FeAttachment> attachments;      // interfaces first
+  std::vector<int> attachment_nodes;          // node index or -1
+  std::vector<std::string> names;
+  Basis basis;
+
+  ReduceReport& report() { return out.report; }
+  void say(const std::string& text) {
+    if (progress) progress(text);
+  }
+  void note(std::string text) { report().notes.push_back(std::move(text)); }
+  void lap(const char* name) {
+    const std::clock_t now = std::clock();
+    report().stages.push_back({name, static_cast<double>(now - clock) / CLOCKS_PER_SEC});
+    clock = now;
+  }
+
+  void check() {
+    check_model(model);
+    report().notes = model.notes;
+    if (options.modes < 0) throw InputError("modes: a number >= 0 is expected");
+    if ((options.method == ReduceMethod::guyan || options.method == ReduceMethod::craig_bampton || options.method == ReduceMethod::response) && options.interfaces.empty())
+      throw InputError("guyan, craig-bampton and response reductions need interfaces");
+    if (options.method == ReduceMethod::response && !(options.highest > 0.0)) throw InputError("a response reduction needs the highest frequency of interest");
+    if (options.method == ReduceMethod::eigenmodes && options.modes == 0 && !(options.highest > 0.0)) throw InputError("no modes are asked for: give their number or the highest frequency");
+    if (!(options.damping >= 0.0)) throw InputError("damping: a ratio >= 0 is expected");
+  }
+
+  // Interfaces, then the nodes of the user, then well spread ones of the surface.
+  void choose_nodes() {
+    std::vector<int> chosen;
+    std::set<int> taken;
+    std::vector<Vec3> places;
+    for (const ReduceInterface& i : options.interfaces) {
+      if (i.spider >= 0) {
+        attachments.push_back(spider_attachment(model, system, model.spiders[i.spider]));
+        attachment_nodes.push_back(-1);
+        taken.insert(model.spiders[i.spider].node);
+      } else {
+        attachments.push_back(node_attachment(model, system, node_neighbours(model, {i.node}), i.node));
+        attachment_nodes.push_back(i.node);
+        taken.insert(i.node);
+      }
+      names.push_back(!i.name.empty() ? i.name : i.spider >= 0 ? attachments.back().id : fmt::format("node[{}]", attachments.back().id));
+      places.push_back(attachments.back().position);
+    }
+    if (!options.nodes.empty()) {
+      for (int n : options.nodes)
+        if (taken.insert(n).second) chosen.push_back(n);
+    } else {
+      std::set<int> surface;
+      for (const auto& face : outer_faces(model))
+        for (int n : face) surface.insert(n);
+      if (model.matrices || surface.empty())
+        for (size_t i = 0; i < model.nodes.size(); ++i)
+          if (system.dof[i][0] >= 0) surface.insert(static_cast<int>(i));
+      for (int n : taken) surface.erase(n);
+      chosen = spread_nodes(model, {surface.begin(), surface.end()}, places, options.node_count - static_cast<int>(attachments.size()));
+      std::sort(chosen.begin(), chosen.end());
+    }
+    const auto neighbours = node_neighbours(model, chosen);
+    for (size_t k = 0; k < chosen.size(); ++k) {
+      attachments.push_back(node_attachment(model, system, {neighbours[k]}, chosen[k]));
+      attachment_nodes.push_back(chosen[k]);
+      names.push_back(fmt::format("node[{}]", attachments.back().id));
+    }
+    std::set<std::string> unique(names.begin(), names.end());
+    if (unique.size() != names.size()) throw InputError("two interfaces or nodes of the body have the same name");
+  }
+
+  void factorise() {
+    say("ordering");
+    const MatX rigid = free_rigid(model, system, reduced, options.held);
+    solver = std::make_unique<FeSolver>(reduced, rigid, estimate_stiffness(model, system));
+    report().rigid_motions = solver->rigid();
+    report().factor_entries = solver->factor_entries();
+    // The factor, and the vectors of modes and fields: Lanczos keeps some four times the modes asked for.
+    const double vectors = 8.0 * system.size * (5.0 * std::max(options.modes, 10) + 100.0 + 6.0 * static_cast<double>(options.interfaces.size()));
+    report().estimated_bytes = solver->estimated_bytes() + vectors + 28.0 * static_cast<double>(system.K.nonZeros());
+    const double limit = options.memory_limit > 0.0 ? options.memory_limit : available_memory();
+    say(fmt::format("{} degrees of freedom, {:.1f} million entries in the factor, about {:.2f} GB", system.size, report().factor_entries / 1e6, report().estimated_bytes / 1e9));
+    if (limit > 0.0 && report().estimated_bytes > limit)
+      throw SimulationError(fmt::format("the reduction needs about {:.1f} GB, {:.1f} GB are there: take a coarser mesh or a larger machine", report().estimated_bytes / 1e9, limit / 1e9));
+    lap("ordering");
+    say("factorising");
+    solver->factorise();
+    lap("factorisation");
+  }
+
+  // Unit loads at the interfaces, on the reduced system: forces, and moments where the interface has rotations of its own.
+  MatX interface_loads() const {
+    std::vector<VecX> loads;
+    for (size_t i = 0; i < options.interfaces.size(); ++i)
+      for (int d = 0; d < (attachments[i].own_rotation ? 6 : 3); ++d) {
+        const VecX p = reduced.restrict(VecX(attachments[i].motion.row(d).transpose()));
+        if (p.squaredNorm() > 0.0) loads.push_back(p);
+      }
+    MatX P(reduced.size(), loads.size());
+    for (size_t k = 0; k < loads.size(); ++k) P.col(k) = loads[k];
+    return P;
+  }
+
+  void find_fields() {
+    say("modes");
+    const FeProgress talk = progress;
+    const double limit = options.highest > 0.0 ? eigenvalue_of(options.highest) : 0.0;
+    MatX loads, fields;
+    const bool wants_modes = options.method == ReduceMethod::eigenmodes || options.method == ReduceMethod::response;
+    FeModes modes;
+    if (wants_modes) {
+      modes = solver->modes(limit > 0.0 ? 0 : options.modes, limit, MatX(reduced.size(), 0), talk);
+      // The one beyond the limit only proves that there are no more below.
+      int keep = static_cast<int>(modes.eigenvalues.size());
+      if (limit > 0.0)
+        while (keep > 0 && modes.eigenvalues(keep - 1) > limit) --keep;
+      if (keep == 0 && options.method == ReduceMethod::eigenmodes)
+        throw InputError(fmt::format("no elastic mode up to {:g} Hz; the first is at {:.1f} Hz", options.highest, hertz(modes.eigenvalues(0))));
+      report().full_frequencies = modes.eigenvalues.head(keep).unaryExpr(&hertz);
+      if (options.method == ReduceMethod::eigenmodes) {
+        basis.eigenvalues = modes.eigenvalues.head(keep);
+        basis.vectors = modes.vectors.leftCols(keep);
+        lap("modes");
+        report_compliance();
+        return;
+      }
+      fields = modes.vectors.leftCols(keep);
+    }
+    loads = interface_loads();
+    if (options.method == ReduceMethod::response) {
+      const double first = modes.eigenvalues(0);
+      const double omega2 = options.lowest > 0.0 ? 0.25 * eigenvalue_of(options.lowest) : 0.25 * first;
+      if (omega2 >= 0.98 * first)
+        throw InputError(fmt::format("the lowest frequency of interest, {:g} Hz, must be below twice the first elastic one, {:.1f} Hz (seed 001 eq. 11 at half of it would be in resonance)", options.lowest, hertz(first)));
+      const MatX u = solver->respond(loads, omega2);
+      MatX all(fields.rows(), fields.cols() + u.cols());
+      all << fields, u;
+      fields = std::move(all);
+    } else {
+      // Constraint modes span the same space as the responses to interface loads; with rigid motions free, the elastic part of both.
+      fields = solver->respond(loads);
+      if (options.method == ReduceMethod::craig_bampton && (options.modes > 0 || limit > 0.0)) {
+        // With all interfaces held: motions that depend on each other (interfaces that share nodes) are held once.
+        Eigen::ColPivHouseholderQR<MatX> independent(loads);
+        independent.setThreshold(1e-8);
+        const MatX hold = loads * MatX(independent.colsPermutation()).leftCols(independent.rank());
+        modes = solver->modes(limit > 0.0 ? 0 : options.modes, limit, hold, talk);
+        MatX all(fields.rows(), fields.cols() + modes.vectors.cols());
+        all << fields, modes.vectors;
+        fields = std::move(all);
+      }
+    }
+    lap("modes");
+    basis = orthonormal_basis(reduced, solver->rigid_basis(), std::move(fields), report().notes);
+    if (options.cut_off > 0.0 && options.highest > 0.0) {
+      int keep = 0;
+      while (keep < basis.eigenvalues.size() && hertz(basis.eigenvalues(keep)) <= options.cut_off * options.highest) ++keep;
+      if (keep < basis.eigenvalues.size()) note(fmt::format("{} modes of the reduced model above {:g} Hz are dropped", basis.eigenvalues.size() - keep, options.cut_off * options.highest));
+      basis.eigenvalues.conservativeResize(keep);
+      basis.vectors.conservativeResize(Eigen::NoChange, keep);
+    }
+    if (basis.eigenvalues.size() == 0) throw InputError("no elastic coordinate is left: raise the highest frequency or the cut-off");
+    lap("basis");
+    report_compliance();
+  }
+
+  // Static deflection at the interfaces under unit loads there, reduced against full (inertia relief for a free body).
+  void report_compliance() {
+    report().frequencies = basis.eigenvalues.unaryExpr(&hertz);
+    report().compliance_error = -1.0;
+    if (options.interfaces.empty()) return;
+    const MatX loads = interface_loads();
+    const MatX full = product_tn(loads, solver->respond(loads));
+    const MatX seen = product_tn(basis.vectors, loads);
+    const MatX small = seen.transpose() * basis.eigenvalues.cwiseInverse().asDiagonal() * seen;
+    double worst = 0.0;
+    for (int k = 0; k < full.cols(); ++k) worst = std::max(worst, std::abs(small(k, k) - full(k, k)) / std::abs(full(k, k)));
+    report().compliance_error = worst;
+    if (worst > 0.01)
+      note(fmt::format("static deflection at the interfaces is off by up to {:.2g} %: {}", 100 * worst,
+                       options.method == ReduceMethod::eigenmodes ? "add response modes or constraint modes (--method response, craig-bampton, guyan)" : "raise the cut-off, or keep all (--no-cut-off)"));
+    lap("static check");
+  }
+
+  void make_body() {
+    say("body");
+    FlexibleBody& body = out.body;
+    const int n = body.n = static_cast<int>(basis.eigenvalues.size());
+    const MatX U = reduced.expand(basis.vectors);
+    const RigidMass rigid = rigid_mass(model, system);
+    body.mass = rigid.mass;
+    body.md0 = rigid.md;
+    body.J0 = rigid.J;
+    const LinearMass linear = linear_mass(model, system, U);
+    body.md1 = linear.md;
+    body.J1 = linear.J;
+    body.Cr0 = linear.Cr;
+    if (solver->rigid() == 6) {
+      // Orthogonal to all rigid motions by construction; what is left is rounding.
+      body.md1.setZero();
+      body.Cr0.setZero();
+    }
+    QuadraticMass quadratic = quadratic_mass(model, system, U);
+    body.J2 = std::move(quadratic.J2);
+    body.Cr1 = std::move(quadratic.Cr1);
+    body.Me = MatX::Identity(n, n);
+    body.Ke = basis.eigenvalues.asDiagonal();
+    if (options.damping > 0.0) body.De = (2.0 * options.damping * basis.eigenvalues.cwiseSqrt()).asDiagonal();
+    for (int k = 0; k < n; ++k) body.labels.push_back(fmt::format("Eigen Mode {:4} : {:12.3f} Hz", k + 1, hertz(basis.eigenvalues(k))));
+    lap("integrals");
+
+    for (size_t i = 0; i < attachments.size(); ++i) {
+      FlexibleNode node;
+      node.name = names[i];
+      node.origin = attachments[i].position;
+      const MatX motion = attachments[i].motion * U;
+      node.phi = motion.topRows(3);
+      node.psi = motion.bottomRows(3);
+      body.nodes.push_back(std::move(node));
+    }
+    const int pairs = n * (n + 1) / 2;
+    if (options.stiffening && model.matrices) note("geometric stiffening needs the elements: left out for a model given as matrices");
+    else if (options.stiffening && pairs > options.stiffening_limit && !options.stiffening_forced)
+      note(fmt::format("geometric stiffening left out: {} pairs of elastic coordinates would each need a static solution (limit {})", pairs, options.stiffening_limit));
+    else if (options.stiffening) add_second_order(U);
+    if (options.stress) add_stress(U);
+  }
+
+  void add_second_order(const MatX& U) {
+    say("second-order displacements");
+    FlexibleBody& body = out.body;
+    const int n = body.n;
+    const MatX U2 = reduced.expand(-solver->respond(reduced.restrict(second_order_loads(model, system, U))));
+    const LinearMass second = linear_mass(model, system, U2);
+    const auto at = [](int j, int k) { return j <= k ? k * (k + 1) / 2 + j : j * (j + 1) / 2 + k; };
+    const bool mean_axes = solver->rigid() == 6;
+    for (int a = 0; a < 3; ++a) {
+      if (!mean_axes) body.md2[a].resize(n, n);
+      for (int j = 0; j < n; ++j)
+        for (int k = 0; k < n; ++k) {
+          if (!mean_axes) {
+            body.md2[a](j, k) = second.md(a, at(j, k));
+            body.Cr1[a](j, k) += second.Cr(a, at(j, k));
+          }
+        }
+    }
+    for (int r = 0; r < 6; ++r)
+      for (int j = 0; j < n; ++j)
+        for (int k = 0; k < n; ++k) body.J2[r](j, k) += second.J(r, at(j, k));
+    for (size_t i = 0; i < attachments.size(); ++i) {
+      const MatX motion = attachments[i].motion * U2;
+      for (int a = 0; a < 3; ++a) {
+        MatX& phi2 = body.nodes[i].phi2[a];
+        phi2.resize(n, n);
+        for (int j = 0; j < n; ++j)
+          for (int k = 0; k < n; ++k) phi2(j, k) = motion(a, at(j, k));
+      }
+    }
+    lap("stiffening");
+  }
+
+  void add_stress(const MatX& U) {
+    if (model.matrices) return note("stresses need the elements: left out for a model given as matrices");
+    std::vector<int> nodes;
+    for (int n : attachment_nodes)
+      if (n >= 0) nodes.push_back(n);
+    const std::vector<MatX> stress = nodal_stress(model, system, U, nodes);
+    size_t k = 0;
+    for (size_t i = 0; i < attachments.size(); ++i)
+      if (attachment_nodes[i] >= 0) {
+        if (stress[k].cols() > 0) out.body.nodes[i].sigma = stress[k];
+        ++k;
+      }
+    lap("stress");
+  }
+};
+
+}  // namespace
+
+Reduction reduce(const FeModel& model, const ReduceOptions& options, const std::function<void(const std::string&)>& progress) {
+  return Reducer(model, options, progress).run();
+}
+
+std::string surface_obj(const FeModel& model) {
+  // Triangles and quadrangles of node indices; a quadratic face is divided.
+  std::vector<std::vector<int>> faces = outer_faces(model);
+  std::set<std::vector<int>> outer;
+  for (std::vector<int> f : faces) {
+    std::sort(f.begin(), f.end());
+    outer.insert(std::move(f));
+  }
+  std::vector<std::vector<int>> pieces;
+  for (const FeElement& e : model.elements)
+    for (const std::vector<int>& face : fe_faces(e.shape)) {
+      std::vector<int> corners, key;
+      for (int k : face) corners.push_back(model.connectivity[e.first + k]);
+      key = corners;
+      std::sort(key.begin(), key.end());
+      if (!outer.contains(key)) continue;
+      if (!fe_is_shell(e.shape)) outer.erase(key);
+      // The mid-edge node between two corners, by their places in the element.
+      static constexpr int tet[6][3] = {{0, 1, 4}, {1, 2, 5}, {0, 2, 6}, {0, 3, 7}, {1, 3, 8}, {2, 3, 9}};
+      static constexpr int hex[12][3] = {{0, 1, 8}, {1, 2, 9}, {2, 3, 10}, {0, 3, 11}, {4, 5, 12}, {5, 6, 13}, {6, 7, 14}, {4, 7, 15}, {0, 4, 16}, {1, 5, 17}, {2, 6, 18}, {3, 7, 19}};
+      static constexpr int wedge[9][3] = {{0, 1, 6}, {1, 2, 7}, {0, 2, 8}, {3, 4, 9}, {4, 5, 10}, {3, 5, 11}, {0, 3, 12}, {1, 4, 13}, {2, 5, 14}};
+      const auto middle = [&](int a, int b) {
+        const auto search = [&](const auto& table) {
+          for (const auto& edge : table)
+            if (edge[0] == std::min(a, b) && edge[1] == std::max(a, b)) return model.connectivity[e.first + edge[2]];
+          return -1;
+        };
+        switch (e.shape) {
+          case FeShape::tetrahedron10: return search(tet);
+          case FeShape::hexahedron20: return search(hex);
+          case FeShape::wedge15: return search(wedge);
+          default: return -1;
+        }
+      };
+      std::vector<int> mids;
+      const size_t n = face.size();
+      for (size_t i = 0; i < n; ++i) mids.push_back(middle(face[i], face[(i + 1) % n]));
+      if (mids[0] < 0) {
+        pieces.push_back(corners);
+        continue;
+      }
+      for (size_t i = 0; i < n; ++i) pieces.push_back({corners[i], mids[i], mids[(i + n - 1) % n]});
+      pieces.push_back(mids);
+    }
+  std::vector<int> number(model.nodes.size(), 0);
+  std::string text = "# undeformed outer surface, metres\n";
+  int count = 0;
+  for (const auto& f : pieces)
+    for (int node : f) number[node] = 1;
+  for (size_t i = 0; i < number.size(); ++i)
+    if (number[i] > 0) {
+      number[i] = ++count;
+      const Vec3& x = model.nodes[i];
+      text += fmt::format("v {:.9g} {:.9g} {:.9g}\n", x.x(), x.y(), x.z());
+    }
+  for (const auto& f : pieces) {
+    text += "f";
+    for (int node : f) text += fmt::format(" {}", number[node]);
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace flexframe::sim

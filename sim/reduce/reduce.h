@@ -1,0 +1,71 @@
+// From a finite element model to a flexible body: the chain of seed 001 section 4 in one call.
+//
+//   model -> matrices -> displacement fields (modes, constraint modes, response modes) -> orthonormal, sorted -> integrals -> FlexibleBody
+//
+// The body frame is the model's frame: its origin and axes. Without held points the elastic coordinates are orthogonal to the rigid
+// motions (mean axes: md1 = 0 and Cr0 = 0), with held points the frame is the one clamped there. Me = 1, Ke = diag(omega^2).
+// Theory and measurements: REDUCE.md.
+#pragma once
+
+#include "sim/flexible_body.h"
+#include "sim/reduce/fe_model.h"
+
+#include <functional>
+
+namespace flexframe::sim {
+
+enum class ReduceMethod {
+  eigenmodes,      // the lowest modes
+  guyan,           // static: one field per motion of the interfaces (R. J. Guyan 1965)
+  craig_bampton,   // those and `modes` modes with the interfaces held (R. R. Craig, M. C. C. Bampton 1968)
+  response         // modes up to `highest`, and responses to unit loads at the interfaces at half of `lowest` (seed 001 eq. 11)
+};
+
+// A place where the multibody system takes hold of the body.
+struct ReduceInterface {
+  int node = -1;                   // index, or
+  int spider = -1;                 // index of model.spiders
+  std::string name;                // of the body's node; empty: node[ID]
+};
+
+struct ReduceOptions {
+  ReduceMethod method = ReduceMethod::eigenmodes;
+  int modes = 10;                  // eigenmodes, or modes with interfaces held
+  double highest = 0.0;            // Hz: > 0: all modes up to it instead of `modes`
+  double lowest = 0.0;             // Hz, response: lowest frequency of interest; 0: the first elastic one
+  double cut_off = 5.0;            // modes of the reduced model above this many times `highest` are dropped (guyan, craig_bampton, response; 0: none)
+  std::vector<FeConstraint> held;  // empty: free body
+  std::vector<ReduceInterface> interfaces;
+  std::vector<int> nodes;          // kept besides the interfaces; empty: spread automatically
+  int node_count = 97;             // of all kept nodes when spread automatically
+  bool stiffening = true;          // second-order displacements: geometric stiffness for all loads
+  int stiffening_limit = 300;      // pairs of elastic coordinates above which it is left out unless stiffening_forced
+  bool stiffening_forced = false;
+  bool stress = false;             // stress per mode at the kept nodes
+  double damping = 0.0;            // ratio of critical damping of every mode
+  double memory_limit = 0.0;       // bytes; 0: what the machine has free. Refused before the work when the estimate exceeds it
+};
+
+struct ReduceReport {
+  int degrees_of_freedom = 0, elements = 0, nodes = 0, rigid_motions = 0;
+  double factor_entries = 0.0, estimated_bytes = 0.0;
+  VecX frequencies;                // Hz, of the elastic coordinates
+  VecX full_frequencies;           // Hz, of the full model's modes that were computed
+  double compliance_error = 0.0;   // largest relative error of the static deflection at the interfaces under unit forces there; -1: no interfaces
+  std::vector<std::string> notes;
+  struct Stage { std::string name; double cpu = 0.0; };
+  std::vector<Stage> stages;       // CPU seconds
+};
+
+struct Reduction {
+  FlexibleBody body;
+  ReduceReport report;
+};
+
+// Throws InputError for what is wrong with the model or the options, SimulationError for what cannot be computed (memory, convergence).
+Reduction reduce(const FeModel& model, const ReduceOptions& options, const std::function<void(const std::string&)>& progress = {});
+
+// Undeformed outer surface as Wavefront text; faces of quadratic elements are divided at their mid-edge nodes.
+std::string surface_obj(const FeModel& model);
+
+}  // namespace flexframe::sim

@@ -1,0 +1,36 @@
+// Factorisation of a large sparse symmetric positive definite matrix and solution for blocks of right-hand sides.
+// One library behind one small class: MUMPS 5.5 (multifrontal, METIS ordering; CeCILL-C), chosen by measurement (REDUCE.md).
+#pragma once
+
+#include "sim/types.h"
+
+#include <Eigen/Sparse>
+
+#include <memory>
+
+namespace flexframe::sim {
+
+class SparseCholesky {
+ public:
+  // Reads the lower triangle. Orders and estimates; the numbers may change later with the same pattern.
+  explicit SparseCholesky(const Eigen::SparseMatrix<double>& lower);
+  ~SparseCholesky();
+  SparseCholesky(const SparseCholesky&) = delete;
+  SparseCholesky& operator=(const SparseCholesky&) = delete;
+
+  // Bytes the factorisation will need at its peak, known before the work; entries of the factor.
+  double estimated_bytes() const;
+  double factor_entries() const;
+
+  // Throws SimulationError if the matrix is not positive definite or memory is short.
+  void factorise();
+
+  // Solves A x = b in place, b: n x k column-major.
+  void solve(MatX& b) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state;
+};
+
+}  // namespace flexframe::sim

@@ -1,0 +1,369 @@
+// The reducer: elements, modes, static deflection, geometric stiffening, SID of the result.
+#include "sim/reduce/fe_elements.h"
+#include "sim/reduce/fe_integrals.h"
+#include "sim/reduce/fe_solver.h"
+#include "sim/reduce/reduce.h"
+#include "sim/sid.h"
+
+#include <gtest/gtest.h>
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <random>
+
+namespace flexframe::sim {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr FeShape solids[] = {FeShape::tetrahedron4, FeShape::tetrahedron10, FeShape::hexahedron8, FeShape::hexahedron20, FeShape::wedge6, FeShape::wedge15};
+
+fs::path conrod() {
+  const fs::path file = fs::path(FLEXFRAME_SHARED_DIR) / "reference/conrod/conrod.inp";
+  if (!fs::exists(file)) throw std::runtime_error(file.string() + " is missing");
+  return file;
+}
+
+// A distorted element: an affine image of the parent element (what a patch test allows for quadratic elements too).
+Mat3X distorted(FeShape shape) {
+  Mat3 A;
+  A << 1.3, 0.2, -0.1, 0.15, 0.9, 0.25, -0.2, 0.1, 1.1;
+  return 0.1 * A * parent_nodes(shape);
+}
+
+TEST(FeElements, ShapeFunctionsInterpolateAndDifferentiate) {
+  for (FeShape shape : solids) {
+    const Mat3X nodes = parent_nodes(shape);
+    VecX N, lower, upper;
+    MatX dN, unused;
+    for (int i = 0; i < nodes.cols(); ++i) {
+      shape_functions(shape, nodes.col(i), N, dN);
+      EXPECT_LT((N - VecX::Unit(N.size(), i)).norm(), 1e-14) << fe_name(shape) << i;
+    }
+    const Vec3 x(0.21, 0.17, 0.33);
+    shape_functions(shape, x, N, dN);
+    EXPECT_NEAR(N.sum(), 1.0, 1e-14);
+    for (int d = 0; d < 3; ++d) {
+      shape_functions(shape, x - 1e-6 * Vec3::Unit(d), lower, unused);
+      shape_functions(shape, x + 1e-6 * Vec3::Unit(d), upper, unused);
+      EXPECT_LT(((upper - lower) / 2e-6 - dN.col(d)).norm(), 1e-9) << fe_name(shape) << d;
+    }
+  }
+}
+
+// Rigid motions cost nothing, uniform strain gives the exact energy and stress, mass is exact.
+TEST(FeElements, PatchTest) {
+  const FeMaterial steel{"steel", 2.1e11, 0.3, 7850.0};
+  Mat3 H;
+  H << 1e-3, 2e-4, -3e-4, 5e-4, -2e-4, 1e-4, 3e-4, -4e-4, 6e-4;
+  for (FeShape shape : solids)
+    for (FeFormulation f : {FeFormulation::full, FeFormulation::reduced, FeFormulation::incompatible}) {
+      const Mat3X X = distorted(shape);
+      MatX K, M;
+      solid_stiffness(shape, f, X, steel, 1, K);
+      solid_mass(shape, X, steel, 1, M);
+      double volume = 0.0;
+      for (const FePoint& p : solid_points(shape, f, FeRule::mass, X, 1)) volume += p.volume;
+      EXPECT_NEAR(M.sum(), 7850.0 * volume, 1e-9 * 7850.0 * volume);
+      const Vec3 moment = X * M.rowwise().sum();
+      EXPECT_LT((moment / M.sum() - X * M.rowwise().sum() / (7850.0 * volume)).norm(), 1e-12);
+      const double scale = K.cwiseAbs().maxCoeff();
+      const auto field = [&](const Mat3& gradient) {
+        const Mat3X u = gradient * X;
+        return VecX(Eigen::Map<const VecX>(u.data(), u.size()));
+      };
+      for (int d = 0; d < 3; ++d) {
+        Mat3 spin = Mat3::Zero();
+        spin((d + 1) % 3, d) = 1.0;
+        spin(d, (d + 1) % 3) = -1.0;
+        EXPECT_LT((K * field(spin)).cwiseAbs().maxCoeff(), 1e-12 * scale) << fe_name(shape);
+      }
+      Vec6 strain;
+      strain << H(0, 0), H(1, 1), H(2, 2), H(0, 1) + H(1, 0), H(1, 2) + H(2, 1), H(0, 2) + H(2, 0);
+      const Vec6 stress = elasticity(steel) * strain;
+      const VecX u = field(H);
+      EXPECT_NEAR(u.dot(K * u), volume * strain.dot(stress), 1e-9 * volume * strain.dot(stress)) << fe_name(shape) << static_cast<int>(f);
+      const MatX nodal = solid_nodal_stress(shape, f, X, steel, H * X, 1);
+      for (int i = 0; i < nodal.cols(); ++i) EXPECT_LT((nodal.col(i) - stress).norm(), 1e-9 * stress.norm()) << fe_name(shape);
+      // Six motions without stiffness, no more: no hourglass modes. One integration point holds a 20-node brick of eight points only together with its neighbours.
+      if (shape == FeShape::hexahedron20 && f == FeFormulation::reduced) continue;
+      const VecX eigenvalues = Eigen::SelfAdjointEigenSolver<MatX>(K).eigenvalues();
+      EXPECT_LT(eigenvalues(5), 1e-11 * eigenvalues.tail(1)(0));
+      EXPECT_GT(eigenvalues(6), 1e-6 * eigenvalues.tail(1)(0)) << fe_name(shape);
+    }
+}
+
+// A bar of bricks along x, nx by 1 by 1 or finer, of hexahedra or what they are cut into.
+FeModel bar(FeShape shape, int nx, int ny, int nz, double L, double b, double h, const FeMaterial& material) {
+  FeModel m;
+  m.file = "bar";
+  m.materials = {material};
+  std::map<std::tuple<long, long, long>, int> index;
+  const auto node = [&](const Vec3& x) {
+    const auto key = std::tuple(std::lround(x.x() / L * 1e6), std::lround(x.y() / b * 1e6), std::lround(x.z() / h * 1e6));
+    const auto [at, fresh] = index.try_emplace(key, static_cast<int>(m.nodes.size()));
+    if (fresh) {
+      m.nodes.push_back(x);
+      m.node_ids.push_back(static_cast<int>(m.nodes.size()));
+    }
+    return at->second;
+  };
+  const bool quadratic = fe_node_count(shape) >= 10;
+  const auto corner_shape = shape == FeShape::tetrahedron10 ? FeShape::tetrahedron4 : shape == FeShape::hexahedron20 ? FeShape::hexahedron8 : shape == FeShape::wedge15 ? FeShape::wedge6 : shape;
+  const auto add = [&](std::vector<Vec3> corners) {
+    FeElement e;
+    e.id = static_cast<int>(m.elements.size()) + 1;
+    e.shape = shape;
+    e.formulation = shape == FeShape::hexahedron8 ? FeFormulation::incompatible : FeFormulation::full;
+    e.material = 0;
+    e.first = static_cast<int>(m.connectivity.size());
+    e.count = fe_node_count(shape);
+    const Mat3X parent = parent_nodes(shape);
+    VecX N;
+    MatX dN;
+    for (int i = 0; i < e.count; ++i) {
+      shape_functions(corner_shape, parent.col(i), N, dN);
+      Vec3 x = Vec3::Zero();
+      for (size_t k = 0; k < corners.size(); ++k) x += N(static_cast<int>(k)) * corners[k];
+      m.connectivity.push_back(node(x));
+    }
+    (void)quadratic;
+    m.elements.push_back(e);
+  };
+  for (int i = 0; i < nx; ++i)
+    for (int j = 0; j < ny; ++j)
+      for (int k = 0; k < nz; ++k) {
+        const auto at = [&](int a, int c, int d) { return Vec3(L * (i + a) / nx, b * ((j + c) / static_cast<double>(ny) - 0.5), h * ((k + d) / static_cast<double>(nz) - 0.5)); };
+        const Vec3 p[8] = {at(0, 0, 0), at(1, 0, 0), at(1, 1, 0), at(0, 1, 0), at(0, 0, 1), at(1, 0, 1), at(1, 1, 1), at(0, 1, 1)};
+        if (corner_shape == FeShape::hexahedron8) add({p, p + 8});
+        else if (corner_shape == FeShape::wedge6) {
+          add({p[0], p[1], p[2], p[4], p[5], p[6]});
+          add({p[0], p[2], p[3], p[4], p[6], p[7]});
+        } else
+          for (const auto& t : {std::array{0, 1, 2, 6}, std::array{0, 2, 3, 6}, std::array{0, 3, 7, 6}, std::array{0, 7, 4, 6}, std::array{0, 4, 5, 6}, std::array{0, 5, 1, 6}})
+            add({p[t[0]], p[t[1]], p[t[2]], p[t[3]]});
+      }
+  return m;
+}
+
+FeMaterial soft() { return {"soft", 1e9, 0.0, 1000.0}; }
+
+// Bending of a slender free bar against Timoshenko's beam, for every quadratic element and the brick with incompatible modes.
+TEST(Reduce, FreeBarFrequencies) {
+  const double L = 1.0, h = 0.02;
+  const double euler = std::pow(4.730040745, 2) / (2 * std::numbers::pi) * std::sqrt(1e9 * h * h / 12 / 1000.0) / (L * L);
+  for (FeShape shape : {FeShape::hexahedron20, FeShape::hexahedron8, FeShape::wedge15, FeShape::tetrahedron10}) {
+    ReduceOptions o;
+    o.modes = 4;
+    o.node_count = 20;
+    const Reduction r = reduce(bar(shape, 40, 1, 1, L, h, h, soft()), o);
+    EXPECT_EQ(r.report.rigid_motions, 6);
+    EXPECT_NEAR(r.report.frequencies(0), euler, 5e-3 * euler) << fe_name(shape);
+    EXPECT_NEAR(r.body.mass, 1000.0 * L * h * h, 1e-12);
+    EXPECT_NEAR(r.body.md0.x(), 0.5 * r.body.mass * L, 1e-12);
+    EXPECT_NEAR(r.body.J0(1), r.body.mass * (L * L / 3 + h * h / 12), 1e-9);
+  }
+}
+
+// Clamped plate strip of shells: first bending frequency and tip deflection of the beam (Poisson's ratio zero).
+TEST(Reduce, ShellStrip) {
+  const double L = 1.0, b = 0.1, t = 0.01;
+  for (FeShape shape : {FeShape::quadrangle4, FeShape::triangle3}) {
+    FeModel m;
+    m.file = "strip";
+    m.materials = {soft()};
+    const int nx = 24, ny = 3;
+    for (int i = 0; i <= nx; ++i)
+      for (int j = 0; j <= ny; ++j) {
+        m.nodes.emplace_back(L * i / nx, 0.3 * b * j / ny, std::sqrt(1 - 0.09) * b * j / ny);  // tilted about x
+        m.node_ids.push_back(static_cast<int>(m.nodes.size()));
+      }
+    const auto add = [&](std::vector<int> nodes) {
+      FeElement e;
+      e.id = static_cast<int>(m.elements.size()) + 1;
+      e.shape = shape;
+      e.material = 0;
+      e.thickness = t;
+      e.first = static_cast<int>(m.connectivity.size());
+      e.count = static_cast<int>(nodes.size());
+      m.connectivity.insert(m.connectivity.end(), nodes.begin(), nodes.end());
+      m.elements.push_back(e);
+    };
+    for (int i = 0; i < nx; ++i)
+      for (int j = 0; j < ny; ++j) {
+        const int a = i * (ny + 1) + j, c = a + ny + 1;
+        if (shape == FeShape::quadrangle4) add({a, c, c + 1, a + 1});
+        else add({a, c, c + 1}), add({a, c + 1, a + 1});
+      }
+    ReduceOptions o;
+    o.modes = 3;
+    for (int j = 0; j <= ny; ++j)
+      for (int d = 0; d < 6; ++d) o.held.push_back({j, d});
+    const Reduction r = reduce(m, o);
+    const double euler = std::pow(1.875104069, 2) / (2 * std::numbers::pi) * std::sqrt(1e9 * t * t / 12 / 1000.0) / (L * L);
+    EXPECT_EQ(r.report.rigid_motions, 0);
+    EXPECT_NEAR(r.report.frequencies(0), euler, 1e-2 * euler) << fe_name(shape);
+  }
+}
+
+TEST(Reduce, ConRodAsCalculixGivesIt) {
+  ReduceOptions o;
+  o.modes = 3;
+  const Reduction r = reduce(read_inp(conrod()), o);
+  EXPECT_EQ(r.report.rigid_motions, 6);
+  EXPECT_EQ(r.report.degrees_of_freedom, 15252);
+  EXPECT_EQ(r.body.nodes.size(), 97u);
+  const double calculix[3] = {1336.6, 1734.4, 2163.7};
+  for (int k = 0; k < 3; ++k) EXPECT_NEAR(r.report.frequencies(k), calculix[k], 1e-3 * calculix[k]);
+  // What is written keeps the identities and comes back.
+  const SidFile sid = from_flexible_body(r.body, "con rod");
+  for (const SidCheck& check : check_sid(sid)) EXPECT_LT(check.residual, 1e-10) << check.identity;
+  std::vector<std::string> notes;
+  const FlexibleBody again = to_flexible_body(read_sid_text(write_sid_text(sid), "con rod").file, "con rod", &notes);
+  EXPECT_TRUE(notes.empty()) << (notes.empty() ? "" : notes[0]);
+  EXPECT_EQ(again.Ke, r.body.Ke);
+  EXPECT_EQ(again.nodes[50].phi, r.body.nodes[50].phi);
+}
+
+// Interfaces as averaging spiders on both eyes: static deflection of the reduced body against the full model (seed 001: within 1 %).
+TEST(Reduce, StaticDeflectionUnderInterfaceLoads) {
+  FeModel model = read_inp(conrod());
+  ReduceOptions o;
+  for (const auto& [x, radius, name] : {std::tuple(0.0, 0.029, "big"), std::tuple(0.15, 0.013, "small")}) {
+    FeSpider s;
+    s.name = name;
+    s.rigid = false;
+    s.node = static_cast<int>(model.nodes.size());
+    for (size_t i = 0; i < model.nodes.size(); ++i)
+      if (std::abs(std::hypot(model.nodes[i].x() - x, model.nodes[i].y()) - radius) < 1e-4) s.slaves.push_back(static_cast<int>(i));
+    ASSERT_GT(s.slaves.size(), 20u);
+    model.nodes.emplace_back(x, 0, 0);
+    model.node_ids.push_back(100000 + s.node);
+    o.interfaces.push_back({-1, static_cast<int>(model.spiders.size()), name});
+    model.spiders.push_back(s);
+  }
+  for (ReduceMethod method : {ReduceMethod::guyan, ReduceMethod::craig_bampton, ReduceMethod::response}) {
+    o.method = method;
+    o.modes = 8;
+    o.highest = method == ReduceMethod::response ? 3000.0 : 0.0;
+    o.cut_off = 0.0;  // five times 3 kHz would drop the stiff local modes that static loads need
+    const Reduction r = reduce(model, o);
+    EXPECT_LT(r.report.compliance_error, 1e-2) << static_cast<int>(method);
+    EXPECT_NEAR(r.report.frequencies(0), 1336.6, method == ReduceMethod::guyan ? 30.0 : 1.5);
+    EXPECT_EQ(r.body.nodes[0].name, "big");
+    EXPECT_TRUE(r.body.Me.isIdentity(1e-12));
+  }
+}
+
+// The second-order displacements are the geometric stiffness of any load: -f . u2_jk = int sigma(u_f) : grad u_j^T grad u_k dV, here of a unit force at the tip of
+// a clamped bar, where the column buckles: K + P Kg singular at Euler's load.
+TEST(Reduce, StiffeningGivesEulersBucklingLoad) {
+  const double L = 1.0, h = 0.02;
+  const FeModel m = bar(FeShape::hexahedron20, 20, 1, 1, L, h, h, soft());
+  ReduceOptions o;
+  o.modes = 6;
+  std::vector<int> tip;
+  for (size_t i = 0; i < m.nodes.size(); ++i) {
+    if (m.nodes[i].x() == 0.0)
+      for (int d = 0; d < 3; ++d) o.held.push_back({static_cast<int>(i), d});
+    if (m.nodes[i].x() == L) tip.push_back(static_cast<int>(i));
+  }
+  o.nodes = tip;
+  const Reduction r = reduce(m, o);
+  MatX phi2 = MatX::Zero(r.body.n, r.body.n);
+  for (const FlexibleNode& node : r.body.nodes) phi2 += node.phi2[0] / static_cast<double>(r.body.nodes.size());
+  // Compression -P e_x at the end: force -P phi2 q on the right, so Ke + P phi2 becomes singular.
+  const VecX inverse = Eigen::GeneralizedSelfAdjointEigenSolver<MatX>(-phi2, r.body.Ke).eigenvalues();
+  const double load = 1.0 / inverse.maxCoeff();
+  const double euler = std::pow(std::numbers::pi / (2 * L), 2) * 1e9 * std::pow(h, 4) / 12;
+  EXPECT_NEAR(load, euler, 1e-2 * euler);
+}
+
+// Inertia and coupling terms against the displaced mass points they stand for.
+TEST(Reduce, FirstOrderTermsMatchDisplacedMesh) {
+  FeModel m = bar(FeShape::hexahedron20, 6, 2, 1, 0.6, 0.2, 0.1, soft());
+  for (Vec3& x : m.nodes) x += Vec3(0.1, -0.2, 0.3);
+  const FeSystem s = assemble(m);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> u(-1.0, 1.0);
+  MatX U(s.size, 2);
+  for (double& v : U.reshaped()) v = u(random);
+  const LinearMass linear = linear_mass(m, s, U);
+  const QuadraticMass quadratic = quadratic_mass(m, s, U);
+  const auto moved = [&](double a, double b) {
+    FeModel copy = m;
+    for (size_t i = 0; i < m.nodes.size(); ++i)
+      for (int d = 0; d < 3; ++d) copy.nodes[i](d) += a * U(s.dof[i][d], 0) + b * U(s.dof[i][d], 1);
+    // The mass stays with the material: the undeformed mass matrix with the deformed positions.
+    return rigid_mass(copy, s);
+  };
+  EXPECT_LT((moved(1, 0).md - moved(0, 0).md - linear.md.col(0)).norm(), 1e-10);
+  EXPECT_LT((0.5 * (moved(1, 0).J - moved(-1, 0).J) - linear.J.col(0)).norm(), 1e-9);
+  const Vec6 mixed = 0.25 * (moved(1, 1).J - moved(1, -1).J - moved(-1, 1).J + moved(-1, -1).J);
+  for (int k = 0; k < 6; ++k) EXPECT_NEAR(quadratic.J2[k](0, 1), mixed(k), 1e-9);
+  for (int a = 0; a < 3; ++a) EXPECT_NEAR(quadratic.Cr1[a](0, 1), -quadratic.Cr1[a](1, 0), 1e-10);
+}
+
+// A gmsh mesh of one quadratic element of each kind, both formats, has the same volume as Abaqus' order gives.
+TEST(Reduce, GmshOrderOfNodes) {
+  const fs::path file = fs::temp_directory_path() / "flexframe_order.msh";
+  static constexpr int hex[12][2] = {{0, 1}, {0, 3}, {0, 4}, {1, 2}, {1, 5}, {2, 3}, {2, 6}, {3, 7}, {4, 5}, {4, 7}, {5, 6}, {6, 7}};
+  static constexpr double corner[8][3] = {{0, 0, 0}, {2, 0, 0}, {2, 3, 0}, {0, 3, 0}, {0, 0, 1}, {2, 0, 1}, {2, 3, 1}, {0, 3, 1}};
+  std::string nodes, list;
+  for (int i = 0; i < 8; ++i) nodes += fmt::format("{} {} {} {}\n", i + 1, corner[i][0], corner[i][1], corner[i][2]);
+  for (int i = 0; i < 12; ++i) {
+    nodes += fmt::format("{}", i + 9);
+    for (int d = 0; d < 3; ++d) nodes += fmt::format(" {}", 0.5 * (corner[hex[i][0]][d] + corner[hex[i][1]][d]));
+    nodes += "\n";
+  }
+  for (int i = 1; i <= 20; ++i) list += fmt::format(" {}", i);
+  std::ofstream(file) << "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n3 7 \"Block\"\n$EndPhysicalNames\n$Nodes\n20\n" << nodes << "$EndNodes\n$Elements\n1\n1 17 2 7 1" << list << "\n$EndElements\n";
+  FeModel m = read_msh(file);
+  fs::remove(file);
+  ASSERT_EQ(m.elements.size(), 1u);
+  EXPECT_EQ(m.element_sets.at("BLOCK").size(), 1u);
+  set_material(m, soft());
+  Mat3X X(3, 20);
+  for (int i = 0; i < 20; ++i) X.col(i) = m.nodes[m.connectivity[i]];
+  double volume = 0.0;
+  for (const FePoint& p : solid_points(FeShape::hexahedron20, FeFormulation::full, FeRule::mass, X, 1)) volume += p.volume;
+  EXPECT_NEAR(volume, 6.0, 1e-12);
+  // Straight edges: the quadratic map is linear, every Jacobian the same.
+  const auto points = solid_points(FeShape::hexahedron20, FeFormulation::reduced, FeRule::stiffness, X, 1);
+  for (const FePoint& p : points) EXPECT_NEAR(p.volume, 6.0 / 8.0, 1e-12);
+}
+
+std::string refusal(const std::string& text) {
+  const fs::path file = fs::temp_directory_path() / "flexframe_refused.inp";
+  std::ofstream(file) << text;
+  std::string message = "accepted";
+  try {
+    const FeModel m = read_inp(file);
+    ReduceOptions o;
+    o.modes = 1;
+    reduce(m, o);
+  } catch (const InputError& e) {
+    message = e.what();
+  }
+  fs::remove(file);
+  return message;
+}
+
+TEST(Reduce, RefusalsSayWhy) {
+  const std::string tet = "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n";
+  EXPECT_NE(refusal("").find("no elements"), std::string::npos);
+  EXPECT_NE(refusal(tet + "*ELEMENT,TYPE=C3D99\n1,1,2,3,4\n").find(":6: element type 'C3D99'"), std::string::npos);
+  EXPECT_NE(refusal(tet + "*ELEMENT,TYPE=C3D4\n1,1,2,3,9\n").find(":7: element 1: node 9"), std::string::npos);
+  EXPECT_NE(refusal(tet + "*ELEMENT,TYPE=C3D4\n1,1,2,3,4\n").find("no material"), std::string::npos);
+  const std::string steel = "*MATERIAL,NAME=S\n*ELASTIC\n2e11,0.3\n*DENSITY\n7800\n*SOLID SECTION,ELSET=E,MATERIAL=S\n";
+  EXPECT_NE(refusal(tet + "*ELEMENT,TYPE=C3D4,ELSET=E\n1,1,3,2,4\n" + steel).find("inside out"), std::string::npos);
+  EXPECT_NE(refusal(tet + "*NODE\n5,5,0,0\n6,6,0,0\n7,5,1,0\n8,5,0,1\n*ELEMENT,TYPE=C3D4,ELSET=E\n1,1,2,3,4\n2,5,6,7,8\n" + steel).find("2 parts"), std::string::npos);
+  EXPECT_NE(refusal(tet + "*EQUATION\n2\n1,1,1.0,2,1,-1.0\n").find("*EQUATION"), std::string::npos);
+  EXPECT_EQ(refusal(tet + "*ELEMENT,TYPE=C3D4,ELSET=E\n1,1,2,3,4\n" + steel), "accepted");
+}
+
+}  // namespace
+}  // namespace flexframe::sim
