@@ -1,5 +1,5 @@
 // Error-controlled integration of y' = f(t, y) by SUNDIALS: CVODE Adams and BDF, ARKODE explicit and diagonally implicit
-// Runge-Kutta (Dormand-Prince 5(4); ESDIRK4(3)6L, Kennedy and Carpenter 2019), IDA on y' - f = 0.
+// Runge-Kutta (Dormand-Prince 5(4); ESDIRK3(2)5L and ESDIRK4(3)6L, Kennedy and Carpenter 2019), IDA on y' - f = 0.
 //
 // SUNDIALS is included by the implementation only.
 #pragma once
@@ -14,6 +14,7 @@ namespace flexframe::sim {
 
 struct OdeProblem {
   int size = 0;
+  double tolerance = 1e-6;    // relative; the weights carry it, the order of the implicit Runge-Kutta method is chosen by it
   // Writes dy; may throw SimulationError, which makes the integrator try a smaller step.
   std::function<void(double t, const double* y, double* dy)> rhs;
   // Writes the error weights 1 / (tolerance of each component) for the current y.

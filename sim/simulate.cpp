@@ -69,6 +69,7 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
   const std::vector<double> ends = segment_ends(system.model);
   VecX y = pack_state(system, Eigen::Vector2d::Zero());
   problem.size = static_cast<int>(y.size());
+  problem.tolerance = system.tolerance;
   update_scale(system, y);
   std::unique_ptr<Integrator> integrator;
   size_t next = 0;
