@@ -23,3 +23,18 @@ find_program(CCACHE ccache)
 if(CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
 endif()
+
+# Parsing Eigen and the standard library takes most of a build's time. Where no ccache keeps objects, each library parses them once.
+if(CCACHE)
+  set(precompile OFF)
+else()
+  set(precompile ON)
+endif()
+option(FLEXFRAME_PRECOMPILE "precompiled headers" ${precompile})
+# flexframe_precompile(TARGET HEADER...): these and the usual ones of the standard library.
+function(flexframe_precompile target)
+  if(FLEXFRAME_PRECOMPILE)
+    target_precompile_headers(${target} PRIVATE ${ARGN} <algorithm> <cmath> <filesystem> <functional> <map> <memory> <optional> <span>
+      <stdexcept> <string> <string_view> <variant> <vector>)
+  endif()
+endfunction()

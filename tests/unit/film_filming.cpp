@@ -152,8 +152,10 @@ TEST_F(Filming, KilledAtAnyMomentItLeavesWholePicturesAndResumes) {
     ::kill(child, SIGKILL);
     ::waitpid(child, nullptr, 0);
     if (!fs::exists(folder / "killed")) continue;
-    for (const auto& entry : fs::directory_iterator(folder / "killed"))
-      if (entry.path().extension() == ".png") EXPECT_TRUE(render::is_whole_png(entry.path())) << entry.path();
+    for (const auto& entry : fs::directory_iterator(folder / "killed")) {
+      if (entry.path().extension() != ".png") continue;
+      EXPECT_TRUE(render::is_whole_png(entry.path())) << entry.path();
+    }
   }
   // Workers of killed parents end by themselves.
   draw("killed", {.resume = true});
