@@ -17,14 +17,28 @@ namespace {
 constexpr Eigen::Index tile = 16;   // rows of the inner loops
 constexpr Eigen::Index group = 4;   // frames of the inner loops
 
-// Four columns at a time onto a block that stays in the first-level cache.
-template <int columns_at_once>
-inline __attribute__((always_inline)) void add_columns(const float* __restrict c, Eigen::Index stride, const float* q, bool first, float* __restrict out, Eigen::Index rows) {
-  for (Eigen::Index i = 0; i < rows; ++i) {
-    float sum = first ? 0.0f : out[i];
-    for (int k = 0; k < columns_at_once; ++k) sum += c[i + k * stride] * q[k];
-    out[i] = sum;
-  }
+// Up to four columns at a time onto a block that stays in the first-level cache; written out, since compilers make poor loops of it.
+inline __attribute__((always_inline)) void add_four(const float* __restrict a, Eigen::Index stride, const float* q, bool first, float* __restrict out, Eigen::Index rows) {
+  const float *__restrict b = a + stride, *__restrict c = b + stride, *__restrict d = c + stride;
+  const float p = q[0], r = q[1], s = q[2], t = q[3];
+  if (first)
+    for (Eigen::Index i = 0; i < rows; ++i) out[i] = a[i] * p + b[i] * r + c[i] * s + d[i] * t;
+  else
+    for (Eigen::Index i = 0; i < rows; ++i) out[i] = out[i] + a[i] * p + b[i] * r + c[i] * s + d[i] * t;
+}
+inline __attribute__((always_inline)) void add_three(const float* __restrict a, Eigen::Index stride, const float* q, bool first, float* __restrict out, Eigen::Index rows) {
+  const float *__restrict b = a + stride, *__restrict c = b + stride;
+  const float p = q[0], r = q[1], s = q[2];
+  if (first)
+    for (Eigen::Index i = 0; i < rows; ++i) out[i] = a[i] * p + b[i] * r + c[i] * s;
+  else
+    for (Eigen::Index i = 0; i < rows; ++i) out[i] = out[i] + a[i] * p + b[i] * r + c[i] * s;
+}
+inline __attribute__((always_inline)) void add_one(const float* __restrict a, float p, bool first, float* __restrict out, Eigen::Index rows) {
+  if (first)
+    for (Eigen::Index i = 0; i < rows; ++i) out[i] = a[i] * p;
+  else
+    for (Eigen::Index i = 0; i < rows; ++i) out[i] = out[i] + a[i] * p;
 }
 
 inline __attribute__((always_inline)) void combine(const float* c, Eigen::Index stride, std::span<const float> q, float* out, Eigen::Index rows) {
@@ -36,11 +50,12 @@ inline __attribute__((always_inline)) void combine(const float* c, Eigen::Index 
     float* o = out + begin;
     Eigen::Index k = 0;
     if (n == 0) std::fill(o, o + count, 0.0f);
-    for (; k + 8 <= n; k += 8) add_columns<8>(c + begin + k * stride, stride, q.data() + k, k == 0, o, count);
-    for (; k + 4 <= n; k += 4) add_columns<4>(c + begin + k * stride, stride, q.data() + k, k == 0, o, count);
-    if (n - k == 3) add_columns<3>(c + begin + k * stride, stride, q.data() + k, k == 0, o, count);
-    if (n - k == 2) add_columns<2>(c + begin + k * stride, stride, q.data() + k, k == 0, o, count);
-    if (n - k == 1) add_columns<1>(c + begin + k * stride, stride, q.data() + k, k == 0, o, count);
+    for (; k + 4 <= n; k += 4) add_four(c + begin + k * stride, stride, q.data() + k, k == 0, o, count);
+    if (n - k == 3) {
+      add_three(c + begin + k * stride, stride, q.data() + k, k == 0, o, count);
+    } else {
+      for (; k < n; ++k) add_one(c + begin + k * stride, q[static_cast<size_t>(k)], k == 0, o, count);
+    }
   }
 }
 
@@ -67,6 +82,15 @@ inline __attribute__((always_inline)) void combine_batch(const float* c, Eigen::
                                                          Eigen::Index out_stride, Eigen::Index rows) {
   const Eigen::Index n = factor.rows(), frames = factor.cols(), tiles = (rows + tile - 1) / tile;
   thread_local std::vector<float> packed, q;
+  // Few columns: writing the frames is all the work, packing would only add to it.
+  if (n <= 4) {
+    q.resize(static_cast<size_t>(n));
+    for (Eigen::Index f = 0; f < frames; ++f) {
+      for (Eigen::Index k = 0; k < n; ++k) q[static_cast<size_t>(k)] = factor(k, f);
+      combine(c, stride, q, out + f * out_stride, rows);
+    }
+    return;
+  }
   packed.resize(static_cast<size_t>(tiles * tile * n));
   // Rows of a tile side by side for all columns; the last tile is filled with zeros.
   for (Eigen::Index k = 0; k < n; ++k)

@@ -29,25 +29,18 @@ double kernel_slope(KernelType kernel, double r2) {
   return 0.0;
 }
 
-// Wendland C4 kernel of the repaired form: (1 - r)^6 (35 r^2 + 18 r + 3) / 3, positive definite in space.
-double wendland_value(double r) {
-  if (r >= 1.0) return 0.0;
-  const double a = std::pow(1.0 - r, 3);
-  return a * a * (35.0 * r * r + 18.0 * r + 3.0) / 3.0;
-}
-double wendland_slope(double r) {
-  if (r >= 1.0) return 0.0;
-  const double a = std::pow(1.0 - r, 5);
-  return -56.0 / 3.0 * a * (5.0 * r + 1.0);
-}
-
 // Kernel and polynomial values at scaled coordinates.
 void basis(const Patch& patch, const Vec3& y, Eigen::VectorXd& out) {
   const Eigen::Index k = patch.y.cols();
   out.resize(k + 1 + patch.directions);
-  for (Eigen::Index i = 0; i < k; ++i) {
-    const double r2 = (patch.y.col(i) - y).squaredNorm();
-    out[i] = patch.repair == Repair::local_residual ? wendland_value(std::sqrt(r2) / patch.support) : kernel_value(patch.kernel, r2);
+  for (Eigen::Index i = 0; i < k; ++i) out[i] = (patch.y.col(i) - y).squaredNorm();
+  if (patch.repair == Repair::local_residual) {
+    // Inverse distance weights 1 / r^4 (Shepard 1968): positive, of sum one, whatever the nodes' spacing.
+    const double nearest2 = out.head(k).minCoeff();
+    out.head(k) = nearest2 > 0.0 ? Eigen::VectorXd((nearest2 / out.head(k).array()).square()) : Eigen::VectorXd((out.head(k).array() == 0.0).cast<double>());
+    out.head(k) /= out.head(k).sum();
+  } else {
+    for (Eigen::Index i = 0; i < k; ++i) out[i] = kernel_value(patch.kernel, out[i]);
   }
   out[k] = 1.0;
   for (int d = 0; d < patch.directions; ++d) out[k + 1 + d] = y[d];
@@ -121,19 +114,16 @@ Patch make_patch(const Points& nodes, std::span<const int> chosen, const Points&
 
   const Eigen::Index p = 1 + patch.directions;
   if (repair == Repair::local_residual) {
-    // Affine part by least squares, its residual by a kernel that ends within about two nodes: bounded weights everywhere.
-    patch.support = k > 1 ? 4.0 * std::pow(1.0 / static_cast<double>(k), 1.0 / std::max(1, patch.directions)) : 1.0;
-    Eigen::MatrixXd kernel_matrix(k, k), poly(k, p);
+    // Affine part by least squares, its residual by inverse distances: the weights stay bounded however the nodes cluster.
+    Eigen::MatrixXd poly(k, p);
     Eigen::VectorXd row;
     for (Eigen::Index i = 0; i < k; ++i) {
       basis(patch, patch.y.col(i), row);
-      kernel_matrix.row(i) = row.head(k).transpose();
       poly.row(i) = row.tail(p).transpose();
     }
     const Eigen::MatrixXd fit = poly.completeOrthogonalDecomposition().pseudoInverse();  // p x k
-    const Eigen::MatrixXd solve = kernel_matrix.fullPivLu().inverse();
     patch.inverse.resize(k, k + p);
-    patch.inverse.leftCols(k) = (solve * (Eigen::MatrixXd::Identity(k, k) - poly * fit)).transpose();
+    patch.inverse.leftCols(k) = (Eigen::MatrixXd::Identity(k, k) - poly * fit).transpose();
     patch.inverse.rightCols(p) = fit.transpose();
     patch.inverse_diagonal = Eigen::VectorXd::Constant(k, std::numeric_limits<double>::quiet_NaN());
     return patch;
@@ -167,9 +157,8 @@ Eigen::MatrixXd patch_gradient(const Patch& patch, const Vec3& x) {
   for (Eigen::Index i = 0; i < k; ++i) {
     const Vec3 d = y - patch.y.col(i);
     const double r2 = d.squaredNorm();
-    const double factor = patch.repair == Repair::local_residual
-                              ? wendland_slope(std::sqrt(r2) / patch.support) / (patch.support * patch.support)
-                              : kernel_slope(patch.kernel, r2);
+    // The residual of inverse distances is flat at the nodes, where gradients are asked.
+    const double factor = patch.repair == Repair::local_residual ? 0.0 : kernel_slope(patch.kernel, r2);
     slope.row(i) = factor * d.head(patch.directions).transpose();
   }
   for (int d = 0; d < patch.directions; ++d) slope(k + 1 + d, d) = 1.0;

@@ -6,8 +6,8 @@
 // extent or less than a third of the vertices' extent. Along dropped directions rigid arms delta_i turn with the nodes (rotations R_i
 // given, or estimated from the gradient). W reproduces constants and linear functions of y, so that rigid motion is exact for every
 // layout. Kernels r^3 (triharmonic in space: continuous normals), r, r^2 log r.
-// Sources: Wendland, Scattered data approximation, 2005, ch. 8 (conditionally positive definite kernels), ch. 4 (moving least squares,
-// the repaired form); Rippa, An algorithm for selecting a good value for the parameter c, 1999, eq. 17 (leave-one-out).
+// Sources: Wendland, Scattered data approximation, 2005, ch. 8 (conditionally positive definite kernels), ch. 4 (least squares);
+// Shepard, A two-dimensional interpolation function for irregularly-spaced data, 1968 (the repaired form); Rippa, An algorithm for selecting a good value for the parameter c, 1999, eq. 17 (leave-one-out).
 #pragma once
 
 #include "interp/types.h"
@@ -31,7 +31,6 @@ struct Patch {
   bool flat = true;                 // kernel distances within the spanned directions only
   KernelType kernel = KernelType::cubic;
   Repair repair = Repair::none;
-  double support = 0.0;             // local_residual: radius of the residual's kernel, scaled
   Eigen::Matrix3Xd y;               // spanned coordinates of the nodes, scaled; 0 in dropped rows
   Eigen::Matrix3Xd off;             // delta of the nodes: dropped part of c_i - origin, m
   Eigen::MatrixXd inverse;          // k x (k + 1 + directions): kernel and polynomial values -> weights

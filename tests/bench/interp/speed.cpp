@@ -51,14 +51,15 @@ Mesh make_torus(int m) {
     }
   return mesh;
 }
-// n nodes spread over the vertices by the golden ratio.
+// n nodes evenly spread: every so many rings and sides.
 Nodes spread_nodes(const Mesh& mesh, int n) {
+  const int m = static_cast<int>(mesh.v.rows()), small = static_cast<int>(std::sqrt(m / 3.0)), large = m / small;
+  const int across = std::max(3, static_cast<int>(std::sqrt(n / 3.0))), along = n / across;
   Nodes nodes;
-  nodes.positions.resize(n, 3);
-  for (int i = 0; i < n; ++i) {
-    const double f = std::fmod(0.5 + i * 0.6180339887498949, 1.0);
-    nodes.positions.row(i) = mesh.v.row((static_cast<Eigen::Index>(f * 1e9) * 7919 + static_cast<Eigen::Index>(i) * mesh.v.rows() / n) % mesh.v.rows());
-  }
+  nodes.positions.resize(across * along, 3);
+  for (int i = 0; i < along; ++i)
+    for (int j = 0; j < across; ++j)
+      nodes.positions.row(i * across + j) = mesh.v.row(i * large / along * small + (j * small / across + (i % 2) * small / (2 * across)) % small);
   return nodes;
 }
 
