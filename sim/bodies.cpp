@@ -225,7 +225,7 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
     const BodyDef& def = scene.bodies[part.scene_body];
     const int k = part.piece;
     if (const auto* beam = std::get_if<BeamDef>(&def.kind)) {
-      const EffectDecision decision = decide_effects(def, *beam, orientation[part.scene_body].transpose() * normal);
+      const EffectDecision decision = decide_effects(def, *beam, orientation[part.scene_body].transpose() * normal, attachment_count(scene, def.name));
       if (k == 0) model.notes.insert(model.notes.end(), decision.why.begin(), decision.why.end());
       const BeamDef one = piece_of(*beam, k);
       if (one.model == BeamModel::modal) part.body = make_modal_beam(one, decision.effects);

@@ -210,6 +210,11 @@ void reduce_cluster(const Model& model, int cluster, Work& work) {
       if (v >= p.v0 && v < p.v0 + p.joint.nv) who = fmt::format("joint '{}'", p.joint.name);
       if (v >= p.ev0 && v < p.ev0 + p.body.n) who = fmt::format("elastic coordinate {} of body '{}'", v - p.ev0 + 1, p.name);
     }
+    const bool elastic = who.rfind("elastic", 0) == 0;
+    if (elastic && cw.llt.info() != Eigen::Success && d > 0.0)
+      throw SimulationError(fmt::format("the kinetic energy of {} is no longer positive at t = {:.6g} s: it is deformed beyond what the second-order "
+                                        "displacement field describes; use model = \"mixed\" with more volumes, or leave out torsion or stiffening",
+                                        who, work.time));
     if (cw.llt.info() == Eigen::Success || d <= 0.0 || k == ni - 1)
       throw SimulationError(fmt::format("{} moves without inertia at t = {:.6g} s: give the bodies it carries mass or inertia, or fix the joint", who, work.time));
   }

@@ -85,7 +85,15 @@ Vec3 plane_normal(const Scene& scene, const std::vector<Mat3>& orientation) {
   return Vec3::Zero();
 }
 
-EffectDecision decide_effects(const BodyDef& body, const BeamDef& beam, const Vec3& normal_in_body) {
+int attachment_count(const Scene& scene, const std::string& body) {
+  int count = 0;
+  for (const JointDef& j : scene.joints) count += (j.parent.body == body) + (j.child.body == body);
+  for (const ForceDef& f : scene.forces)
+    if (f.kind != ForceKind::distributed) count += (f.on.body == body) + (f.from.body == body);
+  return count;
+}
+
+EffectDecision decide_effects(const BodyDef& body, const BeamDef& beam, const Vec3& normal_in_body, int attachments) {
   EffectDecision out;
   BeamEffects& e = out.effects;
   const auto say = [&](const std::string& text) { out.why.push_back(fmt::format("body '{}': {}", body.name, text)); };
@@ -107,8 +115,10 @@ EffectDecision decide_effects(const BodyDef& body, const BeamDef& beam, const Ve
       say(fmt::format("{} on, {} and torsion off: the scene moves in a plane, they cannot occur", e.bending_xy ? "bending_xy" : "bending_xz",
                       e.bending_xy ? "bending_xz" : "bending_xy"));
     } else {
-      e.bending_xy = e.bending_xz = e.torsion = true;
-      say("bending_xy, bending_xz and torsion on: the scene is spatial");
+      e.bending_xy = e.bending_xz = true;
+      e.torsion = attachments > 1;
+      say("bending_xy and bending_xz on: the scene is spatial");
+      say(e.torsion ? "torsion on: what is attached may twist it" : "torsion off: it is held in one place only, nothing twists it");
     }
     e.stiffening = true;
     say("stiffening on: axial forces may be carried");

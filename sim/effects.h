@@ -18,7 +18,10 @@ struct EffectDecision {
 // normal: unit, world axes, or zero when the scene is spatial. orientation: of every body at the start, world axes.
 Vec3 plane_normal(const Scene& scene, const std::vector<Mat3>& orientation);
 
-// Effects of one beam. `normal_in_body`: the plane's normal in body axes, zero when spatial.
-EffectDecision decide_effects(const BodyDef& body, const BeamDef& beam, const Vec3& normal_in_body);
+// Joints and forces that act on a body.
+int attachment_count(const Scene& scene, const std::string& body);
+
+// Effects of one beam. `normal_in_body`: the plane's normal in body axes, zero when spatial. `attachments`: joints and forces on it.
+EffectDecision decide_effects(const BodyDef& body, const BeamDef& beam, const Vec3& normal_in_body, int attachments);
 
 }  // namespace flexframe::sim
