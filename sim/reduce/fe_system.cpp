@@ -260,7 +260,12 @@ MatX symmetric_product(const SparseMatrix& lower, const MatX& x) {
   constexpr int width = 8;
   const Eigen::Index n = x.rows();
   MatX y(n, x.cols());
-  std::vector<double> in(static_cast<size_t>(n) * width), out(in.size());
+  // Kept between calls: fresh pages cost as much as the product itself.
+  thread_local std::vector<double> in, out;
+  if (x.cols() > 1 && in.size() < static_cast<size_t>(n) * width) {
+    in.resize(static_cast<size_t>(n) * width);
+    out.resize(in.size());
+  }
   const int* inner = lower.innerIndexPtr();
   const int* outer = lower.outerIndexPtr();
   const double* value = lower.valuePtr();
@@ -270,9 +275,11 @@ MatX symmetric_product(const SparseMatrix& lower, const MatX& x) {
       y.col(first).noalias() = lower.selfadjointView<Eigen::Lower>() * x.col(first);
       continue;
     }
-    std::fill(out.begin(), out.end(), 0.0);
-    for (Eigen::Index j = 0; j < width; ++j)
-      for (Eigen::Index i = 0; i < n; ++i) in[i * width + j] = j < count ? x(i, first + j) : 0.0;
+    std::fill(out.begin(), out.begin() + n * width, 0.0);
+    const double* columns[width];
+    for (Eigen::Index j = 0; j < width; ++j) columns[j] = &x.coeffRef(0, first + std::min(j, count - 1));
+    for (Eigen::Index i = 0; i < n; ++i)
+      for (Eigen::Index j = 0; j < width; ++j) in[i * width + j] = columns[j][i];
     using Row = Eigen::Array<double, width, 1>;
     for (Eigen::Index c = 0; c < n; ++c) {
       const Row xc = Eigen::Map<const Row>(&in[c * width]);
@@ -285,8 +292,8 @@ MatX symmetric_product(const SparseMatrix& lower, const MatX& x) {
       }
       Eigen::Map<Row>(&out[c * width]) += yc;
     }
-    for (Eigen::Index j = 0; j < count; ++j)
-      for (Eigen::Index i = 0; i < n; ++i) y(i, first + j) = out[i * width + j];
+    for (Eigen::Index i = 0; i < n; ++i)
+      for (Eigen::Index j = 0; j < count; ++j) y(i, first + j) = out[i * width + j];
   }
   return y;
 }
