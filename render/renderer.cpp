@@ -163,6 +163,7 @@ struct Renderer::Impl {
     int x = 0, y = 0;                     // first sample drawn, from the lower left of the view
     glm::vec3 to_light{0.0f}, up{0.0f};   // camera frame
     const LightFrame* light = nullptr;    // null: no shadow
+    double shadow_reach = 0.0;            // m, half width of the shadow's filter
     GLuint shadow = 0, colors = 0;
     double unit = 1.0;                    // samples of one pixel at 720 lines
     bool ghost = false;
@@ -317,7 +318,10 @@ struct Renderer::Impl {
       gl.BindTexture(GL_TEXTURE_2D, v.colors);
     }
     if (v.light && !v.ghost) {
-      program.set("light_from_view", glm::mat4(v.light->map_from_world * glm::inverse(v.frame->view)));
+      const glm::dmat4 light_from_view = v.light->map_from_world * glm::inverse(v.frame->view);
+      program.set("light_from_view", glm::mat4(light_from_view));
+      program.set("light_turn", glm::mat3(glm::dmat3(light_from_view)));
+      program.set("shadow_reach", static_cast<float>(v.shadow_reach));
       program.set("shadow_warp", shadow_warp);
       program.set("shadow", 1);
       gl.ActiveTexture(GL_TEXTURE1);
@@ -669,6 +673,7 @@ Image Renderer::draw(const Picture& p) {
       const std::vector<float> moments = filter_shadow(depth, light, softness);
       v.shadow = r.device.texture_rg32f("shadow", filtered_size, filtered_size, moments.data());
       v.light = &light;
+      v.shadow_reach = std::max(softness, 4.0 * light.texel);
       if (grounds[i].visible) shade = ground_shadow(depth, light, grounds[i], frame, softness);
     }
 

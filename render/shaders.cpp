@@ -87,6 +87,8 @@ uniform float edge_width;
 in vec3 light_position;
 uniform sampler2D shadow;
 uniform float shadow_warp;
+uniform mat3 light_turn;
+uniform float shadow_reach;
 #endif
 uniform vec3 base_color;
 uniform vec3 to_light;
@@ -138,13 +140,15 @@ void main() {
   float nl = dot(n, to_light);
   float light = clamp(nl, 0.0, 1.0);
 #ifdef SHADOW
-  vec2 moments = texture(shadow, light_position.xy).rg;
-  float warped = exp(shadow_warp * (clamp(light_position.z, 0.0, 1.0) - 0.5));
+  // Looked up off the surface by the filter's reach, the more the more the light grazes: no surface shadows itself.
+  vec3 seen = light_position + light_turn * (n * (shadow_reach * sqrt(max(1.0 - nl * nl, 0.0))));
+  vec2 moments = texture(shadow, seen.xy).rg;
+  float warped = exp(shadow_warp * (clamp(seen.z, 0.0, 1.0) - 0.5));
   float variance = max(moments.y - moments.x * moments.x, 1e-5 * warped * warped);
   float off = warped - moments.x;
   float lit = off <= 0.0 ? 1.0 : variance / (variance + off * off);
   lit = clamp((lit - 0.25) / 0.75, 0.0, 1.0);
-  if (any(lessThan(light_position.xy, vec2(0.0))) || any(greaterThan(light_position.xy, vec2(1.0)))) lit = 1.0;
+  if (any(lessThan(seen.xy, vec2(0.0))) || any(greaterThan(seen.xy, vec2(1.0)))) lit = 1.0;
   light *= lit;
 #endif
   // Surroundings: sky above, warm floor below, and a faint light from the viewer so that no side is black.
