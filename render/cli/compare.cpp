@@ -9,6 +9,7 @@
 
 #include <memory>
 #include <span>
+#include <stdexcept>
 
 namespace flexframe::cli {
 namespace {
@@ -78,9 +79,9 @@ than the limit. A picture that only one folder has does not agree. Exit codes: 0
             render::Comparison comparison;
             try {
               comparison = render::compare_pictures(options->baseline, options->candidate, options->rule, !options->report.empty(), !options->reason.empty());
-            } catch (const std::bad_alloc&) {
-              throw;
-            } catch (const std::exception& e) {
+            } catch (const std::runtime_error& e) {  // what was given cannot be read
+              throw UsageError(e.what());
+            } catch (const std::invalid_argument& e) {
               throw UsageError(e.what());
             }
             if (!options->report.empty()) {
