@@ -11,6 +11,7 @@ Command add_render(CLI::App& program);
 Command add_check(CLI::App& program);
 Command add_info(CLI::App& program);
 Command add_reduce(CLI::App& program);
+Command add_modes(CLI::App& program);
 Command add_deform(CLI::App& program);
 Command add_compare(CLI::App& program);
 

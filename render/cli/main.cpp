@@ -34,7 +34,7 @@ int run_program(int argc, char** argv, CLI::App& program) {
   program.get_formatter()->column_width(34);
   const std::vector<cli::Command> commands = {
       cli::add_run(program),   cli::add_simulate(program), cli::add_render(program),
-      cli::add_check(program), cli::add_info(program), cli::add_reduce(program),     cli::add_deform(program),
+      cli::add_check(program), cli::add_info(program), cli::add_reduce(program), cli::add_modes(program),     cli::add_deform(program),
       cli::add_compare(program),
   };
   program.parse(argc, argv);

@@ -207,6 +207,7 @@ class Reducer {
     say(fmt::format("{} degrees of freedom, {:.1f} million entries in the factor, about {:.2f} GB", system.size, report().factor_entries / 1e6, report().estimated_bytes / 1e9));
     if (limit > 0.0 && report().estimated_bytes > limit)
       throw SimulationError(fmt::format("the reduction needs about {:.1f} GB, {:.1f} GB are there: take a coarser mesh or a larger machine", report().estimated_bytes / 1e9, limit / 1e9));
+    system.K = SparseMatrix();  // the reduced system has its own; the factor needs the room
     lap("ordering");
     say("factorising");
     solver->factorise();

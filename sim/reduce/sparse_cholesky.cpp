@@ -84,7 +84,7 @@ SparseCholesky::SparseCholesky(const Eigen::SparseMatrix<double>& lower) : state
   state->call(-1);
   for (int i = 1; i <= 4; ++i) state->icntl(i) = i == 4 ? 0 : -1;  // silent
   state->icntl(7) = 1;       // the ordering below
-  state->icntl(14) = 30;     // per cent of room beyond the estimate
+  state->icntl(14) = 5;      // per cent of room beyond the estimate, which is exact without pivoting
   state->rows.reserve(lower.nonZeros());
   state->columns.reserve(lower.nonZeros());
   state->values.reserve(lower.nonZeros());
@@ -116,6 +116,10 @@ double SparseCholesky::factor_entries() const {
 
 void SparseCholesky::factorise() {
   state->call(2);
+  if (state->mumps.infog[0] == -9 || state->mumps.infog[0] == -8) {
+    state->icntl(14) = 60;
+    state->call(2);
+  }
   const int error = state->mumps.infog[0], detail = state->mumps.infog[1];
   if (error == -10 || error == -40)
     throw SimulationError(fmt::format("sparse factorisation: the matrix is not positive definite (pivot {}): the model has a mechanism, or a node without stiffness", detail));

@@ -1,0 +1,113 @@
+// flexframe modes: mode shapes of a SID body swinging on its mesh, one film a mode.
+#include "render/cli/commands.h"
+#include "render/cli/jobs.h"
+
+#include "sim/results_file.h"
+#include "sim/sid.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+#include <numbers>
+
+namespace flexframe::cli {
+namespace {
+
+// One swing of mode k, in equal steps, so that the film loops. amplitude: largest node displacement, m.
+sim::Results swing(const sim::FlexibleBody& body, int k, double amplitude, int pictures, double frame_rate, const std::string& mesh, const std::string& title) {
+  sim::Results r;
+  const int n = body.n, nodes = static_cast<int>(body.nodes.size());
+  r.title = title;
+  sim::ResultBody b;
+  b.name = "body";
+  b.kind = "modal";
+  b.mesh = mesh;
+  b.labels = body.labels;
+  b.node_phi.resize(3 * nodes, n);
+  b.node_psi.resize(3 * nodes, n);
+  double largest = 0.0;
+  for (int i = 0; i < nodes; ++i) {
+    b.nodes.push_back({body.nodes[i].name, body.nodes[i].origin});
+    b.node_phi.middleRows(3 * i, 3) = body.nodes[i].phi;
+    b.node_psi.middleRows(3 * i, 3) = body.nodes[i].psi;
+    largest = std::max(largest, body.nodes[i].phi.col(k).norm());
+  }
+  if (!(largest > 0.0)) throw sim::InputError(fmt::format("mode {} moves none of the body's nodes", k + 1));
+  r.times = sim::VecX::LinSpaced(pictures, 0.0, (pictures - 1) / frame_rate);
+  b.position = Eigen::MatrixX3d::Zero(pictures, 3);
+  b.orientation = Eigen::MatrixX4d::Zero(pictures, 4);
+  b.orientation.col(0).setOnes();
+  b.q = sim::MatX::Zero(pictures, n);
+  b.qd = sim::MatX::Zero(pictures, n);
+  for (int i = 0; i < pictures; ++i) b.q(i, k) = amplitude / largest * std::sin(2.0 * std::numbers::pi * i / pictures);
+  b.displacement = b.q * b.node_phi.transpose();
+  b.rotation = b.q * b.node_psi.transpose();
+  r.bodies.push_back(std::move(b));
+  r.kinetic = r.strain = r.potential = r.supplied = r.dissipated = sim::VecX::Zero(pictures);
+  return r;
+}
+
+}  // namespace
+
+Command add_modes(CLI::App& program) {
+  struct Words {
+    std::string body, mesh, out;
+    std::vector<int> modes;
+    double amplitude = 0.0;
+    int pictures = 40;
+    RenderWords render;
+  };
+  const auto w = std::make_shared<Words>();
+  CLI::App* app = program.add_subcommand("modes", "animate the mode shapes of a body (SID)");
+  app->add_option("BODY", w->body, "SID file")->required();
+  app->add_option("--mesh", w->mesh, "Wavefront mesh of the undeformed body; default: BODY.obj beside it");
+  app->add_option("-o,--out", w->out, "output folder; default: the name of the body");
+  app->add_option("--mode", w->modes, "which modes, from 1; default: all")->delimiter(',');
+  app->add_option("--amplitude", w->amplitude, "largest displacement drawn, m; default: 5 % of the body's size")->check(CLI::PositiveNumber);
+  app->add_option("--pictures", w->pictures, "pictures of one swing")->check(CLI::Range(2, 10000))->capture_default_str();
+  add_render_words(*app, w->render);
+  return {app, [w] {
+            namespace fs = std::filesystem;
+            const sim::SidReading reading = sim::read_sid(w->body);
+            const sim::FlexibleBody body = sim::to_flexible_body(reading.file, w->body);
+            if (body.n == 0) throw sim::InputError(fmt::format("{}: a rigid body has no modes", w->body));
+            if (body.nodes.empty()) throw sim::InputError(fmt::format("{}: the body has no nodes", w->body));
+            std::vector<int> modes = w->modes;
+            if (modes.empty())
+              for (int k = 1; k <= body.n; ++k) modes.push_back(k);
+            for (int k : modes)
+              if (k < 1 || k > body.n) throw sim::InputError(fmt::format("{}: mode {}: there are 1 to {}", w->body, k, body.n));
+            fs::path mesh = w->mesh;
+            if (mesh.empty()) {
+              const fs::path beside = fs::path(w->body).replace_extension(".obj");
+              if (fs::exists(beside)) mesh = beside;
+            } else if (!fs::exists(mesh)) {
+              throw sim::InputError(fmt::format("{}: no such file", mesh.string()));
+            }
+            sim::Vec3 lower = body.nodes[0].origin, upper = lower;
+            for (const sim::FlexibleNode& node : body.nodes) {
+              lower = lower.cwiseMin(node.origin);
+              upper = upper.cwiseMax(node.origin);
+            }
+            const double amplitude = w->amplitude > 0.0 ? w->amplitude : 0.05 * (upper - lower).norm();
+            const std::string name = fs::path(w->body).stem().string();
+            const fs::path out = w->out.empty() ? fs::path(name + "-modes") : fs::path(w->out);
+            require_writable(out);
+            for (int k : modes) {
+              film::RenderSettings settings;
+              settings.scales = {1.0};
+              settings.ground = false;
+              settings.undeformed = true;
+              apply_words(w->render, settings);
+              const std::string label = body.labels.empty() ? fmt::format("mode {}", k) : body.labels[k - 1];
+              const std::string mesh_file = mesh.empty() ? "" : fs::absolute(mesh).string();
+              const sim::Results results = swing(body, k - 1, amplitude, w->pictures, settings.frame_rate, mesh_file, fmt::format("{}: {}", name, label));
+              const std::string part = modes.size() == 1 ? name : fmt::format("mode_{:03}", k);
+              print_drawing(run_drawing(results, settings, nullptr, w->render, modes.size() == 1 ? out : out / part, part));
+            }
+            return 0;
+          }};
+}
+
+}  // namespace flexframe::cli
