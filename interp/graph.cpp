@@ -415,7 +415,8 @@ double grow(const Graph& graph, const Points& positions, int start, int count, S
   }
   double limit = std::numeric_limits<double>::infinity();
   while (!front.empty()) {
-    const auto [d, v] = front.top();
+    const double d = front.top().first;
+    const int v = front.top().second;
     front.pop();
     const auto i = static_cast<size_t>(v);
     if (search.state[i] != 0 || d > search.distance[i]) continue;
