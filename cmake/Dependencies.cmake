@@ -6,7 +6,6 @@ find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(SUNDIALS 6 REQUIRED)
 find_package(fmt REQUIRED)
 find_package(HDF5 REQUIRED COMPONENTS C)
-pkg_check_modules(muparser REQUIRED IMPORTED_TARGET muparser)
 pkg_check_modules(tomlplusplus REQUIRED IMPORTED_TARGET tomlplusplus)
 
 find_package(glm REQUIRED)

@@ -4,6 +4,7 @@
 #include "sim/effects.h"
 #include "sim/joint_motion.h"
 #include "sim/normal_modes.h"
+#include "sim/sid.h"
 #include "sim/words.h"
 
 #include <fmt/format.h>
@@ -116,6 +117,20 @@ void keep_plane(const Vec3& normal, FlexibleBody& body) {
   for (int s = 0; s < 6; ++s)
     if (s != n) body.J2[s].resize(0, 0);
   for (FlexibleNode& node : body.nodes) node.phi2[n].resize(0, 0);
+}
+
+// Adds the scene's damping to a modal body's own: Rayleigh, and ratios of its eigenmodes (the last one holds for all further modes).
+void add_modal_damping(const Damping& damping, FlexibleBody& body) {
+  if (body.n == 0 || (damping.ratio.empty() && damping.mass == 0.0 && damping.stiffness == 0.0)) return;
+  if (body.De.size() == 0) body.De = MatX::Zero(body.n, body.n);
+  body.De += damping.mass * body.Me + damping.stiffness * body.Ke;
+  if (damping.ratio.empty()) return;
+  const Eigen::GeneralizedSelfAdjointEigenSolver<MatX> eigen(body.Ke, body.Me);
+  for (int k = 0; k < body.n; ++k) {
+    const double zeta = damping.ratio[std::min<size_t>(k, damping.ratio.size() - 1)];
+    const VecX p = body.Me * eigen.eigenvectors().col(k);
+    body.De += 2.0 * zeta * std::sqrt(std::max(0.0, eigen.eigenvalues()[k])) * p * p.transpose();
+  }
 }
 
 // Orientation of every body at the start, joints at their initial values.
@@ -232,6 +247,11 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
       else make_fe_part(model, one, decision.effects, part);
       if (!normal.isZero(0.0)) keep_plane(orientation[part.scene_body].transpose() * normal, part.body);
       part.load_factor = one.length / part.body.mass;
+    } else if (const auto* modal = std::get_if<ModalDef>(&def.kind)) {
+      const SidReading sid = read_sid(modal->file);
+      model.notes.insert(model.notes.end(), sid.notes.begin(), sid.notes.end());
+      part.body = to_flexible_body(sid.file, modal->file.string(), &model.notes);
+      add_modal_damping(modal->damping, part.body);
     }
   }
   for (size_t f = 0; f < model.frames.size(); ++f) resolve_node(model, scene.file.string(), static_cast<int>(f));

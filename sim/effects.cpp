@@ -106,7 +106,7 @@ EffectDecision decide_effects(const BodyDef& body, const BeamDef& beam, const Ve
       if (name == "stiffening") e.stiffening = true;
       if (name == "shear") e.shear = true;
     }
-    say("effects as the scene lists them");
+    say(beam.effects.names.empty() ? "rigid: the scene lists no effect" : fmt::format("effects as the scene lists them: {}", fmt::join(beam.effects.names, ", ")));
   } else {
     const bool planar = !normal_in_body.isZero(0.0);
     if (planar) {

@@ -42,6 +42,26 @@ std::vector<ClosureRow> closure_rows(const JointDef& j) {
   return rows;
 }
 
+// What scene files may say but the engine does not do is refused, never left out in silence.
+void refuse_missing(const Scene& scene) {
+  const auto refuse = [&](int line, const std::string& who, const std::string& what) {
+    throw InputError(fmt::format("{}:{}: {}: {} cannot be simulated by this version", scene.file.string(), line, who, what));
+  };
+  for (const BodyDef& body : scene.bodies) {
+    const std::string who = fmt::format("body '{}'", body.name);
+    const FlexibleInitial* initial = nullptr;
+    if (std::holds_alternative<StateSpaceDef>(body.kind)) refuse(body.line, who, "kind = \"statespace\"");
+    if (const auto* beam = std::get_if<BeamDef>(&body.kind)) {
+      if (beam->model == BeamModel::lumped) refuse(body.line, who, "model = \"lumped\"");
+      initial = &beam->initial;
+    }
+    if (const auto* modal = std::get_if<ModalDef>(&body.kind)) initial = &modal->initial;
+    if (initial && initial->static_start) refuse(body.line, who, "initial = { static = true }");
+  }
+  for (const JointDef& joint : scene.joints)
+    if (joint.friction) refuse(joint.line, fmt::format("joint '{}'", joint.name), "friction");
+}
+
 // An edge of the graph of parts.
 struct Edge {
   int scene_joint = -1;   // -1: inner joint of a chain or free joint
@@ -101,6 +121,8 @@ Model build_model(const Scene& scene) {
   model.title = scene.title;
   model.settings = scene.simulation;
   if (scene.bodies.empty()) throw InputError(fmt::format("{}: there is no [[body]], nothing to simulate", scene.file.string()));
+
+  refuse_missing(scene);
 
   // Parts of every body, and the joints inside chains.
   std::vector<Edge> edges;
@@ -222,8 +244,8 @@ Model build_model(const Scene& scene) {
     const Edge& e = edges[k];
     const JointDef& j = scene.joints[e.scene_joint];
     const std::string where = joint_where(scene, j);
-    if (!j.motion.empty() || j.friction || j.stop || j.kind == JointKind::screw || (j.spring && j.kind != JointKind::revolute && j.kind != JointKind::prismatic))
-      throw InputError(fmt::format("{}: every joint of this loop has a motion, friction, a stop or a screw; leave one joint of the loop plain", where));
+    if (!j.motion.empty() || j.stop || j.kind == JointKind::screw || (j.spring && j.kind != JointKind::revolute && j.kind != JointKind::prismatic))
+      throw InputError(fmt::format("{}: every joint of this loop has a motion, a stop or a screw; leave one joint of the loop plain", where));
     LoopJoint loop;
     loop.name = j.name;
     loop.scene_joint = e.scene_joint;
