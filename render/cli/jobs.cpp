@@ -87,7 +87,7 @@ void apply_words(const RenderWords& words, film::RenderSettings& settings) {
   if (words.samples) settings.samples = *words.samples;
   if (words.no_shadows) settings.shadows = settings.occlusion = false;
   if (words.no_overlay)
-    settings.overlay = {.title = false, .time = false, .scalar_bar = false, .triad = false, .legend = false, .note = false, .plot = {}};
+    settings.overlay = {.title = false, .time = false, .scalar_bar = false, .triad = false, .legend = false, .note = false, .plot = {}, .plot_line = 0};
   if (!words.color_by.empty()) {
     const std::vector<std::string> known = {"none", "displacement", "strain", "velocity", "body"};
     const auto found = std::find(known.begin(), known.end(), words.color_by);

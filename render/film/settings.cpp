@@ -39,6 +39,7 @@ CameraSettings read_camera(const TableReader& reader) {
   camera.height = reader.number("height", camera.height, sim::positive);
   camera.fit = reader.boolean("fit", !camera.position);
   camera.follow = reader.text("follow", "");
+  camera.follow_line = reader.line("follow");
 
   if (!camera.fit && !camera.position) reader.fail("fit = false needs 'position' (and 'target')");
   if (camera.target && !camera.position) reader.fail("'target' needs 'position' beside it");
@@ -60,6 +61,7 @@ OverlaySettings read_overlay(const TableReader& reader) {
   overlay.legend = reader.boolean("legend", true);
   overlay.note = reader.boolean("note", true);
   overlay.plot = reader.has("plot") ? reader.texts("plot") : std::vector<std::string>{};
+  overlay.plot_line = reader.line("plot");
   const std::vector<std::string> places = {"below", "beside"};
   overlay.plot_place = static_cast<render::PlotPlace>(reader.word("plot_place", places, 0));
   return overlay;
@@ -127,7 +129,8 @@ RenderSettings read_table(const TableReader& reader) {
 }
 
 // "did you mean" and the list of what there is.
-[[noreturn]] void refuse(const std::string& name, const char* key, const std::string& word, const char* what, const std::vector<std::string>& known) {
+[[noreturn]] void refuse(const std::string& file, int line, const char* key, const std::string& word, const char* what, const std::vector<std::string>& known) {
+  const std::string name = line > 0 ? fmt::format("{}:{}", file, line) : file;
   throw InputError(fmt::format("{}: [render]: key '{}' names {}, which is no {}{}; there is: {}", name, key, sim::quote(word), what,
                                sim::did_you_mean(word, known), known.empty() ? "none" : sim::list_words(known)));
 }
@@ -141,7 +144,7 @@ void check_count(const RenderSettings& settings, double duration, const std::str
 
 void check_follow(const RenderSettings& settings, const std::vector<std::string>& bodies, const std::string& name) {
   const std::string& follow = settings.camera.follow;
-  if (!follow.empty() && std::find(bodies.begin(), bodies.end(), follow) == bodies.end()) refuse(name, "camera.follow", follow, "body", bodies);
+  if (!follow.empty() && std::find(bodies.begin(), bodies.end(), follow) == bodies.end()) refuse(name, settings.camera.follow_line, "camera.follow", follow, "body", bodies);
 }
 
 double parse_number(std::string_view text, const char* what, const std::string& whole) {
@@ -181,7 +184,7 @@ void check_render_settings(const RenderSettings& settings, const sim::Scene& sce
   for (const std::string& column : settings.overlay.plot) {
     const std::string stem = column.substr(0, column.rfind('.'));
     const auto known = [&](const std::string& word) { return std::find(outputs.begin(), outputs.end(), word) != outputs.end(); };
-    if (!known(column) && !known(stem)) refuse(name, "overlay.plot", column, "column of an [[output]]", outputs);
+    if (!known(column) && !known(stem)) refuse(name, settings.overlay.plot_line, "overlay.plot", column, "column of an [[output]]", outputs);
   }
 }
 
@@ -192,7 +195,7 @@ void check_render_settings(const RenderSettings& settings, const sim::Results& r
   for (const sim::ResultOutput& output : results.outputs) columns.push_back(output.column);
   check_follow(settings, bodies, name);
   for (const std::string& column : settings.overlay.plot)
-    if (std::find(columns.begin(), columns.end(), column) == columns.end()) refuse(name, "overlay.plot", column, "column of the history", columns);
+    if (std::find(columns.begin(), columns.end(), column) == columns.end()) refuse(name, settings.overlay.plot_line, "overlay.plot", column, "column of the history", columns);
 }
 
 render::Size parse_size(const std::string& text) {

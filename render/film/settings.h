@@ -45,11 +45,13 @@ struct CameraSettings {
   render::Projection projection = render::Projection::perspective;
   double height = 2.0;                        // m, orthographic without fit
   std::string follow;                         // body, empty: none
+  int follow_line = 0;                        // in the scene file, for messages
 };
 
 struct OverlaySettings {
   bool title = true, time = true, scalar_bar = true, triad = true, legend = true, note = true;
   std::vector<std::string> plot;              // columns of the history
+  int plot_line = 0;                          // in the scene file, for messages
   render::PlotPlace plot_place = render::PlotPlace::below;
 };
 
