@@ -1,6 +1,7 @@
 // Makes examples/accuracy-interp: error against number of nodes for each scheme on the con rod (table, diagram, pictures of the error on
 // the body) and the seed's plate moved by its corners.
 //   interp_accuracy FOLDER_OF_CONROD OUTPUT_FOLDER
+//   interp_accuracy OUTPUT_FOLDER                      only the plate
 #include "interp/map.h"
 #include "interp/surface.h"
 #include "render/camera.h"
@@ -206,9 +207,9 @@ void draw_plate(const std::filesystem::path& folder, render::Renderer& renderer)
     }
     picture.overlay.triad = true;
     std::vector<glm::dvec3> corners;
-    render::append_corners(corners, render::Bounds{{0.0, 0.0, -1.0}, {1.0, 1.3, 1.0}});
+    render::append_corners(corners, render::Bounds{{0.0, 0.0, -0.8}, {1.0, 1.3, 0.8}});
     render::FitOptions fit;
-    fit.direction = {0.65, 0.75, -0.45};
+    fit.direction = {-0.75, 0.55, -0.36};
     fit.up = {0.0, 0.0, 1.0};
     picture.camera = render::fit_camera(picture, corners, fit);
     render::write_png(folder / fmt::format("{}.png", name), renderer.draw(picture));
@@ -242,6 +243,11 @@ std::string diagram(const std::vector<Scheme>& schemes, const std::vector<int>& 
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (argc == 2) {
+    render::Renderer renderer;
+    draw_plate(argv[1], renderer);
+    return 0;
+  }
   if (argc != 3) {
     fmt::print(stderr, "interp_accuracy FOLDER_OF_CONROD OUTPUT_FOLDER\n");
     return 2;
