@@ -207,7 +207,7 @@ void draw_plate(const std::filesystem::path& folder, render::Renderer& renderer)
     }
     picture.overlay.triad = true;
     std::vector<glm::dvec3> corners;
-    render::append_corners(corners, render::Bounds{{0.0, 0.0, -0.8}, {1.0, 1.3, 0.8}});
+    render::append_corners(corners, render::Bounds{{0.0, 0.0, -1.0}, {1.0, 1.3, 1.0}});
     render::FitOptions fit;
     fit.direction = {-0.75, 0.55, -0.36};
     fit.up = {0.0, 0.0, 1.0};
