@@ -15,4 +15,4 @@ picture() {
 picture slider_crank 120 slider_crank_1
 picture slider_crank 300 slider_crank_2
 picture pendulum 48 pendulum_1
-picture pendulum 264 pendulum_2
+picture pendulum 140 pendulum_2
