@@ -145,12 +145,19 @@ DrawingReport run_drawing(const sim::Results& results, const film::RenderSetting
 }
 
 void require_writable(const fs::path& path) {
-  fs::path at = fs::absolute(path).lexically_normal();
+  // Only making the folder shows whether it can be made; what was made for the trial goes again, so that a run that fails leaves nothing.
+  const fs::path wanted = fs::absolute(path).lexically_normal();
   std::error_code error;
-  while (!fs::exists(at, error) && at.has_relative_path()) at = at.parent_path();
-  if (!fs::is_directory(at, error)) throw std::runtime_error(fmt::format("{}: cannot write there: {} is no folder", path.string(), at.string()));
-  if (::access(at.c_str(), W_OK | X_OK) != 0)
-    throw std::runtime_error(fmt::format("{}: cannot write there: {}: {}", path.string(), at.string(), std::strerror(errno)));
+  fs::path made = wanted;
+  while (!fs::exists(made.parent_path(), error) && made.has_relative_path()) made = made.parent_path();
+  const bool fresh = !fs::exists(wanted, error);
+  make_folder(wanted.has_filename() ? wanted : wanted.parent_path());
+  const bool writable = ::access(wanted.c_str(), W_OK | X_OK) == 0;
+  const int why = errno;
+  if (fresh)
+    for (fs::path at = wanted; at != made.parent_path() && fs::remove(at, error); at = at.parent_path()) {
+    }
+  if (!writable) throw std::runtime_error(fmt::format("{}: cannot write there: {}", path.string(), std::strerror(why)));
 }
 
 void make_folder(const fs::path& path) {
