@@ -108,7 +108,6 @@ class Reader {
   std::map<std::pair<int, int>, std::vector<int>> entity_physicals;          // format 4
   struct Raw { long id; int type, physical; std::vector<int> more; std::vector<long> nodes; };
   std::vector<Raw> raw;
-  size_t nodes_wanted = 0;
 
   [[noreturn]] void fail(const std::string& message) const {
     throw InputError(fmt::format("{}:{}: {}", model.file, 1 + std::count(data.begin(), data.begin() + static_cast<long>(std::min(at, data.size())), '\n'), message));
