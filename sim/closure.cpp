@@ -97,6 +97,13 @@ bool rotary_rate(JointKind kind, int k) {
   }
 }
 
+// Largest displacement of a node per unit of an elastic coordinate, rotations counted with `size`; m per unit.
+double elastic_reach(const Part& part, int k, double size) {
+  double reach = 0.0;
+  for (const FlexibleNode& node : part.body.nodes) reach = std::max({reach, node.phi.col(k).norm(), size * node.psi.col(k).norm()});
+  return reach;
+}
+
 int depth(const Model& model, int part) {
   int d = 0;
   for (int i = model.parts[part].parent; i != ground; i = model.parts[i].parent) ++d;
@@ -212,7 +219,7 @@ Partition choose_partition(const Model& model, int cluster, Work& work, bool str
   const int rows = static_cast<int>(cw.G.rows());
   Partition out;
 
-  // Everything in metres: angle rows and rotary columns scaled by the cluster's size, elastic columns by their largest entry.
+  // Everything in metres: angle rows and rotary columns scaled by the cluster's size, elastic columns by the displacement they cause.
   MatX A = cw.G;
   int row = 0;
   for (int l : c.loops)
@@ -221,12 +228,11 @@ Partition choose_partition(const Model& model, int cluster, Work& work, bool str
       ++row;
     }
   std::vector<int> joint_columns, elastic_columns, preference(c.nv, 0);
-  std::vector<double> scale(c.nv, 1.0);
   for (int k = 0; k < c.nv; ++k) {
     const auto [part, rate] = rate_owner(model, cluster, k);
     if (rate < 0) {
-      scale[k] = A.col(k).size() > 0 ? A.col(k).cwiseAbs().maxCoeff() : 0.0;
-      if (scale[k] > 0.0) A.col(k) /= scale[k];
+      const double reach = elastic_reach(model.parts[part], c.v0 + k - model.parts[part].ev0, c.size);
+      if (reach > 0.0) A.col(k) /= reach;
       elastic_columns.push_back(k);
     } else {
       const TreeJoint& j = model.parts[part].joint;
@@ -238,8 +244,9 @@ Partition choose_partition(const Model& model, int cluster, Work& work, bool str
   for (int k : cw.locked) preference[k] = std::numeric_limits<int>::max();
 
   // Complete pivoting over joint columns first; what they cannot close is closed by deformation.
-  // A pivot below 1e-7 of the entries' size is rounding or a singular position, not a way to close the loop.
-  const double tolerance = 1e-7;
+  // A joint's pivot below 1e-7 of the entries' size is rounding or a singular position, not a way to close the loop. A deformation's
+  // below a fiftieth is the asymmetry of a mesh: a planar loop of a body that bends in the plane leaves it a little, and closing its
+  // redundant conditions by that would lock the body.
   std::vector<char> row_used(rows, 0), column_used(c.nv, 0);
   for (const std::vector<int>* columns : {&joint_columns, &elastic_columns}) {
     while (true) {
@@ -248,7 +255,7 @@ Partition choose_partition(const Model& model, int cluster, Work& work, bool str
         if (!column_used[k])
           for (int r = 0; r < rows; ++r)
             if (!row_used[r]) largest = std::max(largest, std::abs(A(r, k)));
-      if (largest <= tolerance) break;
+      if (largest <= (columns == &joint_columns ? 1e-7 : 0.02)) break;
       // A sound pivot (a fifth of the largest at least) of the deepest joint.
       int best_row = -1, best = -1;
       for (int k : *columns) {
