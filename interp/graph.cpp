@@ -1,11 +1,11 @@
 #include "interp/graph.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numeric>
 #include <queue>
-#include <unordered_map>
 
 namespace flexframe::interp {
 namespace {
@@ -110,42 +110,47 @@ Weld weld_vertices(const MeshView& mesh, double distance) {
   Weld weld;
   const Eigen::Index count = mesh.vertices.rows();
   weld.row.assign(static_cast<size_t>(count), -1);
-  // Cells of twice the distance; a vertex looks into the neighbours that its ball of that radius touches.
+  // Cells of 16 times the distance: most balls of that radius touch one of them, and few vertices share one.
   const Vec3 lower = mesh.vertices.colwise().minCoeff().transpose();
-  const double cell = distance > 0.0 ? 2.0 * distance : std::numeric_limits<double>::min();
+  const double extent = (mesh.vertices.colwise().maxCoeff().transpose() - lower).maxCoeff();
+  const double cell = std::max(16.0 * distance, extent > 0.0 ? 1e-9 * extent : 1.0);
   struct Key {
     std::int64_t x, y, z;
     bool operator==(const Key&) const = default;
   };
-  struct Hash {
-    size_t operator()(const Key& k) const {
-      auto h = static_cast<std::uint64_t>(k.x) * 0x9e3779b97f4a7c15ull;
-      h = (h ^ (h >> 31) ^ static_cast<std::uint64_t>(k.y)) * 0xbf58476d1ce4e5b9ull;
-      h = (h ^ (h >> 29) ^ static_cast<std::uint64_t>(k.z)) * 0x94d049bb133111ebull;
-      return h ^ (h >> 32);
-    }
+  // Kept vertices chained by the hash of their cell.
+  std::vector<int> head(std::bit_ceil(static_cast<size_t>(2 * count + 1)), -1), next, kept;
+  std::vector<Key> key;
+  auto chain = [&](const Key& k) -> int& {
+    auto h = static_cast<std::uint64_t>(k.x) * 0x9e3779b97f4a7c15ull;
+    h = (h ^ (h >> 31) ^ static_cast<std::uint64_t>(k.y)) * 0xbf58476d1ce4e5b9ull;
+    h = (h ^ (h >> 29) ^ static_cast<std::uint64_t>(k.z)) * 0x94d049bb133111ebull;
+    return head[static_cast<size_t>(h ^ (h >> 32)) & (head.size() - 1)];
   };
-  std::unordered_map<Key, std::vector<int>, Hash> cells;
-  cells.reserve(static_cast<size_t>(count));
-  std::vector<int> kept;
   for (Eigen::Index v = 0; v < count; ++v) {
     const Vec3 x = mesh.vertices.row(v).transpose();
     const Vec3 grid = (x - lower) / cell;
+    auto cell_at = [&](double shift) {
+      const auto c = [&](double a) { return static_cast<std::int64_t>(std::floor(a + shift)); };
+      return Key{c(grid.x()), c(grid.y()), c(grid.z())};
+    };
+    const double reach = distance / cell;
+    const Key lo = cell_at(-reach), hi = cell_at(reach);
     int found = -1;
-    Key lo{}, hi{};
-    auto floor_of = [](double a) { return static_cast<std::int64_t>(std::floor(a)); };
-    lo = {floor_of(grid.x() - 0.5), floor_of(grid.y() - 0.5), floor_of(grid.z() - 0.5)};
-    hi = {floor_of(grid.x() + 0.5), floor_of(grid.y() + 0.5), floor_of(grid.z() + 0.5)};
     for (std::int64_t i = lo.x; i <= hi.x && found < 0; ++i)
       for (std::int64_t j = lo.y; j <= hi.y && found < 0; ++j)
         for (std::int64_t k = lo.z; k <= hi.z && found < 0; ++k)
-          if (const auto it = cells.find({i, j, k}); it != cells.end())
-            for (const int w : it->second)
-              if ((mesh.vertices.row(kept[static_cast<size_t>(w)]).transpose() - x).norm() <= distance) { found = w; break; }
+          for (int w = chain({i, j, k}); w >= 0; w = next[static_cast<size_t>(w)])
+            if ((found < 0 || w < found) && key[static_cast<size_t>(w)] == Key{i, j, k} &&
+                (mesh.vertices.row(kept[static_cast<size_t>(w)]).transpose() - x).norm() <= distance)
+              found = w;
     if (found < 0) {
       found = static_cast<int>(kept.size());
       kept.push_back(static_cast<int>(v));
-      cells[{floor_of(grid.x()), floor_of(grid.y()), floor_of(grid.z())}].push_back(found);
+      key.push_back(cell_at(0.0));
+      int& first = chain(key.back());
+      next.push_back(first);
+      first = found;
     }
     weld.row[static_cast<size_t>(v)] = found;
   }

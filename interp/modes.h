@@ -3,7 +3,7 @@
 // Stored in float32, column-major 3 M x n (a column: x y z of vertex 0, of vertex 1, ...), computed in double. Columns of second
 // order are ordinary columns: append them to phi and psi and their products q_i q_j to q.
 // The products are bound by memory: the single product sweeps blocks of rows that stay in the cache over all columns, the
-// batched one reads the columns once for up to 16 frames.
+// batched one reads the columns once for all its frames.
 #pragma once
 
 #include "interp/map.h"

@@ -105,7 +105,8 @@ Blend transpose(const Cover& cover, int vertices) {
 // Rows of a range of vertices.
 struct Rows {
   std::vector<int> count, column;
-  std::vector<double> value;
+  std::vector<float> single;
+  std::vector<double> precise;  // the same in double, if asked for
   std::vector<double> worst;  // of each patch: largest sum of |weight| where it has a share
   double lebesgue = 0.0;
   int lebesgue_vertex = -1;
@@ -143,7 +144,7 @@ void add_patch(const Patch& patch, const Vec3& x, double share, const std::vecto
 }
 
 Rows make_rows(int first, int last, const Weld& weld, const Blend& blend, const std::vector<Patch>& patches, const std::vector<int>& director,
-               int nodes, int sources) {
+               int nodes, int sources, bool precise) {
   Rows rows;
   rows.worst.assign(patches.size(), 0.0);
   Gather gather(sources);
@@ -167,7 +168,8 @@ Rows make_rows(int first, int last, const Weld& weld, const Blend& blend, const 
       const auto i = static_cast<size_t>(s);
       if (s < nodes) lebesgue += std::abs(gather.sum[i]);
       rows.column.push_back(s);
-      rows.value.push_back(gather.sum[i]);
+      rows.single.push_back(static_cast<float>(gather.sum[i]));
+      if (precise) rows.precise.push_back(gather.sum[i]);
       gather.sum[i] = 0.0;
       gather.seen[i] = 0;
     }
@@ -269,7 +271,7 @@ Partition make_partition(const Weld& weld, const Graph& graph, const Points& nod
     const int grain = 2048;
     rows.assign(static_cast<size_t>((graph.vertices + grain - 1) / grain), {});
     parallel_chunks(graph.vertices, grain, options.threads, [&](int first, int last) {
-      rows[static_cast<size_t>(first / grain)] = make_rows(first, last, weld, blend, patches, director, count, sources);
+      rows[static_cast<size_t>(first / grain)] = make_rows(first, last, weld, blend, patches, director, count, sources, options.precise);
     });
     out.lebesgue = 0.0;
     std::vector<double> worst(number, 0.0);
@@ -307,8 +309,8 @@ Partition make_partition(const Weld& weld, const Graph& graph, const Points& nod
   for (Rows& r : rows) {
     for (const int c : r.count) w.begin.push_back(w.begin.back() + c);
     w.column.insert(w.column.end(), r.column.begin(), r.column.end());
-    for (const double value : r.value) w.single.push_back(static_cast<float>(value));
-    if (options.precise) w.precise.insert(w.precise.end(), r.value.begin(), r.value.end());
+    w.single.insert(w.single.end(), r.single.begin(), r.single.end());
+    w.precise.insert(w.precise.end(), r.precise.begin(), r.precise.end());
     r = {};
   }
   return out;

@@ -148,7 +148,8 @@ FitOptions default_view(std::span<const glm::dvec3> points, const glm::dvec3& gr
     } else {
       // The plane lies flat: from above, three quarters.
       const glm::dvec3 toward = std::abs(options.up.z) > 0.5 ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, -1);
-      options.direction = -options.up + 0.9 * toward;
+      // A little from the side: no two axes of the world lie over each other.
+      options.direction = -options.up + 0.9 * toward - 0.25 * glm::cross(toward, options.up);
     }
   } else {
     const glm::dvec3 front = std::abs(options.up.z) > 0.5 ? glm::dvec3(0, -1, 0) : glm::dvec3(0, 0, 1);
@@ -216,30 +217,48 @@ Camera camera_on_path(std::span<const CameraKey> keys, double t) {
   return camera;
 }
 
-std::vector<View> four_views(const Picture& picture, std::span<const glm::dvec3> points, const glm::dvec3& up) {
+std::vector<View> make_views(const Picture& picture, std::span<const glm::dvec3> points, const glm::dvec3& up, std::span<const ViewKind> kinds) {
   const PixelRect inner = make_layout(picture).inner;
   const bool z_up = std::abs(up.z) > std::abs(up.y);
   const glm::dvec3 front = z_up ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, -1);
   const glm::dvec3 side(-1, 0, 0), down = -up;
-  const glm::dvec3 three_quarter = glm::normalize(0.8 * front + 0.55 * side + 0.5 * down);
   struct Choice { const char* label; glm::dvec3 direction, up; };
-  const Choice choices[] = {{"front", front, up}, {"side", side, up}, {"top", down, front}, {"", three_quarter, up}};
+  const Choice choices[] = {{"front", front, up}, {"side", side, up}, {"top", down, front}, {"", glm::normalize(0.8 * front + 0.55 * side + 0.5 * down), up}};
+  const int count = static_cast<int>(kinds.size()), columns = count > 1 ? 2 : 1, rows = count > 2 ? 2 : 1;
   std::vector<View> views;
-  for (int i = 0; i < 4; ++i) {
+  for (int i = 0; i < count; ++i) {
+    const Choice& choice = choices[static_cast<int>(kinds[i])];
     FitOptions options;
-    options.direction = choices[i].direction;
-    options.up = choices[i].up;
-    options.projection = i < 3 ? Projection::orthographic : Projection::perspective;
+    options.direction = choice.direction;
+    options.up = choice.up;
+    options.projection = kinds[i] != ViewKind::iso ? Projection::orthographic : Projection::perspective;
     options.margin = 0.08;
     View view;
-    view.left = 0.5 * (i & 1);
-    view.top = 0.5 * (i >> 1);
-    view.width = view.height = 0.5;
-    view.label = choices[i].label;
-    view.camera = fit_camera(points, {std::max(1, inner.width / 2), std::max(1, inner.height / 2)}, options);
+    // The last of three has the lower row for itself.
+    const bool wide = count == 3 && i == 2;
+    view.left = wide ? 0.0 : double(i % columns) / columns;
+    view.top = double(i / columns) / rows;
+    view.width = wide ? 1.0 : 1.0 / columns;
+    view.height = 1.0 / rows;
+    view.label = choice.label;
+    view.camera = fit_camera(points, {std::max(1, static_cast<int>(inner.width * view.width)), std::max(1, static_cast<int>(inner.height * view.height))}, options);
     views.push_back(view);
   }
   return views;
+}
+
+std::vector<View> four_views(const Picture& picture, std::span<const glm::dvec3> points, const glm::dvec3& up) {
+  static constexpr ViewKind all[] = {ViewKind::front, ViewKind::side, ViewKind::top, ViewKind::iso};
+  return make_views(picture, points, up, all);
+}
+
+glm::dvec3 default_light(const Camera& camera, const glm::dvec3& up_direction) {
+  const glm::dmat4 view = view_matrix(camera);
+  const glm::dvec3 right(view[0][0], view[1][0], view[2][0]), upward(view[0][1], view[1][1], view[2][1]), back(view[0][2], view[1][2], view[2][2]);
+  const glm::dvec3 up = glm::normalize(up_direction);
+  glm::dvec3 level = back - glm::dot(back, up) * up;
+  if (glm::length(level) < 0.1) level = upward - glm::dot(upward, up) * up;
+  return glm::normalize(1.0 * up - 0.42 * right + 0.5 * glm::normalize(level));
 }
 
 }  // namespace flexframe::render

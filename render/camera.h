@@ -62,11 +62,20 @@ struct CameraKey {
 // fov and height; held at the ends. Throws std::invalid_argument for no keys or times that do not rise.
 Camera camera_on_path(std::span<const CameraKey> keys, double t);
 
-// Front (looking along -z for up y, +y for up z), side, top and three-quarter view of the points, two by two, each fitted
-// to its quarter. Set size and overlay of the picture first.
+enum class ViewKind { front, side, top, iso };
+
+// One to four views of the points, each fitted to its part of the picture: front (looking along -z for up y, +y for up z), side, top,
+// three-quarter. Two stand side by side, three and four two by two. Set size and overlay of the picture first.
+std::vector<View> make_views(const Picture& picture, std::span<const glm::dvec3> points, const glm::dvec3& up, std::span<const ViewKind> kinds);
+
+// All four.
 std::vector<View> four_views(const Picture& picture, std::span<const glm::dvec3> points, const glm::dvec3& up);
 
 // View matrix in double (camera from world).
 glm::dmat4 view_matrix(const Camera& camera);
+
+// Direction towards the key light where a picture names none: from above, left of the camera and a little behind it.
+// up: of the ground or the camera. A film keeps that of its first picture: light that turned with the camera would make all shadows run.
+glm::dvec3 default_light(const Camera& camera, const glm::dvec3& up);
 
 }  // namespace flexframe::render

@@ -1,6 +1,7 @@
 #include "render/canvas.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -30,8 +31,22 @@ void fill_rectangle(Image& image, double x, double y, double width, double heigh
   corner = std::min({corner, 0.5 * width, 0.5 * height});
   const int x0 = std::max(0, static_cast<int>(std::floor(x))), x1 = std::min(image.width, static_cast<int>(std::ceil(x + width)));
   const int y0 = std::max(0, static_cast<int>(std::floor(y))), y1 = std::min(image.height, static_cast<int>(std::ceil(y + height)));
+  // Whole pixels of large plain rectangles: what each byte becomes is looked up.
+  const bool plain = corner <= 0.0 && image.channels == 3 && std::size_t(x1 - x0) * std::max(0, y1 - y0) > 4096 && x1 > x0;
+  std::array<std::array<std::uint8_t, 256>, 3> becomes;
+  if (plain)
+    for (int v = 0; v < 256; ++v) {
+      Image one{1, 1, 3, std::vector<std::uint8_t>(3, static_cast<std::uint8_t>(v))};
+      blend_pixel(one, 0, 0, color, opacity);
+      for (int k = 0; k < 3; ++k) becomes[k][v] = one.pixels[k];
+    }
   for (int j = y0; j < y1; ++j)
     for (int i = x0; i < x1; ++i) {
+      if (plain && i >= x && j >= y && i + 1.0 <= x + width && j + 1.0 <= y + height) {
+        std::uint8_t* p = &image.pixels[(std::size_t(j) * image.width + i) * 3];
+        for (int k = 0; k < 3; ++k) p[k] = becomes[k][p[k]];
+        continue;
+      }
       // Overlap of the pixel with the rectangle; at rounded corners the distance from the corner's circle.
       const double cx = std::clamp(std::min(x + width, i + 1.0) - std::max<double>(x, i), 0.0, 1.0);
       const double cy = std::clamp(std::min(y + height, j + 1.0) - std::max<double>(y, j), 0.0, 1.0);
@@ -52,21 +67,22 @@ void draw_frame(Image& image, double x, double y, double width, double height, d
   fill_rectangle(image, x + width - line, y + line, line, height - 2.0 * line, color, opacity);
 }
 
-void draw_polyline(Image& image, std::span<const glm::dvec2> points, double width, const glm::vec3& color, float opacity, double dash,
-                   const glm::dvec4* clip) {
-  // Coverage of the whole line first, as the maximum over the segments, in its bounding box.
+LineCover cover_polyline(int image_width, int image_height, std::span<const glm::dvec2> points, double width, double dash, const glm::dvec4* clip) {
+  // The maximum over the segments, in the bounding box of the line.
+  LineCover out;
   const double half = 0.5 * width;
   glm::dvec2 lower(1e300), upper(-1e300);
   for (const glm::dvec2& p : points)
     if (std::isfinite(p.x) && std::isfinite(p.y)) { lower = glm::min(lower, p); upper = glm::max(upper, p); }
-  const glm::dvec4 limit = clip ? *clip : glm::dvec4(0, 0, image.width, image.height);
-  if (!(lower.x <= upper.x)) return;
+  const glm::dvec4 limit = clip ? *clip : glm::dvec4(0, 0, image_width, image_height);
+  if (!(lower.x <= upper.x)) return out;
   const auto pixel = [](double v, double low, double high) { return static_cast<int>(std::clamp(v, low, high)); };
-  const int x0 = pixel(std::floor(std::max(lower.x - half - 1.0, limit.x)), 0, image.width), x1 = pixel(std::ceil(std::min(upper.x + half + 1.0, limit.x + limit.z)), 0, image.width);
-  const int y0 = pixel(std::floor(std::max(lower.y - half - 1.0, limit.y)), 0, image.height), y1 = pixel(std::ceil(std::min(upper.y + half + 1.0, limit.y + limit.w)), 0, image.height);
-  if (x1 <= x0 || y1 <= y0) return;
+  const int x0 = pixel(std::floor(std::max(lower.x - half - 1.0, limit.x)), 0, image_width), x1 = pixel(std::ceil(std::min(upper.x + half + 1.0, limit.x + limit.z)), 0, image_width);
+  const int y0 = pixel(std::floor(std::max(lower.y - half - 1.0, limit.y)), 0, image_height), y1 = pixel(std::ceil(std::min(upper.y + half + 1.0, limit.y + limit.w)), 0, image_height);
+  if (x1 <= x0 || y1 <= y0) return out;
   const int w = x1 - x0;
-  std::vector<float> cover(std::size_t(w) * (y1 - y0), 0.0f);
+  out = {x0, y0, w, y1 - y0, std::vector<float>(std::size_t(w) * (y1 - y0), 0.0f)};
+  std::vector<float>& cover = out.values;
   double travelled = 0.0;
   const auto segment = [&](glm::dvec2 a, glm::dvec2 b) {
     // Far outside: cut to a box around the picture, so that loops stay short.
@@ -113,9 +129,21 @@ void draw_polyline(Image& image, std::span<const glm::dvec2> points, double widt
     segment(a, b);
     travelled += glm::length(b - a);
   }
-  for (int j = y0; j < y1; ++j)
-    for (int i = x0; i < x1; ++i)
-      if (const float c = cover[std::size_t(j - y0) * w + (i - x0)]; c > 0.0f) blend_pixel(image, i, j, color, opacity * c);
+  return out;
+}
+
+void blend_cover(Image& image, const LineCover& cover, const glm::vec3& color, float opacity, int x_end) {
+  const int x1 = std::min(cover.x + cover.width, x_end);
+  for (int j = 0; j < cover.height; ++j) {
+    const float* row = &cover.values[std::size_t(j) * cover.width];
+    for (int i = cover.x; i < x1; ++i)
+      if (const float c = row[i - cover.x]; c > 0.0f) blend_pixel(image, i, cover.y + j, color, opacity * c);
+  }
+}
+
+void draw_polyline(Image& image, std::span<const glm::dvec2> points, double width, const glm::vec3& color, float opacity, double dash,
+                   const glm::dvec4* clip) {
+  blend_cover(image, cover_polyline(image.width, image.height, points, width, dash, clip), color, opacity, image.width);
 }
 
 void fill_disc(Image& image, double x, double y, double radius, const glm::vec3& color, float opacity) {

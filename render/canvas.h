@@ -7,6 +7,7 @@
 #include <glm/glm.hpp>
 
 #include <span>
+#include <vector>
 
 namespace flexframe::render {
 
@@ -24,6 +25,16 @@ void draw_frame(Image& image, double x, double y, double width, double height, d
 // dash: length of dashes and gaps in pixels, 0: solid. clip: x, y, width, height, null: the image.
 void draw_polyline(Image& image, std::span<const glm::dvec2> points, double width, const glm::vec3& color, float opacity = 1.0f,
                    double dash = 0.0, const glm::dvec4* clip = nullptr);
+
+// Share of each pixel that a polyline covers: computed once, it may be drawn often.
+struct LineCover {
+  int x = 0, y = 0, width = 0, height = 0;  // pixels
+  std::vector<float> values;
+};
+LineCover cover_polyline(int image_width, int image_height, std::span<const glm::dvec2> points, double width, double dash = 0.0, const glm::dvec4* clip = nullptr);
+
+// Draws the columns before x_end.
+void blend_cover(Image& image, const LineCover& cover, const glm::vec3& color, float opacity, int x_end);
 
 void fill_disc(Image& image, double x, double y, double radius, const glm::vec3& color, float opacity = 1.0f);
 

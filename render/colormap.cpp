@@ -1,6 +1,8 @@
 // Each map is 33 control points joined by a Catmull-Rom curve; within 2/255 of the published maps (cividis 5/255 in one blue corner).
 #include "render/colormap.h"
 
+#include "render/picture.h"
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -116,6 +118,14 @@ glm::vec3 category_color(int index) {
       {120, 86, 178}, {140, 96, 70}, {206, 104, 172}, {96, 106, 118}, {166, 160, 28}, {22, 160, 186}}};
   const auto& c = colors[static_cast<std::size_t>((index % 10 + 10) % 10)];
   return glm::vec3(c[0], c[1], c[2]) / 255.0f;
+}
+
+glm::vec3 scalar_color(const ScalarMap& map, double value) {
+  if (!std::isfinite(value)) return glm::vec3(0.5f);
+  const double range = map.upper - map.lower;
+  double share = range != 0.0 ? std::clamp((value - map.lower) / range, 0.0, 1.0) : 0.5;
+  if (map.levels > 1) share = (std::min(std::floor(share * map.levels), map.levels - 1.0) + 0.5) / map.levels;
+  return colormap_color(map.colormap, share);
 }
 
 }  // namespace flexframe::render

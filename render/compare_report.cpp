@@ -1,5 +1,6 @@
 #include "render/compare_report.h"
 
+#include "render/picture_numbers.h"
 #include "render/png.h"
 
 #include <fmt/format.h>
@@ -64,6 +65,7 @@ std::string state_name(PairState state) {
     case PairState::equal: return "equal";
     case PairState::passes: return "passes";
     case PairState::differs: return "differs";
+    case PairState::other_numbers: return "other numbers";
     case PairState::other_size: return "other size";
     case PairState::missing_baseline: return "missing baseline";
     default: return "missing picture";
@@ -89,13 +91,13 @@ Comparison compare_pictures(const fs::path& baseline, const fs::path& candidate,
     names.insert(after.begin(), after.end());
     if (names.empty()) throw std::invalid_argument("no PNG file below " + baseline.string() + " or " + candidate.string());
     for (const std::string& name : names) {
-      ComparedPair pair{name, before.count(name) ? baseline / name : fs::path(), after.count(name) ? candidate / name : fs::path(), PairState::equal, {}};
+      ComparedPair pair{name, before.count(name) ? baseline / name : fs::path(), after.count(name) ? candidate / name : fs::path(), PairState::equal, {}, {}};
       if (pair.baseline.empty()) pair.state = PairState::missing_baseline;
       if (pair.candidate.empty()) pair.state = PairState::missing_candidate;
       out.pairs.push_back(std::move(pair));
     }
   } else {
-    out.pairs.push_back({candidate.filename().string(), created ? fs::path() : baseline, candidate, created ? PairState::missing_baseline : PairState::equal, {}});
+    out.pairs.push_back({candidate.filename().string(), created ? fs::path() : baseline, candidate, created ? PairState::missing_baseline : PairState::equal, {}, {}});
     if (created) read_png(candidate);
   }
   for (ComparedPair& pair : out.pairs) {
@@ -104,6 +106,9 @@ Comparison compare_pictures(const fs::path& baseline, const fs::path& candidate,
       if (!keep_heat) pair.difference.heat = {};
       const ImageDifference& d = pair.difference;
       pair.state = !d.same_size ? PairState::other_size : d.equal ? PairState::equal : d.passes ? PairState::passes : PairState::differs;
+      const auto before = parse_numbers(read_png_text(pair.baseline, numbers_key)), after = parse_numbers(read_png_text(pair.candidate, numbers_key));
+      if (before && after) pair.numbers = numbers_difference(*before, *after);
+      if (!pair.numbers.empty() && (pair.state == PairState::equal || pair.state == PairState::passes)) pair.state = PairState::other_numbers;
     }
     out.passes = out.passes && (pair.state == PairState::equal || pair.state == PairState::passes);
   }
@@ -126,7 +131,7 @@ img{{max-width:100%;border:1px solid #ccd;image-rendering:pixelated}}figcaption{
     any_bad = any_bad || bad;
     const ImageDifference& d = p.difference;
     html += fmt::format("<tr><td>{}<td{}>{}", escape(p.name), bad ? " class=\"bad\"" : "", state_name(p.state));
-    if (p.state == PairState::passes || p.state == PairState::differs)
+    if (p.state == PairState::passes || p.state == PairState::differs || p.state == PairState::other_numbers)
       html += fmt::format("<td>{}<td>{:.4g}<td>{}<td>{:.4g} %<td>{:.5f}<td>{:.5f}", d.largest, d.mean, d.pixels_over, 100.0 * d.share_over, d.ssim, d.flip);
     html += "</tr>\n";
   }
@@ -135,7 +140,9 @@ img{{max-width:100%;border:1px solid #ccd;image-rendering:pixelated}}figcaption{
     const bool bad = p.state != PairState::equal && p.state != PairState::passes;
     if (!(bad || (!any_bad && p.state == PairState::passes))) continue;
     const ImageDifference& d = p.difference;
-    html += fmt::format("<h2>{}</h2>\n<div class=\"row\">{}{}{}</div>\n", escape(p.name), picture_cell("baseline", bytes_if_there(p.baseline)),
+    html += fmt::format("<h2>{}</h2>\n", escape(p.name));
+    if (!p.numbers.empty()) html += fmt::format("<p>{}</p>\n", escape(p.numbers));
+    html += fmt::format("<div class=\"row\">{}{}{}</div>\n", picture_cell("baseline", bytes_if_there(p.baseline)),
                         picture_cell("new picture", bytes_if_there(p.candidate)),
                         d.heat.pixels.empty() ? std::string() : picture_cell("FLIP, bright: visible", encode_png(d.heat)));
   }

@@ -27,20 +27,17 @@ Device::Device(std::unique_ptr<Context> context) : context_(std::move(context)) 
 }
 
 Device::~Device() {
-  for (auto& [role, t] : targets_) {
-    gl_.DeleteFramebuffers(1, &t.framebuffer);
-    gl_.DeleteRenderbuffers(1, &t.color);
-    gl_.DeleteRenderbuffers(1, &t.depth);
-  }
+  for (auto& [role, t] : targets_) remove(t);
   for (auto& [role, t] : textures_) gl_.DeleteTextures(1, &t);
   for (auto& [key, b] : uploaded_) gl_.DeleteBuffers(1, &b);
+  if (stream_) gl_.DeleteBuffers(1, &stream_);
   for (GLuint b : free_buffers_) gl_.DeleteBuffers(1, &b);
   for (auto& [key, p] : programs_) gl_.DeleteProgram(p->id());
   gl_.DeleteVertexArrays(1, &vertex_array_);
 }
 
 Program& Device::program(ShaderKind kind, const std::vector<const char*>& switches) {
-  std::string head = "#version 450 core\n";
+  std::string head = "#version 450 core\n#define COLOR_STEPS " + std::to_string(color_steps) + "\n";
   for (const char* s : switches) head += std::string("#define ") + s + "\n";
   auto& slot = programs_[{kind, head}];
   if (slot) return *slot;
@@ -61,7 +58,7 @@ Program& Device::program(ShaderKind kind, const std::vector<const char*>& switch
     return shader;
   };
   static const std::map<ShaderKind, std::pair<const char*, const char*>> sources = {
-      {ShaderKind::surface, {surface_vertex, surface_fragment}}, {ShaderKind::line, {line_vertex, line_fragment}},
+      {ShaderKind::surface, {surface_vertex, surface_fragment}}, {ShaderKind::cover, {cover_vertex, surface_fragment}}, {ShaderKind::line, {line_vertex, line_fragment}},
       {ShaderKind::marker, {marker_vertex, marker_fragment}}};
   const auto& source = sources.at(kind);
   const GLuint vertex = compile(GL_VERTEX_SHADER, source.first), fragment = compile(GL_FRAGMENT_SHADER, source.second);
@@ -100,6 +97,12 @@ GLuint Device::buffer(GLenum target, const void* data, std::size_t bytes) {
   return slot;
 }
 
+void Device::stream(GLenum target, const void* data, std::size_t bytes) {
+  if (!stream_) gl_.GenBuffers(1, &stream_);
+  gl_.BindBuffer(target, stream_);
+  gl_.BufferData(target, static_cast<GLsizeiptr>(bytes), data, GL_STREAM_DRAW);
+}
+
 void Device::forget_buffers() {
   for (auto& [key, b] : uploaded_) free_buffers_.push_back(b);
   uploaded_.clear();
@@ -110,17 +113,50 @@ void Device::forget_buffers() {
   }
 }
 
+namespace {
+
+// For texelFetch only.
+GLuint fetched_texture(const Gl& gl, GLint format, GLenum components, GLenum type, int width, int height) {
+  GLuint t = 0;
+  gl.GenTextures(1, &t);
+  gl.BindTexture(GL_TEXTURE_2D, t);
+  gl.TexImage2D(GL_TEXTURE_2D, 0, format, width, height, 0, components, type, nullptr);
+  gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  return t;
+}
+
+}  // namespace
+
+void Device::remove(Target& t) {
+  for (GLuint f : {t.framebuffer, t.store_framebuffer})
+    if (f) gl_.DeleteFramebuffers(1, &f);
+  for (GLuint texture : {t.depth, t.store})
+    if (texture) gl_.DeleteTextures(1, &texture);
+  if (t.color) gl_.DeleteRenderbuffers(1, &t.color);
+}
+
+void Device::add_store(Target& t) {
+  if (t.store) return;
+  t.store = fetched_texture(gl_, GL_RG32UI, GL_RG_INTEGER, GL_UNSIGNED_INT, t.width, t.height);
+  gl_.GenFramebuffers(1, &t.store_framebuffer);
+  gl_.BindFramebuffer(GL_FRAMEBUFFER, t.store_framebuffer);
+  gl_.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, t.store, 0);
+  gl_.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, t.depth, 0);
+  if (gl_.CheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
+    throw std::runtime_error("OpenGL cannot keep " + std::to_string(t.width) + " x " + std::to_string(t.height) + " samples to be lit later");
+}
+
 Target& Device::target(const std::string& role, int width, int height, bool has_color, bool float_color) {
   Target& t = targets_[role];
+  // Things that move ask for a little more or less each time. Clearing costs by the size.
+  width = (width + 63) / 64 * 64;
+  height = (height + 63) / 64 * 64;
   if (t.framebuffer && t.width == width && t.height == height) {
     gl_.BindFramebuffer(GL_FRAMEBUFFER, t.framebuffer);
     return t;
   }
-  if (t.framebuffer) {
-    gl_.DeleteFramebuffers(1, &t.framebuffer);
-    gl_.DeleteRenderbuffers(1, &t.color);
-    gl_.DeleteRenderbuffers(1, &t.depth);
-  }
+  if (t.framebuffer) remove(t);
   t = {0, 0, 0, width, height, has_color, float_color};
   gl_.GenFramebuffers(1, &t.framebuffer);
   gl_.BindFramebuffer(GL_FRAMEBUFFER, t.framebuffer);
@@ -133,10 +169,8 @@ Target& Device::target(const std::string& role, int width, int height, bool has_
     gl_.DrawBuffer(GL_NONE);
     gl_.ReadBuffer(GL_NONE);
   }
-  gl_.GenRenderbuffers(1, &t.depth);
-  gl_.BindRenderbuffer(GL_RENDERBUFFER, t.depth);
-  gl_.RenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT32F, width, height);
-  gl_.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, t.depth);
+  t.depth = fetched_texture(gl_, GL_DEPTH_COMPONENT32F, GL_DEPTH_COMPONENT, GL_FLOAT, width, height);
+  gl_.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, t.depth, 0);
   if (gl_.CheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
     throw std::runtime_error("OpenGL cannot draw to " + std::to_string(width) + " x " + std::to_string(height) + " samples");
   return t;
@@ -153,12 +187,6 @@ GLuint Device::texture(const std::string& role) {
     gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
     gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
   }
-  return t;
-}
-
-GLuint Device::texture_srgb(const std::string& role, int width, int height, const std::uint8_t* rgb) {
-  const GLuint t = texture(role);
-  gl_.TexImage2D(GL_TEXTURE_2D, 0, GL_SRGB8, width, height, 0, GL_RGB, GL_UNSIGNED_BYTE, rgb);
   return t;
 }
 

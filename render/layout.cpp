@@ -26,11 +26,28 @@ std::string power_text(int exponent) {
   return text;
 }
 
-// "displacement [mm]", with the power of ten the numbers leave out.
-std::string axis_text(const std::string& label, const std::string& unit, int exponent) {
-  std::string inner = exponent ? power_text(exponent) + (unit.empty() ? "" : " " + unit) : unit;
-  if (inner.empty()) return label;
-  return label.empty() ? "[" + inner + "]" : label + " [" + inner + "]";
+// "tip.y [mm]" or "tip.y" with the power of ten that the numbers leave out: "tip.y [10⁻⁶ mm]". In no more than `room`: the name is
+// shortened, then left out, the unit is not.
+std::string axis_text(const std::string& label, int exponent, double size, double room) {
+  std::string name = label, unit;
+  if (const std::size_t open = label.rfind('['); open != std::string::npos && label.back() == ']') {
+    unit = label.substr(open + 1, label.size() - open - 2);
+    name = label.substr(0, open);
+    while (!name.empty() && name.back() == ' ') name.pop_back();
+  }
+  if (exponent) unit = power_text(exponent) + (unit.empty() ? "" : " " + unit);
+  if (unit.empty()) return fit_text(name, size, room);
+  unit = "[" + unit + "]";
+  if (name.empty()) return fit_text(unit, size, room);
+  const std::string whole = name + " " + unit;
+  if (text_width(whole, size) <= room) return whole;
+  const std::string cut = fit_text(name, size, room - text_width(" " + unit, size));
+  // Three letters say nothing.
+  return text_width(cut, size) < 3.5 * size && cut != name ? fit_text(unit, size, room) : cut + " " + unit;
+}
+
+std::string bar_text(const ScalarBar& bar, int exponent, double size, double room) {
+  return axis_text(bar.unit.empty() ? bar.label : bar.label + " [" + bar.unit + "]", exponent, size, room);
 }
 
 double centre_baseline(double y, double size) { return y + 0.5 * cap_height(size); }
@@ -113,7 +130,7 @@ struct Builder {
     const Ticks y_ticks = make_ticks(p.y0, p.y1, std::max(2, static_cast<int>((bottom - top) / (1.9 * small))));
     double widest = 0.0;
     for (const Tick& t : y_ticks.values) widest = std::max(widest, text_width(t.text, small));
-    const std::string y_label = axis_text(plot.y_label, "", y_ticks.exponent);
+    const std::string y_label = axis_text(plot.y_label, y_ticks.exponent, small, panel.height - 0.6 * pad);
     const bool y_named = !y_label.empty() && panel.width > 14.0 * small;
     const double left = panel.x + 0.7 * pad + widest + 0.5 * small + (y_named ? 1.4 * small : 0.0);
     const double right = panel.x + panel.width - pad;
@@ -137,16 +154,18 @@ struct Builder {
     for (const Tick& t : x_ticks.values) {
       const double x = p.axes.x + (t.value * std::pow(10.0, x_ticks.exponent) - p.x0) * sx, w = text_width(t.text, small);
       p.x_ticks.push_back(x);
-      const double at = std::min(x - 0.5 * w, panel.x + panel.width - w - 1.0);
+      const double at = std::min(x - 0.5 * w, panel.x + panel.width - w - 0.25 * pad);
       p.words.push_back({t.text, at, p.axes.y + p.axes.height + 0.45 * small + cap_height(small), small, false, true});
     }
     if (roomy && !plot.x_label.empty()) {
-      const std::string text = fit_text(axis_text(plot.x_label, "", x_ticks.exponent), small, p.axes.width);
+      const std::string text = axis_text(plot.x_label, x_ticks.exponent, small, p.axes.width);
       p.words.push_back({text, p.axes.x + 0.5 * (p.axes.width - text_width(text, small)), panel.y + panel.height - 0.4 * pad - descent(small) * 0.4, small, false, false});
     }
     if (y_named) {
-      const std::string text = fit_text(y_label, small, panel.height - 0.6 * pad);
-      const double y = std::min<double>(panel.y + panel.height - 0.3 * pad, p.axes.y + 0.5 * p.axes.height + 0.5 * text_width(text, small));
+      const std::string& text = y_label;
+      // Beside the middle of the axis, but never out of the panel.
+      const double long_side = text_width(text, small), middle = p.axes.y + 0.5 * p.axes.height + 0.5 * long_side;
+      const double y = std::clamp(middle, panel.y + 0.3 * pad + long_side, std::max(panel.y + 0.3 * pad + long_side, panel.y + panel.height - 0.3 * pad));
       p.y_label = {text, panel.x + 0.35 * pad + cap_height(small) + 1.0, y, small, false, false};
     }
     // Names of the series above the axes, as many as fit.
@@ -207,7 +226,7 @@ struct Builder {
     const double height = std::min({free, 0.62 * out.scene.height, 380.0 * out.unit});
     if (height < 3.0 * small) return;
     const Ticks ticks = make_ticks(std::min(lower, upper), std::max(lower, upper), std::max(2, static_cast<int>(height / (2.1 * small))));
-    const std::string label = fit_text(axis_text(bar.label, bar.unit, ticks.exponent), small, 0.45 * out.scene.width);
+    const std::string label = bar_text(bar, ticks.exponent, small, 0.45 * out.scene.width);
     double widest = 0.0;
     for (const Tick& t : ticks.values) widest = std::max(widest, text_width(t.text, small));
     BarLayout& b = out.bar;

@@ -22,9 +22,9 @@ int nearest_int(float v) { return static_cast<int>(v + 1000.5f) - 1000; }
 
 }  // namespace
 
-std::vector<std::uint8_t> compute_occlusion(const Samples& samples, const ViewFrame& frame, const GroundFrame* ground, double radius) {
+Mask compute_occlusion(const Samples& samples, const ViewFrame& frame, const GroundFrame* ground, double radius) {
   const int w = frame.area.width, h = frame.area.height;
-  std::vector<std::uint8_t> full(std::size_t(w) * h, 255);
+  Mask full;
   const int step = samples.per_pixel;
   const float near = static_cast<float>(frame.near), far = static_cast<float>(frame.far);
   const auto distance_of = [&](float depth) {
@@ -40,7 +40,8 @@ std::vector<std::uint8_t> compute_occlusion(const Samples& samples, const ViewFr
   // Distances of every second pixel, and which tiles of 8 x 8 of them hold surfaces.
   // Only the part with surfaces and what is in reach of it.
   constexpr int most = 48;  // reach, half pixels
-  const int px0 = std::max(0, samples.part.x - 2 * most) & ~1, py0 = std::max(0, samples.part.y - 2 * most) & ~1;
+  // Whole patterns of 4 x 4 half pixels: what moves must not drag the pattern along.
+  const int px0 = std::max(0, samples.part.x - 2 * most) & ~7, py0 = std::max(0, samples.part.y - 2 * most) & ~7;
   const int px1 = std::min(w, samples.part.x + samples.part.width + 2 * most), py1 = std::min(h, samples.part.y + samples.part.height + 2 * most);
   if (px1 <= px0 || py1 <= py0) return full;
   Half half{(px1 - px0 + 1) / 2, (py1 - py0 + 1) / 2, {}, {}};
@@ -60,6 +61,8 @@ std::vector<std::uint8_t> compute_occlusion(const Samples& samples, const ViewFr
       nearest = std::min(nearest, d);
     }
   if (nearest == nothing) return full;
+  full.part = {px0, py0, px1 - px0, py1 - py0};
+  full.values.assign(std::size_t(px1 - px0) * (py1 - py0), 255);
 
   // Reach in half pixels; tiles within reach of a surface are worked on.
   const float pixel = static_cast<float>(frame.pixel);
@@ -178,7 +181,7 @@ std::vector<std::uint8_t> compute_occlusion(const Samples& samples, const ViewFr
           sum += bilinear * like * smooth[kq];
           weight += bilinear * like;
         }
-      if (weight > 0.0f) full[std::size_t(y) * w + x] = static_cast<std::uint8_t>(255.0f * std::clamp(sum / weight, 0.0f, 1.0f) + 0.5f);
+      if (weight > 0.0f) full.values[std::size_t(y - py0) * (px1 - px0) + (x - px0)] = static_cast<std::uint8_t>(255.0f * std::clamp(sum / weight, 0.0f, 1.0f) + 0.5f);
     }
   return full;
 }

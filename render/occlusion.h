@@ -11,8 +11,8 @@
 
 namespace flexframe::render {
 
-// Share of ambient light that is left, 255: all, per pixel of the view's area, rows from the top. radius: reach, m.
+// Share of ambient light that is left, 255: all, of the pixels in reach of surfaces. radius: reach, m.
 // ground may be null; it darkens near surfaces although it has no depth of its own.
-std::vector<std::uint8_t> compute_occlusion(const Samples& samples, const ViewFrame& frame, const GroundFrame* ground, double radius);
+Mask compute_occlusion(const Samples& samples, const ViewFrame& frame, const GroundFrame* ground, double radius);
 
 }  // namespace flexframe::render

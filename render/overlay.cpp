@@ -1,6 +1,5 @@
 #include "render/overlay.h"
 
-#include "render/canvas.h"
 #include "render/text.h"
 
 #include <fmt/format.h>
@@ -8,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 
 namespace flexframe::render {
 namespace {
@@ -51,6 +51,7 @@ void draw_triad(Image& image, const Layout& layout, const glm::dvec2& centre, co
   std::sort(axes.begin(), axes.end(), [](const Axis& a, const Axis& b) { return a.direction.z < b.direction.z; });
   const double radius = layout.triad_radius, width = std::max(1.6, 2.6 * layout.unit), head = std::max(5.0, 9.0 * layout.unit);
   const double size = std::max(9.0, 12.5 * layout.unit);
+  std::vector<glm::dvec2> labels;
   for (const Axis& a : axes) {
     const glm::dvec2 d(a.direction.x, -a.direction.y);
     const double length = glm::length(d);
@@ -67,13 +68,69 @@ void draw_triad(Image& image, const Layout& layout, const glm::dvec2& centre, co
       fill_disc(image, centre.x, centre.y, 0.4 * head, a.color);
     }
     const glm::dvec2 away = length > 0.12 ? d / length : glm::dvec2(-0.8, 0.7);
-    const glm::dvec2 place = (length > 0.12 ? tip : centre) + away * (0.72 * size);
+    // Two axes may point the same way as seen: the second name goes beside its tip, then to the other side.
+    const glm::dvec2 root = length > 0.12 ? tip : centre;
+    glm::dvec2 place = root + away * (0.72 * size);
+    for (const double side : {0.9, -0.9, 1.8, -1.8}) {
+      const auto taken = [&](const glm::dvec2& other) { return glm::length(other - place) < 0.95 * size; };
+      if (std::none_of(labels.begin(), labels.end(), taken)) break;
+      place = root + glm::dvec2(-away.y, away.x) * (side * size);
+    }
+    labels.push_back(place);
     draw_text(image, place.x - 0.5 * text_width(a.name, size), place.y + 0.36 * size, a.name, size, ink.strong);
   }
 }
 
-void draw_plot(Image& image, const Picture& picture, const PlotLayout& layout, const Ink& ink, double unit) {
+// Points of a series on the picture. Many samples a pixel: the first, lowest, highest and last of each column keep the shape.
+template <class Place>
+std::vector<glm::dvec2> series_points(const Series& s, int columns, bool rising, Place place) {
+  std::vector<glm::dvec2> points;
+  const std::size_t n = std::min(s.x.size(), s.y.size());
+  if (n <= 8 * std::size_t(columns) || !rising) {
+    for (std::size_t i = 0; i < n; ++i) points.push_back(place(s.x[i], s.y[i]));
+    return points;
+  }
+  std::size_t i = 0;
+  while (i < n) {
+    const double column = std::floor(place(s.x[i], 0.0).x * 2.0);
+    std::size_t j = i, low = i, high = i;
+    for (; j < n && std::floor(place(s.x[j], 0.0).x * 2.0) == column; ++j) {
+      if (s.y[j] < s.y[low]) low = j;
+      if (s.y[j] > s.y[high]) high = j;
+    }
+    if (j == i) j = i + 1;  // not a number
+    const std::array<std::size_t, 4> keep = {i, std::min(low, high), std::max(low, high), j - 1};
+    for (const std::size_t q : keep) points.push_back(place(s.x[q], s.y[q]));
+    i = j;
+  }
+  return points;
+}
+
+bool rises(const Series& s) { return std::is_sorted(s.x.begin(), s.x.begin() + static_cast<std::ptrdiff_t>(std::min(s.x.size(), s.y.size()))); }
+
+glm::vec3 color_of(const Plot& plot, std::size_t k) { return plot.series[k].color.x < 0.0f ? category_color(static_cast<int>(k)) : plot.series[k].color; }
+
+// Whether a kept panel is that of this plot.
+bool same_panel(const PlotCache::Panel& kept, const Plot& plot, const Picture& picture, const PlotLayout& layout, const Layout& all, int channels) {
+  const Background& b = picture.background;
+  if (kept.panel != layout.panel || kept.axes != layout.axes || kept.unit != all.unit || kept.text != all.text || kept.dark != picture.overlay.dark || kept.channels != channels) return false;
+  if (kept.background.top != b.top || kept.background.bottom != b.bottom || kept.background.transparent != b.transparent) return false;
+  if (kept.plot.x_label != plot.x_label || kept.plot.y_label != plot.y_label || kept.plot.x_range != plot.x_range || kept.plot.y_range != plot.y_range) return false;
+  if (kept.plot.series.size() != plot.series.size()) return false;
+  for (std::size_t k = 0; k < plot.series.size(); ++k) {
+    const Series &a = kept.plot.series[k], &s = plot.series[k];
+    // Bytes: what is not a number is equal to itself.
+    const auto same = [](std::span<const double> p, std::span<const double> q) { return p.size() == q.size() && (p.empty() || std::memcmp(p.data(), q.data(), p.size_bytes()) == 0); };
+    if (a.label != s.label || a.color != s.color || !same(a.x, s.x) || !same(a.y, s.y)) return false;
+  }
+  return true;
+}
+
+// Everything of a plot but what runs with time: what is to come is faint everywhere, what has been goes over it.
+PlotCache::Panel make_panel(Image& image, const Picture& picture, const PlotLayout& layout, const Layout& all, const Ink& ink, bool marked) {
   const Plot& plot = picture.overlay.plots[layout.plot];
+  const double unit = all.unit;
+  PlotCache::Panel out;
   const PixelRect &panel = layout.panel, &axes = layout.axes;
   fill_rectangle(image, panel.x, panel.y, panel.width, panel.height, ink.panel, 0.88f);
   const double line = std::max(1.0, std::round(unit));
@@ -85,65 +142,82 @@ void draw_plot(Image& image, const Picture& picture, const PlotLayout& layout, c
   const glm::dvec4 clip(axes.x, axes.y - 1, axes.width + 1, axes.height + 2);
   const double sx = axes.width / (layout.x1 - layout.x0), sy = axes.height / (layout.y1 - layout.y0);
   const auto place = [&](double x, double y) { return glm::dvec2(axes.x + (x - layout.x0) * sx, axes.y + axes.height - (y - layout.y0) * sy); };
-  const double mark = axes.x + (plot.mark - layout.x0) * sx;
-  const bool marked = mark >= axes.x - 0.5 && mark <= axes.x + axes.width + 0.5;
-  if (marked) fill_rectangle(image, std::round(mark - 0.5 * line), axes.y, line, axes.height, ink.faint, 0.8f);
-
   for (std::size_t k = 0; k < plot.series.size(); ++k) {
     const Series& s = plot.series[k];
-    const glm::vec3 color = s.color.x < 0.0f ? category_color(static_cast<int>(k)) : s.color;
-    const double width = std::max(1.2, 2.0 * unit);
-    // Many samples a pixel: the first, lowest, highest and last of each column keep the shape.
-    std::vector<glm::dvec2> points;
-    const std::size_t n = std::min(s.x.size(), s.y.size());
-    const bool rising = std::is_sorted(s.x.begin(), s.x.begin() + static_cast<std::ptrdiff_t>(n));
-    if (n > 8 * std::size_t(axes.width) && rising) {
-      std::size_t i = 0;
-      while (i < n) {
-        const double column = std::floor(place(s.x[i], 0.0).x * 2.0);
-        std::size_t j = i, low = i, high = i;
-        for (; j < n && std::floor(place(s.x[j], 0.0).x * 2.0) == column; ++j) {
-          if (s.y[j] < s.y[low]) low = j;
-          if (s.y[j] > s.y[high]) high = j;
-        }
-        if (j == i) j = i + 1;  // not a number
-        std::array<std::size_t, 4> keep = {i, std::min(low, high), std::max(low, high), j - 1};
-        for (const std::size_t q : keep) points.push_back(place(s.x[q], s.y[q]));
-        i = j;
-      }
-    } else {
-      for (std::size_t i = 0; i < n; ++i) points.push_back(place(s.x[i], s.y[i]));
-    }
-    // What is to come faint, what has been strong, cut at the mark.
-    if (!marked || !rising) {
-      draw_polyline(image, points, width, color, 1.0f, 0.0, &clip);
-    } else {
-      const glm::dvec4 past(clip.x, clip.y, std::max(0.0, mark - clip.x), clip.w);
-      const glm::dvec4 future(std::floor(mark), clip.y, std::max(0.0, clip.x + clip.z - std::floor(mark)), clip.w);
-      draw_polyline(image, points, width, color, 0.28f, 0.0, &future);
-      draw_polyline(image, points, width, color, 1.0f, 0.0, &past);
-    }
-    if (marked && n > 0 && rising) {
-      const auto after = std::upper_bound(s.x.begin(), s.x.begin() + static_cast<std::ptrdiff_t>(n), plot.mark);
-      const auto i = static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - s.x.begin() - 1, 0));
-      const std::size_t j = std::min(i + 1, n - 1);
-      const double span = s.x[j] - s.x[i], t = span > 0.0 ? std::clamp((plot.mark - s.x[i]) / span, 0.0, 1.0) : 0.0;
-      const double value = s.y[i] + t * (s.y[j] - s.y[i]);
-      if (std::isfinite(value) && value >= layout.y0 && value <= layout.y1 && plot.mark >= s.x.front() && plot.mark <= s.x[n - 1]) {
-        const glm::dvec2 p = place(plot.mark, value);
-        fill_disc(image, p.x, p.y, std::max(3.0, 4.6 * unit), ink.panel);
-        fill_disc(image, p.x, p.y, std::max(2.0, 3.4 * unit), color);
-      }
-    }
-    if (!layout.series[k].text.empty()) {
-      const PixelRect& l = layout.series_lines[k];
-      const double thick = std::max(2.0, 2.4 * unit);
-      fill_rectangle(image, l.x, l.y - 0.5 * thick, l.width, thick, color, 1.0f, 0.5 * thick);
-      draw_line_of_text(image, layout.series[k], ink);
-    }
+    const bool rising = rises(s);
+    out.lines.push_back(cover_polyline(image.width, image.height, series_points(s, axes.width, rising, place), std::max(1.2, 2.0 * unit), 0.0, &clip));
+    blend_cover(image, out.lines.back(), color_of(plot, k), marked && rising ? 0.28f : 1.0f, image.width);
+    if (layout.series[k].text.empty()) continue;
+    const PixelRect& l = layout.series_lines[k];
+    const double thick = std::max(2.0, 2.4 * unit);
+    fill_rectangle(image, l.x, l.y - 0.5 * thick, l.width, thick, color_of(plot, k), 1.0f, 0.5 * thick);
+    draw_line_of_text(image, layout.series[k], ink);
   }
   for (const TextLine& w : layout.words) draw_line_of_text(image, w, ink);
   if (!layout.y_label.text.empty()) draw_text_upwards(image, layout.y_label.x, layout.y_label.y, layout.y_label.text, layout.y_label.size, ink.strong);
+
+  // What decides it, for the next picture.
+  out.panel = panel;
+  out.axes = axes;
+  out.background = picture.background;
+  out.dark = picture.overlay.dark;
+  out.unit = unit;
+  out.text = all.text;
+  out.channels = image.channels;
+  out.plot = plot;
+  for (const Series& s : plot.series) {
+    out.data.emplace_back(s.x.begin(), s.x.end());
+    out.data.emplace_back(s.y.begin(), s.y.end());
+  }
+  for (std::size_t k = 0; k < plot.series.size(); ++k) {
+    out.plot.series[k].x = out.data[2 * k];
+    out.plot.series[k].y = out.data[2 * k + 1];
+  }
+  return out;
+}
+
+void copy_part(const Image& from, int fx, int fy, Image& to, int tx, int ty, int width, int height) {
+  for (int y = 0; y < height; ++y)
+    std::copy_n(&from.pixels[(std::size_t(fy + y) * from.width + fx) * from.channels], std::size_t(width) * from.channels, &to.pixels[(std::size_t(ty + y) * to.width + tx) * to.channels]);
+}
+
+void draw_plot(Image& image, const Picture& picture, const PlotLayout& layout, const Layout& all, const Ink& ink, PlotCache& cache, std::size_t index) {
+  const Plot& plot = picture.overlay.plots[layout.plot];
+  const PixelRect &panel = layout.panel, &axes = layout.axes;
+  const double sx = axes.width / (layout.x1 - layout.x0), sy = axes.height / (layout.y1 - layout.y0);
+  const double mark = axes.x + (plot.mark - layout.x0) * sx;
+  const bool marked = mark >= axes.x - 0.5 && mark <= axes.x + axes.width + 0.5;
+
+  if (index < cache.panels.size() && marked && same_panel(cache.panels[index], plot, picture, layout, all, image.channels)) {
+    copy_part(cache.panels[index].image, 0, 0, image, panel.x, panel.y, panel.width, panel.height);
+  } else {
+    PlotCache::Panel fresh = make_panel(image, picture, layout, all, ink, marked);
+    if (!marked) return;
+    fresh.image = make_image(panel.width, panel.height, image.channels);
+    copy_part(image, panel.x, panel.y, fresh.image, 0, 0, panel.width, panel.height);
+    cache.panels.resize(std::max(cache.panels.size(), index + 1));
+    cache.panels[index] = std::move(fresh);
+  }
+
+  // What has been, strong up to the mark, and a dot where each series is now.
+  const double line = std::max(1.0, std::round(all.unit));
+  fill_rectangle(image, std::round(mark - 0.5 * line), axes.y, line, axes.height, ink.faint, 0.8f);
+  for (std::size_t k = 0; k < plot.series.size(); ++k) {
+    const Series& s = plot.series[k];
+    const std::size_t n = std::min(s.x.size(), s.y.size());
+    if (n == 0 || !rises(s)) continue;
+    const glm::vec3 color = color_of(plot, k);
+    blend_cover(image, cache.panels[index].lines[k], color, 1.0f, static_cast<int>(std::ceil(mark)));
+    const auto after = std::upper_bound(s.x.begin(), s.x.begin() + static_cast<std::ptrdiff_t>(n), plot.mark);
+    const auto i = static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - s.x.begin() - 1, 0));
+    const std::size_t j = std::min(i + 1, n - 1);
+    const double span = s.x[j] - s.x[i], t = span > 0.0 ? std::clamp((plot.mark - s.x[i]) / span, 0.0, 1.0) : 0.0;
+    const double value = s.y[i] + t * (s.y[j] - s.y[i]);
+    if (!std::isfinite(value) || value < layout.y0 || value > layout.y1 || plot.mark < s.x.front() || plot.mark > s.x[n - 1]) continue;
+    const glm::dvec2 p(mark, axes.y + axes.height - (value - layout.y0) * sy);
+    fill_disc(image, p.x, p.y, std::max(3.0, 4.6 * all.unit), ink.panel);
+    fill_disc(image, p.x, p.y, std::max(2.0, 3.4 * all.unit), color);
+  }
 }
 
 // Labels next to their points, tried on four sides; one that would cover another is left out.
@@ -174,7 +248,7 @@ void draw_labels(Image& image, const Picture& picture, std::span<const ViewFrame
 
 }  // namespace
 
-void draw_overlay(Image& image, const Picture& picture, const Layout& layout, std::span<const ViewFrame> frames) {
+void draw_overlay(Image& image, const Picture& picture, const Layout& layout, std::span<const ViewFrame> frames, PlotCache& cache) {
   const Ink ink = ink_of(picture.overlay);
   draw_labels(image, picture, frames, layout);
   if (frames.size() > 1) {
@@ -184,7 +258,7 @@ void draw_overlay(Image& image, const Picture& picture, const Layout& layout, st
       if (v.y > layout.inner.y) fill_rectangle(image, v.x, v.y - 0.5 * line, v.width, line, ink.faint, 0.35f);
     }
   }
-  for (const PlotLayout& p : layout.plots) draw_plot(image, picture, p, ink, layout.unit);
+  for (std::size_t i = 0; i < layout.plots.size(); ++i) draw_plot(image, picture, layout.plots[i], layout, ink, cache, i);
   if (layout.has_bar) draw_bar(image, picture, layout.bar, ink, layout.unit);
   if (layout.has_legend)
     for (std::size_t i = 0; i < layout.legend.words.size(); ++i) {

@@ -55,7 +55,7 @@ struct Background {
 
 // Key light with soft shadow, and light from above (sky) and below (ground) that stands for the surroundings.
 struct Lighting {
-  std::optional<glm::vec3> direction;  // towards the key light, world; default: from upper left behind the camera
+  std::optional<glm::vec3> direction;  // towards the key light, world; default: default_light (camera.h)
   float key = 1.0f;                    // strength of the key light, 1: usual
   float ambient = 1.0f;                // strength of the surroundings
 };
@@ -144,6 +144,9 @@ struct ScalarMap {
   double lower = 0.0, upper = 1.0;  // values of the two ends; outside: clamped
   int levels = 0;                   // > 1: that many flat bands
 };
+
+// The colour of a value as surfaces show it, without light; grey for what is no number.
+glm::vec3 scalar_color(const ScalarMap& map, double value);
 
 struct ScalarBar {
   std::string label;  // "displacement"

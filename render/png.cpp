@@ -133,6 +133,18 @@ void write_png(const std::filesystem::path& path, const Image16& image, const Pn
   write_file(path, encode_png(image, options));
 }
 
+namespace {
+
+// The decoder's reason may quote bytes of the file.
+std::string decoder_reason() {
+  std::string reason = stbi_failure_reason();
+  for (char& c : reason)
+    if (c < ' ' || c > '~') c = '?';
+  return reason;
+}
+
+}  // namespace
+
 Image decode_png(std::span<const std::uint8_t> bytes, const std::string& name) {
   const auto fail = [&](const std::string& what) { throw std::runtime_error(name + ": " + what); };
   if (bytes.size() < 8 || !std::equal(signature.begin(), signature.end(), bytes.begin())) fail("not a PNG file");
@@ -156,11 +168,11 @@ Image decode_png(std::span<const std::uint8_t> bytes, const std::string& name) {
   int width = 0, height = 0, channels = 0;
   const auto* data = bytes.data();
   const int size = static_cast<int>(bytes.size());
-  if (!stbi_info_from_memory(data, size, &width, &height, &channels)) fail(std::string("damaged PNG file: ") + stbi_failure_reason());
+  if (!stbi_info_from_memory(data, size, &width, &height, &channels)) fail("damaged PNG file: " + decoder_reason());
   const int wanted = channels == 2 || channels == 4 ? 4 : 3;
   const std::unique_ptr<stbi_uc, decltype(&stbi_image_free)> decoded(
       stbi_load_from_memory(data, size, &width, &height, &channels, wanted), &stbi_image_free);
-  if (!decoded) fail(std::string("damaged PNG file: ") + stbi_failure_reason());
+  if (!decoded) fail("damaged PNG file: " + decoder_reason());
   Image image = make_image(width, height, wanted);
   std::copy_n(decoded.get(), image.pixels.size(), image.pixels.begin());
   return image;

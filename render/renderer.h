@@ -14,6 +14,9 @@
 
 namespace flexframe::render {
 
+// Goes up whenever the same picture gives other pixels than before: files drawn by an older program are no longer current.
+constexpr int drawing_version = 2;
+
 enum class Backend { osmesa, egl };
 
 // Throws std::invalid_argument for another name than osmesa, egl.

@@ -72,14 +72,15 @@ Shells compose_shells(const std::vector<GhostLayer>& layers) {
 
 }  // namespace
 
-void darken_backdrop(Image& image, const PixelRect& area, const std::vector<std::uint8_t>& shadow, const std::vector<std::uint8_t>& occlusion) {
-  if (shadow.empty() && occlusion.empty()) return;
+void darken_backdrop(Image& image, const PixelRect& area, const Mask& shadow, const Mask& occlusion) {
+  const PixelRect part = joined(shadow.part, occlusion.part);
   const auto& linear = linear_table();
   const auto& srgb = srgb_table();
-  for (int y = 0; y < area.height; ++y)
-    for (int x = 0; x < area.width; ++x) {
-      const std::size_t at = std::size_t(y) * area.width + x;
-      const unsigned taken = shadow.empty() ? 0u : shadow[at], left = occlusion.empty() ? 255u : occlusion[at];
+  for (int y = part.y; y < part.y + part.height; ++y) {
+    const std::uint8_t *dark = shadow.row(y), *dim = occlusion.row(y);
+    for (int x = part.x; x < part.x + part.width; ++x) {
+      const unsigned taken = dark && x >= shadow.part.x && x < shadow.part.x + shadow.part.width ? dark[x - shadow.part.x] : 0u;
+      const unsigned left = dim && x >= occlusion.part.x && x < occlusion.part.x + occlusion.part.width ? dim[x - occlusion.part.x] : 255u;
       if (taken == 0 && left == 255) continue;
       const float open = (1.0f - 0.42f * static_cast<float>(taken) / 255.0f) * (0.35f + 0.65f * static_cast<float>(left) / 255.0f);
       std::uint8_t* p = &image.pixels[(std::size_t(area.y + y) * image.width + area.x + x) * image.channels];
@@ -92,11 +93,15 @@ void darken_backdrop(Image& image, const PixelRect& area, const std::vector<std:
         for (int k = 0; k < 3; ++k) p[k] = srgb[static_cast<std::size_t>(4.0f * static_cast<float>(linear[p[k]]) * open + 0.5f)];
       }
     }
+  }
 }
 
-void resolve(Image& image, const PixelRect& area, const Samples& samples, const std::vector<GhostLayer>& ghosts,
-             const std::vector<std::uint8_t>& occlusion) {
-  const int n = samples.per_pixel, count = n * n;
+namespace {
+
+// per_pixel: samples along a pixel's side, known when compiled where it is the usual one; 0: any.
+template <int per_pixel>
+void average(Image& image, const PixelRect& area, const Samples& samples, const std::vector<GhostLayer>& ghosts, const Mask& occlusion) {
+  const int n = per_pixel > 0 ? per_pixel : samples.per_pixel, count = n * n;
   const auto& linear = linear_table();
   const auto& srgb = srgb_table();
   const Shells shells = compose_shells(ghosts);
@@ -144,12 +149,22 @@ void resolve(Image& image, const PixelRect& area, const Samples& samples, const 
             const auto* g = shells.at(sx0 + i, sy0 + j);
             shell = g && (*g)[3] > 0.0f;
           }
-      const unsigned left = occlusion.empty() ? 255u : occlusion[std::size_t(part.y + y) * area.width + part.x + x];
+      const unsigned left = occlusion.at(part.x + x, part.y + y, 255);
 
       // Plain cases: nothing but backdrop, or one surface colour as it is.
       if (covered == 0 && !shell) continue;
-      if (covered == count && !shell && uniform && left == 255) {
-        std::memcpy(out, first, 3);
+      if (covered == count && !shell && left == 255) {
+        if (uniform) {
+          std::memcpy(out, first, 3);
+        } else {
+          // With 2 x 2 samples the sum of one table's values is an index of the other.
+          for (int k = 0; k < 3; ++k) {
+            unsigned sum = 0;
+            for (int j = 0; j < n; ++j)
+              for (int i = 0; i < n; ++i) sum += linear[first[j * stride + std::size_t(i) * 4 + k]];
+            out[k] = srgb[n == 2 ? sum : static_cast<std::size_t>(static_cast<float>(sum) * scale + 0.5f)];
+          }
+        }
         if (has_alpha) out[3] = 255;
         continue;
       }
@@ -185,6 +200,13 @@ void resolve(Image& image, const PixelRect& area, const Samples& samples, const 
       if (has_alpha) out[3] = static_cast<std::uint8_t>(255.0f * std::min(alpha, 1.0f) + 0.5f);
     }
   }
+}
+
+}  // namespace
+
+void resolve(Image& image, const PixelRect& area, const Samples& samples, const std::vector<GhostLayer>& ghosts, const Mask& occlusion) {
+  if (samples.per_pixel == 2) average<2>(image, area, samples, ghosts, occlusion);
+  else average<0>(image, area, samples, ghosts, occlusion);
 }
 
 void draw_silhouettes(Samples& samples, const std::vector<bool>& outlined, int radius) {

@@ -8,14 +8,13 @@
 
 namespace flexframe::render {
 
-// Shadow (0..255 light taken) and occlusion (255: all light left) of the ground onto the backdrop, one value a pixel of the
-// area each; empty: none.
-void darken_backdrop(Image& image, const PixelRect& area, const std::vector<std::uint8_t>& shadow, const std::vector<std::uint8_t>& occlusion);
+// Shadow (0..255 light taken) and occlusion (255: all light left) of the ground onto the backdrop.
+void darken_backdrop(Image& image, const PixelRect& area, const Mask& shadow, const Mask& occlusion);
 
 // Box filter over the samples of each pixel, over the pixels of `image` (the backdrop) in the area. Shells are composed
 // over each sample in order of depth (Porter, Duff, "Compositing digital images", 1984). occlusion: as above, for surfaces.
 void resolve(Image& image, const PixelRect& area, const Samples& samples, const std::vector<GhostLayer>& ghosts,
-             const std::vector<std::uint8_t>& occlusion);
+             const Mask& occlusion);
 
 // Darkens samples of the surfaces in `outlined` (indexed by mark) that have a farther or no surface within `radius` samples.
 void draw_silhouettes(Samples& samples, const std::vector<bool>& outlined, int radius);

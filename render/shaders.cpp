@@ -12,10 +12,12 @@ layout(location = 1) in vec3 normal;
 layout(location = 2) in float scalar;
 layout(location = 3) in vec3 color;
 layout(location = 4) in vec3 corner;
-uniform mat4 view_from_surface;
-uniform mat4 clip_from_view;
+uniform mat4 clip_from_surface;
 invariant gl_Position;
 #ifndef DEPTH_ONLY
+#if defined(SHADOW) || !defined(NORMALS)
+uniform mat4 view_from_surface;  // not worked out where only the clip position is wanted
+#endif
 #ifdef NORMALS
 uniform mat3 view_normal;
 out vec4 normal_scalar;  // one slot: setting up triangles costs by the slot
@@ -37,9 +39,11 @@ out vec3 light_position;
 #endif
 #endif
 void main() {
-  vec4 v = view_from_surface * vec4(position, 1.0);
-  gl_Position = clip_from_view * v;
+  gl_Position = clip_from_surface * vec4(position, 1.0);
 #ifndef DEPTH_ONLY
+#if defined(SHADOW) || !defined(NORMALS)
+  vec4 v = view_from_surface * vec4(position, 1.0);
+#endif
   float s = 0.0;
 #ifdef SCALARS
   s = scalar * scalar_scale.x + scalar_scale.y;
@@ -66,14 +70,18 @@ const char* const surface_fragment = R"(
 #ifdef DEPTH_ONLY
 void main() {}
 #else
-#ifdef NORMALS
+#if defined(STORED)
+uniform usampler2D geometry;
+#elif defined(NORMALS)
 in vec4 normal_scalar;
 #else
 in vec4 position_scalar;
 #endif
 #ifdef SCALARS
-uniform sampler2D colors;
+uniform uint colors[COLOR_STEPS + 1];  // 10 bits a channel, square roots of linear light: one look-up, not three; last: no number
+#ifdef LEVELS
 uniform float levels;
+#endif
 #endif
 #ifdef COLORS
 in vec3 color_at;
@@ -84,20 +92,41 @@ uniform vec3 edge_color;
 uniform float edge_width;
 #endif
 #ifdef SHADOW
+#ifdef STORED
+uniform sampler2D depths;
+uniform mat4 light_from_view;
+uniform vec4 planes;   // distance of a depth z: (x + y * z) / (z * z' + w), z' the third
+uniform vec4 place;    // orthographic: position across the view by gl_FragCoord: scale, offset
+uniform float orthographic;
+#else
 in vec3 light_position;
+#endif
 uniform sampler2D shadow;
 uniform float shadow_warp;
+uniform vec4 shadow_part;
 uniform mat3 light_turn;
 uniform float shadow_reach;
 #endif
 uniform vec3 base_color;
 uniform vec3 to_light;
 uniform vec3 up;
-uniform vec3 strength;
-uniform vec3 surface;
+// What is the same for all fragments is worked out once outside: software OpenGL would do it for each.
+uniform vec4 diffuse_terms;  // constant, by the height of the normal, by facing the viewer, by the key light
+uniform vec4 gloss;          // alpha = roughness^2; alpha^2 / 2 pi; strength of highlight; of the reflected surroundings
+uniform vec3 mirror_terms;   // steepness of the reflected horizon, reflection seen along the surface, metallic
 uniform vec4 ray;  // direction to the viewer: (scale.xy * gl_FragCoord.xy + offset.xy, 1)
 uniform vec2 mark;
+#ifdef STORE
+// Normal in two times 16 bits (octahedron: Cigolle et al., "A survey of efficient representations for independent unit vectors",
+// 2014); square roots of linear colour and the mark in a byte each.
+uniform uint mark_bits;
+out uvec2 result;
+#else
 out vec4 result;
+#endif
+#ifdef MEMBERS
+uniform uint members[8];  // a bit a mark: surfaces with this material
+#endif
 
 vec3 to_linear(vec3 s) { return s * (s * (s * 0.305306011 + 0.682171111) + 0.012522878); }
 
@@ -116,79 +145,112 @@ void main() {
   result = vec4(2.0, 0.0, 0.0, 1.0);
 #endif
 #else
-  vec3 v = normalize(vec3(ray.xy * gl_FragCoord.xy + ray.zw, 1.0));
-#ifdef NORMALS
-  vec3 n = normalize(normal_scalar.xyz);
+  vec3 to_viewer = vec3(ray.xy * gl_FragCoord.xy + ray.zw, 1.0);
+  vec3 v = normalize(to_viewer);
+#if defined(STORED)
+  uvec2 stored = texelFetch(geometry, ivec2(gl_FragCoord.xy), 0).rg;
+#ifdef MEMBERS
+  if ((members[stored.y >> 29] >> (stored.y >> 24 & 31u) & 1u) == 0u) discard;
+#endif
+  vec3 n = vec3(vec2(int(stored.x & 65535u) - 32768, int(stored.x >> 16) - 32768) / 32767.0, 0.0);
+  n.z = 1.0 - abs(n.x) - abs(n.y);
+  vec2 folded = vec2(max(-n.z, 0.0));
+  n.xy -= vec2(n.x < 0.0 ? -folded.x : folded.x, n.y < 0.0 ? -folded.y : folded.y);
+  n = normalize(n);
+  vec3 root = vec3(stored.y & 255u, stored.y >> 8 & 255u, stored.y >> 16 & 255u) * (1.0 / 255.0);
+  vec3 albedo = root * root;
+  float mark_at = float(stored.y >> 24) * (1.0 / 255.0);
+#ifdef SHADOW
+  float depth = texelFetch(depths, ivec2(gl_FragCoord.xy), 0).r;
+  float distance_at = (planes.x + planes.y * depth) / (planes.z * depth + planes.w);
+  vec3 position_at = orthographic > 0.5 ? vec3(place.xy * gl_FragCoord.xy + place.zw, -distance_at) : -distance_at * to_viewer;
+  vec3 light_position = (light_from_view * vec4(position_at, 1.0)).xyz;
+#endif
 #else
-  vec3 n = normalize(cross(dFdx(position_scalar.xyz), dFdy(position_scalar.xyz)));
+  float mark_at = mark.x;
+#ifdef NORMALS
+  vec3 n = normal_scalar.xyz;
+#else
+  vec3 n = cross(dFdx(position_scalar.xyz), dFdy(position_scalar.xyz));
+#endif
+#ifndef STORE
+  n = normalize(n);
 #endif
 #ifdef TWO_SIDED
   // The side that is seen, by the normal itself: it needs no winding.
-  if (dot(n, v) < 0.0) n = -n;
+  if (dot(n, to_viewer) < 0.0) n = -n;
 #endif
 #ifdef SCALARS
   float s = clamp(scalar_at, 0.0, 1.0);
-  if (levels > 1.5) s = (min(floor(s * levels), levels - 1.0) + 0.5) / levels;
-  vec3 albedo = scalar_at == scalar_at ? texture(colors, vec2((s * 255.0 + 0.5) / 256.0, 0.5)).rgb : vec3(0.21);
+#ifdef LEVELS
+  s = (min(floor(s * levels), levels - 1.0) + 0.5) / levels;
+#endif
+  uint packed_color = colors[scalar_at == scalar_at ? int(s * float(COLOR_STEPS - 1) + 0.5) : COLOR_STEPS];
+#ifndef STORE
+  vec3 root = vec3(packed_color & 1023u, packed_color >> 10 & 1023u, packed_color >> 20) * (1.0 / 1023.0);
+  vec3 albedo = root * root;
+#endif
 #elif defined(COLORS)
   vec3 albedo = to_linear(color_at);
 #else
   vec3 albedo = base_color;
 #endif
-  float roughness = surface.x, metallic = surface.y, modulation = surface.z;
-  float nv = max(dot(n, v), 1e-3);
-  float nl = dot(n, to_light);
-  float light = clamp(nl, 0.0, 1.0);
+#endif
+#ifdef STORE
+  float share = 1.0 / max(abs(n.x) + abs(n.y) + abs(n.z), 1e-30);
+  vec2 flat_n = n.xy * share;
+  vec2 folded = 1.0 - abs(flat_n.yx);
+  if (n.z < 0.0) flat_n = vec2(flat_n.x < 0.0 ? -folded.x : folded.x, flat_n.y < 0.0 ? -folded.y : folded.y);
+  ivec2 code = ivec2(flat_n * 32767.0 + 32768.5);
+#ifndef SCALARS
+  ivec3 root = ivec3(sqrt(clamp(albedo, 0.0, 1.0)) * 255.0 + 0.5);
+  uint packed_color = uint(root.x | root.y << 8 | root.z << 16);
+#endif
+  result = uvec2(uint(code.x | code.y << 16), packed_color | mark_bits);
+#else
+  float n_v = dot(n, v), n_l = dot(n, to_light), v_l = dot(v, to_light), n_up = dot(n, up);
+  float nv = max(n_v, 1e-3), nl = max(n_l, 0.0);
+  float light = nl;
 #ifdef SHADOW
   // Looked up off the surface by the filter's reach, the more the more the light grazes: no surface shadows itself.
-  vec3 seen = light_position + light_turn * (n * (shadow_reach * sqrt(max(1.0 - nl * nl, 0.0))));
-  vec2 moments = texture(shadow, seen.xy).rg;
+  vec3 seen = light_position + light_turn * (n * (shadow_reach * sqrt(max(1.0 - n_l * n_l, 0.0))));
+  vec2 moments = texture(shadow, seen.xy * shadow_part.xy + shadow_part.zw).rg;
   float warped = exp(shadow_warp * (clamp(seen.z, 0.0, 1.0) - 0.5));
   float variance = max(moments.y - moments.x * moments.x, 1e-5 * warped * warped);
   float off = warped - moments.x;
   float lit = off <= 0.0 ? 1.0 : variance / (variance + off * off);
-  lit = clamp((lit - 0.25) / 0.75, 0.0, 1.0);
-  if (any(lessThan(seen.xy, vec2(0.0))) || any(greaterThan(seen.xy, vec2(1.0)))) lit = 1.0;
-  light *= lit;
+  light *= clamp((lit - 0.25) / 0.75, 0.0, 1.0);
 #endif
-  // Surroundings: sky above, warm floor below, and a faint light from the viewer so that no side is black.
-  float sky = 0.5 + 0.5 * dot(n, up);
-  float ambient = mix(0.30, 0.62, sky) * strength.y;
-  float fill = 0.16 * strength.y * nv;
-  float diffuse = ambient + fill + 0.62 * strength.x * light;
+  // Surroundings: sky above, warm floor below, and a faint light from the viewer so that no side is black; then the key light.
+  float diffuse = diffuse_terms.x + diffuse_terms.y * n_up + diffuse_terms.z * nv + diffuse_terms.w * light;
 
-  // Highlight.
-  vec3 h = normalize(to_light + v);
-  float nh = max(dot(n, h), 0.0), vh = max(dot(v, h), 0.0);
-  float a = roughness * roughness, a2 = a * a;
-  float d = nh * nh * (a2 - 1.0) + 1.0;
-  float visibility = 0.5 / max(mix(2.0 * max(nl, 0.0) * nv, max(nl, 0.0) + nv, a), 1e-3);
-  vec3 f0 = mix(vec3(0.04), albedo, metallic);
-  float grazing = 1.0 - vh; float g2 = grazing * grazing;
-  vec3 fresnel = f0 + (1.0 - f0) * g2 * g2 * grazing;
-  float lobe = min(a2 / (3.14159265 * d * d) * visibility, 4.0) * light * strength.x * 0.9;
+  // Highlight; h is the direction half way between light and viewer.
+  float inverse = inversesqrt(max(2.0 + 2.0 * v_l, 1e-6));
+  float nh = max((n_l + n_v) * inverse, 0.0), vh = (1.0 + v_l) * inverse;
+  float d = nh * nh * (gloss.x * gloss.x - 1.0) + 1.0;
+  float lobe = min(gloss.y / (d * d * max(mix(2.0 * nl * nv, nl + nv, gloss.x), 1e-3)), 4.0) * light * gloss.z;
+  float grazing = max(1.0 - vh, 0.0), g2 = grazing * grazing, g5 = g2 * g2 * grazing;
 
   // Reflected surroundings: sharper horizon for smooth surfaces.
-  vec3 r = reflect(-v, n);
-  float edge = mix(0.08, 1.0, roughness);
-  float horizon = clamp(0.5 + dot(r, up) / (2.0 * edge), 0.0, 1.0);
-  float mirrored = mix(0.42, 1.0, horizon * horizon * (3.0 - 2.0 * horizon)) * strength.y;
-  float rim = 1.0 - nv; float r2 = rim * rim;
-  vec3 mirror = f0 + (max(vec3(1.0 - roughness), f0) - f0) * r2 * r2 * rim;
-
-  // Light only modulates colour-mapped surfaces: the colours stay those of the scalar bar.
-  diffuse = mix(1.0, diffuse, modulation);
-  vec3 lit_color = albedo * (1.0 - metallic) * diffuse + (fresnel * lobe + mirror * mirrored) * mix(0.35, 1.0, step(0.99, modulation));
+  float horizon = clamp(0.5 + (2.0 * n_v * n_up - dot(v, up)) * mirror_terms.x, 0.0, 1.0);
+  float mirrored = (0.42 + 0.58 * horizon * horizon * (3.0 - 2.0 * horizon)) * gloss.w;
+  float rim = 1.0 - nv, r2 = rim * rim, r5 = r2 * r2 * rim;
+#ifdef METAL
+  vec3 f0 = mix(vec3(0.04), albedo, mirror_terms.z);
+  vec3 lit_color = albedo * diffuse + (f0 + (1.0 - f0) * g5) * lobe + (f0 + (max(vec3(mirror_terms.y), f0) - f0) * r5) * mirrored;
+#else
+  vec3 lit_color = albedo * diffuse + (0.04 + 0.96 * g5) * lobe + (0.04 + (mirror_terms.y - 0.04) * r5) * mirrored;
+#endif
   // Soft shoulder above 0.8 only.
-  vec3 over = max(lit_color - 0.8, 0.0);
-  lit_color = min(lit_color, 0.8) + over / (1.0 + over * 5.0);
+  vec3 over = clamp(lit_color - 0.8, 0.0, 0.4);
+  lit_color = min(lit_color, 0.8) + over * (1.0 - 1.25 * over);
 #ifdef EDGES
   vec3 slope = max(vec3(length(vec2(dFdx(corner_at.x), dFdy(corner_at.x))), length(vec2(dFdx(corner_at.y), dFdy(corner_at.y))),
                         length(vec2(dFdx(corner_at.z), dFdy(corner_at.z)))), vec3(1e-6));
   vec3 away = corner_at / slope;
-  // Lines of triangles only a few lines high fade: they would darken the whole surface.
-  vec3 room = clamp((1.0 / slope - 3.0 * edge_width) / (6.0 * edge_width), 0.15, 1.0);
-  vec3 lines = clamp(edge_width + 0.5 - away, 0.0, 1.0) * room;
+  // Small triangles get thinner lines, an eighth of their height on each side: wires thin out with the distance like drawn ones.
+  vec3 thin = min(vec3(edge_width), 0.125 / slope);
+  vec3 lines = clamp(thin + 0.5 - away, 0.0, 1.0) * min(2.0 * thin, 1.0);
   lit_color = mix(lit_color, edge_color, max(max(lines.x, lines.y), lines.z) * 0.85);
 #endif
 #ifdef GHOST
@@ -196,11 +258,16 @@ void main() {
   float edge_on = r2 * (3.0 - 2.0 * rim);
   result = vec4(mix(lit_color, albedo * 0.55, 0.6 * edge_on), clamp(mark.y * mix(0.9, 2.2, edge_on), 0.0, 1.0));
 #else
-  result = vec4(lit_color, mark.x);
+  result = vec4(lit_color, mark_at);
+#endif
 #endif
 #endif
 }
 #endif
+)";
+
+const char* const cover_vertex = R"(
+void main() { gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0); }
 )";
 
 const char* const line_vertex = R"(

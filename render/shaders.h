@@ -3,9 +3,14 @@
 
 namespace flexframe::render {
 
-// Lit surfaces. Switches: NORMALS SCALARS COLORS EDGES SHADOW GHOST TWO_SIDED DEPTH_ONLY SCALAR_OUTPUT
+// Lit surfaces. Switches: NORMALS SCALARS LEVELS COLORS METAL EDGES SHADOW GHOST TWO_SIDED DEPTH_ONLY SCALAR_OUTPUT;
+// STORE keeps normal, colour and mark of a sample instead of lighting it, STORED (with cover_vertex) lights what was kept,
+// MEMBERS only that of some surfaces.
+// Entries of the colour map that scalars are looked up in: below one level of a byte apart.
+constexpr int color_steps = 1024;
 extern const char* const surface_vertex;
 extern const char* const surface_fragment;
+extern const char* const cover_vertex;  // one triangle over everything, at the depth of nothing
 
 // Segments as rectangles facing the viewer, one instance a segment.
 extern const char* const line_vertex;

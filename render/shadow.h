@@ -8,13 +8,15 @@
 #include "render/backdrop.h"
 #include "render/view.h"
 
+#include <span>
 #include <vector>
 
 namespace flexframe::render {
 
 constexpr int shadow_size = 1024;       // texels of the depth along each side
 constexpr int filtered_size = 512;      // of the filtered map
-constexpr float shadow_warp = 30.0f;
+// Steep surfaces are seen across many depths within the filter's width: a larger warp would see only the farthest, with hard, jagged edges.
+constexpr float shadow_warp = 5.0f;
 
 // Orthographic light: map coordinates (0..1, 0..1, depth 0..1 from the light) of a world point.
 struct LightFrame {
@@ -25,11 +27,23 @@ struct LightFrame {
 };
 LightFrame make_light(const glm::dvec3& to_light, const Bounds& bounds);
 
-// filtered_size^2 texels of two floats: filtered exp(w (depth - 1/2)) and its square. depth: shadow_size^2 values, 1 where empty.
-std::vector<float> filter_shadow(const std::vector<float>& depth, const LightFrame& light, double radius);
+// Depth of the casters, 0..1 from the light, 1 where there is none: the part of the map that may hold any.
+struct ShadowMap {
+  int x = 0, y = 0, width = 0, height = 0;  // texels, multiples of shadow_size / filtered_size; rows from t = 0
+  std::vector<float> depth;
+};
 
-// Share of light taken from the ground, 0..255 a pixel of the view's area, rows from the top.
-std::vector<std::uint8_t> ground_shadow(const std::vector<float>& depth, const LightFrame& light, const GroundFrame& ground,
-                                        const ViewFrame& frame, double radius);
+// Part of the map that posed boxes may cover; depth is left empty.
+ShadowMap shadow_part(std::span<const Surface> surfaces, std::span<const Bounds> boxes, const LightFrame& light);
+
+// Filtered exp(w (depth - 1/2)) and its square, two floats a texel of the filtered map; beyond the rim all is empty.
+struct ShadowMoments {
+  int x = 0, y = 0, width = 0, height = 0;  // texels; may lie beyond the map's
+  std::vector<float> values;
+};
+ShadowMoments filter_shadow(const ShadowMap& map, const LightFrame& light, double radius);
+
+// Light taken from the ground, 255: all, of the pixels in reach.
+Mask ground_shadow(const ShadowMap& map, const LightFrame& light, const GroundFrame& ground, const ViewFrame& frame, double radius);
 
 }  // namespace flexframe::render

@@ -14,6 +14,13 @@ Bounds compute_bounds(std::span<const glm::vec3> positions, const glm::dmat4& po
   return bounds;
 }
 
+PixelRect joined(const PixelRect& a, const PixelRect& b) {
+  if (a.width < 1 || a.height < 1) return b;
+  if (b.width < 1 || b.height < 1) return a;
+  const int x = std::min(a.x, b.x), y = std::min(a.y, b.y);
+  return {x, y, std::max(a.x + a.width, b.x + b.width) - x, std::max(a.y + a.height, b.y + b.height) - y};
+}
+
 ViewFrame make_view(const Camera& camera, const PixelRect& area, const Bounds& bounds) {
   ViewFrame f;
   f.area = area;

@@ -1,13 +1,17 @@
 #include "sim/assembly.h"
 
+#include "sim/bodies.h"
 #include "sim/closure.h"
 #include "sim/dynamics.h"
 #include "sim/joint_motion.h"
 #include "sim/kinematics.h"
+#include "sim/outputs.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
+#include <numbers>
 
 namespace flexframe::sim {
 namespace {
@@ -98,7 +102,7 @@ void move_rates(const Model& model, const Cluster& c, const std::vector<int>& co
 }
 
 // Levenberg-Marquardt with minimum-norm steps from the current coordinates. Returns the scaled residual's largest entry.
-double assemble_positions(const Model& model, int cluster, const std::vector<int>& columns, Work& work) {
+double descend(const Model& model, int cluster, const std::vector<int>& columns, Work& work) {
   const Cluster& c = model.clusters[cluster];
   const VecX rows = row_scales(model, work, cluster);
   const auto evaluate = [&]() {
@@ -107,8 +111,10 @@ double assemble_positions(const Model& model, int cluster, const std::vector<int
     return VecX(rows.cwiseProduct(work.clusters[cluster].residual));
   };
   VecX r = evaluate();
+  // Every coordinate of the loop is given or driven: nothing can move.
+  if (columns.empty()) return r.size() > 0 ? r.cwiseAbs().maxCoeff() : 0.0;
   double damping = 0.0;
-  for (int iteration = 0; iteration < 200 && r.cwiseAbs().maxCoeff() > 1e-14 * c.size; ++iteration) {
+  for (int iteration = 0; !columns.empty() && iteration < 200 && r.cwiseAbs().maxCoeff() > 1e-14 * c.size; ++iteration) {
     update_closure_matrix(model, cluster, work, true);
     const MatX A = scaled_columns(model, work, cluster, columns, rows);
     Eigen::JacobiSVD<MatX> svd(A, Eigen::ComputeThinU | Eigen::ComputeThinV);
@@ -142,6 +148,60 @@ double assemble_positions(const Model& model, int cluster, const std::vector<int
   return r.cwiseAbs().maxCoeff();
 }
 
+// From the current coordinates; where that is a dead point (bars in line, from which no small motion brings the ends together), from
+// places around it, nearest first, and of the ways to close the loops that are found at one distance the one with the least motion;
+// of two mirror images the one with the larger distances along slides.
+double assemble_positions(const Model& model, int cluster, const std::vector<int>& columns, Work& work) {
+  const Cluster& c = model.clusters[cluster];
+  const VecX start = work.q;
+  const double closed = 1e-9 * c.size;
+  double best = descend(model, cluster, columns, work);
+  if (best <= closed || columns.empty()) return best;
+  VecX best_q = work.q;
+  const auto distance = [&](const VecX& q) {
+    double d = 0.0;
+    for (int i : c.parts) {
+      const Part& p = model.parts[i];
+      for (int k = 0; k < p.joint.nq; ++k) d += std::pow((q[p.q0 + k] - start[p.q0 + k]) * (p.joint.kind == JointKind::prismatic ? 1.0 : c.size), 2);
+    }
+    return d;
+  };
+  const auto along_slides = [&](const VecX& q) {
+    double sum = 0.0;
+    for (int i : c.parts)
+      if (model.parts[i].joint.kind == JointKind::prismatic && model.parts[i].joint.nq == 1) sum += q[model.parts[i].q0];
+    return sum;
+  };
+  // A reproducible sequence of directions (Weyl's: fractional parts of multiples of irrational numbers) in growing circles.
+  unsigned sample = 0;
+  for (const double radius : {0.1, 0.5, 1.2, 2.5}) {
+    double least = std::numeric_limits<double>::infinity();
+    for (int attempt = 0; attempt < 8; ++attempt) {
+      work.q = start;
+      VecX step(columns.size());
+      for (size_t k = 0; k < columns.size(); ++k) {
+        const double at = ++sample * std::numbers::phi + 0.5 * std::numbers::sqrt2 * static_cast<double>(k * k);
+        step[static_cast<Eigen::Index>(k)] = radius * (2.0 * (at - std::floor(at)) - 1.0) * c.size / rate_scale(model, cluster, columns[k]);
+      }
+      move_rates(model, c, columns, step, work);
+      const double open = descend(model, cluster, columns, work);
+      const double d = distance(work.q);
+      // To a thousandth the two are mirror images that differ by rounding or by which turn they took.
+      const bool nearer = d < (1.0 - 1e-3) * least || (d < (1.0 + 1e-3) * least && along_slides(work.q) > along_slides(best_q));
+      if (open <= closed ? best > closed || nearer : best > closed && open < best) {
+        best = open;
+        best_q = work.q;
+        if (open <= closed) least = d;
+      }
+    }
+    if (best <= closed) break;
+  }
+  work.q = best_q;
+  update_cluster_positions(model, cluster, work);
+  update_closure_residual(model, cluster, work, true);
+  return best;
+}
+
 [[noreturn]] void refuse_open(const Model& model, const Scene& scene, const Work& work, int cluster) {
   const Cluster& c = model.clusters[cluster];
   int row = 0;
@@ -163,6 +223,62 @@ double assemble_positions(const Model& model, int cluster, const std::vector<int
   throw InputError(fmt::format("{}:{}: the mechanism cannot be assembled: joint '{}' stays open by {:.4g} m and {:.4g} rad, whatever the other joints "
                                "of the loop ({}) do; check lengths, joint positions and given initial values",
                                scene.file.string(), line, open->name, gap, turn, others));
+}
+
+// A start in a change point, where the loop has more ways to move than anywhere beside it: the rates say which way it goes. The cluster
+// is moved a hundred-thousandth of its size along them, where its conditions are independent, and the rates follow the loop there.
+// Returns false where the start is no change point. Throws where the rates fit no way out.
+bool leave_change_point(const Model& model, const Scene& scene, int cluster, Work& work) {
+  const Cluster& c = model.clusters[cluster];
+  ClusterWork& cw = work.clusters[cluster];
+  const Partition here = cw.partition;
+  if (static_cast<int>(here.rows.size()) == closure_row_count(model, work, cluster)) return false;
+  std::vector<int> columns;
+  VecX rate;
+  for (int k = 0; k < c.nv; ++k)
+    if (rate_scale(model, cluster, k) > 0.0) columns.push_back(k);
+  rate.resize(static_cast<Eigen::Index>(columns.size()));
+  double speed = 0.0;
+  for (size_t k = 0; k < columns.size(); ++k) {
+    rate[static_cast<Eigen::Index>(k)] = work.w[c.v0 + columns[k]];
+    speed = std::max(speed, std::abs(work.w[c.v0 + columns[k]]) * rate_scale(model, cluster, columns[k]));
+  }
+  if (speed == 0.0) return false;
+
+  // A hundred-thousandth: far enough for Newton's method to close the loop to rounding (close_positions), too little to see.
+  const double ahead = 1e-5 * c.size;
+  const VecX before = work.q;
+  move_rates(model, c, columns, rate * (ahead / speed), work);
+  const VecX along = work.q;
+  assemble_positions(model, cluster, columns, work);
+  const Partition beside = choose_partition(model, cluster, work, true);
+  if (beside.rows.size() <= here.rows.size()) {
+    work.q = before;
+    close_positions(model, cluster, work);
+    return false;
+  }
+  // The rates lead along a way that exists if the closed position lies beside them by second order only.
+  if ((work.q - along).segment(c.q0, c.nq).cwiseAbs().maxCoeff() > 1e-3 * (along - before).segment(c.q0, c.nq).cwiseAbs().maxCoeff()) {
+    std::string joints;
+    for (int i : c.parts)
+      if (model.parts[i].joint.scene_joint >= 0 && model.parts[i].joint.nv > 0) joints += fmt::format("{}'{}'", joints.empty() ? "" : ", ", model.parts[i].joint.name);
+    throw InputError(fmt::format("{}: the loop of joint '{}' starts in a change point, from which it can go on in more than one way, and the initial rates lead along none: "
+                                 "give rates of more of its joints ({}), or start beside that position",
+                                 scene.file.string(), closure_row_name(model, work, cluster, beside.rows.back()), joints));
+  }
+  cw.partition = beside;
+  close_positions(model, cluster, work);
+  // The nearest rates that the loop allows.
+  update_closure_matrix(model, cluster, work, true);
+  const MatX A = scaled_columns(model, work, cluster, columns, row_scales(model, work, cluster));
+  VecX scaled(rate.size());
+  for (size_t k = 0; k < columns.size(); ++k) scaled[static_cast<Eigen::Index>(k)] = rate[static_cast<Eigen::Index>(k)] * rate_scale(model, cluster, columns[k]);
+  Eigen::CompleteOrthogonalDecomposition<MatX> inverse(A);
+  inverse.setThreshold(1e-9);
+  scaled -= inverse.solve(VecX(A * scaled));
+  for (size_t k = 0; k < columns.size(); ++k) work.w[c.v0 + columns[k]] = scaled[static_cast<Eigen::Index>(k)] / rate_scale(model, cluster, columns[k]);
+  close_velocities(model, cluster, work);
+  return true;
 }
 
 }  // namespace
@@ -189,23 +305,14 @@ void assemble(Model& model, const Scene& scene, Work& work, std::vector<std::str
     if (const auto* modal = std::get_if<ModalDef>(&scene.bodies[b].kind)) initial = &modal->initial;
     if (const auto* space = std::get_if<StateSpaceDef>(&scene.bodies[b].kind)) initial = &space->initial;
     if (!initial) continue;
-    size_t total = 0;
-    for (const Part& p : model.parts)
-      if (p.scene_body == static_cast<int>(b)) total += p.body.n;
+    const size_t total = static_cast<size_t>(coordinate_count(model, static_cast<int>(b)));
     for (const auto* list : {&initial->q, &initial->qd}) {
       if (list->empty()) continue;
       if (list->size() != total)
         throw InputError(fmt::format("{}:{}: body '{}': key 'initial.{}' has {} numbers; the body has {} elastic coordinates", scene.file.string(),
                                      scene.bodies[b].line, scene.bodies[b].name, list == &initial->q ? "q" : "qd", list->size(), total));
-      size_t at = 0;
-      for (int piece = 0; at < total; ++piece)
-        for (const Part& p : model.parts)
-          if (p.scene_body == static_cast<int>(b) && p.piece == piece) {
-            VecX given = Eigen::Map<const VecX>(list->data() + at, p.body.n);
-            if (p.shown.coordinates.size() > 0) given = p.shown.coordinates.partialPivLu().solve(given);
-            (list == &initial->q ? work.q.segment(p.eq0, p.body.n) : work.w.segment(p.ev0, p.body.n)) = given;
-            at += p.body.n;
-          }
+      const bool rates = list == &initial->qd;
+      set_body_coordinates(model, static_cast<int>(b), Eigen::Map<const VecX>(list->data(), static_cast<Eigen::Index>(total)), rates ? work.w : work.q, rates);
     }
   }
 
@@ -226,6 +333,15 @@ void assemble(Model& model, const Scene& scene, Work& work, std::vector<std::str
     }
     close_positions(model, cluster, work);
     update_cluster_world(model, cluster, work);
+  }
+  assemble_rates(model, scene, work, notes);
+  for (size_t i = 0; i < model.parts.size(); ++i) update_mass(model.parts[i].body, work.parts[i].q, work.parts[i].terms);
+}
+
+void assemble_rates(const Model& model, const Scene& scene, Work& work, std::vector<std::string>& notes) {
+  for (size_t k = 0; k < model.clusters.size(); ++k) {
+    const int cluster = static_cast<int>(k);
+    const Cluster& c = model.clusters[k];
     if (c.loops.empty()) {
       close_velocities(model, cluster, work);
       continue;
@@ -255,8 +371,9 @@ void assemble(Model& model, const Scene& scene, Work& work, std::vector<std::str
     }
     for (size_t f = 0; f < free.rate.size(); ++f) work.w[c.v0 + free.rate[f]] += x[f] / rate_scale(model, cluster, free.rate[f]);
     close_velocities(model, cluster, work);
+    if (leave_change_point(model, scene, cluster, work))
+      notes.push_back(fmt::format("loop of joint '{}': starts in a change point; moved a hundred-thousandth of its size along the initial rates", model.loops[c.loops.front()].name));
   }
-  for (size_t i = 0; i < model.parts.size(); ++i) update_mass(model.parts[i].body, work.parts[i].q, work.parts[i].terms);
 }
 
 }  // namespace flexframe::sim

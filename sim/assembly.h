@@ -11,4 +11,7 @@ namespace flexframe::sim {
 // notes: what had to be moved.
 void assemble(Model& model, const Scene& scene, Work& work, std::vector<std::string>& notes);
 
+// The second half of it: rates in work.w that keep the loops closed at the present (closed) positions, given rates kept.
+void assemble_rates(const Model& model, const Scene& scene, Work& work, std::vector<std::string>& notes);
+
 }  // namespace flexframe::sim

@@ -88,11 +88,17 @@ struct BeamChain {
   std::vector<BeamChainFrame> frames;  // root, tip, BeamDef::frames, then node[0] .. along x
 };
 
-// Mixed beam (seed 000 section 3.4): BeamDef::volumes beams welded end to end, each of BeamDef::elements finite elements, or of the
-// eigenforms BeamDef::modes where that map is not empty. Volumes of finite elements have mean axes (free_free) whatever
+// Mixed beam (seed 000 section 3.4): BeamDef::volumes beams welded end to end, each of BeamDef::elements finite elements, or
+// make_modal_volume where BeamDef::modes is not empty. Volumes have mean axes (free_free) whatever
 // BeamDef::boundary says: the same deformations, but a bent and twisted volume is then followed to fourth order of its length instead
-// of third (clamped_free) or first (supported_supported); BEAMS.md section 7. Volumes of eigenforms have BeamDef::boundary.
+// of third (clamped_free) or first (supported_supported); BEAMS.md section 7.
 BeamChain make_mixed_beam(const BeamDef& def, const BeamEffects& effects);
+
+// A volume of a mixed beam with modes (Craig, Bampton 1968): of every effect that is on the static forms of its ends (constant and
+// linear curvature, uniform elongation and twist) and besides the eigenforms between clamped ends with the numbers of BeamDef::modes.
+// Eigenforms alone cannot carry the constant moment that the next volume passes on. Frame on mean axes; coordinates: by direction the
+// static forms (Legendre polynomials), then the eigenforms. Nodes as of make_modal_beam. BeamDef::damping by its modes.
+FlexibleBody make_modal_volume(const BeamDef& def, const BeamEffects& effects);
 
 // Lumped beam (seed 003): BeamDef::elements generalised elements of length l, each rigid half - joint in the middle - rigid half,
 // stiffness E I / l, G J / l; axial makes the pieces extensible. BeamDef::curvature_coupling: moments vary linearly from joint to
@@ -103,6 +109,9 @@ BeamChain make_lumped_beam(const BeamDef& def, const BeamEffects& effects);
 // In both, damping.ratio[0] is the ratio of the first bending mode (of the first mode where nothing bends) of the beam with its
 // boundary, by Kelvin-Voigt damping: the ratio of a mode grows with its frequency. damping.stiffness adds to the time constant;
 // damping.mass is refused.
+
+// Their Kelvin-Voigt time constant, s.
+double chain_time_constant(const BeamDef& def, const BeamEffects& effects);
 
 // Moments of the links' springs, size 3 x links, from angles of that size (add time_constant times the rates for damping). O(links).
 Mat3X link_moments(const BeamLinks& links, const Mat3X& theta);

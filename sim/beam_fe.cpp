@@ -210,6 +210,8 @@ FlexibleBody make_fe_beam(const BeamDef& def, const BeamEffects& effects) {
 
   const beam::Basis Z = boundary_basis(layout, def.boundary, full.Me);
   FlexibleBody body = beam::reduced_body(full, p, effects, Z);
+  beam::set_axis_mass(body, p, effects, Z, layout.elements, 4,
+                      [&](int element, double xi) { return full_rows(layout, p, effects, element, xi); }, root);
   body.De = beam::damping_matrix(def.damping, body.Me, body.Ke);
   for (const int i : free_coordinates(layout, def.boundary)) {
     const int node = i / layout.per_node, local = i % layout.per_node;

@@ -23,7 +23,23 @@ struct Mode {
   int ordinal = 1;
   Eigenform form;
   double mass = 0.0, stiffness = 0.0;
+  // of a volume: a Legendre polynomial instead of the form, or the form less its rigid share
+  int degree = 0;
+  double offset = 0.0, slope = 0.0;
 };
+
+// Derivative of a mode's form at xi = x/L.
+double shape(const Mode& mode, double xi, int order) {
+  const double t = 2.0 * xi - 1.0;
+  switch (mode.degree) {
+    case 1: return order == 0 ? t : order == 1 ? 2.0 : 0.0;
+    case 2: return order == 0 ? 1.5 * t * t - 0.5 : order == 1 ? 6.0 * t : 12.0;
+    case 3: return order == 0 ? (2.5 * t * t - 1.5) * t : order == 1 ? 15.0 * t * t - 3.0 : 60.0 * t;
+    default: break;
+  }
+  const double rigid = order == 0 ? mode.offset + mode.slope * xi : order == 1 ? mode.slope : 0.0;
+  return beam::evaluate(mode.form, xi, order) - rigid;
+}
 
 std::array<bool, 4> wanted(const BeamEffects& e) { return {e.axial, e.bending_xy, e.bending_xz, e.torsion}; }
 
@@ -76,10 +92,9 @@ std::vector<Mode> select_modes(const BeamDef& def, const BeamEffects& effects, c
 FieldRows rows_at(const std::vector<Mode>& modes, double x, double L) {
   FieldRows r(static_cast<int>(modes.size()));
   for (std::size_t i = 0; i < modes.size(); ++i) {
-    const Eigenform& f = modes[i].form;
     const auto at = static_cast<Eigen::Index>(i);
-    const double value = beam::evaluate(f, x / L, 0), slope = beam::evaluate(f, x / L, 1) / L;
-    const auto curvature = [&] { return beam::evaluate(f, x / L, 2) / (L * L); };
+    const double value = shape(modes[i], x / L, 0), slope = shape(modes[i], x / L, 1) / L;
+    const auto curvature = [&] { return shape(modes[i], x / L, 2) / (L * L); };
     switch (modes[i].direction) {
       case kAxial: r.u[at] = value, r.du[at] = slope; break;
       case kBendingXy: r.v[at] = value, r.dv[at] = r.phi_z[at] = slope, r.dphi_z[at] = curvature(); break;
@@ -118,13 +133,76 @@ void set_structure(FlexibleBody& body, const std::vector<Mode>& modes, const Pro
   }
 }
 
+// Forms of a volume on its mean axes: the static ones of its ends, then those between clamped ends.
+std::vector<Mode> volume_modes(const BeamDef& def, const BeamEffects& effects) {
+  check_modes(def);
+  std::vector<Mode> modes;
+  for (const Direction d : {kAxial, kBendingXy, kBendingXz, kTorsion}) {
+    if (!wanted(effects)[d]) continue;
+    const bool bends = d == kBendingXy || d == kBendingXz;
+    for (const int degree : bends ? std::vector<int>{2, 3} : std::vector<int>{1}) {
+      Mode mode;
+      mode.direction = d;
+      mode.degree = degree;
+      modes.push_back(mode);
+    }
+    const auto listed = def.modes.find(kDirections[d]);
+    if (listed == def.modes.end()) continue;
+    for (const int ordinal : listed->second) {
+      Mode mode;
+      mode.direction = d;
+      mode.ordinal = ordinal;
+      if (bends) {
+        // phi'''' = lambda^4 phi gives the integrals of phi and xi phi from the ends; the rigid share has the same
+        mode.form = beam::bending_form(Boundary::clamped_clamped, ordinal);
+        const double l4 = std::pow(mode.form.lambda, 4);
+        const auto end = [&](double xi, int order) { return beam::evaluate(mode.form, xi, order); };
+        const double mean = (end(1.0, 3) - end(0.0, 3)) / l4, moment = (end(1.0, 3) - end(1.0, 2) + end(0.0, 2)) / l4;
+        mode.offset = 4.0 * mean - 6.0 * moment;
+        mode.slope = 12.0 * moment - 6.0 * mean;
+      } else {
+        mode.form = beam::rod_form(Boundary::clamped_clamped, ordinal);
+        mode.offset = mode.form.sine * (1.0 - std::cos(mode.form.lambda)) / mode.form.lambda;
+      }
+      modes.push_back(mode);
+    }
+  }
+  return modes;
+}
+
+FlexibleBody modal_body(const BeamDef& def, const BeamEffects& effects, const Properties& p, const std::vector<Mode>& modes, bool turning_root);
+
 }  // namespace
+
+FlexibleBody make_modal_volume(const BeamDef& def, const BeamEffects& effects) {
+  if (effects.shear) throw InputError("effect 'shear' needs finite elements in the volumes: eigenforms are those of the Euler-Bernoulli beam");
+  const Properties p = beam::properties(def, effects);
+  const std::vector<Mode> modes = volume_modes(def, effects);
+  FlexibleBody body = modal_body(def, effects, p, modes, true);
+  body.De = beam::damping_matrix(def.damping, body.Me, body.Ke);
+  for (const Mode& mode : modes)
+    body.labels.push_back(mode.degree > 0 ? fmt::format("{} static {}", kDirections[mode.direction], mode.degree)
+                                          : fmt::format("{} clamped {}", kDirections[mode.direction], mode.ordinal));
+  return body;
+}
 
 FlexibleBody make_modal_beam(const BeamDef& def, const BeamEffects& effects) {
   if (effects.shear) throw InputError("effect 'shear' needs model = \"finite-element\": eigenforms are those of the Euler-Bernoulli beam");
   const Properties p = beam::properties(def, effects);
-  const double L = p.length;
   const std::vector<Mode> modes = select_modes(def, effects, p);
+  FlexibleBody body = modal_body(def, effects, p, modes, def.boundary == Boundary::free_free);
+  set_structure(body, modes, p, def.damping);
+  for (const Mode& mode : modes)
+    body.labels.push_back(fmt::format("{} {} ({:.6g} Hz)", kDirections[mode.direction], mode.ordinal,
+                                      std::sqrt(mode.stiffness / mode.mass) / (2.0 * std::numbers::pi)));
+  return body;
+}
+
+namespace {
+
+// Everything but damping and labels; structural matrices by quadrature.
+FlexibleBody modal_body(const BeamDef& def, const BeamEffects& effects, const Properties& p, const std::vector<Mode>& modes, bool turning_root) {
+  const double L = p.length;
   const int n = static_cast<int>(modes.size());
   double highest = 0.0;
   for (const Mode& mode : modes) highest = std::max(highest, mode.form.lambda);
@@ -140,15 +218,13 @@ FlexibleBody make_modal_beam(const BeamDef& def, const BeamEffects& effects) {
       beam::add_station(sum, p, effects, rows_at(modes, x, L), x, gauss.w[g] * h);
     }
   const FieldRows root = rows_at(modes, 0.0, L);
-  if (effects.stiffening && effects.torsion && def.boundary == Boundary::free_free) beam::add_root_rotation(sum, p, root);
+  if (effects.stiffening && effects.torsion && turning_root) beam::add_root_rotation(sum, p, root);
 
   beam::Basis Z(n, n);
   Z.setIdentity();
   FlexibleBody body = beam::reduced_body(sum, p, effects, Z);
-  set_structure(body, modes, p, def.damping);
-  for (const Mode& mode : modes)
-    body.labels.push_back(fmt::format("{} {} ({:.6g} Hz)", kDirections[mode.direction], mode.ordinal,
-                                      std::sqrt(mode.stiffness / mode.mass) / (2.0 * std::numbers::pi)));
+  // eight points a half wave: the second-order field to 1e-8, the linear one exactly
+  beam::set_axis_mass(body, p, effects, Z, panels, 8, [&](int panel, double xi) { return rows_at(modes, (panel + xi) * h, L); }, root);
 
   // nodes: those with a name, then the series; the running integrals visit them in the order of x
   std::vector<beam::Station> stations = beam::named_stations(def);
@@ -179,5 +255,7 @@ FlexibleBody make_modal_beam(const BeamDef& def, const BeamEffects& effects) {
   }
   return body;
 }
+
+}  // namespace
 
 }  // namespace flexframe::sim

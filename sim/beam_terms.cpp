@@ -251,6 +251,87 @@ FlexibleBody reduced_body(const Integrals& sum, const Properties& p, const BeamE
   return body;
 }
 
+namespace {
+
+// Lagrange polynomial l of the rule's points.
+double lagrange(const GaussRule& rule, std::size_t l, double x) {
+  double value = 1.0;
+  for (std::size_t i = 0; i < rule.x.size(); ++i)
+    if (i != l) value *= (x - rule.x[i]) / (rule.x[l] - rule.x[i]);
+  return value;
+}
+
+}  // namespace
+
+void set_axis_mass(FlexibleBody& body, const Properties& p, const BeamEffects& effects, const Basis& Z, int panels, int points,
+                   const std::function<FieldRows(int, double)>& rows, const FieldRows& root) {
+  if (!effects.stiffening || !effects.torsion || !(effects.bending_xy || effects.bending_xz)) return;
+  AxisMass& out = body.axis;
+  const GaussRule gauss = gauss_rule(points);
+  const Eigen::Index n = body.n, k = points, count = panels * k;
+  out.per_panel = points;
+  out.panel = p.length / panels;
+  out.x.resize(count);
+  out.root_mass.resize(count);
+  const double h = out.panel;
+
+  // The interpolating polynomials' integrals, exact with the rule's own points.
+  out.once = MatX::Zero(k, k + 1);
+  out.twice = MatX::Zero(k, k + 1);
+  for (Eigen::Index end = 0; end <= k; ++end) {
+    const double to = end < k ? gauss.x[static_cast<std::size_t>(end)] : 1.0;
+    for (std::size_t g = 0; g < gauss.x.size(); ++g)
+      for (std::size_t l = 0; l < gauss.x.size(); ++l) {
+        const double at = to * gauss.x[g], f = h * to * gauss.w[g] * lagrange(gauss, l, at);
+        out.once(static_cast<Eigen::Index>(l), end) += f;
+        out.twice(static_cast<Eigen::Index>(l), end) += f * h * (to - at);
+      }
+  }
+
+  std::array<MatX, AxisMass::fields> full;
+  MatX u, v, w;
+  for (MatX* m : {&u, &v, &w}) *m = MatX::Zero(Z.rows(), count);
+  for (MatX& m : full) m = MatX::Zero(Z.rows(), count);
+  const auto spread = [](const FieldRows& r, const auto& set) {
+    set(AxisMass::stretch, r.du), set(AxisMass::slope_y, r.phi_z), set(AxisMass::slope_z, r.s), set(AxisMass::bend_y, r.dphi_z);
+    set(AxisMass::bend_z, r.ds), set(AxisMass::twist, r.theta);
+  };
+  for (int e = 0; e < panels; ++e)
+    for (std::size_t g = 0; g < gauss.x.size(); ++g) {
+      const Eigen::Index at = e * k + static_cast<Eigen::Index>(g);
+      out.x[at] = (e + gauss.x[g]) * h;
+      out.root_mass[at] = std::sqrt(p.mass * gauss.w[g] * h);
+      const FieldRows r = rows(e, gauss.x[g]);
+      u.col(at) = out.root_mass[at] * r.u, v.col(at) = out.root_mass[at] * r.v, w.col(at) = out.root_mass[at] * r.w;
+      spread(r, [&](int field, const VecX& row) { full[static_cast<std::size_t>(field)].col(at) = row; });
+      if (effects.shear) full[AxisMass::shear_y].col(at) = r.dv - r.phi_z, full[AxisMass::shear_z].col(at) = r.dw - r.s;
+    }
+  out.phi.resize(n, 3 * count);
+  out.phi << Z.transpose() * u, Z.transpose() * v, Z.transpose() * w;
+  for (std::size_t i = 0; i < full.size(); ++i)
+    if (!full[i].isZero(0.0)) out.row[i] = Z.transpose() * full[i];
+  spread(root, [&](int field, const VecX& row) {
+    const auto i = static_cast<std::size_t>(field);
+    if (!root.theta.isZero(0.0) && !row.isZero(0.0) && (i == AxisMass::twist || i == AxisMass::slope_y || i == AxisMass::slope_z)) out.root[i] = Z.transpose() * row;
+  });
+
+  // What particles at rest have is taken from the body's own constants.
+  const VecX c = out.x.cwiseProduct(out.root_mass);
+  out.J0 = body.J0;
+  out.J0[1] -= c.squaredNorm(), out.J0[2] -= c.squaredNorm();
+  out.Cr0 = body.Cr0;
+  out.Cr0.row(1) += (out.phi.rightCols(count) * c).transpose();
+  out.Cr0.row(2) -= (out.phi.middleCols(count, count) * c).transpose();
+  out.Me = body.Me - out.phi * out.phi.transpose();
+  if (effects.shear) {
+    out.J1 = body.J1;
+    const VecX cx = 2.0 * (out.phi.leftCols(count) * c);
+    out.J1.row(1) -= cx.transpose(), out.J1.row(2) -= cx.transpose();
+    out.J1.row(3) += (out.phi.middleCols(count, count) * c).transpose();
+    out.J1.row(4) += (out.phi.rightCols(count) * c).transpose();
+  }
+}
+
 MatX damping_matrix(const Damping& damping, const MatX& Me, const MatX& Ke) {
   MatX de;
   const auto n = Me.rows();

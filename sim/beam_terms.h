@@ -6,6 +6,7 @@
 
 #include <Eigen/SparseCore>
 
+#include <functional>
 #include <vector>
 
 namespace flexframe::sim::beam {
@@ -70,6 +71,11 @@ void add_part(SecondOrder& sum, const SecondOrder& part, int at);
 // Body from integrals in other coordinates: full = Z q. Fills everything but De, labels and nodes. Blocks that vanish identically are
 // left empty.
 FlexibleBody reduced_body(const Integrals& sum, const Properties& p, const BeamEffects& effects, const Basis& Z);
+
+// Particles at the Gauss points of panels of equal length (AxisMass). `rows` gives the fields at (panel, xi); Me, Cr0, J0 of the body
+// are kept exactly, whatever the points leave of them. Does nothing unless second-order bending meets twist.
+void set_axis_mass(FlexibleBody& body, const Properties& p, const BeamEffects& effects, const Basis& Z, int panels, int points,
+                   const std::function<FieldRows(int, double)>& rows, const FieldRows& root);
 
 // De = Rayleigh + sum of 2 zeta omega M phi phi^T M over the eigenmodes in ascending frequency; several ratios: one a mode, the last
 // one for all further modes.

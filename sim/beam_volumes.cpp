@@ -47,13 +47,19 @@ double time_constant(const BeamDef& def, const BeamEffects& effects, const beam:
   return tau;
 }
 
+}  // namespace
+
+double chain_time_constant(const BeamDef& def, const BeamEffects& effects) { return time_constant(def, effects, beam::properties(def, effects)); }
+
+namespace {
+
 // Frames of the whole from the pieces' nodes: root, tip, the user's, then the pieces' series without the doubles at the joints.
-std::vector<BeamChainFrame> chain_frames(const BeamDef& def, const std::vector<BeamPiece>& pieces) {
+std::vector<BeamChainFrame> chain_frames(const BeamDef& def, const std::vector<BeamPiece>& pieces, bool lumped) {
   std::vector<BeamChainFrame> frames = {{"root", 0, 0}, {"tip", static_cast<int>(pieces.size()) - 1, 1}};
   std::vector<BeamChainFrame> series;
   for (std::size_t k = 0; k < pieces.size(); ++k) {
     const std::vector<FlexibleNode>& nodes = pieces[k].body.nodes;
-    bool first = true;
+    bool first = !lumped;
     for (std::size_t i = 2; i < nodes.size(); ++i) {
       const int piece = static_cast<int>(k), node = static_cast<int>(i);
       if (def.frames.contains(nodes[i].name)) {
@@ -100,13 +106,13 @@ BeamChain make_mixed_beam(const BeamDef& def, const BeamEffects& effects) {
   const double l = def.length / def.volumes;
   for (int k = 0; k < def.volumes; ++k) {
     BeamDef part = part_of(def, k * l, (k + 1) * l, k + 1 == def.volumes);
-    if (def.modes.empty()) part.boundary = Boundary::free_free;
+    part.boundary = Boundary::free_free;
     BeamPiece piece{fmt::format("volume[{}]", k), {}, k * l};
-    piece.body = def.modes.empty() ? make_fe_beam(part, effects) : make_modal_beam(part, effects);
+    piece.body = def.modes.empty() ? make_fe_beam(part, effects) : make_modal_volume(part, effects);
     if (tau > 0.0 && piece.body.n > 0) piece.body.De = tau * piece.body.Ke;
     chain.pieces.push_back(std::move(piece));
   }
-  chain.frames = chain_frames(def, chain.pieces);
+  chain.frames = chain_frames(def, chain.pieces, false);
   return chain;
 }
 
@@ -124,26 +130,31 @@ BeamChain make_lumped_beam(const BeamDef& def, const BeamEffects& effects) {
   for (int a = 0; a < 3; ++a)
     if (!links.free[static_cast<std::size_t>(a)]) links.section.row(a).setZero(), links.section.col(a).setZero();
 
-  // joints at the elements' middles: a half piece at either end, whole ones between; without a hinge one piece
+  // joints at the elements' middles: a half piece at either end, whole ones between
   std::vector<double> cuts = {0.0};
-  if (effects.torsion || effects.bending_xz || effects.bending_xy) {
-    for (int i = 0; i < def.elements; ++i) cuts.push_back((i + 0.5) * l);
-    if (def.curvature_coupling)
-      set_coupling(links, def.elements, l);
-    else
-      links.diagonal.assign(static_cast<std::size_t>(def.elements), l);
-  }
+  for (int i = 0; i < def.elements; ++i) cuts.push_back((i + 0.5) * l);
   cuts.push_back(def.length);
+  if (def.curvature_coupling)
+    set_coupling(links, def.elements, l);
+  else
+    links.diagonal.assign(static_cast<std::size_t>(def.elements), l);
   const BeamEffects inside{.axial = effects.axial};
+  const std::string boundary_node = "element.boundary";
   for (std::size_t k = 0; k + 1 < cuts.size(); ++k) {
     BeamDef part = part_of(def, cuts[k], cuts[k + 1], k + 2 == cuts.size());
     part.boundary = Boundary::clamped_free;
     part.elements = 1;
+    // the series of nodes are the elements' boundaries: the middles of whole pieces, where a piece is tangent to the beam
+    part.frames[boundary_node] = k == 0 ? 0.0 : k + 2 == cuts.size() ? 1.0 : 0.5;
     BeamPiece piece{fmt::format("element[{}]", k), make_fe_beam(part, inside), cuts[k]};
+    std::vector<FlexibleNode>& nodes = piece.body.nodes;
+    nodes.resize(nodes.size() - 2);
+    for (FlexibleNode& node : nodes)
+      if (node.name == boundary_node) node.name = "node[0]";
     if (tau > 0.0 && piece.body.n > 0) piece.body.De = tau * piece.body.Ke;
     chain.pieces.push_back(std::move(piece));
   }
-  chain.frames = chain_frames(def, chain.pieces);
+  chain.frames = chain_frames(def, chain.pieces, true);
   return chain;
 }
 

@@ -26,6 +26,13 @@ void resolve_node(Model& model, const std::string& where, int frame);
 // order: parts, carriers first.
 void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order);
 
+// Elastic coordinates of a scene's body as the scene file counts them: piece by piece from the root, of a lumped beam the angles of the
+// link towards the piece before it (about x, y, z as far as they exist), then the piece's own.
+int coordinate_count(const Model& model, int body);
+// From q_all or w_all (rates), and back into them.
+VecX body_coordinates(const Model& model, int body, const VecX& all, bool rates);
+void set_body_coordinates(const Model& model, int body, const VecX& given, VecX& all, bool rates);
+
 // Length that a part spans, m: of its nodes, or of the frames on it.
 double part_size(const Model& model, int part);
 

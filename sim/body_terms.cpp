@@ -1,5 +1,6 @@
 #include "sim/body_terms.h"
 
+#include "sim/axis_mass.h"
 #include "sim/spatial.h"
 
 namespace flexframe::sim {
@@ -9,11 +10,13 @@ void BodyTerms::reserve(const FlexibleBody& body) {
   ce = VecX::Zero(body.n);
   work = VecX::Zero(body.n);
   work2 = VecX::Zero(body.n);
+  if (has_axis_mass(body)) return reserve_axis_mass(body, *this);
   for (size_t s = 0; s < 6; ++s)
     if (body.J2[s].size() > 0) J2q[s] = VecX::Zero(body.n);
 }
 
 void update_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out) {
+  if (has_axis_mass(body)) return update_axis_mass(body, q, out);
   // First moment and its derivative Ct.
   Vec3 md = body.md0;
   Vec6 J = body.J0;
@@ -49,6 +52,7 @@ void update_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out) {
 }
 
 void update_velocity_terms(const FlexibleBody& body, const Vec6& V, const VecX& qd, BodyTerms& out) {
+  if (has_axis_mass(body)) return update_axis_velocity_terms(body, V, qd, out);
   const Vec3 v = V.head<3>(), w = V.tail<3>();
   Vec6 P = out.Mrr * V;  // momenta
   if (body.n == 0) {
@@ -110,7 +114,7 @@ double strain_energy(const FlexibleBody& body, const VecX& q) {
 
 double kinetic_energy(const FlexibleBody& body, const BodyTerms& terms, const Vec6& V, const VecX& qd) {
   double e = 0.5 * V.dot(terms.Mrr * V);
-  if (body.n > 0) e += V.dot(terms.Mre * qd) + 0.5 * qd.dot(body.Me * qd);
+  if (body.n > 0) e += V.dot(terms.Mre * qd) + 0.5 * qd.dot(elastic_mass(body, terms) * qd);
   return e;
 }
 

@@ -11,6 +11,19 @@
 
 namespace flexframe::sim {
 
+// Work space of axis_mass.h: of the particles, x of all, y of all, z of all; times the square root of their masses.
+struct AxisTerms {
+  std::array<VecX, AxisMass::fields> at, root;      // fields of the state
+  std::array<MatX, AxisMass::fields> rate_row;      // fields of the rates, a row
+  MatX J;                    // n x 3 points: phi + d u2/d q
+  VecX place, rate, acceleration;
+  MatX second, integrand;
+  VecX sum, slope;
+  Eigen::MatrixX4d weight;
+  std::array<Eigen::MatrixX4d, 3> moment;
+  Vec6 turned = Vec6::Zero();  // J1 q of the sections
+};
+
 // Results and work space; sized once by `reserve`. Component order of the 6-vectors: linear, angular.
 struct BodyTerms {
   Mat6 Mrr = Mat6::Zero();   // rigid part of the mass matrix about the body frame, body axes
@@ -20,11 +33,16 @@ struct BodyTerms {
   Vec3 md = Vec3::Zero();    // first moment of mass, kg m
   std::array<VecX, 6> J2q;   // J2 q, kept from update_mass for update_velocity_terms
   VecX work, work2;
+  MatX Mee;                  // n x n elastic part where it depends on q (axis_mass.h), else empty
+  AxisTerms axis;
   void reserve(const FlexibleBody& body);
 };
 
 // Mass matrix at the elastic coordinates q (n).
 void update_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out);
+
+// Elastic part of the mass matrix.
+inline const MatX& elastic_mass(const FlexibleBody& body, const BodyTerms& terms) { return terms.Mee.size() > 0 ? terms.Mee : body.Me; }
 
 // Velocity terms at the twist V (body axes) and qd (n); update_mass goes first.
 void update_velocity_terms(const FlexibleBody& body, const Vec6& V, const VecX& qd, BodyTerms& out);

@@ -1,6 +1,7 @@
 #include "sim/closure.h"
 
 #include "sim/kinematics.h"
+#include "sim/small_matrices.h"
 
 #include <fmt/format.h>
 
@@ -52,9 +53,9 @@ template <class OnLoop, class OnLock>
 void for_rows(const Model& model, const Work& work, int cluster, bool all, OnLoop&& on_loop, OnLock&& on_lock) {
   const Cluster& c = model.clusters[cluster];
   const ClusterWork& cw = work.clusters[cluster];
-  std::vector<char> wanted;
-  int total = closure_row_count(model, work, cluster);
-  wanted.assign(total, all);
+  // Kept between calls: this runs several times an evaluation.
+  static thread_local std::vector<char> wanted;
+  wanted.assign(closure_row_count(model, work, cluster), all);
   if (!all)
     for (int r : cw.partition.rows) wanted[r] = 1;
   int row = 0;
@@ -143,16 +144,18 @@ void update_closure_residual(const Model& model, int cluster, Work& work, bool a
       [&](int row, const LoopJoint&, const ClosureRow& closure, const Relative& rel) { cw.residual[row] = row_residual(closure, rel); },
       [&](int row, size_t lock) {
         const auto [part, k] = rate_owner(model, cluster, cw.locked[lock]);
-        cw.residual[row] = work.q[model.parts[part].q0 + k] - cw.lock_value[static_cast<Eigen::Index>(lock)];
+        // An orientation has no coordinate of its own for a rate: it stays because its rate does.
+        const TreeJoint& joint = model.parts[part].joint;
+        cw.residual[row] = joint.nq == joint.nv ? work.q[model.parts[part].q0 + k] - cw.lock_value[static_cast<Eigen::Index>(lock)] : 0.0;
       });
 }
 
-void update_closure_matrix(const Model& model, int cluster, Work& work, bool all) {
+void update_closure_matrix(const Model& model, int cluster, Work& work, bool all, bool elastic) {
   ClusterWork& cw = work.clusters[cluster];
   const int total = closure_row_count(model, work, cluster);
   const int nv = model.clusters[cluster].nv;
   if (cw.G.rows() != total || cw.G.cols() != nv) cw.G = MatX::Zero(total, nv);
-  VecX line(nv);
+  cw.line.resize(nv);
   for_rows(
       model, work, cluster, all,
       [&](int row, const LoopJoint& loop, const ClosureRow& closure, const Relative& rel) {
@@ -160,10 +163,10 @@ void update_closure_matrix(const Model& model, int cluster, Work& work, bool all
         row_direction(closure, rel, lv, lw);
         Vec6 on_a, on_b;
         row_wrench(rel, lv, lw, on_a, on_b);
-        line.setZero();
-        project_wrench(model, work, cluster, loop.b, on_b, line);
-        project_wrench(model, work, cluster, loop.a, on_a, line);
-        cw.G.row(row) = line.transpose();
+        cw.line.setZero();
+        project_wrench(model, work, cluster, loop.b, on_b, elastic, cw.line);
+        project_wrench(model, work, cluster, loop.a, on_a, elastic, cw.line);
+        cw.G.row(row) = cw.line.transpose();
       },
       [&](int row, size_t lock) {
         cw.G.row(row).setZero();
@@ -247,6 +250,8 @@ Partition choose_partition(const Model& model, int cluster, Work& work, bool str
   // A joint's pivot below 1e-7 of the entries' size is rounding or a singular position, not a way to close the loop. A deformation's
   // below a fiftieth is the asymmetry of a mesh: a planar loop of a body that bends in the plane leaves it a little, and closing its
   // redundant conditions by that would lock the body.
+  // What is locked (a joint that sticks) is not redundant: there any way counts.
+  const int loop_rows = rows - static_cast<int>(cw.locked.size());
   std::vector<char> row_used(rows, 0), column_used(c.nv, 0);
   for (const std::vector<int>* columns : {&joint_columns, &elastic_columns}) {
     while (true) {
@@ -254,8 +259,8 @@ Partition choose_partition(const Model& model, int cluster, Work& work, bool str
       for (int k : *columns)
         if (!column_used[k])
           for (int r = 0; r < rows; ++r)
-            if (!row_used[r]) largest = std::max(largest, std::abs(A(r, k)));
-      if (largest <= (columns == &joint_columns ? 1e-7 : 0.02)) break;
+            if (!row_used[r] && std::abs(A(r, k)) > (columns == &elastic_columns && r < loop_rows ? 0.02 : 1e-7)) largest = std::max(largest, std::abs(A(r, k)));
+      if (largest == 0.0) break;
       // A sound pivot (a fifth of the largest at least) of the deepest joint.
       int best_row = -1, best = -1;
       for (int k : *columns) {
@@ -263,6 +268,7 @@ Partition choose_partition(const Model& model, int cluster, Work& work, bool str
         for (int r = 0; r < rows; ++r) {
           if (row_used[r]) continue;
           const double a = std::abs(A(r, k));
+          if (columns == &elastic_columns && r < loop_rows && a <= 0.02) continue;
           if (a < (strict ? 1.0 : 0.2) * largest) continue;
           if (best < 0 || preference[k] > preference[best] || (preference[k] == preference[best] && a > std::abs(A(best_row, best))))
             best_row = r, best = k;
@@ -283,36 +289,54 @@ Partition choose_partition(const Model& model, int cluster, Work& work, bool str
 void close_positions(const Model& model, int cluster, Work& work) {
   const Cluster& c = model.clusters[cluster];
   ClusterWork& cw = work.clusters[cluster];
-  update_cluster_positions(model, cluster, work);
+  update_cluster_frames(model, cluster, work);
+  update_cluster_chain(model, cluster, work);
   const Partition& part = cw.partition;
   const int nd = static_cast<int>(part.dep.size()), ni = static_cast<int>(part.ind.size());
-  if (nd == 0) return;
-  VecX res(nd), step(nd);
-  MatX Gd(nd, nd);
-  double last = std::numeric_limits<double>::infinity();
-  for (int iteration = 0;; ++iteration) {
+  const auto update_jacobians = [&]() {
+    for (int f : c.frames) update_frame_jacobian(model, f, work);
+  };
+  if (nd == 0) {
+    update_jacobians();
+    return;
+  }
+  // Deformations that close a loop move the frames in their bodies as well.
+  bool elastic = false;
+  for (int k : part.dep) elastic = elastic || rate_owner(model, cluster, k).second < 0;
+  cw.res.resize(nd);
+  const auto residual = [&]() {
     update_closure_residual(model, cluster, work, false);
-    update_closure_matrix(model, cluster, work, false);
-    for (int i = 0; i < nd; ++i) {
-      res[i] = cw.residual[part.rows[i]];
-      for (int k = 0; k < nd; ++k) Gd(i, k) = cw.G(part.rows[i], part.dep[k]);
+    for (int i = 0; i < nd; ++i) cw.res[i] = cw.residual[part.rows[i]];
+  };
+  const auto factorise = [&](bool all_columns) {
+    update_closure_matrix(model, cluster, work, false, all_columns);
+    cw.Gd.resize(nd, nd);
+    for (int i = 0; i < nd; ++i)
+      for (int k = 0; k < nd; ++k) cw.Gd(i, k) = cw.G(part.rows[i], part.dep[k]);
+    cw.lu.compute(cw.Gd);
+  };
+  double last = std::numeric_limits<double>::infinity();
+  bool fresh = false;
+  for (int iteration = 0;; ++iteration) {
+    residual();
+    if (!fresh) {
+      if (elastic) update_jacobians();
+      factorise(elastic);
+      fresh = true;
     }
-    cw.lu.compute(Gd);
-    step = -cw.lu.solve(res);
+    cw.step = cw.lu.solve(cw.res);
     ++work.closure_iterations;
     // Size of the step in metres; elastic coordinates count by the closure error they mend.
-    double size = 0.0;
-    for (int k = 0; k < nd; ++k) size = std::max(size, std::abs(step[k]) * rate_scale(model, cluster, part.dep[k]));
-    size = std::max(size, res.cwiseAbs().maxCoeff());
+    double size = cw.res.cwiseAbs().maxCoeff();
+    for (int k = 0; k < nd; ++k) size = std::max(size, std::abs(cw.step[k]) * rate_scale(model, cluster, part.dep[k]));
     // 3e-13 of the size is a few hundred roundings of the poses: closed. A step that no longer shrinks at 1e-10 is rounding too.
     if (size <= 3e-13 * c.size || (size <= 1e-10 * c.size && size > 0.25 * last)) break;
-    if (!std::isfinite(size) || iteration == 25 || (iteration > 4 && size > c.size)) {
+    if (!std::isfinite(size) || iteration == 40 || (iteration > 4 && size > c.size)) {
       int worst = 0;
-      res.cwiseAbs().maxCoeff(&worst);
+      cw.res.cwiseAbs().maxCoeff(&worst);
       throw SimulationError(fmt::format("joint '{}' cannot be closed at t = {:.6g} s: it is open by {:.3g}; the mechanism is at or beyond the end of its reach",
-                                        closure_row_name(model, work, cluster, part.rows[worst]), work.time, std::abs(res[worst])));
+                                        closure_row_name(model, work, cluster, part.rows[worst]), work.time, std::abs(cw.res[worst])));
     }
-    last = size;
     // Move the dependent coordinates, joint by joint.
     for (int i : c.parts) {
       const Part& p = model.parts[i];
@@ -320,17 +344,56 @@ void close_positions(const Model& model, int cluster, Work& work) {
       bool moved = false;
       for (int k = 0; k < nd; ++k) {
         const int v = c.v0 + part.dep[k];
-        if (v >= p.v0 && v < p.v0 + p.joint.nv) dw[v - p.v0] = step[k], moved = true;
-        if (v >= p.ev0 && v < p.ev0 + p.body.n) work.q[p.eq0 + v - p.ev0] += step[k];
+        if (v >= p.v0 && v < p.v0 + p.joint.nv) dw[v - p.v0] = -cw.step[k], moved = true;
+        if (v >= p.ev0 && v < p.ev0 + p.body.n) work.q[p.eq0 + v - p.ev0] -= cw.step[k];
       }
       if (moved) move_coordinates(p.joint.kind, work.q.data() + p.q0, dw);
     }
-    update_cluster_positions(model, cluster, work);
+    if (elastic) update_cluster_frames(model, cluster, work);
+    update_cluster_chain(model, cluster, work);
+    // With the matrix of the start the error shrinks by about its own size over the mechanism's each time: what two steps have shown
+    // tells whether a third is needed, and whether the matrix still serves.
+    if (std::isfinite(last) ? size <= 1e-3 * last && size * size / last <= 1e-15 * c.size : size <= 1e-10 * c.size) break;
+    if (size > 1e-3 * std::min(last, c.size)) fresh = false;
+    last = size;
   }
-  MatX Gi(nd, ni);
-  for (int i = 0; i < nd; ++i)
-    for (int k = 0; k < ni; ++k) Gi(i, k) = cw.G(part.rows[i], part.ind[k]);
-  cw.E = -cw.lu.solve(Gi);
+  update_jacobians();
+  factorise(true);
+  cw.Gi.resize(nd, ni);
+  for (int k = 0; k < ni; ++k)
+    for (int i = 0; i < nd; ++i) cw.Gi(i, k) = -cw.G(part.rows[i], part.ind[k]);
+  solve(cw.lu, cw.Gi, cw.E);
+}
+
+void require_closed(const Model& model, int cluster, Work& work) {
+  const Cluster& c = model.clusters[cluster];
+  ClusterWork& cw = work.clusters[cluster];
+  const int total = closure_row_count(model, work, cluster);
+  if (static_cast<int>(cw.partition.rows.size()) == total) return;
+  update_closure_residual(model, cluster, work, true);
+  double worst = 0.0;
+  int open = 0, row = 0;
+  for (int l : c.loops)
+    for (const ClosureRow& r : model.loops[l].rows) {
+      const double e = std::abs(cw.residual[row]) * (r.kind == ClosureRow::angle ? c.size : 1.0);
+      if (e > worst) worst = e, open = row;
+      ++row;
+    }
+  // A ten-thousandth of the size: far above what rounding or an assembly to 1e-9 grows to near a singular position, below what a picture shows.
+  // Elastic bodies add what a slightly unsymmetric mesh lets conditions open that deformation is not asked to close (choose_partition).
+  double allowed = 1e-4 * c.size;
+  if (worst <= allowed) return;
+  for (int i : c.parts) {
+    const Part& p = model.parts[i];
+    for (const FlexibleNode& node : p.body.nodes) {
+      const auto q = work.q.segment(p.eq0, p.body.n);
+      allowed = std::max(allowed, 0.1 * ((node.phi * q).norm() + c.size * (node.psi * q).norm()));
+    }
+  }
+  if (worst <= allowed) return;
+  throw SimulationError(fmt::format("joint '{}' comes open at t = {:.6g} s, by {:.3g} m: conditions of its loop that followed from the others at the start no longer do. The "
+                                    "mechanism starts in a change point, where it can go on in more than one way: start it beside that position, or give initial rates along one way",
+                                    closure_row_name(model, work, cluster, open), work.time, worst));
 }
 
 void close_velocities(const Model& model, int cluster, Work& work) {
@@ -342,12 +405,16 @@ void close_velocities(const Model& model, int cluster, Work& work) {
     update_cluster_velocities(model, cluster, work);
     return;
   }
-  VecX ind(ni), rhs(nd);
-  for (int k = 0; k < ni; ++k) ind[k] = work.w[c.v0 + part.ind[k]];
-  VecX dep = cw.E * ind;
+  VecX& rhs = cw.res;
+  rhs.resize(nd);
+  cw.ind_rate.resize(ni);
+  for (int k = 0; k < ni; ++k) cw.ind_rate[k] = work.w[c.v0 + part.ind[k]];
+  const VecX& ind = cw.ind_rate;
+  cw.step.noalias() = cw.E * ind;
+  VecX& dep = cw.step;
   bool prescribed = false;
   for (int i : c.parts) prescribed = prescribed || model.parts[i].joint.motion >= 0;
-  cw.e0 = VecX::Zero(nd);
+  cw.e0.setZero(nd);
   if (prescribed) {
     for (int k = 0; k < c.nv; ++k) work.w[c.v0 + k] = 0.0;
     update_cluster_velocities(model, cluster, work);

@@ -16,8 +16,8 @@ std::string closure_row_name(const Model& model, const Work& work, int cluster, 
 
 // Residuals (m, rad) of all rows at the current poses; all = false: only the partition's rows.
 void update_closure_residual(const Model& model, int cluster, Work& work, bool all);
-// G of all rows or of the partition's.
-void update_closure_matrix(const Model& model, int cluster, Work& work, bool all);
+// G of all rows or of the partition's; elastic = false: its columns of joint rates only, for which B of the frames is not needed.
+void update_closure_matrix(const Model& model, int cluster, Work& work, bool all, bool elastic = true);
 // Rates of the rows at the current twists into ClusterWork::rate; accelerations at zero coordinate accelerations into ::bias.
 void update_closure_rates(const Model& model, int cluster, Work& work);
 
@@ -28,6 +28,9 @@ Partition choose_partition(const Model& model, int cluster, Work& work, bool str
 // Solves the closure for the dependent coordinates, starting from work.q, and leaves positions, G, lu and E up to date.
 // Throws SimulationError naming the open joint when it cannot be closed.
 void close_positions(const Model& model, int cluster, Work& work);
+// The partition leaves out conditions that followed from the others where it was chosen. Throws SimulationError naming the joint if one of
+// them no longer does and the loop comes open: a mechanism that starts in a change point. Positions are up to date.
+void require_closed(const Model& model, int cluster, Work& work);
 // Dependent rates from the independent ones in work.w (positions closed); leaves twists up to date.
 void close_velocities(const Model& model, int cluster, Work& work);
 

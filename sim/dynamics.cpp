@@ -1,6 +1,7 @@
 #include "sim/dynamics.h"
 
 #include "sim/closure.h"
+#include "sim/flexures.h"
 #include "sim/kinematics.h"
 #include "sim/loads.h"
 
@@ -9,13 +10,24 @@
 namespace flexframe::sim {
 namespace {
 
-Mat6 parent_matrix(const Pose& pose) {
-  Mat6 X;
-  X.topLeftCorner<3, 3>() = pose.R;
-  X.topRightCorner<3, 3>().noalias() = skew(pose.p) * pose.R;
-  X.bottomLeftCorner<3, 3>().setZero();
-  X.bottomRightCorner<3, 3>() = pose.R;
-  return X;
+// The products below have six inner terms or fewer: coefficient by coefficient, as blocking for the cache would cost more than it saves.
+
+// M += A^T B + B^T A for the lower half of a symmetric block, mirrored; A, B: 6 x n.
+template <class Block>
+void add_symmetric(const Mat6X& A, const Mat6X& B, Block&& M) {
+  const Eigen::Index n = M.cols();
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const Vec6 a = A.col(k), b = B.col(k);
+    for (Eigen::Index i = k; i < n; ++i) M(i, k) += A.col(i).dot(b) + B.col(i).dot(a);
+  }
+  for (Eigen::Index k = 0; k < n; ++k)
+    for (Eigen::Index i = k + 1; i < n; ++i) M(k, i) = M(i, k);
+}
+
+// out += A^T f.
+template <class Out>
+void add_dots(const Mat6X& A, const Vec6& f, Out&& out) {
+  for (Eigen::Index k = 0; k < A.cols(); ++k) out[k] += A.col(k).dot(f);
 }
 
 // Own inertia, velocity terms and applied loads of every part; child clusters and parts are added on the way down.
@@ -30,25 +42,27 @@ void start_composites(const Model& model, Work& work) {
     if (body.n > 0) {
       elastic_force(body, p.q, p.qd, p.elastic);
       p.Mre = p.terms.Mre;
-      p.Mee = body.Me;
+      p.Mee = elastic_mass(body, p.terms);
       p.fe = p.terms.ce + p.elastic - p.load_e;
       p.fe.noalias() += p.terms.Mre.transpose() * p.A0;
     }
-    joint_forces(model.parts[i], work, p.tau);
+    joint_forces(model.parts[i], p, work, p.tau);
   }
+  add_flexure_moments(model, work);
 }
 
 // Adds the inertia I and the force f, both at a frame (frame axes), to the composite of the frame's part.
 void add_at_frame(const FrameWork& frame, const Mat6& I, const Vec6& f, PartWork& p) {
   const Mat6 X = child_matrix(frame.pose);
-  const Mat6 XtI = X.transpose() * I;
-  p.Mrr.noalias() += XtI * X;
-  p.fr.noalias() += X.transpose() * f;
+  Mat6 XtI;
+  XtI.noalias() = X.transpose().lazyProduct(I);
+  p.Mrr += XtI.lazyProduct(X);
+  p.fr += wrench_to_parent(frame.pose, f);
   if (p.q.size() > 0 && frame.flexible) {
-    p.Mre.noalias() += XtI * frame.B;
-    const Mat6X IB = I * frame.B;
-    p.Mee += frame.B.transpose().lazyProduct(IB);
-    p.fe.noalias() += frame.B.transpose() * f;
+    p.Mre += XtI.lazyProduct(frame.B);
+    p.scratch.noalias() = (0.5 * I).lazyProduct(frame.B);
+    add_symmetric(frame.B, p.scratch, p.Mee);
+    add_dots(frame.B, f, p.fe);
   }
 }
 
@@ -64,7 +78,8 @@ void assemble_cluster(const Model& model, int cluster, Work& work) {
     PartWork& p = work.parts[i];
     const FrameWork& o = work.frames[part.joint.outboard];
     for (int k = 0; k < part.joint.nv; ++k) p.Hj.col(k) = to_parent(o.pose, p.joint.S.col(k));
-    if (o.flexible) p.C.noalias() = -(parent_matrix(o.pose) * o.B);
+    if (o.flexible)
+      for (int k = 0; k < part.body.n; ++k) p.C.col(k) = -to_parent(o.pose, o.B.col(k));
   }
   size_t entry = c.entry.size();
   for (size_t at = c.parts.size(); at-- > 0;) {
@@ -77,62 +92,55 @@ void assemble_cluster(const Model& model, int cluster, Work& work) {
 
     // Diagonal block and bias.
     if (nj > 0) {
-      p.Fj.noalias() = p.Mrr * p.Hj;
-      cw.M.block(jv, jv, nj, nj).noalias() = p.Hj.transpose() * p.Fj;
-      cw.r.segment(jv, nj).noalias() = p.Hj.transpose() * p.fr;
-      cw.r.segment(jv, nj) -= p.tau;
+      p.Fj.noalias() = p.Mrr.lazyProduct(p.Hj);
+      cw.M.block(jv, jv, nj, nj).noalias() = p.Hj.transpose().lazyProduct(p.Fj);
+      for (int k = 0; k < nj; ++k) cw.r[jv + k] = p.Hj.col(k).dot(p.fr) - p.tau[k];
     }
     if (n > 0) {
-      p.Fe = p.Mre;
       auto Mee = cw.M.block(ev, ev, n, n);
       Mee = p.Mee;
       cw.r.segment(ev, n) = p.fe;
       if (o.flexible) {
-        p.Fe.noalias() += p.Mrr * p.C;
-        // Products with six inner terms: blocking for the cache would cost more than it saves.
-        Mee += p.C.transpose().lazyProduct(p.Fe);
-        Mee += p.Mre.transpose().lazyProduct(p.C);
-        cw.r.segment(ev, n).noalias() += p.C.transpose() * p.fr;
+        // Mee + C^T Mre + Mre^T C + C^T Mrr C.
+        p.scratch.noalias() = p.Mrr.lazyProduct(p.C);
+        p.Fe = p.Mre + p.scratch;
+        p.scratch = p.Mre + 0.5 * p.scratch;
+        add_symmetric(p.C, p.scratch, Mee);
+        add_dots(p.C, p.fr, cw.r.segment(ev, n));
+      } else {
+        p.Fe = p.Mre;
       }
-      if (nj > 0) {
-        cw.M.block(jv, ev, nj, n).noalias() = p.Hj.transpose() * p.Fe;
-        cw.M.block(ev, jv, n, nj) = cw.M.block(jv, ev, nj, n).transpose();
-      }
+      for (int j = 0; j < nj; ++j)
+        for (int k = 0; k < n; ++k) cw.M(ev + k, jv + j) = cw.M(jv + j, ev + k) = p.Hj.col(j).dot(p.Fe.col(k));
     }
 
     // Towards the base: this part's columns on its ancestors' coordinates, its composite on its parent.
     const Mat6 Y = child_matrix(p.step);
-    Mat6X F(6, nj + n);
-    if (nj > 0) F.leftCols(nj).noalias() = Y.transpose() * p.Fj;
-    if (n > 0) F.rightCols(n).noalias() = Y.transpose() * p.Fe;
-    const Mat6 IA = Y.transpose() * p.Mrr * Y;
-    const Vec6 fA = Y.transpose() * p.fr;
+    Mat6X& F = p.F;
+    for (int k = 0; k < nj; ++k) F.col(k) = wrench_to_parent(p.step, p.Fj.col(k));
+    for (int k = 0; k < n; ++k) F.col(nj + k) = wrench_to_parent(p.step, p.Fe.col(k));
+    const Mat6 IA = Y.transpose().lazyProduct(Mat6(p.Mrr.lazyProduct(Y)));
+    const Vec6 fA = wrench_to_parent(p.step, p.fr);
     int child = i;
+    // An entry of the mass matrix between a coordinate of an ancestor and column k of F.
+    const auto write = [&](int row, int k, double value) {
+      const int column = k < nj ? jv + k : ev + k - nj;
+      cw.M(row, column) = cw.M(column, row) = value;
+    };
     for (int a = part.parent; a != ground && model.parts[a].cluster == cluster; a = model.parts[a].parent) {
       const Part& pa = model.parts[a];
       PartWork& pw = work.parts[a];
       const FrameWork& f = work.frames[model.parts[child].joint.inboard];
+      const bool turns = work.frames[pa.joint.outboard].flexible;
       if (child == i) add_at_frame(f, IA, fA, pw);
-      const Mat6X Fp = child_matrix(f.pose).transpose() * F;
       const int aj = pa.v0 - c.v0, ae = pa.ev0 - c.v0;
-      const auto write = [&](int row, const MatX& block) {
-        if (nj > 0) {
-          cw.M.block(row, jv, block.rows(), nj) = block.leftCols(nj);
-          cw.M.block(jv, row, nj, block.rows()) = block.leftCols(nj).transpose();
-        }
-        if (n > 0) {
-          cw.M.block(row, ev, block.rows(), n) = block.rightCols(n);
-          cw.M.block(ev, row, n, block.rows()) = block.rightCols(n).transpose();
-        }
-      };
-      if (pa.joint.nv > 0) write(aj, pw.Hj.transpose() * Fp);
-      if (pa.body.n > 0) {
-        MatX block = MatX::Zero(pa.body.n, nj + n);
-        if (f.flexible) block.noalias() += f.B.transpose() * F;
-        if (work.frames[pa.joint.outboard].flexible) block.noalias() += pw.C.transpose() * Fp;
-        write(ae, block);
+      for (int k = 0; k < nj + n; ++k) {
+        const Vec6 here = F.col(k), on_part = wrench_to_parent(f.pose, here);
+        for (int j = 0; j < pa.joint.nv; ++j) write(aj + j, k, pw.Hj.col(j).dot(on_part));
+        for (int j = 0; j < pa.body.n; ++j)
+          write(ae + j, k, (f.flexible ? f.B.col(j).dot(here) : 0.0) + (turns ? pw.C.col(j).dot(on_part) : 0.0));
+        F.col(k) = wrench_to_parent(pw.step, on_part);
       }
-      F = child_matrix(pw.step).transpose() * Fp;
       child = a;
     }
     // Which entry the chain came in by: entries are counted backwards for parts attached outside.
@@ -147,12 +155,13 @@ void assemble_cluster(const Model& model, int cluster, Work& work) {
         if (model.parts[k].parent == ground || model.parts[model.parts[k].parent].cluster != cluster) ++e;
       }
     }
-    const Mat6 X = child_matrix(c.entry[e]);
-    if (nj > 0) cw.Ib.middleCols(jv, nj).noalias() = X.transpose() * F.leftCols(nj);
-    if (n > 0) cw.Ib.middleCols(ev, n).noalias() = X.transpose() * F.rightCols(n);
+    const Pose& in = c.entry[e];
+    for (int k = 0; k < nj; ++k) cw.Ib.col(jv + k) = wrench_to_parent(in, F.col(k));
+    for (int k = 0; k < n; ++k) cw.Ib.col(ev + k) = wrench_to_parent(in, F.col(nj + k));
     if (outside) {
+      const Mat6 X = child_matrix(in);
       cw.Ibb.noalias() += X.transpose() * IA * X;
-      cw.pb.noalias() += X.transpose() * fA;
+      cw.pb += wrench_to_parent(in, fA);
     }
   }
 }
@@ -169,32 +178,39 @@ void reduce_cluster(const Model& model, int cluster, Work& work) {
     cw.h = -cw.r;
   } else {
     // D = N^T M N with N = [1; E]; h = -N^T (r + M [0; gamma]).
-    MatX Mdd(nd, nd), Mdi(nd, ni);
     cw.D.resize(ni, ni);
     cw.U.resize(6, ni);
     cw.h.resize(ni);
+    cw.Mid.resize(ni, nd);
+    cw.T.resize(nd, ni);
+    cw.Et = cw.E.transpose();
+    for (int d = 0; d < nd; ++d)
+      for (int i = 0; i < ni; ++i) cw.Mid(i, d) = cw.M(part.ind[i], part.dep[d]);
+    cw.T = cw.Mid.transpose();
+    for (int d = 0; d < nd; ++d)
+      for (int e = 0; e < nd; ++e) {
+        const double m = cw.M(part.dep[d], part.dep[e]);
+        for (int i = 0; i < ni; ++i) cw.T(d, i) += m * cw.Et(i, e);
+      }
     for (int k = 0; k < ni; ++k) {
-      const int col = part.ind[k];
-      for (int i = 0; i < ni; ++i) cw.D(i, k) = cw.M(part.ind[i], col);
-      for (int i = 0; i < nd; ++i) Mdi(i, k) = cw.M(part.dep[i], col);
-      cw.U.col(k) = cw.Ib.col(col);
-      cw.h[k] = -cw.r[col];
+      const int column = part.ind[k], left = ni - k;
+      double* const D = &cw.D(0, k);
+      const double* const M = &cw.M(0, column);
+      for (int i = k; i < ni; ++i) D[i] = M[part.ind[i]];
+      for (int d = 0; d < nd; ++d)
+        cw.D.col(k).tail(left) += cw.T(d, k) * cw.Et.col(d).tail(left) + cw.E(d, k) * cw.Mid.col(d).tail(left);
+      for (int i = k + 1; i < ni; ++i) cw.D(k, i) = D[i];
+      cw.U.col(k) = cw.Ib.col(column);
+      cw.h[k] = -cw.r[column];
     }
-    VecX rd(nd);
-    Mat6X Ud(6, nd);
-    for (int k = 0; k < nd; ++k) {
-      for (int i = 0; i < nd; ++i) Mdd(i, k) = cw.M(part.dep[i], part.dep[k]);
-      rd[k] = cw.r[part.dep[k]];
-      Ud.col(k) = cw.Ib.col(part.dep[k]);
+    for (int d = 0; d < nd; ++d) {
+      const Vec6 Ud = cw.Ib.col(part.dep[d]);
+      double rd = cw.r[part.dep[d]];
+      for (int e = 0; e < nd; ++e) rd += cw.M(part.dep[d], part.dep[e]) * cw.gamma[e];
+      for (int k = 0; k < ni; ++k) cw.U.col(k) += Ud * cw.E(d, k);
+      cw.h -= cw.Et.col(d) * rd + cw.Mid.col(d) * cw.gamma[d];
+      cw.pb += Ud * cw.gamma[d];
     }
-    const MatX T = Mdi + Mdd * cw.E;
-    cw.D.noalias() += cw.E.transpose() * T;
-    cw.D.noalias() += Mdi.transpose() * cw.E;
-    cw.U.noalias() += Ud * cw.E;
-    rd.noalias() += Mdd * cw.gamma;
-    cw.h.noalias() -= cw.E.transpose() * rd;
-    cw.h.noalias() -= Mdi.transpose() * cw.gamma;
-    cw.pb.noalias() += Ud * cw.gamma;
   }
   if (ni == 0) return;
   cw.llt.compute(cw.D);
@@ -279,17 +295,15 @@ void update_accelerations(const Model& model, Work& work) {
       if (f.flexible) cw.base_A.noalias() += f.B * carrier.qdd;
     }
     const int ni = static_cast<int>(cw.partition.ind.size()), nd = static_cast<int>(cw.partition.dep.size());
-    VecX a(ni);
+    VecX& a = cw.a;
+    a = cw.h;
     if (ni > 0) {
-      a = cw.h;
-      a.noalias() -= cw.U.transpose() * cw.base_A;
+      for (int k = 0; k < ni; ++k) a[k] -= cw.U.col(k).dot(cw.base_A);
       cw.llt.solveInPlace(a);
     }
     for (int k = 0; k < ni; ++k) cw.wdot[cw.partition.ind[k]] = a[k];
     if (nd > 0) {
-      VecX d = cw.gamma;
-      if (ni > 0) d.noalias() += cw.E * a;
-      for (int k = 0; k < nd; ++k) cw.wdot[cw.partition.dep[k]] = d[k];
+      for (int k = 0; k < nd; ++k) cw.wdot[cw.partition.dep[k]] = cw.gamma[k] + (ni > 0 ? cw.E.row(k).dot(a) : 0.0);
     }
     work.wdot.segment(c.v0, c.nv) = cw.wdot;
     size_t entry = 0;
@@ -328,10 +342,8 @@ Energy compute_energy(const Model& model, const Work& work, int scene_body) {
     e.kinetic += kinetic_energy(part.body, p.terms, p.V, p.qd);
     e.strain += strain_energy(part.body, p.q);
     e.potential -= model.settings.gravity.dot(part.body.mass * p.world.p + p.world.R * p.terms.md);
-    for (int k = 0; k < part.joint.nv; ++k)
-      if (part.joint.bending_stiffness.size() > k)
-        e.strain += 0.5 * part.joint.bending_stiffness[k] * work.q[part.q0 + k] * work.q[part.q0 + k];
   }
+  e.strain += flexure_energy(model, work, scene_body);
   if (scene_body < 0) e.potential += spring_energy(model, work);
   return e;
 }

@@ -19,7 +19,7 @@ struct Energy { double kinetic = 0.0, strain = 0.0, potential = 0.0; };
 // Energies of bodies, springs and gravity, J. Positions and velocities come first. body >= 0: of one scene body only.
 Energy compute_energy(const Model& model, const Work& work, int scene_body = -1);
 
-// Applied force on each rate of a joint (springs, dampers, stops): out(nv), N or Nm.
-void joint_forces(const Part& part, const Work& work, VecX& out);
+// Applied force on each rate of a joint (springs, dampers, stops, friction): out(nv), N or Nm.
+void joint_forces(const Part& part, const PartWork& p, const Work& work, VecX& out);
 
 }  // namespace flexframe::sim

@@ -1,17 +1,34 @@
-// Effects: which elastic coordinates and terms a beam gets. What is not called for is not in the model at all.
+// Effects: which elastic coordinates and terms a body gets. What is not called for is not in the model at all.
+//
+// The registry says of every effect what it is, by which equation, when it matters and how its share is estimated. effect_report.h
+// measures the shares.
 #pragma once
 
 #include "sim/beam.h"
+#include "sim/model.h"
 #include "sim/scene.h"
 
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace flexframe::sim {
 
+struct EffectInfo {
+  const char* name;
+  const char* meaning;
+  const char* equation;
+  const char* matters;    // when
+  const char* estimate;   // the dimensionless number that says so
+};
+std::span<const EffectInfo> effect_registry();
+const EffectInfo* find_effect(std::string_view name);   // null: there is none of that name
+
 struct EffectDecision {
   BeamEffects effects;
-  std::vector<std::string> why;   // one sentence an effect
+  std::vector<EffectState> states;  // every effect that a beam can have
+  std::vector<std::string> why;     // one sentence a decision
 };
 
 // Whether the scene moves in a plane by symmetry (all axes normal to one direction, loads in the plane): exact and free.
@@ -23,5 +40,8 @@ int attachment_count(const Scene& scene, const std::string& body);
 
 // Effects of one beam. `normal_in_body`: the plane's normal in body axes, zero when spatial. `attachments`: joints and forces on it.
 EffectDecision decide_effects(const BodyDef& body, const BeamDef& beam, const Vec3& normal_in_body, int attachments);
+
+// Of a body from a SID file, before anything is left out: which of its blocks are there.
+std::vector<EffectState> modal_effects(const BodyDef& body, const ModalDef& modal, const FlexibleBody& made);
 
 }  // namespace flexframe::sim

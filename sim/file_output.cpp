@@ -2,6 +2,8 @@
 
 #include <array>
 #include <cerrno>
+#include <charconv>
+#include <csignal>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
@@ -85,6 +87,21 @@ class Sha256 {
   std::uint64_t length_ = 0;
 };
 
+// Temporary files of processes of this machine that were killed: "STEM4711" where no process 4711 lives.
+void remove_left_over(const std::filesystem::path& folder, const std::string& stem) {
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with(stem)) continue;
+    pid_t process = 0;
+    const char *begin = name.data() + stem.size(), *end = name.data() + name.size();
+    const auto [at, wrong] = std::from_chars(begin, end, process);
+    if (wrong != std::errc() || at != end || process <= 0 || ::kill(process, 0) == 0 || errno != ESRCH) continue;
+    std::error_code ignored;
+    std::filesystem::remove(entry.path(), ignored);
+  }
+}
+
 }  // namespace
 
 PendingFile::PendingFile(std::filesystem::path final_path) : final_(std::move(final_path)) {
@@ -92,7 +109,11 @@ PendingFile::PendingFile(std::filesystem::path final_path) : final_(std::move(fi
   if (final_.filename().empty() || std::filesystem::is_directory(final_, error)) fail(final_, "it is a directory; a file name is expected");
   const std::filesystem::path folder = final_.has_parent_path() ? final_.parent_path() : std::filesystem::path(".");
   if (!std::filesystem::is_directory(folder, error)) fail(final_, fmt::format("the folder {} does not exist", folder.string()));
-  temporary_ = folder / fmt::format(".{}.part-{}", final_.filename().string(), ::getpid());
+  char host[256] = {};
+  ::gethostname(host, sizeof host - 1);
+  const std::string stem = fmt::format(".{}.part-{}-", final_.filename().string(), host);
+  temporary_ = folder / fmt::format("{}{}", stem, ::getpid());
+  remove_left_over(folder, stem);
 }
 
 PendingFile::~PendingFile() {

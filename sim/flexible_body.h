@@ -31,6 +31,31 @@ struct FlexibleNode {
   MatX sigma;                       // 6 x n stress per elastic coordinate, or empty (Pa: xx yy zz xy yz xz)
 };
 
+// Mass along the axis of a beam as particles, for the complete kinetic energy of the second-order field (axis_mass.h).
+//
+// The series above is a truncation: it has the coupling that the second-order field makes and not its square. Where a beam is bent and
+// twisted the field swings its outboard part sideways (u2 = -int int theta w'' dx dx), an inertia of m w^2 beside which the twist's own is
+// m r^2, r the section's radius: the truncated matrix is indefinite as soon as the deflection passes the radius. Particles that move with
+//   v + w x r + (phi + d u2/d q) qd,   r = c + phi q + u2
+// make the energy a sum of squares. Their u2 is integrated from rows of linear fields, so that an evaluation costs O(points) and
+// the products M = sum J^T m J.
+struct AxisMass {
+  enum Field { stretch, slope_y, slope_z, bend_y, bend_z, twist, shear_y, shear_z, fields };
+  VecX root_mass;                   // square root of each particle's mass, kg^1/2; empty: the body has no such form
+  VecX x;                           // undeformed place along x, m
+  MatX phi;                         // n x 3 points, displacement times root_mass: all of x, of y, of z
+  std::array<MatX, fields> row;     // n x points each or empty: u', section's slope in xy and in xz, their derivatives, theta, shear angles
+  std::array<VecX, fields> root;    // twist and slopes of the section x = 0 where it turns, else empty
+  int per_panel = 0;                // points lie panel by panel from the root
+  double panel = 0.0;               // length of one, m
+  MatX once, twice;                 // per_panel x (per_panel + 1): a field's points to its integrals from the panel's start to each point
+                                    // and to its end, and to those of the integral, m and m^2
+  Vec6 J0 = Vec6::Zero();           // inertia of the sections about their centres and what the particles lack of the body's constants
+  Mat6X J1;                         // 6 x n or empty
+  Mat3X Cr0;                        // 3 x n
+  MatX Me;                          // n x n
+};
+
 // Symmetric tensors are stored as 6 rows: xx yy zz xy xz yz, as tensor elements (the product of inertia xy is -int x y dm).
 struct FlexibleBody {
   int n = 0;                        // number of elastic coordinates
@@ -48,6 +73,7 @@ struct FlexibleBody {
   VecX stiffness;                   // the diagonal of Ke where Ke is diagonal (eigenmodes), else empty
   MatX De;                          // n x n structural damping (empty: none)
   VecX ksigma;                      // n, generalised force of a pre-stress (empty: none): elastic force = -(Ke q + De qd + ksigma)
+  AxisMass axis;                    // where present, the kinetic energy is its instead of that of the blocks md .. Me
   std::vector<std::string> labels;  // n, what each elastic coordinate is ("element 3 v", "Eigen Mode 1 : 809 Hz"); may be empty
   std::vector<FlexibleNode> nodes;  // frames first or last as the maker likes; names unique
 };

@@ -1,5 +1,5 @@
 // Error-controlled integration of y' = f(t, y) by SUNDIALS: CVODE Adams and BDF, ARKODE explicit and diagonally implicit
-// Runge-Kutta (Dormand-Prince 5(4); ESDIRK3(2)5L and ESDIRK4(3)6L, Kennedy and Carpenter 2019), IDA on y' - f = 0.
+// Runge-Kutta (Dormand-Prince 5(4); ESDIRK3(2)5L[2]SA, Kennedy and Carpenter 2019), IDA on y' - f = 0.
 //
 // SUNDIALS is included by the implementation only.
 #pragma once
@@ -12,11 +12,26 @@
 
 namespace flexframe::sim {
 
+// Derivatives of mechanical equations y = [q; w; further], q' = T w, w' = f(q, w) for implicit methods: A, of w' by a change of q
+// along each of the directions of w (n x n), B, of w' by w (n x n), T (q x n), and P (n x q) with P T = 1 on what is independent.
+struct MechanicalJacobian {
+  MatX A, B, T, P;
+};
+
 struct OdeProblem {
   int size = 0;
-  double tolerance = 1e-6;    // relative; the weights carry it, the order of the implicit Runge-Kutta method is chosen by it
+  double tolerance = 1e-6;    // relative; the weights carry it
   // Writes dy; may throw SimulationError, which makes the integrator try a smaller step.
   std::function<void(double t, const double* y, double* dy)> rhs;
+  // Optional. Runge-Kutta stages start from the state of the step's beginning, at other times: rates of a state that was evaluated
+  // lately are kept. keep: writes, after an evaluation, what shift needs; shift: brings the rates dy of an unchanged state from t0 to t,
+  // or returns false where that takes an evaluation. Without shift nothing but the same time counts as the same.
+  std::function<void(VecX& kept)> keep;
+  std::function<bool(double t0, double t, const VecX& kept, double* dy)> shift;
+  // Optional, for DIRK and BDF: derivatives at (t, y). fresh: anew; else cheap parts only.
+  // Without it every state is differenced.
+  std::function<void(double t, const double* y, bool fresh, MechanicalJacobian& out)> jacobian;
+  bool cheap_jacobian = false;  // the cheap parts are all of it, and cost less than the iterations of a step
   // Writes the error weights 1 / (tolerance of each component) for the current y.
   std::function<void(const double* y, double* weight)> weights;
   // Root functions: a change of sign ends the step there.

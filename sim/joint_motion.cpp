@@ -12,6 +12,14 @@ void quaternion_rate(const double* q, const Vec3& w, double* qd) {
   qd[0] = 0.5 * d.w(), qd[1] = 0.5 * d.x(), qd[2] = 0.5 * d.y(), qd[3] = 0.5 * d.z();
 }
 
+// Rotation vector of a flexure, or its rate: all three components, or the two that are not along the joint's axis.
+Vec3 flexure_vector(const TreeJoint& joint, const double* q) {
+  Vec3 out = Vec3::Zero();
+  for (int a = 0, at = 0; a < 3; ++a)
+    if (joint.kind == JointKind::flexure || joint.axis[a] == 0.0) out[a] = q[at++];
+  return out;
+}
+
 void turn_quaternion(double* q, const Vec3& a) {
   const double angle = a.norm();
   const double k = angle > 0.0 ? std::sin(0.5 * angle) / angle : 0.5;
@@ -24,8 +32,8 @@ void turn_quaternion(double* q, const Vec3& a) {
 int position_count(JointKind kind) {
   switch (kind) {
     case JointKind::revolute: case JointKind::prismatic: case JointKind::screw: return 1;
-    case JointKind::cylindrical: case JointKind::universal: return 2;
-    case JointKind::planar: return 3;
+    case JointKind::cylindrical: case JointKind::universal: case JointKind::flexure_pair: return 2;
+    case JointKind::planar: case JointKind::flexure: return 3;
     case JointKind::spherical: return 4;
     case JointKind::free: return 7;
     default: return 0;
@@ -98,6 +106,15 @@ void update_joint_position(const TreeJoint& joint, const double* q, JointMotion&
       out.S.col(2).tail<3>() = a;
       break;
     }
+    case JointKind::flexure: case JointKind::flexure_pair: {
+      const Vec3 theta = flexure_vector(joint, q);
+      const RotationSeries k(theta.squaredNorm());
+      out.pose.R = rotation_exp(theta);
+      const Mat3 J = right_jacobian(theta, k);
+      for (int i = 0, at = 0; i < 3; ++i)
+        if (joint.kind == JointKind::flexure || joint.axis[i] == 0.0) out.S.col(at++).tail<3>() = J.col(i);
+      break;
+    }
     case JointKind::spherical:
       out.pose.R = quaternion(q).toRotationMatrix();
       out.S.block<3, 3>(3, 0).setIdentity();
@@ -128,6 +145,9 @@ void update_joint_velocity(const TreeJoint& joint, const double* q, const double
   } else if (joint.kind == JointKind::planar) {
     const JointAxes f = joint_axes(a);
     out.bias.head<3>() = -w[2] * a.cross(Vec3(rotation_exp(a * -q[2]) * (f.x * w[0] + f.y * w[1])));
+  } else if (joint.kind == JointKind::flexure || joint.kind == JointKind::flexure_pair) {
+    const Vec3 theta = flexure_vector(joint, q);
+    out.bias.tail<3>() = right_jacobian_rate(theta, flexure_vector(joint, w), RotationSeries(theta.squaredNorm()));
   }
   if (joint.reversed) {
     // out.pose is already the inverse: -Ad(pose) of the forward bias.

@@ -2,7 +2,8 @@
 //
 // Coordinates: revolute angle; prismatic distance; cylindrical [distance, angle]; screw angle; universal [angle about the axis, angle
 // about the turned second axis]; spherical quaternion w x y z (rates: angular velocity in B's axes); planar [x, y, angle];
-// free [position in A; quaternion] (rates: twist of B in its own axes). The second axis of the universal joint and x, y of the planar
+// free [position in A; quaternion] (rates: twist of B in its own axes); flexure rotation vector of B in A (its derivative is the rate);
+// flexure_pair the same, about the two coordinate axes that are not the joint's axis, in the order x y z. The second axis of the universal joint and x, y of the planar
 // joint are `joint_axes`.
 #pragma once
 

@@ -1,6 +1,23 @@
 #include "sim/kinematics.h"
 
+#include "sim/small_matrices.h"
+
 namespace flexframe::sim {
+namespace {
+
+// A x for few rows, column by column: a general product's set-up costs more than the work here.
+template <int Rows>
+Eigen::Matrix<double, Rows, 1> times(const Eigen::Matrix<double, Rows, Eigen::Dynamic>& A, const VecX& x) {
+  double sum[Rows] = {};
+  const double* a = A.data();
+  for (Eigen::Index k = 0; k < x.size(); ++k, a += Rows) {
+    const double factor = x[k];
+    for (int r = 0; r < Rows; ++r) sum[r] += a[r] * factor;
+  }
+  return Eigen::Map<const Eigen::Matrix<double, Rows, 1>>(sum);
+}
+
+}  // namespace
 
 Work make_work(const Model& model) {
   Work work;
@@ -17,6 +34,8 @@ Work make_work(const Model& model) {
     p.Mee = MatX::Zero(n, n);
     p.Fe = Mat6X::Zero(6, n);
     p.Hj = p.Fj = Mat6X::Zero(6, nv);
+    p.F = Mat6X::Zero(6, nv + n);
+    p.scratch = Mat6X::Zero(6, n);
     p.tau = VecX::Zero(nv);
   }
   for (size_t i = 0; i < model.frames.size(); ++i) {
@@ -30,7 +49,12 @@ Work make_work(const Model& model) {
     bool moves = body.n > 0 && (node.phi.cwiseAbs().maxCoeff() > 0.0 || node.psi.cwiseAbs().maxCoeff() > 0.0);
     for (const MatX& h : node.phi2) moves = moves || (h.size() > 0 && h.cwiseAbs().maxCoeff() > 0.0);
     fw.flexible = moves;
-    if (moves) fw.B = Mat6X::Zero(6, body.n);
+    if (!moves) continue;
+    fw.B = Mat6X::Zero(6, body.n);
+    fw.rest_axes = f.offset.R.transpose() * node.rotation.transpose();
+    for (const MatX& h : node.phi2)
+      if (h.size() > 0) fw.phi2q = Eigen::MatrixX3d::Zero(body.n, 3);
+    fw.scratch = VecX::Zero(body.n);
   }
   for (size_t i = 0; i < model.parts.size(); ++i)
     if (work.frames[model.parts[i].joint.outboard].flexible) work.parts[i].C = Mat6X::Zero(6, model.parts[i].body.n);
@@ -51,37 +75,56 @@ Work make_work(const Model& model) {
   return work;
 }
 
-void update_frame_position(const Model& model, int frame, Work& work) {
+void update_frame_pose(const Model& model, int frame, Work& work) {
   FrameWork& fw = work.frames[frame];
   if (!fw.flexible) return;
   const FramePoint& f = model.frames[frame];
   const FlexibleNode& node = model.parts[f.part].body.nodes[f.node];
-  const PartWork& part = work.parts[f.part];
-  const VecX& q = part.q;
+  const VecX& q = work.parts[f.part].q;
 
   // Node: r = origin + phi q + 1/2 q phi2 q,  R = exp(psi q) R0.
-  const Vec3 theta = node.psi * q;
-  const RotationSeries k(theta.squaredNorm());
-  const Mat3 T = skew(theta);
-  Pose at;
-  at.R.noalias() = (Mat3::Identity() + k.s * T + k.b * T * T) * node.rotation;
-  at.p = node.origin;
-  at.p.noalias() += node.phi * q;
-  Mat3 R = at.R * f.offset.R;
-  const Mat3 local = f.offset.R.transpose() * node.rotation.transpose();
-  const Mat3 Jr = local * right_jacobian(theta, k);
-  fw.B.topRows<3>().noalias() = R.transpose() * node.phi;
+  fw.theta = times(node.psi, q);
+  fw.series = RotationSeries(fw.theta.squaredNorm());
+  // 1 + s T + b T^2 with T = skew(theta), T^2 = theta theta^T - |theta|^2.
+  Mat3 turn = (fw.series.b * fw.theta) * fw.theta.transpose() + fw.series.s * skew(fw.theta);
+  turn.diagonal().array() += 1.0 - fw.series.b * fw.theta.squaredNorm();
+  Mat3 R;
+  R.noalias() = turn * node.rotation;
+  Vec3 at = node.origin + times(node.phi, q);
   for (int a = 0; a < 3; ++a) {
     if (node.phi2[a].size() == 0) continue;
-    const Eigen::RowVectorXd h = (node.phi2[a] * q).transpose();
-    at.p[a] += 0.5 * h.dot(q.transpose());
-    for (int b = 0; b < 3; ++b)
-      if (R(a, b) != 0.0) fw.B.row(b) += R(a, b) * h;
+    multiply(node.phi2[a], q.data(), &fw.phi2q(0, a));
+    at[a] += 0.5 * fw.phi2q.col(a).dot(q);
   }
-  fw.B.bottomRows<3>().noalias() = Jr * node.psi;
-  if (!f.offset.p.isZero(0.0)) fw.B.topRows<3>() -= skew(Vec3(f.offset.R.transpose() * f.offset.p)) * fw.B.bottomRows<3>();
-  fw.pose.R = R;
-  fw.pose.p = at.p + at.R * f.offset.p;
+  fw.pose.R.noalias() = R * f.offset.R;
+  fw.pose.p = at + R * f.offset.p;
+}
+
+void update_frame_jacobian(const Model& model, int frame, Work& work) {
+  FrameWork& fw = work.frames[frame];
+  if (!fw.flexible) return;
+  const FramePoint& f = model.frames[frame];
+  const FlexibleNode& node = model.parts[f.part].body.nodes[f.node];
+  const Mat3 Rt = fw.pose.R.transpose();
+  const Mat3 Jr = fw.rest_axes * right_jacobian(fw.theta, fw.series);
+  const bool arm = !f.offset.p.isZero(0.0);
+  const Mat3 A = arm ? Mat3(skew(Vec3(f.offset.R.transpose() * f.offset.p)) * Jr) : Mat3(Mat3::Zero());
+  const bool second = fw.phi2q.size() > 0;
+  for (Eigen::Index k = 0; k < fw.B.cols(); ++k) {
+    Vec3 u = node.phi.col(k);
+    if (second) u += fw.phi2q.row(k).transpose();
+    const Vec3 turn = node.psi.col(k);
+    Vec3 v;
+    v.noalias() = Rt * u;
+    if (arm) v.noalias() -= A * turn;
+    fw.B.col(k).head<3>() = v;
+    fw.B.col(k).tail<3>().noalias() = Jr * turn;
+  }
+}
+
+void update_frame_position(const Model& model, int frame, Work& work) {
+  update_frame_pose(model, frame, work);
+  update_frame_jacobian(model, frame, work);
 }
 
 void update_frame_velocity(const Model& model, int frame, Work& work) {
@@ -98,18 +141,18 @@ void update_frame_velocity(const Model& model, int frame, Work& work) {
     fw.bias.setZero();
     return;
   }
-  fw.W.noalias() = fw.B * part.qd;
+  fw.W = times(fw.B, part.qd);
   fw.V += fw.W;
 
   // dB/dt qd: the displacement's second-order part and the rotation's, and the turning of the frame's axes.
   const FlexibleNode& node = model.parts[f.part].body.nodes[f.node];
   Vec3 second = Vec3::Zero();
   for (int a = 0; a < 3; ++a)
-    if (node.phi2[a].size() > 0) second[a] = part.qd.dot(node.phi2[a] * part.qd);
-  const Vec3 theta = node.psi * part.q, rate = node.psi * part.qd;
-  const RotationSeries k(theta.squaredNorm());
-  const Mat3 local = f.offset.R.transpose() * node.rotation.transpose();
-  const Vec3 alpha = local * right_jacobian_rate(theta, rate, k);
+    if (node.phi2[a].size() > 0) {
+      fw.scratch.noalias() = node.phi2[a] * part.qd;
+      second[a] = part.qd.dot(fw.scratch);
+    }
+  const Vec3 alpha = fw.rest_axes * right_jacobian_rate(fw.theta, times(node.psi, part.qd), fw.series);
   const Vec3 arm = f.offset.R.transpose() * f.offset.p;
   const Vec3 omega = fw.W.tail<3>();
   // Linear part of B qd = R^T (node velocity) + omega x arm.
@@ -120,28 +163,39 @@ void update_frame_velocity(const Model& model, int frame, Work& work) {
   fw.bias = bdot - bracket(fw.W, fw.V);
 }
 
-void update_cluster_positions(const Model& model, int cluster, Work& work) {
+void update_cluster_frames(const Model& model, int cluster, Work& work) {
+  const Cluster& c = model.clusters[cluster];
+  for (int i : c.parts) {
+    const Part& part = model.parts[i];
+    if (part.body.n > 0) work.parts[i].q = work.q.segment(part.eq0, part.body.n);
+  }
+  for (int f : c.frames) update_frame_pose(model, f, work);
+}
+
+void update_cluster_chain(const Model& model, int cluster, Work& work) {
   const Cluster& c = model.clusters[cluster];
   size_t entry = 0;
   for (int i : c.parts) {
     const Part& part = model.parts[i];
     PartWork& p = work.parts[i];
-    if (part.body.n > 0) p.q = work.q.segment(part.eq0, part.body.n);
     const TreeJoint& j = part.joint;
     if (j.motion >= 0)
       update_joint_position(j, &work.motion[j.motion].value, p.joint);
     else
       update_joint_position(j, work.q.data() + part.q0, p.joint);
-    update_frame_position(model, j.outboard, work);
     p.step = compose(p.joint.pose, inverse(work.frames[j.outboard].pose));
     const bool inside = part.parent != ground && model.parts[part.parent].cluster == cluster;
-    if (inside) {
-      update_frame_position(model, j.inboard, work);
+    if (inside)
       p.in_base = compose(compose(work.parts[part.parent].in_base, work.frames[j.inboard].pose), p.step);
-    } else {
+    else
       p.in_base = compose(c.entry[entry++], p.step);
-    }
   }
+}
+
+void update_cluster_positions(const Model& model, int cluster, Work& work) {
+  update_cluster_frames(model, cluster, work);
+  for (int f : model.clusters[cluster].frames) update_frame_jacobian(model, f, work);
+  update_cluster_chain(model, cluster, work);
 }
 
 void update_cluster_world(const Model& model, int cluster, Work& work) {
@@ -190,7 +244,7 @@ void update_cluster_velocities(const Model& model, int cluster, Work& work) {
       p.V = to_parent(out.pose, VB);
       p.A0 = to_parent(out.pose, AB);
     } else {
-      out.W.noalias() = out.B * p.qd;
+      out.W = times(out.B, p.qd);
       p.V = to_parent(out.pose, VB - out.W);
       update_frame_velocity(model, j.outboard, work);
       p.A0 = to_parent(out.pose, AB - out.bias);
@@ -216,8 +270,8 @@ Pose shown_pose(const Model& model, int part, Work& work) {
   const ShownFrame& shown = model.parts[part].shown;
   Pose out;
   if (!shown.differs) return out;
-  update_frame_position(model, shown.root, work);
-  update_frame_position(model, shown.tip, work);
+  update_frame_pose(model, shown.root, work);
+  update_frame_pose(model, shown.tip, work);
   const Pose& root = work.frames[shown.root].pose;
   const Vec3 chord = work.frames[shown.tip].pose.p - root.p;
   out.p = root.p;
@@ -237,7 +291,7 @@ Pose shown_pose(const Model& model, int part, Work& work) {
   return out;
 }
 
-void project_wrench(const Model& model, const Work& work, int cluster, int frame, const Vec6& F, Eigen::Ref<VecX> out) {
+void project_wrench(const Model& model, const Work& work, int cluster, int frame, const Vec6& F, bool elastic, VecX& out) {
   const Cluster& c = model.clusters[cluster];
   int at = frame;
   Vec6 force = F;
@@ -245,12 +299,17 @@ void project_wrench(const Model& model, const Work& work, int cluster, int frame
     const Part& part = model.parts[i];
     const PartWork& p = work.parts[i];
     const FrameWork& f = work.frames[at];
-    if (f.flexible) out.segment(part.ev0 - c.v0, part.body.n).noalias() += f.B.transpose() * force;
-    const Vec6 on_part = wrench_to_parent(f.pose, force);
     const FrameWork& o = work.frames[part.joint.outboard];
+    const Vec6 on_part = wrench_to_parent(f.pose, force);
     const Vec6 on_joint = wrench_to_child(o.pose, on_part);
     for (int k = 0; k < part.joint.nv; ++k) out[part.v0 - c.v0 + k] += p.joint.S.col(k).dot(on_joint);
-    if (o.flexible) out.segment(part.ev0 - c.v0, part.body.n).noalias() -= o.B.transpose() * on_joint;
+    if (elastic) {
+      double* const e = out.data() + (part.ev0 - c.v0);
+      if (f.flexible)
+        for (int k = 0; k < part.body.n; ++k) e[k] += f.B.col(k).dot(force);
+      if (o.flexible)
+        for (int k = 0; k < part.body.n; ++k) e[k] -= o.B.col(k).dot(on_joint);
+    }
     force = wrench_to_parent(p.joint.pose, on_joint);
     at = part.joint.inboard;
   }

@@ -5,12 +5,18 @@
 
 namespace flexframe::sim {
 
-// Frame of a flexible part from its elastic coordinates: pose and B (FrameWork). No-op for rigid frames.
+// Frame of a flexible part from its elastic coordinates: its pose; B (FrameWork) at that pose; both. No-ops for rigid frames.
+void update_frame_pose(const Model& model, int frame, Work& work);
+void update_frame_jacobian(const Model& model, int frame, Work& work);
 void update_frame_position(const Model& model, int frame, Work& work);
 // W, V and bias of a frame from its part's twist.
 void update_frame_velocity(const Model& model, int frame, Work& work);
 
-// Copies the coordinates of a cluster out of work.q and makes frames, joint poses and the poses in the base frame.
+// Copies the elastic coordinates of a cluster out of work.q and makes the poses of its frames in their parts.
+void update_cluster_frames(const Model& model, int cluster, Work& work);
+// Joint poses and the poses of the parts in the base frame from work.q, frames as they are.
+void update_cluster_chain(const Model& model, int cluster, Work& work);
+// Both, and B of the frames.
 void update_cluster_positions(const Model& model, int cluster, Work& work);
 // World poses of a cluster; its parent's come first.
 void update_cluster_world(const Model& model, int cluster, Work& work);
@@ -27,6 +33,7 @@ Pose frame_in_base(const Model& model, const Work& work, int cluster, int frame)
 Pose shown_pose(const Model& model, int part, Work& work);
 
 // Adds the wrench F on a frame (frame axes) to the generalised forces of the cluster's coordinates: out(nv of the cluster) += J^T F.
-void project_wrench(const Model& model, const Work& work, int cluster, int frame, const Vec6& F, Eigen::Ref<VecX> out);
+// elastic = false: to those of its joints only.
+void project_wrench(const Model& model, const Work& work, int cluster, int frame, const Vec6& F, bool elastic, VecX& out);
 
 }  // namespace flexframe::sim

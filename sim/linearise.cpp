@@ -1,60 +1,17 @@
 #include "sim/linearise.h"
 
+#include "sim/directions.h"
 #include "sim/dynamics.h"
+#include "sim/flexures.h"
 #include "sim/joint_motion.h"
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
 
 namespace flexframe::sim {
 namespace {
-
-// Independent rates of all clusters: index in w_all, owner, and the step that makes a difference of it.
-struct Direction {
-  int v = 0, part = 0, rate = -1;  // rate >= 0: of the part's joint, else elastic coordinate -1 - rate
-  double step = 0.0;
-};
-
-std::vector<Direction> directions(const System& system) {
-  const Model& model = system.model;
-  std::vector<Direction> out;
-  for (size_t c = 0; c < model.clusters.size(); ++c)
-    for (int k : system.work.clusters[c].partition.ind) {
-      const int v = model.clusters[c].v0 + k;
-      for (size_t i = 0; i < model.parts.size(); ++i) {
-        const Part& p = model.parts[i];
-        if (v >= p.v0 && v < p.v0 + p.joint.nv) out.push_back({v, static_cast<int>(i), v - p.v0, 0.0});
-        if (v >= p.ev0 && v < p.ev0 + p.body.n) out.push_back({v, static_cast<int>(i), -1 - (v - p.ev0), 0.0});
-      }
-    }
-  // 1e-5 of a radian, or of the mechanism: the truncation of central differences (1e-10) balances their rounding.
-  for (Direction& d : out) {
-    const Part& p = model.parts[d.part];
-    const double size = model.clusters[p.cluster].size;
-    d.step = 1e-5;
-    if (d.rate >= 0) {
-      if (p.joint.kind == JointKind::prismatic) d.step *= size;
-    } else {
-      double reach = 0.0;
-      for (const FlexibleNode& node : p.body.nodes) reach = std::max(reach, node.phi.col(-1 - d.rate).norm());
-      d.step *= size / std::max(reach, 1e-300);
-      if (reach == 0.0) d.step = 1e-5;
-    }
-  }
-  return out;
-}
-
-void move(System& system, const Direction& d, double step) {
-  const Part& p = system.model.parts[d.part];
-  if (d.rate >= 0) {
-    double dw[6] = {};
-    dw[d.rate] = step;
-    move_coordinates(p.joint.kind, system.work.q.data() + p.q0, dw);
-  } else {
-    system.work.q[p.eq0 - 1 - d.rate] += step;
-  }
-}
 
 VecX accelerations(System& system, const std::vector<Direction>& all) {
   update_positions(system.model, system.work);
@@ -65,20 +22,96 @@ VecX accelerations(System& system, const std::vector<Direction>& all) {
   return out;
 }
 
+// Velocity terms that the steady motion makes, -M d(accelerations)/d(rates); damping is left out. The terms are linear in the rates
+// beside quadratic ones, which central differences cancel.
+MatX gyroscopic_matrix(System& system, const std::vector<Direction>& all, const MatX& M) {
+  Model& model = system.model;
+  for (Part& p : model.parts) {
+    p.body.De.resize(0, 0);
+    if (p.joint.spring) p.joint.spring->damping = 0.0;
+  }
+  const Eigen::Index n = M.rows();
+  MatX A(n, n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const auto with = [&](double rate) {
+      system.work.w.setZero();
+      system.work.w[all[static_cast<size_t>(k)].v] = rate;
+      return accelerations(system, all);
+    };
+    A.col(k) = 0.5 * (with(1.0) - with(-1.0));
+  }
+  system.work.w.setZero();
+  return -M * A;
+}
+
+// Modes of M x'' + C x' + K x = 0 with any C, as a first-order system in coordinates in which M is 1.
+void turning_modes(const MatX& M, const MatX& K, const MatX& C, const MatX& N, Linearisation& out) {
+  const Eigen::Index n = M.rows();
+  const Eigen::LLT<MatX> llt(M);
+  if (llt.info() != Eigen::Success) throw SimulationError("the frequencies cannot be computed: the mass matrix is not positive definite");
+  const auto congruent = [&](const MatX& A) {
+    const MatX left = llt.matrixL().solve(A);
+    return MatX(llt.matrixL().solve(left.transpose()).transpose());
+  };
+  MatX A = MatX::Zero(2 * n, 2 * n);
+  A.topRightCorner(n, n).setIdentity();
+  A.bottomLeftCorner(n, n) = -congruent(K);
+  A.bottomRightCorner(n, n) = -congruent(C);
+  const Eigen::EigenSolver<MatX> eigen(A);
+  if (eigen.info() != Eigen::Success) throw SimulationError("the frequencies of the turning mechanism cannot be computed");
+  // Below the solver's rounding an eigenvalue is zero: a rigid mode, which comes as a pair.
+  const double zero = 1e-10 * eigen.eigenvalues().cwiseAbs().maxCoeff();
+  int rigid = 0;
+  for (Eigen::Index k = 0; k < 2 * n; ++k) {
+    const std::complex<double> lambda = eigen.eigenvalues()[k];
+    LinearMode mode;
+    if (std::abs(lambda) <= zero) {
+      if (rigid++ % 2 == 1) continue;
+    } else if (std::abs(lambda.imag()) <= zero) {
+      if (lambda.real() <= 0.0) continue;
+      mode.growth = lambda.real();
+    } else {
+      if (lambda.imag() < 0.0) continue;
+      mode.frequency = std::abs(lambda) / (2.0 * std::numbers::pi);
+      mode.damping = -lambda.real() / std::abs(lambda);
+    }
+    const Eigen::VectorXcd x = eigen.eigenvectors().col(k).head(n);
+    Eigen::Index at = 0;
+    x.cwiseAbs().maxCoeff(&at);
+    const VecX shape = llt.matrixU().solve(VecX((x / x[at]).real()));
+    mode.shape = N * shape;
+    const double peak = mode.shape.cwiseAbs().maxCoeff();
+    if (peak > 0.0) mode.shape /= peak;
+    out.modes.push_back(mode);
+  }
+  std::sort(out.modes.begin(), out.modes.end(), [](const LinearMode& a, const LinearMode& b) {
+    if ((a.growth > 0.0) != (b.growth > 0.0)) return a.growth > 0.0;
+    return a.frequency < b.frequency;
+  });
+}
+
 }  // namespace
 
 Linearisation linearise(System system) {
   Model& model = system.model;
   Work& work = system.work;
-  const std::vector<Direction> all = directions(system);
+  const std::vector<Direction> all = independent_directions(model, work);
   const Eigen::Index n = static_cast<Eigen::Index>(all.size());
   Linearisation out;
   if (n == 0) return out;
   update_expressions(model, 0.0, work);
-  for (TimeJet& jet : work.motion) jet.rate = jet.acceleration = 0.0;
+  bool rotating = false;
+  for (TimeJet& jet : work.motion) {
+    rotating = rotating || jet.rate != 0.0;
+    jet.acceleration = 0.0;
+  }
   work.w.setZero();
-
   const VecX start = accelerations(system, all);
+  std::vector<double> steady;
+  for (TimeJet& jet : work.motion) {
+    steady.push_back(jet.rate);
+    jet.rate = 0.0;
+  }
   // Mass and damping matrix from the rates that unit independent rates make; elastic stiffness likewise.
   MatX N = MatX::Zero(model.nv, n);
   std::vector<MatX> twist(model.parts.size(), MatX::Zero(6, n));
@@ -90,26 +123,35 @@ Linearisation linearise(System system) {
     for (size_t i = 0; i < model.parts.size(); ++i) twist[i].col(k) = work.parts[i].V;
   }
   work.w.setZero();
+  for (size_t i = 0; i < steady.size(); ++i) work.motion[i].rate = steady[i];
   MatX M = MatX::Zero(n, n), K = M, D = M;
   for (size_t i = 0; i < model.parts.size(); ++i) {
     const Part& p = model.parts[i];
     const BodyTerms& t = work.parts[i].terms;
     M += twist[i].transpose() * t.Mrr * twist[i];
     for (int k = 0; k < p.joint.nv; ++k) {
-      double d = p.joint.spring ? p.joint.spring->damping : 0.0;
-      if (p.joint.bending_damping.size() > k) d += p.joint.bending_damping[k];
+      const double d = p.joint.spring ? p.joint.spring->damping : 0.0;
       D += d * N.row(p.v0 + k).transpose() * N.row(p.v0 + k);
     }
     if (p.body.n == 0) continue;
     const MatX e = N.middleRows(p.ev0, p.body.n);
     const MatX coupling = twist[i].transpose() * t.Mre * e;
-    M += coupling + coupling.transpose() + e.transpose() * p.body.Me * e;
+    M += coupling + coupling.transpose() + e.transpose() * elastic_mass(p.body, t) * e;
     K += e.transpose() * p.body.Ke * e;
     if (p.body.De.size() > 0) D += e.transpose() * p.body.De * e;
   }
 
-  // Everything else by differences, with the elastic stiffness taken out so that it cannot drown the rest.
-  for (Part& p : model.parts) {
+  add_flexure_matrices(model, N, K, D);
+
+  // Everything else by differences, with the elastic stiffness taken out so that it cannot drown the rest: the elastic forces of the
+  // state stay as constants, which keeps an equilibrium one.
+  hold_flexures(model, work);
+  for (size_t i = 0; i < model.parts.size(); ++i) {
+    Part& p = model.parts[i];
+    if (p.body.n == 0) continue;
+    VecX force = p.body.Ke * work.parts[i].q;
+    if (p.body.ksigma.size() > 0) force += p.body.ksigma;
+    p.body.ksigma = force;
     p.body.Ke.setZero();
     p.body.stiffness.resize(0);
   }
@@ -118,18 +160,27 @@ Linearisation linearise(System system) {
   double largest = 0.0;
   for (Eigen::Index k = 0; k < n; ++k) {
     const Direction& d = all[static_cast<size_t>(k)];
-    move(system, d, d.step);
+    // 1e-5 of a radian, or of the mechanism: the truncation of central differences (1e-10) balances their rounding.
+    const double step = 1e-5 * model.clusters[model.parts[d.part].cluster].size / d.scale;
+    move_along(model, d, step, work);
     const VecX up = accelerations(system, all);
     work.q = rest;
-    move(system, d, -d.step);
+    move_along(model, d, -step, work);
     const VecX down = accelerations(system, all);
     work.q = rest;
-    A.col(k) = (up - down) / (2.0 * d.step);
+    A.col(k) = (up - down) / (2.0 * step);
     largest = std::max({largest, up.cwiseAbs().maxCoeff(), down.cwiseAbs().maxCoeff()});
   }
   if (largest > 0.0) {
     const MatX S = M * A;
     K -= 0.5 * (S + S.transpose());
+  }
+
+  const double free_fall = 1e-9 * std::max(1.0, model.settings.gravity.norm());
+  out.equilibrium = start.cwiseAbs().maxCoeff() <= free_fall;
+  if (rotating) {
+    turning_modes(M, K, D + gyroscopic_matrix(system, all, M), N, out);
+    return out;
   }
 
   // Scaled to a unit diagonal of M, whose entries may differ by many orders.
@@ -152,7 +203,6 @@ Linearisation linearise(System system) {
     if (peak > 0.0) mode.shape /= peak;
     out.modes.push_back(mode);
   }
-  out.equilibrium = start.cwiseAbs().maxCoeff() <= 1e-9 * std::max(1.0, model.settings.gravity.norm());
   return out;
 }
 

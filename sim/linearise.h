@@ -1,4 +1,5 @@
-// Small vibrations about a state at rest: natural frequencies, damping and unstable poles of the whole mechanism.
+// Small vibrations about a state at rest, or turning steadily where prescribed motions do: natural frequencies, damping and unstable
+// poles of the whole mechanism.
 #pragma once
 
 #include "sim/system.h"
@@ -18,7 +19,8 @@ struct Linearisation {
   bool equilibrium = true;  // the state's accelerations vanish; otherwise it is linearised about a state that it leaves
 };
 
-// About the positions in system.work (assembled), rates zero, t = 0. The elastic stiffness enters exactly; gravity, forces, springs
+// About the positions in system.work (assembled), free rates zero, prescribed ones those of t = 0 and taken as constant (a rotor:
+// centrifugal and gyroscopic terms count, and the modes are those of the full first-order system, damping included). The elastic stiffness enters exactly; gravity, forces, springs
 // and geometric stiffness by central differences of the accelerations. Throws SimulationError for a mechanism without inertia.
 Linearisation linearise(System system);
 

@@ -1,9 +1,14 @@
 #include "sim/loads.h"
 
 #include "sim/dynamics.h"
+#include "sim/joint_motion.h"
+#include "sim/flexures.h"
 #include "sim/kinematics.h"
+#include "sim/stops.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 namespace flexframe::sim {
 namespace {
@@ -100,6 +105,95 @@ void distributed_load(const Model& model, const Work& work, const Load& load, Ve
   Fe = p.terms.Mre.topRows<3>().transpose() * d;
 }
 
+// Spring of a joint that closes a loop (revolute or prismatic): deflection, its rate, and the relative pose. An angle counts by the
+// shorter way round from the spring's rest.
+struct LoopSpring {
+  double deflection, rate;
+  Pose relative;
+};
+
+LoopSpring loop_spring(const Model& model, const Work& work, const LoopJoint& loop) {
+  LoopSpring out;
+  out.relative = compose(inverse(frame_world(model, work, loop.a)), frame_world(model, work, loop.b));
+  const Vec6& Va = work.frames[loop.a].V;
+  const Vec6& Vb = work.frames[loop.b].V;
+  const Vec3 wa = Va.tail<3>();
+  if (loop.kind == JointKind::prismatic) {
+    out.deflection = loop.axis.dot(out.relative.p) - loop.spring->rest;
+    out.rate = loop.axis.dot(out.relative.R * Vb.head<3>() - Va.head<3>() - wa.cross(out.relative.p));
+  } else {
+    const JointAxes f = joint_axes(loop.axis);
+    const Vec3 x = out.relative.R * f.x;
+    out.deflection = std::remainder(std::atan2(f.y.dot(x), f.x.dot(x)) - loop.spring->rest, 2.0 * std::numbers::pi);
+    out.rate = loop.axis.dot(out.relative.R * Vb.tail<3>() - wa);
+  }
+  return out;
+}
+
+void apply_loop_spring(const Model& model, Work& work, const LoopJoint& loop) {
+  for (int f : {loop.a, loop.b}) {
+    update_frame_position(model, f, work);
+    update_frame_velocity(model, f, work);
+  }
+  const LoopSpring s = loop_spring(model, work, loop);
+  const Vec3 push = -(loop.spring->preload + loop.spring->stiffness * s.deflection + loop.spring->damping * s.rate) * loop.axis;
+  Vec6 on = Vec6::Zero(), back = Vec6::Zero();
+  if (loop.kind == JointKind::prismatic) {
+    on.head<3>() = s.relative.R.transpose() * push;
+    back.head<3>() = -push;
+    back.tail<3>() = -s.relative.p.cross(push);
+  } else {
+    on.tail<3>() = s.relative.R.transpose() * push;
+    back.tail<3>() = -push;
+  }
+  apply_wrench(model, work, loop.b, on);
+  apply_wrench(model, work, loop.a, back);
+}
+
+// At most six rates: no memory is asked for.
+using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1>;
+using JointMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
+
+// Joint coordinates as a scene counts them (orientations as rotation vectors), and dc/dt = J w. Where the two are one, J stays empty.
+void scene_joint_coordinates(const TreeJoint& joint, const double* q, JointVector& c, JointMatrix& J) {
+  if (joint.kind != JointKind::spherical && joint.kind != JointKind::free) {
+    c = Eigen::Map<const JointVector>(q, joint.nv);
+    J.resize(0, 0);
+    return;
+  }
+  const int at = joint.kind == JointKind::free ? 3 : 0;
+  const Mat3 R = Quat(q[at], q[at + 1], q[at + 2], q[at + 3]).normalized().toRotationMatrix();
+  const Vec3 a = rotation_log(R);
+  c.resize(joint.nv);
+  J = JointMatrix::Zero(joint.nv, joint.nv);
+  c.tail<3>() = a;
+  J.bottomRightCorner<3, 3>() = right_jacobian(a, RotationSeries(a.squaredNorm())).inverse();
+  if (at == 0) return;
+  c.head<3>() = Vec3(q[0], q[1], q[2]);
+  J.topLeftCorner<3, 3>() = R;
+}
+
+// Spring force on every rate of a joint: the gradient of its energy, and the damper.
+void joint_spring_forces(const TreeJoint& joint, const double* q, const double* w, VecX& out) {
+  const Spring& s = *joint.spring;
+  JointVector c;
+  JointMatrix J;
+  scene_joint_coordinates(joint, q, c, J);
+  c = (s.stiffness * (c.array() - s.rest) + s.preload).matrix();
+  if (J.size() > 0) out.noalias() -= J.transpose() * c;
+  else out -= c;
+  for (int k = 0; k < joint.nv; ++k) out[k] -= s.damping * w[k];
+}
+
+double joint_spring_energy(const TreeJoint& joint, const double* q) {
+  const Spring& s = *joint.spring;
+  JointVector c;
+  JointMatrix J;
+  scene_joint_coordinates(joint, q, c, J);
+  const Eigen::ArrayXd d = c.array() - s.rest;
+  return 0.5 * s.stiffness * d.square().sum() + s.preload * d.sum();
+}
+
 }  // namespace
 
 void update_loads(const Model& model, Work& work) {
@@ -107,8 +201,14 @@ void update_loads(const Model& model, Work& work) {
     p.load.setZero();
     p.load_e.setZero();
   }
+  for (const LoopJoint& loop : model.loops)
+    if (loop.spring) apply_loop_spring(model, work, loop);
   VecX Fe;
   for (const Load& load : model.loads) {
+    if (load.table) {
+      const TreeJoint& j = model.parts[load.table_part].joint;
+      work.expression_value[load.expression] = load.table->value(j.motion >= 0 ? work.motion[j.motion].value : work.q[model.parts[load.table_part].q0]);
+    }
     refresh_frames(model, work, load);
     switch (load.def.kind) {
       case ForceKind::force: case ForceKind::torque:
@@ -148,21 +248,15 @@ void update_loads(const Model& model, Work& work) {
   }
 }
 
-void joint_forces(const Part& part, const Work& work, VecX& out) {
+void joint_forces(const Part& part, const PartWork& p, const Work& work, VecX& out) {
   const TreeJoint& j = part.joint;
   if (j.nv == 0) return;
   out.setZero();
+  if (j.spring) joint_spring_forces(j, work.q.data() + part.q0, work.w.data() + part.v0, out);
   for (int k = 0; k < j.nv; ++k) {
     const double q = work.q[part.q0 + k], w = work.w[part.v0 + k];
-    if (j.spring) out[k] -= j.spring->preload + j.spring->stiffness * (q - j.spring->rest) + j.spring->damping * w;
-    if (j.bending_stiffness.size() > k) out[k] -= j.bending_stiffness[k] * q;
-    if (j.bending_damping.size() > k) out[k] -= j.bending_damping[k] * w;
-    if (j.stop && k == 0) {
-      // Push only: a stop never pulls back what leaves it.
-      const Stop& s = *j.stop;
-      if (s.lower && q < *s.lower) out[k] += std::max(0.0, s.stiffness * (*s.lower - q) - s.damping * w);
-      if (s.upper && q > *s.upper) out[k] -= std::max(0.0, s.stiffness * (q - *s.upper) + s.damping * w);
-    }
+    if (j.stop && k == 0) out[k] += stop_force(*j.stop, p.stop == StopPhase::live ? find_stop_phase(*j.stop, q, w) : p.stop, q, w);
+    if (p.friction.size() > k) out[k] += p.friction[k];
   }
 }
 
@@ -170,17 +264,19 @@ double spring_energy(const Model& model, const Work& work) {
   double e = 0.0;
   for (const Part& part : model.parts) {
     const TreeJoint& j = part.joint;
+    if (j.spring && j.nv > 0) e += joint_spring_energy(j, work.q.data() + part.q0);
     for (int k = 0; k < j.nv; ++k) {
       const double q = work.q[part.q0 + k];
-      if (j.spring) {
-        const double d = q - j.spring->rest;
-        e += 0.5 * j.spring->stiffness * d * d + j.spring->preload * d;
-      }
       if (j.stop && k == 0) {
         if (j.stop->lower && q < *j.stop->lower) e += 0.5 * j.stop->stiffness * (q - *j.stop->lower) * (q - *j.stop->lower);
         if (j.stop->upper && q > *j.stop->upper) e += 0.5 * j.stop->stiffness * (q - *j.stop->upper) * (q - *j.stop->upper);
       }
     }
+  }
+  for (const LoopJoint& loop : model.loops) {
+    if (!loop.spring) continue;
+    const double d = loop_spring(model, work, loop).deflection;
+    e += 0.5 * loop.spring->stiffness * d * d + loop.spring->preload * d;
   }
   for (const Load& load : model.loads) {
     if (load.def.kind == ForceKind::spring_damper) {
@@ -210,30 +306,35 @@ double applied_power(const Model& model, const Work& work) {
   return power;
 }
 
-double dissipated_power(const Model& model, const Work& work) {
-  double power = 0.0;
+double joint_dissipated_power(const Model& model, const Work& work) {
+  double power = flexure_power(model, work);
   for (size_t i = 0; i < model.parts.size(); ++i) {
     const Part& part = model.parts[i];
     const PartWork& p = work.parts[i];
-    if (part.body.De.size() > 0) power += p.qd.dot(part.body.De * p.qd);
     const TreeJoint& j = part.joint;
     for (int k = 0; k < j.nv; ++k) {
       const double q = work.q[part.q0 + k], w = work.w[part.v0 + k];
       if (j.spring) power += j.spring->damping * w * w;
-      if (j.bending_damping.size() > k) power += j.bending_damping[k] * w * w;
+      if (p.friction.size() > k) power -= p.friction[k] * w;
       if (j.stop && k == 0) {
         // What the stop takes out: its force's part that is not elastic.
-        if (j.stop->lower && q < *j.stop->lower) {
-          const double elastic = j.stop->stiffness * (*j.stop->lower - q);
-          power += (elastic - std::max(0.0, elastic - j.stop->damping * w)) * w;
-        }
-        if (j.stop->upper && q > *j.stop->upper) {
-          const double elastic = j.stop->stiffness * (q - *j.stop->upper);
-          power += (std::max(0.0, elastic + j.stop->damping * w) - elastic) * w;
-        }
+        const StopPhase phase = p.stop == StopPhase::live ? find_stop_phase(*j.stop, q, w) : p.stop;
+        power += (stop_elastic_force(*j.stop, phase, q) - stop_force(*j.stop, phase, q, w)) * w;
       }
     }
   }
+  return power;
+}
+
+double dissipated_power(const Model& model, const Work& work) {
+  double power = joint_dissipated_power(model, work);
+  for (size_t i = 0; i < model.parts.size(); ++i) {
+    const FlexibleBody& body = model.parts[i].body;
+    const PartWork& p = work.parts[i];
+    if (body.De.size() > 0) power += p.qd.dot(body.De * p.qd);
+  }
+  for (const LoopJoint& loop : model.loops)
+    if (loop.spring) power += loop.spring->damping * std::pow(loop_spring(model, work, loop).rate, 2);
   for (const Load& load : model.loads) {
     if (load.def.kind == ForceKind::spring_damper) {
       const Line line = line_between(model, work, load);

@@ -14,6 +14,9 @@ double spring_energy(const Model& model, const Work& work);
 // Power that applied forces feed into the mechanism (scene forces, prescribed motions excluded), W.
 double applied_power(const Model& model, const Work& work);
 
+// Power that the joints' own dampers and stops take out, W, >= 0.
+double joint_dissipated_power(const Model& model, const Work& work);
+
 // Power that dampers (structural, joints, spring-dampers) and friction take out, W, >= 0.
 double dissipated_power(const Model& model, const Work& work);
 

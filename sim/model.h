@@ -9,10 +9,11 @@
 // (they differ in number where an orientation is a quaternion). A prescribed joint has no coordinates.
 #pragma once
 
-#include "sim/expression.h"
+#include "sim/beam.h"
 #include "sim/flexible_body.h"
 #include "sim/scene.h"
 #include "sim/spatial.h"
+#include "sim/table.h"
 
 #include <string>
 #include <vector>
@@ -44,8 +45,7 @@ struct TreeJoint {
   std::optional<Spring> spring;   // on every rate of the joint
   std::optional<Friction> friction;
   std::optional<Stop> stop;
-  VecX bending_stiffness;     // lumped beams: stiffness per rate, Nm/rad, or empty
-  VecX bending_damping;
+  int link = -1;              // of a lumped beam: between its pieces link and link + 1
 };
 
 // The frame in which a part's deformation is shown, where it differs from the body frame of its equations of motion: that of the
@@ -80,6 +80,17 @@ struct ClosureRow {
   double length = 0.0;
 };
 
+// The springs of a lumped beam (BeamLinks): link i acts on the coordinates of the tree joint of parts[i].
+struct Flexure {
+  int scene_body = -1;
+  BeamLinks links;
+  std::vector<int> parts;
+  double length = 0.0;           // of the beam, m
+  double mass_per_length = 0.0;  // kg/m
+  double polar_inertia = 0.0;    // per length, kg m
+  Mat3X held;                    // moments in place of the springs' (linearisation about a loaded state), or empty
+};
+
 struct LoopJoint {
   std::string name;
   int scene_joint = -1;
@@ -96,6 +107,7 @@ struct Cluster {
   int base = 0;               // frame on that part
   std::vector<Pose> entry;    // per part whose parent is outside: pose of its inboard frame in the base frame (identity for the first)
   std::vector<int> loops;     // loop joints closed inside
+  std::vector<int> frames;    // flexible frames that its joints and loops sit on
   int q0 = 0, nq = 0, v0 = 0, nv = 0;
   double size = 1.0;          // m, to scale closure errors
 };
@@ -105,6 +117,20 @@ struct Load {
   ForceDef def;
   int on = 0, from = 0;       // frames
   int expression = -1;
+  std::shared_ptr<const CubicTable> table;  // value against a joint's coordinate
+  int table_part = -1;        // part whose joint that is
+};
+
+// An effect of a body as it stands in the model: what `flexframe effects` tells.
+struct EffectState {
+  int body = -1;              // of the scene
+  std::string owner;          // its name
+  std::string effect;         // a name of the registry (effects.h)
+  bool on = false;
+  bool possible = true;       // false: the scene's symmetry excludes it, exactly
+  std::string by;             // who decided: "scene", "symmetry", "program", "file"
+  std::string why;            // half a sentence
+  int coordinates = 0;        // elastic coordinates that it brings
 };
 
 struct Model {
@@ -113,10 +139,13 @@ struct Model {
   std::vector<Part> parts;            // clusters contiguous, parents before children
   std::vector<FramePoint> frames;
   std::vector<LoopJoint> loops;
+  std::vector<Flexure> flexures;
+  std::vector<std::vector<int>> pieces;  // of every body of the scene: its parts from root to tip
   std::vector<Cluster> clusters;      // parents before children
   std::vector<Load> loads;
-  std::vector<Expression> expressions;
+  std::vector<TimeFunction> expressions;
   std::vector<std::string> notes;     // what was decided while building, one sentence each
+  std::vector<EffectState> effects;   // of the flexible bodies, body by body
   int nq = 0, nv = 0;                 // sizes of q_all and w_all
   double size = 1.0;                  // m, of the whole mechanism
   double mass = 0.0;                  // kg

@@ -42,26 +42,6 @@ std::vector<ClosureRow> closure_rows(const JointDef& j) {
   return rows;
 }
 
-// What scene files may say but the engine does not do is refused, never left out in silence.
-void refuse_missing(const Scene& scene) {
-  const auto refuse = [&](int line, const std::string& who, const std::string& what) {
-    throw InputError(fmt::format("{}:{}: {}: {} cannot be simulated by this version", scene.file.string(), line, who, what));
-  };
-  for (const BodyDef& body : scene.bodies) {
-    const std::string who = fmt::format("body '{}'", body.name);
-    const FlexibleInitial* initial = nullptr;
-    if (std::holds_alternative<StateSpaceDef>(body.kind)) refuse(body.line, who, "kind = \"statespace\"");
-    if (const auto* beam = std::get_if<BeamDef>(&body.kind)) {
-      if (beam->model == BeamModel::lumped) refuse(body.line, who, "model = \"lumped\"");
-      initial = &beam->initial;
-    }
-    if (const auto* modal = std::get_if<ModalDef>(&body.kind)) initial = &modal->initial;
-    if (initial && initial->static_start) refuse(body.line, who, "initial = { static = true }");
-  }
-  for (const JointDef& joint : scene.joints)
-    if (joint.friction) refuse(joint.line, fmt::format("joint '{}'", joint.name), "friction");
-}
-
 // An edge of the graph of parts.
 struct Edge {
   int scene_joint = -1;   // -1: inner joint of a chain or free joint
@@ -74,7 +54,7 @@ struct Edge {
 // Joints whose coordinate somebody prescribes, drives or starts belong in the tree.
 int tree_priority(const JointDef& j) {
   int p = 0;
-  if (!j.motion.empty()) p += 8;
+  if (!j.motion.empty() || j.motion_table) p += 8;
   if (j.friction || j.stop || j.kind == JointKind::screw) p += 4;
   if (j.spring) p += 2;
   if (j.initial.value || j.initial.rate) p += 1;
@@ -122,7 +102,6 @@ Model build_model(const Scene& scene) {
   model.settings = scene.simulation;
   if (scene.bodies.empty()) throw InputError(fmt::format("{}: there is no [[body]], nothing to simulate", scene.file.string()));
 
-  refuse_missing(scene);
 
   // Parts of every body, and the joints inside chains.
   std::vector<Edge> edges;
@@ -161,12 +140,16 @@ Model build_model(const Scene& scene) {
     t.spring = j.spring;
     t.friction = j.friction;
     t.stop = j.stop;
+    if (j.motion_table) {
+      t.motion = static_cast<int>(model.expressions.size());
+      model.expressions.emplace_back(std::make_shared<const CubicTable>(j.motion_table->x, j.motion_table->y, j.motion_table->period));
+    }
     if (!j.motion.empty()) {
       if (rate_count(j.kind) != 1)
         throw InputError(fmt::format("{}: 'motion' needs a joint with one coordinate (revolute, prismatic, screw)", where));
       t.motion = static_cast<int>(model.expressions.size());
       try {
-        model.expressions.emplace_back(j.motion);
+        model.expressions.emplace_back(Expression(j.motion));
       } catch (const InputError& error) {
         throw InputError(fmt::format("{}: key 'motion': {}", where, error.what()));
       }
@@ -244,8 +227,8 @@ Model build_model(const Scene& scene) {
     const Edge& e = edges[k];
     const JointDef& j = scene.joints[e.scene_joint];
     const std::string where = joint_where(scene, j);
-    if (!j.motion.empty() || j.stop || j.kind == JointKind::screw || (j.spring && j.kind != JointKind::revolute && j.kind != JointKind::prismatic))
-      throw InputError(fmt::format("{}: every joint of this loop has a motion, a stop or a screw; leave one joint of the loop plain", where));
+    if (!j.motion.empty() || j.motion_table || j.stop || j.friction || j.kind == JointKind::screw || (j.spring && j.kind != JointKind::revolute && j.kind != JointKind::prismatic))
+      throw InputError(fmt::format("{}: every joint of this loop has a motion, a stop, friction or a screw; leave one joint of the loop plain", where));
     LoopJoint loop;
     loop.name = j.name;
     loop.scene_joint = e.scene_joint;
@@ -320,6 +303,14 @@ Model build_model(const Scene& scene) {
     if (p.parent != ground) p.parent = number[p.parent];
   for (FramePoint& f : model.frames)
     if (f.part != ground) f.part = number[f.part];
+  for (Flexure& f : model.flexures)
+    for (int& i : f.parts) i = number[i];
+  model.pieces.resize(scene.bodies.size());
+  for (size_t i = 0; i < model.parts.size(); ++i) {
+    std::vector<int>& pieces = model.pieces[model.parts[i].scene_body];
+    pieces.resize(std::max(pieces.size(), static_cast<size_t>(model.parts[i].piece) + 1));
+    pieces[model.parts[i].piece] = static_cast<int>(i);
+  }
   for (size_t k = 0; k < model.clusters.size(); ++k) {
     Cluster& c = model.clusters[k];
     for (int& i : c.parts) {
@@ -363,6 +354,19 @@ Model build_model(const Scene& scene) {
     c.nq = model.nq - c.q0;
     c.nv = model.nv - c.v0;
     c.size = reach > 0.0 ? reach : 1.0;
+    const auto add_cluster_frame = [&](int f) {
+      const int part = model.frames[f].part;
+      if (part == ground || model.parts[part].cluster != k || model.parts[part].body.n == 0) return;
+      if (std::find(c.frames.begin(), c.frames.end(), f) == c.frames.end()) c.frames.push_back(f);
+    };
+    for (int i : c.parts) {
+      add_cluster_frame(model.parts[i].joint.outboard);
+      add_cluster_frame(model.parts[i].joint.inboard);
+    }
+    for (int l : c.loops) {
+      add_cluster_frame(model.loops[l].a);
+      add_cluster_frame(model.loops[l].b);
+    }
     model.size = std::max(k == 0 ? 0.0 : model.size, c.size);
   }
   for (const Part& p : model.parts) model.mass += p.body.mass;
@@ -378,8 +382,21 @@ Model build_model(const Scene& scene) {
     } else {
       load.from = load.on;
       load.expression = static_cast<int>(model.expressions.size());
-      try {
-        model.expressions.emplace_back(def.value);
+      if (def.table) {
+        const auto table = std::make_shared<const CubicTable>(def.table->x, def.table->y, def.table->period);
+        if (def.table_joint.empty()) {
+          model.expressions.emplace_back(table);
+        } else {
+          model.expressions.emplace_back();
+          load.table = table;
+          for (size_t k = 0; k < scene.joints.size(); ++k)
+            if (scene.joints[k].name == def.table_joint) load.table_part = joint_part(model, static_cast<int>(k));
+          if (load.table_part < 0)
+            throw InputError(fmt::format("{}: key 'value.of': joint '{}' closes a loop and has no coordinate of its own; give it an 'initial' value, a spring or a motion, "
+                                         "so that another joint of the loop closes it", where, def.table_joint));
+        }
+      } else try {
+        model.expressions.emplace_back(Expression(def.value));
       } catch (const InputError& error) {
         throw InputError(fmt::format("{}: key 'value': {}", where, error.what()));
       }

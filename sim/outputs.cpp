@@ -88,6 +88,18 @@ void reaction_columns(const Model& model, const OutputPlan& plan, const Work& wo
       R = frame_world(model, work, j.inboard).R;
     }
   }
+  // The wrench is in the axes of the scene's child frame: turned to those asked for.
+  if (plan.def.frame == ReactionFrame::child) R.setIdentity();
+  if (plan.def.frame == ReactionFrame::parent) {
+    int parent = 0;
+    if (plan.loop >= 0) {
+      parent = model.loops[plan.loop].a;
+    } else {
+      const TreeJoint& j = model.parts[plan.joint_part].joint;
+      parent = j.reversed ? j.outboard : j.inboard;
+    }
+    R = (frame_world(model, work, parent).R.transpose() * R).eval();
+  }
   const Vec3 f = R * F.head<3>(), m = R * F.tail<3>();
   for (int k = 0; k < 3; ++k) out[k] = f[k], out[3 + k] = m[k];
 }
@@ -151,9 +163,7 @@ OutputPlans plan_outputs(Model& model, const Scene& scene) {
       if (body < 0)
         throw InputError(fmt::format("{}: '{}' is no body{}; there are: {}", where, def.of.body, did_you_mean(def.of.body, body_names), list_words(body_names)));
       plan.body = body;
-      int n = 0;
-      for (const Part& p : model.parts)
-        if (p.scene_body == body) n += p.body.n;
+      const int n = coordinate_count(model, body);
       if (n == 0) throw InputError(fmt::format("{}: body '{}' has no elastic coordinates", where, def.of.body));
       tags.clear();
       for (int k = 0; k < n; ++k) tags.push_back(fmt::format(".{}", k + 1));
@@ -214,36 +224,35 @@ void evaluate_outputs(const Model& model, const Scene&, const OutputPlans& plans
         default: out[0] = e.kinetic + e.strain + e.potential;
       }
     } else {
-      int k = 0;
-      for (int piece = 0; k < plan.count; ++piece)
-        for (size_t i = 0; i < model.parts.size(); ++i)
-          if (model.parts[i].scene_body == plan.body && model.parts[i].piece == piece)
-            for (double x : scene_coordinates(model.parts[i], plan.def.quantity == Quantity::q ? work.parts[i].q : work.parts[i].qd)) out[k++] = x;
+      const bool rates = plan.def.quantity == Quantity::qd;
+      const VecX x = body_coordinates(model, plan.body, rates ? work.w : work.q, rates);
+      for (int k = 0; k < plan.count; ++k) out[k] = x[k];
     }
   }
 }
 
 Pose shown_world(const Model& model, Work& work, int part) {
-  int first = part;
-  for (size_t i = 0; model.parts[part].piece > 0 && i < model.parts.size(); ++i)
-    if (model.parts[i].scene_body == model.parts[part].scene_body && model.parts[i].piece == 0) first = static_cast<int>(i);
+  const int first = model.pieces[model.parts[part].scene_body].front();
   return compose(work.parts[first].world, shown_pose(model, first, work));
 }
 
-VecX scene_coordinates(const Part& part, const VecX& q) {
-  return part.shown.coordinates.size() > 0 ? VecX(part.shown.coordinates * q) : q;
-}
-
-FrameDisplacement frame_displacement(const Model& model, Work& work, int frame) {
+FrameDisplacement frame_displacement(const Model& model, const Work& work, int frame, const Pose& shown, const Pose& world) {
   const FramePoint& f = model.frames[frame];
   if (f.part == ground) return {Vec3::Zero(), Vec3::Zero()};
   const Part& part = model.parts[f.part];
   const Pose rest = compose(part.rest_in_body, rest_pose(model, frame));
   Pose now = work.frames[frame].pose;
   // Without a chain everything stays in the part, so that small displacements keep their digits far from the origin.
-  if (part.piece == 0) now = compose(inverse(shown_pose(model, f.part, work)), now);
-  else now = compose(inverse(shown_world(model, work, f.part)), compose(work.parts[f.part].world, now));
+  if (part.piece == 0) now = compose(inverse(shown), now);
+  else now = compose(inverse(world), compose(work.parts[f.part].world, now));
   return {now.p - rest.p, rotation_log(now.R * rest.R.transpose())};
+}
+
+FrameDisplacement frame_displacement(const Model& model, Work& work, int frame) {
+  const int part = model.frames[frame].part;
+  if (part == ground) return {Vec3::Zero(), Vec3::Zero()};
+  const bool first = model.parts[part].piece == 0;
+  return frame_displacement(model, work, frame, first ? shown_pose(model, part, work) : Pose{}, first ? Pose{} : shown_world(model, work, part));
 }
 
 double loop_value(const Model& model, const Work& work, int loop) {

@@ -8,7 +8,7 @@
 namespace flexframe::sim {
 
 // One output, resolved. Columns: NAME.x NAME.y NAME.z for vectors, NAME for scalars, NAME.1 NAME.2 ... for coordinates;
-// reactions NAME.x NAME.y NAME.z (force) NAME.mx NAME.my NAME.mz (moment), of the parent on the child at the joint, world axes.
+// reactions NAME.x NAME.y NAME.z (force) NAME.mx NAME.my NAME.mz (moment), of the parent on the child at the joint, in world axes or those of the joint's parent or child frame.
 struct OutputPlan {
   OutputDef def;
   int frame = -1;                 // frame outputs
@@ -35,12 +35,11 @@ void evaluate_outputs(const Model& model, const Scene& scene, const OutputPlans&
 // shown frame of the body (chains: of the first part). Positions must be up to date, also of the frame.
 struct FrameDisplacement { Vec3 translation, rotation; };
 FrameDisplacement frame_displacement(const Model& model, Work& work, int frame);
+// The same for many frames of one body, whose shown_pose (of its first piece) and shown_world are known.
+FrameDisplacement frame_displacement(const Model& model, const Work& work, int frame, const Pose& shown, const Pose& world);
 
 // World pose of the frame in which a body's deformation is shown (a chain: that of its first part).
 Pose shown_world(const Model& model, Work& work, int part);
-
-// Elastic coordinates of a part as the scene counts them: q or qd of the equations of motion in, same size out.
-VecX scene_coordinates(const Part& part, const VecX& q);
 
 // Coordinate and rate of a cut joint with one coordinate (revolute, prismatic).
 double loop_value(const Model& model, const Work& work, int loop);

@@ -3,9 +3,51 @@
 #include "sim/closure.h"
 #include "sim/kinematics.h"
 
+#include <algorithm>
+
 namespace flexframe::sim {
 
-void compute_reactions(const Model& model, const Work& work, Reactions& out) {
+VecX closure_multipliers(const Model& model, Work& work, int cluster, bool minimum_norm) {
+  ClusterWork& cw = work.clusters[cluster];
+  const Partition& part = cw.partition;
+  const int nd = static_cast<int>(part.dep.size()), rows = closure_row_count(model, work, cluster);
+  VecX all = VecX::Zero(rows);
+  if (nd == 0) return all;
+  // G_dep^T lambda = what is left of the dependent coordinates' equations.
+  const VecX left = cw.M * cw.wdot + cw.r + cw.Ib.transpose() * cw.base_A;
+  VecX rhs(nd);
+  for (int i = 0; i < nd; ++i) rhs[i] = left[part.dep[i]];
+  const VecX basic = cw.lu.transpose().solve(rhs);
+  for (int i = 0; i < nd; ++i) all[part.rows[i]] = basic[i];
+  const int locks = static_cast<int>(cw.locked.size());
+  std::vector<int> redundant;
+  for (int r = 0; r < rows - locks; ++r)
+    if (std::find(part.rows.begin(), part.rows.end(), r) == part.rows.end()) redundant.push_back(r);
+  if (!minimum_norm || redundant.empty()) return all;
+
+  // Row r of the redundant ones is L_r times the independent ones: basic = lambda_independent + L^T lambda_redundant.
+  update_closure_matrix(model, cluster, work, true);
+  const int nr = static_cast<int>(redundant.size());
+  MatX Gr(nr, nd);
+  for (int i = 0; i < nr; ++i)
+    for (int k = 0; k < nd; ++k) Gr(i, k) = cw.G(redundant[i], part.dep[k]);
+  const MatX Lt = cw.lu.transpose().solve(Gr.transpose());
+  // Newtons: moments divided by the size.
+  VecX weight = VecX::Ones(rows);
+  int row = 0;
+  for (int l : model.clusters[cluster].loops)
+    for (const ClosureRow& r : model.loops[l].rows) weight[row++] = r.kind == ClosureRow::angle ? model.clusters[cluster].size : 1.0;
+  MatX A(nd, nd + nr);
+  A.setZero();
+  for (int i = 0; i < nd; ++i) A(i, i) = weight[part.rows[i]];
+  for (int i = 0; i < nr; ++i) A.col(nd + i) = weight[redundant[i]] * Lt.col(i);
+  const VecX shared = A.transpose() * (A * A.transpose()).llt().solve(basic);
+  for (int i = 0; i < nd; ++i) all[part.rows[i]] = weight[part.rows[i]] * shared[i];
+  for (int i = 0; i < nr; ++i) all[redundant[i]] = weight[redundant[i]] * shared[nd + i];
+  return all;
+}
+
+void compute_reactions(const Model& model, Work& work, Reactions& out, bool minimum_norm) {
   out.part.assign(model.parts.size(), Vec6::Zero());
   out.loop.assign(model.loops.size(), Vec6::Zero());
   // What each part needs beyond its loads, about its body frame.
@@ -15,18 +57,12 @@ void compute_reactions(const Model& model, const Work& work, Reactions& out) {
     need[i] = p.terms.Mrr * p.A + p.terms.cr - p.load;
     if (p.qdd.size() > 0) need[i] += p.terms.Mre * p.qdd;
   }
-  // Loop joints: G_dep^T lambda = what is left of the dependent coordinates' equations.
+  // Loop joints.
   for (size_t k = 0; k < model.clusters.size(); ++k) {
     const Cluster& c = model.clusters[k];
     const ClusterWork& cw = work.clusters[k];
-    const int nd = static_cast<int>(cw.partition.dep.size());
-    if (nd == 0) continue;
-    const VecX left = cw.M * cw.wdot + cw.r + cw.Ib.transpose() * cw.base_A;
-    VecX rhs(nd);
-    for (int i = 0; i < nd; ++i) rhs[i] = left[cw.partition.dep[i]];
-    const VecX lambda = cw.lu.transpose().solve(rhs);
-    VecX all = VecX::Zero(closure_row_count(model, work, static_cast<int>(k)));
-    for (int i = 0; i < nd; ++i) all[cw.partition.rows[i]] = lambda[i];
+    if (cw.partition.dep.empty() || c.loops.empty()) continue;
+    const VecX all = closure_multipliers(model, work, static_cast<int>(k), minimum_norm);
     int row = 0;
     for (int l : c.loops) {
       Vec6 on_a, on_b;

@@ -10,8 +10,12 @@ struct Reactions {
   std::vector<Vec6> loop;   // per loop joint: wrench on frame b (child side), at b, b's axes
 };
 
-// Needs accelerations (update_accelerations). Redundant rows carry no force.
-void compute_reactions(const Model& model, const Work& work, Reactions& out);
+// Needs accelerations (update_accelerations). Redundant closure conditions (a planar loop of spatial revolutes) leave reactions
+// undetermined: with minimum_norm they share the load so that the sum of squares is least (moments over the cluster's size), else they carry none.
+void compute_reactions(const Model& model, Work& work, Reactions& out, bool minimum_norm = true);
+
+// Multipliers of all closure rows of a cluster (N, or Nm for angles), those of its locked rates last: forces along the rows' directions.
+VecX closure_multipliers(const Model& model, Work& work, int cluster, bool minimum_norm = true);
 
 // Power that prescribed motions feed in, W.
 double motion_power(const Model& model, const Work& work, const Reactions& reactions);

@@ -18,6 +18,7 @@ using Words = std::vector<std::string>;
 
 const Words kinds{"rigid", "beam", "modal", "statespace"};
 const Words effect_words{"axial", "bending_xy", "bending_xz", "torsion", "stiffening", "shear", "gyroscopic", "damping", "friction", "gravity", "stops"};
+const Words body_effect_words{"axial", "bending_xy", "bending_xz", "torsion", "stiffening", "shear", "gyroscopic", "damping"};
 const Words beam_models{"finite-element", "modal", "mixed", "lumped"};
 const Words boundaries{"clamped-free", "supported-supported", "supported-free", "free-free", "clamped-clamped", "clamped-supported"};
 const Words directions{"axial", "bending_xy", "bending_xz", "torsion"};
@@ -28,12 +29,27 @@ constexpr std::size_t most_coordinates = 100000;
 
 constexpr Range poisson_range{.low = -1.0, .high = 0.5, .open_low = true, .what = "a number in (-1, 0.5]"};
 
-EffectChoice read_effects(const TableReader& reader) {
-  EffectChoice choice;
+// without = ["stiffening"]: effects to leave out of "auto" or of what is always there.
+void read_without(const TableReader& reader, EffectChoice& choice) {
+  if (!reader.has("without")) return;
+  for (const std::string& name : reader.texts("without")) {
+    if (std::find(body_effect_words.begin(), body_effect_words.end(), name) == body_effect_words.end()) {
+      const std::string hint = did_you_mean(name, body_effect_words);
+      reader.fail("without", fmt::format("names the effect {}, which no body can go without{}{} allowed: {}", quote(name), hint, hint.empty() ? ";" : "",
+                                         list_words(body_effect_words)));
+    }
+    if (std::find(choice.names.begin(), choice.names.end(), name) != choice.names.end())
+      reader.fail("without", fmt::format("names {}, which 'effects' lists", quote(name)));
+    if (std::find(choice.without.begin(), choice.without.end(), name) != choice.without.end()) reader.fail("without", fmt::format("names {} twice", quote(name)));
+    choice.without.push_back(name);
+  }
+}
+
+void read_effect_names(const TableReader& reader, EffectChoice& choice) {
   const TomlValue* value = reader.find("effects");
-  if (!value) return choice;
+  if (!value) return;
   if (value->type == TomlValue::Type::text) {
-    if (value->text == "auto") return choice;
+    if (value->text == "auto") return;
     if (std::find(effect_words.begin(), effect_words.end(), value->text) != effect_words.end())
       reader.fail("effects", fmt::format("must be \"auto\" or an array: write [\"{}\"]", value->text));
     reader.fail("effects", fmt::format("must be \"auto\" or an array of effects, found {}; allowed: {}", describe(*value), list_words(effect_words)));
@@ -50,6 +66,12 @@ EffectChoice read_effects(const TableReader& reader) {
       reader.fail("effects", fmt::format("names {} twice", quote(name)));
     choice.names.push_back(name);
   }
+}
+
+EffectChoice read_effects(const TableReader& reader) {
+  EffectChoice choice;
+  read_effect_names(reader, choice);
+  read_without(reader, choice);
   return choice;
 }
 
@@ -207,6 +229,13 @@ BeamDef read_beam(const TableReader& reader) {
   if (reader.has("modes")) beam.modes = read_modes(reader);
   beam.elements = reader.integer("elements", mixed ? 2 : 10, 1, most_elements);
   beam.volumes = reader.integer("volumes", 5, 1, most_elements);
+  if (reader.has("keep_modes")) {
+    if (beam.model != BeamModel::finite_element)
+      reader.fail("keep_modes", fmt::format("belongs to model 'finite-element'; this one is '{}'", model));
+    if (beam.boundary == Boundary::clamped_clamped || beam.boundary == Boundary::clamped_supported)
+      reader.fail("keep_modes", "needs a boundary that leaves the ends free");
+    beam.keep_modes = reader.integer("keep_modes", 0, 0, most_elements);
+  }
   beam.curvature_coupling = reader.boolean("curvature_coupling", false);
   beam.effects = read_effects(reader);
   beam.damping = read_damping(reader);
@@ -306,9 +335,9 @@ Words allowed_keys(std::size_t kind, bool modal_beam) {
     case 1:
       add({"length", "section", "material", "model"});
       add(modal_beam ? std::initializer_list<const char*>{"modes", "elements"} : std::initializer_list<const char*>{"elements", "modes"});
-      add({"volumes", "curvature_coupling", "boundary", "effects", "damping", "frames", "initial"});
+      add({"volumes", "keep_modes", "curvature_coupling", "boundary", "effects", "without", "damping", "frames", "initial"});
       break;
-    case 2: add({"file", "effects", "damping", "initial"}); break;
+    case 2: add({"file", "effects", "without", "damping", "initial"}); break;
     default: add({"file", "omega", "gamma", "sigma", "theta", "ports", "mass", "inertia", "centre_of_mass", "frames", "initial"});
   }
   return keys;

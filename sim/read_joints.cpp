@@ -1,9 +1,11 @@
 // [[joint]], [[force]] and [[output]] tables.
 #include "sim/expression.h"
 #include "sim/scene_input.h"
+#include "sim/table.h"
 #include "sim/words.h"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 
@@ -19,6 +21,7 @@ const Words joint_kinds{"weld", "revolute", "prismatic", "cylindrical", "univers
                         "point-on-line", "point-on-plane", "distance"};
 const Words force_kinds{"force", "torque", "spring-damper", "distributed", "bushing"};
 const Words force_frames{"world", "body"};
+const Words reaction_frames{"world", "parent", "child"};
 const Words quantities{"position", "velocity", "acceleration", "rotation", "angular_velocity", "displacement",
                        "value", "rate", "reaction", "q", "qd", "energy", "kinetic", "strain", "potential"};
 
@@ -102,6 +105,73 @@ Stop read_stop(const TableReader& reader) {
   stop.stiffness = reader.number("stiffness", positive);
   stop.damping = reader.number("damping", 0.0, not_negative);
   return stop;
+}
+
+// { table = [[x, y], ...] } or { file = "two_columns.csv" }, and period; the points are checked by making the spline.
+TableDef read_table(const TableReader& reader, const Scene& scene) {
+  TableDef table;
+  if (reader.has("period")) table.period = reader.number("period", positive);
+  if (reader.has("table") == reader.has("file")) reader.fail("needs either 'table', pairs of numbers, or 'file', a text file of two columns");
+  if (reader.has("file")) {
+    const std::string text = reader.text("file");
+    if (text.empty()) reader.fail("file", "is empty; a file name is expected");
+    table.file = std::filesystem::path(text);
+    if (table.file.is_relative()) table.file = scene.file.parent_path() / table.file;
+    std::string content;
+    try {
+      content = read_text_file(table.file);
+    } catch (const InputError& error) {
+      reader.fail("file", fmt::format("cannot be used: {}", error.what()));
+    }
+    // Numbers separated by blanks, commas or semicolons; a line that starts with a letter or # is a heading.
+    int line = 0;
+    for (std::size_t at = 0; at < content.size();) {
+      std::size_t end = content.find('\n', at);
+      if (end == std::string::npos) end = content.size();
+      std::string row = content.substr(at, end - at);
+      at = end + 1;
+      ++line;
+      for (char& c : row)
+        if (c == ',' || c == ';' || c == '\t' || c == '\r') c = ' ';
+      const std::size_t first = row.find_first_not_of(' ');
+      if (first == std::string::npos || row[first] == '#' || std::isalpha(static_cast<unsigned char>(row[first]))) continue;
+      std::vector<double> numbers;
+      const char* p = row.data() + first;
+      const char* const stop = row.data() + row.size();
+      while (p < stop) {
+        if (*p == ' ') {
+          ++p;
+          continue;
+        }
+        double number = 0.0;
+        const auto [next, error] = std::from_chars(*p == '+' ? p + 1 : p, stop, number);
+        if (error != std::errc{} || !std::isfinite(number)) reader.fail("file", fmt::format("{}:{}: no number at {}", table.file.string(), line, quote(std::string(p, stop))));
+        numbers.push_back(number);
+        p = next;
+      }
+      if (numbers.size() != 2) reader.fail("file", fmt::format("{}:{}: two numbers are expected, found {}", table.file.string(), line, numbers.size()));
+      table.x.push_back(numbers[0]);
+      table.y.push_back(numbers[1]);
+    }
+  } else {
+    const MatX points = reader.matrix("table");
+    if (points.cols() != 2) reader.fail("table", fmt::format("must be pairs of numbers [[x, y], ...], found rows of {}", points.cols()));
+    for (Eigen::Index i = 0; i < points.rows(); ++i) table.x.push_back(points(i, 0)), table.y.push_back(points(i, 1));
+  }
+  try {
+    const CubicTable made(table.x, table.y, table.period);
+  } catch (const InputError& error) {
+    reader.fail(reader.has("file") ? "file" : "table", fmt::format("makes no function: {}", error.what()));
+  }
+  return table;
+}
+
+// A table of time must reach over the run.
+void check_reach(const TableReader& reader, const TableDef& table, const Scene& scene) {
+  if (table.period) return;
+  if (table.x.front() > 0.0 || table.x.back() < scene.simulation.duration)
+    reader.fail(reader.has("file") ? "file" : "table",
+                fmt::format("covers {} to {} s, the run 0 to {} s; extend the table or give its 'period'", table.x.front(), table.x.back(), scene.simulation.duration));
 }
 
 std::vector<std::string> body_names(const Scene& scene) {
@@ -250,7 +320,14 @@ JointDef read_joint(TableReader& reader, const Scene& scene) {
   }
   if (reader.has("motion")) {
     if (count != 1) reader.fail("motion", fmt::format("needs a joint with one coordinate (revolute, prismatic, screw); a {} joint has {}", kind, count));
-    joint.motion = read_expression(reader, "motion");
+    if (reader.find("motion")->type == TomlValue::Type::table) {
+      const TableReader motion = *reader.table("motion");
+      motion.allow({"table", "file", "period"});
+      joint.motion_table = read_table(motion, scene);
+      check_reach(motion, *joint.motion_table, scene);
+    } else {
+      joint.motion = read_expression(reader, "motion");
+    }
     if (joint.initial.value || joint.initial.rate) reader.fail("initial", "excludes 'motion', which prescribes the coordinate from the start");
   }
   if (const auto spring = reader.table("spring")) {
@@ -313,7 +390,27 @@ ForceDef read_force(TableReader& reader, const Scene& scene) {
   reader.required("direction");
   force.direction = reader.direction("direction", Vec3::UnitZ());
   force.follower = reader.word("frame", force_frames, 0) == 1;
-  force.value = read_expression(reader, "value");
+  if (reader.required("value").type != TomlValue::Type::table) {
+    force.value = read_expression(reader, "value");
+    return force;
+  }
+  const TableReader value = *reader.table("value");
+  value.allow({"table", "file", "period", "of"});
+  force.table = read_table(value, scene);
+  if (!value.has("of")) {
+    check_reach(value, *force.table, scene);
+    return force;
+  }
+  force.table_joint = value.text("of");
+  const JointDef* joint = find_joint(scene, force.table_joint);
+  if (!joint) {
+    Words known;
+    for (const JointDef& candidate : scene.joints) known.push_back(candidate.name);
+    const std::string hint = did_you_mean(force.table_joint, known);
+    value.fail("of", fmt::format("names the joint {}, which does not exist{}{} there are {}", quote(force.table_joint), hint, hint.empty() ? ";" : "", list_words(known)));
+  }
+  if (coordinate_count(joint->kind) != 1)
+    value.fail("of", fmt::format("needs a joint with one coordinate; {} is {} with {}", quote(joint->name), joint_kinds[static_cast<std::size_t>(joint->kind)], coordinate_count(joint->kind)));
   return force;
 }
 
@@ -323,11 +420,13 @@ OutputDef read_output(TableReader& reader, const Scene& scene) {
   output.name = reader.text("name");
   check_name(reader, "name", output.name, "output");
   reader.set_label(fmt::format("[[output]] {}", quote(output.name)));
-  reader.allow({"name", "of", "quantity"});
+  reader.allow({"name", "of", "quantity", "frame"});
   output.quantity = static_cast<Quantity>(reader.word("quantity", quantities));
   const std::string quantity = quantities[static_cast<std::size_t>(output.quantity)];
   const std::string of = reader.text("of");
   output.of = split(of);
+  if (reader.has("frame") && output.quantity != Quantity::reaction) reader.fail("frame", fmt::format("belongs to the quantity 'reaction'; this one is '{}'", quantity));
+  output.frame = static_cast<ReactionFrame>(reader.word("frame", reaction_frames, 0));
 
   switch (output.quantity) {
     case Quantity::energy:

@@ -1,12 +1,13 @@
 #include "sim/recorder.h"
 
+#include "sim/bodies.h"
 #include "sim/dynamics.h"
 #include "sim/kinematics.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
-#include <map>
 
 namespace flexframe::sim {
 namespace {
@@ -35,11 +36,7 @@ const char* joint_name(JointKind kind) {
   }
 }
 
-int first_piece(const Model& model, int body) {
-  for (size_t i = 0; i < model.parts.size(); ++i)
-    if (model.parts[i].scene_body == body && model.parts[i].piece == 0) return static_cast<int>(i);
-  return -1;
-}
+int first_piece(const Model& model, int body) { return model.pieces[body].front(); }
 
 void write_quaternion(const Mat3& R, Eigen::MatrixX4d& out, Eigen::Index row) {
   Quat q(R);
@@ -55,12 +52,13 @@ void grow_work(System& system) {
   work.q = system.work.q;
   work.w = system.work.w;
   work.clusters = system.work.clusters;
+  for (size_t i = 0; i < work.parts.size(); ++i) work.parts[i].friction = system.work.parts[i].friction;
   system.work = std::move(work);
 }
 
-void refresh(const Model& model, Work& work, bool accelerations, bool reactions, Reactions& out) {
-  if (accelerations) update_accelerations(model, work);
-  if (reactions) compute_reactions(model, work, out);
+void refresh(System& system, bool accelerations, bool reactions, Reactions& out) {
+  if (accelerations) update_system_accelerations(system);
+  if (reactions) compute_reactions(system.model, system.work, out);
 }
 
 }  // namespace
@@ -86,24 +84,24 @@ Recorder::Recorder(System& system, const std::vector<double>& times) {
     body.position = Eigen::MatrixX3d::Zero(nt, 3);
     body.orientation = Eigen::MatrixX4d::Zero(nt, 4);
     // Simulation nodes: the series' nodes of every piece (root and tip where a body has no series); seams once.
-    int n = 0;
-    for (int piece = 0;; ++piece) {
-      int at = -1;
-      for (size_t i = 0; i < model.parts.size(); ++i)
-        if (model.parts[i].scene_body == static_cast<int>(b) && model.parts[i].piece == piece) at = static_cast<int>(i);
-      if (at < 0) break;
+    const int n = coordinate_count(model, static_cast<int>(b));
+    size_t before = 0;  // first node of the piece before: nodes at a seam are those of two neighbours
+    for (size_t piece = 0; piece < model.pieces[b].size(); ++piece) {
+      const int at = model.pieces[b][piece];
       const Part& part = model.parts[at];
-      n += part.body.n;
+      const size_t here = body.nodes.size();
       for (size_t k = 0; k < part.body.nodes.size(); ++k) {
         const FlexibleNode& node = part.body.nodes[k];
         const Vec3 origin = part.rest_in_body.R * node.origin + part.rest_in_body.p;
         bool known = false;
-        for (const ResultNode& other : body.nodes) known = known || (other.origin - origin).norm() <= 1e-9 * std::max(1.0, origin.norm());
+        for (size_t other = before; other < body.nodes.size() && !known; ++other)
+          known = (body.nodes[other].origin - origin).norm() <= 1e-9 * std::max(1.0, origin.norm());
         if (known) continue;
         body.nodes.push_back({piece == 0 ? node.name : fmt::format("{}:{}", piece, node.name), origin});
         model.frames.push_back(FramePoint{at, static_cast<int>(k), {}, "", part.name + "." + node.name});
         nodes_.push_back({static_cast<int>(b), at, static_cast<int>(model.frames.size()) - 1});
       }
+      before = here;
     }
     if (std::holds_alternative<ModalDef>(def.kind) && !body.nodes.empty()) {
       const FlexibleBody& flex = model.parts[first_piece(model, static_cast<int>(b))].body;
@@ -124,6 +122,7 @@ Recorder::Recorder(System& system, const std::vector<double>& times) {
     body.rotation = MatX::Zero(nt, 3 * static_cast<Eigen::Index>(body.nodes.size()));
     body.q = body.qd = MatX::Zero(nt, n);
     results_.bodies.push_back(std::move(body));
+    first_parts_.push_back(first_piece(model, static_cast<int>(b)));
   }
   for (size_t k = 0; k < system.scene.joints.size(); ++k) {
     const JointDef& def = system.scene.joints[k];
@@ -148,6 +147,8 @@ Recorder::Recorder(System& system, const std::vector<double>& times) {
   results_.kinetic = results_.strain = results_.potential = results_.supplied = results_.dissipated = VecX::Zero(nt);
   table_ = MatX::Zero(static_cast<Eigen::Index>(plans_.columns.size()), nt);
 
+  shown_.resize(results_.bodies.size());
+  world_.resize(results_.bodies.size());
   grow_work(system);
 }
 
@@ -155,39 +156,33 @@ void Recorder::record(System& system, double t, const VecX& y) {
   const Model& model = system.model;
   Work& work = system.work;
   set_state(system, t, y.data(), false);
-  refresh(model, work, plans_.accelerations, plans_.reactions, reactions_);
+  refresh(system, plans_.accelerations, plans_.reactions, reactions_);
   const Eigen::Index row = row_++;
   for (size_t b = 0; b < results_.bodies.size(); ++b) {
     ResultBody& body = results_.bodies[b];
-    const Pose shown = shown_world(model, work, first_piece(model, static_cast<int>(b)));
-    body.position.row(row) = shown.p.transpose();
-    write_quaternion(shown.R, body.orientation, row);
+    const int first = first_parts_[b];
+    shown_[b] = shown_pose(model, first, work);
+    world_[b] = compose(work.parts[first].world, shown_[b]);
+    body.position.row(row) = world_[b].p.transpose();
+    write_quaternion(world_[b].R, body.orientation, row);
   }
   std::vector<Eigen::Index> column(results_.bodies.size(), 0);
   for (const NodeSource& s : nodes_) {
-    update_frame_position(model, s.frame, work);
-    const FrameDisplacement d = frame_displacement(model, work, s.frame);
+    update_frame_pose(model, s.frame, work);
+    const FrameDisplacement d = frame_displacement(model, work, s.frame, shown_[s.body], world_[s.body]);
     ResultBody& body = results_.bodies[s.body];
     body.displacement.block<1, 3>(row, column[s.body]) = d.translation.transpose();
     body.rotation.block<1, 3>(row, column[s.body]) = d.rotation.transpose();
     column[s.body] += 3;
   }
-  std::vector<Eigen::Index> coordinate(results_.bodies.size(), 0);
-  for (int piece = 0, left = static_cast<int>(model.parts.size()); left > 0; ++piece)
-    for (size_t i = 0; i < model.parts.size(); ++i) {
-      if (model.parts[i].piece != piece) continue;
-      --left;
-      ResultBody& body = results_.bodies[model.parts[i].scene_body];
-      Eigen::Index& at = coordinate[model.parts[i].scene_body];
-      const int n = model.parts[i].body.n;
-      body.q.block(row, at, 1, n) = scene_coordinates(model.parts[i], work.parts[i].q).transpose();
-      body.qd.block(row, at, 1, n) = scene_coordinates(model.parts[i], work.parts[i].qd).transpose();
-      at += n;
-    }
+  for (size_t b = 0; b < results_.bodies.size(); ++b) {
+    results_.bodies[b].q.row(row) = body_coordinates(model, static_cast<int>(b), work.q, false).transpose();
+    results_.bodies[b].qd.row(row) = body_coordinates(model, static_cast<int>(b), work.w, true).transpose();
+  }
   for (size_t k = 0; k < results_.joints.size(); ++k) {
     ResultJoint& joint = results_.joints[k];
     if (joint_frames_[k] < 0) continue;
-    update_frame_position(model, joint_frames_[k], work);
+    update_frame_pose(model, joint_frames_[k], work);
     const Pose pose = frame_world(model, work, joint_frames_[k]);
     joint.position.row(row) = pose.p.transpose();
     write_quaternion(pose.R, joint.orientation, row);
@@ -215,44 +210,22 @@ Results Recorder::finish(const System&) {
   return std::move(results_);
 }
 
-OutputComparison::OutputComparison(const Recorder& recorder, System& second)
-    : recorder_(recorder), plans_(plan_outputs(second.model, second.scene)), worst_(VecX::Zero(recorder.table().rows())) {
-  grow_work(second);
+HistoryRecorder::HistoryRecorder(System& system, const std::vector<double>& times) : plans_(plan_outputs(system.model, system.scene)) {
+  histories_.times = Eigen::Map<const VecX>(times.data(), static_cast<Eigen::Index>(times.size()));
+  histories_.columns = plans_.columns;
+  histories_.units = plans_.units;
+  histories_.values = MatX::Zero(static_cast<Eigen::Index>(plans_.columns.size()), histories_.times.size());
+  grow_work(system);
 }
 
-void OutputComparison::add(System& system, double t, const VecX& y) {
+void HistoryRecorder::record(System& system, double t, const VecX& y) {
   set_state(system, t, y.data(), false);
-  refresh(system.model, system.work, plans_.accelerations, plans_.reactions, reactions_);
-  VecX now(worst_.size());
-  evaluate_outputs(system.model, system.scene, plans_, system.work, reactions_, row_ > 0 ? last_.data() : nullptr, now.data());
-  worst_ = worst_.cwiseMax((now - recorder_.table().col(row_)).cwiseAbs());
-  last_ = now;
-  ++row_;
-}
-
-std::pair<double, std::string> OutputComparison::largest() const {
-  const MatX& table = recorder_.table();
-  const std::vector<std::string>& units = recorder_.plans().units;
-  // An output that does not move (a conserved energy, a coordinate normal to the plane) has no range of its own; what counts as
-  // moving is seen against the largest output of the same unit, or against the mechanism's energy.
-  std::map<std::string, double> largest_of;
-  for (Eigen::Index k = 0; k < worst_.size(); ++k) {
-    double& m = largest_of[units[static_cast<size_t>(k)]];
-    m = std::max(m, table.row(k).cwiseAbs().maxCoeff());
-  }
-  double& energy = largest_of["J"];
-  energy = std::max(energy, recorder_.energy_scale());
-  double value = 0.0;
-  std::string column;
-  for (Eigen::Index k = 0; k < worst_.size(); ++k) {
-    const double range = table.row(k).maxCoeff() - table.row(k).minCoeff();
-    const std::string& unit = units[static_cast<size_t>(k)];
-    const double least = unit == "J" ? energy : 1e-6 * largest_of[unit];
-    if (range == 0.0 || (unit != "J" && range < least)) continue;
-    const double relative = worst_[k] / std::max(range, least);
-    if (relative > value || column.empty()) value = relative, column = recorder_.plans().columns[static_cast<size_t>(k)];
-  }
-  return {value, column};
+  refresh(system, plans_.accelerations, plans_.reactions, reactions_);
+  const Eigen::Index row = row_++;
+  MatX& table = histories_.values;
+  evaluate_outputs(system.model, system.scene, plans_, system.work, reactions_, row > 0 ? table.col(row - 1).data() : nullptr, table.col(row).data());
+  const Energy e = compute_energy(system.model, system.work);
+  histories_.energy_scale = std::max({histories_.energy_scale, e.kinetic, e.strain});
 }
 
 }  // namespace flexframe::sim

@@ -1,10 +1,11 @@
 // Samples of a run: fills Results, row by row.
 #pragma once
 
+#include "sim/histories.h"
 #include "sim/outputs.h"
 #include "sim/system.h"
 
-#include <algorithm>
+#include <utility>
 
 namespace flexframe::sim {
 
@@ -16,14 +17,13 @@ class Recorder {
   void record(System& system, double t, const VecX& y);
   Results finish(const System& system);
   bool outputs_empty() const { return plans_.columns.empty(); }
-  const OutputPlans& plans() const { return plans_; }
-  const MatX& table() const { return table_; }   // columns x samples
-  double energy_scale() const { return std::max({results_.kinetic.maxCoeff(), results_.strain.maxCoeff(), 1e-300}); }  // J
 
  private:
   struct NodeSource { int body, part, frame; };
   OutputPlans plans_;
   std::vector<NodeSource> nodes_;                // frames behind the nodes of the result bodies, body by body
+  std::vector<int> first_parts_;                 // first part of every result body
+  std::vector<Pose> shown_, world_;              // shown frame of every body, in its first part and in the world; of the sample
   std::vector<int> joint_frames_;
   Reactions reactions_;
   Results results_;
@@ -31,18 +31,17 @@ class Recorder {
   Eigen::Index row_ = 0;
 };
 
-// Largest difference of a second run's outputs from a recorded one's, relative to each output's range in the recorded run.
-class OutputComparison {
+// Samples of a run's outputs only, for runs that are compared and thrown away.
+class HistoryRecorder {
  public:
-  OutputComparison(const Recorder& recorder, System& second);
-  void add(System& system, double t, const VecX& y);
-  std::pair<double, std::string> largest() const;
+  HistoryRecorder(System& system, const std::vector<double>& times);
+  void record(System& system, double t, const VecX& y);
+  Histories finish() { return std::move(histories_); }
 
  private:
-  const Recorder& recorder_;
   OutputPlans plans_;
   Reactions reactions_;
-  VecX worst_, last_;
+  Histories histories_;
   Eigen::Index row_ = 0;
 };
 

@@ -5,6 +5,7 @@
 #include "sim/scene.h"
 #include "sim/types.h"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -48,6 +49,16 @@ struct ResultOutput {
   VecX values;                       // nt
 };
 
+// How an asked accuracy was met.
+struct AccuracyStatement {
+  double asked = 0.0;
+  double time = 0.0, space = 0.0, effects = 0.0;  // estimated errors, relative to the ranges of the outputs; the error is their sum
+  std::string column;                // the output that is furthest off
+  double half_cost = 1.0;            // half the error would cost so many times the CPU time
+  double search_cpu = 0.0;           // s, of the runs that found the setting
+  std::vector<std::string> chosen;   // "tolerance 1e-05", "'rod' 3 modes of 9 elements"
+};
+
 struct SolverStatistics {
   std::string method;
   double tolerance = 0.0;
@@ -55,7 +66,9 @@ struct SolverStatistics {
   double cpu_seconds = 0.0;          // of the time integration, the model's making excluded
   double error_estimate = -1.0;      // relative to each output's range, the worst output; negative: not estimated
   std::string error_column;          // that output
+  std::optional<AccuracyStatement> accuracy;  // where one was asked for
   std::vector<std::string> notes;    // one sentence each: what was chosen, neglected, warned of
+  std::vector<std::string> warnings; // one sentence each: effects that were left out and are worth more than the asked accuracy
 };
 
 struct Results {

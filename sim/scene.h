@@ -22,6 +22,14 @@ struct SimulationSettings {
   std::optional<double> tolerance;  // relative local error, default 1e-6
   std::optional<double> accuracy;   // asked error of the outputs relative to their range; excludes tolerance
   Method method = Method::automatic;
+  bool static_start = false;        // start = "static": from static equilibrium of the whole mechanism
+};
+
+// Points of a function; file: where they came from, empty: the scene.
+struct TableDef {
+  std::filesystem::path file;
+  std::vector<double> x, y;
+  std::optional<double> period;
 };
 
 // Cross-section in the body's yz plane, coordinates from the centroid. Made by sim/section.h.
@@ -54,6 +62,8 @@ struct Damping {
 struct EffectChoice {
   bool automatic = true;
   std::vector<std::string> names;       // axial bending_xy bending_xz torsion stiffening shear gyroscopic damping ...
+  bool by_program = false;              // the names are what an asked accuracy needs (accuracy.h), not the scene's
+  std::vector<std::string> without;     // left out, whatever else says that they are on
 };
 
 struct FlexibleInitial {
@@ -76,6 +86,7 @@ struct BeamDef {
   Boundary boundary = Boundary::clamped_free;
   int elements = 10;                             // per volume for mixed
   int volumes = 5;                               // mixed
+  std::optional<int> keep_modes;                 // finite elements: only this many lowest eigenmodes of each direction; none: all
   std::map<std::string, std::vector<int>> modes; // modal: direction -> ordinal numbers (1-based)
   bool curvature_coupling = false;               // lumped: neighbour coupling (seed 003)
   EffectChoice effects;
@@ -114,8 +125,9 @@ struct FrameRef {
   std::string body, frame;
 };
 
+// The last two are no words of the scene file: joints of small rotation vectors inside lumped beams.
 enum class JointKind { weld, revolute, prismatic, cylindrical, universal, spherical, planar, free, screw,
-                       point_on_line, point_on_plane, distance };
+                       point_on_line, point_on_plane, distance, flexure, flexure_pair };
 
 struct Spring { double stiffness = 0.0, damping = 0.0, rest = 0.0, preload = 0.0; };
 struct Friction {
@@ -143,7 +155,8 @@ struct JointDef {
   double pitch = 0.0;                      // screw, m/rad
   double length = 0.0;                     // distance joint, m
   JointInitial initial;
-  std::string motion;                      // expression of t, empty: free
+  std::string motion;                      // expression of t, empty: free (or a table)
+  std::optional<TableDef> motion_table;    // value against t
   std::optional<Spring> spring;
   std::optional<Friction> friction;
   std::optional<Stop> stop;
@@ -160,6 +173,8 @@ struct ForceDef {
   Vec3 direction = Vec3::UnitZ();          // unit
   bool follower = false;                   // frame = "body"
   std::string value = "0";                 // expression of t: N, Nm, or N/m (distributed)
+  std::optional<TableDef> table;           // instead of value: against t, or against the coordinate of table_joint
+  std::string table_joint;
   Spring spring;                           // spring-damper
   Vec6 bushing_stiffness = Vec6::Zero(), bushing_damping = Vec6::Zero();  // translations then rotations
 };
@@ -167,11 +182,14 @@ struct ForceDef {
 enum class Quantity { position, velocity, acceleration, rotation, angular_velocity, displacement,
                       value, rate, reaction, q, qd, energy, kinetic, strain, potential };
 
+enum class ReactionFrame { world, parent, child };
+
 struct OutputDef {
   std::string name;
   int line = 0;
   FrameRef of;                             // a frame, body, joint (frame empty) or "system"
   Quantity quantity = Quantity::position;
+  ReactionFrame frame = ReactionFrame::world;  // axes of a reaction's components
 };
 
 struct Scene {

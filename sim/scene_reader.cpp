@@ -12,6 +12,7 @@ namespace flexframe::sim {
 
 namespace {
 
+const std::vector<std::string> starts{"assembled", "static"};
 const std::vector<std::string> methods{"auto", "adams", "bdf", "erk", "dirk", "ida"};
 
 // Results are kept in memory: beyond this many samples the rate is a slip of the pen.
@@ -33,7 +34,7 @@ class Names {
 }  // namespace
 
 SimulationSettings read_simulation(const TableReader& reader) {
-  reader.allow({"duration", "output_rate", "gravity", "tolerance", "accuracy", "method"});
+  reader.allow({"duration", "output_rate", "gravity", "tolerance", "accuracy", "method", "start"});
   SimulationSettings settings;
   settings.duration = reader.number("duration", positive);
   settings.output_rate = reader.number("output_rate", settings.output_rate, positive);
@@ -46,6 +47,7 @@ SimulationSettings read_simulation(const TableReader& reader) {
   if (settings.tolerance && settings.accuracy)
     reader.fail("accuracy", "excludes 'tolerance': give the local error or the asked error of the outputs, not both");
   settings.method = static_cast<Method>(reader.word("method", methods, 0));
+  settings.static_start = reader.word("start", starts, 0) == 1;
   return settings;
 }
 

@@ -1,7 +1,13 @@
 #include "sim/simulate.h"
 
+#include "sim/accuracy.h"
+#include "sim/closure.h"
 #include "sim/dynamics.h"
+#include "sim/effect_report.h"
+#include "sim/events.h"
+#include "sim/flexures.h"
 #include "sim/kinematics.h"
+#include "sim/newton_matrix.h"
 #include "sim/recorder.h"
 #include "sim/system.h"
 
@@ -30,10 +36,34 @@ std::vector<double> sample_times(const SimulationSettings& s) {
   return times;
 }
 
+// Enough samples to see the largest difference of two histories; a full set costs as much as a loose run.
+constexpr int estimate_samples = 400;
+
+// Whether an output is an angle that is counted through full turns from sample to sample.
+bool counts_turns(const Model& model, const Scene& scene, const OutputDef& output) {
+  if (output.quantity == Quantity::rotation) return true;
+  if (output.quantity != Quantity::value) return false;
+  for (const LoopJoint& l : model.loops)
+    if (l.name == output.of.body) return true;
+  for (const JointDef& j : scene.joints)
+    if (j.name == output.of.body) return j.kind == JointKind::spherical || j.kind == JointKind::free;
+  return true;
+}
+
+// Every k-th time and the last, so that about `wanted` remain. Angles that are counted through turns need all times.
+std::vector<double> thinned(const std::vector<double>& times, const Model& model, const Scene& scene, int wanted) {
+  const bool turns = std::any_of(scene.outputs.begin(), scene.outputs.end(), [&](const OutputDef& o) { return counts_turns(model, scene, o); });
+  const size_t stride = wanted > 0 && !turns ? std::max<size_t>(1, times.size() / static_cast<size_t>(wanted)) : 1;
+  std::vector<double> out;
+  for (size_t i = 0; i < times.size(); i += stride) out.push_back(times[i]);
+  if (out.back() != times.back()) out.push_back(times.back());
+  return out;
+}
+
 // All times at which an expression changes its piece, ascending, then the end.
 std::vector<double> segment_ends(const Model& model) {
   std::vector<double> ends;
-  for (const Expression& e : model.expressions) {
+  for (const TimeFunction& e : model.expressions) {
     const std::vector<double> t = e.switch_times(0.0, model.settings.duration);
     ends.insert(ends.end(), t.begin(), t.end());
   }
@@ -45,12 +75,30 @@ std::vector<double> segment_ends(const Model& model) {
 
 // Explicit steps are limited by stability to about one radian of the fastest elastic vibration. Up to 2000 such radians in the run
 // Adams is the cheapest; beyond, the L-stable Runge-Kutta method steps over vibrations that the tolerance does not see (BDF of order
-// 3 to 5 is unstable for them, of order 2 it is three times as dear).
+// 3 to 5 is unstable for them, of order 2 it is three times as dear). Where damping turns the fastest vibrations into decay, BDF is stable
+// and the cheapest: a damped beam on its way to large deformations took it 100 steps and the Runge-Kutta method, whose trial stages
+// overshoot, several thousand.
 Method choose_method(const System& system) {
   double fastest = 0.0;
-  for (const Part& p : system.model.parts)
-    for (int k = 0; k < p.body.n; ++k) fastest = std::max(fastest, p.body.Ke(k, k) / p.body.Me(k, k));
-  return std::sqrt(fastest) * system.model.settings.duration < 2000.0 ? Method::adams : Method::dirk;
+  bool decays = true;  // the fastest vibration of every elastic body is damped beyond critically
+  for (const Part& p : system.model.parts) {
+    double top = 0.0, damping = 0.0;
+    for (int k = 0; k < p.body.n; ++k) {
+      const double square = p.body.Ke(k, k) / p.body.Me(k, k);
+      if (square <= top) continue;
+      top = square;
+      damping = p.body.De.size() > 0 ? p.body.De(k, k) / p.body.Me(k, k) : 0.0;
+    }
+    decays = decays && (p.body.n == 0 || damping > 2.0 * std::sqrt(top));
+    fastest = std::max(fastest, top);
+  }
+  for (const Flexure& f : system.model.flexures) {
+    const double top = flexure_frequency(f);
+    decays = decays && f.links.time_constant * top > 2.0;
+    fastest = std::max(fastest, top * top);
+  }
+  if (std::sqrt(fastest) * system.model.settings.duration < 2000.0) return Method::adams;
+  return decays ? Method::bdf : Method::dirk;
 }
 
 // Integrates a system from its assembled start; calls sample at each of the times, in order.
@@ -61,18 +109,76 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
   const double start = cpu_seconds();
   if (method == Method::automatic) method = choose_method(system);
   out.method = method_name(method);
+  // Of vibrations that are stepped over nobody sees the phase; what decays or is followed is asked for more.
+  system.elastic_slack = method == Method::dirk ? 0.28 : 0.15;
 
   OdeProblem problem;
-  problem.rhs = [&](double t, const double* y, double* dy) { state_rate(system, t, y, dy); };
-  problem.weights = [&](const double* y, double* w) { error_weights(system, y, w); };
+  // What work was last brought to, for as long as nothing else has moved it.
+  struct {
+    bool valid = false;
+    double t = 0.0;
+    VecX y, dy;
+  } at_work;
+  problem.rhs = [&](double t, const double* y, double* dy) {
+    at_work.valid = false;
+    state_rate(system, t, y, dy);
+    at_work.t = t;
+    at_work.y = Eigen::Map<const VecX>(y, problem.size);
+    at_work.dy = Eigen::Map<const VecX>(dy, problem.size);
+    at_work.valid = true;
+  };
+  problem.jacobian = [&](double t, const double* y, bool fresh, MechanicalJacobian& into) {
+    const bool here = at_work.valid && at_work.y.size() == problem.size && std::equal(y, y + problem.size, at_work.y.data());
+    at_work.valid = false;
+    // A stage starts from the beginning of its step: its time is that of the rates.
+    update_newton_matrix(system, here ? at_work.t : t, y, here ? at_work.dy.data() : nullptr, fresh, into);
+  };
+  problem.keep = [&](VecX& kept) { keep_load_responses(system, kept); };
+  problem.shift = [&](double t0, double t, const VecX& kept, double* dy) { return follow_loads(system, t0, t, kept, dy); };
+  problem.root = [&](double t, const double* y, double* g) { event_margins(system, t, y, g); };
+  // A multistep method's errors of one sign add up over the many short steps of a period: asked for a tenth, a pendulum keeps its energy
+  // fifteen times better for the same number of evaluations.
+  const double strictness = method == Method::adams ? 10.0 : 1.0;
+  problem.weights = [&, strictness](const double* y, double* w) {
+    error_weights(system, y, w);
+    for (int i = 0; i < problem.size; ++i) w[i] *= strictness;
+  };
 
   const std::vector<double> ends = segment_ends(system.model);
   VecX y = pack_state(system, Eigen::Vector2d::Zero());
-  problem.size = static_cast<int>(y.size());
+  const Eigen::Index quadrature = system.quadrature ? 2 : 0;
   problem.tolerance = system.tolerance;
   update_scale(system, y);
   std::unique_ptr<Integrator> integrator;
+  std::vector<std::string> changes;
+  const auto retire = [&]() {
+    if (!integrator) return;
+    const IntegratorStatistics s = integrator->statistics();
+    out.steps += s.steps;
+    out.jacobians += s.jacobians;
+    integrator.reset();
+  };
+  // After an event the state may have another size: a new integrator.
+  const auto begin = [&](double t) {
+    retire();
+    problem.size = static_cast<int>(y.size());
+    problem.roots = event_count(system);
+    problem.cheap_jacobian = matrix_is_cheap(system);
+    integrator = std::make_unique<Integrator>(problem, method, t, y);
+  };
+  const auto partitions = [&]() {
+    std::vector<Partition> all;
+    for (const ClusterWork& c : system.work.clusters) all.push_back(c.partition);
+    return all;
+  };
+  const auto note_changes = [&](double t) {
+    // A page of them tells enough; the number stands in the statistics.
+    for (const std::string& change : changes)
+      if (system.notes.size() < 200) system.notes.push_back(fmt::format("event at t = {:.9g} s: {}", t, change));
+    changes.clear();
+  };
   size_t next = 0;
+  VecX at;
   double from = 0.0;
   long calls = 0;
   while (next < times.size() && times[next] <= 0.0) {
@@ -80,32 +186,64 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
     ++next;
   }
   for (double end : ends) {
-    for (Expression& e : system.model.expressions) e.freeze(0.5 * (from + end));
-    if (problem.size == 0 || problem.size == (system.quadrature ? 2 : 0)) {
-      // Everything is prescribed or fixed: nothing to integrate, only to evaluate.
+    for (TimeFunction& e : system.model.expressions) e.freeze(0.5 * (from + end));
+    if (has_events(system)) {
+      // A jump of the loads may let go what sticks.
+      const std::vector<Partition> before = partitions();
+      start_phases(system, from, y, !integrator, changes);
+      if (!integrator) changes.clear();
+      y = repack_state(system, y, before);
+      update_scale(system, y);
+      note_changes(from);
+      if (integrator) ++out.events, ++out.restarts;
+      begin(from);
+    } else if (y.size() == quadrature && !system.driven) {
+      // Everything is fixed: nothing to integrate, only to evaluate.
       for (; next < times.size() && times[next] <= end; ++next) sample(system, times[next], y);
       from = end;
       continue;
-    }
-    if (!integrator) {
-      integrator = std::make_unique<Integrator>(problem, method, from, y);
+    } else if (!integrator) {
+      begin(from);
     } else {
       integrator->restart(from, y);
       ++out.events;
       ++out.restarts;
     }
     while (integrator->time() < end) {
-      integrator->step(end);
+      // With nothing in motion of its own only the samples tell how far to look ahead for the next event.
+      const bool idle = y.size() == system.model.nq + quadrature;
+      const bool root = integrator->step(idle ? std::min(end, integrator->time() + 1.0 / system.model.settings.output_rate) : end);
       y = integrator->state();
       const double now = integrator->time();
+      // Loops are looked at at every sample, and at the end of steps that pass none.
+      const auto check_loops = [&]() {
+        for (size_t c = 0; c < system.model.clusters.size(); ++c) require_closed(system.model, static_cast<int>(c), system.work);
+      };
+      const bool sampled = next < times.size() && times[next] <= now;
       for (; next < times.size() && times[next] <= now; ++next) {
-        VecX at;
         integrator->interpolate(times[next], at);
         sample(system, times[next], at);
+        check_loops();
       }
-      if (!system.model.loops.empty()) set_state(system, now, y.data(), false);
+      at_work.valid = false;
+      if (!sampled && !system.model.loops.empty()) {
+        set_state(system, now, y.data(), false);
+        check_loops();
+      }
       update_scale(system, y);
-      if (renew_partitions(system)) {
+      if (root) {
+        const std::vector<Partition> before = partitions();
+        if (pass_events(system, now, y, integrator->root_directions(), changes)) {
+          y = repack_state(system, y, before);
+          update_scale(system, y);
+          note_changes(now);
+          ++out.events;
+          ++out.restarts;
+          begin(now);
+          continue;
+        }
+      }
+      if (renew_partitions(system, now, y)) {
         y = pack_state(system, system.quadrature ? Eigen::Vector2d(y.tail<2>()) : Eigen::Vector2d(0.0, 0.0));
         integrator->restart(now, y);
         ++out.restarts;
@@ -114,15 +252,14 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
     }
     from = end;
   }
-  if (integrator) {
-    const IntegratorStatistics s = integrator->statistics();
-    out.steps = s.steps;
-    out.evaluations = s.evaluations;
-    out.jacobians = s.jacobians;
-  }
+  retire();
+  out.evaluations = system.evaluations;
   out.cpu_seconds = cpu_seconds() - start;
   return out;
 }
+
+// What counts as an error where the scene asks for no accuracy.
+constexpr double unasked_accuracy = 1e-2;
 
 }  // namespace
 
@@ -138,7 +275,13 @@ const char* method_name(Method method) {
 }
 
 Results simulate(const Scene& scene, const SimulateOptions& options) {
+  if (const std::optional<double> accuracy = options.tolerance ? std::nullopt : options.accuracy ? options.accuracy : scene.simulation.accuracy) {
+    SimulateOptions inner = options;
+    inner.accuracy.reset();
+    return simulate_to_accuracy(scene, *accuracy, inner);
+  }
   System system = make_system(scene);
+  const std::vector<EffectState> effects = effect_states(scene, system.model);
   if (options.tolerance) system.tolerance = *options.tolerance;
   const Method method = options.method.value_or(scene.simulation.method);
   const std::vector<double> times = sample_times(scene.simulation);
@@ -148,19 +291,47 @@ Results simulate(const Scene& scene, const SimulateOptions& options) {
                                           [&](System& s, double t, const VecX& y) { recorder.record(s, t, y); });
   statistics.notes = system.notes;
 
-  if (options.estimate_error && !recorder.outputs_empty()) {
-    // Error of time: err = C tol^p with p near 1 between this run and one ten times looser (ACCURACY.md section 1).
-    System loose = make_system(scene);
-    loose.tolerance = std::min(10.0 * system.tolerance, 0.1);
-    OutputComparison comparison(recorder, loose);
-    integrate(loose, method, times, {}, [&](System& s, double t, const VecX& y) { comparison.add(s, t, y); });
-    const auto [difference, column] = comparison.largest();
-    statistics.error_estimate = difference / 9.0;
-    statistics.error_column = column;
-  }
   Results results = recorder.finish(system);
   results.statistics = statistics;
+
+  if (options.estimate_error && !results.outputs.empty()) {
+    SimulateOptions loose = options;
+    loose.tolerance = std::min(10.0 * system.tolerance, 0.1);
+    loose.progress = {};
+    loose.samples = estimate_samples;
+    const Histories reference = to_histories(results);
+    const VecX ranges = output_ranges(reference);
+    const Histories base = simulate_histories(scene, loose);
+    const Difference difference = compare_histories(base, reference, ranges);
+    if (difference.column >= 0) {
+      results.statistics.error_estimate = error_of_difference * difference.largest;
+      results.statistics.error_column = reference.columns[static_cast<size_t>(difference.column)];
+    }
+    if (options.check_effects && difference.column >= 0) {
+      NeglectOptions check;
+      check.tolerance = *loose.tolerance;
+      check.floor = difference.largest;
+      check.budget = std::max(check_price * statistics.cpu_seconds, least_check);
+      check.method = options.method;
+      check.run = &reference;
+      check.run_tolerance = system.tolerance;
+      check.run_error = results.statistics.error_estimate;
+      report_neglected(scene, effects, base, check, unasked_accuracy, results.statistics);
+    }
+  }
   return results;
+}
+
+Histories simulate_histories(const Scene& scene, const SimulateOptions& options) {
+  System system = make_system(scene);
+  if (options.tolerance) system.tolerance = *options.tolerance;
+  const std::vector<double> times = thinned(sample_times(scene.simulation), system.model, scene, options.samples);
+  HistoryRecorder recorder(system, times);
+  const SolverStatistics statistics = integrate(system, options.method.value_or(scene.simulation.method), times, options.progress,
+                                                [&](System& s, double t, const VecX& y) { recorder.record(s, t, y); });
+  Histories out = recorder.finish();
+  out.statistics = statistics;
+  return out;
 }
 
 }  // namespace flexframe::sim

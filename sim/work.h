@@ -4,6 +4,7 @@
 #include "sim/body_terms.h"
 #include "sim/joint_motion.h"
 #include "sim/model.h"
+#include "sim/spatial.h"
 
 namespace flexframe::sim {
 
@@ -14,7 +15,16 @@ struct FrameWork {
   Vec6 W = Vec6::Zero();      // B qd
   Vec6 V = Vec6::Zero();      // twist, frame axes
   Vec6 bias = Vec6::Zero();   // dV/dt = to_child(pose, dV_part/dt) + B qdd + bias
+  // Kept from the pose for B and for the bias: rotation vector psi q, its series, phi2 q (n x 3, where there is any).
+  Vec3 theta = Vec3::Zero();
+  RotationSeries series{0.0};
+  Eigen::MatrixX3d phi2q;
+  Mat3 rest_axes = Mat3::Identity();  // body axes to the undeformed frame's
+  VecX scratch;
 };
+
+// Which smooth piece of a stop's force holds: while integrating it is held between located events, else found from the state.
+enum class StopPhase { live, free, lower, lower_parting, upper, upper_parting };
 
 struct PartWork {
   JointMotion joint;
@@ -38,7 +48,10 @@ struct PartWork {
   Mat6X C;                    // 6 x n: twist of the body frame per elastic rate, joint held (flexible outboard frames only)
   Mat6X Hj;                   // 6 x nv: twist of the body frame per joint rate
   Mat6X Fj, Fe;               // composite momentum per joint rate and per elastic rate
+  Mat6X F, scratch;           // 6 x (nv + n), 6 x n
   VecX tau;                   // applied joint forces
+  VecX friction;              // friction forces on the joint's rates (friction.h), empty where the joint has none
+  StopPhase stop = StopPhase::live;
 };
 
 // Which coordinates of a cluster are free and which follow from closure.
@@ -54,6 +67,8 @@ struct ClusterWork {
   MatX G;                     // rows x nv, all closure rows
   VecX residual, rate, bias;  // per row: closure error, velocity from prescribed motions, acceleration at zero coordinate accelerations
   Eigen::PartialPivLU<MatX> lu;  // of G(rows, dep)
+  MatX Gd, Gi;                // G(rows, dep), -G(rows, ind)
+  VecX line, res, step, ind_rate;  // scratch
   MatX E;                     // dep x ind: w_dep = E w_ind + e0
   VecX e0, gamma;             // dep: from prescribed motions; acceleration at zero independent accelerations
   MatX M;                     // nv x nv
@@ -65,7 +80,9 @@ struct ClusterWork {
   Mat6X U;                    // 6 x ind
   Eigen::LLT<MatX> llt;
   MatX DinvUt;                // ind x 6
+  MatX Mid, Et, T;            // ind x dep of M, E^T, dep x ind: scratch of the projection
   VecX h, wdot;               // reduced forces; nv accelerations
+  VecX a;                     // independent accelerations
   Vec6 base_V = Vec6::Zero(), base_A = Vec6::Zero();
   Pose base_world;
   MatX scratch;

@@ -16,3 +16,5 @@ picture slider_crank 120 slider_crank_1
 picture slider_crank 300 slider_crank_2
 picture pendulum 48 pendulum_1
 picture pendulum 140 pendulum_2
+# 600 a second.
+picture engine 1130 engine_1

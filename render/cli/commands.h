@@ -14,5 +14,7 @@ Command add_reduce(CLI::App& program);
 Command add_modes(CLI::App& program);
 Command add_deform(CLI::App& program);
 Command add_compare(CLI::App& program);
+Command add_effects(CLI::App& program);
+Command add_study(CLI::App& program);
 
 }  // namespace flexframe::cli

@@ -26,7 +26,7 @@ void print_json(const render::Comparison& comparison, const std::vector<std::str
   for (const render::ComparedPair& p : comparison.pairs) {
     nlohmann::json row = {{"name", p.name}, {"result", render::state_name(p.state)}};
     const render::ImageDifference& d = p.difference;
-    if (p.state == render::PairState::passes || p.state == render::PairState::differs || p.state == render::PairState::equal) {
+    if (p.state == render::PairState::passes || p.state == render::PairState::differs || p.state == render::PairState::equal || p.state == render::PairState::other_numbers) {
       row["largest"] = d.largest;
       row["mean"] = d.mean;
       row["pixels_over"] = d.pixels_over;
@@ -34,6 +34,7 @@ void print_json(const render::Comparison& comparison, const std::vector<std::str
       row["ssim"] = d.ssim;
       row["flip"] = d.flip;
     }
+    if (!p.numbers.empty()) row["numbers"] = p.numbers;
     pairs.push_back(std::move(row));
   }
   fmt::print("{}\n", nlohmann::json({{"passes", comparison.passes}, {"pictures", pairs}, {"updated", updated}}).dump(2));
@@ -48,11 +49,12 @@ void print_rows(const render::Comparison& comparison, const std::vector<std::str
     const bool fails = p.state != render::PairState::equal && p.state != render::PairState::passes;
     bad += fails;
     if (p.state == render::PairState::equal && comparison.pairs.size() > 1) continue;
-    if (p.state == render::PairState::passes || p.state == render::PairState::differs)
+    if (p.state == render::PairState::passes || p.state == render::PairState::differs || p.state == render::PairState::other_numbers)
       fmt::print("{}: {}: largest difference {}/255, mean {:.4g}/255, {} pixels ({:.4g} %) over the limit, SSIM {:.5f}, FLIP {:.5f}\n", p.name,
                  render::state_name(p.state), d.largest, d.mean, d.pixels_over, 100.0 * d.share_over, d.ssim, d.flip);
     else
       fmt::print("{}: {}\n", p.name, render::state_name(p.state));
+    if (!p.numbers.empty()) fmt::print("{}: {}\n", p.name, p.numbers);
   }
   fmt::print("{} equal, {} within the limit, {} different or missing\n", equal, within, bad);
   if (!updated.empty()) fmt::print("{} baselines updated\n", updated.size());
@@ -63,7 +65,8 @@ void print_rows(const render::Comparison& comparison, const std::vector<std::str
 Command add_compare(CLI::App& program) {
   auto* words = program.add_subcommand("compare", "Image regression: two PNG files or two folders of them");
   words->footer(R"(A is the baseline, B the new picture or folder. Pictures agree if they are equal, or if few enough pixels differ by more
-than the limit. A picture that only one folder has does not agree. Exit codes: 0 all agree, 1 some do not, 2 bad input.)");
+than the limit, and if the numbers that flexframe writes into its pictures (vertices, their range, colour range) agree to 1e-4. A
+picture that only one folder has does not agree. Exit codes: 0 all agree, 1 some do not, 2 bad input.)");
   auto options = std::make_shared<Options>();
   words->add_option("A", options->baseline, "baseline: PNG file or folder")->required();
   words->add_option("B", options->candidate, "new: PNG file or folder")->required();

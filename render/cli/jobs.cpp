@@ -22,15 +22,6 @@ const std::vector<std::pair<const char*, sim::Method>> methods = {
     {"auto", sim::Method::automatic}, {"adams", sim::Method::adams}, {"bdf", sim::Method::bdf},
     {"erk", sim::Method::erk},        {"dirk", sim::Method::dirk},   {"ida", sim::Method::ida}};
 
-sim::Method method_from_name(const std::string& name) {
-  std::vector<std::string> known;
-  for (const auto& [word, method] : methods) {
-    if (name == word) return method;
-    known.emplace_back(word);
-  }
-  throw UsageError(fmt::format("--method {} is unknown{}; allowed: {}", sim::quote(name), sim::did_you_mean(name, known), sim::list_words(known)));
-}
-
 // "A:B" or "I/N": two whole numbers; either may be missing where `open`.
 std::pair<std::optional<int>, std::optional<int>> parse_pair(const std::string& text, char between, const char* option, const char* form, bool open) {
   const auto refuse = [&] { throw UsageError(fmt::format("{} {} must be {}", option, sim::quote(text), form)); };
@@ -49,10 +40,24 @@ std::pair<std::optional<int>, std::optional<int>> parse_pair(const std::string& 
 
 }  // namespace
 
+sim::Method method_from_name(const std::string& name) {
+  std::vector<std::string> known;
+  for (const auto& [word, method] : methods) {
+    if (name == word) return method;
+    known.emplace_back(word);
+  }
+  throw UsageError(fmt::format("--method {} is unknown{}; allowed: {}", sim::quote(name), sim::did_you_mean(name, known), sim::list_words(known)));
+}
+
 void add_simulation_words(CLI::App& words, SimulationWords& values) {
   words.add_option("--tolerance", values.tolerance, "relative local error, in place of the scene's")->check(CLI::Range(1e-13, 1e-1));
+  words.add_option("--accuracy", values.accuracy, "asked error of the outputs relative to their ranges: the program chooses tolerance, modes or elements, and effects")
+      ->check(CLI::Range(1e-9, 0.5))
+      ->excludes("--tolerance");
   words.add_option("--method", values.method, "auto, adams, bdf, erk, dirk or ida, in place of the scene's");
   words.add_flag("--no-error-estimate", values.no_estimate, "leave out the second, looser run that the estimated error comes from");
+  words.add_flag("--no-effect-check", values.no_check, "leave out the check of effects that are left out (about half of the run's cost)");
+  words.add_flag("--strict", values.strict, "a left-out effect that is worth more than the asked accuracy is an error: exit code 1, no files");
 }
 
 void add_render_words(CLI::App& words, RenderWords& values) {
@@ -61,13 +66,13 @@ void add_render_words(CLI::App& words, RenderWords& values) {
   words.add_flag("--resume", values.resume, "keep pictures that are whole and made from the same inputs");
   words.add_option("--size", values.size, "WIDTHxHEIGHT in pixels");
   words.add_option("--scales", values.scales, "auto, or a list as 1,20: in scale and exaggerated");
-  words.add_option("--color-by", values.color_by, "none, displacement, strain, velocity or body");
+  words.add_option("--color-by", values.color_by, "none, displacement, strain, stress, velocity, mode or body");
   words.add_option("--samples", values.samples, "antialiasing samples a pixel: 1, 4, 9 or 16")->check(CLI::IsMember({1, 4, 9, 16}));
   words.add_flag("--no-shadows", values.no_shadows, "no shadows and no ambient occlusion: quicker");
   words.add_flag("--no-overlay", values.no_overlay, "no words, bars and plots");
   words.add_option("--workers", values.workers, "processes that draw; default: one a core")->check(CLI::Range(1, 1024));
   words.add_option("--renderer", values.renderer, "osmesa or egl")->check(CLI::IsMember({"osmesa", "egl"}))->capture_default_str();
-  words.add_option("--video", values.video, "the video's file (.mp4 or .gif); default: NAME.mp4 beside the pictures");
+  words.add_option("--video", values.video, "the video's file (.mp4, .gif or .apng); default: NAME.mp4 beside the pictures");
   words.add_flag("--no-video", values.no_video, "pictures only");
 }
 
@@ -89,7 +94,7 @@ void apply_words(const RenderWords& words, film::RenderSettings& settings) {
   if (words.no_overlay)
     settings.overlay = {.title = false, .time = false, .scalar_bar = false, .triad = false, .legend = false, .note = false, .plot = {}, .plot_line = 0};
   if (!words.color_by.empty()) {
-    const std::vector<std::string> known = {"none", "displacement", "strain", "velocity", "body"};
+    const std::vector<std::string>& known = film::color_by_words();
     const auto found = std::find(known.begin(), known.end(), words.color_by);
     if (found == known.end())
       throw UsageError(fmt::format("--color-by {} is unknown{}; allowed: {}", sim::quote(words.color_by), sim::did_you_mean(words.color_by, known), sim::list_words(known)));
@@ -100,11 +105,17 @@ void apply_words(const RenderWords& words, film::RenderSettings& settings) {
 sim::Results run_simulation(const sim::Scene& scene, const SimulationWords& words) {
   sim::SimulateOptions options;
   options.tolerance = words.tolerance;
+  options.accuracy = words.accuracy;
   if (!words.method.empty()) options.method = method_from_name(words.method);
   options.estimate_error = !words.no_estimate;
+  options.check_effects = !words.no_check;
+  if (words.strict && (words.no_check || words.no_estimate)) throw UsageError("--strict needs the check of effects: it excludes --no-effect-check and --no-error-estimate");
   Progress progress("simulating");
   options.progress = [&](double time) { progress.show(time / scene.simulation.duration); };
-  return sim::simulate(scene, options);
+  sim::Results results = sim::simulate(scene, options);
+  if (words.strict && !results.statistics.warnings.empty())
+    throw std::runtime_error(fmt::format("{}: {}", scene.file.string(), fmt::join(results.statistics.warnings, "; ")));
+  return results;
 }
 
 DrawingReport run_drawing(const sim::Results& results, const film::RenderSettings& settings, const sim::Scene* scene, const RenderWords& words,
@@ -137,9 +148,11 @@ DrawingReport run_drawing(const sim::Results& results, const film::RenderSetting
     report.film = film::film(animation, options);
   }
 
-  // A video of the whole range; a shard alone has gaps.
-  if (words.no_video || options.shards > 1) return report;
-  report.video_file = words.video.empty() ? folder / (name + ".mp4") : fs::path(words.video);
+  // Sheet and video of the whole range; a shard alone has gaps.
+  if (options.shards > 1) return report;
+  if (settings.contact_sheet > 0) film::write_contact_sheet(report.frames, options.first, report.film.pictures, settings.contact_sheet, folder / (name + "_sheet.png"));
+  if (words.no_video || (settings.video == "none" && words.video.empty())) return report;
+  report.video_file = words.video.empty() ? folder / (name + "." + settings.video) : fs::path(words.video);
   report.video = film::make_video(report.frames, options.first, report.film.pictures, settings.frame_rate, report.video_file, throw_if_interrupted);
   return report;
 }
@@ -171,7 +184,14 @@ void print_simulation(const sim::Results& results) {
   const double duration = results.times.size() > 0 ? results.times[results.times.size() - 1] : 0.0;
   fmt::print("simulation   {:g} s in {:.4f} CPU s: {}, tolerance {:g}, {} steps, {} evaluations, {} events, {} samples\n", duration, s.cpu_seconds, s.method,
              s.tolerance, s.steps, s.evaluations, s.events, results.times.size());
-  if (s.error_estimate >= 0.0) fmt::print("error        {:.1e} of the range of {}, estimated, of the time integration\n", s.error_estimate, s.error_column);
+  if (s.accuracy) {
+    const sim::AccuracyStatement& a = *s.accuracy;
+    fmt::print("accuracy     {:g} asked: {}; found in {:.4f} CPU s\n", a.asked, fmt::join(a.chosen, ", "), a.search_cpu);
+    fmt::print("error        {:.1e} of the range of {}, estimated: {:.1e} of time, {:.1e} of space, {:.1e} of what is left out; half of it would cost {:.1f} times as much\n",
+               s.error_estimate, s.error_column, a.time, a.space, a.effects, a.half_cost);
+  } else if (s.error_estimate >= 0.0)
+    fmt::print("error        {:.1e} of the range of {}, estimated, of the time integration\n", s.error_estimate, s.error_column);
+  for (const std::string& warning : s.warnings) fmt::print("WARNING      {}\n", warning);
   for (const std::string& note : s.notes) fmt::print("note         {}\n", note);
 }
 
@@ -193,6 +213,12 @@ nlohmann::ordered_json simulation_json(const sim::Results& results) {
   nlohmann::ordered_json json = {{"method", s.method}, {"tolerance", s.tolerance}, {"steps", s.steps}, {"evaluations", s.evaluations}, {"jacobians", s.jacobians},
                                  {"events", s.events}, {"restarts", s.restarts}, {"cpu_seconds", s.cpu_seconds}, {"samples", results.times.size()}};
   if (s.error_estimate >= 0.0) json["error_estimate"] = {{"relative", s.error_estimate}, {"column", s.error_column}};
+  if (s.accuracy) {
+    const sim::AccuracyStatement& a = *s.accuracy;
+    json["accuracy"] = {{"asked", a.asked}, {"error", s.error_estimate}, {"time", a.time}, {"space", a.space}, {"effects", a.effects}, {"column", a.column},
+                        {"half_cost", a.half_cost}, {"search_cpu_seconds", a.search_cpu}, {"chosen", a.chosen}};
+  }
+  json["warnings"] = s.warnings;
   json["notes"] = s.notes;
   return json;
 }

@@ -4,6 +4,7 @@
 #include "render/cli/command.h"
 
 #include "render/film/animation.h"
+#include "render/film/contact_sheet.h"
 #include "render/film/filming.h"
 #include "render/film/video.h"
 #include "sim/simulate.h"
@@ -16,11 +17,11 @@
 
 namespace flexframe::cli {
 
-// --tolerance, --method, --no-error-estimate
+// --tolerance, --method, --no-error-estimate, --no-effect-check, --strict
 struct SimulationWords {
-  std::optional<double> tolerance;
+  std::optional<double> tolerance, accuracy;
   std::string method;
-  bool no_estimate = false;
+  bool no_estimate = false, no_check = false, strict = false;
 };
 void add_simulation_words(CLI::App& words, SimulationWords& values);
 
@@ -43,6 +44,10 @@ Job read_job(const std::filesystem::path& scene_file);
 // The options given take the place of the scene's words. Throws sim::InputError.
 void apply_words(const RenderWords& words, film::RenderSettings& settings);
 
+// "auto", "adams", ... Throws UsageError.
+sim::Method method_from_name(const std::string& name);
+
+// Throws std::runtime_error for warnings where they are to be errors.
 sim::Results run_simulation(const sim::Scene& scene, const SimulationWords& words);
 
 // Pictures to folder/frames, the video beside them.

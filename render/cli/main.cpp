@@ -1,5 +1,6 @@
 // The program: words of the command line to one subcommand, exceptions to exit codes.
 #include "render/cli/commands.h"
+#include "render/cli/export.h"
 #include "render/cli/terminal.h"
 
 #include "interp/types.h"
@@ -35,7 +36,7 @@ int run_program(int argc, char** argv, CLI::App& program) {
   const std::vector<cli::Command> commands = {
       cli::add_run(program),   cli::add_simulate(program), cli::add_render(program),
       cli::add_check(program), cli::add_info(program), cli::add_reduce(program), cli::add_modes(program),     cli::add_deform(program),
-      cli::add_compare(program),
+      cli::add_compare(program), cli::add_effects(program), cli::add_study(program), cli::add_export(program),
   };
   program.parse(argc, argv);
   for (const cli::Command& command : commands) {

@@ -16,7 +16,7 @@ namespace flexframe::cli {
 namespace {
 
 struct Words {
-  std::string model, output, mesh, report, mass, nodes_file, dofs, method = "eigen", units = "m";
+  std::string model, output, mesh, report, mass, nodes_file, dofs, method = "auto", units = "m";
   std::vector<std::string> materials, interfaces, node_sets;
   std::vector<int> nodes;
   std::string hold = "auto";
@@ -193,7 +193,7 @@ int run(Words& w) {
     for (sim::FeElement& e : model.elements)
       if (sim::fe_is_shell(e.shape) && !(e.thickness > 0.0)) e.thickness = w.thickness;
   sim::ReduceOptions& o = w.options;
-  o.method = w.method == "guyan" ? sim::ReduceMethod::guyan : w.method == "craig-bampton" ? sim::ReduceMethod::craig_bampton : w.method == "response" ? sim::ReduceMethod::response : sim::ReduceMethod::eigenmodes;
+  o.method = w.method == "auto" ? sim::ReduceMethod::automatic : w.method == "guyan" ? sim::ReduceMethod::guyan : w.method == "craig-bampton" ? sim::ReduceMethod::craig_bampton : w.method == "response" ? sim::ReduceMethod::response : sim::ReduceMethod::eigenmodes;
   for (const std::string& i : w.interfaces) o.interfaces.push_back(interface_of(model, i));
   for (int id : w.nodes) o.nodes.push_back(node_of(model, fmt::format("{}", id)));
   for (const std::string& s : w.node_sets)
@@ -249,12 +249,13 @@ Command add_reduce(CLI::App& program) {
   app->add_option("-o,--output", w->output, "the body, BODY.sid; BODY.obj and BODY.md come with it")->required();
   app->add_option("--mesh", w->mesh, "name of the surface mesh");
   app->add_option("--report", w->report, "name of the report");
-  app->add_option("--method", w->method, "eigen, guyan, craig-bampton or response")->check(CLI::IsMember({"eigen", "guyan", "craig-bampton", "response"}))->capture_default_str();
+  app->add_option("--method", w->method, "auto (craig-bampton with interfaces, else eigen), eigen, guyan, craig-bampton or response")->check(CLI::IsMember({"auto", "eigen", "guyan", "craig-bampton", "response"}))->capture_default_str();
   app->add_option("--modes", w->options.modes, "number of modes (with interfaces held for craig-bampton)")->check(CLI::NonNegativeNumber)->capture_default_str();
   app->add_option("--highest", w->options.highest, "highest frequency of interest, Hz: all modes up to it")->check(CLI::PositiveNumber);
   app->add_option("--lowest", w->options.lowest, "lowest frequency of interest, Hz (response: loads act at half of it)")->check(CLI::PositiveNumber);
-  app->add_option("--cut-off", w->options.cut_off, "drop modes of the reduced model above this times --highest")->check(CLI::PositiveNumber)->capture_default_str();
+  app->add_option("--cut-off", w->options.cut_off, "drop modes of the reduced model above this times --highest, but those that static deflection at the interfaces needs")->check(CLI::PositiveNumber)->capture_default_str();
   app->add_flag("--no-cut-off", w->no_cut_off, "drop none");
+  app->add_option("--static-error", w->options.static_error, "what the cut-off may cost of the static deflection at the interfaces; 1: it decides alone")->check(CLI::Range(0.0, 1.0))->capture_default_str();
   app->add_option("--interface", w->interfaces, "[NAME=]NODE, a spider's name, [NAME=]rigid:SET[@x,y,z] or [NAME=]average:SET[@x,y,z]; may be repeated");
   app->add_option("--hold", w->hold, "'model' (*BOUNDARY), 'none', or a node set; default: the model's if it has any")->capture_default_str();
   app->add_option("--nodes", w->options.node_count, "kept nodes, spread well over the surface, interfaces included")->check(CLI::Range(1, 1000000))->capture_default_str();
@@ -265,11 +266,12 @@ Command add_reduce(CLI::App& program) {
   app->add_option("--units", w->units, "of the model: m (m kg s) or mm (mm t s, MPa)")->check(CLI::IsMember({"m", "mm"}))->capture_default_str();
   app->add_option("--damping", w->options.damping, "ratio of critical damping of every mode")->check(CLI::NonNegativeNumber);
   app->add_flag("--no-stiffening", w->no_stiffening, "leave the second-order displacements (geometric stiffening) out");
-  app->add_flag("--force-stiffening", w->force_stiffening, "take them in however many modes there are");
+  app->add_flag("--force-stiffening", w->force_stiffening, "take them in at all nodes however many modes there are");
   app->add_flag("--stress", w->options.stress, "stress per mode at the kept nodes");
   app->add_option("--mass", w->mass, "mass matrix (.mtx) beside a stiffness matrix");
   app->add_option("--node-table", w->nodes_file, "'id x y z' a line, or an .inp, for a model given as matrices");
   app->add_option("--dofs", w->dofs, "'node.dof' a line, for a model given as matrices");
+  app->add_option("--threads", w->options.threads, "of the dense kernels: more take less time and more CPU")->check(CLI::Range(1, 1024))->capture_default_str();
   app->add_option("--memory", w->memory, "limit in GB; default: what is free")->check(CLI::PositiveNumber);
   app->add_flag("--json", w->json, "print a machine-readable summary");
   app->add_flag("--quiet", w->quiet, "no progress");

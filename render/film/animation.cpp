@@ -1,6 +1,7 @@
 #include "render/film/animation.h"
 
 #include "render/camera.h"
+#include "render/film/attachments.h"
 #include "render/film/hash.h"
 #include "render/film/overlay.h"
 #include "render/film/survey.h"
@@ -31,6 +32,27 @@ render::Surface& add_surface(const Animation& animation, PictureMemory& memory, 
   return memory.picture.surfaces.back();
 }
 
+// The axis of a thin beam: seen where its section is finer than a pixel or two, inside it elsewhere.
+render::Lines spine_line(const BodyModel& model, const BodyMemory& memory, const std::vector<float>& scalars, const render::ScalarMap& map, const glm::dmat4& pose, float opacity) {
+  render::Lines line;
+  line.pose = pose;
+  line.width = 2.2f;
+  const std::vector<float>& positions = model.flexible ? memory.positions : model.rest;
+  for (const std::vector<int>& ring : model.spine) {
+    glm::dvec3 sum(0.0);
+    double value = 0.0;
+    for (const int p : ring) {
+      sum += glm::dvec3(positions[3 * p], positions[3 * p + 1], positions[3 * p + 2]);
+      value += scalars.empty() ? 0.0 : static_cast<double>(scalars[p]);
+    }
+    const double share = 1.0 / static_cast<double>(ring.size());
+    line.points.emplace_back(share * sum);
+    const glm::vec3 color = scalars.empty() ? model.material.color : render::scalar_color(map, share * value);
+    line.colors.emplace_back(color, opacity * model.opacity);
+  }
+  return line;
+}
+
 void rest_surface(const BodyModel& model, std::vector<glm::vec3>& positions, std::vector<glm::vec3>& normals) {
   positions.resize(model.mesh.point_position.size());
   for (size_t p = 0; p < positions.size(); ++p) positions[p] = glm::vec3(model.mesh.positions[model.mesh.point_position[p]]);
@@ -55,9 +77,11 @@ void update_picture(const Animation& animation, int k, PictureMemory& memory) {
   picture.look = {.samples = settings.samples, .shadows = settings.shadows, .occlusion = settings.occlusion};
   picture.ground = animation.ground;
   picture.bounds = animation.bounds;
+  picture.lighting.direction = animation.light;
   fill_overlay(animation, t, picture);
   picture.surfaces.clear();
   picture.markers.clear();
+  picture.lines.clear();
   memory.bodies.resize(animation.bodies.size());
   memory.scalars.resize(animation.bodies.size());
   memory.skins.resize(skins_needed(animation));
@@ -90,7 +114,7 @@ void update_picture(const Animation& animation, int k, PictureMemory& memory) {
     // Deformation in scale, and what it is coloured by.
     if (model.flexible) update_displacement(model, body, place, memory.bodies[b]);
     std::vector<float>& scalars = memory.scalars[b];
-    if (animation.scalar_bar || settings.color_range) update_scalars(model, results, static_cast<int>(b), settings.color_by, t, memory.bodies[b], work, memory.vertex_scalars);
+    if (animation.scalar_bar || settings.color_range) update_scalars(model, results, static_cast<int>(b), settings, t, memory.bodies[b], work, memory.vertex_scalars);
     else memory.vertex_scalars.clear();
     scalars.clear();
     if (!memory.vertex_scalars.empty())
@@ -104,6 +128,7 @@ void update_picture(const Animation& animation, int k, PictureMemory& memory) {
       render::Surface& surface = add_surface(animation, memory, skin, model, pose);
       surface.scalars = scalars;
       surface.colors = model.colors;
+      if (!model.spine.empty()) picture.lines.push_back(spine_line(model, memory.bodies[b], memory.vertex_scalars, picture.scalar_map, pose, s == 0 ? 1.0f : ghost_opacity));
       if (s == 0) continue;
       surface.opacity *= ghost_opacity;
       surface.casts_shadow = false;
@@ -145,10 +170,17 @@ void update_picture(const Animation& animation, int k, PictureMemory& memory) {
     picture.surfaces.push_back(surface);
   }
 
-  picture.camera = animation.camera;
+  update_attachments(animation, k, memory);
+
+  // The camera: fitted or given, on its path, around, and along with a body.
+  picture.camera = settings.camera.path.empty() ? animation.camera : render::camera_on_path(settings.camera.path, t);
+  picture.views = animation.views;
+  if (settings.camera.orbit != 0.0) picture.camera = render::orbit_camera(picture.camera, settings.camera.orbit * k / std::max(1, animation.count - 1));
   if (animation.follow >= 0) {
     const sim::ResultBody& body = results.bodies[static_cast<size_t>(animation.follow)];
-    picture.camera = render::shift_camera(animation.camera, glm::dvec3(body_pose(body, place)[3] - body_pose(body, {})[3]));
+    const glm::dvec3 way(body_pose(body, place)[3] - body_pose(body, {})[3]);
+    picture.camera = render::shift_camera(picture.camera, way);
+    for (render::View& view : picture.views) view.camera = render::shift_camera(view.camera, way);
   }
 }
 
@@ -167,11 +199,21 @@ std::string picture_hash(const render::Picture& picture, const std::string& envi
   vector3(picture.background.top);
   vector3(picture.background.bottom);
   number(picture.background.transparent);
-  const render::Camera& camera = picture.camera;
-  vector3(camera.position);
-  vector3(camera.target);
-  vector3(camera.up);
-  number(camera.fov, camera.height, static_cast<int>(camera.projection));
+  const auto add_camera = [&](const render::Camera& camera) {
+    vector3(camera.position);
+    vector3(camera.target);
+    vector3(camera.up);
+    number(camera.fov, camera.height, static_cast<int>(camera.projection));
+  };
+  add_camera(picture.camera);
+  number(picture.lighting.direction.has_value(), picture.lighting.key, picture.lighting.ambient);
+  if (picture.lighting.direction) vector3(*picture.lighting.direction);
+  number(picture.views.size());
+  for (const render::View& view : picture.views) {
+    add_camera(view.camera);
+    number(view.left, view.top, view.width, view.height);
+    hash.add_text(view.label);
+  }
   vector3(picture.bounds.lower);
   vector3(picture.bounds.upper);
   number(picture.ground.has_value());
@@ -193,12 +235,32 @@ std::string picture_hash(const render::Picture& picture, const std::string& envi
     vector3(s.material.color);
     number(s.material.roughness, s.material.metallic, s.opacity, s.two_sided, s.edges, s.silhouette, s.casts_shadow, s.edge_width);
     vector3(s.edge_color);
+    hash.add_span(s.edge_flags);
   }
   for (const render::Markers& m : picture.markers) {
     hash.add_bytes(m.points.data(), m.points.size() * sizeof(glm::vec3));
     number(static_cast<int>(m.shape), m.diameter, m.on_top);
     color4(m.color);
     matrix(m.pose);
+  }
+
+  number(picture.lines.size(), picture.arrows.size(), picture.triads.size());
+  for (const render::Lines& l : picture.lines) {
+    hash.add_bytes(l.points.data(), l.points.size() * sizeof(glm::vec3));
+    color4(l.color);
+    hash.add_bytes(l.colors.data(), l.colors.size() * sizeof(glm::vec4));
+    number(l.width, l.strip, l.on_top);
+    matrix(l.pose);
+  }
+  for (const render::Arrow& a : picture.arrows) {
+    vector3(a.from);
+    vector3(a.to);
+    vector3(a.color);
+    number(a.radius, a.opacity);
+  }
+  for (const render::Triad& a : picture.triads) {
+    matrix(a.pose);
+    number(a.length);
   }
 
   // Words over it.

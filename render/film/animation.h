@@ -10,8 +10,11 @@
 #pragma once
 
 #include "render/film/body_model.h"
+#include "render/film/places.h"
 #include "render/film/settings.h"
 #include "render/picture.h"
+#include "render/shapes.h"
+#include "sim/expression.h"
 #include "sim/results.h"
 #include "sim/scene.h"
 
@@ -35,17 +38,34 @@ struct JointSymbol {
 struct PlotSeries { std::string label; std::vector<double> x, y; };
 struct PlotPanel { std::string y_label; double factor = 1.0; std::vector<PlotSeries> series; };  // shown value = factor * value
 
+// A force or torque as an arrow at its frame.
+struct ForceArrow {
+  FramePlace place;
+  glm::dvec3 direction{0.0};     // unit; world, or of the frame for a follower
+  bool follower = false, torque = false;
+  sim::Expression value;         // N or Nm
+  double length_per_unit = 0.0;  // m of arrow
+};
+
+struct SpringSymbol { FramePlace from, to; double coil = 0.0, wire = 0.0; };  // radii, m
+
 struct Animation {
   const sim::Results* results = nullptr;   // outlives the animation
   RenderSettings settings;
   std::vector<double> scales;              // solid one first
   std::vector<BodyModel> bodies;           // parallel to Results::bodies
   std::vector<JointSymbol> symbols;
+  std::vector<FramePlace> traces, triads;
+  double triad_length = 0.0;               // m
+  std::vector<ForceArrow> forces;
+  std::vector<SpringSymbol> springs;
   std::vector<PlotPanel> panels;
   render::ScalarMap scalar_map;
   std::optional<render::ScalarBar> scalar_bar;
   double largest_displacement = 0.0;       // m, elastic, of all vertices over the sequence
   render::Camera camera;                   // at the first picture
+  std::optional<glm::vec3> light;          // where the camera turns: the key light stays where it was at the first picture
+  std::vector<render::View> views;         // not empty: these instead
   std::optional<render::Ground> ground;
   render::Bounds bounds;                   // of the whole motion with all its scales
   int follow = -1;                         // body, -1: none
@@ -68,6 +88,7 @@ struct PictureMemory {
   struct Skin { std::vector<glm::vec3> positions, normals; };
   std::vector<Skin> skins;                          // one a drawn surface
   std::vector<std::vector<float>> scalars;          // one a body, per shading point
+  std::vector<render::Shape> springs;
   std::vector<float> vertex_scalars, before, after; // per vertex
 };
 

@@ -1,5 +1,6 @@
 // What is settled before the first picture: bodies and maps, colour range, scales, camera, ground, joint symbols, plots.
 #include "render/film/animation.h"
+#include "render/film/attachments.h"
 #include "render/film/overlay.h"
 #include "render/film/shapes.h"
 #include "render/film/survey.h"
@@ -189,11 +190,40 @@ void set_colors(Animation& animation, double largest) {
   if (by == ColorBy::strain) {
     const bool small = reach < 0.01;
     animation.scalar_bar = {.label = "strain", .unit = small ? "µm/m" : "%", .factor = small ? 1e6 : 100.0};
+  } else if (by == ColorBy::stress) {
+    const bool mega = reach >= 1e5;
+    animation.scalar_bar = {.label = "stress", .unit = mega ? "MPa" : "kPa", .factor = mega ? 1e-6 : 1e-3};
   } else {
     const auto [unit, factor] = length_unit(reach);
     const bool velocity = by == ColorBy::velocity;
-    animation.scalar_bar = {.label = velocity ? "speed" : "elastic displacement", .unit = velocity ? unit + "/s" : unit, .factor = factor};
+    animation.scalar_bar = {.label = velocity ? "speed" : by == ColorBy::mode ? fmt::format("displacement by mode {}", animation.settings.mode) : "elastic displacement", .unit = velocity ? unit + "/s" : unit, .factor = factor};
   }
+}
+
+// The points turned about the vertical through the centre: what an orbiting camera must keep in sight.
+std::vector<glm::dvec3> all_around(const std::vector<glm::dvec3>& points, const glm::dvec3& centre, const glm::dvec3& up) {
+  // Of points at one height the farthest is enough; 64 heights and 24 ways round are within a hundredth of the circle.
+  const glm::dvec3 axis = glm::normalize(up), side = glm::normalize(glm::cross(axis, std::abs(axis.x) < 0.9 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0))), front = glm::cross(axis, side);
+  double low = 0.0, high = 0.0;
+  for (const glm::dvec3& p : points) {
+    low = std::min(low, glm::dot(p - centre, axis));
+    high = std::max(high, glm::dot(p - centre, axis));
+  }
+  constexpr int heights = 64, ways = 24;
+  std::vector<double> reach(heights + 1, -1.0);
+  const double step = high > low ? (high - low) / heights : 1.0;
+  for (const glm::dvec3& p : points) {
+    const double height = glm::dot(p - centre, axis);
+    double& r = reach[static_cast<size_t>(std::clamp(std::lround((height - low) / step), 0L, long(heights)))];
+    r = std::max(r, 1.01 * glm::length(p - centre - height * axis));
+  }
+  std::vector<glm::dvec3> around;
+  for (int h = 0; h <= heights; ++h)
+    for (int k = 0; k < ways && reach[static_cast<size_t>(h)] >= 0.0; ++k) {
+      const double angle = 2.0 * M_PI * k / ways;
+      around.push_back(centre + (low + h * step) * axis + reach[static_cast<size_t>(h)] * (std::cos(angle) * side + std::sin(angle) * front));
+    }
+  return around;
 }
 
 void set_camera(Animation& animation, const std::vector<glm::dvec3>& points, const glm::dvec3& gravity) {
@@ -208,29 +238,39 @@ void set_camera(Animation& animation, const std::vector<glm::dvec3>& points, con
   if (glm::length(glm::cross(glm::normalize(fit.direction), fit.up)) < 1e-6) fit.up = std::abs(fit.up.x) < 0.9 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
 
   if (animation.settings.ground && animation.settings.background != BackgroundKind::transparent) animation.ground = render::default_ground(points, fit.up);
-  if (asked.fit) {
-    render::Picture picture;
-    picture.size = animation.settings.size;
-    fill_overlay(animation, 0.0, picture);
-    fit.insets = render::overlay_insets(picture);
-    animation.camera = render::fit_camera(points, animation.settings.size, fit);
+  render::Picture picture;
+  picture.size = animation.settings.size;
+  fill_overlay(animation, 0.0, picture);
+  if (!asked.views.empty()) {
+    picture.ground = animation.ground;
+    picture.bounds = animation.bounds;
+    animation.views = render::make_views(picture, points, fit.up, asked.views);
+    animation.camera = animation.views.front().camera;
+  } else if (asked.fit && asked.path.empty()) {
+    picture.ground = animation.ground;
+    picture.bounds = animation.bounds;
+    animation.camera = render::fit_camera(picture, asked.orbit != 0.0 ? all_around(points, animation.bounds.centre(), fit.up) : points, fit);
   } else {
-    animation.camera = {.position = *asked.position, .target = asked.target.value_or(animation.bounds.centre()), .up = fit.up, .fov = asked.fov,
+    animation.camera = !asked.path.empty() ? asked.path.front().camera : render::Camera{.position = *asked.position, .target = asked.target.value_or(animation.bounds.centre()), .up = fit.up, .fov = asked.fov,
                         .height = asked.height, .projection = asked.projection};
   }
 }
 
 }  // namespace
 
-Animation make_animation(const sim::Results& results, const RenderSettings& settings, const sim::Scene* scene) {
+Animation make_animation(const sim::Results& results, const RenderSettings& asked, const sim::Scene* scene) {
   if (results.times.size() == 0) throw sim::InputError("the results hold no samples: nothing to draw");
   if (results.bodies.empty()) throw sim::InputError("the results hold no bodies: nothing to draw");
   const double start = cpu_seconds();
   Animation animation;
   animation.results = &results;
-  animation.settings = settings;
-  animation.count = picture_count(results.times, settings.frame_rate, settings.speed);
-  animation.step = settings.speed / settings.frame_rate;
+  animation.settings = asked;
+  const double speed = playback_speed(asked, results.times[results.times.size() - 1] - results.times[0]);
+  animation.settings.speed = speed;
+  if (asked.speed == 0.0 && speed != 1.0) animation.notes.push_back(fmt::format("played at {:g} simulated seconds a second: [render] speed is not given", speed));
+  const RenderSettings& settings = animation.settings;
+  animation.count = picture_count(results.times, settings.frame_rate, speed);
+  animation.step = speed / settings.frame_rate;
 
   const double size = machine_size(results);
   for (size_t b = 0; b < results.bodies.size(); ++b) {
@@ -249,12 +289,16 @@ Animation make_animation(const sim::Results& results, const RenderSettings& sett
   animation.follow = settings.camera.follow.empty() ? -1 : body_index(results, settings.camera.follow);
   std::vector<double> drawn = animation.scales;
   if (settings.undeformed) drawn.push_back(0.0);
-  const std::vector<glm::dvec3> points = motion_points(survey, drawn, animation.follow);
+  std::vector<glm::dvec3> points = motion_points(survey, drawn, animation.follow);
+  add_attachments(animation, scene, size);
+  append_arrow_tips(animation, points);
   for (const glm::dvec3& p : points) animation.bounds.add(p);
   add_panels(animation);
   if (settings.joints && scene) add_symbols(animation, *scene, size);
   const sim::Vec3 g = scene ? scene->simulation.gravity : sim::Vec3::Zero();
   set_camera(animation, points, {g.x(), g.y(), g.z()});
+  const CameraSettings& camera = animation.settings.camera;
+  if (camera.orbit != 0.0 || !camera.path.empty()) animation.light = glm::vec3(render::default_light(animation.camera, animation.ground ? animation.ground->normal : animation.camera.up));
   animation.cpu_setup = cpu_seconds() - start;
   return animation;
 }

@@ -102,6 +102,18 @@ render::Mesh mesh_of(const sim::ResultBody& body, const sim::BodyDef* def, doubl
   return make_rigid_mesh(rigid ? *rigid : sim::RigidDef{}, 0.035 * size, body.name);
 }
 
+// Rings of a swept beam that is thinner than a 150th of the machine, a few pixels of a usual picture; else none.
+std::vector<std::vector<int>> spine_of(const render::Mesh& mesh, double size) {
+  double across = 0.0;
+  for (const glm::dvec3& p : mesh.positions) across = std::max({across, std::abs(p.y), std::abs(p.z)});
+  std::vector<std::vector<int>> rings;
+  if (across > size / 300.0) return rings;
+  std::map<double, std::vector<int>> by_station;
+  for (size_t i = 0; i < mesh.positions.size(); ++i) by_station[mesh.positions[i].x].push_back(static_cast<int>(i));
+  for (auto& [x, ring] : by_station) rings.push_back(std::move(ring));
+  return rings;
+}
+
 }  // namespace
 
 BodyLook read_body_look(const sim::BodyDef& body, const std::string& file) {
@@ -138,6 +150,7 @@ BodyModel make_body_model(const sim::ResultBody& body, const sim::BodyDef* def, 
   model.name = body.name;
   const BodyLook look = def ? read_body_look(*def, "scene") : BodyLook{};
   model.visible = look.visible;
+  if (const auto* beam = def ? std::get_if<sim::BeamDef>(&def->kind) : nullptr) model.youngs_modulus = beam->material.youngs_modulus;
   model.mesh = mesh_of(body, def, size);
   const render::Mesh& mesh = model.mesh;
   model.warnings = mesh.warnings;
@@ -164,6 +177,8 @@ BodyModel make_body_model(const sim::ResultBody& body, const sim::BodyDef* def, 
   model.closed = is_closed(mesh);
   for (const glm::dvec3& p : mesh.positions)
     for (int c = 0; c < 3; ++c) model.rest.push_back(static_cast<float>(p[c]));
+
+  if (body.kind == "beam" && body.mesh.empty()) model.spine = spine_of(mesh, size);
 
   std::vector<int> corner_position, corner_group;
   for (size_t k = 0; k < mesh.triangles.size(); ++k)

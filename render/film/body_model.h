@@ -40,7 +40,9 @@ struct BodyModel {
   std::vector<glm::uvec3> triangles;     // of shading points
   std::vector<glm::vec3> colors;         // per shading point where the mesh has vertex colours or several materials, else empty
   render::Material material;
+  double youngs_modulus = 0.0;           // Pa, 0: unknown
   float opacity = 1.0f;
+  std::vector<std::vector<int>> spine;   // of a thin beam: the positions of each ring of its mesh, from end to end
   bool closed = false;                   // back faces need not be drawn
   bool visible = true;
   interp::NormalLayout normals;

@@ -1,5 +1,6 @@
 #include "render/film/filming.h"
 
+#include "render/film/numbers.h"
 #include "render/png.h"
 
 #include <fmt/format.h>
@@ -49,6 +50,18 @@ void send(int pipe, const Message& message) {
   while (::write(pipe, &message, sizeof message) < 0 && errno == EINTR) {}
 }
 
+// 16 bit pictures of the same moment, in folders beside the pictures': their files, name by name.
+std::vector<std::filesystem::path> channel_files(const Animation& animation, const FilmOptions& options, int picture) {
+  std::vector<std::filesystem::path> files;
+  if (animation.settings.depth_channel) files.push_back(options.folder.parent_path() / "depth" / picture_file_name(picture));
+  if (animation.settings.scalar_channel) files.push_back(options.folder.parent_path() / "scalar" / picture_file_name(picture));
+  return files;
+}
+
+bool is_done(const std::filesystem::path& path, const std::string& inputs) {
+  return std::filesystem::exists(path) && render::is_whole_png(path) && render::read_png_text(path, input_key) == inputs;
+}
+
 // Everything one worker does with one picture.
 Message make_one(const Animation& animation, const FilmOptions& options, int picture, PictureMemory& memory, render::Renderer& renderer,
                  const std::string& environment) {
@@ -57,7 +70,8 @@ Message make_one(const Animation& animation, const FilmOptions& options, int pic
   double start = thread_seconds();
   update_picture(animation, picture, memory);
   const std::string inputs = picture_hash(memory.picture, environment);
-  if (options.resume && std::filesystem::exists(path) && render::is_whole_png(path) && render::read_png_text(path, input_key) == inputs) {
+  const std::vector<std::filesystem::path> channels = channel_files(animation, options, picture);
+  if (options.resume && is_done(path, inputs) && std::all_of(channels.begin(), channels.end(), [&](const auto& file) { return is_done(file, inputs); })) {
     message.kind = Message::kept;
     message.deform = thread_seconds() - start;
     return message;
@@ -66,10 +80,17 @@ Message make_one(const Animation& animation, const FilmOptions& options, int pic
   message.deform = now - start;
   start = now;
   const render::Image image = renderer.draw(memory.picture);
+  for (const std::filesystem::path& file : channels) {
+    // What the numbers mean stands in the file: grey 0 and 65534, 65535 is nothing.
+    double low = memory.picture.scalar_map.lower, high = memory.picture.scalar_map.upper;
+    const bool depth = file.parent_path().filename() == "depth";
+    const render::Image16 numbers = depth ? renderer.draw_depth(memory.picture, &low, &high) : renderer.draw_scalar(memory.picture);
+    render::write_png(file, numbers, {.level = 1, .text = {{input_key, inputs}, {"flexframe-range", fmt::format("{:.17g} {:.17g}", low, high)}}});
+  }
   now = thread_seconds();
   message.draw = now - start;
   start = now;
-  render::write_png(path, image, {.level = 1, .text = {{input_key, inputs}}});
+  render::write_png(path, image, {.level = 1, .text = {{input_key, inputs}, {render::numbers_key, render::numbers_text(picture_numbers(memory.picture))}}});
   message.encode = thread_seconds() - start;
   return message;
 }
@@ -93,7 +114,7 @@ Message make_one(const Animation& animation, const FilmOptions& options, int pic
   };
   try {
     render::Renderer renderer(options.backend);
-    const std::string environment = renderer.info().renderer + ' ' + renderer.info().version + ' ' + renderer.info().cpu;
+    const std::string environment = fmt::format("drawing {} ", render::drawing_version) + renderer.info().renderer + ' ' + renderer.info().version + ' ' + renderer.info().cpu;
     PictureMemory memory;
     for (int i = next++; i < static_cast<int>(pictures.size()); i = next++) {
       doing = fmt::format("picture {}", pictures[i]);
@@ -196,9 +217,13 @@ FilmReport film(const Animation& animation, const FilmOptions& options) {
   for (int k = options.first; k < end; ++k)
     if (k % options.shards == options.shard % options.shards) pictures.push_back(k);
 
-  std::error_code error;
-  std::filesystem::create_directories(options.folder, error);
-  if (error) throw std::runtime_error(fmt::format("{}: cannot make the folder: {}", options.folder.string(), error.message()));
+  std::vector<std::filesystem::path> folders = {options.folder};
+  for (const std::filesystem::path& file : channel_files(animation, options, 0)) folders.push_back(file.parent_path());
+  for (const std::filesystem::path& folder : folders) {
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error) throw std::runtime_error(fmt::format("{}: cannot make the folder: {}", folder.string(), error.message()));
+  }
   const bool whole = options.first == 0 && end == animation.count && options.shards == 1;
   clear_folder(options, pictures, whole, animation.count);
 

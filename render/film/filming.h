@@ -15,7 +15,7 @@
 namespace flexframe::film {
 
 struct FilmOptions {
-  std::filesystem::path folder{};        // made if it is missing; pictures are folder/frame_00000.png ...
+  std::filesystem::path folder{};        // made if it is missing; pictures are folder/frame_00000.png ..., channels in folder/../depth, ../scalar
   int first = 0, end = -1;               // pictures first..end-1; end < 0: to the last
   int shard = 0, shards = 1;             // of these, the ones with number % shards == shard % shards
   bool resume = false;                   // keep pictures that are whole and made from the same inputs

@@ -53,7 +53,8 @@ void fill_overlay(const Animation& animation, double t, render::Picture& picture
   for (const PlotPanel& panel : animation.panels) {
     render::Plot plot;
     plot.y_label = panel.series.size() == 1 ? fmt::format("{} [{}]", panel.series[0].label, panel.y_label) : fmt::format("[{}]", panel.y_label);
-    if (panel.y_label.empty()) plot.y_label = panel.series.size() == 1 ? panel.series[0].label : "";
+    // Plain numbers have no unit.
+    if (panel.y_label.empty() || panel.y_label == "1") plot.y_label = panel.series.size() == 1 ? panel.series[0].label : "";
     for (const PlotSeries& series : panel.series) plot.series.push_back({.label = series.label, .x = series.x, .y = series.y, .color = glm::vec3(-1.0f)});
     plot.mark = t;
     overlay.plots.push_back(std::move(plot));

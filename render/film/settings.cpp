@@ -27,7 +27,7 @@ glm::dvec3 to_glm(const sim::Vec3& v) { return {v.x(), v.y(), v.z()}; }
 std::vector<std::string> to_strings(const std::vector<std::string_view>& words) { return {words.begin(), words.end()}; }
 
 CameraSettings read_camera(const TableReader& reader) {
-  reader.allow({"position", "target", "up", "fov", "projection", "height", "fit", "direction", "follow"});
+  reader.allow({"position", "target", "up", "fov", "projection", "height", "fit", "direction", "follow", "views", "orbit", "path"});
   CameraSettings camera;
   if (reader.has("position")) camera.position = to_glm(reader.vector3("position"));
   if (reader.has("target")) camera.target = to_glm(reader.vector3("target"));
@@ -38,10 +38,36 @@ CameraSettings read_camera(const TableReader& reader) {
   camera.projection = static_cast<render::Projection>(reader.word("projection", projections, 0));
   camera.height = reader.number("height", camera.height, sim::positive);
   camera.fit = reader.boolean("fit", !camera.position);
+  static const std::vector<std::string> kinds = {"front", "side", "top", "iso"};
+  if (reader.has("views"))
+    for (const std::string& word : reader.texts("views")) {
+      const auto found = std::find(kinds.begin(), kinds.end(), word);
+      if (found == kinds.end()) reader.fail("views", fmt::format("holds {}{}; allowed: {}", sim::quote(word), sim::did_you_mean(word, kinds), sim::list_words(kinds)));
+      camera.views.push_back(static_cast<render::ViewKind>(found - kinds.begin()));
+    }
+  if (camera.views.size() > 4) reader.fail("views", fmt::format("must be one to four views, found {}", camera.views.size()));
+  camera.orbit = reader.number("orbit", 0.0, {.low = -36000.0, .high = 36000.0, .what = "an angle from -36000 to 36000 degrees"});
+  for (const TableReader& key : reader.tables("path")) {
+    key.allow({"t", "position", "target", "up", "fov", "height"});
+    render::CameraKey at;
+    at.t = key.number("t");
+    at.camera.position = to_glm(key.vector3("position"));
+    at.camera.target = to_glm(key.vector3("target", sim::Vec3::Zero()));
+    at.camera.up = to_glm(key.direction("up", camera.up ? sim::Vec3(camera.up->x, camera.up->y, camera.up->z) : sim::Vec3::UnitY()));
+    at.camera.fov = key.number("fov", camera.fov, {.low = 1.0, .high = 170.0, .what = "an angle from 1 to 170 degrees"});
+    at.camera.height = key.number("height", camera.height, sim::positive);
+    at.camera.projection = camera.projection;
+    if (glm::length(at.camera.position - at.camera.target) == 0.0) key.fail("position", "must not be the same point as 'target'");
+    if (!camera.path.empty() && !(at.t > camera.path.back().t)) key.fail("t", fmt::format("must rise from key to key, found {:g} after {:g}", at.t, camera.path.back().t));
+    camera.path.push_back(at);
+  }
+  if (!camera.path.empty() && (camera.position || camera.direction)) reader.fail("path", "excludes 'position' and 'direction'");
+  if (!camera.views.empty() && (!camera.path.empty() || camera.position || camera.direction || camera.orbit != 0.0))
+    reader.fail("views", "excludes 'path', 'position', 'direction' and 'orbit'");
   camera.follow = reader.text("follow", "");
   camera.follow_line = reader.line("follow");
 
-  if (!camera.fit && !camera.position) reader.fail("fit = false needs 'position' (and 'target')");
+  if (!camera.fit && !camera.position && camera.path.empty()) reader.fail("fit = false needs 'position' (and 'target')");
   if (camera.target && !camera.position) reader.fail("'target' needs 'position' beside it");
   if (camera.direction && (camera.position || !camera.fit)) reader.fail("'direction' is for fit = true without 'position'");
   if (camera.position) {
@@ -69,7 +95,7 @@ OverlaySettings read_overlay(const TableReader& reader) {
 
 RenderSettings read_table(const TableReader& reader) {
   reader.allow({"size", "frame_rate", "speed", "samples", "scales", "exaggeration", "color_by", "color_range", "colormap", "trail", "undeformed", "scheme",
-                "background", "ground", "joints", "nodes", "shadows", "occlusion", "edges", "silhouette", "camera", "overlay"});
+                "background", "ground", "joints", "nodes", "forces", "traces", "triads", "contact_sheet", "channels", "video", "mode", "shadows", "occlusion", "edges", "silhouette", "camera", "overlay"});
   RenderSettings settings;
 
   // Size, pace and quality.
@@ -79,7 +105,7 @@ RenderSettings read_table(const TableReader& reader) {
     settings.size = {size[0], size[1]};
   }
   settings.frame_rate = reader.number("frame_rate", settings.frame_rate, {.low = 0.0, .high = 10000.0, .open_low = true, .what = "a number > 0, at most 10000"});
-  settings.speed = reader.number("speed", settings.speed, sim::positive);
+  if (reader.has("speed")) settings.speed = reader.number("speed", 1.0, sim::positive);
   settings.samples = reader.integer("samples", settings.samples, 1, 16);
   if (settings.samples != 1 && settings.samples != 4 && settings.samples != 9 && settings.samples != 16)
     reader.fail("samples", fmt::format("must be 1, 4, 9 or 16, found {}", settings.samples));
@@ -101,8 +127,8 @@ RenderSettings read_table(const TableReader& reader) {
   settings.scheme = interp::scheme_from_name(schemes[reader.word("scheme", schemes, 0)]);
 
   // Colours.
-  const std::vector<std::string> colors = {"none", "displacement", "strain", "velocity", "body"};
-  settings.color_by = static_cast<ColorBy>(reader.word("color_by", colors, static_cast<size_t>(settings.color_by)));
+  settings.color_by = static_cast<ColorBy>(reader.word("color_by", color_by_words(), static_cast<size_t>(settings.color_by)));
+  settings.mode = reader.integer("mode", 1, 1, 100000);
   const std::vector<std::string> maps = to_strings(render::colormap_names());
   settings.colormap = static_cast<render::Colormap>(reader.word("colormap", maps, 0));
   if (reader.has("color_range")) {
@@ -119,6 +145,22 @@ RenderSettings read_table(const TableReader& reader) {
   settings.ground = reader.boolean("ground", settings.ground);
   settings.joints = reader.boolean("joints", settings.joints);
   settings.nodes = reader.boolean("nodes", settings.nodes);
+  settings.forces = reader.boolean("forces", settings.forces);
+  if (reader.has("traces")) settings.traces = reader.texts("traces");
+  if (reader.has("triads")) settings.triads = reader.texts("triads");
+  settings.traces_line = reader.line("traces");
+  settings.triads_line = reader.line("triads");
+
+  // What is written besides the pictures.
+  settings.contact_sheet = reader.integer("contact_sheet", 0, 0, 100);
+  if (reader.has("channels"))
+    for (const std::string& word : reader.texts("channels")) {
+      const std::vector<std::string> channels = {"depth", "scalar"};
+      if (word != "depth" && word != "scalar") reader.fail("channels", fmt::format("holds {}{}; allowed: {}", sim::quote(word), sim::did_you_mean(word, channels), sim::list_words(channels)));
+      (word == "depth" ? settings.depth_channel : settings.scalar_channel) = true;
+    }
+  const std::vector<std::string> videos = {"mp4", "gif", "apng", "none"};
+  settings.video = videos[reader.word("video", videos, 0)];
   settings.shadows = reader.boolean("shadows", settings.shadows);
   settings.occlusion = reader.boolean("occlusion", settings.occlusion);
   settings.edges = reader.boolean("edges", settings.edges);
@@ -136,10 +178,10 @@ RenderSettings read_table(const TableReader& reader) {
 }
 
 void check_count(const RenderSettings& settings, double duration, const std::string& name) {
-  const double count = duration * settings.frame_rate / settings.speed;
+  const double speed = playback_speed(settings, duration), count = duration * settings.frame_rate / speed;
   if (count > most_pictures)
     throw InputError(fmt::format("{}: [render]: {:g} s at frame_rate {:g} and speed {:g} are {:.3g} pictures; at most {:g} are allowed: lower 'frame_rate' or raise 'speed'",
-                                 name, duration, settings.frame_rate, settings.speed, count, most_pictures));
+                                 name, duration, settings.frame_rate, speed, count, most_pictures));
 }
 
 void check_follow(const RenderSettings& settings, const std::vector<std::string>& bodies, const std::string& name) {
@@ -156,6 +198,20 @@ double parse_number(std::string_view text, const char* what, const std::string& 
 }
 
 }  // namespace
+
+double playback_speed(const RenderSettings& settings, double duration) {
+  if (settings.speed > 0.0) return settings.speed;
+  if (!(duration > 0.0) || (duration >= 0.1 && duration <= 600.0)) return 1.0;
+  const double longest = duration / 6.0, power = std::pow(10.0, std::floor(std::log10(longest)));
+  for (const double step : {5.0, 2.0})
+    if (step * power <= longest) return step * power;
+  return power;
+}
+
+const std::vector<std::string>& color_by_words() {
+  static const std::vector<std::string> words = {"none", "displacement", "strain", "velocity", "body", "stress", "mode"};
+  return words;
+}
 
 RenderSettings parse_render_settings(std::string_view text, const std::string& name) {
   // Results of another simulator carry no scene.

@@ -2,26 +2,37 @@
 //
 //   [render]
 //   size = [1280, 720]             pixels, 16..16384 each
-//   frame_rate = 30                pictures per second of playback, speed = 1.0: simulated seconds per second of playback
+//   frame_rate = 30                pictures per second of playback
+//   speed = 1.0                    simulated seconds per second of playback; default: as it is (1.0) for runs from 0.1 s to 10 minutes,
+//                                  for others the step of 1, 2, 5 times a power of ten that plays them in 6 to 15 seconds
 //   samples = 4                    antialiasing samples a pixel: 1, 4, 9, 16
 //   scales = "auto"                or a list: 1 in scale, others exaggerated ghosts; the first is drawn solid where 1 is not among them
 //   exaggeration = "linear"        linear | corotated (interp/exaggerate.h)
-//   color_by = "displacement"      none | displacement | strain | velocity | body
-//   color_range = [0, 0.002]       values of the map's ends, in m, 1 or m/s; default: of the whole sequence
+//   color_by = "displacement"      none | displacement | strain | stress | velocity | mode | body; stress: beams only, Young's modulus times the strain
+//   mode = 1                       which elastic coordinate color_by = "mode" shows the displacement of
+//   color_range = [0, 0.002]       values of the map's ends, in m, 1, Pa or m/s; default: of the whole sequence
 //   colormap = "viridis"           viridis | cividis | inferno | turbo | coolwarm | greys
 //   trail = 0                      this many past pictures of every body, as faint ghosts
 //   undeformed = false             the undeformed body as a ghost
 //   scheme = "auto"                of the kernel map: auto | kernel | elastic | lattice | r3 | r | tps
 //   background = "gradient"        gradient | white | dark | transparent
 //   ground = true                  plane with a grid that receives the shadows
-//   joints = true, nodes = false   symbols of joints, markers at the simulation nodes
+//   joints = true, nodes = false   symbols of joints and springs, markers at the simulation nodes
+//   forces = false                 arrows of the scene's forces and torques
+//   traces = ["rod.middle"]        paths of these frames up to now; triads = ["rod.tip"]: their axes
+//   contact_sheet = 0              this many pictures of the sequence in one, beside the video; 0: none
+//   channels = []                  "depth", "scalar": 16 bit grey pictures beside the others
+//   video = "mp4"                  mp4 | gif | apng | none
 //   shadows = true, occlusion = true, edges = false, silhouette = false
 //   camera = { fit = true }        fit the whole motion; or { position, target, up, fov, projection = "perspective" | "orthographic", height }
-//                                  direction = [..] looks that way with fit; follow = "body" moves along with the body's origin
+//                                  direction = [..] looks that way with fit; follow = "body" moves along with the body's origin;
+//                                  views = ["front", "side", "top", "iso"], one to four in a picture; orbit = 360, degrees over the sequence;
+//                                  path = [{ t, position, target, up, fov, height }, ...]: key frames, t in s of the motion, joined smoothly
 //   overlay = { title = true, time = true, scalar_bar = true, triad = true, legend = true, note = true, plot = ["slider.x"], plot_place = "below" }
 #pragma once
 
 #include "interp/map.h"
+#include "render/camera.h"
 #include "render/picture.h"
 #include "sim/results.h"
 #include "sim/scene.h"
@@ -34,7 +45,10 @@
 
 namespace flexframe::film {
 
-enum class ColorBy { none, displacement, strain, velocity, body };
+enum class ColorBy { none, displacement, strain, velocity, body, stress, mode };
+
+// Words of color_by, in the order of the enumeration.
+const std::vector<std::string>& color_by_words();
 enum class BackgroundKind { gradient, white, dark, transparent };
 
 struct CameraSettings {
@@ -44,6 +58,9 @@ struct CameraSettings {
   double fov = 35.0;                          // degrees, vertical
   render::Projection projection = render::Projection::perspective;
   double height = 2.0;                        // m, orthographic without fit
+  std::vector<render::ViewKind> views;        // several in one picture; empty: one
+  double orbit = 0.0;                         // degrees over the sequence
+  std::vector<render::CameraKey> path;        // t in s of the motion; empty: none
   std::string follow;                         // body, empty: none
   int follow_line = 0;                        // in the scene file, for messages
 };
@@ -57,11 +74,13 @@ struct OverlaySettings {
 
 struct RenderSettings {
   render::Size size;
-  double frame_rate = 30.0, speed = 1.0;
+  double frame_rate = 30.0;
+  double speed = 0.0;                         // 0: left out, see playback_speed
   int samples = 4;
   std::vector<double> scales;                 // empty: "auto"
   bool corotated = false;
   ColorBy color_by = ColorBy::displacement;
+  int mode = 1;                               // 1-based, color_by mode
   std::optional<std::pair<double, double>> color_range;
   render::Colormap colormap = render::Colormap::viridis;
   int trail = 0;
@@ -69,6 +88,12 @@ struct RenderSettings {
   interp::Scheme scheme = interp::Scheme::automatic;
   BackgroundKind background = BackgroundKind::gradient;
   bool ground = true, joints = true, nodes = false;
+  bool forces = false;
+  std::vector<std::string> traces, triads;    // frames
+  int traces_line = 0, triads_line = 0;       // in the scene file, for messages
+  int contact_sheet = 0;
+  bool depth_channel = false, scalar_channel = false;
+  std::string video = "mp4";
   bool shadows = true, occlusion = true, edges = false, silhouette = false;
   CameraSettings camera;
   OverlaySettings overlay;
@@ -86,6 +111,9 @@ void check_render_settings(const RenderSettings& settings, const sim::Scene& sce
 
 // Likewise against results, which may come from another simulator.
 void check_render_settings(const RenderSettings& settings, const sim::Results& results, const std::string& name);
+
+// Simulated seconds per second of playback: what is asked for, else what suits a run of `duration` s.
+double playback_speed(const RenderSettings& settings, double duration);
 
 // "1280x720" to a size, "1,20" or "auto" to scales: the program's options. Throw sim::InputError.
 render::Size parse_size(const std::string& text);

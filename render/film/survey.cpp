@@ -60,18 +60,30 @@ glm::dvec3 transform(const glm::dmat4& pose, const glm::dvec3& p) { return glm::
 
 }  // namespace
 
-void update_scalars(const BodyModel& model, const sim::Results& results, int index, ColorBy color_by, double t, const BodyMemory& memory,
+void update_scalars(const BodyModel& model, const sim::Results& results, int index, const RenderSettings& settings, double t, const BodyMemory& memory,
                     ScalarMemory& work, std::vector<float>& scalars) {
   const sim::ResultBody& body = results.bodies[static_cast<size_t>(index)];
+  const ColorBy color_by = settings.color_by;
   const size_t vertices = model.rest.size() / 3;
   scalars.clear();
   if (vertices == 0) return;
   if (color_by == ColorBy::displacement && model.flexible) {
     scalars.resize(vertices);
     interp::compute_magnitude(memory.displacement, scalars);
-  } else if (color_by == ColorBy::strain && model.flexible) {
+  } else if ((color_by == ColorBy::strain || (color_by == ColorBy::stress && model.youngs_modulus > 0.0)) && model.flexible) {
     scalars.resize(vertices);
     interp::compute_strain(model.view(), model.map->welded, memory.displacement, scalars);
+    if (color_by == ColorBy::stress)
+      for (float& s : scalars) s *= static_cast<float>(model.youngs_modulus);
+  } else if (color_by == ColorBy::mode && model.modes && settings.mode <= body.q.cols()) {
+    // Displacement by one coordinate alone.
+    elastic_coordinates(body, find_sample(results.times, t), work.body.q);
+    for (size_t k = 0; k < work.body.q.size(); ++k)
+      if (static_cast<int>(k) + 1 != settings.mode) work.body.q[k] = 0.0;
+    work.before.resize(model.rest.size());
+    interp::apply_modes(*model.modes, work.body.q, work.before, 1);
+    scalars.resize(vertices);
+    interp::compute_magnitude(work.before, scalars);
   } else if (color_by == ColorBy::velocity && results.times.size() > 1) {
     // Central difference of the vertices in the world over one sample's spacing.
     const Eigen::Index n = results.times.size();
@@ -141,8 +153,8 @@ Survey survey_motion(const sim::Results& results, const std::vector<BodyModel>& 
         }
       }
       moment.displacement.push_back(std::move(moved));
-      if (settings.color_by == ColorBy::strain || settings.color_by == ColorBy::velocity) {
-        update_scalars(bodies[b], results, static_cast<int>(b), settings.color_by, t, memory[b], work, scalars);
+      if (settings.color_by != ColorBy::none && settings.color_by != ColorBy::body && settings.color_by != ColorBy::displacement) {
+        update_scalars(bodies[b], results, static_cast<int>(b), settings, t, memory[b], work, scalars);
         for (float s : scalars) survey.largest_scalar = std::max(survey.largest_scalar, double(s));
       }
     }

@@ -27,7 +27,7 @@ struct Survey {
 
 // What the vertices of a body are coloured by; memory.displacement must be up to date. Empty: nothing.
 struct ScalarMemory { std::vector<float> before, after; BodyMemory body; };
-void update_scalars(const BodyModel& model, const sim::Results& results, int body, ColorBy color_by, double t, const BodyMemory& memory,
+void update_scalars(const BodyModel& model, const sim::Results& results, int body, const RenderSettings& settings, double t, const BodyMemory& memory,
                     ScalarMemory& work, std::vector<float>& scalars);
 
 Survey survey_motion(const sim::Results& results, const std::vector<BodyModel>& bodies, const RenderSettings& settings);

@@ -65,13 +65,14 @@ VideoReport make_video(const std::filesystem::path& folder, int first, int count
     report.note = "no video: the program ffmpeg is not installed";
     return report;
   }
-  const bool gif = path.extension() == ".gif";
+  const bool gif = path.extension() == ".gif", apng = path.extension() == ".apng" || path.extension() == ".png";
   const Unfinished file{path.parent_path() / ("." + path.stem().string() + ".unfinished" + path.extension().string())};
 
   // No shell, no interaction; the picture's sides are made even for the codec, the file carries no dates.
   std::vector<std::string> words = {program, "-nostdin", "-hide_banner", "-loglevel", "error", "-y", "-framerate", fmt::format("{:.9g}", frame_rate),
                                     "-start_number", std::to_string(first), "-i", (folder / "frame_%05d.png").string(), "-frames:v", std::to_string(count)};
   if (gif) words.insert(words.end(), {"-vf", "split[a][b];[a]palettegen[p];[b][p]paletteuse"});
+  else if (apng) words.insert(words.end(), {"-f", "apng", "-plays", "0", "-pred", "sub"});
   else words.insert(words.end(), {"-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-c:v", "libx264", "-preset", "fast", "-crf", "18", "-pix_fmt", "yuv420p", "-movflags", "+faststart"});
   words.insert(words.end(), {"-map_metadata", "-1", "-fflags", "+bitexact", "-flags:v", "+bitexact", file.path.string()});
 

@@ -13,7 +13,7 @@ struct VideoReport {
   double cpu_seconds = 0.0;  // of ffmpeg
 };
 
-// Pictures folder/frame_%05d.png from number `first` on, `count` of them, to an H.264 file (.mp4) or, by the name's ending, a GIF.
+// Pictures folder/frame_%05d.png from number `first` on, `count` of them, to an H.264 file (.mp4) or, by the name's ending, a GIF (.gif) or an animated PNG (.apng, .png).
 // Written under another name and renamed. Calls `wait` now and then; it may throw to stop. A missing or failing ffmpeg is a note,
 // not an error: the pictures are the work.
 VideoReport make_video(const std::filesystem::path& folder, int first, int count, double frame_rate, const std::filesystem::path& path,

@@ -20,18 +20,18 @@ void fit(const FeModel& model, const FeSystem& system, const std::vector<int>& n
   Vec3 middle = Vec3::Zero();
   int count = 0;
   for (int n : nodes)
-    if (system.dof[n][0] >= 0) {
+    if (moves(system.dof[n])) {
       middle += model.nodes[n];
       ++count;
     }
   if (count == 0) return;
   middle /= count;
   for (int n : nodes)
-    if (system.dof[n][0] >= 0) size = std::max(size, (model.nodes[n] - middle).norm());
+    if (moves(system.dof[n])) size = std::max(size, (model.nodes[n] - middle).norm());
   // About the middle the normal equations fall apart into translations and rotations.
   Mat3 inertia = Mat3::Zero();
   for (int n : nodes) {
-    if (system.dof[n][0] < 0) continue;
+    if (!moves(system.dof[n])) continue;
     const Vec3 r = model.nodes[n] - middle;
     inertia += r.squaredNorm() * Mat3::Identity() - r * r.transpose();
   }
@@ -42,9 +42,10 @@ void fit(const FeModel& model, const FeSystem& system, const std::vector<int>& n
   const Mat3 pseudo = eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
   const Vec3 arm = centre - middle;
   for (int n : nodes) {
-    if (system.dof[n][0] < 0) continue;
+    if (!moves(system.dof[n])) continue;
     const Vec3 r = model.nodes[n] - middle;
     for (int d = 0; d < 3; ++d) {
+      if (system.dof[n][d] < 0) continue;
       const Vec3 e = Vec3::Unit(d);
       const Vec3 turn = pseudo * r.cross(e);
       const Vec3 move = e / count + turn.cross(arm);
@@ -79,7 +80,7 @@ FeAttachment node_attachment(const FeModel& model, const FeSystem& system, const
   FeAttachment a;
   a.id = fmt::format("{}", model.node_ids[node]);
   a.position = model.nodes[node];
-  if (system.dof[node][0] < 0) throw InputError(fmt::format("{}: node {} belongs to no element", model.file, model.node_ids[node]));
+  if (!moves(system.dof[node])) throw InputError(fmt::format("{}: node {} belongs to no element, or is held", model.file, model.node_ids[node]));
   Triplets t;
   for (int d = 0; d < 6; ++d)
     if (system.dof[node][d] >= 0) t.emplace_back(d, system.dof[node][d], 1.0);

@@ -16,7 +16,6 @@ MatX crossed(const FeSystem& system, int a, const MatX& U) {
   MatX out = MatX::Zero(U.rows(), U.cols());
   const int b = (a + 1) % 3, c = (a + 2) % 3;
   for (const auto& dof : system.dof) {
-    if (dof[0] < 0) continue;
     if (dof[b] >= 0 && dof[c] >= 0) {
       out.row(dof[b]) = -U.row(dof[c]);
       out.row(dof[c]) = U.row(dof[b]);
@@ -101,6 +100,18 @@ LinearMass linear_mass(const FeModel& model, const FeSystem& system, const MatX&
   return out;
 }
 
+MatX linear_mass_loads(const FeModel& model, const FeSystem& system) {
+  const MatX MR = symmetric_product(system.M, rigid_motions(model, system));
+  MatX out = MatX::Zero(system.size, 12);
+  out.leftCols(6) = MR;
+  // Turning is skew: its adjoint is its negative.
+  for (int b = 0; b < 3; ++b) {
+    const MatX turned = crossed(system, b, MR.rightCols(3));
+    for (int a = 0; a < 3; ++a) out.col(6 + tensor_row[a][b]) -= (a == b ? 2.0 : 1.0) * turned.col(a);
+  }
+  return out;
+}
+
 QuadraticMass quadratic_mass(const FeModel&, const FeSystem& system, const MatX& U) {
   QuadraticMass out;
   const MatX MU = symmetric_product(system.M, U);
@@ -119,46 +130,109 @@ QuadraticMass quadratic_mass(const FeModel&, const FeSystem& system, const MatX&
   return out;
 }
 
-MatX second_order_loads(const FeModel& model, const FeSystem& system, const MatX& U) {
-  const int n = static_cast<int>(U.cols()), pairs = n * (n + 1) / 2;
-  MatX g = MatX::Zero(system.size, pairs);
+namespace {
+
+// The pair's two fields, in the order of second_order_loads.
+struct Pairs {
+  std::vector<int> j, k;
+  Pairs(int n, int first, int count) {
+    for (int b = 0, at = 0; b < n; ++b)
+      for (int a = 0; a <= b; ++a, ++at)
+        if (at >= first && at < first + count) {
+          j.push_back(a);
+          k.push_back(b);
+        }
+  }
+  int size() const { return static_cast<int>(j.size()); }
+};
+
+// Calls visit(element, dN (nodes x 3), volume, S) at each integration point; S: six rows xx yy zz xy yz xz of the stress of sym(grad u_j^T grad u_k) per pair,
+// for shells the membrane stress in space axes.
+template <class Visit>
+void each_second_order_stress(const FeModel& model, const FeSystem& system, const MatX& U, const Pairs& pairs, const Visit& visit) {
+  const int n = static_cast<int>(U.cols()), count = pairs.size();
+  // One row per component, so that the loops over pairs and fields run over neighbours in memory.
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const Rows fields = U;
+  Rows H(9, n), S(6, count);
+  MatX local, gradients;
+  constexpr int first_of[6] = {0, 1, 2, 0, 1, 0}, second_of[6] = {0, 1, 2, 1, 2, 2};
   for (const FeElement& e : model.elements) {
     if (e.shape == FeShape::point_mass) continue;
     const FeMaterial& material = model.materials[e.material];
     const Mat3X X = positions(model, e);
-    std::vector<Mat3X> u;
-    for (int k = 0; k < n; ++k) u.push_back(field_at(model, system, e, U, k));
-    std::vector<MatX> forces(pairs, MatX::Zero(3, e.count));
-    if (fe_is_shell(e.shape)) {
-      const double c = material.youngs_modulus / (1 - material.poisson * material.poisson) * e.thickness;
-      for (const ShellPoint& p : shell_points(e, X)) {
-        std::vector<Eigen::Matrix<double, 3, 2>> H;
-        for (int k = 0; k < n; ++k) H.push_back(u[k] * p.dN);
-        for (int k = 0, pair = 0; k < n; ++k)
-          for (int j = 0; j <= k; ++j, ++pair) {
-            const Eigen::Matrix2d E = 0.5 * (H[j].transpose() * H[k] + H[k].transpose() * H[j]);
-            Eigen::Matrix2d N = c * ((1 - material.poisson) * E + material.poisson * E.trace() * Eigen::Matrix2d::Identity());
-            forces[pair] += p.area * p.t * N * p.dN.transpose();
-          }
+    local.resize(3 * n, e.count);
+    for (int i = 0; i < e.count; ++i) {
+      const auto& dof = system.dof[model.connectivity[e.first + i]];
+      for (int d = 0; d < 3; ++d) local.col(i).segment(d * n, n) = fields.row(dof[d]).transpose();
+    }
+    const auto point = [&](const MatX& dN, double volume, double lambda, double mu) {
+      // H(3 b + d, k): derivative of displacement d in direction b.
+      gradients.noalias() = local * dN;
+      for (int b = 0; b < 3; ++b)
+        for (int d = 0; d < 3; ++d) H.row(3 * b + d) = gradients.col(b).segment(d * n, n).transpose();
+      for (int c = 0; c < 6; ++c) {
+        const double *a0 = &H(3 * first_of[c], 0), *a1 = &H(3 * first_of[c] + 1, 0), *a2 = &H(3 * first_of[c] + 2, 0);
+        const double *b0 = &H(3 * second_of[c], 0), *b1 = &H(3 * second_of[c] + 1, 0), *b2 = &H(3 * second_of[c] + 2, 0);
+        double* s = &S(c, 0);
+        for (int p = 0; p < count; ++p) {
+          const int j = pairs.j[p], k = pairs.k[p];
+          s[p] = mu * (a0[j] * b0[k] + a1[j] * b1[k] + a2[j] * b2[k] + b0[j] * a0[k] + b1[j] * a1[k] + b2[j] * a2[k]);
+        }
       }
+      // mu (...) on the diagonal is 2 mu E; the trace of E from it.
+      for (int p = 0; p < count; ++p) {
+        const double pressure = lambda / (2.0 * mu) * (S(0, p) + S(1, p) + S(2, p));
+        for (int c = 0; c < 3; ++c) S(c, p) += pressure;
+      }
+      visit(e, dN, volume, S);
+    };
+    if (fe_is_shell(e.shape)) {
+      // Plane stress in the shell's plane: the gradient has no part along the normal, so neither has E.
+      const double mu = material.youngs_modulus / (2 * (1 + material.poisson)), lambda = material.youngs_modulus * material.poisson / (1 - material.poisson * material.poisson);
+      // The pressure's part along the normal does no work on gradients in the plane.
+      for (const ShellPoint& p : shell_points(e, X)) point(p.dN * p.t.transpose(), p.area * e.thickness, lambda, mu);
     } else {
       const double mu = material.youngs_modulus / (2 * (1 + material.poisson)), lambda = 2 * mu * material.poisson / (1 - 2 * material.poisson);
-      for (const FePoint& p : solid_points(e.shape, e.formulation, FeRule::stiffness, X, e.id)) {
-        std::vector<Mat3> H;
-        for (int k = 0; k < n; ++k) H.push_back(u[k] * p.dN);
-        for (int k = 0, pair = 0; k < n; ++k)
-          for (int j = 0; j <= k; ++j, ++pair) {
-            const Mat3 E = 0.5 * (H[j].transpose() * H[k] + H[k].transpose() * H[j]);
-            const Mat3 S = 2 * mu * E + lambda * E.trace() * Mat3::Identity();
-            forces[pair].noalias() += p.volume * S * p.dN.transpose();
-          }
-      }
+      for (const FePoint& p : solid_points(e.shape, e.formulation, FeRule::stiffness, X, e.id)) point(p.dN, p.volume, lambda, mu);
     }
-    for (int pair = 0; pair < pairs; ++pair)
-      for (int i = 0; i < e.count; ++i)
-        for (int d = 0; d < 3; ++d) g(system.dof[model.connectivity[e.first + i]][d], pair) += forces[pair](d, i);
   }
+}
+
+constexpr int stress_row[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
+
+}  // namespace
+
+MatX second_order_loads(const FeModel& model, const FeSystem& system, const MatX& U, int first, int count) {
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const Pairs pairs(static_cast<int>(U.cols()), first, count);
+  Rows g = Rows::Zero(system.size, pairs.size());
+  each_second_order_stress(model, system, U, pairs, [&](const FeElement& e, const MatX& dN, double volume, const auto& S) {
+    for (int i = 0; i < e.count; ++i) {
+      const auto& dof = system.dof[model.connectivity[e.first + i]];
+      const double x = volume * dN(i, 0), y = volume * dN(i, 1), z = volume * dN(i, 2);
+      for (int d = 0; d < 3; ++d) g.row(dof[d]) += x * S.row(stress_row[d][0]) + y * S.row(stress_row[d][1]) + z * S.row(stress_row[d][2]);
+    }
+  });
   return g;
+}
+
+MatX second_order_work(const FeModel& model, const FeSystem& system, const MatX& U, const MatX& W) {
+  const int n = static_cast<int>(U.cols()), loads = static_cast<int>(W.cols());
+  const Pairs pairs(n, 0, n * (n + 1) / 2);
+  MatX out = MatX::Zero(pairs.size(), loads);
+  if (loads == 0) return out;
+  MatX strain(6, loads);
+  each_second_order_stress(model, system, U, pairs, [&](const FeElement& e, const MatX& dN, double volume, const auto& S) {
+    strain.setZero();
+    for (int i = 0; i < e.count; ++i) {
+      const auto& dof = system.dof[model.connectivity[e.first + i]];
+      for (int d = 0; d < 3; ++d)
+        for (int b = 0; b < 3; ++b) strain.row(stress_row[d][b]) += volume * dN(i, b) * W.row(dof[d]);
+    }
+    out.noalias() += S.transpose() * strain;
+  });
+  return out;
 }
 
 std::vector<MatX> nodal_stress(const FeModel& model, const FeSystem& system, const MatX& U, const std::vector<int>& nodes) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <set>
 #include <unordered_map>
 
 namespace flexframe::sim {
@@ -31,6 +32,7 @@ Entries read_entries(const std::filesystem::path& path, double factor) {
   std::string line;
   int number = 0;
   bool market = false, symmetric = true, sized = true;
+  long announced = 0, found = 0;
   const auto fail = [&](const std::string& text) { throw InputError(fmt::format("{}:{}: {}", path.string(), number, text)); };
   while (std::getline(in, line)) {
     ++number;
@@ -54,6 +56,9 @@ Entries read_entries(const std::filesystem::path& path, double factor) {
     if (!sized) {
       sized = true;
       out.rows = row;
+      char* after = nullptr;
+      announced = std::strtol(next, &after, 10);
+      if (after == next || announced < 1) fail("'rows columns entries' is expected");
       if (row != column || row < 1 || row > 100000000L) fail(fmt::format("a square matrix is expected, found {} x {}", row, column));
       continue;
     }
@@ -62,12 +67,14 @@ Entries read_entries(const std::filesystem::path& path, double factor) {
     const double value = std::strtod(next, &end);
     if (end == next || !std::isfinite(value)) fail(fmt::format("'row column value' is expected, found '{}'", line.substr(0, 40)));
     if (row < 1 || column < 1 || (market && (row > out.rows || column > out.rows)) || row > 100000000L || column > 100000000L) fail(fmt::format("entry ({}, {}) is outside of the matrix", row, column));
+    ++found;
     if (!market) out.rows = std::max({out.rows, row, column});
     const int r = static_cast<int>(row) - 1, c = static_cast<int>(column) - 1;
     out.triplets.emplace_back(r, c, factor * value);
     if (symmetric && r != c) out.triplets.emplace_back(c, r, factor * value);
   }
   if (out.triplets.empty()) fail("the matrix has no entries");
+  if (market && found != announced) throw InputError(fmt::format("{}: {} entries are announced, {} are there", path.string(), announced, found));
   return out;
 }
 
@@ -120,6 +127,7 @@ FeModel read_fe_matrices(const std::filesystem::path& stiffness, const std::file
   const Entries K = read_entries(stiffness, units.mass / (units.time * units.time)), M = read_entries(mass, units.mass);
   const long n = std::max(K.rows, M.rows);
   FeMatrices matrices;
+  std::set<std::pair<int, long>> described;
   if (!dofs.empty()) {
     std::ifstream in = open(dofs);
     std::string line;
@@ -130,6 +138,7 @@ FeModel read_fe_matrices(const std::filesystem::path& stiffness, const std::file
       const long dof = *end == '.' ? std::strtol(end + 1, nullptr, 10) : 0;
       const auto at = index.find(static_cast<int>(node));
       if (dof < 1 || dof > 6) throw InputError(fmt::format("{}:{}: 'node.dof' with dof 1 to 6 is expected, found '{}'", dofs.string(), number, line.substr(0, 40)));
+      if (at != index.end() && !described.emplace(at->second, dof).second) throw InputError(fmt::format("{}:{}: {}.{} is there twice", dofs.string(), number, node, dof));
       if (at == index.end()) throw InputError(fmt::format("{}:{}: node {} is not in {}", dofs.string(), number, node, nodes.string()));
       matrices.node.push_back(at->second);
       matrices.dof.push_back(static_cast<int>(dof) - 1);

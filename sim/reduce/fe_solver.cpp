@@ -43,7 +43,9 @@ double hertz(double eigenvalue) { return std::sqrt(std::max(eigenvalue, 0.0)) / 
 
 }  // namespace
 
-FeSolver::FeSolver(const FeReduced& s, const MatX& rigid, double stiffness_estimate) : system(s), R(rigid), estimate(stiffness_estimate) {
+FeSolver::FeSolver(const FeReduced& s, const MatX& rigid, const FeEstimate& guess) : system(s), R(rigid), estimate(guess.eigenvalue) {
+  start.resize(system.size(), guess.fields.cols());
+  for (int c = 0; c < system.size(); ++c) start.row(c) = guess.fields.row(system.identity ? c : system.own[c]);
   if (R.cols() > 0) {
     MR = symmetric_product(system.M, R);
     // Columns of equal weight first: translations and rotations have different units.
@@ -56,8 +58,8 @@ FeSolver::FeSolver(const FeReduced& s, const MatX& rigid, double stiffness_estim
     const Eigen::Index before = R.cols();
     orthonormalise(R, MR, 1.0);
     if (R.cols() != before) throw InputError("the model's rigid motions are not independent: all its nodes lie on one line");
-    // A hundredth of the lowest elastic eigenvalue: K + s M is far from singular, and the elastic spectrum is inverted nearly as by K itself.
-    shift = 1e-2 * estimate;
+    // A thousandth of the lowest elastic eigenvalue: K + s M is far from singular, and the elastic spectrum is inverted nearly as by K itself.
+    shift = 1e-3 * estimate;
   }
   SparseMatrix A = system.K;
   if (shift > 0.0) A += shift * system.M;
@@ -91,40 +93,53 @@ FeModes FeSolver::modes(int count, double eigenvalue_limit, const MatX& hold, co
   };
 
   const int block = std::max(1, std::min(8, available / 4));
-  // Start: smooth enough is anything once inverted; fixed seed, so that runs repeat.
+  // Start: smooth fields, and what no smooth field knows of from a random one (fixed seed, so that runs repeat).
   MatX Z(n, block);
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
   for (double& v : Z.reshaped()) v = uniform(random);
   Z = symmetric_product(system.M, Z);
   apply(Z);
+  for (int k = 0; k < std::min<int>(block, static_cast<int>(start.cols())); ++k) Z.col(k) = Z.col(k) * (0.1 * start.col(k).norm() / Z.col(k).norm()) + start.col(k);
+  Z.colwise().normalize();
+  if (free_motion && rigid() > 0) add_product(Z, -1.0, R, product_tn(MR, Z));
+  else if (!free_motion) add_product(Z, -1.0, flexible_hold, schur.solve(product_tn(hold, Z)));
 
-  MatX V(n, 0), T;
+  MatX V(n, 0), T, MQ, coupling_before;  // MQ: M times the last block; coupling_before: the last block against the one before
   FeModes result;
   double scale = 0.0;
-  VecX previous;
   for (;;) {
-    // Orthogonal to all before, twice is enough.
-    const int m = static_cast<int>(V.cols());
-    MatX MZ = symmetric_product(system.M, Z);
-    scale = std::max(scale, std::sqrt(std::max(0.0, (Z.cwiseProduct(MZ)).colwise().sum().maxCoeff())));
+    const int m = static_cast<int>(V.cols()), last = static_cast<int>(MQ.cols());
     MatX coupling = MatX::Zero(m, Z.cols());
-    for (int pass = 0; pass < 2 && m > 0; ++pass) {
+    // The recurrence: against the last two blocks, whose products with M are known.
+    if (m > 0) {
+      coupling.bottomRows(last) = product_tn(MQ, Z);
+      if (coupling_before.size() > 0) coupling.middleRows(m - last - coupling_before.cols(), coupling_before.cols()) = coupling_before.transpose();
+      const int near = last + static_cast<int>(coupling_before.cols());
+      add_product(Z, -1.0, V.rightCols(near), coupling.bottomRows(near));
+    }
+    // What rounding leaves of all before.
+    MatX MZ = symmetric_product(system.M, Z);
+    // The length of OP Q, of the start alone in the first pass.
+    const double length = std::sqrt(std::max(0.0, (Z.cwiseProduct(MZ).colwise().sum() + coupling.cwiseAbs2().colwise().sum()).maxCoeff()));
+    scale = m <= block ? length : std::max(scale, length);
+    for (int pass = 0; pass < 3 && m > 0; ++pass) {
       const MatX c = product_tn(V, MZ);
       add_product(Z, -1.0, V, c);
       coupling += c;
-      // A last correction this small against what is left of Z changes M Z by less than the orthogonality asked for.
-      if (pass == 0 || c.cwiseAbs().maxCoeff() > 1e-11 * std::sqrt(std::max(0.0, Z.cwiseProduct(MZ).colwise().sum().minCoeff()))) MZ = symmetric_product(system.M, Z);
+      // A correction this small against what is left of Z changes M Z by less than the orthogonality asked for.
+      if (c.cwiseAbs().maxCoeff() <= 1e-11 * std::sqrt(std::max(0.0, Z.cwiseProduct(MZ).colwise().sum().minCoeff()))) break;
+      MZ = symmetric_product(system.M, Z);
     }
     // The last block column of T: V^T M OP Q.
     if (m > 0) {
-      const int last = static_cast<int>(coupling.cols());
       T.conservativeResize(m, m);
       T.rightCols(last) = coupling;
       T.bottomRows(last) = coupling.transpose();
     }
     const MatX B = orthonormalise(Z, MZ, scale);
     const bool exhausted = Z.cols() == 0 || m + Z.cols() > available;
+    if (m == 0 && Z.cols() == 0) throw SimulationError("no elastic mode can be told from rounding: the model's mass or stiffness is not positive");
 
     // Ritz values and their residuals.
     if (m > 0) {
@@ -133,13 +148,12 @@ FeModes FeSolver::modes(int count, double eigenvalue_limit, const MatX& hold, co
       const MatX S = eigen.eigenvectors().rowwise().reverse();
       const VecX lambda = theta.cwiseMax(1e-300).cwiseInverse().array() - shift;
       const int need = std::min(wanted(lambda), m);
-      const int last = static_cast<int>(B.cols());
       int converged = 0;
       const bool enough = m >= wanted(lambda);
       for (; converged < need; ++converged) {
         const double residual = exhausted ? 0.0 : (B * S.col(converged).tail(last)).norm();
-        // The eigenvalue's error is the square of this; the vector's follows it directly.
-        if (residual > 1e-8 * theta(converged)) break;
+        // The eigenvalue's relative error is the square of this (1e-12), the vector's this over the relative gap to the next.
+        if (residual > 1e-6 * theta(converged)) break;
       }
       if (progress) progress(fmt::format("modes: block {}, {} of {} converged", result.iterations, converged, wanted(lambda)));
       if (exhausted && !enough) throw SimulationError(fmt::format("only {} of {} modes can be told from rounding", m, wanted(lambda)));
@@ -155,14 +169,16 @@ FeModes FeSolver::modes(int count, double eigenvalue_limit, const MatX& hold, co
     V.conservativeResize(n, m + width);
     V.rightCols(width) = Z;
     T.conservativeResize(m + width, m + width);
-    Z = std::move(MZ);
+    coupling_before = m > 0 ? B : MatX();
+    Z = MZ;
+    MQ = std::move(MZ);
     apply(Z);
     ++result.iterations;
   }
   // Motions without stiffness that are no rigid motions: a mechanism.
   if (free_motion && shift > 0.0) {
     int loose = 0;
-    while (loose < result.eigenvalues.size() && result.eigenvalues(loose) < 1e-4 * shift) ++loose;
+    while (loose < result.eigenvalues.size() && result.eigenvalues(loose) < 1e-6 * estimate) ++loose;
     if (loose > 0)
       throw InputError(fmt::format("the model has {} motion{} without stiffness besides its {} rigid ones (frequency {:.3g} Hz): parts that are not connected, or a mechanism", loose,
                                    loose == 1 ? "" : "s", rigid(), hertz(result.eigenvalues(0))));
@@ -170,19 +186,26 @@ FeModes FeSolver::modes(int count, double eigenvalue_limit, const MatX& hold, co
   return result;
 }
 
-MatX FeSolver::respond(const MatX& p, double eigenvalue) const {
+MatX FeSolver::respond(const MatX& p, double eigenvalue, const FeModes* known, double tolerance) const {
   const int k = static_cast<int>(p.cols());
   MatX x = MatX::Zero(p.rows(), k), r = p;
   if (k == 0) return x;
   add_product(r, -1.0, MR, product_tn(R, p));
-  const VecX start = r.colwise().norm();
+  const VecX goal = tolerance * r.colwise().norm().transpose();
+  if (known && known->vectors.cols() > 0) {
+    const MatX share = (known->eigenvalues.array() - eigenvalue).inverse().matrix().asDiagonal() * product_tn(known->vectors, r);
+    add_product(x, 1.0, known->vectors, share);
+    r -= symmetric_product(system.K, x);
+    if (eigenvalue != 0.0) r += eigenvalue * symmetric_product(system.M, x);
+    add_product(r, -1.0, MR, product_tn(R, r));
+  }
   MatX d, z;
   VecX rz(k);
   for (int iteration = 0;; ++iteration) {
-    if (((r.colwise().norm().transpose().array()) <= 1e-11 * start.array()).all()) return x;
+    if (((r.colwise().norm().transpose().array()) <= goal.array()).all()) return x;
     if (iteration == 200) {
       // Rounding sets a floor: the residual in the forces, against which displacements are far more exact, may stop above the goal.
-      if (((r.colwise().norm().transpose().array()) <= 1e-6 * start.array()).all()) return x;
+      if (((r.colwise().norm().transpose().array()) <= 1e-6 / tolerance * goal.array()).all()) return x;
       throw SimulationError("a static or harmonic response does not converge: the frequency is not below the lowest elastic one, or the model is nearly a mechanism");
     }
     z = r;
@@ -206,10 +229,10 @@ MatX FeSolver::respond(const MatX& p, double eigenvalue) const {
   }
 }
 
-double estimate_stiffness(const FeModel& model, const FeSystem& system) {
+FeEstimate estimate_modes(const FeModel& model, const FeSystem& system) {
   Vec3 lower = Vec3::Constant(1e300), upper = Vec3::Constant(-1e300);
   for (size_t i = 0; i < model.nodes.size(); ++i)
-    if (system.dof[i][0] >= 0) {
+    if (moves(system.dof[i])) {
       lower = lower.cwiseMin(model.nodes[i]);
       upper = upper.cwiseMax(model.nodes[i]);
     }
@@ -218,7 +241,7 @@ double estimate_stiffness(const FeModel& model, const FeSystem& system) {
   // Monomials 1 x y z xx yy zz xy yz xz in each direction; rotations are half the curl.
   MatX U = MatX::Zero(system.size, 30);
   for (size_t i = 0; i < model.nodes.size(); ++i) {
-    if (system.dof[i][0] < 0) continue;
+    if (!moves(system.dof[i])) continue;
     const Vec3 x = (model.nodes[i] - centre) / size;
     const double f[10] = {1, x.x(), x.y(), x.z(), x.x() * x.x(), x.y() * x.y(), x.z() * x.z(), x.x() * x.y(), x.y() * x.z(), x.x() * x.z()};
     const Vec3 g[10] = {Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ(), Vec3(2 * x.x(), 0, 0), Vec3(0, 2 * x.y(), 0), Vec3(0, 0, 2 * x.z()),
@@ -232,17 +255,24 @@ double estimate_stiffness(const FeModel& model, const FeSystem& system) {
       }
   }
   const MatX K = product_tn(U, symmetric_product(system.K, U)), M = product_tn(U, symmetric_product(system.M, U));
+  if (!K.allFinite() || !M.allFinite()) throw InputError(fmt::format("{}: its numbers are too large or too small to compute with; check the units", model.file));
   // Fields that vanish on flat or straight models are left out.
   Eigen::SelfAdjointEigenSolver<MatX> mass(0.5 * (M + M.transpose()));
   const double most = mass.eigenvalues()(29);
   int keep = 0;
   for (int k = 0; k < 30; ++k) keep += mass.eigenvalues()(k) > 1e-9 * most;
+  if (keep == 0 || !(most > 0.0)) throw InputError(fmt::format("{}: the model has no mass", model.file));
   const MatX S = mass.eigenvectors().rightCols(keep) * mass.eigenvalues().tail(keep).cwiseSqrt().cwiseInverse().asDiagonal();
-  Eigen::SelfAdjointEigenSolver<MatX> ritz(S.transpose() * (0.5 * (K + K.transpose())) * S, Eigen::EigenvaluesOnly);
+  Eigen::SelfAdjointEigenSolver<MatX> ritz(S.transpose() * (0.5 * (K + K.transpose())) * S);
   const VecX values = ritz.eigenvalues();
-  for (int k = std::min(6, keep - 1); k < keep; ++k)
-    if (values(k) > 1e-9 * values(keep - 1)) return values(k);
-  return std::max(values(keep - 1), 1.0);
+  FeEstimate out;
+  int first = std::min(6, keep - 1);
+  while (first < keep - 1 && !(values(first) > 1e-9 * values(keep - 1))) ++first;
+  out.eigenvalue = values(first) > 1e-9 * values(keep - 1) ? values(first) : std::max(values(keep - 1), 1.0);
+  const int count = std::min(8, keep - first);
+  out.fields = MatX::Zero(system.size, count);
+  add_product(out.fields, 1.0, U, S * ritz.eigenvectors().middleCols(first, count));
+  return out;
 }
 
 }  // namespace flexframe::sim

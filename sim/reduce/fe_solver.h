@@ -4,7 +4,8 @@
 // Modes: block Lanczos in the M inner product with full orthogonalisation on the operator (K + s M)^-1 M
 // (R. G. Grimes, J. G. Lewis, H. D. Simon, A shifted block Lanczos algorithm, SIAM J. Matrix Anal. 15 (1994)). Blocks, because a solution for eight right-hand
 // sides costs twice one, not eight times (REDUCE.md), and because equal frequencies of symmetric parts need no luck.
-// Responses: conjugate gradients on the complement of the rigid motions, preconditioned by the same factor; a handful of iterations.
+// Started from smooth fields, which save a block or two.
+// Responses: conjugate gradients on the complement of the rigid motions, preconditioned by the same factor and started from modes already known; two to four iterations.
 #pragma once
 
 #include "sim/reduce/fe_system.h"
@@ -21,12 +22,19 @@ struct FeModes {
   int iterations = 0; // blocks solved
 };
 
+// Ritz values and vectors of displacement fields that are quadratic polynomials of position, rigid motions aside.
+struct FeEstimate {
+  double eigenvalue = 0.0;  // the lowest: a squared frequency (rad/s)^2 of the order of the lowest elastic one or above it
+  MatX fields;              // size of the system x at most 8, the lowest
+};
+FeEstimate estimate_modes(const FeModel& model, const FeSystem& system);
+
 using FeProgress = std::function<void(const std::string&)>;
 
 class FeSolver {
  public:
-  // `estimate`: a rough square of the lowest elastic frequency, for the shift (estimate_stiffness). R: rigid motions the reduced system is free to do, any basis.
-  FeSolver(const FeReduced& system, const MatX& R, double estimate);
+  // `estimate`: for the shift and the first block. R: rigid motions the reduced system is free to do, any basis.
+  FeSolver(const FeReduced& system, const MatX& R, const FeEstimate& estimate);
 
   double estimated_bytes() const { return cholesky->estimated_bytes(); }
   double factor_entries() const { return cholesky->factor_entries(); }
@@ -41,20 +49,16 @@ class FeSolver {
   FeModes modes(int count, double eigenvalue_limit, const MatX& hold, const FeProgress& progress) const;
 
   // u with (K - eigenvalue M) u = p, elastic part only (M-orthogonal to the rigid motions); eigenvalue below the lowest elastic one.
-  // p: free x k. Relative residual 1e-11.
-  MatX respond(const MatX& p, double eigenvalue = 0.0) const;
+  // p: free x k. tolerance: of the residual against p. known: modes (or M-orthonormal fields that diagonalise K) to start from.
+  MatX respond(const MatX& p, double eigenvalue = 0.0, const FeModes* known = nullptr, double tolerance = 1e-11) const;
 
   const FeReduced& system;
 
  private:
-  MatX R, MR;
+  MatX R, MR, start;
   double shift = 0.0;
   double estimate = 0.0;
   std::unique_ptr<SparseCholesky> cholesky;
 };
-
-// Square of a frequency (rad/s)^2 of the order of the lowest elastic one or above it: the smallest Rayleigh-Ritz value of displacement fields that are quadratic
-// polynomials of position, rigid motions aside.
-double estimate_stiffness(const FeModel& model, const FeSystem& system);
 
 }  // namespace flexframe::sim

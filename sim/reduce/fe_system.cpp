@@ -116,6 +116,13 @@ FeSystem from_matrices(const FeModel& model) {
   for (int i = 0; i < s.size; ++i) s.dof[given.node[i]][given.dof[i]] = i;
   s.K = given.K.triangularView<Eigen::Lower>();
   s.M = given.M.triangularView<Eigen::Lower>();
+  // Reference points of rigid spiders have motions of their own; their stiffness and mass come from the nodes they hold.
+  for (const FeSpider& spider : model.spiders)
+    if (spider.rigid)
+      for (int d = 0; d < 6; ++d)
+        if (s.dof[spider.node][d] < 0) s.dof[spider.node][d] = s.size++;
+  s.K.conservativeResize(s.size, s.size);
+  s.M.conservativeResize(s.size, s.size);
   return s;
 }
 
@@ -255,45 +262,63 @@ FeReduced eliminate(const FeModel& model, const FeSystem& system, const std::vec
   return out;
 }
 
+namespace {
+
+constexpr int product_width = 8;
+
+// Eight columns laid out row by row: the matrix is read once for all of them. Built for each vector unit; sums in the same order, without fused products: the same bits.
+#if defined(__x86_64__) && defined(__gnu_linux__)
+__attribute__((target_clones("avx512f", "avx2", "default")))
+#endif
+void multiply_lower(long n, const int* outer, const int* inner, const double* value, const double* in, double* out) {
+  for (long c = 0; c < n; ++c) {
+    double xc[product_width], yc[product_width] = {};
+    for (int j = 0; j < product_width; ++j) xc[j] = in[c * product_width + j];
+    for (int k = outer[c]; k < outer[c + 1]; ++k) {
+      const long r = inner[k];
+      const double v = value[k];
+      const double* source = in + r * product_width;
+      for (int j = 0; j < product_width; ++j) yc[j] += v * source[j];
+      if (r == c) continue;
+      double* target = out + r * product_width;
+      for (int j = 0; j < product_width; ++j) target[j] += v * xc[j];
+    }
+    double* target = out + c * product_width;
+    for (int j = 0; j < product_width; ++j) target[j] += yc[j];
+  }
+}
+
+}  // namespace
+
 MatX symmetric_product(const SparseMatrix& lower, const MatX& x) {
-  // Eight columns at a time, laid out row by row: the matrix is read once for all of them.
-  constexpr int width = 8;
   const Eigen::Index n = x.rows();
   MatX y(n, x.cols());
   // Kept between calls: fresh pages cost as much as the product itself.
   thread_local std::vector<double> in, out;
-  if (x.cols() > 1 && in.size() < static_cast<size_t>(n) * width) {
-    in.resize(static_cast<size_t>(n) * width);
+  if (x.cols() > 1 && in.size() < static_cast<size_t>(n) * product_width) {
+    in.resize(static_cast<size_t>(n) * product_width);
     out.resize(in.size());
   }
-  const int* inner = lower.innerIndexPtr();
-  const int* outer = lower.outerIndexPtr();
-  const double* value = lower.valuePtr();
-  for (Eigen::Index first = 0; first < x.cols(); first += width) {
-    const Eigen::Index count = std::min<Eigen::Index>(width, x.cols() - first);
+  // Rows in strips that stay in the nearest cache while they are turned.
+  constexpr Eigen::Index strip = 256;
+  for (Eigen::Index first = 0; first < x.cols(); first += product_width) {
+    const Eigen::Index count = std::min<Eigen::Index>(product_width, x.cols() - first);
     if (count == 1) {
       y.col(first).noalias() = lower.selfadjointView<Eigen::Lower>() * x.col(first);
       continue;
     }
-    std::fill(out.begin(), out.begin() + n * width, 0.0);
-    const double* columns[width];
-    for (Eigen::Index j = 0; j < width; ++j) columns[j] = &x.coeffRef(0, first + std::min(j, count - 1));
-    for (Eigen::Index i = 0; i < n; ++i)
-      for (Eigen::Index j = 0; j < width; ++j) in[i * width + j] = columns[j][i];
-    using Row = Eigen::Array<double, width, 1>;
-    for (Eigen::Index c = 0; c < n; ++c) {
-      const Row xc = Eigen::Map<const Row>(&in[c * width]);
-      Row yc = Row::Zero();
-      for (int k = outer[c]; k < outer[c + 1]; ++k) {
-        const long r = inner[k];
-        const double v = value[k];
-        yc += v * Eigen::Map<const Row>(&in[r * width]);
-        if (r != c) Eigen::Map<Row>(&out[r * width]) += v * xc;
+    std::fill(out.begin(), out.begin() + n * product_width, 0.0);
+    for (Eigen::Index low = 0; low < n; low += strip)
+      for (Eigen::Index j = 0; j < product_width; ++j) {
+        const double* column = &x.coeffRef(0, first + std::min(j, count - 1));
+        for (Eigen::Index i = low; i < std::min(n, low + strip); ++i) in[i * product_width + j] = column[i];
       }
-      Eigen::Map<Row>(&out[c * width]) += yc;
-    }
-    for (Eigen::Index i = 0; i < n; ++i)
-      for (Eigen::Index j = 0; j < count; ++j) y(i, first + j) = out[i * width + j];
+    multiply_lower(n, lower.outerIndexPtr(), lower.innerIndexPtr(), lower.valuePtr(), in.data(), out.data());
+    for (Eigen::Index low = 0; low < n; low += strip)
+      for (Eigen::Index j = 0; j < count; ++j) {
+        double* column = &y.coeffRef(0, first + j);
+        for (Eigen::Index i = low; i < std::min(n, low + strip); ++i) column[i] = out[i * product_width + j];
+      }
   }
   return y;
 }
@@ -331,7 +356,7 @@ int count_parts(const FeModel& model, const FeSystem& system) {
   }
   std::set<int> roots;
   for (size_t i = 0; i < model.nodes.size(); ++i)
-    if (system.dof[i][0] >= 0) roots.insert(root(static_cast<int>(i)));
+    if (moves(system.dof[i])) roots.insert(root(static_cast<int>(i)));
   return static_cast<int>(roots.size());
 }
 

@@ -16,6 +16,9 @@ struct FeSystem {
   SparseMatrix K, M;
 };
 
+// A node of matrices may lack some of its motions: those that were held when they were written.
+inline bool moves(const std::array<int, 6>& dof) { return dof[0] >= 0 || dof[1] >= 0 || dof[2] >= 0; }
+
 // What is left to solve for: u = T q. Where nothing is tied or held T is the identity, not stored, and K and M are moved here.
 struct FeReduced {
   bool identity = true;

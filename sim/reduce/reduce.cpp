@@ -8,6 +8,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include <cblas.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -35,12 +36,7 @@ double available_memory() {
 }
 
 // M-orthonormal combinations of the fields, orthogonal to the rigid motions, that diagonalise K; sorted. Fields that add nothing are dropped.
-struct Basis {
-  VecX eigenvalues;
-  MatX vectors;
-};
-
-Basis orthonormal_basis(const FeReduced& system, const MatX& rigid, MatX fields, std::vector<std::string>& notes) {
+FeModes orthonormal_basis(const FeReduced& system, const MatX& rigid, MatX fields, std::vector<std::string>& notes) {
   for (int pass = 0; pass < 2; ++pass) add_product(fields, -1.0, rigid, product_tn(symmetric_product(system.M, rigid), fields));
   MatX MF = symmetric_product(system.M, fields);
   const VecX norm = fields.cwiseProduct(MF).colwise().sum().cwiseSqrt();
@@ -57,7 +53,7 @@ Basis orthonormal_basis(const FeReduced& system, const MatX& rigid, MatX fields,
   if (keep < fields.cols()) notes.push_back(fmt::format("{} of {} fields depend on the others or are rigid motions: dropped", fields.cols() - keep, fields.cols()));
   const MatX S = gram.eigenvectors().rightCols(keep) * gram.eigenvalues().tail(keep).cwiseSqrt().cwiseInverse().asDiagonal();
   Eigen::SelfAdjointEigenSolver<MatX> ritz(S.transpose() * (0.5 * (K + K.transpose())) * S);
-  Basis out;
+  FeModes out;
   out.eigenvalues = ritz.eigenvalues();
   out.vectors = MatX::Zero(fields.rows(), keep);
   add_product(out.vectors, 1.0, fields, S * ritz.eigenvectors());
@@ -80,7 +76,18 @@ MatX free_rigid(const FeModel& model, const FeSystem& system, const FeReduced& r
     G += r * r.transpose();
   }
   MatX combinations = MatX::Identity(6, 6);
-  if (!rows.empty()) {
+  if (model.matrices && rows.empty()) {
+    // Supports may be in the matrices: rigid is what costs no energy, against the energy the same motion would have if every unknown moved alone.
+    MatX unit = R;
+    unit.rightCols(3) /= size;
+    const MatX energy = product_tn(unit, symmetric_product(system.K, unit));
+    const double alone = (system.K.diagonal().transpose() * unit.cwiseAbs2()).maxCoeff();
+    Eigen::SelfAdjointEigenSolver<MatX> eigen(0.5 * (energy + energy.transpose()));
+    int count = 0;
+    while (count < 6 && eigen.eigenvalues()(count) <= 1e-9 * alone) ++count;
+    if (count < 6) combinations = eigen.eigenvectors().leftCols(count);
+    if (count < 6) combinations.bottomRows(3) /= size;
+  } else if (!rows.empty()) {
     Eigen::SelfAdjointEigenSolver<MatX> eigen(G);
     int count = 0;
     while (count < 6 && eigen.eigenvalues()(count) <= 1e-10 * eigen.eigenvalues()(5)) ++count;
@@ -96,10 +103,13 @@ MatX free_rigid(const FeModel& model, const FeSystem& system, const FeReduced& r
 
 class Reducer {
  public:
-  Reducer(const FeModel& m, const ReduceOptions& o, const FeProgress& p) : model(m), options(o), progress(p), clock(std::clock()) {}
+  Reducer(const FeModel& m, const ReduceOptions& o, const FeProgress& p) : model(m), options(o), method(o.method), progress(p), clock(std::clock()) {
+    if (method == ReduceMethod::automatic) method = options.interfaces.empty() ? ReduceMethod::eigenmodes : ReduceMethod::craig_bampton;
+  }
 
   Reduction run() {
     check();
+    openblas_set_num_threads(options.threads);
     say("assembling");
     system = assemble(model);
     report().degrees_of_freedom = system.size;
@@ -119,6 +129,7 @@ class Reducer {
  private:
   const FeModel& model;
   const ReduceOptions& options;
+  ReduceMethod method;
   FeProgress progress;
   std::clock_t clock;
   Reduction out;
@@ -128,7 +139,7 @@ class Reducer {
   std::vector<FeAttachment> attachments;      // interfaces first
   std::vector<int> attachment_nodes;          // node index or -1
   std::vector<std::string> names;
-  Basis basis;
+  FeModes basis;
 
   ReduceReport& report() { return out.report; }
   void say(const std::string& text) {
@@ -145,10 +156,11 @@ class Reducer {
     check_model(model);
     report().notes = model.notes;
     if (options.modes < 0) throw InputError("modes: a number >= 0 is expected");
-    if ((options.method == ReduceMethod::guyan || options.method == ReduceMethod::craig_bampton || options.method == ReduceMethod::response) && options.interfaces.empty())
+    if ((method == ReduceMethod::guyan || method == ReduceMethod::craig_bampton || method == ReduceMethod::response) && options.interfaces.empty())
       throw InputError("guyan, craig-bampton and response reductions need interfaces");
-    if (options.method == ReduceMethod::response && !(options.highest > 0.0)) throw InputError("a response reduction needs the highest frequency of interest");
-    if (options.method == ReduceMethod::eigenmodes && options.modes == 0 && !(options.highest > 0.0)) throw InputError("no modes are asked for: give their number or the highest frequency");
+    if (method == ReduceMethod::response && !(options.highest > 0.0)) throw InputError("a response reduction needs the highest frequency of interest");
+    if (method == ReduceMethod::eigenmodes && options.modes == 0 && !(options.highest > 0.0)) throw InputError("no modes are asked for: give their number or the highest frequency");
+    if (options.threads < 1) throw InputError("threads: a number >= 1 is expected");
     if (!(options.damping >= 0.0)) throw InputError("damping: a ratio >= 0 is expected");
   }
 
@@ -176,10 +188,11 @@ class Reducer {
     } else {
       std::set<int> surface;
       for (const auto& face : outer_faces(model))
-        for (int n : face) surface.insert(n);
+        for (int n : face)
+          if (moves(system.dof[n])) surface.insert(n);
       if (model.matrices || surface.empty())
         for (size_t i = 0; i < model.nodes.size(); ++i)
-          if (system.dof[i][0] >= 0) surface.insert(static_cast<int>(i));
+          if (moves(system.dof[i])) surface.insert(static_cast<int>(i));
       for (int n : taken) surface.erase(n);
       chosen = spread_nodes(model, {surface.begin(), surface.end()}, places, options.node_count - static_cast<int>(attachments.size()));
       std::sort(chosen.begin(), chosen.end());
@@ -197,7 +210,7 @@ class Reducer {
   void factorise() {
     say("ordering");
     const MatX rigid = free_rigid(model, system, reduced, options.held);
-    solver = std::make_unique<FeSolver>(reduced, rigid, estimate_stiffness(model, system));
+    solver = std::make_unique<FeSolver>(reduced, rigid, estimate_modes(model, system));
     report().rigid_motions = solver->rigid();
     report().factor_entries = solver->factor_entries();
     // The factor, and the vectors of modes and fields: Lanczos keeps some four times the modes asked for.
@@ -232,7 +245,7 @@ class Reducer {
     const FeProgress talk = progress;
     const double limit = options.highest > 0.0 ? eigenvalue_of(options.highest) : 0.0;
     MatX loads, fields;
-    const bool wants_modes = options.method == ReduceMethod::eigenmodes || options.method == ReduceMethod::response;
+    const bool wants_modes = method == ReduceMethod::eigenmodes || method == ReduceMethod::response;
     FeModes modes;
     if (wants_modes) {
       modes = solver->modes(limit > 0.0 ? 0 : options.modes, limit, MatX(reduced.size(), 0), talk);
@@ -240,10 +253,10 @@ class Reducer {
       int keep = static_cast<int>(modes.eigenvalues.size());
       if (limit > 0.0)
         while (keep > 0 && modes.eigenvalues(keep - 1) > limit) --keep;
-      if (keep == 0 && options.method == ReduceMethod::eigenmodes)
+      if (keep == 0 && method == ReduceMethod::eigenmodes)
         throw InputError(fmt::format("no elastic mode up to {:g} Hz; the first is at {:.1f} Hz", options.highest, hertz(modes.eigenvalues(0))));
       report().full_frequencies = modes.eigenvalues.head(keep).unaryExpr(&hertz);
-      if (options.method == ReduceMethod::eigenmodes) {
+      if (method == ReduceMethod::eigenmodes) {
         basis.eigenvalues = modes.eigenvalues.head(keep);
         basis.vectors = modes.vectors.leftCols(keep);
         lap("modes");
@@ -253,7 +266,7 @@ class Reducer {
       fields = modes.vectors.leftCols(keep);
     }
     loads = interface_loads();
-    if (options.method == ReduceMethod::response) {
+    if (method == ReduceMethod::response) {
       const double first = modes.eigenvalues(0);
       const double omega2 = options.lowest > 0.0 ? 0.25 * eigenvalue_of(options.lowest) : 0.25 * first;
       if (omega2 >= 0.98 * first)
@@ -265,7 +278,7 @@ class Reducer {
     } else {
       // Constraint modes span the same space as the responses to interface loads; with rigid motions free, the elastic part of both.
       fields = solver->respond(loads);
-      if (options.method == ReduceMethod::craig_bampton && (options.modes > 0 || limit > 0.0)) {
+      if (method == ReduceMethod::craig_bampton && (options.modes > 0 || limit > 0.0)) {
         // With all interfaces held: motions that depend on each other (interfaces that share nodes) are held once.
         Eigen::ColPivHouseholderQR<MatX> independent(loads);
         independent.setThreshold(1e-8);
@@ -278,16 +291,42 @@ class Reducer {
     }
     lap("modes");
     basis = orthonormal_basis(reduced, solver->rigid_basis(), std::move(fields), report().notes);
-    if (options.cut_off > 0.0 && options.highest > 0.0) {
-      int keep = 0;
-      while (keep < basis.eigenvalues.size() && hertz(basis.eigenvalues(keep)) <= options.cut_off * options.highest) ++keep;
-      if (keep < basis.eigenvalues.size()) note(fmt::format("{} modes of the reduced model above {:g} Hz are dropped", basis.eigenvalues.size() - keep, options.cut_off * options.highest));
-      basis.eigenvalues.conservativeResize(keep);
-      basis.vectors.conservativeResize(Eigen::NoChange, keep);
-    }
+    if (options.cut_off > 0.0 && options.highest > 0.0) cut_off(loads);
     if (basis.eigenvalues.size() == 0) throw InputError("no elastic coordinate is left: raise the highest frequency or the cut-off");
     lap("basis");
     report_compliance();
+  }
+
+  // Drops modes of the reduced model above the cut-off, but keeps those that carry the static deflection at the interfaces: seldom many, since each load
+  // is carried by the few local modes at its own interface. The greatest share of the load that is worst off is taken in until all are exact enough.
+  void cut_off(const MatX& loads) {
+    const double limit = options.cut_off * options.highest;
+    const int all = static_cast<int>(basis.eigenvalues.size());
+    int below = 0;
+    while (below < all && hertz(basis.eigenvalues(below)) <= limit) ++below;
+    if (below == all) return;
+    // Shares of the modes in the deflection of each load in its own direction.
+    const MatX shares = basis.eigenvalues.cwiseInverse().asDiagonal() * product_tn(basis.vectors, loads).cwiseAbs2();
+    const VecX whole = shares.colwise().sum();
+    std::vector<int> kept(below);
+    for (int k = 0; k < below; ++k) kept[k] = k;
+    std::vector<bool> taken(all, false);
+    VecX missing = shares.bottomRows(all - below).colwise().sum().transpose();
+    while (options.static_error > 0.0 && static_cast<int>(kept.size()) < all) {
+      Eigen::Index worst = 0;
+      if (missing.cwiseQuotient(whole).maxCoeff(&worst) <= options.static_error) break;
+      int best = -1;
+      for (int k = below; k < all; ++k)
+        if (!taken[k] && (best < 0 || shares(k, worst) > shares(best, worst))) best = k;
+      taken[best] = true;
+      kept.push_back(best);
+      missing -= shares.row(best).transpose();
+    }
+    std::sort(kept.begin(), kept.end());
+    note(fmt::format("{} modes of the reduced model above {:g} Hz are dropped{}", all - kept.size(), limit,
+                     static_cast<int>(kept.size()) > below ? fmt::format(", {} kept for the static deflection at the interfaces, the highest at {:.0f} Hz", kept.size() - below, hertz(basis.eigenvalues(kept.back()))) : ""));
+    basis.eigenvalues = VecX(basis.eigenvalues(kept));
+    basis.vectors = MatX(basis.vectors(Eigen::all, kept));
   }
 
   // Static deflection at the interfaces under unit loads there, reduced against full (inertia relief for a free body).
@@ -296,7 +335,7 @@ class Reducer {
     report().compliance_error = -1.0;
     if (options.interfaces.empty()) return;
     const MatX loads = interface_loads();
-    const MatX full = product_tn(loads, solver->respond(loads));
+    const MatX full = product_tn(loads, solver->respond(loads, 0.0, &basis, 1e-8));
     const MatX seen = product_tn(basis.vectors, loads);
     const MatX small = seen.transpose() * basis.eigenvalues.cwiseInverse().asDiagonal() * seen;
     double worst = 0.0;
@@ -304,7 +343,7 @@ class Reducer {
     report().compliance_error = worst;
     if (worst > 0.01)
       note(fmt::format("static deflection at the interfaces is off by up to {:.2g} %: {}", 100 * worst,
-                       options.method == ReduceMethod::eigenmodes ? "add response modes or constraint modes (--method response, craig-bampton, guyan)" : "raise the cut-off, or keep all (--no-cut-off)"));
+                       method == ReduceMethod::eigenmodes ? "add response modes or constraint modes (--method response, craig-bampton, guyan)" : "raise the cut-off, or keep all (--no-cut-off)"));
     lap("static check");
   }
 
@@ -344,44 +383,59 @@ class Reducer {
       node.psi = motion.bottomRows(3);
       body.nodes.push_back(std::move(node));
     }
-    const int pairs = n * (n + 1) / 2;
     if (options.stiffening && model.matrices) note("geometric stiffening needs the elements: left out for a model given as matrices");
-    else if (options.stiffening && pairs > options.stiffening_limit && !options.stiffening_forced)
-      note(fmt::format("geometric stiffening left out: {} pairs of elastic coordinates would each need a static solution (limit {})", pairs, options.stiffening_limit));
-    else if (options.stiffening) add_second_order(U);
+    else if (options.stiffening) add_stiffening(U);
     if (options.stress) add_stress(U);
   }
 
-  void add_second_order(const MatX& U) {
+  // Second-order terms of all kinds come from K u2_jk = -g_jk. Either each u2_jk is found, or, by reciprocity, the displacement of each load that acts on it.
+  void add_stiffening(const MatX& U) {
+    const int n = out.body.n, pairs = n * (n + 1) / 2;
+    const bool everywhere = pairs <= options.stiffening_limit || options.stiffening_forced;
+    if (!everywhere && options.interfaces.empty())
+      return note(fmt::format("geometric stiffening left out: {} pairs of elastic coordinates would each need a static solution (limit {}); name the interfaces, or force it", pairs, options.stiffening_limit));
     say("second-order displacements");
-    FlexibleBody& body = out.body;
-    const int n = body.n;
-    const MatX U2 = reduced.expand(-solver->respond(reduced.restrict(second_order_loads(model, system, U))));
-    const LinearMass second = linear_mass(model, system, U2);
-    const auto at = [](int j, int k) { return j <= k ? k * (k + 1) / 2 + j : j * (j + 1) / 2 + k; };
-    const bool mean_axes = solver->rigid() == 6;
-    for (int a = 0; a < 3; ++a) {
-      if (!mean_axes) body.md2[a].resize(n, n);
-      for (int j = 0; j < n; ++j)
-        for (int k = 0; k < n; ++k) {
-          if (!mean_axes) {
-            body.md2[a](j, k) = second.md(a, at(j, k));
-            body.Cr1[a](j, k) += second.Cr(a, at(j, k));
-          }
-        }
-    }
-    for (int r = 0; r < 6; ++r)
-      for (int j = 0; j < n; ++j)
-        for (int k = 0; k < n; ++k) body.J2[r](j, k) += second.J(r, at(j, k));
-    for (size_t i = 0; i < attachments.size(); ++i) {
-      const MatX motion = attachments[i].motion * U2;
-      for (int a = 0; a < 3; ++a) {
-        MatX& phi2 = body.nodes[i].phi2[a];
-        phi2.resize(n, n);
-        for (int j = 0; j < n; ++j)
-          for (int k = 0; k < n; ++k) phi2(j, k) = motion(a, at(j, k));
+    // Rows: md (3), Cr (3), J (6), then three translations a node.
+    const int nodes = everywhere ? static_cast<int>(attachments.size()) : static_cast<int>(options.interfaces.size());
+    MatX second(12 + 3 * nodes, pairs);
+    // Seen at a node, a hundred thousandth is far below what the second order itself leaves out.
+    constexpr double tolerance = 1e-6;
+    if (everywhere) {
+      // In groups that bound the memory.
+      constexpr int group = 32;
+      for (int first = 0; first < pairs; first += group) {
+        const int count = std::min(group, pairs - first);
+        const MatX U2 = reduced.expand(-solver->respond(reduced.restrict(second_order_loads(model, system, U, first, count)), 0.0, &basis, tolerance));
+        const LinearMass mass = linear_mass(model, system, U2);
+        second.block(0, first, 3, count) = mass.md;
+        second.block(3, first, 3, count) = mass.Cr;
+        second.block(6, first, 6, count) = mass.J;
+        for (int i = 0; i < nodes; ++i) second.block(12 + 3 * i, first, 3, count) = (attachments[i].motion * U2).topRows(3);
       }
+    } else {
+      MatX loads(system.size, 12 + 3 * nodes);
+      loads.leftCols(12) = linear_mass_loads(model, system);
+      for (int i = 0; i < nodes; ++i) loads.middleCols(12 + 3 * i, 3) = MatX(attachments[i].motion.topRows(3).transpose());
+      const MatX W = reduced.expand(solver->respond(reduced.restrict(loads), 0.0, &basis, tolerance));
+      second = -second_order_work(model, system, U, W).transpose();
+      note(fmt::format("geometric stiffening of forces at the interfaces and of inertia; forces at other nodes have none ({} coordinates)", n));
     }
+    FlexibleBody& body = out.body;
+    const bool mean_axes = solver->rigid() == 6;
+    const auto row = [&](int r) {
+      MatX square(n, n);
+      for (int j = 0; j < n; ++j)
+        for (int k = 0; k < n; ++k) square(j, k) = second(r, j <= k ? k * (k + 1) / 2 + j : j * (j + 1) / 2 + k);
+      return square;
+    };
+    // Mean axes keep the first moment and the angular momentum free of elastic coordinates, in second order too.
+    for (int a = 0; a < 3 && !mean_axes; ++a) {
+      body.md2[a] = row(a);
+      body.Cr1[a] += row(3 + a);
+    }
+    for (int r = 0; r < 6; ++r) body.J2[r] += row(6 + r);
+    for (int i = 0; i < nodes; ++i)
+      for (int a = 0; a < 3; ++a) body.nodes[i].phi2[a] = row(12 + 3 * i + a);
     lap("stiffening");
   }
 

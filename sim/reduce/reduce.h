@@ -15,6 +15,7 @@
 namespace flexframe::sim {
 
 enum class ReduceMethod {
+  automatic,       // craig_bampton where there are interfaces, else eigenmodes
   eigenmodes,      // the lowest modes
   guyan,           // static: one field per motion of the interfaces (R. J. Guyan 1965)
   craig_bampton,   // those and `modes` modes with the interfaces held (R. R. Craig, M. C. C. Bampton 1968)
@@ -29,20 +30,23 @@ struct ReduceInterface {
 };
 
 struct ReduceOptions {
-  ReduceMethod method = ReduceMethod::eigenmodes;
+  ReduceMethod method = ReduceMethod::automatic;
   int modes = 10;                  // eigenmodes, or modes with interfaces held
   double highest = 0.0;            // Hz: > 0: all modes up to it instead of `modes`
   double lowest = 0.0;             // Hz, response: lowest frequency of interest; 0: the first elastic one
-  double cut_off = 5.0;            // modes of the reduced model above this many times `highest` are dropped (guyan, craig_bampton, response; 0: none)
+  double cut_off = 5.0;            // modes of the reduced model above this many times `highest` are dropped (guyan, craig_bampton, response; 0: none) ...
+  double static_error = 0.005;     // ... but those that the static deflection at the interfaces needs to be this exact (0: the cut-off alone decides)
   std::vector<FeConstraint> held;  // empty: free body
   std::vector<ReduceInterface> interfaces;
   std::vector<int> nodes;          // kept besides the interfaces; empty: spread automatically
   int node_count = 97;             // of all kept nodes when spread automatically
-  bool stiffening = true;          // second-order displacements: geometric stiffness for all loads
-  int stiffening_limit = 300;      // pairs of elastic coordinates above which it is left out unless stiffening_forced
-  bool stiffening_forced = false;
+  bool stiffening = true;          // geometric stiffness of forces at nodes, accelerations, angular velocity products, ...
+  int stiffening_limit = 120;      // ... at all nodes up to this many pairs of elastic coordinates, each of which costs a static solution (15 coordinates);
+                                   // beyond, at the interfaces only (three static solutions each), and without interfaces not at all ...
+  bool stiffening_forced = false;  // ... unless this asks for all nodes
   bool stress = false;             // stress per mode at the kept nodes
   double damping = 0.0;            // ratio of critical damping of every mode
+  int threads = 1;                 // of the dense kernels in the factorisation; more take less time but more CPU
   double memory_limit = 0.0;       // bytes; 0: what the machine has free. Refused before the work when the estimate exceeds it
 };
 

@@ -1,6 +1,7 @@
 // Prints CPU milliseconds a picture of each stage for meshes of 5k, 100k and 1M triangles at 1280 x 720, 2 x 2 samples:
 // a waving tube, deformed anew for every picture, with normals and colours by displacement; plain and full look.
-// Usage: bench_render [pictures = 20] [osmesa|egl]
+// Usage: bench_render [pictures = 60] [osmesa|egl] [plain|full|both] [triangles ...]
+// Each stage is its median over the pictures: what else runs on the machine spoils some of them.
 #include "render/camera.h"
 #include "render/png.h"
 #include "render/renderer.h"
@@ -8,10 +9,12 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <ctime>
 #include <string>
+#include <vector>
 
 using namespace flexframe::render;
 
@@ -23,15 +26,26 @@ double cpu_milliseconds() {
   return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
 }
 
+double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
+  return values[values.size() / 2];
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   tune_process();
-  const int pictures = argc > 1 ? std::max(1, std::atoi(argv[1])) : 20;
+  // As the program's workers draw: in the calling thread.
+  setenv("LP_NUM_THREADS", "0", 1);
+  const int pictures = argc > 1 ? std::max(1, std::atoi(argv[1])) : 60;
   Renderer renderer(backend_from_name(argc > 2 ? argv[2] : "osmesa"));
   fmt::print("{}, {}\n", renderer.info().renderer, renderer.info().cpu);
   fmt::print("{:>10} {:>6} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}\n", "triangles", "look", "deform", "draw", "filter", "overlay", "png", "all");
-  for (const int target : {5000, 100000, 1000000}) {
+  const std::string looks = argc > 3 ? argv[3] : "both";
+  std::vector<int> targets;
+  for (int i = 4; i < argc; ++i) targets.push_back(std::max(100, std::atoi(argv[i])));
+  if (targets.empty()) targets = {5000, 100000, 1000000};
+  for (const int target : targets) {
     const int sides = static_cast<int>(std::lround(std::sqrt(target / 2.0 / 5.0))), rings = target / 2 / sides;
     std::vector<glm::dvec3> path;
     for (int i = 0; i <= rings; ++i) path.emplace_back(2.0 * i / rings, 0.0, 0.0);
@@ -39,6 +53,7 @@ int main(int argc, char** argv) {
     std::vector<glm::vec3> positions = tube.positions, normals;
     std::vector<float> displacement(positions.size());
     for (const bool full : {false, true}) {
+      if (looks == (full ? "plain" : "full")) continue;
       Picture p;
       Surface s;
       s.triangles = tube.triangles;
@@ -58,7 +73,7 @@ int main(int argc, char** argv) {
         p.overlay.triad = true;
       }
       p.camera = fit_camera(p, corners, default_view(corners, glm::dvec3(0.0)));
-      double deform = 0.0, draw = 0.0, filter = 0.0, overlay = 0.0, png = 0.0, all = 0.0;
+      std::vector<double> deform, draw, filter, overlay, png, all;
       for (int k = -1; k < pictures; ++k) {
         const double start = cpu_milliseconds();
         const float amplitude = 0.2f * std::sin(0.3f * static_cast<float>(k));
@@ -78,16 +93,15 @@ int main(int argc, char** argv) {
         const auto bytes = encode_png(image);
         const double end = cpu_milliseconds();
         if (k < 0) continue;  // shaders are compiled with the first picture
-        deform += deformed - start;
-        draw += 1e3 * renderer.times().draw;
-        filter += 1e3 * renderer.times().filter;
-        overlay += 1e3 * renderer.times().overlay;
-        png += end - drawn;
-        all += end - start;
+        deform.push_back(deformed - start);
+        draw.push_back(1e3 * renderer.times().draw);
+        filter.push_back(1e3 * renderer.times().filter);
+        overlay.push_back(1e3 * renderer.times().overlay);
+        png.push_back(end - drawn);
+        all.push_back(end - start);
       }
-      const double n = pictures;
       fmt::print("{:>10} {:>6} {:>8.1f} {:>8.1f} {:>8.1f} {:>8.1f} {:>8.1f} {:>8.1f}\n", tube.triangles.size(), full ? "full" : "plain",
-                 deform / n, draw / n, filter / n, overlay / n, png / n, all / n);
+                 median(deform), median(draw), median(filter), median(overlay), median(png), median(all));
     }
   }
 }

@@ -1,4 +1,5 @@
 #include "film_swing.h"
+#include "scratch.h"
 
 #include "render/film/filming.h"
 #include "render/film/video.h"
@@ -28,15 +29,12 @@ std::string bytes(const fs::path& path) {
 class Filming : public testing::Test {
  protected:
   void SetUp() override {
-    folder = fs::temp_directory_path() / ("flexframe_film_" + std::to_string(::getpid()));
-    fs::remove_all(folder);
     film::RenderSettings s;
     s.size = {160, 90};
     s.frame_rate = 12;
     s.samples = 1;
     animation = film::make_animation(results, s, nullptr);
   }
-  void TearDown() override { fs::remove_all(folder); }
 
   film::FilmReport draw(const char* name, film::FilmOptions options = {}) {
     options.folder = folder / name;
@@ -49,7 +47,8 @@ class Filming : public testing::Test {
     return out;
   }
 
-  fs::path folder;
+  const Scratch scratch;
+  const fs::path& folder = scratch.path();
   sim::Results results = test::swinging_beam();
   film::Animation animation;
 };

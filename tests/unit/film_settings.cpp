@@ -96,8 +96,16 @@ TEST(RenderSettings, NamesAreCheckedAgainstTheScene) {
   s.overlay.plot.clear();
   s.frame_rate = 9000;
   scene.simulation.duration = 3.2e7;
+  s.speed = 1.0;
   EXPECT_THROW(film::check_render_settings(s, scene), sim::InputError);
+  // Without a speed a run of a year or a microsecond is played in about ten seconds.
+  s.speed = 0.0;
   s.frame_rate = 30;
+  EXPECT_NO_THROW(film::check_render_settings(s, scene));
+  EXPECT_DOUBLE_EQ(film::playback_speed(s, 3.2e7), 5e6);
+  EXPECT_DOUBLE_EQ(film::playback_speed(s, 1e-6), 1e-7);
+  EXPECT_DOUBLE_EQ(film::playback_speed(s, 0.012), 2e-3);
+  for (const double usual : {0.0, 0.1, 0.4, 600.0}) EXPECT_EQ(film::playback_speed(s, usual), 1.0);
   scene.simulation.duration = 1.0;
   scene.bodies[0].drawing["color"] = "[2, 0, 0]";
   EXPECT_THROW(film::check_render_settings(s, scene), sim::InputError);

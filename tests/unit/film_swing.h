@@ -5,6 +5,7 @@
 #include "sim/section.h"
 
 #include <cmath>
+#include <string>
 
 namespace flexframe::test {
 
@@ -46,5 +47,38 @@ inline sim::Results swinging_beam(double amplitude = 0.01, int samples = 201, do
   r.outputs = {tip};
   return r;
 }
+
+// The scene these results could come from, up to its forces.
+inline const char* const swinging_scene = R"toml(
+title = "Swinging beam"
+[simulation]
+duration = 1.0
+[[body]]
+name = "beam"
+kind = "beam"
+length = 1.0
+section = { shape = "circle", diameter = 0.04 }
+material = { density = 2700.0, youngs_modulus = 7e10 }
+elements = 8
+[[body]]
+name = "block"
+kind = "rigid"
+mass = 1.0
+inertia = [0.01, 0.01, 0.01]
+[[joint]]
+name = "hinge"
+kind = "revolute"
+parent = "ground"
+child = "beam.root"
+[[joint]]
+name = "clamp"
+kind = "weld"
+parent = "beam.tip"
+child = "block"
+[[force]]
+kind = "spring-damper"
+on = "block"
+stiffness = 10.0
+)toml";
 
 }  // namespace flexframe::test

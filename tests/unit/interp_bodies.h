@@ -238,4 +238,29 @@ struct FieldError {
   double relative() const { return std::sqrt(error2 / truth2); }
 };
 
+// A finite element body of tests/unit/data/kernel_map (make_bodies.py there): vertices, triangles, three true modes.
+struct FeBody {
+  Body body;
+  std::array<Points, 3> mode;
+};
+inline FeBody read_fe_body(const std::string& name) {
+  const std::string file = std::string(FLEXFRAME_SOURCE_DIR) + "/tests/unit/data/kernel_map/" + name + ".txt";
+  std::ifstream in(file);
+  Eigen::Index vertices = 0, triangles = 0;
+  if (!(in >> vertices >> triangles)) throw std::runtime_error("missing: " + file);
+  FeBody out;
+  out.body.v.resize(vertices, 3);
+  out.body.t.resize(triangles, 3);
+  for (auto& m : out.mode) m.resize(vertices, 3);
+  for (Eigen::Index i = 0; i < vertices; ++i) {
+    for (int c = 0; c < 3; ++c) in >> out.body.v(i, c);
+    for (auto& m : out.mode)
+      for (int c = 0; c < 3; ++c) in >> m(i, c);
+  }
+  for (Eigen::Index t = 0; t < triangles; ++t)
+    for (int c = 0; c < 3; ++c) in >> out.body.t(t, c);
+  if (!in) throw std::runtime_error("short: " + file);
+  return out;
+}
+
 }  // namespace flexframe::test

@@ -228,6 +228,43 @@ TEST(Draw, ShadowsFallOnGroundAndBodies) {
   EXPECT_EQ(brighter, 0);
 }
 
+// Fine meshes are lit after all is drawn, others as they are drawn: the same picture but for the roundings of what is kept.
+TEST(Draw, LitLaterOrAtOnceLooksTheSame) {
+  for (const bool orthographic : {false, true}) {
+    Zoo zoo;
+    Picture& p = zoo.picture;
+    std::vector<glm::vec3> colors(zoo.ball.positions.size(), glm::vec3(0.2f, 0.5f, 0.3f));
+    p.surfaces.push_back(p.surfaces[0]);
+    p.surfaces[5].colors = colors;
+    p.surfaces[5].material = {{1, 1, 1}, 0.2f, 0.7f};
+    p.surfaces[5].pose[3] = glm::dvec4(-1.0, 0.5, -0.4, 1.0);
+    p.surfaces.push_back(p.surfaces[1]);
+    p.surfaces[6].edges = false;
+    p.surfaces[6].normals = {};
+    p.surfaces[6].two_sided = true;
+    p.surfaces[6].material.color = {0.9f, 0.8f, 0.2f};
+    p.surfaces[6].pose[3] = glm::dvec4(-0.9, -0.2, -0.9, 1.0);
+    p.scalar_map.levels = 5;
+    if (orthographic) {
+      p.camera.projection = Projection::orthographic;
+      p.camera.height = 3.0;
+    }
+    p.bounds.add(glm::dvec3(-1.5, -1, -1));
+    p.bounds.add(glm::dvec3(1.5, 1.2, 1));
+    const Image at_once = renderer().draw(p);
+    // A fine mesh inside the first ball.
+    const Shape fine = make_ball(0.1, 120);
+    ASSERT_GT(fine.triangles.size(), 20000u);
+    Surface hidden = surface_of(fine);
+    hidden.casts_shadow = false;
+    p.surfaces.push_back(hidden);
+    const ImageDifference difference = compare_images(at_once, renderer().draw(p), {.measures = false});
+    EXPECT_LE(difference.largest, 3);
+    EXPECT_LT(difference.mean, 0.2);
+    EXPECT_GT(difference.mean, 0.0);
+  }
+}
+
 TEST(Draw, SameBitsAgainAndForAnotherContext) {
   const Zoo zoo;
   const Image first = renderer().draw(zoo.picture);

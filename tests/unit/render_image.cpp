@@ -2,6 +2,7 @@
 #include "render/image.h"
 #include "render/image_compare.h"
 #include "render/png.h"
+#include "scratch.h"
 
 #include <gtest/gtest.h>
 
@@ -13,12 +14,6 @@ namespace flexframe::render {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct Folder {
-  fs::path path = fs::temp_directory_path() / ("flexframe_image_" + std::to_string(::getpid()));
-  Folder() { fs::create_directories(path); }
-  ~Folder() { fs::remove_all(path); }
-};
 
 Image noise(int width, int height, int channels, unsigned seed = 1) {
   Image image = make_image(width, height, channels);
@@ -55,8 +50,8 @@ TEST(Png, EveryFlippedBitAndEveryCutIsNoticed) {
 }
 
 TEST(Png, FilesAppearWholeAndTextIsFound) {
-  const Folder folder;
-  const fs::path file = folder.path / "a.png";
+  const Scratch folder;
+  const fs::path file = folder.path() / "a.png";
   const Image first = noise(30, 20, 3), second = noise(30, 20, 3, 2);
   write_png(file, first, {.level = 1, .text = {{"Inputs", "abc"}, {"Renderer", "llvmpipe"}}});
   EXPECT_EQ(read_png(file), first);
@@ -66,25 +61,25 @@ TEST(Png, FilesAppearWholeAndTextIsFound) {
   write_png(file, second);  // over an existing file
   EXPECT_EQ(read_png(file), second);
   int files = 0;
-  for ([[maybe_unused]] const auto& entry : fs::directory_iterator(folder.path)) ++files;
+  for ([[maybe_unused]] const auto& entry : fs::directory_iterator(folder.path())) ++files;
   EXPECT_EQ(files, 1);
   fs::resize_file(file, fs::file_size(file) - 1);
   EXPECT_FALSE(is_whole_png(file));
 }
 
 TEST(Png, FailuresNameThePathAndTheReason) {
-  const Folder folder;
+  const Scratch folder;
   try {
-    write_png(folder.path / "no" / "a.png", noise(4, 4, 3));
+    write_png(folder.path() / "no" / "a.png", noise(4, 4, 3));
     FAIL();
   } catch (const std::runtime_error& e) {
     EXPECT_NE(std::string(e.what()).find("no/a.png"), std::string::npos);
     EXPECT_NE(std::string(e.what()).find("No such file"), std::string::npos);
   }
-  fs::create_directory(folder.path / "b.png");
-  EXPECT_THROW(write_png(folder.path / "b.png", noise(4, 4, 3)), std::runtime_error);
+  fs::create_directory(folder.path() / "b.png");
+  EXPECT_THROW(write_png(folder.path() / "b.png", noise(4, 4, 3)), std::runtime_error);
   int files = 0;
-  for ([[maybe_unused]] const auto& entry : fs::directory_iterator(folder.path)) ++files;
+  for ([[maybe_unused]] const auto& entry : fs::directory_iterator(folder.path())) ++files;
   EXPECT_EQ(files, 1);
 
 }

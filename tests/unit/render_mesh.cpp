@@ -1,6 +1,8 @@
 // Mesh files as they come: order and precision kept, every kind of face, and sentences for what cannot be used.
 #include "render/mesh.h"
 
+#include "scratch.h"
+
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -15,13 +17,9 @@ namespace fs = std::filesystem;
 
 class RenderMesh : public ::testing::Test {
 protected:
-  fs::path folder = fs::path(::testing::TempDir()) / "flexframe_mesh";
-  void SetUp() override { fs::create_directories(folder); }
-  void TearDown() override { fs::remove_all(folder); }
-  fs::path file(const std::string& name, const std::string& text) const {
-    std::ofstream(folder / name, std::ios::binary) << text;
-    return folder / name;
-  }
+  const Scratch scratch;
+  const fs::path& folder = scratch.path();
+  fs::path file(const std::string& name, const std::string& text) const { return scratch.put(name, text); }
   std::string complaint(const std::string& name, const std::string& text) const {
     try {
       read_mesh(file(name, text));

@@ -191,12 +191,12 @@ Picture full_overlay(Size size) {
 
 TEST(Layout, NothingIsClippedOrLiesOverSomethingElse) {
   static const std::vector<double> x = {0.0, 1.0, 2.0}, y = {-0.1, 0.3, 0.2};
-  for (const Size size : {Size{320, 240}, Size{640, 480}, Size{1280, 720}, Size{1920, 1080}, Size{3840, 2160}, Size{720, 1280}, Size{240, 320}})
+  for (const Size size : {Size{320, 240}, Size{640, 480}, Size{1280, 720}, Size{1920, 1080}, Size{640, 360}, Size{3840, 2160}, Size{720, 1280}, Size{240, 320}})
     for (const int plots : {0, 1, 2})
       for (const PlotPlace place : {PlotPlace::below, PlotPlace::beside}) {
         Picture p = full_overlay(size);
         p.overlay.plot_place = place;
-        for (int i = 0; i < plots; ++i) p.overlay.plots.push_back({"t [s]", "slider x [m]", {{"slider.x", x, y}, {"rod.middle", x, y}}, 0.5, {}, {}});
+        for (int i = 0; i < plots; ++i) p.overlay.plots.push_back({"t [s]", i == 0 ? "rod_middle.y [mm]" : "slider x [m]", {{"slider.x", x, y}, {"rod.middle", x, y}}, 0.5, {}, {}});
         const Layout layout = make_layout(p);
         struct Box { std::string name; double x0, y0, x1, y1; };
         std::vector<Box> boxes;
@@ -218,6 +218,12 @@ TEST(Layout, NothingIsClippedOrLiesOverSomethingElse) {
         for (const PlotLayout& plot : layout.plots) {
           for (const TextLine& t : plot.words) add(t);
           for (const TextLine& t : plot.series) add(t);
+          if (const TextLine& t = plot.y_label; !t.text.empty()) {
+            const double w = text_width(t.text, t.size);
+            boxes.push_back({t.text, t.x - cap_height(t.size), t.y - w, t.x, t.y});
+            EXPECT_GE(t.y - w, plot.panel.y) << t.text << " " << size.width << " x " << size.height;
+            EXPECT_LE(t.y, plot.panel.y + plot.panel.height) << t.text;
+          }
           const PixelRect& a = plot.axes;
           boxes.push_back({"axes", double(a.x), double(a.y), double(a.x + a.width), double(a.y + a.height)});
         }
@@ -237,6 +243,30 @@ TEST(Layout, NothingIsClippedOrLiesOverSomethingElse) {
         EXPECT_LT(layout.insets.left + layout.insets.right, 0.75) << size.width;
         EXPECT_LT(layout.insets.top + layout.insets.bottom, 0.75) << size.width;
       }
+}
+
+TEST(Layout, LabelsOfPlotsKeepTheirUnit) {
+  static const std::vector<double> x = {0.0, 1e-6, 2e-6}, y = {-1e-7, 3e-7, 2e-7};
+  struct Case { std::string label, wanted; };
+  for (const Case& c : {Case{"amplitude.3", "amplitude.3 [10⁻⁹]"}, Case{"tip.y [mm]", "tip.y [10⁻⁹ mm]"}, Case{"[rad/s]", "[10⁻⁹ rad/s]"}, Case{"", "[10⁻⁹]"}}) {
+    Picture p;
+    p.size = {1280, 720};
+    p.overlay.plots.push_back({"t [s]", c.label, {{"one", x, y}}, 0.0, {}, {}});
+    const Layout layout = make_layout(p);
+    EXPECT_EQ(layout.plots[0].y_label.text, c.wanted);
+    EXPECT_EQ(layout.plots[0].words.back().text, "t [10⁻⁶ s]");
+  }
+  // Any length in any panel: shortened, never without its unit, never out of the panel.
+  for (const Size size : {Size{320, 240}, Size{640, 360}, Size{1280, 720}, Size{3840, 2160}})
+    for (const std::string& name : {std::string("crank_speed"), std::string("angular velocity of the crank about its bearing"), std::string("Drehmoment_ÄÖÜ_µ_Welle_") + std::string(200, 'W')}) {
+      Picture p;
+      p.size = size;
+      p.overlay.plots.push_back({"t [s]", name + " [rad/s]", {{name, x, y}}, 0.0, {}, {}});
+      const PlotLayout plot = make_layout(p).plots[0];
+      if (plot.y_label.text.empty()) continue;
+      EXPECT_TRUE(plot.y_label.text.ends_with("[10⁻⁹ rad/s]")) << plot.y_label.text;
+      EXPECT_LE(text_width(plot.y_label.text, plot.y_label.size), plot.panel.height);
+    }
 }
 
 TEST(Shapes, AreClosedAndFaceOutwards) {

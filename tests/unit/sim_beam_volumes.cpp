@@ -207,10 +207,37 @@ TEST(BeamVolumes, DampingIsThatOfTheFirstMode) {
   EXPECT_THROW(make_mixed_beam(def, {}), InputError);
 }
 
-TEST(BeamVolumes, WithoutHingesALumpedBeamIsOnePiece) {
+TEST(BeamVolumes, WithoutHingesALumpedBeamIsWelded) {
   const BeamChain chain = make_lumped_beam(seed_cantilever(10), {});
-  ASSERT_EQ(chain.pieces.size(), 1u);
+  ASSERT_EQ(chain.pieces.size(), 11u);
   EXPECT_EQ(chain.pieces[0].body.n, 0);
+  for (const bool free : chain.links.free) EXPECT_FALSE(free);
+}
+
+// Static forms carry a constant moment exactly; eigenforms between the ends add what dynamics needs.
+TEST(BeamVolumes, VolumesWithModesBendUnderAMoment) {
+  BeamDef def = seed_cantilever(10);
+  def.modes = {{"bending_xy", {1, 2}}, {"torsion", {1}}};
+  const BeamEffects effects{.axial = true, .bending_xy = true, .bending_xz = true, .torsion = true, .stiffening = true};
+  const FlexibleBody body = make_modal_volume(def, effects);
+  ASSERT_EQ(body.n, 1 + 4 + 2 + 2);
+  const FlexibleNode &root = body.nodes[0], &tip = body.nodes[1];
+  const VecX q = body.Ke.ldlt().solve(VecX((tip.psi - root.psi).transpose() * Vec3(1.0, 2.0, 3.0) + (tip.phi - root.phi).transpose() * Vec3(4.0, 0.0, 0.0)));
+  const double e = 6.9e10, L = def.length;
+  const Vec3 turn = (tip.psi - root.psi) * q;
+  EXPECT_NEAR(turn.x(), 1.0 * L / (e / 2.66 * def.section.j), 1e-10 * turn.x());
+  EXPECT_NEAR(turn.y(), 2.0 * L / (e * def.section.iy), 1e-10 * turn.y());
+  EXPECT_NEAR(turn.z(), 3.0 * L / (e * def.section.iz), 1e-10 * turn.z());
+  EXPECT_NEAR(((tip.phi - root.phi) * q).x(), 4.0 * L / (e * def.section.area), 1e-10 * L);
+  // frame on mean axes: no linear or angular momentum in any coordinate
+  EXPECT_LT(body.md1.norm(), 1e-12 * body.mass);
+  EXPECT_LT(body.Cr0.norm(), 1e-12 * body.mass * L);
+  // free-free frequency from above (Rayleigh) with one symmetric form more
+  const FlexibleBody plane = make_modal_volume(def, {.bending_xy = true});
+  const VecX squares = Eigen::GeneralizedSelfAdjointEigenSolver<MatX>(plane.Ke, plane.Me).eigenvalues();
+  const double exact = 4.730040744862704 * 4.730040744862704 * std::sqrt(e * def.section.iz / (2700.0 * def.section.area)) / (L * L);
+  EXPECT_GT(std::sqrt(squares[0]), exact);
+  EXPECT_LT(std::sqrt(squares[0]), 1.005 * exact);
 }
 
 TEST(BeamVolumes, ValidityNoteSpeaksOfStockyBeamsAndHighModes) {

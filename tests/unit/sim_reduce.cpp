@@ -3,6 +3,7 @@
 #include "sim/reduce/fe_integrals.h"
 #include "sim/reduce/fe_solver.h"
 #include "sim/reduce/reduce.h"
+#include "scratch.h"
 #include "sim/sid.h"
 
 #include <gtest/gtest.h>
@@ -309,7 +310,7 @@ TEST(Reduce, FirstOrderTermsMatchDisplacedMesh) {
 
 // A gmsh mesh of one quadratic element of each kind, both formats, has the same volume as Abaqus' order gives.
 TEST(Reduce, GmshOrderOfNodes) {
-  const fs::path file = fs::temp_directory_path() / "flexframe_order.msh";
+  const Scratch scratch;
   static constexpr int hex[12][2] = {{0, 1}, {0, 3}, {0, 4}, {1, 2}, {1, 5}, {2, 3}, {2, 6}, {3, 7}, {4, 5}, {4, 7}, {5, 6}, {6, 7}};
   static constexpr double corner[8][3] = {{0, 0, 0}, {2, 0, 0}, {2, 3, 0}, {0, 3, 0}, {0, 0, 1}, {2, 0, 1}, {2, 3, 1}, {0, 3, 1}};
   std::string nodes, list;
@@ -320,9 +321,8 @@ TEST(Reduce, GmshOrderOfNodes) {
     nodes += "\n";
   }
   for (int i = 1; i <= 20; ++i) list += fmt::format(" {}", i);
-  std::ofstream(file) << "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n3 7 \"Block\"\n$EndPhysicalNames\n$Nodes\n20\n" << nodes << "$EndNodes\n$Elements\n1\n1 17 2 7 1" << list << "\n$EndElements\n";
+  const fs::path file = scratch.put("order.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n3 7 \"Block\"\n$EndPhysicalNames\n$Nodes\n20\n" + nodes + "$EndNodes\n$Elements\n1\n1 17 2 7 1" + list + "\n$EndElements\n");
   FeModel m = read_msh(file);
-  fs::remove(file);
   ASSERT_EQ(m.elements.size(), 1u);
   EXPECT_EQ(m.element_sets.at("BLOCK").size(), 1u);
   set_material(m, soft());
@@ -337,18 +337,16 @@ TEST(Reduce, GmshOrderOfNodes) {
 }
 
 std::string refusal(const std::string& text) {
-  const fs::path file = fs::temp_directory_path() / "flexframe_refused.inp";
-  std::ofstream(file) << text;
+  const Scratch scratch;
   std::string message = "accepted";
   try {
-    const FeModel m = read_inp(file);
+    const FeModel m = read_inp(scratch.put("refused.inp", text));
     ReduceOptions o;
     o.modes = 1;
     reduce(m, o);
   } catch (const InputError& e) {
     message = e.what();
   }
-  fs::remove(file);
   return message;
 }
 

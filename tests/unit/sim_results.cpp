@@ -1,4 +1,5 @@
 // The results file: what is written reads back to the same bits, strangers can read it, damage is found and never followed.
+#include "scratch.h"
 #include "sim/csv.h"
 #include "sim/file_output.h"
 #include "sim/results_file.h"
@@ -24,19 +25,10 @@ using namespace flexframe::sim;
 
 namespace {
 
-std::filesystem::path scratch() {
-  static const std::filesystem::path folder = [] {
-    const auto path = std::filesystem::temp_directory_path() / fmt::format("flexframe-results-{}", ::getpid());
-    std::filesystem::create_directories(path);
-    return path;
-  }();
-  return folder;
+const std::filesystem::path& scratch() {
+  static const flexframe::Scratch folder;
+  return folder.path();
 }
-
-class Cleanup : public testing::Environment {
-  void TearDown() override { std::filesystem::remove_all(scratch()); }
-};
-const testing::Environment* const cleanup = testing::AddGlobalTestEnvironment(new Cleanup);
 
 // Every field filled, numbers without pattern.
 Results sample_results(Eigen::Index nt = 37) {
@@ -81,7 +73,7 @@ Results sample_results(Eigen::Index nt = 37) {
   r.potential = fill(nt, 1);
   r.supplied = fill(nt, 1);
   r.dissipated = fill(nt, 1);
-  r.statistics = {"adams", 1e-6, 123456789012L, 2, 3, 4, 5, 0.25, 1e-5, "slider.x", {"first note", "second"}};
+  r.statistics = {"adams", 1e-6, 123456789012L, 2, 3, 4, 5, 0.25, 1e-5, "slider.x", {}, {"first note", "second"}, {}};
   return r;
 }
 

@@ -1,4 +1,5 @@
 // Scene files: every word of the contract is read, everything wrong is answered with file, line, key and what is allowed.
+#include "scratch.h"
 #include "sim/scene_reader.h"
 #include "sim/words.h"
 
@@ -148,20 +149,6 @@ std::string changed(const std::string& from, const std::string& to) {
   else text.replace(at, from.size(), to);
   return text;
 }
-
-class Folder {
- public:
-  Folder() : path_(std::filesystem::temp_directory_path() / fmt::format("flexframe-scene-{}", ::getpid())) { std::filesystem::create_directories(path_); }
-  ~Folder() { std::filesystem::remove_all(path_); }
-  std::filesystem::path put(const std::string& name, const std::string& content) const {
-    std::ofstream(path_ / name, std::ios::binary) << content;
-    return path_ / name;
-  }
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 }  // namespace
 
@@ -474,7 +461,7 @@ TEST(Scene, NothingButTables) {
 }
 
 TEST(SceneFile, WrongFiles) {
-  const Folder folder;
+  const flexframe::Scratch folder;
   const auto message = [](const std::filesystem::path& path) -> std::string {
     try {
       read_scene(path);
@@ -493,7 +480,7 @@ TEST(SceneFile, WrongFiles) {
 }
 
 TEST(SceneFile, NamesStartAtTheScene) {
-  const Folder folder;
+  const flexframe::Scratch folder;
   std::filesystem::create_directories(folder.path() / "meshes");
   folder.put("meshes/rod.obj", "v 0 0 0\n");
   folder.put("rod.sid", "part\n");
@@ -516,7 +503,7 @@ child = "rod.node[17]"
 }
 
 TEST(SceneFile, StateSpace) {
-  const Folder folder;
+  const flexframe::Scratch folder;
   folder.put("plant.toml", "omega = [[100, 0], [0, 400]]\ngamma = [[1, 0], [0, 2]]\nsigma = [[0, 1, 0], [0, 2, 0]]\n");
   const std::string start = "[simulation]\nduration = 1\n[[body]]\nname = \"s\"\nkind = \"statespace\"\nframes = { tip = [1, 0, 0] }\nmass = 2\n";
   const Scene scene = read_scene(folder.put("scene.toml", start + "file = \"plant.toml\"\n"));

@@ -1,0 +1,102 @@
+// flexframe effects: what is simulated of a scene and what is left out, why, what each costs and is worth.
+#include "render/cli/commands.h"
+#include "render/cli/jobs.h"
+#include "render/cli/terminal.h"
+
+#include "sim/effect_report.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <memory>
+
+namespace flexframe::cli {
+namespace {
+
+// What the effect adds to the scene's CPU time, or would add: against the run as it stands.
+double cpu_share(const sim::EffectRow& row, const sim::EffectReport& report) { return report.cpu > 0.0 ? (row.cpu_on - row.cpu_off) / report.cpu : 0.0; }
+
+std::string share_text(const sim::EffectRow& row, const sim::EffectReport& report) {
+  if (!row.state.possible) return "0";
+  if (!row.measured) return "?";
+  if (row.share <= report.floor) return fmt::format("< {:.1g}", report.floor);
+  return fmt::format("{:.2g} of {}", row.share, row.column);
+}
+
+void print_table(const std::string& scene, const sim::EffectReport& report) {
+  fmt::print("{}: {:.4f} CPU s at tolerance {:g}; shares below {:.1g} are not to be told from the error of time integration\n", scene, report.cpu, report.tolerance,
+             report.floor);
+  fmt::print("{:<16} {:<11} {:<4} {:<9} {:>4} {:>7}  {:<28} {}\n", "owner", "effect", "", "decided", "DOF", "CPU", "worth", "why");
+  for (const sim::EffectRow& row : report.rows) {
+    const sim::EffectState& s = row.state;
+    const std::string cpu = row.measured ? fmt::format("{:+.0f} %", 100.0 * cpu_share(row, report)) : "";
+    fmt::print("{:<16} {:<11} {:<4} {:<9} {:>4} {:>7}  {:<28} {}{}{}\n", s.owner, s.effect, s.on ? "on" : "off", s.by, s.coordinates, cpu, share_text(row, report), s.why,
+               row.note.empty() ? "" : "; ", row.note);
+  }
+  fmt::print("worth: the largest change of an output when the effect is switched, relative to the output's range; CPU: what it costs, or would\n");
+}
+
+nlohmann::ordered_json report_json(const std::string& scene, const sim::EffectReport& report) {
+  nlohmann::ordered_json out = {{"scene", scene}, {"cpu_seconds", report.cpu}, {"tolerance", report.tolerance}, {"floor", report.floor}};
+  out["effects"] = nlohmann::ordered_json::array();
+  for (const sim::EffectRow& row : report.rows) {
+    const sim::EffectState& s = row.state;
+    nlohmann::ordered_json one = {{"owner", s.owner}, {"effect", s.effect}, {"on", s.on}, {"possible", s.possible}, {"decided_by", s.by}, {"why", s.why}, {"coordinates", s.coordinates}};
+    if (!s.possible || row.measured) {
+      one["share"] = row.share;
+      one["column"] = row.column;
+      nlohmann::ordered_json shares = nlohmann::ordered_json::object();
+      for (size_t k = 0; k < report.columns.size(); ++k) shares[report.columns[k]] = row.shares[static_cast<Eigen::Index>(k)];
+      one["shares"] = shares;
+      one["cpu_share"] = row.measured ? cpu_share(row, report) : 0.0;
+    } else {
+      one["share"] = nullptr;
+    }
+    if (!row.note.empty()) one["note"] = row.note;
+    if (const sim::EffectInfo* info = sim::find_effect(s.effect))
+      one["registry"] = {{"meaning", info->meaning}, {"equation", info->equation}, {"matters", info->matters}, {"estimate", info->estimate}};
+    out["effects"].push_back(one);
+  }
+  return out;
+}
+
+void print_registry() {
+  for (const sim::EffectInfo& e : sim::effect_registry())
+    fmt::print("{}\n  what      {}\n  equation  {}\n  matters   {}\n  estimate  {}\n", e.name, e.meaning, e.equation, e.matters, e.estimate);
+}
+
+}  // namespace
+
+Command add_effects(CLI::App& program) {
+  struct Words {
+    std::string scene;
+    std::optional<double> tolerance;
+    bool json = false, list = false;
+  };
+  const auto words = std::make_shared<Words>();
+  CLI::App* app = program.add_subcommand("effects", "which effects are on, who decided and why, what each costs and is worth");
+  app->add_option("SCENE", words->scene, "scene file (TOML)");
+  app->add_option("--tolerance", words->tolerance, "of the runs that are compared; default: ten times the scene's")->check(CLI::Range(1e-13, 1e-1));
+  app->add_flag("--list", words->list, "the registry: every effect there is, its equation, when it matters, how it is estimated");
+  app->add_flag("--json", words->json, "report as JSON");
+
+  return {app, [words] {
+            if (words->list) {
+              print_registry();
+              if (words->scene.empty()) return 0;
+            }
+            if (words->scene.empty()) throw UsageError("effects needs a SCENE or --list");
+            const Job job = read_job(words->scene);
+            sim::EffectOptions options;
+            options.tolerance = words->tolerance.value_or(0.0);
+            Progress progress("measuring");
+            options.progress = [&](double fraction) { progress.show(fraction); };
+            const sim::EffectReport report = sim::report_effects(job.scene, options);
+            if (words->json) fmt::print("{}\n", report_json(words->scene, report).dump(2));
+            else print_table(words->scene, report);
+            return 0;
+          }};
+}
+
+}  // namespace flexframe::cli

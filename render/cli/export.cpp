@@ -1,0 +1,129 @@
+#include "render/cli/export.h"
+
+#include "render/cli/results_job.h"
+#include "render/cli/terminal.h"
+
+#include "render/file.h"
+#include "render/film/gltf.h"
+#include "render/film/vtk.h"
+#include "sim/csv.h"
+
+#include <fmt/format.h>
+
+#include <memory>
+
+#include <unistd.h>
+
+namespace flexframe::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Words {
+  std::string results, to, out, scene;
+  double scale = 1.0;
+  bool json = false;
+  RenderWords render;
+};
+
+// A folder that goes when the scope is left.
+struct TemporaryFolder {
+  fs::path path;
+  explicit TemporaryFolder(const fs::path& beside) {
+    std::string name = (beside / ".flexframe_XXXXXX").string();
+    if (!::mkdtemp(name.data())) throw std::runtime_error(fmt::format("{}: cannot make a folder there", beside.string()));
+    path = name;
+  }
+  ~TemporaryFolder() {
+    std::error_code error;
+    fs::remove_all(path, error);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+};
+
+nlohmann::ordered_json export_csv(const sim::Results& results, const fs::path& out) {
+  if (results.outputs.empty()) throw sim::InputError(fmt::format("{}: the results hold no outputs; add [[output]] tables to the scene", results.scene_file));
+  sim::write_histories_csv(results, out);
+  return {{"columns", results.outputs.size() + 1}, {"rows", results.times.size()}};
+}
+
+nlohmann::ordered_json export_gltf(const ResultsJob& job, double scale, const fs::path& out, std::vector<std::string>& notes) {
+  const film::Animation animation = film::make_animation(job.results, job.settings, job.scene ? &*job.scene : nullptr);
+  film::GltfReport report;
+  render::write_file(out, film::make_gltf(animation, scale, out.extension() != ".gltf", report));
+  notes.insert(notes.end(), animation.notes.begin(), animation.notes.end());
+  notes.insert(notes.end(), report.notes.begin(), report.notes.end());
+  return {{"nodes", report.nodes}, {"morph_targets", report.morph_targets}, {"pictures", report.pictures}, {"largest_displacement", animation.largest_displacement}, {"error", report.error}};
+}
+
+nlohmann::ordered_json export_vtk(const ResultsJob& job, double scale, const fs::path& out, const std::string& name, std::vector<std::string>& notes) {
+  const film::Animation animation = film::make_animation(job.results, job.settings, job.scene ? &*job.scene : nullptr);
+  Progress progress("writing");
+  const film::VtkReport report = film::write_vtk(animation, scale, out, name, [&](int done, int all) { progress.show(double(done) / all); });
+  notes.insert(notes.end(), animation.notes.begin(), animation.notes.end());
+  return {{"pictures", report.pictures}, {"index", report.index.string()}};
+}
+
+nlohmann::ordered_json export_video(const ResultsJob& job, const RenderWords& render, const fs::path& out, std::vector<std::string>& notes) {
+  const TemporaryFolder folder(fs::absolute(out).parent_path());
+  RenderWords words = render;
+  words.video = out.string();
+  const DrawingReport report = run_drawing(job.results, job.settings, job.scene ? &*job.scene : nullptr, words, folder.path, "film");
+  if (!report.video.made) throw std::runtime_error(report.video.note);
+  notes.insert(notes.end(), report.notes.begin(), report.notes.end());
+  return {{"pictures", report.film.pictures}, {"size", {report.size.width, report.size.height}}};
+}
+
+}  // namespace
+
+Command add_export(CLI::App& program) {
+  const auto words = std::make_shared<Words>();
+  CLI::App* app = program.add_subcommand("export", "results for other programs: CSV, glTF, VTK, video");
+  app->footer(R"(csv   the histories: a column an output (RESULTS.csv)
+gltf  one animated file for viewers and Blender: bodies move, deformation as morph targets (RESULTS.glb; -o NAME.gltf for JSON)
+vtk   a surface file a picture and an index for ParaView, deformation as point data (folder RESULTS_vtk)
+mp4   the video alone (RESULTS.mp4; -o NAME.gif for a GIF)
+Pictures a second and speed are those of the scene's [render] table.)");
+  app->add_option("RESULTS", words->results, "results file (HDF5)")->required();
+  app->add_option("--to", words->to, "csv, gltf, vtk or mp4")->required()->check(CLI::IsMember({"csv", "gltf", "vtk", "mp4"}));
+  app->add_option("-o,--out", words->out, "output file, for vtk a folder; default: the name of the results, in the current folder");
+  app->add_option("--scale", words->scale, "gltf, vtk: deformation multiplied by this (1)")->check(CLI::Range(0.0, 1e9));
+  app->add_option("--scene", words->scene, "scene file whose [render] table is used, in place of the one in the results");
+  app->add_option("--size", words->render.size, "mp4: WIDTHxHEIGHT in pixels");
+  app->add_option("--scales", words->render.scales, "mp4: auto, or a list as 1,20: in scale and exaggerated");
+  app->add_option("--color-by", words->render.color_by, "mp4: none, displacement, strain, velocity or body");
+  app->add_flag("--json", words->json, "summary as JSON");
+
+  return {app, [words] {
+            const std::string name = fs::path(words->results).stem().string();
+            const std::string ending = words->to == "csv" ? ".csv" : words->to == "gltf" ? ".glb" : words->to == "mp4" ? ".mp4" : "_vtk";
+            const fs::path out = words->out.empty() ? fs::path(name + ending) : fs::path(words->out);
+            if (words->to == "gltf" && out.extension() != ".glb" && out.extension() != ".gltf") throw UsageError(fmt::format("-o {}: a glTF file ends in .glb or .gltf", out.string()));
+            if (words->to == "mp4" && out.extension() != ".mp4" && out.extension() != ".gif") throw UsageError(fmt::format("-o {}: a video ends in .mp4 or .gif", out.string()));
+            const ResultsJob job = read_results_job(words->results, words->scene, words->render);
+            const fs::path folder = words->to == "vtk" ? out : fs::absolute(out).parent_path();
+            require_writable(folder);
+            make_folder(folder);
+            std::vector<std::string> notes = job.notes;
+            nlohmann::ordered_json json = {{"format", words->to}, {"out", out.string()}};
+            json.update(words->to == "csv"    ? export_csv(job.results, out)
+                        : words->to == "gltf" ? export_gltf(job, words->scale, out, notes)
+                        : words->to == "vtk"  ? export_vtk(job, words->scale, out, name, notes)
+                                              : export_video(job, words->render, out, notes));
+            json["notes"] = notes;
+            if (words->json) {
+              fmt::print("{}\n", json.dump(2));
+              return 0;
+            }
+            fmt::print("{:<12} {}\n", words->to, out.string());
+            if (json.contains("morph_targets"))
+              fmt::print("deformation  {} morph targets, within {:.2g} m of what is drawn (largest {:.2g} m)\n", json["morph_targets"].get<int>(), json["error"].get<double>(),
+                         json["largest_displacement"].get<double>());
+            if (json.contains("pictures")) fmt::print("pictures     {}\n", json["pictures"].get<int>());
+            for (const std::string& note : notes) fmt::print("note         {}\n", note);
+            return 0;
+          }};
+}
+
+}  // namespace flexframe::cli

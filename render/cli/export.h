@@ -1,0 +1,10 @@
+// flexframe export: results for other programs.
+#pragma once
+
+#include "render/cli/command.h"
+
+namespace flexframe::cli {
+
+Command add_export(CLI::App& program);
+
+}  // namespace flexframe::cli

@@ -1,0 +1,40 @@
+#include "render/cli/results_job.h"
+
+#include "sim/results_file.h"
+#include "sim/scene_reader.h"
+
+#include <fmt/format.h>
+
+namespace flexframe::cli {
+namespace {
+
+// The scene that the results were made from, for shapes and axes they do not hold. Its files may be gone by now: then the
+// pictures do without.
+std::optional<sim::Scene> scene_of(const sim::Results& results, std::vector<std::string>& notes) {
+  if (results.scene_text.empty()) return std::nullopt;
+  try {
+    return sim::parse_scene(results.scene_text, results.scene_file);
+  } catch (const sim::InputError& e) {
+    notes.push_back(fmt::format("joints and bodies without mesh are drawn without the scene's measures: {}", e.what()));
+    return std::nullopt;
+  }
+}
+
+}  // namespace
+
+ResultsJob read_results_job(const std::string& results_file, const std::string& scene_file, const RenderWords& words) {
+  ResultsJob job;
+  job.results = sim::read_results(results_file);
+  if (!scene_file.empty()) {
+    job.scene = sim::read_scene(scene_file);
+    job.settings = film::read_render_settings(scene_file);
+  } else {
+    job.scene = scene_of(job.results, job.notes);
+    job.settings = film::parse_render_settings(job.results.scene_text, job.results.scene_file.empty() ? results_file : job.results.scene_file);
+  }
+  apply_words(words, job.settings);
+  film::check_render_settings(job.settings, job.results, scene_file.empty() ? results_file : scene_file);
+  return job;
+}
+
+}  // namespace flexframe::cli

@@ -1,0 +1,90 @@
+// flexframe study: what accuracy costs in time.
+#include "render/cli/commands.h"
+#include "render/cli/jobs.h"
+#include "render/cli/terminal.h"
+
+#include "render/film/study.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <iterator>
+#include <memory>
+
+namespace flexframe::cli {
+namespace {
+
+void print_study(const film::Study& study, const std::filesystem::path& folder) {
+  fmt::print("reference    {}, good to {:.1e}, {:.2f} CPU s\n", study.reference, study.reference_error, study.reference_cpu);
+  for (const film::StudyOrder& o : study.orders) fmt::print("order        {} ({}): {:.2f}\n", o.axis, o.series, o.order);
+  for (const film::StudyAdvice& a : study.advice) {
+    if (a.point < 0) {
+      fmt::print("{:<12g} no setting of this study reaches it\n", a.wanted);
+      continue;
+    }
+    const film::StudyPoint& p = study.points[static_cast<size_t>(a.point)];
+    fmt::print("{:<12g} {}: {:.4f} CPU s, error {:.1e}\n", a.wanted, p.setting, p.median_cpu, p.error);
+  }
+  int failed = 0;
+  for (const film::StudyPoint& p : study.points) failed += !p.failure.empty();
+  fmt::print("points       {} ({} without a number: study.csv says why)\n", study.points.size(), failed);
+  for (const std::string& note : study.notes) fmt::print("note         {}\n", note);
+  fmt::print("report       {}, study.csv, study.json, front.svg, front.png\n", (folder / "study.md").string());
+}
+
+}  // namespace
+
+Command add_study(CLI::App& program) {
+  struct Words {
+    std::string scene, out, reference;
+    std::vector<std::string> axes;
+    int repeats = 3;
+    double longest = 0.0, reference_seconds = 60.0;
+    bool resume = false, json = false;
+  };
+  const auto words = std::make_shared<Words>();
+  CLI::App* app = program.add_subcommand("study", "what accuracy costs in time: sweeps, table, diagrams, recommendation");
+  app->add_option("SCENE", words->scene, "scene file (TOML)")->required();
+  app->add_option("-o,--out", words->out, "output folder; default: NAME-study");
+  app->add_option("--axes", words->axes, fmt::format("any of {}; default: all that the scene has", fmt::join(film::study_axes(), ",")))->delimiter(',')->allow_extra_args(false);
+  app->add_option("--repeats", words->repeats, "runs of every point, for the median CPU time")->check(CLI::Range(1, 99))->capture_default_str();
+  app->add_option("--longest", words->longest, "CPU seconds after which a run is given up; default: twenty times the scene's own")->check(CLI::PositiveNumber);
+  app->add_option("--reference", words->reference, "histories (CSV) to compare with, in place of an own reference");
+  app->add_option("--reference-seconds", words->reference_seconds, "CPU seconds that the own reference may take")->check(CLI::PositiveNumber)->capture_default_str();
+  app->add_flag("--resume", words->resume, "keep the runs of an interrupted study of the same scene");
+  app->add_flag("--json", words->json, "the report as JSON on stdout");
+
+  return {app, [words] {
+            namespace fs = std::filesystem;
+            const Job job = read_job(words->scene);
+            const std::string name = fs::path(words->scene).stem().string();
+            film::StudyOptions options;
+            options.axes = words->axes;
+            options.repeats = words->repeats;
+            options.longest = words->longest;
+            options.reference_seconds = words->reference_seconds;
+            if (!words->reference.empty()) options.reference = words->reference;
+            options.folder = words->out.empty() ? fs::path(name + "-study") : fs::path(words->out);
+            options.resume = words->resume;
+            options.version = FLEXFRAME_VERSION;
+            options.command = fmt::format("flexframe study {}{}", words->scene, words->axes.empty() ? "" : fmt::format(" --axes {}", fmt::join(words->axes, ",")));
+            require_writable(options.folder);
+            Progress progress("studying");
+            double at = 0.0;
+            options.progress = [&](double fraction, const std::string&) {
+              if (fraction >= 0.0) at = fraction;
+              progress.show(at);
+            };
+            const film::Study study = film::run_study(job.scene, options);
+            film::write_study(study, options.folder);
+            if (words->json) {
+              std::ifstream file(options.folder / "study.json");
+              fmt::print("{}", std::string(std::istreambuf_iterator<char>(file), {}));
+              return 0;
+            }
+            print_study(study, options.folder);
+            return 0;
+          }};
+}
+
+}  // namespace flexframe::cli

@@ -1,0 +1,129 @@
+#include "render/film/attachments.h"
+
+#include "render/colormap.h"
+#include "sim/words.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace flexframe::film {
+namespace {
+
+constexpr int trace_points = 1500;  // of one trace: three a pixel column of a path across the picture
+
+std::string text_of(const sim::FrameRef& frame) { return frame.frame.empty() ? frame.body : frame.body + "." + frame.frame; }
+
+FramePlace require_place(const Animation& animation, const sim::Scene* scene, const std::string& name, const char* key, int line) {
+  const std::optional<FramePlace> place = find_place(*animation.results, scene, name);
+  if (place) return *place;
+  const std::string where = scene && line > 0 ? fmt::format("{}:{}", scene->file.string(), line) : scene ? scene->file.string() : "results";
+  std::vector<std::string> bodies;
+  for (const sim::ResultBody& body : animation.results->bodies) bodies.push_back(body.name);
+  throw sim::InputError(fmt::format("{}: [render]: key '{}' names {}, which is no frame{}; allowed: BODY or BODY.FRAME of the bodies {}", where, key, sim::quote(name),
+                                    sim::did_you_mean(name.substr(0, name.find('.')), bodies), sim::list_words(bodies)));
+}
+
+glm::dvec3 arrow_of(const Animation& animation, const ForceArrow& force, double t, const SamplePlace& at, glm::dvec3& from) {
+  const glm::dmat4 pose = place_pose(*animation.results, force.place, at, animation.scales[0]);
+  from = glm::dvec3(pose[3]);
+  const glm::dvec3 direction = force.follower ? glm::dmat3(pose) * force.direction : force.direction;
+  return force.value.value(t) * force.length_per_unit * direction;
+}
+
+}  // namespace
+
+void add_attachments(Animation& animation, const sim::Scene* scene, double size) {
+  const RenderSettings& settings = animation.settings;
+  const sim::Results& results = *animation.results;
+  for (const std::string& name : settings.traces) animation.traces.push_back(require_place(animation, scene, name, "traces", settings.traces_line));
+  for (const std::string& name : settings.triads) animation.triads.push_back(require_place(animation, scene, name, "triads", settings.triads_line));
+  animation.triad_length = 0.08 * size;
+  if (!scene) return;
+
+  for (const sim::ForceDef& def : scene->forces) {
+    const std::optional<FramePlace> on = find_place(results, scene, text_of(def.on));
+    if (!on) continue;
+    if (def.kind == sim::ForceKind::spring_damper) {
+      const std::optional<FramePlace> from = find_place(results, scene, text_of(def.from));
+      if (settings.joints && from) animation.springs.push_back({*from, *on, 0.012 * size, 0.0025 * size});
+    } else if (settings.forces && (def.kind == sim::ForceKind::force || def.kind == sim::ForceKind::torque)) {
+      // The largest of its values is an arrow of a sixth of the machine.
+      ForceArrow force{*on, glm::dvec3(def.direction.x(), def.direction.y(), def.direction.z()), def.follower, def.kind == sim::ForceKind::torque, sim::Expression(def.value), 0.0};
+      double largest = 0.0;
+      for (Eigen::Index i = 0; i < results.times.size(); ++i) largest = std::max(largest, std::abs(force.value.value(results.times[i])));
+      if (largest > 0.0) force.length_per_unit = size / 6.0 / largest;
+      animation.forces.push_back(std::move(force));
+    }
+  }
+}
+
+void append_arrow_tips(const Animation& animation, std::vector<glm::dvec3>& points) {
+  if (animation.forces.empty()) return;
+  const sim::VecX& times = animation.results->times;
+  const Eigen::Index step = std::max<Eigen::Index>(1, times.size() / 200);
+  for (Eigen::Index i = 0; i < times.size(); i += step)
+    for (const ForceArrow& force : animation.forces) {
+      glm::dvec3 from;
+      const glm::dvec3 way = arrow_of(animation, force, times[i], {i, 0.0}, from);
+      points.push_back(from + way);
+    }
+}
+
+void update_attachments(const Animation& animation, int picture, PictureMemory& memory) {
+  const sim::Results& results = *animation.results;
+  const double t = picture_time(animation, picture);
+  const SamplePlace now = find_sample(results.times, t);
+  render::Picture& p = memory.picture;
+  p.arrows.clear();
+  p.triads.clear();
+
+  // Paths up to now, through the samples.
+  for (size_t k = 0; k < animation.traces.size(); ++k) {
+    render::Lines line;
+    const glm::vec3 color = render::category_color(static_cast<int>(k) + 1);
+    line.color = glm::vec4(color, 1.0f);
+    line.width = 2.0f;
+    const auto add = [&](const SamplePlace& at) { line.points.emplace_back(glm::vec3(glm::dvec3(place_pose(results, animation.traces[k], at, animation.scales[0])[3]))); };
+    const Eigen::Index step = std::max<Eigen::Index>(1, results.times.size() / trace_points);
+    for (Eigen::Index i = 0; i < now.index; i += step) add({i, 0.0});
+    add({now.index, 0.0});
+    add(now);
+    render::Markers dot;
+    dot.points.push_back(line.points.back());
+    dot.color = line.color;
+    dot.diameter = 6.0f;
+    p.markers.push_back(std::move(dot));
+    p.lines.push_back(std::move(line));
+  }
+  for (const FramePlace& triad : animation.triads) p.triads.push_back({place_pose(results, triad, now, animation.scales[0]), animation.triad_length});
+  for (const ForceArrow& force : animation.forces) {
+    glm::dvec3 from;
+    const glm::dvec3 way = arrow_of(animation, force, t, now, from);
+    // Nothing to show of a force that is off.
+    if (glm::length(way) < 1e-3 * animation.triad_length) continue;
+    const double radius = 0.05 * animation.triad_length;
+    p.arrows.push_back({from, from + way, force.torque ? glm::vec3(0.55f, 0.25f, 0.68f) : glm::vec3(0.80f, 0.20f, 0.15f), radius, 1.0f});
+    // A second head tells a moment from a force.
+    if (force.torque) p.arrows.push_back({from, from + 0.86 * way, glm::vec3(0.55f, 0.25f, 0.68f), radius, 1.0f});
+  }
+
+  memory.springs.resize(animation.springs.size());
+  for (size_t k = 0; k < animation.springs.size(); ++k) {
+    const SpringSymbol& spring = animation.springs[k];
+    const glm::dvec3 a(place_pose(results, spring.from, now, animation.scales[0])[3]), b(place_pose(results, spring.to, now, animation.scales[0])[3]);
+    // A coil without length has no shape.
+    if (!(glm::length(b - a) > 4.0 * spring.wire)) continue;
+    memory.springs[k] = render::make_spring(a, b, spring.coil, spring.wire);
+    render::Surface surface;
+    surface.positions = memory.springs[k].positions;
+    surface.normals = memory.springs[k].normals;
+    surface.triangles = memory.springs[k].triangles;
+    surface.material = {.color = {0.30f, 0.33f, 0.38f}, .roughness = 0.3f, .metallic = 0.6f};
+    surface.two_sided = false;
+    p.surfaces.push_back(surface);
+  }
+}
+
+}  // namespace flexframe::film

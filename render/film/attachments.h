@@ -1,0 +1,18 @@
+// What hangs on the bodies of an animation: traces of points, triads, force arrows, springs. Set up once, placed in every picture.
+#pragma once
+
+#include "render/film/animation.h"
+
+namespace flexframe::film {
+
+// Looks up the frames that the settings name and the scene's forces and springs. size: m, of the machine.
+// Throws sim::InputError for a frame that is not there, with the line in the scene.
+void add_attachments(Animation& animation, const sim::Scene* scene, double size);
+
+// Ends of the arrows at every surveyed moment, so that the camera sees them; m, world.
+void append_arrow_tips(const Animation& animation, std::vector<glm::dvec3>& points);
+
+// Lines, triads, arrows and springs of picture `picture` into memory.picture.
+void update_attachments(const Animation& animation, int picture, PictureMemory& memory);
+
+}  // namespace flexframe::film

@@ -1,0 +1,102 @@
+#include "render/film/places.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+namespace flexframe::film {
+namespace {
+
+// Undeformed origin of a frame that the scene's definition of the body names.
+std::optional<glm::dvec3> defined_origin(const sim::BodyDef& body, const std::string& frame) {
+  const auto of = [&](const std::map<std::string, sim::Vec3>& frames) -> std::optional<glm::dvec3> {
+    const auto found = frames.find(frame);
+    if (found == frames.end()) return std::nullopt;
+    return glm::dvec3(found->second.x(), found->second.y(), found->second.z());
+  };
+  if (const auto* rigid = std::get_if<sim::RigidDef>(&body.kind)) return of(rigid->frames);
+  if (const auto* state = std::get_if<sim::StateSpaceDef>(&body.kind)) return of(state->rigid.frames);
+  if (const auto* beam = std::get_if<sim::BeamDef>(&body.kind)) {
+    if (frame == "root") return glm::dvec3(0.0);
+    if (frame == "tip") return glm::dvec3(beam->length, 0.0, 0.0);
+    if (const auto found = beam->frames.find(frame); found != beam->frames.end()) return glm::dvec3(found->second * beam->length, 0.0, 0.0);
+    int number = 0;
+    if (frame.starts_with("node[") && std::from_chars(frame.data() + 5, frame.data() + frame.size(), number).ec == std::errc()) {
+      const int all = beam->elements * (beam->model == sim::BeamModel::mixed ? beam->volumes : 1);
+      if (number >= 0 && number <= all) return glm::dvec3(beam->length * number / all, 0.0, 0.0);
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<FramePlace> find_place(const sim::Results& results, const sim::Scene* scene, const std::string& name) {
+  FramePlace place;
+  if (name == "ground") return place;
+  // Names of bodies and frames hold no dots.
+  const size_t dot = name.find('.');
+  const std::string body_name = name.substr(0, dot), frame = dot == std::string::npos ? "" : name.substr(dot + 1);
+  for (size_t b = 0; b < results.bodies.size(); ++b)
+    if (results.bodies[b].name == body_name) place.body = static_cast<int>(b);
+  if (place.body < 0) return std::nullopt;
+  const sim::ResultBody& body = results.bodies[static_cast<size_t>(place.body)];
+  if (frame.empty()) return place;
+
+  // A node of this name, else the scene's frame.
+  for (size_t k = 0; k < body.nodes.size(); ++k)
+    if (body.nodes[k].name == frame || "node[" + body.nodes[k].name + "]" == frame) {
+      place.node = place.next = static_cast<int>(k);
+      place.origin = {body.nodes[k].origin.x(), body.nodes[k].origin.y(), body.nodes[k].origin.z()};
+      return place;
+    }
+  std::optional<glm::dvec3> origin;
+  if (scene)
+    for (const sim::BodyDef& def : scene->bodies)
+      if (def.name == body_name) origin = defined_origin(def, frame);
+  if (!origin) return std::nullopt;
+  place.origin = *origin;
+  if (body.nodes.empty()) return place;
+
+  // Carried by the nodes on both sides along the beam's axis.
+  double below = -1e300, above = 1e300;
+  for (size_t k = 0; k < body.nodes.size(); ++k) {
+    const double x = body.nodes[k].origin.x();
+    if (x <= place.origin.x + 1e-9 * body.length && x > below) below = x, place.node = static_cast<int>(k);
+    if (x >= place.origin.x - 1e-9 * body.length && x < above) above = x, place.next = static_cast<int>(k);
+  }
+  if (place.node < 0) place.node = place.next;
+  if (place.next < 0) place.next = place.node;
+  place.share = above > below + 1e-9 * body.length && place.node != place.next ? (place.origin.x - below) / (above - below) : 0.0;
+  return place;
+}
+
+glm::dmat4 place_pose(const sim::Results& results, const FramePlace& frame, const SamplePlace& at, double scale) {
+  glm::dmat4 local(1.0);
+  local[3] = glm::dvec4(frame.origin, 1.0);
+  if (frame.body < 0) return local;
+  const sim::ResultBody& body = results.bodies[static_cast<size_t>(frame.body)];
+  const glm::dmat4 pose = body_pose(body, at);
+  if (frame.node < 0 || body.displacement.size() == 0) return pose * local;
+  const auto value = [&](const sim::MatX& series, int node, int c) {
+    const double now = series(at.index, 3 * node + c);
+    return at.share > 0.0 ? now + at.share * (series(at.index + 1, 3 * node + c) - now) : now;
+  };
+  glm::dvec3 u(0.0), turn(0.0);
+  for (int c = 0; c < 3; ++c) {
+    u[c] = (1.0 - frame.share) * value(body.displacement, frame.node, c) + frame.share * value(body.displacement, frame.next, c);
+    if (body.rotation.size() > 0) turn[c] = (1.0 - frame.share) * value(body.rotation, frame.node, c) + frame.share * value(body.rotation, frame.next, c);
+  }
+  local[3] = glm::dvec4(frame.origin + scale * u, 1.0);
+  // Rotation by the vector (Rodrigues).
+  const double angle = glm::length(turn);
+  if (angle > 0.0) {
+    const glm::dvec3 e = turn / angle;
+    const glm::dmat3 cross(glm::dvec3(0, e.z, -e.y), glm::dvec3(-e.z, 0, e.x), glm::dvec3(e.y, -e.x, 0));
+    const glm::dmat3 r = glm::dmat3(1.0) + std::sin(angle) * cross + (1.0 - std::cos(angle)) * (cross * cross);
+    for (int c = 0; c < 3; ++c) local[c] = glm::dvec4(r[c], 0.0);
+  }
+  return pose * local;
+}
+
+}  // namespace flexframe::film

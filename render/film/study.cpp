@@ -1,0 +1,430 @@
+#include "render/film/study.h"
+
+#include "render/film/study_pictures.h"
+#include "render/film/study_plan.h"
+#include "sim/csv.h"
+#include "sim/file_output.h"
+#include "sim/simulate.h"
+#include "sim/system.h"
+#include "sim/words.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <ctime>
+#include <fstream>
+#include <sstream>
+
+namespace flexframe::film {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+double cpu_now() {
+  timespec t;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+struct TooLong : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+double median(std::vector<double> v) {
+  if (v.empty()) return 0.0;
+  std::sort(v.begin(), v.end());
+  const size_t n = v.size();
+  return n % 2 == 1 ? v[n / 2] : 0.5 * (v[n / 2 - 1] + v[n / 2]);
+}
+
+// Histories as CSV, every digit; the columns' units stand in the run's record.
+std::string to_csv(const sim::Histories& h) {
+  std::string out = "t";
+  for (const std::string& c : h.columns) out += "," + c;
+  out += '\n';
+  for (Eigen::Index i = 0; i < h.times.size(); ++i) {
+    out += fmt::format("{}", h.times[i]);
+    for (Eigen::Index k = 0; k < h.values.rows(); ++k) out += fmt::format(",{}", h.values(k, i));
+    out += '\n';
+  }
+  return out;
+}
+
+// A table of numbers with a header; `where` in messages. Throws sim::InputError.
+sim::Histories from_csv(const fs::path& path) {
+  std::ifstream file(path);
+  if (!file) throw sim::InputError(fmt::format("{}: cannot be read", path.string()));
+  std::string line;
+  const auto split = [](const std::string& text) {
+    std::vector<std::string> out(1);
+    bool quoted = false;
+    for (char c : text) {
+      if (c == '"') quoted = !quoted;
+      else if (c == ',' && !quoted) out.emplace_back();
+      else if (c != '\r') out.back() += c;
+    }
+    return out;
+  };
+  if (!std::getline(file, line)) throw sim::InputError(fmt::format("{}: is empty; a header line 't,...' is expected", path.string()));
+  const std::vector<std::string> names = split(line);
+  if (names.size() < 2 || names[0] != "t") throw sim::InputError(fmt::format("{}:1: the header must begin with 't' and name at least one output", path.string()));
+  std::vector<std::vector<double>> rows;
+  for (int number = 2; std::getline(file, line); ++number) {
+    if (line.empty()) continue;
+    const std::vector<std::string> cells = split(line);
+    if (cells.size() != names.size()) throw sim::InputError(fmt::format("{}:{}: {} numbers, the header has {} names", path.string(), number, cells.size(), names.size()));
+    std::vector<double> row;
+    for (const std::string& cell : cells) {
+      double value = 0.0;
+      const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
+      if (error != std::errc() || end != cell.data() + cell.size() || !std::isfinite(value))
+        throw sim::InputError(fmt::format("{}:{}: '{}' is no number", path.string(), number, cell));
+      row.push_back(value);
+    }
+    if (!rows.empty() && row[0] <= rows.back()[0]) throw sim::InputError(fmt::format("{}:{}: times must rise", path.string(), number));
+    rows.push_back(row);
+  }
+  if (rows.size() < 2) throw sim::InputError(fmt::format("{}: needs at least two samples", path.string()));
+  sim::Histories h;
+  h.columns.assign(names.begin() + 1, names.end());
+  h.times.resize(static_cast<Eigen::Index>(rows.size()));
+  h.values.resize(static_cast<Eigen::Index>(h.columns.size()), static_cast<Eigen::Index>(rows.size()));
+  for (size_t i = 0; i < rows.size(); ++i) {
+    h.times[static_cast<Eigen::Index>(i)] = rows[i][0];
+    for (size_t k = 0; k < h.columns.size(); ++k) h.values(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(i)) = rows[i][k + 1];
+  }
+  return h;
+}
+
+int elastic_coordinates_of(const sim::Scene& scene) {
+  int n = 0;
+  for (const sim::Part& p : sim::make_system(scene).model.parts) n += p.body.n;
+  return n;
+}
+
+// One run: its histories and what it cost, kept in two files.
+struct Run {
+  std::string key;
+  sim::Histories histories;
+  std::vector<double> cpu;
+  int coordinates = 0;
+  std::string method, failure;
+};
+
+class Runs {
+ public:
+  Runs(const StudyOptions& options, const std::string& text) : options_(options), folder_(options.folder / "runs"), text_(text) {
+    std::error_code error;
+    if (!options.resume) fs::remove_all(folder_, error);
+    fs::create_directories(folder_, error);
+    if (error) throw std::runtime_error(fmt::format("{}: cannot make the folder: {}", folder_.string(), error.message()));
+  }
+
+  void set_longest(double seconds) { longest_ = seconds; }
+
+  // The first run, or what an interrupted study has of it.
+  Run first(const std::string& setting, const sim::Scene& scene) {
+    Run run;
+    run.key = sim::sha256(fmt::format("{}\n{}\n{}\n{}", options_.version, text_, setting, longest_)).substr(0, 16);
+    if (load(run)) return run;
+    try {
+      run.coordinates = elastic_coordinates_of(scene);
+      run.histories = simulate(scene);
+      run.cpu.push_back(run.histories.statistics.cpu_seconds);
+      run.method = run.histories.statistics.method;
+    } catch (const TooLong& e) {
+      run.failure = e.what();
+    } catch (const sim::SimulationError& e) {
+      run.failure = e.what();
+    } catch (const sim::InputError& e) {
+      run.failure = e.what();
+    }
+    save(run, true);
+    return run;
+  }
+
+  void again(Run& run, const sim::Scene& scene) {
+    run.cpu.push_back(simulate(scene).statistics.cpu_seconds);
+    save(run, false);
+  }
+
+ private:
+  sim::Histories simulate(const sim::Scene& scene) const {
+    sim::SimulateOptions o;
+    o.samples = 1000;
+    const double start = cpu_now();
+    o.progress = [&](double) {
+      if (options_.progress) options_.progress(-1.0, "");
+      if (longest_ > 0.0 && cpu_now() - start > longest_) throw TooLong(fmt::format("longer than {:.3g} CPU s", longest_));
+    };
+    return sim::simulate_histories(scene, o);
+  }
+
+  void save(const Run& run, bool histories) const {
+    if (histories && run.failure.empty()) sim::write_whole_file(folder_ / (run.key + ".csv"), to_csv(run.histories));
+    const json record = {{"cpu", run.cpu},       {"coordinates", run.coordinates},         {"method", run.method},
+                         {"failure", run.failure}, {"units", run.histories.units}, {"energy_scale", run.histories.energy_scale}};
+    sim::write_whole_file(folder_ / (run.key + ".json"), record.dump());
+  }
+
+  bool load(Run& run) const {
+    std::ifstream file(folder_ / (run.key + ".json"));
+    if (!file) return false;
+    const json record = json::parse(file, nullptr, false);
+    try {
+      run.cpu = record.at("cpu").get<std::vector<double>>();
+      run.coordinates = record.at("coordinates").get<int>();
+      run.method = record.at("method").get<std::string>();
+      run.failure = record.at("failure").get<std::string>();
+      if (!run.failure.empty()) return true;
+      run.histories = from_csv(folder_ / (run.key + ".csv"));
+      run.histories.units = record.at("units").get<std::vector<std::string>>();
+      run.histories.energy_scale = record.at("energy_scale").get<double>();
+      return run.histories.units.size() == run.histories.columns.size();
+    } catch (const std::exception&) {
+      // A record that is damaged or of another make is run anew.
+      const std::string key = run.key;
+      run = Run{};
+      run.key = key;
+      return false;
+    }
+  }
+
+  const StudyOptions& options_;
+  fs::path folder_;
+  std::string text_;
+  double longest_ = 0.0;
+};
+
+struct Reference {
+  sim::Histories histories;
+  sim::VecX ranges;
+  double error = 0.0, cpu = 0.0;
+  std::string what;
+};
+
+// Refines until two agree to a thousandth of a per cent, or the time is spent.
+Reference make_reference(const sim::Scene& scene, const StudyOptions& options, Runs& runs, double scene_cpu) {
+  Reference out;
+  const double start_tolerance = 0.1 * scene.simulation.tolerance.value_or(sim::default_tolerance);
+  double tolerance = std::max(start_tolerance, 1e-10), factor = 1.0, cost = scene_cpu;
+  std::optional<sim::Histories> last;
+  // Explicit steps are by far the more accurate at a tolerance; they are left where the scene's vibrations are too fast for them.
+  bool explicit_steps = scene.simulation.method == sim::Method::automatic;
+  if (explicit_steps) {
+    sim::Scene trial = refined(scene, factor, tolerance);
+    trial.simulation.method = sim::Method::erk;
+    runs.set_longest(std::max(1.0, 10.0 * scene_cpu));
+    explicit_steps = runs.first("reference: trial of erk", trial).failure.empty();
+    runs.set_longest(0.0);
+  }
+  for (int level = 0; level < 6; ++level) {
+    // Space and time are refined together, so that the last difference bounds both errors.
+    sim::Scene fine = refined(scene, factor, tolerance);
+    if (explicit_steps) fine.simulation.method = sim::Method::erk;
+    const std::string setting = fmt::format("reference: {:g} times the elements, tolerance {:g}{}", factor, tolerance, explicit_steps ? ", erk" : "");
+    const Run run = runs.first(setting, fine);
+    if (!run.failure.empty()) {
+      if (!last) throw sim::SimulationError(fmt::format("the reference cannot be made: {}", run.failure));
+      break;
+    }
+    out.cpu += run.cpu.front();
+    const double growth = last ? run.cpu.front() / std::max(cost, 1e-6) : 4.0;
+    cost = run.cpu.front();
+    if (last) {
+      out.ranges = sim::output_ranges(run.histories);
+      const sim::Difference d = sim::compare_histories(*last, run.histories, out.ranges);
+      out.error = sim::error_of_difference * d.largest;
+    }
+    out.histories = run.histories;
+    out.what = fmt::format("{:g} times the elements of the scene, half of their modes, {}, tolerance {:g}", factor, run.method, tolerance);
+    if (last && (out.error < 1e-6 || out.cpu + cost * std::clamp(growth, 2.0, 20.0) > options.reference_seconds)) break;
+    last = run.histories;
+    factor *= 2.0;
+    tolerance = std::max(0.1 * tolerance, 1e-11);
+  }
+  out.ranges = sim::output_ranges(out.histories);
+  return out;
+}
+
+Reference read_reference(const fs::path& path, const sim::Histories& base) {
+  Reference out;
+  const sim::Histories given = from_csv(path);
+  out.histories = base;
+  out.histories.times = given.times;
+  out.histories.values.resize(base.values.rows(), given.times.size());
+  for (size_t k = 0; k < base.columns.size(); ++k) {
+    const auto at = std::find(given.columns.begin(), given.columns.end(), base.columns[k]);
+    if (at == given.columns.end())
+      throw sim::InputError(fmt::format("{}: has no column '{}'{}; it has {}", path.string(), base.columns[k], sim::did_you_mean(base.columns[k], given.columns),
+                                        sim::list_words(given.columns)));
+    out.histories.values.row(static_cast<Eigen::Index>(k)) = given.values.row(at - given.columns.begin());
+  }
+  out.ranges = sim::output_ranges(out.histories);
+  try {
+    sim::compare_histories(base, out.histories, out.ranges);
+  } catch (const std::invalid_argument&) {
+    throw sim::InputError(fmt::format("{}: has no sample at the scene's output times", path.string()));
+  }
+  out.what = path.filename().string();
+  return out;
+}
+
+// Slope of log error over log knob by least squares, of the points above the floor.
+void find_orders(Study& study) {
+  for (const StudyPoint& p : study.points) {
+    if (std::any_of(study.orders.begin(), study.orders.end(), [&](const StudyOrder& o) { return o.axis == p.axis && o.series == p.series; })) continue;
+    StudyOrder order{p.axis, p.series, 0.0, 0};
+    double sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
+    for (const StudyPoint& q : study.points) {
+      if (q.axis != p.axis || q.series != p.series || q.knob <= 0.0 || q.axis_error <= 0.0 || q.axis_floor || q.axis_error > 0.5) continue;
+      const double x = std::log(q.knob), y = std::log(q.axis_error);
+      sx += x, sy += y, sxx += x * x, sxy += x * y;
+      ++order.points;
+    }
+    const double n = order.points, spread = n * sxx - sx * sx;
+    // A slope needs three points to be one.
+    if (order.points < 3 || spread <= 0.0) continue;
+    order.order = (n * sxy - sx * sy) / spread;
+    // Tolerances fall where counts rise.
+    if (p.axis != "tolerance" && p.axis != "method") order.order = -order.order;
+    study.orders.push_back(order);
+  }
+}
+
+// The cheapest points at their accuracy, and the cheapest for each wish.
+void find_front(Study& study) {
+  std::vector<size_t> by_cpu;
+  for (size_t i = 0; i < study.points.size(); ++i)
+    if (study.points[i].error >= 0.0) by_cpu.push_back(i);
+  std::sort(by_cpu.begin(), by_cpu.end(), [&](size_t a, size_t b) { return study.points[a].median_cpu < study.points[b].median_cpu; });
+  double best = 1e300;
+  for (size_t i : by_cpu)
+    if (study.points[i].error < best) study.points[i].front = true, best = study.points[i].error;
+  for (double wanted : {1e-2, 1e-3, 1e-4, 1e-5}) {
+    StudyAdvice advice{wanted, -1};
+    for (size_t i : by_cpu)
+      // The reference may be wrong by its own error: only what keeps the wish in spite of that is recommended.
+      if (study.points[i].error + study.reference_error <= wanted) {
+        advice.point = static_cast<int>(i);
+        break;
+      }
+    study.advice.push_back(advice);
+  }
+}
+
+void check_options(const sim::Scene& scene, StudyOptions& options) {
+  if (scene.outputs.empty()) throw sim::InputError(fmt::format("{}: has no [[output]]: a study measures outputs", scene.file.string()));
+  for (const std::string& axis : options.axes) {
+    if (std::find(study_axes().begin(), study_axes().end(), axis) == study_axes().end())
+      throw sim::InputError(fmt::format("axis {} is unknown{}; allowed: {}", sim::quote(axis), sim::did_you_mean(axis, study_axes()), sim::list_words(study_axes())));
+    if (!has_axis(scene, axis)) throw sim::InputError(fmt::format("{}: has nothing that the axis '{}' could vary", scene.file.string(), axis));
+  }
+  if (options.axes.empty())
+    for (const std::string& axis : study_axes())
+      if (has_axis(scene, axis)) options.axes.push_back(axis);
+}
+
+}  // namespace
+
+const std::vector<std::string>& study_axes() {
+  static const std::vector<std::string> axes{"tolerance", "method", "elements", "kept", "modes", "volumes", "model", "stiffening", "nodes", "scheme", "samples"};
+  return axes;
+}
+
+Study run_study(const sim::Scene& scene, const StudyOptions& given) {
+  StudyOptions options = given;
+  check_options(scene, options);
+  Study study;
+  study.title = scene.title.empty() ? scene.file.stem().string() : scene.title;
+  study.scene_file = scene.file.filename().string();
+  study.command = options.command;
+  Runs runs(options, scene.text);
+  const auto show = [&](double fraction, const std::string& what) {
+    if (options.progress) options.progress(fraction, what);
+  };
+
+  std::vector<PlannedPoint> plan;
+  for (const std::string& axis : options.axes) {
+    std::vector<PlannedPoint> more = plan_axis(scene, axis);
+    std::move(more.begin(), more.end(), std::back_inserter(plan));
+  }
+
+  // The scene as it stands sets the measure of time.
+  show(0.0, "the scene as it stands");
+  sim::Scene plain = scene;
+  plain.simulation.tolerance = scene.simulation.tolerance.value_or(sim::default_tolerance);
+  plain.simulation.accuracy.reset();
+  const Run base = runs.first("as it stands", plain);
+  if (!base.failure.empty()) throw sim::SimulationError(base.failure);
+  study.columns = base.histories.columns;
+  show(0.02, "the reference");
+  const Reference reference = options.reference ? read_reference(*options.reference, base.histories) : make_reference(plain, options, runs, base.cpu.front());
+  study.reference = reference.what;
+  study.reference_error = reference.error;
+  study.reference_cpu = reference.cpu;
+  if (reference.error > 1e-4) study.notes.push_back(fmt::format("the reference is only good to {:.1g}; give it more time with --reference-seconds", reference.error));
+  runs.set_longest(options.longest > 0.0 ? options.longest : std::max(5.0, 20.0 * base.cpu.front()));
+
+  // First runs, then repeats in turn, so that a disturbance of the machine hits all points alike.
+  std::vector<Run> done;
+  const double share = 1.0 / static_cast<double>(plan.size() * static_cast<size_t>(std::max(1, options.repeats)) + 1);
+  for (const PlannedPoint& p : plan) {
+    show(0.2 + 0.75 * share * static_cast<double>(done.size()), fmt::format("{}: {}", p.axis, p.label));
+    done.push_back(runs.first(fmt::format("{} / {} / {} / {}", p.axis, p.series, p.label, p.setting), p.scene));
+  }
+  for (int r = 1; r < options.repeats; ++r)
+    for (size_t i = 0; i < plan.size(); ++i) {
+      show(0.2 + 0.75 * share * static_cast<double>(static_cast<size_t>(r) * plan.size() + i), "repeats");
+      // Long runs are steady enough as they are.
+      if (done[i].failure.empty() && done[i].cpu.front() < 2.0 && static_cast<int>(done[i].cpu.size()) <= r) runs.again(done[i], plan[i].scene);
+    }
+
+  for (size_t i = 0; i < plan.size(); ++i) {
+    StudyPoint p;
+    p.axis = plan[i].axis;
+    p.series = plan[i].series;
+    p.label = plan[i].label;
+    p.knob = plan[i].knob;
+    p.setting = plan[i].setting;
+    p.tolerance = *plan[i].scene.simulation.tolerance;
+    p.failure = done[i].failure;
+    p.method = done[i].method;
+    p.coordinates = done[i].coordinates;
+    p.cpu = done[i].cpu;
+    p.median_cpu = median(done[i].cpu);
+    if (p.failure.empty()) {
+      if (done[i].histories.columns != study.columns) {
+        p.failure = "it has other output columns";
+      } else {
+        const sim::Difference d = sim::compare_histories(done[i].histories, reference.histories, reference.ranges);
+        p.error = d.largest;
+        p.column = d.column >= 0 ? study.columns[static_cast<size_t>(d.column)] : "";
+        p.column_errors.assign(d.columns.data(), d.columns.data() + d.columns.size());
+        p.floor = p.error < 3.0 * study.reference_error;
+      }
+    }
+    study.points.push_back(p);
+  }
+  // Errors of one knob: against the first point of the series, its finest; that one's own error from the second by comparison.
+  for (size_t i = 0; i < plan.size(); ++i) {
+    size_t finest = i;
+    while (finest > 0 && plan[finest - 1].axis == plan[i].axis && plan[finest - 1].series == plan[i].series) --finest;
+    if (study.points[i].error < 0.0 || study.points[finest].error < 0.0 || finest == i || plan[i].knob <= 0.0) continue;
+    study.points[i].axis_error = sim::compare_histories(done[i].histories, done[finest].histories, sim::output_ranges(done[finest].histories)).largest;
+    if (i == finest + 1) study.points[i].axis_floor = true;
+  }
+  find_orders(study);
+  find_front(study);
+
+  show(0.96, "pictures");
+  study_pictures(scene, options, study);
+  show(1.0, "");
+  return study;
+}
+
+}  // namespace flexframe::film

@@ -1,0 +1,236 @@
+#include "render/film/study_plan.h"
+
+#include "sim/effect_report.h"
+#include "sim/simulate.h"
+#include "sim/system.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <set>
+
+namespace flexframe::film {
+namespace {
+
+using sim::BeamDef;
+using sim::BeamModel;
+using sim::Scene;
+
+const char* model_name(BeamModel model) {
+  switch (model) {
+    case BeamModel::finite_element: return "finite-element";
+    case BeamModel::modal: return "modal";
+    case BeamModel::mixed: return "mixed";
+    default: return "lumped";
+  }
+}
+
+double scene_tolerance(const Scene& scene) { return scene.simulation.tolerance.value_or(sim::default_tolerance); }
+
+void set_tolerance(Scene& scene, double tolerance) {
+  scene.simulation.tolerance = tolerance;
+  scene.simulation.accuracy.reset();
+}
+
+bool any_beam(const Scene& scene, const std::function<bool(const BeamDef&)>& test) {
+  return std::any_of(scene.bodies.begin(), scene.bodies.end(), [&](const sim::BodyDef& b) {
+    const auto* beam = std::get_if<BeamDef>(&b.kind);
+    return beam && test(*beam);
+  });
+}
+
+void each_beam(Scene& scene, const std::function<void(BeamDef&)>& change) {
+  for (sim::BodyDef& b : scene.bodies)
+    if (auto* beam = std::get_if<BeamDef>(&b.kind)) change(*beam);
+}
+
+bool bends(const BeamDef& beam) { return beam.effects.automatic || !beam.effects.names.empty() || !beam.modes.empty(); }
+
+bool frame_only(const BeamDef& beam) {
+  return beam.boundary != sim::Boundary::clamped_clamped && beam.boundary != sim::Boundary::clamped_supported;
+}
+
+// Directions that a modal form of the beam needs: those of its modes, or of its effects.
+std::vector<std::string> directions(const BeamDef& beam, const std::vector<sim::EffectState>& states, const std::string& body) {
+  std::vector<std::string> out;
+  for (const char* d : {"axial", "bending_xy", "bending_xz", "torsion"}) {
+    const bool listed = beam.modes.count(d) > 0;
+    const bool on = std::any_of(states.begin(), states.end(), [&](const sim::EffectState& s) { return s.owner == body && s.effect == d && s.on; });
+    if (beam.modes.empty() ? on : listed) out.push_back(d);
+  }
+  return out;
+}
+
+// The beams that bend in another form: n elements, modes 1..n, n volumes of two elements, n lumped elements.
+void set_form(Scene& scene, const std::vector<sim::EffectState>& states, BeamModel model, int n) {
+  for (sim::BodyDef& body : scene.bodies) {
+    auto* beam = std::get_if<BeamDef>(&body.kind);
+    if (!beam || !bends(*beam)) continue;
+    const std::vector<std::string> along = directions(*beam, states, body.name);
+    std::vector<std::string> effects;
+    for (const sim::EffectState& s : states)
+      if (s.owner == body.name && s.on && s.effect != "gyroscopic" && s.effect != "damping") effects.push_back(s.effect);
+    beam->effects.automatic = false;
+    beam->effects.names = effects;
+    beam->model = model;
+    beam->modes.clear();
+    beam->keep_modes.reset();
+    beam->curvature_coupling = false;
+    if (model == BeamModel::modal) {
+      std::erase(beam->effects.names, "shear");
+      for (const std::string& d : along) {
+        std::vector<int>& numbers = beam->modes[d];
+        for (int k = 1; k <= (d == "axial" || d == "torsion" ? std::max(1, n / 3) : n); ++k) numbers.push_back(k);
+      }
+    } else if (model == BeamModel::mixed) {
+      beam->volumes = n;
+      beam->elements = 2;
+    } else {
+      beam->elements = n;
+    }
+  }
+}
+
+int scaled(int n, double factor) { return std::max(1, static_cast<int>(std::lround(n * factor))); }
+
+// Frames such as rod.node[3] tie the number of elements.
+bool names_nodes(const Scene& scene) {
+  const auto node = [](const sim::FrameRef& f) { return f.frame.rfind("node[", 0) == 0 || f.frame.rfind("station[", 0) == 0; };
+  return std::any_of(scene.joints.begin(), scene.joints.end(), [&](const sim::JointDef& j) { return node(j.parent) || node(j.child); }) ||
+         std::any_of(scene.forces.begin(), scene.forces.end(), [&](const sim::ForceDef& f) { return node(f.on) || node(f.from); }) ||
+         std::any_of(scene.outputs.begin(), scene.outputs.end(), [&](const sim::OutputDef& o) { return node(o.of); });
+}
+
+// Outputs or starts counted in elastic coordinates tie their number.
+bool counts_coordinates(const Scene& scene) {
+  return std::any_of(scene.outputs.begin(), scene.outputs.end(), [](const sim::OutputDef& o) { return o.quantity == sim::Quantity::q || o.quantity == sim::Quantity::qd; }) ||
+         any_beam(scene, [](const BeamDef& b) { return !b.initial.q.empty() || !b.initial.qd.empty(); });
+}
+
+std::vector<sim::EffectState> states_of(const Scene& scene) { return sim::effect_states(scene, sim::make_system(scene).model); }
+
+}  // namespace
+
+Scene refined(const Scene& scene, double factor, double tolerance) {
+  Scene out = scene;
+  set_tolerance(out, tolerance);
+  if (names_nodes(scene) || counts_coordinates(scene)) return out;
+  each_beam(out, [&](BeamDef& beam) {
+    if (!bends(beam)) return;
+    if (beam.model == BeamModel::mixed) beam.volumes = scaled(beam.volumes, factor);
+    else if (beam.model == BeamModel::modal) {
+      for (auto& [direction, numbers] : beam.modes) {
+        const int highest = std::min(scaled(*std::max_element(numbers.begin(), numbers.end()), factor), 60);
+        numbers.clear();
+        for (int k = 1; k <= highest; ++k) numbers.push_back(k);
+      }
+    } else {
+      beam.elements = scaled(beam.elements, factor);
+      beam.keep_modes.reset();
+      // The upper half of an element model's modes is wrong anyway and only makes the steps small.
+      if (beam.model == BeamModel::finite_element && frame_only(beam)) beam.keep_modes = std::max(2, beam.elements);
+    }
+  });
+  return out;
+}
+
+bool has_axis(const Scene& scene, const std::string& axis) {
+  if (axis == "tolerance" || axis == "method") return true;
+  if (axis == "nodes" || axis == "scheme") return std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const sim::BodyDef& b) { return !std::holds_alternative<sim::RigidDef>(b.kind); });
+  if (axis == "samples") return true;
+  if (axis == "stiffening") return any_beam(scene, [](const BeamDef& b) { return bends(b) && b.model != BeamModel::lumped; });
+  if (names_nodes(scene) || counts_coordinates(scene)) return false;
+  if (axis == "kept") return any_beam(scene, [](const BeamDef& b) { return bends(b) && b.model == BeamModel::finite_element && frame_only(b); });
+  if (axis == "elements") return any_beam(scene, [](const BeamDef& b) { return bends(b) && (b.model == BeamModel::finite_element || b.model == BeamModel::lumped); });
+  return any_beam(scene, bends);
+}
+
+std::vector<PlannedPoint> plan_axis(const Scene& scene, const std::string& axis) {
+  std::vector<PlannedPoint> out;
+  const double tolerance = scene_tolerance(scene);
+  // A ladder in space is climbed with the error of time a tenth of the scene's.
+  const double quiet = std::max(0.1 * tolerance, 1e-9);
+  const auto add = [&](const std::string& series, const std::string& label, double knob, const std::string& setting, Scene s) {
+    out.push_back({axis, series, label, setting, knob, std::move(s)});
+  };
+  const auto at = [&](double t) {
+    Scene s = scene;
+    set_tolerance(s, t);
+    return s;
+  };
+  if (axis == "tolerance") {
+    for (double t : {1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2})
+      add("method as the scene has it", fmt::format("tolerance {:g}", t), t, fmt::format("tolerance = {:g}", t), at(t));
+  } else if (axis == "method") {
+    for (sim::Method m : {sim::Method::adams, sim::Method::bdf, sim::Method::erk, sim::Method::dirk})
+      for (double t : {1e-7, 1e-5, 1e-3}) {
+        Scene s = at(t);
+        s.simulation.method = m;
+        add(sim::method_name(m), fmt::format("{} {:g}", sim::method_name(m), t), t, fmt::format("method = \"{}\", tolerance = {:g}", sim::method_name(m), t), s);
+      }
+  } else if (axis == "elements") {
+    for (double f : {4.0, 2.0, 1.0, 0.5, 0.25}) {
+      Scene s = at(quiet);
+      std::vector<std::string> words;
+      int most = 0;
+      for (sim::BodyDef& b : s.bodies) {
+        auto* beam = std::get_if<BeamDef>(&b.kind);
+        if (!beam || !bends(*beam) || (beam->model != BeamModel::finite_element && beam->model != BeamModel::lumped)) continue;
+        beam->elements = scaled(beam->elements, f);
+        beam->keep_modes.reset();
+        words.push_back(fmt::format("{}: elements = {}", b.name, beam->elements));
+        most = std::max(most, beam->elements);
+      }
+      add("finite elements", fmt::format("{} elements", most), most, fmt::format("{}; tolerance = {:g}", fmt::join(words, ", "), quiet), s);
+    }
+  } else if (axis == "kept") {
+    for (double t : {tolerance, std::min(100.0 * tolerance, 1e-2)})
+      for (int keep : {8, 6, 4, 3, 2, 1}) {
+        Scene s = at(t);
+        each_beam(s, [&](BeamDef& beam) {
+          if (bends(beam) && beam.model == BeamModel::finite_element && frame_only(beam)) beam.keep_modes = keep;
+        });
+        add(fmt::format("kept modes at {:g}", t), fmt::format("{} kept", keep), keep, fmt::format("keep_modes = {}; tolerance = {:g}", keep, t), s);
+      }
+    for (int keep : {12, 8, 6, 4, 3, 2}) {
+      Scene s = at(tolerance);
+      s.simulation.method = sim::Method::erk;
+      each_beam(s, [&](BeamDef& beam) {
+        if (!bends(beam) || beam.model != BeamModel::finite_element || !frame_only(beam)) return;
+        beam.keep_modes = keep;
+        beam.elements = std::max(beam.elements, 2 * keep);
+      });
+      add("kept modes, erk", fmt::format("{} kept, erk", keep), keep, fmt::format("keep_modes = {}, elements >= {}; method = \"erk\", tolerance = {:g}", keep, 2 * keep, tolerance), s);
+    }
+  } else if (axis == "modes" || axis == "volumes" || axis == "model") {
+    const std::vector<sim::EffectState> states = states_of(scene);
+    const auto ladder = [&](BeamModel model, std::initializer_list<int> counts, double t, const char* word) {
+      for (int n : counts) {
+        Scene s = at(t);
+        set_form(s, states, model, n);
+        add(model_name(model), fmt::format("{} {}", n, word), n, fmt::format("model = \"{}\", {} {}; tolerance = {:g}", model_name(model), n, word, t), s);
+      }
+    };
+    if (axis == "modes") ladder(BeamModel::modal, {8, 6, 4, 3, 2, 1}, quiet, "modes");
+    else if (axis == "volumes") ladder(BeamModel::mixed, {8, 4, 2, 1}, quiet, "volumes");
+    else {
+      ladder(BeamModel::finite_element, {16, 8, 4, 2}, tolerance, "elements");
+      ladder(BeamModel::modal, {8, 4, 2, 1}, tolerance, "modes");
+      ladder(BeamModel::mixed, {8, 4, 2, 1}, tolerance, "volumes");
+      ladder(BeamModel::lumped, {32, 16, 8, 4}, tolerance, "lumps");
+    }
+  } else if (axis == "stiffening") {
+    const std::vector<sim::EffectState> states = states_of(scene);
+    for (bool on : {true, false}) {
+      Scene s = at(tolerance);
+      for (const sim::EffectState& e : states)
+        if (e.effect == "stiffening" && e.possible && e.on != on) s = sim::with_effect(s, states, e.owner, "stiffening", on);
+      add(on ? "with stiffening" : "without stiffening", on ? "stiffening" : "no stiffening", 0.0, on ? "stiffening among the effects" : "no stiffening", s);
+    }
+  }
+  return out;
+}
+
+}  // namespace flexframe::film

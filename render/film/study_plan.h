@@ -1,0 +1,25 @@
+// The points of a study: which scenes are run. Private to study.cpp.
+#pragma once
+
+#include "sim/scene.h"
+
+#include <string>
+#include <vector>
+
+namespace flexframe::film {
+
+struct PlannedPoint {
+  std::string axis, series, label, setting;
+  double knob = 0.0;
+  sim::Scene scene;          // tolerance and method in its settings
+};
+
+// Twice as fine in space (elements, volumes, modes, kept modes) and with the given tolerance.
+sim::Scene refined(const sim::Scene& scene, double factor, double tolerance);
+
+// Whether the scene has anything that the axis varies.
+bool has_axis(const sim::Scene& scene, const std::string& axis);
+
+std::vector<PlannedPoint> plan_axis(const sim::Scene& scene, const std::string& axis);
+
+}  // namespace flexframe::film

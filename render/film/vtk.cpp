@@ -1,0 +1,126 @@
+#include "render/film/vtk.h"
+
+#include "render/file.h"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cstring>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace flexframe::film {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "the files say LittleEndian");
+
+// Everything of one picture.
+struct Surface {
+  std::vector<double> points;         // 3 n
+  std::vector<float> displacement;    // 3 n
+  std::vector<std::int64_t> corners;  // 3 m
+  std::vector<std::int32_t> body;     // m
+};
+
+void add_body(const Animation& animation, size_t b, double t, double scale, BodyMemory& memory, Surface& out) {
+  const BodyModel& model = animation.bodies[b];
+  const sim::ResultBody& body = animation.results->bodies[b];
+  if (!model.visible || model.mesh.triangles.empty()) return;
+  const SamplePlace place = find_sample(animation.results->times, t);
+  const glm::dmat4 pose = body_pose(body, place);
+  const glm::dmat3 turn(pose);
+  if (model.flexible) update_displacement(model, body, place, memory);
+  const auto first = static_cast<std::int64_t>(out.points.size() / 3);
+  for (size_t v = 0; v < model.mesh.positions.size(); ++v) {
+    const glm::dvec3 u = model.flexible ? glm::dvec3(memory.displacement[3 * v], memory.displacement[3 * v + 1], memory.displacement[3 * v + 2]) : glm::dvec3(0.0);
+    const glm::dvec3 p = glm::dvec3(pose * glm::dvec4(model.mesh.positions[v] + scale * u, 1.0)), d = turn * u;
+    for (int c = 0; c < 3; ++c) {
+      out.points.push_back(p[c]);
+      out.displacement.push_back(static_cast<float>(d[c]));
+    }
+  }
+  for (const glm::ivec3& triangle : model.mesh.triangles) {
+    for (int c = 0; c < 3; ++c) out.corners.push_back(first + triangle[c]);
+    out.body.push_back(static_cast<std::int32_t>(b));
+  }
+}
+
+// Arrays of the appended section: each a 64-bit length and its bytes.
+struct Appended {
+  std::string header;
+  std::vector<std::uint8_t> bytes;
+
+  template <class T>
+  std::string add(const char* type, const char* name, int components, const std::vector<T>& values) {
+    const size_t offset = bytes.size();
+    const std::uint64_t size = values.size() * sizeof(T);
+    bytes.resize(offset + 8 + size);
+    std::memcpy(bytes.data() + offset, &size, 8);
+    if (size > 0) std::memcpy(bytes.data() + offset + 8, values.data(), size);
+    return fmt::format("<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" offset=\"{}\"/>\n", type, name, components, offset);
+  }
+};
+
+std::vector<std::uint8_t> to_file(const Surface& s) {
+  Appended data;
+  std::vector<std::int64_t> ends(s.corners.size() / 3);
+  for (size_t k = 0; k < ends.size(); ++k) ends[k] = static_cast<std::int64_t>(3 * (k + 1));
+  std::string text = fmt::format("<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<PolyData>\n"
+                                 "<Piece NumberOfPoints=\"{}\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"{}\">\n",
+                                 s.points.size() / 3, s.body.size());
+  text += "<PointData Vectors=\"displacement\">\n" + data.add("Float32", "displacement", 3, s.displacement) + "</PointData>\n";
+  text += "<CellData Scalars=\"body\">\n" + data.add("Int32", "body", 1, s.body) + "</CellData>\n";
+  text += "<Points>\n" + data.add("Float64", "Points", 3, s.points) + "</Points>\n";
+  text += "<Polys>\n" + data.add("Int64", "connectivity", 1, s.corners) + data.add("Int64", "offsets", 1, ends) + "</Polys>\n";
+  text += "</Piece>\n</PolyData>\n<AppendedData encoding=\"raw\">\n_";
+  std::vector<std::uint8_t> out(text.begin(), text.end());
+  out.insert(out.end(), data.bytes.begin(), data.bytes.end());
+  constexpr std::string_view end = "\n</AppendedData>\n</VTKFile>\n";
+  out.insert(out.end(), end.begin(), end.end());
+  return out;
+}
+
+// A name as an attribute's value.
+std::string escape(const std::string& text) {
+  std::string out;
+  for (char c : text) {
+    if (c == '&') out += "&amp;";
+    else if (c == '<') out += "&lt;";
+    else if (c == '"') out += "&quot;";
+    else out += c;
+  }
+  return out;
+}
+
+}  // namespace
+
+VtkReport write_vtk(const Animation& animation, double scale, const std::filesystem::path& folder, const std::string& name, const std::function<void(int, int)>& progress) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw std::runtime_error(fmt::format("{}: cannot make the folder: {}", folder.string(), error.message()));
+  VtkReport report;
+  report.index = folder / (name + ".pvd");
+  // Without its index a sequence that is broken off is not taken for a whole one.
+  fs::remove(report.index, error);
+  const auto file_name = [&](int k) { return fmt::format("{}_{:05d}.vtp", name, k); };
+
+  std::string index = "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n<Collection>\n";
+  BodyMemory memory;
+  for (int k = 0; k < animation.count; ++k) {
+    const double t = picture_time(animation, k);
+    Surface surface;
+    for (size_t b = 0; b < animation.bodies.size(); ++b) add_body(animation, b, t, scale, memory, surface);
+    render::write_file(folder / file_name(k), to_file(surface));
+    index += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", t, escape(file_name(k)));
+    if (progress) progress(k + 1, animation.count);
+  }
+  for (int k = animation.count; fs::remove(folder / file_name(k), error); ++k) {}
+  index += "</Collection>\n</VTKFile>\n";
+  render::write_file(report.index, std::span(reinterpret_cast<const std::uint8_t*>(index.data()), index.size()));
+  report.pictures = animation.count;
+  return report;
+}
+
+}  // namespace flexframe::film

@@ -1,0 +1,23 @@
+// A sequence for ParaView and other readers of VTK's XML files (Kitware, VTK file formats): one surface file a picture and an index.
+#pragma once
+
+#include "render/film/animation.h"
+
+#include <filesystem>
+#include <functional>
+
+namespace flexframe::film {
+
+struct VtkReport {
+  int pictures = 0;
+  std::filesystem::path index;    // NAME.pvd
+};
+
+// Writes folder/NAME_00000.vtp ... and then folder/NAME.pvd with the simulated times; files of an earlier, longer sequence are removed.
+// Points in world axes, double, deformation multiplied by scale; point data `displacement` (elastic, world axes, in scale, m), cell data
+// `body` (number in the results). Each file appears whole. progress(done, all) may throw to stop. Throws std::runtime_error if a file
+// cannot be written.
+VtkReport write_vtk(const Animation& animation, double scale, const std::filesystem::path& folder, const std::string& name,
+                    const std::function<void(int, int)>& progress = {});
+
+}  // namespace flexframe::film

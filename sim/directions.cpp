@@ -1,0 +1,54 @@
+#include "sim/directions.h"
+
+#include "sim/closure.h"
+#include "sim/joint_motion.h"
+
+#include <algorithm>
+
+namespace flexframe::sim {
+
+std::vector<Direction> independent_directions(const Model& model, const Work& work) {
+  std::vector<Direction> out;
+  for (size_t c = 0; c < model.clusters.size(); ++c) {
+    const Cluster& cluster = model.clusters[c];
+    for (int k : work.clusters[c].partition.ind) {
+      const int v = cluster.v0 + k;
+      Direction d;
+      d.v = v;
+      for (int i : cluster.parts) {
+        const Part& p = model.parts[i];
+        if (v >= p.v0 && v < p.v0 + p.joint.nv) {
+          d.part = i;
+          d.rate = v - p.v0;
+          d.scale = rate_scale(model, static_cast<int>(c), k);
+        } else if (v >= p.ev0 && v < p.ev0 + p.body.n) {
+          d.part = i;
+          d.rate = -1 - (v - p.ev0);
+          double reach = 0.0, turn = 0.0;
+          for (const FlexibleNode& node : p.body.nodes) {
+            reach = std::max(reach, node.phi.col(v - p.ev0).norm());
+            turn = std::max(turn, node.psi.col(v - p.ev0).norm());
+          }
+          // Pure twists displace no node of the axis: their rotation times the cluster's size.
+          if (reach < 1e-6 * cluster.size * turn) reach = cluster.size * turn;
+          d.scale = reach > 0.0 ? reach : 1.0;
+        }
+      }
+      out.push_back(d);
+    }
+  }
+  return out;
+}
+
+void move_along(const Model& model, const Direction& d, double step, Work& work) {
+  const Part& p = model.parts[d.part];
+  if (d.rate < 0) {
+    work.q[p.eq0 - 1 - d.rate] += step;
+    return;
+  }
+  double dw[6] = {};
+  dw[d.rate] = step;
+  move_coordinates(p.joint.kind, work.q.data() + p.q0, dw);
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,255 @@
+#include "sim/friction.h"
+
+#include "sim/closure.h"
+#include "sim/dynamics.h"
+#include "sim/kinematics.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace flexframe::sim {
+namespace {
+
+bool rotary(JointKind kind, int k) {
+  return !(kind == JointKind::prismatic || (kind == JointKind::cylindrical && k == 0) || (kind == JointKind::planar && k < 2) ||
+           (kind == JointKind::free && k < 3));
+}
+
+double rate_of(const FrictionPoint& p, const Model& model, const Work& work) { return work.w[model.parts[p.part].v0 + p.rate]; }
+
+double static_coefficient(const Friction& law) { return law.static_coefficient.value_or(law.coefficient); }
+
+// Component of a joint's reaction force (axes of the joint) that presses its surfaces together.
+Vec3 pressing(const TreeJoint& joint, const Vec3& force) {
+  switch (joint.kind) {
+    case JointKind::prismatic: case JointKind::cylindrical: return force - joint.axis.dot(force) * joint.axis;
+    case JointKind::planar: return joint.axis.dot(force) * joint.axis;
+    default: return force;
+  }
+}
+
+Vec3 reaction_force(const FrictionPoint& p, const Model& model, const FrictionState& friction) {
+  return pressing(model.parts[p.part].joint, Vec3(friction.scratch.part[p.part].head<3>()));
+}
+
+double direction(const FrictionPoint& p) { return p.phase == FrictionPhase::forward ? 1.0 : -1.0; }
+
+// Friction force per newton of normal force, for points that do not stick.
+double factor(const FrictionPoint& p, double w) {
+  if (p.phase != FrictionPhase::regularised) return -direction(p) * p.law.coefficient * p.arm;
+  const double v = *p.law.regularised, mu = p.law.coefficient;
+  return -(mu + (static_coefficient(p.law) - mu) * std::exp(-(w / (5.0 * v)) * (w / (5.0 * v)))) * p.arm * std::tanh(w / v);
+}
+
+double& force_of(const FrictionPoint& p, Work& work) { return work.parts[p.part].friction[p.rate]; }
+
+void accelerate(const Model& model, FrictionState& friction, Work& work) {
+  update_accelerations(model, work);
+  compute_reactions(model, work, friction.scratch);
+}
+
+// Normal forces that are reactions: R(f) = R0 + sum_j f_j R_j is linear in the friction forces f of the points that slip.
+void solve_reaction_friction(const Model& model, FrictionState& friction, Work& work) {
+  std::vector<int> slipping;
+  for (size_t k = 0; k < friction.points.size(); ++k)
+    if (friction.points[k].law.reaction && friction.points[k].phase != FrictionPhase::stick) slipping.push_back(static_cast<int>(k));
+  const Eigen::Index m = static_cast<Eigen::Index>(slipping.size());
+  for (int k : slipping) force_of(friction.points[k], work) = 0.0;
+  accelerate(model, friction, work);
+  if (m == 0) return;
+
+  std::vector<Vec3> none(m);
+  std::vector<std::vector<Vec3>> per(m, std::vector<Vec3>(m));
+  const auto reaction = [&](Eigen::Index i) { return reaction_force(friction.points[slipping[i]], model, friction); };
+  for (Eigen::Index i = 0; i < m; ++i) none[i] = reaction(i);
+  // A probe as large as the forces that are about to act keeps its digits.
+  for (Eigen::Index j = 0; j < m; ++j) {
+    const double probe = std::max(none[j].norm(), 1e-6 * model.mass);
+    force_of(friction.points[slipping[j]], work) = probe;
+    accelerate(model, friction, work);
+    for (Eigen::Index i = 0; i < m; ++i) per[i][j] = (reaction(i) - none[i]) / probe;
+    force_of(friction.points[slipping[j]], work) = 0.0;
+  }
+  VecX f(m), c(m), residual(m);
+  for (Eigen::Index i = 0; i < m; ++i) {
+    const FrictionPoint& p = friction.points[slipping[i]];
+    c[i] = factor(p, rate_of(p, model, work));
+    f[i] = c[i] * none[i].norm();
+  }
+  MatX J(m, m);
+  double size = 0.0;
+  for (int iteration = 0;; ++iteration) {
+    size = 0.0;
+    for (Eigen::Index i = 0; i < m; ++i) {
+      Vec3 R = none[i];
+      for (Eigen::Index j = 0; j < m; ++j) R += f[j] * per[i][j];
+      const double N = R.norm();
+      residual[i] = f[i] - c[i] * N;
+      size = std::max({size, N, std::abs(f[i])});
+      for (Eigen::Index j = 0; j < m; ++j) J(i, j) = (i == j ? 1.0 : 0.0) - (N > 0.0 ? c[i] * R.dot(per[i][j]) / N : 0.0);
+    }
+    if (residual.cwiseAbs().maxCoeff() <= 1e-14 * size) break;
+    f -= J.partialPivLu().solve(residual);
+    bool wrong = !f.allFinite();
+    // Friction pulls against the slip; a solution with the other sign is no solution (Painleve's paradox).
+    if (iteration > 25)
+      for (Eigen::Index i = 0; i < m; ++i) wrong = wrong || f[i] * c[i] < 0.0 || residual.cwiseAbs().maxCoeff() > 1e-10 * size;
+    if (wrong)
+      throw SimulationError(fmt::format("joint '{}' jams at t = {:.6g} s: its friction and its reaction raise each other without limit; lower the coefficient or give "
+                                        "normal_force as a number", model.parts[friction.points[slipping.front()].part].joint.name, work.time));
+    if (iteration > 25) break;
+  }
+  for (Eigen::Index i = 0; i < m; ++i) force_of(friction.points[slipping[i]], work) = f[i];
+  accelerate(model, friction, work);
+}
+
+// Gives every cluster the locks of the points that stick, with the partition that goes with them.
+void renew_locks(const Model& model, const FrictionState& friction, Work& work) {
+  for (size_t c = 0; c < model.clusters.size(); ++c) {
+    ClusterWork& cw = work.clusters[c];
+    std::vector<int> locked;
+    std::vector<double> value;
+    bool ours = false;
+    for (const FrictionPoint& p : friction.points) {
+      if (p.cluster != static_cast<int>(c)) continue;
+      ours = true;
+      if (p.phase != FrictionPhase::stick) continue;
+      const Part& part = model.parts[p.part];
+      locked.push_back(p.local);
+      value.push_back(part.joint.nq == part.joint.nv ? work.q[part.q0 + p.rate] : 0.0);
+    }
+    if (!ours) continue;
+    cw.locked = locked;
+    cw.lock_value = Eigen::Map<const VecX>(value.data(), static_cast<Eigen::Index>(value.size()));
+    cw.residual.resize(0);
+    cw.rate.resize(0);
+    cw.bias.resize(0);
+    cw.G.resize(0, 0);
+    if (locked.empty() && model.clusters[c].loops.empty()) {
+      // A tree has nothing to close.
+      cw.partition = {};
+      for (int k = 0; k < model.clusters[c].nv; ++k) cw.partition.ind.push_back(k);
+    } else {
+      cw.partition = choose_partition(model, static_cast<int>(c), work, false);
+    }
+  }
+  update_positions(model, work);
+  update_velocities(model, work);
+}
+
+}  // namespace
+
+FrictionState make_friction(const Model& model, Work& work) {
+  FrictionState out;
+  for (size_t i = 0; i < model.parts.size(); ++i) {
+    const Part& part = model.parts[i];
+    if (!part.joint.friction || part.joint.nv == 0) continue;
+    work.parts[i].friction = VecX::Zero(part.joint.nv);
+    for (int k = 0; k < part.joint.nv; ++k) {
+      FrictionPoint p;
+      p.part = static_cast<int>(i);
+      p.rate = k;
+      p.cluster = part.cluster;
+      p.local = part.v0 + k - model.clusters[part.cluster].v0;
+      p.law = *part.joint.friction;
+      p.arm = rotary(part.joint.kind, k) ? p.law.radius : 1.0;
+      p.normal = p.law.normal_force;
+      p.phase = p.law.regularised ? FrictionPhase::regularised : FrictionPhase::forward;
+      out.reactions = out.reactions || p.law.reaction;
+      out.points.push_back(p);
+    }
+  }
+  return out;
+}
+
+void update_friction_accelerations(const Model& model, FrictionState& friction, Work& work) {
+  bool sticking = false;
+  for (FrictionPoint& p : friction.points) {
+    sticking = sticking || p.phase == FrictionPhase::stick;
+    const double w = rate_of(p, model, work);
+    if (p.phase == FrictionPhase::stick) force_of(p, work) = 0.0;
+    else if (!p.law.reaction) force_of(p, work) = factor(p, w) * p.law.normal_force;
+  }
+  if (friction.reactions) solve_reaction_friction(model, friction, work);
+  else update_accelerations(model, work);
+  if (friction.reactions)
+    for (FrictionPoint& p : friction.points)
+      if (p.law.reaction) p.normal = reaction_force(p, model, friction).norm();
+  if (!sticking) return;
+  // Multipliers of the locks.
+  for (size_t c = 0; c < model.clusters.size(); ++c) {
+    const ClusterWork& cw = work.clusters[c];
+    if (cw.locked.empty()) continue;
+    const VecX lambda = closure_multipliers(model, work, static_cast<int>(c));
+    const Eigen::Index loops = lambda.size() - static_cast<Eigen::Index>(cw.locked.size());
+    for (FrictionPoint& p : friction.points) {
+      if (p.cluster != static_cast<int>(c) || p.phase != FrictionPhase::stick) continue;
+      const auto at = std::find(cw.locked.begin(), cw.locked.end(), p.local);
+      p.hold = lambda[loops + (at - cw.locked.begin())];
+    }
+  }
+}
+
+void settle_friction(const Model& model, FrictionState& friction, const std::vector<int>& resting, Work& work, std::vector<std::string>& changes) {
+  std::vector<FrictionPhase> before;
+  for (FrictionPoint& p : friction.points) {
+    before.push_back(p.phase);
+    friction.fastest = std::max(friction.fastest, std::abs(rate_of(p, model, work)) * rate_scale(model, p.cluster, p.local));
+  }
+  for (int k : resting)
+    if (friction.points[k].phase != FrictionPhase::regularised) friction.points[k].phase = FrictionPhase::stick;
+  for (size_t pass = 0; pass <= 3 * friction.points.size(); ++pass) {
+    renew_locks(model, friction, work);
+    // What comes to rest with the others (rates in proportion to one another) is settled with them.
+    bool more = false;
+    if (pass == 0)
+      for (FrictionPoint& p : friction.points)
+        if ((p.phase == FrictionPhase::forward || p.phase == FrictionPhase::backward) &&
+            std::abs(rate_of(p, model, work)) * rate_scale(model, p.cluster, p.local) <= 1e-10 * friction.fastest)
+          p.phase = FrictionPhase::stick, more = true;
+    if (more) continue;
+    update_friction_accelerations(model, friction, work);
+    FrictionPoint* worst = nullptr;
+    double excess = 1.0;
+    for (FrictionPoint& p : friction.points) {
+      if (p.phase != FrictionPhase::stick) continue;
+      const ClusterWork& cw = work.clusters[p.cluster];
+      const int row = closure_row_count(model, work, p.cluster) - static_cast<int>(cw.locked.end() - std::find(cw.locked.begin(), cw.locked.end(), p.local));
+      if (std::find(cw.partition.rows.begin(), cw.partition.rows.end(), row) == cw.partition.rows.end()) {
+        // Held or driven by the rest of the mechanism: driven, it slips the way it is taken.
+        const double a = work.wdot[model.parts[p.part].v0 + p.rate];
+        if (std::abs(a) <= 1e-9 * std::max(work.wdot.cwiseAbs().maxCoeff(), 1.0)) continue;
+        p.phase = a > 0.0 ? FrictionPhase::forward : FrictionPhase::backward;
+        worst = &p;
+        excess = -1.0;
+        break;
+      }
+      const double bound = static_coefficient(p.law) * p.normal * p.arm;
+      const double ratio = std::abs(p.hold) / std::max(bound, 1e-300);
+      // A force at its bound to rounding is let go: that is how sticking ends.
+      if (std::abs(p.hold) > 0.0 && ratio > (1.0 - 1e-9) * excess) excess = ratio, worst = &p;
+    }
+    if (!worst) break;
+    if (excess >= 0.0) worst->phase = worst->hold < 0.0 ? FrictionPhase::forward : FrictionPhase::backward;
+  }
+  for (size_t k = 0; k < friction.points.size(); ++k) {
+    const FrictionPoint& p = friction.points[k];
+    if (p.phase == before[k]) continue;
+    const TreeJoint& joint = model.parts[p.part].joint;
+    changes.push_back(fmt::format("joint '{}'{} {}", joint.name, joint.nv > 1 ? fmt::format(" (coordinate {})", p.rate + 1) : "",
+                                  p.phase == FrictionPhase::stick ? "sticks" : before[k] == FrictionPhase::stick ? "slips" : "turns round"));
+  }
+}
+
+double friction_margin(const FrictionPoint& p, const Model& model, const Work& work) {
+  switch (p.phase) {
+    case FrictionPhase::stick: return static_coefficient(p.law) * p.normal * p.arm - std::abs(p.hold);
+    case FrictionPhase::forward: return rate_of(p, model, work);
+    case FrictionPhase::backward: return -rate_of(p, model, work);
+    default: return 1.0;
+  }
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,158 @@
+// Damaged copies of real files through the readers of bodies and finite element models, and what can be read through the reducer too. To be built with
+// sanitizers (preset asan): a crash, a leak, undefined behaviour or a copy that takes more than 20 s ends it with a code other than 0.
+//   damaged_copies COPIES FILE...      COPIES of each file: .sid .SID_FEM .inp .msh, and .sti or .mtx (its .mas or mass, .dof and node table beside it are damaged in turn)
+// Damage: bytes changed, pieces cut, doubled or moved, numbers replaced by awkward ones, the end missing. Same seed, same copies.
+#include "sim/reduce/reduce.h"
+#include "sim/sid.h"
+#include "tests/fuzz/scratch.h"
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <random>
+
+#include <unistd.h>
+
+namespace {
+
+using namespace flexframe::sim;
+namespace fs = std::filesystem;
+
+std::string bytes_of(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) {
+    std::fprintf(stderr, "%s: cannot be opened\n", path.c_str());
+    std::exit(2);
+  }
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+std::string damaged(std::string text, std::mt19937& random) {
+  static constexpr const char* awkward[] = {"0", "-1", "1e308", "-1e308", "nan", "inf", "1e-308", "2147483648", "99999999999999999999", "4294967295", "", "x", "1,2", "0.5"};
+  static constexpr std::string_view spice = "0123456789()*$=,.-+DEen \n\t\r\"%";
+  const int hits = 1 + static_cast<int>(random() % 5);
+  for (int h = 0; h < hits && !text.empty(); ++h) {
+    const std::size_t at = random() % text.size(), size = 1 + random() % (random() % 8 == 0 ? 4000 : 40);
+    switch (random() % 7) {
+      case 0: text[at] = spice[random() % spice.size()]; break;
+      case 1: text.erase(at, size); break;
+      case 2: text.insert(at, text.substr(random() % text.size(), size)); break;
+      case 3:
+        if (random() % 4 == 0) text.resize(at);
+        break;
+      case 4: {
+        // A number as a whole.
+        const std::size_t begin = text.find_first_of("0123456789", at);
+        if (begin == std::string::npos) break;
+        const std::size_t end = text.find_first_not_of("0123456789.eE+-", begin);
+        text.replace(begin, end == std::string::npos ? end : end - begin, awkward[random() % std::size(awkward)]);
+        break;
+      }
+      case 5: {
+        // Two lines change places, or one is lost.
+        const std::size_t first = text.find('\n', at), second = first == std::string::npos ? first : text.find('\n', first + 1);
+        if (second == std::string::npos) break;
+        const std::string line = text.substr(first, second - first);
+        text.erase(first, second - first);
+        if (random() % 2) text.insert(random() % (text.size() + 1), line);
+        break;
+      }
+      default: text[at] = static_cast<char>(random() % 256);
+    }
+  }
+  return text;
+}
+
+fs::path put(const std::string& text, const char* ending) { return fuzz::scratch_file(reinterpret_cast<const std::uint8_t*>(text.data()), text.size(), ending); }
+
+void require(bool condition, const char* what) {
+  if (condition) return;
+  std::fprintf(stderr, "%s\n", what);
+  std::abort();
+}
+
+void check(const FlexibleBody& b) {
+  require(std::isfinite(b.mass) && b.J0.allFinite() && b.Ke.allFinite() && b.Me.allFinite() && b.md1.allFinite() && b.J1.allFinite(), "a body with numbers that are not finite");
+  for (const FlexibleNode& node : b.nodes) require(node.origin.allFinite() && node.phi.allFinite() && node.psi.allFinite(), "a node with numbers that are not finite");
+}
+
+void check(const FeModel& m) {
+  for (const Vec3& x : m.nodes) require(x.allFinite(), "a node that is nowhere");
+  for (int k : m.connectivity) require(k >= 0 && k < static_cast<int>(m.nodes.size()), "an element with a node that is not there");
+  surface_obj(m);
+  // Small ones go on through the solver.
+  if (m.nodes.size() > 800) return;
+  FeModel model = m;
+  if (!model.matrices) set_material(model, {"steel", 2.1e11, 0.3, 7850.0});
+  ReduceOptions o;
+  o.modes = 3;
+  o.held = model.constraints;
+  o.node_count = 10;
+  check(reduce(model, o).body);
+}
+
+// True: accepted. A refusal is an answer: one line that names the file or what is wrong.
+bool answered(const auto& action) {
+  try {
+    action();
+    return true;
+  } catch (const InputError& e) {
+    require(e.what()[0] != '\0' && !std::strchr(e.what(), '\n'), "a refusal without a word, or of several lines");
+  } catch (const SimulationError& e) {
+    require(e.what()[0] != '\0', "a failure without a word");
+  }
+  return false;
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+  if (count < 3 || std::atoi(words[1]) < 1) {
+    std::fprintf(stderr, "usage: damaged_copies COPIES FILE...\n");
+    return 2;
+  }
+  std::mt19937 random(20061004);
+  const int copies = std::atoi(words[1]);
+  long accepted_all = 0, all = 0;
+  double slowest_all = 0.0;
+  for (int i = 2; i < count; ++i) {
+    const fs::path path = words[i];
+    const std::string ending = path.extension().string(), text = bytes_of(path);
+    const bool matrices = ending == ".sti" || ending == ".mtx";
+    const auto beside = [&](const char* other) { return fs::path(path).replace_extension(other); };
+    int accepted = 0;
+    double slowest = 0.0;
+    for (int copy = 0; copy < copies; ++copy) {
+      ::alarm(20);
+      const auto start = std::chrono::steady_clock::now();
+      accepted += answered([&] {
+        if (ending == ".inp") {
+          check(read_inp(put(damaged(text, random), ".inp")));
+        } else if (ending == ".msh") {
+          check(read_msh(put(damaged(text, random), ".msh")));
+        } else if (matrices) {
+          // One of the four files at a time.
+          const int which = copy % 4;
+          const auto file = [&](int k, const fs::path& original, const char* name) { return k == which ? put(damaged(bytes_of(original), random), name) : original; };
+          check(read_fe_matrices(file(0, path, ".sti"), file(1, beside(".mas"), ".mas"), file(2, beside(".inp"), ".inp"), file(3, beside(".dof"), ".dof")));
+        } else {
+          const SidFile sid = read_sid_text(damaged(text, random), "copy").file;
+          require(read_sid_text(write_sid_text(sid), "again").file == sid, "what was written is not what was read");
+          check(to_flexible_body(sid, "copy"));
+        }
+      });
+      slowest = std::max(slowest, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    }
+    ::alarm(0);
+    std::printf("%-40s %d copies: %d accepted, %d refused, slowest %.2f s\n", path.filename().c_str(), copies, accepted, copies - accepted, slowest);
+    std::fflush(stdout);
+    accepted_all += accepted;
+    all += copies;
+    slowest_all = std::max(slowest_all, slowest);
+  }
+  std::printf("%ld damaged copies: %ld accepted, %ld refused, no crash, no hang, slowest %.2f s\n", all, accepted_all, all - accepted_all, slowest_all);
+  return 0;
+}

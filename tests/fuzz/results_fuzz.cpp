@@ -1,0 +1,16 @@
+// libFuzzer entry: any bytes as a results file (sim/results_file.h). Build and run: tests/fuzz/fuzz.sh results
+#include "sim/results_file.h"
+#include "tests/fuzz/scratch.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace flexframe::sim;
+  try {
+    const Results results = read_results(fuzz::scratch_file(data, size, ".h5"));
+    if (!results.times.allFinite()) std::abort();
+    for (const ResultBody& body : results.bodies)
+      if (body.position.rows() != results.times.size() || !body.position.allFinite() || !body.displacement.allFinite()) std::abort();
+  } catch (const InputError& e) {
+    fuzz::require_answer(e.what(), "input.h5");
+  }
+  return 0;
+}

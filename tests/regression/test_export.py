@@ -1,0 +1,124 @@
+"""`flexframe export`: what other programs would read, read here by the formats' own rules."""
+import json
+import math
+import pathlib
+import struct
+import xml.etree.ElementTree as xml
+
+from program import examples, expect, finish, history, near, run, temporary_folder
+
+
+def read_glb(path):
+    data = path.read_bytes()
+    magic, version, length, json_length, kind = struct.unpack_from("<5I", data)
+    expect(magic == 0x46546C67 and version == 2 and length == len(data) and kind == 0x4E4F534A and json_length % 4 == 0, "the GLB header is wrong")
+    document = json.loads(data[20:20 + json_length])
+    at = 20 + json_length
+    size, kind = struct.unpack_from("<2I", data, at)
+    expect(kind == 0x004E4942 and at + 8 + size == len(data) and document["buffers"][0]["byteLength"] <= size, "the GLB data chunk is wrong")
+    return document, data[at + 8:]
+
+
+def array(document, data, index):
+    """Accessor as a list of tuples (or numbers)."""
+    a = document["accessors"][index]
+    view = document["bufferViews"][a["bufferView"]]
+    n = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}[a["type"]]
+    code = {5126: "f", 5125: "I"}[a["componentType"]]
+    expect(view["byteLength"] == 4 * n * a["count"] and view["byteOffset"] % 4 == 0, f"accessor {index} does not fit its view")
+    flat = struct.unpack_from(f"<{n * a['count']}{code}", data, view["byteOffset"])
+    return list(flat) if n == 1 else [flat[i:i + n] for i in range(0, len(flat), n)]
+
+
+def turn(q, v):
+    x, y, z, w = q
+    t = [2 * (y * v[2] - z * v[1]), 2 * (z * v[0] - x * v[2]), 2 * (x * v[1] - y * v[0])]
+    return [v[0] + w * t[0] + y * t[2] - z * t[1], v[1] + w * t[1] + z * t[0] - x * t[2], v[2] + w * t[2] + x * t[1] - y * t[0]]
+
+
+def read_vtp(path):
+    """Arrays of a surface file by name, by the rules of appended raw data."""
+    data = path.read_bytes()
+    start = data.index(b'<AppendedData encoding="raw">')
+    raw = data.index(b"_", start) + 1
+    tree = xml.fromstring(data[:start] + b"</VTKFile>")
+    codes = {"Float64": "d", "Float32": "f", "Int64": "q", "Int32": "i"}
+    out = {}
+    for a in tree.iter("DataArray"):
+        at = raw + int(a.get("offset"))
+        size, = struct.unpack_from("<Q", data, at)
+        code = codes[a.get("type")]
+        out[a.get("Name")] = struct.unpack_from(f"<{size // struct.calcsize(code)}{code}", data, at + 8)
+    piece = next(tree.iter("Piece"))
+    expect(len(out["Points"]) == 3 * int(piece.get("NumberOfPoints")) and len(out["offsets"]) == int(piece.get("NumberOfPolys")), f"{path.name}: counts do not agree")
+    return out
+
+
+with temporary_folder() as folder:
+    folder = pathlib.Path(folder)
+    run("simulate", examples / "pendulum.toml", "-o", folder / "p.h5", "--csv", folder / "wanted.csv", "--no-error-estimate")
+
+    run("export", folder / "p.h5", "--to", "csv", "-o", folder / "p.csv")
+    expect((folder / "p.csv").read_bytes() == (folder / "wanted.csv").read_bytes(), "the histories are not those of simulate")
+    h = history(folder / "p.csv")
+
+    report = json.loads(run("export", folder / "p.h5", "--to", "vtk", "-o", folder / "vtk", "--json").stdout)
+    series = [(float(d.get("timestep")), folder / "vtk" / d.get("file")) for d in xml.parse(folder / "vtk/p.pvd").getroot().iter("DataSet")]
+    expect(len(series) == report["pictures"] > 30 and all(f.exists() for _, f in series), "the index does not name the files")
+    t, file = series[len(series) // 2]
+    surface = read_vtp(file)
+    i = min(range(len(h["t"])), key=lambda k: abs(h["t"][k] - t))
+    points = [surface["Points"][k:k + 3] for k in range(0, len(surface["Points"]), 3)]
+    expect(max(surface["connectivity"]) < len(points) and min(surface["connectivity"]) >= 0, "a triangle has no points")
+    # The tip's section lies around the tip: half of 0.2 m to either side, 4.5 mm up and down.
+    tip = [h["tip.x"][i], h["tip.y"][i], 0.0]
+    near(min(math.dist(p, tip) for p in points), 0.1, 0.01, "distance of the tip's corner from the tip")
+    largest = max(math.dist((0, 0, 0), surface["displacement"][k:k + 3]) for k in range(0, len(surface["displacement"]), 3))
+    expect(1e-4 < largest < 0.02, f"displacement {largest}")
+
+    # glTF: the surface at that time is the VTK one, within single precision and what the morph targets leave out.
+    report = json.loads(run("export", folder / "p.h5", "--to", "gltf", "-o", folder / "p.glb", "--json").stdout)
+    document, data = read_glb(folder / "p.glb")
+    expect(document["asset"]["version"] == "2.0" and report["morph_targets"] >= 2, f"{report}")
+    number, node = next((k, n) for k, n in enumerate(document["nodes"]) if n["name"] == "pendulum")
+    mesh = document["meshes"][node["mesh"]]
+    primitive = mesh["primitives"][0]
+    positions = array(document, data, primitive["attributes"]["POSITION"])
+    low = document["accessors"][primitive["attributes"]["POSITION"]]["min"]
+    expect(all(abs(low[c] - min(p[c] for p in positions)) < 1e-12 for c in range(3)), "the accessor's least values are wrong")
+    animation = document["animations"][0]
+    tracks = {c["target"]["path"]: animation["samplers"][c["sampler"]] for c in animation["channels"] if c["target"]["node"] == number}
+    times = array(document, data, tracks["weights"]["input"])
+    expect(len(times) == len(series) and times[0] == 0 and all(b > a for a, b in zip(times, times[1:])), "times do not rise")
+    k, n = len(series) // 2, len(primitive["targets"])
+    weights = array(document, data, tracks["weights"]["output"])[k * n:(k + 1) * n]
+    moved = [list(p) for p in positions]
+    for w, target in zip(weights, primitive["targets"]):
+        for p, d in zip(moved, array(document, data, target["POSITION"])):
+            for c in range(3):
+                p[c] += w * d[c]
+    rotation = array(document, data, tracks["rotation"]["output"])[k] if "rotation" in tracks else node["rotation"]
+    place = array(document, data, tracks["translation"]["output"])[k] if "translation" in tracks else node["translation"]
+    world = [[a + b for a, b in zip(turn(rotation, p), place)] for p in moved]
+    off = max(min(math.dist(p, q) for q in points) for p in world[:: max(1, len(world) // 50)])
+    near(off, 0.0, 2e-6 + 2 * report["error"], "glTF surface against the VTK one")
+    expect(report["error"] < 1e-3 * report["largest_displacement"], f"morph targets miss {report['error']} m")
+
+    run("export", folder / "p.h5", "--to", "gltf", "-o", folder / "p.gltf")
+    text = json.loads((folder / "p.gltf").read_text())
+    expect(text["buffers"][0]["uri"].startswith("data:application/octet-stream;base64,"), "the .gltf holds no data")
+    # What reads glTF reads it.
+    told = run("info", folder / "p.glb").stdout
+    expect(str(len(positions)) in told.replace(",", "") or "vertices" in told, f"info: {told}")
+
+    run("export", folder / "p.h5", "--to", "mp4", "-o", folder / "film.mp4", "--size", "160x90")
+    expect((folder / "film.mp4").stat().st_size > 1000, "no video")
+    expect(not [p for p in folder.iterdir() if p.name.startswith(".")], "temporary folders are left")
+
+    # Refusals.
+    run("export", folder / "p.h5", "--to", "stl", code=2)
+    run("export", folder / "none.h5", "--to", "csv", code=2)
+    run("export", folder / "p.h5", "--to", "gltf", "-o", folder / "p.obj", code=2)
+    (folder / "file").write_text("x")
+    run("export", folder / "p.h5", "--to", "vtk", "-o", folder / "file", code=1)
+finish()

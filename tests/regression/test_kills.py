@@ -1,0 +1,102 @@
+"""kill -9 at random moments of run, simulate, render and reduce: whole files or none, and the next try gives the bits of an undisturbed run.
+
+FLEXFRAME_KILLS sets the number of kills a command (3; the nightly run 100), FLEXFRAME_SEED the moments.
+"""
+import os
+import pathlib
+import random
+import signal
+import subprocess
+import time
+
+from program import examples, expect, finish, flexframe, run, temporary_folder
+
+kills = int(os.environ.get("FLEXFRAME_KILLS", "3"))
+seed = int(os.environ.get("FLEXFRAME_SEED", str(random.randrange(10**6))))
+print(f"{kills} kills a command, seed {seed}", flush=True)
+chance = random.Random(seed)
+
+
+def bar_model(path):
+    """A bar of 12 x 4 x 4 bricks."""
+    nx, ny, nz = 12, 4, 4
+    number = lambda i, j, k: 1 + i + (nx + 1) * (j + (ny + 1) * k)
+    lines = ["*NODE"]
+    lines += [f"{number(i, j, k)}, {i * 0.025}, {j * 0.01}, {k * 0.01}" for k in range(nz + 1) for j in range(ny + 1) for i in range(nx + 1)]
+    lines.append("*ELEMENT, TYPE=C3D8, ELSET=ALL")
+    for k in range(nz):
+        for j in range(ny):
+            for i in range(nx):
+                corners = [number(i + a, j + b, k + c) for a, b, c in ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))]
+                lines.append(f"{1 + i + nx * (j + ny * k)}, " + ", ".join(map(str, corners)))
+    lines += ["*MATERIAL, NAME=STEEL", "*ELASTIC", "2.1e11, 0.3", "*DENSITY", "7800.", "*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL"]
+    path.write_text("\n".join(lines) + "\n")
+
+
+def files_below(folder):
+    return {p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()} if folder.exists() else {}
+
+
+def killed(words, duration):
+    process = subprocess.Popen([flexframe, *map(str, words)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, stdin=subprocess.DEVNULL, start_new_session=True)
+    time.sleep(chance.uniform(0.0, 1.1 * duration))
+    ended = process.poll() is not None
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    # Workers end with their parent; a kill of the parent alone must be enough.
+    until = time.monotonic() + 10
+    while time.monotonic() < until:
+        try:
+            os.killpg(process.pid, 0)
+        except ProcessLookupError:
+            break
+        time.sleep(0.01)
+    else:
+        expect(False, f"{words[0]}: processes live on after the kill of their parent")
+    return ended
+
+
+def disturb(name, words_of, resume, folder, same):
+    """words_of(out): the command's words. Kills it again and again in one folder, then lets it finish."""
+    whole, out = folder / f"{name}_whole", folder / f"{name}_killed"
+    whole.mkdir()
+    out.mkdir()
+    start = time.monotonic()
+    run(*words_of(whole))
+    duration = time.monotonic() - start
+    wanted = files_below(whole)
+    ended = 0
+    for _ in range(kills):
+        ended += killed([*words_of(out), *resume], duration)
+        for path, data in files_below(out).items():
+            # What has its final name is complete; what has not is hidden.
+            if pathlib.Path(path).name.startswith("."):
+                continue
+            expect(path in wanted, f"{name}: {path} is left by a killed run")
+            if same(path):
+                expect(data == wanted.get(path), f"{name}: {path} of a killed run is not that of an undisturbed one")
+    run(*words_of(out), *resume)
+    left = files_below(out)
+    expect(set(left) == set(wanted), f"{name}: after the kills there are {sorted(set(left) ^ set(wanted))[:5]} too many or too few")
+    for path, data in left.items():
+        if same(path):
+            expect(data == wanted[path], f"{name}: {path} differs from an undisturbed run")
+    print(f"{name}: {kills} kills in {duration:.2f} s runs ({ended} came after the end)", flush=True)
+
+
+with temporary_folder() as folder:
+    folder = pathlib.Path(folder)
+    small = ["--size", "160x90", "--no-video", "--no-shadows"]
+    scene = folder / "pendulum.toml"
+    scene.write_text((examples / "pendulum.toml").read_text())
+    bar_model(folder / "bar.inp")
+    # Results and reports hold the CPU seconds they took; everything else is the same bit for bit.
+    timed = lambda path: not path.endswith((".h5", ".md"))
+
+    disturb("run", lambda out: ["run", scene, "-o", out, *small], ["--resume"], folder, timed)
+    disturb("simulate", lambda out: ["simulate", scene, "-o", out / "r.h5", "--csv", out / "r.csv"], [], folder, timed)
+    run("simulate", scene, "-o", folder / "r.h5")
+    disturb("render", lambda out: ["render", folder / "r.h5", "-o", out, *small], ["--resume"], folder, timed)
+    disturb("reduce", lambda out: ["reduce", folder / "bar.inp", "-o", out / "bar.sid", "--modes", "6", "--nodes", "20"], [], folder, timed)
+    disturb("export", lambda out: ["export", folder / "r.h5", "--to", "vtk", "-o", out], [], folder, lambda path: True)
+finish()

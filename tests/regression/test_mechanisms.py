@@ -1,0 +1,109 @@
+"""Wrong mechanisms: each is answered by a sentence that names the culprit and says what to do; the right ones beside them run."""
+import pathlib
+
+from program import expect, finish, run, temporary_folder
+
+HEAD = """[simulation]
+duration = 0.2
+output_rate = 100
+gravity = [0, -9.81, 0]
+"""
+ROD = """[[body]]
+name = "{name}"
+kind = "rigid"
+mass = 1
+inertia = [0.001, 0.0833, 0.0833]
+centre_of_mass = [0.5, 0, 0]
+frames = {{ tip = [1, 0, 0] }}
+"""
+
+
+def body(*names):
+    return "".join(ROD.format(name=name) for name in names)
+
+
+def joint(name, kind, parent, child, more=""):
+    return f'[[joint]]\nname = "{name}"\nkind = "{kind}"\nparent = "{parent}"\nchild = "{child}"\n{more}\n'
+
+
+def force(text):
+    return f"[[force]]\n{text}\n"
+
+
+FOUR_BAR = (
+    body("a", "b", "c")
+    + joint("ja", "revolute", "ground", "a", "rotation = [0, 0, 1]")
+    + joint("jb", "revolute", "a.tip", "b", "rotation = [0, 0, -1]")
+    + joint("jc", "revolute", "ground", "c", "position = [1, 0, 0]\nrotation = [0, 0, 1]")
+)
+PIVOT = body("a") + joint("pivot", "revolute", "ground", "a")
+
+right = {
+    "pendulum": PIVOT,
+    "four-bar": FOUR_BAR + joint("jd", "revolute", "b.tip", "c.tip"),
+    "motion by table": body("a") + joint("pivot", "revolute", "ground", "a", "motion = { table = [[0, 0], [0.1, 0.2], [0.2, 0.8], [0.3, 1]] }"),
+    "force by table of a coordinate": PIVOT + force('kind = "torque"\non = "a"\nvalue = { table = [[-1, 3], [0, 1], [1, -2]], of = "pivot" }\ndirection = [0, 0, 1]'),
+    "reaction in the child's axes": PIVOT + '[[output]]\nname = "r"\nof = "pivot"\nquantity = "reaction"\nframe = "child"\n',
+    "a body on a plane": body("a") + joint("floor", "point-on-plane", "ground", "a", "axis = [0, 1, 0]"),
+    "two bodies on a string": body("a", "b") + joint("pivot", "revolute", "ground", "a") + joint("string", "distance", "a.tip", "b", "position = [0, 0.2, 0]\nlength = 0.5"),
+    "a massless block on a rail": body("a", "b")
+    + '[[body]]\nname = "block"\nkind = "rigid"\nmass = 0\n'
+    + joint("ja", "revolute", "ground", "a", "initial = { value = 0.8 }")
+    + joint("jb", "revolute", "a.tip", "b")
+    + joint("pin", "revolute", "b.tip", "block")
+    + joint("rail", "prismatic", "ground", "block", "axis = [1, 0, 0]"),
+}
+
+# name: (scene, exit code, words of the message)
+wrong = {
+    "child is ground": (body("a") + joint("j", "revolute", "a", "ground"), 2, ["j", "exchange 'parent' and 'child'"]),
+    "both ends on one body": (body("a") + joint("j", "revolute", "a.tip", "a"), 2, ["j", "same body"]),
+    "unknown kind": (body("a") + joint("j", "revolut", "ground", "a"), 2, ["revolut", "did you mean 'revolute'"]),
+    "pitch of a slide": (body("a") + joint("j", "prismatic", "ground", "a", "pitch = 1"), 2, ["pitch", "screw"]),
+    "screw without pitch": (body("a") + joint("j", "screw", "ground", "a"), 2, ["pitch"]),
+    "screw of no pitch": (body("a") + joint("j", "screw", "ground", "a", "pitch = 0"), 2, ["pitch", "revolute"]),
+    "motion and a start": (body("a") + joint("j", "revolute", "ground", "a", 'motion = "t"\ninitial = { value = 1 }'), 2, ["initial", "motion"]),
+    "motion of a ball": (body("a") + joint("j", "spherical", "ground", "a", 'motion = "t"'), 2, ["motion", "one coordinate"]),
+    "stop upside down": (body("a") + joint("j", "revolute", "ground", "a", "stop = { lower = 1, upper = -1, stiffness = 1 }"), 2, ["lower", "upper"]),
+    "stop of two coordinates": (body("a") + joint("j", "cylindrical", "ground", "a", "stop = { lower = 1, stiffness = 1 }"), 2, ["stop", "one coordinate"]),
+    "static below kinetic friction": (
+        body("a") + joint("j", "revolute", "ground", "a", "friction = { coefficient = 0.3, static_coefficient = 0.2, normal_force = 1 }"), 2, ["static_coefficient", "0.3"]),
+    "normal force by a wrong word": (body("a") + joint("j", "revolute", "ground", "a", 'friction = { coefficient = 0.3, normal_force = "reactions" }'), 2, ["normal_force", "reaction"]),
+    "string without length": (body("a") + joint("j", "distance", "ground", "a"), 2, ["length"]),
+    "loop that cannot close": (FOUR_BAR + joint("jd", "revolute", "b.tip", "c.tip", "position = [5, 0, 0]"), 2, ["jd", "cannot be assembled", "open by", "ja"]),
+    "rates against each other": (
+        body("a", "b", "c")
+        + joint("ja", "revolute", "ground", "a", "initial = { value = 1, rate = 1 }")
+        + joint("jb", "revolute", "a.tip", "b", "initial = { value = -1, rate = 5 }")
+        + joint("jc", "revolute", "ground", "c", "position = [1, 0, 0]\ninitial = { value = 1, rate = -2 }")
+        + joint("jd", "revolute", "b.tip", "c.tip"), 2, ["rate", "jd", "leave one rate"]),
+    "nothing carries inertia": ('[[body]]\nname = "a"\nkind = "rigid"\nmass = 0\n' + joint("j", "revolute", "ground", "a"), 1, ["j", "without inertia", "mass"]),
+    "nothing holds it": (f'start = "static"\n{body("a")}', 2, ["static equilibrium", "a (free)", "spring"]),
+    "a start by a wrong word": (f'start = "statics"\n{PIVOT}', 2, ["start", "did you mean 'static'"]),
+    "table that turns back": (body("a") + joint("j", "revolute", "ground", "a", "motion = { table = [[0, 0], [0.2, 1], [0.1, 2]] }"), 2, ["table", "ascend", "point 3"]),
+    "table that is too short": (body("a") + joint("j", "revolute", "ground", "a", "motion = { table = [[0, 0], [0.1, 1]] }"), 2, ["table", "0.1", "0.2", "period"]),
+    "table of no joint": (PIVOT + force('kind = "torque"\non = "a"\ndirection = [0, 0, 1]\nvalue = { table = [[0, 0], [1, 1]], of = "pivt" }'), 2, ["pivt", "did you mean 'pivot'"]),
+    "one number for two coordinates": (body("a") + joint("j", "universal", "ground", "a", "initial = { value = 1 }"), 2, ["value", "second axis"]),
+    "force on ground": (PIVOT + force('kind = "force"\non = "ground"\ndirection = [1, 0, 0]\nvalue = 1'), 2, ["on", "does not move"]),
+    "spring in one body": (PIVOT + force('kind = "spring-damper"\non = "a"\nfrom = "a.tip"\nstiffness = 1'), 2, ["same body"]),
+    "frame of a position": (PIVOT + '[[output]]\nname = "p"\nof = "a.tip"\nquantity = "position"\nframe = "child"\n', 2, ["frame", "reaction"]),
+    "beyond its reach": (
+        body("a", "b") + joint("ja", "revolute", "ground", "a", 'motion = "20*t"') + joint("jb", "revolute", "a.tip", "b")
+        + joint("rail", "point-on-line", "ground", "b.tip", "axis = [1, 0, 0]\nposition = [0, 0.5, 0]"), 1, ["rail", "t =", "reach"]),
+}
+
+with temporary_folder() as folder:
+    folder = pathlib.Path(folder)
+    scene = folder / "mechanism.toml"
+    for name, text in right.items():
+        scene.write_text(HEAD + text)
+        run("simulate", scene, "-o", folder / "r.h5", cwd=folder)
+        (folder / "r.h5").unlink()
+    for name, (text, code, words) in wrong.items():
+        scene.write_text(HEAD + text)
+        done = run("simulate", scene, "-o", folder / "r.h5", code=code, cwd=folder, timeout=60)
+        for word in ["flexframe: ", *words]:
+            expect(word in done.stderr, f"{name}: the message lacks '{word}': {done.stderr.strip()}")
+        left = sorted(p.name for p in folder.iterdir())
+        expect(left == ["mechanism.toml"], f"{name}: written: {left}")
+finish()

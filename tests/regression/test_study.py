@@ -1,0 +1,82 @@
+"""flexframe study: table, diagrams, orders, recommendation, resume; and accuracy asked instead of a tolerance."""
+import csv
+import json
+import pathlib
+
+from program import examples, expect, finish, history, run, temporary_folder
+
+pendulum = (examples / "pendulum.toml").read_text()
+
+
+def largest_error(found, wanted):
+    """Largest over time and outputs, relative to the range of each output (vectors as a whole), of the outputs that move."""
+    groups = {}
+    for name in wanted:
+        if name != "t" and name != "energy":
+            groups.setdefault(name.rsplit(".", 1)[0], []).append(name)
+    worst = 0.0
+    for names in groups.values():
+        size = max(max(wanted[n]) - min(wanted[n]) for n in names)
+        worst = max(worst, max(max(abs(a - b) for a, b in zip(found[n], wanted[n])) for n in names) / size)
+    return worst
+
+
+with temporary_folder() as folder:
+    folder = pathlib.Path(folder)
+    short = pendulum.replace("duration = 1.2", "duration = 0.3").replace("output_rate = 1000", "output_rate = 500").replace("elements = 10", "elements = 4")
+    short = short.replace('effects = ["bending_xy", "stiffening"]', 'effects = ["bending_xy", "stiffening"]\ndamping = { ratio = 0.05 }')
+    scene = folder / "short.toml"
+    scene.write_text(short)
+
+    # A study of two axes: its files, its numbers, its advice.
+    out = folder / "study"
+    words = ["study", scene, "-o", out, "--axes", "tolerance,elements", "--repeats", "2", "--reference-seconds", "4"]
+    text = run(*words).stdout
+    for name in ["study.csv", "study.json", "study.md", "front.svg", "front.png", "tolerance.svg", "tolerance.png", "elements.svg", "elements.png"]:
+        expect((out / name).is_file() and (out / name).stat().st_size > 500, f"the study left no {name}")
+    expect(text.count("\n") > 5 and "1e-05" in text, f"no recommendation: {text}")
+    study = json.loads((out / "study.json").read_text())
+    points = [p for p in study["points"] if p["axis"] == "tolerance"]
+    errors = {p["tolerance"]: p["error"] for p in points}
+    expect(errors[1e-2] > errors[1e-4] > errors[1e-6], f"errors do not fall with the tolerance: {errors}")
+    expect(all(len(p["repeats"]) == 2 and p["cpu_seconds"] > 0 for p in points), "repeats are missing")
+    expect([a["accuracy"] for a in study["recommendations"]] == [1e-2, 1e-3, 1e-4, 1e-5], "advice is missing")
+    best = study["recommendations"][0]
+    expect(best["setting"] and best["error"] <= 1e-2 and best["cpu_seconds"] == min(p["cpu_seconds"] for p in study["points"] if p["error"] is not None and p["error"] + study["reference"]["error"] <= 1e-2),
+           f"the advice for 1e-2 is not the cheapest: {best}")
+    front = sorted((p["cpu_seconds"], p["error"]) for p in study["points"] if p["on_front"])
+    expect(len(front) >= 2 and all(a[1] > b[1] for a, b in zip(front, front[1:])), f"the front does not fall: {front}")
+    rows = list(csv.DictReader(open(out / "study.csv", newline="")))
+    expect(len(rows) == len(study["points"]) and {"axis", "setting", "cpu_seconds", "error", "axis_error", "on_front"} <= set(rows[0]), "study.csv is incomplete")
+
+    # Resume: nothing is run again, the numbers stay.
+    (out / "study.json").unlink()
+    run(*words, "--resume")
+    again = json.loads((out / "study.json").read_text())
+    expect([p["repeats"] for p in again["points"]] == [p["repeats"] for p in study["points"]], "a resumed study measures again")
+
+    # A given reference, and words that are wrong.
+    run("simulate", scene, "--csv", folder / "r.csv", "--tolerance", "1e-9", "--no-error-estimate")
+    run("study", scene, "-o", folder / "given", "--axes", "tolerance", "--repeats", "1", "--reference", folder / "r.csv")
+    given = json.loads((folder / "given" / "study.json").read_text())
+    expect(given["reference"]["what"] == "r.csv" and min(p["error"] for p in given["points"]) < 1e-3, f"given reference: {given['reference']}")
+    done = run("study", scene, "-o", folder / "x", "--axes", "elemnts", code=2)
+    expect("elements" in done.stderr, f"unknown axis: {done.stderr}")
+    (folder / "bad.csv").write_text("t,tip.x\n0,1\n")
+    done = run("study", scene, "-o", folder / "x", "--axes", "tolerance", "--reference", folder / "bad.csv", code=2)
+    expect("bad.csv" in done.stderr, f"bad reference: {done.stderr}")
+
+    # An asked accuracy is kept, and its estimate is honest: within a factor of five of the truth, which is the finest setting here.
+    fine = folder / "fine.toml"
+    fine.write_text(short.replace("elements = 4", "elements = 20"))
+    run("simulate", fine, "--csv", folder / "fine.csv", "--tolerance", "1e-9", "--no-error-estimate")
+    truth = history(folder / "fine.csv")
+    for asked in [1e-2, 1e-3]:
+        summary = json.loads(run("simulate", scene, "--csv", folder / "a.csv", "--accuracy", asked, "--json").stdout)["simulation"]
+        estimate, error = summary["accuracy"]["error"], largest_error(history(folder / "a.csv"), truth)
+        print(f"accuracy {asked:g}: error {error:.2e}, estimate {estimate:.2e}; {summary['accuracy']['chosen']}")
+        expect(error <= asked, f"accuracy {asked:g} was asked, the error is {error:.2e}")
+        expect(estimate / 5 <= error <= 5 * estimate, f"the estimate {estimate:.2e} of the error {error:.2e} is not honest")
+        expect(summary["accuracy"]["half_cost"] >= 1 and summary["accuracy"]["chosen"], "the summary does not say what was chosen and what more would cost")
+    done = run("simulate", scene, "--csv", folder / "a.csv", "--accuracy", "1e-3", "--tolerance", "1e-5", code=2)
+finish()

@@ -1,0 +1,460 @@
+"""The hard cases: each a scene, what is hard about it, an invariant that holds exactly in theory, and the bound it is held to.
+
+A case is a function that gets a Runner and returns the measured number; it passes if that is at most the bound. Bounds are about five
+times what was measured when the case was written, unless theory gives one. `long` marks cases of the nightly run.
+"""
+import math
+import statistics
+
+from scenes import bar, beam, circle, energies, force, joint, output, rigid, rotation, simulation, slender, steel
+
+cases = []
+
+
+def case(hard, invariant, bound, long=False):
+    def add(function):
+        cases.append({"name": function.__name__, "hard": hard, "invariant": invariant, "bound": bound, "long": long, "measure": function})
+        return function
+    return add
+
+
+def swing(h, column="energy", against="kinetic"):
+    """Change of a conserved column relative to the largest value of another."""
+    return (max(h[column]) - min(h[column])) / max(h[against])
+
+
+def distance(a, b, column):
+    """Largest difference of two histories' column relative to its range."""
+    size = max(b[column]) - min(b[column])
+    return max(abs(x - y) for x, y in zip(a[column], b[column])) / size
+
+
+down = (0, -9.81, 0)
+
+
+# Stiffness and shape of beams
+
+@case("axial stiffness 1e8 times the bending stiffness (EA L^2 / EI)", "energy / largest kinetic energy", 1e-4)
+def stiff_axial(run):
+    # EA L^2 / EI = 16 (L / d)^2
+    h = run(simulation(0.3, 1000, down)
+            + beam("rod", 1.0, circle(4e-4), steel, 'elements = 6\neffects = ["axial", "bending_xy", "stiffening"]')
+            + joint("pin", "revolute", "ground", "rod.root") + energies())
+    return swing(h)
+
+
+@case("frequencies from 1 Hz to 1e6 Hz in one body", "energy / largest kinetic energy", 1e-3)
+def wide_spectrum(run):
+    # f_1 = 0.56 sqrt(EI / rho A) / L^2 = 1 Hz by the diameter; 30 elements with axial modes reach past 1e6 times as much
+    length, fast = 1.0, math.sqrt(2.1e11 / 7800.0)
+    d = 1.0 * length**2 / 0.5596 / fast * 4
+    h = run(simulation(1.0, 1000, down)
+            + beam("rod", length, circle(d), steel, 'elements = 30\neffects = ["axial", "bending_xy"]')
+            + joint("pin", "weld", "ground", "rod.root") + energies())
+    return swing(h, against="strain")
+
+
+@case("slenderness 1e4", "energy / largest kinetic energy", 1e-3)
+def slender_beam(run):
+    h = run(simulation(0.5, 1000, down)
+            + beam("rod", 1.0, circle(1e-4), steel, 'elements = 6')
+            + joint("pin", "revolute", "ground", "rod.root", "initial = { value = -1.5 }") + energies())
+    return swing(h)
+
+
+@case("slenderness 3: stubby beam struck for 1 ms, 8 periods", "energy / largest strain energy", 5e-3)
+def stubby(run):
+    h = run(simulation(0.01, 1e5, down, 1e-8)
+            + beam("rod", 0.3, circle(0.1), steel, 'elements = 8\neffects = ["bending_xy", "axial"]')
+            + joint("root", "weld", "ground", "rod.root") + force("force", "rod.tip", "t < 1e-3 ? 1e4*sin(pi*t/1e-3)^2 : 0", (0, 1, 0)) + energies())
+    late = {k: [x for t, x in zip(h["t"], v) if t > 1.01e-3] for k, v in h.items()}
+    return swing(late, against="strain")
+
+
+# Masses
+
+def two_bars(first, second, duration, tolerance):
+    return (simulation(duration, 100, down, tolerance) + bar("upper", 1.0, first) + bar("lower", 1.0, second)
+            + joint("shoulder", "revolute", "ground", "upper") + joint("elbow", "revolute", "upper.end", "lower", "initial = { value = 0.5 }") + energies())
+
+
+@case("1e-6 kg hangs on 1 kg", "energy / largest kinetic energy", 1e-4)
+def light_on_heavy(run):
+    return swing(run(two_bars(1.0, 1e-6, 10.0, 1e-6)))
+
+
+@case("1 kg hangs on 1e-6 kg", "energy / largest kinetic energy", 1e-4)
+def heavy_on_light(run):
+    return swing(run(two_bars(1e-6, 1.0, 10.0, 1e-6)))
+
+
+@case("massless link between two bodies", "energy / largest kinetic energy", 1e-4)
+def massless_link(run):
+    h = run(simulation(5.0, 100, down) + rigid("link", 0.0, frames={"end": (0.5, 0, 0)}) + rigid("bob", 1.0, (0.01, 0.01, 0.01), (0.3, 0, 0))
+            + joint("top", "revolute", "ground", "link") + joint("low", "revolute", "link.end", "bob", "initial = { value = 0.3 }") + energies())
+    return swing(h)
+
+
+@case("four-bar with a massless coupler", "energy / largest kinetic energy", 1e-4)
+def massless_coupler(run):
+    return swing(run(four_bar(4.0, coupler=0.0)))
+
+
+@case("massless body at the end of a chain that nothing carries", "clear refusal", 0)
+def massless_end(run):
+    message = run.fails(simulation(1.0, 100, down) + bar("rod", 1.0, 1.0) + rigid("end", 0.0, frames={"p": (0.1, 0, 0)})
+                        + joint("top", "revolute", "ground", "rod") + joint("low", "revolute", "rod.end", "end"), (1, 2))
+    return 0 if "'end'" in message or "'low'" in message else 1
+
+
+# Loops
+
+def four_bar(duration, coupler=1.0, ground_length=0.6, length=0.3, rate=0.0, tolerance=1e-6, angle=1.0, bars=2, offset=0.0, gravity=down, rates=()):
+    """A parallelogram: bars of one length on a coupler as long as the distance of their pins; the last bar is longer by offset."""
+    text = simulation(duration, 200, gravity, tolerance) + rigid("coupler", coupler, slender(coupler, ground_length), (ground_length / 2, 0, 0),
+                                                                {f"p{k}": (ground_length * k / (bars - 1), 0, 0) for k in range(bars)})
+    for k in range(bars):
+        initial = f"initial = {{ value = {angle!r}, rate = {rate!r} }}" if k == 0 else f"initial = {{ rate = {rates[k]!r} }}" if rates else ""
+        text += bar(f"bar{k}", length + (offset if k == bars - 1 else 0.0), 0.5)
+        text += joint(f"ground{k}", "revolute", "ground", f"bar{k}", f"position = [{ground_length * k / (bars - 1)!r}, 0, 0]\n{initial}")
+        text += joint(f"pin{k}", "revolute", f"bar{k}.end", "coupler" if k == 0 else f"coupler.p{k}")
+    return text + energies() + output("angle", "coupler", "rotation") + output("first", "ground0", "value")
+
+
+@case("parallelogram with four parallel bars: nine redundant conditions besides the spatial ones", "energy / largest kinetic energy", 1e-4)
+def redundant_bars(run):
+    return swing(run(four_bar(2.0, bars=5)))
+
+
+@case("parallelogram with a third bar that is 1e-12 m too long: nearly redundant", "energy / largest kinetic energy", 1e-4)
+def nearly_redundant(run):
+    return swing(run(four_bar(2.0, bars=3, offset=1e-12)))
+
+
+@case("parallelogram with a third bar that is 1e-5 m too long: rigid or not to be assembled", "clear refusal or no motion", 1e-3)
+def locked_bars(run):
+    text = four_bar(0.2, bars=3, offset=1e-5, angle=1.0)
+    message = run.fails(text, (0, 1, 2))
+    if message:
+        return 0 if "joint" in message else 1
+    h = run(text)
+    return max(h["first"]) - min(h["first"])
+
+
+@case("slider-crank started in its dead centre by a torque, 25 turns", "work of the torque against kinetic energy", 1e-3)
+def dead_centre(run):
+    h = run(simulation(2.0, 500) + bar("crank", 0.1, 1.0) + bar("rod", 0.3, 1.0) + rigid("block", 0.5)
+            + joint("shaft", "revolute", "ground", "crank", "initial = { value = 0, rate = 0 }") + joint("crank_pin", "revolute", "crank.end", "rod")
+            + joint("wrist", "revolute", "rod.end", "block") + joint("guide", "prismatic", "ground", "block", "axis = [1, 0, 0]")
+            + force("torque", "crank", "0.5") + output("crank", "shaft", "value") + energies())
+    return max(abs(k - 0.5 * a) for k, a in zip(h["kinetic"], h["crank"])) / max(h["kinetic"])
+
+
+@case("slider-crank with crank as long as the rod: the slider passes the shaft, a change point", "energy / largest kinetic energy, or a clear refusal", 1e-4)
+def change_point_slider(run):
+    return swing(run(simulation(2.0, 500) + bar("crank", 0.2, 1.0) + bar("rod", 0.2, 1.0) + rigid("block", 0.5)
+                     + joint("shaft", "revolute", "ground", "crank", "initial = { value = 0.3, rate = 5 }") + joint("crank_pin", "revolute", "crank.end", "rod", "initial = { value = -0.6 }")
+                     + joint("wrist", "revolute", "rod.end", "block") + joint("guide", "prismatic", "ground", "block", "axis = [1, 0, 0]") + energies()))
+
+
+@case("parallelogram four-bar through its flat position, a change point", "turn of the coupler (stays parallel), rad", 1e-6)
+def change_point(run):
+    h = run(four_bar(4.0, rate=6.0, gravity=(0, 0, 0)))
+    assert swing(h) < 1e-4, "the energy changes"
+    assert max(h["first"]) > 7, f"it only turns to {max(h['first'])}"
+    return max(abs(a) for a in h["angle.z"])
+
+
+@case("parallelogram four-bar started flat, in its change point", "turn of the coupler, rad", 1e-4)
+def start_in_change_point(run):
+    h = run(four_bar(1.0, rate=6.0, angle=0.0, gravity=(0, 0, 0), rates=[6.0, 6.0]))
+    assert max(h["first"]) > 5, f"it only turns to {max(h['first'])}"
+    return max(abs(a) for a in h["angle.z"])
+
+
+@case("the same without a rate that says which way to go", "clear refusal", 0)
+def undecided_change_point(run):
+    message = run.fails(four_bar(1.0, rate=6.0, angle=0.0, gravity=(0, 0, 0)), (1, 2))
+    return 0 if "change point" in message else 1
+
+
+# Orientation
+
+@case("free body tumbles about its middle axis (Dzhanibekov), 1000 s", "angular momentum / its size", 7.5e-4)
+def tumbling(run):
+    inertia = (1.0, 2.0, 3.0)
+    h = run(simulation(1000.0, 10) + rigid("body", 1.0, inertia) + joint("free", "free", "ground", "body", "initial = { rate = [0, 0, 0, 1e-3, 1, 1e-3] }")
+            + output("turn", "body", "rotation") + output("spin", "body", "angular_velocity") + energies())
+    worst = 0
+    for i in range(len(h["t"])):
+        R = rotation([h[f"turn.{c}"][i] for c in "xyz"])
+        w = [h[f"spin.{c}"][i] for c in "xyz"]
+        body = [sum(R[r][c] * w[r] for r in range(3)) * inertia[c] for c in range(3)]
+        L = [sum(R[r][c] * body[c] for c in range(3)) for r in range(3)]
+        worst = max(worst, math.dist(L, (1e-3, 2.0, 3e-3)) / 2.0)
+    return worst
+
+
+@case("start turned by pi about each axis (rotation vector's far end)", "position of a frame against the exact one, m", 5e-6)
+def half_turns(run):
+    worst = 0
+    for k in range(3):
+        v = [math.pi if i == k else 0 for i in range(3)]
+        h = run(simulation(1.0, 100, down) + rigid("body", 1.0, (1, 1, 1), frames={"p": (1, 1, 1)})
+                + joint("ball", "spherical", "ground", "body", f"initial = {{ value = {v}, rate = [0, 0, 2] }}") + output("p", "body.p", "position"))
+        start = [1 if i == k else -1 for i in range(3)]
+        for i, t in enumerate(h["t"]):
+            c, s = math.cos(2 * t), math.sin(2 * t)
+            wanted = (c * start[0] - s * start[1], s * start[0] + c * start[1], start[2])
+            worst = max(worst, math.dist(wanted, [h[f"p.{c}"][i] for c in "xyz"]))
+    return worst
+
+
+@case("pendulum on a universal joint passes the pole, where its first axis turns nothing", "energy / largest kinetic energy", 1e-4)
+def gimbal(run):
+    h = run(simulation(3.0, 200, (0, 0, -9.81)) + rigid("bob", 1.0, (1e-4, 1e-4, 1e-4), (1, 0, 0))
+            + joint("hooke", "universal", "ground", "bob", "axis = [1, 0, 0]\ninitial = { value = [0, 0.2], rate = [0.3, 8] }") + energies())
+    return swing(h)
+
+
+# Elastic bodies in motion
+
+def spin_up(stiffening):
+    """Kane, Ryan, Banerjee 1987: a beam is spun to 6 rad/s in 15 s, its first frequency at rest is 3.3 rad/s."""
+    effects = '["bending_xy", "stiffening"]' if stiffening else '["bending_xy"]'
+    return (simulation(20.0, 20) + beam("blade", 10.0, "{ shape = \"general\", area = 4e-4, iy = 2e-7, iz = 2e-7, j = 4e-7 }",
+                                        "{ density = 3000.0, youngs_modulus = 7e10 }", f"elements = 8\neffects = {effects}")
+            + joint("shaft", "revolute", "ground", "blade.root", 'motion = "t < 15 ? 6/15*(t*t/2 + (15/(2*pi))^2*(cos(2*pi*t/15) - 1)) : 6*t - 45"')
+            + output("tip", "blade.tip", "displacement"))
+
+
+@case("spin-up beyond the first bending frequency with stiffening", "tip deflection at full speed / length", 1e-3)
+def spin_stiffened(run):
+    h = run(spin_up(True))
+    assert 0.3 < max(abs(y) for y in h["tip.y"]) < 1.0, f"largest deflection {max(abs(y) for y in h['tip.y'])}"
+    return max(abs(y) for t, y in zip(h["t"], h["tip.y"]) if t > 15) / 10
+
+
+@case("the same with stiffening off: the turning mean axes keep it stable, where a linear beam in its root's frame diverges", "tip deflection at full speed / length", 2e-3)
+def spin_unstiffened(run):
+    h = run(spin_up(False))
+    return max(abs(y) for t, y in zip(h["t"], h["tip.y"]) if t > 15) / 10
+
+
+@case("column loaded to 1.2 of its buckling load, slowly", "bends out, or says that it cannot", 0)
+def buckling(run):
+    # cantilever 1 m, 10 mm: P_cr = pi^2 E I / 4 L^2
+    critical = math.pi**2 * 2.1e11 * math.pi * 0.01**4 / 64 / 4
+    text = (simulation(2.0, 200) + beam("column", 1.0, circle(0.01), steel, 'elements = 6\neffects = ["bending_xy", "stiffening"]\ndamping = { ratio = 0.02 }')
+            + joint("foot", "weld", "ground", "column.root") + force("force", "column.tip", f"-{1.2 * critical!r}*t/2", (1, 0, 0))
+            + force("force", "column.tip", "0.01", (0, 1, 0)) + output("tip", "column.tip", "displacement"))
+    message = run.fails(text, (0, 1))
+    if message:
+        return 0 if "column" in message else 1
+    tip = run(text)["tip.y"]
+    # It bends out to a tenth of its length and more, and stays what it is: no longer than itself.
+    return 0 if 0.05 < max(abs(y) for y in tip) < 1.0 else 1
+
+
+@case("elastic beam flies and tumbles in zero gravity, 10 turns", "energy / largest kinetic energy", 3e-4)
+def free_flight(run):
+    h = run(simulation(20.0, 20) + beam("rod", 1.0, circle(0.01), steel, 'elements = 6\nboundary = "free-free"\neffects = ["bending_xy", "bending_xz"]')
+            + joint("free", "free", "ground", "rod", "initial = { rate = [0.1, 0, 0, 1, 2, 3] }") + energies())
+    return swing(h)
+
+
+# Contacts
+
+@case("three balls reach their stops at the same moment, again and again", "they move alike, m; energy kept to 1e-4", 1e-9)
+def simultaneous_stops(run):
+    text = simulation(3.0, 200, (0, 0, -9.81), 1e-8) + energies()
+    for k in range(3):
+        text += rigid(f"ball{k}", 0.5, (1e-3, 1e-3, 1e-3)) + output(f"ball{k}", f"slide{k}", "value")
+        text += joint(f"slide{k}", "prismatic", "ground", f"ball{k}", f"position = [{k}, 0, 0]\ninitial = {{ value = 0.3 }}\nstop = {{ lower = 0, stiffness = 1e5 }}")
+    h = run(text)
+    assert min(h["ball0"]) > -0.02 and swing(h) < 1e-4, f"energy changes by {swing(h)}, lowest {min(h['ball0'])}"
+    return max(abs(a - b) for k in (1, 2) for a, b in zip(h["ball0"], h[f"ball{k}"]))
+
+
+# Long runs, many samples, tolerances
+
+@case("undamped pendulum, 1000 periods at tolerance 1e-8", "energy / largest kinetic energy", 1e-5)
+def thousand_periods(run):
+    h = run(simulation(2000.0, 10, down, 1e-8) + bar("rod", 1.0, 1.0) + joint("pin", "revolute", "ground", "rod", "initial = { value = -0.8 }") + energies())
+    return swing(h)
+
+
+@case("elastic pendulum, 1000 periods at tolerance 1e-8", "energy / largest kinetic energy", 1e-5, long=True)
+def thousand_elastic_periods(run):
+    h = run(simulation(1400.0, 10, down, 1e-8) + beam("rod", 1.0, circle(0.02), steel, 'elements = 2\neffects = ["bending_xy", "stiffening"]')
+            + joint("pin", "revolute", "ground", "rod.root", "initial = { value = -0.8 }") + energies())
+    return swing(h)
+
+
+@case("1e6 output samples", "memory of the process, bytes / (samples x columns)", 400)
+def million_samples(run):
+    h = run(simulation(10.0, 1e5, down) + bar("rod", 1.0, 1.0) + joint("pin", "revolute", "ground", "rod") + energies() + output("angle", "pin", "value"))
+    assert len(h["t"]) == 1000001, f"{len(h['t'])} samples"
+    return run.peak_memory / (len(h["t"]) * 4.0)
+
+
+def tolerance_ladder(tolerances, text_of, column, run):
+    """Largest error / tolerance against the run ten times tighter than the tightest."""
+    best = run(text_of(min(tolerances) / 10))
+    worst = 0.0
+    for tolerance in tolerances:
+        error = distance(run(text_of(tolerance)), best, column)
+        print(f"   tolerance {tolerance:g}: error {error:.3g}, {run.cpu:.2f} s")
+        worst = max(worst, error / max(tolerance, 1e-12) ** 0.75)
+    return worst
+
+
+@case("rigid double pendulum, tolerances 1e-2 to 1e-12", "error / tolerance^(3/4)", 100)
+def rigid_tolerances(run):
+    return tolerance_ladder([10.0**-k for k in range(2, 13)], lambda tol: two_bars(1.0, 0.5, 1.0, tol), "kinetic", run)
+
+
+@case("elastic pendulum, tolerances 1e-2 to 1e-9", "error / tolerance^(3/4)", 100)
+def elastic_tolerances(run):
+    def text(tol):
+        return (simulation(0.5, 200, down, tol) + beam("rod", 0.4, '{ shape = "rectangle", width = 0.2, height = 0.009 }', "{ density = 5540.0, youngs_modulus = 1e9 }",
+                                                     'elements = 4\neffects = ["bending_xy", "stiffening"]') + joint("pin", "revolute", "ground", "rod.root") + output("tip", "rod.tip", "position"))
+    return tolerance_ladder([10.0**-k for k in range(2, 9)], text, "tip.y", run)
+
+
+def scaled(length, time, tolerance=1e-8):
+    """An elastic double pendulum and a slider-crank, scaled: equal in dimensionless numbers whatever length and time are."""
+    g = 9.81 * length / time**2
+    youngs = 2e9 * length**2 / time**2
+    mass = length**3
+    text = simulation(1.0 * time, 50 / time, (0, -g, 0), tolerance)
+    text += rigid("bob", 10 * mass, (0.1 * mass * length**2,) * 3, (0.3 * length, 0, 0))
+    text += beam("rod", length, circle(0.05 * length), f"{{ density = 1000.0, youngs_modulus = {youngs!r} }}", 'elements = 3\neffects = ["bending_xy", "stiffening"]')
+    text += joint("pin", "revolute", "ground", "rod.root") + joint("elbow", "revolute", "rod.tip", "bob", "initial = { value = 0.4 }")
+    return text + output("tip", "rod.tip", "position") + energies() + f"[render]\nspeed = {time!r}\n"
+
+
+def scale_case(run, length, time):
+    one, other = run(scaled(1.0, 1.0)), run(scaled(length, time))
+    return max(abs(a - b / length) for c in ("tip.x", "tip.y") for a, b in zip(one[c], other[c]))
+
+
+@case("a run of 1 us", "dimensionless motion against that of 1 s", 1e-5)
+def microsecond(run):
+    return scale_case(run, 1.0, 1e-6)
+
+
+@case("a run of a year", "dimensionless motion against that of 1 s", 1e-5)
+def year(run):
+    return scale_case(run, 1.0, 365.25 * 86400)
+
+
+@case("a mechanism of 1 um", "dimensionless motion against that of 1 m", 1e-5)
+def micrometre(run):
+    return scale_case(run, 1e-6, 1e-3)
+
+
+@case("a mechanism of 1 km", "dimensionless motion against that of 1 m", 1e-5)
+def kilometre(run):
+    return scale_case(run, 1e3, 1e1)
+
+
+@case("loop mechanism of 1 um in 1 us", "energy / largest kinetic energy", 1e-4)
+def tiny_loop(run):
+    s, T = 1e-6, 1e-6
+    text = (simulation(1 * T, 100 / T, (0, -9.81 * s / T**2, 0)) + rigid("coupler", s**3, slender(s**3, s), (s / 2, 0, 0), {"p": (s, 0, 0)}) + bar("a", s / 2, s**3) + bar("b", s / 2, s**3)
+            + joint("ga", "revolute", "ground", "a", "initial = { value = 1 }") + joint("gb", "revolute", "ground", "b", f"position = [{s!r}, 0, 0]")
+            + joint("pa", "revolute", "a.end", "coupler") + joint("pb", "revolute", "b.end", "coupler.p") + energies())
+    return swing(run(text))
+
+
+@case("everything 1e6 m from the origin", "motion against that at the origin, m", 1e-6)
+def far_origin(run):
+    def text(at):
+        return (simulation(1.0, 100, down, 1e-8) + bar("upper", 1.0, 1.0) + beam("rod", 0.5, circle(0.02), steel, 'elements = 3\neffects = ["bending_xy"]')
+                + joint("pin", "revolute", "ground", "upper", f"position = [{at!r}, {at!r}, {at!r}]") + joint("elbow", "revolute", "upper.end", "rod.root") + output("tip", "rod.tip", "position"))
+    here, there = run(text(0.0)), run(text(1e6))
+    return max(abs(a - b + 1e6) for c in "xyz" for a, b in zip(here[f"tip.{c}"], there[f"tip.{c}"]))
+
+
+@case("loop 1e6 m from the origin (coordinates there are rounded to 1e-10 m)", "motion against that at the origin, m", 1e-6)
+def far_loop(run):
+    def text(at):
+        return (simulation(1.0, 100, down, 1e-8) + rigid("coupler", 1.0, slender(1.0, 0.5), (0.25, 0, 0), {"p": (0.5, 0, 0)}) + bar("a", 0.3, 1.0) + bar("b", 0.6, 1.0)
+                + joint("ga", "revolute", "ground", "a", f"position = [{at!r}, 0, 0]\ninitial = {{ value = 1 }}") + joint("gb", "revolute", "ground", "b", f"position = [{at + 0.6!r}, 0, 0]")
+                + joint("pa", "revolute", "a.end", "coupler") + joint("pb", "revolute", "b.end", "coupler.p") + output("tip", "coupler.p", "position"))
+    here, there = run(text(0.0)), run(text(1e6))
+    return max(abs(a - b + (1e6 if c == "x" else 0)) for c in "xyz" for a, b in zip(here[f"tip.{c}"], there[f"tip.{c}"]))
+
+
+def chaotic(duration, tolerance):
+    return (simulation(duration, 100, down, tolerance) + bar("upper", 1.0, 1.0) + bar("lower", 1.0, 1.0) + joint("shoulder", "revolute", "ground", "upper", "initial = { value = 1.5 }")
+            + joint("elbow", "revolute", "upper.end", "lower", "initial = { value = 1.0 }") + output("end", "lower.end", "position") + energies())
+
+
+@case("chaotic double pendulum, 3 s", "tolerance 1e-8 against 1e-10, m", 1e-5)
+def chaos_short(run):
+    a, b = run(chaotic(3.0, 1e-8)), run(chaotic(3.0, 1e-10))
+    return max(abs(x - y) for x, y in zip(a["end.x"], b["end.x"]))
+
+
+@case("chaotic double pendulum, 500 s at 1e-8", "energy / largest kinetic energy", 1e-4)
+def chaos_long(run):
+    return swing(run(chaotic(500.0, 1e-8)))
+
+
+# Kernel map and pictures
+
+tube = [(0.1 * i, 0.05 * math.cos(2 * math.pi * k / 12), 0.05 * math.sin(2 * math.pi * k / 12)) for i in range(11) for k in range(12)]
+tube_faces = [(12 * i + k, 12 * i + (k + 1) % 12, 12 * i + 12 + (k + 1) % 12, 12 * i + 12 + k) for i in range(10) for k in range(12)]
+
+
+def mapped(run, nodes, displacement):
+    """Displacements of the tube's vertices for nodes and displacements."""
+    folder = run.folder
+    (folder / "m.obj").write_text("".join(f"v {' '.join(map(repr, v))}\n" for v in tube) + "".join(f"f {' '.join(str(i + 1) for i in f)}\n" for f in tube_faces))
+    (folder / "n.csv").write_text("x,y,z,ux,uy,uz\n" + "".join(",".join(map(repr, (*x, *u))) + "\n" for x, u in zip(nodes, displacement)))
+    run.program_words("deform", "--nodes", folder / "n.csv", "--mesh", folder / "m.obj", "-o", folder / "u.csv")
+    return [[float(c) for c in line.split(",")] for line in (folder / "u.csv").read_text().splitlines()[1:]]
+
+
+def bent(x):
+    return (0.0, 0.01 * x[0] ** 2, 0.0)
+
+
+def near_singular(run, nodes):
+    moved = mapped(run, nodes, [bent(x) for x in nodes])
+    assert all(math.isfinite(c) for u in moved for c in u), "a displacement is not finite"
+    return max(math.dist(u, bent(x)) for x, u in zip(tube, moved)) / 0.01
+
+
+@case("nodes in pairs 1e-9 m apart", "map of a bent tube against the exact one / deflection", 0.15)
+def twin_nodes(run):
+    return near_singular(run, [(0.1 * i + e, 0.05 * math.cos(i), 0.05 * math.sin(i)) for i in range(11) for e in (0, 1e-9)])
+
+
+@case("nodes on a line but for 1e-7 m", "map of a bent tube against the exact one / deflection", 0.15)
+def almost_line(run):
+    return near_singular(run, [(0.1 * i, 1e-7 * math.sin(3 * i), 1e-7 * math.cos(5 * i)) for i in range(11)])
+
+
+@case("nodes in a plane but for 1e-7 m", "map of a bent tube against the exact one / deflection", 0.15)
+def almost_plane(run):
+    return near_singular(run, [(0.1 * i, 0.05 * s, 1e-7 * math.sin(7 * i)) for i in range(11) for s in (-1, 1)])
+
+
+@case("exaggeration 1e6", "pictures whole, numbers in them finite; size shown / (1e6 x deflection)", 2.0)
+def exaggerated(run):
+    scene = run.folder / "scene.toml"
+    scene.write_text(simulation(0.2, 100, down) + beam("rod", 1.0, circle(0.02), steel, "elements = 4") + joint("foot", "weld", "ground", "rod.root") + output("tip", "rod.tip", "displacement"))
+    run.program_words("run", scene, "-o", run.folder / "out", "--scales", "1,1000000", "--size", "160x90", "--no-video")
+    deflection = max(abs(float(line.split(",")[2])) for line in (run.folder / "out" / "histories.csv").read_text().splitlines()[1:])
+    reach = 0.0
+    for picture in sorted((run.folder / "out" / "frames").iterdir()):
+        data = picture.read_bytes()
+        at = data.index(b"flexframe-numbers\0") + len(b"flexframe-numbers\0")
+        words = data[at:data.index(b"IDAT", at)].split(b" colors")[0].split()
+        ends = [float(w) for w in words[5:8]] + [float(w[:24]) for w in words[9:12]]
+        assert all(math.isfinite(x) for x in ends), "a number is not finite"
+        reach = max(reach, max(abs(x) for x in ends))
+    return max(reach / (1e6 * deflection), 1e6 * deflection / reach)

@@ -1,0 +1,171 @@
+// Frames, traces, arrows, springs, cameras and channels of the [render] words.
+#include "film_swing.h"
+#include "scratch.h"
+
+#include "render/film/attachments.h"
+#include "render/film/contact_sheet.h"
+#include "render/film/filming.h"
+#include "render/png.h"
+#include "sim/scene_reader.h"
+
+#include <gtest/gtest.h>
+
+
+namespace {
+
+using namespace flexframe;
+
+film::RenderSettings words(const std::string& table) { return film::parse_render_settings("title = \"x\"\n[render]\n" + table, "scene.toml"); }
+
+TEST(Places, FramesFollowTheirNodes) {
+  const sim::Results results = test::swinging_beam();
+  const film::SamplePlace at{120, 0.0};
+  const auto tip = film::find_place(results, nullptr, "beam.node8"), body = film::find_place(results, nullptr, "block"), ground = film::find_place(results, nullptr, "ground");
+  ASSERT_TRUE(tip && body && ground);
+  EXPECT_FALSE(film::find_place(results, nullptr, "beam.middle"));
+  EXPECT_FALSE(film::find_place(results, nullptr, "beem"));
+  // The block sits on the tip.
+  const glm::dvec3 a(film::place_pose(results, *tip, at, 1.0)[3]), b(film::place_pose(results, *body, at, 1.0)[3]);
+  EXPECT_LT(glm::length(a - b), 1e-12);
+  // Ten times the deflection, across the undeformed beam.
+  const double t = results.times[120], angle = 0.8 * std::sin(2.0 * t), deflection = 0.01 * std::sin(9.0 * t);
+  const glm::dvec3 ten(film::place_pose(results, *tip, at, 10.0)[3]);
+  EXPECT_LT(glm::length(ten - glm::dvec3(std::cos(angle) - 10 * deflection * std::sin(angle), std::sin(angle) + 10 * deflection * std::cos(angle), 0.0)), 1e-12);
+  EXPECT_EQ(film::place_pose(results, *ground, at, 1.0), glm::dmat4(1.0));
+}
+
+TEST(Attachments, TracesGrowAndEndAtTheirPoint) {
+  const sim::Results results = test::swinging_beam();
+  film::RenderSettings s = words("traces = [\"block\"]\ntriads = [\"beam\"]\nscales = [1]\n");
+  const film::Animation animation = film::make_animation(results, s, nullptr);
+  film::PictureMemory memory;
+  size_t before = 0;
+  for (const int k : {0, 10, 25}) {
+    film::update_picture(animation, k, memory);
+    ASSERT_EQ(memory.picture.lines.size(), 1u);
+    const auto& points = memory.picture.lines[0].points;
+    EXPECT_GT(points.size(), before);
+    before = points.size();
+    const film::SamplePlace now = film::find_sample(results.times, film::picture_time(animation, k));
+    const glm::dvec3 here(film::body_pose(results.bodies[1], now)[3]);
+    EXPECT_LT(glm::length(glm::dvec3(points.back()) - here), 1e-6);
+    EXPECT_EQ(memory.picture.triads.size(), 1u);
+  }
+  s.traces = {"blok"};
+  try {
+    film::make_animation(results, s, nullptr);
+    ADD_FAILURE();
+  } catch (const sim::InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("did you mean 'block'"), std::string::npos) << e.what();
+  }
+}
+
+TEST(Attachments, ArrowsAreAsLongAsTheirForces) {
+  const sim::Results results = test::swinging_beam();
+  const std::string text = std::string(test::swinging_scene) + R"(
+[[force]]
+kind = "force"
+on = "block"
+direction = [0, 3, 0]
+value = "t < 0.5 ? 8 : 2"
+[render]
+forces = true
+scales = [1]
+)";
+  const sim::Scene scene = sim::parse_scene(text, "scene.toml");
+  const film::Animation animation = film::make_animation(results, film::parse_render_settings(text, "scene.toml"), &scene);
+  film::PictureMemory memory;
+  const auto arrow = [&](int k) {
+    film::update_picture(animation, k, memory);
+    EXPECT_EQ(memory.picture.arrows.size(), 1u);
+    EXPECT_EQ(memory.springs.size(), 1u);
+    return memory.picture.arrows.at(0);
+  };
+  const render::Arrow early = arrow(5), late = arrow(25);
+  EXPECT_NEAR((early.to.y - early.from.y) / (late.to.y - late.from.y), 4.0, 1e-9);
+  EXPECT_EQ(early.to.x, early.from.x);
+  // The spring reaches from the ground's origin to the block.
+  const render::Bounds spring = render::compute_bounds(memory.springs[0].positions);
+  EXPECT_NEAR(spring.upper.x, memory.picture.arrows[0].from.x, 0.05);
+}
+
+TEST(CameraWords, PathsOrbitsAndViews) {
+  const sim::Results results = test::swinging_beam();
+  film::RenderSettings s = words("camera = { path = [{ t = 0, position = [0, 0, 3] }, { t = 1, position = [3, 0, 0] }] }\n");
+  film::Animation animation = film::make_animation(results, s, nullptr);
+  film::PictureMemory memory;
+  film::update_picture(animation, 0, memory);
+  EXPECT_EQ(memory.picture.camera.position, glm::dvec3(0, 0, 3));
+  film::update_picture(animation, animation.count - 1, memory);
+  EXPECT_EQ(memory.picture.camera.position, glm::dvec3(3, 0, 0));
+
+  s = words("camera = { orbit = 180 }\n");
+  animation = film::make_animation(results, s, nullptr);
+  film::update_picture(animation, animation.count - 1, memory);
+  const glm::dvec3 first = animation.camera.position - animation.camera.target, last = memory.picture.camera.position - memory.picture.camera.target;
+  EXPECT_NEAR(glm::length(first), glm::length(last), 1e-12);
+  EXPECT_NEAR(first.x + last.x, 0.0, 1e-9);
+
+  s = words("camera = { views = [\"top\", \"front\", \"iso\"] }\n");
+  animation = film::make_animation(results, s, nullptr);
+  film::update_picture(animation, 3, memory);
+  ASSERT_EQ(memory.picture.views.size(), 3u);
+  EXPECT_EQ(memory.picture.views[0].label, "top");
+  EXPECT_EQ(memory.picture.views[2].width, 1.0);
+}
+
+TEST(CameraWords, WrongOnesAreAnswered) {
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"camera = { views = [\"font\"] }", "did you mean 'front'"},
+      {"camera = { views = [\"front\"], orbit = 3 }", "excludes"},
+      {"camera = { path = [{ t = 0 }] }", "position"},
+      {"camera = { path = [{ t = 1, position = [0, 0, 3] }, { t = 1, position = [0, 0, 2] }] }", "rise"},
+      {"camera = { path = [{ t = 1, position = [0, 0, 3], zoom = 2 }] }", "zoom"},
+      {"channels = [\"dept\"]", "did you mean 'depth'"},
+      {"video = \"avi\"", "mp4"},
+      {"contact_sheet = 101", "contact_sheet"},
+      {"mode = 0", "mode"},
+      {"traces = 3", "traces"},
+  };
+  for (const auto& [line, word] : cases) {
+    try {
+      words(line + "\n");
+      ADD_FAILURE() << "accepted: " << line;
+    } catch (const sim::InputError& e) {
+      EXPECT_NE(std::string(e.what()).find(word), std::string::npos) << line << " -> " << e.what();
+    }
+  }
+}
+
+TEST(Channels, SixteenBitsBesideThePicturesAndOneSheet) {
+  namespace fs = std::filesystem;
+  const sim::Results results = test::swinging_beam();
+  film::RenderSettings s = words("channels = [\"depth\", \"scalar\"]\nsize = [160, 90]\nframe_rate = 6\nsamples = 1\n");
+  const film::Animation animation = film::make_animation(results, s, nullptr);
+  const Scratch scratch;
+  const fs::path& folder = scratch.path();
+  film::film(animation, {.folder = folder / "frames", .workers = 1});
+  for (const char* channel : {"depth", "scalar"}) {
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder / channel), {}), animation.count);
+    EXPECT_TRUE(render::is_whole_png(folder / channel / "frame_00003.png"));
+    EXPECT_FALSE(render::read_png_text(folder / channel / "frame_00003.png", "flexframe-range").empty());
+  }
+  // A missing channel is drawn again with its picture, the others are kept.
+  fs::remove(folder / "depth/frame_00002.png");
+  const film::FilmReport report = film::film(animation, {.folder = folder / "frames", .resume = true, .workers = 1});
+  EXPECT_EQ(report.drawn, 1);
+  EXPECT_TRUE(fs::exists(folder / "depth/frame_00002.png"));
+
+  film::write_contact_sheet(folder / "frames", 0, animation.count, 4, folder / "sheet.png");
+  const render::Image sheet = render::read_png(folder / "sheet.png"), last = render::read_png(folder / "frames" / film::picture_file_name(animation.count - 1));
+  EXPECT_GE(sheet.width, 2 * 160);
+  // The last picture stands in the lower right corner, within the rim.
+  const int rim = (sheet.width - 2 * 160 - 4) / 2;
+  ASSERT_EQ(sheet.height, 2 * 90 + 4 + 2 * rim);
+  int different = 0;
+  for (int y = 0; y < 90; ++y)
+    for (int k = 0; k < 3 * 160; ++k) different += sheet.pixels[std::size_t(sheet.height - rim - 90 + y) * sheet.width * 3 + 3 * (sheet.width - rim - 160) + k] != last.pixels[std::size_t(y) * 160 * 3 + k];
+  EXPECT_EQ(different, 0);
+}
+
+}  // namespace

@@ -1,0 +1,96 @@
+// Golden pictures of what [render] asks for, on a beam that swings and bends by a formula.
+#include "film_swing.h"
+#include "golden.h"
+#include "scratch.h"
+
+#include "render/film/animation.h"
+#include "render/film/contact_sheet.h"
+#include "render/png.h"
+#include "sim/scene_reader.h"
+
+#include <fmt/format.h>
+
+#include <ostream>
+
+namespace {
+
+using namespace flexframe;
+
+const char* forces_and_outputs = R"toml(
+[[force]]
+kind = "force"
+on = "beam.node[4]"
+direction = [0, 1, 0]
+value = "10*cos(6*t)"
+[[force]]
+kind = "torque"
+direction = [0, 0, 1]
+on = "beam.root"
+value = "1"
+[[output]]
+name = "tip"
+of = "block"
+quantity = "position"
+)toml";
+
+render::Image draw(const std::string& words, int picture, render::RendererInfo& info, const sim::Results& results = test::swinging_beam()) {
+  static render::Renderer renderer;
+  info = renderer.info();
+  const std::string text = std::string(test::swinging_scene) + forces_and_outputs + "[render]\nsize = [200, 140]\nframe_rate = 12\nshadows = false\nocclusion = false\n" + words;
+  const sim::Scene scene = sim::parse_scene(text, "golden.toml");
+  const film::RenderSettings settings = film::parse_render_settings(text, "golden.toml");
+  const film::Animation animation = film::make_animation(results, settings, &scene);
+  film::PictureMemory memory;
+  film::update_picture(animation, picture, memory);
+  return renderer.draw(memory.picture);
+}
+
+struct Case { const char* name; const char* words; };
+void PrintTo(const Case& one, std::ostream* out) { *out << one.name; }
+
+class GoldenWords : public testing::TestWithParam<Case> {};
+
+TEST_P(GoldenWords, LooksAsItDid) {
+  render::RendererInfo info;
+  const render::Image image = draw(GetParam().words, 2, info);
+  test::expect_golden(image, info, std::string("film_") + GetParam().name);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    GoldenFilm, GoldenWords,
+    testing::Values(Case{"scales", "scales = [1, 10]\n"}, Case{"trail", "trail = 4\nscales = [1]\nundeformed = true\n"}, Case{"nodes", "nodes = true\nscales = [10]\n"},
+                    Case{"traces", "traces = [\"beam.tip\"]\ntriads = [\"beam\", \"beam.tip\"]\nscales = [1]\n"}, Case{"forces", "forces = true\nscales = [1]\n"},
+                    Case{"strain", "color_by = \"strain\"\ncolormap = \"turbo\"\nscales = [1]\n"}, Case{"stress", "color_by = \"stress\"\nscales = [1]\n"},
+                    Case{"velocity", "color_by = \"velocity\"\nscales = [1]\ncolor_range = [0, 2]\n"}, Case{"body", "color_by = \"body\"\nscales = [1]\nedges = true\n"},
+                    Case{"views", "camera = { views = [\"front\", \"iso\"] }\nscales = [1]\n"},
+                    Case{"path", "camera = { path = [{ t = 0, position = [0.5, 0, 3] }, { t = 1, position = [3, 1, 0.5] }] }\nscales = [1]\n"},
+                    Case{"follow", "camera = { follow = \"block\", orbit = 90 }\nscales = [1]\nbackground = \"dark\"\n"},
+                    Case{"plot", "overlay = { plot = [\"tip.y\"], plot_place = \"beside\" }\nscales = [1]\n"},
+                    Case{"white", "background = \"white\"\nsilhouette = true\nground = false\nscales = [1]\n"}, Case{"corotated", "exaggeration = \"corotated\"\nscales = [1, 40]\n"},
+                    Case{"orbit", "camera = { orbit = 360, projection = \"orthographic\" }\nscales = [1]\n"},
+                    Case{"range", "color_range = [0, 0.005]\ncolormap = \"coolwarm\"\nscales = [1]\n"}),
+    [](const auto& one) { return std::string(one.param.name); });
+
+// A beam of a thousandth of its length, and a block from a file with materials.
+TEST(GoldenFilm, ThinBeamAndMaterialsOfAFile) {
+  const Scratch scratch;
+  scratch.put("block.mtl", "newmtl red\nKd 0.8 0.15 0.1\nnewmtl blue\nKd 0.1 0.3 0.8\n");
+  sim::Results results = test::swinging_beam(0.03);
+  results.bodies[0].section = sim::make_section("circle", {{"diameter", 0.001}});
+  results.bodies[1].mesh = scratch.put("block.obj", "mtllib block.mtl\nv -0.1 -0.1 -0.1\nv 0.1 -0.1 -0.1\nv 0.1 0.1 -0.1\nv -0.1 0.1 -0.1\nv 0 0 0.15\n"
+                                                    "usemtl red\nf 1 4 3 2\nf 1 2 5\nf 2 3 5\nusemtl blue\nf 3 4 5\nf 4 1 5\n").string();
+  render::RendererInfo info;
+  const render::Image image = draw("scales = [1, 5]\n", 2, info, results);
+  test::expect_golden(image, info, "film_thin");
+}
+
+TEST(GoldenFilm, ContactSheet) {
+  const Scratch scratch;
+  render::RendererInfo info;
+  for (int k = 0; k < 6; ++k) render::write_png(scratch.path() / fmt::format("frame_{:05d}.png", k), draw("scales = [1]\n", 2 * k, info));
+  film::write_contact_sheet(scratch.path(), 0, 6, 6, scratch.path() / "sheet.png");
+  const render::Image sheet = render::read_png(scratch.path() / "sheet.png");
+  test::expect_golden(render::reduce_image(sheet, sheet.width / 2, sheet.height / 2), info, "film_sheet");
+}
+
+}  // namespace

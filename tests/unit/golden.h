@@ -1,0 +1,33 @@
+// Small pictures of every feature against those in tests/golden: byte-equal pixels where renderer and processor are those that made the
+// golden picture, elsewhere at most 0.005 % of the pixels differ by more than 2 of 255 levels.
+//
+// Each test writes its picture to golden_new/ in the working folder. Pictures that differ, or are missing:
+//   flexframe compare tests/golden golden_new --report differences.html
+// and, where the new ones are right, with  --update "reason".
+#pragma once
+
+#include "render/image_compare.h"
+#include "render/png.h"
+#include "render/renderer.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+namespace flexframe::test {
+
+inline void expect_golden(const render::Image& image, const render::RendererInfo& info, const std::string& name) {
+  namespace fs = std::filesystem;
+  const std::string key = "flexframe-environment", here = info.renderer + ", " + info.cpu;
+  const fs::path golden = fs::path(FLEXFRAME_SOURCE_DIR) / "tests/golden" / (name + ".png"), fresh = fs::path("golden_new") / (name + ".png");
+  fs::create_directories(fresh.parent_path());
+  render::write_png(fresh, image, {.level = 6, .text = {{key, here}}});
+  ASSERT_TRUE(fs::exists(golden)) << "no golden picture " << golden << "; the new one is " << fs::absolute(fresh);
+  const render::ImageDifference difference =
+      render::compare_images(render::read_png(golden), image, {.exact = render::read_png_text(golden, key) == here, .measures = false});
+  EXPECT_TRUE(difference.passes) << name << ": " << difference.pixels_over << " pixels differ by more than 2 levels, at most by " << difference.largest << "; the new one is "
+                                 << fs::absolute(fresh);
+}
+
+}  // namespace flexframe::test

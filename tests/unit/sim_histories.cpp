@@ -1,0 +1,164 @@
+// Errors relative to ranges, and the effects of a scene: what is asked, what is left out, what is worth it.
+#include "sim/effect_report.h"
+#include "sim/histories.h"
+#include "sim/scene_reader.h"
+#include "sim/system.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace flexframe::sim {
+namespace {
+
+Histories example() {
+  Histories h;
+  h.columns = {"tip.x", "tip.y", "tip.z", "angle", "energy"};
+  h.units = {"m", "m", "m", "rad", "J"};
+  h.times = VecX::LinSpaced(11, 0.0, 1.0);
+  h.values = MatX::Zero(5, 11);
+  h.values.row(0) = h.times.transpose() * 2.0;                     // range 2
+  h.values.row(1) = h.times.transpose() * 0.01;                    // hardly moves: counts against the vector
+  h.values.row(3) = h.times.transpose() * 3.0;
+  h.values.row(4).setConstant(7.0);                                // conserved
+  h.energy_scale = 5.0;
+  return h;
+}
+
+TEST(Histories, RangesAreThoseOfWholeVectorsAndEnergiesHaveTheirScale) {
+  const VecX r = output_ranges(example());
+  EXPECT_NEAR(r[0], 2.0, 1e-12);
+  EXPECT_NEAR(r[1], 2.0, 1e-12);
+  EXPECT_NEAR(r[2], 2.0, 1e-12);
+  EXPECT_NEAR(r[3], 3.0, 1e-12);
+  EXPECT_NEAR(r[4], 5.0, 1e-12);
+}
+
+TEST(Histories, ComparesAtCommonTimesAndNamesTheWorst) {
+  const Histories reference = example();
+  Histories off = at_times(reference, VecX::LinSpaced(6, 0.0, 1.0));
+  ASSERT_EQ(off.times.size(), 6);
+  off.values(1, 3) += 0.5;
+  off.values(3, 2) -= 0.6;
+  const Difference d = compare_histories(off, reference, output_ranges(reference));
+  EXPECT_NEAR(d.columns[1], 0.25, 1e-12);
+  EXPECT_NEAR(d.columns[3], 0.2, 1e-12);
+  EXPECT_EQ(d.column, 1);
+  EXPECT_NEAR(d.largest, 0.25, 1e-12);
+  Histories other = off;
+  other.columns[0] = "root.x";
+  EXPECT_THROW(compare_histories(other, reference, output_ranges(reference)), std::invalid_argument);
+  other = off;
+  other.times.array() += 0.03;
+  EXPECT_THROW(compare_histories(other, reference, output_ranges(reference)), std::invalid_argument);
+}
+
+Scene pendulum(const std::string& body) {
+  return parse_scene(R"(
+[simulation]
+duration = 0.2
+output_rate = 200
+gravity = [0, -9.81, 0]
+tolerance = 1e-5
+[[body]]
+name = "beam"
+kind = "beam"
+length = 0.4
+section = { shape = "rectangle", width = 0.2, height = 0.009 }
+material = { density = 5540.0, youngs_modulus = 1e9 }
+elements = 8
+)" + body + R"(
+[[joint]]
+name = "pivot"
+kind = "revolute"
+parent = "ground"
+child = "beam.root"
+axis = [0, 0, 1]
+[[output]]
+name = "tip"
+of = "beam.tip"
+quantity = "position"
+)", "pendulum.toml");
+}
+
+const EffectState& state(const std::vector<EffectState>& states, const std::string& effect) {
+  for (const EffectState& s : states)
+    if (s.effect == effect) return s;
+  throw std::logic_error(effect);
+}
+
+TEST(Effects, EveryStateIsInTheRegistryAndSaysWhy) {
+  for (const char* words : {"", "effects = [\"bending_xy\"]", "model = \"modal\"\nmodes = { bending_xy = [1, 2] }"}) {
+    std::string body = words;
+    Scene scene = pendulum(body.find("model") == 0 ? "" : body);
+    if (body.find("model") == 0) {
+      auto& beam = std::get<BeamDef>(scene.bodies[0].kind);
+      beam.model = BeamModel::modal;
+      beam.modes["bending_xy"] = {1, 2};
+    }
+    const std::vector<EffectState> states = effect_states(scene, make_system(scene).model);
+    EXPECT_GE(states.size(), 9u);
+    for (const EffectState& s : states) {
+      EXPECT_NE(find_effect(s.effect), nullptr) << s.effect;
+      EXPECT_FALSE(s.why.empty()) << s.effect;
+      EXPECT_TRUE(s.possible || !s.on) << s.effect;
+    }
+  }
+}
+
+TEST(Effects, PlanarSceneBendsInItsPlaneOnly) {
+  const Scene scene = pendulum("");
+  const System system = make_system(scene);
+  const std::vector<EffectState> states = effect_states(scene, system.model);
+  EXPECT_TRUE(state(states, "bending_xy").on);
+  EXPECT_EQ(state(states, "bending_xy").by, "symmetry");
+  EXPECT_EQ(state(states, "bending_xy").coordinates, 16);
+  EXPECT_FALSE(state(states, "bending_xz").possible);
+  EXPECT_FALSE(state(states, "torsion").possible);
+}
+
+TEST(Effects, SwitchedOffLeavesNothingBehind) {
+  const Scene scene = pendulum("");
+  const std::vector<EffectState> states = effect_states(scene, make_system(scene).model);
+  const System off = make_system(with_effect(scene, states, "beam", "stiffening", false));
+  for (const FlexibleNode& node : off.model.parts[0].body.nodes)
+    for (const MatX& b : node.phi2) EXPECT_EQ(b.size(), 0);
+  for (const MatX& b : off.model.parts[0].body.md2) EXPECT_EQ(b.size(), 0);
+  EXPECT_EQ(state(effect_states(scene, off.model), "stiffening").on, false);
+  const System quiet = make_system(with_effect(scene, states, "beam", "gyroscopic", false));
+  for (const MatX& b : quiet.model.parts[0].body.Cr1) EXPECT_EQ(b.size(), 0);
+  EXPECT_TRUE(quiet.model.parts[0].body.J1.isZero(0.0));
+  const Scene stretched = with_effect(scene, states, "beam", "axial", true);
+  EXPECT_EQ(state(effect_states(stretched, make_system(stretched).model), "axial").coordinates, 8);
+  EXPECT_THROW(with_effect(scene, states, "nobody", "axial", true), std::invalid_argument);
+}
+
+TEST(Effects, KeptModesAreTheLowestOnes) {
+  const System all = make_system(pendulum("")), kept = make_system(pendulum("keep_modes = 3"));
+  const FlexibleBody &a = all.model.parts[0].body, &b = kept.model.parts[0].body;
+  ASSERT_EQ(a.n, 16);
+  // The force of the hinge deflects what is left out, too: one coordinate more.
+  ASSERT_EQ(b.n, 4);
+  EXPECT_GT(b.stiffness[3], a.stiffness[3]);
+  for (int k = 0; k < 3; ++k) EXPECT_NEAR(b.stiffness[k], a.stiffness[k], 1e-9 * a.stiffness[k]);
+  // Coordinates are told in those of the elements, whatever is kept.
+  EXPECT_EQ(kept.model.parts[0].shown.coordinates.rows(), 16);
+  EXPECT_EQ(make_system(pendulum("keep_modes = 0")).model.parts[0].body.n, 0);
+}
+
+TEST(Effects, StiffeningOfThePendulumIsFoundWhenLeftOut) {
+  const Scene scene = pendulum("effects = [\"bending_xy\"]");
+  const Histories base = simulate_histories(scene);
+  NeglectOptions options;
+  options.tolerance = 1e-5;
+  const NeglectCheck check = check_neglected(scene, effect_states(scene, make_system(scene).model), base, options);
+  ASSERT_FALSE(check.found.empty());
+  EXPECT_EQ(check.found[0].effect, "stiffening");
+  EXPECT_GT(check.found[0].share, 1e-5);
+  EXPECT_NE(neglect_text(scene, check.found[0]).find("add \"stiffening\" to 'effects'"), std::string::npos);
+  options.budget = 0.0;
+  EXPECT_FALSE(check_neglected(scene, effect_states(scene, make_system(scene).model), base, options).untried.empty());
+}
+
+}  // namespace
+}  // namespace flexframe::sim

@@ -1,0 +1,170 @@
+// The planar equations of motion and the structured Newton matrix against the equations in space, state by state.
+#include "sim/newton_matrix.h"
+#include "sim/scene_reader.h"
+#include "sim/system.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace flexframe::sim {
+namespace {
+
+System system_of(const std::string& text) { return make_system(parse_scene(text, "test.toml")); }
+
+// States about the start: coordinates a hundredth, rates a tenth of a unit away, elastic ones a thousandth of that.
+VecX random_state(const System& system, std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  VecX y = pack_state(system, Eigen::Vector2d::Zero());
+  int rate = rate_offset(system);
+  for (const Part& p : system.model.parts) {
+    for (int k = 0; k < p.joint.nq; ++k) y[p.q0 + k] += 1e-2 * normal(random);
+    for (int k = 0; k < p.body.n; ++k) y[p.eq0 + k] += 1e-5 * normal(random);
+  }
+  for (size_t c = 0; c < system.model.clusters.size(); ++c)
+    for (int k : system.work.clusters[c].partition.ind) {
+      const int v = system.model.clusters[c].v0 + k;
+      bool elastic = false;
+      for (const Part& p : system.model.parts) elastic = elastic || (v >= p.ev0 && v < p.ev0 + p.body.n);
+      y[rate++] += (elastic ? 1e-3 : 1e-1) * normal(random);
+    }
+  return y;
+}
+
+void compare(const std::string& text) {
+  System planar = system_of(text), spatial = system_of(text);
+  // Scenes with prescribed motions are left to the spatial equations, for the motions' power: here without it.
+  std::string why_not;
+  if (planar.driven) planar.planar = PlanarDynamics::make(planar.model, planar.work, why_not);
+  planar.driven = spatial.driven = false;
+  ASSERT_NE(planar.planar, nullptr) << why_not;
+  spatial.planar.reset();
+  std::mt19937 random(7);
+  for (int trial = 0; trial < 4; ++trial) {
+    const VecX y = random_state(planar, random);
+    VecX a(y.size()), b(y.size());
+    state_rate(planar, 0.3, y.data(), a.data());
+    state_rate(spatial, 0.3, y.data(), b.data());
+    // Elastic accelerations are of the size of frequency squared times the deflection: compared with the largest.
+    const int rates = rate_offset(planar);
+    EXPECT_LE((a - b).head(rates).cwiseAbs().maxCoeff(), 1e-9 * (1.0 + b.head(rates).cwiseAbs().maxCoeff()));
+    EXPECT_LE((a - b).tail(y.size() - rates).cwiseAbs().maxCoeff(), 1e-8 * (1.0 + b.tail(y.size() - rates).cwiseAbs().maxCoeff()));
+    EXPECT_GT(b.tail(y.size() - rates).cwiseAbs().maxCoeff(), 1e-3);
+  }
+}
+
+std::string simulation(const std::string& gravity) { return "[simulation]\nduration = 1\ngravity = " + gravity + "\n"; }
+
+std::string beam(const std::string& name, double length, int elements, const std::string& more = "") {
+  return fmt::format("[[body]]\nname = \"{}\"\nkind = \"beam\"\nlength = {}\nsection = {{ shape = \"circle\", diameter = 0.01 }}\n"
+                     "material = {{ density = 2700.0, youngs_modulus = 7e10 }}\nelements = {}\nframes = {{ middle = 0.5 }}\n{}\n", name, length, elements, more);
+}
+
+std::string block(const std::string& name, const std::string& more = "") {
+  return fmt::format("[[body]]\nname = \"{}\"\nkind = \"rigid\"\nmass = 0.3\ninertia = [1e-4, 2e-4, 3e-4]\ncentre_of_mass = [0.02, 0.01, 0.03]\n"
+                     "frames = {{ a = [0, 0.05, 0], b = [0.1, 0, 0.02] }}\n{}\n", name, more);
+}
+
+std::string joint(const std::string& name, const std::string& kind, const std::string& parent, const std::string& child, const std::string& more = "") {
+  return fmt::format("[[joint]]\nname = \"{}\"\nkind = \"{}\"\nparent = \"{}\"\nchild = \"{}\"\n{}\n", name, kind, parent, child, more);
+}
+
+std::string torque(const std::string& on, const std::string& axis) {
+  return fmt::format("[[force]]\nkind = \"torque\"\non = \"{}\"\ndirection = {}\nvalue = \"0.3*cos(2*t)\"\n", on, axis);
+}
+
+TEST(Planar, BeamsInATreeWithLoads) {
+  compare(simulation("[1, -9.81, 0]") + beam("one", 0.4, 4, "damping = { ratio = 0.02 }") + beam("two", 0.3, 3) +
+          joint("base", "revolute", "ground", "one.root", "spring = { stiffness = 3, damping = 0.1, rest = 0.1 }\ninitial = { value = 0.4 }") +
+          joint("elbow", "revolute", "one.tip", "two.root", "initial = { value = -0.7 }") + torque("two.middle", "[0, 0, 1]") +
+          "[[force]]\nkind = \"force\"\non = \"two.tip\"\ndirection = [0, 1, 0]\nframe = \"body\"\nvalue = \"2\"\n"
+          "[[force]]\nkind = \"force\"\non = \"one.middle\"\ndirection = [1, 0, 0]\nvalue = \"t\"\n"
+          "[[force]]\nkind = \"distributed\"\non = \"one\"\ndirection = [0, -1, 0]\nvalue = \"5\"\n");
+}
+
+TEST(Planar, RigidBodiesWithSlidersAndPlanarJoints) {
+  compare(simulation("[0, -9.81, 0]") + block("cart") + block("arm") + block("puck") +
+          joint("rail", "prismatic", "ground", "cart.a", "axis = [0.6, 0.8, 0]\nspring = { stiffness = 100, damping = 2, rest = 0 }") +
+          joint("hinge", "revolute", "cart.b", "arm.a") + joint("table", "planar", "arm.b", "puck.b", "initial = { value = [0.1, 0.2, 0.3] }") +
+          torque("arm.b", "[0, 0, 1]"));
+}
+
+TEST(Planar, AxesAgainstThePlaneAndReversedJoints) {
+  // Axes the other way round; the slider's tree runs from its child to its parent.
+  compare(simulation("[0, -9.81, 0]") + block("one") + block("end") + joint("base", "revolute", "ground", "one", "axis = [0, 0, -1]") +
+          joint("slide", "prismatic", "end.a", "one.b", "axis = [0, 1, 0]"));
+  compare(simulation("[0, -9.81, 0]") + block("arm") + block("end") + joint("base", "revolute", "ground", "arm", "axis = [0, 0, -1]") +
+          joint("disc", "planar", "end.b", "arm.b", "axis = [0, 0, -1]\ninitial = { value = [0.1, 0.1, 0.2] }"));
+}
+
+TEST(Planar, LoopsThroughElasticBodies) {
+  compare(simulation("[0, 0, 0]") + beam("crank", 0.152, 3) + beam("rod", 0.304, 4) + block("slider") +
+          joint("shaft", "revolute", "ground", "crank.root", "initial = { value = 0.5, rate = 3 }") + joint("pin", "revolute", "crank.tip", "rod.root") +
+          joint("wrist", "revolute", "rod.tip", "slider") + joint("guide", "prismatic", "ground", "slider", "axis = [1, 0, 0]") + torque("crank.tip", "[0, 0, 1]"));
+  // Driven four-bar with a flexible coupler, closed at the coupler's tip.
+  compare(simulation("[0, -9.81, 0]") + block("left") + beam("coupler", 0.3, 4) + block("right") +
+          joint("drive", "revolute", "ground", "left", "motion = \"0.3 + 2*t\"") + joint("p1", "revolute", "left.b", "coupler.root", "initial = { value = 0.4 }") +
+          joint("g2", "revolute", "ground", "right", "position = [0.35, 0, 0.02]") +
+          "[[joint]]\nname = \"p2\"\nkind = \"point-on-line\"\nparent = \"right\"\nchild = \"coupler.tip\"\naxis = [1, 0, 0]\n");
+}
+
+TEST(Planar, AnyPlaneInTheWorld) {
+  // The pendulum about an axis that is none of the world's, beam rolled about itself so that it bends in the plane.
+  const Vec3 n = Vec3(1.0, 2.0, -0.5).normalized();
+  const Vec3 along = n.cross(Vec3::UnitX()).normalized();
+  Mat3 R;
+  R << along, n.cross(along), n;
+  const Vec3 turn = rotation_log(R), g = R * Vec3(0.0, -9.81, 0.0);
+  compare(simulation(fmt::format("[{:.17g}, {:.17g}, {:.17g}]", g.x(), g.y(), g.z())) + beam("rod", 0.4, 5) +
+          joint("pivot", "revolute", "ground", "rod.root", fmt::format("axis = [0, 0, 1]\nrotation = [{:.17g}, {:.17g}, {:.17g}]", turn.x(), turn.y(), turn.z())));
+}
+
+TEST(Planar, SpringDamperBetweenFrames) {
+  compare(simulation("[0, -9.81, 0]") + block("one") + block("two") + joint("j1", "revolute", "ground", "one") +
+          joint("j2", "revolute", "ground", "two", "position = [0.3, 0, 0]") +
+          "[[force]]\nkind = \"spring-damper\"\non = \"two.a\"\nfrom = \"one.a\"\nstiffness = 50\ndamping = 3\nrest = 0.1\n");
+}
+
+TEST(Planar, SpatialScenesAreLeftAlone) {
+  EXPECT_EQ(system_of(simulation("[0, 0, 0]") + block("one") + joint("ball", "spherical", "ground", "one")).planar, nullptr);
+  EXPECT_EQ(system_of(simulation("[0, 0, 0]") + block("one") + block("two") + joint("z", "revolute", "ground", "one") +
+                      joint("x", "revolute", "one.b", "two", "axis = [1, 0, 0]")).planar, nullptr);
+}
+
+// A and B against central differences of the rates along T, where everything is differenced and where the stiffness is known in
+// closed form (then only what stiffness gives is there: the elastic columns to a few percent).
+TEST(NewtonMatrix, IsTheDerivative) {
+  const std::string rigid = simulation("[0, -9.81, 0]") + block("one") + block("two") +
+                            joint("base", "spherical", "ground", "one", "rate = 0\n") + joint("hinge", "universal", "one.b", "two");
+  std::string spherical = rigid;
+  spherical.erase(spherical.find("rate = 0\n"), 9);
+  const std::string elastic = simulation("[0, 0, 0]") + beam("rod", 0.4, 3, "damping = { ratio = 0.1 }") + joint("pivot", "revolute", "ground", "rod.root");
+  for (const std::string& text : {spherical, elastic}) {
+    System system = system_of(text);
+    std::mt19937 random(3);
+    VecX y = random_state(system, random);
+    VecX rate(y.size()), plus(y.size()), minus(y.size());
+    update_scale(system, y);
+    state_rate(system, 0.0, y.data(), rate.data());
+    MechanicalJacobian j;
+    update_newton_matrix(system, 0.0, y.data(), nullptr, true, j);
+    const int nq = rate_offset(system), nw = static_cast<int>(j.A.rows());
+    EXPECT_LE((j.P * j.T - MatX::Identity(nw, nw)).cwiseAbs().maxCoeff(), 1e-12);
+    EXPECT_LE((j.T * y.segment(nq, nw) - rate.head(nq)).cwiseAbs().maxCoeff(), 1e-12 * (1.0 + rate.head(nq).cwiseAbs().maxCoeff()));
+    const double largest = j.A.cwiseAbs().maxCoeff();
+    for (int k = 0; k < nw; ++k) {
+      const double step = 1e-6;
+      VecX at = y;
+      at.head(nq) += step * j.T.col(k);
+      state_rate(system, 0.0, at.data(), plus.data());
+      at.head(nq) -= 2.0 * step * j.T.col(k);
+      state_rate(system, 0.0, at.data(), minus.data());
+      const VecX column = (plus - minus).segment(nq, nw) / (2.0 * step);
+      EXPECT_LE((column - j.A.col(k)).cwiseAbs().maxCoeff(), 1e-4 * largest) << k;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace flexframe::sim

@@ -1,0 +1,137 @@
+// What the reduced body keeps of the full model with default options: static deflection at the interfaces, frequencies once it is attached, geometric stiffening.
+#include "sim/reduce/fe_attachment.h"
+#include "sim/reduce/fe_solver.h"
+#include "sim/reduce/reduce.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+
+namespace flexframe::sim {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The con rod with averaging spiders in both bores.
+FeModel rod() {
+  const fs::path file = fs::path(FLEXFRAME_SHARED_DIR) / "reference/conrod/conrod.inp";
+  if (!fs::exists(file)) throw std::runtime_error(file.string() + " is missing");
+  FeModel model = read_inp(file);
+  for (const auto& [x, radius, name] : {std::tuple(0.0, 0.029, "big"), std::tuple(0.15, 0.013, "small")}) {
+    FeSpider s;
+    s.name = name;
+    s.rigid = false;
+    s.node = static_cast<int>(model.nodes.size());
+    for (size_t i = 0; i < model.nodes.size(); ++i)
+      if (std::abs(std::hypot(model.nodes[i].x() - x, model.nodes[i].y()) - radius) < 1e-4) s.slaves.push_back(static_cast<int>(i));
+    model.nodes.emplace_back(x, 0, 0);
+    model.node_ids.push_back(100000 + s.node);
+    model.spiders.push_back(s);
+  }
+  return model;
+}
+
+ReduceOptions both_ends() {
+  ReduceOptions o;
+  o.interfaces = {{-1, 0, "big"}, {-1, 1, "small"}};
+  return o;
+}
+
+// The full model, solved apart from the reducer: elastic deflection of a free body (inertia relief) under unit forces and moments at both interfaces.
+struct Full {
+  FeModel model = rod();
+  FeSystem system = assemble(model);
+  FeReduced reduced = eliminate(model, system, {});
+  FeSolver solver{reduced, rigid_motions(model, system), estimate_modes(model, system)};
+  MatX loads{system.size, 12};
+  Full() {
+    solver.factorise();
+    for (int i = 0; i < 2; ++i) loads.middleCols(6 * i, 6) = MatX(spider_attachment(model, system, model.spiders[i]).motion.transpose());
+  }
+};
+
+// 12 x n: translations and rotations of both interfaces.
+MatX interface_motion(const FlexibleBody& body) {
+  MatX motion(12, body.n);
+  for (int i = 0; i < 2; ++i) motion.middleRows(6 * i, 3) = body.nodes[i].phi, motion.middleRows(6 * i + 3, 3) = body.nodes[i].psi;
+  return motion;
+}
+
+TEST(ReduceStatic, DeflectionAtInterfacesWithDefaultOptions) {
+  const Full full;
+  const MatX exact = full.loads.transpose() * full.solver.respond(full.loads);
+  ReduceOptions options[3] = {both_ends(), both_ends(), both_ends()};
+  options[1].method = ReduceMethod::response;
+  options[1].highest = 3000.0;
+  options[2].highest = 2000.0;
+  for (const ReduceOptions& o : options) {
+    const Reduction r = reduce(full.model, o);
+    const MatX motion = interface_motion(r.body);
+    const MatX small = motion * r.body.Ke.diagonal().cwiseInverse().asDiagonal() * motion.transpose();
+    for (int k = 0; k < 12; ++k) EXPECT_NEAR(small(k, k), exact(k, k), 1e-2 * exact(k, k)) << "load " << k;
+    EXPECT_LT(r.report.compliance_error, 1e-2);
+  }
+  // The cut-off alone, as the option says, costs more: what makes the rule above needed.
+  ReduceOptions strict = options[1];
+  strict.static_error = 0.0;
+  EXPECT_GT(reduce(full.model, strict).report.compliance_error, 0.05);
+}
+
+// The free reduced rod, taken hold of at the big end, vibrates as the full model held there does.
+TEST(ReduceStatic, FrequenciesOfTheAssembledSystem) {
+  const Full full;
+  const FeModes held = full.solver.modes(5, 0.0, full.loads.leftCols(6), {});
+  const Reduction r = reduce(full.model, both_ends());
+  const FlexibleBody& b = r.body;
+  // Rigid motions follow from the elastic ones: the interface, at the origin, stays; mean axes leave M = diag(rigid, 1).
+  const MatX follow = -interface_motion(b).topRows(6);
+  Mat6 M = Mat6::Zero();
+  const auto cross = [](const Vec3& a) {
+    Mat3 s;
+    s << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
+    return s;
+  };
+  M.topLeftCorner<3, 3>() = b.mass * Mat3::Identity();
+  M.topRightCorner<3, 3>() = -cross(b.md0);
+  M.bottomLeftCorner<3, 3>() = cross(b.md0);
+  M.bottomRightCorner<3, 3>() << b.J0(0), b.J0(3), b.J0(4), b.J0(3), b.J0(1), b.J0(5), b.J0(4), b.J0(5), b.J0(2);
+  const MatX mass = b.Me + follow.transpose() * M * follow;
+  const VecX squares = Eigen::GeneralizedSelfAdjointEigenSolver<MatX>(b.Ke, mass).eigenvalues();
+  for (int k = 0; k < 5; ++k) EXPECT_NEAR(std::sqrt(squares(k)), std::sqrt(held.eigenvalues(k)), 1e-2 * std::sqrt(held.eigenvalues(k))) << "mode " << k + 1;
+}
+
+// Geometric stiffening from second-order displacements of all pairs, and from the static displacements of the loads: one and the same.
+TEST(ReduceStatic, BothWaysToStiffeningAgree) {
+  const FeModel model = rod();
+  for (bool held : {false, true}) {
+    ReduceOptions o = both_ends();
+    o.method = ReduceMethod::eigenmodes;
+    o.modes = 4;
+    o.node_count = 2;
+    if (held)
+      for (int n : model.spiders[0].slaves)
+        for (int d = 0; d < 3; ++d) o.held.push_back({n, d});
+    const Reduction pairs = reduce(model, o);
+    o.stiffening_limit = 0;
+    const Reduction loads = reduce(model, o);
+    const auto same = [](const MatX& a, const MatX& b, const std::string& what) {
+      ASSERT_EQ(a.size(), b.size()) << what;
+      if (a.size() == 0) return;
+      EXPECT_LT((a - b).cwiseAbs().maxCoeff(), 1e-4 * b.cwiseAbs().maxCoeff()) << what;
+    };
+    for (int a = 0; a < 3; ++a) {
+      same(loads.body.nodes[1].phi2[a], pairs.body.nodes[1].phi2[a], "phi2");
+      same(loads.body.md2[a], pairs.body.md2[a], "md2");
+      same(loads.body.Cr1[a], pairs.body.Cr1[a], "Cr1");
+    }
+    for (int k = 0; k < 6; ++k) same(loads.body.J2[k], pairs.body.J2[k], "J2");
+    EXPECT_GT(pairs.body.nodes[1].phi2[0].cwiseAbs().maxCoeff(), 0.0);
+  }
+}
+
+}  // namespace
+}  // namespace flexframe::sim

@@ -1,0 +1,90 @@
+// Tables: splines against cubics, closed curves, what is refused; as motion and as a force over a coordinate.
+#include "sim/scene_reader.h"
+#include "sim/simulate.h"
+#include "sim/table.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace flexframe::sim {
+namespace {
+
+TEST(Table, ReproducesACubicWithItsDerivatives) {
+  const auto f = [](double x) { return 2 - x + 0.5 * x * x - 0.3 * x * x * x; };
+  for (const std::vector<double>& x : {std::vector<double>{-1, 0.2, 0.9, 2.5}, {-2, -1.7, 0, 0.1, 1, 3}}) {
+    std::vector<double> y;
+    for (double v : x) y.push_back(f(v));
+    const CubicTable table(x, y, {});
+    for (double t = x.front(); t <= x.back(); t += 0.037) {
+      const TimeJet j = table.jet(t);
+      EXPECT_NEAR(j.value, f(t), 1e-12);
+      EXPECT_NEAR(j.rate, -1 + t - 0.9 * t * t, 1e-11);
+      EXPECT_NEAR(j.acceleration, 1 - 1.8 * t, 1e-10);
+    }
+    EXPECT_EQ(table.value(x.front() - 1), y.front());
+    EXPECT_EQ(table.value(x.back() + 1), y.back());
+  }
+}
+
+TEST(Table, ClosesSmoothlyWithAPeriodAndConvergesWithOrderFour) {
+  const double period = 2 * std::numbers::pi;
+  double last = 0.0;
+  for (const int n : {12, 24, 48}) {
+    std::vector<double> x, y;
+    for (int i = 0; i < n; ++i) x.push_back(0.3 + period * i / n), y.push_back(std::sin(x.back()));
+    const CubicTable table(x, y, period);
+    double error = 0.0;
+    for (double t = -20; t < 20; t += 0.013) error = std::max(error, std::abs(table.value(t) - std::sin(t)));
+    if (last > 0.0) {
+      EXPECT_NEAR(std::log2(last / error), 4.0, 0.25);
+    }
+    last = error;
+    const TimeJet a = table.jet(0.3 - 1e-9), b = table.jet(0.3 + 1e-9);
+    EXPECT_NEAR(a.rate, b.rate, 1e-7);
+    EXPECT_NEAR(a.acceleration, b.acceleration, 1e-7);
+  }
+}
+
+TEST(Table, RefusesWhatIsNoFunction) {
+  EXPECT_THROW(CubicTable({0}, {1}, {}), InputError);
+  EXPECT_THROW(CubicTable({0, 1, 1}, {1, 2, 3}, {}), InputError);
+  EXPECT_THROW(CubicTable({0, 1, 2}, {1, 2, 3}, 1.5), InputError);
+  EXPECT_THROW(CubicTable({0, 1, 2}, {1, 2, 3}, 2.0), InputError);
+  EXPECT_THROW(CubicTable({0, 1}, {1, 2}, 3.0), InputError);
+}
+
+Results run(const std::string& text) {
+  SimulateOptions options;
+  options.tolerance = 1e-9;
+  options.estimate_error = false;
+  return simulate(parse_scene(text, "table.toml"), options);
+}
+
+const char* disc = "[[body]]\nname = \"disc\"\nkind = \"rigid\"\nmass = 1\ninertia = [1, 1, 2]\n"
+                   "[[joint]]\nname = \"shaft\"\nkind = \"revolute\"\nparent = \"ground\"\nchild = \"disc\"\n";
+
+// A prescribed parabola: its value, rate and drive torque J a.
+TEST(Table, PrescribesAMotion) {
+  const Results r = run(std::string("[simulation]\nduration = 1\noutput_rate = 10\n") + disc + "motion = { table = [[0, 0], [0.5, 0.75], [1, 3]] }\n" +
+                        "[[output]]\nname = \"v\"\nof = \"shaft\"\nquantity = \"rate\"\n[[output]]\nname = \"m\"\nof = \"shaft\"\nquantity = \"reaction\"\nframe = \"child\"\n");
+  for (Eigen::Index i = 0; i < r.times.size(); ++i) {
+    EXPECT_NEAR(r.outputs[0].values[i], 6 * r.times[i], 1e-12);
+    EXPECT_NEAR(r.outputs[6].values[i], 2 * 6.0, 1e-10);
+    // What the drive supplied is the kinetic energy.
+    EXPECT_NEAR(r.supplied[i], r.kinetic[i] - r.kinetic[0], 1e-7);
+  }
+}
+
+// A torque -9 x against the angle is a spring: it swings with sqrt(9/2).
+TEST(Table, DrivesByACoordinate) {
+  const Results r = run(std::string("[simulation]\nduration = 3\noutput_rate = 10\n") + disc + "initial = { value = 0.4 }\n" +
+                        "[[force]]\nkind = \"torque\"\non = \"disc\"\ndirection = [0, 0, 1]\nvalue = { table = [[-1, 9], [0, 0], [1, -9]], of = \"shaft\" }\n"
+                        "[[output]]\nname = \"a\"\nof = \"shaft\"\nquantity = \"value\"\n");
+  for (Eigen::Index i = 0; i < r.times.size(); ++i) EXPECT_NEAR(r.outputs[0].values[i], 0.4 * std::cos(std::sqrt(4.5) * r.times[i]), 1e-7);
+}
+
+}  // namespace
+}  // namespace flexframe::sim
