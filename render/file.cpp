@@ -6,6 +6,8 @@
 
 #include <atomic>
 #include <cerrno>
+#include <charconv>
+#include <csignal>
 #include <cstring>
 #include <stdexcept>
 #include <string>
@@ -38,7 +40,7 @@ int write_all(int fd, std::span<const std::uint8_t> bytes) {
 void write_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes) {
   const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
   static std::atomic<unsigned> counter{0};
-  const std::filesystem::path temporary =
+  std::filesystem::path temporary =
       folder / ("." + path.filename().string() + "." + std::to_string(::getpid()) + "-" + std::to_string(counter++) + ".part");
 
   Descriptor file;
@@ -54,25 +56,44 @@ void write_file(const std::filesystem::path& path, std::span<const std::uint8_t>
     fail(path, "cannot write", reason);
   }
   if (!named) {
-    // A fresh name is linked directly; an existing one is replaced by way of a temporary link.
+    // A fresh name is linked directly; an existing one is replaced by way of a temporary link. That has one name for all
+    // processes, so that the next writer of this file takes away what a kill between the calls leaves; should one writer
+    // take away another's, that one links its own again.
     const std::string source = "/proc/self/fd/" + std::to_string(file.fd);
     if (::linkat(AT_FDCWD, source.c_str(), AT_FDCWD, path.c_str(), AT_SYMLINK_FOLLOW) == 0) return;
     if (errno != EEXIST) fail(path, "cannot write", errno);
-    if (::linkat(AT_FDCWD, source.c_str(), AT_FDCWD, temporary.c_str(), AT_SYMLINK_FOLLOW) != 0) fail(path, "cannot write", errno);
-  } else {
-    // Some file systems report a full disk only here.
-    const int closed = ::close(file.fd);
-    file.fd = -1;
-    if (closed != 0) {
+    temporary = folder / ("." + path.filename().string() + ".part");
+    for (int tries = 0;; ++tries) {
+      ::unlink(temporary.c_str());
+      if (::linkat(AT_FDCWD, source.c_str(), AT_FDCWD, temporary.c_str(), AT_SYMLINK_FOLLOW) == 0 && ::rename(temporary.c_str(), path.c_str()) == 0) return;
       const int reason = errno;
+      if ((reason == EEXIST || reason == ENOENT) && tries < 100) continue;
       ::unlink(temporary.c_str());
       fail(path, "cannot write", reason);
     }
   }
-  if (::rename(temporary.c_str(), path.c_str()) != 0) {
+  // Some file systems report a full disk only on closing.
+  const int closed = ::close(file.fd);
+  file.fd = -1;
+  if (closed != 0 || ::rename(temporary.c_str(), path.c_str()) != 0) {
     const int reason = errno;
     ::unlink(temporary.c_str());
     fail(path, "cannot write", reason);
+  }
+}
+
+void remove_parts(const std::filesystem::path& folder, std::string_view start) {
+  for (const std::filesystem::directory_entry& entry : std::filesystem::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with("." + std::string(start)) || !name.ends_with(".part")) continue;
+    // ".NAME.part" or ".NAME.PROCESS-COUNT.part"; what a living process (another shard) writes stays.
+    const std::size_t dash = name.rfind('-'), dot = name.rfind('.', dash);
+    pid_t process = 0;
+    if (dash != std::string::npos && dot != std::string::npos && std::from_chars(name.data() + dot + 1, name.data() + dash, process).ptr == name.data() + dash &&
+        process > 0 && (::kill(process, 0) == 0 || errno == EPERM))
+      continue;
+    std::error_code gone;
+    std::filesystem::remove(entry.path(), gone);
   }
 }
 

@@ -1,11 +1,11 @@
 // Writing SID_FEM files. See sid.h.
+#include "sim/file_output.h"
 #include "sim/sid.h"
 
 #include <fmt/format.h>
 
 #include <charconv>
 #include <cmath>
-#include <fstream>
 
 namespace flexframe::sim {
 namespace {
@@ -96,25 +96,6 @@ std::string write_sid_text(const SidFile& sid) {
   return std::move(w.out);
 }
 
-void write_sid(const SidFile& sid, const std::filesystem::path& path) {
-  const std::string text = write_sid_text(sid);
-  const std::filesystem::path temporary = path.string() + ".part";
-  std::error_code ignored;
-  {
-    std::ofstream out(temporary, std::ios::binary);
-    out.write(text.data(), static_cast<std::streamsize>(text.size()));
-    out.close();
-    if (!out) {
-      std::filesystem::remove(temporary, ignored);
-      throw InputError(fmt::format("{}: cannot be written", path.string()));
-    }
-  }
-  std::error_code error;
-  std::filesystem::rename(temporary, path, error);
-  if (error) {
-    std::filesystem::remove(temporary, ignored);
-    throw InputError(fmt::format("{}: cannot be written: {}", path.string(), error.message()));
-  }
-}
+void write_sid(const SidFile& sid, const std::filesystem::path& path) { write_whole_file(path, write_sid_text(sid)); }
 
 }  // namespace flexframe::sim

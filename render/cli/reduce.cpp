@@ -2,6 +2,7 @@
 #include "render/cli/commands.h"
 #include "render/cli/terminal.h"
 
+#include "sim/file_output.h"
 #include "sim/reduce/reduce.h"
 #include "sim/sid.h"
 
@@ -9,7 +10,6 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <fstream>
 #include <memory>
 
 namespace flexframe::cli {
@@ -150,19 +150,6 @@ sim::FeModel read_model(const Words& w) {
   throw sim::InputError(fmt::format("{}: '{}' is no known kind of model: .inp (Abaqus, CalculiX), .msh (gmsh), .sti (CalculiX matrices), .mtx (Matrix Market) can be read", w.model, ending));
 }
 
-void write_text(const std::filesystem::path& path, const std::string& text) {
-  const std::filesystem::path temporary = path.string() + ".part";
-  std::ofstream out(temporary, std::ios::binary);
-  out << text;
-  out.close();
-  std::error_code error;
-  if (out) std::filesystem::rename(temporary, path, error);
-  if (!out || error) {
-    std::filesystem::remove(temporary, error);
-    throw sim::InputError(fmt::format("{}: cannot be written", path.string()));
-  }
-}
-
 std::string report_text(const Words& w, const sim::Reduction& r) {
   const sim::ReduceReport& p = r.report;
   std::string t = fmt::format("# Reduction of {}\n\n{} nodes, {} elements, {} degrees of freedom, {} rigid motions; factor of {:.3g} million entries.\n\n", w.model, p.nodes, p.elements,
@@ -220,8 +207,8 @@ int run(Words& w) {
   const std::filesystem::path base = w.output;
   const std::string mesh = w.mesh.empty() ? std::filesystem::path(base).replace_extension(".obj").string() : w.mesh;
   const std::string report = w.report.empty() ? std::filesystem::path(base).replace_extension(".md").string() : w.report;
-  if (const std::string surface = sim::surface_obj(model); surface.find("\nf ") != std::string::npos) write_text(mesh, surface);
-  write_text(report, report_text(w, r));
+  if (const std::string surface = sim::surface_obj(model); surface.find("\nf ") != std::string::npos) sim::write_whole_file(mesh, surface);
+  sim::write_whole_file(report, report_text(w, r));
   if (w.json) {
     nlohmann::json j;
     j["body"] = w.output;

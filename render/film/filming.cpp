@@ -1,5 +1,6 @@
 #include "render/film/filming.h"
 
+#include "render/file.h"
 #include "render/film/numbers.h"
 #include "render/png.h"
 
@@ -191,10 +192,9 @@ void clear_folder(const FilmOptions& options, const std::vector<int>& pictures, 
   namespace fs = std::filesystem;
   if (!options.resume)
     for (int k : pictures) fs::remove(options.folder / picture_file_name(k));
+  remove_parts(options.folder, "frame_");
   for (const fs::directory_entry& entry : fs::directory_iterator(options.folder)) {
     const std::string name = entry.path().filename().string();
-    // Temporary files of a killed process on file systems without nameless files: ".frame_00012.png.4711-3.part".
-    if (name.starts_with(".frame_") && name.ends_with(".part")) fs::remove(entry.path());
     if (!whole || !name.starts_with("frame_") || !name.ends_with(".png")) continue;
     const std::string digits = name.substr(6, name.size() - 10);
     if (digits.size() < 5 || digits.size() > 9 || digits.find_first_not_of("0123456789") != std::string::npos) continue;

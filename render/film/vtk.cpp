@@ -104,6 +104,7 @@ VtkReport write_vtk(const Animation& animation, double scale, const std::filesys
   report.index = folder / (name + ".pvd");
   // Without its index a sequence that is broken off is not taken for a whole one.
   fs::remove(report.index, error);
+  render::remove_parts(folder, name);
   const auto file_name = [&](int k) { return fmt::format("{}_{:05d}.vtp", name, k); };
 
   std::string index = "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n<Collection>\n";
