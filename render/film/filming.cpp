@@ -192,7 +192,7 @@ void clear_folder(const FilmOptions& options, const std::vector<int>& pictures, 
   namespace fs = std::filesystem;
   if (!options.resume)
     for (int k : pictures) fs::remove(options.folder / picture_file_name(k));
-  remove_parts(options.folder, "frame_");
+  render::remove_parts(options.folder, "frame_");
   for (const fs::directory_entry& entry : fs::directory_iterator(options.folder)) {
     const std::string name = entry.path().filename().string();
     if (!whole || !name.starts_with("frame_") || !name.ends_with(".png")) continue;
