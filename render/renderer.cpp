@@ -14,11 +14,6 @@
 #include <cmath>
 #include <ctime>
 #include <stdexcept>
-#include <string>
-
-#if defined(__x86_64__) || defined(__i386__)
-#include <cpuid.h>
-#endif
 
 namespace flexframe::render {
 namespace {
@@ -29,19 +24,9 @@ double cpu_seconds() {
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-// Maker, family and model besides the features: rcpps and rsqrtps, which llvmpipe builds on, round differently on each.
 std::string cpu_features() {
   std::string text;
 #if defined(__x86_64__) || defined(__i386__)
-  unsigned a = 0, b = 0, c = 0, d = 0;
-  if (__get_cpuid(0, &a, &b, &c, &d)) {
-    for (const unsigned part : {b, d, c})
-      for (int byte = 0; byte < 4; ++byte) text += static_cast<char>(part >> (8 * byte) & 0xff);
-    if (__get_cpuid(1, &a, &b, &c, &d)) {
-      const unsigned family = a >> 8 & 15, model = a >> 4 & 15;
-      text += " " + std::to_string(family == 15 ? family + (a >> 20 & 255) : family) + "-" + std::to_string(family == 6 || family == 15 ? model | (a >> 12 & 0xf0) : model);
-    }
-  }
   __builtin_cpu_init();
   if (__builtin_cpu_supports("avx512f")) text += " avx512f";
   if (__builtin_cpu_supports("avx2")) text += " avx2";
@@ -49,7 +34,7 @@ std::string cpu_features() {
   if (__builtin_cpu_supports("avx")) text += " avx";
   if (__builtin_cpu_supports("sse4.1")) text += " sse4.1";
 #endif
-  return text.empty() ? "baseline" : text;
+  return text.empty() ? "baseline" : text.substr(1);
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ struct RendererInfo {
   std::string backend;       // "osmesa", "egl"
   std::string renderer;      // GL_RENDERER, e.g. "llvmpipe (LLVM 15.0.6, 256 bits)"
   std::string version;       // GL_VERSION
-  std::string cpu;           // what decides the last bits of the pixels: "AuthenticAMD 25-1 avx2 fma avx sse4.1"
+  std::string cpu;           // features that decide the last bits of the pixels: "avx2 avx sse4.1 ..."
 };
 
 // CPU seconds of the last picture, this process, all threads.

@@ -219,7 +219,9 @@ double assemble_positions(const Model& model, int cluster, const std::vector<int
   std::string others;
   for (int i : c.parts)
     if (model.parts[i].joint.scene_joint >= 0) others += fmt::format("{}'{}'", others.empty() ? "" : ", ", model.parts[i].joint.name);
-  const int line = open->scene_joint >= 0 ? scene.joints[open->scene_joint].line : 0;
+  int line = 0;
+  for (const JointDef& def : scene.joints)
+    if (def.name == open->name) line = def.line;
   throw InputError(fmt::format("{}:{}: the mechanism cannot be assembled: joint '{}' stays open by {:.4g} m and {:.4g} rad, whatever the other joints "
                                "of the loop ({}) do; check lengths, joint positions and given initial values",
                                scene.file.string(), line, open->name, gap, turn, others));
@@ -362,7 +364,9 @@ void assemble_rates(const Model& model, const Scene& scene, Work& work, std::vec
     const VecX b = -scale.cwiseProduct(work.clusters[k].rate);
     const VecX x = free.rate.empty() ? VecX() : VecX(A.completeOrthogonalDecomposition().solve(b));
     const VecX left = free.rate.empty() ? b : VecX(b - A * x);
-    const double speed = std::max(b.cwiseAbs().maxCoeff(), 1e-300);
+    // Against the speeds that meet in the loop: where they fit, only rounding of them is left.
+    double speed = b.cwiseAbs().maxCoeff();
+    for (int v = 0; v < c.nv; ++v) speed = std::max(speed, std::abs(work.w[c.v0 + v]) * rate_scale(model, cluster, v));
     if (left.cwiseAbs().maxCoeff() > 1e-8 * speed) {
       int row = 0;
       left.cwiseAbs().maxCoeff(&row);

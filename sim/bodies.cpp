@@ -407,6 +407,7 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
   BeamChain lumped;
   double time_constant = 0.0;
   for (Part& part : model.parts) {
+    if (part.scene_body < 0) continue;  // a massless link of a loop
     const BodyDef& def = scene.bodies[part.scene_body];
     const int k = part.piece;
     if (const auto* beam = std::get_if<BeamDef>(&def.kind)) {

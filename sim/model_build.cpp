@@ -18,12 +18,12 @@ std::string joint_where(const Scene& scene, const JointDef& j) {
 }
 
 // Closure rows of a joint kind about an axis in the parent frame (DESIGN: every joint in space; planar loops are found redundant).
-std::vector<ClosureRow> closure_rows(const JointDef& j) {
-  const JointAxes f = joint_axes(j.axis);
+std::vector<ClosureRow> closure_rows(JointKind kind, const Vec3& axis, double length) {
+  const JointAxes f = joint_axes(axis);
   std::vector<ClosureRow> rows;
   const auto translation = [&](const Vec3& u) { rows.push_back({ClosureRow::translation, u, Vec3::Zero(), 0.0}); };
   const auto angle = [&](const Vec3& u, const Vec3& b) { rows.push_back({ClosureRow::angle, u, b, 0.0}); };
-  switch (j.kind) {
+  switch (kind) {
     case JointKind::weld: case JointKind::revolute: case JointKind::spherical: case JointKind::universal:
       translation(f.x), translation(f.y), translation(f.z);
       break;
@@ -31,14 +31,14 @@ std::vector<ClosureRow> closure_rows(const JointDef& j) {
       translation(f.x), translation(f.y);
       break;
     case JointKind::planar: case JointKind::point_on_plane: translation(f.z); break;
-    case JointKind::distance: rows.push_back({ClosureRow::distance, Vec3::Zero(), Vec3::Zero(), j.length}); break;
+    case JointKind::distance: rows.push_back({ClosureRow::distance, Vec3::Zero(), Vec3::Zero(), length}); break;
     default: break;
   }
-  if (j.kind == JointKind::weld || j.kind == JointKind::prismatic || j.kind == JointKind::revolute || j.kind == JointKind::cylindrical ||
-      j.kind == JointKind::planar)
+  if (kind == JointKind::weld || kind == JointKind::prismatic || kind == JointKind::revolute || kind == JointKind::cylindrical ||
+      kind == JointKind::planar)
     angle(f.x, f.z), angle(f.y, f.z);
-  if (j.kind == JointKind::weld || j.kind == JointKind::prismatic) angle(f.x, f.y);
-  if (j.kind == JointKind::universal) angle(f.z, f.x);
+  if (kind == JointKind::weld || kind == JointKind::prismatic) angle(f.x, f.y);
+  if (kind == JointKind::universal) angle(f.z, f.x);
   return rows;
 }
 
@@ -54,11 +54,24 @@ struct Edge {
 // Joints whose coordinate somebody prescribes, drives or starts belong in the tree.
 int tree_priority(const JointDef& j) {
   int p = 0;
-  if (!j.motion.empty() || j.motion_table) p += 8;
-  if (j.friction || j.stop || j.kind == JointKind::screw) p += 4;
+  if (!j.motion.empty() || j.motion_table) p += 4;
   if (j.spring) p += 2;
-  if (j.initial.value || j.initial.rate) p += 1;
   return p;
+}
+
+// What a loop joint cannot carry: everything that needs the joint's own coordinates. A spring on an angle or a slide, and their values, follow
+// from the relative pose.
+bool needs_coordinates(const Scene& scene, const JointDef& j) {
+  if (j.kind == JointKind::point_on_line) return j.spring || j.friction || j.stop;
+  if (rate_count(j.kind) == 0) return false;
+  if (!j.motion.empty() || j.motion_table || j.friction || j.stop || j.initial.value || j.initial.rate || j.kind == JointKind::screw) return true;
+  for (const ForceDef& f : scene.forces)
+    if (f.table && f.table_joint == j.name) return true;
+  if (j.kind == JointKind::revolute || j.kind == JointKind::prismatic) return false;
+  if (j.spring) return true;
+  for (const OutputDef& o : scene.outputs)
+    if (o.of.frame.empty() && o.of.body == j.name && (o.quantity == Quantity::value || o.quantity == Quantity::rate)) return true;
+  return false;
 }
 
 std::vector<int> path_to_ground(const Model& model, int part) {
@@ -154,13 +167,13 @@ Model build_model(const Scene& scene) {
         throw InputError(fmt::format("{}: key 'motion': {}", where, error.what()));
       }
     }
-    e.priority = is_tree_kind(j.kind) ? tree_priority(j) : -1;
+    e.priority = is_tree_kind(j.kind) ? tree_priority(j) + (needs_coordinates(scene, j) ? 4 : 0) : -1;
     edges.push_back(e);
   }
 
   // Spanning tree: the edges that matter most first, else in the file's order.
   std::stable_sort(edges.begin(), edges.end(), [](const Edge& x, const Edge& y) { return x.priority > y.priority; });
-  const int n = static_cast<int>(model.parts.size());
+  int n = static_cast<int>(model.parts.size());
   std::vector<int> group(n + 1);
   std::iota(group.begin(), group.end(), 0);
   const std::function<int(int)> find = [&](int i) { return group[i] == i ? i : group[i] = find(group[i]); };
@@ -174,6 +187,37 @@ Model build_model(const Scene& scene) {
   };
   for (size_t k = 0; k < edges.size(); ++k)
     if (edges[k].priority >= 0 && find(edges[k].a + 1) != find(edges[k].b + 1)) keep(static_cast<int>(k));
+  // A joint that would close a loop and needs coordinates stands in the tree all the same: it carries a massless link, and the link's
+  // weld to the child closes the loop.
+  for (size_t k = 0, given = edges.size(); k < given; ++k) {
+    if (in_tree[k] || !needs_coordinates(scene, scene.joints[edges[k].scene_joint])) continue;
+    Part link;
+    link.name = edges[k].joint.name;
+    const int at = n++;
+    model.parts.push_back(link);
+    model.frames.push_back(FramePoint{at, -1, {}, "", link.name});
+    const int frame = static_cast<int>(model.frames.size()) - 1;
+    Edge weld;
+    weld.a = at;
+    weld.frame_a = frame;
+    weld.b = edges[k].b;
+    weld.frame_b = edges[k].frame_b;
+    weld.joint.name = link.name;
+    weld.joint.kind = JointKind::weld;
+    if (edges[k].joint.kind == JointKind::point_on_line) {
+      // What acts along the line acts on a slide, which carries the point.
+      edges[k].joint.kind = JointKind::prismatic;
+      weld.joint.kind = JointKind::spherical;
+    }
+    edges[k].b = at;
+    edges[k].frame_b = frame;
+    group.push_back(n);
+    adjacent.emplace_back();
+    keep(static_cast<int>(k));
+    edges.push_back(weld);
+    in_tree.push_back(0);
+    model.notes.push_back(fmt::format("joint '{}' closes a loop and keeps its coordinate: a massless link stands between it and '{}'", link.name, scene.joints[edges[k].scene_joint].child.body));
+  }
   for (int i = 0; i < n; ++i) {
     if (find(i + 1) == find(0)) continue;
     const Part& part = model.parts[i];
@@ -225,19 +269,15 @@ Model build_model(const Scene& scene) {
   for (size_t k = 0; k < edges.size(); ++k) {
     if (in_tree[k]) continue;
     const Edge& e = edges[k];
-    const JointDef& j = scene.joints[e.scene_joint];
-    const std::string where = joint_where(scene, j);
-    if (!j.motion.empty() || j.motion_table || j.stop || j.friction || j.kind == JointKind::screw || (j.spring && j.kind != JointKind::revolute && j.kind != JointKind::prismatic))
-      throw InputError(fmt::format("{}: every joint of this loop has a motion, a stop, friction or a screw; leave one joint of the loop plain", where));
     LoopJoint loop;
-    loop.name = j.name;
+    loop.name = e.joint.name;
     loop.scene_joint = e.scene_joint;
-    loop.kind = j.kind;
+    loop.kind = e.joint.kind;
     loop.a = e.frame_a;
     loop.b = e.frame_b;
-    loop.axis = j.axis;
-    loop.rows = closure_rows(j);
-    loop.spring = j.spring;
+    loop.axis = e.joint.axis;
+    loop.rows = closure_rows(loop.kind, loop.axis, e.scene_joint >= 0 ? scene.joints[e.scene_joint].length : 0.0);
+    loop.spring = e.joint.spring;
     model.loops.push_back(loop);
   }
 
@@ -307,6 +347,7 @@ Model build_model(const Scene& scene) {
     for (int& i : f.parts) i = number[i];
   model.pieces.resize(scene.bodies.size());
   for (size_t i = 0; i < model.parts.size(); ++i) {
+    if (model.parts[i].scene_body < 0) continue;
     std::vector<int>& pieces = model.pieces[model.parts[i].scene_body];
     pieces.resize(std::max(pieces.size(), static_cast<size_t>(model.parts[i].piece) + 1));
     pieces[model.parts[i].piece] = static_cast<int>(i);
@@ -391,9 +432,6 @@ Model build_model(const Scene& scene) {
           load.table = table;
           for (size_t k = 0; k < scene.joints.size(); ++k)
             if (scene.joints[k].name == def.table_joint) load.table_part = joint_part(model, static_cast<int>(k));
-          if (load.table_part < 0)
-            throw InputError(fmt::format("{}: key 'value.of': joint '{}' closes a loop and has no coordinate of its own; give it an 'initial' value, a spring or a motion, "
-                                         "so that another joint of the loop closes it", where, def.table_joint));
         }
       } else try {
         model.expressions.emplace_back(Expression(def.value));

@@ -149,8 +149,6 @@ OutputPlans plan_outputs(Model& model, const Scene& scene) {
       } else {
         const int n = coordinate_columns(j.kind);
         if (n == 0) throw InputError(fmt::format("{}: a joint of this kind has no coordinate; its quantity can be: reaction", where));
-        if (plan.loop >= 0 && j.kind != JointKind::revolute && j.kind != JointKind::prismatic)
-          throw InputError(fmt::format("{}: joint '{}' closes a loop and has more than one coordinate; its quantity can be: reaction", where, j.name));
         if (n > 1) tags.clear();
         for (int k = 0; k < n && n > 1; ++k) tags.push_back(n == 3 && j.kind == JointKind::spherical ? xyz[k] : fmt::format(".{}", k + 1));
         for (int k = 0; k < n; ++k) {

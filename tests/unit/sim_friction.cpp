@@ -1,42 +1,10 @@
 // Dry friction with exact stick and slip, its regularised version, stops: event times and energies in closed form.
-#include "sim/scene_reader.h"
-#include "sim/simulate.h"
+#include "mechanism_text.h"
 
-#include <fmt/format.h>
 #include <gtest/gtest.h>
-
-#include <cmath>
-#include <numbers>
 
 namespace flexframe::sim {
 namespace {
-
-constexpr double pi = std::numbers::pi;
-
-Results run(const std::string& text, double tolerance, std::optional<Method> method = {}) {
-  SimulateOptions options;
-  options.tolerance = tolerance;
-  options.method = method;
-  options.estimate_error = false;
-  return simulate(parse_scene(text, "friction.toml"), options);
-}
-
-const VecX& column(const Results& r, const std::string& name) {
-  for (const ResultOutput& o : r.outputs)
-    if (o.column == name) return o.values;
-  throw std::runtime_error("no column " + name);
-}
-
-// Times of the events whose sentence ends so ("sticks", "slips").
-std::vector<double> events(const Results& r, const std::string& what) {
-  std::vector<double> out;
-  for (const std::string& note : r.statistics.notes) {
-    double t = 0.0;
-    if (std::sscanf(note.c_str(), "event at t = %lf", &t) == 1 && note.size() > what.size() && note.compare(note.size() - what.size(), what.size(), what) == 0)
-      out.push_back(t);
-  }
-  return out;
-}
 
 std::string head(double duration, const std::string& gravity, double rate = 100) {
   return fmt::format("[simulation]\nduration = {:.17g}\noutput_rate = {}\ngravity = {}\n", duration, rate, gravity);
@@ -46,17 +14,8 @@ std::string block(double mass = 1.0) {
   return fmt::format("[[body]]\nname = \"block\"\nkind = \"rigid\"\nmass = {}\ninertia = [0.1, 0.1, 0.1]\n", mass);
 }
 
-std::string output(const std::string& name, const std::string& of, const std::string& quantity) {
-  return fmt::format("[[output]]\nname = \"{}\"\nof = \"{}\"\nquantity = \"{}\"\n", name, of, quantity);
-}
-
 std::string slide(const std::string& more) {
   return "[[joint]]\nname = \"slide\"\nkind = \"prismatic\"\nparent = \"ground\"\nchild = \"block\"\naxis = [1, 0, 0]\n" + more + "\n";
-}
-
-double energy_gap(const Results& r) {
-  const VecX gap = r.kinetic + r.strain + r.potential - r.supplied + r.dissipated;
-  return (gap.array() - gap[0]).abs().maxCoeff();
 }
 
 // A block of 3 m/s on a floor stops after v/(mu g), v^2/(2 mu g), and stays; the normal force as a number and as the reaction.
