@@ -24,6 +24,7 @@ struct ResultBody {
   double length = 0.0;               // beams: m
   Section section;                   // beams: what to draw
   std::string mesh;                  // Wavefront file, absolute, or empty
+  std::string mesh_sha256;           // of that file when the results were written; empty: unknown
   Eigen::MatrixX3d position;         // nt x 3, origin of the body frame in world axes, m
   Eigen::MatrixX4d orientation;      // nt x 4, unit quaternion w x y z, body to world
   std::vector<ResultNode> nodes;     // nn simulation nodes; empty for a rigid body

@@ -208,7 +208,7 @@ void write_body(hid_t bodies, const ResultBody& body, long index, hsize_t nt) {
   if (body.length > 0.0) write_attribute(group, "length", body.length);
   if (!body.mesh.empty()) {
     write_attribute(group, "mesh", body.mesh);
-    const std::string hash = sha256_of_file(body.mesh);
+    const std::string hash = body.mesh_sha256.empty() ? sha256_of_file(body.mesh) : body.mesh_sha256;
     if (!hash.empty()) write_attribute(group, "mesh_sha256", hash);
   }
   if (!body.section.shape.empty()) write_section(group, body.section);
@@ -559,6 +559,7 @@ ResultBody read_body(const Reader& reader, hid_t group, const std::string& name,
   body.kind = reader.text(group, "kind", path, "rigid");
   body.length = reader.number(group, "length", path, 0.0);
   body.mesh = reader.text(group, "mesh", path, "");
+  body.mesh_sha256 = reader.text(group, "mesh_sha256", path, "");
   if (reader.has(group, "section")) body.section = read_section(reader, group, path);
   body.position = reader.numbers(group, "position", path, {nt, 3}, false);
   body.orientation = reader.numbers(group, "orientation", path, {nt, 4}, false);

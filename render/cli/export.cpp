@@ -7,6 +7,7 @@
 #include "render/film/gltf.h"
 #include "render/film/vtk.h"
 #include "sim/csv.h"
+#include "sim/words.h"
 
 #include <fmt/format.h>
 
@@ -52,6 +53,7 @@ nlohmann::ordered_json export_gltf(const ResultsJob& job, double scale, const fs
   const film::Animation animation = film::make_animation(job.results, job.settings, job.scene ? &*job.scene : nullptr);
   film::GltfReport report;
   render::write_file(out, film::make_gltf(animation, scale, out.extension() != ".gltf", report));
+  notes.insert(notes.end(), animation.warnings.begin(), animation.warnings.end());
   notes.insert(notes.end(), animation.notes.begin(), animation.notes.end());
   notes.insert(notes.end(), report.notes.begin(), report.notes.end());
   return {{"nodes", report.nodes}, {"morph_targets", report.morph_targets}, {"pictures", report.pictures}, {"largest_displacement", animation.largest_displacement}, {"error", report.error}};
@@ -61,6 +63,7 @@ nlohmann::ordered_json export_vtk(const ResultsJob& job, double scale, const fs:
   const film::Animation animation = film::make_animation(job.results, job.settings, job.scene ? &*job.scene : nullptr);
   Progress progress("writing");
   const film::VtkReport report = film::write_vtk(animation, scale, out, name, [&](int done, int all) { progress.show(double(done) / all); });
+  notes.insert(notes.end(), animation.warnings.begin(), animation.warnings.end());
   notes.insert(notes.end(), animation.notes.begin(), animation.notes.end());
   return {{"pictures", report.pictures}, {"index", report.index.string()}};
 }
@@ -71,6 +74,7 @@ nlohmann::ordered_json export_video(const ResultsJob& job, const RenderWords& re
   words.video = out.string();
   const DrawingReport report = run_drawing(job.results, job.settings, job.scene ? &*job.scene : nullptr, words, folder.path, "film");
   if (!report.video.made) throw std::runtime_error(report.video.note);
+  notes.insert(notes.end(), report.warnings.begin(), report.warnings.end());
   notes.insert(notes.end(), report.notes.begin(), report.notes.end());
   return {{"pictures", report.film.pictures}, {"size", {report.size.width, report.size.height}}};
 }
@@ -83,7 +87,7 @@ Command add_export(CLI::App& program) {
   app->footer(R"(csv   the histories: a column an output (RESULTS.csv)
 gltf  one animated file for viewers and Blender: bodies move, deformation as morph targets (RESULTS.glb; -o NAME.gltf for JSON)
 vtk   a surface file a picture and an index for ParaView, deformation as point data (folder RESULTS_vtk)
-mp4   the video alone (RESULTS.mp4; -o NAME.gif for a GIF)
+mp4   the video alone (RESULTS.mp4; -o NAME.gif for a GIF, NAME.apng for an animated PNG)
 Pictures a second and speed are those of the scene's [render] table.)");
   app->add_option("RESULTS", words->results, "results file (HDF5)")->required();
   app->add_option("--to", words->to, "csv, gltf, vtk or mp4")->required()->check(CLI::IsMember({"csv", "gltf", "vtk", "mp4"}));
@@ -100,7 +104,8 @@ Pictures a second and speed are those of the scene's [render] table.)");
             const std::string ending = words->to == "csv" ? ".csv" : words->to == "gltf" ? ".glb" : words->to == "mp4" ? ".mp4" : "_vtk";
             const fs::path out = words->out.empty() ? fs::path(name + ending) : fs::path(words->out);
             if (words->to == "gltf" && out.extension() != ".glb" && out.extension() != ".gltf") throw UsageError(fmt::format("-o {}: a glTF file ends in .glb or .gltf", out.string()));
-            if (words->to == "mp4" && out.extension() != ".mp4" && out.extension() != ".gif") throw UsageError(fmt::format("-o {}: a video ends in .mp4 or .gif", out.string()));
+            if (words->to == "mp4" && !film::is_video_name(out))
+              throw UsageError(fmt::format("-o {}: a video's name must end in {}", sim::quote(out.string()), sim::list_words(film::video_endings())));
             const ResultsJob job = read_results_job(words->results, words->scene, words->render);
             const fs::path folder = words->to == "vtk" ? out : fs::absolute(out).parent_path();
             require_writable(folder);

@@ -72,7 +72,7 @@ void add_render_words(CLI::App& words, RenderWords& values) {
   words.add_flag("--no-overlay", values.no_overlay, "no words, bars and plots");
   words.add_option("--workers", values.workers, "processes that draw; default: one a core")->check(CLI::Range(1, 1024));
   words.add_option("--renderer", values.renderer, "osmesa or egl")->check(CLI::IsMember({"osmesa", "egl"}))->capture_default_str();
-  words.add_option("--video", values.video, "the video's file (.mp4, .gif or .apng); default: NAME.mp4 beside the pictures");
+  words.add_option("--video", values.video, "the video's file (.mp4, .gif, or .apng and .png for an animated PNG); default: NAME.mp4 beside the pictures");
   words.add_flag("--no-video", values.no_video, "pictures only");
 }
 
@@ -89,6 +89,8 @@ Job read_job(const fs::path& scene_file) {
 void apply_words(const RenderWords& words, film::RenderSettings& settings) {
   if (!words.size.empty()) settings.size = film::parse_size(words.size);
   if (!words.scales.empty()) settings.scales = film::parse_scales(words.scales);
+  if (!words.video.empty() && !film::is_video_name(words.video))
+    throw UsageError(fmt::format("--video {}: a video's name must end in {}", sim::quote(words.video), sim::list_words(film::video_endings())));
   if (words.samples) settings.samples = *words.samples;
   if (words.no_shadows) settings.shadows = settings.occlusion = false;
   if (words.no_overlay)
@@ -138,22 +140,28 @@ DrawingReport run_drawing(const sim::Results& results, const film::RenderSetting
   report.size = settings.size;
   report.cpu_setup = animation.cpu_setup;
   report.notes = animation.notes;
+  report.warnings = animation.warnings;
   options.folder = report.frames;
   options.resume = words.resume;
   options.workers = words.workers;
   options.backend = render::backend_from_name(words.renderer);
+
+  // The video of the whole range, while the pictures come; a shard alone has gaps.
+  std::optional<film::VideoWriter> video;
+  if (options.shards == 1 && !words.no_video && (settings.video != "none" || !words.video.empty())) {
+    report.video_file = words.video.empty() ? folder / (name + "." + settings.video) : fs::path(words.video);
+    make_folder(fs::absolute(report.video_file).parent_path());
+    video.emplace(report.video_file, settings.frame_rate, settings.background == film::BackgroundKind::transparent);
+    options.finished = [&](const fs::path& picture) { video->add(picture); };
+  }
   {
     Progress progress("drawing");
     options.progress = [&](int done, int all) { progress.show(double(done) / all); };
     report.film = film::film(animation, options);
   }
 
-  // Sheet and video of the whole range; a shard alone has gaps.
-  if (options.shards > 1) return report;
-  if (settings.contact_sheet > 0) film::write_contact_sheet(report.frames, options.first, report.film.pictures, settings.contact_sheet, folder / (name + "_sheet.png"));
-  if (words.no_video || (settings.video == "none" && words.video.empty())) return report;
-  report.video_file = words.video.empty() ? folder / (name + "." + settings.video) : fs::path(words.video);
-  report.video = film::make_video(report.frames, options.first, report.film.pictures, settings.frame_rate, report.video_file, throw_if_interrupted);
+  if (options.shards == 1 && settings.contact_sheet > 0) film::write_contact_sheet(report.frames, options.first, report.film.pictures, settings.contact_sheet, folder / (name + "_sheet.png"));
+  if (video) report.video = video->finish(throw_if_interrupted);
   return report;
 }
 
@@ -205,6 +213,7 @@ void print_drawing(const DrawingReport& report) {
   fmt::print("; {} processes, {:.1f} s\n", f.workers, f.wall_seconds);
   if (report.video.made) fmt::print("video        {} ({:.2f} CPU s)\n", report.video_file.string(), report.video.cpu_seconds);
   else if (!report.video.note.empty()) fmt::print("note         {}\n", report.video.note);
+  for (const std::string& warning : report.warnings) fmt::print("WARNING      {}\n", warning);
   for (const std::string& note : report.notes) fmt::print("note         {}\n", note);
 }
 
@@ -230,6 +239,7 @@ nlohmann::ordered_json drawing_json(const DrawingReport& report) {
                                  {"cpu_seconds", {{"setup", report.cpu_setup}, {"deformation", f.cpu_deform}, {"drawing", f.cpu_draw}, {"encoding", f.cpu_encode}, {"video", report.video.cpu_seconds}}},
                                  {"processes", f.workers}, {"wall_seconds", f.wall_seconds}};
   json["video"] = report.video.made ? nlohmann::ordered_json(report.video_file.string()) : nlohmann::ordered_json(nullptr);
+  json["warnings"] = report.warnings;
   json["notes"] = report.notes;
   if (!report.video.note.empty()) json["notes"].push_back(report.video.note);
   return json;

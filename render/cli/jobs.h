@@ -57,7 +57,7 @@ struct DrawingReport {
   std::filesystem::path frames, video_file;
   render::Size size;
   double cpu_setup = 0.0;  // maps, ranges, camera
-  std::vector<std::string> notes;
+  std::vector<std::string> notes, warnings;
 };
 DrawingReport run_drawing(const sim::Results& results, const film::RenderSettings& settings, const sim::Scene* scene, const RenderWords& words,
                           const std::filesystem::path& folder, const std::string& name);

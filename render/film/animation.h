@@ -71,7 +71,8 @@ struct Animation {
   int follow = -1;                         // body, -1: none
   int count = 0;                           // pictures
   double step = 0.0;                       // s between pictures
-  std::vector<std::string> notes;          // warnings and choices, one sentence each
+  std::vector<std::string> notes;          // choices and what was mended, one sentence each
+  std::vector<std::string> warnings;       // what may be wrong with the pictures
   double cpu_setup = 0.0;                  // CPU seconds of maps and ranges
 };
 

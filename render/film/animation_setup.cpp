@@ -6,6 +6,7 @@
 #include "render/film/survey.h"
 
 #include "render/camera.h"
+#include "sim/file_output.h"
 
 #include <fmt/format.h>
 
@@ -275,6 +276,9 @@ Animation make_animation(const sim::Results& results, const RenderSettings& aske
   const double size = machine_size(results);
   for (size_t b = 0; b < results.bodies.size(); ++b) {
     animation.bodies.push_back(make_body_model(results.bodies[b], find_body(scene, results.bodies[b].name), settings, static_cast<int>(b), size));
+    const sim::ResultBody& body = results.bodies[b];
+    if (!body.mesh.empty() && !body.mesh_sha256.empty() && sim::sha256_of_file(body.mesh) != body.mesh_sha256)
+      animation.warnings.push_back(fmt::format("{}: the mesh {} has changed since the results were made", body.name, body.mesh));
     for (const std::string& warning : animation.bodies.back().warnings) animation.notes.push_back(fmt::format("{}: {}", results.bodies[b].name, warning));
   }
 
@@ -284,7 +288,7 @@ Animation make_animation(const sim::Results& results, const RenderSettings& aske
   set_colors(animation, survey.largest_scalar);
   if (!settings.corotated)
     for (double scale : animation.scales)
-      if (const std::string warning = interp::exaggeration_warning(survey.largest_turn, scale); !warning.empty()) animation.notes.push_back(warning);
+      if (const std::string warning = scale > 1.0 ? interp::exaggeration_warning(survey.largest_turn, scale) : ""; !warning.empty()) animation.notes.push_back(warning);
 
   animation.follow = settings.camera.follow.empty() ? -1 : body_index(results, settings.camera.follow);
   std::vector<double> drawn = animation.scales;

@@ -41,6 +41,7 @@ double thread_seconds() {
 // What a worker tells its parent; short enough to be written in one piece.
 struct Message {
   enum Kind { drawn, kept, failed } kind = drawn;
+  int index = 0;  // of the picture among those asked for
   double deform = 0.0, draw = 0.0, encode = 0.0;
   std::array<char, 1024> text{};
 };
@@ -119,7 +120,9 @@ Message make_one(const Animation& animation, const FilmOptions& options, int pic
     PictureMemory memory;
     for (int i = next++; i < static_cast<int>(pictures.size()); i = next++) {
       doing = fmt::format("picture {}", pictures[i]);
-      send(pipe, make_one(animation, options, pictures[i], memory, renderer, environment));
+      Message message = make_one(animation, options, pictures[i], memory, renderer, environment);
+      message.index = i;
+      send(pipe, message);
     }
   } catch (const std::bad_alloc&) {
     fail("out of memory");
@@ -255,6 +258,8 @@ FilmReport film(const Animation& animation, const FilmOptions& options) {
   }
   ::close(ends[1]);
 
+  std::vector<bool> there(pictures.size(), false);
+  size_t next = 0;
   // Messages until the last worker has closed its end.
   for (;;) {
     pollfd wait{.fd = ends[0], .events = POLLIN, .revents = 0};
@@ -270,6 +275,9 @@ FilmReport film(const Animation& animation, const FilmOptions& options) {
     report.cpu_deform += message.deform;
     report.cpu_draw += message.draw;
     report.cpu_encode += message.encode;
+    there[static_cast<size_t>(message.index)] = true;
+    for (; next < there.size() && there[next]; ++next)
+      if (options.finished) options.finished(options.folder / picture_file_name(pictures[next]));
     if (options.progress) options.progress(report.drawn + report.kept, report.pictures);
   }
   workers.join();

@@ -22,6 +22,7 @@ struct FilmOptions {
   int workers = 0;                       // 0: as many as cores may be used
   render::Backend backend = render::Backend::osmesa;
   std::function<void(int done, int all)> progress{};  // now and then; may throw to stop
+  std::function<void(const std::filesystem::path& picture)> finished{};  // each picture in order of number, as soon as it and all before it are there
 };
 
 struct FilmReport {

@@ -1,17 +1,29 @@
 #include "render/film/video.h"
 
+#include "render/file.h"
+
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cerrno>
+#include <chrono>
+#include <condition_variable>
 #include <csignal>
+#include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <deque>
+#include <mutex>
+#include <optional>
 #include <sstream>
+#include <stdexcept>
 #include <system_error>
-#include <vector>
+#include <thread>
 
 #include <fcntl.h>
 #include <poll.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -30,104 +42,241 @@ std::string find_program(const std::string& name) {
   return {};
 }
 
-// A running program; killed when the scope is left early.
-struct Process {
-  pid_t pid = -1;
-  int output = -1;
-  Process() = default;
-  Process(const Process&) = delete;
-  Process& operator=(const Process&) = delete;
-  ~Process() {
-    if (pid > 0) {
-      ::kill(pid, SIGKILL);
-      while (::waitpid(pid, nullptr, 0) < 0 && errno == EINTR) {}
-    }
-    if (output >= 0) ::close(output);
-  }
-};
+std::string ending_of(const std::filesystem::path& path) {
+  std::string ending = path.extension().string();
+  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return ending;
+}
 
-// A file that is removed when it has not been given its final name.
-struct Unfinished {
-  std::filesystem::path path;
-  ~Unfinished() {
-    std::error_code ignored;
-    std::filesystem::remove(path, ignored);
+// No shell, no interaction, nothing but errors said; the file carries no dates.
+std::vector<std::string> ffmpeg_words(const std::string& program, const std::string& ending, double frame_rate, bool transparent, const std::string& file) {
+  std::vector<std::string> words = {program,       "-nostdin", "-hide_banner", "-loglevel", "error", "-y", "-f", "image2pipe", "-c:v", "png",
+                                    "-framerate", fmt::format("{:.9g}", frame_rate), "-i", "pipe:0"};
+  if (ending == ".gif") {
+    // A palette a picture: one for all would have to see them all first, and keep them. Players slow down what lasts less than 2 hundredths.
+    words.insert(words.end(), {"-vf", std::string(frame_rate > 50.0 ? "fps=50," : "") + "split[a][b];[a]palettegen=stats_mode=single[p];[b][p]paletteuse=new=1:dither=sierra2_4a", "-f", "gif"});
+  } else if (ending == ".mp4") {
+    // The codec wants even sides and knows no transparency.
+    const std::string white = "split[a][b];[a]lutrgb=r=maxval:g=maxval:b=maxval:a=maxval[w];[w][b]overlay,", even = "pad=ceil(iw/2)*2:ceil(ih/2)*2";
+    words.insert(words.end(), {"-vf", transparent ? white + even : even, "-c:v", "libx264", "-preset", "fast", "-crf", "18", "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4"});
+  } else {
+    words.insert(words.end(), {"-f", "apng", "-plays", "0", "-pred", "sub"});
   }
-};
+  words.insert(words.end(), {"-map_metadata", "-1", "-fflags", "+bitexact", "-flags:v", "+bitexact", file});
+  return words;
+}
+
+void close_end(int& fd) {
+  if (fd >= 0) ::close(fd);
+  fd = -1;
+}
 
 }  // namespace
 
-VideoReport make_video(const std::filesystem::path& folder, int first, int count, double frame_rate, const std::filesystem::path& path,
-                       const std::function<void()>& wait) {
-  VideoReport report;
+const std::vector<std::string>& video_endings() {
+  static const std::vector<std::string> endings = {".mp4", ".gif", ".apng", ".png"};
+  return endings;
+}
+
+bool is_video_name(const std::filesystem::path& path) {
+  return std::find(video_endings().begin(), video_endings().end(), ending_of(path)) != video_endings().end();
+}
+
+struct VideoWriter::Impl {
+  std::filesystem::path path, unfinished;
+  std::string note;                   // of the start
+  pid_t pid = -1;
+  int input = -1, complaints = -1;    // ends of ffmpeg's stdin and stderr
+
+  // Shared with the thread that feeds.
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::deque<std::filesystem::path> queue;
+  bool ended = false, done = false;
+  std::string complaint;              // of ffmpeg or about the pictures, once done
+  bool broken = false;                // a picture could not be read, once done
+  std::thread thread;
+
+  void start(double frame_rate, bool transparent);
+  void feed();
+  void stop();
+};
+
+void VideoWriter::Impl::start(double frame_rate, bool transparent) {
   const std::string program = find_program("ffmpeg");
   if (program.empty()) {
-    report.note = "no video: the program ffmpeg is not installed";
-    return report;
+    note = "no video: the program ffmpeg is not installed (Debian package ffmpeg)";
+    return;
   }
-  const bool gif = path.extension() == ".gif", apng = path.extension() == ".apng" || path.extension() == ".png";
-  const Unfinished file{path.parent_path() / ("." + path.stem().string() + ".unfinished" + path.extension().string())};
-
-  // No shell, no interaction; the picture's sides are made even for the codec, the file carries no dates.
-  std::vector<std::string> words = {program, "-nostdin", "-hide_banner", "-loglevel", "error", "-y", "-framerate", fmt::format("{:.9g}", frame_rate),
-                                    "-start_number", std::to_string(first), "-i", (folder / "frame_%05d.png").string(), "-frames:v", std::to_string(count)};
-  if (gif) words.insert(words.end(), {"-vf", "split[a][b];[a]palettegen[p];[b][p]paletteuse"});
-  else if (apng) words.insert(words.end(), {"-f", "apng", "-plays", "0", "-pred", "sub"});
-  else words.insert(words.end(), {"-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-c:v", "libx264", "-preset", "fast", "-crf", "18", "-pix_fmt", "yuv420p", "-movflags", "+faststart"});
-  words.insert(words.end(), {"-map_metadata", "-1", "-fflags", "+bitexact", "-flags:v", "+bitexact", file.path.string()});
-
+  std::vector<std::string> words = ffmpeg_words(program, ending_of(path), frame_rate, transparent, std::filesystem::absolute(unfinished).string());
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
-  int ends[2];
-  if (::pipe2(ends, O_CLOEXEC) != 0) {
-    report.note = fmt::format("no video: {}", std::strerror(errno));
-    return report;
+  int in[2] = {-1, -1}, out[2] = {-1, -1};
+  if (::pipe2(in, O_CLOEXEC) != 0 || ::pipe2(out, O_CLOEXEC) != 0) {
+    note = fmt::format("no video: {}", std::strerror(errno));
+    close_end(in[0]);
+    close_end(in[1]);
+    return;
   }
-  Process process;
-  process.output = ends[0];
-  process.pid = ::fork();
-  if (process.pid == 0) {
-    // The child owns a new group, so that the user's ctrl-C reaches it by way of us.
+  const pid_t parent = ::getpid();
+  pid = ::fork();
+  if (pid == 0) {
+    // A new group, so that the user's ctrl-C reaches ffmpeg by way of us; without us it has nothing to do.
     ::setpgid(0, 0);
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (::getppid() != parent) ::_exit(1);
     const int null = ::open("/dev/null", O_RDWR);
-    ::dup2(null, STDIN_FILENO);
+    ::dup2(in[0], STDIN_FILENO);
     ::dup2(null, STDOUT_FILENO);
-    ::dup2(ends[1], STDERR_FILENO);
+    ::dup2(out[1], STDERR_FILENO);
     ::execv(program.c_str(), arguments.data());
     ::_exit(127);
   }
-  ::close(ends[1]);
-  if (process.pid < 0) {
-    report.note = fmt::format("no video: cannot start ffmpeg: {}", std::strerror(errno));
+  const int reason = errno;
+  ::close(in[0]);
+  ::close(out[1]);
+  input = in[1];
+  complaints = out[0];
+  if (pid < 0) note = fmt::format("no video: cannot start ffmpeg: {}", std::strerror(reason));
+  else ::fcntl(input, F_SETFL, O_NONBLOCK);
+}
+
+// The life of the thread: pictures to ffmpeg, its complaints from it, until it has closed its end.
+void VideoWriter::Impl::feed() {
+  // An ffmpeg that is gone is an error of writing.
+  sigset_t pipe_signal;
+  sigemptyset(&pipe_signal);
+  sigaddset(&pipe_signal, SIGPIPE);
+  ::pthread_sigmask(SIG_BLOCK, &pipe_signal, nullptr);
+
+  std::vector<std::uint8_t> bytes;
+  std::size_t written = 0;
+  std::string said;
+  bool unread = false;
+  for (;;) {
+    if (written == bytes.size() && input >= 0) {
+      std::optional<std::filesystem::path> next;
+      {
+        std::unique_lock lock(mutex);
+        changed.wait_for(lock, std::chrono::milliseconds(100), [&] { return !queue.empty() || ended; });
+        if (!queue.empty()) {
+          next = std::move(queue.front());
+          queue.pop_front();
+        } else if (ended) {
+          close_end(input);
+        }
+      }
+      written = 0;
+      bytes.clear();
+      try {
+        if (next) bytes = render::read_file(*next);
+      } catch (const std::exception& e) {
+        said = e.what();
+        unread = true;
+        close_end(input);
+      }
+    }
+    pollfd ends[2] = {{.fd = complaints, .events = POLLIN, .revents = 0}, {.fd = written < bytes.size() ? input : -1, .events = POLLOUT, .revents = 0}};
+    // While there is nothing to write, only a look.
+    if (::poll(ends, 2, written < bytes.size() || input < 0 ? -1 : 0) < 0 && errno != EINTR) break;
+    if (ends[1].revents != 0) {
+      const ssize_t n = ::write(input, bytes.data() + written, bytes.size() - written);
+      if (n > 0) written += static_cast<std::size_t>(n);
+      else if (errno != EINTR && errno != EAGAIN) {
+        close_end(input);
+        written = bytes.size();
+      }
+    }
+    if (ends[0].revents != 0) {
+      char text[512];
+      const ssize_t got = ::read(complaints, text, sizeof text);
+      if (got == 0 || (got < 0 && errno != EINTR && errno != EAGAIN)) break;
+      if (got > 0 && said.size() < 4096) said.append(text, static_cast<std::size_t>(got));
+    }
+  }
+  close_end(input);
+  const std::lock_guard lock(mutex);
+  complaint = said;
+  broken = unread;
+  done = true;
+  changed.notify_all();
+}
+
+void VideoWriter::Impl::stop() {
+  if (pid > 0) ::kill(pid, SIGKILL);
+  {
+    const std::lock_guard lock(mutex);
+    ended = true;
+    queue.clear();
+  }
+  changed.notify_all();
+  if (thread.joinable()) thread.join();
+  if (pid > 0)
+    while (::waitpid(pid, nullptr, 0) < 0 && errno == EINTR) {}
+  pid = -1;
+  close_end(input);
+  close_end(complaints);
+  std::error_code ignored;
+  std::filesystem::remove(unfinished, ignored);
+}
+
+VideoWriter::VideoWriter(const std::filesystem::path& path, double frame_rate, bool transparent) : impl_(std::make_unique<Impl>()) {
+  impl_->path = path;
+  impl_->unfinished = path.parent_path() / ("." + path.stem().string() + ".unfinished" + path.extension().string());
+  impl_->start(frame_rate, transparent);
+}
+
+VideoWriter::~VideoWriter() { impl_->stop(); }
+
+void VideoWriter::add(const std::filesystem::path& picture) {
+  if (!impl_->note.empty()) return;
+  // Not before: whoever draws forks, and a fork should find one thread only.
+  if (!impl_->thread.joinable()) impl_->thread = std::thread([this] { impl_->feed(); });
+  {
+    const std::lock_guard lock(impl_->mutex);
+    impl_->queue.push_back(picture);
+  }
+  impl_->changed.notify_all();
+}
+
+VideoReport VideoWriter::finish(const std::function<void()>& wait) {
+  Impl& v = *impl_;
+  VideoReport report;
+  report.note = v.note;
+  if (!v.note.empty()) return report;
+  if (!v.thread.joinable()) {
+    report.note = "no video: no pictures";
     return report;
   }
-
-  // Its complaints, until it closes them.
-  std::string complaint;
-  for (;;) {
-    pollfd poll_end{.fd = process.output, .events = POLLIN, .revents = 0};
-    const int ready = ::poll(&poll_end, 1, 200);
-    if (wait) wait();
-    if (ready <= 0) continue;
-    char text[512];
-    const ssize_t got = ::read(process.output, text, sizeof text);
-    if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) break;
-    if (complaint.size() < 4096) complaint.append(text, static_cast<size_t>(got));
+  {
+    std::unique_lock lock(v.mutex);
+    v.ended = true;
+    v.changed.notify_all();
+    while (!v.changed.wait_for(lock, std::chrono::milliseconds(200), [&] { return v.done; }))
+      if (wait) {
+        lock.unlock();
+        wait();
+        lock.lock();
+      }
   }
+  v.thread.join();
   int status = 0;
   rusage usage{};
-  while (::wait4(process.pid, &status, 0, &usage) < 0 && errno == EINTR) {}
-  process.pid = -1;
+  while (::wait4(v.pid, &status, 0, &usage) < 0 && errno == EINTR) {}
+  v.pid = -1;
   const auto seconds = [](const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); };
   report.cpu_seconds = seconds(usage.ru_utime) + seconds(usage.ru_stime);
   std::error_code error;
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) std::filesystem::rename(file.path, path, error);
-  else error = std::make_error_code(std::errc::io_error);
+  // ffmpeg ends well on whatever it was given; without all the pictures it is no video of them.
+  if (v.broken || !WIFEXITED(status) || WEXITSTATUS(status) != 0) error = std::make_error_code(std::errc::io_error);
+  else std::filesystem::rename(v.unfinished, v.path, error);
   if (error) {
-    if (const size_t line = complaint.find('\n'); line != std::string::npos) complaint.resize(line);
-    report.note = fmt::format("no video: ffmpeg failed: {}", complaint.empty() ? error.message() : complaint);
+    std::error_code ignored;
+    std::filesystem::remove(v.unfinished, ignored);
+    if (const std::size_t line = v.complaint.find('\n'); line != std::string::npos) v.complaint.resize(line);
+    const std::string why = !v.complaint.empty() ? v.complaint : WIFSIGNALED(status) ? fmt::format("ended by signal {}", WTERMSIG(status)) : error.message();
+    report.note = fmt::format("no video: ffmpeg failed: {}", why);
     return report;
   }
   report.made = true;

@@ -1,9 +1,17 @@
 // A video of pictures by the program ffmpeg, where it is installed.
+//
+//   VideoWriter video(path, 30.0);
+//   for (...) video.add(picture);      in order, as they are drawn
+//   VideoReport report = video.finish();
+//
+// ffmpeg reads the pictures as they come and encodes while others are drawn; the file is written under another name and renamed.
 #pragma once
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
+#include <vector>
 
 namespace flexframe::film {
 
@@ -13,10 +21,28 @@ struct VideoReport {
   double cpu_seconds = 0.0;  // of ffmpeg
 };
 
-// Pictures folder/frame_%05d.png from number `first` on, `count` of them, to an H.264 file (.mp4) or, by the name's ending, a GIF (.gif) or an animated PNG (.apng, .png).
-// Written under another name and renamed. Calls `wait` now and then; it may throw to stop. A missing or failing ffmpeg is a note,
-// not an error: the pictures are the work.
-VideoReport make_video(const std::filesystem::path& folder, int first, int count, double frame_rate, const std::filesystem::path& path,
-                       const std::function<void()>& wait = {});
+// Endings of the files that can be made, capitals or not: H.264, GIF, animated PNG (the last two).
+const std::vector<std::string>& video_endings();
+bool is_video_name(const std::filesystem::path& path);
+
+// A missing or failing ffmpeg is a note of the report, not an error: the pictures are the work.
+class VideoWriter {
+ public:
+  // transparent: pictures have an alpha channel; where the format has none they lie on white.
+  VideoWriter(const std::filesystem::path& path, double frame_rate, bool transparent = false);
+  ~VideoWriter();  // before finish: ffmpeg is ended and leaves nothing
+  VideoWriter(const VideoWriter&) = delete;
+  VideoWriter& operator=(const VideoWriter&) = delete;
+
+  // The next picture, a whole PNG file that stays there until finish. Returns at once.
+  void add(const std::filesystem::path& picture);
+
+  // Waits for ffmpeg. Calls `wait` now and then; it may throw to stop.
+  VideoReport finish(const std::function<void()>& wait = {});
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
 
 }  // namespace flexframe::film

@@ -177,14 +177,33 @@ TEST_F(Filming, AKilledWorkerIsAnError) {
 }
 
 TEST_F(Filming, VideoHasEveryPicture) {
-  draw("a");
-  const film::VideoReport report = film::make_video(folder / "a", 0, 13, 12.0, folder / "film.mp4");
+  film::VideoWriter video(folder / "film.mp4", 12.0);
+  std::vector<std::string> fed;
+  draw("a", {.workers = 3, .finished = [&](const fs::path& picture) {
+               EXPECT_TRUE(render::is_whole_png(picture));
+               fed.push_back(picture.filename().string());
+               video.add(picture);
+             }});
+  ASSERT_EQ(fed.size(), 13u);
+  EXPECT_TRUE(std::is_sorted(fed.begin(), fed.end()));
+  const film::VideoReport report = video.finish();
   ASSERT_TRUE(report.made) << report.note;
   EXPECT_GT(fs::file_size(folder / "film.mp4"), 1000u);
-  const film::VideoReport none = film::make_video(folder / "nothing", 0, 13, 12.0, folder / "none.mp4");
+
+  // Without pictures, with one that is missing, and one that nobody finishes: a reason, and no file.
+  film::VideoWriter nothing(folder / "nothing.mp4", 12.0);
+  EXPECT_FALSE(nothing.finish().made);
+  film::VideoWriter gap(folder / "gap.mp4", 12.0);
+  gap.add(folder / "a/frame_00000.png");
+  gap.add(folder / "a/frame_00099.png");
+  const film::VideoReport none = gap.finish();
   EXPECT_FALSE(none.made);
-  EXPECT_FALSE(none.note.empty());
-  EXPECT_FALSE(fs::exists(folder / "none.mp4"));
+  EXPECT_NE(none.note.find("frame_00099.png"), std::string::npos) << none.note;
+  {
+    film::VideoWriter dropped(folder / "dropped.mp4", 12.0);
+    for (int k = 0; k < 13; ++k) dropped.add(folder / "a" / film::picture_file_name(k));
+  }
+  for (const auto& entry : fs::directory_iterator(folder)) EXPECT_TRUE(entry.is_directory() || entry.path().filename() == "film.mp4") << entry.path();
 }
 
 }  // namespace
