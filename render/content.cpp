@@ -89,6 +89,12 @@ Content gather_content(const Picture& p) {
   check_picture(p);
   Content d;
   d.surfaces = p.surfaces;
+  // Wires are a shell that is clear between its lines.
+  for (Surface& s : d.surfaces)
+    if (s.wires) {
+      s.edges = true;
+      s.opacity = std::min(s.opacity, 0.999f);
+    }
   for (const Surface& s : d.surfaces) d.boxes.push_back(box_of(s.positions));
   d.shapes.reserve(p.arrows.size() + 1);
   const auto add_shape = [&](const Shape& shape, const glm::dmat4& pose, const glm::vec3& color, float opacity) {

@@ -130,7 +130,7 @@ struct Builder {
     const Ticks y_ticks = make_ticks(p.y0, p.y1, std::max(2, static_cast<int>((bottom - top) / (1.9 * small))));
     double widest = 0.0;
     for (const Tick& t : y_ticks.values) widest = std::max(widest, text_width(t.text, small));
-    const std::string y_label = axis_text(plot.y_label, y_ticks.exponent, small, panel.height - 0.6 * pad);
+    const std::string y_label = axis_text(plot.y_label, y_ticks.exponent, small, panel.height - 2.0 * pad);
     const bool y_named = !y_label.empty() && panel.width > 14.0 * small;
     const double left = panel.x + 0.7 * pad + widest + 0.5 * small + (y_named ? 1.4 * small : 0.0);
     const double right = panel.x + panel.width - pad;

@@ -287,6 +287,12 @@ std::string time_text(double t, double step, double duration) {
   return "t = " + text + " " + unit.name;
 }
 
-std::string scale_text(double scale) { return fmt::format("× {:g}", scale); }
+std::string scale_text(double scale) {
+  if (!(scale >= 1e4 && scale < 1e9) || scale != std::floor(scale)) return fmt::format("× {:g}", scale);
+  // Thousands apart: 20 000.
+  std::string digits = fmt::format("{:.0f}", scale);
+  for (std::size_t at = digits.size(); at > 3; at -= 3) digits.insert(at - 3, "\u202f");
+  return "× " + digits;
+}
 
 }  // namespace flexframe::render

@@ -3,6 +3,8 @@
 #include "render/shaders.h"
 #include "render/srgb.h"
 
+#include <glm/gtc/matrix_transform.hpp>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -230,12 +232,18 @@ void Painter::draw_surface(const Surface& s, const Picture& p, const ViewState& 
   if (keep) switches.push_back("STORE");
   else if (v.light && !v.ghost) switches.push_back("SHADOW");
   if (v.ghost) switches.push_back("GHOST");
+  if (v.ghost && s.wires) switches.push_back("WIRES");
   if (s.two_sided || s.normals.empty()) switches.push_back("TWO_SIDED");
   if (v.scalar_output) switches.push_back("SCALAR_OUTPUT");
   Program& program = device_.program(ShaderKind::surface, switches);
   program.use();
   program.set("view_from_surface", glm::mat4(view_from_surface));
-  program.set("clip_from_surface", glm::mat4(v.frame->clip * view_from_surface));
+  // A ghost that hardly leaves its body stays behind it, wires lie on top: both without a fight for the nearer depth.
+  glm::dmat4 place = view_from_surface;
+  const double pull = !v.ghost ? 0.0 : s.wires ? 1e-3 : -2e-4;
+  if (v.frame->orthographic) place[3].z += pull * (v.frame->far - v.frame->near);
+  else place = glm::scale(glm::dmat4(1.0), glm::dvec3(1.0 - pull)) * place;
+  program.set("clip_from_surface", glm::mat4(v.frame->clip * place));
   const double scale = std::cbrt(std::abs(glm::determinant(glm::dmat3(s.pose))));
   program.set("view_normal", glm::mat3(glm::dmat3(view_from_surface) / (scale > 0.0 ? scale : 1.0)));
   set_view(program, p, s, v);

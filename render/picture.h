@@ -86,6 +86,7 @@ struct Surface {
   float opacity = 1.0f;                    // < 1: ghost: one translucent shell, inner faces do not show through
   bool two_sided = true;                   // false: closed mesh, back faces are not drawn (much faster)
   bool edges = false;                      // lines along the edges of the triangles
+  bool wires = false;                      // only those lines, the hidden ones left out; opacity is theirs
   std::span<const std::uint8_t> edge_flags;  // one per triangle: bit k: the edge from its corner k to the next is drawn; empty: all
   bool silhouette = false;                 // dark outline against whatever lies behind
   bool casts_shadow = true;

@@ -249,11 +249,20 @@ void main() {
                         length(vec2(dFdx(corner_at.z), dFdy(corner_at.z)))), vec3(1e-6));
   vec3 away = corner_at / slope;
   // Small triangles get thinner lines, an eighth of their height on each side: wires thin out with the distance like drawn ones.
+#ifdef WIRES
+  // Without a body behind them they must not vanish.
+  vec3 thin = min(vec3(edge_width), 0.16 / slope);
+  vec3 lines = clamp(thin + 0.5 - away, 0.0, 1.0) * min(0.1 + 2.0 * thin, 1.0);
+#else
   vec3 thin = min(vec3(edge_width), 0.125 / slope);
   vec3 lines = clamp(thin + 0.5 - away, 0.0, 1.0) * min(2.0 * thin, 1.0);
-  lit_color = mix(lit_color, edge_color, max(max(lines.x, lines.y), lines.z) * 0.85);
 #endif
-#ifdef GHOST
+  float line = max(max(lines.x, lines.y), lines.z);
+  lit_color = mix(lit_color, edge_color, line * 0.85);
+#endif
+#if defined(WIRES)
+  result = vec4(edge_color, line * mark.y);
+#elif defined(GHOST)
   // A shell of glass: denser and darker where it is seen edge on.
   float edge_on = r2 * (3.0 - 2.0 * rim);
   result = vec4(mix(lit_color, albedo * 0.55, 0.6 * edge_on), clamp(mark.y * mix(0.9, 2.2, edge_on), 0.0, 1.0));

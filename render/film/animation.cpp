@@ -12,8 +12,8 @@
 namespace flexframe::film {
 namespace {
 
-constexpr float ghost_opacity = 0.38f, undeformed_opacity = 0.16f, trail_opacity = 0.22f;
-const glm::vec3 pale{0.60f, 0.65f, 0.72f};
+constexpr float ghost_opacity = 0.38f, undeformed_opacity = 0.30f, trail_opacity = 0.22f;
+const glm::vec3 pale{0.50f, 0.55f, 0.63f};
 
 // Adds one body at one scale; its arrays live in the next free skin.
 render::Surface& add_surface(const Animation& animation, PictureMemory& memory, size_t& skin, const BodyModel& model, const glm::dmat4& pose) {
@@ -26,7 +26,8 @@ render::Surface& add_surface(const Animation& animation, PictureMemory& memory, 
   surface.material = model.material;
   surface.opacity = model.opacity;
   surface.two_sided = !model.closed;
-  surface.edges = animation.settings.edges;
+  surface.edges = model.edges != EdgeLines::none;
+  surface.edge_flags = model.edge_flags;
   surface.silhouette = animation.settings.silhouette;
   memory.picture.surfaces.push_back(surface);
   return memory.picture.surfaces.back();
@@ -121,17 +122,28 @@ void update_picture(const Animation& animation, int k, PictureMemory& memory) {
       for (int p : model.mesh.point_position) scalars.push_back(memory.vertex_scalars[static_cast<size_t>(p)]);
 
     // One surface a scale: the first solid, the others ghosts.
-    for (size_t s = 0; s < (model.flexible ? animation.scales.size() : 1); ++s) {
+    for (size_t s = 0; s < (model.flexible && model.ghost != GhostStyle::none ? animation.scales.size() : 1); ++s) {
       PictureMemory::Skin& arrays = memory.skins[skin];
       if (model.flexible) update_surface(model, animation.scales[s], settings.corotated, memory.bodies[b], arrays.positions, arrays.normals);
       else rest_surface(model, arrays.positions, arrays.normals);
       render::Surface& surface = add_surface(animation, memory, skin, model, pose);
       surface.scalars = scalars;
       surface.colors = model.colors;
-      if (!model.spine.empty()) picture.lines.push_back(spine_line(model, memory.bodies[b], memory.vertex_scalars, picture.scalar_map, pose, s == 0 ? 1.0f : ghost_opacity));
+      if (!model.spine.empty() && (s == 0 || model.ghost == GhostStyle::body)) picture.lines.push_back(spine_line(model, memory.bodies[b], memory.vertex_scalars, picture.scalar_map, pose, s == 0 ? 1.0f : ghost_opacity));
       if (s == 0) continue;
       surface.opacity *= ghost_opacity;
       surface.casts_shadow = false;
+      if (model.ghost_color) {
+        surface.material.color = *model.ghost_color;
+        surface.scalars = {};
+        surface.colors = {};
+      }
+      if (model.ghost == GhostStyle::mesh) {
+        surface.wires = true;
+        surface.edge_flags = {};
+        surface.edge_color = surface.material.color;
+        surface.opacity = model.opacity;
+      }
     }
     if (settings.undeformed && model.flexible) {
       rest_surface(model, memory.skins[skin].positions, memory.skins[skin].normals);
@@ -233,7 +245,7 @@ std::string picture_hash(const render::Picture& picture, const std::string& envi
     hash.add_bytes(s.colors.data(), s.colors.size_bytes());
     matrix(s.pose);
     vector3(s.material.color);
-    number(s.material.roughness, s.material.metallic, s.opacity, s.two_sided, s.edges, s.silhouette, s.casts_shadow, s.edge_width);
+    number(s.material.roughness, s.material.metallic, s.opacity, s.two_sided, s.edges, s.wires, s.silhouette, s.casts_shadow, s.edge_width);
     vector3(s.edge_color);
     hash.add_span(s.edge_flags);
   }

@@ -1,7 +1,9 @@
 #include "render/film/body_model.h"
 
 #include "render/colormap.h"
+#include "render/edges.h"
 #include "render/film/shapes.h"
+#include "sim/section.h"
 #include "sim/words.h"
 
 #include <fmt/format.h>
@@ -89,12 +91,12 @@ bool linear_in_modes(const sim::ResultBody& body) {
   return difference <= 1e-6 * largest;
 }
 
-render::Mesh mesh_of(const sim::ResultBody& body, const sim::BodyDef* def, double size) {
+render::Mesh mesh_of(const sim::ResultBody& body, const sim::BodyDef* def, const BodyLook& look, double size) {
   if (!body.mesh.empty()) return render::read_mesh(body.mesh);
   if (body.kind == "beam" && body.length > 0.0) {
     std::vector<double> stations;
     for (const sim::ResultNode& node : body.nodes) stations.push_back(node.origin.x());
-    return make_beam_mesh(body.section, body.length, stations, body.name);
+    return make_beam_mesh(look.diameter ? sim::make_section("circle", {{"diameter", *look.diameter}}) : body.section, body.length, stations, body.name);
   }
   // A modal body shows at least its nodes; any other gets a solid of plausible measures.
   if (!body.nodes.empty()) return {};
@@ -117,15 +119,36 @@ std::vector<std::vector<int>> spine_of(const render::Mesh& mesh, double size) {
 }  // namespace
 
 BodyLook read_body_look(const sim::BodyDef& body, const std::string& file) {
-  const std::vector<std::string> words = {"color", "opacity", "visible"};
+  const std::vector<std::string> words = {"color", "opacity", "visible", "ghost", "ghost_color", "edges", "diameter"};
   BodyLook look;
   for (const auto& [word, text] : body.drawing) {
     const auto refuse = [&](const std::string& message) {
       throw sim::InputError(fmt::format("{}:{}: [[body]] '{}': {}", file, body.line, body.name, message));
     };
+    const auto color = [&](const std::string& key, const std::string& value) {
+      const std::optional<glm::vec3> parsed = parse_color(value);
+      if (!parsed) refuse(fmt::format("'{}' must be [r, g, b] with numbers from 0 to 1 or \"#rrggbb\", found {}", key, sim::quote(value)));
+      return parsed;
+    };
+    const auto choice = [&](const std::string& key, const std::string& value, const std::vector<std::string>& known) {
+      const auto found = std::find(known.begin(), known.end(), value);
+      if (found == known.end()) refuse(fmt::format("'drawing.{}' is {}{}; allowed: {}", key, sim::quote(value), sim::did_you_mean(value, known), sim::list_words(known)));
+      return found - known.begin();
+    };
     if (word == "color") {
-      look.color = parse_color(text);
-      if (!look.color) refuse(fmt::format("'color' must be [r, g, b] with numbers from 0 to 1 or \"#rrggbb\", found {}", sim::quote(text)));
+      look.color = color(word, text);
+    } else if (word == "ghost_color") {
+      look.ghost_color = color("drawing.ghost_color", text);
+    } else if (word == "ghost") {
+      look.ghost = static_cast<GhostStyle>(choice(word, text, {"body", "mesh", "none"}));
+    } else if (word == "edges") {
+      look.edges = static_cast<EdgeLines>(choice(word, text, {"false", "true", "creases"}));
+    } else if (word == "diameter") {
+      double diameter = 0.0;
+      const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), diameter);
+      if (error != std::errc() || end != text.data() + text.size() || !(diameter > 0.0 && diameter < 1e9)) refuse(fmt::format("'drawing.diameter' must be a length > 0 in m, found {}", sim::quote(text)));
+      if (!std::holds_alternative<sim::BeamDef>(body.kind) || body.mesh) refuse("'drawing.diameter' is for beams without a mesh");
+      look.diameter = diameter;
     } else if (word == "opacity") {
       const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), look.opacity);
       if (error != std::errc() || end != text.data() + text.size() || !(look.opacity > 0.0f && look.opacity <= 1.0f))
@@ -150,8 +173,11 @@ BodyModel make_body_model(const sim::ResultBody& body, const sim::BodyDef* def, 
   model.name = body.name;
   const BodyLook look = def ? read_body_look(*def, "scene") : BodyLook{};
   model.visible = look.visible;
+  model.ghost = look.ghost;
+  model.ghost_color = look.ghost_color;
+  model.edges = look.edges.value_or(settings.edges);
   if (const auto* beam = def ? std::get_if<sim::BeamDef>(&def->kind) : nullptr) model.youngs_modulus = beam->material.youngs_modulus;
-  model.mesh = mesh_of(body, def, size);
+  model.mesh = mesh_of(body, def, look, size);
   const render::Mesh& mesh = model.mesh;
   model.warnings = mesh.warnings;
 
@@ -187,6 +213,11 @@ BodyModel make_body_model(const sim::ResultBody& body, const sim::BodyDef* def, 
       corner_group.push_back(mesh.point_group[mesh.triangle_points[k][c]]);
     }
   model.normals = interp::make_normal_layout(std::move(corner_position), std::move(corner_group), mesh.normal_groups);
+  if (model.edges == EdgeLines::creases) {
+    std::vector<glm::vec3> positions;
+    for (const int p : mesh.point_position) positions.emplace_back(mesh.positions[static_cast<size_t>(p)]);
+    model.edge_flags = render::compute_feature_edges(positions, model.triangles);
+  }
   interp::PointsF group_normals;
   interp::compute_normals(model.normals, model.rest, group_normals);
   for (int g : mesh.point_group) model.rest_normals.emplace_back(group_normals(g, 0), group_normals(g, 1), group_normals(g, 2));

@@ -23,11 +23,18 @@
 
 namespace flexframe::film {
 
+// How exaggerated copies of a body are drawn: as a translucent body, as the lines of its mesh, not at all.
+enum class GhostStyle { body, mesh, none };
+
 // Words of a body's drawing = {...} and color.
 struct BodyLook {
-  std::optional<glm::vec3> color;   // color = [r, g, b] or "#rrggbb"
+  std::optional<glm::vec3> color;        // color = [r, g, b] or "#rrggbb"
   float opacity = 1.0f;
   bool visible = true;
+  GhostStyle ghost = GhostStyle::body;
+  std::optional<glm::vec3> ghost_color;  // default: the body's colours
+  std::optional<EdgeLines> edges;        // default: of [render]
+  std::optional<double> diameter;        // m: a beam is drawn as a bar of this diameter; default: by its section
 };
 
 // Throws sim::InputError naming file, line, body, word and what is allowed.
@@ -42,6 +49,10 @@ struct BodyModel {
   render::Material material;
   double youngs_modulus = 0.0;           // Pa, 0: unknown
   float opacity = 1.0f;
+  GhostStyle ghost = GhostStyle::body;
+  std::optional<glm::vec3> ghost_color;
+  EdgeLines edges = EdgeLines::none;
+  std::vector<std::uint8_t> edge_flags;  // of the triangles; empty: all edges
   std::vector<std::vector<int>> spine;   // of a thin beam: the positions of each ring of its mesh, from end to end
   bool closed = false;                   // back faces need not be drawn
   bool visible = true;

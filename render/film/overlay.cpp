@@ -44,7 +44,14 @@ void fill_overlay(const Animation& animation, double t, render::Picture& picture
       return scale == 1.0 ? std::string("in scale") : scale == 0.0 ? std::string("undeformed") : fmt::format("elastic displacement {}", render::scale_text(scale));
     };
     overlay.note = "solid: " + words(scales[0]);
-    for (size_t i = 1; i < scales.size(); ++i) overlay.note += (i == 1 ? "; ghost: " : ", ") + words(scales[i]);
+    // Bodies may show their other scales as meshes, or not at all.
+    bool ghosts = false, meshes = false;
+    for (const BodyModel& body : animation.bodies) {
+      ghosts |= body.visible && body.flexible && body.ghost == GhostStyle::body;
+      meshes |= body.visible && body.flexible && body.ghost == GhostStyle::mesh;
+    }
+    const std::string others = ghosts && meshes ? "; ghost and mesh: " : meshes ? "; mesh: " : "; ghost: ";
+    for (size_t i = 1; i < scales.size() && (ghosts || meshes); ++i) overlay.note += (i == 1 ? others : ", ") + words(scales[i]);
   }
   if (asked.legend && settings.color_by == ColorBy::body)
     for (const BodyModel& body : animation.bodies)
@@ -52,9 +59,8 @@ void fill_overlay(const Animation& animation, double t, render::Picture& picture
 
   for (const PlotPanel& panel : animation.panels) {
     render::Plot plot;
-    plot.y_label = panel.series.size() == 1 ? fmt::format("{} [{}]", panel.series[0].label, panel.y_label) : fmt::format("[{}]", panel.y_label);
-    // Plain numbers have no unit.
-    if (panel.y_label.empty() || panel.y_label == "1") plot.y_label = panel.series.size() == 1 ? panel.series[0].label : "";
+    // The names stand above the diagram, beside their lines; plain numbers have no unit.
+    if (!panel.y_label.empty() && panel.y_label != "1") plot.y_label = fmt::format("[{}]", panel.y_label);
     for (const PlotSeries& series : panel.series) plot.series.push_back({.label = series.label, .x = series.x, .y = series.y, .color = glm::vec3(-1.0f)});
     plot.mark = t;
     overlay.plots.push_back(std::move(plot));

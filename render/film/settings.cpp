@@ -163,7 +163,12 @@ RenderSettings read_table(const TableReader& reader) {
   settings.video = videos[reader.word("video", videos, 0)];
   settings.shadows = reader.boolean("shadows", settings.shadows);
   settings.occlusion = reader.boolean("occlusion", settings.occlusion);
-  settings.edges = reader.boolean("edges", settings.edges);
+  if (const TomlValue* edges = reader.find("edges"); edges && edges->type == TomlValue::Type::text) {
+    reader.word("edges", std::vector<std::string>{"creases"});
+    settings.edges = EdgeLines::creases;
+  } else if (reader.boolean("edges", false)) {
+    settings.edges = EdgeLines::mesh;
+  }
   settings.silhouette = reader.boolean("silhouette", settings.silhouette);
   if (const auto camera = reader.table("camera")) settings.camera = read_camera(*camera);
   if (const auto overlay = reader.table("overlay")) settings.overlay = read_overlay(*overlay);

@@ -23,7 +23,8 @@
 //   contact_sheet = 0              this many pictures of the sequence in one, beside the video; 0: none
 //   channels = []                  "depth", "scalar": 16 bit grey pictures beside the others
 //   video = "mp4"                  mp4 | gif | apng | none
-//   shadows = true, occlusion = true, edges = false, silhouette = false
+//   shadows = true, occlusion = true, silhouette = false
+//   edges = false                  lines along the edges of the mesh: false | true | "creases" (creases and borders only)
 //   camera = { fit = true }        fit the whole motion; or { position, target, up, fov, projection = "perspective" | "orthographic", height }
 //                                  direction = [..] looks that way with fit; follow = "body" moves along with the body's origin;
 //                                  views = ["front", "side", "top", "iso"], one to four in a picture; orbit = 360, degrees over the sequence;
@@ -49,6 +50,8 @@ enum class ColorBy { none, displacement, strain, velocity, body, stress, mode };
 
 // Words of color_by, in the order of the enumeration.
 const std::vector<std::string>& color_by_words();
+// Lines on surfaces: none, along all edges of the mesh, or along creases and borders only.
+enum class EdgeLines { none, mesh, creases };
 enum class BackgroundKind { gradient, white, dark, transparent };
 
 struct CameraSettings {
@@ -94,7 +97,8 @@ struct RenderSettings {
   int contact_sheet = 0;
   bool depth_channel = false, scalar_channel = false;
   std::string video = "mp4";
-  bool shadows = true, occlusion = true, edges = false, silhouette = false;
+  bool shadows = true, occlusion = true, silhouette = false;
+  EdgeLines edges = EdgeLines::none;
   CameraSettings camera;
   OverlaySettings overlay;
 };

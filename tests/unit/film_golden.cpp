@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include <functional>
 #include <ostream>
 
 namespace {
@@ -33,10 +34,13 @@ of = "block"
 quantity = "position"
 )toml";
 
-render::Image draw(const std::string& words, int picture, render::RendererInfo& info, const sim::Results& results = test::swinging_beam()) {
+render::Image draw(const std::string& words, int picture, render::RendererInfo& info, const sim::Results& results = test::swinging_beam(),
+                   const std::function<void(std::string&)>& change = {}) {
   static render::Renderer renderer;
   info = renderer.info();
-  const std::string text = std::string(test::swinging_scene) + forces_and_outputs + "[render]\nsize = [200, 140]\nframe_rate = 12\nshadows = false\nocclusion = false\n" + words;
+  std::string text = std::string(test::swinging_scene) + forces_and_outputs + "[render]\nframe_rate = 12\nshadows = false\nocclusion = false\n" +
+                           (std::string(words).find("size =") == std::string::npos ? "size = [200, 140]\n" : "") + words;
+  if (change) change(text);
   const sim::Scene scene = sim::parse_scene(text, "golden.toml");
   const film::RenderSettings settings = film::parse_render_settings(text, "golden.toml");
   const film::Animation animation = film::make_animation(results, settings, &scene);
@@ -68,6 +72,12 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"plot", "overlay = { plot = [\"tip.y\"], plot_place = \"beside\" }\nscales = [1]\n"},
                     Case{"white", "background = \"white\"\nsilhouette = true\nground = false\nscales = [1]\n"}, Case{"corotated", "exaggeration = \"corotated\"\nscales = [1, 40]\n"},
                     Case{"orbit", "camera = { orbit = 360, projection = \"orthographic\" }\nscales = [1]\n"},
+                    Case{"legend", "color_by = \"body\"\nbackground = \"white\"\nscales = [1, 10]\nsize = [320, 180]\n"},
+                    Case{"undeformed", "undeformed = true\nscales = [20]\ncolor_by = \"none\"\n"},
+                    Case{"trail_exaggerated", "trail = 6\nscales = [1, 20]\nground = false\n"},
+                    Case{"orthographic", "camera = { projection = \"orthographic\" }\nscales = [1, 10]\n"},
+                    Case{"clear", "background = \"transparent\"\nscales = [1, 10]\ntrail = 2\nnodes = true\ntraces = [\"beam.tip\"]\n"},
+                    Case{"creases", "edges = \"creases\"\nscales = [1]\nnodes = true\n"},
                     Case{"range", "color_range = [0, 0.005]\ncolormap = \"coolwarm\"\nscales = [1]\n"}),
     [](const auto& one) { return std::string(one.param.name); });
 
@@ -82,6 +92,23 @@ TEST(GoldenFilm, ThinBeamAndMaterialsOfAFile) {
   render::RendererInfo info;
   const render::Image image = draw("scales = [1, 5]\n", 2, info, results);
   test::expect_golden(image, info, "film_thin");
+}
+
+// Two forms of a modal body, one of them shown: the second bends the other way.
+TEST(GoldenFilm, ColourByMode) {
+  sim::Results results = test::swinging_beam(0.03);
+  test::make_modal(results);
+  render::RendererInfo info;
+  const render::Image image = draw("color_by = \"mode\"\nmode = 2\nscales = [1, 4]\n", 2, info, results);
+  test::expect_golden(image, info, "film_mode");
+}
+
+// The exaggerated beam as the lines of its mesh, dark blue, over a red solid.
+TEST(GoldenFilm, MeshOverTheBody) {
+  render::RendererInfo info;
+  const render::Image image = draw("color_by = \"none\"\nscales = [1, 20]\n", 2, info, test::swinging_beam(),
+                                   [](std::string& scene) { scene.insert(scene.find("length = 1.0"), "color = \"#8c1a1a\"\ndrawing = { ghost = \"mesh\", ghost_color = \"#2255cc\" }\n"); });
+  test::expect_golden(image, info, "film_mesh");
 }
 
 TEST(GoldenFilm, ContactSheet) {

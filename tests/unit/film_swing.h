@@ -48,6 +48,25 @@ inline sim::Results swinging_beam(double amplitude = 0.01, int samples = 201, do
   return r;
 }
 
+// The beam as a modal body of two forms, (x/L)^2 and (x/L)^2 (3 - 4 x/L), of which the second has a fifth of the first's amplitude.
+inline void make_modal(sim::Results& results) {
+  sim::ResultBody& beam = results.bodies[0];
+  const auto nn = static_cast<Eigen::Index>(beam.nodes.size()), nt = results.times.size();
+  beam.node_phi = beam.node_psi = sim::MatX::Zero(3 * nn, 2);
+  beam.q.resize(nt, 2);
+  for (Eigen::Index k = 0; k < nn; ++k) {
+    const double x = beam.nodes[static_cast<std::size_t>(k)].origin.x();
+    beam.node_phi.row(3 * k + 1) << x * x, x * x * (3.0 - 4.0 * x);
+    beam.node_psi.row(3 * k + 2) << 2.0 * x, 6.0 * x - 12.0 * x * x;
+  }
+  for (Eigen::Index i = 0; i < nt; ++i) {
+    const double a = beam.displacement(i, 3 * nn - 2);
+    beam.q.row(i) << a, 0.2 * a;
+    beam.displacement.row(i) = (beam.node_phi * beam.q.row(i).transpose()).transpose();
+    beam.rotation.row(i) = (beam.node_psi * beam.q.row(i).transpose()).transpose();
+  }
+}
+
 // The scene these results could come from, up to its forces.
 inline const char* const swinging_scene = R"toml(
 title = "Swinging beam"

@@ -2,6 +2,7 @@
 #include "golden.h"
 
 #include "render/camera.h"
+#include "render/edges.h"
 #include "render/shapes.h"
 
 #include <glm/gtc/matrix_transform.hpp>
@@ -116,6 +117,34 @@ TEST(Golden, EdgesAndSilhouettes) {
   s.picture.surfaces[0].edges = true;
   s.picture.surfaces[1].silhouette = s.picture.surfaces[2].silhouette = true;
   s.expect("edges");
+}
+
+// The displaced box and ball as wire meshes over the solids; creases of the box alone.
+TEST(Golden, WiresOverSolids) {
+  Still s;
+  s.picture.surfaces[0].edges = true;
+  const auto creases = compute_feature_edges(s.box.positions, s.box.triangles);
+  s.picture.surfaces[0].edge_flags = creases;
+  for (const std::size_t k : {0, 1}) {
+    Surface wires = s.picture.surfaces[k];
+    wires.wires = true;
+    wires.edge_flags = {};
+    wires.edge_color = {0.13f, 0.33f, 0.8f};
+    wires.pose[3] += glm::dvec4(0.1, 0.15, 0.1, 0.0);
+    s.picture.surfaces.push_back(wires);
+  }
+  s.expect("wires");
+}
+
+TEST(Golden, Orthographic) {
+  Still s;
+  FitOptions fit = default_view(s.corners(), glm::dvec3(0, -1, 0));
+  fit.direction = glm::normalize(glm::dvec3(-0.35, -0.5, -0.8));
+  fit.projection = Projection::orthographic;
+  s.picture.ground = default_ground(s.corners(), glm::dvec3(0, 1, 0));
+  s.picture.look = {};
+  s.picture.camera = fit_camera(s.picture, s.corners(), fit);
+  s.expect("orthographic");
 }
 
 TEST(Golden, Colormaps) {
