@@ -11,12 +11,7 @@ trap 'rm -rf "$work"' EXIT
 grep '^simulation' "$work/log" >"$here/cost.txt"
 python3 "$here/plots.py" "$work/engine.csv" "$here/start_up.svg"
 
-# The rod in scale, dark red; and exaggerated, its mesh in blue.
-scene() {
-  sed -e "s|\.\./assets|$top/assets|" -e "s|kind = \"modal\"|&\ncolor = \"$1\"|" -e "s|^scales = .*|scales = [$2]\nedges = $3|" -e 's|^color_by = .*|color_by = "none"|' \
-    -e 's|, plot = .*\]|, plot = []|' "$top/examples/engine.toml" >"$work/$4.toml"
-  "$flexframe" run "$work/$4.toml" -o "$work/$4" --no-video --no-error-estimate --no-effect-check --size 640x360 --frames 1130:1131 >/dev/null
-  cp "$work/$4/frames/frame_01130.png" "$here/$4.png"
-}
-scene "#8c1a1a" 1 false solid
-scene "#2255cc" 20000 true exaggerated
+# Near the rod, larger and without plots.
+sed -e "s|\.\./assets|$top/assets|" -e 's|, plot = .*\]|, plot = []|' -e 's|^camera = .*|camera = { position = [-0.05, 0.17, 0.5], target = [0.072, -0.008, 0], fov = 25 }|' "$top/examples/engine.toml" >"$work/engine.toml"
+"$flexframe" render "$work/engine.h5" --scene "$work/engine.toml" -o "$work" --no-video --size 960x540 --frames 1130:1131 >/dev/null
+cp "$work/frames/frame_01130.png" "$here/rod.png"

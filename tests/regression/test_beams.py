@@ -6,7 +6,7 @@ import pathlib
 import random
 import re
 
-from program import at, examples, expect, finish, history, near, run, temporary_folder
+from program import at, examples, expect, finish, history, near, run, source, temporary_folder
 
 beams = examples / "beams"
 folder = temporary_folder()
@@ -16,7 +16,7 @@ serial = 0
 
 def scene(name, *changes):
     """A scene of examples/beams with texts replaced; a text that is not there is a failure."""
-    text = (beams / f"{name}.toml").read_text()
+    text = (beams / f"{name}.toml").read_text().replace('"../../assets', f'"{source.resolve()}/assets')
     for old, new in changes:
         expect(old in text, f"{name}.toml does not hold '{old}'")
         text = text.replace(old, new)
