@@ -69,7 +69,7 @@ struct SolverStatistics {
   std::string error_column;          // that output
   std::optional<AccuracyStatement> accuracy;  // where one was asked for
   std::vector<std::string> notes;    // one sentence each: what was chosen, neglected, warned of
-  std::vector<std::string> warnings; // one sentence each: effects that were left out and are worth more than the asked accuracy
+  std::vector<std::string> warnings; // one sentence each: effects left out that are worth more than the asked accuracy, linear bodies bent too far
 };
 
 struct Results {

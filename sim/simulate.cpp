@@ -7,6 +7,7 @@
 #include "sim/events.h"
 #include "sim/flexures.h"
 #include "sim/kinematics.h"
+#include "sim/linear_limit.h"
 #include "sim/newton_matrix.h"
 #include "sim/recorder.h"
 #include "sim/system.h"
@@ -293,6 +294,7 @@ Results simulate(const Scene& scene, const SimulateOptions& options) {
 
   Results results = recorder.finish(system);
   results.statistics = statistics;
+  results.statistics.warnings = linear_limit_warnings(scene, system.model, results);
 
   if (options.estimate_error && !results.outputs.empty()) {
     SimulateOptions loose = options;
