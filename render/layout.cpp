@@ -176,7 +176,10 @@ struct Builder {
     for (std::size_t i = 0; i < plot.series.size() && named; ++i) {
       const double free = p.axes.x + p.axes.width - x - sample - 0.5 * small;
       if (free < 3.0 * small) break;
-      const std::string text = fit_text(plot.series[i].label, small, free);
+      // Where the axis has no room for its words, the unit stands with the name.
+      const std::string with_unit = plot.series[i].label + " " + y_label;
+      const bool alone = !y_named && !y_label.empty() && plot.series.size() == 1 && text_width(with_unit, small) <= free;
+      const std::string text = fit_text(alone ? with_unit : plot.series[i].label, small, free);
       const double y = p.axes.y - 0.45 * line;
       p.series_lines[i] = {static_cast<int>(x), static_cast<int>(std::lround(y)), static_cast<int>(sample), 1};
       p.series[i] = {text, x + sample + 0.4 * small, centre_baseline(y, small), small, false, false};
@@ -226,7 +229,7 @@ struct Builder {
     const double height = std::min({free, 0.62 * out.scene.height, 380.0 * out.unit});
     if (height < 3.0 * small) return;
     const Ticks ticks = make_ticks(std::min(lower, upper), std::max(lower, upper), std::max(2, static_cast<int>(height / (2.1 * small))));
-    const std::string label = bar_text(bar, ticks.exponent, small, 0.45 * out.scene.width);
+    const std::string label = bar_text(bar, ticks.exponent, small, (picture.views.empty() ? 0.45 : 0.25) * out.scene.width);
     double widest = 0.0;
     for (const Tick& t : ticks.values) widest = std::max(widest, text_width(t.text, small));
     BarLayout& b = out.bar;

@@ -51,7 +51,7 @@ void fill_overlay(const Animation& animation, double t, render::Picture& picture
       meshes |= body.visible && body.flexible && body.ghost == GhostStyle::mesh;
     }
     const std::string others = ghosts && meshes ? "; ghost and mesh: " : meshes ? "; mesh: " : "; ghost: ";
-    for (size_t i = 1; i < scales.size() && (ghosts || meshes); ++i) overlay.note += (i == 1 ? others : ", ") + words(scales[i]);
+    for (size_t i = 1; i < scales.size() && (ghosts || meshes); ++i) overlay.note += i == 1 ? others + words(scales[i]) : scales[i] > 1.0 && scales[i - 1] > 1.0 ? ", " + render::scale_text(scales[i]) : ", " + words(scales[i]);
   }
   if (asked.legend && settings.color_by == ColorBy::body)
     for (const BodyModel& body : animation.bodies)

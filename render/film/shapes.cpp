@@ -128,6 +128,9 @@ render::Mesh make_beam_mesh(const sim::Section& section, double length, std::spa
   return render::make_mesh(build.positions, build.triangles, name);
 }
 
+// The facets at a box's corners meet the bevels at 30 and its ends at 35 degrees: smoothed, they would shade the large faces.
+constexpr render::MeshOptions flat_bevels{.crease_angle = 25.0};
+
 render::Mesh make_box(const glm::dvec3& centre, const glm::dvec3& half, const std::string& name) {
   // The section's corners and both ends are bevelled, so that every edge catches light.
   const double bevel = 0.08 * std::min({half.x, half.y, half.z});
@@ -149,7 +152,7 @@ render::Mesh make_box(const glm::dvec3& centre, const glm::dvec3& half, const st
     build.triangles.push_back({24, 24 + i, 25 + i});
     build.triangles.push_back({0, i + 1, i});
   }
-  return render::make_mesh(build.positions, build.triangles, name);
+  return render::make_mesh(build.positions, build.triangles, name, flat_bevels);
 }
 
 render::Mesh make_sphere(const glm::dvec3& centre, double radius, const std::string& name) {
@@ -203,7 +206,7 @@ render::Mesh make_rigid_mesh(const sim::RigidDef& body, double size, const std::
     if (std::abs(way.x) <= half.x && std::abs(way.y) <= half.y && std::abs(way.z) <= half.z) continue;
     build.add(cylinder(centre, end, std::max(bar, 0.02 * glm::length(way))));
   }
-  return render::make_mesh(build.positions, build.triangles, name);
+  return render::make_mesh(build.positions, build.triangles, name, flat_bevels);
 }
 
 }  // namespace flexframe::film

@@ -52,11 +52,10 @@ with temporary_folder() as folder:
     draw("one", "--workers", "1")
     one = pictures(folder / "one")
     expect(len(one) == 12 and len(set(map(pixels, one.values()))) == 12, "pictures repeat: does anything move?")
-    for workers in (2, 4):
-        draw(f"workers{workers}", "--workers", workers)
-        expect(pictures(folder / f"workers{workers}") == one, f"{workers} workers draw other pictures")
-    for shard in (1, 2, 3):
-        draw("shards", "--shard", f"{shard}/3")
+    draw("four", "--workers", "4")
+    expect(pictures(folder / "four") == one, "four workers draw other pictures than one")
+    for shard, workers in ((1, 1), (2, 2), (3, 1)):
+        draw("shards", "--shard", f"{shard}/3", "--workers", workers)
     expect(pictures(folder / "shards") == one, "shards are other pictures")
 
     # Killed when some are there, and resumed by another number of workers.
@@ -69,15 +68,15 @@ with temporary_folder() as folder:
     process.send_signal(signal.SIGKILL)
     process.wait()
     expect(there() >= 3, "no pictures before the kill")
-    told = draw("killed", "--resume", "--workers", "3").stdout
+    told = draw("killed", "--resume", "--workers", "1").stdout
     expect(" kept)" in told, f"nothing was kept after the kill: {told}")
     expect(pictures(folder / "killed") == one, "what was resumed after a kill are other pictures")
 
     # Another way to Mesa, and one that must compile its shaders anew.
     egl = subprocess.run([flexframe, "info", "--renderer", "egl"], capture_output=True, text=True)
     if egl.returncode == 0 and "llvmpipe" in egl.stdout:
-        draw("egl", "--renderer", "egl")
-        expect({n: pixels(d) for n, d in pictures(folder / "egl").items()} == {n: pixels(d) for n, d in one.items()}, "EGL draws other pictures than OSMesa")
+        run("render", results, "-o", folder / "egl", "--no-video", "--workers", "1", "--frames", "104:107", "--renderer", "egl")
+        expect({n: pixels(d) for n, d in pictures(folder / "egl").items()} == {n: pixels(one[n]) for n in sorted(one)[4:7]}, "EGL draws other pictures than OSMesa")
     else:
         print("EGL in software is not here:", egl.stderr.strip() or egl.stdout.strip())
     run("render", results, "-o", folder / "uncached", "--no-video", "--workers", "1", "--frames", "104:106", env={**os.environ, "MESA_SHADER_CACHE_DISABLE": "true"})
@@ -90,11 +89,12 @@ with temporary_folder() as folder:
     x, y, z = map(float, lines[first].split()[1:4])
     lines[first] = f"v {x + 0.002} {y} {z}"
     mesh.write_text("\n".join(lines) + "\n")
-    told = draw("one", "--resume").stdout
+    resume = lambda: run("render", results, "-o", folder / "one", "--no-video", "--workers", "1", "--frames", "100:102", "--resume").stdout
+    told = resume()
     expect("WARNING" in told and "crank.obj has changed since the results were made" in told, f"the changed mesh is not noticed: {told}")
     expect("kept" not in told, f"pictures of the old mesh were kept: {told}")
     expect(pictures(folder / "one") != one, "the new mesh is not to be seen")
     shutil.copy(source_mesh, mesh)
-    told = draw("one", "--resume").stdout
+    told = resume()
     expect("WARNING" not in told and pictures(folder / "one") == one, "with the old mesh back the pictures are not those of before")
 finish()

@@ -69,7 +69,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"views", "camera = { views = [\"front\", \"iso\"] }\nscales = [1]\n"},
                     Case{"path", "camera = { path = [{ t = 0, position = [0.5, 0, 3] }, { t = 1, position = [3, 1, 0.5] }] }\nscales = [1]\n"},
                     Case{"follow", "camera = { follow = \"block\", orbit = 90 }\nscales = [1]\nbackground = \"dark\"\n"},
-                    Case{"plot", "overlay = { plot = [\"tip.y\"], plot_place = \"beside\" }\nscales = [1]\n"},
+                    Case{"plot", "overlay = { plot = [\"tip.y\"], plot_place = \"beside\" }\nscales = [1]\nsize = [320, 180]\n"},
                     Case{"white", "background = \"white\"\nsilhouette = true\nground = false\nscales = [1]\n"}, Case{"corotated", "exaggeration = \"corotated\"\nscales = [1, 40]\n"},
                     Case{"orbit", "camera = { orbit = 360, projection = \"orthographic\" }\nscales = [1]\n"},
                     Case{"legend", "color_by = \"body\"\nbackground = \"white\"\nscales = [1, 10]\nsize = [320, 180]\n"},
