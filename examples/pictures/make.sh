@@ -5,16 +5,18 @@ top=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 flexframe=${1:-$top/build/release/flexframe}
 names=" ${*:2} "
 work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
+changed=
+trap 'rm -rf "$work" ${changed:+"$changed"}' EXIT
 
 # picture NAME SCENE NUMBER [SED...]: one picture of a sequence, small; words of the scene may be changed for it.
 picture() {
   [[ $names == "  " || $names == *" $1 "* ]] || return 0
-  local scene=$top/examples/$2.toml changed
+  local scene=$top/examples/$2.toml
+  # Beside the scene, whose meshes are named from there.
   changed=$(dirname "$scene")/.$1.toml
   sed "${@:4}" -e '' "$scene" >"$changed"
   "$flexframe" run "$changed" -o "$work" --no-video --no-error-estimate --no-effect-check --size 640x360 --frames "$3:$(($3 + 1))" >/dev/null 2>"$work/said" ||
-    { cat "$work/said" >&2; rm "$changed"; exit 1; }
+    { cat "$work/said" >&2; exit 1; }
   rm "$changed"
   cp "$work/frames/$(printf 'frame_%05d.png' "$3")" "$top/examples/pictures/$1.png"
 }

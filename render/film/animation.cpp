@@ -34,7 +34,8 @@ render::Surface& add_surface(const Animation& animation, PictureMemory& memory, 
 }
 
 // The axis of a thin beam: seen where its section is finer than a pixel or two, inside it elsewhere.
-render::Lines spine_line(const BodyModel& model, const BodyMemory& memory, const std::vector<float>& scalars, const render::ScalarMap& map, const glm::dmat4& pose, float opacity) {
+render::Lines spine_line(const BodyModel& model, const BodyMemory& memory, const std::vector<float>& scalars, const render::ScalarMap& map, const glm::dmat4& pose, float opacity,
+                         const std::optional<glm::vec3>& one_color) {
   render::Lines line;
   line.pose = pose;
   line.width = 2.2f;
@@ -48,7 +49,7 @@ render::Lines spine_line(const BodyModel& model, const BodyMemory& memory, const
     }
     const double share = 1.0 / static_cast<double>(ring.size());
     line.points.emplace_back(share * sum);
-    const glm::vec3 color = scalars.empty() ? model.material.color : render::scalar_color(map, share * value);
+    const glm::vec3 color = one_color ? *one_color : scalars.empty() ? model.material.color : render::scalar_color(map, share * value);
     line.colors.emplace_back(color, opacity * model.opacity);
   }
   return line;
@@ -129,7 +130,7 @@ void update_picture(const Animation& animation, int k, PictureMemory& memory) {
       render::Surface& surface = add_surface(animation, memory, skin, model, pose);
       surface.scalars = scalars;
       surface.colors = model.colors;
-      if (!model.spine.empty() && (s == 0 || model.ghost == GhostStyle::body)) picture.lines.push_back(spine_line(model, memory.bodies[b], memory.vertex_scalars, picture.scalar_map, pose, s == 0 ? 1.0f : ghost_opacity));
+      if (!model.spine.empty() && (s == 0 || model.ghost == GhostStyle::body)) picture.lines.push_back(spine_line(model, memory.bodies[b], memory.vertex_scalars, picture.scalar_map, pose, s == 0 ? 1.0f : ghost_opacity, s == 0 ? std::nullopt : model.ghost_color));
       if (s == 0) continue;
       surface.opacity *= ghost_opacity;
       surface.casts_shadow = false;

@@ -48,21 +48,27 @@ std::string ending_of(const std::filesystem::path& path) {
   return ending;
 }
 
+// What ffmpeg is asked for: the film, or first the colours of one that has only 256 of them.
+enum class Pass { film, palette };
+
 // No shell, no interaction, nothing but errors said; the file carries no dates.
-std::vector<std::string> ffmpeg_words(const std::string& program, const std::string& ending, double frame_rate, bool transparent, const std::string& file) {
+std::vector<std::string> ffmpeg_words(const std::string& program, const std::string& ending, double frame_rate, bool transparent, Pass pass, const std::string& palette,
+                                      const std::string& file) {
   std::vector<std::string> words = {program,       "-nostdin", "-hide_banner", "-loglevel", "error", "-y", "-f", "image2pipe", "-c:v", "png",
                                     "-framerate", fmt::format("{:.9g}", frame_rate), "-i", "pipe:0"};
-  if (ending == ".gif") {
-    // A palette a picture: one for all would have to see them all first, and keep them. Players slow down what lasts less than 2 hundredths.
-    words.insert(words.end(), {"-vf", std::string(frame_rate > 50.0 ? "fps=50," : "") + "split[a][b];[a]palettegen=stats_mode=single[p];[b][p]paletteuse=new=1:dither=sierra2_4a", "-f", "gif"});
-  } else if (ending == ".mp4") {
+  const auto add = [&](std::initializer_list<std::string> more) { words.insert(words.end(), more); };
+  // Players slow down pictures of a GIF that last less than two hundredths of a second.
+  const std::string slow = frame_rate > 50.0 ? "fps=50," : "";
+  if (pass == Pass::palette) add({"-vf", "palettegen", "-frames:v", "1", "-c:v", "png", "-f", "image2pipe"});
+  else if (ending == ".gif") add({"-f", "png_pipe", "-i", palette, "-filter_complex", "[0:v]" + slow + "null[p];[p][1:v]paletteuse", "-f", "gif"});
+  else if (ending == ".mp4") {
     // The codec wants even sides and knows no transparency.
     const std::string white = "split[a][b];[a]lutrgb=r=maxval:g=maxval:b=maxval:a=maxval[w];[w][b]overlay,", even = "pad=ceil(iw/2)*2:ceil(ih/2)*2";
-    words.insert(words.end(), {"-vf", transparent ? white + even : even, "-c:v", "libx264", "-preset", "fast", "-crf", "18", "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4"});
+    add({"-vf", transparent ? white + even : even, "-c:v", "libx264", "-preset", "fast", "-crf", "18", "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4"});
   } else {
-    words.insert(words.end(), {"-f", "apng", "-plays", "0", "-pred", "sub"});
+    add({"-f", "apng", "-plays", "0", "-pred", "sub"});
   }
-  words.insert(words.end(), {"-map_metadata", "-1", "-fflags", "+bitexact", "-flags:v", "+bitexact", file});
+  add({"-map_metadata", "-1", "-fflags", "+bitexact", "-flags:v", "+bitexact", file});
   return words;
 }
 
@@ -83,8 +89,11 @@ bool is_video_name(const std::filesystem::path& path) {
 }
 
 struct VideoWriter::Impl {
-  std::filesystem::path path, unfinished;
+  std::filesystem::path path, unfinished, palette;
+  double frame_rate = 30.0;
+  bool transparent = false;
   std::string note;                   // of the start
+  std::vector<std::filesystem::path> again;  // pictures of a GIF, which are read twice
   pid_t pid = -1;
   int input = -1, complaints = -1;    // ends of ffmpeg's stdin and stderr
 
@@ -97,18 +106,23 @@ struct VideoWriter::Impl {
   bool broken = false;                // a picture could not be read, once done
   std::thread thread;
 
-  void start(double frame_rate, bool transparent);
+  bool is_gif() const { return ending_of(path) == ".gif"; }
+  void start(Pass pass);
   void feed();
+  void run_feeder();
+  bool wait_for_end(const std::function<void()>& wait, VideoReport& report);
+  void remove_unfinished();
   void stop();
 };
 
-void VideoWriter::Impl::start(double frame_rate, bool transparent) {
+void VideoWriter::Impl::start(Pass pass) {
   const std::string program = find_program("ffmpeg");
   if (program.empty()) {
     note = "no video: the program ffmpeg is not installed (Debian package ffmpeg)";
     return;
   }
-  std::vector<std::string> words = ffmpeg_words(program, ending_of(path), frame_rate, transparent, std::filesystem::absolute(unfinished).string());
+  std::vector<std::string> words = ffmpeg_words(program, ending_of(path), frame_rate, transparent, pass, std::filesystem::absolute(palette).string(),
+                                                std::filesystem::absolute(pass == Pass::palette ? palette : unfinished).string());
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
@@ -203,6 +217,45 @@ void VideoWriter::Impl::feed() {
   changed.notify_all();
 }
 
+void VideoWriter::Impl::run_feeder() {
+  thread = std::thread([this] { feed(); });
+}
+
+// Waits for the feeding thread and its ffmpeg; false, with the report's note, if it failed.
+bool VideoWriter::Impl::wait_for_end(const std::function<void()>& wait, VideoReport& report) {
+  {
+    std::unique_lock lock(mutex);
+    ended = true;
+    changed.notify_all();
+    while (!changed.wait_for(lock, std::chrono::milliseconds(200), [&] { return done; }))
+      if (wait) {
+        lock.unlock();
+        wait();
+        lock.lock();
+      }
+  }
+  thread.join();
+  int status = 0;
+  rusage usage{};
+  while (::wait4(pid, &status, 0, &usage) < 0 && errno == EINTR) {}
+  pid = -1;
+  close_end(complaints);
+  const auto seconds = [](const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); };
+  report.cpu_seconds += seconds(usage.ru_utime) + seconds(usage.ru_stime);
+  // ffmpeg ends well on whatever it was given; without all the pictures it is no video of them.
+  if (!broken && WIFEXITED(status) && WEXITSTATUS(status) == 0) return true;
+  if (const std::size_t line = complaint.find('\n'); line != std::string::npos) complaint.resize(line);
+  const std::string why = !complaint.empty() ? complaint : WIFSIGNALED(status) ? fmt::format("ended by signal {}", WTERMSIG(status)) : fmt::format("exit code {}", WEXITSTATUS(status));
+  report.note = fmt::format("no video: ffmpeg failed: {}", why);
+  return false;
+}
+
+void VideoWriter::Impl::remove_unfinished() {
+  std::error_code ignored;
+  std::filesystem::remove(unfinished, ignored);
+  std::filesystem::remove(palette, ignored);
+}
+
 void VideoWriter::Impl::stop() {
   if (pid > 0) ::kill(pid, SIGKILL);
   {
@@ -217,14 +270,16 @@ void VideoWriter::Impl::stop() {
   pid = -1;
   close_end(input);
   close_end(complaints);
-  std::error_code ignored;
-  std::filesystem::remove(unfinished, ignored);
+  remove_unfinished();
 }
 
 VideoWriter::VideoWriter(const std::filesystem::path& path, double frame_rate, bool transparent) : impl_(std::make_unique<Impl>()) {
   impl_->path = path;
+  impl_->frame_rate = frame_rate;
+  impl_->transparent = transparent;
   impl_->unfinished = path.parent_path() / ("." + path.stem().string() + ".unfinished" + path.extension().string());
-  impl_->start(frame_rate, transparent);
+  impl_->palette = path.parent_path() / ("." + path.stem().string() + ".palette.png");
+  impl_->start(impl_->is_gif() ? Pass::palette : Pass::film);
 }
 
 VideoWriter::~VideoWriter() { impl_->stop(); }
@@ -232,7 +287,8 @@ VideoWriter::~VideoWriter() { impl_->stop(); }
 void VideoWriter::add(const std::filesystem::path& picture) {
   if (!impl_->note.empty()) return;
   // Not before: whoever draws forks, and a fork should find one thread only.
-  if (!impl_->thread.joinable()) impl_->thread = std::thread([this] { impl_->feed(); });
+  if (!impl_->thread.joinable()) impl_->run_feeder();
+  if (impl_->is_gif()) impl_->again.push_back(picture);
   {
     const std::lock_guard lock(impl_->mutex);
     impl_->queue.push_back(picture);
@@ -249,37 +305,22 @@ VideoReport VideoWriter::finish(const std::function<void()>& wait) {
     report.note = "no video: no pictures";
     return report;
   }
-  {
-    std::unique_lock lock(v.mutex);
-    v.ended = true;
-    v.changed.notify_all();
-    while (!v.changed.wait_for(lock, std::chrono::milliseconds(200), [&] { return v.done; }))
-      if (wait) {
-        lock.unlock();
-        wait();
-        lock.lock();
-      }
+  bool good = v.wait_for_end(wait, report);
+  if (good && v.is_gif()) {
+    // Its 256 colours are known now; with one palette for all pictures what stands still costs nothing.
+    v.queue.assign(v.again.begin(), v.again.end());
+    v.done = false;
+    v.start(Pass::film);
+    report.note = v.note;
+    if (!v.note.empty()) return report;
+    v.run_feeder();
+    good = v.wait_for_end(wait, report);
   }
-  v.thread.join();
-  int status = 0;
-  rusage usage{};
-  while (::wait4(v.pid, &status, 0, &usage) < 0 && errno == EINTR) {}
-  v.pid = -1;
-  const auto seconds = [](const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); };
-  report.cpu_seconds = seconds(usage.ru_utime) + seconds(usage.ru_stime);
   std::error_code error;
-  // ffmpeg ends well on whatever it was given; without all the pictures it is no video of them.
-  if (v.broken || !WIFEXITED(status) || WEXITSTATUS(status) != 0) error = std::make_error_code(std::errc::io_error);
-  else std::filesystem::rename(v.unfinished, v.path, error);
-  if (error) {
-    std::error_code ignored;
-    std::filesystem::remove(v.unfinished, ignored);
-    if (const std::size_t line = v.complaint.find('\n'); line != std::string::npos) v.complaint.resize(line);
-    const std::string why = !v.complaint.empty() ? v.complaint : WIFSIGNALED(status) ? fmt::format("ended by signal {}", WTERMSIG(status)) : error.message();
-    report.note = fmt::format("no video: ffmpeg failed: {}", why);
-    return report;
-  }
-  report.made = true;
+  if (good) std::filesystem::rename(v.unfinished, v.path, error);
+  if (error) report.note = fmt::format("no video: {}: {}", v.path.string(), error.message());
+  report.made = good && !error;
+  v.remove_unfinished();
   return report;
 }
 
