@@ -196,23 +196,36 @@ void draw_plate(const std::filesystem::path& folder, render::Renderer& renderer)
     std::vector<Drawn> drawn{shape(now)};
     for (const double a : past) drawn.push_back(shape(a));
     render::Picture picture;
-    picture.size = {560, 420};
-    picture.look.shadows = false;
+    picture.size = {640, 400};
+    // The grid of the animation vertices: of each cell's two triangles all edges but the diagonal.
+    std::vector<std::uint8_t> grid;
+    for (size_t k = 0; k < triangles.size(); ++k) grid.push_back(k % 2 == 0 ? 0b011 : 0b110);
+    render::Markers corner;
+    corner.diameter = 9.0f;
+    for (int k = 0; k < 4; ++k) corner.points.emplace_back(nodes.positions(k, 0), nodes.positions(k, 1), k == 3 ? now : 0.0);
+    picture.markers.push_back(corner);
+    picture.ground = render::Ground{.point = {0.0, 0.0, -1.1}, .normal = {0.0, 0.0, 1.0}, .spacing = 0.0, .line_color = glm::vec3(0.55f, 0.60f, 0.66f)};
+    picture.bounds = {{0.0, 0.0, -1.0}, {1.0, 1.3, 1.0}};
     for (size_t k = 0; k < drawn.size(); ++k) {
       render::Surface s = surface(drawn[k]);
       s.edges = true;
+      s.edge_flags = grid;
       s.material.color = {0.35f, 0.55f, 0.80f};
-      if (k > 0) s.opacity = 0.35f - 0.06f * static_cast<float>(k);
+      if (k > 0) {
+        s.opacity = 0.35f - 0.06f * static_cast<float>(k);
+        s.casts_shadow = false;
+      }
       picture.surfaces.push_back(s);
     }
     picture.overlay.triad = true;
+    picture.overlay.title = fmt::format("Plate, corner at {}{:g} m{}", now < 0.0 ? "−" : "", std::abs(now), past.empty() ? "" : " and before");
     std::vector<glm::dvec3> corners;
     render::append_corners(corners, render::Bounds{{0.0, 0.0, -1.0}, {1.0, 1.3, 1.0}});
     render::FitOptions fit;
-    fit.direction = {-0.75, 0.55, -0.36};
+    fit.direction = {-0.62, 0.62, -0.48};
     fit.up = {0.0, 0.0, 1.0};
     picture.camera = render::fit_camera(picture, corners, fit);
-    render::write_png(folder / fmt::format("{}.png", name), renderer.draw(picture));
+    render::write_png(folder / fmt::format("{}.png", name), renderer.draw(picture), {.level = 12, .text = {}});
   }
 }
 
