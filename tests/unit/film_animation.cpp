@@ -3,8 +3,12 @@
 #include "render/camera.h"
 #include "render/film/animation.h"
 #include "render/film/survey.h"
+#include "sim/scene_reader.h"
 
 #include <gtest/gtest.h>
+
+#include <map>
+#include <string>
 
 namespace {
 
@@ -72,6 +76,41 @@ TEST(Animation, OnlyTheElasticDisplacementIsScaled) {
   EXPECT_EQ(solid.pose, ghost.pose);
   EXPECT_LT(ghost.opacity, 1.0f);
   EXPECT_EQ(solid.opacity, 1.0f);
+}
+
+// Each body says how its exaggerated copies look; in scale it stays what it is.
+TEST(Animation, GhostsAsTheBodySays) {
+  const sim::Results r = test::swinging_beam(0.05);
+  film::RenderSettings s = small_settings();
+  s.scales = {1, 5};
+  sim::Scene scene = sim::parse_scene(test::swinging_scene, "s.toml");
+  const auto drawn = [&](std::map<std::string, std::string> words) {
+    scene.bodies[0].drawing = std::move(words);
+    const film::Animation animation = film::make_animation(r, s, &scene);
+    film::PictureMemory memory;
+    film::update_picture(animation, 13, memory);
+    struct { size_t beams = 0; bool wires = false, solid_wires = false, colored = false; float opacity = 0.0f; std::string note; glm::vec3 edge, color; } out;
+    for (const render::Surface& one : memory.picture.surfaces) {
+      if (one.triangles.data() != animation.bodies[0].triangles.data()) continue;
+      if (out.beams == 0) out.solid_wires = one.wires || one.scalars.empty();
+      if (out.beams == 1) out.wires = one.wires, out.colored = !one.scalars.empty(), out.opacity = one.opacity, out.edge = one.edge_color, out.color = one.material.color;
+      ++out.beams;
+    }
+    out.note = memory.picture.overlay.note;
+    return out;
+  };
+  const auto plain = drawn({});
+  EXPECT_TRUE(plain.beams == 2 && !plain.wires && plain.colored && plain.opacity < 1.0f) << plain.beams;
+  EXPECT_NE(plain.note.find("; ghost: elastic displacement × 5"), std::string::npos) << plain.note;
+  const auto grey = drawn({{"ghost_color", "#808080"}});
+  EXPECT_TRUE(grey.beams == 2 && !grey.wires && !grey.colored && !grey.solid_wires);
+  EXPECT_LT(glm::length(grey.color - glm::vec3(128.0f / 255.0f)), 1e-6f);
+  const auto mesh = drawn({{"ghost", "mesh"}, {"ghost_color", "#0000ff"}});
+  EXPECT_TRUE(mesh.beams == 2 && mesh.wires && !mesh.solid_wires);
+  EXPECT_EQ(mesh.edge, glm::vec3(0, 0, 1));
+  EXPECT_NE(mesh.note.find("; mesh: elastic displacement × 5"), std::string::npos) << mesh.note;
+  const auto none = drawn({{"ghost", "none"}});
+  EXPECT_TRUE(none.beams == 1 && none.note.find("× 5") == std::string::npos) << none.note;
 }
 
 TEST(Animation, BeamFollowsItsNodes) {

@@ -1,3 +1,4 @@
+#include "render/film/body_model.h"
 #include "render/film/settings.h"
 
 #include <gtest/gtest.h>
@@ -109,6 +110,44 @@ TEST(RenderSettings, NamesAreCheckedAgainstTheScene) {
   scene.simulation.duration = 1.0;
   scene.bodies[0].drawing["color"] = "[2, 0, 0]";
   EXPECT_THROW(film::check_render_settings(s, scene), sim::InputError);
+}
+
+TEST(RenderSettings, WordsOfABody) {
+  sim::BodyDef body;
+  body.name = "rod";
+  body.kind = sim::BeamDef{};
+  body.drawing = {{"color", "#ff0000"}, {"ghost", "mesh"}, {"ghost_color", "[0, 0, 1]"}, {"edges", "creases"}, {"diameter", "0.25"}, {"opacity", "0.5"}, {"visible", "false"}};
+  const film::BodyLook look = film::read_body_look(body, "scene.toml");
+  EXPECT_EQ(look.color, glm::vec3(1, 0, 0));
+  EXPECT_EQ(look.ghost, film::GhostStyle::mesh);
+  EXPECT_EQ(look.ghost_color, glm::vec3(0, 0, 1));
+  EXPECT_EQ(look.edges, film::EdgeLines::creases);
+  EXPECT_EQ(look.diameter, 0.25);
+  EXPECT_EQ(look.opacity, 0.5f);
+  EXPECT_FALSE(look.visible);
+  // What is wrong is named, with what is allowed.
+  for (const auto& [key, text, named] : {std::tuple("ghost", "wires", "mesh"), std::tuple("ghost_color", "blue", "#rrggbb"), std::tuple("edges", "some", "creases"),
+                                         std::tuple("diameter", "0", "length > 0"), std::tuple("ghots", "mesh", "ghost")}) {
+    body.drawing = {{key, text}};
+    try {
+      film::read_body_look(body, "scene.toml");
+      ADD_FAILURE() << key;
+    } catch (const sim::InputError& e) {
+      EXPECT_NE(std::string(e.what()).find(named), std::string::npos) << e.what();
+      EXPECT_NE(std::string(e.what()).find("rod"), std::string::npos) << e.what();
+    }
+  }
+  body.kind = sim::RigidDef{};
+  body.drawing = {{"diameter", "0.1"}};
+  EXPECT_THROW(film::read_body_look(body, "scene.toml"), sim::InputError);
+}
+
+TEST(RenderSettings, EdgesAreAWordOrNot) {
+  EXPECT_EQ(film::parse_render_settings("[render]\nedges = true\n", "s").edges, film::EdgeLines::mesh);
+  EXPECT_EQ(film::parse_render_settings("[render]\nedges = \"creases\"\n", "s").edges, film::EdgeLines::creases);
+  EXPECT_EQ(film::parse_render_settings("[render]\n", "s").edges, film::EdgeLines::none);
+  EXPECT_THROW(film::parse_render_settings("[render]\nedges = \"all\"\n", "s"), sim::InputError);
+  EXPECT_THROW(film::parse_render_settings("[render]\nedges = 3\n", "s"), sim::InputError);
 }
 
 TEST(RenderSettings, OptionsOfTheProgram) {
