@@ -15,11 +15,12 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <tuple>
 
 namespace flexframe::interp {
 namespace {
 
-constexpr int elastic_nodes = 40, elastic_vertices = 12000, lattice_sources = 1500;
+constexpr int elastic_nodes = 40, thin_nodes = 100, elastic_vertices = 12000, lattice_sources = 1500;
 
 constexpr std::array<std::pair<Scheme, std::string_view>, 7> scheme_names{{{Scheme::automatic, "auto"},
                                                                            {Scheme::kernel, "kernel"},
@@ -53,21 +54,40 @@ struct Box {
   double diagonal() const { return (upper - lower).norm(); }
 };
 
+// Only vertices of triangles count for size and extent; the others follow.
+Points drawn_vertices(const MeshView& mesh) {
+  std::vector<char> used(static_cast<size_t>(mesh.vertices.rows()), 0);
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t)
+    for (int c = 0; c < 3; ++c) used[static_cast<size_t>(mesh.triangles(t, c))] = 1;
+  Points vertices(std::count(used.begin(), used.end(), char{1}), 3);
+  for (Eigen::Index v = 0, k = 0; v < mesh.vertices.rows(); ++v)
+    if (used[static_cast<size_t>(v)]) vertices.row(k++) = mesh.vertices.row(v);
+  return vertices;
+}
+
+// Vertices are welded within a tenth of the merge distance: far below any edge worth drawing, above the rounding of text files.
+constexpr double weld_share = 0.1;
+
 // Nodes in other units or in another frame than the mesh: said with the numbers that show it.
 void check_scale(const Points& nodes, const Points& vertices) {
   const Box n(nodes), m(vertices);
   const double size = m.diagonal();
   if (!(size > 0.0)) throw InputError("all vertices of the mesh are at one place");
   const Vec3 gap = (n.lower - m.upper).cwiseMax(m.lower - n.upper).cwiseMax(0.0);
-  const bool larger = n.diagonal() > 20.0 * size, apart = gap.norm() > size;
+  // Nodes hardly ever reach beyond the mesh they move; they may be few and crowded in a corner of it.
+  const bool larger = n.diagonal() > 4.0 * size, apart = gap.norm() > size;
   const bool smaller = nodes.rows() > 3 && n.diagonal() < size / 200.0;
-  if (!larger && !apart && !smaller) return;
-  const double ratio = nodes.rows() > 1 && n.diagonal() > 0.0 ? n.diagonal() / size : 1.0;
-  std::string hint;
-  for (const double unit : {1000.0, 100.0, 39.3701, 3.28084})
-    for (const double r : {ratio * unit, ratio / unit})
-      if (nodes.rows() > 1 && r > 0.4 && r < 1.1)
-        hint = fmt::format("; their sizes differ by about {:.4g}, as if one were in other units", ratio > 1.0 ? unit : 1.0 / unit);
+  // The unit that would bring the nodes into the mesh and spread them over more than half of it.
+  double unit = 0.0, misfit = std::numeric_limits<double>::infinity();
+  if (nodes.rows() > 3 && n.diagonal() > 0.0)
+    for (const double u : {10.0, 25.4, 39.3701, 100.0, 1000.0, 0.1, 1.0 / 25.4, 1.0 / 39.3701, 0.01, 0.001}) {
+      const double reach = 0.05 * size;
+      const double off = std::abs(std::log(n.diagonal() * u / size));
+      if (off < std::min(misfit, std::log(2.0)) && (n.lower * u - m.lower).minCoeff() > -reach && (m.upper - n.upper * u).minCoeff() > -reach) unit = u, misfit = off;
+    }
+  const bool other_unit = unit > 0.0 && (n.diagonal() < size / 8.0 || larger);
+  if (!larger && !apart && !smaller && !other_unit) return;
+  const std::string hint = unit > 0.0 ? fmt::format("; as if they were in other units: times {:.4g} they would fit", unit) : "";
   throw InputError(fmt::format(
       "the simulation nodes do not belong to this mesh: they lie in x {:.4g}..{:.4g}, y {:.4g}..{:.4g}, z {:.4g}..{:.4g}, the mesh in "
       "x {:.4g}..{:.4g}, y {:.4g}..{:.4g}, z {:.4g}..{:.4g}{}",
@@ -75,26 +95,66 @@ void check_scale(const Points& nodes, const Points& vertices) {
       m.lower.z(), m.upper.z(), hint));
 }
 
-// Nodes nearer than the distance become one at the place of the first.
+// Places of the points, each next one the farthest from all before, which is how patches cover a mesh best; few that make one patch, and those beyond 2000,
+// as they come.
+std::vector<int> spread_order(const Points& points) {
+  const auto count = static_cast<int>(points.rows());
+  std::vector<int> order;
+  if (count <= 30) {
+    order.resize(static_cast<size_t>(count));
+    std::iota(order.begin(), order.end(), 0);
+    return order;
+  }
+  Eigen::VectorXd distance = Eigen::VectorXd::Constant(count, std::numeric_limits<double>::infinity());
+  for (int next = 0; static_cast<int>(order.size()) < std::min(count, 2000);) {
+    order.push_back(next);
+    distance = distance.cwiseMin((points.rowwise() - points.row(next)).rowwise().squaredNorm());
+    distance[next] = -1.0;
+    distance.maxCoeff(&next);
+  }
+  for (int i = 0; i < count; ++i)
+    if (distance[i] >= 0.0) order.push_back(i);
+  return order;
+}
+
+// Nodes nearer than the distance become one at the place of the first. They are taken in the order of their coordinates and then spread, so that a map does
+// not depend on the order in which the nodes are given.
 void merge_nodes(const Points& nodes, double distance, Map& map) {
+  std::vector<int> order(static_cast<size_t>(nodes.rows()));
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), [&](int i, int j) {
+    const auto key = [&](int k) { return std::tuple(nodes(k, 0), nodes(k, 1), nodes(k, 2), k); };
+    return key(i) < key(j);
+  });
   const PointGrid grid(nodes);
   map.node_of.assign(static_cast<size_t>(nodes.rows()), -1);
   std::vector<int> near, first;
-  for (Eigen::Index i = 0; i < nodes.rows(); ++i) {
+  for (const int i : order) {
     grid.within(nodes.row(i).transpose(), distance, near);
     int target = -1;
     for (const int j : near)
-      if (j < i && first[static_cast<size_t>(map.node_of[static_cast<size_t>(j)])] == j) { target = map.node_of[static_cast<size_t>(j)]; break; }
+      if (const int known = map.node_of[static_cast<size_t>(j)]; known >= 0 && first[static_cast<size_t>(known)] == j && (target < 0 || known < target)) target = known;
     if (target < 0) {
       target = static_cast<int>(first.size());
-      first.push_back(static_cast<int>(i));
+      first.push_back(i);
       map.node_count.push_back(0);
     }
     map.node_of[static_cast<size_t>(i)] = target;
     ++map.node_count[static_cast<size_t>(target)];
   }
-  map.node_positions.resize(static_cast<Eigen::Index>(first.size()), 3);
-  for (size_t k = 0; k < first.size(); ++k) map.node_positions.row(static_cast<Eigen::Index>(k)) = nodes.row(first[k]);
+  Points merged(static_cast<Eigen::Index>(first.size()), 3);
+  for (size_t k = 0; k < first.size(); ++k) merged.row(static_cast<Eigen::Index>(k)) = nodes.row(first[k]);
+  const std::vector<int> spread = spread_order(merged);
+  std::vector<int> place(first.size()), count(first.size());
+  map.node_positions.resize(merged.rows(), 3);
+  for (size_t k = 0; k < spread.size(); ++k) {
+    const auto from = static_cast<size_t>(spread[k]);
+    place[from] = static_cast<int>(k);
+    count[k] = map.node_count[from];
+    map.node_positions.row(static_cast<Eigen::Index>(k)) = merged.row(spread[k]);
+  }
+  map.node_count = std::move(count);
+  for (int& k : map.node_of) k = place[static_cast<size_t>(k)];
   map.report.merged_nodes = static_cast<int>(nodes.rows() - map.node_positions.rows());
 }
 
@@ -142,10 +202,9 @@ void check_data(const Map& map, const Eigen::Ref<const Points>& displacement, co
     if (!rotation.row(i).allFinite()) throw InputError(fmt::format("rotation of node {} is not finite", i));
 }
 
-// Data of the merged nodes: means of those that became one.
+// Data of the merged nodes in their order: means of those that became one.
 Points merge_data(const Map& map, const Eigen::Ref<const Points>& data) {
   if (data.rows() == 0) return Points(0, 3);
-  if (map.report.merged_nodes == 0) return data;
   Points out = Points::Zero(map.node_positions.rows(), 3);
   for (Eigen::Index i = 0; i < data.rows(); ++i) {
     const int k = map.node_of[static_cast<size_t>(i)];
@@ -161,6 +220,33 @@ Points sources_of(const Map& map, const Eigen::Ref<const Points>& displacement, 
   return exact ? lift_exact(map.lift, u, theta) : lift_linear(map.lift, u, theta);
 }
 
+// Share of the nodes (of at most 48 of them) that have another nearer than the nodes' spacing in a straight line which is not among the 24 nearest along the
+// surface: across a slit, or through a thin wall.
+double folded_share(const Points& nodes, const Weld& weld, const Graph& graph, double spacing) {
+  const PointGrid grid(nodes);
+  Search search;
+  std::vector<int> near;
+  const Eigen::Index step = std::max<Eigen::Index>(1, nodes.rows() / 48);
+  int looked = 0, folded = 0;
+  for (Eigen::Index i = 0; i < nodes.rows(); i += step, ++looked) {
+    grid.within(nodes.row(i).transpose(), spacing, near);
+    if (near.size() < 2) continue;
+    grow(graph, weld.positions, graph.vertices + static_cast<int>(i), 24, search);
+    folded += std::any_of(near.begin(), near.end(), [&](int j) { return std::find(search.node.begin(), search.node.end(), j) == search.node.end(); });
+  }
+  return static_cast<double>(folded) / looked;
+}
+
+// Why the body is one for the elastic surface with more nodes too, or empty: the kernel has no notion of how it twists and opens. Limits: interp/README.md.
+std::string thin_reason(const Points& nodes, const Weld& weld, const Graph& graph) {
+  const Solidity solidity = measure_solidity(weld.positions, weld.triangles);
+  if (!solidity.closed) return "an open surface";
+  const double spacing = std::sqrt(solidity.area / static_cast<double>(nodes.rows()));
+  if (2.0 * std::abs(solidity.volume) / solidity.area < 0.1 * spacing) return "a thin wall";
+  if (folded_share(nodes, weld, graph, spacing) >= 0.15) return "a body with slits or thin walls";
+  return {};
+}
+
 // Kernel or elastic, and why. Limits measured on the con rod (examples/accuracy-interp): with 20 nodes the elastic surface has half
 // the error of the kernel, with 50 four fifths at 70 times the set-up; its factorisation stays near a second up to 12000 vertices.
 void choose_scheme(Map& map, const Weld& weld, const Graph& graph) {
@@ -171,11 +257,12 @@ void choose_scheme(Map& map, const Weld& weld, const Graph& graph) {
   const bool flat = principal.eigenvalues()[0] < 1e-10 * principal.eigenvalues()[2];
   const double size = Box(weld.positions).diagonal();
   const auto inside = std::count_if(graph.off_mesh.begin(), graph.off_mesh.end(), [&](double d) { return d > 0.01 * size; });
+  const std::string thin = !flat && count > elastic_nodes && count <= thin_nodes && vertices <= elastic_vertices ? thin_reason(map.node_positions, weld, graph) : "";
   Report& report = map.report;
   report.scheme = Scheme::kernel;
   if (flat)
     report.reason = fmt::format("{} nodes on a flat sheet: kernel in its plane", count);
-  else if (count > elastic_nodes)
+  else if (count > elastic_nodes && thin.empty())
     report.reason = fmt::format("{} nodes are dense enough for the geodesic partition of unity (more than {})", count, elastic_nodes);
   else if (vertices > elastic_vertices)
     report.reason = fmt::format("{} vertices are too many for an elastic solution (more than {}): geodesic partition of unity", vertices, elastic_vertices);
@@ -183,7 +270,8 @@ void choose_scheme(Map& map, const Weld& weld, const Graph& graph) {
     report.reason = fmt::format("{} of {} nodes lie off the surface: kernel with rigid arms", inside, count);
   else {
     report.scheme = Scheme::elastic;
-    report.reason = fmt::format("{} nodes are sparse (up to {}): elastic surface", count, elastic_nodes);
+    report.reason = thin.empty() ? fmt::format("{} nodes are sparse (up to {}): elastic surface", count, elastic_nodes)
+                                 : fmt::format("{} nodes on {} (up to {}): elastic surface", count, thin, thin_nodes);
   }
 }
 
@@ -269,6 +357,10 @@ std::string_view scheme_name(Scheme scheme) {
   return "auto";
 }
 
+std::vector<int> weld_rows(const MeshView& mesh, const Options& options) {
+  return weld_vertices(mesh, weld_share * options.merge_distance * Box(drawn_vertices(mesh)).diagonal()).row;
+}
+
 Map make_map(const Nodes& nodes, const MeshView& mesh, const Options& options) {
   const auto start = std::chrono::steady_clock::now();
   check_input(nodes, mesh);
@@ -279,21 +371,14 @@ Map make_map(const Nodes& nodes, const MeshView& mesh, const Options& options) {
   map.rotations = nodes.rotations;
   const int threads = thread_count(options.threads);
 
-  // Only vertices of triangles count for size and extent; the others follow.
-  std::vector<char> used(static_cast<size_t>(mesh.vertices.rows()), 0);
-  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t)
-    for (int c = 0; c < 3; ++c) used[static_cast<size_t>(mesh.triangles(t, c))] = 1;
-  Points vertices(std::count(used.begin(), used.end(), char{1}), 3);
-  for (Eigen::Index v = 0, k = 0; v < mesh.vertices.rows(); ++v)
-    if (used[static_cast<size_t>(v)]) vertices.row(k++) = mesh.vertices.row(v);
+  const Points vertices = drawn_vertices(mesh);
   check_scale(nodes.positions, vertices);
   const double size = Box(vertices).diagonal();
   merge_nodes(nodes.positions, options.merge_distance * size, map);
   if (report.merged_nodes > 0)
     report.warnings.push_back(fmt::format("{} simulation node(s) lie within {:.1e} of another and were merged with it", report.merged_nodes,
                                           options.merge_distance * size));
-  // A tenth of the merge distance: far below any edge worth drawing, above the rounding of text files.
-  const Weld weld = weld_vertices(mesh, 0.1 * options.merge_distance * size);
+  const Weld weld = weld_vertices(mesh, weld_share * options.merge_distance * size);
   map.welded = weld.row;
 
   const Layout layout = find_layout(map.node_positions, vertices);

@@ -87,6 +87,9 @@ struct Map {
 // mesh) and MapError (Lebesgue constant above the limit after repair).
 Map make_map(const Nodes& nodes, const MeshView& mesh, const Options& options = {});
 
+// Map::welded without the map: vertices at one place have one number.
+std::vector<int> weld_rows(const MeshView& mesh, const Options& options = {});
+
 // Displacement of the vertices, out M x 3 float32 (resized, memory reused). displacement N x 3; rotation N x 3 rotation
 // vectors (they may be large) or 0 x 3. Throws InputError on wrong sizes or values that are not finite.
 void apply(const Map& map, const Eigen::Ref<const Points>& displacement, const Eigen::Ref<const Points>& rotation, PointsF& out);

@@ -114,6 +114,11 @@ Recorder::Recorder(System& system, const std::vector<double>& times) {
         const FlexibleNode& node = flex.nodes[model.frames[s.frame].node];
         body.node_phi.middleRows<3>(row) = node.phi;
         body.node_psi.middleRows<3>(row) = node.psi;
+        if (node.sigma.cols() == flex.n && flex.n > 0) {
+          body.stress_nodes.push_back(static_cast<int>(row / 3));
+          body.node_stress.conservativeResize(6 * static_cast<Eigen::Index>(body.stress_nodes.size()), flex.n);
+          body.node_stress.bottomRows<6>() = node.sigma;
+        }
         row += 3;
       }
       body.labels = flex.labels;

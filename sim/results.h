@@ -34,6 +34,9 @@ struct ResultBody {
   // Modal bodies only: displacement of the nodes per elastic coordinate, so that a renderer can map modes once.
   MatX node_phi;                     // 3 nn x n or empty
   MatX node_psi;                     // 3 nn x n or empty
+  // Where the body knows stresses: the nodes that have them and their stress per elastic coordinate (xx yy zz xy yz xz below each other), Pa.
+  std::vector<int> stress_nodes;     // ns indices of nodes, ascending
+  MatX node_stress;                  // 6 ns x n or empty
   std::vector<std::string> labels;   // n
 };
 

@@ -183,21 +183,21 @@ void write_section(hid_t body, const Section& section) {
   }
 }
 
-// 3 nn x n (a node's x y z below each other) as nn rows of 3 n.
-MatX node_rows(const MatX& shapes) {
-  const Eigen::Index nn = shapes.rows() / 3, n = shapes.cols();
-  MatX rows(nn, 3 * n);
+// `parts` nn x n (a node's x y z, or its stresses, below each other) as nn rows of `parts` n.
+MatX node_rows(const MatX& shapes, Eigen::Index parts = 3) {
+  const Eigen::Index nn = shapes.rows() / parts, n = shapes.cols();
+  MatX rows(nn, parts * n);
   for (Eigen::Index i = 0; i < nn; ++i)
-    for (Eigen::Index a = 0; a < 3; ++a) rows.row(i).segment(a * n, n) = shapes.row(3 * i + a);
+    for (Eigen::Index a = 0; a < parts; ++a) rows.row(i).segment(a * n, n) = shapes.row(parts * i + a);
   return rows;
 }
 
 // Its inverse.
-MatX node_columns(const MatX& rows) {
-  const Eigen::Index nn = rows.rows(), n = rows.cols() / 3;
-  MatX shapes(3 * nn, n);
+MatX node_columns(const MatX& rows, Eigen::Index parts = 3) {
+  const Eigen::Index nn = rows.rows(), n = rows.cols() / parts;
+  MatX shapes(parts * nn, n);
   for (Eigen::Index i = 0; i < nn; ++i)
-    for (Eigen::Index a = 0; a < 3; ++a) shapes.row(3 * i + a) = rows.row(i).segment(a * n, n);
+    for (Eigen::Index a = 0; a < parts; ++a) shapes.row(parts * i + a) = rows.row(i).segment(a * n, n);
   return shapes;
 }
 
@@ -233,6 +233,10 @@ void write_body(hid_t bodies, const ResultBody& body, long index, hsize_t nt) {
   write_texts(group, "labels", body.labels);
   write_numbers(group, "node_phi", node_rows(body.node_phi), {nn, 3, n}, "", "displacement of the nodes per elastic coordinate, in the body frame");
   write_numbers(group, "node_psi", node_rows(body.node_psi), {nn, 3, n}, "", "rotation of the nodes per elastic coordinate, in the body frame");
+  const auto ns = static_cast<hsize_t>(body.stress_nodes.size());
+  const MatX places = Eigen::Map<const Eigen::VectorXi>(body.stress_nodes.data(), static_cast<Eigen::Index>(ns)).cast<double>();
+  write_numbers(group, "stress_nodes", places, {ns}, "", "nodes of 'node_stress', counted from 0");
+  write_numbers(group, "node_stress", node_rows(body.node_stress, 6), {ns, 6, n}, "Pa", "stress xx yy zz xy yz xz per elastic coordinate, in the body frame");
 }
 
 void write_joint(hid_t joints, const ResultJoint& joint, long index, hsize_t nt) {
@@ -319,6 +323,11 @@ void check_results(const Results& results) {
     for (const MatX* shapes : {&body.node_phi, &body.node_psi})
       if (shapes->size() > 0 && (shapes->rows() != 3 * nn || shapes->cols() != body.q.cols() || !shapes->allFinite()))
         fail(fmt::format("{}: the mode shapes are {} x {}, not finite {} x {}", body.name, shapes->rows(), shapes->cols(), 3 * nn, body.q.cols()));
+    const auto ns = static_cast<Eigen::Index>(body.stress_nodes.size());
+    if (body.node_stress.rows() != 6 * ns || (ns > 0 && body.node_stress.cols() != body.q.cols()) || !body.node_stress.allFinite())
+      fail(fmt::format("{}: the stress modes are {} x {}, not finite {} x {}", body.name, body.node_stress.rows(), body.node_stress.cols(), 6 * ns, body.q.cols()));
+    for (int i : body.stress_nodes)
+      if (i < 0 || i >= nn) fail(fmt::format("{}: node {} with stress is not there", body.name, i));
   }
   for (const ResultJoint& joint : results.joints) {
     name("joint", joint.name);
@@ -584,6 +593,13 @@ ResultBody read_body(const Reader& reader, hid_t group, const std::string& name,
     reader.fail(fmt::format("dataset '{}labels'", path), fmt::format("must name {} elastic coordinates like 'q', found {}", n, body.labels.size()));
   body.node_phi = node_columns(reader.numbers(group, "node_phi", path, {nn, 3, n}, true));
   body.node_psi = node_columns(reader.numbers(group, "node_psi", path, {nn, 3, n}, true));
+  const MatX places = reader.numbers(group, "stress_nodes", path, {Reader::any}, true);
+  for (const double place : places.reshaped()) {
+    if (!(place >= 0.0 && place < static_cast<double>(nn) && place == std::floor(place)))
+      reader.fail(fmt::format("dataset '{}stress_nodes'", path), fmt::format("must hold indices of the {} nodes, found {}", nn, place));
+    body.stress_nodes.push_back(static_cast<int>(place));
+  }
+  if (!body.stress_nodes.empty()) body.node_stress = node_columns(reader.numbers(group, "node_stress", path, {body.stress_nodes.size(), 6, n}, false), 6);
   return body;
 }
 

@@ -70,6 +70,7 @@ void add_render_words(CLI::App& words, RenderWords& values) {
   words.add_option("--samples", values.samples, "antialiasing samples a pixel: 1, 4, 9 or 16")->check(CLI::IsMember({1, 4, 9, 16}));
   words.add_flag("--no-shadows", values.no_shadows, "no shadows and no ambient occlusion: quicker");
   words.add_flag("--no-overlay", values.no_overlay, "no words, bars and plots");
+  words.add_option("--cache", values.cache, "folder that keeps the mapped modes of bodies for the next run; default: none")->envname("FLEXFRAME_CACHE");
   words.add_option("--workers", values.workers, "processes that draw; default: one a core")->check(CLI::Range(1, 1024));
   words.add_option("--renderer", values.renderer, "osmesa or egl")->check(CLI::IsMember({"osmesa", "egl"}))->capture_default_str();
   words.add_option("--video", values.video, "the video's file (.mp4, .gif, or .apng and .png for an animated PNG); default: NAME.mp4 beside the pictures");
@@ -92,6 +93,7 @@ void apply_words(const RenderWords& words, film::RenderSettings& settings) {
   if (!words.video.empty() && !film::is_video_name(words.video))
     throw UsageError(fmt::format("--video {}: a video's name must end in {}", sim::quote(words.video), sim::list_words(film::video_endings())));
   if (words.samples) settings.samples = *words.samples;
+  settings.cache = words.cache;
   if (words.no_shadows) settings.shadows = settings.occlusion = false;
   if (words.no_overlay)
     settings.overlay = {.title = false, .time = false, .scalar_bar = false, .triad = false, .legend = false, .note = false, .plot = {}, .plot_line = 0};

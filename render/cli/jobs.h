@@ -29,6 +29,7 @@ void add_simulation_words(CLI::App& words, SimulationWords& values);
 struct RenderWords {
   std::string frames, shard, size, scales, color_by, renderer = "osmesa", video;
   std::optional<int> samples;
+  std::string cache;
   int workers = 0;
   bool resume = false, no_video = false, no_shadows = false, no_overlay = false;
 };

@@ -31,6 +31,11 @@ sim::Results swing(const sim::FlexibleBody& body, int k, double amplitude, int p
     b.nodes.push_back({body.nodes[i].name, body.nodes[i].origin});
     b.node_phi.middleRows(3 * i, 3) = body.nodes[i].phi;
     b.node_psi.middleRows(3 * i, 3) = body.nodes[i].psi;
+    if (body.nodes[i].sigma.cols() == n) {
+      b.stress_nodes.push_back(i);
+      b.node_stress.conservativeResize(6 * static_cast<Eigen::Index>(b.stress_nodes.size()), n);
+      b.node_stress.bottomRows(6) = body.nodes[i].sigma;
+    }
     largest = std::max(largest, body.nodes[i].phi.col(k).norm());
   }
   if (!(largest > 0.0)) throw sim::InputError(fmt::format("mode {} moves none of the body's nodes", k + 1));
@@ -97,6 +102,7 @@ Command add_modes(CLI::App& program) {
             for (int k : modes) {
               film::RenderSettings settings;
               settings.scales = {1.0};
+              settings.speed = 1.0;  // the swing is made for the playback, however short
               settings.ground = false;
               settings.undeformed = true;
               apply_words(w->render, settings);

@@ -1,5 +1,6 @@
 #include "render/film/body_model.h"
 
+#include "interp/scalars.h"
 #include "render/colormap.h"
 #include "render/edges.h"
 #include "render/film/shapes.h"
@@ -75,6 +76,16 @@ interp::Nodes nodes_of(const sim::ResultBody& body) {
   }
   nodes.rotations = body.rotation.size() > 0;
   return nodes;
+}
+
+// Stress modes of the nodes that have them, at the vertices.
+interp::ModeColumns map_stress(const sim::ResultBody& body, const BodyModel& model) {
+  interp::Points nodes(static_cast<Eigen::Index>(body.stress_nodes.size()), 3);
+  for (size_t k = 0; k < body.stress_nodes.size(); ++k) nodes.row(static_cast<Eigen::Index>(k)) = body.nodes[static_cast<size_t>(body.stress_nodes[k])].origin.transpose();
+  interp::ModeColumns out;
+  out.columns = interp::map_scalars(nodes, model.view(), 6, body.node_stress);
+  out.vertices = static_cast<int>(out.columns.rows() / 3);
+  return out;
 }
 
 // Whether the node displacements are node_phi q (no second-order part), judged on up to 16 samples over the whole run.
@@ -228,15 +239,28 @@ BodyModel make_body_model(const sim::ResultBody& body, const sim::BodyDef* def, 
   interp::Options options;
   options.scheme = settings.scheme;
   const interp::Nodes nodes = nodes_of(body);
+  std::vector<std::string> map_warnings;
   try {
-    model.map = interp::make_map(nodes, model.view(), options);
+    if (linear_in_modes(body)) {
+      interp::CachedModes mapped = interp::cached_modes(nodes, model.view(), options, body.node_phi, body.node_psi, settings.cache);
+      model.modes = std::move(mapped.columns);
+      model.from_cache = mapped.from_cache;
+      map_warnings = std::move(mapped.report.warnings);
+    } else {
+      model.map = interp::make_map(nodes, model.view(), options);
+      map_warnings = model.map->report.warnings;
+    }
   } catch (const interp::InputError& e) {
     throw interp::InputError(fmt::format("body '{}': {}", body.name, e.what()));
   } catch (const interp::MapError& e) {
     throw interp::MapError(fmt::format("body '{}': {}", body.name, e.what()));
   }
-  for (const std::string& warning : model.map->report.warnings) model.warnings.push_back(warning);
-  if (linear_in_modes(body)) model.modes = interp::map_modes(*model.map, body.node_phi, body.node_psi);
+  for (std::string& warning : map_warnings) model.warnings.push_back(std::move(warning));
+  if (settings.color_by == ColorBy::strain || settings.color_by == ColorBy::stress) model.welded = model.map ? model.map->welded : interp::weld_rows(model.view(), options);
+  if (settings.color_by == ColorBy::stress) {
+    if (body.node_stress.size() > 0) model.stress = map_stress(body, model);
+    else if (body.kind == "modal") model.warnings.push_back("no stress modes are known (flexframe reduce --stress): not coloured by stress; color_by = \"strain\" needs none");
+  }
   if (settings.corotated) model.corotated = std::make_shared<const interp::Corotated>(model.view());
   return model;
 }

@@ -59,8 +59,11 @@ struct BodyModel {
   interp::NormalLayout normals;
   std::vector<float> rest;               // 3 M
   std::vector<glm::vec3> rest_normals;   // per shading point
-  std::optional<interp::Map> map;        // nodal series
-  std::optional<interp::ModeColumns> modes;
+  std::optional<interp::Map> map;        // nodal series, or
+  std::optional<interp::ModeColumns> modes;  // of a body whose nodes are linear in its coordinates
+  bool from_cache = false;               // the modes were read from RenderSettings::cache
+  std::vector<int> welded;               // colour by strain: vertices at one place have one number
+  std::optional<interp::ModeColumns> stress;  // colour by stress of a modal body that knows its stress modes: 6 M rows, xx yy zz xy yz xz of each vertex, Pa
   std::shared_ptr<const interp::Corotated> corotated;
   std::vector<std::string> warnings;
 

@@ -8,7 +8,8 @@
 //   samples = 4                    antialiasing samples a pixel: 1, 4, 9, 16
 //   scales = "auto"                or a list: 1 in scale, others exaggerated ghosts; the first is drawn solid where 1 is not among them
 //   exaggeration = "linear"        linear | corotated (interp/exaggerate.h)
-//   color_by = "displacement"      none | displacement | strain | stress | velocity | mode | body; stress: beams only, Young's modulus times the strain
+//   color_by = "displacement"      none | displacement | strain | stress | velocity | mode | body; stress: von Mises of modal bodies with stress modes;
+//                                  beams: Young's modulus times the strain
 //   mode = 1                       which elastic coordinate color_by = "mode" shows the displacement of
 //   color_range = [0, 0.002]       values of the map's ends, in m, 1, Pa or m/s; default: of the whole sequence
 //   colormap = "viridis"           viridis | cividis | inferno | turbo | coolwarm | greys
@@ -82,6 +83,7 @@ struct RenderSettings {
   int samples = 4;
   std::vector<double> scales;                 // empty: "auto"
   bool corotated = false;
+  std::filesystem::path cache;                // folder of mapped modes (interp/modes.h); empty: none. Not of the scene: it changes no picture
   ColorBy color_by = ColorBy::displacement;
   int mode = 1;                               // 1-based, color_by mode
   std::optional<std::pair<double, double>> color_range;

@@ -1,5 +1,7 @@
 #include "render/film/survey.h"
 
+#include "interp/scalars.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -70,9 +72,15 @@ void update_scalars(const BodyModel& model, const sim::Results& results, int ind
   if (color_by == ColorBy::displacement && model.flexible) {
     scalars.resize(vertices);
     interp::compute_magnitude(memory.displacement, scalars);
+  } else if (color_by == ColorBy::stress && model.stress) {
+    elastic_coordinates(body, find_sample(results.times, t), work.body.q);
+    work.before.resize(6 * vertices);
+    interp::apply_modes(*model.stress, work.body.q, work.before, 1);
+    scalars.resize(vertices);
+    interp::compute_von_mises(work.before, scalars);
   } else if ((color_by == ColorBy::strain || (color_by == ColorBy::stress && model.youngs_modulus > 0.0)) && model.flexible) {
     scalars.resize(vertices);
-    interp::compute_strain(model.view(), model.map->welded, memory.displacement, scalars);
+    interp::compute_strain(model.view(), model.welded, memory.displacement, scalars);
     if (color_by == ColorBy::stress)
       for (float& s : scalars) s *= static_cast<float>(model.youngs_modulus);
   } else if (color_by == ColorBy::mode && model.modes && settings.mode <= body.q.cols()) {

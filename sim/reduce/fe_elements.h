@@ -44,6 +44,10 @@ MatX solid_nodal_stress(FeShape shape, FeFormulation formulation, const Mat3X& X
 // rotary inertia rho t^3 / 12 A of the node.
 void shell_matrices(FeShape shape, const Mat3X& X, double thickness, const FeMaterial& material, int id, MatX& K, MatX& M);
 
+// Stress at the element's nodes on the face that the normal points to (half the thickness above the middle surface), 6 x n in space axes, from nodal motions
+// (6 x n: ux uy uz rx ry rz): membrane and bending. Quadrangles: Gauss points, extrapolated bilinearly; triangles: at the corners.
+MatX shell_nodal_stress(FeShape shape, const Mat3X& X, double thickness, const FeMaterial& material, const MatX& u, int id);
+
 // Values and derivatives (n x 3) of the shape functions at xi; nodes in Abaqus' order.
 void shape_functions(FeShape shape, const Vec3& xi, VecX& N, MatX& dN);
 // Places of the nodes in the parent element, 3 x n.

@@ -345,6 +345,7 @@ class Reader {
     e.formulation = element_type->formulation;
     e.first = static_cast<int>(model.connectivity.size());
     e.count = count;
+    e.line = file == model.file ? number : 0;
     if (!element_index.try_emplace(e.id, static_cast<int>(model.elements.size())).second) fail(fmt::format("element {} is defined twice", e.id));
     for (int i = 1; i <= count; ++i) model.connectivity.push_back(static_cast<int>(pending[i]));
     element_lines.emplace_back(number, 0);

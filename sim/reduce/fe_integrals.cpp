@@ -31,6 +31,14 @@ Mat3X field_at(const FeModel& model, const FeSystem& system, const FeElement& e,
   return u;
 }
 
+// All six motions of a shell's nodes.
+MatX motions_at(const FeModel& model, const FeSystem& system, const FeElement& e, const MatX& U, int column) {
+  MatX u(6, e.count);
+  for (int i = 0; i < e.count; ++i)
+    for (int d = 0; d < 6; ++d) u(d, i) = U(system.dof[model.connectivity[e.first + i]][d], column);
+  return u;
+}
+
 Mat3X positions(const FeModel& model, const FeElement& e) {
   Mat3X X(3, e.count);
   for (int i = 0; i < e.count; ++i) X.col(i) = model.nodes[model.connectivity[e.first + i]];
@@ -242,13 +250,16 @@ std::vector<MatX> nodal_stress(const FeModel& model, const FeSystem& system, con
   std::vector<MatX> sum(nodes.size(), MatX::Zero(6, n));
   std::vector<int> count(nodes.size(), 0);
   for (const FeElement& e : model.elements) {
-    if (!fe_is_solid(e.shape)) continue;
+    const bool shell = fe_is_shell(e.shape);
+    if (!shell && !fe_is_solid(e.shape)) continue;
     bool wanted = false;
     for (int i = 0; i < e.count; ++i) wanted = wanted || place.contains(model.connectivity[e.first + i]);
     if (!wanted) continue;
     const Mat3X X = positions(model, e);
     for (int k = 0; k < n; ++k) {
-      const MatX stress = solid_nodal_stress(e.shape, e.formulation, X, model.materials[e.material], field_at(model, system, e, U, k), e.id);
+      const FeMaterial& material = model.materials[e.material];
+      const MatX stress = shell ? shell_nodal_stress(e.shape, X, e.thickness, material, motions_at(model, system, e, U, k), e.id)
+                                : solid_nodal_stress(e.shape, e.formulation, X, material, field_at(model, system, e, U, k), e.id);
       for (int i = 0; i < e.count; ++i)
         if (const auto it = place.find(model.connectivity[e.first + i]); it != place.end()) sum[it->second].col(k) += stress.col(i);
     }

@@ -74,6 +74,10 @@ void set_material(FeModel& model, const FeMaterial& material, const std::string&
   for (int e : set->second) model.elements[e].material = index;
 }
 
+std::string place_of(const FeModel& model, const FeElement& element) {
+  return element.line > 0 ? fmt::format("{}:{}", model.file, element.line) : model.file;
+}
+
 void check_model(const FeModel& model) {
   if (model.matrices) return;
   if (model.elements.empty()) throw InputError(fmt::format("{}: no elements that can be used", model.file));
@@ -81,10 +85,10 @@ void check_model(const FeModel& model) {
   for (const FeElement& e : model.elements) {
     if (e.shape == FeShape::point_mass) continue;
     if (e.material < 0)
-      throw InputError(fmt::format("{}: element {} has no material: give a section in the model, or --material YOUNGS_MODULUS,POISSON,DENSITY", model.file, e.id));
+      throw InputError(fmt::format("{}: element {} has no material: give a section in the model, or --material YOUNGS_MODULUS,POISSON,DENSITY", place_of(model, e), e.id));
     used[e.material] = true;
     if (fe_is_shell(e.shape) && !(e.thickness > 0.0))
-      throw InputError(fmt::format("{}: shell element {} has no thickness: give a *SHELL SECTION, or --thickness", model.file, e.id));
+      throw InputError(fmt::format("{}: shell element {} has no thickness: give a *SHELL SECTION, or --thickness", place_of(model, e), e.id));
   }
   for (size_t i = 0; i < used.size(); ++i) {
     const FeMaterial& m = model.materials[i];

@@ -35,6 +35,7 @@ struct FeElement {
   int material = -1;             // index, -1: none given
   double thickness = 0.0;        // shells, m; point mass: kg
   int first = 0, count = 0;      // nodes: connectivity[first .. first + count)
+  int line = 0;                  // of the file, 0: unknown (binary, included)
 };
 
 // A reference point tied to a set of nodes.
@@ -79,6 +80,9 @@ struct FeUnits {
   double stress() const { return mass / (length * time * time); }
   double density() const { return mass / (length * length * length); }
 };
+
+// "FILE:LINE" of an element, for messages; "FILE" where the line is unknown.
+std::string place_of(const FeModel& model, const FeElement& element);
 
 int fe_node_count(FeShape shape);
 bool fe_is_solid(FeShape shape);

@@ -106,11 +106,16 @@ class Reader {
   std::unordered_map<long, int> node_index;
   std::map<std::pair<int, int>, std::string> physical_names;                 // (dimension, tag)
   std::map<std::pair<int, int>, std::vector<int>> entity_physicals;          // format 4
-  struct Raw { long id; int type, physical; std::vector<int> more; std::vector<long> nodes; };
+  struct Raw { long id; int type, physical; std::vector<int> more; std::vector<long> nodes; int line; };
   std::vector<Raw> raw;
+  size_t lines_to = 0;  // `lines` is the line of this byte
+  int lines = 1;
 
   [[noreturn]] void fail(const std::string& message) const {
     throw InputError(fmt::format("{}:{}: {}", model.file, 1 + std::count(data.begin(), data.begin() + static_cast<long>(std::min(at, data.size())), '\n'), message));
+  }
+  [[noreturn]] void fail(const Raw& element, const std::string& message) const {
+    throw InputError(element.line > 0 ? fmt::format("{}:{}: {}", model.file, element.line, message) : fmt::format("{}: {}", model.file, message));
   }
   std::string word() {
     while (at < data.size() && std::isspace(static_cast<unsigned char>(data[at]))) ++at;
@@ -234,7 +239,13 @@ class Reader {
     }
   }
 
-  void add_element(long id, int type, const std::vector<int>& physicals, std::vector<long> nodes) { raw.push_back({id, type, physicals.empty() ? 0 : physicals[0], physicals, std::move(nodes)}); }
+  void add_element(long id, int type, const std::vector<int>& physicals, std::vector<long> nodes) {
+    if (!binary) {
+      lines += static_cast<int>(std::count(data.begin() + static_cast<long>(lines_to), data.begin() + static_cast<long>(at), '\n'));
+      lines_to = at;
+    }
+    raw.push_back({id, type, physicals.empty() ? 0 : physicals[0], physicals, std::move(nodes), binary ? 0 : lines});
+  }
   Type known_type(long number) {
     const Type t = type_of(static_cast<int>(number));
     if (t.nodes == 0) fail(fmt::format("gmsh element type {} is not known", number));
@@ -297,7 +308,7 @@ class Reader {
       std::vector<int> nodes;
       for (long n : r.nodes) {
         const auto it = node_index.find(n);
-        if (it == node_index.end()) fail(fmt::format("element {}: node {} is not there", r.id, n));
+        if (it == node_index.end()) fail(r, fmt::format("element {}: node {} is not there", r.id, n));
         nodes.push_back(it->second);
       }
       std::vector<std::string> names;
@@ -307,7 +318,7 @@ class Reader {
         for (int n : nodes) nodes_of[names.back()].insert(n);
       }
       if (t.dimension != dimension) continue;
-      if (!t.usable) fail(fmt::format("element {}: gmsh type {} ({} nodes) cannot be used: tetrahedra of 4 or 10 nodes, hexahedra of 8 or 20, wedges of 6 or 15, shells of 3 or 4 can", r.id, r.type, t.nodes));
+      if (!t.usable) fail(r, fmt::format("element {}: gmsh type {} ({} nodes) cannot be used: tetrahedra of 4 or 10 nodes, hexahedra of 8 or 20, wedges of 6 or 15, shells of 3 or 4 can", r.id, r.type, t.nodes));
       FeElement e;
       e.id = static_cast<int>(r.id);
       e.shape = t.shape;
@@ -315,6 +326,7 @@ class Reader {
       if (t.shape == FeShape::hexahedron20) e.formulation = FeFormulation::reduced;
       e.first = static_cast<int>(model.connectivity.size());
       e.count = t.nodes;
+      e.line = r.line;
       for (int i = 0; i < t.nodes; ++i) model.connectivity.push_back(nodes[t.order[i]]);
       for (const std::string& name : names) elements_of[name].insert(static_cast<int>(model.elements.size()));
       model.elements.push_back(e);

@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
+#include <vector>
 
 namespace flexframe::sim {
 namespace {
@@ -41,19 +43,59 @@ void add_drilling(const MatX& dN, const VecX& N, double weight, MatX& K) {
   K += weight * b * b.transpose();
 }
 
+// Strains of a quadrangle at a point from its 24 motions: membrane, curvature (strain is height times it), and the incompatible modes' four amplitudes.
+struct QuadranglePoint {
+  Eigen::Vector4d N;
+  MatX D, Bm, Bb, Bi;
+  Eigen::Matrix2d inverse;  // d(xi, eta) / d(x, y)
+  double area = 0.0;
+};
+
+QuadranglePoint quadrangle_point(const Eigen::Matrix<double, 4, 2>& x, const Vec2& q, int id) {
+  QuadranglePoint p;
+  Eigen::Matrix<double, 4, 2> dN;
+  quadrangle_functions({0, 0}, p.N, dN);
+  const Eigen::Matrix2d J0 = x.transpose() * dN;
+  const Eigen::Matrix2d inverse0 = J0.inverse();
+  quadrangle_functions(q, p.N, dN);
+  const Eigen::Matrix2d J = x.transpose() * dN;  // d(x, y) / d(xi, eta)
+  p.area = J.determinant();
+  if (!(p.area > 0.0)) throw InputError(fmt::format("element {} (4-node shell) is too distorted: its Jacobian is not positive", id));
+  p.inverse = J.inverse();
+  p.D = dN * p.inverse;
+  p.Bm = p.Bb = MatX::Zero(3, 24);
+  p.Bi = MatX::Zero(3, 4);
+  for (int i = 0; i < 4; ++i) {
+    p.Bm(0, 6 * i) = p.Bm(2, 6 * i + 1) = p.D(i, 0);
+    p.Bm(1, 6 * i + 1) = p.Bm(2, 6 * i) = p.D(i, 1);
+    p.Bb(0, 6 * i + 4) = p.D(i, 0);
+    p.Bb(1, 6 * i + 3) = -p.D(i, 1);
+    p.Bb(2, 6 * i + 4) = p.D(i, 1);
+    p.Bb(2, 6 * i + 3) = -p.D(i, 0);
+  }
+  for (int k = 0; k < 2; ++k) {
+    const Eigen::RowVector2d e = -2.0 * q(k) * inverse0.row(k) * (J0.determinant() / p.area);
+    p.Bi(0, 2 * k) = p.Bi(2, 2 * k + 1) = e(0);
+    p.Bi(1, 2 * k + 1) = p.Bi(2, 2 * k) = e(1);
+  }
+  return p;
+}
+
+constexpr double gauss = 0.57735026918962576451;
+const std::array<Vec2, 4>& quadrangle_rule() {
+  static const std::array<Vec2, 4> points{Vec2(-gauss, -gauss), Vec2(gauss, -gauss), Vec2(gauss, gauss), Vec2(-gauss, gauss)};
+  return points;
+}
+
 void quadrangle(const Eigen::Matrix<double, 4, 2>& x, double t, const FeMaterial& material, int id, MatX& K) {
   const Mat3 C = plane_stress(material);
   const double G = material.youngs_modulus / (2 * (1 + material.poisson));
-  const double g = 1.0 / std::sqrt(3.0);
   Eigen::Vector4d N;
   Eigen::Matrix<double, 4, 2> dN;
-  const auto jacobian = [&](const Vec2& q) {
-    quadrangle_functions(q, N, dN);
-    return Eigen::Matrix2d(x.transpose() * dN);  // d(x, y) / d(xi, eta)
-  };
   // Covariant shear strain along direction k at the middles of the edges, gamma_k = w,k + beta . x,k with beta = (ry, -rx).
   const auto covariant = [&](const Vec2& q, int k) {
-    const Eigen::Matrix2d J = jacobian(q);
+    quadrangle_functions(q, N, dN);
+    const Eigen::Matrix2d J = x.transpose() * dN;
     Eigen::RowVectorXd b = Eigen::RowVectorXd::Zero(24);
     for (int i = 0; i < 4; ++i) {
       b(6 * i + 2) = dN(i, k);
@@ -64,40 +106,44 @@ void quadrangle(const Eigen::Matrix<double, 4, 2>& x, double t, const FeMaterial
   };
   const Eigen::RowVectorXd a = covariant({0, -1}, 0), c = covariant({0, 1}, 0), d = covariant({-1, 0}, 1), b = covariant({1, 0}, 1);
 
-  const Eigen::Matrix2d J0 = jacobian({0, 0});
-  const double det0 = J0.determinant();
-  const Eigen::Matrix2d inverse0 = J0.inverse();
   MatX coupling = MatX::Zero(4, 24);
   Eigen::Matrix4d inner = Eigen::Matrix4d::Zero();
-  for (const Vec2& q : {Vec2(-g, -g), Vec2(g, -g), Vec2(g, g), Vec2(-g, g)}) {
-    const Eigen::Matrix2d J = jacobian(q);
-    const double area = J.determinant();
-    if (!(area > 0.0)) throw InputError(fmt::format("element {} (4-node shell) is too distorted: its Jacobian is not positive", id));
-    const Eigen::Matrix2d inverse = J.inverse();
-    const MatX D = dN * inverse;
-    MatX Bm = MatX::Zero(3, 24), Bb = MatX::Zero(3, 24), Bs(2, 24), Bi = MatX::Zero(3, 4);
-    for (int i = 0; i < 4; ++i) {
-      Bm(0, 6 * i) = Bm(2, 6 * i + 1) = D(i, 0);
-      Bm(1, 6 * i + 1) = Bm(2, 6 * i) = D(i, 1);
-      Bb(0, 6 * i + 4) = D(i, 0);
-      Bb(1, 6 * i + 3) = -D(i, 1);
-      Bb(2, 6 * i + 4) = D(i, 1);
-      Bb(2, 6 * i + 3) = -D(i, 0);
-    }
+  for (const Vec2& q : quadrangle_rule()) {
+    const QuadranglePoint p = quadrangle_point(x, q, id);
+    MatX Bs(2, 24);
     Bs.row(0) = 0.5 * ((1 - q.y()) * a + (1 + q.y()) * c);
     Bs.row(1) = 0.5 * ((1 - q.x()) * d + (1 + q.x()) * b);
-    const MatX shear = inverse.transpose() * Bs;
-    for (int k = 0; k < 2; ++k) {
-      const Eigen::RowVector2d e = -2.0 * q(k) * inverse0.row(k) * (det0 / area);
-      Bi(0, 2 * k) = Bi(2, 2 * k + 1) = e(0);
-      Bi(1, 2 * k + 1) = Bi(2, 2 * k) = e(1);
-    }
-    K += area * t * Bm.transpose() * C * Bm + area * t * t * t / 12.0 * Bb.transpose() * C * Bb + area * t * 5.0 / 6.0 * G * shear.transpose() * shear;
-    coupling += area * t * Bi.transpose() * C * Bm;
-    inner += area * t * Bi.transpose() * C * Bi;
-    add_drilling(D, N, drilling * G * t * area, K);
+    const MatX shear = p.inverse.transpose() * Bs;
+    K += p.area * t * p.Bm.transpose() * C * p.Bm + p.area * t * t * t / 12.0 * p.Bb.transpose() * C * p.Bb + p.area * t * 5.0 / 6.0 * G * shear.transpose() * shear;
+    coupling += p.area * t * p.Bi.transpose() * C * p.Bm;
+    inner += p.area * t * p.Bi.transpose() * C * p.Bi;
+    add_drilling(p.D, p.N, drilling * G * t * p.area, K);
   }
   K -= coupling.transpose() * inner.ldlt().solve(coupling);
+}
+
+// Stress xx yy xy at the corners, `height` above the middle surface, 3 x 4. u: 24 local motions.
+MatX quadrangle_stress(const Eigen::Matrix<double, 4, 2>& x, double height, const FeMaterial& material, const VecX& u, int id) {
+  const Mat3 C = plane_stress(material);
+  MatX coupling = MatX::Zero(4, 24), at_points(3, 4);
+  Eigen::Matrix4d inner = Eigen::Matrix4d::Zero();
+  std::vector<QuadranglePoint> points;
+  for (const Vec2& q : quadrangle_rule()) {
+    const QuadranglePoint& p = points.emplace_back(quadrangle_point(x, q, id));
+    coupling += p.area * p.Bi.transpose() * C * p.Bm;
+    inner += p.area * p.Bi.transpose() * C * p.Bi;
+  }
+  const Eigen::Vector4d amplitude = -inner.ldlt().solve(coupling * u);
+  for (int k = 0; k < 4; ++k) at_points.col(k) = C * (points[k].Bm * u + points[k].Bi * amplitude + height * points[k].Bb * u);
+  // The Gauss points are the corners of a smaller parent element.
+  MatX out(3, 4);
+  for (int i = 0; i < 4; ++i) {
+    Eigen::Vector4d N;
+    Eigen::Matrix<double, 4, 2> dN;
+    quadrangle_functions(quadrangle_rule()[i] / (gauss * gauss), N, dN);
+    out.col(i) = at_points * N;
+  }
+  return out;
 }
 
 // Curvature of the discrete Kirchhoff triangle, 3 x 9 on w, rx, ry per node (Batoz 1980).
@@ -156,21 +202,51 @@ void triangle(const Eigen::Matrix<double, 3, 2>& p, double t, const FeMaterial& 
   }
 }
 
-}  // namespace
+MatX triangle_stress(const Eigen::Matrix<double, 3, 2>& p, double height, const FeMaterial& material, const VecX& u) {
+  Eigen::Matrix2d J;
+  J << p(1, 0) - p(0, 0), p(2, 0) - p(0, 0), p(1, 1) - p(0, 1), p(2, 1) - p(0, 1);
+  MatX parent(3, 2);
+  parent << -1, -1, 1, 0, 0, 1;
+  const MatX D = parent * J.inverse();
+  Vec3 membrane = Vec3::Zero();
+  VecX bending(9);
+  for (int i = 0; i < 3; ++i) {
+    membrane += Vec3(D(i, 0) * u(6 * i), D(i, 1) * u(6 * i + 1), D(i, 1) * u(6 * i) + D(i, 0) * u(6 * i + 1));
+    bending.segment<3>(3 * i) = u.segment<3>(6 * i + 2);
+  }
+  MatX out(3, 3);
+  const Vec2 corner[3] = {{0, 0}, {1, 0}, {0, 1}};
+  for (int i = 0; i < 3; ++i) out.col(i) = plane_stress(material) * (membrane + height * (kirchhoff_curvature(p, J.determinant(), corner[i].x(), corner[i].y()) * bending));
+  return out;
+}
 
-void shell_matrices(FeShape shape, const Mat3X& X, double thickness, const FeMaterial& material, int id, MatX& K, MatX& M) {
-  const int n = static_cast<int>(X.cols());
-  const Vec3 normal = n == 3 ? Vec3((X.col(1) - X.col(0)).cross(X.col(2) - X.col(0))) : Vec3((X.col(2) - X.col(0)).cross(X.col(3) - X.col(1)));
-  const double area = 0.5 * normal.norm();
+// Columns: local axes, the third along the normal; and the area.
+Mat3 shell_axes(FeShape shape, const Mat3X& X, int id, double& area) {
+  const Vec3 normal = X.cols() == 3 ? Vec3((X.col(1) - X.col(0)).cross(X.col(2) - X.col(0))) : Vec3((X.col(2) - X.col(0)).cross(X.col(3) - X.col(1)));
+  area = 0.5 * normal.norm();
   if (!(area > 0.0)) throw InputError(fmt::format("element {} ({}) has no area", id, fe_name(shape)));
-  Mat3 Q;  // columns: local axes
+  Mat3 Q;
   Q.col(2) = normal.normalized();
   Q.col(0) = (X.col(1) - X.col(0)) - Q.col(2).dot(X.col(1) - X.col(0)) * Q.col(2);
   if (!(Q.col(0).norm() > 0.0)) throw InputError(fmt::format("element {} ({}) is degenerate", id, fe_name(shape)));
   Q.col(0).normalize();
   Q.col(1) = Q.col(2).cross(Q.col(0));
+  return Q;
+}
+
+// Corners in the plane of the local axes, about their middle.
+MatX shell_corners(const Mat3X& X, const Mat3& Q) {
   const Vec3 middle = X.rowwise().mean();
-  const MatX local = (Q.leftCols(2).transpose() * (X.colwise() - middle)).transpose();
+  return (Q.leftCols(2).transpose() * (X.colwise() - middle)).transpose();
+}
+
+}  // namespace
+
+void shell_matrices(FeShape shape, const Mat3X& X, double thickness, const FeMaterial& material, int id, MatX& K, MatX& M) {
+  const int n = static_cast<int>(X.cols());
+  double area = 0.0;
+  const Mat3 Q = shell_axes(shape, X, id, area);
+  const MatX local = shell_corners(X, Q);
   MatX Kl = MatX::Zero(6 * n, 6 * n);
   if (n == 3) triangle(local, thickness, material, Kl);
   else quadrangle(local, thickness, material, id, Kl);
@@ -184,6 +260,26 @@ void shell_matrices(FeShape shape, const Mat3X& X, double thickness, const FeMat
     M.diagonal().segment<3>(6 * i).setConstant(share);
     M.diagonal().segment<3>(6 * i + 3).setConstant(share * thickness * thickness / 12.0);
   }
+}
+
+MatX shell_nodal_stress(FeShape shape, const Mat3X& X, double thickness, const FeMaterial& material, const MatX& u, int id) {
+  const int n = static_cast<int>(X.cols());
+  double area = 0.0;
+  const Mat3 Q = shell_axes(shape, X, id, area);
+  const MatX local = shell_corners(X, Q);
+  VecX motions(6 * n);
+  for (int i = 0; i < n; ++i) motions.segment<6>(6 * i) << Q.transpose() * u.col(i).head<3>(), Q.transpose() * u.col(i).tail<3>();
+  const MatX plane = n == 3 ? triangle_stress(local, 0.5 * thickness, material, motions) : quadrangle_stress(local, 0.5 * thickness, material, motions, id);
+  MatX out(6, n);
+  for (int i = 0; i < n; ++i) {
+    Mat3 S = Mat3::Zero();
+    S(0, 0) = plane(0, i);
+    S(1, 1) = plane(1, i);
+    S(0, 1) = S(1, 0) = plane(2, i);
+    S = Q * S * Q.transpose();
+    out.col(i) << S(0, 0), S(1, 1), S(2, 2), S(0, 1), S(1, 2), S(0, 2);
+  }
+  return out;
 }
 
 }  // namespace flexframe::sim

@@ -47,7 +47,7 @@ FeSolver::FeSolver(const FeReduced& s, const MatX& rigid, const FeEstimate& gues
   start.resize(system.size(), guess.fields.cols());
   for (int c = 0; c < system.size(); ++c) start.row(c) = guess.fields.row(system.identity ? c : system.own[c]);
   if (R.cols() > 0) {
-    MR = symmetric_product(system.M, R);
+    MR = symmetric_product(system.M(), R);
     // Columns of equal weight first: translations and rotations have different units.
     for (int k = 0; k < R.cols(); ++k) {
       const double norm = std::sqrt(R.col(k).dot(MR.col(k)));
@@ -61,9 +61,9 @@ FeSolver::FeSolver(const FeReduced& s, const MatX& rigid, const FeEstimate& gues
     // A thousandth of the lowest elastic eigenvalue: K + s M is far from singular, and the elastic spectrum is inverted nearly as by K itself.
     shift = 1e-3 * estimate;
   }
-  SparseMatrix A = system.K;
-  if (shift > 0.0) A += shift * system.M;
-  cholesky = std::make_unique<SparseCholesky>(A);
+  SparseMatrix A = system.K();
+  if (shift > 0.0) A += shift * system.M();
+  cholesky = std::make_unique<SparseCholesky>(std::move(A));
 }
 
 FeModes FeSolver::modes(int count, double eigenvalue_limit, const MatX& hold, const FeProgress& progress) const {
@@ -98,7 +98,7 @@ FeModes FeSolver::modes(int count, double eigenvalue_limit, const MatX& hold, co
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
   for (double& v : Z.reshaped()) v = uniform(random);
-  Z = symmetric_product(system.M, Z);
+  Z = symmetric_product(system.M(), Z);
   apply(Z);
   for (int k = 0; k < std::min<int>(block, static_cast<int>(start.cols())); ++k) Z.col(k) = Z.col(k) * (0.1 * start.col(k).norm() / Z.col(k).norm()) + start.col(k);
   Z.colwise().normalize();
@@ -119,7 +119,7 @@ FeModes FeSolver::modes(int count, double eigenvalue_limit, const MatX& hold, co
       add_product(Z, -1.0, V.rightCols(near), coupling.bottomRows(near));
     }
     // What rounding leaves of all before.
-    MatX MZ = symmetric_product(system.M, Z);
+    MatX MZ = symmetric_product(system.M(), Z);
     // The length of OP Q, of the start alone in the first pass.
     const double length = std::sqrt(std::max(0.0, (Z.cwiseProduct(MZ).colwise().sum() + coupling.cwiseAbs2().colwise().sum()).maxCoeff()));
     scale = m <= block ? length : std::max(scale, length);
@@ -129,7 +129,7 @@ FeModes FeSolver::modes(int count, double eigenvalue_limit, const MatX& hold, co
       coupling += c;
       // A correction this small against what is left of Z changes M Z by less than the orthogonality asked for.
       if (c.cwiseAbs().maxCoeff() <= 1e-11 * std::sqrt(std::max(0.0, Z.cwiseProduct(MZ).colwise().sum().minCoeff()))) break;
-      MZ = symmetric_product(system.M, Z);
+      MZ = symmetric_product(system.M(), Z);
     }
     // The last block column of T: V^T M OP Q.
     if (m > 0) {
@@ -195,8 +195,8 @@ MatX FeSolver::respond(const MatX& p, double eigenvalue, const FeModes* known, d
   if (known && known->vectors.cols() > 0) {
     const MatX share = (known->eigenvalues.array() - eigenvalue).inverse().matrix().asDiagonal() * product_tn(known->vectors, r);
     add_product(x, 1.0, known->vectors, share);
-    r -= symmetric_product(system.K, x);
-    if (eigenvalue != 0.0) r += eigenvalue * symmetric_product(system.M, x);
+    r -= symmetric_product(system.K(), x);
+    if (eigenvalue != 0.0) r += eigenvalue * symmetric_product(system.M(), x);
     add_product(r, -1.0, MR, product_tn(R, r));
   }
   MatX d, z;
@@ -216,8 +216,8 @@ MatX FeSolver::respond(const MatX& p, double eigenvalue, const FeModes* known, d
     else
       for (int j = 0; j < k; ++j) d.col(j) = z.col(j) + (rz(j) != 0.0 ? next(j) / rz(j) : 0.0) * d.col(j);
     rz = next;
-    MatX q = symmetric_product(system.K, d);
-    if (eigenvalue != 0.0) q -= eigenvalue * symmetric_product(system.M, d);
+    MatX q = symmetric_product(system.K(), d);
+    if (eigenvalue != 0.0) q -= eigenvalue * symmetric_product(system.M(), d);
     for (int j = 0; j < k; ++j) {
       const double curvature = d.col(j).dot(q.col(j));
       if (!(curvature > 0.0)) continue;  // a zero right-hand side

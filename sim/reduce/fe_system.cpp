@@ -157,11 +157,17 @@ FeSystem assemble(const FeModel& model) {
     if (e.shape == FeShape::point_mass) {
       Ke.setZero(3, 3);
       Me.setConstant(1, 1, e.thickness);
-    } else if (shell) {
-      shell_matrices(e.shape, X, e.thickness, model.materials[e.material], e.id, Ke, Me);
     } else {
-      solid_stiffness(e.shape, e.formulation, X, model.materials[e.material], e.id, Ke);
-      solid_mass(e.shape, X, model.materials[e.material], e.id, Me);
+      try {
+        if (shell) {
+          shell_matrices(e.shape, X, e.thickness, model.materials[e.material], e.id, Ke, Me);
+        } else {
+          solid_stiffness(e.shape, e.formulation, X, model.materials[e.material], e.id, Ke);
+          solid_mass(e.shape, X, model.materials[e.material], e.id, Me);
+        }
+      } catch (const InputError& error) {
+        throw InputError(fmt::format("{}: {}", place_of(model, e), error.what()));
+      }
     }
     for (int i = 0; i < e.count; ++i)
       for (int j = 0; j < e.count; ++j) {
@@ -187,13 +193,15 @@ FeSystem assemble(const FeModel& model) {
         }
       }
   }
-  s.K = std::move(K.matrix);
-  s.M = std::move(M.matrix);
+  // Eigen 3.4 has no moves for sparse matrices.
+  s.K.swap(K.matrix);
+  s.M.swap(M.matrix);
   return s;
 }
 
 FeReduced eliminate(const FeModel& model, const FeSystem& system, const std::vector<FeConstraint>& held) {
   FeReduced out;
+  out.system = &system;
   std::vector<int> master(model.nodes.size(), -1);
   bool tied = false;
   for (const FeSpider& spider : model.spiders) {
@@ -210,11 +218,7 @@ FeReduced eliminate(const FeModel& model, const FeSystem& system, const std::vec
   for (const FeSpider& spider : model.spiders)
     if (spider.rigid && master[spider.node] >= 0)
       throw InputError(fmt::format("{}: the reference point {} of '{}' is itself tied to another", model.file, model.node_ids[spider.node], spider.name));
-  if (!tied && held.empty()) {
-    out.K = system.K;
-    out.M = system.M;
-    return out;
-  }
+  if (!tied && held.empty()) return out;
   out.identity = false;
   std::set<int> fixed;
   for (const FeConstraint& c : held) {
@@ -257,8 +261,8 @@ FeReduced eliminate(const FeModel& model, const FeSystem& system, const std::vec
     const SparseMatrix small = out.T.transpose() * half;
     return SparseMatrix(small.triangularView<Eigen::Lower>());
   };
-  out.K = project(system.K);
-  out.M = project(system.M);
+  out.small_K = project(system.K);
+  out.small_M = project(system.M);
   return out;
 }
 

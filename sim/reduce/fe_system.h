@@ -19,13 +19,17 @@ struct FeSystem {
 // A node of matrices may lack some of its motions: those that were held when they were written.
 inline bool moves(const std::array<int, 6>& dof) { return dof[0] >= 0 || dof[1] >= 0 || dof[2] >= 0; }
 
-// What is left to solve for: u = T q. Where nothing is tied or held T is the identity, not stored, and K and M are moved here.
+// What is left to solve for: u = T q. Where nothing is tied or held T is the identity, not stored, and the matrices are the system's own, which must
+// outlive this.
 struct FeReduced {
   bool identity = true;
   SparseMatrix T;                        // size x free
   std::vector<int> own;                  // per column of T: the motion of the system it is
-  SparseMatrix K, M;                     // lower triangle
-  int size() const { return static_cast<int>(K.rows()); }
+  const FeSystem* system = nullptr;
+  SparseMatrix small_K, small_M;         // T^T K T, T^T M T, lower triangle; empty with T = 1
+  const SparseMatrix& K() const { return identity ? system->K : small_K; }
+  const SparseMatrix& M() const { return identity ? system->M : small_M; }
+  int size() const { return static_cast<int>(K().rows()); }
   MatX expand(const MatX& q) const { return identity ? q : MatX(T * q); }
   MatX restrict(const MatX& p) const { return identity ? p : MatX(T.transpose() * p); }  // generalised forces
 };

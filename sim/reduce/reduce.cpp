@@ -18,6 +18,10 @@
 #include <numbers>
 #include <set>
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 namespace flexframe::sim {
 namespace {
 
@@ -35,17 +39,24 @@ double available_memory() {
   return 0.0;
 }
 
+// What many small pieces (faces, sets, graphs) have left in the heap goes back to the system: with a million degrees of freedom more than a gigabyte.
+void give_back_memory() {
+#ifdef __GLIBC__
+  ::malloc_trim(0);
+#endif
+}
+
 // M-orthonormal combinations of the fields, orthogonal to the rigid motions, that diagonalise K; sorted. Fields that add nothing are dropped.
 FeModes orthonormal_basis(const FeReduced& system, const MatX& rigid, MatX fields, std::vector<std::string>& notes) {
-  for (int pass = 0; pass < 2; ++pass) add_product(fields, -1.0, rigid, product_tn(symmetric_product(system.M, rigid), fields));
-  MatX MF = symmetric_product(system.M, fields);
+  for (int pass = 0; pass < 2; ++pass) add_product(fields, -1.0, rigid, product_tn(symmetric_product(system.M(), rigid), fields));
+  MatX MF = symmetric_product(system.M(), fields);
   const VecX norm = fields.cwiseProduct(MF).colwise().sum().cwiseSqrt();
   for (int k = 0; k < fields.cols(); ++k) {
     const double scale = norm(k) > 0.0 ? 1.0 / norm(k) : 0.0;
     fields.col(k) *= scale;
     MF.col(k) *= scale;
   }
-  const MatX M = product_tn(fields, MF), K = product_tn(fields, symmetric_product(system.K, fields));
+  const MatX M = product_tn(fields, MF), K = product_tn(fields, symmetric_product(system.K(), fields));
   Eigen::SelfAdjointEigenSolver<MatX> gram(0.5 * (M + M.transpose()));
   // Directions whose share of the normalised fields is rounding of the solutions (1e-11) squared.
   int keep = 0;
@@ -209,19 +220,21 @@ class Reducer {
 
   void factorise() {
     say("ordering");
+    give_back_memory();
     const MatX rigid = free_rigid(model, system, reduced, options.held);
     solver = std::make_unique<FeSolver>(reduced, rigid, estimate_modes(model, system));
     report().rigid_motions = solver->rigid();
     report().factor_entries = solver->factor_entries();
-    // The factor, and the vectors of modes and fields: Lanczos keeps some four times the modes asked for.
+    // The factor with both matrices beside it, and either the matrix it is made from or the vectors of modes and fields: Lanczos keeps some four times the modes asked for.
     const double vectors = 8.0 * system.size * (5.0 * std::max(options.modes, 10) + 100.0 + 6.0 * static_cast<double>(options.interfaces.size()));
-    report().estimated_bytes = solver->estimated_bytes() + vectors + 28.0 * static_cast<double>(system.K.nonZeros());
+    report().estimated_bytes = solver->estimated_bytes() + 16.0 * static_cast<double>(system.K.nonZeros()) + std::max(vectors, 16.0 * static_cast<double>(system.K.nonZeros()));
     const double limit = options.memory_limit > 0.0 ? options.memory_limit : available_memory();
     say(fmt::format("{} degrees of freedom, {:.1f} million entries in the factor, about {:.2f} GB", system.size, report().factor_entries / 1e6, report().estimated_bytes / 1e9));
     if (limit > 0.0 && report().estimated_bytes > limit)
       throw SimulationError(fmt::format("the reduction needs about {:.1f} GB, {:.1f} GB are there: take a coarser mesh or a larger machine", report().estimated_bytes / 1e9, limit / 1e9));
-    system.K = SparseMatrix();  // the reduced system has its own; the factor needs the room
+    if (!reduced.identity) SparseMatrix().swap(system.K);  // the reduced system has its own; the factor needs the room
     lap("ordering");
+    give_back_memory();
     say("factorising");
     solver->factorise();
     lap("factorisation");

@@ -14,8 +14,8 @@ namespace flexframe::sim {
 
 struct SparseCholesky::State {
   mutable DMUMPS_STRUC_C mumps{};
-  std::vector<int> rows, columns, order;
-  std::vector<double> values;
+  Eigen::SparseMatrix<double> matrix;  // its rows are numbered from 1 once MUMPS has them
+  std::vector<int> columns, order;
 
   // MUMPS' arrays are numbered from 1 in its manual.
   int& icntl(int i) const { return mumps.icntl[i - 1]; }
@@ -76,7 +76,7 @@ std::vector<int> nested_dissection(const Eigen::SparseMatrix<double>& lower) {
 
 }  // namespace
 
-SparseCholesky::SparseCholesky(const Eigen::SparseMatrix<double>& lower) : state(std::make_unique<State>()) {
+SparseCholesky::SparseCholesky(Eigen::SparseMatrix<double>&& lower) : state(std::make_unique<State>()) {
   DMUMPS_STRUC_C& m = state->mumps;
   m.par = 1;
   m.sym = 1;                 // positive definite
@@ -85,22 +85,19 @@ SparseCholesky::SparseCholesky(const Eigen::SparseMatrix<double>& lower) : state
   for (int i = 1; i <= 4; ++i) state->icntl(i) = i == 4 ? 0 : -1;  // silent
   state->icntl(7) = 1;       // the ordering below
   state->icntl(14) = 5;      // per cent of room beyond the estimate, which is exact without pivoting
-  state->rows.reserve(lower.nonZeros());
-  state->columns.reserve(lower.nonZeros());
-  state->values.reserve(lower.nonZeros());
-  for (int c = 0; c < lower.outerSize(); ++c)
-    for (Eigen::SparseMatrix<double>::InnerIterator it(lower, c); it; ++it)
-      if (it.row() >= it.col()) {
-        state->rows.push_back(static_cast<int>(it.row()) + 1);
-        state->columns.push_back(static_cast<int>(it.col()) + 1);
-        state->values.push_back(it.value());
-      }
-  m.n = static_cast<int>(lower.rows());
-  m.nnz = static_cast<MUMPS_INT8>(state->values.size());
-  m.irn = state->rows.data();
-  m.jcn = state->columns.data();
-  m.a = state->values.data();
+  lower.makeCompressed();
   state->order = nested_dissection(lower);
+  // MUMPS reads the matrix where it lies: a copy would be a tenth of the factor.
+  state->matrix.swap(lower);
+  Eigen::SparseMatrix<double>& A = state->matrix;
+  state->columns.reserve(A.nonZeros());
+  for (int c = 0; c < A.outerSize(); ++c) state->columns.insert(state->columns.end(), A.outerIndexPtr()[c + 1] - A.outerIndexPtr()[c], c + 1);
+  for (Eigen::Index k = 0; k < A.nonZeros(); ++k) ++A.innerIndexPtr()[k];
+  m.n = static_cast<int>(A.rows());
+  m.nnz = static_cast<MUMPS_INT8>(A.nonZeros());
+  m.irn = A.innerIndexPtr();
+  m.jcn = state->columns.data();
+  m.a = A.valuePtr();
   m.perm_in = state->order.data();
   state->call(1);
   if (m.infog[0] < 0) throw SimulationError(fmt::format("sparse factorisation: the analysis failed (MUMPS error {}, {})", m.infog[0], m.infog[1]));
@@ -125,6 +122,12 @@ void SparseCholesky::factorise() {
     throw SimulationError(fmt::format("sparse factorisation: the matrix is not positive definite (pivot {}): the model has a mechanism, or a node without stiffness", detail));
   if (error == -13 || error == -9 || error == -8) throw SimulationError("sparse factorisation: out of memory");
   if (error < 0) throw SimulationError(fmt::format("sparse factorisation failed (MUMPS error {}, {})", error, detail));
+  // Without iterative refinement the matrix is not read again.
+  Eigen::SparseMatrix<double>().swap(state->matrix);
+  state->columns = std::vector<int>();
+  state->order = std::vector<int>();
+  state->mumps.irn = state->mumps.jcn = state->mumps.perm_in = nullptr;
+  state->mumps.a = nullptr;
 }
 
 void SparseCholesky::solve(MatX& b) const {

@@ -12,8 +12,8 @@ namespace flexframe::sim {
 
 class SparseCholesky {
  public:
-  // Reads the lower triangle. Orders and estimates; the numbers may change later with the same pattern.
-  explicit SparseCholesky(const Eigen::SparseMatrix<double>& lower);
+  // Lower triangle only. Orders and estimates. The matrix is given away, and let go once it is factorised.
+  explicit SparseCholesky(Eigen::SparseMatrix<double>&& lower);
   ~SparseCholesky();
   SparseCholesky(const SparseCholesky&) = delete;
   SparseCholesky& operator=(const SparseCholesky&) = delete;
@@ -22,7 +22,7 @@ class SparseCholesky {
   double estimated_bytes() const;
   double factor_entries() const;
 
-  // Throws SimulationError if the matrix is not positive definite or memory is short.
+  // Once. Throws SimulationError if the matrix is not positive definite or memory is short.
   void factorise();
 
   // Solves A x = b in place, b: n x k column-major.

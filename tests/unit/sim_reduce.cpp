@@ -97,6 +97,34 @@ TEST(FeElements, PatchTest) {
     }
 }
 
+// Shells anywhere in space: a constant strain and a constant curvature, on a distorted element, give the exact stress on the face of the normal.
+TEST(FeElements, ShellStressOfStretchAndBending) {
+  const FeMaterial steel{"steel", 2.1e11, 0.3, 7850.0};
+  const double t = 0.004, exx = 3e-4, eyy = -2e-4, exy = 1e-4, kxx = 0.4, kyy = -0.15, kxy = 0.2;  // w = kxx x^2 / 2 + kyy y^2 / 2 + kxy x y
+  const Mat3 turn = (Eigen::AngleAxisd(0.7, Vec3(1, 2, -1).normalized())).toRotationMatrix();
+  for (FeShape shape : {FeShape::quadrangle4, FeShape::triangle3}) {
+    Mat3X flat(3, fe_node_count(shape));
+    if (flat.cols() == 4) flat << 0.0, 0.11, 0.13, 0.01, 0.0, 0.01, 0.09, 0.12, 0, 0, 0, 0;
+    else flat << 0.0, 0.11, 0.02, 0.0, 0.015, 0.1, 0, 0, 0;
+    const Mat3X X = (turn * flat).colwise() + Vec3(1, 2, 3);
+    MatX u(6, flat.cols());
+    for (int i = 0; i < flat.cols(); ++i) {
+      const double x = flat(0, i), y = flat(1, i);
+      u.col(i) << turn * Vec3(exx * x + exy * y, exy * x + eyy * y, kxx * x * x / 2 + kyy * y * y / 2 + kxy * x * y), turn * Vec3(kxy * x + kyy * y, -kxx * x - kxy * y, 0);
+    }
+    const MatX stress = shell_nodal_stress(shape, X, t, steel, u, 1);
+    const double c = 2.1e11 / (1 - 0.09), ex = exx - t / 2 * kxx, ey = eyy - t / 2 * kyy, gamma = 2 * exy - t * kxy;
+    Mat3 S = Mat3::Zero();
+    S(0, 0) = c * (ex + 0.3 * ey);
+    S(1, 1) = c * (ey + 0.3 * ex);
+    S(0, 1) = S(1, 0) = c * 0.35 * gamma;
+    S = turn * S * turn.transpose();
+    Vec6 wanted;
+    wanted << S(0, 0), S(1, 1), S(2, 2), S(0, 1), S(1, 2), S(0, 2);
+    for (int i = 0; i < flat.cols(); ++i) EXPECT_LT((stress.col(i) - wanted).norm(), 1e-9 * wanted.norm()) << fe_name(shape) << i;
+  }
+}
+
 // A bar of bricks along x, nx by 1 by 1 or finer, of hexahedra or what they are cut into.
 FeModel bar(FeShape shape, int nx, int ny, int nz, double L, double b, double h, const FeMaterial& material) {
   FeModel m;
@@ -201,12 +229,54 @@ TEST(Reduce, ShellStrip) {
       }
     ReduceOptions o;
     o.modes = 3;
+    o.stress = true;
+    o.nodes = {6 * (ny + 1) + 1, 12 * (ny + 1) + 1, nx * (ny + 1) + 1};  // at a quarter, the half and the tip
     for (int j = 0; j <= ny; ++j)
       for (int d = 0; d < 6; ++d) o.held.push_back({j, d});
     const Reduction r = reduce(m, o);
     const double euler = std::pow(1.875104069, 2) / (2 * std::numbers::pi) * std::sqrt(1e9 * t * t / 12 / 1000.0) / (L * L);
     EXPECT_EQ(r.report.rigid_motions, 0);
     EXPECT_NEAR(r.report.frequencies(0), euler, 1e-2 * euler) << fe_name(shape);
+    // Stress of the first mode on the face of the normal: -E t / 2 times the curvature of the clamped beam's form, scaled by the tip.
+    const Vec3 normal(0, -std::sqrt(1 - 0.09), 0.3);
+    const double k = 1.875104069 / L, share = 0.734095514;
+    const auto form = [&](double x) { return std::cosh(k * x) - std::cos(k * x) - share * (std::sinh(k * x) - std::sin(k * x)); };
+    const auto curvature = [&](double x) { return k * k * (std::cosh(k * x) + std::cos(k * x) - share * (std::sinh(k * x) + std::sin(k * x))); };
+    const double scale = normal.dot(r.body.nodes[2].phi.col(0)) / form(L);
+    for (int i = 0; i < 2; ++i) {
+      const double x = r.body.nodes[i].origin.x(), wanted = -1e9 * t / 2 * scale * curvature(x);
+      const Vec6 stress = r.body.nodes[i].sigma.col(0);
+      EXPECT_NEAR(stress(0), wanted, 2e-2 * std::abs(wanted)) << fe_name(shape) << " at " << x;
+      EXPECT_LT(stress.tail(5).cwiseAbs().maxCoeff(), 3e-2 * std::abs(wanted)) << fe_name(shape);
+    }
+  }
+}
+
+// Stress modes of a slender free bar: E h / 2 times the curvature of the first bending form, at the middle of its upper face.
+TEST(Reduce, StressModesOfBending) {
+  const double L = 1.0, b = 0.02, h = 0.04;  // stiffer in z: the first mode bends in y
+  for (FeShape shape : {FeShape::hexahedron20, FeShape::tetrahedron10}) {
+    const FeModel m = bar(shape, 30, 1, 2, L, b, h, soft());
+    ReduceOptions o;
+    o.modes = 1;
+    o.stress = true;
+    for (size_t i = 0; i < m.nodes.size(); ++i)
+      if (std::abs(m.nodes[i].z()) < 1e-9 && m.nodes[i].y() > 0.49 * b) o.nodes.push_back(static_cast<int>(i));
+    const Reduction r = reduce(m, o);
+    const double k = 4.730040745 / L, share = 0.982502215;
+    const auto form = [&](double x) { return std::cosh(k * x) + std::cos(k * x) - share * (std::sinh(k * x) + std::sin(k * x)); };
+    const auto curvature = [&](double x) { return k * k * (std::cosh(k * x) - std::cos(k * x) - share * (std::sinh(k * x) - std::sin(k * x))); };
+    const auto end = std::min_element(r.body.nodes.begin(), r.body.nodes.end(), [](const FlexibleNode& p, const FlexibleNode& q) { return p.origin.x() < q.origin.x(); });
+    const double scale = end->phi(1, 0) / form(0), largest = std::abs(1e9 * b / 2 * scale * curvature(L / 2));
+    int checked = 0;
+    for (const FlexibleNode& node : r.body.nodes) {
+      const double x = node.origin.x();
+      if (x < 0.2 * L || x > 0.8 * L) continue;
+      EXPECT_NEAR(node.sigma(0, 0), -1e9 * b / 2 * scale * curvature(x), 2e-2 * largest) << fe_name(shape) << " at " << x;
+      EXPECT_LT(node.sigma.col(0).tail(5).cwiseAbs().maxCoeff(), 3e-2 * largest) << fe_name(shape) << " at " << x;
+      ++checked;
+    }
+    EXPECT_GT(checked, 15);
   }
 }
 

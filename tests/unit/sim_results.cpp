@@ -61,6 +61,8 @@ Results sample_results(Eigen::Index nt = 37) {
       body.qd = fill(nt, n);
       body.node_phi = fill(3 * nn, n);
       body.node_psi = fill(3 * nn, n);
+      body.stress_nodes = {0, 2};
+      body.node_stress = fill(12, n);
       body.labels = {"a", "element 3 v", "", "c", "d"};
     }
     r.bodies.push_back(body);
@@ -107,6 +109,8 @@ void expect_same(const Results& a, const Results& b) {
     EXPECT_TRUE(x.qd.reshaped() == y.qd.reshaped());
     EXPECT_TRUE(x.node_phi.reshaped() == y.node_phi.reshaped());
     EXPECT_TRUE(x.node_psi.reshaped() == y.node_psi.reshaped());
+    EXPECT_EQ(x.stress_nodes, y.stress_nodes);
+    EXPECT_TRUE(x.node_stress.reshaped() == y.node_stress.reshaped());
     EXPECT_EQ(x.labels, y.labels);
   }
   ASSERT_EQ(a.joints.size(), b.joints.size());

@@ -1,5 +1,6 @@
 // Speed of the kernel map, one thread, CPU time, best of several runs interleaved with the triad that they are measured against.
 //   interp_speed              all rows
+//   interp_speed --plot FILE  set-up and evaluation against the number of vertices for 100, 1000 and 10 000 nodes, as an SVG
 //   interp_speed --evaluate   only the evaluation that scipy_rbf.py is compared with: 1000 nodes, 100 000 vertices
 #include "interp/map.h"
 #include "interp/modes.h"
@@ -9,6 +10,7 @@
 #include <cmath>
 #include <cstring>
 #include <ctime>
+#include <fstream>
 #include <limits>
 #include <numbers>
 #include <vector>
@@ -126,6 +128,68 @@ void set_up() {
   }
 }
 
+struct Cost {
+  int nodes = 0, vertices = 0;
+  double setup = 0.0, evaluation = 0.0;  // CPU s
+};
+
+// One panel: seconds against vertices, both logarithmic, a line for each number of nodes.
+std::string panel(const std::vector<Cost>& costs, double Cost::*what, double left, const std::string& title) {
+  constexpr double top = 46, width = 330, height = 300;
+  double low = 1e300, high = 0.0;
+  for (const Cost& c : costs) low = std::min(low, c.*what), high = std::max(high, c.*what);
+  const double first = std::floor(std::log10(low)), last = std::ceil(std::log10(high));
+  const auto x = [&](double m) { return left + width * (std::log10(m) - 3.9) / 2.3; };
+  const auto y = [&](double s) { return top + height * (last - std::log10(s)) / (last - first); };
+  std::string s = fmt::format("<text x=\"{}\" y=\"28\" text-anchor=\"middle\" font-size=\"14\">{}</text>\n", left + width / 2, title);
+  for (double e = first; e <= last; ++e) {
+    const double value = std::pow(10.0, e);
+    const std::string label = e < -3 ? fmt::format("{:g} \u00b5s", 1e6 * value) : e < 0 ? fmt::format("{:g} ms", 1e3 * value) : fmt::format("{:g} s", value);
+    s += fmt::format("<line x1=\"{0}\" x2=\"{1}\" y1=\"{2:.1f}\" y2=\"{2:.1f}\" stroke=\"#ddd\"/><text x=\"{3}\" y=\"{4:.1f}\" text-anchor=\"end\">{5}</text>\n", left, left + width, y(value), left - 8, y(value) + 4, label);
+  }
+  for (const auto& [m, label] : {std::pair(1e4, "10 000"), std::pair(1e5, "100 000"), std::pair(1e6, "1 000 000")})
+    s += fmt::format("<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2}\" stroke=\"#eee\"/><text x=\"{0:.1f}\" y=\"{3}\" text-anchor=\"middle\">{4}</text>\n", x(m), top, top + height, top + height + 18, label);
+  s += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">vertices</text>\n", left + width / 2, top + height + 40);
+  const char* color[] = {"#1f5fa8", "#2f8f4e", "#c8501e"};
+  int k = 0;
+  for (size_t i = 0; i < costs.size(); ++k) {
+    std::string points;
+    size_t j = i;
+    for (; j < costs.size() && costs[j].nodes == costs[i].nodes; ++j) {
+      points += fmt::format("{:.1f},{:.1f} ", x(costs[j].vertices), y(costs[j].*what));
+      s += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3.5\" fill=\"{}\"/>\n", x(costs[j].vertices), y(costs[j].*what), color[k]);
+    }
+    s += fmt::format("<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\"/>\n", points, color[k]);
+    s += fmt::format("<text x=\"{}\" y=\"{}\" fill=\"{}\">{} nodes</text>\n", left + 12, top + 20 + 18 * k, color[k], costs[i].nodes);
+    i = j;
+  }
+  return s;
+}
+
+void plot(const char* file) {
+  std::vector<Cost> costs;
+  for (const int n : {100, 1000, 10000})
+    for (const int m : {10000, 30000, 100000, 300000, 1000000}) {
+      if (m < 3 * n) continue;
+      const Mesh mesh = make_torus(m);
+      const Nodes nodes = spread_nodes(mesh, n);
+      Options options;
+      options.scheme = Scheme::kernel;
+      options.threads = 1;
+      Map map;
+      Cost c{n, static_cast<int>(mesh.v.rows()), 0.0, 1e300};
+      c.setup = once([&] { map = make_map(nodes, mesh.view(), options); });
+      const Points u = nodes.positions * 0.01;
+      PointsF out;
+      for (int k = 0; k < 3; ++k) c.evaluation = std::min(c.evaluation, once([&] { apply(map, u, Points(0, 3), out); }));
+      fmt::print("{:>7} nodes {:>9} vertices: set-up {:.3f} s, evaluation {:.2f} ms\n", n, c.vertices, c.setup, 1e3 * c.evaluation);
+      std::fflush(stdout);
+      costs.push_back(c);
+    }
+  std::ofstream(file) << "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"860\" height=\"405\" font-family=\"DejaVu Sans, sans-serif\" font-size=\"12\">\n<rect width=\"860\" height=\"405\" fill=\"white\"/>\n"
+                      << panel(costs, &Cost::setup, 80, "set-up of the kernel map, CPU") << panel(costs, &Cost::evaluation, 510, "a picture of a nodal series, CPU") << "</svg>\n";
+}
+
 void evaluate() {
   const Mesh mesh = make_torus(100000);
   const Nodes nodes = spread_nodes(mesh, 1000);
@@ -145,6 +209,10 @@ void evaluate() {
 int main(int argc, char** argv) {
   if (argc > 1 && std::strcmp(argv[1], "--evaluate") == 0) {
     evaluate();
+    return 0;
+  }
+  if (argc > 2 && std::strcmp(argv[1], "--plot") == 0) {
+    plot(argv[2]);
     return 0;
   }
   products();
