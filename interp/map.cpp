@@ -95,18 +95,21 @@ void check_scale(const Points& nodes, const Points& vertices) {
       m.lower.z(), m.upper.z(), hint));
 }
 
-// Places of the points, each next one the farthest from all before, which is how patches cover a mesh best; few that make one patch, and those beyond 2000,
-// as they come.
+// Places of the points from the middle outward, each next one the farthest from all before, which is how patches cover a mesh best; few that make one patch, and
+// those beyond 2000, as they come.
 std::vector<int> spread_order(const Points& points) {
   const auto count = static_cast<int>(points.rows());
   std::vector<int> order;
-  if (count <= 30) {
+  if (count <= 25) {
     order.resize(static_cast<size_t>(count));
     std::iota(order.begin(), order.end(), 0);
     return order;
   }
+  const Eigen::RowVector3d middle = points.colwise().mean();
+  int next = 0;
+  (points.rowwise() - middle).rowwise().squaredNorm().minCoeff(&next);
   Eigen::VectorXd distance = Eigen::VectorXd::Constant(count, std::numeric_limits<double>::infinity());
-  for (int next = 0; static_cast<int>(order.size()) < std::min(count, 2000);) {
+  while (static_cast<int>(order.size()) < std::min(count, 2000)) {
     order.push_back(next);
     distance = distance.cwiseMin((points.rowwise() - points.row(next)).rowwise().squaredNorm());
     distance[next] = -1.0;

@@ -48,7 +48,7 @@ struct Nodes {
 
 struct Options {
   Scheme scheme = Scheme::automatic;
-  int patch_nodes = 24;            // kernel: nodes of a patch, 8..60
+  int patch_nodes = 20;            // kernel: nodes of a patch, 8..60
   double lebesgue_warn = 10.0;     // above: repaired, and a warning
   double lebesgue_error = 100.0;   // above after repair: MapError
   double merge_distance = 1e-6;    // nodes closer than this times the size of the mesh are one node

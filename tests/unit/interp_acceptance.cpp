@@ -155,7 +155,7 @@ TEST(InterpAcceptance, OpenShellOfFiniteElements) {
 
 TEST(InterpAcceptance, ValuesAtNodes) {
   const ConRod& rod = conrod();
-  for (const Scheme scheme : {Scheme::kernel, Scheme::elastic, Scheme::r3, Scheme::r, Scheme::tps}) {
+  for (const Scheme scheme : {Scheme::kernel, Scheme::elastic, Scheme::lattice, Scheme::r3, Scheme::r, Scheme::tps}) {
     const int count = 20;
     const Map map = precise_map(nodes_at(rod.body.v, rod.order, count), rod.body, scheme);
     const Points u = rows_at(rod.mode[0], rod.order, count);
