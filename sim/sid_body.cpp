@@ -197,6 +197,31 @@ std::vector<SidCheck> check_sid(const SidFile& sid) {
   return checks;
 }
 
+namespace {
+
+// Smallest eigenvalue of the undeformed free body's mass matrix, rigid and elastic motion, scaled to a unit diagonal; 0 where it is too large to look at.
+double least_mass(const FlexibleBody& body) {
+  const int n = body.n;
+  if (n == 0 || n > 300 || body.Me.rows() != n || body.md1.cols() != n || body.Cr0.cols() != n) return 0.0;
+  MatX M = MatX::Zero(6 + n, 6 + n);
+  M.topLeftCorner<3, 3>() = body.mass * Mat3::Identity();
+  const Vec3& d = body.md0;
+  Mat3 cross;
+  cross << 0, -d.z(), d.y(), d.z(), 0, -d.x(), -d.y(), d.x(), 0;
+  M.block<3, 3>(3, 0) = cross;
+  M.block<3, 3>(0, 3) = cross.transpose();
+  M.block<3, 3>(3, 3) << body.J0(0), body.J0(3), body.J0(4), body.J0(3), body.J0(1), body.J0(5), body.J0(4), body.J0(5), body.J0(2);
+  M.block(0, 6, 3, n) = body.md1;
+  M.block(3, 6, 3, n) = body.Cr0;
+  M.bottomLeftCorner(n, 6) = M.topRightCorner(6, n).transpose();
+  M.bottomRightCorner(n, n) = body.Me;
+  const VecX scale = M.diagonal().unaryExpr([](double m) { return m > 0.0 ? 1.0 / std::sqrt(m) : 1.0; });
+  M = (scale.asDiagonal() * M * scale.asDiagonal()).eval();
+  return M.allFinite() ? Eigen::SelfAdjointEigenSolver<MatX>(M, Eigen::EigenvaluesOnly).eigenvalues()(0) : 0.0;
+}
+
+}  // namespace
+
 FlexibleBody to_flexible_body(const SidFile& sid, const std::string& name, std::vector<std::string>* notes) {
   const auto note = [&](std::string text) {
     if (notes) notes->push_back(std::move(text));
@@ -394,6 +419,8 @@ FlexibleBody to_flexible_body(const SidFile& sid, const std::string& name, std::
     body.nodes.push_back(std::move(node));
   }
   if (turned > 0) note(fmt::format("{} nodes: psi is taken from AP.M1", turned));
+  if (const double least = least_mass(body); least < -1e-6)
+    note(fmt::format("mass, inertia and their coupling to the elastic coordinates contradict each other (scaled, the mass matrix of the free body has the eigenvalue {:.2g}): the body cannot move freely", least));
   return body;
 }
 
