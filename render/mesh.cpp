@@ -15,6 +15,7 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <span>
@@ -278,6 +279,7 @@ void add_triangles(Mesh& mesh, const Polygons& polygons, std::vector<glm::vec3>&
   std::vector<std::array<int, 3>> cut;
   std::vector<int> corner, source;
   long degenerate = 0;
+  bool whole = true;
   for (size_t f = 0; f + 1 < polygons.begin.size(); ++f) {
     corner.clear();
     source.clear();
@@ -299,11 +301,22 @@ void add_triangles(Mesh& mesh, const Polygons& polygons, std::vector<glm::vec3>&
       if (triangle.x == triangle.y || triangle.y == triangle.z || triangle.z == triangle.x) continue;
       mesh.triangles.push_back(triangle);
       mesh.triangle_material.push_back(polygons.material[f]);
+      // Corners that follow each other around the face.
+      unsigned edges = 0;
+      const int n = static_cast<int>(corner.size());
+      for (int k = 0; k < 3; ++k) {
+        const int step = std::abs(local[(k + 1) % 3] - local[k]);
+        if (step == 1 || step == n - 1) edges |= 1u << k;
+      }
+      whole = whole && edges == 7u;
+      mesh.triangle_edges.push_back(static_cast<std::uint8_t>(edges));
       if (normals)
         for (int k = 0; k < 3; ++k)
           corner_normals.push_back(polygons.corner_normal[static_cast<size_t>(source[static_cast<size_t>(local[k])])]);
     }
   }
+  // A file of triangles needs no record.
+  if (whole) mesh.triangle_edges.clear();
   if (degenerate > 0) mesh.warnings.push_back(fmt::format("{} face(s) with fewer than three different corners were left out", degenerate));
 }
 

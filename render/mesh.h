@@ -13,6 +13,7 @@
 
 #include <glm/glm.hpp>
 
+#include <cstdint>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
@@ -37,6 +38,7 @@ struct Mesh {
   std::vector<glm::vec3> colors;             // M vertex colours 0..1, or empty
   std::vector<glm::ivec3> triangles;         // K, indices of positions, polygons are cut into triangles
   std::vector<int> triangle_material;        // K, index of materials
+  std::vector<std::uint8_t> triangle_edges;  // K where faces of the file were cut: bit k: the edge from corner k to the next is one of its face; else empty
   std::vector<MeshMaterial> materials;       // at least one
   std::vector<int> point_position;           // P shading points: their position
   std::vector<int> point_group;              // P: their normal group 0..normal_groups-1

@@ -141,7 +141,7 @@ void update_picture(const Animation& animation, int k, PictureMemory& memory) {
       }
       if (model.ghost == GhostStyle::mesh) {
         surface.wires = true;
-        surface.edge_flags = {};
+        surface.edge_flags = model.mesh.triangle_edges;
         surface.edge_color = surface.material.color;
         surface.opacity = model.opacity;
       }

@@ -224,6 +224,7 @@ BodyModel make_body_model(const sim::ResultBody& body, const sim::BodyDef* def, 
       corner_group.push_back(mesh.point_group[mesh.triangle_points[k][c]]);
     }
   model.normals = interp::make_normal_layout(std::move(corner_position), std::move(corner_group), mesh.normal_groups);
+  if (model.edges == EdgeLines::mesh) model.edge_flags = mesh.triangle_edges;
   if (model.edges == EdgeLines::creases) {
     std::vector<glm::vec3> positions;
     for (const int p : mesh.point_position) positions.emplace_back(mesh.positions[static_cast<size_t>(p)]);

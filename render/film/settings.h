@@ -25,7 +25,7 @@
 //   channels = []                  "depth", "scalar": 16 bit grey pictures beside the others
 //   video = "mp4"                  mp4 | gif | apng | none
 //   shadows = true, occlusion = true, silhouette = false
-//   edges = false                  lines along the edges of the mesh: false | true | "creases" (creases and borders only)
+//   edges = false                  lines along the edges of the mesh's faces: false | true | "creases" (creases and borders only)
 //   camera = { fit = true }        fit the whole motion; or { position, target, up, fov, projection = "perspective" | "orthographic", height }
 //                                  direction = [..] looks that way with fit; follow = "body" moves along with the body's origin;
 //                                  views = ["front", "side", "top", "iso"], one to four in a picture; orbit = 360, degrees over the sequence;

@@ -6,9 +6,11 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <set>
+#include <utility>
 
 namespace flexframe::render {
 namespace {
@@ -55,6 +57,19 @@ TEST_F(RenderMesh, KeepsTheOrderOfTheFile) {
   for (const auto& t : mesh.triangles) used.insert({t.x, t.y, t.z});
   EXPECT_EQ(used, (std::set<int>{1, 2, 3, 5}));
   EXPECT_NEAR(area(mesh), 1.0, 1e-15);
+}
+
+// The edges that cutting a face into triangles has made are told apart; a file of triangles has none.
+TEST_F(RenderMesh, EdgesOfTheFacesOfTheFile) {
+  const Mesh mesh = read_mesh(file("hexagon.obj", "v 0 0 0\nv 2 0 0\nv 3 1 0\nv 2 2 0\nv 0 2 0\nv -1 1 0\nv 1 -3 0\nf 1 2 3 4 5 6\nf 1 7 2\n"));
+  ASSERT_EQ(mesh.triangles.size(), 5u);
+  ASSERT_EQ(mesh.triangle_edges.size(), 5u);
+  std::multiset<std::pair<int, int>> edges;
+  for (size_t t = 0; t < 5; ++t)
+    for (int k = 0; k < 3; ++k)
+      if (mesh.triangle_edges[t] >> k & 1) edges.insert(std::minmax({mesh.triangles[t][k], mesh.triangles[t][(k + 1) % 3]}));
+  EXPECT_EQ(edges, (std::multiset<std::pair<int, int>>{{0, 1}, {0, 1}, {1, 2}, {2, 3}, {3, 4}, {4, 5}, {0, 5}, {0, 6}, {1, 6}}));
+  EXPECT_TRUE(read_mesh(file("triangle.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n")).triangle_edges.empty());
 }
 
 TEST_F(RenderMesh, FacesOfEveryKind) {
