@@ -326,7 +326,7 @@ void assemble(Model& model, const Scene& scene, Work& work, std::vector<std::str
       const VecX before = work.q;
       // 1e-9 of the size is far above rounding and far below what anybody calls closed by construction.
       if (assemble_positions(model, cluster, free.value, work) > 1e-9 * c.size) refuse_open(model, scene, work, cluster);
-      const double moved = (work.q - before).cwiseAbs().maxCoeff();
+      const double moved = before.size() > 0 ? (work.q - before).cwiseAbs().maxCoeff() : 0.0;
       if (moved > 1e-6) notes.push_back(fmt::format("the start was moved by up to {:.3g} (rad or m) to close joint '{}'", moved, model.loops[c.loops.front()].name));
       work.clusters[k].partition = choose_partition(model, cluster, work, false);
       const int rows = closure_row_count(model, work, cluster), used = static_cast<int>(work.clusters[k].partition.rows.size());
@@ -370,8 +370,15 @@ void assemble_rates(const Model& model, const Scene& scene, Work& work, std::vec
     if (left.cwiseAbs().maxCoeff() > 1e-8 * speed) {
       int row = 0;
       left.cwiseAbs().maxCoeff(&row);
-      throw InputError(fmt::format("{}: the initial rates that are given contradict the loop of joint '{}': it would open at {:.4g} m/s; leave one rate of the loop out",
-                                   scene.file.string(), closure_row_name(model, work, cluster, row), left[row]));
+      std::string motions, rates;
+      for (int i : c.parts) {
+        const TreeJoint& j = model.parts[i].joint;
+        if (j.motion >= 0) motions += fmt::format("{}'{}'", motions.empty() ? "" : ", ", j.name);
+        else if (j.scene_joint >= 0 && scene.joints[j.scene_joint].initial.rate) rates += fmt::format("{}'{}'", rates.empty() ? "" : ", ", j.name);
+      }
+      const std::string given = motions.empty() ? "initial rates" : rates.empty() ? "motions" : "motions and initial rates";
+      throw InputError(fmt::format("{}: the {} that are given contradict the loop of joint '{}' ({}{}{}): it would open at {:.4g} m/s; leave one {} of the loop out", scene.file.string(), given,
+                                   closure_row_name(model, work, cluster, row), motions, motions.empty() || rates.empty() ? "" : "; ", rates, left[row], rates.empty() ? "motion" : "rate"));
     }
     for (size_t f = 0; f < free.rate.size(); ++f) work.w[c.v0 + free.rate[f]] += x[f] / rate_scale(model, cluster, free.rate[f]);
     close_velocities(model, cluster, work);

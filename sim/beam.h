@@ -34,6 +34,7 @@ struct BeamEffects {
   bool torsion = false;
   bool stiffening = false;  // the second-order displacement field (seed 001 eq. 8): geometric stiffness, foreshortening
   bool shear = false;       // Timoshenko shear and rotary inertia, finite elements only
+  bool complete = false;    // kinetic energy of the axis's particles (axis_mass.h) also without torsion
 };
 
 // Finite elements: u and theta linear, v and w cubic, consistent mass; BeamDef::elements elements of equal length (at

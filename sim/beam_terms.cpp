@@ -265,7 +265,7 @@ double lagrange(const GaussRule& rule, std::size_t l, double x) {
 
 void set_axis_mass(FlexibleBody& body, const Properties& p, const BeamEffects& effects, const Basis& Z, int panels, int points,
                    const std::function<FieldRows(int, double)>& rows, const FieldRows& root) {
-  if (!effects.stiffening || !effects.torsion || !(effects.bending_xy || effects.bending_xz)) return;
+  if (!effects.stiffening || !(effects.torsion || effects.complete) || !(effects.bending_xy || effects.bending_xz)) return;
   AxisMass& out = body.axis;
   const GaussRule gauss = gauss_rule(points);
   const Eigen::Index n = body.n, k = points, count = panels * k;

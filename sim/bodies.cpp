@@ -224,9 +224,9 @@ void make_modal_volume_part(Model& model, const BeamDef& beam, const BeamEffects
 
 // Drops the second-order blocks that a motion in the plane with this normal (body axes, y or z) never sees: the body turns about the
 // normal only and stays in the plane.
-void keep_plane(const Vec3& normal, FlexibleBody& body) {
+void keep_plane(const Vec3& normal, bool complete, FlexibleBody& body) {
   const int n = std::abs(normal.z()) > std::abs(normal.y()) ? 2 : 1;
-  body.axis = {};
+  if (!complete) body.axis = {};
   for (int a = 0; a < 3; ++a) {
     if (a == n) body.md2[a].resize(0, 0);
     if (a != n) body.Cr1[a].resize(0, 0);
@@ -414,6 +414,7 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
       try {
         if (k == 0) {
           decision = decide_effects(def, *beam, orientation[part.scene_body].transpose() * normal, attachment_count(scene, def.name));
+          decision.effects.complete = beam->complete_inertia;
           model.notes.insert(model.notes.end(), decision.why.begin(), decision.why.end());
           model.effects.insert(model.effects.end(), decision.states.begin(), decision.states.end());
           const bool chain = beam->model == BeamModel::mixed || beam->model == BeamModel::lumped;
@@ -439,7 +440,7 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
       } catch (const InputError& error) {
         throw InputError(fmt::format("{}:{}: body '{}': {}", scene.file.string(), def.line, def.name, error.what()));
       }
-      if (!normal.isZero(0.0)) keep_plane(orientation[part.scene_body].transpose() * normal, part.body);
+      if (!normal.isZero(0.0)) keep_plane(orientation[part.scene_body].transpose() * normal, beam->complete_inertia, part.body);
       leave_out(beam->effects.without, part.body);
       part.load_factor = beam->length / piece_count(*beam) / part.body.mass;
       if (beam->model == BeamModel::lumped) part.load_factor = 1.0 / (beam->material.density * beam->section.area);

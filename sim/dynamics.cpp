@@ -7,6 +7,10 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+
 namespace flexframe::sim {
 namespace {
 
@@ -166,9 +170,98 @@ void assemble_cluster(const Model& model, int cluster, Work& work) {
   }
 }
 
+// A pivot that cancels to 1e-14 of its diagonal, or is not positive, is a coordinate without inertia.
+bool has_inertia(const ClusterWork& cw, Eigen::Index k) {
+  const auto& L = cw.llt.matrixLLT();
+  return cw.llt.info() == Eigen::Success && cw.D(k, k) > 0.0 && L(k, k) * L(k, k) > 1e-14 * cw.D(k, k);
+}
+
+bool has_inertia(const ClusterWork& cw) {
+  for (Eigen::Index k = 0; k < cw.D.rows(); ++k)
+    if (!has_inertia(cw, k)) return false;
+  return true;
+}
+
+// What turns without inertia and without a moment, a thin rod about itself or a point mass on a ball, keeps its rate: there (D v = 0, v . h = 0)
+// the matrix gets an inertia of its own, which changes no other acceleration. False where something drives it, where a body at the end of
+// a tree has no mass at all, and where the kinetic energy is not positive.
+bool hold_idle(const Model& model, int cluster, Work& work) {
+  const Cluster& c = model.clusters[cluster];
+  ClusterWork& cw = work.clusters[cluster];
+  const std::vector<int>& ind = cw.partition.ind;
+  const Eigen::Index n = cw.D.rows();
+  VecX per_metre(n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const double scale = rate_scale(model, cluster, ind[k]);
+    if (scale == 0.0) return false;  // deformations
+    per_metre[k] = 1.0 / scale;
+  }
+  const Eigen::SelfAdjointEigenSolver<MatX> eigen(MatX(per_metre.asDiagonal() * cw.D * per_metre.asDiagonal()));
+  const double largest = eigen.eigenvalues()[n - 1];
+  if (!(largest > 0.0) || eigen.eigenvalues()[0] < -1e-12 * largest) return false;
+  const VecX force = per_metre.cwiseProduct(cw.h);
+  double size = force.cwiseAbs().maxCoeff();
+  for (int i : c.parts) size = std::max({size, work.parts[i].fr.head<3>().norm(), work.parts[i].fr.tail<3>().norm() / c.size});
+  for (Eigen::Index e = 0; e < n && eigen.eigenvalues()[e] <= 1e-14 * largest; ++e) {
+    const VecX v = eigen.eigenvectors().col(e);
+    if (std::abs(v.dot(force)) > 1e-9 * size) return false;
+    for (int i : c.parts) {
+      const Part& p = model.parts[i];
+      if (!c.loops.empty() || work.parts[i].Mrr.topLeftCorner<3, 3>().trace() > 0.0) continue;
+      for (Eigen::Index k = 0; k < n; ++k)
+        if (c.v0 + ind[k] >= p.v0 && c.v0 + ind[k] < p.v0 + p.joint.nv && std::abs(v[k]) > 1e-6) return false;
+    }
+    const VecX u = v.cwiseQuotient(per_metre);
+    cw.D += largest * u * u.transpose();
+  }
+  cw.llt.compute(cw.D);
+  work.idle = has_inertia(cw);
+  return work.idle;
+}
+
+[[noreturn]] void refuse_singular(const Model& model, int cluster, Work& work) {
+  const Cluster& c = model.clusters[cluster];
+  ClusterWork& cw = work.clusters[cluster];
+  const int ni = static_cast<int>(cw.partition.ind.size());
+  // Where the factorisation broke off, the coordinate that moves most in the direction of least inertia is to blame.
+  Eigen::Index blamed = -1;
+  if (cw.llt.info() != Eigen::Success) {
+    const VecX unit = cw.D.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    const Eigen::SelfAdjointEigenSolver<MatX> eigen(MatX(unit.asDiagonal() * cw.D * unit.asDiagonal()));
+    VecX least = eigen.eigenvectors().col(0).cwiseAbs();
+    // Rigid motions have no negative energy: then it is a deformation, however much joints move along with it.
+    if (eigen.eigenvalues()[0] < -1e-9)
+      for (Eigen::Index k = 0; k < ni; ++k)
+        if (rate_scale(model, cluster, cw.partition.ind[static_cast<size_t>(k)]) > 0.0) least[k] = 0.0;
+    least.maxCoeff(&blamed);
+  }
+  for (int k = 0; k < ni; ++k) {
+    if (blamed >= 0 ? k != blamed : has_inertia(cw, k)) continue;
+    const double d = cw.D(k, k);
+    const int v = c.v0 + cw.partition.ind[k];
+    int part = -1;
+    bool elastic = false;
+    for (int i : c.parts) {
+      const Part& p = model.parts[i];
+      if (v >= p.v0 && v < p.v0 + p.joint.nv) part = i;
+      if (v >= p.ev0 && v < p.ev0 + p.body.n) part = i, elastic = true;
+    }
+    const Part& p = model.parts[part];
+    if (elastic && cw.llt.info() != Eigen::Success && d > 0.0) {
+      work.indefinite = part;
+      throw SimulationError(fmt::format("the kinetic energy of elastic coordinate {} of body '{}' is no longer positive at t = {:.6g} s: it is deformed beyond what the second-order "
+                                        "displacement field describes; use model = \"mixed\" with more volumes, fewer modes (keep_modes), or leave out stiffening",
+                                        v - p.ev0 + 1, p.name, work.time));
+    }
+    throw SimulationError(fmt::format("{} moves without inertia at t = {:.6g} s, driven by a force or a moment, or with a body that has no mass: give the bodies it carries mass or inertia, "
+                                        "or fix the joint",
+                                        elastic ? fmt::format("elastic coordinate {} of body '{}'", v - p.ev0 + 1, p.name) : fmt::format("joint '{}'", p.joint.name), work.time));
+  }
+  throw SimulationError(fmt::format("the mass matrix of '{}' is singular at t = {:.6g} s", model.parts[c.parts.front()].name, work.time));
+}
+
 // Projects on the independent rates and factorises.
 void reduce_cluster(const Model& model, int cluster, Work& work) {
-  const Cluster& c = model.clusters[cluster];
   ClusterWork& cw = work.clusters[cluster];
   const Partition& part = cw.partition;
   const int nd = static_cast<int>(part.dep.size()), ni = static_cast<int>(part.ind.size());
@@ -214,30 +307,13 @@ void reduce_cluster(const Model& model, int cluster, Work& work) {
   }
   if (ni == 0) return;
   cw.llt.compute(cw.D);
-  // A pivot that cancels to 1e-14 of its diagonal, or is not positive, is a coordinate without inertia.
-  const auto& L = cw.llt.matrixLLT();
-  for (int k = 0; k < ni; ++k) {
-    const double d = cw.D(k, k);
-    if (cw.llt.info() == Eigen::Success && d > 0.0 && L(k, k) * L(k, k) > 1e-14 * d) continue;
-    const int v = c.v0 + part.ind[k];
-    std::string who = "an elastic coordinate";
-    for (int i : c.parts) {
-      const Part& p = model.parts[i];
-      if (v >= p.v0 && v < p.v0 + p.joint.nv) who = fmt::format("joint '{}'", p.joint.name);
-      if (v >= p.ev0 && v < p.ev0 + p.body.n) who = fmt::format("elastic coordinate {} of body '{}'", v - p.ev0 + 1, p.name);
-    }
-    const bool elastic = who.rfind("elastic", 0) == 0;
-    if (elastic && cw.llt.info() != Eigen::Success && d > 0.0)
-      throw SimulationError(fmt::format("the kinetic energy of {} is no longer positive at t = {:.6g} s: it is deformed beyond what the second-order "
-                                        "displacement field describes; use model = \"mixed\" with more volumes, or leave out torsion or stiffening",
-                                        who, work.time));
-    if (cw.llt.info() == Eigen::Success || d <= 0.0 || k == ni - 1)
-      throw SimulationError(fmt::format("{} moves without inertia at t = {:.6g} s: give the bodies it carries mass or inertia, or fix the joint", who, work.time));
+  if (!has_inertia(cw)) {
+    if (hold_idle(model, cluster, work)) return;
+    refuse_singular(model, cluster, work);
   }
 }
 
 }  // namespace
-
 void update_expressions(Model& model, double t, Work& work) {
   work.time = t;
   for (const Load& load : model.loads)

@@ -17,6 +17,17 @@ bool rotary(JointKind kind, int k) {
            (kind == JointKind::free && k < 3));
 }
 
+// Rates of a joint that slip on one surface with rate k: the first of them, and how many.
+std::pair<int, int> shared_slip(JointKind kind, int k) {
+  switch (kind) {
+    case JointKind::cylindrical: return {0, 2};
+    case JointKind::planar: return k < 2 ? std::pair{0, 2} : std::pair{2, 1};
+    case JointKind::spherical: return {0, 3};
+    case JointKind::free: return {k < 3 ? 0 : 3, 3};
+    default: return {k, 1};
+  }
+}
+
 double rate_of(const FrictionPoint& p, const Model& model, const Work& work) { return work.w[model.parts[p.part].v0 + p.rate]; }
 
 double static_coefficient(const Friction& law) { return law.static_coefficient.value_or(law.coefficient); }
@@ -37,10 +48,20 @@ Vec3 reaction_force(const FrictionPoint& p, const Model& model, const FrictionSt
 double direction(const FrictionPoint& p) { return p.phase == FrictionPhase::forward ? 1.0 : -1.0; }
 
 // Friction force per newton of normal force, for points that do not stick.
-double factor(const FrictionPoint& p, double w) {
+double factor(const FrictionState& friction, const FrictionPoint& p, const Model& model, const Work& work) {
   if (p.phase != FrictionPhase::regularised) return -direction(p) * p.law.coefficient * p.arm;
-  const double v = *p.law.regularised, mu = p.law.coefficient;
-  return -(mu + (static_coefficient(p.law) - mu) * std::exp(-(w / (5.0 * v)) * (w / (5.0 * v)))) * p.arm * std::tanh(w / v);
+  const double w = p.weight * rate_of(p, model, work), v = *p.law.regularised, mu = p.law.coefficient;
+  double slip = std::abs(w);
+  if (p.count > 1) {
+    slip = 0.0;
+    for (int k = p.first; k < p.first + p.count; ++k) {
+      const FrictionPoint& other = friction.points[static_cast<size_t>(k)];
+      slip += std::pow(other.weight * rate_of(other, model, work), 2);
+    }
+    slip = std::sqrt(slip);
+  }
+  if (slip == 0.0) return 0.0;
+  return -(mu + (static_coefficient(p.law) - mu) * std::exp(-(slip / (5.0 * v)) * (slip / (5.0 * v)))) * p.arm * std::tanh(slip / v) * (w / slip);
 }
 
 double& force_of(const FrictionPoint& p, Work& work) { return work.parts[p.part].friction[p.rate]; }
@@ -75,7 +96,7 @@ void solve_reaction_friction(const Model& model, FrictionState& friction, Work& 
   VecX f(m), c(m), residual(m);
   for (Eigen::Index i = 0; i < m; ++i) {
     const FrictionPoint& p = friction.points[slipping[i]];
-    c[i] = factor(p, rate_of(p, model, work));
+    c[i] = factor(friction, p, model, work);
     f[i] = c[i] * none[i].norm();
   }
   MatX J(m, m);
@@ -157,6 +178,10 @@ FrictionState make_friction(const Model& model, Work& work) {
       p.arm = rotary(part.joint.kind, k) ? p.law.radius : 1.0;
       p.normal = p.law.normal_force;
       p.phase = p.law.regularised ? FrictionPhase::regularised : FrictionPhase::forward;
+      const auto [from, count] = shared_slip(part.joint.kind, k);
+      p.first = static_cast<int>(out.points.size()) - k + from;
+      p.count = count;
+      if (part.joint.kind == JointKind::cylindrical && k == 1) p.weight = p.arm;
       out.reactions = out.reactions || p.law.reaction;
       out.points.push_back(p);
     }
@@ -168,9 +193,8 @@ void update_friction_accelerations(const Model& model, FrictionState& friction, 
   bool sticking = false;
   for (FrictionPoint& p : friction.points) {
     sticking = sticking || p.phase == FrictionPhase::stick;
-    const double w = rate_of(p, model, work);
     if (p.phase == FrictionPhase::stick) force_of(p, work) = 0.0;
-    else if (!p.law.reaction) force_of(p, work) = factor(p, w) * p.law.normal_force;
+    else if (!p.law.reaction) force_of(p, work) = factor(friction, p, model, work) * p.law.normal_force;
   }
   if (friction.reactions) solve_reaction_friction(model, friction, work);
   else update_accelerations(model, work);

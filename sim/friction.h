@@ -10,7 +10,10 @@
 // axis; planar: along the normal; others: the whole force; moments of a guide make no friction). It depends linearly on the friction
 // forces themselves and is solved for by Newton's method.
 //
-// Regularised: -(mu + (mu_s - mu) exp(-(w/5v)^2)) N r tanh(w/v) with the law's velocity scale v; nothing ever sticks.
+// Regularised: -(mu + (mu_s - mu) exp(-(s/5v)^2)) N r tanh(s/v) w/s with the law's velocity scale v and the speed of slip s; nothing ever sticks.
+// Rates that slip on one surface share s, so that friction opposes the slip whatever its direction: x and y of a planar joint, the three rates of
+// a ball, distance and radius times angle of a cylindrical joint. Exact sticking knows slip along one coordinate at a time (the reader asks for
+// `regularised` in planar, spherical and free joints; a cylindrical joint's coordinates stick each for itself).
 #pragma once
 
 #include "sim/reactions.h"
@@ -28,6 +31,8 @@ struct FrictionPoint {
   int cluster = 0, local = 0;     // the same rate within its cluster
   Friction law;
   double arm = 1.0;               // m (rotations) or 1
+  int first = 0, count = 1;       // points that share its speed of slip (regularised)
+  double weight = 1.0;            // of the rate in that speed
   FrictionPhase phase = FrictionPhase::forward;
   double normal = 0.0;            // N, as last found
   double hold = 0.0;              // N or Nm: what the lock exerts on the rate (stick)

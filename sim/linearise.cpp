@@ -142,6 +142,18 @@ Linearisation linearise(System system) {
   }
 
   add_flexure_matrices(model, N, K, D);
+  // What turns without inertia and without a moment is a rigid mode, with any inertia.
+  if (work.idle) {
+    VecX metres(n);
+    for (Eigen::Index k = 0; k < n; ++k) metres[k] = all[static_cast<size_t>(k)].scale;
+    const VecX unit = metres.cwiseInverse();
+    const Eigen::SelfAdjointEigenSolver<MatX> inertia(MatX(unit.asDiagonal() * M * unit.asDiagonal()));
+    const double most = inertia.eigenvalues()[n - 1];
+    for (Eigen::Index k = 0; k < n && inertia.eigenvalues()[k] <= 1e-14 * most; ++k) {
+      const VecX u = metres.cwiseProduct(inertia.eigenvectors().col(k));
+      M += most * u * u.transpose();
+    }
+  }
 
   // Everything else by differences, with the elastic stiffness taken out so that it cannot drown the rest: the elastic forces of the
   // state stay as constants, which keeps an equilibrium one.

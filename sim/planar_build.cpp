@@ -1,5 +1,6 @@
 #include "sim/planar_data.h"
 
+#include "sim/axis_mass.h"
 #include "sim/kinematics.h"
 
 #include <fmt/format.h>
@@ -148,6 +149,7 @@ std::unique_ptr<PlanarDynamics> PlanarDynamics::make(const Model& model, const W
 
   for (size_t i = 0; i < model.parts.size(); ++i) {
     const Part& part = model.parts[i];
+    if (has_axis_mass(part.body)) return refuse(fmt::format("'{}' has the complete kinetic energy of its axis", part.name));
     const TreeJoint& j = part.joint;
     if (!planar_kind(j.kind)) return refuse(fmt::format("joint '{}' leaves the plane", j.name));
     if (j.friction) return refuse(fmt::format("joint '{}' has friction", j.name));

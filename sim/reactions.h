@@ -11,11 +11,12 @@ struct Reactions {
 };
 
 // Needs accelerations (update_accelerations). Redundant closure conditions (a planar loop of spatial revolutes) leave reactions
-// undetermined: with minimum_norm they share the load so that the sum of squares is least (moments over the cluster's size), else they carry none.
+// undetermined: with minimum_norm the joints of the cluster share the load so that the sum of squares is least (moments over its size), else redundant ones carry none.
 void compute_reactions(const Model& model, Work& work, Reactions& out, bool minimum_norm = true);
 
-// Multipliers of all closure rows of a cluster (N, or Nm for angles), those of its locked rates last: forces along the rows' directions.
-VecX closure_multipliers(const Model& model, Work& work, int cluster, bool minimum_norm = true);
+// Multipliers of all closure rows of a cluster (N, or Nm for angles), those of its locked rates last: forces along the rows' directions. Redundant
+// rows carry none.
+VecX closure_multipliers(const Model& model, Work& work, int cluster);
 
 // Power that prescribed motions feed in, W.
 double motion_power(const Model& model, const Work& work, const Reactions& reactions);

@@ -93,6 +93,7 @@ struct BeamDef {
   Damping damping;
   std::map<std::string, double> frames;          // name -> x/L in [0, 1]
   FlexibleInitial initial;
+  bool complete_inertia = false;                 // set by the program where the truncated kinetic energy did not last (simulate.cpp)
 };
 
 struct ModalDef {

@@ -102,9 +102,10 @@ Method choose_method(const System& system) {
   return decays ? Method::bdf : Method::dirk;
 }
 
-// Integrates a system from its assembled start; calls sample at each of the times, in order.
+// Integrates a system from its assembled start; calls sample at each of the times, in order. Where it fails, `indefinite` is the scene's body
+// whose kinetic energy was found not to be positive, if one was.
 SolverStatistics integrate(System& system, Method method, const std::vector<double>& times, const std::function<void(double)>& progress,
-                           const std::function<void(System&, double, const VecX&)>& sample) {
+                           const std::function<void(System&, double, const VecX&)>& sample, int& indefinite) try {
   SolverStatistics out;
   out.tolerance = system.tolerance;
   const double start = cpu_seconds();
@@ -257,30 +258,46 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
   out.evaluations = system.evaluations;
   out.cpu_seconds = cpu_seconds() - start;
   return out;
+} catch (const SimulationError&) {
+  if (system.work.indefinite >= 0) indefinite = system.model.parts[static_cast<size_t>(system.work.indefinite)].scene_body;
+  throw;
 }
 
 // What counts as an error where the scene asks for no accuracy.
 constexpr double unasked_accuracy = 1e-2;
 
-}  // namespace
-
-const char* method_name(Method method) {
-  switch (method) {
-    case Method::adams: return "adams";
-    case Method::bdf: return "bdf";
-    case Method::erk: return "erk";
-    case Method::dirk: return "dirk";
-    case Method::ida: return "ida";
-    default: return "auto";
+// A run that loses the positive kinetic energy of a beam (far deformed, many modes: sim/README.md, "Energy first") is made again with
+// the complete one of the particles of the beam's axis, which costs several times as much but lasts.
+template <class Run>
+auto with_complete_inertia(const Scene& scene, Run&& once) {
+  std::optional<Scene> changed;
+  std::vector<std::string> notes;
+  while (true) {
+    int indefinite = -1;
+    try {
+      auto out = once(changed ? *changed : scene, indefinite);
+      out.statistics.notes.insert(out.statistics.notes.begin(), notes.begin(), notes.end());
+      return out;
+    } catch (const SimulationError&) {
+      if (indefinite < 0) throw;
+      if (!changed) changed = scene;
+      // The one that is blamed; where that was not enough, all beams: in a loop one moves with the other.
+      bool more = false;
+      const auto complete = [&](BodyDef& body) {
+        auto* beam = std::get_if<BeamDef>(&body.kind);
+        if (!beam || beam->complete_inertia) return;
+        beam->complete_inertia = more = true;
+        notes.push_back(fmt::format("body '{}' is deformed beyond what a kinetic energy of second order describes: computed with the complete one of its axis", body.name));
+      };
+      complete(changed->bodies[static_cast<size_t>(indefinite)]);
+      if (!more)
+        for (BodyDef& body : changed->bodies) complete(body);
+      if (!more) throw;
+    }
   }
 }
 
-Results simulate(const Scene& scene, const SimulateOptions& options) {
-  if (const std::optional<double> accuracy = options.tolerance ? std::nullopt : options.accuracy ? options.accuracy : scene.simulation.accuracy) {
-    SimulateOptions inner = options;
-    inner.accuracy.reset();
-    return simulate_to_accuracy(scene, *accuracy, inner);
-  }
+Results simulate_once(const Scene& scene, const SimulateOptions& options, int& indefinite) {
   System system = make_system(scene);
   const std::vector<EffectState> effects = effect_states(scene, system.model);
   if (options.tolerance) system.tolerance = *options.tolerance;
@@ -289,7 +306,7 @@ Results simulate(const Scene& scene, const SimulateOptions& options) {
 
   Recorder recorder(system, times);
   SolverStatistics statistics = integrate(system, method, times, options.progress,
-                                          [&](System& s, double t, const VecX& y) { recorder.record(s, t, y); });
+                                          [&](System& s, double t, const VecX& y) { recorder.record(s, t, y); }, indefinite);
   statistics.notes = system.notes;
 
   Results results = recorder.finish(system);
@@ -324,16 +341,40 @@ Results simulate(const Scene& scene, const SimulateOptions& options) {
   return results;
 }
 
+}  // namespace
+
+const char* method_name(Method method) {
+  switch (method) {
+    case Method::adams: return "adams";
+    case Method::bdf: return "bdf";
+    case Method::erk: return "erk";
+    case Method::dirk: return "dirk";
+    case Method::ida: return "ida";
+    default: return "auto";
+  }
+}
+
+Results simulate(const Scene& scene, const SimulateOptions& options) {
+  if (const std::optional<double> accuracy = options.tolerance ? std::nullopt : options.accuracy ? options.accuracy : scene.simulation.accuracy) {
+    SimulateOptions inner = options;
+    inner.accuracy.reset();
+    return simulate_to_accuracy(scene, *accuracy, inner);
+  }
+  return with_complete_inertia(scene, [&](const Scene& s, int& indefinite) { return simulate_once(s, options, indefinite); });
+}
+
 Histories simulate_histories(const Scene& scene, const SimulateOptions& options) {
-  System system = make_system(scene);
-  if (options.tolerance) system.tolerance = *options.tolerance;
-  const std::vector<double> times = thinned(sample_times(scene.simulation), system.model, scene, options.samples);
-  HistoryRecorder recorder(system, times);
-  const SolverStatistics statistics = integrate(system, options.method.value_or(scene.simulation.method), times, options.progress,
-                                                [&](System& s, double t, const VecX& y) { recorder.record(s, t, y); });
-  Histories out = recorder.finish();
-  out.statistics = statistics;
-  return out;
+  return with_complete_inertia(scene, [&](const Scene& s, int& indefinite) {
+    System system = make_system(s);
+    if (options.tolerance) system.tolerance = *options.tolerance;
+    const std::vector<double> times = thinned(sample_times(s.simulation), system.model, s, options.samples);
+    HistoryRecorder recorder(system, times);
+    const SolverStatistics statistics = integrate(system, options.method.value_or(s.simulation.method), times, options.progress,
+                                                  [&](System& at, double t, const VecX& y) { recorder.record(at, t, y); }, indefinite);
+    Histories out = recorder.finish();
+    out.statistics = statistics;
+    return out;
+  });
 }
 
 }  // namespace flexframe::sim

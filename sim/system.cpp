@@ -8,6 +8,7 @@
 #include "sim/kinematics.h"
 #include "sim/loads.h"
 #include "sim/model_build.h"
+#include "sim/motion_jumps.h"
 #include "sim/statics.h"
 #include "sim/stops.h"
 
@@ -49,6 +50,7 @@ System make_system(const Scene& scene) {
   system.model = build_model(scene);
   system.work = make_work(system.model);
   system.notes = system.model.notes;
+  check_motions(system.model, scene, system.notes);
   for (TimeFunction& e : system.model.expressions) {
     const std::vector<double> switches = e.switch_times(0.0, scene.simulation.duration);
     const double end = switches.empty() ? scene.simulation.duration : switches.front();
@@ -72,6 +74,14 @@ System make_system(const Scene& scene) {
   for (const Load& load : system.model.loads) covered = covered && !load.table;
   std::string why_not;
   if (covered) system.planar = PlanarDynamics::make(system.model, system.work, why_not);
+  if (system.planar) {
+    // Nor what turns without inertia; a mechanism without accelerations at its start says so in the run.
+    try {
+      update_accelerations(system.model, system.work);
+    } catch (const SimulationError&) {
+    }
+    if (system.work.idle) system.planar.reset();
+  }
   system.quadrature = has_power(system.model);
   system.tolerance = scene.simulation.tolerance.value_or(default_tolerance);
   return system;

@@ -97,6 +97,8 @@ struct Work {
   std::vector<double> expression_value;
   std::vector<TimeJet> motion;// jets of prescribed motions, by expression
   long evaluations = 0, closure_iterations = 0;
+  int indefinite = -1;        // part whose kinetic energy was last found not to be positive
+  bool idle = false;          // something turns without inertia and without a moment (dynamics.cpp)
 };
 
 Work make_work(const Model& model);

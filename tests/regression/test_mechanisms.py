@@ -87,6 +87,19 @@ wrong = {
     "force on ground": (PIVOT + force('kind = "force"\non = "ground"\ndirection = [1, 0, 0]\nvalue = 1'), 2, ["on", "does not move"]),
     "spring in one body": (PIVOT + force('kind = "spring-damper"\non = "a"\nfrom = "a.tip"\nstiffness = 1'), 2, ["same body"]),
     "frame of a position": (PIVOT + '[[output]]\nname = "p"\nof = "a.tip"\nquantity = "position"\nframe = "child"\n', 2, ["frame", "reaction"]),
+    "motions against each other": (
+        FOUR_BAR.replace("rotation = [0, 0, 1]\n", "rotation = [0, 0, 1]\nmotion = \"t\"\n", 1).replace("position = [1, 0, 0]\n", "position = [1, 0, 0]\nmotion = \"2*t\"\n")
+        + joint("jd", "revolute", "b.tip", "c.tip"), 2, ["motions", "jd", "'ja', 'jc'", "leave one motion"]),
+    "motions that part later": (
+        FOUR_BAR.replace("rotation = [0, 0, 1]\n", "rotation = [0, 0, 1]\nmotion = \"t\"\n", 1).replace("position = [1, 0, 0]\n", "position = [1, 0, 0]\nmotion = \"t + 9*t^3\"\n")
+        + joint("jd", "revolute", "b.tip", "c.tip"), 1, ["motions", "jd", "'ja', 'jc'", "leave one motion"]),
+    "a value too many": (
+        FOUR_BAR.replace("rotation = [0, 0, 1]\n", "rotation = [0, 0, 1]\ninitial = { value = 0.1 }\n", 1).replace("rotation = [0, 0, -1]\n", "rotation = [0, 0, -1]\ninitial = { value = 0.2 }\n")
+        .replace("position = [1, 0, 0]\n", "position = [1, 0, 0]\ninitial = { value = 0.3 }\n") + joint("jd", "revolute", "b.tip", "c.tip"), 2, ["cannot be assembled", "jd", "initial values"]),
+    "motion that jumps": (body("a") + joint("j", "revolute", "ground", "a", 'motion = "t < 0.1 ? 0 : 0.5"'), 2, ["j", "motion", "jumps by 0.5", "t = 0.1"]),
+    "friction of a ball without a scale": (body("a") + joint("j", "spherical", "ground", "a", "friction = { coefficient = 0.3, normal_force = 1 }"), 2, ["friction", "spherical", "regularised"]),
+    "a massless body on a spring": (
+        '[[body]]\nname = "a"\nkind = "rigid"\nmass = 0\n' + joint("j", "prismatic", "ground", "a", "axis = [0, 1, 0]\nspring = { stiffness = 100, rest = 0.1 }"), 1, ["j", "without inertia", "mass"]),
     "beyond its reach": (
         body("a", "b") + joint("ja", "revolute", "ground", "a", 'motion = "20*t"') + joint("jb", "revolute", "a.tip", "b")
         + joint("rail", "point-on-line", "ground", "b.tip", "axis = [1, 0, 0]\nposition = [0, 0.5, 0]"), 1, ["rail", "t =", "reach"]),

@@ -132,9 +132,9 @@ TEST(Stops, BouncesWithoutPullingAndKeepsTheBooks) {
 }
 
 // REFERENCES B4, 001 section 6.1: constant crank speed, gravity, 30 N of friction on the slider. Modal beams, 2 + 3 bending modes and the first axial ones.
-TEST(Friction, DlrSliderCrankSticksOnTime) {
-  const std::string scene = R"([simulation]
-duration = 10
+std::string dlr_slider_crank(double duration, const std::string& law = "") {
+  std::string scene = R"([simulation]
+duration = DURATION
 output_rate = 200
 gravity = [0, -9.81, 0]
 [[body]]
@@ -185,9 +185,15 @@ kind = "prismatic"
 parent = "ground"
 child = "slider"
 axis = [1, 0, 0]
-friction = { coefficient = 0.3, normal_force = 100 }
+friction = { coefficient = 0.3, normal_force = 100LAW }
 )" + output("slider", "slider", "position");
-  const Results r = run(scene, 1e-6);
+  scene.replace(scene.find("DURATION"), 8, fmt::format("{}", duration));
+  scene.replace(scene.find("LAW"), 3, law);
+  return scene;
+}
+
+TEST(Friction, DlrSliderCrankSticksOnTime) {
+  const Results r = run(dlr_slider_crank(10), 1e-6);
   const std::vector<double> sticks = events(r, "sticks"), slips = events(r, "slips");
   std::string seen;
   for (const std::string& note : r.statistics.notes) seen += note + "\n";
@@ -203,6 +209,54 @@ friction = { coefficient = 0.3, normal_force = 100 }
   ASSERT_EQ(events(r, "turns round").size(), 1u) << seen;
   EXPECT_NEAR(events(r, "turns round")[0], 3.7558, 6e-3);
   EXPECT_NEAR(column(r, "slider.x")[r.times.size() - 1], 9.55532, 2e-2);
+}
+
+// Its first sticking and slipping converge with the tolerance, and the regularised law to the exact one.
+TEST(Friction, DlrEventsConverge) {
+  const auto both = [](double tolerance) {
+    const Results r = run(dlr_slider_crank(1.4), tolerance);
+    const std::vector<double> stick = events(r, "sticks"), slip = events(r, "slips");
+    EXPECT_EQ(stick.size(), 1u);
+    EXPECT_EQ(slip.size(), 1u);
+    return stick.size() == 1 && slip.size() == 1 ? Eigen::Vector2d(stick[0], slip[0]) : Eigen::Vector2d(0, 0);
+  };
+  const Eigen::Vector2d exact = both(1e-10);
+  const auto error = [&](double tolerance) { return (both(tolerance) - exact).cwiseAbs().maxCoeff(); };
+  const double loose = error(1e-5), middle = error(1e-7), tight = error(1e-8);
+  EXPECT_LT(loose, 2e-4);
+  EXPECT_LT(middle, 0.3 * loose);
+  EXPECT_LT(tight, 0.3 * middle);
+  // Its history while the slider slips, sticks and slips again; the slower it may creep, the nearer.
+  const VecX sticking = column(run(dlr_slider_crank(1.4), 1e-9), "slider.x");
+  const auto off = [&](double v) { return (column(run(dlr_slider_crank(1.4, fmt::format(", regularised = {}", v)), 1e-9), "slider.x") - sticking).cwiseAbs().maxCoeff(); };
+  const double fast = off(0.1), slow = off(0.01), slowest = off(0.001);
+  EXPECT_LT(slow, 0.5 * fast);
+  EXPECT_LT(slowest, 0.5 * slow);
+}
+
+// A puck slides on a floor in any direction: friction opposes its velocity, so that it keeps its line and stops after v / (mu g); a ball and a rod in a
+// sleeve that slides and turns likewise keep the direction of what slips.
+TEST(Friction, OpposesTheSlipWhateverItsDirection) {
+  const double g = 9.81, mu = 0.3;
+  const Results r = run(head(0.5, "[0, 0, -9.81]") + block(2) + "[[joint]]\nname = \"floor\"\nkind = \"planar\"\nparent = \"ground\"\nchild = \"block\"\ninitial = { rate = [2.4, -1.8, 0] }\n"
+                            "friction = { coefficient = 0.3, normal_force = \"reaction\", regularised = 1e-4 }\n" + output("p", "block", "position"), 1e-9);
+  for (Eigen::Index i = 0; i < r.times.size(); ++i) {
+    const double t = r.times[i], s = 3 * t - 0.5 * mu * g * t * t;
+    EXPECT_NEAR(column(r, "p.x")[i], 0.8 * s, 1e-6);
+    EXPECT_NEAR(column(r, "p.y")[i], -0.6 * s, 1e-6);
+  }
+  EXPECT_LT(energy_gap(r), 1e-6);
+  // J w' = -mu N r w/|w| where J is the same about all axes.
+  const Results ball = run(head(0.5, "[0, 0, 0]") + block(2) + "[[joint]]\nname = \"ball\"\nkind = \"spherical\"\nparent = \"ground\"\nchild = \"block\"\ninitial = { rate = [2, 1, -2] }\n"
+                               "friction = { coefficient = 0.3, normal_force = 4, radius = 0.05, regularised = 1e-4 }\n" + output("w", "block", "angular_velocity"), 1e-9);
+  const Vec3 w = positions(ball, "w").bottomRows(1).transpose();
+  EXPECT_LT((w - Vec3(2, 1, -2) / 3 * (3 - 0.5 * 0.3 * 4 * 0.05 / 0.1)).norm(), 1e-6);
+  // Where m r^2 = J the slip of a sleeve keeps its direction too.
+  const double radius = std::sqrt(0.1 / 2);
+  const Results sleeve = run(head(0.5, "[0, 0, 0]") + block(2) + fmt::format("[[joint]]\nname = \"sleeve\"\nkind = \"cylindrical\"\nparent = \"ground\"\nchild = \"block\"\ninitial = {{ rate = [1.2, {:.17g}] }}\n"
+                                 "friction = {{ coefficient = 0.3, normal_force = 4, radius = {:.17g}, regularised = 1e-4 }}\n", 1.6 / radius, radius) + output("v", "sleeve", "rate"), 1e-9);
+  EXPECT_NEAR(last(sleeve, "v.1"), 0.6 * (2 - 0.5 * 0.3 * 4 / 2), 1e-6);
+  EXPECT_NEAR(last(sleeve, "v.2") * radius, 0.8 * (2 - 0.5 * 0.3 * 4 / 2), 1e-6);
 }
 
 }  // namespace

@@ -124,6 +124,32 @@ TEST(Loops, PointOnALineRubsAsAGuideDoes) {
   }
 }
 
+// A shaft in two hinges on one line: statics leaves the shares open, and the least ones are half of the load each, without moments, whichever
+// of the two closes the loop. A table on four legs likewise.
+TEST(Loops, RedundantReactionsAreTheLeast) {
+  const std::string shaft = "[[body]]\nname = \"shaft\"\nkind = \"rigid\"\nmass = 2\ninertia = [0.1, 0.1, 0.05]\ncentre_of_mass = [0, 0, 0.5]\nframes = { far = [0, 0, 1] }\n";
+  const std::string near = joint("near", "revolute", "ground", "shaft", "initial = { rate = 3 }"), far = joint("far", "revolute", "ground", "shaft.far", "position = [0, 0, 1]");
+  for (const std::string& joints : {near + far, far + near}) {
+    const Results r = run(head(0.1, Vec3(0, -9.81, -4)) + shaft + joints + output("near", "near", "reaction") + output("far", "far", "reaction"), 1e-8);
+    for (const char* name : {"near", "far"}) {
+      const std::string n = name;
+      EXPECT_NEAR(last(r, n + ".y"), 9.81, 1e-9) << name;
+      EXPECT_NEAR(last(r, n + ".z"), 4.0, 1e-9) << name;
+      for (const char* zero : {".x", ".mx", ".my", ".mz"}) EXPECT_NEAR(last(r, n + zero), 0.0, 1e-9) << name << zero;
+    }
+  }
+  std::string table = "[[body]]\nname = \"top\"\nkind = \"rigid\"\nmass = 4\ninertia = [1, 1, 1]\nframes = { a = [1, 1, 0], b = [-1, 1, 0], c = [-1, -1, 0], d = [1, -1, 0] }\n", legs;
+  for (const char* leg : {"a", "b", "c", "d"}) {
+    const std::string name = leg, place = name == "a" ? "[1, 1, 0]" : name == "b" ? "[-1, 1, 0]" : name == "c" ? "[-1, -1, 0]" : "[1, -1, 0]";
+    legs += joint(name, "weld", "ground", "top." + name, "position = " + place) + output(name, name, "reaction");
+  }
+  const Results r = run(head(0.1, Vec3(0, 0, -10)) + table + legs, 1e-8);
+  for (const char* leg : {"a", "b", "c", "d"}) {
+    EXPECT_NEAR(last(r, std::string(leg) + ".z"), 10.0, 1e-9);
+    EXPECT_NEAR(last(r, std::string(leg) + ".x"), 0.0, 1e-9);
+  }
+}
+
 // Values that are given of every joint of a loop must fit; the joint that does not is named.
 TEST(Loops, GivenValuesMustFit) {
   const auto start = [](const char* value, const char* rate) { return fmt::format("initial = {{ value = {}, rate = {} }}", value, rate); };

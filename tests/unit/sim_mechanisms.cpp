@@ -157,6 +157,38 @@ TEST(Mechanisms, ChainOfFourBars) {
   EXPECT_LT(energy_gap(r), 1e-6 * 30 * 9.81);
 }
 
+// Point masses and thin rods: what turns without inertia keeps its rate as long as no moment drives it, and disturbs nothing else.
+TEST(Mechanisms, WithoutInertiaAboutAnAxis) {
+  const auto mass = [](const char* name, const char* more) { return fmt::format("[[body]]\nname = \"{}\"\nkind = \"rigid\"\nmass = 2\n{}\n", name, more); };
+  // A bob on a ball goes round as a conical pendulum: W^2 = g / (l cos th).
+  const double l = 0.7, th = 0.5, W = std::sqrt(9.81 / (l * std::cos(th)));
+  const Results bob = run(head(2, Vec3(0, 0, -9.81)) + mass("bob", "centre_of_mass = [0.1, 0.2, -0.66332495807108]\nframes = { m = [0.1, 0.2, -0.66332495807108] }") +
+                              joint("ball", "spherical", "ground", "bob", fmt::format("initial = {{ value = {}, rate = [0, 0, {:.17g}] }}",
+                                                                                      list(rotation_log(Eigen::Quaterniond::FromTwoVectors(Vec3(0.1, 0.2, -0.66332495807108), Vec3(std::sin(th), 0, -std::cos(th))).toRotationMatrix())), W)) +
+                              output("p", "bob.m", "position"), 1e-9);
+  for (Eigen::Index i = 0; i < bob.times.size(); ++i) {
+    const double a = W * bob.times[i];
+    EXPECT_LT((positions(bob, "p").row(i).transpose() - l * Vec3(std::sin(th) * std::cos(a), std::sin(th) * std::sin(a), -std::cos(th))).norm(), 1e-6);
+  }
+  EXPECT_LT(energy_gap(bob), 1e-7);
+  // Two free point masses on a spring, m / 2 the reduced one; a third on a plane falls freely.
+  const Results pair = run(head(1, Vec3(0, -9.81, 0)) + mass("a", "") + mass("b", "") + mass("c", "") + joint("ja", "free", "ground", "a", "") + joint("jb", "free", "ground", "b", "initial = { value = [1.2, 0, 0, 0, 0, 0] }") +
+                               joint("jc", "planar", "ground", "c", "initial = { rate = [1, 2, 0] }") + "[[force]]\nkind = \"spring-damper\"\non = \"b\"\nfrom = \"a\"\nstiffness = 100\nrest = 1\n" +
+                               output("a", "a", "position") + output("b", "b", "position") + output("c", "c", "position"), 1e-9);
+  for (Eigen::Index i = 0; i < pair.times.size(); ++i) {
+    const double t = pair.times[i];
+    EXPECT_NEAR(column(pair, "b.x")[i] - column(pair, "a.x")[i], 1 + 0.2 * std::cos(10 * t), 1e-6);
+    EXPECT_NEAR(column(pair, "c.y")[i], 2 * t - 0.5 * 9.81 * t * t, 1e-6);
+  }
+  // A thin rod on a ball at the tip of another one: it turns about itself as it likes.
+  const std::string thin = "[[body]]\nname = \"b\"\nkind = \"rigid\"\nmass = 1\ninertia = [0, 0.08333, 0.08333]\ncentre_of_mass = [0.5, 0, 0]\n";
+  const Results chain = run(head(1, Vec3(0, 0, -9.81)) + rod("a") + thin + joint("ja", "revolute", "ground", "a", "axis = [0, 1, 0]\ninitial = { rate = 2 }") +
+                                joint("jb", "spherical", "a.tip", "b", "initial = { value = [0, 0, 1.2], rate = [0.3, 1, 2] }"), 1e-9);
+  EXPECT_LT(energy_gap(chain), 1e-6);
+  // A moment on what has no inertia about it.
+  EXPECT_THROW(run(head(1, Vec3::Zero()) + mass("a", "centre_of_mass = [0, 0, -1]") + joint("ball", "spherical", "ground", "a", "spring = { stiffness = 1, rest = 0.1 }"), 1e-6), SimulationError);
+}
+
 // Springs on every joint of a loop, so that the one that closes it carries one too: the books balance, and the order of the joints in
 // the scene, which decides which one that is, changes nothing.
 TEST(Mechanisms, SpringsOnEveryJointOfALoop) {
