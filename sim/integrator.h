@@ -1,5 +1,5 @@
 // Error-controlled integration of y' = f(t, y) by SUNDIALS: CVODE Adams and BDF, ARKODE explicit and diagonally implicit
-// Runge-Kutta (Dormand-Prince 5(4); ESDIRK3(2)5L[2]SA, Kennedy and Carpenter 2019), IDA on y' - f = 0.
+// Runge-Kutta (Verner 6(5); ESDIRK3(2)5L[2]SA, Kennedy and Carpenter 2019), IDA on y' - f = 0.
 //
 // SUNDIALS is included by the implementation only.
 #pragma once

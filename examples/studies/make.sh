@@ -6,10 +6,14 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 top=$(cd "$here/../.." && pwd)
 work=${TMPDIR:-/tmp}/flexframe-studies
 cd "$top"
-for name in "${@:-pendulum slider_crank}"; do
+for name in "${@:-pendulum slider_crank dlr_slider_crank spin_up engine}"; do
   for one in $name; do
-    build/release/flexframe study "examples/$one.toml" -o "$work/$one" --axes tolerance,elements,kept,modes,volumes,model,stiffening,method \
-      --longest 1.5 --reference-seconds 12 --repeats 2 --resume
+    scene=examples/$one.toml
+    [[ -f $scene ]] || scene=examples/beams/$one.toml
+    axes=tolerance,elements,kept,modes,volumes,model,stiffening,method
+    [[ $one == dlr_slider_crank || $one == spin_up ]] && axes=tolerance,modes,stiffening,method
+    [[ $one == engine ]] && axes=tolerance,method
+    build/release/flexframe study "$scene" -o "$work/$one" --axes "$axes" --longest 3 --reference-seconds 30 --repeats 2 --resume
     mkdir -p "$here/$one"
     cp "$work/$one"/study.md "$work/$one"/study.csv "$work/$one"/*.svg "$here/$one/"
   done
