@@ -3,6 +3,7 @@
 #include "sim/bodies.h"
 #include "sim/closure.h"
 #include "sim/dynamics.h"
+#include "sim/eigen_solvers.h"
 #include "sim/joint_motion.h"
 #include "sim/kinematics.h"
 #include "sim/outputs.h"
@@ -117,7 +118,7 @@ double descend(const Model& model, int cluster, const std::vector<int>& columns,
   for (int iteration = 0; !columns.empty() && iteration < 200 && r.cwiseAbs().maxCoeff() > 1e-14 * c.size; ++iteration) {
     update_closure_matrix(model, cluster, work, true);
     const MatX A = scaled_columns(model, work, cluster, columns, rows);
-    Eigen::JacobiSVD<MatX> svd(A, Eigen::ComputeThinU | Eigen::ComputeThinV);
+    const ThinSvd svd(A);
     const VecX& s = svd.singularValues();
     const VecX b = svd.matrixU().transpose() * r;
     const VecX before = work.q;
@@ -275,9 +276,7 @@ bool leave_change_point(const Model& model, const Scene& scene, int cluster, Wor
   const MatX A = scaled_columns(model, work, cluster, columns, row_scales(model, work, cluster));
   VecX scaled(rate.size());
   for (size_t k = 0; k < columns.size(); ++k) scaled[static_cast<Eigen::Index>(k)] = rate[static_cast<Eigen::Index>(k)] * rate_scale(model, cluster, columns[k]);
-  Eigen::CompleteOrthogonalDecomposition<MatX> inverse(A);
-  inverse.setThreshold(1e-9);
-  scaled -= inverse.solve(VecX(A * scaled));
+  scaled -= least_squares(A, A * scaled, 1e-9);
   for (size_t k = 0; k < columns.size(); ++k) work.w[c.v0 + columns[k]] = scaled[static_cast<Eigen::Index>(k)] / rate_scale(model, cluster, columns[k]);
   close_velocities(model, cluster, work);
   return true;

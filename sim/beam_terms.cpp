@@ -2,7 +2,8 @@
 // displacements, strain energy to second order. Derivation: sim/BEAMS.md sections 2 to 4.
 #include "sim/beam_terms.h"
 
-#include <Eigen/Eigenvalues>
+#include "sim/eigen_solvers.h"
+
 #include <fmt/format.h>
 
 #include <cmath>
@@ -343,7 +344,7 @@ MatX damping_matrix(const Damping& damping, const MatX& Me, const MatX& Ke) {
     any = any || zeta > 0.0;
   }
   if (!any) return de;
-  const Eigen::GeneralizedSelfAdjointEigenSolver<MatX> eigen(Ke, Me);
+  const GeneralizedEigen eigen(Ke, Me);
   if (eigen.info() != Eigen::Success) throw SimulationError("modal damping: the eigenvalues of the beam could not be computed");
   VecX factor(n);
   for (Eigen::Index i = 0; i < n; ++i) {

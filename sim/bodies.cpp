@@ -3,6 +3,7 @@
 #include "sim/beam.h"
 #include "sim/beam_terms.h"
 #include "sim/effects.h"
+#include "sim/eigen_solvers.h"
 #include "sim/joint_motion.h"
 #include "sim/normal_modes.h"
 #include "sim/sid.h"
@@ -183,7 +184,7 @@ void make_fe_part(Model& model, const BeamDef& beam, const BeamEffects& effects,
     P = same_deformation(part.body, named);
     // The damping that the scene asks for is that of its boundary's modes.
     if (named.De.size() > 0) {
-      const MatX back = P.inverse();
+      const MatX back = solve_square(P, MatX::Identity(P.rows(), P.cols()));
       part.body.De = back.transpose() * named.De * back;
     }
     part.shown.differs = true;
@@ -200,7 +201,7 @@ void make_fe_part(Model& model, const BeamDef& beam, const BeamEffects& effects,
     if (part.body.De.size() > 0) {
       // The damping of the boundary's modes as the coordinates kept make them. The whole beam's, projected, would hold back the kept
       // coordinates by rates that the others could follow: it converged with the number of modes only.
-      const MatX X = P.partialPivLu().solve(V);
+      const MatX X = solve_square(P, V);
       part.body.De = beam::damping_matrix(beam.damping, X.transpose() * Me * X, X.transpose() * Ke * X);
     }
   }
@@ -208,7 +209,7 @@ void make_fe_part(Model& model, const BeamDef& beam, const BeamEffects& effects,
     part.shown = {};
     return;
   }
-  part.shown.coordinates = P.partialPivLu().solve(V);
+  part.shown.coordinates = solve_square(P, V);
   add_shown_frames(model, beam.boundary, part);
 }
 
@@ -243,7 +244,7 @@ void add_modal_damping(const Damping& damping, FlexibleBody& body) {
   if (body.De.size() == 0) body.De = MatX::Zero(body.n, body.n);
   body.De += damping.mass * body.Me + damping.stiffness * body.Ke;
   if (damping.ratio.empty()) return;
-  const Eigen::GeneralizedSelfAdjointEigenSolver<MatX> eigen(body.Ke, body.Me);
+  const GeneralizedEigen eigen(body.Ke, body.Me);
   for (int k = 0; k < body.n; ++k) {
     const double zeta = damping.ratio[std::min<size_t>(k, damping.ratio.size() - 1)];
     const VecX p = body.Me * eigen.eigenvectors().col(k);

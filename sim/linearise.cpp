@@ -2,6 +2,7 @@
 
 #include "sim/directions.h"
 #include "sim/dynamics.h"
+#include "sim/eigen_solvers.h"
 #include "sim/flexures.h"
 #include "sim/joint_motion.h"
 
@@ -57,7 +58,7 @@ void turning_modes(const MatX& M, const MatX& K, const MatX& C, const MatX& N, L
   A.topRightCorner(n, n).setIdentity();
   A.bottomLeftCorner(n, n) = -congruent(K);
   A.bottomRightCorner(n, n) = -congruent(C);
-  const Eigen::EigenSolver<MatX> eigen(A);
+  const ComplexEigen eigen(A);
   if (eigen.info() != Eigen::Success) throw SimulationError("the frequencies of the turning mechanism cannot be computed");
   // Below the solver's rounding an eigenvalue is zero: a rigid mode, which comes as a pair.
   const double zero = 1e-10 * eigen.eigenvalues().cwiseAbs().maxCoeff();
@@ -147,7 +148,7 @@ Linearisation linearise(System system) {
     VecX metres(n);
     for (Eigen::Index k = 0; k < n; ++k) metres[k] = all[static_cast<size_t>(k)].scale;
     const VecX unit = metres.cwiseInverse();
-    const Eigen::SelfAdjointEigenSolver<MatX> inertia(MatX(unit.asDiagonal() * M * unit.asDiagonal()));
+    const SymmetricEigen inertia(MatX(unit.asDiagonal() * M * unit.asDiagonal()));
     const double most = inertia.eigenvalues()[n - 1];
     for (Eigen::Index k = 0; k < n && inertia.eigenvalues()[k] <= 1e-14 * most; ++k) {
       const VecX u = metres.cwiseProduct(inertia.eigenvectors().col(k));
@@ -198,7 +199,7 @@ Linearisation linearise(System system) {
   // Scaled to a unit diagonal of M, whose entries may differ by many orders.
   const VecX scale = M.diagonal().cwiseSqrt().cwiseInverse();
   const MatX Ms = scale.asDiagonal() * M * scale.asDiagonal(), Ks = scale.asDiagonal() * K * scale.asDiagonal();
-  const Eigen::GeneralizedSelfAdjointEigenSolver<MatX> eigen(Ks, Ms);
+  const GeneralizedEigen eigen(Ks, Ms);
   if (eigen.info() != Eigen::Success) throw SimulationError("the frequencies cannot be computed: the mass matrix is not positive definite");
   const double top = eigen.eigenvalues().cwiseAbs().maxCoeff();
   for (Eigen::Index k = 0; k < n; ++k) {

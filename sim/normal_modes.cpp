@@ -1,6 +1,7 @@
 #include "sim/normal_modes.h"
 
 #include "sim/axis_mass.h"
+#include "sim/eigen_solvers.h"
 #include "sim/spatial.h"
 
 #include <fmt/format.h>
@@ -43,7 +44,7 @@ FlexibleBody in_basis(const FlexibleBody& body, const MatX& T) {
 }  // namespace
 
 FlexibleBody to_normal_modes(const FlexibleBody& body, MatX& V) {
-  const Eigen::GeneralizedSelfAdjointEigenSolver<MatX> eigen(body.Ke, body.Me);
+  const GeneralizedEigen eigen(body.Ke, body.Me);
   if (eigen.info() != Eigen::Success) throw SimulationError("the eigenmodes of an elastic body cannot be computed: its mass matrix is not positive definite");
   V = eigen.eigenvectors();
   // A sign that does not depend on the eigensolver: the largest entry positive.
@@ -100,7 +101,7 @@ FlexibleBody keep_lowest(const FlexibleBody& body, int count, const std::vector<
     Eigen::ColPivHouseholderQR<MatX> qr(residual);
     qr.setThreshold(1e-6);
     const MatX Q = MatX(qr.householderQ()).leftCols(qr.rank());
-    const Eigen::SelfAdjointEigenSolver<MatX> eigen(MatX(Q.transpose() * body.stiffness.asDiagonal() * Q));
+    const SymmetricEigen eigen(MatX(Q.transpose() * body.stiffness.asDiagonal() * Q));
     T.conservativeResize(Eigen::NoChange, T.cols() + qr.rank());
     T.rightCols(qr.rank()) = Q * eigen.eigenvectors();
   }

@@ -1,7 +1,7 @@
 // SID file to body and back, and the identities that hold in real files. See sid.h and SID.md.
 #include "sim/sid.h"
 
-#include <Eigen/Eigenvalues>
+#include "sim/eigen_solvers.h"
 
 #include <fmt/format.h>
 
@@ -58,7 +58,7 @@ VecX frequencies(const MatX& Me, const MatX& Ke) {
   if (cholesky.info() != Eigen::Success) return {};
   MatX A = cholesky.matrixL().solve(Ke);
   A = cholesky.matrixL().solve(A.transpose()).eval();
-  Eigen::SelfAdjointEigenSolver<MatX> eigen(0.5 * (A + A.transpose()), Eigen::EigenvaluesOnly);
+  SymmetricEigen eigen(0.5 * (A + A.transpose()), Eigen::EigenvaluesOnly);
   return eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt() / (2.0 * std::numbers::pi);
 }
 
@@ -217,7 +217,7 @@ double least_mass(const FlexibleBody& body) {
   M.bottomRightCorner(n, n) = body.Me;
   const VecX scale = M.diagonal().unaryExpr([](double m) { return m > 0.0 ? 1.0 / std::sqrt(m) : 1.0; });
   M = (scale.asDiagonal() * M * scale.asDiagonal()).eval();
-  return M.allFinite() ? Eigen::SelfAdjointEigenSolver<MatX>(M, Eigen::EigenvaluesOnly).eigenvalues()(0) : 0.0;
+  return M.allFinite() ? SymmetricEigen(M, Eigen::EigenvaluesOnly).eigenvalues()(0) : 0.0;
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "sim/state_space.h"
 
-#include <Eigen/Eigenvalues>
+#include "sim/eigen_solvers.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -24,7 +25,7 @@ MatX modal_mass(const StateSpaceDef& def) {
   const bool symmetric = (def.omega - def.omega.transpose()).cwiseAbs().maxCoeff() <= agreement * size;
   if (symmetric && (def.sigma.transpose() - def.theta).cwiseAbs().maxCoeff() <= agreement * std::max(sigma_size, theta_size)) return MatX::Identity(n, n);
 
-  const Eigen::EigenSolver<MatX> eigen(def.omega);
+  const ComplexEigen eigen(def.omega);
   if (eigen.info() != Eigen::Success || eigen.eigenvalues().imag().cwiseAbs().maxCoeff() > agreement * size)
     throw InputError("omega has complex eigenvalues; the squares of natural frequencies are real");
   const MatX X = eigen.eigenvectors().real();
@@ -46,10 +47,10 @@ MatX modal_mass(const StateSpaceDef& def) {
     // Modes that no port moves or sees may have any mass.
     MatX block = MatX::Identity(k, k);
     if (s.norm() > 0.0 || t.norm() > 0.0) {
-      block = s.transpose().completeOrthogonalDecomposition().solve(t.transpose()).transpose();
+      block = least_squares(s.transpose(), t.transpose()).transpose();
       block = (0.5 * (block + block.transpose())).eval();
       if ((block * s - t).norm() > 10.0 * agreement * t.norm()) refuse_ports();
-      const Eigen::SelfAdjointEigenSolver<MatX> parts(block);
+      const SymmetricEigen parts(block);
       const double top = parts.eigenvalues().cwiseAbs().maxCoeff();
       if (parts.eigenvalues().minCoeff() < -agreement * top || top == 0.0) refuse_ports();
       // directions of equal frequency that no port reaches
@@ -79,7 +80,7 @@ FlexibleBody make_state_space_body(const StateSpaceDef& def, const FlexibleBody&
   // the skew part of damping is gyroscopic and does no work; it stays
   body.De = 2.0 * body.Me * def.gamma;
   if (body.De.cwiseAbs().maxCoeff() == 0.0) body.De.resize(0, 0);
-  const double lowest = Eigen::GeneralizedSelfAdjointEigenSolver<MatX>(body.Ke, body.Me).eigenvalues().minCoeff();
+  const double lowest = GeneralizedEigen(body.Ke, body.Me).eigenvalues().minCoeff();
   if (lowest < -agreement * std::max(def.omega.cwiseAbs().maxCoeff(), 1e-300))
     throw InputError(fmt::format("omega has the negative eigenvalue {:.6g} 1/s^2: the body would burst by itself", lowest));
   const Eigen::Index per_port = def.theta.rows() / static_cast<Eigen::Index>(def.ports.size());

@@ -3,11 +3,10 @@
 #include "sim/closure.h"
 #include "sim/directions.h"
 #include "sim/dynamics.h"
+#include "sim/eigen_solvers.h"
 #include "sim/inverse_dynamics.h"
 
 #include <fmt/format.h>
-
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
@@ -198,7 +197,7 @@ int search(Problem& p, const Sought& what, StaticSolution& out, int& worst) {
       if (test.info() == Eigen::Success) break;
       damping = std::max(10.0 * damping, 1e-12 * stiffest);
     }
-    VecX x = (K + damping * MatX::Identity(n, n)).partialPivLu().solve(f);
+    VecX x = solve_square(K + damping * MatX::Identity(n, n), f);
     if (!x.allFinite()) return 1;
     const double longest = x.cwiseAbs().maxCoeff(&worst);
     // The last step no longer mends anything: rounding.
@@ -288,7 +287,7 @@ StaticSolution solve_statics(const Model& model, const Scene& scene, Work& work)
   p.find_directions(what);
   MatX K;
   if (!p.sought.empty() && p.stiffness(K)) {
-    const VecX eigenvalues = Eigen::SelfAdjointEigenSolver<MatX>(0.5 * (K + K.transpose()), Eigen::EigenvaluesOnly).eigenvalues();
+    const VecX eigenvalues = SymmetricEigen(0.5 * (K + K.transpose()), Eigen::EigenvaluesOnly).eigenvalues();
     // Softer than 1e-9 of the stiffest direction is neutral, to the digits of the differences.
     out.stable = eigenvalues[0] > -1e-9 * eigenvalues.cwiseAbs().maxCoeff();
   }

@@ -1,9 +1,8 @@
 // Shift-invert block Lanczos and deflated conjugate gradients. See fe_solver.h.
 #include "sim/reduce/fe_solver.h"
 
+#include "sim/eigen_solvers.h"
 #include "sim/reduce/dense_products.h"
-
-#include <Eigen/Eigenvalues>
 
 #include <fmt/format.h>
 
@@ -20,7 +19,7 @@ MatX orthonormalise(MatX& W, MatX& MW, double scale) {
   MatX B = MatX::Identity(W.cols(), W.cols());
   for (int pass = 0; pass < 2 && W.cols() > 0; ++pass) {
     const MatX gram = product_tn(W, MW);
-    Eigen::SelfAdjointEigenSolver<MatX> eigen(0.5 * (gram + gram.transpose()));
+    SymmetricEigen eigen(0.5 * (gram + gram.transpose()));
     const VecX d = eigen.eigenvalues();
     // Below the square root of rounding nothing but rounding is left of a direction.
     const double least = pass == 0 ? 1e-24 * scale * scale : 0.0;
@@ -143,7 +142,7 @@ FeModes FeSolver::modes(int count, double eigenvalue_limit, const MatX& hold, co
 
     // Ritz values and their residuals.
     if (m > 0) {
-      Eigen::SelfAdjointEigenSolver<MatX> eigen(0.5 * (T + T.transpose()));
+      SymmetricEigen eigen(0.5 * (T + T.transpose()));
       const VecX theta = eigen.eigenvalues().reverse();
       const MatX S = eigen.eigenvectors().rowwise().reverse();
       const VecX lambda = theta.cwiseMax(1e-300).cwiseInverse().array() - shift;
@@ -257,13 +256,13 @@ FeEstimate estimate_modes(const FeModel& model, const FeSystem& system) {
   const MatX K = product_tn(U, symmetric_product(system.K, U)), M = product_tn(U, symmetric_product(system.M, U));
   if (!K.allFinite() || !M.allFinite()) throw InputError(fmt::format("{}: its numbers are too large or too small to compute with; check the units", model.file));
   // Fields that vanish on flat or straight models are left out.
-  Eigen::SelfAdjointEigenSolver<MatX> mass(0.5 * (M + M.transpose()));
+  SymmetricEigen mass(0.5 * (M + M.transpose()));
   const double most = mass.eigenvalues()(29);
   int keep = 0;
   for (int k = 0; k < 30; ++k) keep += mass.eigenvalues()(k) > 1e-9 * most;
   if (keep == 0 || !(most > 0.0)) throw InputError(fmt::format("{}: the model has no mass", model.file));
   const MatX S = mass.eigenvectors().rightCols(keep) * mass.eigenvalues().tail(keep).cwiseSqrt().cwiseInverse().asDiagonal();
-  Eigen::SelfAdjointEigenSolver<MatX> ritz(S.transpose() * (0.5 * (K + K.transpose())) * S);
+  SymmetricEigen ritz(S.transpose() * (0.5 * (K + K.transpose())) * S);
   const VecX values = ritz.eigenvalues();
   FeEstimate out;
   int first = std::min(6, keep - 1);

@@ -1,12 +1,11 @@
 // The reducer. See reduce.h and REDUCE.md.
 #include "sim/reduce/reduce.h"
 
+#include "sim/eigen_solvers.h"
 #include "sim/reduce/dense_products.h"
 #include "sim/reduce/fe_attachment.h"
 #include "sim/reduce/fe_integrals.h"
 #include "sim/reduce/fe_solver.h"
-
-#include <Eigen/Eigenvalues>
 
 #include <cblas.h>
 #include <fmt/format.h>
@@ -57,13 +56,13 @@ FeModes orthonormal_basis(const FeReduced& system, const MatX& rigid, MatX field
     MF.col(k) *= scale;
   }
   const MatX M = product_tn(fields, MF), K = product_tn(fields, symmetric_product(system.K(), fields));
-  Eigen::SelfAdjointEigenSolver<MatX> gram(0.5 * (M + M.transpose()));
+  SymmetricEigen gram(0.5 * (M + M.transpose()));
   // Directions whose share of the normalised fields is rounding of the solutions (1e-11) squared.
   int keep = 0;
   for (int k = 0; k < gram.eigenvalues().size(); ++k) keep += gram.eigenvalues()(k) > 1e-12 * gram.eigenvalues().maxCoeff();
   if (keep < fields.cols()) notes.push_back(fmt::format("{} of {} fields depend on the others or are rigid motions: dropped", fields.cols() - keep, fields.cols()));
   const MatX S = gram.eigenvectors().rightCols(keep) * gram.eigenvalues().tail(keep).cwiseSqrt().cwiseInverse().asDiagonal();
-  Eigen::SelfAdjointEigenSolver<MatX> ritz(S.transpose() * (0.5 * (K + K.transpose())) * S);
+  SymmetricEigen ritz(S.transpose() * (0.5 * (K + K.transpose())) * S);
   FeModes out;
   out.eigenvalues = ritz.eigenvalues();
   out.vectors = MatX::Zero(fields.rows(), keep);
@@ -93,13 +92,13 @@ MatX free_rigid(const FeModel& model, const FeSystem& system, const FeReduced& r
     unit.rightCols(3) /= size;
     const MatX energy = product_tn(unit, symmetric_product(system.K, unit));
     const double alone = (system.K.diagonal().transpose() * unit.cwiseAbs2()).maxCoeff();
-    Eigen::SelfAdjointEigenSolver<MatX> eigen(0.5 * (energy + energy.transpose()));
+    SymmetricEigen eigen(0.5 * (energy + energy.transpose()));
     int count = 0;
     while (count < 6 && eigen.eigenvalues()(count) <= 1e-9 * alone) ++count;
     if (count < 6) combinations = eigen.eigenvectors().leftCols(count);
     if (count < 6) combinations.bottomRows(3) /= size;
   } else if (!rows.empty()) {
-    Eigen::SelfAdjointEigenSolver<MatX> eigen(G);
+    SymmetricEigen eigen(G);
     int count = 0;
     while (count < 6 && eigen.eigenvalues()(count) <= 1e-10 * eigen.eigenvalues()(5)) ++count;
     combinations = eigen.eigenvectors().leftCols(count);

@@ -1,0 +1,72 @@
+// Eigenvalues and linear systems of dense matrices by Eigen, compiled once: in every file that used Eigen's solvers themselves their
+// templates took longer to compile than all the rest of it.
+#pragma once
+
+#include "sim/types.h"
+
+#include <Eigen/Core>
+
+namespace flexframe::sim {
+
+// A = V diag(values) V^T, values ascending; A: n x n, its lower half is read.
+class SymmetricEigen {
+ public:
+  explicit SymmetricEigen(const MatX& A, int options = Eigen::ComputeEigenvectors);  // or Eigen::EigenvaluesOnly
+  const VecX& eigenvalues() const { return values_; }
+  const MatX& eigenvectors() const { return vectors_; }
+  Eigen::ComputationInfo info() const { return info_; }
+
+ private:
+  VecX values_;
+  MatX vectors_;
+  Eigen::ComputationInfo info_;
+};
+
+// K V = M V diag(values), V^T M V = 1, values ascending; K symmetric, M positive definite (info() says if it is not).
+class GeneralizedEigen {
+ public:
+  GeneralizedEigen(const MatX& K, const MatX& M);
+  const VecX& eigenvalues() const { return values_; }
+  const MatX& eigenvectors() const { return vectors_; }
+  Eigen::ComputationInfo info() const { return info_; }
+
+ private:
+  VecX values_;
+  MatX vectors_;
+  Eigen::ComputationInfo info_;
+};
+
+// Of any square matrix.
+class ComplexEigen {
+ public:
+  explicit ComplexEigen(const MatX& A);
+  const Eigen::VectorXcd& eigenvalues() const { return values_; }
+  const Eigen::MatrixXcd& eigenvectors() const { return vectors_; }
+  Eigen::ComputationInfo info() const { return info_; }
+
+ private:
+  Eigen::VectorXcd values_;
+  Eigen::MatrixXcd vectors_;
+  Eigen::ComputationInfo info_;
+};
+
+// A = U diag(s) V^T by Jacobi rotations, s descending; U: m x k, V: n x k, k = min(m, n).
+class ThinSvd {
+ public:
+  explicit ThinSvd(const MatX& A);
+  const VecX& singularValues() const { return values_; }
+  const MatX& matrixU() const { return U_; }
+  const MatX& matrixV() const { return V_; }
+
+ private:
+  VecX values_;
+  MatX U_, V_;
+};
+
+// The least X among those that make |A X - B| least; pivots below threshold times the largest count as zero (0: Eigen's own choice).
+MatX least_squares(const MatX& A, const MatX& B, double threshold = 0.0);
+
+// A^-1 B with partial pivoting; infinite or NaN where A is singular.
+MatX solve_square(const MatX& A, const MatX& B);
+
+}  // namespace flexframe::sim
