@@ -477,6 +477,7 @@ class Reader {
     // A block of zeros may be written with no size at all.
     if (!good && p.raw.raw.empty() && (t.rows == 0 || t.columns == 0)) {
       good = true;
+      t.rows = t.columns = 0;  // also where only one of them was
       note(fmt::format("block {} (line {}) is empty: zero", p.raw.name, p.raw.line));
     }
     if (!good)

@@ -233,6 +233,18 @@ std::string replaced(std::string text, const std::string& what, const std::strin
   return text.replace(at, what.size(), by);
 }
 
+// Rows without columns were read as a matrix of that many rows, and its columns from beyond its end.
+TEST(Sid, BlocksWithoutColumnsAreEmpty) {
+  for (std::optional<SidTaylor> SidFile::* block : {&SidFile::Me, &SidFile::Ke, &SidFile::mdCM}) {
+    SidFile file = from_flexible_body(random_body(2, false), "x");
+    (file.*block)->columns = 0;
+    (file.*block)->entries.clear();
+    const std::string said = message(write_sid_text(file));
+    if (block == &SidFile::mdCM) EXPECT_EQ(said, "accepted");
+    else EXPECT_NE(said.find(block == &SidFile::Me ? "block Me is empty" : "block Ke is empty"), std::string::npos) << said;
+  }
+}
+
 TEST(Sid, ErrorsNameLineAndReason) {
   const std::string good = write_sid_text(from_flexible_body(random_body(2, false), "x"));
   EXPECT_EQ(message(good), "accepted");
