@@ -142,7 +142,11 @@ ObjScan scan_obj(std::string_view text, const std::string& file) {
   scan.positions.reserve(static_cast<size_t>(in_all_v));
   scan.numbered.reserve(text.size());
   long vt = 0, vn = 0;
-  auto copy = [&](std::string_view line) { scan.numbered.append(line).push_back('\n'); };
+  // A stray carriage return or zero byte in a name would end the line for assimp, and what follows be read as another.
+  auto copy = [&](std::string_view line) {
+    for (const char c : line) scan.numbered.push_back(static_cast<unsigned char>(c) < ' ' && c != '\t' ? '_' : c);
+    scan.numbered.push_back('\n');
+  };
   for_each_line(text, [&](std::string_view keyword, std::string_view rest, long line, std::string_view raw) {
     if (keyword == "v") {
       std::array<double, 7> value{};
@@ -418,6 +422,8 @@ Mesh read_obj(const fs::path& path, const MeshOptions& options) {
       index.resize(from.mNumVertices);
       for (unsigned v = 0; v < from.mNumVertices; ++v)
         index[v] = static_cast<int>(from.mVertices[v].x) + (static_cast<int>(from.mVertices[v].y) << number_bits);
+      for (const int v : index)
+        if (v < 0 || static_cast<size_t>(v) >= mesh.positions.size()) throw MeshError(fmt::format("{}: its lines are read differently than they stand there; control characters?", file));
       add_faces(from, index, nullptr, polygons);
     }
   }

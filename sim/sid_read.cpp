@@ -443,6 +443,10 @@ class Reader {
                          t.structure == 0 ? "zero" : "unit"));
         t.structure = 3;
       }
+      if (t.structure == 2 && t.rows != t.columns) {
+        note(fmt::format("block {} (line {}) says structure = 2 (symmetric) but is {} x {}: taken as full", p.raw.name, p.raw.line, t.rows, t.columns));
+        t.structure = 3;
+      }
       if (t.structure == 1 && std::any_of(t.entries.begin(), t.entries.end(), [](const SidEntry& e) { return e.row != e.column && e.value != 0.0; })) {
         note(fmt::format("block {} (line {}) says structure = 1 (diagonal) but has other entries: they count", p.raw.name, p.raw.line));
         t.structure = 3;

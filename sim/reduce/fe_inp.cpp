@@ -134,6 +134,7 @@ class Reader {
         ++data_lines;
       }
     }
+    if (depth == 0) finish_keyword();
     file = outer_file;
     number = outer_number;
   }

@@ -145,6 +145,15 @@ TEST_F(RenderMesh, OtherFormats) {
   EXPECT_EQ(ply.triangles.size(), 2u);
 }
 
+// assimp ends a line at a bare carriage return or a zero byte: a name that holds one made a vertex of its own of the rest, and the faces
+// point beyond the end.
+TEST_F(RenderMesh, ControlCharactersInNamesEndNoLine) {
+  const std::string name = std::string("o part") + '\0' + "\rv 5 0 0\n";
+  const Mesh mesh = read_mesh(file("odd.obj", name + square + "g a\rv 7 0 0\nusemtl b\fv 9 0 0\nf 1 2 3 4\n"));
+  EXPECT_EQ(mesh.positions.size(), 4u);
+  EXPECT_DOUBLE_EQ(area(mesh), 1.0);
+}
+
 TEST_F(RenderMesh, WrongFilesAreSaidInASentence) {
   EXPECT_NE(complaint("empty.obj", "").find("empty"), std::string::npos);
   EXPECT_NE(complaint("points.obj", square).find("no face"), std::string::npos);

@@ -245,6 +245,16 @@ TEST(Sid, BlocksWithoutColumnsAreEmpty) {
   }
 }
 
+// "symmetric" of a column was mirrored into the columns beyond it.
+TEST(Sid, ColumnsAreNotSymmetric) {
+  const FlexibleBody body = random_body(2, false);
+  SidFile file = from_flexible_body(body, "x");
+  file.J->structure = 2;
+  const SidReading reading = read_sid_text(write_sid_text(file), "symmetric");
+  EXPECT_EQ(reading.file.J->structure, 3);
+  expect_same(body, to_flexible_body(reading.file, "symmetric"));
+}
+
 TEST(Sid, ErrorsNameLineAndReason) {
   const std::string good = write_sid_text(from_flexible_body(random_body(2, false), "x"));
   EXPECT_EQ(message(good), "accepted");
