@@ -2,6 +2,9 @@
 #include "sim/results_file.h"
 #include "tests/fuzz/scratch.h"
 
+// HDF5 1.10 does not free an object header that it found damaged; nothing of ours stands in between (malloc is called by the library).
+extern "C" const char* __lsan_default_suppressions() { return "leak:libhdf5_serial\n"; }
+
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace flexframe::sim;
   try {
