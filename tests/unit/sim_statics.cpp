@@ -43,6 +43,19 @@ std::string rod(const std::string& name, double length = 1.0) {
                      "frames = {{ tip = [{}, 0, 0] }}\n", name, 0.5 * length, length);
 }
 
+// k s + preload = -m g along the joint's axis: it hangs at s = -(m g + preload) / k; a spring between frames with the same numbers pulls
+// with preload + k (length - rest).
+TEST(Statics, PreloadShiftsTheEquilibrium) {
+  const std::string weight = "[[body]]\nname = \"weight\"\nkind = \"rigid\"\nmass = 2\ninertia = [1, 1, 1]\nframes = { hook = [0, -1, 0] }\n";
+  const auto rest = [&](const std::string& spring, const std::string& force) {
+    return column(run(head(0.1, "[0, -9.81, 0]", "start = \"static\"") + weight + joint("guide", "prismatic", "ground", "weight", "axis = [0, 1, 0]\n" + spring) + force +
+                      output("s", "guide", "value")), "s")[0];
+  };
+  EXPECT_NEAR(rest("spring = { stiffness = 100.0, preload = 5.0 }", ""), -(2.0 * 9.81 + 5.0) / 100.0, 1e-9);
+  const double s = rest("", "[[force]]\nkind = \"spring-damper\"\non = \"weight.hook\"\nfrom = \"ground\"\nstiffness = 100.0\nrest = 0.0\npreload = 5.0\n");
+  EXPECT_NEAR(100.0 * (1.0 - s) + 5.0, 2.0 * 9.81, 1e-7);
+}
+
 // Linear theory bends a cantilever by P L^3 / 3 EI; at P L^2/EI = 1 the elastica's deflection is 0.30172 L, at 0.5 it is 0.16208 L
 // (Bisshopp and Drucker). Where a linear body is off by more than 3 % the run says so, and by how much.
 TEST(Statics, BendingBeyondLinearTheoryIsSaid) {
