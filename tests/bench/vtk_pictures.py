@@ -6,9 +6,12 @@ import sys
 import tempfile
 import time
 
-import numpy as np
-import vtk
-from vtk.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
+try:
+    import numpy as np
+    import vtk
+    from vtk.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
+except ImportError as missing:
+    sys.exit(f"{missing}: install python3-vtk9 and run /usr/bin/python3 " + " ".join(sys.argv))
 
 count = int(sys.argv[1]) if len(sys.argv) > 1 else 10
 targets = [int(a) for a in sys.argv[2:]] or [5000, 100000, 1000000]

@@ -3,8 +3,11 @@ import subprocess
 import sys
 import time
 
-import numpy
-from scipy.interpolate import RBFInterpolator
+try:
+    import numpy
+    from scipy.interpolate import RBFInterpolator
+except ImportError as missing:
+    sys.exit(f"{missing}: this Python has no numpy and scipy. Install python3-numpy and python3-scipy and run /usr/bin/python3 " + " ".join(sys.argv))
 
 nodes, points, ours = subprocess.run([sys.argv[1], "--evaluate"], capture_output=True, text=True, check=True).stdout.split()
 rng = numpy.random.default_rng(1)
