@@ -28,9 +28,11 @@ with temporary_folder() as folder:
     folder = pathlib.Path(folder)
 
     # Killed at several moments: only whole files under final names; resumed, the outcome is that of an undisturbed run.
+    start = time.monotonic()
     run("run", examples / "pendulum.toml", "-o", folder / "whole", *small)
+    duration = time.monotonic() - start
     whole = {p.name: p.read_bytes() for p in (folder / "whole/frames").iterdir()}
-    for moment in (0.2, 0.5, 0.9, 1.4, 2.0):
+    for moment in (share * duration for share in (0.1, 0.3, 0.5, 0.7, 0.9)):
         process = subprocess.Popen([flexframe, "run", str(examples / "pendulum.toml"), "-o", str(folder / "k"), "--resume", *small],
                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         time.sleep(moment)
@@ -38,15 +40,16 @@ with temporary_folder() as folder:
         process.wait()
         for path in (folder / "k").rglob("*.png") if (folder / "k").exists() else []:
             if not path.name.startswith("."):
-                expect(is_whole_png(path.read_bytes()), f"killed after {moment} s: {path.name} is not whole")
+                expect(is_whole_png(path.read_bytes()), f"killed after {moment:.2f} s: {path.name} is not whole")
     time.sleep(0.5)
     run("run", examples / "pendulum.toml", "-o", folder / "k", "--resume", *small)
     expect({p.name: p.read_bytes() for p in (folder / "k/frames").iterdir()} == whole, "resumed pictures differ from an undisturbed run")
     expect((folder / "k/histories.csv").read_bytes() == (folder / "whole/histories.csv").read_bytes(), "histories differ")
 
-    # Ctrl-C: exit 130, whole pictures, no temporary files.
+    # Ctrl-C as soon as there is a picture: exit 130, whole pictures, no temporary files.
     process = subprocess.Popen([flexframe, "run", str(examples / "pendulum.toml"), "-o", str(folder / "c"), *small], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    time.sleep(1.0)
+    while process.poll() is None and not any((folder / "c").glob("frames/*.png")):
+        time.sleep(0.005)
     process.send_signal(signal.SIGINT)
     _, message = process.communicate(timeout=30)
     expect(process.returncode == 130 and "interrupted" in message, f"ctrl-C: exit {process.returncode}: {message}")
