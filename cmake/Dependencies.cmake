@@ -15,9 +15,12 @@ find_package(nlohmann_json REQUIRED)
 pkg_check_modules(stb REQUIRED IMPORTED_TARGET stb)
 pkg_check_modules(deflate REQUIRED IMPORTED_TARGET libdeflate)
 
-# Sparse factorisation of finite element models: MUMPS (sequential), METIS ordering, OpenBLAS kernels.
+# Sparse factorisation of finite element models: MUMPS (sequential), METIS ordering, OpenBLAS kernels. OpenBLAS with OpenMP starts threads when a
+# reduction asks for them; the variant with its own threads starts them in every process, where they spin idle: 0.1 CPU s of each run.
 find_library(MUMPS_LIBRARY NAMES dmumps_seq REQUIRED)
 find_library(METIS_LIBRARY NAMES metis REQUIRED)
-pkg_check_modules(openblas REQUIRED IMPORTED_TARGET openblas)
+find_library(OPENBLAS_LIBRARY NAMES openblas PATH_SUFFIXES openblas-openmp REQUIRED)
+find_path(OPENBLAS_INCLUDE_FOLDER NAMES cblas.h PATH_SUFFIXES openblas-openmp openblas REQUIRED)
 add_library(flexframe_sparse INTERFACE)
-target_link_libraries(flexframe_sparse INTERFACE ${MUMPS_LIBRARY} ${METIS_LIBRARY} PkgConfig::openblas)
+target_include_directories(flexframe_sparse SYSTEM INTERFACE ${OPENBLAS_INCLUDE_FOLDER})
+target_link_libraries(flexframe_sparse INTERFACE ${MUMPS_LIBRARY} ${METIS_LIBRARY} ${OPENBLAS_LIBRARY})
