@@ -1,15 +1,20 @@
 // HDF5 access and the layout of sim/RESULTS.md. Metadata carry checksums (format 1.10), data blocks Fletcher's, strings have a fixed
-// length (variable ones lie in heaps without checksum): a damaged file is found, not followed.
+// length: a damaged file is found, not followed. HDF5 1.10 itself follows what has no checksum: damaged metadata of older formats, read beyond
+// their end, and the global heaps of variable-length data, where it can loop for ever. Files with either are refused before it sees them.
 #include "sim/results_file.h"
 
 #include "sim/file_output.h"
 #include "sim/words.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
+#include <fstream>
 #include <limits>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
@@ -24,6 +29,7 @@ constexpr int format_version = 1;
 constexpr std::size_t chunk_bytes = 256 * 1024;
 constexpr hsize_t most_times = 100'000'000;
 constexpr std::size_t longest_string = 16u << 20;
+constexpr char checked_format = 3;  // version of the superblock of files whose metadata all have checksums
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
@@ -352,16 +358,32 @@ class Reader {
     const auto status = std::filesystem::status(name_, error);
     if (status.type() == std::filesystem::file_type::not_found) throw InputError(fmt::format("{}: no such file", name_));
     if (std::filesystem::is_directory(status)) throw InputError(fmt::format("{}: is a directory; a results file is expected", name_));
-    const htri_t is_hdf5 = H5Fis_hdf5(name_.c_str());
-    if (is_hdf5 < 0) throw InputError(fmt::format("{}: cannot be read: {}", name_, hdf5_reason()));
-    if (is_hdf5 == 0) throw InputError(fmt::format("{}: is no HDF5 file; a results file of flexframe is expected", name_));
+    if (!std::filesystem::is_regular_file(status)) throw InputError(fmt::format("{}: cannot be read: it is no regular file", name_));
+    std::ifstream bytes(name_, std::ios::binary);
+    if (!bytes) throw InputError(fmt::format("{}: cannot be read: {}", name_, std::strerror(errno)));
+    char start[9] = {};
+    bytes.read(start, sizeof start);
+    if (bytes.gcount() != sizeof start || std::memcmp(start, "\x89HDF\r\n\x1a\n", 8) != 0)
+      throw InputError(fmt::format("{}: is no HDF5 file; a results file of flexframe is expected", name_));
+    if (start[8] != checked_format)
+      throw InputError(fmt::format("{}: has one of HDF5's older formats, without checksums, which are not read; write format 1.10, in h5py File(name, \"w\", libver=\"v110\")", name_));
+    if (holds_global_heap(bytes))
+      throw InputError(fmt::format("{}: holds data of variable length (an HDF5 global heap), which is not read; write strings with a fixed length, in h5py as numpy.bytes_(\"text\")", name_));
     Id file(H5Fopen(name_.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
     if (!file.valid()) throw InputError(fmt::format("{}: cannot be opened (damaged or cut short?): {}", name_, hdf5_reason()));
+    // What holds_global_heap looks for has sizes of 8 bytes.
+    const Id creation(H5Fget_create_plist(file), H5Pclose);
+    std::size_t address_bytes = 0, size_bytes = 0;
+    if (!creation.valid() || H5Pget_sizes(creation, &address_bytes, &size_bytes) < 0 || address_bytes != 8 || size_bytes != 8)
+      throw InputError(fmt::format("{}: has addresses and sizes of {} and {} bytes; 8 are expected", name_, address_bytes, size_bytes));
     return file;
   }
 
+  // A link to another file, or one by name, is none: nothing beyond the file is opened.
   bool has(hid_t parent, const std::string& name) const {
-    return H5Lexists(parent, name.c_str(), H5P_DEFAULT) > 0 && H5Oexists_by_name(parent, name.c_str(), H5P_DEFAULT) > 0;
+    H5L_info_t link{};
+    return H5Lexists(parent, name.c_str(), H5P_DEFAULT) > 0 && H5Lget_info(parent, name.c_str(), &link, H5P_DEFAULT) >= 0 && link.type == H5L_TYPE_HARD &&
+           H5Oexists_by_name(parent, name.c_str(), H5P_DEFAULT) > 0;
   }
 
   Id group(hid_t parent, const std::string& name, const std::string& path) const {
@@ -383,37 +405,29 @@ class Reader {
     return std::move(found.names);
   }
 
-  // A string of fixed or variable length.
+  // Strings of fixed length.
   std::vector<std::string> texts_of(hid_t id, const Id& type, const Id& space, bool attribute, const std::string& object) const {
     if (!type.valid() || !space.valid() || H5Tget_class(type) != H5T_STRING) fail(object, "must be text");
+    if (H5Tis_variable_str(type) != 0) fail(object, "must be text of fixed length");
     const hssize_t count = H5Sget_simple_extent_npoints(space);
     if (count < 0 || count > 1'000'000) fail(object, "has too many entries");
     std::vector<std::string> texts;
     if (count == 0) return texts;
     Id memory(H5Tcopy(H5T_C_S1), H5Tclose);
     H5Tset_cset(memory, H5Tget_cset(type));
-    if (H5Tis_variable_str(type) > 0) {
-      H5Tset_size(memory, H5T_VARIABLE);
-      std::vector<char*> pointers(static_cast<std::size_t>(count), nullptr);
-      const herr_t status = attribute ? H5Aread(id, memory, pointers.data()) : H5Dread(id, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, pointers.data());
-      if (status < 0) fail(object, "cannot be read (damaged?): " + hdf5_reason());
-      for (const char* pointer : pointers) texts.emplace_back(pointer ? pointer : "");
-      H5Dvlen_reclaim(memory, space, H5P_DEFAULT, pointers.data());
-    } else {
-      const std::size_t length = H5Tget_size(type);
-      if (length == 0 || length > longest_string || length * static_cast<std::size_t>(count) > 16 * longest_string) fail(object, "has strings that are too long");
-      H5Tset_size(memory, length);
-      H5Tset_strpad(memory, H5Tget_strpad(type));
-      std::string packed(length * static_cast<std::size_t>(count), '\0');
-      const herr_t status = attribute ? H5Aread(id, memory, packed.data()) : H5Dread(id, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, packed.data());
-      if (status < 0) fail(object, "cannot be read (damaged?): " + hdf5_reason());
-      const bool blanks = H5Tget_strpad(type) == H5T_STR_SPACEPAD;
-      for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
-        std::string text = packed.substr(i * length, length);
-        text.resize(std::min(text.find('\0'), text.size()));
-        while (blanks && !text.empty() && text.back() == ' ') text.pop_back();
-        texts.push_back(std::move(text));
-      }
+    const std::size_t length = H5Tget_size(type);
+    if (length == 0 || length > longest_string || length * static_cast<std::size_t>(count) > 16 * longest_string) fail(object, "has strings that are too long");
+    H5Tset_size(memory, length);
+    H5Tset_strpad(memory, H5Tget_strpad(type));
+    std::string packed(length * static_cast<std::size_t>(count), '\0');
+    const herr_t status = attribute ? H5Aread(id, memory, packed.data()) : H5Dread(id, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, packed.data());
+    if (status < 0) fail(object, "cannot be read (damaged?): " + hdf5_reason());
+    const bool blanks = H5Tget_strpad(type) == H5T_STR_SPACEPAD;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+      std::string text = packed.substr(i * length, length);
+      text.resize(std::min(text.find('\0'), text.size()));
+      while (blanks && !text.empty() && text.back() == ' ') text.pop_back();
+      texts.push_back(std::move(text));
     }
     return texts;
   }
@@ -440,8 +454,7 @@ class Reader {
     const Id attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose);
     if (!attribute.valid()) fail(label, "cannot be read (damaged?)");
     const Id type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
-    const H5T_class_t kind = H5Tget_class(type);
-    if ((kind != H5T_FLOAT && kind != H5T_INTEGER) || H5Sget_simple_extent_npoints(space) != 1) fail(label, "must be one number");
+    if (!plain_number(type) || H5Sget_simple_extent_npoints(space) != 1) fail(label, "must be one number");
     double value = 0.0;
     if (H5Aread(attribute, H5T_NATIVE_DOUBLE, &value) < 0) fail(label, "cannot be read (damaged?)");
     if (!std::isfinite(value)) fail(label, "is not finite");
@@ -453,11 +466,35 @@ class Reader {
     return std::abs(value) < 9e18 ? static_cast<long>(value) : 0;
   }
 
+  // HDF5 converts what a type's bits are said to mean without checking that they lie in the number: only the usual types are let through.
+  static bool plain_number(hid_t type) {
+    const hid_t usual[] = {H5T_IEEE_F64LE, H5T_IEEE_F32LE, H5T_IEEE_F64BE, H5T_IEEE_F32BE, H5T_STD_I64LE, H5T_STD_I32LE, H5T_STD_I16LE, H5T_STD_I8LE, H5T_STD_U64LE, H5T_STD_U32LE,
+                           H5T_STD_U16LE, H5T_STD_U8LE, H5T_STD_I64BE, H5T_STD_I32BE, H5T_STD_I16BE, H5T_STD_I8BE, H5T_STD_U64BE, H5T_STD_U32BE, H5T_STD_U16BE, H5T_STD_U8BE};
+    return type >= 0 && std::any_of(std::begin(usual), std::end(usual), [&](hid_t known) { return H5Tequal(type, known) > 0; });
+  }
+
+  // A dataset whose values lie in this file, plain or packed by the filters that HDF5 always has.
+  Id dataset(hid_t parent, const std::string& name, const std::string& label) const {
+    Id set(H5Dopen2(parent, name.c_str(), H5P_DEFAULT), H5Dclose);
+    if (!set.valid()) fail(label, "is no dataset, or damaged");
+    const Id creation(H5Dget_create_plist(set), H5Pclose);
+    if (!creation.valid()) fail(label, "cannot be read (damaged?): " + hdf5_reason());
+    if (H5Pget_external_count(creation) != 0 || H5Pget_layout(creation) == H5D_VIRTUAL) fail(label, "lies in another file, which is not read");
+    const int filters = H5Pget_nfilters(creation);
+    for (int i = 0; i < filters; ++i) {
+      unsigned flags = 0, config = 0;
+      std::size_t values = 0;
+      const H5Z_filter_t filter = H5Pget_filter2(creation, static_cast<unsigned>(i), &flags, &values, nullptr, 0, nullptr, &config);
+      if (filter != H5Z_FILTER_DEFLATE && filter != H5Z_FILTER_SHUFFLE && filter != H5Z_FILTER_FLETCHER32)
+        fail(label, fmt::format("is packed by HDF5's filter {}; only deflate, shuffle and fletcher32 are read", filter));
+    }
+    return set;
+  }
+
   std::vector<std::string> texts(hid_t parent, const std::string& name, const std::string& path) const {
     const std::string label = fmt::format("dataset '{}{}'", path, name);
     if (!has(parent, name)) return {};
-    const Id set(H5Dopen2(parent, name.c_str(), H5P_DEFAULT), H5Dclose);
-    if (!set.valid()) fail(label, "is no dataset, or damaged");
+    const Id set = dataset(parent, name, label);
     return texts_of(set, Id(H5Dget_type(set), H5Tclose), Id(H5Dget_space(set), H5Sclose), false, label);
   }
 
@@ -472,11 +509,9 @@ class Reader {
       if (optional) return {};
       fail(label, "is missing");
     }
-    const Id set(H5Dopen2(parent, name.c_str(), H5P_DEFAULT), H5Dclose);
-    if (!set.valid()) fail(label, "is no dataset, or damaged");
+    const Id set = dataset(parent, name, label);
     const Id type(H5Dget_type(set), H5Tclose), space(H5Dget_space(set), H5Sclose);
-    const H5T_class_t kind = H5Tget_class(type);
-    if (kind != H5T_FLOAT && kind != H5T_INTEGER) fail(label, "must hold numbers");
+    if (!plain_number(type)) fail(label, "must hold numbers (of 32 or 64 bits, or whole)");
 
     // shape
     const int rank = H5Sget_simple_extent_ndims(space);
@@ -525,6 +560,30 @@ class Reader {
   }
 
  private:
+  // Whether the file's bytes contain the head of a global heap's collection: "GCOL", version 1, three bytes of any value, its size.
+  static bool holds_global_heap(std::ifstream& file) {
+    constexpr std::string_view mark("GCOL\1", 5);
+    constexpr std::size_t head = 16;
+    file.seekg(0, std::ios::end);
+    const auto length = static_cast<std::uint64_t>(std::max<std::streamoff>(file.tellg(), 0));
+    file.seekg(0);
+    std::string block(std::min<std::size_t>(length + head, 1u << 20), '\0');
+    std::size_t kept = 0;
+    while (file) {
+      file.read(block.data() + kept, static_cast<std::streamsize>(block.size() - kept));
+      const std::string_view bytes(block.data(), kept + static_cast<std::size_t>(file.gcount()));
+      for (std::size_t at = bytes.find(mark); at != std::string_view::npos && at + head <= bytes.size(); at = bytes.find(mark, at + 1)) {
+        std::uint64_t size = 0;
+        for (std::size_t k = 8; k-- > 0;) size = size << 8 | static_cast<unsigned char>(bytes[at + 8 + k]);
+        // By chance alone: once in 2^70 bytes.
+        if (size <= length) return true;
+      }
+      kept = std::min(bytes.size(), head - 1);
+      std::memmove(block.data(), bytes.data() + bytes.size() - kept, kept);
+    }
+    return false;
+  }
+
   std::string name_;
 };
 

@@ -208,23 +208,23 @@ assert [text(x) for x in f['outputs/columns']] == ['slider.x', 'a, b'] and f['ou
 )", (scratch() / "py.h5").string(), r.bodies[0].displacement(3, 7), r.bodies[0].node_phi(7, 4))), 0);
 }
 
-// The least another simulator has to write, in h5py's own types (variable strings, single precision, contiguous, deflated).
+// The least another simulator has to write, in h5py's own types (fixed strings, single precision, contiguous, deflated).
 TEST(ResultsFile, WrittenByAStranger) {
   const auto path = scratch() / "stranger.h5";
   ASSERT_EQ(python(fmt::format(R"(
 import h5py, numpy as np
-f = h5py.File(r'{}', 'w')
-f.attrs['format'] = 'flexframe results'
+f = h5py.File(r'{}', 'w', libver='v110')
+f.attrs['format'] = np.bytes_('flexframe results')
 f.attrs['format_version'] = 1
 f['times'] = np.arange(5) * 0.5
 g = f.create_group('bodies/rod')
-g.attrs['kind'] = 'beam'
-g.attrs['mesh'] = 'meshes/rod.obj'
+g.attrs['kind'] = np.bytes_('beam')
+g.attrs['mesh'] = np.bytes_('meshes/rod.obj')
 g['position'] = np.zeros((5, 3), 'f4')
 g['orientation'] = np.tile(np.array([0.6, 0.8, 0, 0], 'f4'), (5, 1))
 g['node_origin'] = np.array([[0, 0, 0], [1, 0, 0]])
 g.create_dataset('displacement', data=np.arange(30.0).reshape(5, 2, 3), compression='gzip', chunks=(2, 2, 3))
-f['outputs/columns'] = ['a', 'b.x']
+f['outputs/columns'] = np.array([b'a', b'b.x'])
 f['outputs/values'] = np.ones((5, 2), 'i4')
 )", path.string())), 0);
   const Results r = read_results(path);
@@ -242,34 +242,46 @@ TEST(ResultsFile, WrongContentIsNamed) {
       {"del f['times']", "dataset '/times': is missing"},
       {"f['times'][2] = 0", "dataset '/times': must increase, but value 2 is 0 after 0.5"},
       {"f['times'][2] = np.nan", "dataset '/times': holds a value that is not finite in row 2"},
-      {"f.attrs['format'] = 'other'", "no results file"},
+      {"f.attrs['format'] = np.bytes_('other')", "no results file"},
       {"f.attrs['format_version'] = 7", "format version 7; this program reads version 1"},
       {"del f['bodies']", "group '/bodies': is missing"},
       {"del g['position']", "dataset '/bodies/rod/position': is missing"},
       {"del g['position']; g['position'] = np.zeros((4, 3))", "must be 5 x 3, found 4 x 3"},
-      {"del g['position']; g['position'] = ['a'] * 5", "dataset '/bodies/rod/position': must hold numbers"},
+      {"del g['position']; g['position'] = np.array([b'a'] * 5)", "dataset '/bodies/rod/position': must hold numbers"},
       {"del g['position']; g.create_group('position')", "dataset '/bodies/rod/position': is no dataset"},
       {"g['position'][1, 1] = np.inf", "dataset '/bodies/rod/position': holds a value that is not finite in row 1"},
       {"g['orientation'][3, 0] = 2", "row 3 is no unit quaternion, its norm is 2"},
       {"g['node_origin'] = np.zeros((2, 3))", "dataset '/bodies/rod/displacement': is missing"},
       {"g['node_origin'] = np.zeros((2, 3)); g['displacement'] = np.zeros((5, 6))", "must be 5 x 2 x 3, found 5 x 6"},
-      {"g['node_origin'] = np.zeros((2, 3)); g['displacement'] = np.zeros((5, 2, 3)); g['node_names'] = ['a']", "must name 2 nodes"},
+      {"g['node_origin'] = np.zeros((2, 3)); g['displacement'] = np.zeros((5, 2, 3)); g['node_names'] = np.array([b'a'])", "must name 2 nodes"},
       {"g['q'] = np.zeros((5, 2)); g['qd'] = np.zeros((5, 3))", "dataset '/bodies/rod/qd': must be 5 x 2, found 5 x 3"},
       {"del f['times']; f.create_dataset('times', (10**12,), 'f8', chunks=(1000,))", "claims 1e+12 values but holds 0 bytes"},
-      {"f['outputs/columns'] = ['a']; f['outputs/values'] = np.zeros((5, 2))", "dataset '/outputs/values': must be 5 x 1, found 5 x 2"},
+      {"f['outputs/columns'] = np.array([b'a']); f['outputs/values'] = np.zeros((5, 2))", "dataset '/outputs/values': must be 5 x 1, found 5 x 2"},
       {"f['bodies/x'] = 3.0", "group '/bodies/x': is no group"},
-      {"f['scene'] = ['a', 'b']", "dataset '/scene': must be one string"},
-      {"f['scene'] = ['a']; f.attrs['scene_sha256'] = 'ab'", "does not agree with its checksum"},
+      {"f['scene'] = np.array([b'a', b'b'])", "dataset '/scene': must be one string"},
+      {"f['scene'] = np.array([b'a']); f.attrs['scene_sha256'] = np.bytes_('ab')", "does not agree with its checksum"},
       {"g.attrs['length'] = [1.0, 2.0]", "attribute 'length' of '/bodies/rod/': must be one number"},
       {"g.attrs['kind'] = 3", "attribute 'kind' of '/bodies/rod/': must be text"},
       {"f['bodies/loop'] = h5py.SoftLink('/nowhere')", "group '/bodies/loop': is missing"},
+      {"f['bodies/loop'] = h5py.SoftLink('/bodies/rod')", "group '/bodies/loop': is missing"},
+      {"f['bodies/far'] = h5py.ExternalLink('wrong0.h5', '/bodies/rod')", "group '/bodies/far': is missing"},
+      {"del g['position']; g.create_dataset('position', (5, 3), 'f8', external=[('wrong0.h5', 0, 120)])", "lies in another file"},
+      {"del g['position']; g.create_dataset('position', data=np.zeros((5, 3)), scaleoffset=3)", "packed by HDF5's filter 6"},
+      {"g.attrs['kind'] = 'beam'", "holds data of variable length"},
+      {"f['scene'] = ['a']", "holds data of variable length"},
+      {"v = h5py.VirtualLayout((5, 3), 'f8'); v[:] = h5py.VirtualSource('wrong0.h5', 'x', (5, 3)); del g['position']; g.create_virtual_dataset('position', v)",
+       "holds data of variable length"},
+      {"h5py.h5a.create(g.id, b'kind', h5py.h5t.py_create(h5py.string_dtype(), logical=True), h5py.h5s.create(h5py.h5s.SCALAR))", "text of fixed length"},
+      {"g.create_dataset('q', data=np.zeros((5, 2), 'f2')); g['qd'] = np.zeros((5, 2))", "dataset '/bodies/rod/q': must hold numbers"},
+      {"f.close(); f = h5py.File(f'{folder}/wrong%d.h5' % number, 'w', libver=('v108', 'v110'))", "one of HDF5's older formats"},
   };
   // one Python for all files
   std::string code = fmt::format(R"(
 import h5py, numpy as np
+folder = r'{0}'
 def begin(number):
-    f = h5py.File(r'{}/wrong%d.h5' % number, 'w')
-    f.attrs['format'] = 'flexframe results'
+    f = h5py.File(r'{0}/wrong%d.h5' % number, 'w', libver='v110')
+    f.attrs['format'] = np.bytes_('flexframe results')
     f.attrs['format_version'] = 1
     f['times'] = np.arange(5) * 0.5
     g = f.create_group('bodies/rod')
@@ -277,7 +289,7 @@ def begin(number):
     g['orientation'] = np.tile([1.0, 0, 0, 0], (5, 1))
     return f, g
 )", scratch().string());
-  for (std::size_t i = 0; i < std::size(cases); ++i) code += fmt::format("f, g = begin({}); {}; f.close()\n", i, cases[i].first);
+  for (std::size_t i = 0; i < std::size(cases); ++i) code += fmt::format("number = {}; f, g = begin(number); {}; f.close()\n", i, cases[i].first);
   ASSERT_EQ(python(code), 0);
   for (std::size_t i = 0; i < std::size(cases); ++i) {
     const std::string name = fmt::format("wrong{}.h5", i), message = message_of(scratch() / name);
