@@ -145,8 +145,9 @@ void update_closure_residual(const Model& model, int cluster, Work& work, bool a
       [&](int row, size_t lock) {
         const auto [part, k] = rate_owner(model, cluster, cw.locked[lock]);
         // An orientation has no coordinate of its own for a rate: it stays because its rate does.
+        // What is carried along stands where its coordinates say.
         const TreeJoint& joint = model.parts[part].joint;
-        cw.residual[row] = joint.nq == joint.nv ? work.q[model.parts[part].q0 + k] - cw.lock_value[static_cast<Eigen::Index>(lock)] : 0.0;
+        cw.residual[row] = joint.nq == joint.nv && lock >= static_cast<size_t>(cw.carried) ? work.q[model.parts[part].q0 + k] - cw.lock_value[static_cast<Eigen::Index>(lock)] : 0.0;
       });
 }
 
@@ -419,14 +420,18 @@ void close_velocities(const Model& model, int cluster, Work& work) {
   const VecX& ind = cw.ind_rate;
   cw.step.noalias() = cw.E * ind;
   VecX& dep = cw.step;
-  bool prescribed = false;
+  bool prescribed = cw.carried > 0;
   for (int i : c.parts) prescribed = prescribed || model.parts[i].joint.motion >= 0;
   cw.e0.setZero(nd);
   if (prescribed) {
     for (int k = 0; k < c.nv; ++k) work.w[c.v0 + k] = 0.0;
     update_cluster_velocities(model, cluster, work);
     update_closure_rates(model, cluster, work);
-    for (int i = 0; i < nd; ++i) rhs[i] = -cw.rate[part.rows[i]];
+    const int loop_rows = closure_row_count(model, work, cluster) - static_cast<int>(cw.locked.size());
+    for (int i = 0; i < nd; ++i) {
+      const int lock = part.rows[i] - loop_rows;
+      rhs[i] = (lock >= 0 && lock < cw.carried ? cw.lock_rate[lock] : 0.0) - cw.rate[part.rows[i]];
+    }
     cw.e0 = cw.lu.solve(rhs);
     dep += cw.e0;
   }

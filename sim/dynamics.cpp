@@ -4,6 +4,7 @@
 #include "sim/flexures.h"
 #include "sim/kinematics.h"
 #include "sim/loads.h"
+#include "sim/massless.h"
 
 #include <fmt/format.h>
 
@@ -319,6 +320,10 @@ void update_expressions(Model& model, double t, Work& work) {
     if (load.expression >= 0) work.expression_value[load.expression] = model.expressions[load.expression].value(t);
   for (const Part& part : model.parts)
     if (part.joint.motion >= 0) work.motion[part.joint.motion] = model.expressions[part.joint.motion].jet(t);
+  if (model.massless.rates.empty()) return;
+  work.expression_rate.assign(model.expressions.size(), 0.0);
+  for (const Load& load : model.loads)
+    if (load.expression >= 0 && !load.table) work.expression_rate[load.expression] = model.expressions[load.expression].jet(t).rate;
 }
 
 void update_positions(const Model& model, Work& work) {
@@ -327,10 +332,13 @@ void update_positions(const Model& model, Work& work) {
     update_cluster_world(model, static_cast<int>(c), work);
   }
   for (size_t i = 0; i < model.parts.size(); ++i) update_mass(model.parts[i].body, work.parts[i].q, work.parts[i].terms);
+  if (!model.massless.rates.empty()) balance_positions(model, work);
 }
 
 void update_velocities(const Model& model, Work& work) {
+  for (ClusterWork& cw : work.clusters) cw.lock_rate.setZero();
   for (size_t c = 0; c < model.clusters.size(); ++c) close_velocities(model, static_cast<int>(c), work);
+  if (!model.massless.rates.empty()) balance_velocities(model, work);
 }
 
 void update_accelerations(const Model& model, Work& work) {
@@ -359,16 +367,7 @@ void update_accelerations(const Model& model, Work& work) {
   for (size_t at = 0; at < model.clusters.size(); ++at) {
     const Cluster& c = model.clusters[at];
     ClusterWork& cw = work.clusters[at];
-    const FrameWork& f = work.frames[c.base];
-    if (c.parent == ground) {
-      Vec6 g = Vec6::Zero();
-      g.head<3>() = -model.settings.gravity;
-      cw.base_A = to_child(f.pose, g);
-    } else {
-      const PartWork& carrier = work.parts[c.parent];
-      cw.base_A = to_child(f.pose, carrier.A) + f.bias;
-      if (f.flexible) cw.base_A.noalias() += f.B * carrier.qdd;
-    }
+    update_base_acceleration(model, static_cast<int>(at), work);
     const int ni = static_cast<int>(cw.partition.ind.size()), nd = static_cast<int>(cw.partition.dep.size());
     VecX& a = cw.a;
     a = cw.h;
@@ -381,30 +380,7 @@ void update_accelerations(const Model& model, Work& work) {
       for (int k = 0; k < nd; ++k) cw.wdot[cw.partition.dep[k]] = cw.gamma[k] + (ni > 0 ? cw.E.row(k).dot(a) : 0.0);
     }
     work.wdot.segment(c.v0, c.nv) = cw.wdot;
-    size_t entry = 0;
-    for (int i : c.parts) {
-      const Part& part = model.parts[i];
-      PartWork& p = work.parts[i];
-      const TreeJoint& j = part.joint;
-      if (part.body.n > 0) p.qdd = work.wdot.segment(part.ev0, part.body.n);
-      Vec6 AA;
-      if (part.parent != ground && model.parts[part.parent].cluster == static_cast<int>(at)) {
-        const FrameWork& in = work.frames[j.inboard];
-        const PartWork& carrier = work.parts[part.parent];
-        AA = to_child(in.pose, carrier.A) + in.bias;
-        if (in.flexible) AA.noalias() += in.B * carrier.qdd;
-      } else {
-        AA = to_child(c.entry[entry++], cw.base_A);
-      }
-      const FrameWork& o = work.frames[j.outboard];
-      Vec6 AB = to_child(p.joint.pose, AA) - bracket(p.joint.W, o.V) + p.joint.bias;
-      for (int k = 0; k < j.nv; ++k) AB += p.joint.S.col(k) * work.wdot[part.v0 + k];
-      if (o.flexible) {
-        AB -= o.bias;
-        AB.noalias() -= o.B * p.qdd;
-      }
-      p.A = to_parent(o.pose, AB);
-    }
+    update_cluster_accelerations(model, static_cast<int>(at), work);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include "sim/dynamics.h"
 #include "sim/flexures.h"
+#include "sim/massless.h"
 
 #include <algorithm>
 #include <cmath>
@@ -99,6 +100,11 @@ void update_scale(System& system, const VecX& y) {
   // The tolerance is one of positions, relative to the mechanism's size; elastic displacements are much smaller and would go
   // uncontrolled at loose tolerances, so that they are asked for a lower power of it of their own range at least.
   const double loosest = std::pow(1.0 / system.tolerance, system.elastic_slack);
+  // Trees in which dry friction turns round or sticks: an event's time is as good as the rate that comes to zero there, so every elastic coordinate
+  // is asked for the tolerance of its own range (a bar's stretch is a thousandth of its bending, and as fast), and no rate for less.
+  std::vector<char> timed(model.parts.size(), 0);
+  for (const FrictionPoint& p : system.friction.points)
+    if (p.phase != FrictionPhase::regularised) timed[tree[p.part]] = 1;
   for (double& m : moved) m *= std::clamp(model.size / std::max(m, 1e-300), 1.0, loosest);
   for (size_t i = 0; i < model.parts.size(); ++i) {
     const Part& p = model.parts[i];
@@ -107,12 +113,12 @@ void update_scale(System& system, const VecX& y) {
     const double size = part_reach(p.body, model.size);
     for (int k = 0; k < p.body.n; ++k) {
       double& q = scale[p.eq0 + k];
-      q = std::max(q, moved[tree[i]] / reach[k]);
+      q = std::max(q, timed[tree[i]] ? std::max(std::abs(y[p.eq0 + k]), 1e-5 * size / reach[k]) : moved[tree[i]] / reach[k]);
       const double frequency = std::sqrt(std::max(0.0, p.body.Ke(k, k)) / p.body.Me(k, k));
-      shake[tree[i]] = std::max(shake[tree[i]], frequency * q * reach[k] / size);
+      if (!timed[tree[i]]) shake[tree[i]] = std::max(shake[tree[i]], frequency * q * reach[k] / size);
       if (rate_of[p.ev0 + k] < 0) continue;
       double& rate = scale[rate_of[p.ev0 + k]];
-      rate = std::max({rate, speed[tree[i]] / reach[k], frequency * q});
+      rate = timed[tree[i]] ? std::max({rate, std::abs(y[rate_of[p.ev0 + k]]), frequency * q}) : std::max({rate, speed[tree[i]] / reach[k], frequency * q});
     }
   }
   for (const Flexure& f : model.flexures) {
@@ -142,7 +148,7 @@ void update_scale(System& system, const VecX& y) {
       double& q = scale[p.q0 + k];
       q = std::max({q, 1e-2 * unit, length ? size : std::min(size, 1.0)});
       // Coordinates that close a loop are starting values only: the others decide.
-      if (p.joint.nq == p.joint.nv && rate_of[p.v0 + k] < 0) q = std::max(q, std::min(30.0, 1e-3 / system.tolerance) * unit);
+      if (p.joint.nq == p.joint.nv && rate_of[p.v0 + k] < 0 && !follows_damper(model, system.work, p.v0 + k)) q = std::max(q, std::min(30.0, 1e-3 / system.tolerance) * unit);
     }
     for (int k = 0; k < p.joint.nv; ++k) {
       const int r = rate_of[p.v0 + k];
@@ -155,7 +161,7 @@ void update_scale(System& system, const VecX& y) {
   // what sticks feel nothing, and a stop takes out its work in a short contact: there it is asked for a thirtieth of the accuracy of
   // the motion, or, without other motion, for all of it.
   if (system.quadrature) {
-    const bool unfelt = std::any_of(model.parts.begin(), model.parts.end(), [](const Part& p) {
+    const bool unfelt = !model.massless.rates.empty() || std::any_of(model.parts.begin(), model.parts.end(), [](const Part& p) {
       return p.joint.motion >= 0 || p.joint.friction.has_value() || p.joint.stop.has_value();
     });
     const Energy e = compute_energy(model, system.work);
@@ -164,6 +170,16 @@ void update_scale(System& system, const VecX& y) {
     for (size_t i = 0; i < model.parts.size(); ++i)
       for (int k = 0; k < model.parts[i].body.n; ++k)
         energy = std::max(energy, 0.5 * model.parts[i].body.Ke(k, k) * std::pow(1e-5 * part_reach(model.parts[i].body, model.size) / reaches[i][k], 2));
+    // Without mass: what springs and dampers take up in such a motion.
+    if (!model.massless.rates.empty()) {
+      const auto add = [&](double stiffness, double damping, double size) { energy = std::max(energy, (stiffness + damping * slow) * std::pow(1e-3 * size, 2)); };
+      for (const Part& p : model.parts)
+        if (p.joint.spring && p.joint.nv > 0) add(p.joint.spring->stiffness, p.joint.spring->damping, length_coordinate(p.joint.kind, 0) ? model.size : 1.0);
+      for (const Load& load : model.loads) {
+        if (load.def.kind == ForceKind::spring_damper) add(load.def.spring.stiffness, load.def.spring.damping, model.size);
+        if (load.def.kind == ForceKind::bushing) add(load.def.bushing_stiffness.head<3>().maxCoeff(), load.def.bushing_damping.head<3>().maxCoeff(), model.size);
+      }
+    }
     const double share = scale.size() > model.nq + 2 ? 30.0 : 1.0;
     scale.tail<2>() = unfelt || share == 1.0 ? VecX(scale.tail<2>().cwiseMax(Eigen::Vector2d::Constant(share * energy))) : VecX(Eigen::Vector2d::Constant(1e100));
   }

@@ -1,5 +1,7 @@
 #include "sim/events.h"
 
+#include "sim/dynamics.h"
+#include "sim/massless.h"
 #include "sim/stops.h"
 
 #include <fmt/format.h>
@@ -16,6 +18,15 @@ bool any_sticks(const System& s) {
   return false;
 }
 
+// Stops that touch or part change what dampers act on where nothing has inertia.
+void renew_massless(System& s) {
+  if (s.model.massless.rates.empty()) return;
+  split_massless(s.model, s.work);
+  remove_massless_rates(s.model, s.work.w);
+  update_positions(s.model, s.work);
+  update_velocities(s.model, s.work);
+}
+
 }  // namespace
 
 bool has_events(const System& s) {
@@ -29,7 +40,7 @@ int event_count(const System& s) { return has_events(s) ? static_cast<int>(s.fri
 
 void event_margins(System& s, double t, const double* y, double* margin) {
   set_state(s, t, y, any_sticks(s));
-  for (const FrictionPoint& p : s.friction.points) *margin++ = friction_margin(p, s.model, s.work);
+  for (const FrictionPoint& p : s.friction.points) *margin++ = friction_margin(p, s.friction, s.model, s.work);
   for (int i : s.stops) {
     const StopMargins m = stop_margins(*s.model.parts[i].joint.stop, s.work.parts[i].stop, coordinate(s, i), rate(s, i));
     *margin++ = m.out;
@@ -39,15 +50,17 @@ void event_margins(System& s, double t, const double* y, double* margin) {
 
 void start_phases(System& s, double t, const VecX& y, bool first, std::vector<std::string>& changes) {
   set_state(s, t, y.data(), false);
+  if (first) follow_slip(s.model, s.friction, s.work, true);
   for (int i : s.stops) s.work.parts[i].stop = find_stop_phase(*s.model.parts[i].joint.stop, coordinate(s, i), rate(s, i));
+  if (!s.stops.empty()) renew_massless(s);
   if (s.friction.points.empty()) return;
   std::vector<int> resting;
   for (size_t k = 0; k < s.friction.points.size(); ++k) {
     FrictionPoint& p = s.friction.points[k];
     const double w = s.work.w[s.model.parts[p.part].v0 + p.rate];
     if (!first || p.phase == FrictionPhase::regularised || p.phase == FrictionPhase::stick) continue;
-    if (w == 0.0) resting.push_back(static_cast<int>(k));
-    else p.phase = w > 0.0 ? FrictionPhase::forward : FrictionPhase::backward;
+    if (p.phase == FrictionPhase::slip ? slip_rests(p, s.friction, s.model, s.work) : w == 0.0) resting.push_back(static_cast<int>(k));
+    else if (p.phase != FrictionPhase::slip) p.phase = w > 0.0 ? FrictionPhase::forward : FrictionPhase::backward;
   }
   settle_friction(s.model, s.friction, resting, s.work, changes);
 }
@@ -55,11 +68,14 @@ void start_phases(System& s, double t, const VecX& y, bool first, std::vector<st
 bool pass_events(System& s, double t, const VecX& y, const std::vector<int>& directions, std::vector<std::string>& changes) {
   set_state(s, t, y.data(), any_sticks(s));
   std::vector<int> resting;
-  bool passed = false;
+  bool passed = false, turned = false;
   for (size_t k = 0; k < s.friction.points.size(); ++k) {
     if (directions[k] >= 0) continue;
     passed = true;
-    if (s.friction.points[k].phase != FrictionPhase::stick) resting.push_back(static_cast<int>(k));
+    const FrictionPoint& p = s.friction.points[k];
+    // A slip that has only turned goes on.
+    if (p.phase == FrictionPhase::slip ? slip_rests(p, s.friction, s.model, s.work) : p.phase != FrictionPhase::stick) resting.push_back(static_cast<int>(k));
+    else if (p.phase == FrictionPhase::slip) turned = true;
   }
   const size_t first = s.friction.points.size();
   for (size_t k = 0; k < s.stops.size(); ++k) {
@@ -75,6 +91,8 @@ bool pass_events(System& s, double t, const VecX& y, const std::vector<int>& dir
     }
   }
   if (!passed) return false;
+  if (!s.stops.empty()) renew_massless(s);
+  if (turned) follow_slip(s.model, s.friction, s.work, true);
   if (!s.friction.points.empty()) settle_friction(s.model, s.friction, resting, s.work, changes);
   return true;
 }

@@ -3,11 +3,13 @@
 #include "sim/closure.h"
 #include "sim/dynamics.h"
 #include "sim/kinematics.h"
+#include "sim/massless.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace flexframe::sim {
 namespace {
@@ -47,19 +49,55 @@ Vec3 reaction_force(const FrictionPoint& p, const Model& model, const FrictionSt
 
 double direction(const FrictionPoint& p) { return p.phase == FrictionPhase::forward ? 1.0 : -1.0; }
 
+// A group that sticks and slips as one.
+bool grouped(const FrictionPoint& p) { return p.count > 1 && p.phase != FrictionPhase::regularised; }
+bool leads(const FrictionState& friction, const FrictionPoint& p) { return &p == &friction.points[static_cast<size_t>(p.first)]; }
+
+template <class State>
+auto group_of(State& friction, const FrictionPoint& p) {
+  return std::span(friction.points).subspan(static_cast<size_t>(p.first), static_cast<size_t>(p.count));
+}
+
+double slip_speed(const FrictionState& friction, const FrictionPoint& p, const Model& model, const Work& work) {
+  double square = 0.0;
+  for (const FrictionPoint& other : group_of(friction, p)) square += std::pow(other.weight * rate_of(other, model, work), 2);
+  return std::sqrt(square);
+}
+
+// Speed along the direction of the last step.
+double slip_along(const FrictionState& friction, const FrictionPoint& p, const Model& model, const Work& work) {
+  double speed = 0.0;
+  for (const FrictionPoint& other : group_of(friction, p)) speed += other.along * other.weight * rate_of(other, model, work);
+  return speed;
+}
+
+// The group's slip starts, or goes on, along d.
+void aim(FrictionState& friction, const FrictionPoint& p, const VecX& d) {
+  Eigen::Index k = 0;
+  for (FrictionPoint& other : group_of(friction, p)) other.along = d[k++];
+}
+
+// Force of a sticking group on its surface, N.
+double held(const FrictionState& friction, const FrictionPoint& p) {
+  double square = 0.0;
+  for (const FrictionPoint& other : group_of(friction, p)) square += std::pow(other.hold / other.arm, 2);
+  return std::sqrt(square);
+}
+
+// Slower than this, m/s, a direction is rounding.
+constexpr double no_speed = 1e-13;
+
 // Friction force per newton of normal force, for points that do not stick.
 double factor(const FrictionState& friction, const FrictionPoint& p, const Model& model, const Work& work) {
+  if (p.phase == FrictionPhase::slip) {
+    const double speed = slip_speed(friction, p, model, work);
+    const double part = speed <= no_speed * std::max(friction.fastest, 1e-100) ? p.along
+                                                                              : std::copysign(1.0, slip_along(friction, p, model, work)) * p.weight * rate_of(p, model, work) / speed;
+    return -p.law.coefficient * p.arm * part;
+  }
   if (p.phase != FrictionPhase::regularised) return -direction(p) * p.law.coefficient * p.arm;
   const double w = p.weight * rate_of(p, model, work), v = *p.law.regularised, mu = p.law.coefficient;
-  double slip = std::abs(w);
-  if (p.count > 1) {
-    slip = 0.0;
-    for (int k = p.first; k < p.first + p.count; ++k) {
-      const FrictionPoint& other = friction.points[static_cast<size_t>(k)];
-      slip += std::pow(other.weight * rate_of(other, model, work), 2);
-    }
-    slip = std::sqrt(slip);
-  }
+  const double slip = slip_speed(friction, p, model, work);
   if (slip == 0.0) return 0.0;
   return -(mu + (static_coefficient(p.law) - mu) * std::exp(-(slip / (5.0 * v)) * (slip / (5.0 * v)))) * p.arm * std::tanh(slip / v) * (w / slip);
 }
@@ -130,8 +168,8 @@ void solve_reaction_friction(const Model& model, FrictionState& friction, Work& 
 void renew_locks(const Model& model, const FrictionState& friction, Work& work) {
   for (size_t c = 0; c < model.clusters.size(); ++c) {
     ClusterWork& cw = work.clusters[c];
-    std::vector<int> locked;
-    std::vector<double> value;
+    std::vector<int> locked(cw.locked.begin(), cw.locked.begin() + cw.carried);
+    std::vector<double> value(locked.size(), 0.0);
     bool ours = false;
     for (const FrictionPoint& p : friction.points) {
       if (p.cluster != static_cast<int>(c)) continue;
@@ -144,6 +182,7 @@ void renew_locks(const Model& model, const FrictionState& friction, Work& work) 
     if (!ours) continue;
     cw.locked = locked;
     cw.lock_value = Eigen::Map<const VecX>(value.data(), static_cast<Eigen::Index>(value.size()));
+    cw.lock_rate.setZero(cw.lock_value.size());
     cw.residual.resize(0);
     cw.rate.resize(0);
     cw.bias.resize(0);
@@ -156,8 +195,49 @@ void renew_locks(const Model& model, const FrictionState& friction, Work& work) 
       cw.partition = choose_partition(model, static_cast<int>(c), work, false);
     }
   }
+  remove_massless_rates(model, work.w);
   update_positions(model, work);
   update_velocities(model, work);
+}
+
+// The direction in which a group starts to slip from rest: that of its acceleration, which friction opposes. Its locks are gone; other forces stay.
+void aim_breakaway(const Model& model, FrictionState& friction, FrictionPoint& lead, Work& work) {
+  const auto group = group_of(friction, lead);
+  const Eigen::Index n = lead.count;
+  const auto slip_acceleration = [&]() {
+    update_accelerations(model, work);
+    VecX a(n);
+    Eigen::Index k = 0;
+    for (const FrictionPoint& p : group) a[k++] = p.weight * work.wdot[model.parts[p.part].v0 + p.rate];
+    return a;
+  };
+  // Its normal force depends on the friction itself: a few rounds.
+  for (int round = 0; round < 20; ++round) {
+    update_friction_accelerations(model, friction, work);
+    const double force = lead.law.coefficient * lead.normal;
+    VecX before(n), d(n);
+    Eigen::Index k = 0;
+    for (const FrictionPoint& p : group) before[k++] = p.along;
+    if (force == 0.0) return;
+    for (FrictionPoint& p : group) force_of(p, work) = 0.0;
+    const VecX free = slip_acceleration();
+    MatX mobility(n, n);
+    for (k = 0; k < n; ++k) {
+      force_of(group[static_cast<size_t>(k)], work) = force * group[static_cast<size_t>(k)].arm;
+      mobility.col(k) = slip_acceleration() - free;
+      force_of(group[static_cast<size_t>(k)], work) = 0.0;
+    }
+    // |d| falls with lambda, from at least 1 at zero to below at |A F|.
+    double low = 0.0, high = free.norm();
+    for (int halving = 0; halving < 200 && high - low > 1e-16 * high; ++halving) {
+      const double lambda = 0.5 * (low + high);
+      d = (lambda * MatX::Identity(n, n) + mobility).partialPivLu().solve(free);
+      (d.norm() > 1.0 ? low : high) = lambda;
+    }
+    d = (high * MatX::Identity(n, n) + mobility).partialPivLu().solve(free).normalized();
+    aim(friction, lead, d);
+    if (!lead.law.reaction || (d - before).norm() <= 1e-12) return;
+  }
 }
 
 }  // namespace
@@ -177,8 +257,8 @@ FrictionState make_friction(const Model& model, Work& work) {
       p.law = *part.joint.friction;
       p.arm = rotary(part.joint.kind, k) ? p.law.radius : 1.0;
       p.normal = p.law.normal_force;
-      p.phase = p.law.regularised ? FrictionPhase::regularised : FrictionPhase::forward;
       const auto [from, count] = shared_slip(part.joint.kind, k);
+      p.phase = p.law.regularised ? FrictionPhase::regularised : count > 1 ? FrictionPhase::slip : FrictionPhase::forward;
       p.first = static_cast<int>(out.points.size()) - k + from;
       p.count = count;
       if (part.joint.kind == JointKind::cylindrical && k == 1) p.weight = p.arm;
@@ -222,23 +302,48 @@ void settle_friction(const Model& model, FrictionState& friction, const std::vec
     before.push_back(p.phase);
     friction.fastest = std::max(friction.fastest, std::abs(rate_of(p, model, work)) * rate_scale(model, p.cluster, p.local));
   }
+  const auto set_phase = [&](FrictionPoint& p, FrictionPhase phase) {
+    if (!grouped(p)) p.phase = phase;
+    else
+      for (FrictionPoint& other : group_of(friction, p)) other.phase = phase;
+  };
   for (int k : resting)
-    if (friction.points[k].phase != FrictionPhase::regularised) friction.points[k].phase = FrictionPhase::stick;
+    if (friction.points[k].phase != FrictionPhase::regularised) set_phase(friction.points[k], FrictionPhase::stick);
   for (size_t pass = 0; pass <= 3 * friction.points.size(); ++pass) {
     renew_locks(model, friction, work);
     // What comes to rest with the others (rates in proportion to one another) is settled with them.
     bool more = false;
-    if (pass == 0)
-      for (FrictionPoint& p : friction.points)
-        if ((p.phase == FrictionPhase::forward || p.phase == FrictionPhase::backward) &&
-            std::abs(rate_of(p, model, work)) * rate_scale(model, p.cluster, p.local) <= 1e-10 * friction.fastest)
-          p.phase = FrictionPhase::stick, more = true;
+    for (FrictionPoint& p : friction.points) {
+      if (pass > 0) break;
+      const double scale = rate_scale(model, p.cluster, p.local), rest = 1e-10 * friction.fastest;
+      const bool one = (p.phase == FrictionPhase::forward || p.phase == FrictionPhase::backward) && std::abs(rate_of(p, model, work)) * scale <= rest;
+      const bool all = p.phase == FrictionPhase::slip && leads(friction, p) && slip_speed(friction, p, model, work) * scale <= rest;
+      if (!one && !all) continue;
+      set_phase(p, FrictionPhase::stick);
+      more = true;
+    }
     if (more) continue;
     update_friction_accelerations(model, friction, work);
     FrictionPoint* worst = nullptr;
     double excess = 1.0;
     for (FrictionPoint& p : friction.points) {
-      if (p.phase != FrictionPhase::stick) continue;
+      if (p.phase != FrictionPhase::stick || (grouped(p) && !leads(friction, p))) continue;
+      if (grouped(p)) {
+        // Locks that the rest of the mechanism already holds carry nothing; what it drives slips the way it is taken.
+        VecX a(p.count);
+        Eigen::Index k = 0;
+        for (const FrictionPoint& other : group_of(friction, p)) a[k++] = other.weight * work.wdot[model.parts[other.part].v0 + other.rate];
+        if (a.norm() > 1e-9 * std::max(work.wdot.cwiseAbs().maxCoeff(), 1.0)) {
+          set_phase(p, FrictionPhase::slip);
+          aim(friction, p, a.normalized());
+          worst = &p;
+          excess = -1.0;
+          break;
+        }
+        const double force = held(friction, p), ratio = force / std::max(static_coefficient(p.law) * p.normal, 1e-300);
+        if (force > 0.0 && ratio > (1.0 - 1e-9) * excess) excess = ratio, worst = &p;
+        continue;
+      }
       const ClusterWork& cw = work.clusters[p.cluster];
       const int row = closure_row_count(model, work, p.cluster) - static_cast<int>(cw.locked.end() - std::find(cw.locked.begin(), cw.locked.end(), p.local));
       if (std::find(cw.partition.rows.begin(), cw.partition.rows.end(), row) == cw.partition.rows.end()) {
@@ -256,18 +361,51 @@ void settle_friction(const Model& model, FrictionState& friction, const std::vec
       if (std::abs(p.hold) > 0.0 && ratio > (1.0 - 1e-9) * excess) excess = ratio, worst = &p;
     }
     if (!worst) break;
-    if (excess >= 0.0) worst->phase = worst->hold < 0.0 ? FrictionPhase::forward : FrictionPhase::backward;
+    if (excess < 0.0) continue;
+    if (grouped(*worst)) {
+      VecX d(worst->count);
+      Eigen::Index k = 0;
+      for (const FrictionPoint& other : group_of(friction, *worst)) d[k++] = -other.hold / other.arm;
+      aim(friction, *worst, d.normalized());
+      set_phase(*worst, FrictionPhase::slip);
+      renew_locks(model, friction, work);
+      aim_breakaway(model, friction, *worst, work);
+    } else {
+      worst->phase = worst->hold < 0.0 ? FrictionPhase::forward : FrictionPhase::backward;
+    }
   }
   for (size_t k = 0; k < friction.points.size(); ++k) {
     const FrictionPoint& p = friction.points[k];
-    if (p.phase == before[k]) continue;
+    if (p.phase == before[k] || (grouped(p) && !leads(friction, p))) continue;
     const TreeJoint& joint = model.parts[p.part].joint;
-    changes.push_back(fmt::format("joint '{}'{} {}", joint.name, joint.nv > 1 ? fmt::format(" (coordinate {})", p.rate + 1) : "",
+    changes.push_back(fmt::format("joint '{}'{} {}", joint.name,
+                                  joint.nv == 1 || joint.nv == p.count ? "" : p.count > 1 ? fmt::format(" (coordinates {} to {})", p.rate + 1, p.rate + p.count) : fmt::format(" (coordinate {})", p.rate + 1),
                                   p.phase == FrictionPhase::stick ? "sticks" : before[k] == FrictionPhase::stick ? "slips" : "turns round"));
   }
 }
 
-double friction_margin(const FrictionPoint& p, const Model& model, const Work& work) {
+void follow_slip(const Model& model, FrictionState& friction, const Work& work, bool turn) {
+  for (FrictionPoint& p : friction.points) {
+    friction.fastest = std::max(friction.fastest, std::abs(rate_of(p, model, work)) * rate_scale(model, p.cluster, p.local));
+    if (p.phase != FrictionPhase::slip || !leads(friction, p)) continue;
+    const double speed = slip_speed(friction, p, model, work);
+    if (speed <= no_speed * friction.fastest || (!turn && slip_along(friction, p, model, work) <= 0.0)) continue;
+    VecX d(p.count);
+    Eigen::Index k = 0;
+    for (const FrictionPoint& other : group_of(friction, p)) d[k++] = other.weight * rate_of(other, model, work) / speed;
+    aim(friction, p, d);
+  }
+}
+
+bool slip_rests(const FrictionPoint& p, const FrictionState& friction, const Model& model, const Work& work) {
+  return slip_speed(friction, p, model, work) * rate_scale(model, p.cluster, p.local) <= std::max(friction.tolerance, 1e-9) * friction.fastest;
+}
+
+double friction_margin(const FrictionPoint& p, const FrictionState& friction, const Model& model, const Work& work) {
+  if (grouped(p)) {
+    if (!leads(friction, p)) return 1.0;
+    return p.phase == FrictionPhase::stick ? static_coefficient(p.law) * p.normal - held(friction, p) : slip_along(friction, p, model, work);
+  }
   switch (p.phase) {
     case FrictionPhase::stick: return static_coefficient(p.law) * p.normal * p.arm - std::abs(p.hold);
     case FrictionPhase::forward: return rate_of(p, model, work);

@@ -1,6 +1,7 @@
 #include "sim/inverse_dynamics.h"
 
 #include "sim/dynamics.h"
+#include "sim/kinematics.h"
 #include "sim/loads.h"
 
 #include <algorithm>
@@ -13,77 +14,18 @@ void accelerate_at_rest(const Model& model, Work& work) {
   work.wdot.setZero();
   for (size_t at = 0; at < model.clusters.size(); ++at) {
     const Cluster& c = model.clusters[at];
-    ClusterWork& cw = work.clusters[at];
+    const ClusterWork& cw = work.clusters[at];
     for (size_t k = 0; k < cw.partition.dep.size(); ++k) work.wdot[c.v0 + cw.partition.dep[k]] = cw.gamma[static_cast<Eigen::Index>(k)];
-    const FrameWork& f = work.frames[c.base];
-    Vec6 base;
-    if (c.parent == ground) {
-      Vec6 g = Vec6::Zero();
-      g.head<3>() = -model.settings.gravity;
-      base = to_child(f.pose, g);
-    } else {
-      const PartWork& carrier = work.parts[c.parent];
-      base = to_child(f.pose, carrier.A) + f.bias;
-      if (f.flexible) base.noalias() += f.B * carrier.qdd;
-    }
-    size_t entry = 0;
-    for (int i : c.parts) {
-      const Part& part = model.parts[i];
-      PartWork& p = work.parts[i];
-      const TreeJoint& j = part.joint;
-      if (part.body.n > 0) p.qdd = work.wdot.segment(part.ev0, part.body.n);
-      Vec6 A;
-      if (part.parent != ground && model.parts[part.parent].cluster == static_cast<int>(at)) {
-        const FrameWork& in = work.frames[j.inboard];
-        A = to_child(in.pose, work.parts[part.parent].A) + in.bias;
-        if (in.flexible) A.noalias() += in.B * work.parts[part.parent].qdd;
-      } else {
-        A = to_child(c.entry[entry++], base);
-      }
-      const FrameWork& o = work.frames[j.outboard];
-      A = to_child(p.joint.pose, A) - bracket(p.joint.W, o.V) + p.joint.bias;
-      for (int k = 0; k < j.nv; ++k) A += p.joint.S.col(k) * work.wdot[part.v0 + k];
-      if (o.flexible) {
-        A -= o.bias;
-        A.noalias() -= o.B * p.qdd;
-      }
-      p.A = to_parent(o.pose, A);
-    }
+    update_base_acceleration(model, static_cast<int>(at), work);
+    update_cluster_accelerations(model, static_cast<int>(at), work);
   }
 }
 
-}  // namespace
-
-void rest_forces(const Model& model, Work& work, const std::vector<VecX>* elastic, RestForces& out) {
-  const size_t n = model.parts.size();
+// Forces on the rates from what each part needs about its body frame (`need`) and its elastic coordinates (PartWork::fe): a joint supplies it and
+// passes it on.
+void to_coordinates(const Model& model, Work& work, std::vector<Vec6>& need, RestForces& out) {
   out.force = VecX::Zero(model.nv);
-  out.scale = 0.0;
-  update_loads(model, work);
-  for (size_t i = 0; i < n; ++i) {
-    const FlexibleBody& body = model.parts[i].body;
-    PartWork& p = work.parts[i];
-    update_velocity_terms(body, p.V, p.qd, p.terms);
-    if (body.n > 0) {
-      if (elastic) p.elastic = (*elastic)[i];
-      else elastic_force(body, p.q, p.qd, p.elastic);
-    }
-    joint_forces(model.parts[i], p, work, p.tau);
-  }
-  accelerate_at_rest(model, work);
-
-  // What each part needs about its body frame, and its elastic coordinates; a joint supplies it and passes it on.
-  std::vector<Vec6> need(n);
-  for (size_t i = 0; i < n; ++i) {
-    PartWork& p = work.parts[i];
-    const Vec6 inertia = p.terms.Mrr * p.A + p.terms.cr;
-    need[i] = inertia - p.load;
-    out.scale = std::max({out.scale, inertia.head<3>().norm(), p.load.head<3>().norm(), p.load.tail<3>().norm() / model.size});
-    if (p.qdd.size() == 0) continue;
-    need[i].noalias() += p.terms.Mre * p.qdd;
-    p.fe = p.terms.ce + p.elastic - p.load_e;
-    p.fe.noalias() += p.terms.Mre.transpose() * p.A + elastic_mass(model.parts[i].body, p.terms) * p.qdd;
-  }
-  for (size_t i = n; i-- > 0;) {
+  for (size_t i = model.parts.size(); i-- > 0;) {
     const Part& part = model.parts[i];
     PartWork& p = work.parts[i];
     const TreeJoint& j = part.joint;
@@ -102,6 +44,39 @@ void rest_forces(const Model& model, Work& work, const std::vector<VecX>* elasti
     need[part.parent] += wrench_to_parent(in.pose, back);
     if (in.flexible) work.parts[part.parent].fe.noalias() += in.B.transpose() * back;
   }
+}
+
+}  // namespace
+
+void rest_forces(const Model& model, Work& work, const std::vector<VecX>* elastic, RestForces& out) {
+  const size_t n = model.parts.size();
+  out.scale = 0.0;
+  update_loads(model, work);
+  for (size_t i = 0; i < n; ++i) {
+    const FlexibleBody& body = model.parts[i].body;
+    PartWork& p = work.parts[i];
+    update_velocity_terms(body, p.V, p.qd, p.terms);
+    if (body.n > 0) {
+      if (elastic) p.elastic = (*elastic)[i];
+      else elastic_force(body, p.q, p.qd, p.elastic);
+    }
+    joint_forces(model.parts[i], p, work, p.tau);
+  }
+  accelerate_at_rest(model, work);
+
+  // What each part needs about its body frame, and its elastic coordinates.
+  std::vector<Vec6> need(n);
+  for (size_t i = 0; i < n; ++i) {
+    PartWork& p = work.parts[i];
+    const Vec6 inertia = p.terms.Mrr * p.A + p.terms.cr;
+    need[i] = inertia - p.load;
+    out.scale = std::max({out.scale, inertia.head<3>().norm(), p.load.head<3>().norm(), p.load.tail<3>().norm() / model.size});
+    if (p.qdd.size() == 0) continue;
+    need[i].noalias() += p.terms.Mre * p.qdd;
+    p.fe = p.terms.ce + p.elastic - p.load_e;
+    p.fe.noalias() += p.terms.Mre.transpose() * p.A + elastic_mass(model.parts[i].body, p.terms) * p.qdd;
+  }
+  to_coordinates(model, work, need, out);
 
   // Loops: virtual displacements of dependent coordinates follow the independent ones.
   for (size_t c = 0; c < model.clusters.size(); ++c) {
@@ -113,6 +88,21 @@ void rest_forces(const Model& model, Work& work, const std::vector<VecX>* elasti
       f = 0.0;
     }
   }
+}
+
+void applied_forces(const Model& model, Work& work, RestForces& out) {
+  const size_t n = model.parts.size();
+  out.scale = 0.0;
+  update_loads(model, work);
+  std::vector<Vec6> need(n);
+  for (size_t i = 0; i < n; ++i) {
+    PartWork& p = work.parts[i];
+    joint_forces(model.parts[i], p, work, p.tau);
+    need[i] = -p.load;
+    p.fe = -p.load_e;
+    out.scale = std::max({out.scale, p.load.head<3>().norm(), p.load.tail<3>().norm() / model.size});
+  }
+  to_coordinates(model, work, need, out);
 }
 
 }  // namespace flexframe::sim

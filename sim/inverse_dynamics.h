@@ -18,4 +18,8 @@ struct RestForces {
 // elastic: per part, elastic forces to use instead of those of the coordinates (to difference everything else), or null.
 void rest_forces(const Model& model, Work& work, const std::vector<VecX>* elastic, RestForces& out);
 
+// Generalised forces on all rates, dependent ones too, of the loads and the joints' springs, dampers, stops and friction alone: without weight,
+// inertia and elastic forces.
+void applied_forces(const Model& model, Work& work, RestForces& out);
+
 }  // namespace flexframe::sim

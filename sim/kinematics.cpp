@@ -252,6 +252,49 @@ void update_cluster_velocities(const Model& model, int cluster, Work& work) {
   }
 }
 
+void update_base_acceleration(const Model& model, int cluster, Work& work) {
+  const Cluster& c = model.clusters[cluster];
+  ClusterWork& cw = work.clusters[cluster];
+  const FrameWork& f = work.frames[c.base];
+  if (c.parent == ground) {
+    Vec6 g = Vec6::Zero();
+    g.head<3>() = -model.settings.gravity;
+    cw.base_A = to_child(f.pose, g);
+  } else {
+    const PartWork& carrier = work.parts[c.parent];
+    cw.base_A = to_child(f.pose, carrier.A) + f.bias;
+    if (f.flexible) cw.base_A.noalias() += f.B * carrier.qdd;
+  }
+}
+
+void update_cluster_accelerations(const Model& model, int cluster, Work& work) {
+  const Cluster& c = model.clusters[cluster];
+  size_t entry = 0;
+  for (int i : c.parts) {
+    const Part& part = model.parts[i];
+    PartWork& p = work.parts[i];
+    const TreeJoint& j = part.joint;
+    if (part.body.n > 0) p.qdd = work.wdot.segment(part.ev0, part.body.n);
+    Vec6 AA;
+    if (part.parent != ground && model.parts[part.parent].cluster == cluster) {
+      const FrameWork& in = work.frames[j.inboard];
+      const PartWork& carrier = work.parts[part.parent];
+      AA = to_child(in.pose, carrier.A) + in.bias;
+      if (in.flexible) AA.noalias() += in.B * carrier.qdd;
+    } else {
+      AA = to_child(c.entry[entry++], work.clusters[cluster].base_A);
+    }
+    const FrameWork& o = work.frames[j.outboard];
+    Vec6 AB = to_child(p.joint.pose, AA) - bracket(p.joint.W, o.V) + p.joint.bias;
+    for (int k = 0; k < j.nv; ++k) AB += p.joint.S.col(k) * work.wdot[part.v0 + k];
+    if (o.flexible) {
+      AB -= o.bias;
+      AB.noalias() -= o.B * p.qdd;
+    }
+    p.A = to_parent(o.pose, AB);
+  }
+}
+
 Pose frame_world(const Model& model, const Work& work, int frame) {
   const FramePoint& f = model.frames[frame];
   const Pose& local = work.frames[frame].pose;

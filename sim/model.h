@@ -121,6 +121,15 @@ struct Load {
   int table_part = -1;        // part whose joint that is
 };
 
+// Rates that carry no inertia (massless.h). The first `moving` follow from the balance of springs and dampers, the others rest.
+struct MasslessRates {
+  std::vector<int> rates;           // of w_all, locked in their clusters
+  std::vector<int> cluster, lock;   // where: ClusterWork::locked
+  int moving = 0;
+  MatX Z;                           // nv x rates: motions that move no mass, identity on the rates
+  VecX scale;                       // m per unit of each rate
+};
+
 // An effect of a body as it stands in the model: what `flexframe effects` tells.
 struct EffectState {
   int body = -1;              // of the scene
@@ -144,6 +153,7 @@ struct Model {
   std::vector<Cluster> clusters;      // parents before children
   std::vector<Load> loads;
   std::vector<TimeFunction> expressions;
+  MasslessRates massless;
   std::vector<std::string> notes;     // what was decided while building, one sentence each
   std::vector<EffectState> effects;   // of the flexible bodies, body by body
   int nq = 0, nv = 0;                 // sizes of q_all and w_all

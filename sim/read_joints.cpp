@@ -336,10 +336,6 @@ JointDef read_joint(TableReader& reader, const Scene& scene) {
   }
   if (const auto friction = reader.table("friction")) {
     joint.friction = read_friction(*friction);
-    const bool any_direction = joint.kind == JointKind::spherical || joint.kind == JointKind::planar || joint.kind == JointKind::free;
-    if (any_direction && !joint.friction->regularised)
-      reader.fail("friction", fmt::format("of a {} joint, which slips in any direction, needs 'regularised' (a velocity scale, small against the slip): exact sticking is there for joints that slip along one "
-                                 "coordinate", kind));
   }
   if (const auto stop = reader.table("stop")) {
     if (count > 1) reader.fail("stop", fmt::format("needs a joint with one coordinate; a {} joint has {}", kind, count));

@@ -52,6 +52,7 @@ void grow_work(System& system) {
   work.q = system.work.q;
   work.w = system.work.w;
   work.clusters = system.work.clusters;
+  work.massless = system.work.massless;
   for (size_t i = 0; i < work.parts.size(); ++i) work.parts[i].friction = system.work.parts[i].friction;
   system.work = std::move(work);
 }

@@ -8,6 +8,7 @@
 #include "sim/flexures.h"
 #include "sim/kinematics.h"
 #include "sim/linear_limit.h"
+#include "sim/massless.h"
 #include "sim/newton_matrix.h"
 #include "sim/recorder.h"
 #include "sim/system.h"
@@ -98,6 +99,11 @@ Method choose_method(const System& system) {
     decays = decays && f.links.time_constant * top > 2.0;
     fastest = std::max(fastest, top * top);
   }
+  if (!system.model.massless.rates.empty() && massless_decay(system.model, system.work) * system.model.settings.duration > 2000.0) return Method::bdf;
+  // Friction that follows the slip's direction turns it at mu N / (m s), without bound where it starts slowly from rest (a pull in a turning direction: 315 000
+  // steps of Adams, 1400 of BDF).
+  if (std::any_of(system.friction.points.begin(), system.friction.points.end(), [](const FrictionPoint& p) { return p.phase == FrictionPhase::slip; }))
+    return fastest > 0.0 && !decays ? Method::dirk : Method::bdf;
   if (std::sqrt(fastest) * system.model.settings.duration < 2000.0) return Method::adams;
   return decays ? Method::bdf : Method::dirk;
 }
@@ -135,6 +141,8 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
     // A stage starts from the beginning of its step: its time is that of the rates.
     update_newton_matrix(system, here ? at_work.t : t, y, here ? at_work.dy.data() : nullptr, fresh, into);
   };
+  // Rates that follow from a balance of forces are no states: the structure q' = T w is lost.
+  if (!system.model.massless.rates.empty()) problem.jacobian = {};
   problem.keep = [&](VecX& kept) { keep_load_responses(system, kept); };
   problem.shift = [&](double t0, double t, const VecX& kept, double* dy) { return follow_loads(system, t0, t, kept, dy); };
   problem.root = [&](double t, const double* y, double* g) { event_margins(system, t, y, g); };
@@ -183,6 +191,8 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
   VecX at;
   double from = 0.0;
   long calls = 0;
+  system.friction.tolerance = system.tolerance;
+  const bool slips = std::any_of(system.friction.points.begin(), system.friction.points.end(), [](const FrictionPoint& p) { return p.phase == FrictionPhase::slip; });
   while (next < times.size() && times[next] <= 0.0) {
     sample(system, 0.0, y);
     ++next;
@@ -231,6 +241,10 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
       if (!sampled && !system.model.loops.empty()) {
         set_state(system, now, y.data(), false);
         check_loops();
+      }
+      if (slips) {
+        if (sampled || system.model.loops.empty()) set_state(system, now, y.data(), false);
+        follow_slip(system.model, system.friction, system.work);
       }
       update_scale(system, y);
       if (root) {

@@ -179,7 +179,7 @@ double factorise(MatX& A, std::vector<int>& order) {
   double* const base = A.data();
   order.resize(static_cast<size_t>(n));
   for (int i = 0; i < n; ++i) order[static_cast<size_t>(i)] = i;
-  double smallest = n > 0 ? HUGE_VAL : 0.0;
+  double smallest = HUGE_VAL;
   for (int k = 0; k < n; ++k) {
     double* __restrict const c = base + static_cast<Eigen::Index>(k) * n;
     int pivot = k;

@@ -41,7 +41,8 @@ void solve_rows(const MatX& L, MatX& Xt);
 // X = A^-1 B from the factors of A: n x n, B: n x m.
 void solve(const Eigen::PartialPivLU<MatX>& A, const MatX& B, MatX& X);
 
-// A = P^-1 L U with row exchanges, in place; order: row i of the result was row order[i]. The smallest pivot's size, 0 where A is singular.
+// A = P^-1 L U with row exchanges, in place; order: row i of the result was row order[i]. The smallest pivot's size, 0 where A is singular
+// (of no rows: infinite).
 double factorise(MatX& A, std::vector<int>& order);
 // x = A^-1 b from the above; b and x: n values, not the same.
 void solve(const MatX& LU, const std::vector<int>& order, const double* b, double* x);

@@ -7,6 +7,7 @@
 #include "sim/joint_motion.h"
 #include "sim/kinematics.h"
 #include "sim/loads.h"
+#include "sim/massless.h"
 #include "sim/model_build.h"
 #include "sim/motion_jumps.h"
 #include "sim/statics.h"
@@ -40,6 +41,7 @@ void unpack(System& system, const double* y) {
     const int v0 = system.model.clusters[c].v0;
     for (int k : work.clusters[c].partition.ind) work.w[v0 + k] = *w++;
   }
+  for (int v : system.model.massless.rates) work.w[v] = 0.0;
 }
 
 }  // namespace
@@ -64,13 +66,14 @@ System make_system(const Scene& scene) {
                                        at_rest.load_steps > 1 ? fmt::format(" in {} load steps", at_rest.load_steps) : "", at_rest.moved,
                                        at_rest.stable ? "" : "; it is UNSTABLE: the smallest disturbance makes the mechanism leave it"));
   }
+  find_massless(system);
   const std::vector<std::string> neglected = neglected_stiffening(system.model, scene, system.work);
   system.notes.insert(system.notes.end(), neglected.begin(), neglected.end());
   system.friction = make_friction(system.model, system.work);
   system.stops = stop_parts(system.model);
   for (const Part& p : system.model.parts) system.driven = system.driven || p.joint.motion >= 0;
   // What planar.h does not cover: power of prescribed motions, forces over a coordinate.
-  bool covered = !system.driven;
+  bool covered = !system.driven && system.model.massless.rates.empty();
   for (const Load& load : system.model.loads) covered = covered && !load.table;
   std::string why_not;
   if (covered) system.planar = PlanarDynamics::make(system.model, system.work, why_not);
@@ -98,9 +101,11 @@ int state_size(const System& system) {
 VecX pack_state(const System& system, const Eigen::Vector2d& work_done) {
   VecX y(state_size(system));
   y.head(system.model.nq) = system.work.q;
+  VecX w = system.work.w;
+  remove_massless_rates(system.model, w);
   int at = system.model.nq;
   for (size_t c = 0; c < system.model.clusters.size(); ++c)
-    for (int k : system.work.clusters[c].partition.ind) y[at++] = system.work.w[system.model.clusters[c].v0 + k];
+    for (int k : system.work.clusters[c].partition.ind) y[at++] = w[system.model.clusters[c].v0 + k];
   if (system.quadrature) y.tail<2>() = work_done;
   return y;
 }

@@ -63,7 +63,8 @@ struct Partition {
 struct ClusterWork {
   Partition partition;
   std::vector<int> locked;    // rates of the cluster held at rest (stiction), each one more closure row after the loops' rows
-  VecX lock_value;
+  int carried = 0;            // the first so many of them have no inertia and go at lock_rate (massless.h)
+  VecX lock_value, lock_rate;
   MatX G;                     // rows x nv, all closure rows
   VecX residual, rate, bias;  // per row: closure error, velocity from prescribed motions, acceleration at zero coordinate accelerations
   Eigen::PartialPivLU<MatX> lu;  // of G(rows, dep)
@@ -88,6 +89,13 @@ struct ClusterWork {
   MatX scratch;
 };
 
+// How the balance of what has no inertia splits at present (massless.h): indices into MasslessRates::rates.
+struct MasslessWork {
+  std::vector<int> damped, stiff;
+  MatX undamped;              // moving x stiff: directions in which no damper acts, identity on `stiff`
+  MatX stiffness;             // stiff x stiff, N/m: Newton's matrix, as last made
+};
+
 struct Work {
   std::vector<FrameWork> frames;
   std::vector<PartWork> parts;
@@ -95,6 +103,8 @@ struct Work {
   VecX q, w, wdot;            // q_all, w_all, accelerations of w_all
   double time = 0.0;
   std::vector<double> expression_value;
+  std::vector<double> expression_rate;  // where MasslessRates are
+  MasslessWork massless;
   std::vector<TimeJet> motion;// jets of prescribed motions, by expression
   long evaluations = 0, closure_iterations = 0;
   int indefinite = -1;        // part whose kinetic energy was last found not to be positive

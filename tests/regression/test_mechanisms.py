@@ -46,6 +46,8 @@ right = {
     "reaction in the child's axes": PIVOT + '[[output]]\nname = "r"\nof = "pivot"\nquantity = "reaction"\nframe = "child"\n',
     "a body on a plane": body("a") + joint("floor", "point-on-plane", "ground", "a", "axis = [0, 1, 0]"),
     "two bodies on a string": body("a", "b") + joint("pivot", "revolute", "ground", "a") + joint("string", "distance", "a.tip", "b", "position = [0, 0.2, 0]\nlength = 0.5"),
+    "friction of a ball": body("a") + joint("j", "spherical", "ground", "a", "friction = { coefficient = 0.3, normal_force = 1 }"),
+    "a massless body on a spring": '[[body]]\nname = "a"\nkind = "rigid"\nmass = 0\n' + joint("j", "prismatic", "ground", "a", "axis = [0, 1, 0]\nspring = { stiffness = 100, rest = 0.1 }"),
     "a massless block on a rail": body("a", "b")
     + '[[body]]\nname = "block"\nkind = "rigid"\nmass = 0\n'
     + joint("ja", "revolute", "ground", "a", "initial = { value = 0.8 }")
@@ -97,9 +99,12 @@ wrong = {
         FOUR_BAR.replace("rotation = [0, 0, 1]\n", "rotation = [0, 0, 1]\ninitial = { value = 0.1 }\n", 1).replace("rotation = [0, 0, -1]\n", "rotation = [0, 0, -1]\ninitial = { value = 0.2 }\n")
         .replace("position = [1, 0, 0]\n", "position = [1, 0, 0]\ninitial = { value = 0.3 }\n") + joint("jd", "revolute", "b.tip", "c.tip"), 2, ["cannot be assembled", "jd", "initial values"]),
     "motion that jumps": (body("a") + joint("j", "revolute", "ground", "a", 'motion = "t < 0.1 ? 0 : 0.5"'), 2, ["j", "motion", "jumps by 0.5", "t = 0.1"]),
-    "friction of a ball without a scale": (body("a") + joint("j", "spherical", "ground", "a", "friction = { coefficient = 0.3, normal_force = 1 }"), 2, ["friction", "spherical", "regularised"]),
-    "a massless body on a spring": (
-        '[[body]]\nname = "a"\nkind = "rigid"\nmass = 0\n' + joint("j", "prismatic", "ground", "a", "axis = [0, 1, 0]\nspring = { stiffness = 100, rest = 0.1 }"), 1, ["j", "without inertia", "mass"]),
+    "friction on a massless body on a spring": (
+        '[[body]]\nname = "a"\nkind = "rigid"\nmass = 0\n' + joint("j", "prismatic", "ground", "a", "axis = [0, 1, 0]\nspring = { stiffness = 100, rest = 0.1 }\nfriction = { coefficient = 0.1, normal_force = 1 }"), 2,
+        ["j", "friction", "mass", "damping instead"]),
+    "a massless ball between balls": (
+        body("b") + '[[body]]\nname = "a"\nkind = "rigid"\nmass = 0\n' + joint("j", "spherical", "ground", "a", "spring = { stiffness = 1 }") + joint("k", "spherical", "a", "b", "spring = { stiffness = 1 }"), 2,
+        ["j", "changes with the position", "mass"]),
     "beyond its reach": (
         body("a", "b") + joint("ja", "revolute", "ground", "a", 'motion = "20*t"') + joint("jb", "revolute", "a.tip", "b")
         + joint("rail", "point-on-line", "ground", "b.tip", "axis = [1, 0, 0]\nposition = [0, 0.5, 0]"), 1, ["rail", "t =", "reach"]),
