@@ -38,3 +38,12 @@ function(flexframe_precompile target)
       <stdexcept> <string> <string_view> <variant> <vector>)
   endif()
 endfunction()
+
+# tests/coverage.sh: which lines of a library run. Tests and what draws are compiled as ever.
+option(FLEXFRAME_COVERAGE "count the runs of every line of sim and interp (gcc)" OFF)
+function(flexframe_count_lines target)
+  if(FLEXFRAME_COVERAGE)
+    target_compile_options(${target} PRIVATE --coverage -fprofile-update=atomic -O1)
+    target_link_options(${target} PUBLIC --coverage)
+  endif()
+endfunction()

@@ -67,10 +67,18 @@ with temporary_folder() as folder:
         done = run("run", scene, "-o", folder / "out", *small, code=2)
         expect("name" in done.stderr, f"name {name!r}: {done.stderr}")
     expect(listing(folder) == before, f"refused scenes left {listing(folder) - before}")
+    # Links planted in the output folder are replaced, not followed.
+    victim, out = folder / "victim", folder / "out"
+    victim.write_text("kept")
+    before = listing(folder)
+    (out / "frames").mkdir(parents=True)
+    for place in ["results.h5", "histories.csv", "scene.mp4", "frames/frame_00000.png"]:
+        (out / place).symlink_to(victim)
     scene.write_text('title = "../../../title"\n' + (scene_text % ("rod", "rod")).replace('"angle"', '"out angle"'))
-    run("run", scene, "-o", folder / "out", *small)
+    run("run", scene, "-o", out, "--size", "64x64")
     fresh = listing(folder) - before
     expect(fresh and all(p == "out" or p.startswith("out/") for p in fresh), f"written beside the output folder: {[p for p in fresh if not p.startswith('out')]}")
+    expect(victim.read_text() == "kept" and not any(p.is_symlink() for p in out.rglob("*")), "a link in the output folder was followed")
     shutil.rmtree(folder / "out")
 
     # Folders that cannot be written. (The superuser writes everywhere; nothing to see then.)
