@@ -52,7 +52,7 @@ if [[ ! -x $program || -n $(find sim interp render tests/fuzz \( -name '*.h' -o 
 fi
 
 if ((${#seeds[@]})); then cp -n "${seeds[@]}" "$out/seeds/" 2>/dev/null || true; fi
-export ASAN_OPTIONS=allocator_may_return_null=1
+export ASAN_OPTIONS=allocator_may_return_null=1:malloc_context_size=8
 extra=()
 [[ -f tests/fuzz/$name.dict ]] && extra+=("-dict=tests/fuzz/$name.dict")
 TIMEFORMAT='%U %S'
