@@ -15,6 +15,9 @@ struct Direction {
 // Every independent rate of every cluster (ClusterWork::partition), in the order of the state.
 std::vector<Direction> independent_directions(const Model& model, const Work& work);
 
+// m per unit of every rate of w_all, as Direction::scale.
+VecX rate_sizes(const Model& model);
+
 // Moves the coordinate in work.q; positions are not updated.
 void move_along(const Model& model, const Direction& direction, double step, Work& work);
 

@@ -131,11 +131,12 @@ void solve_reaction_friction(const Model& model, FrictionState& friction, Work& 
     for (Eigen::Index i = 0; i < m; ++i) per[i][j] = (reaction(i) - none[i]) / probe;
     force_of(friction.points[slipping[j]], work) = 0.0;
   }
-  VecX f(m), c(m), residual(m);
+  // From none on: |R| is convex, so that Newton's steps from there come up to the least friction that fits, the one that a growing coefficient leads
+  // to, and do not jump over to another.
+  VecX f = VecX::Zero(m), c(m), residual(m);
   for (Eigen::Index i = 0; i < m; ++i) {
     const FrictionPoint& p = friction.points[slipping[i]];
     c[i] = factor(friction, p, model, work);
-    f[i] = c[i] * none[i].norm();
   }
   MatX J(m, m);
   double size = 0.0;

@@ -93,7 +93,8 @@ struct Integrator::Memory {
   VecX state;
   double time = 0.0, previous = 0.0;
   std::vector<int> roots;
-  std::string complaint;      // what the right-hand side last threw
+  std::string complaint;      // what the right-hand side last threw in this step
+  std::string last_complaint; // and since the start
   IntegratorStatistics before;  // counters from before restarts of ARKODE
 
   explicit Memory(const OdeProblem& p) : problem(p), method(Method::bdf) {}
@@ -152,7 +153,7 @@ struct Integrator::Memory {
         }
       problem.rhs(t, at, out);
     } catch (const SimulationError& error) {
-      complaint = error.what();
+      complaint = last_complaint = error.what();
       return 1;
     }
     for (int i = 0; i < problem.size; ++i)
@@ -410,6 +411,7 @@ bool Integrator::step(double t_stop) {
 }
 
 double Integrator::time() const { return memory_->time; }
+const std::string& Integrator::last_complaint() const { return memory_->last_complaint; }
 double Integrator::previous_time() const { return memory_->previous; }
 const VecX& Integrator::state() const { return memory_->state; }
 const std::vector<int>& Integrator::root_directions() const { return memory_->roots; }

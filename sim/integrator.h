@@ -60,6 +60,7 @@ class Integrator {
   bool step(double t_stop);
   double time() const;
   double previous_time() const;          // start of the last step
+  const std::string& last_complaint() const;  // what an evaluation last threw, empty if none did
   // The solution at a time within the last step.
   void interpolate(double t, VecX& y) const;
   const VecX& state() const;

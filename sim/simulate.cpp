@@ -115,6 +115,31 @@ Method choose_method(const System& system, double& fastest_vibration) {
 constexpr long trial_steps = 500;
 constexpr double tight = 1.0001e-8, followed_radians = 10.0;
 
+// What most likely makes the steps small at the present state, half a sentence; `complaint`: of the last evaluation that failed, if one did.
+std::string likely_cause(const System& system, const std::string& complaint) {
+  if (!complaint.empty()) return complaint;
+  const FrictionPoint* worst = nullptr;
+  for (const FrictionPoint& p : system.friction.points)
+    if (p.law.reaction && p.phase != FrictionPhase::stick && (!worst || p.normal > worst->normal)) worst = &p;
+  if (worst)
+    return fmt::format("joint '{}' locks itself: its friction and its reaction ({:.3g} N) raise each other; lower the coefficient, or give normal_force as a number or friction a velocity scale "
+                       "(regularised)", system.model.parts[worst->part].joint.name, worst->normal);
+  for (size_t c = 0; c < system.model.clusters.size(); ++c) {
+    const Cluster& cluster = system.model.clusters[c];
+    const ClusterWork& cw = system.work.clusters[c];
+    if (cluster.loops.empty()) continue;
+    const auto speed = [&](int rate) { return std::abs(system.work.w[cluster.v0 + rate]) * rate_scale(system.model, static_cast<int>(c), rate); };
+    double driving = 0.0, driven = 0.0;
+    for (int k : cw.partition.ind) driving = std::max(driving, speed(k));
+    for (int k : cw.partition.dep) driven = std::max(driven, speed(k));
+    for (int i : cluster.parts)
+      if (const int motion = system.model.parts[i].joint.motion; motion >= 0) driving = std::max(driving, std::abs(system.work.motion[motion].rate) * cluster.size);
+    if (driven > 100.0 * driving)
+      return fmt::format("the mechanism is at the end of its reach, where the rates in the loop of joint '{}' grow without bound", system.model.loops[system.model.clusters[c].loops.front()].name);
+  }
+  return "an acceleration grows without bound";
+}
+
 // Integrates a system from its assembled start; calls sample at each of the times, in order. Where it fails, `indefinite` is the scene's body
 // whose kinetic energy was found not to be positive, if one was.
 SolverStatistics integrate(System& system, Method method, const std::vector<double>& times, const std::function<void(double)>& progress,
@@ -204,7 +229,7 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
   size_t next = 0;
   VecX at;
   double from = 0.0;
-  long calls = 0;
+  long calls = 0, standing = 0;
   system.friction.tolerance = system.tolerance;
   const bool slips = std::any_of(system.friction.points.begin(), system.friction.points.end(), [](const FrictionPoint& p) { return p.phase == FrictionPhase::slip; });
   double trial_start = 0.0;
@@ -242,6 +267,9 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
       const bool root = integrator->step(idle ? std::min(end, integrator->time() + 1.0 / system.model.settings.output_rate) : end);
       y = integrator->state();
       const double now = integrator->time();
+      // An integrator may take steps below the digits of the time without complaint, and for ever.
+      standing = now - integrator->previous_time() > 1e-15 * now ? 0 : standing + 1;
+      if (standing > 1000) throw SimulationError(fmt::format("the integration stopped at t = {:.9g} s: the steps became too small; {}", now, likely_cause(system, integrator->last_complaint())));
       // Loops are looked at at every sample, and at the end of steps that pass none.
       const auto check_loops = [&]() {
         for (size_t c = 0; c < system.model.clusters.size(); ++c) require_closed(system.model, static_cast<int>(c), system.work);

@@ -385,5 +385,41 @@ TEST(Friction, SpinningSleeveLetsItsLoadSlide) {
   EXPECT_LT((positions(medium, "p").bottomRows(1).transpose() - Vec3(1, 2, 2) / 3 * (9 * 2 / (2 * 4.0))).norm(), 1e-7);
 }
 
+// Crank (driven or pushed by the slider), rod and a slider whose friction is that of its reaction.
+std::string rough_slider(double coefficient, const std::string& shaft, const std::string& guide, const std::string& push) {
+  return head(3, "[0, 0, 0]") + "[[body]]\nname = \"crank\"\nkind = \"rigid\"\nmass = 1\ninertia = [0.001, 0.0833, 0.0833]\ncentre_of_mass = [0.5, 0, 0]\nframes = { tip = [1, 0, 0] }\n"
+         "[[body]]\nname = \"rod\"\nkind = \"rigid\"\nmass = 1\ninertia = [0.001, 0.0833, 0.0833]\ncentre_of_mass = [0.5, 0, 0]\nframes = { tip = [1.05, 0, 0] }\n" + block() +
+         "[[joint]]\nname = \"shaft\"\nkind = \"revolute\"\nparent = \"ground\"\nchild = \"crank\"\n" + shaft +
+         "[[joint]]\nname = \"pin\"\nkind = \"revolute\"\nparent = \"crank.tip\"\nchild = \"rod\"\n[[joint]]\nname = \"wrist\"\nkind = \"revolute\"\nparent = \"rod.tip\"\nchild = \"block\"\n" +
+         slide(fmt::format("{}friction = {{ coefficient = {}, normal_force = \"reaction\" }}", guide, coefficient)) + push;
+}
+
+// A driven crank cannot push the slider on where the rod is steeper than the angle of friction, tan b = 1/mu: said when and where it gets there, at once. Below, it runs.
+TEST(Friction, SelfLockingIsSaid) {
+  try {
+    run(rough_slider(0.6, "motion = \"2.8 - t\"\n", "", ""), 1e-6);
+    FAIL();
+  } catch (const SimulationError& error) {
+    const std::string why = error.what();
+    double t = 0.0;
+    EXPECT_NE(why.find("joint 'slide' locks itself"), std::string::npos) << why;
+    ASSERT_EQ(std::sscanf(why.c_str(), "the integration stopped at t = %lf", &t), 1) << why;
+    EXPECT_NEAR(t, 2.8 - (pi - std::asin(1.05 * std::sin(std::atan(1 / 0.6)))), 1e-6);
+  }
+  const Results r = run(rough_slider(0.3, "motion = \"2.8 - t\"\n", "", ""), 1e-6);
+  EXPECT_LT(energy_gap(r), 1e-4 * r.dissipated[r.times.size() - 1]);
+}
+
+// Where two forces of friction fit the reaction that they change, the least is meant: pushed by the slider, the mechanism runs on past the place
+// where the other one comes within reach (mu tan b = 1), however large the coefficient.
+TEST(Friction, LeastFrictionThatFits) {
+  for (const double mu : {0.6, 1.5}) {
+    const Results r = run(rough_slider(mu, "", "initial = { value = 1.2 }\n", "[[force]]\nkind = \"force\"\non = \"block\"\ndirection = [-1, 0, 0]\nvalue = 50\n"), 1e-7);
+    EXPECT_GE(events(r, "turns round").size(), 4u);
+    EXPECT_LT(r.statistics.evaluations, 10000);
+    EXPECT_LT(energy_gap(r), 1e-4 * r.dissipated[r.times.size() - 1]);
+  }
+}
+
 }  // namespace
 }  // namespace flexframe::sim
