@@ -81,10 +81,11 @@ with temporary_folder() as folder:
     expect(victim.read_text() == "kept" and not any(p.is_symlink() for p in out.rglob("*")), "a link in the output folder was followed")
     shutil.rmtree(folder / "out")
 
-    # Folders that cannot be written. (The superuser writes everywhere; nothing to see then.)
-    if os.geteuid() != 0:
-        (folder / "locked").mkdir(mode=0o555)
-        for words in [("simulate", scene, "-o", folder / "locked/r.h5"), ("export", results, "--to", "csv", "-o", folder / "locked/r.csv"), ("render", results, "-o", folder / "locked/out")]:
-            done = run(*words, code=1)
-            expect("locked" in done.stderr, f"{words[0]} into a read-only folder: {done.stderr}")
+    # Folders that cannot be written; the superuser writes everywhere but in /proc.
+    locked = pathlib.Path("/proc") if os.geteuid() == 0 else folder / "locked"
+    locked.mkdir(mode=0o555, exist_ok=True)
+    for words in [("simulate", scene, "-o", locked / "r.h5"), ("export", results, "--to", "csv", "-o", locked / "r.csv"), ("render", results, "-o", locked / "out"),
+                  ("run", scene, "-o", locked / "out"), ("study", scene, "-o", locked / "out"), ("export", results, "--to", "gltf", "-o", locked / "r.glb")]:
+        done = run(*words, code=1)
+        expect(str(locked) in done.stderr, f"{words[0]} into a read-only folder: {done.stderr}")
 finish()

@@ -1,10 +1,12 @@
 """Random mechanisms keep what physics keeps:  random_scenes.py FLEXFRAME [--count N] [--seed S]
 
-Trees and chains of rigid and elastic bodies with every kind of joint, some closed to loops. Each is simulated as it is and, moved and turned as a
-whole, once more. Kept: energy, closure of the loops, the motion as seen from the moved frame; without ground also momentum and its moment.
+Trees and chains of rigid bodies and beams of every model with every kind of joint, some closed to loops, on ground or flying free. Each is simulated as
+it is and, moved and turned as a whole, once more. Kept: energy, closure of the loops, the motion as seen from the moved frame; of rigid bodies without
+ground also momentum and its moment. The last lines count what was there.
 Random meshes with random nodes follow every rigid motion exactly.
 """
 import argparse
+import collections
 import math
 import os
 import pathlib
@@ -17,6 +19,10 @@ from run_cases import Missed, Runner  # noqa: E402
 from scenes import beam, circle, joint, output, rigid, rotation, simulation  # noqa: E402
 
 kinds = ["weld", "revolute", "prismatic", "cylindrical", "universal", "spherical", "planar", "screw", "free"]
+# What closes a loop, often what leaves it most freedom: the others make most loops rigid.
+closers = ["distance", "point-on-line", "point-on-plane", "distance", "point-on-line", "point-on-plane", "spherical", "cylindrical", "universal", "revolute"]
+models = {"finite-element": "elements = 3", "modal": 'model = "modal"\nmodes = { bending_xy = [1, 2], bending_xz = [1, 2] }',
+          "mixed": 'model = "mixed"\nvolumes = 2\nelements = 1', "lumped": 'model = "lumped"\nelements = 3'}
 freedom = {"weld": 0, "revolute": 1, "prismatic": 1, "cylindrical": 2, "universal": 2, "spherical": 3, "planar": 3, "screw": 1, "free": 6}
 
 
@@ -49,10 +55,12 @@ class Mechanism:
         self.bodies, self.joints, self.loops = [], [], []
         for k in range(chance.randint(2, 5)):
             name = f"body{k}"
-            if elastic and chance.random() < 0.5:
+            # Two beams, and a fifth of the time, are enough to see energy leak.
+            if elastic and chance.random() < 0.5 and sum("model" in b for b in self.bodies) < 2:
                 length = round(uniform(0.3, 1.0), 3)
-                model = chance.choice(['elements = 3', 'model = "modal"\nmodes = { bending_xy = [1, 2], bending_xz = [1, 2] }'])
-                self.bodies.append({"name": name, "frames": ["root", "tip"], "text": beam(name, length, circle(round(uniform(0.01, 0.03), 4)), "{ density = 2700.0, youngs_modulus = 7e10 }", model)})
+                model = chance.choice(["finite-element", "finite-element", "modal", "modal", "mixed", "lumped"])
+                self.bodies.append({"name": name, "frames": ["root", "tip"], "model": model,
+                                    "text": beam(name, length, circle(round(uniform(0.01, 0.03), 4)), "{ density = 2700.0, youngs_modulus = 7e10 }", models[model])})
             else:
                 a, b, c = (uniform(0.05, 0.4) for _ in range(3))
                 mass = round(uniform(0.2, 3.0), 3)
@@ -74,7 +82,7 @@ class Mechanism:
             self.joints.append({"name": f"joint{k}", "kind": kind, "parent": frame, "child": name, "position": some(0.3), "rotation": some(1.2), "rate": rate,
                                 "more": f"axis = {some(1.0) if chance.random() < 0.8 else [0, 0, 1]}\n{more}"})
         self.loop_count = loops
-        self.duration = 0.5
+        self.duration = 0.1 if any("model" in b for b in self.bodies) else 0.5
         self.gravity = some(6.0) if grounded else [0, 0, 0]
 
     def text(self, R=None, p=(0, 0, 0), duration=None, tolerance=1e-8):
@@ -89,25 +97,61 @@ class Mechanism:
             rate = j["rate"] if not self.loops or k == 0 else []
             initial = f"initial = {{ rate = {rate[0] if len(rate) == 1 else rate} }}\n" if rate else ""
             text += joint(j["name"], j["kind"], j["parent"], j["child"], f"position = {position}\nrotation = {turn}\n{j['more']}{initial}")
-        for k, (a, b, length) in enumerate(self.loops):
-            text += joint(f"rod{k}", "distance", a, b, f"length = {length!r}")
+        for k, loop in enumerate(self.loops):
+            text += joint(f"loop{k}", loop["kind"], loop["a"], loop["b"], loop["more"])
         text += output("energy", "system", "energy") + output("kinetic", "system", "kinetic")
         for b in self.bodies:
             for f in b["frames"]:
-                text += output(f"{b['name']} {f}", f"{b['name']}.{f}", "position")
+                text += output(f"{b['name']} {f}", f"{b['name']}.{f}", "position") + output(f"{b['name']} {f} turn", f"{b['name']}.{f}", "rotation")
             if "mass" in b:
                 text += output(f"{b['name']} v", f"{b['name']}.c", "velocity") + output(f"{b['name']} w", b["name"], "angular_velocity") + output(f"{b['name']} turn", b["name"], "rotation")
         return text
 
     def close(self, run):
-        """Adds rods between bodies as long as they are apart at the start."""
+        """Adds joints between bodies that fit where these are at the start."""
         h = run(self.text(duration=0.01))
         frames = [(b["name"], f) for b in self.bodies for f in b["frames"]]
         for _ in range(self.loop_count):
             a, b = self.chance.sample(frames, 2)
-            length = math.dist(*([h[f"{n} {f}.{c}"][0] for c in "xyz"] for n, f in (a, b)))
-            if a[0] != b[0] and length > 0.05:
-                self.loops.append((".".join(a), ".".join(b), length))
+            if a[0] == b[0]:
+                continue
+            (xa, xb), (Ra, Rb) = ([column(h, f"{n} {f}")[0] for n, f in (a, b)], [rotation(column(h, f"{n} {f} turn")[0]) for n, f in (a, b)])
+            kind, apart = self.chance.choice(closers), [q - p for p, q in zip(xa, xb)]
+            if kind == "distance" and math.dist(xa, xb) < 0.05:
+                continue
+            # Seen from the parent's frame: where the child's origin is, how it is turned, an axis.
+            back = [[Ra[c][r] for c in range(3)] for r in range(3)]
+            axis = [self.chance.uniform(-1, 1) for _ in range(3)]
+            loop = {"a": ".".join(a), "b": ".".join(b), "kind": kind, "position": turned(back, apart), "rotation": vector_of(product(back, Rb)), "axis": axis, "length": math.dist(xa, xb)}
+            loop["more"] = f"length = {loop['length']!r}" if kind == "distance" else f"position = {loop['position']}\nrotation = {loop['rotation']}\naxis = {axis}"
+            self.loops.append(loop)
+
+    def gaps(self, h):
+        """Largest distance of any loop from being closed, m."""
+        worst = 0.0
+        for loop in self.loops:
+            a, b = (loop[end].replace(".", " ") for end in "ab")
+            for xa, xb, ta, tb in zip(column(h, a), column(h, b), column(h, a + " turn"), column(h, b + " turn")):
+                Ra, Rb = rotation(ta), rotation(tb)
+                gap = [q - p - c for p, q, c in zip(xa, xb, turned(Ra, loop["position"]))]
+                seen = product(Ra, rotation(loop["rotation"]))
+                axis = turned(seen, loop["axis"])
+                size = math.sqrt(sum(c * c for c in axis))
+                axis = [c / size for c in axis]
+                along = sum(p * q for p, q in zip(gap, axis))
+                if loop["kind"] == "distance":
+                    off = abs(math.dist(xa, xb) - loop["length"])
+                elif loop["kind"] == "point-on-plane":
+                    off = abs(along)
+                elif loop["kind"] in ("point-on-line", "cylindrical"):
+                    off = math.dist(gap, [along * c for c in axis])
+                else:
+                    off = math.sqrt(sum(c * c for c in gap))
+                # The axis of the one that turns about it is that of both bodies.
+                if loop["kind"] in ("revolute", "cylindrical"):
+                    off = max(off, math.dist(axis, [c / size for c in turned(Rb, loop["axis"])]))
+                worst = max(worst, off)
+        return worst
 
 
 def column(h, name):
@@ -139,9 +183,8 @@ def check(mechanism, run, chance):
     size = max(1.0, max(abs(c) for n in names for v in column(h, n) for c in v))
     found["energy"] = (max(h["energy"]) - min(h["energy"])) / max(max(h["kinetic"]), 1e-3) / 1e-4
     found["frame"] = max(math.dist(b, [q + c for q, c in zip(p, turned(R, a))]) for n in names for a, b in zip(column(h, n), column(other, n))) / size / 1e-4
-    for a, b, length in mechanism.loops:
-        ends = [column(h, x.replace(".", " ")) for x in (a, b)]
-        found["closure"] = max(found.get("closure", 0), max(abs(math.dist(x, y) - length) for x, y in zip(*ends)) / 1e-9)
+    if mechanism.loops:
+        found["closure"] = mechanism.gaps(h) / 1e-9
     if not mechanism.grounded and all("mass" in b for b in mechanism.bodies):
         P0, L0 = momentum(mechanism, h, 0)
         mass = sum(b["mass"] for b in mechanism.bodies)
@@ -184,13 +227,14 @@ def main():
     words.add_argument("--seed", type=int, default=random.randrange(10**6))
     options = words.parse_args()
     print(f"{options.count} mechanisms and as many meshes, seed {options.seed}", flush=True)
-    worst, failed, refused, done = {}, 0, 0, 0
+    worst, failed, refused, done, there = {}, 0, 0, 0, collections.Counter()
     for k in range(options.count):
         chance = random.Random(options.seed * 100003 + k)
         with tempfile.TemporaryDirectory(prefix="flexframe_random_") as folder:
             run = Runner(options.program, folder, 60)
-            variant = k % 4
-            mechanism = Mechanism(chance, grounded=variant != 0, elastic=variant in (2, 3), loops=(0, 0, 0, 2)[variant])
+            # Flying or on ground, rigid or with beams, open or with loops.
+            variant = k % 8
+            mechanism = Mechanism(chance, grounded=variant % 2 == 1, elastic=variant in (2, 3, 6, 7), loops=chance.randint(1, 2) if variant >= 4 else 0)
             try:
                 found = check(mechanism, run, chance)
                 found["mesh"] = check_mesh(run, chance, pathlib.Path(folder))
@@ -202,6 +246,8 @@ def main():
                 found = {"run": math.inf}
                 print(f"mechanism {k}: {e}")
             done += 1
+            there.update([j["kind"] for j in mechanism.joints] + [b.get("model", "rigid") for b in mechanism.bodies] + [f"loop by {loop['kind']}" for loop in mechanism.loops])
+            there.update(["on ground" if mechanism.grounded else "flying", "with loops" if mechanism.loops else "a tree"])
             bad = {name: v for name, v in found.items() if not v <= 1}
             if bad:
                 failed += 1
@@ -210,6 +256,7 @@ def main():
                 print(f"FAILED mechanism {k}: {bad} (of the bounds); scene kept as {kept}", flush=True)
             for name, v in found.items():
                 worst[name] = max(worst.get(name, 0.0), v)
+    print("there were: " + ", ".join(f"{name} {count}" for name, count in sorted(there.items())))
     print(f"{done} checked, {refused} refused with a reason; worst share of the bounds: " + ", ".join(f"{k} {v:.2g}" for k, v in sorted(worst.items())))
     print("failed" if failed else "passed", f"({failed} of {done})")
     sys.stdout.flush()
