@@ -6,6 +6,7 @@ import json
 import os
 import pathlib
 import random
+import shutil
 import signal
 import subprocess
 import time
@@ -68,7 +69,8 @@ def disturb(name, words_of, resume, folder, same, told=lambda path, data: data):
     wanted = files_below(whole)
     ended = 0
     for _ in range(kills):
-        ended += killed([*words_of(out), *resume], duration)
+        late = killed([*words_of(out), *resume], duration)
+        ended += late
         for path, data in files_below(out).items():
             # What has its final name is complete; what has not is hidden.
             if pathlib.Path(path).name.startswith("."):
@@ -76,6 +78,10 @@ def disturb(name, words_of, resume, folder, same, told=lambda path, data: data):
             expect(path in wanted, f"{name}: {path} is left by a killed run")
             if same(path):
                 expect(path in wanted and told(path, data) == told(path, wanted[path]), f"{name}: {path} of a killed run is not that of an undisturbed one")
+        # With everything there the next try would have nothing to do that a kill could disturb.
+        if late:
+            shutil.rmtree(out)
+            out.mkdir()
     run(*words_of(out), *resume)
     left = files_below(out)
     expect(set(left) == set(wanted), f"{name}: after the kills there are {sorted(set(left) ^ set(wanted))[:5]} too many or too few")
