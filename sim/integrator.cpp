@@ -293,6 +293,11 @@ Integrator::Integrator(const OdeProblem& problem, Method method, double t0, cons
       if (mechanical) require(CVodeSetLinSysFn(m.solver, C::linear_system_bdf<Memory>), "linear system");
       // BDF of order 3 to 5 is unstable for lightly damped oscillation: let CVODE find out and lower the order.
       CVodeSetStabLimDet(m.solver, SUNTRUE);
+      // With a matrix that has been left behind, far too stiff, every correction looks small enough and the predictor is taken for the solution.
+      if (problem.sharp_jacobian) {
+        CVodeSetLSetupFrequency(m.solver, 1);
+        CVodeSetJacEvalFrequency(m.solver, 1);
+      }
     } else {
       // Functional iteration: it converges for the steps that accuracy asks for and needs no Jacobian.
       m.nonlinear = SUNNonlinSol_FixedPoint(m.y, 0, m.context);
@@ -351,6 +356,10 @@ Integrator::Integrator(const OdeProblem& problem, Method method, double t0, cons
         ARKStepSetNonlinConvCoef(m.solver, 0.05);
         // The rate of convergence hardly changes from stage to stage: what was found lasts.
         ARKStepSetNonlinCRDown(m.solver, 0.1);
+      }
+      if (problem.sharp_jacobian) {
+        ARKStepSetLSetupFrequency(m.solver, 1);
+        ARKStepSetJacEvalFrequency(m.solver, 1);
       }
       // Values at the ends of steps only: derivatives of stiff components would spoil the interpolant.
       require(ARKStepSetInterpolantType(m.solver, ARK_INTERP_LAGRANGE), "interpolant");

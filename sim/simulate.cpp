@@ -213,6 +213,7 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
     problem.size = static_cast<int>(y.size());
     problem.roots = event_count(system);
     problem.cheap_jacobian = matrix_is_cheap(system);
+    problem.sharp_jacobian = std::any_of(system.friction.points.begin(), system.friction.points.end(), [](const FrictionPoint& p) { return p.phase == FrictionPhase::slip; });
     integrator = std::make_unique<Integrator>(problem, method, t, y);
   };
   const auto partitions = [&]() {

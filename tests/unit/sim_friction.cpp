@@ -421,5 +421,14 @@ TEST(Friction, LeastFrictionThatFits) {
   }
 }
 
+// Where slip starts the direction of friction is far stiffer than a moment later: no method takes its predictor for the solution.
+TEST(Friction, MethodsAgreeOnSlipFromRest) {
+  const std::string scene = head(0.4, "[0, 0, 0]") + "[[body]]\nname = \"b\"\nkind = \"rigid\"\nmass = 0.8\ninertia = [0.01, 0.02, 0.025]\ncentre_of_mass = [0.1, -0.1, 0.2]\n"
+                            "[[joint]]\nname = \"ball\"\nkind = \"spherical\"\nparent = \"ground\"\nchild = \"b\"\nfriction = { coefficient = 0.3, normal_force = 2, radius = 0.1 }\n"
+                            "[[force]]\nkind = \"torque\"\non = \"b\"\nframe = \"body\"\ndirection = [1, 2, 1]\nvalue = \"0.08 + 2*t\"\n" + output("w", "b", "angular_velocity");
+  const Eigen::MatrixX3d reference = positions(run(scene, 1e-10, Method::adams), "w");
+  for (const Method method : {Method::bdf, Method::dirk, Method::erk}) EXPECT_LT((positions(run(scene, 1e-7, method), "w") - reference).cwiseAbs().maxCoeff(), 1e-4) << method_name(method);
+}
+
 }  // namespace
 }  // namespace flexframe::sim
