@@ -278,6 +278,29 @@ def simultaneous_stops(run):
 
 # Long runs, many samples, tolerances
 
+@case("stick-slip chatter: a block dragged by a spring, 100 times stuck and torn off", "position against the exact one / length of a slip", 1.5e-5)
+def stick_slip(run):
+    # Stretch s of the spring, while slipping: m s'' = mu N - k s from s = mu_0 N / k, s' = v, until s' = v again.
+    m, k, v, normal, mu, mu0 = 1.0, 400.0, 0.02, 10.0, 0.3, 0.4
+    w, mean, over = math.sqrt(k / m), mu * normal / k, (mu0 - mu) * normal / k
+    slip = (2 * math.pi - 2 * math.atan(over * w / v)) / w
+    period, first = slip + 2 * over / v, mu0 * normal / k / v
+
+    def exact(t):
+        if t <= first:
+            return 0.0
+        n, t0 = divmod(t - first, period)
+        stretch = mean + over * math.cos(w * t0) + v / w * math.sin(w * t0) if t0 < slip else mean - over + v * (t0 - slip)
+        return v * t - stretch
+
+    h = run(simulation(first + 100 * period, 50, tolerance=1e-8) + rigid("block", m) + rigid("hand", 1.0)
+            + joint("slide", "prismatic", "ground", "block", f"axis = [1, 0, 0]\nfriction = {{ coefficient = {mu}, static_coefficient = {mu0}, normal_force = {normal} }}")
+            + joint("pull", "prismatic", "ground", "hand", f'axis = [1, 0, 0]\nposition = [1, 0, 0]\nmotion = "{v} * t"')
+            + f'[[force]]\nkind = "spring-damper"\non = "block"\nfrom = "hand"\nstiffness = {k}\nrest = 1.0\n'
+            + output("x", "slide", "value"))
+    return max(abs(x - exact(t)) for t, x in zip(h["t"], h["x"])) / (2 * over + v * slip)
+
+
 @case("undamped pendulum, 1000 periods at tolerance 1e-8", "energy / largest kinetic energy", 1e-5)
 def thousand_periods(run):
     h = run(simulation(2000.0, 10, down, 1e-8) + bar("rod", 1.0, 1.0) + joint("pin", "revolute", "ground", "rod", "initial = { value = -0.8 }") + energies())
