@@ -293,6 +293,30 @@ void split_massless(const Model& model, Work& work) {
   }
 }
 
+void update_massless_accelerations(System& system, double t, const VecX& y) {
+  const Model& model = system.model;
+  const MasslessRates& m = model.massless;
+  if (m.rates.empty()) return;
+  VecX dy(y.size());
+  state_rate(system, t, y.data(), dy.data());
+  // Short against what is output, long against the rounding of the rates (1e-12 of them).
+  const double h = std::clamp(1e-5 * model.settings.duration, 1e-7, 1e-4);
+  const auto rates_beside = [&](double s) {
+    const VecX at = y + s * dy;
+    set_state(system, t + s, at.data(), false);
+    VecX out(m.Z.cols());
+    for (size_t k = 0; k < m.rates.size(); ++k) out[static_cast<Eigen::Index>(k)] = system.work.w[m.rates[k]];
+    return out;
+  };
+  const VecX before = rates_beside(-h), after = rates_beside(h);
+  set_state(system, t, y.data(), true);
+  system.work.wdot += m.Z * (after - before) / (2.0 * h);
+  for (size_t c = 0; c < model.clusters.size(); ++c) {
+    update_base_acceleration(model, static_cast<int>(c), system.work);
+    update_cluster_accelerations(model, static_cast<int>(c), system.work);
+  }
+}
+
 bool follows_damper(const Model& model, const Work& work, int rate) {
   for (int k : work.massless.damped)
     if (model.massless.rates[static_cast<size_t>(k)] == rate) return true;

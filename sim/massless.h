@@ -33,6 +33,10 @@ void balance_velocities(const Model& model, Work& work);
 // True rates into p.
 void remove_massless_rates(const Model& model, VecX& w);
 
+// After set_state with accelerations at (t, y), for outputs: those of m, which nothing else needs, by differences of the rates along the motion, and
+// with them the parts' accelerations.
+void update_massless_accelerations(System& system, double t, const VecX& y);
+
 // Whether the coordinate behind a rate is integrated though its rate is not independent (a damper acts on it).
 bool follows_damper(const Model& model, const Work& work, int rate);
 

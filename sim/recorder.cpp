@@ -3,6 +3,7 @@
 #include "sim/bodies.h"
 #include "sim/dynamics.h"
 #include "sim/kinematics.h"
+#include "sim/massless.h"
 
 #include <fmt/format.h>
 
@@ -57,8 +58,9 @@ void grow_work(System& system) {
   system.work = std::move(work);
 }
 
-void refresh(System& system, bool accelerations, bool reactions, Reactions& out) {
+void refresh(System& system, double t, const VecX& y, bool accelerations, bool reactions, Reactions& out) {
   if (accelerations) update_system_accelerations(system);
+  if (accelerations) update_massless_accelerations(system, t, y);
   if (reactions) compute_reactions(system.model, system.work, out);
 }
 
@@ -162,7 +164,7 @@ void Recorder::record(System& system, double t, const VecX& y) {
   const Model& model = system.model;
   Work& work = system.work;
   set_state(system, t, y.data(), false);
-  refresh(system, plans_.accelerations, plans_.reactions, reactions_);
+  refresh(system, t, y, plans_.accelerations, plans_.reactions, reactions_);
   const Eigen::Index row = row_++;
   for (size_t b = 0; b < results_.bodies.size(); ++b) {
     ResultBody& body = results_.bodies[b];
@@ -226,7 +228,7 @@ HistoryRecorder::HistoryRecorder(System& system, const std::vector<double>& time
 
 void HistoryRecorder::record(System& system, double t, const VecX& y) {
   set_state(system, t, y.data(), false);
-  refresh(system, plans_.accelerations, plans_.reactions, reactions_);
+  refresh(system, t, y, plans_.accelerations, plans_.reactions, reactions_);
   const Eigen::Index row = row_++;
   MatX& table = histories_.values;
   evaluate_outputs(system.model, system.scene, plans_, system.work, reactions_, row > 0 ? table.col(row - 1).data() : nullptr, table.col(row).data());

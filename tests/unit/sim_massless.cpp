@@ -20,7 +20,7 @@ std::string slide(const std::string& name, const std::string& parent, const std:
 TEST(Massless, NodeBetweenTwoSprings) {
   const double k1 = 100, k2 = 300, m = 0.3, x0 = 0.4, omega = std::sqrt(k1 * k2 / (k1 + k2) / m), share = k2 / (k1 + k2);
   const std::string bodies = head(2, Vec3::Zero()) + body("node", 0) + body("block", m);
-  const std::string watched = output("x", "block", "position") + output("n", "node", "position") + output("v", "node", "velocity");
+  const std::string watched = output("x", "block", "position") + output("n", "node", "position") + output("v", "node", "velocity") + output("a", "node", "acceleration") + output("f", "one", "reaction");
   const std::string stacked = bodies + slide("one", "ground", "node", "spring = { stiffness = 100 }") + slide("two", "node", "block", "spring = { stiffness = 300 }\ninitial = { value = 0.1 }") + watched;
   const std::string abreast = bodies + slide("one", "ground", "node", "spring = { stiffness = 100 }") + slide("two", "ground", "block", "initial = { value = 0.4 }") +
                               "[[force]]\nkind = \"spring-damper\"\non = \"block\"\nfrom = \"node\"\nstiffness = 300\nrest = 0\n" + watched;
@@ -33,6 +33,7 @@ TEST(Massless, NodeBetweenTwoSprings) {
         EXPECT_NEAR(column(r, "x.x")[i], x0 * std::cos(omega * t), 100 * tolerance);
         EXPECT_NEAR(column(r, "n.x")[i], share * x0 * std::cos(omega * t), 100 * tolerance);
         EXPECT_NEAR(column(r, "v.x")[i], -share * x0 * omega * std::sin(omega * t), 1000 * tolerance);
+        EXPECT_NEAR(column(r, "a.x")[i], -share * x0 * omega * omega * std::cos(omega * t), 1e-6 + 20000 * tolerance);
       }
       EXPECT_LT(energy_gap(r), 1000 * tolerance);
     }
