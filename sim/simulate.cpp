@@ -116,8 +116,15 @@ constexpr long trial_steps = 500;
 constexpr double tight = 1.0001e-8, followed_radians = 10.0;
 
 // What most likely makes the steps small at the present state, half a sentence; `complaint`: of the last evaluation that failed, if one did.
-std::string likely_cause(const System& system, const std::string& complaint) {
+std::string likely_cause(System system, double t, const VecX& y, const std::string& complaint) {
   if (!complaint.empty()) return complaint;
+  // In space, whatever evaluated it so far.
+  system.planar.reset();
+  try {
+    set_state(system, t, y.data(), true);
+  } catch (const SimulationError& error) {
+    return error.what();
+  }
   const FrictionPoint* worst = nullptr;
   for (const FrictionPoint& p : system.friction.points)
     if (p.law.reaction && p.phase != FrictionPhase::stick && (!worst || p.normal > worst->normal)) worst = &p;
@@ -136,6 +143,18 @@ std::string likely_cause(const System& system, const std::string& complaint) {
       if (const int motion = system.model.parts[i].joint.motion; motion >= 0) driving = std::max(driving, std::abs(system.work.motion[motion].rate) * cluster.size);
     if (driven > 100.0 * driving)
       return fmt::format("the mechanism is at the end of its reach, where the rates in the loop of joint '{}' grow without bound", system.model.loops[system.model.clusters[c].loops.front()].name);
+  }
+  // A rate whose inertia, with the others free, has almost gone.
+  for (size_t c = 0; c < system.model.clusters.size(); ++c) {
+    const ClusterWork& cw = system.work.clusters[c];
+    const auto& L = cw.llt.matrixLLT();
+    for (size_t k = 0; k < cw.partition.ind.size() && L.rows() == cw.D.rows(); ++k) {
+      const Eigen::Index i = static_cast<Eigen::Index>(k);
+      if (i >= L.rows() || L(i, i) * L(i, i) > 1e-6 * std::max(cw.D(i, i), system.model.mass * std::pow(rate_scale(system.model, static_cast<int>(c), cw.partition.ind[k]), 2))) continue;
+      for (const Part& p : system.model.parts)
+        if (const int v = system.model.clusters[c].v0 + cw.partition.ind[k]; v >= p.v0 && v < p.v0 + p.joint.nv)
+          return fmt::format("joint '{}' comes to a position in which hardly any mass moves with it: give the bodies it carries mass or inertia", p.joint.name);
+    }
   }
   return "an acceleration grows without bound";
 }
@@ -270,7 +289,7 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
       const double now = integrator->time();
       // An integrator may take steps below the digits of the time without complaint, and for ever.
       standing = now - integrator->previous_time() > 1e-15 * now ? 0 : standing + 1;
-      if (standing > 1000) throw SimulationError(fmt::format("the integration stopped at t = {:.9g} s: the steps became too small; {}", now, likely_cause(system, integrator->last_complaint())));
+      if (standing > 1000) throw SimulationError(fmt::format("the integration stopped at t = {:.9g} s: the steps became too small; {}", now, likely_cause(system, now, y, integrator->last_complaint())));
       // Loops are looked at at every sample, and at the end of steps that pass none.
       const auto check_loops = [&]() {
         for (size_t c = 0; c < system.model.clusters.size(); ++c) require_closed(system.model, static_cast<int>(c), system.work);

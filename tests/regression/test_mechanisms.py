@@ -102,6 +102,9 @@ wrong = {
     "friction on a massless body on a spring": (
         '[[body]]\nname = "a"\nkind = "rigid"\nmass = 0\n' + joint("j", "prismatic", "ground", "a", "axis = [0, 1, 0]\nspring = { stiffness = 100, rest = 0.1 }\nfriction = { coefficient = 0.1, normal_force = 1 }"), 2,
         ["j", "friction", "mass", "damping instead"]),
+    "a carriage without mass over a point mass": (
+        '[[body]]\nname = "c"\nkind = "rigid"\nmass = 0\n[[body]]\nname = "bob"\nkind = "rigid"\nmass = 1\ncentre_of_mass = [0, -0.04, 0]\n'
+        + joint("rail", "prismatic", "ground", "c", "axis = [1, 0, 0]\nspring = { stiffness = 50 }") + joint("pin", "revolute", "c", "bob", "initial = { value = 0.5 }"), 1, ["stopped at", "rail", "mass"]),
     "a massless ball between balls": (
         body("b") + '[[body]]\nname = "a"\nkind = "rigid"\nmass = 0\n' + joint("j", "spherical", "ground", "a", "spring = { stiffness = 1 }") + joint("k", "spherical", "a", "b", "spring = { stiffness = 1 }"), 2,
         ["j", "changes with the position", "mass"]),
