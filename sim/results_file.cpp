@@ -26,7 +26,7 @@ namespace {
 
 constexpr const char* format_name = "flexframe results";
 constexpr int format_version = 1;
-constexpr std::size_t chunk_bytes = 256 * 1024;
+constexpr std::size_t chunk_bytes = 256u << 10;
 constexpr hsize_t most_times = 100'000'000;
 constexpr std::size_t longest_string = 16u << 20;
 constexpr char checked_format = 3;  // version of the superblock of files whose metadata all have checksums

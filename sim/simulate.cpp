@@ -30,8 +30,8 @@ double cpu_seconds() {
 
 std::vector<double> sample_times(const SimulationSettings& s) {
   std::vector<double> times;
-  const double count = std::floor(s.duration * s.output_rate * (1.0 + 1e-12));
-  for (double k = 0.0; k <= count; k += 1.0) times.push_back(k / s.output_rate);
+  const auto count = static_cast<long>(s.duration * s.output_rate * (1.0 + 1e-12));
+  for (long k = 0; k <= count; ++k) times.push_back(static_cast<double>(k) / s.output_rate);
   // The run's end is always a sample.
   if (times.back() > s.duration || s.duration - times.back() < 1e-9 / s.output_rate) times.back() = s.duration;
   else times.push_back(s.duration);
