@@ -31,6 +31,10 @@ else()
   set(precompile ON)
 endif()
 option(FLEXFRAME_PRECOMPILE "precompiled headers" ${precompile})
+# g++ that collects garbage less often takes a sixth less time for a file full of Eigen, and a seventh more memory (1 GB at most).
+if(FLEXFRAME_PRECOMPILE AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  target_compile_options(flexframe_options INTERFACE "SHELL:--param ggc-min-expand=400" "SHELL:--param ggc-min-heapsize=400000")
+endif()
 # flexframe_precompile(TARGET HEADER...): these and the usual ones of the standard library.
 function(flexframe_precompile target)
   if(FLEXFRAME_PRECOMPILE)

@@ -237,25 +237,30 @@ Results simulate_to_accuracy(const Scene& scene, double accuracy, const Simulate
   const auto loose = [&] { return Setting{below().level, 10.0 * setting.tolerance}; };
   Histories first = search.run(search.at(loose()));
   Histories coarse = search.run(search.at(below()));
+  bool explicit_pays = scene.simulation.method == Method::automatic;
+  double explicit_tolerance = std::min(1e-5, 0.01 * accuracy);
+  std::optional<Histories> explicit_run;
   for (int round = 0; round < 12; ++round) {
     out.time = error_of_difference * apart(first, coarse, &out.column);
     if (out.time <= 0.5 * accuracy || setting.tolerance <= 1e-11) break;
     // Vibrations whose phase is asked for have to be followed, not stepped over: there an explicit method of sixth order is cheaper, as
-    // long as what is kept of the bodies is not stiff. It gets as long as the next round would take.
-    if (round == 0 && !search.method && scene.simulation.method == Method::automatic && coarse.statistics.method == method_name(Method::dirk)) {
+    // long as what is kept of the bodies is not stiff. Each round lowers its tolerance by a decade, for as long as the next round would take.
+    if (explicit_pays && !search.method && coarse.statistics.method != method_name(Method::erk)) {
       search.method = Method::erk;
-      const double tolerance = std::min(1e-5, 0.01 * accuracy), longest = 20.0 * coarse.statistics.cpu_seconds;
-      std::optional<Histories> tight = search.run_within(search.at({below().level, tolerance}), longest);
-      std::optional<Histories> wide = tight ? search.run_within(search.at({below().level, 10.0 * tolerance}), longest) : std::nullopt;
-      const double time = wide ? error_of_difference * apart(*wide, *tight) : 1.0;
+      const double longest = (round == 0 ? 20.0 : 4.0) * coarse.statistics.cpu_seconds;
+      std::optional<Histories> wide = explicit_run ? std::move(explicit_run) : search.run_within(search.at({below().level, 10.0 * explicit_tolerance}), longest);
+      explicit_run = wide ? search.run_within(search.at({below().level, explicit_tolerance}), longest) : std::nullopt;
+      explicit_pays = explicit_run.has_value();
+      const double time = explicit_pays ? error_of_difference * apart(*wide, *explicit_run) : 1.0;
       if (time <= 0.5 * accuracy) {
-        setting.tolerance = tolerance;
+        setting.tolerance = explicit_tolerance;
         out.time = time;
         first = std::move(*wide);
-        coarse = std::move(*tight);
+        coarse = std::move(*explicit_run);
         out.chosen.push_back("method erk");
         break;
       }
+      explicit_tolerance *= 0.1;
       search.method.reset();
     }
     const double step = std::clamp(std::pow(0.4 * accuracy / out.time, 1.0 / cautious_order), 0.01, 0.2);
@@ -299,7 +304,7 @@ Results simulate_to_accuracy(const Scene& scene, double accuracy, const Simulate
       const bool worth = s.on ? share > 0.1 * accuracy : share > accuracy / 3.0;
       if (worth != s.on) {
         search.set_effect(s, worth);
-            out.chosen.push_back(fmt::format("{} of '{}' {} (worth {:.1g})", s.effect, s.owner, worth ? "on" : "off", share));
+        out.chosen.push_back(fmt::format("{} of '{}' {} (worth {:.1g})", s.effect, s.owner, worth ? "on" : "off", share));
         coarse = search.run(search.at(below()));
       }
       if (!worth) out.effects += share;

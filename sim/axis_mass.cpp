@@ -50,7 +50,7 @@ void add_double_integral(const Axis& mass, const MatX& f, VecX& sum, VecX& slope
 
 // The bilinear form H(a, b) of the second-order displacement u2 = H(q, q)/2 at every particle, times root_mass: fields `a` of a state
 // (a number a point) against rows `b` (a column a point); out has the rows of b and all points for x, then y, then z.
-void second_order(const Axis& mass, const Values& a, const Values& a_root, const Rows& b, const Values& b_root, AxisTerms& work, MatX& out) {
+void second_order(const Axis& mass, const Values& a, const Values& a_root, const Rows& b, const Values& b_root, AxisScratch& work, MatX& out) {
   const auto have = [&](int i, int k) { return mass.row[i].size() > 0 && mass.row[k].size() > 0; };
   const Eigen::Index points = mass.x.size();
   const Eigen::Index n = out.rows();
@@ -105,32 +105,34 @@ void evaluate_fields(const Axis& mass, const VecX& q, Values& at, Values& root) 
 
 void reserve_axis_mass(const FlexibleBody& body, BodyTerms& out) {
   out.axis.J = MatX::Zero(body.n, body.axis.phi.cols());
-  out.axis.second = MatX::Zero(1, body.axis.phi.cols());
-  out.axis.acceleration = VecX::Zero(body.axis.phi.cols());
+  out.axis.scratch = std::make_shared<AxisScratch>();
+  out.axis.scratch->second = MatX::Zero(1, body.axis.phi.cols());
+  out.axis.scratch->acceleration = VecX::Zero(body.axis.phi.cols());
   out.Mee = body.Me;
 }
 
 void update_axis_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out) {
   const Axis& mass = body.axis;
-  AxisTerms& work = out.axis;
+  AxisTerms& kept = out.axis;
+  AxisScratch& work = *kept.scratch;
   const Eigen::Index points = mass.x.size();
   evaluate_fields(mass, q, work.at, work.root);
-  MatX& J = work.J;
+  MatX& J = kept.J;
   second_order(mass, work.at, work.root, mass.row, mass.root, work, J);
   // r = c + phi q + G q / 2 before phi joins G
-  work.place.noalias() = J.transpose() * (0.5 * q);
+  kept.place.noalias() = J.transpose() * (0.5 * q);
   J += mass.phi;
-  work.place.noalias() += mass.phi.transpose() * q;
-  work.place.head(points) += mass.x.cwiseProduct(mass.root_mass);
+  kept.place.noalias() += mass.phi.transpose() * q;
+  kept.place.head(points) += mass.x.cwiseProduct(mass.root_mass);
 
-  const auto X = work.place.head(points), Y = work.place.segment(points, points), Z = work.place.tail(points);
+  const auto X = kept.place.head(points), Y = kept.place.segment(points, points), Z = kept.place.tail(points);
   const auto Jx = J.leftCols(points), Jy = J.middleCols(points, points), Jz = J.rightCols(points);
   const VecX& m = mass.root_mass;
   out.md = Vec3(m.dot(X), m.dot(Y), m.dot(Z));
   Vec6 I = mass.J0;
   if (mass.J1.size() > 0) {
-    work.turned.noalias() = mass.J1 * q;
-    I += work.turned;
+    kept.turned.noalias() = mass.J1 * q;
+    I += kept.turned;
   }
   const double xx = X.squaredNorm(), yy = Y.squaredNorm(), zz = Z.squaredNorm();
   I += (Vec6() << yy + zz, xx + zz, xx + yy, -X.dot(Y), -X.dot(Z), -Y.dot(Z)).finished();
@@ -161,7 +163,8 @@ void update_axis_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out) {
 
 void update_axis_velocity_terms(const FlexibleBody& body, const Vec6& V, const VecX& qd, BodyTerms& out) {
   const Axis& mass = body.axis;
-  AxisTerms& work = out.axis;
+  const AxisTerms& kept = out.axis;
+  AxisScratch& work = *kept.scratch;
   const Eigen::Index points = mass.x.size();
   const Vec3 v = V.head<3>(), w = V.tail<3>();
   // d/dt (d u2/d q) qd = H(qd, qd)
@@ -169,14 +172,14 @@ void update_axis_velocity_terms(const FlexibleBody& body, const Vec6& V, const V
   for (size_t i = 0; i < Axis::fields; ++i)
     if (mass.row[i].size() > 0) work.rate_row[i] = work.at[i].transpose();
   second_order(mass, work.at, work.root, work.rate_row, work.root, work, work.second);
-  work.rate.noalias() = work.J.transpose() * qd;
+  work.rate.noalias() = kept.J.transpose() * qd;
 
   // The particles' accelerations at zero accelerations of frame and coordinates.
   Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
   const Vec3 base = w.cross(v);
   for (Eigen::Index p = 0; p < points; ++p) {
     const Eigen::Index y = points + p, z = 2 * points + p;
-    const Vec3 r(work.place[p], work.place[y], work.place[z]), rate(work.rate[p], work.rate[y], work.rate[z]);
+    const Vec3 r(kept.place[p], kept.place[y], kept.place[z]), rate(work.rate[p], work.rate[y], work.rate[z]);
     const Vec3 a = mass.root_mass[p] * base + w.cross(Vec3(w.cross(r) + 2.0 * rate)) + Vec3(work.second(0, p), work.second(0, y), work.second(0, z));
     force += mass.root_mass[p] * a;
     moment += r.cross(a);
@@ -184,12 +187,12 @@ void update_axis_velocity_terms(const FlexibleBody& body, const Vec6& V, const V
     work.acceleration[y] = a.y();
     work.acceleration[z] = a.z();
   }
-  out.ce.noalias() = work.J * work.acceleration;
+  out.ce.noalias() = kept.J * work.acceleration;
 
   // The sections' inertia.
   Vec6 I = mass.J0, Jdot = Vec6::Zero();
   if (mass.J1.size() > 0) {
-    I += work.turned;
+    I += kept.turned;
     Jdot.noalias() = mass.J1 * qd;
     Vec6 share;
     share << 0.5 * w.x() * w.x(), 0.5 * w.y() * w.y(), 0.5 * w.z() * w.z(), w.x() * w.y(), w.x() * w.z(), w.y() * w.z();
@@ -215,6 +218,14 @@ AxisMass in_coordinates(const AxisMass& mass, const MatX& T) {
   out.Cr0 = mass.Cr0 * T;
   out.Me = T.transpose() * mass.Me * T;
   return out;
+}
+
+bool same_axis_mass(const AxisMass& a, const AxisMass& b) {
+  bool same = a.per_panel == b.per_panel && a.panel == b.panel && same_values(a.root_mass, b.root_mass) && same_values(a.x, b.x) && same_values(a.phi, b.phi) &&
+              same_values(a.once, b.once) && same_values(a.twice, b.twice) && a.J0 == b.J0 && same_values(a.J1, b.J1) && same_values(a.Cr0, b.Cr0) &&
+              same_values(a.Me, b.Me);
+  for (size_t i = 0; i < Axis::fields; ++i) same = same && same_values(a.row[i], b.row[i]) && same_values(a.root[i], b.root[i]);
+  return same;
 }
 
 }  // namespace flexframe::sim

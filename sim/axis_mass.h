@@ -14,6 +14,9 @@ void reserve_axis_mass(const FlexibleBody& body, BodyTerms& out);
 void update_axis_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out);
 void update_axis_velocity_terms(const FlexibleBody& body, const Vec6& V, const VecX& qd, BodyTerms& out);
 
+// Whether all constants are equal to the last bit.
+bool same_axis_mass(const AxisMass& a, const AxisMass& b);
+
 // The same mass in other coordinates, old = T new.
 AxisMass in_coordinates(const AxisMass& mass, const MatX& T);
 

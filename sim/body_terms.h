@@ -8,20 +8,25 @@
 #include "sim/types.h"
 
 #include <array>
+#include <memory>
 
 namespace flexframe::sim {
 
 // Work space of axis_mass.h: of the particles, x of all, y of all, z of all; times the square root of their masses.
-struct AxisTerms {
+struct AxisScratch {         // read by no one after the function that writes it
   std::array<VecX, AxisMass::fields> at, root;      // fields of the state
   std::array<MatX, AxisMass::fields> rate_row;      // fields of the rates, a row
-  MatX J;                    // n x 3 points: phi + d u2/d q
-  VecX place, rate, acceleration;
+  VecX rate, acceleration;
   MatX second, integrand;
   VecX sum, slope;
   Eigen::MatrixX4d weight;
   std::array<Eigen::MatrixX4d, 3> moment;
+};
+struct AxisTerms {           // kept from update_mass for update_velocity_terms
+  MatX J;                    // n x 3 points: phi + d u2/d q
+  VecX place;
   Vec6 turned = Vec6::Zero();  // J1 q of the sections
+  std::shared_ptr<AxisScratch> scratch;
 };
 
 // Results and work space; sized once by `reserve`. Component order of the 6-vectors: linear, angular.
@@ -40,6 +45,14 @@ struct BodyTerms {
 
 // Mass matrix at the elastic coordinates q (n).
 void update_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out);
+
+// Whether two bodies are equal to the last bit in all that update_mass, update_velocity_terms and the frames at their nodes read.
+bool same_kinetics(const FlexibleBody& a, const FlexibleBody& b);
+
+template <class A, class B>
+bool same_values(const Eigen::MatrixBase<A>& a, const Eigen::MatrixBase<B>& b) {
+  return a.rows() == b.rows() && a.cols() == b.cols() && a == b;
+}
 
 // Elastic part of the mass matrix.
 inline const MatX& elastic_mass(const FlexibleBody& body, const BodyTerms& terms) { return terms.Mee.size() > 0 ? terms.Mee : body.Me; }

@@ -39,14 +39,14 @@ void start_composites(const Model& model, Work& work) {
   for (size_t i = 0; i < model.parts.size(); ++i) {
     const FlexibleBody& body = model.parts[i].body;
     PartWork& p = work.parts[i];
-    update_velocity_terms(body, p.V, p.qd, p.terms);
+    update_velocity_terms(kinetics(model, work, static_cast<int>(i)), p.V, p.qd, p.terms);
     p.Mrr = p.terms.Mrr;
     p.fr = p.terms.cr - p.load;
     p.fr.noalias() += p.terms.Mrr * p.A0;
     if (body.n > 0) {
       elastic_force(body, p.q, p.qd, p.elastic);
       p.Mre = p.terms.Mre;
-      p.Mee = elastic_mass(body, p.terms);
+      p.Mee = elastic_mass(kinetics(model, work, static_cast<int>(i)), p.terms);
       p.fe = p.terms.ce + p.elastic - p.load_e;
       p.fe.noalias() += p.terms.Mre.transpose() * p.A0;
     }
@@ -331,7 +331,7 @@ void update_positions(const Model& model, Work& work) {
     close_positions(model, static_cast<int>(c), work);
     update_cluster_world(model, static_cast<int>(c), work);
   }
-  for (size_t i = 0; i < model.parts.size(); ++i) update_mass(model.parts[i].body, work.parts[i].q, work.parts[i].terms);
+  for (size_t i = 0; i < model.parts.size(); ++i) update_mass(kinetics(model, work, static_cast<int>(i)), work.parts[i].q, work.parts[i].terms);
   if (!model.massless.rates.empty()) balance_positions(model, work);
 }
 

@@ -29,6 +29,11 @@ Work make_work(const Model& model) {
     PartWork& p = work.parts[i];
     const int n = part.body.n, nv = part.joint.nv;
     p.terms.reserve(part.body);
+    p.like = static_cast<int>(i);
+    if (i > 0 && same_kinetics(model.parts[i - 1].body, part.body)) {
+      p.like = work.parts[i - 1].like;
+      p.terms.axis.scratch = work.parts[i - 1].terms.axis.scratch;
+    }
     p.q = p.qd = p.qdd = p.elastic = p.load_e = p.fe = VecX::Zero(n);
     p.Mre = Mat6X::Zero(6, n);
     p.Mee = MatX::Zero(n, n);
@@ -79,7 +84,7 @@ void update_frame_pose(const Model& model, int frame, Work& work) {
   FrameWork& fw = work.frames[frame];
   if (!fw.flexible) return;
   const FramePoint& f = model.frames[frame];
-  const FlexibleNode& node = model.parts[f.part].body.nodes[f.node];
+  const FlexibleNode& node = kinetics(model, work, f.part).nodes[f.node];
   const VecX& q = work.parts[f.part].q;
 
   // Node: r = origin + phi q + 1/2 q phi2 q,  R = exp(psi q) R0.
@@ -104,7 +109,7 @@ void update_frame_jacobian(const Model& model, int frame, Work& work) {
   FrameWork& fw = work.frames[frame];
   if (!fw.flexible) return;
   const FramePoint& f = model.frames[frame];
-  const FlexibleNode& node = model.parts[f.part].body.nodes[f.node];
+  const FlexibleNode& node = kinetics(model, work, f.part).nodes[f.node];
   const Mat3 Rt = fw.pose.R.transpose();
   const Mat3 Jr = fw.rest_axes * right_jacobian(fw.theta, fw.series);
   const bool arm = !f.offset.p.isZero(0.0);
@@ -145,7 +150,7 @@ void update_frame_velocity(const Model& model, int frame, Work& work) {
   fw.V += fw.W;
 
   // dB/dt qd: the displacement's second-order part and the rotation's, and the turning of the frame's axes.
-  const FlexibleNode& node = model.parts[f.part].body.nodes[f.node];
+  const FlexibleNode& node = kinetics(model, work, f.part).nodes[f.node];
   Vec3 second = Vec3::Zero();
   for (int a = 0; a < 3; ++a)
     if (node.phi2[a].size() > 0) {

@@ -27,6 +27,7 @@ struct FrameWork {
 enum class StopPhase { live, free, lower, lower_parting, upper, upper_parting };
 
 struct PartWork {
+  int like = 0;               // the part whose constants are read instead of its own, which are equal: a long chain then fits in the cache
   JointMotion joint;
   Pose step;                  // body frame in the inboard frame
   Pose in_base;               // body frame in the cluster's base frame
@@ -112,5 +113,8 @@ struct Work {
 };
 
 Work make_work(const Model& model);
+
+// Constants of a part for update_mass, update_velocity_terms and the frames at its nodes.
+inline const FlexibleBody& kinetics(const Model& model, const Work& work, int part) { return model.parts[work.parts[part].like].body; }
 
 }  // namespace flexframe::sim

@@ -384,6 +384,7 @@ TEST(ResultsFile, FullDiskLeavesNothing) {
   for (const rlim_t bytes : {0, 2048, 20480, 204800}) {
     int ends[2];
     ASSERT_EQ(::pipe(ends), 0);
+    std::fflush(nullptr);
     const pid_t child = ::fork();
     if (child == 0) {
       // everything that HDF5 says goes into the pipe too
