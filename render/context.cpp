@@ -33,10 +33,15 @@ Function symbol(void* library, const char* name) {
   return found;
 }
 
+void* osmesa_library() {
+  static void* library = open_library({"libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"}, "libosmesa6");
+  return library;
+}
+
 class OsMesa final : public Context {
 public:
   OsMesa() {
-    static void* library = open_library({"libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"}, "libosmesa6");
+    void* library = osmesa_library();
     make_ = symbol<decltype(make_)>(library, "OSMesaMakeCurrent");
     proc_ = symbol<decltype(proc_)>(library, "OSMesaGetProcAddress");
     destroy_ = symbol<decltype(destroy_)>(library, "OSMesaDestroyContext");
@@ -118,6 +123,14 @@ private:
 };
 
 }  // namespace
+
+void open_osmesa() noexcept {
+  try {
+    osmesa_library();
+  } catch (const std::exception&) {
+    // Tried again, and said, by whoever needs a context.
+  }
+}
 
 std::unique_ptr<Context> create_osmesa_context() { return std::make_unique<OsMesa>(); }
 std::unique_ptr<Context> create_egl_context() { return std::make_unique<Egl>(); }

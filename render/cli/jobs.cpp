@@ -2,6 +2,7 @@
 
 #include "render/cli/terminal.h"
 
+#include "render/context.h"
 #include "render/mesh.h"
 #include "sim/scene_reader.h"
 #include "sim/words.h"
@@ -11,6 +12,8 @@
 #include <cerrno>
 #include <charconv>
 #include <cstring>
+#include <thread>
+
 #include <unistd.h>
 
 namespace flexframe::cli {
@@ -135,7 +138,14 @@ DrawingReport run_drawing(const sim::Results& results, const film::RenderSetting
     options.shard = *shard;
     options.shards = *shards;
   }
-  const film::Animation animation = film::make_animation(results, settings, scene);
+  options.backend = render::backend_from_name(words.renderer);
+  const film::Animation animation = [&] {
+    // The drawing library is opened meanwhile; the thread is gone before the workers are forked.
+    const std::jthread opening([&] {
+      if (options.backend == render::Backend::osmesa) render::open_osmesa();
+    });
+    return film::make_animation(results, settings, scene);
+  }();
 
   DrawingReport report;
   report.frames = folder / "frames";
@@ -146,7 +156,6 @@ DrawingReport run_drawing(const sim::Results& results, const film::RenderSetting
   options.folder = report.frames;
   options.resume = words.resume;
   options.workers = words.workers;
-  options.backend = render::backend_from_name(words.renderer);
 
   // The video of the whole range, while the pictures come; a shard alone has gaps.
   std::optional<film::VideoWriter> video;

@@ -115,7 +115,8 @@ Message make_one(const Animation& animation, const FilmOptions& options, int pic
     ::_exit(1);
   };
   try {
-    render::Renderer renderer(options.backend);
+    // Never taken down: the process ends anyway.
+    render::Renderer& renderer = *new render::Renderer(options.backend);
     const std::string environment = fmt::format("drawing {} ", render::drawing_version) + renderer.info().renderer + ' ' + renderer.info().version + ' ' + renderer.info().cpu;
     PictureMemory memory;
     for (int i = next++; i < static_cast<int>(pictures.size()); i = next++) {

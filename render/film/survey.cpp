@@ -1,16 +1,20 @@
 #include "render/film/survey.h"
 
+#include "interp/parallel.h"
 #include "interp/scalars.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <set>
 
 namespace flexframe::film {
 namespace {
 
 constexpr int even_moments = 200, peak_moments = 32;
+constexpr int moments_of_a_thread = 8;
+constexpr size_t turn_moments = 2;  // where a body's turn is measured: a pass over its triangles each
 constexpr int support_budget = 6000;  // points of all bodies at one moment
 
 // Vertices furthest in 26 directions, and an even choice of the rest.
@@ -118,6 +122,55 @@ void update_scalars(const BodyModel& model, const sim::Results& results, int ind
   }
 }
 
+namespace {
+
+// One moment of the survey, and a thread's memory for making it.
+struct Seen {
+  Survey::Moment moment;
+  std::vector<double> reach;  // largest displacement of each body, m
+  double largest_scalar = 0.0;
+};
+struct SurveyMemory {
+  std::vector<BodyMemory> bodies;
+  ScalarMemory scalars;
+  std::vector<float> values;
+};
+
+Seen see(const sim::Results& results, const std::vector<BodyModel>& bodies, const RenderSettings& settings, const std::vector<std::vector<int>>& chosen, double t,
+         SurveyMemory& memory) {
+  const SamplePlace place = find_sample(results.times, t);
+  Seen seen{.moment = {.t = t, .pose = {}, .displacement = {}}, .reach = std::vector<double>(bodies.size(), 0.0)};
+  for (size_t b = 0; b < bodies.size(); ++b) {
+    const sim::ResultBody& body = results.bodies[b];
+    BodyMemory& own = memory.bodies[b];
+    seen.moment.pose.push_back(body_pose(body, place));
+    std::vector<glm::vec3> moved;
+    if (bodies[b].flexible) {
+      update_displacement(bodies[b], body, place, own);
+      const std::vector<float>& u = own.displacement;
+      double square = 0.0;
+      for (size_t i = 0; i + 2 < u.size(); i += 3) square = std::max(square, double(u[i]) * u[i] + double(u[i + 1]) * u[i + 1] + double(u[i + 2]) * u[i + 2]);
+      seen.reach[b] = std::sqrt(square);
+      for (int i : chosen[b]) moved.emplace_back(u[3 * i], u[3 * i + 1], u[3 * i + 2]);
+    } else if (bodies[b].mesh.positions.empty() && bodies[b].visible && body.displacement.size() > 0) {
+      node_motion(body, place, own.node_displacement, own.node_rotation);
+      for (Eigen::Index k = 0; k < own.node_displacement.rows(); ++k) {
+        const Eigen::RowVector3d u = own.node_displacement.row(k);
+        moved.emplace_back(u.x(), u.y(), u.z());
+        seen.reach[b] = std::max(seen.reach[b], u.norm());
+      }
+    }
+    seen.moment.displacement.push_back(std::move(moved));
+    if (settings.color_by != ColorBy::none && settings.color_by != ColorBy::body && settings.color_by != ColorBy::displacement) {
+      update_scalars(bodies[b], results, static_cast<int>(b), settings, t, own, memory.scalars, memory.values);
+      for (float s : memory.values) seen.largest_scalar = std::max(seen.largest_scalar, double(s));
+    }
+  }
+  return seen;
+}
+
+}  // namespace
+
 Survey survey_motion(const sim::Results& results, const std::vector<BodyModel>& bodies, const RenderSettings& settings) {
   Survey survey;
   const int most = std::clamp(support_budget / std::max(1, static_cast<int>(bodies.size())), 8, 200);
@@ -132,43 +185,33 @@ Survey survey_motion(const sim::Results& results, const std::vector<BodyModel>& 
     survey.support.push_back(std::move(points));
   }
 
-  std::vector<BodyMemory> memory(bodies.size());
-  ScalarMemory work;
-  std::vector<float> scalars;
   const std::vector<double> times = survey_times(results, settings);
-  for (size_t moment_index = 0; moment_index < times.size(); ++moment_index) {
-    const double t = times[moment_index];
-    const SamplePlace place = find_sample(results.times, t);
-    Survey::Moment moment{.t = t, .pose = {}, .displacement = {}};
-    for (size_t b = 0; b < bodies.size(); ++b) {
-      const sim::ResultBody& body = results.bodies[b];
-      moment.pose.push_back(body_pose(body, place));
-      std::vector<glm::vec3> moved;
-      if (bodies[b].flexible) {
-        update_displacement(bodies[b], body, place, memory[b]);
-        const std::vector<float>& u = memory[b].displacement;
-        for (size_t i = 0; i + 2 < u.size(); i += 3)
-          survey.largest_displacement = std::max(survey.largest_displacement, std::hypot(double(u[i]), double(u[i + 1]), double(u[i + 2])));
-        for (int i : chosen[b]) moved.emplace_back(u[3 * i], u[3 * i + 1], u[3 * i + 2]);
-        // Turns cost a pass over the triangles; a few moments tell enough for a warning.
-        if (moment_index % 16 == times.size() % 16) survey.largest_turn = std::max(survey.largest_turn, interp::largest_rotation(bodies[b].view(), u));
-      } else if (bodies[b].mesh.positions.empty() && bodies[b].visible && body.displacement.size() > 0) {
-        node_motion(body, place, memory[b].node_displacement, memory[b].node_rotation);
-        for (Eigen::Index k = 0; k < memory[b].node_displacement.rows(); ++k) {
-          const Eigen::RowVector3d u = memory[b].node_displacement.row(k);
-          moved.emplace_back(u.x(), u.y(), u.z());
-          survey.largest_displacement = std::max(survey.largest_displacement, u.norm());
-        }
-      }
-      moment.displacement.push_back(std::move(moved));
-      if (settings.color_by != ColorBy::none && settings.color_by != ColorBy::body && settings.color_by != ColorBy::displacement) {
-        update_scalars(bodies[b], results, static_cast<int>(b), settings, t, memory[b], work, scalars);
-        for (float s : scalars) survey.largest_scalar = std::max(survey.largest_scalar, double(s));
-      }
-    }
-    survey.moments.push_back(std::move(moment));
+  std::vector<Seen> seen(times.size());
+  // On all cores: drawing waits for it.
+  interp::parallel_chunks(static_cast<int>(times.size()), moments_of_a_thread, interp::thread_count(0), [&](int first, int last) {
+    SurveyMemory memory{.bodies = std::vector<BodyMemory>(bodies.size()), .scalars = {}, .values = {}};
+    for (int k = first; k < last; ++k) seen[static_cast<size_t>(k)] = see(results, bodies, settings, chosen, times[static_cast<size_t>(k)], memory);
+  });
+  for (Seen& s : seen) {
+    for (double reach : s.reach) survey.largest_displacement = std::max(survey.largest_displacement, reach);
+    survey.largest_scalar = std::max(survey.largest_scalar, s.largest_scalar);
+    survey.moments.push_back(std::move(s.moment));
   }
   if (settings.color_by == ColorBy::displacement) survey.largest_scalar = survey.largest_displacement;
+
+  // Only linear exaggeration is warned of; a body turns most, as good as, where it is displaced most.
+  BodyMemory memory;
+  for (size_t b = 0; b < bodies.size() && !settings.corotated; ++b) {
+    if (!bodies[b].flexible) continue;
+    std::vector<size_t> order(seen.size());
+    std::iota(order.begin(), order.end(), size_t{0});
+    const auto end = order.begin() + static_cast<std::ptrdiff_t>(std::min(turn_moments, order.size()));
+    std::partial_sort(order.begin(), end, order.end(), [&](size_t i, size_t j) { return std::pair(-seen[i].reach[b], i) < std::pair(-seen[j].reach[b], j); });
+    for (auto k = order.begin(); k != end; ++k) {
+      update_displacement(bodies[b], results.bodies[b], find_sample(results.times, times[*k]), memory);
+      survey.largest_turn = std::max(survey.largest_turn, interp::largest_rotation(bodies[b].view(), memory.displacement));
+    }
+  }
   return survey;
 }
 
