@@ -114,6 +114,11 @@ PendingFile::PendingFile(std::filesystem::path final_path) : final_(std::move(fi
   const std::string stem = fmt::format(".{}.part-{}-", final_.filename().string(), host);
   temporary_ = folder / fmt::format("{}{}", stem, ::getpid());
   remove_left_over(folder, stem);
+  // Ours alone: a link that somebody laid there under this name would lead the writing elsewhere.
+  ::unlink(temporary_.c_str());
+  const int file = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+  if (file < 0) fail(final_, std::strerror(errno));
+  ::close(file);
 }
 
 PendingFile::~PendingFile() {
@@ -137,7 +142,7 @@ void PendingFile::commit() {
 
 void write_whole_file(const std::filesystem::path& path, std::string_view content) {
   PendingFile pending(path);
-  const int file = ::open(pending.path().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  const int file = ::open(pending.path().c_str(), O_WRONLY | O_NOFOLLOW | O_CLOEXEC);
   if (file < 0) fail(path, std::strerror(errno));
   int reason = 0;
   while (!content.empty() && reason == 0) {

@@ -10,7 +10,7 @@ namespace flexframe::sim {
 // A file in the making, beside its final name; removed unless committed.
 class PendingFile {
  public:
-  // Throws std::runtime_error when the folder is missing or the name is a directory.
+  // Makes it, empty and by nobody else's hand. Throws std::runtime_error when the folder is missing or refuses, or the name is a directory.
   explicit PendingFile(std::filesystem::path final_path);
   ~PendingFile();
   PendingFile(const PendingFile&) = delete;

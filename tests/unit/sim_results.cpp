@@ -427,6 +427,21 @@ TEST(ResultsFile, ReplacesAnOlderFileWhole) {
   EXPECT_EQ(files_in(folder), 1u);
 }
 
+// A link laid under the name of the file in the making would lead the writing out of the folder.
+TEST(ResultsFile, PlantedLinksAreNotFollowed) {
+  const flexframe::Scratch folder;
+  const std::filesystem::path victim = folder.put("victim", "kept"), path = folder.path() / "results.h5";
+  char host[256] = {};
+  ::gethostname(host, sizeof host - 1);
+  std::filesystem::create_symlink(victim, folder.path() / fmt::format(".results.h5.part-{}-{}", host, ::getpid()));
+  std::filesystem::create_symlink(victim, path);
+  write_results(sample_results(3), path);
+  EXPECT_TRUE(std::filesystem::is_regular_file(std::filesystem::symlink_status(path)));
+  std::ifstream in(victim);
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(in), {}), "kept");
+  EXPECT_EQ(read_results(path).times.size(), 3);
+}
+
 TEST(HistoriesCsv, ShortestNumbersThatReadBack) {
   Results r;
   r.times = Eigen::Vector3d(0.0, 0.1, 1.0 / 3.0);
