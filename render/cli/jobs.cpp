@@ -159,6 +159,8 @@ DrawingReport run_drawing(const sim::Results& results, const film::RenderSetting
 
   // The video of the whole range, while the pictures come; a shard alone has gaps.
   std::optional<film::VideoWriter> video;
+  if (options.shards == 1)
+    for (const std::string& ending : film::video_endings()) film::remove_unfinished_video(folder / (name + ending));
   if (options.shards == 1 && !words.no_video && (settings.video != "none" || !words.video.empty())) {
     report.video_file = words.video.empty() ? folder / (name + "." + settings.video) : fs::path(words.video);
     make_folder(fs::absolute(report.video_file).parent_path());

@@ -115,6 +115,17 @@ struct VideoWriter::Impl {
   void stop();
 };
 
+namespace {
+std::filesystem::path unfinished_name(const std::filesystem::path& path) { return path.parent_path() / ("." + path.stem().string() + ".unfinished" + path.extension().string()); }
+std::filesystem::path palette_name(const std::filesystem::path& path) { return path.parent_path() / ("." + path.stem().string() + ".palette.png"); }
+}  // namespace
+
+void remove_unfinished_video(const std::filesystem::path& path) {
+  std::error_code ignored;
+  std::filesystem::remove(unfinished_name(path), ignored);
+  std::filesystem::remove(palette_name(path), ignored);
+}
+
 void VideoWriter::Impl::start(Pass pass) {
   const std::string program = find_program("ffmpeg");
   if (program.empty()) {
@@ -250,11 +261,7 @@ bool VideoWriter::Impl::wait_for_end(const std::function<void()>& wait, VideoRep
   return false;
 }
 
-void VideoWriter::Impl::remove_unfinished() {
-  std::error_code ignored;
-  std::filesystem::remove(unfinished, ignored);
-  std::filesystem::remove(palette, ignored);
-}
+void VideoWriter::Impl::remove_unfinished() { remove_unfinished_video(path); }
 
 void VideoWriter::Impl::stop() {
   if (pid > 0) ::kill(pid, SIGKILL);
@@ -277,8 +284,9 @@ VideoWriter::VideoWriter(const std::filesystem::path& path, double frame_rate, b
   impl_->path = path;
   impl_->frame_rate = frame_rate;
   impl_->transparent = transparent;
-  impl_->unfinished = path.parent_path() / ("." + path.stem().string() + ".unfinished" + path.extension().string());
-  impl_->palette = path.parent_path() / ("." + path.stem().string() + ".palette.png");
+  impl_->unfinished = unfinished_name(path);
+  impl_->palette = palette_name(path);
+  impl_->remove_unfinished();  // of a run that was killed, or a link that would lead the writing elsewhere
   impl_->start(impl_->is_gif() ? Pass::palette : Pass::film);
 }
 

@@ -26,6 +26,9 @@ struct VideoReport {
 const std::vector<std::string>& video_endings();
 bool is_video_name(const std::filesystem::path& path);
 
+// Takes away what a killed run left of the video of that name.
+void remove_unfinished_video(const std::filesystem::path& path);
+
 // A missing or failing ffmpeg is a note of the report, not an error: the pictures are the work.
 class VideoWriter {
  public:

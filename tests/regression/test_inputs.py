@@ -72,7 +72,7 @@ with temporary_folder() as folder:
     victim.write_text("kept")
     before = listing(folder)
     (out / "frames").mkdir(parents=True)
-    for place in ["results.h5", "histories.csv", "scene.mp4", "frames/frame_00000.png"]:
+    for place in ["results.h5", "histories.csv", "scene.mp4", ".scene.unfinished.mp4", "frames/frame_00000.png"]:
         (out / place).symlink_to(victim)
     scene.write_text('title = "../../../title"\n' + (scene_text % ("rod", "rod")).replace('"angle"', '"out angle"'))
     run("run", scene, "-o", out, "--size", "64x64")
