@@ -107,15 +107,15 @@ void print_json(const sim::System& system, const sim::Linearisation& linear) {
 
 }  // namespace
 
-Command add_check(CLI::App& program) {
+Command add_check(Program& program) {
   struct Words {
     std::string scene;
     bool json = false;
   };
   const auto words = std::make_shared<Words>();
-  CLI::App* app = program.add_subcommand("check", "validate a scene; bodies, degrees of freedom, effects, linearised frequencies");
-  app->add_option("SCENE", words->scene, "scene file (TOML)")->required();
-  app->add_flag("--json", words->json, "report as JSON");
+  Subcommand app = program.subcommand("check", "validate a scene; bodies, degrees of freedom, effects, linearised frequencies");
+  app.option("SCENE", words->scene, "scene file (TOML)").required();
+  app.flag("--json", words->json, "report as JSON");
 
   return {app, [words] {
             const Job job = read_job(words->scene);

@@ -1,23 +1,85 @@
 // A subcommand of the program: the words it reads from the command line, and what it does with them.
 //
-// One file a subcommand (run.cpp, check.cpp, ...): `Command add_NAME(CLI::App&)` declares the words and returns the action.
+// One file a subcommand (run.cpp, check.cpp, ...): `Command add_NAME(Program&)` declares the words and returns the action.
 // A new one is declared in commands.h and listed in main.cpp. Actions print results to stdout and progress to stderr (terminal.h);
 // they return the exit code (0 done, 1 failed or different) and let every exception through: main has the only catch.
+// CLI11 parses. It has headers only, 7 CPU seconds of optimiser in every file that includes them: command.cpp alone does.
 #pragma once
 
-#include <CLI/CLI.hpp>
-
 #include <functional>
+#include <initializer_list>
+#include <memory>
 #include <stdexcept>
+#include <string>
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
 
 namespace flexframe::cli {
 
+// An option or file that has been declared. A value that breaks a rule is refused when the words are parsed.
+class Option {
+ public:
+  explicit Option(CLI::Option* option) : option_(option) {}
+
+  Option& required();
+  Option& range(int low, int high);
+  Option& range(double low, double high);
+  Option& positive();
+  Option& not_negative();
+  Option& one_of(std::initializer_list<const char*> words);
+  Option& one_of(std::initializer_list<int> numbers);
+  Option& excludes(const char* name);         // one declared before that must not be given beside it
+  Option& value_or(const char* value);        // the value may be left out, which means this one
+  Option& separated_by(char between);         // a list in one word
+  Option& one_word();                         // words behind it are not part of the list
+  Option& environment(const char* variable);  // the value where the option is not given
+  Option& show_default();                     // the variable's value as it is now, in --help
+
+ private:
+  CLI::Option* option_;
+};
+
+class Subcommand {
+ public:
+  explicit Subcommand(CLI::App* app) : app_(app) {}
+
+  // "-o,--out", or "FILE" for one without dashes; its value goes to `value`, which must outlive parsing. T: std::string, int, double,
+  // std::optional of a number, std::vector of int or std::string.
+  template <class T>
+  Option option(const char* names, T& value, const std::string& text);
+  void flag(const char* names, bool& value, const std::string& text);
+  void footer(const char* text);  // below the options in --help
+
+  bool given() const;
+  bool given(const char* option) const;
+
+ private:
+  CLI::App* app_;
+};
+
+// The program's own words: one subcommand, --help, --version.
+class Program {
+ public:
+  Program(const char* name, const char* description, const char* version);
+  ~Program();
+  Subcommand subcommand(const char* name, const char* text);
+
+  // False where --help or --version asked for no more than what is now printed. Throws UsageError.
+  bool parse(int argc, char** argv);
+
+ private:
+  std::unique_ptr<CLI::App> app_;
+};
+
 struct Command {
-  CLI::App* words = nullptr;
+  Subcommand words;
   std::function<int()> action;  // called when these words were given
 };
 
-// Words that parse but make no sense together: exit 2, with a hint at --help.
+// Words that cannot be parsed or make no sense together: exit 2.
 struct UsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

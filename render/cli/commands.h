@@ -5,16 +5,16 @@
 
 namespace flexframe::cli {
 
-Command add_run(CLI::App& program);
-Command add_simulate(CLI::App& program);
-Command add_render(CLI::App& program);
-Command add_check(CLI::App& program);
-Command add_info(CLI::App& program);
-Command add_reduce(CLI::App& program);
-Command add_modes(CLI::App& program);
-Command add_deform(CLI::App& program);
-Command add_compare(CLI::App& program);
-Command add_effects(CLI::App& program);
-Command add_study(CLI::App& program);
+Command add_run(Program& program);
+Command add_simulate(Program& program);
+Command add_render(Program& program);
+Command add_check(Program& program);
+Command add_info(Program& program);
+Command add_reduce(Program& program);
+Command add_modes(Program& program);
+Command add_deform(Program& program);
+Command add_compare(Program& program);
+Command add_effects(Program& program);
+Command add_study(Program& program);
 
 }  // namespace flexframe::cli

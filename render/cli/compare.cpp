@@ -62,20 +62,20 @@ void print_rows(const render::Comparison& comparison, const std::vector<std::str
 
 }  // namespace
 
-Command add_compare(CLI::App& program) {
-  auto* words = program.add_subcommand("compare", "Image regression: two PNG files or two folders of them");
-  words->footer(R"(A is the baseline, B the new picture or folder. Pictures agree if they are equal, or if few enough pixels differ by more
+Command add_compare(Program& program) {
+  Subcommand words = program.subcommand("compare", "Image regression: two PNG files or two folders of them");
+  words.footer(R"(A is the baseline, B the new picture or folder. Pictures agree if they are equal, or if few enough pixels differ by more
 than the limit, and if the numbers that flexframe writes into its pictures (vertices, their range, colour range) agree to 1e-4. A
 picture that only one folder has does not agree. Exit codes: 0 all agree, 1 some do not, 2 bad input.)");
   auto options = std::make_shared<Options>();
-  words->add_option("A", options->baseline, "baseline: PNG file or folder")->required();
-  words->add_option("B", options->candidate, "new: PNG file or folder")->required();
-  words->add_option("--levels", options->rule.levels, "differences up to this many of 255 levels are none (2)")->check(CLI::Range(0, 255));
-  words->add_option("--percent", options->percent, "percentage of pixels that may differ by more (0.005)")->check(CLI::Range(0.0, 100.0));
-  words->add_flag("--exact", options->rule.exact, "only equal pixels agree");
-  words->add_option("--report", options->report, "HTML page with baseline, new picture and heat map side by side");
-  words->add_option("--update", options->reason, "make B the baseline, with this reason in CHANGES.md beside A");
-  words->add_flag("--json", options->json, "measures as JSON on stdout");
+  words.option("A", options->baseline, "baseline: PNG file or folder").required();
+  words.option("B", options->candidate, "new: PNG file or folder").required();
+  words.option("--levels", options->rule.levels, "differences up to this many of 255 levels are none (2)").range(0, 255);
+  words.option("--percent", options->percent, "percentage of pixels that may differ by more (0.005)").range(0.0, 100.0);
+  words.flag("--exact", options->rule.exact, "only equal pixels agree");
+  words.option("--report", options->report, "HTML page with baseline, new picture and heat map side by side");
+  words.option("--update", options->reason, "make B the baseline, with this reason in CHANGES.md beside A");
+  words.flag("--json", options->json, "measures as JSON on stdout");
   return {words, [options] {
             if (options->reason.find_first_not_of(" \t\n") == std::string::npos && !options->reason.empty()) throw UsageError("--update needs a reason in words");
             options->rule.share = options->percent / 100.0;

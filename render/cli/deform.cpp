@@ -49,15 +49,15 @@ int run(const DeformWords& words) {
 
 }  // namespace
 
-Command add_deform(CLI::App& program) {
+Command add_deform(Program& program) {
   auto words = std::make_shared<DeformWords>();
-  CLI::App* command = program.add_subcommand("deform", "move a mesh by the displacements of sparse nodes");
-  command->add_option("--nodes", words->nodes, "CSV with a header line x,y,z,ux,uy,uz[,rx,ry,rz]")->required();
-  command->add_option("--mesh", words->mesh, "OBJ, STL, PLY, glTF, ...")->required();
-  command->add_option("-o,--output", words->output, "OUT.obj: deformed mesh; OUT.csv: ux,uy,uz of each vertex in the file's order")->required();
-  command->add_option("--scheme", words->scheme, "auto kernel elastic lattice r3 r tps")->capture_default_str();
-  command->add_option("--scale", words->scale, "factor of the displacements, or auto")->capture_default_str();
-  command->add_flag("--corotated", words->corotated, "exaggerate by rotations, sections keep their size");
+  Subcommand command = program.subcommand("deform", "move a mesh by the displacements of sparse nodes");
+  command.option("--nodes", words->nodes, "CSV with a header line x,y,z,ux,uy,uz[,rx,ry,rz]").required();
+  command.option("--mesh", words->mesh, "OBJ, STL, PLY, glTF, ...").required();
+  command.option("-o,--output", words->output, "OUT.obj: deformed mesh; OUT.csv: ux,uy,uz of each vertex in the file's order").required();
+  command.option("--scheme", words->scheme, "auto kernel elastic lattice r3 r tps").show_default();
+  command.option("--scale", words->scale, "factor of the displacements, or auto").show_default();
+  command.flag("--corotated", words->corotated, "exaggerate by rotations, sections keep their size");
   return {command, [words] { return run(*words); }};
 }
 

@@ -68,18 +68,18 @@ void print_registry() {
 
 }  // namespace
 
-Command add_effects(CLI::App& program) {
+Command add_effects(Program& program) {
   struct Words {
     std::string scene;
     std::optional<double> tolerance;
     bool json = false, list = false;
   };
   const auto words = std::make_shared<Words>();
-  CLI::App* app = program.add_subcommand("effects", "which effects are on, who decided and why, what each costs and is worth");
-  app->add_option("SCENE", words->scene, "scene file (TOML)");
-  app->add_option("--tolerance", words->tolerance, "of the runs that are compared; default: ten times the scene's")->check(CLI::Range(1e-13, 1e-1));
-  app->add_flag("--list", words->list, "the registry: every effect there is, its equation, when it matters, how it is estimated");
-  app->add_flag("--json", words->json, "report as JSON");
+  Subcommand app = program.subcommand("effects", "which effects are on, who decided and why, what each costs and is worth");
+  app.option("SCENE", words->scene, "scene file (TOML)");
+  app.option("--tolerance", words->tolerance, "of the runs that are compared; default: ten times the scene's").range(1e-13, 1e-1);
+  app.flag("--list", words->list, "the registry: every effect there is, its equation, when it matters, how it is estimated");
+  app.flag("--json", words->json, "report as JSON");
 
   return {app, [words] {
             if (words->list) {

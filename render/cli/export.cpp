@@ -81,23 +81,23 @@ nlohmann::ordered_json export_video(const ResultsJob& job, const RenderWords& re
 
 }  // namespace
 
-Command add_export(CLI::App& program) {
+Command add_export(Program& program) {
   const auto words = std::make_shared<Words>();
-  CLI::App* app = program.add_subcommand("export", "results for other programs: CSV, glTF, VTK, video");
-  app->footer(R"(csv   the histories: a column an output (RESULTS.csv)
+  Subcommand app = program.subcommand("export", "results for other programs: CSV, glTF, VTK, video");
+  app.footer(R"(csv   the histories: a column an output (RESULTS.csv)
 gltf  one animated file for viewers and Blender: bodies move, deformation as morph targets (RESULTS.glb; -o NAME.gltf for JSON)
 vtk   a surface file a picture and an index for ParaView, deformation as point data (folder RESULTS_vtk)
 mp4   the video alone (RESULTS.mp4; -o NAME.gif for a GIF, NAME.apng for an animated PNG)
 Pictures a second and speed are those of the scene's [render] table.)");
-  app->add_option("RESULTS", words->results, "results file (HDF5)")->required();
-  app->add_option("--to", words->to, "csv, gltf, vtk or mp4")->required()->check(CLI::IsMember({"csv", "gltf", "vtk", "mp4"}));
-  app->add_option("-o,--out", words->out, "output file, for vtk a folder; default: the name of the results, in the current folder");
-  app->add_option("--scale", words->scale, "gltf, vtk: deformation multiplied by this (1)")->check(CLI::Range(0.0, 1e9));
-  app->add_option("--scene", words->scene, "scene file whose [render] table is used, in place of the one in the results");
-  app->add_option("--size", words->render.size, "mp4: WIDTHxHEIGHT in pixels");
-  app->add_option("--scales", words->render.scales, "mp4: auto, or a list as 1,20: in scale and exaggerated");
-  app->add_option("--color-by", words->render.color_by, "mp4: none, displacement, strain, velocity or body");
-  app->add_flag("--json", words->json, "summary as JSON");
+  app.option("RESULTS", words->results, "results file (HDF5)").required();
+  app.option("--to", words->to, "csv, gltf, vtk or mp4").required().one_of({"csv", "gltf", "vtk", "mp4"});
+  app.option("-o,--out", words->out, "output file, for vtk a folder; default: the name of the results, in the current folder");
+  app.option("--scale", words->scale, "gltf, vtk: deformation multiplied by this (1)").range(0.0, 1e9);
+  app.option("--scene", words->scene, "scene file whose [render] table is used, in place of the one in the results");
+  app.option("--size", words->render.size, "mp4: WIDTHxHEIGHT in pixels");
+  app.option("--scales", words->render.scales, "mp4: auto, or a list as 1,20: in scale and exaggerated");
+  app.option("--color-by", words->render.color_by, "mp4: none, displacement, strain, velocity or body");
+  app.flag("--json", words->json, "summary as JSON");
 
   return {app, [words] {
             const std::string name = fs::path(words->results).stem().string();

@@ -5,6 +5,6 @@
 
 namespace flexframe::cli {
 
-Command add_export(CLI::App& program);
+Command add_export(Program& program);
 
 }  // namespace flexframe::cli

@@ -87,17 +87,17 @@ void print_renderer(const std::string& name) {
 
 }  // namespace
 
-Command add_info(CLI::App& program) {
+Command add_info(Program& program) {
   struct Words {
     std::string file, renderer;
   };
   const auto words = std::make_shared<Words>();
-  CLI::App* app = program.add_subcommand("info", "what a file holds: results, scene, SID body, mesh, picture");
-  CLI::Option* file = app->add_option("FILE", words->file, "results (.h5), scene (.toml), SID body (.sid, .SID_FEM), picture (.png) or mesh");
-  app->add_option("--renderer", words->renderer, "what draws the pictures: osmesa or egl; default osmesa")->expected(0, 1)->default_str("osmesa")->excludes(file)->check(CLI::IsMember({"osmesa", "egl"}));
+  Subcommand app = program.subcommand("info", "what a file holds: results, scene, SID body, mesh, picture");
+  app.option("FILE", words->file, "results (.h5), scene (.toml), SID body (.sid, .SID_FEM), picture (.png) or mesh");
+  app.option("--renderer", words->renderer, "what draws the pictures: osmesa or egl; default osmesa").value_or("osmesa").excludes("FILE").one_of({"osmesa", "egl"});
 
   return {app, [words, app] {
-            if (app->count("--renderer") > 0) {
+            if (app.given("--renderer")) {
               print_renderer(words->renderer.empty() ? "osmesa" : words->renderer);
               return 0;
             }

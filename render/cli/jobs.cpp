@@ -52,32 +52,32 @@ sim::Method method_from_name(const std::string& name) {
   throw UsageError(fmt::format("--method {} is unknown{}; allowed: {}", sim::quote(name), sim::did_you_mean(name, known), sim::list_words(known)));
 }
 
-void add_simulation_words(CLI::App& words, SimulationWords& values) {
-  words.add_option("--tolerance", values.tolerance, "relative local error, in place of the scene's")->check(CLI::Range(1e-13, 1e-1));
-  words.add_option("--accuracy", values.accuracy, "asked error of the outputs relative to their ranges: the program chooses tolerance, modes or elements, and effects")
-      ->check(CLI::Range(1e-9, 0.5))
-      ->excludes("--tolerance");
-  words.add_option("--method", values.method, "auto, adams, bdf, erk, dirk or ida, in place of the scene's");
-  words.add_flag("--no-error-estimate", values.no_estimate, "leave out the second, looser run that the estimated error comes from");
-  words.add_flag("--no-effect-check", values.no_check, "leave out the check of effects that are left out (about half of the run's cost)");
-  words.add_flag("--strict", values.strict, "a left-out effect that is worth more than the asked accuracy is an error: exit code 1, no files");
+void add_simulation_words(Subcommand words, SimulationWords& values) {
+  words.option("--tolerance", values.tolerance, "relative local error, in place of the scene's").range(1e-13, 1e-1);
+  words.option("--accuracy", values.accuracy, "asked error of the outputs relative to their ranges: the program chooses tolerance, modes or elements, and effects")
+      .range(1e-9, 0.5)
+      .excludes("--tolerance");
+  words.option("--method", values.method, "auto, adams, bdf, erk, dirk or ida, in place of the scene's");
+  words.flag("--no-error-estimate", values.no_estimate, "leave out the second, looser run that the estimated error comes from");
+  words.flag("--no-effect-check", values.no_check, "leave out the check of effects that are left out (about half of the run's cost)");
+  words.flag("--strict", values.strict, "a left-out effect that is worth more than the asked accuracy is an error: exit code 1, no files");
 }
 
-void add_render_words(CLI::App& words, RenderWords& values) {
-  words.add_option("--frames", values.frames, "A:B, pictures A to B-1 (as a slice; A: and :B too)");
-  words.add_option("--shard", values.shard, "I/N, every N-th picture from the I-th on: N machines draw a sequence together");
-  words.add_flag("--resume", values.resume, "keep pictures that are whole and made from the same inputs");
-  words.add_option("--size", values.size, "WIDTHxHEIGHT in pixels");
-  words.add_option("--scales", values.scales, "auto, or a list as 1,20: in scale and exaggerated");
-  words.add_option("--color-by", values.color_by, "none, displacement, strain, stress, velocity, mode or body");
-  words.add_option("--samples", values.samples, "antialiasing samples a pixel: 1, 4, 9 or 16")->check(CLI::IsMember({1, 4, 9, 16}));
-  words.add_flag("--no-shadows", values.no_shadows, "no shadows and no ambient occlusion: quicker");
-  words.add_flag("--no-overlay", values.no_overlay, "no words, bars and plots");
-  words.add_option("--cache", values.cache, "folder that keeps the mapped modes of bodies for the next run; default: none")->envname("FLEXFRAME_CACHE");
-  words.add_option("--workers", values.workers, "processes that draw; default: one a core")->check(CLI::Range(1, 1024));
-  words.add_option("--renderer", values.renderer, "osmesa or egl")->check(CLI::IsMember({"osmesa", "egl"}))->capture_default_str();
-  words.add_option("--video", values.video, "the video's file (.mp4, .gif, or .apng and .png for an animated PNG); default: NAME.mp4 beside the pictures");
-  words.add_flag("--no-video", values.no_video, "pictures only");
+void add_render_words(Subcommand words, RenderWords& values) {
+  words.option("--frames", values.frames, "A:B, pictures A to B-1 (as a slice; A: and :B too)");
+  words.option("--shard", values.shard, "I/N, every N-th picture from the I-th on: N machines draw a sequence together");
+  words.flag("--resume", values.resume, "keep pictures that are whole and made from the same inputs");
+  words.option("--size", values.size, "WIDTHxHEIGHT in pixels");
+  words.option("--scales", values.scales, "auto, or a list as 1,20: in scale and exaggerated");
+  words.option("--color-by", values.color_by, "none, displacement, strain, stress, velocity, mode or body");
+  words.option("--samples", values.samples, "antialiasing samples a pixel: 1, 4, 9 or 16").one_of({1, 4, 9, 16});
+  words.flag("--no-shadows", values.no_shadows, "no shadows and no ambient occlusion: quicker");
+  words.flag("--no-overlay", values.no_overlay, "no words, bars and plots");
+  words.option("--cache", values.cache, "folder that keeps the mapped modes of bodies for the next run; default: none").environment("FLEXFRAME_CACHE");
+  words.option("--workers", values.workers, "processes that draw; default: one a core").range(1, 1024);
+  words.option("--renderer", values.renderer, "osmesa or egl").one_of({"osmesa", "egl"}).show_default();
+  words.option("--video", values.video, "the video's file (.mp4, .gif, or .apng and .png for an animated PNG); default: NAME.mp4 beside the pictures");
+  words.flag("--no-video", values.no_video, "pictures only");
 }
 
 Job read_job(const fs::path& scene_file) {

@@ -23,7 +23,7 @@ struct SimulationWords {
   std::string method;
   bool no_estimate = false, no_check = false, strict = false;
 };
-void add_simulation_words(CLI::App& words, SimulationWords& values);
+void add_simulation_words(Subcommand words, SimulationWords& values);
 
 // --frames, --shard, --size, --scales, ...
 struct RenderWords {
@@ -33,7 +33,7 @@ struct RenderWords {
   int workers = 0;
   bool resume = false, no_video = false, no_shadows = false, no_overlay = false;
 };
-void add_render_words(CLI::App& words, RenderWords& values);
+void add_render_words(Subcommand words, RenderWords& values);
 
 // A scene with its render settings, both read and checked, the meshes it names included. Throws sim::InputError, render::MeshError.
 struct Job {

@@ -27,20 +27,16 @@ constexpr const char* description = R"(Flexible multibody simulation and its pic
 
 Exit codes: 0 done; 1 failed, or pictures differ; 2 wrong usage or bad input; 130 interrupted.)";
 
-int run_program(int argc, char** argv, CLI::App& program) {
-  program.name("flexframe");
-  program.require_subcommand(1);
-  program.set_help_flag("-h,--help", "this text; flexframe COMMAND --help for a command");
-  program.set_version_flag("--version", FLEXFRAME_VERSION);
-  program.get_formatter()->column_width(34);
+int run_program(int argc, char** argv) {
+  cli::Program program("flexframe", description, FLEXFRAME_VERSION);
   const std::vector<cli::Command> commands = {
-      cli::add_run(program),   cli::add_simulate(program), cli::add_render(program),
-      cli::add_check(program), cli::add_info(program), cli::add_reduce(program), cli::add_modes(program),     cli::add_deform(program),
-      cli::add_compare(program), cli::add_effects(program), cli::add_study(program), cli::add_export(program),
+      cli::add_run(program),    cli::add_simulate(program), cli::add_render(program), cli::add_check(program),
+      cli::add_info(program),   cli::add_reduce(program),   cli::add_modes(program),  cli::add_deform(program),
+      cli::add_compare(program), cli::add_effects(program), cli::add_study(program),  cli::add_export(program),
   };
-  program.parse(argc, argv);
+  if (!program.parse(argc, argv)) return 0;
   for (const cli::Command& command : commands) {
-    if (!command.words->parsed()) continue;
+    if (!command.words.given()) continue;
     const int code = command.action();
     // Results that did not reach their reader are no success.
     if (std::fflush(stdout) != 0 || std::ferror(stdout)) throw std::runtime_error(fmt::format("cannot write to stdout: {}", std::strerror(errno)));
@@ -59,15 +55,8 @@ int report(int code, const char* message) {
 int main(int argc, char** argv) {
   render::tune_process();
   cli::watch_interrupts();
-  CLI::App program{description};
   try {
-    return run_program(argc, argv, program);
-  } catch (const CLI::ParseError& e) {
-    if (e.get_exit_code() == 0) return program.exit(e);  // --help, --version
-    report(2, e.what());
-    fmt::print(stderr, "see: flexframe{}{} --help\n", program.get_subcommands().empty() ? "" : " ",
-               program.get_subcommands().empty() ? "" : program.get_subcommands().front()->get_name());
-    return 2;
+    return run_program(argc, argv);
   } catch (const cli::UsageError& e) {
     return report(2, e.what());
   } catch (const sim::InputError& e) {

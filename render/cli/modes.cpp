@@ -55,7 +55,7 @@ sim::Results swing(const sim::FlexibleBody& body, int k, double amplitude, int p
 
 }  // namespace
 
-Command add_modes(CLI::App& program) {
+Command add_modes(Program& program) {
   struct Words {
     std::string body, mesh, out;
     std::vector<int> modes;
@@ -64,14 +64,14 @@ Command add_modes(CLI::App& program) {
     RenderWords render;
   };
   const auto w = std::make_shared<Words>();
-  CLI::App* app = program.add_subcommand("modes", "animate the mode shapes of a body (SID)");
-  app->add_option("BODY", w->body, "SID file")->required();
-  app->add_option("--mesh", w->mesh, "Wavefront mesh of the undeformed body; default: BODY.obj beside it");
-  app->add_option("-o,--out", w->out, "output folder; default: the name of the body");
-  app->add_option("--mode", w->modes, "which modes, from 1; default: all")->delimiter(',');
-  app->add_option("--amplitude", w->amplitude, "largest displacement drawn, m; default: 5 % of the body's size")->check(CLI::PositiveNumber);
-  app->add_option("--pictures", w->pictures, "pictures of one swing")->check(CLI::Range(2, 10000))->capture_default_str();
-  add_render_words(*app, w->render);
+  Subcommand app = program.subcommand("modes", "animate the mode shapes of a body (SID)");
+  app.option("BODY", w->body, "SID file").required();
+  app.option("--mesh", w->mesh, "Wavefront mesh of the undeformed body; default: BODY.obj beside it");
+  app.option("-o,--out", w->out, "output folder; default: the name of the body");
+  app.option("--mode", w->modes, "which modes, from 1; default: all").separated_by(',');
+  app.option("--amplitude", w->amplitude, "largest displacement drawn, m; default: 5 % of the body's size").positive();
+  app.option("--pictures", w->pictures, "pictures of one swing").range(2, 10000).show_default();
+  add_render_words(app, w->render);
   return {app, [w] {
             namespace fs = std::filesystem;
             const sim::SidReading reading = sim::read_sid(w->body);

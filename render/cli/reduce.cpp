@@ -229,39 +229,39 @@ int run(Words& w) {
 
 }  // namespace
 
-Command add_reduce(CLI::App& program) {
+Command add_reduce(Program& program) {
   const auto w = std::make_shared<Words>();
-  CLI::App* app = program.add_subcommand("reduce", "make a flexible body (SID) from a finite element model");
-  app->add_option("MODEL", w->model, "Abaqus or CalculiX .inp, gmsh .msh, CalculiX .sti (with .mas .dof .inp beside it), Matrix Market .mtx")->required();
-  app->add_option("-o,--output", w->output, "the body, BODY.sid; BODY.obj and BODY.md come with it")->required();
-  app->add_option("--mesh", w->mesh, "name of the surface mesh");
-  app->add_option("--report", w->report, "name of the report");
-  app->add_option("--method", w->method, "auto (craig-bampton with interfaces, else eigen), eigen, guyan, craig-bampton or response")->check(CLI::IsMember({"auto", "eigen", "guyan", "craig-bampton", "response"}))->capture_default_str();
-  app->add_option("--modes", w->options.modes, "number of modes (with interfaces held for craig-bampton)")->check(CLI::NonNegativeNumber)->capture_default_str();
-  app->add_option("--highest", w->options.highest, "highest frequency of interest, Hz: all modes up to it")->check(CLI::PositiveNumber);
-  app->add_option("--lowest", w->options.lowest, "lowest frequency of interest, Hz (response: loads act at half of it)")->check(CLI::PositiveNumber);
-  app->add_option("--cut-off", w->options.cut_off, "drop modes of the reduced model above this times --highest, but those that static deflection at the interfaces needs")->check(CLI::PositiveNumber)->capture_default_str();
-  app->add_flag("--no-cut-off", w->no_cut_off, "drop none");
-  app->add_option("--static-error", w->options.static_error, "what the cut-off may cost of the static deflection at the interfaces; 1: it decides alone")->check(CLI::Range(0.0, 1.0))->capture_default_str();
-  app->add_option("--interface", w->interfaces, "[NAME=]NODE, a spider's name, [NAME=]rigid:SET[@x,y,z] or [NAME=]average:SET[@x,y,z]; may be repeated");
-  app->add_option("--hold", w->hold, "'model' (*BOUNDARY), 'none', or a node set; default: the model's if it has any")->capture_default_str();
-  app->add_option("--nodes", w->options.node_count, "kept nodes, spread well over the surface, interfaces included")->check(CLI::Range(1, 1000000))->capture_default_str();
-  app->add_option("--node", w->nodes, "keep these nodes instead")->delimiter(',');
-  app->add_option("--node-set", w->node_sets, "keep the nodes of this set instead; may be repeated");
-  app->add_option("--material", w->materials, "[SET=]YOUNGS_MODULUS,POISSON,DENSITY in SI, for elements without one; may be repeated");
-  app->add_option("--thickness", w->thickness, "of shells without one, m")->check(CLI::PositiveNumber);
-  app->add_option("--units", w->units, "of the model: m (m kg s) or mm (mm t s, MPa)")->check(CLI::IsMember({"m", "mm"}))->capture_default_str();
-  app->add_option("--damping", w->options.damping, "ratio of critical damping of every mode")->check(CLI::NonNegativeNumber);
-  app->add_flag("--no-stiffening", w->no_stiffening, "leave the second-order displacements (geometric stiffening) out");
-  app->add_flag("--force-stiffening", w->force_stiffening, "take them in at all nodes however many modes there are");
-  app->add_flag("--stress", w->options.stress, "stress per mode at the kept nodes");
-  app->add_option("--mass", w->mass, "mass matrix (.mtx) beside a stiffness matrix");
-  app->add_option("--node-table", w->nodes_file, "'id x y z' a line, or an .inp, for a model given as matrices");
-  app->add_option("--dofs", w->dofs, "'node.dof' a line, for a model given as matrices");
-  app->add_option("--threads", w->options.threads, "of the dense kernels: more take less time and more CPU")->check(CLI::Range(1, 1024))->capture_default_str();
-  app->add_option("--memory", w->memory, "limit in GB; default: what is free")->check(CLI::PositiveNumber);
-  app->add_flag("--json", w->json, "print a machine-readable summary");
-  app->add_flag("--quiet", w->quiet, "no progress");
+  Subcommand app = program.subcommand("reduce", "make a flexible body (SID) from a finite element model");
+  app.option("MODEL", w->model, "Abaqus or CalculiX .inp, gmsh .msh, CalculiX .sti (with .mas .dof .inp beside it), Matrix Market .mtx").required();
+  app.option("-o,--output", w->output, "the body, BODY.sid; BODY.obj and BODY.md come with it").required();
+  app.option("--mesh", w->mesh, "name of the surface mesh");
+  app.option("--report", w->report, "name of the report");
+  app.option("--method", w->method, "auto (craig-bampton with interfaces, else eigen), eigen, guyan, craig-bampton or response").one_of({"auto", "eigen", "guyan", "craig-bampton", "response"}).show_default();
+  app.option("--modes", w->options.modes, "number of modes (with interfaces held for craig-bampton)").not_negative().show_default();
+  app.option("--highest", w->options.highest, "highest frequency of interest, Hz: all modes up to it").positive();
+  app.option("--lowest", w->options.lowest, "lowest frequency of interest, Hz (response: loads act at half of it)").positive();
+  app.option("--cut-off", w->options.cut_off, "drop modes of the reduced model above this times --highest, but those that static deflection at the interfaces needs").positive().show_default();
+  app.flag("--no-cut-off", w->no_cut_off, "drop none");
+  app.option("--static-error", w->options.static_error, "what the cut-off may cost of the static deflection at the interfaces; 1: it decides alone").range(0.0, 1.0).show_default();
+  app.option("--interface", w->interfaces, "[NAME=]NODE, a spider's name, [NAME=]rigid:SET[@x,y,z] or [NAME=]average:SET[@x,y,z]; may be repeated");
+  app.option("--hold", w->hold, "'model' (*BOUNDARY), 'none', or a node set; default: the model's if it has any").show_default();
+  app.option("--nodes", w->options.node_count, "kept nodes, spread well over the surface, interfaces included").range(1, 1000000).show_default();
+  app.option("--node", w->nodes, "keep these nodes instead").separated_by(',');
+  app.option("--node-set", w->node_sets, "keep the nodes of this set instead; may be repeated");
+  app.option("--material", w->materials, "[SET=]YOUNGS_MODULUS,POISSON,DENSITY in SI, for elements without one; may be repeated");
+  app.option("--thickness", w->thickness, "of shells without one, m").positive();
+  app.option("--units", w->units, "of the model: m (m kg s) or mm (mm t s, MPa)").one_of({"m", "mm"}).show_default();
+  app.option("--damping", w->options.damping, "ratio of critical damping of every mode").not_negative();
+  app.flag("--no-stiffening", w->no_stiffening, "leave the second-order displacements (geometric stiffening) out");
+  app.flag("--force-stiffening", w->force_stiffening, "take them in at all nodes however many modes there are");
+  app.flag("--stress", w->options.stress, "stress per mode at the kept nodes");
+  app.option("--mass", w->mass, "mass matrix (.mtx) beside a stiffness matrix");
+  app.option("--node-table", w->nodes_file, "'id x y z' a line, or an .inp, for a model given as matrices");
+  app.option("--dofs", w->dofs, "'node.dof' a line, for a model given as matrices");
+  app.option("--threads", w->options.threads, "of the dense kernels: more take less time and more CPU").range(1, 1024).show_default();
+  app.option("--memory", w->memory, "limit in GB; default: what is free").positive();
+  app.flag("--json", w->json, "print a machine-readable summary");
+  app.flag("--quiet", w->quiet, "no progress");
   return {app, [w] { return run(*w); }};
 }
 

@@ -8,19 +8,19 @@
 
 namespace flexframe::cli {
 
-Command add_render(CLI::App& program) {
+Command add_render(Program& program) {
   struct Words {
     std::string results, scene, out;
     bool json = false;
     RenderWords render;
   };
   const auto words = std::make_shared<Words>();
-  CLI::App* app = program.add_subcommand("render", "draw results: PNG pictures, video");
-  app->add_option("RESULTS", words->results, "results file (HDF5)")->required();
-  app->add_option("--scene", words->scene, "scene file whose [render] table is used, in place of the one in the results");
-  app->add_option("-o,--out", words->out, "output folder; default: the name of the results");
-  app->add_flag("--json", words->json, "summary as JSON");
-  add_render_words(*app, words->render);
+  Subcommand app = program.subcommand("render", "draw results: PNG pictures, video");
+  app.option("RESULTS", words->results, "results file (HDF5)").required();
+  app.option("--scene", words->scene, "scene file whose [render] table is used, in place of the one in the results");
+  app.option("-o,--out", words->out, "output folder; default: the name of the results");
+  app.flag("--json", words->json, "summary as JSON");
+  add_render_words(app, words->render);
 
   return {app, [words] {
             namespace fs = std::filesystem;

@@ -12,7 +12,7 @@
 
 namespace flexframe::cli {
 
-Command add_run(CLI::App& program) {
+Command add_run(Program& program) {
   struct Words {
     std::string scene, out, csv;
     bool json = false;
@@ -20,13 +20,13 @@ Command add_run(CLI::App& program) {
     RenderWords render;
   };
   const auto words = std::make_shared<Words>();
-  CLI::App* app = program.add_subcommand("run", "simulate a scene and draw it: results, histories, pictures, video");
-  app->add_option("SCENE", words->scene, "scene file (TOML)")->required();
-  app->add_option("-o,--out", words->out, "output folder; default: the scene's name");
-  app->add_option("--csv", words->csv, "histories there instead of in the output folder");
-  app->add_flag("--json", words->json, "summary as JSON");
-  add_simulation_words(*app, words->simulation);
-  add_render_words(*app, words->render);
+  Subcommand app = program.subcommand("run", "simulate a scene and draw it: results, histories, pictures, video");
+  app.option("SCENE", words->scene, "scene file (TOML)").required();
+  app.option("-o,--out", words->out, "output folder; default: the scene's name");
+  app.option("--csv", words->csv, "histories there instead of in the output folder");
+  app.flag("--json", words->json, "summary as JSON");
+  add_simulation_words(app, words->simulation);
+  add_render_words(app, words->render);
 
   return {app, [words] {
             namespace fs = std::filesystem;

@@ -11,19 +11,19 @@
 
 namespace flexframe::cli {
 
-Command add_simulate(CLI::App& program) {
+Command add_simulate(Program& program) {
   struct Words {
     std::string scene, out, csv;
     bool json = false;
     SimulationWords simulation;
   };
   const auto words = std::make_shared<Words>();
-  CLI::App* app = program.add_subcommand("simulate", "simulate a scene: results as HDF5, histories as CSV");
-  app->add_option("SCENE", words->scene, "scene file (TOML)")->required();
-  app->add_option("-o,--out", words->out, "results file (HDF5)");
-  app->add_option("--csv", words->csv, "histories file (CSV): the scene's outputs against t");
-  app->add_flag("--json", words->json, "summary as JSON");
-  add_simulation_words(*app, words->simulation);
+  Subcommand app = program.subcommand("simulate", "simulate a scene: results as HDF5, histories as CSV");
+  app.option("SCENE", words->scene, "scene file (TOML)").required();
+  app.option("-o,--out", words->out, "results file (HDF5)");
+  app.option("--csv", words->csv, "histories file (CSV): the scene's outputs against t");
+  app.flag("--json", words->json, "summary as JSON");
+  add_simulation_words(app, words->simulation);
 
   return {app, [words] {
             namespace fs = std::filesystem;

@@ -34,7 +34,7 @@ void print_study(const film::Study& study, const std::filesystem::path& folder) 
 
 }  // namespace
 
-Command add_study(CLI::App& program) {
+Command add_study(Program& program) {
   struct Words {
     std::string scene, out, reference;
     std::vector<std::string> axes;
@@ -43,16 +43,16 @@ Command add_study(CLI::App& program) {
     bool resume = false, json = false;
   };
   const auto words = std::make_shared<Words>();
-  CLI::App* app = program.add_subcommand("study", "what accuracy costs in time: sweeps, table, diagrams, recommendation");
-  app->add_option("SCENE", words->scene, "scene file (TOML)")->required();
-  app->add_option("-o,--out", words->out, "output folder; default: NAME-study");
-  app->add_option("--axes", words->axes, fmt::format("any of {}; default: all that the scene has", fmt::join(film::study_axes(), ",")))->delimiter(',')->allow_extra_args(false);
-  app->add_option("--repeats", words->repeats, "runs of every point, for the median CPU time")->check(CLI::Range(1, 99))->capture_default_str();
-  app->add_option("--longest", words->longest, "CPU seconds after which a run is given up; default: twenty times the scene's own")->check(CLI::PositiveNumber);
-  app->add_option("--reference", words->reference, "histories (CSV) to compare with, in place of an own reference");
-  app->add_option("--reference-seconds", words->reference_seconds, "CPU seconds that the own reference may take")->check(CLI::PositiveNumber)->capture_default_str();
-  app->add_flag("--resume", words->resume, "keep the runs of an interrupted study of the same scene");
-  app->add_flag("--json", words->json, "the report as JSON on stdout");
+  Subcommand app = program.subcommand("study", "what accuracy costs in time: sweeps, table, diagrams, recommendation");
+  app.option("SCENE", words->scene, "scene file (TOML)").required();
+  app.option("-o,--out", words->out, "output folder; default: NAME-study");
+  app.option("--axes", words->axes, fmt::format("any of {}; default: all that the scene has", fmt::join(film::study_axes(), ","))).separated_by(',').one_word();
+  app.option("--repeats", words->repeats, "runs of every point, for the median CPU time").range(1, 99).show_default();
+  app.option("--longest", words->longest, "CPU seconds after which a run is given up; default: twenty times the scene's own").positive();
+  app.option("--reference", words->reference, "histories (CSV) to compare with, in place of an own reference");
+  app.option("--reference-seconds", words->reference_seconds, "CPU seconds that the own reference may take").positive().show_default();
+  app.flag("--resume", words->resume, "keep the runs of an interrupted study of the same scene");
+  app.flag("--json", words->json, "the report as JSON on stdout");
 
   return {app, [words] {
             namespace fs = std::filesystem;
