@@ -24,7 +24,8 @@ if(CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
 endif()
 
-# Parsing Eigen and the standard library takes most of a build's time. Where no ccache keeps objects, each library parses them once.
+# Parsing Eigen, the standard library and the project's own headers takes most of a build's time. Where no ccache keeps objects, each
+# library parses once what most of its files include.
 if(CCACHE)
   set(precompile OFF)
 else()
@@ -35,11 +36,12 @@ option(FLEXFRAME_PRECOMPILE "precompiled headers" ${precompile})
 if(FLEXFRAME_PRECOMPILE AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   target_compile_options(flexframe_options INTERFACE "SHELL:--param ggc-min-expand=400" "SHELL:--param ggc-min-heapsize=400000")
 endif()
-# flexframe_precompile(TARGET HEADER...): these and the usual ones of the standard library.
+# flexframe_precompile(TARGET HEADER...): these, fmt and the usual ones of the standard library.
 function(flexframe_precompile target)
   if(FLEXFRAME_PRECOMPILE)
-    target_precompile_headers(${target} PRIVATE ${ARGN} <algorithm> <cmath> <filesystem> <functional> <map> <memory> <optional> <span>
-      <stdexcept> <string> <string_view> <variant> <vector>)
+    target_precompile_headers(${target} PRIVATE <algorithm> <array> <charconv> <cmath> <filesystem> <fstream> <functional> <limits> <map>
+      <memory> <numeric> <optional> <set> <span> <sstream> <stdexcept> <string> <string_view> <unordered_map> <variant> <vector>
+      <fmt/format.h> ${ARGN})
   endif()
 endfunction()
 

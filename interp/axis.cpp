@@ -1,10 +1,8 @@
 #include "interp/axis.h"
 
+#include "interp/dense_solvers.h"
 #include "interp/lift.h"
 #include "interp/rotation.h"
-
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 
 #include <numeric>
 
@@ -49,7 +47,7 @@ Eigen::MatrixXd spline_slopes(std::span<const double> length, bool natural) {
     not_a_knot(0, 0);
     not_a_knot(n - 1, m - 2);
   }
-  return a.fullPivLu().solve(b);
+  return solve_by_full_pivots(a, b);
 }
 
 constexpr Eigen::Index window_rows = 32;  // the influence of a slope falls by 3.7 per interval: 1e-18 over a window's margin
@@ -114,8 +112,8 @@ AxisLift make_axis(const Points& nodes, bool rotations_given) {
   axis.given = rotations_given;
   const Vec3 centre = nodes.colwise().mean().transpose();
   const Points local = nodes.rowwise() - centre.transpose();
-  const Eigen::SelfAdjointEigenSolver<Mat3> principal(Mat3(local.transpose() * local));
-  Vec3 direction = principal.eigenvectors().col(2);
+  const PrincipalAxes principal = principal_axes(local.transpose() * local);
+  Vec3 direction = principal.axes.col(2);
   // The sign that makes the largest component positive: independent of the eigensolver's choice.
   Eigen::Index largest = 0;
   direction.cwiseAbs().maxCoeff(&largest);

@@ -1,9 +1,9 @@
 #include "interp/green.h"
 
+#include "interp/dense_solvers.h"
 #include "interp/parallel.h"
 #include "interp/rotation.h"
 
-#include <Eigen/QR>
 #include <Eigen/SparseCholesky>
 
 #include <vector>
@@ -27,7 +27,7 @@ Green solve_green(const Eigen::SparseMatrix<double>& stiffness, const Eigen::Spa
     at_wanted.middleCols(first, last - first) = wanted * x;
     gram.middleCols(first, last - first) = constraints * x;
   });
-  const Eigen::MatrixXd inverse = gram.partialPivLu().inverse();
+  const Eigen::MatrixXd inverse = inverse_by_row_pivots(gram);
   if (!inverse.allFinite()) throw MapError("two simulation nodes ask the same of the mesh: the elastic system is singular");
   const Eigen::MatrixXd whole = at_wanted * inverse;
   Green green;
@@ -67,17 +67,14 @@ void restore_rigid_motion(Green& green, const Points& nodes, const Points& point
     for (Eigen::Index i = 0; i < nodes.rows(); ++i) turn.block<3, 3>(3 * i, 3) = Mat3::Identity() / size;
     Eigen::MatrixXd both(6 * nodes.rows(), 6);
     both << at_nodes, turn * size;
-    const Eigen::MatrixXd fit = both.completeOrthogonalDecomposition().pseudoInverse();
+    const Eigen::MatrixXd fit = pseudo_inverse(both);
     const Eigen::MatrixXd error = at_points - green.displacement * at_nodes - green.rotation * turn;
     green.displacement += error * fit.leftCols(3 * nodes.rows());
     green.rotation += error * fit.rightCols(3 * nodes.rows()) * size;
     return;
   }
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition;
   // Turns that the nodes do not see (about their line) stay out.
-  decomposition.setThreshold(1e-9);
-  decomposition.compute(at_nodes);
-  const Eigen::MatrixXd fit = decomposition.pseudoInverse();
+  const Eigen::MatrixXd fit = pseudo_inverse(at_nodes, 1e-9);
   // Only rigid motions that the nodes determine: fit * at_nodes projects onto them.
   green.displacement += (at_points * (fit * at_nodes) - green.displacement * at_nodes) * fit;
 }

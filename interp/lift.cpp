@@ -1,9 +1,7 @@
 #include "interp/lift.h"
 
+#include "interp/dense_solvers.h"
 #include "interp/rotation.h"
-
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 
 #include <cmath>
 
@@ -108,7 +106,7 @@ double linear_residual(const Points& positions, const Points& displacement) {
     inertia += r.squaredNorm() * Mat3::Identity() - r * r.transpose();
     moment += r.cross(Vec3(displacement.row(i).transpose()) - mean);
   }
-  const Vec3 turn = inertia.completeOrthogonalDecomposition().solve(moment);
+  const Vec3 turn = least_squares(inertia, moment);
   double sum = 0.0;
   for (Eigen::Index i = 0; i < positions.rows(); ++i)
     sum += (Vec3(displacement.row(i).transpose()) - mean - turn.cross(Vec3(positions.row(i).transpose()) - centre)).squaredNorm();
@@ -214,10 +212,10 @@ RigidMotion best_rigid_motion(const Points& positions, const Points& displacemen
     return motion;
   }
   if (size == 0.0) return motion;
-  const Eigen::SelfAdjointEigenSolver<Mat3> principal(Mat3(rest.transpose() * rest));
+  const PrincipalAxes principal = principal_axes(rest.transpose() * rest);
   // On a line (second extent below 1e-6 of the first, where rounding decides the plane): shortest rotation.
-  if (principal.eigenvalues()[1] <= 1e-12 * principal.eigenvalues()[2]) {
-    const Vec3 along = principal.eigenvectors().col(2);
+  if (principal.values[1] <= 1e-12 * principal.values[2]) {
+    const Vec3 along = principal.axes.col(2);
     const Vec3 now = spread * along;
     if (now.norm() > 0.0) motion.rotation = shortest_rotation(along, now.normalized());
     return motion;

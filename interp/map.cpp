@@ -1,12 +1,12 @@
 #include "interp/map.h"
 
+#include "interp/dense_solvers.h"
 #include "interp/elastic.h"
 #include "interp/graph.h"
 #include "interp/lattice.h"
 #include "interp/parallel.h"
 #include "interp/partition.h"
 
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -172,8 +172,8 @@ Layout find_layout(const Points& nodes, const Points& vertices) {
   if (nodes.rows() == 1) { layout.point = true; return layout; }
   const Vec3 centre = nodes.colwise().mean().transpose();
   const Points local = nodes.rowwise() - centre.transpose();
-  const Eigen::SelfAdjointEigenSolver<Mat3> principal(Mat3(local.transpose() * local));
-  const Mat3 frame = principal.eigenvectors().rowwise().reverse();
+  const PrincipalAxes principal = principal_axes(local.transpose() * local);
+  const Mat3 frame = principal.axes.rowwise().reverse();
   const Points along = local * frame, mesh_along = (vertices.rowwise() - centre.transpose()) * frame;
   const Vec3 extent = (along.colwise().maxCoeff() - along.colwise().minCoeff()).transpose();
   const Vec3 mesh = (mesh_along.colwise().maxCoeff() - mesh_along.colwise().minCoeff()).transpose();
@@ -256,8 +256,8 @@ void choose_scheme(Map& map, const Weld& weld, const Graph& graph) {
   const int count = graph.nodes, vertices = graph.vertices;
   const Vec3 centre = weld.positions.colwise().mean().transpose();
   const Points local = weld.positions.rowwise() - centre.transpose();
-  const Eigen::SelfAdjointEigenSolver<Mat3> principal(Mat3(local.transpose() * local));
-  const bool flat = principal.eigenvalues()[0] < 1e-10 * principal.eigenvalues()[2];
+  const PrincipalAxes principal = principal_axes(local.transpose() * local);
+  const bool flat = principal.values[0] < 1e-10 * principal.values[2];
   const double size = Box(weld.positions).diagonal();
   const auto inside = std::count_if(graph.off_mesh.begin(), graph.off_mesh.end(), [&](double d) { return d > 0.01 * size; });
   const std::string thin = !flat && count > elastic_nodes && count <= thin_nodes && vertices <= elastic_vertices ? thin_reason(map.node_positions, weld, graph) : "";

@@ -1,8 +1,6 @@
 #include "interp/patch.h"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
-#include <Eigen/QR>
+#include "interp/dense_solvers.h"
 
 #include <cmath>
 #include <limits>
@@ -68,8 +66,8 @@ Patch make_patch(const Points& nodes, std::span<const int> chosen, const Points&
   // Principal directions of the nodes, largest first; extents of nodes and vertices along them.
   Eigen::Matrix3Xd local(3, k);
   for (Eigen::Index i = 0; i < k; ++i) local.col(i) = nodes.row(chosen[static_cast<size_t>(i)]).transpose() - patch.origin;
-  const Eigen::SelfAdjointEigenSolver<Mat3> principal(Mat3(local * local.transpose()));
-  patch.frame = principal.eigenvectors().rowwise().reverse();
+  const PrincipalAxes principal = principal_axes(local * local.transpose());
+  patch.frame = principal.axes.rowwise().reverse();
   if (patch.frame.determinant() < 0.0) patch.frame.col(2) = -patch.frame.col(2);
   const Eigen::Matrix3Xd along = patch.frame.transpose() * local;
   const Vec3 node_extent = along.rowwise().maxCoeff() - along.rowwise().minCoeff();
@@ -121,7 +119,7 @@ Patch make_patch(const Points& nodes, std::span<const int> chosen, const Points&
       basis(patch, patch.y.col(i), row);
       poly.row(i) = row.tail(p).transpose();
     }
-    const Eigen::MatrixXd fit = poly.completeOrthogonalDecomposition().pseudoInverse();  // p x k
+    const Eigen::MatrixXd fit = pseudo_inverse(poly);  // p x k
     patch.inverse.resize(k, k + p);
     patch.inverse.leftCols(k) = (Eigen::MatrixXd::Identity(k, k) - poly * fit).transpose();
     patch.inverse.rightCols(p) = fit.transpose();
@@ -135,9 +133,7 @@ Patch make_patch(const Points& nodes, std::span<const int> chosen, const Points&
     a.row(i) = row.transpose();
     a.block(k, i, p, 1) = row.tail(p);
   }
-  Eigen::MatrixXd inverse;
-  if (k > 64) inverse = a.partialPivLu().inverse();
-  else inverse = a.fullPivLu().inverse();
+  Eigen::MatrixXd inverse = k > 64 ? inverse_by_row_pivots(a) : inverse_by_full_pivots(a);
   // One Newton step brings the reproduction of rigid motion down to rounding.
   inverse += inverse * (Eigen::MatrixXd::Identity(k + p, k + p) - a * inverse);
   patch.inverse = inverse.topRows(k);

@@ -361,7 +361,7 @@ void assemble_rates(const Model& model, const Scene& scene, Work& work, std::vec
     work.clusters[k].partition = chosen;
     const MatX A = scaled_columns(model, work, cluster, free.rate, scale);
     const VecX b = -scale.cwiseProduct(work.clusters[k].rate);
-    const VecX x = free.rate.empty() ? VecX() : VecX(A.completeOrthogonalDecomposition().solve(b));
+    const VecX x = free.rate.empty() ? VecX() : least_squares(A, b);
     const VecX left = free.rate.empty() ? b : VecX(b - A * x);
     // Against the speeds that meet in the loop: where they fit, only rounding of them is left.
     double speed = b.cwiseAbs().maxCoeff();

@@ -2,6 +2,7 @@
 // al. 2006 (seed 001 eq. 8). Shear-flexible variant: Friedman, Kosmatka 1993 (exact static shape functions), equal to the Hermite
 // element for vanishing shear flexibility.
 #include "sim/beam_terms.h"
+#include "sim/eigen_solvers.h"
 
 #include <fmt/format.h>
 
@@ -175,7 +176,7 @@ beam::Basis boundary_basis(const Layout& layout, Boundary boundary, const MatX& 
   const MatX R = rigid_columns(layout, boundary);
   if (R.cols() > 0 && Z.cols() > 0) {
     const MatX mr = Me * R;
-    const MatX share = (R.transpose() * mr).ldlt().solve(mr.transpose() * Z);
+    const MatX share = solve_symmetric(R.transpose() * mr, mr.transpose() * Z);
     Z -= R * share;
   }
   return Z.sparseView();

@@ -515,7 +515,7 @@ void set_body_coordinates(const Model& model, int body, const VecX& given, VecX&
   Eigen::Index at = 0;
   visit_coordinates(model, body, rates, [&](const Part& part, int first, int count, int counted, bool mapped) {
     // Fewer modes than coordinates: the nearest shape that they can make.
-    if (mapped) all.segment(first, count) = part.shown.coordinates.completeOrthogonalDecomposition().solve(given.segment(at, counted));
+    if (mapped) all.segment(first, count) = least_squares(part.shown.coordinates, VecX(given.segment(at, counted)));
     else all.segment(first, count) = given.segment(at, count);
     at += counted;
   });

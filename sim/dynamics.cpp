@@ -1,6 +1,7 @@
 #include "sim/dynamics.h"
 
 #include "sim/closure.h"
+#include "sim/eigen_solvers.h"
 #include "sim/flexures.h"
 #include "sim/kinematics.h"
 #include "sim/loads.h"
@@ -196,7 +197,7 @@ bool hold_idle(const Model& model, int cluster, Work& work) {
     if (scale == 0.0) return false;  // deformations
     per_metre[k] = 1.0 / scale;
   }
-  const Eigen::SelfAdjointEigenSolver<MatX> eigen(MatX(per_metre.asDiagonal() * cw.D * per_metre.asDiagonal()));
+  const SymmetricEigen eigen(MatX(per_metre.asDiagonal() * cw.D * per_metre.asDiagonal()));
   const double largest = eigen.eigenvalues()[n - 1];
   if (!(largest > 0.0) || eigen.eigenvalues()[0] < -1e-12 * largest) return false;
   const VecX force = per_metre.cwiseProduct(cw.h);
@@ -227,7 +228,7 @@ bool hold_idle(const Model& model, int cluster, Work& work) {
   Eigen::Index blamed = -1;
   if (cw.llt.info() != Eigen::Success) {
     const VecX unit = cw.D.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    const Eigen::SelfAdjointEigenSolver<MatX> eigen(MatX(unit.asDiagonal() * cw.D * unit.asDiagonal()));
+    const SymmetricEigen eigen(MatX(unit.asDiagonal() * cw.D * unit.asDiagonal()));
     VecX least = eigen.eigenvectors().col(0).cwiseAbs();
     // Rigid motions have no negative energy: then it is a deformation, however much joints move along with it.
     if (eigen.eigenvalues()[0] < -1e-9)

@@ -1,9 +1,12 @@
 #include "sim/eigen_solvers.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/QR>
 #include <Eigen/SVD>
+
+template class Eigen::PartialPivLU<Eigen::MatrixXd>;
 
 namespace flexframe::sim {
 
@@ -35,12 +38,38 @@ ThinSvd::ThinSvd(const MatX& A) {
   V_ = svd.matrixV();
 }
 
+Cholesky::Cholesky(const MatX& A) : llt_(A) {}
+
+MatX Cholesky::solve(const MatX& B) const { return llt_.solve(B); }
+
+MatX Cholesky::solve_lower(const MatX& B) const { return llt_.matrixL().solve(B); }
+
+VecX Cholesky::solve_lower_transposed(const VecX& b) const { return llt_.matrixU().solve(b); }
+
 MatX least_squares(const MatX& A, const MatX& B, double threshold) {
   Eigen::CompleteOrthogonalDecomposition<MatX> decomposition;
   if (threshold > 0.0) decomposition.setThreshold(threshold);
   return decomposition.compute(A).solve(B);
 }
 
+VecX least_squares(const MatX& A, const VecX& b) { return A.completeOrthogonalDecomposition().solve(b); }
+
+MatX fit(const MatX& A, const MatX& B) { return A.colPivHouseholderQr().solve(B); }
+
+MatX orthonormal_columns(const MatX& A, double threshold) {
+  Eigen::ColPivHouseholderQR<MatX> qr(A);
+  qr.setThreshold(threshold);
+  return MatX(qr.householderQ()).leftCols(qr.rank());
+}
+
+MatX independent_columns(const MatX& A, double threshold) {
+  Eigen::ColPivHouseholderQR<MatX> qr(A);
+  qr.setThreshold(threshold);
+  return A * MatX(qr.colsPermutation()).leftCols(qr.rank());
+}
+
 MatX solve_square(const MatX& A, const MatX& B) { return A.partialPivLu().solve(B); }
+
+MatX solve_symmetric(const MatX& A, const MatX& B) { return A.ldlt().solve(B); }
 
 }  // namespace flexframe::sim

@@ -4,7 +4,7 @@
 
 #include "sim/types.h"
 
-#include <Eigen/Core>
+#include <Eigen/Cholesky>
 
 namespace flexframe::sim {
 
@@ -63,10 +63,35 @@ class ThinSvd {
   MatX U_, V_;
 };
 
+// A = L L^T, A: symmetric; info() says if it is not positive definite.
+class Cholesky {
+ public:
+  explicit Cholesky(const MatX& A);
+  Eigen::ComputationInfo info() const { return llt_.info(); }
+  MatX solve(const MatX& B) const;                   // A^-1 B
+  MatX solve_lower(const MatX& B) const;             // L^-1 B
+  VecX solve_lower_transposed(const VecX& b) const;  // L^-T b
+
+ private:
+  Eigen::LLT<MatX> llt_;
+};
+
 // The least X among those that make |A X - B| least; pivots below threshold times the largest count as zero (0: Eigen's own choice).
 MatX least_squares(const MatX& A, const MatX& B, double threshold = 0.0);
+VecX least_squares(const MatX& A, const VecX& b);
+
+// The same where the columns of A are known to be independent, at half the work.
+MatX fit(const MatX& A, const MatX& B);
+
+// Orthonormal columns that span those of A, and as many of A's own columns that are independent; pivots below threshold times the largest
+// count as zero.
+MatX orthonormal_columns(const MatX& A, double threshold);
+MatX independent_columns(const MatX& A, double threshold);
 
 // A^-1 B with partial pivoting; infinite or NaN where A is singular.
 MatX solve_square(const MatX& A, const MatX& B);
+
+// A^-1 B of a symmetric A, definite or not.
+MatX solve_symmetric(const MatX& A, const MatX& B);
 
 }  // namespace flexframe::sim

@@ -118,7 +118,7 @@ VecX real_shape(const Eigen::VectorXcd& x) {
 bool follow_massless(const MatX& masses, const MatX& stiff, const MatX& damped, MatX& M, MatX& K, MatX& D, MatX& N, Linearisation& out) {
   MatX others(N.cols(), masses.cols() + damped.cols());
   others << masses, damped;
-  if (stiff.cols() > 0) others -= (stiff * (stiff.transpose() * K * stiff).partialPivLu().solve(MatX(stiff.transpose() * K * others))).eval();
+  if (stiff.cols() > 0) others -= (stiff * solve_square(stiff.transpose() * K * stiff, stiff.transpose() * K * others)).eval();
   const MatX Mo = others.transpose() * M * others, Ko = others.transpose() * K * others, Do = others.transpose() * D * others, No = N * others;
   const Eigen::Index n = masses.cols(), f = damped.cols();
   M = Mo.topLeftCorner(n, n);
@@ -127,15 +127,13 @@ bool follow_massless(const MatX& masses, const MatX& stiff, const MatX& damped, 
   N = No.leftCols(n);
   if (f == 0) return false;
   // z = [x; x'; coordinates of what is damped].
-  const auto inverse_mass = M.llt();
-  const auto inverse_damping = MatX(Do.bottomRightCorner(f, f)).partialPivLu();
   MatX A = MatX::Zero(2 * n + f, 2 * n + f);
   A.block(0, n, n, n).setIdentity();
   MatX follow(f, 2 * n + f), pull(n, 2 * n + f);
   follow << Ko.bottomLeftCorner(f, n), Do.bottomLeftCorner(f, n), Ko.bottomRightCorner(f, f);
-  A.bottomRows(f) = -inverse_damping.solve(follow);
+  A.bottomRows(f) = -solve_square(Do.bottomRightCorner(f, f), follow);
   pull << K, D, Ko.topRightCorner(n, f);
-  if (n > 0) A.middleRows(n, n) = -inverse_mass.solve(MatX(pull + Do.topRightCorner(n, f) * A.bottomRows(f)));
+  if (n > 0) A.middleRows(n, n) = -Cholesky(M).solve(pull + Do.topRightCorner(n, f) * A.bottomRows(f));
   add_modes(A, [&](const Eigen::VectorXcd& z) {
     Eigen::VectorXcd x(n + f);
     x << z.head(n), z.tail(f);
@@ -147,17 +145,17 @@ bool follow_massless(const MatX& masses, const MatX& stiff, const MatX& damped, 
 // Modes of M x'' + C x' + K x = 0 with any C, as a first-order system in coordinates in which M is 1.
 void turning_modes(const MatX& M, const MatX& K, const MatX& C, const MatX& N, Linearisation& out) {
   const Eigen::Index n = M.rows();
-  const Eigen::LLT<MatX> llt(M);
-  if (llt.info() != Eigen::Success) throw SimulationError("the frequencies cannot be computed: the mass matrix is not positive definite");
+  const Cholesky mass(M);
+  if (mass.info() != Eigen::Success) throw SimulationError("the frequencies cannot be computed: the mass matrix is not positive definite");
   const auto congruent = [&](const MatX& A) {
-    const MatX left = llt.matrixL().solve(A);
-    return MatX(llt.matrixL().solve(left.transpose()).transpose());
+    const MatX left = mass.solve_lower(A);
+    return MatX(mass.solve_lower(left.transpose()).transpose());
   };
   MatX A = MatX::Zero(2 * n, 2 * n);
   A.topRightCorner(n, n).setIdentity();
   A.bottomLeftCorner(n, n) = -congruent(K);
   A.bottomRightCorner(n, n) = -congruent(C);
-  add_modes(A, [&](const Eigen::VectorXcd& z) { return VecX(N * llt.matrixU().solve(real_shape(z.head(n)))); }, out);
+  add_modes(A, [&](const Eigen::VectorXcd& z) { return VecX(N * mass.solve_lower_transposed(real_shape(z.head(n)))); }, out);
 }
 
 // What massless.h locks stands among the independent rates again.

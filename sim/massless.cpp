@@ -286,7 +286,7 @@ void split_massless(const Model& model, Work& work) {
     for (Eigen::Index k = 0; k < n1; ++k) Cd(i, k) = C(mw.damped[static_cast<size_t>(i)], mw.damped[static_cast<size_t>(k)]);
     for (Eigen::Index k = 0; k < n0; ++k) Cs(i, k) = C(mw.damped[static_cast<size_t>(i)], mw.stiff[static_cast<size_t>(k)]);
   }
-  const MatX follow = n0 > 0 && n1 > 0 ? MatX(Cd.partialPivLu().solve(Cs)) : MatX::Zero(n1, n0);
+  const MatX follow = n0 > 0 && n1 > 0 ? solve_square(Cd, Cs) : MatX::Zero(n1, n0);
   for (Eigen::Index k = 0; k < n0; ++k) {
     mw.undamped(mw.stiff[static_cast<size_t>(k)], k) = 1.0;
     for (Eigen::Index i = 0; i < n1; ++i) mw.undamped(mw.damped[static_cast<size_t>(i)], k) = -follow(i, k);
@@ -350,7 +350,7 @@ double massless_decay(const Model& model, const Work& work) {
       Cd(i, k) = C(a, b);
       Kd(i, k) = K(a, b);
     }
-  return ComplexEigen(MatX(Cd.partialPivLu().solve(Kd))).eigenvalues().cwiseAbs().maxCoeff();
+  return ComplexEigen(solve_square(Cd, Kd)).eigenvalues().cwiseAbs().maxCoeff();
 }
 
 void find_massless(System& system) {

@@ -98,12 +98,10 @@ FlexibleBody keep_lowest(const FlexibleBody& body, int count, const std::vector<
   T.setZero();
   for (size_t k = 0; k < kept.size(); ++k) T(kept[k], static_cast<Eigen::Index>(k)) = 1.0;
   if (residual.cols() > 0) {
-    Eigen::ColPivHouseholderQR<MatX> qr(residual);
-    qr.setThreshold(1e-6);
-    const MatX Q = MatX(qr.householderQ()).leftCols(qr.rank());
+    const MatX Q = orthonormal_columns(residual, 1e-6);
     const SymmetricEigen eigen(MatX(Q.transpose() * body.stiffness.asDiagonal() * Q));
-    T.conservativeResize(Eigen::NoChange, T.cols() + qr.rank());
-    T.rightCols(qr.rank()) = Q * eigen.eigenvectors();
+    T.conservativeResize(Eigen::NoChange, T.cols() + Q.cols());
+    T.rightCols(Q.cols()) = Q * eigen.eigenvectors();
   }
 
   FlexibleBody out = in_basis(body, T);
@@ -143,7 +141,7 @@ MatX same_deformation(const FlexibleBody& target, const FlexibleBody& source) {
     B.block(r, 0, 3, source.n) = source.nodes[i].phi;
     B.block(r + 3, 0, 3, source.n) = length * source.nodes[i].psi;
   }
-  return A.completeOrthogonalDecomposition().solve(B).topRows(target.n);
+  return least_squares(A, B).topRows(target.n);
 }
 
 }  // namespace flexframe::sim

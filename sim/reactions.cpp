@@ -1,6 +1,7 @@
 #include "sim/reactions.h"
 
 #include "sim/closure.h"
+#include "sim/eigen_solvers.h"
 #include "sim/kinematics.h"
 
 #include <algorithm>
@@ -126,7 +127,7 @@ void compute_reactions(const Model& model, Work& work, Reactions& out, bool mini
         cluster_wrenches(model, work, cluster, stress.col(s), at, out, carrier);
         pressed.col(s) = in_newtons(model, cluster, out);
       }
-      all -= stress * pressed.completeOrthogonalDecomposition().solve(loaded);
+      all -= stress * least_squares(pressed, loaded);
     }
     cluster_wrenches(model, work, cluster, all, need, out, carrier);
     if (c.parent != ground) need[c.parent] += carrier;

@@ -2,6 +2,7 @@
 #include "sim/sid.h"
 
 #include "sim/eigen_solvers.h"
+#include "sim/spatial.h"
 
 #include <fmt/format.h>
 
@@ -18,12 +19,6 @@ constexpr int tensor_row[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
 // Oe's columns multiply wx^2 wy^2 wz^2 wx wy, wy wz, wx wz: the tensor row each stands for, and Oe = -factor J1.
 constexpr int oe_row[6] = {0, 1, 2, 3, 5, 4};
 constexpr double oe_factor[6] = {0.5, 0.5, 0.5, 1.0, 1.0, 1.0};
-
-Mat3 skew(const Vec3& a) {
-  Mat3 s;
-  s << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
-  return s;
-}
 
 bool has_order(const std::optional<SidTaylor>& block, bool first) {
   return block && std::any_of(block->entries.begin(), block->entries.end(), [&](const SidEntry& e) { return (e.mode > 0) == first; });
@@ -54,10 +49,10 @@ double label_frequency(const std::string& label) {
 
 // sqrt(eig(Me \ Ke)) / 2 pi, ascending; empty when Me is not positive definite.
 VecX frequencies(const MatX& Me, const MatX& Ke) {
-  Eigen::LLT<MatX> cholesky(Me);
+  const Cholesky cholesky(Me);
   if (cholesky.info() != Eigen::Success) return {};
-  MatX A = cholesky.matrixL().solve(Ke);
-  A = cholesky.matrixL().solve(A.transpose()).eval();
+  MatX A = cholesky.solve_lower(Ke);
+  A = cholesky.solve_lower(A.transpose());
   SymmetricEigen eigen(0.5 * (A + A.transpose()), Eigen::EigenvaluesOnly);
   return eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt() / (2.0 * std::numbers::pi);
 }

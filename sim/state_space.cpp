@@ -47,7 +47,7 @@ MatX modal_mass(const StateSpaceDef& def) {
     // Modes that no port moves or sees may have any mass.
     MatX block = MatX::Identity(k, k);
     if (s.norm() > 0.0 || t.norm() > 0.0) {
-      block = least_squares(s.transpose(), t.transpose()).transpose();
+      block = least_squares(s.transpose(), MatX(t.transpose())).transpose();
       block = (0.5 * (block + block.transpose())).eval();
       if ((block * s - t).norm() > 10.0 * agreement * t.norm()) refuse_ports();
       const SymmetricEigen parts(block);

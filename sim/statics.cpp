@@ -191,10 +191,8 @@ int search(Problem& p, const Sought& what, StaticSolution& out, int& worst) {
     ++out.iterations;
     const MatX S = 0.5 * (K + K.transpose());
     const double stiffest = std::max(S.diagonal().cwiseAbs().maxCoeff(), p.rest.scale / p.model.size);
-    Eigen::LLT<MatX> test;
     for (int attempt = 0; attempt < 60; ++attempt) {
-      test.compute(S + damping * MatX::Identity(n, n));
-      if (test.info() == Eigen::Success) break;
+      if (Cholesky(S + damping * MatX::Identity(n, n)).info() == Eigen::Success) break;
       damping = std::max(10.0 * damping, 1e-12 * stiffest);
     }
     VecX x = solve_square(K + damping * MatX::Identity(n, n), f);

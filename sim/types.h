@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+extern template class Eigen::PartialPivLU<Eigen::MatrixXd>;  // in eigen_solvers.cpp
+
 namespace flexframe::sim {
 
 using Vec3 = Eigen::Vector3d;

@@ -3,7 +3,7 @@
 // One file a subcommand (run.cpp, check.cpp, ...): `Command add_NAME(Program&)` declares the words and returns the action.
 // A new one is declared in commands.h and listed in main.cpp. Actions print results to stdout and progress to stderr (terminal.h);
 // they return the exit code (0 done, 1 failed or different) and let every exception through: main has the only catch.
-// CLI11 parses. It has headers only, 7 CPU seconds of optimiser in every file that includes them: command.cpp alone does.
+// CLI11 parses. It has headers only, 4 to 6 CPU seconds of compiler in every file that includes them: command.cpp alone does.
 #pragma once
 
 #include <functional>

@@ -1,6 +1,6 @@
 #include "render/film/shape_basis.h"
 
-#include <Eigen/Eigenvalues>
+#include "sim/eigen_solvers.h"
 
 #include <algorithm>
 #include <cmath>
@@ -40,7 +40,7 @@ ShapeBasis make_shape_basis(const Animation& animation, int body, double relativ
       for (Eigen::Index r = 0; r < rows; ++r) sum += static_cast<double>(snapshots(r, i)) * snapshots(r, j);
       gram(i, j) = gram(j, i) = sum;
     }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(gram);
+  const sim::SymmetricEigen eigen(gram);
   const Eigen::VectorXd energy = eigen.eigenvalues().reverse().cwiseMax(0.0);
   // Single precision leaves nothing below 1e-12 of the largest eigenvalue.
   const double allowed = std::max(relative * relative * largest * largest * static_cast<double>(rows) / 3.0 * count, 1e-12 * energy[0]);

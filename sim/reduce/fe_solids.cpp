@@ -1,6 +1,8 @@
 // Solid elements: shape functions, quadrature, stiffness, mass, stress. See fe_elements.h.
 #include "sim/reduce/fe_elements.h"
 
+#include "sim/eigen_solvers.h"
+
 #include <fmt/format.h>
 
 #include <array>
@@ -217,7 +219,7 @@ void condense_incompatible(const Mat3X& X, const FeMaterial& material, int id, M
     coupling += volume * Bi.transpose() * C * B;
     inner += volume * Bi.transpose() * C * Bi;
   }
-  K -= coupling.transpose() * inner.ldlt().solve(coupling);
+  K -= coupling.transpose() * solve_symmetric(inner, coupling);
 }
 
 }  // namespace
@@ -421,7 +423,7 @@ MatX solid_nodal_stress(FeShape shape, FeFormulation formulation, const Mat3X& X
     strain << g(0, 0), g(1, 1), g(2, 2), g(0, 1) + g(1, 0), g(1, 2) + g(2, 1), g(0, 2) + g(2, 0);
     S.row(i) = (C * strain).transpose();
   }
-  const MatX coefficients = A.colPivHouseholderQr().solve(S);
+  const MatX coefficients = fit(A, S);
   const Mat3X nodes = parent_nodes(shape);
   MatX stress(6, X.cols());
   for (int k = 0; k < X.cols(); ++k) stress.col(k) = (basis(nodes.col(k)).transpose() * coefficients).transpose();

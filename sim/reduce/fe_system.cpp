@@ -2,6 +2,7 @@
 #include "sim/reduce/fe_system.h"
 
 #include "sim/reduce/fe_elements.h"
+#include "sim/spatial.h"
 
 #include <fmt/format.h>
 
@@ -12,12 +13,6 @@
 
 namespace flexframe::sim {
 namespace {
-
-Mat3 skew(const Vec3& a) {
-  Mat3 s;
-  s << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
-  return s;
-}
 
 // Neighbours b >= a of each node a, ascending, in one array.
 struct Neighbours {

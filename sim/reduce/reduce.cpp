@@ -292,10 +292,7 @@ class Reducer {
       fields = solver->respond(loads);
       if (method == ReduceMethod::craig_bampton && (options.modes > 0 || limit > 0.0)) {
         // With all interfaces held: motions that depend on each other (interfaces that share nodes) are held once.
-        Eigen::ColPivHouseholderQR<MatX> independent(loads);
-        independent.setThreshold(1e-8);
-        const MatX hold = loads * MatX(independent.colsPermutation()).leftCols(independent.rank());
-        modes = solver->modes(limit > 0.0 ? 0 : options.modes, limit, hold, talk);
+        modes = solver->modes(limit > 0.0 ? 0 : options.modes, limit, independent_columns(loads, 1e-8), talk);
         MatX all(fields.rows(), fields.cols() + modes.vectors.cols());
         all << fields, modes.vectors;
         fields = std::move(all);
