@@ -42,6 +42,9 @@ function(flexframe_precompile target)
     target_precompile_headers(${target} PRIVATE <algorithm> <array> <charconv> <cmath> <filesystem> <fstream> <functional> <limits> <map>
       <memory> <numeric> <optional> <set> <span> <sstream> <stdexcept> <string> <string_view> <unordered_map> <variant> <vector>
       <fmt/format.h> ${ARGN})
+    # CMake 3.25 gives its list of these headers an old date: without this a changed list leaves the old result, which clang refuses.
+    set_source_files_properties(${CMAKE_CURRENT_BINARY_DIR}/CMakeFiles/${target}.dir/cmake_pch.hxx.cxx PROPERTIES
+      OBJECT_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/CMakeLists.txt;${PROJECT_SOURCE_DIR}/cmake/Compiler.cmake")
   endif()
 endfunction()
 

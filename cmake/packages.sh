@@ -9,6 +9,15 @@ packages_of() {
   done
 }
 
+# missing_packages SECTION...: those of them that are not installed, one a line; none where that cannot be told.
+missing_packages() {
+  command -v dpkg-query >/dev/null || return 0
+  local package
+  while read -r package; do
+    [[ $(dpkg-query -W -f='${Status}' "$package" 2>/dev/null) == "install ok installed" ]] || echo "$package"
+  done < <(packages_of "$@")
+}
+
 # install_packages SECTION...: installs what is missing of them; where that is not possible, says what to install and fails.
 install_packages() {
   local wanted missing=() as_root=()
@@ -23,10 +32,7 @@ install_packages() {
     } >&2
     return 1
   fi
-  local package
-  for package in "${wanted[@]}"; do
-    [[ $(dpkg-query -W -f='${Status}' "$package" 2>/dev/null) == "install ok installed" ]] || missing+=("$package")
-  done
+  mapfile -t missing < <(missing_packages "$@")
   ((${#missing[@]})) || return 0
 
   if [[ $(id -u) != 0 ]]; then

@@ -7,21 +7,25 @@ mkdir -p build
 # shellcheck source=../cmake/packages.sh
 source cmake/packages.sh
 
-install_packages build
+# clang compiles the program in 60 % of the time that g++ takes: it comes along where packages are to be installed anyway.
+# Whoever has all the others builds with what there is.
+if [[ -n $(missing_packages build) ]]; then install_packages build clang; else install_packages build; fi
 
-# The tests need further packages; whoever has configured them already keeps them.
-if [[ ! -f build/release/build.ninja ]]; then
+# A build that is there already is kept, with its compiler and the tests that it may have.
+preset=release
+[[ -f build/release/build.ninja ]] || ! command -v clang++ >/dev/null || preset=clang
+if [[ ! -f build/$preset/build.ninja ]]; then
   echo "configuring"
-  if ! cmake --preset release -D FLEXFRAME_TESTS=OFF -D FLEXFRAME_BENCHMARKS=OFF >build/configure.log 2>&1; then
+  if ! cmake --preset "$preset" -D FLEXFRAME_TESTS=OFF -D FLEXFRAME_BENCHMARKS=OFF >build/configure.log 2>&1; then
     echo "configuring failed; its last words (all of them: build/configure.log):" >&2
     tail -n 20 build/configure.log >&2
     exit 1
   fi
 fi
-cmake --build --preset release --target flexframe
+cmake --build --preset "$preset" --target flexframe
 
 out=out/slider_crank
-build/release/flexframe run examples/slider_crank.toml -o "$out"
+"build/$preset/flexframe" run examples/slider_crank.toml -o "$out"
 
 echo
 echo "pictures: $top/$out/frames"

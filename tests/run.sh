@@ -14,7 +14,7 @@ presets=(release)
 sections=(build test)
 case "${1:-}" in
   "") ;;
-  --all) presets+=(clang asan); sections+=(compilers) ;;
+  --all) presets+=(clang asan); sections+=(clang compilers) ;;
   *) echo "usage: tests/run.sh [--all]" >&2; exit 2 ;;
 esac
 
