@@ -28,6 +28,7 @@ out=out/slider_crank
 "build/$preset/flexframe" run examples/slider_crank.toml -o "$out"
 
 echo
+echo "program:  $top/build/$preset/flexframe"
 echo "pictures: $top/$out/frames"
 if [[ -f $out/slider_crank.mp4 ]]; then echo "video:    $top/$out/slider_crank.mp4"; fi
 echo "results:  $top/$out/results.h5 and histories.csv"
