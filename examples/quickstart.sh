@@ -13,7 +13,7 @@ if [[ -n $(missing_packages build) ]]; then install_packages build clang; else i
 
 # A build that is there already is kept, with its compiler and the tests that it may have.
 preset=release
-[[ -f build/release/build.ninja ]] || ! command -v clang++ >/dev/null || preset=clang
+if [[ ! -f build/release/build.ninja ]] && command -v clang++ >/dev/null && [[ -z $(missing_packages clang) ]]; then preset=clang; fi
 if [[ ! -f build/$preset/build.ninja ]]; then
   echo "configuring"
   if ! cmake --preset "$preset" -D FLEXFRAME_TESTS=OFF -D FLEXFRAME_BENCHMARKS=OFF >build/configure.log 2>&1; then
