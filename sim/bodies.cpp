@@ -102,20 +102,23 @@ FlexibleBody rigid_body(const RigidDef& def) {
 // Where joints and loads take hold of a body. A hinge in a scene that moves in its plane passes on no moment unless something drives or brakes it.
 std::vector<HeldPoint> held_points(const Scene& scene, const std::string& body, bool planar) {
   std::vector<HeldPoint> out;
-  const auto hold = [&](const FrameRef& f, bool force, bool moment) {
-    if (f.body == body) out.push_back({f.frame.empty() ? "root" : f.frame, force, moment});
+  const auto hold = [&](const FrameRef& f, bool force, bool moment, bool load) {
+    if (f.body == body && (force || moment)) out.push_back({f.frame.empty() ? "root" : f.frame, force, moment, load});
   };
   for (const JointDef& j : scene.joints) {
     const bool driven = !j.motion.empty() || j.motion_table || j.spring || j.friction || j.stop;
     const bool free_to_turn = j.kind == JointKind::spherical || j.kind == JointKind::point_on_line || j.kind == JointKind::point_on_plane ||
                               j.kind == JointKind::distance || (planar && (j.kind == JointKind::revolute || j.kind == JointKind::planar));
-    for (const FrameRef* f : {&j.parent, &j.child}) hold(*f, true, driven || !free_to_turn);
+    for (const FrameRef* f : {&j.parent, &j.child}) {
+      hold(*f, true, !free_to_turn, false);
+      hold(*f, false, driven && free_to_turn, true);
+    }
   }
   for (const ForceDef& f : scene.forces) {
     if (f.kind == ForceKind::distributed) continue;
     const bool force = f.kind != ForceKind::torque, moment = f.kind == ForceKind::torque || f.kind == ForceKind::bushing;
-    hold(f.on, force, moment);
-    if (f.kind == ForceKind::spring_damper || f.kind == ForceKind::bushing) hold(f.from, force, moment);
+    hold(f.on, force, moment, true);
+    if (f.kind == ForceKind::spring_damper || f.kind == ForceKind::bushing) hold(f.from, force, moment, true);
   }
   return out;
 }
@@ -192,10 +195,11 @@ void make_fe_part(Model& model, const BeamDef& beam, const BeamEffects& effects,
   if (modes) part.body = to_normal_modes(part.body, V);
   if (modes && beam.keep_modes) {
     std::vector<HeldPoint> points = held;
+    if (!beam.keep_static) std::erase_if(points, [](const HeldPoint& p) { return p.load; });
     if (part.body.De.size() > 0 && frame_only) {
       // Damping of the boundary's modes is felt there as a reaction, whatever holds the beam in the scene.
-      points.push_back({"root", true, beam.boundary == Boundary::clamped_free});
-      if (beam.boundary != Boundary::clamped_free) points.push_back({"tip", true, false});
+      points.push_back({"root", true, beam.boundary == Boundary::clamped_free, true});
+      if (beam.boundary != Boundary::clamped_free) points.push_back({"tip", true, false, true});
     }
     part.body = keep_lowest(part.body, *beam.keep_modes, points, V);
     if (part.body.De.size() > 0) {

@@ -62,6 +62,13 @@ MatX orthonormal_columns(const MatX& A, double threshold) {
   return MatX(qr.householderQ()).leftCols(qr.rank());
 }
 
+MatX orthogonal_complement(const MatX& A, double threshold) {
+  if (A.cols() == 0 || A.rows() == 0) return MatX::Identity(A.rows(), A.rows());
+  Eigen::ColPivHouseholderQR<MatX> qr(A);
+  qr.setThreshold(threshold);
+  return MatX(qr.householderQ()).rightCols(A.rows() - qr.rank());
+}
+
 MatX independent_columns(const MatX& A, double threshold) {
   Eigen::ColPivHouseholderQR<MatX> qr(A);
   qr.setThreshold(threshold);

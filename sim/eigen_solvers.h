@@ -88,6 +88,9 @@ MatX fit(const MatX& A, const MatX& B);
 MatX orthonormal_columns(const MatX& A, double threshold);
 MatX independent_columns(const MatX& A, double threshold);
 
+// Orthonormal columns, orthogonal to those of A, that span the rest of the space; all of it where A has no column or is zero.
+MatX orthogonal_complement(const MatX& A, double threshold);
+
 // A^-1 B with partial pivoting; infinite or NaN where A is singular.
 MatX solve_square(const MatX& A, const MatX& B);
 

@@ -13,6 +13,9 @@ namespace flexframe::sim {
 
 namespace {
 
+// Of what holds a body, scaled by mass: entries are of the order of one over the root of a mass.
+constexpr double rank_threshold = 1e-9;
+
 // Coordinates in which mass is 1 and stiffness diagonal: old ones = T new ones.
 FlexibleBody in_basis(const FlexibleBody& body, const MatX& T) {
   const auto congruent = [&](const MatX& A) { return A.size() == 0 ? MatX() : MatX(T.transpose() * A * T); };
@@ -62,51 +65,113 @@ FlexibleBody to_normal_modes(const FlexibleBody& body, MatX& V) {
   return out;
 }
 
-FlexibleBody keep_lowest(const FlexibleBody& body, int count, const std::vector<HeldPoint>& held, MatX& V) {
-  std::array<int, 4> have{};
-  std::vector<int> kept;
-  std::vector<char> left(static_cast<size_t>(body.n), 1);
-  for (int k = 0; k < body.n; ++k)
-    if (have[static_cast<size_t>(coordinate_direction(body, k))]++ < count) kept.push_back(k), left[static_cast<size_t>(k)] = 0;
+namespace {
 
-  // Static deflections of the modes left out, normalised.
-  MatX residual(body.n, 0);
-  const auto add = [&](const Eigen::RowVectorXd& unit) {
-    VecX r = VecX::Zero(body.n);
-    double whole = 0.0;
-    for (int k = 0; k < body.n; ++k) {
-      const double flexibility = unit[k] / body.stiffness[k];
-      whole = std::max(whole, std::abs(flexibility));
-      if (left[static_cast<size_t>(k)]) r[k] = flexibility;
-    }
-    // What the point cannot do (an in-plane beam out of its plane) is rounding.
-    if (r.norm() <= 1e-12 * whole || whole == 0.0) return;
-    residual.conservativeResize(Eigen::NoChange, residual.cols() + 1);
-    residual.col(residual.cols() - 1) = r.normalized();
-  };
+// The coordinates of a body that move it in one direction, with the rigid motions of that direction before them: where the body is held,
+// both must work together. Mean axes: neither acts on the other by inertia.
+struct Direction {
+  std::vector<int> coordinates;
+  int slide = -1, turn = -1;  // axes of the rigid translation and rotation, -1: none
+  VecX mass, stiffness;       // of the rigid motions and the coordinates
+  int rigid() const { return (slide >= 0) + (turn >= 0); }
+};
+
+Direction one_direction(const FlexibleBody& body, const Vec3& centre, int which) {
+  Direction d;
+  for (int k = 0; k < body.n; ++k)
+    if (coordinate_direction(body, k) == which) d.coordinates.push_back(k);
+  d.slide = which == 3 ? -1 : which;
+  d.turn = which == 0 ? -1 : which == 1 ? 2 : which == 2 ? 1 : 0;
+  const Eigen::Index n = d.rigid() + static_cast<Eigen::Index>(d.coordinates.size());
+  d.mass = VecX::Ones(n);
+  d.stiffness = VecX::Zero(n);
+  Eigen::Index at = 0;
+  if (d.slide >= 0) d.mass[at++] = body.mass;
+  if (d.turn >= 0) d.mass[at++] = body.J0[d.turn] - body.mass * (centre.squaredNorm() - centre[d.turn] * centre[d.turn]);
+  for (const int k : d.coordinates) d.stiffness[at++] = body.stiffness[k];
+  return d;
+}
+
+// How a node moves in that direction: its translation along the direction, or its rotation about it.
+Eigen::RowVectorXd motion_of(const FlexibleNode& node, const Vec3& centre, const Direction& d, bool rotation) {
+  Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(d.mass.size());
+  Eigen::Index at = 0;
+  if (d.slide >= 0) row[at++] = rotation ? 0.0 : 1.0;
+  if (d.turn >= 0) row[at++] = rotation ? 1.0 : d.slide < 0 ? 0.0 : Vec3(Vec3::Unit(d.turn)).cross(Vec3(node.origin - centre))[d.slide];
+  for (const int k : d.coordinates) row[at++] = rotation ? node.psi(d.turn, k) : node.phi(d.slide, k);
+  return row;
+}
+
+void append(MatX& columns, const VecX& column) {
+  columns.conservativeResize(column.size(), columns.cols() + 1);
+  columns.col(columns.cols() - 1) = column;
+}
+
+// Shapes of one direction, columns over its coordinates: the lowest modes as the joints hold the body, what joints and loads deform beside them.
+MatX held_shapes(const FlexibleBody& body, const Vec3& centre, const Direction& d, int count, const std::vector<HeldPoint>& held) {
+  const Eigen::Index r = d.rigid(), n = static_cast<Eigen::Index>(d.coordinates.size());
+  MatX held_by(r + n, 0), loads(r + n, 0);
   for (const HeldPoint& h : held)
     for (const FlexibleNode& node : body.nodes) {
-      if (count == 0 || node.name != h.node) continue;
-      const double size = std::max(node.phi.cwiseAbs().maxCoeff(), 1e-300), turn = std::max(node.psi.cwiseAbs().maxCoeff(), 1e-300);
-      for (int a = 0; a < 3; ++a) {
-        if (h.force && node.phi.row(a).cwiseAbs().maxCoeff() > 1e-9 * size) add(node.phi.row(a));
-        if (h.moment && node.psi.row(a).cwiseAbs().maxCoeff() > 1e-9 * turn) add(node.psi.row(a));
-      }
+      if (node.name != h.node) continue;
+      if (h.force && d.slide >= 0) append(h.load ? loads : held_by, motion_of(node, centre, d, false).transpose());
+      if (h.moment && d.turn >= 0) append(h.load ? loads : held_by, motion_of(node, centre, d, true).transpose());
     }
-  // An orthonormal basis of them (the mass matrix is 1), then its own modes.
-  MatX T(body.n, static_cast<Eigen::Index>(kept.size()));
-  T.setZero();
-  for (size_t k = 0; k < kept.size(); ++k) T(kept[k], static_cast<Eigen::Index>(k)) = 1.0;
-  if (residual.cols() > 0) {
-    const MatX Q = orthonormal_columns(residual, 1e-6);
-    const SymmetricEigen eigen(MatX(Q.transpose() * body.stiffness.asDiagonal() * Q));
-    T.conservativeResize(Eigen::NoChange, T.cols() + Q.cols());
-    T.rightCols(Q.cols()) = Q * eigen.eigenvectors();
-  }
 
+  // Motions that the joints allow, orthonormal with respect to mass, and how many of them are rigid.
+  const VecX root = d.mass.cwiseSqrt().cwiseInverse();
+  const MatX free = root.asDiagonal() * orthogonal_complement(MatX(root.asDiagonal() * held_by), rank_threshold);
+  const Eigen::Index first = orthogonal_complement(MatX(root.head(r).asDiagonal() * held_by.topRows(r)), rank_threshold).cols();
+  const SymmetricEigen eigen(MatX(free.transpose() * d.stiffness.asDiagonal() * free));
+  const MatX modes = free * eigen.eigenvectors();
+  const Eigen::Index end = std::min<Eigen::Index>(modes.cols(), first + count);
+  MatX shapes(n, 0);
+  for (Eigen::Index k = first; k < end; ++k) append(shapes, modes.col(k).tail(n));
+
+  // What loads deform beside these, statically.
+  const auto add_static = [&](const VecX& shape, double whole) {
+    if (shape.norm() > 1e-12 * whole && whole > 0.0) append(shapes, shape.normalized());
+  };
+  for (Eigen::Index l = 0; l < loads.cols(); ++l) {
+    VecX shape = VecX::Zero(n);
+    double whole = 0.0;
+    for (Eigen::Index k = first; k < modes.cols(); ++k) {
+      const VecX part = modes.col(k).tail(n) * (modes.col(k).dot(loads.col(l)) / eigen.eigenvalues()[k]);
+      whole = std::max(whole, part.norm());
+      if (k >= end) shape += part;
+    }
+    add_static(shape, whole);
+  }
+  // What joints deform when they move against each other, by forces in balance.
+  const MatX balanced = orthogonal_complement(MatX(held_by.topRows(r).transpose() * root.head(r).asDiagonal()), rank_threshold);
+  const MatX moved = d.stiffness.tail(n).cwiseInverse().asDiagonal() * held_by.bottomRows(n) * balanced;
+  for (Eigen::Index k = 0; k < moved.cols(); ++k) add_static(moved.col(k), moved.norm());
+  return shapes;
+}
+
+}  // namespace
+
+FlexibleBody keep_lowest(const FlexibleBody& body, int count, const std::vector<HeldPoint>& held, MatX& V) {
+  const Vec3 centre = body.mass > 0.0 ? Vec3(body.md0 / body.mass) : Vec3(Vec3::Zero());
+  MatX T(body.n, 0);
+  std::vector<std::string> labels;
+  for (int which = 0; which < 4 && count > 0; ++which) {
+    const Direction d = one_direction(body, centre, which);
+    if (d.coordinates.empty()) continue;
+    const MatX shapes = held_shapes(body, centre, d, count, held);
+    if (shapes.cols() == 0) continue;
+    // An orthonormal basis of them (the mass matrix is 1), then its own modes.
+    const MatX Q = orthonormal_columns(shapes, 1e-6);
+    const SymmetricEigen own(MatX(Q.transpose() * d.stiffness.tail(Q.rows()).asDiagonal() * Q));
+    const MatX combined = Q * own.eigenvectors();
+    const Eigen::Index before = T.cols();
+    T.conservativeResize(Eigen::NoChange, before + Q.cols());
+    T.rightCols(Q.cols()).setZero();
+    for (size_t i = 0; i < d.coordinates.size(); ++i) T.row(d.coordinates[i]).tail(Q.cols()) = combined.row(static_cast<Eigen::Index>(i));
+    for (Eigen::Index k = 0; k < Q.cols(); ++k) labels.push_back(fmt::format("{} shape {} ({:.6g} Hz)", direction_names[which], k + 1, std::sqrt(own.eigenvalues()[k]) / (2.0 * EIGEN_PI)));
+  }
   FlexibleBody out = in_basis(body, T);
-  out.labels.clear();
-  for (int k = 0; k < out.n; ++k) out.labels.push_back(k < static_cast<int>(kept.size()) ? body.labels[static_cast<size_t>(kept[static_cast<size_t>(k)])] : "static deflection of the rest");
+  out.labels = labels;
   V = MatX(V * T);
   return out;
 }

@@ -16,11 +16,13 @@ FlexibleBody to_normal_modes(const FlexibleBody& body, MatX& V);
 struct HeldPoint {
   std::string node;
   bool force = true, moment = false;
+  bool load = false;  // given forces and what springs, friction and motors pass on: nothing is held
 };
 
-// A body in normal modes with only the `count` lowest of each direction (coordinate_direction) and, for the others, the static deflections
-// under unit forces and moments at the held points: their response below their frequencies (residual flexibility: MacNeal, Computers &
-// Structures 1, 1971; Rubin, AIAA J. 13, 1975), as mass-normalised coordinates of their own. count = 0: none at all, a rigid body.
+// A body in normal modes of mean axes with few shapes of each direction (coordinate_direction): the `count` lowest modes of the body held where joints
+// hold it (fixed interfaces: Craig, Bampton, AIAA J. 6, 1968), the deformations by motions of the joints against each other, and, for the
+// modes left out, the static deflections under unit loads (MacNeal, Computers & Structures 1, 1971). A hinge holds no rotation: two hinged ends
+// move against each other as the rigid body does and add nothing. All as mass-normalised coordinates. count = 0: none at all, a rigid body.
 // V: its columns are combined likewise.
 FlexibleBody keep_lowest(const FlexibleBody& body, int count, const std::vector<HeldPoint>& held, MatX& V);
 

@@ -236,6 +236,8 @@ BeamDef read_beam(const TableReader& reader) {
       reader.fail("keep_modes", "needs a boundary that leaves the ends free");
     beam.keep_modes = reader.integer("keep_modes", 0, 0, most_elements);
   }
+  if (reader.has("keep_static") && !beam.keep_modes) reader.fail("keep_static", "needs keep_modes");
+  beam.keep_static = reader.boolean("keep_static", true);
   beam.curvature_coupling = reader.boolean("curvature_coupling", false);
   beam.effects = read_effects(reader);
   beam.damping = read_damping(reader);
@@ -335,7 +337,7 @@ Words allowed_keys(std::size_t kind, bool modal_beam) {
     case 1:
       add({"length", "section", "material", "model"});
       add(modal_beam ? std::initializer_list<const char*>{"modes", "elements"} : std::initializer_list<const char*>{"elements", "modes"});
-      add({"volumes", "keep_modes", "curvature_coupling", "boundary", "effects", "without", "damping", "frames", "initial"});
+      add({"volumes", "keep_modes", "keep_static", "curvature_coupling", "boundary", "effects", "without", "damping", "frames", "initial"});
       break;
     case 2: add({"file", "effects", "without", "damping", "initial"}); break;
     default: add({"file", "omega", "gamma", "sigma", "theta", "ports", "mass", "inertia", "centre_of_mass", "frames", "initial"});

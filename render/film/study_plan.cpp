@@ -200,9 +200,10 @@ std::vector<PlannedPoint> plan_axis(const Scene& scene, const std::string& axis)
       each_beam(s, [&](BeamDef& beam) {
         if (!bends(beam) || beam.model != BeamModel::finite_element || !frame_only(beam)) return;
         beam.keep_modes = keep;
+        beam.keep_static = false;
         beam.elements = std::max(beam.elements, 2 * keep);
       });
-      add("kept modes, erk", fmt::format("{} kept, erk", keep), keep, fmt::format("keep_modes = {}, elements >= {}; method = \"erk\", tolerance = {:g}", keep, 2 * keep, tolerance), s);
+      add("kept modes, erk", fmt::format("{} kept, erk", keep), keep, fmt::format("keep_modes = {}, keep_static = false, elements >= {}; method = \"erk\", tolerance = {:g}", keep, 2 * keep, tolerance), s);
     }
   } else if (axis == "modes" || axis == "volumes" || axis == "model") {
     const std::vector<sim::EffectState> states = states_of(scene);
