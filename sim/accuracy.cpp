@@ -96,6 +96,7 @@ class Search {
     states = effect_states(scene_, system.model);
     method = options.method;
     bodies_ = resolvable_bodies(scene_, system.model);
+    for (const Part& p : system.model.parts) undamped = undamped && p.body.De.size() == 0;
     for (const Resolvable& r : bodies_)
       if (!r.frequencies.empty()) softest_ = softest_ == 0.0 ? r.frequencies.front() : std::min(softest_, r.frequencies.front());
   }
@@ -213,6 +214,7 @@ class Search {
   }
 
   std::vector<EffectState> states;
+  bool undamped = true;          // no body damps its own vibrations
   std::optional<Method> method;  // of all runs
   double cpu = 0.0;              // s, of all runs but the last
   std::set<std::string> flexible;  // stiff bodies whose flexibility matters
@@ -258,8 +260,18 @@ Results simulate_to_accuracy(const Scene& scene, double accuracy, const Simulate
   // Time, one level below: lower the tolerance until half of the asked error is kept.
   const auto below = [&] { return Setting{search.has_levels() ? setting.level - 1 : setting.level, setting.tolerance}; };
   const auto loose = [&] { return Setting{below().level, 10.0 * setting.tolerance}; };
-  Histories first = search.run(search.at(loose()));
-  Histories coarse = search.run(search.at(below()));
+  Histories first, coarse;
+  for (;;) {
+    try {
+      first = search.run(search.at(loose()));
+      coarse = search.run(search.at(below()));
+      break;
+    } catch (const SimulationError&) {
+      // Too loose to hold the mechanism together, perhaps; what fails at a tight tolerance as well fails.
+      if (setting.tolerance <= 1e-7) throw;
+      setting.tolerance *= 0.1;
+    }
+  }
   bool explicit_pays = scene.simulation.method == Method::automatic;
   double explicit_tolerance = std::min(1e-5, 0.01 * accuracy);
   std::optional<Histories> explicit_run;
@@ -274,8 +286,8 @@ Results simulate_to_accuracy(const Scene& scene, double accuracy, const Simulate
       std::optional<Histories> wide = explicit_run ? std::move(explicit_run) : search.run_within(search.at({below().level, 10.0 * explicit_tolerance}), longest);
       explicit_run = wide ? search.run_within(search.at({below().level, explicit_tolerance}), longest) : std::nullopt;
       double time = explicit_run ? error_of_difference * apart(*wide, *explicit_run) : 1.0;
-      // A decade costs such a method little: more of them while they help.
-      for (double before = 1.0; explicit_run && time > 0.5 * accuracy && time < 0.5 * before && explicit_tolerance > 1e-10;) {
+      // Vibrations that nothing damps have to be followed to the end: more decades are tried while they help. Damped ones leave long steps to others.
+      for (double before = 1.0; search.undamped && explicit_run && time > 0.5 * accuracy && time < 0.5 * before && explicit_tolerance > 1e-10;) {
         before = time;
         explicit_tolerance *= 0.1;
         wide = std::move(explicit_run);
