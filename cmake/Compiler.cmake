@@ -17,6 +17,9 @@ if(FLEXFRAME_SANITIZE)
   target_compile_options(flexframe_options INTERFACE
     -fsanitize=${FLEXFRAME_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=undefined)
   target_link_options(flexframe_options INTERFACE -fsanitize=${FLEXFRAME_SANITIZE})
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+    target_compile_options(flexframe_options INTERFACE -fsanitize-ignorelist=${PROJECT_SOURCE_DIR}/tests/sanitizers/eigen.txt)
+  endif()
 endif()
 
 find_program(CCACHE ccache)

@@ -85,7 +85,8 @@ TEST(InterpAcceptance, ConRod97NormalsAndCreases) {
     // Change of the angles between triangles.
     double true_change = 0.0, found_change = 0.0;
     auto angle = [](const Vec3& p, const Vec3& q, const Vec3& edge) { return std::atan2(p.cross(q).dot(edge) / edge.norm(), p.dot(q)); };
-    for (const auto& [edge, sides] : edges) {
+    for (const auto& [ends, sides] : edges) {
+      const auto& edge = ends;  // clang 14 captures no structured bindings
       if (sides.size() != 2) continue;
       const auto s = static_cast<size_t>(sides[0]), r = static_cast<size_t>(sides[1]);
       auto along = [&](const Points& v) { return Vec3((v.row(edge.second) - v.row(edge.first)).transpose()); };
