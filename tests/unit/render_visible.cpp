@@ -48,9 +48,13 @@ TEST(Visible, KeepsWhatTouchesASampleAndLittleElse) {
   std::vector<glm::vec3> positions;
   std::vector<glm::uvec3> triangles;
   for (unsigned i = 0; i < 4000; ++i) {
-    const glm::vec3 a(place(random), place(random), 0.0f);
+    // One number a statement: the order of arguments is the compiler's.
+    const float y = place(random), x = place(random);
     const float size = i % 10 == 0 ? 12.0f : i % 3 == 0 ? 0.3f : 1.0f;
-    for (int k = 0; k < 3; ++k) positions.push_back(a + size * glm::vec3(step(random), step(random), 0.0f));
+    for (int k = 0; k < 3; ++k) {
+      const float up = step(random), along = step(random);
+      positions.push_back(glm::vec3(x, y, 0.0f) + size * glm::vec3(along, up, 0.0f));
+    }
     // Now and then vertices right on centres, and no area at all.
     if (i % 17 == 0) positions[3 * i] = glm::round(positions[3 * i]) + glm::vec3(0.5f, 0.5f, 0.0f);
     if (i % 31 == 0) positions[3 * i + 1] = positions[3 * i];
