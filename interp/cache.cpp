@@ -1,6 +1,6 @@
 // The disk cache of mapped modes: one file per content, named by its hash.
 //
-// Layout (little endian): "FFMODES2", 16 bytes of content hash, int64 vertices, modes, text length, the report as text lines, 3 M n floats column
+// Layout (little endian): "FFMODES3", 16 bytes of content hash, int64 vertices, modes, text length, the report as text lines, 3 M n floats column
 // after column, 8 bytes of hash over everything before. Written beside its name and renamed, so that it is whole or not there.
 #include "interp/modes.h"
 
@@ -17,7 +17,7 @@
 namespace flexframe::interp {
 namespace {
 
-constexpr std::string_view magic = "FFMODES2";
+constexpr std::string_view magic = "FFMODES3";
 
 // FNV-1a over 8-byte words with a final mix; two of them with different starts name a file.
 struct Hash {
@@ -86,12 +86,12 @@ std::string encode(const CachedModes& modes, const Hash& name) {
   std::string out(magic);
   auto put = [&](const void* data, size_t size) { out.append(static_cast<const char*>(data), size); };
   const std::string report = report_text(modes.report);
-  const std::array<std::int64_t, 3> sizes{modes.columns.vertices, modes.columns.modes(), static_cast<std::int64_t>(report.size())};
+  const std::array<std::int64_t, 3> sizes{modes.columns.rows() / 3, modes.columns.modes(), static_cast<std::int64_t>(report.size())};
   put(&name.a, 8);
   put(&name.b, 8);
   put(sizes.data(), sizeof sizes);
   out += report;
-  put(modes.columns.columns.data(), static_cast<size_t>(modes.columns.columns.size()) * sizeof(float));
+  put(modes.columns.tiles().data(), modes.columns.tiles().size_bytes());
   Hash check;
   check.add(out.data(), out.size());
   put(&check.a, 8);
@@ -111,12 +111,11 @@ bool decode(const std::string& data, const Hash& name, Eigen::Index vertices, Ei
   std::memcpy(sizes.data(), data.data() + 24, 24);
   std::memcpy(&sum, data.data() + data.size() - 8, 8);
   if (sum != check.a || found[0] != name.a || found[1] != name.b || sizes[0] != vertices || sizes[1] != modes || sizes[2] < 0) return false;
-  const size_t floats = 3 * static_cast<size_t>(vertices) * static_cast<size_t>(modes);
-  if (data.size() != head + static_cast<size_t>(sizes[2]) + floats * sizeof(float) + 8) return false;
+  ModeColumns columns(3 * vertices, modes);
+  if (data.size() != head + static_cast<size_t>(sizes[2]) + columns.tiles().size_bytes() + 8) return false;
   if (!read_report(data.substr(head, static_cast<size_t>(sizes[2])), out.report)) return false;
-  out.columns.vertices = static_cast<int>(vertices);
-  out.columns.columns.resize(3 * vertices, modes);
-  std::memcpy(out.columns.columns.data(), data.data() + head + sizes[2], floats * sizeof(float));
+  std::memcpy(columns.tiles().data(), data.data() + head + sizes[2], columns.tiles().size_bytes());
+  out.columns = std::move(columns);
   out.from_cache = true;
   return true;
 }

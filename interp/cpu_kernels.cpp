@@ -22,57 +22,39 @@ namespace {
 
 constexpr Eigen::Index cache_line = 64 / sizeof(float);
 
-// Up to four columns at a time onto a block that stays in the first-level cache; written out, since compilers make poor loops of it.
-inline __attribute__((always_inline)) void add_four(const float* __restrict a, Eigen::Index stride, const float* q, bool first, float* __restrict out, Eigen::Index rows) {
-  const float *__restrict b = a + stride, *__restrict c = b + stride, *__restrict d = c + stride;
-  const float p = q[0], r = q[1], s = q[2], t = q[3];
-  if (first)
-    for (Eigen::Index i = 0; i < rows; ++i) out[i] = a[i] * p + b[i] * r + c[i] * s + d[i] * t;
-  else
-    for (Eigen::Index i = 0; i < rows; ++i) out[i] = out[i] + a[i] * p + b[i] * r + c[i] * s + d[i] * t;
-}
-inline __attribute__((always_inline)) void add_three(const float* __restrict a, Eigen::Index stride, const float* q, bool first, float* __restrict out, Eigen::Index rows) {
-  const float *__restrict b = a + stride, *__restrict c = b + stride;
-  const float p = q[0], r = q[1], s = q[2];
-  if (first)
-    for (Eigen::Index i = 0; i < rows; ++i) out[i] = a[i] * p + b[i] * r + c[i] * s;
-  else
-    for (Eigen::Index i = 0; i < rows; ++i) out[i] = out[i] + a[i] * p + b[i] * r + c[i] * s;
-}
-inline __attribute__((always_inline)) void add_one(const float* __restrict a, float p, bool first, float* __restrict out, Eigen::Index rows) {
-  if (first)
-    for (Eigen::Index i = 0; i < rows; ++i) out[i] = a[i] * p;
-  else
-    for (Eigen::Index i = 0; i < rows; ++i) out[i] = out[i] + a[i] * p;
-}
-
-inline __attribute__((always_inline)) void combine(const float* c, Eigen::Index stride, std::span<const float> q, float* out, Eigen::Index rows) {
+// One frame: the sums of a tile stay in registers over its columns.
+template <typename V>
+inline __attribute__((always_inline)) void combine(const float* __restrict tiles, std::span<const float> q, float* __restrict out, Eigen::Index rows) {
+  constexpr Eigen::Index lanes = sizeof(V) / sizeof(float);
+  constexpr int W = static_cast<int>(tile_rows / lanes);
   const auto n = static_cast<Eigen::Index>(q.size());
-  // Blocks of 16 KiB of the output, so that the sums wait in the cache for the next columns.
-  constexpr Eigen::Index block = 4096;
-  for (Eigen::Index begin = 0; begin < rows; begin += block) {
-    const Eigen::Index count = std::min(block, rows - begin);
-    float* o = out + begin;
-    Eigen::Index k = 0;
-    if (n == 0) std::fill(o, o + count, 0.0f);
-    for (; k + 4 <= n; k += 4) add_four(c + begin + k * stride, stride, q.data() + k, k == 0, o, count);
-    if (n - k == 3) {
-      add_three(c + begin + k * stride, stride, q.data() + k, k == 0, o, count);
-    } else {
-      for (; k < n; ++k) add_one(c + begin + k * stride, q[static_cast<size_t>(k)], k == 0, o, count);
-    }
+  for (Eigen::Index first = 0; first < rows; first += tile_rows) {
+    const float* from = tiles + first * n;
+    V sum[W];
+    FLEXFRAME_UNROLL
+    for (int w = 0; w < W; ++w) sum[w] = V{};
+    for (Eigen::Index k = 0; k < n; ++k)
+      FLEXFRAME_UNROLL
+      for (int w = 0; w < W; ++w) {
+        V row;
+        std::memcpy(&row, from + k * tile_rows + w * lanes, sizeof(V));
+        sum[w] += row * q[static_cast<size_t>(k)];
+      }
+    const Eigen::Index count = std::min(tile_rows, rows - first);
+    if (count == tile_rows) std::memcpy(out + first, sum, sizeof sum);
+    else std::memcpy(out + first, sum, static_cast<size_t>(count) * sizeof(float));
   }
 }
 
-// One tile of rows (W vectors of column k at from + k * step) for G frames (q: n x G). The W * G sums stay in registers over all columns.
-// out: the tile's first row in the first frame; rows of it and frames that exist are written.
+// W vectors of rows of a tile for G frames (q: n x G). The W * G sums stay in registers over all columns.
+// out: the first of the rows in the first frame; rows of it and frames that exist are written.
 template <typename V, int W, int G>
-inline __attribute__((always_inline)) void tile_frames(const float* __restrict from, Eigen::Index step, const float* __restrict q, Eigen::Index n,
+inline __attribute__((always_inline)) void tile_frames(const float* __restrict from, const float* __restrict q, Eigen::Index n,
                                                        float* __restrict out, Eigen::Index out_stride, Eigen::Index rows, Eigen::Index frames) {
-  constexpr Eigen::Index lanes = sizeof(V) / sizeof(float), tile = W * lanes;
-  // The next tile's places in the frames come to the cache while this one is computed.
+  constexpr Eigen::Index lanes = sizeof(V) / sizeof(float), strip = W * lanes;
+  // The next strip's places in the frames come to the cache while this one is computed.
   for (Eigen::Index g = 0; g < frames; ++g)
-    for (Eigen::Index i = tile; i < 2 * tile; i += cache_line) __builtin_prefetch(out + g * out_stride + i, 1);
+    for (Eigen::Index i = strip; i < 2 * strip; i += cache_line) __builtin_prefetch(out + g * out_stride + i, 1);
   V sum[G][W];
   FLEXFRAME_UNROLL
   for (int g = 0; g < G; ++g)
@@ -81,7 +63,7 @@ inline __attribute__((always_inline)) void tile_frames(const float* __restrict f
   for (Eigen::Index k = 0; k < n; ++k) {
     V row[W];
     FLEXFRAME_UNROLL
-    for (int w = 0; w < W; ++w) std::memcpy(&row[w], from + k * step + w * lanes, sizeof(V));
+    for (int w = 0; w < W; ++w) std::memcpy(&row[w], from + k * tile_rows + w * lanes, sizeof(V));
     FLEXFRAME_UNROLL
     for (int g = 0; g < G; ++g)
       FLEXFRAME_UNROLL
@@ -90,50 +72,30 @@ inline __attribute__((always_inline)) void tile_frames(const float* __restrict f
   FLEXFRAME_UNROLL
   for (int g = 0; g < G; ++g) {
     if (g >= frames) break;
-    if (rows == tile) std::memcpy(out + g * out_stride, sum[g], sizeof sum[g]);
+    if (rows == strip) std::memcpy(out + g * out_stride, sum[g], sizeof sum[g]);
     else std::memcpy(out + g * out_stride, sum[g], static_cast<size_t>(rows) * sizeof(float));
   }
 }
 
-// Columns are read where they lie if the processor's prefetching can follow them: few of them, or not many in the cache.
-constexpr Eigen::Index few_columns = 8, few_cached_columns = 24, cached_floats = 1 << 19;
-
 // V: vector type; W vectors of rows by G frames: as many sums as leave registers for the rows and a factor.
 template <typename V, int W, int G>
-inline __attribute__((always_inline)) void combine_batch(const float* c, Eigen::Index stride, const Eigen::MatrixXf& factor, float* out,
-                                                         Eigen::Index out_stride, Eigen::Index rows) {
-  constexpr Eigen::Index tile = W * static_cast<Eigen::Index>(sizeof(V) / sizeof(float));
-  const Eigen::Index n = factor.rows(), frames = factor.cols(), tiles = (rows + tile - 1) / tile;
-  thread_local std::vector<float> packed, q;
-  // Else rows of a tile side by side for all columns, read in long runs. The last tile in any case: it is filled with zeros.
-  const bool in_place = n <= few_columns || (n <= few_cached_columns && n * stride <= cached_floats);
-  const Eigen::Index first_packed = in_place ? rows / tile : 0;
-  packed.resize(static_cast<size_t>((tiles - first_packed) * tile * n));
-  for (Eigen::Index k = 0; k < n; ++k)
-    for (Eigen::Index t = first_packed; t < tiles; ++t) {
-      float* to = packed.data() + ((t - first_packed) * n + k) * tile;
-      const float* from = c + k * stride + t * tile;
-      const Eigen::Index count = std::min(tile, rows - t * tile);
-      if (count == tile) {
-        std::memcpy(to, from, static_cast<size_t>(tile) * sizeof(float));
-      } else {
-        std::copy(from, from + count, to);
-        std::fill(to + count, to + tile, 0.0f);
-      }
-    }
+inline __attribute__((always_inline)) void combine_batch(const float* tiles, const Eigen::MatrixXf& factor, float* out, Eigen::Index out_stride, Eigen::Index rows) {
+  constexpr Eigen::Index strip = W * static_cast<Eigen::Index>(sizeof(V) / sizeof(float));
+  static_assert(tile_rows % strip == 0);
+  const Eigen::Index n = factor.rows(), frames = factor.cols();
+  thread_local std::vector<float> q;
   // A few frames at a time over the block: their streams are written side by side, faster than one alone.
   for (Eigen::Index f = 0; f < frames; f += G) {
     const Eigen::Index width = std::min<Eigen::Index>(G, frames - f), side = width > G / 2 ? G : G / 2;
     q.assign(static_cast<size_t>(n * side), 0.0f);
     for (Eigen::Index g = 0; g < width; ++g)
       for (Eigen::Index k = 0; k < n; ++k) q[static_cast<size_t>(k * side + g)] = factor(k, f + g);
-    for (Eigen::Index t = 0; t < tiles; ++t) {
-      const bool here = t < first_packed;
-      const float* from = here ? c + t * tile : packed.data() + (t - first_packed) * n * tile;
-      const Eigen::Index step = here ? stride : tile, count = std::min(tile, rows - t * tile);
-      float* to = out + f * out_stride + t * tile;
-      if (side == G) tile_frames<V, W, G>(from, step, q.data(), n, to, out_stride, count, width);
-      else tile_frames<V, W, G / 2>(from, step, q.data(), n, to, out_stride, count, width);
+    for (Eigen::Index i = 0; i < rows; i += strip) {
+      const float* from = tiles + tile_place(i, 0, n);
+      float* to = out + f * out_stride + i;
+      const Eigen::Index count = std::min(strip, rows - i);
+      if (side == G) tile_frames<V, W, G>(from, q.data(), n, to, out_stride, count, width);
+      else tile_frames<V, W, G / 2>(from, q.data(), n, to, out_stride, count, width);
     }
   }
 }
@@ -144,12 +106,13 @@ typedef float Sixteen __attribute__((vector_size(64)));
 
 #if FLEXFRAME_X86
 // The widest instructions of the machine; without fused multiplication the bits are those of plain code.
-FLEXFRAME_TARGET("avx2") void combine_avx2(const float* c, Eigen::Index stride, std::span<const float> q, float* out, Eigen::Index rows) { combine(c, stride, q, out, rows); }
-FLEXFRAME_TARGET("avx2") void combine_batch_avx2(const float* c, Eigen::Index stride, const Eigen::MatrixXf& factor, float* out, Eigen::Index out_stride, Eigen::Index rows) {
-  combine_batch<Eight, 2, 4>(c, stride, factor, out, out_stride, rows);
+FLEXFRAME_TARGET("avx2") void combine_avx2(const float* tiles, std::span<const float> q, float* out, Eigen::Index rows) { combine<Eight>(tiles, q, out, rows); }
+FLEXFRAME_TARGET("avx512f") void combine_avx512(const float* tiles, std::span<const float> q, float* out, Eigen::Index rows) { combine<Sixteen>(tiles, q, out, rows); }
+FLEXFRAME_TARGET("avx2") void combine_batch_avx2(const float* tiles, const Eigen::MatrixXf& factor, float* out, Eigen::Index out_stride, Eigen::Index rows) {
+  combine_batch<Eight, 2, 4>(tiles, factor, out, out_stride, rows);
 }
-FLEXFRAME_TARGET("avx512f,prfchw") void combine_batch_avx512(const float* c, Eigen::Index stride, const Eigen::MatrixXf& factor, float* out, Eigen::Index out_stride, Eigen::Index rows) {
-  combine_batch<Sixteen, 3, 8>(c, stride, factor, out, out_stride, rows);
+FLEXFRAME_TARGET("avx512f,prfchw") void combine_batch_avx512(const float* tiles, const Eigen::MatrixXf& factor, float* out, Eigen::Index out_stride, Eigen::Index rows) {
+  combine_batch<Sixteen, 3, 8>(tiles, factor, out, out_stride, rows);
 }
 bool has_avx2() {
   static const bool has = __builtin_cpu_supports("avx2") != 0;
@@ -163,27 +126,27 @@ bool has_avx512() {
 
 }  // namespace
 
-void combine_columns(const float* columns, Eigen::Index stride, std::span<const float> factor, std::span<float> out) {
+void combine_tiles(const float* tiles, std::span<const float> factor, std::span<float> out) {
   const auto rows = static_cast<Eigen::Index>(out.size());
 #if FLEXFRAME_X86
-  if (has_avx2()) return combine_avx2(columns, stride, factor, out.data(), rows);
+  if (has_avx512()) return combine_avx512(tiles, factor, out.data(), rows);
+  if (has_avx2()) return combine_avx2(tiles, factor, out.data(), rows);
 #endif
-  combine(columns, stride, factor, out.data(), rows);
+  combine<Four>(tiles, factor, out.data(), rows);
 }
 
 int batch_rows(Eigen::Index n) {
-  // 256 KiB of columns, whole tiles of 48 rows, some of them at least.
-  constexpr Eigen::Index tile = 48;
-  const Eigen::Index rows = 65536 / std::max<Eigen::Index>(1, n) / tile * tile;
-  return static_cast<int>(std::clamp<Eigen::Index>(rows, 6 * tile, 160 * tile));
+  // 256 KiB of columns, whole tiles, some of them at least.
+  const Eigen::Index rows = 65536 / std::max<Eigen::Index>(1, n) / tile_rows * tile_rows;
+  return static_cast<int>(std::clamp<Eigen::Index>(rows, 6 * tile_rows, 160 * tile_rows));
 }
 
-void combine_columns_batch(const float* columns, Eigen::Index stride, const Eigen::MatrixXf& factor, float* out, Eigen::Index out_stride, int rows) {
+void combine_tiles_batch(const float* tiles, const Eigen::MatrixXf& factor, float* out, Eigen::Index out_stride, int rows) {
 #if FLEXFRAME_X86
-  if (has_avx512()) return combine_batch_avx512(columns, stride, factor, out, out_stride, rows);
-  if (has_avx2()) return combine_batch_avx2(columns, stride, factor, out, out_stride, rows);
+  if (has_avx512()) return combine_batch_avx512(tiles, factor, out, out_stride, rows);
+  if (has_avx2()) return combine_batch_avx2(tiles, factor, out, out_stride, rows);
 #endif
-  combine_batch<Four, 2, 4>(columns, stride, factor, out, out_stride, rows);
+  combine_batch<Four, 2, 4>(tiles, factor, out, out_stride, rows);
 }
 
 }  // namespace flexframe::interp

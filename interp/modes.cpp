@@ -1,6 +1,5 @@
 #include "interp/modes.h"
 
-#include "interp/cpu_kernels.h"
 #include "interp/parallel.h"
 
 #include <fmt/format.h>
@@ -13,10 +12,15 @@ namespace {
 constexpr Eigen::Index worth_a_thread = 1 << 20;
 
 int threads_for(const ModeColumns& columns, Eigen::Index frames, int asked) {
-  return columns.columns.size() * std::max<Eigen::Index>(1, frames / 4) < worth_a_thread ? 1 : thread_count(asked);
+  return columns.rows() * columns.modes() * std::max<Eigen::Index>(1, frames / 4) < worth_a_thread ? 1 : thread_count(asked);
 }
 
 }  // namespace
+
+ModeColumns::ModeColumns(const Eigen::MatrixXf& columns) : ModeColumns(columns.rows(), columns.cols()) {
+  for (Eigen::Index k = 0; k < modes_; ++k)
+    for (Eigen::Index i = 0; i < rows_; ++i) (*this)(i, k) = columns(i, k);
+}
 
 ModeColumns map_modes(const Map& map, const Eigen::Ref<const Eigen::MatrixXd>& phi, const Eigen::Ref<const Eigen::MatrixXd>& psi) {
   const Eigen::Index rows = 3 * static_cast<Eigen::Index>(map.nodes);
@@ -25,9 +29,7 @@ ModeColumns map_modes(const Map& map, const Eigen::Ref<const Eigen::MatrixXd>& p
     throw InputError(fmt::format("mode rotations are {} x {}, mode shapes {} x {}", psi.rows(), psi.cols(), phi.rows(), phi.cols()));
   if (map.rotations && psi.size() == 0 && phi.cols() > 0) throw InputError("the map was made for nodes with rotations, the modes have none");
   if (!phi.allFinite() || !psi.allFinite()) throw InputError("mode shapes hold values that are not finite");
-  ModeColumns out;
-  out.vertices = map.vertices;
-  out.columns.resize(3 * static_cast<Eigen::Index>(map.vertices), phi.cols());
+  ModeColumns out(3 * static_cast<Eigen::Index>(map.vertices), phi.cols());
   // Sources of all modes side by side, one sweep over the weights for each 16.
   constexpr Eigen::Index batch = 16;
   for (Eigen::Index first = 0; first < phi.cols(); first += batch) {
@@ -37,34 +39,33 @@ ModeColumns map_modes(const Map& map, const Eigen::Ref<const Eigen::MatrixXd>& p
     const RowsF single = sources.cast<float>();
     RowsF rows_out;
     multiply_rows(map.weights, single, rows_out, thread_count(0));
-    for (Eigen::Index m = 0; m < width; ++m) {
-      float* column = out.columns.col(first + m).data();
-      for (Eigen::Index v = 0; v < map.vertices; ++v) {
-        const float* row = rows_out.data() + map.welded[static_cast<size_t>(v)] * rows_out.cols() + 3 * m;
-        for (int c = 0; c < 3; ++c) column[3 * v + c] = row[c];
-      }
+    for (Eigen::Index v = 0; v < map.vertices; ++v) {
+      const float* row = rows_out.data() + map.welded[static_cast<size_t>(v)] * rows_out.cols();
+      for (Eigen::Index m = 0; m < width; ++m)
+        for (int c = 0; c < 3; ++c) out(3 * v + c, first + m) = row[3 * m + c];
     }
   }
   return out;
 }
 
 void apply_modes(const ModeColumns& columns, std::span<const double> q, std::span<float> out, int threads) {
-  const Eigen::Index n = columns.columns.cols(), rows = columns.columns.rows();
+  const Eigen::Index n = columns.modes(), rows = columns.rows();
   if (static_cast<Eigen::Index>(q.size()) != n) throw InputError(fmt::format("{} coordinates given for {} modes", q.size(), n));
   if (static_cast<Eigen::Index>(out.size()) != rows) throw InputError(fmt::format("room for {} floats given, {} needed", out.size(), rows));
   std::vector<float> factor(q.begin(), q.end());
-  parallel_chunks(static_cast<int>(rows), 8192, threads_for(columns, 1, threads), [&](int first, int last) {
-    combine_columns(columns.columns.data() + first, rows, factor, std::span(out).subspan(static_cast<size_t>(first), static_cast<size_t>(last - first)));
+  constexpr int grain = 171 * tile_rows;
+  parallel_chunks(static_cast<int>(rows), grain, threads_for(columns, 1, threads), [&](int first, int last) {
+    combine_tiles(columns.tiles().data() + first * n, factor, out.subspan(static_cast<size_t>(first), static_cast<size_t>(last - first)));
   });
 }
 
 void apply_modes_batch(const ModeColumns& columns, const Eigen::Ref<const Eigen::MatrixXd>& q, Eigen::MatrixXf& out, int threads) {
-  const Eigen::Index n = columns.columns.cols(), rows = columns.columns.rows(), frames = q.cols();
+  const Eigen::Index n = columns.modes(), rows = columns.rows(), frames = q.cols();
   if (q.rows() != n) throw InputError(fmt::format("{} coordinates given for {} modes", q.rows(), n));
   out.resize(rows, frames);
   const Eigen::MatrixXf factor = q.cast<float>();
   parallel_chunks(static_cast<int>(rows), batch_rows(n), threads_for(columns, frames, threads), [&](int first, int last) {
-    combine_columns_batch(columns.columns.data() + first, rows, factor, out.data() + first, rows, last - first);
+    combine_tiles_batch(columns.tiles().data() + first * n, factor, out.data() + first, rows, last - first);
   });
 }
 

@@ -82,10 +82,7 @@ interp::Nodes nodes_of(const sim::ResultBody& body) {
 interp::ModeColumns map_stress(const sim::ResultBody& body, const BodyModel& model) {
   interp::Points nodes(static_cast<Eigen::Index>(body.stress_nodes.size()), 3);
   for (size_t k = 0; k < body.stress_nodes.size(); ++k) nodes.row(static_cast<Eigen::Index>(k)) = body.nodes[static_cast<size_t>(body.stress_nodes[k])].origin.transpose();
-  interp::ModeColumns out;
-  out.columns = interp::map_scalars(nodes, model.view(), 6, body.node_stress);
-  out.vertices = static_cast<int>(out.columns.rows() / 3);
-  return out;
+  return interp::ModeColumns(interp::map_scalars(nodes, model.view(), 6, body.node_stress));
 }
 
 // Whether the node displacements are node_phi q (no second-order part), judged on up to 16 samples over the whole run.

@@ -8,14 +8,12 @@ namespace {
 
 using namespace interp;
 
-ModeColumns columns_of(int vertices, int modes) {
-  ModeColumns out;
-  out.vertices = vertices;
-  out.columns.resize(3 * vertices, modes);
+Eigen::MatrixXf columns_of(int vertices, int modes) {
+  Eigen::MatrixXf out(3 * vertices, modes);
   std::uint32_t state = 12345;
-  for (Eigen::Index k = 0; k < out.columns.size(); ++k) {
+  for (Eigen::Index k = 0; k < out.size(); ++k) {
     state = state * 1664525u + 1013904223u;
-    out.columns.data()[k] = static_cast<float>(static_cast<double>(state) / 4294967296.0 - 0.5);
+    out.data()[k] = static_cast<float>(static_cast<double>(state) / 4294967296.0 - 0.5);
   }
   return out;
 }
@@ -24,7 +22,7 @@ ModeColumns columns_of(int vertices, int modes) {
 TEST(InterpProducts, BatchHasTheBitsOfTheSingleProduct) {
   for (const int vertices : {1, 5, 16, 333, 5000})
     for (const int modes : {0, 1, 2, 3, 4, 7, 8, 9, 20, 24, 25, 100}) {
-      const ModeColumns columns = columns_of(vertices, modes);
+      const ModeColumns columns(columns_of(vertices, modes));
       for (const int frames : {1, 2, 4, 5, 8, 13}) {
         const Eigen::MatrixXd q = Eigen::MatrixXd::Random(modes, frames);
         Eigen::MatrixXf batch, threaded;
@@ -43,11 +41,12 @@ TEST(InterpProducts, BatchHasTheBitsOfTheSingleProduct) {
 
 // Against a sum in double: n products and sums in float32 round by at most n eps of the sum of their sizes.
 TEST(InterpProducts, SumsAreThoseOfDouble) {
-  const ModeColumns columns = columns_of(1000, 100);
+  const Eigen::MatrixXf plain = columns_of(1000, 100);
+  const ModeColumns columns(plain);
   const Eigen::MatrixXd q = Eigen::MatrixXd::Random(100, 9);
   Eigen::MatrixXf batch;
   apply_modes_batch(columns, q, batch, 1);
-  const Eigen::MatrixXd truth = columns.columns.cast<double>() * q, size = columns.columns.cast<double>().cwiseAbs() * q.cwiseAbs();
+  const Eigen::MatrixXd truth = plain.cast<double>() * q, size = plain.cast<double>().cwiseAbs() * q.cwiseAbs();
   EXPECT_LE(((batch.cast<double>() - truth).array() / size.array()).abs().maxCoeff(), 101 * 6e-8);
 }
 
