@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
 
 namespace flexframe::sim {
 namespace {
@@ -221,14 +222,13 @@ Partition choose_partition(const Model& model, int cluster, Work& work, bool str
   update_closure_matrix(model, cluster, work, true);
   const ClusterWork& cw = work.clusters[cluster];
   const int rows = static_cast<int>(cw.G.rows());
-  Partition out;
 
   // Everything in metres: angle rows and rotary columns scaled by the cluster's size, elastic columns by the displacement they cause.
-  MatX A = cw.G;
+  MatX scaled = cw.G;
   int row = 0;
   for (int l : c.loops)
     for (const ClosureRow& r : model.loops[l].rows) {
-      if (r.kind == ClosureRow::angle) A.row(row) *= c.size;
+      if (r.kind == ClosureRow::angle) scaled.row(row) *= c.size;
       ++row;
     }
   std::vector<int> joint_columns, elastic_columns, preference(c.nv, 0);
@@ -236,55 +236,67 @@ Partition choose_partition(const Model& model, int cluster, Work& work, bool str
     const auto [part, rate] = rate_owner(model, cluster, k);
     if (rate < 0) {
       const double reach = elastic_reach(model.parts[part], c.v0 + k - model.parts[part].ev0, c.size);
-      if (reach > 0.0) A.col(k) /= reach;
+      if (reach > 0.0) scaled.col(k) /= reach;
       elastic_columns.push_back(k);
     } else {
       const TreeJoint& j = model.parts[part].joint;
-      A.col(k) /= rotary_rate(j.kind, rate) ? c.size : 1.0;
+      scaled.col(k) /= rotary_rate(j.kind, rate) ? c.size : 1.0;
       joint_columns.push_back(k);
       preference[k] = depth(model, part);
     }
   }
   for (int k : cw.locked) preference[k] = std::numeric_limits<int>::max();
 
-  // Complete pivoting over joint columns first; what they cannot close is closed by deformation.
-  // A joint's pivot below 1e-7 of the entries' size is rounding or a singular position, not a way to close the loop. A deformation's
-  // below a fiftieth is the asymmetry of a mesh: a planar loop of a body that bends in the plane leaves it a little, and closing its
-  // redundant conditions by that would lock the body.
-  // What is locked (a joint that sticks) is not redundant: there any way counts.
-  const int loop_rows = rows - static_cast<int>(cw.locked.size());
-  std::vector<char> row_used(rows, 0), column_used(c.nv, 0);
-  for (const std::vector<int>* columns : {&joint_columns, &elastic_columns}) {
-    while (true) {
-      double largest = 0.0;
-      for (int k : *columns)
-        if (!column_used[k])
-          for (int r = 0; r < rows; ++r)
-            if (!row_used[r] && std::abs(A(r, k)) > (columns == &elastic_columns && r < loop_rows ? 0.02 : 1e-7)) largest = std::max(largest, std::abs(A(r, k)));
-      if (largest == 0.0) break;
-      // A sound pivot (a fifth of the largest at least) of the deepest joint.
-      int best_row = -1, best = -1;
-      for (int k : *columns) {
-        if (column_used[k]) continue;
-        for (int r = 0; r < rows; ++r) {
-          if (row_used[r]) continue;
-          const double a = std::abs(A(r, k));
-          if (columns == &elastic_columns && r < loop_rows && a <= 0.02) continue;
-          if (a < (strict ? 1.0 : 0.2) * largest) continue;
-          if (best < 0 || preference[k] > preference[best] || (preference[k] == preference[best] && a > std::abs(A(best_row, best))))
-            best_row = r, best = k;
+  // Complete pivoting of the given rows over joint columns first; what they cannot close is closed by deformation, unless that does less than `least`.
+  // A joint's pivot below 1e-7 of the entries' size is rounding or a singular position, not a way to close the loop.
+  const auto eliminate = [&](const std::vector<int>& from, double least) {
+    Partition out;
+    MatX A = scaled;
+    std::vector<char> row_used(rows, 1), column_used(c.nv, 0);
+    for (int r : from) row_used[r] = 0;
+    for (const std::vector<int>* columns : {&joint_columns, &elastic_columns}) {
+      const double floor = columns == &elastic_columns ? least : 1e-7;
+      while (true) {
+        double largest = 0.0;
+        for (int k : *columns)
+          if (!column_used[k])
+            for (int r = 0; r < rows; ++r)
+              if (!row_used[r] && std::abs(A(r, k)) > floor) largest = std::max(largest, std::abs(A(r, k)));
+        if (largest == 0.0) break;
+        // A sound pivot (a fifth of the largest at least) of the deepest joint.
+        int best_row = -1, best = -1;
+        for (int k : *columns) {
+          if (column_used[k]) continue;
+          for (int r = 0; r < rows; ++r) {
+            if (row_used[r]) continue;
+            const double a = std::abs(A(r, k));
+            if (a <= floor || a < (strict ? 1.0 : 0.2) * largest) continue;
+            if (best < 0 || preference[k] > preference[best] || (preference[k] == preference[best] && a > std::abs(A(best_row, best))))
+              best_row = r, best = k;
+          }
         }
+        row_used[best_row] = column_used[best] = 1;
+        out.rows.push_back(best_row);
+        out.dep.push_back(best);
+        for (int r = 0; r < rows; ++r)
+          if (!row_used[r] && A(r, best) != 0.0) A.row(r) -= (A(r, best) / A(best_row, best)) * A.row(best_row);
       }
-      row_used[best_row] = column_used[best] = 1;
-      out.rows.push_back(best_row);
-      out.dep.push_back(best);
-      for (int r = 0; r < rows; ++r)
-        if (!row_used[r] && A(r, best) != 0.0) A.row(r) -= (A(r, best) / A(best_row, best)) * A.row(best_row);
     }
-  }
-  for (int k = 0; k < c.nv; ++k)
-    if (!column_used[k]) out.ind.push_back(k);
-  return out;
+    for (int k = 0; k < c.nv; ++k)
+      if (!column_used[k]) out.ind.push_back(k);
+    return out;
+  };
+  // Deformation that does less than a fiftieth is the asymmetry of a mesh: a planar loop of a body that bends in the plane leaves it a little,
+  // and closing its redundant conditions by that would lock the body.
+  std::vector<int> loop_rows(static_cast<size_t>(rows) - cw.locked.size());
+  std::iota(loop_rows.begin(), loop_rows.end(), 0);
+  Partition out = eliminate(loop_rows, 0.02);
+  if (cw.locked.empty()) return out;
+  // What is locked (a joint that sticks) is not redundant, and takes away a way to close the loop: the conditions that hold without locks are
+  // to hold with them, by deformation however little it does. A slider that sticks beside its dead centre leaves nothing else.
+  std::vector<int> needed = out.rows;
+  for (int r = static_cast<int>(loop_rows.size()); r < rows; ++r) needed.push_back(r);
+  return eliminate(needed, 1e-7);
 }
 
 void close_positions(const Model& model, int cluster, Work& work) {
@@ -457,13 +469,20 @@ void closure_wrench(const Model& model, const Work& work, int cluster, int loop,
 }
 
 double partition_growth(const Model& model, int cluster, const Work& work) {
+  const Cluster& c = model.clusters[cluster];
   const ClusterWork& cw = work.clusters[cluster];
+  const auto elastic_scale = [&](int rate) {
+    const auto [part, k] = rate_owner(model, cluster, rate);
+    return k < 0 ? elastic_reach(model.parts[part], c.v0 + rate - model.parts[part].ev0, c.size) : 0.0;
+  };
   double growth = 0.0;
   for (size_t d = 0; d < cw.partition.dep.size(); ++d) {
-    const double sd = rate_scale(model, cluster, cw.partition.dep[d]);
-    if (sd == 0.0) continue;
+    double sd = rate_scale(model, cluster, cw.partition.dep[d]);
+    // A deformation that closes the loop is measured against the others that could.
+    const bool deforms = sd == 0.0;
+    if (deforms) sd = elastic_scale(cw.partition.dep[d]);
     for (size_t i = 0; i < cw.partition.ind.size(); ++i) {
-      const double si = rate_scale(model, cluster, cw.partition.ind[i]);
+      const double si = deforms ? elastic_scale(cw.partition.ind[i]) : rate_scale(model, cluster, cw.partition.ind[i]);
       if (si > 0.0) growth = std::max(growth, std::abs(cw.E(d, i)) * sd / si);
     }
   }

@@ -238,7 +238,6 @@ bool hold_idle(const Model& model, int cluster, Work& work) {
   }
   for (int k = 0; k < ni; ++k) {
     if (blamed >= 0 ? k != blamed : has_inertia(cw, k)) continue;
-    const double d = cw.D(k, k);
     const int v = c.v0 + cw.partition.ind[k];
     int part = -1;
     bool elastic = false;
@@ -248,7 +247,8 @@ bool hold_idle(const Model& model, int cluster, Work& work) {
       if (v >= p.ev0 && v < p.ev0 + p.body.n) part = i, elastic = true;
     }
     const Part& p = model.parts[part];
-    if (elastic && cw.llt.info() != Eigen::Success && d > 0.0) {
+    // What a deformation had of inertia at rest, only deformation takes away.
+    if (elastic && p.body.Me(v - p.ev0, v - p.ev0) > 0.0) {
       work.indefinite = part;
       throw SimulationError(fmt::format("the kinetic energy of elastic coordinate {} of body '{}' is no longer positive at t = {:.6g} s: it is deformed beyond what the second-order "
                                         "displacement field describes; use model = \"mixed\" with more volumes, fewer modes (keep_modes), or leave out stiffening",

@@ -159,6 +159,26 @@ std::string likely_cause(System system, double t, const VecX& y, const std::stri
   return "an acceleration grows without bound";
 }
 
+// The part of whose inertia deformation has taken most, if all but a thousandth along some coordinate (the steps then become too small): -1 if none.
+int lost_inertia(const System& system) {
+  int lost = -1;
+  double least = 1e-3;
+  for (size_t c = 0; c < system.model.clusters.size(); ++c) {
+    const Cluster& cluster = system.model.clusters[c];
+    const ClusterWork& cw = system.work.clusters[c];
+    const auto& L = cw.llt.matrixLLT();
+    for (size_t k = 0; k < cw.partition.ind.size() && L.rows() == static_cast<Eigen::Index>(cw.partition.ind.size()); ++k)
+      for (int i : cluster.parts) {
+        const Part& p = system.model.parts[static_cast<size_t>(i)];
+        const int e = cluster.v0 + cw.partition.ind[k] - p.ev0;
+        if (e < 0 || e >= p.body.n || p.body.Me(e, e) <= 0.0) continue;
+        const double pivot = L(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(k)), left = pivot * pivot / p.body.Me(e, e);
+        if (left < least) least = left, lost = i;
+      }
+  }
+  return lost;
+}
+
 // Integrates a system from its assembled start; calls sample at each of the times, in order. Where it fails, `indefinite` is the scene's body
 // whose kinetic energy was found not to be positive, if one was.
 SolverStatistics integrate(System& system, Method method, const std::vector<double>& times, const std::function<void(double)>& progress,
@@ -348,6 +368,7 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
   out.cpu_seconds = cpu_seconds() - start;
   return out;
 } catch (const SimulationError&) {
+  if (system.work.indefinite < 0 && !system.planar) system.work.indefinite = lost_inertia(system);
   if (system.work.indefinite >= 0) indefinite = system.model.parts[static_cast<size_t>(system.work.indefinite)].scene_body;
   throw;
 }
