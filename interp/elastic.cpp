@@ -153,7 +153,8 @@ Eigen::SparseMatrix<double> surface_stiffness(const Weld& weld, const Graph& gra
     }
     for (int c = 0; c < 3; ++c) entries.emplace_back(3 * v + c, 3 * v + c, first == last ? diagonal : 1e-3 * trace);
   }
-  Eigen::SparseMatrix<double> stiffness(3 * count, 3 * count);
+  const Eigen::Index size = 3 * static_cast<Eigen::Index>(count);
+  Eigen::SparseMatrix<double> stiffness(size, size);
   stiffness.setFromTriplets(entries.begin(), entries.end());
   return stiffness;
 }
@@ -176,7 +177,7 @@ Green elastic_green(const Weld& weld, const Graph& graph, const Points& nodes, b
     if (last - first == 3 && graph.off_mesh[static_cast<size_t>(i)] < 0.2 * graph.node_length[static_cast<size_t>(first)]) {
       // Barycentric coordinates, clamped to the triangle.
       Vec3 p[3];
-      for (int k = 0; k < 3; ++k) p[k] = weld.positions.row(graph.node_vertex[static_cast<size_t>(first + k)]).transpose();
+      for (int k = 0; k < 3; ++k) p[k] = weld.positions.row(graph.node_vertex[static_cast<size_t>(first) + static_cast<size_t>(k)]).transpose();
       const Vec3 normal = (p[1] - p[0]).cross(p[2] - p[0]);
       double total = 0.0;
       for (int k = 0; k < 3; ++k) {
@@ -207,7 +208,7 @@ Green elastic_green(const Weld& weld, const Graph& graph, const Points& nodes, b
     }
     turned.push_back(i);
   }
-  Eigen::SparseMatrix<double> constraints(3 * n + 3 * static_cast<Eigen::Index>(turned.size()), stiffness.rows());
+  Eigen::SparseMatrix<double> constraints(3 * (static_cast<Eigen::Index>(n) + static_cast<Eigen::Index>(turned.size())), stiffness.rows());
   constraints.setFromTriplets(rows.begin(), rows.end());
 
   Triplets picks;

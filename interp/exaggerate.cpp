@@ -77,9 +77,9 @@ double largest_rotation(const MeshView& mesh, std::span<const float> displacemen
   }
   std::sort(turned.begin(), turned.end());
   double above = 0.0;
-  for (auto it = turned.rbegin(); it != turned.rend(); ++it) {
-    above += it->second;
-    if (above > 1e-3 * total) return it->first;
+  for (size_t i = turned.size(); i-- > 0;) {
+    above += turned[i].second;
+    if (above > 1e-3 * total) return turned[i].first;
   }
   return turned.empty() ? 0.0 : turned.back().first;
 }

@@ -76,7 +76,8 @@ void attach_nodes(Graph& graph, const Weld& weld, const Points& nodes, const Poi
       if (near.size() > 64) near.resize(64);
       for (const int v : near)
         for (int c = graph.corner_begin[static_cast<size_t>(v)]; c < graph.corner_begin[static_cast<size_t>(v) + 1]; ++c) {
-          const int b = graph.corner[static_cast<size_t>(2 * c)], d = graph.corner[static_cast<size_t>(2 * c + 1)];
+          const size_t at = 2 * static_cast<size_t>(c);
+          const int b = graph.corner[at], d = graph.corner[at + 1];
           const double distance =
               triangle_distance(x, weld.positions.row(v).transpose(), weld.positions.row(b).transpose(), weld.positions.row(d).transpose());
           if (distance < to_surface) {
@@ -438,7 +439,8 @@ double grow(const Graph& graph, const Points& positions, int start, int count, S
       offer(graph.neighbour[static_cast<size_t>(e)], d + static_cast<double>(graph.length[static_cast<size_t>(e)]));
     // Across triangles whose second corner is settled too.
     for (int c = graph.corner_begin[i]; c < graph.corner_begin[i + 1]; ++c) {
-      const int p = graph.corner[static_cast<size_t>(2 * c)], q = graph.corner[static_cast<size_t>(2 * c + 1)];
+      const size_t at = 2 * static_cast<size_t>(c);
+      const int p = graph.corner[at], q = graph.corner[at + 1];
       auto settled = [&](int w) { return search.stamp[static_cast<size_t>(w)] == search.now && search.state[static_cast<size_t>(w)] == 1; };
       auto across = [&](int known, int third) {
         offer(third, unfolded(d, search.distance[static_cast<size_t>(known)], positions.row(v).transpose(), positions.row(known).transpose(),

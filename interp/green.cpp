@@ -36,7 +36,7 @@ Green solve_green(const Eigen::SparseMatrix<double>& stiffness, const Eigen::Spa
   if (!turned.empty()) {
     green.rotation = Eigen::MatrixXd::Zero(whole.rows(), n);
     for (size_t k = 0; k < turned.size(); ++k)
-      green.rotation.middleCols(3 * turned[k], 3) = whole.middleCols(n + 3 * static_cast<Eigen::Index>(k), 3);
+      green.rotation.middleCols(3 * static_cast<Eigen::Index>(turned[k]), 3) = whole.middleCols(n + 3 * static_cast<Eigen::Index>(k), 3);
   }
   // The residual of the displacements alone.
   green.leave_one_out = inverse.topLeftCorner(n, n);

@@ -31,9 +31,10 @@ Eigen::Matrix<double, 24, 24> cube_stiffness() {
         for (int o = 0; o < 3; ++o)
           if (o != r) g[r] *= (c >> o & 1) != 0 ? x[o] : 1.0 - x[o];
       }
-      b(0, 3 * c) = b(3, 3 * c + 1) = b(5, 3 * c + 2) = g[0];
-      b(1, 3 * c + 1) = b(3, 3 * c) = b(4, 3 * c + 2) = g[1];
-      b(2, 3 * c + 2) = b(4, 3 * c + 1) = b(5, 3 * c) = g[2];
+      const Eigen::Index x0 = 3 * static_cast<Eigen::Index>(c), x1 = x0 + 1, x2 = x0 + 2;
+      b(0, x0) = b(3, x1) = b(5, x2) = g[0];
+      b(1, x1) = b(3, x0) = b(4, x2) = g[1];
+      b(2, x2) = b(4, x1) = b(5, x0) = g[2];
     }
     k += 0.125 * b.transpose() * d * b;
   }
@@ -136,7 +137,7 @@ Green lattice_green(const Weld& weld, const Points& nodes, const std::vector<int
   // Separate parts that no node holds stay where they are rather than make the system singular.
   const double trace = 1e-9 * cube.diagonal().mean();
   for (int i = 0; i < 3 * corners; ++i) entries.emplace_back(i, i, trace);
-  Eigen::SparseMatrix<double> stiffness(3 * corners, 3 * corners);
+  Eigen::SparseMatrix<double> stiffness(3 * static_cast<Eigen::Index>(corners), 3 * static_cast<Eigen::Index>(corners));
   stiffness.setFromTriplets(entries.begin(), entries.end());
 
   auto interpolation = [&](const Points& points) {
@@ -153,7 +154,7 @@ Green lattice_green(const Weld& weld, const Points& nodes, const std::vector<int
           for (int r = 0; r < 3; ++r) rows.emplace_back(3 * static_cast<int>(p) + r, 3 * n + r, w);
       }
     }
-    Eigen::SparseMatrix<double> matrix(3 * points.rows(), 3 * corners);
+    Eigen::SparseMatrix<double> matrix(3 * points.rows(), 3 * static_cast<Eigen::Index>(corners));
     matrix.setFromTriplets(rows.begin(), rows.end());
     return matrix;
   };

@@ -44,7 +44,7 @@ void compute_normals(const NormalLayout& layout, std::span<const float> position
   angle.resize(static_cast<size_t>(corners));
   parallel_chunks(corners / 3, 16384, threads, [&](int first, int last) {
     for (int t = first; t < last; ++t) {
-      const auto c = static_cast<size_t>(3 * t);
+      const size_t c = 3 * static_cast<size_t>(t);
       const float* a = positions.data() + 3 * static_cast<std::ptrdiff_t>(layout.corner_position[c]);
       const float* b = positions.data() + 3 * static_cast<std::ptrdiff_t>(layout.corner_position[c + 1]);
       const float* d = positions.data() + 3 * static_cast<std::ptrdiff_t>(layout.corner_position[c + 2]);
@@ -109,7 +109,7 @@ void compute_strain(const MeshView& mesh, std::span<const int> welded, std::span
     const double l1 = e1.norm(), area = e1.cross(e2).norm();
     if (!(area > 1e-12 * l1 * e2.norm())) continue;
     // Edges in the triangle's plane before and their dot products after: F^T F needs no more.
-    auto moved = [&](int v) { return Vec3(static_cast<double>(displacement[static_cast<size_t>(3 * v)]), static_cast<double>(displacement[static_cast<size_t>(3 * v) + 1]), static_cast<double>(displacement[static_cast<size_t>(3 * v) + 2])); };
+    auto moved = [&](int v) { return Eigen::Map<const Eigen::Vector3f>(displacement.data() + 3 * static_cast<std::ptrdiff_t>(v)).cast<double>().eval(); };
     const Vec3 d1 = moved(c[1]) - moved(c[0]), d2 = moved(c[2]) - moved(c[0]);
     Eigen::Matrix2d rest;
     rest << l1, e1.dot(e2) / l1, 0.0, area / l1;

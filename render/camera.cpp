@@ -236,8 +236,9 @@ std::vector<View> make_views(const Picture& picture, std::span<const glm::dvec3>
     View view;
     // The last of three has the lower row for itself.
     const bool wide = count == 3 && i == 2;
+    const int row = i / columns;
     view.left = wide ? 0.0 : double(i % columns) / columns;
-    view.top = double(i / columns) / rows;
+    view.top = double(row) / rows;
     view.width = wide ? 1.0 : 1.0 / columns;
     view.height = 1.0 / rows;
     view.label = choice.label;

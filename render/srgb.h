@@ -19,4 +19,10 @@ const std::array<std::uint16_t, 256>& linear_table();
 // sRGB byte of a linear value 0..65535 (four entries of linear_table summed: 65532 is white).
 const std::array<std::uint8_t, 65536>& srgb_table();
 
+// Nearest whole number of 0 <= x <= 2^22, halves up: an entry of a table, a byte. std::lround is a call of a function for every pixel.
+template <class T>
+constexpr int nearest(T x) {
+  return static_cast<int>(2 * x + 1) >> 1;
+}
+
 }  // namespace flexframe::render

@@ -24,13 +24,14 @@ sim::Results swing(const sim::FlexibleBody& body, int k, double amplitude, int p
   b.kind = "modal";
   b.mesh = mesh;
   b.labels = body.labels;
-  b.node_phi.resize(3 * nodes, n);
-  b.node_psi.resize(3 * nodes, n);
+  b.node_phi.resize(3 * static_cast<Eigen::Index>(nodes), n);
+  b.node_psi.resize(3 * static_cast<Eigen::Index>(nodes), n);
   double largest = 0.0;
   for (int i = 0; i < nodes; ++i) {
     b.nodes.push_back({body.nodes[i].name, body.nodes[i].origin});
-    b.node_phi.middleRows(3 * i, 3) = body.nodes[i].phi;
-    b.node_psi.middleRows(3 * i, 3) = body.nodes[i].psi;
+    const Eigen::Index row = 3 * static_cast<Eigen::Index>(i);
+    b.node_phi.middleRows(row, 3) = body.nodes[i].phi;
+    b.node_psi.middleRows(row, 3) = body.nodes[i].psi;
     if (body.nodes[i].sigma.cols() == n) {
       b.stress_nodes.push_back(i);
       b.node_stress.conservativeResize(6 * static_cast<Eigen::Index>(b.stress_nodes.size()), n);

@@ -44,7 +44,8 @@ render::Lines spine_line(const BodyModel& model, const BodyMemory& memory, const
     glm::dvec3 sum(0.0);
     double value = 0.0;
     for (const int p : ring) {
-      sum += glm::dvec3(positions[3 * p], positions[3 * p + 1], positions[3 * p + 2]);
+      const float* const at = positions.data() + 3 * static_cast<std::ptrdiff_t>(p);
+      sum += glm::dvec3(at[0], at[1], at[2]);
       value += scalars.empty() ? 0.0 : static_cast<double>(scalars[p]);
     }
     const double share = 1.0 / static_cast<double>(ring.size());
