@@ -19,7 +19,7 @@ void blend_pixel(Image& image, int x, int y, const glm::vec3& color, float opaci
       const float c = (255.0f * color[k] * opacity + static_cast<float>(p[k]) * below * (1.0f - opacity)) / a;
       p[k] = static_cast<std::uint8_t>(std::clamp(c + 0.5f, 0.0f, 255.0f));
     }
-    p[3] = static_cast<std::uint8_t>(nearest(255.0f * a));
+    p[3] = static_cast<std::uint8_t>(rounded(255.0f * a));
   } else {
     for (int k = 0; k < std::min(3, image.channels); ++k) {
       const float c = static_cast<float>(p[k]) + (255.0f * color[k] - static_cast<float>(p[k])) * opacity;

@@ -109,7 +109,7 @@ std::array<std::array<std::uint8_t, 3>, 256> colormap_table(Colormap map) {
   std::array<std::array<std::uint8_t, 3>, 256> bytes{};
   for (int i = 0; i < 256; ++i) {
     const glm::vec3 c = colormap_color(map, i / 255.0);
-    for (int k = 0; k < 3; ++k) bytes[i][k] = static_cast<std::uint8_t>(nearest(c[k] * 255.0f));
+    for (int k = 0; k < 3; ++k) bytes[i][k] = static_cast<std::uint8_t>(rounded(c[k] * 255.0f));
   }
   return bytes;
 }

@@ -208,7 +208,7 @@ double compute_flip(const Image& reference, const Image& test, Image* heat) {
     total += flip;
     if (heat) {
       const glm::vec3 c = 255.0f * colormap_color(Colormap::inferno, flip);
-      for (int k = 0; k < 3; ++k) heat->pixels[3 * i + k] = static_cast<std::uint8_t>(nearest(c[k]));
+      for (int k = 0; k < 3; ++k) heat->pixels[3 * i + k] = static_cast<std::uint8_t>(rounded(c[k]));
     }
   }
   return total / static_cast<double>(a.lab.size());

@@ -183,7 +183,7 @@ Mask compute_occlusion(const Samples& samples, const ViewFrame& frame, const Gro
           sum += bilinear * like * smooth[kq];
           weight += bilinear * like;
         }
-      if (weight > 0.0f) full.values[std::size_t(y - py0) * (px1 - px0) + (x - px0)] = static_cast<std::uint8_t>(nearest(255.0f * std::clamp(sum / weight, 0.0f, 1.0f)));
+      if (weight > 0.0f) full.values[std::size_t(y - py0) * (px1 - px0) + (x - px0)] = static_cast<std::uint8_t>(rounded(255.0f * std::clamp(sum / weight, 0.0f, 1.0f)));
     }
   return full;
 }

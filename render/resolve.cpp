@@ -87,10 +87,10 @@ void darken_backdrop(Image& image, const PixelRect& area, const Mask& shadow, co
       if (image.channels == 4) {
         // Black over whatever will lie behind, in the proportion of the light taken.
         const float a = static_cast<float>(p[3]) / 255.0f, alpha = 1.0f - open * (1.0f - a);
-        for (int k = 0; k < 3; ++k) p[k] = alpha > 0.0f ? srgb[static_cast<std::size_t>(nearest(4.0f * static_cast<float>(linear[p[k]]) * a * open / alpha))] : 0;
-        p[3] = static_cast<std::uint8_t>(nearest(255.0f * alpha));
+        for (int k = 0; k < 3; ++k) p[k] = alpha > 0.0f ? srgb[static_cast<std::size_t>(rounded(4.0f * static_cast<float>(linear[p[k]]) * a * open / alpha))] : 0;
+        p[3] = static_cast<std::uint8_t>(rounded(255.0f * alpha));
       } else {
-        for (int k = 0; k < 3; ++k) p[k] = srgb[static_cast<std::size_t>(nearest(4.0f * static_cast<float>(linear[p[k]]) * open))];
+        for (int k = 0; k < 3; ++k) p[k] = srgb[static_cast<std::size_t>(rounded(4.0f * static_cast<float>(linear[p[k]]) * open))];
       }
     }
   }
@@ -162,7 +162,7 @@ void average(Image& image, const PixelRect& area, const Samples& samples, const 
             unsigned sum = 0;
             for (int j = 0; j < n; ++j)
               for (int i = 0; i < n; ++i) sum += linear[first[j * stride + std::size_t(i) * 4 + k]];
-            out[k] = srgb[n == 2 ? sum : static_cast<std::size_t>(nearest(static_cast<float>(sum) * scale))];
+            out[k] = srgb[n == 2 ? sum : static_cast<std::size_t>(rounded(static_cast<float>(sum) * scale))];
           }
         }
         if (has_alpha) out[3] = 255;
@@ -196,8 +196,8 @@ void average(Image& image, const PixelRect& area, const Samples& samples, const 
         }
       const float alpha = sum[3] / static_cast<float>(count);
       const float unit = has_alpha ? (alpha > 0.0f ? scale / alpha : 0.0f) : scale;
-      for (int k = 0; k < 3; ++k) out[k] = srgb[static_cast<std::size_t>(std::min(nearest(sum[k] * unit), 65535))];
-      if (has_alpha) out[3] = static_cast<std::uint8_t>(nearest(255.0f * std::min(alpha, 1.0f)));
+      for (int k = 0; k < 3; ++k) out[k] = srgb[static_cast<std::size_t>(std::min(rounded(sum[k] * unit), 65535))];
+      if (has_alpha) out[3] = static_cast<std::uint8_t>(rounded(255.0f * std::min(alpha, 1.0f)));
     }
   }
 }

@@ -21,7 +21,7 @@ const std::array<std::uint8_t, 65536>& srgb_table();
 
 // Nearest whole number of 0 <= x <= 2^22, halves up: an entry of a table, a byte. std::lround is a call of a function for every pixel.
 template <class T>
-constexpr int nearest(T x) {
+constexpr int rounded(T x) {
   return static_cast<int>(2 * x + 1) >> 1;
 }
 
