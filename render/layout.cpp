@@ -39,7 +39,7 @@ std::string axis_text(const std::string& label, int exponent, double size, doubl
   if (unit.empty()) return fit_text(name, size, room);
   unit = "[" + unit + "]";
   if (name.empty()) return fit_text(unit, size, room);
-  const std::string whole = name + " " + unit;
+  std::string whole = name + " " + unit;
   if (text_width(whole, size) <= room) return whole;
   const std::string cut = fit_text(name, size, room - text_width(" " + unit, size));
   // Three letters say nothing.

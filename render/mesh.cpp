@@ -254,8 +254,7 @@ void triangulate(const std::vector<glm::dvec3>& position, std::span<const int> c
   std::vector<int> ring(static_cast<size_t>(n));
   for (int k = 0; k < n; ++k) ring[static_cast<size_t>(k)] = k;
   size_t start = 0;
-  while (ring.size() > 3) {
-    const size_t m = ring.size();
+  for (size_t m = ring.size(); m > 3; m = ring.size()) {
     size_t ear = m;
     for (size_t step = 0; step < m && ear == m; ++step) {
       const size_t k = (start + step) % m;

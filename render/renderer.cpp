@@ -359,7 +359,7 @@ Image Renderer::draw(const Picture& p) {
 
 Image16 Renderer::draw_depth(const Picture& p, double* near_plane, double* far_plane) {
   ViewFrame frame;
-  const Image16 image = impl_->draw_numbers(p, false, frame, [&](float z) {
+  Image16 image = impl_->draw_numbers(p, false, frame, [&](float z) {
     if (z <= 0.0f) return std::uint16_t(65535);
     const double share = (frame.distance(static_cast<double>(z)) - frame.near) / (frame.far - frame.near);
     return static_cast<std::uint16_t>(std::lround(65534.0 * std::clamp(share, 0.0, 1.0)));

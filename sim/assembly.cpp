@@ -207,7 +207,8 @@ double assemble_positions(const Model& model, int cluster, const std::vector<int
   const Cluster& c = model.clusters[cluster];
   int row = 0;
   double worst = -1.0, gap = 0.0, turn = 0.0;
-  const LoopJoint* open = nullptr;
+  // The first, should none be measurable: of what is no number nothing is the largest.
+  const LoopJoint* open = &model.loops[c.loops.front()];
   for (int l : c.loops) {
     double g = 0.0, a = 0.0;
     for (const ClosureRow& r : model.loops[l].rows) {

@@ -33,8 +33,8 @@ void add_double_integral(const Axis& mass, const MatX& f, VecX& sum, VecX& slope
   const Eigen::Index k = mass.per_panel;
   sum.setZero(f.rows());
   slope.setZero(f.rows());
-  for (Eigen::Index at = 0; at < f.cols(); at += k) {
-    const double start = static_cast<double>(at / k) * mass.panel;
+  for (Eigen::Index at = 0, panel = 0; at < f.cols(); at += k, ++panel) {
+    const double start = static_cast<double>(panel) * mass.panel;
     for (Eigen::Index p = 0; p < k; ++p) {
       auto to = out.col(at + p);
       to += sum + (mass.x[at + p] - start) * slope;
@@ -120,7 +120,7 @@ void update_axis_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out) {
   MatX& J = kept.J;
   second_order(mass, work.at, work.root, mass.row, mass.root, work, J);
   // r = c + phi q + G q / 2 before phi joins G
-  kept.place.noalias() = J.transpose() * (0.5 * q);
+  kept.place.noalias() = 0.5 * J.transpose() * q;
   J += mass.phi;
   kept.place.noalias() += mass.phi.transpose() * q;
   kept.place.head(points) += mass.x.cwiseProduct(mass.root_mass);

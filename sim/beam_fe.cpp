@@ -88,7 +88,8 @@ FieldRows element_rows(const Layout& layout, const Properties& p, const BeamEffe
 FieldRows full_rows(const Layout& layout, const Properties& p, const BeamEffects& e, int element, double xi) {
   const FieldRows local = element_rows(layout, p, e, xi);
   FieldRows full(layout.full());
-  const auto spread = [&](const VecX& from, VecX& to) { to.segment(element * layout.per_node, from.size()) = from; };
+  const Eigen::Index first = static_cast<Eigen::Index>(element) * layout.per_node;
+  const auto spread = [&](const VecX& from, VecX& to) { to.segment(first, from.size()) = from; };
   spread(local.u, full.u), spread(local.du, full.du);
   spread(local.v, full.v), spread(local.dv, full.dv), spread(local.phi_z, full.phi_z), spread(local.dphi_z, full.dphi_z);
   spread(local.w, full.w), spread(local.dw, full.dw), spread(local.s, full.s), spread(local.ds, full.ds);

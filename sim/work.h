@@ -27,7 +27,6 @@ struct FrameWork {
 enum class StopPhase { live, free, lower, lower_parting, upper, upper_parting };
 
 struct PartWork {
-  int like = 0;               // the part whose constants are read instead of its own, which are equal: a long chain then fits in the cache
   JointMotion joint;
   Pose step;                  // body frame in the inboard frame
   Pose in_base;               // body frame in the cluster's base frame
@@ -53,6 +52,7 @@ struct PartWork {
   VecX tau;                   // applied joint forces
   VecX friction;              // friction forces on the joint's rates (friction.h), empty where the joint has none
   StopPhase stop = StopPhase::live;
+  int like = 0;               // the part whose constants are read instead of its own, which are equal: a long chain then fits in the cache
 };
 
 // Which coordinates of a cluster are free and which follow from closure.

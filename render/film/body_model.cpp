@@ -24,7 +24,7 @@ std::optional<glm::vec3> parse_color(const std::string& text) {
   if (text.size() == 7 && text[0] == '#') {
     for (int i = 0; i < 3; ++i) {
       unsigned value = 0;
-      const char* from = text.data() + 1 + 2 * i;
+      const char* from = text.data() + 1 + 2 * static_cast<std::ptrdiff_t>(i);
       if (std::from_chars(from, from + 2, value, 16).ptr != from + 2) return std::nullopt;
       color[i] = static_cast<float>(value) / 255.0f;
     }

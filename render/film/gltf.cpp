@@ -225,6 +225,7 @@ void put_word(std::vector<std::uint8_t>& out, std::uint32_t word) {
 std::vector<std::uint8_t> make_gltf(const Animation& animation, double scale, bool binary, GltfReport& report) {
   Document d;
   std::vector<float> times;
+  times.reserve(static_cast<size_t>(animation.count));
   for (int k = 0; k < animation.count; ++k) times.push_back(static_cast<float>(k / animation.settings.frame_rate));
   d.times = d.writer.add_times(times);
   report.pictures = animation.count;

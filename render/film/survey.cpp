@@ -58,6 +58,7 @@ std::vector<double> survey_times(const sim::Results& results, const RenderSettin
     for (int k = 0; k < peak_moments; ++k) chosen.insert(peaks[k].second);
   }
   std::vector<double> times;
+  times.reserve(chosen.size());
   for (int k : chosen) times.push_back(time(k));
   return times;
 }
@@ -151,7 +152,10 @@ Seen see(const sim::Results& results, const std::vector<BodyModel>& bodies, cons
       double square = 0.0;
       for (size_t i = 0; i + 2 < u.size(); i += 3) square = std::max(square, double(u[i]) * u[i] + double(u[i + 1]) * u[i + 1] + double(u[i + 2]) * u[i + 2]);
       seen.reach[b] = std::sqrt(square);
-      for (int i : chosen[b]) moved.emplace_back(u[3 * i], u[3 * i + 1], u[3 * i + 2]);
+      for (int i : chosen[b]) {
+        const float* const at = u.data() + 3 * static_cast<std::ptrdiff_t>(i);
+        moved.emplace_back(at[0], at[1], at[2]);
+      }
     } else if (bodies[b].mesh.positions.empty() && bodies[b].visible && body.displacement.size() > 0) {
       node_motion(body, place, own.node_displacement, own.node_rotation);
       for (Eigen::Index k = 0; k < own.node_displacement.rows(); ++k) {

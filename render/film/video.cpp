@@ -36,7 +36,7 @@ std::string find_program(const std::string& name) {
   const char* path = std::getenv("PATH");
   std::istringstream folders(path ? path : "/usr/bin:/bin");
   for (std::string folder; std::getline(folders, folder, ':');) {
-    const std::string candidate = (folder.empty() ? "." : folder) + "/" + name;
+    std::string candidate = (folder.empty() ? "." : folder) + "/" + name;
     if (::access(candidate.c_str(), X_OK) == 0) return candidate;
   }
   return {};
@@ -135,6 +135,7 @@ void VideoWriter::Impl::start(Pass pass) {
   std::vector<std::string> words = ffmpeg_words(program, ending_of(path), frame_rate, transparent, pass, std::filesystem::absolute(palette).string(),
                                                 std::filesystem::absolute(pass == Pass::palette ? palette : unfinished).string());
   std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
   int in[2] = {-1, -1}, out[2] = {-1, -1};
