@@ -471,6 +471,7 @@ void resolve_node(Model& model, const std::string& where, int frame) {
     if (nodes[i].name == f.node_name) f.node = static_cast<int>(i);
   if (f.node >= 0) return;
   std::vector<std::string> names;
+  names.reserve(nodes.size());
   for (const FlexibleNode& node : nodes) names.push_back(node.name);
   throw InputError(fmt::format("{}: '{}' is no frame of '{}'; it has {}", where, f.node_name, model.parts[f.part].name, list_words(names, 12)));
 }

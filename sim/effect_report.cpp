@@ -257,7 +257,7 @@ std::string neglect_text(const Scene& scene, const Neglected& n) {
       if (!choice) continue;
       without = without || std::find(choice->without.begin(), choice->without.end(), n.effect) != choice->without.end();
 
-      modes = modes || (beam && beam->modes.size() > 0 && n.effect != "stiffening" && n.effect != "shear");
+      modes = modes || (beam && !beam->modes.empty() && n.effect != "stiffening" && n.effect != "shear");
     }
   }
   const std::string where = fmt::format("{}", fmt::join(quoted, ", "));

@@ -39,7 +39,7 @@ bool planar_about(const Scene& scene, const std::vector<Mat3>& orientation, cons
         if (!parallel(a, n)) return false;
         break;
       case JointKind::prismatic: case JointKind::point_on_line: case JointKind::point_on_plane:
-        if (j.kind == JointKind::point_on_plane ? !normal(a, n) : !normal(a, n)) return false;
+        if (!normal(a, n)) return false;
         break;
       case JointKind::distance: break;
       default: return false;

@@ -299,6 +299,7 @@ void update_friction_accelerations(const Model& model, FrictionState& friction, 
 
 void settle_friction(const Model& model, FrictionState& friction, const std::vector<int>& resting, Work& work, std::vector<std::string>& changes) {
   std::vector<FrictionPhase> before;
+  before.reserve(friction.points.size());
   for (FrictionPoint& p : friction.points) {
     before.push_back(p.phase);
     friction.fastest = std::max(friction.fastest, std::abs(rate_of(p, model, work)) * rate_scale(model, p.cluster, p.local));

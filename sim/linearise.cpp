@@ -196,6 +196,7 @@ Linearisation linearise(System system) {
   work.w.setZero();
   const VecX start = response(system, all, forces);
   std::vector<double> steady;
+  steady.reserve(work.motion.size());
   for (TimeJet& jet : work.motion) {
     steady.push_back(jet.rate);
     jet.rate = 0.0;

@@ -117,6 +117,7 @@ VecX derivative(const Model& model, Work& work, double step, Move&& move) {
 
 [[noreturn]] void refuse_balance(const Model& model, const Work& work) {
   std::vector<int> rates;
+  rates.reserve(work.massless.stiff.size());
   for (int k : work.massless.stiff) rates.push_back(model.massless.rates[static_cast<size_t>(k)]);
   throw SimulationError(fmt::format("joint {}: the springs that hold what has no mass there find no balance near the last one at t = {:.6g} s: it snaps through, or no spring acts along a "
                                     "direction any more; give the body a mass, or put a damper beside the spring",
@@ -397,12 +398,14 @@ void find_massless(System& system) {
     work.w = w;
     std::vector<Vec6> V;
     for (size_t c = 0; c < model.clusters.size(); ++c) close_velocities(model, static_cast<int>(c), work);
+    V.reserve(work.parts.size());
     for (const PartWork& p : work.parts) V.push_back(p.V);
     work.motion = motion;
     work.w = before;
     return V;
   };
   std::vector<std::vector<Vec6>> twist;
+  twist.reserve(static_cast<size_t>(nr));
   for (Eigen::Index k = 0; k < nr; ++k) twist.push_back(masses_move(VecX::Unit(model.nv, rates[static_cast<size_t>(k)]) / size[static_cast<size_t>(k)]));
   MatX gram = MatX::Zero(nr, nr);
   for (size_t i = 0; i < model.parts.size(); ++i)

@@ -106,6 +106,7 @@ std::unique_ptr<PlanarDynamics> PlanarDynamics::make(const Model& model, const W
   d.gravity.head<2>() = (Qw.transpose() * model.settings.gravity).head<2>();
 
   std::vector<Mat3> Qp, Qf;
+  Qp.reserve(work.parts.size());
   for (const PartWork& p : work.parts) Qp.push_back(axes_about(p.world.R.transpose() * normal));
   for (size_t i = 0; i < model.frames.size(); ++i) {
     const FramePoint& f = model.frames[i];

@@ -296,6 +296,7 @@ StateSpaceDef read_state_space(const TableReader& reader, const std::filesystem:
   if (reader.has("ports")) {
     body.ports = reader.texts("ports");
     std::vector<std::string> known;
+    known.reserve(body.rigid.frames.size());
     for (const auto& frame : body.rigid.frames) known.push_back(frame.first);
     for (const std::string& port : body.ports)
       if (!body.rigid.frames.contains(port))

@@ -176,6 +176,7 @@ void check_reach(const TableReader& reader, const TableDef& table, const Scene& 
 
 std::vector<std::string> body_names(const Scene& scene) {
   std::vector<std::string> names{"ground"};
+  names.reserve(scene.bodies.size() + 1);
   for (const BodyDef& body : scene.bodies) names.push_back(body.name);
   return names;
 }
@@ -407,6 +408,7 @@ ForceDef read_force(TableReader& reader, const Scene& scene) {
   const JointDef* joint = find_joint(scene, force.table_joint);
   if (!joint) {
     Words known;
+    known.reserve(scene.joints.size());
     for (const JointDef& candidate : scene.joints) known.push_back(candidate.name);
     const std::string hint = did_you_mean(force.table_joint, known);
     value.fail("of", fmt::format("names the joint {}, which does not exist{}{} there are {}", quote(force.table_joint), hint, hint.empty() ? ";" : "", list_words(known)));
@@ -443,6 +445,7 @@ OutputDef read_output(TableReader& reader, const Scene& scene) {
       const JointDef* joint = find_joint(scene, of);
       if (!joint) {
         Words known;
+        known.reserve(scene.joints.size());
         for (const JointDef& candidate : scene.joints) known.push_back(candidate.name);
         const std::string hint = did_you_mean(of, known);
         reader.fail("of", fmt::format("must be a joint for the quantity '{}', and {} is none{}{} there are {}", quantity, quote(of), hint, hint.empty() ? ";" : "", list_words(known)));

@@ -613,6 +613,7 @@ Section read_section(const Reader& reader, hid_t body, const std::string& path) 
   for (int i = 0; reader.has(group, fmt::format("outline_{}", i)); ++i) {
     const MatX points = reader.numbers(group, fmt::format("outline_{}", i), path + "section/", {Reader::any, 2}, false);
     std::vector<Eigen::Vector2d> loop;
+    loop.reserve(static_cast<std::size_t>(points.rows()));
     for (Eigen::Index k = 0; k < points.rows(); ++k) loop.emplace_back(points.row(k).transpose());
     if (loop.size() < 3) reader.fail(fmt::format("dataset '{}section/outline_{}'", path, i), "must have at least 3 points");
     section.outline.push_back(std::move(loop));

@@ -458,7 +458,8 @@ SidFile from_flexible_body(const FlexibleBody& body, const std::string& comment)
   const MatX Me = zero(body.Me, n, n);
   sid.Me = make_sid_block(Me, {}, n, Me.isIdentity(0.0) ? 4 : 2);
   // Gr_j = -2 int skew(c) skew(phi_j) dm = J1_j - skew(Cr0_j); Ge_j(k, :) = 2 int (phi_j x phi_k) dm, the skew part of Cr1 twice.
-  MatX Gr = MatX::Zero(3, 3 * n), Ge = MatX::Zero(n, 3 * n);
+  const Eigen::Index columns_of_three = 3 * static_cast<Eigen::Index>(n);
+  MatX Gr = MatX::Zero(3, columns_of_three), Ge = MatX::Zero(n, columns_of_three);
   for (int j = 0; j < n; ++j) {
     Mat3 G = -skew(Cr0.col(j));
     for (int r = 0; r < 3; ++r)

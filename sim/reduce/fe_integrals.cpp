@@ -158,7 +158,7 @@ struct Pairs {
 // for shells the membrane stress in space axes.
 template <class Visit>
 void each_second_order_stress(const FeModel& model, const FeSystem& system, const MatX& U, const Pairs& pairs, const Visit& visit) {
-  const int n = static_cast<int>(U.cols()), count = pairs.size();
+  const Eigen::Index n = U.cols(), count = pairs.size();
   // One row per component, so that the loops over pairs and fields run over neighbours in memory.
   using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   const Rows fields = U;
@@ -172,13 +172,13 @@ void each_second_order_stress(const FeModel& model, const FeSystem& system, cons
     local.resize(3 * n, e.count);
     for (int i = 0; i < e.count; ++i) {
       const auto& dof = system.dof[model.connectivity[e.first + i]];
-      for (int d = 0; d < 3; ++d) local.col(i).segment(d * n, n) = fields.row(dof[d]).transpose();
+      for (Eigen::Index d = 0; d < 3; ++d) local.col(i).segment(d * n, n) = fields.row(dof[d]).transpose();
     }
     const auto point = [&](const MatX& dN, double volume, double lambda, double mu) {
       // H(3 b + d, k): derivative of displacement d in direction b.
       gradients.noalias() = local * dN;
-      for (int b = 0; b < 3; ++b)
-        for (int d = 0; d < 3; ++d) H.row(3 * b + d) = gradients.col(b).segment(d * n, n).transpose();
+      for (Eigen::Index b = 0; b < 3; ++b)
+        for (Eigen::Index d = 0; d < 3; ++d) H.row(3 * b + d) = gradients.col(b).segment(d * n, n).transpose();
       for (int c = 0; c < 6; ++c) {
         const double *a0 = &H(3 * first_of[c], 0), *a1 = &H(3 * first_of[c] + 1, 0), *a2 = &H(3 * first_of[c] + 2, 0);
         const double *b0 = &H(3 * second_of[c], 0), *b1 = &H(3 * second_of[c] + 1, 0), *b2 = &H(3 * second_of[c] + 2, 0);

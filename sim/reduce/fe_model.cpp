@@ -117,6 +117,7 @@ std::vector<std::vector<int>> outer_faces(const FeModel& model) {
   for (const FeElement& e : model.elements)
     for (const std::vector<int>& face : fe_faces(e.shape)) {
       std::vector<int> nodes;
+      nodes.reserve(face.size());
       for (int k : face) nodes.push_back(model.connectivity[e.first + k]);
       Key key{{-1, -1, -1, -1}};
       std::copy(nodes.begin(), nodes.end(), key.nodes.begin());

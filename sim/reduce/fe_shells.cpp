@@ -25,7 +25,7 @@ Mat3 plane_stress(const FeMaterial& m) {
 
 void quadrangle_functions(const Vec2& q, Eigen::Vector4d& N, Eigen::Matrix<double, 4, 2>& dN) {
   static constexpr double sx[4] = {-1, 1, 1, -1}, sy[4] = {-1, -1, 1, 1};
-  for (int i = 0; i < 4; ++i) {
+  for (Eigen::Index i = 0; i < 4; ++i) {
     N(i) = (1 + sx[i] * q.x()) * (1 + sy[i] * q.y()) / 4;
     dN.row(i) << sx[i] * (1 + sy[i] * q.y()) / 4, sy[i] * (1 + sx[i] * q.x()) / 4;
   }
@@ -33,9 +33,9 @@ void quadrangle_functions(const Vec2& q, Eigen::Vector4d& N, Eigen::Matrix<doubl
 
 // Local motions per node: u v w rx ry rz. x: n x 2 in the plane.
 void add_drilling(const MatX& dN, const VecX& N, double weight, MatX& K) {
-  const int n = static_cast<int>(dN.rows());
+  const Eigen::Index n = dN.rows();
   VecX b = VecX::Zero(6 * n);
-  for (int i = 0; i < n; ++i) {
+  for (Eigen::Index i = 0; i < n; ++i) {
     b(6 * i) = 0.5 * dN(i, 1);
     b(6 * i + 1) = -0.5 * dN(i, 0);
     b(6 * i + 5) = N(i);
@@ -65,7 +65,7 @@ QuadranglePoint quadrangle_point(const Eigen::Matrix<double, 4, 2>& x, const Vec
   p.D = dN * p.inverse;
   p.Bm = p.Bb = MatX::Zero(3, 24);
   p.Bi = MatX::Zero(3, 4);
-  for (int i = 0; i < 4; ++i) {
+  for (Eigen::Index i = 0; i < 4; ++i) {
     p.Bm(0, 6 * i) = p.Bm(2, 6 * i + 1) = p.D(i, 0);
     p.Bm(1, 6 * i + 1) = p.Bm(2, 6 * i) = p.D(i, 1);
     p.Bb(0, 6 * i + 4) = p.D(i, 0);
@@ -73,7 +73,7 @@ QuadranglePoint quadrangle_point(const Eigen::Matrix<double, 4, 2>& x, const Vec
     p.Bb(2, 6 * i + 4) = p.D(i, 1);
     p.Bb(2, 6 * i + 3) = -p.D(i, 0);
   }
-  for (int k = 0; k < 2; ++k) {
+  for (Eigen::Index k = 0; k < 2; ++k) {
     const Eigen::RowVector2d e = -2.0 * q(k) * inverse0.row(k) * (J0.determinant() / p.area);
     p.Bi(0, 2 * k) = p.Bi(2, 2 * k + 1) = e(0);
     p.Bi(1, 2 * k + 1) = p.Bi(2, 2 * k) = e(1);
@@ -97,7 +97,7 @@ void quadrangle(const Eigen::Matrix<double, 4, 2>& x, double t, const FeMaterial
     quadrangle_functions(q, N, dN);
     const Eigen::Matrix2d J = x.transpose() * dN;
     Eigen::RowVectorXd b = Eigen::RowVectorXd::Zero(24);
-    for (int i = 0; i < 4; ++i) {
+    for (Eigen::Index i = 0; i < 4; ++i) {
       b(6 * i + 2) = dN(i, k);
       b(6 * i + 4) = N(i) * J(0, k);
       b(6 * i + 3) = -N(i) * J(1, k);
@@ -134,10 +134,10 @@ MatX quadrangle_stress(const Eigen::Matrix<double, 4, 2>& x, double height, cons
     inner += p.area * p.Bi.transpose() * C * p.Bi;
   }
   const Eigen::Vector4d amplitude = -inner.ldlt().solve(coupling * u);
-  for (int k = 0; k < 4; ++k) at_points.col(k) = C * (points[k].Bm * u + points[k].Bi * amplitude + height * points[k].Bb * u);
+  for (Eigen::Index k = 0; k < 4; ++k) at_points.col(k) = C * (points[k].Bm * u + points[k].Bi * amplitude + height * points[k].Bb * u);
   // The Gauss points are the corners of a smaller parent element.
   MatX out(3, 4);
-  for (int i = 0; i < 4; ++i) {
+  for (Eigen::Index i = 0; i < 4; ++i) {
     Eigen::Vector4d N;
     Eigen::Matrix<double, 4, 2> dN;
     quadrangle_functions(quadrangle_rule()[i] / (gauss * gauss), N, dN);
@@ -184,7 +184,7 @@ void triangle(const Eigen::Matrix<double, 3, 2>& p, double t, const FeMaterial& 
   parent << -1, -1, 1, 0, 0, 1;
   const MatX D = parent * J.inverse();
   MatX Bm = MatX::Zero(3, 18);
-  for (int i = 0; i < 3; ++i) {
+  for (Eigen::Index i = 0; i < 3; ++i) {
     Bm(0, 6 * i) = Bm(2, 6 * i + 1) = D(i, 0);
     Bm(1, 6 * i + 1) = Bm(2, 6 * i) = D(i, 1);
   }
@@ -193,8 +193,8 @@ void triangle(const Eigen::Matrix<double, 3, 2>& p, double t, const FeMaterial& 
   for (const Vec2& q : {Vec2(0.5, 0), Vec2(0.5, 0.5), Vec2(0, 0.5)}) {
     const MatX B9 = kirchhoff_curvature(p, twice_area, q.x(), q.y());
     MatX B = MatX::Zero(3, 18);
-    for (int i = 0; i < 3; ++i)
-      for (int k = 0; k < 3; ++k) B.col(6 * i + 2 + k) = B9.col(3 * i + k);
+    for (Eigen::Index i = 0; i < 3; ++i)
+      for (Eigen::Index k = 0; k < 3; ++k) B.col(6 * i + 2 + k) = B9.col(3 * i + k);
     K += twice_area / 6.0 * t * t * t / 12.0 * B.transpose() * C * B;
     VecX N(3);
     N << 1 - q.x() - q.y(), q.x(), q.y();
@@ -210,13 +210,13 @@ MatX triangle_stress(const Eigen::Matrix<double, 3, 2>& p, double height, const 
   const MatX D = parent * J.inverse();
   Vec3 membrane = Vec3::Zero();
   VecX bending(9);
-  for (int i = 0; i < 3; ++i) {
+  for (Eigen::Index i = 0; i < 3; ++i) {
     membrane += Vec3(D(i, 0) * u(6 * i), D(i, 1) * u(6 * i + 1), D(i, 1) * u(6 * i) + D(i, 0) * u(6 * i + 1));
     bending.segment<3>(3 * i) = u.segment<3>(6 * i + 2);
   }
   MatX out(3, 3);
   const Vec2 corner[3] = {{0, 0}, {1, 0}, {0, 1}};
-  for (int i = 0; i < 3; ++i) out.col(i) = plane_stress(material) * (membrane + height * (kirchhoff_curvature(p, J.determinant(), corner[i].x(), corner[i].y()) * bending));
+  for (Eigen::Index i = 0; i < 3; ++i) out.col(i) = plane_stress(material) * (membrane + height * (kirchhoff_curvature(p, J.determinant(), corner[i].x(), corner[i].y()) * bending));
   return out;
 }
 
@@ -243,7 +243,7 @@ MatX shell_corners(const Mat3X& X, const Mat3& Q) {
 }  // namespace
 
 void shell_matrices(FeShape shape, const Mat3X& X, double thickness, const FeMaterial& material, int id, MatX& K, MatX& M) {
-  const int n = static_cast<int>(X.cols());
+  const Eigen::Index n = X.cols();
   double area = 0.0;
   const Mat3 Q = shell_axes(shape, X, id, area);
   const MatX local = shell_corners(X, Q);
@@ -251,27 +251,27 @@ void shell_matrices(FeShape shape, const Mat3X& X, double thickness, const FeMat
   if (n == 3) triangle(local, thickness, material, Kl);
   else quadrangle(local, thickness, material, id, Kl);
   MatX turn = MatX::Zero(6 * n, 6 * n);
-  for (int i = 0; i < 2 * n; ++i) turn.block<3, 3>(3 * i, 3 * i) = Q.transpose();
+  for (Eigen::Index i = 0; i < 2 * n; ++i) turn.block<3, 3>(3 * i, 3 * i) = Q.transpose();
   K = turn.transpose() * Kl * turn;
   K = (0.5 * (K + K.transpose())).eval();
   M = MatX::Zero(6 * n, 6 * n);
-  const double share = material.density * thickness * area / n;
-  for (int i = 0; i < n; ++i) {
+  const double share = material.density * thickness * area / static_cast<double>(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
     M.diagonal().segment<3>(6 * i).setConstant(share);
     M.diagonal().segment<3>(6 * i + 3).setConstant(share * thickness * thickness / 12.0);
   }
 }
 
 MatX shell_nodal_stress(FeShape shape, const Mat3X& X, double thickness, const FeMaterial& material, const MatX& u, int id) {
-  const int n = static_cast<int>(X.cols());
+  const Eigen::Index n = X.cols();
   double area = 0.0;
   const Mat3 Q = shell_axes(shape, X, id, area);
   const MatX local = shell_corners(X, Q);
   VecX motions(6 * n);
-  for (int i = 0; i < n; ++i) motions.segment<6>(6 * i) << Q.transpose() * u.col(i).head<3>(), Q.transpose() * u.col(i).tail<3>();
+  for (Eigen::Index i = 0; i < n; ++i) motions.segment<6>(6 * i) << Q.transpose() * u.col(i).head<3>(), Q.transpose() * u.col(i).tail<3>();
   const MatX plane = n == 3 ? triangle_stress(local, 0.5 * thickness, material, motions) : quadrangle_stress(local, 0.5 * thickness, material, motions, id);
   MatX out(6, n);
-  for (int i = 0; i < n; ++i) {
+  for (Eigen::Index i = 0; i < n; ++i) {
     Mat3 S = Mat3::Zero();
     S(0, 0) = plane(0, i);
     S(1, 1) = plane(1, i);

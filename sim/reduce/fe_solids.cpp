@@ -159,11 +159,11 @@ const Tabulated& tabulated(FeShape shape, FeFormulation formulation, FeRule what
 
 // K += volume B^T C B for isotropic C, block by block: lambda a_i b_j + mu (a_j b_i + delta_ij a . b).
 void add_stiffness(const MatX& dN, double volume, double lambda, double mu, MatX& K) {
-  const int n = static_cast<int>(dN.rows());
+  const Eigen::Index n = dN.rows();
   const double l = volume * lambda, m = volume * mu;
-  for (int b = 0; b < n; ++b) {
+  for (Eigen::Index b = 0; b < n; ++b) {
     const double bx = dN(b, 0), by = dN(b, 1), bz = dN(b, 2);
-    for (int a = b; a < n; ++a) {
+    for (Eigen::Index a = b; a < n; ++a) {
       const double ax = dN(a, 0), ay = dN(a, 1), az = dN(a, 2);
       const double dot = m * (ax * bx + ay * by + az * bz);
       double* k = &K(3 * a, 3 * b);
@@ -184,9 +184,9 @@ void add_stiffness(const MatX& dN, double volume, double lambda, double mu, MatX
 }
 
 MatX strain_matrix(const MatX& dN) {
-  const int n = static_cast<int>(dN.rows());
+  const Eigen::Index n = dN.rows();
   MatX B = MatX::Zero(6, 3 * n);
-  for (int a = 0; a < n; ++a) {
+  for (Eigen::Index a = 0; a < n; ++a) {
     const double x = dN(a, 0), y = dN(a, 1), z = dN(a, 2);
     B(0, 3 * a) = B(3, 3 * a + 1) = B(5, 3 * a + 2) = x;
     B(1, 3 * a + 1) = B(3, 3 * a) = B(4, 3 * a + 2) = y;
@@ -329,7 +329,7 @@ void shape_functions(FeShape shape, const Vec3& q, VecX& N, MatX& dN) {
       if (n == 15)
         for (int i = 0; i < 3; ++i) {
           const int a = i, b = (i + 1) % 3;
-          for (int layer = 0; layer < 2; ++layer) {
+          for (Eigen::Index layer = 0; layer < 2; ++layer) {
             const double c = layer == 0 ? -1.0 : 1.0, f = 1 + c * z;
             N(6 + 3 * layer + i) = 2 * L[a] * L[b] * f;
             dN.row(6 + 3 * layer + i) << 2 * (gx[a] * L[b] + L[a] * gx[b]) * f, 2 * (gy[a] * L[b] + L[a] * gy[b]) * f, 2 * L[a] * L[b] * c;
@@ -367,7 +367,7 @@ std::vector<FePoint> solid_points(FeShape shape, FeFormulation formulation, FeRu
 
 void solid_stiffness(FeShape shape, FeFormulation formulation, const Mat3X& X, const FeMaterial& material, int id, MatX& K) {
   const Tabulated& t = tabulated(shape, formulation, FeRule::stiffness);
-  const int n = static_cast<int>(X.cols());
+  const Eigen::Index n = X.cols();
   const double mu = material.youngs_modulus / (2 * (1 + material.poisson)), lambda = 2 * mu * material.poisson / (1 - 2 * material.poisson);
   K.setZero(3 * n, 3 * n);
   MatX dN(n, 3);
@@ -379,8 +379,8 @@ void solid_stiffness(FeShape shape, FeFormulation formulation, const Mat3X& X, c
     add_stiffness(dN, det * t.weights[i], lambda, mu, K);
   }
   // Mirror the lower block triangle.
-  for (int c = 0; c < 3 * n; ++c)
-    for (int r = 0; r < c; ++r) K(r, c) = K(c, r);
+  for (Eigen::Index c = 0; c < 3 * n; ++c)
+    for (Eigen::Index r = 0; r < c; ++r) K(r, c) = K(c, r);
   if (shape == FeShape::hexahedron8 && formulation == FeFormulation::incompatible) condense_incompatible(X, material, id, K);
 }
 

@@ -419,12 +419,12 @@ class Reducer {
         second.block(0, first, 3, count) = mass.md;
         second.block(3, first, 3, count) = mass.Cr;
         second.block(6, first, 6, count) = mass.J;
-        for (int i = 0; i < nodes; ++i) second.block(12 + 3 * i, first, 3, count) = (attachments[i].motion * U2).topRows(3);
+        for (Eigen::Index i = 0; i < nodes; ++i) second.block(12 + 3 * i, first, 3, count) = (attachments[i].motion * U2).topRows(3);
       }
     } else {
-      MatX loads(system.size, 12 + 3 * nodes);
+      MatX loads(system.size, 12 + 3 * static_cast<Eigen::Index>(nodes));
       loads.leftCols(12) = linear_mass_loads(model, system);
-      for (int i = 0; i < nodes; ++i) loads.middleCols(12 + 3 * i, 3) = MatX(attachments[i].motion.topRows(3).transpose());
+      for (Eigen::Index i = 0; i < nodes; ++i) loads.middleCols(12 + 3 * i, 3) = MatX(attachments[i].motion.topRows(3).transpose());
       const MatX W = reduced.expand(solver->respond(reduced.restrict(loads), 0.0, &basis, tolerance));
       second = -second_order_work(model, system, U, W).transpose();
       note(fmt::format("geometric stiffening of forces at the interfaces and of inertia; forces at other nodes have none ({} coordinates)", n));
@@ -482,6 +482,7 @@ std::string surface_obj(const FeModel& model) {
   for (const FeElement& e : model.elements)
     for (const std::vector<int>& face : fe_faces(e.shape)) {
       std::vector<int> corners, key;
+      corners.reserve(face.size());
       for (int k : face) corners.push_back(model.connectivity[e.first + k]);
       key = corners;
       std::sort(key.begin(), key.end());
@@ -506,6 +507,7 @@ std::string surface_obj(const FeModel& model) {
       };
       std::vector<int> mids;
       const size_t n = face.size();
+      mids.reserve(n);
       for (size_t i = 0; i < n; ++i) mids.push_back(middle(face[i], face[(i + 1) % n]));
       if (mids[0] < 0) {
         pieces.push_back(corners);
