@@ -2,8 +2,12 @@
 //
 // Three errors are estimated by comparing runs (histories.h), all relative to the ranges of the outputs: of time (ten times the tolerance), of
 // space (one level fewer modes or elements) and of what is left out (with and without). Coarse and loose runs come first, because they are
-// cheap; the last run is the result and is checked against the one below it. Where the scene lists effects they stay; where it says "auto",
-// what is worth less than a tenth of the asked accuracy goes, and what is worth more than a third comes.
+// cheap; the last run is the result and is checked against the one below it; where explicit steps follow every vibration, against one above.
+//
+// Where the scene lists effects they stay; where it says "auto", what is worth less than a tenth of the asked accuracy goes, unless the run is dearer
+// without. What is off and worth less than a third in all stays off; what is worth more than nine tenths comes. Between these the cheaper way is
+// taken: the run is made without it, its worth counted among the errors (finer in time and space to make up for it), and with it for as
+// long as that is the cheaper one. A worth is believed once it is larger than what a decade of tolerance changes in the two runs that told it.
 //
 // The knob of space is common to all bodies: a frequency. A finite-element beam keeps the eigenmodes below it and the static
 // deflections of the rest, of three elements a mode at least; one that has none below it is rigid unless that shows; modal beams have the eigenforms 1..m, mixed ones volumes, lumped ones elements in the same proportion.

@@ -56,7 +56,7 @@ struct ResultOutput {
 // How an asked accuracy was met.
 struct AccuracyStatement {
   double asked = 0.0;
-  double time = 0.0, space = 0.0, effects = 0.0;  // estimated errors, relative to the ranges of the outputs; the error is their sum
+  double time = 0.0, space = 0.0, effects = 0.0;  // estimated errors, relative to the range of the output; the latter two add as squares
   std::string column;                // the output that is furthest off
   double half_cost = 1.0;            // half the error would cost so many times the CPU time
   double search_cpu = 0.0;           // s, of the runs that found the setting
