@@ -18,6 +18,8 @@ constexpr double cautious_order = 0.6;
 constexpr double little = 0.1, unasked = 1.0 / 3.0, most_left_out = 0.9;
 // Bodies that an effect is weighed on one by one; more of them have it or have it not together.
 constexpr size_t weighed_alone = 4;
+// What saves so much of the CPU time by being off is tried without where it is worth more than little.
+constexpr double cheaper = 0.8;
 // A run with an effect switched that takes so many times as long as the one without is given up.
 constexpr double dearest = 20.0;
 // Settings that are tried for the run itself.
@@ -268,6 +270,11 @@ std::vector<Item> settle_effects(Task& t) {
   for (const Item& item : items) {
     const double sum = largest(in_all + item.share);
     if (item.members.front().on) {
+      if (item.price < cheaper && sum <= most_left_out * t.accuracy && (item.worth > little * t.accuracy || sum > unasked * t.accuracy)) {
+        in_all += item.share;
+        open.push_back(item);
+        continue;
+      }
       if (item.price > 1.1 || item.worth > little * t.accuracy || sum > unasked * t.accuracy) continue;
       set(item, false);
       dropped = true;
@@ -368,9 +375,8 @@ std::optional<Finished> finish(Task& t, double limit) {
     const bool stuck = !judged && last_step > 0.0 && step > 0.5 * last_step;
     const double step_before = last_step;
     last_step = step;
-    // Levels may differ in some bodies only, and jumps of loads converge slowly in all of them. Where no static deflections stand for the
-    // modes left out, a finer run tells.
-    if (judged && error <= accuracy) {
+    // Levels may differ in some bodies only, jumps of loads converge slowly in all of them, and two levels can agree by chance: a finer run tells.
+    if (search.has_levels() && error <= accuracy) {
       const Scene finer = search.finer_than(t.setting);
       // The level below was judged by these modes and one more in bodies where this level has none more: do these matter?
       const bool more_matter = judge && apart(*judge, thinned) > unasked * accuracy;
@@ -405,12 +411,16 @@ std::optional<Finished> finish(Task& t, double limit) {
 // tried for as long as it is the cheaper one.
 Finished settle_open(Task& t, const std::vector<Item>& open) {
   Task with = t;
+  bool off = false;
   for (const Item& item : open) {
+    for (const EffectState& s : item.members)
+      if (s.on) t.search.set_effect(s, false), off = true;
     t.leave_out(item.members, item.share);
     t.chosen.push_back(fmt::format("{} left out (worth {:.1g})", item.name(), item.worth));
     for (const EffectState& s : item.members) with.search.set_effect(s, true);
     with.chosen.push_back(fmt::format("{} on (worth {:.1g})", item.name(), item.worth));
   }
+  if (off) t.run_below();
   Finished found = *finish(t, 1e300);
   if (open.empty()) return found;
   const bool kept = found.error <= t.accuracy;

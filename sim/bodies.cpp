@@ -175,8 +175,8 @@ void make_fe_part(Model& model, const BeamDef& beam, const BeamEffects& effects,
   if (part.body.n == 0) return;
   const bool frame_only = beam.boundary == Boundary::clamped_free || beam.boundary == Boundary::supported_supported ||
                           beam.boundary == Boundary::supported_free || beam.boundary == Boundary::free_free;
-  // The change of coordinates costs n^3 a node; a beam of more than 150 coordinates keeps its elements' ones.
-  const bool modes = part.body.n <= 150;
+  // The change of coordinates costs n^3 a node; a beam of more than 150 coordinates keeps its elements' ones, unless few modes are asked for.
+  const bool modes = part.body.n <= 150 || beam.keep_modes;
   MatX V = MatX::Identity(part.body.n, part.body.n), P = V;
   const MatX Me = part.body.Me, Ke = part.body.Ke;
   if (frame_only && beam.boundary != Boundary::free_free) {

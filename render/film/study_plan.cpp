@@ -93,6 +93,30 @@ void set_form(Scene& scene, const std::vector<sim::EffectState>& states, BeamMod
   }
 }
 
+bool keeps(const BeamDef& beam) { return bends(beam) && beam.model == BeamModel::finite_element && frame_only(beam); }
+
+// n modes of the softest beam and in the others those below the same frequency (which grows with the square of the number), at least one; two
+// elements a mode. Returns the words for the scene.
+std::string keep_below_one_frequency(Scene& scene, int n, bool statics) {
+  const auto pitch = [](const BeamDef& b) {
+    return std::sqrt(b.material.youngs_modulus * std::min(b.section.iy, b.section.iz) / (b.material.density * b.section.area)) / (b.length * b.length);
+  };
+  double softest = 0.0;
+  each_beam(scene, [&](BeamDef& b) {
+    if (keeps(b)) softest = softest == 0.0 ? pitch(b) : std::min(softest, pitch(b));
+  });
+  std::vector<std::string> words;
+  for (sim::BodyDef& body : scene.bodies) {
+    auto* beam = std::get_if<BeamDef>(&body.kind);
+    if (!beam || !keeps(*beam)) continue;
+    beam->keep_modes = std::max(1, static_cast<int>(std::lround(n * std::sqrt(softest / pitch(*beam)))));
+    beam->keep_static = statics;
+    beam->elements = std::max(beam->elements, 2 * *beam->keep_modes);
+    words.push_back(fmt::format("{}: keep_modes = {}{}, elements = {}", body.name, *beam->keep_modes, statics ? "" : ", keep_static = false", beam->elements));
+  }
+  return fmt::format("{}", fmt::join(words, "; "));
+}
+
 int scaled(int n, double factor) { return std::max(1, static_cast<int>(std::lround(n * factor))); }
 
 // Frames such as rod.node[3] tie the number of elements.
@@ -113,7 +137,7 @@ std::vector<sim::EffectState> states_of(const Scene& scene) { return sim::effect
 
 }  // namespace
 
-Scene refined(const Scene& scene, double factor, double tolerance) {
+Scene refined(const Scene& scene, double factor, double tolerance, bool explicit_steps) {
   Scene out = scene;
   set_tolerance(out, tolerance);
   if (names_nodes(scene) || counts_coordinates(scene)) return out;
@@ -130,9 +154,15 @@ Scene refined(const Scene& scene, double factor, double tolerance) {
       beam.elements = scaled(beam.elements, factor);
       beam.keep_modes.reset();
       // The upper half of an element model's modes is wrong anyway and only makes the steps small.
-      if (beam.model == BeamModel::finite_element && frame_only(beam)) beam.keep_modes = std::max(2, beam.elements);
+      if (keeps(beam)) beam.keep_modes = std::max(2, beam.elements);
     }
   });
+  // Explicit steps are as short as the stiffest shape asks for: twice the elements and modes are four times the steps.
+  int most = 0;
+  each_beam(out, [&](BeamDef& beam) {
+    if (keeps(beam)) most = std::max(most, beam.elements);
+  });
+  if (explicit_steps && most > 0) keep_below_one_frequency(out, std::max(2, (most + 1) / 2), false);
   return out;
 }
 
@@ -142,7 +172,7 @@ bool has_axis(const Scene& scene, const std::string& axis) {
   if (axis == "samples") return true;
   if (axis == "stiffening") return any_beam(scene, [](const BeamDef& b) { return bends(b) && b.model != BeamModel::lumped; });
   if (names_nodes(scene) || counts_coordinates(scene)) return false;
-  if (axis == "kept") return any_beam(scene, [](const BeamDef& b) { return bends(b) && b.model == BeamModel::finite_element && frame_only(b); });
+  if (axis == "kept") return any_beam(scene, keeps);
   if (axis == "elements") return any_beam(scene, [](const BeamDef& b) { return bends(b) && (b.model == BeamModel::finite_element || b.model == BeamModel::lumped); });
   return any_beam(scene, bends);
 }
@@ -186,25 +216,19 @@ std::vector<PlannedPoint> plan_axis(const Scene& scene, const std::string& axis)
       add("finite elements", fmt::format("{} elements", most), most, fmt::format("{}; tolerance = {:g}", fmt::join(words, ", "), quiet), s);
     }
   } else if (axis == "kept") {
-    for (double t : {tolerance, std::min(100.0 * tolerance, 1e-2)})
-      for (int keep : {8, 6, 4, 3, 2, 1}) {
+    for (double t : {std::max(0.01 * tolerance, 1e-10), tolerance, std::min(100.0 * tolerance, 1e-2)})
+      for (int keep : {12, 8, 6, 4, 3, 2, 1}) {
         Scene s = at(t);
-        each_beam(s, [&](BeamDef& beam) {
-          if (bends(beam) && beam.model == BeamModel::finite_element && frame_only(beam)) beam.keep_modes = keep;
-        });
-        add(fmt::format("kept modes at {:g}", t), fmt::format("{} kept", keep), keep, fmt::format("keep_modes = {}; tolerance = {:g}", keep, t), s);
+        const std::string words = keep_below_one_frequency(s, keep, true);
+        add(fmt::format("kept modes at {:g}", t), fmt::format("{} kept", keep), keep, fmt::format("{}; tolerance = {:g}", words, t), s);
       }
-    for (int keep : {12, 8, 6, 4, 3, 2}) {
-      Scene s = at(tolerance);
-      s.simulation.method = sim::Method::erk;
-      each_beam(s, [&](BeamDef& beam) {
-        if (!bends(beam) || beam.model != BeamModel::finite_element || !frame_only(beam)) return;
-        beam.keep_modes = keep;
-        beam.keep_static = false;
-        beam.elements = std::max(beam.elements, 2 * keep);
-      });
-      add("kept modes, erk", fmt::format("{} kept, erk", keep), keep, fmt::format("keep_modes = {}, keep_static = false, elements >= {}; method = \"erk\", tolerance = {:g}", keep, 2 * keep, tolerance), s);
-    }
+    for (double t : {tolerance, std::min(10.0 * tolerance, 1e-2)})
+      for (int keep : {24, 16, 14, 12, 10, 8, 6, 4, 3, 2}) {
+        Scene s = at(t);
+        s.simulation.method = sim::Method::erk;
+        const std::string words = keep_below_one_frequency(s, keep, false);
+        add(fmt::format("kept, erk at {:g}", t), fmt::format("{} kept, erk", keep), keep, fmt::format("{}; method = \"erk\", tolerance = {:g}", words, t), s);
+      }
   } else if (axis == "modes" || axis == "volumes" || axis == "model") {
     const std::vector<sim::EffectState> states = states_of(scene);
     const auto ladder = [&](BeamModel model, std::initializer_list<int> counts, double t, const char* word) {
@@ -217,10 +241,27 @@ std::vector<PlannedPoint> plan_axis(const Scene& scene, const std::string& axis)
     if (axis == "modes") ladder(BeamModel::modal, {8, 6, 4, 3, 2, 1}, quiet, "modes");
     else if (axis == "volumes") ladder(BeamModel::mixed, {8, 4, 2, 1}, quiet, "volumes");
     else {
-      ladder(BeamModel::finite_element, {16, 8, 4, 2}, tolerance, "elements");
-      ladder(BeamModel::modal, {8, 4, 2, 1}, tolerance, "modes");
-      ladder(BeamModel::mixed, {8, 4, 2, 1}, tolerance, "volumes");
-      ladder(BeamModel::lumped, {32, 16, 8, 4}, tolerance, "lumps");
+      // Each form with the method that the program takes and with explicit steps, as what is cheap for one is dear for another.
+      struct Form { const char* name; BeamModel model; bool kept; std::vector<int> counts; const char* word; };
+      const Form forms[] = {{"elements", BeamModel::finite_element, false, {16, 8, 4, 2}, "elements"},
+                            {"elements, modes kept", BeamModel::finite_element, true, {16, 8, 4, 2, 1}, "modes"},
+                            {"eigenforms (modal)", BeamModel::modal, false, {16, 8, 4, 2, 1}, "modes"},
+                            {"mixed", BeamModel::mixed, false, {8, 4, 2, 1}, "volumes"},
+                            {"lumped", BeamModel::lumped, false, {32, 16, 8, 4}, "lumps"}};
+      for (const Form& form : forms)
+        for (int n : form.counts) {
+          if (form.kept && !any_beam(scene, [](const BeamDef& b) { return bends(b) && frame_only(b); })) continue;
+          for (const bool steps : {false, true})
+            for (double t : {steps ? 10.0 * tolerance : tolerance, steps ? tolerance : 0.1 * tolerance}) {
+              Scene s = at(t);
+              set_form(s, states, form.model, n);
+              if (form.kept) keep_below_one_frequency(s, n, !steps);
+              if (steps) s.simulation.method = sim::Method::erk;
+              const std::string method = steps ? "method = \"erk\", " : "";
+              add(form.name, fmt::format("{} {}, {}{:g}", n, form.word, steps ? "erk " : "", t), n,
+                  fmt::format("model = \"{}\", {} {}{}; {}tolerance = {:g}", model_name(form.model), n, form.word, form.kept && steps ? ", keep_static = false" : "", method, t), s);
+            }
+        }
     }
   } else if (axis == "stiffening") {
     const std::vector<sim::EffectState> states = states_of(scene);

@@ -14,8 +14,9 @@ struct PlannedPoint {
   sim::Scene scene;          // tolerance and method in its settings
 };
 
-// Twice as fine in space (elements, volumes, modes, kept modes) and with the given tolerance.
-sim::Scene refined(const sim::Scene& scene, double factor, double tolerance);
+// So many times as fine in space (elements, volumes, modes, kept modes) and with the given tolerance. explicit_steps: undamped elements keep the modes
+// below one frequency and no static shapes, half as many as elements, so that explicit steps stay long.
+sim::Scene refined(const sim::Scene& scene, double factor, double tolerance, bool explicit_steps);
 
 // Whether the scene has anything that the axis varies.
 bool has_axis(const sim::Scene& scene, const std::string& axis);

@@ -87,11 +87,47 @@ const char* axis_sentence(const std::string& axis) {
   if (axis == "tolerance") return "The scene with other tolerances of the time integration.";
   if (axis == "method") return "Integration methods, each at three tolerances.";
   if (axis == "elements") return "Finite elements, the tolerance a tenth of the scene's.";
-  if (axis == "kept") return "The scene's elements, but only their lowest eigenmodes kept.";
+  if (axis == "kept") return "The lowest eigenmodes of the elements: so many of the softest beam, in the others those below the same frequency.";
   if (axis == "modes") return "Eigenforms of the beam in place of elements, the tolerance a tenth of the scene's.";
   if (axis == "volumes") return "Volumes of two elements each (mixed), the tolerance a tenth of the scene's.";
-  if (axis == "model") return "The same beams as finite elements, eigenforms, mixed and lumped, at the scene's tolerance.";
+  if (axis == "model") return "The same beams in other forms, each with the method that the program takes for it and with explicit steps, at two tolerances; the diagram joins the cheapest of each form.";
   return "The second-order displacements on and off.";
+}
+
+// Series of an axis in the order of their points.
+std::vector<std::string> series_of(const Study& s, const std::string& axis) {
+  std::vector<std::string> out;
+  for (const StudyPoint& p : s.points)
+    if (p.axis == axis && std::find(out.begin(), out.end(), p.series) == out.end()) out.push_back(p.series);
+  return out;
+}
+
+// The cheapest point of a series that keeps the accuracy in spite of the reference's own error; null: none does.
+const StudyPoint* cheapest(const Study& s, const std::string& axis, const std::string& series, double wanted) {
+  const StudyPoint* out = nullptr;
+  for (const StudyPoint& p : s.points)
+    if (p.axis == axis && p.series == series && p.error >= 0.0 && p.error + s.reference_error <= wanted && (!out || p.median_cpu < out->median_cpu)) out = &p;
+  return out;
+}
+
+// Forms of the beams at equal error: who wins where.
+std::string forms_table(const Study& s) {
+  const std::vector<std::string> forms = series_of(s, "model");
+  std::string head = "| error |", line = "|---|", rows, sentence;
+  for (const std::string& f : forms) head += fmt::format(" {} |", f), line += "---|";
+  for (double wanted : {1e-1, 3e-2, 1e-2, 3e-3, 1e-3}) {
+    rows += fmt::format("| {:g} |", wanted);
+    const StudyPoint* best = nullptr;
+    for (const std::string& f : forms) {
+      const StudyPoint* p = cheapest(s, "model", f, wanted);
+      rows += p ? fmt::format(" {:.4f} ({}) |", p->median_cpu, p->label) : " none |";
+      if (p && (!best || p->median_cpu < best->median_cpu)) best = p;
+    }
+    rows += '\n';
+    if (best) sentence += fmt::format("{} an error of {:g} {} ({})", sentence.empty() ? "Cheapest are at" : ", at", wanted, best->series, best->label);
+  }
+  if (sentence.empty()) return "";
+  return fmt::format("CPU seconds of the cheapest setting of each form at equal error:\n\n{}\n{}\n{}\n{}.\n\n", head, line, rows, sentence);
 }
 
 std::string to_markdown(const Study& s) {
@@ -113,6 +149,7 @@ std::string to_markdown(const Study& s) {
   for (const std::string& note : s.notes) out += fmt::format("\nNote: {}.\n", note);
   for (const std::string& axis : axes_of(s)) {
     out += fmt::format("\n## {}\n\n{}\n\n![{}]({}.svg)\n\n", axis, axis_sentence(axis), axis, axis);
+    if (axis == "model") out += forms_table(s);
     out += "| setting | coordinates | CPU s | error | worst output | error of this knob alone |\n|---|---|---|---|---|---|\n";
     for (const StudyPoint& p : s.points) {
       if (p.axis != axis) continue;
@@ -137,6 +174,16 @@ void write_diagram(const Diagram& d, const fs::path& folder, const std::string& 
   render::write_png(folder / (name + ".png"), diagram_image(d), {.level = 9, .text = {}});
 }
 
+// A run that is wrong by more than the range of its output stands in the table only.
+constexpr double most_drawn = 1.0;
+
+// Only the points that are better by a tenth than every cheaper one of the series.
+void keep_front(DiagramSeries& series) {
+  std::sort(series.points.begin(), series.points.end(), [](const DiagramPoint& a, const DiagramPoint& b) { return a.x < b.x; });
+  double best = 1e300;
+  std::erase_if(series.points, [&](const DiagramPoint& p) { return p.y > 0.9 * best || (best = p.y, false); });
+}
+
 Diagram axis_diagram(const Study& s, const std::string& axis) {
   Diagram d;
   d.title = fmt::format("{}: {}", s.title, axis);
@@ -145,10 +192,14 @@ Diagram axis_diagram(const Study& s, const std::string& axis) {
   d.floor = s.reference_error;
   d.note = "hollow: at the floor of the reference";
   for (const StudyPoint& p : s.points) {
-    if (p.axis != axis || p.error < 0.0) continue;
+    if (p.axis != axis || p.error < 0.0 || p.error > most_drawn) continue;
     auto at = std::find_if(d.series.begin(), d.series.end(), [&](const DiagramSeries& one) { return one.label == p.series; });
     if (at == d.series.end()) at = d.series.insert(d.series.end(), DiagramSeries{p.series, {}, true, false});
     at->points.push_back({p.median_cpu, p.error, p.floor, p.knob > 0.0 ? fmt::format("{:g}", p.knob) : p.label});
+  }
+  if (axis == "model") {
+    d.title = s.title + ": forms of the beam at equal error";
+    for (DiagramSeries& one : d.series) keep_front(one);
   }
   return d;
 }
@@ -162,14 +213,14 @@ Diagram front_diagram(const Study& s) {
   d.note = "labelled: the cheapest settings for 1e-2, 1e-3, 1e-4, 1e-5; hollow: at the floor of the reference";
   DiagramSeries front{"Pareto front", {}, true, true};
   for (const StudyPoint& p : s.points)
-    if (p.front) front.points.push_back({p.median_cpu, p.error, false, ""});
+    if (p.front && p.error <= most_drawn) front.points.push_back({p.median_cpu, p.error, false, ""});
   std::sort(front.points.begin(), front.points.end(), [](const DiagramPoint& a, const DiagramPoint& b) { return a.x < b.x; });
   d.series.push_back(front);
   for (const std::string& axis : axes_of(s)) {
     DiagramSeries one{axis, {}, false, false};
     for (size_t i = 0; i < s.points.size(); ++i) {
       const StudyPoint& p = s.points[i];
-      if (p.axis != axis || p.error < 0.0) continue;
+      if (p.axis != axis || p.error < 0.0 || p.error > most_drawn) continue;
       const bool advised = std::any_of(s.advice.begin(), s.advice.end(), [&](const StudyAdvice& a) { return a.point == static_cast<int>(i); });
       one.points.push_back({p.median_cpu, p.error, p.floor, advised ? p.label : ""});
     }
