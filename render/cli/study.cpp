@@ -67,7 +67,11 @@ Command add_study(Program& program) {
             options.folder = words->out.empty() ? fs::path(name + "-study") : fs::path(words->out);
             options.resume = words->resume;
             options.version = FLEXFRAME_VERSION;
-            options.command = fmt::format("flexframe study {}{}", words->scene, words->axes.empty() ? "" : fmt::format(" --axes {}", fmt::join(words->axes, ",")));
+            options.command = fmt::format("flexframe study {}", words->scene);
+            if (!words->axes.empty()) options.command += fmt::format(" --axes {}", fmt::join(words->axes, ","));
+            if (words->longest > 0.0) options.command += fmt::format(" --longest {:g}", words->longest);
+            options.command += words->reference.empty() ? fmt::format(" --reference-seconds {:g}", words->reference_seconds) : fmt::format(" --reference {}", words->reference);
+            options.command += fmt::format(" --repeats {}", words->repeats);
             require_writable(options.folder);
             Progress progress("studying");
             double at = 0.0;

@@ -93,6 +93,20 @@ Drawing lay_out(const Diagram& d) {
     out.words.push_back({{left + width - 4.0, at - 5.0}, "error of the reference", 11.0, grey, Anchor::right});
   }
 
+  // Labels lie where no other does, right or left of their point, above or below; where there is no room, the point goes without.
+  struct Box { double left, top, right, bottom; };
+  std::vector<Box> taken;
+  const auto label = [&](const dvec2& at, const std::string& text) {
+    const double wide = render::text_width(text, 11.0, render::Weight::regular);
+    for (const dvec2 shift : {dvec2(7.0, -6.0), dvec2(7.0, 13.0), dvec2(-7.0 - wide, -6.0), dvec2(-7.0 - wide, 13.0)}) {
+      const Box b{at.x + shift.x, at.y + shift.y - 9.0, at.x + shift.x + wide, at.y + shift.y + 1.0};
+      if (std::any_of(taken.begin(), taken.end(), [&](const Box& o) { return b.left < o.right && o.left < b.right && b.top < o.bottom && o.top < b.bottom; })) continue;
+      taken.push_back(b);
+      out.words.push_back({at + shift, text, 11.0, ink, Anchor::left});
+      return;
+    }
+  };
+
   // Series: the front below all others.
   size_t color = 0;
   double legend_at = top + 10.0;
@@ -107,7 +121,7 @@ Drawing lay_out(const Diagram& d) {
       stroke.points.push_back(at);
       if (s.front) continue;
       out.discs.push_back({at, 4.2, c, p.hollow});
-      if (!p.label.empty()) out.words.push_back({at + dvec2(7.0, -6.0), p.label, 11.0, ink, Anchor::left});
+      if (!p.label.empty()) label(at, p.label);
     }
     if ((s.line || s.front) && stroke.points.size() > 1) (s.front ? out.strokes : lines).push_back(stroke);
     const double swatch = left + width + 18.0;
