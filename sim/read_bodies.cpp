@@ -162,7 +162,7 @@ Section read_section(const TableReader& body) {
   body.required("section");
   const TableReader reader = *body.table("section");
   const Words shapes(section_shapes().begin(), section_shapes().end());
-  const std::string shape = shapes[reader.word("shape", shapes)];
+  const std::string& shape = shapes[reader.word("shape", shapes)];
   Words keys = section_sizes(shape);
   keys.insert(keys.begin(), "shape");
   reader.allow(keys);
@@ -211,7 +211,7 @@ BeamDef read_beam(const TableReader& reader) {
   beam.model = static_cast<BeamModel>(reader.word("model", beam_models, 0));
   beam.boundary = static_cast<Boundary>(reader.word("boundary", boundaries, 0));
 
-  const std::string model = beam_models[static_cast<std::size_t>(beam.model)];
+  const std::string& model = beam_models[static_cast<std::size_t>(beam.model)];
   const bool mixed = beam.model == BeamModel::mixed;
   const bool modal = beam.model == BeamModel::modal;
   // a key that the model does not read would be silently ignored

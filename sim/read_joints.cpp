@@ -266,7 +266,7 @@ std::string read_expression(const TableReader& reader, std::string_view key) {
 }
 
 FrameRef read_frame_ref(const TableReader& reader, std::string_view key, const Scene& scene) {
-  const FrameRef ref = split(reader.text(key));
+  FrameRef ref = split(reader.text(key));
   if (ref.body == "ground") {
     if (!ref.frame.empty()) reader.fail(key, fmt::format("names the frame {} of ground, which has none; use 'position' and 'rotation'", quote(ref.frame)));
     return ref;
@@ -285,7 +285,7 @@ JointDef read_joint(TableReader& reader, const Scene& scene) {
   check_name(reader, "name", joint.name, "joint");
   reader.set_label(fmt::format("[[joint]] {}", quote(joint.name)));
   joint.kind = static_cast<JointKind>(reader.word("kind", joint_kinds));
-  const std::string kind = joint_kinds[static_cast<std::size_t>(joint.kind)];
+  const std::string& kind = joint_kinds[static_cast<std::size_t>(joint.kind)];
   reader.allow({"name", "kind", "parent", "child", "axis", "position", "rotation", "pitch", "length", "initial", "motion", "spring", "friction", "stop"});
 
   // ends and placement
@@ -426,7 +426,7 @@ OutputDef read_output(TableReader& reader, const Scene& scene) {
   reader.set_label(fmt::format("[[output]] {}", quote(output.name)));
   reader.allow({"name", "of", "quantity", "frame"});
   output.quantity = static_cast<Quantity>(reader.word("quantity", quantities));
-  const std::string quantity = quantities[static_cast<std::size_t>(output.quantity)];
+  const std::string& quantity = quantities[static_cast<std::size_t>(output.quantity)];
   const std::string of = reader.text("of");
   output.of = split(of);
   if (reader.has("frame") && output.quantity != Quantity::reaction) reader.fail("frame", fmt::format("belongs to the quantity 'reaction'; this one is '{}'", quantity));

@@ -145,15 +145,15 @@ std::vector<SidCheck> check_sid(const SidFile& sid) {
     // With geometric stiffening Cr.M1 has a symmetric part that Ge has not.
     Comparison full, skew_part;
     for (const SidEntry& e : sid.Ge->entries) {
-      full.a((e.row - 1) * 3 * n + (e.column - 1), e.value);
-      skew_part.a((e.row - 1) * 3 * n + (e.column - 1), e.value);
+      full.a(3L * n * (e.row - 1) + (e.column - 1), e.value);
+      skew_part.a(3L * n * (e.row - 1) + (e.column - 1), e.value);
     }
     for (const SidEntry& e : sid.Cr->entries)
       if (e.mode > 0) {
-        const long axis = e.column - 1, place = (e.row - 1) * 3 * n + n * axis + e.mode - 1;
+        const long axis = e.column - 1, place = 3L * n * (e.row - 1) + n * axis + e.mode - 1;
         full.b(place, 2.0 * e.value);
         skew_part.b(place, e.value);
-        skew_part.b((e.mode - 1) * 3 * n + n * axis + e.row - 1, -e.value);
+        skew_part.b(3L * n * (e.mode - 1) + n * axis + e.row - 1, -e.value);
       }
     checks.push_back({"Ge_j(k,:) = 2 Cr1(k,j,:)", std::min(full.residual(), skew_part.residual())});
   }
@@ -178,12 +178,12 @@ std::vector<SidCheck> check_sid(const SidFile& sid) {
       for (const SidEntry& e : node.psi->entries)
         if (e.mode == 0) psi[e.column - 1](e.row - 1) = e.value;
       for (const SidEntry& e : node.AP->entries)
-        if (e.mode > 0) ap.a(base + 9L * e.mode + 3 * e.row + e.column, e.value);
+        if (e.mode > 0) ap.a(base + 9L * e.mode + 3L * e.row + e.column, e.value);
       for (int k = 0; k < n; ++k) {
         const Mat3 turned = skew(psi[k]) * ap0;
         for (int r = 0; r < 3; ++r)
           for (int s = 0; s < 3; ++s)
-            if (turned(r, s) != 0.0) ap.b(base + 9L * (k + 1) + 3 * (r + 1) + s + 1, turned(r, s));
+            if (turned(r, s) != 0.0) ap.b(base + 9L * (k + 1) + 3L * (r + 1) + s + 1, turned(r, s));
       }
     }
   }
@@ -429,6 +429,7 @@ SidFile from_flexible_body(const FlexibleBody& body, const std::string& comment)
   if (!sid.labels.empty()) sid.labels.resize(n);
   const auto columns = [&](const auto& m) {
     std::vector<MatX> out;
+    out.reserve(static_cast<size_t>(n));
     for (int k = 0; k < n; ++k) out.push_back(m.cols() == n ? MatX(m.col(k)) : MatX(MatX::Zero(m.rows(), 1)));
     return out;
   };
@@ -469,7 +470,7 @@ SidFile from_flexible_body(const FlexibleBody& body, const std::string& comment)
       }
   }
   for (int a = 0; a < 3; ++a)
-    if (body.Cr1[a].size() > 0) Ge.middleCols(n * a, n) = body.Cr1[a] - body.Cr1[a].transpose();
+    if (body.Cr1[a].size() > 0) Ge.middleCols(static_cast<Eigen::Index>(n) * a, n) = body.Cr1[a] - body.Cr1[a].transpose();
   sid.Gr = make_sid_block(Gr, {}, n);
   sid.Ge = make_sid_block(Ge, {}, n);
   MatX Oe = MatX::Zero(n, 6);

@@ -66,7 +66,7 @@ void multiply(const MatX& A, const double* x, double* y) {
   for (int i = 0; i < m; ++i) out[i] = 0.0;
   const double* a = A.data();
   int k = 0;
-  for (; k + 4 <= n; k += 4, a += 4 * m) {
+  for (; k + 4 <= n; k += 4, a += 4 * static_cast<std::ptrdiff_t>(m)) {
     const double *const a1 = a + m, *const a2 = a1 + m, *const a3 = a2 + m;
     const double x0 = x[k], x1 = x[k + 1], x2 = x[k + 2], x3 = x[k + 3];
     for (int i = 0; i < m; ++i) out[i] += (a[i] * x0 + a1[i] * x1) + (a2[i] * x2 + a3[i] * x3);

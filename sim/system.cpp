@@ -131,7 +131,7 @@ VecX repack_state(System& system, const VecX& old, const std::vector<Partition>&
     for (size_t c = 0; c < model.clusters.size(); ++c)
       for (int k : before[c].ind) scale[model.clusters[c].v0 + k] = system.scale[at++];
   }
-  const VecX y = pack_state(system, system.quadrature ? Eigen::Vector2d(old.tail<2>()) : Eigen::Vector2d(0.0, 0.0));
+  VecX y = pack_state(system, system.quadrature ? Eigen::Vector2d(old.tail<2>()) : Eigen::Vector2d(0.0, 0.0));
   VecX next = VecX::Zero(y.size());
   if (system.scale.size() == old.size()) next.head(model.nq) = system.scale.head(model.nq);
   int at = model.nq;

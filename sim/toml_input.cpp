@@ -68,18 +68,15 @@ TomlValue convert(const toml::node& node) {
 int line_of_too_deep_key(std::string_view text) {
   int line = 1, dots = 0;
   char previous = 0;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
+  for (const char c : text) {
     if (c == '\n') {
       ++line;
       dots = 0;
     } else if (c == '.') {
       dots = previous == '.' ? 0 : dots + 1;
       if (dots > deepest_key) return line;
-    } else if (c == '#') {
-      // a comment, or inside a string: neither is part of a key
-      dots = 0;
-    } else if (std::strchr("=,[]{}()", c)) {
+    } else if (std::strchr("#=,[]{}()", c)) {
+      // #: a comment, or inside a string; neither is part of a key
       dots = 0;
     }
     if (c != ' ' && c != '\t') previous = c;
@@ -238,7 +235,7 @@ std::string TableReader::text(std::string_view key) const {
   return value.text;
 }
 
-std::string TableReader::text(std::string_view key, std::string otherwise) const { return has(key) ? text(key) : otherwise; }
+std::string TableReader::text(std::string_view key, std::string otherwise) const { return has(key) ? text(key) : std::move(otherwise); }
 
 std::size_t TableReader::word(std::string_view key, std::span<const std::string> words) const {
   const TomlValue& value = required(key);

@@ -68,9 +68,9 @@ std::vector<std::vector<int>> node_neighbours(const FeModel& model, const std::v
       if (const auto it = place.find(model.connectivity[e.first + i]); it != place.end())
         for (int j = 0; j < e.count; ++j) sets[it->second].insert(model.connectivity[e.first + j]);
   std::vector<std::vector<int>> out;
-  for (size_t i = 0; i < nodes.size(); ++i) {
+  for (const int node : nodes) {
     // The same node may be asked for twice.
-    const auto& set = sets[place.at(nodes[i])];
+    const auto& set = sets[place.at(node)];
     out.emplace_back(set.begin(), set.end());
   }
   return out;

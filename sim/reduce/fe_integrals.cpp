@@ -164,7 +164,7 @@ void each_second_order_stress(const FeModel& model, const FeSystem& system, cons
   const Rows fields = U;
   Rows H(9, n), S(6, count);
   MatX local, gradients;
-  constexpr int first_of[6] = {0, 1, 2, 0, 1, 0}, second_of[6] = {0, 1, 2, 1, 2, 2};
+  constexpr Eigen::Index first_of[6] = {0, 1, 2, 0, 1, 0}, second_of[6] = {0, 1, 2, 1, 2, 2};
   for (const FeElement& e : model.elements) {
     if (e.shape == FeShape::point_mass) continue;
     const FeMaterial& material = model.materials[e.material];

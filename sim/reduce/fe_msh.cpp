@@ -247,7 +247,7 @@ class Reader {
     raw.push_back({id, type, physicals.empty() ? 0 : physicals[0], physicals, std::move(nodes), binary ? 0 : lines});
   }
   Type known_type(long number) {
-    const Type t = type_of(static_cast<int>(number));
+    Type t = type_of(static_cast<int>(number));
     if (t.nodes == 0) fail(fmt::format("gmsh element type {} is not known", number));
     return t;
   }

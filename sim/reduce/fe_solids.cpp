@@ -135,7 +135,7 @@ struct Tabulated {
 const Tabulated& tabulated(FeShape shape, FeFormulation formulation, FeRule what) {
   constexpr int shapes = 9, formulations = 3;
   static const std::vector<Tabulated> all = [] {
-    std::vector<Tabulated> tables(shapes * formulations * 2);
+    std::vector<Tabulated> tables(size_t{2} * shapes * formulations);
     for (int s = 0; s < shapes; ++s) {
       if (!fe_is_solid(static_cast<FeShape>(s))) continue;
       for (int f = 0; f < formulations; ++f)

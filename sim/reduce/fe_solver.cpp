@@ -20,7 +20,7 @@ MatX orthonormalise(MatX& W, MatX& MW, double scale) {
   for (int pass = 0; pass < 2 && W.cols() > 0; ++pass) {
     const MatX gram = product_tn(W, MW);
     SymmetricEigen eigen(0.5 * (gram + gram.transpose()));
-    const VecX d = eigen.eigenvalues();
+    const VecX& d = eigen.eigenvalues();
     // Below the square root of rounding nothing but rounding is left of a direction.
     const double least = pass == 0 ? 1e-24 * scale * scale : 0.0;
     int keep = 0;
@@ -263,7 +263,7 @@ FeEstimate estimate_modes(const FeModel& model, const FeSystem& system) {
   if (keep == 0 || !(most > 0.0)) throw InputError(fmt::format("{}: the model has no mass", model.file));
   const MatX S = mass.eigenvectors().rightCols(keep) * mass.eigenvalues().tail(keep).cwiseSqrt().cwiseInverse().asDiagonal();
   SymmetricEigen ritz(S.transpose() * (0.5 * (K + K.transpose())) * S);
-  const VecX values = ritz.eigenvalues();
+  const VecX& values = ritz.eigenvalues();
   FeEstimate out;
   int first = std::min(6, keep - 1);
   while (first < keep - 1 && !(values(first) > 1e-9 * values(keep - 1))) ++first;

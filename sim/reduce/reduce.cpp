@@ -104,7 +104,7 @@ MatX free_rigid(const FeModel& model, const FeSystem& system, const FeReduced& r
     combinations = eigen.eigenvectors().leftCols(count);
     combinations.bottomRows(3) /= size;
   }
-  const MatX full = R * combinations;
+  MatX full = R * combinations;
   if (reduced.identity) return full;
   MatX q(reduced.size(), full.cols());
   for (int c = 0; c < reduced.size(); ++c) q.row(c) = full.row(reduced.own[c]);
