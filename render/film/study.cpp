@@ -256,7 +256,10 @@ Reference make_reference(const sim::Scene& scene, const StudyOptions& options, R
       before = d.largest;
     }
     out.histories = run.histories;
-    out.what = fmt::format("{:g} times the elements of the scene, half {} modes, {}, tolerance {:g}", factor, explicit_steps && undamped ? "as many" : "of their", run.method, tolerance);
+    const std::string space = has_axis(scene, "kept") ? fmt::format("{:g} times the elements of the scene, half {} modes, ", factor, explicit_steps && undamped ? "as many" : "of their")
+                              : has_axis(scene, "modes") ? fmt::format("{:g} times the modes, elements or volumes of the scene, ", factor)
+                                                         : "";
+    out.what = fmt::format("{}{}, tolerance {:g}", space, run.method, tolerance);
     if (last && (out.error < 1e-6 || out.cpu + cost * std::clamp(growth, 2.0, 20.0) > options.reference_seconds)) break;
     last = run.histories;
     factor *= 2.0;
