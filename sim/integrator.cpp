@@ -1,5 +1,6 @@
 #include "sim/integrator.h"
 
+#include "sim/exponential.h"
 #include "sim/small_matrices.h"
 #include "sim/integrator_vector.h"
 
@@ -95,6 +96,7 @@ struct Integrator::Memory {
   std::vector<int> roots;
   std::string complaint;      // what the right-hand side last threw in this step
   std::string last_complaint; // and since the start
+  std::unique_ptr<ExponentialSolver> exponential;
   IntegratorStatistics before;  // counters from before restarts of ARKODE
 
   explicit Memory(const OdeProblem& p) : problem(p), method(Method::bdf) {}
@@ -271,6 +273,12 @@ Integrator::Integrator(const OdeProblem& problem, Method method, double t0, cons
   m.method = method;
   m.state = y0;
   m.time = m.previous = t0;
+  if (method == Method::exponential) {
+    m.beginning_only = true;
+    m.exponential = std::make_unique<ExponentialSolver>(problem, [&m](double t, const double* y, double* dy) { return m.evaluate(t, y, dy) == 0; });
+    m.exponential->restart(t0, y0);
+    return;
+  }
   require(SUNContext_Create(nullptr, &m.context), "context");
   m.y = make_solver_vector(problem.size, m.state.data(), m.context);
   const bool implicit = method == Method::bdf || method == Method::dirk || method == Method::ida;
@@ -378,7 +386,9 @@ void Integrator::restart(double t0, const VecX& y0) {
   for (auto& r : m.recent) r.used = 0;
   m.state = y0;
   m.time = m.previous = t0;
-  if (m.method == Method::ida) {
+  if (m.exponential) {
+    m.exponential->restart(t0, y0);
+  } else if (m.method == Method::ida) {
     m.evaluate(t0, m.state.data(), data(m.yp));
     require(IDAReInit(m.solver, t0, m.y, m.yp), "restart");
   } else if (m.method == Method::erk) {
@@ -395,6 +405,14 @@ bool Integrator::step(double t_stop) {
   m.previous = m.time;
   m.complaint.clear();
   m.at_beginning = true;
+  if (m.exponential) {
+    try {
+      m.time = m.exponential->step(t_stop, m.state);
+    } catch (const SimulationError& error) {
+      throw SimulationError(fmt::format("the integration stopped at t = {:.9g} s: {}{}{}", m.time, error.what(), m.complaint.empty() ? "" : "; ", m.complaint));
+    }
+    return false;
+  }
   int flag = 0;
   if (m.method == Method::ida) {
     IDASetStopTime(m.solver, t_stop);
@@ -432,6 +450,10 @@ void Integrator::interpolate(double t, VecX& y) const {
     y = m.state;
     return;
   }
+  if (m.exponential) {
+    m.exponential->interpolate(t, y);
+    return;
+  }
   N_Vector out = make_solver_vector(m.problem.size, y.data(), m.context);
   int flag = 0;
   if (m.method == Method::ida) flag = IDAGetDky(m.solver, t, 0, out);
@@ -444,6 +466,11 @@ void Integrator::interpolate(double t, VecX& y) const {
 IntegratorStatistics Integrator::statistics() const {
   const Memory& m = *memory_;
   IntegratorStatistics s;
+  if (m.exponential) {
+    const ExponentialSolver& e = *m.exponential;
+    s.steps = e.steps, s.jacobians = e.jacobians, s.failures = e.failures, s.last_step = e.last_step;
+    return s;
+  }
   long fe = 0, fi = 0, fails = 0;
   if (m.method == Method::ida) {
     IDAGetNumSteps(m.solver, &s.steps);

@@ -31,6 +31,9 @@ struct OdeProblem {
   // Optional, for DIRK and BDF: derivatives at (t, y). fresh: anew; else cheap parts only.
   // Without it every state is differenced.
   std::function<void(double t, const double* y, bool fresh, MechanicalJacobian& out)> jacobian;
+  // For the exponential method: T, P and the parts of A and B that cost no evaluation; and all of A and B, differenced.
+  std::function<void(double t, const double* y, MechanicalJacobian& out)> closed_derivatives;
+  std::function<void(double t, const double* y, MatX& A, MatX& B)> all_derivatives;
   bool sharp_jacobian = false;  // may change by orders within a few steps: made anew at every step
   bool cheap_jacobian = false;  // the cheap parts are all of it, and cost less than the iterations of a step
   // Writes the error weights 1 / (tolerance of each component) for the current y.

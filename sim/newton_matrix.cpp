@@ -80,24 +80,39 @@ void coordinate_matrix(const System& system, const double* y, MatX& T) {
   }
 }
 
-}  // namespace
-
-bool matrix_is_cheap(const System& system) {
-  const std::vector<Direction> all = directions(system);
-  return closed_form(system) && std::count_if(all.begin(), all.end(), [](const Direction& d) { return d.elastic < 0; }) <= 3;
+// Columns of A and B by one-sided differences of `share` of the size of each component; joints_only: those of elastic coordinates stay.
+void difference_columns(System& system, double t, const double* y, const VecX& rates, const std::vector<Direction>& all, double share, bool joints_only, MatX& A, MatX& B) {
+  const Model& model = system.model;
+  const int nq = model.nq, nw = static_cast<int>(all.size()), size = state_size(system);
+  VecX at = Eigen::Map<const VecX>(y, size), rate(size);
+  const auto base = rates.segment(nq, nw);
+  for (int k = 0; k < nw; ++k) {
+    if (joints_only && all[k].elastic >= 0) continue;
+    const Part& p = model.parts[all[k].part];
+    const int q = all[k].elastic >= 0 ? p.eq0 + all[k].elastic : p.q0 + std::min(all[k].rate, std::max(0, p.joint.nq - 1));
+    double step = share * std::max(std::abs(y[q]), system.scale[q]);
+    if (all[k].elastic >= 0) {
+      at[q] += step;
+    } else {
+      double dw[6] = {};
+      dw[all[k].rate] = step;
+      move_coordinates(p.joint.kind, at.data() + p.q0, dw);
+    }
+    state_rate(system, t, at.data(), rate.data());
+    A.col(k) = (rate.segment(nq, nw) - base) / step;
+    at.segment(0, nq) = Eigen::Map<const VecX>(y, nq);
+    step = share * std::max(std::abs(y[nq + k]), system.scale[nq + k]);
+    at[nq + k] += step;
+    state_rate(system, t, at.data(), rate.data());
+    B.col(k) = (rate.segment(nq, nw) - base) / step;
+    at[nq + k] = y[nq + k];
+  }
 }
 
-void update_newton_matrix(System& system, double t, const double* y, const double* rates, bool fresh, MechanicalJacobian& out) {
+// T and P at the state evaluated last.
+void update_directions(const System& system, const double* y, const std::vector<Direction>& all, MechanicalJacobian& out) {
   const Model& model = system.model;
-  const std::vector<Direction> all = directions(system);
-  const int nq = model.nq, nw = static_cast<int>(all.size()), size = state_size(system);
-  fresh = fresh || out.A.rows() != nw;
-  const bool known = closed_form(system);
-
-  // Coordinates first: differences move work.
-  VecX base_rate(size);
-  if (rates) base_rate = Eigen::Map<const VecX>(rates, size);
-  else state_rate(system, t, y, base_rate.data());
+  const int nq = model.nq, nw = static_cast<int>(all.size());
   out.T.setZero(nq, nw);
   coordinate_matrix(system, y, out.T);
   // P: the independent directions in a change of the coordinates.
@@ -117,79 +132,101 @@ void update_newton_matrix(System& system, double t, const double* y, const doubl
     for (int a = 0; a < nj; ++a) norm2 += dq[a] * dq[a];
     for (int a = 0; a < nj; ++a) out.P(k, p.q0 + a) = dq[a] / norm2;
   }
+}
 
+// The columns of A and B that follow from the bodies' stiffness and damping, through the mass matrix of the state evaluated last.
+void update_closed_columns(const System& system, const std::vector<Direction>& all, MechanicalJacobian& out) {
+  const Model& model = system.model;
+  int first = 0;
+  for (size_t c = 0; c < model.clusters.size(); ++c) {
+    const ClusterWork& cw = system.work.clusters[c];
+    const int ni = static_cast<int>(cw.partition.ind.size());
+    // Columns of the elastic rates, as rows.
+    std::vector<int> elastic;
+    bool damped = false;
+    for (int i = 0; i < ni; ++i)
+      if (all[first + i].elastic >= 0) {
+        elastic.push_back(i);
+        damped = damped || model.parts[all[first + i].part].body.De.size() > 0;
+      }
+    const Eigen::Index ne = static_cast<Eigen::Index>(elastic.size());
+    MatX K = MatX::Zero(ne, ni), D;
+    if (damped) D = K;
+    for (Eigen::Index r = 0; r < ne; ++r) {
+      const Direction& a = all[first + elastic[r]];
+      const FlexibleBody& body = model.parts[a.part].body;
+      for (int i : elastic) {
+        const Direction& b = all[first + i];
+        if (b.part != a.part) continue;
+        K(r, i) = -body.Ke(b.elastic, a.elastic);
+        if (body.De.size() > 0) D(r, i) = -body.De(b.elastic, a.elastic);
+      }
+    }
+    if (ne > 0) {
+      // Whichever made it last, the factor of the mass matrix: planar.h leaves it in D.
+      const MatX& L = system.planar ? cw.D : cw.llt.matrixLLT();
+      solve_rows(L, K);
+      if (damped) solve_rows(L, D);
+      for (Eigen::Index r = 0; r < ne; ++r) {
+        const int column = first + elastic[r];
+        out.A.col(column).setZero();
+        out.A.col(column).segment(first, ni) = K.row(r).transpose();
+        out.B.col(column).setZero();
+        if (damped) out.B.col(column).segment(first, ni) = D.row(r).transpose();
+      }
+    }
+    first += ni;
+  }
+}
+
+}  // namespace
+
+bool matrix_is_cheap(const System& system) {
+  const std::vector<Direction> all = directions(system);
+  return closed_form(system) && std::count_if(all.begin(), all.end(), [](const Direction& d) { return d.elastic < 0; }) <= 3;
+}
+
+void update_newton_matrix(System& system, double t, const double* y, const double* rates, bool fresh, MechanicalJacobian& out) {
+  const std::vector<Direction> all = directions(system);
+  const int nw = static_cast<int>(all.size()), size = state_size(system);
+  fresh = fresh || out.A.rows() != nw;
+  const bool known = closed_form(system);
+
+  // Coordinates first: differences move work.
+  VecX base_rate(size);
+  if (rates) base_rate = Eigen::Map<const VecX>(rates, size);
+  else state_rate(system, t, y, base_rate.data());
+  update_directions(system, y, all, out);
   if (fresh) {
     out.A.setZero(nw, nw);
     out.B.setZero(nw, nw);
   }
-  if (known) {
-    int first = 0;
-    for (size_t c = 0; c < model.clusters.size(); ++c) {
-      const ClusterWork& cw = system.work.clusters[c];
-      const int ni = static_cast<int>(cw.partition.ind.size());
-      // Columns of the elastic rates, as rows.
-      std::vector<int> elastic;
-      bool damped = false;
-      for (int i = 0; i < ni; ++i)
-        if (all[first + i].elastic >= 0) {
-          elastic.push_back(i);
-          damped = damped || model.parts[all[first + i].part].body.De.size() > 0;
-        }
-      const Eigen::Index ne = static_cast<Eigen::Index>(elastic.size());
-      MatX K = MatX::Zero(ne, ni), D;
-      if (damped) D = K;
-      for (Eigen::Index r = 0; r < ne; ++r) {
-        const Direction& a = all[first + elastic[r]];
-        const FlexibleBody& body = model.parts[a.part].body;
-        for (int i : elastic) {
-          const Direction& b = all[first + i];
-          if (b.part != a.part) continue;
-          K(r, i) = -body.Ke(b.elastic, a.elastic);
-          if (body.De.size() > 0) D(r, i) = -body.De(b.elastic, a.elastic);
-        }
-      }
-      if (ne > 0) {
-        // Whichever made it last, the factor of the mass matrix: planar.h leaves it in D.
-        const MatX& L = system.planar ? cw.D : cw.llt.matrixLLT();
-        solve_rows(L, K);
-        if (damped) solve_rows(L, D);
-        for (Eigen::Index r = 0; r < ne; ++r) {
-          const int column = first + elastic[r];
-          out.A.col(column).setZero();
-          out.A.col(column).segment(first, ni) = K.row(r).transpose();
-          out.B.col(column).setZero();
-          if (damped) out.B.col(column).segment(first, ni) = D.row(r).transpose();
-        }
-      }
-      first += ni;
-    }
-  }
+  if (known) update_closed_columns(system, all, out);
   if (!fresh && !matrix_is_cheap(system)) return;
 
   // Differences, a hundred-millionth of the size of the component so far: rounding and truncation balance.
-  VecX at = Eigen::Map<const VecX>(y, size), rate(size);
-  const auto base = base_rate.segment(nq, nw);
-  for (int k = 0; k < nw; ++k) {
-    if (known && all[k].elastic >= 0) continue;
-    const Part& p = model.parts[all[k].part];
-    const int q = all[k].elastic >= 0 ? p.eq0 + all[k].elastic : p.q0 + std::min(all[k].rate, std::max(0, p.joint.nq - 1));
-    double step = 1.5e-8 * std::max(std::abs(y[q]), system.scale[q]);
-    if (all[k].elastic >= 0) {
-      at[q] += step;
-    } else {
-      double dw[6] = {};
-      dw[all[k].rate] = step;
-      move_coordinates(p.joint.kind, at.data() + p.q0, dw);
-    }
-    state_rate(system, t, at.data(), rate.data());
-    out.A.col(k) = (rate.segment(nq, nw) - base) / step;
-    at.segment(0, nq) = Eigen::Map<const VecX>(y, nq);
-    step = 1.5e-8 * std::max(std::abs(y[nq + k]), system.scale[nq + k]);
-    at[nq + k] += step;
-    state_rate(system, t, at.data(), rate.data());
-    out.B.col(k) = (rate.segment(nq, nw) - base) / step;
-    at[nq + k] = y[nq + k];
+  difference_columns(system, t, y, base_rate, all, 1.5e-8, known, out.A, out.B);
+}
+
+void update_closed_matrix(System& system, double t, const double* y, const double* rates, MechanicalJacobian& out) {
+  const std::vector<Direction> all = directions(system);
+  if (!rates) {
+    VecX rate(state_size(system));
+    state_rate(system, t, y, rate.data());
   }
+  update_directions(system, y, all, out);
+  out.A.setZero(static_cast<Eigen::Index>(all.size()), static_cast<Eigen::Index>(all.size()));
+  out.B = out.A;
+  if (closed_form(system)) update_closed_columns(system, all, out);
+}
+
+void difference_rates(System& system, double t, const double* y, MatX& A, MatX& B) {
+  const std::vector<Direction> all = directions(system);
+  VecX base(state_size(system));
+  state_rate(system, t, y, base.data());
+  A.setZero(static_cast<Eigen::Index>(all.size()), static_cast<Eigen::Index>(all.size()));
+  B = A;
+  difference_columns(system, t, y, base, all, 1e-6, false, A, B);
 }
 
 }  // namespace flexframe::sim

@@ -18,6 +18,12 @@ namespace flexframe::sim {
 // anew; else what was differenced stays, unless it is cheap, and what is known in closed form is renewed. `out` empty: fresh.
 void update_newton_matrix(System& system, double t, const double* y, const double* rates, bool fresh, MechanicalJacobian& out);
 
+// T, P and of A and B only what is known in closed form; the rest of them is zero.
+void update_closed_matrix(System& system, double t, const double* y, const double* rates, MechanicalJacobian& out);
+
+// All columns of A and B at (t, y) by differences wide enough for what is left beside the stiffness: a millionth of the component's size.
+void difference_rates(System& system, double t, const double* y, MatX& A, MatX& B);
+
 // Whether the stiffness is known in closed form and no more than three joints' rates are left to differences, so that the matrix costs
 // less than the iterations of a step and is worth making at every one.
 bool matrix_is_cheap(const System& system);

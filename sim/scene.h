@@ -13,7 +13,7 @@
 
 namespace flexframe::sim {
 
-enum class Method { automatic, adams, bdf, erk, dirk, ida };
+enum class Method { automatic, adams, bdf, erk, dirk, ida, exponential };
 
 struct SimulationSettings {
   double duration = 0.0;          // s, > 0

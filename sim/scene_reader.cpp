@@ -13,7 +13,7 @@ namespace flexframe::sim {
 namespace {
 
 const std::vector<std::string> starts{"assembled", "static"};
-const std::vector<std::string> methods{"auto", "adams", "bdf", "erk", "dirk", "ida"};
+const std::vector<std::string> methods{"auto", "adams", "bdf", "erk", "dirk", "ida", "exponential"};
 
 // Results are kept in memory: beyond this many samples the rate is a slip of the pen.
 constexpr double most_samples = 1e7;

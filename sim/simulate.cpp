@@ -193,6 +193,9 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
   const auto use = [&](Method chosen) {
     method = chosen;
     out.method = method_name(method);
+    if (method == Method::exponential && (has_events(system) || !system.model.massless.rates.empty()))
+      throw InputError(fmt::format("method \"exponential\" follows smooth motion only: {}; take method = \"auto\" or \"erk\"",
+                                        has_events(system) ? "dry friction, stops and contacts need their events located" : "what has no mass is balanced in every evaluation"));
     // Of vibrations that are stepped over nobody sees the phase; what decays or is followed is asked for more.
     system.elastic_slack = method == Method::dirk ? 0.28 : 0.15;
     // A multistep method's errors of one sign add up over the many short steps of a period: asked for a tenth, a pendulum keeps its energy
@@ -224,6 +227,14 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
   };
   // Rates that follow from a balance of forces are no states: the structure q' = T w is lost.
   if (!system.model.massless.rates.empty()) problem.jacobian = {};
+  problem.closed_derivatives = [&](double t, const double* y, MechanicalJacobian& into) {
+    const bool here = at_work.valid && at_work.y.size() == problem.size && std::equal(y, y + problem.size, at_work.y.data());
+    update_closed_matrix(system, t, y, here ? at_work.dy.data() : nullptr, into);
+  };
+  problem.all_derivatives = [&](double t, const double* y, MatX& A, MatX& B) {
+    at_work.valid = false;
+    difference_rates(system, t, y, A, B);
+  };
   problem.keep = [&](VecX& kept) { keep_load_responses(system, kept); };
   problem.shift = [&](double t0, double t, const VecX& kept, double* dy) { return follow_loads(system, t0, t, kept, dy); };
   problem.root = [&](double t, const double* y, double* g) { event_margins(system, t, y, g); };
@@ -458,6 +469,7 @@ const char* method_name(Method method) {
     case Method::adams: return "adams";
     case Method::bdf: return "bdf";
     case Method::erk: return "erk";
+    case Method::exponential: return "exponential";
     case Method::dirk: return "dirk";
     case Method::ida: return "ida";
     default: return "auto";

@@ -23,7 +23,8 @@ namespace fs = std::filesystem;
 
 const std::vector<std::pair<const char*, sim::Method>> methods = {
     {"auto", sim::Method::automatic}, {"adams", sim::Method::adams}, {"bdf", sim::Method::bdf},
-    {"erk", sim::Method::erk},        {"dirk", sim::Method::dirk},   {"ida", sim::Method::ida}};
+    {"erk", sim::Method::erk},        {"dirk", sim::Method::dirk},   {"ida", sim::Method::ida},
+    {"exponential", sim::Method::exponential}};
 
 // "A:B" or "I/N": two whole numbers; either may be missing where `open`.
 std::pair<std::optional<int>, std::optional<int>> parse_pair(const std::string& text, char between, const char* option, const char* form, bool open) {
@@ -57,7 +58,7 @@ void add_simulation_words(Subcommand words, SimulationWords& values) {
   words.option("--accuracy", values.accuracy, "asked error of the outputs relative to their ranges: the program chooses tolerance, modes or elements, and effects")
       .range(1e-9, 0.5)
       .excludes("--tolerance");
-  words.option("--method", values.method, "auto, adams, bdf, erk, dirk or ida, in place of the scene's");
+  words.option("--method", values.method, "auto, adams, bdf, erk, dirk, ida or exponential, in place of the scene's");
   words.flag("--no-error-estimate", values.no_estimate, "leave out the second, looser run that the estimated error comes from");
   words.flag("--no-effect-check", values.no_check, "leave out the check of effects that are left out (about half of the run's cost)");
   words.flag("--strict", values.strict, "a left-out effect that is worth more than the asked accuracy is an error: exit code 1, no files");

@@ -260,7 +260,7 @@ TEST(Engine, MethodsAgree) {
   const std::string scene = simulation(0.5, "[0, -9.81, 0]", 100) + rod("a") + rod("b") + joint("one", "revolute", "ground", "a", "axis = [0, 0, 1]") +
                             joint("two", "revolute", "a.tip", "b", "axis = [0, 0, 1]") + output("tip", "b.tip", "position");
   const Results reference = run(scene, 1e-10, Method::adams);
-  for (Method m : {Method::bdf, Method::erk, Method::dirk, Method::ida}) {
+  for (Method m : {Method::bdf, Method::erk, Method::dirk, Method::ida, Method::exponential}) {
     const Results r = run(scene, 1e-8, m);
     EXPECT_NEAR(at(r, "tip.x", 0.5), at(reference, "tip.x", 0.5), 1e-5) << method_name(m);
   }

@@ -1,0 +1,325 @@
+#include "sim/exponential.h"
+
+#include "sim/eigen_solvers.h"
+#include "sim/small_matrices.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <vector>
+
+namespace flexframe::sim {
+namespace {
+
+// Radians of the fastest vibration that a series covers: the terms grow to e^12 before they fall, so that six digits are lost at most.
+constexpr double radians_of_series = 12.0;
+constexpr int most_terms = 64;
+// Terms of a series below this share of the tolerance are left out.
+constexpr double negligible = 1e-4;
+// Radians within a step from which on a vibration is taken out of the remainder, gradually.
+constexpr double turned = 3.0;
+constexpr double safety = 0.9, largest_growth = 2.0, least_shrink = 0.2;
+
+}  // namespace
+
+ExponentialSolver::ExponentialSolver(const OdeProblem& problem, Evaluate evaluate) : problem_(problem), rates_of_(std::move(evaluate)) {}
+
+void ExponentialSolver::restart(double t0, const VecX& y0) {
+  time_ = previous_ = t0;
+  state_ = begin_ = y0;
+  span_ = 0.0;
+  h_ = 0.0;
+  restA_.resize(0, 0);
+  rest_moves_ = false;
+  if (!linearise(t0, y0, nullptr, model_)) throw SimulationError("the derivatives at the start cannot be evaluated");
+  calm_ = y0;
+  calm_rate_ = model_.rates;
+  d_ = MatX::Zero(problem_.size, 3);
+  curvature_ = VecX::Zero(problem_.size);
+}
+
+// Closed parts at the state itself; what they leave out changes as slowly as the mechanism moves: it is followed linearly in time and
+// differenced anew once the steps since have cost as much as that does.
+bool ExponentialSolver::linearise(double t, const VecX& y, const LinearModel* before, LinearModel& model) {
+  model.time = t;
+  model.state = y;
+  model.rates.resize(problem_.size);
+  if (!rates_of_(t, y.data(), model.rates.data())) return false;
+  const double since = evaluations_ - renewed_, price = 2.0 * static_cast<double>(nw_);
+  const bool anew = restA_.rows() == 0 || since > (rest_moves_ ? price : 0.0);
+  problem_.closed_derivatives(t, y.data(), jacobian_);
+  ++jacobians;
+  nw_ = jacobian_.A.rows();
+  nq_ = jacobian_.T.rows();
+  evaluations_ += 3.0;  // the closed form costs about two of them
+  if (anew) {
+    MatX A, B;
+    problem_.all_derivatives(t, y.data(), A, B);
+    A -= jacobian_.A;
+    B -= jacobian_.B;
+    rest_moves_ = restA_.rows() == nw_ && t > rest_time_;
+    if (rest_moves_) {
+      restA1_ = (A - restA_) / (t - rest_time_);
+      restB1_ = (B - restB_) / (t - rest_time_);
+    } else {
+      restA1_ = restB1_ = MatX::Zero(nw_, nw_);
+    }
+    std::swap(restA_, A);
+    std::swap(restB_, B);
+    rest_time_ = t;
+    renewed_ = evaluations_;
+    find_vibrations(jacobian_.A + restA_);
+  }
+  model.T = jacobian_.T;
+  model.P = jacobian_.P;
+  model.closed = jacobian_.A;
+  model.A = jacobian_.A + restA_ + (t - rest_time_) * restA1_;
+  model.B = jacobian_.B + restB_ + (t - rest_time_) * restB1_;
+  model.A1 = restA1_;
+  if (before && t > before->time) model.A1 += (model.closed - before->closed) / (t - before->time);
+  return true;
+}
+
+// What the rates at (t, y) exceed the linear model's by.
+VecX ExponentialSolver::remainder(const LinearModel& m, double t, const VecX& y, const VecX& rates) const {
+  VecX d = rates;
+  d.head(nq_) -= m.T * y.segment(nq_, nw_);
+  const VecX p = m.P * (y.head(nq_) - m.state.head(nq_));
+  d.segment(nq_, nw_) -= m.rates.segment(nq_, nw_) + m.A * p + (t - m.time) * (m.A1 * p) + m.B * (y.segment(nq_, nw_) - m.state.segment(nq_, nw_));
+  return d;
+}
+
+// Radians per second: root of the largest eigenvalue's size by a few powers of A, and the largest of B.
+double ExponentialSolver::fastest(const LinearModel& m) const {
+  if (nw_ == 0) return 0.0;
+  if (probe_.size() != nw_) {
+    probe_.resize(nw_);
+    for (Eigen::Index i = 0; i < nw_; ++i) probe_[i] = 1.0 / static_cast<double>(i + 1);
+  }
+  double square = 0.0;
+  for (int k = 0; k < 3; ++k) {
+    const VecX next = m.A * probe_;
+    const double size = next.norm();
+    if (!(size > 0.0) || !std::isfinite(size)) {
+      probe_.resize(0);
+      return 0.0;
+    }
+    square = size / probe_.norm();
+    probe_ = next / size;
+  }
+  return std::sqrt(square) + m.B.diagonal().cwiseAbs().maxCoeff();
+}
+
+// Undamped vibrations w'' = A w: real negative eigenvalues; right eigenvectors are their shapes, left ones tell their share in a motion.
+void ExponentialSolver::find_vibrations(const MatX& A) {
+  const ComplexEigen eigen(A);
+  std::vector<Eigen::Index> chosen;
+  if (eigen.info() == Eigen::Success)
+    for (Eigen::Index k = 0; k < A.rows(); ++k)
+      if (const std::complex<double> value = eigen.eigenvalues()[k]; value.imag() == 0.0 && value.real() < 0.0) chosen.push_back(k);
+  const auto n = static_cast<Eigen::Index>(chosen.size());
+  shapes_.resize(A.rows(), n);
+  gauges_.resize(n, A.rows());
+  frequencies_.resize(n);
+  if (n == 0) return;
+  const Eigen::MatrixXcd inverse = eigen.eigenvectors().inverse();
+  for (Eigen::Index k = 0; k < n; ++k) {
+    shapes_.col(k) = eigen.eigenvectors().col(chosen[static_cast<size_t>(k)]).real();
+    gauges_.row(k) = inverse.row(chosen[static_cast<size_t>(k)]).real();
+    frequencies_[k] = std::sqrt(-eigen.eigenvalues()[chosen[static_cast<size_t>(k)]].real());
+  }
+  if (!gauges_.allFinite()) frequencies_.resize(0);
+}
+
+// What turns by several radians within a step of h seconds is brought to where it would rest under the slow part of the load: polynomials
+// through values of the remainder would take its oscillation for a slow load.
+void ExponentialSolver::remove_oscillation(const LinearModel& m, const MatX& d, double span, double s, double h, VecX& y) const {
+  if (frequencies_.size() == 0) return;
+  const double theta = s / span;
+  const auto rows = [&](const auto& v) { return v.segment(nq_, nw_); };
+  const VecX w = rows(y), p = m.P * (y.head(nq_) - m.state.head(nq_));
+  const VecX load = rows(m.rates) + m.B * (w - rows(m.state)) + rows(d.col(0)) + theta * (rows(d.col(1)) + theta * rows(d.col(2)));
+  const VecX load_rate = (rows(d.col(1)) + 2.0 * theta * rows(d.col(2))) / span;
+  VecX dp = gauges_ * p, dw = gauges_ * w;
+  const VecX g = gauges_ * load, gr = gauges_ * load_rate;
+  for (Eigen::Index k = 0; k < dp.size(); ++k) {
+    const double f = frequencies_[k], x = h * f, share = 1.0 / (1.0 + std::pow(turned / x, 8));
+    dp[k] = share * (dp[k] - g[k] / (f * f));
+    dw[k] = share * (dw[k] - gr[k] / (f * f));
+  }
+  y.head(nq_) -= m.T * (shapes_ * dp);
+  y.segment(nq_, nw_) -= shapes_ * dw;
+}
+
+// From (t, y) on for `length` seconds; d: remainder as a polynomial of (s / span), s the time since t.
+bool ExponentialSolver::solve(const LinearModel& m, const VecX& y, double t, const MatX& d, double span, double length, Solution& out) const {
+  const Eigen::Index n = nw_;
+  VecX z(2 * n), weight(problem_.size), product((n + 7) / 8 * 8);
+  problem_.weights(y.data(), weight.data());
+  z.head(n) = y.segment(nq_, n);
+  z.tail(n) = m.P * (y.head(nq_) - m.state.head(nq_));
+  MatX g(2 * n, 3);
+  g.topRows(n) = d.middleRows(nq_, n);
+  g.bottomRows(n) = m.P * d.topRows(nq_);
+  g.col(0).head(n) += m.rates.segment(nq_, n) - m.B * m.state.segment(nq_, n);
+  double piece_length = std::min(length, radians_of_series / std::max(fastest(m), 1e-300));
+  piece_length = length / std::ceil(length / piece_length * (1.0 - 1e-12));
+  out.length = length;
+  out.used = 0;
+  const Eigen::Index rows = (n + 7) / 8 * 8;
+  MatX L = MatX::Zero(rows, 3 * n);  // of the powers of p below, of w and of p
+  L.block(0, n, n, n) = m.B;
+  int halved = 0;
+  for (double s = 0.0; s < length * (1.0 - 1e-12);) {
+    if (out.pieces.size() == out.used) out.pieces.emplace_back();
+    Piece& piece = out.pieces[out.used];
+    const double part = std::min(piece_length, length - s), a = s / span, b = part / span;
+    piece.start = s;
+    piece.length = part;
+    if (piece.terms.rows() != 2 * n || piece.terms.cols() != most_terms + 2) piece.terms.resize(2 * n, most_terms + 2);
+    MatX& c = piece.terms;
+    L.topLeftCorner(n, n) = part * m.A1;
+    L.topRightCorner(n, n) = m.A + (t + s - m.time) * m.A1;
+    c.col(0).setZero();
+    c.col(1) = z;
+    int small = 0, k = 0;
+    double largest = 0.0;
+    bool done = n == 0;
+    for (; k < most_terms && !done; ++k) {
+      const double factor = part / (k + 1.0);
+      const double* from = c.col(k + 1).data();
+      double* to = c.col(k + 2).data();
+      multiply_padded(L.data(), static_cast<int>(rows), static_cast<int>(3 * n), from - n, product.data());
+      for (Eigen::Index i = 0; i < n; ++i) {
+        to[i] = product[i] * factor;
+        to[n + i] = from[i] * factor;
+      }
+      if (k == 0) c.col(2) += factor * (g.col(0) + a * g.col(1) + a * a * g.col(2));
+      else if (k == 1) c.col(3) += factor * (b * g.col(1) + 2.0 * a * b * g.col(2));
+      else if (k == 2) c.col(4) += factor * (b * b * g.col(2));
+      largest = 0.0;
+      for (Eigen::Index i = 0; i < n; ++i) largest += std::abs(to[i]) * weight[nq_ + i];
+      if (!std::isfinite(largest)) return false;
+      small = largest < negligible ? small + 1 : 0;
+      done = small >= 2 && k >= 3;
+    }
+    if (!done) {
+      // Faster than the estimate said.
+      if (++halved > 10) return false;
+      piece_length *= 0.5;
+      continue;
+    }
+    piece.count = k + 1;
+    z.setZero();
+    for (int j = piece.count; j-- > 0;) z += c.col(j + 1);
+    ++out.used;
+    s += part;
+  }
+  return true;
+}
+
+void ExponentialSolver::evaluate_solution(const LinearModel& m, const VecX& y, const MatX& d, double span, const Solution& solution, double s, VecX& out) const {
+  const Eigen::Index n = nw_;
+  size_t k = 0;
+  while (k + 1 < solution.used && s > solution.pieces[k].start + solution.pieces[k].length) ++k;
+  out.resize(problem_.size);
+  const double theta = s / span;
+  const VecX done = span * theta * (d.col(0) + theta * (d.col(1) / 2.0 + theta * d.col(2) / 3.0));
+  out.head(nq_) = y.head(nq_) + done.head(nq_);
+  out.tail(problem_.size - nq_ - n) = y.tail(problem_.size - nq_ - n) + done.tail(problem_.size - nq_ - n);
+  if (n == 0) return;
+  const Piece& piece = solution.pieces[k];
+  const double x = (s - piece.start) / piece.length;
+  VecX z = piece.terms.col(piece.count);
+  for (int j = piece.count; j-- > 1;) z = z * x + piece.terms.col(j);
+  out.segment(nq_, n) = z.head(n);
+  const VecX moved = z.tail(n) - m.P * (y.head(nq_) - m.state.head(nq_)) - m.P * done.head(nq_);
+  out.head(nq_) += m.T * moved;
+}
+
+bool ExponentialSolver::attempt(double h) {
+  const Eigen::Index size = problem_.size;
+  // The middle, by the model and the remainder of the step before.
+  MatX ahead = d_;
+  double span = h;
+  if (span_ > 0.0) {
+    // about this step's beginning, as a polynomial of s / h
+    const double r = h / span_;
+    ahead.col(0) = d_.col(0) + d_.col(1) + d_.col(2);
+    ahead.col(1) = r * (d_.col(1) + 2.0 * d_.col(2));
+    ahead.col(2) = r * r * d_.col(2);
+  }
+  if (!solve(model_, state_, time_, ahead, span, 0.5 * h, work_)) return false;
+  VecX middle;
+  evaluate_solution(model_, state_, ahead, span, work_, 0.5 * h, middle);
+  remove_oscillation(model_, ahead, span, 0.5 * h, h, middle);
+  if (!middle.allFinite() || !linearise(time_ + 0.5 * h, middle, &model_, trial_model_)) return false;
+  const VecX d0 = remainder(trial_model_, time_, calm_, calm_rate_);
+  VecX bend = span_ > 0.0 ? VecX(curvature_ * std::pow(h / span_, 2)) : VecX(VecX::Zero(size));
+  const auto parabola = [&](const VecX& slope, const VecX& curve, const VecX& centre) {
+    trial_d_.resize(size, 3);
+    trial_d_.col(0) = centre + curve - slope;
+    trial_d_.col(1) = 2.0 * slope - 4.0 * curve;
+    trial_d_.col(2) = 4.0 * curve;
+  };
+  // Coordinates and rates: zero in the middle. Quadratures have no model: their rates themselves.
+  VecX centre = VecX::Zero(size);
+  centre.tail(size - nq_ - nw_) = trial_model_.rates.tail(size - nq_ - nw_);
+  parabola(bend - (d0 - centre), bend, centre);
+  if (!solve(trial_model_, state_, time_, trial_d_, h, h, work_)) return false;
+  evaluate_solution(trial_model_, state_, trial_d_, h, work_, h, predicted_);
+  calm_end_ = predicted_;
+  remove_oscillation(trial_model_, trial_d_, h, h, h, calm_end_);
+  calm_end_rate_.resize(size);
+  if (!calm_end_.allFinite() || !rates_of_(time_ + h, calm_end_.data(), calm_end_rate_.data())) return false;
+  evaluations_ += 1.0;
+  const VecX d1 = remainder(trial_model_, time_ + h, calm_end_, calm_end_rate_);
+  bend = 0.5 * (d0 + d1) - centre;
+  parabola(0.5 * (d1 - d0), bend, centre);
+  if (!solve(trial_model_, state_, time_, trial_d_, h, h, work_)) return false;
+  evaluate_solution(trial_model_, state_, trial_d_, h, work_, h, end_);
+  if (!end_.allFinite()) return false;
+  VecX weight(size);
+  problem_.weights(state_.data(), weight.data());
+  const VecX change = end_ - predicted_;
+  error_ = std::sqrt(change.cwiseProduct(weight).squaredNorm() / static_cast<double>(size));
+  if (error_ <= 1.0) curvature_ = bend;
+  return true;
+}
+
+double ExponentialSolver::step(double t_stop, VecX& y) {
+  const double room = t_stop - time_;
+  if (h_ <= 0.0) h_ = 0.01 * room;
+  for (;;) {
+    double h = h_;
+    if (h > 0.999 * room) h = room;
+    else if (h > 0.5 * room) h = 0.5 * room;
+    if (h <= 1e-14 * std::max(std::abs(time_), room) && h < room) throw SimulationError("the steps became too small");
+    const bool whole = attempt(h);
+    const double factor = whole ? std::clamp(safety * std::cbrt(1.0 / std::max(error_, 1e-6)), least_shrink, largest_growth) : 0.25;
+    if (whole && error_ <= 1.0) {
+      previous_ = time_;
+      time_ = h == room ? t_stop : time_ + h;
+      std::swap(begin_, state_);
+      state_ = end_;
+      std::swap(calm_, calm_end_);
+      std::swap(calm_rate_, calm_end_rate_);
+      std::swap(model_, trial_model_);
+      std::swap(d_, trial_d_);
+      std::swap(solution_, work_);
+      span_ = last_step = h;
+      if (h >= h_ || factor < 1.0) h_ = h * factor;  // a step cut short by the end says little about longer ones
+      ++steps;
+      y = state_;
+      return time_;
+    }
+    ++failures;
+    h_ = h * std::min(factor, 0.9);
+  }
+}
+
+void ExponentialSolver::interpolate(double t, VecX& y) const {
+  evaluate_solution(model_, begin_, d_, span_, solution_, t - previous_, y);
+}
+
+}  // namespace flexframe::sim
