@@ -1,0 +1,146 @@
+// The exponential method against the sixth-order and the multistep method at tight tolerances: plane and space, loops, jumps of loads, springs and
+// dampers between frames, prescribed motions; what it is not for is refused.
+#include "sim/histories.h"
+#include "sim/scene_reader.h"
+#include "sim/simulate.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+namespace flexframe::sim {
+namespace {
+
+Scene example(const std::string& name) { return read_scene(std::string(FLEXFRAME_SOURCE_DIR) + "/examples/" + name + ".toml"); }
+
+void keep(Scene& scene, const std::string& body, int modes) {
+  for (BodyDef& b : scene.bodies)
+    if (b.name == body) {
+      BeamDef& beam = std::get<BeamDef>(b.kind);
+      beam.keep_modes = modes;
+      beam.keep_static = false;
+      beam.elements = std::max(beam.elements, 3 * modes);
+    }
+}
+
+Histories histories(const Scene& scene, double tolerance, Method method) {
+  SimulateOptions options;
+  options.tolerance = tolerance;
+  options.method = method;
+  options.samples = 200;
+  return simulate_histories(scene, options);
+}
+
+double error(const Histories& h, const Histories& reference) { return compare_histories(h, reference, output_ranges(reference)).largest; }
+
+// Free vibrations of eight modes through a whole fall: the error falls with the tolerance, for a tenth of the evaluations of the sixth-order method.
+TEST(Exponential, FollowsVibrationsOfAPendulum) {
+  Scene scene = example("pendulum");
+  keep(scene, "pendulum", 8);
+  const Histories reference = histories(scene, 1e-10, Method::erk), sixth = histories(scene, 1e-6, Method::erk);
+  const Histories loose = histories(scene, 1e-5, Method::exponential), tight = histories(scene, 1e-7, Method::exponential), tightest = histories(scene, 1e-9, Method::exponential);
+  fmt::print("{} {} {} sixth {} evals {} {}\n", error(loose, reference), error(tight, reference), error(tightest, reference), error(sixth, reference), tight.statistics.evaluations, sixth.statistics.evaluations);
+  EXPECT_LT(error(loose, reference), 1e-2);
+  EXPECT_LT(error(tight, reference), 1e-3);
+  EXPECT_LT(error(tightest, reference), 1e-4);
+  EXPECT_LT(10 * tight.statistics.evaluations, sixth.statistics.evaluations);
+}
+
+// A loop, a torque that jumps to zero, changing choices of independent coordinates.
+TEST(Exponential, FollowsASliderCrankThroughAJump) {
+  Scene scene = example("slider_crank");
+  keep(scene, "crank", 1);
+  keep(scene, "rod", 4);
+  const Histories reference = histories(scene, 1e-10, Method::erk);
+  const Histories loose = histories(scene, 1e-5, Method::exponential), tight = histories(scene, 1e-8, Method::exponential);
+  fmt::print("{} {}\n", error(loose, reference), error(tight, reference));
+  EXPECT_LT(error(loose, reference), 2e-2);
+  EXPECT_LT(error(tight, reference), 2e-4);
+}
+
+constexpr const char* beam = R"(
+length = 0.5
+section = { shape = "rectangle", width = 0.01, height = 0.02 }
+material = { density = 2700.0, youngs_modulus = 7e8 }
+elements = 4
+keep_modes = 2
+keep_static = false
+)";
+
+// Quaternions, two bending directions, a spring and a damper between bodies, a driven joint.
+TEST(Exponential, AgreesInSpace) {
+  const std::string text = fmt::format(R"([simulation]
+duration = 0.6
+output_rate = 200
+gravity = [0, 0, -9.81]
+[[body]]
+name = "a"
+kind = "beam"{0}
+[[body]]
+name = "b"
+kind = "beam"{0}
+[[joint]]
+name = "drive"
+kind = "revolute"
+parent = "ground"
+child = "a.root"
+axis = [0, 0, 1]
+motion = "0.8*sin(5*t)"
+[[joint]]
+name = "ball"
+kind = "spherical"
+parent = "a.tip"
+child = "b.root"
+initial = {{ rate = [3, 2, 1] }}
+[[force]]
+kind = "spring-damper"
+on = "b.tip"
+from = "ground"
+stiffness = 20
+damping = 0.3
+rest = 0.4
+[[output]]
+name = "tip"
+of = "b.tip"
+quantity = "position"
+[[output]]
+name = "bend"
+of = "a.tip"
+quantity = "displacement"
+)", beam);
+  const Scene scene = parse_scene(text, "test.toml");
+  const Histories reference = histories(scene, 1e-10, Method::erk);
+  const Histories loose = histories(scene, 1e-5, Method::exponential), tight = histories(scene, 1e-8, Method::exponential);
+  fmt::print("{} {}\n", error(loose, reference), error(tight, reference));
+  EXPECT_LT(error(loose, reference), 2e-2);
+  EXPECT_LT(error(tight, reference), 2e-4);
+}
+
+TEST(Exponential, RefusesWhatHasEvents) {
+  const std::string text = R"([simulation]
+duration = 0.1
+gravity = [0, -9.81, 0]
+method = "exponential"
+[[body]]
+name = "block"
+kind = "rigid"
+mass = 1
+inertia = [1, 1, 1]
+[[joint]]
+name = "slide"
+kind = "prismatic"
+parent = "ground"
+child = "block"
+axis = [1, 0, 0]
+initial = { rate = 1.0 }
+friction = { coefficient = 0.3, normal_force = 10 }
+)";
+  try {
+    simulate(parse_scene(text, "test.toml"), {});
+    FAIL() << "not refused";
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("method \"exponential\""), std::string::npos) << e.what();
+  }
+}
+
+}  // namespace
+}  // namespace flexframe::sim
