@@ -99,40 +99,53 @@ void settle_time(Task& t) {
   const double accuracy = t.accuracy;
   search.method = t.options->method;
   t.run_below();
-  bool explicit_pays = search.scene().simulation.method == Method::automatic;
-  double explicit_tolerance = std::min(1e-5, 0.01 * accuracy);
-  std::optional<Histories> explicit_run;
+  // Methods that follow vibrations instead of stepping over them.
+  struct Follower {
+    Method method;
+    double tolerance;
+    bool pays = true;
+    double time = 1.0;  // error of the tighter run
+    std::optional<Histories> looser, tighter;
+  };
+  std::vector<Follower> followers;
+  if (search.scene().simulation.method == Method::automatic && !search.method)
+    for (const Method m : {Method::exponential, Method::erk}) followers.push_back({m, std::min(1e-5, 0.01 * accuracy), true, 1.0, {}, {}});
   for (int round = 0; round < 12; ++round) {
     t.time = error_of_difference * apart(t.loose, t.coarse);
     if (t.time <= 0.5 * accuracy || t.setting.tolerance <= 1e-11) break;
-    // Vibrations whose phase is asked for have to be followed, not stepped over: there an explicit method of sixth order is cheaper, as
-    // long as what is kept of the bodies is not stiff. Each round lowers its tolerance by a decade, for as long as the next round would take.
-    if (explicit_pays && !search.method && t.coarse.statistics.method != method_name(Method::erk)) {
-      search.method = Method::erk;
-      const int level = t.below().level;
+    // Vibrations whose phase is asked for have to be followed: there a method of sixth order is cheaper as long as what is kept of the bodies is not
+    // stiff, and the exponential one where they ride on a slow motion. Each round lowers their tolerances by a decade, for as long as the next round
+    // would take; of two that are good enough the cheaper one is taken.
+    Follower* best = nullptr;
+    for (Follower& f : followers) {
+      if (!f.pays || t.coarse.statistics.method == method_name(f.method)) continue;
+      search.method = f.method;
       const double longest = (round == 0 ? 20.0 : 4.0) * t.coarse.statistics.cpu_seconds;
-      std::optional<Histories> wide = explicit_run ? std::move(explicit_run) : search.run_within(search.at({level, 10.0 * explicit_tolerance}), longest);
-      explicit_run = wide ? search.run_within(search.at({level, explicit_tolerance}), longest) : std::nullopt;
-      double time = explicit_run ? error_of_difference * apart(*wide, *explicit_run) : 1.0;
+      const auto run = [&](double tolerance) { return search.run_within(search.at({t.below().level, tolerance}), longest); };
+      f.looser = f.tighter ? std::move(f.tighter) : run(10.0 * f.tolerance);
+      f.tighter = f.looser ? run(f.tolerance) : std::nullopt;
+      f.time = f.tighter ? error_of_difference * apart(*f.looser, *f.tighter) : 1.0;
       // Vibrations that nothing damps have to be followed to the end: more decades are tried while they help. Damped ones leave long steps to others.
-      for (double before = 1.0; search.undamped && explicit_run && time > 0.5 * accuracy && time < 0.5 * before && explicit_tolerance > 1e-10;) {
-        before = time;
-        explicit_tolerance *= 0.1;
-        wide = std::move(explicit_run);
-        explicit_run = search.run_within(search.at({level, explicit_tolerance}), longest);
-        if (explicit_run) time = error_of_difference * apart(*wide, *explicit_run);
+      for (double before = 1.0; search.undamped && f.tighter && f.time > 0.5 * accuracy && f.time < 0.5 * before && f.tolerance > 1e-10;) {
+        before = f.time;
+        f.tolerance *= 0.1;
+        f.looser = std::move(f.tighter);
+        f.tighter = run(f.tolerance);
+        if (f.tighter) f.time = error_of_difference * apart(*f.looser, *f.tighter);
       }
-      explicit_pays = explicit_run.has_value();
-      if (explicit_pays && time <= 0.5 * accuracy) {
-        t.setting.tolerance = explicit_tolerance;
-        t.time = time;
-        t.loose = std::move(*wide);
-        t.coarse = std::move(*explicit_run);
-        break;
-      }
-      explicit_tolerance *= 0.1;
+      f.pays = f.tighter.has_value();
+      if (f.pays && f.time <= 0.5 * accuracy && (!best || f.tighter->statistics.cpu_seconds < best->tighter->statistics.cpu_seconds)) best = &f;
       search.method.reset();
     }
+    if (best) {
+      search.method = best->method;
+      t.setting.tolerance = best->tolerance;
+      t.time = best->time;
+      t.loose = std::move(*best->looser);
+      t.coarse = std::move(*best->tighter);
+      break;
+    }
+    for (Follower& f : followers) f.tolerance *= 0.1;
     const double step = std::clamp(std::pow(0.4 * accuracy / t.time, 1.0 / cautious_order), 0.01, 0.2);
     const bool one_decade = step > 0.05;
     t.setting.tolerance = std::max(1e-11, one_decade ? 0.1 * t.setting.tolerance : step * t.setting.tolerance);
@@ -322,7 +335,7 @@ std::optional<Finished> finish(Task& t, double limit) {
     if (t.options->progress) t.options->progress(time);
   };
   Finished out;
-  const bool judged = search.has_levels() && search.method == Method::erk;
+  const bool judged = search.has_levels() && follows_vibrations(search.method);
   std::optional<Histories> judge;  // what the level below was judged by
   double last_step = 0.0;   // difference of the two levels before
   for (int round = 0;; ++round) {

@@ -97,7 +97,7 @@ Scene Search::at(const Setting& setting) const {
       while (keep > 0 && keep < modes && r.frequencies.front() * std::pow((2.0 * keep + 3.0) / 3.0, 2.0) < limit) ++keep;
       if (const auto least = least_.find(r.body); keep > 0 && least != least_.end()) keep = std::max(keep, least->second);
       beam.keep_modes = keep;
-      beam.keep_static = method != Method::erk;  // stiff shapes shorten explicit steps
+      beam.keep_static = !follows_vibrations(method);  // stiff shapes shorten explicit steps and lengthen series
       beam.elements = std::max(r.given, 3 * keep);
     } else if (r.model == BeamModel::modal) {
       for (auto& [direction, numbers] : beam.modes) {
@@ -155,6 +155,7 @@ std::optional<Histories> Search::run_within(const Scene& scene, double seconds) 
     out = simulate_histories(scene, o);
   } catch (const TooLong&) {
   } catch (const SimulationError&) {  // a step beyond the limit of stability can tear a body apart
+  } catch (const InputError&) {       // a method that this scene is not for
   }
   cpu += thread_seconds() - start;
   return out;

@@ -61,6 +61,9 @@ class Search {
   std::map<size_t, int> least_;    // modes of bodies, at any level
 };
 
+// Whether a run's method resolves the fastest vibration that it keeps.
+inline bool follows_vibrations(const std::optional<Method>& method) { return method == Method::erk || method == Method::exponential; }
+
 double thread_seconds();
 
 }  // namespace flexframe::sim

@@ -163,6 +163,9 @@ bool ExponentialSolver::solve(const LinearModel& m, const VecX& y, double t, con
   g.bottomRows(n) = m.P * d.topRows(nq_);
   g.col(0).head(n) += m.rates.segment(nq_, n) - m.B * m.state.segment(nq_, n);
   double piece_length = std::min(length, radians_of_series / std::max(fastest(m), 1e-300));
+  // A step of more pieces than that is not worth its memory: what decays at once is for other methods.
+  const double most = std::clamp(4e6 / (2.0 * static_cast<double>(n + 1) * most_terms), 8.0, 500.0);
+  if (length > most * piece_length) return false;
   piece_length = length / std::ceil(length / piece_length * (1.0 - 1e-12));
   out.length = length;
   out.used = 0;
