@@ -41,7 +41,7 @@ std::filesystem::path find_font(Weight weight) {
   };
   if (const char* chosen = std::getenv("FLEXFRAME_FONT"); chosen && *chosen) {
     std::error_code none;
-    const std::filesystem::path path = std::filesystem::is_directory(chosen, none) ? std::filesystem::path(chosen) / name : std::filesystem::path(chosen);
+    std::filesystem::path path = std::filesystem::is_directory(chosen, none) ? std::filesystem::path(chosen) / name : std::filesystem::path(chosen);
     if (there(path)) return path;
   }
   for (const char* folder : {"/usr/share/fonts/truetype/dejavu", "/usr/share/fonts/dejavu-sans-fonts", "/usr/share/fonts/dejavu",
