@@ -82,13 +82,11 @@ namespace {
 template <typename V, int blocks>
 inline __attribute__((always_inline)) void multiply_rows_of(const double* A, int stride, int columns, const double* x, double* y) {
   constexpr int lanes = sizeof(V) / sizeof(double), W = 8 * blocks / lanes;
-  V sum[4][W];
-  for (int j = 0; j < 4; ++j)
-    for (int w = 0; w < W; ++w) sum[j][w] = V{};
+  V sum[4][W] = {};
   const auto add = [&](int j, int k) __attribute__((always_inline)) {
     for (int w = 0; w < W; ++w) {
       V a;
-      std::memcpy(&a, A + static_cast<Eigen::Index>(k) * stride + w * lanes, sizeof(V));
+      std::memcpy(&a, A + static_cast<Eigen::Index>(k) * stride + static_cast<Eigen::Index>(w) * lanes, sizeof(V));
       sum[j][w] += a * x[k];
     }
   };
@@ -102,7 +100,7 @@ inline __attribute__((always_inline)) void multiply_rows_of(const double* A, int
   for (; k < columns; ++k) add(0, k);
   for (int w = 0; w < W; ++w) {
     const V whole = (sum[0][w] + sum[1][w]) + (sum[2][w] + sum[3][w]);
-    std::memcpy(y + w * lanes, &whole, sizeof(V));
+    std::memcpy(y + static_cast<Eigen::Index>(w) * lanes, &whole, sizeof(V));
   }
 }
 
