@@ -31,6 +31,8 @@ ComplexEigen::ComplexEigen(const MatX& A) {
   if (info_ == Eigen::Success) vectors_ = solver.eigenvectors();
 }
 
+Eigen::MatrixXcd ComplexEigen::left_eigenvectors() const { return vectors_.inverse(); }
+
 ThinSvd::ThinSvd(const MatX& A) {
   const Eigen::JacobiSVD<MatX> svd(A, Eigen::ComputeThinU | Eigen::ComputeThinV);
   values_ = svd.singularValues();

@@ -42,6 +42,7 @@ class ComplexEigen {
   explicit ComplexEigen(const MatX& A);
   const Eigen::VectorXcd& eigenvalues() const { return values_; }
   const Eigen::MatrixXcd& eigenvectors() const { return vectors_; }
+  Eigen::MatrixXcd left_eigenvectors() const;  // rows, the inverse of the above: not finite where A is defective
   Eigen::ComputationInfo info() const { return info_; }
 
  private:

@@ -100,11 +100,12 @@ double ExponentialSolver::fastest(const LinearModel& m) const {
   for (int k = 0; k < 3; ++k) {
     const VecX next = m.A * probe_;
     const double size = next.norm();
-    if (!(size > 0.0) || !std::isfinite(size)) {
-      probe_.resize(0);
-      return 0.0;
-    }
     square = size / probe_.norm();
+    if (!(size > 0.0) || !std::isfinite(square)) {
+      probe_.resize(0);
+      square = 0.0;
+      break;
+    }
     probe_ = next / size;
   }
   return std::sqrt(square) + m.B.diagonal().cwiseAbs().maxCoeff();
@@ -122,10 +123,10 @@ void ExponentialSolver::find_vibrations(const MatX& A) {
   gauges_.resize(n, A.rows());
   frequencies_.resize(n);
   if (n == 0) return;
-  const Eigen::MatrixXcd inverse = eigen.eigenvectors().inverse();
+  const Eigen::MatrixXcd left = eigen.left_eigenvectors();
   for (Eigen::Index k = 0; k < n; ++k) {
     shapes_.col(k) = eigen.eigenvectors().col(chosen[static_cast<size_t>(k)]).real();
-    gauges_.row(k) = inverse.row(chosen[static_cast<size_t>(k)]).real();
+    gauges_.row(k) = left.row(chosen[static_cast<size_t>(k)]).real();
     frequencies_[k] = std::sqrt(-eigen.eigenvalues()[chosen[static_cast<size_t>(k)]].real());
   }
   if (!gauges_.allFinite()) frequencies_.resize(0);
@@ -167,7 +168,6 @@ bool ExponentialSolver::solve(const LinearModel& m, const VecX& y, double t, con
   const double most = std::clamp(4e6 / (2.0 * static_cast<double>(n + 1) * most_terms), 8.0, 500.0);
   if (length > most * piece_length) return false;
   piece_length = length / std::ceil(length / piece_length * (1.0 - 1e-12));
-  out.length = length;
   out.used = 0;
   const Eigen::Index rows = (n + 7) / 8 * 8;
   MatX L = MatX::Zero(rows, 3 * n);  // of the powers of p below, of w and of p

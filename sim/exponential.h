@@ -48,7 +48,6 @@ class ExponentialSolver {
     int count = 0;
   };
   struct Solution {
-    double length = 0.0;
     std::vector<Piece> pieces;
     size_t used = 0;
   };

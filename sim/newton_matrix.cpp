@@ -208,12 +208,8 @@ void update_newton_matrix(System& system, double t, const double* y, const doubl
   difference_columns(system, t, y, base_rate, all, 1.5e-8, known, out.A, out.B);
 }
 
-void update_closed_matrix(System& system, double t, const double* y, const double* rates, MechanicalJacobian& out) {
+void update_closed_matrix(const System& system, const double* y, MechanicalJacobian& out) {
   const std::vector<Direction> all = directions(system);
-  if (!rates) {
-    VecX rate(state_size(system));
-    state_rate(system, t, y, rate.data());
-  }
   update_directions(system, y, all, out);
   out.A.setZero(static_cast<Eigen::Index>(all.size()), static_cast<Eigen::Index>(all.size()));
   out.B = out.A;

@@ -193,9 +193,6 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
   const auto use = [&](Method chosen) {
     method = chosen;
     out.method = method_name(method);
-    if (method == Method::exponential && (has_events(system) || !system.model.massless.rates.empty()))
-      throw InputError(fmt::format("method \"exponential\" follows smooth motion only: {}; take method = \"auto\" or \"erk\"",
-                                        has_events(system) ? "dry friction, stops and contacts need their events located" : "what has no mass is balanced in every evaluation"));
     // Of vibrations that are stepped over nobody sees the phase; what decays or is followed is asked for more.
     system.elastic_slack = method == Method::dirk ? 0.28 : 0.15;
     // A multistep method's errors of one sign add up over the many short steps of a period: asked for a tenth, a pendulum keeps its energy
@@ -203,6 +200,9 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
     strictness = method == Method::adams ? 10.0 : 1.0;
   };
   use(method);
+  if (method == Method::exponential && (has_events(system) || !system.model.massless.rates.empty()))
+    throw InputError(fmt::format("method \"exponential\" follows smooth motion only: {}; take method = \"auto\" or \"erk\"",
+                                 has_events(system) ? "dry friction, stops and contacts need their events located" : "what has no mass is balanced in every evaluation"));
 
   OdeProblem problem;
   // What work was last brought to, for as long as nothing else has moved it.
@@ -219,8 +219,9 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
     at_work.dy = Eigen::Map<const VecX>(dy, problem.size);
     at_work.valid = true;
   };
+  const auto work_is_at = [&](const double* y) { return at_work.valid && at_work.y.size() == problem.size && std::equal(y, y + problem.size, at_work.y.data()); };
   problem.jacobian = [&](double t, const double* y, bool fresh, MechanicalJacobian& into) {
-    const bool here = at_work.valid && at_work.y.size() == problem.size && std::equal(y, y + problem.size, at_work.y.data());
+    const bool here = work_is_at(y);
     at_work.valid = false;
     // A stage starts from the beginning of its step: its time is that of the rates.
     update_newton_matrix(system, here ? at_work.t : t, y, here ? at_work.dy.data() : nullptr, fresh, into);
@@ -228,8 +229,11 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
   // Rates that follow from a balance of forces are no states: the structure q' = T w is lost.
   if (!system.model.massless.rates.empty()) problem.jacobian = {};
   problem.closed_derivatives = [&](double t, const double* y, MechanicalJacobian& into) {
-    const bool here = at_work.valid && at_work.y.size() == problem.size && std::equal(y, y + problem.size, at_work.y.data());
-    update_closed_matrix(system, t, y, here ? at_work.dy.data() : nullptr, into);
+    if (!work_is_at(y)) {
+      VecX rates(problem.size);
+      problem.rhs(t, y, rates.data());
+    }
+    update_closed_matrix(system, y, into);
   };
   problem.all_derivatives = [&](double t, const double* y, MatX& A, MatX& B) {
     at_work.valid = false;
