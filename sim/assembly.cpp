@@ -364,8 +364,9 @@ void assemble_rates(const Model& model, const Scene& scene, Work& work, std::vec
     const VecX b = -scale.cwiseProduct(work.clusters[k].rate);
     const VecX x = free.rate.empty() ? VecX() : least_squares(A, b);
     const VecX left = free.rate.empty() ? b : VecX(b - A * x);
-    // Against the speeds that meet in the loop: where they fit, only rounding of them is left.
-    double speed = b.cwiseAbs().maxCoeff();
+    // Against the speeds that meet in the loop, also what carries it along: where they fit, only rounding of them is left.
+    const Vec6& carrier = work.clusters[k].base_V;
+    double speed = std::max({b.cwiseAbs().maxCoeff(), carrier.head<3>().norm(), carrier.tail<3>().norm() * c.size});
     for (int v = 0; v < c.nv; ++v) speed = std::max(speed, std::abs(work.w[c.v0 + v]) * rate_scale(model, cluster, v));
     if (left.cwiseAbs().maxCoeff() > 1e-8 * speed) {
       int row = 0;

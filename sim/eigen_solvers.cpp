@@ -25,6 +25,8 @@ GeneralizedEigen::GeneralizedEigen(const MatX& K, const MatX& M) {
 }
 
 ComplexEigen::ComplexEigen(const MatX& A) {
+  // Eigen's would read the first number of an empty matrix.
+  if (A.size() == 0) return;
   const Eigen::EigenSolver<MatX> solver(A);
   info_ = solver.info();
   values_ = solver.eigenvalues();

@@ -48,7 +48,7 @@ class ComplexEigen {
  private:
   Eigen::VectorXcd values_;
   Eigen::MatrixXcd vectors_;
-  Eigen::ComputationInfo info_;
+  Eigen::ComputationInfo info_ = Eigen::Success;
 };
 
 // A = U diag(s) V^T by Jacobi rotations, s descending; U: m x k, V: n x k, k = min(m, n).

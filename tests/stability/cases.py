@@ -43,15 +43,17 @@ def stiff_axial(run):
     return swing(h)
 
 
-@case("frequencies from 1 Hz to 1e6 Hz in one body", "energy / largest kinetic energy", 1e-3)
-def wide_spectrum(run):
+def one_to_a_million_hertz(duration, more=""):
     # f_1 = 0.56 sqrt(EI / rho A) / L^2 = 1 Hz by the diameter; 30 elements with axial modes reach past 1e6 times as much
     length, fast = 1.0, math.sqrt(2.1e11 / 7800.0)
     d = 1.0 * length**2 / 0.5596 / fast * 4
-    h = run(simulation(1.0, 1000, down)
-            + beam("rod", length, circle(d), steel, 'elements = 30\neffects = ["axial", "bending_xy"]')
+    return (simulation(duration, 1000, down, more=more) + beam("rod", length, circle(d), steel, 'elements = 30\neffects = ["axial", "bending_xy"]')
             + joint("pin", "weld", "ground", "rod.root") + energies())
-    return swing(h, against="strain")
+
+
+@case("frequencies from 1 Hz to 1e6 Hz in one body", "energy / largest kinetic energy", 1e-3)
+def wide_spectrum(run):
+    return swing(run(one_to_a_million_hertz(1.0)), against="strain")
 
 
 @case("slenderness 1e4", "energy / largest kinetic energy", 1e-3)
@@ -277,11 +279,56 @@ def buckling(run):
     return 0 if 0.05 < max(abs(y) for y in tip) < 1.0 else 1
 
 
+def tumbling_beam(more=""):
+    return (simulation(20.0, 20, more=more) + beam("rod", 1.0, circle(0.01), steel, 'elements = 6\nboundary = "free-free"\neffects = ["bending_xy", "bending_xz"]')
+            + joint("free", "free", "ground", "rod", "initial = { rate = [0.1, 0, 0, 1, 2, 3] }") + energies())
+
+
 @case("elastic beam flies and tumbles in zero gravity, 10 turns", "energy / largest kinetic energy", 3e-4)
 def free_flight(run):
-    h = run(simulation(20.0, 20) + beam("rod", 1.0, circle(0.01), steel, 'elements = 6\nboundary = "free-free"\neffects = ["bending_xy", "bending_xz"]')
-            + joint("free", "free", "ground", "rod", "initial = { rate = [0.1, 0, 0, 1, 2, 3] }") + energies())
+    return swing(run(tumbling_beam()))
+
+
+def elastic_pendulum(tolerance, more=""):
+    return (simulation(0.5, 200, down, tolerance, more) + beam("rod", 0.4, '{ shape = "rectangle", width = 0.2, height = 0.009 }', "{ density = 5540.0, youngs_modulus = 1e9 }",
+                                                         'elements = 4\neffects = ["bending_xy", "stiffening"]') + joint("pin", "revolute", "ground", "rod.root") + output("tip", "rod.tip", "position"))
+
+
+# The exponential method, which follows every vibration however stiff
+
+exponential = 'method = "exponential"'
+
+
+@case("stiff_axial by the exponential method, which follows all of its vibrations", "energy / largest kinetic energy", 3e-5)
+def exponential_stiff_axial(run):
+    h = run(simulation(0.3, 1000, down, more=exponential)
+            + beam("rod", 1.0, circle(4e-4), steel, 'elements = 6\neffects = ["axial", "bending_xy", "stiffening"]')
+            + joint("pin", "revolute", "ground", "rod.root") + energies())
     return swing(h)
+
+
+@case("wide_spectrum by the exponential method: 6e5 radians of the fastest vibration", "energy / largest strain energy", 1e-4)
+def exponential_spectrum(run):
+    h = run(one_to_a_million_hertz(0.1, exponential))
+    return swing(h, against="strain")
+
+
+@case("elastic beam flies and tumbles, 10 turns, by the exponential method", "energy / largest kinetic energy", 1.5e-4)
+def exponential_flight(run):
+    return swing(run(tumbling_beam(exponential)))
+
+
+@case("elastic pendulum by the exponential method, tolerances 1e-2 to 1e-12", "error against the sixth-order method at 1e-12 / tolerance^(3/4)", 1.5)
+def exponential_tolerances(run):
+    best = run(elastic_pendulum(1e-12, 'method = "erk"'))
+    return max(distance(run(elastic_pendulum(10.0**-k, exponential)), best, "tip.y") / 10.0 ** (-0.75 * k) for k in range(2, 13))
+
+
+@case("nothing moves of its own, or nothing at all, by the exponential method", "position against the motion that is given, m", 1e-12)
+def exponential_driven(run):
+    driven = run(simulation(1.0, 100, down, more=exponential) + bar("rod", 1.0, 1.0) + joint("pin", "revolute", "ground", "rod", 'motion = "sin(3 * t)"') + output("end", "rod.end", "position"))
+    held = run(simulation(1.0, 100, down, more=exponential) + bar("rod", 1.0, 1.0) + joint("foot", "weld", "ground", "rod") + output("end", "rod.end", "position"))
+    return max(max(abs(y - math.sin(math.sin(3 * t))) for t, y in zip(driven["t"], driven["end.y"])), max(abs(x - 1) for x in held["end.x"]))
 
 
 # Contacts
@@ -360,10 +407,7 @@ def rigid_tolerances(run):
 
 @case("elastic pendulum, tolerances 1e-2 to 1e-9", "error / tolerance^(3/4)", 100)
 def elastic_tolerances(run):
-    def text(tol):
-        return (simulation(0.5, 200, down, tol) + beam("rod", 0.4, '{ shape = "rectangle", width = 0.2, height = 0.009 }', "{ density = 5540.0, youngs_modulus = 1e9 }",
-                                                     'elements = 4\neffects = ["bending_xy", "stiffening"]') + joint("pin", "revolute", "ground", "rod.root") + output("tip", "rod.tip", "position"))
-    return tolerance_ladder([10.0**-k for k in range(2, 9)], text, "tip.y", run)
+    return tolerance_ladder([10.0**-k for k in range(2, 9)], elastic_pendulum, "tip.y", run)
 
 
 def scaled(length, time, tolerance=1e-8):

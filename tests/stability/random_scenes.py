@@ -2,7 +2,7 @@
 
 Trees and chains of rigid bodies and beams of every model with every kind of joint, some closed to loops, on ground or flying free. Each is simulated as
 it is and, moved and turned as a whole, once more. Kept: energy, closure of the loops, the motion as seen from the moved frame; of rigid bodies without
-ground also momentum and its moment. The last lines count what was there.
+ground also momentum and its moment. The exponential method keeps the same and finds the same motion. The last lines count what was there.
 Random meshes with random nodes follow every rigid motion exactly.
 """
 import argparse
@@ -85,9 +85,9 @@ class Mechanism:
         self.duration = 0.1 if any("model" in b for b in self.bodies) else 0.5
         self.gravity = some(6.0) if grounded else [0, 0, 0]
 
-    def text(self, R=None, p=(0, 0, 0), duration=None, tolerance=1e-8):
+    def text(self, R=None, p=(0, 0, 0), duration=None, tolerance=1e-8, method="auto"):
         R = R or rotation((0, 0, 0))
-        text = simulation(duration or self.duration, 100.0, turned(R, self.gravity), tolerance) + "".join(b["text"] for b in self.bodies)
+        text = simulation(duration or self.duration, 100.0, turned(R, self.gravity), tolerance, f'method = "{method}"') + "".join(b["text"] for b in self.bodies)
         for k, j in enumerate(self.joints):
             position, turn = j["position"], j["rotation"]
             if j["parent"] == "ground":
@@ -171,18 +171,9 @@ def momentum(mechanism, h, i):
     return P, L
 
 
-def check(mechanism, run, chance):
-    """Runs one mechanism; returns the worst of each invariant relative to its bound."""
-    if mechanism.loop_count:
-        mechanism.close(run)
-    R = rotation([chance.uniform(-1.5, 1.5) for _ in range(3)])
-    p = [chance.uniform(-2, 2) for _ in range(3)]
-    h, other = run(mechanism.text()), run(mechanism.text(R, p))
-    names = [f"{b['name']} {f}" for b in mechanism.bodies for f in b["frames"]]
-    found = {}
-    size = max(1.0, max(abs(c) for n in names for v in column(h, n) for c in v))
-    found["energy"] = (max(h["energy"]) - min(h["energy"])) / max(max(h["kinetic"]), 1e-3) / 1e-4
-    found["frame"] = max(math.dist(b, [q + c for q, c in zip(p, turned(R, a))]) for n in names for a, b in zip(column(h, n), column(other, n))) / size / 1e-4
+def invariants(mechanism, h):
+    """Worst of what one run keeps, relative to its bound."""
+    found = {"energy": (max(h["energy"]) - min(h["energy"])) / max(max(h["kinetic"]), 1e-3) / 1e-4}
     if mechanism.loops:
         found["closure"] = mechanism.gaps(h) / 1e-9
     if not mechanism.grounded and all("mass" in b for b in mechanism.bodies):
@@ -191,6 +182,35 @@ def check(mechanism, run, chance):
         for i in range(len(h["t"])):
             P, L = momentum(mechanism, h, i)
             found["momentum"] = max(found.get("momentum", 0), math.dist(P, P0) / mass / 1e-6, math.dist(L, L0) / mass / 1e-6)
+    return found
+
+
+def check(mechanism, run, chance):
+    """Runs one mechanism; returns the worst of each invariant relative to its bound."""
+    if mechanism.loop_count:
+        mechanism.close(run)
+    R = rotation([chance.uniform(-1.5, 1.5) for _ in range(3)])
+    p = [chance.uniform(-2, 2) for _ in range(3)]
+    names = [f"{b['name']} {f}" for b in mechanism.bodies for f in b["frames"]]
+    h, other = run(mechanism.text()), run(mechanism.text(R, p))
+    size = max(1.0, max(abs(c) for n in names for v in column(h, n) for c in v))
+
+    def apart(a, moved):
+        """Largest distance of a frame in the moved run from where it belongs, over the mechanism's size."""
+        return max(math.dist(w, [q + c for q, c in zip(p, turned(R, v))]) for n in names for v, w in zip(column(a, n), column(moved, n))) / size
+
+    found = invariants(mechanism, h)
+    found["frame"] = apart(h, other) / 1e-4
+    # A method of second order, asked for a tenth: at one tolerance it keeps the energy up to fifteen times worse than the implicit one.
+    again = {"method": "exponential", "tolerance": 1e-9}
+    try:
+        h, moved = run(mechanism.text(**again)), run(mechanism.text(R, p, **again))
+    except Missed as e:
+        # What the default method follows, this one has to follow as well.
+        raise Missed(f"exponential: {e}") from e
+    found.update({f"exponential {name}": v for name, v in invariants(mechanism, h).items()})
+    found["exponential frame"] = apart(h, moved) / 1e-4
+    found["exponential motion"] = apart(h, other) / 1e-5
     return found
 
 
@@ -240,7 +260,7 @@ def main():
                 found["mesh"] = check_mesh(run, chance, pathlib.Path(folder))
             except Missed as e:
                 # A random loop may be rigid or pull its bodies to the end of their reach or bend them beyond their model: said, it is an answer.
-                if mechanism.loops and any(word in str(e) for word in ("cannot be closed", "contradict", "change point", "cannot be assembled", "is no longer positive")):
+                if mechanism.loops and not str(e).startswith("exponential") and any(word in str(e) for word in ("cannot be closed", "contradict", "change point", "cannot be assembled", "is no longer positive")):
                     refused += 1
                     continue
                 found = {"run": math.inf}
@@ -260,7 +280,8 @@ def main():
     print(f"{done} checked, {refused} refused with a reason; worst share of the bounds: " + ", ".join(f"{k} {v:.2g}" for k, v in sorted(worst.items())))
     print("failed" if failed else "passed", f"({failed} of {done})")
     sys.stdout.flush()
-    os._exit(1 if failed or done < 0.7 * options.count else 0)
+    os._exit(1 if failed or done < 0.85 * options.count else 0)
 
 
-main()
+if __name__ == "__main__":
+    main()
