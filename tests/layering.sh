@@ -61,7 +61,7 @@ breaches() {
   banned "catch of everything outside main" 'catch \(const std::exception' "${commands[@]}"
 
   # Names of one machine: absolute homes and work folders.
-  find . -type f ! -path './.git/*' ! -path './build/*' ! -path './out/*' -size -2000k -print0 |
+  find . -type f ! -path './.git' ! -path './.git/*' ! -path './build/*' ! -path './out/*' -size -2000k -print0 |
     xargs -0 grep -nIE '(^|[^A-Za-z0-9_.~}/-])/(work|root|home|farm)/' /dev/null | sed 's|^|a path of one machine: |'
 }
 
