@@ -21,6 +21,7 @@
 #include "sim/scene.h"
 
 #include <array>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -44,6 +45,22 @@ struct BeamEffects {
 // The series' second-order displacements are left out where they would need more than 4e6 numbers; root, tip and frames have them.
 // Throws InputError for unusable numbers.
 FlexibleBody make_fe_beam(const BeamDef& def, const BeamEffects& effects);
+
+// The same in two steps: a body that is to have few other coordinates does not pay for constants of second order in all of the elements'.
+class FeBeam {
+ public:
+  FeBeam(const BeamDef& def, const BeamEffects& effects);
+  ~FeBeam();
+  // All but the constants of second order (md2, J2, Cr1, the nodes' phi2).
+  const FlexibleBody& linear() const;
+  // Adds these to it, or to the linear body in coordinates q, the elements' ones = T q.
+  void add_second_order(FlexibleBody& body) const;
+  void add_second_order(const MatX& T, FlexibleBody& body) const;
+
+ private:
+  struct Data;
+  std::unique_ptr<Data> data_;
+};
 
 // Eigenforms of the Euler-Bernoulli beam with the boundary's ends (seed 001 eq. 8-10), chosen in BeamDef::modes: direction (axial,
 // bending_xy, bending_xz, torsion) -> ordinal numbers 1 .. kMaxMode; a direction whose effect is off is left out. An empty map means

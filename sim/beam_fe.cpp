@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 namespace flexframe::sim {
@@ -28,7 +29,15 @@ struct Layout {
   int full() const { return per_node * (elements + 1); }
   int index(int node, int kind) const { return node * per_node + offset[static_cast<std::size_t>(kind)]; }
   bool has(int kind) const { return offset[static_cast<std::size_t>(kind)] >= 0; }
+  // element, and how far along it
+  std::pair<int, double> place(double x) const {
+    const int element = std::clamp(static_cast<int>(x / h), 0, elements - 1);
+    return {element, std::clamp(x / h - element, 0.0, 1.0)};
+  }
 };
+
+// highest degree: cubic times cubic, or the squared distance to the tip times slope times slope (6): 4 points are exact
+constexpr int gauss_points = 4;
 
 Layout layout_of(const BeamDef& def, const BeamEffects& e) {
   Layout layout;
@@ -185,74 +194,107 @@ beam::Basis boundary_basis(const Layout& layout, Boundary boundary, const MatX& 
 
 }  // namespace
 
-FlexibleBody make_fe_beam(const BeamDef& def, const BeamEffects& effects) {
+struct FeBeam::Data {
+  Data(const BeamDef& def, const BeamEffects& e)
+      : effects(e), properties(beam::properties(def, e)), layout(layout_of(def, e)), full(layout.full()), root(full_rows(layout, properties, e, 0, 0.0)) {}
+
+  BeamEffects effects;
+  Properties properties;
+  Layout layout;
+  Integrals full;
+  FieldRows root;
+  beam::Basis Z;
+  std::vector<beam::Station> stations;  // those with a name, then the series
+  std::size_t named = 0;
+  FlexibleBody linear;
+
+  template <class AnyBasis>
+  void add_second_order(const AnyBasis& basis, FlexibleBody& body) const;
+};
+
+// The running integrals visit the nodes in the order of x.
+template <class AnyBasis>
+void FeBeam::Data::add_second_order(const AnyBasis& basis, FlexibleBody& body) const {
+  beam::set_second_order(body, full, basis);
+  if (!effects.stiffening || body.n == 0) return;
+  const double h = layout.h;
+  const bool series = 3.0 * body.n * body.n * (layout.elements + 1.0) <= beam::kMaxSeriesNumbers;
+  std::vector<std::size_t> order(stations.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return stations[a].x < stations[b].x; });
+  const beam::GaussRule gauss = beam::gauss_rule(gauss_points);
+  beam::SecondOrder running(layout.full());
+  int done_element = 0;
+  double done = 0.0;  // within it
+  for (const std::size_t i : order) {
+    if (i >= named && !series) continue;
+    const double x = stations[i].x;
+    const auto [element, xi] = layout.place(x);
+    while (done_element < element || done < xi) {
+      const double end = done_element < element ? 1.0 : xi;
+      beam::SecondOrder part(2 * layout.per_node);
+      for (std::size_t g = 0; g < gauss.x.size(); ++g) {
+        const double at = done + (end - done) * gauss.x[g];
+        beam::add_second_order(part, effects, element_rows(layout, properties, effects, at), (done_element + at) * h, (end - done) * h * gauss.w[g]);
+      }
+      beam::add_part(running, part, done_element * layout.per_node);
+      done = end;
+      if (done_element < element) ++done_element, done = 0.0;
+    }
+    body.nodes[i].phi2 = beam::second_order_at(running, root, x, basis);
+  }
+}
+
+FeBeam::FeBeam(const BeamDef& def, const BeamEffects& effects) {
   // some forty dense matrices of this size exist while the body is made: 0.8 GB at most
   constexpr int kMaxCoordinates = 1500;
-  const BeamEffects& e = effects;
-  const int per_node = e.axial + 2 * e.bending_xy + 2 * e.bending_xz + e.torsion;
+  const int per_node = effects.axial + 2 * effects.bending_xy + 2 * effects.bending_xz + effects.torsion;
   const int most = kMaxCoordinates / std::max(1, per_node) - 1;
   if (def.elements < 1 || def.elements > most)
     throw InputError(fmt::format("elements must lie in 1 .. {} with these effects, found {}; a beam of more is a mixed one", most, def.elements));
-  const Properties p = beam::properties(def, effects);
-  const Layout layout = layout_of(def, effects);
-  const double h = layout.h;
-
-  // highest degree: cubic times cubic, or the squared distance to the tip times slope times slope (6): 4 points are exact
-  const beam::GaussRule gauss = beam::gauss_rule(4);
-  Integrals full(layout.full());
+  data_ = std::make_unique<Data>(def, effects);
+  Data& d = *data_;
+  const Layout& layout = d.layout;
+  const beam::GaussRule gauss = beam::gauss_rule(gauss_points);
   for (int k = 0; k < layout.elements; ++k) {
     Integrals local(2 * layout.per_node);
     for (std::size_t g = 0; g < gauss.x.size(); ++g)
-      beam::add_station(local, p, effects, element_rows(layout, p, effects, gauss.x[g]), (k + gauss.x[g]) * h, gauss.w[g] * h);
-    scatter(local, k * layout.per_node, full);
+      beam::add_station(local, d.properties, effects, element_rows(layout, d.properties, effects, gauss.x[g]), (k + gauss.x[g]) * layout.h, gauss.w[g] * layout.h);
+    scatter(local, k * layout.per_node, d.full);
   }
-  const FieldRows root = full_rows(layout, p, effects, 0, 0.0);
   const bool root_twists = def.boundary == Boundary::free_free && effects.torsion;
-  if (effects.stiffening && root_twists) beam::add_root_rotation(full, p, root);
+  if (effects.stiffening && root_twists) beam::add_root_rotation(d.full, d.properties, d.root);
 
-  const beam::Basis Z = boundary_basis(layout, def.boundary, full.Me);
-  FlexibleBody body = beam::reduced_body(full, p, effects, Z);
-  beam::set_axis_mass(body, p, effects, Z, layout.elements, 4,
-                      [&](int element, double xi) { return full_rows(layout, p, effects, element, xi); }, root);
+  d.Z = boundary_basis(layout, def.boundary, d.full.Me);
+  FlexibleBody& body = d.linear;
+  body = beam::linear_body(d.full, d.properties, effects, d.Z);
+  beam::set_axis_mass(body, d.properties, effects, d.Z, layout.elements, gauss_points,
+                      [&](int element, double xi) { return full_rows(layout, d.properties, effects, element, xi); }, d.root);
   body.De = beam::damping_matrix(def.damping, body.Me, body.Ke);
   for (const int i : free_coordinates(layout, def.boundary)) {
     const int node = i / layout.per_node, local = i % layout.per_node;
     const auto kind = std::find(layout.offset.begin(), layout.offset.end(), local) - layout.offset.begin();
     body.labels.push_back(fmt::format("node {} {}", node, kKindNames[static_cast<std::size_t>(kind)]));
   }
-
-  // nodes: those with a name, then the series; the running integrals visit them in the order of x
-  std::vector<beam::Station> stations = beam::named_stations(def);
-  const std::size_t named = stations.size();
-  for (int i = 0; i <= layout.elements; ++i) stations.push_back({fmt::format("node[{}]", i), i * h});
-  const bool series = 3.0 * body.n * body.n * (layout.elements + 1.0) <= beam::kMaxSeriesNumbers;
-  std::vector<std::size_t> order(stations.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return stations[a].x < stations[b].x; });
-  body.nodes.resize(stations.size());
-  beam::SecondOrder running(effects.stiffening ? layout.full() : 0);
-  int done_element = 0;
-  double done = 0.0;  // within it
-  for (const std::size_t i : order) {
-    const double x = stations[i].x;
-    const int element = std::clamp(static_cast<int>(x / h), 0, layout.elements - 1);
-    const double xi = std::clamp(x / h - element, 0.0, 1.0);
-    body.nodes[i] = beam::make_node(stations[i].name, x, full_rows(layout, p, effects, element, xi), Z);
-    if (!effects.stiffening || body.n == 0 || (i >= named && !series)) continue;
-    while (done_element < element || done < xi) {
-      const double end = done_element < element ? 1.0 : xi;
-      beam::SecondOrder part(2 * layout.per_node);
-      for (std::size_t g = 0; g < gauss.x.size(); ++g) {
-        const double at = done + (end - done) * gauss.x[g];
-        beam::add_second_order(part, effects, element_rows(layout, p, effects, at), (done_element + at) * h,
-                               (end - done) * h * gauss.w[g]);
-      }
-      beam::add_part(running, part, done_element * layout.per_node);
-      done = end;
-      if (done_element < element) ++done_element, done = 0.0;
-    }
-    body.nodes[i].phi2 = beam::second_order_at(running, root, x, Z);
+  d.stations = beam::named_stations(def);
+  d.named = d.stations.size();
+  for (int i = 0; i <= layout.elements; ++i) d.stations.push_back({fmt::format("node[{}]", i), i * layout.h});
+  for (const beam::Station& s : d.stations) {
+    const auto [element, xi] = layout.place(s.x);
+    body.nodes.push_back(beam::make_node(s.name, s.x, full_rows(layout, d.properties, effects, element, xi), d.Z));
   }
+}
+
+FeBeam::~FeBeam() = default;
+
+const FlexibleBody& FeBeam::linear() const { return data_->linear; }
+void FeBeam::add_second_order(FlexibleBody& body) const { data_->add_second_order(data_->Z, body); }
+void FeBeam::add_second_order(const MatX& T, FlexibleBody& body) const { data_->add_second_order(MatX(data_->Z * T), body); }
+
+FlexibleBody make_fe_beam(const BeamDef& def, const BeamEffects& effects) {
+  const FeBeam beam(def, effects);
+  FlexibleBody body = beam.linear();
+  beam.add_second_order(body);
   return body;
 }
 

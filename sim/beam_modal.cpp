@@ -222,7 +222,8 @@ FlexibleBody modal_body(const BeamDef& def, const BeamEffects& effects, const Pr
 
   beam::Basis Z(n, n);
   Z.setIdentity();
-  FlexibleBody body = beam::reduced_body(sum, p, effects, Z);
+  FlexibleBody body = beam::linear_body(sum, p, effects, Z);
+  beam::set_second_order(body, sum, Z);
   // eight points a half wave: the second-order field to 1e-8, the linear one exactly
   beam::set_axis_mass(body, p, effects, Z, panels, 8, [&](int panel, double xi) { return rows_at(modes, (panel + xi) * h, L); }, root);
 

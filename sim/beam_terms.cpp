@@ -62,6 +62,33 @@ MatX congruent(const MatX& m, const Basis& Z) {
   const MatX left = Z.transpose() * m;
   return left * Z;
 }
+MatX congruent(const MatX& m, const MatX& Z) {
+  // What is summed up to some point of the beam knows no coordinates beyond it.
+  Eigen::Index k = m.rows();
+  while (k > 0 && (m.row(k - 1).array() == 0.0).all() && (m.col(k - 1).array() == 0.0).all()) --k;
+  if (k == 0) return {};
+  const MatX left = Z.topRows(k).transpose() * m.topLeftCorner(k, k);
+  return left * Z.topRows(k);
+}
+
+template <class Z>
+std::array<MatX, 3> second_order_in(const SecondOrder& sum, const FieldRows& root, double x, const Z& z) {
+  std::array<MatX, 3> phi2;
+  for (std::size_t a = 0; a < 3; ++a) {
+    phi2[a] = sum.rate[a] + x * sum.curl[a] - sum.moment[a];
+    if (a == 1) add_symmetric(phi2[a], root.theta, root.s, -0.5 * x);
+    if (a == 2) add_symmetric(phi2[a], root.theta, root.phi_z, 0.5 * x);
+    phi2[a] = congruent(phi2[a], z);
+  }
+  return phi2;
+}
+
+template <class Z>
+void set_blocks(FlexibleBody& body, const Integrals& sum, const Z& z) {
+  for (std::size_t a = 0; a < 3; ++a) body.md2[a] = congruent(sum.md2[a], z);
+  for (std::size_t a = 0; a < 6; ++a) body.J2[a] = congruent(sum.J2[a], z);
+  for (std::size_t a = 0; a < 3; ++a) body.Cr1[a] = congruent(sum.Cr1[a], z);
+}
 
 template <std::size_t N>
 void set_zero(std::array<MatX, N>& blocks, int n) {
@@ -222,18 +249,12 @@ void add_part(SecondOrder& sum, const SecondOrder& part, int at) {
   }
 }
 
-std::array<MatX, 3> second_order_at(const SecondOrder& sum, const FieldRows& root, double x, const Basis& Z) {
-  std::array<MatX, 3> phi2;
-  for (std::size_t a = 0; a < 3; ++a) {
-    phi2[a] = sum.rate[a] + x * sum.curl[a] - sum.moment[a];
-    if (a == 1) add_symmetric(phi2[a], root.theta, root.s, -0.5 * x);
-    if (a == 2) add_symmetric(phi2[a], root.theta, root.phi_z, 0.5 * x);
-    phi2[a] = congruent(phi2[a], Z);
-  }
-  return phi2;
-}
+std::array<MatX, 3> second_order_at(const SecondOrder& sum, const FieldRows& root, double x, const Basis& Z) { return second_order_in(sum, root, x, Z); }
+std::array<MatX, 3> second_order_at(const SecondOrder& sum, const FieldRows& root, double x, const MatX& Z) { return second_order_in(sum, root, x, Z); }
+void set_second_order(FlexibleBody& body, const Integrals& sum, const Basis& Z) { set_blocks(body, sum, Z); }
+void set_second_order(FlexibleBody& body, const Integrals& sum, const MatX& Z) { set_blocks(body, sum, Z); }
 
-FlexibleBody reduced_body(const Integrals& sum, const Properties& p, const BeamEffects& effects, const Basis& Z) {
+FlexibleBody linear_body(const Integrals& sum, const Properties& p, const BeamEffects& effects, const Basis& Z) {
   const double L = p.length, m = p.mass * L;
   FlexibleBody body;
   body.n = static_cast<int>(Z.cols());
@@ -244,9 +265,6 @@ FlexibleBody reduced_body(const Integrals& sum, const Properties& p, const BeamE
   body.md1 = sum.md1 * Z;
   body.J1 = sum.J1 * Z;
   body.Cr0 = sum.Cr0 * Z;
-  for (std::size_t a = 0; a < 3; ++a) body.md2[a] = congruent(sum.md2[a], Z);
-  for (std::size_t a = 0; a < 6; ++a) body.J2[a] = congruent(sum.J2[a], Z);
-  for (std::size_t a = 0; a < 3; ++a) body.Cr1[a] = congruent(sum.Cr1[a], Z);
   body.Me = congruent(sum.Me, Z);
   body.Ke = congruent(sum.Ke, Z);
   return body;

@@ -59,8 +59,9 @@ struct SecondOrder {
   std::array<MatX, 3> moment;  // int s (theta x curvature) ds
 };
 void add_second_order(SecondOrder& sum, const BeamEffects& effects, const FieldRows& row, double x, double weight);
-// phi2 of the point x; n x n each, empty where it vanishes identically.
+// phi2 of the point x; n x n each, empty where it vanishes identically. Few coordinates have a dense basis.
 std::array<MatX, 3> second_order_at(const SecondOrder& sum, const FieldRows& root, double x, const Basis& Z);
+std::array<MatX, 3> second_order_at(const SecondOrder& sum, const FieldRows& root, double x, const MatX& Z);
 
 // The series of nodes for drawing carries phi2 up to this many numbers in all (32 MB).
 constexpr double kMaxSeriesNumbers = 4e6;
@@ -68,9 +69,11 @@ constexpr double kMaxSeriesNumbers = 4e6;
 // Adds the sums of a part of the beam whose coordinates are at, at + 1, ... of the whole.
 void add_part(SecondOrder& sum, const SecondOrder& part, int at);
 
-// Body from integrals in other coordinates: full = Z q. Fills everything but De, labels and nodes. Blocks that vanish identically are
-// left empty.
-FlexibleBody reduced_body(const Integrals& sum, const Properties& p, const BeamEffects& effects, const Basis& Z);
+// Body from integrals in other coordinates: full = Z q. Fills everything but De, labels, nodes and md2, J2, Cr1.
+FlexibleBody linear_body(const Integrals& sum, const Properties& p, const BeamEffects& effects, const Basis& Z);
+// These three. Blocks that vanish identically are left empty.
+void set_second_order(FlexibleBody& body, const Integrals& sum, const Basis& Z);
+void set_second_order(FlexibleBody& body, const Integrals& sum, const MatX& Z);
 
 // Particles at the Gauss points of panels of equal length (AxisMass). `rows` gives the fields at (panel, xi); Me, Cr0, J0 of the body
 // are kept exactly, whatever the points leave of them. Does nothing unless second-order bending meets twist.

@@ -7,6 +7,7 @@
 #include "sim/joint_motion.h"
 #include "sim/normal_modes.h"
 #include "sim/sid.h"
+#include "sim/small_matrices.h"
 #include "sim/state_space.h"
 #include "sim/words.h"
 
@@ -14,6 +15,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 namespace flexframe::sim {
 namespace {
@@ -171,7 +173,8 @@ void add_shown_frames(Model& model, Boundary boundary, Part& part) {
 // On the mean axes frame and deformation are decoupled in the kinetic energy, which keeps the mass matrix of second order positive
 // definite; in a frame clamped to the root of a hinged beam it is not, since the elements nearly contain the frame's rotation.
 void make_fe_part(Model& model, const BeamDef& beam, const BeamEffects& effects, const std::vector<HeldPoint>& held, Part& part) {
-  part.body = make_fe_beam(beam, effects);
+  auto made = std::make_unique<FeBeam>(beam, effects);
+  part.body = made->linear();
   if (part.body.n == 0) return;
   const bool frame_only = beam.boundary == Boundary::clamped_free || beam.boundary == Boundary::supported_supported ||
                           beam.boundary == Boundary::supported_free || beam.boundary == Boundary::free_free;
@@ -183,7 +186,8 @@ void make_fe_part(Model& model, const BeamDef& beam, const BeamEffects& effects,
     BeamDef mean = beam;
     mean.boundary = Boundary::free_free;
     const FlexibleBody named = part.body;
-    part.body = make_fe_beam(mean, effects);
+    made = std::make_unique<FeBeam>(mean, effects);
+    part.body = made->linear();
     P = same_deformation(part.body, named);
     // The damping that the scene asks for is that of its boundary's modes.
     if (named.De.size() > 0) {
@@ -209,6 +213,8 @@ void make_fe_part(Model& model, const BeamDef& beam, const BeamEffects& effects,
       part.body.De = beam::damping_matrix(beam.damping, X.transpose() * Me * X, X.transpose() * Ke * X);
     }
   }
+  if (modes) made->add_second_order(V, part.body);
+  else made->add_second_order(part.body);
   if (part.body.n == 0) {
     part.shown = {};
     return;
@@ -505,14 +511,17 @@ int coordinate_count(const Model& model, int body) {
   return n;
 }
 
+void body_coordinates(const Model& model, int body, const VecX& all, bool rates, double* out) {
+  visit_coordinates(model, body, rates, [&](const Part& part, int first, int count, int counted, bool mapped) {
+    if (mapped) multiply(part.shown.coordinates, all.data() + first, out);
+    else std::copy_n(all.data() + first, count, out);
+    out += counted;
+  });
+}
+
 VecX body_coordinates(const Model& model, int body, const VecX& all, bool rates) {
   VecX out(coordinate_count(model, body));
-  Eigen::Index at = 0;
-  visit_coordinates(model, body, rates, [&](const Part& part, int first, int count, int counted, bool mapped) {
-    if (mapped) out.segment(at, counted).noalias() = part.shown.coordinates * all.segment(first, count);
-    else out.segment(at, counted) = all.segment(first, count);
-    at += counted;
-  });
+  body_coordinates(model, body, all, rates, out.data());
   return out;
 }
 

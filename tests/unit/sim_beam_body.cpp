@@ -327,5 +327,41 @@ TEST(BeamBody, BadNumbersAreRefusedByName) {
   EXPECT_NE(message(def, shear, false).find("shear_y"), std::string::npos);
 }
 
+// Constants of second order made for few coordinates are those of all the elements' coordinates, transformed.
+TEST(BeamBody, SecondOrderInFewCoordinatesIsThatOfAll) {
+  for (const Boundary boundary : kBoundaries)
+    for (const bool shear : {false, true}) {
+      BeamEffects effects = kAll;
+      effects.shear = shear;
+      const BeamDef def = general_beam(boundary);
+      const FlexibleBody whole = make_fe_beam(def, effects);
+      const FeBeam beam(def, effects);
+      std::mt19937 random(11);
+      std::uniform_real_distribution<double> any(-1.0, 1.0);
+      const MatX T = MatX::NullaryExpr(whole.n, 4, [&]() { return any(random); });
+      FlexibleBody few = beam.linear();
+      few.n = 4;
+      beam.add_second_order(T, few);
+      const auto expect = [&](const MatX& found, const MatX& all, const std::string& what) {
+        const MatX wanted = all.size() > 0 ? MatX(T.transpose() * all * T) : MatX::Zero(4, 4);
+        const MatX got = found.size() > 0 ? found : MatX(MatX::Zero(4, 4));
+        EXPECT_LE((got - wanted).norm(), 1e-13 * (1e-6 + all.norm()) * whole.n) << what;
+      };
+      for (size_t a = 0; a < 3; ++a) {
+        expect(few.md2[a], whole.md2[a], fmt::format("md2 {}", a));
+        expect(few.Cr1[a], whole.Cr1[a], fmt::format("Cr1 {}", a));
+      }
+      for (size_t a = 0; a < 6; ++a) expect(few.J2[a], whole.J2[a], fmt::format("J2 {}", a));
+      ASSERT_EQ(few.nodes.size(), whole.nodes.size());
+      double second = 0.0;
+      for (size_t k = 0; k < whole.nodes.size(); ++k)
+        for (size_t a = 0; a < 3; ++a) {
+          expect(few.nodes[k].phi2[a], whole.nodes[k].phi2[a], fmt::format("phi2 {} of {}", a, whole.nodes[k].name));
+          second = std::max(second, whole.nodes[k].phi2[a].norm());
+        }
+      EXPECT_GT(second, 0.1);
+    }
+}
+
 }  // namespace
 }  // namespace flexframe::sim
