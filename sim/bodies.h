@@ -31,6 +31,7 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
 int coordinate_count(const Model& model, int body);
 // From q_all or w_all (rates), and back into them.
 VecX body_coordinates(const Model& model, int body, const VecX& all, bool rates);
+void body_coordinates(const Model& model, int body, const VecX& all, bool rates, double* out);
 void set_body_coordinates(const Model& model, int body, const VecX& given, VecX& all, bool rates);
 
 // Length that a part spans, m: of its nodes, or of the frames on it.

@@ -104,6 +104,19 @@ void reaction_columns(const Model& model, const OutputPlan& plan, const Work& wo
   for (int k = 0; k < 3; ++k) out[k] = f[k], out[3 + k] = m[k];
 }
 
+// Elastic displacement of a frame relative to the undeformed body, m, in the shown frame of the body (chains: of the first part).
+Vec3 displacement(const Model& model, Work& work, int frame) {
+  const FramePoint& f = model.frames[frame];
+  if (f.part == ground) return Vec3::Zero();
+  const Part& part = model.parts[f.part];
+  const Pose rest = compose(part.rest_in_body, rest_pose(model, frame));
+  Pose now = work.frames[frame].pose;
+  // Without a chain everything stays in the part, so that small displacements keep their digits far from the origin.
+  if (part.piece == 0) now = compose(inverse(shown_pose(model, f.part, work)), now);
+  else now = compose(inverse(shown_world(model, work, f.part)), compose(work.parts[f.part].world, now));
+  return now.p - rest.p;
+}
+
 }  // namespace
 
 OutputPlans plan_outputs(Model& model, const Scene& scene) {
@@ -203,7 +216,7 @@ void evaluate_outputs(const Model& model, const Scene&, const OutputPlans& plans
         case Quantity::velocity: v = pose.R * f.V.head<3>(); break;
         case Quantity::angular_velocity: v = pose.R * f.V.tail<3>(); break;
         case Quantity::acceleration: v = world_acceleration(model, work, plan.frame); break;
-        case Quantity::displacement: v = frame_displacement(model, work, plan.frame).translation; break;
+        case Quantity::displacement: v = displacement(model, work, plan.frame); break;
         default:
           v = rotation_log(pose.R);
           if (last) v = continue_rotation(v, Vec3(last[0], last[1], last[2]));
@@ -232,25 +245,6 @@ void evaluate_outputs(const Model& model, const Scene&, const OutputPlans& plans
 Pose shown_world(const Model& model, Work& work, int part) {
   const int first = model.pieces[model.parts[part].scene_body].front();
   return compose(work.parts[first].world, shown_pose(model, first, work));
-}
-
-FrameDisplacement frame_displacement(const Model& model, const Work& work, int frame, const Pose& shown, const Pose& world) {
-  const FramePoint& f = model.frames[frame];
-  if (f.part == ground) return {Vec3::Zero(), Vec3::Zero()};
-  const Part& part = model.parts[f.part];
-  const Pose rest = compose(part.rest_in_body, rest_pose(model, frame));
-  Pose now = work.frames[frame].pose;
-  // Without a chain everything stays in the part, so that small displacements keep their digits far from the origin.
-  if (part.piece == 0) now = compose(inverse(shown), now);
-  else now = compose(inverse(world), compose(work.parts[f.part].world, now));
-  return {now.p - rest.p, rotation_log(now.R * rest.R.transpose())};
-}
-
-FrameDisplacement frame_displacement(const Model& model, Work& work, int frame) {
-  const int part = model.frames[frame].part;
-  if (part == ground) return {Vec3::Zero(), Vec3::Zero()};
-  const bool first = model.parts[part].piece == 0;
-  return frame_displacement(model, work, frame, first ? shown_pose(model, part, work) : Pose{}, first ? Pose{} : shown_world(model, work, part));
 }
 
 double loop_value(const Model& model, const Work& work, int loop) {

@@ -31,13 +31,6 @@ OutputPlans plan_outputs(Model& model, const Scene& scene);
 void evaluate_outputs(const Model& model, const Scene& scene, const OutputPlans& plans, Work& work, const Reactions& reactions,
                       const double* previous, double* row);
 
-// Elastic displacement (m) and rotation vector (rad) of a frame relative to the undeformed body, in the
-// shown frame of the body (chains: of the first part). Positions must be up to date, also of the frame.
-struct FrameDisplacement { Vec3 translation, rotation; };
-FrameDisplacement frame_displacement(const Model& model, Work& work, int frame);
-// The same for many frames of one body, whose shown_pose (of its first piece) and shown_world are known.
-FrameDisplacement frame_displacement(const Model& model, const Work& work, int frame, const Pose& shown, const Pose& world);
-
 // World pose of the frame in which a body's deformation is shown (a chain: that of its first part).
 Pose shown_world(const Model& model, Work& work, int part);
 

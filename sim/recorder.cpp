@@ -64,6 +64,23 @@ void refresh(System& system, double t, const VecX& y, bool accelerations, bool r
   if (reactions) compute_reactions(system.model, system.work, out);
 }
 
+// Shapes and stresses of the nodes, for renderers that map modes.
+void set_node_shapes(const FlexibleBody& flex, const std::vector<int>& nodes, ResultBody& body) {
+  body.node_phi.resize(3 * static_cast<Eigen::Index>(nodes.size()), flex.n);
+  body.node_psi.resize(body.node_phi.rows(), flex.n);
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    const FlexibleNode& node = flex.nodes[static_cast<size_t>(nodes[i])];
+    const auto row = 3 * static_cast<Eigen::Index>(i);
+    body.node_phi.middleRows<3>(row) = node.phi;
+    body.node_psi.middleRows<3>(row) = node.psi;
+    if (node.sigma.cols() != flex.n || flex.n == 0) continue;
+    body.stress_nodes.push_back(static_cast<int>(i));
+    body.node_stress.conservativeResize(6 * static_cast<Eigen::Index>(body.stress_nodes.size()), flex.n);
+    body.node_stress.bottomRows<6>() = node.sigma;
+  }
+  body.labels = flex.labels;
+}
+
 }  // namespace
 
 Recorder::Recorder(System& system, const std::vector<double>& times) {
@@ -93,6 +110,7 @@ Recorder::Recorder(System& system, const std::vector<double>& times) {
       const int at = model.pieces[b][piece];
       const Part& part = model.parts[at];
       const size_t here = body.nodes.size();
+      std::vector<int> chosen;
       for (size_t k = 0; k < part.body.nodes.size(); ++k) {
         const FlexibleNode& node = part.body.nodes[k];
         const Vec3 origin = part.rest_in_body.R * node.origin + part.rest_in_body.p;
@@ -101,30 +119,11 @@ Recorder::Recorder(System& system, const std::vector<double>& times) {
           known = (body.nodes[other].origin - origin).norm() <= 1e-9 * std::max(1.0, origin.norm());
         if (known) continue;
         body.nodes.push_back({piece == 0 ? node.name : fmt::format("{}:{}", piece, node.name), origin});
-        model.frames.push_back(FramePoint{at, static_cast<int>(k), {}, "", part.name + "." + node.name});
-        nodes_.push_back({static_cast<int>(b), at, static_cast<int>(model.frames.size()) - 1});
+        chosen.push_back(static_cast<int>(k));
       }
+      if (!chosen.empty()) pieces_.push_back({static_cast<int>(b), at, 3 * static_cast<Eigen::Index>(here), NodeMotion(part, chosen)});
+      if (const auto* modal = std::get_if<ModalDef>(&def.kind); modal && !chosen.empty()) set_node_shapes(part.body, chosen, body);
       before = here;
-    }
-    if (std::holds_alternative<ModalDef>(def.kind) && !body.nodes.empty()) {
-      const FlexibleBody& flex = model.parts[first_piece(model, static_cast<int>(b))].body;
-      const Eigen::Index nn = static_cast<Eigen::Index>(body.nodes.size());
-      body.node_phi.resize(3 * nn, flex.n);
-      body.node_psi.resize(3 * nn, flex.n);
-      Eigen::Index row = 0;
-      for (const NodeSource& s : nodes_) {
-        if (s.body != static_cast<int>(b)) continue;
-        const FlexibleNode& node = flex.nodes[model.frames[s.frame].node];
-        body.node_phi.middleRows<3>(row) = node.phi;
-        body.node_psi.middleRows<3>(row) = node.psi;
-        if (node.sigma.cols() == flex.n && flex.n > 0) {
-          body.stress_nodes.push_back(static_cast<int>(row / 3));
-          body.node_stress.conservativeResize(6 * static_cast<Eigen::Index>(body.stress_nodes.size()), flex.n);
-          body.node_stress.bottomRows<6>() = node.sigma;
-        }
-        row += 3;
-      }
-      body.labels = flex.labels;
     }
     body.displacement = MatX::Zero(nt, 3 * static_cast<Eigen::Index>(body.nodes.size()));
     body.rotation = MatX::Zero(nt, 3 * static_cast<Eigen::Index>(body.nodes.size()));
@@ -155,6 +154,9 @@ Recorder::Recorder(System& system, const std::vector<double>& times) {
   results_.kinetic = results_.strain = results_.potential = results_.supplied = results_.dissipated = VecX::Zero(nt);
   table_ = MatX::Zero(static_cast<Eigen::Index>(plans_.columns.size()), nt);
 
+  for (ResultBody& b : results_.bodies) rows_.push_back({TableRows(b.displacement), TableRows(b.rotation), TableRows(b.q), TableRows(b.qd)});
+  translation_.resize(results_.bodies.size());
+  rotation_.resize(results_.bodies.size());
   shown_.resize(results_.bodies.size());
   world_.resize(results_.bodies.size());
   grow_work(system);
@@ -173,19 +175,17 @@ void Recorder::record(System& system, double t, const VecX& y) {
     world_[b] = compose(work.parts[first].world, shown_[b]);
     body.position.row(row) = world_[b].p.transpose();
     write_quaternion(world_[b].R, body.orientation, row);
+    translation_[b] = rows_[b].displacement.next();
+    rotation_[b] = rows_[b].rotation.next();
+    body_coordinates(model, static_cast<int>(b), work.q, false, rows_[b].q.next());
+    body_coordinates(model, static_cast<int>(b), work.w, true, rows_[b].qd.next());
   }
-  std::vector<Eigen::Index> column(results_.bodies.size(), 0);
-  for (const NodeSource& s : nodes_) {
-    update_frame_pose(model, s.frame, work);
-    const FrameDisplacement d = frame_displacement(model, work, s.frame, shown_[s.body], world_[s.body]);
-    ResultBody& body = results_.bodies[s.body];
-    body.displacement.block<1, 3>(row, column[s.body]) = d.translation.transpose();
-    body.rotation.block<1, 3>(row, column[s.body]) = d.rotation.transpose();
-    column[s.body] += 3;
-  }
-  for (size_t b = 0; b < results_.bodies.size(); ++b) {
-    results_.bodies[b].q.row(row) = body_coordinates(model, static_cast<int>(b), work.q, false).transpose();
-    results_.bodies[b].qd.row(row) = body_coordinates(model, static_cast<int>(b), work.w, true).transpose();
+  for (Piece& piece : pieces_) {
+    const auto b = static_cast<size_t>(piece.body);
+    // Without a chain everything stays in the part, so that small displacements keep their digits far from the origin.
+    const bool alone = model.parts[piece.part].piece == 0;
+    const Pose shown = alone ? inverse(shown_[b]) : compose(inverse(world_[b]), work.parts[piece.part].world);
+    piece.nodes.evaluate(work.parts[piece.part].q, shown, translation_[b] + piece.first, rotation_[b] + piece.first);
   }
   for (size_t k = 0; k < results_.joints.size(); ++k) {
     ResultJoint& joint = results_.joints[k];
@@ -213,6 +213,8 @@ void Recorder::record(System& system, double t, const VecX& y) {
 }
 
 Results Recorder::finish(const System&) {
+  for (BodyRows& rows : rows_)
+    for (TableRows* table : {&rows.displacement, &rows.rotation, &rows.q, &rows.qd}) table->flush();
   for (size_t k = 0; k < plans_.columns.size(); ++k)
     results_.outputs.push_back({plans_.columns[k], plans_.units[k], table_.row(static_cast<Eigen::Index>(k)).transpose()});
   return std::move(results_);

@@ -2,12 +2,35 @@
 #pragma once
 
 #include "sim/histories.h"
+#include "sim/node_motion.h"
 #include "sim/outputs.h"
 #include "sim/system.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace flexframe::sim {
+
+// A table that is written row by row. Its columns lie one after the other in memory: rows are collected and laid down together.
+class TableRows {
+ public:
+  explicit TableRows(MatX& table) : table_(&table), collected_(table.cols(), std::min<Eigen::Index>(32, table.rows())) {}
+  // Where the numbers of the next row go.
+  double* next() {
+    if (count_ == collected_.cols()) flush();
+    return collected_.col(count_++).data();
+  }
+  void flush() {
+    table_->middleRows(first_, count_) = collected_.leftCols(count_).transpose();
+    first_ += count_;
+    count_ = 0;
+  }
+
+ private:
+  MatX* table_;
+  MatX collected_;
+  Eigen::Index first_ = 0, count_ = 0;
+};
 
 class Recorder {
  public:
@@ -19,12 +42,19 @@ class Recorder {
   bool outputs_empty() const { return plans_.columns.empty(); }
 
  private:
-  struct NodeSource { int body, part, frame; };
+  struct Piece {
+    int body, part;
+    Eigen::Index first;  // column of its first node
+    NodeMotion nodes;
+  };
   OutputPlans plans_;
-  std::vector<NodeSource> nodes_;                // frames behind the nodes of the result bodies, body by body
+  std::vector<Piece> pieces_;                    // behind the nodes of the result bodies
   std::vector<int> first_parts_;                 // first part of every result body
+  std::vector<double*> translation_, rotation_;  // rows of the sample, of every body
   std::vector<Pose> shown_, world_;              // shown frame of every body, in its first part and in the world; of the sample
   std::vector<int> joint_frames_;
+  struct BodyRows { TableRows displacement, rotation, q, qd; };
+  std::vector<BodyRows> rows_;                   // of results_.bodies
   Reactions reactions_;
   Results results_;
   MatX table_;

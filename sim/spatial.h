@@ -111,14 +111,14 @@ inline Mat3 rotation_exp(const Vec3& a) {
   return Mat3::Identity() + k.s * A + k.b * A * A;
 }
 
-// Rotation vector of R, |a| <= pi.
-inline Vec3 rotation_log(const Mat3& R) {
-  Quat q(R);
+// Rotation vector of a unit quaternion or of R, |a| <= pi.
+inline Vec3 rotation_log(Quat q) {
   if (q.w() < 0.0) q.coeffs() = -q.coeffs();
   const double n = q.vec().norm();
   if (n < 1e-12) return 2.0 * q.vec();
   return (2.0 * std::atan2(n, q.w()) / n) * q.vec();
 }
+inline Vec3 rotation_log(const Mat3& R) { return rotation_log(Quat(R)); }
 
 // Right Jacobian: the rotation exp(a) turns with the angular velocity J_r(a) da/dt in its own axes.
 inline Mat3 right_jacobian(const Vec3& a, const RotationSeries& k) {
