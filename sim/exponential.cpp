@@ -1,7 +1,7 @@
 #include "sim/exponential.h"
 
 #include "sim/eigen_solvers.h"
-#include "sim/small_matrices.h"
+#include "sim/power_series.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,13 +11,14 @@
 namespace flexframe::sim {
 namespace {
 
-// Radians of the fastest vibration that a series covers: the terms grow to e^12 before they fall, so that six digits are lost at most.
-constexpr double radians_of_series = 12.0;
+// Radians x of the fastest vibration that a series covers: the terms grow to e^x before they fall, and of the sixteen digits as many are lost. A
+// hundredth of the tolerance has to be left.
+double radians_of_series(double tolerance) { return std::clamp(std::log(1e14 * tolerance), 6.0, 20.0); }
 constexpr int most_terms = 64;
 // Terms of a series below this share of the tolerance are left out.
 constexpr double negligible = 1e-4;
 // Radians within a step from which on a vibration is taken out of the remainder, gradually.
-constexpr double turned = 3.0;
+constexpr double turned = 4.0;
 constexpr double safety = 0.9, largest_growth = 2.0, least_shrink = 0.2;
 
 }  // namespace
@@ -35,7 +36,6 @@ void ExponentialSolver::restart(double t0, const VecX& y0) {
   calm_ = y0;
   calm_rate_ = model_.rates;
   d_ = MatX::Zero(problem_.size, 3);
-  curvature_ = VecX::Zero(problem_.size);
 }
 
 // Closed parts at the state itself; what they leave out changes as slowly as the mechanism moves: it is followed linearly in time and
@@ -76,7 +76,13 @@ bool ExponentialSolver::linearise(double t, const VecX& y, const LinearModel* be
   model.A = jacobian_.A + restA_ + (t - rest_time_) * restA1_;
   model.B = jacobian_.B + restB_ + (t - rest_time_) * restB1_;
   model.A1 = restA1_;
-  if (before && t > before->time) model.A1 += (model.closed - before->closed) / (t - before->time);
+  model.slope.resize(0, 0);
+  if (before && t > before->time) {
+    model.apart = t - before->time;
+    model.slope = (model.closed - before->closed) / model.apart;
+    model.A1 += model.slope;
+    if (before->slope.size() > 0) model.A1 += (model.apart / (model.apart + before->apart)) * (model.slope - before->slope);
+  }
   return true;
 }
 
@@ -154,67 +160,55 @@ void ExponentialSolver::remove_oscillation(const LinearModel& m, const MatX& d, 
 
 // From (t, y) on for `length` seconds; d: remainder as a polynomial of (s / span), s the time since t.
 bool ExponentialSolver::solve(const LinearModel& m, const VecX& y, double t, const MatX& d, double span, double length, Solution& out) const {
-  const Eigen::Index n = nw_;
-  VecX z(2 * n), weight(problem_.size), product((n + 7) / 8 * 8);
+  const Eigen::Index n = nw_, rows = (n + 7) / 8 * 8;
+  out.used = 0;
+  if (n == 0) return true;
+  VecX z = VecX::Zero(2 * rows), weight(problem_.size), weights = VecX::Zero(rows);
   problem_.weights(y.data(), weight.data());
+  weights.head(n) = weight.segment(nq_, n);
   z.head(n) = y.segment(nq_, n);
-  z.tail(n) = m.P * (y.head(nq_) - m.state.head(nq_));
-  MatX g(2 * n, 3);
+  z.segment(rows, n) = m.P * (y.head(nq_) - m.state.head(nq_));
+  MatX g = MatX::Zero(2 * rows, 3), loads(2 * rows, 3);
   g.topRows(n) = d.middleRows(nq_, n);
-  g.bottomRows(n) = m.P * d.topRows(nq_);
+  g.middleRows(rows, n) = m.P * d.topRows(nq_);
   g.col(0).head(n) += m.rates.segment(nq_, n) - m.B * m.state.segment(nq_, n);
-  double piece_length = std::min(length, radians_of_series / std::max(fastest(m), 1e-300));
+  double piece_length = std::min(length, radians_of_series(problem_.tolerance) / std::max(fastest(m), 1e-300));
   // A step of more pieces than that is not worth its memory: what decays at once is for other methods.
   const double most = std::clamp(4e6 / (2.0 * static_cast<double>(n + 1) * most_terms), 8.0, 500.0);
   if (length > most * piece_length) return false;
   piece_length = length / std::ceil(length / piece_length * (1.0 - 1e-12));
-  out.used = 0;
-  const Eigen::Index rows = (n + 7) / 8 * 8;
-  MatX L = MatX::Zero(rows, 3 * n);  // of the powers of p below, of w and of p
+  MatX L = MatX::Zero(rows, 3 * n);
   L.block(0, n, n, n) = m.B;
+  PowerSeries series;
+  series.n = static_cast<int>(n);
+  series.rows = static_cast<int>(rows);
+  series.matrix = L.data();
+  series.loads = loads.data();
+  series.weights = weights.data();
+  series.negligible = negligible;
   int halved = 0;
   for (double s = 0.0; s < length * (1.0 - 1e-12);) {
     if (out.pieces.size() == out.used) out.pieces.emplace_back();
     Piece& piece = out.pieces[out.used];
     const double part = std::min(piece_length, length - s), a = s / span, b = part / span;
     piece.start = s;
-    piece.length = part;
-    if (piece.terms.rows() != 2 * n || piece.terms.cols() != most_terms + 2) piece.terms.resize(2 * n, most_terms + 2);
-    MatX& c = piece.terms;
+    piece.length = series.length = part;
+    if (piece.terms.rows() != 2 * rows) piece.terms.resize(2 * rows, most_terms + 2);
     L.topLeftCorner(n, n) = part * m.A1;
     L.topRightCorner(n, n) = m.A + (t + s - m.time) * m.A1;
-    c.col(0).setZero();
-    c.col(1) = z;
-    int small = 0, k = 0;
-    double largest = 0.0;
-    bool done = n == 0;
-    for (; k < most_terms && !done; ++k) {
-      const double factor = part / (k + 1.0);
-      const double* from = c.col(k + 1).data();
-      double* to = c.col(k + 2).data();
-      multiply_padded(L.data(), static_cast<int>(rows), static_cast<int>(3 * n), from - n, product.data());
-      for (Eigen::Index i = 0; i < n; ++i) {
-        to[i] = product[i] * factor;
-        to[n + i] = from[i] * factor;
-      }
-      if (k == 0) c.col(2) += factor * (g.col(0) + a * g.col(1) + a * a * g.col(2));
-      else if (k == 1) c.col(3) += factor * (b * g.col(1) + 2.0 * a * b * g.col(2));
-      else if (k == 2) c.col(4) += factor * (b * b * g.col(2));
-      largest = 0.0;
-      for (Eigen::Index i = 0; i < n; ++i) largest += std::abs(to[i]) * weight[nq_ + i];
-      if (!std::isfinite(largest)) return false;
-      small = largest < negligible ? small + 1 : 0;
-      done = small >= 2 && k >= 3;
-    }
-    if (!done) {
+    loads.col(0) = g.col(0) + a * (g.col(1) + a * g.col(2));
+    loads.col(1) = b * (g.col(1) + 2.0 * a * g.col(2));
+    loads.col(2) = b * b * g.col(2);
+    piece.terms.col(0).setZero();
+    piece.terms.col(1) = z;
+    piece.count = expand(series, most_terms, piece.terms.data());
+    if (piece.count == 0) {
       // Faster than the estimate said.
       if (++halved > 10) return false;
       piece_length *= 0.5;
       continue;
     }
-    piece.count = k + 1;
-    z.setZero();
-    for (int j = piece.count; j-- > 0;) z += c.col(j + 1);
+    evaluate_powers(piece.terms.col(1).data(), static_cast<int>(2 * rows), piece.count, 1.0, z.data());
     ++out.used;
     s += part;
   }
@@ -233,10 +227,10 @@ void ExponentialSolver::evaluate_solution(const LinearModel& m, const VecX& y, c
   if (n == 0) return;
   const Piece& piece = solution.pieces[k];
   const double x = (s - piece.start) / piece.length;
-  VecX z = piece.terms.col(piece.count);
-  for (int j = piece.count; j-- > 1;) z = z * x + piece.terms.col(j);
+  VecX z(piece.terms.rows());
+  evaluate_powers(piece.terms.col(1).data(), static_cast<int>(z.size()), piece.count, x, z.data());
   out.segment(nq_, n) = z.head(n);
-  const VecX moved = z.tail(n) - m.P * (y.head(nq_) - m.state.head(nq_)) - m.P * done.head(nq_);
+  const VecX moved = z.segment(z.size() / 2, n) - m.P * (y.head(nq_) - m.state.head(nq_)) - m.P * done.head(nq_);
   out.head(nq_) += m.T * moved;
 }
 
@@ -258,17 +252,23 @@ bool ExponentialSolver::attempt(double h) {
   remove_oscillation(model_, ahead, span, 0.5 * h, h, middle);
   if (!middle.allFinite() || !linearise(time_ + 0.5 * h, middle, &model_, trial_model_)) return false;
   const VecX d0 = remainder(trial_model_, time_, calm_, calm_rate_);
-  VecX bend = span_ > 0.0 ? VecX(curvature_ * std::pow(h / span_, 2)) : VecX(VecX::Zero(size));
-  const auto parabola = [&](const VecX& slope, const VecX& curve, const VecX& centre) {
+  VecX centre = VecX::Zero(size);
+  centre.tail(size - nq_ - nw_) = trial_model_.rates.tail(size - nq_ - nw_);
+  VecX bend = VecX::Zero(size);
+  if (span_ > 0.0) {
+    // Its bend from where the step before began: every model leaves another remainder, so that the last one's tells nothing.
+    const VecX dp = remainder(trial_model_, previous_, before_, before_rate_) - centre;
+    const double a = 1.0 + 2.0 * span_ / h;
+    bend = (dp - a * (d0 - centre)) / (a * a - a);
+  }
+  const auto parabola = [&](const VecX& slope, const VecX& curve) {
     trial_d_.resize(size, 3);
     trial_d_.col(0) = centre + curve - slope;
     trial_d_.col(1) = 2.0 * slope - 4.0 * curve;
     trial_d_.col(2) = 4.0 * curve;
   };
   // Coordinates and rates: zero in the middle. Quadratures have no model: their rates themselves.
-  VecX centre = VecX::Zero(size);
-  centre.tail(size - nq_ - nw_) = trial_model_.rates.tail(size - nq_ - nw_);
-  parabola(bend - (d0 - centre), bend, centre);
+  parabola(bend - (d0 - centre), bend);
   if (!solve(trial_model_, state_, time_, trial_d_, h, h, work_)) return false;
   evaluate_solution(trial_model_, state_, trial_d_, h, work_, h, predicted_);
   calm_end_ = predicted_;
@@ -278,7 +278,7 @@ bool ExponentialSolver::attempt(double h) {
   evaluations_ += 1.0;
   const VecX d1 = remainder(trial_model_, time_ + h, calm_end_, calm_end_rate_);
   bend = 0.5 * (d0 + d1) - centre;
-  parabola(0.5 * (d1 - d0), bend, centre);
+  parabola(0.5 * (d1 - d0), bend);
   if (!solve(trial_model_, state_, time_, trial_d_, h, h, work_)) return false;
   evaluate_solution(trial_model_, state_, trial_d_, h, work_, h, end_);
   if (!end_.allFinite()) return false;
@@ -286,7 +286,6 @@ bool ExponentialSolver::attempt(double h) {
   problem_.weights(state_.data(), weight.data());
   const VecX change = end_ - predicted_;
   error_ = std::sqrt(change.cwiseProduct(weight).squaredNorm() / static_cast<double>(size));
-  if (error_ <= 1.0) curvature_ = bend;
   return true;
 }
 
@@ -305,6 +304,8 @@ double ExponentialSolver::step(double t_stop, VecX& y) {
       time_ = h == room ? t_stop : time_ + h;
       std::swap(begin_, state_);
       state_ = end_;
+      std::swap(before_, calm_);
+      std::swap(before_rate_, calm_rate_);
       std::swap(calm_, calm_end_);
       std::swap(calm_rate_, calm_end_rate_);
       std::swap(model_, trial_model_);

@@ -40,8 +40,10 @@ class ExponentialSolver {
     VecX state, rates;
     MatX T, P, A, B, A1;  // q x n, n x q, n x n
     MatX closed;          // the part of A that is known in closed form, whose change A1 follows
+    MatX slope;           // its divided difference to the model before, which is `apart` seconds earlier
+    double apart = 0.0;
   };
-  // Coefficients of the powers of (time since start) / length of w and p = P (q - q*), one under the other, after a column of zeros.
+  // Coefficients of the powers of (time since start) / length of w and p = P (q - q*), one under the other as power_series.h has them.
   struct Piece {
     double start = 0.0, length = 0.0;  // s since the step's beginning
     MatX terms;
@@ -74,12 +76,12 @@ class ExponentialSolver {
   double time_ = 0.0, previous_ = 0.0, h_ = 0.0;
   VecX state_, begin_;            // now, at the last step's beginning
   VecX calm_, calm_rate_;         // now, without what oscillates within a step; rates there
+  VecX before_, before_rate_;     // the same at the last step's beginning
   LinearModel model_, trial_model_;
   MatX d_, trial_d_;              // remainder of the last step as a polynomial of the share of it: size x 3
   double span_ = 0.0;             // the step that d_ belongs to; 0: none
   Solution solution_, work_;
   VecX end_, calm_end_, calm_end_rate_, predicted_;
-  VecX curvature_;
   mutable VecX probe_;
   double error_ = 0.0;
 };

@@ -2,7 +2,6 @@
 
 #include "sim/wide.h"
 
-#include <cstring>
 #include <algorithm>
 #include <cmath>
 
@@ -74,61 +73,6 @@ void multiply(const MatX& A, const double* x, double* y) {
   }
   for (; k < n; ++k, a += m)
     for (int i = 0; i < m; ++i) out[i] += a[i] * x[k];
-}
-
-namespace {
-
-// Sums of 24 rows, or of what is left of them, stay in registers, four for each row so that additions need not wait for each other.
-template <typename V, int blocks>
-inline __attribute__((always_inline)) void multiply_rows_of(const double* A, int stride, int columns, const double* x, double* y) {
-  constexpr int lanes = sizeof(V) / sizeof(double), W = 8 * blocks / lanes;
-  V sum[4][W] = {};
-  const auto add = [&](int j, int k) __attribute__((always_inline)) {
-    for (int w = 0; w < W; ++w) {
-      V a;
-      std::memcpy(&a, A + static_cast<Eigen::Index>(k) * stride + static_cast<Eigen::Index>(w) * lanes, sizeof(V));
-      sum[j][w] += a * x[k];
-    }
-  };
-  int k = 0;
-  for (; k + 4 <= columns; k += 4) {
-    add(0, k);
-    add(1, k + 1);
-    add(2, k + 2);
-    add(3, k + 3);
-  }
-  for (; k < columns; ++k) add(0, k);
-  for (int w = 0; w < W; ++w) {
-    const V whole = (sum[0][w] + sum[1][w]) + (sum[2][w] + sum[3][w]);
-    std::memcpy(y + static_cast<Eigen::Index>(w) * lanes, &whole, sizeof(V));
-  }
-}
-
-template <typename V>
-inline __attribute__((always_inline)) void multiply_padded_by(const double* A, int rows, int columns, const double* x, double* y) {
-  int i = 0;
-  for (; i + 24 <= rows; i += 24) multiply_rows_of<V, 3>(A + i, rows, columns, x, y + i);
-  if (rows - i == 16) multiply_rows_of<V, 2>(A + i, rows, columns, x, y + i);
-  else if (rows - i == 8) multiply_rows_of<V, 1>(A + i, rows, columns, x, y + i);
-}
-
-typedef double Two __attribute__((vector_size(16)));
-#if defined(__x86_64__) && defined(__GNUC__)
-typedef double Four __attribute__((vector_size(32)));
-typedef double Eight __attribute__((vector_size(64)));
-__attribute__((target("avx2"))) void multiply_padded_avx2(const double* A, int rows, int columns, const double* x, double* y) { multiply_padded_by<Four>(A, rows, columns, x, y); }
-__attribute__((target("avx512f"))) void multiply_padded_avx512(const double* A, int rows, int columns, const double* x, double* y) { multiply_padded_by<Eight>(A, rows, columns, x, y); }
-#endif
-
-}  // namespace
-
-void multiply_padded(const double* A, int rows, int columns, const double* x, double* y) {
-#if defined(__x86_64__) && defined(__GNUC__)
-  static const bool avx512 = __builtin_cpu_supports("avx512f") != 0, avx2 = __builtin_cpu_supports("avx2") != 0;
-  if (avx512) return multiply_padded_avx512(A, rows, columns, x, y);
-  if (avx2) return multiply_padded_avx2(A, rows, columns, x, y);
-#endif
-  multiply_padded_by<Two>(A, rows, columns, x, y);
 }
 
 FLEXFRAME_WIDE

@@ -26,9 +26,6 @@ void add_rows(const MatX3& F, const Mat3& A, MatX3& out);
 // y = A x, A: m x n, y: m values that are neither A nor x.
 void multiply(const MatX& A, const double* x, double* y);
 
-// y = A x, A: rows x columns with rows a multiple of 8, as for the many products of a series with one matrix; y: rows values.
-void multiply_padded(const double* A, int rows, int columns, const double* x, double* y);
-
 // Lower half of D += sum over the columns d of T_d E_d^T + E_d F_d^T; T, E, F: n x m, D: n x n. Entries above the diagonal are spoilt.
 void add_products(const MatX& T, const MatX& E, const MatX& F, MatX& D);
 
