@@ -130,6 +130,36 @@ void Search::keep_at_least(const Scene& scene) {
     if (const std::optional<int> keep = std::get<BeamDef>(scene.bodies[r.body].kind).keep_modes; keep && *keep > 0) least_[r.body] = *keep;
 }
 
+double Refinement::error() const {
+  const double ratio = before > 0.0 ? std::clamp(before / std::max(left, 1e-300), 2.5, 6.0) : 3.0;
+  return left / std::sqrt(1.0 - 1.0 / (ratio * ratio));
+}
+
+std::vector<Refinement> Search::refinements(const Setting& setting) const {
+  std::vector<Refinement> out;
+  const Scene here = at(setting);
+  bool others = false;
+  for (const Resolvable& r : bodies_) {
+    if (r.model != BeamModel::finite_element) others = true;
+    else if (const std::optional<int> keep = std::get<BeamDef>(here.bodies[r.body].kind).keep_modes; keep && *keep > 0) out.push_back({r.body});
+  }
+  if (others) out.push_back({});
+  return out;
+}
+
+void Search::refine(const Refinement& what, Setting& setting) {
+  const Scene here = at(setting);
+  if (!what.body) {
+    keep_at_least(here);  // those with modes keep what they have
+    ++setting.level;
+    return;
+  }
+  const int have = *std::get<BeamDef>(here.bodies[*what.body].kind).keep_modes;
+  int level = 0;
+  while (modes_at(level) <= have) ++level;
+  least_[*what.body] = modes_at(level);
+}
+
 Histories Search::run(const Scene& scene) {
   SimulateOptions o;
   o.method = method;

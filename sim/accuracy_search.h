@@ -24,6 +24,14 @@ struct Setting {
   double tolerance = 1e-4;
 };
 
+// What may be refined by itself: a body with its modes, or (no body) the level of all bodies that are no finite elements.
+struct Refinement {
+  std::optional<size_t> body;
+  double left = 0.0, before = 0.0;  // what the next finer run changed, and the one before
+  // What lies beyond the next finer one too, by the ratio of the last two; the first is taken for 3.
+  double error() const;
+};
+
 class Search {
  public:
   Search(const Scene& scene, const SimulateOptions& options);
@@ -35,6 +43,9 @@ class Search {
   Scene finer_than(const Setting& setting) const;
   // From now on no fewer modes than these.
   void keep_at_least(const Scene& scene);
+  std::vector<Refinement> refinements(const Setting& setting) const;
+  // From now on the body keeps as many modes as the next level that has more; or the others have the next level.
+  void refine(const Refinement& what, Setting& setting);
   // Bodies that a setting makes rigid.
   std::vector<std::string> rigid_at(const Setting& setting) const;
 
