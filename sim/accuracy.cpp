@@ -59,12 +59,61 @@ std::optional<Finished> settle_open(Task& t, const std::vector<Item>& open, doub
   return found;
 }
 
-// Everything after the tolerance, in runs of at most `limit` CPU s.
-std::optional<Finished> complete(Task& t, double limit) {
-  t.rigid = t.left_out = MatX::Zero(t.coarse.values.rows(), t.coarse.values.cols());
-  settle_rigid(t);
-  const std::vector<Item> open = settle_effects(t);
-  return settle_open(t, open, limit);
+// A way to the accuracy before the run itself, and effects that are left to decide there.
+struct Way {
+  Task task;
+  std::vector<Item> open;
+};
+
+// All ways that keep the accuracy at the coarse level.
+std::vector<Way> find_ways(Task t) {
+  std::vector<Task> tasks;
+  settle_time(t, &tasks);
+  tasks.insert(tasks.begin(), std::move(t));
+  std::vector<Way> ways;
+  double spent = tasks.front().search.cpu;
+  for (Task& task : tasks) {
+    task.search.cpu = spent;
+    task.rigid = task.left_out = MatX::Zero(task.coarse.values.rows(), task.coarse.values.cols());
+    try {
+      settle_rigid(task);
+      std::vector<Item> open = settle_effects(task);
+      spent = task.search.cpu;
+      ways.push_back({std::move(task), std::move(open)});
+    } catch (const SimulationError&) {
+      if (ways.empty() && &task == &tasks.back()) throw;
+    }
+  }
+  for (Way& way : ways) way.task.search.cpu = spent;
+  return ways;
+}
+
+// What is cheap at the coarse level may be dear with more modes: all ways are gone in runs of a limited length, which grows until one comes to the
+// end; the others may be cheaper still.
+Finished take_cheapest(const std::vector<Way>& ways, Task& taken) {
+  double spent = ways.front().task.search.cpu, limit = unlimited;
+  for (const Way& way : ways) limit = std::min(limit, 0.01 + 10.0 * way.task.coarse.statistics.cpu_seconds);
+  std::optional<Finished> found;
+  const auto go = [&](const Way& way, double longest) {
+    Task task = way.task;
+    task.search.cpu = spent;
+    std::optional<Finished> one;
+    try {
+      one = settle_open(task, way.open, longest);
+    } catch (const SimulationError&) {
+      if (longest == unlimited) throw;
+    }
+    spent = task.search.cpu + (one ? one->cpu() : 0.0);
+    if (!better(task.accuracy, one, found)) return;
+    found = std::move(one);
+    taken = std::move(task);
+  };
+  constexpr int most_limits = 8;
+  for (int k = 0; k < most_limits && ways.size() > 1 && !found; ++k, limit *= 4.0)
+    for (const Way& way : ways) go(way, found && found->error <= way.task.accuracy ? found->cpu() : limit);
+  if (!found) go(ways.front(), unlimited);
+  taken.search.cpu = spent - found->cpu();
+  return std::move(*found);
 }
 
 }  // namespace
@@ -72,23 +121,7 @@ std::optional<Finished> complete(Task& t, double limit) {
 Results simulate_to_accuracy(const Scene& scene, double accuracy, const SimulateOptions& options) {
   Task t{accuracy, &options, Search(scene, options), {}, {}, {}, 0.0, 1.0, {}, {}, {}, {}};
   t.setting.tolerance = std::clamp(0.1 * accuracy, 1e-11, 1e-3);
-  std::vector<Task> others;
-  settle_time(t, &others);
-  Finished found = *complete(t, unlimited);
-  for (Task& other : others) {
-    other.search.cpu = t.search.cpu;
-    std::optional<Finished> way;
-    try {
-      way = complete(other, found.error <= accuracy ? found.cpu() : unlimited);
-    } catch (const SimulationError&) {
-      // This way does not get to the end.
-    }
-    t.search.cpu = other.search.cpu + (way ? way->cpu() : 0.0);
-    if (!better(accuracy, way, found)) continue;
-    other.search.cpu = t.search.cpu - way->cpu() + found.cpu();
-    t = std::move(other);
-    found = std::move(*way);
-  }
+  const Finished found = take_cheapest(find_ways(t), t);
 
   AccuracyStatement out;
   out.asked = accuracy;
@@ -103,7 +136,8 @@ Results simulate_to_accuracy(const Scene& scene, double accuracy, const Simulate
   out.chosen = t.search.describe(found.setting);
   out.chosen.insert(out.chosen.end(), t.chosen.begin(), t.chosen.end());
   out.search_cpu = t.search.cpu;
-  SolverStatistics& s = found.results.statistics;
+  Results results = found.results;
+  SolverStatistics& s = results.statistics;
   s.error_estimate = found.error;
   s.error_column = found.column;
   if (s.error_estimate > accuracy)
@@ -111,7 +145,7 @@ Results simulate_to_accuracy(const Scene& scene, double accuracy, const Simulate
   if (options.check_effects) {
     NeglectOptions check;
     check.tolerance = found.loose_tolerance;
-    const Histories whole = to_histories(found.results);
+    const Histories whole = to_histories(results);
     check.floor = std::max(found.time, apart(found.looser, whole));
     check.budget = std::max(check_price * s.cpu_seconds, least_check);
     check.method = t.search.method;
@@ -121,7 +155,7 @@ Results simulate_to_accuracy(const Scene& scene, double accuracy, const Simulate
     report_neglected(t.search.at(found.setting), t.search.states, found.looser, check, accuracy, s);
   }
   s.accuracy = out;
-  return found.results;
+  return results;
 }
 
 }  // namespace flexframe::sim

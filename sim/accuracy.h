@@ -1,8 +1,12 @@
 // A scene simulated to an asked accuracy of its outputs: tolerance, modes or elements, and effects are chosen.
 //
-// Three errors are estimated by comparing runs (histories.h), all relative to the ranges of the outputs: of time (ten times the tolerance), of
-// space (one level fewer modes or elements) and of what is left out (with and without). Coarse and loose runs come first, because they are
-// cheap; the last run is the result and is checked against the one below it; where explicit steps follow every vibration, against one above.
+// Three errors are estimated by comparing runs (histories.h), all relative to the ranges of the outputs: of time (another tolerance), of
+// space (other modes or elements) and of what is left out (with and without). Coarse and loose runs come first, because they are cheap: they tell the
+// tolerance, for the scene's method and for those that follow every vibration. Then each of these ways is gone in runs of limited length until one
+// comes to the end, the others as long as they are cheaper; the last run is the result. Where vibrations are followed each body's modes are judged by
+// a run with more of them in it alone, elsewhere a run is judged by the level below it and, once it seems good enough, by one above.
+// Errors of time and space at about the same time add up; those of bodies, and of modes left out of one, vibrate at frequencies of their own and add
+// as squares.
 //
 // Where the scene lists effects they stay; where it says "auto", what is worth less than a tenth of the asked accuracy goes, unless the run is dearer
 // without. What is off and worth less than a third in all stays off; what is worth more than nine tenths comes. Between these the cheaper way is

@@ -47,7 +47,8 @@ void settle_time(Task& t, std::vector<Task>* others) {
   bool followed = false;
   for (int round = 0; round < 12; ++round) {
     t.time = error_of_difference * apart(t.loose, t.coarse);
-    if (t.time <= enough || t.setting.tolerance <= 1e-11) break;
+    const bool settled = t.time <= enough || t.setting.tolerance <= 1e-11;
+    if (settled && (round > 0 || !others)) break;
     // Each round lowers the followers' tolerances by a decade, for as long as the next round would take.
     for (Follower& f : followers) {
       if (followed || !f.pays || t.coarse.statistics.method == method_name(f.method)) continue;
@@ -62,6 +63,7 @@ void settle_time(Task& t, std::vector<Task>* others) {
     }
     const Follower* const found = best();
     followed = found != nullptr;
+    if (settled) break;
     if (followed && (!others || t.coarse.statistics.cpu_seconds > found->cpu())) break;
     if (!followed)
       for (Follower& f : followers) f.tolerance *= 0.1;
@@ -78,14 +80,15 @@ void settle_time(Task& t, std::vector<Task>* others) {
   const auto decade = [](Task& task) { task.decade = std::max(1.05, task.coarse.statistics.cpu_seconds / std::max(task.loose.statistics.cpu_seconds, 1e-9)); };
   decade(t);
   if (!followed) return;
-  const double longest = 2.0 * best()->cpu();
+  // Of two methods that follow vibrations one that is far dearer already stays so: its runs lengthen with the fastest mode even more.
+  const double longest = 4.0 * best()->cpu();
   std::vector<Task> ways;
   for (Follower& f : followers) {
     while (others && f.pays && f.time > enough && f.tolerance > 1e-10) {
       f.tolerance *= 0.1;
       f.run(search, t.below().level, longest);
     }
-    if (!f.pays || f.time > enough) continue;
+    if (!f.pays || f.time > enough || f.cpu() > longest) continue;
     Task& way = ways.emplace_back(t);
     way.search.method = f.method;
     way.setting.tolerance = f.tolerance;
