@@ -185,6 +185,7 @@ std::vector<PlannedPoint> plan_axis(const Scene& scene, const std::string& axis)
   const auto add = [&](const std::string& series, const std::string& label, double knob, const std::string& setting, Scene s) {
     out.push_back({axis, series, label, setting, knob, std::move(s)});
   };
+  constexpr sim::Method followers[] = {sim::Method::exponential, sim::Method::erk};
   const auto at = [&](double t) {
     Scene s = scene;
     set_tolerance(s, t);
@@ -194,7 +195,7 @@ std::vector<PlannedPoint> plan_axis(const Scene& scene, const std::string& axis)
     for (double t : {1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2})
       add("method as the scene has it", fmt::format("tolerance {:g}", t), t, fmt::format("tolerance = {:g}", t), at(t));
   } else if (axis == "method") {
-    for (sim::Method m : {sim::Method::adams, sim::Method::bdf, sim::Method::erk, sim::Method::dirk})
+    for (sim::Method m : {sim::Method::adams, sim::Method::bdf, sim::Method::erk, sim::Method::dirk, sim::Method::exponential})
       for (double t : {1e-7, 1e-5, 1e-3}) {
         Scene s = at(t);
         s.simulation.method = m;
@@ -222,13 +223,15 @@ std::vector<PlannedPoint> plan_axis(const Scene& scene, const std::string& axis)
         const std::string words = keep_below_one_frequency(s, keep, true);
         add(fmt::format("kept modes at {:g}", t), fmt::format("{} kept", keep), keep, fmt::format("{}; tolerance = {:g}", words, t), s);
       }
-    for (double t : {tolerance, std::min(10.0 * tolerance, 1e-2)})
-      for (int keep : {24, 16, 14, 12, 10, 8, 6, 4, 3, 2}) {
-        Scene s = at(t);
-        s.simulation.method = sim::Method::erk;
-        const std::string words = keep_below_one_frequency(s, keep, false);
-        add(fmt::format("kept, erk at {:g}", t), fmt::format("{} kept, erk", keep), keep, fmt::format("{}; method = \"erk\", tolerance = {:g}", words, t), s);
-      }
+    for (const sim::Method method : followers)
+      for (double t : {tolerance, std::min(10.0 * tolerance, 1e-2)})
+        for (int keep : {24, 16, 14, 12, 10, 8, 6, 4, 3, 2}) {
+          Scene s = at(t);
+          s.simulation.method = method;
+          const std::string words = keep_below_one_frequency(s, keep, false), name = sim::method_name(method);
+          add(fmt::format("kept, {} at {:g}", name, t), fmt::format("{} kept, {}", keep, name), keep,
+              fmt::format("{}; method = \"{}\", tolerance = {:g}", words, name, t), s);
+        }
   } else if (axis == "modes" || axis == "volumes" || axis == "model") {
     const std::vector<sim::EffectState> states = states_of(scene);
     const auto ladder = [&](BeamModel model, std::initializer_list<int> counts, double t, const char* word) {
@@ -241,7 +244,7 @@ std::vector<PlannedPoint> plan_axis(const Scene& scene, const std::string& axis)
     if (axis == "modes") ladder(BeamModel::modal, {8, 6, 4, 3, 2, 1}, quiet, "modes");
     else if (axis == "volumes") ladder(BeamModel::mixed, {8, 4, 2, 1}, quiet, "volumes");
     else {
-      // Each form with the method that the program takes and with explicit steps, as what is cheap for one is dear for another.
+      // Each form with the method that the program takes and with those that follow vibrations, as what is cheap for one is dear for another.
       struct Form { const char* name; BeamModel model; bool kept; std::vector<int> counts; const char* word; };
       const Form forms[] = {{"elements", BeamModel::finite_element, false, {16, 8, 4, 2}, "elements"},
                             {"elements, modes kept", BeamModel::finite_element, true, {16, 8, 4, 2, 1}, "modes"},
@@ -251,16 +254,18 @@ std::vector<PlannedPoint> plan_axis(const Scene& scene, const std::string& axis)
       for (const Form& form : forms)
         for (int n : form.counts) {
           if (form.kept && !any_beam(scene, [](const BeamDef& b) { return bends(b) && frame_only(b); })) continue;
-          for (const bool steps : {false, true})
-            for (double t : {steps ? 10.0 * tolerance : tolerance, steps ? tolerance : 0.1 * tolerance}) {
+          for (const sim::Method method : {sim::Method::automatic, sim::Method::erk, sim::Method::exponential}) {
+            const bool follows = method != sim::Method::automatic;
+            for (double t : {follows ? 10.0 * tolerance : tolerance, follows ? tolerance : 0.1 * tolerance}) {
               Scene s = at(t);
               set_form(s, states, form.model, n);
-              if (form.kept) keep_below_one_frequency(s, n, !steps);
-              if (steps) s.simulation.method = sim::Method::erk;
-              const std::string method = steps ? "method = \"erk\", " : "";
-              add(form.name, fmt::format("{} {}, {}{:g}", n, form.word, steps ? "erk " : "", t), n,
-                  fmt::format("model = \"{}\", {} {}{}; {}tolerance = {:g}", model_name(form.model), n, form.word, form.kept && steps ? ", keep_static = false" : "", method, t), s);
+              if (form.kept) keep_below_one_frequency(s, n, !follows);
+              if (follows) s.simulation.method = method;
+              const std::string name = follows ? sim::method_name(method) : "", words = follows ? fmt::format("method = \"{}\", ", name) : "";
+              add(form.name, fmt::format("{} {}, {}{}{:g}", n, form.word, name, follows ? " " : "", t), n,
+                  fmt::format("model = \"{}\", {} {}{}; {}tolerance = {:g}", model_name(form.model), n, form.word, form.kept && follows ? ", keep_static = false" : "", words, t), s);
             }
+          }
         }
     }
   } else if (axis == "stiffening") {
