@@ -28,7 +28,7 @@ struct Setting {
 struct Refinement {
   std::optional<size_t> body;
   double left = 0.0, before = 0.0;  // what the next finer run changed, and the one before
-  // What lies beyond the next finer one too, by the ratio of the last two; the first is taken for 3.
+  // What lies beyond the next finer one too, by the ratio of the last two: shares of modes that vibrate at frequencies of their own add as squares.
   double error() const;
 };
 
