@@ -25,12 +25,14 @@ class Scales {
   explicit Scales(Task& task) : task_(task), without_{task.loose, task.coarse} {}
 
   // What switching it changes. An effect that is off can seem to be worth more than it is, as vibrations that it adds are stepped over in other
-  // ways at every tolerance: where that would decide, both runs are made at tighter tolerances until the share is small, or larger than what a
-  // decade of tolerance changes in both. What never is counts as small: a share that cannot be told from errors of time speaks for nothing.
+  // ways at every tolerance, and so can one that is on and dear: where that would decide, both runs are made at tighter tolerances until the share is
+  // small, or larger than what a decade of tolerance changes in both. What never is counts as small if it is off: a share that cannot be told from
+  // errors of time speaks for nothing.
   void weigh(Item& item) {
-    const double small = unasked * task_.accuracy;
+    const bool on = item.members.front().on;
+    const double small = (on ? most_left_out : unasked) * task_.accuracy;
     std::optional<Histories> now = with(item, 1);
-    if (!take_share(item, now, 1) || item.members.front().on || item.worth <= small) return;
+    if (!take_share(item, now, 1) || item.worth <= small || (on && item.price >= cheaper)) return;
     std::optional<Histories> before = with(item, 0);
     for (size_t k = 1; now && k <= 4; ++k) {
       if (item.worth <= small || (before && item.worth > small + apart(*before, *now) + apart(without_[k - 1], without_[k]))) return;
@@ -43,6 +45,7 @@ class Scales {
       now = with(item, k + 1);
       if (!take_share(item, now, k + 1)) break;
     }
+    if (on) return;
     item.share *= small / std::max(item.worth, small);
     item.worth = std::min(item.worth, small);
   }

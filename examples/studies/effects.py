@@ -16,7 +16,7 @@ import tempfile
 flexframe = pathlib.Path(sys.argv[1]).resolve()
 examples = pathlib.Path(__file__).resolve().parent.parent
 asked = 1e-2
-patience = 400  # s, of one command
+patience = 100  # s, of one command
 planar = {"bending": ["bending_xy"], "bending, stiffening": ["bending_xy", "stiffening"], "bending, stiffening, axial": ["bending_xy", "stiffening", "axial"]}
 spatial = {name: ["bending_xz", "torsion", *words] for name, words in planar.items()}
 lumped = {"bending": ["bending_xy"], "bending, axial": ["bending_xy", "axial"]}
