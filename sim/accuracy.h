@@ -13,8 +13,9 @@
 // taken: the run is made without it, its worth counted among the errors (finer in time and space to make up for it), and with it for as
 // long as that is the cheaper one. A worth is believed once it is larger than what a decade of tolerance changes in the two runs that told it.
 //
-// The knob of space is common to all bodies: a frequency. A finite-element beam keeps the eigenmodes below it and the static
-// deflections of the rest, of three elements a mode at least; one that has none below it is rigid unless that shows; modal beams have the eigenforms 1..m, mixed ones volumes, lumped ones elements in the same proportion.
+// The knob of space is common to all bodies, but where vibrations are followed: a frequency. A finite-element beam keeps the eigenmodes below it and
+// the static deflections of the rest, of three elements a mode at least; one that has none below it is rigid unless that shows; modal beams have the
+// eigenforms 1..m, mixed ones volumes, lumped ones elements in the same proportion.
 // Beams whose nodes or coordinates the scene names stay as they are.
 #pragma once
 
