@@ -423,19 +423,32 @@ Map make_map(const Nodes& nodes, const MeshView& mesh, const Options& options) {
     }
     Partition part;
     int lebesgue_row = -1;
-    if (report.scheme == Scheme::elastic || report.scheme == Scheme::lattice) {
+    const bool green = report.scheme == Scheme::elastic || report.scheme == Scheme::lattice;
+    std::string loose;  // why what was chosen for its accuracy does not serve
+    if (green) {
       try {
         part = make_green_map(map, weld, graph, how);
+        if (!(part.lebesgue <= options.lebesgue_warn)) loose = fmt::format("its Lebesgue constant is {:.3g}", part.lebesgue);
       } catch (const MapError& error) {
         if (options.scheme != Scheme::automatic) throw;
-        report.scheme = Scheme::kernel;
-        report.warnings.push_back(fmt::format("kernel instead of elastic: {}", error.what()));
+        part.lebesgue = std::numeric_limits<double>::infinity();
+        loose = error.what();
       }
     }
-    if (report.scheme != Scheme::elastic && report.scheme != Scheme::lattice) {
-      part = make_partition(weld, graph, map.node_positions, how);
-      map.lift = std::move(part.lift);
-      map.leave_one_out = std::move(part.leave_one_out);
+    // Nodes on which a surface hangs too loosely: the kernel with rigid arms, unless it is worse.
+    if (!green || (options.scheme == Scheme::automatic && !loose.empty())) {
+      if (green) how.patch_nodes = std::clamp(options.patch_nodes, 8, 60);
+      Partition kernel = make_partition(weld, graph, map.node_positions, how);
+      if (!green || kernel.lebesgue < part.lebesgue) {
+        part = std::move(kernel);
+        map.lift = std::move(part.lift);
+        map.leave_one_out = std::move(part.leave_one_out);
+        if (green) {
+          report.warnings.push_back(fmt::format("kernel instead of {}: {}", scheme_name(report.scheme), loose));
+          report.reason = fmt::format("{} nodes hold the elastic surface too loosely", count);
+          report.scheme = Scheme::kernel;
+        }
+      }
     }
     map.weights = std::move(part.weights);
     report.lebesgue = part.lebesgue;

@@ -150,20 +150,30 @@ Image decode_png(std::span<const std::uint8_t> bytes, const std::string& name) {
   if (bytes.size() < 8 || !std::equal(signature.begin(), signature.end(), bytes.begin())) fail("not a PNG file");
   // Checksums first: stb_image does not look at them, and a damaged picture must not pass for a different one.
   std::size_t pixels = 0, packed = 0;
-  bool header_first = true, have_header = false;
+  bool header_first = true, have_header = false, empty_parts = false;
   const bool whole = walk_chunks(bytes, [&](const std::string& type, std::span<const std::uint8_t> data) {
     if (!have_header && type != "IHDR") header_first = false;
     if (type == "IHDR" && data.size() == 13) {
       have_header = true;
       pixels = std::size_t(get32(&data[0])) * get32(&data[4]);
     }
-    if (type == "IDAT") packed += data.size();
+    if (type == "IDAT") packed += data.size(), empty_parts = empty_parts || data.empty();
   });
   if (!whole) fail("damaged PNG file: cut off, or a checksum does not match");
   if (!have_header || !header_first) fail("damaged PNG file: no header");
   // Deflate packs at most 1032 to 1, so what is smaller than that cannot hold the picture (at 1 bit a pixel).
   if (pixels > largest_picture || pixels / 8 > packed * 1032 + 1024) fail("PNG file of an implausible size");
   if (bytes.size() > std::size_t(std::numeric_limits<int>::max())) fail("PNG file of more than 2 GB");
+
+  // An empty IDAT is allowed and says nothing; stb_image copies it to a null pointer.
+  std::vector<std::uint8_t> filled;
+  if (empty_parts) {
+    filled.assign(signature.begin(), signature.end());
+    walk_chunks(bytes, [&](const std::string& type, std::span<const std::uint8_t> data) {
+      if (type != "IDAT" || !data.empty()) filled.insert(filled.end(), data.data() - 8, data.data() + data.size() + 4);
+    });
+    bytes = filled;
+  }
 
   int width = 0, height = 0, channels = 0;
   const auto* data = bytes.data();

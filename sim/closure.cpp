@@ -343,7 +343,8 @@ void close_positions(const Model& model, int cluster, Work& work) {
     double size = cw.res.cwiseAbs().maxCoeff();
     for (int k = 0; k < nd; ++k) size = std::max(size, std::abs(cw.step[k]) * rate_scale(model, cluster, part.dep[k]));
     // 3e-13 of the size is a few hundred roundings of the poses: closed. A step that no longer shrinks at 1e-10 is rounding too.
-    if (size <= 3e-13 * c.size || (size <= 1e-10 * c.size && size > 0.25 * last)) break;
+    // A deformation that closes the loop is a force: one rounding off is as good as it gets.
+    if (size <= (elastic ? 2e-16 : 3e-13) * c.size || (size <= 1e-10 * c.size && size > 0.25 * last)) break;
     if (!std::isfinite(size) || iteration == 40 || (iteration > 4 && size > c.size)) {
       int worst = 0;
       cw.res.cwiseAbs().maxCoeff(&worst);

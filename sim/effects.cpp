@@ -187,10 +187,11 @@ EffectDecision decide_effects(const BodyDef& body, const BeamDef& beam, const Ve
     }
     e.stiffening = true;
     reason["stiffening"] = {"program", "axial forces may be carried"};
-    reason["axial"] = {"program", "a slender beam bends long before it stretches"};
+    e.axial = !beam.effects.held_by.empty();
+    reason["axial"] = {"program", e.axial ? fmt::format("the loop of joint '{}' holds its length", beam.effects.held_by) : "a slender beam bends long before it stretches"};
     reason["shear"] = {"program", "a slender beam bends long before it shears"};
     say("stiffening on: axial forces may be carried");
-    say("axial off: a slender beam bends long before it stretches");
+    say(fmt::format("axial {}: {}", e.axial ? "on" : "off", reason["axial"].second));
   }
   if (beam.model == BeamModel::modal && !beam.modes.empty()) {
     // The modes that a scene names are the coordinates it wants.

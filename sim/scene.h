@@ -64,6 +64,7 @@ struct EffectChoice {
   std::vector<std::string> names;       // axial bending_xy bending_xz torsion stiffening shear gyroscopic damping ...
   bool by_program = false;              // the names are what an asked accuracy needs (accuracy.h), not the scene's
   std::vector<std::string> without;     // left out, whatever else says that they are on
+  std::string held_by;                  // joint whose loop holds the beam's length, set by the program (held_lengths.h): automatic effects count axial in
 };
 
 struct FlexibleInitial {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <charconv>
 #include <cmath>
@@ -545,10 +546,10 @@ class Reader {
     return n * axis + mode + 1;
   }
 
-  // Compares deviations of the two layouts; each is a sum of squares over the same entries.
-  static SidLayout decide(double interleaved, double blocked) {
-    if (interleaved == blocked) return SidLayout::either;
-    return interleaved < blocked ? SidLayout::interleaved : SidLayout::blocked;
+  // Compares deviations of the two layouts, interleaved and blocked; each is a sum of squares over the same entries.
+  static SidLayout decide(const std::array<double, 2>& deviation) {
+    if (deviation[0] == deviation[1]) return SidLayout::either;
+    return deviation[0] < deviation[1] ? SidLayout::interleaved : SidLayout::blocked;
   }
 
   // (row, mode, axis) of a 3nq-wide entry under either layout.
@@ -572,6 +573,24 @@ class Reader {
     for (SidEntry& e : t.entries) e.column = other_column(e.column, sid.nelastq);
   }
 
+  // Which layout an identity finds, and its block held interleaved. deviations(): of the block as it stands, read interleaved and blocked.
+  template <class Deviations>
+  SidLayout settle(SidTaylor& t, const char* block, const char* identity, Deviations&& deviations) {
+    const SidLayout layout = decide(deviations());
+    if (layout == SidLayout::blocked) {
+      const std::vector<SidEntry> given = t.entries;
+      make_interleaved(t);
+      // Where neither layout fits, the block might be turned once more whenever it is read: then it stays as the file has it.
+      if (decide(deviations()) == SidLayout::blocked) {
+        t.entries = given;
+        note(fmt::format("layout of {}: neither fits ({}), read as interleaved", block, identity));
+        return SidLayout::either;
+      }
+    }
+    report(block, layout, identity);
+    return layout;
+  }
+
   // sym(Gr_j) = J1_j decides.
   SidLayout settle_gr() {
     const int n = sid.nelastq;
@@ -582,19 +601,18 @@ class Reader {
     for (const SidEntry& e : sid.Gr->entries) reach = std::max(reach, e.column);
     for (const SidEntry& e : sid.J->entries) reach = std::max(reach, e.mode);
     if (reach == 0) return SidLayout::either;
-    double deviation[2];
-    for (int blocked = 0; blocked < 2; ++blocked) {
-      std::vector<std::pair<long, double>> terms;  // (mode, place) -> sum, kept sparse
-      for (const Spot& s : spots(*sid.Gr, n, blocked == 1))
-        terms.emplace_back(6L * s.mode + row_of[s.row][s.axis], s.row == s.axis ? s.value : 0.5 * s.value);
-      for (const SidEntry& e : sid.J->entries)
-        if (e.mode > 0) terms.emplace_back(6L * (e.mode - 1) + e.row - 1, -e.value);
-      deviation[blocked] = sum_squares(terms);
-    }
-    const SidLayout layout = decide(deviation[0], deviation[1]);
-    report("Gr", layout, "sym(Gr_j) = J1_j");
-    if (layout == SidLayout::blocked) make_interleaved(*sid.Gr);
-    return layout;
+    return settle(*sid.Gr, "Gr", "sym(Gr_j) = J1_j", [&] {
+      std::array<double, 2> deviation{};
+      for (int blocked = 0; blocked < 2; ++blocked) {
+        std::vector<std::pair<long, double>> terms;  // (mode, place) -> sum, kept sparse
+        for (const Spot& s : spots(*sid.Gr, n, blocked == 1))
+          terms.emplace_back(6L * s.mode + row_of[s.row][s.axis], s.row == s.axis ? s.value : 0.5 * s.value);
+        for (const SidEntry& e : sid.J->entries)
+          if (e.mode > 0) terms.emplace_back(6L * (e.mode - 1) + e.row - 1, -e.value);
+        deviation[blocked] = sum_squares(terms);
+      }
+      return deviation;
+    });
   }
 
   // Ge_j(k, :) = 2 Cr1(k, j, :), with geometric stiffening in Cr only its skew part; without Cr.M1, Ge_j(k, :) = -Ge_k(j, :).
@@ -603,28 +621,27 @@ class Reader {
     if (!sid.Ge || n < 2 || sid.Ge->entries.empty()) return SidLayout::either;
     const bool have = sid.Cr && std::any_of(sid.Cr->entries.begin(), sid.Cr->entries.end(), [](const SidEntry& e) { return e.mode > 0; });
     const auto at = [n](long row, long mode, long axis) { return (row * n + mode) * 3 + axis; };
-    double deviation[2];
-    for (int blocked = 0; blocked < 2; ++blocked) {
-      deviation[blocked] = std::numeric_limits<double>::max();
-      for (int skew = 0; skew < (have ? 2 : 1); ++skew) {
-        std::vector<std::pair<long, double>> terms;
-        for (const Spot& s : spots(*sid.Ge, n, blocked == 1)) {
-          terms.emplace_back(at(s.row, s.mode, s.axis), s.value);
-          if (!have) terms.emplace_back(at(s.mode, s.row, s.axis), s.value);
+    return settle(*sid.Ge, "Ge", have ? "Ge_j(k,:) = 2 Cr1(k,j,:)" : "Ge_j(k,:) = -Ge_k(j,:)", [&] {
+      std::array<double, 2> deviation{};
+      for (int blocked = 0; blocked < 2; ++blocked) {
+        deviation[blocked] = std::numeric_limits<double>::max();
+        for (int skew = 0; skew < (have ? 2 : 1); ++skew) {
+          std::vector<std::pair<long, double>> terms;
+          for (const Spot& s : spots(*sid.Ge, n, blocked == 1)) {
+            terms.emplace_back(at(s.row, s.mode, s.axis), s.value);
+            if (!have) terms.emplace_back(at(s.mode, s.row, s.axis), s.value);
+          }
+          if (have)
+            for (const SidEntry& e : sid.Cr->entries)
+              if (e.mode > 0) {
+                terms.emplace_back(at(e.row - 1, e.mode - 1, e.column - 1), skew ? -e.value : -2.0 * e.value);
+                if (skew) terms.emplace_back(at(e.mode - 1, e.row - 1, e.column - 1), e.value);
+              }
+          deviation[blocked] = std::min(deviation[blocked], sum_squares(terms));
         }
-        if (have)
-          for (const SidEntry& e : sid.Cr->entries)
-            if (e.mode > 0) {
-              terms.emplace_back(at(e.row - 1, e.mode - 1, e.column - 1), skew ? -e.value : -2.0 * e.value);
-              if (skew) terms.emplace_back(at(e.mode - 1, e.row - 1, e.column - 1), e.value);
-            }
-        deviation[blocked] = std::min(deviation[blocked], sum_squares(terms));
       }
-    }
-    const SidLayout layout = decide(deviation[0], deviation[1]);
-    report("Ge", layout, have ? "Ge_j(k,:) = 2 Cr1(k,j,:)" : "Ge_j(k,:) = -Ge_k(j,:)");
-    if (layout == SidLayout::blocked) make_interleaved(*sid.Ge);
-    return layout;
+      return deviation;
+    });
   }
 
   static double sum_squares(std::vector<std::pair<long, double>>& terms) {

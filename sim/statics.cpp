@@ -198,8 +198,9 @@ int search(Problem& p, const Sought& what, StaticSolution& out, int& worst) {
     VecX x = solve_square(K + damping * MatX::Identity(n, n), f);
     if (!x.allFinite()) return 1;
     const double longest = x.cwiseAbs().maxCoeff(&worst);
-    // The last step no longer mends anything: rounding.
-    if (damping <= 1e-9 * stiffest && longest <= 1e-11 * p.model.size && out.residual <= 1e-8 * p.rest.scale) {
+    // The last step no longer mends anything: rounding of the forces, or of places where a stiff body resists them (fifty roundings of the size).
+    const double rounding = std::max(1e-8 * p.rest.scale, 1e-14 * p.model.size * stiffest);
+    if (damping <= 1e-9 * stiffest && longest <= 1e-11 * p.model.size && out.residual <= rounding) {
       if (last >= 0.0 && out.residual >= 0.5 * last) return 0;
       last = out.residual;
     } else {
@@ -218,7 +219,7 @@ int search(Problem& p, const Sought& what, StaticSolution& out, int& worst) {
     if (!accepted) {
       p.evaluate(nullptr, f);
       // At the limit of the digits no step can be better.
-      if (out.residual <= 1e-8 * p.rest.scale && longest <= 1e-8 * p.model.size) return 0;
+      if (out.residual <= rounding && longest <= 1e-8 * p.model.size) return 0;
       if (damping > 1e3 * stiffest) return 1;
       damping = std::max(100.0 * damping, 1e-9 * stiffest);
       continue;

@@ -4,6 +4,7 @@
 #include "sim/beam_loads.h"
 #include "sim/closure.h"
 #include "sim/dynamics.h"
+#include "sim/held_lengths.h"
 #include "sim/joint_motion.h"
 #include "sim/kinematics.h"
 #include "sim/loads.h"
@@ -44,21 +45,46 @@ void unpack(System& system, const double* y) {
   for (int v : system.model.massless.rates) work.w[v] = 0.0;
 }
 
+// Model, work space and assembled start of system.scene.
+void build(System& system) {
+  system.model = build_model(system.scene);
+  system.work = make_work(system.model);
+  system.notes = system.model.notes;
+  check_motions(system.model, system.scene, system.notes);
+  for (TimeFunction& e : system.model.expressions) {
+    const std::vector<double> switches = e.switch_times(0.0, system.scene.simulation.duration);
+    const double end = switches.empty() ? system.scene.simulation.duration : switches.front();
+    e.freeze(0.5 * end);
+  }
+  assemble(system.model, system.scene, system.work, system.notes);
+}
+
+// Automatic effects count the lengthening of beams in whose length a loop holds; elsewhere a note says what is left out. True if the
+// model has to be built anew.
+bool let_lengthen(System& system) {
+  bool anew = false;
+  for (const HeldLength& held : held_lengths(system.model, system.scene, system.work)) {
+    BodyDef& body = system.scene.bodies[held.body];
+    BeamDef& beam = std::get<BeamDef>(body.kind);
+    const bool modes_listed = beam.model == BeamModel::modal && !beam.modes.empty();
+    const bool left_out = std::find(beam.effects.without.begin(), beam.effects.without.end(), "axial") != beam.effects.without.end();
+    if (beam.effects.automatic && beam.effects.held_by.empty() && !modes_listed && !left_out) {
+      beam.effects.held_by = held.joint;
+      anew = true;
+    } else {
+      system.notes.push_back(fmt::format("body '{}': the loop of joint '{}' holds its length, and axial is off: the loop comes open by what bending shortens the beam", body.name, held.joint));
+    }
+  }
+  return anew;
+}
+
 }  // namespace
 
 System make_system(const Scene& scene) {
   System system;
   system.scene = scene;
-  system.model = build_model(scene);
-  system.work = make_work(system.model);
-  system.notes = system.model.notes;
-  check_motions(system.model, scene, system.notes);
-  for (TimeFunction& e : system.model.expressions) {
-    const std::vector<double> switches = e.switch_times(0.0, scene.simulation.duration);
-    const double end = switches.empty() ? scene.simulation.duration : switches.front();
-    e.freeze(0.5 * end);
-  }
-  assemble(system.model, system.scene, system.work, system.notes);
+  build(system);
+  while (let_lengthen(system)) build(system);
   if (wants_statics(scene)) {
     const StaticSolution at_rest = solve_statics(system.model, scene, system.work);
     assemble_rates(system.model, scene, system.work, system.notes);

@@ -104,6 +104,17 @@ with tempfile.TemporaryDirectory() as folder:
         result = run("--nodes", bent, "--mesh", mesh, "-o", out, *words)
         check(result.returncode == 0 and ("degrees" in result.stderr) == warned, "warning of exaggeration with %s: %s" % (words, result.stderr))
 
+    # A ring of nine sides and four nodes, half of them beside it: the elastic surface hangs on them too loosely, the kernel takes over.
+    rings = [(2 * i / 3, 3 * math.cos(2 * math.pi * j / 9), 0.5 * math.sin(2 * math.pi * j / 9)) for i in range(4) for j in range(9)]
+    tube = file("tube.obj", "".join("v %.17g %.17g %.17g\n" % v for v in rings) + "".join(
+        "f %d %d %d %d\n" % tuple(k + 1 for k in (9 * i + j, 9 * i + (j + 1) % 9, 9 * i + 9 + (j + 1) % 9, 9 * i + 9 + j)) for i in range(3) for j in range(9)))
+    few = file("few.csv", "x,y,z,ux,uy,uz,rx,ry,rz\n" + "".join(p + ",0.1,0.2,0.3,0,0,0\n" for p in ("0,3,0", "0.66666666666666663,3,0", "1.2,0.3,0.45", "2,0.2,0.45")))
+    result = run("--nodes", few, "--mesh", tube, "-o", second)
+    check(result.returncode == 0 and "kernel instead of elastic: its Lebesgue constant" in result.stderr and "kernel (4 nodes hold" in result.stdout, "loose elastic surface: " + result.stdout + result.stderr)
+    check(all(abs(a - b) < 1e-9 for w in read(second) for a, b in zip(w, (0.1, 0.2, 0.3))), "a translation stays one")
+    result = run("--nodes", few, "--mesh", tube, "-o", second, "--scheme", "elastic")
+    check(result.returncode == 0 and "Lebesgue constant" in result.stderr, "elastic where it is asked for: " + result.stderr)
+
     def wrong(what, words, needle):
         target = os.path.join(folder, "wrong.csv")
         result = run(*words, "-o", target)

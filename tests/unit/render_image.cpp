@@ -39,6 +39,24 @@ TEST(Png, GreyAndSixteenBitsAreRightForAStranger) {
   for (int i = 0; i < 10; ++i) EXPECT_EQ(read.pixels[3 * i], deep.pixels[i] >> 8);
 }
 
+// Parts of the picture's data may be empty.
+TEST(Png, EmptyPartsAreAllowed) {
+  const Image image = noise(9, 5, 3);
+  const auto bytes = encode_png(image);
+  const std::vector<std::uint8_t> part = {0, 0, 0, 0, 'I', 'D', 'A', 'T', 0x35, 0xaf, 0x06, 0x1e};
+  const auto data = std::search(bytes.begin(), bytes.end(), part.begin() + 4, part.begin() + 8) - bytes.begin() - 4;
+  for (const auto at : {data, static_cast<std::ptrdiff_t>(bytes.size()) - 12}) {
+    auto with = bytes;
+    with.insert(with.begin() + at, part.begin(), part.end());
+    EXPECT_EQ(decode_png(with, "memory"), image) << at;
+  }
+  const std::vector<std::uint8_t> header(bytes.begin(), bytes.begin() + 33), end(bytes.end() - 12, bytes.end());
+  auto nothing = header;
+  nothing.insert(nothing.end(), part.begin(), part.end());
+  nothing.insert(nothing.end(), end.begin(), end.end());
+  EXPECT_THROW(decode_png(nothing, "memory"), std::runtime_error);
+}
+
 TEST(Png, EveryFlippedBitAndEveryCutIsNoticed) {
   const auto bytes = encode_png(noise(9, 5, 3), {.level = 1, .text = {{"Renderer", "someone"}}});
   for (std::size_t i = 0; i < bytes.size(); ++i) {
