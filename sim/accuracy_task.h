@@ -85,5 +85,13 @@ struct Finished {
 
 // The run itself, checked against others; finer as long as that is what lacks. Given up once a run of it takes `limit` CPU s.
 std::optional<Finished> finish(Task& t, double limit);
+// The same where vibrations are followed: each body's modes are judged by themselves.
+std::optional<Finished> finish_followed(Task& t, double limit);
+
+// Settings that are tried for the run itself.
+inline constexpr int most_rounds = 14;
+// Options of the run itself, which throws TooDear where its CPU time exceeds a limit.
+struct TooDear {};
+SimulateOptions options_within(const Task& t, double limit);
 
 }  // namespace flexframe::sim

@@ -234,54 +234,57 @@ void ExponentialSolver::evaluate_solution(const LinearModel& m, const VecX& y, c
   out.head(nq_) += m.T * moved;
 }
 
-bool ExponentialSolver::attempt(double h) {
-  const Eigen::Index size = problem_.size;
-  // The middle, by the model and the remainder of the step before.
+// Linearises about the middle of a step of h seconds, to which the model and the remainder of the step before lead.
+bool ExponentialSolver::find_middle(double h) {
   MatX ahead = d_;
-  double span = h;
   if (span_ > 0.0) {
-    // about this step's beginning, as a polynomial of s / h
+    // About this step's beginning, as a polynomial of s / h.
     const double r = h / span_;
     ahead.col(0) = d_.col(0) + d_.col(1) + d_.col(2);
     ahead.col(1) = r * (d_.col(1) + 2.0 * d_.col(2));
     ahead.col(2) = r * r * d_.col(2);
   }
-  if (!solve(model_, state_, time_, ahead, span, 0.5 * h, work_)) return false;
+  if (!solve(model_, state_, time_, ahead, h, 0.5 * h, work_)) return false;
   VecX middle;
-  evaluate_solution(model_, state_, ahead, span, work_, 0.5 * h, middle);
-  remove_oscillation(model_, ahead, span, 0.5 * h, h, middle);
-  if (!middle.allFinite() || !linearise(time_ + 0.5 * h, middle, &model_, trial_model_)) return false;
-  const VecX d0 = remainder(trial_model_, time_, calm_, calm_rate_);
+  evaluate_solution(model_, state_, ahead, h, work_, 0.5 * h, middle);
+  remove_oscillation(model_, ahead, h, 0.5 * h, h, middle);
+  return middle.allFinite() && linearise(time_ + 0.5 * h, middle, &model_, trial_model_);
+}
+
+// The end of a step whose remainder is centre + x slope + x^2 bend, x from -1 at its beginning to 1 at its end.
+bool ExponentialSolver::find_end(const VecX& centre, const VecX& slope, const VecX& bend, double h, VecX& end) {
+  trial_d_.resize(problem_.size, 3);
+  trial_d_.col(0) = centre + bend - slope;
+  trial_d_.col(1) = 2.0 * slope - 4.0 * bend;
+  trial_d_.col(2) = 4.0 * bend;
+  if (!solve(trial_model_, state_, time_, trial_d_, h, h, work_)) return false;
+  evaluate_solution(trial_model_, state_, trial_d_, h, work_, h, end);
+  return end.allFinite();
+}
+
+bool ExponentialSolver::attempt(double h) {
+  const Eigen::Index size = problem_.size;
+  if (!find_middle(h)) return false;
+  // Coordinates and rates: zero in the middle. Quadratures have no model: their rates themselves.
   VecX centre = VecX::Zero(size);
   centre.tail(size - nq_ - nw_) = trial_model_.rates.tail(size - nq_ - nw_);
+  const VecX d0 = remainder(trial_model_, time_, calm_, calm_rate_);
+  // Its bend from where the step before began: every model leaves another remainder, so that the last one's tells nothing.
   VecX bend = VecX::Zero(size);
   if (span_ > 0.0) {
-    // Its bend from where the step before began: every model leaves another remainder, so that the last one's tells nothing.
     const VecX dp = remainder(trial_model_, previous_, before_, before_rate_) - centre;
     const double a = 1.0 + 2.0 * span_ / h;
     bend = (dp - a * (d0 - centre)) / (a * a - a);
   }
-  const auto parabola = [&](const VecX& slope, const VecX& curve) {
-    trial_d_.resize(size, 3);
-    trial_d_.col(0) = centre + curve - slope;
-    trial_d_.col(1) = 2.0 * slope - 4.0 * curve;
-    trial_d_.col(2) = 4.0 * curve;
-  };
-  // Coordinates and rates: zero in the middle. Quadratures have no model: their rates themselves.
-  parabola(bend - (d0 - centre), bend);
-  if (!solve(trial_model_, state_, time_, trial_d_, h, h, work_)) return false;
-  evaluate_solution(trial_model_, state_, trial_d_, h, work_, h, predicted_);
+  if (!find_end(centre, bend - (d0 - centre), bend, h, predicted_)) return false;
+  // The same with the remainder at the end found.
   calm_end_ = predicted_;
   remove_oscillation(trial_model_, trial_d_, h, h, h, calm_end_);
   calm_end_rate_.resize(size);
   if (!calm_end_.allFinite() || !rates_of_(time_ + h, calm_end_.data(), calm_end_rate_.data())) return false;
   evaluations_ += 1.0;
   const VecX d1 = remainder(trial_model_, time_ + h, calm_end_, calm_end_rate_);
-  bend = 0.5 * (d0 + d1) - centre;
-  parabola(0.5 * (d1 - d0), bend);
-  if (!solve(trial_model_, state_, time_, trial_d_, h, h, work_)) return false;
-  evaluate_solution(trial_model_, state_, trial_d_, h, work_, h, end_);
-  if (!end_.allFinite()) return false;
+  if (!find_end(centre, 0.5 * (d1 - d0), 0.5 * (d0 + d1) - centre, h, end_)) return false;
   VecX weight(size);
   problem_.weights(state_.data(), weight.data());
   const VecX change = end_ - predicted_;

@@ -60,6 +60,8 @@ class ExponentialSolver {
   double fastest(const LinearModel& model) const;
   void find_vibrations(const MatX& A);
   void remove_oscillation(const LinearModel& model, const MatX& d, double span, double s, double h, VecX& y) const;
+  bool find_middle(double h);
+  bool find_end(const VecX& centre, const VecX& slope, const VecX& bend, double h, VecX& end);
   bool attempt(double h);
 
   const OdeProblem& problem_;
