@@ -122,6 +122,8 @@ with temporary_folder() as name:
     refused("a negative index beyond the start", "bad.obj", vertices() + "f -1 -2 -9999\n", "-9999")
     refused("an index of zero", "bad.obj", vertices() + "f 0 1 2\n", "start at 1")
     refused("a coordinate that is none", "bad.obj", "v 0 0 zero\n" + plain, "bad.obj:1: coordinate 'zero'")
+    refused("a coordinate beyond what can be drawn", "bad.obj", "v 0 0 1e308\n" + plain, "bad.obj:1: vertex (0, 0, 1e+308) lies beyond 1e+15")
+    refused("a weight that throws a vertex away", "bad.obj", "v 1e9 0 0 1e-9\n" + plain, "bad.obj:1: vertex (1e+18, 0, 0) lies beyond 1e+15")
     refused("a coordinate that is not finite", "bad.obj", "v 0 0 nan\n" + plain, "bad.obj:1")
     refused("two coordinates", "bad.obj", "v 0 0\n" + plain, "bad.obj:1")
     refused("no faces", "bad.obj", vertices(), "no face")
