@@ -110,7 +110,7 @@ std::optional<Finished> finish(Task& t, double limit) {
       error = total();
       if (error > accuracy && more_matter) search.keep_at_least(finer);
     }
-    if (round == most_rounds || error <= accuracy) break;
+    if (round == most_rounds || error <= accuracy || t.weary(out.cpu())) break;
     if (!search.has_levels() && t.setting.tolerance <= 1e-11) break;
     search.cpu += out.cpu();
     // More modes that do not help are the error of time in them.

@@ -155,7 +155,7 @@ std::optional<Finished> finish_followed(Task& t, double limit) {
       f.take_looser();
       break;
     }
-    if (round == most_rounds || !f.refine()) break;
+    if (round == most_rounds || t.weary(f.here->statistics.cpu_seconds) || !f.refine()) break;
   }
   if (!f.here) return std::nullopt;
 

@@ -4,6 +4,7 @@
 
 #include "sim/accuracy_search.h"
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <vector>
@@ -39,6 +40,8 @@ struct Task {
   // The tighter of them at another setting, if it succeeds there.
   bool coarse_again();
   void leave_out(const std::vector<EffectState>& what, const MatX& change);
+  // Whether the search has taken so long, beside a run of so many CPU seconds, that it ends with what it has: an accuracy may be out of reach.
+  bool weary(double run) const { return search.cpu > std::max(300.0, 100.0 * run); }
   // Found again at another setting, in a run that is given up after so many CPU seconds.
   void find_left_out(const Setting& here, const Histories& run, double seconds);
 };

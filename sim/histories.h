@@ -23,7 +23,7 @@ struct Histories {
 Histories to_histories(const Results& results);
 
 // Range of the output that each column belongs to, one number a column. 0 where the output does not move: less than a millionth of the largest
-// output of its unit; energies are measured against the energy scale at least, as a conserved one does not move.
+// output of its unit, or than rounding (1e-12) of what it comes from, where all of its unit stand still; energies are measured against the energy scale at least, as a conserved one does not move.
 VecX output_ranges(const Histories& histories);
 
 struct Difference {

@@ -36,6 +36,29 @@ TEST(Histories, RangesAreThoseOfWholeVectorsAndEnergiesHaveTheirScale) {
   EXPECT_NEAR(r[4], 5.0, 1e-12);
 }
 
+// Rounding does not move: moments of a reaction without any, the rotation of what does not turn.
+TEST(Histories, RoundingIsNoRange) {
+  Histories h;
+  h.columns = {"pull.x", "pull.mx", "turn.x", "spin.x", "place.x", "speed.x", "small"};
+  h.units = {"N", "N m", "rad", "rad/s", "m", "m/s", "m"};
+  h.times = VecX::LinSpaced(11, 0.0, 0.1);
+  h.values = MatX::Zero(7, 11);
+  const Eigen::RowVectorXd jitter = (40.0 * h.times.transpose().array()).sin().matrix();
+  h.values.row(0) = 200.0 * jitter;
+  h.values.row(1) = 3e-14 * jitter;
+  h.values.row(2) = 2e-16 * jitter;
+  h.values.row(3) = 1e-14 * jitter;
+  h.values.row(4) = h.times.transpose();
+  h.values.row(5) = 1e-15 * jitter;
+  h.values.row(6) = 1e-5 * jitter;
+  const VecX r = output_ranges(h);
+  for (int k : {1, 2, 3, 5}) EXPECT_EQ(r[k], 0.0) << h.columns[static_cast<size_t>(k)];
+  for (int k : {0, 4, 6}) EXPECT_GT(r[k], 0.0) << h.columns[static_cast<size_t>(k)];
+  // A mechanism of a micrometre has moments of so little.
+  h.values.row(1) *= 1e6;
+  EXPECT_GT(output_ranges(h)[1], 0.0);
+}
+
 TEST(Histories, ComparesAtCommonTimesAndNamesTheWorst) {
   const Histories reference = example();
   Histories off = at_times(reference, VecX::LinSpaced(6, 0.0, 1.0));
