@@ -407,14 +407,17 @@ void require_closed(const Model& model, int cluster, Work& work) {
   if (worst <= allowed) return;
   std::string motions;
   int driven = 0;
+  bool bends = false;
+  for (int i : c.parts) bends = bends || model.parts[i].body.n > 0 || model.parts[i].joint.link >= 0;
   for (int i : c.parts)
     if (model.parts[i].joint.motion >= 0) motions += fmt::format("{}'{}'", driven++ ? ", " : "", model.parts[i].joint.name);
   if (driven > 1)
     throw SimulationError(fmt::format("joint '{}' comes open at t = {:.6g} s, by {:.3g} m: the motions of the joints {} contradict one another in its loop; leave one motion out",
                                       closure_row_name(model, work, cluster, open), work.time, worst, motions));
   throw SimulationError(fmt::format("joint '{}' comes open at t = {:.6g} s, by {:.3g} m: conditions of its loop that followed from the others at the start no longer do. The "
-                                    "mechanism starts in a change point, where it can go on in more than one way: start it beside that position, or give initial rates along one way",
-                                    closure_row_name(model, work, cluster, open), work.time, worst));
+                                    "mechanism starts in a change point, where it can go on in more than one way: start it beside that position, or give initial rates along one way{}",
+                                    closure_row_name(model, work, cluster, open), work.time, worst,
+                                    bends ? "; or the loop holds the length of a beam that bends: give it the effect axial (a lumped beam has none: take finite elements)" : ""));
 }
 
 void close_velocities(const Model& model, int cluster, Work& work) {

@@ -9,10 +9,11 @@
 namespace flexframe::sim {
 namespace {
 
-// Whether a beam could lengthen and does not. Links of a lumped beam never do.
+// Whether a beam does not lengthen.
 bool stiff_along(const Model& model, const Scene& scene, int body) {
   const auto* beam = std::get_if<BeamDef>(&scene.bodies[body].kind);
-  if (!beam || beam->model == BeamModel::lumped) return false;
+  if (!beam) return false;
+  if (beam->model == BeamModel::lumped) return true;
   return std::any_of(model.effects.begin(), model.effects.end(), [&](const EffectState& s) { return s.owner == scene.bodies[body].name && s.effect == "axial" && !s.on; });
 }
 

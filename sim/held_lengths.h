@@ -13,7 +13,7 @@
 namespace flexframe::sim {
 
 struct HeldLength {
-  int body = -1;              // of the scene: a beam without the effect axial that could have it
+  int body = -1;              // of the scene: a beam without the effect axial, or a lumped one, whose links never lengthen
   std::string joint;          // of the loop that holds it
 };
 

@@ -67,6 +67,10 @@ bool let_lengthen(System& system) {
     BodyDef& body = system.scene.bodies[held.body];
     BeamDef& beam = std::get<BeamDef>(body.kind);
     const bool modes_listed = beam.model == BeamModel::modal && !beam.modes.empty();
+    if (beam.model == BeamModel::lumped) {
+      system.notes.push_back(fmt::format("body '{}': the loop of joint '{}' holds its length, and a lumped beam never lengthens: take model = \"finite-element\" or \"mixed\"", body.name, held.joint));
+      continue;
+    }
     const bool left_out = std::find(beam.effects.without.begin(), beam.effects.without.end(), "axial") != beam.effects.without.end();
     if (beam.effects.automatic && beam.effects.held_by.empty() && !modes_listed && !left_out) {
       beam.effects.held_by = held.joint;

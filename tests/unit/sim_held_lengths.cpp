@@ -112,6 +112,13 @@ TEST(HeldLengths, SceneThatLeavesItOutIsTold) {
   }
   const System links = make_system(parse_scene(head(1, Vec3(0, -9.81, 0)) + hinged("model = \"lumped\"\nelements = 4"), "scene.toml"));
   EXPECT_FALSE(stretches(links, "beam"));
+  EXPECT_TRUE(notes(links.notes, "a lumped beam never lengthens"));
+  try {
+    run(head(1, Vec3(0, -9.81, 0)) + hinged("model = \"lumped\"\nelements = 4"), 1e-6);
+    FAIL();
+  } catch (const SimulationError& error) {
+    EXPECT_NE(std::string(error.what()).find("a lumped beam has none"), std::string::npos) << error.what();
+  }
 }
 
 // Set free from straight, it swings about its sag: four times stiffer than by bending, and as the loop closes so is the energy kept.
