@@ -3,6 +3,7 @@
 
 #include "sim/reduce/fe_elements.h"
 #include "sim/spatial.h"
+#include "sim/wide.h"
 
 #include <fmt/format.h>
 
@@ -266,9 +267,7 @@ namespace {
 constexpr int product_width = 8;
 
 // Eight columns laid out row by row: the matrix is read once for all of them. Built for each vector unit; sums in the same order, without fused products: the same bits.
-#if defined(__x86_64__) && defined(__gnu_linux__)
-__attribute__((target_clones("avx512f", "avx2", "default")))
-#endif
+FLEXFRAME_WIDEST
 void multiply_lower(long n, const int* outer, const int* inner, const double* value, const double* in, double* out) {
   for (long c = 0; c < n; ++c) {
     double xc[product_width], yc[product_width] = {};
