@@ -51,7 +51,7 @@ with temporary_folder() as folder:
     scene, out, baseline = folder / "swing.toml", folder / "build/image-tests/swing", folder / "baselines/swing"
     scene.write_text(scene_text)
     (folder / "CMakeLists.txt").write_text(project_text % source.resolve())
-    done = subprocess.run(["cmake", "-S", str(folder), "-B", str(folder / "build"), f"-DFLEXFRAME_PROGRAM={pathlib.Path(flexframe).resolve()}"], capture_output=True, text=True)
+    done = subprocess.run(["cmake", "-G", "Ninja", "-S", str(folder), "-B", str(folder / "build"), f"-DFLEXFRAME_PROGRAM={pathlib.Path(flexframe).resolve()}"], capture_output=True, text=True)
     expect(done.returncode == 0, f"the user's project cannot be configured: {done.stderr}")
 
     # No baseline: fails, the pictures are kept; with a reason they become the baseline; then it passes.
