@@ -85,6 +85,10 @@ constexpr double largest_coordinate = 1e15;
 
 bool too_far(const glm::dvec3& p) { return !(std::abs(p.x) <= largest_coordinate && std::abs(p.y) <= largest_coordinate && std::abs(p.z) <= largest_coordinate); }
 
+MeshError far_away(const std::string& vertex, const glm::dvec3& p) {
+  return MeshError(fmt::format("{} ({:g}, {:g}, {:g}) lies beyond {:g}", vertex, p.x, p.y, p.z, largest_coordinate));
+}
+
 // Index of one corner "v/vt/vn": checks the part given against the count so far (negative) or at the end of the file.
 void check_index(std::string_view part, long so_far, long in_all, const char* what, const std::string& file, long line) {
   if (part.empty()) return;
@@ -161,7 +165,7 @@ ObjScan scan_obj(std::string_view text, const std::string& file) {
       if (count < 3) throw MeshError(fmt::format("{}:{}: a vertex needs x y z, this line has {} number(s)", file, line, count));
       glm::dvec3 p(value[0], value[1], value[2]);
       if (count == 4 && value[3] != 0.0) p /= value[3];
-      if (too_far(p)) throw MeshError(fmt::format("{}:{}: vertex ({:g}, {:g}, {:g}) lies beyond {:g}", file, line, p.x, p.y, p.z, largest_coordinate));
+      if (too_far(p)) throw far_away(fmt::format("{}:{}: vertex", file, line), p);
       const auto index = static_cast<long>(scan.positions.size());
       scan.positions.push_back(p);
       if (count >= 6) {
@@ -463,7 +467,7 @@ Mesh read_other(const fs::path& path, const MeshOptions& options) {
         throw MeshError(fmt::format("{}: vertex {} has a coordinate that is not finite", file, mesh.positions.size() + 1));
       index[v] = static_cast<int>(mesh.positions.size());
       mesh.positions.emplace_back(p.x, p.y, p.z);
-      if (too_far(mesh.positions.back())) throw MeshError(fmt::format("{}: vertex {} ({:g}, {:g}, {:g}) lies beyond {:g}", file, mesh.positions.size(), p.x, p.y, p.z, largest_coordinate));
+      if (too_far(mesh.positions.back())) throw far_away(fmt::format("{}: vertex {}", file, mesh.positions.size()), mesh.positions.back());
     }
     if (from.HasVertexColors(0)) {
       mesh.colors.resize(first, glm::vec3(1.0f));

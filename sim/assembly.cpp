@@ -80,15 +80,6 @@ MatX scaled_columns(const Model& model, const Work& work, int cluster, const std
   return A;
 }
 
-VecX row_scales(const Model& model, const Work& work, int cluster) {
-  const Cluster& c = model.clusters[cluster];
-  VecX s = VecX::Ones(closure_row_count(model, work, cluster));
-  int row = 0;
-  for (int l : c.loops)
-    for (const ClosureRow& r : model.loops[l].rows) s[row++] = r.kind == ClosureRow::angle ? c.size : 1.0;
-  return s;
-}
-
 void move_rates(const Model& model, const Cluster& c, const std::vector<int>& columns, const VecX& step, Work& work) {
   for (int i : c.parts) {
     const Part& p = model.parts[i];
@@ -105,7 +96,7 @@ void move_rates(const Model& model, const Cluster& c, const std::vector<int>& co
 // Levenberg-Marquardt with minimum-norm steps from the current coordinates. Returns the scaled residual's largest entry.
 double descend(const Model& model, int cluster, const std::vector<int>& columns, Work& work) {
   const Cluster& c = model.clusters[cluster];
-  const VecX rows = row_scales(model, work, cluster);
+  const VecX rows = closure_row_scales(model, work, cluster);
   const auto evaluate = [&]() {
     update_cluster_positions(model, cluster, work);
     update_closure_residual(model, cluster, work, true);
@@ -274,7 +265,7 @@ bool leave_change_point(const Model& model, const Scene& scene, int cluster, Wor
   close_positions(model, cluster, work);
   // The nearest rates that the loop allows.
   update_closure_matrix(model, cluster, work, true);
-  const MatX A = scaled_columns(model, work, cluster, columns, row_scales(model, work, cluster));
+  const MatX A = scaled_columns(model, work, cluster, columns, closure_row_scales(model, work, cluster));
   VecX scaled(rate.size());
   for (size_t k = 0; k < columns.size(); ++k) scaled[static_cast<Eigen::Index>(k)] = rate[static_cast<Eigen::Index>(k)] * rate_scale(model, cluster, columns[k]);
   scaled -= least_squares(A, A * scaled, 1e-9);
@@ -351,7 +342,7 @@ void assemble_rates(const Model& model, const Scene& scene, Work& work, std::vec
     // Rates: what is free takes up what the loops need, least motion first.
     const Freedom free = freedom_of(model, scene, cluster);
     update_closure_matrix(model, cluster, work, true);
-    const VecX scale = row_scales(model, work, cluster);
+    const VecX scale = closure_row_scales(model, work, cluster);
     const Partition chosen = work.clusters[k].partition;
     Partition all = chosen;
     all.rows.resize(closure_row_count(model, work, cluster));

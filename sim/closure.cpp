@@ -130,6 +130,20 @@ std::string closure_row_name(const Model& model, const Work& work, int cluster, 
   return model.parts[rate_owner(model, cluster, work.clusters[cluster].locked[row]).first].joint.name;
 }
 
+VecX closure_row_scales(const Model& model, const Work& work, int cluster) {
+  const Cluster& c = model.clusters[cluster];
+  VecX s = VecX::Ones(closure_row_count(model, work, cluster));
+  Eigen::Index row = 0;
+  for (int l : c.loops)
+    for (const ClosureRow& r : model.loops[l].rows) s[row++] = r.kind == ClosureRow::angle ? c.size : 1.0;
+  return s;
+}
+
+bool deformation_closes(const Model& model, const Work& work, int cluster) {
+  const std::vector<int>& dep = work.clusters[cluster].partition.dep;
+  return std::any_of(dep.begin(), dep.end(), [&](int k) { return rate_scale(model, cluster, k) == 0.0; });
+}
+
 double rate_scale(const Model& model, int cluster, int rate) {
   const auto [part, k] = rate_owner(model, cluster, rate);
   if (k < 0) return 0.0;
@@ -224,13 +238,7 @@ Partition choose_partition(const Model& model, int cluster, Work& work, bool str
   const int rows = static_cast<int>(cw.G.rows());
 
   // Everything in metres: angle rows and rotary columns scaled by the cluster's size, elastic columns by the displacement they cause.
-  MatX scaled = cw.G;
-  int row = 0;
-  for (int l : c.loops)
-    for (const ClosureRow& r : model.loops[l].rows) {
-      if (r.kind == ClosureRow::angle) scaled.row(row) *= c.size;
-      ++row;
-    }
+  MatX scaled = closure_row_scales(model, work, cluster).asDiagonal() * cw.G;
   std::vector<int> joint_columns, elastic_columns, preference(c.nv, 0);
   for (int k = 0; k < c.nv; ++k) {
     const auto [part, rate] = rate_owner(model, cluster, k);
@@ -314,8 +322,7 @@ void close_positions(const Model& model, int cluster, Work& work) {
     return;
   }
   // Deformations that close a loop move the frames in their bodies as well.
-  bool elastic = false;
-  for (int k : part.dep) elastic = elastic || rate_owner(model, cluster, k).second < 0;
+  const bool elastic = deformation_closes(model, work, cluster);
   cw.res.resize(nd);
   const auto residual = [&]() {
     update_closure_residual(model, cluster, work, false);
@@ -386,13 +393,10 @@ void require_closed(const Model& model, int cluster, Work& work) {
   if (static_cast<int>(cw.partition.rows.size()) == total) return;
   update_closure_residual(model, cluster, work, true);
   double worst = 0.0;
-  int open = 0, row = 0;
-  for (int l : c.loops)
-    for (const ClosureRow& r : model.loops[l].rows) {
-      const double e = std::abs(cw.residual[row]) * (r.kind == ClosureRow::angle ? c.size : 1.0);
-      if (e > worst) worst = e, open = row;
-      ++row;
-    }
+  int open = 0;
+  const VecX scale = closure_row_scales(model, work, cluster);
+  for (int row = 0; row < total - static_cast<int>(cw.locked.size()); ++row)
+    if (const double e = std::abs(cw.residual[row]) * scale[row]; e > worst) worst = e, open = row;
   // A ten-thousandth of the size: far above what rounding or an assembly to 1e-9 grows to near a singular position, below what a picture shows.
   // Elastic bodies add what a slightly unsymmetric mesh lets conditions open that deformation is not asked to close (choose_partition).
   double allowed = 1e-4 * c.size;

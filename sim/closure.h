@@ -14,6 +14,11 @@ int closure_row_count(const Model& model, const Work& work, int cluster);
 // Name of the joint to which a row belongs, for messages.
 std::string closure_row_name(const Model& model, const Work& work, int cluster, int row);
 
+// Per row what makes a residual one in metres: the cluster's size for angles, 1 else.
+VecX closure_row_scales(const Model& model, const Work& work, int cluster);
+// Whether a deformation is among what closes a cluster's loops: a beam held at both ends, a framework of beams.
+bool deformation_closes(const Model& model, const Work& work, int cluster);
+
 // Residuals (m, rad) of all rows at the current poses; all = false: only the partition's rows.
 void update_closure_residual(const Model& model, int cluster, Work& work, bool all);
 // G of all rows or of the partition's; elastic = false: its columns of joint rates only, for which B of the frames is not needed.

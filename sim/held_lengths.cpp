@@ -4,6 +4,8 @@
 #include "sim/closure.h"
 #include "sim/kinematics.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace flexframe::sim {
@@ -68,11 +70,7 @@ std::vector<HeldLength> held_lengths(const Model& model, const Scene& scene, Wor
       if (const int b = model.parts[i].scene_body; b >= 0 && stiff_along(model, scene, b) && std::find(beams.begin(), beams.end(), b) == beams.end()) beams.push_back(b);
     if (beams.empty() || rows <= static_cast<int>(chosen.rows.size())) continue;
 
-    // Conditions in metres, as choose_partition compares them.
-    VecX scale = VecX::Ones(rows);
-    Eigen::Index at = 0;
-    for (int l : c.loops)
-      for (const ClosureRow& r : model.loops[l].rows) scale[at++] = r.kind == ClosureRow::angle ? c.size : 1.0;
+    const VecX scale = closure_row_scales(model, work, cluster);
     update_closure_matrix(model, cluster, work, true);
     const auto nd = static_cast<Eigen::Index>(chosen.dep.size());
     const MatX dependent = cw.G(chosen.rows, chosen.dep).transpose();
@@ -93,6 +91,25 @@ std::vector<HeldLength> held_lengths(const Model& model, const Scene& scene, Wor
     }
   }
   return out;
+}
+
+bool let_lengthen(const std::vector<HeldLength>& held, Scene& scene, std::vector<std::string>& notes) {
+  bool anew = false;
+  for (const HeldLength& h : held) {
+    BodyDef& body = scene.bodies[h.body];
+    BeamDef& beam = std::get<BeamDef>(body.kind);
+    const bool lumped = beam.model == BeamModel::lumped, modes_listed = beam.model == BeamModel::modal && !beam.modes.empty();
+    const bool left_out = std::find(beam.effects.without.begin(), beam.effects.without.end(), "axial") != beam.effects.without.end();
+    if (beam.effects.automatic && beam.effects.held_by.empty() && !lumped && !modes_listed && !left_out) {
+      beam.effects.held_by = h.joint;
+      anew = true;
+      continue;
+    }
+    notes.push_back(fmt::format("body '{}': the loop of joint '{}' holds its length, and {}", body.name, h.joint,
+                                lumped ? "a lumped beam never lengthens: take model = \"finite-element\" or \"mixed\""
+                                       : "axial is off: the loop comes open by what bending shortens the beam"));
+  }
+  return anew;
 }
 
 }  // namespace flexframe::sim

@@ -236,8 +236,7 @@ void PlanarDynamics::Data::close_positions(const Model& model, int cluster, Work
   };
   cw.res.resize(nd);
   cw.Gd.resize(nd, nd);
-  bool elastic = false;
-  for (int k : part.dep) elastic = elastic || rate_scale(model, cluster, k) == 0.0;
+  const bool elastic = deformation_closes(model, work, cluster);
   bool fresh = false;
   double last = std::numeric_limits<double>::infinity();
   if (elastic) {

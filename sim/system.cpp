@@ -59,36 +59,13 @@ void build(System& system) {
   assemble(system.model, system.scene, system.work, system.notes);
 }
 
-// Automatic effects count the lengthening of beams in whose length a loop holds; elsewhere a note says what is left out. True if the
-// model has to be built anew.
-bool let_lengthen(System& system) {
-  bool anew = false;
-  for (const HeldLength& held : held_lengths(system.model, system.scene, system.work)) {
-    BodyDef& body = system.scene.bodies[held.body];
-    BeamDef& beam = std::get<BeamDef>(body.kind);
-    const bool modes_listed = beam.model == BeamModel::modal && !beam.modes.empty();
-    if (beam.model == BeamModel::lumped) {
-      system.notes.push_back(fmt::format("body '{}': the loop of joint '{}' holds its length, and a lumped beam never lengthens: take model = \"finite-element\" or \"mixed\"", body.name, held.joint));
-      continue;
-    }
-    const bool left_out = std::find(beam.effects.without.begin(), beam.effects.without.end(), "axial") != beam.effects.without.end();
-    if (beam.effects.automatic && beam.effects.held_by.empty() && !modes_listed && !left_out) {
-      beam.effects.held_by = held.joint;
-      anew = true;
-    } else {
-      system.notes.push_back(fmt::format("body '{}': the loop of joint '{}' holds its length, and axial is off: the loop comes open by what bending shortens the beam", body.name, held.joint));
-    }
-  }
-  return anew;
-}
-
 }  // namespace
 
 System make_system(const Scene& scene) {
   System system;
   system.scene = scene;
   build(system);
-  while (let_lengthen(system)) build(system);
+  while (let_lengthen(held_lengths(system.model, system.scene, system.work), system.scene, system.notes)) build(system);
   if (wants_statics(scene)) {
     const StaticSolution at_rest = solve_statics(system.model, scene, system.work);
     assemble_rates(system.model, scene, system.work, system.notes);
