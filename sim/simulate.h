@@ -1,40 +1,12 @@
-// From a scene to results: model, assembly, integration with located events, sampling.
+// From a scene to results: the door of this folder. Model, start, time integration with located events, sampling.
 #pragma once
 
-#include "sim/histories.h"
-#include "sim/results.h"
-
-#include <functional>
-#include <optional>
+#include "sim/run/run_scene.h"
 
 namespace flexframe::sim {
 
-struct SimulateOptions {
-  std::optional<double> tolerance;   // overrides the scene's
-  std::optional<double> accuracy;    // overrides the scene's, and its tolerance: accuracy.h
-  std::optional<Method> method;
-  bool estimate_error = true;        // runs the scene once more ten times looser and compares (less than half the run's cost)
-  // Compares with what was left out, effect by effect, as far as about half the run's cost allows; what is worth more than the asked accuracy
-  // (a hundredth where none is asked) becomes a warning. Needs estimate_error.
-  bool check_effects = true;
-  int samples = 0;                   // simulate_histories: thin the output times to about this many; 0: all of them
-  // Called now and then with the simulated time (s); may throw to stop.
-  std::function<void(double time)> progress;
-};
-
-// A scene that asks for an accuracy is simulated by simulate_to_accuracy (accuracy.h), unless a tolerance is given here.
+// A scene that asks for an accuracy is simulated by simulate_to_accuracy (sim/accuracy/accuracy.h), unless a tolerance is given here.
 // Throws InputError for a scene that makes no mechanism, SimulationError when it cannot be integrated, with time and cause.
 Results simulate(const Scene& scene, const SimulateOptions& options = {});
-
-// The outputs' histories only: no poses, nodes or energies are kept, no error is estimated. Times are a subset of those of simulate()
-// (all of them where outputs are angles that are counted through full turns).
-Histories simulate_histories(const Scene& scene, const SimulateOptions& options = {});
-
-// Estimated error of the tighter of two runs whose tolerances are a factor of ten apart, from their difference: error = C tolerance^p
-// makes it difference / (10^p - 1). Vibrations that are stepped over give p from 0.2 (implicit methods) to 1.2 (Adams); 1/3 stays within
-// a factor of five of the truth over all of that.
-inline constexpr double error_of_difference = 1.0 / 3.0;
-
-const char* method_name(Method method);
 
 }  // namespace flexframe::sim

@@ -29,7 +29,7 @@ breaches() {
   local sim interp render film cli
   mapfile -t sim < <(files sim)
   mapfile -t interp < <(files interp)
-  mapfile -t render < <(files render 1)
+  mapfile -t render < <(files render | grep -vE '^render/(film|cli)/')
   mapfile -t film < <(files render/film)
   mapfile -t cli < <(files render/cli)
   local commands
@@ -42,16 +42,34 @@ breaches() {
   banned "film stands below the program" '#include "render/cli/' "${film[@]}"
   banned "includes are written from the project's root" '#include "(\.|[^/"]+")' "${sim[@]}" "${interp[@]}" "${render[@]}" "${film[@]}" "${cli[@]}"
 
+  # Rooms: every file stands in one, and includes only its own and those before it.
+  # rooms MODULE ROOM...: in this order; a file beside the rooms is the door and may include them all.
+  rooms() {
+    local module=$1 room later
+    shift
+    local all=("$@")
+    while (($#)); do
+      room=$1
+      shift
+      later=$(IFS='|'; echo "$*")
+      [[ -n $later ]] && banned "$module/$room stands before what it includes" "#include \"$module/($later)/" $(files "$module/$room")
+      banned "the door of $module is opened from inside" "#include \"$module/[a-z_]+\.h\"" $(files "$module/$room")
+    done
+    files "$module" | grep "^$module/.*/" | grep -vE "^$module/($(IFS='|'; echo "${all[*]}"))/" | sed "s|^|no room of $module: |"
+  }
+  rooms sim base scene bodies reduce model dynamics time start results run accuracy
+  rooms render base picture image frame draw film cli
+
   # Each foreign library behind its door.
-  confined SUNDIALS '(cvode|cvodes|arkode|ida|idas|kinsol|nvector|sunlinsol|sunmatrix|sunnonlinsol|sundials)' '^\./sim/(integrat|cvode|arkode|ida)[a-z_]*\.(h|cpp)$'
-  confined OpenGL 'GL/' '^\./render/[a-z_]+\.h$' 1
-  confined assimp 'assimp/' '^\./render/mesh[a-z_]*\.cpp$' 1
-  confined stb_image 'stb(/|_|/stb_)image' '^\./render/[a-z_]+\.cpp$' 1
-  confined stb_truetype 'stb(/|_|/stb_)truetype' '^\./render/[a-z_]+\.cpp$' 1
-  confined libdeflate 'libdeflate' '^\./render/[a-z_]+\.cpp$' 1
-  confined HDF5 '(hdf5|H5)' '^\./sim/results_file[a-z_]*\.cpp$' 1
-  confined muParser 'muParser' '^\./sim/expression\.cpp$' 1
-  confined toml++ 'toml(\+\+|\.hpp|plusplus)' '^\./sim/toml_input\.cpp$' 1
+  confined SUNDIALS '(cvode|cvodes|arkode|ida|idas|kinsol|nvector|sunlinsol|sunmatrix|sunnonlinsol|sundials)' '^\./sim/time/(integrat|cvode|arkode|ida)[a-z_]*\.(h|cpp)$'
+  confined OpenGL 'GL/' '^\./render/draw/[a-z_]+\.h$' 1
+  confined assimp 'assimp/' '^\./render/picture/mesh[a-z_]*\.cpp$' 1
+  confined stb_image 'stb(/|_|/stb_)image' '^\./render/[a-z_]+/[a-z_]+\.cpp$' 1
+  confined stb_truetype 'stb(/|_|/stb_)truetype' '^\./render/[a-z_]+/[a-z_]+\.cpp$' 1
+  confined libdeflate 'libdeflate' '^\./render/[a-z_]+/[a-z_]+\.cpp$' 1
+  confined HDF5 '(hdf5|H5)' '^\./sim/results/results_file[a-z_]*\.cpp$' 1
+  confined muParser 'muParser' '^\./sim/scene/expression\.cpp$' 1
+  confined toml++ 'toml(\+\+|\.hpp|plusplus)' '^\./sim/scene/toml_input\.cpp$' 1
   confined CLI11 'CLI/' '^\./render/cli/'
   confined Eigen/Sparse 'Eigen/(Sparse|SparseCholesky)' '^\./(sim|interp|render/film)/'
 
@@ -82,17 +100,29 @@ if [[ ${1:-} == --self-test ]]; then
     fi
   }
   expect sim/a.cpp '#include "interp/map.h"' "sim knows only itself"
-  expect sim/a.h '#include "render/image.h"' "sim knows only itself"
-  expect interp/a.cpp '#include "sim/types.h"' "interp knows only itself"
-  expect render/a.h '#include "sim/results.h"' "the drawing part knows only itself"
-  expect render/a.cpp '#include "interp/map.h"' "the drawing part knows only itself"
+  expect sim/a.h '#include "render/image/image.h"' "sim knows only itself"
+  expect interp/a.cpp '#include "sim/base/types.h"' "interp knows only itself"
+  expect render/image/a.h '#include "sim/results/results.h"' "the drawing part knows only itself"
+  expect render/draw/a.cpp '#include "interp/map.h"' "the drawing part knows only itself"
   expect render/film/a.cpp '#include "render/cli/command.h"' "film stands below the program"
+  # Every room against every later one.
+  rooms_in_order() {
+    local module=$1 i j
+    shift
+    for ((i = 1; i <= $#; ++i)); do
+      expect "$module/${!i}/a.cpp" "#include \"$module/a.h\"" "the door of $module is opened from inside"
+      for ((j = i + 1; j <= $#; ++j)); do expect "$module/${!i}/a.h" "#include \"$module/${!j}/b.h\"" "stands before what it includes"; done
+    done
+    expect "$module/attic/a.cpp" "" "no room of $module"
+  }
+  rooms_in_order sim base scene bodies reduce model dynamics time start results run accuracy
+  rooms_in_order render base picture image frame draw film cli
   expect sim/a.cpp '#include "types.h"' "includes are written from the project's root"
-  expect sim/model.cpp '#include <cvode/cvode.h>' "SUNDIALS is included outside"
-  expect render/renderer.cpp '#include <GL/gl.h>' "OpenGL is included outside"
-  expect render/image.cpp '#include <assimp/scene.h>' "assimp is included outside"
+  expect sim/model/model.cpp '#include <cvode/cvode.h>' "SUNDIALS is included outside"
+  expect render/draw/renderer.cpp '#include <GL/gl.h>' "OpenGL is included outside"
+  expect render/image/image.cpp '#include <assimp/scene.h>' "assimp is included outside"
   expect sim/a.cpp '#include <hdf5.h>' "HDF5 is included outside"
-  expect sim/scene_reader.cpp '#include <toml++/toml.h>' "toml++ is included outside"
+  expect sim/scene/scene_reader.cpp '#include <toml++/toml.h>' "toml++ is included outside"
   expect sim/a.cpp '#include <muParser.h>' "muParser is included outside"
   expect render/film/a.cpp '#include <CLI/CLI.hpp>' "CLI11 is included outside"
   expect interp/a.cpp 'std::cout << 1;' "the library prints"
@@ -102,7 +132,8 @@ if [[ ${1:-} == --self-test ]]; then
   # A clean tree is reported clean.
   rm -rf "$folder/tree"
   mkdir -p "$folder/tree/"{sim,interp,render/film,render/cli}
-  printf '#include "sim/types.h"\n#include <hdf5.h>\n' >"$folder/tree/sim/results_file.cpp"
+  mkdir -p "$folder/tree/sim/results"
+  printf '#include "sim/base/types.h"\n#include <hdf5.h>\n' >"$folder/tree/sim/results/results_file.cpp"
   clean=$( (breaches "$folder/tree") )
   [[ -z $clean ]] || { echo "a clean tree is blamed: $clean"; failures=1; }
   exit $failures

@@ -2,9 +2,9 @@
 #include "render/cli/commands.h"
 #include "render/cli/jobs.h"
 
-#include "sim/directions.h"
-#include "sim/linearise.h"
-#include "sim/system.h"
+#include "sim/dynamics/directions.h"
+#include "sim/start/linearise.h"
+#include "sim/start/make_system.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

@@ -1,8 +1,8 @@
 // flexframe compare: image regression.
 #include "render/cli/commands.h"
 
-#include "render/compare_report.h"
-#include "render/file.h"
+#include "render/base/file.h"
+#include "render/image/compare_report.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

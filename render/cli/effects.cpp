@@ -3,7 +3,7 @@
 #include "render/cli/jobs.h"
 #include "render/cli/terminal.h"
 
-#include "sim/effect_report.h"
+#include "sim/run/effect_report.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

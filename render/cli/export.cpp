@@ -3,11 +3,11 @@
 #include "render/cli/results_job.h"
 #include "render/cli/terminal.h"
 
-#include "render/file.h"
+#include "render/base/file.h"
 #include "render/film/gltf.h"
 #include "render/film/vtk.h"
-#include "sim/csv.h"
-#include "sim/words.h"
+#include "sim/base/words.h"
+#include "sim/results/csv.h"
 
 #include <fmt/format.h>
 

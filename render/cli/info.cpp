@@ -1,12 +1,12 @@
 // flexframe info: what a file holds, or what draws the pictures here.
 #include "render/cli/commands.h"
 
-#include "render/mesh.h"
-#include "render/png.h"
-#include "render/renderer.h"
-#include "sim/results_file.h"
-#include "sim/scene_reader.h"
-#include "sim/sid.h"
+#include "render/draw/renderer.h"
+#include "render/image/png.h"
+#include "render/picture/mesh.h"
+#include "sim/bodies/sid.h"
+#include "sim/results/results_file.h"
+#include "sim/scene/scene_reader.h"
 
 #include <fmt/format.h>
 

@@ -2,10 +2,10 @@
 
 #include "render/cli/terminal.h"
 
-#include "render/context.h"
-#include "render/mesh.h"
-#include "sim/scene_reader.h"
-#include "sim/words.h"
+#include "render/draw/context.h"
+#include "render/picture/mesh.h"
+#include "sim/base/words.h"
+#include "sim/scene/scene_reader.h"
 
 #include <fmt/format.h>
 
@@ -20,11 +20,6 @@ namespace flexframe::cli {
 namespace {
 
 namespace fs = std::filesystem;
-
-const std::vector<std::pair<const char*, sim::Method>> methods = {
-    {"auto", sim::Method::automatic}, {"adams", sim::Method::adams}, {"bdf", sim::Method::bdf},
-    {"erk", sim::Method::erk},        {"dirk", sim::Method::dirk},   {"ida", sim::Method::ida},
-    {"exponential", sim::Method::exponential}};
 
 // "A:B" or "I/N": two whole numbers; either may be missing where `open`.
 std::pair<std::optional<int>, std::optional<int>> parse_pair(const std::string& text, char between, const char* option, const char* form, bool open) {
@@ -45,11 +40,8 @@ std::pair<std::optional<int>, std::optional<int>> parse_pair(const std::string& 
 }  // namespace
 
 sim::Method method_from_name(const std::string& name) {
-  std::vector<std::string> known;
-  for (const auto& [word, method] : methods) {
-    if (name == word) return method;
-    known.emplace_back(word);
-  }
+  const std::vector<std::string>& known = sim::method_words();
+  if (const auto found = std::find(known.begin(), known.end(), name); found != known.end()) return static_cast<sim::Method>(found - known.begin());
   throw UsageError(fmt::format("--method {} is unknown{}; allowed: {}", sim::quote(name), sim::did_you_mean(name, known), sim::list_words(known)));
 }
 

@@ -4,9 +4,9 @@
 #include "render/cli/terminal.h"
 
 #include "interp/types.h"
-#include "render/mesh.h"
-#include "render/renderer.h"
-#include "sim/types.h"
+#include "render/draw/renderer.h"
+#include "render/picture/mesh.h"
+#include "sim/base/types.h"
 
 #include <fmt/format.h>
 

@@ -2,9 +2,9 @@
 #include "render/cli/commands.h"
 #include "render/cli/terminal.h"
 
-#include "sim/file_output.h"
+#include "sim/base/file_output.h"
+#include "sim/bodies/sid.h"
 #include "sim/reduce/reduce.h"
-#include "sim/sid.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

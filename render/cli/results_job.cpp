@@ -1,7 +1,7 @@
 #include "render/cli/results_job.h"
 
-#include "sim/results_file.h"
-#include "sim/scene_reader.h"
+#include "sim/results/results_file.h"
+#include "sim/scene/scene_reader.h"
 
 #include <fmt/format.h>
 

@@ -3,8 +3,8 @@
 #include "render/cli/jobs.h"
 #include "render/cli/terminal.h"
 
-#include "sim/csv.h"
-#include "sim/results_file.h"
+#include "sim/results/csv.h"
+#include "sim/results/results_file.h"
 
 #include <fmt/format.h>
 

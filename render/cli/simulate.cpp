@@ -2,8 +2,8 @@
 #include "render/cli/commands.h"
 #include "render/cli/jobs.h"
 
-#include "sim/csv.h"
-#include "sim/results_file.h"
+#include "sim/results/csv.h"
+#include "sim/results/results_file.h"
 
 #include <fmt/format.h>
 

@@ -1,10 +1,10 @@
 #include "render/film/animation.h"
 
-#include "render/camera.h"
 #include "render/film/attachments.h"
 #include "render/film/hash.h"
 #include "render/film/overlay.h"
 #include "render/film/survey.h"
+#include "render/frame/camera.h"
 
 #include <algorithm>
 #include <cmath>

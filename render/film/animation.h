@@ -12,11 +12,11 @@
 #include "render/film/body_model.h"
 #include "render/film/places.h"
 #include "render/film/settings.h"
-#include "render/picture.h"
-#include "render/shapes.h"
-#include "sim/expression.h"
-#include "sim/results.h"
-#include "sim/scene.h"
+#include "render/picture/picture.h"
+#include "render/picture/shapes.h"
+#include "sim/results/results.h"
+#include "sim/scene/expression.h"
+#include "sim/scene/scene.h"
 
 #include <array>
 #include <optional>

@@ -5,8 +5,8 @@
 #include "render/film/shapes.h"
 #include "render/film/survey.h"
 
-#include "render/camera.h"
-#include "sim/file_output.h"
+#include "render/frame/camera.h"
+#include "sim/base/file_output.h"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 #include "render/film/attachments.h"
 
-#include "render/colormap.h"
-#include "sim/words.h"
+#include "render/picture/colormap.h"
+#include "sim/base/words.h"
 
 #include <fmt/format.h>
 

@@ -1,11 +1,11 @@
 #include "render/film/body_model.h"
 
 #include "interp/scalars.h"
-#include "render/colormap.h"
-#include "render/edges.h"
 #include "render/film/shapes.h"
-#include "sim/section.h"
-#include "sim/words.h"
+#include "render/picture/colormap.h"
+#include "render/picture/edges.h"
+#include "sim/base/words.h"
+#include "sim/scene/section.h"
 
 #include <fmt/format.h>
 

@@ -10,10 +10,10 @@
 #include "interp/surface.h"
 #include "render/film/motion.h"
 #include "render/film/settings.h"
-#include "render/mesh.h"
-#include "render/picture.h"
-#include "sim/results.h"
-#include "sim/scene.h"
+#include "render/picture/mesh.h"
+#include "render/picture/picture.h"
+#include "sim/results/results.h"
+#include "sim/scene/scene.h"
 
 #include <memory>
 #include <optional>

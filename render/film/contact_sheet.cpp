@@ -1,7 +1,7 @@
 #include "render/film/contact_sheet.h"
 
 #include "render/film/filming.h"
-#include "render/png.h"
+#include "render/image/png.h"
 
 #include <algorithm>
 #include <cmath>

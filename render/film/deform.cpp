@@ -1,9 +1,9 @@
 #include "render/film/deform.h"
 
 #include "interp/exaggerate.h"
-#include "render/file.h"
-#include "render/mesh.h"
-#include "sim/types.h"
+#include "render/base/file.h"
+#include "render/picture/mesh.h"
+#include "sim/base/types.h"
 
 #include <fmt/format.h>
 

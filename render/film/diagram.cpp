@@ -1,7 +1,7 @@
 #include "render/film/diagram.h"
 
-#include "render/canvas.h"
-#include "render/text.h"
+#include "render/image/canvas.h"
+#include "render/image/text.h"
 
 #include <fmt/format.h>
 

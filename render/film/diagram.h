@@ -3,7 +3,7 @@
 // The diagram is laid out once into strokes, discs and words; SVG and PNG show the same. Sizes in pixels of the given width.
 #pragma once
 
-#include "render/image.h"
+#include "render/image/image.h"
 
 #include <string>
 #include <vector>

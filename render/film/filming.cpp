@@ -1,8 +1,8 @@
 #include "render/film/filming.h"
 
-#include "render/file.h"
+#include "render/base/file.h"
 #include "render/film/numbers.h"
-#include "render/png.h"
+#include "render/image/png.h"
 
 #include <fmt/format.h>
 

@@ -2,12 +2,12 @@
 //
 // Workers are forked before any graphics context exists, each rasterises in its own thread and takes the next picture when it is
 // done with one: deform, draw, encode, write. A picture depends only on the animation and its number, so the files are the same bits
-// whatever the number of workers, the shard or the point of resuming. Files appear whole or not at all (render/file.h), so killing any
+// whatever the number of workers, the shard or the point of resuming. Files appear whole or not at all (render/base/file.h), so killing any
 // of the processes at any time leaves only whole pictures; workers end with their parent.
 #pragma once
 
+#include "render/draw/renderer.h"
 #include "render/film/animation.h"
-#include "render/renderer.h"
 
 #include <filesystem>
 #include <functional>

@@ -6,7 +6,7 @@
 #pragma once
 
 #include "interp/types.h"
-#include "sim/results.h"
+#include "sim/results/results.h"
 
 #include <glm/glm.hpp>
 

@@ -1,7 +1,7 @@
-// The numbers that travel with a picture (render/picture_numbers.h): vertices, their range, the colour range.
+// The numbers that travel with a picture (render/picture/picture_numbers.h): vertices, their range, the colour range.
 #pragma once
 
-#include "render/picture_numbers.h"
+#include "render/picture/picture_numbers.h"
 
 namespace flexframe::film {
 

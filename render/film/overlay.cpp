@@ -1,6 +1,6 @@
 #include "render/film/overlay.h"
 
-#include "render/colormap.h"
+#include "render/picture/colormap.h"
 
 #include <fmt/format.h>
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "render/film/motion.h"
-#include "sim/scene.h"
+#include "sim/scene/scene.h"
 
 #include <glm/glm.hpp>
 

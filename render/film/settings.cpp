@@ -1,9 +1,9 @@
 #include "render/film/settings.h"
 
-#include "render/colormap.h"
 #include "render/film/body_model.h"
-#include "sim/toml_input.h"
-#include "sim/words.h"
+#include "render/picture/colormap.h"
+#include "sim/base/words.h"
+#include "sim/scene/toml_input.h"
 
 #include <fmt/format.h>
 

@@ -34,10 +34,10 @@
 #pragma once
 
 #include "interp/map.h"
-#include "render/camera.h"
-#include "render/picture.h"
-#include "sim/results.h"
-#include "sim/scene.h"
+#include "render/frame/camera.h"
+#include "render/picture/picture.h"
+#include "sim/results/results.h"
+#include "sim/scene/scene.h"
 
 #include <filesystem>
 #include <optional>
@@ -106,7 +106,7 @@ struct RenderSettings {
 };
 
 // Reads the [render] table of a scene's text; a text without one gives the defaults. `name` stands for the file in messages.
-// Throws sim::InputError as sim/scene_reader.h does: unknown and misspelt keys, wrong types, values out of range.
+// Throws sim::InputError as sim/scene/scene_reader.h does: unknown and misspelt keys, wrong types, values out of range.
 RenderSettings parse_render_settings(std::string_view text, const std::string& name);
 
 // The same of a file.

@@ -1,6 +1,6 @@
 #include "render/film/shape_basis.h"
 
-#include "sim/eigen_solvers.h"
+#include "sim/base/eigen_solvers.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,8 +2,8 @@
 // All are closed, with outward normals; positions in m in the body frame.
 #pragma once
 
-#include "render/mesh.h"
-#include "sim/scene.h"
+#include "render/picture/mesh.h"
+#include "sim/scene/scene.h"
 
 #include <span>
 

@@ -2,11 +2,11 @@
 
 #include "render/film/study_pictures.h"
 #include "render/film/study_plan.h"
-#include "sim/csv.h"
-#include "sim/file_output.h"
+#include "sim/base/file_output.h"
+#include "sim/base/words.h"
+#include "sim/results/csv.h"
 #include "sim/simulate.h"
-#include "sim/system.h"
-#include "sim/words.h"
+#include "sim/start/make_system.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

@@ -1,7 +1,7 @@
 // What accuracy costs in time: a scene run over its settings, against a reference that the study makes itself.
 //
 // Points and axes. A point is the scene with one setting (tolerance, method, elements, ...). Each is run once for its histories and a few times more,
-// interleaved with all others, for the median of its CPU time. Two errors are told, both as in sim/histories.h (largest over time, relative to the
+// interleaved with all others, for the median of its CPU time. Two errors are told, both as in sim/results/histories.h (largest over time, relative to the
 // range of each output): `error` against the study's reference, with everything that is wrong at that setting, and `axis_error` against the
 // finest point of its own series, which is the error of that one knob. Orders are slopes of axis_error.
 //
@@ -11,8 +11,8 @@
 // Every run is kept in folder/runs, so that an interrupted study goes on where it stopped.
 #pragma once
 
-#include "sim/histories.h"
-#include "sim/scene.h"
+#include "sim/results/histories.h"
+#include "sim/scene/scene.h"
 
 #include <filesystem>
 #include <functional>

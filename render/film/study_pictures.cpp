@@ -1,10 +1,10 @@
 #include "render/film/study_pictures.h"
 
+#include "render/draw/renderer.h"
 #include "render/film/animation.h"
 #include "render/film/settings.h"
-#include "render/renderer.h"
 #include "sim/simulate.h"
-#include "sim/system.h"
+#include "sim/time/system.h"
 
 #include <fmt/format.h>
 

@@ -1,8 +1,8 @@
 #include "render/film/study_plan.h"
 
-#include "sim/effect_report.h"
+#include "sim/run/effect_report.h"
 #include "sim/simulate.h"
-#include "sim/system.h"
+#include "sim/start/make_system.h"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 // The points of a study: which scenes are run. Private to study.cpp.
 #pragma once
 
-#include "sim/scene.h"
+#include "sim/scene/scene.h"
 
 #include <string>
 #include <vector>

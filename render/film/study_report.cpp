@@ -1,8 +1,8 @@
 // What a study leaves behind: table (CSV, JSON, Markdown) and diagrams (SVG, PNG).
 #include "render/film/diagram.h"
 #include "render/film/study.h"
-#include "render/png.h"
-#include "sim/file_output.h"
+#include "render/image/png.h"
+#include "sim/base/file_output.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

@@ -1,6 +1,6 @@
 #include "render/film/video.h"
 
-#include "render/file.h"
+#include "render/base/file.h"
 
 #include <fmt/format.h>
 

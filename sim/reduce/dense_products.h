@@ -1,7 +1,7 @@
 // Products of tall dense matrices by BLAS (Eigen's own kernels are built for the smallest processor here).
 #pragma once
 
-#include "sim/types.h"
+#include "sim/base/types.h"
 
 #include <cblas.h>
 

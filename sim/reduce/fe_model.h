@@ -2,7 +2,7 @@
 // (readers scale by FeUnits). Node order of elements is Abaqus' (corners, then mid-edge nodes), whatever the file.
 #pragma once
 
-#include "sim/types.h"
+#include "sim/base/types.h"
 
 #include <Eigen/Sparse>
 

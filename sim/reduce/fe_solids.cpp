@@ -1,7 +1,7 @@
 // Solid elements: shape functions, quadrature, stiffness, mass, stress. See fe_elements.h.
 #include "sim/reduce/fe_elements.h"
 
-#include "sim/eigen_solvers.h"
+#include "sim/base/eigen_solvers.h"
 
 #include <fmt/format.h>
 

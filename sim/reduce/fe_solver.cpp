@@ -1,7 +1,7 @@
 // Shift-invert block Lanczos and deflated conjugate gradients. See fe_solver.h.
 #include "sim/reduce/fe_solver.h"
 
-#include "sim/eigen_solvers.h"
+#include "sim/base/eigen_solvers.h"
 #include "sim/reduce/dense_products.h"
 
 #include <fmt/format.h>

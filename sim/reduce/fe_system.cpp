@@ -1,9 +1,9 @@
 // Numbering, assembly, elimination. See fe_system.h.
 #include "sim/reduce/fe_system.h"
 
+#include "sim/base/spatial.h"
+#include "sim/base/wide.h"
 #include "sim/reduce/fe_elements.h"
-#include "sim/spatial.h"
-#include "sim/wide.h"
 
 #include <fmt/format.h>
 

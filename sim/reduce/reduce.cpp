@@ -1,7 +1,7 @@
 // The reducer. See reduce.h and REDUCE.md.
 #include "sim/reduce/reduce.h"
 
-#include "sim/eigen_solvers.h"
+#include "sim/base/eigen_solvers.h"
 #include "sim/reduce/dense_products.h"
 #include "sim/reduce/fe_attachment.h"
 #include "sim/reduce/fe_integrals.h"

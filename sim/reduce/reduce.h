@@ -7,7 +7,7 @@
 // Theory and measurements: REDUCE.md.
 #pragma once
 
-#include "sim/flexible_body.h"
+#include "sim/bodies/flexible_body.h"
 #include "sim/reduce/fe_model.h"
 
 #include <functional>

@@ -2,7 +2,7 @@
 // One library behind one small class: MUMPS 5.5 (multifrontal, METIS ordering; CeCILL-C), chosen by measurement (REDUCE.md).
 #pragma once
 
-#include "sim/types.h"
+#include "sim/base/types.h"
 
 #include <Eigen/Sparse>
 

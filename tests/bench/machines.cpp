@@ -2,10 +2,10 @@
 // CPU per picture of each stage at 1280x720.
 //
 //   bench_machines EXAMPLES_FOLDER
+#include "render/draw/renderer.h"
 #include "render/film/animation.h"
 #include "render/film/filming.h"
-#include "render/renderer.h"
-#include "sim/scene_reader.h"
+#include "sim/scene/scene_reader.h"
 #include "sim/simulate.h"
 
 #include <fmt/format.h>

@@ -2,10 +2,10 @@
 // a waving tube, deformed anew for every picture, with normals and colours by displacement; plain and full look.
 // Usage: bench_render [pictures = 60] [osmesa|egl] [plain|full|both] [triangles ...]
 // Each stage is its median over the pictures: what else runs on the machine spoils some of them.
-#include "render/camera.h"
-#include "render/png.h"
-#include "render/renderer.h"
-#include "render/shapes.h"
+#include "render/draw/renderer.h"
+#include "render/frame/camera.h"
+#include "render/image/png.h"
+#include "render/picture/shapes.h"
 
 #include <fmt/core.h>
 

@@ -2,12 +2,12 @@
 // mesh is a tube of 5k, 100k and 1M triangles: start of the workers, shaders, deformation, drawing and PNG files, as `flexframe render` does it.
 // Usage: bench_workers PENDULUM_SCENE [runs = 3]
 // One and two workers take turns; what is printed is the median of the runs.
+#include "render/draw/context.h"
+#include "render/draw/renderer.h"
 #include "render/film/animation.h"
 #include "render/film/filming.h"
-#include "render/context.h"
-#include "render/renderer.h"
-#include "render/shapes.h"
-#include "sim/scene_reader.h"
+#include "render/picture/shapes.h"
+#include "sim/scene/scene_reader.h"
 #include "sim/simulate.h"
 
 #include <fmt/format.h>

@@ -1,6 +1,6 @@
 // libFuzzer entry: any bytes as a table of nodes (render/film/deform.h). Build and run: tests/fuzz/fuzz.sh csv
 #include "render/film/deform.h"
-#include "sim/types.h"
+#include "sim/base/types.h"
 #include "tests/fuzz/scratch.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

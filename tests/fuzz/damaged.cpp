@@ -2,8 +2,8 @@
 // sanitizers (preset asan): a crash, a leak, undefined behaviour or a copy that takes more than 20 s ends it with a code other than 0.
 //   damaged_copies COPIES FILE...      COPIES of each file: .sid .SID_FEM .inp .msh, and .sti or .mtx (its .mas or mass, .dof and node table beside it are damaged in turn)
 // Damage: bytes changed, pieces cut, doubled or moved, numbers replaced by awkward ones, the end missing. Same seed, same copies.
+#include "sim/bodies/sid.h"
 #include "sim/reduce/reduce.h"
-#include "sim/sid.h"
 #include "tests/fuzz/scratch.h"
 
 #include <chrono>

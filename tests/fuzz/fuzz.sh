@@ -22,13 +22,13 @@ out=build/fuzz/$name
 # Inputs are kept short: a reader's branches fit into a few hundred bytes, and short ones run a hundred times faster.
 seeds=()
 case $name in
-  scene) sources=(sim/{scene_reader,read_bodies,read_joints,toml_input,words,section,expression,expression_switches}.cpp) longest=4096 seeds=(examples/*.toml tests/regression/*.toml) ;;
-  sid) sources=(sim/sid_{read,write,body}.cpp) longest=8192 ;;
-  obj) sources=(render/mesh.cpp render/mesh_shading.cpp render/file.cpp) longest=1024 ;;
+  scene) sources=(sim/scene/{scene_reader,read_bodies,read_joints,toml_input,section,expression,expression_switches}.cpp sim/base/words.cpp) longest=4096 seeds=(examples/*.toml tests/regression/*.toml) ;;
+  sid) sources=(sim/bodies/sid_{read,write,body}.cpp) longest=8192 ;;
+  obj) sources=(render/picture/mesh.cpp render/picture/mesh_shading.cpp render/base/file.cpp) longest=1024 ;;
   fe) sources=(sim/reduce/fe_{inp,msh,model}.cpp) longest=2048 ;;
-  results) sources=(sim/results_file.cpp) longest=20000 ;;
+  results) sources=(sim/results/results_file.cpp) longest=20000 ;;
   csv) sources=(render/film/deform.cpp) longest=512 ;;
-  png) sources=(render/png.cpp render/image.cpp) longest=512 ;;
+  png) sources=(render/image/png.cpp render/image/image.cpp) longest=512 ;;
   *) echo "no fuzz target '$name'; there is: ${readers[*]} all" >&2; exit 2 ;;
 esac
 release=(build/release/{render/film/libflexframe_film.a,render/libflexframe_render.a,interp/libflexframe_interp.a,sim/libflexframe_sim.a})

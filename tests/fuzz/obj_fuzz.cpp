@@ -1,5 +1,5 @@
-// libFuzzer entry: any bytes as a Wavefront file (render/mesh.h). Build and run: tests/fuzz/fuzz.sh obj
-#include "render/mesh.h"
+// libFuzzer entry: any bytes as a Wavefront file (render/picture/mesh.h). Build and run: tests/fuzz/fuzz.sh obj
+#include "render/picture/mesh.h"
 #include "tests/fuzz/scratch.h"
 
 #include <cmath>

@@ -1,5 +1,5 @@
-// libFuzzer entry: any bytes as a PNG file (render/png.h). Build and run: tests/fuzz/fuzz.sh png
-#include "render/png.h"
+// libFuzzer entry: any bytes as a PNG file (render/image/png.h). Build and run: tests/fuzz/fuzz.sh png
+#include "render/image/png.h"
 #include "tests/fuzz/scratch.h"
 
 #include <span>

@@ -1,5 +1,5 @@
-// libFuzzer entry: any bytes as a results file (sim/results_file.h). Build and run: tests/fuzz/fuzz.sh results
-#include "sim/results_file.h"
+// libFuzzer entry: any bytes as a results file (sim/results/results_file.h). Build and run: tests/fuzz/fuzz.sh results
+#include "sim/results/results_file.h"
 #include "tests/fuzz/scratch.h"
 
 // HDF5 1.10 does not free an object header that it found damaged; nothing of ours stands in between (malloc is called by the library).

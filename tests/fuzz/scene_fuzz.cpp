@@ -2,8 +2,8 @@
 //   clang++ -fsanitize=fuzzer,address,undefined -std=c++20 -I. -I/usr/include/eigen3 $(pkg-config --cflags tomlplusplus) tests/fuzz/scene_fuzz.cpp
 //     sim/{scene_reader,read_bodies,read_joints,toml_input,words,section,expression,expression_switches}.cpp -lfmt -ltomlplusplus
 // Run with the examples as a start: ./a.out corpus examples
-#include "sim/expression.h"
-#include "sim/scene_reader.h"
+#include "sim/scene/expression.h"
+#include "sim/scene/scene_reader.h"
 
 #include <cmath>
 #include <cstdint>

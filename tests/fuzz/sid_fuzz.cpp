@@ -1,5 +1,5 @@
 // libFuzzer entry: any bytes as a SID file. Build: clang++ -fsanitize=fuzzer,address -std=c++20 -I. tests/fuzz/sid_fuzz.cpp sim/sid_*.cpp -lfmt
-#include "sim/sid.h"
+#include "sim/bodies/sid.h"
 
 #include <cstdint>
 #include <cstdlib>

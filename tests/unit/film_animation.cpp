@@ -1,10 +1,10 @@
 #include "film_swing.h"
 
-#include "render/camera.h"
 #include "render/film/animation.h"
 #include "render/film/survey.h"
-#include "sim/scene_reader.h"
+#include "render/frame/camera.h"
 #include "scratch.h"
+#include "sim/scene/scene_reader.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

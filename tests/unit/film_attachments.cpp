@@ -5,8 +5,8 @@
 #include "render/film/attachments.h"
 #include "render/film/contact_sheet.h"
 #include "render/film/filming.h"
-#include "render/png.h"
-#include "sim/scene_reader.h"
+#include "render/image/png.h"
+#include "sim/scene/scene_reader.h"
 
 #include <gtest/gtest.h>
 

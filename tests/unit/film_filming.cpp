@@ -3,7 +3,7 @@
 
 #include "render/film/filming.h"
 #include "render/film/video.h"
-#include "render/png.h"
+#include "render/image/png.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 #include "render/film/shapes.h"
 
-#include "sim/section.h"
+#include "sim/scene/section.h"
 
 #include <gtest/gtest.h>
 

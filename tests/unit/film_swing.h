@@ -1,8 +1,8 @@
 // Results without a simulation: a beam that swings about the origin and bends, with a rigid block at its tip.
 #pragma once
 
-#include "sim/results.h"
-#include "sim/section.h"
+#include "sim/results/results.h"
+#include "sim/scene/section.h"
 
 #include <cmath>
 #include <string>

@@ -6,9 +6,9 @@
 // and, where the new ones are right, with  --update "reason".
 #pragma once
 
-#include "render/image_compare.h"
-#include "render/png.h"
-#include "render/renderer.h"
+#include "render/draw/renderer.h"
+#include "render/image/image_compare.h"
+#include "render/image/png.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
 // Scenes of mechanisms as text, and what tests ask of their results.
 #pragma once
 
-#include "sim/scene_reader.h"
+#include "sim/base/spatial.h"
+#include "sim/scene/scene_reader.h"
 #include "sim/simulate.h"
-#include "sim/spatial.h"
 
 #include <fmt/format.h>
 

@@ -1,9 +1,9 @@
 // Drawn pictures: known pixels, known depths, bits that do not depend on anything they should not.
-#include "render/camera.h"
-#include "render/image_compare.h"
-#include "render/png.h"
-#include "render/renderer.h"
-#include "render/shapes.h"
+#include "render/draw/renderer.h"
+#include "render/frame/camera.h"
+#include "render/image/image_compare.h"
+#include "render/image/png.h"
+#include "render/picture/shapes.h"
 
 #include <gtest/gtest.h>
 

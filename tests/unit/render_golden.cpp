@@ -1,9 +1,9 @@
 // Golden pictures of what the renderer draws, one a feature.
 #include "golden.h"
 
-#include "render/camera.h"
-#include "render/edges.h"
-#include "render/shapes.h"
+#include "render/frame/camera.h"
+#include "render/picture/edges.h"
+#include "render/picture/shapes.h"
 
 #include <glm/gtc/matrix_transform.hpp>
 

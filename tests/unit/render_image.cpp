@@ -1,7 +1,7 @@
 // Images and PNG files: what is written is read again, damage is noticed, failures leave nothing.
-#include "render/image.h"
-#include "render/image_compare.h"
-#include "render/png.h"
+#include "render/image/image.h"
+#include "render/image/image_compare.h"
+#include "render/image/png.h"
 #include "scratch.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // Mesh files as they come: order and precision kept, every kind of face, and sentences for what cannot be used.
-#include "render/mesh.h"
+#include "render/picture/mesh.h"
 
 #include "scratch.h"
 

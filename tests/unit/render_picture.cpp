@@ -1,12 +1,12 @@
 // Camera, colours, words and their places: all that needs no drawing.
-#include "render/camera.h"
-#include "render/colormap.h"
-#include "render/edges.h"
-#include "render/layout.h"
-#include "render/shapes.h"
-#include "render/srgb.h"
-#include "render/text.h"
-#include "render/view.h"
+#include "render/base/srgb.h"
+#include "render/frame/camera.h"
+#include "render/frame/layout.h"
+#include "render/frame/view.h"
+#include "render/image/text.h"
+#include "render/picture/colormap.h"
+#include "render/picture/edges.h"
+#include "render/picture/shapes.h"
 
 #include <gtest/gtest.h>
 

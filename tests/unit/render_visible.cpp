@@ -1,5 +1,5 @@
 // Triangles that are left out would not have touched a sample.
-#include "render/visible.h"
+#include "render/draw/visible.h"
 
 #include <gtest/gtest.h>
 

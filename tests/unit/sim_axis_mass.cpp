@@ -1,9 +1,9 @@
 // The complete kinetic energy of beams that bend and twist: against the truncated one where that holds, against a sum over particles,
 // and its equations of motion against the conservation laws that they must keep.
-#include "sim/axis_mass.h"
-#include "sim/beam.h"
-#include "sim/normal_modes.h"
-#include "sim/spatial.h"
+#include "sim/base/spatial.h"
+#include "sim/bodies/axis_mass.h"
+#include "sim/bodies/beam.h"
+#include "sim/bodies/normal_modes.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 // The beam makers' FlexibleBody against first principles: positions against the exact kinematics of a rod, inertia terms and kinetic
 // energy against a sum over particles.
-#include "sim/beam.h"
-#include "sim/beam_terms.h"
-#include "sim/sid.h"
+#include "sim/bodies/beam.h"
+#include "sim/bodies/beam_terms.h"
+#include "sim/bodies/sid.h"
 
 #include <gtest/gtest.h>
 

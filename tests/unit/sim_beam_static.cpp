@@ -1,6 +1,6 @@
 // Large static deformations of mixed beams, from their pieces alone: the potential energy of a welded chain under a dead load at its
 // tip is made stationary here, without the program's dynamics.
-#include "sim/beam.h"
+#include "sim/bodies/beam.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

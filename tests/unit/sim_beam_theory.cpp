@@ -1,7 +1,7 @@
 // Beams against theory: eigenvalues, seed 000 Table 1, order of convergence, buckling loads, rotating beams, damping.
-#include "sim/beam.h"
-#include "sim/beam_eigenforms.h"
-#include "sim/beam_terms.h"
+#include "sim/bodies/beam.h"
+#include "sim/bodies/beam_eigenforms.h"
+#include "sim/bodies/beam_terms.h"
 
 #include <Eigen/Eigenvalues>
 #include <fmt/format.h>

@@ -1,5 +1,5 @@
 // Beams as chains: seed 003's lumped cantilever, the coupled springs, pure bending of a mixed beam, frames and damping.
-#include "sim/beam.h"
+#include "sim/bodies/beam.h"
 
 #include <Eigen/Eigenvalues>
 #include <fmt/format.h>

@@ -1,7 +1,8 @@
 // The engine through whole scenes: published checkpoints (REFERENCES), conserved quantities, loops, starts that cannot be closed.
-#include "sim/linearise.h"
-#include "sim/scene_reader.h"
+#include "sim/scene/scene_reader.h"
 #include "sim/simulate.h"
+#include "sim/start/linearise.h"
+#include "sim/start/make_system.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

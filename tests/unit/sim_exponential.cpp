@@ -1,7 +1,7 @@
 // The exponential method against the sixth-order and the multistep method at tight tolerances: plane and space, loops, jumps of loads, springs and
 // dampers between frames, prescribed motions; what it is not for is refused.
-#include "sim/histories.h"
-#include "sim/scene_reader.h"
+#include "sim/results/histories.h"
+#include "sim/scene/scene_reader.h"
 #include "sim/simulate.h"
 
 #include <fmt/format.h>

@@ -1,5 +1,5 @@
 // Expressions: the language against muParser, derivatives against analysis, switch times against arithmetic.
-#include "sim/expression.h"
+#include "sim/scene/expression.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // Beams whose length a loop holds carry forces along them: they resist bending by their lengthening, and their loops stay closed.
 #include "mechanism_text.h"
 
-#include "sim/system.h"
+#include "sim/start/make_system.h"
 
 #include <gtest/gtest.h>
 

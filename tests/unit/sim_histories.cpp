@@ -1,9 +1,9 @@
 // Errors relative to ranges, and the effects of a scene: what is asked, what is left out, what is worth it.
-#include "sim/effect_report.h"
-#include "sim/histories.h"
-#include "sim/linearise.h"
-#include "sim/scene_reader.h"
-#include "sim/system.h"
+#include "sim/results/histories.h"
+#include "sim/run/effect_report.h"
+#include "sim/scene/scene_reader.h"
+#include "sim/start/linearise.h"
+#include "sim/start/make_system.h"
 
 #include <gtest/gtest.h>
 

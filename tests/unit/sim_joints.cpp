@@ -1,9 +1,9 @@
 // Every kind of joint: its derivatives against finite differences, the same joint as a hinge of the tree and as the one that closes a loop, momentum.
 #include "mechanism_text.h"
-#include "sim/closure.h"
-#include "sim/joint_motion.h"
-#include "sim/kinematics.h"
-#include "sim/system.h"
+#include "sim/dynamics/closure.h"
+#include "sim/dynamics/kinematics.h"
+#include "sim/model/joint_motion.h"
+#include "sim/start/make_system.h"
 
 #include <gtest/gtest.h>
 

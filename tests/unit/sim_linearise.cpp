@@ -1,6 +1,7 @@
 // Small vibrations of whole systems in closed form: frequencies, damping, shapes.
 #include "mechanism_text.h"
-#include "sim/linearise.h"
+#include "sim/start/linearise.h"
+#include "sim/start/make_system.h"
 
 #include <gtest/gtest.h>
 

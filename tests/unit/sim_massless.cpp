@@ -1,7 +1,8 @@
 // Bodies without mass that springs, bushings and dampers hold: closed forms, both ways to write a scene, vibrations, refusals.
 #include "mechanism_text.h"
-#include "sim/eigen_solvers.h"
-#include "sim/linearise.h"
+#include "sim/base/eigen_solvers.h"
+#include "sim/start/linearise.h"
+#include "sim/start/make_system.h"
 
 #include <gtest/gtest.h>
 

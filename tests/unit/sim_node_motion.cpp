@@ -1,6 +1,6 @@
 // Displacements of many nodes at once against those of one node after another.
-#include "sim/beam.h"
-#include "sim/node_motion.h"
+#include "sim/bodies/beam.h"
+#include "sim/results/node_motion.h"
 
 #include <gtest/gtest.h>
 

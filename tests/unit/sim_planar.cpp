@@ -1,7 +1,7 @@
 // The planar equations of motion and the structured Newton matrix against the equations in space, state by state.
-#include "sim/newton_matrix.h"
-#include "sim/scene_reader.h"
-#include "sim/system.h"
+#include "sim/scene/scene_reader.h"
+#include "sim/start/make_system.h"
+#include "sim/time/newton_matrix.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

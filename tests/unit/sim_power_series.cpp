@@ -1,6 +1,6 @@
 // The series of the exponential method: the sums obey their differential equation, padding stays empty, what does not converge is told.
-#include "sim/power_series.h"
-#include "sim/types.h"
+#include "sim/base/types.h"
+#include "sim/time/power_series.h"
 
 #include <gtest/gtest.h>
 

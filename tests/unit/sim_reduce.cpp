@@ -1,10 +1,10 @@
 // The reducer: elements, modes, static deflection, geometric stiffening, SID of the result.
+#include "scratch.h"
+#include "sim/bodies/sid.h"
 #include "sim/reduce/fe_elements.h"
 #include "sim/reduce/fe_integrals.h"
 #include "sim/reduce/fe_solver.h"
 #include "sim/reduce/reduce.h"
-#include "scratch.h"
-#include "sim/sid.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 // The results file: what is written reads back to the same bits, strangers can read it, damage is found and never followed.
 #include "scratch.h"
-#include "sim/csv.h"
-#include "sim/file_output.h"
-#include "sim/results_file.h"
+#include "sim/base/file_output.h"
+#include "sim/results/csv.h"
+#include "sim/results/results_file.h"
 
 #include <gtest/gtest.h>
 

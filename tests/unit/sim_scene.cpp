@@ -1,7 +1,7 @@
 // Scene files: every word of the contract is read, everything wrong is answered with file, line, key and what is allowed.
 #include "scratch.h"
-#include "sim/scene_reader.h"
-#include "sim/words.h"
+#include "sim/base/words.h"
+#include "sim/scene/scene_reader.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Sections: against closed formulas, against integrals over their own outlines, and against Saint-Venant solved on a grid.
-#include "sim/section.h"
+#include "sim/scene/section.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SID files: reading real ones, writing, layouts, identities, damaged copies.
-#include "sim/sid.h"
+#include "sim/bodies/sid.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,8 @@
 // Static equilibrium starts: against closed forms and REFERENCES, stability, loops, what cannot rest.
-#include "sim/linearise.h"
-#include "sim/scene_reader.h"
+#include "sim/scene/scene_reader.h"
 #include "sim/simulate.h"
+#include "sim/start/linearise.h"
+#include "sim/start/make_system.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

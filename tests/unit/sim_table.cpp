@@ -1,7 +1,7 @@
 // Tables: splines against cubics, closed curves, what is refused; as motion and as a force over a coordinate.
-#include "sim/scene_reader.h"
+#include "sim/scene/scene_reader.h"
+#include "sim/scene/table.h"
 #include "sim/simulate.h"
-#include "sim/table.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -4,10 +4,10 @@
 //   interp_accuracy OUTPUT_FOLDER                      only the plate
 #include "interp/map.h"
 #include "interp/surface.h"
-#include "render/camera.h"
-#include "render/mesh.h"
-#include "render/png.h"
-#include "render/renderer.h"
+#include "render/draw/renderer.h"
+#include "render/frame/camera.h"
+#include "render/image/png.h"
+#include "render/picture/mesh.h"
 
 #include <fmt/format.h>
 

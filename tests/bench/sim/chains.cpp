@@ -3,8 +3,8 @@
 // for a plot.
 //
 //   bench_chains [ROWS.csv]
-#include "sim/scene_reader.h"
-#include "sim/system.h"
+#include "sim/scene/scene_reader.h"
+#include "sim/start/make_system.h"
 
 #include <fmt/format.h>
 

@@ -1,0 +1,388 @@
+#include "render/draw/painter.h"
+
+#include "render/base/srgb.h"
+#include "render/draw/shaders.h"
+
+#include <glm/gtc/matrix_transform.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace flexframe::render {
+namespace {
+
+// How the triangles to be seen wind: a pose that mirrors turns them over.
+Facing front(const Surface& s) {
+  if (s.two_sided) return Facing::any;
+  return glm::determinant(glm::dmat3(s.pose)) < 0.0 ? Facing::clockwise : Facing::counterclockwise;
+}
+
+int mark_of(std::size_t index) { return static_cast<int>(1 + index % 254); }
+
+// Surfaces that can be lit after all are drawn: their marks tell them apart, and no lines are drawn into them.
+constexpr std::size_t most_kept = 254;
+// Triangles of a picture from which on that is cheaper (bench_render: 20 % at 100 000, nothing at 5000).
+constexpr std::size_t kept_from = 20000;
+
+// Light only modulates colour-mapped surfaces: the colours stay those of the scalar bar.
+void set_material(Program& program, const Surface& s, const Lighting& lighting) {
+  const bool mapped = !s.scalars.empty();
+  const float roughness = std::clamp(s.material.roughness, 0.08f, 1.0f), metallic = std::clamp(s.material.metallic, 0.0f, 1.0f);
+  const float share = mapped ? 0.55f : 1.0f, shine = mapped ? 0.35f : 1.0f, alpha = roughness * roughness;
+  const glm::vec4 diffuse(1.0f - share + share * 0.46f * lighting.ambient, share * 0.16f * lighting.ambient, share * 0.16f * lighting.ambient, share * 0.62f * lighting.key);
+  program.set("base_color", linear_from_srgb(glm::clamp(s.material.color, 0.0f, 1.0f)));
+  program.set("diffuse_terms", (1.0f - metallic) * diffuse);
+  program.set("gloss", glm::vec4(alpha, 0.5f / std::numbers::pi_v<float> * alpha * alpha, 0.9f * lighting.key * shine, lighting.ambient * shine));
+  program.set("mirror_terms", glm::vec3(0.5f / glm::mix(0.08f, 1.0f, roughness), std::max(1.0f - roughness, 0.04f), metallic));
+}
+
+}  // namespace
+
+// An offset into the bound buffer, which OpenGL takes as a pointer.
+const void* offset_pointer(std::size_t offset) {
+  return reinterpret_cast<const void*>(offset);  // NOLINT(performance-no-int-to-ptr): never followed
+}
+
+std::vector<std::uint32_t> color_steps_of(Colormap map, int bits) {
+  const auto packed = [bits](const glm::vec3& linear) {
+    const glm::uvec3 root(glm::round(static_cast<float>((1 << bits) - 1) * glm::sqrt(linear)));
+    return root.x | root.y << bits | root.z << 2 * bits;
+  };
+  std::vector<std::uint32_t> steps;
+  steps.reserve(color_steps + 1);
+  for (int i = 0; i < color_steps; ++i) steps.push_back(packed(linear_from_srgb(colormap_color(map, i / (color_steps - 1.0)))));
+  steps.push_back(packed(glm::vec3(0.21f)));
+  return steps;
+}
+
+void Painter::begin_opaque(const ViewState& v) {
+  const Gl& gl = device_.gl();
+  gl.Viewport(-v.x, -v.y, static_cast<GLsizei>(v.samples.x), static_cast<GLsizei>(v.samples.y));
+  gl.Disable(GL_SCISSOR_TEST);
+  gl.Disable(GL_BLEND);
+  gl.Enable(GL_DEPTH_TEST);
+  gl.DepthFunc(GL_GREATER);
+  gl.DepthMask(GL_TRUE);
+  gl.ClearDepth(0.0);
+  gl.ClearColor(0.0f, 0.0f, 0.0f, 0.0f);
+  gl.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+}
+
+// Opaque surfaces, nearest first so that hidden fragments are not shaded.
+void Painter::draw_opaque(const Picture& p, const Content& d, const ViewState& v) {
+  std::vector<std::size_t> order;
+  std::vector<double> distance(d.surfaces.size(), 0.0);
+  for (std::size_t i = 0; i < d.surfaces.size(); ++i)
+    if (d.surfaces[i].opacity >= 1.0f && !d.boxes[i].empty()) {
+      order.push_back(i);
+      distance[i] = -(v.frame->view * d.surfaces[i].pose * glm::dvec4(d.boxes[i].centre(), 1.0)).z;
+    }
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return distance[a] < distance[b]; });
+  std::vector<std::size_t> kept, lit;
+  std::size_t triangles = 0;
+  for (const std::size_t i : order) {
+    (d.surfaces[i].edges ? lit : kept).push_back(i);
+    triangles += d.surfaces[i].edges ? 0 : d.surfaces[i].triangles.size();
+  }
+  if (v.target && triangles >= kept_from && d.surfaces.size() <= most_kept) {
+    const Gl& gl = device_.gl();
+    device_.add_store(*v.target);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, v.target->store_framebuffer);
+    for (const std::size_t i : kept) draw_surface(d.surfaces[i], p, v, mark_of(i), true);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, v.target->framebuffer);
+    light_kept(p, d, kept, v);
+    order = lit;
+  }
+  for (const std::size_t i : order) draw_surface(d.surfaces[i], p, v, mark_of(i));
+}
+
+// One pass a material, over the rectangle of its surfaces; samples where nothing is drawn fail the depth test.
+void Painter::light_kept(const Picture& p, const Content& d, const std::vector<std::size_t>& kept, const ViewState& v) {
+  struct Group {
+    const Surface* first = nullptr;
+    PixelRect part;
+    std::array<std::uint32_t, 8> members{};
+  };
+  const auto alike = [](const Surface& a, const Surface& b) {
+    return a.material.roughness == b.material.roughness && a.material.metallic == b.material.metallic && a.scalars.empty() == b.scalars.empty();
+  };
+  std::vector<Group> groups;
+  for (const std::size_t i : kept) {
+    const Surface& s = d.surfaces[i];
+    auto group = std::find_if(groups.begin(), groups.end(), [&](const Group& g) { return alike(*g.first, s); });
+    if (group == groups.end()) group = groups.insert(group, Group{&s, {}, {}});
+    group->part = joined(group->part, covered(d.boxes[i], s.pose, *v.frame, v.per_pixel, 2.0));
+    const auto mark = static_cast<std::uint32_t>(mark_of(i));
+    group->members[mark >> 5] |= 1u << (mark & 31u);
+  }
+  const Gl& gl = device_.gl();
+  gl.DepthFunc(GL_LESS);
+  gl.DepthMask(GL_FALSE);
+  gl.Disable(GL_CULL_FACE);
+  gl.Enable(GL_SCISSOR_TEST);
+  gl.Viewport(0, 0, v.target->width, v.target->height);
+  no_attributes();
+  for (const Group& g : groups) {
+    std::vector<const char*> switches = {"STORED"};
+    if (g.first->material.metallic > 0.0f) switches.push_back("METAL");
+    if (v.light) switches.push_back("SHADOW");
+    if (groups.size() > 1) switches.push_back("MEMBERS");
+    Program& program = device_.program(ShaderKind::cover, switches);
+    program.use();
+    set_view(program, p, *g.first, v);
+    program.set("members", std::span<const std::uint32_t>(g.members));
+    program.set("geometry", 1);
+    program.set("depths", 2);
+    const double near = v.frame->near, far = v.frame->far, step = v.frame->pixel / v.per_pixel;
+    const bool flat = v.frame->orthographic;
+    program.set("planes", flat ? glm::vec4(far, near - far, 0.0, 1.0) : glm::vec4(near * far, 0.0, far - near, near));
+    program.set("place", glm::vec4(step, step, step * (v.x - 0.5 * static_cast<double>(v.samples.x)), step * (v.y - 0.5 * static_cast<double>(v.samples.y))));
+    program.set("orthographic", flat ? 1.0f : 0.0f);
+    gl.ActiveTexture(GL_TEXTURE1);
+    gl.BindTexture(GL_TEXTURE_2D, v.target->store);
+    gl.ActiveTexture(GL_TEXTURE2);
+    gl.BindTexture(GL_TEXTURE_2D, v.target->depth);
+    gl.ActiveTexture(GL_TEXTURE0);
+    gl.Scissor(g.part.x - v.x, g.part.y - v.y, g.part.width, g.part.height);
+    gl.DrawArrays(GL_TRIANGLES, 0, 3);
+  }
+  gl.Disable(GL_SCISSOR_TEST);
+  gl.DepthFunc(GL_GREATER);
+  gl.DepthMask(GL_TRUE);
+  gl.Viewport(-v.x, -v.y, static_cast<GLsizei>(v.samples.x), static_cast<GLsizei>(v.samples.y));
+}
+
+// What lighting needs to know of the view and of the material.
+void Painter::set_view(Program& program, const Picture& p, const Surface& s, const ViewState& v) {
+  const Gl& gl = device_.gl();
+  program.set("to_light", v.to_light);
+  program.set("up", v.up);
+  set_material(program, s, p.lighting);
+  // Towards the viewer, from a sample: minus the ray through it, for a perspective camera.
+  const double step = v.frame->orthographic ? 0.0 : v.frame->pixel / v.per_pixel;
+  program.set("ray", glm::vec4(-step, -step, step * (0.5 * static_cast<double>(v.samples.x) - v.x), step * (0.5 * static_cast<double>(v.samples.y) - v.y)));
+  if (!v.light || v.ghost) return;
+  const glm::dmat4 light_from_view = v.light->map_from_world * glm::inverse(v.frame->view);
+  program.set("light_from_view", glm::mat4(light_from_view));
+  program.set("light_turn", glm::mat3(glm::dmat3(light_from_view)));
+  program.set("shadow_reach", static_cast<float>(v.shadow_reach));
+  program.set("shadow_warp", shadow_warp);
+  program.set("shadow_part", v.shadow_part);
+  program.set("shadow", 0);
+  gl.ActiveTexture(GL_TEXTURE0);
+  gl.BindTexture(GL_TEXTURE_2D, v.shadow);
+}
+
+void Painter::draw_symbols(const Picture& p, const ViewState& v) {
+  const Gl& gl = device_.gl();
+  for (const bool on_top : {false, true}) {
+    if (on_top) gl.Disable(GL_DEPTH_TEST);
+    for (const Lines& l : p.lines)
+      if (l.on_top == on_top && !translucent(l)) draw_lines(l, v);
+    for (const Markers& m : p.markers)
+      if (m.on_top == on_top && m.color.a >= 1.0f) draw_markers(m, v);
+  }
+  gl.Enable(GL_DEPTH_TEST);
+}
+
+
+void Painter::attribute(GLuint index, GLint components, GLuint buffer, std::size_t offset, GLuint divisor) {
+  const Gl& gl = device_.gl();
+  gl.BindBuffer(GL_ARRAY_BUFFER, buffer);
+  gl.EnableVertexAttribArray(index);
+  gl.VertexAttribPointer(index, components, GL_FLOAT, GL_FALSE, 0, offset_pointer(offset));
+  gl.VertexAttribDivisor(index, divisor);
+}
+void Painter::no_attributes() {
+  for (GLuint i = 0; i < 5; ++i) {
+    device_.gl().DisableVertexAttribArray(i);
+    device_.gl().VertexAttribDivisor(i, 0);
+  }
+}
+
+// The choice of triangles changes from view to view: nothing to keep.
+void Painter::draw_triangles(std::span<const glm::uvec3> triangles) {
+  const Gl& gl = device_.gl();
+  device_.stream(GL_ELEMENT_ARRAY_BUFFER, triangles.data(), triangles.size_bytes());
+  gl.DrawElements(GL_TRIANGLES, static_cast<GLsizei>(3 * triangles.size()), GL_UNSIGNED_INT, nullptr);
+}
+
+void Painter::draw_depth(const Surface& s, const glm::dmat4& clip_from_surface, int width, int height) {
+  // Of a closed mesh the sides towards the light throw the whole shadow.
+  const std::span<const glm::uvec3> triangles = visible_.select(s.positions, s.triangles, clip_from_surface, width, height, front(s));
+  if (triangles.empty()) return;
+  Program& program = device_.program(ShaderKind::surface, {"DEPTH_ONLY"});
+  program.use();
+  program.set("clip_from_surface", glm::mat4(clip_from_surface));
+  no_attributes();
+  attribute(0, 3, device_.buffer(GL_ARRAY_BUFFER, s.positions));
+  draw_triangles(triangles);
+}
+
+void Painter::draw_surface(const Surface& s, const Picture& p, const ViewState& v, int mark, bool keep) {
+  const glm::dmat4 view_from_surface = v.frame->view * s.pose;
+  const Facing facing = front(s);
+  const std::span<const glm::uvec3> triangles = visible_.select(s.positions, s.triangles, v.frame->clip * view_from_surface,
+                                                                static_cast<int>(v.samples.x), static_cast<int>(v.samples.y), facing);
+  if (triangles.empty()) return;
+  const Gl& gl = device_.gl();
+  std::vector<const char*> switches;
+  if (!s.normals.empty()) switches.push_back("NORMALS");
+  if (!s.scalars.empty()) switches.push_back("SCALARS");
+  else if (!s.colors.empty()) switches.push_back("COLORS");
+  if (!s.scalars.empty() && p.scalar_map.levels > 1) switches.push_back("LEVELS");
+  if (s.material.metallic > 0.0f) switches.push_back("METAL");
+  if (s.edges) switches.push_back("EDGES");
+  if (keep) switches.push_back("STORE");
+  else if (v.light && !v.ghost) switches.push_back("SHADOW");
+  if (v.ghost) switches.push_back("GHOST");
+  if (v.ghost && s.wires) switches.push_back("WIRES");
+  if (s.two_sided || s.normals.empty()) switches.push_back("TWO_SIDED");
+  if (v.scalar_output) switches.push_back("SCALAR_OUTPUT");
+  Program& program = device_.program(ShaderKind::surface, switches);
+  program.use();
+  program.set("view_from_surface", glm::mat4(view_from_surface));
+  // A ghost that hardly leaves its body stays behind it, wires lie on top: both without a fight for the nearer depth.
+  glm::dmat4 place = view_from_surface;
+  const double pull = !v.ghost ? 0.0 : s.wires ? 1e-3 : -2e-4;
+  if (v.frame->orthographic) place[3].z += pull * (v.frame->far - v.frame->near);
+  else place = glm::scale(glm::dmat4(1.0), glm::dvec3(1.0 - pull)) * place;
+  program.set("clip_from_surface", glm::mat4(v.frame->clip * place));
+  const double scale = std::cbrt(std::abs(glm::determinant(glm::dmat3(s.pose))));
+  program.set("view_normal", glm::mat3(glm::dmat3(view_from_surface) / (scale > 0.0 ? scale : 1.0)));
+  set_view(program, p, s, v);
+  program.set("mark", glm::vec2(static_cast<float>(mark) / 255.0f, s.opacity));
+  program.set("mark_bits", static_cast<std::uint32_t>(mark) << 24);
+  if (!s.scalars.empty()) {
+    const double range = p.scalar_map.upper - p.scalar_map.lower, slope = range != 0.0 ? 1.0 / range : 0.0;
+    program.set("scalar_scale", glm::vec2(static_cast<float>(slope), static_cast<float>(range != 0.0 ? -p.scalar_map.lower * slope : 0.5)));
+    program.set("levels", static_cast<float>(p.scalar_map.levels));
+    program.set("colors", keep ? v.colors_kept : v.colors);
+  }
+  if (s.edges) {
+    program.set("edge_color", linear_from_srgb(s.edge_color));
+    // Each triangle draws its half of the line.
+    program.set("edge_width", static_cast<float>(std::max(0.6 * v.per_pixel, 0.6 * static_cast<double>(s.edge_width) * v.unit)));
+  }
+  // Closed meshes show only their front.
+  if (facing == Facing::any) {
+    gl.Disable(GL_CULL_FACE);
+  } else {
+    gl.Enable(GL_CULL_FACE);
+    gl.CullFace(GL_BACK);
+    gl.FrontFace(facing == Facing::clockwise ? GL_CW : GL_CCW);
+  }
+
+  no_attributes();
+  if (s.edges) {
+    exploded_.push_back(explode(s, visible_.indices()));
+    const Exploded& e = exploded_.back();
+    attribute(0, 3, device_.buffer(GL_ARRAY_BUFFER, std::span<const glm::vec3>(e.positions)));
+    attribute(4, 3, device_.buffer(GL_ARRAY_BUFFER, std::span<const glm::vec3>(e.corners)));
+    if (!e.normals.empty()) attribute(1, 3, device_.buffer(GL_ARRAY_BUFFER, std::span<const glm::vec3>(e.normals)));
+    if (!e.scalars.empty()) attribute(2, 1, device_.buffer(GL_ARRAY_BUFFER, std::span<const float>(e.scalars)));
+    if (!e.colors.empty()) attribute(3, 3, device_.buffer(GL_ARRAY_BUFFER, std::span<const glm::vec3>(e.colors)));
+    gl.DrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(3 * triangles.size()));
+    return;
+  }
+  attribute(0, 3, device_.buffer(GL_ARRAY_BUFFER, s.positions));
+  if (!s.normals.empty()) attribute(1, 3, device_.buffer(GL_ARRAY_BUFFER, s.normals));
+  if (!s.scalars.empty()) attribute(2, 1, device_.buffer(GL_ARRAY_BUFFER, s.scalars));
+  else if (!s.colors.empty()) attribute(3, 3, device_.buffer(GL_ARRAY_BUFFER, s.colors));
+  draw_triangles(triangles);
+}
+
+// What lines and markers share; width on the picture, at least `least` pixels.
+Program& Painter::symbol_program(ShaderKind kind, const glm::dmat4& pose, double least, double width, const ViewState& v) {
+  std::vector<const char*> switches;
+  if (v.ghost) switches.push_back("GHOST");
+  Program& program = device_.program(kind, switches);
+  program.use();
+  program.set("view_from_surface", glm::mat4(v.frame->view * pose));
+  program.set("clip_from_view", glm::mat4(v.frame->clip));
+  program.set("viewport", v.samples);
+  program.set("half_width", static_cast<float>(0.5 * std::max(least * v.per_pixel, width * v.unit)));
+  program.set("orthographic", v.frame->orthographic ? 1.0f : 0.0f);
+  program.set("mark", glm::vec2(1.0f, 1.0f));
+  device_.gl().Disable(GL_CULL_FACE);
+  no_attributes();
+  return program;
+}
+
+void Painter::draw_lines(const Lines& l, const ViewState& v) {
+  if (l.points.size() < 2 || !all_finite(l.points)) return;
+  const Gl& gl = device_.gl();
+  Program& program = symbol_program(ShaderKind::line, l.pose, 1.0, static_cast<double>(l.width), v);
+  program.set("near", static_cast<float>(v.frame->orthographic ? -1e30 : v.frame->near));
+  program.set("pull", static_cast<float>(v.frame->orthographic ? 1e-3 * (v.frame->far - v.frame->near) : 1e-3));
+  program.set("origin", glm::vec2(-v.x, -v.y));
+  line_colors_.emplace_back(l.colors.size() == l.points.size() ? l.colors : std::vector<glm::vec4>(l.points.size(), l.color));
+  const GLuint points = device_.buffer(GL_ARRAY_BUFFER, std::span<const glm::vec3>(l.points));
+  const GLuint colors = device_.buffer(GL_ARRAY_BUFFER, std::span<const glm::vec4>(line_colors_.back()));
+  if (l.strip) {
+    attribute(0, 3, points, 0, 1);
+    attribute(1, 3, points, sizeof(glm::vec3), 1);
+    attribute(2, 4, colors, 0, 1);
+    attribute(3, 4, colors, sizeof(glm::vec4), 1);
+    gl.DrawArraysInstanced(GL_TRIANGLES, 0, 6, static_cast<GLsizei>(l.points.size() - 1));
+  } else {
+    const auto pair = [&](GLuint index, GLint components, GLuint buffer, std::size_t size, std::size_t offset) {
+      gl.BindBuffer(GL_ARRAY_BUFFER, buffer);
+      gl.EnableVertexAttribArray(index);
+      gl.VertexAttribPointer(index, components, GL_FLOAT, GL_FALSE, static_cast<GLsizei>(2 * size), offset_pointer(offset));
+      gl.VertexAttribDivisor(index, 1);
+    };
+    pair(0, 3, points, sizeof(glm::vec3), 0);
+    pair(1, 3, points, sizeof(glm::vec3), sizeof(glm::vec3));
+    pair(2, 4, colors, sizeof(glm::vec4), 0);
+    pair(3, 4, colors, sizeof(glm::vec4), sizeof(glm::vec4));
+    gl.DrawArraysInstanced(GL_TRIANGLES, 0, 6, static_cast<GLsizei>(l.points.size() / 2));
+  }
+}
+
+void Painter::draw_markers(const Markers& m, const ViewState& v) {
+  if (m.points.empty() || !all_finite(m.points)) return;
+  const Gl& gl = device_.gl();
+  Program& program = symbol_program(ShaderKind::marker, m.pose, 2.0, static_cast<double>(m.diameter), v);
+  program.set("near", static_cast<float>(v.frame->near));
+  program.set("pixel", static_cast<float>(v.frame->pixel / v.per_pixel));
+  program.set("color", glm::vec4(linear_from_srgb(glm::vec3(m.color)), m.color.a));
+  program.set("shape", static_cast<int>(m.shape));
+  attribute(0, 3, device_.buffer(GL_ARRAY_BUFFER, std::span<const glm::vec3>(m.points)), 0, 1);
+  gl.DrawArraysInstanced(GL_TRIANGLES, 0, 6, static_cast<GLsizei>(m.points.size()));
+}
+
+Painter::Exploded Painter::explode(const Surface& s, std::span<const std::uint32_t> triangles) {
+  Exploded e;
+  const std::size_t n = 3 * triangles.size();
+  e.positions.reserve(n);
+  e.corners.reserve(n);
+  for (const std::uint32_t i : triangles)
+    for (int k = 0; k < 3; ++k) {
+      const unsigned v = s.triangles[i][k];
+      e.positions.push_back(s.positions[v]);
+      glm::vec3 corner(0.0f);
+      corner[k] = 1.0f;
+      e.corners.push_back(corner);
+      if (!s.normals.empty()) e.normals.push_back(s.normals[v]);
+      if (!s.scalars.empty()) e.scalars.push_back(s.scalars[v]);
+      else if (!s.colors.empty()) e.colors.push_back(s.colors[v]);
+    }
+  if (!s.edge_flags.empty())
+    for (std::size_t i = 0; i < triangles.size(); ++i)
+      for (int edge = 0; edge < 3; ++edge)
+        if (!(s.edge_flags[triangles[i]] >> edge & 1))
+          // Edge e runs from corner e to the next: its distance is the coordinate of the third corner.
+          for (int k = 0; k < 3; ++k) e.corners[3 * i + k][(edge + 2) % 3] = 1.0f;
+  return e;
+}
+
+void Painter::forget() {
+  device_.forget_buffers();
+  exploded_.clear();
+  line_colors_.clear();
+}
+
+}  // namespace flexframe::render

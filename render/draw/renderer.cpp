@@ -1,0 +1,377 @@
+// One picture: bounds, shadow map, opaque surfaces, translucent shells, read-back, occlusion, resolve, overlay.
+#include "render/draw/renderer.h"
+
+#include "render/draw/occlusion.h"
+#include "render/draw/painter.h"
+#include "render/draw/resolve.h"
+#include "render/frame/backdrop.h"
+#include "render/frame/camera.h"
+#include "render/frame/overlay.h"
+
+#include <malloc.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <stdexcept>
+
+namespace flexframe::render {
+namespace {
+
+double cpu_seconds() {
+  timespec t{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+std::string cpu_features() {
+  std::string text;
+#if defined(__x86_64__) || defined(__i386__)
+  __builtin_cpu_init();
+  if (__builtin_cpu_supports("avx512f")) text += " avx512f";
+  if (__builtin_cpu_supports("avx2")) text += " avx2";
+  if (__builtin_cpu_supports("fma")) text += " fma";
+  if (__builtin_cpu_supports("avx")) text += " avx";
+  if (__builtin_cpu_supports("sse4.1")) text += " sse4.1";
+#endif
+  return text.empty() ? "baseline" : text.substr(1);
+}
+
+}  // namespace
+
+Backend backend_from_name(const std::string& name) {
+  if (name == "osmesa") return Backend::osmesa;
+  if (name == "egl") return Backend::egl;
+  throw std::invalid_argument("no renderer '" + name + "'; there are osmesa, egl");
+}
+
+void tune_process() {
+  // Large buffers come from the heap and stay there: no fresh pages for each picture.
+  mallopt(M_MMAP_THRESHOLD, 1 << 30);
+  mallopt(M_TRIM_THRESHOLD, 1 << 30);
+  mallopt(M_TOP_PAD, 64 << 20);
+}
+
+struct Renderer::Impl {
+  Device device;
+  Painter painter{device};
+  RendererInfo info;
+  DrawTimes times;
+
+  // Backdrop of the last picture: a sequence with a still camera paints it once.
+  struct BackdropKey {
+    Size size;
+    glm::vec3 top{0.0f}, bottom{0.0f}, line{0.0f};
+    bool transparent = false, ground = false;
+    std::vector<PixelRect> areas;
+    std::vector<glm::dmat3> homographies;
+    double spacing = 0.0, fade = 0.0, unit = 0.0;
+    bool operator==(const BackdropKey&) const = default;
+  } backdrop_key;
+  Image backdrop;
+  Samples samples;  // memory of the last picture's: to fill it with zeros for each would cost as much as to read them back
+  PlotCache plots;
+
+  // Colour map last used.
+  std::optional<Colormap> colormap;
+  std::vector<std::uint32_t> color_steps, color_steps_kept;
+
+  explicit Impl(std::unique_ptr<Context> context) : device(std::move(context)) {}
+
+  // Depth of all casters seen from the light, where they are.
+  ShadowMap draw_shadow_map(const Content& d, const LightFrame& light) {
+    ShadowMap map = shadow_part(d.surfaces, d.boxes, light);
+    if (map.width < 1 || map.height < 1) return map;
+    const Gl& gl = device.gl();
+    device.target("shadow", map.width, map.height, false);
+    gl.Viewport(-map.x, -map.y, shadow_size, shadow_size);
+    gl.Disable(GL_SCISSOR_TEST);
+    gl.Disable(GL_CULL_FACE);
+    gl.Disable(GL_BLEND);
+    gl.Enable(GL_DEPTH_TEST);
+    gl.DepthFunc(GL_LESS);
+    gl.DepthMask(GL_TRUE);
+    gl.ClearDepth(1.0);
+    gl.Clear(GL_DEPTH_BUFFER_BIT);
+    glm::dmat4 clip_from_map(1.0);
+    clip_from_map[0][0] = clip_from_map[1][1] = 2.0;
+    clip_from_map[3] = glm::dvec4(-1.0, -1.0, 0.0, 1.0);
+    for (const Surface& s : d.surfaces)
+      if (casts(s)) painter.draw_depth(s, clip_from_map * light.map_from_world * s.pose, shadow_size, shadow_size);
+    map.depth.resize(std::size_t(map.width) * map.height);
+    gl.ReadPixels(0, 0, map.width, map.height, GL_DEPTH_COMPONENT, GL_FLOAT, map.depth.data());
+    return map;
+  }
+
+  // Each translucent thing alone over the opaque depth: its nearest layer, shaded.
+  std::vector<GhostLayer> draw_ghosts(const Picture& p, const Content& d, ViewState v, const Target& opaque) {
+    const Gl& gl = device.gl();
+    std::vector<std::size_t> shells;
+    for (std::size_t i = 0; i < d.surfaces.size(); ++i)
+      if (d.surfaces[i].opacity < 1.0f && d.surfaces[i].opacity > 0.0f && !d.surfaces[i].triangles.empty()) shells.push_back(i);
+    std::vector<const Lines*> lines;
+    for (const Lines& l : p.lines)
+      if (translucent(l)) lines.push_back(&l);
+    std::vector<const Markers*> markers;
+    for (const Markers& m : p.markers)
+      if (m.color.a < 1.0f) markers.push_back(&m);
+    const std::size_t count = shells.size() + lines.size() + markers.size();
+    std::vector<GhostLayer> layers;
+    if (count == 0) return layers;
+
+    v.ghost = true;
+    Target& scratch = device.target("ghost", opaque.width, opaque.height, true);
+    const auto layer = [&](const Bounds& box, const glm::dmat4& pose, double extra, bool on_top, auto&& draw) {
+      PixelRect r = covered(box, pose, *v.frame, v.per_pixel, extra + 2.0);
+      r.width = std::min(r.x + r.width, v.x + scratch.width) - std::max(r.x, v.x);
+      r.height = std::min(r.y + r.height, v.y + scratch.height) - std::max(r.y, v.y);
+      r.x = std::max(r.x, v.x) - v.x;
+      r.y = std::max(r.y, v.y) - v.y;
+      if (r.width < 1 || r.height < 1) return;
+      gl.BindFramebuffer(GL_READ_FRAMEBUFFER, opaque.framebuffer);
+      gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, scratch.framebuffer);
+      gl.Disable(GL_SCISSOR_TEST);
+      if (!on_top) gl.BlitFramebuffer(r.x, r.y, r.x + r.width, r.y + r.height, r.x, r.y, r.x + r.width, r.y + r.height, GL_DEPTH_BUFFER_BIT, GL_NEAREST);
+      gl.BindFramebuffer(GL_FRAMEBUFFER, scratch.framebuffer);
+      gl.Viewport(-v.x, -v.y, static_cast<GLsizei>(v.samples.x), static_cast<GLsizei>(v.samples.y));
+      gl.Enable(GL_SCISSOR_TEST);
+      gl.Scissor(r.x, r.y, r.width, r.height);
+      gl.ClearColor(0.0f, 0.0f, 0.0f, 0.0f);
+      gl.ClearDepth(0.0);
+      gl.Clear(GL_COLOR_BUFFER_BIT | (on_top ? GL_DEPTH_BUFFER_BIT : 0u));
+      gl.Disable(GL_BLEND);
+      gl.Enable(GL_DEPTH_TEST);
+      gl.DepthFunc(GL_GREATER);
+      draw();
+      GhostLayer g{r.x, r.y, r.width, r.height, {}, {}};
+      g.colors.resize(std::size_t(r.width) * r.height * 4);
+      gl.ReadPixels(r.x, r.y, r.width, r.height, GL_RGBA, GL_UNSIGNED_BYTE, g.colors.data());
+      if (count > 1) {
+        g.depth.resize(std::size_t(r.width) * r.height);
+        gl.ReadPixels(r.x, r.y, r.width, r.height, GL_DEPTH_COMPONENT, GL_FLOAT, g.depth.data());
+      }
+      gl.Disable(GL_SCISSOR_TEST);
+      layers.push_back(std::move(g));
+    };
+    for (const std::size_t i : shells) layer(d.boxes[i], d.surfaces[i].pose, 0.0, false, [&] { painter.draw_surface(d.surfaces[i], p, v, 0); });
+    for (const Lines* l : lines) layer(compute_bounds(l->points), l->pose, static_cast<double>(l->width) * v.unit, l->on_top, [&] { painter.draw_lines(*l, v); });
+    for (const Markers* m : markers) layer(compute_bounds(m->points), m->pose, static_cast<double>(m->diameter) * v.unit, m->on_top, [&] { painter.draw_markers(*m, v); });
+    return layers;
+  }
+
+  static glm::dvec3 light_direction(const Picture& p, const Camera& camera) {
+    if (p.lighting.direction && glm::length(*p.lighting.direction) > 0.0f) return glm::normalize(glm::dvec3(*p.lighting.direction));
+    return default_light(camera, p.ground ? p.ground->normal : camera.up);
+  }
+
+  void set_colors(ViewState& v, const ScalarMap& map) {
+    if (colormap != map.colormap) {
+      colormap = map.colormap;
+      color_steps = color_steps_of(map.colormap, 10);
+      color_steps_kept = color_steps_of(map.colormap, 8);
+    }
+    v.colors = color_steps;
+    v.colors_kept = color_steps_kept;
+  }
+
+  // One number a pixel of the nearest opaque surface, one sample a pixel, taken to 16 bits by `code`: depth buffer or scalar.
+  template <class Code>
+  Image16 draw_numbers(const Picture& p, bool scalars, ViewFrame& frame, Code code) {
+    device.make_current();
+    const Content d = gather_content(p);
+    Bounds bounds = d.all;
+    bounds.add(p.bounds);
+    const PixelRect area = make_layout(p).scene;
+    frame = make_view(p.camera, area, bounds);
+    ViewState v;
+    v.frame = &frame;
+    v.samples = glm::vec2(area.width, area.height);
+    v.to_light = v.up = glm::vec3(0, 1, 0);
+    set_colors(v, p.scalar_map);
+    v.scalar_output = scalars;
+    const Gl& gl = device.gl();
+    device.target(scalars ? "scalar" : "depth", area.width, area.height, true, scalars);
+    painter.begin_opaque(v);
+    if (scalars) {
+      // Beyond the map's range: nothing.
+      gl.ClearColor(2.0f, 0.0f, 0.0f, 0.0f);
+      gl.Clear(GL_COLOR_BUFFER_BIT);
+    }
+    painter.draw_opaque(p, d, v);
+    std::vector<float> values(std::size_t(area.width) * area.height);
+    gl.ReadPixels(0, 0, area.width, area.height, scalars ? GL_RED : GL_DEPTH_COMPONENT, GL_FLOAT, values.data());
+    device.check("numbers");
+    painter.forget();
+
+    Image16 image{p.size.width, p.size.height, 1, std::vector<std::uint16_t>(std::size_t(p.size.width) * p.size.height, 65535)};
+    for (int y = 0; y < area.height; ++y)
+      for (int x = 0; x < area.width; ++x)
+        image.pixels[std::size_t(area.y + y) * image.width + area.x + x] = code(values[std::size_t(area.height - 1 - y) * area.width + x]);
+    return image;
+  }
+};
+
+Renderer::Renderer(Backend backend) {
+  impl_ = std::make_unique<Impl>(backend == Backend::osmesa ? create_osmesa_context() : create_egl_context());
+  const Gl& gl = impl_->device.gl();
+  const auto text = [&](GLenum name) { return std::string(reinterpret_cast<const char*>(gl.GetString(name))); };
+  impl_->info = {backend == Backend::osmesa ? "osmesa" : "egl", text(GL_RENDERER), text(GL_VERSION), cpu_features()};
+}
+
+Renderer::~Renderer() {
+  if (impl_) impl_->device.make_current();
+}
+
+const RendererInfo& Renderer::info() const { return impl_->info; }
+const DrawTimes& Renderer::times() const { return impl_->times; }
+
+Image Renderer::draw(const Picture& p) {
+  Impl& r = *impl_;
+  r.device.make_current();
+  const Gl& gl = r.device.gl();
+  r.times = {};
+  double start = cpu_seconds();
+  const auto lap = [&](double& slot) {
+    const double now = cpu_seconds();
+    slot += now - start;
+    start = now;
+  };
+
+  const Content d = gather_content(p);
+  const Layout layout = make_layout(p);
+  Bounds bounds = d.all;
+  bounds.add(p.bounds);
+  const Bounds still = p.bounds.empty() ? d.all : p.bounds;  // what ground and occlusion are measured by
+  const double radius = still.empty() ? 1.0 : std::max(still.radius(), 1e-12);
+  const int n = static_cast<int>(std::lround(std::sqrt(p.look.samples)));
+
+  std::vector<ViewFrame> frames;
+  std::vector<GroundFrame> grounds;
+  for (std::size_t i = 0; i < layout.views.size(); ++i) {
+    frames.push_back(make_view(p.views.empty() ? p.camera : p.views[i].camera, layout.views[i], bounds));
+    grounds.push_back(p.ground ? make_ground(*p.ground, frames.back(), still) : GroundFrame{});
+  }
+
+  // Backdrop, kept from the last picture if nothing about it has changed.
+  Impl::BackdropKey key{p.size, p.background.top, p.background.bottom, {}, p.background.transparent, p.ground.has_value(), {}, {}, 0.0, 0.0, layout.unit};
+  if (p.ground) {
+    key.line = p.ground->line_color;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      key.areas.push_back(frames[i].area);
+      key.homographies.push_back(grounds[i].visible ? grounds[i].pixel_to_ground : glm::dmat3(0.0));
+      key.spacing = grounds[i].spacing;
+      key.fade = grounds[i].fade_radius;
+    }
+  }
+  if (r.backdrop.pixels.empty() || !(key == r.backdrop_key)) {
+    r.backdrop = paint_background(p);
+    if (p.ground)
+      for (std::size_t i = 0; i < frames.size(); ++i) paint_grid(r.backdrop, grounds[i], frames[i], *p.ground, layout.unit);
+    r.backdrop_key = key;
+  }
+  Image image = r.backdrop;
+
+  const bool symbols = !p.lines.empty() || !p.markers.empty();
+  std::vector<bool> outlined(256, false);
+  bool outlines = false;
+  for (std::size_t i = 0; i < d.surfaces.size(); ++i)
+    if (d.surfaces[i].silhouette && d.surfaces[i].opacity >= 1.0f) outlined[1 + i % 254] = outlines = true;
+
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const ViewFrame& frame = frames[i];
+    const Camera& camera = p.views.empty() ? p.camera : p.views[i].camera;
+    const glm::dvec3 to_light = r.light_direction(p, camera);
+
+    // Shadows: one map of everything that throws one.
+    ViewState v;
+    LightFrame light;
+    Mask shade;
+    if (p.look.shadows && !d.casters.empty()) {
+      Bounds lit = d.casters;
+      lit.add(p.bounds);
+      light = make_light(to_light, lit);
+      const ShadowMap map = r.draw_shadow_map(d, light);
+      const double softness = 0.018 * lit.radius();
+      const ShadowMoments moments = filter_shadow(map, light, softness);
+      v.shadow = r.device.texture_rg32f("shadow", moments.width, moments.height, moments.values.data());
+      v.shadow_part = glm::vec4(double(filtered_size) / moments.width, double(filtered_size) / moments.height, -double(moments.x) / moments.width, -double(moments.y) / moments.height);
+      v.light = &light;
+      v.shadow_reach = std::max(softness, 4.0 * light.texel);
+      if (grounds[i].visible) shade = ground_shadow(map, light, grounds[i], frame, softness);
+    }
+
+    v.frame = &frame;
+    v.per_pixel = n;
+    v.samples = glm::vec2(frame.area.width * n, frame.area.height * n);
+    v.to_light = glm::vec3(glm::dmat3(frame.view) * to_light);
+    v.up = glm::vec3(glm::dmat3(frame.view) * (p.ground ? glm::normalize(p.ground->normal) : glm::normalize(camera.up)));
+    r.set_colors(v, p.scalar_map);
+    v.unit = layout.unit * n;
+
+    // Only the part of the view where something is gets cleared, drawn, read and filtered.
+    const PixelRect used = covered(d, p, frame, n, v.unit);
+    if (used.width < 1 || used.height < 1) {
+      darken_backdrop(image, frame.area, shade, {});
+      continue;
+    }
+    const int x0 = used.x / n, y0 = used.y / n, x1 = (used.x + used.width + n - 1) / n, y1 = (used.y + used.height + n - 1) / n;
+    v.x = x0 * n;
+    v.y = y0 * n;
+    const int width = (x1 - x0) * n, height = (y1 - y0) * n;
+    Target& opaque = r.device.target("main", width, height, true);
+    v.target = &opaque;
+    r.painter.begin_opaque(v);
+    r.painter.draw_opaque(p, d, v);
+    if (symbols) r.painter.draw_symbols(p, v);
+    Samples& samples = r.samples;
+    samples.part = {x0, frame.area.height - y1, x1 - x0, y1 - y0};
+    samples.width = width;
+    samples.height = height;
+    samples.per_pixel = n;
+    samples.colors.resize(std::size_t(width) * height * 4);
+    gl.Finish();
+    lap(r.times.draw);
+
+    gl.BindFramebuffer(GL_FRAMEBUFFER, opaque.framebuffer);
+    gl.ReadPixels(0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, samples.colors.data());
+    lap(r.times.filter);
+    Mask occlusion;
+    if (p.look.occlusion || outlines) {
+      samples.depth.resize(std::size_t(width) * height);
+      gl.ReadPixels(0, 0, width, height, GL_DEPTH_COMPONENT, GL_FLOAT, samples.depth.data());
+    }
+    if (p.look.occlusion) occlusion = compute_occlusion(samples, frame, grounds[i].visible ? &grounds[i] : nullptr, 0.10 * radius);
+    if (outlines) draw_silhouettes(samples, outlined, std::max(1, static_cast<int>(std::lround(1.1 * v.unit))));
+    const std::vector<GhostLayer> ghosts = r.draw_ghosts(p, d, v, opaque);
+    lap(r.times.draw);
+
+    darken_backdrop(image, frame.area, shade, grounds[i].visible ? occlusion : Mask{});
+    resolve(image, frame.area, samples, ghosts, occlusion);
+    lap(r.times.filter);
+  }
+  r.device.check("a picture");
+  r.painter.forget();
+
+  draw_overlay(image, p, layout, frames, r.plots);
+  lap(r.times.overlay);
+  return image;
+}
+
+Image16 Renderer::draw_depth(const Picture& p, double* near_plane, double* far_plane) {
+  ViewFrame frame;
+  Image16 image = impl_->draw_numbers(p, false, frame, [&](float z) {
+    if (z <= 0.0f) return std::uint16_t(65535);
+    const double share = (frame.distance(static_cast<double>(z)) - frame.near) / (frame.far - frame.near);
+    return static_cast<std::uint16_t>(std::lround(65534.0 * std::clamp(share, 0.0, 1.0)));
+  });
+  if (near_plane) *near_plane = frame.near;
+  if (far_plane) *far_plane = frame.far;
+  return image;
+}
+
+Image16 Renderer::draw_scalar(const Picture& p) {
+  ViewFrame frame;
+  return impl_->draw_numbers(p, true, frame, [](float s) { return s >= 0.0f && s <= 1.0f ? static_cast<std::uint16_t>(std::lround(65534.0f * s)) : std::uint16_t(65535); });
+}
+
+}  // namespace flexframe::render

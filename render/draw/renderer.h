@@ -1,0 +1,68 @@
+// Draws pictures without a display: OpenGL 4.5 core on OSMesa (software, the default) or EGL without a surface.
+//
+// Pixels are the same bits for the same picture on the same machine, whatever the number of threads, processes or the
+// order of pictures. One Renderer a thread; two in one process rasterise one after the other, processes scale:
+// fork before the first Renderer exists. Set LP_NUM_THREADS before the first Renderer (0: rasterise in the calling thread).
+#pragma once
+
+#include "render/image/image.h"
+#include "render/picture/picture.h"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace flexframe::render {
+
+// Goes up whenever the same picture gives other pixels than before: files drawn by an older program are no longer current.
+constexpr int drawing_version = 2;
+
+enum class Backend { osmesa, egl };
+
+// Throws std::invalid_argument for another name than osmesa, egl.
+Backend backend_from_name(const std::string& name);
+
+struct RendererInfo {
+  std::string backend;       // "osmesa", "egl"
+  std::string renderer;      // GL_RENDERER, e.g. "llvmpipe (LLVM 15.0.6, 256 bits)"
+  std::string version;       // GL_VERSION
+  std::string cpu;           // features that decide the last bits of the pixels: "avx2 avx sse4.1 ..."
+};
+
+// CPU seconds of the last picture, this process, all threads.
+struct DrawTimes {
+  double draw = 0.0;      // geometry, shadow, occlusion
+  double filter = 0.0;    // read-back, antialiasing
+  double overlay = 0.0;   // text, bars, plots
+};
+
+class Renderer {
+public:
+  // Throws std::runtime_error if the back end or OpenGL 4.5 core is not to be had, naming what was tried.
+  explicit Renderer(Backend backend = Backend::osmesa);
+  ~Renderer();
+  Renderer(const Renderer&) = delete;
+  Renderer& operator=(const Renderer&) = delete;
+
+  // Throws std::invalid_argument if the picture is inconsistent (index out of range, spans of unequal length, bad size).
+  Image draw(const Picture& picture);
+
+  // Distance from the camera's plane (perspective and orthographic alike), linear from near (0) to far (65534); nothing
+  // drawn: 65535. One sample a pixel, opaque surfaces only. near and far in m are returned if asked.
+  Image16 draw_depth(const Picture& picture, double* near_plane = nullptr, double* far_plane = nullptr);
+
+  // Scalars of the nearest opaque surface, linear from scalar_map.lower (0) to upper (65534); nothing: 65535.
+  Image16 draw_scalar(const Picture& picture);
+
+  const RendererInfo& info() const;
+  const DrawTimes& times() const;
+
+private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+// Memory settings of the process that speed large pictures up (RENDER.md: mallopt); once, at the start of main.
+void tune_process();
+
+}  // namespace flexframe::render

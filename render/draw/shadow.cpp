@@ -1,0 +1,234 @@
+#include "render/draw/shadow.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace flexframe::render {
+namespace {
+
+constexpr int n = filtered_size, fine = shadow_size, ratio = shadow_size / filtered_size;
+
+// Texels of the filtered map around the occupied part, `lanes` floats each; rows from t = 0.
+template <int lanes>
+struct Patch {
+  int x = 0, y = 0, width = 0, height = 0;
+  std::vector<float> values;
+  // The map's part, `rim` texels wider on each side and filled with `around`.
+  Patch(const ShadowMap& map, int rim, const std::array<float, lanes>& around)
+      : x(map.x / ratio - rim), y(map.y / ratio - rim), width(map.width / ratio + 2 * rim), height(map.height / ratio + 2 * rim) {
+    values.resize(std::size_t(width) * height * lanes);
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = around[i % lanes];
+  }
+  float* at(int px, int py) { return &values[(std::size_t(py) * width + px) * lanes]; }
+};
+
+// Mean over 2 r + 1 values along rows and columns, twice: close to a Gaussian. Values outside are constant (`around`); a patch
+// with a rim of 2 r texels holds all of the result.
+template <int lanes>
+void blur(Patch<lanes>& patch, int r, const std::array<float, lanes>& around) {
+  if (r < 1 || patch.values.empty()) return;
+  const int w = patch.width, h = patch.height;
+  const double share = 1.0 / (2 * r + 1);
+  const std::size_t width = std::size_t(w) * lanes;
+  std::vector<float> line(width), source(width * h);
+  std::vector<double> sum(width);
+  for (int pass = 0; pass < 2; ++pass) {
+    for (int y = 0; y < h; ++y) {
+      float* row = patch.at(0, y);
+      std::copy_n(row, width, line.begin());
+      double run[lanes];
+      for (int k = 0; k < lanes; ++k) {
+        run[k] = static_cast<double>(around[k]) * r;
+        for (int i = 0; i <= r; ++i) run[k] += static_cast<double>(i < w ? line[std::size_t(i) * lanes + k] : around[k]);
+      }
+      for (int x = 0; x < w; ++x)
+        for (int k = 0; k < lanes; ++k) {
+          row[x * lanes + k] = static_cast<float>(run[k] * share);
+          const float in = x + r + 1 < w ? line[std::size_t(x + r + 1) * lanes + k] : around[k];
+          const float out = x - r >= 0 ? line[std::size_t(x - r) * lanes + k] : around[k];
+          run[k] += static_cast<double>(in) - static_cast<double>(out);
+        }
+    }
+    // Columns: a running sum of whole rows, so that memory is walked in order.
+    source = patch.values;
+    for (std::size_t k = 0; k < width; ++k) sum[k] = static_cast<double>(around[k % lanes]) * r;
+    for (int i = 0; i <= r; ++i)
+      for (std::size_t k = 0; k < width; ++k) sum[k] += static_cast<double>(i < h ? source[std::size_t(i) * width + k] : around[k % lanes]);
+    for (int y = 0; y < h; ++y) {
+      float* row = patch.at(0, y);
+      const float* in = y + r + 1 < h ? &source[std::size_t(y + r + 1) * width] : nullptr;
+      const float* out = y - r >= 0 ? &source[std::size_t(y - r) * width] : nullptr;
+      for (std::size_t k = 0; k < width; ++k) {
+        row[k] = static_cast<float>(sum[k] * share);
+        sum[k] += static_cast<double>(in ? in[k] : around[k % lanes]) - static_cast<double>(out ? out[k] : around[k % lanes]);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+LightFrame make_light(const glm::dvec3& to_light, const Bounds& bounds) {
+  LightFrame light;
+  light.to_light = glm::normalize(to_light);
+  const glm::dvec3 reference = std::abs(light.to_light.y) < 0.95 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0);
+  const glm::dvec3 side = glm::normalize(glm::cross(reference, light.to_light)), rise = glm::cross(light.to_light, side);
+  glm::dvec3 lower(1e300), upper(-1e300);
+  for (int i = 0; i < 8; ++i) {
+    const glm::dvec3 c(i & 1 ? bounds.upper.x : bounds.lower.x, i & 2 ? bounds.upper.y : bounds.lower.y, i & 4 ? bounds.upper.z : bounds.lower.z);
+    const glm::dvec3 p(glm::dot(side, c), glm::dot(rise, c), -glm::dot(light.to_light, c));
+    lower = glm::min(lower, p);
+    upper = glm::max(upper, p);
+  }
+  // Square texels, a rim that stays empty, and room for the blur.
+  const glm::dvec3 middle = 0.5 * (lower + upper);
+  const double span = std::max({upper.x - lower.x, upper.y - lower.y, 1e-9}) * 1.12;
+  const double range = std::max(upper.z - lower.z, 1e-3 * span) * 1.04;
+  light.texel = span / fine;
+  light.depth_range = range;
+  glm::dmat4 m(0.0);
+  for (int k = 0; k < 3; ++k) {
+    m[k][0] = side[k] / span;
+    m[k][1] = rise[k] / span;
+    m[k][2] = -light.to_light[k] / range;
+  }
+  m[3] = glm::dvec4(0.5 - middle.x / span, 0.5 - middle.y / span, 0.5 - middle.z / range, 1.0);
+  light.map_from_world = m;
+  return light;
+}
+
+ShadowMap shadow_part(std::span<const Surface> surfaces, std::span<const Bounds> boxes, const LightFrame& light) {
+  double lower[2] = {1e300, 1e300}, upper[2] = {-1e300, -1e300};
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    if (!surfaces[i].casts_shadow || surfaces[i].opacity < 1.0f || surfaces[i].triangles.empty()) continue;
+    const glm::dmat4 map = light.map_from_world * surfaces[i].pose;
+    const Bounds& b = boxes[i];
+    for (int c = 0; c < 8; ++c) {
+      const glm::dvec4 q = map * glm::dvec4(c & 1 ? b.upper.x : b.lower.x, c & 2 ? b.upper.y : b.lower.y, c & 4 ? b.upper.z : b.lower.z, 1.0);
+      for (int k = 0; k < 2; ++k) {
+        lower[k] = std::min(lower[k], q[k]);
+        upper[k] = std::max(upper[k], q[k]);
+      }
+    }
+  }
+  ShadowMap part;
+  if (!(lower[0] <= upper[0])) return part;
+  const auto texel = [](double v) { return static_cast<int>(std::clamp(v, 0.0, double(n))) * ratio; };
+  part.x = texel(std::floor(lower[0] * n - 1.0));
+  part.y = texel(std::floor(lower[1] * n - 1.0));
+  part.width = texel(std::ceil(upper[0] * n + 1.0)) - part.x;
+  part.height = texel(std::ceil(upper[1] * n + 1.0)) - part.y;
+  return part;
+}
+
+ShadowMoments filter_shadow(const ShadowMap& map, const LightFrame& light, double radius) {
+  // Empty texels are many: their value once.
+  const float empty = std::exp(shadow_warp * 0.5f);
+  const std::array<float, 2> around = {empty, empty * empty};
+  const int r = std::clamp(static_cast<int>(std::lround(0.5 * radius / (light.texel * ratio))), 1, 16), rim = 2 * r + 1;
+  Patch<2> patch(map, rim, around);
+  for (int y = 0; y < map.height / ratio; ++y)
+    for (int x = 0; x < map.width / ratio; ++x) {
+      float first = 0.0f, second = 0.0f;
+      bool any = false;
+      for (int j = 0; j < ratio; ++j)
+        for (int i = 0; i < ratio; ++i) {
+          const float d = map.depth[std::size_t(y * ratio + j) * map.width + (x * ratio + i)];
+          any = any || d < 1.0f;
+          const float m = d >= 1.0f ? empty : std::exp(shadow_warp * (d - 0.5f));
+          first += m;
+          second += m * m;
+        }
+      if (!any) continue;
+      float* out = patch.at(x + rim, y + rim);
+      out[0] = first / (ratio * ratio);
+      out[1] = second / (ratio * ratio);
+    }
+  blur<2>(patch, r, around);
+  return {patch.x, patch.y, patch.width, patch.height, std::move(patch.values)};
+}
+
+Mask ground_shadow(const ShadowMap& map, const LightFrame& light, const GroundFrame& ground, const ViewFrame& frame, double radius) {
+  const PixelRect& area = frame.area;
+  const double steep = glm::dot(light.to_light, ground.normal);
+  if (!ground.visible || steep < 0.05 || map.depth.empty()) return {};
+
+  // Ground in map coordinates: (s, t, depth) is linear in (u, v).
+  const auto to_map = [&](const glm::dvec3& v, double w) { return glm::dvec3(light.map_from_world * glm::dvec4(v, w)); };
+  const glm::dvec3 mu = to_map(ground.axis_u, 0.0), mv = to_map(ground.axis_v, 0.0), mo = to_map(ground.origin, 1.0);
+  const double det = mu.x * mv.y - mv.x * mu.y;
+  // Depth of the ground by (s, t): solve the two first rows for (u, v).
+  const double ds = (mu.z * mv.y - mv.z * mu.y) / det, dt = (mv.z * mu.x - mu.z * mv.x) / det;
+
+  // Coverage softened and nearly sharp, and height above the ground along the light in m times coverage: soft, gap, sharp.
+  const int r = std::clamp(static_cast<int>(std::lround(radius / (light.texel * ratio))), 2, 40), rim = 2 * r + 1;
+  Patch<2> soft(map, rim, {0.0f, 0.0f});
+  Patch<1> sharp(map, rim, {0.0f});
+  for (int fy = 0; fy < map.height; ++fy)
+    for (int fx = 0; fx < map.width; ++fx) {
+      const float d = map.depth[std::size_t(fy) * map.width + fx];
+      if (d >= 1.0f) continue;
+      const double s = (map.x + fx + 0.5) / fine, t = (map.y + fy + 0.5) / fine;
+      const double height = (mo.z + ds * (s - mo.x) + dt * (t - mo.y) - static_cast<double>(d)) * light.depth_range;
+      // What is below the ground throws no shadow on it.
+      if (height < -2.0 * light.texel) continue;
+      float* out = soft.at(fx / ratio + rim, fy / ratio + rim);
+      out[0] += 1.0f / (ratio * ratio);
+      out[1] += static_cast<float>(std::max(0.0, height)) / (ratio * ratio);
+      *sharp.at(fx / ratio + rim, fy / ratio + rim) += 1.0f / (ratio * ratio);
+    }
+  blur<1>(sharp, std::max(1, r / 6), {0.0f});
+  blur<2>(soft, r, {0.0f, 0.0f});
+
+  // Pixels that see the patch on the ground: its corners taken to the ground and to the picture.
+  int x0 = 0, y0 = 0, x1 = area.width, y1 = area.height;
+  const glm::dmat3& h = ground.pixel_to_ground;
+  const glm::dmat3 pixel_from_ground = glm::inverse(h);
+  glm::dvec2 lower(1e300), upper(-1e300);
+  bool bounded = true;
+  for (int k = 0; k < 4; ++k) {
+    const double s = double(k & 1 ? soft.x + soft.width : soft.x) / n - mo.x, t = double(k & 2 ? soft.y + soft.height : soft.y) / n - mo.y;
+    const double u = (s * mv.y - mv.x * t) / det, v = (mu.x * t - s * mu.y) / det;
+    const glm::dvec3 q = pixel_from_ground * glm::dvec3(u, v, 1.0);
+    bounded = bounded && q.z > 0.0;
+    lower = glm::min(lower, glm::dvec2(q) / q.z);
+    upper = glm::max(upper, glm::dvec2(q) / q.z);
+  }
+  if (bounded) {
+    x0 = static_cast<int>(std::clamp(std::floor(lower.x) - area.x - 1.0, 0.0, double(area.width)));
+    y0 = static_cast<int>(std::clamp(std::floor(lower.y) - area.y - 1.0, 0.0, double(area.height)));
+    x1 = static_cast<int>(std::clamp(std::ceil(upper.x) - area.x + 1.0, 0.0, double(area.width)));
+    y1 = static_cast<int>(std::clamp(std::ceil(upper.y) - area.y + 1.0, 0.0, double(area.height)));
+  }
+  if (x1 <= x0 || y1 <= y0) return {};
+  Mask shadow{{x0, y0, x1 - x0, y1 - y0}, std::vector<std::uint8_t>(std::size_t(x1 - x0) * (y1 - y0), 0)};
+  const double inverse_fade = 1.0 / ground.fade_radius;
+  for (int y = y0; y < y1; ++y)
+    for (int x = x0; x < x1; ++x) {
+      const glm::dvec3 q = h * glm::dvec3(area.x + x + 0.5, area.y + y + 0.5, 1.0);
+      if (!(q.z > 0.0)) continue;
+      const double share = 1.0 / q.z, u = q.x * share, v = q.y * share;
+      // Place between four texels of the patch.
+      const double fx = (mo.x + mu.x * u + mv.x * v) * n - 0.5 - soft.x, fy = (mo.y + mu.y * u + mv.y * v) * n - 0.5 - soft.y;
+      if (!(fx >= 0.0 && fy >= 0.0 && fx < soft.width - 1 && fy < soft.height - 1)) continue;
+      const int ix = static_cast<int>(fx), iy = static_cast<int>(fy);
+      const float ax = static_cast<float>(fx - ix), ay = static_cast<float>(fy - iy);
+      const auto between = [&](const float* low, const float* high, int lanes) {
+        const float a = low[0] + (low[lanes] - low[0]) * ax, b = high[0] + (high[lanes] - high[0]) * ax;
+        return a + (b - a) * ay;
+      };
+      const float *low = soft.at(ix, iy), *high = soft.at(ix, iy + 1);
+      const float wide = between(low, high, 2);
+      if (wide <= 0.0f) continue;
+      const float height = between(low + 1, high + 1, 2) / std::max(wide, 1e-4f);
+      const float softness = std::clamp(height / static_cast<float>(6.0 * radius), 0.0f, 1.0f);
+      const float tight = softness < 1.0f ? between(sharp.at(ix, iy), sharp.at(ix, iy + 1), 1) : 0.0f;
+      const double distance = std::sqrt(u * u + v * v) * inverse_fade;
+      const float fade = static_cast<float>(std::clamp(1.6 * (1.0 - distance), 0.0, 1.0));
+      shadow.values[std::size_t(y - y0) * shadow.part.width + (x - x0)] = static_cast<std::uint8_t>(255.0f * std::clamp(tight + (wide - tight) * softness, 0.0f, 1.0f) * fade);
+    }
+  return shadow;
+}
+
+}  // namespace flexframe::render

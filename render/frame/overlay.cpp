@@ -1,0 +1,298 @@
+#include "render/frame/overlay.h"
+
+#include "render/image/text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
+namespace flexframe::render {
+namespace {
+
+struct Ink {
+  glm::vec3 strong, faint, panel, grid;
+};
+
+Ink ink_of(const Overlay& overlay) {
+  if (overlay.dark) return {{0.95f, 0.96f, 0.97f}, {0.72f, 0.75f, 0.79f}, {0.10f, 0.11f, 0.13f}, {0.28f, 0.30f, 0.33f}};
+  return {{0.10f, 0.12f, 0.15f}, {0.33f, 0.37f, 0.42f}, {1.0f, 1.0f, 1.0f}, {0.86f, 0.88f, 0.90f}};
+}
+
+void draw_line_of_text(Image& image, const TextLine& line, const Ink& ink) {
+  draw_text(image, line.x, line.y, line.text, line.size, line.faint ? ink.faint : ink.strong, line.bold ? Weight::bold : Weight::regular);
+}
+
+void draw_bar(Image& image, const Picture& picture, const BarLayout& layout, const Ink& ink, double unit) {
+  const PixelRect& b = layout.bar;
+  const ScalarMap& map = picture.scalar_map;
+  for (int j = 0; j < b.height; ++j) {
+    double t = 1.0 - (j + 0.5) / b.height;
+    if (map.levels > 1) t = (std::min(std::floor(t * map.levels), map.levels - 1.0) + 0.5) / map.levels;
+    const glm::vec3 c = colormap_color(map.colormap, t);
+    for (int i = 0; i < b.width; ++i) blend_pixel(image, b.x + i, b.y + j, c, 1.0f);
+  }
+  const double line = std::max(1.0, std::round(unit));
+  draw_frame(image, b.x - line, b.y - line, b.width + 2.0 * line, b.height + 2.0 * line, line, ink.faint, 0.9f);
+  for (const double y : layout.ticks) {
+    const double at = std::clamp(std::round(y - 0.5 * line), double(b.y), b.y + b.height - line);
+    fill_rectangle(image, b.x + b.width, at, std::max(3.0, 5.0 * unit), line, ink.faint);
+  }
+  for (const TextLine& w : layout.words) draw_line_of_text(image, w, ink);
+}
+
+void draw_triad(Image& image, const Layout& layout, const glm::dvec2& centre, const ViewFrame& frame, const Ink& ink) {
+  struct Axis { glm::dvec3 direction; glm::vec3 color; const char* name; };
+  std::array<Axis, 3> axes = {{{{1, 0, 0}, {0.82f, 0.20f, 0.17f}, "x"}, {{0, 1, 0}, {0.18f, 0.58f, 0.24f}, "y"}, {{0, 0, 1}, {0.16f, 0.37f, 0.80f}, "z"}}};
+  for (Axis& a : axes) a.direction = glm::dmat3(frame.view) * a.direction;
+  // Farthest first.
+  std::sort(axes.begin(), axes.end(), [](const Axis& a, const Axis& b) { return a.direction.z < b.direction.z; });
+  const double radius = layout.triad_radius, width = std::max(1.6, 2.6 * layout.unit), head = std::max(5.0, 9.0 * layout.unit);
+  const double size = std::max(9.0, 12.5 * layout.unit);
+  std::vector<glm::dvec2> labels;
+  for (const Axis& a : axes) {
+    const glm::dvec2 d(a.direction.x, -a.direction.y);
+    const double length = glm::length(d);
+    const glm::dvec2 tip = centre + d * radius;
+    if (length > 0.12) {
+      const glm::dvec2 e = d / length, across(-e.y, e.x);
+      const double h = std::min(head, 0.8 * length * radius);
+      const std::array<glm::dvec2, 2> shaft = {centre, tip - e * h};
+      draw_polyline(image, shaft, width, a.color);
+      const std::array<glm::dvec2, 3> triangle = {tip, tip - e * h + across * h * 0.42, tip - e * h - across * h * 0.42};
+      fill_polygon(image, triangle, a.color);
+    } else {
+      // Along the line of sight: a dot for an arrow's tip, a cross in a ring for its tail.
+      fill_disc(image, centre.x, centre.y, 0.4 * head, a.color);
+    }
+    const glm::dvec2 away = length > 0.12 ? d / length : glm::dvec2(-0.8, 0.7);
+    // Two axes may point the same way as seen: the second name goes beside its tip, then to the other side.
+    const glm::dvec2 root = length > 0.12 ? tip : centre;
+    glm::dvec2 place = root + away * (0.72 * size);
+    for (const double side : {0.9, -0.9, 1.8, -1.8}) {
+      const auto taken = [&](const glm::dvec2& other) { return glm::length(other - place) < 0.95 * size; };
+      if (std::none_of(labels.begin(), labels.end(), taken)) break;
+      place = root + glm::dvec2(-away.y, away.x) * (side * size);
+    }
+    labels.push_back(place);
+    draw_text(image, place.x - 0.5 * text_width(a.name, size), place.y + 0.36 * size, a.name, size, ink.strong);
+  }
+}
+
+// Points of a series on the picture. Many samples a pixel: the first, lowest, highest and last of each column keep the shape.
+template <class Place>
+std::vector<glm::dvec2> series_points(const Series& s, int columns, bool rising, Place place) {
+  std::vector<glm::dvec2> points;
+  const std::size_t n = std::min(s.x.size(), s.y.size());
+  if (n <= 8 * std::size_t(columns) || !rising) {
+    for (std::size_t i = 0; i < n; ++i) points.push_back(place(s.x[i], s.y[i]));
+    return points;
+  }
+  std::size_t i = 0;
+  while (i < n) {
+    const double column = std::floor(place(s.x[i], 0.0).x * 2.0);
+    std::size_t j = i, low = i, high = i;
+    for (; j < n && std::floor(place(s.x[j], 0.0).x * 2.0) == column; ++j) {
+      if (s.y[j] < s.y[low]) low = j;
+      if (s.y[j] > s.y[high]) high = j;
+    }
+    if (j == i) j = i + 1;  // not a number
+    const std::array<std::size_t, 4> keep = {i, std::min(low, high), std::max(low, high), j - 1};
+    for (const std::size_t q : keep) points.push_back(place(s.x[q], s.y[q]));
+    i = j;
+  }
+  return points;
+}
+
+bool rises(const Series& s) { return std::is_sorted(s.x.begin(), s.x.begin() + static_cast<std::ptrdiff_t>(std::min(s.x.size(), s.y.size()))); }
+
+glm::vec3 color_of(const Plot& plot, std::size_t k) { return plot.series[k].color.x < 0.0f ? category_color(static_cast<int>(k)) : plot.series[k].color; }
+
+// Whether a kept panel is that of this plot.
+bool same_panel(const PlotCache::Panel& kept, const Plot& plot, const Picture& picture, const PlotLayout& layout, const Layout& all, int channels) {
+  const Background& b = picture.background;
+  if (kept.panel != layout.panel || kept.axes != layout.axes || kept.unit != all.unit || kept.text != all.text || kept.dark != picture.overlay.dark || kept.channels != channels) return false;
+  if (kept.background.top != b.top || kept.background.bottom != b.bottom || kept.background.transparent != b.transparent) return false;
+  if (kept.plot.x_label != plot.x_label || kept.plot.y_label != plot.y_label || kept.plot.x_range != plot.x_range || kept.plot.y_range != plot.y_range) return false;
+  if (kept.plot.series.size() != plot.series.size()) return false;
+  for (std::size_t k = 0; k < plot.series.size(); ++k) {
+    const Series &a = kept.plot.series[k], &s = plot.series[k];
+    // Bytes: what is not a number is equal to itself.
+    const auto same = [](std::span<const double> p, std::span<const double> q) { return p.size() == q.size() && (p.empty() || std::memcmp(p.data(), q.data(), p.size_bytes()) == 0); };
+    if (a.label != s.label || a.color != s.color || !same(a.x, s.x) || !same(a.y, s.y)) return false;
+  }
+  return true;
+}
+
+// Everything of a plot but what runs with time: what is to come is faint everywhere, what has been goes over it.
+PlotCache::Panel make_panel(Image& image, const Picture& picture, const PlotLayout& layout, const Layout& all, const Ink& ink, bool marked) {
+  const Plot& plot = picture.overlay.plots[layout.plot];
+  const double unit = all.unit;
+  PlotCache::Panel out;
+  const PixelRect &panel = layout.panel, &axes = layout.axes;
+  fill_rectangle(image, panel.x, panel.y, panel.width, panel.height, ink.panel, 0.88f);
+  const double line = std::max(1.0, std::round(unit));
+  for (const double y : layout.y_ticks) fill_rectangle(image, axes.x, std::round(y - 0.5 * line), axes.width, line, ink.grid);
+  for (const double x : layout.x_ticks) fill_rectangle(image, std::round(x - 0.5 * line), axes.y, line, axes.height, ink.grid);
+  fill_rectangle(image, axes.x, axes.y, line, axes.height, ink.faint);
+  fill_rectangle(image, axes.x, axes.y + axes.height - line, axes.width, line, ink.faint);
+
+  const glm::dvec4 clip(axes.x, axes.y - 1, axes.width + 1, axes.height + 2);
+  const double sx = axes.width / (layout.x1 - layout.x0), sy = axes.height / (layout.y1 - layout.y0);
+  const auto place = [&](double x, double y) { return glm::dvec2(axes.x + (x - layout.x0) * sx, axes.y + axes.height - (y - layout.y0) * sy); };
+  for (std::size_t k = 0; k < plot.series.size(); ++k) {
+    const Series& s = plot.series[k];
+    const bool rising = rises(s);
+    out.lines.push_back(cover_polyline(image.width, image.height, series_points(s, axes.width, rising, place), std::max(1.2, 2.0 * unit), 0.0, &clip));
+    blend_cover(image, out.lines.back(), color_of(plot, k), marked && rising ? 0.28f : 1.0f, image.width);
+    if (layout.series[k].text.empty()) continue;
+    const PixelRect& l = layout.series_lines[k];
+    const double thick = std::max(2.0, 2.4 * unit);
+    fill_rectangle(image, l.x, l.y - 0.5 * thick, l.width, thick, color_of(plot, k), 1.0f, 0.5 * thick);
+    draw_line_of_text(image, layout.series[k], ink);
+  }
+  for (const TextLine& w : layout.words) draw_line_of_text(image, w, ink);
+  if (!layout.y_label.text.empty()) draw_text_upwards(image, layout.y_label.x, layout.y_label.y, layout.y_label.text, layout.y_label.size, ink.strong);
+
+  // What decides it, for the next picture.
+  out.panel = panel;
+  out.axes = axes;
+  out.background = picture.background;
+  out.dark = picture.overlay.dark;
+  out.unit = unit;
+  out.text = all.text;
+  out.channels = image.channels;
+  out.plot = plot;
+  for (const Series& s : plot.series) {
+    out.data.emplace_back(s.x.begin(), s.x.end());
+    out.data.emplace_back(s.y.begin(), s.y.end());
+  }
+  for (std::size_t k = 0; k < plot.series.size(); ++k) {
+    out.plot.series[k].x = out.data[2 * k];
+    out.plot.series[k].y = out.data[2 * k + 1];
+  }
+  return out;
+}
+
+void copy_part(const Image& from, int fx, int fy, Image& to, int tx, int ty, int width, int height) {
+  for (int y = 0; y < height; ++y)
+    std::copy_n(&from.pixels[(std::size_t(fy + y) * from.width + fx) * from.channels], std::size_t(width) * from.channels, &to.pixels[(std::size_t(ty + y) * to.width + tx) * to.channels]);
+}
+
+void draw_plot(Image& image, const Picture& picture, const PlotLayout& layout, const Layout& all, const Ink& ink, PlotCache& cache, std::size_t index) {
+  const Plot& plot = picture.overlay.plots[layout.plot];
+  const PixelRect &panel = layout.panel, &axes = layout.axes;
+  const double sx = axes.width / (layout.x1 - layout.x0), sy = axes.height / (layout.y1 - layout.y0);
+  const double mark = axes.x + (plot.mark - layout.x0) * sx;
+  const bool marked = mark >= axes.x - 0.5 && mark <= axes.x + axes.width + 0.5;
+
+  if (index < cache.panels.size() && marked && same_panel(cache.panels[index], plot, picture, layout, all, image.channels)) {
+    copy_part(cache.panels[index].image, 0, 0, image, panel.x, panel.y, panel.width, panel.height);
+  } else {
+    PlotCache::Panel fresh = make_panel(image, picture, layout, all, ink, marked);
+    if (!marked) return;
+    fresh.image = make_image(panel.width, panel.height, image.channels);
+    copy_part(image, panel.x, panel.y, fresh.image, 0, 0, panel.width, panel.height);
+    cache.panels.resize(std::max(cache.panels.size(), index + 1));
+    cache.panels[index] = std::move(fresh);
+  }
+
+  // What has been, strong up to the mark, and a dot where each series is now.
+  const double line = std::max(1.0, std::round(all.unit));
+  fill_rectangle(image, std::round(mark - 0.5 * line), axes.y, line, axes.height, ink.faint, 0.8f);
+  for (std::size_t k = 0; k < plot.series.size(); ++k) {
+    const Series& s = plot.series[k];
+    const std::size_t n = std::min(s.x.size(), s.y.size());
+    if (n == 0 || !rises(s)) continue;
+    const glm::vec3 color = color_of(plot, k);
+    blend_cover(image, cache.panels[index].lines[k], color, 1.0f, static_cast<int>(std::ceil(mark)));
+    const auto after = std::upper_bound(s.x.begin(), s.x.begin() + static_cast<std::ptrdiff_t>(n), plot.mark);
+    const auto i = static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - s.x.begin() - 1, 0));
+    const std::size_t j = std::min(i + 1, n - 1);
+    const double span = s.x[j] - s.x[i], t = span > 0.0 ? std::clamp((plot.mark - s.x[i]) / span, 0.0, 1.0) : 0.0;
+    const double value = s.y[i] + t * (s.y[j] - s.y[i]);
+    if (!std::isfinite(value) || value < layout.y0 || value > layout.y1 || plot.mark < s.x.front() || plot.mark > s.x[n - 1]) continue;
+    const glm::dvec2 p(mark, axes.y + axes.height - (value - layout.y0) * sy);
+    fill_disc(image, p.x, p.y, std::max(3.0, 4.6 * all.unit), ink.panel);
+    fill_disc(image, p.x, p.y, std::max(2.0, 3.4 * all.unit), color);
+  }
+}
+
+// Labels next to their points, tried on four sides; one that would cover another is left out.
+void draw_labels(Image& image, const Picture& picture, std::span<const ViewFrame> frames, const Layout& layout) {
+  std::vector<glm::dvec4> taken;
+  for (const ViewFrame& frame : frames)
+    for (const Label& label : picture.labels) {
+      glm::dvec2 at;
+      if (label.text.empty() || !project(frame, label.point, at)) continue;
+      const double size = std::max(9.0, static_cast<double>(label.size) * layout.unit);
+      const double w = text_width(label.text, size), h = cap_height(size), gap = 0.7 * size;
+      const glm::dvec2 places[] = {{gap, -0.4 * gap}, {gap, h + 0.6 * gap}, {-gap - w, -0.4 * gap}, {-0.5 * w, -gap}, {-0.5 * w, gap + h}};
+      for (const glm::dvec2& offset : places) {
+        const glm::dvec2 p = at + offset;
+        const glm::dvec4 box(p.x - 2.0, p.y - h - 2.0, p.x + w + 2.0, p.y + descent(size) + 2.0);
+        const PixelRect& a = frame.area;
+        if (box.x < a.x || box.y < a.y || box.z > a.x + a.width || box.w > a.y + a.height) continue;
+        if (std::any_of(taken.begin(), taken.end(), [&](const glm::dvec4& t) { return box.x < t.z && t.x < box.z && box.y < t.w && t.y < box.w; })) continue;
+        taken.push_back(box);
+        // A light rim keeps the words readable over bodies.
+        const glm::vec3 rim = picture.overlay.dark ? glm::vec3(0.1f) : glm::vec3(1.0f);
+        fill_rectangle(image, box.x - 1.0, box.y - 1.0, box.z - box.x + 2.0, box.w - box.y + 2.0, rim, 0.55f, 0.3 * size);
+        draw_text(image, p.x, p.y, label.text, size, label.color);
+        break;
+      }
+    }
+}
+
+}  // namespace
+
+void draw_overlay(Image& image, const Picture& picture, const Layout& layout, std::span<const ViewFrame> frames, PlotCache& cache) {
+  const Ink ink = ink_of(picture.overlay);
+  draw_labels(image, picture, frames, layout);
+  if (frames.size() > 1) {
+    const double line = std::max(1.0, std::round(layout.unit));
+    for (const PixelRect& v : layout.views) {
+      if (v.x > layout.inner.x) fill_rectangle(image, v.x - 0.5 * line, v.y, line, v.height, ink.faint, 0.35f);
+      if (v.y > layout.inner.y) fill_rectangle(image, v.x, v.y - 0.5 * line, v.width, line, ink.faint, 0.35f);
+    }
+  }
+  for (std::size_t i = 0; i < layout.plots.size(); ++i) draw_plot(image, picture, layout.plots[i], layout, ink, cache, i);
+  if (layout.has_bar) draw_bar(image, picture, layout.bar, ink, layout.unit);
+  if (layout.has_legend)
+    for (std::size_t i = 0; i < layout.legend.words.size(); ++i) {
+      const PixelRect& s = layout.legend.swatches[i];
+      const LegendEntry& e = picture.overlay.legend[i];
+      fill_rectangle(image, s.x, s.y, s.width, s.height, e.color, 0.25f + 0.75f * std::clamp(e.opacity, 0.0f, 1.0f), 0.2 * s.width);
+      if (e.opacity < 1.0f) draw_frame(image, s.x, s.y, s.width, s.height, std::max(1.0, layout.unit), e.color, 0.8f);
+      draw_line_of_text(image, layout.legend.words[i], ink);
+    }
+  for (std::size_t i = 0; i < std::min(layout.triads.size(), frames.size()); ++i) draw_triad(image, layout, layout.triads[i], frames[i], ink);
+  for (const TextLine& w : layout.words) draw_line_of_text(image, w, ink);
+}
+
+std::string time_text(double t, double step, double duration) {
+  struct Unit { double size; const char* name; };
+  static constexpr Unit units[] = {{1.0, "s"}, {1e-3, "ms"}, {1e-6, "µs"}, {1e-9, "ns"}};
+  Unit unit = units[0];
+  for (const Unit& u : units) {
+    unit = u;
+    if (!(std::abs(duration) < 0.0999999 * u.size) || duration == 0.0) break;
+  }
+  const double shown = step > 0.0 ? step / unit.size : 1e-3;
+  const int decimals = std::clamp(static_cast<int>(std::ceil(-std::log10(shown) - 1e-9)), 0, 9);
+  std::string text = fmt::format("{:.{}f}", t / unit.size, decimals);
+  if (text[0] == '-') text = text.find_first_not_of("-0.") == std::string::npos ? text.substr(1) : "−" + text.substr(1);
+  return "t = " + text + " " + unit.name;
+}
+
+std::string scale_text(double scale) {
+  if (!(scale >= 1e4 && scale < 1e9) || scale != std::floor(scale)) return fmt::format("× {:g}", scale);
+  // Thousands apart: 20 000.
+  std::string digits = fmt::format("{:.0f}", scale);
+  for (std::size_t at = digits.size(); at > 3; at -= 3) digits.insert(at - 3, "\u202f");
+  return "× " + digits;
+}
+
+}  // namespace flexframe::render

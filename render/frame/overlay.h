@@ -1,0 +1,32 @@
+// Private to the drawing: words, bars and diagrams onto the finished picture.
+#pragma once
+
+#include "render/frame/layout.h"
+#include "render/frame/view.h"
+#include "render/image/canvas.h"
+#include "render/image/image.h"
+
+#include <span>
+#include <vector>
+
+namespace flexframe::render {
+
+// Panels of plots without the running mark, kept from picture to picture while nothing else about them changes.
+struct PlotCache {
+  struct Panel {
+    Plot plot;                             // without its mark; its series look at `data`
+    std::vector<std::vector<double>> data; // x and y of each series
+    PixelRect panel, axes;
+    Background background;
+    bool dark = false;
+    double unit = 0.0, text = 0.0;
+    int channels = 3;
+    Image image;
+    std::vector<LineCover> lines;          // of each series
+  };
+  std::vector<Panel> panels;
+};
+
+void draw_overlay(Image& image, const Picture& picture, const Layout& layout, std::span<const ViewFrame> frames, PlotCache& cache);
+
+}  // namespace flexframe::render

@@ -1,0 +1,255 @@
+#include "render/image/image_compare.h"
+
+#include "render/base/srgb.h"
+#include "render/picture/colormap.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <vector>
+
+namespace flexframe::render {
+namespace {
+
+using Plane = std::vector<float>;
+constexpr double pi = std::numbers::pi;
+
+struct Kernel {
+  int radius = 0;
+  std::vector<double> weights;  // 2 radius + 1
+};
+
+template <class Function>
+Kernel make_kernel(int radius, Function function) {
+  Kernel k{radius, {}};
+  for (int i = -radius; i <= radius; ++i) k.weights.push_back(function(i));
+  return k;
+}
+
+// Rows then columns; the border repeats.
+Plane convolve(const Plane& in, int width, int height, const Kernel& kx, const Kernel& ky) {
+  Plane middle(in.size()), out(in.size());
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      double sum = 0.0;
+      for (int i = -kx.radius; i <= kx.radius; ++i)
+        sum += kx.weights[i + kx.radius] * static_cast<double>(in[std::size_t(y) * width + std::clamp(x + i, 0, width - 1)]);
+      middle[std::size_t(y) * width + x] = static_cast<float>(sum);
+    }
+  std::vector<double> row(static_cast<std::size_t>(width));
+  for (int y = 0; y < height; ++y) {
+    std::fill(row.begin(), row.end(), 0.0);
+    for (int j = -ky.radius; j <= ky.radius; ++j) {
+      const float* from = &middle[std::size_t(std::clamp(y + j, 0, height - 1)) * width];
+      const double w = ky.weights[j + ky.radius];
+      for (int x = 0; x < width; ++x) row[x] += w * static_cast<double>(from[x]);
+    }
+    for (int x = 0; x < width; ++x) out[std::size_t(y) * width + x] = static_cast<float>(row[x]);
+  }
+  return out;
+}
+
+// sRGB 0..1 over white.
+glm::dvec3 color_at(const Image& image, std::size_t pixel) {
+  const std::uint8_t* p = &image.pixels[pixel * image.channels];
+  if (image.channels == 1) return glm::dvec3(p[0] / 255.0);
+  const double a = image.channels == 4 ? p[3] / 255.0 : 1.0;
+  return a * glm::dvec3(p[0], p[1], p[2]) / 255.0 + (1.0 - a);
+}
+
+Plane luma(const Image& image) {
+  Plane plane(std::size_t(image.width) * image.height);
+  for (std::size_t i = 0; i < plane.size(); ++i) plane[i] = static_cast<float>(255.0 * glm::dot(color_at(image, i), glm::dvec3(0.299, 0.587, 0.114)));
+  return plane;
+}
+
+// D65.
+const glm::dvec3 white(0.950428545, 1.0, 1.088900371);
+const glm::dmat3 xyz_from_rgb(glm::dvec3(0.41238656, 0.21263682, 0.01933062), glm::dvec3(0.35759149, 0.71518298, 0.11919716),
+                              glm::dvec3(0.18045049, 0.0721802, 0.95037259));
+
+// YCxCz of Zhang and Wandell: L*a*b* without the cube root, additive under blurring.
+glm::dvec3 ycxcz_of_xyz(const glm::dvec3& xyz) {
+  const glm::dvec3 n = xyz / white;
+  return {116.0 * n.y - 16.0, 500.0 * (n.x - n.y), 200.0 * (n.y - n.z)};
+}
+
+glm::dvec3 xyz_of_ycxcz(const glm::dvec3& c) {
+  const double y = (c.x + 16.0) / 116.0;
+  return glm::dvec3(c.y / 500.0 + y, y, y - c.z / 200.0) * white;
+}
+
+// L*a*b* with chroma scaled by lightness (Hunt effect).
+glm::dvec3 hunt_lab(const glm::dvec3& rgb) {
+  const glm::dvec3 n = xyz_from_rgb * rgb / white;
+  const auto f = [](double t) { return t > 216.0 / 24389.0 ? std::cbrt(t) : (24389.0 / 27.0 * t + 16.0) / 116.0; };
+  const double fx = f(n.x), fy = f(n.y), fz = f(n.z), lightness = 116.0 * fy - 16.0;
+  return {lightness, 0.01 * lightness * 500.0 * (fx - fy), 0.01 * lightness * 200.0 * (fy - fz)};
+}
+
+double hyab(const glm::dvec3& a, const glm::dvec3& b) { return std::abs(a.x - b.x) + std::hypot(a.y - b.y, a.z - b.z); }
+
+constexpr double pixels_per_degree = 67.0206;  // a 0.7 m wide display of 3840 pixels seen from 0.7 m
+
+struct Perceived {
+  std::vector<glm::dvec3> lab;  // after the eye's filter
+  Plane edge, point;            // strength of features
+};
+
+Perceived perceive(const Image& image) {
+  const int w = image.width, h = image.height;
+  const std::size_t n = std::size_t(w) * h;
+  std::array<Plane, 3> opponent;
+  Plane gray(n);
+  for (Plane& p : opponent) p.resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const glm::dvec3 s = color_at(image, i);
+    const glm::dvec3 rgb(linear_from_srgb(static_cast<float>(s.x)), linear_from_srgb(static_cast<float>(s.y)), linear_from_srgb(static_cast<float>(s.z)));
+    const glm::dvec3 c = ycxcz_of_xyz(xyz_from_rgb * rgb);
+    for (int k = 0; k < 3; ++k) opponent[k][i] = static_cast<float>(c[k]);
+    gray[i] = static_cast<float>((c.x + 16.0) / 116.0);
+  }
+
+  // Contrast sensitivity: sums of Gaussians a sqrt(pi / b) exp(-pi^2 x^2 / b), x in degrees.
+  struct Lobe { double a, b; };
+  static const std::array<std::vector<Lobe>, 3> sensitivity = {{{{1.0, 0.0047}}, {{1.0, 0.0053}}, {{34.1, 0.04}, {13.5, 0.025}}}};
+  const int radius = static_cast<int>(std::ceil(3.0 * std::sqrt(0.04 / (2.0 * pi * pi)) * pixels_per_degree));
+  std::array<Plane, 3> filtered;
+  for (int k = 0; k < 3; ++k) {
+    filtered[k].assign(n, 0.0f);
+    double total = 0.0;
+    std::vector<std::pair<Kernel, double>> parts;
+    for (const Lobe& lobe : sensitivity[k]) {
+      Kernel g = make_kernel(radius, [&](int i) { const double x = i / pixels_per_degree; return std::exp(-pi * pi * x * x / lobe.b); });
+      double sum = 0.0;
+      for (const double v : g.weights) sum += v;
+      const double scale = lobe.a * std::sqrt(pi / lobe.b);
+      total += scale * sum * sum;
+      parts.emplace_back(std::move(g), scale);
+    }
+    for (const auto& [g, scale] : parts) {
+      const Plane blurred = convolve(opponent[k], w, h, g, g);
+      for (std::size_t i = 0; i < n; ++i) filtered[k][i] += static_cast<float>(scale / total * static_cast<double>(blurred[i]));
+    }
+  }
+  Perceived out;
+  out.lab.resize(n);
+  const glm::dmat3 rgb_from_xyz = glm::inverse(xyz_from_rgb);
+  for (std::size_t i = 0; i < n; ++i) {
+    const glm::dvec3 rgb = rgb_from_xyz * xyz_of_ycxcz(glm::dvec3(filtered[0][i], filtered[1][i], filtered[2][i]));
+    out.lab[i] = hunt_lab(glm::clamp(rgb, 0.0, 1.0));
+  }
+
+  // Edges and points: first and second derivatives of a Gaussian as wide as the eye's feature detectors, 0.082 degrees;
+  // positive and negative weights of each sum to one.
+  const double sd = 0.5 * 0.082 * pixels_per_degree;
+  const int reach = static_cast<int>(std::ceil(3.0 * sd));
+  const auto gauss = [&](int i) { return std::exp(-0.5 * i * i / (sd * sd)); };
+  Kernel smooth = make_kernel(reach, gauss), first = make_kernel(reach, [&](int i) { return -i * gauss(i); }),
+         second = make_kernel(reach, [&](int i) { return (i * i / (sd * sd) - 1.0) * gauss(i); });
+  const auto balance = [](Kernel& k) {
+    double positive = 0.0, negative = 0.0;
+    for (const double v : k.weights) (v > 0.0 ? positive : negative) += v;
+    for (double& v : k.weights) v /= v > 0.0 ? positive : (negative != 0.0 ? -negative : 1.0);
+  };
+  balance(smooth);
+  balance(first);
+  balance(second);
+  const Plane ex = convolve(gray, w, h, first, smooth), ey = convolve(gray, w, h, smooth, first);
+  const Plane px = convolve(gray, w, h, second, smooth), py = convolve(gray, w, h, smooth, second);
+  out.edge.resize(n);
+  out.point.resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    out.edge[i] = std::hypot(ex[i], ey[i]);
+    out.point[i] = std::hypot(px[i], py[i]);
+  }
+  return out;
+}
+
+void need_same_size(const Image& a, const Image& b) {
+  if (a.width != b.width || a.height != b.height) throw std::invalid_argument("pictures of different size");
+}
+
+}  // namespace
+
+double compute_ssim(const Image& a, const Image& b) {
+  need_same_size(a, b);
+  const int w = a.width, h = a.height;
+  Kernel g = make_kernel(5, [](int i) { return std::exp(-0.5 * i * i / 2.25); });
+  double sum = 0.0;
+  for (const double v : g.weights) sum += v;
+  for (double& v : g.weights) v /= sum;
+  const Plane x = luma(a), y = luma(b);
+  Plane xx(x.size()), yy(x.size()), xy(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) xx[i] = x[i] * x[i], yy[i] = y[i] * y[i], xy[i] = x[i] * y[i];
+  const Plane mx = convolve(x, w, h, g, g), my = convolve(y, w, h, g, g), mxx = convolve(xx, w, h, g, g), myy = convolve(yy, w, h, g, g), mxy = convolve(xy, w, h, g, g);
+  const double c1 = 6.5025, c2 = 58.5225;  // (0.01 * 255)^2, (0.03 * 255)^2
+  double total = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double p = mx[i], q = my[i], vx = mxx[i] - p * p, vy = myy[i] - q * q, c = mxy[i] - p * q;
+    total += (2.0 * p * q + c1) * (2.0 * c + c2) / ((p * p + q * q + c1) * (vx + vy + c2));
+  }
+  return total / static_cast<double>(x.size());
+}
+
+double compute_flip(const Image& reference, const Image& test, Image* heat) {
+  need_same_size(reference, test);
+  const Perceived a = perceive(reference), b = perceive(test);
+  const double largest = std::pow(hyab(hunt_lab({0, 1, 0}), hunt_lab({0, 0, 1})), 0.7), knee = 0.4 * largest;
+  if (heat) *heat = make_image(reference.width, reference.height, 3);
+  double total = 0.0;
+  for (std::size_t i = 0; i < a.lab.size(); ++i) {
+    const double e = std::pow(hyab(a.lab[i], b.lab[i]), 0.7);
+    const double color = e < knee ? 0.95 / knee * e : std::min(1.0, 0.95 + (e - knee) / (largest - knee) * 0.05);
+    const double feature = std::sqrt(std::max(std::abs(static_cast<double>(a.edge[i] - b.edge[i])), std::abs(static_cast<double>(a.point[i] - b.point[i]))) / std::numbers::sqrt2);
+    const double flip = std::pow(color, 1.0 - std::min(feature, 1.0));
+    total += flip;
+    if (heat) {
+      const glm::vec3 c = 255.0f * colormap_color(Colormap::inferno, flip);
+      for (int k = 0; k < 3; ++k) heat->pixels[3 * i + k] = static_cast<std::uint8_t>(rounded(c[k]));
+    }
+  }
+  return total / static_cast<double>(a.lab.size());
+}
+
+ImageDifference compare_images(const Image& baseline, const Image& candidate, const CompareOptions& options) {
+  ImageDifference d;
+  d.same_size = baseline.width == candidate.width && baseline.height == candidate.height;
+  if (!d.same_size) return d;
+  d.equal = baseline == candidate;
+  if (d.equal) {
+    d.passes = true;
+    return d;
+  }
+  // Channels that only one of the two has: opaque.
+  const std::size_t n = std::size_t(baseline.width) * baseline.height;
+  const int channels = std::max(baseline.channels, candidate.channels);
+  const auto value = [](const Image& image, std::size_t i, int k) -> int {
+    if (k < image.channels) return image.pixels[i * image.channels + k];
+    return k == 3 ? 255 : image.pixels[i * image.channels];
+  };
+  double sum = 0.0;
+  for (std::size_t i = 0; i < n; ++i) {
+    int most = 0;
+    for (int k = 0; k < channels; ++k) {
+      const int difference = std::abs(value(baseline, i, k) - value(candidate, i, k));
+      most = std::max(most, difference);
+      sum += difference;
+    }
+    d.largest = std::max(d.largest, most);
+    d.pixels_over += most > options.levels;
+  }
+  d.equal = d.largest == 0;
+  d.mean = sum / (static_cast<double>(n) * channels);
+  d.share_over = static_cast<double>(d.pixels_over) / static_cast<double>(n);
+  d.passes = d.equal || (!options.exact && d.share_over <= options.share);
+  if (options.measures && !d.equal) {
+    d.ssim = compute_ssim(baseline, candidate);
+    d.flip = compute_flip(baseline, candidate, &d.heat);
+  }
+  return d;
+}
+
+}  // namespace flexframe::render

@@ -1,0 +1,209 @@
+#include "render/image/png.h"
+
+#include <libdeflate.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
+#include <memory>
+#include <stdexcept>
+
+#define STB_IMAGE_IMPLEMENTATION
+#define STB_IMAGE_STATIC
+#define STBI_ONLY_PNG
+#define STBI_NO_STDIO
+#define STBI_NO_HDR
+#define STBI_NO_LINEAR
+#define STBI_MAX_DIMENSIONS 65536
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-function"
+#pragma GCC diagnostic ignored "-Wconversion"
+#pragma GCC diagnostic ignored "-Wshadow"
+#pragma GCC diagnostic ignored "-Wextra"
+#pragma GCC diagnostic ignored "-Wpedantic"
+#include <stb_image.h>
+#pragma GCC diagnostic pop
+
+namespace flexframe::render {
+namespace {
+
+constexpr std::array<std::uint8_t, 8> signature = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+constexpr std::size_t largest_picture = 1'000'000'000;  // pixels
+
+void put32(std::vector<std::uint8_t>& out, std::uint32_t v) {
+  for (int shift = 24; shift >= 0; shift -= 8) out.push_back(static_cast<std::uint8_t>(v >> shift));
+}
+
+std::uint32_t get32(const std::uint8_t* p) {
+  return std::uint32_t(p[0]) << 24 | std::uint32_t(p[1]) << 16 | std::uint32_t(p[2]) << 8 | p[3];
+}
+
+void put_chunk(std::vector<std::uint8_t>& out, const char* type, std::span<const std::uint8_t> data) {
+  put32(out, static_cast<std::uint32_t>(data.size()));
+  const std::size_t start = out.size();
+  out.insert(out.end(), type, type + 4);
+  out.insert(out.end(), data.begin(), data.end());
+  put32(out, libdeflate_crc32(0, out.data() + start, data.size() + 4));
+}
+
+// rows: bytes of the picture, big endian, top row first; step: bytes a pixel.
+std::vector<std::uint8_t> encode(int width, int height, int channels, int depth, std::span<const std::uint8_t> rows,
+                                 const PngOptions& options) {
+  const std::size_t step = std::size_t(channels) * depth / 8, row = width * step;
+  if (width < 1 || height < 1 || rows.size() != row * height)
+    throw std::invalid_argument("an image to be written as PNG has " + std::to_string(rows.size()) + " bytes where " +
+                                std::to_string(width) + " x " + std::to_string(height) + " needs " + std::to_string(row * height));
+  // SUB filter: each byte less the one a pixel to the left.
+  std::vector<std::uint8_t> filtered((row + 1) * height);
+  for (int y = 0; y < height; ++y) {
+    const std::uint8_t* in = &rows[y * row];
+    std::uint8_t* out = &filtered[y * (row + 1)];
+    *out++ = 1;
+    std::copy_n(in, step, out);
+    for (std::size_t i = step; i < row; ++i) out[i] = static_cast<std::uint8_t>(in[i] - in[i - step]);
+  }
+
+  std::vector<std::uint8_t> out(signature.begin(), signature.end());
+  std::vector<std::uint8_t> header;
+  put32(header, static_cast<std::uint32_t>(width));
+  put32(header, static_cast<std::uint32_t>(height));
+  const std::uint8_t color_type = channels == 1 ? 0 : channels == 3 ? 2 : 6;
+  for (const std::uint8_t b : {static_cast<std::uint8_t>(depth), color_type, std::uint8_t(0), std::uint8_t(0), std::uint8_t(0)}) header.push_back(b);
+  put_chunk(out, "IHDR", header);
+  if (depth == 8) put_chunk(out, "sRGB", std::array<std::uint8_t, 1>{0});
+  for (const auto& [keyword, words] : options.text) {
+    std::vector<std::uint8_t> text(keyword.begin(), keyword.end());
+    text.push_back(0);
+    text.insert(text.end(), words.begin(), words.end());
+    put_chunk(out, "tEXt", text);
+  }
+
+  const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
+      libdeflate_alloc_compressor(std::clamp(options.level, 1, 12)), &libdeflate_free_compressor);
+  if (!compressor) throw std::bad_alloc();
+  std::vector<std::uint8_t> packed(libdeflate_zlib_compress_bound(compressor.get(), filtered.size()));
+  packed.resize(libdeflate_zlib_compress(compressor.get(), filtered.data(), filtered.size(), packed.data(), packed.size()));
+  // A chunk is at most 2^31 - 1 bytes long.
+  constexpr std::size_t chunk = std::size_t(1) << 30;
+  for (std::size_t at = 0; at < packed.size(); at += chunk)
+    put_chunk(out, "IDAT", std::span(packed).subspan(at, std::min(chunk, packed.size() - at)));
+  put_chunk(out, "IEND", {});
+  return out;
+}
+
+// Calls visit(type, data) for every chunk; false if the bytes are not one whole PNG.
+template <class Visit>
+bool walk_chunks(std::span<const std::uint8_t> bytes, Visit visit) {
+  if (bytes.size() < 8 || !std::equal(signature.begin(), signature.end(), bytes.begin())) return false;
+  std::size_t at = 8;
+  while (at + 12 <= bytes.size()) {
+    const std::size_t length = get32(&bytes[at]);
+    if (length > bytes.size() - at - 12) return false;
+    if (libdeflate_crc32(0, &bytes[at + 4], length + 4) != get32(&bytes[at + 8 + length])) return false;
+    const std::string type(reinterpret_cast<const char*>(&bytes[at + 4]), 4);
+    visit(type, bytes.subspan(at + 8, length));
+    at += 12 + length;
+    if (type == "IEND") return at == bytes.size();
+  }
+  return false;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> encode_png(const Image& image, const PngOptions& options) {
+  return encode(image.width, image.height, image.channels, 8, image.pixels, options);
+}
+
+std::vector<std::uint8_t> encode_png(const Image16& image, const PngOptions& options) {
+  std::vector<std::uint8_t> bytes;
+  bytes.reserve(image.pixels.size() * 2);
+  for (const std::uint16_t v : image.pixels) {
+    bytes.push_back(static_cast<std::uint8_t>(v >> 8));
+    bytes.push_back(static_cast<std::uint8_t>(v & 0xff));
+  }
+  return encode(image.width, image.height, image.channels, 16, bytes, options);
+}
+
+void write_png(const std::filesystem::path& path, const Image& image, const PngOptions& options) {
+  write_file(path, encode_png(image, options));
+}
+
+void write_png(const std::filesystem::path& path, const Image16& image, const PngOptions& options) {
+  write_file(path, encode_png(image, options));
+}
+
+namespace {
+
+// The decoder's reason may quote bytes of the file.
+std::string decoder_reason() {
+  std::string reason = stbi_failure_reason();
+  for (char& c : reason)
+    if (c < ' ' || c > '~') c = '?';
+  return reason;
+}
+
+}  // namespace
+
+Image decode_png(std::span<const std::uint8_t> bytes, const std::string& name) {
+  const auto fail = [&](const std::string& what) { throw std::runtime_error(name + ": " + what); };
+  if (bytes.size() < 8 || !std::equal(signature.begin(), signature.end(), bytes.begin())) fail("not a PNG file");
+  // Checksums first: stb_image does not look at them, and a damaged picture must not pass for a different one.
+  std::size_t pixels = 0, packed = 0;
+  bool header_first = true, have_header = false, empty_parts = false;
+  const bool whole = walk_chunks(bytes, [&](const std::string& type, std::span<const std::uint8_t> data) {
+    if (!have_header && type != "IHDR") header_first = false;
+    if (type == "IHDR" && data.size() == 13) {
+      have_header = true;
+      pixels = std::size_t(get32(&data[0])) * get32(&data[4]);
+    }
+    if (type == "IDAT") packed += data.size(), empty_parts = empty_parts || data.empty();
+  });
+  if (!whole) fail("damaged PNG file: cut off, or a checksum does not match");
+  if (!have_header || !header_first) fail("damaged PNG file: no header");
+  // Deflate packs at most 1032 to 1, so what is smaller than that cannot hold the picture (at 1 bit a pixel).
+  if (pixels > largest_picture || pixels / 8 > packed * 1032 + 1024) fail("PNG file of an implausible size");
+  if (bytes.size() > std::size_t(std::numeric_limits<int>::max())) fail("PNG file of more than 2 GB");
+
+  // An empty IDAT is allowed and says nothing; stb_image copies it to a null pointer.
+  std::vector<std::uint8_t> filled;
+  if (empty_parts) {
+    filled.assign(signature.begin(), signature.end());
+    walk_chunks(bytes, [&](const std::string& type, std::span<const std::uint8_t> data) {
+      if (type != "IDAT" || !data.empty()) filled.insert(filled.end(), data.data() - 8, data.data() + data.size() + 4);
+    });
+    bytes = filled;
+  }
+
+  int width = 0, height = 0, channels = 0;
+  const auto* data = bytes.data();
+  const int size = static_cast<int>(bytes.size());
+  if (!stbi_info_from_memory(data, size, &width, &height, &channels)) fail("damaged PNG file: " + decoder_reason());
+  const int wanted = channels == 2 || channels == 4 ? 4 : 3;
+  const std::unique_ptr<stbi_uc, decltype(&stbi_image_free)> decoded(
+      stbi_load_from_memory(data, size, &width, &height, &channels, wanted), &stbi_image_free);
+  if (!decoded) fail("damaged PNG file: " + decoder_reason());
+  Image image = make_image(width, height, wanted);
+  std::copy_n(decoded.get(), image.pixels.size(), image.pixels.begin());
+  return image;
+}
+
+Image read_png(const std::filesystem::path& path) { return decode_png(read_file(path), path.string()); }
+
+bool is_whole_png(const std::filesystem::path& path) {
+  std::error_code none;
+  if (!std::filesystem::is_regular_file(path, none)) return false;
+  return walk_chunks(read_file(path), [](const std::string&, std::span<const std::uint8_t>) {});
+}
+
+std::string read_png_text(const std::filesystem::path& path, const std::string& keyword) {
+  std::string found;
+  walk_chunks(read_file(path), [&](const std::string& type, std::span<const std::uint8_t> data) {
+    if (type != "tEXt" || data.size() <= keyword.size() || data[keyword.size()] != 0) return;
+    if (std::memcmp(data.data(), keyword.data(), keyword.size()) == 0)
+      found.assign(data.begin() + static_cast<std::ptrdiff_t>(keyword.size()) + 1, data.end());
+  });
+  return found;
+}
+
+}  // namespace flexframe::render

@@ -1,0 +1,43 @@
+// PNG files, written whole or not at all, the same bytes for the same pixels.
+//
+// Writing: SUB filter on every row, libdeflate, an sRGB chunk; no time stamps. The file is written under a temporary name
+// in its folder and renamed when complete, so a reader never sees half a file under the final name; on failure the
+// temporary file is removed. Reading: any PNG (and only PNG), 8 bit.
+// Errors are std::runtime_error with the path and the system's reason.
+// Source: Portable Network Graphics Specification, Third Edition, W3C 2023.
+#pragma once
+
+#include "render/base/file.h"
+#include "render/image/image.h"
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace flexframe::render {
+
+struct PngOptions {
+  int level = 1;                                            // libdeflate level 1 (fast) .. 12
+  std::vector<std::pair<std::string, std::string>> text;    // tEXt chunks: keyword (1..79 Latin-1 characters), text
+};
+
+std::vector<std::uint8_t> encode_png(const Image& image, const PngOptions& options = {});
+std::vector<std::uint8_t> encode_png(const Image16& image, const PngOptions& options = {});
+
+void write_png(const std::filesystem::path& path, const Image& image, const PngOptions& options = {});
+void write_png(const std::filesystem::path& path, const Image16& image, const PngOptions& options = {});
+
+// Pixels with 3 or 4 channels (grey becomes RGB). Sizes above 1 gigapixel are refused.
+Image read_png(const std::filesystem::path& path);
+Image decode_png(std::span<const std::uint8_t> bytes, const std::string& name);
+
+// True if the file is a complete PNG: signature, every chunk with its right checksum, IEND at the very end.
+bool is_whole_png(const std::filesystem::path& path);
+
+// The tEXt chunk of this keyword, empty if there is none.
+std::string read_png_text(const std::filesystem::path& path, const std::string& keyword);
+
+
+}  // namespace flexframe::render

@@ -1,0 +1,208 @@
+#include "render/image/text.h"
+
+#include "render/base/file.h"
+#include "render/image/canvas.h"
+
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <stdexcept>
+#include <tuple>
+
+#define STB_TRUETYPE_IMPLEMENTATION
+#define STBTT_STATIC
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-function"
+#pragma GCC diagnostic ignored "-Wconversion"
+#pragma GCC diagnostic ignored "-Wshadow"
+#pragma GCC diagnostic ignored "-Wextra"
+#pragma GCC diagnostic ignored "-Wpedantic"
+#pragma GCC diagnostic ignored "-Wcast-qual"
+#include <stb_truetype.h>
+#pragma GCC diagnostic pop
+
+namespace flexframe::render {
+namespace {
+
+constexpr std::array<const char*, 2> file_names = {"DejaVuSans.ttf", "DejaVuSans-Bold.ttf"};
+
+std::filesystem::path find_font(Weight weight) {
+  const char* name = file_names[static_cast<std::size_t>(weight)];
+  std::string tried;
+  const auto there = [&](const std::filesystem::path& path) {
+    std::error_code none;
+    if (std::filesystem::is_regular_file(path, none)) return true;
+    tried += "\n  " + path.string();
+    return false;
+  };
+  if (const char* chosen = std::getenv("FLEXFRAME_FONT"); chosen && *chosen) {
+    std::error_code none;
+    std::filesystem::path path = std::filesystem::is_directory(chosen, none) ? std::filesystem::path(chosen) / name : std::filesystem::path(chosen);
+    if (there(path)) return path;
+  }
+  for (const char* folder : {"/usr/share/fonts/truetype/dejavu", "/usr/share/fonts/dejavu-sans-fonts", "/usr/share/fonts/dejavu",
+                             "/usr/share/fonts/TTF", "/usr/local/share/fonts", "/usr/share/fonts/truetype/ttf-dejavu"})
+    if (there(std::filesystem::path(folder) / name)) return std::filesystem::path(folder) / name;
+  throw std::runtime_error(std::string("no font for the words in pictures: ") + name + " is in none of these places:" + tried +
+                           "\n(Debian package fonts-dejavu-core; or set FLEXFRAME_FONT to a TrueType file or its folder)");
+}
+
+struct Glyph {
+  int x = 0, y = 0, width = 0, height = 0;  // of the bitmap relative to the pen, y down
+  std::vector<unsigned char> cover;
+};
+
+struct Font {
+  std::vector<std::uint8_t> bytes;
+  stbtt_fontinfo info{};
+  double unit = 1.0;       // em in font units
+  double cap = 0.73;       // of the em
+  double up = 0.93, down = 0.24;
+  std::map<std::tuple<int, int, int>, Glyph> glyphs;  // glyph, size in 1/64 px, quarter of a pixel
+
+  explicit Font(Weight weight) {
+    const auto path = find_font(weight);
+    bytes = read_file(path);
+    const int offset = bytes.empty() ? -1 : stbtt_GetFontOffsetForIndex(bytes.data(), 0);
+    if (offset < 0 || !stbtt_InitFont(&info, bytes.data(), offset)) throw std::runtime_error(path.string() + ": not a TrueType font");
+    unit = 1.0 / static_cast<double>(stbtt_ScaleForMappingEmToPixels(&info, 1.0f));
+    int a = 0, d = 0, gap = 0, x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+    stbtt_GetFontVMetrics(&info, &a, &d, &gap);
+    if (stbtt_GetCodepointBox(&info, 'H', &x0, &y0, &x1, &y1)) cap = y1 / unit;
+    up = a / unit;
+    down = -d / unit;
+  }
+
+  const Glyph& glyph(int index, double size, int quarter) {
+    const auto key = std::make_tuple(index, static_cast<int>(std::lround(size * 64.0)), quarter);
+    const auto found = glyphs.find(key);
+    if (found != glyphs.end()) return found->second;
+    if (glyphs.size() > 4096) glyphs.clear();
+    Glyph& g = glyphs[key];
+    const float scale = static_cast<float>(size / unit), shift = 0.25f * static_cast<float>(quarter);
+    int x1 = 0, y1 = 0;
+    stbtt_GetGlyphBitmapBoxSubpixel(&info, index, scale, scale, shift, 0.0f, &g.x, &g.y, &x1, &y1);
+    g.width = x1 - g.x;
+    g.height = y1 - g.y;
+    if (g.width > 0 && g.height > 0) {
+      g.cover.resize(std::size_t(g.width) * g.height);
+      stbtt_MakeGlyphBitmapSubpixel(&info, g.cover.data(), g.width, g.height, g.width, scale, scale, shift, 0.0f, index);
+    }
+    return g;
+  }
+};
+
+// One font a weight and process, read when first needed; the lock guards the glyphs' cache.
+std::mutex lock;
+Font& font(Weight weight) {
+  static std::array<std::unique_ptr<Font>, 2> fonts;
+  auto& f = fonts[static_cast<std::size_t>(weight)];
+  if (!f) f = std::make_unique<Font>(weight);
+  return *f;
+}
+
+// Next code point of UTF-8; a broken byte gives U+FFFD.
+int next_character(std::string_view& text) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const unsigned char first = byte(0);
+  int length = first < 0x80 ? 1 : first >= 0xf0 && first < 0xf8 ? 4 : first >= 0xe0 ? 3 : first >= 0xc2 ? 2 : 0;
+  if (first >= 0xf8) length = 0;
+  int code = length == 1 ? first : length == 2 ? first & 0x1f : length == 3 ? first & 0x0f : first & 0x07;
+  bool good = length > 0 && text.size() >= static_cast<std::size_t>(length);
+  for (int i = 1; good && i < length; ++i) {
+    good = (byte(i) & 0xc0) == 0x80;
+    code = code << 6 | (byte(i) & 0x3f);
+  }
+  text.remove_prefix(good ? length : 1);
+  return good ? code : 0xfffd;
+}
+
+// Calls visit(glyph index, pen position in pixels) and returns the advance.
+template <class Visit>
+double walk(Font& f, std::string_view text, double size, Visit visit) {
+  double pen = 0.0;
+  int previous = 0;
+  while (!text.empty()) {
+    const int code = next_character(text);
+    if (code < 32) continue;
+    const int index = stbtt_FindGlyphIndex(&f.info, code);
+    if (previous) pen += stbtt_GetGlyphKernAdvance(&f.info, previous, index) * size / f.unit;
+    visit(index, pen);
+    int advance = 0, bearing = 0;
+    stbtt_GetGlyphHMetrics(&f.info, index, &advance, &bearing);
+    pen += advance * size / f.unit;
+    previous = index;
+  }
+  return pen;
+}
+
+}  // namespace
+
+double text_width(std::string_view text, double size, Weight weight) {
+  const std::scoped_lock guard(lock);
+  return walk(font(weight), text, size, [](int, double) {});
+}
+
+double cap_height(double size) {
+  const std::scoped_lock guard(lock);
+  return font(Weight::regular).cap * size;
+}
+
+double ascent(double size) {
+  const std::scoped_lock guard(lock);
+  return font(Weight::regular).up * size;
+}
+
+double descent(double size) {
+  const std::scoped_lock guard(lock);
+  return font(Weight::regular).down * size;
+}
+
+std::string fit_text(std::string_view text, double size, double width, Weight weight) {
+  if (text_width(text, size, weight) <= width) return std::string(text);
+  std::string best;
+  std::string_view rest = text;
+  while (!rest.empty()) {
+    next_character(rest);
+    const std::string candidate = std::string(text.substr(0, text.size() - rest.size())) + "…";
+    if (text_width(candidate, size, weight) > width) break;
+    best = candidate;
+  }
+  return best;
+}
+
+void draw_text(Image& image, double x, double y, std::string_view text, double size, const glm::vec3& color, Weight weight, float opacity) {
+  const std::scoped_lock guard(lock);
+  Font& f = font(weight);
+  const int baseline = static_cast<int>(std::lround(y));
+  walk(f, text, size, [&](int index, double pen) {
+    // Whole pixels and quarters: letters keep their distances without blurring.
+    const double at = std::round((x + pen) * 4.0) / 4.0, whole = std::floor(at);
+    const Glyph& g = f.glyph(index, size, static_cast<int>((at - whole) * 4.0));
+    const int x0 = static_cast<int>(whole) + g.x, y0 = baseline + g.y;
+    for (int j = 0; j < g.height; ++j)
+      for (int i = 0; i < g.width; ++i)
+        if (const unsigned char c = g.cover[std::size_t(j) * g.width + i])
+          blend_pixel(image, x0 + i, y0 + j, color, opacity * static_cast<float>(c) / 255.0f);
+  });
+}
+
+void draw_text_upwards(Image& image, double x, double y, std::string_view text, double size, const glm::vec3& color, Weight weight) {
+  const std::scoped_lock guard(lock);
+  Font& f = font(weight);
+  const int baseline = static_cast<int>(std::lround(x));
+  walk(f, text, size, [&](int index, double pen) {
+    const double at = std::round((-y + pen) * 4.0) / 4.0, whole = std::floor(at);
+    const Glyph& g = f.glyph(index, size, static_cast<int>((at - whole) * 4.0));
+    for (int j = 0; j < g.height; ++j)
+      for (int i = 0; i < g.width; ++i)
+        if (const unsigned char c = g.cover[std::size_t(j) * g.width + i])
+          blend_pixel(image, baseline + g.y + j, -(static_cast<int>(whole) + g.x + i) - 1, color, static_cast<float>(c) / 255.0f);
+  });
+}
+
+}  // namespace flexframe::render

@@ -1,0 +1,39 @@
+// Text in pictures: DejaVu Sans through stb_truetype, crisp from 9 pixels up.
+//
+// The font is looked for in $FLEXFRAME_FONT (a file, or a folder with DejaVuSans.ttf and DejaVuSans-Bold.ttf), then in the
+// usual places of the Debian package fonts-dejavu-core and of other systems; std::runtime_error lists the places if there
+// is none. Text is UTF-8; characters the font lacks are drawn as its box. Sizes are the em in pixels.
+#pragma once
+
+#include "render/image/image.h"
+
+#include <glm/glm.hpp>
+
+#include <string>
+#include <string_view>
+
+namespace flexframe::render {
+
+enum class Weight { regular, bold };
+
+// Advance width in pixels.
+double text_width(std::string_view text, double size, Weight weight = Weight::regular);
+
+// Heights above the baseline: of capital letters and digits, and of the tallest letters; depth of descenders below it.
+double cap_height(double size);
+double ascent(double size);
+double descent(double size);
+
+// Longest beginning of the text that fits, with an ellipsis if something was cut off.
+std::string fit_text(std::string_view text, double size, double width, Weight weight = Weight::regular);
+
+// Draws with the left end of the baseline at (x, y), pixels from the upper left; what lies outside is clipped.
+// color sRGB 0..1, opacity 0..1.
+void draw_text(Image& image, double x, double y, std::string_view text, double size, const glm::vec3& color,
+               Weight weight = Weight::regular, float opacity = 1.0f);
+
+// The same turned a quarter counterclockwise: reads upwards from (x, y).
+void draw_text_upwards(Image& image, double x, double y, std::string_view text, double size, const glm::vec3& color,
+                       Weight weight = Weight::regular);
+
+}  // namespace flexframe::render

@@ -1,0 +1,157 @@
+// Shading points: which corners of a mesh share a normal. From the normals of the file where it has them (two corners at one place
+// share iff their normals agree), else by the angle between the triangles at each edge.
+#include "render/picture/mesh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <numbers>
+#include <numeric>
+#include <tuple>
+#include <unordered_map>
+
+namespace flexframe::render {
+namespace {
+
+struct Forest {
+  std::vector<int> parent;
+  explicit Forest(size_t n) : parent(n) { std::iota(parent.begin(), parent.end(), 0); }
+  int root(int a) {
+    while (parent[static_cast<size_t>(a)] != a) {
+      parent[static_cast<size_t>(a)] = parent[static_cast<size_t>(parent[static_cast<size_t>(a)])];
+      a = parent[static_cast<size_t>(a)];
+    }
+    return a;
+  }
+  void join(int a, int b) {
+    a = root(a);
+    b = root(b);
+    if (a != b) parent[static_cast<size_t>(std::max(a, b))] = std::min(a, b);
+  }
+};
+
+// First position with the same coordinates, for each position: seams repeat positions bit by bit.
+std::vector<int> weld_equal(const std::vector<glm::dvec3>& positions) {
+  struct Hash {
+    size_t operator()(const glm::dvec3& p) const {
+      uint64_t h = 1469598103934665603ull;
+      for (int k = 0; k < 3; ++k) {
+        const double value = p[k] + 0.0;  // -0 becomes 0
+        uint64_t bits = 0;
+        std::memcpy(&bits, &value, sizeof bits);
+        h = (h ^ bits) * 0x9e3779b97f4a7c15ull;
+        h ^= h >> 29;
+      }
+      return h;
+    }
+  };
+  std::unordered_map<glm::dvec3, int, Hash> first;
+  first.reserve(positions.size());
+  std::vector<int> welded(positions.size());
+  for (size_t v = 0; v < positions.size(); ++v) welded[v] = first.try_emplace(positions[v], static_cast<int>(v)).first->second;
+  return welded;
+}
+
+}  // namespace
+
+void compute_shading_points(Mesh& mesh, const std::vector<glm::vec3>& corner_normals, double crease_angle) {
+  const size_t corners = 3 * mesh.triangles.size();
+  const std::vector<int> welded = weld_equal(mesh.positions);
+  auto position_of = [&](size_t c) { return mesh.triangles[c / 3][static_cast<int>(c % 3)]; };
+  auto place_of = [&](size_t c) { return welded[static_cast<size_t>(position_of(c))]; };
+  Forest forest(corners);
+
+  // Corners by place, in the order of the file.
+  std::vector<int> begin(mesh.positions.size() + 1, 0), at(corners);
+  for (size_t c = 0; c < corners; ++c) ++begin[static_cast<size_t>(place_of(c)) + 1];
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<int> fill(begin.begin(), begin.end() - 1);
+  for (size_t c = 0; c < corners; ++c) at[static_cast<size_t>(fill[static_cast<size_t>(place_of(c))]++)] = static_cast<int>(c);
+
+  if (!corner_normals.empty()) {
+    // Within 1 degree is the same normal: files round to a few digits.
+    const float same = std::cos(std::numbers::pi_v<float> / 180.0f);
+    for (size_t p = 0; p + 1 < begin.size(); ++p) {
+      // Each corner joins the first kept one that agrees; a place has few different normals.
+      std::vector<int> kept;
+      for (int i = begin[p]; i < begin[p + 1]; ++i) {
+        const int c = at[static_cast<size_t>(i)];
+        bool found = false;
+        for (const int k : kept)
+          if (glm::dot(corner_normals[static_cast<size_t>(c)], corner_normals[static_cast<size_t>(k)]) >= same) {
+            forest.join(c, k);
+            found = true;
+            break;
+          }
+        if (!found) kept.push_back(c);
+      }
+    }
+  } else {
+    // Two triangles at an edge share the normals of its ends unless they meet at more than the crease angle.
+    const double limit = std::cos(crease_angle * std::numbers::pi / 180.0);
+    std::vector<glm::dvec3> normal(mesh.triangles.size());
+    for (size_t t = 0; t < normal.size(); ++t) {
+      const glm::ivec3 v = mesh.triangles[t];
+      const glm::dvec3 a = mesh.positions[static_cast<size_t>(v.x)];
+      const glm::dvec3 n = glm::cross(mesh.positions[static_cast<size_t>(v.y)] - a, mesh.positions[static_cast<size_t>(v.z)] - a);
+      const double length = glm::length(n);
+      normal[t] = length > 0.0 ? n / length : glm::dvec3(0.0);
+    }
+    struct Edge {
+      int low, high;
+      int corner_low, corner_high;  // corners at the two ends
+      int triangle;
+    };
+    std::vector<Edge> edges(corners);
+    for (size_t c = 0; c < corners; ++c) {
+      const size_t next = c - c % 3 + (c + 1) % 3;
+      const int a = place_of(c), b = place_of(next);
+      const bool ordered = a < b;
+      edges[c] = {ordered ? a : b, ordered ? b : a, static_cast<int>(ordered ? c : next), static_cast<int>(ordered ? next : c),
+                  static_cast<int>(c / 3)};
+    }
+    std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) {
+      return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle);
+    });
+    for (size_t i = 0; i < edges.size();) {
+      size_t end = i + 1;
+      while (end < edges.size() && edges[end].low == edges[i].low && edges[end].high == edges[i].high) ++end;
+      // Edges of many triangles (fans of a non-manifold mesh) compare all pairs, a few at most.
+      const size_t pairs_until = std::min(end, i + 8);
+      for (size_t a = i; a < pairs_until; ++a)
+        for (size_t b = a + 1; b < pairs_until; ++b) {
+          const glm::dvec3 na = normal[static_cast<size_t>(edges[a].triangle)], nb = normal[static_cast<size_t>(edges[b].triangle)];
+          const bool flat = na == glm::dvec3(0.0) || nb == glm::dvec3(0.0);
+          if (!flat && glm::dot(na, nb) < limit) continue;
+          forest.join(edges[a].corner_low, edges[b].corner_low);
+          forest.join(edges[a].corner_high, edges[b].corner_high);
+        }
+      i = end;
+    }
+  }
+
+  // Groups are numbered by their first corner; a point is a position in a group.
+  std::vector<int> group_number(corners, -1);
+  mesh.normal_groups = 0;
+  mesh.point_position.clear();
+  mesh.point_group.clear();
+  mesh.triangle_points.resize(mesh.triangles.size());
+  std::vector<int> first_point(mesh.positions.size(), -1), next_point;
+  for (size_t c = 0; c < corners; ++c) {
+    const auto root = static_cast<size_t>(forest.root(static_cast<int>(c)));
+    if (group_number[root] < 0) group_number[root] = mesh.normal_groups++;
+    const int group = group_number[root], position = position_of(c);
+    int point = first_point[static_cast<size_t>(position)];
+    while (point >= 0 && mesh.point_group[static_cast<size_t>(point)] != group) point = next_point[static_cast<size_t>(point)];
+    if (point < 0) {
+      point = static_cast<int>(mesh.point_position.size());
+      mesh.point_position.push_back(position);
+      mesh.point_group.push_back(group);
+      next_point.push_back(first_point[static_cast<size_t>(position)]);
+      first_point[static_cast<size_t>(position)] = point;
+    }
+    mesh.triangle_points[c / 3][static_cast<int>(c % 3)] = point;
+  }
+}
+
+}  // namespace flexframe::render

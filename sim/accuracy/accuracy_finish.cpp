@@ -1,0 +1,133 @@
+#include "sim/accuracy/accuracy_task.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace flexframe::sim {
+namespace {
+
+// The largest size of each row within a twentieth of the duration, before or after: what oscillates is as wrong in between.
+MatX envelope(const MatX& m) {
+  const MatX size = m.cwiseAbs();
+  const Eigen::Index n = m.cols(), reach = n / 20;
+  MatX out(m.rows(), n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const Eigen::Index first = std::max<Eigen::Index>(0, k - reach), last = std::min(n - 1, k + reach);
+    out.col(k) = size.middleCols(first, last - first + 1).rowwise().maxCoeff();
+  }
+  return out;
+}
+
+}  // namespace
+
+double Finished::add_up(const Histories& fine, const MatX& in_time, const MatX& in_space, const MatX& in_effects) {
+  if (in_time.size() == 0) return 0.0;
+  const MatX rest = envelope((in_space.cwiseAbs2() + in_effects.cwiseAbs2()).cwiseSqrt()), whole = rest + envelope(in_time);
+  Eigen::Index at = 0;
+  error = VecX(whole.rowwise().maxCoeff()).maxCoeff(&at);
+  time = largest(in_time.row(at)), space = largest(in_space.row(at)), effects = largest(in_effects.row(at));
+  column = fine.columns[static_cast<size_t>(at)];
+  return error;
+}
+
+SimulateOptions options_within(const Task& t, double limit) {
+  SimulateOptions o = *t.options;
+  o.tolerance.reset();
+  o.method = t.search.method;
+  o.estimate_error = false;
+  o.progress = [&t, limit, start = cpu_seconds()](double time) {
+    if (cpu_seconds() - start > limit) throw TooDear{};
+    if (t.options->progress) t.options->progress(time);
+  };
+  return o;
+}
+
+// Checked against the level below; one level more as long as space is what lacks.
+std::optional<Finished> finish(Task& t, double limit) {
+  Search& search = t.search;
+  const double accuracy = t.accuracy;
+  if (search.has_levels() && follows_vibrations(search.method)) return finish_followed(t, limit);
+  Finished out;
+  std::optional<Histories> judge;  // what the level below was judged by
+  double last_step = 0.0;   // difference of the two levels before
+  for (int round = 0;; ++round) {
+    const Scene chosen = search.at(t.setting);
+    const double start = cpu_seconds();
+    try {
+      out.results = run_scene(chosen, options_within(t, limit));
+      out.looser = search.run(search.at({t.setting.level, 10.0 * t.setting.tolerance}));
+    } catch (const TooDear&) {
+      search.cpu += cpu_seconds() - start;
+      return std::nullopt;
+    } catch (const SimulationError&) {
+      // Too loose or too coarse to hold the mechanism together, perhaps.
+      if (t.setting.tolerance <= 1e-7 || round == most_rounds) throw;
+      t.setting.tolerance *= 0.1;
+      t.setting.level += search.has_levels();
+      t.coarse_again();
+      continue;
+    }
+    const Histories fine = to_histories(out.results);
+    const Histories thinned = at_times(fine, t.coarse.times);
+    MatX space = relative(t.coarse, thinned);
+    const double step = search.has_levels() ? largest(space) : 0.0;
+    // A geometric series: what is still to come is the last step / (ratio - 1). The first ratio is taken for 3; free vibrations after a
+    // release converge slowly, by 1.5 a level, unless a finer run tells.
+    const double ratio = last_step > 0.0 ? std::clamp(last_step / std::max(step, 1e-300), 1.5, 6.0) : 3.0;
+    space *= search.has_levels() ? 1.0 / (ratio - 1.0) : 0.0;
+    // The error of time again, in the modes that the level below did not have.
+    const MatX time = error_of_difference * relative(out.looser, thinned);
+    const auto add_up = [&](const MatX& effects) { return out.add_up(fine, time, space, effects); };
+    // Where what is left out decides, it is found again in these modes.
+    bool found_again = t.without.empty();
+    const auto total = [&] {
+      if (!found_again && add_up(t.rigid) <= accuracy && add_up(t.rigid + t.left_out) > accuracy) {
+        t.find_left_out(t.setting, thinned, dearest * out.cpu());
+        found_again = true;
+      }
+      return add_up(t.rigid + t.left_out);
+    };
+    double error = total();
+    const bool stuck = last_step > 0.0 && step > 0.5 * last_step;
+    const double step_before = last_step;
+    last_step = step;
+    // Levels may differ in some bodies only, jumps of loads converge slowly in all of them, and two levels can agree by chance: a finer run tells.
+    if (search.has_levels() && error <= accuracy) {
+      const Scene finer = search.finer_than(t.setting);
+      // The level below was judged by these modes and one more in bodies where this level has none more: do these matter?
+      const bool more_matter = judge && apart(*judge, thinned) > unasked * accuracy;
+      judge = search.run_within(finer, unlimited);
+      // Where it tells more, its word counts.
+      MatX left = judge ? MatX(-relative(*judge, thinned)) : space;
+      // Three levels tell how fast they converge.
+      if (judge) {
+        const double falls = std::clamp(step / std::max(largest(left), 1e-300), 1.5, 6.0);
+        left *= falls / (falls - 1.0);
+      }
+      for (Eigen::Index c = 0; c < space.rows(); ++c)
+        if (largest(left.row(c)) > largest(space.row(c))) space.row(c) = left.row(c);
+      error = total();
+      if (error > accuracy && more_matter) search.keep_at_least(finer);
+    }
+    if (round == most_rounds || error <= accuracy || t.weary(out.cpu())) break;
+    if (!search.has_levels() && t.setting.tolerance <= 1e-11) break;
+    search.cpu += out.cpu();
+    // More modes that do not help are the error of time in them.
+    if (!search.has_levels() || ((stuck || out.time > 0.5 * accuracy) && t.setting.tolerance > 1e-10)) {
+      const double step_down = std::pow(0.4 * accuracy / std::max(out.time, 0.4 * accuracy), 1.0 / cautious_order);
+      t.setting.tolerance = std::max(1e-11, t.setting.tolerance * std::clamp(step_down, 0.05, 0.3));
+      t.coarse_again();
+      last_step = stuck ? 0.0 : step_before;
+      continue;
+    }
+    ++t.setting.level;
+    t.coarse = thinned;
+  }
+  out.setting = t.setting;
+  out.coarse = t.coarse;
+  out.loose_tolerance = 10.0 * t.setting.tolerance;
+  return out;
+}
+
+}  // namespace flexframe::sim

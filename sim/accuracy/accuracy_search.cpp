@@ -1,0 +1,234 @@
+#include "sim/accuracy/accuracy_search.h"
+
+#include "sim/bodies/normal_modes.h"
+#include "sim/start/make_system.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace flexframe::sim {
+namespace {
+
+// Samples of the runs that are compared.
+constexpr int compared_samples = 200;
+
+bool names_nodes(const Scene& scene, const std::string& body) {
+  const auto node = [&](const FrameRef& f) { return f.body == body && (f.frame.rfind("node[", 0) == 0 || f.frame.rfind("station[", 0) == 0); };
+  return std::any_of(scene.joints.begin(), scene.joints.end(), [&](const JointDef& j) { return node(j.parent) || node(j.child); }) ||
+         std::any_of(scene.forces.begin(), scene.forces.end(), [&](const ForceDef& f) { return node(f.on) || node(f.from); }) ||
+         std::any_of(scene.outputs.begin(), scene.outputs.end(), [&](const OutputDef& o) { return node(o.of); });
+}
+
+std::vector<Resolvable> resolvable_bodies(const Scene& scene, const Model& model) {
+  std::vector<Resolvable> out;
+  for (size_t b = 0; b < scene.bodies.size(); ++b) {
+    const auto* beam = std::get_if<BeamDef>(&scene.bodies[b].kind);
+    if (!beam || !beam->initial.q.empty() || !beam->initial.qd.empty() || beam->keep_modes) continue;
+    const bool coordinates = std::any_of(scene.outputs.begin(), scene.outputs.end(), [&](const OutputDef& o) {
+      return o.of.body == scene.bodies[b].name && (o.quantity == Quantity::q || o.quantity == Quantity::qd);
+    });
+    if (coordinates || names_nodes(scene, scene.bodies[b].name)) continue;
+    Resolvable r;
+    r.body = b;
+    r.model = beam->model;
+    for (const Part& p : model.parts) {
+      if (p.scene_body != static_cast<int>(b) || beam->model != BeamModel::finite_element || p.body.stiffness.size() == 0) continue;
+      std::array<std::vector<double>, 4> by_direction;
+      for (int k = 0; k < p.body.n; ++k) by_direction[static_cast<size_t>(coordinate_direction(p.body, k))].push_back(std::sqrt(std::max(0.0, p.body.stiffness[k])));
+      // The direction with the lowest frequency sets the count.
+      for (const auto& list : by_direction)
+        if (!list.empty() && (r.frequencies.empty() || list.front() < r.frequencies.front())) r.frequencies = list;
+    }
+    if (beam->model == BeamModel::finite_element && r.frequencies.empty()) continue;
+    if (beam->model == BeamModel::modal) {
+      if (beam->modes.empty()) continue;
+      for (const auto& [direction, numbers] : beam->modes) r.given = std::max(r.given, *std::max_element(numbers.begin(), numbers.end()));
+    } else {
+      r.given = beam->model == BeamModel::mixed ? beam->volumes : beam->elements;
+    }
+    out.push_back(r);
+  }
+  return out;
+}
+
+// Modes of the softest body at a level: 1 2 3 4 6 8 12 16 ...
+int modes_at(int level) {
+  if (level < 3) return std::max(1, level + 1);
+  const int half = (level - 3) / 2;
+  return (level % 2 == 1 ? 4 : 6) << half;
+}
+
+}  // namespace
+
+Search::Search(const Scene& scene, const SimulateOptions& options) : scene_(scene), options_(&options) {
+  scene_.simulation.accuracy.reset();
+  scene_.simulation.tolerance = default_tolerance;
+  const System system = make_system(scene_);
+  states = effect_states(scene_, system.model);
+  method = options.method;
+  bodies_ = resolvable_bodies(scene_, system.model);
+  for (const Part& p : system.model.parts) undamped = undamped && p.body.De.size() == 0;
+  for (const Resolvable& r : bodies_)
+    if (!r.frequencies.empty()) softest_ = softest_ == 0.0 ? r.frequencies.front() : std::min(softest_, r.frequencies.front());
+}
+
+Scene Search::at(const Setting& setting) const {
+  Scene out = scene_;
+  out.simulation.tolerance = setting.tolerance;
+  const int modes = modes_at(setting.level);
+  // Bending frequencies of a beam with free ends grow as (2k + 1)^2: midway to the next one is the limit for all bodies.
+  const double limit = softest_ * std::pow((2.0 * modes + 2.0) / 3.0, 2.0);
+  for (const Resolvable& r : bodies_) {
+    BeamDef& beam = std::get<BeamDef>(out.bodies[r.body].kind);
+    const double share = std::pow(2.0, 0.5 * (setting.level - 4));
+    if (r.model == BeamModel::finite_element) {
+      // What is stiffer than that is rigid, unless its flexibility was found to matter.
+      int keep = r.frequencies.front() < limit || flexible.count(scene_.bodies[r.body].name) > 0 ? 1 : 0;
+      while (keep > 0 && keep < modes && r.frequencies.front() * std::pow((2.0 * keep + 3.0) / 3.0, 2.0) < limit) ++keep;
+      if (const auto least = least_.find(r.body); keep > 0 && least != least_.end()) keep = std::max(keep, least->second);
+      beam.keep_modes = keep;
+      beam.keep_static = !follows_vibrations(method);  // stiff shapes shorten explicit steps and lengthen series
+      beam.elements = std::max(r.given, 3 * keep);
+    } else if (r.model == BeamModel::modal) {
+      for (auto& [direction, numbers] : beam.modes) {
+        numbers.clear();
+        for (int k = 1; k <= (direction == "axial" || direction == "torsion" ? std::max(1, modes / 3) : modes); ++k) numbers.push_back(k);
+      }
+    } else {
+      const int n = std::max(1, static_cast<int>(std::lround(r.given * share)));
+      (r.model == BeamModel::mixed ? beam.volumes : beam.elements) = n;
+    }
+  }
+  return out;
+}
+
+Scene Search::finer_than(const Setting& setting) const {
+  const Scene here = at(setting);
+  Scene next = at({setting.level + 1, setting.tolerance});
+  for (const Resolvable& r : bodies_) {
+    const std::optional<int> have = std::get<BeamDef>(here.bodies[r.body].kind).keep_modes;
+    BeamDef& beam = std::get<BeamDef>(next.bodies[r.body].kind);
+    if (!have || *have == 0 || !beam.keep_modes) continue;
+    beam.keep_modes = std::max(*beam.keep_modes, *have + 1);
+    beam.elements = std::max(r.given, 3 * *beam.keep_modes);
+  }
+  return next;
+}
+
+void Search::keep_at_least(const Scene& scene) {
+  for (const Resolvable& r : bodies_)
+    if (const std::optional<int> keep = std::get<BeamDef>(scene.bodies[r.body].kind).keep_modes; keep && *keep > 0) least_[r.body] = *keep;
+}
+
+double Refinement::error() const {
+  // Free vibrations after a release converge slowly, by 1.6 from one mode to the next.
+  const double ratio = before > 0.0 ? std::clamp(before / std::max(left, 1e-300), 1.5, 6.0) : 1.6;
+  return left / std::sqrt(1.0 - 1.0 / (ratio * ratio));
+}
+
+std::vector<Refinement> Search::refinements(const Setting& setting) const {
+  std::vector<Refinement> out;
+  const Scene here = at(setting);
+  bool others = false;
+  for (const Resolvable& r : bodies_) {
+    if (r.model != BeamModel::finite_element) others = true;
+    else if (const std::optional<int> keep = std::get<BeamDef>(here.bodies[r.body].kind).keep_modes; keep && *keep > 0) out.push_back({r.body});
+  }
+  if (others) out.push_back({});
+  return out;
+}
+
+void Search::refine(const Refinement& what, Setting& setting) {
+  const Scene here = at(setting);
+  if (!what.body) {
+    keep_at_least(here);  // those with modes keep what they have
+    ++setting.level;
+    return;
+  }
+  const int have = *std::get<BeamDef>(here.bodies[*what.body].kind).keep_modes;
+  int level = 0;
+  while (modes_at(level) <= have) ++level;
+  least_[*what.body] = modes_at(level);
+}
+
+Histories Search::run(const Scene& scene) {
+  SimulateOptions o;
+  o.method = method;
+  o.samples = compared_samples;
+  if (options_->progress) o.progress = [this](double) { options_->progress(0.0); };
+  Histories h = simulate_histories(scene, o);
+  cpu += h.statistics.cpu_seconds;
+  return h;
+}
+
+std::optional<Histories> Search::run_within(const Scene& scene, double seconds) {
+  SimulateOptions o;
+  o.method = method;
+  o.samples = compared_samples;
+  const double start = cpu_seconds();
+  struct TooLong {};
+  o.progress = [&](double) {
+    if (options_->progress) options_->progress(0.0);
+    if (cpu_seconds() - start > seconds) throw TooLong{};
+  };
+  std::optional<Histories> out;
+  try {
+    out = simulate_histories(scene, o);
+  } catch (const TooLong&) {
+  } catch (const SimulationError&) {  // a step beyond the limit of stability can tear a body apart
+  } catch (const InputError&) {       // a method that this scene is not for
+  }
+  cpu += cpu_seconds() - start;
+  return out;
+}
+
+void Search::set_effect(const EffectState& s, bool on) {
+  scene_ = with_effect(scene_, states, s.owner, s.effect, on);
+  for (BodyDef& b : scene_.bodies)
+    if (b.name == s.owner) {
+      if (auto* beam = std::get_if<BeamDef>(&b.kind)) beam->effects.by_program = true;
+    }
+  for (EffectState& other : states)
+    if (other.owner == s.owner && other.effect == s.effect) other.on = on, other.by = "program";
+}
+
+std::vector<std::string> Search::describe(const Setting& setting) const {
+  std::vector<std::string> out{fmt::format("tolerance {:.1e}", setting.tolerance)};
+  const Scene chosen = at(setting);
+  for (const Resolvable& r : bodies_) {
+    const BodyDef& b = chosen.bodies[r.body];
+    const BeamDef& beam = std::get<BeamDef>(b.kind);
+    switch (r.model) {
+      case BeamModel::finite_element:
+        if (beam.keep_modes == 0) out.push_back(fmt::format("'{}' rigid", b.name));
+        else out.push_back(fmt::format("'{}' {} modes{} of {} elements", b.name, *beam.keep_modes, beam.keep_static ? "" : " (keep_static = false)", beam.elements));
+        break;
+      case BeamModel::modal: out.push_back(fmt::format("'{}' {} modes a direction", b.name, modes_at(setting.level))); break;
+      case BeamModel::mixed: out.push_back(fmt::format("'{}' {} volumes", b.name, beam.volumes)); break;
+      default: out.push_back(fmt::format("'{}' {} lumps", b.name, beam.elements));
+    }
+  }
+  if (method && method != options_->method) out.push_back(fmt::format("method {}", method_name(*method)));
+  return out;
+}
+
+std::vector<std::string> Search::rigid_at(const Setting& setting) const {
+  std::vector<std::string> out;
+  const Scene chosen = at(setting);
+  for (const Resolvable& r : bodies_)
+    if (std::get<BeamDef>(chosen.bodies[r.body].kind).keep_modes == 0) out.push_back(chosen.bodies[r.body].name);
+  return out;
+}
+
+bool Search::decides(const EffectState& s) const {
+  if (!s.possible || s.by != "program" || s.effect == "shear") return false;
+  return std::any_of(scene_.bodies.begin(), scene_.bodies.end(), [&](const BodyDef& b) {
+    const auto* beam = std::get_if<BeamDef>(&b.kind);
+    return beam && b.name == s.owner && (beam->effects.automatic || beam->effects.by_program);
+  });
+}
+
+}  // namespace flexframe::sim

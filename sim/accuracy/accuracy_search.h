@@ -1,0 +1,79 @@
+// Runs of the search for a setting that keeps an asked accuracy (accuracy.h): the scene at a resolution and a tolerance, with effects switched.
+#pragma once
+
+#include "sim/base/cpu_clock.h"
+#include "sim/run/effect_report.h"
+
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace flexframe::sim {
+
+// A body whose resolution may be chosen.
+struct Resolvable {
+  size_t body = 0;
+  BeamModel model = BeamModel::finite_element;
+  int given = 0;                    // elements, volumes, highest mode of the scene
+  std::vector<double> frequencies;  // rad/s, finite elements: of the first bending direction, ascending
+};
+
+struct Setting {
+  int level = 1;
+  double tolerance = 1e-4;
+};
+
+// What may be refined by itself: a body with its modes, or (no body) the level of all bodies that are no finite elements.
+struct Refinement {
+  std::optional<size_t> body;
+  double left = 0.0, before = 0.0;  // what the next finer run changed, and the one before
+  // What lies beyond the next finer one too, by the ratio of the last two: shares of modes that vibrate at frequencies of their own add as squares.
+  double error() const;
+};
+
+class Search {
+ public:
+  Search(const Scene& scene, const SimulateOptions& options);
+
+  bool has_levels() const { return !bodies_.empty(); }
+  const Scene& scene() const { return scene_; }
+  Scene at(const Setting& setting) const;
+  // The next level, with a mode more in every flexible body than this one has: what the run's own resolution is judged by.
+  Scene finer_than(const Setting& setting) const;
+  // From now on no fewer modes than these.
+  void keep_at_least(const Scene& scene);
+  std::vector<Refinement> refinements(const Setting& setting) const;
+  // From now on the body keeps as many modes as the next level that has more; or the others have the next level.
+  void refine(const Refinement& what, Setting& setting);
+  // Bodies that a setting makes rigid.
+  std::vector<std::string> rigid_at(const Setting& setting) const;
+
+  Histories run(const Scene& scene);
+  // The same, given up after so many CPU seconds, or where it fails.
+  std::optional<Histories> run_within(const Scene& scene, double seconds);
+
+  void set_effect(const EffectState& s, bool on);
+  // Whether the program decides this effect.
+  bool decides(const EffectState& s) const;
+  std::vector<std::string> describe(const Setting& setting) const;
+
+  std::vector<EffectState> states;
+  bool undamped = true;            // no body damps its own vibrations
+  std::optional<Method> method;    // of all runs
+  double cpu = 0.0;                // s, of all runs but the last
+  std::set<std::string> flexible;  // stiff bodies whose flexibility matters
+
+ private:
+  Scene scene_;
+  const SimulateOptions* options_;
+  std::vector<Resolvable> bodies_;
+  double softest_ = 0.0;
+  std::map<size_t, int> least_;    // modes of bodies, at any level
+};
+
+// Whether a run's method resolves the fastest vibration that it keeps.
+inline bool follows_vibrations(const std::optional<Method>& method) { return method == Method::erk || method == Method::exponential; }
+
+}  // namespace flexframe::sim

@@ -1,0 +1,58 @@
+#include "sim/accuracy/accuracy_task.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace flexframe::sim {
+
+MatX relative(const Histories& a, const Histories& reference) {
+  const VecX ranges = output_ranges(reference);
+  MatX out = at_times(a, reference.times).values - reference.values;
+  for (Eigen::Index c = 0; c < out.rows(); ++c) out.row(c) *= ranges[c] > 0.0 ? 1.0 / ranges[c] : 0.0;
+  return out;
+}
+
+double apart(const Histories& a, const Histories& reference) { return compare_histories(a, reference, output_ranges(reference)).largest; }
+
+double largest(const MatX& m) { return m.size() > 0 ? m.cwiseAbs().maxCoeff() : 0.0; }
+
+void Task::find_left_out(const Setting& here, const Histories& run, double seconds) {
+  Scene other = search.at(here);
+  for (const EffectState& s : without) other = with_effect(other, search.states, s.owner, s.effect, true);
+  const std::optional<Histories> with = search.run_within(other, seconds);
+  if (with && with->columns == run.columns) left_out = relative(*with, run);
+}
+
+void Task::leave_out(const std::vector<EffectState>& what, const MatX& change) {
+  without.insert(without.end(), what.begin(), what.end());
+  left_out += change;
+}
+
+bool Task::coarse_again() {
+  std::optional<Histories> again = search.run_within(search.at(below()), unlimited);
+  if (again) coarse = std::move(*again);
+  return again.has_value();
+}
+
+void Task::run_below() {
+  // Too loose to hold the mechanism together, perhaps: such a run fails, or its steps become so small that it takes longer than a tighter one
+  // by far. What fails at a tight tolerance as well fails.
+  for (double longest = unlimited;;) {
+    std::optional<Histories> wide = search.run_within(search.at(loose_below()), longest);
+    if (wide) longest = 1.0 + 10.0 * wide->statistics.cpu_seconds;
+    std::optional<Histories> narrow = wide ? search.run_within(search.at(below()), longest) : std::nullopt;
+    if (narrow) {
+      loose = std::move(*wide);
+      coarse = std::move(*narrow);
+      return;
+    }
+    if (setting.tolerance <= 1e-7) {
+      loose = search.run(search.at(loose_below()));
+      coarse = search.run(search.at(below()));
+      return;
+    }
+    setting.tolerance *= wide ? 0.01 : 0.1;
+  }
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,101 @@
+// The search for a setting that keeps an asked accuracy, as far as it has come, and its stages in the order in which they are taken: time (accuracy_time),
+// what is left out (accuracy_effects), the run itself (accuracy_finish). Errors are relative to the ranges of the outputs.
+#pragma once
+
+#include "sim/accuracy/accuracy_search.h"
+#include "sim/run/run_scene.h"
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace flexframe::sim {
+
+// Least order at which the error of time follows the tolerance when it has to be lowered (simulate.h: 0.2 to 1.2).
+inline constexpr double cautious_order = 0.6;
+// Share of the asked accuracy that may stay out unasked.
+inline constexpr double unasked = 1.0 / 3.0;
+// A run with an effect switched that takes so many times as long as the one without is given up.
+inline constexpr double dearest = 20.0;
+// CPU seconds of a run that may take as long as it does.
+inline constexpr double unlimited = 1e300;
+
+struct Task {
+  double accuracy;
+  const SimulateOptions* options;
+  Search search;
+  Setting setting;
+  Histories loose, coarse;         // one level below: at ten times the tolerance, and at it
+  double time = 0.0;               // error of the latter
+  double decade = 1.0;             // CPU time at a tenth of the tolerance
+  // What is left out and what it would change, relative, columns x samples: stiff bodies' flexibility, effects of bodies.
+  MatX rigid, left_out;
+  std::vector<EffectState> without;
+  std::vector<std::string> chosen;
+
+  Setting below() const { return {search.has_levels() ? setting.level - 1 : setting.level, setting.tolerance}; }
+  Setting loose_below() const { return {below().level, 10.0 * setting.tolerance}; }
+  // Makes the two runs below, at a tighter tolerance where they fail.
+  void run_below();
+  // The tighter of them at another setting, if it succeeds there.
+  bool coarse_again();
+  void leave_out(const std::vector<EffectState>& what, const MatX& change);
+  // Whether the search has taken so long, beside a run of so many CPU seconds, that it ends with what it has: an accuracy may be out of reach.
+  bool weary(double run) const { return search.cpu > std::max(300.0, 100.0 * run); }
+  // Found again at another setting, in a run that is given up after so many CPU seconds.
+  void find_left_out(const Setting& here, const Histories& run, double seconds);
+};
+
+// a - reference at the reference's samples, relative to the ranges of its outputs: columns x samples.
+MatX relative(const Histories& a, const Histories& reference);
+// The largest of it.
+double apart(const Histories& a, const Histories& reference);
+double largest(const MatX& m);
+
+// Time, one level below: the tolerance is lowered until half of the asked error is kept. Where vibrations have to be followed for that, `others`
+// gets the ways that do as well at this level: which of them is the cheapest one may be another matter with more modes.
+void settle_time(Task& t, std::vector<Task>* others = nullptr);
+
+// Stiff bodies are rigid unless that shows.
+void settle_rigid(Task& t);
+
+// One effect of some bodies, all on or all off.
+struct Item {
+  std::vector<EffectState> members;
+  MatX share;                      // with it less without it, relative: columns x samples; empty: it cannot be switched
+  double worth = 0.0;              // the largest of them
+  double price = 1.0;              // CPU time with it switched, as a multiple
+  std::string name() const;
+};
+
+// Effects that the program decides. Returns those that may be left out or not.
+std::vector<Item> settle_effects(Task& t);
+
+// A run that keeps the accuracy, or comes as near as it can.
+struct Finished {
+  Results results;
+  Setting setting;
+  Histories looser, coarse;        // at ten times the tolerance, one level below
+  double error = 0.0;              // of the output that is furthest off
+  std::string column;
+  double time = 0.0, space = 0.0, effects = 0.0;  // its parts
+  double loose_tolerance = 0.0;    // of `looser`
+  double cpu() const { return results.statistics.cpu_seconds; }
+  // Errors of one output at about the same time add up; those of space and of what is left out have nothing to do with each other, and add as squares.
+  // Columns x samples of `fine`.
+  double add_up(const Histories& fine, const MatX& in_time, const MatX& in_space, const MatX& in_effects);
+};
+
+// The run itself, checked against others; finer as long as that is what lacks. Given up once a run of it takes `limit` CPU s.
+std::optional<Finished> finish(Task& t, double limit);
+// The same where vibrations are followed: each body's modes are judged by themselves.
+std::optional<Finished> finish_followed(Task& t, double limit);
+
+// Settings that are tried for the run itself.
+inline constexpr int most_rounds = 14;
+// Options of the run itself, which throws TooDear where its CPU time exceeds a limit.
+struct TooDear {};
+SimulateOptions options_within(const Task& t, double limit);
+
+}  // namespace flexframe::sim

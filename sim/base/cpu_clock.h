@@ -1,0 +1,9 @@
+// The clock that prices are stated in.
+#pragma once
+
+namespace flexframe::sim {
+
+// CPU time of the calling thread so far, s.
+double cpu_seconds();
+
+}  // namespace flexframe::sim

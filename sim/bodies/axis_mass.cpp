@@ -1,0 +1,231 @@
+#include "sim/bodies/axis_mass.h"
+
+#include "sim/base/spatial.h"
+
+namespace flexframe::sim {
+namespace {
+
+using Axis = AxisMass;
+using Values = std::array<VecX, Axis::fields>;
+using Rows = std::array<MatX, Axis::fields>;
+
+// to(point) += sign (a_i b_k + a_k b_i)
+void add_pair(const Values& a, const Rows& b, int i, int k, double sign, MatX& to) {
+  for (Eigen::Index p = 0; p < to.cols(); ++p) to.col(p) += (sign * a[i][p]) * b[k].col(p) + (sign * a[k][p]) * b[i].col(p);
+}
+
+// out(point) += running integral of f from the root.
+void add_integral(const Axis& mass, const MatX& f, VecX& sum, Eigen::Ref<MatX> out) {
+  const Eigen::Index k = mass.per_panel;
+  sum.setZero(f.rows());
+  for (Eigen::Index at = 0; at < f.cols(); at += k) {
+    for (Eigen::Index p = 0; p < k; ++p) {
+      auto to = out.col(at + p);
+      to += sum;
+      for (Eigen::Index l = 0; l < k; ++l) to += mass.once(l, p) * f.col(at + l);
+    }
+    for (Eigen::Index l = 0; l < k; ++l) sum += mass.once(l, k) * f.col(at + l);
+  }
+}
+
+// out(point) += running integral of the running integral of f.
+void add_double_integral(const Axis& mass, const MatX& f, VecX& sum, VecX& slope, Eigen::Ref<MatX> out) {
+  const Eigen::Index k = mass.per_panel;
+  sum.setZero(f.rows());
+  slope.setZero(f.rows());
+  for (Eigen::Index at = 0, panel = 0; at < f.cols(); at += k, ++panel) {
+    const double start = static_cast<double>(panel) * mass.panel;
+    for (Eigen::Index p = 0; p < k; ++p) {
+      auto to = out.col(at + p);
+      to += sum + (mass.x[at + p] - start) * slope;
+      for (Eigen::Index l = 0; l < k; ++l) to += mass.twice(l, p) * f.col(at + l);
+    }
+    sum += mass.panel * slope;
+    for (Eigen::Index l = 0; l < k; ++l) {
+      sum += mass.twice(l, k) * f.col(at + l);
+      slope += mass.once(l, k) * f.col(at + l);
+    }
+  }
+}
+
+// The bilinear form H(a, b) of the second-order displacement u2 = H(q, q)/2 at every particle, times root_mass: fields `a` of a state
+// (a number a point) against rows `b` (a column a point); out has the rows of b and all points for x, then y, then z.
+void second_order(const Axis& mass, const Values& a, const Values& a_root, const Rows& b, const Values& b_root, AxisScratch& work, MatX& out) {
+  const auto have = [&](int i, int k) { return mass.row[i].size() > 0 && mass.row[k].size() > 0; };
+  const Eigen::Index points = mass.x.size();
+  const Eigen::Index n = out.rows();
+  out.setZero();
+  MatX& f = work.integrand;
+  f.resize(n, points);
+
+  f.setZero();
+  for (const bool y : {true, false}) {
+    const int slope = y ? Axis::slope_y : Axis::slope_z, shear = y ? Axis::shear_y : Axis::shear_z;
+    if (mass.row[slope].size() == 0) continue;
+    for (Eigen::Index p = 0; p < points; ++p) f.col(p) -= a[slope][p] * b[slope].col(p);
+    if (mass.row[shear].size() > 0) add_pair(a, b, slope, shear, -1.0, f);
+  }
+  add_integral(mass, f, work.sum, out.leftCols(points));
+
+  for (const int component : {1, 2}) {
+    const bool y = component == 1;
+    const int slope = y ? Axis::slope_y : Axis::slope_z, bend = y ? Axis::bend_z : Axis::bend_y, shear = y ? Axis::shear_z : Axis::shear_y;
+    const double sense = y ? -1.0 : 1.0;
+    auto to = out.middleCols(component * points, points);
+    if (have(Axis::stretch, slope) || have(Axis::twist, shear)) {
+      f.setZero();
+      if (have(Axis::stretch, slope)) add_pair(a, b, Axis::stretch, slope, 1.0, f);
+      if (have(Axis::twist, shear)) add_pair(a, b, Axis::twist, shear, sense, f);
+      add_integral(mass, f, work.sum, to);
+    }
+    if (have(Axis::twist, bend)) {
+      f.setZero();
+      add_pair(a, b, Axis::twist, bend, sense, f);
+      add_double_integral(mass, f, work.sum, work.slope, to);
+    }
+    const int tilt = y ? Axis::slope_z : Axis::slope_y;
+    if (mass.root[Axis::twist].size() > 0 && mass.root[tilt].size() > 0) {
+      const VecX turn = (0.5 * sense) * (a_root[Axis::twist][0] * b_root[tilt] + a_root[tilt][0] * b_root[Axis::twist]);
+      to.noalias() += turn * mass.x.transpose();
+    }
+  }
+  for (int component = 0; component < 3; ++component)
+    for (Eigen::Index p = 0; p < points; ++p) out.col(component * points + p) *= mass.root_mass[p];
+}
+
+// The fields of a state.
+void evaluate_fields(const Axis& mass, const VecX& q, Values& at, Values& root) {
+  for (size_t i = 0; i < Axis::fields; ++i) {
+    if (mass.row[i].size() > 0) at[i].noalias() = mass.row[i].transpose() * q;
+    if (mass.root[i].size() > 0) root[i] = VecX::Constant(1, mass.root[i].dot(q));
+  }
+}
+
+}  // namespace
+
+void reserve_axis_mass(const FlexibleBody& body, BodyTerms& out) {
+  out.axis.J = MatX::Zero(body.n, body.axis.phi.cols());
+  out.axis.scratch = std::make_shared<AxisScratch>();
+  out.axis.scratch->second = MatX::Zero(1, body.axis.phi.cols());
+  out.axis.scratch->acceleration = VecX::Zero(body.axis.phi.cols());
+  out.Mee = body.Me;
+}
+
+void update_axis_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out) {
+  const Axis& mass = body.axis;
+  AxisTerms& kept = out.axis;
+  AxisScratch& work = *kept.scratch;
+  const Eigen::Index points = mass.x.size();
+  evaluate_fields(mass, q, work.at, work.root);
+  MatX& J = kept.J;
+  second_order(mass, work.at, work.root, mass.row, mass.root, work, J);
+  // r = c + phi q + G q / 2 before phi joins G
+  kept.place.noalias() = 0.5 * J.transpose() * q;
+  J += mass.phi;
+  kept.place.noalias() += mass.phi.transpose() * q;
+  kept.place.head(points) += mass.x.cwiseProduct(mass.root_mass);
+
+  const auto X = kept.place.head(points), Y = kept.place.segment(points, points), Z = kept.place.tail(points);
+  const auto Jx = J.leftCols(points), Jy = J.middleCols(points, points), Jz = J.rightCols(points);
+  const VecX& m = mass.root_mass;
+  out.md = Vec3(m.dot(X), m.dot(Y), m.dot(Z));
+  Vec6 I = mass.J0;
+  if (mass.J1.size() > 0) {
+    kept.turned.noalias() = mass.J1 * q;
+    I += kept.turned;
+  }
+  const double xx = X.squaredNorm(), yy = Y.squaredNorm(), zz = Z.squaredNorm();
+  I += (Vec6() << yy + zz, xx + zz, xx + yy, -X.dot(Y), -X.dot(Z), -Y.dot(Z)).finished();
+  const Mat3 S = skew(out.md);
+  out.Mrr.topLeftCorner<3, 3>() = body.mass * Mat3::Identity();
+  out.Mrr.topRightCorner<3, 3>() = -S;
+  out.Mrr.bottomLeftCorner<3, 3>() = S;
+  out.Mrr.bottomRightCorner<3, 3>() << I[0], I[3], I[4], I[3], I[1], I[5], I[4], I[5], I[2];
+
+  // Columns of J^T [m, X, Y, Z]: linear and angular momentum of the elastic rates.
+  Eigen::MatrixX4d& weight = work.weight;
+  weight.resize(points, 4);
+  weight << m, X, Y, Z;
+  Eigen::MatrixX4d &x = work.moment[0], &y = work.moment[1], &z = work.moment[2];
+  x.noalias() = Jx * weight;
+  y.noalias() = Jy * weight;
+  z.noalias() = Jz * weight;
+  out.Mre.row(0) = x.col(0).transpose();
+  out.Mre.row(1) = y.col(0).transpose();
+  out.Mre.row(2) = z.col(0).transpose();
+  out.Mre.row(3) = mass.Cr0.row(0) + (z.col(2) - y.col(3)).transpose();
+  out.Mre.row(4) = mass.Cr0.row(1) + (x.col(3) - z.col(1)).transpose();
+  out.Mre.row(5) = mass.Cr0.row(2) + (y.col(1) - x.col(2)).transpose();
+  out.Mee = mass.Me;
+  out.Mee.selfadjointView<Eigen::Lower>().rankUpdate(J);
+  out.Mee.triangularView<Eigen::StrictlyUpper>() = out.Mee.transpose();
+}
+
+void update_axis_velocity_terms(const FlexibleBody& body, const Vec6& V, const VecX& qd, BodyTerms& out) {
+  const Axis& mass = body.axis;
+  const AxisTerms& kept = out.axis;
+  AxisScratch& work = *kept.scratch;
+  const Eigen::Index points = mass.x.size();
+  const Vec3 v = V.head<3>(), w = V.tail<3>();
+  // d/dt (d u2/d q) qd = H(qd, qd)
+  evaluate_fields(mass, qd, work.at, work.root);
+  for (size_t i = 0; i < Axis::fields; ++i)
+    if (mass.row[i].size() > 0) work.rate_row[i] = work.at[i].transpose();
+  second_order(mass, work.at, work.root, work.rate_row, work.root, work, work.second);
+  work.rate.noalias() = kept.J.transpose() * qd;
+
+  // The particles' accelerations at zero accelerations of frame and coordinates.
+  Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
+  const Vec3 base = w.cross(v);
+  for (Eigen::Index p = 0; p < points; ++p) {
+    const Eigen::Index y = points + p, z = 2 * points + p;
+    const Vec3 r(kept.place[p], kept.place[y], kept.place[z]), rate(work.rate[p], work.rate[y], work.rate[z]);
+    const Vec3 a = mass.root_mass[p] * base + w.cross(Vec3(w.cross(r) + 2.0 * rate)) + Vec3(work.second(0, p), work.second(0, y), work.second(0, z));
+    force += mass.root_mass[p] * a;
+    moment += r.cross(a);
+    work.acceleration[p] = a.x();
+    work.acceleration[y] = a.y();
+    work.acceleration[z] = a.z();
+  }
+  out.ce.noalias() = kept.J * work.acceleration;
+
+  // The sections' inertia.
+  Vec6 I = mass.J0, Jdot = Vec6::Zero();
+  if (mass.J1.size() > 0) {
+    I += kept.turned;
+    Jdot.noalias() = mass.J1 * qd;
+    Vec6 share;
+    share << 0.5 * w.x() * w.x(), 0.5 * w.y() * w.y(), 0.5 * w.z() * w.z(), w.x() * w.y(), w.x() * w.z(), w.y() * w.z();
+    out.ce.noalias() -= mass.J1.transpose() * share;
+  }
+  const auto times = [&](const Vec6& t) {
+    return Vec3(t[0] * w[0] + t[3] * w[1] + t[4] * w[2], t[3] * w[0] + t[1] * w[1] + t[5] * w[2], t[4] * w[0] + t[5] * w[1] + t[2] * w[2]);
+  };
+  const Vec3 spin = times(I) + mass.Cr0 * qd;
+  out.cr.head<3>() = force;
+  out.cr.tail<3>() = moment + w.cross(spin) + times(Jdot);
+}
+
+AxisMass in_coordinates(const AxisMass& mass, const MatX& T) {
+  AxisMass out = mass;
+  if (mass.root_mass.size() == 0) return out;
+  out.phi = T.transpose() * mass.phi;
+  for (size_t i = 0; i < Axis::fields; ++i) {
+    if (mass.row[i].size() > 0) out.row[i] = T.transpose() * mass.row[i];
+    if (mass.root[i].size() > 0) out.root[i] = T.transpose() * mass.root[i];
+  }
+  if (mass.J1.size() > 0) out.J1 = mass.J1 * T;
+  out.Cr0 = mass.Cr0 * T;
+  out.Me = T.transpose() * mass.Me * T;
+  return out;
+}
+
+bool same_axis_mass(const AxisMass& a, const AxisMass& b) {
+  bool same = a.per_panel == b.per_panel && a.panel == b.panel && same_values(a.root_mass, b.root_mass) && same_values(a.x, b.x) && same_values(a.phi, b.phi) &&
+              same_values(a.once, b.once) && same_values(a.twice, b.twice) && a.J0 == b.J0 && same_values(a.J1, b.J1) && same_values(a.Cr0, b.Cr0) &&
+              same_values(a.Me, b.Me);
+  for (size_t i = 0; i < Axis::fields; ++i) same = same && same_values(a.row[i], b.row[i]) && same_values(a.root[i], b.root[i]);
+  return same;
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,23 @@
+// Kinetic energy of a beam that bends and twists as a sum of squares: the particles of AxisMass (flexible_body.h) with the complete
+// velocity of the second-order displacement field, and the sections' inertia beside them. The mass matrix is positive definite however
+// far the beam is deformed, and the velocity terms are the particles' own accelerations, so that energy and momentum are kept.
+#pragma once
+
+#include "sim/bodies/body_terms.h"
+
+namespace flexframe::sim {
+
+inline bool has_axis_mass(const FlexibleBody& body) { return body.axis.root_mass.size() > 0; }
+
+// The parts of body_terms.h's functions of the same names for a body that has one.
+void reserve_axis_mass(const FlexibleBody& body, BodyTerms& out);
+void update_axis_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out);
+void update_axis_velocity_terms(const FlexibleBody& body, const Vec6& V, const VecX& qd, BodyTerms& out);
+
+// Whether all constants are equal to the last bit.
+bool same_axis_mass(const AxisMass& a, const AxisMass& b);
+
+// The same mass in other coordinates, old = T new.
+AxisMass in_coordinates(const AxisMass& mass, const MatX& T);
+
+}  // namespace flexframe::sim

@@ -1,0 +1,301 @@
+// The finite-element beam of Schiavo, Ferretti, Vigano 2005 (seed 000 eq. 30-38) in space, with the second-order field of Heckmann et
+// al. 2006 (seed 001 eq. 8). Shear-flexible variant: Friedman, Kosmatka 1993 (exact static shape functions), equal to the Hermite
+// element for vanishing shear flexibility.
+#include "sim/base/eigen_solvers.h"
+#include "sim/bodies/beam_terms.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+namespace flexframe::sim {
+namespace {
+
+using beam::FieldRows;
+using beam::Integrals;
+using beam::Properties;
+
+enum Kind { kU, kV, kVSlope, kW, kWSlope, kTheta, kKinds };
+constexpr std::array<const char*, kKinds> kKindNames = {"u", "v", "v'", "w", "w'", "theta"};
+
+// Numbering of the full set of coordinates: node by node, only the kinds that exist.
+struct Layout {
+  int elements = 1;
+  double h = 0.0;                        // element length
+  std::array<int, kKinds> offset = {};   // within a node, -1 where the kind does not exist
+  int per_node = 0;
+  int full() const { return per_node * (elements + 1); }
+  int index(int node, int kind) const { return node * per_node + offset[static_cast<std::size_t>(kind)]; }
+  bool has(int kind) const { return offset[static_cast<std::size_t>(kind)] >= 0; }
+  // element, and how far along it
+  std::pair<int, double> place(double x) const {
+    const int element = std::clamp(static_cast<int>(x / h), 0, elements - 1);
+    return {element, std::clamp(x / h - element, 0.0, 1.0)};
+  }
+};
+
+// highest degree: cubic times cubic, or the squared distance to the tip times slope times slope (6): 4 points are exact
+constexpr int gauss_points = 4;
+
+Layout layout_of(const BeamDef& def, const BeamEffects& e) {
+  Layout layout;
+  layout.elements = def.elements;
+  layout.h = def.length / def.elements;
+  const std::array<bool, kKinds> exists = {e.axial, e.bending_xy, e.bending_xy, e.bending_xz, e.bending_xz, e.torsion};
+  for (std::size_t k = 0; k < kKinds; ++k) layout.offset[k] = exists[k] ? layout.per_node++ : -1;
+  return layout;
+}
+
+// Shape functions of a deflection and its section slope on one element; local coordinates: value, slope, value, slope.
+struct Deflection {
+  Eigen::Vector4d value, derivative, slope, curvature;
+};
+
+// flexibility = 12 EI / (k G A h^2), 0 without shear.
+Deflection deflection_shapes(double xi, double h, double flexibility) {
+  const double f = flexibility, c = 1.0 / (1.0 + f), x2 = xi * xi, x3 = x2 * xi;
+  Deflection d;
+  d.value << 1.0 - 3.0 * x2 + 2.0 * x3 + f * (1.0 - xi), h * (xi - 2.0 * x2 + x3 + 0.5 * f * (xi - x2)),
+      3.0 * x2 - 2.0 * x3 + f * xi, h * (x3 - x2 + 0.5 * f * (x2 - xi));
+  d.derivative << (6.0 * x2 - 6.0 * xi - f) / h, 1.0 - 4.0 * xi + 3.0 * x2 + 0.5 * f * (1.0 - 2.0 * xi), (6.0 * xi - 6.0 * x2 + f) / h,
+      3.0 * x2 - 2.0 * xi + 0.5 * f * (2.0 * xi - 1.0);
+  d.slope << 6.0 * (x2 - xi) / h, 1.0 - 4.0 * xi + 3.0 * x2 + f * (1.0 - xi), 6.0 * (xi - x2) / h, 3.0 * x2 - 2.0 * xi + f * xi;
+  d.curvature << 6.0 * (2.0 * xi - 1.0) / (h * h), (6.0 * xi - 4.0 - f) / h, 6.0 * (1.0 - 2.0 * xi) / (h * h), (6.0 * xi - 2.0 + f) / h;
+  d.value *= c;
+  d.derivative *= c;
+  d.slope *= c;
+  d.curvature *= c;
+  return d;
+}
+
+// Rows at xi of an element, in the element's 2 per_node coordinates.
+FieldRows element_rows(const Layout& layout, const Properties& p, const BeamEffects& e, double xi) {
+  FieldRows r(2 * layout.per_node);
+  const double h = layout.h;
+  const auto linear = [&](int kind, VecX& value, VecX& derivative) {
+    const int a = layout.offset[static_cast<std::size_t>(kind)], b = a + layout.per_node;
+    value[a] = 1.0 - xi, value[b] = xi;
+    derivative[a] = -1.0 / h, derivative[b] = 1.0 / h;
+  };
+  const auto cubic = [&](int kind, double flexibility, VecX& value, VecX& derivative, VecX& slope, VecX& curvature) {
+    const Deflection d = deflection_shapes(xi, h, flexibility);
+    for (int i = 0; i < 4; ++i) {
+      const int at = layout.offset[static_cast<std::size_t>(kind)] + i % 2 + (i / 2) * layout.per_node;
+      value[at] = d.value[i], derivative[at] = d.derivative[i], slope[at] = d.slope[i], curvature[at] = d.curvature[i];
+    }
+  };
+  if (e.axial) linear(kU, r.u, r.du);
+  if (e.bending_xy) cubic(kV, e.shear ? 12.0 * p.ei_z / (p.shear_y * h * h) : 0.0, r.v, r.dv, r.phi_z, r.dphi_z);
+  if (e.bending_xz) cubic(kW, e.shear ? 12.0 * p.ei_y / (p.shear_z * h * h) : 0.0, r.w, r.dw, r.s, r.ds);
+  if (e.torsion) linear(kTheta, r.theta, r.dtheta);
+  return r;
+}
+
+// The same in full coordinates.
+FieldRows full_rows(const Layout& layout, const Properties& p, const BeamEffects& e, int element, double xi) {
+  const FieldRows local = element_rows(layout, p, e, xi);
+  FieldRows full(layout.full());
+  const Eigen::Index first = static_cast<Eigen::Index>(element) * layout.per_node;
+  const auto spread = [&](const VecX& from, VecX& to) { to.segment(first, from.size()) = from; };
+  spread(local.u, full.u), spread(local.du, full.du);
+  spread(local.v, full.v), spread(local.dv, full.dv), spread(local.phi_z, full.phi_z), spread(local.dphi_z, full.dphi_z);
+  spread(local.w, full.w), spread(local.dw, full.dw), spread(local.s, full.s), spread(local.ds, full.ds);
+  spread(local.theta, full.theta), spread(local.dtheta, full.dtheta);
+  return full;
+}
+
+// Sums one element's local matrices into the full ones.
+void scatter(const Integrals& local, int at, Integrals& full) {
+  const auto n = local.Me.rows();
+  full.md1.middleCols(at, n) += local.md1;
+  full.J1.middleCols(at, n) += local.J1;
+  full.Cr0.middleCols(at, n) += local.Cr0;
+  full.Me.block(at, at, n, n) += local.Me;
+  full.Ke.block(at, at, n, n) += local.Ke;
+  for (std::size_t a = 0; a < 3; ++a) full.md2[a].block(at, at, n, n) += local.md2[a];
+  for (std::size_t a = 0; a < 3; ++a) full.Cr1[a].block(at, at, n, n) += local.Cr1[a];
+  for (std::size_t a = 0; a < 6; ++a) full.J2[a].block(at, at, n, n) += local.J2[a];
+}
+
+// Coordinates that the boundary leaves, as indices of the full set.
+std::vector<int> free_coordinates(const Layout& layout, Boundary boundary) {
+  std::vector<bool> held(static_cast<std::size_t>(layout.full()), false);
+  const auto hold = [&](int node, std::initializer_list<int> kinds) {
+    for (const int kind : kinds)
+      if (layout.has(kind)) held[static_cast<std::size_t>(layout.index(node, kind))] = true;
+  };
+  const int tip = layout.elements;
+  switch (boundary) {
+    case Boundary::clamped_free: hold(0, {kU, kV, kVSlope, kW, kWSlope, kTheta}); break;
+    case Boundary::clamped_clamped:
+      hold(0, {kU, kV, kVSlope, kW, kWSlope, kTheta});
+      hold(tip, {kU, kV, kVSlope, kW, kWSlope, kTheta});
+      break;
+    case Boundary::clamped_supported:
+      hold(0, {kU, kV, kVSlope, kW, kWSlope, kTheta});
+      hold(tip, {kV, kW});
+      break;
+    // the last two are relative to the chord until the frame moves to the mean axes
+    case Boundary::supported_supported:
+    case Boundary::supported_free:
+    case Boundary::free_free:
+      hold(0, {kU, kV, kW, kTheta});
+      hold(tip, {kV, kW});
+      break;
+  }
+  std::vector<int> free;
+  for (int i = 0; i < layout.full(); ++i)
+    if (!held[static_cast<std::size_t>(i)]) free.push_back(i);
+  return free;
+}
+
+// Rigid motions that the frame's mean axes take out of the deformation, as columns of full coordinates.
+MatX rigid_columns(const Layout& layout, Boundary boundary) {
+  std::vector<VecX> columns;
+  const auto uniform = [&](int kind) {
+    if (!layout.has(kind)) return;
+    VecX c = VecX::Zero(layout.full());
+    for (int node = 0; node <= layout.elements; ++node) c[layout.index(node, kind)] = 1.0;
+    columns.push_back(c);
+  };
+  const auto turn = [&](int kind) {
+    if (!layout.has(kind)) return;
+    VecX c = VecX::Zero(layout.full());
+    for (int node = 0; node <= layout.elements; ++node) {
+      c[layout.index(node, kind)] = node * layout.h;
+      c[layout.index(node, kind + 1)] = 1.0;
+    }
+    columns.push_back(c);
+  };
+  if (boundary == Boundary::free_free)
+    for (const int kind : {kU, kV, kW, kTheta}) uniform(kind);
+  if (boundary == Boundary::free_free || boundary == Boundary::supported_free)
+    for (const int kind : {kV, kW}) turn(kind);
+  MatX r(layout.full(), static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t i = 0; i < columns.size(); ++i) r.col(static_cast<Eigen::Index>(i)) = columns[i];
+  return r;
+}
+
+// full = Z q: the chosen coordinates, less the rigid motions they contain by mass.
+beam::Basis boundary_basis(const Layout& layout, Boundary boundary, const MatX& Me) {
+  const std::vector<int> free = free_coordinates(layout, boundary);
+  MatX Z = MatX::Zero(layout.full(), static_cast<Eigen::Index>(free.size()));
+  for (std::size_t j = 0; j < free.size(); ++j) Z(free[j], static_cast<Eigen::Index>(j)) = 1.0;
+  const MatX R = rigid_columns(layout, boundary);
+  if (R.cols() > 0 && Z.cols() > 0) {
+    const MatX mr = Me * R;
+    const MatX share = solve_symmetric(R.transpose() * mr, mr.transpose() * Z);
+    Z -= R * share;
+  }
+  return Z.sparseView();
+}
+
+}  // namespace
+
+struct FeBeam::Data {
+  Data(const BeamDef& def, const BeamEffects& e)
+      : effects(e), properties(beam::properties(def, e)), layout(layout_of(def, e)), full(layout.full()), root(full_rows(layout, properties, e, 0, 0.0)) {}
+
+  BeamEffects effects;
+  Properties properties;
+  Layout layout;
+  Integrals full;
+  FieldRows root;
+  beam::Basis Z;
+  std::vector<beam::Station> stations;  // those with a name, then the series
+  std::size_t named = 0;
+  FlexibleBody linear;
+
+  template <class AnyBasis>
+  void add_second_order(const AnyBasis& basis, FlexibleBody& body) const;
+};
+
+// The running integrals visit the nodes in the order of x.
+template <class AnyBasis>
+void FeBeam::Data::add_second_order(const AnyBasis& basis, FlexibleBody& body) const {
+  beam::set_second_order(body, full, basis);
+  if (!effects.stiffening || body.n == 0) return;
+  const double h = layout.h;
+  const bool series = 3.0 * body.n * body.n * (layout.elements + 1.0) <= beam::kMaxSeriesNumbers;
+  std::vector<std::size_t> order(stations.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return stations[a].x < stations[b].x; });
+  const beam::GaussRule gauss = beam::gauss_rule(gauss_points);
+  beam::SecondOrder running(layout.full());
+  int done_element = 0;
+  double done = 0.0;  // within it
+  for (const std::size_t i : order) {
+    if (i >= named && !series) continue;
+    const double x = stations[i].x;
+    const auto [element, xi] = layout.place(x);
+    while (done_element < element || done < xi) {
+      const double end = done_element < element ? 1.0 : xi;
+      beam::SecondOrder part(2 * layout.per_node);
+      for (std::size_t g = 0; g < gauss.x.size(); ++g) {
+        const double at = done + (end - done) * gauss.x[g];
+        beam::add_second_order(part, effects, element_rows(layout, properties, effects, at), (done_element + at) * h, (end - done) * h * gauss.w[g]);
+      }
+      beam::add_part(running, part, done_element * layout.per_node);
+      done = end;
+      if (done_element < element) ++done_element, done = 0.0;
+    }
+    body.nodes[i].phi2 = beam::second_order_at(running, root, x, basis);
+  }
+}
+
+FeBeam::FeBeam(const BeamDef& def, const BeamEffects& effects) {
+  // some forty dense matrices of this size exist while the body is made: 0.8 GB at most
+  constexpr int kMaxCoordinates = 1500;
+  const int per_node = effects.axial + 2 * effects.bending_xy + 2 * effects.bending_xz + effects.torsion;
+  const int most = kMaxCoordinates / std::max(1, per_node) - 1;
+  if (def.elements < 1 || def.elements > most)
+    throw InputError(fmt::format("elements must lie in 1 .. {} with these effects, found {}; a beam of more is a mixed one", most, def.elements));
+  data_ = std::make_unique<Data>(def, effects);
+  Data& d = *data_;
+  const Layout& layout = d.layout;
+  const beam::GaussRule gauss = beam::gauss_rule(gauss_points);
+  for (int k = 0; k < layout.elements; ++k) {
+    Integrals local(2 * layout.per_node);
+    for (std::size_t g = 0; g < gauss.x.size(); ++g)
+      beam::add_station(local, d.properties, effects, element_rows(layout, d.properties, effects, gauss.x[g]), (k + gauss.x[g]) * layout.h, gauss.w[g] * layout.h);
+    scatter(local, k * layout.per_node, d.full);
+  }
+  const bool root_twists = def.boundary == Boundary::free_free && effects.torsion;
+  if (effects.stiffening && root_twists) beam::add_root_rotation(d.full, d.properties, d.root);
+
+  d.Z = boundary_basis(layout, def.boundary, d.full.Me);
+  FlexibleBody& body = d.linear;
+  body = beam::linear_body(d.full, d.properties, effects, d.Z);
+  beam::set_axis_mass(body, d.properties, effects, d.Z, layout.elements, gauss_points,
+                      [&](int element, double xi) { return full_rows(layout, d.properties, effects, element, xi); }, d.root);
+  body.De = beam::damping_matrix(def.damping, body.Me, body.Ke);
+  for (const int i : free_coordinates(layout, def.boundary)) {
+    const int node = i / layout.per_node, local = i % layout.per_node;
+    const auto kind = std::find(layout.offset.begin(), layout.offset.end(), local) - layout.offset.begin();
+    body.labels.push_back(fmt::format("node {} {}", node, kKindNames[static_cast<std::size_t>(kind)]));
+  }
+  d.stations = beam::named_stations(def);
+  d.named = d.stations.size();
+  for (int i = 0; i <= layout.elements; ++i) d.stations.push_back({fmt::format("node[{}]", i), i * layout.h});
+  for (const beam::Station& s : d.stations) {
+    const auto [element, xi] = layout.place(s.x);
+    body.nodes.push_back(beam::make_node(s.name, s.x, full_rows(layout, d.properties, effects, element, xi), d.Z));
+  }
+}
+
+FeBeam::~FeBeam() = default;
+
+const FlexibleBody& FeBeam::linear() const { return data_->linear; }
+void FeBeam::add_second_order(FlexibleBody& body) const { data_->add_second_order(data_->Z, body); }
+void FeBeam::add_second_order(const MatX& T, FlexibleBody& body) const { data_->add_second_order(MatX(data_->Z * T), body); }
+
+FlexibleBody make_fe_beam(const BeamDef& def, const BeamEffects& effects) {
+  const FeBeam beam(def, effects);
+  FlexibleBody body = beam.linear();
+  beam.add_second_order(body);
+  return body;
+}
+
+}  // namespace flexframe::sim

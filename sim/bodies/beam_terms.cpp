@@ -1,0 +1,431 @@
+// Integrals of a beam in its floating frame: kinetic energy of the centre line (and of the sections' spin) up to second order in the
+// displacements, strain energy to second order. Derivation: sim/BEAMS.md sections 2 to 4.
+#include "sim/bodies/beam_terms.h"
+
+#include "sim/base/eigen_solvers.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace flexframe::sim::beam {
+namespace {
+
+double positive(double value, const char* what, const char* unit) {
+  if (!(value > 0.0) || !std::isfinite(value))
+    throw InputError(fmt::format("{} of the beam must be a positive number{}{}, found {}", what, *unit ? " in " : "", unit, value));
+  return value;
+}
+
+// m += f (a b^T + b a^T)
+void add_symmetric(MatX& m, const VecX& a, const VecX& b, double f) {
+  m.noalias() += (f * a) * b.transpose();
+  m.noalias() += (f * b) * a.transpose();
+}
+
+// m += f a a^T
+void add_square(MatX& m, const VecX& a, double f) { m.noalias() += (f * a) * a.transpose(); }
+
+// m(j, k) += f (b_k a_j - a_k b_j), the component of phi_k x phi_j whose factors are a, b
+void add_cross(MatX& m, const VecX& a, const VecX& b, double f) {
+  m.noalias() += (f * a) * b.transpose();
+  m.noalias() -= (f * b) * a.transpose();
+}
+
+// The derivative of the second-order field: q^T (...) q / 2 with slope terms (rate) and the part that integrates twice (curl).
+void add_rates(std::array<MatX, 3>& rate, std::array<MatX, 3>& curl, const BeamEffects& e, const FieldRows& r, double fr, double fc) {
+  const bool xy = e.bending_xy, xz = e.bending_xz;
+  if (xy) add_square(rate[0], r.phi_z, -fr);
+  if (xz) add_square(rate[0], r.s, -fr);
+  if (e.axial && xy) add_symmetric(rate[1], r.du, r.phi_z, fr);
+  if (e.axial && xz) add_symmetric(rate[2], r.du, r.s, fr);
+  if (e.torsion && xz) add_symmetric(curl[1], r.theta, r.ds, -fc);
+  if (e.torsion && xy) add_symmetric(curl[2], r.theta, r.dphi_z, fc);
+  if (!e.shear) return;
+  // shear angles turn with the section
+  if (xy) {
+    const VecX gamma = r.dv - r.phi_z;
+    add_symmetric(rate[0], r.phi_z, gamma, -fr);
+    if (e.torsion) add_symmetric(rate[2], r.theta, gamma, fr);
+  }
+  if (xz) {
+    const VecX gamma = r.dw - r.s;
+    add_symmetric(rate[0], r.s, gamma, -fr);
+    if (e.torsion) add_symmetric(rate[1], r.theta, gamma, -fr);
+  }
+}
+
+// Z^T m Z, empty where m vanishes identically
+MatX congruent(const MatX& m, const Basis& Z) {
+  if ((m.array() == 0.0).all()) return {};
+  const MatX left = Z.transpose() * m;
+  return left * Z;
+}
+MatX congruent(const MatX& m, const MatX& Z) {
+  // What is summed up to some point of the beam knows no coordinates beyond it.
+  Eigen::Index k = m.rows();
+  while (k > 0 && (m.row(k - 1).array() == 0.0).all() && (m.col(k - 1).array() == 0.0).all()) --k;
+  if (k == 0) return {};
+  const MatX left = Z.topRows(k).transpose() * m.topLeftCorner(k, k);
+  return left * Z.topRows(k);
+}
+
+template <class Z>
+std::array<MatX, 3> second_order_in(const SecondOrder& sum, const FieldRows& root, double x, const Z& z) {
+  std::array<MatX, 3> phi2;
+  for (std::size_t a = 0; a < 3; ++a) {
+    phi2[a] = sum.rate[a] + x * sum.curl[a] - sum.moment[a];
+    if (a == 1) add_symmetric(phi2[a], root.theta, root.s, -0.5 * x);
+    if (a == 2) add_symmetric(phi2[a], root.theta, root.phi_z, 0.5 * x);
+    phi2[a] = congruent(phi2[a], z);
+  }
+  return phi2;
+}
+
+template <class Z>
+void set_blocks(FlexibleBody& body, const Integrals& sum, const Z& z) {
+  for (std::size_t a = 0; a < 3; ++a) body.md2[a] = congruent(sum.md2[a], z);
+  for (std::size_t a = 0; a < 6; ++a) body.J2[a] = congruent(sum.J2[a], z);
+  for (std::size_t a = 0; a < 3; ++a) body.Cr1[a] = congruent(sum.Cr1[a], z);
+}
+
+template <std::size_t N>
+void set_zero(std::array<MatX, N>& blocks, int n) {
+  for (MatX& m : blocks) m = MatX::Zero(n, n);
+}
+
+}  // namespace
+
+Properties properties(const BeamDef& def, const BeamEffects& effects) {
+  const Section& s = def.section;
+  const double rho = positive(def.material.density, "density", "kg/m^3");
+  const double e = positive(def.material.youngs_modulus, "Young's modulus", "Pa");
+  const double nu = def.material.poisson;
+  if (!(nu > -1.0 && nu <= 0.5)) throw InputError(fmt::format("Poisson's ratio must lie in (-1, 0.5], found {}", nu));
+  const double g = e / (2.0 * (1.0 + nu));
+  Properties p;
+  p.length = positive(def.length, "length", "m");
+  p.mass = rho * positive(s.area, "area of the section", "m^2");
+  if (effects.bending_xz) positive(s.iy, "second moment of area iy", "m^4");
+  if (effects.bending_xy) positive(s.iz, "second moment of area iz", "m^4");
+  if (effects.torsion) positive(s.j, "torsion constant j", "m^4");
+  if (effects.torsion) positive(s.iy + s.iz, "polar moment of area iy + iz", "m^4");
+  if (effects.bending_xy && effects.bending_xz && !(s.iyz * s.iyz < s.iy * s.iz))
+    throw InputError(fmt::format("product of area iyz must satisfy iyz^2 < iy iz, found iyz = {}, iy = {}, iz = {}", s.iyz, s.iy, s.iz));
+  p.inertia_y = rho * s.iy;
+  p.inertia_z = rho * s.iz;
+  p.inertia_yz = rho * s.iyz;
+  p.ea = e * s.area;
+  p.ei_y = e * s.iy;
+  p.ei_z = e * s.iz;
+  p.ei_yz = e * s.iyz;
+  p.gj = g * s.j;
+  if (effects.shear) {
+    if (effects.bending_xy) p.shear_y = positive(s.shear_y, "shear correction factor shear_y", "") * g * s.area;
+    if (effects.bending_xz) p.shear_z = positive(s.shear_z, "shear correction factor shear_z", "") * g * s.area;
+  }
+  return p;
+}
+
+FieldRows::FieldRows(int n)
+    : u(VecX::Zero(n)), du(u), v(u), dv(u), phi_z(u), dphi_z(u), w(u), dw(u), s(u), ds(u), theta(u), dtheta(u) {}
+
+Integrals::Integrals(int n) : md1(Mat3X::Zero(3, n)), J1(Mat6X::Zero(6, n)), Cr0(Mat3X::Zero(3, n)), Me(MatX::Zero(n, n)), Ke(Me) {
+  set_zero(md2, n);
+  set_zero(J2, n);
+  set_zero(Cr1, n);
+}
+
+void add_station(Integrals& sum, const Properties& p, const BeamEffects& effects, const FieldRows& r, double x, double weight) {
+  const double dm = p.mass * weight;
+  const bool ax = effects.axial, xy = effects.bending_xy, xz = effects.bending_xz, to = effects.torsion;
+
+  // first moment and inertia tensor, first order
+  sum.md1.row(0) += dm * r.u;
+  sum.md1.row(1) += dm * r.v;
+  sum.md1.row(2) += dm * r.w;
+  sum.J1.row(1) += 2.0 * dm * x * r.u;
+  sum.J1.row(2) += 2.0 * dm * x * r.u;
+  sum.J1.row(3) -= dm * x * r.v;
+  sum.J1.row(4) -= dm * x * r.w;
+
+  // angular momentum of the elastic rates: c x phi, and the sections' spin
+  sum.Cr0.row(0) += (p.inertia_y + p.inertia_z) * weight * r.theta;
+  sum.Cr0.row(1) -= dm * x * r.w;
+  sum.Cr0.row(2) += dm * x * r.v;
+
+  // structural mass and stiffness
+  if (ax) add_square(sum.Me, r.u, dm), add_square(sum.Ke, r.du, p.ea * weight);
+  if (xy) add_square(sum.Me, r.v, dm), add_square(sum.Ke, r.dphi_z, p.ei_z * weight);
+  if (xz) add_square(sum.Me, r.w, dm), add_square(sum.Ke, r.ds, p.ei_y * weight);
+  if (xy && xz && p.ei_yz != 0.0) add_symmetric(sum.Ke, r.dphi_z, r.ds, p.ei_yz * weight);
+  if (to) add_square(sum.Me, r.theta, (p.inertia_y + p.inertia_z) * weight), add_square(sum.Ke, r.dtheta, p.gj * weight);
+  if (effects.shear && xy) add_square(sum.Ke, r.dv - r.phi_z, p.shear_y * weight);
+  if (effects.shear && xz) add_square(sum.Ke, r.dw - r.s, p.shear_z * weight);
+
+  // inertia tensor, second order of the linear field: phi_i . phi_j I - phi_i phi_j^T
+  if (xy) add_square(sum.J2[0], r.v, 2.0 * dm), add_square(sum.J2[2], r.v, 2.0 * dm);
+  if (xz) add_square(sum.J2[0], r.w, 2.0 * dm), add_square(sum.J2[1], r.w, 2.0 * dm);
+  if (ax) add_square(sum.J2[1], r.u, 2.0 * dm), add_square(sum.J2[2], r.u, 2.0 * dm);
+  if (ax && xy) add_symmetric(sum.J2[3], r.u, r.v, -dm);
+  if (ax && xz) add_symmetric(sum.J2[4], r.u, r.w, -dm);
+  if (xy && xz) add_symmetric(sum.J2[5], r.v, r.w, -dm);
+
+  // angular momentum, first order: phi_k x phi_j
+  if (xy && xz) add_cross(sum.Cr1[0], r.w, r.v, dm);
+  if (ax && xz) add_cross(sum.Cr1[1], r.u, r.w, dm);
+  if (ax && xy) add_cross(sum.Cr1[2], r.v, r.u, dm);
+
+  // the second-order field: int f(x) int_0^x g ds dx = int g(s) int_s^L f dx ds with f = 1 and f = x
+  if (effects.stiffening) {
+    const double L = p.length, left = L - x, left_x = 0.5 * left * (L + x);
+    const double twice = 0.5 * left * left, twice_x = left * left * (2.0 * L + x) / 6.0;
+    add_rates(sum.md2, sum.md2, effects, r, dm * left, dm * twice);
+    std::array<MatX, 3> c;
+    set_zero(c, static_cast<int>(r.u.size()));
+    add_rates(c, c, effects, r, dm * left_x, dm * twice_x);
+    sum.J2[1] += 2.0 * c[0];
+    sum.J2[2] += 2.0 * c[0];
+    sum.J2[3] -= c[1];
+    sum.J2[4] -= c[2];
+    sum.Cr1[1] -= c[2];
+    sum.Cr1[2] += c[1];
+  }
+
+  // shear beams: rotary inertia of the sections, the tensor turned to first order
+  if (effects.shear) {
+    const double iy = p.inertia_y * weight, iz = p.inertia_z * weight, iyz = p.inertia_yz * weight;
+    if (xy) add_square(sum.Me, r.phi_z, iz);
+    if (xz) add_square(sum.Me, r.s, iy);
+    if (xy && xz && iyz != 0.0) add_symmetric(sum.Me, r.phi_z, r.s, iyz);
+    sum.Cr0.row(1) -= iy * r.s + iyz * r.phi_z;
+    sum.Cr0.row(2) += iz * r.phi_z + iyz * r.s;
+    Mat3 section;
+    section << iy + iz, 0.0, 0.0, 0.0, iy, -iyz, 0.0, -iyz, iz;
+    for (int j = 0; j < r.u.size(); ++j) {
+      Mat3 turn;
+      turn << 0.0, -r.phi_z[j], -r.s[j], r.phi_z[j], 0.0, -r.theta[j], r.s[j], r.theta[j], 0.0;
+      const Mat3 d = turn * section - section * turn;
+      sum.J1.col(j) += (Vec6() << d(0, 0), d(1, 1), d(2, 2), d(0, 1), d(0, 2), d(1, 2)).finished();
+    }
+  }
+}
+
+void add_root_rotation(Integrals& sum, const Properties& p, const FieldRows& root) {
+  // the root turns by exp: its tangent gains (0, -theta s, theta phi_z)/2, the points x times that
+  const double L = p.length, first = 0.5 * p.mass * L * L, second = p.mass * L * L * L / 3.0;
+  const auto n = root.u.size();
+  MatX y = MatX::Zero(n, n), z = y;
+  add_symmetric(y, root.theta, root.s, -0.5);
+  add_symmetric(z, root.theta, root.phi_z, 0.5);
+  sum.md2[1] += first * y;
+  sum.md2[2] += first * z;
+  sum.J2[3] -= second * y;
+  sum.J2[4] -= second * z;
+  sum.Cr1[1] -= second * z;
+  sum.Cr1[2] += second * y;
+}
+
+SecondOrder::SecondOrder(int n) {
+  set_zero(rate, n);
+  set_zero(curl, n);
+  set_zero(moment, n);
+}
+
+void add_second_order(SecondOrder& sum, const BeamEffects& effects, const FieldRows& row, double x, double weight) {
+  add_rates(sum.rate, sum.curl, effects, row, weight, weight);
+  if (!effects.torsion) return;
+  if (effects.bending_xz) add_symmetric(sum.moment[1], row.theta, row.ds, -weight * x);
+  if (effects.bending_xy) add_symmetric(sum.moment[2], row.theta, row.dphi_z, weight * x);
+}
+
+void add_part(SecondOrder& sum, const SecondOrder& part, int at) {
+  const auto n = part.rate[0].rows();
+  for (std::size_t a = 0; a < 3; ++a) {
+    sum.rate[a].block(at, at, n, n) += part.rate[a];
+    sum.curl[a].block(at, at, n, n) += part.curl[a];
+    sum.moment[a].block(at, at, n, n) += part.moment[a];
+  }
+}
+
+std::array<MatX, 3> second_order_at(const SecondOrder& sum, const FieldRows& root, double x, const Basis& Z) { return second_order_in(sum, root, x, Z); }
+std::array<MatX, 3> second_order_at(const SecondOrder& sum, const FieldRows& root, double x, const MatX& Z) { return second_order_in(sum, root, x, Z); }
+void set_second_order(FlexibleBody& body, const Integrals& sum, const Basis& Z) { set_blocks(body, sum, Z); }
+void set_second_order(FlexibleBody& body, const Integrals& sum, const MatX& Z) { set_blocks(body, sum, Z); }
+
+FlexibleBody linear_body(const Integrals& sum, const Properties& p, const BeamEffects& effects, const Basis& Z) {
+  const double L = p.length, m = p.mass * L;
+  FlexibleBody body;
+  body.n = static_cast<int>(Z.cols());
+  body.mass = m;
+  body.md0 = Vec3(0.5 * m * L, 0.0, 0.0);
+  body.J0 << (p.inertia_y + p.inertia_z) * L, m * L * L / 3.0, m * L * L / 3.0, 0.0, 0.0, 0.0;
+  if (effects.shear) body.J0 += (Vec6() << 0.0, p.inertia_y * L, p.inertia_z * L, 0.0, 0.0, -p.inertia_yz * L).finished();
+  body.md1 = sum.md1 * Z;
+  body.J1 = sum.J1 * Z;
+  body.Cr0 = sum.Cr0 * Z;
+  body.Me = congruent(sum.Me, Z);
+  body.Ke = congruent(sum.Ke, Z);
+  return body;
+}
+
+namespace {
+
+// Lagrange polynomial l of the rule's points.
+double lagrange(const GaussRule& rule, std::size_t l, double x) {
+  double value = 1.0;
+  for (std::size_t i = 0; i < rule.x.size(); ++i)
+    if (i != l) value *= (x - rule.x[i]) / (rule.x[l] - rule.x[i]);
+  return value;
+}
+
+}  // namespace
+
+void set_axis_mass(FlexibleBody& body, const Properties& p, const BeamEffects& effects, const Basis& Z, int panels, int points,
+                   const std::function<FieldRows(int, double)>& rows, const FieldRows& root) {
+  if (!effects.stiffening || !(effects.torsion || effects.complete) || !(effects.bending_xy || effects.bending_xz)) return;
+  AxisMass& out = body.axis;
+  const GaussRule gauss = gauss_rule(points);
+  const Eigen::Index n = body.n, k = points, count = panels * k;
+  out.per_panel = points;
+  out.panel = p.length / panels;
+  out.x.resize(count);
+  out.root_mass.resize(count);
+  const double h = out.panel;
+
+  // The interpolating polynomials' integrals, exact with the rule's own points.
+  out.once = MatX::Zero(k, k + 1);
+  out.twice = MatX::Zero(k, k + 1);
+  for (Eigen::Index end = 0; end <= k; ++end) {
+    const double to = end < k ? gauss.x[static_cast<std::size_t>(end)] : 1.0;
+    for (std::size_t g = 0; g < gauss.x.size(); ++g)
+      for (std::size_t l = 0; l < gauss.x.size(); ++l) {
+        const double at = to * gauss.x[g], f = h * to * gauss.w[g] * lagrange(gauss, l, at);
+        out.once(static_cast<Eigen::Index>(l), end) += f;
+        out.twice(static_cast<Eigen::Index>(l), end) += f * h * (to - at);
+      }
+  }
+
+  std::array<MatX, AxisMass::fields> full;
+  MatX u, v, w;
+  for (MatX* m : {&u, &v, &w}) *m = MatX::Zero(Z.rows(), count);
+  for (MatX& m : full) m = MatX::Zero(Z.rows(), count);
+  const auto spread = [](const FieldRows& r, const auto& set) {
+    set(AxisMass::stretch, r.du), set(AxisMass::slope_y, r.phi_z), set(AxisMass::slope_z, r.s), set(AxisMass::bend_y, r.dphi_z);
+    set(AxisMass::bend_z, r.ds), set(AxisMass::twist, r.theta);
+  };
+  for (int e = 0; e < panels; ++e)
+    for (std::size_t g = 0; g < gauss.x.size(); ++g) {
+      const Eigen::Index at = e * k + static_cast<Eigen::Index>(g);
+      out.x[at] = (e + gauss.x[g]) * h;
+      out.root_mass[at] = std::sqrt(p.mass * gauss.w[g] * h);
+      const FieldRows r = rows(e, gauss.x[g]);
+      u.col(at) = out.root_mass[at] * r.u, v.col(at) = out.root_mass[at] * r.v, w.col(at) = out.root_mass[at] * r.w;
+      spread(r, [&](int field, const VecX& row) { full[static_cast<std::size_t>(field)].col(at) = row; });
+      if (effects.shear) full[AxisMass::shear_y].col(at) = r.dv - r.phi_z, full[AxisMass::shear_z].col(at) = r.dw - r.s;
+    }
+  out.phi.resize(n, 3 * count);
+  out.phi << Z.transpose() * u, Z.transpose() * v, Z.transpose() * w;
+  for (std::size_t i = 0; i < full.size(); ++i)
+    if (!full[i].isZero(0.0)) out.row[i] = Z.transpose() * full[i];
+  spread(root, [&](int field, const VecX& row) {
+    const auto i = static_cast<std::size_t>(field);
+    if (!root.theta.isZero(0.0) && !row.isZero(0.0) && (i == AxisMass::twist || i == AxisMass::slope_y || i == AxisMass::slope_z)) out.root[i] = Z.transpose() * row;
+  });
+
+  // What particles at rest have is taken from the body's own constants.
+  const VecX c = out.x.cwiseProduct(out.root_mass);
+  out.J0 = body.J0;
+  out.J0[1] -= c.squaredNorm(), out.J0[2] -= c.squaredNorm();
+  out.Cr0 = body.Cr0;
+  out.Cr0.row(1) += (out.phi.rightCols(count) * c).transpose();
+  out.Cr0.row(2) -= (out.phi.middleCols(count, count) * c).transpose();
+  out.Me = body.Me - out.phi * out.phi.transpose();
+  if (effects.shear) {
+    out.J1 = body.J1;
+    const VecX cx = 2.0 * (out.phi.leftCols(count) * c);
+    out.J1.row(1) -= cx.transpose(), out.J1.row(2) -= cx.transpose();
+    out.J1.row(3) += (out.phi.middleCols(count, count) * c).transpose();
+    out.J1.row(4) += (out.phi.rightCols(count) * c).transpose();
+  }
+}
+
+MatX damping_matrix(const Damping& damping, const MatX& Me, const MatX& Ke) {
+  MatX de;
+  const auto n = Me.rows();
+  if (n == 0) return de;
+  if (damping.mass != 0.0 || damping.stiffness != 0.0) de = damping.mass * Me + damping.stiffness * Ke;
+  bool any = false;
+  for (const double zeta : damping.ratio) {
+    if (!(zeta >= 0.0) || !std::isfinite(zeta)) throw InputError(fmt::format("damping ratio must be 0 or more, found {}", zeta));
+    any = any || zeta > 0.0;
+  }
+  if (!any) return de;
+  const GeneralizedEigen eigen(Ke, Me);
+  if (eigen.info() != Eigen::Success) throw SimulationError("modal damping: the eigenvalues of the beam could not be computed");
+  VecX factor(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto k = std::min<std::size_t>(static_cast<std::size_t>(i), damping.ratio.size() - 1);
+    factor[i] = 2.0 * damping.ratio[k] * std::sqrt(std::max(0.0, eigen.eigenvalues()[i]));
+  }
+  const MatX mp = Me * eigen.eigenvectors();
+  if (de.size() == 0) de = MatX::Zero(n, n);
+  de.noalias() += mp * factor.asDiagonal() * mp.transpose();
+  return de;
+}
+
+std::vector<Station> named_stations(const BeamDef& def) {
+  std::vector<Station> stations = {{"root", 0.0}, {"tip", def.length}};
+  for (const auto& [name, share] : def.frames) {
+    if (name == "root" || name == "tip" || name.starts_with("node[") || name.starts_with("station["))
+      throw InputError(fmt::format("frame name '{}' is reserved for the beam's own nodes", name));
+    if (!(share >= 0.0 && share <= 1.0)) throw InputError(fmt::format("frame '{}' must lie at x/L in [0, 1], found {}", name, share));
+    stations.push_back({name, share * def.length});
+  }
+  return stations;
+}
+
+FlexibleNode make_node(const std::string& name, double x, const FieldRows& row, const Basis& Z) {
+  FlexibleNode node;
+  node.name = name;
+  node.origin = Vec3(x, 0.0, 0.0);
+  Mat3X full(3, row.u.size());
+  full.row(0) = row.u;
+  full.row(1) = row.v;
+  full.row(2) = row.w;
+  node.phi = full * Z;
+  full.row(0) = row.theta;
+  full.row(1) = -row.s;
+  full.row(2) = row.phi_z;
+  node.psi = full * Z;
+  return node;
+}
+
+GaussRule gauss_rule(int points) {
+  GaussRule rule;
+  rule.x.resize(static_cast<std::size_t>(points));
+  rule.w.resize(rule.x.size());
+  for (int i = 0; i < points; ++i) {
+    // Newton's iteration on the Legendre polynomial, from Tricomi's estimate of its root
+    double z = std::cos(std::numbers::pi * (i + 0.75) / (points + 0.5)), slope = 1.0;
+    for (int step = 0; step < 20; ++step) {
+      double p0 = 1.0, p1 = z;
+      for (int k = 2; k <= points; ++k) {
+        const double p2 = ((2.0 * k - 1.0) * z * p1 - (k - 1.0) * p0) / k;
+        p0 = p1;
+        p1 = p2;
+      }
+      slope = points * (z * p1 - p0) / (z * z - 1.0);
+      const double dz = p1 / slope;
+      z -= dz;
+      if (std::abs(dz) < 1e-15) break;
+    }
+    const auto at = static_cast<std::size_t>(points - 1 - i);
+    rule.x[at] = 0.5 * (1.0 + z);
+    rule.w[at] = 1.0 / ((1.0 - z * z) * slope * slope);
+  }
+  return rule;
+}
+
+}  // namespace flexframe::sim::beam

@@ -1,0 +1,232 @@
+// Beams as chains of bodies: the mixed beam of Schiavo, Ferretti, Vigano 2005 (seed 000 section 3.4) and the lumped beam of MathWorks
+// 2006 (seed 003), with its spring law and with one that couples neighbours.
+#include "sim/bodies/beam_eigenforms.h"
+#include "sim/bodies/beam_terms.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace flexframe::sim {
+namespace {
+
+constexpr int kMaxPieces = 5000;
+
+// Pieces' lengths and makers differ; this part of the beam from a to b, with the user's frames that lie in it.
+BeamDef part_of(const BeamDef& def, double a, double b, bool last) {
+  BeamDef part = def;
+  part.length = b - a;
+  part.damping = {};
+  part.frames.clear();
+  for (const auto& [name, share] : def.frames) {
+    const double x = share * def.length;
+    if (x < a || (x >= b && !last)) continue;
+    part.frames[name] = std::clamp((x - a) / (b - a), 0.0, 1.0);
+  }
+  return part;
+}
+
+// Kelvin-Voigt time constant from the damping asked for.
+double time_constant(const BeamDef& def, const BeamEffects& effects, const beam::Properties& p) {
+  if (def.damping.mass != 0.0)
+    throw InputError(fmt::format("damping.mass = {}: mass-proportional damping needs model = \"finite-element\" or \"modal\"; use ratio or stiffness",
+                                 def.damping.mass));
+  double tau = def.damping.stiffness;
+  if (def.damping.ratio.empty() || def.damping.ratio[0] == 0.0) return tau;
+  const double zeta = def.damping.ratio[0], L = p.length;
+  if (!(zeta > 0.0) || !std::isfinite(zeta)) throw InputError(fmt::format("damping ratio must be 0 or more, found {}", zeta));
+  double omega = std::numeric_limits<double>::infinity();
+  const double bending = std::pow(beam::bending_form(def.boundary, 1).lambda / L, 2), rod = beam::rod_form(def.boundary, 1).lambda / L;
+  if (effects.bending_xy) omega = std::min(omega, bending * std::sqrt(p.ei_z / p.mass));
+  if (effects.bending_xz) omega = std::min(omega, bending * std::sqrt(p.ei_y / p.mass));
+  if (!std::isfinite(omega) && effects.torsion) omega = rod * std::sqrt(p.gj / (p.inertia_y + p.inertia_z));
+  if (!std::isfinite(omega) && effects.axial) omega = rod * std::sqrt(p.ea / p.mass);
+  if (std::isfinite(omega)) tau += 2.0 * zeta / omega;
+  return tau;
+}
+
+}  // namespace
+
+double chain_time_constant(const BeamDef& def, const BeamEffects& effects) { return time_constant(def, effects, beam::properties(def, effects)); }
+
+namespace {
+
+// Frames of the whole from the pieces' nodes: root, tip, the user's, then the pieces' series without the doubles at the joints.
+std::vector<BeamChainFrame> chain_frames(const BeamDef& def, const std::vector<BeamPiece>& pieces, bool lumped) {
+  std::vector<BeamChainFrame> frames = {{"root", 0, 0}, {"tip", static_cast<int>(pieces.size()) - 1, 1}};
+  std::vector<BeamChainFrame> series;
+  for (std::size_t k = 0; k < pieces.size(); ++k) {
+    const std::vector<FlexibleNode>& nodes = pieces[k].body.nodes;
+    bool first = !lumped;
+    for (std::size_t i = 2; i < nodes.size(); ++i) {
+      const int piece = static_cast<int>(k), node = static_cast<int>(i);
+      if (def.frames.contains(nodes[i].name)) {
+        frames.push_back({nodes[i].name, piece, node});
+      } else {
+        if (k == 0 || !first) series.push_back({fmt::format("node[{}]", series.size()), piece, node});
+        first = false;
+      }
+    }
+  }
+  frames.insert(frames.end(), series.begin(), series.end());
+  return frames;
+}
+
+void check_count(const char* what, int count) {
+  if (count < 1 || count > kMaxPieces) throw InputError(fmt::format("{} must lie in 1 .. {}, found {}", what, kMaxPieces, count));
+}
+
+// Compliance of linearly varying moments: C_ik = int N_i N_k dx, N the hat functions of the joints, the outermost extended to the ends.
+void set_coupling(BeamLinks& links, int n, double l) {
+  const auto count = static_cast<std::size_t>(n);
+  links.diagonal.assign(count, 0.0);
+  links.off.assign(count - 1, 0.0);
+  if (n == 1) links.diagonal[0] = l;
+  // spans between joints k and k + 1, s = 0 .. 1, from -1/2 or to 3/2 at the beam's ends
+  const auto power = [](double s, double e) { return std::pow(s, e) / e; };
+  for (std::size_t k = 0; k + 1 < count; ++k) {
+    const double a = k == 0 ? -0.5 : 0.0, b = k + 2 == count ? 1.5 : 1.0;
+    const double square = power(b, 3) - power(a, 3), linear = power(b, 2) - power(a, 2);
+    links.diagonal[k] += l * (b - a - 2.0 * linear + square);
+    links.diagonal[k + 1] += l * square;
+    links.off[k] = l * (linear - square);
+  }
+}
+
+}  // namespace
+
+BeamChain make_mixed_beam(const BeamDef& def, const BeamEffects& effects) {
+  check_count("volumes", def.volumes);
+  const beam::Properties p = beam::properties(def, effects);
+  beam::named_stations(def);
+  const double tau = time_constant(def, effects, p);
+  BeamChain chain;
+  const double l = def.length / def.volumes;
+  for (int k = 0; k < def.volumes; ++k) {
+    BeamDef part = part_of(def, k * l, (k + 1) * l, k + 1 == def.volumes);
+    part.boundary = Boundary::free_free;
+    BeamPiece piece{fmt::format("volume[{}]", k), {}, k * l};
+    piece.body = def.modes.empty() ? make_fe_beam(part, effects) : make_modal_volume(part, effects);
+    if (tau > 0.0 && piece.body.n > 0) piece.body.De = tau * piece.body.Ke;
+    chain.pieces.push_back(std::move(piece));
+  }
+  chain.frames = chain_frames(def, chain.pieces, false);
+  return chain;
+}
+
+BeamChain make_lumped_beam(const BeamDef& def, const BeamEffects& effects) {
+  check_count("elements", def.elements);
+  if (effects.shear) throw InputError("effect 'shear' needs model = \"finite-element\"");
+  const beam::Properties p = beam::properties(def, effects);
+  beam::named_stations(def);
+  const double tau = time_constant(def, effects, p), l = def.length / def.elements;
+  BeamChain chain;
+  BeamLinks& links = chain.links;
+  links.free = {effects.torsion, effects.bending_xz, effects.bending_xy};
+  links.time_constant = tau;
+  links.section << p.gj, 0.0, 0.0, 0.0, p.ei_y, -p.ei_yz, 0.0, -p.ei_yz, p.ei_z;
+  for (int a = 0; a < 3; ++a)
+    if (!links.free[static_cast<std::size_t>(a)]) links.section.row(a).setZero(), links.section.col(a).setZero();
+
+  // joints at the elements' middles: a half piece at either end, whole ones between
+  std::vector<double> cuts = {0.0};
+  for (int i = 0; i < def.elements; ++i) cuts.push_back((i + 0.5) * l);
+  cuts.push_back(def.length);
+  if (def.curvature_coupling)
+    set_coupling(links, def.elements, l);
+  else
+    links.diagonal.assign(static_cast<std::size_t>(def.elements), l);
+  const BeamEffects inside{.axial = effects.axial};
+  const std::string boundary_node = "element.boundary";
+  for (std::size_t k = 0; k + 1 < cuts.size(); ++k) {
+    BeamDef part = part_of(def, cuts[k], cuts[k + 1], k + 2 == cuts.size());
+    part.boundary = Boundary::clamped_free;
+    part.elements = 1;
+    // the series of nodes are the elements' boundaries: the middles of whole pieces, where a piece is tangent to the beam
+    part.frames[boundary_node] = k == 0 ? 0.0 : k + 2 == cuts.size() ? 1.0 : 0.5;
+    BeamPiece piece{fmt::format("element[{}]", k), make_fe_beam(part, inside), cuts[k]};
+    std::vector<FlexibleNode>& nodes = piece.body.nodes;
+    nodes.resize(nodes.size() - 2);
+    for (FlexibleNode& node : nodes)
+      if (node.name == boundary_node) node.name = "node[0]";
+    if (tau > 0.0 && piece.body.n > 0) piece.body.De = tau * piece.body.Ke;
+    chain.pieces.push_back(std::move(piece));
+  }
+  chain.frames = chain_frames(def, chain.pieces, true);
+  return chain;
+}
+
+Mat3X link_moments(const BeamLinks& links, const Mat3X& theta) {
+  const auto n = theta.cols();
+  Mat3X curvature(3, n);
+  if (links.off.empty()) {
+    for (Eigen::Index i = 0; i < n; ++i) curvature.col(i) = theta.col(i) / links.diagonal[static_cast<std::size_t>(i)];
+    return -links.section * curvature;
+  }
+  // Thomas's algorithm: C is positive definite, no pivoting
+  VecX pivot(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    pivot[i] = links.diagonal[k];
+    curvature.col(i) = theta.col(i);
+    if (i == 0) continue;
+    const double f = links.off[k - 1] / pivot[i - 1];
+    pivot[i] -= f * links.off[k - 1];
+    curvature.col(i) -= f * curvature.col(i - 1);
+  }
+  for (Eigen::Index i = n - 1; i >= 0; --i) {
+    if (i + 1 < n) curvature.col(i) -= links.off[static_cast<std::size_t>(i)] * curvature.col(i + 1);
+    curvature.col(i) /= pivot[i];
+  }
+  return -links.section * curvature;
+}
+
+MatX link_stiffness(const BeamLinks& links, int count) {
+  MatX k(3 * count, 3 * count);
+  for (int j = 0; j < 3 * count; ++j) {
+    Mat3X theta = Mat3X::Zero(3, count);
+    theta(j % 3, j / 3) = 1.0;
+    const Mat3X moments = link_moments(links, theta);
+    k.col(j) = -Eigen::Map<const VecX>(moments.data(), moments.size());
+  }
+  return k;
+}
+
+std::string beam_validity_note(const BeamDef& def, const BeamEffects& effects) {
+  // a mode's frequency comes out too high by (beta r)^2 (1 + E/kG) / 2, r the section's radius of gyration (ACCURACY: shear, rotary inertia)
+  constexpr double first_limit = 0.01, last_limit = 0.1;
+  const Section& s = def.section;
+  if (effects.shear || !(def.length > 0.0 && s.area > 0.0)) return {};
+  int highest = 1;
+  if (def.model == BeamModel::modal)
+    for (const auto& [direction, list] : def.modes)
+      if (direction.starts_with("bending"))
+        for (const int ordinal : list) highest = std::max(highest, std::min(ordinal, kMaxMode));
+  std::string note;
+  const auto look = [&](bool on, const char* plane, double second_moment, double factor) {
+    if (!on || !(second_moment > 0.0) || !note.empty()) return;
+    const double r = std::sqrt(second_moment / s.area);
+    const double soft = 1.0 + 2.0 * (1.0 + def.material.poisson) / (factor > 0.0 ? factor : 5.0 / 6.0);
+    const auto excess = [&](int mode) { return 0.5 * soft * std::pow(beam::bending_form(def.boundary, mode).lambda / def.length * r, 2); };
+    if (excess(1) > first_limit) {
+      note = fmt::format("slenderness L/r = {:.3g} in {}: without shear and rotary inertia the first frequency is about {:.2g} % too high; "
+                         "effect 'shear' with model = \"finite-element\" has both",
+                         def.length / r, plane, 100.0 * excess(1));
+    } else if (excess(highest) > last_limit) {
+      int good = 1;
+      while (excess(good + 1) <= last_limit) ++good;
+      note = fmt::format("slenderness L/r = {:.3g} in {}: modes above {} are more than {:.0f} % too high without shear and rotary inertia; "
+                         "mode {} is used",
+                         def.length / r, plane, good, 100.0 * last_limit, highest);
+    }
+  };
+  look(effects.bending_xy, "bending_xy", s.iz, s.shear_y);
+  look(effects.bending_xz, "bending_xz", s.iy, s.shear_z);
+  return note;
+}
+
+std::string beam_validity_note(const BeamDef& def) { return beam_validity_note(def, {.bending_xy = true, .bending_xz = true}); }
+
+}  // namespace flexframe::sim

@@ -1,0 +1,72 @@
+// The generalised Newton-Euler equations of one flexible body (seed 000 eq. 30, seed 001 eq. 6), evaluated for a state:
+//   M(q) [dv; dw; qdd] + c(V, q, qd) = external generalised forces,
+// derived from the kinetic energy of flexible_body.h by Hamel's equations in body axes, so that whatever truncation the body carries,
+// energy and momentum are kept exactly.
+#pragma once
+
+#include "sim/base/types.h"
+#include "sim/bodies/flexible_body.h"
+
+#include <array>
+#include <memory>
+
+namespace flexframe::sim {
+
+// Work space of axis_mass.h: of the particles, x of all, y of all, z of all; times the square root of their masses.
+struct AxisScratch {         // read by no one after the function that writes it
+  std::array<VecX, AxisMass::fields> at, root;      // fields of the state
+  std::array<MatX, AxisMass::fields> rate_row;      // fields of the rates, a row
+  VecX rate, acceleration;
+  MatX second, integrand;
+  VecX sum, slope;
+  Eigen::MatrixX4d weight;
+  std::array<Eigen::MatrixX4d, 3> moment;
+};
+struct AxisTerms {           // kept from update_mass for update_velocity_terms
+  MatX J;                    // n x 3 points: phi + d u2/d q
+  VecX place;
+  Vec6 turned = Vec6::Zero();  // J1 q of the sections
+  std::shared_ptr<AxisScratch> scratch;
+};
+
+// Results and work space; sized once by `reserve`. Component order of the 6-vectors: linear, angular.
+struct BodyTerms {
+  Mat6 Mrr = Mat6::Zero();   // rigid part of the mass matrix about the body frame, body axes
+  Mat6X Mre;                 // 6 x n: [Ct^T; Cr]
+  Vec6 cr = Vec6::Zero();    // velocity terms of the frame's equations, N and Nm
+  VecX ce;                   // n, velocity terms of the elastic equations (elastic and damping forces excluded)
+  Vec3 md = Vec3::Zero();    // first moment of mass, kg m
+  std::array<VecX, 6> J2q;   // J2 q, kept from update_mass for update_velocity_terms
+  VecX work, work2;
+  MatX Mee;                  // n x n elastic part where it depends on q (axis_mass.h), else empty
+  AxisTerms axis;
+  void reserve(const FlexibleBody& body);
+};
+
+// Mass matrix at the elastic coordinates q (n).
+void update_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out);
+
+// Whether two bodies are equal to the last bit in all that update_mass, update_velocity_terms and the frames at their nodes read.
+bool same_kinetics(const FlexibleBody& a, const FlexibleBody& b);
+
+template <class A, class B>
+bool same_values(const Eigen::MatrixBase<A>& a, const Eigen::MatrixBase<B>& b) {
+  return a.rows() == b.rows() && a.cols() == b.cols() && a == b;
+}
+
+// Elastic part of the mass matrix.
+inline const MatX& elastic_mass(const FlexibleBody& body, const BodyTerms& terms) { return terms.Mee.size() > 0 ? terms.Mee : body.Me; }
+
+// Velocity terms at the twist V (body axes) and qd (n); update_mass goes first.
+void update_velocity_terms(const FlexibleBody& body, const Vec6& V, const VecX& qd, BodyTerms& out);
+
+// Ke q + ksigma + De qd (n), to be subtracted from the elastic equations' right-hand side.
+void elastic_force(const FlexibleBody& body, const VecX& q, const VecX& qd, VecX& out);
+
+// 1/2 q^T Ke q + ksigma^T q, J.
+double strain_energy(const FlexibleBody& body, const VecX& q);
+
+// 1/2 [V; qd]^T M [V; qd], J; update_mass goes first.
+double kinetic_energy(const FlexibleBody& body, const BodyTerms& terms, const Vec6& V, const VecX& qd);
+
+}  // namespace flexframe::sim

@@ -1,0 +1,507 @@
+// SID file to body and back, and the identities that hold in real files. See sid.h and SID.md.
+#include "sim/bodies/sid.h"
+
+#include "sim/base/eigen_solvers.h"
+#include "sim/base/spatial.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <unordered_map>
+
+namespace flexframe::sim {
+namespace {
+
+// Rows of a symmetric tensor in J: 11 22 33 12 13 23.
+constexpr int tensor_row[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
+// Oe's columns multiply wx^2 wy^2 wz^2 wx wy, wy wz, wx wz: the tensor row each stands for, and Oe = -factor J1.
+constexpr int oe_row[6] = {0, 1, 2, 3, 5, 4};
+constexpr double oe_factor[6] = {0.5, 0.5, 0.5, 1.0, 1.0, 1.0};
+
+bool has_order(const std::optional<SidTaylor>& block, bool first) {
+  return block && std::any_of(block->entries.begin(), block->entries.end(), [&](const SidEntry& e) { return (e.mode > 0) == first; });
+}
+
+void fill(const SidTaylor& block, int mode, MatX& m) {
+  for (const SidEntry& e : block.entries)
+    if (e.mode == mode) m(e.row - 1, e.column - 1) = e.value;
+  if (block.structure == 2)
+    for (const SidEntry& e : block.entries)
+      if (e.mode == mode && e.row != e.column && m(e.column - 1, e.row - 1) == 0.0) m(e.column - 1, e.row - 1) = e.value;
+  if (block.structure == 4 && mode == 0) m.setIdentity();
+}
+
+double relative(double deviation, double scale) { return scale > 0.0 ? deviation / scale : deviation; }
+
+// The frequency in "Eigen Mode 3 : 56.638 Hz", or -1.
+double label_frequency(const std::string& label) {
+  const size_t hz = label.rfind("Hz");
+  const size_t colon = label.rfind(':');
+  if (hz == std::string::npos || colon == std::string::npos || hz < colon) return -1.0;
+  try {
+    return std::stod(label.substr(colon + 1, hz - colon - 1));
+  } catch (const std::exception&) {
+    return -1.0;
+  }
+}
+
+// sqrt(eig(Me \ Ke)) / 2 pi, ascending; empty when Me is not positive definite.
+VecX frequencies(const MatX& Me, const MatX& Ke) {
+  const Cholesky cholesky(Me);
+  if (cholesky.info() != Eigen::Success) return {};
+  MatX A = cholesky.solve_lower(Ke);
+  A = cholesky.solve_lower(A.transpose());
+  SymmetricEigen eigen(0.5 * (A + A.transpose()), Eigen::EigenvaluesOnly);
+  return eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt() / (2.0 * std::numbers::pi);
+}
+
+// Collects deviations between two sparse tensors over n x n x 3 (or smaller) places.
+class Comparison {
+ public:
+  void a(long place, double value) { at(place).first += value; }
+  void b(long place, double value) { at(place).second += value; }
+  double residual() const {
+    double deviation = 0.0, scale = 0.0;
+    for (const auto& [place, ab] : terms) {
+      deviation = std::max(deviation, std::abs(ab.first - ab.second));
+      scale = std::max({scale, std::abs(ab.first), std::abs(ab.second)});
+    }
+    return relative(deviation, scale);
+  }
+
+ private:
+  std::pair<double, double>& at(long place) { return terms[place]; }
+  std::unordered_map<long, std::pair<double, double>> terms;
+};
+
+}  // namespace
+
+MatX sid_m0(const SidTaylor& block) {
+  MatX m = MatX::Zero(block.rows, block.columns);
+  fill(block, 0, m);
+  return m;
+}
+
+MatX sid_m1(const SidTaylor& block, int mode) {
+  MatX m = MatX::Zero(block.rows, block.columns);
+  fill(block, mode, m);
+  return m;
+}
+
+SidTaylor make_sid_block(const MatX& m0, const std::vector<MatX>& m1, int modes, int structure) {
+  SidTaylor t;
+  t.order = m1.empty() ? 0 : 1;
+  t.rows = static_cast<int>(m0.rows());
+  t.columns = static_cast<int>(m0.cols());
+  t.modes = modes;
+  t.structure = structure;
+  const auto add = [&](const MatX& m, int mode) {
+    for (int r = 0; r < m.rows(); ++r)
+      for (int c = 0; c < (structure == 2 ? r + 1 : m.cols()); ++c)
+        if (m(r, c) != 0.0) t.entries.push_back({r + 1, mode, c + 1, m(r, c)});
+  };
+  if (structure != 4) add(m0, 0);
+  for (size_t k = 0; k < m1.size(); ++k) add(m1[k], static_cast<int>(k) + 1);
+  if (t.entries.empty() && structure != 4) t.structure = 0;
+  return t;
+}
+
+std::vector<SidCheck> check_sid(const SidFile& sid) {
+  std::vector<SidCheck> checks;
+  const long n = sid.nelastq;
+  if (n == 0) return checks;
+  if (has_order(sid.mdCM, true) || has_order(sid.Ct, false)) {
+    Comparison c;
+    if (sid.mdCM)
+      for (const SidEntry& e : sid.mdCM->entries)
+        if (e.mode > 0) c.a(3L * e.mode + e.row, e.value);
+    if (sid.Ct)
+      for (const SidEntry& e : sid.Ct->entries)
+        if (e.mode == 0) c.b(3L * e.row + e.column, e.value);
+    checks.push_back({"mdCM.M1(:,q) = Ct.M0(q,:)", c.residual()});
+  }
+  if (sid.Oe && sid.J) {
+    Comparison c;
+    for (const SidEntry& e : sid.Oe->entries)
+      if (e.mode == 0) c.a(6L * e.row + oe_row[e.column - 1], e.value);
+    for (const SidEntry& e : sid.J->entries)
+      if (e.mode > 0) c.b(6L * e.mode + e.row - 1, -(e.row <= 3 ? 0.5 : 1.0) * e.value);
+    checks.push_back({"Oe.M0(j,:) = -(J1xx/2, J1yy/2, J1zz/2, J1xy, J1yz, J1xz)", c.residual()});
+  }
+  if (sid.Gr && sid.J) {
+    Comparison c;
+    for (const SidEntry& e : sid.Gr->entries) {
+      const long mode = (e.column - 1) % n, axis = (e.column - 1) / n;
+      const int row = tensor_row[e.row - 1][axis];
+      c.a(6 * (mode + 1) + row, (e.row - 1 == axis ? 1.0 : 0.5) * e.value);
+    }
+    for (const SidEntry& e : sid.J->entries)
+      if (e.mode > 0) c.b(6L * e.mode + e.row - 1, e.value);
+    checks.push_back({"sym(Gr_j) = J1_j", c.residual()});
+  }
+  if (sid.Ge && has_order(sid.Cr, true)) {
+    // With geometric stiffening Cr.M1 has a symmetric part that Ge has not.
+    Comparison full, skew_part;
+    for (const SidEntry& e : sid.Ge->entries) {
+      full.a(3L * n * (e.row - 1) + (e.column - 1), e.value);
+      skew_part.a(3L * n * (e.row - 1) + (e.column - 1), e.value);
+    }
+    for (const SidEntry& e : sid.Cr->entries)
+      if (e.mode > 0) {
+        const long axis = e.column - 1, place = 3L * n * (e.row - 1) + n * axis + e.mode - 1;
+        full.b(place, 2.0 * e.value);
+        skew_part.b(place, e.value);
+        skew_part.b(3L * n * (e.mode - 1) + n * axis + e.row - 1, -e.value);
+      }
+    checks.push_back({"Ge_j(k,:) = 2 Cr1(k,j,:)", std::min(full.residual(), skew_part.residual())});
+  }
+  Comparison origin, ap;
+  bool any_origin = false, any_ap = false;
+  for (size_t i = 0; i < sid.nodes.size(); ++i) {
+    const SidNode& node = sid.nodes[i];
+    const long base = static_cast<long>(i) * 9 * (n + 1);
+    // Where a writer left the first order of a node out there is nothing to compare.
+    if (has_order(node.origin, true)) {
+      any_origin = true;
+      for (const SidEntry& e : node.origin->entries)
+        if (e.mode > 0) origin.a(base + 3L * e.mode + e.row, e.value);
+      if (node.phi)
+        for (const SidEntry& e : node.phi->entries)
+          if (e.mode == 0) origin.b(base + 3L * e.column + e.row, e.value);
+    }
+    if (has_order(node.AP, true) && node.psi) {
+      any_ap = true;
+      const Mat3 ap0 = sid_m0(*node.AP);
+      std::vector<Vec3> psi(static_cast<size_t>(n), Vec3::Zero());
+      for (const SidEntry& e : node.psi->entries)
+        if (e.mode == 0) psi[e.column - 1](e.row - 1) = e.value;
+      for (const SidEntry& e : node.AP->entries)
+        if (e.mode > 0) ap.a(base + 9L * e.mode + 3L * e.row + e.column, e.value);
+      for (int k = 0; k < n; ++k) {
+        const Mat3 turned = skew(psi[k]) * ap0;
+        for (int r = 0; r < 3; ++r)
+          for (int s = 0; s < 3; ++s)
+            if (turned(r, s) != 0.0) ap.b(base + 9L * (k + 1) + 3L * (r + 1) + s + 1, turned(r, s));
+      }
+    }
+  }
+  if (any_origin) checks.push_back({"origin.M1(:,q) = phi(:,q)", origin.residual()});
+  if (any_ap) checks.push_back({"AP.M1(:,q,:) = skew(psi_q) AP.M0", ap.residual()});
+  return checks;
+}
+
+namespace {
+
+// Smallest eigenvalue of the undeformed free body's mass matrix, rigid and elastic motion, scaled to a unit diagonal; 0 where it is too large to look at.
+double least_mass(const FlexibleBody& body) {
+  const int n = body.n;
+  if (n == 0 || n > 300 || body.Me.rows() != n || body.md1.cols() != n || body.Cr0.cols() != n) return 0.0;
+  MatX M = MatX::Zero(6 + n, 6 + n);
+  M.topLeftCorner<3, 3>() = body.mass * Mat3::Identity();
+  const Vec3& d = body.md0;
+  Mat3 cross;
+  cross << 0, -d.z(), d.y(), d.z(), 0, -d.x(), -d.y(), d.x(), 0;
+  M.block<3, 3>(3, 0) = cross;
+  M.block<3, 3>(0, 3) = cross.transpose();
+  M.block<3, 3>(3, 3) << body.J0(0), body.J0(3), body.J0(4), body.J0(3), body.J0(1), body.J0(5), body.J0(4), body.J0(5), body.J0(2);
+  M.block(0, 6, 3, n) = body.md1;
+  M.block(3, 6, 3, n) = body.Cr0;
+  M.bottomLeftCorner(n, 6) = M.topRightCorner(6, n).transpose();
+  M.bottomRightCorner(n, n) = body.Me;
+  const VecX scale = M.diagonal().unaryExpr([](double m) { return m > 0.0 ? 1.0 / std::sqrt(m) : 1.0; });
+  M = (scale.asDiagonal() * M * scale.asDiagonal()).eval();
+  return M.allFinite() ? SymmetricEigen(M, Eigen::EigenvaluesOnly).eigenvalues()(0) : 0.0;
+}
+
+}  // namespace
+
+FlexibleBody to_flexible_body(const SidFile& sid, const std::string& name, std::vector<std::string>* notes) {
+  const auto note = [&](std::string text) {
+    if (notes) notes->push_back(std::move(text));
+  };
+  const auto fail = [&](const std::string& text) { throw InputError(name + ": " + text); };
+  FlexibleBody body;
+  const int n = body.n = sid.nelastq;
+  if (!(sid.mass > 0.0)) fail(fmt::format("mass = {}: a body needs a mass > 0", sid.mass));
+  if (!sid.mdCM) fail("block mdCM (mCM) is missing");
+  if (!sid.J) fail("block J (mmi) is missing");
+  if (n > 0 && !sid.Me) fail("block Me is missing");
+  if (n > 0 && !sid.Ke) fail("block Ke is missing");
+
+  // Dense storage against what the file gives: entries, and 64 MB that anybody has.
+  const bool second = has_order(sid.Oe, true) || has_order(sid.Ct, true) || has_order(sid.Cr, true) || has_order(sid.Ge, false);
+  size_t entries = 0;
+  for (const auto* b : {&sid.mdCM, &sid.J, &sid.Ct, &sid.Cr, &sid.Me, &sid.Gr, &sid.Ge, &sid.Oe, &sid.ksigma, &sid.Ke, &sid.De})
+    if (*b) entries += (*b)->entries.size();
+  size_t stiff_nodes = 0;
+  for (const SidNode& node : sid.nodes) {
+    for (const auto* b : {&node.origin, &node.phi, &node.psi, &node.AP})
+      if (*b) entries += (*b)->entries.size();
+    stiff_nodes += has_order(node.phi, true);
+  }
+  const double nd = n;
+  const double bytes = 8.0 * (nd * nd * (3.0 + (second ? 12.0 : 0.0) + 3.0 * static_cast<double>(stiff_nodes)) + 6.0 * nd * static_cast<double>(sid.nodes.size()));
+  if (bytes > 64e6 + 3200.0 * static_cast<double>(entries))
+    fail(fmt::format("nelastq = {} would need {:.0f} MB of matrices, but the file gives only {} numbers", n, bytes / 1e6, entries));
+
+  body.mass = sid.mass;
+  body.labels = sid.labels;
+  if (!body.labels.empty()) body.labels.resize(n);
+  if (sid.mdCM->rows > 0) body.md0 = sid_m0(*sid.mdCM);
+
+  // First moment: Ct is what the equations of motion couple by; mdCM.M1 says the same.
+  body.md1 = Mat3X::Zero(3, n);
+  if (has_order(sid.Ct, false)) body.md1 = sid_m0(*sid.Ct).transpose();
+  if (has_order(sid.mdCM, true)) {
+    Mat3X from_md = Mat3X::Zero(3, n);
+    for (const SidEntry& e : sid.mdCM->entries)
+      if (e.mode > 0) from_md(e.row - 1, e.mode - 1) = e.value;
+    if (!has_order(sid.Ct, false)) {
+      body.md1 = from_md;
+      if (!sid.Ct) note("Ct is missing: taken from mdCM.M1");
+    } else if (const double scale = body.md1.cwiseAbs().maxCoeff(); (from_md - body.md1).cwiseAbs().maxCoeff() > 1e-6 * scale) {
+      note(fmt::format("mdCM.M1 differs from Ct.M0 by {:.2g} of the largest entry: Ct is used", (from_md - body.md1).cwiseAbs().maxCoeff() / scale));
+    }
+  }
+
+  // Inertia, first and second order.
+  if (sid.J->rows > 0) body.J0 = sid_m0(*sid.J);
+  body.J1 = Mat6X::Zero(6, n);
+  if (has_order(sid.J, true)) {
+    for (const SidEntry& e : sid.J->entries)
+      if (e.mode > 0) body.J1(e.row - 1, e.mode - 1) = e.value;
+  } else if (has_order(sid.Oe, false)) {
+    for (const SidEntry& e : sid.Oe->entries)
+      if (e.mode == 0) body.J1(oe_row[e.column - 1], e.row - 1) = -e.value / oe_factor[e.column - 1];
+    note("J has no first order: taken from Oe.M0");
+  }
+  {
+    Mat3 J;
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c) J(r, c) = body.J0(tensor_row[r][c]);
+    const Vec3 eigenvalues = Eigen::SelfAdjointEigenSolver<Mat3>(J, Eigen::EigenvaluesOnly).eigenvalues();
+    // A thin rod has one vanishing moment; digits lost in printing must not refuse it.
+    if (eigenvalues(0) < -1e-6 * std::abs(eigenvalues(2))) fail("J.M0 is no inertia tensor: it has a negative principal moment");
+  }
+  // Symmetric n x n from first-order entries, set only where there are any.
+  const auto symmetric = [&](MatX& m, const std::string& what) {
+    if (m.size() == 0) return;
+    const double scale = m.cwiseAbs().maxCoeff();
+    const double skewness = (m - m.transpose()).cwiseAbs().maxCoeff();
+    if (skewness > 1e-6 * scale) note(fmt::format("{} is not symmetric (by {:.2g} of its largest entry): its symmetric part is used", what, skewness / scale));
+    m = (0.5 * (m + m.transpose())).eval();
+  };
+  if (has_order(sid.Oe, true)) {
+    for (const SidEntry& e : sid.Oe->entries)
+      if (e.mode > 0) {
+        MatX& J2 = body.J2[oe_row[e.column - 1]];
+        if (J2.size() == 0) J2 = MatX::Zero(n, n);
+        J2(e.row - 1, e.mode - 1) = -e.value / oe_factor[e.column - 1];
+      }
+    for (MatX& J2 : body.J2) symmetric(J2, "Oe.M1");
+  } else if (n > 0) {
+    note("Oe has no first order: the inertia is linear in the elastic coordinates");
+  }
+  if (has_order(sid.Ct, true)) {
+    for (const SidEntry& e : sid.Ct->entries)
+      if (e.mode > 0) {
+        MatX& md2 = body.md2[e.column - 1];
+        if (md2.size() == 0) md2 = MatX::Zero(n, n);
+        md2(e.row - 1, e.mode - 1) = e.value;
+      }
+    for (MatX& md2 : body.md2) symmetric(md2, "Ct.M1");
+  }
+  body.Cr0 = Mat3X::Zero(3, n);
+  if (has_order(sid.Cr, false)) body.Cr0 = sid_m0(*sid.Cr).transpose();
+  if (has_order(sid.Cr, true)) {
+    for (const SidEntry& e : sid.Cr->entries)
+      if (e.mode > 0) {
+        MatX& Cr1 = body.Cr1[e.column - 1];
+        if (Cr1.size() == 0) Cr1 = MatX::Zero(n, n);
+        Cr1(e.row - 1, e.mode - 1) = e.value;
+      }
+  } else if (has_order(sid.Ge, false)) {
+    for (const SidEntry& e : sid.Ge->entries)
+      if (e.mode == 0) {
+        MatX& Cr1 = body.Cr1[(e.column - 1) / n];
+        if (Cr1.size() == 0) Cr1 = MatX::Zero(n, n);
+        Cr1(e.row - 1, (e.column - 1) % n) = 0.5 * e.value;
+      }
+    note("Cr has no first order: taken from Ge / 2");
+  }
+
+  // Structure.
+  if (n > 0) {
+    body.Me = sid_m0(*sid.Me);
+    body.Ke = sid_m0(*sid.Ke);
+    if (body.Me.rows() != n) fail("block Me is empty");
+    if (body.Ke.rows() != n) fail("block Ke is empty");
+    symmetric(body.Me, "Me");
+    symmetric(body.Ke, "Ke");
+    if (has_order(sid.De, false) || (sid.De && sid.De->structure == 4)) body.De = sid_m0(*sid.De);
+    if (has_order(sid.ksigma, false)) body.ksigma = sid_m0(*sid.ksigma);
+    const VecX f = frequencies(body.Me, body.Ke);
+    if (f.size() == 0) fail("Me is not positive definite");
+    // Labels carry the frequencies of the maker's eigenmodes; other bases do not.
+    std::vector<double> given;
+    for (const std::string& label : body.labels) given.push_back(label_frequency(label));
+    std::sort(given.begin(), given.end());
+    if (static_cast<int>(given.size()) == n && given.front() >= 0.0) {
+      double worst = 0.0;
+      for (int k = 0; k < n; ++k) worst = std::max(worst, std::abs(given[k] - f(k)) / std::max(f(k), 1e-3));
+      if (worst > 2e-3) note(fmt::format("the frequencies of the labels differ from those of Me, Ke by up to {:.2g}: Me and Ke are used", worst));
+    }
+  }
+  for (const SidCheck& c : check_sid(sid))
+    if (c.residual > 1e-4) note(fmt::format("identity {} does not hold: off by {:.2g} of the largest entry", c.identity, c.residual));
+
+  // Nodes.
+  size_t turned = 0;
+  for (const SidNode& source : sid.nodes) {
+    FlexibleNode node;
+    const bool number = std::all_of(source.id.begin(), source.id.end(), [](char c) { return c >= '0' && c <= '9'; });
+    node.name = number ? "node[" + source.id + "]" : source.id;
+    if (source.origin && source.origin->rows > 0) node.origin = sid_m0(*source.origin);
+    if (has_order(source.AP, false)) {
+      Mat3 ap = sid_m0(*source.AP);
+      // Files print five to twelve digits; a rotation is restored to full precision, anything further off is damage.
+      if ((ap * ap.transpose() - Mat3::Identity()).cwiseAbs().maxCoeff() > 1e-3 || ap.determinant() < 0.0)
+        fail(fmt::format("node {}: AP.M0 is no rotation", source.id));
+      node.rotation = Eigen::Quaterniond(ap).normalized().toRotationMatrix();
+      if ((node.rotation - ap).cwiseAbs().maxCoeff() < 1e-15) node.rotation = ap;
+    }
+    node.phi = Mat3X::Zero(3, n);
+    node.psi = Mat3X::Zero(3, n);
+    if (has_order(source.phi, false)) node.phi = sid_m0(*source.phi);
+    else if (has_order(source.origin, true)) {
+      for (const SidEntry& e : source.origin->entries)
+        if (e.mode > 0) node.phi(e.row - 1, e.mode - 1) = e.value;
+      note(fmt::format("node {}: phi is zero but origin.M1 is not: phi is taken from it", source.id));
+    }
+    if (has_order(source.psi, false)) node.psi = sid_m0(*source.psi);
+    else if (has_order(source.AP, true)) {
+      const Mat3 ap0 = node.rotation;
+      std::vector<Mat3> first(static_cast<size_t>(n), Mat3::Zero());
+      for (const SidEntry& e : source.AP->entries)
+        if (e.mode > 0) first[e.mode - 1](e.row - 1, e.column - 1) = e.value;
+      for (int k = 0; k < n; ++k) {
+        const Mat3 w = first[k] * ap0.transpose();
+        node.psi.col(k) = 0.5 * Vec3(w(2, 1) - w(1, 2), w(0, 2) - w(2, 0), w(1, 0) - w(0, 1));
+      }
+      ++turned;
+    }
+    if (has_order(source.phi, true)) {
+      for (const SidEntry& e : source.phi->entries)
+        if (e.mode > 0) {
+          MatX& phi2 = node.phi2[e.row - 1];
+          if (phi2.size() == 0) phi2 = MatX::Zero(n, n);
+          phi2(e.mode - 1, e.column - 1) = e.value;
+        }
+      for (MatX& phi2 : node.phi2) symmetric(phi2, fmt::format("phi.M1 of node {}", source.id));
+    }
+    if (source.sigma && !source.sigma->entries.empty()) {
+      node.sigma = MatX::Zero(6, n);
+      bool initial = false;
+      for (const SidEntry& e : source.sigma->entries) {
+        if (e.mode > 0) node.sigma(e.row - 1, e.mode - 1) = e.value;
+        else if (source.sigma->columns == n && (n > 1 || !has_order(source.sigma, true))) node.sigma(e.row - 1, e.column - 1) = e.value;
+        else initial = true;
+      }
+      if (initial) note(fmt::format("node {}: the initial stress (sigma.M0) is not used", source.id));
+    }
+    body.nodes.push_back(std::move(node));
+  }
+  if (turned > 0) note(fmt::format("{} nodes: psi is taken from AP.M1", turned));
+  if (const double least = least_mass(body); least < -1e-6)
+    note(fmt::format("mass, inertia and their coupling to the elastic coordinates contradict each other (scaled, the mass matrix of the free body has the eigenvalue {:.2g}): the body cannot move freely", least));
+  return body;
+}
+
+SidFile from_flexible_body(const FlexibleBody& body, const std::string& comment) {
+  SidFile sid;
+  const int n = body.n;
+  sid.comment = comment;
+  sid.mass = body.mass;
+  sid.nelastq = n;
+  sid.labels = body.labels;
+  if (!sid.labels.empty()) sid.labels.resize(n);
+  const auto columns = [&](const auto& m) {
+    std::vector<MatX> out;
+    out.reserve(static_cast<size_t>(n));
+    for (int k = 0; k < n; ++k) out.push_back(m.cols() == n ? MatX(m.col(k)) : MatX(MatX::Zero(m.rows(), 1)));
+    return out;
+  };
+  // M1(:, k, :) of a block nq x c from c matrices M(j, k).
+  const auto stack = [&](std::initializer_list<const MatX*> parts, std::initializer_list<double> factors) {
+    std::vector<MatX> out;
+    if (std::all_of(parts.begin(), parts.end(), [](const MatX* m) { return m->size() == 0; })) return out;
+    for (int k = 0; k < n; ++k) {
+      MatX m = MatX::Zero(n, static_cast<int>(parts.size()));
+      int c = 0;
+      for (const MatX* part : parts) {
+        if (part->size() > 0) m.col(c) = factors.begin()[c] * part->col(k);
+        ++c;
+      }
+      out.push_back(std::move(m));
+    }
+    return out;
+  };
+  const auto zero = [&](const auto& m, int rows, int cols) { return m.size() > 0 ? MatX(m) : MatX(MatX::Zero(rows, cols)); };
+
+  const Mat3X md1 = zero(body.md1, 3, n), Cr0 = zero(body.Cr0, 3, n);
+  const Mat6X J1 = zero(body.J1, 6, n);
+  sid.mdCM = make_sid_block(body.md0, columns(md1), n);
+  sid.J = make_sid_block(body.J0, columns(J1), n);
+  sid.Ct = make_sid_block(md1.transpose(), stack({&body.md2[0], &body.md2[1], &body.md2[2]}, {1, 1, 1}), n);
+  sid.Cr = make_sid_block(Cr0.transpose(), stack({&body.Cr1[0], &body.Cr1[1], &body.Cr1[2]}, {1, 1, 1}), n);
+  const MatX Me = zero(body.Me, n, n);
+  sid.Me = make_sid_block(Me, {}, n, Me.isIdentity(0.0) ? 4 : 2);
+  // Gr_j = -2 int skew(c) skew(phi_j) dm = J1_j - skew(Cr0_j); Ge_j(k, :) = 2 int (phi_j x phi_k) dm, the skew part of Cr1 twice.
+  const Eigen::Index columns_of_three = 3 * static_cast<Eigen::Index>(n);
+  MatX Gr = MatX::Zero(3, columns_of_three), Ge = MatX::Zero(n, columns_of_three);
+  for (int j = 0; j < n; ++j) {
+    Mat3 G = -skew(Cr0.col(j));
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c) {
+        G(r, c) += J1(tensor_row[r][c], j);
+        Gr(r, n * c + j) = G(r, c);
+      }
+  }
+  for (int a = 0; a < 3; ++a)
+    if (body.Cr1[a].size() > 0) Ge.middleCols(static_cast<Eigen::Index>(n) * a, n) = body.Cr1[a] - body.Cr1[a].transpose();
+  sid.Gr = make_sid_block(Gr, {}, n);
+  sid.Ge = make_sid_block(Ge, {}, n);
+  MatX Oe = MatX::Zero(n, 6);
+  for (int c = 0; c < 6; ++c) Oe.col(c) = -oe_factor[c] * J1.row(oe_row[c]).transpose();
+  sid.Oe = make_sid_block(Oe, stack({&body.J2[0], &body.J2[1], &body.J2[2], &body.J2[3], &body.J2[5], &body.J2[4]}, {-0.5, -0.5, -0.5, -1, -1, -1}), n);
+  sid.ksigma = make_sid_block(zero(body.ksigma, n, 1), {}, n);
+  sid.Ke = make_sid_block(zero(body.Ke, n, n), {}, n, 2);
+  const MatX De = zero(body.De, n, n);
+  sid.De = make_sid_block(De, {}, n, De == De.transpose() ? 2 : 3);
+
+  for (const FlexibleNode& source : body.nodes) {
+    SidNode node;
+    node.id = source.name.starts_with("node[") && source.name.ends_with("]") ? source.name.substr(5, source.name.size() - 6) : source.name;
+    const Mat3X phi = zero(source.phi, 3, n), psi = zero(source.psi, 3, n);
+    node.origin = make_sid_block(source.origin, columns(phi), n);
+    std::vector<MatX> phi1, ap1, sigma1;
+    if (std::any_of(source.phi2.begin(), source.phi2.end(), [](const MatX& m) { return m.size() > 0; }))
+      for (int k = 0; k < n; ++k) {
+        MatX m = MatX::Zero(3, n);
+        for (int a = 0; a < 3; ++a)
+          if (source.phi2[a].size() > 0) m.row(a) = source.phi2[a].row(k);
+        phi1.push_back(std::move(m));
+      }
+    for (int k = 0; k < n; ++k) ap1.push_back(skew(psi.col(k)) * source.rotation);
+    node.phi = make_sid_block(phi, phi1, n);
+    node.psi = make_sid_block(psi, {}, n);
+    node.AP = make_sid_block(source.rotation, ap1, n);
+    if (source.sigma.size() > 0) node.sigma = make_sid_block(MatX::Zero(6, 1), columns(source.sigma), n);
+    sid.nodes.push_back(std::move(node));
+  }
+  return sid;
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,419 @@
+#include "sim/dynamics/friction.h"
+
+#include "sim/dynamics/closure.h"
+#include "sim/dynamics/dynamics.h"
+#include "sim/dynamics/kinematics.h"
+#include "sim/dynamics/massless.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+namespace flexframe::sim {
+namespace {
+
+bool rotary(JointKind kind, int k) {
+  return !(kind == JointKind::prismatic || (kind == JointKind::cylindrical && k == 0) || (kind == JointKind::planar && k < 2) ||
+           (kind == JointKind::free && k < 3));
+}
+
+// Rates of a joint that slip on one surface with rate k: the first of them, and how many.
+std::pair<int, int> shared_slip(JointKind kind, int k) {
+  switch (kind) {
+    case JointKind::cylindrical: return {0, 2};
+    case JointKind::planar: return k < 2 ? std::pair{0, 2} : std::pair{2, 1};
+    case JointKind::spherical: return {0, 3};
+    case JointKind::free: return {k < 3 ? 0 : 3, 3};
+    default: return {k, 1};
+  }
+}
+
+double rate_of(const FrictionPoint& p, const Model& model, const Work& work) { return work.w[model.parts[p.part].v0 + p.rate]; }
+
+double static_coefficient(const Friction& law) { return law.static_coefficient.value_or(law.coefficient); }
+
+// Component of a joint's reaction force (axes of the joint) that presses its surfaces together.
+Vec3 pressing(const TreeJoint& joint, const Vec3& force) {
+  switch (joint.kind) {
+    case JointKind::prismatic: case JointKind::cylindrical: return force - joint.axis.dot(force) * joint.axis;
+    case JointKind::planar: return joint.axis.dot(force) * joint.axis;
+    default: return force;
+  }
+}
+
+Vec3 reaction_force(const FrictionPoint& p, const Model& model, const FrictionState& friction) {
+  return pressing(model.parts[p.part].joint, Vec3(friction.scratch.part[p.part].head<3>()));
+}
+
+double direction(const FrictionPoint& p) { return p.phase == FrictionPhase::forward ? 1.0 : -1.0; }
+
+// A group that sticks and slips as one.
+bool grouped(const FrictionPoint& p) { return p.count > 1 && p.phase != FrictionPhase::regularised; }
+bool leads(const FrictionState& friction, const FrictionPoint& p) { return &p == &friction.points[static_cast<size_t>(p.first)]; }
+
+template <class State>
+auto group_of(State& friction, const FrictionPoint& p) {
+  return std::span(friction.points).subspan(static_cast<size_t>(p.first), static_cast<size_t>(p.count));
+}
+
+double slip_speed(const FrictionState& friction, const FrictionPoint& p, const Model& model, const Work& work) {
+  double square = 0.0;
+  for (const FrictionPoint& other : group_of(friction, p)) square += std::pow(other.weight * rate_of(other, model, work), 2);
+  return std::sqrt(square);
+}
+
+// Speed along the direction of the last step.
+double slip_along(const FrictionState& friction, const FrictionPoint& p, const Model& model, const Work& work) {
+  double speed = 0.0;
+  for (const FrictionPoint& other : group_of(friction, p)) speed += other.along * other.weight * rate_of(other, model, work);
+  return speed;
+}
+
+// The group's slip starts, or goes on, along d.
+void aim(FrictionState& friction, const FrictionPoint& p, const VecX& d) {
+  Eigen::Index k = 0;
+  for (FrictionPoint& other : group_of(friction, p)) other.along = d[k++];
+}
+
+// Force of a sticking group on its surface, N.
+double held(const FrictionState& friction, const FrictionPoint& p) {
+  double square = 0.0;
+  for (const FrictionPoint& other : group_of(friction, p)) square += std::pow(other.hold / other.arm, 2);
+  return std::sqrt(square);
+}
+
+// Slower than this, m/s, a direction is rounding.
+constexpr double no_speed = 1e-13;
+
+// Friction force per newton of normal force, for points that do not stick.
+double factor(const FrictionState& friction, const FrictionPoint& p, const Model& model, const Work& work) {
+  if (p.phase == FrictionPhase::slip) {
+    const double speed = slip_speed(friction, p, model, work);
+    const double part = speed <= no_speed * std::max(friction.fastest, 1e-100) ? p.along
+                                                                              : std::copysign(1.0, slip_along(friction, p, model, work)) * p.weight * rate_of(p, model, work) / speed;
+    return -p.law.coefficient * p.arm * part;
+  }
+  if (p.phase != FrictionPhase::regularised) return -direction(p) * p.law.coefficient * p.arm;
+  const double w = p.weight * rate_of(p, model, work), v = *p.law.regularised, mu = p.law.coefficient;
+  const double slip = slip_speed(friction, p, model, work);
+  if (slip == 0.0) return 0.0;
+  return -(mu + (static_coefficient(p.law) - mu) * std::exp(-(slip / (5.0 * v)) * (slip / (5.0 * v)))) * p.arm * std::tanh(slip / v) * (w / slip);
+}
+
+double& force_of(const FrictionPoint& p, Work& work) { return work.parts[p.part].friction[p.rate]; }
+
+void accelerate(const Model& model, FrictionState& friction, Work& work) {
+  update_accelerations(model, work);
+  compute_reactions(model, work, friction.scratch);
+}
+
+// Normal forces that are reactions: R(f) = R0 + sum_j f_j R_j is linear in the friction forces f of the points that slip.
+void solve_reaction_friction(const Model& model, FrictionState& friction, Work& work) {
+  std::vector<int> slipping;
+  for (size_t k = 0; k < friction.points.size(); ++k)
+    if (friction.points[k].law.reaction && friction.points[k].phase != FrictionPhase::stick) slipping.push_back(static_cast<int>(k));
+  const Eigen::Index m = static_cast<Eigen::Index>(slipping.size());
+  for (int k : slipping) force_of(friction.points[k], work) = 0.0;
+  accelerate(model, friction, work);
+  if (m == 0) return;
+
+  std::vector<Vec3> none(m);
+  std::vector<std::vector<Vec3>> per(m, std::vector<Vec3>(m));
+  const auto reaction = [&](Eigen::Index i) { return reaction_force(friction.points[slipping[i]], model, friction); };
+  for (Eigen::Index i = 0; i < m; ++i) none[i] = reaction(i);
+  // A probe as large as the forces that are about to act keeps its digits.
+  for (Eigen::Index j = 0; j < m; ++j) {
+    const double probe = std::max(none[j].norm(), 1e-6 * model.mass);
+    force_of(friction.points[slipping[j]], work) = probe;
+    accelerate(model, friction, work);
+    for (Eigen::Index i = 0; i < m; ++i) per[i][j] = (reaction(i) - none[i]) / probe;
+    force_of(friction.points[slipping[j]], work) = 0.0;
+  }
+  // From none on: |R| is convex, so that Newton's steps from there come up to the least friction that fits, the one that a growing coefficient leads
+  // to, and do not jump over to another.
+  VecX f = VecX::Zero(m), c(m), residual(m);
+  for (Eigen::Index i = 0; i < m; ++i) {
+    const FrictionPoint& p = friction.points[slipping[i]];
+    c[i] = factor(friction, p, model, work);
+  }
+  MatX J(m, m);
+  double size = 0.0;
+  for (int iteration = 0;; ++iteration) {
+    size = 0.0;
+    for (Eigen::Index i = 0; i < m; ++i) {
+      Vec3 R = none[i];
+      for (Eigen::Index j = 0; j < m; ++j) R += f[j] * per[i][j];
+      const double N = R.norm();
+      residual[i] = f[i] - c[i] * N;
+      size = std::max({size, N, std::abs(f[i])});
+      for (Eigen::Index j = 0; j < m; ++j) J(i, j) = (i == j ? 1.0 : 0.0) - (N > 0.0 ? c[i] * R.dot(per[i][j]) / N : 0.0);
+    }
+    if (residual.cwiseAbs().maxCoeff() <= 1e-14 * size) break;
+    f -= J.partialPivLu().solve(residual);
+    bool wrong = !f.allFinite();
+    // Friction pulls against the slip; a solution with the other sign is no solution (Painleve's paradox).
+    if (iteration > 25)
+      for (Eigen::Index i = 0; i < m; ++i) wrong = wrong || f[i] * c[i] < 0.0 || residual.cwiseAbs().maxCoeff() > 1e-10 * size;
+    if (wrong)
+      throw SimulationError(fmt::format("joint '{}' jams at t = {:.6g} s: its friction and its reaction raise each other without limit; lower the coefficient or give "
+                                        "normal_force as a number", model.parts[friction.points[slipping.front()].part].joint.name, work.time));
+    if (iteration > 25) break;
+  }
+  for (Eigen::Index i = 0; i < m; ++i) force_of(friction.points[slipping[i]], work) = f[i];
+  accelerate(model, friction, work);
+}
+
+// Gives every cluster the locks of the points that stick, with the partition that goes with them.
+void renew_locks(const Model& model, const FrictionState& friction, Work& work) {
+  for (size_t c = 0; c < model.clusters.size(); ++c) {
+    ClusterWork& cw = work.clusters[c];
+    std::vector<int> locked(cw.locked.begin(), cw.locked.begin() + cw.carried);
+    std::vector<double> value(locked.size(), 0.0);
+    bool ours = false;
+    for (const FrictionPoint& p : friction.points) {
+      if (p.cluster != static_cast<int>(c)) continue;
+      ours = true;
+      if (p.phase != FrictionPhase::stick) continue;
+      const Part& part = model.parts[p.part];
+      locked.push_back(p.local);
+      value.push_back(part.joint.nq == part.joint.nv ? work.q[part.q0 + p.rate] : 0.0);
+    }
+    if (!ours) continue;
+    cw.locked = locked;
+    cw.lock_value = Eigen::Map<const VecX>(value.data(), static_cast<Eigen::Index>(value.size()));
+    cw.lock_rate.setZero(cw.lock_value.size());
+    cw.residual.resize(0);
+    cw.rate.resize(0);
+    cw.bias.resize(0);
+    cw.G.resize(0, 0);
+    if (locked.empty() && model.clusters[c].loops.empty()) {
+      // A tree has nothing to close.
+      cw.partition = {};
+      for (int k = 0; k < model.clusters[c].nv; ++k) cw.partition.ind.push_back(k);
+    } else {
+      cw.partition = choose_partition(model, static_cast<int>(c), work, false);
+    }
+  }
+  remove_massless_rates(model, work.w);
+  update_positions(model, work);
+  update_velocities(model, work);
+}
+
+// The direction in which a group starts to slip from rest: that of its acceleration, which friction opposes. Its locks are gone; other forces stay.
+void aim_breakaway(const Model& model, FrictionState& friction, FrictionPoint& lead, Work& work) {
+  const auto group = group_of(friction, lead);
+  const Eigen::Index n = lead.count;
+  const auto slip_acceleration = [&]() {
+    update_accelerations(model, work);
+    VecX a(n);
+    Eigen::Index k = 0;
+    for (const FrictionPoint& p : group) a[k++] = p.weight * work.wdot[model.parts[p.part].v0 + p.rate];
+    return a;
+  };
+  // Its normal force depends on the friction itself: a few rounds.
+  for (int round = 0; round < 20; ++round) {
+    update_friction_accelerations(model, friction, work);
+    const double force = lead.law.coefficient * lead.normal;
+    VecX before(n), d(n);
+    Eigen::Index k = 0;
+    for (const FrictionPoint& p : group) before[k++] = p.along;
+    if (force == 0.0) return;
+    for (FrictionPoint& p : group) force_of(p, work) = 0.0;
+    const VecX free = slip_acceleration();
+    MatX mobility(n, n);
+    for (k = 0; k < n; ++k) {
+      force_of(group[static_cast<size_t>(k)], work) = force * group[static_cast<size_t>(k)].arm;
+      mobility.col(k) = slip_acceleration() - free;
+      force_of(group[static_cast<size_t>(k)], work) = 0.0;
+    }
+    // |d| falls with lambda, from at least 1 at zero to below at |A F|.
+    double low = 0.0, high = free.norm();
+    for (int halving = 0; halving < 200 && high - low > 1e-16 * high; ++halving) {
+      const double lambda = 0.5 * (low + high);
+      d = (lambda * MatX::Identity(n, n) + mobility).partialPivLu().solve(free);
+      (d.norm() > 1.0 ? low : high) = lambda;
+    }
+    d = (high * MatX::Identity(n, n) + mobility).partialPivLu().solve(free).normalized();
+    aim(friction, lead, d);
+    if (!lead.law.reaction || (d - before).norm() <= 1e-12) return;
+  }
+}
+
+}  // namespace
+
+FrictionState make_friction(const Model& model, Work& work) {
+  FrictionState out;
+  for (size_t i = 0; i < model.parts.size(); ++i) {
+    const Part& part = model.parts[i];
+    if (!part.joint.friction || part.joint.nv == 0) continue;
+    work.parts[i].friction = VecX::Zero(part.joint.nv);
+    for (int k = 0; k < part.joint.nv; ++k) {
+      FrictionPoint p;
+      p.part = static_cast<int>(i);
+      p.rate = k;
+      p.cluster = part.cluster;
+      p.local = part.v0 + k - model.clusters[part.cluster].v0;
+      p.law = *part.joint.friction;
+      p.arm = rotary(part.joint.kind, k) ? p.law.radius : 1.0;
+      p.normal = p.law.normal_force;
+      const auto [from, count] = shared_slip(part.joint.kind, k);
+      p.phase = p.law.regularised ? FrictionPhase::regularised : count > 1 ? FrictionPhase::slip : FrictionPhase::forward;
+      p.first = static_cast<int>(out.points.size()) - k + from;
+      p.count = count;
+      if (part.joint.kind == JointKind::cylindrical && k == 1) p.weight = p.arm;
+      out.reactions = out.reactions || p.law.reaction;
+      out.points.push_back(p);
+    }
+  }
+  return out;
+}
+
+void update_friction_accelerations(const Model& model, FrictionState& friction, Work& work) {
+  bool sticking = false;
+  for (FrictionPoint& p : friction.points) {
+    sticking = sticking || p.phase == FrictionPhase::stick;
+    if (p.phase == FrictionPhase::stick) force_of(p, work) = 0.0;
+    else if (!p.law.reaction) force_of(p, work) = factor(friction, p, model, work) * p.law.normal_force;
+  }
+  if (friction.reactions) solve_reaction_friction(model, friction, work);
+  else update_accelerations(model, work);
+  if (friction.reactions)
+    for (FrictionPoint& p : friction.points)
+      if (p.law.reaction) p.normal = reaction_force(p, model, friction).norm();
+  if (!sticking) return;
+  // Multipliers of the locks.
+  for (size_t c = 0; c < model.clusters.size(); ++c) {
+    const ClusterWork& cw = work.clusters[c];
+    if (cw.locked.empty()) continue;
+    const VecX lambda = closure_multipliers(model, work, static_cast<int>(c));
+    const Eigen::Index loops = lambda.size() - static_cast<Eigen::Index>(cw.locked.size());
+    for (FrictionPoint& p : friction.points) {
+      if (p.cluster != static_cast<int>(c) || p.phase != FrictionPhase::stick) continue;
+      const auto at = std::find(cw.locked.begin(), cw.locked.end(), p.local);
+      p.hold = lambda[loops + (at - cw.locked.begin())];
+    }
+  }
+}
+
+void settle_friction(const Model& model, FrictionState& friction, const std::vector<int>& resting, Work& work, std::vector<std::string>& changes) {
+  std::vector<FrictionPhase> before;
+  before.reserve(friction.points.size());
+  for (FrictionPoint& p : friction.points) {
+    before.push_back(p.phase);
+    friction.fastest = std::max(friction.fastest, std::abs(rate_of(p, model, work)) * rate_scale(model, p.cluster, p.local));
+  }
+  const auto set_phase = [&](FrictionPoint& p, FrictionPhase phase) {
+    if (!grouped(p)) p.phase = phase;
+    else
+      for (FrictionPoint& other : group_of(friction, p)) other.phase = phase;
+  };
+  for (int k : resting)
+    if (friction.points[k].phase != FrictionPhase::regularised) set_phase(friction.points[k], FrictionPhase::stick);
+  for (size_t pass = 0; pass <= 3 * friction.points.size(); ++pass) {
+    renew_locks(model, friction, work);
+    // What comes to rest with the others (rates in proportion to one another) is settled with them.
+    bool more = false;
+    for (FrictionPoint& p : friction.points) {
+      if (pass > 0) break;
+      const double scale = rate_scale(model, p.cluster, p.local), rest = 1e-10 * friction.fastest;
+      const bool one = (p.phase == FrictionPhase::forward || p.phase == FrictionPhase::backward) && std::abs(rate_of(p, model, work)) * scale <= rest;
+      const bool all = p.phase == FrictionPhase::slip && leads(friction, p) && slip_speed(friction, p, model, work) * scale <= rest;
+      if (!one && !all) continue;
+      set_phase(p, FrictionPhase::stick);
+      more = true;
+    }
+    if (more) continue;
+    update_friction_accelerations(model, friction, work);
+    FrictionPoint* worst = nullptr;
+    double excess = 1.0;
+    for (FrictionPoint& p : friction.points) {
+      if (p.phase != FrictionPhase::stick || (grouped(p) && !leads(friction, p))) continue;
+      if (grouped(p)) {
+        // Locks that the rest of the mechanism already holds carry nothing; what it drives slips the way it is taken.
+        VecX a(p.count);
+        Eigen::Index k = 0;
+        for (const FrictionPoint& other : group_of(friction, p)) a[k++] = other.weight * work.wdot[model.parts[other.part].v0 + other.rate];
+        if (a.norm() > 1e-9 * std::max(work.wdot.cwiseAbs().maxCoeff(), 1.0)) {
+          set_phase(p, FrictionPhase::slip);
+          aim(friction, p, a.normalized());
+          worst = &p;
+          excess = -1.0;
+          break;
+        }
+        const double force = held(friction, p), ratio = force / std::max(static_coefficient(p.law) * p.normal, 1e-300);
+        if (force > 0.0 && ratio > (1.0 - 1e-9) * excess) excess = ratio, worst = &p;
+        continue;
+      }
+      const ClusterWork& cw = work.clusters[p.cluster];
+      const int row = closure_row_count(model, work, p.cluster) - static_cast<int>(cw.locked.end() - std::find(cw.locked.begin(), cw.locked.end(), p.local));
+      if (std::find(cw.partition.rows.begin(), cw.partition.rows.end(), row) == cw.partition.rows.end()) {
+        // Held or driven by the rest of the mechanism: driven, it slips the way it is taken.
+        const double a = work.wdot[model.parts[p.part].v0 + p.rate];
+        if (std::abs(a) <= 1e-9 * std::max(work.wdot.cwiseAbs().maxCoeff(), 1.0)) continue;
+        p.phase = a > 0.0 ? FrictionPhase::forward : FrictionPhase::backward;
+        worst = &p;
+        excess = -1.0;
+        break;
+      }
+      const double bound = static_coefficient(p.law) * p.normal * p.arm;
+      const double ratio = std::abs(p.hold) / std::max(bound, 1e-300);
+      // A force at its bound to rounding is let go: that is how sticking ends.
+      if (std::abs(p.hold) > 0.0 && ratio > (1.0 - 1e-9) * excess) excess = ratio, worst = &p;
+    }
+    if (!worst) break;
+    if (excess < 0.0) continue;
+    if (grouped(*worst)) {
+      VecX d(worst->count);
+      Eigen::Index k = 0;
+      for (const FrictionPoint& other : group_of(friction, *worst)) d[k++] = -other.hold / other.arm;
+      aim(friction, *worst, d.normalized());
+      set_phase(*worst, FrictionPhase::slip);
+      renew_locks(model, friction, work);
+      aim_breakaway(model, friction, *worst, work);
+    } else {
+      worst->phase = worst->hold < 0.0 ? FrictionPhase::forward : FrictionPhase::backward;
+    }
+  }
+  for (size_t k = 0; k < friction.points.size(); ++k) {
+    const FrictionPoint& p = friction.points[k];
+    if (p.phase == before[k] || (grouped(p) && !leads(friction, p))) continue;
+    const TreeJoint& joint = model.parts[p.part].joint;
+    changes.push_back(fmt::format("joint '{}'{} {}", joint.name,
+                                  joint.nv == 1 || joint.nv == p.count ? "" : p.count > 1 ? fmt::format(" (coordinates {} to {})", p.rate + 1, p.rate + p.count) : fmt::format(" (coordinate {})", p.rate + 1),
+                                  p.phase == FrictionPhase::stick ? "sticks" : before[k] == FrictionPhase::stick ? "slips" : "turns round"));
+  }
+}
+
+void follow_slip(const Model& model, FrictionState& friction, const Work& work, bool turn) {
+  for (FrictionPoint& p : friction.points) {
+    friction.fastest = std::max(friction.fastest, std::abs(rate_of(p, model, work)) * rate_scale(model, p.cluster, p.local));
+    if (p.phase != FrictionPhase::slip || !leads(friction, p)) continue;
+    const double speed = slip_speed(friction, p, model, work);
+    if (speed <= no_speed * friction.fastest || (!turn && slip_along(friction, p, model, work) <= 0.0)) continue;
+    VecX d(p.count);
+    Eigen::Index k = 0;
+    for (const FrictionPoint& other : group_of(friction, p)) d[k++] = other.weight * rate_of(other, model, work) / speed;
+    aim(friction, p, d);
+  }
+}
+
+bool slip_rests(const FrictionPoint& p, const FrictionState& friction, const Model& model, const Work& work) {
+  return slip_speed(friction, p, model, work) * rate_scale(model, p.cluster, p.local) <= std::max(friction.tolerance, 1e-9) * friction.fastest;
+}
+
+double friction_margin(const FrictionPoint& p, const FrictionState& friction, const Model& model, const Work& work) {
+  if (grouped(p)) {
+    if (!leads(friction, p)) return 1.0;
+    return p.phase == FrictionPhase::stick ? static_coefficient(p.law) * p.normal - held(friction, p) : slip_along(friction, p, model, work);
+  }
+  switch (p.phase) {
+    case FrictionPhase::stick: return static_coefficient(p.law) * p.normal * p.arm - std::abs(p.hold);
+    case FrictionPhase::forward: return rate_of(p, model, work);
+    case FrictionPhase::backward: return -rate_of(p, model, work);
+    default: return 1.0;
+  }
+}
+
+}  // namespace flexframe::sim

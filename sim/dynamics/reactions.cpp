@@ -1,0 +1,144 @@
+#include "sim/dynamics/reactions.h"
+
+#include "sim/base/eigen_solvers.h"
+#include "sim/dynamics/closure.h"
+#include "sim/dynamics/kinematics.h"
+
+#include <algorithm>
+
+namespace flexframe::sim {
+
+VecX closure_multipliers(const Model& model, Work& work, int cluster) {
+  ClusterWork& cw = work.clusters[cluster];
+  const Partition& part = cw.partition;
+  const int nd = static_cast<int>(part.dep.size()), rows = closure_row_count(model, work, cluster);
+  VecX all = VecX::Zero(rows);
+  if (nd == 0) return all;
+  // G_dep^T lambda = what is left of the dependent coordinates' equations.
+  const VecX left = cw.M * cw.wdot + cw.r + cw.Ib.transpose() * cw.base_A;
+  VecX rhs(nd);
+  for (int i = 0; i < nd; ++i) rhs[i] = left[part.dep[i]];
+  const VecX basic = cw.lu.transpose().solve(rhs);
+  for (int i = 0; i < nd; ++i) all[part.rows[i]] = basic[i];
+  return all;
+}
+
+namespace {
+
+// Wrenches of the loop joints of a cluster with the multipliers `all` of their rows, taken from what the parts need, then, leaves to root, those
+// of its tree joints: each supplies what its part and everything on it needs. What the cluster needs of its carrier comes back in `carrier`.
+void cluster_wrenches(const Model& model, const Work& work, int cluster, const VecX& all, std::vector<Vec6>& need, Reactions& out, Vec6& carrier) {
+  const Cluster& c = model.clusters[cluster];
+  carrier.setZero();
+  const auto take = [&](int frame, const Vec6& F) {
+    const int part = model.frames[frame].part;
+    if (part == ground) return;
+    const Vec6 on_part = wrench_to_parent(work.frames[frame].pose, F);
+    if (model.parts[part].cluster == cluster) need[part] -= on_part;
+    else carrier -= on_part;
+  };
+  int row = 0;
+  for (int l : c.loops) {
+    const Eigen::Index rows = static_cast<Eigen::Index>(model.loops[l].rows.size());
+    Vec6 on_a, on_b;
+    closure_wrench(model, work, cluster, l, all.segment(row, rows), on_a, on_b);
+    row += static_cast<int>(rows);
+    out.loop[l] = on_b;
+    take(model.loops[l].a, on_a);
+    take(model.loops[l].b, on_b);
+  }
+  for (size_t at = c.parts.size(); at-- > 0;) {
+    const int i = c.parts[at];
+    const Part& part = model.parts[i];
+    const Vec6 F = wrench_to_child(work.frames[part.joint.outboard].pose, need[i]);
+    out.part[i] = F;
+    if (part.parent == ground) continue;
+    const Vec6 back = wrench_to_parent(work.frames[part.joint.inboard].pose, wrench_to_parent(work.parts[i].joint.pose, F));
+    if (model.parts[part.parent].cluster == cluster) need[part.parent] += back;
+    else carrier += back;
+  }
+}
+
+// Reactions of a cluster's joints in newtons, one column of numbers: moments over the cluster's size.
+VecX in_newtons(const Model& model, int cluster, const Reactions& reactions) {
+  const Cluster& c = model.clusters[cluster];
+  VecX out(6 * (c.parts.size() + c.loops.size()));
+  Eigen::Index at = 0;
+  const auto add = [&](const Vec6& F) {
+    out.segment<3>(at) = F.head<3>();
+    out.segment<3>(at + 3) = F.tail<3>() / c.size;
+    at += 6;
+  };
+  for (int i : c.parts) add(reactions.part[i]);
+  for (int l : c.loops) add(reactions.loop[l]);
+  return out;
+}
+
+// Multipliers of states of self-stress, a column for each redundant row: they press the joints of the loop against one another and move nothing.
+MatX self_stresses(const Model& model, Work& work, int cluster) {
+  ClusterWork& cw = work.clusters[cluster];
+  const Partition& part = cw.partition;
+  const int nd = static_cast<int>(part.dep.size()), rows = closure_row_count(model, work, cluster), loop_rows = rows - static_cast<int>(cw.locked.size());
+  std::vector<int> redundant;
+  for (int r = 0; r < loop_rows; ++r)
+    if (std::find(part.rows.begin(), part.rows.end(), r) == part.rows.end()) redundant.push_back(r);
+  MatX out = MatX::Zero(rows, static_cast<Eigen::Index>(redundant.size()));
+  if (redundant.empty()) return out;
+  update_closure_matrix(model, cluster, work, true);
+  for (size_t k = 0; k < redundant.size(); ++k) {
+    const Eigen::Index column = static_cast<Eigen::Index>(k);
+    out(redundant[k], column) = 1.0;
+    if (nd == 0) continue;
+    VecX g(nd);
+    for (int d = 0; d < nd; ++d) g[d] = cw.G(redundant[k], part.dep[d]);
+    const VecX balance = cw.lu.transpose().solve(g);
+    for (int d = 0; d < nd; ++d) out(part.rows[d], column) -= balance[d];
+  }
+  return out;
+}
+
+}  // namespace
+
+void compute_reactions(const Model& model, Work& work, Reactions& out, bool minimum_norm) {
+  out.part.assign(model.parts.size(), Vec6::Zero());
+  out.loop.assign(model.loops.size(), Vec6::Zero());
+  // What each part needs beyond its loads, about its body frame.
+  std::vector<Vec6> need(model.parts.size());
+  for (size_t i = 0; i < model.parts.size(); ++i) {
+    const PartWork& p = work.parts[i];
+    need[i] = p.terms.Mrr * p.A + p.terms.cr - p.load;
+    if (p.qdd.size() > 0) need[i] += p.terms.Mre * p.qdd;
+  }
+  for (size_t k = model.clusters.size(); k-- > 0;) {
+    const int cluster = static_cast<int>(k);
+    const Cluster& c = model.clusters[k];
+    VecX all;
+    if (!c.loops.empty()) all = closure_multipliers(model, work, cluster);
+    const MatX stress = minimum_norm && !c.loops.empty() ? self_stresses(model, work, cluster) : MatX();
+    Vec6 carrier;
+    if (stress.cols() > 0) {
+      // The share of each state of self-stress that leaves the least sum of squares in all joints of the cluster.
+      std::vector<Vec6> at = need;
+      cluster_wrenches(model, work, cluster, all, at, out, carrier);
+      const VecX loaded = in_newtons(model, cluster, out);
+      MatX pressed(loaded.size(), stress.cols());
+      for (Eigen::Index s = 0; s < stress.cols(); ++s) {
+        std::fill(at.begin(), at.end(), Vec6::Zero());
+        cluster_wrenches(model, work, cluster, stress.col(s), at, out, carrier);
+        pressed.col(s) = in_newtons(model, cluster, out);
+      }
+      all -= stress * least_squares(pressed, loaded);
+    }
+    cluster_wrenches(model, work, cluster, all, need, out, carrier);
+    if (c.parent != ground) need[c.parent] += carrier;
+  }
+}
+
+double motion_power(const Model& model, const Work& work, const Reactions& reactions) {
+  double power = 0.0;
+  for (size_t i = 0; i < model.parts.size(); ++i)
+    if (model.parts[i].joint.motion >= 0) power += reactions.part[i].dot(work.parts[i].joint.W);
+  return power;
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,558 @@
+#include "sim/model/bodies.h"
+
+#include "sim/base/eigen_solvers.h"
+#include "sim/base/small_matrices.h"
+#include "sim/base/words.h"
+#include "sim/bodies/beam.h"
+#include "sim/bodies/beam_terms.h"
+#include "sim/bodies/normal_modes.h"
+#include "sim/bodies/sid.h"
+#include "sim/bodies/state_space.h"
+#include "sim/model/effects.h"
+#include "sim/model/joint_motion.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+namespace flexframe::sim {
+namespace {
+
+// Pieces of a beam along x: one for finite-element and modal beams, the volumes of a mixed one, the rigid pieces of a lumped one.
+int piece_count(const BeamDef& beam) {
+  if (beam.model == BeamModel::lumped) return beam.elements + 1;
+  return beam.model == BeamModel::mixed ? beam.volumes : 1;
+}
+
+// Where a piece begins, m. Lumped: halves at the ends, cut at the elements' middles.
+double piece_start(const BeamDef& beam, int k) {
+  if (beam.model == BeamModel::lumped) return k == 0 ? 0.0 : (k - 0.5) * (beam.length / beam.elements);
+  return k * beam.length / piece_count(beam);
+}
+
+// Part of a body that carries x/L = s, and s within that part. At a seam of volumes the piece before it is meant, of lumped pieces the
+// one after it (as make_lumped_beam has it).
+std::pair<int, double> locate(const BeamDef& beam, double s) {
+  const int pieces = piece_count(beam);
+  if (beam.model == BeamModel::lumped) {
+    int k = 0;
+    while (k + 1 < pieces && s * beam.length >= piece_start(beam, k + 1)) ++k;
+    return {k, 0.0};
+  }
+  const double at = s * pieces;
+  const int k = std::clamp(static_cast<int>(std::ceil(at)) - 1, 0, pieces - 1);
+  return {k, at - k};
+}
+
+int part_of(const Model& model, int body, int piece) {
+  for (size_t i = 0; i < model.parts.size(); ++i)
+    if (model.parts[i].scene_body == body && model.parts[i].piece == piece) return static_cast<int>(i);
+  return -1;
+}
+
+std::string frame_list(const BodyDef& body) {
+  std::vector<std::string> names;
+  if (const auto* rigid = std::get_if<RigidDef>(&body.kind)) {
+    for (const auto& [name, position] : rigid->frames) names.push_back(name);
+    if (names.empty()) return "no frames but its own";
+  } else if (const auto* beam = std::get_if<BeamDef>(&body.kind)) {
+    names = {"root", "tip"};
+    for (const auto& [name, s] : beam->frames) names.push_back(name);
+  } else if (const auto* space = std::get_if<StateSpaceDef>(&body.kind)) {
+    for (const auto& [name, position] : space->rigid.frames) names.push_back(name);
+  }
+  return list_words(names);
+}
+
+// Definition of one piece of a finite-element, modal or mixed beam: its share of the length, and the named frames that lie in it. A
+// volume has the damping of the whole beam.
+BeamDef piece_of(const BeamDef& beam, int k, double time_constant) {
+  BeamDef out = beam;
+  const int pieces = piece_count(beam);
+  out.length = beam.length / pieces;
+  out.model = beam.model == BeamModel::mixed ? (beam.modes.empty() ? BeamModel::finite_element : BeamModel::modal) : beam.model;
+  if (beam.model == BeamModel::mixed) {
+    out.damping = {};
+    out.damping.stiffness = time_constant;
+  }
+  out.frames.clear();
+  for (const auto& [name, s] : beam.frames) {
+    const auto [piece, local] = locate(beam, s);
+    if (piece == k) out.frames[name] = local;
+  }
+  return out;
+}
+
+FlexibleBody rigid_body(const RigidDef& def) {
+  FlexibleBody body;
+  body.mass = def.mass;
+  const Vec3& c = def.centre_of_mass;
+  body.md0 = def.mass * c;
+  body.J0 = def.inertia;
+  const double cc = c.squaredNorm();
+  body.J0[0] += def.mass * (cc - c.x() * c.x());
+  body.J0[1] += def.mass * (cc - c.y() * c.y());
+  body.J0[2] += def.mass * (cc - c.z() * c.z());
+  body.J0[3] -= def.mass * c.x() * c.y();
+  body.J0[4] -= def.mass * c.x() * c.z();
+  body.J0[5] -= def.mass * c.y() * c.z();
+  return body;
+}
+
+// Where joints and loads take hold of a body. A hinge in a scene that moves in its plane passes on no moment unless something drives or brakes it.
+std::vector<HeldPoint> held_points(const Scene& scene, const std::string& body, bool planar) {
+  std::vector<HeldPoint> out;
+  const auto hold = [&](const FrameRef& f, bool force, bool moment, bool load) {
+    if (f.body == body && (force || moment)) out.push_back({f.frame.empty() ? "root" : f.frame, force, moment, load});
+  };
+  for (const JointDef& j : scene.joints) {
+    const bool driven = !j.motion.empty() || j.motion_table || j.spring || j.friction || j.stop;
+    const bool free_to_turn = j.kind == JointKind::spherical || j.kind == JointKind::point_on_line || j.kind == JointKind::point_on_plane ||
+                              j.kind == JointKind::distance || (planar && (j.kind == JointKind::revolute || j.kind == JointKind::planar));
+    for (const FrameRef* f : {&j.parent, &j.child}) {
+      hold(*f, true, !free_to_turn, false);
+      hold(*f, false, driven && free_to_turn, true);
+    }
+  }
+  for (const ForceDef& f : scene.forces) {
+    if (f.kind == ForceKind::distributed) continue;
+    const bool force = f.kind != ForceKind::torque, moment = f.kind == ForceKind::torque || f.kind == ForceKind::bushing;
+    hold(f.on, force, moment, true);
+    if (f.kind == ForceKind::spring_damper || f.kind == ForceKind::bushing) hold(f.from, force, moment, true);
+  }
+  return out;
+}
+
+// Blocks of effects that a body goes without.
+void leave_out(const std::vector<std::string>& without, FlexibleBody& body) {
+  for (const std::string& effect : without) {
+    if (effect == "gyroscopic") {
+      // Inertia and angular momentum as of the undeformed body; the forces follow from the kinetic energy, so that it is still kept.
+      body.J1.setZero();
+      body.axis = {};
+      for (MatX& b : body.J2) b.resize(0, 0);
+      for (MatX& b : body.Cr1) b.resize(0, 0);
+    } else if (effect == "stiffening") {
+      body.axis = {};
+      for (MatX& b : body.md2) b.resize(0, 0);
+      for (MatX& b : body.J2) b.resize(0, 0);
+      for (FlexibleNode& node : body.nodes)
+        for (MatX& b : node.phi2) b.resize(0, 0);
+    } else if (effect == "damping") {
+      body.De.resize(0, 0);
+    }
+  }
+}
+
+// Bodies and elastic coordinates behind the effects.
+void complete_effects(Model& model, const Scene& scene) {
+  for (EffectState& s : model.effects) {
+    for (size_t b = 0; b < scene.bodies.size(); ++b)
+      if (s.owner == scene.bodies[b].name) s.body = static_cast<int>(b);
+    if (!std::holds_alternative<BeamDef>(scene.bodies[static_cast<size_t>(s.body)].kind)) continue;
+    for (const Part& p : model.parts)
+      for (int k = 0; p.scene_body == s.body && k < p.body.n; ++k) s.coordinates += s.effect == direction_names[coordinate_direction(p.body, k)];
+  }
+}
+
+// The frames that the boundary's frame is found from.
+void add_shown_frames(Model& model, Boundary boundary, Part& part) {
+  part.shown.boundary = boundary;
+  const int index = static_cast<int>(&part - model.parts.data());
+  for (const char* end : {"root", "tip"}) {
+    model.frames.push_back(FramePoint{index, -1, {}, end, part.name + "." + end});
+    (end[0] == 'r' ? part.shown.root : part.shown.tip) = static_cast<int>(model.frames.size()) - 1;
+  }
+}
+
+// A finite-element beam for the equations of motion: same elements, frame on the mean axes, eigenmodes as coordinates.
+//
+// Boundaries that only place the frame (clamped-free, supported-supported, supported-free, free-free) span the same deformations.
+// On the mean axes frame and deformation are decoupled in the kinetic energy, which keeps the mass matrix of second order positive
+// definite; in a frame clamped to the root of a hinged beam it is not, since the elements nearly contain the frame's rotation.
+void make_fe_part(Model& model, const BeamDef& beam, const BeamEffects& effects, const std::vector<HeldPoint>& held, Part& part) {
+  auto made = std::make_unique<FeBeam>(beam, effects);
+  part.body = made->linear();
+  if (part.body.n == 0) return;
+  const bool frame_only = beam.boundary == Boundary::clamped_free || beam.boundary == Boundary::supported_supported ||
+                          beam.boundary == Boundary::supported_free || beam.boundary == Boundary::free_free;
+  // The change of coordinates costs n^3 a node; a beam of more than 150 coordinates keeps its elements' ones, unless few modes are asked for.
+  const bool modes = part.body.n <= 150 || beam.keep_modes;
+  MatX V = MatX::Identity(part.body.n, part.body.n), P = V;
+  const MatX Me = part.body.Me, Ke = part.body.Ke;
+  if (frame_only && beam.boundary != Boundary::free_free) {
+    BeamDef mean = beam;
+    mean.boundary = Boundary::free_free;
+    const FlexibleBody named = part.body;
+    made = std::make_unique<FeBeam>(mean, effects);
+    part.body = made->linear();
+    P = same_deformation(part.body, named);
+    // The damping that the scene asks for is that of its boundary's modes.
+    if (named.De.size() > 0) {
+      const MatX back = solve_square(P, MatX::Identity(P.rows(), P.cols()));
+      part.body.De = back.transpose() * named.De * back;
+    }
+    part.shown.differs = true;
+  }
+  if (modes) part.body = to_normal_modes(part.body, V);
+  if (modes && beam.keep_modes) {
+    std::vector<HeldPoint> points = held;
+    if (!beam.keep_static) std::erase_if(points, [](const HeldPoint& p) { return p.load; });
+    if (part.body.De.size() > 0 && frame_only) {
+      // Damping of the boundary's modes is felt there as a reaction, whatever holds the beam in the scene.
+      points.push_back({"root", true, beam.boundary == Boundary::clamped_free, true});
+      if (beam.boundary != Boundary::clamped_free) points.push_back({"tip", true, false, true});
+    }
+    part.body = keep_lowest(part.body, *beam.keep_modes, points, V);
+    if (part.body.De.size() > 0) {
+      // The damping of the boundary's modes as the coordinates kept make them. The whole beam's, projected, would hold back the kept
+      // coordinates by rates that the others could follow: it converged with the number of modes only.
+      const MatX X = solve_square(P, V);
+      part.body.De = beam::damping_matrix(beam.damping, X.transpose() * Me * X, X.transpose() * Ke * X);
+    }
+  }
+  if (modes) made->add_second_order(V, part.body);
+  else made->add_second_order(part.body);
+  if (part.body.n == 0) {
+    part.shown = {};
+    return;
+  }
+  part.shown.coordinates = solve_square(P, V);
+  add_shown_frames(model, beam.boundary, part);
+}
+
+// A volume of a mixed beam with modes: on its mean axes too, in its eigenmodes.
+void make_modal_volume_part(Model& model, const BeamDef& beam, const BeamEffects& effects, Part& part) {
+  part.body = make_modal_volume(beam, effects);
+  if (part.body.n == 0) return;
+  MatX V;
+  part.body = to_normal_modes(part.body, V);
+  part.shown.differs = true;
+  add_shown_frames(model, beam.boundary, part);
+}
+
+// Drops the second-order blocks that a motion in the plane with this normal (body axes, y or z) never sees: the body turns about the
+// normal only and stays in the plane.
+void keep_plane(const Vec3& normal, bool complete, FlexibleBody& body) {
+  const int n = std::abs(normal.z()) > std::abs(normal.y()) ? 2 : 1;
+  if (!complete) body.axis = {};
+  for (int a = 0; a < 3; ++a) {
+    if (a == n) body.md2[a].resize(0, 0);
+    if (a != n) body.Cr1[a].resize(0, 0);
+  }
+  // Tensor elements xx yy zz xy xz yz: only the one about the normal.
+  for (int s = 0; s < 6; ++s)
+    if (s != n) body.J2[s].resize(0, 0);
+  for (FlexibleNode& node : body.nodes) node.phi2[n].resize(0, 0);
+}
+
+// Adds the scene's damping to a modal body's own: Rayleigh, and ratios of its eigenmodes (the last one holds for all further modes).
+void add_modal_damping(const Damping& damping, FlexibleBody& body) {
+  if (body.n == 0 || (damping.ratio.empty() && damping.mass == 0.0 && damping.stiffness == 0.0)) return;
+  if (body.De.size() == 0) body.De = MatX::Zero(body.n, body.n);
+  body.De += damping.mass * body.Me + damping.stiffness * body.Ke;
+  if (damping.ratio.empty()) return;
+  const GeneralizedEigen eigen(body.Ke, body.Me);
+  for (int k = 0; k < body.n; ++k) {
+    const double zeta = damping.ratio[std::min<size_t>(k, damping.ratio.size() - 1)];
+    const VecX p = body.Me * eigen.eigenvectors().col(k);
+    body.De += 2.0 * zeta * std::sqrt(std::max(0.0, eigen.eigenvalues()[k])) * p * p.transpose();
+  }
+}
+
+// Orientation of every body at the start, joints at their initial values.
+std::vector<Mat3> start_orientation(const Model& model, const Scene& scene, const std::vector<int>& order) {
+  std::vector<Mat3> part(model.parts.size(), Mat3::Identity()), body(scene.bodies.size(), Mat3::Identity());
+  for (int i : order) {
+    const Part& p = model.parts[i];
+    std::vector<double> q(8, 0.0);
+    zero_coordinates(p.joint.kind, q.data());
+    if (p.joint.scene_joint >= 0 && position_count(p.joint.kind) == 1) {
+      const JointDef& def = scene.joints[p.joint.scene_joint];
+      if (def.initial.value && def.initial.value->size() == 1) q[0] = def.initial.value->front();
+    }
+    JointMotion motion;
+    update_joint_position(p.joint, q.data(), motion);
+    const Mat3 carrier = p.parent == ground ? Mat3(Mat3::Identity()) : part[p.parent];
+    part[i] = carrier * model.frames[p.joint.inboard].offset.R * motion.pose.R * model.frames[p.joint.outboard].offset.R.transpose();
+    if (p.scene_body >= 0) body[p.scene_body] = part[i];
+  }
+  return body;
+}
+
+}  // namespace
+
+std::vector<ChainJoint> make_parts(Model& model, const Scene& scene) {
+  std::vector<ChainJoint> inner;
+  for (size_t b = 0; b < scene.bodies.size(); ++b) {
+    const BodyDef& def = scene.bodies[b];
+    const auto* beam = std::get_if<BeamDef>(&def.kind);
+    const int pieces = beam ? piece_count(*beam) : 1;
+    for (int k = 0; k < pieces; ++k) {
+      Part part;
+      part.name = pieces > 1 ? fmt::format("{}[{}]", def.name, k) : def.name;
+      part.scene_body = static_cast<int>(b);
+      part.piece = k;
+      if (beam) part.rest_in_body.p.x() = piece_start(*beam, k);
+      if (const auto* rigid = std::get_if<RigidDef>(&def.kind)) part.body = rigid_body(*rigid);
+      if (const auto* space = std::get_if<StateSpaceDef>(&def.kind)) {
+        try {
+          part.body = make_state_space_body(*space, rigid_body(space->rigid));
+        } catch (const InputError& error) {
+          throw InputError(fmt::format("{}:{}: body '{}': {}", scene.file.string(), def.line, def.name, error.what()));
+        }
+      }
+      model.parts.push_back(part);
+      if (k == 0) continue;
+      const int here = static_cast<int>(model.parts.size()) - 1;
+      ChainJoint j;
+      model.frames.push_back(FramePoint{here - 1, -1, {}, "tip", model.parts[here - 1].name + ".tip"});
+      j.frame_a = static_cast<int>(model.frames.size()) - 1;
+      model.frames.push_back(FramePoint{here, -1, {}, "root", part.name + ".root"});
+      j.frame_b = static_cast<int>(model.frames.size()) - 1;
+      j.joint.name = part.name + " (seam)";
+      j.joint.kind = JointKind::weld;
+      if (beam->model == BeamModel::lumped) j.joint.link = k - 1;
+      inner.push_back(j);
+    }
+  }
+  return inner;
+}
+
+FramePoint find_frame(const Model& model, const Scene& scene, int body, const std::string& frame, const std::string& where) {
+  const BodyDef& def = scene.bodies[body];
+  FramePoint f;
+  f.part = part_of(model, body, 0);
+  f.name = frame.empty() ? def.name : def.name + "." + frame;
+  const auto fail = [&]() {
+    throw InputError(fmt::format("{}: '{}' is no frame of '{}'; it has {}", where, frame, def.name, frame_list(def)));
+  };
+  if (const auto* rigid = std::get_if<RigidDef>(&def.kind)) {
+    if (frame.empty()) return f;
+    const auto at = rigid->frames.find(frame);
+    if (at == rigid->frames.end()) fail();
+    f.offset.p = at->second;
+    return f;
+  }
+  if (const auto* beam = std::get_if<BeamDef>(&def.kind)) {
+    if (frame.empty() || frame == "root") {
+      f.node_name = "root";
+      return f;
+    }
+    if (frame == "tip") {
+      f.part = part_of(model, body, piece_count(*beam) - 1);
+      f.node_name = "tip";
+      return f;
+    }
+    if (const auto at = beam->frames.find(frame); at != beam->frames.end()) {
+      f.part = part_of(model, body, locate(*beam, at->second).first);
+      f.node_name = frame;
+      return f;
+    }
+    if (frame.rfind("node[", 0) == 0 && frame.back() == ']') {
+      const std::string digits = frame.substr(5, frame.size() - 6);
+      const bool number = !digits.empty() && digits.size() < 7 && std::all_of(digits.begin(), digits.end(), [](char c) { return c >= '0' && c <= '9'; });
+      const int nodes = piece_count(*beam) * beam->elements;
+      const int most = beam->model == BeamModel::lumped ? beam->elements : nodes;
+      const bool has_nodes = beam->model != BeamModel::modal && (beam->model != BeamModel::mixed || beam->modes.empty());
+      if (number && has_nodes && std::stoi(digits) <= most) {
+        const int k = std::stoi(digits);
+        if (beam->model == BeamModel::lumped) {
+          f.part = part_of(model, body, k);
+          f.node_name = "node[0]";
+          return f;
+        }
+        const int piece = std::clamp((k + beam->elements - 1) / beam->elements - 1, 0, piece_count(*beam) - 1);
+        f.part = part_of(model, body, piece);
+        f.node_name = fmt::format("node[{}]", k - piece * beam->elements);
+        return f;
+      }
+    }
+    fail();
+  }
+  if (frame.empty()) return f;
+  if (const auto* space = std::get_if<StateSpaceDef>(&def.kind); space && !space->rigid.frames.contains(frame)) fail();
+  f.node_name = frame;
+  return f;
+}
+
+namespace {
+
+// Joints inside a lumped beam: rotation vectors about the axes in which it bends and twists.
+void set_link_joints(Model& model, int body, const BeamLinks& links) {
+  const int free = links.free[0] + links.free[1] + links.free[2];
+  for (Part& part : model.parts) {
+    TreeJoint& j = part.joint;
+    if (part.scene_body != body || j.link < 0) continue;
+    j.kind = free == 3 ? JointKind::flexure : free == 2 ? JointKind::flexure_pair : free == 1 ? JointKind::revolute : JointKind::weld;
+    for (int a = 0; a < 3; ++a)
+      if (free < 3 && links.free[static_cast<size_t>(a)] == (free == 1)) j.axis = Vec3::Unit(a);
+    j.nq = position_count(j.kind);
+    j.nv = rate_count(j.kind);
+  }
+}
+
+// The springs of a lumped beam; parts keep their order until the clusters are numbered.
+void add_flexure(Model& model, int body, const BeamDef& beam, const BeamLinks& links) {
+  if (!links.free[0] && !links.free[1] && !links.free[2]) return;
+  Flexure f;
+  f.scene_body = body;
+  f.links = links;
+  f.parts.assign(static_cast<size_t>(beam.elements), -1);
+  for (size_t i = 0; i < model.parts.size(); ++i)
+    if (model.parts[i].scene_body == body && model.parts[i].joint.link >= 0) f.parts[model.parts[i].joint.link] = static_cast<int>(i);
+  f.length = beam.length;
+  f.mass_per_length = beam.material.density * beam.section.area;
+  f.polar_inertia = beam.material.density * (beam.section.iy + beam.section.iz);
+  model.flexures.push_back(std::move(f));
+}
+
+}  // namespace
+
+void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order) {
+  const std::vector<Mat3> orientation = start_orientation(model, scene, order);
+  const Vec3 normal = plane_normal(scene, orientation);
+  EffectDecision decision;
+  BeamChain lumped;
+  double time_constant = 0.0;
+  for (Part& part : model.parts) {
+    if (part.scene_body < 0) continue;  // a massless link of a loop
+    const BodyDef& def = scene.bodies[part.scene_body];
+    const int k = part.piece;
+    if (const auto* beam = std::get_if<BeamDef>(&def.kind)) {
+      try {
+        if (k == 0) {
+          decision = decide_effects(def, *beam, orientation[part.scene_body].transpose() * normal, attachment_count(scene, def.name));
+          decision.effects.complete = beam->complete_inertia;
+          model.notes.insert(model.notes.end(), decision.why.begin(), decision.why.end());
+          model.effects.insert(model.effects.end(), decision.states.begin(), decision.states.end());
+          const bool chain = beam->model == BeamModel::mixed || beam->model == BeamModel::lumped;
+          if (chain && beam->damping.ratio.size() > 1)
+            model.notes.push_back(fmt::format("body '{}': a beam of several bodies has one damping ratio, that of its first mode; the others are not used", def.name));
+          if (const std::string note = beam_validity_note(*beam, decision.effects); !note.empty())
+            model.notes.push_back(fmt::format("body '{}': {}", def.name, note));
+          time_constant = chain ? chain_time_constant(*beam, decision.effects) : 0.0;
+          if (beam->model == BeamModel::lumped) {
+            lumped = make_lumped_beam(*beam, decision.effects);
+            set_link_joints(model, part.scene_body, lumped.links);
+            add_flexure(model, part.scene_body, *beam, lumped.links);
+          }
+        }
+        if (beam->model == BeamModel::lumped) {
+          part.body = std::move(lumped.pieces[static_cast<size_t>(k)].body);
+        } else {
+          const BeamDef one = piece_of(*beam, k, time_constant);
+          if (one.model == BeamModel::modal && beam->model == BeamModel::mixed) make_modal_volume_part(model, one, decision.effects, part);
+          else if (one.model == BeamModel::modal) part.body = make_modal_beam(one, decision.effects);
+          else make_fe_part(model, one, decision.effects, held_points(scene, def.name, !normal.isZero(0.0)), part);
+        }
+      } catch (const InputError& error) {
+        throw InputError(fmt::format("{}:{}: body '{}': {}", scene.file.string(), def.line, def.name, error.what()));
+      }
+      if (!normal.isZero(0.0)) keep_plane(orientation[part.scene_body].transpose() * normal, beam->complete_inertia, part.body);
+      leave_out(beam->effects.without, part.body);
+      part.load_factor = beam->length / piece_count(*beam) / part.body.mass;
+      if (beam->model == BeamModel::lumped) part.load_factor = 1.0 / (beam->material.density * beam->section.area);
+    } else if (const auto* modal = std::get_if<ModalDef>(&def.kind)) {
+      const SidReading sid = read_sid(modal->file);
+      model.notes.insert(model.notes.end(), sid.notes.begin(), sid.notes.end());
+      part.body = to_flexible_body(sid.file, modal->file.string(), &model.notes);
+      add_modal_damping(modal->damping, part.body);
+      const std::vector<EffectState> states = modal_effects(def, *modal, part.body);
+      leave_out(modal->effects.without, part.body);
+      model.effects.insert(model.effects.end(), states.begin(), states.end());
+    }
+  }
+  complete_effects(model, scene);
+  for (size_t f = 0; f < model.frames.size(); ++f) resolve_node(model, scene.file.string(), static_cast<int>(f));
+}
+
+void resolve_node(Model& model, const std::string& where, int frame) {
+  FramePoint& f = model.frames[frame];
+  if (f.part == ground || f.node_name.empty()) return;
+  const std::vector<FlexibleNode>& nodes = model.parts[f.part].body.nodes;
+  for (size_t i = 0; i < nodes.size(); ++i)
+    if (nodes[i].name == f.node_name) f.node = static_cast<int>(i);
+  if (f.node >= 0) return;
+  std::vector<std::string> names;
+  names.reserve(nodes.size());
+  for (const FlexibleNode& node : nodes) names.push_back(node.name);
+  throw InputError(fmt::format("{}: '{}' is no frame of '{}'; it has {}", where, f.node_name, model.parts[f.part].name, list_words(names, 12)));
+}
+
+namespace {
+
+// Visits a body's coordinates in the scene's order: (part, first coordinate in q_all or w_all, how many there, how many the scene
+// counts: more where only some modes are kept).
+template <class Visit>
+void visit_coordinates(const Model& model, int body, bool rates, const Visit& visit) {
+  const Flexure* flexure = nullptr;
+  for (const Flexure& f : model.flexures)
+    if (f.scene_body == body) flexure = &f;
+  const std::vector<int>& pieces = model.pieces[body];
+  for (size_t k = 0; k < pieces.size(); ++k) {
+    if (flexure && k > 0) {
+      const Part& link = model.parts[flexure->parts[k - 1]];
+      visit(link, rates ? link.v0 : link.q0, link.joint.nv, link.joint.nv, false);
+    }
+    const Part& part = model.parts[pieces[k]];
+    const int counted = part.shown.coordinates.size() > 0 ? static_cast<int>(part.shown.coordinates.rows()) : part.body.n;
+    if (part.body.n > 0) visit(part, rates ? part.ev0 : part.eq0, part.body.n, counted, part.shown.coordinates.size() > 0);
+  }
+}
+
+}  // namespace
+
+int coordinate_count(const Model& model, int body) {
+  int n = 0;
+  visit_coordinates(model, body, false, [&](const Part&, int, int, int counted, bool) { n += counted; });
+  return n;
+}
+
+void body_coordinates(const Model& model, int body, const VecX& all, bool rates, double* out) {
+  visit_coordinates(model, body, rates, [&](const Part& part, int first, int count, int counted, bool mapped) {
+    if (mapped) multiply(part.shown.coordinates, all.data() + first, out);
+    else std::copy_n(all.data() + first, count, out);
+    out += counted;
+  });
+}
+
+VecX body_coordinates(const Model& model, int body, const VecX& all, bool rates) {
+  VecX out(coordinate_count(model, body));
+  body_coordinates(model, body, all, rates, out.data());
+  return out;
+}
+
+void set_body_coordinates(const Model& model, int body, const VecX& given, VecX& all, bool rates) {
+  Eigen::Index at = 0;
+  visit_coordinates(model, body, rates, [&](const Part& part, int first, int count, int counted, bool mapped) {
+    // Fewer modes than coordinates: the nearest shape that they can make.
+    if (mapped) all.segment(first, count) = least_squares(part.shown.coordinates, VecX(given.segment(at, counted)));
+    else all.segment(first, count) = given.segment(at, count);
+    at += counted;
+  });
+}
+
+double part_size(const Model& model, int part) {
+  const FlexibleBody& body = model.parts[part].body;
+  double size = 0.0;
+  if (!body.nodes.empty()) {
+    Eigen::AlignedBox3d box;
+    for (const FlexibleNode& node : body.nodes) box.extend(node.origin);
+    size = box.diagonal().norm();
+  }
+  for (const FramePoint& f : model.frames)
+    if (f.part == part) size = std::max(size, f.offset.p.norm());
+  return size;
+}
+
+Pose rest_pose(const Model& model, int frame) {
+  const FramePoint& f = model.frames[frame];
+  if (f.part == ground || f.node < 0) return f.offset;
+  const FlexibleNode& node = model.parts[f.part].body.nodes[f.node];
+  return compose({node.rotation, node.origin}, f.offset);
+}
+
+}  // namespace flexframe::sim

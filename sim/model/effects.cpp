@@ -1,0 +1,242 @@
+#include "sim/model/effects.h"
+
+#include "sim/model/joint_motion.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <tuple>
+
+namespace flexframe::sim {
+namespace {
+
+// Directions count as parallel or normal to rounding of what a person types (1e-9).
+constexpr double aligned = 1e-9;
+bool parallel(const Vec3& a, const Vec3& b) { return a.cross(b).norm() <= aligned * std::max(1.0, a.norm()); }
+bool normal(const Vec3& a, const Vec3& b) { return std::abs(a.dot(b)) <= aligned * std::max(1.0, a.norm()); }
+
+int body_index(const Scene& scene, const std::string& name) {
+  for (size_t i = 0; i < scene.bodies.size(); ++i)
+    if (scene.bodies[i].name == name) return static_cast<int>(i);
+  return -1;
+}
+
+bool has(const std::vector<std::string>& list, std::string_view name) { return std::find(list.begin(), list.end(), name) != list.end(); }
+
+bool planar_about(const Scene& scene, const std::vector<Mat3>& orientation, const Vec3& n) {
+  if (!normal(scene.simulation.gravity, n)) return false;
+  const auto frame_axes = [&](const FrameRef& ref) {
+    const int b = body_index(scene, ref.body);
+    return b < 0 ? Mat3(Mat3::Identity()) : orientation[b];
+  };
+  std::vector<char> held(scene.bodies.size(), 0);
+  for (const JointDef& j : scene.joints) {
+    const Vec3 a = frame_axes(j.parent) * rotation_exp(j.rotation) * j.axis;
+    switch (j.kind) {
+      case JointKind::weld: break;
+      case JointKind::revolute: case JointKind::planar:
+        if (!parallel(a, n)) return false;
+        break;
+      case JointKind::prismatic: case JointKind::point_on_line: case JointKind::point_on_plane:
+        if (!normal(a, n)) return false;
+        break;
+      case JointKind::distance: break;
+      default: return false;
+    }
+    if (is_tree_kind(j.kind)) {
+      const int b = body_index(scene, j.child.body);
+      if (b >= 0) held[b] = 1;
+      const int p = body_index(scene, j.parent.body);
+      if (p >= 0 && j.child.body == "ground") held[p] = 1;
+    }
+  }
+  // A body without a joint is free to leave the plane.
+  if (std::find(held.begin(), held.end(), 0) != held.end()) return false;
+  for (const ForceDef& f : scene.forces) {
+    if (f.kind == ForceKind::bushing || f.kind == ForceKind::spring_damper) return false;
+    const Vec3 d = f.follower ? Vec3(frame_axes(f.on) * f.direction) : f.direction;
+    if (f.kind == ForceKind::torque ? !parallel(d, n) : !normal(d, n)) return false;
+  }
+  for (size_t i = 0; i < scene.bodies.size(); ++i) {
+    // Its matrices may move it anywhere.
+    if (std::holds_alternative<StateSpaceDef>(scene.bodies[i].kind)) return false;
+    const auto* beam = std::get_if<BeamDef>(&scene.bodies[i].kind);
+    if (!beam) continue;
+    const Vec3 local = orientation[i].transpose() * n;
+    if (!parallel(local, Vec3::UnitZ()) && !parallel(local, Vec3::UnitY())) return false;
+    if (std::abs(beam->section.iyz) > 1e-12 * (beam->section.iy + beam->section.iz)) return false;
+    for (double q : beam->initial.q)
+      if (q != 0.0) return false;
+    for (double q : beam->initial.qd)
+      if (q != 0.0) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+Vec3 plane_normal(const Scene& scene, const std::vector<Mat3>& orientation) {
+  // Candidates: the axes that hinges have, then the world's, then the beams' own.
+  std::vector<Vec3> candidates;
+  for (const JointDef& j : scene.joints)
+    if (j.kind == JointKind::revolute || j.kind == JointKind::planar) {
+      const int b = body_index(scene, j.parent.body);
+      candidates.push_back((b < 0 ? Mat3(Mat3::Identity()) : orientation[b]) * rotation_exp(j.rotation) * j.axis);
+      break;
+    }
+  for (const Vec3& e : {Vec3(Vec3::UnitZ()), Vec3(Vec3::UnitY()), Vec3(Vec3::UnitX())}) candidates.push_back(e);
+  for (size_t i = 0; i < scene.bodies.size(); ++i)
+    if (std::holds_alternative<BeamDef>(scene.bodies[i].kind))
+      for (const int a : {2, 1}) candidates.push_back(orientation[i].col(a));
+  for (const Vec3& n : candidates)
+    if (planar_about(scene, orientation, n)) return n;
+  return Vec3::Zero();
+}
+
+int attachment_count(const Scene& scene, const std::string& body) {
+  int count = 0;
+  for (const JointDef& j : scene.joints) count += (j.parent.body == body) + (j.child.body == body);
+  for (const ForceDef& f : scene.forces)
+    if (f.kind != ForceKind::distributed) count += (f.on.body == body) + (f.from.body == body);
+  return count;
+}
+
+std::span<const EffectInfo> effect_registry() {
+  static constexpr EffectInfo registry[] = {
+      {"axial", "lengthening along the axis", "EA u_xx = rho A u_tt", "axial vibration, or strains that show beside the bending",
+       "P / EA, and the forcing against (pi/2L) sqrt(E/rho)"},
+      {"bending_xy", "bending in the body's xy plane, Euler-Bernoulli", "EIz v_xxxx + rho A v_tt = p", "loads across the beam in that plane",
+       "(q L^4 / 8EI + F L^3 / 3EI) / (1 - (omega/omega_1)^2) against the output's range"},
+      {"bending_xz", "bending in the body's xz plane, Euler-Bernoulli", "EIy w_xxxx + rho A w_tt = p",
+       "loads across the beam in that plane; none in a planar scene", "as bending_xy"},
+      {"torsion", "twist about the axis, Saint-Venant", "GJ theta_xx = rho Ip theta_tt", "moments about the axis, loads beside it",
+       "M L / GJ times the lever arm that shows it"},
+      {"stiffening", "second-order displacements: geometric stiffness and foreshortening", "u -= 1/2 int (v_x^2 + w_x^2) dx",
+       "axial forces beside the buckling load, rotation beside the first frequency", "s = P / Pcr; frequencies change by s/2, the phase by omega_1 T s/2"},
+      {"gyroscopic", "inertia and angular momentum that follow the deformation", "J(q) = J0 + J1 q + q^T J2 q / 2, Cr(q) = Cr0 + Cr1 q",
+       "fast rotation of a deformed body", "Omega / omega_1, (Omega / omega_1)^2, deflection / length"},
+      {"shear", "Timoshenko's shear and the sections' rotary inertia", "kGA (v_x - phi), rho I phi_tt", "stocky beams, high modes",
+       "n^2 pi^2 (r/L)^2 (1 + E/kG)/2 of the frequency of mode n"},
+      {"damping", "structural damping", "De qd", "many periods of free vibration", "zeta omega_1 T"},
+      {"friction", "Coulomb friction of a joint, with stiction", "|F| <= mu N", "the friction force beside the driving force", "mu N / F"},
+      {"stops", "contact at the ends of a joint's travel", "k d + c d_t beyond the stop", "the coordinate reaches them", "reached or not along the trajectory"},
+      {"gravity", "weight", "m g", "wherever it is not zero", "weight beside the other forces"},
+  };
+  return registry;
+}
+
+const EffectInfo* find_effect(std::string_view name) {
+  for (const EffectInfo& e : effect_registry())
+    if (name == e.name) return &e;
+  return nullptr;
+}
+
+std::vector<EffectState> modal_effects(const BodyDef& body, const ModalDef& modal, const FlexibleBody& made) {
+  const auto any = [](const auto& blocks) { return std::any_of(blocks.begin(), blocks.end(), [](const MatX& b) { return b.size() > 0; }); };
+  const bool second = any(made.md2) || any(made.J2) || std::any_of(made.nodes.begin(), made.nodes.end(), [&](const FlexibleNode& n) { return any(n.phi2); });
+  std::vector<EffectState> out;
+  const auto add = [&](const char* name, bool there) {
+    const bool left_out = has(modal.effects.without, name);
+    EffectState s;
+    s.owner = body.name;
+    s.effect = name;
+    s.on = there && !left_out;
+    s.possible = there;
+    s.by = left_out ? "scene" : "file";
+    s.why = left_out ? "the scene leaves it out" : there ? "the file has it" : "the file has none";
+    out.push_back(s);
+  };
+  add("stiffening", second);
+  add("gyroscopic", any(made.Cr1) || !made.J1.isZero(0.0));
+  add("damping", made.De.size() > 0);
+  return out;
+}
+
+EffectDecision decide_effects(const BodyDef& body, const BeamDef& beam, const Vec3& normal_in_body, int attachments) {
+  EffectDecision out;
+  BeamEffects& e = out.effects;
+  const auto say = [&](const std::string& text) { out.why.push_back(fmt::format("body '{}': {}", body.name, text)); };
+  struct Switch { const char* name; bool BeamEffects::*on; };
+  static constexpr Switch switches[] = {{"axial", &BeamEffects::axial},     {"bending_xy", &BeamEffects::bending_xy}, {"bending_xz", &BeamEffects::bending_xz},
+                                        {"torsion", &BeamEffects::torsion}, {"stiffening", &BeamEffects::stiffening}, {"shear", &BeamEffects::shear}};
+  const bool planar = !normal_in_body.isZero(0.0);
+  const bool in_xy = planar && parallel(normal_in_body, Vec3::UnitZ());
+  std::map<std::string, std::pair<std::string, std::string>> reason;  // by, why
+  if (!beam.effects.automatic) {
+    for (const Switch& s : switches) {
+      e.*s.on = has(beam.effects.names, s.name);
+      if (beam.effects.by_program) reason[s.name] = {"program", e.*s.on ? "the asked accuracy needs it" : "the asked accuracy does not need it"};
+      else reason[s.name] = {"scene", e.*s.on ? "the scene lists it" : "the scene does not list it"};
+    }
+    say(beam.effects.names.empty() ? "rigid: the scene lists no effect" : fmt::format("effects as {}: {}", beam.effects.by_program ? "the asked accuracy needs them" : "the scene lists them", fmt::join(beam.effects.names, ", ")));
+  } else {
+    if (planar) {
+      e.bending_xy = in_xy;
+      e.bending_xz = !in_xy;
+      for (const char* name : {"bending_xy", "bending_xz", "torsion"}) reason[name] = {"symmetry", "the scene moves in a plane"};
+      say(fmt::format("{} on, {} and torsion off: the scene moves in a plane, they cannot occur", e.bending_xy ? "bending_xy" : "bending_xz",
+                      e.bending_xy ? "bending_xz" : "bending_xy"));
+    } else {
+      e.bending_xy = e.bending_xz = true;
+      e.torsion = attachments > 1;
+      reason["bending_xy"] = reason["bending_xz"] = {"program", "the scene is spatial"};
+      reason["torsion"] = {"program", e.torsion ? "what is attached may twist it" : "it is held in one place only"};
+      say("bending_xy and bending_xz on: the scene is spatial");
+      say(e.torsion ? "torsion on: what is attached may twist it" : "torsion off: it is held in one place only, nothing twists it");
+    }
+    e.stiffening = true;
+    reason["stiffening"] = {"program", "axial forces may be carried"};
+    e.axial = !beam.effects.held_by.empty();
+    reason["axial"] = {"program", e.axial ? fmt::format("the loop of joint '{}' holds its length", beam.effects.held_by) : "a slender beam bends long before it stretches"};
+    reason["shear"] = {"program", "a slender beam bends long before it shears"};
+    say("stiffening on: axial forces may be carried");
+    say(fmt::format("axial {}: {}", e.axial ? "on" : "off", reason["axial"].second));
+  }
+  if (beam.model == BeamModel::modal && !beam.modes.empty()) {
+    // The modes that a scene names are the coordinates it wants.
+    for (const Switch& s : switches) {
+      if (s.on == &BeamEffects::stiffening || s.on == &BeamEffects::shear) continue;
+      e.*s.on = beam.modes.count(s.name) > 0;
+      reason[s.name] = {"scene", e.*s.on ? "its modes are listed" : "no mode of it is listed"};
+    }
+    say("elastic coordinates as the scene's modes list them");
+  }
+  for (const Switch& s : switches)
+    if (has(beam.effects.without, s.name)) {
+      e.*s.on = false;
+      reason[s.name] = {"scene", "the scene leaves it out"};
+      say(fmt::format("{} off: the scene leaves it out", s.name));
+    }
+
+  const bool elastic = e.axial || e.bending_xy || e.bending_xz || e.torsion;
+  for (const Switch& s : switches) {
+    EffectState state;
+    state.owner = body.name;
+    state.effect = s.name;
+    state.on = e.*s.on;
+    std::tie(state.by, state.why) = reason[s.name];
+    const bool off_plane = s.on == &BeamEffects::torsion || s.on == (in_xy ? &BeamEffects::bending_xz : &BeamEffects::bending_xy);
+    if (planar && off_plane) state.possible = state.on;
+    if (s.on == &BeamEffects::shear) state.possible = beam.model == BeamModel::finite_element || beam.model == BeamModel::mixed;
+    if (s.on == &BeamEffects::stiffening) state.possible = elastic && beam.model != BeamModel::lumped;
+    if (!state.possible) state.on = false;
+    out.states.push_back(state);
+  }
+  const bool damped = !beam.damping.ratio.empty() || beam.damping.mass != 0.0 || beam.damping.stiffness != 0.0;
+  for (const bool damping : {false, true}) {
+    EffectState state;
+    state.owner = body.name;
+    state.effect = damping ? "damping" : "gyroscopic";
+    const bool left_out = has(beam.effects.without, state.effect.c_str());
+    state.possible = elastic && (!damping || damped);
+    state.on = state.possible && !left_out;
+    state.by = damping || left_out ? "scene" : "program";
+    state.why = left_out ? "the scene leaves it out" : !damping ? "part of the inertia forces" : damped ? "the scene gives it" : "the scene gives none";
+    out.states.push_back(state);
+    if (left_out) say(fmt::format("{} off: the scene leaves it out", state.effect));
+  }
+  return out;
+}
+
+}  // namespace flexframe::sim

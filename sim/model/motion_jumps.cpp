@@ -1,0 +1,41 @@
+#include "sim/model/motion_jumps.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace flexframe::sim {
+
+void check_motions(Model& model, const Scene& scene, std::vector<std::string>& notes) {
+  for (const Part& part : model.parts) {
+    const TreeJoint& j = part.joint;
+    if (j.motion < 0) continue;
+    const JointDef& def = scene.joints[static_cast<size_t>(j.scene_joint)];
+    const std::string idle = j.stop ? "stop" : j.friction ? "friction" : j.spring ? "spring" : "";
+    if (!idle.empty()) notes.push_back(fmt::format("joint '{}' follows its motion: its {} has no effect, and is no part of the drive's work", j.name, idle));
+
+    TimeFunction f = model.expressions[static_cast<size_t>(j.motion)];
+    const std::vector<double> times = f.switch_times(0.0, scene.simulation.duration);
+    bool struck = false;
+    for (size_t k = 0; k < times.size() && !struck; ++k) {
+      // Both pieces at the place where they meet.
+      const double t = times[k], before = k > 0 ? times[k - 1] : 0.0, after = k + 1 < times.size() ? times[k + 1] : scene.simulation.duration;
+      f.freeze(0.5 * (before + t));
+      const TimeJet a = f.jet(t);
+      f.freeze(0.5 * (t + after));
+      const TimeJet b = f.jet(t);
+      const bool length = j.kind == JointKind::prismatic;
+      if (std::abs(b.value - a.value) > 1e-9 * std::max({1.0, std::abs(a.value), std::abs(b.value)}))
+        throw InputError(fmt::format("{}:{}: joint '{}': key 'motion' jumps by {:.4g} {} at t = {:.6g} s, from {:.6g} to {:.6g}: no drive can do that; join the pieces", scene.file.string(), def.line, def.name,
+                                     b.value - a.value, length ? "m" : "rad", t, a.value, b.value));
+      if (std::abs(b.rate - a.rate) > 1e-9 * std::max({1e-3, std::abs(a.rate), std::abs(b.rate)})) {
+        struck = true;
+        notes.push_back(fmt::format("WARNING: the motion of joint '{}' changes its rate by {:.4g} {} at t = {:.6g} s at once; the blow that this gives to bodies which can move is left out: round the corner", j.name,
+                                    b.rate - a.rate, length ? "m/s" : "rad/s", t));
+      }
+    }
+  }
+}
+
+}  // namespace flexframe::sim

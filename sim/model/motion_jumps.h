@@ -1,0 +1,15 @@
+// Prescribed motions that no finite force can follow.
+#pragma once
+
+#include "sim/model/model.h"
+
+#include <string>
+#include <vector>
+
+namespace flexframe::sim {
+
+// Throws InputError where the value of a motion jumps within the run; notes where its rate does (the bodies are struck there, which the equations
+// of motion do not know), and what is without effect in a joint that follows a motion.
+void check_motions(Model& model, const Scene& scene, std::vector<std::string>& notes);
+
+}  // namespace flexframe::sim

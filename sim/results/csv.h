@@ -1,0 +1,17 @@
+// Histories as CSV: a header line "t,slider.x,..." and one line a sample; numbers in the shortest form that reads back to the same
+// bits, '.' as decimal point whatever the locale; names with a comma, quote or line end are quoted (RFC 4180).
+#pragma once
+
+#include "sim/results/results.h"
+
+#include <filesystem>
+#include <string>
+
+namespace flexframe::sim {
+
+std::string histories_csv(const Results& results);
+
+// Whole or not at all. Throws std::runtime_error naming the path when it cannot be written.
+void write_histories_csv(const Results& results, const std::filesystem::path& path);
+
+}  // namespace flexframe::sim

@@ -1,0 +1,98 @@
+#include "sim/results/histories.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <map>
+#include <stdexcept>
+
+namespace flexframe::sim {
+namespace {
+
+// Pairs of samples (of a, of b) at the same times.
+std::vector<std::pair<Eigen::Index, Eigen::Index>> common_samples(const VecX& a, const VecX& b) {
+  std::vector<std::pair<Eigen::Index, Eigen::Index>> out;
+  const double near = 1e-9 * std::max(a.size() > 0 ? std::abs(a[a.size() - 1]) : 0.0, b.size() > 0 ? std::abs(b[b.size() - 1]) : 0.0);
+  for (Eigen::Index i = 0, k = 0; i < a.size() && k < b.size();) {
+    if (std::abs(a[i] - b[k]) <= near) out.emplace_back(i++, k++);
+    else if (a[i] < b[k]) ++i;
+    else ++k;
+  }
+  return out;
+}
+
+}  // namespace
+
+Histories to_histories(const Results& results) {
+  Histories out;
+  out.times = results.times;
+  out.values.resize(static_cast<Eigen::Index>(results.outputs.size()), results.times.size());
+  for (size_t k = 0; k < results.outputs.size(); ++k) {
+    out.columns.push_back(results.outputs[k].column);
+    out.units.push_back(results.outputs[k].unit);
+    out.values.row(static_cast<Eigen::Index>(k)) = results.outputs[k].values.transpose();
+  }
+  if (results.kinetic.size() > 0) out.energy_scale = std::max(results.kinetic.maxCoeff(), results.strain.maxCoeff());
+  out.statistics = results.statistics;
+  return out;
+}
+
+VecX output_ranges(const Histories& h) {
+  const Eigen::Index n = h.values.rows();
+  VecX own = VecX::Zero(n), out = VecX::Zero(n);
+  if (h.values.cols() == 0) return out;
+  // What counts as moving is seen against the largest output of the same unit.
+  std::map<std::string, double> largest;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const auto row = h.values.row(k);
+    own[k] = row.maxCoeff() - row.minCoeff();
+    double& m = largest[h.units[static_cast<size_t>(k)]];
+    m = std::max(m, row.cwiseAbs().maxCoeff());
+  }
+  // Where every output of a unit stands still, what is left is rounding of other sizes: moments of forces, angles of a turn, speeds of the places passed.
+  const double duration = std::max(h.times[h.times.size() - 1] - h.times[0], 1e-300);
+  const std::map<std::string, double> rounding = {
+      {"N m", 1e-12 * largest["N"]}, {"rad", 1e-12}, {"rad/s", 1e-12 / duration}, {"m/s", 1e-12 * largest["m"] / duration}};
+  const auto name = [&](Eigen::Index k) {
+    const std::string& column = h.columns[static_cast<size_t>(k)];
+    return column.substr(0, column.rfind('.'));
+  };
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const std::string& unit = h.units[static_cast<size_t>(k)];
+    double range = 0.0;
+    for (Eigen::Index i = 0; i < n; ++i)
+      if (h.units[static_cast<size_t>(i)] == unit && name(i) == name(k)) range = std::max(range, own[i]);
+    if (unit == "J") out[k] = std::max(range, h.energy_scale);
+    else if (const auto floor = rounding.find(unit); range > std::max(1e-6 * largest[unit], floor == rounding.end() ? 0.0 : floor->second)) out[k] = range;
+  }
+  return out;
+}
+
+Difference compare_histories(const Histories& a, const Histories& reference, const VecX& ranges) {
+  if (a.columns != reference.columns) throw std::invalid_argument("histories of other outputs cannot be compared");
+  const auto samples = common_samples(a.times, reference.times);
+  if (samples.empty()) throw std::invalid_argument("histories without common times cannot be compared");
+  Difference out;
+  out.columns = VecX::Zero(ranges.size());
+  for (const auto& [i, k] : samples) out.columns = out.columns.cwiseMax((a.values.col(i) - reference.values.col(k)).cwiseAbs());
+  for (Eigen::Index c = 0; c < ranges.size(); ++c) {
+    out.columns[c] = ranges[c] > 0.0 ? out.columns[c] / ranges[c] : 0.0;
+    if (ranges[c] > 0.0 && (out.column < 0 || out.columns[c] > out.largest)) out.largest = out.columns[c], out.column = static_cast<int>(c);
+  }
+  return out;
+}
+
+Histories at_times(const Histories& h, const VecX& times) {
+  const auto samples = common_samples(h.times, times);
+  Histories out = h;
+  out.times.resize(static_cast<Eigen::Index>(samples.size()));
+  out.values.resize(h.values.rows(), static_cast<Eigen::Index>(samples.size()));
+  for (size_t s = 0; s < samples.size(); ++s) {
+    const Eigen::Index at = samples[s].first;
+    out.times[static_cast<Eigen::Index>(s)] = h.times[at];
+    out.values.col(static_cast<Eigen::Index>(s)) = h.values.col(at);
+  }
+  return out;
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,42 @@
+// Histories of a scene's outputs and how far two of them are apart: the measure of accuracy everywhere in the program.
+//
+// An error is the largest difference over time, relative to the range of the output. A vector is one output: a component counts
+// against the range of the whole vector (the largest of its components' ranges), so that a component which hardly moves asks for no more
+// digits than the one beside it. Components are the columns NAME.* of one unit.
+#pragma once
+
+#include "sim/results/results.h"
+
+#include <string>
+#include <vector>
+
+namespace flexframe::sim {
+
+struct Histories {
+  VecX times;                         // nt, s
+  std::vector<std::string> columns, units;
+  MatX values;                        // columns x nt
+  double energy_scale = 0.0;          // J, largest kinetic or strain energy: what energies are measured against; 0: unknown
+  SolverStatistics statistics;        // of the run they come from
+};
+
+Histories to_histories(const Results& results);
+
+// Range of the output that each column belongs to, one number a column. 0 where the output does not move: less than a millionth of the largest
+// output of its unit, or than rounding (1e-12) of what it comes from, where all of its unit stand still; energies are measured against the energy scale at least, as a conserved one does not move.
+VecX output_ranges(const Histories& histories);
+
+struct Difference {
+  VecX columns;                       // relative, per column; 0 where the output does not move
+  double largest = 0.0;
+  int column = -1;                    // of the largest; -1: no output moves
+};
+
+// Largest difference over the samples of a and reference, both with the same columns. The times of one must be among the other's
+// (1e-9 of the duration). ranges: of the reference. Throws std::invalid_argument for histories that cannot be compared.
+Difference compare_histories(const Histories& a, const Histories& reference, const VecX& ranges);
+
+// The same histories at the samples whose time is among `times`.
+Histories at_times(const Histories& histories, const VecX& times);
+
+}  // namespace flexframe::sim

@@ -1,0 +1,66 @@
+#include "sim/results/node_motion.h"
+
+#include "sim/base/small_matrices.h"
+
+#include <cmath>
+
+namespace flexframe::sim {
+
+NodeMotion::NodeMotion(const Part& part, const std::vector<int>& nodes) {
+  const Eigen::Index n = part.body.n, count = static_cast<Eigen::Index>(nodes.size());
+  linear_ = MatX::Zero(6 * count, n);
+  std::vector<const MatX*> seconds;
+  for (const int k : nodes) {
+    const FlexibleNode& node = part.body.nodes[static_cast<size_t>(k)];
+    const auto i = static_cast<Eigen::Index>(origins_.size());
+    origins_.push_back(node.origin);
+    rests_.push_back(part.rest_in_body.R * node.origin + part.rest_in_body.p);
+    if (n == 0) continue;
+    linear_.middleRows<3>(3 * i) = node.phi;
+    linear_.middleRows<3>(3 * (count + i)) = node.psi;
+    for (Eigen::Index a = 0; a < 3; ++a)
+      if (const MatX& h = node.phi2[static_cast<size_t>(a)]; h.size() > 0) {
+        seconds_of_.push_back(3 * i + a);
+        seconds.push_back(&h);
+      }
+  }
+  quadratic_.resize(static_cast<Eigen::Index>(seconds.size()), seconds_of_.empty() ? 0 : n * (n + 1) / 2);
+  for (Eigen::Index c = 0; c < quadratic_.rows(); ++c) {
+    const MatX& h = *seconds[static_cast<size_t>(c)];
+    Eigen::Index at = 0;
+    for (Eigen::Index j = 0; j < n; ++j)
+      for (Eigen::Index k = 0; k <= j; ++k) quadratic_(c, at++) = j == k ? 0.5 * h(j, j) : 0.5 * (h(j, k) + h(k, j));
+  }
+  rest_turn_ = Quat(part.rest_in_body.R).conjugate();
+  values_ = VecX::Zero(linear_.rows());
+  products_.resize(quadratic_.cols());
+  seconds_.resize(quadratic_.rows());
+}
+
+void NodeMotion::evaluate(const VecX& q, const Pose& shown, double* translation, double* rotation) {
+  if (q.size() > 0) multiply(linear_, q.data(), values_.data());
+  if (!seconds_of_.empty()) {
+    Eigen::Index at = 0;
+    for (Eigen::Index j = 0; j < q.size(); ++j)
+      for (Eigen::Index k = 0; k <= j; ++k) products_[at++] = q[j] * q[k];
+    multiply(quadratic_, products_.data(), seconds_.data());
+    for (size_t c = 0; c < seconds_of_.size(); ++c) values_[seconds_of_[c]] += seconds_[static_cast<Eigen::Index>(c)];
+  }
+  const Quat turn(shown.R);
+  const auto n = static_cast<Eigen::Index>(count());
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Vec3 at = origins_[static_cast<size_t>(i)] + values_.segment<3>(3 * i);
+    const Vec3 moved = shown.R * at + shown.p - rests_[static_cast<size_t>(i)];
+    // exp(theta) as a quaternion, by half the angle.
+    const Vec3 theta = values_.segment<3>(3 * (n + i));
+    const double half2 = 0.25 * theta.squaredNorm();
+    const RotationSeries series(half2);
+    Quat own;
+    own.w() = 1.0 - half2 * series.b;
+    own.vec() = 0.5 * series.s * theta;
+    const Vec3 turned = rotation_log(Quat(turn * own * rest_turn_));
+    for (Eigen::Index a = 0; a < 3; ++a) translation[3 * i + a] = moved[a], rotation[3 * i + a] = turned[a];
+  }
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,282 @@
+#include "sim/results/outputs.h"
+
+#include "sim/base/words.h"
+#include "sim/dynamics/closure.h"
+#include "sim/dynamics/dynamics.h"
+#include "sim/dynamics/kinematics.h"
+#include "sim/model/bodies.h"
+#include "sim/model/model_build.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace flexframe::sim {
+namespace {
+
+bool energy_quantity(Quantity q) {
+  return q == Quantity::energy || q == Quantity::kinetic || q == Quantity::strain || q == Quantity::potential;
+}
+bool joint_quantity(Quantity q) { return q == Quantity::value || q == Quantity::rate || q == Quantity::reaction; }
+
+int coordinate_columns(JointKind kind) {
+  return kind == JointKind::free ? 6 : rate_count(kind);
+}
+
+// The part's own acceleration includes the field of gravity; this is the frame's true one, world axes.
+Vec3 world_acceleration(const Model& model, Work& work, int frame) {
+  const FramePoint& f = model.frames[frame];
+  if (f.part == ground) return Vec3::Zero();
+  const PartWork& p = work.parts[f.part];
+  const FrameWork& fw = work.frames[frame];
+  Vec6 A = to_child(fw.pose, p.A) + fw.bias;
+  if (fw.flexible) A.noalias() += fw.B * p.qdd;
+  const Vec3 w = fw.V.tail<3>();
+  return frame_world(model, work, frame).R * (A.head<3>() + w.cross(Vec3(fw.V.head<3>()))) + model.settings.gravity;
+}
+
+void joint_columns(const Model& model, const OutputPlan& plan, Work& work, const double* previous, double* out) {
+  const bool value = plan.def.quantity == Quantity::value;
+  if (plan.loop >= 0) {
+    out[0] = value ? loop_value(model, work, plan.loop) : loop_rate(model, work, plan.loop);
+    if (value && previous && model.loops[plan.loop].kind == JointKind::revolute)
+      out[0] += 2.0 * std::numbers::pi * std::round((previous[0] - out[0]) / (2.0 * std::numbers::pi));
+    return;
+  }
+  const Part& part = model.parts[plan.joint_part];
+  const TreeJoint& j = part.joint;
+  if (j.motion >= 0) {
+    out[0] = value ? work.motion[j.motion].value : work.motion[j.motion].rate;
+    return;
+  }
+  const double* q = work.q.data() + part.q0;
+  const double* w = work.w.data() + part.v0;
+  const bool quaternion = j.kind == JointKind::spherical || j.kind == JointKind::free;
+  if (!quaternion) {
+    for (int k = 0; k < plan.count; ++k) out[k] = value ? q[k] : w[k];
+    return;
+  }
+  const int at = j.kind == JointKind::free ? 3 : 0;
+  const Mat3 R = Quat(q[at], q[at + 1], q[at + 2], q[at + 3]).normalized().toRotationMatrix();
+  if (value) {
+    for (int k = 0; k < at; ++k) out[k] = q[k];
+    Vec3 a = rotation_log(R);
+    if (previous) a = continue_rotation(a, Vec3(previous[at], previous[at + 1], previous[at + 2]));
+    for (int k = 0; k < 3; ++k) out[at + k] = a[k];
+  } else {
+    for (int block = 0; block <= at; block += 3) {
+      const Vec3 v = R * Vec3(w[block], w[block + 1], w[block + 2]);
+      for (int k = 0; k < 3; ++k) out[block + k] = v[k];
+    }
+  }
+}
+
+void reaction_columns(const Model& model, const OutputPlan& plan, const Work& work, const Reactions& reactions, double* out) {
+  Vec6 F;
+  Mat3 R;
+  if (plan.loop >= 0) {
+    F = reactions.loop[plan.loop];
+    R = frame_world(model, work, model.loops[plan.loop].b).R;
+  } else {
+    const TreeJoint& j = model.parts[plan.joint_part].joint;
+    F = reactions.part[plan.joint_part];
+    R = frame_world(model, work, j.outboard).R;
+    if (j.reversed) {
+      // The tree's carrier is the scene's child: the opposite wrench, at the inboard frame.
+      F = -wrench_to_parent(work.parts[plan.joint_part].joint.pose, F);
+      R = frame_world(model, work, j.inboard).R;
+    }
+  }
+  // The wrench is in the axes of the scene's child frame: turned to those asked for.
+  if (plan.def.frame == ReactionFrame::child) R.setIdentity();
+  if (plan.def.frame == ReactionFrame::parent) {
+    int parent = 0;
+    if (plan.loop >= 0) {
+      parent = model.loops[plan.loop].a;
+    } else {
+      const TreeJoint& j = model.parts[plan.joint_part].joint;
+      parent = j.reversed ? j.outboard : j.inboard;
+    }
+    R = (frame_world(model, work, parent).R.transpose() * R).eval();
+  }
+  const Vec3 f = R * F.head<3>(), m = R * F.tail<3>();
+  for (int k = 0; k < 3; ++k) out[k] = f[k], out[3 + k] = m[k];
+}
+
+// Elastic displacement of a frame relative to the undeformed body, m, in the shown frame of the body (chains: of the first part).
+Vec3 displacement(const Model& model, Work& work, int frame) {
+  const FramePoint& f = model.frames[frame];
+  if (f.part == ground) return Vec3::Zero();
+  const Part& part = model.parts[f.part];
+  const Pose rest = compose(part.rest_in_body, rest_pose(model, frame));
+  Pose now = work.frames[frame].pose;
+  // Without a chain everything stays in the part, so that small displacements keep their digits far from the origin.
+  if (part.piece == 0) now = compose(inverse(shown_pose(model, f.part, work)), now);
+  else now = compose(inverse(shown_world(model, work, f.part)), compose(work.parts[f.part].world, now));
+  return now.p - rest.p;
+}
+
+}  // namespace
+
+OutputPlans plan_outputs(Model& model, const Scene& scene) {
+  OutputPlans plans;
+  for (const OutputDef& def : scene.outputs) {
+    const std::string where = fmt::format("{}:{}: output '{}'", scene.file.string(), def.line, def.name);
+    OutputPlan plan;
+    plan.def = def;
+    plan.first = static_cast<int>(plans.columns.size());
+    std::vector<std::string> tags{""};
+    std::string unit = "m";
+    std::vector<std::string> units;
+    int body = -1, joint = -1;
+    std::vector<std::string> body_names, joint_names;
+    for (size_t i = 0; i < scene.bodies.size(); ++i) {
+      body_names.push_back(scene.bodies[i].name);
+      if (scene.bodies[i].name == def.of.body) body = static_cast<int>(i);
+    }
+    for (size_t i = 0; i < scene.joints.size(); ++i) {
+      joint_names.push_back(scene.joints[i].name);
+      if (scene.joints[i].name == def.of.body && def.of.frame.empty()) joint = static_cast<int>(i);
+    }
+    const std::vector<std::string> xyz{".x", ".y", ".z"};
+    if (energy_quantity(def.quantity)) {
+      unit = "J";
+      plan.system = def.of.body == "system";
+      plan.body = body;
+      if (!plan.system && body < 0)
+        throw InputError(fmt::format("{}: '{}' is no body{}; energies are of 'system' or of a body: {}", where, def.of.body,
+                                     did_you_mean(def.of.body, body_names), list_words(body_names)));
+    } else if (joint_quantity(def.quantity)) {
+      if (joint < 0)
+        throw InputError(fmt::format("{}: '{}' is no joint{}; there are: {}", where, def.of.body, did_you_mean(def.of.body, joint_names),
+                                     list_words(joint_names)));
+      const JointDef& j = scene.joints[joint];
+      plan.joint_part = joint_part(model, joint);
+      for (size_t l = 0; l < model.loops.size(); ++l)
+        if (model.loops[l].scene_joint == joint) plan.loop = static_cast<int>(l);
+      if (def.quantity == Quantity::reaction) {
+        tags = {".x", ".y", ".z", ".mx", ".my", ".mz"};
+        units = {"N", "N", "N", "N m", "N m", "N m"};
+        plans.reactions = plans.accelerations = true;
+      } else {
+        const int n = coordinate_columns(j.kind);
+        if (n == 0) throw InputError(fmt::format("{}: a joint of this kind has no coordinate; its quantity can be: reaction", where));
+        if (n > 1) tags.clear();
+        for (int k = 0; k < n && n > 1; ++k) tags.push_back(n == 3 && j.kind == JointKind::spherical ? xyz[k] : fmt::format(".{}", k + 1));
+        for (int k = 0; k < n; ++k) {
+          const bool length = j.kind == JointKind::prismatic || (j.kind == JointKind::cylindrical && k == 0) ||
+                              (j.kind == JointKind::planar && k < 2) || (j.kind == JointKind::free && k < 3);
+          units.push_back(def.quantity == Quantity::value ? (length ? "m" : "rad") : (length ? "m/s" : "rad/s"));
+        }
+      }
+    } else if (def.quantity == Quantity::q || def.quantity == Quantity::qd) {
+      if (body < 0)
+        throw InputError(fmt::format("{}: '{}' is no body{}; there are: {}", where, def.of.body, did_you_mean(def.of.body, body_names), list_words(body_names)));
+      plan.body = body;
+      const int n = coordinate_count(model, body);
+      if (n == 0) throw InputError(fmt::format("{}: body '{}' has no elastic coordinates", where, def.of.body));
+      tags.clear();
+      for (int k = 0; k < n; ++k) tags.push_back(fmt::format(".{}", k + 1));
+      unit = def.quantity == Quantity::q ? "1" : "1/s";
+    } else {
+      plan.frame = add_frame(model, scene, def.of, where);
+      tags = xyz;
+      switch (def.quantity) {
+        case Quantity::velocity: unit = "m/s"; break;
+        case Quantity::acceleration: unit = "m/s^2"; plans.accelerations = true; break;
+        case Quantity::rotation: unit = "rad"; break;
+        case Quantity::angular_velocity: unit = "rad/s"; break;
+        default: break;
+      }
+    }
+    for (size_t k = 0; k < tags.size(); ++k) {
+      plans.columns.push_back(def.name + tags[k]);
+      plans.units.push_back(units.empty() ? unit : units[k]);
+    }
+    plan.count = static_cast<int>(tags.size());
+    plans.outputs.push_back(plan);
+  }
+  return plans;
+}
+
+void evaluate_outputs(const Model& model, const Scene&, const OutputPlans& plans, Work& work, const Reactions& reactions, const double* previous,
+                      double* row) {
+  for (const OutputPlan& plan : plans.outputs) {
+    double* out = row + plan.first;
+    const double* last = previous ? previous + plan.first : nullptr;
+    if (plan.frame >= 0) {
+      update_frame_position(model, plan.frame, work);
+      update_frame_velocity(model, plan.frame, work);
+      const Pose pose = frame_world(model, work, plan.frame);
+      const FrameWork& f = work.frames[plan.frame];
+      Vec3 v;
+      switch (plan.def.quantity) {
+        case Quantity::position: v = pose.p; break;
+        case Quantity::velocity: v = pose.R * f.V.head<3>(); break;
+        case Quantity::angular_velocity: v = pose.R * f.V.tail<3>(); break;
+        case Quantity::acceleration: v = world_acceleration(model, work, plan.frame); break;
+        case Quantity::displacement: v = displacement(model, work, plan.frame); break;
+        default:
+          v = rotation_log(pose.R);
+          if (last) v = continue_rotation(v, Vec3(last[0], last[1], last[2]));
+      }
+      for (int k = 0; k < 3; ++k) out[k] = v[k];
+    } else if (plan.def.quantity == Quantity::reaction) {
+      reaction_columns(model, plan, work, reactions, out);
+    } else if (joint_quantity(plan.def.quantity)) {
+      joint_columns(model, plan, work, last, out);
+    } else if (energy_quantity(plan.def.quantity)) {
+      const Energy e = compute_energy(model, work, plan.system ? -1 : plan.body);
+      switch (plan.def.quantity) {
+        case Quantity::kinetic: out[0] = e.kinetic; break;
+        case Quantity::strain: out[0] = e.strain; break;
+        case Quantity::potential: out[0] = e.potential; break;
+        default: out[0] = e.kinetic + e.strain + e.potential;
+      }
+    } else {
+      const bool rates = plan.def.quantity == Quantity::qd;
+      const VecX x = body_coordinates(model, plan.body, rates ? work.w : work.q, rates);
+      for (int k = 0; k < plan.count; ++k) out[k] = x[k];
+    }
+  }
+}
+
+Pose shown_world(const Model& model, Work& work, int part) {
+  const int first = model.pieces[model.parts[part].scene_body].front();
+  return compose(work.parts[first].world, shown_pose(model, first, work));
+}
+
+double loop_value(const Model& model, const Work& work, int loop) {
+  const LoopJoint& j = model.loops[loop];
+  const Pose rel = compose(inverse(frame_world(model, work, j.a)), frame_world(model, work, j.b));
+  if (j.kind == JointKind::prismatic) return j.axis.dot(rel.p);
+  const JointAxes f = joint_axes(j.axis);
+  return std::atan2(f.y.dot(rel.R * f.x), f.x.dot(rel.R * f.x));
+}
+
+double loop_rate(const Model& model, Work& work, int loop) {
+  const LoopJoint& j = model.loops[loop];
+  for (int f : {j.a, j.b}) {
+    update_frame_position(model, f, work);
+    update_frame_velocity(model, f, work);
+  }
+  const Pose rel = compose(inverse(frame_world(model, work, j.a)), frame_world(model, work, j.b));
+  const Vec6& Va = work.frames[j.a].V;
+  const Vec6& Vb = work.frames[j.b].V;
+  const Vec3 wa = Va.tail<3>();
+  if (j.kind == JointKind::prismatic) return j.axis.dot(rel.R * Vb.head<3>() - Va.head<3>() - wa.cross(rel.p));
+  return j.axis.dot(rel.R * Vb.tail<3>() - wa);
+}
+
+Vec3 continue_rotation(const Vec3& a, const Vec3& previous) {
+  const double angle = a.norm();
+  Vec3 axis;
+  if (angle > 1e-9) axis = a / angle;
+  else if (previous.norm() > 1e-9) axis = previous.normalized();
+  else return a;
+  const double turns = std::round((previous.dot(axis) - angle) / (2.0 * std::numbers::pi));
+  return a + 2.0 * std::numbers::pi * turns * axis;
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,44 @@
+// The columns of the history: what a scene's [[output]] tables ask for, evaluated at the current state of the work space.
+#pragma once
+
+#include "sim/dynamics/reactions.h"
+#include "sim/dynamics/work.h"
+#include "sim/results/results.h"
+
+namespace flexframe::sim {
+
+// One output, resolved. Columns: NAME.x NAME.y NAME.z for vectors, NAME for scalars, NAME.1 NAME.2 ... for coordinates;
+// reactions NAME.x NAME.y NAME.z (force) NAME.mx NAME.my NAME.mz (moment), of the parent on the child at the joint, in world axes or those of the joint's parent or child frame.
+struct OutputPlan {
+  OutputDef def;
+  int frame = -1;                 // frame outputs
+  int joint_part = -1, loop = -1;  // joint outputs
+  int body = -1;                  // body outputs (scene index)
+  bool system = false;
+  int first = 0, count = 1;       // columns
+};
+
+struct OutputPlans {
+  std::vector<OutputPlan> outputs;
+  std::vector<std::string> columns, units;
+  bool accelerations = false, reactions = false;  // what they need
+};
+
+// Throws InputError with file, line, what was found and what there is.
+OutputPlans plan_outputs(Model& model, const Scene& scene);
+
+// Writes all columns for the current state. `previous`: the columns one sample before (rotations are continued through full turns), or null.
+void evaluate_outputs(const Model& model, const Scene& scene, const OutputPlans& plans, Work& work, const Reactions& reactions,
+                      const double* previous, double* row);
+
+// World pose of the frame in which a body's deformation is shown (a chain: that of its first part).
+Pose shown_world(const Model& model, Work& work, int part);
+
+// Coordinate and rate of a cut joint with one coordinate (revolute, prismatic).
+double loop_value(const Model& model, const Work& work, int loop);
+double loop_rate(const Model& model, Work& work, int loop);
+
+// The rotation vector nearest to `previous` of those that describe the same rotation as `a`.
+Vec3 continue_rotation(const Vec3& a, const Vec3& previous);
+
+}  // namespace flexframe::sim

@@ -1,0 +1,241 @@
+#include "sim/results/recorder.h"
+
+#include "sim/dynamics/dynamics.h"
+#include "sim/dynamics/kinematics.h"
+#include "sim/dynamics/massless.h"
+#include "sim/model/bodies.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace flexframe::sim {
+namespace {
+
+const char* kind_name(const BodyDef& body) {
+  if (std::holds_alternative<RigidDef>(body.kind)) return "rigid";
+  if (std::holds_alternative<BeamDef>(body.kind)) return "beam";
+  if (std::holds_alternative<ModalDef>(body.kind)) return "modal";
+  return "statespace";
+}
+
+const char* joint_name(JointKind kind) {
+  switch (kind) {
+    case JointKind::weld: return "weld";
+    case JointKind::revolute: return "revolute";
+    case JointKind::prismatic: return "prismatic";
+    case JointKind::cylindrical: return "cylindrical";
+    case JointKind::universal: return "universal";
+    case JointKind::spherical: return "spherical";
+    case JointKind::planar: return "planar";
+    case JointKind::free: return "free";
+    case JointKind::screw: return "screw";
+    case JointKind::point_on_line: return "point-on-line";
+    case JointKind::point_on_plane: return "point-on-plane";
+    default: return "distance";
+  }
+}
+
+int first_piece(const Model& model, int body) { return model.pieces[body].front(); }
+
+void write_quaternion(const Mat3& R, Eigen::MatrixX4d& out, Eigen::Index row) {
+  Quat q(R);
+  q.normalize();
+  // Neighbouring samples stay on the same sheet.
+  if (row > 0 && q.w() * out(row - 1, 0) + q.x() * out(row - 1, 1) + q.y() * out(row - 1, 2) + q.z() * out(row - 1, 3) < 0.0) q.coeffs() = -q.coeffs();
+  out.row(row) << q.w(), q.x(), q.y(), q.z();
+}
+
+// Frames were added to the model: the work space grows with them, the coordinates and partitions stay.
+void grow_work(System& system) {
+  Work work = make_work(system.model);
+  work.q = system.work.q;
+  work.w = system.work.w;
+  work.clusters = system.work.clusters;
+  work.massless = system.work.massless;
+  for (size_t i = 0; i < work.parts.size(); ++i) work.parts[i].friction = system.work.parts[i].friction;
+  system.work = std::move(work);
+}
+
+void refresh(System& system, double t, const VecX& y, bool accelerations, bool reactions, Reactions& out) {
+  if (accelerations) update_system_accelerations(system);
+  if (accelerations) update_massless_accelerations(system, t, y);
+  if (reactions) compute_reactions(system.model, system.work, out);
+}
+
+// Shapes and stresses of the nodes, for renderers that map modes.
+void set_node_shapes(const FlexibleBody& flex, const std::vector<int>& nodes, ResultBody& body) {
+  body.node_phi.resize(3 * static_cast<Eigen::Index>(nodes.size()), flex.n);
+  body.node_psi.resize(body.node_phi.rows(), flex.n);
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    const FlexibleNode& node = flex.nodes[static_cast<size_t>(nodes[i])];
+    const auto row = 3 * static_cast<Eigen::Index>(i);
+    body.node_phi.middleRows<3>(row) = node.phi;
+    body.node_psi.middleRows<3>(row) = node.psi;
+    if (node.sigma.cols() != flex.n || flex.n == 0) continue;
+    body.stress_nodes.push_back(static_cast<int>(i));
+    body.node_stress.conservativeResize(6 * static_cast<Eigen::Index>(body.stress_nodes.size()), flex.n);
+    body.node_stress.bottomRows<6>() = node.sigma;
+  }
+  body.labels = flex.labels;
+}
+
+}  // namespace
+
+Recorder::Recorder(System& system, const std::vector<double>& times) {
+  Model& model = system.model;
+  const Eigen::Index nt = static_cast<Eigen::Index>(times.size());
+  plans_ = plan_outputs(model, system.scene);
+  results_.title = system.scene.title;
+  results_.scene_file = system.scene.file.string();
+  results_.scene_text = system.scene.text;
+  results_.times = Eigen::Map<const VecX>(times.data(), nt);
+  for (size_t b = 0; b < system.scene.bodies.size(); ++b) {
+    const BodyDef& def = system.scene.bodies[b];
+    ResultBody body;
+    body.name = def.name;
+    body.kind = kind_name(def);
+    if (const auto* beam = std::get_if<BeamDef>(&def.kind)) {
+      body.length = beam->length;
+      body.section = beam->section;
+    }
+    if (def.mesh) body.mesh = def.mesh->string();
+    body.position = Eigen::MatrixX3d::Zero(nt, 3);
+    body.orientation = Eigen::MatrixX4d::Zero(nt, 4);
+    // Simulation nodes: the series' nodes of every piece (root and tip where a body has no series); seams once.
+    const int n = coordinate_count(model, static_cast<int>(b));
+    size_t before = 0;  // first node of the piece before: nodes at a seam are those of two neighbours
+    for (size_t piece = 0; piece < model.pieces[b].size(); ++piece) {
+      const int at = model.pieces[b][piece];
+      const Part& part = model.parts[at];
+      const size_t here = body.nodes.size();
+      std::vector<int> chosen;
+      for (size_t k = 0; k < part.body.nodes.size(); ++k) {
+        const FlexibleNode& node = part.body.nodes[k];
+        const Vec3 origin = part.rest_in_body.R * node.origin + part.rest_in_body.p;
+        bool known = false;
+        for (size_t other = before; other < body.nodes.size() && !known; ++other)
+          known = (body.nodes[other].origin - origin).norm() <= 1e-9 * std::max(1.0, origin.norm());
+        if (known) continue;
+        body.nodes.push_back({piece == 0 ? node.name : fmt::format("{}:{}", piece, node.name), origin});
+        chosen.push_back(static_cast<int>(k));
+      }
+      if (!chosen.empty()) pieces_.push_back({static_cast<int>(b), at, 3 * static_cast<Eigen::Index>(here), NodeMotion(part, chosen)});
+      if (const auto* modal = std::get_if<ModalDef>(&def.kind); modal && !chosen.empty()) set_node_shapes(part.body, chosen, body);
+      before = here;
+    }
+    body.displacement = MatX::Zero(nt, 3 * static_cast<Eigen::Index>(body.nodes.size()));
+    body.rotation = MatX::Zero(nt, 3 * static_cast<Eigen::Index>(body.nodes.size()));
+    body.q = body.qd = MatX::Zero(nt, n);
+    results_.bodies.push_back(std::move(body));
+    first_parts_.push_back(first_piece(model, static_cast<int>(b)));
+  }
+  for (size_t k = 0; k < system.scene.joints.size(); ++k) {
+    const JointDef& def = system.scene.joints[k];
+    ResultJoint joint;
+    joint.name = def.name;
+    joint.kind = joint_name(def.kind);
+    joint.position = Eigen::MatrixX3d::Zero(nt, 3);
+    joint.orientation = Eigen::MatrixX4d::Zero(nt, 4);
+    int frame = -1;
+    for (const Part& p : model.parts)
+      if (p.joint.scene_joint == static_cast<int>(k)) frame = p.joint.reversed ? p.joint.outboard : p.joint.inboard;
+    for (const LoopJoint& l : model.loops)
+      if (l.scene_joint == static_cast<int>(k)) frame = l.a;
+    joint_frames_.push_back(frame);
+    const Part* part = nullptr;
+    for (const Part& p : model.parts)
+      if (p.joint.scene_joint == static_cast<int>(k)) part = &p;
+    joint.value = MatX::Zero(nt, part ? part->joint.nq : 0);
+    joint.rate = MatX::Zero(nt, part ? part->joint.nv : 0);
+    results_.joints.push_back(std::move(joint));
+  }
+  results_.kinetic = results_.strain = results_.potential = results_.supplied = results_.dissipated = VecX::Zero(nt);
+  table_ = MatX::Zero(static_cast<Eigen::Index>(plans_.columns.size()), nt);
+
+  for (ResultBody& b : results_.bodies) rows_.push_back({TableRows(b.displacement), TableRows(b.rotation), TableRows(b.q), TableRows(b.qd)});
+  translation_.resize(results_.bodies.size());
+  rotation_.resize(results_.bodies.size());
+  shown_.resize(results_.bodies.size());
+  world_.resize(results_.bodies.size());
+  grow_work(system);
+}
+
+void Recorder::record(System& system, double t, const VecX& y) {
+  const Model& model = system.model;
+  Work& work = system.work;
+  set_state(system, t, y.data(), false);
+  refresh(system, t, y, plans_.accelerations, plans_.reactions, reactions_);
+  const Eigen::Index row = row_++;
+  for (size_t b = 0; b < results_.bodies.size(); ++b) {
+    ResultBody& body = results_.bodies[b];
+    const int first = first_parts_[b];
+    shown_[b] = shown_pose(model, first, work);
+    world_[b] = compose(work.parts[first].world, shown_[b]);
+    body.position.row(row) = world_[b].p.transpose();
+    write_quaternion(world_[b].R, body.orientation, row);
+    translation_[b] = rows_[b].displacement.next();
+    rotation_[b] = rows_[b].rotation.next();
+    body_coordinates(model, static_cast<int>(b), work.q, false, rows_[b].q.next());
+    body_coordinates(model, static_cast<int>(b), work.w, true, rows_[b].qd.next());
+  }
+  for (Piece& piece : pieces_) {
+    const auto b = static_cast<size_t>(piece.body);
+    // Without a chain everything stays in the part, so that small displacements keep their digits far from the origin.
+    const bool alone = model.parts[piece.part].piece == 0;
+    const Pose shown = alone ? inverse(shown_[b]) : compose(inverse(world_[b]), work.parts[piece.part].world);
+    piece.nodes.evaluate(work.parts[piece.part].q, shown, translation_[b] + piece.first, rotation_[b] + piece.first);
+  }
+  for (size_t k = 0; k < results_.joints.size(); ++k) {
+    ResultJoint& joint = results_.joints[k];
+    if (joint_frames_[k] < 0) continue;
+    update_frame_pose(model, joint_frames_[k], work);
+    const Pose pose = frame_world(model, work, joint_frames_[k]);
+    joint.position.row(row) = pose.p.transpose();
+    write_quaternion(pose.R, joint.orientation, row);
+  }
+  for (const Part& p : model.parts) {
+    if (p.joint.scene_joint < 0) continue;
+    ResultJoint& joint = results_.joints[p.joint.scene_joint];
+    joint.value.row(row) = work.q.segment(p.q0, p.joint.nq).transpose();
+    joint.rate.row(row) = work.w.segment(p.v0, p.joint.nv).transpose();
+  }
+  const Energy e = compute_energy(model, work);
+  results_.kinetic[row] = e.kinetic;
+  results_.strain[row] = e.strain;
+  results_.potential[row] = e.potential;
+  if (system.quadrature) {
+    results_.supplied[row] = y[y.size() - 2];
+    results_.dissipated[row] = y[y.size() - 1];
+  }
+  evaluate_outputs(model, system.scene, plans_, work, reactions_, row > 0 ? table_.col(row - 1).data() : nullptr, table_.col(row).data());
+}
+
+Results Recorder::finish(const System&) {
+  for (BodyRows& rows : rows_)
+    for (TableRows* table : {&rows.displacement, &rows.rotation, &rows.q, &rows.qd}) table->flush();
+  for (size_t k = 0; k < plans_.columns.size(); ++k)
+    results_.outputs.push_back({plans_.columns[k], plans_.units[k], table_.row(static_cast<Eigen::Index>(k)).transpose()});
+  return std::move(results_);
+}
+
+HistoryRecorder::HistoryRecorder(System& system, const std::vector<double>& times) : plans_(plan_outputs(system.model, system.scene)) {
+  histories_.times = Eigen::Map<const VecX>(times.data(), static_cast<Eigen::Index>(times.size()));
+  histories_.columns = plans_.columns;
+  histories_.units = plans_.units;
+  histories_.values = MatX::Zero(static_cast<Eigen::Index>(plans_.columns.size()), histories_.times.size());
+  grow_work(system);
+}
+
+void HistoryRecorder::record(System& system, double t, const VecX& y) {
+  set_state(system, t, y.data(), false);
+  refresh(system, t, y, plans_.accelerations, plans_.reactions, reactions_);
+  const Eigen::Index row = row_++;
+  MatX& table = histories_.values;
+  evaluate_outputs(system.model, system.scene, plans_, system.work, reactions_, row > 0 ? table.col(row - 1).data() : nullptr, table.col(row).data());
+  const Energy e = compute_energy(system.model, system.work);
+  histories_.energy_scale = std::max({histories_.energy_scale, e.kinetic, e.strain});
+}
+
+}  // namespace flexframe::sim

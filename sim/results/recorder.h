@@ -1,0 +1,78 @@
+// Samples of a run: fills Results, row by row.
+#pragma once
+
+#include "sim/results/histories.h"
+#include "sim/results/node_motion.h"
+#include "sim/results/outputs.h"
+#include "sim/time/system.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace flexframe::sim {
+
+// A table that is written row by row. Its columns lie one after the other in memory: rows are collected and laid down together.
+class TableRows {
+ public:
+  explicit TableRows(MatX& table) : table_(&table), collected_(table.cols(), std::min<Eigen::Index>(32, table.rows())) {}
+  // Where the numbers of the next row go.
+  double* next() {
+    if (count_ == collected_.cols()) flush();
+    return collected_.col(count_++).data();
+  }
+  void flush() {
+    table_->middleRows(first_, count_) = collected_.leftCols(count_).transpose();
+    first_ += count_;
+    count_ = 0;
+  }
+
+ private:
+  MatX* table_;
+  MatX collected_;
+  Eigen::Index first_ = 0, count_ = 0;
+};
+
+class Recorder {
+ public:
+  // Resolves the scene's outputs (throws InputError) and sizes the series.
+  Recorder(System& system, const std::vector<double>& times);
+  // Row for the next time.
+  void record(System& system, double t, const VecX& y);
+  Results finish(const System& system);
+  bool outputs_empty() const { return plans_.columns.empty(); }
+
+ private:
+  struct Piece {
+    int body, part;
+    Eigen::Index first;  // column of its first node
+    NodeMotion nodes;
+  };
+  OutputPlans plans_;
+  std::vector<Piece> pieces_;                    // behind the nodes of the result bodies
+  std::vector<int> first_parts_;                 // first part of every result body
+  std::vector<double*> translation_, rotation_;  // rows of the sample, of every body
+  std::vector<Pose> shown_, world_;              // shown frame of every body, in its first part and in the world; of the sample
+  std::vector<int> joint_frames_;
+  struct BodyRows { TableRows displacement, rotation, q, qd; };
+  std::vector<BodyRows> rows_;                   // of results_.bodies
+  Reactions reactions_;
+  Results results_;
+  MatX table_;
+  Eigen::Index row_ = 0;
+};
+
+// Samples of a run's outputs only, for runs that are compared and thrown away.
+class HistoryRecorder {
+ public:
+  HistoryRecorder(System& system, const std::vector<double>& times);
+  void record(System& system, double t, const VecX& y);
+  Histories finish() { return std::move(histories_); }
+
+ private:
+  OutputPlans plans_;
+  Reactions reactions_;
+  Histories histories_;
+  Eigen::Index row_ = 0;
+};
+
+}  // namespace flexframe::sim

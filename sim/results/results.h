@@ -1,0 +1,90 @@
+// What a simulation leaves behind, as plain data; results_file.h writes it to HDF5 and CSV and reads it back.
+// Anybody may fill one from another simulator and render it. SI units; row i of every series belongs to times[i].
+#pragma once
+
+#include "sim/base/types.h"
+#include "sim/scene/scene.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace flexframe::sim {
+
+struct ResultNode {
+  std::string name;                  // frame name or node number
+  Vec3 origin = Vec3::Zero();        // undeformed position in the body frame, m
+};
+
+// A body of the scene (a mixed or lumped beam is one body). Node displacements and rotations are relative to the undeformed
+// body, in the body frame; rotations are rotation vectors of the exact relative rotation and may be large.
+struct ResultBody {
+  std::string name;
+  std::string kind;                  // rigid, beam, modal, statespace
+  double length = 0.0;               // beams: m
+  Section section;                   // beams: what to draw
+  std::string mesh;                  // Wavefront file, absolute, or empty
+  std::string mesh_sha256;           // of that file when the results were written; empty: unknown
+  Eigen::MatrixX3d position;         // nt x 3, origin of the body frame in world axes, m
+  Eigen::MatrixX4d orientation;      // nt x 4, unit quaternion w x y z, body to world
+  std::vector<ResultNode> nodes;     // nn simulation nodes; empty for a rigid body
+  MatX displacement;                 // nt x 3 nn: ux uy uz of node 0, of node 1, ...; m
+  MatX rotation;                     // nt x 3 nn, rad; empty: unknown
+  MatX q, qd;                        // nt x n elastic coordinates and rates (all parts, in order)
+  // Modal bodies only: displacement of the nodes per elastic coordinate, so that a renderer can map modes once.
+  MatX node_phi;                     // 3 nn x n or empty
+  MatX node_psi;                     // 3 nn x n or empty
+  // Where the body knows stresses: the nodes that have them and their stress per elastic coordinate (xx yy zz xy yz xz below each other), Pa.
+  std::vector<int> stress_nodes;     // ns indices of nodes, ascending
+  MatX node_stress;                  // 6 ns x n or empty
+  std::vector<std::string> labels;   // n
+};
+
+struct ResultJoint {
+  std::string name, kind;
+  Eigen::MatrixX3d position;         // nt x 3, of the joint's parent frame, world
+  Eigen::MatrixX4d orientation;      // nt x 4
+  MatX value, rate;                  // nt x nq, nt x nv
+};
+
+struct ResultOutput {
+  std::string column;                // "slider.x", "energy"
+  std::string unit;                  // "m", "rad/s", "J"
+  VecX values;                       // nt
+};
+
+// How an asked accuracy was met.
+struct AccuracyStatement {
+  double asked = 0.0;
+  double time = 0.0, space = 0.0, effects = 0.0;  // estimated errors, relative to the range of the output; the latter two add as squares
+  std::string column;                // the output that is furthest off
+  double half_cost = 1.0;            // half the error would cost so many times the CPU time
+  double search_cpu = 0.0;           // s, of the runs that found the setting
+  std::vector<std::string> chosen;   // "tolerance 1e-05", "'rod' 3 modes of 9 elements"
+};
+
+struct SolverStatistics {
+  std::string method;
+  double tolerance = 0.0;
+  long steps = 0, evaluations = 0, jacobians = 0, events = 0, restarts = 0;
+  double cpu_seconds = 0.0;          // of the time integration, the model's making excluded
+  double error_estimate = -1.0;      // relative to each output's range, the worst output; negative: not estimated
+  std::string error_column;          // that output
+  std::optional<AccuracyStatement> accuracy;  // where one was asked for
+  std::vector<std::string> notes;    // one sentence each: what was chosen, neglected, warned of
+  std::vector<std::string> warnings; // one sentence each: effects left out that are worth more than the asked accuracy, linear bodies bent too far
+};
+
+struct Results {
+  std::string title;
+  std::string scene_file;            // as given
+  std::string scene_text;            // the file's text, so that results describe themselves
+  VecX times;                        // nt, s
+  std::vector<ResultBody> bodies;
+  std::vector<ResultJoint> joints;
+  std::vector<ResultOutput> outputs;
+  VecX kinetic, strain, potential, supplied, dissipated;  // nt each, J; system totals (supplied, dissipated: work since the start)
+  SolverStatistics statistics;
+};
+
+}  // namespace flexframe::sim

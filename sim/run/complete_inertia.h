@@ -1,0 +1,47 @@
+// What is done where a beam's truncated kinetic energy does not last.
+#pragma once
+
+#include "sim/base/types.h"
+#include "sim/scene/scene.h"
+
+#include <fmt/format.h>
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace flexframe::sim {
+
+// A run that loses the positive kinetic energy of a beam (far deformed, many modes: sim/README.md, "Energy first") is made again with
+// the complete one of the particles of the beam's axis, which costs several times as much but lasts.
+template <class Run>
+auto with_complete_inertia(const Scene& scene, Run&& once) {
+  std::optional<Scene> changed;
+  std::vector<std::string> notes;
+  while (true) {
+    int indefinite = -1;
+    try {
+      auto out = once(changed ? *changed : scene, indefinite);
+      out.statistics.notes.insert(out.statistics.notes.begin(), notes.begin(), notes.end());
+      return out;
+    } catch (const SimulationError&) {
+      if (indefinite < 0) throw;
+      if (!changed) changed = scene;
+      // The one that is blamed; where that was not enough, all beams: in a loop one moves with the other.
+      bool more = false;
+      const auto complete = [&](BodyDef& body) {
+        auto* beam = std::get_if<BeamDef>(&body.kind);
+        if (!beam || beam->complete_inertia) return;
+        beam->complete_inertia = more = true;
+        notes.push_back(fmt::format("body '{}' is deformed beyond what a kinetic energy of second order describes: computed with the complete one of its axis", body.name));
+      };
+      complete(changed->bodies[static_cast<size_t>(indefinite)]);
+      if (!more)
+        for (BodyDef& body : changed->bodies) complete(body);
+      if (!more) throw;
+    }
+  }
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,264 @@
+#include "sim/run/effect_report.h"
+
+#include "sim/base/cpu_clock.h"
+#include "sim/start/make_system.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace flexframe::sim {
+namespace {
+
+const char* const beam_switches[] = {"axial", "bending_xy", "bending_xz", "torsion", "stiffening", "shear"};
+
+void drop(std::vector<std::string>& list, const std::string& name) { list.erase(std::remove(list.begin(), list.end(), name), list.end()); }
+
+void switch_beam(BeamDef& beam, const std::vector<EffectState>& states, const std::string& owner, const std::string& effect, bool on) {
+  EffectChoice& choice = beam.effects;
+  drop(choice.without, effect);
+  if (effect == "gyroscopic" || effect == "damping") {
+    if (!on) choice.without.push_back(effect);
+    return;
+  }
+  std::vector<std::string> names;
+  for (const EffectState& s : states)
+    if (s.owner == owner && s.on && s.effect != effect && std::find(std::begin(beam_switches), std::end(beam_switches), s.effect) != std::end(beam_switches))
+      names.push_back(s.effect);
+  if (on) names.push_back(effect);
+  choice.automatic = false;
+  choice.names = names;
+  if (beam.modes.empty() || effect == "stiffening" || effect == "shear") return;
+  // Modes that are listed decide: the direction's first one, or none of it.
+  if (on) beam.modes.try_emplace(effect, std::vector<int>{1});
+  else beam.modes.erase(effect);
+}
+
+// The check of one effect has taken what it may.
+struct BudgetSpent {};
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const size_t n = values.size();
+  return n == 0 ? 0.0 : n % 2 == 1 ? values[n / 2] : 0.5 * (values[n / 2 - 1] + values[n / 2]);
+}
+
+// Ranges of two runs of which one may hardly move: the larger.
+VecX common_ranges(const Histories& a, const Histories& b) { return output_ranges(a).cwiseMax(output_ranges(b)); }
+
+}  // namespace
+
+Scene with_effect(const Scene& scene, const std::vector<EffectState>& states, const std::string& owner, const std::string& effect, bool on) {
+  Scene out = scene;
+  if (owner == whole_scene && effect == "gravity") {
+    if (!on) out.simulation.gravity.setZero();
+    return out;
+  }
+  for (JointDef& j : out.joints) {
+    if (owner != fmt::format("joint '{}'", j.name)) continue;
+    if (!on && effect == "friction") j.friction.reset();
+    if (!on && effect == "stops") j.stop.reset();
+    return out;
+  }
+  for (BodyDef& b : out.bodies) {
+    if (b.name != owner) continue;
+    if (auto* beam = std::get_if<BeamDef>(&b.kind)) {
+      switch_beam(*beam, states, owner, effect, on);
+      return out;
+    }
+    if (auto* modal = std::get_if<ModalDef>(&b.kind)) {
+      drop(modal->effects.without, effect);
+      if (!on) modal->effects.without.push_back(effect);
+      return out;
+    }
+  }
+  throw std::invalid_argument(fmt::format("'{}' cannot have the effect {}", owner, effect));
+}
+
+std::vector<EffectState> effect_states(const Scene& scene, const Model& model) {
+  std::vector<EffectState> out = model.effects;
+  const auto add = [&](const std::string& owner, const char* effect, bool on, const char* why) {
+    EffectState s;
+    s.owner = owner;
+    s.effect = effect;
+    s.on = s.possible = on;
+    s.by = "scene";
+    s.why = why;
+    out.push_back(s);
+  };
+  for (const JointDef& j : scene.joints) {
+    if (j.friction) add(fmt::format("joint '{}'", j.name), "friction", true, "the scene gives it");
+    if (j.stop) add(fmt::format("joint '{}'", j.name), "stops", true, "the scene gives them");
+  }
+  const bool heavy = !scene.simulation.gravity.isZero(0.0);
+  add(whole_scene, "gravity", heavy, heavy ? "the scene gives it" : "the scene gives none");
+  return out;
+}
+
+EffectReport report_effects(const Scene& scene, const EffectOptions& options) {
+  const System system = make_system(scene);
+  EffectReport out;
+  const double scene_tolerance = scene.simulation.tolerance.value_or(scene.simulation.accuracy ? 0.1 * *scene.simulation.accuracy : default_tolerance);
+  SimulateOptions pair;
+  pair.tolerance = options.tolerance > 0.0 ? options.tolerance : std::min(10.0 * scene_tolerance, 1e-2);
+  pair.samples = 400;
+  out.tolerance = *pair.tolerance;
+  const std::vector<EffectState> states = effect_states(scene, system.model);
+
+  size_t measurable = 0, done = 0;
+  for (const EffectState& s : states) measurable += s.possible;
+  const auto advance = [&] {
+    ++done;
+    if (options.progress) options.progress(static_cast<double>(done) / static_cast<double>(measurable + 2));
+  };
+
+  const Histories base = simulate_histories(scene, pair);
+  out.columns = base.columns;
+  out.cpu = base.statistics.cpu_seconds;
+  advance();
+  SimulateOptions tight = pair;
+  tight.tolerance = 0.1 * *pair.tolerance;
+  out.floor = compare_histories(base, simulate_histories(scene, tight), output_ranges(base)).largest;
+  advance();
+
+  for (const EffectState& s : states) {
+    EffectRow row;
+    row.state = s;
+    row.shares = VecX::Zero(base.values.rows());
+    if (!s.possible) {
+      out.rows.push_back(row);
+      continue;
+    }
+    const Scene other = with_effect(scene, states, s.owner, s.effect, !s.on);
+    std::vector<double> cpu_here{base.statistics.cpu_seconds}, cpu_other;
+    try {
+      const Histories changed = simulate_histories(other, pair);
+      if (changed.columns == base.columns) {
+        const Difference d = compare_histories(changed, base, common_ranges(changed, base));
+        row.measured = true;
+        row.share = d.largest;
+        row.column = d.column >= 0 ? base.columns[static_cast<size_t>(d.column)] : "";
+        row.shares = d.columns;
+      } else {
+        row.note = "it changes the number of output columns";
+      }
+      cpu_other.push_back(changed.statistics.cpu_seconds);
+      for (int r = 1; r < options.repeats && cpu_here[0] + cpu_other[0] < 0.5; ++r) {
+        cpu_here.push_back(simulate_histories(scene, pair).statistics.cpu_seconds);
+        cpu_other.push_back(simulate_histories(other, pair).statistics.cpu_seconds);
+      }
+    } catch (const std::runtime_error& error) {
+      // A run that fails with the effect toggled says as much as a number.
+      row.note = fmt::format("{} it the run fails: {}", s.on ? "without" : "with", error.what());
+    }
+    row.cpu_on = median(s.on ? cpu_here : cpu_other);
+    row.cpu_off = median(s.on ? cpu_other : cpu_here);
+    out.rows.push_back(row);
+    advance();
+  }
+  return out;
+}
+
+NeglectCheck check_neglected(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const NeglectOptions& options) {
+  NeglectCheck out;
+  SimulateOptions pair;
+  pair.tolerance = options.tolerance;
+  pair.method = options.method;
+  pair.samples = static_cast<int>(base.times.size());
+  double longest = base.statistics.cpu_seconds;
+  for (const char* effect : {"stiffening", "bending_xy", "bending_xz", "torsion", "axial", "gyroscopic", "shear"}) {
+    if (!options.shear && std::string_view(effect) == "shear") continue;
+    Neglected n;
+    n.effect = effect;
+    Scene other = scene;
+    for (const EffectState& s : states) {
+      if (s.effect != effect || s.on || !s.possible) continue;
+      n.owners.push_back(s.owner);
+      other = with_effect(other, states, s.owner, s.effect, true);
+    }
+    if (n.owners.empty()) continue;
+    if (out.cpu + longest > options.budget) {
+      out.untried.push_back(fmt::format("{} of {}", effect, fmt::join(n.owners, ", ")));
+      continue;
+    }
+    const double start = cpu_seconds();
+    const auto spent = [&] { return cpu_seconds() - start; };
+    pair.progress = [&](double) {
+      if (out.cpu + spent() > options.budget) throw BudgetSpent{};
+    };
+    try {
+      const Histories changed = simulate_histories(other, pair);
+      out.cpu += spent();
+      longest = std::max(longest, changed.statistics.cpu_seconds);
+      if (changed.columns != base.columns) continue;
+      const Difference d = compare_histories(changed, base, common_ranges(changed, base));
+      n.share = d.largest;
+      n.column = d.column >= 0 ? base.columns[static_cast<size_t>(d.column)] : "";
+      n.resolved = n.share > 2.0 * options.floor;
+      if (options.run && n.share > options.confirm_above) {
+        SimulateOptions same = pair;
+        same.tolerance = options.run_tolerance;
+        same.progress = {};
+        const double from = cpu_seconds();
+        const Histories tight = simulate_histories(other, same);
+        out.cpu += cpu_seconds() - from;
+        const Difference sure = compare_histories(tight, *options.run, common_ranges(tight, *options.run));
+        n.share = sure.largest;
+        n.column = sure.column >= 0 ? options.run->columns[static_cast<size_t>(sure.column)] : "";
+        n.resolved = n.share > 3.0 * options.run_error;
+      }
+      out.found.push_back(n);
+    } catch (const BudgetSpent&) {
+      out.cpu += spent();
+      out.untried.push_back(fmt::format("{} of {}", effect, fmt::join(n.owners, ", ")));
+    } catch (const std::runtime_error& error) {
+      out.cpu += spent();
+      out.untried.push_back(fmt::format("{} of {} (with it the run fails: {})", effect, fmt::join(n.owners, ", "), error.what()));
+    }
+  }
+  return out;
+}
+
+void report_neglected(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const NeglectOptions& options, double asked,
+                      SolverStatistics& out) {
+  NeglectOptions confirmed = options;
+  confirmed.confirm_above = asked;
+  const NeglectCheck check = check_neglected(scene, states, base, confirmed);
+  for (const Neglected& n : check.found) {
+    if (n.share > asked && n.resolved) {
+      out.warnings.push_back(neglect_text(scene, n));
+      continue;
+    }
+    const std::string worth = n.resolved ? fmt::format("{:.1g} of the range of {}", n.share, n.column)
+                                         : fmt::format("not to be told from the error of the check, {:.1g}", std::max(n.share, options.floor));
+    out.notes.push_back(fmt::format("{} of {} left out: {}", n.effect, fmt::join(n.owners, ", "), worth));
+  }
+  for (const std::string& what : check.untried)
+    out.notes.push_back(fmt::format("{} left out and not checked: that would cost more than half of the run; flexframe effects measures it", what));
+}
+
+std::string neglect_text(const Scene& scene, const Neglected& n) {
+  std::vector<std::string> quoted;
+  bool without = false, modes = false;
+  for (const std::string& owner : n.owners) {
+    quoted.push_back("'" + owner + "'");
+    for (const BodyDef& b : scene.bodies) {
+      if (b.name != owner) continue;
+      const auto* beam = std::get_if<BeamDef>(&b.kind);
+      const EffectChoice* choice = beam ? &beam->effects : nullptr;
+      if (const auto* modal = std::get_if<ModalDef>(&b.kind)) choice = &modal->effects;
+      if (!choice) continue;
+      without = without || std::find(choice->without.begin(), choice->without.end(), n.effect) != choice->without.end();
+
+      modes = modes || (beam && !beam->modes.empty() && n.effect != "stiffening" && n.effect != "shear");
+    }
+  }
+  const std::string where = fmt::format("{}", fmt::join(quoted, ", "));
+  const std::string remedy = without ? fmt::format("take \"{}\" out of 'without'", n.effect)
+                             : modes ? fmt::format("add {} = [1] to 'modes'", n.effect)
+                                     : fmt::format("add \"{}\" to 'effects'", n.effect);
+  return fmt::format("{} of {} is left out and worth {:.2g} of the range of {}: {}", n.effect, where, n.share, n.column, remedy);
+}
+
+}  // namespace flexframe::sim

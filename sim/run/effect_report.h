@@ -1,0 +1,95 @@
+// What every effect of a scene is worth: its share of the outputs, its coordinates and its price, found by running the scene with and
+// without it.
+//
+// A share is the largest difference of an output between the two runs, relative to the output's range (histories.h): phases count. Pairs of runs
+// are thinned and loose; what they cannot tell from their own error of time integration is reported as below `floor`.
+#pragma once
+
+#include "sim/model/effects.h"
+#include "sim/run/histories_run.h"
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace flexframe::sim {
+
+// Names of owners that are no bodies: joints ("joint 'guide'") and the whole scene.
+inline constexpr const char* whole_scene = "scene";
+
+// The scene with one effect of one owner on or off. states: of the scene as it stands (Model::effects). Throws std::invalid_argument for an
+// effect that the owner cannot have.
+Scene with_effect(const Scene& scene, const std::vector<EffectState>& states, const std::string& owner, const std::string& effect, bool on);
+
+// Effects of joints (friction, stops) and of the whole scene (gravity), then those of the model's bodies.
+std::vector<EffectState> effect_states(const Scene& scene, const Model& model);
+
+struct EffectRow {
+  EffectState state;
+  bool measured = false;     // a pair of runs was made
+  double share = 0.0;        // of the output it changes most; 0 where the effect cannot occur
+  std::string column;        // that output
+  VecX shares;               // per column of the report
+  double cpu_on = 0.0, cpu_off = 0.0;  // s, of the pair
+  std::string note;          // why there is no number
+};
+
+struct EffectReport {
+  std::vector<std::string> columns;
+  std::vector<EffectRow> rows;
+  double tolerance = 0.0;    // of the pairs
+  double floor = 0.0;        // error of their time integration: smaller shares are not to be trusted
+  double cpu = 0.0;          // s, of the scene as it stands
+};
+
+struct EffectOptions {
+  double tolerance = 0.0;    // of the pairs; 0: ten times the scene's
+  int repeats = 3;           // of every run, interleaved, for the price; runs above half a second are not repeated
+  std::function<void(double fraction)> progress;  // may throw to stop
+};
+
+// Throws what simulate throws for the scene as it stands.
+EffectReport report_effects(const Scene& scene, const EffectOptions& options = {});
+
+// The check after a run: what was left out and could occur, per effect on all bodies at once, each by one pair of runs.
+struct Neglected {
+  std::string effect;
+  std::vector<std::string> owners;
+  double share = 0.0;
+  std::string column;
+  bool resolved = true;      // false: the share is not above the error of the pair itself
+};
+struct NeglectCheck {
+  std::vector<Neglected> found;      // one an effect that was tried
+  std::vector<std::string> untried;  // effects for which the budget was spent, with owners
+  double cpu = 0.0;                  // s
+};
+
+struct NeglectOptions {
+  double tolerance = 1e-4;   // of the pairs
+  double budget = 1e300;     // CPU s; the next pair is not begun when it would pass it
+  double floor = 0.0;        // error of time integration at that tolerance
+  std::optional<Method> method;
+  // A share above `confirm_above` is measured again at the run's own tolerance, against the run: pairs at a loose tolerance step over vibrations
+  // in different ways, which can look like an effect.
+  const Histories* run = nullptr;
+  double run_tolerance = 0.0, run_error = 0.0, confirm_above = 1e300;
+  bool shear = false;        // also Timoshenko's theory in place of Euler-Bernoulli's
+};
+
+// base: histories of the scene itself at options.tolerance.
+NeglectCheck check_neglected(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const NeglectOptions& options);
+
+// Price of the check against that of the run: a pair at ten times the tolerance takes about half of a run.
+inline constexpr double check_price = 0.6;
+// What it may take in any case, CPU s: nobody waits for that.
+inline constexpr double least_check = 0.1;
+
+// Checks and says what was found: warnings for what is worth more than `asked`, notes for the rest.
+void report_neglected(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const NeglectOptions& options, double asked,
+                      SolverStatistics& out);
+
+// "stiffening of 'rod' was left out and is worth 12 % of tip.y: add \"stiffening\" to its effects"
+std::string neglect_text(const Scene& scene, const Neglected& neglected);
+
+}  // namespace flexframe::sim

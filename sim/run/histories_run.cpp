@@ -1,0 +1,60 @@
+#include "sim/run/histories_run.h"
+
+#include "sim/results/recorder.h"
+#include "sim/run/complete_inertia.h"
+#include "sim/run/integrate_run.h"
+#include "sim/start/make_system.h"
+
+#include <algorithm>
+
+namespace flexframe::sim {
+namespace {
+
+// Whether an output is an angle that is counted through full turns from sample to sample.
+bool counts_turns(const Model& model, const Scene& scene, const OutputDef& output) {
+  if (output.quantity == Quantity::rotation) return true;
+  if (output.quantity != Quantity::value) return false;
+  for (const LoopJoint& l : model.loops)
+    if (l.name == output.of.body) return true;
+  for (const JointDef& j : scene.joints)
+    if (j.name == output.of.body) return j.kind == JointKind::spherical || j.kind == JointKind::free;
+  return true;
+}
+
+// Every k-th time and the last, so that about `wanted` remain. Angles that are counted through turns need all times.
+std::vector<double> thinned(const std::vector<double>& times, const Model& model, const Scene& scene, int wanted) {
+  const bool turns = std::any_of(scene.outputs.begin(), scene.outputs.end(), [&](const OutputDef& o) { return counts_turns(model, scene, o); });
+  const size_t stride = wanted > 0 && !turns ? std::max<size_t>(1, times.size() / static_cast<size_t>(wanted)) : 1;
+  std::vector<double> out;
+  for (size_t i = 0; i < times.size(); i += stride) out.push_back(times[i]);
+  if (out.back() != times.back()) out.push_back(times.back());
+  return out;
+}
+
+}  // namespace
+
+std::vector<double> sample_times(const SimulationSettings& s) {
+  std::vector<double> times;
+  const auto count = static_cast<long>(s.duration * s.output_rate * (1.0 + 1e-12));
+  for (long k = 0; k <= count; ++k) times.push_back(static_cast<double>(k) / s.output_rate);
+  // The run's end is always a sample.
+  if (times.back() > s.duration || s.duration - times.back() < 1e-9 / s.output_rate) times.back() = s.duration;
+  else times.push_back(s.duration);
+  return times;
+}
+
+Histories simulate_histories(const Scene& scene, const SimulateOptions& options) {
+  return with_complete_inertia(scene, [&](const Scene& s, int& indefinite) {
+    System system = make_system(s);
+    if (options.tolerance) system.tolerance = *options.tolerance;
+    const std::vector<double> times = thinned(sample_times(s.simulation), system.model, s, options.samples);
+    HistoryRecorder recorder(system, times);
+    const SolverStatistics statistics = integrate(system, options.method.value_or(s.simulation.method), times, options.progress,
+                                                  [&](System& at, double t, const VecX& y) { recorder.record(at, t, y); }, indefinite);
+    Histories out = recorder.finish();
+    out.statistics = statistics;
+    return out;
+  });
+}
+
+}  // namespace flexframe::sim

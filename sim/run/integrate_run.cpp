@@ -1,0 +1,356 @@
+#include "sim/run/integrate_run.h"
+
+#include "sim/base/cpu_clock.h"
+#include "sim/dynamics/closure.h"
+#include "sim/dynamics/dynamics.h"
+#include "sim/dynamics/flexures.h"
+#include "sim/dynamics/kinematics.h"
+#include "sim/dynamics/massless.h"
+#include "sim/time/events.h"
+#include "sim/time/newton_matrix.h"
+#include "sim/time/system.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace flexframe::sim {
+namespace {
+
+// All times at which an expression changes its piece, ascending, then the end.
+std::vector<double> segment_ends(const Model& model) {
+  std::vector<double> ends;
+  for (const TimeFunction& e : model.expressions) {
+    const std::vector<double> t = e.switch_times(0.0, model.settings.duration);
+    ends.insert(ends.end(), t.begin(), t.end());
+  }
+  std::sort(ends.begin(), ends.end());
+  ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
+  ends.push_back(model.settings.duration);
+  return ends;
+}
+
+// Explicit steps are limited by stability to about one radian of the fastest elastic vibration. Up to 2000 such radians in the run
+// Adams is the cheapest; beyond, the L-stable Runge-Kutta method steps over vibrations that the tolerance does not see (BDF of order
+// 3 to 5 is unstable for them, of order 2 it is three times as dear). Where damping turns the fastest vibrations into decay, BDF is stable
+// and the cheapest: a damped beam on its way to large deformations took it 100 steps and the Runge-Kutta method, whose trial stages
+// overshoot, several thousand.
+Method choose_method(const System& system, double& fastest_vibration) {
+  double fastest = 0.0;
+  bool decays = true;  // the fastest vibration of every elastic body is damped beyond critically
+  for (const Part& p : system.model.parts) {
+    double top = 0.0, damping = 0.0;
+    for (int k = 0; k < p.body.n; ++k) {
+      const double square = p.body.Ke(k, k) / p.body.Me(k, k);
+      if (square <= top) continue;
+      top = square;
+      damping = p.body.De.size() > 0 ? p.body.De(k, k) / p.body.Me(k, k) : 0.0;
+    }
+    decays = decays && (p.body.n == 0 || damping > 2.0 * std::sqrt(top));
+    fastest = std::max(fastest, top);
+  }
+  for (const Flexure& f : system.model.flexures) {
+    const double top = flexure_frequency(f);
+    decays = decays && f.links.time_constant * top > 2.0;
+    fastest = std::max(fastest, top * top);
+  }
+  if (!system.model.massless.rates.empty() && massless_decay(system.model, system.work) * system.model.settings.duration > 2000.0) return Method::bdf;
+  // Friction that follows the slip's direction turns it at mu N / (m s), without bound where it starts slowly from rest (a pull in a turning direction: 315 000
+  // steps of Adams, 1400 of BDF).
+  if (std::any_of(system.friction.points.begin(), system.friction.points.end(), [](const FrictionPoint& p) { return p.phase == FrictionPhase::slip; }))
+    return fastest > 0.0 && !decays ? Method::dirk : Method::bdf;
+  fastest_vibration = std::sqrt(fastest);
+  if (fastest_vibration * system.model.settings.duration < 2000.0) return Method::adams;
+  return decays ? Method::bdf : Method::dirk;
+}
+
+// What "auto" took for a long run is looked at again after that many steps. At a tight tolerance the third order of the Runge-Kutta method
+// makes its steps short: where they pass no more than a few radians of the fastest vibration, Adams follows it for at most twice the
+// evaluations, and drifts a hundredth as far (elastic pendulum at 1e-8: 3 million evaluations for 1.6, its energy 1e-8 off instead of 2e-6).
+constexpr long trial_steps = 500;
+constexpr double tight = 1.0001e-8, followed_radians = 10.0;
+
+// Where a deformation closes a loop it stays so: a held beam's stretching is a thousandth of its bending and carries as much force, so that the noise of
+// vibrations which explicit steps follow at the limit of their stability shows (a wire between hinges at 1e-8: Adams loses 1.4 % of its energy, the
+// Runge-Kutta method 1e-5 for the same time).
+bool may_be_followed(const System& system) {
+  for (size_t c = 0; c < system.model.clusters.size(); ++c)
+    if (deformation_closes(system.model, system.work, static_cast<int>(c))) return false;
+  return true;
+}
+
+// What most likely makes the steps small at the present state, half a sentence; `complaint`: of the last evaluation that failed, if one did.
+std::string likely_cause(System system, double t, const VecX& y, const std::string& complaint) {
+  if (!complaint.empty()) return complaint;
+  // In space, whatever evaluated it so far.
+  system.planar.reset();
+  try {
+    set_state(system, t, y.data(), true);
+  } catch (const SimulationError& error) {
+    return error.what();
+  }
+  const FrictionPoint* worst = nullptr;
+  for (const FrictionPoint& p : system.friction.points)
+    if (p.law.reaction && p.phase != FrictionPhase::stick && (!worst || p.normal > worst->normal)) worst = &p;
+  if (worst)
+    return fmt::format("joint '{}' locks itself: its friction and its reaction ({:.3g} N) raise each other; lower the coefficient, or give normal_force as a number or friction a velocity scale "
+                       "(regularised)", system.model.parts[worst->part].joint.name, worst->normal);
+  for (size_t c = 0; c < system.model.clusters.size(); ++c) {
+    const Cluster& cluster = system.model.clusters[c];
+    const ClusterWork& cw = system.work.clusters[c];
+    if (cluster.loops.empty()) continue;
+    const auto speed = [&](int rate) { return std::abs(system.work.w[cluster.v0 + rate]) * rate_scale(system.model, static_cast<int>(c), rate); };
+    double driving = 0.0, driven = 0.0;
+    for (int k : cw.partition.ind) driving = std::max(driving, speed(k));
+    for (int k : cw.partition.dep) driven = std::max(driven, speed(k));
+    for (int i : cluster.parts)
+      if (const int motion = system.model.parts[i].joint.motion; motion >= 0) driving = std::max(driving, std::abs(system.work.motion[motion].rate) * cluster.size);
+    if (driven > 100.0 * driving)
+      return fmt::format("the mechanism is at the end of its reach, where the rates in the loop of joint '{}' grow without bound", system.model.loops[system.model.clusters[c].loops.front()].name);
+  }
+  // A rate whose inertia, with the others free, has almost gone.
+  for (size_t c = 0; c < system.model.clusters.size(); ++c) {
+    const ClusterWork& cw = system.work.clusters[c];
+    const auto& L = cw.llt.matrixLLT();
+    for (size_t k = 0; k < cw.partition.ind.size() && L.rows() == cw.D.rows(); ++k) {
+      const Eigen::Index i = static_cast<Eigen::Index>(k);
+      if (i >= L.rows() || L(i, i) * L(i, i) > 1e-6 * std::max(cw.D(i, i), system.model.mass * std::pow(rate_scale(system.model, static_cast<int>(c), cw.partition.ind[k]), 2))) continue;
+      for (const Part& p : system.model.parts)
+        if (const int v = system.model.clusters[c].v0 + cw.partition.ind[k]; v >= p.v0 && v < p.v0 + p.joint.nv)
+          return fmt::format("joint '{}' comes to a position in which hardly any mass moves with it: give the bodies it carries mass or inertia", p.joint.name);
+    }
+  }
+  return "an acceleration grows without bound";
+}
+
+// The part of whose inertia deformation has taken most, if all but a thousandth along some coordinate (the steps then become too small): -1 if none.
+int lost_inertia(const System& system) {
+  int lost = -1;
+  double least = 1e-3;
+  for (size_t c = 0; c < system.model.clusters.size(); ++c) {
+    const Cluster& cluster = system.model.clusters[c];
+    const ClusterWork& cw = system.work.clusters[c];
+    const auto& L = cw.llt.matrixLLT();
+    for (size_t k = 0; k < cw.partition.ind.size() && L.rows() == static_cast<Eigen::Index>(cw.partition.ind.size()); ++k)
+      for (int i : cluster.parts) {
+        const Part& p = system.model.parts[static_cast<size_t>(i)];
+        const int e = cluster.v0 + cw.partition.ind[k] - p.ev0;
+        if (e < 0 || e >= p.body.n || p.body.Me(e, e) <= 0.0) continue;
+        const double pivot = L(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(k)), left = pivot * pivot / p.body.Me(e, e);
+        if (left < least) least = left, lost = i;
+      }
+  }
+  return lost;
+}
+
+}  // namespace
+
+SolverStatistics integrate(System& system, Method method, const std::vector<double>& times, const std::function<void(double)>& progress,
+                           const std::function<void(System&, double, const VecX&)>& sample, int& indefinite) try {
+  SolverStatistics out;
+  out.tolerance = system.tolerance;
+  const double start = cpu_seconds();
+  double fastest_vibration = 0.0, strictness = 1.0;
+  bool on_trial = method == Method::automatic && system.tolerance <= tight;
+  if (method == Method::automatic) method = choose_method(system, fastest_vibration);
+  on_trial = on_trial && method == Method::dirk && fastest_vibration > 0.0 && may_be_followed(system);
+  const auto use = [&](Method chosen) {
+    method = chosen;
+    out.method = method_name(method);
+    // Of vibrations that are stepped over nobody sees the phase; what decays or is followed is asked for more.
+    system.elastic_slack = method == Method::dirk ? 0.28 : 0.15;
+    // A multistep method's errors of one sign add up over the many short steps of a period: asked for a tenth, a pendulum keeps its energy
+    // fifteen times better for the same number of evaluations.
+    strictness = method == Method::adams ? 10.0 : 1.0;
+  };
+  use(method);
+  if (method == Method::exponential && (has_events(system) || !system.model.massless.rates.empty()))
+    throw InputError(fmt::format("method \"exponential\" follows smooth motion only: {}; take method = \"auto\" or \"erk\"",
+                                 has_events(system) ? "dry friction, stops and contacts need their events located" : "what has no mass is balanced in every evaluation"));
+
+  OdeProblem problem;
+  // What work was last brought to, for as long as nothing else has moved it.
+  struct {
+    bool valid = false;
+    double t = 0.0;
+    VecX y, dy;
+  } at_work;
+  problem.rhs = [&](double t, const double* y, double* dy) {
+    at_work.valid = false;
+    state_rate(system, t, y, dy);
+    at_work.t = t;
+    at_work.y = Eigen::Map<const VecX>(y, problem.size);
+    at_work.dy = Eigen::Map<const VecX>(dy, problem.size);
+    at_work.valid = true;
+  };
+  const auto work_is_at = [&](const double* y) { return at_work.valid && at_work.y.size() == problem.size && std::equal(y, y + problem.size, at_work.y.data()); };
+  problem.jacobian = [&](double t, const double* y, bool fresh, MechanicalJacobian& into) {
+    const bool here = work_is_at(y);
+    at_work.valid = false;
+    // A stage starts from the beginning of its step: its time is that of the rates.
+    update_newton_matrix(system, here ? at_work.t : t, y, here ? at_work.dy.data() : nullptr, fresh, into);
+  };
+  // Rates that follow from a balance of forces are no states: the structure q' = T w is lost.
+  if (!system.model.massless.rates.empty()) problem.jacobian = {};
+  problem.closed_derivatives = [&](double t, const double* y, MechanicalJacobian& into) {
+    if (!work_is_at(y)) {
+      VecX rates(problem.size);
+      problem.rhs(t, y, rates.data());
+    }
+    update_closed_matrix(system, y, into);
+  };
+  problem.all_derivatives = [&](double t, const double* y, MatX& A, MatX& B) {
+    at_work.valid = false;
+    difference_rates(system, t, y, A, B);
+  };
+  problem.keep = [&](VecX& kept) { keep_load_responses(system, kept); };
+  problem.shift = [&](double t0, double t, const VecX& kept, double* dy) { return follow_loads(system, t0, t, kept, dy); };
+  problem.root = [&](double t, const double* y, double* g) { event_margins(system, t, y, g); };
+  problem.weights = [&](const double* y, double* w) {
+    error_weights(system, y, w);
+    for (int i = 0; i < problem.size; ++i) w[i] *= strictness;
+  };
+
+  const std::vector<double> ends = segment_ends(system.model);
+  VecX y = pack_state(system, Eigen::Vector2d::Zero());
+  const Eigen::Index quadrature = system.quadrature ? 2 : 0;
+  problem.tolerance = system.tolerance;
+  update_scale(system, y);
+  std::unique_ptr<Integrator> integrator;
+  std::vector<std::string> changes;
+  const auto retire = [&]() {
+    if (!integrator) return;
+    const IntegratorStatistics s = integrator->statistics();
+    out.steps += s.steps;
+    out.jacobians += s.jacobians;
+    integrator.reset();
+  };
+  // After an event the state may have another size: a new integrator.
+  const auto begin = [&](double t) {
+    retire();
+    problem.size = static_cast<int>(y.size());
+    problem.roots = event_count(system);
+    problem.cheap_jacobian = matrix_is_cheap(system);
+    problem.sharp_jacobian = std::any_of(system.friction.points.begin(), system.friction.points.end(), [](const FrictionPoint& p) { return p.phase == FrictionPhase::slip; });
+    integrator = std::make_unique<Integrator>(problem, method, t, y);
+  };
+  const auto partitions = [&]() {
+    std::vector<Partition> all;
+    for (const ClusterWork& c : system.work.clusters) all.push_back(c.partition);
+    return all;
+  };
+  const auto note_changes = [&](double t) {
+    // A page of them tells enough; the number stands in the statistics.
+    for (const std::string& change : changes)
+      if (system.notes.size() < 200) system.notes.push_back(fmt::format("event at t = {:.9g} s: {}", t, change));
+    changes.clear();
+  };
+  size_t next = 0;
+  VecX at;
+  double from = 0.0;
+  long calls = 0, standing = 0;
+  system.friction.tolerance = system.tolerance;
+  const bool slips = std::any_of(system.friction.points.begin(), system.friction.points.end(), [](const FrictionPoint& p) { return p.phase == FrictionPhase::slip; });
+  double trial_start = 0.0;
+  while (next < times.size() && times[next] <= 0.0) {
+    sample(system, 0.0, y);
+    ++next;
+  }
+  for (double end : ends) {
+    for (TimeFunction& e : system.model.expressions) e.freeze(0.5 * (from + end));
+    if (has_events(system)) {
+      // A jump of the loads may let go what sticks.
+      const std::vector<Partition> before = partitions();
+      start_phases(system, from, y, !integrator, changes);
+      if (!integrator) changes.clear();
+      y = repack_state(system, y, before);
+      update_scale(system, y);
+      note_changes(from);
+      if (integrator) ++out.events, ++out.restarts;
+      begin(from);
+    } else if (y.size() == quadrature && !system.driven) {
+      // Everything is fixed: nothing to integrate, only to evaluate.
+      for (; next < times.size() && times[next] <= end; ++next) sample(system, times[next], y);
+      from = end;
+      continue;
+    } else if (!integrator) {
+      begin(from);
+    } else {
+      integrator->restart(from, y);
+      ++out.events;
+      ++out.restarts;
+    }
+    while (integrator->time() < end) {
+      // With nothing in motion of its own only the samples tell how far to look ahead for the next event.
+      const bool idle = y.size() == system.model.nq + quadrature;
+      const bool root = integrator->step(idle ? std::min(end, integrator->time() + 1.0 / system.model.settings.output_rate) : end);
+      y = integrator->state();
+      const double now = integrator->time();
+      // An integrator may take steps below the digits of the time without complaint, and for ever.
+      standing = now - integrator->previous_time() > 1e-15 * now ? 0 : standing + 1;
+      if (standing > 1000) throw SimulationError(fmt::format("the integration stopped at t = {:.9g} s: the steps became too small; {}", now, likely_cause(system, now, y, integrator->last_complaint())));
+      // Loops are looked at at every sample, and at the end of steps that pass none.
+      const auto check_loops = [&]() {
+        for (size_t c = 0; c < system.model.clusters.size(); ++c) require_closed(system.model, static_cast<int>(c), system.work);
+      };
+      const bool sampled = next < times.size() && times[next] <= now;
+      for (; next < times.size() && times[next] <= now; ++next) {
+        integrator->interpolate(times[next], at);
+        sample(system, times[next], at);
+        check_loops();
+      }
+      at_work.valid = false;
+      if (!sampled && !system.model.loops.empty()) {
+        set_state(system, now, y.data(), false);
+        check_loops();
+      }
+      if (slips) {
+        if (sampled || system.model.loops.empty()) set_state(system, now, y.data(), false);
+        follow_slip(system.model, system.friction, system.work);
+      }
+      update_scale(system, y);
+      if (root) {
+        const std::vector<Partition> before = partitions();
+        if (pass_events(system, now, y, integrator->root_directions(), changes)) {
+          y = repack_state(system, y, before);
+          update_scale(system, y);
+          note_changes(now);
+          ++out.events;
+          ++out.restarts;
+          begin(now);
+          continue;
+        }
+      }
+      if (const long steps = on_trial ? integrator->statistics().steps : 0; steps == trial_steps / 2) {
+        trial_start = now;
+      } else if (steps == trial_steps) {
+        on_trial = false;
+        if ((now - trial_start) / (0.5 * trial_steps) * fastest_vibration < followed_radians) {
+          use(Method::adams);
+          system.scale.setZero();
+          update_scale(system, y);
+          begin(now);
+          continue;
+        }
+      }
+      if (renew_partitions(system, now, y)) {
+        y = pack_state(system, system.quadrature ? Eigen::Vector2d(y.tail<2>()) : Eigen::Vector2d(0.0, 0.0));
+        integrator->restart(now, y);
+        ++out.restarts;
+      }
+      if (progress && ++calls % 16 == 0) progress(now);
+    }
+    from = end;
+  }
+  retire();
+  out.evaluations = system.evaluations;
+  out.cpu_seconds = cpu_seconds() - start;
+  return out;
+} catch (const SimulationError&) {
+  if (system.work.indefinite < 0 && !system.planar) system.work.indefinite = lost_inertia(system);
+  if (system.work.indefinite >= 0) indefinite = system.model.parts[static_cast<size_t>(system.work.indefinite)].scene_body;
+  throw;
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,387 @@
+// [[body]] tables: rigid bodies, beams, modal bodies (SID files) and state-space bodies.
+#include "sim/base/words.h"
+#include "sim/scene/scene_input.h"
+#include "sim/scene/section.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include <Eigen/Eigenvalues>
+#include <fmt/format.h>
+
+namespace flexframe::sim {
+
+namespace {
+
+using Words = std::vector<std::string>;
+
+const Words kinds{"rigid", "beam", "modal", "statespace"};
+const Words effect_words{"axial", "bending_xy", "bending_xz", "torsion", "stiffening", "shear", "gyroscopic", "damping", "friction", "gravity", "stops"};
+const Words body_effect_words{"axial", "bending_xy", "bending_xz", "torsion", "stiffening", "shear", "gyroscopic", "damping"};
+const Words beam_models{"finite-element", "modal", "mixed", "lumped"};
+const Words boundaries{"clamped-free", "supported-supported", "supported-free", "free-free", "clamped-clamped", "clamped-supported"};
+const Words directions{"axial", "bending_xy", "bending_xz", "torsion"};
+
+constexpr int most_elements = 10000;
+constexpr int highest_mode = 60;       // eigenforms are accurate up to there (issue: every beam of the seeds)
+constexpr std::size_t most_coordinates = 100000;
+
+constexpr Range poisson_range{.low = -1.0, .high = 0.5, .open_low = true, .what = "a number in (-1, 0.5]"};
+
+// without = ["stiffening"]: effects to leave out of "auto" or of what is always there.
+void read_without(const TableReader& reader, EffectChoice& choice) {
+  if (!reader.has("without")) return;
+  for (const std::string& name : reader.texts("without")) {
+    if (std::find(body_effect_words.begin(), body_effect_words.end(), name) == body_effect_words.end()) {
+      const std::string hint = did_you_mean(name, body_effect_words);
+      reader.fail("without", fmt::format("names the effect {}, which no body can go without{}{} allowed: {}", quote(name), hint, hint.empty() ? ";" : "",
+                                         list_words(body_effect_words)));
+    }
+    if (std::find(choice.names.begin(), choice.names.end(), name) != choice.names.end())
+      reader.fail("without", fmt::format("names {}, which 'effects' lists", quote(name)));
+    if (std::find(choice.without.begin(), choice.without.end(), name) != choice.without.end()) reader.fail("without", fmt::format("names {} twice", quote(name)));
+    choice.without.push_back(name);
+  }
+}
+
+void read_effect_names(const TableReader& reader, EffectChoice& choice) {
+  const TomlValue* value = reader.find("effects");
+  if (!value) return;
+  if (value->type == TomlValue::Type::text) {
+    if (value->text == "auto") return;
+    if (std::find(effect_words.begin(), effect_words.end(), value->text) != effect_words.end())
+      reader.fail("effects", fmt::format("must be \"auto\" or an array: write [\"{}\"]", value->text));
+    reader.fail("effects", fmt::format("must be \"auto\" or an array of effects, found {}; allowed: {}", describe(*value), list_words(effect_words)));
+  }
+  if (value->type != TomlValue::Type::array)
+    reader.fail("effects", fmt::format("must be \"auto\" or an array of effects, found {}; allowed: {}", describe(*value), list_words(effect_words)));
+  choice.automatic = false;
+  for (const std::string& name : reader.texts("effects")) {
+    if (std::find(effect_words.begin(), effect_words.end(), name) == effect_words.end()) {
+      const std::string hint = did_you_mean(name, effect_words);
+      reader.fail("effects", fmt::format("names the effect {}, which is unknown{}{} allowed: {}", quote(name), hint, hint.empty() ? ";" : "", list_words(effect_words)));
+    }
+    if (std::find(choice.names.begin(), choice.names.end(), name) != choice.names.end())
+      reader.fail("effects", fmt::format("names {} twice", quote(name)));
+    choice.names.push_back(name);
+  }
+}
+
+EffectChoice read_effects(const TableReader& reader) {
+  EffectChoice choice;
+  read_effect_names(reader, choice);
+  read_without(reader, choice);
+  return choice;
+}
+
+Damping read_damping(const TableReader& body) {
+  Damping damping;
+  const auto reader = body.table("damping");
+  if (!reader) return damping;
+  reader->allow({"ratio", "mass", "stiffness"});
+  if (reader->has("ratio") && (reader->has("mass") || reader->has("stiffness")))
+    reader->fail("ratio", "excludes 'mass' and 'stiffness': give damping ratios or Rayleigh's factors");
+  if (reader->has("ratio")) damping.ratio = reader->number_or_numbers("ratio", 1, most_coordinates, not_negative);
+  damping.mass = reader->number("mass", 0.0, not_negative);
+  damping.stiffness = reader->number("stiffness", 0.0, not_negative);
+  return damping;
+}
+
+FlexibleInitial read_flexible_initial(const TableReader& body) {
+  FlexibleInitial initial;
+  const auto reader = body.table("initial");
+  if (!reader) return initial;
+  reader->allow({"q", "qd", "static"});
+  if (reader->has("q")) initial.q = reader->numbers("q", 0, most_coordinates);
+  if (reader->has("qd")) initial.qd = reader->numbers("qd", 0, most_coordinates);
+  initial.static_start = reader->boolean("static", false);
+  if (initial.static_start && reader->has("q")) reader->fail("static", "excludes 'q': the static equilibrium gives the coordinates");
+  if (!initial.q.empty() && !initial.qd.empty() && initial.q.size() != initial.qd.size())
+    reader->fail("qd", fmt::format("must have as many numbers as 'q': {}, found {}", initial.q.size(), initial.qd.size()));
+  return initial;
+}
+
+std::filesystem::path read_file_path(const TableReader& reader, std::string_view key, const std::filesystem::path& folder) {
+  const std::string text = reader.text(key);
+  if (text.empty()) reader.fail(key, "is empty; a file name is expected");
+  std::filesystem::path path = std::filesystem::path(text);
+  if (path.is_relative()) path = folder / path;
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (status.type() == std::filesystem::file_type::not_found)
+    reader.fail(key, fmt::format("names the file {}, which does not exist (looked for as {})", quote(text), path.string()));
+  if (std::filesystem::is_directory(status)) reader.fail(key, fmt::format("names the directory {}; a file is expected", quote(text)));
+  const auto absolute = std::filesystem::absolute(path, error);
+  return error ? path : absolute.lexically_normal();
+}
+
+// Refuses a tensor that no mass distribution can have: principal moments >= 0, none larger than the sum of the others.
+void check_inertia(const TableReader& reader, const Vec6& inertia) {
+  Mat3 tensor;
+  tensor << inertia[0], inertia[3], inertia[4], inertia[3], inertia[1], inertia[5], inertia[4], inertia[5], inertia[2];
+  const double scale = tensor.cwiseAbs().maxCoeff();
+  if (scale == 0.0) return;
+  const Vec3 principal = Eigen::SelfAdjointEigenSolver<Mat3>(tensor / scale, Eigen::EigenvaluesOnly).eigenvalues() * scale;
+  // numbers given with five digits may miss the limit of a flat body by rounding
+  const double rounding = 1e-4 * scale;
+  if (principal[0] < -rounding)
+    reader.fail("inertia", fmt::format("is not positive semidefinite: its principal moments are {:.6g}, {:.6g}, {:.6g} kg m^2", principal[0], principal[1], principal[2]));
+  if (principal[2] > principal[0] + principal[1] + rounding)
+    reader.fail("inertia", fmt::format("violates the triangle inequality: the largest principal moment {:.6g} exceeds the sum of the others, {:.6g} + {:.6g} kg m^2",
+                                       principal[2], principal[0], principal[1]));
+}
+
+std::map<std::string, Vec3> read_frame_positions(const TableReader& body, std::vector<std::string>* order = nullptr) {
+  std::map<std::string, Vec3> frames;
+  const auto reader = body.table("frames");
+  if (!reader) return frames;
+  for (const std::string& name : reader->value().keys) {
+    check_name(*reader, name, name, "frame");
+    frames[name] = reader->vector3(name);
+    if (order) order->push_back(name);
+  }
+  return frames;
+}
+
+RigidDef read_rigid(const TableReader& reader, bool mass_required) {
+  RigidDef rigid;
+  rigid.mass = mass_required ? reader.number("mass", not_negative) : reader.number("mass", 0.0, not_negative);
+  if (reader.has("inertia")) {
+    const std::vector<double> given = reader.numbers("inertia", 3, 6);
+    if (given.size() != 3 && given.size() != 6)
+      reader.fail("inertia", fmt::format("must have 3 numbers (xx yy zz) or 6 (xx yy zz xy xz yz), found {}", given.size()));
+    for (std::size_t i = 0; i < given.size(); ++i) rigid.inertia[static_cast<Eigen::Index>(i)] = given[i];
+    check_inertia(reader, rigid.inertia);
+  }
+  rigid.centre_of_mass = reader.vector3("centre_of_mass", Vec3::Zero());
+  return rigid;
+}
+
+Section read_section(const TableReader& body) {
+  body.required("section");
+  const TableReader reader = *body.table("section");
+  const Words shapes(section_shapes().begin(), section_shapes().end());
+  const std::string& shape = shapes[reader.word("shape", shapes)];
+  Words keys = section_sizes(shape);
+  keys.insert(keys.begin(), "shape");
+  reader.allow(keys);
+  std::map<std::string, double> sizes;
+  for (const std::string& key : reader.value().keys)
+    if (key != "shape") sizes[key] = key == "iyz" ? reader.number(key) : reader.number(key, positive);
+  try {
+    return make_section(shape, sizes);
+  } catch (const InputError& error) {
+    body.fail("section", error.what());
+  }
+}
+
+Material read_material(const TableReader& body) {
+  body.required("material");
+  const TableReader reader = *body.table("material");
+  reader.allow({"density", "youngs_modulus", "poisson"});
+  Material material;
+  material.density = reader.number("density", positive);
+  material.youngs_modulus = reader.number("youngs_modulus", positive);
+  material.poisson = reader.number("poisson", material.poisson, poisson_range);
+  return material;
+}
+
+std::map<std::string, std::vector<int>> read_modes(const TableReader& body) {
+  std::map<std::string, std::vector<int>> modes;
+  const TableReader reader = *body.table("modes");
+  reader.allow(directions);
+  for (const std::string& direction : reader.value().keys) {
+    std::vector<int> numbers = reader.integers(direction, 1, highest_mode);
+    if (numbers.empty()) reader.fail(direction, "is empty; give mode numbers such as [1, 2] or leave the direction out");
+    std::set<int> seen;
+    for (const int number : numbers)
+      if (!seen.insert(number).second) reader.fail(direction, fmt::format("names mode {} twice", number));
+    modes[direction] = std::move(numbers);
+  }
+  if (modes.empty()) body.fail("modes", "is empty; give at least one direction, for example { bending_xy = [1, 2] }");
+  return modes;
+}
+
+BeamDef read_beam(const TableReader& reader) {
+  BeamDef beam;
+  beam.length = reader.number("length", positive);
+  beam.section = read_section(reader);
+  beam.material = read_material(reader);
+  beam.model = static_cast<BeamModel>(reader.word("model", beam_models, 0));
+  beam.boundary = static_cast<Boundary>(reader.word("boundary", boundaries, 0));
+
+  const std::string& model = beam_models[static_cast<std::size_t>(beam.model)];
+  const bool mixed = beam.model == BeamModel::mixed;
+  const bool modal = beam.model == BeamModel::modal;
+  // a key that the model does not read would be silently ignored
+  if (modal && reader.has("elements")) reader.fail("elements", "does not belong to model 'modal'; that has 'modes'");
+  if (!mixed && reader.has("volumes")) reader.fail("volumes", fmt::format("belongs to model 'mixed'; this one is '{}'", model));
+  if (!mixed && !modal && reader.has("modes")) reader.fail("modes", fmt::format("belongs to the models 'modal' and 'mixed'; this one is '{}'", model));
+  if (beam.model != BeamModel::lumped && reader.has("curvature_coupling"))
+    reader.fail("curvature_coupling", fmt::format("belongs to model 'lumped'; this one is '{}'", model));
+  // the free-ended boundaries only place the body frame; the others would hold every part of the chain
+  if ((mixed || beam.model == BeamModel::lumped) && (beam.boundary == Boundary::clamped_clamped || beam.boundary == Boundary::clamped_supported))
+    reader.fail("boundary", fmt::format("must leave the ends free with model '{}', whose parts are joined one to the next; hold its ends by joints", model));
+  if (mixed && reader.has("modes") && reader.has("elements")) reader.fail("elements", "excludes 'modes': the volumes have elements or modes");
+
+  if (modal) reader.required("modes");
+  if (reader.has("modes")) beam.modes = read_modes(reader);
+  beam.elements = reader.integer("elements", mixed ? 2 : 10, 1, most_elements);
+  beam.volumes = reader.integer("volumes", 5, 1, most_elements);
+  if (reader.has("keep_modes")) {
+    if (beam.model != BeamModel::finite_element)
+      reader.fail("keep_modes", fmt::format("belongs to model 'finite-element'; this one is '{}'", model));
+    if (beam.boundary == Boundary::clamped_clamped || beam.boundary == Boundary::clamped_supported)
+      reader.fail("keep_modes", "needs a boundary that leaves the ends free");
+    beam.keep_modes = reader.integer("keep_modes", 0, 0, most_elements);
+  }
+  if (reader.has("keep_static") && !beam.keep_modes) reader.fail("keep_static", "needs keep_modes");
+  beam.keep_static = reader.boolean("keep_static", true);
+  beam.curvature_coupling = reader.boolean("curvature_coupling", false);
+  beam.effects = read_effects(reader);
+  beam.damping = read_damping(reader);
+  beam.initial = read_flexible_initial(reader);
+
+  if (const auto frames = reader.table("frames"))
+    for (const std::string& name : frames->value().keys) {
+      check_name(*frames, name, name, "frame");
+      if (name == "root" || name == "tip" || name.starts_with("node[") || name.starts_with("station["))
+        frames->fail(name, "is a name of the beam's own; choose another");
+      beam.frames[name] = frames->number(name, {.low = 0.0, .high = 1.0, .what = "x/length, a number from 0 to 1"});
+    }
+  return beam;
+}
+
+ModalDef read_modal(const TableReader& reader, const std::filesystem::path& folder) {
+  ModalDef modal;
+  modal.file = read_file_path(reader, "file", folder);
+  modal.effects = read_effects(reader);
+  modal.damping = read_damping(reader);
+  modal.initial = read_flexible_initial(reader);
+  return modal;
+}
+
+// The matrices, in the body's table or in a TOML file of their own.
+void read_matrices(const TableReader& reader, StateSpaceDef& body) {
+  body.omega = reader.matrix("omega");
+  const Eigen::Index n = body.omega.rows();
+  if (body.omega.cols() != n) reader.fail("omega", fmt::format("must be square, found {} x {}", n, body.omega.cols()));
+  body.gamma = reader.has("gamma") ? reader.matrix("gamma") : MatX::Zero(n, n);
+  if (body.gamma.rows() != n || body.gamma.cols() != n)
+    reader.fail("gamma", fmt::format("must be {} x {} like 'omega', found {} x {}", n, n, body.gamma.rows(), body.gamma.cols()));
+  body.sigma = reader.matrix("sigma");
+  if (body.sigma.rows() != n) reader.fail("sigma", fmt::format("must have {} rows like 'omega', found {}", n, body.sigma.rows()));
+  body.theta = reader.has("theta") ? reader.matrix("theta") : MatX(body.sigma.transpose());
+  if (body.theta.cols() != n) reader.fail("theta", fmt::format("must have {} columns like 'omega', found {}", n, body.theta.cols()));
+}
+
+StateSpaceDef read_state_space(const TableReader& reader, const std::filesystem::path& folder) {
+  StateSpaceDef body;
+  body.rigid = read_rigid(reader, false);
+  body.rigid.frames = read_frame_positions(reader, &body.ports);
+  body.initial = read_flexible_initial(reader);
+  if (reader.has("file")) {
+    for (const char* key : {"omega", "gamma", "sigma", "theta"})
+      if (reader.has(key)) reader.fail(key, "excludes 'file', which holds the matrices");
+    body.file = read_file_path(reader, "file", folder);
+    const TomlValue document = read_toml(body.file);
+    const TableReader root(document, body.file.string(), "");
+    root.allow({"title", "omega", "gamma", "sigma", "theta"});
+    read_matrices(root, body);
+  } else {
+    read_matrices(reader, body);
+  }
+
+  if (reader.has("ports")) {
+    body.ports = reader.texts("ports");
+    std::vector<std::string> known;
+    known.reserve(body.rigid.frames.size());
+    for (const auto& frame : body.rigid.frames) known.push_back(frame.first);
+    for (const std::string& port : body.ports)
+      if (!body.rigid.frames.contains(port))
+        reader.fail("ports", fmt::format("names {}, which is no frame of the body; it has {}", quote(port), list_words(known)));
+  }
+  if (body.ports.empty()) reader.fail("frames", "must name at least one frame: the port that forces act on");
+  const auto ports = static_cast<Eigen::Index>(body.ports.size());
+  if (body.sigma.cols() != 3 * ports && body.sigma.cols() != 6 * ports)
+    reader.fail(fmt::format("'sigma' must have 3 or 6 columns (force, torque) for each of the {} ports ({}), found {}", ports, list_words(body.ports), body.sigma.cols()));
+  if (body.theta.rows() != body.sigma.cols())
+    reader.fail(fmt::format("'theta' must have as many rows as 'sigma' has columns, {}, found {}", body.sigma.cols(), body.theta.rows()));
+  return body;
+}
+
+// Drawing words as text: numbers as written by fmt, lists as "[1, 0, 0]".
+std::string drawing_text(const TableReader& reader, std::string_view key, const TomlValue& value) {
+  switch (value.type) {
+    case TomlValue::Type::text: return value.text;
+    case TomlValue::Type::boolean: return value.boolean ? "true" : "false";
+    case TomlValue::Type::integer: return fmt::format("{}", value.integer);
+    case TomlValue::Type::real: return fmt::format("{}", value.real);
+    case TomlValue::Type::array: {
+      std::string list;
+      for (const TomlValue& item : value.items) {
+        if (item.type == TomlValue::Type::array) reader.fail(key, "must not hold an array in an array");
+        list += (list.empty() ? "" : ", ") + drawing_text(reader, key, item);
+      }
+      return "[" + list + "]";
+    }
+    default: reader.fail(key, fmt::format("must be a string, number, boolean or an array of them, found {}", describe(value)));
+  }
+}
+
+Words allowed_keys(std::size_t kind, bool modal_beam) {
+  Words keys{"name", "kind", "mesh", "color", "drawing"};
+  const auto add = [&](std::initializer_list<const char*> more) { keys.insert(keys.end(), more.begin(), more.end()); };
+  switch (kind) {
+    case 0: add({"mass", "inertia", "centre_of_mass", "frames"}); break;
+    case 1:
+      add({"length", "section", "material", "model"});
+      add(modal_beam ? std::initializer_list<const char*>{"modes", "elements"} : std::initializer_list<const char*>{"elements", "modes"});
+      add({"volumes", "keep_modes", "keep_static", "curvature_coupling", "boundary", "effects", "without", "damping", "frames", "initial"});
+      break;
+    case 2: add({"file", "effects", "without", "damping", "initial"}); break;
+    default: add({"file", "omega", "gamma", "sigma", "theta", "ports", "mass", "inertia", "centre_of_mass", "frames", "initial"});
+  }
+  return keys;
+}
+
+}  // namespace
+
+bool is_beam(const BodyDef& body) { return std::holds_alternative<BeamDef>(body.kind); }
+bool is_rigid(const BodyDef& body) { return std::holds_alternative<RigidDef>(body.kind); }
+
+BodyDef read_body(TableReader& reader, const std::filesystem::path& folder) {
+  BodyDef body;
+  body.line = reader.line();
+  body.name = reader.text("name");
+  check_name(reader, "name", body.name, "body");
+  if (body.name == "ground" || body.name == "system") reader.fail("name", fmt::format("must not be '{}', which is a word of the scene file", body.name));
+  reader.set_label(fmt::format("[[body]] {}", quote(body.name)));
+
+  const std::size_t kind = reader.word("kind", kinds);
+  const TomlValue* model = reader.find("model");
+  reader.allow(allowed_keys(kind, model && model->text == "modal"));
+  if (reader.has("mesh")) body.mesh = read_file_path(reader, "mesh", folder);
+  if (const TomlValue* color = reader.find("color")) body.drawing["color"] = drawing_text(reader, "color", *color);
+  if (const auto drawing = reader.table("drawing"))
+    for (std::size_t i = 0; i < drawing->value().keys.size(); ++i) {
+      const std::string& key = drawing->value().keys[i];
+      body.drawing[key] = drawing_text(*drawing, key, drawing->value().items[i]);
+    }
+
+  switch (kind) {
+    case 0: {
+      RigidDef rigid = read_rigid(reader, true);
+      rigid.frames = read_frame_positions(reader);
+      body.kind = std::move(rigid);
+      break;
+    }
+    case 1: body.kind = read_beam(reader); break;
+    case 2: body.kind = read_modal(reader, folder); break;
+    default: body.kind = read_state_space(reader, folder);
+  }
+  return body;
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,474 @@
+// [[joint]], [[force]] and [[output]] tables.
+#include "sim/base/words.h"
+#include "sim/scene/expression.h"
+#include "sim/scene/scene_input.h"
+#include "sim/scene/table.h"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace flexframe::sim {
+
+namespace {
+
+using Words = std::vector<std::string>;
+
+const Words joint_kinds{"weld", "revolute", "prismatic", "cylindrical", "universal", "spherical", "planar", "free", "screw",
+                        "point-on-line", "point-on-plane", "distance"};
+const Words force_kinds{"force", "torque", "spring-damper", "distributed", "bushing"};
+const Words force_frames{"world", "body"};
+const Words reaction_frames{"world", "parent", "child"};
+const Words quantities{"position", "velocity", "acceleration", "rotation", "angular_velocity", "displacement",
+                       "value", "rate", "reaction", "q", "qd", "energy", "kinetic", "strain", "potential"};
+
+// Numbers of a joint's coordinate list; orientations as rotation vectors.
+std::size_t coordinate_count(JointKind kind) {
+  switch (kind) {
+    case JointKind::revolute:
+    case JointKind::prismatic:
+    case JointKind::screw: return 1;
+    case JointKind::cylindrical:
+    case JointKind::universal: return 2;
+    case JointKind::spherical:
+    case JointKind::planar: return 3;
+    case JointKind::free: return 6;
+    default: return 0;
+  }
+}
+
+const char* coordinate_names(JointKind kind) {
+  switch (kind) {
+    case JointKind::cylindrical: return "[distance, angle]";
+    case JointKind::universal: return "[angle about the axis, angle about the second axis]";
+    case JointKind::spherical: return "[rotation x, y, z]";
+    case JointKind::planar: return "[x, y, angle]";
+    case JointKind::free: return "[x, y, z, rotation x, y, z]";
+    default: return "one number";
+  }
+}
+
+std::vector<double> read_coordinates(const TableReader& reader, std::string_view key, JointKind kind) {
+  const std::size_t count = coordinate_count(kind);
+  const TomlValue& value = reader.required(key);
+  // a free joint's rate may be the angular velocity alone
+  if (kind == JointKind::free && key == "rate" && value.type == TomlValue::Type::array && value.items.size() == 3) {
+    std::vector<double> rate = reader.numbers(key, 3, 3);
+    rate.insert(rate.begin(), 3, 0.0);
+    return rate;
+  }
+  const std::size_t given = value.type == TomlValue::Type::array ? value.items.size() : 1;
+  if (value.type == TomlValue::Type::array ? given != count : count != 1)
+    reader.fail(key, fmt::format("of a {} joint must be {}, found {}", joint_kinds[static_cast<std::size_t>(kind)], coordinate_names(kind), describe(value)));
+  return reader.number_or_numbers(key, count, count);
+}
+
+Spring read_spring(const TableReader& reader) {
+  Spring spring;
+  spring.stiffness = reader.number("stiffness", 0.0, not_negative);
+  spring.damping = reader.number("damping", 0.0, not_negative);
+  spring.rest = reader.number("rest", 0.0, any_number);
+  spring.preload = reader.number("preload", 0.0, any_number);
+  return spring;
+}
+
+Friction read_friction(const TableReader& reader) {
+  reader.allow({"coefficient", "normal_force", "radius", "static_coefficient", "regularised"});
+  Friction friction;
+  friction.coefficient = reader.number("coefficient", not_negative);
+  const TomlValue& normal = reader.required("normal_force");
+  if (normal.type == TomlValue::Type::text) {
+    if (normal.text != "reaction") reader.fail("normal_force", fmt::format("must be a number >= 0 or \"reaction\", found {}", describe(normal)));
+    friction.reaction = true;
+  } else {
+    friction.normal_force = reader.number("normal_force", {.low = 0.0, .what = "a number >= 0 or \"reaction\""});
+  }
+  friction.radius = reader.number("radius", friction.radius, positive);
+  friction.static_coefficient = reader.optional_number("static_coefficient", not_negative);
+  if (friction.static_coefficient && *friction.static_coefficient < friction.coefficient)
+    reader.fail("static_coefficient", fmt::format("must not be smaller than the coefficient {}, found {}", friction.coefficient, *friction.static_coefficient));
+  friction.regularised = reader.optional_number("regularised", positive);
+  return friction;
+}
+
+Stop read_stop(const TableReader& reader) {
+  reader.allow({"lower", "upper", "stiffness", "damping"});
+  Stop stop;
+  stop.lower = reader.optional_number("lower");
+  stop.upper = reader.optional_number("upper");
+  if (!stop.lower && !stop.upper) reader.fail("a stop needs 'lower', 'upper' or both");
+  if (stop.lower && stop.upper && *stop.lower > *stop.upper)
+    reader.fail("lower", fmt::format("must not exceed 'upper': {} > {}", *stop.lower, *stop.upper));
+  stop.stiffness = reader.number("stiffness", positive);
+  stop.damping = reader.number("damping", 0.0, not_negative);
+  return stop;
+}
+
+// { table = [[x, y], ...] } or { file = "two_columns.csv" }, and period; the points are checked by making the spline.
+TableDef read_table(const TableReader& reader, const Scene& scene) {
+  TableDef table;
+  if (reader.has("period")) table.period = reader.number("period", positive);
+  if (reader.has("table") == reader.has("file")) reader.fail("needs either 'table', pairs of numbers, or 'file', a text file of two columns");
+  if (reader.has("file")) {
+    const std::string text = reader.text("file");
+    if (text.empty()) reader.fail("file", "is empty; a file name is expected");
+    table.file = std::filesystem::path(text);
+    if (table.file.is_relative()) table.file = scene.file.parent_path() / table.file;
+    std::string content;
+    try {
+      content = read_text_file(table.file);
+    } catch (const InputError& error) {
+      reader.fail("file", fmt::format("cannot be used: {}", error.what()));
+    }
+    // Numbers separated by blanks, commas or semicolons; a line that starts with a letter or # is a heading.
+    int line = 0;
+    for (std::size_t at = 0; at < content.size();) {
+      std::size_t end = content.find('\n', at);
+      if (end == std::string::npos) end = content.size();
+      std::string row = content.substr(at, end - at);
+      at = end + 1;
+      ++line;
+      for (char& c : row)
+        if (c == ',' || c == ';' || c == '\t' || c == '\r') c = ' ';
+      const std::size_t first = row.find_first_not_of(' ');
+      if (first == std::string::npos || row[first] == '#' || std::isalpha(static_cast<unsigned char>(row[first]))) continue;
+      std::vector<double> numbers;
+      const char* p = row.data() + first;
+      const char* const stop = row.data() + row.size();
+      while (p < stop) {
+        if (*p == ' ') {
+          ++p;
+          continue;
+        }
+        double number = 0.0;
+        const auto [next, error] = std::from_chars(*p == '+' ? p + 1 : p, stop, number);
+        if (error != std::errc{} || !std::isfinite(number)) reader.fail("file", fmt::format("{}:{}: no number at {}", table.file.string(), line, quote(std::string(p, stop))));
+        numbers.push_back(number);
+        p = next;
+      }
+      if (numbers.size() != 2) reader.fail("file", fmt::format("{}:{}: two numbers are expected, found {}", table.file.string(), line, numbers.size()));
+      table.x.push_back(numbers[0]);
+      table.y.push_back(numbers[1]);
+    }
+  } else {
+    const MatX points = reader.matrix("table");
+    if (points.cols() != 2) reader.fail("table", fmt::format("must be pairs of numbers [[x, y], ...], found rows of {}", points.cols()));
+    for (Eigen::Index i = 0; i < points.rows(); ++i) table.x.push_back(points(i, 0)), table.y.push_back(points(i, 1));
+  }
+  try {
+    const CubicTable made(table.x, table.y, table.period);
+  } catch (const InputError& error) {
+    reader.fail(reader.has("file") ? "file" : "table", fmt::format("makes no function: {}", error.what()));
+  }
+  return table;
+}
+
+// A table of time must reach over the run.
+void check_reach(const TableReader& reader, const TableDef& table, const Scene& scene) {
+  if (table.period) return;
+  if (table.x.front() > 0.0 || table.x.back() < scene.simulation.duration)
+    reader.fail(reader.has("file") ? "file" : "table",
+                fmt::format("covers {} to {} s, the run 0 to {} s; extend the table or give its 'period'", table.x.front(), table.x.back(), scene.simulation.duration));
+}
+
+std::vector<std::string> body_names(const Scene& scene) {
+  std::vector<std::string> names{"ground"};
+  names.reserve(scene.bodies.size() + 1);
+  for (const BodyDef& body : scene.bodies) names.push_back(body.name);
+  return names;
+}
+
+const BodyDef* find_body(const Scene& scene, std::string_view name) {
+  for (const BodyDef& body : scene.bodies)
+    if (body.name == name) return &body;
+  return nullptr;
+}
+
+const JointDef* find_joint(const Scene& scene, std::string_view name) {
+  for (const JointDef& joint : scene.joints)
+    if (joint.name == name) return &joint;
+  return nullptr;
+}
+
+// node[k] -> k, or -1
+int node_number(std::string_view frame) {
+  if (!frame.starts_with("node[") || !frame.ends_with("]")) return -1;
+  const std::string_view digits = frame.substr(5, frame.size() - 6);
+  int number = -1;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+  return error == std::errc{} && end == digits.data() + digits.size() && !digits.empty() && digits[0] != '-' ? number : -1;
+}
+
+// Frames of a body that the scene file alone tells; a modal body's are in its SID file.
+void check_frame(const TableReader& reader, std::string_view key, const BodyDef& body, const std::string& frame) {
+  if (frame.empty() || std::holds_alternative<ModalDef>(body.kind)) return;
+  Words known;
+  if (const auto* beam = std::get_if<BeamDef>(&body.kind)) {
+    known = {"root", "tip"};
+    for (const auto& entry : beam->frames) known.push_back(entry.first);
+    if (std::find(known.begin(), known.end(), frame) != known.end()) return;
+    if (!beam->modes.empty()) {
+      if (frame.starts_with("node["))
+        reader.fail(key, fmt::format("names the node {}, but a modal beam has no numbered nodes; it has {} (add 'frames' at any x/length)", quote(frame), list_words(known)));
+    } else {
+      const int last = beam->elements * (beam->model == BeamModel::mixed ? beam->volumes : 1);
+      const int number = node_number(frame);
+      if (number >= 0 && number <= last) return;
+      known.push_back(fmt::format("node[0] ... node[{}]", last));
+    }
+  } else {
+    const auto& frames = std::holds_alternative<RigidDef>(body.kind) ? std::get<RigidDef>(body.kind).frames : std::get<StateSpaceDef>(body.kind).rigid.frames;
+    if (frames.contains(frame)) return;
+    for (const auto& entry : frames) known.push_back(entry.first);
+  }
+  const std::string hint = did_you_mean(frame, known);
+  reader.fail(key, fmt::format("names the frame {}, which is no frame of {}{}{} it has {}", quote(frame), quote(body.name), hint, hint.empty() ? ";" : "",
+                               known.empty() ? "no frames but its own (write the body's name alone)" : list_words(known)));
+}
+
+FrameRef split(const std::string& text) {
+  const std::size_t dot = text.find('.');
+  if (dot == std::string::npos) return {text, ""};
+  return {text.substr(0, dot), text.substr(dot + 1)};
+}
+
+[[noreturn]] void unknown_body(const TableReader& reader, std::string_view key, const std::string& name, const Scene& scene) {
+  const Words known = body_names(scene);
+  const std::string hint = did_you_mean(name, known);
+  reader.fail(key, fmt::format("names the body {}, which does not exist{}{} there are {}", quote(name), hint, hint.empty() ? ";" : "", list_words(known)));
+}
+
+}  // namespace
+
+void check_name(const TableReader& reader, std::string_view key, const std::string& name, std::string_view what) {
+  if (name.empty()) reader.fail(key, fmt::format("is empty; a {} needs a name", what));
+  const bool bad_character = std::any_of(name.begin(), name.end(), [](char c) {
+    return static_cast<unsigned char>(c) < 0x20 || c == 0x7F || c == '.' || c == '/' || c == '\\' || c == '"' || c == '\'';
+  });
+  if (bad_character || name.front() == ' ' || name.back() == ' ')
+    reader.fail(key, fmt::format("is no name for a {}: {}; a name has no '.', '/', '\\', quotes, control characters, nor spaces at its ends", what, quote(name)));
+  if (name.size() > 200) reader.fail(key, fmt::format("is longer than 200 bytes: {}", quote(name)));
+}
+
+std::string read_expression(const TableReader& reader, std::string_view key) {
+  const TomlValue& value = reader.required(key);
+  if (value.type == TomlValue::Type::integer || value.type == TomlValue::Type::real) return fmt::format("{}", reader.number(key));
+  if (value.type != TomlValue::Type::text) reader.fail(key, fmt::format("must be a number or an expression of t, found {}", describe(value)));
+  try {
+    const Expression expression(reader.text(key));
+  } catch (const InputError& error) {
+    reader.fail(key, fmt::format("is no expression of t: {}, {}", quote(value.text), error.what()));
+  }
+  return value.text;
+}
+
+FrameRef read_frame_ref(const TableReader& reader, std::string_view key, const Scene& scene) {
+  FrameRef ref = split(reader.text(key));
+  if (ref.body == "ground") {
+    if (!ref.frame.empty()) reader.fail(key, fmt::format("names the frame {} of ground, which has none; use 'position' and 'rotation'", quote(ref.frame)));
+    return ref;
+  }
+  const BodyDef* body = find_body(scene, ref.body);
+  if (!body) unknown_body(reader, key, ref.body, scene);
+  if (ref.frame.empty() && reader.text(key).ends_with('.')) reader.fail(key, fmt::format("is {}: a frame's name is missing after the dot", quote(reader.text(key))));
+  check_frame(reader, key, *body, ref.frame);
+  return ref;
+}
+
+JointDef read_joint(TableReader& reader, const Scene& scene) {
+  JointDef joint;
+  joint.line = reader.line();
+  joint.name = reader.text("name");
+  check_name(reader, "name", joint.name, "joint");
+  reader.set_label(fmt::format("[[joint]] {}", quote(joint.name)));
+  joint.kind = static_cast<JointKind>(reader.word("kind", joint_kinds));
+  const std::string& kind = joint_kinds[static_cast<std::size_t>(joint.kind)];
+  reader.allow({"name", "kind", "parent", "child", "axis", "position", "rotation", "pitch", "length", "initial", "motion", "spring", "friction", "stop"});
+
+  // ends and placement
+  joint.parent = read_frame_ref(reader, "parent", scene);
+  joint.child = read_frame_ref(reader, "child", scene);
+  if (joint.child.body == "ground") reader.fail("child", "must not be ground: exchange 'parent' and 'child'");
+  if (joint.child.body == joint.parent.body) reader.fail("child", fmt::format("is on the same body as the parent, {}", quote(joint.child.body)));
+  joint.axis = reader.direction("axis", Vec3::UnitZ());
+  joint.position = reader.vector3("position", Vec3::Zero());
+  joint.rotation = reader.vector3("rotation", Vec3::Zero());
+
+  // numbers that belong to one kind
+  if (joint.kind == JointKind::screw) {
+    joint.pitch = reader.number("pitch");
+    if (joint.pitch == 0.0) reader.fail("pitch", "must not be 0 (that is a revolute joint)");
+  } else if (reader.has("pitch")) {
+    reader.fail("pitch", fmt::format("belongs to joints of kind 'screw'; this one is '{}'", kind));
+  }
+  if (joint.kind == JointKind::distance) joint.length = reader.number("length", positive);
+  else if (reader.has("length")) reader.fail("length", fmt::format("belongs to joints of kind 'distance'; this one is '{}'", kind));
+
+  // what acts along the coordinates
+  const std::size_t count = coordinate_count(joint.kind);
+  for (const char* key : {"initial", "motion"})
+    if (count == 0 && reader.has(key)) reader.fail(key, fmt::format("has no meaning for a {} joint, which has no coordinate", kind));
+  for (const char* key : {"spring", "friction", "stop"})
+    if (count == 0 && joint.kind != JointKind::point_on_line && reader.has(key))
+      reader.fail(key, fmt::format("has no meaning for a {} joint, which has no coordinate", kind));
+  if (const auto initial = reader.table("initial")) {
+    initial->allow({"value", "rate"});
+    if (initial->has("value")) joint.initial.value = read_coordinates(*initial, "value", joint.kind);
+    if (initial->has("rate")) joint.initial.rate = read_coordinates(*initial, "rate", joint.kind);
+  }
+  if (reader.has("motion")) {
+    if (count != 1) reader.fail("motion", fmt::format("needs a joint with one coordinate (revolute, prismatic, screw); a {} joint has {}", kind, count));
+    if (reader.find("motion")->type == TomlValue::Type::table) {
+      const TableReader motion = *reader.table("motion");
+      motion.allow({"table", "file", "period"});
+      joint.motion_table = read_table(motion, scene);
+      check_reach(motion, *joint.motion_table, scene);
+    } else {
+      joint.motion = read_expression(reader, "motion");
+    }
+    if (joint.initial.value || joint.initial.rate) reader.fail("initial", "excludes 'motion', which prescribes the coordinate from the start");
+  }
+  if (const auto spring = reader.table("spring")) {
+    spring->allow({"stiffness", "damping", "rest", "preload"});
+    joint.spring = read_spring(*spring);
+  }
+  if (const auto friction = reader.table("friction")) {
+    joint.friction = read_friction(*friction);
+  }
+  if (const auto stop = reader.table("stop")) {
+    if (count > 1) reader.fail("stop", fmt::format("needs a joint with one coordinate; a {} joint has {}", kind, count));
+    joint.stop = read_stop(*stop);
+  }
+  return joint;
+}
+
+ForceDef read_force(TableReader& reader, const Scene& scene) {
+  ForceDef force;
+  force.line = reader.line();
+  force.name = reader.text("name", "");
+  if (reader.has("name")) {
+    check_name(reader, "name", force.name, "force");
+    reader.set_label(fmt::format("[[force]] {}", quote(force.name)));
+  }
+  force.kind = static_cast<ForceKind>(reader.word("kind", force_kinds));
+  switch (force.kind) {
+    case ForceKind::force:
+    case ForceKind::torque:
+    case ForceKind::distributed: reader.allow({"name", "kind", "on", "direction", "frame", "value"}); break;
+    case ForceKind::spring_damper: reader.allow({"name", "kind", "on", "from", "stiffness", "damping", "rest", "preload"}); break;
+    case ForceKind::bushing: reader.allow({"name", "kind", "on", "from", "stiffness", "damping"}); break;
+  }
+
+  force.on = read_frame_ref(reader, "on", scene);
+  if (force.on.body == "ground") reader.fail("on", "must not be ground, which does not move");
+  if (force.kind == ForceKind::distributed) {
+    const BodyDef* body = find_body(scene, force.on.body);
+    if (!body || !is_beam(*body)) reader.fail("on", fmt::format("must be a beam: {} is none, and a distributed force is a force per length", quote(force.on.body)));
+    if (!force.on.frame.empty()) reader.fail("on", fmt::format("must be a beam's name alone: the force acts along all of {}", quote(force.on.body)));
+  }
+
+  if (force.kind == ForceKind::spring_damper || force.kind == ForceKind::bushing) {
+    if (reader.has("from")) force.from = read_frame_ref(reader, "from", scene);
+    if (force.from.body == force.on.body) reader.fail(reader.has("from") ? "from" : "on", fmt::format("is on the same body as 'on', {}", quote(force.on.body)));
+    if (force.kind == ForceKind::spring_damper) {
+      if (!reader.has("stiffness") && !reader.has("damping") && !reader.has("preload")) reader.required("stiffness");
+      force.spring = read_spring(reader);
+      if (force.spring.rest < 0.0) reader.fail("rest", fmt::format("is a length and must be >= 0, found {}", force.spring.rest));
+    } else {
+      const auto six = [&](std::string_view key, Vec6& out) {
+        if (!reader.has(key)) return;
+        const std::vector<double> numbers = reader.numbers(key, 6, 6, not_negative);
+        out = Eigen::Map<const Vec6>(numbers.data());
+      };
+      reader.required("stiffness");
+      six("stiffness", force.bushing_stiffness);
+      six("damping", force.bushing_damping);
+    }
+    return force;
+  }
+
+  reader.required("direction");
+  force.direction = reader.direction("direction", Vec3::UnitZ());
+  force.follower = reader.word("frame", force_frames, 0) == 1;
+  if (reader.required("value").type != TomlValue::Type::table) {
+    force.value = read_expression(reader, "value");
+    return force;
+  }
+  const TableReader value = *reader.table("value");
+  value.allow({"table", "file", "period", "of"});
+  force.table = read_table(value, scene);
+  if (!value.has("of")) {
+    check_reach(value, *force.table, scene);
+    return force;
+  }
+  force.table_joint = value.text("of");
+  const JointDef* joint = find_joint(scene, force.table_joint);
+  if (!joint) {
+    Words known;
+    known.reserve(scene.joints.size());
+    for (const JointDef& candidate : scene.joints) known.push_back(candidate.name);
+    const std::string hint = did_you_mean(force.table_joint, known);
+    value.fail("of", fmt::format("names the joint {}, which does not exist{}{} there are {}", quote(force.table_joint), hint, hint.empty() ? ";" : "", list_words(known)));
+  }
+  if (coordinate_count(joint->kind) != 1)
+    value.fail("of", fmt::format("needs a joint with one coordinate; {} is {} with {}", quote(joint->name), joint_kinds[static_cast<std::size_t>(joint->kind)], coordinate_count(joint->kind)));
+  return force;
+}
+
+OutputDef read_output(TableReader& reader, const Scene& scene) {
+  OutputDef output;
+  output.line = reader.line();
+  output.name = reader.text("name");
+  check_name(reader, "name", output.name, "output");
+  reader.set_label(fmt::format("[[output]] {}", quote(output.name)));
+  reader.allow({"name", "of", "quantity", "frame"});
+  output.quantity = static_cast<Quantity>(reader.word("quantity", quantities));
+  const std::string& quantity = quantities[static_cast<std::size_t>(output.quantity)];
+  const std::string of = reader.text("of");
+  output.of = split(of);
+  if (reader.has("frame") && output.quantity != Quantity::reaction) reader.fail("frame", fmt::format("belongs to the quantity 'reaction'; this one is '{}'", quantity));
+  output.frame = static_cast<ReactionFrame>(reader.word("frame", reaction_frames, 0));
+
+  switch (output.quantity) {
+    case Quantity::energy:
+    case Quantity::kinetic:
+    case Quantity::strain:
+    case Quantity::potential:
+      if (of != "system") reader.fail("of", fmt::format("must be \"system\" for the quantity '{}', found {}", quantity, quote(of)));
+      return output;
+    case Quantity::value:
+    case Quantity::rate:
+    case Quantity::reaction: {
+      const JointDef* joint = find_joint(scene, of);
+      if (!joint) {
+        Words known;
+        known.reserve(scene.joints.size());
+        for (const JointDef& candidate : scene.joints) known.push_back(candidate.name);
+        const std::string hint = did_you_mean(of, known);
+        reader.fail("of", fmt::format("must be a joint for the quantity '{}', and {} is none{}{} there are {}", quantity, quote(of), hint, hint.empty() ? ";" : "", list_words(known)));
+      }
+      if (output.quantity != Quantity::reaction && coordinate_count(joint->kind) == 0)
+        reader.fail("quantity", fmt::format("is '{}', but a {} joint has no coordinate", quantity, joint_kinds[static_cast<std::size_t>(joint->kind)]));
+      return output;
+    }
+    default: break;
+  }
+
+  if (of == "system") reader.fail("of", fmt::format("is \"system\", which has energy, kinetic, strain and potential, but no '{}'", quantity));
+  const BodyDef* body = find_body(scene, output.of.body);
+  if (!body) {
+    if (find_joint(scene, of)) reader.fail("of", fmt::format("is the joint {}, which has value, rate and reaction, but no '{}'; name a frame", quote(of), quantity));
+    unknown_body(reader, "of", output.of.body, scene);
+  }
+  read_frame_ref(reader, "of", scene);
+  if (output.quantity == Quantity::q || output.quantity == Quantity::qd) {
+    if (!output.of.frame.empty()) reader.fail("of", fmt::format("must be a body's name alone for the quantity '{}'", quantity));
+    if (is_rigid(*body)) reader.fail("of", fmt::format("is the rigid body {}, which has no elastic coordinates", quote(body->name)));
+  }
+  return output;
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,91 @@
+#include "sim/scene/scene_reader.h"
+
+#include "sim/base/words.h"
+#include "sim/scene/scene_input.h"
+#include "sim/scene/toml_input.h"
+
+#include <map>
+
+#include <fmt/format.h>
+
+namespace flexframe::sim {
+
+namespace {
+
+const std::vector<std::string> starts{"assembled", "static"};
+
+// Results are kept in memory: beyond this many samples the rate is a slip of the pen.
+constexpr double most_samples = 1e7;
+
+class Names {
+ public:
+  Names(std::string what) : what_(std::move(what)) {}
+  void add(const TableReader& reader, const std::string& name) {
+    const auto [at, fresh] = lines_.emplace(name, reader.line());
+    if (!fresh) reader.fail("name", fmt::format("is already the name of the {} in line {}", what_, at->second));
+  }
+
+ private:
+  std::string what_;
+  std::map<std::string, int> lines_;
+};
+
+}  // namespace
+
+SimulationSettings read_simulation(const TableReader& reader) {
+  reader.allow({"duration", "output_rate", "gravity", "tolerance", "accuracy", "method", "start"});
+  SimulationSettings settings;
+  settings.duration = reader.number("duration", positive);
+  settings.output_rate = reader.number("output_rate", settings.output_rate, positive);
+  if (settings.duration * settings.output_rate > most_samples)
+    reader.fail(reader.has("output_rate") ? "output_rate" : "duration",
+                fmt::format("gives {:.3g} samples (duration x output_rate); at most {:.0e} are allowed", settings.duration * settings.output_rate, most_samples));
+  settings.gravity = reader.vector3("gravity", settings.gravity);
+  settings.tolerance = reader.optional_number("tolerance", {.low = 1e-13, .high = 0.1, .what = "a number from 1e-13 to 0.1"});
+  settings.accuracy = reader.optional_number("accuracy", {.low = 1e-12, .high = 0.5, .what = "a number from 1e-12 to 0.5"});
+  if (settings.tolerance && settings.accuracy)
+    reader.fail("accuracy", "excludes 'tolerance': give the local error or the asked error of the outputs, not both");
+  settings.method = static_cast<Method>(reader.word("method", method_words(), 0));
+  settings.static_start = reader.word("start", starts, 0) == 1;
+  return settings;
+}
+
+Scene parse_scene(std::string_view text, const std::filesystem::path& name) {
+  const TomlValue document = parse_toml(text, name.string());
+  const TableReader root(document, name.string(), "");
+  root.allow({"title", "simulation", "body", "joint", "force", "output", "render"});
+
+  Scene scene;
+  scene.file = name;
+  scene.text = std::string(text);
+  scene.title = root.text("title", name.stem().string());
+  root.required("simulation");
+  scene.simulation = read_simulation(*root.table("simulation"));
+  root.table("render");  // a table; its content is the renderer's
+
+  const std::filesystem::path folder = name.parent_path();
+  Names bodies("body"), joints("joint"), forces("force"), outputs("output");
+  root.required("body");
+  for (TableReader& reader : root.tables("body")) {
+    scene.bodies.push_back(read_body(reader, folder));
+    bodies.add(reader, scene.bodies.back().name);
+  }
+  if (scene.bodies.empty()) root.fail("body", "is empty; a scene needs at least one [[body]]");
+  for (TableReader& reader : root.tables("joint")) {
+    scene.joints.push_back(read_joint(reader, scene));
+    joints.add(reader, scene.joints.back().name);
+  }
+  for (TableReader& reader : root.tables("force")) {
+    scene.forces.push_back(read_force(reader, scene));
+    if (!scene.forces.back().name.empty()) forces.add(reader, scene.forces.back().name);
+  }
+  for (TableReader& reader : root.tables("output")) {
+    scene.outputs.push_back(read_output(reader, scene));
+    outputs.add(reader, scene.outputs.back().name);
+  }
+  return scene;
+}
+
+Scene read_scene(const std::filesystem::path& file) { return parse_scene(read_text_file(file), file); }
+
+}  // namespace flexframe::sim

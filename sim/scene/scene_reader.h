@@ -1,0 +1,18 @@
+// Scene files (DESIGN section 6; every key, type, unit and default: sim/SCENE.md) into a Scene.
+// Everything that can be known from the file alone is checked here; whether the mechanism can be assembled is not.
+#pragma once
+
+#include "sim/scene/scene.h"
+
+#include <filesystem>
+#include <string_view>
+
+namespace flexframe::sim {
+
+// Throws InputError "FILE:LINE: [[body]] 'crank': key 'lenght' is unknown; did you mean 'length'? allowed: ...".
+Scene read_scene(const std::filesystem::path& file);
+
+// The same from a text. `name` appears in messages; files that the scene names are looked for relative to its folder.
+Scene parse_scene(std::string_view text, const std::filesystem::path& name);
+
+}  // namespace flexframe::sim

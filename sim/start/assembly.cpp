@@ -1,0 +1,381 @@
+#include "sim/start/assembly.h"
+
+#include "sim/base/eigen_solvers.h"
+#include "sim/dynamics/closure.h"
+#include "sim/dynamics/dynamics.h"
+#include "sim/dynamics/kinematics.h"
+#include "sim/model/bodies.h"
+#include "sim/model/joint_motion.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <numbers>
+
+namespace flexframe::sim {
+namespace {
+
+// Writes a scene's initial value of a joint into its coordinates. Lists: spherical a rotation vector, free position then rotation vector.
+void set_joint_value(const TreeJoint& joint, const std::vector<double>& value, double* q) {
+  const auto quaternion = [](const Vec3& a, double* out) {
+    const Quat r(rotation_exp(a));
+    out[0] = r.w(), out[1] = r.x(), out[2] = r.y(), out[3] = r.z();
+  };
+  if (joint.kind == JointKind::spherical) {
+    quaternion(Vec3(value[0], value[1], value[2]), q);
+  } else if (joint.kind == JointKind::free) {
+    for (int i = 0; i < 3; ++i) q[i] = value[i];
+    quaternion(value.size() == 6 ? Vec3(value[3], value[4], value[5]) : Vec3(Vec3::Zero()), q + 3);
+  } else {
+    for (int i = 0; i < joint.nq; ++i) q[i] = value[i];
+  }
+}
+
+// Rates: angular velocities (spherical) and velocities (free) are given in the parent frame, kept in the child's axes.
+void set_joint_rate(const TreeJoint& joint, const std::vector<double>& rate, const double* q, double* w) {
+  if (joint.kind == JointKind::spherical || joint.kind == JointKind::free) {
+    const int at = joint.kind == JointKind::free ? 3 : 0;
+    const Mat3 R = Quat(q[at], q[at + 1], q[at + 2], q[at + 3]).normalized().toRotationMatrix();
+    for (size_t block = 0; block < rate.size() / 3; ++block) {
+      const Vec3 v = R.transpose() * Vec3(rate[3 * block], rate[3 * block + 1], rate[3 * block + 2]);
+      for (size_t i = 0; i < 3; ++i) w[3 * block + i] = v[i];
+    }
+  } else {
+    for (int i = 0; i < joint.nv; ++i) w[i] = rate[i];
+  }
+}
+
+void require_count(const Scene& scene, const JointDef& def, const char* key, size_t found, std::initializer_list<int> allowed) {
+  if (std::find(allowed.begin(), allowed.end(), static_cast<int>(found)) != allowed.end()) return;
+  throw InputError(fmt::format("{}:{}: joint '{}': key 'initial.{}' has {} numbers; allowed: {}", scene.file.string(), def.line, def.name, key,
+                               found, fmt::join(allowed, " or ")));
+}
+
+struct Freedom {
+  std::vector<int> value, rate;  // cluster rates that may be moved at the position and at the velocity level
+};
+
+Freedom freedom_of(const Model& model, const Scene& scene, int cluster) {
+  const Cluster& c = model.clusters[cluster];
+  Freedom out;
+  for (int i : c.parts) {
+    const Part& p = model.parts[i];
+    const JointDef* def = p.joint.scene_joint >= 0 ? &scene.joints[p.joint.scene_joint] : nullptr;
+    for (int k = 0; k < p.joint.nv; ++k) {
+      if (!def || !def->initial.value) out.value.push_back(p.v0 - c.v0 + k);
+      if (!def || !def->initial.rate) out.rate.push_back(p.v0 - c.v0 + k);
+    }
+  }
+  return out;
+}
+
+// Columns scaled to metres, angle rows to metres.
+MatX scaled_columns(const Model& model, const Work& work, int cluster, const std::vector<int>& columns, const VecX& row_scale) {
+  const ClusterWork& cw = work.clusters[cluster];
+  MatX A(cw.G.rows(), columns.size());
+  for (size_t k = 0; k < columns.size(); ++k)
+    A.col(k) = row_scale.cwiseProduct(cw.G.col(columns[k])) / rate_scale(model, cluster, columns[k]);
+  return A;
+}
+
+void move_rates(const Model& model, const Cluster& c, const std::vector<int>& columns, const VecX& step, Work& work) {
+  for (int i : c.parts) {
+    const Part& p = model.parts[i];
+    double dw[6] = {};
+    bool moved = false;
+    for (size_t k = 0; k < columns.size(); ++k) {
+      const int v = c.v0 + columns[k];
+      if (v >= p.v0 && v < p.v0 + p.joint.nv) dw[v - p.v0] = step[k], moved = true;
+    }
+    if (moved) move_coordinates(p.joint.kind, work.q.data() + p.q0, dw);
+  }
+}
+
+// Levenberg-Marquardt with minimum-norm steps from the current coordinates. Returns the scaled residual's largest entry.
+double descend(const Model& model, int cluster, const std::vector<int>& columns, Work& work) {
+  const Cluster& c = model.clusters[cluster];
+  const VecX rows = closure_row_scales(model, work, cluster);
+  const auto evaluate = [&]() {
+    update_cluster_positions(model, cluster, work);
+    update_closure_residual(model, cluster, work, true);
+    return VecX(rows.cwiseProduct(work.clusters[cluster].residual));
+  };
+  VecX r = evaluate();
+  // Every coordinate of the loop is given or driven: nothing can move.
+  if (columns.empty()) return r.size() > 0 ? r.cwiseAbs().maxCoeff() : 0.0;
+  double damping = 0.0;
+  for (int iteration = 0; !columns.empty() && iteration < 200 && r.cwiseAbs().maxCoeff() > 1e-14 * c.size; ++iteration) {
+    update_closure_matrix(model, cluster, work, true);
+    const MatX A = scaled_columns(model, work, cluster, columns, rows);
+    const ThinSvd svd(A);
+    const VecX& s = svd.singularValues();
+    const VecX b = svd.matrixU().transpose() * r;
+    const VecX before = work.q;
+    bool better = false;
+    for (int attempt = 0; attempt < 12 && !better; ++attempt) {
+      VecX y = VecX::Zero(s.size());
+      for (int k = 0; k < s.size(); ++k)
+        if (s[k] > 1e-10 * std::max(1.0, s[0])) y[k] = -s[k] * b[k] / (s[k] * s[k] + damping);
+      VecX step = svd.matrixV() * y;
+      // No step beyond half a radian or half the size: the branch nearest to the start is wanted.
+      const double longest = step.size() > 0 ? step.cwiseAbs().maxCoeff() : 0.0;
+      if (longest > 0.5 * c.size) step *= 0.5 * c.size / longest;
+      for (size_t k = 0; k < columns.size(); ++k) step[k] /= rate_scale(model, cluster, columns[k]);
+      move_rates(model, c, columns, step, work);
+      const VecX next = evaluate();
+      if (next.norm() < r.norm()) {
+        better = true;
+        r = next;
+        damping = damping < 1e-12 ? 0.0 : 0.1 * damping;
+      } else {
+        work.q = before;
+        damping = damping == 0.0 ? 1e-6 : 10.0 * damping;
+      }
+    }
+    if (!better) break;
+  }
+  evaluate();
+  return r.cwiseAbs().maxCoeff();
+}
+
+// From the current coordinates; where that is a dead point (bars in line, from which no small motion brings the ends together), from
+// places around it, nearest first, and of the ways to close the loops that are found at one distance the one with the least motion;
+// of two mirror images the one with the larger distances along slides.
+double assemble_positions(const Model& model, int cluster, const std::vector<int>& columns, Work& work) {
+  const Cluster& c = model.clusters[cluster];
+  const VecX start = work.q;
+  const double closed = 1e-9 * c.size;
+  double best = descend(model, cluster, columns, work);
+  if (best <= closed || columns.empty()) return best;
+  VecX best_q = work.q;
+  const auto distance = [&](const VecX& q) {
+    double d = 0.0;
+    for (int i : c.parts) {
+      const Part& p = model.parts[i];
+      for (int k = 0; k < p.joint.nq; ++k) d += std::pow((q[p.q0 + k] - start[p.q0 + k]) * (p.joint.kind == JointKind::prismatic ? 1.0 : c.size), 2);
+    }
+    return d;
+  };
+  const auto along_slides = [&](const VecX& q) {
+    double sum = 0.0;
+    for (int i : c.parts)
+      if (model.parts[i].joint.kind == JointKind::prismatic && model.parts[i].joint.nq == 1) sum += q[model.parts[i].q0];
+    return sum;
+  };
+  // A reproducible sequence of directions (Weyl's: fractional parts of multiples of irrational numbers) in growing circles.
+  unsigned sample = 0;
+  for (const double radius : {0.1, 0.5, 1.2, 2.5}) {
+    double least = std::numeric_limits<double>::infinity();
+    for (int attempt = 0; attempt < 8; ++attempt) {
+      work.q = start;
+      VecX step(columns.size());
+      for (size_t k = 0; k < columns.size(); ++k) {
+        const double at = ++sample * std::numbers::phi + 0.5 * std::numbers::sqrt2 * static_cast<double>(k * k);
+        step[static_cast<Eigen::Index>(k)] = radius * (2.0 * (at - std::floor(at)) - 1.0) * c.size / rate_scale(model, cluster, columns[k]);
+      }
+      move_rates(model, c, columns, step, work);
+      const double open = descend(model, cluster, columns, work);
+      const double d = distance(work.q);
+      // To a thousandth the two are mirror images that differ by rounding or by which turn they took.
+      const bool nearer = d < (1.0 - 1e-3) * least || (d < (1.0 + 1e-3) * least && along_slides(work.q) > along_slides(best_q));
+      if (open <= closed ? best > closed || nearer : best > closed && open < best) {
+        best = open;
+        best_q = work.q;
+        if (open <= closed) least = d;
+      }
+    }
+    if (best <= closed) break;
+  }
+  work.q = best_q;
+  update_cluster_positions(model, cluster, work);
+  update_closure_residual(model, cluster, work, true);
+  return best;
+}
+
+[[noreturn]] void refuse_open(const Model& model, const Scene& scene, const Work& work, int cluster) {
+  const Cluster& c = model.clusters[cluster];
+  int row = 0;
+  double worst = -1.0, gap = 0.0, turn = 0.0;
+  // The first, should none be measurable: of what is no number nothing is the largest.
+  const LoopJoint* open = &model.loops[c.loops.front()];
+  for (int l : c.loops) {
+    double g = 0.0, a = 0.0;
+    for (const ClosureRow& r : model.loops[l].rows) {
+      const double e = work.clusters[cluster].residual[row++];
+      (r.kind == ClosureRow::angle ? a : g) += e * e;
+    }
+    const double measure = std::sqrt(g) + c.size * std::sqrt(a);
+    if (measure > worst) worst = measure, gap = std::sqrt(g), turn = std::sqrt(a), open = &model.loops[l];
+  }
+  std::string others;
+  for (int i : c.parts)
+    if (model.parts[i].joint.scene_joint >= 0) others += fmt::format("{}'{}'", others.empty() ? "" : ", ", model.parts[i].joint.name);
+  int line = 0;
+  for (const JointDef& def : scene.joints)
+    if (def.name == open->name) line = def.line;
+  throw InputError(fmt::format("{}:{}: the mechanism cannot be assembled: joint '{}' stays open by {:.4g} m and {:.4g} rad, whatever the other joints "
+                               "of the loop ({}) do; check lengths, joint positions and given initial values",
+                               scene.file.string(), line, open->name, gap, turn, others));
+}
+
+// A start in a change point, where the loop has more ways to move than anywhere beside it: the rates say which way it goes. The cluster
+// is moved a hundred-thousandth of its size along them, where its conditions are independent, and the rates follow the loop there.
+// Returns false where the start is no change point. Throws where the rates fit no way out.
+bool leave_change_point(const Model& model, const Scene& scene, int cluster, Work& work) {
+  const Cluster& c = model.clusters[cluster];
+  ClusterWork& cw = work.clusters[cluster];
+  const Partition here = cw.partition;
+  if (static_cast<int>(here.rows.size()) == closure_row_count(model, work, cluster)) return false;
+  std::vector<int> columns;
+  VecX rate;
+  for (int k = 0; k < c.nv; ++k)
+    if (rate_scale(model, cluster, k) > 0.0) columns.push_back(k);
+  rate.resize(static_cast<Eigen::Index>(columns.size()));
+  double speed = 0.0;
+  for (size_t k = 0; k < columns.size(); ++k) {
+    rate[static_cast<Eigen::Index>(k)] = work.w[c.v0 + columns[k]];
+    speed = std::max(speed, std::abs(work.w[c.v0 + columns[k]]) * rate_scale(model, cluster, columns[k]));
+  }
+  if (speed == 0.0) return false;
+
+  // A hundred-thousandth: far enough for Newton's method to close the loop to rounding (close_positions), too little to see.
+  const double ahead = 1e-5 * c.size;
+  const VecX before = work.q;
+  move_rates(model, c, columns, rate * (ahead / speed), work);
+  const VecX along = work.q;
+  assemble_positions(model, cluster, columns, work);
+  const Partition beside = choose_partition(model, cluster, work, true);
+  if (beside.rows.size() <= here.rows.size()) {
+    work.q = before;
+    close_positions(model, cluster, work);
+    return false;
+  }
+  // The rates lead along a way that exists if the closed position lies beside them by second order only.
+  if ((work.q - along).segment(c.q0, c.nq).cwiseAbs().maxCoeff() > 1e-3 * (along - before).segment(c.q0, c.nq).cwiseAbs().maxCoeff()) {
+    std::string joints;
+    for (int i : c.parts)
+      if (model.parts[i].joint.scene_joint >= 0 && model.parts[i].joint.nv > 0) joints += fmt::format("{}'{}'", joints.empty() ? "" : ", ", model.parts[i].joint.name);
+    throw InputError(fmt::format("{}: the loop of joint '{}' starts in a change point, from which it can go on in more than one way, and the initial rates lead along none: "
+                                 "give rates of more of its joints ({}), or start beside that position",
+                                 scene.file.string(), closure_row_name(model, work, cluster, beside.rows.back()), joints));
+  }
+  cw.partition = beside;
+  close_positions(model, cluster, work);
+  // The nearest rates that the loop allows.
+  update_closure_matrix(model, cluster, work, true);
+  const MatX A = scaled_columns(model, work, cluster, columns, closure_row_scales(model, work, cluster));
+  VecX scaled(rate.size());
+  for (size_t k = 0; k < columns.size(); ++k) scaled[static_cast<Eigen::Index>(k)] = rate[static_cast<Eigen::Index>(k)] * rate_scale(model, cluster, columns[k]);
+  scaled -= least_squares(A, A * scaled, 1e-9);
+  for (size_t k = 0; k < columns.size(); ++k) work.w[c.v0 + columns[k]] = scaled[static_cast<Eigen::Index>(k)] / rate_scale(model, cluster, columns[k]);
+  close_velocities(model, cluster, work);
+  return true;
+}
+
+}  // namespace
+
+void assemble(Model& model, const Scene& scene, Work& work, std::vector<std::string>& notes) {
+  update_expressions(model, 0.0, work);
+  // What the scene gives.
+  for (const Part& p : model.parts) {
+    if (p.joint.scene_joint < 0 || p.joint.nq == 0) continue;
+    const JointDef& def = scene.joints[p.joint.scene_joint];
+    const int nv = p.joint.nv;
+    if (def.initial.value) {
+      require_count(scene, def, "value", def.initial.value->size(), p.joint.kind == JointKind::free ? std::initializer_list<int>{3, 6} : std::initializer_list<int>{nv});
+      set_joint_value(p.joint, *def.initial.value, work.q.data() + p.q0);
+    }
+    if (def.initial.rate) {
+      require_count(scene, def, "rate", def.initial.rate->size(), p.joint.kind == JointKind::free ? std::initializer_list<int>{3, 6} : std::initializer_list<int>{nv});
+      set_joint_rate(p.joint, *def.initial.rate, work.q.data() + p.q0, work.w.data() + p.v0);
+    }
+  }
+  for (size_t b = 0; b < scene.bodies.size(); ++b) {
+    const FlexibleInitial* initial = nullptr;
+    if (const auto* beam = std::get_if<BeamDef>(&scene.bodies[b].kind)) initial = &beam->initial;
+    if (const auto* modal = std::get_if<ModalDef>(&scene.bodies[b].kind)) initial = &modal->initial;
+    if (const auto* space = std::get_if<StateSpaceDef>(&scene.bodies[b].kind)) initial = &space->initial;
+    if (!initial) continue;
+    const size_t total = static_cast<size_t>(coordinate_count(model, static_cast<int>(b)));
+    for (const auto* list : {&initial->q, &initial->qd}) {
+      if (list->empty()) continue;
+      if (list->size() != total)
+        throw InputError(fmt::format("{}:{}: body '{}': key 'initial.{}' has {} numbers; the body has {} elastic coordinates", scene.file.string(),
+                                     scene.bodies[b].line, scene.bodies[b].name, list == &initial->q ? "q" : "qd", list->size(), total));
+      const bool rates = list == &initial->qd;
+      set_body_coordinates(model, static_cast<int>(b), Eigen::Map<const VecX>(list->data(), static_cast<Eigen::Index>(total)), rates ? work.w : work.q, rates);
+    }
+  }
+
+  for (size_t k = 0; k < model.clusters.size(); ++k) {
+    const int cluster = static_cast<int>(k);
+    const Cluster& c = model.clusters[k];
+    if (!c.loops.empty()) {
+      const Freedom free = freedom_of(model, scene, cluster);
+      const VecX before = work.q;
+      // 1e-9 of the size is far above rounding and far below what anybody calls closed by construction.
+      if (assemble_positions(model, cluster, free.value, work) > 1e-9 * c.size) refuse_open(model, scene, work, cluster);
+      const double moved = before.size() > 0 ? (work.q - before).cwiseAbs().maxCoeff() : 0.0;
+      if (moved > 1e-6) notes.push_back(fmt::format("the start was moved by up to {:.3g} (rad or m) to close joint '{}'", moved, model.loops[c.loops.front()].name));
+      work.clusters[k].partition = choose_partition(model, cluster, work, false);
+      const int rows = closure_row_count(model, work, cluster), used = static_cast<int>(work.clusters[k].partition.rows.size());
+      if (used < rows)
+        notes.push_back(fmt::format("loop of joint '{}': {} of {} closure conditions are redundant and left out", model.loops[c.loops.front()].name, rows - used, rows));
+    }
+    close_positions(model, cluster, work);
+    update_cluster_world(model, cluster, work);
+  }
+  assemble_rates(model, scene, work, notes);
+  for (size_t i = 0; i < model.parts.size(); ++i) update_mass(model.parts[i].body, work.parts[i].q, work.parts[i].terms);
+}
+
+void assemble_rates(const Model& model, const Scene& scene, Work& work, std::vector<std::string>& notes) {
+  for (size_t k = 0; k < model.clusters.size(); ++k) {
+    const int cluster = static_cast<int>(k);
+    const Cluster& c = model.clusters[k];
+    if (c.loops.empty()) {
+      close_velocities(model, cluster, work);
+      continue;
+    }
+    // Rates: what is free takes up what the loops need, least motion first.
+    const Freedom free = freedom_of(model, scene, cluster);
+    update_closure_matrix(model, cluster, work, true);
+    const VecX scale = closure_row_scales(model, work, cluster);
+    const Partition chosen = work.clusters[k].partition;
+    Partition all = chosen;
+    all.rows.resize(closure_row_count(model, work, cluster));
+    for (size_t r = 0; r < all.rows.size(); ++r) all.rows[r] = static_cast<int>(r);
+    work.clusters[k].partition.rows = all.rows;
+    update_cluster_velocities(model, cluster, work);
+    update_closure_rates(model, cluster, work);
+    work.clusters[k].partition = chosen;
+    const MatX A = scaled_columns(model, work, cluster, free.rate, scale);
+    const VecX b = -scale.cwiseProduct(work.clusters[k].rate);
+    const VecX x = free.rate.empty() ? VecX() : least_squares(A, b);
+    const VecX left = free.rate.empty() ? b : VecX(b - A * x);
+    // Against the speeds that meet in the loop, also what carries it along: where they fit, only rounding of them is left.
+    const Vec6& carrier = work.clusters[k].base_V;
+    double speed = std::max({b.cwiseAbs().maxCoeff(), carrier.head<3>().norm(), carrier.tail<3>().norm() * c.size});
+    for (int v = 0; v < c.nv; ++v) speed = std::max(speed, std::abs(work.w[c.v0 + v]) * rate_scale(model, cluster, v));
+    if (left.cwiseAbs().maxCoeff() > 1e-8 * speed) {
+      int row = 0;
+      left.cwiseAbs().maxCoeff(&row);
+      std::string motions, rates;
+      for (int i : c.parts) {
+        const TreeJoint& j = model.parts[i].joint;
+        if (j.motion >= 0) motions += fmt::format("{}'{}'", motions.empty() ? "" : ", ", j.name);
+        else if (j.scene_joint >= 0 && scene.joints[j.scene_joint].initial.rate) rates += fmt::format("{}'{}'", rates.empty() ? "" : ", ", j.name);
+      }
+      const std::string given = motions.empty() ? "initial rates" : rates.empty() ? "motions" : "motions and initial rates";
+      throw InputError(fmt::format("{}: the {} that are given contradict the loop of joint '{}' ({}{}{}): it would open at {:.4g} m/s; leave one {} of the loop out", scene.file.string(), given,
+                                   closure_row_name(model, work, cluster, row), motions, motions.empty() || rates.empty() ? "" : "; ", rates, left[row], rates.empty() ? "motion" : "rate"));
+    }
+    for (size_t f = 0; f < free.rate.size(); ++f) work.w[c.v0 + free.rate[f]] += x[f] / rate_scale(model, cluster, free.rate[f]);
+    close_velocities(model, cluster, work);
+    if (leave_change_point(model, scene, cluster, work))
+      notes.push_back(fmt::format("loop of joint '{}': starts in a change point; moved a hundred-thousandth of its size along the initial rates", model.loops[c.loops.front()].name));
+  }
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,82 @@
+#include "sim/start/make_system.h"
+
+#include "sim/dynamics/beam_loads.h"
+#include "sim/dynamics/dynamics.h"
+#include "sim/dynamics/stops.h"
+#include "sim/model/model_build.h"
+#include "sim/model/motion_jumps.h"
+#include "sim/start/assembly.h"
+#include "sim/start/held_lengths.h"
+#include "sim/start/massless_find.h"
+#include "sim/start/statics.h"
+
+#include <fmt/format.h>
+
+namespace flexframe::sim {
+namespace {
+
+// Whether anything supplies or takes out energy besides gravity and springs.
+bool has_power(const Model& model) {
+  if (!model.loads.empty()) return true;
+  for (const LoopJoint& l : model.loops)
+    if (l.spring) return true;
+  for (const Part& p : model.parts)
+    if (p.body.De.size() > 0 || p.joint.motion >= 0 || p.joint.spring || p.joint.stop || p.joint.friction) return true;
+  for (const Flexure& f : model.flexures)
+    if (f.links.time_constant > 0.0) return true;
+  return false;
+}
+
+// Model, work space and assembled start of system.scene.
+void build(System& system) {
+  system.model = build_model(system.scene);
+  system.work = make_work(system.model);
+  system.notes = system.model.notes;
+  check_motions(system.model, system.scene, system.notes);
+  for (TimeFunction& e : system.model.expressions) {
+    const std::vector<double> switches = e.switch_times(0.0, system.scene.simulation.duration);
+    const double end = switches.empty() ? system.scene.simulation.duration : switches.front();
+    e.freeze(0.5 * end);
+  }
+  assemble(system.model, system.scene, system.work, system.notes);
+}
+
+}  // namespace
+
+System make_system(const Scene& scene) {
+  System system;
+  system.scene = scene;
+  build(system);
+  while (let_lengthen(held_lengths(system.model, system.scene, system.work), system.scene, system.notes)) build(system);
+  if (wants_statics(scene)) {
+    const StaticSolution at_rest = solve_statics(system.model, scene, system.work);
+    assemble_rates(system.model, scene, system.work, system.notes);
+    system.notes.push_back(fmt::format("static equilibrium: {} Newton steps{}, coordinates moved by up to {:.4g} m{}", at_rest.iterations,
+                                       at_rest.load_steps > 1 ? fmt::format(" in {} load steps", at_rest.load_steps) : "", at_rest.moved,
+                                       at_rest.stable ? "" : "; it is UNSTABLE: the smallest disturbance makes the mechanism leave it"));
+  }
+  find_massless(system);
+  const std::vector<std::string> neglected = neglected_stiffening(system.model, scene, system.work);
+  system.notes.insert(system.notes.end(), neglected.begin(), neglected.end());
+  system.friction = make_friction(system.model, system.work);
+  system.stops = stop_parts(system.model);
+  for (const Part& p : system.model.parts) system.driven = system.driven || p.joint.motion >= 0;
+  // What planar.h does not cover: power of prescribed motions, forces over a coordinate.
+  bool covered = !system.driven && system.model.massless.rates.empty();
+  for (const Load& load : system.model.loads) covered = covered && !load.table;
+  std::string why_not;
+  if (covered) system.planar = PlanarDynamics::make(system.model, system.work, why_not);
+  if (system.planar) {
+    // Nor what turns without inertia; a mechanism without accelerations at its start says so in the run.
+    try {
+      update_accelerations(system.model, system.work);
+    } catch (const SimulationError&) {
+    }
+    if (system.work.idle) system.planar.reset();
+  }
+  system.quadrature = has_power(system.model);
+  system.tolerance = scene.simulation.tolerance.value_or(default_tolerance);
+  return system;
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,36 @@
+// Static equilibrium: coordinates at which nothing accelerates, with loops closed.
+#pragma once
+
+#include "sim/dynamics/work.h"
+
+#include <string>
+#include <vector>
+
+namespace flexframe::sim {
+
+struct StaticSolution {
+  int iterations = 0;            // Newton steps of all load steps
+  int load_steps = 1;            // 1: the whole load at once
+  bool stable = true;            // the tangent stiffness is positive definite; false: the mechanism would leave it
+  double residual = 0.0;         // N, largest force left over
+  double moved = 0.0;            // m, largest displacement of a coordinate from where the search began
+};
+
+// Moves work.q to a relative equilibrium at t = 0 (prescribed motions keep their rates) and leaves positions up to date; work.w is not
+// changed, though the search is one at rest, and may no longer suit the loops (assembly.h: assemble_rates).
+//
+// What is sought: the elastic coordinates of the bodies marked `initial = { static = true }` and, in the trees and loops they stand
+// in, every joint coordinate whose `initial` gives neither value nor rate; with SimulationSettings::static_start of all bodies and
+// joints. The rest is held. Joint friction holds nothing.
+//
+// Newton's method on the forces of rest_forces, each step damped until the tangent stiffness is positive definite (so that a search
+// runs downhill, to a stable equilibrium), limited to half a radian or half the mechanism and cut back where the force along it
+// turns round (Deuflhard, Newton Methods for Nonlinear Problems, 2004, ch. 3; Nocedal and Wright 2006, ch. 4). Where that fails, the
+// loads are raised in steps from zero, and the step is halved where it must.
+// Throws InputError naming the coordinate that finds no rest and the force that drives it.
+StaticSolution solve_statics(const Model& model, const Scene& scene, Work& work);
+
+// Whether a scene starts from static equilibrium, wholly or in part.
+bool wants_statics(const Scene& scene);
+
+}  // namespace flexframe::sim

@@ -1,0 +1,100 @@
+#include "sim/time/events.h"
+
+#include "sim/dynamics/dynamics.h"
+#include "sim/dynamics/massless.h"
+#include "sim/dynamics/stops.h"
+
+#include <fmt/format.h>
+
+namespace flexframe::sim {
+namespace {
+
+double coordinate(const System& s, int part) { return s.work.q[s.model.parts[part].q0]; }
+double rate(const System& s, int part) { return s.work.w[s.model.parts[part].v0]; }
+
+bool any_sticks(const System& s) {
+  for (const FrictionPoint& p : s.friction.points)
+    if (p.phase == FrictionPhase::stick) return true;
+  return false;
+}
+
+// Stops that touch or part change what dampers act on where nothing has inertia.
+void renew_massless(System& s) {
+  if (s.model.massless.rates.empty()) return;
+  split_massless(s.model, s.work);
+  remove_massless_rates(s.model, s.work.w);
+  update_positions(s.model, s.work);
+  update_velocities(s.model, s.work);
+}
+
+}  // namespace
+
+bool has_events(const System& s) {
+  if (!s.stops.empty()) return true;
+  for (const FrictionPoint& p : s.friction.points)
+    if (p.phase != FrictionPhase::regularised) return true;
+  return false;
+}
+
+int event_count(const System& s) { return has_events(s) ? static_cast<int>(s.friction.points.size() + 2 * s.stops.size()) : 0; }
+
+void event_margins(System& s, double t, const double* y, double* margin) {
+  set_state(s, t, y, any_sticks(s));
+  for (const FrictionPoint& p : s.friction.points) *margin++ = friction_margin(p, s.friction, s.model, s.work);
+  for (int i : s.stops) {
+    const StopMargins m = stop_margins(*s.model.parts[i].joint.stop, s.work.parts[i].stop, coordinate(s, i), rate(s, i));
+    *margin++ = m.out;
+    *margin++ = m.in;
+  }
+}
+
+void start_phases(System& s, double t, const VecX& y, bool first, std::vector<std::string>& changes) {
+  set_state(s, t, y.data(), false);
+  if (first) follow_slip(s.model, s.friction, s.work, true);
+  for (int i : s.stops) s.work.parts[i].stop = find_stop_phase(*s.model.parts[i].joint.stop, coordinate(s, i), rate(s, i));
+  if (!s.stops.empty()) renew_massless(s);
+  if (s.friction.points.empty()) return;
+  std::vector<int> resting;
+  for (size_t k = 0; k < s.friction.points.size(); ++k) {
+    FrictionPoint& p = s.friction.points[k];
+    const double w = s.work.w[s.model.parts[p.part].v0 + p.rate];
+    if (!first || p.phase == FrictionPhase::regularised || p.phase == FrictionPhase::stick) continue;
+    if (p.phase == FrictionPhase::slip ? slip_rests(p, s.friction, s.model, s.work) : w == 0.0) resting.push_back(static_cast<int>(k));
+    else if (p.phase != FrictionPhase::slip) p.phase = w > 0.0 ? FrictionPhase::forward : FrictionPhase::backward;
+  }
+  settle_friction(s.model, s.friction, resting, s.work, changes);
+}
+
+bool pass_events(System& s, double t, const VecX& y, const std::vector<int>& directions, std::vector<std::string>& changes) {
+  set_state(s, t, y.data(), any_sticks(s));
+  std::vector<int> resting;
+  bool passed = false, turned = false;
+  for (size_t k = 0; k < s.friction.points.size(); ++k) {
+    if (directions[k] >= 0) continue;
+    passed = true;
+    const FrictionPoint& p = s.friction.points[k];
+    // A slip that has only turned goes on.
+    if (p.phase == FrictionPhase::slip ? slip_rests(p, s.friction, s.model, s.work) : p.phase != FrictionPhase::stick) resting.push_back(static_cast<int>(k));
+    else if (p.phase == FrictionPhase::slip) turned = true;
+  }
+  const size_t first = s.friction.points.size();
+  for (size_t k = 0; k < s.stops.size(); ++k) {
+    StopPhase& phase = s.work.parts[s.stops[k]].stop;
+    const std::string& name = s.model.parts[s.stops[k]].joint.name;
+    for (size_t m = 0; m < 2; ++m) {
+      if (directions[first + 2 * k + m] >= 0) continue;
+      const StopPhase before = phase;
+      phase = next_stop_phase(phase, m == 0);
+      passed = true;
+      if (before == StopPhase::free) changes.push_back(fmt::format("joint '{}' meets its {} stop", name, phase == StopPhase::lower ? "lower" : "upper"));
+      break;
+    }
+  }
+  if (!passed) return false;
+  if (!s.stops.empty()) renew_massless(s);
+  if (turned) follow_slip(s.model, s.friction, s.work, true);
+  if (!s.friction.points.empty()) settle_friction(s.model, s.friction, resting, s.work, changes);
+  return true;
+}
+
+}  // namespace flexframe::sim

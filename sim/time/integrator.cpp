@@ -1,0 +1,515 @@
+#include "sim/time/integrator.h"
+
+#include "sim/base/small_matrices.h"
+#include "sim/time/exponential.h"
+#include "sim/time/integrator_vector.h"
+
+#include <arkode/arkode_arkstep.h>
+#include <cvode/cvode.h>
+#include <ida/ida.h>
+#include <sundials/sundials_context.h>
+#include <sundials/sundials_linearsolver.h>
+#include <sunmatrix/sunmatrix_dense.h>
+#include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <algorithm>
+#include <array>
+#include <string>
+
+namespace flexframe::sim {
+namespace {
+
+double* data(N_Vector v) { return N_VGetArrayPointer(v); }
+
+// Newton's matrix 1 - g J of mechanical equations, solved for the rates alone:
+//   (1 - g B - g^2 A) dw = b_w + g A P b_q,   dq = b_q + g T dw,   the rest unchanged.
+struct MechanicalSolver {
+  MechanicalJacobian jacobian;
+  double gamma = 0.0;
+  std::function<double()> current_gamma;   // where the step's may have changed since the matrix was set up
+  MatX matrix;                             // its factors
+  std::vector<int> order;
+  VecX direction, product, rhs, rates;
+
+  int factorise() {
+    matrix = -gamma * jacobian.B - gamma * gamma * jacobian.A;
+    matrix.diagonal().array() += 1.0;
+    // A zero pivot is recoverable: another step size gives another matrix.
+    return sim::factorise(matrix, order) > 0.0 ? 0 : 1;
+  }
+
+  void solve(const double* b, double* x, Eigen::Index size) {
+    if (const double g = current_gamma ? current_gamma() : gamma; g != gamma) {
+      gamma = g;
+      factorise();
+    }
+    const Eigen::Index nq = jacobian.T.rows(), nw = jacobian.T.cols();
+    direction.resize(nw);
+    product.resize(std::max(nq, nw));
+    rates.resize(nw);
+    multiply(jacobian.P, b, direction.data());
+    multiply(jacobian.A, direction.data(), product.data());
+    rhs = Eigen::Map<const VecX>(b + nq, nw) + gamma * product.head(nw);
+    sim::solve(matrix, order, rhs.data(), rates.data());
+    if (x != b) std::copy(b, b + size, x);
+    multiply(jacobian.T, rates.data(), product.data());
+    Eigen::Map<VecX>(x, nq) += gamma * product.head(nq);
+    Eigen::Map<VecX>(x + nq, nw) = rates;
+  }
+
+  static SUNLinearSolver create(SUNContext context) {
+    SUNLinearSolver s = SUNLinSolNewEmpty(context);
+    s->content = new MechanicalSolver;
+    s->ops->gettype = [](SUNLinearSolver) { return SUNLINEARSOLVER_DIRECT; };
+    s->ops->initialize = [](SUNLinearSolver) { return 0; };
+    s->ops->setup = [](SUNLinearSolver self, SUNMatrix) { return static_cast<MechanicalSolver*>(self->content)->factorise(); };
+    s->ops->solve = [](SUNLinearSolver self, SUNMatrix, N_Vector x, N_Vector b, double) {
+      static_cast<MechanicalSolver*>(self->content)->solve(data(b), data(x), N_VGetLength(b));
+      return 0;
+    };
+    s->ops->free = [](SUNLinearSolver self) {
+      delete static_cast<MechanicalSolver*>(self->content);
+      self->content = nullptr;
+      SUNLinSolFreeEmpty(self);
+      return 0;
+    };
+    return s;
+  }
+};
+
+}  // namespace
+
+struct Integrator::Memory {
+  const OdeProblem& problem;
+  Method method;
+  SUNContext context = nullptr;
+  void* solver = nullptr;
+  N_Vector y = nullptr, yp = nullptr;
+  SUNMatrix matrix = nullptr;
+  SUNLinearSolver linear = nullptr;
+  SUNNonlinearSolver nonlinear = nullptr;
+  VecX state;
+  double time = 0.0, previous = 0.0;
+  std::vector<int> roots;
+  std::string complaint;      // what the right-hand side last threw in this step
+  std::string last_complaint; // and since the start
+  std::unique_ptr<ExponentialSolver> exponential;
+  IntegratorStatistics before;  // counters from before restarts of ARKODE
+
+  explicit Memory(const OdeProblem& p) : problem(p), method(Method::bdf) {}
+  ~Memory() {
+    if (solver) {
+      if (method == Method::ida) IDAFree(&solver);
+      else if (method == Method::erk || method == Method::dirk) ARKStepFree(&solver);
+      else CVodeFree(&solver);
+    }
+    if (nonlinear) SUNNonlinSolFree(nonlinear);
+    if (linear) SUNLinSolFree(linear);
+    if (matrix) SUNMatDestroy(matrix);
+    if (y) N_VDestroy(y);
+    if (yp) N_VDestroy(yp);
+    if (context) SUNContext_Free(&context);
+  }
+
+  // 0 done, 1 recoverable: the integrator tries a smaller step.
+  // States evaluated or asked for most lately: the beginning of the step, and the iterates of two stages or more.
+  struct Recent {
+    long used = 0;  // 0: empty
+    double time = 0.0;
+    VecX y, rate, kept;
+  };
+  std::array<Recent, 8> recent;
+  long requests = 0;
+  bool beginning_only = false, at_beginning = true;  // stages' rates are never asked for again: remember those of the step's beginning only
+
+  bool recall(double t, const double* at, double* out) {
+    for (Recent& r : recent) {
+      if (r.used == 0 || !std::equal(at, at + problem.size, r.y.data())) continue;
+      std::copy(r.rate.data(), r.rate.data() + problem.size, out);
+      if (t != r.time && (!problem.shift || !problem.shift(r.time, t, r.kept, out))) return false;
+      r.used = ++requests;
+      return true;
+    }
+    return false;
+  }
+
+  void remember(double t, const double* at, const double* rate) {
+    Recent& r = *std::min_element(recent.begin(), recent.end(), [](const Recent& a, const Recent& b) { return a.used < b.used; });
+    r.used = ++requests;
+    r.time = t;
+    r.y = Eigen::Map<const VecX>(at, problem.size);
+    r.rate = Eigen::Map<const VecX>(rate, problem.size);
+    if (problem.keep) problem.keep(r.kept);
+  }
+
+  int evaluate(double t, const double* at, double* out) {
+    if (recall(t, at, out)) return 0;
+    try {
+      for (int i = 0; i < problem.size; ++i)
+        if (!std::isfinite(at[i])) {
+          complaint = "a coordinate became infinite";
+          return 1;
+        }
+      problem.rhs(t, at, out);
+    } catch (const SimulationError& error) {
+      complaint = last_complaint = error.what();
+      return 1;
+    }
+    for (int i = 0; i < problem.size; ++i)
+      if (!std::isfinite(out[i])) {
+        complaint = "an acceleration became infinite";
+        return 1;
+      }
+    if (at_beginning) remember(t, at, out);
+    at_beginning = !beginning_only;
+    return 0;
+  }
+};
+
+namespace {
+
+// SUNDIALS' dense solver with Eigen's factorisation: its own solves one entry at a time, which was a fifth of a run.
+struct DenseSolver {
+  Eigen::PartialPivLU<MatX> lu;
+
+  static SUNLinearSolver create(SUNContext context) {
+    SUNLinearSolver s = SUNLinSolNewEmpty(context);
+    s->content = new DenseSolver;
+    s->ops->gettype = [](SUNLinearSolver) { return SUNLINEARSOLVER_DIRECT; };
+    s->ops->initialize = [](SUNLinearSolver) { return 0; };
+    s->ops->setup = [](SUNLinearSolver self, SUNMatrix A) {
+      const Eigen::Index n = SUNDenseMatrix_Rows(A);
+      DenseSolver& me = *static_cast<DenseSolver*>(self->content);
+      me.lu.compute(Eigen::Map<const MatX>(SUNDenseMatrix_Data(A), n, n));
+      // A zero pivot is recoverable: another step size gives another matrix.
+      return me.lu.matrixLU().diagonal().cwiseAbs().minCoeff() > 0.0 ? 0 : 1;
+    };
+    s->ops->solve = [](SUNLinearSolver self, SUNMatrix, N_Vector x, N_Vector b, double) {
+      DenseSolver& me = *static_cast<DenseSolver*>(self->content);
+      const Eigen::Index n = me.lu.matrixLU().rows();
+      Eigen::Map<VecX>(data(x), n) = me.lu.solve(Eigen::Map<const VecX>(data(b), n));
+      return 0;
+    };
+    s->ops->free = [](SUNLinearSolver self) {
+      delete static_cast<DenseSolver*>(self->content);
+      self->content = nullptr;
+      SUNLinSolFreeEmpty(self);
+      return 0;
+    };
+    return s;
+  }
+};
+
+}  // namespace
+
+// C callbacks see the memory through user data.
+struct IntegratorCallbacks {
+  template <class M>
+  static int rhs(double t, N_Vector y, N_Vector dy, void* user) {
+    return static_cast<M*>(user)->evaluate(t, data(y), data(dy));
+  }
+  template <class M>
+  static int residual(double t, N_Vector y, N_Vector yp, N_Vector r, void* user) {
+    M* m = static_cast<M*>(user);
+    const int flag = m->evaluate(t, data(y), data(r));
+    for (int i = 0; flag == 0 && i < m->problem.size; ++i) data(r)[i] = data(yp)[i] - data(r)[i];
+    return flag;
+  }
+  // The matrix itself stays where MechanicalSolver keeps its parts.
+  template <class M>
+  static int linear_system(double t, N_Vector y, N_Vector, SUNMatrix, SUNMatrix, int still_good, int* renewed, double gamma, void* user,
+                           N_Vector, N_Vector, N_Vector) {
+    M* m = static_cast<M*>(user);
+    MechanicalSolver& solver = *static_cast<MechanicalSolver*>(m->linear->content);
+    try {
+      m->problem.jacobian(t, data(y), !still_good, solver.jacobian);
+    } catch (const SimulationError& error) {
+      m->complaint = error.what();
+      return 1;
+    }
+    solver.gamma = gamma;
+    *renewed = still_good ? SUNFALSE : SUNTRUE;
+    return 0;
+  }
+  template <class M>
+  static int linear_system_bdf(double t, N_Vector y, N_Vector dy, SUNMatrix A, int still_good, int* renewed, double gamma, void* user,
+                               N_Vector t1, N_Vector t2, N_Vector t3) {
+    return linear_system<M>(t, y, dy, A, nullptr, still_good, renewed, gamma, user, t1, t2, t3);
+  }
+  template <class M>
+  static int weights(N_Vector y, N_Vector w, void* user) {
+    static_cast<M*>(user)->problem.weights(data(y), data(w));
+    return 0;
+  }
+  template <class M>
+  static int root(double t, N_Vector y, double* g, void* user) {
+    try {
+      static_cast<M*>(user)->problem.root(t, data(y), g);
+    } catch (const SimulationError& error) {
+      static_cast<M*>(user)->complaint = error.what();
+      return 1;
+    }
+    return 0;
+  }
+  template <class M>
+  static int ida_root(double t, N_Vector y, N_Vector, double* g, void* user) { return root<M>(t, y, g, user); }
+  static void silent(int, const char*, const char*, char*, void*) {}
+};
+
+namespace {
+
+void require(int flag, const char* what) {
+  if (flag < 0) throw SimulationError(fmt::format("the integrator could not be set up ({}: {})", what, flag));
+}
+
+}  // namespace
+
+Integrator::Integrator(const OdeProblem& problem, Method method, double t0, const VecX& y0) : memory_(std::make_unique<Memory>(problem)) {
+  Memory& m = *memory_;
+  using C = IntegratorCallbacks;
+  m.method = method;
+  m.state = y0;
+  m.time = m.previous = t0;
+  if (method == Method::exponential) {
+    m.beginning_only = true;
+    m.exponential = std::make_unique<ExponentialSolver>(problem, [&m](double t, const double* y, double* dy) { return m.evaluate(t, y, dy) == 0; });
+    m.exponential->restart(t0, y0);
+    return;
+  }
+  require(SUNContext_Create(nullptr, &m.context), "context");
+  m.y = make_solver_vector(problem.size, m.state.data(), m.context);
+  const bool implicit = method == Method::bdf || method == Method::dirk || method == Method::ida;
+  const bool mechanical = problem.jacobian && (method == Method::bdf || method == Method::dirk);
+  if (implicit) {
+    // SUNDIALS wants a matrix even where the mechanical solver keeps its own.
+    const int rows = mechanical ? 1 : problem.size;
+    m.matrix = SUNDenseMatrix(rows, rows, m.context);
+    m.linear = mechanical ? MechanicalSolver::create(m.context) : DenseSolver::create(m.context);
+  }
+  // No limit on the number of steps of one call: every call takes one step.
+  if (method == Method::adams || method == Method::bdf) {
+    m.solver = CVodeCreate(method == Method::adams ? CV_ADAMS : CV_BDF, m.context);
+    require(CVodeInit(m.solver, C::rhs<Memory>, t0, m.y), "CVodeInit");
+    CVodeSetErrHandlerFn(m.solver, C::silent, nullptr);
+    CVodeSetUserData(m.solver, &m);
+    require(CVodeWFtolerances(m.solver, C::weights<Memory>), "tolerances");
+    if (implicit) {
+      require(CVodeSetLinearSolver(m.solver, m.linear, m.matrix), "linear solver");
+      if (mechanical) require(CVodeSetLinSysFn(m.solver, C::linear_system_bdf<Memory>), "linear system");
+      // BDF of order 3 to 5 is unstable for lightly damped oscillation: let CVODE find out and lower the order.
+      CVodeSetStabLimDet(m.solver, SUNTRUE);
+      // With a matrix that has been left behind, far too stiff, every correction looks small enough and the predictor is taken for the solution.
+      if (problem.sharp_jacobian) {
+        CVodeSetLSetupFrequency(m.solver, 1);
+        CVodeSetJacEvalFrequency(m.solver, 1);
+      }
+    } else {
+      // Functional iteration: it converges for the steps that accuracy asks for and needs no Jacobian.
+      m.nonlinear = SUNNonlinSol_FixedPoint(m.y, 0, m.context);
+      require(CVodeSetNonlinearSolver(m.solver, m.nonlinear), "nonlinear solver");
+    }
+    if (problem.roots > 0) require(CVodeRootInit(m.solver, problem.roots, C::root<Memory>), "roots");
+  } else if (method == Method::ida) {
+    m.yp = N_VClone(m.y);
+    m.evaluate(t0, m.state.data(), data(m.yp));
+    m.solver = IDACreate(m.context);
+    require(IDAInit(m.solver, C::residual<Memory>, t0, m.y, m.yp), "IDAInit");
+    IDASetErrHandlerFn(m.solver, C::silent, nullptr);
+    IDASetUserData(m.solver, &m);
+    require(IDAWFtolerances(m.solver, C::weights<Memory>), "tolerances");
+    require(IDASetLinearSolver(m.solver, m.linear, m.matrix), "linear solver");
+    if (problem.roots > 0) require(IDARootInit(m.solver, problem.roots, C::ida_root<Memory>), "roots");
+  } else {
+    m.solver = method == Method::erk ? ARKStepCreate(C::rhs<Memory>, nullptr, t0, m.y, m.context)
+                                     : ARKStepCreate(nullptr, C::rhs<Memory>, t0, m.y, m.context);
+    if (!m.solver) throw SimulationError("the integrator could not be set up (ARKODE)");
+    ARKStepSetErrHandlerFn(m.solver, C::silent, nullptr);
+    ARKStepSetUserData(m.solver, &m);
+    require(ARKStepWFtolerances(m.solver, C::weights<Memory>), "tolerances");
+    if (method == Method::erk) {
+      // Sixth order at eight stages: on the pendulum and the slider-crank with eight and six modes a tenth of Dormand and Prince's error
+      // (fifth order, seven stages) for four fifths of the evaluations; Fehlberg's eighth order has more, with thirteen stages.
+      require(ARKStepSetTableNum(m.solver, ARKODE_DIRK_NONE, ARKODE_VERNER_8_5_6), "table");
+    } else {
+      // Where vibrations are stepped over the order is lost anyway: methods of fourth and fifth order need more work for the same error
+      // (tried on the pendulum and the slider-crank at 1e-5 and 1e-6).
+      require(ARKStepSetTableNum(m.solver, ARKODE_ESDIRK325L2SA_5_2_3, ARKODE_ERK_NONE), "table");
+      require(ARKStepSetLinearSolver(m.solver, m.linear, m.matrix), "linear solver");
+      if (mechanical) {
+        require(ARKStepSetLinSysFn(m.solver, C::linear_system<Memory>), "linear system");
+        // The matrix follows every change of the step by itself, so that the rate of convergence found so far stays valid.
+        static_cast<MechanicalSolver*>(m.linear->content)->current_gamma = [solver = m.solver] {
+          double gamma = 0.0;
+          ARKStepGetCurrentGamma(solver, &gamma);
+          return gamma;
+        };
+        ARKStepSetDeltaGammaMax(m.solver, 1e10);
+        ARKStepSetLinearSolutionScaling(m.solver, SUNFALSE);
+      }
+      // The step follows its error closely (a change costs no more than a factorisation here), and the estimate is taken as it is.
+      ARKStepSetErrorBias(m.solver, 1.0);
+      ARKStepSetFixedStepBounds(m.solver, 1.0, 1.2);
+      // What Newton's method leaves adds up over the steps in slow coordinates, unlike the error of the method.
+      ARKStepSetNonlinConvCoef(m.solver, 0.02);
+      if (mechanical && problem.cheap_jacobian) {
+        // With the matrix of the step itself an iteration gains two digits or more: a stage's rate then follows from its equation
+        // instead of another evaluation (Hairer and Wanner, Solving Ordinary Differential Equations II, IV.8), a third fewer of them.
+        // With an older matrix the error would stay in slow coordinates: the slider-crank's position was ten times worse.
+        ARKStepSetLSetupFrequency(m.solver, 1);
+        require(ARKStepSetDeduceImplicitRhs(m.solver, SUNTRUE), "stages");
+        m.beginning_only = true;
+        ARKStepSetNonlinConvCoef(m.solver, 0.05);
+        // The rate of convergence hardly changes from stage to stage: what was found lasts.
+        ARKStepSetNonlinCRDown(m.solver, 0.1);
+      }
+      if (problem.sharp_jacobian) {
+        ARKStepSetLSetupFrequency(m.solver, 1);
+        ARKStepSetJacEvalFrequency(m.solver, 1);
+      }
+      // Values at the ends of steps only: derivatives of stiff components would spoil the interpolant.
+      require(ARKStepSetInterpolantType(m.solver, ARK_INTERP_LAGRANGE), "interpolant");
+      require(ARKStepSetInterpolantDegree(m.solver, 4), "interpolant");
+    }
+    if (problem.roots > 0) require(ARKStepRootInit(m.solver, problem.roots, C::root<Memory>), "roots");
+  }
+  m.roots.assign(problem.roots, 0);
+}
+
+Integrator::~Integrator() = default;
+
+void Integrator::restart(double t0, const VecX& y0) {
+  Memory& m = *memory_;
+  m.before = statistics();
+  for (auto& r : m.recent) r.used = 0;
+  m.state = y0;
+  m.time = m.previous = t0;
+  if (m.exponential) {
+    m.exponential->restart(t0, y0);
+  } else if (m.method == Method::ida) {
+    m.evaluate(t0, m.state.data(), data(m.yp));
+    require(IDAReInit(m.solver, t0, m.y, m.yp), "restart");
+  } else if (m.method == Method::erk) {
+    require(ARKStepReInit(m.solver, IntegratorCallbacks::rhs<Memory>, nullptr, t0, m.y), "restart");
+  } else if (m.method == Method::dirk) {
+    require(ARKStepReInit(m.solver, nullptr, IntegratorCallbacks::rhs<Memory>, t0, m.y), "restart");
+  } else {
+    require(CVodeReInit(m.solver, t0, m.y), "restart");
+  }
+}
+
+bool Integrator::step(double t_stop) {
+  Memory& m = *memory_;
+  m.previous = m.time;
+  m.complaint.clear();
+  m.at_beginning = true;
+  if (m.exponential) {
+    try {
+      m.time = m.exponential->step(t_stop, m.state);
+    } catch (const SimulationError& error) {
+      throw SimulationError(fmt::format("the integration stopped at t = {:.9g} s: {}{}{}", m.time, error.what(), m.complaint.empty() ? "" : "; ", m.complaint));
+    }
+    return false;
+  }
+  int flag = 0;
+  if (m.method == Method::ida) {
+    IDASetStopTime(m.solver, t_stop);
+    flag = IDASolve(m.solver, t_stop, &m.time, m.y, m.yp, IDA_ONE_STEP);
+    if (flag == IDA_ROOT_RETURN) IDAGetRootInfo(m.solver, m.roots.data());
+  } else if (m.method == Method::erk || m.method == Method::dirk) {
+    ARKStepSetStopTime(m.solver, t_stop);
+    flag = ARKStepEvolve(m.solver, t_stop, m.y, &m.time, ARK_ONE_STEP);
+    if (flag == ARK_ROOT_RETURN) ARKStepGetRootInfo(m.solver, m.roots.data());
+  } else {
+    CVodeSetStopTime(m.solver, t_stop);
+    flag = CVode(m.solver, t_stop, m.y, &m.time, CV_ONE_STEP);
+    if (flag == CV_ROOT_RETURN) CVodeGetRootInfo(m.solver, m.roots.data());
+  }
+  static_assert(CV_ROOT_RETURN == ARK_ROOT_RETURN && CV_ROOT_RETURN == IDA_ROOT_RETURN && CV_TSTOP_RETURN == 1);
+  if (flag < 0) {
+    const char* why = "the steps became too small";
+    if (flag == -3) why = "the error test failed even with the smallest step";
+    if (flag == -4 || flag == -5) why = "the implicit equations did not converge even with the smallest step";
+    throw SimulationError(fmt::format("the integration stopped at t = {:.9g} s: {}{}{}", m.time, why, m.complaint.empty() ? "" : "; ", m.complaint));
+  }
+  return flag == CV_ROOT_RETURN;
+}
+
+double Integrator::time() const { return memory_->time; }
+const std::string& Integrator::last_complaint() const { return memory_->last_complaint; }
+double Integrator::previous_time() const { return memory_->previous; }
+const VecX& Integrator::state() const { return memory_->state; }
+const std::vector<int>& Integrator::root_directions() const { return memory_->roots; }
+
+void Integrator::interpolate(double t, VecX& y) const {
+  const Memory& m = *memory_;
+  y.resize(m.problem.size);
+  if (t == m.time) {
+    y = m.state;
+    return;
+  }
+  if (m.exponential) {
+    m.exponential->interpolate(t, y);
+    return;
+  }
+  N_Vector out = make_solver_vector(m.problem.size, y.data(), m.context);
+  int flag = 0;
+  if (m.method == Method::ida) flag = IDAGetDky(m.solver, t, 0, out);
+  else if (m.method == Method::erk || m.method == Method::dirk) flag = ARKStepGetDky(m.solver, t, 0, out);
+  else flag = CVodeGetDky(m.solver, t, 0, out);
+  N_VDestroy(out);
+  if (flag != 0) throw SimulationError(fmt::format("the solution at t = {:.9g} s cannot be interpolated", t));
+}
+
+IntegratorStatistics Integrator::statistics() const {
+  const Memory& m = *memory_;
+  IntegratorStatistics s;
+  if (m.exponential) {
+    const ExponentialSolver& e = *m.exponential;
+    s.steps = e.steps, s.jacobians = e.jacobians, s.failures = e.failures, s.last_step = e.last_step;
+    return s;
+  }
+  long fe = 0, fi = 0, fails = 0;
+  if (m.method == Method::ida) {
+    IDAGetNumSteps(m.solver, &s.steps);
+    IDAGetNumResEvals(m.solver, &fe);
+    IDAGetNumLinResEvals(m.solver, &fi);
+    IDAGetNumJacEvals(m.solver, &s.jacobians);
+    IDAGetNumErrTestFails(m.solver, &fails);
+    IDAGetLastStep(m.solver, &s.last_step);
+    IDAGetLastOrder(m.solver, &s.last_order);
+  } else if (m.method == Method::erk || m.method == Method::dirk) {
+    ARKStepGetNumSteps(m.solver, &s.steps);
+    ARKStepGetNumRhsEvals(m.solver, &fe, &fi);
+    if (m.method == Method::dirk) {
+      long lin = 0;
+      ARKStepGetNumLinRhsEvals(m.solver, &lin);
+      fi += lin;
+      ARKStepGetNumJacEvals(m.solver, &s.jacobians);
+    }
+    ARKStepGetNumErrTestFails(m.solver, &fails);
+    ARKStepGetLastStep(m.solver, &s.last_step);
+  } else {
+    CVodeGetNumSteps(m.solver, &s.steps);
+    CVodeGetNumRhsEvals(m.solver, &fe);
+    if (m.method == Method::bdf) {
+      CVodeGetNumLinRhsEvals(m.solver, &fi);
+      CVodeGetNumJacEvals(m.solver, &s.jacobians);
+    }
+    CVodeGetNumErrTestFails(m.solver, &fails);
+    CVodeGetLastStep(m.solver, &s.last_step);
+    CVodeGetLastOrder(m.solver, &s.last_order);
+  }
+  s.evaluations = fe + fi;
+  s.failures = fails;
+  // A restart sets the integrators' counters to zero.
+  s.steps += m.before.steps;
+  s.evaluations += m.before.evaluations;
+  s.jacobians += m.before.jacobians;
+  s.failures += m.before.failures;
+  return s;
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,79 @@
+// Error-controlled integration of y' = f(t, y) by SUNDIALS: CVODE Adams and BDF, ARKODE explicit and diagonally implicit
+// Runge-Kutta (Verner 6(5); ESDIRK3(2)5L[2]SA, Kennedy and Carpenter 2019), IDA on y' - f = 0.
+//
+// SUNDIALS is included by the implementation only.
+#pragma once
+
+#include "sim/base/types.h"
+#include "sim/scene/scene.h"
+
+#include <functional>
+#include <memory>
+
+namespace flexframe::sim {
+
+// Derivatives of mechanical equations y = [q; w; further], q' = T w, w' = f(q, w) for implicit methods: A, of w' by a change of q
+// along each of the directions of w (n x n), B, of w' by w (n x n), T (q x n), and P (n x q) with P T = 1 on what is independent.
+struct MechanicalJacobian {
+  MatX A, B, T, P;
+};
+
+struct OdeProblem {
+  int size = 0;
+  double tolerance = 1e-6;    // relative; the weights carry it
+  // Writes dy; may throw SimulationError, which makes the integrator try a smaller step.
+  std::function<void(double t, const double* y, double* dy)> rhs;
+  // Optional. Runge-Kutta stages start from the state of the step's beginning, at other times: rates of a state that was evaluated
+  // lately are kept. keep: writes, after an evaluation, what shift needs; shift: brings the rates dy of an unchanged state from t0 to t,
+  // or returns false where that takes an evaluation. Without shift nothing but the same time counts as the same.
+  std::function<void(VecX& kept)> keep;
+  std::function<bool(double t0, double t, const VecX& kept, double* dy)> shift;
+  // Optional, for DIRK and BDF: derivatives at (t, y). fresh: anew; else cheap parts only.
+  // Without it every state is differenced.
+  std::function<void(double t, const double* y, bool fresh, MechanicalJacobian& out)> jacobian;
+  // For the exponential method: T, P and the parts of A and B that cost no evaluation; and all of A and B, differenced.
+  std::function<void(double t, const double* y, MechanicalJacobian& out)> closed_derivatives;
+  std::function<void(double t, const double* y, MatX& A, MatX& B)> all_derivatives;
+  bool sharp_jacobian = false;  // may change by orders within a few steps: made anew at every step
+  bool cheap_jacobian = false;  // the cheap parts are all of it, and cost less than the iterations of a step
+  // Writes the error weights 1 / (tolerance of each component) for the current y.
+  std::function<void(const double* y, double* weight)> weights;
+  // Root functions: a change of sign ends the step there.
+  int roots = 0;
+  std::function<void(double t, const double* y, double* g)> root;
+};
+
+struct IntegratorStatistics {
+  long steps = 0, evaluations = 0, jacobians = 0, failures = 0;
+  double last_step = 0.0;
+  int last_order = 0;
+};
+
+class Integrator {
+ public:
+  // method must not be automatic. The problem outlives the integrator.
+  Integrator(const OdeProblem& problem, Method method, double t0, const VecX& y0);
+  ~Integrator();
+  Integrator(const Integrator&) = delete;
+  Integrator& operator=(const Integrator&) = delete;
+
+  // Starts afresh at t0 (after a discontinuity); first step found anew. Counters go on.
+  void restart(double t0, const VecX& y0);
+  // Takes one internal step, not beyond t_stop. Returns true where a root was found (then time() is the root).
+  // Throws SimulationError saying when and why it cannot go on.
+  bool step(double t_stop);
+  double time() const;
+  double previous_time() const;          // start of the last step
+  const std::string& last_complaint() const;  // what an evaluation last threw, empty if none did
+  // The solution at a time within the last step.
+  void interpolate(double t, VecX& y) const;
+  const VecX& state() const;
+  const std::vector<int>& root_directions() const;  // per root function after step() returned true: +1, -1 or 0
+  IntegratorStatistics statistics() const;
+
+ private:
+  struct Memory;
+  std::unique_ptr<Memory> memory_;
+};
+
+}  // namespace flexframe::sim

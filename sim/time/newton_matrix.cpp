@@ -1,0 +1,228 @@
+#include "sim/time/newton_matrix.h"
+
+#include "sim/base/small_matrices.h"
+#include "sim/model/joint_motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace flexframe::sim {
+namespace {
+
+// Independent rate k of a cluster: its part, its rate of the joint (or -1) or elastic coordinate (or -1), its place among the rates.
+struct Direction {
+  int cluster = 0, part = 0, rate = -1, elastic = -1;
+};
+
+std::vector<Direction> directions(const System& system) {
+  std::vector<Direction> out;
+  for (size_t c = 0; c < system.model.clusters.size(); ++c)
+    for (int k : system.work.clusters[c].partition.ind) {
+      const int v = system.model.clusters[c].v0 + k;
+      for (int i : system.model.clusters[c].parts) {
+        const Part& p = system.model.parts[i];
+        if (v >= p.v0 && v < p.v0 + p.joint.nv) out.push_back({static_cast<int>(c), i, v - p.v0, -1});
+        else if (v >= p.ev0 && v < p.ev0 + p.body.n) out.push_back({static_cast<int>(c), i, -1, v - p.ev0});
+      }
+    }
+  return out;
+}
+
+// Whether the bodies' stiffness acts through the mass matrix of one cluster only.
+bool closed_form(const System& system) {
+  const Model& model = system.model;
+  for (const Load& load : model.loads)
+    if (load.def.kind == ForceKind::spring_damper || load.def.kind == ForceKind::bushing) return false;
+  for (const LoopJoint& loop : model.loops)
+    if (loop.spring) return false;
+  for (size_t c = 0; c < model.clusters.size(); ++c) {
+    if (model.clusters[c].parent != ground) return false;
+    for (int k : system.work.clusters[c].partition.dep) {
+      const int v = model.clusters[c].v0 + k;
+      for (int i : model.clusters[c].parts)
+        if (v >= model.parts[i].ev0 && v < model.parts[i].ev0 + model.parts[i].body.n) return false;
+    }
+  }
+  return true;
+}
+
+// Rows of T: rates of all coordinates per independent rate.
+void coordinate_matrix(const System& system, const double* y, MatX& T) {
+  const Model& model = system.model;
+  int first = 0;
+  for (size_t c = 0; c < model.clusters.size(); ++c) {
+    const Cluster& cluster = model.clusters[c];
+    const ClusterWork& cw = system.work.clusters[c];
+    const int ni = static_cast<int>(cw.partition.ind.size());
+    // Row of N for a rate of the cluster: a unit row, or one of E.
+    const auto add = [&](int row, int rate, double factor) {
+      for (int k = 0; k < ni; ++k)
+        if (cw.partition.ind[k] == rate) {
+          T(row, first + k) += factor;
+          return;
+        }
+      for (size_t d = 0; d < cw.partition.dep.size(); ++d)
+        if (cw.partition.dep[d] == rate) T.row(row).segment(first, ni) += factor * cw.E.row(static_cast<Eigen::Index>(d));
+    };
+    for (int i : cluster.parts) {
+      const Part& p = model.parts[i];
+      for (int k = 0; k < p.joint.nv; ++k) {
+        double e[6] = {}, dq[7] = {};
+        e[k] = 1.0;
+        coordinate_rates(p.joint.kind, y + p.q0, e, dq);
+        for (int a = 0; a < p.joint.nq; ++a)
+          if (dq[a] != 0.0) add(p.q0 + a, p.v0 - cluster.v0 + k, dq[a]);
+      }
+      for (int k = 0; k < p.body.n; ++k) add(p.eq0 + k, p.ev0 - cluster.v0 + k, 1.0);
+    }
+    first += ni;
+  }
+}
+
+// Columns of A and B by one-sided differences of `share` of the size of each component; joints_only: those of elastic coordinates stay.
+void difference_columns(System& system, double t, const double* y, const VecX& rates, const std::vector<Direction>& all, double share, bool joints_only, MatX& A, MatX& B) {
+  const Model& model = system.model;
+  const int nq = model.nq, nw = static_cast<int>(all.size()), size = state_size(system);
+  VecX at = Eigen::Map<const VecX>(y, size), rate(size);
+  const auto base = rates.segment(nq, nw);
+  for (int k = 0; k < nw; ++k) {
+    if (joints_only && all[k].elastic >= 0) continue;
+    const Part& p = model.parts[all[k].part];
+    const int q = all[k].elastic >= 0 ? p.eq0 + all[k].elastic : p.q0 + std::min(all[k].rate, std::max(0, p.joint.nq - 1));
+    double step = share * std::max(std::abs(y[q]), system.scale[q]);
+    if (all[k].elastic >= 0) {
+      at[q] += step;
+    } else {
+      double dw[6] = {};
+      dw[all[k].rate] = step;
+      move_coordinates(p.joint.kind, at.data() + p.q0, dw);
+    }
+    state_rate(system, t, at.data(), rate.data());
+    A.col(k) = (rate.segment(nq, nw) - base) / step;
+    at.segment(0, nq) = Eigen::Map<const VecX>(y, nq);
+    step = share * std::max(std::abs(y[nq + k]), system.scale[nq + k]);
+    at[nq + k] += step;
+    state_rate(system, t, at.data(), rate.data());
+    B.col(k) = (rate.segment(nq, nw) - base) / step;
+    at[nq + k] = y[nq + k];
+  }
+}
+
+// T and P at the state evaluated last.
+void update_directions(const System& system, const double* y, const std::vector<Direction>& all, MechanicalJacobian& out) {
+  const Model& model = system.model;
+  const int nq = model.nq, nw = static_cast<int>(all.size());
+  out.T.setZero(nq, nw);
+  coordinate_matrix(system, y, out.T);
+  // P: the independent directions in a change of the coordinates.
+  out.P.setZero(nw, nq);
+  for (int k = 0; k < nw; ++k) {
+    const Part& p = model.parts[all[k].part];
+    if (all[k].elastic >= 0) {
+      out.P(k, p.eq0 + all[k].elastic) = 1.0;
+      continue;
+    }
+    const int nj = p.joint.nq;
+    double e[6] = {}, dq[7] = {};
+    e[all[k].rate] = 1.0;
+    coordinate_rates(p.joint.kind, y + p.q0, e, dq);
+    // Columns of a joint's rates are orthogonal: the pseudo-inverse is column by column.
+    double norm2 = 0.0;
+    for (int a = 0; a < nj; ++a) norm2 += dq[a] * dq[a];
+    for (int a = 0; a < nj; ++a) out.P(k, p.q0 + a) = dq[a] / norm2;
+  }
+}
+
+// The columns of A and B that follow from the bodies' stiffness and damping, through the mass matrix of the state evaluated last.
+void update_closed_columns(const System& system, const std::vector<Direction>& all, MechanicalJacobian& out) {
+  const Model& model = system.model;
+  int first = 0;
+  for (size_t c = 0; c < model.clusters.size(); ++c) {
+    const ClusterWork& cw = system.work.clusters[c];
+    const int ni = static_cast<int>(cw.partition.ind.size());
+    // Columns of the elastic rates, as rows.
+    std::vector<int> elastic;
+    bool damped = false;
+    for (int i = 0; i < ni; ++i)
+      if (all[first + i].elastic >= 0) {
+        elastic.push_back(i);
+        damped = damped || model.parts[all[first + i].part].body.De.size() > 0;
+      }
+    const Eigen::Index ne = static_cast<Eigen::Index>(elastic.size());
+    MatX K = MatX::Zero(ne, ni), D;
+    if (damped) D = K;
+    for (Eigen::Index r = 0; r < ne; ++r) {
+      const Direction& a = all[first + elastic[r]];
+      const FlexibleBody& body = model.parts[a.part].body;
+      for (int i : elastic) {
+        const Direction& b = all[first + i];
+        if (b.part != a.part) continue;
+        K(r, i) = -body.Ke(b.elastic, a.elastic);
+        if (body.De.size() > 0) D(r, i) = -body.De(b.elastic, a.elastic);
+      }
+    }
+    if (ne > 0) {
+      // Whichever made it last, the factor of the mass matrix: planar.h leaves it in D.
+      const MatX& L = system.planar ? cw.D : cw.llt.matrixLLT();
+      solve_rows(L, K);
+      if (damped) solve_rows(L, D);
+      for (Eigen::Index r = 0; r < ne; ++r) {
+        const int column = first + elastic[r];
+        out.A.col(column).setZero();
+        out.A.col(column).segment(first, ni) = K.row(r).transpose();
+        out.B.col(column).setZero();
+        if (damped) out.B.col(column).segment(first, ni) = D.row(r).transpose();
+      }
+    }
+    first += ni;
+  }
+}
+
+}  // namespace
+
+bool matrix_is_cheap(const System& system) {
+  const std::vector<Direction> all = directions(system);
+  return closed_form(system) && std::count_if(all.begin(), all.end(), [](const Direction& d) { return d.elastic < 0; }) <= 3;
+}
+
+void update_newton_matrix(System& system, double t, const double* y, const double* rates, bool fresh, MechanicalJacobian& out) {
+  const std::vector<Direction> all = directions(system);
+  const int nw = static_cast<int>(all.size()), size = state_size(system);
+  fresh = fresh || out.A.rows() != nw;
+  const bool known = closed_form(system);
+
+  // Coordinates first: differences move work.
+  VecX base_rate(size);
+  if (rates) base_rate = Eigen::Map<const VecX>(rates, size);
+  else state_rate(system, t, y, base_rate.data());
+  update_directions(system, y, all, out);
+  if (fresh) {
+    out.A.setZero(nw, nw);
+    out.B.setZero(nw, nw);
+  }
+  if (known) update_closed_columns(system, all, out);
+  if (!fresh && !matrix_is_cheap(system)) return;
+
+  // Differences, a hundred-millionth of the size of the component so far: rounding and truncation balance.
+  difference_columns(system, t, y, base_rate, all, 1.5e-8, known, out.A, out.B);
+}
+
+void update_closed_matrix(const System& system, const double* y, MechanicalJacobian& out) {
+  const std::vector<Direction> all = directions(system);
+  update_directions(system, y, all, out);
+  out.A.setZero(static_cast<Eigen::Index>(all.size()), static_cast<Eigen::Index>(all.size()));
+  out.B = out.A;
+  if (closed_form(system)) update_closed_columns(system, all, out);
+}
+
+void difference_rates(System& system, double t, const double* y, MatX& A, MatX& B) {
+  const std::vector<Direction> all = directions(system);
+  VecX base(state_size(system));
+  state_rate(system, t, y, base.data());
+  A.setZero(static_cast<Eigen::Index>(all.size()), static_cast<Eigen::Index>(all.size()));
+  B = A;
+  difference_columns(system, t, y, base, all, 1e-6, false, A, B);
+}
+
+}  // namespace flexframe::sim

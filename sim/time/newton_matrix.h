@@ -1,0 +1,31 @@
+// The matrix of Newton's method for implicit integration, by the structure of the equations of motion instead of a difference for
+// every state: q' = T w, w' = f(q, w), so that a system of the size of the independent rates is solved and nothing is spent on
+// dependent coordinates and quadratures.
+//
+// What is stiff in most scenes is known in closed form: the structural stiffness and damping of the bodies, through the mass matrix of
+// the state evaluated last. Joint coordinates and rates, which carry springs, stops and contact, are differenced. Terms that are
+// neither (gyroscopic ones, the geometric stiffness of the momentary loads) are left out: they slow Newton's method down by about
+// their rate times the step, and change no solution. Where bodies hang on flexible bodies of other clusters, or springs sit between
+// frames, all columns are differenced.
+#pragma once
+
+#include "sim/time/integrator.h"
+#include "sim/time/system.h"
+
+namespace flexframe::sim {
+
+// Brings `out` to the state (t, y). rates: those of the state and `work` at it, or null where it is to be evaluated. fresh: difference
+// anew; else what was differenced stays, unless it is cheap, and what is known in closed form is renewed. `out` empty: fresh.
+void update_newton_matrix(System& system, double t, const double* y, const double* rates, bool fresh, MechanicalJacobian& out);
+
+// T, P and of A and B only what is known in closed form at y, the state that was evaluated last; the rest of them is zero.
+void update_closed_matrix(const System& system, const double* y, MechanicalJacobian& out);
+
+// All columns of A and B at (t, y) by differences wide enough for what is left beside the stiffness: a millionth of the component's size.
+void difference_rates(System& system, double t, const double* y, MatX& A, MatX& B);
+
+// Whether the stiffness is known in closed form and no more than three joints' rates are left to differences, so that the matrix costs
+// less than the iterations of a step and is worth making at every one.
+bool matrix_is_cheap(const System& system);
+
+}  // namespace flexframe::sim

@@ -1,0 +1,129 @@
+#include "sim/time/power_series.h"
+
+#include "sim/base/wide.h"
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <cstring>
+
+namespace flexframe::sim {
+namespace {
+
+// Vectors go by reference: how they would be returned depends on the processor.
+template <typename V>
+inline __attribute__((always_inline)) void load(const double* from, V& v) {
+  std::memcpy(&v, from, sizeof(V));
+}
+
+// One power's numbers of w in 8 blocks rows, and the largest of them, weighted. Sums stay in registers, four for each row so that additions need
+// not wait for each other.
+template <typename V, int blocks>
+inline __attribute__((always_inline)) void next_rows(const PowerSeries& s, int first, const double* from, double factor, const double* loads, double* to, V& largest) {
+  constexpr int lanes = sizeof(V) / sizeof(double), W = 8 * blocks / lanes;
+  V sum[4][W] = {};
+  const double* A = s.matrix + first;
+  const auto add = [&](int j, const double* x) __attribute__((always_inline)) {
+    for (int w = 0; w < W; ++w) {
+      V a;
+      load(A + static_cast<Eigen::Index>(w) * lanes, a);
+      sum[j][w] += a * *x;
+    }
+    A += s.rows;
+  };
+  const auto add_block = [&](const double* x) __attribute__((always_inline)) {
+    int k = 0;
+    for (; k + 4 <= s.n; k += 4) {
+      add(0, x + k);
+      add(1, x + k + 1);
+      add(2, x + k + 2);
+      add(3, x + k + 3);
+    }
+    for (; k < s.n; ++k) add(0, x + k);
+  };
+  add_block(from - s.rows);  // p of the power before
+  add_block(from);
+  add_block(from + s.rows);
+  for (int w = 0; w < W; ++w) {
+    const Eigen::Index at = first + static_cast<Eigen::Index>(w) * lanes;
+    V whole = (sum[0][w] + sum[1][w]) + (sum[2][w] + sum[3][w]);
+    V other;
+    if (loads) {
+      load(loads + at, other);
+      whole += other;
+    }
+    whole *= factor;
+    std::memcpy(to + at, &whole, sizeof(V));
+    load(s.weights + at, other);
+    const V size = (whole < 0.0 ? -whole : whole) * other;
+    largest = size <= largest ? largest : size;
+  }
+}
+
+template <typename V>
+inline __attribute__((always_inline)) int expand_by(const PowerSeries& s, int most_terms, double* terms) {
+  constexpr int lanes = sizeof(V) / sizeof(double);
+  const Eigen::Index stride = 2 * static_cast<Eigen::Index>(s.rows);
+  int small = 0;
+  for (int k = 0; k < most_terms; ++k) {
+    const double factor = s.length / (k + 1.0);
+    const double* from = terms + (k + 1) * stride;
+    double* to = terms + (k + 2) * stride;
+    const double* loads = k < 3 ? s.loads + k * stride : nullptr;
+    V largest = {};
+    int i = 0;
+    for (; i + 24 <= s.rows; i += 24) next_rows<V, 3>(s, i, from, factor, loads, to, largest);
+    if (s.rows - i == 16) next_rows<V, 2>(s, i, from, factor, loads, to, largest);
+    else if (s.rows - i == 8) next_rows<V, 1>(s, i, from, factor, loads, to, largest);
+    for (Eigen::Index j = 0; j < s.rows; j += lanes) {
+      V p, other;
+      load(from + j, p);
+      if (loads) {
+        load(loads + s.rows + j, other);
+        p += other;
+      }
+      p *= factor;
+      std::memcpy(to + s.rows + j, &p, sizeof(V));
+    }
+    bool all_small = true, finite = true;
+    for (int j = 0; j < lanes; ++j) {
+      all_small = all_small && largest[j] < s.negligible;
+      finite = finite && largest[j] < 1e300;
+    }
+    if (!finite) return 0;
+    small = all_small ? small + 1 : 0;
+    if (small >= 2 && k >= 3) return k + 2;
+  }
+  return 0;
+}
+
+typedef double Two __attribute__((vector_size(16)));
+#if defined(__x86_64__) && defined(__GNUC__)
+typedef double Four __attribute__((vector_size(32)));
+typedef double Eight __attribute__((vector_size(64)));
+__attribute__((target("avx2"))) int expand_avx2(const PowerSeries& s, int most_terms, double* terms) { return expand_by<Four>(s, most_terms, terms); }
+__attribute__((target("avx512f"))) int expand_avx512(const PowerSeries& s, int most_terms, double* terms) { return expand_by<Eight>(s, most_terms, terms); }
+#endif
+
+}  // namespace
+
+int expand(const PowerSeries& series, int most_terms, double* terms) {
+#if defined(__x86_64__) && defined(__GNUC__)
+  static const bool avx512 = __builtin_cpu_supports("avx512f") != 0, avx2 = __builtin_cpu_supports("avx2") != 0;
+  if (avx512) return expand_avx512(series, most_terms, terms);
+  if (avx2) return expand_avx2(series, most_terms, terms);
+#endif
+  return expand_by<Two>(series, most_terms, terms);
+}
+
+FLEXFRAME_WIDE
+void evaluate_powers(const double* terms, int size, int count, double x, double* out) {
+  double* __restrict const z = out;
+  for (int i = 0; i < size; ++i) z[i] = 0.0;
+  for (int k = count; k-- > 0;) {
+    const double* const c = terms + static_cast<Eigen::Index>(k) * size;
+    for (int i = 0; i < size; ++i) z[i] = z[i] * x + c[i];
+  }
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,197 @@
+#include "sim/time/system.h"
+
+#include "sim/dynamics/closure.h"
+#include "sim/dynamics/dynamics.h"
+#include "sim/dynamics/kinematics.h"
+#include "sim/dynamics/loads.h"
+#include "sim/dynamics/massless.h"
+#include "sim/dynamics/stops.h"
+#include "sim/model/joint_motion.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace flexframe::sim {
+namespace {
+
+void unpack(System& system, const double* y) {
+  Work& work = system.work;
+  work.q = Eigen::Map<const VecX>(y, system.model.nq);
+  const double* w = y + system.model.nq;
+  for (size_t c = 0; c < system.model.clusters.size(); ++c) {
+    const int v0 = system.model.clusters[c].v0;
+    for (int k : work.clusters[c].partition.ind) work.w[v0 + k] = *w++;
+  }
+  for (int v : system.model.massless.rates) work.w[v] = 0.0;
+}
+
+}  // namespace
+
+int rate_offset(const System& system) { return system.model.nq; }
+
+int state_size(const System& system) {
+  size_t n = system.model.nq;
+  for (const ClusterWork& c : system.work.clusters) n += c.partition.ind.size();
+  return static_cast<int>(n) + (system.quadrature ? 2 : 0);
+}
+
+VecX pack_state(const System& system, const Eigen::Vector2d& work_done) {
+  VecX y(state_size(system));
+  y.head(system.model.nq) = system.work.q;
+  VecX w = system.work.w;
+  remove_massless_rates(system.model, w);
+  int at = system.model.nq;
+  for (size_t c = 0; c < system.model.clusters.size(); ++c)
+    for (int k : system.work.clusters[c].partition.ind) y[at++] = w[system.model.clusters[c].v0 + k];
+  if (system.quadrature) y.tail<2>() = work_done;
+  return y;
+}
+
+void set_state(System& system, double t, const double* y, bool accelerations) {
+  unpack(system, y);
+  update_expressions(system.model, t, system.work);
+  update_positions(system.model, system.work);
+  update_velocities(system.model, system.work);
+  if (accelerations) update_system_accelerations(system);
+}
+
+void update_system_accelerations(System& system) {
+  if (system.friction.points.empty()) update_accelerations(system.model, system.work);
+  else update_friction_accelerations(system.model, system.friction, system.work);
+}
+
+VecX repack_state(System& system, const VecX& old, const std::vector<Partition>& before) {
+  const Model& model = system.model;
+  VecX scale = VecX::Zero(model.nv);
+  if (system.scale.size() == old.size()) {
+    int at = model.nq;
+    for (size_t c = 0; c < model.clusters.size(); ++c)
+      for (int k : before[c].ind) scale[model.clusters[c].v0 + k] = system.scale[at++];
+  }
+  VecX y = pack_state(system, system.quadrature ? Eigen::Vector2d(old.tail<2>()) : Eigen::Vector2d(0.0, 0.0));
+  VecX next = VecX::Zero(y.size());
+  if (system.scale.size() == old.size()) next.head(model.nq) = system.scale.head(model.nq);
+  int at = model.nq;
+  for (size_t c = 0; c < model.clusters.size(); ++c)
+    for (int k : system.work.clusters[c].partition.ind) next[at++] = scale[model.clusters[c].v0 + k];
+  system.scale = next;
+  return y;
+}
+
+void state_rate(System& system, double t, const double* y, double* dy) {
+  ++system.evaluations;
+  if (system.planar) {
+    unpack(system, y);
+    update_expressions(system.model, t, system.work);
+    system.planar->evaluate(system.model, system.work);
+  } else {
+    set_state(system, t, y, true);
+  }
+  const Work& work = system.work;
+  for (const Part& p : system.model.parts) {
+    if (p.joint.nq > 0) coordinate_rates(p.joint.kind, y + p.q0, work.w.data() + p.v0, dy + p.q0);
+    for (int k = 0; k < p.body.n; ++k) dy[p.eq0 + k] = work.w[p.ev0 + k];
+  }
+  double* dw = dy + system.model.nq;
+  for (size_t c = 0; c < system.model.clusters.size(); ++c) {
+    const int v0 = system.model.clusters[c].v0;
+    for (int k : work.clusters[c].partition.ind) *dw++ = work.wdot[v0 + k];
+  }
+  if (system.quadrature) {
+    double supplied = system.planar ? system.planar->applied_power() : applied_power(system.model, work);
+    if (system.driven) {
+      compute_reactions(system.model, system.work, system.reactions, false);
+      supplied += motion_power(system.model, work, system.reactions);
+    }
+    *dw++ = supplied;
+    *dw++ = system.planar ? system.planar->dissipated_power(system.model, work) : dissipated_power(system.model, work);
+  }
+}
+
+namespace {
+
+bool time_enters(const Model& model) {
+  for (const Part& p : model.parts)
+    if (p.joint.motion >= 0) return true;
+  for (const Load& load : model.loads)
+    if (load.expression >= 0) return true;
+  return false;
+}
+
+}  // namespace
+
+void keep_load_responses(System& system, VecX& kept) {
+  if (system.planar && !system.model.loads.empty() && system.planar->follows_loads(system.model))
+    system.planar->load_responses(system.model, system.work, kept);
+  else
+    kept.resize(0);
+}
+
+bool follow_loads(System& system, double t0, double t, const VecX& kept, double* dy) {
+  const Model& model = system.model;
+  if (!time_enters(model)) return true;
+  if (kept.size() == 0) return false;
+  const Eigen::Index loads = static_cast<Eigen::Index>(model.loads.size()), n = kept.size() / loads - 1;
+  for (Eigen::Index i = 0; i < loads; ++i) {
+    const Load& load = model.loads[static_cast<size_t>(i)];
+    if (load.expression < 0) continue;
+    const double change = model.expressions[load.expression].value(t) - model.expressions[load.expression].value(t0);
+    if (change == 0.0) continue;
+    const auto column = kept.segment(i * (n + 1), n + 1);
+    if (std::isnan(column[n])) return false;
+    Eigen::Map<VecX>(dy + model.nq, n) += change * column.head(n);
+    if (system.quadrature) dy[model.nq + n] += change * column[n];
+  }
+  return true;
+}
+
+void update_massless_accelerations(System& system, double t, const VecX& y) {
+  const Model& model = system.model;
+  const MasslessRates& m = model.massless;
+  if (m.rates.empty()) return;
+  VecX dy(y.size());
+  state_rate(system, t, y.data(), dy.data());
+  // Short against what is output, long against the rounding of the rates (1e-12 of them).
+  const double h = std::clamp(1e-5 * model.settings.duration, 1e-7, 1e-4);
+  const auto rates_beside = [&](double s) {
+    const VecX at = y + s * dy;
+    set_state(system, t + s, at.data(), false);
+    VecX out(m.Z.cols());
+    for (size_t k = 0; k < m.rates.size(); ++k) out[static_cast<Eigen::Index>(k)] = system.work.w[m.rates[k]];
+    return out;
+  };
+  const VecX before = rates_beside(-h), after = rates_beside(h);
+  set_state(system, t, y.data(), true);
+  system.work.wdot += m.Z * (after - before) / (2.0 * h);
+  for (size_t c = 0; c < model.clusters.size(); ++c) {
+    update_base_acceleration(model, static_cast<int>(c), system.work);
+    update_cluster_accelerations(model, static_cast<int>(c), system.work);
+  }
+}
+
+bool renew_partitions(System& system, double t, const VecX& y) {
+  bool changed = false, here = false;
+  for (size_t c = 0; c < system.model.clusters.size(); ++c) {
+    const int cluster = static_cast<int>(c);
+    ClusterWork& cw = system.work.clusters[c];
+    if (cw.partition.dep.empty()) continue;
+    // Dependent coordinates that run ten times as fast as the independent ones amplify their error as much.
+    if (partition_growth(system.model, cluster, system.work) < 10.0) continue;
+    if (!here) set_state(system, t, y.data(), false);
+    here = true;
+    const Partition next = choose_partition(system.model, cluster, system.work, true);
+    if (next.dep.size() != cw.partition.dep.size()) continue;
+    std::vector<int> a = next.dep, b = cw.partition.dep;
+    std::sort(a.begin(), a.end());
+    std::sort(b.begin(), b.end());
+    if (a == b) continue;
+    cw.partition = next;
+    close_positions(system.model, cluster, system.work);
+    changed = true;
+  }
+  return changed;
+}
+
+}  // namespace flexframe::sim
