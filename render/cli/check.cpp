@@ -76,7 +76,8 @@ void print_report(const std::string& scene, const sim::System& system, const sim
   for (const sim::ClusterWork& c : system.work.clusters) free += c.partition.ind.size();
   fmt::print("freedom    {} coordinates ({} of joints, {} elastic), {} closed by loops, {} degrees of freedom\n", joints + elastic, joints, elastic,
              static_cast<size_t>(joints + elastic) - free, free);
-  for (const std::string& note : system.notes) fmt::print("note       {}\n", note);
+  for (const std::string& warning : system.notes.texts(sim::Severity::warning)) fmt::print("WARNING    {}\n", warning);
+  for (const std::string& note : system.notes.texts(sim::Severity::note)) fmt::print("note       {}\n", note);
   fmt::print("linearised about the start{}\n", linear.equilibrium ? "" : " (no equilibrium: the mechanism will leave it)");
   int k = 0;
   for (const sim::LinearMode& mode : linear.modes) {
@@ -94,7 +95,8 @@ void print_json(const sim::System& system, const sim::Linearisation& linear) {
   nlohmann::json out;
   for (const sim::Part& p : system.model.parts)
     out["bodies"].push_back({{"name", p.name}, {"mass", p.body.mass}, {"joint_coordinates", p.joint.nv}, {"elastic_coordinates", p.body.n}});
-  out["notes"] = system.notes;
+  out["warnings"] = system.notes.texts(sim::Severity::warning);
+  out["notes"] = system.notes.texts(sim::Severity::note);
   out["equilibrium"] = linear.equilibrium;
   out["modes"] = nlohmann::json::array();
   for (const sim::LinearMode& mode : linear.modes) {

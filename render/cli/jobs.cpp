@@ -113,8 +113,8 @@ sim::Results run_simulation(const sim::Scene& scene, const SimulationWords& word
   Progress progress("simulating");
   options.progress = [&](double time) { progress.show(time / scene.simulation.duration); };
   sim::Results results = sim::simulate(scene, options);
-  if (words.strict && !results.statistics.warnings.empty())
-    throw std::runtime_error(fmt::format("{}: {}", scene.file.string(), fmt::join(results.statistics.warnings, "; ")));
+  if (words.strict && results.statistics.notes.has(sim::Severity::warning))
+    throw std::runtime_error(fmt::format("{}: {}", scene.file.string(), fmt::join(results.statistics.notes.texts(sim::Severity::warning), "; ")));
   return results;
 }
 
@@ -205,8 +205,8 @@ void print_simulation(const sim::Results& results) {
                s.error_estimate, s.error_column, a.time, a.space, a.effects, a.half_cost);
   } else if (s.error_estimate >= 0.0)
     fmt::print("error        {:.1e} of the range of {}, estimated, of the time integration\n", s.error_estimate, s.error_column);
-  for (const std::string& warning : s.warnings) fmt::print("WARNING      {}\n", warning);
-  for (const std::string& note : s.notes) fmt::print("note         {}\n", note);
+  for (const std::string& warning : s.notes.texts(sim::Severity::warning)) fmt::print("WARNING      {}\n", warning);
+  for (const std::string& note : s.notes.texts(sim::Severity::note)) fmt::print("note         {}\n", note);
 }
 
 void print_drawing(const DrawingReport& report) {
@@ -233,8 +233,8 @@ nlohmann::ordered_json simulation_json(const sim::Results& results) {
     json["accuracy"] = {{"asked", a.asked}, {"error", s.error_estimate}, {"time", a.time}, {"space", a.space}, {"effects", a.effects}, {"column", a.column},
                         {"half_cost", a.half_cost}, {"search_cpu_seconds", a.search_cpu}, {"chosen", a.chosen}};
   }
-  json["warnings"] = s.warnings;
-  json["notes"] = s.notes;
+  json["warnings"] = s.notes.texts(sim::Severity::warning);
+  json["notes"] = s.notes.texts(sim::Severity::note);
   return json;
 }
 

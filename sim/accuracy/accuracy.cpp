@@ -141,7 +141,7 @@ Results simulate_to_accuracy(const Scene& scene, double accuracy, const Simulate
   s.error_estimate = found.error;
   s.error_column = found.column;
   if (s.error_estimate > accuracy)
-    s.warnings.push_back(fmt::format("accuracy {:g} was asked; the estimated error is {:.1e} of the range of {}{}", accuracy, s.error_estimate, found.column,
+    s.notes.warn("", fmt::format("accuracy {:g} was asked; the estimated error is {:.1e} of the range of {}{}", accuracy, s.error_estimate, found.column,
                                      t.weary(found.cpu()) ? fmt::format("; the search ended after {:.0f} CPU s: ask for less, or without this output", t.search.cpu) : ""));
   if (options.check_effects) {
     NeglectOptions check;

@@ -421,18 +421,19 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
     if (part.scene_body < 0) continue;  // a massless link of a loop
     const BodyDef& def = scene.bodies[part.scene_body];
     const int k = part.piece;
+    const std::string owner = fmt::format("body '{}'", def.name);
     if (const auto* beam = std::get_if<BeamDef>(&def.kind)) {
       try {
         if (k == 0) {
           decision = decide_effects(def, *beam, orientation[part.scene_body].transpose() * normal, attachment_count(scene, def.name));
           decision.effects.complete = beam->complete_inertia;
-          model.notes.insert(model.notes.end(), decision.why.begin(), decision.why.end());
+          for (const std::string& why : decision.why) model.notes.tell(owner, why);
           model.effects.insert(model.effects.end(), decision.states.begin(), decision.states.end());
           const bool chain = beam->model == BeamModel::mixed || beam->model == BeamModel::lumped;
           if (chain && beam->damping.ratio.size() > 1)
-            model.notes.push_back(fmt::format("body '{}': a beam of several bodies has one damping ratio, that of its first mode; the others are not used", def.name));
+            model.notes.warn(owner, "a beam of several bodies has one damping ratio, that of its first mode; the others are not used");
           if (const std::string note = beam_validity_note(*beam, decision.effects); !note.empty())
-            model.notes.push_back(fmt::format("body '{}': {}", def.name, note));
+            model.notes.tell(owner, note);
           time_constant = chain ? chain_time_constant(*beam, decision.effects) : 0.0;
           if (beam->model == BeamModel::lumped) {
             lumped = make_lumped_beam(*beam, decision.effects);
@@ -457,8 +458,9 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
       if (beam->model == BeamModel::lumped) part.load_factor = 1.0 / (beam->material.density * beam->section.area);
     } else if (const auto* modal = std::get_if<ModalDef>(&def.kind)) {
       const SidReading sid = read_sid(modal->file);
-      model.notes.insert(model.notes.end(), sid.notes.begin(), sid.notes.end());
-      part.body = to_flexible_body(sid.file, modal->file.string(), &model.notes);
+      std::vector<std::string> read = sid.notes;
+      part.body = to_flexible_body(sid.file, modal->file.string(), &read);
+      for (const std::string& note : read) model.notes.tell(owner, note);
       add_modal_damping(modal->damping, part.body);
       const std::vector<EffectState> states = modal_effects(def, *modal, part.body);
       leave_out(modal->effects.without, part.body);

@@ -156,7 +156,7 @@ std::vector<EffectState> modal_effects(const BodyDef& body, const ModalDef& moda
 EffectDecision decide_effects(const BodyDef& body, const BeamDef& beam, const Vec3& normal_in_body, int attachments) {
   EffectDecision out;
   BeamEffects& e = out.effects;
-  const auto say = [&](const std::string& text) { out.why.push_back(fmt::format("body '{}': {}", body.name, text)); };
+  const auto say = [&](const std::string& text) { out.why.push_back(text); };
   struct Switch { const char* name; bool BeamEffects::*on; };
   static constexpr Switch switches[] = {{"axial", &BeamEffects::axial},     {"bending_xy", &BeamEffects::bending_xy}, {"bending_xz", &BeamEffects::bending_xz},
                                         {"torsion", &BeamEffects::torsion}, {"stiffening", &BeamEffects::stiffening}, {"shear", &BeamEffects::shear}};

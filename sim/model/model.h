@@ -9,6 +9,7 @@
 // (they differ in number where an orientation is a quaternion). A prescribed joint has no coordinates.
 #pragma once
 
+#include "sim/base/notes.h"
 #include "sim/base/spatial.h"
 #include "sim/bodies/beam.h"
 #include "sim/bodies/flexible_body.h"
@@ -154,7 +155,7 @@ struct Model {
   std::vector<Load> loads;
   std::vector<TimeFunction> expressions;
   MasslessRates massless;
-  std::vector<std::string> notes;     // what was decided while building, one sentence each
+  Notes notes;                        // what was decided while building
   std::vector<EffectState> effects;   // of the flexible bodies, body by body
   int nq = 0, nv = 0;                 // sizes of q_all and w_all
   double size = 1.0;                  // m, of the whole mechanism

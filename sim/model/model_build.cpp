@@ -216,7 +216,7 @@ Model build_model(const Scene& scene) {
     keep(static_cast<int>(k));
     edges.push_back(weld);
     in_tree.push_back(0);
-    model.notes.push_back(fmt::format("joint '{}' closes a loop and keeps its coordinate: a massless link stands between it and '{}'", link.name, scene.joints[edges[k].scene_joint].child.body));
+    model.notes.tell(fmt::format("joint '{}'", link.name), fmt::format("closes a loop and keeps its coordinate: an auxiliary massless link was inserted between it and '{}'", scene.joints[edges[k].scene_joint].child.body));
   }
   for (int i = 0; i < n; ++i) {
     if (find(i + 1) == find(0)) continue;
@@ -232,7 +232,7 @@ Model build_model(const Scene& scene) {
     edges.push_back(e);
     in_tree.push_back(0);
     keep(static_cast<int>(edges.size()) - 1);
-    model.notes.push_back(fmt::format("body '{}' has no joint towards ground: it moves freely", part.name));
+    model.notes.tell(fmt::format("body '{}'", part.name), "has no joint towards ground: it moves freely");
   }
 
   // Orient the tree from ground.

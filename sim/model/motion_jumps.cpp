@@ -7,13 +7,13 @@
 
 namespace flexframe::sim {
 
-void check_motions(Model& model, const Scene& scene, std::vector<std::string>& notes) {
+void check_motions(Model& model, const Scene& scene, Notes& notes) {
   for (const Part& part : model.parts) {
     const TreeJoint& j = part.joint;
     if (j.motion < 0) continue;
     const JointDef& def = scene.joints[static_cast<size_t>(j.scene_joint)];
     const std::string idle = j.stop ? "stop" : j.friction ? "friction" : j.spring ? "spring" : "";
-    if (!idle.empty()) notes.push_back(fmt::format("joint '{}' follows its motion: its {} has no effect, and is no part of the drive's work", j.name, idle));
+    if (!idle.empty()) notes.warn(fmt::format("joint '{}'", j.name), fmt::format("follows its motion: its {} has no effect, and is no part of the drive's work", idle));
 
     TimeFunction f = model.expressions[static_cast<size_t>(j.motion)];
     const std::vector<double> times = f.switch_times(0.0, scene.simulation.duration);
@@ -31,8 +31,9 @@ void check_motions(Model& model, const Scene& scene, std::vector<std::string>& n
                                      b.value - a.value, length ? "m" : "rad", t, a.value, b.value));
       if (std::abs(b.rate - a.rate) > 1e-9 * std::max({1e-3, std::abs(a.rate), std::abs(b.rate)})) {
         struck = true;
-        notes.push_back(fmt::format("WARNING: the motion of joint '{}' changes its rate by {:.4g} {} at t = {:.6g} s at once; the blow that this gives to bodies which can move is left out: round the corner", j.name,
-                                    b.rate - a.rate, length ? "m/s" : "rad/s", t));
+        notes.warn(fmt::format("joint '{}'", j.name),
+                   fmt::format("its motion changes its rate by {:.4g} {} at t = {:.6g} s at once; the impact that this gives to bodies which can move is left out: "
+                               "round the corner", b.rate - a.rate, length ? "m/s" : "rad/s", t));
       }
     }
   }

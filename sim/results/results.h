@@ -2,6 +2,7 @@
 // Anybody may fill one from another simulator and render it. SI units; row i of every series belongs to times[i].
 #pragma once
 
+#include "sim/base/notes.h"
 #include "sim/base/types.h"
 #include "sim/scene/scene.h"
 
@@ -71,8 +72,7 @@ struct SolverStatistics {
   double error_estimate = -1.0;      // relative to each output's range, the worst output; negative: not estimated
   std::string error_column;          // that output
   std::optional<AccuracyStatement> accuracy;  // where one was asked for
-  std::vector<std::string> notes;    // one sentence each: what was chosen, neglected, warned of
-  std::vector<std::string> warnings; // one sentence each: effects left out that are worth more than the asked accuracy, linear bodies bent too far
+  Notes notes;                       // what was chosen, neglected, warned of
 };
 
 struct Results {

@@ -297,7 +297,8 @@ void write_all(hid_t file, const Results& results) {
   write_attribute(statistics, "cpu_seconds", s.cpu_seconds);
   write_attribute(statistics, "error_estimate", s.error_estimate);
   write_attribute(statistics, "error_column", s.error_column);
-  write_texts(statistics, "notes", s.notes);
+  write_texts(statistics, "notes", s.notes.texts(Severity::note));
+  write_texts(statistics, "warnings", s.notes.texts(Severity::warning));
 }
 
 // Sizes and numbers of results, before a file is begun.
@@ -778,7 +779,8 @@ Results read_results(const std::filesystem::path& path) {
     s.cpu_seconds = reader.number(group, "cpu_seconds", "/statistics", 0.0);
     s.error_estimate = reader.number(group, "error_estimate", "/statistics", -1.0);
     s.error_column = reader.text(group, "error_column", "/statistics", "");
-    s.notes = reader.texts(group, "notes", "/statistics/");
+    s.notes.warn(reader.texts(group, "warnings", "/statistics/"));
+    s.notes.tell(reader.texts(group, "notes", "/statistics/"));
   }
   return results;
 }

@@ -1,6 +1,7 @@
 // What is done where a beam's truncated kinetic energy does not last.
 #pragma once
 
+#include "sim/base/notes.h"
 #include "sim/base/types.h"
 #include "sim/scene/scene.h"
 
@@ -18,12 +19,12 @@ namespace flexframe::sim {
 template <class Run>
 auto with_complete_inertia(const Scene& scene, Run&& once) {
   std::optional<Scene> changed;
-  std::vector<std::string> notes;
+  Notes notes;
   while (true) {
     int indefinite = -1;
     try {
       auto out = once(changed ? *changed : scene, indefinite);
-      out.statistics.notes.insert(out.statistics.notes.begin(), notes.begin(), notes.end());
+      out.statistics.notes.prepend(notes);
       return out;
     } catch (const SimulationError&) {
       if (indefinite < 0) throw;
@@ -34,7 +35,7 @@ auto with_complete_inertia(const Scene& scene, Run&& once) {
         auto* beam = std::get_if<BeamDef>(&body.kind);
         if (!beam || beam->complete_inertia) return;
         beam->complete_inertia = more = true;
-        notes.push_back(fmt::format("body '{}' is deformed beyond what a kinetic energy of second order describes: computed with the complete one of its axis", body.name));
+        notes.tell(fmt::format("body '{}'", body.name), "is deformed beyond what a kinetic energy of second order describes: computed with the complete one of its axis");
       };
       complete(changed->bodies[static_cast<size_t>(indefinite)]);
       if (!more)

@@ -227,15 +227,15 @@ void report_neglected(const Scene& scene, const std::vector<EffectState>& states
   const NeglectCheck check = check_neglected(scene, states, base, confirmed);
   for (const Neglected& n : check.found) {
     if (n.share > asked && n.resolved) {
-      out.warnings.push_back(neglect_text(scene, n));
+      out.notes.warn("", neglect_text(scene, n));
       continue;
     }
     const std::string worth = n.resolved ? fmt::format("{:.1g} of the range of {}", n.share, n.column)
-                                         : fmt::format("not to be told from the error of the check, {:.1g}", std::max(n.share, options.floor));
-    out.notes.push_back(fmt::format("{} of {} left out: {}", n.effect, fmt::join(n.owners, ", "), worth));
+                                         : fmt::format("its influence is below the {:.1g} that this check resolves", std::max(n.share, options.floor));
+    out.notes.tell("", fmt::format("{} of {} left out: {}", n.effect, fmt::join(n.owners, ", "), worth));
   }
   for (const std::string& what : check.untried)
-    out.notes.push_back(fmt::format("{} left out and not checked: that would cost more than half of the run; flexframe effects measures it", what));
+    out.notes.tell("", fmt::format("{} left out and not checked: that would cost more than half of the run; flexframe effects measures it", what));
 }
 
 std::string neglect_text(const Scene& scene, const Neglected& n) {

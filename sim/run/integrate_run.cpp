@@ -243,7 +243,7 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
   const auto note_changes = [&](double t) {
     // A page of them tells enough; the number stands in the statistics.
     for (const std::string& change : changes)
-      if (system.notes.size() < 200) system.notes.push_back(fmt::format("event at t = {:.9g} s: {}", t, change));
+      if (system.notes.size() < 200) system.notes.tell("", fmt::format("event at t = {:.9g} s: {}", t, change));
     changes.clear();
   };
   size_t next = 0;

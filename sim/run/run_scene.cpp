@@ -32,7 +32,7 @@ Results simulate_once(const Scene& scene, const SimulateOptions& options, int& i
 
   Results results = recorder.finish(system);
   results.statistics = statistics;
-  results.statistics.warnings = linear_limit_warnings(scene, system.model, results);
+  results.statistics.notes.warn(linear_limit_warnings(scene, system.model, results));
 
   if (options.estimate_error && !results.outputs.empty()) {
     SimulateOptions loose = options;

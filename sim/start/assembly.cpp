@@ -275,7 +275,7 @@ bool leave_change_point(const Model& model, const Scene& scene, int cluster, Wor
 
 }  // namespace
 
-void assemble(Model& model, const Scene& scene, Work& work, std::vector<std::string>& notes) {
+void assemble(Model& model, const Scene& scene, Work& work, Notes& notes) {
   update_expressions(model, 0.0, work);
   // What the scene gives.
   for (const Part& p : model.parts) {
@@ -317,11 +317,12 @@ void assemble(Model& model, const Scene& scene, Work& work, std::vector<std::str
       // 1e-9 of the size is far above rounding and far below what anybody calls closed by construction.
       if (assemble_positions(model, cluster, free.value, work) > 1e-9 * c.size) refuse_open(model, scene, work, cluster);
       const double moved = before.size() > 0 ? (work.q - before).cwiseAbs().maxCoeff() : 0.0;
-      if (moved > 1e-6) notes.push_back(fmt::format("the start was moved by up to {:.3g} (rad or m) to close joint '{}'", moved, model.loops[c.loops.front()].name));
+      if (moved > 1e-6)
+        notes.tell(fmt::format("joint '{}'", model.loops[c.loops.front()].name), fmt::format("initial positions were adjusted by up to {:.3g} (rad or m) to close the loop", moved));
       work.clusters[k].partition = choose_partition(model, cluster, work, false);
       const int rows = closure_row_count(model, work, cluster), used = static_cast<int>(work.clusters[k].partition.rows.size());
       if (used < rows)
-        notes.push_back(fmt::format("loop of joint '{}': {} of {} closure conditions are redundant and left out", model.loops[c.loops.front()].name, rows - used, rows));
+        notes.tell(fmt::format("joint '{}'", model.loops[c.loops.front()].name), fmt::format("{} of the {} conditions that close its loop are redundant and left out", rows - used, rows));
     }
     close_positions(model, cluster, work);
     update_cluster_world(model, cluster, work);
@@ -330,7 +331,7 @@ void assemble(Model& model, const Scene& scene, Work& work, std::vector<std::str
   for (size_t i = 0; i < model.parts.size(); ++i) update_mass(model.parts[i].body, work.parts[i].q, work.parts[i].terms);
 }
 
-void assemble_rates(const Model& model, const Scene& scene, Work& work, std::vector<std::string>& notes) {
+void assemble_rates(const Model& model, const Scene& scene, Work& work, Notes& notes) {
   for (size_t k = 0; k < model.clusters.size(); ++k) {
     const int cluster = static_cast<int>(k);
     const Cluster& c = model.clusters[k];
@@ -374,7 +375,7 @@ void assemble_rates(const Model& model, const Scene& scene, Work& work, std::vec
     for (size_t f = 0; f < free.rate.size(); ++f) work.w[c.v0 + free.rate[f]] += x[f] / rate_scale(model, cluster, free.rate[f]);
     close_velocities(model, cluster, work);
     if (leave_change_point(model, scene, cluster, work))
-      notes.push_back(fmt::format("loop of joint '{}': starts in a change point; moved a hundred-thousandth of its size along the initial rates", model.loops[c.loops.front()].name));
+      notes.tell(fmt::format("joint '{}'", model.loops[c.loops.front()].name), "its loop starts in a change point; moved a hundred-thousandth of its size along the initial rates");
   }
 }
 

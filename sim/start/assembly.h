@@ -9,9 +9,9 @@ namespace flexframe::sim {
 // (Gauss-Newton with minimum-norm steps). Chooses every cluster's partition and leaves positions and velocities up to date.
 // Throws InputError naming the joint that stays open and by how much, or the joints whose given rates contradict each other.
 // notes: what had to be moved.
-void assemble(Model& model, const Scene& scene, Work& work, std::vector<std::string>& notes);
+void assemble(Model& model, const Scene& scene, Work& work, Notes& notes);
 
 // The second half of it: rates in work.w that keep the loops closed at the present (closed) positions, given rates kept.
-void assemble_rates(const Model& model, const Scene& scene, Work& work, std::vector<std::string>& notes);
+void assemble_rates(const Model& model, const Scene& scene, Work& work, Notes& notes);
 
 }  // namespace flexframe::sim

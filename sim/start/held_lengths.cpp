@@ -93,7 +93,7 @@ std::vector<HeldLength> held_lengths(const Model& model, const Scene& scene, Wor
   return out;
 }
 
-bool let_lengthen(const std::vector<HeldLength>& held, Scene& scene, std::vector<std::string>& notes) {
+bool let_lengthen(const std::vector<HeldLength>& held, Scene& scene, Notes& notes) {
   bool anew = false;
   for (const HeldLength& h : held) {
     BodyDef& body = scene.bodies[h.body];
@@ -105,7 +105,7 @@ bool let_lengthen(const std::vector<HeldLength>& held, Scene& scene, std::vector
       anew = true;
       continue;
     }
-    notes.push_back(fmt::format("body '{}': the loop of joint '{}' holds its length, and {}", body.name, h.joint,
+    notes.warn(fmt::format("body '{}'", body.name), fmt::format("the loop of joint '{}' holds its length, and {}", h.joint,
                                 lumped ? "a lumped beam never lengthens: take model = \"finite-element\" or \"mixed\""
                                        : "axial is off: the loop comes open by what bending shortens the beam"));
   }

@@ -24,6 +24,6 @@ std::vector<HeldLength> held_lengths(const Model& model, const Scene& scene, Wor
 
 // Where the program chooses a beam's effects, axial is one of them from now on (EffectChoice::held_by), and the model has to be built anew: true. Of the
 // others a note says what is left out.
-bool let_lengthen(const std::vector<HeldLength>& held, Scene& scene, std::vector<std::string>& notes);
+bool let_lengthen(const std::vector<HeldLength>& held, Scene& scene, Notes& notes);
 
 }  // namespace flexframe::sim

@@ -51,13 +51,13 @@ System make_system(const Scene& scene) {
   if (wants_statics(scene)) {
     const StaticSolution at_rest = solve_statics(system.model, scene, system.work);
     assemble_rates(system.model, scene, system.work, system.notes);
-    system.notes.push_back(fmt::format("static equilibrium: {} Newton steps{}, coordinates moved by up to {:.4g} m{}", at_rest.iterations,
-                                       at_rest.load_steps > 1 ? fmt::format(" in {} load steps", at_rest.load_steps) : "", at_rest.moved,
-                                       at_rest.stable ? "" : "; it is UNSTABLE: the smallest disturbance makes the mechanism leave it"));
+    const std::string found = fmt::format("static equilibrium: {} Newton steps{}, coordinates moved by up to {:.4g} m", at_rest.iterations,
+                                          at_rest.load_steps > 1 ? fmt::format(" in {} load steps", at_rest.load_steps) : "", at_rest.moved);
+    if (at_rest.stable) system.notes.tell("", found);
+    else system.notes.warn("", found + "; it is UNSTABLE: the smallest disturbance makes the mechanism leave it");
   }
   find_massless(system);
-  const std::vector<std::string> neglected = neglected_stiffening(system.model, scene, system.work);
-  system.notes.insert(system.notes.end(), neglected.begin(), neglected.end());
+  system.notes.tell(neglected_stiffening(system.model, scene, system.work));
   system.friction = make_friction(system.model, system.work);
   system.stops = stop_parts(system.model);
   for (const Part& p : system.model.parts) system.driven = system.driven || p.joint.motion >= 0;

@@ -292,7 +292,7 @@ void balance_start(System& system, const VecX& q, const std::string& file, const
       throw InputError(fmt::format("{}: joint {}: the balance of the springs there is unstable, and what moves has no mass: it would jump away; turn the spring round, or give it a mass", file, names));
   }
   const double change = (work.q - q).size() > 0 ? (work.q - q).cwiseAbs().maxCoeff() : 0.0;
-  system.notes.push_back(fmt::format("joint {}: what moves there has no mass; its coordinates {}{}", names,
+  system.notes.tell("joint " + names, fmt::format("what moves there has no mass; its coordinates {}{}",
                                      mw.stiff.empty() ? "follow from the balance of springs, dampers and forces, in first order"
                                      : mw.damped.empty() ? "follow from the balance of springs and forces at every time"
                                                          : "follow from the balance of springs, dampers and forces",

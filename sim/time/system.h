@@ -4,6 +4,7 @@
 // Dependent coordinates are part of the state only as first guesses of the loop closure, so f(t, y) has no memory.
 #pragma once
 
+#include "sim/base/notes.h"
 #include "sim/dynamics/friction.h"
 #include "sim/dynamics/planar.h"
 #include "sim/dynamics/work.h"
@@ -30,7 +31,7 @@ struct System {
   bool driven = false;            // prescribed motions feed in work
   Reactions reactions;
   VecX scale;                     // size of every state so far, for the error weights
-  std::vector<std::string> notes;
+  Notes notes;
 };
 
 int state_size(const System& system);

@@ -69,7 +69,7 @@ inline double energy_gap(const Results& r) {
 // Times of the events whose sentence ends so ("sticks", "slips").
 inline std::vector<double> events(const Results& r, const std::string& what) {
   std::vector<double> out;
-  for (const std::string& note : r.statistics.notes) {
+  for (const std::string& note : r.statistics.notes.texts(Severity::note)) {
     double t = 0.0;
     if (std::sscanf(note.c_str(), "event at t = %lf", &t) == 1 && note.size() > what.size() && note.compare(note.size() - what.size(), what.size(), what) == 0)
       out.push_back(t);

@@ -26,8 +26,8 @@ bool stretches(const System& system, const std::string& body) {
   return std::any_of(system.model.effects.begin(), system.model.effects.end(), [&](const EffectState& s) { return s.owner == body && s.effect == "axial" && s.on; });
 }
 
-bool notes(const std::vector<std::string>& notes, const std::string& what) {
-  return std::any_of(notes.begin(), notes.end(), [&](const std::string& n) { return n.find(what) != std::string::npos; });
+bool notes(const Notes& notes, const std::string& what) {
+  return std::any_of(notes.all().begin(), notes.all().end(), [&](const Note& n) { return n.text.find(what) != std::string::npos; });
 }
 
 struct Sag {

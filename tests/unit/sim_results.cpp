@@ -75,7 +75,9 @@ Results sample_results(Eigen::Index nt = 37) {
   r.potential = fill(nt, 1);
   r.supplied = fill(nt, 1);
   r.dissipated = fill(nt, 1);
-  r.statistics = {"adams", 1e-6, 123456789012L, 2, 3, 4, 5, 0.25, 1e-5, "slider.x", {}, {"first note", "second"}, {}};
+  r.statistics = {"adams", 1e-6, 123456789012L, 2, 3, 4, 5, 0.25, 1e-5, "slider.x", {}, {}};
+  r.statistics.notes.tell("", "first note");
+  r.statistics.notes.warn("", "second");
   return r;
 }
 
@@ -134,7 +136,8 @@ void expect_same(const Results& a, const Results& b) {
   EXPECT_EQ(a.statistics.steps, b.statistics.steps);
   EXPECT_EQ(a.statistics.restarts, b.statistics.restarts);
   EXPECT_EQ(a.statistics.error_estimate, b.statistics.error_estimate);
-  EXPECT_EQ(a.statistics.notes, b.statistics.notes);
+  EXPECT_EQ(a.statistics.notes.texts(Severity::note), b.statistics.notes.texts(Severity::note));
+  EXPECT_EQ(a.statistics.notes.texts(Severity::warning), b.statistics.notes.texts(Severity::warning));
 }
 
 std::string file_bytes(const std::filesystem::path& path) {

@@ -71,12 +71,12 @@ TEST(Statics, BendingBeyondLinearTheoryIsSaid) {
   };
   const std::string modal = "model = \"modal\"\nmodes = { bending_xy = [1, 2, 3] }";
   const std::string elements = "elements = 10\neffects = [\"bending_xy\"]", second_order = "elements = 10\neffects = [\"bending_xy\", \"stiffening\"]";
-  for (const std::string& model : {modal, elements, second_order}) EXPECT_TRUE(cantilever(0.5, model).statistics.warnings.empty()) << model;
-  EXPECT_TRUE(cantilever(1.0, second_order).statistics.warnings.empty());
+  for (const std::string& model : {modal, elements, second_order}) EXPECT_TRUE(cantilever(0.5, model).statistics.notes.texts(Severity::warning).empty()) << model;
+  EXPECT_TRUE(cantilever(1.0, second_order).statistics.notes.texts(Severity::warning).empty());
   for (const std::string& model : {modal, elements}) {
     const Results r = cantilever(1.0, model);
-    ASSERT_EQ(r.statistics.warnings.size(), 1u) << model;
-    const std::string& said = r.statistics.warnings[0];
+    ASSERT_EQ(r.statistics.notes.texts(Severity::warning).size(), 1u) << model;
+    const std::string said = r.statistics.notes.texts(Severity::warning)[0];
     const size_t at = said.find("off by about ");
     ASSERT_NE(at, std::string::npos) << said;
     const double error = 100.0 * (-column(r, "tip.y")[0] / 0.5 / 0.30172 - 1.0);
@@ -171,7 +171,7 @@ TEST(Statics, UnstableEquilibriumIsNamed) {
   const System s = make_system(parse_scene(head(1, "[0, -9.81, 0]", "start = \"static\"") + rod("r") +
                                                joint("j", "revolute", "ground", "r", "axis = [0, 0, 1]\nrotation = [0, 0, 1.5707963267948966]"), "up.toml"));
   bool said = false;
-  for (const std::string& note : s.notes) said = said || note.find("UNSTABLE") != std::string::npos;
+  for (const std::string& note : s.notes.texts(Severity::warning)) said = said || note.find("UNSTABLE") != std::string::npos;
   // From exactly upright the residual is rounding only: it must be told, not solved away.
   EXPECT_TRUE(said);
 }
