@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 
 namespace flexframe::cli {
@@ -19,22 +20,32 @@ double cpu_share(const sim::EffectRow& row, const sim::EffectReport& report) { r
 
 std::string share_text(const sim::EffectRow& row, const sim::EffectReport& report) {
   if (!row.state.possible) return "0";
-  if (!row.measured) return "?";
-  if (row.share <= report.floor) return fmt::format("< {:.1g}", report.floor);
+  if (!row.measured) return "not measured";
+  // Where the runs differ by the whole range whatever is switched, or a share is more than rounding can be of, there is no number.
+  if (report.floor >= 1.0 || !std::isfinite(row.share)) return "not measurable here";
+  if (row.share <= report.floor) return fmt::format("below {:.1g}", report.floor);
   return fmt::format("{:.2g} of {}", row.share, row.column);
 }
 
+// "+12 %", or in words where a percentage says nothing: without the effect the run takes several times as long.
+std::string price_text(const sim::EffectRow& row, const sim::EffectReport& report) {
+  if (!row.measured) return "";
+  const double share = cpu_share(row, report);
+  return share < -1.0 ? "shorter" : fmt::format("{:+.0f} %", 100.0 * share);
+}
+
 void print_table(const std::string& scene, const sim::EffectReport& report) {
-  fmt::print("{}: {:.4f} CPU s at tolerance {:g}; shares below {:.1g} are not to be told from the error of time integration\n", scene, report.cpu, report.tolerance,
-             report.floor);
+  fmt::print("{}: {:.4f} CPU s at tolerance {:g}; {}\n", scene, report.cpu, report.tolerance,
+             report.floor < 1.0 ? fmt::format("effects below {:.1g} % cannot be resolved", 100.0 * report.floor)
+                                : "no effect can be resolved: the runs differ by the whole range of an output at this tolerance");
   fmt::print("{:<16} {:<11} {:<4} {:<9} {:>4} {:>7}  {:<28} {}\n", "owner", "effect", "", "decided", "DOF", "CPU", "worth", "why");
   for (const sim::EffectRow& row : report.rows) {
     const sim::EffectState& s = row.state;
-    const std::string cpu = row.measured ? fmt::format("{:+.0f} %", 100.0 * cpu_share(row, report)) : "";
+    const std::string cpu = price_text(row, report);
     fmt::print("{:<16} {:<11} {:<4} {:<9} {:>4} {:>7}  {:<28} {}{}{}\n", s.owner, s.effect, s.on ? "on" : "off", s.by, s.coordinates, cpu, share_text(row, report), s.why,
                row.note.empty() ? "" : "; ", row.note);
   }
-  fmt::print("worth: the largest change of an output when the effect is switched, relative to the output's range; CPU: what it costs, or would\n");
+  fmt::print("worth: the largest change of an output when the effect is switched, relative to the output's range; CPU: what it costs, or would (shorter: without it the run takes more than twice as long)\n");
 }
 
 nlohmann::ordered_json report_json(const std::string& scene, const sim::EffectReport& report) {

@@ -193,6 +193,9 @@ void make_folder(const fs::path& path) {
   if (error) throw std::runtime_error(fmt::format("{}: cannot make the folder: {}", path.string(), error.message()));
 }
 
+// Estimates below this are sums of rounding, about a thousand of them: no number to state.
+constexpr double rounding = 1e-13;
+
 void print_simulation(const sim::Results& results) {
   const sim::SolverStatistics& s = results.statistics;
   const double duration = results.times.size() > 0 ? results.times[results.times.size() - 1] : 0.0;
@@ -201,10 +204,13 @@ void print_simulation(const sim::Results& results) {
   if (s.accuracy) {
     const sim::AccuracyStatement& a = *s.accuracy;
     fmt::print("accuracy     {:g} asked: {}; found in {:.4f} CPU s\n", a.asked, fmt::join(a.chosen, ", "), a.search_cpu);
-    fmt::print("error        {:.1e} of the range of {}, estimated: {:.1e} of time, {:.1e} of space, {:.1e} of what is left out; half of it would cost {:.1f} times as much\n",
+    fmt::print("error        {:.1e} of the range of {}, estimated: {:.1e} of time, {:.1e} of space, {:.1e} of what is left out; halving it would cost about {:.1f} times the CPU time\n",
                s.error_estimate, s.error_column, a.time, a.space, a.effects, a.half_cost);
-  } else if (s.error_estimate >= 0.0)
+  } else if (s.error_estimate >= 0.0 && s.error_estimate < rounding) {
+    fmt::print("error        of the time integration negligible: rounding only\n");
+  } else if (s.error_estimate >= 0.0) {
     fmt::print("error        {:.1e} of the range of {}, estimated, of the time integration\n", s.error_estimate, s.error_column);
+  }
   for (const std::string& warning : s.notes.texts(sim::Severity::warning)) fmt::print("WARNING      {}\n", warning);
   for (const std::string& note : s.notes.texts(sim::Severity::note)) fmt::print("note         {}\n", note);
 }
