@@ -4,8 +4,8 @@ set -euo pipefail
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$top"
 mkdir -p build
-# shellcheck source=../cmake/packages.sh
-source cmake/packages.sh
+# shellcheck source=../tests/packages.sh
+source tests/packages.sh
 
 # clang compiles the program in 60 % of the time that g++ takes: it comes along where packages are to be installed anyway.
 # Whoever has all the others builds with what there is.

@@ -5,7 +5,7 @@
 set -uo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.." || exit 2
 jobs=${1:-$(nproc)}
-for tool in cmake gcovr gcov; do command -v "$tool" >/dev/null || { echo "$tool is missing (packages.txt, [build] and [compilers])" >&2; exit 2; }; done
+for tool in cmake gcovr gcov; do command -v "$tool" >/dev/null || { echo "$tool is missing (tests/packages.txt, [build] and [compilers])" >&2; exit 2; }; done
 out=build/coverage
 mkdir -p "$out"
 { cmake --preset release -B "$out" -D FLEXFRAME_COVERAGE=ON -D FLEXFRAME_PRECOMPILE=OFF -D FLEXFRAME_BENCHMARKS=OFF &&

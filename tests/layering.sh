@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The house rules of includes, as a test: tests/layering.sh [ROOT]. Prints each breach, exit 1 if there is one.
+# The house rules of includes and of what lies where, as a test: tests/layering.sh [ROOT]. Prints each breach, exit 1 if there is one.
 #   tests/layering.sh --self-test: plants every breach in a copy and demands that it is found.
 set -uo pipefail
 
@@ -78,6 +78,18 @@ breaches() {
     "${sim[@]}" "${interp[@]}" "${render[@]}" "${film[@]}"
   banned "catch of everything outside main" 'catch \(const std::exception' "${commands[@]}"
 
+  # The top level is what the README shows, and no more.
+  local entry wanted=(CMakeLists.txt CMakePresets.json LICENSE README.md assets examples interp render sim tests)
+  for entry in *; do
+    case " ${wanted[*]} build out " in *" $entry "*) ;; *) echo "the top level has a name of its own: $entry (allowed: ${wanted[*]})" ;; esac
+  done
+  for entry in "${wanted[@]}"; do [[ -e $entry ]] || echo "the top level lacks $entry"; done
+
+  # Nothing leans on files outside a clone.
+  find . -type f ! -path './.git' ! -path './.git/*' ! -path './build/*' ! -path './out/*' ! -path ./tests/layering.sh -size -2000k -print0 |
+    xargs -0 grep -nIE '(PROJECT_SOURCE_DIR\}|CMAKE_SOURCE_DIR\}|FLEXFRAME_SOURCE_DIR\)?)/\.\.(/|"|$)|(^|[^.])\.\./shared|[Ss]eed 00[0-9]' /dev/null |
+    sed 's|^|a file outside the repository: |'
+
   # Names of one machine: absolute homes and work folders.
   find . -type f ! -path './.git' ! -path './.git/*' ! -path './build/*' ! -path './out/*' -size -2000k -print0 |
     xargs -0 grep -nIE '(^|[^A-Za-z0-9_.~}/-])/(work|root|home|farm)/' /dev/null | sed 's|^|a path of one machine: |'
@@ -87,10 +99,16 @@ if [[ ${1:-} == --self-test ]]; then
   folder=$(mktemp -d)
   trap 'rm -rf "$folder"' EXIT
   failures=0
+  # The folders and files of the top level, empty.
+  bare_tree() {
+    mkdir -p "$folder/tree/"{sim,interp,render/film,render/cli,assets,examples,tests}
+    touch "$folder/tree/"{CMakeLists.txt,CMakePresets.json,LICENSE,README.md}
+  }
   # expect FILE LINE RULE: LINE in FILE must be reported with RULE.
   expect() {
     rm -rf "$folder/tree"
-    mkdir -p "$folder/tree/"{sim,interp,render/film,render/cli} "$folder/tree/$(dirname "$1")"
+    bare_tree
+    mkdir -p "$folder/tree/$(dirname "$1")"
     echo "$2" >"$folder/tree/$1"
     local found
     found=$( (breaches "$folder/tree") )
@@ -129,9 +147,19 @@ if [[ ${1:-} == --self-test ]]; then
   expect sim/a.cpp '  printf("x");' "the library prints"
   expect render/cli/run.cpp 'catch (const std::exception& e) {' "catch of everything outside main"
   expect examples/x.toml "file = \"/""home/someone/x.obj\"" "a path of one machine"
+  expect packages.txt 'cmake' "the top level has a name of its own: packages.txt"
+  expect cmake/Compiler.cmake 'set(x 1)' "the top level has a name of its own: cmake"
+  expect tests/CMakeLists.txt 'set(data "${PROJECT_SOURCE_DIR}/''../data")' "a file outside the repository"
+  expect tests/a.cpp '// see ..''/shared/x.md' "a file outside the repository"
+  expect sim/a.h '// as in seed ''001 eq. 8' "a file outside the repository"
+  # A top level that lacks a part.
+  rm -rf "$folder/tree"
+  bare_tree
+  rm -r "$folder/tree/assets"
+  grep -qF "the top level lacks assets" <<<"$( (breaches "$folder/tree") )" || { echo "not found: a missing folder"; failures=1; }
   # A clean tree is reported clean.
   rm -rf "$folder/tree"
-  mkdir -p "$folder/tree/"{sim,interp,render/film,render/cli}
+  bare_tree
   mkdir -p "$folder/tree/sim/results"
   printf '#include "sim/base/types.h"\n#include <hdf5.h>\n' >"$folder/tree/sim/results/results_file.cpp"
   clean=$( (breaches "$folder/tree") )

@@ -7,8 +7,8 @@ set -uo pipefail
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$top" || exit 1
 mkdir -p build
-# shellcheck source=../cmake/packages.sh
-source cmake/packages.sh
+# shellcheck source=packages.sh
+source tests/packages.sh
 
 presets=(release)
 sections=(build test)

@@ -1,4 +1,4 @@
-"""The pendulum of seed 000 section 5.2 as a solid: a bar of 20-node bricks along x, written as an Abaqus/CalculiX model.
+"""The pendulum of Schiavo et al. 2005 section 5.2 as a solid: a bar of 20-node bricks along x, written as an Abaqus/CalculiX model.
 
     python3 assets/beam/make_beam.py beam.inp [NX NY NZ]
 

@@ -1,4 +1,4 @@
-"""The plots of seed 001 fig. 22 from the history of examples/engine.toml: python3 plots.py HISTORY.csv PLOTS.svg"""
+"""The plots of Heckmann et al. 2006 fig. 22 from the history of examples/engine.toml: python3 plots.py HISTORY.csv PLOTS.svg"""
 import csv
 import math
 import sys

@@ -62,7 +62,7 @@ private:
   std::unique_ptr<Impl> impl_;
 };
 
-// Memory settings of the process that speed large pictures up (RENDER.md: mallopt); once, at the start of main.
+// Memory settings of the process that speed large pictures up (mallopt); once, at the start of main.
 void tune_process();
 
 }  // namespace flexframe::render

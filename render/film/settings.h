@@ -1,4 +1,4 @@
-// What the [render] table of a scene asks for, read and checked (DESIGN section 6; every key with its default stands here).
+// What the [render] table of a scene asks for, read and checked; every key with its default stands here.
 //
 //   [render]
 //   size = [1280, 720]             pixels, 16..16384 each

@@ -13,8 +13,8 @@
 //   clamped_clamped      everything zero at both ends
 //   clamped_supported    clamped at the root, v w zero at the tip
 //
-// Sources: Schiavo, Ferretti, Vigano 2005 (seed 000) eq. 30-38; Heckmann et al. 2006 (seed 001) eq. 4, 8-10; MathWorks 2006 (seed
-// 003); Friedman, Kosmatka 1993 for the shear-flexible element.
+// Sources: Schiavo, Ferretti, Vigano 2005 eq. 30-38; Heckmann et al. 2006 eq. 4, 8-10; Chudnovsky et al. 2006
+// (lumped); Friedman, Kosmatka 1993 for the shear-flexible element.
 #pragma once
 
 #include "sim/bodies/flexible_body.h"
@@ -33,7 +33,7 @@ struct BeamEffects {
   bool bending_xy = false;
   bool bending_xz = false;
   bool torsion = false;
-  bool stiffening = false;  // the second-order displacement field (seed 001 eq. 8): geometric stiffness, foreshortening
+  bool stiffening = false;  // the second-order displacement field (Heckmann et al. 2006 eq. 8): geometric stiffness, foreshortening
   bool shear = false;       // Timoshenko shear and rotary inertia, finite elements only
   bool complete = false;    // kinetic energy of the axis's particles (axis_mass.h) also without torsion
 };
@@ -62,7 +62,7 @@ class FeBeam {
   std::unique_ptr<Data> data_;
 };
 
-// Eigenforms of the Euler-Bernoulli beam with the boundary's ends (seed 001 eq. 8-10), chosen in BeamDef::modes: direction (axial,
+// Eigenforms of the Euler-Bernoulli beam with the boundary's ends (Heckmann et al. 2006 eq. 8-10), chosen in BeamDef::modes: direction (axial,
 // bending_xy, bending_xz, torsion) -> ordinal numbers 1 .. kMaxMode; a direction whose effect is off is left out. An empty map means
 // bending 1 2 3, axial 1, torsion 1 of the effects that are on.
 // Coordinates: by direction in the order above, then as listed. Forms are normalised to int phi^2 dx = L: q has the unit of the
@@ -92,7 +92,7 @@ struct BeamChainFrame {
 // Elastic joints of a lumped beam. theta_i: rotation of piece i + 1 relative to piece i about x y z of piece i (a rotation vector; small
 // between neighbours), zero about the axes that are not free. Moments on piece i + 1, about the same axes:
 //   m = -S A (theta + time_constant dtheta/dt) over the links, A = C^-1, C symmetric tridiagonal (metres): diagonal[i], off[i] = C(i, i+1).
-// off empty: the local spring of seed 003, m_i = -S theta_i / diagonal[i].
+// off empty: the local spring of Chudnovsky et al. 2006, m_i = -S theta_i / diagonal[i].
 struct BeamLinks {
   std::array<bool, 3> free = {false, false, false};  // about x (torsion), y (bending_xz), z (bending_xy); none: welds
   Mat3 section = Mat3::Zero();                       // S: diag(GJ, EIy, EIz) and -EIyz, N m^2
@@ -106,7 +106,7 @@ struct BeamChain {
   std::vector<BeamChainFrame> frames;  // root, tip, BeamDef::frames, then node[0] .. along x
 };
 
-// Mixed beam (seed 000 section 3.4): BeamDef::volumes beams welded end to end, each of BeamDef::elements finite elements, or
+// Mixed beam (Schiavo et al. 2005 section 3.4): BeamDef::volumes beams welded end to end, each of BeamDef::elements finite elements, or
 // make_modal_volume where BeamDef::modes is not empty. Volumes have mean axes (free_free) whatever
 // BeamDef::boundary says: the same deformations, but a bent and twisted volume is then followed to fourth order of its length instead
 // of third (clamped_free) or first (supported_supported); BEAMS.md section 7.
@@ -118,7 +118,7 @@ BeamChain make_mixed_beam(const BeamDef& def, const BeamEffects& effects);
 // static forms (Legendre polynomials), then the eigenforms. Nodes as of make_modal_beam. BeamDef::damping by its modes.
 FlexibleBody make_modal_volume(const BeamDef& def, const BeamEffects& effects);
 
-// Lumped beam (seed 003): BeamDef::elements generalised elements of length l, each rigid half - joint in the middle - rigid half,
+// Lumped beam (Chudnovsky et al. 2006): BeamDef::elements generalised elements of length l, each rigid half - joint in the middle - rigid half,
 // stiffness E I / l, G J / l; axial makes the pieces extensible. BeamDef::curvature_coupling: moments vary linearly from joint to
 // joint, so that a joint's angle depends on its neighbours' moments too; static deflections under end loads are then exact.
 // Effects stiffening (rigid pieces have it all) and shear have no meaning here: the first is ignored, the second refused.

@@ -1,6 +1,6 @@
 // Eigenvalues and eigenforms of the uniform Euler-Bernoulli beam, and of its lengthening and twist, for every boundary.
 //
-// Bending: phi(xi) = a cos(lambda xi) + b sin(lambda xi) + c exp(-lambda xi) + d exp(-lambda (1 - xi)), xi = x/L. It is seed 001
+// Bending: phi(xi) = a cos(lambda xi) + b sin(lambda xi) + c exp(-lambda xi) + d exp(-lambda (1 - xi)), xi = x/L. It is Heckmann et al. 2006
 // eq. 10 with the growing exponential counted from the tip, so that nothing overflows or cancels, however high the mode
 // (the usual cosh - cos - sigma (sinh - sin) loses all digits near mode 12).
 // Lengthening, twist: sin or cos of lambda xi.

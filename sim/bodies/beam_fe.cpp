@@ -1,5 +1,5 @@
-// The finite-element beam of Schiavo, Ferretti, Vigano 2005 (seed 000 eq. 30-38) in space, with the second-order field of Heckmann et
-// al. 2006 (seed 001 eq. 8). Shear-flexible variant: Friedman, Kosmatka 1993 (exact static shape functions), equal to the Hermite
+// The finite-element beam of Schiavo, Ferretti, Vigano 2005 eq. 30-38 in space, with the second-order field of Heckmann et
+// al. 2006 eq. 8. Shear-flexible variant: Friedman, Kosmatka 1993 (exact static shape functions), equal to the Hermite
 // element for vanishing shear flexibility.
 #include "sim/base/eigen_solvers.h"
 #include "sim/bodies/beam_terms.h"

@@ -1,4 +1,4 @@
-// The beam with eigenforms as shape functions: Heckmann, Otter, Dietz, Diaz Lopez 2006 (seed 001) eq. 4, 8-10.
+// The beam with eigenforms as shape functions: Heckmann, Otter, Dietz, Diaz Lopez 2006 eq. 4, 8-10.
 #include "sim/bodies/beam_eigenforms.h"
 #include "sim/bodies/beam_terms.h"
 

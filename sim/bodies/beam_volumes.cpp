@@ -1,5 +1,5 @@
-// Beams as chains of bodies: the mixed beam of Schiavo, Ferretti, Vigano 2005 (seed 000 section 3.4) and the lumped beam of MathWorks
-// 2006 (seed 003), with its spring law and with one that couples neighbours.
+// Beams as chains of bodies: the mixed beam of Schiavo, Ferretti, Vigano 2005 section 3.4 and the lumped beam of Chudnovsky
+// et al. 2006, with its spring law and with one that couples neighbours.
 #include "sim/bodies/beam_eigenforms.h"
 #include "sim/bodies/beam_terms.h"
 

@@ -1,4 +1,4 @@
-// The generalised Newton-Euler equations of one flexible body (seed 000 eq. 30, seed 001 eq. 6), evaluated for a state:
+// The generalised Newton-Euler equations of one flexible body (Schiavo et al. 2005 eq. 30, Heckmann et al. 2006 eq. 6), evaluated for a state:
 //   M(q) [dv; dw; qdd] + c(V, q, qd) = external generalised forces,
 // derived from the kinetic energy of flexible_body.h by Hamel's equations in body axes, so that whatever truncation the body carries,
 // energy and momentum are kept exactly.

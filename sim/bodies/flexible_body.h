@@ -1,8 +1,8 @@
 // The one elastic body of flexframe: the Standard Input Data (SID) of the floating frame of reference
-// (Wallrapp 1994; seed 001 eq. 6). Many makers (FE beam, modal beam, SID file, reduced FE model), one consumer (dynamics).
+// (Wallrapp 1994; Heckmann et al. 2006 eq. 6). Many makers (FE beam, modal beam, SID file, reduced FE model), one consumer (dynamics).
 // A rigid body is the same with no modes.
 //
-// A particle at c in the body frame moves to c + u, u = phi q + 1/2 q^T phi2 q (seed 001 eq. 4). The dynamics derives every
+// A particle at c in the body frame moves to c + u, u = phi q + 1/2 q^T phi2 q (Heckmann et al. 2006 eq. 4). The dynamics derives every
 // term of the equations of motion from the kinetic energy
 //   T = 1/2 [v w qd] M(q) [v w qd]^T,   v, w: velocity and angular velocity of the body frame, in the body frame,
 //   M(q) = [ m I,  -skew(md(q)),  Ct(q)^T ;  .,  J(q),  Cr(q)^T ;  .,  .,  Me ],   Ct_ja = d md_a / d q_j,

@@ -86,7 +86,7 @@ MatX sid_m1(const SidTaylor& block, int mode);
 // Sets the entries of a block from dense matrices; zeros are not stored.
 SidTaylor make_sid_block(const MatX& m0, const std::vector<MatX>& m1, int modes, int structure = 3);
 
-// How well an identity of SID_FORMAT.md holds: largest deviation over the largest magnitude of the terms compared.
+// How well an identity of SID.md holds: largest deviation over the largest magnitude of the terms compared.
 struct SidCheck {
   std::string identity;
   double residual = 0.0;

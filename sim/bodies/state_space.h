@@ -1,4 +1,4 @@
-// Elastic bodies given as a linear time-invariant system (seed 003 eq. 5, 6) on a rigid carrier.
+// Elastic bodies given as a linear time-invariant system (Chudnovsky et al. 2006 eq. 5, 6) on a rigid carrier.
 #pragma once
 
 #include "sim/bodies/flexible_body.h"

@@ -1,5 +1,5 @@
 // Rotation: omega^2 grows by about Omega^2 (Wright et al. 1982: the factor lies between 1.17 and 0.17 for flap and lag of the first
-// mode); axial load: omega^2 = omega_1^2 (1 - P/Pcr), Pcr = pi^2 EI/L^2 (seed 001 section 6.2).
+// mode); axial load: omega^2 = omega_1^2 (1 - P/Pcr), Pcr = pi^2 EI/L^2 (Heckmann et al. 2006 section 6.2).
 #include "sim/dynamics/beam_loads.h"
 
 #include "sim/bodies/normal_modes.h"

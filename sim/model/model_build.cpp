@@ -17,7 +17,7 @@ std::string joint_where(const Scene& scene, const JointDef& j) {
   return fmt::format("{}:{}: joint '{}'", scene.file.string(), j.line, j.name);
 }
 
-// Closure rows of a joint kind about an axis in the parent frame (DESIGN: every joint in space; planar loops are found redundant).
+// Closure rows of a joint kind about an axis in the parent frame (every joint in space; what a planar loop has too many is found redundant).
 std::vector<ClosureRow> closure_rows(JointKind kind, const Vec3& axis, double length) {
   const JointAxes f = joint_axes(axis);
   std::vector<ClosureRow> rows;

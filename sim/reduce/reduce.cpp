@@ -282,7 +282,7 @@ class Reducer {
       const double first = modes.eigenvalues(0);
       const double omega2 = options.lowest > 0.0 ? 0.25 * eigenvalue_of(options.lowest) : 0.25 * first;
       if (omega2 >= 0.98 * first)
-        throw InputError(fmt::format("the lowest frequency of interest, {:g} Hz, must be below twice the first elastic one, {:.1f} Hz (seed 001 eq. 11 at half of it would be in resonance)", options.lowest, hertz(first)));
+        throw InputError(fmt::format("the lowest frequency of interest, {:g} Hz, must be below twice the first elastic one, {:.1f} Hz (Heckmann et al. 2006 eq. 11 at half of it would be in resonance)", options.lowest, hertz(first)));
       const MatX u = solver->respond(loads, omega2);
       MatX all(fields.rows(), fields.cols() + u.cols());
       all << fields, u;

@@ -1,4 +1,4 @@
-// From a finite element model to a flexible body: the chain of seed 001 section 4 in one call.
+// From a finite element model to a flexible body: the chain of Heckmann et al. 2006 section 4 in one call.
 //
 //   model -> matrices -> displacement fields (modes, constraint modes, response modes) -> orthonormal, sorted -> integrals -> FlexibleBody
 //
@@ -19,7 +19,7 @@ enum class ReduceMethod {
   eigenmodes,      // the lowest modes
   guyan,           // static: one field per motion of the interfaces (R. J. Guyan 1965)
   craig_bampton,   // those and `modes` modes with the interfaces held (R. R. Craig, M. C. C. Bampton 1968)
-  response         // modes up to `highest`, and responses to unit loads at the interfaces at half of `lowest` (seed 001 eq. 11)
+  response         // modes up to `highest`, and responses to unit loads at the interfaces at half of `lowest` (Heckmann et al. 2006 eq. 11)
 };
 
 // A place where the multibody system takes hold of the body.

@@ -1,4 +1,4 @@
-// The scene as plain data: exactly what the scene file says (DESIGN section 6), checked for itself, not yet a mechanism.
+// The scene as plain data: exactly what the scene file says (SCENE.md), checked for itself, not yet a mechanism.
 // Vectors and rotations as in the file; SI units. `line` is the line of the table in the file, for messages.
 #pragma once
 
@@ -96,7 +96,7 @@ struct BeamDef {
   std::optional<int> keep_modes;                 // finite elements: only this many lowest eigenmodes of each direction; none: all
   bool keep_static = true;                       // and the static deflections by loads
   std::map<std::string, std::vector<int>> modes; // modal: direction -> ordinal numbers (1-based)
-  bool curvature_coupling = false;               // lumped: neighbour coupling (seed 003)
+  bool curvature_coupling = false;               // lumped: neighbour coupling (Chudnovsky et al. 2006)
   EffectChoice effects;
   Damping damping;
   std::map<std::string, double> frames;          // name -> x/L in [0, 1]
@@ -111,7 +111,7 @@ struct ModalDef {
   FlexibleInitial initial;
 };
 
-// seed 003 eq. 5, 6: eta'' + 2 Gamma eta' + Omega eta = Sigma u, y = Theta eta. u and y run over the ports, a port after the other:
+// Chudnovsky et al. 2006 eq. 5, 6: eta'' + 2 Gamma eta' + Omega eta = Sigma u, y = Theta eta. u and y run over the ports, a port after the other:
 // force x y z (and torque x y z), displacement x y z (and rotation x y z), all in the body frame.
 struct StateSpaceDef {
   std::filesystem::path file;        // where the matrices came from, empty: the scene

@@ -1,4 +1,4 @@
-// Scene files (DESIGN section 6; every key, type, unit and default: sim/SCENE.md) into a Scene.
+// Scene files (every key, type, unit and default: sim/SCENE.md) into a Scene.
 // Everything that can be known from the file alone is checked here; whether the mechanism can be assembled is not.
 #pragma once
 

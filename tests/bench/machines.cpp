@@ -1,4 +1,4 @@
-// Rows of issue 2, item 5: CPU of both machines of seed 000 at tolerances 1e-3..1e-9 with the error of each against a tight run, and
+// CPU of both machines of Schiavo et al. 2005 at tolerances 1e-3..1e-9 with the error of each against a tight run, and
 // CPU per picture of each stage at 1280x720.
 //
 //   bench_machines EXAMPLES_FOLDER

@@ -1,5 +1,5 @@
-"""Every beam model in space against theory and literature: the scenes of examples/beams through the real program (REFERENCES.md has
-the sources of the numbers), and the same scenes in a world turned at random."""
+"""Every beam model in space against theory and literature: the scenes of examples/beams through the real program (sim/REFERENCES.md
+names the sources of the numbers), and the same scenes in a world turned at random."""
 import json
 import math
 import pathlib
@@ -93,7 +93,7 @@ def turned(text, axis, angle):
     return "".join(out), R
 
 
-# Cantilever of seed 003, each model: deflection under 196.2 N and frequencies.
+# Cantilever of Chudnovsky et al. 2006, each model: deflection under 196.2 N and frequencies.
 for model, tip, wanted in [('model = "lumped"\nelements = 10', 3.54546e-3, [65.48022, 412.69854, 1161.31326]),
                            ('model = "lumped"\nelements = 10\ncurvature_coupling = true', 3.55435e-3, [65.2833, 414.0381, 1192.8693]),
                            ('model = "finite-element"\nelements = 10', 3.55435e-3, [65.3301, 409.4299, 1146.6695]),
@@ -299,7 +299,7 @@ near(h["tip.z"][0], -0.318486, 2e-5, "drooped tip, mixed")
 near(min(h["lag"]), -0.06028, 1e-4, "largest lag in the start-up, mixed")
 near(sum(x for t, x in zip(h["t"], h["tip.z"]) if t > 12) / sum(t > 12 for t in h["t"]), -0.0126768, 1e-4, "tip at full speed, mixed")
 
-# State-space body: two modes of the cantilever of seed 003 at its tip, given as matrices.
+# State-space body: two modes of the cantilever of Chudnovsky et al. 2006 at its tip, given as matrices.
 space = """[simulation]
 duration = 1
 [[body]]

@@ -1,4 +1,4 @@
-"""flexframe check: the frequencies of seed 000 Table 1, and what it says of the examples."""
+"""flexframe check: the frequencies of Schiavo et al. 2005 Table 1, and what it says of the examples."""
 import json
 import math
 import pathlib

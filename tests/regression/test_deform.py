@@ -1,4 +1,4 @@
-"""flexframe deform through the real program: the seed's plate, tables of other programs, and what goes wrong."""
+"""flexframe deform through the real program: a plate moved by its corners, tables of other programs, and what goes wrong."""
 import math
 import os
 import subprocess

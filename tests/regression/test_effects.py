@@ -70,7 +70,7 @@ with temporary_folder() as folder:
     # What is off costs nothing: left out of "auto" by hand against a scene that never had it. Valgrind cannot run a program with sanitizers in it, whose
     # instructions are not those of the scene either.
     valgrind = shutil.which("valgrind")
-    expect(valgrind, "valgrind is missing (packages.txt)")
+    expect(valgrind, "valgrind is missing (tests/packages.txt)")
     if b"__asan_init" in pathlib.Path(flexframe).read_bytes():
         print("built with sanitizers: instructions are not counted")
     elif valgrind:

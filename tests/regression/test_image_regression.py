@@ -31,7 +31,7 @@ color_range = [0, 0.004]
 project_text = """cmake_minimum_required(VERSION 3.20)
 project(user LANGUAGES NONE)
 enable_testing()
-include("%s/cmake/FlexframeImageTest.cmake")
+include("%s/tests/image/FlexframeImageTest.cmake")
 flexframe_add_image_test(NAME swing SCENE swing.toml BASELINE baselines/swing FRAMES 0:3 LABELS pictures)
 """
 

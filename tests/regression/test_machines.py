@@ -1,4 +1,4 @@
-"""Both machines of seed 000 against rigorous solutions (geometrically exact rods, error estimates 1e-6 or better)."""
+"""Both machines of Schiavo et al. 2005 against rigorous solutions (geometrically exact rods, error estimates 1e-6 or better)."""
 import json
 import math
 import pathlib

@@ -22,7 +22,7 @@ with temporary_folder() as name:
     for a, b in zip(given, made["frequencies"]):
         expect(abs(a - b) < 1e-3 * b, f"the committed beam has {a} Hz where {b} Hz comes out")
 
-    # Tip of the pendulum of seed 000 section 5.2 as a reduced solid against the beam model: 1 % of the path's range and of the largest deflection from the
+    # Tip of the pendulum of Schiavo et al. 2005 section 5.2 as a reduced solid against the beam model: 1 % of the path's range and of the largest deflection from the
     # tangent at the pivot. Point by point the deflection's phase runs ahead of the beam's, which knows no shear.
     def pendulum(scene, table):
         run("simulate", scene, "-o", folder / "p.h5", "--csv", folder / table)

@@ -258,7 +258,7 @@ TEST(InterpAcceptance, AffineFields) {
   EXPECT_LE((apply_linear(map, rows_at(field, rod.order, 20), none) - field).rowwise().norm().maxCoeff(), 1e-10);
 }
 
-TEST(InterpAcceptance, SeedPlate) {
+TEST(InterpAcceptance, PlateMovedByItsCorners) {
   Body plate = make_sheet(1.0, 1.3, 11, 15);
   ASSERT_EQ(plate.v.rows(), 165);
   // A second sheet just above shows how normals turn.

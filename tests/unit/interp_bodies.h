@@ -1,4 +1,4 @@
-// Bodies that the tests of the kernel map share: made here or read from shared/reference.
+// Bodies that the tests of the kernel map share: made here or read from tests/unit/data/kernel_map.
 #pragma once
 
 #include "interp/map.h"
@@ -178,48 +178,6 @@ inline interp::Nodes nodes_at(const Points& v, const std::vector<int>& pick, int
 }
 inline Points rows_at(const Points& v, const std::vector<int>& pick, int count) { return nodes_at(v, pick, count).positions; }
 
-// The con rod of shared/reference: surface, three true modes, node order.
-struct ConRod {
-  Body body;
-  std::array<Points, 3> mode;
-  std::vector<int> order;
-};
-inline ConRod read_conrod() {
-  const std::string folder = std::string(FLEXFRAME_SHARED_DIR) + "/reference/conrod/";
-  ConRod rod;
-  std::vector<Vec3> v;
-  std::vector<std::array<int, 3>> t;
-  std::ifstream mesh(folder + "conrod.obj"), modes(folder + "conrod_modes.txt"), order(folder + "node_order.txt");
-  if (!mesh || !modes || !order) throw std::runtime_error("missing: " + folder);
-  std::string word, line;
-  while (mesh >> word) {
-    if (word == "v") {
-      Vec3 p;
-      mesh >> p[0] >> p[1] >> p[2];
-      v.push_back(p);
-    } else if (word == "f") {
-      std::array<int, 3> f{};
-      for (int& k : f) {
-        mesh >> word;
-        k = std::stoi(word) - 1;
-      }
-      t.push_back(f);
-    } else {
-      std::getline(mesh, line);
-    }
-  }
-  rod.body = make_body(v, t);
-  std::getline(modes, line);
-  for (auto& m : rod.mode) m.resize(rod.body.v.rows(), 3);
-  for (Eigen::Index i = 0; i < rod.body.v.rows(); ++i)
-    for (auto& m : rod.mode)
-      for (int c = 0; c < 3; ++c)
-        if (!(modes >> m(i, c))) throw std::runtime_error("short: conrod_modes.txt");
-  int k = 0;
-  while (order >> k) rod.order.push_back(k);
-  return rod;
-}
-
 // Relative L2 error at the vertices that are no nodes; several fields count together.
 struct FieldError {
   double error2 = 0.0, truth2 = 0.0, worst = 0.0;
@@ -261,6 +219,16 @@ inline FeBody read_fe_body(const std::string& name) {
     for (int c = 0; c < 3; ++c) in >> out.body.t(t, c);
   if (!in) throw std::runtime_error("short: " + file);
   return out;
+}
+
+// The con rod of assets/conrod as CalculiX sees it, with a nested farthest-point order: its first k vertices are the k nodes of a test.
+struct ConRod : FeBody {
+  std::vector<int> order;
+};
+inline ConRod read_conrod() {
+  ConRod rod{read_fe_body("conrod"), {}};
+  rod.order = farthest_points(rod.body.v, 1000);
+  return rod;
 }
 
 }  // namespace flexframe::test

@@ -127,7 +127,7 @@ BeamDef slender(int volumes) {
 }
 
 TEST(BeamStatic, ElasticaOfTenVolumes) {
-  // REFERENCES A4: P L^2/EI, w/L, u/L
+  // Elastica (Mattiasson 1981): P L^2/EI, w/L, u/L
   const std::array<std::array<double, 3>, 4> table = {{{1, .3017207738, .0564332363},
                                                        {2, .4934574804, .1606417208},
                                                        {5, .7137915236, .3876283607},
@@ -165,7 +165,7 @@ TEST(BeamStatic, BatheBolourchiBend) {
 }
 
 TEST(BeamStatic, PrincetonBeam) {
-  // issue 3: 0.508 x 12.3777 x 3.2024 mm, E 71.7e9, nu 0.31, 8.896 N at the tip; z is the soft direction here (thickness along z)
+  // Dowell, Traybar, Hodges 1977: 0.508 x 12.3777 x 3.2024 mm, E 71.7e9, nu 0.31, 8.896 N at the tip; z is the soft direction here (thickness along z)
   const double b = 12.3777e-3, t = 3.2024e-3;
   BeamDef def;
   def.length = 0.508;

@@ -69,7 +69,7 @@ TEST(BeamTables, ErrorAgainstElements) {
     }
 }
 
-TEST(BeamTables, CantileverOfSeed003InEveryModel) {
+TEST(BeamTables, LumpedCantileverInEveryModel) {
   BeamDef def = rectangle(0.5, 0.02, 0.05, 6.9e10);
   const double ei = 6.9e10 * def.section.iz, theory = std::sqrt(ei / 2.7) / 0.25 / (2.0 * pi), force = 196.2;
   def.elements = 10;

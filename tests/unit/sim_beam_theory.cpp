@@ -1,4 +1,4 @@
-// Beams against theory: eigenvalues, seed 000 Table 1, order of convergence, buckling loads, rotating beams, damping.
+// Beams against theory: eigenvalues, Schiavo et al. 2005 Table 1, order of convergence, buckling loads, rotating beams, damping.
 #include "sim/bodies/beam.h"
 #include "sim/bodies/beam_eigenforms.h"
 #include "sim/bodies/beam_terms.h"
@@ -17,8 +17,8 @@ constexpr double pi = std::numbers::pi;
 constexpr std::array<Boundary, 6> kBoundaries = {Boundary::clamped_free, Boundary::supported_supported, Boundary::supported_free,
                                                  Boundary::free_free, Boundary::clamped_clamped, Boundary::clamped_supported};
 
-// Seed 000 section 5.1.
-BeamDef seed_beam(int elements, Boundary boundary = Boundary::clamped_free) {
+// Schiavo et al. 2005 section 5.1.
+BeamDef schiavo_beam(int elements, Boundary boundary = Boundary::clamped_free) {
   BeamDef def;
   def.length = 2.0;
   def.section.area = 1e-4;
@@ -95,10 +95,10 @@ TEST(BeamTheory, EigenformsStayOrthonormalAndKeepTheirEndsUpToTheHighestMode) {
   }
 }
 
-TEST(BeamTheory, TenElementsGiveTheFrequenciesOfSeed000Table1) {
+TEST(BeamTheory, TenElementsGiveTheFrequenciesOfSchiavosTable1) {
   const std::array<double, 5> table = {2.0854750, 13.0698705, 36.6041219, 71.7795490, 118.842591};
   for (const BeamEffects effects : {BeamEffects{.bending_xy = true}, BeamEffects{.bending_xz = true, .stiffening = true}}) {
-    const FlexibleBody body = make_fe_beam(seed_beam(10), effects);
+    const FlexibleBody body = make_fe_beam(schiavo_beam(10), effects);
     const VecX f = frequencies(body.Ke, body.Me) / (2.0 * pi);
     for (int i = 0; i < 5; ++i) EXPECT_NEAR(f[i] / table[static_cast<std::size_t>(i)], 1.0, 1e-6);
   }
@@ -134,7 +134,7 @@ TEST(BeamTheory, AxialAndTorsionFrequenciesConvergeWithOrderTwo) {
       const double exact = beam::rod_form(boundary, 2).lambda / 2.0 * speed;
       std::vector<double> errors;
       for (const int elements : {10, 20}) {
-        const FlexibleBody body = make_fe_beam(seed_beam(elements, boundary), {.axial = axial, .torsion = !axial});
+        const FlexibleBody body = make_fe_beam(schiavo_beam(elements, boundary), {.axial = axial, .torsion = !axial});
         errors.push_back(frequencies(body.Ke, body.Me)[1] / exact - 1.0);
       }
       EXPECT_NEAR(errors[0] / errors[1], 4.0, 0.2);
@@ -144,7 +144,7 @@ TEST(BeamTheory, AxialAndTorsionFrequenciesConvergeWithOrderTwo) {
 
 TEST(BeamTheory, ModalAndFiniteElementBeamsAgree) {
   for (const Boundary boundary : kBoundaries) {
-    BeamDef def = seed_beam(40, boundary);
+    BeamDef def = schiavo_beam(40, boundary);
     def.section.iz *= 1.7;
     def.section.iyz = 0.3 * def.section.iy;
     def.modes = {{"bending_xy", {1, 2, 3, 4, 5, 6}}, {"bending_xz", {1, 2, 3, 4, 5, 6}}};
@@ -177,7 +177,7 @@ TEST(BeamTheory, AnAxialLoadBucklesAtEulersLoads) {
 }
 
 TEST(BeamTheory, FrequencyUnderAxialLoadFollowsTheSquareRootLaw) {
-  // seed 001 6.2, REFERENCES B1
+  // Heckmann et al. 2006 section 6.2: P_cr / f_1^2 = 4 rho A L^2
   BeamDef def;
   def.length = 2.0;
   def.section.area = 3.739407e-4;
@@ -194,7 +194,7 @@ TEST(BeamTheory, FrequencyUnderAxialLoadFollowsTheSquareRootLaw) {
 }
 
 TEST(BeamTheory, RotatingCantileverFrequencies) {
-  // REFERENCES B2 (Wright et al. 1982), hub radius 0: in the rotating frame the stiffness is Ke - Omega^2/2 d2 Jzz/dq2
+  // Wright et al. 1982, hub radius 0: in the rotating frame the stiffness is Ke - Omega^2/2 d2 Jzz/dq2
   const std::array<double, 3> speeds = {0.0, 6.0, 12.0};
   const std::array<std::array<double, 3>, 3> flap = {{{3.5160152685, 22.0344915647, 61.6972144135},
                                                       {7.3603730193, 26.8090816785, 66.6839143815},
@@ -230,7 +230,7 @@ TEST(BeamTheory, TorsionBucklesABeamUnderItsOwnPlanesLoad) {
 }
 
 TEST(BeamTheory, ShearElementsGiveTimoshenkosDeflectionAndFrequency) {
-  BeamDef def = seed_beam(1);
+  BeamDef def = schiavo_beam(1);
   def.length = 0.05;  // as short as five times its height
   const FlexibleBody body = make_fe_beam(def, {.bending_xy = true, .shear = true});
   const VecX q = body.Ke.ldlt().solve(VecX(tip(body).phi.row(1).transpose()));
@@ -256,7 +256,7 @@ TEST(BeamTheory, ShearElementsGiveTimoshenkosDeflectionAndFrequency) {
 }
 
 TEST(BeamTheory, DampingRatiosAreThoseAskedFor) {
-  BeamDef def = seed_beam(8);
+  BeamDef def = schiavo_beam(8);
   def.damping.ratio = {0.02, 0.03};
   const BeamEffects effects{.axial = true, .bending_xy = true, .bending_xz = true, .torsion = true};
   const auto ratios = [&](const FlexibleBody& body) {
@@ -283,7 +283,7 @@ TEST(BeamTheory, DampingRatiosAreThoseAskedFor) {
 }
 
 TEST(BeamTheory, SixtyModesKeepEveryTermFinite) {
-  BeamDef def = seed_beam(1);
+  BeamDef def = schiavo_beam(1);
   def.modes = {{"bending_xy", {1, 30, 60}}, {"bending_xz", {60}}, {"axial", {1, 60}}, {"torsion", {60}}};
   for (const Boundary boundary : kBoundaries) {
     def.boundary = boundary;

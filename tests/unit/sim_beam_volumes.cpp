@@ -1,4 +1,4 @@
-// Beams as chains: seed 003's lumped cantilever, the coupled springs, pure bending of a mixed beam, frames and damping.
+// Beams as chains: Chudnovsky et al. 2006's lumped cantilever, the coupled springs, pure bending of a mixed beam, frames and damping.
 #include "sim/bodies/beam.h"
 
 #include <Eigen/Eigenvalues>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-// Seed 003: 0.5 x 0.05 x 0.02 m of aluminium.
+// Chudnovsky et al. 2006: 0.5 x 0.05 x 0.02 m of aluminium.
 BeamDef seed_cantilever(int elements) {
   BeamDef def;
   def.length = 0.5;
@@ -54,7 +54,7 @@ VecX hertz(const PlanarChain& chain) {
   return Eigen::GeneralizedSelfAdjointEigenSolver<MatX>(chain.K, chain.M).eigenvalues().cwiseSqrt() / (2.0 * pi);
 }
 
-TEST(BeamVolumes, LumpedCantileverOfSeed003) {
+TEST(BeamVolumes, LumpedCantileverAgainstClosedTheory) {
   const BeamDef def = seed_cantilever(10);
   const BeamChain chain = make_lumped_beam(def, {.bending_xy = true});
   ASSERT_EQ(chain.pieces.size(), 11u);

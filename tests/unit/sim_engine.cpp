@@ -1,4 +1,4 @@
-// The engine through whole scenes: published checkpoints (REFERENCES), conserved quantities, loops, starts that cannot be closed.
+// The engine through whole scenes: checkpoints of rigorous solutions (sim/REFERENCES.md), conserved quantities, loops, starts that cannot be closed.
 #include "sim/scene/scene_reader.h"
 #include "sim/simulate.h"
 #include "sim/start/linearise.h"
@@ -67,7 +67,7 @@ std::string pendulum_scene(const std::string& down, const std::string& axis, con
          output("tip", "rod.tip", "position") + output("bend", "rod.tip", "displacement") + output("energy", "system", "energy");
 }
 
-// Seed 000 section 5.2 against the rigorous solution.
+// Schiavo et al. 2005 section 5.2 against the rigorous solution.
 TEST(Engine, PendulumFollowsTheRigorousSolution) {
   const Results r = run(pendulum_scene("[0, -9.81, 0]", "[0, 0, 1]", "[0, 0, 0]"));
   EXPECT_NEAR(at(r, "tip.x", 0.3), 0.01919, 3e-4);
@@ -94,7 +94,7 @@ TEST(Engine, PendulumBendsAlikeInItsOtherPlane) {
   }
 }
 
-// Seed 000 section 5.3.
+// Schiavo et al. 2005 section 5.3.
 std::string slider_crank() {
   const char* beam = R"([[body]]
 name = "{}"
@@ -145,7 +145,7 @@ TEST(Engine, RigidPendulumHasItsPeriod) {
   EXPECT_LT(column(r, "energy").cwiseAbs().maxCoeff(), 1e-8);
 }
 
-// Euler's equations of a free body about its middle axis (REFERENCES D).
+// Euler's equations of a free body about its middle axis, by elliptic functions.
 TEST(Engine, TumblingBodyFlipsOnTime) {
   const Results r = run(simulation(60, "[0, 0, 0]", 100) + "[[body]]\nname = \"top\"\nkind = \"rigid\"\nmass = 1\ninertia = [1, 2, 3]\n" +
                             joint("free", "free", "ground", "top", "initial = { rate = [0, 0, 0, 0.01, 1, 0.01] }") +
@@ -165,7 +165,7 @@ TEST(Engine, TumblingBodyFlipsOnTime) {
   EXPECT_NEAR(column(r, "e").maxCoeff(), column(r, "e").minCoeff(), 1e-7);
 }
 
-// REFERENCES E1: a flexible rod on a spherical joint, in space.
+// Rigorous solution (sim/REFERENCES.md): a flexible rod on a spherical joint, in space.
 TEST(Engine, RodOnASphericalJoint) {
   const Results r = run(simulation(2.0, "[0, 0, -9.81]", 100) + R"([[body]]
 name = "rod"
@@ -241,7 +241,7 @@ TEST(Engine, PrescribedMotionIsFollowed) {
   }
 }
 
-// Seed 000 Table 1.
+// Schiavo et al. 2005 Table 1.
 TEST(Engine, CantileverFrequencies) {
   const Scene scene = parse_scene(simulation(1, "[0, 0, 0]") + R"([[body]]
 name = "beam"

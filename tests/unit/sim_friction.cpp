@@ -135,7 +135,7 @@ TEST(Stops, BouncesWithoutPullingAndKeepsTheBooks) {
   }
 }
 
-// REFERENCES B4, 001 section 6.1: constant crank speed, gravity, 30 N of friction on the slider. Modal beams, 2 + 3 bending modes and the first axial ones.
+// Heckmann et al. 2006 section 6.1, rigorous solution (sim/REFERENCES.md): constant crank speed, gravity, 30 N of friction on the slider. Modal beams, 2 + 3 bending modes and the first axial ones.
 std::string dlr_slider_crank(double duration, const std::string& law = "") {
   std::string scene = R"([simulation]
 duration = DURATION

@@ -59,7 +59,7 @@ TEST(Mechanisms, HeavyTopPrecessesSteadily) {
   EXPECT_LT(energy_gap(r), 1e-7 * r.kinetic[0]);
 }
 
-// REFERENCES D: about the middle axis it flips every 19.552867099 s; a hundred flips, momentum and energy to 1e-8.
+// Elliptic functions: about the middle axis it flips every 19.552867099 s; a hundred flips, momentum and energy to 1e-8.
 TEST(Mechanisms, DzhanibekovFlipsAHundredTimes) {
   const double flip = 19.552867099, duration = 10.91692 + 99.5 * flip;
   const Results r = run(head(duration, Vec3::Zero(), 10) + "[[body]]\nname = \"nut\"\nkind = \"rigid\"\nmass = 1\ninertia = [1, 2, 3]\n" +

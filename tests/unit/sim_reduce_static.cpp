@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 // The con rod with averaging spiders in both bores.
 FeModel rod() {
-  const fs::path file = fs::path(FLEXFRAME_SHARED_DIR) / "reference/conrod/conrod.inp";
+  const fs::path file = fs::path(FLEXFRAME_SOURCE_DIR) / "tests/unit/data/kernel_map/conrod.inp";
   if (!fs::exists(file)) throw std::runtime_error(file.string() + " is missing");
   FeModel model = read_inp(file);
   for (const auto& [x, radius, name] : {std::tuple(0.0, 0.029, "big"), std::tuple(0.15, 0.013, "small")}) {

@@ -3,11 +3,15 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <numbers>
 #include <random>
 
@@ -16,12 +20,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
+const fs::path folder = fs::path(FLEXFRAME_SOURCE_DIR) / "tests/unit/data/sid";
+
+// One file a dialect; data/sid/make_sids.py computes them from the definitions of the blocks and writes the sums to truth.txt.
+enum Sample { blocked, lumped, tabs, reduced, stiffened, swapped };
+const std::array<std::string, 6> names{"blocked", "lumped", "tabs", "reduced", "stiffened", "swapped"};
 std::vector<fs::path> samples() {
-  const fs::path folder = fs::path(FLEXFRAME_SHARED_DIR) / "sid_samples";
   std::vector<fs::path> found;
-  for (const char* name : {"Beam_3m.SID_FEM", "balken1m.SID_FEM", "cartopPragV32.SID_FEM", "test_import_straight_beam.SID_FEM"}) {
-    if (!fs::exists(folder / name)) throw std::runtime_error((folder / name).string() + " is missing");
-    found.push_back(folder / name);
+  for (const std::string& name : names) {
+    found.push_back(folder / (name + ".SID_FEM"));
+    if (!fs::exists(found.back())) throw std::runtime_error(found.back().string() + " is missing");
   }
   return found;
 }
@@ -40,13 +48,19 @@ TEST(Sid, SamplesAreReadWrittenAndReadAgainWithoutLoss) {
     size_t entries = 0, in_file = 0;
     for (const auto* b : {&first.mdCM, &first.J, &first.Ct, &first.Cr, &first.Me, &first.Gr, &first.Ge, &first.Oe, &first.ksigma, &first.Ke, &first.De}) entries += (*b)->entries.size();
     for (const SidNode& node : first.nodes)
-      for (const auto* b : {&node.origin, &node.phi, &node.psi, &node.AP}) entries += *b ? (*b)->entries.size() : 0;
+      for (const auto* b : {&node.origin, &node.phi, &node.psi, &node.AP, &node.sigma}) entries += *b ? (*b)->entries.size() : 0;
+    for (const SidText& other : first.others)
+      entries += static_cast<size_t>(std::ranges::count_if(other.lines, [](const std::string& line) { return line.find("m0(") != std::string::npos; }));
     const std::string text = text_of(path);
     for (size_t at = 0; (at = text.find('\n', at)) != std::string::npos; ++at) {
       const size_t word = text.find_first_not_of(" \t", at + 1);
       in_file += word != std::string::npos && (text.compare(word, 3, "m0(") == 0 || text.compare(word, 3, "m1(") == 0);
     }
-    EXPECT_EQ(entries, in_file) << path;
+    // Of a J written 3 x 3 six entries are kept; ItsBlocksAreThoseOfTheDefinition compares what they say.
+    if (path != samples()[swapped]) {
+      EXPECT_EQ(entries, in_file) << path;
+    }
+    EXPECT_GT(entries, 20u) << path;
   }
 }
 
@@ -54,13 +68,94 @@ TEST(Sid, IdentitiesHoldInTheSamplesAndLayoutsAreFound) {
   const auto files = samples();
   for (const fs::path& path : files)
     for (const SidCheck& check : check_sid(read_sid(path).file)) EXPECT_LT(check.residual, 1e-6) << path << check.identity;
-  EXPECT_EQ(read_sid(files[0]).Gr, SidLayout::blocked);
-  EXPECT_EQ(read_sid(files[0]).Ge, SidLayout::interleaved);
-  EXPECT_EQ(read_sid(files[3]).Gr, SidLayout::interleaved);
-  EXPECT_EQ(read_sid(files[3]).Ge, SidLayout::interleaved);
+  const std::map<Sample, std::pair<SidLayout, SidLayout>> layouts{{blocked, {SidLayout::blocked, SidLayout::interleaved}},
+                                                                  {lumped, {SidLayout::either, SidLayout::either}},
+                                                                  {tabs, {SidLayout::interleaved, SidLayout::interleaved}},
+                                                                  {reduced, {SidLayout::interleaved, SidLayout::interleaved}},
+                                                                  {stiffened, {SidLayout::interleaved, SidLayout::interleaved}},
+                                                                  {swapped, {SidLayout::blocked, SidLayout::blocked}}};
+  for (const auto& [sample, wanted] : layouts) {
+    const SidReading reading = read_sid(files[sample]);
+    EXPECT_EQ(reading.Gr, wanted.first) << names[sample];
+    EXPECT_EQ(reading.Ge, wanted.second) << names[sample];
+  }
 }
 
-// Two of the samples contradict themselves as free bodies, two do not.
+// A line of truth.txt: file, block, rows, columns, numbers by columns.
+std::map<std::string, MatX> truth_of(const std::string& sample) {
+  std::ifstream in(folder / "truth.txt");
+  std::map<std::string, MatX> blocks;
+  std::string file, block;
+  Eigen::Index rows = 0, columns = 0;
+  while (in >> file >> block >> rows >> columns) {
+    MatX m(rows, columns);
+    for (double& v : m.reshaped()) in >> v;
+    if (file == sample) blocks[block] = m;
+  }
+  if (blocks.empty()) throw std::runtime_error("truth.txt says nothing of " + sample);
+  return blocks;
+}
+
+// Every block of every dialect against sums over particles that the reader had no part in. Printed digits: 12 (stiffened 15), so 1e-11 of the largest entry.
+TEST(Sid, ItsBlocksAreThoseOfTheDefinition) {
+  for (size_t i = 0; i < names.size(); ++i) {
+    const FlexibleBody body = to_flexible_body(read_sid(samples()[i]).file, names[i]);
+    const std::map<std::string, MatX> all = truth_of(names[i]);
+    std::map<std::string, MatX> blocks = all;
+    // What a number is measured against: the largest of its block, all axes of a tensor together.
+    const auto scale_of = [&](const std::string& block) {
+      const bool tensor = block.starts_with("J2_") || block.starts_with("Cr1_") || block.starts_with("md2_");
+      double scale = 0.0;
+      for (const auto& [name, m] : all)
+        if (name == block || (tensor && name.starts_with(block.substr(0, 3)))) scale = std::max(scale, m.cwiseAbs().maxCoeff());
+      return scale;
+    };
+    const auto same = [&](const std::string& block, const MatX& found) {
+      ASSERT_TRUE(blocks.contains(block)) << block;
+      const MatX wanted = blocks.at(block);
+      blocks.erase(block);
+      const double scale = scale_of(block);
+      if (found.size() == 0) {
+        EXPECT_LE(wanted.cwiseAbs().maxCoeff(), 1e-11 * scale) << names[i] << " " << block;
+        return;
+      }
+      ASSERT_EQ(found.rows(), wanted.rows()) << names[i] << " " << block;
+      ASSERT_EQ(found.cols(), wanted.cols()) << names[i] << " " << block;
+      EXPECT_LE((found - wanted).cwiseAbs().maxCoeff(), 1e-11 * scale) << names[i] << " " << block;
+    };
+    same("mass", MatX::Constant(1, 1, body.mass));
+    same("md0", body.md0);
+    same("md1", body.md1);
+    same("J0", body.J0);
+    same("J1", body.J1);
+    same("Cr0", body.Cr0);
+    for (size_t a = 0; a < 6; ++a) same(fmt::format("J2_{}", a), body.J2[a]);
+    for (size_t a = 0; a < 3; ++a) {
+      same(fmt::format("Cr1_{}", a), body.Cr1[a]);
+      if (i == stiffened) same(fmt::format("md2_{}", a), body.md2[a]);
+    }
+    same("Me", body.Me);
+    same("Ke", body.Ke);
+    same("De", body.De);
+    same("ksigma", body.ksigma);
+    VecX squares = Eigen::GeneralizedSelfAdjointEigenSolver<MatX>(body.Ke, body.Me).eigenvalues();
+    same("frequencies", squares.cwiseSqrt() / (2.0 * std::numbers::pi));
+    for (size_t k = 0; k < body.nodes.size(); ++k) {
+      const FlexibleNode& node = body.nodes[k];
+      const std::string name = fmt::format("node{}_", k);
+      same(name + "origin", node.origin);
+      same(name + "phi", node.phi);
+      same(name + "psi", node.psi);
+      same(name + "rotation", node.rotation);
+      if (i == stiffened) {
+        for (size_t a = 0; a < 3; ++a) same(fmt::format("{}phi2_{}", name, a), node.phi2[a]);
+        same(name + "sigma", node.sigma);
+      }
+    }
+    EXPECT_TRUE(blocks.empty()) << names[i] << ": nobody compared " << blocks.begin()->first;
+  }
+}
+
 // Numbers that fit neither layout: what is written is read again as it was, however often.
 TEST(Sid, LayoutThatNothingDecidesStays) {
   std::mt19937 random(7);
@@ -79,25 +174,29 @@ TEST(Sid, LayoutThatNothingDecidesStays) {
   EXPECT_GT(neither, 0);
 }
 
+// Masses that are heavier than what the modes weigh contradict a free body; the other samples do not.
 TEST(Sid, MassThatNoFreeBodyHasIsNoted) {
   const auto files = samples();
   for (size_t i = 0; i < files.size(); ++i) {
     std::vector<std::string> notes;
     to_flexible_body(read_sid(files[i]).file, files[i].string(), &notes);
     const bool said = std::any_of(notes.begin(), notes.end(), [](const std::string& n) { return n.find("contradict") != std::string::npos; });
-    EXPECT_EQ(said, i < 2) << files[i];
+    EXPECT_EQ(said, i == lumped) << files[i];
   }
 }
 
-TEST(Sid, BodyOfThreeMetreBeam) {
-  const SidReading reading = read_sid(samples()[0]);
+// Closed theory: a steel beam of 2.5 m x 0.08 m x 0.2 m on supports; Rayleigh's frequency of its first mode, the mass of a box, the last node at its root.
+TEST(Sid, BodyOfABeamOnSupports) {
+  const SidReading reading = read_sid(samples()[blocked]);
   const FlexibleBody body = to_flexible_body(reading.file, "beam");
   EXPECT_EQ(body.n, 4);
   EXPECT_EQ(body.nodes.size(), 21u);
-  EXPECT_DOUBLE_EQ(body.mass, 706.5);
-  EXPECT_EQ(body.nodes[0].name, "node[4]");
-  EXPECT_NEAR(body.nodes[0].origin.x(), 3.0, 1e-12);
-  EXPECT_NEAR(std::sqrt(body.Ke(0, 0) / body.Me(0, 0)) / (2.0 * std::numbers::pi), 9.089, 1e-3);
+  EXPECT_NEAR(body.mass, 7850.0 * 2.5 * 0.08 * 0.2, 1e-9);
+  EXPECT_EQ(body.nodes[0].name, "node[1000]");
+  EXPECT_NEAR(body.nodes[0].origin.x(), 2.5, 1e-11);
+  const double a = std::numbers::pi / 2.5, I = 0.2 * std::pow(0.08, 3) / 12.0, A = 0.08 * 0.2;
+  const double first = std::sqrt(2.1e11 * I * std::pow(a, 4) / (7850.0 * (A + I * a * a))) / (2.0 * std::numbers::pi);
+  EXPECT_NEAR(std::sqrt(body.Ke(0, 0) / body.Me(0, 0)) / (2.0 * std::numbers::pi), first, 1e-9 * first);
   EXPECT_NEAR(body.J2[0](0, 0), -2.0 * sid_m1(*reading.file.Oe, 1)(0, 0), 1e-15);
   EXPECT_NEAR(body.Cr1[2](1, 0), sid_m1(*reading.file.Cr, 1)(1, 2), 1e-15);
 }

@@ -1,4 +1,4 @@
-// Static equilibrium starts: against closed forms and REFERENCES, stability, loops, what cannot rest.
+// Static equilibrium starts: against closed forms and rigorous solutions (sim/REFERENCES.md), stability, loops, what cannot rest.
 #include "sim/scene/scene_reader.h"
 #include "sim/simulate.h"
 #include "sim/start/linearise.h"
@@ -84,7 +84,7 @@ TEST(Statics, BendingBeyondLinearTheoryIsSaid) {
   }
 }
 
-// REFERENCES C1: 0.5 x 0.05 x 0.02 m, 196.2 N at the tip bends it by P L^3 / 3 EI = 3.55435 mm; it stays there.
+// Euler-Bernoulli: 0.5 x 0.05 x 0.02 m, 196.2 N at the tip bends it by P L^3 / 3 EI = 3.55435 mm; it stays there.
 TEST(Statics, CantileverBendsByTheTextbook) {
   const Results r = run(head(0.05, "[0, 0, 0]") +
                         "[[body]]\nname = \"beam\"\nkind = \"beam\"\nlength = 0.5\nsection = { shape = \"rectangle\", width = 0.05, height = 0.02 }\n"
@@ -99,7 +99,7 @@ TEST(Statics, CantileverBendsByTheTextbook) {
   EXPECT_LT((y.array() - y[0]).abs().maxCoeff(), 1e-8 * exact);
 }
 
-// REFERENCES B3 at rest: the flap stop and the blade's weight.
+// Heckmann et al. 2006 section 6.3 at rest, rigorous solution (sim/REFERENCES.md): the flap stop and the blade's weight.
 TEST(Statics, HelicopterBladeHangsOnItsStop) {
   const Results r = run(head(0.2, "[0, 0, -9.81]") + R"(
 [[body]]
@@ -186,7 +186,7 @@ TEST(Statics, WhatFallsFreelyHasNoEquilibrium) {
   }
 }
 
-// Elastica (REFERENCES A4), P L^2 / EI = 2 and 10: mixed beam of ten volumes, dead load across.
+// Elastica (Mattiasson 1981), P L^2 / EI = 2 and 10: mixed beam of ten volumes, dead load across.
 TEST(Statics, ElasticaOfAMixedBeam) {
   for (const auto& [load, w, u] : {std::tuple{2.0, 0.4934574804, 0.1606417208}, std::tuple{10.0, 0.8106090249, 0.5549955978}}) {
     const System s = make_system(parse_scene(head(1, "[0, 0, 0]") +

@@ -1,6 +1,6 @@
 // Makes examples/accuracy-interp: error against number of nodes for each scheme on the con rod (table, diagram, pictures of the error on
-// the body) and the seed's plate moved by its corners.
-//   interp_accuracy FOLDER_OF_CONROD OUTPUT_FOLDER
+// the body) and a plate moved by its corners.
+//   interp_accuracy CONROD.txt OUTPUT_FOLDER
 //   interp_accuracy OUTPUT_FOLDER                      only the plate
 #include "interp/map.h"
 #include "interp/surface.h"
@@ -46,19 +46,30 @@ struct ConRod {
   std::vector<int> order;
 };
 
-ConRod read_conrod(const std::filesystem::path& folder) {
+// tests/unit/data/kernel_map/conrod.txt: counts, then a vertex a line (x y z and three modes), then triangles. The nodes are the first of a
+// farthest-point order.
+ConRod read_conrod(const std::filesystem::path& file) {
   ConRod rod;
-  rod.mesh = render::read_mesh(folder / "conrod.obj");
-  const auto count = static_cast<Eigen::Index>(rod.mesh.positions.size());
-  rod.mode.assign(3, Points(count, 3));
-  std::ifstream modes(folder / "conrod_modes.txt"), order(folder / "node_order.txt");
-  std::string line;
-  std::getline(modes, line);
-  for (Eigen::Index v = 0; v < count; ++v)
-    for (Points& m : rod.mode) modes >> m(v, 0) >> m(v, 1) >> m(v, 2);
-  int k = 0;
-  while (order >> k) rod.order.push_back(k);
-  if (!modes || rod.order.empty()) throw std::runtime_error("the con rod's files are incomplete");
+  std::ifstream in(file);
+  Eigen::Index vertices = 0, triangles = 0;
+  in >> vertices >> triangles;
+  std::vector<glm::dvec3> positions(static_cast<size_t>(vertices));
+  std::vector<glm::ivec3> faces(static_cast<size_t>(triangles));
+  rod.mode.assign(3, Points(vertices, 3));
+  for (Eigen::Index v = 0; v < vertices; ++v) {
+    glm::dvec3& x = positions[static_cast<size_t>(v)];
+    in >> x.x >> x.y >> x.z;
+    for (Points& m : rod.mode) in >> m(v, 0) >> m(v, 1) >> m(v, 2);
+  }
+  for (glm::ivec3& t : faces) in >> t.x >> t.y >> t.z;
+  if (!in || vertices == 0) throw std::runtime_error(file.string() + " is missing or incomplete");
+  rod.mesh = render::make_mesh(positions, faces, file.string());
+  const auto view = view_of(rod.mesh);
+  Eigen::VectorXd distance = Eigen::VectorXd::Constant(vertices, std::numeric_limits<double>::infinity());
+  for (Eigen::Index next = 0; rod.order.size() < 1000; distance.maxCoeff(&next)) {
+    rod.order.push_back(static_cast<int>(next));
+    distance = distance.cwiseMin((view.vertices.rowwise() - view.vertices.row(next)).rowwise().norm());
+  }
   return rod;
 }
 
@@ -167,7 +178,7 @@ void draw_errors(const ConRod& rod, const std::map<std::pair<Scheme, int>, Case>
   }
 }
 
-// Seed 001, figures 8 and 9: 165 vertices moved by the four corners; rest, up, down, and one picture with four past positions.
+// Heckmann, Otter, Dietz, Diaz Lopez 2006, figures 8 and 9: 165 vertices moved by the four corners; rest, up, down, and one picture with four past positions.
 void draw_plate(const std::filesystem::path& folder, render::Renderer& renderer) {
   std::vector<glm::dvec3> positions;
   std::vector<glm::ivec3> triangles;
@@ -262,7 +273,7 @@ int main(int argc, char** argv) {
     return 0;
   }
   if (argc != 3) {
-    fmt::print(stderr, "interp_accuracy FOLDER_OF_CONROD OUTPUT_FOLDER\n");
+    fmt::print(stderr, "interp_accuracy CONROD.txt OUTPUT_FOLDER\n");
     return 2;
   }
   const std::filesystem::path folder = argv[2];

@@ -1,5 +1,5 @@
-// CPU seconds of one evaluation of the equations of motion: chains of n links, rigid and flexible (issue 4, item 5), one mixed beam of n
-// volumes, one modal beam of k modes (issue 3, item 9): tables, the exponents of the growth, and, with a file name, the rows as CSV
+// CPU seconds of one evaluation of the equations of motion: chains of n links, rigid and flexible, one mixed beam of n
+// volumes, one modal beam of k modes: tables, the exponents of the growth, and, with a file name, the rows as CSV
 // for a plot.
 //
 //   bench_chains [ROWS.csv]

@@ -1,14 +1,17 @@
 #!/usr/bin/env python3
-"""Makes fork.txt and channel.txt again: true finite element modes that the kernel map is measured against.
+"""Makes fork.txt, channel.txt, conrod.txt and conrod.inp again: true finite element modes that the kernel map and the reducer are measured against.
 
-Needs gmsh and ccx (Debian packages gmsh, calculix-ccx) and numpy. python3 make_bodies.py
+Needs gmsh and ccx (Debian packages gmsh, calculix-ccx) and numpy. python3 make_bodies.py [NAME...]
 fork: a tuning fork of steel, tines 1 m x 0.1 m x 0.1 m, slit 17 mm (1.7 % of their length), ten-node tetrahedra.
 channel: an open thin-walled frame of sheet 4 mm thick (U section with a cross member), six-node shells.
-Both free; the modes are the first three that are not rigid. File: counts, then a vertex a line (x y z and three modes of ux uy uz,
+conrod: the con rod of assets/conrod/conrod.geo, ten-node tetrahedra; conrod.inp is the model that CalculiX solved, its last comment
+the frequencies that CalculiX found: they do not come from the program that is tested with them.
+All free; the modes are the first three that are not rigid. File: counts, then a vertex a line (x y z and three modes of ux uy uz,
 each scaled to a largest displacement of 1), then a triangle a line (vertex numbers from 0).
 """
 import pathlib
 import subprocess
+import sys
 import tempfile
 
 import numpy
@@ -92,12 +95,14 @@ def make(name, geometry, kind):
             text += "%d, %s\n" % (k + 1, ", ".join(map(str, order)))
         text += "*MATERIAL, NAME=STEEL\n*ELASTIC\n2.1e11, 0.3\n*DENSITY\n7850\n"
         text += "*SOLID SECTION, ELSET=EALL, MATERIAL=STEEL\n" if kind == "C3D10" else "*SHELL SECTION, ELSET=EALL, MATERIAL=STEEL\n0.004\n"
-        text += "*STEP\n*FREQUENCY\n12\n*NODE FILE, OUTPUT=2D\nU\n*END STEP\n"
-        (folder / "m.inp").write_text(text)
+        (folder / "m.inp").write_text(text + "*STEP\n*FREQUENCY\n12\n*NODE FILE, OUTPUT=2D\nU\n*END STEP\n")
         subprocess.run(["ccx", "m"], cwd=folder, check=True, capture_output=True)
         modes = read_modes(folder / "m.frd")
     frequencies = [f for f, _ in modes]
     elastic = [m for f, m in modes if f > 1e-2 * frequencies[-1]][:3]
+    if name == "conrod":
+        text += "** CalculiX finds, Hz: %s\n" % " ".join("%.6g" % f for f in frequencies if f > 1e-2 * frequencies[-1])
+        pathlib.Path(__file__).with_name("conrod.inp").write_text(text)
     if kind == "C3D10":
         # Faces that belong to one tetrahedron.
         faces = {}
@@ -120,5 +125,7 @@ def make(name, geometry, kind):
     print(name, len(order), "vertices,", len(triangles), "triangles; frequencies", " ".join("%.4g" % f for f in frequencies), "Hz")
 
 
-make("fork", FORK, "C3D10")
-make("channel", CHANNEL, "S6")
+CONROD = (pathlib.Path(__file__).parents[4] / "assets/conrod/conrod.geo").read_text()
+for name, geometry, kind in (("fork", FORK, "C3D10"), ("channel", CHANNEL, "S6"), ("conrod", CONROD, "C3D10")):
+    if not sys.argv[1:] or name in sys.argv[1:]:
+        make(name, geometry, kind)

@@ -1,6 +1,6 @@
 # Image regression of a scene in CTest, for this project and any other that draws with flexframe:
 #
-#   include(.../cmake/FlexframeImageTest.cmake)
+#   include(.../tests/image/FlexframeImageTest.cmake)
 #   flexframe_add_image_test(NAME crane SCENE crane.toml BASELINE baselines/crane)
 #
 # The test simulates and draws the scene and compares its pictures with the PNG files below BASELINE (flexframe compare: equal, or few

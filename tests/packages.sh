@@ -1,11 +1,11 @@
-# Sourced by examples/quickstart.sh and tests/run.sh: packages.txt is the one list of what the project needs.
+# Sourced by examples/quickstart.sh and tests/run.sh, which set `top`: packages.txt beside it is the one list of what the project needs.
 # shellcheck shell=bash
 
 # packages_of SECTION...: the packages of these sections of packages.txt, one a line.
 packages_of() {
   local section
   for section in "$@"; do
-    awk -v want="[$section]" '/^\[/ { on = ($1 == want); next } on && NF && $1 !~ /^#/ { print $1 }' "$top/packages.txt"
+    awk -v want="[$section]" '/^\[/ { on = ($1 == want); next } on && NF && $1 !~ /^#/ { print $1 }' "$top/tests/packages.txt"
   done
 }
 
