@@ -99,6 +99,7 @@ void darken_backdrop(Image& image, const PixelRect& area, const Mask& shadow, co
 namespace {
 
 // per_pixel: samples along a pixel's side, known when compiled where it is the usual one; 0: any.
+// Long: one pass over the pixels, whose cases share the samples' rows and colours in registers.
 template <int per_pixel>
 void average(Image& image, const PixelRect& area, const Samples& samples, const std::vector<GhostLayer>& ghosts, const Mask& occlusion) {
   const int n = per_pixel > 0 ? per_pixel : samples.per_pixel, count = n * n;

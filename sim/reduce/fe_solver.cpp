@@ -65,6 +65,28 @@ FeSolver::FeSolver(const FeReduced& s, const MatX& rigid, const FeEstimate& gues
   cholesky = std::make_unique<SparseCholesky>(std::move(A));
 }
 
+MatX FeSolver::start_block(int width, const std::function<void(MatX&)>& apply, const std::function<void(MatX&)>& project) const {
+  MatX Z(system.size(), width);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  for (double& v : Z.reshaped()) v = uniform(random);
+  Z = symmetric_product(system.M(), Z);
+  apply(Z);
+  for (int k = 0; k < std::min<int>(width, static_cast<int>(start.cols())); ++k)
+    Z.col(k) = Z.col(k) * (0.1 * start.col(k).norm() / Z.col(k).norm()) + start.col(k);
+  Z.colwise().normalize();
+  project(Z);
+  return Z;
+}
+
+void FeSolver::refuse_mechanism(const FeModes& found) const {
+  int loose = 0;
+  while (loose < found.eigenvalues.size() && found.eigenvalues(loose) < 1e-6 * estimate) ++loose;
+  if (loose > 0)
+    throw InputError(fmt::format("the model has {} motion{} without stiffness besides its {} rigid ones (frequency {:.3g} Hz): parts that are not connected, or a mechanism",
+                                 loose, loose == 1 ? "" : "s", rigid(), hertz(found.eigenvalues(0))));
+}
+
 FeModes FeSolver::modes(int count, double eigenvalue_limit, const MatX& hold, const FeProgress& progress) const {
   const int n = system.size();
   const bool free_motion = hold.cols() == 0;
@@ -91,18 +113,13 @@ FeModes FeSolver::modes(int count, double eigenvalue_limit, const MatX& hold, co
     else add_product(b, -1.0, flexible_hold, schur.solve(product_tn(hold, b)));
   };
 
+  const auto project = [&](MatX& b) {
+    if (free_motion && rigid() > 0) add_product(b, -1.0, R, product_tn(MR, b));
+    else if (!free_motion) add_product(b, -1.0, flexible_hold, schur.solve(product_tn(hold, b)));
+  };
+
   const int block = std::max(1, std::min(8, available / 4));
-  // Start: smooth fields, and what no smooth field knows of from a random one (fixed seed, so that runs repeat).
-  MatX Z(n, block);
-  std::mt19937 random(1);
-  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
-  for (double& v : Z.reshaped()) v = uniform(random);
-  Z = symmetric_product(system.M(), Z);
-  apply(Z);
-  for (int k = 0; k < std::min<int>(block, static_cast<int>(start.cols())); ++k) Z.col(k) = Z.col(k) * (0.1 * start.col(k).norm() / Z.col(k).norm()) + start.col(k);
-  Z.colwise().normalize();
-  if (free_motion && rigid() > 0) add_product(Z, -1.0, R, product_tn(MR, Z));
-  else if (!free_motion) add_product(Z, -1.0, flexible_hold, schur.solve(product_tn(hold, Z)));
+  MatX Z = start_block(block, apply, project);
 
   MatX V(n, 0), T, MQ, coupling_before;  // MQ: M times the last block; coupling_before: the last block against the one before
   FeModes result;
@@ -174,14 +191,7 @@ FeModes FeSolver::modes(int count, double eigenvalue_limit, const MatX& hold, co
     apply(Z);
     ++result.iterations;
   }
-  // Motions without stiffness that are no rigid motions: a mechanism.
-  if (free_motion && shift > 0.0) {
-    int loose = 0;
-    while (loose < result.eigenvalues.size() && result.eigenvalues(loose) < 1e-6 * estimate) ++loose;
-    if (loose > 0)
-      throw InputError(fmt::format("the model has {} motion{} without stiffness besides its {} rigid ones (frequency {:.3g} Hz): parts that are not connected, or a mechanism", loose,
-                                   loose == 1 ? "" : "s", rigid(), hertz(result.eigenvalues(0))));
-  }
+  if (free_motion && shift > 0.0) refuse_mechanism(result);
   return result;
 }
 

@@ -55,6 +55,12 @@ class FeSolver {
   const FeReduced& system;
 
  private:
+  // The first block of the iteration: smooth fields, and what no smooth field knows of from a random one (fixed seed, so that runs repeat).
+  // apply: b -> the shifted inverse times b; project: takes out rigid or held motions. free x width.
+  MatX start_block(int width, const std::function<void(MatX&)>& apply, const std::function<void(MatX&)>& project) const;
+  // Throws InputError where motions without stiffness are left that are no rigid ones: a mechanism.
+  void refuse_mechanism(const FeModes& found) const;
+
   MatX R, MR, start;
   double shift = 0.0;
   double estimate = 0.0;
