@@ -7,7 +7,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <limits>
 #include <memory>
+#include <optional>
 #include <span>
 #include <stdexcept>
 
@@ -17,9 +20,36 @@ namespace {
 struct Options {
   std::string baseline, candidate, report, reason;
   render::CompareOptions rule;
-  double percent = 0.005;
+  std::optional<int> levels, cluster;
+  std::optional<double> percent, mean;
   bool json = false;
 };
+
+// What is asked for loosens what would contradict it: a share that may differ may lie together, levels that are none may be those of every pixel.
+render::CompareOptions settle(const Options& o) {
+  render::CompareOptions out = o.rule;
+  const render::Gate usual;
+  if (o.levels) {
+    out.gate.levels = *o.levels;
+    out.gate.cluster_levels = std::max(usual.cluster_levels, *o.levels);
+    if (*o.levels > usual.levels) {
+      out.gate.mean = *o.levels;
+      out.deep.levels = 257 * *o.levels;
+      out.deep.cluster_levels = std::max(out.deep.cluster_levels, 257 * *o.levels);
+      out.deep.mean = 257.0 * *o.levels;
+    }
+  }
+  if (o.percent) {
+    out.gate.share = out.deep.share = *o.percent / 100.0;
+    if (out.gate.share > usual.share) out.gate.cluster = out.deep.cluster = std::numeric_limits<int>::max();
+  }
+  if (o.cluster) out.gate.cluster = out.deep.cluster = *o.cluster + 1;
+  if (o.mean) {
+    out.gate.mean = *o.mean;
+    out.deep.mean = 257.0 * *o.mean;
+  }
+  return out;
+}
 
 void print_json(const render::Comparison& comparison, const std::vector<std::string>& updated) {
   nlohmann::json pairs = nlohmann::json::array();
@@ -28,7 +58,9 @@ void print_json(const render::Comparison& comparison, const std::vector<std::str
     const render::ImageDifference& d = p.difference;
     if (p.state == render::PairState::passes || p.state == render::PairState::differs || p.state == render::PairState::equal || p.state == render::PairState::other_numbers) {
       row["largest"] = d.largest;
+      row["full"] = d.full;
       row["mean"] = d.mean;
+      row["cluster"] = d.cluster;
       row["pixels_over"] = d.pixels_over;
       row["share_over"] = d.share_over;
       row["ssim"] = d.ssim;
@@ -50,8 +82,9 @@ void print_rows(const render::Comparison& comparison, const std::vector<std::str
     bad += fails;
     if (p.state == render::PairState::equal && comparison.pairs.size() > 1) continue;
     if (p.state == render::PairState::passes || p.state == render::PairState::differs || p.state == render::PairState::other_numbers)
-      fmt::print("{}: {}: largest difference {}/255, mean {:.4g}/255, {} pixels ({:.4g} %) over the limit, SSIM {:.5f}, FLIP {:.5f}\n", p.name,
-                 render::state_name(p.state), d.largest, d.mean, d.pixels_over, 100.0 * d.share_over, d.ssim, d.flip);
+      fmt::print("{}: {}: largest difference {}/{}, mean {:.4g}/{}, {} pixels ({:.4g} %) over the limit, {} of them together{}\n", p.name, render::state_name(p.state),
+                 d.largest, d.full, d.mean, d.full, d.pixels_over, 100.0 * d.share_over, d.cluster,
+                 d.full == 255 ? fmt::format(", SSIM {:.5f}, FLIP {:.5f}", d.ssim, d.flip) : "");
     else
       fmt::print("{}: {}\n", p.name, render::state_name(p.state));
     if (!p.numbers.empty()) fmt::print("{}: {}\n", p.name, p.numbers);
@@ -65,23 +98,26 @@ void print_rows(const render::Comparison& comparison, const std::vector<std::str
 Command add_compare(Program& program) {
   Subcommand words = program.subcommand("compare", "Image regression: two PNG files or two folders of them");
   words.footer(R"(A is the baseline, B the new picture or folder. Pictures agree if they are equal, or if few enough pixels differ by more
-than the limit, and if the numbers that flexframe writes into its pictures (vertices, their range, colour range) agree to 1e-4. A
-picture that only one folder has does not agree. Exit codes: 0 all agree, 1 some do not, 2 bad input.)");
+than the limit, few of them touch (by more than 16 levels), and the mean difference is small, and if the numbers that flexframe writes into its pictures (vertices, their range, colour range) agree to 1e-4. A
+picture that only one folder has does not agree. Pictures of 16 bits (depth, scalar) are compared in their own units: 32 of 65535 are none, 4
+pixels that touch may not be off by more than 256, the mean by 8. --levels and --percent loosen what would contradict them. Exit codes: 0 all agree, 1 some do not, 2 bad input.)");
   auto options = std::make_shared<Options>();
   words.option("A", options->baseline, "baseline: PNG file or folder").required();
   words.option("B", options->candidate, "new: PNG file or folder").required();
-  words.option("--levels", options->rule.levels, "differences up to this many of 255 levels are none (2)").range(0, 255);
+  words.option("--levels", options->levels, "differences up to this many of 255 levels are none (2)").range(0, 255);
   words.option("--percent", options->percent, "percentage of pixels that may differ by more (0.005)").range(0.0, 100.0);
+  words.option("--cluster", options->cluster, "so many pixels off by more than 16 levels may touch one another (3)").range(0, 1 << 30);
+  words.option("--mean", options->mean, "mean difference in levels that is none (0.1)").range(0.0, 255.0);
   words.flag("--exact", options->rule.exact, "only equal pixels agree");
   words.option("--report", options->report, "HTML page with baseline, new picture and heat map side by side");
   words.option("--update", options->reason, "make B the baseline, with this reason in CHANGES.md beside A");
   words.flag("--json", options->json, "measures as JSON on stdout");
   return {words, [options] {
             if (options->reason.find_first_not_of(" \t\n") == std::string::npos && !options->reason.empty()) throw UsageError("--update needs a reason in words");
-            options->rule.share = options->percent / 100.0;
+            const render::CompareOptions rule = settle(*options);
             render::Comparison comparison;
             try {
-              comparison = render::compare_pictures(options->baseline, options->candidate, options->rule, !options->report.empty(), !options->reason.empty());
+              comparison = render::compare_pictures(options->baseline, options->candidate, rule, !options->report.empty(), !options->reason.empty());
             } catch (const std::runtime_error& e) {  // what was given cannot be read
               throw UsageError(e.what());
             } catch (const std::invalid_argument& e) {

@@ -58,6 +58,13 @@ std::vector<std::uint8_t> bytes_if_there(const fs::path& path) {
   return !path.empty() && fs::is_regular_file(path, none) ? read_file(path) : std::vector<std::uint8_t>{};
 }
 
+// Pictures of 16 bits are compared as such where both have them.
+ImageDifference compare_files(const fs::path& baseline, const fs::path& candidate, const CompareOptions& options) {
+  const std::vector<std::uint8_t> before = read_file(baseline), after = read_file(candidate);
+  if (png_depth(before) == 16 && png_depth(after) == 16) return compare_images(decode_png16(before, baseline.string()), decode_png16(after, candidate.string()), options);
+  return compare_images(decode_png(before, baseline.string()), decode_png(after, candidate.string()), options);
+}
+
 }  // namespace
 
 std::string state_name(PairState state) {
@@ -102,7 +109,7 @@ Comparison compare_pictures(const fs::path& baseline, const fs::path& candidate,
   }
   for (ComparedPair& pair : out.pairs) {
     if (!pair.baseline.empty() && !pair.candidate.empty()) {
-      pair.difference = compare_images(read_png(pair.baseline), read_png(pair.candidate), options);
+      pair.difference = compare_files(pair.baseline, pair.candidate, options);
       if (!keep_heat) pair.difference.heat = {};
       const ImageDifference& d = pair.difference;
       pair.state = !d.same_size ? PairState::other_size : d.equal ? PairState::equal : d.passes ? PairState::passes : PairState::differs;
@@ -122,7 +129,7 @@ std::string comparison_page(const Comparison& comparison, const std::string& tit
 td:first-child,th:first-child{{text-align:left}}.bad{{color:#b00020;font-weight:bold}}.row{{display:flex;gap:1em;flex-wrap:wrap}}figure{{margin:0;flex:1 1 20em}}
 img{{max-width:100%;border:1px solid #ccd;image-rendering:pixelated}}figcaption{{color:#556}}</style>
 <h1>{0}</h1><p>{1}</p>
-<table><tr><th>picture<th>result<th>largest<th>mean<th>pixels over<th>share<th>SSIM<th>FLIP</tr>
+<table><tr><th>picture<th>result<th>largest<th>mean<th>pixels over<th>share<th>together<th>SSIM<th>FLIP</tr>
 )",
                                  escape(title), comparison.passes ? "All pictures agree." : "Pictures differ.");
   bool any_bad = false;
@@ -132,7 +139,8 @@ img{{max-width:100%;border:1px solid #ccd;image-rendering:pixelated}}figcaption{
     const ImageDifference& d = p.difference;
     html += fmt::format("<tr><td>{}<td{}>{}", escape(p.name), bad ? " class=\"bad\"" : "", state_name(p.state));
     if (p.state == PairState::passes || p.state == PairState::differs || p.state == PairState::other_numbers)
-      html += fmt::format("<td>{}<td>{:.4g}<td>{}<td>{:.4g} %<td>{:.5f}<td>{:.5f}", d.largest, d.mean, d.pixels_over, 100.0 * d.share_over, d.ssim, d.flip);
+      html += fmt::format("<td>{}/{}<td>{:.4g}<td>{}<td>{:.4g} %<td>{}<td>{}<td>{}", d.largest, d.full, d.mean, d.pixels_over, 100.0 * d.share_over, d.cluster,
+                          d.full == 255 ? fmt::format("{:.5f}", d.ssim) : "", d.full == 255 ? fmt::format("{:.5f}", d.flip) : "");
     html += "</tr>\n";
   }
   html += "</table>\n";
@@ -144,7 +152,7 @@ img{{max-width:100%;border:1px solid #ccd;image-rendering:pixelated}}figcaption{
     if (!p.numbers.empty()) html += fmt::format("<p>{}</p>\n", escape(p.numbers));
     html += fmt::format("<div class=\"row\">{}{}{}</div>\n", picture_cell("baseline", bytes_if_there(p.baseline)),
                         picture_cell("new picture", bytes_if_there(p.candidate)),
-                        d.heat.pixels.empty() ? std::string() : picture_cell("FLIP, bright: visible", encode_png(d.heat)));
+                        d.heat.pixels.empty() ? std::string() : picture_cell(d.full == 255 ? "FLIP, bright: visible" : "difference, bright: largest", encode_png(d.heat)));
   }
   return html + "</html>\n";
 }

@@ -214,6 +214,54 @@ double compute_flip(const Image& reference, const Image& test, Image* heat) {
   return total / static_cast<double>(a.lab.size());
 }
 
+namespace {
+
+// The most pixels of `marked` that touch one another, by sides or corners. Clears what it counts.
+long largest_cluster(std::vector<std::uint8_t>& marked, int width, int height) {
+  long most = 0;
+  std::vector<std::size_t> open;
+  for (std::size_t start = 0; start < marked.size(); ++start) {
+    if (!marked[start]) continue;
+    long count = 0;
+    marked[start] = 0;
+    open.assign(1, start);
+    while (!open.empty()) {
+      const std::size_t at = open.back();
+      open.pop_back();
+      ++count;
+      const int x = static_cast<int>(at % static_cast<std::size_t>(width)), y = static_cast<int>(at / static_cast<std::size_t>(width));
+      for (int v = std::max(0, y - 1); v <= std::min(height - 1, y + 1); ++v)
+        for (int u = std::max(0, x - 1); u <= std::min(width - 1, x + 1); ++u) {
+          const std::size_t k = std::size_t(v) * width + u;
+          if (!marked[k]) continue;
+          marked[k] = 0;
+          open.push_back(k);
+        }
+    }
+    most = std::max(most, count);
+  }
+  return most;
+}
+
+// The gate on the difference of every pixel (its largest channel); sum: over all channels.
+void judge(ImageDifference& d, const std::vector<int>& differences, double sum, int channels, const Gate& gate, bool exact, int width, int height) {
+  std::vector<std::uint8_t> marked;
+  for (std::size_t i = 0; i < differences.size(); ++i) {
+    d.largest = std::max(d.largest, differences[i]);
+    d.pixels_over += differences[i] > gate.levels;
+    if (differences[i] <= gate.cluster_levels) continue;
+    if (marked.empty()) marked.assign(differences.size(), 0);
+    marked[i] = 1;
+  }
+  d.cluster = largest_cluster(marked, width, height);
+  d.equal = d.largest == 0;
+  d.mean = sum / (static_cast<double>(differences.size()) * channels);
+  d.share_over = static_cast<double>(d.pixels_over) / static_cast<double>(differences.size());
+  d.passes = d.equal || (!exact && d.share_over <= gate.share && d.cluster < gate.cluster && d.mean <= gate.mean);
+}
+
+}  // namespace
+
 ImageDifference compare_images(const Image& baseline, const Image& candidate, const CompareOptions& options) {
   ImageDifference d;
   d.same_size = baseline.width == candidate.width && baseline.height == candidate.height;
@@ -231,23 +279,40 @@ ImageDifference compare_images(const Image& baseline, const Image& candidate, co
     return k == 3 ? 255 : image.pixels[i * image.channels];
   };
   double sum = 0.0;
-  for (std::size_t i = 0; i < n; ++i) {
-    int most = 0;
+  std::vector<int> differences(n, 0);
+  for (std::size_t i = 0; i < n; ++i)
     for (int k = 0; k < channels; ++k) {
       const int difference = std::abs(value(baseline, i, k) - value(candidate, i, k));
-      most = std::max(most, difference);
+      differences[i] = std::max(differences[i], difference);
       sum += difference;
     }
-    d.largest = std::max(d.largest, most);
-    d.pixels_over += most > options.levels;
-  }
-  d.equal = d.largest == 0;
-  d.mean = sum / (static_cast<double>(n) * channels);
-  d.share_over = static_cast<double>(d.pixels_over) / static_cast<double>(n);
-  d.passes = d.equal || (!options.exact && d.share_over <= options.share);
+  judge(d, differences, sum, channels, options.gate, options.exact, baseline.width, baseline.height);
   if (options.measures && !d.equal) {
     d.ssim = compute_ssim(baseline, candidate);
     d.flip = compute_flip(baseline, candidate, &d.heat);
+  }
+  return d;
+}
+
+ImageDifference compare_images(const Image16& baseline, const Image16& candidate, const CompareOptions& options) {
+  ImageDifference d;
+  d.full = 65535;
+  d.same_size = baseline.width == candidate.width && baseline.height == candidate.height && baseline.channels == candidate.channels;
+  if (!d.same_size) return d;
+  std::vector<int> differences(std::size_t(baseline.width) * baseline.height, 0);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < baseline.pixels.size(); ++i) {
+    const int difference = std::abs(int(baseline.pixels[i]) - int(candidate.pixels[i]));
+    int& pixel = differences[i / static_cast<std::size_t>(baseline.channels)];
+    pixel = std::max(pixel, difference);
+    sum += difference;
+  }
+  judge(d, differences, sum, baseline.channels, options.deep, options.exact, baseline.width, baseline.height);
+  if (!options.measures || d.equal) return d;
+  d.heat = make_image(baseline.width, baseline.height, 3);
+  for (std::size_t i = 0; i < differences.size(); ++i) {
+    const glm::vec3 c = 255.0f * colormap_color(Colormap::inferno, double(differences[i]) / d.largest);
+    for (int k = 0; k < 3; ++k) d.heat.pixels[3 * i + k] = static_cast<std::uint8_t>(rounded(c[k]));
   }
   return d;
 }

@@ -145,7 +145,10 @@ std::string decoder_reason() {
 
 }  // namespace
 
-Image decode_png(std::span<const std::uint8_t> bytes, const std::string& name) {
+namespace {
+
+// Throws for what is no whole, plausible PNG file. Returns the bytes to decode: the file's, or `filled` without empty parts.
+std::span<const std::uint8_t> checked_png(std::span<const std::uint8_t> bytes, const std::string& name, std::vector<std::uint8_t>& filled) {
   const auto fail = [&](const std::string& what) { throw std::runtime_error(name + ": " + what); };
   if (bytes.size() < 8 || !std::equal(signature.begin(), signature.end(), bytes.begin())) fail("not a PNG file");
   // Checksums first: stb_image does not look at them, and a damaged picture must not pass for a different one.
@@ -166,7 +169,6 @@ Image decode_png(std::span<const std::uint8_t> bytes, const std::string& name) {
   if (bytes.size() > std::size_t(std::numeric_limits<int>::max())) fail("PNG file of more than 2 GB");
 
   // An empty IDAT is allowed and says nothing; stb_image copies it to a null pointer.
-  std::vector<std::uint8_t> filled;
   if (empty_parts) {
     filled.assign(signature.begin(), signature.end());
     walk_chunks(bytes, [&](const std::string& type, std::span<const std::uint8_t> data) {
@@ -174,19 +176,40 @@ Image decode_png(std::span<const std::uint8_t> bytes, const std::string& name) {
     });
     bytes = filled;
   }
+  return bytes;
+}
 
+}  // namespace
+
+Image decode_png(std::span<const std::uint8_t> bytes, const std::string& name) {
+  std::vector<std::uint8_t> filled;
+  bytes = checked_png(bytes, name, filled);
   int width = 0, height = 0, channels = 0;
-  const auto* data = bytes.data();
   const int size = static_cast<int>(bytes.size());
-  if (!stbi_info_from_memory(data, size, &width, &height, &channels)) fail("damaged PNG file: " + decoder_reason());
+  if (!stbi_info_from_memory(bytes.data(), size, &width, &height, &channels)) throw std::runtime_error(name + ": damaged PNG file: " + decoder_reason());
   const int wanted = channels == 2 || channels == 4 ? 4 : 3;
   const std::unique_ptr<stbi_uc, decltype(&stbi_image_free)> decoded(
-      stbi_load_from_memory(data, size, &width, &height, &channels, wanted), &stbi_image_free);
-  if (!decoded) fail("damaged PNG file: " + decoder_reason());
+      stbi_load_from_memory(bytes.data(), size, &width, &height, &channels, wanted), &stbi_image_free);
+  if (!decoded) throw std::runtime_error(name + ": damaged PNG file: " + decoder_reason());
   Image image = make_image(width, height, wanted);
   std::copy_n(decoded.get(), image.pixels.size(), image.pixels.begin());
   return image;
 }
+
+Image16 decode_png16(std::span<const std::uint8_t> bytes, const std::string& name) {
+  std::vector<std::uint8_t> filled;
+  bytes = checked_png(bytes, name, filled);
+  int width = 0, height = 0, channels = 0;
+  const std::unique_ptr<stbi_us, decltype(&stbi_image_free)> decoded(
+      stbi_load_16_from_memory(bytes.data(), static_cast<int>(bytes.size()), &width, &height, &channels, 0), &stbi_image_free);
+  if (!decoded) throw std::runtime_error(name + ": damaged PNG file: " + decoder_reason());
+  Image16 image{width, height, channels, {}};
+  image.pixels.assign(decoded.get(), decoded.get() + std::size_t(width) * std::size_t(height) * std::size_t(channels));
+  return image;
+}
+
+// The header is the first chunk: 8 bytes of signature, length and name, then width, height, depth.
+int png_depth(std::span<const std::uint8_t> bytes) { return bytes.size() > 24 ? bytes[24] : 0; }
 
 Image read_png(const std::filesystem::path& path) { return decode_png(read_file(path), path.string()); }
 

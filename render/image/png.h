@@ -2,7 +2,7 @@
 //
 // Writing: SUB filter on every row, libdeflate, an sRGB chunk; no time stamps. The file is written under a temporary name
 // in its folder and renamed when complete, so a reader never sees half a file under the final name; on failure the
-// temporary file is removed. Reading: any PNG (and only PNG), 8 bit.
+// temporary file is removed. Reading: any PNG (and only PNG), with 8 bits, or 16 where the file has them.
 // Errors are std::runtime_error with the path and the system's reason.
 // Source: Portable Network Graphics Specification, Third Edition, W3C 2023.
 #pragma once
@@ -32,6 +32,10 @@ void write_png(const std::filesystem::path& path, const Image16& image, const Pn
 // Pixels with 3 or 4 channels (grey becomes RGB). Sizes above 1 gigapixel are refused.
 Image read_png(const std::filesystem::path& path);
 Image decode_png(std::span<const std::uint8_t> bytes, const std::string& name);
+// With the channels of the file (grey 1), 16 bits each; pictures of 8 bits are widened (255 becomes 65535).
+Image16 decode_png16(std::span<const std::uint8_t> bytes, const std::string& name);
+// Bits a channel that the header names, 0 if there is none.
+int png_depth(std::span<const std::uint8_t> bytes);
 
 // True if the file is a complete PNG: signature, every chunk with its right checksum, IEND at the very end.
 bool is_whole_png(const std::filesystem::path& path);

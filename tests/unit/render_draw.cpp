@@ -162,7 +162,7 @@ TEST(Draw, GhostIsOneShellInAnyOrder) {
   const Image first = renderer().draw(p);
   p.surfaces = {b, solid, a};
   const Image second = renderer().draw(p);
-  EXPECT_TRUE(compare_images(first, second, {.levels = 0, .share = 0.0}).passes);
+  EXPECT_TRUE(compare_images(first, second, {.exact = true}).passes);
 
   Picture q = front_view();
   q.surfaces = {a};
