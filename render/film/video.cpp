@@ -62,9 +62,12 @@ std::vector<std::string> ffmpeg_words(const std::string& program, const std::str
   if (pass == Pass::palette) add({"-vf", "palettegen", "-frames:v", "1", "-c:v", "png", "-f", "image2pipe"});
   else if (ending == ".gif") add({"-f", "png_pipe", "-i", palette, "-filter_complex", "[0:v]" + slow + "null[p];[p][1:v]paletteuse", "-f", "gif"});
   else if (ending == ".mp4") {
-    // The codec wants even sides and knows no transparency.
+    // The codec wants even sides and knows no transparency. Colours go over by the matrix of ITU-R BT.709, which players assume of pictures of
+    // 720 rows and more, and the stream says so: untagged, another matrix would be guessed for small pictures.
     const std::string white = "split[a][b];[a]lutrgb=r=maxval:g=maxval:b=maxval:a=maxval[w];[w][b]overlay,", even = "pad=ceil(iw/2)*2:ceil(ih/2)*2";
-    add({"-vf", transparent ? white + even : even, "-c:v", "libx264", "-preset", "fast", "-crf", "18", "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4"});
+    const std::string matrix = ",scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int,format=yuv420p";
+    add({"-vf", (transparent ? white + even : even) + matrix, "-c:v", "libx264", "-preset", "fast", "-crf", "18"});
+    add({"-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709", "-color_range", "tv", "-movflags", "+faststart", "-f", "mp4"});
   } else {
     add({"-f", "apng", "-plays", "0", "-pred", "sub"});
   }

@@ -56,6 +56,11 @@ with temporary_folder() as folder:
     expect((width, height, found) == (97, 55, 50) and pictures in (count * 50 // rate, count * 50 // rate + 1), f"gif: {probe(out / 'a.gif')}")
     expect(hidden(folder) == [], f"left behind: {hidden(folder)}")
 
+    # The stream names the matrix, primaries and range of its colours (their values: tests/unit/film_video.cpp).
+    tags = subprocess.run(["ffprobe", "-v", "error", "-select_streams", "v:0", "-show_entries", "stream=color_space,color_primaries,color_transfer,color_range", "-of", "json",
+                           str(out / "r.mp4")], capture_output=True, text=True, check=True)
+    expect(set(json.loads(tags.stdout)["streams"][0].values()) == {"bt709", "tv"}, f"the video's colours are not tagged: {tags.stdout}")
+
     # Other endings are refused before anything is drawn, with those that are allowed.
     for refused in (run(*words[:3], folder / "none", *words[4:], "--video", folder / "a.avi", code=2), run("export", results, "--to", "mp4", "-o", folder / "a.mkv", code=2)):
         expect(".mp4, .gif, .apng" in refused.stderr and "Traceback" not in refused.stderr, refused.stderr)
