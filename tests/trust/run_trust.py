@@ -1,0 +1,243 @@
+"""Random scenes against truths that the program had no part in:  run_trust.py FLEXFRAME [--count N] [--seed S] [--kind NAME ...]
+
+Each scene is run as a user would, and its outputs are compared with the truth. A run that gives a number beyond what it claims
+and says nothing is a silent error: there must be none. Claim: 1 % for effects and five times the printed estimate for time, or the
+accuracy that is asked for.
+A run that is warned of, or refused in a sentence, is told. Exit 1 if there is a silent error or a scene that ends in neither.
+
+  --table FILE    replaces the table by kind of scene in a Markdown page, between its markers
+  --keep FOLDER   scenes with silent errors, and those that ended in nothing, each with a line in FOLDER/LIST
+  --limit S       CPU seconds a run may take (60)
+"""
+import argparse
+import collections
+import csv
+import json
+import pathlib
+import random
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+
+import numpy as np
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+import kinds_contact  # noqa: E402
+import kinds_motion  # noqa: E402
+import kinds_rich  # noqa: E402
+import kinds_statics  # noqa: E402
+
+# What continuous integration runs: one scene of a kind, those whose truth costs little.
+SHORT = [
+    "angle_section",
+    "torsion_rod",
+    "elastica",
+    "pendulum_on_spring",
+    "portal",
+    "cantilever_force",
+    "constant_acceleration",
+    "pendulum",
+    "double_pendulum",
+    "tumbling",
+    "driven_arm",
+    "decay",
+    "bounce",
+    "rubbing_block",
+    "slider_crank",
+    "crank_rocker",
+    "sprung_bob",
+]
+KINDS = kinds_statics.KINDS + kinds_motion.KINDS + kinds_contact.KINDS + kinds_rich.KINDS
+DEFAULT_CLAIM, ESTIMATES = 0.01, 5.0
+
+
+def make(kind, seed, number):
+    """Scene `number` of a kind: the same for ever, whatever else is run."""
+    for attempt in range(100):
+        scene = kind(random.Random(f"{seed} {kind.__name__} {number} {attempt}"))
+        if scene is not None:  # parameters that make no such scene are drawn again
+            scene.kind, scene.number = kind.__name__, number
+            return scene
+    raise RuntimeError(f"{kind.__name__} {number}: no scene in a hundred attempts")
+
+
+class Program:
+    def __init__(self, path, folder, limit):
+        self.path, self.folder, self.limit = path, pathlib.Path(folder), limit
+
+    def run(self, text, words, limit=None):
+        """Exit code, summary or message, history {output: array}, times, CPU seconds."""
+        limit = limit or self.limit
+        scene, table = self.folder / "scene.toml", self.folder / "h.csv"
+        scene.write_text(text)
+        table.unlink(missing_ok=True)
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        done = subprocess.run(
+            [self.path, "simulate", str(scene), "--csv", str(table), "--json", *words],
+            capture_output=True,
+            text=True,
+            stdin=subprocess.DEVNULL,
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 5)),
+        )
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        if done.returncode != 0:
+            return done.returncode, done.stderr, None, None, cpu
+        with open(table, newline="") as file:
+            rows = list(csv.reader(file))
+        values = np.array([[float(x) for x in row] for row in rows[1:]])
+        history = collections.defaultdict(list)
+        for i, name in enumerate(rows[0][1:], 1):
+            history[name.split(".")[0]].append(values[:, i])
+        return 0, json.loads(done.stdout), {k: np.stack(v, axis=1) for k, v in history.items()}, values[:, 0], cpu
+
+
+def compare(scene, history, truth):
+    """Largest error over outputs and times relative to the output's scale, and where."""
+    worst, where = 0.0, "-"
+    for name, true in truth.items():
+        found = history[name]
+        if scene.sizes_only:
+            found, true = abs(found), abs(true)
+        difference = np.linalg.norm(found - true, axis=1).max()
+        scale = scene.scales.get(name) or (true.max(axis=0) - true.min(axis=0)).max()
+        error = difference / scale if scale > 0 else (0.0 if difference == 0 else np.inf)
+        if not error <= worst:
+            worst, where = float(error), name
+    return worst, where
+
+
+def judge(program, scene):
+    """(verdict, error, claim, what was said, CPU seconds). Verdicts: right, warned, refused, silent, slow, broken, open (no truth)."""
+    code, summary, history, times, cpu = program.run(scene.text, scene.words)
+    if code != 0:
+        message = summary.strip().splitlines()
+        said = next((line for line in message if not line.startswith("simulating")), "")
+        if code in (1, 2):
+            return "refused", None, None, said, cpu
+        return ("slow" if cpu >= program.limit - 1 else "broken"), None, None, f"exit {code} {said}", cpu
+    if not all(np.isfinite(v).all() for v in history.values()):
+        return "broken", None, None, "numbers that are not finite", cpu
+    estimate = (summary["simulation"].get("error_estimate") or {}).get("relative") or 0.0
+    claim = scene.claim if scene.claim is not None else DEFAULT_CLAIM + ESTIMATES * estimate
+    if callable(scene.truth):
+        truth = scene.truth(times)
+    else:
+        code, said, truth, _, _ = program.run(scene.truth, scene.truth_words, 10 * program.limit)
+        if code != 0:
+            return "broken", None, None, "the richer model: " + said.strip()[-300:], cpu
+    error, where = compare(scene, history, truth)
+    warnings = summary["simulation"]["warnings"]
+    if error <= claim:
+        return "right", error, claim, ("warned: " + warnings[0] if warnings else ""), cpu
+    if warnings:
+        return "warned", error, claim, warnings[0], cpu
+    if scene.confirm_words:
+        code, said, other, _, _ = program.run(scene.truth, scene.confirm_words, 10 * program.limit)
+        if code == 0 and compare(scene, other, truth)[0] > 0.5 * error:
+            return "open", error, claim, "the richer model by two methods differs as much", cpu
+    return "silent", error, claim, where, cpu
+
+
+def keep(folder, program, scene, seed, verdict, error, claim, said):
+    """The scene and what it gives, for whoever mends it."""
+    folder = pathlib.Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    name = f"{scene.kind}_{seed}_{scene.number}"
+    (folder / f"{name}.toml").write_text(
+        f"# {scene.what}\n# {verdict}: error {error}, claim {claim}; {said}\n# words: {' '.join(scene.words)}\n" + scene.text
+    )
+    if callable(scene.truth):
+        times = np.linspace(0, float(scene.text.split("duration = ")[1].split()[0]), 11)
+        truth = scene.truth(times)
+        lines = [
+            "t," + ",".join(f"{k}.{'xyz'[c] if v.shape[1] > 1 else ''}".rstrip(".") for k, v in truth.items() for c in range(v.shape[1]))
+        ]
+        lines += [",".join(f"{x:.12g}" for x in [t, *(a for v in truth.values() for a in v[i])]) for i, t in enumerate(times)]
+        (folder / f"{name}_truth.csv").write_text("\n".join(lines) + "\n")
+    else:
+        (folder / f"{name}_truth.toml").write_text(f"# words: {' '.join(scene.truth_words)}\n" + scene.truth)
+    with open(folder / "LIST", "a") as file:
+        numbers = "" if error is None else f" error {error:.3g}, claim {claim:.3g}, in {said}"
+        file.write(f"{time.strftime('%H:%M')} {name}: {verdict}{numbers or ' ' + said}; {scene.what}\n")
+
+
+def title(kind):
+    """What a kind is, from its docstring."""
+    return kind.__doc__.splitlines()[0].rstrip(".").split(":")[0]
+
+
+def table(rows):
+    lines = [
+        "| kind of scene | scenes | right | largest error | right and warned | warned, wrong | refused | silent errors | CPU s, median |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
+    total = collections.Counter()
+    for kind, results in rows.items():
+        n = collections.Counter(v[0] for v in results)
+        n["both"] = sum(v[0] == "right" and v[3].startswith("warned") for v in results)
+        total.update(n)
+        largest = max((v[1] for v in results if v[0] == "right"), default=float("nan"))
+        cpu = float(np.median([v[4] for v in results]))
+        lines.append(
+            f"| {title(kind)} | {len(results)} | {n['right']} | {largest:.1e} | {n['both']} | {n['warned']} | {n['refused']} | "
+            f"{n['silent'] + n['slow'] + n['broken']} | {cpu:.2f} |"
+        )
+    count = sum(len(v) for v in rows.values())
+    lines.append(
+        f"| all | {count} | {total['right']} | | {total['both']} | {total['warned']} | {total['refused']} | "
+        f"{total['silent'] + total['slow'] + total['broken']} | |"
+    )
+    return "\n".join(lines)
+
+
+def replace_table(path, text):
+    page = path.read_text()
+    begin, end = "<!-- table -->\n", "<!-- end -->"
+    path.write_text(page[: page.index(begin) + len(begin)] + text + "\n" + page[page.index(end) :])
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("program")
+    parser.add_argument("--count", type=int, default=20)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--kind", action="append", default=[])
+    parser.add_argument("--number", type=int)
+    parser.add_argument("--keep")
+    parser.add_argument("--table", type=pathlib.Path)
+    parser.add_argument("--limit", type=int, default=60)
+    parser.add_argument("--short", action="store_true", help="the scenes of continuous integration")
+    parser.add_argument("--quiet", action="store_true")
+    args = parser.parse_args()
+    if args.short:
+        args.kind, args.count = SHORT, len(SHORT)
+    kinds = [k for k in KINDS if not args.kind or k.__name__ in args.kind]
+    rows = {k: [] for k in kinds}
+    with tempfile.TemporaryDirectory(prefix="flexframe_trust_") as folder:
+        program = Program(args.program, folder, args.limit)
+        for i in range(args.count):
+            kind, number = kinds[i % len(kinds)], i // len(kinds)
+            if args.number is not None:
+                number = args.number
+            scene = make(kind, args.seed, number)
+            verdict, error, claim, said, cpu = judge(program, scene)
+            rows[kind].append((verdict, error, claim, said, cpu))
+            bad = verdict in ("silent", "slow", "broken")
+            if bad or not args.quiet:
+                numbers = "" if error is None else f"error {error:.2e} claim {claim:.2e} "
+                print(f"{verdict:8} {kind.__name__} {args.seed} {number}: {numbers}{cpu:.2f} s; {scene.what}; {said[:200]}", flush=True)
+            if bad and args.keep:
+                keep(args.keep, program, scene, args.seed, verdict, error, claim, said)
+    done = [r for v in rows.values() for r in v]
+    count = collections.Counter(r[0] for r in done)
+    print(", ".join(f"{count[v]} {v}" for v in ("right", "warned", "refused", "silent", "slow", "broken", "open")))
+    if args.table:
+        replace_table(args.table, table(rows))
+    sys.exit(1 if count["silent"] + count["slow"] + count["broken"] else 0)
+
+
+if __name__ == "__main__":
+    main()
