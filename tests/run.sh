@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs what the tests need, builds everything and runs all tests.
 #   tests/run.sh          the preset release
-#   tests/run.sh --all    the presets clang and asan besides (asan: unit tests)
+#   tests/run.sh --all    the presets clang and asan besides (asan: unit tests), and format and lint of every source
 # The last line is 'N passed, N failed', counted from what ctest reports; exit 1 if a test failed, none ran or a build broke.
 set -uo pipefail
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -55,4 +55,11 @@ for preset in "${presets[@]}"; do
   ((passed += good, failed += all - good))
   ((all > 0)) || { echo "preset $preset: no test ran"; broken=1; }
 done
+# With all of it, each of these counts as a test.
+if ((${#presets[@]} > 1)); then
+  for check in "tests/format.sh" "tests/tidy.sh" "tests/sizes.py"; do
+    echo "== $check"
+    if "$check"; then ((++passed)); else ((++failed)); fi
+  done
+fi
 finish

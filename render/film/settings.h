@@ -1,36 +1,4 @@
-// What the [render] table of a scene asks for, read and checked; every key with its default stands here.
-//
-//   [render]
-//   size = [1280, 720]             pixels, 16..16384 each
-//   frame_rate = 30                pictures per second of playback
-//   speed = 1.0                    simulated seconds per second of playback; default: as it is (1.0) for runs from 0.1 s to 10 minutes,
-//                                  for others the step of 1, 2, 5 times a power of ten that plays them in 6 to 15 seconds
-//   samples = 4                    antialiasing samples a pixel: 1, 4, 9, 16
-//   scales = "auto"                or a list: 1 in scale, others exaggerated ghosts; the first is drawn solid where 1 is not among them
-//   exaggeration = "linear"        linear | corotated (interp/exaggerate.h)
-//   color_by = "displacement"      none | displacement | strain | stress | velocity | mode | body; stress: von Mises of modal bodies with stress modes;
-//                                  beams: Young's modulus times the strain
-//   mode = 1                       which elastic coordinate color_by = "mode" shows the displacement of
-//   color_range = [0, 0.002]       values of the map's ends, in m, 1, Pa or m/s; default: of the whole sequence
-//   colormap = "viridis"           viridis | cividis | inferno | turbo | coolwarm | greys
-//   trail = 0                      this many past pictures of every body, as faint ghosts
-//   undeformed = false             the undeformed body as a ghost
-//   scheme = "auto"                of the kernel map: auto | kernel | elastic | lattice | r3 | r | tps
-//   background = "gradient"        gradient | white | dark | transparent
-//   ground = true                  plane with a grid that receives the shadows
-//   joints = true, nodes = false   symbols of joints and springs, markers at the simulation nodes
-//   forces = false                 arrows of the scene's forces and torques
-//   traces = ["rod.middle"]        paths of these frames up to now; triads = ["rod.tip"]: their axes
-//   contact_sheet = 0              this many pictures of the sequence in one, beside the video; 0: none
-//   channels = []                  "depth", "scalar": 16 bit grey pictures beside the others
-//   video = "mp4"                  mp4 | gif | apng | none
-//   shadows = true, occlusion = true, silhouette = false
-//   edges = false                  lines along the edges of the mesh's faces: false | true | "creases" (creases and borders only)
-//   camera = { fit = true }        fit the whole motion; or { position, target, up, fov, projection = "perspective" | "orthographic", height }
-//                                  direction = [..] looks that way with fit; follow = "body" moves along with the body's origin;
-//                                  views = ["front", "side", "top", "iso"], one to four in a picture; orbit = 360, degrees over the sequence;
-//                                  path = [{ t, position, target, up, fov, height }, ...]: key frames, t in s of the motion, joined smoothly
-//   overlay = { title = true, time = true, scalar_bar = true, triad = true, legend = true, note = true, plot = ["slider.x"], plot_place = "below" }
+// The [render] table of a scene, read and checked. Every key with its type, default and meaning: sim/SCENE.md, "[render]".
 #pragma once
 
 #include "interp/map.h"
