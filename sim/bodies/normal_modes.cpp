@@ -111,12 +111,15 @@ void append(MatX& columns, const VecX& column) {
 MatX held_shapes(const FlexibleBody& body, const Vec3& centre, const Direction& d, int count, const std::vector<HeldPoint>& held) {
   const Eigen::Index r = d.rigid(), n = static_cast<Eigen::Index>(d.coordinates.size());
   MatX held_by(r + n, 0), loads(r + n, 0);
-  for (const HeldPoint& h : held)
+  for (const HeldPoint& h : held) {
+    // On mean axes what acts on every part by its mass works on the slide alone; what holds the body bends it.
+    if (h.node.empty() && h.load && h.force && d.slide >= 0) append(loads, body.mass * VecX::Unit(r + n, 0));
     for (const FlexibleNode& node : body.nodes) {
       if (node.name != h.node) continue;
       if (h.force && d.slide >= 0) append(h.load ? loads : held_by, motion_of(node, centre, d, false).transpose());
       if (h.moment && d.turn >= 0) append(h.load ? loads : held_by, motion_of(node, centre, d, true).transpose());
     }
+  }
 
   // Motions that the joints allow, orthonormal with respect to mass, and how many of them are rigid.
   const VecX root = d.mass.cwiseSqrt().cwiseInverse();

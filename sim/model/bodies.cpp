@@ -116,6 +116,8 @@ std::vector<HeldPoint> held_points(const Scene& scene, const std::string& body, 
       hold(*f, false, driven && free_to_turn, true);
     }
   }
+  const auto spread = [&](const ForceDef& f) { return f.kind == ForceKind::distributed && f.on.body == body; };
+  if (!scene.simulation.gravity.isZero(0.0) || std::any_of(scene.forces.begin(), scene.forces.end(), spread)) out.push_back({"", true, false, true});
   for (const ForceDef& f : scene.forces) {
     if (f.kind == ForceKind::distributed) continue;
     const bool force = f.kind != ForceKind::torque, moment = f.kind == ForceKind::torque || f.kind == ForceKind::bushing;

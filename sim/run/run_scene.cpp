@@ -4,7 +4,7 @@
 #include "sim/run/complete_inertia.h"
 #include "sim/run/effect_report.h"
 #include "sim/run/integrate_run.h"
-#include "sim/run/linear_limit.h"
+#include "sim/run/model_check.h"
 #include "sim/start/make_system.h"
 
 #include <algorithm>
@@ -18,7 +18,8 @@ constexpr int estimate_samples = 400;
 // What counts as an error where the scene asks for no accuracy.
 constexpr double unasked_accuracy = 1e-2;
 
-Results simulate_once(const Scene& scene, const SimulateOptions& options, int& indefinite) {
+// into: how far the bodies were bent, unchecked; null: it is checked here.
+Results simulate_once(const Scene& scene, const SimulateOptions& options, std::vector<LinearLimit>* into, int& indefinite) {
   System system = make_system(scene);
   const std::vector<EffectState> effects = effect_states(scene, system.model);
   if (options.tolerance) system.tolerance = *options.tolerance;
@@ -32,7 +33,8 @@ Results simulate_once(const Scene& scene, const SimulateOptions& options, int& i
 
   Results results = recorder.finish(system);
   results.statistics = statistics;
-  results.statistics.notes.warn(linear_limit_warnings(scene, system.model, results));
+  const std::vector<LinearLimit> limits = linear_limits(scene, system.model, results);
+  bool measured = false;
 
   if (options.estimate_error && !results.outputs.empty()) {
     SimulateOptions loose = options;
@@ -58,6 +60,23 @@ Results simulate_once(const Scene& scene, const SimulateOptions& options, int& i
       check.run_error = results.statistics.error_estimate;
       report_neglected(scene, effects, base, check, unasked_accuracy, results.statistics);
     }
+    if (options.check_effects && !into) {
+      // Also where no output moves: another model's may.
+      NeglectOptions beside;
+      beside.tolerance = *loose.tolerance;
+      beside.floor = difference.largest;
+      beside.method = options.method;
+      beside.run = &reference;
+      beside.run_tolerance = system.tolerance;
+      beside.run_error = std::max(0.0, results.statistics.error_estimate);
+      check_models(scene, effects, limits, base, {unasked_accuracy, model_check_budget(statistics.cpu_seconds), beside}, results.statistics);
+      measured = true;
+    }
+  }
+  if (into) {
+    *into = limits;
+  } else if (!measured) {
+    warn_of_linear_limits(scene, limits, unasked_accuracy, results.statistics.notes);
   }
   return results;
 }
@@ -65,7 +84,11 @@ Results simulate_once(const Scene& scene, const SimulateOptions& options, int& i
 }  // namespace
 
 Results run_scene(const Scene& scene, const SimulateOptions& options) {
-  return with_complete_inertia(scene, [&](const Scene& s, int& indefinite) { return simulate_once(s, options, indefinite); });
+  return with_complete_inertia(scene, [&](const Scene& s, int& indefinite) { return simulate_once(s, options, nullptr, indefinite); });
+}
+
+Results run_for_check(const Scene& scene, const SimulateOptions& options, std::vector<LinearLimit>& limits) {
+  return with_complete_inertia(scene, [&](const Scene& s, int& indefinite) { return simulate_once(s, options, &limits, indefinite); });
 }
 
 }  // namespace flexframe::sim

@@ -58,7 +58,7 @@ TEST(Statics, PreloadShiftsTheEquilibrium) {
 }
 
 // Linear theory bends a cantilever by P L^3 / 3 EI; at P L^2/EI = 1 the elastica's deflection is 0.30172 L, at 0.5 it is 0.16208 L
-// (Bisshopp and Drucker). Where a linear body is off by more than 3 % the run says so, and by how much.
+// (Bisshopp and Drucker). Where a linear body is off by more than 1 % the run says so, and by how much.
 TEST(Statics, BendingBeyondLinearTheoryIsSaid) {
   const double stiffness = 6.9e10 * 0.05 * 0.02 * 0.02 * 0.02 / 12.0;
   const auto cantilever = [&](double load, const std::string& model) {
@@ -71,16 +71,15 @@ TEST(Statics, BendingBeyondLinearTheoryIsSaid) {
   };
   const std::string modal = "model = \"modal\"\nmodes = { bending_xy = [1, 2, 3] }";
   const std::string elements = "elements = 10\neffects = [\"bending_xy\"]", second_order = "elements = 10\neffects = [\"bending_xy\", \"stiffening\"]";
-  for (const std::string& model : {modal, elements, second_order}) EXPECT_TRUE(cantilever(0.5, model).statistics.notes.texts(Severity::warning).empty()) << model;
-  EXPECT_TRUE(cantilever(1.0, second_order).statistics.notes.texts(Severity::warning).empty());
-  for (const std::string& model : {modal, elements}) {
-    const Results r = cantilever(1.0, model);
+  for (const std::string& model : {elements, second_order}) EXPECT_TRUE(cantilever(0.5, model).statistics.notes.texts(Severity::warning).empty()) << model;
+  for (const auto& [load, exact, model] : {std::tuple{0.5, 0.16208, modal}, std::tuple{1.0, 0.30172, modal}, std::tuple{1.0, 0.30172, elements}}) {
+    const Results r = cantilever(load, model);
     ASSERT_EQ(r.statistics.notes.texts(Severity::warning).size(), 1u) << model;
     const std::string said = r.statistics.notes.texts(Severity::warning)[0];
     const size_t at = said.find("off by about ");
     ASSERT_NE(at, std::string::npos) << said;
-    const double error = 100.0 * (-column(r, "tip.y")[0] / 0.5 / 0.30172 - 1.0);
-    EXPECT_NEAR(std::stod(said.substr(at + 13)), error, 0.2 * error) << said;
+    const double error = 100.0 * (-column(r, "tip.y")[0] / 0.5 / exact - 1.0);
+    EXPECT_NEAR(std::stod(said.substr(at + 13)), error, 0.25 * error) << said;
   }
 }
 

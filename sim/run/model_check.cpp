@@ -1,0 +1,340 @@
+#include "sim/run/model_check.h"
+
+#include "sim/base/cpu_clock.h"
+#include "sim/bodies/beam.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace flexframe::sim {
+namespace {
+
+// A linear body's error may be so much below its estimate: below this share of what is asked nothing is measured.
+constexpr double surely_small = 0.5;
+// Volumes of the richer model for each of the run's. The error falls with the square: what the comparison leaves out is a fifteenth of what it finds for one frame,
+// a third for volumes, of which more would be dear.
+int richer(int pieces) { return pieces == 1 ? 4 : 2; }
+
+struct BudgetSpent {};
+
+template <class Change>
+void change_frames(Scene& scene, const std::string& body, const Change& change) {
+  const auto one = [&](FrameRef& f) {
+    if (f.body == body) change(f.frame);
+  };
+  for (JointDef& j : scene.joints) one(j.parent), one(j.child);
+  for (ForceDef& f : scene.forces) one(f.on), one(f.from);
+  for (OutputDef& o : scene.outputs) one(o.of);
+}
+
+// The number in "node[3]", -1 for other names.
+int index_of(const std::string& frame, const std::string& series) {
+  if (frame.rfind(series + "[", 0) != 0 || frame.back() != ']') return -1;
+  const std::string digits = frame.substr(series.size() + 1, frame.size() - series.size() - 2);
+  return !digits.empty() && digits.size() < 7 && std::all_of(digits.begin(), digits.end(), [](char c) { return c >= '0' && c <= '9'; }) ? std::stoi(digits) : -1;
+}
+
+// Elements of the whole beam.
+int elements_of(const BeamDef& beam) {
+  if (beam.model == BeamModel::mixed) return beam.volumes * (beam.modes.empty() ? beam.elements : 2);
+  int modes = 0;
+  for (const auto& [direction, numbers] : beam.modes)
+    if (!numbers.empty()) modes = std::max(modes, *std::max_element(numbers.begin(), numbers.end()));
+  return beam.model == BeamModel::modal ? std::max(8, 2 * modes) : beam.elements;
+}
+
+// Nodes become frames of their own name's number; false where a place is named that the new beam cannot have.
+bool name_places(Scene& scene, BeamDef& beam, const std::string& name) {
+  const int nodes = beam.model == BeamModel::mixed ? beam.volumes * beam.elements : beam.elements;
+  bool known = true;
+  change_frames(scene, name, [&](std::string& frame) {
+    if (const int k = index_of(frame, "node"); k >= 0 && nodes > 0) {
+      frame = fmt::format("at {} of {}", k, nodes);
+      beam.frames[frame] = std::min(1.0, static_cast<double>(k) / nodes);
+    } else if (index_of(frame, "station") >= 0) {
+      known = false;
+    }
+  });
+  return known;
+}
+
+// Every beam's damping as one Kelvin-Voigt time constant, which all models can have: that of the first mode.
+Scene with_plain_damping(const Scene& scene, const std::vector<size_t>& bodies, const std::vector<EffectState>& states) {
+  Scene out = scene;
+  for (const size_t body : bodies) {
+    auto* beam = std::get_if<BeamDef>(&out.bodies[body].kind);
+    if (!beam || (beam->damping.ratio.empty() && beam->damping.mass == 0.0)) continue;
+    // Without damping by mass, which holds the first mode back by mass / 2 omega.
+    BeamDef plain = *beam, critical = *beam;
+    plain.damping.mass = 0.0;
+    critical.damping = {};
+    critical.damping.ratio = {1.0};
+    BeamEffects effects;
+    for (const EffectState& s : states) {
+      if (s.body != static_cast<int>(body) || !s.on) continue;
+      effects.axial |= s.effect == "axial", effects.torsion |= s.effect == "torsion";
+      effects.bending_xy |= s.effect == "bending_xy", effects.bending_xz |= s.effect == "bending_xz";
+    }
+    const double two_over_omega = chain_time_constant(critical, effects);
+    const double tau = chain_time_constant(plain, effects) + beam->damping.mass * std::pow(0.5 * two_over_omega, 2);
+    beam->damping = {};
+    beam->damping.stiffness = tau;
+  }
+  return out;
+}
+
+bool damped_by_modes(const Scene& scene, const std::vector<size_t>& bodies) {
+  return std::any_of(bodies.begin(), bodies.end(), [&](const size_t body) {
+    const auto* beam = std::get_if<BeamDef>(&scene.bodies[body].kind);
+    const auto damps = [](double r) { return r != 0.0; };
+    return beam && beam->model != BeamModel::mixed && (beam->damping.mass != 0.0 || std::any_of(beam->damping.ratio.begin(), beam->damping.ratio.end(), damps));
+  });
+}
+
+// The same outputs of both, by their names.
+Histories only(const Histories& h, const std::vector<std::string>& columns) {
+  Histories out = h;
+  out.columns = columns;
+  out.units.clear();
+  out.values.resize(static_cast<Eigen::Index>(columns.size()), h.values.cols());
+  for (size_t k = 0; k < columns.size(); ++k) {
+    const auto at = std::find(h.columns.begin(), h.columns.end(), columns[k]) - h.columns.begin();
+    out.units.push_back(h.units[static_cast<size_t>(at)]);
+    out.values.row(static_cast<Eigen::Index>(k)) = h.values.row(at);
+  }
+  return out;
+}
+
+// The largest difference of the outputs that both have.
+struct Found {
+  double share = 0.0;
+  std::string column;
+};
+std::optional<Found> between(const Histories& richer_run, const Histories& run) {
+  std::vector<std::string> common;
+  for (const std::string& c : richer_run.columns)
+    if (std::find(run.columns.begin(), run.columns.end(), c) != run.columns.end()) common.push_back(c);
+  const Histories a = only(richer_run, common), b = only(run, common);
+  const Difference d = compare_histories(a, b, output_ranges(a).cwiseMax(output_ranges(b)));
+  if (d.column < 0) return std::nullopt;
+  return Found{d.largest, common[static_cast<size_t>(d.column)]};
+}
+
+}  // namespace
+
+namespace {
+
+// The beam with these effects, its places named apart from nodes; null where the scene gives what another model cannot take over.
+BeamDef* remade(Scene& scene, const std::vector<EffectState>& states, size_t body) {
+  const std::string& name = scene.bodies[body].name;
+  auto* beam = std::get_if<BeamDef>(&scene.bodies[body].kind);
+  if (!beam || beam->model == BeamModel::lumped || !beam->initial.q.empty() || !beam->initial.qd.empty()) return nullptr;
+  if (!name_places(scene, *beam, name)) return nullptr;
+  std::erase_if(scene.outputs, [&](const OutputDef& o) { return o.of.body == name && (o.quantity == Quantity::q || o.quantity == Quantity::qd); });
+  beam->effects.automatic = false;
+  beam->effects.names.clear();
+  for (const EffectState& s : states)
+    if (s.owner == name && s.on && s.effect != "gyroscopic" && s.effect != "damping") beam->effects.names.push_back(s.effect);
+  beam->modes.clear();
+  beam->keep_modes.reset();
+  beam->complete_inertia = false;
+  return beam;
+}
+
+}  // namespace
+
+std::optional<Scene> with_volumes(const Scene& scene, const std::vector<EffectState>& states, size_t body, int volumes) {
+  Scene out = scene;
+  const auto* given = std::get_if<BeamDef>(&scene.bodies[body].kind);
+  const int elements = given ? elements_of(*given) : 0;
+  BeamDef* beam = remade(out, states, body);
+  if (!beam) return std::nullopt;
+  if (beam->boundary != Boundary::clamped_free)
+    std::erase_if(out.outputs, [&](const OutputDef& o) { return o.of.body == out.bodies[body].name && o.quantity == Quantity::displacement; });
+  beam->model = BeamModel::mixed;
+  beam->volumes = volumes;
+  beam->elements = std::max(1, (elements + volumes - 1) / volumes);
+  beam->boundary = Boundary::clamped_free;
+  return out;
+}
+
+std::optional<Scene> with_elements(const Scene& scene, const std::vector<EffectState>& states, size_t body) {
+  Scene out = scene;
+  const auto* given = std::get_if<BeamDef>(&scene.bodies[body].kind);
+  const int elements = given ? elements_of(*given) : 0;
+  BeamDef* beam = remade(out, states, body);
+  if (!beam) return std::nullopt;
+  beam->model = BeamModel::finite_element;
+  beam->elements = std::max(8, elements);
+  if (beam->boundary == Boundary::clamped_clamped || beam->boundary == Boundary::clamped_supported) beam->boundary = Boundary::clamped_free;
+  return out;
+}
+
+namespace {
+
+// Whether a beam deforms in forms that belong to certain ends, whatever holds it in the scene.
+bool has_forms_of_ends(const BeamDef& beam) {
+  return beam.model == BeamModel::modal || (beam.model == BeamModel::finite_element && (beam.boundary == Boundary::clamped_clamped || beam.boundary == Boundary::clamped_supported));
+}
+
+const char* boundary_word(Boundary b) {
+  switch (b) {
+    case Boundary::clamped_free: return "clamped-free";
+    case Boundary::supported_supported: return "supported-supported";
+    case Boundary::supported_free: return "supported-free";
+    case Boundary::free_free: return "free-free";
+    case Boundary::clamped_clamped: return "clamped-clamped";
+    default: return "clamped-supported";
+  }
+}
+
+// Whether a joint of the scene takes hold of a place, for a sentence about ends that nothing holds.
+bool is_held(const Scene& scene, const std::string& body, const std::string& frame) {
+  const auto here = [&](const FrameRef& f) { return f.body == body && (f.frame == frame || (f.frame.empty() && frame == "root")); };
+  return std::any_of(scene.joints.begin(), scene.joints.end(), [&](const JointDef& j) { return here(j.parent) || here(j.child); });
+}
+
+// The run beside one with richer models of some beams, as far as the budget allows.
+class Comparison {
+ public:
+  // plain: of the run, where the richer scene's beams have plain damping (with_plain_damping).
+  Comparison(Scene scene, Scene rich, std::optional<Scene> plain, double budget, const NeglectOptions& run, double asked)
+      : scene_(std::move(scene)), rich_(std::move(rich)), plain_(std::move(plain)), budget_(budget), asked_(asked), run_(run) {}
+
+  // What the richer models change; none where nothing moves, the budget is spent, the richer run fails, or errors of time hide it.
+  std::optional<Found> measure(const Histories& base) {
+    try {
+      std::optional<Found> found = at(run_.tolerance, base);
+      if (!found || found->share <= asked_) return found;
+      // Loose runs step over vibrations in different ways: the same at the run's tolerance, where a run ten times looser is at hand of both.
+      const Histories loose = rich_run_;
+      found = at(run_.run_tolerance, *run_.run);
+      if (!found || found->share <= asked_ || is_resolved(*found, loose)) return found;
+      const Histories tight = rich_run_;
+      found = between(simulate_rich(0.1 * run_.run_tolerance), simulated(plain_ ? *plain_ : scene_, 0.1 * run_.run_tolerance));
+      return found && (found->share <= asked_ || is_resolved(*found, tight)) ? found : std::nullopt;
+    } catch (const BudgetSpent&) {
+    } catch (const std::runtime_error&) {
+    }
+    return std::nullopt;
+  }
+
+ private:
+  Histories simulated(const Scene& scene, double tolerance) {
+    SimulateOptions o;
+    o.tolerance = tolerance;
+    o.method = run_.method;
+    o.samples = samples_;
+    const double start = cpu_seconds();
+    o.progress = [&, start](double) {
+      if (spent_ + cpu_seconds() - start > budget_) throw BudgetSpent{};
+    };
+    Histories h = simulate_histories(scene, o);
+    spent_ += cpu_seconds() - start;
+    return h;
+  }
+  const Histories& simulate_rich(double tolerance) { return rich_run_ = simulated(rich_, tolerance); }
+  std::optional<Found> at(double tolerance, const Histories& run) {
+    samples_ = static_cast<int>(run.times.size());
+    simulate_rich(tolerance);
+    return plain_ ? between(rich_run_, simulated(*plain_, tolerance)) : between(rich_run_, run);
+  }
+  // Whether a share is larger than the errors of time: of the run, and of the richer one as its looser run tells it.
+  bool is_resolved(const Found& found, const Histories& looser) const {
+    const std::optional<Found> drift = between(looser, rich_run_);
+    return found.share > 3.0 * run_.run_error && (!drift || found.share > 2.0 * drift->share);
+  }
+
+  Scene scene_, rich_;
+  std::optional<Scene> plain_;
+  Histories rich_run_;  // the last one
+  int samples_ = 0;
+  double budget_, asked_, spent_ = 0.0;
+  const NeglectOptions& run_;
+};
+
+// Changes the scene's beams by `enrich`; both scenes get plain damping where the models could not have the same otherwise.
+template <class Enrich>
+Comparison compared(const Scene& scene, const std::vector<EffectState>& states, const std::vector<size_t>& bodies, std::vector<size_t>& changed, const Enrich& enrich, double budget,
+                    const ModelCheckOptions& options) {
+  Scene rich = scene;
+  for (const size_t body : bodies)
+    if (std::optional<Scene> next = enrich(rich, body)) rich = std::move(*next), changed.push_back(body);
+  std::optional<Scene> plain;
+  if (damped_by_modes(scene, changed)) {
+    plain = with_plain_damping(scene, changed, states);
+    for (const size_t body : changed) std::get<BeamDef>(rich.bodies[body].kind).damping = std::get<BeamDef>(plain->bodies[body].kind).damping;
+  }
+  return Comparison(scene, std::move(rich), std::move(plain), budget, options.run, options.asked);
+}
+
+void check_forms(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const ModelCheckOptions& options, SolverStatistics& out) {
+  std::vector<size_t> bodies, changed;
+  for (size_t b = 0; b < scene.bodies.size(); ++b)
+    if (const auto* beam = std::get_if<BeamDef>(&scene.bodies[b].kind); beam && has_forms_of_ends(*beam)) bodies.push_back(b);
+  if (bodies.empty()) return;
+  Comparison comparison = compared(scene, states, bodies, changed, [&](const Scene& s, size_t b) { return with_elements(s, states, b); }, options.budget, options);
+  const std::optional<Found> found = changed.empty() ? std::nullopt : comparison.measure(base);
+  for (const size_t b : bodies) {
+    const BodyDef& body = scene.bodies[b];
+    const Boundary boundary = std::get<BeamDef>(body.kind).boundary;
+    const std::string owner = fmt::format("body '{}'", body.name), forms = fmt::format("deforms in forms of a {} beam", boundary_word(boundary));
+    const bool tip_held = is_held(scene, body.name, "tip");
+    if (found && found->share > options.asked) {
+      out.notes.warn(owner, fmt::format("{}{}: with finite elements {} changes by {:.2g} of its range; take model = \"finite-element\"{}", forms,
+                                         (boundary == Boundary::clamped_clamped || boundary == Boundary::clamped_supported) && !tip_held ? ", but no joint holds its tip" : "", found->column, found->share,
+                                         std::get<BeamDef>(body.kind).model == BeamModel::modal ? ", or forms of the ends as its joints hold them" : " and boundary = \"clamped-free\""));
+    } else if (found) {
+      out.notes.tell(owner, fmt::format("{}: with finite elements {} changes by {:.1g} of its range", forms, found->column, found->share));
+    } else if ((boundary == Boundary::clamped_clamped || boundary == Boundary::clamped_supported) && !tip_held) {
+      out.notes.warn(owner, fmt::format("{}, but no joint holds its tip: it is far too stiff; take boundary = \"clamped-free\"", forms));
+    } else {
+      out.notes.tell(owner, fmt::format("{}; whether they are those of its joints was not measured: that would take too long, or errors of time hide it", forms));
+    }
+  }
+}
+
+void check_bending(const Scene& scene, const std::vector<EffectState>& states, const std::vector<LinearLimit>& limits, const Histories& base, const ModelCheckOptions& options,
+                   SolverStatistics& out) {
+  std::vector<LinearLimit> doubtful;
+  std::vector<size_t> bodies, changed;
+  for (const LinearLimit& l : limits)
+    if (l.error() > surely_small * options.asked) doubtful.push_back(l), bodies.push_back(static_cast<size_t>(l.body));
+  if (doubtful.empty()) return;
+  const auto limit_of = [&](size_t body) -> const LinearLimit& {
+    return *std::find_if(doubtful.begin(), doubtful.end(), [&](const LinearLimit& l) { return l.body == static_cast<int>(body); });
+  };
+  Comparison comparison = compared(scene, states, bodies, changed, [&](const Scene& s, size_t b) { return with_volumes(s, states, b, richer(limit_of(b).pieces) * limit_of(b).pieces); },
+                                   options.budget, options);
+  const std::optional<Found> found = changed.empty() ? std::nullopt : comparison.measure(base);
+  for (const LinearLimit& l : doubtful) {
+    if (!found || std::find(changed.begin(), changed.end(), static_cast<size_t>(l.body)) == changed.end()) {
+      warn_of_linear_limits(scene, {l}, options.asked, out.notes);
+      continue;
+    }
+    // With r times as many volumes the error is r^2 times as small.
+    const double share = found->share / (1.0 - 1.0 / std::pow(richer(l.pieces), 2));
+    const std::string owner = fmt::format("body '{}'", scene.bodies[static_cast<size_t>(l.body)].name);
+    const std::string turned = fmt::format("bends by up to {:.2g} degrees in {} (t = {:.4g} s)", l.turn * 180.0 / std::numbers::pi, l.pieces > 1 ? "one of its volumes" : "its frame", l.when);
+    if (share > options.asked) {
+      const int enough = static_cast<int>(std::ceil(l.pieces * std::max(1.5, std::sqrt(1.5 * share / options.asked))));
+      out.notes.warn(owner, fmt::format("{}, farther than its displacements follow: with {} volumes {} changes by {:.2g} of its range; take model = \"mixed\" with volumes = {}", turned,
+                                         richer(l.pieces) * l.pieces, found->column, found->share, std::min(enough, 200)));
+    } else {
+      out.notes.tell(owner, fmt::format("{}: with {} volumes {} changes by {:.1g} of its range", turned, richer(l.pieces) * l.pieces, found->column, found->share));
+    }
+  }
+}
+
+}  // namespace
+
+void check_models(const Scene& scene, const std::vector<EffectState>& states, const std::vector<LinearLimit>& limits, const Histories& base, const ModelCheckOptions& options,
+                  SolverStatistics& out) {
+  check_forms(scene, states, base, options, out);
+  check_bending(scene, states, limits, base, options, out);
+}
+
+}  // namespace flexframe::sim
