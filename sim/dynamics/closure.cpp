@@ -302,9 +302,22 @@ Partition choose_partition(const Model& model, int cluster, Work& work, bool str
   if (cw.locked.empty()) return out;
   // What is locked (a joint that sticks) is not redundant, and takes away a way to close the loop: the conditions that hold without locks are
   // to hold with them, by deformation however little it does. A slider that sticks beside its dead centre leaves nothing else.
+  // A lock that takes away the last way to close a condition (a slider exactly in its dead centre, which holds it already) gives way to it.
+  const size_t loops = out.rows.size();
   std::vector<int> needed = out.rows;
   for (int r = static_cast<int>(loop_rows.size()); r < rows; ++r) needed.push_back(r);
-  return eliminate(needed, 1e-7);
+  const auto closes = [&](const Partition& p) {
+    return static_cast<size_t>(std::count_if(p.rows.begin(), p.rows.end(), [&](int r) { return r < static_cast<int>(loop_rows.size()); })) == loops;
+  };
+  Partition all = eliminate(needed, 1e-7);
+  for (size_t lock = loops; !closes(all) && lock < needed.size();) {
+    // One lock at a time, each only if everything before it still holds.
+    std::vector<int> with(needed.begin(), needed.begin() + static_cast<std::ptrdiff_t>(lock) + 1);
+    if (closes(eliminate(with, 1e-7))) ++lock;
+    else needed.erase(needed.begin() + static_cast<std::ptrdiff_t>(lock));
+    all = eliminate(needed, 1e-7);
+  }
+  return all;
 }
 
 void close_positions(const Model& model, int cluster, Work& work) {

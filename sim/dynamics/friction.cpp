@@ -2,6 +2,7 @@
 
 #include "sim/dynamics/closure.h"
 #include "sim/dynamics/dynamics.h"
+#include "sim/dynamics/friction_rest.h"
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/massless.h"
 
@@ -30,10 +31,6 @@ std::pair<int, int> shared_slip(JointKind kind, int k) {
   }
 }
 
-double rate_of(const FrictionPoint& p, const Model& model, const Work& work) { return work.w[model.parts[p.part].v0 + p.rate]; }
-
-double static_coefficient(const Friction& law) { return law.static_coefficient.value_or(law.coefficient); }
-
 // Component of a joint's reaction force (axes of the joint) that presses its surfaces together.
 Vec3 pressing(const TreeJoint& joint, const Vec3& force) {
   switch (joint.kind) {
@@ -46,8 +43,6 @@ Vec3 pressing(const TreeJoint& joint, const Vec3& force) {
 Vec3 reaction_force(const FrictionPoint& p, const Model& model, const FrictionState& friction) {
   return pressing(model.parts[p.part].joint, Vec3(friction.scratch.part[p.part].head<3>()));
 }
-
-double direction(const FrictionPoint& p) { return p.phase == FrictionPhase::forward ? 1.0 : -1.0; }
 
 // A group that sticks and slips as one.
 bool grouped(const FrictionPoint& p) { return p.count > 1 && p.phase != FrictionPhase::regularised; }
@@ -83,9 +78,6 @@ double held(const FrictionState& friction, const FrictionPoint& p) {
   for (const FrictionPoint& other : group_of(friction, p)) square += std::pow(other.hold / other.arm, 2);
   return std::sqrt(square);
 }
-
-// Slower than this, m/s, a direction is rounding.
-constexpr double no_speed = 1e-13;
 
 // Friction force per newton of normal force, for points that do not stick.
 double factor(const FrictionState& friction, const FrictionPoint& p, const Model& model, const Work& work) {
@@ -180,7 +172,7 @@ void renew_locks(const Model& model, const FrictionState& friction, Work& work) 
       locked.push_back(p.local);
       value.push_back(part.joint.nq == part.joint.nv ? work.q[part.q0 + p.rate] : 0.0);
     }
-    if (!ours) continue;
+    if (!ours || (locked.empty() && cw.locked.empty())) continue;
     cw.locked = locked;
     cw.lock_value = Eigen::Map<const VecX>(value.data(), static_cast<Eigen::Index>(value.size()));
     cw.lock_rate.setZero(cw.lock_value.size());
@@ -300,25 +292,24 @@ void update_friction_accelerations(const Model& model, FrictionState& friction, 
 void settle_friction(const Model& model, FrictionState& friction, const std::vector<int>& resting, Work& work, std::vector<std::string>& changes) {
   std::vector<FrictionPhase> before;
   before.reserve(friction.points.size());
-  for (FrictionPoint& p : friction.points) {
-    before.push_back(p.phase);
-    friction.fastest = std::max(friction.fastest, std::abs(rate_of(p, model, work)) * rate_scale(model, p.cluster, p.local));
-  }
+  for (const FrictionPoint& p : friction.points) before.push_back(p.phase);
+  follow_fastest(model, friction, work);
   const auto set_phase = [&](FrictionPoint& p, FrictionPhase phase) {
     if (!grouped(p)) p.phase = phase;
     else
       for (FrictionPoint& other : group_of(friction, p)) other.phase = phase;
   };
+  const bool turned = turn_round(model, friction, resting, work);
   for (int k : resting)
-    if (friction.points[k].phase != FrictionPhase::regularised) set_phase(friction.points[k], FrictionPhase::stick);
-  for (size_t pass = 0; pass <= 3 * friction.points.size(); ++pass) {
+    if (!turned && friction.points[k].phase != FrictionPhase::regularised) set_phase(friction.points[k], FrictionPhase::stick);
+  for (size_t pass = 0; pass <= 3 * friction.points.size() && !(turned && !any_sticks(friction)); ++pass) {
     renew_locks(model, friction, work);
     // What comes to rest with the others (rates in proportion to one another) is settled with them.
     bool more = false;
     for (FrictionPoint& p : friction.points) {
       if (pass > 0) break;
-      const double scale = rate_scale(model, p.cluster, p.local), rest = 1e-10 * friction.fastest;
-      const bool one = (p.phase == FrictionPhase::forward || p.phase == FrictionPhase::backward) && std::abs(rate_of(p, model, work)) * scale <= rest;
+      const double scale = rate_scale(model, p.cluster, p.local), rest = at_rest * friction.fastest;
+      const bool one = !turned && (p.phase == FrictionPhase::forward || p.phase == FrictionPhase::backward) && std::abs(rate_of(p, model, work)) * scale <= rest;
       const bool all = p.phase == FrictionPhase::slip && leads(friction, p) && slip_speed(friction, p, model, work) * scale <= rest;
       if (!one && !all) continue;
       set_phase(p, FrictionPhase::stick);
@@ -387,8 +378,8 @@ void settle_friction(const Model& model, FrictionState& friction, const std::vec
 }
 
 void follow_slip(const Model& model, FrictionState& friction, const Work& work, bool turn) {
+  follow_fastest(model, friction, work);
   for (FrictionPoint& p : friction.points) {
-    friction.fastest = std::max(friction.fastest, std::abs(rate_of(p, model, work)) * rate_scale(model, p.cluster, p.local));
     if (p.phase != FrictionPhase::slip || !leads(friction, p)) continue;
     const double speed = slip_speed(friction, p, model, work);
     if (speed <= no_speed * friction.fastest || (!turn && slip_along(friction, p, model, work) <= 0.0)) continue;

@@ -1,6 +1,7 @@
 #include "sim/time/events.h"
 
 #include "sim/dynamics/dynamics.h"
+#include "sim/dynamics/friction_rest.h"
 #include "sim/dynamics/massless.h"
 #include "sim/dynamics/stops.h"
 
@@ -11,12 +12,6 @@ namespace {
 
 double coordinate(const System& s, int part) { return s.work.q[s.model.parts[part].q0]; }
 double rate(const System& s, int part) { return s.work.w[s.model.parts[part].v0]; }
-
-bool any_sticks(const System& s) {
-  for (const FrictionPoint& p : s.friction.points)
-    if (p.phase == FrictionPhase::stick) return true;
-  return false;
-}
 
 // Stops that touch or part change what dampers act on where nothing has inertia.
 void renew_massless(System& s) {
@@ -39,12 +34,27 @@ bool has_events(const System& s) {
 int event_count(const System& s) { return has_events(s) ? static_cast<int>(s.friction.points.size() + 2 * s.stops.size()) : 0; }
 
 void event_margins(System& s, double t, const double* y, double* margin) {
-  set_state(s, t, y, any_sticks(s));
+  set_state(s, t, y, any_sticks(s.friction));
   for (const FrictionPoint& p : s.friction.points) *margin++ = friction_margin(p, s.friction, s.model, s.work);
   for (int i : s.stops) {
     const StopMargins m = stop_margins(*s.model.parts[i].joint.stop, s.work.parts[i].stop, coordinate(s, i), rate(s, i));
     *margin++ = m.out;
     *margin++ = m.in;
+  }
+}
+
+void event_roundings(System& s, std::vector<double>& rounding) {
+  constexpr double digits = 4e-16;
+  rounding.clear();
+  if (!s.friction.points.empty()) follow_fastest(s.model, s.friction, s.work);
+  for (const FrictionPoint& p : s.friction.points) rounding.push_back(friction_rounding(p, s.friction, s.model));
+  for (int i : s.stops) {
+    const Stop& stop = *s.model.parts[i].joint.stop;
+    const double q = digits * (std::abs(coordinate(s, i)) + std::max(std::abs(stop.lower.value_or(0.0)), std::abs(stop.upper.value_or(0.0))));
+    const double push = stop.stiffness * q + stop.damping * digits * std::abs(rate(s, i));
+    const bool touches = s.work.parts[i].stop != StopPhase::free;
+    rounding.push_back(q);
+    rounding.push_back(touches ? push : q);
   }
 }
 
@@ -59,14 +69,15 @@ void start_phases(System& s, double t, const VecX& y, bool first, std::vector<st
     FrictionPoint& p = s.friction.points[k];
     const double w = s.work.w[s.model.parts[p.part].v0 + p.rate];
     if (!first || p.phase == FrictionPhase::regularised || p.phase == FrictionPhase::stick) continue;
-    if (p.phase == FrictionPhase::slip ? slip_rests(p, s.friction, s.model, s.work) : w == 0.0) resting.push_back(static_cast<int>(k));
+    const bool rests = p.phase == FrictionPhase::slip ? slip_rests(p, s.friction, s.model, s.work) : std::abs(w) <= friction_rounding(p, s.friction, s.model);
+    if (rests) resting.push_back(static_cast<int>(k));
     else if (p.phase != FrictionPhase::slip) p.phase = w > 0.0 ? FrictionPhase::forward : FrictionPhase::backward;
   }
   settle_friction(s.model, s.friction, resting, s.work, changes);
 }
 
 bool pass_events(System& s, double t, const VecX& y, const std::vector<int>& directions, std::vector<std::string>& changes) {
-  set_state(s, t, y.data(), any_sticks(s));
+  set_state(s, t, y.data(), any_sticks(s.friction));
   std::vector<int> resting;
   bool passed = false, turned = false;
   for (size_t k = 0; k < s.friction.points.size(); ++k) {

@@ -12,16 +12,18 @@ namespace flexframe::sim {
 // Whether the scene has anything that makes events.
 bool has_events(const System& system);
 
-// Roots at (t, y): every entry is positive while the present phases hold. Entries: friction points, then two a stop.
+// Margins at (t, y): every entry is positive while the present phases hold. Entries: friction points, then two a stop.
 int event_count(const System& system);
 void event_margins(System& system, double t, const double* y, double* margin);
+// What rounding leaves of a margin that is zero, in its unit, at the state in `work`; follows FrictionState::fastest.
+void event_roundings(System& system, std::vector<double>& rounding);
 
 // Sets the phases that hold at (t, y): all at the start of a run (first), what sticks and the stops after a jump of the loads.
 // The state's size may change.
 void start_phases(System& system, double t, const VecX& y, bool first, std::vector<std::string>& changes);
 
-// Changes the phases whose margin came to zero from above; `directions`: of the integrator's roots. False where none did (a rate that
-// takes up its direction of slip). True: `system` holds the new state, to be packed; its size may have changed.
+// Changes the phases whose margin came to zero from above, those with directions[k] < 0 (event_watch.h). False where none did. True: `system` holds
+// the new state, to be packed; its size may have changed.
 bool pass_events(System& system, double t, const VecX& y, const std::vector<int>& directions, std::vector<std::string>& changes);
 
 }  // namespace flexframe::sim

@@ -564,3 +564,6 @@ def exaggerated(run):
         assert all(math.isfinite(x) for x in ends), "a number is not finite"
         reach = max(reach, max(abs(x) for x in ends))
     return max(reach / (1e6 * deflection), 1e6 * deflection / reach)
+
+
+import cases_contacts  # noqa: E402,F401  adds its cases
