@@ -2,6 +2,7 @@
 
 #include "sim/dynamics/beam_loads.h"
 #include "sim/dynamics/dynamics.h"
+#include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/stops.h"
 #include "sim/model/model_build.h"
 #include "sim/model/motion_jumps.h"
@@ -27,6 +28,30 @@ bool has_power(const Model& model) {
   return false;
 }
 
+// A spring between two points pulls along the line through them; one that is pressed or stretched at length zero has no line to act along.
+void check_springs(const Model& model, const Scene& scene, const Work& work) {
+  for (const Load& load : model.loads) {
+    const Spring& s = load.def.spring;
+    if (load.def.kind != ForceKind::spring_damper || s.preload - s.stiffness * s.rest == 0.0) continue;
+    const double length = (frame_world(model, work, load.on).p - frame_world(model, work, load.from).p).norm();
+    // What the assembly leaves open, relative to the size.
+    if (length > 1e-12 * model.size) continue;
+    throw InputError(fmt::format("{}:{}: force{}: both ends of the spring stand at one point at the start, where its force of {:.4g} N has no direction; move an end, let the mechanism start "
+                                 "beside that position, or give neither rest nor preload", scene.file.string(), load.def.line, load.def.name.empty() ? "" : fmt::format(" '{}'", load.def.name),
+                                 std::abs(s.preload - s.stiffness * s.rest)));
+  }
+}
+
+// The loads at t = 0 itself, whatever piece of them begins there: "t <= 0 ? F : 0" holds a static start by F and lets go.
+void load_at_rest(const Model& model, Work& work) {
+  for (const Load& load : model.loads) {
+    if (load.expression < 0) continue;
+    TimeFunction at_zero = model.expressions[static_cast<size_t>(load.expression)];
+    at_zero.unfreeze();
+    work.expression_value[static_cast<size_t>(load.expression)] = at_zero.value(0.0);
+  }
+}
+
 // Model, work space and assembled start of system.scene.
 void build(System& system) {
   system.model = build_model(system.scene);
@@ -39,6 +64,7 @@ void build(System& system) {
     e.freeze(0.5 * end);
   }
   assemble(system.model, system.scene, system.work, system.notes);
+  check_springs(system.model, system.scene, system.work);
 }
 
 }  // namespace
@@ -49,7 +75,9 @@ System make_system(const Scene& scene) {
   build(system);
   while (let_lengthen(held_lengths(system.model, system.scene, system.work), system.scene, system.notes)) build(system);
   if (wants_statics(scene)) {
+    load_at_rest(system.model, system.work);
     const StaticSolution at_rest = solve_statics(system.model, scene, system.work);
+    update_expressions(system.model, 0.0, system.work);
     assemble_rates(system.model, scene, system.work, system.notes);
     const std::string found = fmt::format("static equilibrium: {} Newton steps{}, coordinates moved by up to {:.4g} m", at_rest.iterations,
                                           at_rest.load_steps > 1 ? fmt::format(" in {} load steps", at_rest.load_steps) : "", at_rest.moved);
