@@ -159,9 +159,10 @@ TEST(Effects, SwitchedOffLeavesNothingBehind) {
 }
 
 TEST(Effects, KeptModesAreTheLowestOnes) {
-  const System all = make_system(pendulum("")), kept = make_system(pendulum("keep_modes = 3"));
+  const System all = make_system(pendulum("")), kept = make_system(pendulum("keep_modes = 3\nkeep_static = false"));
   ASSERT_EQ(all.model.parts[0].body.n, 16);
-  // A hinge holds no rotation: no shape but the modes.
+  // A hinge holds no rotation: no shape but the modes, and with keep_static that of the weight.
+  ASSERT_EQ(make_system(pendulum("keep_modes = 3")).model.parts[0].body.n, 4);
   ASSERT_EQ(kept.model.parts[0].body.n, 3);
   // The machine vibrates with the lowest frequencies that it has with all coordinates: those of the hinged beam.
   const auto frequencies = [](const System& system) {
