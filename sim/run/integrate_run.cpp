@@ -9,6 +9,7 @@
 #include "sim/time/event_watch.h"
 #include "sim/time/events.h"
 #include "sim/time/newton_matrix.h"
+#include "sim/time/step_guard.h"
 #include "sim/time/system.h"
 
 #include <fmt/format.h>
@@ -230,6 +231,8 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
   update_scale(system, y);
   std::unique_ptr<Integrator> integrator;
   EventWatch watch;
+  StepGuard guard;
+  double begun = 0.0;  // where the integrator was started last
   std::vector<std::string> changes;
   const auto retire = [&]() {
     if (!integrator) return;
@@ -246,6 +249,7 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
     problem.sharp_jacobian = std::any_of(system.friction.points.begin(), system.friction.points.end(), [](const FrictionPoint& p) { return p.phase == FrictionPhase::slip; });
     integrator = std::make_unique<Integrator>(problem, method, t, y);
     watch.begin(system, t, y);
+    begun = t;
     if (has_events(system)) at_work.valid = false;
   };
   const auto partitions = [&]() {
@@ -258,6 +262,15 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
     for (const std::string& change : changes)
       if (system.notes.size() < 200) system.notes.tell("", fmt::format("event at t = {:.9g} s: {}", t, change));
     changes.clear();
+  };
+  // Where the next step has to end lest it passes over something short: as a rule nowhere, and then at `ahead`.
+  const auto guarded = [&](double ahead) {
+    const double t = integrator->time(), last = t - integrator->previous_time();
+    // Integrators let a step be ten to twenty times as long as the one before, after the first a thousand times as theirs again.
+    const double farthest = last == 0.0 ? ahead : std::min(ahead, t + (integrator->previous_time() == begun ? 2e4 : 20.0) * last);
+    const double limit = guard.limit(system, t, y, last, farthest);
+    // The first step is chosen by the integrator as a tenth of what lies before it at most: only what is shorter has to be told.
+    return limit < ahead && (last > 0.0 || limit - t < 0.1 * (ahead - t)) ? limit : ahead;
   };
   size_t next = 0;
   VecX at;
@@ -273,6 +286,7 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
   }
   for (double end : ends) {
     for (TimeFunction& e : system.model.expressions) e.freeze(0.5 * (from + end));
+    guard.begin(system, from, end);
     if (has_events(system)) {
       // A jump of the loads may let go what sticks.
       const std::vector<Partition> before = partitions();
@@ -292,13 +306,14 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
       begin(from);
     } else {
       integrator->restart(from, y);
+      begun = from;
       ++out.events;
       ++out.restarts;
     }
     while (integrator->time() < end) {
       // With nothing in motion of its own only the samples tell how far to look ahead for the next event.
       const bool idle = y.size() == system.model.nq + quadrature;
-      integrator->step(idle ? std::min(end, integrator->time() + 1.0 / system.model.settings.output_rate) : end);
+      integrator->step(guarded(idle ? std::min(end, integrator->time() + 1.0 / system.model.settings.output_rate) : end));
       y = integrator->state();
       double now = integrator->time();
       const bool event = watch.look(system, *integrator, now, y);
@@ -363,10 +378,12 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
         y = pack_state(system, system.quadrature ? Eigen::Vector2d(y.tail<2>()) : Eigen::Vector2d(0.0, 0.0));
         integrator->restart(now, y);
         watch.begin(system, now, y);
+        begun = now;
         ++out.restarts;
       }
       if (progress && ++calls % 16 == 0) progress(now);
     }
+    system.notes.warn(guard.complaints());
     from = end;
   }
   retire();

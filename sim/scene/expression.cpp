@@ -407,6 +407,8 @@ class Compiler {
 
 }  // namespace
 
+void compile(std::string_view text, std::vector<Expression::Instruction>& code, std::vector<Expression::Selector>& selectors) { Compiler(text, code, selectors).compile(); }
+
 void choices_after(const std::vector<Expression::Instruction>& code, int begin, int end, double t, std::vector<double>& choices) {
   run(code, begin, end, Jet(t, 1.0, 0.0), [&](int index, Op op, const Jet& a, const Jet& b) {
     return choices[static_cast<std::size_t>(index)] = select_after(op, a, b);
@@ -420,7 +422,7 @@ using expression::run;
 Expression::Expression(double constant) : text_(fmt::format("{}", constant)), code_{{Op::number, 0, constant}} {}
 
 Expression::Expression(std::string_view text) : text_(text) {
-  expression::Compiler(text, code_, selectors_).compile();
+  expression::compile(text, code_, selectors_);
   constant_ = true;
   for (const Instruction& instruction : code_)
     if (instruction.op == Op::time) constant_ = false;

@@ -139,6 +139,9 @@ T run(const std::vector<Expression::Instruction>& code, int begin, int end, cons
 // Entries of selectors in branches that are not taken stay as they are.
 void choices_after(const std::vector<Expression::Instruction>& code, int begin, int end, double t, std::vector<double>& choices);
 
+// Compiles a text; throws InputError as Expression does.
+void compile(std::string_view text, std::vector<Expression::Instruction>& code, std::vector<Expression::Selector>& selectors);
+
 }  // namespace expression
 
 }  // namespace flexframe::sim

@@ -5,6 +5,7 @@
 
 #include "sim/base/words.h"
 #include "sim/scene/expression_code.h"
+#include "sim/scene/interval.h"
 
 #include <algorithm>
 #include <limits>
@@ -16,77 +17,6 @@ namespace flexframe::sim {
 namespace expression {
 
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
-// lo > hi: empty (outside a function's domain).
-struct Interval {
-  double lo, hi;
-  bool empty() const { return lo > hi; }
-  bool has_zero() const { return lo <= 0.0 && hi >= 0.0; }
-};
-
-constexpr Interval nothing{infinity, -infinity};
-constexpr Interval everything{-infinity, infinity};
-
-// Outward by more than the rounding of one operation or library function; not-a-number bounds are infinite ones.
-Interval widened(double lo, double hi) {
-  constexpr double rounding = 4.0 * std::numeric_limits<double>::epsilon();
-  constexpr double smallest = std::numeric_limits<double>::denorm_min();
-  return {std::isnan(lo) ? -infinity : lo - rounding * std::abs(lo) - (lo != 0.0) * smallest,
-          std::isnan(hi) ? infinity : hi + rounding * std::abs(hi) + (hi != 0.0) * smallest};
-}
-
-Interval operator+(Interval a, Interval b) { return a.empty() || b.empty() ? nothing : widened(a.lo + b.lo, a.hi + b.hi); }
-Interval operator-(Interval a) { return {-a.hi, -a.lo}; }
-Interval operator-(Interval a, Interval b) { return a + -b; }
-
-// 0 * infinity is 0 here: the factor is exactly zero
-double product(double a, double b) { return a == 0.0 || b == 0.0 ? 0.0 : a * b; }
-
-Interval operator*(Interval a, Interval b) {
-  if (a.empty() || b.empty()) return nothing;
-  const double p = product(a.lo, b.lo), q = product(a.lo, b.hi), r = product(a.hi, b.lo), s = product(a.hi, b.hi);
-  return widened(std::min({p, q, r, s}), std::max({p, q, r, s}));
-}
-
-Interval operator/(Interval a, Interval b) {
-  if (a.empty() || b.empty()) return nothing;
-  if (b.has_zero()) return a.lo == 0.0 && a.hi == 0.0 ? Interval{0.0, 0.0} : everything;
-  return a * widened(1.0 / b.hi, 1.0 / b.lo);
-}
-
-Interval square(Interval a) {
-  if (a.empty()) return nothing;
-  const double low = a.has_zero() ? 0.0 : std::min(std::abs(a.lo), std::abs(a.hi));
-  const double high = std::max(std::abs(a.lo), std::abs(a.hi));
-  return widened(low * low, high * high);
-}
-
-Interval clipped(Interval a, double low, double high) {
-  if (a.empty() || a.hi < low || a.lo > high) return nothing;
-  return {std::max(a.lo, low), std::min(a.hi, high)};
-}
-
-template <class F>
-Interval increasing(Interval a, F&& f) {
-  return a.empty() ? nothing : widened(f(a.lo), f(a.hi));
-}
-
-Interval root(Interval a) { return increasing(clipped(a, 0.0, infinity), [](double x) { return std::sqrt(x); }); }
-
-Interval sine(Interval a) {
-  if (a.empty()) return nothing;
-  if (!(a.hi - a.lo < 2.0 * M_PI)) return {-1.0, 1.0};
-  const double s = std::sin(a.lo), e = std::sin(a.hi);
-  // is there a maximum (pi/2 + 2 pi k) or a minimum between?
-  const auto holds = [&](double at) { return std::floor((a.hi - at) / (2.0 * M_PI)) > std::floor((a.lo - at) / (2.0 * M_PI)); };
-  const double high = holds(0.5 * M_PI) ? 1.0 : std::max(s, e), low = holds(-0.5 * M_PI) ? -1.0 : std::min(s, e);
-  // beside an extremum the test above may err by rounding of the argument: second order in it, but never beyond 1
-  const double slack = square({a.lo, a.hi}).hi * 1e-31 + 1e-15;
-  return {std::max(-1.0, low - slack), std::min(1.0, high + slack)};
-}
-Interval cosine(Interval a) { return sine(a + Interval{0.5 * M_PI, 0.5 * M_PI}); }
 
 // A value and its derivative over a box of times; partial: at some of them the value is perhaps not a number.
 struct Range {
@@ -105,8 +35,6 @@ Range operator/(const Range& a, const Range& b) {
   const Interval v = a.v / b.v;
   return {v, (a.d - v * b.d) / b.v, a.partial || b.partial};
 }
-
-constexpr Interval one{1.0, 1.0};
 
 // The argument of a function that is defined from low to high.
 Range within(const Range& u, double low, double high) {
@@ -171,22 +99,6 @@ Range sqrt(const Range& u) {
   const Range x = within(u, 0.0, infinity);
   const Interval v = root(x.v);
   return {v, x.d / (v + v), x.partial};
-}
-
-// x^c for a number c
-Interval power(Interval x, double c) {
-  if (x.empty()) return nothing;
-  if (c == 0.0) return one;
-  if (c == 1.0) return x;
-  if (c != std::rint(c)) {
-    x = clipped(x, 0.0, infinity);
-    if (c < 0.0) return -increasing(x, [c](double a) { return -std::pow(a, c); });
-    return increasing(x, [c](double a) { return std::pow(a, c); });
-  }
-  if (c < 0.0) return one / power(x, -c);
-  if (std::fmod(c, 2.0) != 0.0) return increasing(x, [c](double a) { return std::pow(a, c); });
-  const double low = x.has_zero() ? 0.0 : std::min(std::abs(x.lo), std::abs(x.hi));
-  return widened(std::pow(low, c), std::pow(std::max(std::abs(x.lo), std::abs(x.hi)), c));
 }
 
 Range power(const Range& a, const Range& b) {

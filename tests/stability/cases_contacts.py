@@ -1,4 +1,4 @@
-"""Hard cases of dry friction in loops that run freely, and of stops."""
+"""Hard cases of dry friction in loops that run freely, and of stops, and of loads that act for a short time."""
 import itertools
 import math
 
@@ -157,6 +157,39 @@ def grazed_stop(run):
 
 
 down = (0, -9.81, 0)
+
+
+def kicked(run, value, impulse, method="auto", duration=1.0):
+    h = run(simulation(duration, 10, more=f'method = "{method}"') + rigid("block", 1.0, (1,) * 3) + joint("slide", "prismatic", "ground", "block") + force("force", "block", value) + output("v", "slide", "rate"))
+    return abs(h["v"][-1] - impulse) / impulse
+
+
+@case("Gaussian pulses of a millionth to a tenth of the duration, every method", "speed against impulse", 2e-4)
+def gaussian_pulses(run):
+    return max(kicked(run, f"3*exp(-((t-0.6180339)/{width})^2)/{width}", 3 * math.sqrt(math.pi) * (math.erf(0.6180339 / width) + math.erf(0.3819661 / width)) / 2, method)
+               for width in (1e-6, 1e-4, 1e-2, 0.1) for method in ("auto", "erk", "dirk", "bdf"))
+
+
+@case("sin(t)^200 over ten seconds, sech and its products", "speed against impulse", 1e-4)
+def smooth_pulses(run):
+    # Over a half period sin^200 has the mean 200! / (2^100 100!)^2.
+    mean = math.exp(math.lgamma(201) - 2 * (100 * math.log(2) + math.lgamma(101)))
+    return max(kicked(run, "sin(t)^200", 3 * math.pi * mean, duration=3 * math.pi), kicked(run, "1e5/cosh((t-0.37)/1e-5)", math.pi),
+               kicked(run, "1e4*exp(-((t-0.8)/1e-4)^2)*cos((t-0.8)/1e-4)", math.sqrt(math.pi) * math.exp(-0.25)))
+
+
+@case("a drive that twitches for 0.1 ms, and a peak of a force over the way", "amplitude, and energy, against the exact ones", 2e-3)
+def short_drives(run):
+    h = run(simulation(1.0, 1000, tolerance=1e-8) + rigid("base", 1.0, (1,) * 3) + rigid("block", 1.0, (1,) * 3)
+            + joint("drive", "prismatic", "ground", "base", 'motion = "0.01*exp(-((t-0.7)/1e-4)^2)"') + joint("slide", "prismatic", "base", "block", "spring = { stiffness = 100 }")
+            + output("z", "block", "position"))
+    amplitude = 10 * 0.01 * 1e-4 * math.sqrt(math.pi)
+    worst = max(abs(z - amplitude * math.sin(10 * (t - 0.7))) for t, z in zip(h["t"], h["z.z"]) if t > 0.701) / amplitude
+    h = run(simulation(0.1, 100) + rigid("block", 1.0, (1,) * 3) + joint("slide", "prismatic", "ground", "block", "initial = { rate = 10 }")
+            + '[[force]]\nkind = "force"\non = "block"\ndirection = [0, 0, 1]\nvalue = { table = [' + ", ".join(f"[{0.44 + 1e-3 * k:.3f}, {1000 if k == 60 else 0}]" for k in range(121)) + '], of = "slide" }\n'
+            + output("v", "slide", "rate"))
+    # The integral of a cubic spline through points at even distances is their trapezoidal sum, ends aside: 1 J.
+    return max(worst, abs(0.5 * (h["v"][-1]**2 - 100) - 1))
 
 
 @case("spring with a rest length between points that coincide", "clear refusal", 0)
