@@ -7,6 +7,7 @@
 
 #include "render/frame/camera.h"
 #include "sim/base/file_output.h"
+#include "sim/scene/joint_kinds.h"
 
 #include <fmt/format.h>
 
@@ -88,20 +89,16 @@ void add_symbols(Animation& animation, const sim::Scene& scene, double size) {
     }
 
     const int index = static_cast<int>(j);
-    switch (def->kind) {
-      case sim::JointKind::revolute:
-      case sim::JointKind::cylindrical:
-      case sim::JointKind::screw: {
+    switch (sim::traits(def->kind).symbol) {
+      case sim::JointSymbol::pin: {
         const double half = 1.12 * extent.along + 0.004 * size, radius = std::max(0.75 * extent.across, 0.005 * size);
         animation.symbols.push_back(make_symbol(index, false, make_cylinder(-half * axis, half * axis, radius, joint.name)));
         break;
       }
-      case sim::JointKind::universal:
-      case sim::JointKind::spherical:
+      case sim::JointSymbol::ball:
         animation.symbols.push_back(make_symbol(index, false, make_sphere(glm::dvec3(0.0), 1.25 * std::max(extent.across, extent.along), joint.name)));
         break;
-      case sim::JointKind::prismatic:
-      case sim::JointKind::point_on_line: {
+      case sim::JointSymbol::rail: {
         if (def->parent.body != "ground") break;
         // The rail reaches as far as the child ever goes.
         const int b = body_index(results, def->child.body);
@@ -117,7 +114,7 @@ void add_symbols(Animation& animation, const sim::Scene& scene, double size) {
         animation.symbols.push_back(make_symbol(index, true, make_cylinder((low - end) * axis, (high + end) * axis, 0.004 * size, joint.name)));
         break;
       }
-      default: break;
+      case sim::JointSymbol::none: break;
     }
   }
 }

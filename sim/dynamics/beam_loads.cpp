@@ -4,6 +4,7 @@
 
 #include "sim/bodies/normal_modes.h"
 #include "sim/dynamics/kinematics.h"
+#include "sim/scene/joint_kinds.h"
 
 #include <fmt/format.h>
 
@@ -36,7 +37,7 @@ double turning(const Model& model, const Work& work, int part, const Vec3& x) {
   double driven = 0.0;
   for (int i = part; i != ground; i = model.parts[i].parent) {
     const TreeJoint& j = model.parts[i].joint;
-    if (j.motion < 0 || j.kind == JointKind::prismatic) continue;
+    if (j.motion < 0 || is_length(j.kind, 0)) continue;
     const Vec3 axis = frame_world(model, work, j.reversed ? j.outboard : j.inboard).R * j.axis;
     driven += largest(model, j.motion, true) * axis.cross(x).norm();
   }

@@ -2,6 +2,7 @@
 
 #include "sim/base/small_matrices.h"
 #include "sim/dynamics/kinematics.h"
+#include "sim/scene/joint_kinds.h"
 
 #include <fmt/format.h>
 
@@ -89,16 +90,6 @@ std::pair<int, int> rate_owner(const Model& model, int cluster, int k) {
   return {-1, -1};
 }
 
-bool rotary_rate(JointKind kind, int k) {
-  switch (kind) {
-    case JointKind::prismatic: return false;
-    case JointKind::cylindrical: return k == 1;
-    case JointKind::planar: return k == 2;
-    case JointKind::free: return k >= 3;
-    default: return true;
-  }
-}
-
 // Largest displacement of a node per unit of an elastic coordinate, rotations counted with `size`; m per unit.
 double elastic_reach(const Part& part, int k, double size) {
   double reach = 0.0;
@@ -147,7 +138,7 @@ bool deformation_closes(const Model& model, const Work& work, int cluster) {
 double rate_scale(const Model& model, int cluster, int rate) {
   const auto [part, k] = rate_owner(model, cluster, rate);
   if (k < 0) return 0.0;
-  return rotary_rate(model.parts[part].joint.kind, k) ? model.clusters[cluster].size : 1.0;
+  return is_length(model.parts[part].joint.kind, k) ? 1.0 : model.clusters[cluster].size;
 }
 
 void update_closure_residual(const Model& model, int cluster, Work& work, bool all) {
@@ -248,7 +239,7 @@ Partition choose_partition(const Model& model, int cluster, Work& work, bool str
       elastic_columns.push_back(k);
     } else {
       const TreeJoint& j = model.parts[part].joint;
-      scaled.col(k) /= rotary_rate(j.kind, rate) ? c.size : 1.0;
+      scaled.col(k) /= is_length(j.kind, rate) ? 1.0 : c.size;
       joint_columns.push_back(k);
       preference[k] = depth(model, part);
     }

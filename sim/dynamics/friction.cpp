@@ -5,6 +5,7 @@
 #include "sim/dynamics/friction_rest.h"
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/massless.h"
+#include "sim/scene/joint_kinds.h"
 
 #include <fmt/format.h>
 
@@ -15,27 +16,11 @@
 namespace flexframe::sim {
 namespace {
 
-bool rotary(JointKind kind, int k) {
-  return !(kind == JointKind::prismatic || (kind == JointKind::cylindrical && k == 0) || (kind == JointKind::planar && k < 2) ||
-           (kind == JointKind::free && k < 3));
-}
-
-// Rates of a joint that slip on one surface with rate k: the first of them, and how many.
-std::pair<int, int> shared_slip(JointKind kind, int k) {
-  switch (kind) {
-    case JointKind::cylindrical: return {0, 2};
-    case JointKind::planar: return k < 2 ? std::pair{0, 2} : std::pair{2, 1};
-    case JointKind::spherical: return {0, 3};
-    case JointKind::free: return {k < 3 ? 0 : 3, 3};
-    default: return {k, 1};
-  }
-}
-
 // Component of a joint's reaction force (axes of the joint) that presses its surfaces together.
 Vec3 pressing(const TreeJoint& joint, const Vec3& force) {
-  switch (joint.kind) {
-    case JointKind::prismatic: case JointKind::cylindrical: return force - joint.axis.dot(force) * joint.axis;
-    case JointKind::planar: return joint.axis.dot(force) * joint.axis;
+  switch (traits(joint.kind).pressing) {
+    case Pressing::across_axis: return force - joint.axis.dot(force) * joint.axis;
+    case Pressing::along_axis: return joint.axis.dot(force) * joint.axis;
     default: return force;
   }
 }
@@ -248,13 +233,15 @@ FrictionState make_friction(const Model& model, Work& work) {
       p.cluster = part.cluster;
       p.local = part.v0 + k - model.clusters[part.cluster].v0;
       p.law = *part.joint.friction;
-      p.arm = rotary(part.joint.kind, k) ? p.law.radius : 1.0;
+      p.arm = is_length(part.joint.kind, k) ? 1.0 : p.law.radius;
       p.normal = p.law.normal_force;
       const auto [from, count] = shared_slip(part.joint.kind, k);
       p.phase = p.law.regularised ? FrictionPhase::regularised : count > 1 ? FrictionPhase::slip : FrictionPhase::forward;
       p.first = static_cast<int>(out.points.size()) - k + from;
       p.count = count;
-      if (part.joint.kind == JointKind::cylindrical && k == 1) p.weight = p.arm;
+      // Where lengths and angles slip on one surface, an angle counts by its radius.
+      for (int other = from; other < from + count; ++other)
+        if (is_length(part.joint.kind, other)) p.weight = p.arm;
       out.reactions = out.reactions || p.law.reaction;
       out.points.push_back(p);
     }

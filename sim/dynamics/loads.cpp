@@ -5,6 +5,7 @@
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/stops.h"
 #include "sim/model/joint_motion.h"
+#include "sim/scene/joint_kinds.h"
 
 #include <algorithm>
 #include <cmath>
@@ -105,7 +106,7 @@ void distributed_load(const Model& model, const Work& work, const Load& load, Ve
   Fe = p.terms.Mre.topRows<3>().transpose() * d;
 }
 
-// Spring of a joint that closes a loop (revolute or prismatic): deflection, its rate, and the relative pose. An angle counts by the
+// Spring of a joint that closes a loop (JointTraits::read_off): deflection, its rate, and the relative pose. An angle counts by the
 // shorter way round from the spring's rest.
 struct LoopSpring {
   double deflection, rate;
@@ -115,18 +116,9 @@ struct LoopSpring {
 LoopSpring loop_spring(const Model& model, const Work& work, const LoopJoint& loop) {
   LoopSpring out;
   out.relative = compose(inverse(frame_world(model, work, loop.a)), frame_world(model, work, loop.b));
-  const Vec6& Va = work.frames[loop.a].V;
-  const Vec6& Vb = work.frames[loop.b].V;
-  const Vec3 wa = Va.tail<3>();
-  if (loop.kind == JointKind::prismatic) {
-    out.deflection = loop.axis.dot(out.relative.p) - loop.spring->rest;
-    out.rate = loop.axis.dot(out.relative.R * Vb.head<3>() - Va.head<3>() - wa.cross(out.relative.p));
-  } else {
-    const JointAxes f = joint_axes(loop.axis);
-    const Vec3 x = out.relative.R * f.x;
-    out.deflection = std::remainder(std::atan2(f.y.dot(x), f.x.dot(x)) - loop.spring->rest, 2.0 * std::numbers::pi);
-    out.rate = loop.axis.dot(out.relative.R * Vb.tail<3>() - wa);
-  }
+  out.deflection = pose_coordinate(loop.kind, loop.axis, out.relative) - loop.spring->rest;
+  if (!is_length(loop.kind, 0)) out.deflection = std::remainder(out.deflection, 2.0 * std::numbers::pi);
+  out.rate = pose_rate(loop.kind, loop.axis, out.relative, work.frames[loop.a].V, work.frames[loop.b].V);
   return out;
 }
 
@@ -138,7 +130,7 @@ void apply_loop_spring(const Model& model, Work& work, const LoopJoint& loop) {
   const LoopSpring s = loop_spring(model, work, loop);
   const Vec3 push = -(loop.spring->preload + loop.spring->stiffness * s.deflection + loop.spring->damping * s.rate) * loop.axis;
   Vec6 on = Vec6::Zero(), back = Vec6::Zero();
-  if (loop.kind == JointKind::prismatic) {
+  if (is_length(loop.kind, 0)) {
     on.head<3>() = s.relative.R.transpose() * push;
     back.head<3>() = -push;
     back.tail<3>() = -s.relative.p.cross(push);
@@ -156,13 +148,13 @@ using JointMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 
 
 // Joint coordinates as a scene counts them (orientations as rotation vectors), and dc/dt = J w. Where the two are one, J stays empty.
 void scene_joint_coordinates(const TreeJoint& joint, const double* q, JointVector& c, JointMatrix& J) {
-  if (joint.kind != JointKind::spherical && joint.kind != JointKind::free) {
+  if (!has_orientation(joint.kind)) {
     c = Eigen::Map<const JointVector>(q, joint.nv);
     J.resize(0, 0);
     return;
   }
-  const int at = joint.kind == JointKind::free ? 3 : 0;
-  const Mat3 R = Quat(q[at], q[at + 1], q[at + 2], q[at + 3]).normalized().toRotationMatrix();
+  const int at = traits(joint.kind).quaternion;
+  const Mat3 R = orientation_of(joint.kind, q);
   const Vec3 a = rotation_log(R);
   c.resize(joint.nv);
   J = JointMatrix::Zero(joint.nv, joint.nv);

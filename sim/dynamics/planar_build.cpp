@@ -2,6 +2,7 @@
 
 #include "sim/bodies/axis_mass.h"
 #include "sim/dynamics/kinematics.h"
+#include "sim/scene/joint_kinds.h"
 
 #include <fmt/format.h>
 
@@ -95,7 +96,7 @@ std::unique_ptr<PlanarDynamics> PlanarDynamics::make(const Model& model, const W
   // The normal: the axis of the first hinge.
   Vec3 normal = Vec3::Zero();
   for (const Part& p : model.parts)
-    if (p.joint.kind == JointKind::revolute || p.joint.kind == JointKind::planar) {
+    if (traits(p.joint.kind).in_plane == InPlane::axis_normal) {
       normal = frame_world(model, work, p.joint.reversed ? p.joint.outboard : p.joint.inboard).R * p.joint.axis;
       break;
     }

@@ -10,6 +10,7 @@
 #include "sim/bodies/state_space.h"
 #include "sim/model/effects.h"
 #include "sim/model/joint_motion.h"
+#include "sim/scene/joint_kinds.h"
 
 #include <fmt/format.h>
 
@@ -109,8 +110,7 @@ std::vector<HeldPoint> held_points(const Scene& scene, const std::string& body, 
   };
   for (const JointDef& j : scene.joints) {
     const bool driven = !j.motion.empty() || j.motion_table || j.spring || j.friction || j.stop;
-    const bool free_to_turn = j.kind == JointKind::spherical || j.kind == JointKind::point_on_line || j.kind == JointKind::point_on_plane ||
-                              j.kind == JointKind::distance || (planar && (j.kind == JointKind::revolute || j.kind == JointKind::planar));
+    const bool free_to_turn = passes_no_moment(j.kind) || (planar && traits(j.kind).in_plane == InPlane::axis_normal);
     for (const FrameRef* f : {&j.parent, &j.child}) {
       hold(*f, true, !free_to_turn, false);
       hold(*f, false, driven && free_to_turn, true);

@@ -1,6 +1,7 @@
 #include "sim/model/effects.h"
 
 #include "sim/model/joint_motion.h"
+#include "sim/scene/joint_kinds.h"
 
 #include <fmt/format.h>
 
@@ -33,16 +34,15 @@ bool planar_about(const Scene& scene, const std::vector<Mat3>& orientation, cons
   std::vector<char> held(scene.bodies.size(), 0);
   for (const JointDef& j : scene.joints) {
     const Vec3 a = frame_axes(j.parent) * rotation_exp(j.rotation) * j.axis;
-    switch (j.kind) {
-      case JointKind::weld: break;
-      case JointKind::revolute: case JointKind::planar:
+    switch (traits(j.kind).in_plane) {
+      case InPlane::any_axis: break;
+      case InPlane::axis_normal:
         if (!parallel(a, n)) return false;
         break;
-      case JointKind::prismatic: case JointKind::point_on_line: case JointKind::point_on_plane:
+      case InPlane::axis_within:
         if (!normal(a, n)) return false;
         break;
-      case JointKind::distance: break;
-      default: return false;
+      case InPlane::never: return false;
     }
     if (is_tree_kind(j.kind)) {
       const int b = body_index(scene, j.child.body);
@@ -80,7 +80,7 @@ Vec3 plane_normal(const Scene& scene, const std::vector<Mat3>& orientation) {
   // Candidates: the axes that hinges have, then the world's, then the beams' own.
   std::vector<Vec3> candidates;
   for (const JointDef& j : scene.joints)
-    if (j.kind == JointKind::revolute || j.kind == JointKind::planar) {
+    if (traits(j.kind).in_plane == InPlane::axis_normal) {
       const int b = body_index(scene, j.parent.body);
       candidates.push_back((b < 0 ? Mat3(Mat3::Identity()) : orientation[b]) * rotation_exp(j.rotation) * j.axis);
       break;

@@ -3,12 +3,14 @@
 #include "sim/base/words.h"
 #include "sim/model/bodies.h"
 #include "sim/model/joint_motion.h"
+#include "sim/scene/joint_kinds.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <functional>
 #include <numeric>
+#include <tuple>
 
 namespace flexframe::sim {
 namespace {
@@ -17,28 +19,15 @@ std::string joint_where(const Scene& scene, const JointDef& j) {
   return fmt::format("{}:{}: joint '{}'", scene.file.string(), j.line, j.name);
 }
 
-// Closure rows of a joint kind about an axis in the parent frame (every joint in space; what a planar loop has too many is found redundant).
+// Closure rows of a joint kind about an axis in the parent frame: of every joint in space, those of plane loops are found redundant.
 std::vector<ClosureRow> closure_rows(JointKind kind, const Vec3& axis, double length) {
-  const JointAxes f = joint_axes(axis);
+  const ClosureFacts& facts = *traits(kind).closure;
+  const JointAxes axes = joint_axes(axis);
+  const auto named = [&](char letter) { return letter == 'x' ? axes.x : letter == 'y' ? axes.y : axes.z; };
   std::vector<ClosureRow> rows;
-  const auto translation = [&](const Vec3& u) { rows.push_back({ClosureRow::translation, u, Vec3::Zero(), 0.0}); };
-  const auto angle = [&](const Vec3& u, const Vec3& b) { rows.push_back({ClosureRow::angle, u, b, 0.0}); };
-  switch (kind) {
-    case JointKind::weld: case JointKind::revolute: case JointKind::spherical: case JointKind::universal:
-      translation(f.x), translation(f.y), translation(f.z);
-      break;
-    case JointKind::prismatic: case JointKind::cylindrical: case JointKind::point_on_line:
-      translation(f.x), translation(f.y);
-      break;
-    case JointKind::planar: case JointKind::point_on_plane: translation(f.z); break;
-    case JointKind::distance: rows.push_back({ClosureRow::distance, Vec3::Zero(), Vec3::Zero(), length}); break;
-    default: break;
-  }
-  if (kind == JointKind::weld || kind == JointKind::prismatic || kind == JointKind::revolute || kind == JointKind::cylindrical ||
-      kind == JointKind::planar)
-    angle(f.x, f.z), angle(f.y, f.z);
-  if (kind == JointKind::weld || kind == JointKind::prismatic) angle(f.x, f.y);
-  if (kind == JointKind::universal) angle(f.z, f.x);
+  for (char u : facts.places) rows.push_back({ClosureRow::translation, named(u), Vec3::Zero(), 0.0});
+  for (std::size_t k = 0; k < facts.turns.size(); k += 2) rows.push_back({ClosureRow::angle, named(facts.turns[k]), named(facts.turns[k + 1]), 0.0});
+  if (facts.distance) rows.push_back({ClosureRow::distance, Vec3::Zero(), Vec3::Zero(), length});
   return rows;
 }
 
@@ -62,12 +51,13 @@ int tree_priority(const JointDef& j) {
 // What a loop joint cannot carry: everything that needs the joint's own coordinates. A spring on an angle or a slide, and their values, follow
 // from the relative pose.
 bool needs_coordinates(const Scene& scene, const JointDef& j) {
-  if (j.kind == JointKind::point_on_line) return j.spring || j.friction || j.stop;
-  if (rate_count(j.kind) == 0) return false;
-  if (!j.motion.empty() || j.motion_table || j.friction || j.stop || j.initial.value || j.initial.rate || j.kind == JointKind::screw) return true;
+  const JointTraits& facts = traits(j.kind);
+  if (facts.split) return j.spring || j.friction || j.stop;
+  if (facts.rates.empty()) return false;
+  if (!j.motion.empty() || j.motion_table || j.friction || j.stop || j.initial.value || j.initial.rate || !facts.closure) return true;
   for (const ForceDef& f : scene.forces)
     if (f.table && f.table_joint == j.name) return true;
-  if (j.kind == JointKind::revolute || j.kind == JointKind::prismatic) return false;
+  if (facts.read_off) return false;
   if (j.spring) return true;
   for (const OutputDef& o : scene.outputs)
     if (o.of.frame.empty() && o.of.body == j.name && (o.quantity == Quantity::value || o.quantity == Quantity::rate)) return true;
@@ -159,7 +149,7 @@ Model build_model(const Scene& scene) {
     }
     if (!j.motion.empty()) {
       if (rate_count(j.kind) != 1)
-        throw InputError(fmt::format("{}: 'motion' needs a joint with one coordinate (revolute, prismatic, screw)", where));
+        throw InputError(fmt::format("{}: 'motion' needs a joint with one coordinate ({})", where, joint_words(has_one_coordinate)));
       t.motion = static_cast<int>(model.expressions.size());
       try {
         model.expressions.emplace_back(Expression(j.motion));
@@ -204,11 +194,8 @@ Model build_model(const Scene& scene) {
     weld.frame_b = edges[k].frame_b;
     weld.joint.name = link.name;
     weld.joint.kind = JointKind::weld;
-    if (edges[k].joint.kind == JointKind::point_on_line) {
-      // What acts along the line acts on a slide, which carries the point.
-      edges[k].joint.kind = JointKind::prismatic;
-      weld.joint.kind = JointKind::spherical;
-    }
+    // What acts along a line acts on a slide, which carries the point.
+    if (const auto& split = traits(edges[k].joint.kind).split) std::tie(edges[k].joint.kind, weld.joint.kind) = *split;
     edges[k].b = at;
     edges[k].frame_b = frame;
     group.push_back(n);

@@ -1,5 +1,7 @@
 #include "sim/model/motion_jumps.h"
 
+#include "sim/scene/joint_kinds.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -25,7 +27,7 @@ void check_motions(Model& model, const Scene& scene, Notes& notes) {
       const TimeJet a = f.jet(t);
       f.freeze(0.5 * (t + after));
       const TimeJet b = f.jet(t);
-      const bool length = j.kind == JointKind::prismatic;
+      const bool length = is_length(j.kind, 0);
       if (std::abs(b.value - a.value) > 1e-9 * std::max({1.0, std::abs(a.value), std::abs(b.value)}))
         throw InputError(fmt::format("{}:{}: joint '{}': key 'motion' jumps by {:.4g} {} at t = {:.6g} s, from {:.6g} to {:.6g}: no drive can do that; join the pieces", scene.file.string(), def.line, def.name,
                                      b.value - a.value, length ? "m" : "rad", t, a.value, b.value));

@@ -6,6 +6,7 @@
 #include "sim/dynamics/kinematics.h"
 #include "sim/model/bodies.h"
 #include "sim/model/model_build.h"
+#include "sim/scene/joint_kinds.h"
 
 #include <fmt/format.h>
 
@@ -19,10 +20,6 @@ bool energy_quantity(Quantity q) {
   return q == Quantity::energy || q == Quantity::kinetic || q == Quantity::strain || q == Quantity::potential;
 }
 bool joint_quantity(Quantity q) { return q == Quantity::value || q == Quantity::rate || q == Quantity::reaction; }
-
-int coordinate_columns(JointKind kind) {
-  return kind == JointKind::free ? 6 : rate_count(kind);
-}
 
 // The part's own acceleration includes the field of gravity; this is the frame's true one, world axes.
 Vec3 world_acceleration(const Model& model, Work& work, int frame) {
@@ -40,7 +37,7 @@ void joint_columns(const Model& model, const OutputPlan& plan, Work& work, const
   const bool value = plan.def.quantity == Quantity::value;
   if (plan.loop >= 0) {
     out[0] = value ? loop_value(model, work, plan.loop) : loop_rate(model, work, plan.loop);
-    if (value && previous && model.loops[plan.loop].kind == JointKind::revolute)
+    if (value && previous && !is_length(model.loops[plan.loop].kind, 0))
       out[0] += 2.0 * std::numbers::pi * std::round((previous[0] - out[0]) / (2.0 * std::numbers::pi));
     return;
   }
@@ -52,13 +49,12 @@ void joint_columns(const Model& model, const OutputPlan& plan, Work& work, const
   }
   const double* q = work.q.data() + part.q0;
   const double* w = work.w.data() + part.v0;
-  const bool quaternion = j.kind == JointKind::spherical || j.kind == JointKind::free;
-  if (!quaternion) {
+  if (!has_orientation(j.kind)) {
     for (int k = 0; k < plan.count; ++k) out[k] = value ? q[k] : w[k];
     return;
   }
-  const int at = j.kind == JointKind::free ? 3 : 0;
-  const Mat3 R = Quat(q[at], q[at + 1], q[at + 2], q[at + 3]).normalized().toRotationMatrix();
+  const int at = traits(j.kind).quaternion;
+  const Mat3 R = orientation_of(j.kind, q);
   if (value) {
     for (int k = 0; k < at; ++k) out[k] = q[k];
     Vec3 a = rotation_log(R);
@@ -160,13 +156,12 @@ OutputPlans plan_outputs(Model& model, const Scene& scene) {
         units = {"N", "N", "N", "N m", "N m", "N m"};
         plans.reactions = plans.accelerations = true;
       } else {
-        const int n = coordinate_columns(j.kind);
+        const int n = rate_count(j.kind);
         if (n == 0) throw InputError(fmt::format("{}: a joint of this kind has no coordinate; its quantity can be: reaction", where));
         if (n > 1) tags.clear();
-        for (int k = 0; k < n && n > 1; ++k) tags.push_back(n == 3 && j.kind == JointKind::spherical ? xyz[k] : fmt::format(".{}", k + 1));
+        for (int k = 0; k < n && n > 1; ++k) tags.push_back(traits(j.kind).quaternion == 0 ? xyz[k] : fmt::format(".{}", k + 1));
         for (int k = 0; k < n; ++k) {
-          const bool length = j.kind == JointKind::prismatic || (j.kind == JointKind::cylindrical && k == 0) ||
-                              (j.kind == JointKind::planar && k < 2) || (j.kind == JointKind::free && k < 3);
+          const bool length = is_length(j.kind, k);
           units.push_back(def.quantity == Quantity::value ? (length ? "m" : "rad") : (length ? "m/s" : "rad/s"));
         }
       }
@@ -249,10 +244,7 @@ Pose shown_world(const Model& model, Work& work, int part) {
 
 double loop_value(const Model& model, const Work& work, int loop) {
   const LoopJoint& j = model.loops[loop];
-  const Pose rel = compose(inverse(frame_world(model, work, j.a)), frame_world(model, work, j.b));
-  if (j.kind == JointKind::prismatic) return j.axis.dot(rel.p);
-  const JointAxes f = joint_axes(j.axis);
-  return std::atan2(f.y.dot(rel.R * f.x), f.x.dot(rel.R * f.x));
+  return pose_coordinate(j.kind, j.axis, compose(inverse(frame_world(model, work, j.a)), frame_world(model, work, j.b)));
 }
 
 double loop_rate(const Model& model, Work& work, int loop) {
@@ -262,11 +254,7 @@ double loop_rate(const Model& model, Work& work, int loop) {
     update_frame_velocity(model, f, work);
   }
   const Pose rel = compose(inverse(frame_world(model, work, j.a)), frame_world(model, work, j.b));
-  const Vec6& Va = work.frames[j.a].V;
-  const Vec6& Vb = work.frames[j.b].V;
-  const Vec3 wa = Va.tail<3>();
-  if (j.kind == JointKind::prismatic) return j.axis.dot(rel.R * Vb.head<3>() - Va.head<3>() - wa.cross(rel.p));
-  return j.axis.dot(rel.R * Vb.tail<3>() - wa);
+  return pose_rate(j.kind, j.axis, rel, work.frames[j.a].V, work.frames[j.b].V);
 }
 
 Vec3 continue_rotation(const Vec3& a, const Vec3& previous) {

@@ -4,6 +4,7 @@
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/massless.h"
 #include "sim/model/bodies.h"
+#include "sim/scene/joint_kinds.h"
 
 #include <fmt/format.h>
 
@@ -18,23 +19,6 @@ const char* kind_name(const BodyDef& body) {
   if (std::holds_alternative<BeamDef>(body.kind)) return "beam";
   if (std::holds_alternative<ModalDef>(body.kind)) return "modal";
   return "statespace";
-}
-
-const char* joint_name(JointKind kind) {
-  switch (kind) {
-    case JointKind::weld: return "weld";
-    case JointKind::revolute: return "revolute";
-    case JointKind::prismatic: return "prismatic";
-    case JointKind::cylindrical: return "cylindrical";
-    case JointKind::universal: return "universal";
-    case JointKind::spherical: return "spherical";
-    case JointKind::planar: return "planar";
-    case JointKind::free: return "free";
-    case JointKind::screw: return "screw";
-    case JointKind::point_on_line: return "point-on-line";
-    case JointKind::point_on_plane: return "point-on-plane";
-    default: return "distance";
-  }
 }
 
 int first_piece(const Model& model, int body) { return model.pieces[body].front(); }
@@ -135,7 +119,7 @@ Recorder::Recorder(System& system, const std::vector<double>& times) {
     const JointDef& def = system.scene.joints[k];
     ResultJoint joint;
     joint.name = def.name;
-    joint.kind = joint_name(def.kind);
+    joint.kind = traits(def.kind).word;
     joint.position = Eigen::MatrixX3d::Zero(nt, 3);
     joint.orientation = Eigen::MatrixX4d::Zero(nt, 4);
     int frame = -1;

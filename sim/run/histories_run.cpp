@@ -3,6 +3,7 @@
 #include "sim/results/recorder.h"
 #include "sim/run/complete_inertia.h"
 #include "sim/run/integrate_run.h"
+#include "sim/scene/joint_kinds.h"
 #include "sim/start/make_system.h"
 
 #include <algorithm>
@@ -17,7 +18,7 @@ bool counts_turns(const Model& model, const Scene& scene, const OutputDef& outpu
   for (const LoopJoint& l : model.loops)
     if (l.name == output.of.body) return true;
   for (const JointDef& j : scene.joints)
-    if (j.name == output.of.body) return j.kind == JointKind::spherical || j.kind == JointKind::free;
+    if (j.name == output.of.body) return has_orientation(j.kind);
   return true;
 }
 

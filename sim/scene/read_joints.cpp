@@ -1,6 +1,7 @@
 // [[joint]], [[force]] and [[output]] tables.
 #include "sim/base/words.h"
 #include "sim/scene/expression.h"
+#include "sim/scene/joint_kinds.h"
 #include "sim/scene/scene_input.h"
 #include "sim/scene/table.h"
 
@@ -17,52 +18,31 @@ namespace {
 
 using Words = std::vector<std::string>;
 
-const Words joint_kinds{"weld", "revolute", "prismatic", "cylindrical", "universal", "spherical", "planar", "free", "screw",
-                        "point-on-line", "point-on-plane", "distance"};
+// Those of the table, where kinds with a word stand first: a word's place is its kind.
+const Words joint_words_in_order = [] {
+  Words out;
+  for (const JointTraits& t : joint_kinds())
+    if (!t.word.empty()) out.emplace_back(t.word);
+  return out;
+}();
 const Words force_kinds{"force", "torque", "spring-damper", "distributed", "bushing"};
 const Words force_frames{"world", "body"};
 const Words reaction_frames{"world", "parent", "child"};
 const Words quantities{"position", "velocity", "acceleration", "rotation", "angular_velocity", "displacement",
                        "value", "rate", "reaction", "q", "qd", "energy", "kinetic", "strain", "potential"};
 
-// Numbers of a joint's coordinate list; orientations as rotation vectors.
-std::size_t coordinate_count(JointKind kind) {
-  switch (kind) {
-    case JointKind::revolute:
-    case JointKind::prismatic:
-    case JointKind::screw: return 1;
-    case JointKind::cylindrical:
-    case JointKind::universal: return 2;
-    case JointKind::spherical:
-    case JointKind::planar: return 3;
-    case JointKind::free: return 6;
-    default: return 0;
-  }
-}
-
-const char* coordinate_names(JointKind kind) {
-  switch (kind) {
-    case JointKind::cylindrical: return "[distance, angle]";
-    case JointKind::universal: return "[angle about the axis, angle about the second axis]";
-    case JointKind::spherical: return "[rotation x, y, z]";
-    case JointKind::planar: return "[x, y, angle]";
-    case JointKind::free: return "[x, y, z, rotation x, y, z]";
-    default: return "one number";
-  }
-}
-
 std::vector<double> read_coordinates(const TableReader& reader, std::string_view key, JointKind kind) {
-  const std::size_t count = coordinate_count(kind);
+  const std::size_t count = traits(kind).rates.size();
   const TomlValue& value = reader.required(key);
   // a free joint's rate may be the angular velocity alone
-  if (kind == JointKind::free && key == "rate" && value.type == TomlValue::Type::array && value.items.size() == 3) {
+  if (traits(kind).quaternion == 3 && key == "rate" && value.type == TomlValue::Type::array && value.items.size() == 3) {
     std::vector<double> rate = reader.numbers(key, 3, 3);
     rate.insert(rate.begin(), 3, 0.0);
     return rate;
   }
   const std::size_t given = value.type == TomlValue::Type::array ? value.items.size() : 1;
   if (value.type == TomlValue::Type::array ? given != count : count != 1)
-    reader.fail(key, fmt::format("of a {} joint must be {}, found {}", joint_kinds[static_cast<std::size_t>(kind)], coordinate_names(kind), describe(value)));
+    reader.fail(key, fmt::format("of a {} joint must be {}, found {}", traits(kind).word, traits(kind).coordinates, describe(value)));
   return reader.number_or_numbers(key, count, count);
 }
 
@@ -284,8 +264,9 @@ JointDef read_joint(TableReader& reader, const Scene& scene) {
   joint.name = reader.text("name");
   check_name(reader, "name", joint.name, "joint");
   reader.set_label(fmt::format("[[joint]] {}", quote(joint.name)));
-  joint.kind = static_cast<JointKind>(reader.word("kind", joint_kinds));
-  const std::string& kind = joint_kinds[static_cast<std::size_t>(joint.kind)];
+  joint.kind = static_cast<JointKind>(reader.word("kind", joint_words_in_order));
+  const JointTraits& facts = traits(joint.kind);
+  const std::string kind(facts.word);
   reader.allow({"name", "kind", "parent", "child", "axis", "position", "rotation", "pitch", "length", "initial", "motion", "spring", "friction", "stop"});
 
   // ends and placement
@@ -298,21 +279,21 @@ JointDef read_joint(TableReader& reader, const Scene& scene) {
   joint.rotation = reader.vector3("rotation", Vec3::Zero());
 
   // numbers that belong to one kind
-  if (joint.kind == JointKind::screw) {
+  if (facts.pitch) {
     joint.pitch = reader.number("pitch");
     if (joint.pitch == 0.0) reader.fail("pitch", "must not be 0 (that is a revolute joint)");
   } else if (reader.has("pitch")) {
-    reader.fail("pitch", fmt::format("belongs to joints of kind 'screw'; this one is '{}'", kind));
+    reader.fail("pitch", fmt::format("belongs to joints of kind '{}'; this one is '{}'", joint_words([](const JointTraits& t) { return t.pitch; }), kind));
   }
-  if (joint.kind == JointKind::distance) joint.length = reader.number("length", positive);
-  else if (reader.has("length")) reader.fail("length", fmt::format("belongs to joints of kind 'distance'; this one is '{}'", kind));
+  if (facts.length) joint.length = reader.number("length", positive);
+  else if (reader.has("length")) reader.fail("length", fmt::format("belongs to joints of kind '{}'; this one is '{}'", joint_words([](const JointTraits& t) { return t.length; }), kind));
 
   // what acts along the coordinates
-  const std::size_t count = coordinate_count(joint.kind);
+  const std::size_t count = facts.rates.size();
   for (const char* key : {"initial", "motion"})
     if (count == 0 && reader.has(key)) reader.fail(key, fmt::format("has no meaning for a {} joint, which has no coordinate", kind));
   for (const char* key : {"spring", "friction", "stop"})
-    if (count == 0 && joint.kind != JointKind::point_on_line && reader.has(key))
+    if (count == 0 && !facts.split && reader.has(key))
       reader.fail(key, fmt::format("has no meaning for a {} joint, which has no coordinate", kind));
   if (const auto initial = reader.table("initial")) {
     initial->allow({"value", "rate"});
@@ -320,7 +301,7 @@ JointDef read_joint(TableReader& reader, const Scene& scene) {
     if (initial->has("rate")) joint.initial.rate = read_coordinates(*initial, "rate", joint.kind);
   }
   if (reader.has("motion")) {
-    if (count != 1) reader.fail("motion", fmt::format("needs a joint with one coordinate (revolute, prismatic, screw); a {} joint has {}", kind, count));
+    if (count != 1) reader.fail("motion", fmt::format("needs a joint with one coordinate ({}); a {} joint has {}", joint_words(has_one_coordinate), kind, count));
     if (reader.find("motion")->type == TomlValue::Type::table) {
       const TableReader motion = *reader.table("motion");
       motion.allow({"table", "file", "period"});
@@ -413,8 +394,8 @@ ForceDef read_force(TableReader& reader, const Scene& scene) {
     const std::string hint = did_you_mean(force.table_joint, known);
     value.fail("of", fmt::format("names the joint {}, which does not exist{}{} there are {}", quote(force.table_joint), hint, hint.empty() ? ";" : "", list_words(known)));
   }
-  if (coordinate_count(joint->kind) != 1)
-    value.fail("of", fmt::format("needs a joint with one coordinate; {} is {} with {}", quote(joint->name), joint_kinds[static_cast<std::size_t>(joint->kind)], coordinate_count(joint->kind)));
+  if (traits(joint->kind).rates.size() != 1)
+    value.fail("of", fmt::format("needs a joint with one coordinate; {} is {} with {}", quote(joint->name), traits(joint->kind).word, traits(joint->kind).rates.size()));
   return force;
 }
 
@@ -450,8 +431,8 @@ OutputDef read_output(TableReader& reader, const Scene& scene) {
         const std::string hint = did_you_mean(of, known);
         reader.fail("of", fmt::format("must be a joint for the quantity '{}', and {} is none{}{} there are {}", quantity, quote(of), hint, hint.empty() ? ";" : "", list_words(known)));
       }
-      if (output.quantity != Quantity::reaction && coordinate_count(joint->kind) == 0)
-        reader.fail("quantity", fmt::format("is '{}', but a {} joint has no coordinate", quantity, joint_kinds[static_cast<std::size_t>(joint->kind)]));
+      if (output.quantity != Quantity::reaction && traits(joint->kind).rates.size() == 0)
+        reader.fail("quantity", fmt::format("is '{}', but a {} joint has no coordinate", quantity, traits(joint->kind).word));
       return output;
     }
     default: break;

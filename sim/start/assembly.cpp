@@ -6,6 +6,7 @@
 #include "sim/dynamics/kinematics.h"
 #include "sim/model/bodies.h"
 #include "sim/model/joint_motion.h"
+#include "sim/scene/joint_kinds.h"
 
 #include <fmt/format.h>
 
@@ -22,21 +23,17 @@ void set_joint_value(const TreeJoint& joint, const std::vector<double>& value, d
     const Quat r(rotation_exp(a));
     out[0] = r.w(), out[1] = r.x(), out[2] = r.y(), out[3] = r.z();
   };
-  if (joint.kind == JointKind::spherical) {
-    quaternion(Vec3(value[0], value[1], value[2]), q);
-  } else if (joint.kind == JointKind::free) {
-    for (int i = 0; i < 3; ++i) q[i] = value[i];
-    quaternion(value.size() == 6 ? Vec3(value[3], value[4], value[5]) : Vec3(Vec3::Zero()), q + 3);
-  } else {
-    for (int i = 0; i < joint.nq; ++i) q[i] = value[i];
-  }
+  const int at = traits(joint.kind).quaternion;
+  for (int i = 0; i < (at < 0 ? joint.nq : at); ++i) q[i] = value[static_cast<size_t>(i)];
+  if (at < 0) return;
+  const size_t turn = static_cast<size_t>(at);
+  quaternion(value.size() > turn ? Vec3(value[turn], value[turn + 1], value[turn + 2]) : Vec3(Vec3::Zero()), q + at);
 }
 
 // Rates: angular velocities (spherical) and velocities (free) are given in the parent frame, kept in the child's axes.
 void set_joint_rate(const TreeJoint& joint, const std::vector<double>& rate, const double* q, double* w) {
-  if (joint.kind == JointKind::spherical || joint.kind == JointKind::free) {
-    const int at = joint.kind == JointKind::free ? 3 : 0;
-    const Mat3 R = Quat(q[at], q[at + 1], q[at + 2], q[at + 3]).normalized().toRotationMatrix();
+  if (has_orientation(joint.kind)) {
+    const Mat3 R = orientation_of(joint.kind, q);
     for (size_t block = 0; block < rate.size() / 3; ++block) {
       const Vec3 v = R.transpose() * Vec3(rate[3 * block], rate[3 * block + 1], rate[3 * block + 2]);
       for (size_t i = 0; i < 3; ++i) w[3 * block + i] = v[i];
@@ -153,14 +150,17 @@ double assemble_positions(const Model& model, int cluster, const std::vector<int
     double d = 0.0;
     for (int i : c.parts) {
       const Part& p = model.parts[i];
-      for (int k = 0; k < p.joint.nq; ++k) d += std::pow((q[p.q0 + k] - start[p.q0 + k]) * (p.joint.kind == JointKind::prismatic ? 1.0 : c.size), 2);
+      for (int k = 0; k < p.joint.nq; ++k) d += std::pow((q[p.q0 + k] - start[p.q0 + k]) * (is_length(p.joint.kind, k) ? 1.0 : c.size), 2);
     }
     return d;
   };
   const auto along_slides = [&](const VecX& q) {
     double sum = 0.0;
-    for (int i : c.parts)
-      if (model.parts[i].joint.kind == JointKind::prismatic && model.parts[i].joint.nq == 1) sum += q[model.parts[i].q0];
+    for (int i : c.parts) {
+      // A slide has one length among its coordinates.
+      const std::string_view rates = traits(model.parts[i].joint.kind).rates;
+      if (model.parts[i].joint.nq > 0 && std::count(rates.begin(), rates.end(), 'm') == 1) sum += q[model.parts[i].q0 + static_cast<int>(rates.find('m'))];
+    }
     return sum;
   };
   // A reproducible sequence of directions (Weyl's: fractional parts of multiples of irrational numbers) in growing circles.
@@ -283,11 +283,11 @@ void assemble(Model& model, const Scene& scene, Work& work, Notes& notes) {
     const JointDef& def = scene.joints[p.joint.scene_joint];
     const int nv = p.joint.nv;
     if (def.initial.value) {
-      require_count(scene, def, "value", def.initial.value->size(), p.joint.kind == JointKind::free ? std::initializer_list<int>{3, 6} : std::initializer_list<int>{nv});
+      require_count(scene, def, "value", def.initial.value->size(), traits(p.joint.kind).quaternion > 0 ? std::initializer_list<int>{3, nv} : std::initializer_list<int>{nv});
       set_joint_value(p.joint, *def.initial.value, work.q.data() + p.q0);
     }
     if (def.initial.rate) {
-      require_count(scene, def, "rate", def.initial.rate->size(), p.joint.kind == JointKind::free ? std::initializer_list<int>{3, 6} : std::initializer_list<int>{nv});
+      require_count(scene, def, "rate", def.initial.rate->size(), traits(p.joint.kind).quaternion > 0 ? std::initializer_list<int>{3, nv} : std::initializer_list<int>{nv});
       set_joint_rate(p.joint, *def.initial.rate, work.q.data() + p.q0, work.w.data() + p.v0);
     }
   }

@@ -3,6 +3,7 @@
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/flexures.h"
 #include "sim/dynamics/massless.h"
+#include "sim/scene/joint_kinds.h"
 
 #include <algorithm>
 #include <cmath>
@@ -31,12 +32,6 @@ VecX displacement_per_coordinate(const FlexibleBody& body, double size) {
     if (out[k] < 1e-6 * turn[k]) out[k] = turn[k];
     else if (out[k] == 0.0) out[k] = 1.0;
   return out;
-}
-
-// Whether coordinate k of a joint is a length (else an angle or part of a quaternion).
-bool length_coordinate(JointKind kind, int k) {
-  return kind == JointKind::prismatic || (kind == JointKind::cylindrical && k == 0) || (kind == JointKind::planar && k < 2) ||
-         (kind == JointKind::free && k < 3);
 }
 
 }  // namespace
@@ -143,7 +138,7 @@ void update_scale(System& system, const VecX& y) {
     for (int k = 0; k < p.joint.nq; ++k) {
       // A hundredth of a radian, or of the mechanism, is the least motion worth resolving to the relative tolerance; an angle is as good
       // after a thousand turns as after one.
-      const bool length = length_coordinate(p.joint.kind, k);
+      const bool length = is_length(p.joint.kind, k);
       const double unit = length ? cluster_size : 1.0, size = std::abs(y[p.q0 + k]);
       double& q = scale[p.q0 + k];
       q = std::max({q, 1e-2 * unit, length ? size : std::min(size, 1.0)});
@@ -153,7 +148,7 @@ void update_scale(System& system, const VecX& y) {
     for (int k = 0; k < p.joint.nv; ++k) {
       const int r = rate_of[p.v0 + k];
       if (r < 0) continue;
-      const double unit = length_coordinate(p.joint.kind, k) ? cluster_size : 1.0;
+      const double unit = is_length(p.joint.kind, k) ? cluster_size : 1.0;
       scale[r] = std::max({scale[r], 1e-2 * slow * unit, shake[tree[i]] * unit, std::abs(y[r])});
     }
   }
@@ -174,7 +169,7 @@ void update_scale(System& system, const VecX& y) {
     if (!model.massless.rates.empty()) {
       const auto add = [&](double stiffness, double damping, double size) { energy = std::max(energy, (stiffness + damping * slow) * std::pow(1e-3 * size, 2)); };
       for (const Part& p : model.parts)
-        if (p.joint.spring && p.joint.nv > 0) add(p.joint.spring->stiffness, p.joint.spring->damping, length_coordinate(p.joint.kind, 0) ? model.size : 1.0);
+        if (p.joint.spring && p.joint.nv > 0) add(p.joint.spring->stiffness, p.joint.spring->damping, is_length(p.joint.kind, 0) ? model.size : 1.0);
       for (const Load& load : model.loads) {
         if (load.def.kind == ForceKind::spring_damper) add(load.def.spring.stiffness, load.def.spring.damping, model.size);
         if (load.def.kind == ForceKind::bushing) add(load.def.bushing_stiffness.head<3>().maxCoeff(), load.def.bushing_damping.head<3>().maxCoeff(), model.size);

@@ -3,34 +3,39 @@
 #include "sim/dynamics/closure.h"
 #include "sim/dynamics/kinematics.h"
 #include "sim/model/joint_motion.h"
+#include "sim/scene/joint_kinds.h"
 #include "sim/start/make_system.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 
 namespace flexframe::sim {
 namespace {
 
-struct Kind {
-  const char* name;
-  JointKind kind;
-  const char* rate;  // nullptr: no coordinates
-};
+// Every kind of which coordinates describe the motion and which a scene may name, as the table of kinds lists them.
+std::vector<JointTraits> tree_kinds() {
+  std::vector<JointTraits> out;
+  for (const JointTraits& t : joint_kinds())
+    if (t.place && !t.word.empty()) out.push_back(t);
+  return out;
+}
 
-const Kind kinds[] = {{"weld", JointKind::weld, nullptr},
-                      {"revolute", JointKind::revolute, "1.3"},
-                      {"prismatic", JointKind::prismatic, "0.7"},
-                      {"cylindrical", JointKind::cylindrical, "[0.7, 1.3]"},
-                      {"screw", JointKind::screw, "1.3"},
-                      {"universal", JointKind::universal, "[0.9, -1.2]"},
-                      {"spherical", JointKind::spherical, "[0.5, 1.3, -0.8]"},
-                      {"planar", JointKind::planar, "[0.4, -0.6, 1.1]"},
-                      {"free", JointKind::free, "[0.4, -0.6, 0.3, 0.5, 1.3, -0.8]"}};
+bool holds_nothing(const JointTraits& kind) { return kind.rates.size() == 6; }
 
-class EveryJoint : public testing::TestWithParam<Kind> {};
+class EveryJoint : public testing::TestWithParam<JointTraits> {};
 
-std::string pitch(const Kind& kind) { return kind.kind == JointKind::screw ? "pitch = 0.15\n" : ""; }
+std::string pitch(const JointTraits& kind) { return kind.pitch ? "pitch = 0.15\n" : ""; }
+
+// A rate for each coordinate as a scene writes them.
+std::string rates(const JointTraits& kind) {
+  const double lengths[] = {0.4, -0.6, 0.3}, angles[] = {0.9, -1.2, 0.7};
+  size_t m = 0, r = 0;
+  std::string out;
+  for (char unit : kind.rates) out += fmt::format("{}{}", out.empty() ? "" : ", ", unit == 'm' ? lengths[m++] : angles[r++]);
+  return kind.rates.size() == 1 ? out : "[" + out + "]";
+}
 
 // Twist between two poses a step apart, in the axes of the middle one.
 Vec6 difference(const Pose& from, const Pose& middle, const Pose& to, double step) {
@@ -79,15 +84,15 @@ const char* body_a = "[[body]]\nname = \"a\"\nkind = \"rigid\"\nmass = 1.5\niner
 const char* body_b = "[[body]]\nname = \"b\"\nkind = \"rigid\"\nmass = 0.8\ninertia = [0.01, 0.02, 0.025]\ncentre_of_mass = [0.1, -0.1, 0.2]\nframes = { eye = [0.3, 0.2, 0.1], c = [0.1, -0.1, 0.2] }\n";
 
 // Body b hangs on a by the joint; with `loose`, the words of a free joint's start, it is free as well, and the joint is what closes the loop.
-std::string hung(const Kind& kind, const std::string& loose = "") {
+std::string hung(const JointTraits& kind, const std::string& loose = "") {
   return head(0.4, Vec3(2.0, -9.0, 3.0)) + body_a + body_b + joint("base", "revolute", "ground", "a", "axis = [0, 0, 1]\ninitial = { value = 0.3, rate = 2 }\nspring = { stiffness = 5 }") +
          (loose.empty() ? "" : joint("loose", "free", "ground", "b", loose)) +
-         joint("x", kind.name, "a.tip", "b", fmt::format("axis = {}\nrotation = [0.3, -0.2, 0.5]\n{}", kind.kind == JointKind::universal ? "[0, 0, 1]" : "[0.6, 0, 0.8]", pitch(kind))) + output("eye", "b.eye", "position") +
+         joint("x", std::string(kind.word), "a.tip", "b", "axis = [0.6, 0, 0.8]\nrotation = [0.3, -0.2, 0.5]\n" + pitch(kind)) + output("eye", "b.eye", "position") +
          output("force", "x", "reaction") + output("v", "b", "velocity") + output("w", "b", "angular_velocity");
 }
 
 TEST_P(EveryJoint, ClosesALoopAsItHoldsATree) {
-  if (GetParam().kind == JointKind::free) return;  // asks for nothing
+  if (holds_nothing(GetParam())) return;
   const Results tree = run(hung(GetParam()), 1e-10);
   const auto o = tree.bodies[1].orientation.row(0);
   const Vec3 p = tree.bodies[1].position.row(0).transpose(), turn = rotation_log(Quat(o[0], o[1], o[2], o[3]).toRotationMatrix()), v = positions(tree, "v").row(0).transpose(), w = positions(tree, "w").row(0).transpose();
@@ -100,13 +105,13 @@ TEST_P(EveryJoint, ClosesALoopAsItHoldsATree) {
 
 // Rows, their matrix and the acceleration of the closure against differences, away from closed positions too; rigid and elastic bodies.
 TEST_P(EveryJoint, ClosureIsDifferentiated) {
-  if (GetParam().kind == JointKind::free || GetParam().kind == JointKind::screw) return;  // no rows of their own
+  if (!GetParam().closure || holds_nothing(GetParam())) return;  // no rows of their own
   for (const bool elastic : {false, true}) {
     const std::string beam = "[[body]]\nname = \"a\"\nkind = \"beam\"\nlength = 0.5\nsection = { shape = \"rectangle\", width = 0.02, height = 0.01 }\nmaterial = { density = 2700.0, youngs_modulus = 7e9 }\nmodel = \"modal\"\n"
                              "modes = { bending_xy = [1, 2], bending_xz = [1], torsion = [1] }\neffects = [\"bending_xy\", \"bending_xz\", \"torsion\", \"stiffening\"]\n";
     System system = make_system(parse_scene(head(1, Vec3::Zero()) + (elastic ? beam : std::string(body_a)) + body_b + joint("base", "universal", "ground", "a", "") +
                                                 joint("loose", "free", "ground", "b", elastic ? "initial = { value = [0.5, 0, 0, 0, 0, 0] }" : "initial = { value = [0.5, 0.1, 0, 0, 0, 0] }") +
-                                                joint("x", GetParam().name, "a.tip", "b", GetParam().kind == JointKind::universal ? "axis = [0, 0, 1]" : "axis = [0.6, 0, 0.8]"),
+                                                joint("x", std::string(GetParam().word), "a.tip", "b", "axis = [0.6, 0, 0.8]"),
                                             "joints.toml"));
     const Model& model = system.model;
     Work& work = system.work;
@@ -175,11 +180,11 @@ TEST_P(EveryJoint, ClosureIsDifferentiated) {
 
 // Two bodies that fly with the joint between them: momentum, its moment about the origin, and energy stay.
 TEST_P(EveryJoint, FlyingPairKeepsMomentum) {
-  const Kind& kind = GetParam();
-  if (kind.kind == JointKind::free) return;
+  const JointTraits& kind = GetParam();
+  if (holds_nothing(kind)) return;
+  const std::string start = kind.rates.empty() ? "" : fmt::format("initial = {{ rate = {} }}\nspring = {{ stiffness = 3, damping = 0.1 }}", rates(kind));
   const Results r = run(head(0.6, Vec3::Zero()) + body_a + body_b + joint("fly", "free", "ground", "a", "initial = { rate = [0.3, -0.2, 0.5, 1.0, -2.0, 0.7] }") +
-                            joint("x", kind.name, "a.tip", "b", fmt::format("axis = {}\n{}{}", kind.kind == JointKind::universal ? "[0, 0, 1]" : "[0.6, 0, 0.8]", pitch(kind),
-                                                                            kind.rate ? fmt::format("initial = {{ rate = {} }}\nspring = {{ stiffness = 3, damping = 0.1 }}", kind.rate) : "")) +
+                            joint("x", std::string(kind.word), "a.tip", "b", "axis = [0.6, 0, 0.8]\n" + pitch(kind) + start) +
                             output("pa", "a.c", "position") + output("pb", "b.c", "position") + output("va", "a.c", "velocity") + output("vb", "b.c", "velocity") + output("wa", "a", "angular_velocity") +
                             output("wb", "b", "angular_velocity"), 1e-10);
   const Vec3 Ja(0.02, 0.03, 0.04), Jb(0.01, 0.02, 0.025);
@@ -214,7 +219,13 @@ TEST_P(EveryJoint, ErrorFollowsTheTolerance) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, EveryJoint, testing::ValuesIn(kinds), [](const testing::TestParamInfo<Kind>& p) { return std::string(p.param.name); });
+std::string name_of(const testing::TestParamInfo<JointTraits>& p) {
+  std::string out(p.param.word);
+  std::replace(out.begin(), out.end(), '-', '_');
+  return out;
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, EveryJoint, testing::ValuesIn(tree_kinds()), name_of);
 
 }  // namespace
 }  // namespace flexframe::sim
