@@ -215,209 +215,241 @@ double least_mass(const FlexibleBody& body) {
   return M.allFinite() ? SymmetricEigen(M, Eigen::EigenvaluesOnly).eigenvalues()(0) : 0.0;
 }
 
-}  // namespace
+// A file's body step by step.
+class BodyOfSid {
+ public:
+  BodyOfSid(const SidFile& sid, const std::string& name, std::vector<std::string>* notes) : sid_(sid), name_(name), notes_(notes), n_(sid.nelastq) {}
 
-FlexibleBody to_flexible_body(const SidFile& sid, const std::string& name, std::vector<std::string>* notes) {
-  const auto note = [&](std::string text) {
-    if (notes) notes->push_back(std::move(text));
-  };
-  const auto fail = [&](const std::string& text) { throw InputError(name + ": " + text); };
-  FlexibleBody body;
-  const int n = body.n = sid.nelastq;
-  if (!(sid.mass > 0.0)) fail(fmt::format("mass = {}: a body needs a mass > 0", sid.mass));
-  if (!sid.mdCM) fail("block mdCM (mCM) is missing");
-  if (!sid.J) fail("block J (mmi) is missing");
-  if (n > 0 && !sid.Me) fail("block Me is missing");
-  if (n > 0 && !sid.Ke) fail("block Ke is missing");
+  FlexibleBody make() {
+    require_blocks();
+    require_size();
+    body_.n = n_;
+    body_.mass = sid_.mass;
+    body_.labels = sid_.labels;
+    if (!body_.labels.empty()) body_.labels.resize(n_);
+    take_first_moment();
+    take_inertia();
+    take_first_moment_of_second_order();
+    take_angular_momentum();
+    if (n_ > 0) take_structure();
+    for (const SidCheck& c : check_sid(sid_))
+      if (c.residual > 1e-4) note(fmt::format("identity {} does not hold: off by {:.2g} of the largest entry", c.identity, c.residual));
+    for (const SidNode& source : sid_.nodes) take_node(source);
+    if (turned_ > 0) note(fmt::format("{} nodes: psi is taken from AP.M1", turned_));
+    if (const double least = least_mass(body_); least < -1e-6)
+      note(fmt::format("mass, inertia and their coupling to the elastic coordinates contradict each other (scaled, the mass matrix of the free body has the eigenvalue {:.2g}): the body cannot move freely", least));
+    return std::move(body_);
+  }
+
+ private:
+  void note(std::string text) {
+    if (notes_) notes_->push_back(std::move(text));
+  }
+  [[noreturn]] void fail(const std::string& text) const { throw InputError(name_ + ": " + text); }
+
+  void require_blocks() const {
+    if (!(sid_.mass > 0.0)) fail(fmt::format("mass = {}: a body needs a mass > 0", sid_.mass));
+    if (!sid_.mdCM) fail("block mdCM (mCM) is missing");
+    if (!sid_.J) fail("block J (mmi) is missing");
+    if (n_ > 0 && !sid_.Me) fail("block Me is missing");
+    if (n_ > 0 && !sid_.Ke) fail("block Ke is missing");
+  }
 
   // Dense storage against what the file gives: entries, and 64 MB that anybody has.
-  const bool second = has_order(sid.Oe, true) || has_order(sid.Ct, true) || has_order(sid.Cr, true) || has_order(sid.Ge, false);
-  size_t entries = 0;
-  for (const auto* b : {&sid.mdCM, &sid.J, &sid.Ct, &sid.Cr, &sid.Me, &sid.Gr, &sid.Ge, &sid.Oe, &sid.ksigma, &sid.Ke, &sid.De})
-    if (*b) entries += (*b)->entries.size();
-  size_t stiff_nodes = 0;
-  for (const SidNode& node : sid.nodes) {
-    for (const auto* b : {&node.origin, &node.phi, &node.psi, &node.AP})
-      if (*b) entries += (*b)->entries.size();
-    stiff_nodes += has_order(node.phi, true);
-  }
-  const double nd = n;
-  const double bytes = 8.0 * (nd * nd * (3.0 + (second ? 12.0 : 0.0) + 3.0 * static_cast<double>(stiff_nodes)) + 6.0 * nd * static_cast<double>(sid.nodes.size()));
-  if (bytes > 64e6 + 3200.0 * static_cast<double>(entries))
-    fail(fmt::format("nelastq = {} would need {:.0f} MB of matrices, but the file gives only {} numbers", n, bytes / 1e6, entries));
-
-  body.mass = sid.mass;
-  body.labels = sid.labels;
-  if (!body.labels.empty()) body.labels.resize(n);
-  if (sid.mdCM->rows > 0) body.md0 = sid_m0(*sid.mdCM);
-
-  // First moment: Ct is what the equations of motion couple by; mdCM.M1 says the same.
-  body.md1 = Mat3X::Zero(3, n);
-  if (has_order(sid.Ct, false)) body.md1 = sid_m0(*sid.Ct).transpose();
-  if (has_order(sid.mdCM, true)) {
-    Mat3X from_md = Mat3X::Zero(3, n);
-    for (const SidEntry& e : sid.mdCM->entries)
-      if (e.mode > 0) from_md(e.row - 1, e.mode - 1) = e.value;
-    if (!has_order(sid.Ct, false)) {
-      body.md1 = from_md;
-      if (!sid.Ct) note("Ct is missing: taken from mdCM.M1");
-    } else if (const double scale = body.md1.cwiseAbs().maxCoeff(); (from_md - body.md1).cwiseAbs().maxCoeff() > 1e-6 * scale) {
-      note(fmt::format("mdCM.M1 differs from Ct.M0 by {:.2g} of the largest entry: Ct is used", (from_md - body.md1).cwiseAbs().maxCoeff() / scale));
+  void require_size() const {
+    const bool second = has_order(sid_.Oe, true) || has_order(sid_.Ct, true) || has_order(sid_.Cr, true) || has_order(sid_.Ge, false);
+    size_t entries = 0, stiff_nodes = 0;
+    const auto count = [&](std::initializer_list<const std::optional<SidTaylor>*> blocks) {
+      for (const auto* b : blocks)
+        if (*b) entries += (*b)->entries.size();
+    };
+    count({&sid_.mdCM, &sid_.J, &sid_.Ct, &sid_.Cr, &sid_.Me, &sid_.Gr, &sid_.Ge, &sid_.Oe, &sid_.ksigma, &sid_.Ke, &sid_.De});
+    for (const SidNode& node : sid_.nodes) {
+      count({&node.origin, &node.phi, &node.psi, &node.AP});
+      stiff_nodes += has_order(node.phi, true);
     }
+    const double nd = n_;
+    const double bytes = 8.0 * (nd * nd * (3.0 + (second ? 12.0 : 0.0) + 3.0 * static_cast<double>(stiff_nodes)) + 6.0 * nd * static_cast<double>(sid_.nodes.size()));
+    if (bytes > 64e6 + 3200.0 * static_cast<double>(entries))
+      fail(fmt::format("nelastq = {} would need {:.0f} MB of matrices, but the file gives only {} numbers", n_, bytes / 1e6, entries));
   }
 
-  // Inertia, first and second order.
-  if (sid.J->rows > 0) body.J0 = sid_m0(*sid.J);
-  body.J1 = Mat6X::Zero(6, n);
-  if (has_order(sid.J, true)) {
-    for (const SidEntry& e : sid.J->entries)
-      if (e.mode > 0) body.J1(e.row - 1, e.mode - 1) = e.value;
-  } else if (has_order(sid.Oe, false)) {
-    for (const SidEntry& e : sid.Oe->entries)
-      if (e.mode == 0) body.J1(oe_row[e.column - 1], e.row - 1) = -e.value / oe_factor[e.column - 1];
-    note("J has no first order: taken from Oe.M0");
+  // Calls visit for the entries of zeroth order (mode 0), or of first.
+  template <class Visit>
+  static void each(const std::optional<SidTaylor>& block, bool first, const Visit& visit) {
+    for (const SidEntry& e : block->entries)
+      if ((e.mode > 0) == first) visit(e);
   }
-  {
-    Mat3 J;
-    for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 3; ++c) J(r, c) = body.J0(tensor_row[r][c]);
-    const Vec3 eigenvalues = Eigen::SelfAdjointEigenSolver<Mat3>(J, Eigen::EigenvaluesOnly).eigenvalues();
-    // A thin rod has one vanishing moment; digits lost in printing must not refuse it.
-    if (eigenvalues(0) < -1e-6 * std::abs(eigenvalues(2))) fail("J.M0 is no inertia tensor: it has a negative principal moment");
+
+  // An entry of one of several n x n blocks, which are empty where all of them would be zero.
+  double& entry(MatX& block, int row, int column) const {
+    if (block.size() == 0) block = MatX::Zero(n_, n_);
+    return block(row, column);
   }
-  // Symmetric n x n from first-order entries, set only where there are any.
-  const auto symmetric = [&](MatX& m, const std::string& what) {
+
+  void make_symmetric(MatX& m, const std::string& what) {
     if (m.size() == 0) return;
     const double scale = m.cwiseAbs().maxCoeff();
     const double skewness = (m - m.transpose()).cwiseAbs().maxCoeff();
     if (skewness > 1e-6 * scale) note(fmt::format("{} is not symmetric (by {:.2g} of its largest entry): its symmetric part is used", what, skewness / scale));
     m = (0.5 * (m + m.transpose())).eval();
-  };
-  if (has_order(sid.Oe, true)) {
-    for (const SidEntry& e : sid.Oe->entries)
-      if (e.mode > 0) {
-        MatX& J2 = body.J2[oe_row[e.column - 1]];
-        if (J2.size() == 0) J2 = MatX::Zero(n, n);
-        J2(e.row - 1, e.mode - 1) = -e.value / oe_factor[e.column - 1];
-      }
-    for (MatX& J2 : body.J2) symmetric(J2, "Oe.M1");
-  } else if (n > 0) {
-    note("Oe has no first order: the inertia is linear in the elastic coordinates");
-  }
-  if (has_order(sid.Ct, true)) {
-    for (const SidEntry& e : sid.Ct->entries)
-      if (e.mode > 0) {
-        MatX& md2 = body.md2[e.column - 1];
-        if (md2.size() == 0) md2 = MatX::Zero(n, n);
-        md2(e.row - 1, e.mode - 1) = e.value;
-      }
-    for (MatX& md2 : body.md2) symmetric(md2, "Ct.M1");
-  }
-  body.Cr0 = Mat3X::Zero(3, n);
-  if (has_order(sid.Cr, false)) body.Cr0 = sid_m0(*sid.Cr).transpose();
-  if (has_order(sid.Cr, true)) {
-    for (const SidEntry& e : sid.Cr->entries)
-      if (e.mode > 0) {
-        MatX& Cr1 = body.Cr1[e.column - 1];
-        if (Cr1.size() == 0) Cr1 = MatX::Zero(n, n);
-        Cr1(e.row - 1, e.mode - 1) = e.value;
-      }
-  } else if (has_order(sid.Ge, false)) {
-    for (const SidEntry& e : sid.Ge->entries)
-      if (e.mode == 0) {
-        MatX& Cr1 = body.Cr1[(e.column - 1) / n];
-        if (Cr1.size() == 0) Cr1 = MatX::Zero(n, n);
-        Cr1(e.row - 1, (e.column - 1) % n) = 0.5 * e.value;
-      }
-    note("Cr has no first order: taken from Ge / 2");
   }
 
-  // Structure.
-  if (n > 0) {
-    body.Me = sid_m0(*sid.Me);
-    body.Ke = sid_m0(*sid.Ke);
-    if (body.Me.rows() != n) fail("block Me is empty");
-    if (body.Ke.rows() != n) fail("block Ke is empty");
-    symmetric(body.Me, "Me");
-    symmetric(body.Ke, "Ke");
-    if (has_order(sid.De, false) || (sid.De && sid.De->structure == 4)) body.De = sid_m0(*sid.De);
-    if (has_order(sid.ksigma, false)) body.ksigma = sid_m0(*sid.ksigma);
-    const VecX f = frequencies(body.Me, body.Ke);
+  // Ct is what the equations of motion couple by; mdCM.M1 says the same.
+  void take_first_moment() {
+    if (sid_.mdCM->rows > 0) body_.md0 = sid_m0(*sid_.mdCM);
+    body_.md1 = Mat3X::Zero(3, n_);
+    if (has_order(sid_.Ct, false)) body_.md1 = sid_m0(*sid_.Ct).transpose();
+    if (!has_order(sid_.mdCM, true)) return;
+    Mat3X from_md = Mat3X::Zero(3, n_);
+    each(sid_.mdCM, true, [&](const SidEntry& e) { from_md(e.row - 1, e.mode - 1) = e.value; });
+    if (!has_order(sid_.Ct, false)) {
+      body_.md1 = from_md;
+      if (!sid_.Ct) note("Ct is missing: taken from mdCM.M1");
+    } else if (const double scale = body_.md1.cwiseAbs().maxCoeff(); (from_md - body_.md1).cwiseAbs().maxCoeff() > 1e-6 * scale) {
+      note(fmt::format("mdCM.M1 differs from Ct.M0 by {:.2g} of the largest entry: Ct is used", (from_md - body_.md1).cwiseAbs().maxCoeff() / scale));
+    }
+  }
+
+  void require_inertia_tensor() const {
+    Mat3 J;
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c) J(r, c) = body_.J0(tensor_row[r][c]);
+    const Vec3 eigenvalues = Eigen::SelfAdjointEigenSolver<Mat3>(J, Eigen::EigenvaluesOnly).eigenvalues();
+    // A thin rod has one vanishing moment; digits lost in printing must not refuse it.
+    if (eigenvalues(0) < -1e-6 * std::abs(eigenvalues(2))) fail("J.M0 is no inertia tensor: it has a negative principal moment");
+  }
+
+  // Of first and second order.
+  void take_inertia() {
+    if (sid_.J->rows > 0) body_.J0 = sid_m0(*sid_.J);
+    body_.J1 = Mat6X::Zero(6, n_);
+    if (has_order(sid_.J, true)) {
+      each(sid_.J, true, [&](const SidEntry& e) { body_.J1(e.row - 1, e.mode - 1) = e.value; });
+    } else if (has_order(sid_.Oe, false)) {
+      each(sid_.Oe, false, [&](const SidEntry& e) { body_.J1(oe_row[e.column - 1], e.row - 1) = -e.value / oe_factor[e.column - 1]; });
+      note("J has no first order: taken from Oe.M0");
+    }
+    require_inertia_tensor();
+    if (has_order(sid_.Oe, true)) {
+      each(sid_.Oe, true, [&](const SidEntry& e) { entry(body_.J2[oe_row[e.column - 1]], e.row - 1, e.mode - 1) = -e.value / oe_factor[e.column - 1]; });
+      for (MatX& J2 : body_.J2) make_symmetric(J2, "Oe.M1");
+    } else if (n_ > 0) {
+      note("Oe has no first order: the inertia is linear in the elastic coordinates");
+    }
+  }
+
+  void take_first_moment_of_second_order() {
+    if (!has_order(sid_.Ct, true)) return;
+    each(sid_.Ct, true, [&](const SidEntry& e) { entry(body_.md2[e.column - 1], e.row - 1, e.mode - 1) = e.value; });
+    for (MatX& md2 : body_.md2) make_symmetric(md2, "Ct.M1");
+  }
+
+  void take_angular_momentum() {
+    body_.Cr0 = Mat3X::Zero(3, n_);
+    if (has_order(sid_.Cr, false)) body_.Cr0 = sid_m0(*sid_.Cr).transpose();
+    if (has_order(sid_.Cr, true)) {
+      each(sid_.Cr, true, [&](const SidEntry& e) { entry(body_.Cr1[e.column - 1], e.row - 1, e.mode - 1) = e.value; });
+    } else if (has_order(sid_.Ge, false)) {
+      each(sid_.Ge, false, [&](const SidEntry& e) { entry(body_.Cr1[(e.column - 1) / n_], e.row - 1, (e.column - 1) % n_) = 0.5 * e.value; });
+      note("Cr has no first order: taken from Ge / 2");
+    }
+  }
+
+  void take_structure() {
+    body_.Me = sid_m0(*sid_.Me);
+    body_.Ke = sid_m0(*sid_.Ke);
+    if (body_.Me.rows() != n_) fail("block Me is empty");
+    if (body_.Ke.rows() != n_) fail("block Ke is empty");
+    make_symmetric(body_.Me, "Me");
+    make_symmetric(body_.Ke, "Ke");
+    if (has_order(sid_.De, false) || (sid_.De && sid_.De->structure == 4)) body_.De = sid_m0(*sid_.De);
+    if (has_order(sid_.ksigma, false)) body_.ksigma = sid_m0(*sid_.ksigma);
+    const VecX f = frequencies(body_.Me, body_.Ke);
     if (f.size() == 0) fail("Me is not positive definite");
     // Labels carry the frequencies of the maker's eigenmodes; other bases do not.
     std::vector<double> given;
-    for (const std::string& label : body.labels) given.push_back(label_frequency(label));
+    for (const std::string& label : body_.labels) given.push_back(label_frequency(label));
     std::sort(given.begin(), given.end());
-    if (static_cast<int>(given.size()) == n && given.front() >= 0.0) {
-      double worst = 0.0;
-      for (int k = 0; k < n; ++k) worst = std::max(worst, std::abs(given[k] - f(k)) / std::max(f(k), 1e-3));
-      if (worst > 2e-3) note(fmt::format("the frequencies of the labels differ from those of Me, Ke by up to {:.2g}: Me and Ke are used", worst));
+    if (static_cast<int>(given.size()) != n_ || given.front() < 0.0) return;
+    double worst = 0.0;
+    for (int k = 0; k < n_; ++k) worst = std::max(worst, std::abs(given[k] - f(k)) / std::max(f(k), 1e-3));
+    if (worst > 2e-3) note(fmt::format("the frequencies of the labels differ from those of Me, Ke by up to {:.2g}: Me and Ke are used", worst));
+  }
+
+  Mat3 node_rotation(const SidNode& source) const {
+    if (!has_order(source.AP, false)) return Mat3::Identity();
+    const Mat3 ap = sid_m0(*source.AP);
+    // Files print five to twelve digits; a rotation is restored to full precision, anything further off is damage.
+    if ((ap * ap.transpose() - Mat3::Identity()).cwiseAbs().maxCoeff() > 1e-3 || ap.determinant() < 0.0)
+      fail(fmt::format("node {}: AP.M0 is no rotation", source.id));
+    const Mat3 rotation = Eigen::Quaterniond(ap).normalized().toRotationMatrix();
+    return (rotation - ap).cwiseAbs().maxCoeff() < 1e-15 ? ap : rotation;
+  }
+
+  void take_displacements(const SidNode& source, FlexibleNode& node) {
+    node.phi = Mat3X::Zero(3, n_);
+    if (has_order(source.phi, false)) {
+      node.phi = sid_m0(*source.phi);
+    } else if (has_order(source.origin, true)) {
+      each(source.origin, true, [&](const SidEntry& e) { node.phi(e.row - 1, e.mode - 1) = e.value; });
+      note(fmt::format("node {}: phi is zero but origin.M1 is not: phi is taken from it", source.id));
+    }
+    if (!has_order(source.phi, true)) return;
+    each(source.phi, true, [&](const SidEntry& e) { entry(node.phi2[e.row - 1], e.mode - 1, e.column - 1) = e.value; });
+    for (MatX& phi2 : node.phi2) make_symmetric(phi2, fmt::format("phi.M1 of node {}", source.id));
+  }
+
+  void take_rotations(const SidNode& source, FlexibleNode& node) {
+    node.psi = Mat3X::Zero(3, n_);
+    if (has_order(source.psi, false)) {
+      node.psi = sid_m0(*source.psi);
+    } else if (has_order(source.AP, true)) {
+      std::vector<Mat3> first(static_cast<size_t>(n_), Mat3::Zero());
+      each(source.AP, true, [&](const SidEntry& e) { first[e.mode - 1](e.row - 1, e.column - 1) = e.value; });
+      for (int k = 0; k < n_; ++k) {
+        const Mat3 w = first[k] * node.rotation.transpose();
+        node.psi.col(k) = 0.5 * Vec3(w(2, 1) - w(1, 2), w(0, 2) - w(2, 0), w(1, 0) - w(0, 1));
+      }
+      ++turned_;
     }
   }
-  for (const SidCheck& c : check_sid(sid))
-    if (c.residual > 1e-4) note(fmt::format("identity {} does not hold: off by {:.2g} of the largest entry", c.identity, c.residual));
 
-  // Nodes.
-  size_t turned = 0;
-  for (const SidNode& source : sid.nodes) {
+  void take_stresses(const SidNode& source, FlexibleNode& node) {
+    if (!source.sigma || source.sigma->entries.empty()) return;
+    node.sigma = MatX::Zero(6, n_);
+    bool initial = false;
+    for (const SidEntry& e : source.sigma->entries) {
+      if (e.mode > 0) node.sigma(e.row - 1, e.mode - 1) = e.value;
+      else if (source.sigma->columns == n_ && (n_ > 1 || !has_order(source.sigma, true))) node.sigma(e.row - 1, e.column - 1) = e.value;
+      else initial = true;
+    }
+    if (initial) note(fmt::format("node {}: the initial stress (sigma.M0) is not used", source.id));
+  }
+
+  void take_node(const SidNode& source) {
     FlexibleNode node;
     const bool number = std::all_of(source.id.begin(), source.id.end(), [](char c) { return c >= '0' && c <= '9'; });
     node.name = number ? "node[" + source.id + "]" : source.id;
     if (source.origin && source.origin->rows > 0) node.origin = sid_m0(*source.origin);
-    if (has_order(source.AP, false)) {
-      Mat3 ap = sid_m0(*source.AP);
-      // Files print five to twelve digits; a rotation is restored to full precision, anything further off is damage.
-      if ((ap * ap.transpose() - Mat3::Identity()).cwiseAbs().maxCoeff() > 1e-3 || ap.determinant() < 0.0)
-        fail(fmt::format("node {}: AP.M0 is no rotation", source.id));
-      node.rotation = Eigen::Quaterniond(ap).normalized().toRotationMatrix();
-      if ((node.rotation - ap).cwiseAbs().maxCoeff() < 1e-15) node.rotation = ap;
-    }
-    node.phi = Mat3X::Zero(3, n);
-    node.psi = Mat3X::Zero(3, n);
-    if (has_order(source.phi, false)) node.phi = sid_m0(*source.phi);
-    else if (has_order(source.origin, true)) {
-      for (const SidEntry& e : source.origin->entries)
-        if (e.mode > 0) node.phi(e.row - 1, e.mode - 1) = e.value;
-      note(fmt::format("node {}: phi is zero but origin.M1 is not: phi is taken from it", source.id));
-    }
-    if (has_order(source.psi, false)) node.psi = sid_m0(*source.psi);
-    else if (has_order(source.AP, true)) {
-      const Mat3 ap0 = node.rotation;
-      std::vector<Mat3> first(static_cast<size_t>(n), Mat3::Zero());
-      for (const SidEntry& e : source.AP->entries)
-        if (e.mode > 0) first[e.mode - 1](e.row - 1, e.column - 1) = e.value;
-      for (int k = 0; k < n; ++k) {
-        const Mat3 w = first[k] * ap0.transpose();
-        node.psi.col(k) = 0.5 * Vec3(w(2, 1) - w(1, 2), w(0, 2) - w(2, 0), w(1, 0) - w(0, 1));
-      }
-      ++turned;
-    }
-    if (has_order(source.phi, true)) {
-      for (const SidEntry& e : source.phi->entries)
-        if (e.mode > 0) {
-          MatX& phi2 = node.phi2[e.row - 1];
-          if (phi2.size() == 0) phi2 = MatX::Zero(n, n);
-          phi2(e.mode - 1, e.column - 1) = e.value;
-        }
-      for (MatX& phi2 : node.phi2) symmetric(phi2, fmt::format("phi.M1 of node {}", source.id));
-    }
-    if (source.sigma && !source.sigma->entries.empty()) {
-      node.sigma = MatX::Zero(6, n);
-      bool initial = false;
-      for (const SidEntry& e : source.sigma->entries) {
-        if (e.mode > 0) node.sigma(e.row - 1, e.mode - 1) = e.value;
-        else if (source.sigma->columns == n && (n > 1 || !has_order(source.sigma, true))) node.sigma(e.row - 1, e.column - 1) = e.value;
-        else initial = true;
-      }
-      if (initial) note(fmt::format("node {}: the initial stress (sigma.M0) is not used", source.id));
-    }
-    body.nodes.push_back(std::move(node));
+    node.rotation = node_rotation(source);
+    take_displacements(source, node);
+    take_rotations(source, node);
+    take_stresses(source, node);
+    body_.nodes.push_back(std::move(node));
   }
-  if (turned > 0) note(fmt::format("{} nodes: psi is taken from AP.M1", turned));
-  if (const double least = least_mass(body); least < -1e-6)
-    note(fmt::format("mass, inertia and their coupling to the elastic coordinates contradict each other (scaled, the mass matrix of the free body has the eigenvalue {:.2g}): the body cannot move freely", least));
-  return body;
-}
+
+  const SidFile& sid_;
+  const std::string& name_;
+  std::vector<std::string>* notes_;
+  const int n_;
+  FlexibleBody body_;
+  size_t turned_ = 0;
+};
+
+}  // namespace
+
+FlexibleBody to_flexible_body(const SidFile& sid, const std::string& name, std::vector<std::string>* notes) { return BodyOfSid(sid, name, notes).make(); }
 
 SidFile from_flexible_body(const FlexibleBody& body, const std::string& comment) {
   SidFile sid;

@@ -64,10 +64,387 @@ bool needs_coordinates(const Scene& scene, const JointDef& j) {
   return false;
 }
 
+// Sets of things that have come together: union-find.
+class Groups {
+ public:
+  explicit Groups(int count) : of_(static_cast<size_t>(count)) { std::iota(of_.begin(), of_.end(), 0); }
+  void add() { of_.push_back(static_cast<int>(of_.size())); }
+  int find(int i) {
+    while (of_[i] != i) i = of_[i] = of_[of_[i]];
+    return i;
+  }
+  void join(int a, int b) { of_[find(a)] = find(b); }
+
+ private:
+  std::vector<int> of_;
+};
+
+// The graph of parts and the joints of it that make the spanning tree. Ground is node 0, part i node i + 1.
+struct Graph {
+  std::vector<Edge> edges;
+  std::vector<char> in_tree;                // an edge each
+  std::vector<std::vector<int>> adjacent;   // edges of the tree, a node each
+  Groups connected;
+
+  explicit Graph(std::vector<Edge> from, int parts)
+      : edges(std::move(from)), in_tree(edges.size(), 0), adjacent(static_cast<size_t>(parts) + 1), connected(parts + 1) {}
+  bool joins(const Edge& e) { return connected.find(e.a + 1) != connected.find(e.b + 1); }
+  void keep(size_t k) {
+    in_tree[k] = 1;
+    connected.join(edges[k].a + 1, edges[k].b + 1);
+    for (int part : {edges[k].a, edges[k].b}) adjacent[static_cast<size_t>(part) + 1].push_back(static_cast<int>(k));
+  }
+  void add(const Edge& e) {
+    edges.push_back(e);
+    in_tree.push_back(0);
+  }
+  void add_part() {
+    connected.add();
+    adjacent.emplace_back();
+  }
+};
+
+int add_own_frame(Model& model, int part, const std::string& name) {
+  model.frames.push_back(FramePoint{part, -1, {}, "", name});
+  return static_cast<int>(model.frames.size()) - 1;
+}
+
+// The expression or table that a joint follows, as an index of the model's; -1: none.
+int add_motion(Model& model, const JointDef& j, const std::string& where) {
+  const int index = static_cast<int>(model.expressions.size());
+  if (j.motion_table) {
+    model.expressions.emplace_back(std::make_shared<const CubicTable>(j.motion_table->x, j.motion_table->y, j.motion_table->period));
+    return index;
+  }
+  if (j.motion.empty()) return -1;
+  if (rate_count(j.kind) != 1)
+    throw InputError(fmt::format("{}: 'motion' needs a joint with one coordinate ({})", where, joint_words(has_one_coordinate)));
+  try {
+    model.expressions.emplace_back(Expression(j.motion));
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: key 'motion': {}", where, error.what()));
+  }
+  return index;
+}
+
+Edge scene_edge(Model& model, const Scene& scene, int index) {
+  const JointDef& j = scene.joints[index];
+  const std::string where = joint_where(scene, j);
+  Edge e;
+  e.scene_joint = index;
+  e.frame_a = add_frame(model, scene, j.parent, where);
+  Pose offset;
+  offset.R = rotation_exp(j.rotation);
+  offset.p = j.position;
+  model.frames[e.frame_a].offset = compose(model.frames[e.frame_a].offset, offset);
+  e.frame_b = add_frame(model, scene, j.child, where);
+  e.a = model.frames[e.frame_a].part;
+  e.b = model.frames[e.frame_b].part;
+  if (e.a == e.b) throw InputError(fmt::format("{}: parent '{}' and child '{}' are the same body", where, j.parent.body, j.child.body));
+  TreeJoint& t = e.joint;
+  t.name = j.name;
+  t.scene_joint = index;
+  t.kind = j.kind;
+  t.axis = j.axis;
+  t.pitch = j.pitch;
+  t.spring = j.spring;
+  t.friction = j.friction;
+  t.stop = j.stop;
+  t.motion = add_motion(model, j, where);
+  e.priority = is_tree_kind(j.kind) ? tree_priority(j) + (needs_coordinates(scene, j) ? 4 : 0) : -1;
+  return e;
+}
+
+// Parts of every body, the joints inside chains, those of the scene; what matters most in the tree first, else in the file's order.
+std::vector<Edge> make_edges(Model& model, const Scene& scene) {
+  std::vector<Edge> edges;
+  for (const ChainJoint& inner : make_parts(model, scene)) {
+    Edge e;
+    e.a = model.frames[inner.frame_a].part;
+    e.b = model.frames[inner.frame_b].part;
+    e.frame_a = inner.frame_a;
+    e.frame_b = inner.frame_b;
+    e.joint = inner.joint;
+    e.priority = 100;
+    edges.push_back(e);
+  }
+  for (size_t k = 0; k < scene.joints.size(); ++k) edges.push_back(scene_edge(model, scene, static_cast<int>(k)));
+  std::stable_sort(edges.begin(), edges.end(), [](const Edge& x, const Edge& y) { return x.priority > y.priority; });
+  return edges;
+}
+
+// A joint that would close a loop and needs coordinates stands in the tree all the same: it carries a massless link, and the link's weld
+// to the child closes the loop.
+void add_links(Model& model, const Scene& scene, Graph& graph) {
+  for (size_t k = 0, given = graph.edges.size(); k < given; ++k) {
+    Edge& e = graph.edges[k];
+    if (graph.in_tree[k] || !needs_coordinates(scene, scene.joints[e.scene_joint])) continue;
+    Part link;
+    link.name = e.joint.name;
+    const int at = static_cast<int>(model.parts.size());
+    model.parts.push_back(link);
+    const int frame = add_own_frame(model, at, link.name);
+    Edge weld;
+    weld.a = at;
+    weld.frame_a = frame;
+    weld.b = e.b;
+    weld.frame_b = e.frame_b;
+    weld.joint.name = link.name;
+    weld.joint.kind = JointKind::weld;
+    // What acts along a line acts on a slide, which carries the point.
+    if (const auto& split = traits(e.joint.kind).split) std::tie(e.joint.kind, weld.joint.kind) = *split;
+    e.b = at;
+    e.frame_b = frame;
+    model.notes.tell(fmt::format("joint '{}'", link.name),
+                     fmt::format("closes a loop and keeps its coordinate: an auxiliary massless link was inserted between it and '{}'",
+                                 scene.joints[e.scene_joint].child.body));
+    graph.add_part();
+    graph.keep(k);
+    graph.add(weld);
+  }
+}
+
+// What nothing joins to ground flies.
+void free_the_rest(Model& model, Graph& graph) {
+  for (size_t i = 0; i < model.parts.size(); ++i) {
+    Edge e;
+    e.b = static_cast<int>(i);
+    if (!graph.joins(e)) continue;
+    const std::string& name = model.parts[i].name;
+    e.joint.kind = JointKind::free;
+    e.joint.name = name + " (free)";
+    e.frame_a = add_own_frame(model, ground, "ground");
+    e.frame_b = add_own_frame(model, e.b, name);
+    graph.add(e);
+    graph.keep(graph.edges.size() - 1);
+    model.notes.tell(fmt::format("body '{}'", name), "has no joint towards ground: it moves freely");
+  }
+}
+
+// Directs the tree away from ground: joints and parents of all parts. Returns the parts, parents first.
+std::vector<int> orient(Model& model, const Graph& graph) {
+  std::vector<int> order, queue{ground};
+  std::vector<char> seen(model.parts.size() + 1, 0);
+  seen[0] = 1;
+  for (size_t at = 0; at < queue.size(); ++at) {
+    for (int k : graph.adjacent[static_cast<size_t>(queue[at]) + 1]) {
+      const Edge& e = graph.edges[k];
+      const bool forward = e.a == queue[at];
+      const int child = forward ? e.b : e.a;
+      if (seen[static_cast<size_t>(child) + 1]) continue;
+      seen[static_cast<size_t>(child) + 1] = 1;
+      Part& part = model.parts[child];
+      part.joint = e.joint;
+      part.parent = queue[at];
+      part.joint.reversed = !forward;
+      part.joint.inboard = forward ? e.frame_a : e.frame_b;
+      part.joint.outboard = forward ? e.frame_b : e.frame_a;
+      if (part.joint.motion < 0) {
+        part.joint.nq = position_count(part.joint.kind);
+        part.joint.nv = rate_count(part.joint.kind);
+      }
+      order.push_back(child);
+      queue.push_back(child);
+    }
+  }
+  return order;
+}
+
+void add_loops(Model& model, const Scene& scene, const Graph& graph) {
+  for (size_t k = 0; k < graph.edges.size(); ++k) {
+    if (graph.in_tree[k]) continue;
+    const Edge& e = graph.edges[k];
+    LoopJoint loop;
+    loop.name = e.joint.name;
+    loop.scene_joint = e.scene_joint;
+    loop.kind = e.joint.kind;
+    loop.a = e.frame_a;
+    loop.b = e.frame_b;
+    loop.axis = e.joint.axis;
+    loop.rows = closure_rows(loop.kind, loop.axis, e.scene_joint >= 0 ? scene.joints[e.scene_joint].length : 0.0);
+    loop.spring = e.joint.spring;
+    model.loops.push_back(loop);
+  }
+}
+
 std::vector<int> path_to_ground(const Model& model, int part) {
   std::vector<int> path;
   for (int i = part; i != ground; i = model.parts[i].parent) path.push_back(i);
   return path;
+}
+
+// The parts on a loop. A flexible part at which its branches meet belongs to it.
+std::vector<int> loop_members(const Model& model, const LoopJoint& loop) {
+  std::vector<int> pa = path_to_ground(model, model.frames[loop.a].part), pb = path_to_ground(model, model.frames[loop.b].part);
+  int meet = ground;
+  while (!pa.empty() && !pb.empty() && pa.back() == pb.back()) {
+    meet = pa.back();
+    pa.pop_back();
+    pb.pop_back();
+  }
+  pa.insert(pa.end(), pb.begin(), pb.end());
+  if (meet != ground && (model.parts[meet].body.n > 0 || pa.empty())) pa.push_back(meet);
+  if (pa.empty()) throw InputError(fmt::format("joint '{}' joins ground to ground", loop.name));
+  return pa;
+}
+
+// Clusters of the parts that share loops, carriers before what they carry; their parts in the given order. loops: one part of each.
+std::vector<Cluster> make_clusters(const Model& model, const std::vector<int>& order, std::vector<int>& loops) {
+  Groups together(static_cast<int>(model.parts.size()));
+  for (const LoopJoint& loop : model.loops) {
+    const std::vector<int> members = loop_members(model, loop);
+    for (int i : members) together.join(i, members.front());
+    loops.push_back(members.front());
+  }
+  std::vector<Cluster> met;
+  std::vector<int> of(model.parts.size(), -1);  // a group's representative -> index
+  for (int i : order) {
+    const int r = together.find(i);
+    if (of[r] < 0) {
+      of[r] = static_cast<int>(met.size());
+      met.emplace_back();
+    }
+    met[of[r]].parts.push_back(i);
+  }
+  // A cluster is met before its carrier's only where the carrier is met later on a loop: carriers first.
+  std::vector<Cluster> clusters;
+  std::vector<char> done(met.size(), 0);
+  const std::function<void(int)> place = [&](int k) {
+    if (done[k]) return;
+    done[k] = 1;
+    for (int i : met[k].parts) {
+      const int p = model.parts[i].parent;
+      if (p != ground && of[together.find(p)] != k) place(of[together.find(p)]);
+    }
+    clusters.push_back(met[k]);
+  };
+  for (size_t k = 0; k < met.size(); ++k) place(static_cast<int>(k));
+  return clusters;
+}
+
+// Parts in the order of their clusters; everything that points at them follows.
+void renumber_parts(Model& model, const Scene& scene, const std::vector<int>& loops) {
+  std::vector<int> number(model.parts.size(), -1);
+  std::vector<Part> parts;
+  parts.reserve(model.parts.size());
+  for (Cluster& c : model.clusters)
+    for (int& i : c.parts) {
+      const int before = i;
+      i = number[before] = static_cast<int>(parts.size());
+      parts.push_back(std::move(model.parts[before]));
+      parts.back().cluster = static_cast<int>(&c - model.clusters.data());
+    }
+  model.parts = std::move(parts);
+  for (Part& p : model.parts)
+    if (p.parent != ground) p.parent = number[p.parent];
+  for (FramePoint& f : model.frames)
+    if (f.part != ground) f.part = number[f.part];
+  for (Flexure& f : model.flexures)
+    for (int& i : f.parts) i = number[i];
+  for (size_t l = 0; l < loops.size(); ++l) model.clusters[model.parts[number[loops[l]]].cluster].loops.push_back(static_cast<int>(l));
+  model.pieces.resize(scene.bodies.size());
+  for (size_t i = 0; i < model.parts.size(); ++i) {
+    if (model.parts[i].scene_body < 0) continue;
+    std::vector<int>& pieces = model.pieces[model.parts[i].scene_body];
+    pieces.resize(std::max(pieces.size(), static_cast<size_t>(model.parts[i].piece) + 1));
+    pieces[model.parts[i].piece] = static_cast<int>(i);
+  }
+}
+
+// Coordinates, carrier, entries, frames and size of a cluster.
+void complete_cluster(Model& model, int k) {
+  Cluster& c = model.clusters[k];
+  c.q0 = model.nq;
+  c.v0 = model.nv;
+  Pose base;
+  double reach = 0.0;
+  for (int i : c.parts) {
+    Part& p = model.parts[i];
+    p.q0 = model.nq;
+    p.v0 = model.nv;
+    model.nq += p.joint.nq;
+    model.nv += p.joint.nv;
+    p.eq0 = model.nq;
+    p.ev0 = model.nv;
+    model.nq += p.body.n;
+    model.nv += p.body.n;
+    reach += part_size(model, i);
+    if (p.parent != ground && model.parts[p.parent].cluster == k) continue;
+    if (c.entry.empty()) {
+      c.parent = p.parent;
+      c.base = p.joint.inboard;
+      base = rest_pose(model, p.joint.inboard);
+      c.entry.push_back(Pose{});
+    } else {
+      c.entry.push_back(compose(inverse(base), rest_pose(model, p.joint.inboard)));
+    }
+  }
+  c.nq = model.nq - c.q0;
+  c.nv = model.nv - c.v0;
+  c.size = reach > 0.0 ? reach : 1.0;
+  const auto add_cluster_frame = [&](int f) {
+    const int part = model.frames[f].part;
+    if (part == ground || model.parts[part].cluster != k || model.parts[part].body.n == 0) return;
+    if (std::find(c.frames.begin(), c.frames.end(), f) == c.frames.end()) c.frames.push_back(f);
+  };
+  for (int i : c.parts) {
+    add_cluster_frame(model.parts[i].joint.outboard);
+    add_cluster_frame(model.parts[i].joint.inboard);
+  }
+  for (int l : c.loops) {
+    add_cluster_frame(model.loops[l].a);
+    add_cluster_frame(model.loops[l].b);
+  }
+  model.size = std::max(k == 0 ? 0.0 : model.size, c.size);
+}
+
+// What a force's value follows: an expression or table of time, or a table of a joint's coordinate.
+void add_value(Model& model, const Scene& scene, const std::string& where, Load& load) {
+  const ForceDef& def = load.def;
+  load.expression = static_cast<int>(model.expressions.size());
+  if (!def.table) {
+    try {
+      model.expressions.emplace_back(Expression(def.value));
+    } catch (const InputError& error) {
+      throw InputError(fmt::format("{}: key 'value': {}", where, error.what()));
+    }
+    return;
+  }
+  const auto table = std::make_shared<const CubicTable>(def.table->x, def.table->y, def.table->period);
+  if (def.table_joint.empty()) {
+    model.expressions.emplace_back(table);
+    return;
+  }
+  model.expressions.emplace_back();
+  load.table = table;
+  for (size_t k = 0; k < scene.joints.size(); ++k)
+    if (scene.joints[k].name == def.table_joint) load.table_part = joint_part(model, static_cast<int>(k));
+}
+
+// A load along a chain acts on every part of it.
+void spread_along_beam(Model& model, const Scene& scene, const std::string& where, Load load) {
+  const ForceDef& def = load.def;
+  const int body = model.frames[load.on].part == ground ? -1 : model.parts[model.frames[load.on].part].scene_body;
+  if (body < 0 || !std::holds_alternative<BeamDef>(scene.bodies[body].kind))
+    throw InputError(fmt::format("{}: a distributed load needs a beam, '{}' is none", where, def.on.body));
+  for (size_t i = 0; i < model.parts.size(); ++i) {
+    if (model.parts[i].scene_body != body) continue;
+    load.on = load.from = add_own_frame(model, static_cast<int>(i), def.on.body);
+    model.loads.push_back(load);
+  }
+}
+
+void add_loads(Model& model, const Scene& scene) {
+  for (const ForceDef& def : scene.forces) {
+    const std::string where = fmt::format("{}:{}: force '{}'", scene.file.string(), def.line, def.name);
+    Load load;
+    load.def = def;
+    load.on = load.from = add_frame(model, scene, def.on, where);
+    if (def.kind == ForceKind::spring_damper || def.kind == ForceKind::bushing) load.from = add_frame(model, scene, def.from, where);
+    else add_value(model, scene, where, load);
+    if (def.kind == ForceKind::distributed) spread_along_beam(model, scene, where, load);
+    else model.loads.push_back(load);
+  }
 }
 
 }  // namespace
@@ -105,342 +482,24 @@ Model build_model(const Scene& scene) {
   model.settings = scene.simulation;
   if (scene.bodies.empty()) throw InputError(fmt::format("{}: there is no [[body]], nothing to simulate", scene.file.string()));
 
-
-  // Parts of every body, and the joints inside chains.
-  std::vector<Edge> edges;
-  for (const ChainJoint& inner : make_parts(model, scene)) {
-    Edge e;
-    e.a = model.frames[inner.frame_a].part;
-    e.b = model.frames[inner.frame_b].part;
-    e.frame_a = inner.frame_a;
-    e.frame_b = inner.frame_b;
-    e.joint = inner.joint;
-    e.priority = 100;
-    edges.push_back(e);
-  }
-
-  // Joints of the scene.
-  for (size_t k = 0; k < scene.joints.size(); ++k) {
-    const JointDef& j = scene.joints[k];
-    const std::string where = joint_where(scene, j);
-    Edge e;
-    e.scene_joint = static_cast<int>(k);
-    e.frame_a = add_frame(model, scene, j.parent, where);
-    Pose offset;
-    offset.R = rotation_exp(j.rotation);
-    offset.p = j.position;
-    model.frames[e.frame_a].offset = compose(model.frames[e.frame_a].offset, offset);
-    e.frame_b = add_frame(model, scene, j.child, where);
-    e.a = model.frames[e.frame_a].part;
-    e.b = model.frames[e.frame_b].part;
-    if (e.a == e.b) throw InputError(fmt::format("{}: parent '{}' and child '{}' are the same body", where, j.parent.body, j.child.body));
-    TreeJoint& t = e.joint;
-    t.name = j.name;
-    t.scene_joint = e.scene_joint;
-    t.kind = j.kind;
-    t.axis = j.axis;
-    t.pitch = j.pitch;
-    t.spring = j.spring;
-    t.friction = j.friction;
-    t.stop = j.stop;
-    if (j.motion_table) {
-      t.motion = static_cast<int>(model.expressions.size());
-      model.expressions.emplace_back(std::make_shared<const CubicTable>(j.motion_table->x, j.motion_table->y, j.motion_table->period));
-    }
-    if (!j.motion.empty()) {
-      if (rate_count(j.kind) != 1)
-        throw InputError(fmt::format("{}: 'motion' needs a joint with one coordinate ({})", where, joint_words(has_one_coordinate)));
-      t.motion = static_cast<int>(model.expressions.size());
-      try {
-        model.expressions.emplace_back(Expression(j.motion));
-      } catch (const InputError& error) {
-        throw InputError(fmt::format("{}: key 'motion': {}", where, error.what()));
-      }
-    }
-    e.priority = is_tree_kind(j.kind) ? tree_priority(j) + (needs_coordinates(scene, j) ? 4 : 0) : -1;
-    edges.push_back(e);
-  }
-
-  // Spanning tree: the edges that matter most first, else in the file's order.
-  std::stable_sort(edges.begin(), edges.end(), [](const Edge& x, const Edge& y) { return x.priority > y.priority; });
-  int n = static_cast<int>(model.parts.size());
-  std::vector<int> group(n + 1);
-  std::iota(group.begin(), group.end(), 0);
-  const std::function<int(int)> find = [&](int i) { return group[i] == i ? i : group[i] = find(group[i]); };
-  std::vector<std::vector<int>> adjacent(n + 1);
-  std::vector<char> in_tree(edges.size(), 0);
-  const auto keep = [&](int k) {
-    in_tree[k] = 1;
-    group[find(edges[k].a + 1)] = find(edges[k].b + 1);
-    adjacent[edges[k].a + 1].push_back(k);
-    adjacent[edges[k].b + 1].push_back(k);
-  };
-  for (size_t k = 0; k < edges.size(); ++k)
-    if (edges[k].priority >= 0 && find(edges[k].a + 1) != find(edges[k].b + 1)) keep(static_cast<int>(k));
-  // A joint that would close a loop and needs coordinates stands in the tree all the same: it carries a massless link, and the link's
-  // weld to the child closes the loop.
-  for (size_t k = 0, given = edges.size(); k < given; ++k) {
-    if (in_tree[k] || !needs_coordinates(scene, scene.joints[edges[k].scene_joint])) continue;
-    Part link;
-    link.name = edges[k].joint.name;
-    const int at = n++;
-    model.parts.push_back(link);
-    model.frames.push_back(FramePoint{at, -1, {}, "", link.name});
-    const int frame = static_cast<int>(model.frames.size()) - 1;
-    Edge weld;
-    weld.a = at;
-    weld.frame_a = frame;
-    weld.b = edges[k].b;
-    weld.frame_b = edges[k].frame_b;
-    weld.joint.name = link.name;
-    weld.joint.kind = JointKind::weld;
-    // What acts along a line acts on a slide, which carries the point.
-    if (const auto& split = traits(edges[k].joint.kind).split) std::tie(edges[k].joint.kind, weld.joint.kind) = *split;
-    edges[k].b = at;
-    edges[k].frame_b = frame;
-    group.push_back(n);
-    adjacent.emplace_back();
-    keep(static_cast<int>(k));
-    edges.push_back(weld);
-    in_tree.push_back(0);
-    model.notes.tell(fmt::format("joint '{}'", link.name), fmt::format("closes a loop and keeps its coordinate: an auxiliary massless link was inserted between it and '{}'", scene.joints[edges[k].scene_joint].child.body));
-  }
-  for (int i = 0; i < n; ++i) {
-    if (find(i + 1) == find(0)) continue;
-    const Part& part = model.parts[i];
-    Edge e;
-    e.b = i;
-    e.joint.kind = JointKind::free;
-    e.joint.name = part.name + " (free)";
-    model.frames.push_back(FramePoint{ground, -1, {}, "", "ground"});
-    e.frame_a = static_cast<int>(model.frames.size()) - 1;
-    model.frames.push_back(FramePoint{i, -1, {}, "", part.name});
-    e.frame_b = static_cast<int>(model.frames.size()) - 1;
-    edges.push_back(e);
-    in_tree.push_back(0);
-    keep(static_cast<int>(edges.size()) - 1);
-    model.notes.tell(fmt::format("body '{}'", part.name), "has no joint towards ground: it moves freely");
-  }
-
-  // Orient the tree from ground.
-  std::vector<int> order;
-  std::vector<char> seen(n + 1, 0);
-  seen[0] = 1;
-  std::vector<int> queue{ground};
-  for (size_t at = 0; at < queue.size(); ++at) {
-    for (int k : adjacent[queue[at] + 1]) {
-      const Edge& e = edges[k];
-      const bool forward = e.a == queue[at];
-      const int child = forward ? e.b : e.a;
-      if (seen[child + 1]) continue;
-      seen[child + 1] = 1;
-      Part& part = model.parts[child];
-      part.joint = e.joint;
-      part.parent = queue[at];
-      part.joint.reversed = !forward;
-      part.joint.inboard = forward ? e.frame_a : e.frame_b;
-      part.joint.outboard = forward ? e.frame_b : e.frame_a;
-      if (part.joint.motion < 0) {
-        part.joint.nq = position_count(part.joint.kind);
-        part.joint.nv = rate_count(part.joint.kind);
-      }
-      order.push_back(child);
-      queue.push_back(child);
-    }
-  }
+  std::vector<Edge> edges = make_edges(model, scene);
+  Graph graph(std::move(edges), static_cast<int>(model.parts.size()));
+  for (size_t k = 0; k < graph.edges.size(); ++k)
+    if (graph.edges[k].priority >= 0 && graph.joins(graph.edges[k])) graph.keep(k);
+  add_links(model, scene, graph);
+  free_the_rest(model, graph);
+  const std::vector<int> order = orient(model, graph);
 
   // Bodies' elastic coordinates depend on how the scene moves; now the tree is known.
   make_bodies(model, scene, order);
 
-  // Loops.
-  for (size_t k = 0; k < edges.size(); ++k) {
-    if (in_tree[k]) continue;
-    const Edge& e = edges[k];
-    LoopJoint loop;
-    loop.name = e.joint.name;
-    loop.scene_joint = e.scene_joint;
-    loop.kind = e.joint.kind;
-    loop.a = e.frame_a;
-    loop.b = e.frame_b;
-    loop.axis = e.joint.axis;
-    loop.rows = closure_rows(loop.kind, loop.axis, e.scene_joint >= 0 ? scene.joints[e.scene_joint].length : 0.0);
-    loop.spring = e.joint.spring;
-    model.loops.push_back(loop);
-  }
-
-  // Clusters: parts on a common loop. A flexible part at which a loop's branches meet joins them.
-  std::vector<int> cluster_of(n);
-  std::iota(cluster_of.begin(), cluster_of.end(), 0);
-  const std::function<int(int)> root = [&](int i) { return cluster_of[i] == i ? i : cluster_of[i] = root(cluster_of[i]); };
-  std::vector<std::vector<int>> members(model.loops.size());
-  for (size_t l = 0; l < model.loops.size(); ++l) {
-    std::vector<int> pa = path_to_ground(model, model.frames[model.loops[l].a].part);
-    std::vector<int> pb = path_to_ground(model, model.frames[model.loops[l].b].part);
-    int meet = ground;
-    while (!pa.empty() && !pb.empty() && pa.back() == pb.back()) {
-      meet = pa.back();
-      pa.pop_back();
-      pb.pop_back();
-    }
-    pa.insert(pa.end(), pb.begin(), pb.end());
-    if (meet != ground && (model.parts[meet].body.n > 0 || pa.empty())) pa.push_back(meet);
-    if (pa.empty())
-      throw InputError(fmt::format("joint '{}' joins ground to ground", model.loops[l].name));
-    members[l] = pa;
-    for (int i : pa) cluster_of[root(i)] = root(pa.front());
-  }
-
-  // Number clusters so that parents come first, and the parts cluster by cluster.
-  std::vector<int> cluster_index(n, -1);
-  for (int i : order) {
-    const int r = root(i);
-    if (cluster_index[r] < 0) {
-      cluster_index[r] = static_cast<int>(model.clusters.size());
-      model.clusters.emplace_back();
-    }
-    model.clusters[cluster_index[r]].parts.push_back(i);
-  }
-  // Breadth-first order may start a cluster before its carrier's cluster is met only if the carrier is inside; sort by depth of entry.
-  std::vector<int> sequence, number(n, -1);
-  std::vector<Cluster> clusters;
-  std::vector<char> done(model.clusters.size(), 0);
-  const std::function<void(int)> place = [&](int k) {
-    if (done[k]) return;
-    done[k] = 1;
-    for (int i : model.clusters[k].parts) {
-      const int p = model.parts[i].parent;
-      if (p != ground && cluster_index[root(p)] != k) place(cluster_index[root(p)]);
-    }
-    clusters.push_back(model.clusters[k]);
-  };
-  for (size_t k = 0; k < model.clusters.size(); ++k) place(static_cast<int>(k));
-  model.clusters = clusters;
-  for (const Cluster& c : model.clusters)
-    for (int i : c.parts) {
-      number[i] = static_cast<int>(sequence.size());
-      sequence.push_back(i);
-    }
-
-  // Renumber parts.
-  std::vector<Part> parts;
-  parts.reserve(n);
-  for (int i : sequence) parts.push_back(std::move(model.parts[i]));
-  model.parts = std::move(parts);
-  for (Part& p : model.parts)
-    if (p.parent != ground) p.parent = number[p.parent];
-  for (FramePoint& f : model.frames)
-    if (f.part != ground) f.part = number[f.part];
-  for (Flexure& f : model.flexures)
-    for (int& i : f.parts) i = number[i];
-  model.pieces.resize(scene.bodies.size());
-  for (size_t i = 0; i < model.parts.size(); ++i) {
-    if (model.parts[i].scene_body < 0) continue;
-    std::vector<int>& pieces = model.pieces[model.parts[i].scene_body];
-    pieces.resize(std::max(pieces.size(), static_cast<size_t>(model.parts[i].piece) + 1));
-    pieces[model.parts[i].piece] = static_cast<int>(i);
-  }
-  for (size_t k = 0; k < model.clusters.size(); ++k) {
-    Cluster& c = model.clusters[k];
-    for (int& i : c.parts) {
-      i = number[i];
-      model.parts[i].cluster = static_cast<int>(k);
-    }
-  }
-  for (size_t l = 0; l < model.loops.size(); ++l)
-    model.clusters[model.parts[number[members[l].front()]].cluster].loops.push_back(static_cast<int>(l));
-
-  // Base frames, coordinates, sizes.
-  for (Cluster& c : model.clusters) {
-    const int k = static_cast<int>(&c - model.clusters.data());
-    c.q0 = model.nq;
-    c.v0 = model.nv;
-    bool first = true;
-    Pose base;
-    double reach = 0.0;
-    for (int i : c.parts) {
-      Part& p = model.parts[i];
-      p.q0 = model.nq;
-      p.v0 = model.nv;
-      model.nq += p.joint.nq;
-      model.nv += p.joint.nv;
-      p.eq0 = model.nq;
-      p.ev0 = model.nv;
-      model.nq += p.body.n;
-      model.nv += p.body.n;
-      reach += part_size(model, i);
-      if (p.parent != ground && model.parts[p.parent].cluster == k) continue;
-      if (first) {
-        c.parent = p.parent;
-        c.base = p.joint.inboard;
-        base = rest_pose(model, p.joint.inboard);
-        c.entry.push_back(Pose{});
-        first = false;
-      } else {
-        c.entry.push_back(compose(inverse(base), rest_pose(model, p.joint.inboard)));
-      }
-    }
-    c.nq = model.nq - c.q0;
-    c.nv = model.nv - c.v0;
-    c.size = reach > 0.0 ? reach : 1.0;
-    const auto add_cluster_frame = [&](int f) {
-      const int part = model.frames[f].part;
-      if (part == ground || model.parts[part].cluster != k || model.parts[part].body.n == 0) return;
-      if (std::find(c.frames.begin(), c.frames.end(), f) == c.frames.end()) c.frames.push_back(f);
-    };
-    for (int i : c.parts) {
-      add_cluster_frame(model.parts[i].joint.outboard);
-      add_cluster_frame(model.parts[i].joint.inboard);
-    }
-    for (int l : c.loops) {
-      add_cluster_frame(model.loops[l].a);
-      add_cluster_frame(model.loops[l].b);
-    }
-    model.size = std::max(k == 0 ? 0.0 : model.size, c.size);
-  }
+  add_loops(model, scene, graph);
+  std::vector<int> loops;
+  model.clusters = make_clusters(model, order, loops);
+  renumber_parts(model, scene, loops);
+  for (size_t k = 0; k < model.clusters.size(); ++k) complete_cluster(model, static_cast<int>(k));
   for (const Part& p : model.parts) model.mass += p.body.mass;
-
-  // Forces.
-  for (const ForceDef& def : scene.forces) {
-    const std::string where = fmt::format("{}:{}: force '{}'", scene.file.string(), def.line, def.name);
-    Load load;
-    load.def = def;
-    load.on = add_frame(model, scene, def.on, where);
-    if (def.kind == ForceKind::spring_damper || def.kind == ForceKind::bushing) {
-      load.from = add_frame(model, scene, def.from, where);
-    } else {
-      load.from = load.on;
-      load.expression = static_cast<int>(model.expressions.size());
-      if (def.table) {
-        const auto table = std::make_shared<const CubicTable>(def.table->x, def.table->y, def.table->period);
-        if (def.table_joint.empty()) {
-          model.expressions.emplace_back(table);
-        } else {
-          model.expressions.emplace_back();
-          load.table = table;
-          for (size_t k = 0; k < scene.joints.size(); ++k)
-            if (scene.joints[k].name == def.table_joint) load.table_part = joint_part(model, static_cast<int>(k));
-        }
-      } else try {
-        model.expressions.emplace_back(Expression(def.value));
-      } catch (const InputError& error) {
-        throw InputError(fmt::format("{}: key 'value': {}", where, error.what()));
-      }
-    }
-    if (def.kind == ForceKind::distributed) {
-      // A load along a chain acts on every part of it.
-      const int body = model.frames[load.on].part == ground ? -1 : model.parts[model.frames[load.on].part].scene_body;
-      if (body < 0 || !std::holds_alternative<BeamDef>(scene.bodies[body].kind))
-        throw InputError(fmt::format("{}: a distributed load needs a beam, '{}' is none", where, def.on.body));
-      for (size_t i = 0; i < model.parts.size(); ++i) {
-        if (model.parts[i].scene_body != body) continue;
-        model.frames.push_back(FramePoint{static_cast<int>(i), -1, {}, "", def.on.body});
-        load.on = load.from = static_cast<int>(model.frames.size()) - 1;
-        model.loads.push_back(load);
-      }
-      continue;
-    }
-    model.loads.push_back(load);
-  }
+  add_loads(model, scene);
   return model;
 }
 
