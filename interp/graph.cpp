@@ -37,13 +37,13 @@ struct Forest {
   std::vector<int> parent;
   explicit Forest(int n) : parent(static_cast<size_t>(n)) { std::iota(parent.begin(), parent.end(), 0); }
   int root(int a) {
-    while (parent[static_cast<size_t>(a)] != a) a = parent[static_cast<size_t>(a)] = parent[static_cast<size_t>(parent[static_cast<size_t>(a)])];
+    while (parent[a] != a) a = parent[a] = parent[parent[a]];
     return a;
   }
   bool join(int a, int b) {
     a = root(a);
     b = root(b);
-    parent[static_cast<size_t>(std::max(a, b))] = std::min(a, b);
+    parent[std::max(a, b)] = std::min(a, b);
     return a != b;
   }
 };
@@ -54,11 +54,11 @@ struct Edge {
 
 void compress(int rows, const std::vector<Edge>& pairs, std::vector<int>& begin, std::vector<int>& to) {
   begin.assign(static_cast<size_t>(rows) + 1, 0);
-  for (const Edge& e : pairs) ++begin[static_cast<size_t>(e.a) + 1];
+  for (const Edge& e : pairs) ++begin[e.a + 1];
   std::partial_sum(begin.begin(), begin.end(), begin.begin());
   to.resize(pairs.size());
   std::vector<int> fill(begin.begin(), begin.end() - 1);
-  for (const Edge& e : pairs) to[static_cast<size_t>(fill[static_cast<size_t>(e.a)]++)] = e.b;
+  for (const Edge& e : pairs) to[fill[e.a]++] = e.b;
 }
 
 // Where the nodes touch the mesh: the corners of the triangle they lie on, else all vertices about as near as the nearest.
@@ -75,7 +75,7 @@ void attach_nodes(Graph& graph, const Weld& weld, const Points& nodes, const Poi
       grid.within(x, 1.5 * to_vertex, near);
       if (near.size() > 64) near.resize(64);
       for (const int v : near)
-        for (int c = graph.corner_begin[static_cast<size_t>(v)]; c < graph.corner_begin[static_cast<size_t>(v) + 1]; ++c) {
+        for (int c = graph.corner_begin[v]; c < graph.corner_begin[v + 1]; ++c) {
           const size_t at = 2 * static_cast<size_t>(c);
           const int b = graph.corner[at], d = graph.corner[at + 1];
           const double distance =
@@ -141,9 +141,9 @@ Weld weld_vertices(const MeshView& mesh, double distance) {
     for (std::int64_t i = lo.x; i <= hi.x && found < 0; ++i)
       for (std::int64_t j = lo.y; j <= hi.y && found < 0; ++j)
         for (std::int64_t k = lo.z; k <= hi.z && found < 0; ++k)
-          for (int w = chain({i, j, k}); w >= 0; w = next[static_cast<size_t>(w)])
-            if ((found < 0 || w < found) && key[static_cast<size_t>(w)] == Key{i, j, k} &&
-                (mesh.vertices.row(kept[static_cast<size_t>(w)]).transpose() - x).norm() <= distance)
+          for (int w = chain({i, j, k}); w >= 0; w = next[w])
+            if ((found < 0 || w < found) && key[w] == Key{i, j, k} &&
+                (mesh.vertices.row(kept[w]).transpose() - x).norm() <= distance)
               found = w;
     if (found < 0) {
       found = static_cast<int>(kept.size());
@@ -153,14 +153,14 @@ Weld weld_vertices(const MeshView& mesh, double distance) {
       next.push_back(first);
       first = found;
     }
-    weld.row[static_cast<size_t>(v)] = found;
+    weld.row[v] = found;
   }
   weld.positions.resize(static_cast<Eigen::Index>(kept.size()), 3);
   for (size_t w = 0; w < kept.size(); ++w) weld.positions.row(static_cast<Eigen::Index>(w)) = mesh.vertices.row(kept[w]);
   std::vector<Eigen::Vector3i> triangles;
   for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
-    const Eigen::Vector3i c(weld.row[static_cast<size_t>(mesh.triangles(t, 0))], weld.row[static_cast<size_t>(mesh.triangles(t, 1))],
-                            weld.row[static_cast<size_t>(mesh.triangles(t, 2))]);
+    const Eigen::Vector3i c(weld.row[mesh.triangles(t, 0)], weld.row[mesh.triangles(t, 1)],
+                            weld.row[mesh.triangles(t, 2)]);
     if (c[0] != c[1] && c[1] != c[2] && c[2] != c[0]) triangles.push_back(c);
   }
   weld.triangles.resize(static_cast<Eigen::Index>(triangles.size()), 3);
@@ -212,7 +212,7 @@ int PointGrid::nearest(const Vec3& x) const {
           if (std::max({std::abs(i - home[0]), std::abs(j - home[1]), std::abs(k - home[2])}) != ring) continue;
           const size_t s = slot({i, j, k});
           for (int p = begin_[s]; p < begin_[s + 1]; ++p) {
-            const int index = item_[static_cast<size_t>(p)];
+            const int index = item_[p];
             const double d2 = (points_.row(index).transpose() - x).squaredNorm();
             if (d2 < best2 || (d2 == best2 && index < best)) { best2 = d2; best = index; }
           }
@@ -230,143 +230,188 @@ void PointGrid::within(const Vec3& x, double radius, std::vector<int>& out) cons
       for (int i = lo[0]; i <= hi[0]; ++i) {
         const size_t s = slot({i, j, k});
         for (int p = begin_[s]; p < begin_[s + 1]; ++p)
-          if ((points_.row(item_[static_cast<size_t>(p)]).transpose() - x).norm() <= radius) out.push_back(item_[static_cast<size_t>(p)]);
+          if ((points_.row(item_[p]).transpose() - x).norm() <= radius) out.push_back(item_[p]);
       }
   std::sort(out.begin(), out.end());
 }
 
-Graph make_graph(const Weld& weld, const Points& nodes, int enough) {
-  Graph graph;
-  graph.vertices = static_cast<int>(weld.positions.rows());
-  graph.nodes = static_cast<int>(nodes.rows());
+namespace {
 
-  // Corners of the triangles by vertex.
-  {
-    graph.corner_begin.assign(static_cast<size_t>(graph.vertices) + 1, 0);
-    for (Eigen::Index t = 0; t < weld.triangles.rows(); ++t)
-      for (int c = 0; c < 3; ++c) ++graph.corner_begin[static_cast<size_t>(weld.triangles(t, c)) + 1];
-    std::partial_sum(graph.corner_begin.begin(), graph.corner_begin.end(), graph.corner_begin.begin());
-    graph.corner.resize(static_cast<size_t>(6 * weld.triangles.rows()));
-    std::vector<int> fill(graph.corner_begin.begin(), graph.corner_begin.end() - 1);
-    for (Eigen::Index t = 0; t < weld.triangles.rows(); ++t)
-      for (int c = 0; c < 3; ++c) {
-        const auto at = static_cast<size_t>(fill[static_cast<size_t>(weld.triangles(t, c))]++);
-        graph.corner[2 * at] = weld.triangles(t, (c + 1) % 3);
-        graph.corner[2 * at + 1] = weld.triangles(t, (c + 2) % 3);
-      }
-  }
+// Corners of the triangles by vertex.
+void index_corners(Graph& graph, const Weld& weld) {
+  graph.corner_begin.assign(graph.vertices + 1, 0);
+  for (Eigen::Index t = 0; t < weld.triangles.rows(); ++t)
+    for (int c = 0; c < 3; ++c) ++graph.corner_begin[weld.triangles(t, c) + 1];
+  std::partial_sum(graph.corner_begin.begin(), graph.corner_begin.end(), graph.corner_begin.begin());
+  graph.corner.resize(static_cast<size_t>(6 * weld.triangles.rows()));
+  std::vector<int> fill(graph.corner_begin.begin(), graph.corner_begin.end() - 1);
+  for (Eigen::Index t = 0; t < weld.triangles.rows(); ++t)
+    for (int c = 0; c < 3; ++c) {
+      const int at = fill[weld.triangles(t, c)]++;
+      graph.corner[2 * at] = weld.triangles(t, (c + 1) % 3);
+      graph.corner[2 * at + 1] = weld.triangles(t, (c + 2) % 3);
+    }
+}
 
+// In both directions.
+std::vector<Edge> triangle_edges(const Weld& weld) {
   std::vector<Edge> edges;
   for (Eigen::Index t = 0; t < weld.triangles.rows(); ++t)
     for (int c = 0; c < 3; ++c) {
       edges.push_back({weld.triangles(t, c), weld.triangles(t, (c + 1) % 3)});
       edges.push_back({weld.triangles(t, (c + 1) % 3), weld.triangles(t, c)});
     }
-  const PointGrid grid(weld.positions);
-  attach_nodes(graph, weld, nodes, grid);
+  return edges;
+}
 
-  // Parts of the mesh, each with its number of nodes; a node that touches two parts connects them.
-  Forest forest(graph.vertices);
-  for (const Edge& e : edges) forest.join(e.a, e.b);
-  std::vector<int> part_of(static_cast<size_t>(graph.vertices));
-  for (int v = 0; v < graph.vertices; ++v) {
-    part_of[static_cast<size_t>(v)] = forest.root(v);
-    graph.parts += forest.root(v) == v;
-  }
-  if (graph.parts > 1) {
-    std::vector<std::vector<int>> members(static_cast<size_t>(graph.vertices));
-    for (int v = 0; v < graph.vertices; ++v) members[static_cast<size_t>(part_of[static_cast<size_t>(v)])].push_back(v);
-    std::vector<int> held(static_cast<size_t>(graph.vertices), 0);
-    for (int i = 0; i < graph.nodes; ++i)
-      ++held[static_cast<size_t>(part_of[static_cast<size_t>(graph.node_vertex[static_cast<size_t>(graph.node_begin[static_cast<size_t>(i)])])])];
-    // Smallest parts first; each poor group is bridged to the nearest vertex outside it until it holds enough.
-    std::vector<int> parts;
+// Bridges between the parts of a mesh, smallest parts first: each group of parts that holds too few nodes is joined to the nearest vertex
+// outside it, until it holds enough.
+class Bridges {
+ public:
+  // part_of: a representative vertex of each vertex's part. grid: of the welded positions.
+  Bridges(Graph& graph, const Weld& weld, const PointGrid& grid, std::vector<int> part_of)
+      : graph_(graph), weld_(weld), grid_(grid), part_of_(std::move(part_of)), group_(graph.vertices), members_(graph.vertices), held_(graph.vertices, 0) {
+    for (int v = 0; v < graph.vertices; ++v) members_[part_of_[v]].push_back(v);
+    for (int i = 0; i < graph.nodes; ++i) ++held_[part_of_[graph.node_vertex[graph.node_begin[i]]]];
     for (int v = 0; v < graph.vertices; ++v)
-      if (part_of[static_cast<size_t>(v)] == v) parts.push_back(v);
-    std::stable_sort(parts.begin(), parts.end(), [&](int a, int b) { return members[static_cast<size_t>(a)].size() < members[static_cast<size_t>(b)].size(); });
-    Forest group(graph.vertices);
-    std::vector<int> group_held = held;
-    std::vector<std::vector<int>> group_members = members;
-    std::vector<int> near;
-    // A search ball of growing radius around (at most 2000 of) the group's vertices.
-    const Vec3 extent = (weld.positions.colwise().maxCoeff() - weld.positions.colwise().minCoeff()).transpose();
+      if (part_of_[v] == v) parts_.push_back(v);
+    std::stable_sort(parts_.begin(), parts_.end(), [&](int a, int b) { return members_[a].size() < members_[b].size(); });
+    extent_ = (weld.positions.colwise().maxCoeff() - weld.positions.colwise().minCoeff()).norm();
+  }
+
+  void build(int enough, std::vector<Edge>& edges) {
     for (int round = 0; round < 40; ++round) {
       bool changed = false;
-      for (const int part : parts) {
-        const int g = group.root(part);
-        if (group_held[static_cast<size_t>(g)] >= std::min(enough, graph.nodes)) continue;
-        if (static_cast<int>(group_members[static_cast<size_t>(g)].size()) == graph.vertices) continue;
+      for (const int part : parts_) {
+        const int g = group_.root(part);
+        if (held_[g] >= std::min(enough, graph_.nodes) || static_cast<int>(members_[g].size()) == graph_.vertices) continue;
         if (g != part && round == 0) continue;
-        const auto& mine = group_members[static_cast<size_t>(g)];
-        const size_t step = std::max<size_t>(1, mine.size() / 2000);
-        struct Link {
-          double length;
-          int from, to;
-        };
-        std::vector<Link> links;
-        for (double radius = 1e-3 * extent.norm(); links.empty() && radius < 4.0 * extent.norm(); radius *= 2.0)
-          for (size_t m = 0; m < mine.size(); m += step) {
-            const Vec3 x = weld.positions.row(mine[m]).transpose();
-            grid.within(x, radius, near);
-            double best = std::numeric_limits<double>::infinity();
-            int to = -1;
-            for (const int w : near)
-              if (group.root(part_of[static_cast<size_t>(w)]) != g) {
-                const double d = (weld.positions.row(w).transpose() - x).norm();
-                if (d < best) { best = d; to = w; }
-              }
-            if (to >= 0) links.push_back({best, mine[m], to});
-          }
-        if (links.empty()) continue;
-        std::stable_sort(links.begin(), links.end(), [](const Link& a, const Link& b) { return a.length < b.length; });
-        // A seam of links about as short as the shortest, so that the parts hang together along it; all to one part.
-        const int target = part_of[static_cast<size_t>(links[0].to)];
-        const double limit = 1.5 * links[0].length + 1e-3 * extent.norm();
-        int made = 0;
-        for (const Link& l : links) {
-          if (l.length > limit || made >= 256) break;
-          if (part_of[static_cast<size_t>(l.to)] != target) continue;
-          edges.push_back({l.from, l.to});
-          edges.push_back({l.to, l.from});
-          ++made;
-        }
-        ++graph.bridges;
-        const int other = group.root(target);
-        const int total = group_held[static_cast<size_t>(g)] + group_held[static_cast<size_t>(other)];
-        std::vector<int> all = std::move(group_members[static_cast<size_t>(g)]), more = std::move(group_members[static_cast<size_t>(other)]);
-        if (all.size() < more.size()) std::swap(all, more);
-        all.insert(all.end(), more.begin(), more.end());
-        group.join(g, other);
-        group_held[static_cast<size_t>(group.root(g))] = total;
-        group_members[static_cast<size_t>(group.root(g))] = std::move(all);
-        changed = true;
+        changed = bridge(g, edges) || changed;
       }
       if (!changed && round > 0) break;
     }
   }
 
+ private:
+  struct Link {
+    double length;
+    int from, to;
+  };
+
+  // From (at most 2000 of) a group's vertices to the nearest ones outside it, within a ball of growing radius.
+  std::vector<Link> links_from(int g) {
+    const std::vector<int>& mine = members_[g];
+    const size_t step = std::max<size_t>(1, mine.size() / 2000);
+    std::vector<Link> links;
+    for (double radius = 1e-3 * extent_; links.empty() && radius < 4.0 * extent_; radius *= 2.0)
+      for (size_t m = 0; m < mine.size(); m += step) {
+        const Vec3 x = weld_.positions.row(mine[m]).transpose();
+        grid_.within(x, radius, near_);
+        double best = std::numeric_limits<double>::infinity();
+        int to = -1;
+        for (const int w : near_)
+          if (group_.root(part_of_[w]) != g) {
+            const double d = (weld_.positions.row(w).transpose() - x).norm();
+            if (d < best) best = d, to = w;
+          }
+        if (to >= 0) links.push_back({best, mine[m], to});
+      }
+    std::stable_sort(links.begin(), links.end(), [](const Link& a, const Link& b) { return a.length < b.length; });
+    return links;
+  }
+
+  // A seam of links about as short as the shortest, so that the parts hang together along it; all to one part. False: nothing is near.
+  bool bridge(int g, std::vector<Edge>& edges) {
+    const std::vector<Link> links = links_from(g);
+    if (links.empty()) return false;
+    const int target = part_of_[links[0].to];
+    const double limit = 1.5 * links[0].length + 1e-3 * extent_;
+    int made = 0;
+    for (const Link& l : links) {
+      if (l.length > limit || made >= 256) break;
+      if (part_of_[l.to] != target) continue;
+      edges.push_back({l.from, l.to});
+      edges.push_back({l.to, l.from});
+      ++made;
+    }
+    ++graph_.bridges;
+    join(g, group_.root(target));
+    return true;
+  }
+
+  void join(int g, int other) {
+    const int total = held_[g] + held_[other];
+    std::vector<int> all = std::move(members_[g]), more = std::move(members_[other]);
+    if (all.size() < more.size()) std::swap(all, more);
+    all.insert(all.end(), more.begin(), more.end());
+    group_.join(g, other);
+    held_[group_.root(g)] = total;
+    members_[group_.root(g)] = std::move(all);
+  }
+
+  Graph& graph_;
+  const Weld& weld_;
+  const PointGrid& grid_;
+  const std::vector<int> part_of_;
+  Forest group_;
+  std::vector<std::vector<int>> members_;  // of a group's root
+  std::vector<int> held_;                  // nodes, of a group's root
+  std::vector<int> parts_, near_;
+  double extent_ = 0.0;
+};
+
+// Counts the parts of the mesh and bridges those that hold too few nodes; a node that touches two parts connects them.
+void bridge_parts(Graph& graph, const Weld& weld, const PointGrid& grid, int enough, std::vector<Edge>& edges) {
+  Forest forest(graph.vertices);
+  for (const Edge& e : edges) forest.join(e.a, e.b);
+  std::vector<int> part_of(graph.vertices);
+  for (int v = 0; v < graph.vertices; ++v) {
+    part_of[v] = forest.root(v);
+    graph.parts += part_of[v] == v;
+  }
+  if (graph.parts > 1) Bridges(graph, weld, grid, std::move(part_of)).build(enough, edges);
+}
+
+void set_neighbours(Graph& graph, const Weld& weld, std::vector<Edge>& edges) {
   std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) { return a.a != b.a ? a.a < b.a : a.b < b.b; });
   edges.erase(std::unique(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) { return a.a == b.a && a.b == b.b; }), edges.end());
   compress(graph.vertices, edges, graph.begin, graph.neighbour);
   graph.length.resize(graph.neighbour.size());
   for (int v = 0; v < graph.vertices; ++v)
-    for (int e = graph.begin[static_cast<size_t>(v)]; e < graph.begin[static_cast<size_t>(v) + 1]; ++e)
-      graph.length[static_cast<size_t>(e)] = static_cast<float>((weld.positions.row(v) - weld.positions.row(graph.neighbour[static_cast<size_t>(e)])).norm());
+    for (int e = graph.begin[v]; e < graph.begin[v + 1]; ++e)
+      graph.length[e] = static_cast<float>((weld.positions.row(v) - weld.positions.row(graph.neighbour[e])).norm());
+}
 
-  // Attachments from the vertices' side.
+// Attachments from the vertices' side.
+void index_attachments(Graph& graph) {
   std::vector<Edge> pairs;
-  for (int i = 0; i < graph.nodes; ++i)
-    for (int a = graph.node_begin[static_cast<size_t>(i)]; a < graph.node_begin[static_cast<size_t>(i) + 1]; ++a)
-      pairs.push_back({graph.node_vertex[static_cast<size_t>(a)], a});
-  compress(graph.vertices, pairs, graph.vertex_begin, graph.vertex_node);
   std::vector<int> owner(graph.node_vertex.size());
   for (int i = 0; i < graph.nodes; ++i)
-    for (int a = graph.node_begin[static_cast<size_t>(i)]; a < graph.node_begin[static_cast<size_t>(i) + 1]; ++a) owner[static_cast<size_t>(a)] = i;
+    for (int a = graph.node_begin[i]; a < graph.node_begin[i + 1]; ++a) {
+      pairs.push_back({graph.node_vertex[a], a});
+      owner[a] = i;
+    }
+  compress(graph.vertices, pairs, graph.vertex_begin, graph.vertex_node);
   graph.vertex_length.resize(graph.vertex_node.size());
   for (size_t k = 0; k < graph.vertex_node.size(); ++k) {
-    graph.vertex_length[k] = graph.node_length[static_cast<size_t>(graph.vertex_node[k])];
-    graph.vertex_node[k] = owner[static_cast<size_t>(graph.vertex_node[k])];
+    graph.vertex_length[k] = graph.node_length[graph.vertex_node[k]];
+    graph.vertex_node[k] = owner[graph.vertex_node[k]];
   }
+}
+
+}  // namespace
+
+Graph make_graph(const Weld& weld, const Points& nodes, int enough) {
+  Graph graph;
+  graph.vertices = static_cast<int>(weld.positions.rows());
+  graph.nodes = static_cast<int>(nodes.rows());
+  index_corners(graph, weld);
+  std::vector<Edge> edges = triangle_edges(weld);
+  const PointGrid grid(weld.positions);
+  attach_nodes(graph, weld, nodes, grid);
+  bridge_parts(graph, weld, grid, enough, edges);
+  set_neighbours(graph, weld, edges);
+  index_attachments(graph);
   return graph;
 }
 
@@ -414,7 +459,7 @@ double grow(const Graph& graph, const Points& positions, int start, int count, S
   };
   if (start >= graph.vertices) {
     const auto node = static_cast<size_t>(start - graph.vertices);
-    for (int a = graph.node_begin[node]; a < graph.node_begin[node + 1]; ++a) offer(graph.node_vertex[static_cast<size_t>(a)], graph.node_length[static_cast<size_t>(a)]);
+    for (int a = graph.node_begin[node]; a < graph.node_begin[node + 1]; ++a) offer(graph.node_vertex[a], graph.node_length[a]);
     offer(start, 0.0);
   } else {
     offer(start, 0.0);
@@ -436,21 +481,21 @@ double grow(const Graph& graph, const Points& positions, int start, int count, S
     }
     search.reached.push_back(v);
     for (int e = graph.begin[i]; e < graph.begin[i + 1]; ++e)
-      offer(graph.neighbour[static_cast<size_t>(e)], d + static_cast<double>(graph.length[static_cast<size_t>(e)]));
+      offer(graph.neighbour[e], d + static_cast<double>(graph.length[e]));
     // Across triangles whose second corner is settled too.
     for (int c = graph.corner_begin[i]; c < graph.corner_begin[i + 1]; ++c) {
       const size_t at = 2 * static_cast<size_t>(c);
       const int p = graph.corner[at], q = graph.corner[at + 1];
-      auto settled = [&](int w) { return search.stamp[static_cast<size_t>(w)] == search.now && search.state[static_cast<size_t>(w)] == 1; };
+      auto settled = [&](int w) { return search.stamp[w] == search.now && search.state[w] == 1; };
       auto across = [&](int known, int third) {
-        offer(third, unfolded(d, search.distance[static_cast<size_t>(known)], positions.row(v).transpose(), positions.row(known).transpose(),
+        offer(third, unfolded(d, search.distance[known], positions.row(v).transpose(), positions.row(known).transpose(),
                               positions.row(third).transpose()));
       };
       if (settled(p) && !settled(q)) across(p, q);
       if (settled(q) && !settled(p)) across(q, p);
     }
     for (int k = graph.vertex_begin[i]; k < graph.vertex_begin[i + 1]; ++k)
-      offer(graph.vertices + graph.vertex_node[static_cast<size_t>(k)], d + graph.vertex_length[static_cast<size_t>(k)]);
+      offer(graph.vertices + graph.vertex_node[k], d + graph.vertex_length[k]);
   }
   return limit;
 }

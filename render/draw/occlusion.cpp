@@ -22,170 +22,232 @@ struct Half {
 // For -1000 < v: without the calls of std::lround.
 int nearest_int(float v) { return static_cast<int>(v + 1000.5f) - 1000; }
 
-}  // namespace
+// A picture's occlusion step by step.
+class Occlusion {
+ public:
+  Occlusion(const Samples& samples, const ViewFrame& frame, double radius)
+      : samples_(samples), frame_(frame), radius_(static_cast<float>(radius)), pixel_(static_cast<float>(frame.pixel)) {
+    // Only the part with surfaces and what is in reach of it, in whole patterns of 4 x 4 half pixels: what moves must not drag the
+    // pattern along.
+    px0_ = std::max(0, samples.part.x - 2 * most_reach) & ~7;
+    py0_ = std::max(0, samples.part.y - 2 * most_reach) & ~7;
+    px1_ = std::min(frame.area.width, samples.part.x + samples.part.width + 2 * most_reach);
+    py1_ = std::min(frame.area.height, samples.part.y + samples.part.height + 2 * most_reach);
+    left_ = static_cast<float>(px0_) + 0.5f - 0.5f * static_cast<float>(frame.area.width);
+    top_ = static_cast<float>(py0_) + 0.5f - 0.5f * static_cast<float>(frame.area.height);
+  }
 
-Mask compute_occlusion(const Samples& samples, const ViewFrame& frame, const GroundFrame* ground, double radius) {
-  const int w = frame.area.width, h = frame.area.height;
-  Mask full;
-  const int step = samples.per_pixel;
-  const float near = static_cast<float>(frame.near), far = static_cast<float>(frame.far);
-  const auto distance_of = [&](float depth) {
-    return frame.orthographic ? far - depth * (far - near) : near * far / (near + depth * (far - near));
-  };
-  const auto sample_depth = [&](int px, int py) {  // pixel of the area, from the top
-    px -= samples.part.x;
-    py -= samples.part.y;
-    if (px < 0 || py < 0 || px >= samples.part.width || py >= samples.part.height) return 0.0f;
-    return samples.depth[std::size_t(samples.height - 1 - (py * step + step / 2)) * samples.width + (px * step + step / 2)];
-  };
+  Mask make(const GroundFrame* ground) {
+    Mask full;
+    if (px1_ <= px0_ || py1_ <= py0_) return full;
+    if (!take_distances()) return full;
+    full.part = {px0_, py0_, px1_ - px0_, py1_ - py0_};
+    full.values.assign(std::size_t(px1_ - px0_) * (py1_ - py0_), 255);
+    mark_tiles_in_reach();
+    if (ground && ground->visible) add_ground(*ground);
+    measure();
+    to_pixels(smoothed(), full);
+    return full;
+  }
 
-  // Distances of every second pixel, and which tiles of 8 x 8 of them hold surfaces.
-  // Only the part with surfaces and what is in reach of it.
-  constexpr int most = 48;  // reach, half pixels
-  // Whole patterns of 4 x 4 half pixels: what moves must not drag the pattern along.
-  const int px0 = std::max(0, samples.part.x - 2 * most) & ~7, py0 = std::max(0, samples.part.y - 2 * most) & ~7;
-  const int px1 = std::min(w, samples.part.x + samples.part.width + 2 * most), py1 = std::min(h, samples.part.y + samples.part.height + 2 * most);
-  if (px1 <= px0 || py1 <= py0) return full;
-  Half half{(px1 - px0 + 1) / 2, (py1 - py0 + 1) / 2, {}, {}};
-  half.distance.assign(std::size_t(half.width) * half.height, nothing);
-  half.surface.assign(half.distance.size(), 0);
-  const int tiles_x = (half.width + 7) / 8, tiles_y = (half.height + 7) / 8;
-  std::vector<std::uint8_t> tile(std::size_t(tiles_x) * tiles_y, 0);
-  float nearest = nothing;
-  for (int y = 0; y < half.height; ++y)
-    for (int x = 0; x < half.width; ++x) {
-      const float depth = sample_depth(px0 + 2 * x, py0 + 2 * y);
-      if (depth <= 0.0f) continue;
-      const float d = distance_of(depth);
-      half.distance[std::size_t(y) * half.width + x] = d;
-      half.surface[std::size_t(y) * half.width + x] = 1;
-      tile[std::size_t(y / 8) * tiles_x + x / 8] = 1;
-      nearest = std::min(nearest, d);
-    }
-  if (nearest == nothing) return full;
-  full.part = {px0, py0, px1 - px0, py1 - py0};
-  full.values.assign(std::size_t(px1 - px0) * (py1 - py0), 255);
+ private:
+  static constexpr int most_reach = 48;  // half pixels
+  using Pattern = std::array<glm::vec2, taps>;
 
-  // Reach in half pixels; tiles within reach of a surface are worked on.
-  const float pixel = static_cast<float>(frame.pixel);
-  const auto reach_at = [&](float d) { return std::clamp(static_cast<float>(radius) / (pixel * 2.0f * (frame.orthographic ? 1.0f : d)), 2.0f, static_cast<float>(most)); };
-  const int spread = static_cast<int>(reach_at(nearest)) / 8 + 1;
-  std::vector<std::uint8_t> work(tile.size(), 0);
-  for (int ty = 0; ty < tiles_y; ++ty)
-    for (int tx = 0; tx < tiles_x; ++tx)
-      if (tile[std::size_t(ty) * tiles_x + tx])
-        for (int j = std::max(0, ty - spread); j <= std::min(tiles_y - 1, ty + spread); ++j)
-          std::fill_n(&work[std::size_t(j) * tiles_x + std::max(0, tx - spread)], std::min(tiles_x - 1, tx + spread) - std::max(0, tx - spread) + 1, std::uint8_t(1));
+  std::size_t index(int x, int y) const { return std::size_t(y) * half_.width + x; }
+  std::uint8_t& tile_of(std::vector<std::uint8_t>& tiles, int x, int y) const { return tiles[std::size_t(y / 8) * tiles_x_ + x / 8]; }
+  bool worked_on(int x, int y) const { return work_[std::size_t(y / 8) * tiles_x_ + x / 8] != 0; }
+
+  float distance_of(float depth) const {
+    const float near = static_cast<float>(frame_.near), far = static_cast<float>(frame_.far);
+    return frame_.orthographic ? far - depth * (far - near) : near * far / (near + depth * (far - near));
+  }
+  float sample_depth(int px, int py) const {  // pixel of the area, from the top
+    const int step = samples_.per_pixel;
+    px -= samples_.part.x;
+    py -= samples_.part.y;
+    if (px < 0 || py < 0 || px >= samples_.part.width || py >= samples_.part.height) return 0.0f;
+    return samples_.depth[std::size_t(samples_.height - 1 - (py * step + step / 2)) * samples_.width + (px * step + step / 2)];
+  }
+  // Reach in half pixels.
+  float reach_at(float d) const {
+    return std::clamp(radius_ / (pixel_ * 2.0f * (frame_.orthographic ? 1.0f : d)), 2.0f, static_cast<float>(most_reach));
+  }
+  // Position in the camera's frame of a half pixel.
+  glm::vec3 position(int x, int y, float d) const {
+    const float sx = (2.0f * static_cast<float>(x) + left_) * pixel_, sy = -(2.0f * static_cast<float>(y) + top_) * pixel_;
+    return frame_.orthographic ? glm::vec3(sx, sy, -d) : glm::vec3(sx * d, sy * d, -d);
+  }
+
+  // Distances of every second pixel, and which tiles of 8 x 8 of them hold surfaces. False: none does.
+  bool take_distances() {
+    half_ = Half{(px1_ - px0_ + 1) / 2, (py1_ - py0_ + 1) / 2, {}, {}};
+    half_.distance.assign(std::size_t(half_.width) * half_.height, nothing);
+    half_.surface.assign(half_.distance.size(), 0);
+    tiles_x_ = (half_.width + 7) / 8;
+    tiles_y_ = (half_.height + 7) / 8;
+    tile_.assign(std::size_t(tiles_x_) * tiles_y_, 0);
+    for (int y = 0; y < half_.height; ++y)
+      for (int x = 0; x < half_.width; ++x) {
+        const float depth = sample_depth(px0_ + 2 * x, py0_ + 2 * y);
+        if (depth <= 0.0f) continue;
+        const float d = distance_of(depth);
+        half_.distance[index(x, y)] = d;
+        half_.surface[index(x, y)] = 1;
+        tile_of(tile_, x, y) = 1;
+        nearest_ = std::min(nearest_, d);
+      }
+    return nearest_ != nothing;
+  }
+
+  // Tiles within reach of a surface are worked on.
+  void mark_tiles_in_reach() {
+    const int spread = static_cast<int>(reach_at(nearest_)) / 8 + 1;
+    work_.assign(tile_.size(), 0);
+    for (int ty = 0; ty < tiles_y_; ++ty)
+      for (int tx = 0; tx < tiles_x_; ++tx) {
+        if (!tile_[std::size_t(ty) * tiles_x_ + tx]) continue;
+        const int from = std::max(0, tx - spread), count = std::min(tiles_x_ - 1, tx + spread) - from + 1;
+        for (int j = std::max(0, ty - spread); j <= std::min(tiles_y_ - 1, ty + spread); ++j)
+          std::fill_n(&work_[std::size_t(j) * tiles_x_ + from], count, std::uint8_t(1));
+      }
+  }
 
   // Ground behind the pixels in reach.
-  glm::vec3 ground_normal(0.0f);
-  if (ground && ground->visible) {
-    ground_normal = glm::vec3(glm::dmat3(frame.view) * ground->normal);
-    const glm::dvec3 du = glm::dmat3(frame.view) * ground->axis_u, dv = glm::dmat3(frame.view) * ground->axis_v;
-    const glm::dvec3 o = glm::dvec3(frame.view * glm::dvec4(ground->origin, 1.0));
-    for (int y = 0; y < half.height; ++y)
-      for (int x = 0; x < half.width; ++x) {
-        float& d = half.distance[std::size_t(y) * half.width + x];
-        if (d != nothing || !work[std::size_t(y / 8) * tiles_x + x / 8]) continue;
-        const glm::dvec3 q = ground->pixel_to_ground * glm::dvec3(frame.area.x + px0 + 2 * x + 0.5, frame.area.y + py0 + 2 * y + 0.5, 1.0);
+  void add_ground(const GroundFrame& ground) {
+    ground_normal_ = glm::vec3(glm::dmat3(frame_.view) * ground.normal);
+    const glm::dvec3 du = glm::dmat3(frame_.view) * ground.axis_u, dv = glm::dmat3(frame_.view) * ground.axis_v;
+    const glm::dvec3 o = glm::dvec3(frame_.view * glm::dvec4(ground.origin, 1.0));
+    for (int y = 0; y < half_.height; ++y)
+      for (int x = 0; x < half_.width; ++x) {
+        float& d = half_.distance[index(x, y)];
+        if (d != nothing || !worked_on(x, y)) continue;
+        const glm::dvec3 q = ground.pixel_to_ground * glm::dvec3(frame_.area.x + px0_ + 2 * x + 0.5, frame_.area.y + py0_ + 2 * y + 0.5, 1.0);
         if (q.z > 0.0) d = static_cast<float>(-(o.z + du.z * q.x / q.z + dv.z * q.y / q.z));
       }
   }
 
-  // Position in the camera's frame of a half pixel.
-  const float left = static_cast<float>(px0) + 0.5f - 0.5f * static_cast<float>(w), top = static_cast<float>(py0) + 0.5f - 0.5f * static_cast<float>(h);
-  const auto position = [&](float x, float y, float d) {
-    const float sx = (2.0f * x + left) * pixel, sy = -(2.0f * y + top) * pixel;
-    return frame.orthographic ? glm::vec3(sx, sy, -d) : glm::vec3(sx * d, sy * d, -d);
-  };
-  std::array<std::array<glm::vec2, taps>, 16> spiral;
-  for (int r = 0; r < 16; ++r)
-    for (int i = 0; i < taps; ++i) {
-      const float angle = 2.39996323f * static_cast<float>(i) + 6.2831853f * static_cast<float>((r * 7) % 16) / 16.0f;
-      const float length = std::sqrt((static_cast<float>(i) + 0.6f) / static_cast<float>(taps));
-      spiral[r][i] = length * glm::vec2(std::cos(angle), std::sin(angle));
-    }
-
-  std::vector<float> open(half.distance.size(), 1.0f);
-  const float range = static_cast<float>(radius), inverse_range2 = 1.0f / (range * range);
-  for (int y = 0; y < half.height; ++y)
-    for (int x = 0; x < half.width; ++x) {
-      if (!work[std::size_t(y / 8) * tiles_x + x / 8]) continue;
-      const std::size_t k = std::size_t(y) * half.width + x;
-      const float d = half.distance[k];
-      if (d == nothing) continue;
-      const glm::vec3 p = position(static_cast<float>(x), static_cast<float>(y), d);
-      glm::vec3 normal = ground_normal;
-      if (half.surface[k]) {
-        // Normal from the neighbours nearer in depth: it does not cross silhouettes.
-        const float l = half.at(x - 1, y), r = half.at(x + 1, y), u = half.at(x, y - 1), b = half.at(x, y + 1);
-        const bool leftward = std::abs(l - d) < std::abs(r - d), upper = std::abs(u - d) < std::abs(b - d);
-        const glm::vec3 dx = leftward ? p - position(static_cast<float>(x - 1), static_cast<float>(y), l) : position(static_cast<float>(x + 1), static_cast<float>(y), r) - p;
-        const glm::vec3 dy = upper ? position(static_cast<float>(x), static_cast<float>(y - 1), u) - p : p - position(static_cast<float>(x), static_cast<float>(y + 1), b);
-        normal = glm::cross(dx, dy);
-        const float length = glm::length(normal);
-        if (!(length > 0.0f) || length > 1e20f) continue;
-        normal /= length;
-      }
-      const float reach = reach_at(d);
-      const auto& pattern = spiral[(y & 3) * 4 + (x & 3)];
-      float blocked = 0.0f;
+  static std::array<Pattern, 16> spirals() {
+    std::array<Pattern, 16> out;
+    for (int r = 0; r < 16; ++r)
       for (int i = 0; i < taps; ++i) {
-        const int qx = x + nearest_int(pattern[i].x * reach), qy = y + nearest_int(pattern[i].y * reach);
-        if (qx < 0 || qy < 0 || qx >= half.width || qy >= half.height) continue;
-        const std::size_t kq = std::size_t(qy) * half.width + qx;
-        const float dq = half.distance[kq];
-        if (dq == nothing || (!half.surface[k] && !half.surface[kq])) continue;
-        const glm::vec3 v = position(static_cast<float>(qx), static_cast<float>(qy), dq) - p;
-        const float square = glm::dot(v, v);
-        const float fall = 1.0f - square * inverse_range2;
-        if (fall <= 0.0f || square <= 0.0f) continue;
-        blocked += std::max(0.0f, glm::dot(v, normal) / std::sqrt(square) - 0.12f) * fall;
+        const float angle = 2.39996323f * static_cast<float>(i) + 6.2831853f * static_cast<float>((r * 7) % 16) / 16.0f;
+        const float length = std::sqrt((static_cast<float>(i) + 0.6f) / static_cast<float>(taps));
+        out[r][i] = length * glm::vec2(std::cos(angle), std::sin(angle));
       }
-      open[k] = std::max(0.0f, 1.0f - 2.2f * blocked / static_cast<float>(taps));
+    return out;
+  }
+
+  // From the neighbours nearer in depth: it does not cross silhouettes. Zero: none can be told.
+  glm::vec3 surface_normal(int x, int y, float d, const glm::vec3& p) const {
+    const float l = half_.at(x - 1, y), r = half_.at(x + 1, y), u = half_.at(x, y - 1), b = half_.at(x, y + 1);
+    const bool leftward = std::abs(l - d) < std::abs(r - d), upper = std::abs(u - d) < std::abs(b - d);
+    const glm::vec3 dx = leftward ? p - position(x - 1, y, l) : position(x + 1, y, r) - p;
+    const glm::vec3 dy = upper ? position(x, y - 1, u) - p : p - position(x, y + 1, b);
+    const glm::vec3 normal = glm::cross(dx, dy);
+    const float length = glm::length(normal);
+    if (!(length > 0.0f) || length > 1e20f) return glm::vec3(0.0f);
+    return normal / length;
+  }
+
+  // Sum over the samples around a half pixel at p of how much each takes away.
+  float blocked(int x, int y, const glm::vec3& p, const glm::vec3& normal, const Pattern& pattern) const {
+    const bool surface = half_.surface[index(x, y)];
+    const float reach = reach_at(half_.distance[index(x, y)]), inverse_range2 = 1.0f / (radius_ * radius_);
+    float sum = 0.0f;
+    for (int i = 0; i < taps; ++i) {
+      const int qx = x + nearest_int(pattern[i].x * reach), qy = y + nearest_int(pattern[i].y * reach);
+      if (qx < 0 || qy < 0 || qx >= half_.width || qy >= half_.height) continue;
+      const std::size_t kq = index(qx, qy);
+      const float dq = half_.distance[kq];
+      if (dq == nothing || (!surface && !half_.surface[kq])) continue;
+      const glm::vec3 v = position(qx, qy, dq) - p;
+      const float square = glm::dot(v, v);
+      const float fall = 1.0f - square * inverse_range2;
+      if (fall <= 0.0f || square <= 0.0f) continue;
+      sum += std::max(0.0f, glm::dot(v, normal) / std::sqrt(square) - 0.12f) * fall;
     }
+    return sum;
+  }
+
+  // Open share of every half pixel.
+  void measure() {
+    const std::array<Pattern, 16> spiral = spirals();
+    open_.assign(half_.distance.size(), 1.0f);
+    for (int y = 0; y < half_.height; ++y)
+      for (int x = 0; x < half_.width; ++x) {
+        const std::size_t k = index(x, y);
+        const float d = half_.distance[k];
+        if (!worked_on(x, y) || d == nothing) continue;
+        const glm::vec3 p = position(x, y, d);
+        const glm::vec3 normal = half_.surface[k] ? surface_normal(x, y, d, p) : ground_normal_;
+        if (normal == glm::vec3(0.0f)) continue;
+        open_[k] = std::max(0.0f, 1.0f - 2.2f * blocked(x, y, p, normal, spiral[(y & 3) * 4 + (x & 3)]) / static_cast<float>(taps));
+      }
+  }
 
   // Mean over the 4 x 4 pattern, over like depths only.
-  std::vector<float> smooth = open;
-  for (int y = 0; y < half.height; ++y)
-    for (int x = 0; x < half.width; ++x) {
-      if (!work[std::size_t(y / 8) * tiles_x + x / 8]) continue;
-      const float d = half.distance[std::size_t(y) * half.width + x];
-      if (d == nothing) continue;
-      float sum = 0.0f, weight = 0.0f;
-      for (int j = -2; j < 2; ++j)
-        for (int i = -2; i < 2; ++i) {
-          const int qx = std::clamp(x + i, 0, half.width - 1), qy = std::clamp(y + j, 0, half.height - 1);
-          const std::size_t kq = std::size_t(qy) * half.width + qx;
-          const float like = std::max(0.0f, 1.0f - std::abs(half.distance[kq] - d) / range);
-          sum += like * open[kq];
-          weight += like;
-        }
-      if (weight > 0.0f) smooth[std::size_t(y) * half.width + x] = sum / weight;
-    }
+  std::vector<float> smoothed() const {
+    std::vector<float> smooth = open_;
+    for (int y = 0; y < half_.height; ++y)
+      for (int x = 0; x < half_.width; ++x) {
+        const float d = half_.distance[index(x, y)];
+        if (!worked_on(x, y) || d == nothing) continue;
+        float sum = 0.0f, weight = 0.0f;
+        for (int j = -2; j < 2; ++j)
+          for (int i = -2; i < 2; ++i) {
+            const std::size_t kq = index(std::clamp(x + i, 0, half_.width - 1), std::clamp(y + j, 0, half_.height - 1));
+            const float like = std::max(0.0f, 1.0f - std::abs(half_.distance[kq] - d) / radius_);
+            sum += like * open_[kq];
+            weight += like;
+          }
+        if (weight > 0.0f) smooth[index(x, y)] = sum / weight;
+      }
+    return smooth;
+  }
 
   // Back to pixels, again over like depths: the occlusion of a body does not spill over its edge.
-  for (int y = py0; y < py1; ++y)
-    for (int x = px0; x < px1; ++x) {
-      const int hx = (x - px0) / 2, hy = (y - py0) / 2;
-      if (!work[std::size_t(hy / 8) * tiles_x + hx / 8]) continue;
-      const float depth = sample_depth(x, y);
-      const bool on_surface = depth > 0.0f;
-      const float d = on_surface ? distance_of(depth) : 0.0f;
-      float sum = 0.0f, weight = 0.0f;
-      for (int j = 0; j <= 1; ++j)
-        for (int i = 0; i <= 1; ++i) {
-          const int qx = std::min(hx + i, half.width - 1), qy = std::min(hy + j, half.height - 1);
-          const std::size_t kq = std::size_t(qy) * half.width + qx;
-          if (half.distance[kq] == nothing || (half.surface[kq] != 0) != on_surface) continue;
-          const float bilinear = (i == (x & 1) || (x & 1) ? 1.0f : 1e-3f) * (j == (y & 1) || (y & 1) ? 1.0f : 1e-3f);
-          const float like = on_surface ? std::max(1e-3f, 1.0f - std::abs(half.distance[kq] - d) / range) : 1.0f;
-          sum += bilinear * like * smooth[kq];
-          weight += bilinear * like;
-        }
-      if (weight > 0.0f) full.values[std::size_t(y - py0) * (px1 - px0) + (x - px0)] = static_cast<std::uint8_t>(rounded(255.0f * std::clamp(sum / weight, 0.0f, 1.0f)));
-    }
-  return full;
+  void to_pixels(const std::vector<float>& smooth, Mask& full) const {
+    for (int y = py0_; y < py1_; ++y)
+      for (int x = px0_; x < px1_; ++x) {
+        const int hx = (x - px0_) / 2, hy = (y - py0_) / 2;
+        if (!worked_on(hx, hy)) continue;
+        const float depth = sample_depth(x, y);
+        const bool on_surface = depth > 0.0f;
+        const float d = on_surface ? distance_of(depth) : 0.0f;
+        float sum = 0.0f, weight = 0.0f;
+        for (int j = 0; j <= 1; ++j)
+          for (int i = 0; i <= 1; ++i) {
+            const std::size_t kq = index(std::min(hx + i, half_.width - 1), std::min(hy + j, half_.height - 1));
+            if (half_.distance[kq] == nothing || (half_.surface[kq] != 0) != on_surface) continue;
+            const float bilinear = (i == (x & 1) || (x & 1) ? 1.0f : 1e-3f) * (j == (y & 1) || (y & 1) ? 1.0f : 1e-3f);
+            const float like = on_surface ? std::max(1e-3f, 1.0f - std::abs(half_.distance[kq] - d) / radius_) : 1.0f;
+            sum += bilinear * like * smooth[kq];
+            weight += bilinear * like;
+          }
+        if (weight <= 0.0f) continue;
+        full.values[std::size_t(y - py0_) * (px1_ - px0_) + (x - px0_)] =
+            static_cast<std::uint8_t>(rounded(255.0f * std::clamp(sum / weight, 0.0f, 1.0f)));
+      }
+  }
+
+  const Samples& samples_;
+  const ViewFrame& frame_;
+  const float radius_, pixel_;
+  int px0_, py0_, px1_, py1_;  // the part of the area that is looked at
+  float left_, top_;
+  Half half_;
+  int tiles_x_ = 0, tiles_y_ = 0;
+  std::vector<std::uint8_t> tile_, work_;
+  float nearest_ = nothing;
+  glm::vec3 ground_normal_ = glm::vec3(0.0f);
+  std::vector<float> open_;
+};
+
+}  // namespace
+
+Mask compute_occlusion(const Samples& samples, const ViewFrame& frame, const GroundFrame* ground, double radius) {
+  return Occlusion(samples, frame, radius).make(ground);
 }
 
 }  // namespace flexframe::render
