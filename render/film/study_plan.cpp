@@ -1,6 +1,8 @@
 #include "render/film/study_plan.h"
 
+#include "sim/bodies/resolution.h"
 #include "sim/run/effect_report.h"
+#include "sim/scene/effect_names.h"
 #include "sim/simulate.h"
 #include "sim/start/make_system.h"
 
@@ -55,7 +57,7 @@ bool frame_only(const BeamDef& beam) {
 // Directions that a modal form of the beam needs: those of its modes, or of its effects.
 std::vector<std::string> directions(const BeamDef& beam, const std::vector<sim::EffectState>& states, const std::string& body) {
   std::vector<std::string> out;
-  for (const char* d : {"axial", "bending_xy", "bending_xz", "torsion"}) {
+  for (const std::string& d : sim::direction_names()) {
     const bool listed = beam.modes.count(d) > 0;
     const bool on = std::any_of(states.begin(), states.end(), [&](const sim::EffectState& s) { return s.owner == body && s.effect == d && s.on; });
     if (beam.modes.empty() ? on : listed) out.push_back(d);
@@ -80,10 +82,7 @@ void set_form(Scene& scene, const std::vector<sim::EffectState>& states, BeamMod
     beam->curvature_coupling = false;
     if (model == BeamModel::modal) {
       std::erase(beam->effects.names, "shear");
-      for (const std::string& d : along) {
-        std::vector<int>& numbers = beam->modes[d];
-        for (int k = 1; k <= (d == "axial" || d == "torsion" ? std::max(1, n / 3) : n); ++k) numbers.push_back(k);
-      }
+      for (const std::string& d : along) beam->modes[d] = sim::mode_numbers(d, n);
     } else if (model == BeamModel::mixed) {
       beam->volumes = n;
       beam->elements = 2;
@@ -111,7 +110,7 @@ std::string keep_below_one_frequency(Scene& scene, int n, bool statics) {
     if (!beam || !keeps(*beam)) continue;
     beam->keep_modes = std::max(1, static_cast<int>(std::lround(n * std::sqrt(softest / pitch(*beam)))));
     beam->keep_static = statics;
-    beam->elements = std::max(beam->elements, 2 * *beam->keep_modes);
+    beam->elements = std::max(beam->elements, sim::elements_to_compare(*beam->keep_modes));
     words.push_back(fmt::format("{}: keep_modes = {}{}, elements = {}", body.name, *beam->keep_modes, statics ? "" : ", keep_static = false", beam->elements));
   }
   return fmt::format("{}", fmt::join(words, "; "));

@@ -1,6 +1,7 @@
 #include "sim/accuracy/accuracy_search.h"
 
 #include "sim/bodies/normal_modes.h"
+#include "sim/bodies/resolution.h"
 #include "sim/start/make_system.h"
 
 #include <fmt/format.h>
@@ -91,12 +92,9 @@ Scene Search::at(const Setting& setting) const {
       if (const auto least = least_.find(r.body); keep > 0 && least != least_.end()) keep = std::max(keep, least->second);
       beam.keep_modes = keep;
       beam.keep_static = !follows_vibrations(method);  // stiff shapes shorten explicit steps and lengthen series
-      beam.elements = std::max(r.given, 3 * keep);
+      beam.elements = std::max(r.given, elements_for_modes(keep));
     } else if (r.model == BeamModel::modal) {
-      for (auto& [direction, numbers] : beam.modes) {
-        numbers.clear();
-        for (int k = 1; k <= (direction == "axial" || direction == "torsion" ? std::max(1, modes / 3) : modes); ++k) numbers.push_back(k);
-      }
+      for (auto& [direction, numbers] : beam.modes) numbers = mode_numbers(direction, modes);
     } else {
       const int n = std::max(1, static_cast<int>(std::lround(r.given * share)));
       (r.model == BeamModel::mixed ? beam.volumes : beam.elements) = n;
@@ -113,7 +111,7 @@ Scene Search::finer_than(const Setting& setting) const {
     BeamDef& beam = std::get<BeamDef>(next.bodies[r.body].kind);
     if (!have || *have == 0 || !beam.keep_modes) continue;
     beam.keep_modes = std::max(*beam.keep_modes, *have + 1);
-    beam.elements = std::max(r.given, 3 * *beam.keep_modes);
+    beam.elements = std::max(r.given, elements_for_modes(*beam.keep_modes));
   }
   return next;
 }

@@ -1,6 +1,7 @@
 // The beam with eigenforms as shape functions: Heckmann, Otter, Dietz, Diaz Lopez 2006 eq. 4, 8-10.
 #include "sim/bodies/beam_eigenforms.h"
 #include "sim/bodies/beam_terms.h"
+#include "sim/scene/effect_names.h"
 
 #include <fmt/format.h>
 
@@ -16,7 +17,6 @@ using beam::FieldRows;
 using beam::Properties;
 
 enum Direction { kAxial, kBendingXy, kBendingXz, kTorsion };
-constexpr std::array<const char*, 4> kDirections = {"axial", "bending_xy", "bending_xz", "torsion"};
 
 struct Mode {
   Direction direction = kAxial;
@@ -48,14 +48,14 @@ std::vector<int> ordinals(const BeamDef& def, Direction direction) {
     if (direction == kBendingXy || direction == kBendingXz) return {1, 2, 3};
     return {1};
   }
-  const auto found = def.modes.find(kDirections[direction]);
+  const auto found = def.modes.find(direction_names()[direction]);
   return found == def.modes.end() ? std::vector<int>{} : found->second;
 }
 
 void check_modes(const BeamDef& def) {
   for (const auto& [name, list] : def.modes) {
-    if (std::find(kDirections.begin(), kDirections.end(), name) == kDirections.end())
-      throw InputError(fmt::format("modes: unknown direction '{}'; allowed are axial, bending_xy, bending_xz, torsion", name));
+    if (std::find(direction_names().begin(), direction_names().end(), name) == direction_names().end())
+      throw InputError(fmt::format("modes: unknown direction '{}'; allowed are {}", name, fmt::join(direction_names(), ", ")));
     std::vector<int> sorted = list;
     std::sort(sorted.begin(), sorted.end());
     for (std::size_t i = 0; i < sorted.size(); ++i) {
@@ -146,7 +146,7 @@ std::vector<Mode> volume_modes(const BeamDef& def, const BeamEffects& effects) {
       mode.degree = degree;
       modes.push_back(mode);
     }
-    const auto listed = def.modes.find(kDirections[d]);
+    const auto listed = def.modes.find(direction_names()[d]);
     if (listed == def.modes.end()) continue;
     for (const int ordinal : listed->second) {
       Mode mode;
@@ -181,8 +181,8 @@ FlexibleBody make_modal_volume(const BeamDef& def, const BeamEffects& effects) {
   FlexibleBody body = modal_body(def, effects, p, modes, true);
   body.De = beam::damping_matrix(def.damping, body.Me, body.Ke);
   for (const Mode& mode : modes)
-    body.labels.push_back(mode.degree > 0 ? fmt::format("{} static {}", kDirections[mode.direction], mode.degree)
-                                          : fmt::format("{} clamped {}", kDirections[mode.direction], mode.ordinal));
+    body.labels.push_back(mode.degree > 0 ? fmt::format("{} static {}", direction_names()[mode.direction], mode.degree)
+                                          : fmt::format("{} clamped {}", direction_names()[mode.direction], mode.ordinal));
   return body;
 }
 
@@ -193,7 +193,7 @@ FlexibleBody make_modal_beam(const BeamDef& def, const BeamEffects& effects) {
   FlexibleBody body = modal_body(def, effects, p, modes, def.boundary == Boundary::free_free);
   set_structure(body, modes, p, def.damping);
   for (const Mode& mode : modes)
-    body.labels.push_back(fmt::format("{} {} ({:.6g} Hz)", kDirections[mode.direction], mode.ordinal,
+    body.labels.push_back(fmt::format("{} {} ({:.6g} Hz)", direction_names()[mode.direction], mode.ordinal,
                                       std::sqrt(mode.stiffness / mode.mass) / (2.0 * std::numbers::pi)));
   return body;
 }

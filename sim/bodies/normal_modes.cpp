@@ -3,6 +3,7 @@
 #include "sim/base/eigen_solvers.h"
 #include "sim/base/spatial.h"
 #include "sim/bodies/axis_mass.h"
+#include "sim/scene/effect_names.h"
 
 #include <fmt/format.h>
 
@@ -171,7 +172,7 @@ FlexibleBody keep_lowest(const FlexibleBody& body, int count, const std::vector<
     T.conservativeResize(Eigen::NoChange, before + Q.cols());
     T.rightCols(Q.cols()).setZero();
     for (size_t i = 0; i < d.coordinates.size(); ++i) T.row(d.coordinates[i]).tail(Q.cols()) = combined.row(static_cast<Eigen::Index>(i));
-    for (Eigen::Index k = 0; k < Q.cols(); ++k) labels.push_back(fmt::format("{} shape {} ({:.6g} Hz)", direction_names[which], k + 1, std::sqrt(own.eigenvalues()[k]) / (2.0 * EIGEN_PI)));
+    for (Eigen::Index k = 0; k < Q.cols(); ++k) labels.push_back(fmt::format("{} shape {} ({:.6g} Hz)", direction_names()[which], k + 1, std::sqrt(own.eigenvalues()[k]) / (2.0 * EIGEN_PI)));
   }
   FlexibleBody out = in_basis(body, T);
   out.labels = labels;

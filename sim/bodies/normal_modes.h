@@ -28,7 +28,6 @@ FlexibleBody keep_lowest(const FlexibleBody& body, int count, const std::vector<
 
 // The direction in which coordinate k of a beam moves its nodes most: 0 axial, 1 bending_xy, 2 bending_xz, 3 torsion.
 int coordinate_direction(const FlexibleBody& body, int k);
-inline constexpr const char* direction_names[] = {"axial", "bending_xy", "bending_xz", "torsion"};
 
 // Coordinates of `target` that deform its nodes as unit coordinates of `source` do, up to a rigid motion of the body frame (n x n).
 // The two bodies are the same beam with other boundaries of the frame: same nodes, same number of coordinates.

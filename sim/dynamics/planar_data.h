@@ -80,7 +80,6 @@ struct Body {
   Vec2 md0 = Vec2::Zero();
   VecX md1_x, md1_y, J1, Cr0, ksigma, stiffness;
   MatX md2_x, md2_y, J2, Cr1, Cr1_difference, Me, Ke, De;  // Cr1_difference = Cr1 - Cr1^T
-  bool diagonal_mass = false;
   // Of the state.
   Mat3 Mrr;
   MatX3 Mre;                    // n x 3

@@ -10,6 +10,7 @@
 #include "sim/bodies/state_space.h"
 #include "sim/model/effects.h"
 #include "sim/model/joint_motion.h"
+#include "sim/scene/effect_names.h"
 #include "sim/scene/joint_kinds.h"
 
 #include <fmt/format.h>
@@ -155,7 +156,7 @@ void complete_effects(Model& model, const Scene& scene) {
       if (s.owner == scene.bodies[b].name) s.body = static_cast<int>(b);
     if (!std::holds_alternative<BeamDef>(scene.bodies[static_cast<size_t>(s.body)].kind)) continue;
     for (const Part& p : model.parts)
-      for (int k = 0; p.scene_body == s.body && k < p.body.n; ++k) s.coordinates += s.effect == direction_names[coordinate_direction(p.body, k)];
+      for (int k = 0; p.scene_body == s.body && k < p.body.n; ++k) s.coordinates += s.effect == direction_names()[coordinate_direction(p.body, k)];
   }
 }
 

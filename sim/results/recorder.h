@@ -39,7 +39,6 @@ class Recorder {
   // Row for the next time.
   void record(System& system, double t, const VecX& y);
   Results finish(const System& system);
-  bool outputs_empty() const { return plans_.columns.empty(); }
 
  private:
   struct Piece {

@@ -1,6 +1,7 @@
 #include "sim/run/effect_report.h"
 
 #include "sim/base/cpu_clock.h"
+#include "sim/scene/effect_names.h"
 #include "sim/start/make_system.h"
 
 #include <fmt/format.h>
@@ -11,7 +12,6 @@
 namespace flexframe::sim {
 namespace {
 
-const char* const beam_switches[] = {"axial", "bending_xy", "bending_xz", "torsion", "stiffening", "shear"};
 
 void drop(std::vector<std::string>& list, const std::string& name) { list.erase(std::remove(list.begin(), list.end(), name), list.end()); }
 
@@ -24,7 +24,7 @@ void switch_beam(BeamDef& beam, const std::vector<EffectState>& states, const st
   }
   std::vector<std::string> names;
   for (const EffectState& s : states)
-    if (s.owner == owner && s.on && s.effect != effect && std::find(std::begin(beam_switches), std::end(beam_switches), s.effect) != std::end(beam_switches))
+    if (s.owner == owner && s.on && s.effect != effect && std::find(beam_effect_names().begin(), beam_effect_names().end(), s.effect) != beam_effect_names().end())
       names.push_back(s.effect);
   if (on) names.push_back(effect);
   choice.automatic = false;

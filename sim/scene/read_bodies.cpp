@@ -1,5 +1,6 @@
 // [[body]] tables: rigid bodies, beams, modal bodies (SID files) and state-space bodies.
 #include "sim/base/words.h"
+#include "sim/scene/effect_names.h"
 #include "sim/scene/scene_input.h"
 #include "sim/scene/section.h"
 
@@ -17,11 +18,8 @@ namespace {
 using Words = std::vector<std::string>;
 
 const Words kinds{"rigid", "beam", "modal", "statespace"};
-const Words effect_words{"axial", "bending_xy", "bending_xz", "torsion", "stiffening", "shear", "gyroscopic", "damping", "friction", "gravity", "stops"};
-const Words body_effect_words{"axial", "bending_xy", "bending_xz", "torsion", "stiffening", "shear", "gyroscopic", "damping"};
 const Words beam_models{"finite-element", "modal", "mixed", "lumped"};
 const Words boundaries{"clamped-free", "supported-supported", "supported-free", "free-free", "clamped-clamped", "clamped-supported"};
-const Words directions{"axial", "bending_xy", "bending_xz", "torsion"};
 
 constexpr int most_elements = 10000;
 constexpr int highest_mode = 60;       // eigenforms are accurate up to there (issue: every beam of the seeds)
@@ -32,11 +30,12 @@ constexpr Range poisson_range{.low = -1.0, .high = 0.5, .open_low = true, .what 
 // without = ["stiffening"]: effects to leave out of "auto" or of what is always there.
 void read_without(const TableReader& reader, EffectChoice& choice) {
   if (!reader.has("without")) return;
+  const auto known = body_effect_names();
   for (const std::string& name : reader.texts("without")) {
-    if (std::find(body_effect_words.begin(), body_effect_words.end(), name) == body_effect_words.end()) {
-      const std::string hint = did_you_mean(name, body_effect_words);
+    if (std::find(known.begin(), known.end(), name) == known.end()) {
+      const std::string hint = did_you_mean(name, known);
       reader.fail("without", fmt::format("names the effect {}, which no body can go without{}{} allowed: {}", quote(name), hint, hint.empty() ? ";" : "",
-                                         list_words(body_effect_words)));
+                                         list_words(known)));
     }
     if (std::find(choice.names.begin(), choice.names.end(), name) != choice.names.end())
       reader.fail("without", fmt::format("names {}, which 'effects' lists", quote(name)));
@@ -48,19 +47,20 @@ void read_without(const TableReader& reader, EffectChoice& choice) {
 void read_effect_names(const TableReader& reader, EffectChoice& choice) {
   const TomlValue* value = reader.find("effects");
   if (!value) return;
+  const auto known = effect_names();
   if (value->type == TomlValue::Type::text) {
     if (value->text == "auto") return;
-    if (std::find(effect_words.begin(), effect_words.end(), value->text) != effect_words.end())
+    if (std::find(known.begin(), known.end(), value->text) != known.end())
       reader.fail("effects", fmt::format("must be \"auto\" or an array: write [\"{}\"]", value->text));
-    reader.fail("effects", fmt::format("must be \"auto\" or an array of effects, found {}; allowed: {}", describe(*value), list_words(effect_words)));
+    reader.fail("effects", fmt::format("must be \"auto\" or an array of effects, found {}; allowed: {}", describe(*value), list_words(known)));
   }
   if (value->type != TomlValue::Type::array)
-    reader.fail("effects", fmt::format("must be \"auto\" or an array of effects, found {}; allowed: {}", describe(*value), list_words(effect_words)));
+    reader.fail("effects", fmt::format("must be \"auto\" or an array of effects, found {}; allowed: {}", describe(*value), list_words(known)));
   choice.automatic = false;
   for (const std::string& name : reader.texts("effects")) {
-    if (std::find(effect_words.begin(), effect_words.end(), name) == effect_words.end()) {
-      const std::string hint = did_you_mean(name, effect_words);
-      reader.fail("effects", fmt::format("names the effect {}, which is unknown{}{} allowed: {}", quote(name), hint, hint.empty() ? ";" : "", list_words(effect_words)));
+    if (std::find(known.begin(), known.end(), name) == known.end()) {
+      const std::string hint = did_you_mean(name, known);
+      reader.fail("effects", fmt::format("names the effect {}, which is unknown{}{} allowed: {}", quote(name), hint, hint.empty() ? ";" : "", list_words(known)));
     }
     if (std::find(choice.names.begin(), choice.names.end(), name) != choice.names.end())
       reader.fail("effects", fmt::format("names {} twice", quote(name)));
@@ -190,7 +190,7 @@ Material read_material(const TableReader& body) {
 std::map<std::string, std::vector<int>> read_modes(const TableReader& body) {
   std::map<std::string, std::vector<int>> modes;
   const TableReader reader = *body.table("modes");
-  reader.allow(directions);
+  reader.allow(direction_names());
   for (const std::string& direction : reader.value().keys) {
     std::vector<int> numbers = reader.integers(direction, 1, highest_mode);
     if (numbers.empty()) reader.fail(direction, "is empty; give mode numbers such as [1, 2] or leave the direction out");
