@@ -1,13 +1,14 @@
 // The disk cache of mapped modes: one file per content, named by its hash.
 //
-// Layout (little endian): "FFMODES3", 16 bytes of content hash, int64 vertices, modes, text length, the report as text lines, 3 M n floats column
+// Layout (little endian): "FFMODES4", 16 bytes of content hash, int64 vertices, modes, text length, the report as text lines, 3 M n floats column
 // after column, 8 bytes of hash over everything before. Written beside its name and renamed, so that it is whole or not there.
 #include "interp/modes.h"
+
+#include "interp/hash.h"
 
 #include <fmt/format.h>
 
 #include <array>
-#include <bit>
 #include <cstring>
 #include <fstream>
 #include <iterator>
@@ -17,47 +18,25 @@
 namespace flexframe::interp {
 namespace {
 
-constexpr std::string_view magic = "FFMODES3";
+constexpr std::string_view magic = "FFMODES4";
+using Name = std::array<std::uint64_t, 2>;
 
-// FNV-1a over 8-byte words with a final mix; two of them with different starts name a file.
-struct Hash {
-  std::uint64_t a = 0xcbf29ce484222325ull, b = 0x9e3779b97f4a7c15ull;
-  void add(const void* data, size_t size) {
-    const auto* bytes = static_cast<const unsigned char*>(data);
-    auto word = [&](std::uint64_t w) {
-      a = (a ^ w) * 0x100000001b3ull;
-      a ^= a >> 32;
-      b = std::rotl(b ^ w * 0xbf58476d1ce4e5b9ull, 29) * 0x94d049bb133111ebull;
-    };
-    for (; size >= 8; size -= 8, bytes += 8) {
-      std::uint64_t w = 0;
-      std::memcpy(&w, bytes, 8);
-      word(w);
-    }
-    std::uint64_t rest = size;
-    for (size_t k = 0; k < size; ++k) rest = (rest << 8) | bytes[k];
-    word(rest ^ 0x5bd1e995ull);
-  }
-  template <typename T>
-  void value(const T& v) { add(&v, sizeof v); }
-};
-
-Hash content_hash(const Nodes& nodes, const MeshView& mesh, const Options& options, const Eigen::MatrixXd& phi, const Eigen::MatrixXd& psi) {
+Name content_hash(const Nodes& nodes, const MeshView& mesh, const Options& options, const Eigen::MatrixXd& phi, const Eigen::MatrixXd& psi) {
   Hash h;
-  h.add(magic.data(), magic.size());
-  for (const Eigen::Index size : {nodes.positions.rows(), mesh.vertices.rows(), mesh.triangles.rows(), phi.cols(), psi.cols()}) h.value(static_cast<std::int64_t>(size));
-  h.add(nodes.positions.data(), static_cast<size_t>(nodes.positions.size()) * sizeof(double));
-  h.add(mesh.vertices.data(), static_cast<size_t>(mesh.vertices.size()) * sizeof(double));
-  h.add(mesh.triangles.data(), static_cast<size_t>(mesh.triangles.size()) * sizeof(int));
-  h.add(phi.data(), static_cast<size_t>(phi.size()) * sizeof(double));
-  h.add(psi.data(), static_cast<size_t>(psi.size()) * sizeof(double));
-  h.value(static_cast<std::int64_t>(nodes.rotations));
-  h.value(static_cast<std::int64_t>(options.scheme));
-  h.value(static_cast<std::int64_t>(options.patch_nodes));
-  h.value(options.lebesgue_warn);
-  h.value(options.lebesgue_error);
-  h.value(options.merge_distance);
-  return h;
+  h.add_text(magic);
+  for (const Eigen::Index size : {nodes.positions.rows(), mesh.vertices.rows(), mesh.triangles.rows(), phi.cols(), psi.cols()}) h.add(static_cast<std::int64_t>(size));
+  h.add_bytes(nodes.positions.data(), static_cast<size_t>(nodes.positions.size()) * sizeof(double));
+  h.add_bytes(mesh.vertices.data(), static_cast<size_t>(mesh.vertices.size()) * sizeof(double));
+  h.add_bytes(mesh.triangles.data(), static_cast<size_t>(mesh.triangles.size()) * sizeof(int));
+  h.add_bytes(phi.data(), static_cast<size_t>(phi.size()) * sizeof(double));
+  h.add_bytes(psi.data(), static_cast<size_t>(psi.size()) * sizeof(double));
+  h.add(static_cast<std::int64_t>(nodes.rotations));
+  h.add(static_cast<std::int64_t>(options.scheme));
+  h.add(static_cast<std::int64_t>(options.patch_nodes));
+  h.add(options.lebesgue_warn);
+  h.add(options.lebesgue_error);
+  h.add(options.merge_distance);
+  return h.words();
 }
 
 std::string report_text(const Report& r) {
@@ -82,35 +61,34 @@ bool read_report(const std::string& text, Report& r) {
   return true;
 }
 
-std::string encode(const CachedModes& modes, const Hash& name) {
+std::string encode(const CachedModes& modes, const Name& name) {
   std::string out(magic);
   auto put = [&](const void* data, size_t size) { out.append(static_cast<const char*>(data), size); };
   const std::string report = report_text(modes.report);
   const std::array<std::int64_t, 3> sizes{modes.columns.rows() / 3, modes.columns.modes(), static_cast<std::int64_t>(report.size())};
-  put(&name.a, 8);
-  put(&name.b, 8);
+  put(name.data(), sizeof name);
   put(sizes.data(), sizeof sizes);
   out += report;
   put(modes.columns.tiles().data(), modes.columns.tiles().size_bytes());
   Hash check;
-  check.add(out.data(), out.size());
-  put(&check.a, 8);
+  check.add_text(out);
+  put(check.words().data(), 8);
   return out;
 }
 
 // False for anything but a whole file of this content.
-bool decode(const std::string& data, const Hash& name, Eigen::Index vertices, Eigen::Index modes, CachedModes& out) {
+bool decode(const std::string& data, const Name& name, Eigen::Index vertices, Eigen::Index modes, CachedModes& out) {
   constexpr size_t head = 8 + 16 + 24;
   if (data.size() < head + 8 || data.compare(0, magic.size(), magic) != 0) return false;
   Hash check;
-  check.add(data.data(), data.size() - 8);
-  std::array<std::uint64_t, 2> found{};
+  check.add_bytes(data.data(), data.size() - 8);
+  Name found{};
   std::array<std::int64_t, 3> sizes{};
   std::uint64_t sum = 0;
   std::memcpy(found.data(), data.data() + 8, 16);
   std::memcpy(sizes.data(), data.data() + 24, 24);
   std::memcpy(&sum, data.data() + data.size() - 8, 8);
-  if (sum != check.a || found[0] != name.a || found[1] != name.b || sizes[0] != vertices || sizes[1] != modes || sizes[2] < 0) return false;
+  if (sum != check.words()[0] || found != name || sizes[0] != vertices || sizes[1] != modes || sizes[2] < 0) return false;
   ModeColumns columns(3 * vertices, modes);
   if (data.size() != head + static_cast<size_t>(sizes[2]) + columns.tiles().size_bytes() + 8) return false;
   if (!read_report(data.substr(head, static_cast<size_t>(sizes[2])), out.report)) return false;
@@ -125,8 +103,8 @@ bool decode(const std::string& data, const Hash& name, Eigen::Index vertices, Ei
 CachedModes cached_modes(const Nodes& nodes, const MeshView& mesh, const Options& options, const Eigen::Ref<const Eigen::MatrixXd>& phi,
                          const Eigen::Ref<const Eigen::MatrixXd>& psi, const std::filesystem::path& cache) {
   const Eigen::MatrixXd shapes = phi, turns = psi;
-  const Hash name = content_hash(nodes, mesh, options, shapes, turns);
-  const std::filesystem::path file = cache / fmt::format("{:016x}{:016x}.modes", name.a, name.b);
+  const Name name = content_hash(nodes, mesh, options, shapes, turns);
+  const std::filesystem::path file = cache / fmt::format("{:016x}{:016x}.modes", name[0], name[1]);
   CachedModes out;
   if (!cache.empty()) {
     std::ifstream in(file, std::ios::binary);

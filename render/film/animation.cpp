@@ -1,7 +1,7 @@
 #include "render/film/animation.h"
 
+#include "interp/hash.h"
 #include "render/film/attachments.h"
-#include "render/film/hash.h"
 #include "render/film/overlay.h"
 #include "render/film/survey.h"
 #include "render/frame/camera.h"
@@ -199,7 +199,7 @@ void update_picture(const Animation& animation, int k, PictureMemory& memory) {
 }
 
 std::string picture_hash(const render::Picture& picture, const std::string& environment) {
-  Hash hash;
+  interp::Hash hash;
   hash.add_text(environment);
   const auto number = [&](auto... values) { (hash.add(static_cast<double>(values)), ...); };
   const auto vector3 = [&](const auto& v) { number(v.x, v.y, v.z); };

@@ -1,12 +1,12 @@
 #include "render/film/numbers.h"
 
-#include "render/film/hash.h"
+#include "interp/hash.h"
 
 namespace flexframe::film {
 
 render::PictureNumbers picture_numbers(const render::Picture& picture) {
   render::PictureNumbers out;
-  Hash hash;
+  interp::Hash hash;
   render::Bounds box;
   bool scalars = false;
   for (const render::Surface& s : picture.surfaces) {

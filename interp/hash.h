@@ -2,6 +2,7 @@
 // Two lanes of multiply-xorshift mixing (constants of Steele, Lea, Flood: Fast splittable pseudorandom number generators, 2014).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <cstring>
 #include <span>
@@ -9,7 +10,7 @@
 #include <string_view>
 #include <type_traits>
 
-namespace flexframe::film {
+namespace flexframe::interp {
 
 class Hash {
  public:
@@ -38,10 +39,11 @@ class Hash {
   }
   void add_text(std::string_view text) { add_bytes(text.data(), text.size()); }
 
+  std::array<std::uint64_t, 2> words() const { return {mix(a_), mix(b_ ^ a_)}; }
   std::string hex() const {
     constexpr const char* digits = "0123456789abcdef";
     std::string out;
-    for (const std::uint64_t lane : {mix(a_), mix(b_ ^ a_)})
+    for (const std::uint64_t lane : words())
       for (int shift = 60; shift >= 0; shift -= 4) out += digits[(lane >> shift) & 15];
     return out;
   }
@@ -61,4 +63,4 @@ class Hash {
   std::uint64_t a_ = 0x9e3779b97f4a7c15u, b_ = 0xd1b54a32d192ed03u;
 };
 
-}  // namespace flexframe::film
+}  // namespace flexframe::interp
