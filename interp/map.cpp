@@ -364,6 +364,108 @@ std::vector<int> weld_rows(const MeshView& mesh, const Options& options) {
   return weld_vertices(mesh, weld_share * options.merge_distance * Box(drawn_vertices(mesh)).diagonal()).row;
 }
 
+namespace {
+
+void set_scheme(const Options& options, const Layout& layout, Eigen::Index vertices, Map& map) {
+  Report& report = map.report;
+  report.layout = layout.point ? "point" : layout.axis ? "axis" : layout.plane ? "surface" : "solid";
+  report.scheme = options.scheme;
+  report.reason = "asked for";
+  if (options.scheme != Scheme::automatic) return;
+  const int count = static_cast<int>(map.node_positions.rows());
+  report.scheme = Scheme::kernel;
+  report.reason = layout.point  ? "one node: the mesh follows it rigidly"
+                  : layout.axis ? fmt::format("the {} nodes lie along a line: cubic spline of the axis with rigid sections", count)
+                                : fmt::format("{} nodes on {} vertices: geodesic partition of unity", count, vertices);
+}
+
+void map_along_axis(const Nodes& nodes, const Weld& weld, bool precise, Map& map) {
+  Report& report = map.report;
+  AxisLift axis = make_axis(map.node_positions, nodes.rotations);
+  const Eigen::VectorXd s = (weld.positions.rowwise() - axis.origin.transpose()) * axis.frame.col(0);
+  report.lebesgue = axis_lebesgue(axis, s.minCoeff(), s.maxCoeff());
+  map.weights = axis_weights(axis, weld.positions, precise);
+  map.lift = std::move(axis);
+  if (!nodes.rotations)
+    report.warnings.push_back("the nodes lie on a line and have no rotations: torsion cannot be seen, sections turn without twist");
+}
+
+PartitionOptions partition_options(const Options& options, Scheme scheme, bool rotations) {
+  PartitionOptions how;
+  how.patch_nodes = scheme == Scheme::kernel ? std::clamp(options.patch_nodes, 8, 60) : 0;
+  how.kernel = scheme == Scheme::r ? KernelType::linear : scheme == Scheme::tps ? KernelType::thin_plate : KernelType::cubic;
+  how.rotations = rotations;
+  how.lebesgue_limit = options.lebesgue_warn;
+  how.precise = options.precise;
+  how.threads = thread_count(options.threads);
+  return how;
+}
+
+// By the surface's own elasticity or a lattice of its inside. loose: why what was chosen for its accuracy does not serve.
+Partition map_by_elasticity(const Options& options, const Weld& weld, const Graph& graph, const PartitionOptions& how, Map& map, std::string& loose) {
+  Partition part;
+  try {
+    part = make_green_map(map, weld, graph, how);
+    if (!(part.lebesgue <= options.lebesgue_warn)) loose = fmt::format("its Lebesgue constant is {:.3g}", part.lebesgue);
+  } catch (const MapError& error) {
+    if (options.scheme != Scheme::automatic) throw;
+    part.lebesgue = std::numeric_limits<double>::infinity();
+    loose = error.what();
+  }
+  return part;
+}
+
+void map_over_surface(const Nodes& nodes, const Weld& weld, const Layout& layout, const Options& options, Map& map) {
+  Report& report = map.report;
+  const Graph graph = make_graph(weld, map.node_positions, 8);
+  if (options.scheme == Scheme::automatic && !layout.point) choose_scheme(map, weld, graph);
+  if (graph.bridges > 0)
+    report.warnings.push_back(fmt::format("{} of {} parts of the mesh hold fewer than 8 nodes and hang on their nearest neighbour", graph.bridges, graph.parts));
+  PartitionOptions how = partition_options(options, report.scheme, nodes.rotations);
+  if (report.scheme == Scheme::lattice && !measure_solidity(weld.positions, weld.triangles).closed) {
+    report.scheme = Scheme::elastic;
+    report.warnings.push_back("the mesh is not closed, a lattice of its inside cannot be made: elastic surface instead");
+  }
+  Partition part;
+  const bool green = report.scheme == Scheme::elastic || report.scheme == Scheme::lattice;
+  std::string loose;
+  if (green) part = map_by_elasticity(options, weld, graph, how, map, loose);
+  // Nodes on which a surface hangs too loosely: the kernel with rigid arms, unless it is worse.
+  if (!green || (options.scheme == Scheme::automatic && !loose.empty())) {
+    if (green) how.patch_nodes = std::clamp(options.patch_nodes, 8, 60);
+    Partition kernel = make_partition(weld, graph, map.node_positions, how);
+    if (!green || kernel.lebesgue < part.lebesgue) {
+      part = std::move(kernel);
+      map.lift = std::move(part.lift);
+      map.leave_one_out = std::move(part.leave_one_out);
+      if (green) {
+        report.warnings.push_back(fmt::format("kernel instead of {}: {}", scheme_name(report.scheme), loose));
+        report.reason = fmt::format("{} nodes hold the elastic surface too loosely", map.node_positions.rows());
+        report.scheme = Scheme::kernel;
+      }
+    }
+  }
+  map.weights = std::move(part.weights);
+  report.lebesgue = part.lebesgue;
+  report.patches = part.patches;
+  for (size_t v = 0; v < map.welded.size() && report.lebesgue_vertex < 0; ++v)
+    if (map.welded[v] == part.lebesgue_vertex) report.lebesgue_vertex = static_cast<int>(v);
+  if (part.repaired > 0)
+    report.warnings.push_back(fmt::format("{} of {} patches were simplified, their Lebesgue constant was above {:g}", part.repaired, part.patches, options.lebesgue_warn));
+}
+
+void judge_lebesgue(const Options& options, Report& report) {
+  if (!(report.lebesgue <= options.lebesgue_error))
+    throw MapError(fmt::format("the nodes do not determine the motion of the mesh: Lebesgue constant {:.3g} at vertex {} (limit {:g}); "
+                               "add nodes there, or give rotations",
+                               report.lebesgue, report.lebesgue_vertex, options.lebesgue_error));
+  if (report.lebesgue > options.lebesgue_warn)
+    report.warnings.push_back(fmt::format("Lebesgue constant {:.3g} at vertex {}: errors of the nodes' data grow by up to that factor; add nodes there",
+                                          report.lebesgue, report.lebesgue_vertex));
+}
+
+}  // namespace
+
 Map make_map(const Nodes& nodes, const MeshView& mesh, const Options& options) {
   const auto start = std::chrono::steady_clock::now();
   check_input(nodes, mesh);
@@ -372,7 +474,6 @@ Map make_map(const Nodes& nodes, const MeshView& mesh, const Options& options) {
   map.nodes = static_cast<int>(nodes.positions.rows());
   map.vertices = static_cast<int>(mesh.vertices.rows());
   map.rotations = nodes.rotations;
-  const int threads = thread_count(options.threads);
 
   const Points vertices = drawn_vertices(mesh);
   check_scale(nodes.positions, vertices);
@@ -385,87 +486,10 @@ Map make_map(const Nodes& nodes, const MeshView& mesh, const Options& options) {
   map.welded = weld.row;
 
   const Layout layout = find_layout(map.node_positions, vertices);
-  report.layout = layout.point ? "point" : layout.axis ? "axis" : layout.plane ? "surface" : "solid";
-  const int count = static_cast<int>(map.node_positions.rows());
-  report.scheme = options.scheme;
-  if (options.scheme == Scheme::automatic) {
-    report.scheme = Scheme::kernel;
-    report.reason = layout.point  ? "one node: the mesh follows it rigidly"
-                    : layout.axis ? fmt::format("the {} nodes lie along a line: cubic spline of the axis with rigid sections", count)
-                                  : fmt::format("{} nodes on {} vertices: geodesic partition of unity", count, weld.positions.rows());
-  } else {
-    report.reason = "asked for";
-  }
-
-  if (layout.axis && report.scheme == Scheme::kernel) {
-    AxisLift axis = make_axis(map.node_positions, nodes.rotations);
-    const Eigen::VectorXd s = (weld.positions.rowwise() - axis.origin.transpose()) * axis.frame.col(0);
-    report.lebesgue = axis_lebesgue(axis, s.minCoeff(), s.maxCoeff());
-    map.weights = axis_weights(axis, weld.positions, options.precise);
-    map.lift = std::move(axis);
-    if (!nodes.rotations)
-      report.warnings.push_back("the nodes lie on a line and have no rotations: torsion cannot be seen, sections turn without twist");
-  } else {
-    const Graph graph = make_graph(weld, map.node_positions, 8);
-    if (options.scheme == Scheme::automatic && !layout.point) choose_scheme(map, weld, graph);
-    if (graph.bridges > 0)
-      report.warnings.push_back(fmt::format("{} of {} parts of the mesh hold fewer than 8 nodes and hang on their nearest neighbour", graph.bridges, graph.parts));
-    PartitionOptions how;
-    how.patch_nodes = report.scheme == Scheme::kernel ? std::clamp(options.patch_nodes, 8, 60) : 0;
-    how.kernel = report.scheme == Scheme::r ? KernelType::linear : report.scheme == Scheme::tps ? KernelType::thin_plate : KernelType::cubic;
-    how.rotations = nodes.rotations;
-    how.lebesgue_limit = options.lebesgue_warn;
-    how.precise = options.precise;
-    how.threads = threads;
-    if (report.scheme == Scheme::lattice && !measure_solidity(weld.positions, weld.triangles).closed) {
-      report.scheme = Scheme::elastic;
-      report.warnings.push_back("the mesh is not closed, a lattice of its inside cannot be made: elastic surface instead");
-    }
-    Partition part;
-    int lebesgue_row = -1;
-    const bool green = report.scheme == Scheme::elastic || report.scheme == Scheme::lattice;
-    std::string loose;  // why what was chosen for its accuracy does not serve
-    if (green) {
-      try {
-        part = make_green_map(map, weld, graph, how);
-        if (!(part.lebesgue <= options.lebesgue_warn)) loose = fmt::format("its Lebesgue constant is {:.3g}", part.lebesgue);
-      } catch (const MapError& error) {
-        if (options.scheme != Scheme::automatic) throw;
-        part.lebesgue = std::numeric_limits<double>::infinity();
-        loose = error.what();
-      }
-    }
-    // Nodes on which a surface hangs too loosely: the kernel with rigid arms, unless it is worse.
-    if (!green || (options.scheme == Scheme::automatic && !loose.empty())) {
-      if (green) how.patch_nodes = std::clamp(options.patch_nodes, 8, 60);
-      Partition kernel = make_partition(weld, graph, map.node_positions, how);
-      if (!green || kernel.lebesgue < part.lebesgue) {
-        part = std::move(kernel);
-        map.lift = std::move(part.lift);
-        map.leave_one_out = std::move(part.leave_one_out);
-        if (green) {
-          report.warnings.push_back(fmt::format("kernel instead of {}: {}", scheme_name(report.scheme), loose));
-          report.reason = fmt::format("{} nodes hold the elastic surface too loosely", count);
-          report.scheme = Scheme::kernel;
-        }
-      }
-    }
-    map.weights = std::move(part.weights);
-    report.lebesgue = part.lebesgue;
-    report.patches = part.patches;
-    lebesgue_row = part.lebesgue_vertex;
-    for (size_t v = 0; v < map.welded.size() && report.lebesgue_vertex < 0; ++v)
-      if (map.welded[v] == lebesgue_row) report.lebesgue_vertex = static_cast<int>(v);
-    if (part.repaired > 0)
-      report.warnings.push_back(fmt::format("{} of {} patches were simplified, their Lebesgue constant was above {:g}", part.repaired, part.patches, options.lebesgue_warn));
-  }
-  if (!(report.lebesgue <= options.lebesgue_error))
-    throw MapError(fmt::format("the nodes do not determine the motion of the mesh: Lebesgue constant {:.3g} at vertex {} (limit {:g}); "
-                               "add nodes there, or give rotations",
-                               report.lebesgue, report.lebesgue_vertex, options.lebesgue_error));
-  if (report.lebesgue > options.lebesgue_warn)
-    report.warnings.push_back(fmt::format("Lebesgue constant {:.3g} at vertex {}: errors of the nodes' data grow by up to that factor; add nodes there",
-                                          report.lebesgue, report.lebesgue_vertex));
+  set_scheme(options, layout, weld.positions.rows(), map);
+  if (layout.axis && report.scheme == Scheme::kernel) map_along_axis(nodes, weld, options.precise, map);
+  else map_over_surface(nodes, weld, layout, options, map);
+  judge_lebesgue(options, report);
   report.setup_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return map;
 }

@@ -67,14 +67,152 @@ size_t skins_needed(const Animation& animation) {
   return animation.bodies.size() * (animation.scales.size() + 1 + static_cast<size_t>(animation.settings.trail));
 }
 
+// Nodes as markers, one set a scale.
+void add_node_markers(const Animation& animation, size_t b, const SamplePlace& place, PictureMemory& memory) {
+  const BodyModel& model = animation.bodies[b];
+  const sim::ResultBody& body = animation.results->bodies[b];
+  BodyMemory& moved = memory.bodies[b];
+  node_motion(body, place, moved.node_displacement, moved.node_rotation);
+  for (size_t s = 0; s < animation.scales.size(); ++s) {
+    render::Markers markers;
+    markers.pose = body_pose(body, place);
+    if (s > 0) markers.color.a = ghost_opacity;
+    if (model.mesh.triangles.empty()) markers.color = glm::vec4(model.material.color, markers.color.a);
+    for (size_t n = 0; n < body.nodes.size(); ++n) {
+      const sim::Vec3 p = body.nodes[n].origin + animation.scales[s] * moved.node_displacement.row(static_cast<Eigen::Index>(n)).transpose();
+      markers.points.emplace_back(p.x(), p.y(), p.z());
+    }
+    memory.picture.markers.push_back(std::move(markers));
+  }
+}
+
+// What a body is coloured by: a number a vertex and a point of its surface.
+void update_colors(const Animation& animation, size_t b, double t, PictureMemory& memory) {
+  const BodyModel& model = animation.bodies[b];
+  std::vector<float>& scalars = memory.scalars[b];
+  ScalarMemory work;
+  if (animation.scalar_bar || animation.settings.color_range)
+    update_scalars(model, *animation.results, static_cast<int>(b), animation.settings, t, memory.bodies[b], work, memory.vertex_scalars);
+  else
+    memory.vertex_scalars.clear();
+  scalars.clear();
+  if (!memory.vertex_scalars.empty())
+    for (int p : model.mesh.point_position) scalars.push_back(memory.vertex_scalars[p]);
+}
+
+// What makes a scale's surface a ghost.
+void make_ghost(const BodyModel& model, render::Surface& surface) {
+  surface.opacity *= ghost_opacity;
+  surface.casts_shadow = false;
+  if (model.ghost_color) {
+    surface.material.color = *model.ghost_color;
+    surface.scalars = {};
+    surface.colors = {};
+  }
+  if (model.ghost == GhostStyle::mesh) {
+    surface.wires = true;
+    surface.edge_flags = model.mesh.triangle_edges;
+    surface.edge_color = surface.material.color;
+    surface.opacity = model.opacity;
+  }
+}
+
+// One surface a scale: the first solid, the others ghosts.
+void add_scales(const Animation& animation, size_t b, const glm::dmat4& pose, PictureMemory& memory, size_t& skin) {
+  const BodyModel& model = animation.bodies[b];
+  const size_t count = model.flexible && model.ghost != GhostStyle::none ? animation.scales.size() : 1;
+  for (size_t s = 0; s < count; ++s) {
+    PictureMemory::Skin& arrays = memory.skins[skin];
+    if (model.flexible) update_surface(model, animation.scales[s], animation.settings.corotated, memory.bodies[b], arrays.positions, arrays.normals);
+    else rest_surface(model, arrays.positions, arrays.normals);
+    render::Surface& surface = add_surface(animation, memory, skin, model, pose);
+    surface.scalars = memory.scalars[b];
+    surface.colors = model.colors;
+    if (!model.spine.empty() && (s == 0 || model.ghost == GhostStyle::body))
+      memory.picture.lines.push_back(spine_line(model, memory.bodies[b], memory.vertex_scalars, memory.picture.scalar_map, pose,
+                                                s == 0 ? 1.0f : ghost_opacity, s == 0 ? std::nullopt : model.ghost_color));
+    if (s > 0) make_ghost(model, surface);
+  }
+}
+
+void make_pale(float opacity, render::Surface& surface) {
+  surface.material.color = pale;
+  surface.opacity = opacity;
+  surface.casts_shadow = false;
+}
+
+// Past positions before picture k, a tenth of a second of playback apart, fading.
+void add_trail(const Animation& animation, size_t b, int k, PictureMemory& memory, size_t& skin) {
+  const BodyModel& model = animation.bodies[b];
+  const sim::ResultBody& body = animation.results->bodies[b];
+  const RenderSettings& settings = animation.settings;
+  const int stride = std::max(1, static_cast<int>(std::lround(0.1 * settings.frame_rate)));
+  for (int j = 1; j <= settings.trail && k - j * stride >= 0; ++j) {
+    const SamplePlace past = find_sample(animation.results->times, picture_time(animation, k - j * stride));
+    PictureMemory::Skin& arrays = memory.skins[skin];
+    if (model.flexible) {
+      update_displacement(model, body, past, memory.bodies[b]);
+      update_surface(model, animation.scales[0], settings.corotated, memory.bodies[b], arrays.positions, arrays.normals);
+    } else {
+      rest_surface(model, arrays.positions, arrays.normals);
+    }
+    make_pale(trail_opacity * (1.0f - static_cast<float>(j - 1) / static_cast<float>(settings.trail)),
+              add_surface(animation, memory, skin, model, body_pose(body, past)));
+  }
+}
+
+void add_body(const Animation& animation, size_t b, int k, PictureMemory& memory, size_t& skin) {
+  const BodyModel& model = animation.bodies[b];
+  const sim::ResultBody& body = animation.results->bodies[b];
+  const RenderSettings& settings = animation.settings;
+  const double t = picture_time(animation, k);
+  const SamplePlace place = find_sample(animation.results->times, t);
+  const glm::dmat4 pose = body_pose(body, place);
+  // Markers are asked for, or all there is.
+  if (!body.nodes.empty() && (settings.nodes || model.mesh.triangles.empty())) add_node_markers(animation, b, place, memory);
+  if (model.mesh.triangles.empty()) return;
+  if (model.flexible) update_displacement(model, body, place, memory.bodies[b]);
+  update_colors(animation, b, t, memory);
+  add_scales(animation, b, pose, memory, skin);
+  if (settings.undeformed && model.flexible) {
+    rest_surface(model, memory.skins[skin].positions, memory.skins[skin].normals);
+    make_pale(undeformed_opacity, add_surface(animation, memory, skin, model, pose));
+  }
+  add_trail(animation, b, k, memory, skin);
+}
+
+void add_symbols(const Animation& animation, const SamplePlace& place, render::Picture& picture) {
+  for (const JointSymbol& symbol : animation.symbols) {
+    render::Surface surface;
+    surface.positions = symbol.positions;
+    surface.normals = symbol.normals;
+    surface.triangles = symbol.triangles;
+    surface.pose = joint_pose(animation.results->joints[symbol.joint], symbol.fixed ? SamplePlace{} : place);
+    surface.material = {.color = {0.24f, 0.26f, 0.30f}, .roughness = 0.35f, .metallic = 0.4f};
+    surface.two_sided = false;
+    picture.surfaces.push_back(surface);
+  }
+}
+
+// Fitted or given, on its path, around, and along with a body.
+void set_camera(const Animation& animation, int k, render::Picture& picture) {
+  const RenderSettings& settings = animation.settings;
+  const double t = picture_time(animation, k);
+  picture.camera = settings.camera.path.empty() ? animation.camera : render::camera_on_path(settings.camera.path, t);
+  picture.views = animation.views;
+  if (settings.camera.orbit != 0.0) picture.camera = render::orbit_camera(picture.camera, settings.camera.orbit * k / std::max(1, animation.count - 1));
+  if (animation.follow < 0) return;
+  const sim::ResultBody& body = animation.results->bodies[animation.follow];
+  const glm::dvec3 way(body_pose(body, find_sample(animation.results->times, t))[3] - body_pose(body, {})[3]);
+  picture.camera = render::shift_camera(picture.camera, way);
+  for (render::View& view : picture.views) view.camera = render::shift_camera(view.camera, way);
+}
+
 }  // namespace
 
 void update_picture(const Animation& animation, int k, PictureMemory& memory) {
-  const sim::Results& results = *animation.results;
   const RenderSettings& settings = animation.settings;
   const double t = picture_time(animation, k);
-  const SamplePlace place = find_sample(results.times, t);
-
   render::Picture& picture = memory.picture;
   picture.size = settings.size;
   picture.look = {.samples = settings.samples, .shadows = settings.shadows, .occlusion = settings.occlusion};
@@ -89,219 +227,146 @@ void update_picture(const Animation& animation, int k, PictureMemory& memory) {
   memory.scalars.resize(animation.bodies.size());
   memory.skins.resize(skins_needed(animation));
   size_t skin = 0;
-  ScalarMemory work;
-
-  for (size_t b = 0; b < animation.bodies.size(); ++b) {
-    const BodyModel& model = animation.bodies[b];
-    const sim::ResultBody& body = results.bodies[b];
-    if (!model.visible) continue;
-    const glm::dmat4 pose = body_pose(body, place);
-
-    // Nodes as markers: asked for, or all there is.
-    if (!body.nodes.empty() && (settings.nodes || model.mesh.triangles.empty())) {
-      node_motion(body, place, memory.bodies[b].node_displacement, memory.bodies[b].node_rotation);
-      for (size_t s = 0; s < animation.scales.size(); ++s) {
-        render::Markers markers;
-        markers.pose = pose;
-        if (s > 0) markers.color.a = ghost_opacity;
-        if (model.mesh.triangles.empty()) markers.color = glm::vec4(model.material.color, markers.color.a);
-        for (size_t n = 0; n < body.nodes.size(); ++n) {
-          const sim::Vec3 p = body.nodes[n].origin + animation.scales[s] * memory.bodies[b].node_displacement.row(static_cast<Eigen::Index>(n)).transpose();
-          markers.points.emplace_back(p.x(), p.y(), p.z());
-        }
-        picture.markers.push_back(std::move(markers));
-      }
-    }
-    if (model.mesh.triangles.empty()) continue;
-
-    // Deformation in scale, and what it is coloured by.
-    if (model.flexible) update_displacement(model, body, place, memory.bodies[b]);
-    std::vector<float>& scalars = memory.scalars[b];
-    if (animation.scalar_bar || settings.color_range) update_scalars(model, results, static_cast<int>(b), settings, t, memory.bodies[b], work, memory.vertex_scalars);
-    else memory.vertex_scalars.clear();
-    scalars.clear();
-    if (!memory.vertex_scalars.empty())
-      for (int p : model.mesh.point_position) scalars.push_back(memory.vertex_scalars[static_cast<size_t>(p)]);
-
-    // One surface a scale: the first solid, the others ghosts.
-    for (size_t s = 0; s < (model.flexible && model.ghost != GhostStyle::none ? animation.scales.size() : 1); ++s) {
-      PictureMemory::Skin& arrays = memory.skins[skin];
-      if (model.flexible) update_surface(model, animation.scales[s], settings.corotated, memory.bodies[b], arrays.positions, arrays.normals);
-      else rest_surface(model, arrays.positions, arrays.normals);
-      render::Surface& surface = add_surface(animation, memory, skin, model, pose);
-      surface.scalars = scalars;
-      surface.colors = model.colors;
-      if (!model.spine.empty() && (s == 0 || model.ghost == GhostStyle::body)) picture.lines.push_back(spine_line(model, memory.bodies[b], memory.vertex_scalars, picture.scalar_map, pose, s == 0 ? 1.0f : ghost_opacity, s == 0 ? std::nullopt : model.ghost_color));
-      if (s == 0) continue;
-      surface.opacity *= ghost_opacity;
-      surface.casts_shadow = false;
-      if (model.ghost_color) {
-        surface.material.color = *model.ghost_color;
-        surface.scalars = {};
-        surface.colors = {};
-      }
-      if (model.ghost == GhostStyle::mesh) {
-        surface.wires = true;
-        surface.edge_flags = model.mesh.triangle_edges;
-        surface.edge_color = surface.material.color;
-        surface.opacity = model.opacity;
-      }
-    }
-    if (settings.undeformed && model.flexible) {
-      rest_surface(model, memory.skins[skin].positions, memory.skins[skin].normals);
-      render::Surface& surface = add_surface(animation, memory, skin, model, pose);
-      surface.material.color = pale;
-      surface.opacity = undeformed_opacity;
-      surface.casts_shadow = false;
-    }
-
-    // Past positions, a tenth of a second of playback apart, fading.
-    const int stride = std::max(1, static_cast<int>(std::lround(0.1 * settings.frame_rate)));
-    for (int j = 1; j <= settings.trail && k - j * stride >= 0; ++j) {
-      const SamplePlace past = find_sample(results.times, picture_time(animation, k - j * stride));
-      PictureMemory::Skin& arrays = memory.skins[skin];
-      if (model.flexible) {
-        update_displacement(model, body, past, memory.bodies[b]);
-        update_surface(model, animation.scales[0], settings.corotated, memory.bodies[b], arrays.positions, arrays.normals);
-      } else {
-        rest_surface(model, arrays.positions, arrays.normals);
-      }
-      render::Surface& surface = add_surface(animation, memory, skin, model, body_pose(body, past));
-      surface.material.color = pale;
-      surface.opacity = trail_opacity * (1.0f - static_cast<float>(j - 1) / static_cast<float>(settings.trail));
-      surface.casts_shadow = false;
-    }
-  }
-
-  for (const JointSymbol& symbol : animation.symbols) {
-    render::Surface surface;
-    surface.positions = symbol.positions;
-    surface.normals = symbol.normals;
-    surface.triangles = symbol.triangles;
-    surface.pose = joint_pose(results.joints[static_cast<size_t>(symbol.joint)], symbol.fixed ? SamplePlace{} : place);
-    surface.material = {.color = {0.24f, 0.26f, 0.30f}, .roughness = 0.35f, .metallic = 0.4f};
-    surface.two_sided = false;
-    picture.surfaces.push_back(surface);
-  }
-
+  for (size_t b = 0; b < animation.bodies.size(); ++b)
+    if (animation.bodies[b].visible) add_body(animation, b, k, memory, skin);
+  add_symbols(animation, find_sample(animation.results->times, t), picture);
   update_attachments(animation, k, memory);
-
-  // The camera: fitted or given, on its path, around, and along with a body.
-  picture.camera = settings.camera.path.empty() ? animation.camera : render::camera_on_path(settings.camera.path, t);
-  picture.views = animation.views;
-  if (settings.camera.orbit != 0.0) picture.camera = render::orbit_camera(picture.camera, settings.camera.orbit * k / std::max(1, animation.count - 1));
-  if (animation.follow >= 0) {
-    const sim::ResultBody& body = results.bodies[static_cast<size_t>(animation.follow)];
-    const glm::dvec3 way(body_pose(body, place)[3] - body_pose(body, {})[3]);
-    picture.camera = render::shift_camera(picture.camera, way);
-    for (render::View& view : picture.views) view.camera = render::shift_camera(view.camera, way);
-  }
+  set_camera(animation, k, picture);
 }
 
-std::string picture_hash(const render::Picture& picture, const std::string& environment) {
-  interp::Hash hash;
-  hash.add_text(environment);
-  const auto number = [&](auto... values) { (hash.add(static_cast<double>(values)), ...); };
-  const auto vector3 = [&](const auto& v) { number(v.x, v.y, v.z); };
-  const auto color4 = [&](const glm::vec4& v) { number(v.x, v.y, v.z, v.w); };
-  const auto matrix = [&](const glm::dmat4& m) {
-    for (int c = 0; c < 4; ++c) number(m[c].x, m[c].y, m[c].z, m[c].w);
-  };
+namespace {
 
-  // Frame of the picture.
-  number(picture.size.width, picture.size.height, picture.look.samples, picture.look.shadows, picture.look.occlusion);
-  vector3(picture.background.top);
-  vector3(picture.background.bottom);
-  number(picture.background.transparent);
-  const auto add_camera = [&](const render::Camera& camera) {
+// The hash of a picture, part by part.
+class PictureHash {
+ public:
+  explicit PictureHash(const std::string& environment) { hash_.add_text(environment); }
+  std::string hex() const { return hash_.hex(); }
+
+  // Size, look, camera, light, views, bounds and ground.
+  void add_frame(const render::Picture& picture) {
+    number(picture.size.width, picture.size.height, picture.look.samples, picture.look.shadows, picture.look.occlusion);
+    vector3(picture.background.top);
+    vector3(picture.background.bottom);
+    number(picture.background.transparent);
+    add_camera(picture.camera);
+    number(picture.lighting.direction.has_value(), picture.lighting.key, picture.lighting.ambient);
+    if (picture.lighting.direction) vector3(*picture.lighting.direction);
+    number(picture.views.size());
+    for (const render::View& view : picture.views) {
+      add_camera(view.camera);
+      number(view.left, view.top, view.width, view.height);
+      hash_.add_text(view.label);
+    }
+    vector3(picture.bounds.lower);
+    vector3(picture.bounds.upper);
+    number(picture.ground.has_value());
+    if (picture.ground) {
+      vector3(picture.ground->point);
+      vector3(picture.ground->normal);
+      number(picture.ground->spacing);
+      vector3(picture.ground->line_color);
+    }
+  }
+
+  // Surfaces and markers.
+  void add_surfaces(const render::Picture& picture) {
+    for (const render::Surface& s : picture.surfaces) {
+      hash_.add_bytes(s.positions.data(), s.positions.size_bytes());
+      hash_.add_bytes(s.normals.data(), s.normals.size_bytes());
+      hash_.add_bytes(s.triangles.data(), s.triangles.size_bytes());
+      hash_.add_bytes(s.scalars.data(), s.scalars.size_bytes());
+      hash_.add_bytes(s.colors.data(), s.colors.size_bytes());
+      matrix(s.pose);
+      vector3(s.material.color);
+      number(s.material.roughness, s.material.metallic, s.opacity, s.two_sided, s.edges, s.wires, s.silhouette, s.casts_shadow, s.edge_width);
+      vector3(s.edge_color);
+      hash_.add_span(s.edge_flags);
+    }
+    for (const render::Markers& m : picture.markers) {
+      hash_.add_bytes(m.points.data(), m.points.size() * sizeof(glm::vec3));
+      number(static_cast<int>(m.shape), m.diameter, m.on_top);
+      color4(m.color);
+      matrix(m.pose);
+    }
+  }
+
+  // Lines, arrows and triads.
+  void add_lines(const render::Picture& picture) {
+    number(picture.lines.size(), picture.arrows.size(), picture.triads.size());
+    for (const render::Lines& l : picture.lines) {
+      hash_.add_bytes(l.points.data(), l.points.size() * sizeof(glm::vec3));
+      color4(l.color);
+      hash_.add_bytes(l.colors.data(), l.colors.size() * sizeof(glm::vec4));
+      number(l.width, l.strip, l.on_top);
+      matrix(l.pose);
+    }
+    for (const render::Arrow& a : picture.arrows) {
+      vector3(a.from);
+      vector3(a.to);
+      vector3(a.color);
+      number(a.radius, a.opacity);
+    }
+    for (const render::Triad& a : picture.triads) {
+      matrix(a.pose);
+      number(a.length);
+    }
+  }
+
+  // Words, scales and plots over the picture.
+  void add_words(const render::Picture& picture) {
+    const render::Overlay& overlay = picture.overlay;
+    for (const std::string* text : {&overlay.title, &overlay.time, &overlay.note}) hash_.add_text(*text);
+    number(overlay.triad, overlay.scalar_bar.has_value(), overlay.text_scale, overlay.dark, overlay.plot_share, static_cast<int>(overlay.plot_place));
+    if (overlay.scalar_bar) {
+      hash_.add_text(overlay.scalar_bar->label);
+      hash_.add_text(overlay.scalar_bar->unit);
+      number(overlay.scalar_bar->factor);
+    }
+    number(static_cast<int>(picture.scalar_map.colormap), picture.scalar_map.lower, picture.scalar_map.upper, picture.scalar_map.levels);
+    for (const render::LegendEntry& entry : overlay.legend) {
+      hash_.add_text(entry.text);
+      vector3(entry.color);
+      number(entry.opacity);
+    }
+    for (const render::Plot& plot : overlay.plots) {
+      hash_.add_text(plot.x_label);
+      hash_.add_text(plot.y_label);
+      number(plot.mark);
+      for (const render::Series& series : plot.series) {
+        hash_.add_text(series.label);
+        hash_.add_bytes(series.x.data(), series.x.size_bytes());
+        hash_.add_bytes(series.y.data(), series.y.size_bytes());
+      }
+    }
+  }
+
+ private:
+  template <class... Values>
+  void number(Values... values) { (hash_.add(static_cast<double>(values)), ...); }
+  template <class V>
+  void vector3(const V& v) { number(v.x, v.y, v.z); }
+  void color4(const glm::vec4& v) { number(v.x, v.y, v.z, v.w); }
+  void matrix(const glm::dmat4& m) {
+    for (int c = 0; c < 4; ++c) number(m[c].x, m[c].y, m[c].z, m[c].w);
+  }
+  void add_camera(const render::Camera& camera) {
     vector3(camera.position);
     vector3(camera.target);
     vector3(camera.up);
     number(camera.fov, camera.height, static_cast<int>(camera.projection));
-  };
-  add_camera(picture.camera);
-  number(picture.lighting.direction.has_value(), picture.lighting.key, picture.lighting.ambient);
-  if (picture.lighting.direction) vector3(*picture.lighting.direction);
-  number(picture.views.size());
-  for (const render::View& view : picture.views) {
-    add_camera(view.camera);
-    number(view.left, view.top, view.width, view.height);
-    hash.add_text(view.label);
-  }
-  vector3(picture.bounds.lower);
-  vector3(picture.bounds.upper);
-  number(picture.ground.has_value());
-  if (picture.ground) {
-    vector3(picture.ground->point);
-    vector3(picture.ground->normal);
-    number(picture.ground->spacing);
-    vector3(picture.ground->line_color);
   }
 
-  // Things in it.
-  for (const render::Surface& s : picture.surfaces) {
-    hash.add_bytes(s.positions.data(), s.positions.size_bytes());
-    hash.add_bytes(s.normals.data(), s.normals.size_bytes());
-    hash.add_bytes(s.triangles.data(), s.triangles.size_bytes());
-    hash.add_bytes(s.scalars.data(), s.scalars.size_bytes());
-    hash.add_bytes(s.colors.data(), s.colors.size_bytes());
-    matrix(s.pose);
-    vector3(s.material.color);
-    number(s.material.roughness, s.material.metallic, s.opacity, s.two_sided, s.edges, s.wires, s.silhouette, s.casts_shadow, s.edge_width);
-    vector3(s.edge_color);
-    hash.add_span(s.edge_flags);
-  }
-  for (const render::Markers& m : picture.markers) {
-    hash.add_bytes(m.points.data(), m.points.size() * sizeof(glm::vec3));
-    number(static_cast<int>(m.shape), m.diameter, m.on_top);
-    color4(m.color);
-    matrix(m.pose);
-  }
+  interp::Hash hash_;
+};
 
-  number(picture.lines.size(), picture.arrows.size(), picture.triads.size());
-  for (const render::Lines& l : picture.lines) {
-    hash.add_bytes(l.points.data(), l.points.size() * sizeof(glm::vec3));
-    color4(l.color);
-    hash.add_bytes(l.colors.data(), l.colors.size() * sizeof(glm::vec4));
-    number(l.width, l.strip, l.on_top);
-    matrix(l.pose);
-  }
-  for (const render::Arrow& a : picture.arrows) {
-    vector3(a.from);
-    vector3(a.to);
-    vector3(a.color);
-    number(a.radius, a.opacity);
-  }
-  for (const render::Triad& a : picture.triads) {
-    matrix(a.pose);
-    number(a.length);
-  }
+}  // namespace
 
-  // Words over it.
-  const render::Overlay& overlay = picture.overlay;
-  for (const std::string* text : {&overlay.title, &overlay.time, &overlay.note}) hash.add_text(*text);
-  number(overlay.triad, overlay.scalar_bar.has_value(), overlay.text_scale, overlay.dark, overlay.plot_share, static_cast<int>(overlay.plot_place));
-  if (overlay.scalar_bar) {
-    hash.add_text(overlay.scalar_bar->label);
-    hash.add_text(overlay.scalar_bar->unit);
-    number(overlay.scalar_bar->factor);
-  }
-  number(static_cast<int>(picture.scalar_map.colormap), picture.scalar_map.lower, picture.scalar_map.upper, picture.scalar_map.levels);
-  for (const render::LegendEntry& entry : overlay.legend) {
-    hash.add_text(entry.text);
-    vector3(entry.color);
-    number(entry.opacity);
-  }
-  for (const render::Plot& plot : overlay.plots) {
-    hash.add_text(plot.x_label);
-    hash.add_text(plot.y_label);
-    number(plot.mark);
-    for (const render::Series& series : plot.series) {
-      hash.add_text(series.label);
-      hash.add_bytes(series.x.data(), series.x.size_bytes());
-      hash.add_bytes(series.y.data(), series.y.size_bytes());
-    }
-  }
+std::string picture_hash(const render::Picture& picture, const std::string& environment) {
+  PictureHash hash(environment);
+  hash.add_frame(picture);
+  hash.add_surfaces(picture);
+  hash.add_lines(picture);
+  hash.add_words(picture);
   return hash.hex();
 }
 

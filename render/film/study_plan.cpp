@@ -176,33 +176,61 @@ bool has_axis(const Scene& scene, const std::string& axis) {
   return any_beam(scene, bends);
 }
 
-std::vector<PlannedPoint> plan_axis(const Scene& scene, const std::string& axis) {
-  std::vector<PlannedPoint> out;
-  const double tolerance = scene_tolerance(scene);
-  // A ladder in space is climbed with the error of time a tenth of the scene's.
-  const double quiet = std::max(0.1 * tolerance, 1e-9);
-  const auto add = [&](const std::string& series, const std::string& label, double knob, const std::string& setting, Scene s) {
-    out.push_back({axis, series, label, setting, knob, std::move(s)});
+namespace {
+
+// The points of one axis of a study.
+class AxisPlan {
+ public:
+  AxisPlan(const Scene& scene, const std::string& axis)
+      : scene_(scene), axis_(axis), tolerance_(scene_tolerance(scene)), quiet_(std::max(0.1 * tolerance_, 1e-9)) {}
+
+  std::vector<PlannedPoint> make() {
+    if (axis_ == "tolerance") plan_tolerances();
+    else if (axis_ == "method") plan_methods();
+    else if (axis_ == "elements") plan_elements();
+    else if (axis_ == "kept") plan_kept_modes();
+    else if (axis_ == "modes") plan_ladder(BeamModel::modal, {8, 6, 4, 3, 2, 1}, "modes");
+    else if (axis_ == "volumes") plan_ladder(BeamModel::mixed, {8, 4, 2, 1}, "volumes");
+    else if (axis_ == "model") plan_forms();
+    else if (axis_ == "stiffening") plan_stiffening();
+    return std::move(out_);
+  }
+
+ private:
+  struct Form {
+    const char* name;
+    BeamModel model;
+    bool kept;
+    std::vector<int> counts;
+    const char* word;
   };
-  constexpr sim::Method followers[] = {sim::Method::exponential, sim::Method::erk};
-  const auto at = [&](double t) {
-    Scene s = scene;
+
+  void add(const std::string& series, const std::string& label, double knob, const std::string& setting, Scene s) {
+    out_.push_back({axis_, series, label, setting, knob, std::move(s)});
+  }
+  Scene at(double t) const {
+    Scene s = scene_;
     set_tolerance(s, t);
     return s;
-  };
-  if (axis == "tolerance") {
+  }
+
+  void plan_tolerances() {
     for (double t : {1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2})
       add("method as the scene has it", fmt::format("tolerance {:g}", t), t, fmt::format("tolerance = {:g}", t), at(t));
-  } else if (axis == "method") {
+  }
+
+  void plan_methods() {
     for (sim::Method m : {sim::Method::adams, sim::Method::bdf, sim::Method::erk, sim::Method::dirk, sim::Method::exponential})
       for (double t : {1e-7, 1e-5, 1e-3}) {
         Scene s = at(t);
         s.simulation.method = m;
         add(sim::method_name(m), fmt::format("{} {:g}", sim::method_name(m), t), t, fmt::format("method = \"{}\", tolerance = {:g}", sim::method_name(m), t), s);
       }
-  } else if (axis == "elements") {
+  }
+
+  void plan_elements() {
     for (double f : {4.0, 2.0, 1.0, 0.5, 0.25}) {
-      Scene s = at(quiet);
+      Scene s = at(quiet_);
       std::vector<std::string> words;
       int most = 0;
       for (sim::BodyDef& b : s.bodies) {
@@ -213,17 +241,19 @@ std::vector<PlannedPoint> plan_axis(const Scene& scene, const std::string& axis)
         words.push_back(fmt::format("{}: elements = {}", b.name, beam->elements));
         most = std::max(most, beam->elements);
       }
-      add("finite elements", fmt::format("{} elements", most), most, fmt::format("{}; tolerance = {:g}", fmt::join(words, ", "), quiet), s);
+      add("finite elements", fmt::format("{} elements", most), most, fmt::format("{}; tolerance = {:g}", fmt::join(words, ", "), quiet_), s);
     }
-  } else if (axis == "kept") {
-    for (double t : {std::max(0.01 * tolerance, 1e-10), tolerance, std::min(100.0 * tolerance, 1e-2)})
+  }
+
+  void plan_kept_modes() {
+    for (double t : {std::max(0.01 * tolerance_, 1e-10), tolerance_, std::min(100.0 * tolerance_, 1e-2)})
       for (int keep : {12, 8, 6, 4, 3, 2, 1}) {
         Scene s = at(t);
         const std::string words = keep_below_one_frequency(s, keep, true);
         add(fmt::format("kept modes at {:g}", t), fmt::format("{} kept", keep), keep, fmt::format("{}; tolerance = {:g}", words, t), s);
       }
-    for (const sim::Method method : followers)
-      for (double t : {tolerance, std::min(10.0 * tolerance, 1e-2)})
+    for (const sim::Method method : {sim::Method::exponential, sim::Method::erk})
+      for (double t : {tolerance_, std::min(10.0 * tolerance_, 1e-2)})
         for (int keep : {24, 16, 14, 12, 10, 8, 6, 4, 3, 2}) {
           Scene s = at(t);
           s.simulation.method = method;
@@ -231,52 +261,65 @@ std::vector<PlannedPoint> plan_axis(const Scene& scene, const std::string& axis)
           add(fmt::format("kept, {} at {:g}", name, t), fmt::format("{} kept, {}", keep, name), keep,
               fmt::format("{}; method = \"{}\", tolerance = {:g}", words, name, t), s);
         }
-  } else if (axis == "modes" || axis == "volumes" || axis == "model") {
-    const std::vector<sim::EffectState> states = states_of(scene);
-    const auto ladder = [&](BeamModel model, std::initializer_list<int> counts, double t, const char* word) {
-      for (int n : counts) {
-        Scene s = at(t);
-        set_form(s, states, model, n);
-        add(model_name(model), fmt::format("{} {}", n, word), n, fmt::format("model = \"{}\", {} {}; tolerance = {:g}", model_name(model), n, word, t), s);
-      }
-    };
-    if (axis == "modes") ladder(BeamModel::modal, {8, 6, 4, 3, 2, 1}, quiet, "modes");
-    else if (axis == "volumes") ladder(BeamModel::mixed, {8, 4, 2, 1}, quiet, "volumes");
-    else {
-      // Each form with the method that the program takes and with those that follow vibrations, as what is cheap for one is dear for another.
-      struct Form { const char* name; BeamModel model; bool kept; std::vector<int> counts; const char* word; };
-      const Form forms[] = {{"elements", BeamModel::finite_element, false, {16, 8, 4, 2}, "elements"},
-                            {"elements, modes kept", BeamModel::finite_element, true, {16, 8, 4, 2, 1}, "modes"},
-                            {"eigenforms (modal)", BeamModel::modal, false, {16, 8, 4, 2, 1}, "modes"},
-                            {"mixed", BeamModel::mixed, false, {8, 4, 2, 1}, "volumes"},
-                            {"lumped", BeamModel::lumped, false, {32, 16, 8, 4}, "lumps"}};
-      for (const Form& form : forms)
-        for (int n : form.counts) {
-          if (form.kept && !any_beam(scene, [](const BeamDef& b) { return bends(b) && frame_only(b); })) continue;
-          for (const sim::Method method : {sim::Method::automatic, sim::Method::erk, sim::Method::exponential}) {
-            const bool follows = method != sim::Method::automatic;
-            for (double t : {follows ? 10.0 * tolerance : tolerance, follows ? tolerance : 0.1 * tolerance}) {
-              Scene s = at(t);
-              set_form(s, states, form.model, n);
-              if (form.kept) keep_below_one_frequency(s, n, !follows);
-              if (follows) s.simulation.method = method;
-              const std::string name = follows ? sim::method_name(method) : "", words = follows ? fmt::format("method = \"{}\", ", name) : "";
-              add(form.name, fmt::format("{} {}, {}{}{:g}", n, form.word, name, follows ? " " : "", t), n,
-                  fmt::format("model = \"{}\", {} {}{}; {}tolerance = {:g}", model_name(form.model), n, form.word, form.kept && follows ? ", keep_static = false" : "", words, t), s);
-            }
-          }
-        }
+  }
+
+  void plan_ladder(BeamModel model, std::initializer_list<int> counts, const char* word) {
+    const std::vector<sim::EffectState> states = states_of(scene_);
+    for (int n : counts) {
+      Scene s = at(quiet_);
+      set_form(s, states, model, n);
+      add(model_name(model), fmt::format("{} {}", n, word), n, fmt::format("model = \"{}\", {} {}; tolerance = {:g}", model_name(model), n, word, quiet_), s);
     }
-  } else if (axis == "stiffening") {
-    const std::vector<sim::EffectState> states = states_of(scene);
+  }
+
+  // A form at one size with the method that the program takes (automatic) or one that follows vibrations.
+  void add_form(const Form& form, int n, sim::Method method, const std::vector<sim::EffectState>& states) {
+    const bool follows = method != sim::Method::automatic;
+    for (double t : {follows ? 10.0 * tolerance_ : tolerance_, follows ? tolerance_ : 0.1 * tolerance_}) {
+      Scene s = at(t);
+      set_form(s, states, form.model, n);
+      if (form.kept) keep_below_one_frequency(s, n, !follows);
+      if (follows) s.simulation.method = method;
+      const std::string name = follows ? sim::method_name(method) : "", words = follows ? fmt::format("method = \"{}\", ", name) : "";
+      add(form.name, fmt::format("{} {}, {}{}{:g}", n, form.word, name, follows ? " " : "", t), n,
+          fmt::format("model = \"{}\", {} {}{}; {}tolerance = {:g}", model_name(form.model), n, form.word,
+                      form.kept && follows ? ", keep_static = false" : "", words, t), s);
+    }
+  }
+
+  // What is cheap for one method is dear for another: each form with all of them.
+  void plan_forms() {
+    const std::vector<sim::EffectState> states = states_of(scene_);
+    const Form forms[] = {{"elements", BeamModel::finite_element, false, {16, 8, 4, 2}, "elements"},
+                          {"elements, modes kept", BeamModel::finite_element, true, {16, 8, 4, 2, 1}, "modes"},
+                          {"eigenforms (modal)", BeamModel::modal, false, {16, 8, 4, 2, 1}, "modes"},
+                          {"mixed", BeamModel::mixed, false, {8, 4, 2, 1}, "volumes"},
+                          {"lumped", BeamModel::lumped, false, {32, 16, 8, 4}, "lumps"}};
+    for (const Form& form : forms) {
+      if (form.kept && !any_beam(scene_, [](const BeamDef& b) { return bends(b) && frame_only(b); })) continue;
+      for (int n : form.counts)
+        for (const sim::Method method : {sim::Method::automatic, sim::Method::erk, sim::Method::exponential}) add_form(form, n, method, states);
+    }
+  }
+
+  void plan_stiffening() {
+    const std::vector<sim::EffectState> states = states_of(scene_);
     for (bool on : {true, false}) {
-      Scene s = at(tolerance);
+      Scene s = at(tolerance_);
       for (const sim::EffectState& e : states)
         if (e.effect == "stiffening" && e.possible && e.on != on) s = sim::with_effect(s, states, e.owner, "stiffening", on);
       add(on ? "with stiffening" : "without stiffening", on ? "stiffening" : "no stiffening", 0.0, on ? "stiffening among the effects" : "no stiffening", s);
     }
   }
-  return out;
-}
+
+  const Scene& scene_;
+  const std::string& axis_;
+  const double tolerance_, quiet_;  // a ladder in space is climbed with the error of time a tenth of the scene's
+  std::vector<PlannedPoint> out_;
+};
+
+}  // namespace
+
+std::vector<PlannedPoint> plan_axis(const Scene& scene, const std::string& axis) { return AxisPlan(scene, axis).make(); }
 
 }  // namespace flexframe::film
