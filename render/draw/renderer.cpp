@@ -174,6 +174,131 @@ struct Renderer::Impl {
     v.colors_kept = color_steps_kept;
   }
 
+  // What one picture is drawn from.
+  struct Drawing {
+    const Picture& picture;
+    const Content& content;
+    const Layout& layout;
+    double radius;                   // m, what occlusion reaches by
+    int per_pixel;                   // samples along a pixel's side
+    std::vector<ViewFrame> frames{};
+    std::vector<GroundFrame> grounds{};
+    std::vector<bool> outlined = std::vector<bool>(256, false);  // by the number that a surface's samples carry
+    bool outlines = false;
+  };
+
+  double lap_start = 0.0;
+  void lap(double& slot) {
+    const double now = cpu_seconds();
+    slot += now - lap_start;
+    lap_start = now;
+  }
+
+  // Painted anew only where something about it has changed.
+  void update_backdrop(const Drawing& drawing) {
+    const Picture& p = drawing.picture;
+    BackdropKey key{p.size, p.background.top, p.background.bottom, {}, p.background.transparent, p.ground.has_value(), {}, {}, 0.0, 0.0, drawing.layout.unit};
+    if (p.ground) {
+      key.line = p.ground->line_color;
+      for (std::size_t i = 0; i < drawing.frames.size(); ++i) {
+        const GroundFrame& ground = drawing.grounds[i];
+        key.areas.push_back(drawing.frames[i].area);
+        key.homographies.push_back(ground.visible ? ground.pixel_to_ground : glm::dmat3(0.0));
+        key.spacing = ground.spacing;
+        key.fade = ground.fade_radius;
+      }
+    }
+    if (!backdrop.pixels.empty() && key == backdrop_key) return;
+    backdrop = paint_background(p);
+    if (p.ground)
+      for (std::size_t i = 0; i < drawing.frames.size(); ++i) paint_grid(backdrop, drawing.grounds[i], drawing.frames[i], *p.ground, drawing.layout.unit);
+    backdrop_key = key;
+  }
+
+  // One map of everything that throws a shadow; light outlives v. Returns the shadow on the ground.
+  Mask cast_shadows(const Drawing& drawing, std::size_t i, const glm::dvec3& to_light, LightFrame& light, ViewState& v) {
+    const Content& d = drawing.content;
+    Mask shade;
+    if (!drawing.picture.look.shadows || d.casters.empty()) return shade;
+    Bounds lit = d.casters;
+    lit.add(drawing.picture.bounds);
+    light = make_light(to_light, lit);
+    const ShadowMap map = draw_shadow_map(d, light);
+    const double softness = 0.018 * lit.radius();
+    const ShadowMoments moments = filter_shadow(map, light, softness);
+    v.shadow = device.texture_rg32f("shadow", moments.width, moments.height, moments.values.data());
+    v.shadow_part = glm::vec4(double(filtered_size) / moments.width, double(filtered_size) / moments.height, -double(moments.x) / moments.width,
+                              -double(moments.y) / moments.height);
+    v.light = &light;
+    v.shadow_reach = std::max(softness, 4.0 * light.texel);
+    if (drawing.grounds[i].visible) shade = ground_shadow(map, light, drawing.grounds[i], drawing.frames[i], softness);
+    return shade;
+  }
+
+  // Colours, and depths where they are needed, of the opaque things in the used part of a view (samples of it).
+  void draw_samples(const Drawing& drawing, const ViewFrame& frame, const PixelRect& used, ViewState& v) {
+    const Picture& p = drawing.picture;
+    const Gl& gl = device.gl();
+    const int n = drawing.per_pixel;
+    const int x0 = used.x / n, y0 = used.y / n, x1 = (used.x + used.width + n - 1) / n, y1 = (used.y + used.height + n - 1) / n;
+    v.x = x0 * n;
+    v.y = y0 * n;
+    samples.part = {x0, frame.area.height - y1, x1 - x0, y1 - y0};
+    samples.width = (x1 - x0) * n;
+    samples.height = (y1 - y0) * n;
+    samples.per_pixel = n;
+    Target& opaque = device.target("main", samples.width, samples.height, true);
+    v.target = &opaque;
+    painter.begin_opaque(v);
+    painter.draw_opaque(p, drawing.content, v);
+    if (!p.lines.empty() || !p.markers.empty()) painter.draw_symbols(p, v);
+    samples.colors.resize(std::size_t(samples.width) * samples.height * 4);
+    gl.Finish();
+    lap(times.draw);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, opaque.framebuffer);
+    gl.ReadPixels(0, 0, samples.width, samples.height, GL_RGBA, GL_UNSIGNED_BYTE, samples.colors.data());
+    lap(times.filter);
+    if (!p.look.occlusion && !drawing.outlines) return;
+    samples.depth.resize(std::size_t(samples.width) * samples.height);
+    gl.ReadPixels(0, 0, samples.width, samples.height, GL_DEPTH_COMPONENT, GL_FLOAT, samples.depth.data());
+  }
+
+  void draw_view(const Drawing& drawing, std::size_t i, Image& image) {
+    const Picture& p = drawing.picture;
+    const ViewFrame& frame = drawing.frames[i];
+    const GroundFrame& ground = drawing.grounds[i];
+    const Camera& camera = p.views.empty() ? p.camera : p.views[i].camera;
+    const glm::dvec3 to_light = light_direction(p, camera);
+    const int n = drawing.per_pixel;
+    ViewState v;
+    LightFrame light;
+    const Mask shade = cast_shadows(drawing, i, to_light, light, v);
+    v.frame = &frame;
+    v.per_pixel = n;
+    v.samples = glm::vec2(frame.area.width * n, frame.area.height * n);
+    v.to_light = glm::vec3(glm::dmat3(frame.view) * to_light);
+    v.up = glm::vec3(glm::dmat3(frame.view) * (p.ground ? glm::normalize(p.ground->normal) : glm::normalize(camera.up)));
+    set_colors(v, p.scalar_map);
+    v.unit = drawing.layout.unit * n;
+
+    // Only the part of the view where something is gets cleared, drawn, read and filtered.
+    const PixelRect used = covered(drawing.content, p, frame, n, v.unit);
+    if (used.width < 1 || used.height < 1) {
+      darken_backdrop(image, frame.area, shade, {});
+      return;
+    }
+    draw_samples(drawing, frame, used, v);
+    Mask occlusion;
+    if (p.look.occlusion) occlusion = compute_occlusion(samples, frame, ground.visible ? &ground : nullptr, 0.10 * drawing.radius);
+    if (drawing.outlines) draw_silhouettes(samples, drawing.outlined, std::max(1, static_cast<int>(std::lround(1.1 * v.unit))));
+    const std::vector<GhostLayer> ghosts = draw_ghosts(p, drawing.content, v, *v.target);
+    lap(times.draw);
+
+    darken_backdrop(image, frame.area, shade, ground.visible ? occlusion : Mask{});
+    resolve(image, frame.area, samples, ghosts, occlusion);
+    lap(times.filter);
+  }
+
   // One number a pixel of the nearest opaque surface, one sample a pixel, taken to 16 bits by `code`: depth buffer or scalar.
   template <class Code>
   Image16 draw_numbers(const Picture& p, bool scalars, ViewFrame& frame, Code code) {
@@ -228,132 +353,30 @@ const DrawTimes& Renderer::times() const { return impl_->times; }
 Image Renderer::draw(const Picture& p) {
   Impl& r = *impl_;
   r.device.make_current();
-  const Gl& gl = r.device.gl();
   r.times = {};
-  double start = cpu_seconds();
-  const auto lap = [&](double& slot) {
-    const double now = cpu_seconds();
-    slot += now - start;
-    start = now;
-  };
+  r.lap_start = cpu_seconds();
 
   const Content d = gather_content(p);
   const Layout layout = make_layout(p);
   Bounds bounds = d.all;
   bounds.add(p.bounds);
   const Bounds still = p.bounds.empty() ? d.all : p.bounds;  // what ground and occlusion are measured by
-  const double radius = still.empty() ? 1.0 : std::max(still.radius(), 1e-12);
-  const int n = static_cast<int>(std::lround(std::sqrt(p.look.samples)));
-
-  std::vector<ViewFrame> frames;
-  std::vector<GroundFrame> grounds;
+  Impl::Drawing drawing{p, d, layout, still.empty() ? 1.0 : std::max(still.radius(), 1e-12), static_cast<int>(std::lround(std::sqrt(p.look.samples)))};
   for (std::size_t i = 0; i < layout.views.size(); ++i) {
-    frames.push_back(make_view(p.views.empty() ? p.camera : p.views[i].camera, layout.views[i], bounds));
-    grounds.push_back(p.ground ? make_ground(*p.ground, frames.back(), still) : GroundFrame{});
+    drawing.frames.push_back(make_view(p.views.empty() ? p.camera : p.views[i].camera, layout.views[i], bounds));
+    drawing.grounds.push_back(p.ground ? make_ground(*p.ground, drawing.frames.back(), still) : GroundFrame{});
   }
-
-  // Backdrop, kept from the last picture if nothing about it has changed.
-  Impl::BackdropKey key{p.size, p.background.top, p.background.bottom, {}, p.background.transparent, p.ground.has_value(), {}, {}, 0.0, 0.0, layout.unit};
-  if (p.ground) {
-    key.line = p.ground->line_color;
-    for (std::size_t i = 0; i < frames.size(); ++i) {
-      key.areas.push_back(frames[i].area);
-      key.homographies.push_back(grounds[i].visible ? grounds[i].pixel_to_ground : glm::dmat3(0.0));
-      key.spacing = grounds[i].spacing;
-      key.fade = grounds[i].fade_radius;
-    }
-  }
-  if (r.backdrop.pixels.empty() || !(key == r.backdrop_key)) {
-    r.backdrop = paint_background(p);
-    if (p.ground)
-      for (std::size_t i = 0; i < frames.size(); ++i) paint_grid(r.backdrop, grounds[i], frames[i], *p.ground, layout.unit);
-    r.backdrop_key = key;
-  }
-  Image image = r.backdrop;
-
-  const bool symbols = !p.lines.empty() || !p.markers.empty();
-  std::vector<bool> outlined(256, false);
-  bool outlines = false;
   for (std::size_t i = 0; i < d.surfaces.size(); ++i)
-    if (d.surfaces[i].silhouette && d.surfaces[i].opacity >= 1.0f) outlined[1 + i % 254] = outlines = true;
+    if (d.surfaces[i].silhouette && d.surfaces[i].opacity >= 1.0f) drawing.outlined[1 + i % 254] = drawing.outlines = true;
 
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    const ViewFrame& frame = frames[i];
-    const Camera& camera = p.views.empty() ? p.camera : p.views[i].camera;
-    const glm::dvec3 to_light = r.light_direction(p, camera);
-
-    // Shadows: one map of everything that throws one.
-    ViewState v;
-    LightFrame light;
-    Mask shade;
-    if (p.look.shadows && !d.casters.empty()) {
-      Bounds lit = d.casters;
-      lit.add(p.bounds);
-      light = make_light(to_light, lit);
-      const ShadowMap map = r.draw_shadow_map(d, light);
-      const double softness = 0.018 * lit.radius();
-      const ShadowMoments moments = filter_shadow(map, light, softness);
-      v.shadow = r.device.texture_rg32f("shadow", moments.width, moments.height, moments.values.data());
-      v.shadow_part = glm::vec4(double(filtered_size) / moments.width, double(filtered_size) / moments.height, -double(moments.x) / moments.width, -double(moments.y) / moments.height);
-      v.light = &light;
-      v.shadow_reach = std::max(softness, 4.0 * light.texel);
-      if (grounds[i].visible) shade = ground_shadow(map, light, grounds[i], frame, softness);
-    }
-
-    v.frame = &frame;
-    v.per_pixel = n;
-    v.samples = glm::vec2(frame.area.width * n, frame.area.height * n);
-    v.to_light = glm::vec3(glm::dmat3(frame.view) * to_light);
-    v.up = glm::vec3(glm::dmat3(frame.view) * (p.ground ? glm::normalize(p.ground->normal) : glm::normalize(camera.up)));
-    r.set_colors(v, p.scalar_map);
-    v.unit = layout.unit * n;
-
-    // Only the part of the view where something is gets cleared, drawn, read and filtered.
-    const PixelRect used = covered(d, p, frame, n, v.unit);
-    if (used.width < 1 || used.height < 1) {
-      darken_backdrop(image, frame.area, shade, {});
-      continue;
-    }
-    const int x0 = used.x / n, y0 = used.y / n, x1 = (used.x + used.width + n - 1) / n, y1 = (used.y + used.height + n - 1) / n;
-    v.x = x0 * n;
-    v.y = y0 * n;
-    const int width = (x1 - x0) * n, height = (y1 - y0) * n;
-    Target& opaque = r.device.target("main", width, height, true);
-    v.target = &opaque;
-    r.painter.begin_opaque(v);
-    r.painter.draw_opaque(p, d, v);
-    if (symbols) r.painter.draw_symbols(p, v);
-    Samples& samples = r.samples;
-    samples.part = {x0, frame.area.height - y1, x1 - x0, y1 - y0};
-    samples.width = width;
-    samples.height = height;
-    samples.per_pixel = n;
-    samples.colors.resize(std::size_t(width) * height * 4);
-    gl.Finish();
-    lap(r.times.draw);
-
-    gl.BindFramebuffer(GL_FRAMEBUFFER, opaque.framebuffer);
-    gl.ReadPixels(0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, samples.colors.data());
-    lap(r.times.filter);
-    Mask occlusion;
-    if (p.look.occlusion || outlines) {
-      samples.depth.resize(std::size_t(width) * height);
-      gl.ReadPixels(0, 0, width, height, GL_DEPTH_COMPONENT, GL_FLOAT, samples.depth.data());
-    }
-    if (p.look.occlusion) occlusion = compute_occlusion(samples, frame, grounds[i].visible ? &grounds[i] : nullptr, 0.10 * radius);
-    if (outlines) draw_silhouettes(samples, outlined, std::max(1, static_cast<int>(std::lround(1.1 * v.unit))));
-    const std::vector<GhostLayer> ghosts = r.draw_ghosts(p, d, v, opaque);
-    lap(r.times.draw);
-
-    darken_backdrop(image, frame.area, shade, grounds[i].visible ? occlusion : Mask{});
-    resolve(image, frame.area, samples, ghosts, occlusion);
-    lap(r.times.filter);
-  }
+  r.update_backdrop(drawing);
+  Image image = r.backdrop;
+  for (std::size_t i = 0; i < drawing.frames.size(); ++i) r.draw_view(drawing, i, image);
   r.device.check("a picture");
   r.painter.forget();
 
-  draw_overlay(image, p, layout, frames, r.plots);
-  lap(r.times.overlay);
+  draw_overlay(image, p, layout, drawing.frames, r.plots);
+  r.lap(r.times.overlay);
   return image;
 }
 
