@@ -1,9 +1,8 @@
 #include "render/picture/mesh.h"
 
 #include "render/base/file.h"
+#include "render/picture/mesh_polygons.h"
 
-#include <assimp/DefaultIOSystem.h>
-#include <assimp/MemoryIOWrapper.h>
 #include <assimp/material.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
@@ -13,13 +12,11 @@
 #include <array>
 #include <assimp/Importer.hpp>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <span>
-#include <string_view>
 #include <utility>
 
 namespace flexframe::render {
@@ -27,212 +24,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string read_text(const fs::path& path) {
-  std::error_code error;
-  if (!fs::exists(path, error)) throw MeshError(fmt::format("{}: no such mesh file", path.string()));
-  if (fs::is_directory(path, error)) throw MeshError(fmt::format("{}: is a folder, a mesh file is needed", path.string()));
-  std::ifstream file(path, std::ios::binary | std::ios::ate);
-  if (!file) throw MeshError(fmt::format("{}: cannot be opened for reading", path.string()));
-  const auto size = static_cast<std::streamoff>(file.tellg());
-  std::string text(static_cast<size_t>(std::max<std::streamoff>(size, 0)), '\0');
-  file.seekg(0);
-  file.read(text.data(), size);
-  if (!file) throw MeshError(fmt::format("{}: cannot be read to its end", path.string()));
-  if (text.empty()) throw MeshError(fmt::format("{}: the file is empty", path.string()));
-  return text;
+// Corner normals help only if every corner has one.
+void drop_partial_normals(Polygons& polygons) {
+  for (const glm::vec3& n : polygons.corner_normal)
+    if (n == glm::vec3(0.0f)) { polygons.corner_normal.clear(); return; }
 }
-
-bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f'; }
-
-std::string_view next_word(std::string_view& rest) {
-  size_t begin = 0;
-  while (begin < rest.size() && is_blank(rest[begin])) ++begin;
-  size_t end = begin;
-  while (end < rest.size() && !is_blank(rest[end])) ++end;
-  const std::string_view word = rest.substr(begin, end - begin);
-  rest.remove_prefix(end);
-  return word;
-}
-
-std::string shown(std::string_view word) { return word.size() > 40 ? std::string(word.substr(0, 40)) + "..." : std::string(word); }
-
-// The vertex lines of an OBJ file, checked, and the same file for assimp with each vertex replaced by its own number: assimp
-// keeps numbers below 2^20 exactly, so that its vertices tell which line they come from.
-struct ObjScan {
-  std::vector<glm::dvec3> positions;
-  std::vector<glm::vec3> colors;
-  std::string numbered;
-  long faces = 0;
-};
-
-constexpr int number_bits = 20;
-
-double parse_number(std::string_view word, const std::string& file, long line, const char* what) {
-  std::string_view digits = word;
-  if (!digits.empty() && digits.front() == '+') digits.remove_prefix(1);
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  const bool whole = error == std::errc{} && end == digits.data() + digits.size();
-  // Magnitudes below the smallest double are zero for a mesh.
-  if (error == std::errc::result_out_of_range && digits.find("e-") != std::string_view::npos) return 0.0;
-  if (!whole) throw MeshError(fmt::format("{}:{}: {} '{}' is no number", file, line, what, shown(word)));
-  if (!std::isfinite(value)) throw MeshError(fmt::format("{}:{}: {} is {}, coordinates must be finite", file, line, what, shown(word)));
-  return value;
-}
-
-// Largest coordinate, m: a light month. Areas and squares of lengths stay far inside single precision, in which pictures are drawn.
-constexpr double largest_coordinate = 1e15;
-
-bool too_far(const glm::dvec3& p) { return !(std::abs(p.x) <= largest_coordinate && std::abs(p.y) <= largest_coordinate && std::abs(p.z) <= largest_coordinate); }
-
-MeshError far_away(const std::string& vertex, const glm::dvec3& p) {
-  return MeshError(fmt::format("{} ({:g}, {:g}, {:g}) lies beyond {:g}", vertex, p.x, p.y, p.z, largest_coordinate));
-}
-
-// Index of one corner "v/vt/vn": checks the part given against the count so far (negative) or at the end of the file.
-void check_index(std::string_view part, long so_far, long in_all, const char* what, const std::string& file, long line) {
-  if (part.empty()) return;
-  if (part.front() == '+') part.remove_prefix(1);
-  long index = 0;
-  const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), index);
-  if (error != std::errc{} || end != part.data() + part.size())
-    throw MeshError(fmt::format("{}:{}: face corner '{}' is no index", file, line, shown(part)));
-  if (index == 0) throw MeshError(fmt::format("{}:{}: face refers to {} 0, indices start at 1", file, line, what));
-  if (index < 0 && -index > so_far)
-    throw MeshError(fmt::format("{}:{}: face refers to {} {}, only {} lie before this line", file, line, what, index, so_far));
-  if (index > in_all) throw MeshError(fmt::format("{}:{}: face refers to {} {}, the file has {}", file, line, what, index, in_all));
-}
-
-// Calls visit(keyword, rest, line number, raw text) for each logical line; a backslash at the end joins the next line.
-template <typename Visit>
-void for_each_line(std::string_view text, Visit visit) {
-  long number = 0;
-  std::string joined;
-  size_t begin = 0;
-  while (begin < text.size()) {
-    const long first = ++number;
-    size_t end = text.find('\n', begin);
-    // Old Mac files end their lines by a bare carriage return.
-    if (end == std::string_view::npos) end = text.size();
-    std::string_view line = text.substr(begin, end - begin);
-    begin = end + 1;
-    while (!line.empty() && is_blank(line.back())) line.remove_suffix(1);
-    if (!line.empty() && line.back() == '\\') {
-      joined.clear();
-      while (!line.empty() && line.back() == '\\') {
-        joined.append(line.substr(0, line.size() - 1)).push_back(' ');
-        if (begin >= text.size()) { line = {}; break; }
-        ++number;
-        end = std::min(text.find('\n', begin), text.size());
-        line = text.substr(begin, end - begin);
-        begin = end + 1;
-        while (!line.empty() && is_blank(line.back())) line.remove_suffix(1);
-      }
-      joined.append(line);
-      line = joined;
-    }
-    std::string_view rest = line;
-    const std::string_view keyword = next_word(rest);
-    visit(keyword, rest, first, line);
-  }
-}
-
-ObjScan scan_obj(std::string_view text, const std::string& file) {
-  // Counts first, since faces may refer to vertices further down.
-  long in_all_v = 0, in_all_vt = 0, in_all_vn = 0;
-  for_each_line(text, [&](std::string_view keyword, std::string_view, long, std::string_view) {
-    in_all_v += keyword == "v";
-    in_all_vt += keyword == "vt";
-    in_all_vn += keyword == "vn";
-  });
-  if (in_all_v >= (1L << (2 * number_bits - 9))) throw MeshError(fmt::format("{}: {} vertices are too many", file, in_all_v));
-
-  ObjScan scan;
-  scan.positions.reserve(static_cast<size_t>(in_all_v));
-  scan.numbered.reserve(text.size());
-  long vt = 0, vn = 0;
-  // A stray carriage return or zero byte in a name would end the line for assimp, and what follows be read as another.
-  auto copy = [&](std::string_view line) {
-    for (const char c : line) scan.numbered.push_back(static_cast<unsigned char>(c) < ' ' && c != '\t' ? '_' : c);
-    scan.numbered.push_back('\n');
-  };
-  for_each_line(text, [&](std::string_view keyword, std::string_view rest, long line, std::string_view raw) {
-    if (keyword == "v") {
-      std::array<double, 7> value{};
-      size_t count = 0;
-      for (std::string_view word = next_word(rest); !word.empty() && word.front() != '#' && count < 7; word = next_word(rest))
-        value[count++] = parse_number(word, file, line, "coordinate");
-      if (count < 3) throw MeshError(fmt::format("{}:{}: a vertex needs x y z, this line has {} number(s)", file, line, count));
-      glm::dvec3 p(value[0], value[1], value[2]);
-      if (count == 4 && value[3] != 0.0) p /= value[3];
-      if (too_far(p)) throw far_away(fmt::format("{}:{}: vertex", file, line), p);
-      const auto index = static_cast<long>(scan.positions.size());
-      scan.positions.push_back(p);
-      if (count >= 6) {
-        scan.colors.resize(static_cast<size_t>(index), glm::vec3(1.0f));
-        const size_t at = count == 7 ? 4 : 3;
-        scan.colors.emplace_back(value[at], value[at + 1], value[at + 2]);
-      }
-      fmt::format_to(std::back_inserter(scan.numbered), "v {} {} 0\n", index & ((1L << number_bits) - 1), index >> number_bits);
-    } else if (keyword == "f" || keyword == "fo") {
-      int corners = 0;
-      scan.numbered.append("f");
-      for (std::string_view word = next_word(rest); !word.empty() && word.front() != '#'; word = next_word(rest)) {
-        const std::string_view whole = word;
-        std::array<std::string_view, 3> part;
-        for (size_t k = 0; k < 3; ++k) {
-          const size_t slash = word.find('/');
-          part[k] = word.substr(0, slash);
-          word = slash == std::string_view::npos ? std::string_view{} : word.substr(slash + 1);
-        }
-        if (part[0].empty()) throw MeshError(fmt::format("{}:{}: face corner '{}' has no vertex", file, line, shown(whole)));
-        check_index(part[0], static_cast<long>(scan.positions.size()), in_all_v, "vertex", file, line);
-        check_index(part[1], vt, in_all_vt, "texture coordinate", file, line);
-        check_index(part[2], vn, in_all_vn, "normal", file, line);
-        scan.numbered.append(" ").append(part[0]);
-        if (!part[2].empty()) scan.numbered.append("//").append(part[2]);
-        ++corners;
-      }
-      scan.numbered.push_back('\n');
-      scan.faces += corners >= 3;
-    } else if (keyword == "vt") {
-      ++vt;
-    } else if (keyword == "vn") {
-      ++vn;
-      glm::dvec3 n(0.0);
-      for (int k = 0; k < 3; ++k) {
-        const std::string_view word = next_word(rest);
-        if (word.empty()) throw MeshError(fmt::format("{}:{}: a normal needs x y z", file, line));
-        n[k] = parse_number(word, file, line, "normal");
-      }
-      copy(raw);
-    } else if (keyword == "g" || keyword == "o" || keyword == "usemtl" || keyword == "mtllib") {
-      copy(raw);
-    }
-  });
-  if (!scan.colors.empty()) scan.colors.resize(scan.positions.size(), glm::vec3(1.0f));
-  return scan;
-}
-
-// Serves one file from memory and the rest (material libraries) from the disk.
-class MemoryFirst : public Assimp::DefaultIOSystem {
-public:
-  MemoryFirst(std::string name, const std::string& text) : name_(std::move(name)), text_(text) {}
-  bool Exists(const char* file) const override { return name_ == file || DefaultIOSystem::Exists(file); }
-  Assimp::IOStream* Open(const char* file, const char* mode) override {
-    if (name_ == file) return new Assimp::MemoryIOStream(reinterpret_cast<const uint8_t*>(text_.data()), text_.size());
-    return DefaultIOSystem::Open(file, mode);
-  }
-
-private:
-  std::string name_;
-  const std::string& text_;
-};
-
-struct Polygons {
-  std::vector<int> corner, begin{0}, material;  // corners of polygon k: begin[k]..begin[k+1]
-  std::vector<glm::vec3> corner_normal;         // per corner, or empty
-};
 
 glm::dvec3 newell_normal(const std::vector<glm::dvec3>& position, std::span<const int> corner) {
   glm::dvec3 n(0.0);
@@ -350,9 +146,9 @@ MeshMaterial convert_material(const aiMaterial& from) {
   if (from.Get(AI_MATKEY_OPACITY, value) == AI_SUCCESS && std::isfinite(value)) material.opacity = std::clamp(value, 0.0f, 1.0f);
   if (from.Get(AI_MATKEY_ROUGHNESS_FACTOR, value) == AI_SUCCESS && std::isfinite(value))
     material.look.roughness = std::clamp(value, 0.0f, 1.0f);
-  // Blinn-Phong exponent to roughness: alpha^2 = 2 / (Ns + 2), alpha = roughness^2 (Walter et al. 2007). An exponent of 0 is no statement.
+  // An exponent of 0 is no statement.
   else if (from.Get(AI_MATKEY_SHININESS, value) == AI_SUCCESS && std::isfinite(value) && value > 0.0f)
-    material.look.roughness = std::clamp(std::pow(2.0f / (value + 2.0f), 0.25f), 0.05f, 1.0f);
+    material.look.roughness = roughness_of_exponent(value);
   if (from.Get(AI_MATKEY_METALLIC_FACTOR, value) == AI_SUCCESS && std::isfinite(value)) material.look.metallic = std::clamp(value, 0.0f, 1.0f);
   return material;
 }
@@ -397,52 +193,36 @@ void add_faces(const aiMesh& from, const std::vector<int>& index, const aiMatrix
   }
 }
 
-// Corner normals help only if every corner has one.
-void drop_partial_normals(Polygons& polygons) {
-  for (const glm::vec3& n : polygons.corner_normal)
-    if (n == glm::vec3(0.0f)) { polygons.corner_normal.clear(); return; }
+}  // namespace
+
+std::string read_text(const fs::path& path) {
+  std::error_code error;
+  if (!fs::exists(path, error)) throw MeshError(fmt::format("{}: no such mesh file", path.string()));
+  if (fs::is_directory(path, error)) throw MeshError(fmt::format("{}: is a folder, a mesh file is needed", path.string()));
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  if (!file) throw MeshError(fmt::format("{}: cannot be opened for reading", path.string()));
+  const auto size = static_cast<std::streamoff>(file.tellg());
+  std::string text(static_cast<size_t>(std::max<std::streamoff>(size, 0)), '\0');
+  file.seekg(0);
+  file.read(text.data(), size);
+  if (!file) throw MeshError(fmt::format("{}: cannot be read to its end", path.string()));
+  if (text.empty()) throw MeshError(fmt::format("{}: the file is empty", path.string()));
+  return text;
 }
 
-Mesh read_obj(const fs::path& path, const MeshOptions& options) {
-  const std::string file = path.string();
-  Mesh mesh;
-  mesh.name = path.filename().string();
-  Polygons polygons;
-  {
-    std::string text = read_text(path);
-    // Old Mac files: bare carriage returns end the lines.
-    if (text.find('\n') == std::string::npos) std::replace(text.begin(), text.end(), '\r', '\n');
-    ObjScan scan = scan_obj(text, file);
-    text = {};
-    if (scan.positions.empty()) throw MeshError(fmt::format("{}: no vertices ('v' lines) found, this is no Wavefront mesh", file));
-    if (scan.faces == 0)
-      throw MeshError(fmt::format("{}: {} vertices but no face with three corners or more ('f' lines)", file, scan.positions.size()));
-    mesh.positions = std::move(scan.positions);
-    mesh.colors = std::move(scan.colors);
+MeshError far_away(const std::string& vertex, const glm::dvec3& p) {
+  return MeshError(fmt::format("{} ({:g}, {:g}, {:g}) lies beyond {:g}", vertex, p.x, p.y, p.z, largest_coordinate));
+}
 
-    Assimp::Importer importer;
-    importer.SetIOHandler(new MemoryFirst(file, scan.numbered));
-    const aiScene* scene = importer.ReadFile(file, 0);
-    if (scene == nullptr) throw MeshError(fmt::format("{}: {}", file, importer.GetErrorString()));
-    mesh.materials = convert_materials(*scene);
-    std::vector<int> index;
-    for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
-      const aiMesh& from = *scene->mMeshes[m];
-      index.resize(from.mNumVertices);
-      for (unsigned v = 0; v < from.mNumVertices; ++v)
-        index[v] = static_cast<int>(from.mVertices[v].x) + (static_cast<int>(from.mVertices[v].y) << number_bits);
-      for (const int v : index)
-        if (v < 0 || static_cast<size_t>(v) >= mesh.positions.size()) throw MeshError(fmt::format("{}: its lines are read differently than they stand there; control characters?", file));
-      add_faces(from, index, nullptr, polygons);
-    }
-  }
+void finish_mesh(Polygons polygons, const MeshOptions& options, Mesh& mesh, const std::string& nothing_left) {
   drop_partial_normals(polygons);
   std::vector<glm::vec3> corner_normals;
   add_triangles(mesh, polygons, corner_normals);
-  if (mesh.triangles.empty()) throw MeshError(fmt::format("{}: every face is degenerate, no triangle is left", file));
+  if (mesh.triangles.empty()) throw MeshError(nothing_left);
   compute_shading_points(mesh, corner_normals, options.crease_angle);
-  return mesh;
 }
+
+namespace {
 
 Mesh read_other(const fs::path& path, const MeshOptions& options) {
   const std::string file = path.string();
@@ -492,11 +272,7 @@ Mesh read_other(const fs::path& path, const MeshOptions& options) {
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   if (extension == ".stl") polygons.corner_normal.clear();
-  drop_partial_normals(polygons);
-  std::vector<glm::vec3> corner_normals;
-  add_triangles(mesh, polygons, corner_normals);
-  if (mesh.triangles.empty()) throw MeshError(fmt::format("{}: no face with three different corners", file));
-  compute_shading_points(mesh, corner_normals, options.crease_angle);
+  finish_mesh(std::move(polygons), options, mesh, fmt::format("{}: no face with three different corners", file));
   return mesh;
 }
 
