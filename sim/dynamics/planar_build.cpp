@@ -83,33 +83,46 @@ bool planar_kind(JointKind kind) {
   return kind == JointKind::weld || kind == JointKind::revolute || kind == JointKind::prismatic || kind == JointKind::planar;
 }
 
+// Why a scene is left to the spatial equations.
+struct Refusal {
+  std::string why;
+};
+
 }  // namespace
 
-std::unique_ptr<PlanarDynamics> PlanarDynamics::make(const Model& model, const Work& work, std::string& why_not) {
-  const auto refuse = [&](const std::string& why) {
-    why_not = why;
-    return nullptr;
-  };
-  auto data = std::make_unique<Data>();
-  Data& d = *data;
+// The planar data of a model, step by step; throws Refusal.
+struct PlanarDynamics::Data::Builder {
+  const Model& model;
+  const Work& work;
+  Data& d;
+  Vec3 normal = Vec3::Zero();     // of the plane, world axes
+  Mat3 Qw = Mat3::Identity();     // planar axes of the world,
+  std::vector<Mat3> Qp{}, Qf{};   // of every part and every frame, in its own axes
 
-  // The normal: the axis of the first hinge.
-  Vec3 normal = Vec3::Zero();
-  for (const Part& p : model.parts)
-    if (traits(p.joint.kind).in_plane == InPlane::axis_normal) {
-      normal = frame_world(model, work, p.joint.reversed ? p.joint.outboard : p.joint.inboard).R * p.joint.axis;
-      break;
-    }
-  if (normal.isZero(0.0)) return refuse("no hinge gives a plane");
-  if (!model.flexures.empty()) return refuse("a lumped beam's springs are computed in space");
-  const Mat3 Qw = axes_about(normal);
-  d.world_axes = Qw;
-  d.gravity.head<2>() = (Qw.transpose() * model.settings.gravity).head<2>();
+  void build() {
+    find_normal();
+    for (const PartWork& p : work.parts) Qp.push_back(axes_about(p.world.R.transpose() * normal));
+    for (size_t i = 0; i < model.frames.size(); ++i) add_frame(i);
+    for (size_t i = 0; i < model.parts.size(); ++i) add_part(i);
+    for (size_t k = 0; k < model.clusters.size(); ++k) add_cluster(static_cast<int>(k));
+    for (const Load& load : model.loads) add_load(load);
+  }
 
-  std::vector<Mat3> Qp, Qf;
-  Qp.reserve(work.parts.size());
-  for (const PartWork& p : work.parts) Qp.push_back(axes_about(p.world.R.transpose() * normal));
-  for (size_t i = 0; i < model.frames.size(); ++i) {
+  // The axis of the first hinge.
+  void find_normal() {
+    for (const Part& p : model.parts)
+      if (traits(p.joint.kind).in_plane == InPlane::axis_normal) {
+        normal = frame_world(model, work, p.joint.reversed ? p.joint.outboard : p.joint.inboard).R * p.joint.axis;
+        break;
+      }
+    if (normal.isZero(0.0)) throw Refusal{"no hinge gives a plane"};
+    if (!model.flexures.empty()) throw Refusal{"a lumped beam's springs are computed in space"};
+    Qw = axes_about(normal);
+    d.world_axes = Qw;
+    d.gravity.head<2>() = (Qw.transpose() * model.settings.gravity).head<2>();
+  }
+
+  void add_frame(size_t i) {
     const FramePoint& f = model.frames[i];
     const FrameWork& fw = work.frames[i];
     const Mat3 Q = f.part == ground ? Qw : Qp[f.part];
@@ -117,66 +130,71 @@ std::unique_ptr<PlanarDynamics> PlanarDynamics::make(const Model& model, const W
     frame.part = f.part;
     frame.flexible = fw.flexible;
     Qf.push_back(axes_about(fw.pose.R.transpose() * Q.col(2)));
-    if (!planar_rotation(Q.transpose() * fw.pose.R * Qf.back(), frame.pose)) return refuse("a frame is turned out of the plane");
+    if (!planar_rotation(Q.transpose() * fw.pose.R * Qf.back(), frame.pose)) throw Refusal{"a frame is turned out of the plane"};
     frame.pose.p = (Q.transpose() * fw.pose.p).head<2>();
-    if (fw.flexible) {
-      const FlexibleNode& node = model.parts[f.part].body.nodes[f.node];
-      const Eigen::Index n = node.phi.cols();
-      const Mat3 Qn = axes_about(node.rotation.transpose() * Q.col(2));
-      Pose2 at_node, offset;
-      if (!planar_rotation(Q.transpose() * node.rotation * Qn, at_node) || !planar_rotation(Qn.transpose() * f.offset.R * Qf.back(), offset))
-        return refuse("a node is turned out of the plane");
-      const MatX phi = Q.transpose() * node.phi, psi = Q.transpose() * node.psi;
-      if (!small(phi.row(2), largest(phi)) || !small(psi.topRows<2>(), largest(psi)))
-        return refuse(fmt::format("'{}' deforms out of the plane", model.parts[f.part].name));
-      const MatX normal_part = component(node.phi2, Q, 2, n);
-      frame.phi2_x = component(node.phi2, Q, 0, n);
-      frame.phi2_y = component(node.phi2, Q, 1, n);
-      if (!small(normal_part, std::max(largest(frame.phi2_x), largest(frame.phi2_y))))
-        return refuse(fmt::format("'{}' deforms out of the plane", model.parts[f.part].name));
-      frame.origin = (Q.transpose() * node.origin).head<2>();
-      frame.node_angle = std::atan2(at_node.s, at_node.c);
-      frame.offset_angle = std::atan2(offset.s, offset.c);
-      frame.offset = (Qn.transpose() * f.offset.p).head<2>();
-      frame.arm = turn_back(offset, frame.offset);
-      frame.phi_x = phi.row(0).transpose();
-      frame.phi_y = phi.row(1).transpose();
-      frame.psi = psi.row(2).transpose();
-      frame.h_x = frame.h_y = frame.scratch = VecX::Zero(n);
-      frame.B = MatX3::Zero(n, 3);
-      frame.B.col(2) = frame.psi;
-    }
+    if (fw.flexible) take_node(f, Q, frame);
     d.frames.push_back(std::move(frame));
   }
 
-  for (size_t i = 0; i < model.parts.size(); ++i) {
-    const Part& part = model.parts[i];
-    if (has_axis_mass(part.body)) return refuse(fmt::format("'{}' has the complete kinetic energy of its axis", part.name));
-    const TreeJoint& j = part.joint;
-    if (!planar_kind(j.kind)) return refuse(fmt::format("joint '{}' leaves the plane", j.name));
-    if (j.friction) return refuse(fmt::format("joint '{}' has friction", j.name));
-    PlanarPart p;
-    p.body = planar_body(part.body, Qp[i]);
-    p.joint.kind = j.kind;
-    p.joint.nv = j.nv;
+  // What a frame on a node moves by, in the planar axes Q of its part.
+  void take_node(const FramePoint& f, const Mat3& Q, Frame& frame) {
+    const FlexibleNode& node = model.parts[f.part].body.nodes[f.node];
+    const Eigen::Index n = node.phi.cols();
+    const Mat3 Qn = axes_about(node.rotation.transpose() * Q.col(2));
+    Pose2 at_node, offset;
+    if (!planar_rotation(Q.transpose() * node.rotation * Qn, at_node) || !planar_rotation(Qn.transpose() * f.offset.R * Qf.back(), offset))
+      throw Refusal{"a node is turned out of the plane"};
+    const Refusal leaves{fmt::format("'{}' deforms out of the plane", model.parts[f.part].name)};
+    const MatX phi = Q.transpose() * node.phi, psi = Q.transpose() * node.psi;
+    if (!small(phi.row(2), largest(phi)) || !small(psi.topRows<2>(), largest(psi))) throw leaves;
+    const MatX normal_part = component(node.phi2, Q, 2, n);
+    frame.phi2_x = component(node.phi2, Q, 0, n);
+    frame.phi2_y = component(node.phi2, Q, 1, n);
+    if (!small(normal_part, std::max(largest(frame.phi2_x), largest(frame.phi2_y)))) throw leaves;
+    frame.origin = (Q.transpose() * node.origin).head<2>();
+    frame.node_angle = std::atan2(at_node.s, at_node.c);
+    frame.offset_angle = std::atan2(offset.s, offset.c);
+    frame.offset = (Qn.transpose() * f.offset.p).head<2>();
+    frame.arm = turn_back(offset, frame.offset);
+    frame.phi_x = phi.row(0).transpose();
+    frame.phi_y = phi.row(1).transpose();
+    frame.psi = psi.row(2).transpose();
+    frame.h_x = frame.h_y = frame.scratch = VecX::Zero(n);
+    frame.B = MatX3::Zero(n, 3);
+    frame.B.col(2) = frame.psi;
+  }
+
+  void take_joint(const TreeJoint& j, planar::Joint& out) const {
+    if (!planar_kind(j.kind)) throw Refusal{fmt::format("joint '{}' leaves the plane", j.name)};
+    if (j.friction) throw Refusal{fmt::format("joint '{}' has friction", j.name)};
+    out.kind = j.kind;
+    out.nv = j.nv;
     const Mat3& QA = Qf[j.reversed ? j.outboard : j.inboard];
     const Mat3& QB = Qf[j.reversed ? j.inboard : j.outboard];
-    if (!planar_rotation(QA.transpose() * QB, p.joint.zero)) return refuse(fmt::format("joint '{}' is turned out of the plane", j.name));
+    if (!planar_rotation(QA.transpose() * QB, out.zero)) throw Refusal{fmt::format("joint '{}' is turned out of the plane", j.name)};
     const Vec3 axis = QA.transpose() * j.axis;
     if (j.kind == JointKind::prismatic) {
-      if (std::abs(axis.z()) > 1e-9) return refuse(fmt::format("joint '{}' leaves the plane", j.name));
-      p.joint.direction = axis.head<2>();
+      if (std::abs(axis.z()) > 1e-9) throw Refusal{fmt::format("joint '{}' leaves the plane", j.name)};
+      out.direction = axis.head<2>();
     } else if (j.kind != JointKind::weld) {
-      if (axis.head<2>().norm() > 1e-9) return refuse(fmt::format("joint '{}' leaves the plane", j.name));
-      p.joint.sense = axis.z() > 0.0 ? 1.0 : -1.0;
+      if (axis.head<2>().norm() > 1e-9) throw Refusal{fmt::format("joint '{}' leaves the plane", j.name)};
+      out.sense = axis.z() > 0.0 ? 1.0 : -1.0;
     }
     if (j.kind == JointKind::planar) {
       const JointAxes a = joint_axes(j.axis);
-      p.joint.direction = (QA.transpose() * a.x).head<2>();
-      p.joint.direction_y = (QA.transpose() * a.y).head<2>();
+      out.direction = (QA.transpose() * a.x).head<2>();
+      out.direction_y = (QA.transpose() * a.y).head<2>();
     }
-    if (j.kind == JointKind::weld && j.reversed) p.joint.zero = inverse(p.joint.zero);
-    const int n = part.body.n, nv = j.nv;
+    if (j.kind == JointKind::weld && j.reversed) out.zero = inverse(out.zero);
+  }
+
+  void add_part(size_t i) {
+    const Part& part = model.parts[i];
+    if (has_axis_mass(part.body)) throw Refusal{fmt::format("'{}' has the complete kinetic energy of its axis", part.name)};
+    PlanarPart p;
+    take_joint(part.joint, p.joint);
+    p.body = planar_body(part.body, Qp[i]);
+    const int n = part.body.n, nv = part.joint.nv;
     p.q = p.qd = p.qdd = p.elastic = p.load_e = p.fe = VecX::Zero(n);
     p.tau = VecX::Zero(nv);
     p.Mre = p.C = p.Fe = p.scratch = MatX3::Zero(n, 3);
@@ -186,57 +204,68 @@ std::unique_ptr<PlanarDynamics> PlanarDynamics::make(const Model& model, const W
     d.parts.push_back(std::move(p));
   }
 
-  for (size_t k = 0; k < model.clusters.size(); ++k) {
+  void add_cluster(int k) {
     const Cluster& c = model.clusters[k];
     PlanarCluster pc;
     pc.Ib = pc.U = MatX3::Zero(c.nv, 3);
-    const Mat3& Qb = Qf[c.base];
     size_t entry = 0;
     for (int i : c.parts) {
       const Part& part = model.parts[i];
-      if (part.parent != ground && model.parts[part.parent].cluster == static_cast<int>(k)) continue;
+      if (part.parent != ground && model.parts[part.parent].cluster == k) continue;
       const Pose& e = c.entry[entry++];
       Pose2 out;
-      if (!planar_rotation(Qb.transpose() * e.R * Qf[part.joint.inboard], out)) return refuse("a frame is turned out of the plane");
-      out.p = (Qb.transpose() * e.p).head<2>();
+      if (!planar_rotation(Qf[c.base].transpose() * e.R * Qf[part.joint.inboard], out)) throw Refusal{"a frame is turned out of the plane"};
+      out.p = (Qf[c.base].transpose() * e.p).head<2>();
       pc.entry.push_back(out);
     }
-    for (int l : c.loops) {
-      const LoopJoint& loop = model.loops[l];
-      if (loop.spring) return refuse(fmt::format("joint '{}' closes a loop and has a spring", loop.name));
-      const Pose rel = sim::compose(sim::inverse(frame_world(model, work, loop.a)), frame_world(model, work, loop.b));
-      const Mat3 &QA = Qf[loop.a], &QB = Qf[loop.b];
-      const double height = QA.col(2).dot(rel.p);
-      for (const ClosureRow& r : loop.rows) {
-        Row row{};
-        row.kind = r.kind;
-        row.loop = l;
-        row.length = r.length;
-        const Vec3 u = QA.transpose() * r.u, b = QB.transpose() * r.b;
-        row.u = u.head<2>();
-        row.b = b.head<2>();
-        row.constant = r.kind == ClosureRow::translation ? u.z() * height : u.z() * b.z();
-        row.out_of_plane2 = height * height;
-        pc.rows.push_back(row);
-      }
-    }
+    for (int l : c.loops) add_rows(l, pc);
     d.clusters.push_back(std::move(pc));
   }
 
-  for (const Load& load : model.loads) {
+  void add_rows(int l, PlanarCluster& pc) const {
+    const LoopJoint& loop = model.loops[l];
+    if (loop.spring) throw Refusal{fmt::format("joint '{}' closes a loop and has a spring", loop.name)};
+    const Pose rel = sim::compose(sim::inverse(frame_world(model, work, loop.a)), frame_world(model, work, loop.b));
+    const Mat3 &QA = Qf[loop.a], &QB = Qf[loop.b];
+    const double height = QA.col(2).dot(rel.p);
+    for (const ClosureRow& r : loop.rows) {
+      Row row{};
+      row.kind = r.kind;
+      row.loop = l;
+      row.length = r.length;
+      const Vec3 u = QA.transpose() * r.u, b = QB.transpose() * r.b;
+      row.u = u.head<2>();
+      row.b = b.head<2>();
+      row.constant = r.kind == ClosureRow::translation ? u.z() * height : u.z() * b.z();
+      row.out_of_plane2 = height * height;
+      pc.rows.push_back(row);
+    }
+  }
+
+  void add_load(const Load& load) {
     const ForceKind kind = load.def.kind;
-    if (load.table) return refuse(fmt::format("force '{}' follows a table against a coordinate", load.def.name));
+    if (load.table) throw Refusal{fmt::format("force '{}' follows a table against a coordinate", load.def.name)};
     if (kind == ForceKind::spring_damper) {
       const Vec3 line = frame_world(model, work, load.on).p - frame_world(model, work, load.from).p;
-      if (std::abs(normal.dot(line)) > 1e-12 * std::max(line.norm(), model.size)) return refuse("a spring-damper leaves the plane");
+      if (std::abs(normal.dot(line)) > 1e-12 * std::max(line.norm(), model.size)) throw Refusal{"a spring-damper leaves the plane"};
       d.load_direction.push_back(Vec3::Zero());
-      continue;
+      return;
     }
     if ((kind != ForceKind::force && kind != ForceKind::torque && kind != ForceKind::distributed) || load.expression < 0)
-      return refuse(fmt::format("force '{}' is of a kind that is computed in space", load.def.name));
+      throw Refusal{fmt::format("force '{}' is of a kind that is computed in space", load.def.name)};
     const Mat3 Q = !load.def.follower ? Qw : (kind == ForceKind::distributed ? Qp[model.frames[load.on].part] : Qf[load.on]);
     const Vec3 u = Q.transpose() * load.def.direction;
     d.load_direction.push_back(kind == ForceKind::torque ? Vec3(0.0, 0.0, u.z()) : Vec3(u.x(), u.y(), 0.0));
+  }
+};
+
+std::unique_ptr<PlanarDynamics> PlanarDynamics::make(const Model& model, const Work& work, std::string& why_not) {
+  auto data = std::make_unique<Data>();
+  try {
+    Data::Builder{model, work, *data}.build();
+  } catch (const Refusal& refusal) {
+    why_not = refusal.why;
+    return nullptr;
   }
   return std::unique_ptr<PlanarDynamics>(new PlanarDynamics(std::move(data)));
 }

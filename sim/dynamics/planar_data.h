@@ -142,6 +142,7 @@ struct PlanarDynamics::Data {
   std::vector<planar::PlanarCluster> clusters;
   std::vector<Vec3> load_direction;  // planar world or frame axes
   double applied = 0.0;
+  struct Builder;
 
   void frame_pose(Frame& f, const VecX& q);
   void frame_jacobian(Frame& f);
@@ -160,6 +161,10 @@ struct PlanarDynamics::Data {
   void loads(const Model& model, const Work& work);
   void assemble(const Model& model, int cluster, Work& work);
   void reduce(const Model& model, int cluster, Work& work);
+  void start_composites(const Model& model, const Work& work);
+  void add_to_carrier(const Model& model, int cluster, const Work& work);
+  void solve_cluster(const Model& model, int cluster, Work& work);
+  void part_accelerations(const Model& model, int cluster, const Work& work);
   void accelerations(const Model& model, Work& work);
 };
 
