@@ -1,6 +1,7 @@
 #include "sim/accuracy/accuracy.h"
 
 #include "sim/accuracy/accuracy_task.h"
+#include "sim/time/system.h"
 
 #include <fmt/format.h>
 
@@ -116,12 +117,162 @@ Finished take_cheapest(const std::vector<Way>& ways, Task& taken) {
   return std::move(*found);
 }
 
+// CPU time that a search may take beside a run of so many seconds, and where no run tells.
+double search_allowance(double run) { return std::max(10.0, 15.0 * run); }
+constexpr double unknown_allowance = 30.0;
+// A run as the scene stands is not waited for longer.
+constexpr double longest_as_given = 120.0;
+// How much finer than a beam's the runs are that judge models: a beam that bends too far for a third of the asked error is made of volumes.
+constexpr double bending_share = 1.0 / 3.0;
+
+// The scene as it stands, at the default tolerance: what the search is measured against, and what is taken where it finds nothing better.
+struct AsGiven {
+  std::optional<Finished> run;
+  std::optional<Histories> loose;
+  double time = 0.0;  // error of time
+};
+
+AsGiven run_as_given(Task& t) {
+  AsGiven out;
+  Scene scene = t.search.scene();
+  SimulateOptions o = *t.options;
+  o.tolerance.reset();
+  o.estimate_error = false;
+  const double start = cpu_seconds();
+  o.progress = [&t, start](double time) {
+    if (cpu_seconds() - start > longest_as_given) throw TooDear{};
+    if (t.options->progress) t.options->progress(time);
+  };
+  try {
+    Finished f;
+    f.scene = scene;
+    f.results = run_for_check(scene, o, f.limits);
+    f.method = t.options->method;
+    f.setting.tolerance = default_tolerance;
+    f.loose_tolerance = 10.0 * default_tolerance;
+    f.described.push_back(fmt::format("the scene as it stands at tolerance {:.0e}", default_tolerance));
+    out.run = std::move(f);
+    scene.simulation.tolerance = 10.0 * default_tolerance;
+    out.loose = t.search.run_within(scene, std::max(1.0, 3.0 * out.run->cpu()));
+    if (out.loose) out.time = error_of_difference * apart(*out.loose, to_histories(out.run->results));
+  } catch (const TooDear&) {
+  } catch (const SimulationError&) {
+  }
+  t.search.cpu += cpu_seconds() - start;
+  return out;
+}
+
+// Beams whose own models keep a run from the accuracy become richer ones, if all outputs can be kept: bent too far for one frame, or in forms of other ends.
+std::optional<Scene> with_fit_models(const Task& t, const AsGiven& given) {
+  if (!given.run || !given.loose) return std::nullopt;
+  ModelCheckOptions check;
+  check.asked = bending_share * t.accuracy;
+  check.budget = model_check_budget(given.run->cpu());
+  const Histories whole = to_histories(given.run->results);
+  check.run.tolerance = given.run->loose_tolerance;
+  check.run.floor = 3.0 * given.time;
+  check.run.method = t.options->method;
+  check.run.run = &whole;
+  check.run.run_tolerance = given.run->setting.tolerance;
+  check.run.run_error = given.time;
+  return with_richer_models(given.run->scene, t.search.states, given.run->limits, *given.loose, check);
+}
+
+// The scene as it stands, judged: by a looser run in time, by one of half the elements, modes or volumes in space. Half of them err by four times as much at
+// least (finite elements by sixteen).
+std::optional<Finished> judged_as_given(Task& t, AsGiven& given) {
+  if (!given.run || !given.loose) return std::nullopt;
+  Finished& f = *given.run;
+  const Histories fine = at_times(to_histories(f.results), given.loose->times);
+  const MatX time = error_of_difference * relative(*given.loose, fine);
+  MatX space = MatX::Zero(time.rows(), time.cols());
+  if (const std::optional<Scene> half = t.search.halved()) {
+    t.search.until = 1e300;
+    const std::optional<Histories> coarse = t.search.run_within(*half, std::max(1.0, 3.0 * f.cpu()));
+    if (coarse && coarse->columns == fine.columns && coarse->times.size() == fine.times.size()) space = relative(*coarse, fine) / 3.0;
+    else space.setConstant(2.0 * t.accuracy);  // nobody knows
+  }
+  f.looser = *given.loose;
+  f.coarse = *given.loose;
+  f.add_up(fine, time, space, MatX::Zero(time.rows(), time.cols()));
+  return f;
+}
+
+// What the search finds in its time, none where it finds nothing.
+std::optional<Finished> found_by_search(Task& t) {
+  constexpr int coarsest = 1, most_levels = 4;
+  for (int level = coarsest; level < coarsest + most_levels; ++level) {
+    t.setting = {level, std::clamp(0.1 * t.accuracy, 1e-11, 1e-3)};
+    try {
+      Task taken = t;
+      Finished found = take_cheapest(find_ways(taken), taken);
+      t = std::move(taken);
+      return found;
+    } catch (const SearchSpent&) {
+      break;
+    } catch (const SimulationError&) {
+      // So few modes or elements cannot carry the motion, perhaps.
+      if (!t.search.has_levels()) break;
+    }
+  }
+  return *t.nearest;
+}
+
+void check_result(const Task& t, const Finished& found, double accuracy, Results& results) {
+  SolverStatistics& s = results.statistics;
+  NeglectOptions check;
+  check.tolerance = found.loose_tolerance;
+  const Histories whole = to_histories(results);
+  check.floor = std::max(found.time, apart(found.looser, whole));
+  check.budget = std::max(check_price * s.cpu_seconds, least_check);
+  check.method = found.method;
+  check.run = &whole;
+  check.run_tolerance = found.setting.tolerance;
+  check.run_error = std::max(0.0, s.error_estimate);
+  report_neglected(found.scene, t.search.states, found.looser, check, accuracy, s);
+  // Volumes that the search chose were judged by more of them.
+  std::vector<LinearLimit> limits = found.limits;
+  std::erase_if(limits, [&](const LinearLimit& l) { return l.pieces > 1 && t.search.chooses(static_cast<size_t>(l.body)); });
+  ModelCheckOptions models{accuracy, model_check_budget(s.cpu_seconds), check, {}};
+  for (size_t b = 0; b < found.scene.bodies.size(); ++b)
+    if (std::holds_alternative<BeamDef>(found.scene.bodies[b].kind) && !t.search.chooses(b)) models.unjudged.push_back(b);
+  check_models(found.scene, t.search.states, limits, found.looser, models, s);
+}
+
 }  // namespace
 
 Results simulate_to_accuracy(const Scene& scene, double accuracy, const SimulateOptions& options) {
-  Task t{accuracy, &options, Search(scene, options), {}, {}, {}, 0.0, 1.0, {}, {}, {}, {}};
-  t.setting.tolerance = std::clamp(0.1 * accuracy, 1e-11, 1e-3);
-  const Finished found = take_cheapest(find_ways(t), t);
+  const auto task_for = [&](const Scene& of) {
+    return Task{accuracy, &options, Search(of, options), {}, {}, {}, 0.0, 1.0, {}, {}, {}, {}, std::make_shared<std::optional<Finished>>()};
+  };
+  Task t = task_for(scene);
+  const double start = cpu_seconds();
+  AsGiven given = run_as_given(t);
+  const double allowed = given.run ? search_allowance(given.run->cpu()) : unknown_allowance;
+  std::vector<std::string> changed;
+  if (const std::optional<Scene> richer = with_fit_models(t, given)) {
+    for (size_t b = 0; b < scene.bodies.size(); ++b) {
+      const auto *before = std::get_if<BeamDef>(&scene.bodies[b].kind), *after = std::get_if<BeamDef>(&richer->bodies[b].kind);
+      if (before && after && before->model != after->model)
+        changed.push_back(fmt::format("'{}' model \"{}\"", scene.bodies[b].name, after->model == BeamModel::mixed ? "mixed" : "finite-element"));
+    }
+    t = task_for(*richer);
+    given = run_as_given(t);
+  }
+  t.search.until = start + allowed;
+  std::optional<Finished> best = found_by_search(t);
+  const bool spent = cpu_seconds() > start + allowed;
+  if (!best || best->error > accuracy) {
+    std::optional<Finished> other = judged_as_given(t, given);
+    if (other && (!best || other->error < best->error)) best = std::move(other);
+  }
+  if (!best) {
+    // Neither the search nor the scene as it stands came to an end: what it says says why.
+    SimulateOptions plain = options;
+    plain.tolerance = default_tolerance;
+    return run_scene(scene, plain);
+  }
+  const Finished& found = *best;
 
   AccuracyStatement out;
   out.asked = accuracy;
@@ -133,28 +284,20 @@ Results simulate_to_accuracy(const Scene& scene, double accuracy, const Simulate
   const double finer_time = std::pow(t.decade, std::log10(2.0) / cautious_order);
   const double finer_space = std::max(1.0, found.cpu() / std::max(found.coarse.statistics.cpu_seconds, 1e-9));
   out.half_cost = found.time >= found.space ? finer_time : finer_space;
-  out.chosen = t.search.describe(found.setting);
-  out.chosen.insert(out.chosen.end(), t.chosen.begin(), t.chosen.end());
-  out.search_cpu = t.search.cpu;
+  out.chosen = found.described;
+  out.chosen.insert(out.chosen.end(), changed.begin(), changed.end());
+  out.chosen.insert(out.chosen.end(), found.chosen.begin(), found.chosen.end());
   Results results = found.results;
+  out.search_cpu = cpu_seconds() - start - found.cpu();
   SolverStatistics& s = results.statistics;
   s.error_estimate = found.error;
   s.error_column = found.column;
   if (s.error_estimate > accuracy)
     s.notes.warn("", fmt::format("accuracy {:g} was asked; the estimated error is {:.1e} of the range of {}{}", accuracy, s.error_estimate, found.column,
-                                     t.weary(found.cpu()) ? fmt::format("; the search ended after {:.0f} CPU s: ask for less, or without this output", t.search.cpu) : ""));
-  if (options.check_effects) {
-    NeglectOptions check;
-    check.tolerance = found.loose_tolerance;
-    const Histories whole = to_histories(results);
-    check.floor = std::max(found.time, apart(found.looser, whole));
-    check.budget = std::max(check_price * s.cpu_seconds, least_check);
-    check.method = t.search.method;
-    check.run = &whole;
-    check.run_tolerance = found.setting.tolerance;
-    check.run_error = s.error_estimate;
-    report_neglected(t.search.at(found.setting), t.search.states, found.looser, check, accuracy, s);
-  }
+                                 spent ? fmt::format("; the search ended after {:.0f} CPU s, {:.0f} times a run of the scene as it stands: ask for less, or without this output", out.search_cpu,
+                                                     given.run ? allowed / std::max(given.run->cpu(), 1e-3) : 0.0)
+                                       : ""));
+  if (options.check_effects) check_result(t, found, accuracy, results);
   s.accuracy = out;
   return results;
 }

@@ -8,6 +8,10 @@
 // Errors of time and space at about the same time add up; those of bodies, and of modes left out of one, vibrate at frequencies of their own and add
 // as squares.
 //
+// Before all that the scene is run as it stands. Its price bounds the search (accuracy.cpp, search_allowance), and it tells beams that bend too far for one frame, or deform in
+// forms of other ends (model_check.h): these become volumes or finite elements, if no output is lost by that. Where the search finds nothing in its time, or nothing
+// that keeps the accuracy, the run that came nearest is the result, or the scene as it stands, judged by a looser run and one of half the elements.
+//
 // Where the scene lists effects they stay; where it says "auto", what is worth less than a tenth of the asked accuracy goes, unless the run is dearer
 // without. What is off and worth less than a third in all stays off; what is worth more than nine tenths comes. Between these the cheaper way is
 // taken: the run is made without it, its worth counted among the errors (finer in time and space to make up for it), and with it for as

@@ -22,7 +22,7 @@ MatX envelope(const MatX& m) {
 }  // namespace
 
 double Finished::add_up(const Histories& fine, const MatX& in_time, const MatX& in_space, const MatX& in_effects) {
-  if (in_time.size() == 0) return 0.0;
+  if (in_time.size() == 0) return error = 0.0;
   const MatX rest = envelope((in_space.cwiseAbs2() + in_effects.cwiseAbs2()).cwiseSqrt()), whole = rest + envelope(in_time);
   Eigen::Index at = 0;
   error = VecX(whole.rowwise().maxCoeff()).maxCoeff(&at);
@@ -31,16 +31,24 @@ double Finished::add_up(const Histories& fine, const MatX& in_time, const MatX& 
   return error;
 }
 
-SimulateOptions options_within(const Task& t, double limit) {
+void run_itself(const Task& t, const Setting& setting, double limit, Finished& out) {
   SimulateOptions o = *t.options;
   o.tolerance.reset();
   o.method = t.search.method;
   o.estimate_error = false;
   o.progress = [&t, limit, start = cpu_seconds()](double time) {
-    if (cpu_seconds() - start > limit) throw TooDear{};
+    const double now = cpu_seconds();
+    if (now > t.search.until) throw SearchSpent{};
+    if (now - start > limit) throw TooDear{};
     if (t.options->progress) t.options->progress(time);
   };
-  return o;
+  out.scene = t.search.at(setting);
+  out.results = run_for_check(out.scene, o, out.limits);
+  out.setting = setting;
+  out.method = t.search.method;
+  out.described = t.search.describe(setting);
+  out.chosen = t.chosen;
+  out.loose_tolerance = 10.0 * setting.tolerance;
 }
 
 // Checked against the level below; one level more as long as space is what lacks.
@@ -52,10 +60,9 @@ std::optional<Finished> finish(Task& t, double limit) {
   std::optional<Histories> judge;  // what the level below was judged by
   double last_step = 0.0;   // difference of the two levels before
   for (int round = 0;; ++round) {
-    const Scene chosen = search.at(t.setting);
     const double start = cpu_seconds();
     try {
-      out.results = run_scene(chosen, options_within(t, limit));
+      run_itself(t, t.setting, limit, out);
       out.looser = search.run(search.at({t.setting.level, 10.0 * t.setting.tolerance}));
     } catch (const TooDear&) {
       search.cpu += cpu_seconds() - start;
@@ -110,7 +117,9 @@ std::optional<Finished> finish(Task& t, double limit) {
       error = total();
       if (error > accuracy && more_matter) search.keep_at_least(finer);
     }
-    if (round == most_rounds || error <= accuracy || t.weary(out.cpu())) break;
+    out.coarse = t.coarse;
+    t.keep(out);
+    if (round == most_rounds || error <= accuracy) break;
     if (!search.has_levels() && t.setting.tolerance <= 1e-11) break;
     search.cpu += out.cpu();
     // More modes that do not help are the error of time in them.
@@ -124,9 +133,6 @@ std::optional<Finished> finish(Task& t, double limit) {
     ++t.setting.level;
     t.coarse = thinned;
   }
-  out.setting = t.setting;
-  out.coarse = t.coarse;
-  out.loose_tolerance = 10.0 * t.setting.tolerance;
   return out;
 }
 

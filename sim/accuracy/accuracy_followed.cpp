@@ -76,7 +76,11 @@ void Followed::judge_space() {
     finer.refine(r, next);
     const std::optional<Histories> judge = finer.run_within(finer.at(next), unlimited);
     search.cpu = finer.cpu;
-    if (!judge) continue;
+    if (!judge) {
+      // Nobody knows: it counts as what keeps the accuracy from being claimed.
+      squares.array() += std::pow(std::max(2.0 * t.accuracy, r.before), 2);
+      continue;
+    }
     const MatX left = relative(*judge, *here);
     // Both runs bring their errors of time, which have nothing to do with each other.
     r.left = std::sqrt(std::max(0.0, std::pow(largest(left), 2) - 2.0 * std::pow(largest(time), 2)));
@@ -144,24 +148,37 @@ bool Followed::refine() {
 
 std::optional<Finished> finish_followed(Task& t, double limit) {
   Followed f(t, limit);
-  f.here = f.run_here();
   double lacking = 10.0 * t.accuracy;  // of space
-  for (int round = 0; f.here; ++round) {
-    // While modes lack, time need not be better than they are.
-    if (!f.settle_time(std::max(0.35 * t.accuracy, 0.1 * lacking))) return std::nullopt;
-    f.judge_space();
-    lacking = largest(f.space);
-    if (f.total(f.time) <= t.accuracy) {
-      f.take_looser();
-      break;
+  Finished last;                       // judged
+  try {
+    f.here = f.run_here();
+    for (int round = 0; f.here; ++round) {
+      // While modes lack, time need not be better than they are.
+      if (!f.settle_time(std::max(0.35 * t.accuracy, 0.1 * lacking))) return std::nullopt;
+      f.judge_space();
+      lacking = largest(f.space);
+      if (f.total(f.time) <= t.accuracy) {
+        f.take_looser();
+        break;
+      }
+      last = f.out;
+      last.setting = f.setting;
+      if (round == most_rounds || !f.refine()) break;
     }
-    if (round == most_rounds || t.weary(f.here->statistics.cpu_seconds) || !f.refine()) break;
+  } catch (const SearchSpent&) {
+    // The last one that was judged, made in full: a run of known price.
+    if (last.error < 0.0) throw;
+    t.search.until = 1e300;
+    run_itself(t, last.setting, unlimited, last);
+    last.coarse = t.coarse;
+    t.keep(last);
+    throw;
   }
   if (!f.here) return std::nullopt;
 
-  f.out.results = run_scene(f.search.at(f.setting), options_within(t, unlimited));
-  f.out.setting = f.setting;
+  run_itself(t, f.setting, unlimited, f.out);
   f.out.coarse = t.coarse;
+  t.keep(f.out);
   return std::move(f.out);
 }
 

@@ -96,7 +96,8 @@ Scene Search::at(const Setting& setting) const {
     } else if (r.model == BeamModel::modal) {
       for (auto& [direction, numbers] : beam.modes) numbers = mode_numbers(direction, modes);
     } else {
-      const int n = std::max(1, static_cast<int>(std::lround(r.given * share)));
+      // More of them at every level, however few the scene gives: two levels that are the same would look like no error.
+      const int n = std::max(setting.level + 1, static_cast<int>(std::lround(r.given * share)));
       (r.model == BeamModel::mixed ? beam.volumes : beam.elements) = n;
     }
   }
@@ -152,11 +153,36 @@ void Search::refine(const Refinement& what, Setting& setting) {
   least_[*what.body] = modes_at(level);
 }
 
+std::optional<Scene> Search::halved() const {
+  Scene out = scene_;
+  bool any = false;
+  for (const Resolvable& r : bodies_) {
+    BeamDef& beam = std::get<BeamDef>(out.bodies[r.body].kind);
+    if (r.model == BeamModel::modal) {
+      for (auto& [direction, numbers] : beam.modes)
+        if (numbers.size() > 1) numbers.resize((numbers.size() + 1) / 2), any = true;
+      continue;
+    }
+    int& count = r.model == BeamModel::mixed ? beam.volumes : beam.elements;
+    if (count > 1) count = (count + 1) / 2, any = true;
+  }
+  if (any) return out;
+  return std::nullopt;
+}
+
+bool Search::chooses(size_t body) const {
+  return std::any_of(bodies_.begin(), bodies_.end(), [&](const Resolvable& r) { return r.body == body; });
+}
+
 Histories Search::run(const Scene& scene) {
   SimulateOptions o;
   o.method = method;
   o.samples = compared_samples;
-  if (options_->progress) o.progress = [this](double) { options_->progress(0.0); };
+  o.progress = [this](double) {
+    if (cpu_seconds() > until) throw SearchSpent{};
+    if (options_->progress) options_->progress(0.0);
+  };
+  if (cpu_seconds() > until) throw SearchSpent{};
   Histories h = simulate_histories(scene, o);
   cpu += h.statistics.cpu_seconds;
   return h;
@@ -167,10 +193,13 @@ std::optional<Histories> Search::run_within(const Scene& scene, double seconds) 
   o.method = method;
   o.samples = compared_samples;
   const double start = cpu_seconds();
+  if (start > until) throw SearchSpent{};
   struct TooLong {};
   o.progress = [&](double) {
     if (options_->progress) options_->progress(0.0);
-    if (cpu_seconds() - start > seconds) throw TooLong{};
+    const double now = cpu_seconds();
+    if (now > until) throw SearchSpent{};
+    if (now - start > seconds) throw TooLong{};
   };
   std::optional<Histories> out;
   try {

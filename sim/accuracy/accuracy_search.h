@@ -33,11 +33,16 @@ struct Refinement {
   double error() const;
 };
 
+// The search has taken the CPU time that it may.
+struct SearchSpent {};
+
 class Search {
  public:
   Search(const Scene& scene, const SimulateOptions& options);
 
   bool has_levels() const { return !bodies_.empty(); }
+  // Whether levels change this body of the scene.
+  bool chooses(size_t body) const;
   const Scene& scene() const { return scene_; }
   Scene at(const Setting& setting) const;
   // The next level, with a mode more in every flexible body than this one has: what the run's own resolution is judged by.
@@ -47,9 +52,12 @@ class Search {
   std::vector<Refinement> refinements(const Setting& setting) const;
   // From now on the body keeps as many modes as the next level that has more; or the others have the next level.
   void refine(const Refinement& what, Setting& setting);
+  // The scene with half the elements, volumes or modes of every body whose resolution may be chosen; none where it has no such body, or nothing to halve.
+  std::optional<Scene> halved() const;
   // Bodies that a setting makes rigid.
   std::vector<std::string> rigid_at(const Setting& setting) const;
 
+  // Both throw SearchSpent at the end of the search's time.
   Histories run(const Scene& scene);
   // The same, given up after so many CPU seconds, or where it fails.
   std::optional<Histories> run_within(const Scene& scene, double seconds);
@@ -63,6 +71,7 @@ class Search {
   bool undamped = true;            // no body damps its own vibrations
   std::optional<Method> method;    // of all runs
   double cpu = 0.0;                // s, of all runs but the last
+  double until = 1e300;            // cpu_seconds() at which the search ends
   std::set<std::string> flexible;  // stiff bodies whose flexibility matters
 
  private:

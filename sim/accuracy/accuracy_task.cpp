@@ -28,6 +28,11 @@ void Task::leave_out(const std::vector<EffectState>& what, const MatX& change) {
   left_out += change;
 }
 
+void Task::keep(const Finished& finished) {
+  if (!nearest || finished.error < 0.0 || (*nearest && (*nearest)->error <= finished.error)) return;
+  *nearest = finished;
+}
+
 bool Task::coarse_again() {
   std::optional<Histories> again = search.run_within(search.at(below()), unlimited);
   if (again) coarse = std::move(*again);

@@ -3,9 +3,10 @@
 #pragma once
 
 #include "sim/accuracy/accuracy_search.h"
+#include "sim/run/model_check.h"
 #include "sim/run/run_scene.h"
 
-#include <algorithm>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,6 +22,8 @@ inline constexpr double dearest = 20.0;
 // CPU seconds of a run that may take as long as it does.
 inline constexpr double unlimited = 1e300;
 
+struct Finished;
+
 struct Task {
   double accuracy;
   const SimulateOptions* options;
@@ -33,6 +36,7 @@ struct Task {
   MatX rigid, left_out;
   std::vector<EffectState> without;
   std::vector<std::string> chosen;
+  std::shared_ptr<std::optional<Finished>> nearest;  // the run that came nearest to the accuracy so far, of all ways
 
   Setting below() const { return {search.has_levels() ? setting.level - 1 : setting.level, setting.tolerance}; }
   Setting loose_below() const { return {below().level, 10.0 * setting.tolerance}; }
@@ -41,8 +45,8 @@ struct Task {
   // The tighter of them at another setting, if it succeeds there.
   bool coarse_again();
   void leave_out(const std::vector<EffectState>& what, const MatX& change);
-  // Whether the search has taken so long, beside a run of so many CPU seconds, that it ends with what it has: an accuracy may be out of reach.
-  bool weary(double run) const { return search.cpu > std::max(300.0, 100.0 * run); }
+  // Keeps a run that is nearer to the accuracy than those before, for the case that the search's time ends.
+  void keep(const Finished& finished);
   // Found again at another setting, in a run that is given up after so many CPU seconds.
   void find_left_out(const Setting& here, const Histories& run, double seconds);
 };
@@ -75,9 +79,13 @@ std::vector<Item> settle_effects(Task& t);
 // A run that keeps the accuracy, or comes as near as it can.
 struct Finished {
   Results results;
+  std::vector<LinearLimit> limits; // how far its bodies were bent
+  std::vector<std::string> described, chosen;  // the setting in words, what was left out
+  Scene scene;                     // at this setting
+  std::optional<Method> method;    // of the search
   Setting setting;
   Histories looser, coarse;        // at ten times the tolerance, one level below
-  double error = 0.0;              // of the output that is furthest off
+  double error = -1.0;             // of the output that is furthest off; negative: not known
   std::string column;
   double time = 0.0, space = 0.0, effects = 0.0;  // its parts
   double loose_tolerance = 0.0;    // of `looser`
@@ -94,8 +102,8 @@ std::optional<Finished> finish_followed(Task& t, double limit);
 
 // Settings that are tried for the run itself.
 inline constexpr int most_rounds = 14;
-// Options of the run itself, which throws TooDear where its CPU time exceeds a limit.
+// The run itself, into `out`: throws TooDear where its CPU time exceeds a limit, SearchSpent at the end of the search's time.
 struct TooDear {};
-SimulateOptions options_within(const Task& t, double limit);
+void run_itself(const Task& t, const Setting& setting, double limit, Finished& out);
 
 }  // namespace flexframe::sim

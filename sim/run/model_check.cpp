@@ -329,11 +329,67 @@ void check_bending(const Scene& scene, const std::vector<EffectState>& states, c
   }
 }
 
+// Beams whose number of elements or modes nobody has judged: beside twice as many elements.
+void check_elements(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const ModelCheckOptions& options, SolverStatistics& out) {
+  std::vector<size_t> bodies, changed;
+  for (const size_t b : options.unjudged)
+    if (const auto* beam = std::get_if<BeamDef>(&scene.bodies[b].kind); beam && beam->model != BeamModel::lumped && !has_forms_of_ends(*beam)) bodies.push_back(b);
+  if (bodies.empty()) return;
+  const auto twice = [&](const Scene& s, size_t b) {
+    const auto& beam = std::get<BeamDef>(s.bodies[b].kind);
+    std::optional<Scene> next = beam.model == BeamModel::mixed ? with_volumes(s, states, b, 2 * beam.volumes) : with_elements(s, states, b);
+    if (next && beam.model != BeamModel::mixed) std::get<BeamDef>(next->bodies[b].kind).elements = 2 * elements_of(beam);
+    return next;
+  };
+  Comparison comparison = compared(scene, states, bodies, changed, twice, options.budget, options);
+  const std::optional<Found> found = changed.empty() ? std::nullopt : comparison.measure(base);
+  for (const size_t b : bodies) {
+    const std::string owner = fmt::format("body '{}'", scene.bodies[b].name);
+    if (!found) out.notes.warn(owner, "the number of its elements or modes is given by the scene, and what more of them would change could not be measured: the estimated error does not count it");
+    else if (found->share > options.asked) out.notes.warn(owner, fmt::format("with twice as many elements {} changes by {:.2g} of its range: take more", found->column, found->share));
+    else out.notes.tell(owner, fmt::format("with twice as many elements {} changes by {:.1g} of its range", found->column, found->share));
+  }
+}
+
 }  // namespace
+
+std::optional<Scene> with_richer_models(const Scene& scene, const std::vector<EffectState>& states, const std::vector<LinearLimit>& limits, const Histories& base,
+                                        const ModelCheckOptions& options) {
+  Scene out = scene;
+  bool any = false;
+  // unmeasured: whether a beam is to be changed where no comparison came to an end.
+  const auto take = [&](const std::vector<size_t>& bodies, const auto& enrich, const auto& unmeasured) {
+    std::vector<size_t> changed;
+    if (bodies.empty()) return;
+    const auto kept = [&](const Scene& s, size_t b) {
+      std::optional<Scene> next = enrich(s, b);
+      return next && next->outputs.size() == s.outputs.size() ? next : std::nullopt;
+    };
+    Comparison comparison = compared(scene, states, bodies, changed, kept, options.budget, options);
+    const std::optional<Found> found = changed.empty() ? std::nullopt : comparison.measure(base);
+    if (found && found->share <= options.asked) return;
+    for (const size_t b : changed)
+      if (!found && !unmeasured(b)) continue;
+      else if (std::optional<Scene> next = kept(out, b)) out = std::move(*next), any = true;
+  };
+  std::vector<size_t> forms, bent;
+  for (size_t b = 0; b < scene.bodies.size(); ++b)
+    if (const auto* beam = std::get_if<BeamDef>(&scene.bodies[b].kind); beam && has_forms_of_ends(*beam)) forms.push_back(b);
+  for (const LinearLimit& l : limits)
+    if (l.pieces == 1 && l.error() > surely_small * options.asked) bent.push_back(static_cast<size_t>(l.body));
+  take(forms, [&](const Scene& s, size_t b) { return with_elements(s, states, b); }, [](size_t) { return false; });
+  const auto surely_bent = [&](size_t b) {
+    return std::any_of(limits.begin(), limits.end(), [&](const LinearLimit& l) { return l.body == static_cast<int>(b) && l.error() > 2.0 * options.asked; });
+  };
+  take(bent, [&](const Scene& s, size_t b) { return with_volumes(s, states, b, richer(1)); }, surely_bent);
+  if (any) return out;
+  return std::nullopt;
+}
 
 void check_models(const Scene& scene, const std::vector<EffectState>& states, const std::vector<LinearLimit>& limits, const Histories& base, const ModelCheckOptions& options,
                   SolverStatistics& out) {
   check_forms(scene, states, base, options, out);
+  check_elements(scene, states, base, options, out);
   check_bending(scene, states, limits, base, options, out);
 }
 
