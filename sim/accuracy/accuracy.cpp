@@ -1,6 +1,7 @@
 #include "sim/accuracy/accuracy.h"
 
 #include "sim/accuracy/accuracy_task.h"
+#include "sim/run/run_scene.h"
 #include "sim/time/system.h"
 
 #include <fmt/format.h>
@@ -229,6 +230,7 @@ void check_result(const Task& t, const Finished& found, double accuracy, Results
   check.run = &whole;
   check.run_tolerance = found.setting.tolerance;
   check.run_error = std::max(0.0, s.error_estimate);
+  check.deformations = true;
   report_neglected(found.scene, t.search.states, found.looser, check, accuracy, s);
   // Volumes that the search chose were judged by more of them.
   std::vector<LinearLimit> limits = found.limits;
@@ -241,7 +243,12 @@ void check_result(const Task& t, const Finished& found, double accuracy, Results
 
 }  // namespace
 
-Results simulate_to_accuracy(const Scene& scene, double accuracy, const SimulateOptions& options) {
+Results simulate_to_accuracy(const Scene& as_given, double accuracy, const SimulateOptions& options) {
+  // What the motion needs of the effects that are "auto", told by a loose run: the search weighs these and the others by pairs.
+  SimulateOptions first = options;
+  first.progress = {};
+  first.tolerance = std::clamp(0.1 * accuracy, 1e-6, 1e-4);
+  const Scene scene = with_called_effects(as_given, first, accuracy);
   const auto task_for = [&](const Scene& of) {
     return Task{accuracy, &options, Search(of, options), {}, {}, {}, 0.0, 1.0, {}, {}, {}, {}, std::make_shared<std::optional<Finished>>()};
   };

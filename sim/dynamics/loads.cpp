@@ -122,7 +122,9 @@ LoopSpring loop_spring(const Model& model, const Work& work, const LoopJoint& lo
   return out;
 }
 
-void apply_loop_spring(const Model& model, Work& work, const LoopJoint& loop) {
+// Calls on_frame(frame, wrench) for both ends of a loop joint's spring.
+template <class OnFrame>
+void visit_loop_spring(const Model& model, Work& work, const LoopJoint& loop, const OnFrame& on_frame) {
   for (int f : {loop.a, loop.b}) {
     update_frame_position(model, f, work);
     update_frame_velocity(model, f, work);
@@ -138,8 +140,8 @@ void apply_loop_spring(const Model& model, Work& work, const LoopJoint& loop) {
     on.tail<3>() = s.relative.R.transpose() * push;
     back.tail<3>() = -push;
   }
-  apply_wrench(model, work, loop.b, on);
-  apply_wrench(model, work, loop.a, back);
+  on_frame(loop.b, on);
+  on_frame(loop.a, back);
 }
 
 // At most six rates: no memory is asked for.
@@ -188,14 +190,13 @@ double joint_spring_energy(const TreeJoint& joint, const double* q) {
 
 }  // namespace
 
-void update_loads(const Model& model, Work& work) {
-  for (PartWork& p : work.parts) {
-    p.load.setZero();
-    p.load_e.setZero();
-  }
+namespace {
+
+// Calls on_frame(frame, wrench) for what acts on a frame, on_length(load) for what acts along a beam, in the scene's order.
+template <class OnFrame, class OnLength>
+void visit_loads(const Model& model, Work& work, const OnFrame& on_frame, const OnLength& on_length) {
   for (const LoopJoint& loop : model.loops)
-    if (loop.spring) apply_loop_spring(model, work, loop);
-  VecX Fe;
+    if (loop.spring) visit_loop_spring(model, work, loop, on_frame);
   for (const Load& load : model.loads) {
     if (load.table) {
       const TreeJoint& j = model.parts[load.table_part].joint;
@@ -204,24 +205,19 @@ void update_loads(const Model& model, Work& work) {
     refresh_frames(model, work, load);
     switch (load.def.kind) {
       case ForceKind::force: case ForceKind::torque:
-        apply_wrench(model, work, load.on, frame_wrench(model, work, load));
+        on_frame(load.on, frame_wrench(model, work, load));
         break;
-      case ForceKind::distributed: {
-        Vec6 F;
-        distributed_load(model, work, load, F, Fe);
-        PartWork& p = work.parts[model.frames[load.on].part];
-        p.load += F;
-        p.load_e += Fe;
+      case ForceKind::distributed:
+        on_length(load);
         break;
-      }
       case ForceKind::spring_damper: {
         const Line line = line_between(model, work, load);
         const Vec3 force = spring_damper_force(load, line) * line.direction;
         Vec6 F = Vec6::Zero();
         F.head<3>() = frame_world(model, work, load.on).R.transpose() * force;
-        apply_wrench(model, work, load.on, F);
+        on_frame(load.on, F);
         F.head<3>() = -(frame_world(model, work, load.from).R.transpose() * force);
-        apply_wrench(model, work, load.from, F);
+        on_frame(load.from, F);
         break;
       }
       case ForceKind::bushing: {
@@ -230,14 +226,50 @@ void update_loads(const Model& model, Work& work) {
         Vec6 on;
         on.head<3>() = b.relative.R.transpose() * f.head<3>();
         on.tail<3>() = b.relative.R.transpose() * f.tail<3>();
-        apply_wrench(model, work, load.on, on);
+        on_frame(load.on, on);
         Vec6 back = -f;
         back.tail<3>() -= b.relative.p.cross(Vec3(f.head<3>()));
-        apply_wrench(model, work, load.from, back);
+        on_frame(load.from, back);
         break;
       }
     }
   }
+}
+
+}  // namespace
+
+void update_loads(const Model& model, Work& work) {
+  for (PartWork& p : work.parts) {
+    p.load.setZero();
+    p.load_e.setZero();
+  }
+  VecX Fe;
+  visit_loads(
+      model, work, [&](int frame, const Vec6& F) { apply_wrench(model, work, frame, F); },
+      [&](const Load& load) {
+        Vec6 F;
+        distributed_load(model, work, load, F, Fe);
+        PartWork& p = work.parts[model.frames[load.on].part];
+        p.load += F;
+        p.load_e += Fe;
+      });
+}
+
+std::vector<FrameWrench> frame_wrenches(const Model& model, Work& work) {
+  std::vector<FrameWrench> out;
+  visit_loads(
+      model, work, [&](int frame, const Vec6& F) { out.push_back({frame, F}); }, [](const Load&) {});
+  return out;
+}
+
+Vec3 load_per_length(const Model& model, const Work& work, int part) {
+  Vec3 out = Vec3::Zero();
+  for (const Load& load : model.loads) {
+    if (load.def.kind != ForceKind::distributed || model.frames[load.on].part != part) continue;
+    const Vec3 d = load.def.direction * work.expression_value[load.expression];
+    out += load.def.follower ? d : Vec3(work.parts[part].world.R.transpose() * d);
+  }
+  return out;
 }
 
 void joint_forces(const Part& part, const PartWork& p, const Work& work, VecX& out) {

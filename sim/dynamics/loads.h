@@ -3,10 +3,24 @@
 
 #include "sim/dynamics/work.h"
 
+#include <vector>
+
 namespace flexframe::sim {
 
 // Fills PartWork::load and load_e from the scene's forces. Positions and velocities come first.
 void update_loads(const Model& model, Work& work);
+
+// A force and a moment on a frame, frame axes.
+struct FrameWrench {
+  int frame = 0;
+  Vec6 F = Vec6::Zero();
+};
+
+// What acts on frames: forces, torques, spring-dampers, bushings and the springs of loop joints. Positions and velocities come first.
+std::vector<FrameWrench> frame_wrenches(const Model& model, Work& work);
+
+// Uniform loads on a part of a beam, N per metre of its length, part axes.
+Vec3 load_per_length(const Model& model, const Work& work, int part);
 
 // Energy stored in joint springs, stops and spring-dampers, J.
 double spring_energy(const Model& model, const Work& work);

@@ -285,6 +285,18 @@ std::vector<Mat3> start_orientation(const Model& model, const Scene& scene, cons
   return body;
 }
 
+// Whether no beam of a scene that moves in the plane with this normal can bend or twist out of it, though something loads it so.
+bool stays_in_plane(const Scene& scene, const std::vector<Mat3>& orientation, const Vec3& normal) {
+  for (size_t b = 0; b < scene.bodies.size(); ++b) {
+    const auto* beam = std::get_if<BeamDef>(&scene.bodies[b].kind);
+    if (!beam) continue;
+    const BeamEffects e = decide_effects(scene.bodies[b], *beam, Vec3::Zero(), attachments_of(scene, scene.bodies[b].name)).effects;
+    const bool in_xy = std::abs((orientation[b].transpose() * normal).z()) > 0.5;
+    if (e.torsion || (in_xy ? e.bending_xz : e.bending_xy)) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 std::vector<ChainJoint> make_parts(Model& model, const Scene& scene) {
@@ -416,7 +428,10 @@ void add_flexure(Model& model, int body, const BeamDef& beam, const BeamLinks& l
 
 void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order) {
   const std::vector<Mat3> orientation = start_orientation(model, scene, order);
-  const Vec3 normal = plane_normal(scene, orientation);
+  const Vec3 moves_in = plane_normal(scene, orientation);
+  // Beams that are loaded beside the plane in which they move may leave it, if they have the effects for it.
+  const Vec3 flat = moves_in.isZero(0.0) || flat_about(scene, orientation, moves_in) ? moves_in : Vec3(Vec3::Zero());
+  const Vec3 normal = flat == moves_in || stays_in_plane(scene, orientation, moves_in) ? moves_in : flat;
   EffectDecision decision;
   BeamChain lumped;
   double time_constant = 0.0;
@@ -428,7 +443,7 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
     if (const auto* beam = std::get_if<BeamDef>(&def.kind)) {
       try {
         if (k == 0) {
-          decision = decide_effects(def, *beam, orientation[part.scene_body].transpose() * normal, attachment_count(scene, def.name));
+          decision = decide_effects(def, *beam, orientation[part.scene_body].transpose() * flat, attachments_of(scene, def.name));
           decision.effects.complete = beam->complete_inertia;
           for (const std::string& why : decision.why) model.notes.tell(owner, why);
           model.effects.insert(model.effects.end(), decision.states.begin(), decision.states.end());

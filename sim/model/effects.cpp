@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <tuple>
 
 namespace flexframe::sim {
@@ -24,6 +25,16 @@ int body_index(const Scene& scene, const std::string& name) {
 }
 
 bool has(const std::vector<std::string>& list, std::string_view name) { return std::find(list.begin(), list.end(), name) != list.end(); }
+
+// Place of a frame in its body, m; nothing for nodes of files, whose places the scene does not tell.
+std::optional<Vec3> place_in_body(const BodyDef& body, const std::string& frame) {
+  if (std::holds_alternative<BeamDef>(body.kind)) return Vec3(0.0, 0.0, 0.0);  // on the axis: x does not count
+  const auto* rigid = std::get_if<RigidDef>(&body.kind);
+  if (!rigid) return std::nullopt;
+  if (frame.empty()) return Vec3(Vec3::Zero());
+  const auto at = rigid->frames.find(frame);
+  return at == rigid->frames.end() ? std::nullopt : std::optional<Vec3>(at->second);
+}
 
 bool planar_about(const Scene& scene, const std::vector<Mat3>& orientation, const Vec3& n) {
   if (!normal(scene.simulation.gravity, n)) return false;
@@ -94,12 +105,63 @@ Vec3 plane_normal(const Scene& scene, const std::vector<Mat3>& orientation) {
   return Vec3::Zero();
 }
 
-int attachment_count(const Scene& scene, const std::string& body) {
-  int count = 0;
-  for (const JointDef& j : scene.joints) count += (j.parent.body == body) + (j.child.body == body);
+// Whether everything that acts on each body (joints, forces, its own mass) lies in one plane normal to n: else beams are twisted and bent out of it.
+bool flat_about(const Scene& scene, const std::vector<Mat3>& orientation, const Vec3& n) {
+  std::vector<std::optional<double>> height(scene.bodies.size());
+  bool flat = true;
+  const auto put = [&](int b, const Vec3& place) {
+    const double here = (orientation[static_cast<size_t>(b)].transpose() * n).dot(place);
+    std::optional<double>& known = height[static_cast<size_t>(b)];
+    if (!known) known = here;
+    else flat = flat && std::abs(here - *known) <= aligned * std::max(place.norm(), std::abs(*known));
+  };
+  const auto put_frame = [&](const FrameRef& ref, const Vec3& beside) {
+    const int b = body_index(scene, ref.body);
+    if (b < 0) return;
+    if (const auto at = place_in_body(scene.bodies[static_cast<size_t>(b)], ref.frame)) put(b, *at + beside);
+  };
+  for (size_t i = 0; i < scene.bodies.size(); ++i) {
+    const int b = static_cast<int>(i);
+    if (std::holds_alternative<BeamDef>(scene.bodies[i].kind)) put(b, Vec3::Zero());
+    const auto* rigid = std::get_if<RigidDef>(&scene.bodies[i].kind);
+    if (!rigid || rigid->mass == 0.0) continue;
+    put(b, rigid->centre_of_mass);
+    const Vec6& J = rigid->inertia;
+    Mat3 inertia;
+    inertia << J[0], J[3], J[4], J[3], J[1], J[5], J[4], J[5], J[2];
+    const Vec3 local = orientation[i].transpose() * n, spin = inertia * local;
+    flat = flat && spin.cross(local).norm() <= aligned * inertia.norm();
+  }
+  for (const JointDef& j : scene.joints) {
+    put_frame(j.parent, j.position);
+    put_frame(j.child, Vec3::Zero());
+  }
   for (const ForceDef& f : scene.forces)
-    if (f.kind != ForceKind::distributed) count += (f.on.body == body) + (f.from.body == body);
-  return count;
+    if (f.kind == ForceKind::force) put_frame(f.on, Vec3::Zero());
+  return flat;
+}
+
+Attachments attachments_of(const Scene& scene, const std::string& body) {
+  Attachments out;
+  const auto elastic = [&](const std::string& name) {
+    const int b = body_index(scene, name);
+    return b >= 0 && !std::holds_alternative<RigidDef>(scene.bodies[static_cast<size_t>(b)].kind);
+  };
+  for (const JointDef& j : scene.joints) {
+    out.count += (j.parent.body == body) + (j.child.body == body);
+    if (j.kind == JointKind::weld && ((j.parent.body == body && elastic(j.child.body)) || (j.child.body == body && elastic(j.parent.body)))) out.continued = true;
+  }
+  for (const ForceDef& f : scene.forces)
+    if (f.kind != ForceKind::distributed) out.count += (f.on.body == body) + (f.from.body == body);
+  return out;
+}
+
+double shear_share(const BeamDef& beam, bool bending_xy, bool bending_xz) {
+  const Section& s = beam.section;
+  const double ratio = 2.0 * (1.0 + beam.material.poisson), scale = 3.0 * ratio / (s.area * beam.length * beam.length);
+  const double xy = bending_xy && s.shear_y > 0.0 ? scale * s.iz / s.shear_y : 0.0;
+  const double xz = bending_xz && s.shear_z > 0.0 ? scale * s.iy / s.shear_z : 0.0;
+  return std::max(xy, xz);
 }
 
 std::span<const EffectInfo> effect_registry() {
@@ -153,16 +215,65 @@ std::vector<EffectState> modal_effects(const BodyDef& body, const ModalDef& moda
   return out;
 }
 
-EffectDecision decide_effects(const BodyDef& body, const BeamDef& beam, const Vec3& normal_in_body, int attachments) {
+namespace {
+
+struct Switch {
+  const char* name;
+  bool BeamEffects::*on;
+};
+constexpr Switch switches[] = {{"axial", &BeamEffects::axial},     {"bending_xy", &BeamEffects::bending_xy}, {"bending_xz", &BeamEffects::bending_xz},
+                               {"torsion", &BeamEffects::torsion}, {"stiffening", &BeamEffects::stiffening}, {"shear", &BeamEffects::shear}};
+using Reasons = std::map<std::string, std::pair<std::string, std::string>>;  // of an effect: by whom, why
+
+// Whether the beam's model and section can have shear.
+bool can_shear(const BeamDef& beam, const BeamEffects& e) {
+  const bool model = beam.model == BeamModel::finite_element || (beam.model == BeamModel::mixed && beam.modes.empty());
+  return model && (!e.bending_xy || beam.section.shear_y > 0.0) && (!e.bending_xz || beam.section.shear_z > 0.0);
+}
+
+// What "auto" takes before the run; then what the scene or the run before added to it.
+template <class Say>
+void choose(const BeamDef& beam, const Vec3& normal_in_body, const Attachments& attachments, BeamEffects& e, Reasons& reason, const Say& say) {
+  const bool planar = !normal_in_body.isZero(0.0), in_xy = planar && parallel(normal_in_body, Vec3::UnitZ());
+  if (planar) {
+    e.bending_xy = in_xy;
+    e.bending_xz = !in_xy;
+    for (const char* name : {"bending_xy", "bending_xz", "torsion"}) reason[name] = {"symmetry", "the scene moves in a plane"};
+    say(fmt::format("{} on, {} and torsion off: the scene moves in a plane, they cannot occur", e.bending_xy ? "bending_xy" : "bending_xz",
+                    e.bending_xy ? "bending_xz" : "bending_xy"));
+  } else {
+    e.bending_xy = e.bending_xz = true;
+    e.torsion = attachments.count > 1;
+    reason["bending_xy"] = reason["bending_xz"] = {"program", "the scene is spatial"};
+    reason["torsion"] = {"program", e.torsion ? "what is attached may twist it" : "it is held in one place only"};
+    say("bending_xy and bending_xz on: the scene is spatial");
+    say(e.torsion ? "torsion on: what is attached may twist it" : "torsion off: it is held in one place only, nothing twists it");
+  }
+  e.stiffening = true;
+  reason["stiffening"] = {"program", "axial forces may be carried"};
+  e.axial = !beam.effects.held_by.empty();
+  reason["axial"] = {"program", e.axial ? fmt::format("the loop of joint '{}' holds its length", beam.effects.held_by) : "a slender beam bends long before it stretches"};
+  const double share = can_shear(beam, e) && !attachments.continued ? shear_share(beam, e.bending_xy, e.bending_xz) : 0.0;
+  e.shear = share > worth_leaving_out;
+  reason["shear"] = {"program", e.shear ? fmt::format("{:.2g} of a tip load's deflection is shear", share) : "a slender beam bends long before it shears"};
+  say("stiffening on: axial forces may be carried");
+  for (const Switch& s : switches) {
+    if (e.*s.on || !has(beam.effects.names, s.name)) continue;
+    e.*s.on = true;
+    reason[s.name] = beam.effects.by_program ? std::pair<std::string, std::string>{"program", "the motion needs it"} : std::pair<std::string, std::string>{"scene", "the scene lists it"};
+  }
+  for (const char* name : {"axial", "shear"}) say(fmt::format("{} {}: {}", name, e.*(name[0] == 'a' ? &BeamEffects::axial : &BeamEffects::shear) ? "on" : "off", reason[name].second));
+}
+
+}  // namespace
+
+EffectDecision decide_effects(const BodyDef& body, const BeamDef& beam, const Vec3& normal_in_body, const Attachments& attachments) {
   EffectDecision out;
   BeamEffects& e = out.effects;
   const auto say = [&](const std::string& text) { out.why.push_back(text); };
-  struct Switch { const char* name; bool BeamEffects::*on; };
-  static constexpr Switch switches[] = {{"axial", &BeamEffects::axial},     {"bending_xy", &BeamEffects::bending_xy}, {"bending_xz", &BeamEffects::bending_xz},
-                                        {"torsion", &BeamEffects::torsion}, {"stiffening", &BeamEffects::stiffening}, {"shear", &BeamEffects::shear}};
   const bool planar = !normal_in_body.isZero(0.0);
   const bool in_xy = planar && parallel(normal_in_body, Vec3::UnitZ());
-  std::map<std::string, std::pair<std::string, std::string>> reason;  // by, why
+  Reasons reason;
   if (!beam.effects.automatic) {
     for (const Switch& s : switches) {
       e.*s.on = has(beam.effects.names, s.name);
@@ -171,27 +282,7 @@ EffectDecision decide_effects(const BodyDef& body, const BeamDef& beam, const Ve
     }
     say(beam.effects.names.empty() ? "rigid: the scene lists no effect" : fmt::format("effects as {}: {}", beam.effects.by_program ? "the asked accuracy needs them" : "the scene lists them", fmt::join(beam.effects.names, ", ")));
   } else {
-    if (planar) {
-      e.bending_xy = in_xy;
-      e.bending_xz = !in_xy;
-      for (const char* name : {"bending_xy", "bending_xz", "torsion"}) reason[name] = {"symmetry", "the scene moves in a plane"};
-      say(fmt::format("{} on, {} and torsion off: the scene moves in a plane, they cannot occur", e.bending_xy ? "bending_xy" : "bending_xz",
-                      e.bending_xy ? "bending_xz" : "bending_xy"));
-    } else {
-      e.bending_xy = e.bending_xz = true;
-      e.torsion = attachments > 1;
-      reason["bending_xy"] = reason["bending_xz"] = {"program", "the scene is spatial"};
-      reason["torsion"] = {"program", e.torsion ? "what is attached may twist it" : "it is held in one place only"};
-      say("bending_xy and bending_xz on: the scene is spatial");
-      say(e.torsion ? "torsion on: what is attached may twist it" : "torsion off: it is held in one place only, nothing twists it");
-    }
-    e.stiffening = true;
-    reason["stiffening"] = {"program", "axial forces may be carried"};
-    e.axial = !beam.effects.held_by.empty();
-    reason["axial"] = {"program", e.axial ? fmt::format("the loop of joint '{}' holds its length", beam.effects.held_by) : "a slender beam bends long before it stretches"};
-    reason["shear"] = {"program", "a slender beam bends long before it shears"};
-    say("stiffening on: axial forces may be carried");
-    say(fmt::format("axial {}: {}", e.axial ? "on" : "off", reason["axial"].second));
+    choose(beam, normal_in_body, attachments, e, reason, say);
   }
   if (beam.model == BeamModel::modal && !beam.modes.empty()) {
     // The modes that a scene names are the coordinates it wants.
@@ -218,7 +309,7 @@ EffectDecision decide_effects(const BodyDef& body, const BeamDef& beam, const Ve
     std::tie(state.by, state.why) = reason[s.name];
     const bool off_plane = s.on == &BeamEffects::torsion || s.on == (in_xy ? &BeamEffects::bending_xz : &BeamEffects::bending_xy);
     if (planar && off_plane) state.possible = state.on;
-    if (s.on == &BeamEffects::shear) state.possible = beam.model == BeamModel::finite_element || beam.model == BeamModel::mixed;
+    if (s.on == &BeamEffects::shear) state.possible = can_shear(beam, e) || (state.on && beam.model != BeamModel::lumped);
     if (s.on == &BeamEffects::stiffening) state.possible = elastic && beam.model != BeamModel::lumped;
     if (!state.possible) state.on = false;
     out.states.push_back(state);

@@ -1,5 +1,8 @@
 #include "sim/run/effect_report.h"
 
+#include "sim/run/left_out.h"
+#include "sim/run/run_scene.h"
+
 #include "sim/base/cpu_clock.h"
 #include "sim/scene/effect_names.h"
 #include "sim/start/make_system.h"
@@ -96,7 +99,8 @@ std::vector<EffectState> effect_states(const Scene& scene, const Model& model) {
   return out;
 }
 
-EffectReport report_effects(const Scene& scene, const EffectOptions& options) {
+EffectReport report_effects(const Scene& as_given, const EffectOptions& options) {
+  const Scene scene = with_called_effects(as_given, {}, unasked_accuracy);
   const System system = make_system(scene);
   EffectReport out;
   const double scene_tolerance = scene.simulation.tolerance.value_or(scene.simulation.accuracy ? 0.1 * *scene.simulation.accuracy : default_tolerance);
@@ -167,8 +171,8 @@ NeglectCheck check_neglected(const Scene& scene, const std::vector<EffectState>&
   pair.method = options.method;
   pair.samples = static_cast<int>(base.times.size());
   double longest = base.statistics.cpu_seconds;
-  for (const char* effect : {"stiffening", "bending_xy", "bending_xz", "torsion", "axial", "gyroscopic", "shear"}) {
-    if (!options.shear && std::string_view(effect) == "shear") continue;
+  for (const char* effect : {"stiffening", "gyroscopic", "bending_xy", "bending_xz", "torsion", "axial", "shear"}) {
+    if (std::string_view(effect) != "stiffening" && std::string_view(effect) != "gyroscopic" && !options.deformations) continue;
     Neglected n;
     n.effect = effect;
     Scene other = scene;
@@ -238,27 +242,82 @@ void report_neglected(const Scene& scene, const std::vector<EffectState>& states
     out.notes.tell("", fmt::format("{} left out and not checked: that would cost more than half of the run; flexframe effects measures it", what));
 }
 
+void report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found, double asked, SolverStatistics& out) {
+  for (const LeftOutWorth& f : found) {
+    const bool decided = std::all_of(f.owners.begin(), f.owners.end(), [&](const std::string& owner) {
+      return std::any_of(scene.bodies.begin(), scene.bodies.end(), [&](const BodyDef& b) {
+        const auto* beam = std::get_if<BeamDef>(&b.kind);
+        return b.name == owner && beam && beam->effects.automatic;
+      });
+    });
+    if (f.share > (decided ? 0.5 : 1.0) * asked) {
+      out.notes.warn("", neglect_text(scene, {f.effect, f.owners, f.share, f.column, true, f.possible}));
+      continue;
+    }
+    out.notes.tell("", fmt::format("{} of {} left out: {}", f.effect, fmt::join(f.owners, ", "),
+                                    f.share > 0.0 ? fmt::format("{:.1g} of the range of {}", f.share, f.column) : "worth nothing to the outputs"));
+  }
+}
+
+bool call_for(const std::vector<LeftOutWorth>& found, double asked, Scene& scene, Notes& notes) {
+  bool more = false;
+  // The smallest stay out as long as all of them together are worth less than a third of what counts.
+  double together = 0.0;
+  for (auto f = found.rbegin(); f != found.rend(); ++f) {
+    together += f->share;
+    if (!f->possible || together <= asked * (worth_leaving_out / 1e-2)) continue;
+    std::vector<std::string> taken;
+    for (const std::string& owner : f->owners)
+      for (BodyDef& body : scene.bodies) {
+        auto* beam = std::get_if<BeamDef>(&body.kind);
+        if (body.name != owner || !beam) continue;
+        EffectChoice& choice = beam->effects;
+        const auto listed = [&](const std::vector<std::string>& names) { return std::find(names.begin(), names.end(), f->effect) != names.end(); };
+        const bool modes_decide = beam->model == BeamModel::modal && !beam->modes.empty() && f->effect != "shear";
+        if (!choice.automatic || listed(choice.without) || listed(choice.names) || modes_decide) continue;
+        choice.names.push_back(f->effect);
+        choice.by_program = true;
+        taken.push_back("'" + owner + "'");
+      }
+    if (taken.empty()) continue;
+    more = true;
+    notes.tell("", fmt::format("{} of {} counted in: a run without it showed that it is worth about {:.2g} of the range of {}", f->effect, fmt::join(taken, ", "), f->share, f->column));
+  }
+  return more;
+}
+
+namespace {
+
+// What to write to have the effect, for the first of its owners.
+std::string remedy_of(const Scene& scene, const Neglected& n) {
+  const BodyDef* body = nullptr;
+  for (const BodyDef& b : scene.bodies)
+    if (!body && b.name == n.owners.front()) body = &b;
+  const auto* beam = body ? std::get_if<BeamDef>(&body->kind) : nullptr;
+  const auto* modal = body ? std::get_if<ModalDef>(&body->kind) : nullptr;
+  const EffectChoice* choice = beam ? &beam->effects : modal ? &modal->effects : nullptr;
+  if (choice && std::find(choice->without.begin(), choice->without.end(), n.effect) != choice->without.end()) return fmt::format("take \"{}\" out of 'without'", n.effect);
+  if (!beam) return fmt::format("add \"{}\" to 'effects'", n.effect);
+  std::string list = choice->automatic ? "\"auto\", " : "";
+  if (!choice->automatic)
+    for (const std::string& name : choice->names) list += fmt::format("\"{}\", ", name);
+  const std::string words = fmt::format("effects = [{}\"{}\"]", list, n.effect);
+  const bool shear = n.effect == "shear";
+  if (shear && beam->model != BeamModel::lumped && (beam->section.shear_y <= 0.0 || beam->section.shear_z <= 0.0))
+    return fmt::format("give the section shear_y and shear_z{}, and add \"shear\" to 'effects': {}", beam->modes.empty() ? "" : ", take model = \"finite-element\" without 'modes'", words);
+  if (beam->model == BeamModel::lumped && !n.possible) return fmt::format("a lumped beam cannot have it: take model = \"finite-element\" and {}", words);
+  if (beam->model == BeamModel::modal && (shear || !beam->modes.empty()) && n.effect != "stiffening")
+    return fmt::format("take model = \"finite-element\"{} and {}", beam->modes.empty() ? "" : " without 'modes'", words);
+  if (!beam->modes.empty() && shear) return fmt::format("take 'elements' in place of 'modes' and {}", words);
+  return fmt::format("add \"{}\" to 'effects': {}", n.effect, words);
+}
+
+}  // namespace
+
 std::string neglect_text(const Scene& scene, const Neglected& n) {
   std::vector<std::string> quoted;
-  bool without = false, modes = false;
-  for (const std::string& owner : n.owners) {
-    quoted.push_back("'" + owner + "'");
-    for (const BodyDef& b : scene.bodies) {
-      if (b.name != owner) continue;
-      const auto* beam = std::get_if<BeamDef>(&b.kind);
-      const EffectChoice* choice = beam ? &beam->effects : nullptr;
-      if (const auto* modal = std::get_if<ModalDef>(&b.kind)) choice = &modal->effects;
-      if (!choice) continue;
-      without = without || std::find(choice->without.begin(), choice->without.end(), n.effect) != choice->without.end();
-
-      modes = modes || (beam && !beam->modes.empty() && n.effect != "stiffening" && n.effect != "shear");
-    }
-  }
-  const std::string where = fmt::format("{}", fmt::join(quoted, ", "));
-  const std::string remedy = without ? fmt::format("take \"{}\" out of 'without'", n.effect)
-                             : modes ? fmt::format("add {} = [1] to 'modes'", n.effect)
-                                     : fmt::format("add \"{}\" to 'effects'", n.effect);
-  return fmt::format("{} of {} is left out and worth {:.2g} of the range of {}: {}", n.effect, where, n.share, n.column, remedy);
+  for (const std::string& owner : n.owners) quoted.push_back("'" + owner + "'");
+  return fmt::format("{} of {} is left out and worth {:.2g} of the range of {}: {}", n.effect, fmt::join(quoted, ", "), n.share, n.column, remedy_of(scene, n));
 }
 
 }  // namespace flexframe::sim

@@ -51,13 +51,14 @@ struct EffectOptions {
 // Throws what simulate throws for the scene as it stands.
 EffectReport report_effects(const Scene& scene, const EffectOptions& options = {});
 
-// The check after a run: what was left out and could occur, per effect on all bodies at once, each by one pair of runs.
+// The check after a run of what was left out and could occur, per effect on all bodies at once, each by one pair of runs.
 struct Neglected {
   std::string effect;
   std::vector<std::string> owners;
   double share = 0.0;
   std::string column;
   bool resolved = true;      // false: the share is not above the error of the pair itself
+  bool possible = true;      // false: the bodies' models cannot have it
 };
 struct NeglectCheck {
   std::vector<Neglected> found;      // one an effect that was tried
@@ -74,7 +75,7 @@ struct NeglectOptions {
   // in different ways, which can look like an effect.
   const Histories* run = nullptr;
   double run_tolerance = 0.0, run_error = 0.0, confirm_above = 1e300;
-  bool shear = false;        // also Timoshenko's theory in place of Euler-Bernoulli's
+  bool deformations = false; // also deformations, which run_scene judges along the motion itself (left_out.h)
 };
 
 // base: histories of the scene itself at options.tolerance.
@@ -88,6 +89,14 @@ inline constexpr double least_check = 0.1;
 // Checks and says what was found: warnings for what is worth more than `asked`, notes for the rest.
 void report_neglected(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const NeglectOptions& options, double asked,
                       SolverStatistics& out);
+
+struct LeftOutWorth;  // left_out.h
+
+// What is worth more than `asked` as warnings, the rest as notes; where the program decides the effects, half of it, as a worth is told to a factor of two.
+void report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found, double asked, SolverStatistics& out);
+
+// Adds what beams with automatic effects need of what they went without: the scene is to be simulated anew. A note says what and why. False if nothing.
+bool call_for(const std::vector<LeftOutWorth>& found, double asked, Scene& scene, Notes& notes);
 
 // "stiffening of 'rod' was left out and is worth 12 % of tip.y: add \"stiffening\" to its effects"
 std::string neglect_text(const Scene& scene, const Neglected& neglected);

@@ -52,12 +52,14 @@ void read_effect_names(const TableReader& reader, EffectChoice& choice) {
     if (value->text == "auto") return;
     if (std::find(known.begin(), known.end(), value->text) != known.end())
       reader.fail("effects", fmt::format("must be \"auto\" or an array: write [\"{}\"]", value->text));
-    reader.fail("effects", fmt::format("must be \"auto\" or an array of effects, found {}; allowed: {}", describe(*value), list_words(known)));
+    reader.fail("effects", fmt::format("must be \"auto\" or an array of effects (\"auto\" may be one: what the program chooses and these), found {}; allowed: {}", describe(*value), list_words(known)));
   }
   if (value->type != TomlValue::Type::array)
-    reader.fail("effects", fmt::format("must be \"auto\" or an array of effects, found {}; allowed: {}", describe(*value), list_words(known)));
-  choice.automatic = false;
-  for (const std::string& name : reader.texts("effects")) {
+    reader.fail("effects", fmt::format("must be \"auto\" or an array of effects (\"auto\" may be one: what the program chooses and these), found {}; allowed: {}", describe(*value), list_words(known)));
+  const std::vector<std::string> names = reader.texts("effects");
+  choice.automatic = std::find(names.begin(), names.end(), "auto") != names.end();
+  for (const std::string& name : names) {
+    if (name == "auto") continue;
     if (std::find(known.begin(), known.end(), name) == known.end()) {
       const std::string hint = did_you_mean(name, known);
       reader.fail("effects", fmt::format("names the effect {}, which is unknown{}{} allowed: {}", quote(name), hint, hint.empty() ? ";" : "", list_words(known)));

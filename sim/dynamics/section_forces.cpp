@@ -1,0 +1,164 @@
+#include "sim/dynamics/section_forces.h"
+
+#include "sim/model/bodies.h"
+#include "sim/dynamics/kinematics.h"
+#include "sim/dynamics/loads.h"
+
+#include <algorithm>
+
+namespace flexframe::sim {
+namespace {
+
+// Forces between nodes are integrated by trapezoids: no interval is longer than this share of the part.
+constexpr double longest_interval = 0.13;
+
+// Shapes of the axis at x, straight between the neighbouring nodes.
+void add_shapes(const Part& part, const std::vector<int>& nodes, double x, CutBeam& beam) {
+  const int n = part.body.n;
+  MatX phi = MatX::Zero(3, n), psi = phi;
+  if (n > 0 && !nodes.empty()) {
+    const auto node = [&](size_t k) -> const FlexibleNode& { return part.body.nodes[static_cast<size_t>(nodes[k])]; };
+    size_t k = 0;
+    while (k + 1 < nodes.size() && node(k + 1).origin.x() < x) ++k;
+    const size_t next = std::min(k + 1, nodes.size() - 1);
+    const double span = node(next).origin.x() - node(k).origin.x(), s = span > 0.0 ? std::clamp((x - node(k).origin.x()) / span, 0.0, 1.0) : 0.0;
+    phi = (1.0 - s) * node(k).phi + s * node(next).phi;
+    psi = (1.0 - s) * node(k).psi + s * node(next).psi;
+  }
+  beam.phi.push_back(phi);
+  beam.psi.push_back(psi);
+}
+
+double place_of(const Model& model, int frame) {
+  const FramePoint& f = model.frames[static_cast<size_t>(frame)];
+  return f.node < 0 ? f.offset.p.x() : model.parts[static_cast<size_t>(f.part)].body.nodes[static_cast<size_t>(f.node)].origin.x();
+}
+
+}  // namespace
+
+SectionForces::SectionForces(const Model& model, const Scene& scene) : at_(model.frames.size(), {-1, -1}) {
+  for (size_t i = 0; i < model.parts.size(); ++i) {
+    const Part& part = model.parts[i];
+    const auto* def = part.scene_body < 0 ? nullptr : std::get_if<BeamDef>(&scene.bodies[static_cast<size_t>(part.scene_body)].kind);
+    if (!def) continue;
+    CutBeam beam;
+    beam.part = static_cast<int>(i);
+    beam.body = part.scene_body;
+    beam.mass_per_length = def->material.density * def->section.area;
+    beam.polar_inertia = def->material.density * (def->section.iy + def->section.iz);
+    const double length = part.body.mass / beam.mass_per_length, same = 1e-9 * def->length;
+    std::vector<double> x{0.0, length};
+    std::vector<int> nodes;
+    for (size_t k = 0; k < part.body.nodes.size(); ++k) {
+      nodes.push_back(static_cast<int>(k));
+      x.push_back(part.body.nodes[k].origin.x());
+    }
+    std::stable_sort(nodes.begin(), nodes.end(), [&](int a, int b) { return part.body.nodes[static_cast<size_t>(a)].origin.x() < part.body.nodes[static_cast<size_t>(b)].origin.x(); });
+    for (size_t f = 0; f < model.frames.size(); ++f)
+      if (model.frames[f].part == beam.part) x.push_back(place_of(model, static_cast<int>(f)));
+    for (double& place : x) place = std::clamp(place, 0.0, length);
+    std::sort(x.begin(), x.end());
+    x.erase(std::unique(x.begin(), x.end(), [&](double a, double b) { return b - a <= same; }), x.end());
+    for (size_t k = 0; k + 1 < x.size(); ++k) {
+      const double start = x[k], span = x[k + 1] - x[k];
+      const int pieces = std::max(1, static_cast<int>(std::ceil(span / (longest_interval * length))));
+      for (int p = 0; p < pieces; ++p) beam.x.push_back(start + span * p / pieces);
+    }
+    beam.x.push_back(x.back());
+    for (const double place : beam.x) add_shapes(part, nodes, place, beam);
+    for (size_t f = 0; f < model.frames.size(); ++f) {
+      if (model.frames[f].part != beam.part) continue;
+      const double place = std::clamp(place_of(model, static_cast<int>(f)), 0.0, length);
+      const auto nearest = std::min_element(beam.x.begin(), beam.x.end(), [&](double a, double b) { return std::abs(a - place) < std::abs(b - place); });
+      at_[f] = {static_cast<int>(beams_.size()), static_cast<int>(nearest - beam.x.begin())};
+    }
+    beam.place.resize(beam.x.size());
+    beam.axes.resize(beam.x.size());
+    beam.left.resize(beam.x.size() - 1);
+    beam.right.resize(beam.x.size() - 1);
+    acting_.emplace_back(beam.x.size(), Vec6::Zero());
+    beams_.push_back(std::move(beam));
+  }
+}
+
+void SectionForces::collect(const Model& model, Work& work, const Reactions& reactions) {
+  for (std::vector<Vec6>& acting : acting_) std::fill(acting.begin(), acting.end(), Vec6::Zero());
+  const auto add = [&](int frame, const Vec6& F) {
+    const auto [b, k] = at_[static_cast<size_t>(frame)];
+    if (b < 0) return;
+    update_frame_pose(model, frame, work);
+    const Pose& pose = work.frames[static_cast<size_t>(frame)].pose;
+    const Vec3 f = pose.R * F.head<3>(), m = pose.R * F.tail<3>();
+    Vec6& sum = acting_[static_cast<size_t>(b)][static_cast<size_t>(k)];
+    sum.head<3>() += f;
+    sum.tail<3>() += m + (pose.p - beams_[static_cast<size_t>(b)].place[static_cast<size_t>(k)]).cross(f);
+  };
+  for (size_t i = 0; i < model.parts.size(); ++i) {
+    const Part& part = model.parts[i];
+    add(part.joint.outboard, reactions.part[i]);
+    if (part.parent != ground) add(part.joint.inboard, -wrench_to_parent(work.parts[i].joint.pose, reactions.part[i]));
+  }
+  for (size_t l = 0; l < model.loops.size(); ++l) {
+    const LoopJoint& loop = model.loops[l];
+    for (const int f : {loop.a, loop.b}) update_frame_pose(model, f, work);
+    const Pose relative = compose(inverse(frame_world(model, work, loop.a)), frame_world(model, work, loop.b));
+    add(loop.b, reactions.loop[l]);
+    add(loop.a, -wrench_to_parent(relative, reactions.loop[l]));
+  }
+  for (const FrameWrench& w : frame_wrenches(model, work)) add(w.frame, w.F);
+}
+
+void SectionForces::cut(const Model& model, const Work& work, size_t beam) {
+  CutBeam& b = beams_[beam];
+  const PartWork& p = work.parts[static_cast<size_t>(b.part)];
+  const Vec3 w = p.V.tail<3>(), spin = p.A.tail<3>(), applied = load_per_length(model, work, b.part);
+  // Per length at a place: applied load less inertia, and the moment of the sections' own inertia about the axis.
+  const auto along = [&](size_t k, double& twist) {
+    Vec3 a = p.A.head<3>() + spin.cross(b.place[k]) + w.cross(Vec3(p.V.head<3>() + w.cross(b.place[k])));
+    double turn = spin.x();
+    if (p.qdd.size() > 0) {
+      a += 2.0 * w.cross(Vec3(b.phi[k] * p.qd)) + b.phi[k] * p.qdd;
+      turn += (b.psi[k].row(0) * p.qdd)(0);
+    }
+    twist = -b.polar_inertia * turn;
+    return Vec3(applied - b.mass_per_length * a);
+  };
+  const auto in_section = [&](size_t k, const Vec3& f, const Vec3& m) {
+    Vec6 out;
+    out << b.axes[k].transpose() * f, b.axes[k].transpose() * m;
+    return out;
+  };
+  Vec3 f = Vec3::Zero(), m = Vec3::Zero();
+  double twist_right = 0.0, twist_left = 0.0;
+  Vec3 right = along(b.x.size() - 1, twist_right);
+  for (size_t k = b.x.size() - 1; k > 0; --k) {
+    const std::vector<Vec6>& acting = acting_[beam];
+    f += acting[k].head<3>();
+    m += acting[k].tail<3>();
+    b.right[k - 1] = in_section(k, f, m);
+    const double dx = b.x[k] - b.x[k - 1];
+    const Vec3 arm = b.place[k] - b.place[k - 1], left = along(k - 1, twist_left);
+    m += arm.cross(f) + arm.cross(Vec3(dx * (left / 6.0 + right / 3.0))) + 0.5 * dx * (twist_left + twist_right) * b.axes[k].col(0);
+    f += 0.5 * dx * (left + right);
+    b.left[k - 1] = in_section(k - 1, f, m);
+    right = left;
+    twist_right = twist_left;
+  }
+}
+
+void SectionForces::evaluate(const Model& model, Work& work, const Reactions& reactions) {
+  for (CutBeam& b : beams_) {
+    const VecX& q = work.parts[static_cast<size_t>(b.part)].q;
+    for (size_t k = 0; k < b.x.size(); ++k) {
+      b.place[k] = Vec3(b.x[k], 0.0, 0.0);
+      b.axes[k].setIdentity();
+      if (q.size() == 0) continue;
+      b.place[k] += b.phi[k] * q;
+      b.axes[k] = rotation_exp(b.psi[k] * q);
+    }
+  }
+  collect(model, work, reactions);
+  for (size_t b = 0; b < beams_.size(); ++b) cut(model, work, b);
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,479 @@
+#include "sim/run/left_out.h"
+
+#include "sim/model/bodies.h"
+#include "sim/dynamics/dynamics.h"
+#include "sim/results/histories.h"
+#include "sim/dynamics/kinematics.h"
+#include "sim/dynamics/massless.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+namespace flexframe::sim {
+namespace {
+
+// More effects than these of single beams are weighed together, an effect of all of them.
+constexpr size_t weighed_alone = 16;
+// Looks at a run: a harmonic of a tenth of it is seen ten times.
+constexpr size_t wanted_looks = 100;
+// A Timoshenko factor where the section gives none: that of a rectangle.
+constexpr double usual_shear_factor = 5.0 / 6.0;
+
+const BeamDef& beam_of(const Scene& scene, int body) { return std::get<BeamDef>(scene.bodies[static_cast<size_t>(body)].kind); }
+
+// Strains [e gy gz kx ky kz] that the section forces [N Vy Vz T My Mz] make and a beam without the effect lacks; a bending direction that the
+// beam has too is coupled to the other by Iyz.
+Vec6 missing_strain(const BeamDef& beam, std::string_view effect, bool other_bends, const Vec6& F) {
+  const Section& s = beam.section;
+  const double E = beam.material.youngs_modulus, G = 0.5 * E / (1.0 + beam.material.poisson);
+  Vec6 out = Vec6::Zero();
+  if (effect == "axial") {
+    out[0] = F[0] / (E * s.area);
+  } else if (effect == "shear") {
+    out[1] = F[1] / ((s.shear_y > 0.0 ? s.shear_y : usual_shear_factor) * G * s.area);
+    out[2] = F[2] / ((s.shear_z > 0.0 ? s.shear_z : usual_shear_factor) * G * s.area);
+  } else if (effect == "torsion") {
+    out[3] = F[3] / (G * s.j);
+  } else {
+    const bool xy = effect == "bending_xy";
+    // Mz = E (Iz kz - Iyz ky), My = E (Iy ky - Iyz kz).
+    const double det = s.iy * s.iz - s.iyz * s.iyz;
+    const double ky = other_bends || !xy ? (other_bends ? (s.iz * F[4] + s.iyz * F[5]) / (E * det) : F[4] / (E * s.iy)) : 0.0;
+    const double kz = other_bends || xy ? (other_bends ? (s.iy * F[5] + s.iyz * F[4]) / (E * det) : F[5] / (E * s.iz)) : 0.0;
+    out[4] = ky - (other_bends && xy ? F[4] / (E * s.iy) : 0.0);
+    out[5] = kz - (other_bends && !xy ? F[5] / (E * s.iz) : 0.0);
+  }
+  return out;
+}
+
+// Which of [N Vy Vz T My Mz] makes the effect's strain.
+std::vector<int> makers(std::string_view effect) {
+  if (effect == "axial") return {0};
+  if (effect == "shear") return {1, 2};
+  if (effect == "torsion") return {3};
+  return {effect == "bending_xy" ? 5 : 4};
+}
+
+// What is evaluated for an output, and how many times that is differentiated.
+Quantity place_of(Quantity q, int& order) {
+  order = 0;
+  switch (q) {
+    case Quantity::velocity: order = 1; return Quantity::position;
+    case Quantity::acceleration: order = 2; return Quantity::position;
+    case Quantity::angular_velocity: order = 1; return Quantity::rotation;
+    case Quantity::rate: order = 1; return Quantity::value;
+    default: return q;
+  }
+}
+
+bool evaluated(Quantity q) {
+  return q == Quantity::position || q == Quantity::rotation || q == Quantity::displacement || q == Quantity::value;
+}
+
+bool on(const std::vector<EffectState>& states, const std::string& owner, std::string_view effect) {
+  return std::any_of(states.begin(), states.end(), [&](const EffectState& s) { return s.owner == owner && s.effect == effect && s.on; });
+}
+
+}  // namespace
+
+LeftOut::LeftOut(const System& system, const std::vector<EffectState>& states) : scene_(system.scene), model_(), sections_(Model{}, Scene{}) {
+  for (const EffectState& s : states) {
+    if (s.on || s.body < 0 || !std::holds_alternative<BeamDef>(scene_.bodies[static_cast<size_t>(s.body)].kind)) continue;
+    const bool shear = s.effect == "shear", bends = on(states, s.owner, "bending_xy") || on(states, s.owner, "bending_xz");
+    if (!shear && s.effect != "axial" && s.effect != "torsion" && s.effect != "bending_xy" && s.effect != "bending_xz") continue;
+    if (shear ? !bends : !s.possible) continue;
+    Item item;
+    item.effect = s.effect;
+    item.bodies = {s.body};
+    item.possible = s.possible;
+    items_.push_back(item);
+  }
+  if (items_.size() > weighed_alone) {
+    std::vector<Item> together;
+    for (const Item& item : items_) {
+      const auto at = std::find_if(together.begin(), together.end(), [&](const Item& t) { return t.effect == item.effect && t.possible == item.possible; });
+      if (at == together.end()) together.push_back(item);
+      else at->bodies.push_back(item.bodies.front());
+    }
+    items_ = together;
+  }
+  if (items_.empty()) return;
+
+  model_ = system.model;
+  std::vector<OutputDef> outputs;
+  const OutputPlans real = plan_outputs(model_, scene_);
+  columns_.resize(real.columns.size());
+  int row = 0;
+  for (const OutputPlan& plan : real.outputs) {
+    int order = 0;
+    OutputDef def = plan.def;
+    def.quantity = place_of(def.quantity, order);
+    for (int k = 0; k < plan.count; ++k)
+      columns_[static_cast<size_t>(plan.first + k)] = {plan.def.quantity, evaluated(def.quantity) ? row + k : -1, order, plan.body};
+    if (!evaluated(def.quantity)) continue;
+    outputs.push_back(def);
+    row += plan.count;
+  }
+  scene_.outputs = outputs;
+  plans_ = plan_outputs(model_, scene_);
+  work_ = make_work(model_);
+  sections_ = SectionForces(model_, scene_);
+}
+
+std::vector<size_t> LeftOut::looks(const System& system, const std::vector<double>& times) {
+  std::vector<size_t> out;
+  const size_t n = times.size(), stride = std::max<size_t>(1, n / wanted_looks);
+  for (size_t i = 0; i < n; i += stride) out.push_back(i);
+  out.push_back(n - 1);
+  // Where a load or a motion is largest, and on both sides of its switches.
+  for (size_t e = 0; e < system.model.expressions.size(); ++e) {
+    const TimeFunction& expression = system.model.expressions[e];
+    const bool motion = std::any_of(system.model.parts.begin(), system.model.parts.end(), [&](const Part& p) { return p.joint.motion == static_cast<int>(e); });
+    TimeFunction f = expression;
+    f.unfreeze();
+    double most = -1.0;
+    size_t at = 0;
+    for (size_t i = 0; i < n; i += std::max<size_t>(1, n / 2000)) {
+      try {
+        const TimeJet jet = f.jet(times[i]);
+        const double size = motion ? std::abs(jet.acceleration) : std::abs(jet.value);
+        if (size > most) most = size, at = i;
+      } catch (const SimulationError&) {
+        break;  // what is no number is the run's affair
+      }
+    }
+    out.push_back(at);
+    const std::vector<double> switches = expression.switch_times(0.0, system.model.settings.duration);
+    switches_.insert(switches_.end(), switches.begin(), switches.end());
+    for (size_t k = 0; k < switches.size() && k < wanted_looks; ++k) {
+      const auto after = static_cast<size_t>(std::upper_bound(times.begin(), times.end(), switches[k]) - times.begin());
+      for (size_t i = after > 0 ? after - 1 : 0; i <= after && i < n; ++i) out.push_back(i);
+    }
+  }
+  std::sort(switches_.begin(), switches_.end());
+  std::sort(out.begin(), out.end());
+  out.erase(std::unique(out.begin(), out.end()), out.end());
+  return out;
+}
+
+LeftOut::Moved LeftOut::strained(Item& item) const {
+  Moved out(sections_.beams().size());
+  double energy = 0.0, pull = 0.0;
+  const std::vector<int> forces = makers(item.effect);
+  for (size_t b = 0; b < out.size(); ++b) {
+    const CutBeam& beam = sections_.beams()[b];
+    if (std::find(item.bodies.begin(), item.bodies.end(), beam.body) == item.bodies.end()) continue;
+    const BeamDef& def = beam_of(scene_, beam.body);
+    const char* other = item.effect == "bending_xy" ? "bending_xz" : item.effect == "bending_xz" ? "bending_xy" : "";
+    const bool other_bends = on(model_.effects, scene_.bodies[static_cast<size_t>(beam.body)].name, other);
+    std::vector<Vec6>& moved = out[b];
+    moved.assign(beam.x.size(), Vec6::Zero());
+    for (size_t k = 0; k + 1 < beam.x.size(); ++k) {
+      const double dx = beam.x[k + 1] - beam.x[k];
+      const Vec6 left = missing_strain(def, item.effect, other_bends, beam.left[k]), right = missing_strain(def, item.effect, other_bends, beam.right[k]);
+      const Vec6 mean = 0.5 * dx * (left + right);
+      energy += dx / 6.0 * (left.dot(beam.left[k]) + right.dot(beam.right[k]) + 0.5 * (left.dot(beam.right[k]) + right.dot(beam.left[k])));
+      const Vec3 arm = beam.place[k + 1] - beam.place[k], turn = beam.axes[k] * mean.tail<3>(), before = moved[k].tail<3>();
+      moved[k + 1].head<3>() = moved[k].head<3>() + before.cross(arm) + beam.axes[k] * mean.head<3>() + 0.5 * turn.cross(arm);
+      moved[k + 1].tail<3>() = before + turn;
+      item.reach = std::max(item.reach, moved[k + 1].head<3>().norm());
+      for (const int f : forces) {
+        const double size = std::max(std::abs(beam.left[k][f]), std::abs(beam.right[k][f]));
+        pull += 0.5 * dx * (beam.left[k][f] + beam.right[k][f]);
+        if (f < 3) item.force = std::max(item.force, size);
+        else item.moment = std::max(item.moment, size);
+        // What goes with it: Mz with Vy, My with Vz.
+        if (f >= 4) item.force = std::max({item.force, std::abs(beam.left[k][6 - f]), std::abs(beam.right[k][6 - f])});
+        if (f == 1 || f == 2) item.moment = std::max({item.moment, std::abs(beam.left[k][6 - f]), std::abs(beam.right[k][6 - f])});
+      }
+    }
+  }
+  item.energy.push_back(energy);
+  item.pull.push_back(pull);
+  return out;
+}
+
+void LeftOut::displace_frames(const Moved& moved) {
+  for (size_t f = 0; f < model_.frames.size(); ++f) {
+    const auto [b, k] = sections_.at(static_cast<int>(f));
+    if (b < 0 || moved[static_cast<size_t>(b)].empty()) continue;
+    const Vec6& d = moved[static_cast<size_t>(b)][static_cast<size_t>(k)];
+    const Pose node = compose(pose_[f], inverse(offset_[f]));
+    const Mat3 turn = rotation_exp(d.tail<3>());
+    const Pose now{turn * pose_[f].R, node.p + d.head<3>() + turn * (pose_[f].p - node.p)};
+    model_.frames[f].offset = compose(inverse(node), now);
+    work_.frames[f].pose = now;
+  }
+}
+
+void LeftOut::restore_frames() {
+  for (size_t f = 0; f < model_.frames.size(); ++f) {
+    if (sections_.at(static_cast<int>(f))[0] < 0) continue;
+    model_.frames[f].offset = offset_[f];
+    if (!work_.frames[f].flexible) work_.frames[f].pose = pose_[f];
+  }
+}
+
+bool LeftOut::assemble(const System& system) {
+  work_.q = system.work.q;
+  work_.w = system.work.w;
+  work_.motion = system.work.motion;
+  work_.time = system.work.time;
+  work_.expression_value = system.work.expression_value;
+  work_.clusters = system.work.clusters;
+  try {
+    update_positions(model_, work_);
+  } catch (const SimulationError&) {
+    return false;
+  }
+  return true;
+}
+
+VecX LeftOut::outputs(const double* previous) {
+  VecX row = VecX::Zero(static_cast<Eigen::Index>(plans_.columns.size()));
+  evaluate_outputs(model_, scene_, plans_, work_, reactions_, previous, row.data());
+  // Deflections are told from the undeformed body, to which what the frame has moved within it belongs now.
+  for (const OutputPlan& plan : plans_.outputs) {
+    if (plan.def.quantity != Quantity::displacement || sections_.at(plan.frame)[0] < 0) continue;
+    const FramePoint& f = model_.frames[static_cast<size_t>(plan.frame)];
+    const Part& part = model_.parts[static_cast<size_t>(f.part)];
+    const Mat3 axes = f.node < 0 ? Mat3(Mat3::Identity()) : part.body.nodes[static_cast<size_t>(f.node)].rotation;
+    row.segment<3>(plan.first) += part.rest_in_body.R * axes * (f.offset.p - offset_[static_cast<size_t>(plan.frame)].p);
+  }
+  return row;
+}
+
+double LeftOut::moved_mass(const System& system, const Item* item, const Moved& moved) const {
+  double sum = 0.0;
+  for (size_t i = 0; i < model_.parts.size(); ++i) {
+    const Pose rel = compose(inverse(system.work.parts[i].world), work_.parts[i].world);
+    Vec6 d;
+    d << rel.p, rotation_log(rel.R);
+    const CutBeam* beam = nullptr;
+    const std::vector<Vec6>* places = nullptr;
+    for (size_t b = 0; item && b < moved.size(); ++b)
+      if (sections_.beams()[b].part == static_cast<int>(i) && !moved[b].empty()) beam = &sections_.beams()[b], places = &moved[b];
+    if (!beam) {
+      sum += d.dot(system.work.parts[i].terms.Mrr * d);
+      continue;
+    }
+    const auto square = [&](size_t k) {
+      const Vec6& m = (*places)[k];
+      const Vec3 at = d.head<3>() + d.tail<3>().cross(beam->place[k]) + m.head<3>();
+      const double turn = d[3] + m[3];
+      return beam->mass_per_length * at.squaredNorm() + beam->polar_inertia * turn * turn;
+    };
+    for (size_t k = 0; k + 1 < beam->x.size(); ++k) sum += 0.5 * (beam->x[k + 1] - beam->x[k]) * (square(k) + square(k + 1));
+  }
+  return sum;
+}
+
+void LeftOut::follow(const System& system, Item& item, const VecX& rest) {
+  const Moved moved = strained(item);
+  displace_frames(moved);
+  VecX change = VecX::Zero(rest.size());
+  double mass = 0.0;
+  if (assemble(system)) {
+    change = outputs(rest.data()) - rest;
+    mass = moved_mass(system, &item, moved);
+  } else {
+    item.failed = true;
+  }
+  item.change.push_back(change);
+  item.mass.push_back(mass);
+  restore_frames();
+}
+
+// What the deformation of the motion moves: the mechanism without it, its joints as they are.
+void LeftOut::follow_deformation(const System& system) {
+  strain_.push_back(compute_energy(system.model, system.work).strain);
+  work_.q = system.work.q;
+  for (const Part& p : model_.parts) work_.q.segment(p.eq0, p.body.n).setZero();
+  work_.clusters = system.work.clusters;
+  double mass = 0.0;
+  try {
+    update_positions(model_, work_);
+    mass = moved_mass(system, nullptr, {});
+    for (size_t i = 0; i < model_.parts.size(); ++i)
+      if (const VecX& q = system.work.parts[i].q; q.size() > 0) mass += q.dot(model_.parts[i].body.Me * q);
+  } catch (const SimulationError&) {
+  }
+  bent_mass_.push_back(mass);
+}
+
+
+void LeftOut::look(System& system, double t, const VecX& y) {
+  if (items_.empty()) return;
+  try {
+    update_system_accelerations(system);
+    if (!system.model.massless.rates.empty()) update_massless_accelerations(system, t, y);
+    compute_reactions(system.model, system.work, reactions_);
+  } catch (const SimulationError&) {
+    return;
+  }
+  sections_.evaluate(system.model, system.work, reactions_);
+  if (!assemble(system)) return;
+  // On which side of a switch of the loads the look before was.
+  const auto before = [&](double at) { return std::lower_bound(switches_.begin(), switches_.end(), at) - switches_.begin(); };
+  sudden_.push_back(!times_.empty() && before(t) != before(times_.back()));
+  times_.push_back(t);
+  offset_.resize(model_.frames.size());
+  pose_.resize(model_.frames.size());
+  for (size_t f = 0; f < model_.frames.size(); ++f) {
+    update_frame_pose(model_, static_cast<int>(f), work_);
+    offset_[f] = model_.frames[f].offset;
+    pose_[f] = work_.frames[f].pose;
+  }
+  const VecX rest = outputs(nullptr);
+  for (Item& item : items_) follow(system, item, rest);
+  follow_deformation(system);
+}
+
+LeftOut::Response LeftOut::response(const Item& item, const std::vector<double>& s, bool from_rest) const {
+  Response out;
+  size_t top = 0;
+  for (size_t k = 0; k < item.energy.size(); ++k)
+    if (item.energy[k] > item.energy[top]) top = k;
+  double most = 0.0;
+  for (const double value : s) most = std::max(most, std::abs(value));
+  out.size = most;
+  // What moves no mass follows at once.
+  if (most == 0.0 || !(item.mass[top] > 0.0)) return out;
+  const double omega = std::sqrt(2.0 * item.energy[top] / item.mass[top]);
+  // e = z - s vibrates; within an interval s is straight, or jumps at its end.
+  double e = from_rest ? 0.0 : -s.front(), rate = 0.0;
+  double over = std::abs(e);
+  for (size_t k = 0; k + 1 < s.size(); ++k) {
+    const double h = times_[k + 1] - times_[k], slope = sudden_[k + 1] || h <= 0.0 ? 0.0 : (s[k + 1] - s[k]) / h;
+    const double e0 = e, f0 = (rate - slope) / omega, c = std::cos(omega * h), n = std::sin(omega * h), amplitude = std::hypot(e0, f0);
+    e = e0 * c + f0 * n;
+    rate = slope + omega * (f0 * c - e0 * n);
+    if (sudden_[k + 1]) e -= s[k + 1] - s[k];
+    const double after = std::hypot(e, (rate - slope) / omega);
+    over = std::max({over, amplitude, after});
+    out.size = std::max({out.size, std::max(std::abs(s[k]), std::abs(s[k + 1])) + std::max(amplitude, after)});
+    out.rate = std::max(out.rate, std::abs(slope) + omega * std::max(amplitude, after));
+  }
+  out.acceleration = omega * omega * over;
+  out.over = over / most;
+  return out;
+}
+
+namespace {
+
+// Share of the variance of b that goes with a: the square of their correlation.
+double common_variance(const std::vector<double>& a, const std::vector<double>& b) {
+  const auto n = static_cast<Eigen::Index>(a.size());
+  const Eigen::ArrayXd x = Eigen::Map<const Eigen::ArrayXd>(a.data(), n), y = Eigen::Map<const Eigen::ArrayXd>(b.data(), n);
+  const Eigen::ArrayXd dx = x - x.mean(), dy = y - y.mean();
+  const double xx = dx.square().sum(), yy = dy.square().sum(), xy = (dx * dy).sum();
+  return xx > 0.0 && yy > 0.0 ? xy * xy / (xx * yy) : 0.0;
+}
+
+}  // namespace
+
+double LeftOut::drift(const Item& item, const Results& results, double& deflection) const {
+  double left_out = 0.0, stored = 0.0;
+  size_t top = 0;
+  for (size_t k = 0; k < strain_.size(); ++k) {
+    left_out += item.energy[k];
+    stored += strain_[k];
+    if (strain_[k] > strain_[top]) top = k;
+  }
+  deflection = 0.0;
+  if (!(stored > 0.0)) return 0.0;
+  double cycles = 0.0;
+  std::vector<double> bent(times_.size(), 0.0);
+  for (const ResultBody& body : results.bodies)
+    for (Eigen::Index c = 0; c < body.displacement.cols(); ++c) {
+      const auto column = body.displacement.col(c);
+      const double range = column.maxCoeff() - column.minCoeff();
+      if (range <= deflection) continue;
+      deflection = range;
+      cycles = 0.5 * (column.tail(column.size() - 1) - column.head(column.size() - 1)).cwiseAbs().sum() / range;
+      for (size_t k = 0, i = 0; k < times_.size(); ++k) {
+        while (static_cast<Eigen::Index>(i) + 1 < results.times.size() && results.times[static_cast<Eigen::Index>(i)] < times_[k]) ++i;
+        bent[k] = column[static_cast<Eigen::Index>(i)];
+      }
+    }
+  // Deformation that follows its loads slowly keeps their phase.
+  const double duration = results.times[results.times.size() - 1], passed = 2.0 * std::numbers::pi * cycles;
+  if (bent_mass_[top] > 0.0 && passed < 0.4 * std::sqrt(2.0 * strain_[top] / bent_mass_[top]) * duration) return 0.0;
+  // Shear goes with bending; what else is left out slows a vibration down as far as its section forces come from it. A hundred looks at random leave a
+  // tenth at most.
+  const double together = item.effect == "shear" ? 1.0 : common_variance(item.pull, bent);
+  return together > 0.1 ? together * 0.5 * left_out / stored * passed : 0.0;
+}
+
+std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest) const {
+  std::vector<LeftOutWorth> out;
+  if (items_.empty() || times_.empty()) return out;
+  const Histories run = to_histories(results);
+  const VecX ranges = output_ranges(run);
+  std::map<std::string, double> largest;  // of a unit
+  for (size_t c = 0; c < columns_.size(); ++c) {
+    double& most = largest[run.units[c]];
+    most = std::max(most, run.values.row(static_cast<Eigen::Index>(c)).cwiseAbs().maxCoeff());
+  }
+  // What stands still has no range in time: places and deflections are then seen against the largest deflection.
+  double deflected = 0.0;
+  for (const ResultBody& body : results.bodies)
+    if (body.displacement.size() > 0) deflected = std::max(deflected, body.displacement.cwiseAbs().maxCoeff());
+  const auto vector_of = [&](size_t c) { return run.columns[c].substr(0, run.columns[c].rfind('.')) + "\n" + run.units[c]; };
+  std::map<std::string, double> sizes;    // of a vector
+  for (size_t c = 0; c < columns_.size(); ++c) {
+    double& most = sizes[vector_of(c)];
+    most = std::max(most, run.values.row(static_cast<Eigen::Index>(c)).cwiseAbs().maxCoeff());
+  }
+  for (const Item& item : items_) {
+    LeftOutWorth found;
+    found.effect = item.effect;
+    found.possible = item.possible;
+    for (const int b : item.bodies) found.owners.push_back(scene_.bodies[static_cast<size_t>(b)].name);
+    double deflection = 0.0;
+    const double phase = drift(item, results, deflection);
+    const Response pulled = response(item, item.pull, from_rest);
+    std::vector<double> error(columns_.size(), 0.0);
+    std::map<std::string, double> size;
+    std::vector<double> s(times_.size());
+    for (size_t c = 0; c < columns_.size(); ++c) {
+      const Column& column = columns_[c];
+      if (column.row >= 0) {
+        for (size_t k = 0; k < s.size(); ++k) s[k] = item.change[k][column.row];
+        const Response r = response(item, s, from_rest);
+        error[c] = column.order == 0 ? r.size : column.order == 1 ? r.rate : r.acceleration;
+      } else if (column.quantity == Quantity::reaction) {
+        // A reaction follows the section forces that it supports.
+        error[c] = pulled.over * std::min(run.units[c] == "N" ? item.force : item.moment, sizes[vector_of(c)]);
+      } else if (column.quantity == Quantity::q && std::find(item.bodies.begin(), item.bodies.end(), column.body) != item.bodies.end()) {
+        error[c] = item.reach;
+      } else if (run.units[c] == "J") {
+        error[c] = *std::max_element(item.energy.begin(), item.energy.end());
+      }
+      double& most = size[vector_of(c)];
+      most = std::max(most, error[c]);
+    }
+    for (size_t c = 0; c < columns_.size(); ++c) {
+      const double most = size[vector_of(c)], known = ranges[static_cast<Eigen::Index>(c)], range = std::max({known, most, known == 0.0 && run.units[c] == "m" ? deflected : 0.0});
+      // What counts as moving: histories.cpp.
+      const double floor = run.units[c] == "N m" ? 1e-12 * largest["N"] : run.units[c].starts_with("rad") ? 1e-12 : 0.0;
+      if (range <= std::max(1e-6 * std::max(largest[run.units[c]], most), floor)) continue;
+      const bool length = run.units[c] == "m";
+      const double drifted = std::min(1.0, phase) * (length ? std::min(1.0, 0.5 * deflection / range) : 0.5);
+      const double share = error[c] / range + (ranges[static_cast<Eigen::Index>(c)] > 0.0 ? drifted : 0.0);
+      if (share <= found.share) continue;
+      found.share = share;
+      found.column = run.columns[c];
+    }
+    if (item.failed) found.share = std::max(found.share, 1.0);
+    out.push_back(found);
+  }
+  std::stable_sort(out.begin(), out.end(), [](const LeftOutWorth& a, const LeftOutWorth& b) { return a.share > b.share; });
+  return out;
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,91 @@
+// What the deformations that beams go without are worth, told from the computed motion by the defect of the richer model; no second run.
+//
+// At samples of the run every beam is cut (section_forces.h). The strains that its section forces make and its model lacks, N/EA, T/GJ, V/kGA and
+// M/EI, displace the frames on it; the mechanism is assembled anew with its frames so displaced and its independent coordinates kept, and
+// what the outputs change by is the effect's quasi-static worth s(t). From it follows what the effect does in time:
+//   z'' + omega^2 z = omega^2 s,   omega^2 = 2 U / sum m d^2   (Rayleigh's quotient of that displacement d, U the energy of the strains)
+// from rest, or from z = s where the run starts from equilibrium: what starts or changes at once vibrates about s. Velocities and accelerations
+// take z' and z'', reactions the share by which z passes s of the section forces. Vibrations that the model has are slowed down by the effect: their phase
+// runs off by U / (2 V) of what it has gone through, V the strain energy of the motion. All of it is compared with the ranges of the outputs (histories.h).
+#pragma once
+
+#include "sim/results/outputs.h"
+#include "sim/dynamics/section_forces.h"
+#include "sim/time/system.h"
+
+#include <string>
+#include <vector>
+
+namespace flexframe::sim {
+
+// One effect that a beam, or several, go without.
+struct LeftOutWorth {
+  std::string effect;
+  std::vector<std::string> owners;
+  bool possible = true;        // the beam's model can have it
+  double share = 0.0;          // of the output it changes most, relative to its range
+  std::string column;
+};
+
+class LeftOut {
+ public:
+  // states: of the system's model. The recorder's frames are in the model already.
+  LeftOut(const System& system, const std::vector<EffectState>& states);
+
+  // Nothing is left out: nothing is done.
+  bool empty() const { return items_.empty(); }
+  // Times among the samples at which to look: evenly spread, and where loads and motions are largest. Ascending indices.
+  std::vector<size_t> looks(const System& system, const std::vector<double>& times);
+  // At a sample of the run (system.work is at t, y).
+  void look(System& system, double t, const VecX& y);
+
+  // The worth of each, the largest first. results: of the run.
+  std::vector<LeftOutWorth> worth(const Results& results, bool from_rest) const;
+
+ private:
+  struct Item {
+    std::string effect;
+    std::vector<int> bodies;
+    bool possible = true, failed = false;
+    std::vector<VecX> change;          // a look: of the followed columns
+    std::vector<double> energy, mass;  // a look: U, J; sum m d^2, kg m^2
+    std::vector<double> pull;          // a look: integral of the section force that makes the strain, with its sign
+    double force = 0.0, moment = 0.0;  // the largest that makes it, N and Nm
+    double reach = 0.0;                // largest displacement within a beam, m
+  };
+  // A column of the outputs: the row of the evaluated ones that it derives from (-1: none), how many times it is differentiated.
+  struct Column {
+    Quantity quantity = Quantity::position;
+    int row = -1, order = 0, body = -1;
+  };
+  // Sections' displacements and rotations relative to the part's root, in its axes: a beam part of sections_, a place.
+  using Moved = std::vector<std::vector<Vec6>>;
+
+  Moved strained(Item& item) const;
+  void displace_frames(const Moved& moved);
+  void restore_frames();
+  double moved_mass(const System& system, const Item* item, const Moved& moved) const;
+  bool assemble(const System& system);
+  VecX outputs(const double* previous);
+  void follow(const System& system, Item& item, const VecX& rest);
+  void follow_deformation(const System& system);
+  double drift(const Item& item, const Results& results, double& deflection) const;
+  // Largest |z|, |z'|, |z''| of a row of `change`, and of z - s relative to the largest |s|.
+  struct Response { double size = 0.0, rate = 0.0, acceleration = 0.0, over = 0.0; };
+  Response response(const Item& item, const std::vector<double>& s, bool from_rest) const;
+
+  Scene scene_;                          // with the outputs that are evaluated: places instead of velocities and accelerations
+  Model model_;
+  Work work_;
+  OutputPlans plans_;
+  SectionForces sections_;
+  std::vector<Column> columns_;          // of the run's outputs
+  std::vector<Item> items_;
+  std::vector<Pose> offset_, pose_;      // of the frames on beams, as they are
+  Reactions reactions_;
+  std::vector<double> switches_;         // of loads and motions, s
+  std::vector<char> sudden_;             // a look: loads switched since the one before
+  std::vector<double> times_, strain_, bent_mass_;  // a look: s; strain energy, J; sum m d^2 of the deformation, kg m^2
+};
+
+}  // namespace flexframe::sim
