@@ -11,18 +11,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <memory>
+#include <numbers>
 #include <string>
 #include <vector>
 
 namespace flexframe::cli {
 namespace {
 
-// A coordinate that moves in a mode: "joint 'pivot'", "'rod' bending_xy 2"; its part of the mode in metres (rotations times the size of
-// their loop or body), the largest 1.
+// A coordinate that moves in a mode: "joint 'pivot'", "'rod' bending_xy 2"; its amplitude in metres (rotations times the size of
+// their loop or body), the largest 1, negative where it moves against that one; and by how many degrees it runs ahead of that (-90 .. 90).
 struct Mover {
   std::string name;
-  double part = 0.0;
+  double part = 0.0, phase = 0.0;
 };
 
 // The label of an elastic coordinate without the frequency behind it, and with single blanks: "Eigen Mode 1".
@@ -35,19 +37,26 @@ std::string plain(const std::string& label) {
 }
 
 // Those that move by a twentieth of the largest at least, largest first.
-std::vector<Mover> movers(const sim::System& system, const sim::VecX& shape) {
-  const sim::VecX metres = shape.cwiseProduct(sim::rate_sizes(system.model));
+std::vector<Mover> movers(const sim::System& system, const sim::LinearMode& mode) {
+  const sim::VecX sizes = sim::rate_sizes(system.model);
+  Eigen::VectorXcd metres(sizes.size());
+  metres.real() = mode.shape.cwiseProduct(sizes);
+  metres.imag() = mode.quadrature.cwiseProduct(sizes);
   Eigen::Index top = 0;
   if (metres.size() == 0 || !(metres.cwiseAbs().maxCoeff(&top) > 0.0)) return {};
   std::vector<Mover> out;
-  const auto add = [&](const std::string& name, double part) {
-    if (std::abs(part) >= 0.05) out.push_back({name, part});
+  const auto add = [&](const std::string& name, std::complex<double> part) {
+    if (std::abs(part) < 0.05) return;
+    const double sign = part.real() < -1e-9 * std::abs(part) ? -1.0 : 1.0;
+    const double phase = std::arg(sign * part) * 180.0 / std::numbers::pi;
+    out.push_back({name, sign * std::abs(part), std::abs(phase) < 0.05 ? 0.0 : phase});
   };
   for (const sim::Part& p : system.model.parts) {
     for (int k = 0; k < p.joint.nv; ++k)
       add(fmt::format("joint '{}'{}", p.joint.name, p.joint.nv > 1 ? fmt::format(" ({})", k + 1) : ""), metres[p.v0 + k] / metres[top]);
     for (int k = 0; k < p.body.n; ++k) {
-      const std::string label = k < static_cast<int>(p.body.labels.size()) ? plain(p.body.labels[static_cast<size_t>(k)]) : fmt::format("coordinate {}", k + 1);
+      const std::string label =
+          k < static_cast<int>(p.body.labels.size()) ? plain(p.body.labels[static_cast<size_t>(k)]) : fmt::format("coordinate {}", k + 1);
       add(fmt::format("'{}' {}", p.name, label), metres[p.ev0 + k] / metres[top]);
     }
   }
@@ -55,12 +64,54 @@ std::vector<Mover> movers(const sim::System& system, const sim::VecX& shape) {
   return out;
 }
 
-// The shape of a mode in a line: "joint 'a' 1, joint 'b' -0.41, 3 more".
+// The shape of a mode in a line: "joint 'a' 1, joint 'b' -0.41, joint 'c' 0.2 (90 degrees ahead), 3 more".
 std::string describe(const std::vector<Mover>& all) {
   std::string text;
   constexpr size_t shown = 5;
-  for (size_t k = 0; k < std::min(all.size(), shown); ++k) text += fmt::format("{}{} {:.3g}", k > 0 ? ", " : "", all[k].name, all[k].part);
+  for (size_t k = 0; k < std::min(all.size(), shown); ++k) {
+    text += fmt::format("{}{} {:.3g}", k > 0 ? ", " : "", all[k].name, all[k].part);
+    if (std::abs(all[k].phase) >= 1.0)
+      text += fmt::format(" ({:.0f} degrees {})", std::abs(all[k].phase), all[k].phase > 0.0 ? "ahead" : "behind");
+  }
   if (all.size() > shown) text += fmt::format(", {} more", all.size() - shown);
+  return text;
+}
+
+// A mode in a line, without its shape.
+std::string describe(const sim::LinearMode& mode) {
+  const double re = mode.pole.real(), im = mode.pole.imag();
+  switch (mode.kind) {
+    case sim::LinearMode::unstable:
+      if (im == 0.0) return fmt::format("unstable, pole {:.9g} 1/s", mode.growth);
+      return fmt::format("unstable, {:.10g} Hz, damping {:.4g}, poles {:.9g} +- {:.9g}i 1/s", mode.frequency, mode.damping, re, im);
+    case sim::LinearMode::rigid:
+      return "0 Hz (rigid)";
+    case sim::LinearMode::overdamped:
+      return fmt::format("overdamped, pole {:.9g} 1/s (falls to 37 % in {:.3g} s)", re, -1.0 / re);
+    default:
+      return fmt::format("{:.10g} Hz, damping {:.4g}{}", mode.frequency, mode.damping,
+                         re == 0.0 ? "" : fmt::format(", poles {:.6g} +- {:.9g}i 1/s", re, im));
+  }
+}
+
+const char* kind_word(const sim::LinearMode& mode) {
+  switch (mode.kind) {
+    case sim::LinearMode::unstable:
+      return "unstable";
+    case sim::LinearMode::rigid:
+      return "rigid";
+    case sim::LinearMode::overdamped:
+      return "overdamped";
+    default:
+      return "vibration";
+  }
+}
+
+// What the linearisation is about.
+std::string about(const sim::Linearisation& linear) {
+  std::string text = linear.moving ? "about the start's steady motion" : "about the start";
+  if (!linear.equilibrium) text += " (no equilibrium: the mechanism will leave it)";
+  if (linear.turning_axes) text += "; frequencies as seen from the bodies that turn";
   return text;
 }
 
@@ -74,35 +125,43 @@ void print_report(const std::string& scene, const sim::System& system, const sim
   }
   size_t free = 0;
   for (const sim::ClusterWork& c : system.work.clusters) free += c.partition.ind.size();
-  fmt::print("freedom    {} coordinates ({} of joints, {} elastic), {} closed by loops, {} degrees of freedom\n", joints + elastic, joints, elastic,
-             static_cast<size_t>(joints + elastic) - free, free);
+  fmt::print("freedom    {} coordinates ({} of joints, {} elastic), {} closed by loops, {} degrees of freedom\n", joints + elastic, joints,
+             elastic, static_cast<size_t>(joints + elastic) - free, free);
   for (const std::string& warning : system.notes.texts(sim::Severity::warning)) fmt::print("WARNING    {}\n", warning);
   for (const std::string& note : system.notes.texts(sim::Severity::note)) fmt::print("note       {}\n", note);
-  fmt::print("linearised about the start{}\n", linear.equilibrium ? "" : " (no equilibrium: the mechanism will leave it)");
+  fmt::print("linearised {}\n", about(linear));
+  for (const std::string& note : linear.notes) fmt::print("note       {}\n", note);
   int k = 0;
   for (const sim::LinearMode& mode : linear.modes) {
     if (++k > 40) {
       fmt::print("           ... {} more\n", linear.modes.size() - 40);
       break;
     }
-    if (mode.growth > 0.0) fmt::print("mode {:>3}   unstable, pole {:.9g} 1/s, {}\n", k, mode.growth, describe(movers(system, mode.shape)));
-    else if (mode.frequency == 0.0) fmt::print("mode {:>3}   0 Hz (rigid), {}\n", k, describe(movers(system, mode.shape)));
-    else fmt::print("mode {:>3}   {:.10g} Hz, damping {:.4g}, {}\n", k, mode.frequency, mode.damping, describe(movers(system, mode.shape)));
+    fmt::print("mode {:>3}   {}, {}\n", k, describe(mode), describe(movers(system, mode)));
   }
 }
 
 void print_json(const sim::System& system, const sim::Linearisation& linear) {
   nlohmann::json out;
   for (const sim::Part& p : system.model.parts)
-    out["bodies"].push_back({{"name", p.name}, {"mass", p.body.mass}, {"joint_coordinates", p.joint.nv}, {"elastic_coordinates", p.body.n}});
+    out["bodies"].push_back(
+        {{"name", p.name}, {"mass", p.body.mass}, {"joint_coordinates", p.joint.nv}, {"elastic_coordinates", p.body.n}});
   out["warnings"] = system.notes.texts(sim::Severity::warning);
   out["notes"] = system.notes.texts(sim::Severity::note);
   out["equilibrium"] = linear.equilibrium;
+  out["linearised"] = about(linear);
+  out["linearisation_notes"] = linear.notes;
   out["modes"] = nlohmann::json::array();
   for (const sim::LinearMode& mode : linear.modes) {
     nlohmann::json shape = nlohmann::json::array();
-    for (const Mover& m : movers(system, mode.shape)) shape.push_back({{"coordinate", m.name}, {"part", m.part}});
-    out["modes"].push_back({{"frequency", mode.frequency}, {"growth", mode.growth}, {"damping", mode.damping}, {"shape", shape}});
+    for (const Mover& m : movers(system, mode)) shape.push_back({{"coordinate", m.name}, {"part", m.part}, {"phase", m.phase}});
+    out["modes"].push_back({{"kind", kind_word(mode)},
+                            {"frequency", mode.frequency},
+                            {"growth", mode.growth},
+                            {"damping", mode.damping},
+                            {"real", mode.pole.real()},
+                            {"imaginary", mode.pole.imag()},
+                            {"shape", shape}});
   }
   fmt::print("{}\n", out.dump(2));
 }

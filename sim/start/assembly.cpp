@@ -359,6 +359,8 @@ void assemble_rates(const Model& model, const Scene& scene, Work& work, Notes& n
     const Vec6& carrier = work.clusters[k].base_V;
     double speed = std::max({b.cwiseAbs().maxCoeff(), carrier.head<3>().norm(), carrier.tail<3>().norm() * c.size});
     for (int v = 0; v < c.nv; ++v) speed = std::max(speed, std::abs(work.w[c.v0 + v]) * rate_scale(model, cluster, v));
+    for (int i : c.parts)
+      if (const TreeJoint& j = model.parts[i].joint; j.motion >= 0) speed = std::max(speed, std::abs(work.motion[j.motion].rate) * std::max(1.0, c.size));
     if (left.cwiseAbs().maxCoeff() > 1e-8 * speed) {
       int row = 0;
       left.cwiseAbs().maxCoeff(&row);

@@ -5,157 +5,503 @@
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/flexures.h"
 #include "sim/dynamics/inverse_dynamics.h"
+#include "sim/dynamics/stops.h"
 #include "sim/model/joint_motion.h"
+#include "sim/start/complex_modes.h"
 
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <limits>
+#include <memory>
 #include <numbers>
 
 namespace flexframe::sim {
 namespace {
 
-// What the state's forces do along the independent directions: accelerations, or, where something has no mass (forces), the forces themselves.
-VecX response(System& system, const std::vector<Direction>& all, bool forces) {
-  update_positions(system.model, system.work);
-  update_velocities(system.model, system.work);
+constexpr double eps = std::numeric_limits<double>::epsilon();
+
+// A joint of rotations in space all of whose rates are independent. The bodies on it may be described in their own axes or in the joint's
+// parent's.
+struct SpaceJoint {
+  int part = 0;
+  Eigen::Index first = 0;  // of its rates among the directions
+  bool free = false;       // velocity before angular velocity
+  // A body without joints on ground moves along with its own flight: velocity u + displacement's, u and its rate in world axes.
+  bool flies = false;
+  Vec3 velocity = Vec3::Zero(), acceleration = Vec3::Zero();
+};
+
+Mat3 rotation_of(const Model& model, const Work& work, const SpaceJoint& j) {
+  const double* q = work.q.data() + model.parts[j.part].q0 + (j.free ? 3 : 0);
+  return Quat(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix();
+}
+
+// Which axes a space joint's translations and rotations are described in: those of the body that turns, or the joint's parent's.
+struct Axes {
+  bool space_translation = true, space_rotation = true;
+};
+
+// The mechanism about a state: positions q, independent rates w and accelerations a (w_all).
+struct State {
+  VecX q, w, a;
+  std::vector<double> motion;  // values of the prescribed motions
+};
+
+// Coefficients of M x'' + D x' + K x = 0 in the making; everything in the units of the directions.
+struct Coefficients {
+  MatX N;  // w_all x n: rates that unit independent rates make
+  SecondOrder system;
+};
+
+class Point {
+ public:
+  Point(System& system, bool with_rates);
+
+  bool moves() const { return moves_; }
+  bool steady(const Axes& axes);
+  bool equilibrium() const { return equilibrium_; }
+  const std::vector<Direction>& directions() const { return all_; }
+  const Coefficients& coefficients() const { return made_; }
+  SecondOrder described_in(const Axes& axes) const;
+  bool turns() const;
+  bool seen_turning(const Axes& axes);
+
+ private:
+  VecX force(const State& at, Eigen::Index moved, double step, Eigen::Index quickened, double rate, VecX* size = nullptr);
+  void exact_matrices();
+  void hold_elasticity();
+  void accelerations();
+  void stiffness();
+  void damping();
+  bool has_damping() const;
+  State later(double time) const;
+  VecX along(const State& at, const Axes& axes, const VecX& r);
+  MatX to_start(const State& at, const Axes& axes) const;
+  double metres(Eigen::Index k) const { return all_[static_cast<size_t>(k)].scale; }
+
+  Model& model_;
+  Work& work_;
+  std::vector<Direction> all_;
+  std::vector<SpaceJoint> joints_;
+  State start_;
+  Coefficients made_;
+  bool moves_ = false, equilibrium_ = true, drives_accelerate_ = false;
+  double rest_scale_ = 0.0;
+};
+
+Point::Point(System& system, bool with_rates)
+    : model_(system.model), work_(system.work), all_(independent_directions(system.model, system.work)) {
+  update_expressions(model_, 0.0, work_);
+  for (TimeJet& jet : work_.motion) {
+    moves_ = moves_ || jet.rate != 0.0;
+    drives_accelerate_ = drives_accelerate_ || jet.acceleration != 0.0;
+    jet.acceleration = 0.0;
+    start_.motion.push_back(jet.value);
+  }
+  start_.q = work_.q;
+  start_.w = VecX::Zero(model_.nv);
+  start_.a = VecX::Zero(model_.nv);
+  if (with_rates)
+    for (const Direction& d : all_) {
+      start_.w[d.v] = work_.w[d.v];
+      moves_ = moves_ || start_.w[d.v] != 0.0;
+    }
+  for (size_t i = 0; i < model_.parts.size(); ++i) {
+    const Part& p = model_.parts[i];
+    if (p.joint.stop && p.joint.nv > 0) work_.parts[i].stop = find_stop_phase(*p.joint.stop, work_.q[p.q0], start_.w[p.v0]);
+    if (p.joint.kind != JointKind::spherical && p.joint.kind != JointKind::free) continue;
+    Eigen::Index first = -1, count = 0;
+    for (size_t k = 0; k < all_.size(); ++k)
+      if (all_[k].v >= p.v0 && all_[k].v < p.v0 + p.joint.nv && count++ == 0) first = static_cast<Eigen::Index>(k);
+    if (count == p.joint.nv && count > 0)
+      joints_.push_back({static_cast<int>(i), first, p.joint.kind == JointKind::free,
+                         p.joint.kind == JointKind::free && p.parent == ground && !p.joint.reversed, Vec3::Zero(), Vec3::Zero()});
+  }
+  exact_matrices();
+  accelerations();
+  hold_elasticity();
+  stiffness();
+  damping();
+}
+
+// Forces on the directions beside a state: one coordinate moved, one rate changed.
+VecX Point::force(const State& at, Eigen::Index moved, double step, Eigen::Index quickened, double rate, VecX* size) {
+  work_.q = at.q;
+  work_.w = at.w;
+  for (size_t i = 0; i < at.motion.size(); ++i) work_.motion[i].value = at.motion[i];
+  if (moved >= 0) move_along(model_, all_[static_cast<size_t>(moved)], step, work_);
+  if (quickened >= 0) work_.w[all_[static_cast<size_t>(quickened)].v] += rate;
+  VecX a = at.a;
+  for (const SpaceJoint& j : joints_) {
+    if (!j.flies) continue;
+    const int v = model_.parts[j.part].v0;
+    const Mat3 R = rotation_of(model_, work_, j);
+    const Vec3 u = R.transpose() * j.velocity;
+    work_.w.segment<3>(v) += u;
+    a.segment<3>(v) += R.transpose() * j.acceleration - Vec3(work_.w.segment<3>(v + 3)).cross(u);
+  }
+  update_positions(model_, work_);
+  update_velocities(model_, work_);
   RestForces rest;
-  if (forces) rest_forces(system.model, system.work, nullptr, rest);
-  else update_accelerations(system.model, system.work);
-  VecX out(all.size());
-  for (size_t k = 0; k < all.size(); ++k) out[static_cast<Eigen::Index>(k)] = (forces ? rest.force : system.work.wdot)[all[k].v];
+  rest_forces(model_, work_, nullptr, rest, &a);
+  rest_scale_ = std::max(rest_scale_, rest.scale);
+  VecX out(static_cast<Eigen::Index>(all_.size()));
+  if (size) size->resize(out.size());
+  for (size_t k = 0; k < all_.size(); ++k) {
+    out[static_cast<Eigen::Index>(k)] = rest.force[all_[k].v];
+    if (size) (*size)[static_cast<Eigen::Index>(k)] = rest.size[all_[k].v];
+  }
   return out;
 }
 
-// Damping of joints, of springs and bushings between frames, of stops and loops: forces against the rates N that unit rates make.
-MatX damping_matrix(System& system, const std::vector<Direction>& all, const MatX& N) {
-  Work& work = system.work;
-  MatX D(N.cols(), N.cols());
-  RestForces rest;
-  for (Eigen::Index k = 0; k < N.cols(); ++k) {
-    const auto with = [&](double rate) {
-      work.w.setZero();
-      work.w[all[static_cast<size_t>(k)].v] = rate;
-      update_velocities(system.model, work);
-      applied_forces(system.model, work, rest);
-      return VecX(N.transpose() * rest.force);
-    };
-    D.col(k) = 0.5 * (with(-1.0) - with(1.0));
-  }
-  work.w.setZero();
-  return 0.5 * (D + D.transpose());
-}
-
-// Velocity terms that the steady motion makes, -M d(accelerations)/d(rates); damping is left out. The terms are linear in the rates
-// beside quadratic ones, which central differences cancel.
-MatX gyroscopic_matrix(System& system, const std::vector<Direction>& all, const MatX& M, bool forces) {
-  Model& model = system.model;
-  for (Part& p : model.parts) {
-    p.body.De.resize(0, 0);
-    if (p.joint.spring) p.joint.spring->damping = 0.0;
-  }
-  for (LoopJoint& loop : model.loops)
-    if (loop.spring) loop.spring->damping = 0.0;
-  for (Load& load : model.loads) {
-    load.def.spring.damping = 0.0;
-    load.def.bushing_damping.setZero();
-  }
-  const Eigen::Index n = M.rows();
-  MatX A(n, n);
+// Mass matrix, structural stiffness and damping from the rates that unit independent rates make.
+void Point::exact_matrices() {
+  const Eigen::Index n = static_cast<Eigen::Index>(all_.size());
+  made_.N = MatX::Zero(model_.nv, n);
+  MatX& N = made_.N;
+  std::vector<MatX> twist(model_.parts.size(), MatX::Zero(6, n));
+  const std::vector<TimeJet> motion = work_.motion;
+  for (TimeJet& jet : work_.motion) jet.rate = 0.0;
+  update_positions(model_, work_);
   for (Eigen::Index k = 0; k < n; ++k) {
-    const auto with = [&](double rate) {
-      system.work.w.setZero();
-      system.work.w[all[static_cast<size_t>(k)].v] = rate;
-      return response(system, all, forces);
-    };
-    A.col(k) = 0.5 * (with(1.0) - with(-1.0));
+    work_.w.setZero();
+    work_.w[all_[static_cast<size_t>(k)].v] = 1.0;
+    update_velocities(model_, work_);
+    N.col(k) = work_.w;
+    for (size_t i = 0; i < model_.parts.size(); ++i) twist[i].col(k) = work_.parts[i].V;
   }
-  system.work.w.setZero();
-  return forces ? MatX(-A) : MatX(-M * A);
+  work_.motion = motion;
+  MatX &M = made_.system.M, &D = made_.system.D, &K = made_.system.K;
+  M = MatX::Zero(n, n);
+  D = K = made_.system.D_error = made_.system.K_error = M;
+  for (size_t i = 0; i < model_.parts.size(); ++i) {
+    const Part& p = model_.parts[i];
+    const BodyTerms& t = work_.parts[i].terms;
+    M += twist[i].transpose() * t.Mrr * twist[i];
+    if (p.body.n == 0) continue;
+    const MatX e = N.middleRows(p.ev0, p.body.n);
+    const MatX coupling = twist[i].transpose() * t.Mre * e;
+    M += coupling + coupling.transpose() + e.transpose() * elastic_mass(p.body, t) * e;
+    K += e.transpose() * p.body.Ke * e;
+    if (p.body.De.size() > 0) D += e.transpose() * p.body.De * e;
+  }
+  add_flexure_matrices(model_, N, K, D);
+  M = 0.5 * (M + M.transpose()).eval();
 }
 
-// Vibrations and unstable poles of z' = A z; shape(z): rates of w_all. What only decays is no mode of vibration.
-template <class Shape>
-void add_modes(const MatX& A, Shape&& shape, Linearisation& out) {
-  const ComplexEigen eigen(A);
-  if (eigen.info() != Eigen::Success) throw SimulationError("the frequencies of the damped or turning mechanism cannot be computed");
-  // Below the solver's rounding an eigenvalue is zero: a rigid mode, which comes as a pair.
-  const double zero = 1e-10 * eigen.eigenvalues().cwiseAbs().maxCoeff();
-  int rigid = 0;
-  for (Eigen::Index k = 0; k < A.cols(); ++k) {
-    const std::complex<double> lambda = eigen.eigenvalues()[k];
-    LinearMode mode;
-    if (std::abs(lambda) <= zero) {
-      if (rigid++ % 2 == 1) continue;
-    } else if (std::abs(lambda.imag()) <= zero) {
-      if (lambda.real() <= 0.0) continue;
-      mode.growth = lambda.real();
-    } else {
-      if (lambda.imag() < 0.0) continue;
-      mode.frequency = std::abs(lambda) / (2.0 * std::numbers::pi);
-      mode.damping = -lambda.real() / std::abs(lambda);
+// Accelerations of the start, and with them which bodies fly.
+void Point::accelerations() {
+  const Eigen::Index n = static_cast<Eigen::Index>(all_.size());
+  const VecX f = force(start_, -1, 0.0, -1, 0.0);
+  VecX unit(n);
+  for (Eigen::Index k = 0; k < n; ++k) unit[k] = 1.0 / metres(k);
+  // What has no inertia takes part by the least accelerations, if at all.
+  const VecX a = unit.cwiseProduct(
+      VecX(least_squares(MatX(unit.asDiagonal() * made_.system.M * unit.asDiagonal()), MatX(unit.cwiseProduct(f)), 1e-13)));
+  for (Eigen::Index k = 0; k < n; ++k) start_.a[all_[static_cast<size_t>(k)].v] = a[k];
+  double fastest = 0.0;
+  for (SpaceJoint& j : joints_) {
+    if (!j.flies) continue;
+    const int v = model_.parts[j.part].v0;
+    work_.q = start_.q;
+    const Mat3 R = rotation_of(model_, work_, j);
+    const Vec3 velocity = start_.w.segment<3>(v), turning = start_.w.segment<3>(v + 3);
+    j.velocity = R * velocity;
+    j.acceleration = R * (start_.a.segment<3>(v) + turning.cross(velocity));
+    start_.w.segment<3>(v).setZero();
+    start_.a.segment<3>(v).setZero();
+    fastest = std::max(fastest, j.acceleration.norm());
+  }
+  for (const Direction& d : all_) fastest = std::max(fastest, std::abs(start_.a[d.v]) * d.scale);
+  // Flight at an even speed is rest.
+  equilibrium_ = !drives_accelerate_ && fastest <= 1e-9 * std::max(1.0, model_.settings.gravity.norm());
+}
+
+// The elastic forces of the state stay as constants, so that stiff bodies do not drown the differences and an equilibrium stays one.
+void Point::hold_elasticity() {
+  work_.q = start_.q;
+  update_positions(model_, work_);
+  hold_flexures(model_, work_);
+  for (size_t i = 0; i < model_.parts.size(); ++i) {
+    Part& p = model_.parts[i];
+    if (p.body.n == 0) continue;
+    VecX force = p.body.Ke * work_.parts[i].q;
+    if (p.body.ksigma.size() > 0) force += p.body.ksigma;
+    p.body.ksigma = force;
+    p.body.Ke.setZero();
+    p.body.stiffness.resize(0);
+    p.body.De.resize(0, 0);
+  }
+}
+
+// K -= dF/dx.
+void Point::stiffness() {
+  const Eigen::Index n = static_cast<Eigen::Index>(all_.size());
+  VecX row(n);
+  for (Eigen::Index k = 0; k < n; ++k) row[k] = 1.0 / metres(k);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const Direction& d = all_[static_cast<size_t>(k)];
+    const Part& part = model_.parts[d.part];
+    const double size = model_.clusters[part.cluster].size;
+    // A unit step turns a joint by a radian, moves it by the mechanism's size, or bends a body so that no node does more than that.
+    double unit = size / d.scale, turn = 0.0;
+    if (d.rate < 0)
+      for (const FlexibleNode& node : part.body.nodes) turn = std::max(turn, node.psi.col(-1 - d.rate).norm());
+    if (turn > 0.0) unit = std::min(unit, 1.0 / turn);
+    VecX best, best_error;
+    double least = std::numeric_limits<double>::infinity();
+    // Two thousandths: differences of sixth order err by 1e-17 there, of fourth by 5e-13, roundings by 1e-13. Shorter where the forces
+    // change within that.
+    for (double share = 2e-3; share > 1e-7; share *= 0.1) {
+      const double h = share * unit;
+      VecX size_of, pairs[3];
+      const auto pair = [&](int i) { return VecX(force(start_, k, i * h, -1, 0.0, &size_of) - force(start_, k, -i * h, -1, 0.0)); };
+      VecX slope, error, rounding;
+      const auto judge = [&](const VecX& better, const VecX& worse) {
+        slope = better;
+        rounding = 4.0 * eps / h * size_of;
+        error = (better - worse).cwiseAbs().cwiseMax(rounding);
+        return row.cwiseProduct(error).maxCoeff();
+      };
+      const auto good = [&](double off) {
+        return off <= 1e-10 * row.cwiseProduct(slope).cwiseAbs().maxCoeff() || off <= 4.0 * row.cwiseProduct(rounding).maxCoeff();
+      };
+      double off = 0.0;
+      try {
+        pairs[0] = pair(1);
+        pairs[1] = pair(2);
+        off = judge((8.0 * pairs[0] - pairs[1]) / (12.0 * h), pairs[0] / (2.0 * h));
+        // Polynomials of low order, as elastic displacements make them, need no more.
+        if (!good(off)) {
+          const VecX fourth = slope;
+          pairs[2] = pair(3);
+          off = judge((45.0 * pairs[0] - 9.0 * pairs[1] + pairs[2]) / (60.0 * h), fourth);
+        }
+      } catch (const SimulationError&) {
+        continue;
+      }
+      // A shorter step that is no better only adds rounding.
+      if (off >= least) break;
+      least = off;
+      best = slope;
+      best_error = error;
+      if (good(off)) break;
     }
-    mode.shape = shape(Eigen::VectorXcd(eigen.eigenvectors().col(k)));
-    const double peak = mode.shape.cwiseAbs().maxCoeff();
-    if (peak > 0.0) mode.shape /= peak;
-    out.modes.push_back(mode);
+    if (best.size() == 0)
+      throw SimulationError(
+          "the frequencies cannot be computed: the loops of the mechanism cannot be closed beside the start (a change point or a dead "
+          "centre)");
+    made_.system.K.col(k) -= best;
+    made_.system.K_error.col(k) = best_error;
   }
-  std::sort(out.modes.begin(), out.modes.end(), [](const LinearMode& a, const LinearMode& b) {
-    if ((a.growth > 0.0) != (b.growth > 0.0)) return a.growth > 0.0;
-    return a.frequency < b.frequency;
-  });
 }
 
-// Real part of a complex shape whose largest entry is real.
-VecX real_shape(const Eigen::VectorXcd& x) {
-  Eigen::Index at = 0;
-  x.cwiseAbs().maxCoeff(&at);
-  return (x / x[at]).real();
+bool Point::has_damping() const {
+  if (moves_) return true;
+  const auto damped = [](const Spring& s) { return s.damping != 0.0; };
+  for (const Part& p : model_.parts)
+    if ((p.joint.spring && damped(*p.joint.spring)) || (p.joint.stop && p.joint.stop->damping != 0.0)) return true;
+  for (const LoopJoint& l : model_.loops)
+    if (l.spring && damped(*l.spring)) return true;
+  for (const Load& l : model_.loads)
+    if (damped(l.def.spring) || !l.def.bushing_damping.isZero(0.0)) return true;
+  return false;
 }
 
-// What has no mass follows the rest: by springs alone (columns `stiff` of directions) as their stiffness lets it, which leaves M, K, D and N of the
-// others; where dampers act (columns `damped`) in first order, and the modes are found here. True if they were.
-bool follow_massless(const MatX& masses, const MatX& stiff, const MatX& damped, MatX& M, MatX& K, MatX& D, MatX& N, Linearisation& out) {
-  MatX others(N.cols(), masses.cols() + damped.cols());
-  others << masses, damped;
-  if (stiff.cols() > 0) others -= (stiff * solve_square(stiff.transpose() * K * stiff, stiff.transpose() * K * others)).eval();
-  const MatX Mo = others.transpose() * M * others, Ko = others.transpose() * K * others, Do = others.transpose() * D * others, No = N * others;
-  const Eigen::Index n = masses.cols(), f = damped.cols();
-  M = Mo.topLeftCorner(n, n);
-  K = Ko.topLeftCorner(n, n);
-  D = Do.topLeftCorner(n, n);
+// D -= dF/dw. Forces are polynomials of second order in the rates: central differences are exact for any step.
+void Point::damping() {
+  if (!has_damping()) return;
+  const Eigen::Index n = static_cast<Eigen::Index>(all_.size());
+  double fastest = 1.0;
+  for (const Direction& d : all_) fastest = std::max(fastest, std::abs(start_.w[d.v]) * d.scale / model_.size);
+  for (const TimeJet& jet : work_.motion) fastest = std::max(fastest, std::abs(jet.rate));
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const double step = fastest * model_.clusters[model_.parts[all_[static_cast<size_t>(k)].part].cluster].size / metres(k);
+    VecX size;
+    const VecX slope = (force(start_, -1, 0.0, k, step, &size) - force(start_, -1, 0.0, k, -step)) / (2.0 * step);
+    made_.system.D.col(k) -= slope;
+    made_.system.D_error.col(k) = 4.0 * eps / step * size;
+  }
+}
+
+bool Point::turns() const {
+  for (const SpaceJoint& j : joints_)
+    if (!start_.w.segment<3>(model_.parts[j.part].v0 + (j.free ? 3 : 0)).isZero(0.0)) return true;
+  return false;
+}
+
+// Whether coordinates are measured on bodies that turn.
+bool Point::seen_turning(const Axes& axes) {
+  if (!moves_) return false;
+  force(start_, -1, 0.0, -1, 0.0);
+  for (const Direction& d : all_) {
+    const int on = d.rate < 0 ? d.part : model_.parts[d.part].parent;
+    if (on != ground && !work_.parts[on].V.tail<3>().isZero(0.0)) return true;
+  }
+  return turns() && !(axes.space_translation && axes.space_rotation);
+}
+
+// x' = w - G x where rates are those of axes that turn; axes that do not add S x to both x' and w': w = x' + H x, H = G - S.
+SecondOrder Point::described_in(const Axes& axes) const {
+  const Eigen::Index n = static_cast<Eigen::Index>(all_.size());
+  MatX G = MatX::Zero(n, n), S = G;
+  VecX ind(n);
+  for (Eigen::Index k = 0; k < n; ++k) ind[k] = start_.w[all_[static_cast<size_t>(k)].v];
+  for (size_t i = 0; i < model_.parts.size(); ++i) {
+    const Part& p = model_.parts[i];
+    if (p.joint.kind != JointKind::spherical && p.joint.kind != JointKind::free) continue;
+    const int at = p.joint.kind == JointKind::free ? 3 : 0;
+    const VecX w = made_.N.middleRows(p.v0, p.joint.nv) * ind;
+    if (w.isZero(0.0)) continue;
+    MatX ad = MatX::Zero(p.joint.nv, p.joint.nv);
+    const Mat3 turning = skew(w.segment<3>(at));
+    ad.bottomRightCorner<3, 3>() = turning;
+    if (at > 0) {
+      ad.topLeftCorner<3, 3>() = turning;
+      ad.topRightCorner<3, 3>() = skew(w.head<3>());
+    }
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const int row = all_[static_cast<size_t>(k)].v - p.v0;
+      if (row >= 0 && row < p.joint.nv) G.row(k) = ad.row(row) * made_.N.middleRows(p.v0, p.joint.nv);
+    }
+    for (const SpaceJoint& j : joints_) {
+      if (j.part != static_cast<int>(i)) continue;
+      if (j.free && axes.space_translation) S.block<3, 3>(j.first, j.first) = turning;
+      if (axes.space_rotation) S.block<3, 3>(j.first + at, j.first + at) = turning;
+    }
+  }
+  SecondOrder out = made_.system;
+  if (G.isZero(0.0) && S.isZero(0.0)) return out;
+  const MatX H = G - S, MS = out.M * S;
+  const MatX rounding = 4.0 * eps * (out.D.cwiseAbs() * H.cwiseAbs() + MS.cwiseAbs() * H.cwiseAbs());
+  out.K += out.D * H - MS * H;
+  out.K_error += out.D_error * H.cwiseAbs() + rounding;
+  out.D_error += 4.0 * eps * (out.M.cwiseAbs() * H.cwiseAbs() + MS.cwiseAbs());
+  out.D += out.M * H - MS;
+  return out;
+}
+
+// Where a steady motion has come after some time.
+State Point::later(double time) const {
+  State out = start_;
+  Work& work = work_;
+  work.q = start_.q;
+  for (size_t i = 0; i < out.motion.size(); ++i) out.motion[i] += time * work.motion[i].rate;
+  VecX ind(static_cast<Eigen::Index>(all_.size()));
+  for (size_t k = 0; k < all_.size(); ++k) ind[static_cast<Eigen::Index>(k)] = start_.w[all_[k].v];
+  const VecX w = made_.N * ind;
+  for (const Part& p : model_.parts) {
+    if (p.joint.nq > 0) {
+      const VecX step = time * w.segment(p.v0, p.joint.nv);
+      move_coordinates(p.joint.kind, work.q.data() + p.q0, step.data());
+    }
+    work.q.segment(p.eq0, p.body.n) += time * w.segment(p.ev0, p.body.n);
+  }
+  for (const SpaceJoint& j : joints_)
+    if (j.flies) work.q.segment<3>(model_.parts[j.part].q0) += time * j.velocity + 0.5 * time * time * j.acceleration;
+  out.q = work.q;
+  return out;
+}
+
+// Turns directions from the axes at a later state to those at the start.
+MatX Point::to_start(const State& at, const Axes& axes) const {
+  const Eigen::Index n = static_cast<Eigen::Index>(all_.size());
+  MatX out = MatX::Identity(n, n);
+  for (const SpaceJoint& j : joints_) {
+    work_.q = start_.q;
+    const Mat3 before = rotation_of(model_, work_, j);
+    work_.q = at.q;
+    const Mat3 R = before.transpose() * rotation_of(model_, work_, j);
+    if (j.free && axes.space_translation) out.block<3, 3>(j.first, j.first) = R;
+    const Eigen::Index rotation = j.first + (j.free ? 3 : 0);
+    if (axes.space_rotation) out.block<3, 3>(rotation, rotation) = R;
+  }
+  return out;
+}
+
+// Forces' derivative along a direction r of positions, rates and accelerations at once, in the start's axes.
+VecX Point::along(const State& at, const Axes& axes, const VecX& r) {
+  const MatX T = to_start(at, axes);
+  const VecX x = T.transpose() * r;
+  const auto beside = [&](double h) {
+    State s = at;
+    work_.q = at.q;
+    for (size_t k = 0; k < all_.size(); ++k) {
+      const Eigen::Index i = static_cast<Eigen::Index>(k);
+      move_along(model_, all_[k], h * x[i], work_);
+      s.w[all_[k].v] += h * x[i];
+      s.a[all_[k].v] += h * x[i];
+    }
+    s.q = work_.q;
+    return force(s, -1, 0.0, -1, 0.0);
+  };
+  const double h = 1e-4 * model_.size;
+  return T * (beside(h) - beside(-h)) / (2.0 * h);
+}
+
+// Whether the motion goes on as it starts and the coefficients stay the same: after most of a radian, which is no part of a symmetry.
+bool Point::steady(const Axes& axes) {
+  if (!moves_) return true;
+  double fastest = 0.0;
+  for (const Direction& d : all_) {
+    fastest = std::max(fastest, std::abs(start_.w[d.v]) * d.scale / model_.size);
+    // Nothing accelerates beside what flies.
+    if (std::abs(start_.a[d.v]) * d.scale > 1e-7 * std::max(model_.settings.gravity.norm(), rest_scale_ / std::max(model_.mass, 1e-300)))
+      return false;
+  }
+  for (const TimeJet& jet : work_.motion) fastest = std::max(fastest, std::abs(jet.rate) / std::max(1.0, model_.size));
+  if (!(fastest > 0.0)) return true;
+  const State then = later(0.7 / fastest);
+  const Eigen::Index n = static_cast<Eigen::Index>(all_.size());
+  VecX r(n);
+  for (Eigen::Index k = 0; k < n; ++k) r[k] = std::sin(1.0 + 2.3 * static_cast<double>(k)) / metres(k);
+  try {
+    const VecX left = force(then, -1, 0.0, -1, 0.0);
+    VecX row(n);
+    for (Eigen::Index k = 0; k < n; ++k) row[k] = 1.0 / metres(k);
+    if (row.cwiseProduct(left).cwiseAbs().maxCoeff() > 1e-7 * rest_scale_) return false;
+    const VecX now = along(start_, axes, r), changed = along(then, axes, r);
+    return row.cwiseProduct(changed - now).norm() <= 1e-6 * row.cwiseProduct(now).norm();
+  } catch (const SimulationError&) {
+    return false;
+  }
+}
+
+// What has no mass follows the rest: by springs alone (columns `stiff` of directions) as their stiffness lets it, which leaves the
+// coefficients and N of the others; where dampers act (columns `damped`) in first order, and the modes are found here.
+struct Massless {
+  MatX masses, stiff, damped;
+};
+
+// True if the modes are those of a first-order system, which are then in `modes` (shapes in w_all).
+bool follow_massless(const Massless& split, SecondOrder& s, MatX& N, std::vector<ComplexMode>& modes) {
+  MatX others(N.cols(), split.masses.cols() + split.damped.cols());
+  others << split.masses, split.damped;
+  if (split.stiff.cols() > 0)
+    others -= (split.stiff * solve_square(split.stiff.transpose() * s.K * split.stiff, split.stiff.transpose() * s.K * others)).eval();
+  const MatX M = others.transpose() * s.M * others, K = others.transpose() * s.K * others, D = others.transpose() * s.D * others,
+             No = N * others;
+  const MatX size = others.cwiseAbs();
+  const MatX K_error = size.transpose() * s.K_error * size, D_error = size.transpose() * s.D_error * size;
+  const Eigen::Index n = split.masses.cols(), f = split.damped.cols();
+  s = {M.topLeftCorner(n, n), D.topLeftCorner(n, n), K.topLeftCorner(n, n), D_error.topLeftCorner(n, n), K_error.topLeftCorner(n, n)};
   N = No.leftCols(n);
   if (f == 0) return false;
   // z = [x; x'; coordinates of what is damped].
   MatX A = MatX::Zero(2 * n + f, 2 * n + f);
   A.block(0, n, n, n).setIdentity();
   MatX follow(f, 2 * n + f), pull(n, 2 * n + f);
-  follow << Ko.bottomLeftCorner(f, n), Do.bottomLeftCorner(f, n), Ko.bottomRightCorner(f, f);
-  A.bottomRows(f) = -solve_square(Do.bottomRightCorner(f, f), follow);
-  pull << K, D, Ko.topRightCorner(n, f);
-  if (n > 0) A.middleRows(n, n) = -Cholesky(M).solve(pull + Do.topRightCorner(n, f) * A.bottomRows(f));
-  add_modes(A, [&](const Eigen::VectorXcd& z) {
+  follow << K.bottomLeftCorner(f, n), D.bottomLeftCorner(f, n), K.bottomRightCorner(f, f);
+  A.bottomRows(f) = -solve_square(D.bottomRightCorner(f, f), follow);
+  pull << s.K, s.D, K.topRightCorner(n, f);
+  if (n > 0) A.middleRows(n, n) = -Cholesky(s.M).solve(pull + D.topRightCorner(n, f) * A.bottomRows(f));
+  modes = first_order_modes(A, A.cwiseAbs(), [&](const Eigen::VectorXcd& z) {
     Eigen::VectorXcd x(n + f);
     x << z.head(n), z.tail(f);
-    return VecX(No * real_shape(x));
-  }, out);
+    return Eigen::VectorXcd(No * x);
+  });
   return true;
-}
-
-// Modes of M x'' + C x' + K x = 0 with any C, as a first-order system in coordinates in which M is 1.
-void turning_modes(const MatX& M, const MatX& K, const MatX& C, const MatX& N, Linearisation& out) {
-  const Eigen::Index n = M.rows();
-  const Cholesky mass(M);
-  if (mass.info() != Eigen::Success) throw SimulationError("the frequencies cannot be computed: the mass matrix is not positive definite");
-  const auto congruent = [&](const MatX& A) {
-    const MatX left = mass.solve_lower(A);
-    return MatX(mass.solve_lower(left.transpose()).transpose());
-  };
-  MatX A = MatX::Zero(2 * n, 2 * n);
-  A.topRightCorner(n, n).setIdentity();
-  A.bottomLeftCorner(n, n) = -congruent(K);
-  A.bottomRightCorner(n, n) = -congruent(C);
-  add_modes(A, [&](const Eigen::VectorXcd& z) { return VecX(N * mass.solve_lower_transposed(real_shape(z.head(n)))); }, out);
 }
 
 // What massless.h locks stands among the independent rates again.
@@ -175,147 +521,132 @@ void release(Model& model, Work& work) {
   model.massless = {};
 }
 
+// Directions that keep their rates, and those without mass, of which the ones that nothing acts on rest.
+Massless split_directions(const std::vector<Direction>& all, const MasslessRates& massless, const MasslessWork& balance) {
+  const Eigen::Index n = static_cast<Eigen::Index>(all.size());
+  MatX Z(n, massless.moving);
+  Massless out;
+  out.masses = MatX::Zero(n, n - static_cast<Eigen::Index>(massless.rates.size()));
+  for (Eigen::Index k = 0, at = 0; k < n; ++k) {
+    const int v = all[static_cast<size_t>(k)].v;
+    Z.row(k) = massless.Z.row(v).leftCols(massless.moving);
+    if (std::find(massless.rates.begin(), massless.rates.end(), v) == massless.rates.end()) out.masses(k, at++) = 1.0;
+  }
+  out.stiff = balance.stiff.empty() ? MatX(n, 0) : MatX(Z * balance.undamped);
+  out.damped.resize(n, static_cast<Eigen::Index>(balance.damped.size()));
+  for (size_t k = 0; k < balance.damped.size(); ++k) out.damped.col(static_cast<Eigen::Index>(k)) = Z.col(balance.damped[k]);
+  return out;
+}
+
+// What turns without inertia and without a moment is a rigid mode, with any inertia.
+void give_idle_inertia(const std::vector<Direction>& all, MatX& M) {
+  const Eigen::Index n = M.rows();
+  VecX metres(n);
+  for (Eigen::Index k = 0; k < n; ++k) metres[k] = all[static_cast<size_t>(k)].scale;
+  const VecX unit = metres.cwiseInverse();
+  const SymmetricEigen inertia(MatX(unit.asDiagonal() * M * unit.asDiagonal()));
+  const double most = inertia.eigenvalues()[n - 1];
+  for (Eigen::Index k = 0; k < n && inertia.eigenvalues()[k] <= 1e-14 * most; ++k) {
+    const VecX u = metres.cwiseProduct(inertia.eigenvectors().col(k));
+    M += most * u * u.transpose();
+  }
+}
+
+LinearMode to_mode(const ComplexMode& m, const VecX& sizes) {
+  LinearMode out;
+  // No zero with a sign.
+  out.pole = {m.lambda.real() + 0.0, m.lambda.imag() + 0.0};
+  out.frequency = std::abs(m.lambda.imag()) / (2.0 * std::numbers::pi);
+  const double size = std::abs(m.lambda);
+  if (size > 0.0) out.damping = 0.0 - m.lambda.real() / size;
+  if (m.lambda.real() > 0.0) {
+    out.kind = LinearMode::unstable;
+    out.growth = m.lambda.real();
+  } else {
+    out.kind = size == 0.0 ? LinearMode::rigid : m.lambda.imag() == 0.0 ? LinearMode::overdamped : LinearMode::vibration;
+  }
+  // The coordinate that moves farthest, in metres, is 1.
+  Eigen::Index at = 0;
+  Eigen::VectorXcd x = m.x;
+  if (x.size() > 0 && x.cwiseProduct(sizes.cast<std::complex<double>>()).cwiseAbs().maxCoeff(&at) > 0.0) x /= x[at];
+  out.shape = x.real();
+  out.quadrature = x.imag();
+  const double peak = x.cwiseAbs().maxCoeff();
+  if (peak > 0.0) {
+    out.shape /= peak;
+    out.quadrature /= peak;
+  }
+  return out;
+}
+
+// The order of LinearMode::kind; then by frequency, decays by their rate.
+bool before(const LinearMode& a, const LinearMode& b) {
+  if (a.kind != b.kind) return a.kind < b.kind;
+  if (a.kind == LinearMode::unstable) return a.growth > b.growth;
+  return a.kind == LinearMode::overdamped ? a.pole.real() > b.pole.real() : a.frequency < b.frequency;
+}
+
+bool has_rates(const System& system) {
+  for (const Direction& d : independent_directions(system.model, system.work))
+    if (system.work.w[d.v] != 0.0) return true;
+  return false;
+}
+
+// The axes in which the coefficients are constant, best first; none: false.
+bool constant_axes(Point& point, Axes& axes) {
+  for (const Axes& tried : {Axes{true, true}, Axes{true, false}, Axes{false, false}}) {
+    axes = tried;
+    if (point.steady(axes)) return true;
+    if (!point.turns()) return false;
+  }
+  return false;
+}
+
 }  // namespace
 
-Linearisation linearise(System system) {
-  Model& model = system.model;
-  Work& work = system.work;
-  const MasslessRates massless = model.massless;
-  const bool forces = !massless.rates.empty();
-  if (forces) release(model, work);
-  const std::vector<Direction> all = independent_directions(model, work);
-  const Eigen::Index n = static_cast<Eigen::Index>(all.size());
+Linearisation linearise(const System& given) {
+  System system = given;
+  const MasslessRates massless = system.model.massless;
   Linearisation out;
-  if (n == 0) return out;
-  update_expressions(model, 0.0, work);
-  bool rotating = false;
-  for (TimeJet& jet : work.motion) {
-    rotating = rotating || jet.rate != 0.0;
-    jet.acceleration = 0.0;
+  bool with_rates = has_rates(system);
+  if (!massless.rates.empty()) {
+    release(system.model, system.work);
+    with_rates = with_rates && has_rates(system);
   }
-  work.w.setZero();
-  const VecX start = response(system, all, forces);
-  std::vector<double> steady;
-  steady.reserve(work.motion.size());
-  for (TimeJet& jet : work.motion) {
-    steady.push_back(jet.rate);
-    jet.rate = 0.0;
+  // Names what moves without inertia though a force drives it; what nothing drives is idle.
+  if (massless.rates.empty()) update_accelerations(system.model, system.work);
+  const bool idle = system.work.idle;
+  const System released = system;
+  if (independent_directions(system.model, system.work).empty()) return out;
+  auto point = std::make_unique<Point>(system, with_rates);
+  Axes axes;
+  bool steady = constant_axes(*point, axes);
+  if (!steady && with_rates) {
+    out.notes.push_back("the rates of the start are no steady motion: linearised about its positions, without them");
+    system = released;
+    point = std::make_unique<Point>(system, false);
+    steady = constant_axes(*point, axes);
   }
-  // Mass and damping matrix from the rates that unit independent rates make; elastic stiffness likewise.
-  MatX N = MatX::Zero(model.nv, n);
-  std::vector<MatX> twist(model.parts.size(), MatX::Zero(6, n));
-  for (Eigen::Index k = 0; k < n; ++k) {
-    work.w.setZero();
-    work.w[all[static_cast<size_t>(k)].v] = 1.0;
-    update_velocities(model, work);
-    N.col(k) = work.w;
-    for (size_t i = 0; i < model.parts.size(); ++i) twist[i].col(k) = work.parts[i].V;
-  }
-  work.w.setZero();
-  for (size_t i = 0; i < steady.size(); ++i) work.motion[i].rate = steady[i];
-  MatX M = MatX::Zero(n, n), K = M, D = M;
-  for (size_t i = 0; i < model.parts.size(); ++i) {
-    const Part& p = model.parts[i];
-    const BodyTerms& t = work.parts[i].terms;
-    M += twist[i].transpose() * t.Mrr * twist[i];
-    if (p.body.n == 0) continue;
-    const MatX e = N.middleRows(p.ev0, p.body.n);
-    const MatX coupling = twist[i].transpose() * t.Mre * e;
-    M += coupling + coupling.transpose() + e.transpose() * elastic_mass(p.body, t) * e;
-    K += e.transpose() * p.body.Ke * e;
-    if (p.body.De.size() > 0) D += e.transpose() * p.body.De * e;
-  }
+  if (!steady)
+    out.notes.push_back(
+        "the mechanism changes as it moves: frequencies and damping are those of the instant t = 0, and no proof of stability");
+  out.moving = point->moves();
+  out.equilibrium = point->equilibrium();
+  out.turning_axes = point->seen_turning(axes);
 
-  D += damping_matrix(system, all, N);
-  add_flexure_matrices(model, N, K, D);
-  // What turns without inertia and without a moment is a rigid mode, with any inertia.
-  if (work.idle) {
-    VecX metres(n);
-    for (Eigen::Index k = 0; k < n; ++k) metres[k] = all[static_cast<size_t>(k)].scale;
-    const VecX unit = metres.cwiseInverse();
-    const SymmetricEigen inertia(MatX(unit.asDiagonal() * M * unit.asDiagonal()));
-    const double most = inertia.eigenvalues()[n - 1];
-    for (Eigen::Index k = 0; k < n && inertia.eigenvalues()[k] <= 1e-14 * most; ++k) {
-      const VecX u = metres.cwiseProduct(inertia.eigenvectors().col(k));
-      M += most * u * u.transpose();
-    }
+  SecondOrder s = point->described_in(axes);
+  MatX N = point->coefficients().N;
+  if (idle) give_idle_inertia(point->directions(), s.M);
+  std::vector<ComplexMode> modes;
+  bool found = false;
+  if (!massless.rates.empty()) found = follow_massless(split_directions(point->directions(), massless, given.work.massless), s, N, modes);
+  if (!found) {
+    modes = complex_modes(s);
+    for (ComplexMode& m : modes) m.x = N * m.x;
   }
-
-  // Everything else by differences, with the elastic stiffness taken out so that it cannot drown the rest: the elastic forces of the
-  // state stay as constants, which keeps an equilibrium one.
-  hold_flexures(model, work);
-  for (size_t i = 0; i < model.parts.size(); ++i) {
-    Part& p = model.parts[i];
-    if (p.body.n == 0) continue;
-    VecX force = p.body.Ke * work.parts[i].q;
-    if (p.body.ksigma.size() > 0) force += p.body.ksigma;
-    p.body.ksigma = force;
-    p.body.Ke.setZero();
-    p.body.stiffness.resize(0);
-  }
-  const VecX rest = work.q;
-  MatX A(n, n);
-  double largest = 0.0;
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const Direction& d = all[static_cast<size_t>(k)];
-    // 1e-5 of a radian, or of the mechanism: the truncation of central differences (1e-10) balances their rounding.
-    const double step = 1e-5 * model.clusters[model.parts[d.part].cluster].size / d.scale;
-    move_along(model, d, step, work);
-    const VecX up = response(system, all, forces);
-    work.q = rest;
-    move_along(model, d, -step, work);
-    const VecX down = response(system, all, forces);
-    work.q = rest;
-    A.col(k) = (up - down) / (2.0 * step);
-    largest = std::max({largest, up.cwiseAbs().maxCoeff(), down.cwiseAbs().maxCoeff()});
-  }
-  if (largest > 0.0) {
-    const MatX S = forces ? A : MatX(M * A);
-    K -= 0.5 * (S + S.transpose());
-  }
-
-  const double free_fall = 1e-9 * std::max(1.0, model.settings.gravity.norm());
-  out.equilibrium = start.cwiseAbs().maxCoeff() <= free_fall * (forces ? model.mass : 1.0);
-  if (rotating) D += gyroscopic_matrix(system, all, M, forces);
-  if (forces) {
-    // Directions: those that keep their rates, and those without mass, of which the ones that nothing acts on rest.
-    MatX Z(n, massless.moving), masses = MatX::Zero(n, n - static_cast<Eigen::Index>(massless.rates.size()));
-    for (Eigen::Index k = 0, at = 0; k < n; ++k) {
-      const int v = all[static_cast<size_t>(k)].v;
-      Z.row(k) = massless.Z.row(v).leftCols(massless.moving);
-      if (std::find(massless.rates.begin(), massless.rates.end(), v) == massless.rates.end()) masses(k, at++) = 1.0;
-    }
-    const MasslessWork& split = work.massless;
-    MatX damped(n, static_cast<Eigen::Index>(split.damped.size()));
-    for (size_t k = 0; k < split.damped.size(); ++k) damped.col(static_cast<Eigen::Index>(k)) = Z.col(split.damped[k]);
-    if (follow_massless(masses, split.stiff.empty() ? MatX(n, 0) : MatX(Z * split.undamped), damped, M, K, D, N, out)) return out;
-    if (M.rows() == 0) return out;
-  }
-  if (rotating) {
-    turning_modes(M, K, D, N, out);
-    return out;
-  }
-
-  // Scaled to a unit diagonal of M, whose entries may differ by many orders.
-  const VecX scale = M.diagonal().cwiseSqrt().cwiseInverse();
-  const MatX Ms = scale.asDiagonal() * M * scale.asDiagonal(), Ks = scale.asDiagonal() * K * scale.asDiagonal();
-  const GeneralizedEigen eigen(Ks, Ms);
-  if (eigen.info() != Eigen::Success) throw SimulationError("the frequencies cannot be computed: the mass matrix is not positive definite");
-  const double top = eigen.eigenvalues().cwiseAbs().maxCoeff();
-  for (Eigen::Index k = 0; k < M.rows(); ++k) {
-    LinearMode mode;
-    const double lambda = eigen.eigenvalues()[k];
-    const VecX x = scale.asDiagonal() * eigen.eigenvectors().col(k);
-    // Below the solver's rounding an eigenvalue is zero: a rigid mode.
-    const double zero = 1e-14 * static_cast<double>(M.rows()) * top;
-    if (lambda > zero) mode.frequency = std::sqrt(lambda) / (2.0 * std::numbers::pi);
-    else if (lambda < -zero) mode.growth = std::sqrt(-lambda);
-    if (lambda > zero) mode.damping = x.dot(D * x) / (2.0 * std::sqrt(lambda) * x.dot(M * x));
-    mode.shape = N * x;
-    const double peak = mode.shape.cwiseAbs().maxCoeff();
-    if (peak > 0.0) mode.shape /= peak;
-    out.modes.push_back(mode);
-  }
+  const VecX sizes = rate_sizes(system.model);
+  for (const ComplexMode& m : modes) out.modes.push_back(to_mode(m, sizes));
+  std::stable_sort(out.modes.begin(), out.modes.end(), before);
   return out;
 }
 

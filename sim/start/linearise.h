@@ -1,27 +1,41 @@
-// Small vibrations about a state at rest, or turning steadily where prescribed motions do: natural frequencies, damping and unstable
-// poles of the whole mechanism.
+// Small motions about the start: complex modes of the whole mechanism, with damping, gyroscopic and circulatory terms and steady rotation.
 #pragma once
 
 #include "sim/time/system.h"
 
+#include <complex>
+
 namespace flexframe::sim {
 
 struct LinearMode {
-  double frequency = 0.0;   // Hz, of the undamped system; 0 for a rigid or unstable mode
-  double growth = 0.0;      // rad/s, > 0: an unstable real pole
-  double damping = 0.0;     // damping ratio
-  VecX shape;               // rates of w_all, largest entry 1
+  enum Kind { unstable, rigid, vibration, overdamped };
+  Kind kind = rigid;
+  std::complex<double> pole;  // rad/s; of a pair the one with Im >= 0. rigid: 0 (the motion meets no stiffness)
+  double frequency = 0.0;     // Hz, |Im| / 2 pi
+  double growth = 0.0;        // 1/s, > 0: unstable, the real part
+  double damping = 0.0;       // -Re / |pole|; 1: overdamped, < 0: unstable
+  VecX shape;                 // rates of w_all in phase with the largest entry, which is 1
+  VecX quadrature;            // and a quarter of a period ahead of it
 };
 
-// Ascending: unstable first, then rigid modes, then vibrations.
+// Ascending: unstable first, then rigid modes, then vibrations, then what only decays.
 struct Linearisation {
   std::vector<LinearMode> modes;
-  bool equilibrium = true;  // the state's accelerations vanish; otherwise it is linearised about a state that it leaves
+  bool equilibrium = true;    // the state's accelerations vanish; otherwise it is linearised about a state that it leaves
+  bool moving = false;        // about a steady motion: rates of the start, or prescribed ones, are not zero
+  bool turning_axes = false;  // frequencies as seen from bodies that turn: seen from outside they differ by multiples of the turning rate
+  std::vector<std::string> notes;  // what to know about the state, one sentence each
 };
 
-// About the positions in system.work (assembled), free rates zero, prescribed ones those of t = 0 and taken as constant (a rotor:
-// centrifugal and gyroscopic terms count, and the modes are those of the full first-order system, damping included). The elastic stiffness enters exactly; gravity, forces, springs
-// and geometric stiffness by central differences of the accelerations. Throws SimulationError for a mechanism without inertia.
-Linearisation linearise(System system);
+// About the positions in system.work (assembled). Where the start's rates are those of a steady motion (a spinning top, a rotor, a body
+// that spins freely) they count, and so do the rates of prescribed motions at t = 0, taken as constant; rates of the start that are no
+// steady motion count as zero, and a note says so. A body without joints may fall or fly: the modes are those beside that motion.
+//
+// M is exact, K and D hold structural stiffness and damping exactly and all else (gravity, forces, springs, dampers, geometric stiffness,
+// centrifugal and gyroscopic terms) by central differences of sixth order of the forces at rest (inverse_dynamics.h), entry by entry with
+// an estimate of their error; complex_modes.h tells what is not to be told from zero. Bodies that turn freely about a fixed axis are
+// described in axes that do not turn with them where the coefficients are constant in those, else in their own. Throws SimulationError for
+// a mechanism without inertia.
+Linearisation linearise(const System& system);
 
 }  // namespace flexframe::sim

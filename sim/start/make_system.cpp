@@ -67,6 +67,21 @@ void build(System& system) {
   check_springs(system.model, system.scene, system.work);
 }
 
+// Which state a static start found.
+void say_rest(const StaticSolution& found, Notes& notes) {
+  const std::string text = fmt::format("static equilibrium: {} Newton steps{}, coordinates moved by up to {:.4g} m", found.iterations,
+                                       found.load_steps > 1 ? fmt::format(" in {} load steps", found.load_steps) : "", found.moved);
+  if (found.stable) notes.tell("", text);
+  else notes.warn("", text + "; it is UNSTABLE: the smallest disturbance makes the mechanism leave it");
+  if (found.snapped >= 0.0)
+    notes.tell("", fmt::format("static equilibrium: raised from zero, the loads make it snap through or buckle at {:.3g} % of them; the "
+                               "state it snapped to is taken",
+                               100.0 * found.snapped));
+  if (!found.accelerating.empty())
+    notes.tell("", fmt::format("static equilibrium: prescribed motions accelerate at t = 0 ({}), which counts as a steady load",
+                               found.accelerating));
+}
+
 }  // namespace
 
 System make_system(const Scene& scene) {
@@ -79,10 +94,7 @@ System make_system(const Scene& scene) {
     const StaticSolution at_rest = solve_statics(system.model, scene, system.work);
     update_expressions(system.model, 0.0, system.work);
     assemble_rates(system.model, scene, system.work, system.notes);
-    const std::string found = fmt::format("static equilibrium: {} Newton steps{}, coordinates moved by up to {:.4g} m", at_rest.iterations,
-                                          at_rest.load_steps > 1 ? fmt::format(" in {} load steps", at_rest.load_steps) : "", at_rest.moved);
-    if (at_rest.stable) system.notes.tell("", found);
-    else system.notes.warn("", found + "; it is UNSTABLE: the smallest disturbance makes the mechanism leave it");
+    say_rest(at_rest, system.notes);
   }
   find_massless(system);
   system.notes.tell(neglected_stiffening(system.model, scene, system.work));
@@ -98,8 +110,7 @@ System make_system(const Scene& scene) {
     // Nor what turns without inertia; a mechanism without accelerations at its start says so in the run.
     try {
       update_accelerations(system.model, system.work);
-    } catch (const SimulationError&) {
-    }
+    } catch (const SimulationError&) {}
     if (system.work.idle) system.planar.reset();
   }
   system.quadrature = has_power(system.model);

@@ -5,6 +5,7 @@
 #include "sim/dynamics/directions.h"
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/inverse_dynamics.h"
+#include "sim/start/linearise.h"
 
 #include <fmt/format.h>
 
@@ -90,14 +91,15 @@ std::string name_of(const Model& model, const Direction& d) {
 
 // A mechanism under a share of its loads: gravity, forces and the inertia of prescribed motions.
 struct Problem {
-  Model model;                        // a copy: the share is applied to it
+  Model model;  // a copy: the share is applied to it
   Vec3 gravity;
-  std::vector<double> expression;     // full values
+  std::vector<double> expression;  // full values
   std::vector<TimeJet> motion;
   Work& work;
   std::vector<Direction> sought;
-  VecX scale;                         // metres per unit
+  VecX scale;  // metres per unit
   RestForces rest;
+  bool by_size = false;  // loops are closed by whatever moves most (close_by_size), not by joints first
 
   void load(double share) {
     model.settings.gravity = share * gravity;
@@ -115,7 +117,8 @@ struct Problem {
       return false;
     }
     f.resize(static_cast<Eigen::Index>(sought.size()));
-    for (size_t k = 0; k < sought.size(); ++k) f[static_cast<Eigen::Index>(k)] = rest.force[sought[k].v] / scale[static_cast<Eigen::Index>(k)];
+    for (size_t k = 0; k < sought.size(); ++k)
+      f[static_cast<Eigen::Index>(k)] = rest.force[sought[k].v] / scale[static_cast<Eigen::Index>(k)];
     return f.allFinite();
   }
 
@@ -173,38 +176,93 @@ struct Problem {
   }
 };
 
-// One search at the present share of the loads. 0 found, 1 not; `worst` is then the coordinate with the largest force.
-int search(Problem& p, const Sought& what, StaticSolution& out, int& worst) {
-  worst = 0;
+// How an equilibrium is sought.
+enum class Way {
+  downhill,  // damped until the stiffness is positive definite: to a stable state, as a motion in honey would
+  nearest,   // Newton's method as it stands: to the state beside the start, stable or not
+};
+
+struct Found {
+  bool rest = false;
+  bool crossed = false;  // the way led over states at which the stiffness is not positive definite
+  int worst = 0;         // the direction with the largest force left
+};
+
+// Closes a cluster's conditions by whatever moves most, joints and deformations alike: two elastic bars in line are closed by their
+// lengths, not by their angles, so that the angles may pass the line. Complete pivoting of the rows in use, in metres.
+Partition close_by_size(const Model& model, int cluster, Work& work) {
+  const Cluster& c = model.clusters[cluster];
+  ClusterWork& cw = work.clusters[cluster];
+  Partition out;
+  out.rows = cw.partition.rows;
+  update_closure_matrix(model, cluster, work, true);
+  const VecX per_metre = rate_sizes(model).segment(c.v0, c.nv).cwiseInverse();
+  MatX A = (closure_row_scales(model, work, cluster).asDiagonal() * cw.G * per_metre.asDiagonal())(out.rows, Eigen::all);
+  std::vector<char> used(c.nv, 0);
+  for (Eigen::Index step = 0; step < A.rows(); ++step) {
+    Eigen::Index row = 0, column = 0;
+    if (!(A.bottomRows(A.rows() - step).cwiseAbs().maxCoeff(&row, &column) > 0.0)) return cw.partition;
+    row += step;
+    A.row(step).swap(A.row(row));
+    std::swap(out.rows[static_cast<size_t>(step)], out.rows[static_cast<size_t>(row)]);
+    used[static_cast<size_t>(column)] = 1;
+    out.dep.push_back(static_cast<int>(column));
+    for (Eigen::Index r = step + 1; r < A.rows(); ++r) A.row(r) -= (A(r, column) / A(step, column)) * A.row(step);
+  }
+  for (int k = 0; k < c.nv; ++k)
+    if (!used[static_cast<size_t>(k)]) out.ind.push_back(k);
+  return out;
+}
+
+// Loops may have come near a singular position of their dependent coordinates.
+void renew_partitions(const Model& model, bool by_size, Work& work) {
+  for (size_t c = 0; c < model.clusters.size(); ++c) {
+    const int cluster = static_cast<int>(c);
+    ClusterWork& cw = work.clusters[c];
+    if (cw.partition.dep.empty()) continue;
+    if (by_size) cw.partition = close_by_size(model, cluster, work);
+    else if (partition_growth(model, cluster, work) >= 10.0) cw.partition = choose_partition(model, cluster, work, true);
+  }
+}
+
+// One search at the present share of the loads.
+Found search(Problem& p, const Sought& what, Way way, StaticSolution& out) {
+  Found found;
   double damping = 0.0, last = -1.0;
-  for (int iteration = 0; iteration < 200; ++iteration) {
+  for (int iteration = 0; iteration < (way == Way::downhill ? 400 : 50); ++iteration) {
     p.find_directions(what);
     const Eigen::Index n = static_cast<Eigen::Index>(p.sought.size());
-    if (n == 0) return 0;
+    found.rest = n == 0;
+    if (n == 0) return found;
     VecX f, next;
-    if (!p.evaluate(nullptr, f)) return 1;
-    out.residual = f.cwiseAbs().maxCoeff(&worst);
+    if (!p.evaluate(nullptr, f)) return found;
+    out.residual = f.cwiseAbs().maxCoeff(&found.worst);
     // Nothing is left of the forces but rounding: a few hundred roundings of the largest of them, through O(n) bodies.
-    if (out.residual <= 1e-13 * p.rest.scale) return 0;
+    found.rest = out.residual <= 1e-13 * p.rest.scale;
+    if (found.rest) return found;
     MatX K;
-    if (!p.stiffness(K)) return 1;
+    if (!p.stiffness(K)) return found;
     ++out.iterations;
     const MatX S = 0.5 * (K + K.transpose());
     const double stiffest = std::max(S.diagonal().cwiseAbs().maxCoeff(), p.rest.scale / p.model.size);
-    for (int attempt = 0; attempt < 60; ++attempt) {
+    for (int attempt = 0; way == Way::downhill && attempt < 60; ++attempt) {
       if (Cholesky(S + damping * MatX::Identity(n, n)).info() == Eigen::Success) break;
+      found.crossed = true;
       damping = std::max(10.0 * damping, 1e-12 * stiffest);
     }
-    VecX x = solve_square(K + damping * MatX::Identity(n, n), f);
-    if (!x.allFinite()) return 1;
-    const double longest = x.cwiseAbs().maxCoeff(&worst);
-    // The last step no longer mends anything: rounding of the forces, or of places where a stiff body resists them (fifty roundings of the size).
+    const MatX tangent = K + damping * MatX::Identity(n, n);
+    const VecX x = solve_square(tangent, f);
+    if (!x.allFinite()) return found;
+    const double longest = x.cwiseAbs().maxCoeff(&found.worst);
+    // The last step no longer mends anything: rounding of the forces, or of places where a stiff body resists them (fifty roundings of the
+    // size).
     const double rounding = std::max(1e-8 * p.rest.scale, 1e-14 * p.model.size * stiffest);
     if (damping <= 1e-9 * stiffest && longest <= 1e-11 * p.model.size && out.residual <= rounding) {
-      if (last >= 0.0 && out.residual >= 0.5 * last) return 0;
+      found.rest = last >= 0.0 && out.residual >= 0.5 * last;
+      if (found.rest) return found;
       last = out.residual;
     } else {
-      f.cwiseAbs().maxCoeff(&worst);
+      f.cwiseAbs().maxCoeff(&found.worst);
     }
     double share = std::min(1.0, 0.5 * p.model.size / longest);
     const VecX q = p.work.q;
@@ -212,29 +270,216 @@ int search(Problem& p, const Sought& what, StaticSolution& out, int& worst) {
     bool accepted = false;
     for (int halving = 0; halving < 40 && !accepted; ++halving, share *= 0.5) {
       for (Eigen::Index k = 0; k < n; ++k) move_along(p.model, p.sought[static_cast<size_t>(k)], share * x[k] / p.scale[k], p.work);
-      // Still pushed along the step, or back by less than half of what pushed at its start, or simply less force.
-      accepted = p.evaluate(nullptr, next) && ((slope > 0.0 && next.dot(x) >= -0.5 * slope && next.norm() < 10.0 * f.norm()) || next.norm() < 0.9 * f.norm());
+      accepted = p.evaluate(nullptr, next);
+      if (accepted) {
+        // The step that would follow with the same stiffness: shorter, if this one led nearer.
+        const double correction = solve_square(tangent, next).norm();
+        // Downhill: still pushed along the step, or back by less than half of what pushed at its start, without leaving what stiff bodies
+        // allow.
+        accepted = way == Way::nearest
+                       ? correction <= (1.0 - 0.25 * share) * x.norm()
+                       : (slope > 0.0 && next.dot(x) >= -0.5 * slope && correction <= 2.0 * x.norm()) || next.norm() < 0.9 * f.norm();
+      }
       if (!accepted) p.work.q = q;
     }
     if (!accepted) {
       p.evaluate(nullptr, f);
       // At the limit of the digits no step can be better.
-      if (out.residual <= rounding && longest <= 1e-8 * p.model.size) return 0;
-      if (damping > 1e3 * stiffest) return 1;
+      found.rest = out.residual <= rounding && longest <= 1e-8 * p.model.size;
+      if (found.rest || way == Way::nearest || damping > 1e3 * stiffest) return found;
       damping = std::max(100.0 * damping, 1e-9 * stiffest);
       continue;
     }
     damping *= share > 0.4 ? 0.1 : 1.0;
     for (const Direction& d : p.sought)
-      if (d.rate >= 0 && std::abs(p.work.q[p.model.parts[d.part].q0]) > 1e4 * std::max(1.0, p.model.size)) return 1;
-    // Loops may have come near a singular position of their dependent coordinates.
-    for (size_t c = 0; c < p.model.clusters.size(); ++c) {
-      ClusterWork& cw = p.work.clusters[c];
-      if (cw.partition.dep.empty() || partition_growth(p.model, static_cast<int>(c), p.work) < 10.0) continue;
-      cw.partition = choose_partition(p.model, static_cast<int>(c), p.work, true);
+      if (d.rate >= 0 && std::abs(p.work.q[p.model.parts[d.part].q0]) > 1e4 * std::max(1.0, p.model.size)) return found;
+    renew_partitions(p.model, p.by_size, p.work);
+  }
+  return found;
+}
+
+// Loads raised from zero. Where the states reached so come to an end, at a limit load, the mechanism runs downhill from the last one to
+// where it comes to rest (it snaps through, or buckles); `snapped` is then the share of the loads at which it did, else negative.
+struct Raised {
+  Found found;
+  double share = 0.0, snapped = -1.0;
+};
+
+Raised raise_loads(Problem& p, const Sought& what, const VecX& start, StaticSolution& out) {
+  Raised r;
+  p.work.q = start;
+  p.by_size = true;
+  p.load(0.0);
+  update_positions(p.model, p.work);
+  renew_partitions(p.model, p.by_size, p.work);
+  double step = 0.1;
+  VecX reached = start;
+  out.load_steps = 0;
+  while (r.share < 1.0) {
+    const double next = std::min(1.0, r.share + step);
+    p.load(next);
+    ++out.load_steps;
+    r.found = search(p, what, Way::downhill, out);
+    const bool jumped = r.found.rest && r.found.crossed && r.share > 0.0;
+    if (r.found.rest && (!jumped || step < 5e-3)) {
+      if (jumped && r.snapped < 0.0) r.snapped = next;
+      r.share = next;
+      reached = p.work.q;
+      step *= 1.5;
+      continue;
+    }
+    step *= 0.5;
+    if (step < 1e-3) return r;
+    p.work.q = reached;
+    update_positions(p.model, p.work);
+    renew_partitions(p.model, p.by_size, p.work);
+  }
+  return r;
+}
+
+// Whether the mechanism stays at an equilibrium that was found: no pole of its small motions grows. Where coordinates are held in the
+// search, or modes cannot be had, by the stiffness along those that were sought (softer than 1e-9 of the stiffest is neutral, to the digits
+// of the differences).
+bool is_stable(Problem& p, const Sought& what) {
+  p.find_directions(what);
+  const size_t all = independent_directions(p.model, p.work).size();
+  if (p.sought.empty()) return true;
+  if (p.sought.size() == all && all <= 300) {
+    System system;
+    system.model = p.model;
+    system.work = p.work;
+    // The loads of the search are those at t = 0 itself.
+    for (TimeFunction& e : system.model.expressions) e.unfreeze();
+    try {
+      const Linearisation linear = linearise(system);
+      return linear.modes.empty() || linear.modes.front().kind != LinearMode::unstable;
+    } catch (const SimulationError&) {}
+  }
+  MatX K;
+  if (!p.stiffness(K)) return true;
+  const VecX eigenvalues = SymmetricEigen(0.5 * (K + K.transpose()), Eigen::EigenvaluesOnly).eigenvalues();
+  return eigenvalues[0] > -1e-9 * eigenvalues.cwiseAbs().maxCoeff();
+}
+
+// A beam of one piece whose material line is longer or shorter by a tenth than it is: its linear displacements are turned far beyond small
+// angles. -1: none.
+int beyond_its_field(const Model& model, const Scene& scene, const Work& work, double& length) {
+  for (size_t b = 0; b < scene.bodies.size(); ++b) {
+    const auto* beam = std::get_if<BeamDef>(&scene.bodies[b].kind);
+    if (!beam || model.pieces[b].size() != 1) continue;
+    const Part& part = model.parts[model.pieces[b].front()];
+    const VecX& q = work.parts[model.pieces[b].front()].q;
+    if (part.body.n == 0) continue;
+    std::vector<std::pair<double, Vec3>> places;
+    for (const FlexibleNode& node : part.body.nodes) {
+      Vec3 at = node.origin + node.phi * q;
+      for (int a = 0; a < 3; ++a)
+        if (node.phi2[a].size() > 0) at[a] += 0.5 * q.dot(node.phi2[a] * q);
+      places.emplace_back(node.origin.x(), at);
+    }
+    std::sort(places.begin(), places.end(), [](const auto& x, const auto& y) { return x.first < y.first; });
+    length = 0.0;
+    for (size_t k = 1; k < places.size(); ++k) length += (places[k].second - places[k - 1].second).norm();
+    const double rest = places.empty() ? 0.0 : places.back().first - places.front().first;
+    if (std::abs(length - rest) > 0.1 * rest) return static_cast<int>(b);
+  }
+  return -1;
+}
+
+// Joints whose motions accelerate at the start: "joint 'cart' with 2000".
+std::string accelerating(const Problem& p) {
+  std::string out;
+  for (const Part& part : p.model.parts)
+    if (part.joint.motion >= 0 && p.motion[part.joint.motion].acceleration != 0.0)
+      out += fmt::format("{}joint '{}' with {:.4g} {}", out.empty() ? "" : ", ", part.joint.name, p.motion[part.joint.motion].acceleration,
+                         part.joint.kind == JointKind::prismatic ? "m/s^2" : "rad/s^2");
+  return out;
+}
+
+[[noreturn]] void refuse(const Scene& scene, Problem& p, const Sought& what, const Raised& raised, const VecX& start) {
+  const Direction d = p.sought.empty() ? Direction{} : p.sought[static_cast<size_t>(raised.found.worst)];
+  const double force = p.rest.force.size() > 0 ? p.rest.force[d.v] : 0.0;
+  // The same without the accelerations of prescribed motions: then it is these that nothing balances.
+  if (const std::string moving = accelerating(p); !moving.empty()) {
+    for (TimeJet& jet : p.motion) jet.acceleration = 0.0;
+    p.load(1.0);
+    p.work.q = start;
+    StaticSolution ignored;
+    bool rests = search(p, what, Way::downhill, ignored).rest;
+    if (!rests) rests = raise_loads(p, what, start, ignored).found.rest;
+    if (rests)
+      throw InputError(
+          fmt::format("{}: there is no static equilibrium because prescribed motions accelerate at t = 0 ({}): {} cannot rest in it, and "
+                      "does where they move steadily; "
+                      "let the motion begin smoothly, or leave out the static start",
+                      scene.file.string(), moving, name_of(p.model, d)));
+  }
+  const bool deforms = d.rate < 0;
+  throw InputError(fmt::format(
+      "{}: there is no static equilibrium{}: {} is still driven by {:.4g}{}; {}", scene.file.string(),
+      raised.share > 0.0 ? fmt::format(" beyond {:.3g} % of the loads", 100.0 * raised.share) : "", name_of(p.model, d), std::abs(force),
+      deforms ? "" : " N or Nm",
+      deforms ? "it buckles or is deformed beyond what its model describes: use model = \"mixed\" with more volumes, or smaller loads"
+              : "give it a spring, a stop or a joint that holds it, or hold it where it is with initial = { value = ... }"));
+}
+
+// Whether the start without loads is a stable equilibrium: then a state that is not reached by raising them has been snapped to.
+bool rests_without_loads(Problem& p, const Sought& what, const VecX& start) {
+  const VecX q = p.work.q;
+  p.work.q = start;
+  p.load(0.0);
+  VecX f;
+  MatX K;
+  p.find_directions(what);
+  const bool at_rest = p.evaluate(nullptr, f) && p.stiffness(K) && f.norm() * 1e-3 <= 1e-9 * K.norm() * p.model.size &&
+                       Cholesky(0.5 * (K + K.transpose())).info() == Eigen::Success;
+  p.load(1.0);
+  p.work.q = q;
+  return at_rest;
+}
+
+// The state of rest; p.work holds it.
+void find_rest(Problem& p, const Sought& what, const Scene& scene, const VecX& start, StaticSolution& out) {
+  // What turns is held by more than stiffness: above its critical speed a shaft is stable at a saddle of its energy. The state beside the
+  // start is taken if it is stable.
+  const bool turning = std::any_of(p.motion.begin(), p.motion.end(), [](const TimeJet& jet) { return jet.rate != 0.0; });
+  VecX beside;
+  if (turning && search(p, what, Way::nearest, out).rest) {
+    out.stable = is_stable(p, what);
+    if (out.stable) return;
+    beside = p.work.q;
+  }
+  double length = 0.0;
+  p.work.q = start;
+  Found found = search(p, what, Way::downhill, out);
+  if (beside.size() > 0 && (!found.rest || !is_stable(p, what) || beyond_its_field(p.model, scene, p.work, length) >= 0)) {
+    // Nothing better downhill: the state beside the start, which is left at the smallest disturbance.
+    p.work.q = beside;
+    search(p, what, Way::nearest, out);
+    out.stable = false;
+    return;
+  }
+  if (!found.rest) {
+    // Forces that follow the mechanism have no hill to run down.
+    p.work.q = start;
+    found = search(p, what, Way::nearest, out);
+    if (found.rest) {
+      out.stable = is_stable(p, what);
+      if (out.stable) return;
     }
   }
-  return 1;
+  if (!found.rest || (found.crossed && rests_without_loads(p, what, start))) {
+    const VecX direct = p.work.q;
+    const Raised raised = raise_loads(p, what, start, out);
+    out.snapped = raised.snapped;
+    if (!raised.found.rest && !found.rest) refuse(scene, p, what, raised, start);
+    if (!raised.found.rest) {
+      p.load(1.0);
+      p.work.q = direct;
+      found = search(p, what, Way::downhill, out);
+    }
+  }
+  out.stable = is_stable(p, what);
 }
 
 }  // namespace
@@ -249,52 +494,27 @@ StaticSolution solve_statics(const Model& model, const Scene& scene, Work& work)
   const VecX rates = work.w;
   work.w.setZero();
   lock_held(model, what, work);
-  Problem p{model, model.settings.gravity, work.expression_value, work.motion, work, {}, {}, {}};
+  Problem p{model, model.settings.gravity, work.expression_value, work.motion, work, {}, {}, {}, false};
   const VecX start = work.q;
+  find_rest(p, what, scene, start, out);
 
-  int worst = 0;
-  if (search(p, what, out, worst) != 0) {
-    // Loads raised from zero; a share that is not reached is halved.
-    work.q = start;
-    double share = 0.0, step = 0.1;
-    VecX reached = start;
-    out.load_steps = 0;
-    while (share < 1.0) {
-      const double next = std::min(1.0, share + step);
-      p.load(next);
-      ++out.load_steps;
-      if (search(p, what, out, worst) == 0) {
-        share = next;
-        reached = work.q;
-        step *= 1.5;
-        continue;
-      }
-      step *= 0.5;
-      if (step < 1e-3) {
-        const Direction d = p.sought.empty() ? Direction{} : p.sought[static_cast<size_t>(worst)];
-        const double force = p.rest.force.size() > 0 ? p.rest.force[d.v] : 0.0;
-        const bool deforms = d.rate < 0;
-        throw InputError(fmt::format("{}: there is no static equilibrium{}: {} is still driven by {:.4g}{}; {}", scene.file.string(),
-                                     share > 0.0 ? fmt::format(" beyond {:.3g} % of the loads", 100.0 * share) : "", name_of(model, d), std::abs(force),
-                                     deforms ? "" : " N or Nm",
-                                     deforms ? "it buckles or is deformed beyond what its model describes: use model = \"mixed\" with more volumes, or smaller loads"
-                                             : "give it a spring, a stop or a joint that holds it, or hold it where it is with initial = { value = ... }"));
-      }
-      work.q = reached;
-    }
-  }
+  double length = 0.0;
+  if (const int body = beyond_its_field(model, scene, work, length); body >= 0)
+    throw InputError(
+        fmt::format("{}: static equilibrium: body '{}' would be bent so far that its linear displacements stretch it from {:.4g} m to "
+                    "{:.4g} m: use model = \"mixed\" with several volumes "
+                    "for large deformations",
+                    scene.file.string(), scene.bodies[body].name, std::get<BeamDef>(scene.bodies[body].kind).length, length));
   p.find_directions(what);
-  MatX K;
-  if (!p.sought.empty() && p.stiffness(K)) {
-    const VecX eigenvalues = SymmetricEigen(0.5 * (K + K.transpose()), Eigen::EigenvaluesOnly).eigenvalues();
-    // Softer than 1e-9 of the stiffest direction is neutral, to the digits of the differences.
-    out.stable = eigenvalues[0] > -1e-9 * eigenvalues.cwiseAbs().maxCoeff();
-  }
   for (const Direction& d : p.sought) {
     const Part& part = model.parts[d.part];
     const int at = d.rate < 0 ? part.eq0 - 1 - d.rate : part.q0 + (part.joint.nq == part.joint.nv ? d.rate : 0);
     out.moved = std::max(out.moved, d.scale * std::abs(work.q[at] - start[at]));
   }
+  out.accelerating = accelerating(p);
+  if (p.by_size)
+    for (size_t c = 0; c < model.clusters.size(); ++c)
+      if (!work.clusters[c].partition.dep.empty()) work.clusters[c].partition = choose_partition(model, static_cast<int>(c), work, false);
   unlock(model, work);
   work.expression_value = p.expression;
   work.motion = p.motion;

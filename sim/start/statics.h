@@ -9,11 +9,14 @@
 namespace flexframe::sim {
 
 struct StaticSolution {
-  int iterations = 0;            // Newton steps of all load steps
-  int load_steps = 1;            // 1: the whole load at once
-  bool stable = true;            // the tangent stiffness is positive definite; false: the mechanism would leave it
-  double residual = 0.0;         // N, largest force left over
-  double moved = 0.0;            // m, largest displacement of a coordinate from where the search began
+  int iterations = 0;  // Newton steps of all load steps
+  int load_steps = 1;  // 1: the whole load at once
+  bool stable = true;  // false: the smallest disturbance makes the mechanism leave it
+  double snapped =
+      -1.0;  // share of the loads at which it snapped through or buckled on the way, when they are raised from zero; negative: it did not
+  std::string accelerating;  // joints whose prescribed motions accelerate at t = 0, which counts as a load; empty: none
+  double residual = 0.0;     // N, largest force left over
+  double moved = 0.0;        // m, largest displacement of a coordinate from where the search began
 };
 
 // Moves work.q to a relative equilibrium at t = 0 (prescribed motions keep their rates) and leaves positions up to date; work.w is not
@@ -25,9 +28,13 @@ struct StaticSolution {
 //
 // Newton's method on the forces of rest_forces, each step damped until the tangent stiffness is positive definite (so that a search
 // runs downhill, to a stable equilibrium), limited to half a radian or half the mechanism and cut back where the force along it
-// turns round (Deuflhard, Newton Methods for Nonlinear Problems, 2004, ch. 3; Nocedal and Wright 2006, ch. 4). Where that fails, the
-// loads are raised in steps from zero, and the step is halved where it must.
-// Throws InputError naming the coordinate that finds no rest and the force that drives it.
+// turns round (Deuflhard, Newton Methods for Nonlinear Problems, 2004, ch. 3; Nocedal and Wright 2006, ch. 4; the natural monotonicity test
+// is Deuflhard's eq. 3.30). Where that fails, or leads over unstable states from a start that rests without loads, the loads are raised in
+// steps from zero, and the step is halved where it must; where the states so reached end, at a limit load, the search runs downhill to what
+// lies beyond it (snap-through). Where prescribed motions turn the mechanism, the state beside the start is taken if its small motions are
+// stable (linearise.h): gyroscopic forces hold what stiffness alone does not.
+// Throws InputError naming the coordinate that finds no rest and the force that drives it, prescribed accelerations where these are the
+// reason, and beams deformed beyond what their linear displacements can show.
 StaticSolution solve_statics(const Model& model, const Scene& scene, Work& work);
 
 // Whether a scene starts from static equilibrium, wholly or in part.

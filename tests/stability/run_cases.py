@@ -64,6 +64,13 @@ class Runner:
                 raise Missed(f"column {name} holds what is no number")
         return dict(zip(names, columns))
 
+    def check(self, text):
+        """What `check --json` says of a scene: its modes, and what they are about."""
+        process, out, err = self.start(text, "check", "--json")
+        if process.returncode != 0:
+            raise Missed(f"check: exit {process.returncode}: {err.strip()[-600:]}")
+        return json.loads(out)
+
     def fails(self, text, codes):
         """The message of a run that may end with one of these exit codes; empty if it went well."""
         code, out, err, csv = self.simulate(text)

@@ -73,12 +73,15 @@ TEST(Massless, DampersMakeItFirstOrder) {
     }
     EXPECT_LT(energy_gap(r), 1e-6);
     const Linearisation linear = linearise(make_system(parse_scene(scene, "maxwell.toml")));
-    ASSERT_EQ(linear.modes.size(), 1u);
+    ASSERT_EQ(linear.modes.size(), 2u);
     const auto& all = eigen.eigenvalues();
-    Eigen::Index at = 0;
+    Eigen::Index at = 0, real = 0;
     all.imag().maxCoeff(&at);
-    EXPECT_NEAR(linear.modes[0].frequency, std::abs(all[at]) / (2 * pi), 1e-7);
+    all.imag().cwiseAbs().minCoeff(&real);
+    EXPECT_NEAR(linear.modes[0].frequency, all[at].imag() / (2 * pi), 1e-7);
     EXPECT_NEAR(linear.modes[0].damping, -all[at].real() / std::abs(all[at]), 1e-7);
+    EXPECT_EQ(linear.modes[1].kind, LinearMode::overdamped);
+    EXPECT_NEAR(linear.modes[1].pole.real(), all[real].real(), 1e-7 * std::abs(all[real].real()));
   }
 }
 

@@ -200,5 +200,79 @@ TEST(Statics, ElasticaOfAMixedBeam) {
   }
 }
 
+// A lumped beam is held by the springs between its pieces: w L^4 / 8 EI.
+TEST(Statics, LumpedCantileverIsHeldByItsSprings) {
+  const System s = make_system(parse_scene(head(1, "[0, -9.81, 0]", "start = \"static\"") +
+      "[[body]]\nname = \"beam\"\nkind = \"beam\"\nlength = 1\nsection = { shape = \"circle\", diameter = 0.05 }\nmaterial = { density = 7800.0, youngs_modulus = 2.1e11 }\n"
+      "model = \"lumped\"\nelements = 16\n" + joint("clamp", "weld", "ground", "beam.root", "") + output("tip", "beam.tip", "position"), "lumped.toml"));
+  const double exact = 7800 * 9.81 * pi * 0.05 * 0.05 / 4 / (8 * 2.1e11 * pi * std::pow(0.05, 4) / 64);
+  EXPECT_NEAR(column(run(s.scene.text), "tip.y")[0], -exact, 5e-3 * exact);
+}
+
+// An eccentric disc on a turning shaft rests at e W^2 / (k/m - W^2) in it, above the critical speed too, where its energy has a saddle; a damper in the shaft makes
+// that unstable, and the notes say so.
+TEST(Statics, RotorAboveItsCriticalSpeed) {
+  for (const auto& [speed, damping] : {std::pair{11.0, 0.0}, {30.0, 0.0}, {30.0, 3.0}}) {
+    const std::string slide = fmt::format("spring = {{ stiffness = 400, damping = {} }}", damping);
+    const auto body = [](const std::string& name, const std::string& more) { return fmt::format("[[body]]\nname = \"{}\"\nkind = \"rigid\"\n{}\n", name, more); };
+    const System s = make_system(parse_scene(head(1, "[0, 0, 0]", "start = \"static\"") + body("hub", "mass = 1\ninertia = [1, 1, 1]") + body("link", "mass = 0") +
+        body("disc", "mass = 1\ninertia = [0.1, 0.1, 0.1]\ncentre_of_mass = [0.001, 0, 0]") + joint("spin", "revolute", "ground", "hub", fmt::format("motion = \"{}*t\"", speed)) +
+        joint("x", "prismatic", "hub", "link", "axis = [1, 0, 0]\n" + slide) + joint("y", "prismatic", "link", "disc", "axis = [0, 1, 0]\n" + slide), "rotor.toml"));
+    EXPECT_NEAR(s.work.q[0], 1e-3 * speed * speed / (400 - speed * speed), 1e-12);
+    EXPECT_NEAR(s.work.q[1], 0.0, 1e-12);
+    bool said = false;
+    for (const std::string& note : s.notes.texts(Severity::warning)) said = said || note.find("UNSTABLE") != std::string::npos;
+    EXPECT_EQ(said, damping > 0.0);
+  }
+}
+
+// Two elastic bars in a flat roof, EA = 1e5 N: beyond the limit load of 4.81 N they rest on the other side, and the notes say where they snapped.
+TEST(Statics, SnapThroughFindsTheStateBeyond) {
+  const double length = std::hypot(1.0, 0.05), slope = std::atan2(0.05, 1.0);
+  for (const double load : {4.0, 6.0, 20.0}) {
+    std::string scene = head(1, "[0, 0, 0]", "start = \"static\"");
+    for (const char* name : {"l", "r"})
+      scene += fmt::format("[[body]]\nname = \"{}\"\nkind = \"beam\"\nlength = {:.17g}\nsection = {{ shape = \"general\", area = 1e-4, iy = 1e-9, iz = 1e-9, j = 1e-9 }}\n"
+                           "material = {{ density = 1000.0, youngs_modulus = 1e9 }}\nelements = 1\neffects = [\"axial\"]\n", name, length);
+    scene += joint("left", "revolute", "ground", "l.root", fmt::format("position = [-1, 0, 0]\nrotation = [0, 0, {:.17g}]", slope)) +
+             joint("right", "revolute", "ground", "r.root", fmt::format("position = [1, 0, 0]\nrotation = [0, 0, {:.17g}]", pi - slope)) + joint("apex", "revolute", "l.tip", "r.tip", "") +
+             fmt::format("[[force]]\nkind = \"force\"\non = \"l.tip\"\ndirection = [0, -1, 0]\nvalue = {}\n", load) + output("y", "l.tip", "position");
+    const Results r = run(scene);
+    const double y = column(r, "y.y")[0];
+    EXPECT_NEAR(2e5 * (std::hypot(1.0, y) / length - 1) * y / std::hypot(1.0, y), -load, 1e-6);
+    EXPECT_EQ(y < 0, load > 4.9);
+    bool said = false;
+    for (const std::string& note : r.statistics.notes.texts(Severity::note)) said = said || note.find("snapped to") != std::string::npos;
+    EXPECT_EQ(said, load > 4.9) << load;
+  }
+}
+
+// Forces count with their values at exactly t = 0; accelerations of motions are the reason where nothing rests in them; a beam beyond its linear field is refused.
+TEST(Statics, WhatHoldsAtTimeZero) {
+  const std::string block = "[[body]]\nname = \"m\"\nkind = \"rigid\"\nmass = 1\ninertia = [1, 1, 1]\n";
+  const System s = make_system(parse_scene(head(1, "[0, 0, 0]", "start = \"static\"") + block + joint("x", "prismatic", "ground", "m", "axis = [1, 0, 0]\nspring = { stiffness = 100 }") +
+                                               "[[force]]\nkind = \"force\"\non = \"m\"\ndirection = [1, 0, 0]\nvalue = \"t <= 0 ? 5 : 0\"\n", "let_go.toml"));
+  EXPECT_NEAR(s.work.q[0], 0.05, 1e-12);
+  const auto refusal = [](const std::string& scene) {
+    try {
+      make_system(parse_scene(scene, "refused.toml"));
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const std::string cart = "[[body]]\nname = \"cart\"\nkind = \"rigid\"\nmass = 1\ninertia = [1, 1, 1]\n";
+  const std::string driven = refusal(head(1, "[0, 0, 0]", "start = \"static\"") + cart + block + joint("drive", "prismatic", "ground", "cart", "axis = [1, 0, 0]\nmotion = \"3*t*t\"") +
+                                     joint("slide", "prismatic", "cart", "m", "axis = [1, 0, 0]"));
+  EXPECT_NE(driven.find("'drive' with 6 m/s^2"), std::string::npos) << driven;
+  EXPECT_EQ(driven.find("buckles"), std::string::npos) << driven;
+  const std::string bent = refusal(head(1, "[0, 0, 0]", "start = \"static\"") +
+      "[[body]]\nname = \"strip\"\nkind = \"beam\"\nlength = 1\nsection = { shape = \"general\", area = 1e-3, iy = 1e-8, iz = 1e-8, j = 2e-8 }\n"
+      "material = { density = 1000.0, youngs_modulus = 1e8 }\nmodel = \"modal\"\nmodes = { bending_xy = [1, 2, 3] }\n" + joint("clamp", "weld", "ground", "strip.root", "") +
+      "[[force]]\nkind = \"force\"\non = \"strip.tip\"\ndirection = [0, 1, 0]\nvalue = 10\n");
+  EXPECT_NE(bent.find("'strip'"), std::string::npos) << bent;
+  EXPECT_NE(bent.find("mixed"), std::string::npos) << bent;
+}
+
 }  // namespace
 }  // namespace flexframe::sim

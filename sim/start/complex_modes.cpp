@@ -1,0 +1,216 @@
+#include "sim/start/complex_modes.h"
+
+#include "sim/base/eigen_solvers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace flexframe::sim {
+namespace {
+
+constexpr double eps = std::numeric_limits<double>::epsilon();
+// First-order bounds are estimates, and half of what splits a double eigenvalue: what is within so many of them is not told from zero.
+constexpr double margin = 16.0;
+
+// Undamped modes: Phi^T M Phi = 1, Phi^T K Phi = diag(square).
+struct UndampedModes {
+  MatX Phi;
+  VecX square;
+};
+
+// Solves for the modes that the columns of B span.
+UndampedModes solve_within(const MatX& M, const MatX& K, const MatX& B) {
+  MatX m = B.transpose() * M * B, k = B.transpose() * K * B;
+  // Unit diagonal of the mass matrix, whose entries may differ by many orders.
+  const VecX unit = m.diagonal().cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt().cwiseInverse();
+  m = unit.asDiagonal() * m * unit.asDiagonal();
+  k = unit.asDiagonal() * k * unit.asDiagonal();
+  const GeneralizedEigen eigen(0.5 * (k + k.transpose()), 0.5 * (m + m.transpose()));
+  if (eigen.info() != Eigen::Success) throw SimulationError("the frequencies cannot be computed: the mass matrix is not positive definite");
+  return {B * unit.asDiagonal() * eigen.eigenvectors(), eigen.eigenvalues()};
+}
+
+// A symmetric solver knows eigenvalues to eps times the largest. Those far below it are found again in the space of their own vectors, from
+// which the first order of the others is taken out.
+UndampedModes undamped_modes(const MatX& M, const MatX& K) {
+  const Eigen::Index n = M.rows();
+  UndampedModes all = solve_within(M, K, MatX::Identity(n, n));
+  std::vector<Eigen::Index> low(static_cast<size_t>(n));
+  std::iota(low.begin(), low.end(), 0);
+  for (int level = 0; level < 8; ++level) {
+    double top = 0.0;
+    for (const Eigen::Index k : low) top = std::max(top, std::abs(all.square[k]));
+    std::vector<Eigen::Index> high, next;
+    for (const Eigen::Index k : low) (std::abs(all.square[k]) > 1e-8 * top ? high : next).push_back(k);
+    if (next.empty() || high.empty()) break;
+    const MatX H = all.Phi(Eigen::all, high), L = all.Phi(Eigen::all, next);
+    const VecX squares = all.square(high);
+    const MatX B = L - H * (squares.cwiseInverse().asDiagonal() * (H.transpose() * K * L));
+    const UndampedModes again = solve_within(M, K, B);
+    for (size_t i = 0; i < next.size(); ++i) {
+      all.Phi.col(next[i]) = again.Phi.col(static_cast<Eigen::Index>(i));
+      all.square[next[i]] = again.square[static_cast<Eigen::Index>(i)];
+    }
+    low = next;
+  }
+  return all;
+}
+
+Eigen::VectorXcd unit_peak(const Eigen::VectorXcd& x) {
+  Eigen::Index at = 0;
+  if (x.size() == 0 || !(x.cwiseAbs().maxCoeff(&at) > 0.0)) return x;
+  return x / x[at];
+}
+
+// x'' + d x' + k x = 0.
+void add_single(double d, double k, double d_error, double k_error, const VecX& shape, std::vector<ComplexMode>& out) {
+  if (std::abs(d) <= margin * d_error) d = 0.0;
+  if (std::abs(k) <= margin * k_error) k = 0.0;
+  const Eigen::VectorXcd x = unit_peak(shape.cast<std::complex<double>>());
+  if (k == 0.0) {
+    out.push_back({0.0, std::sqrt(k_error), x});
+    if (d != 0.0) out.push_back({-d, d_error + k_error / std::abs(d), x});
+    return;
+  }
+  const double disc = 0.25 * d * d - k;
+  if (disc < 0.0) {
+    const double im = std::sqrt(-disc);
+    out.push_back({{-0.5 * d, im}, 0.5 * d_error + 0.5 * k_error / im, x});
+    return;
+  }
+  // Without damping the growing motion stands for the pair.
+  if (d == 0.0) {
+    out.push_back({std::sqrt(-k), 0.5 * k_error / std::sqrt(-k), x});
+    return;
+  }
+  const double far = -(0.5 * d + std::copysign(std::sqrt(disc), d)), near = k / far;
+  const double gap = std::max(std::abs(far - near), std::sqrt(k_error + std::abs(far) * d_error));
+  for (const double lambda : {near, far}) out.push_back({lambda, gap > 0.0 ? (k_error + std::abs(lambda) * d_error) / gap : 0.0, x});
+}
+
+// Eigenvalues of A, known to E entry by entry. `balance`: A is D A D^-1 of the user's with D = diag(balance).
+void add_general(const MatX& A, const MatX& E, const std::function<Eigen::VectorXcd(const Eigen::VectorXcd&)>& shape,
+                 std::vector<ComplexMode>& out) {
+  const ComplexEigen eigen(A);
+  if (eigen.info() != Eigen::Success)
+    throw SimulationError("the frequencies of the damped or turning mechanism cannot be computed: the eigenvalue solver does not converge");
+  const Eigen::MatrixXcd& R = eigen.eigenvectors();
+  const Eigen::MatrixXcd L = eigen.left_eigenvectors();
+  // Backward error of the solver (Golub and Van Loan, Matrix Computations, sec. 7.5: a small multiple of n eps |A|).
+  const double size = A.norm(), solver = 4.0 * eps * static_cast<double>(A.rows()) * size;
+  // The zero eigenvalues' displacements: of a double one both vectors are the same.
+  std::vector<Eigen::VectorXcd> still;
+  double still_error = 0.0;
+  for (Eigen::Index k = 0; k < A.cols(); ++k) {
+    std::complex<double> lambda = eigen.eigenvalues()[k];
+    const VecX right = R.col(k).cwiseAbs(), left = L.row(k).cwiseAbs().transpose();
+    double error = left.allFinite() ? left.dot(E * right) + solver * left.norm() * right.norm() : 0.0;
+    // Where the vectors have run together the bound is that of a double eigenvalue.
+    const double split = std::sqrt(size * (solver + E.norm()));
+    error = left.allFinite() ? std::min(error, split) : split;
+    if (std::abs(lambda) <= margin * error) {
+      still.push_back(shape(R.col(k)));
+      still_error = std::max(still_error, error);
+      continue;
+    }
+    if (std::abs(lambda.imag()) <= margin * error) lambda.imag(0.0);
+    if (std::abs(lambda.real()) <= margin * error) lambda.real(0.0);
+    if (lambda.imag() < 0.0) continue;
+    out.push_back({lambda, error, unit_peak(shape(R.col(k)))});
+  }
+  if (still.empty()) return;
+  MatX motions(still[0].size(), 2 * static_cast<Eigen::Index>(still.size()));
+  for (size_t k = 0; k < still.size(); ++k) {
+    const double peak = still[k].cwiseAbs().maxCoeff();
+    const Eigen::VectorXcd x = peak > 0.0 ? Eigen::VectorXcd(still[k] / peak) : still[k];
+    motions.col(2 * static_cast<Eigen::Index>(k)) = x.real();
+    motions.col(2 * static_cast<Eigen::Index>(k) + 1) = x.imag();
+  }
+  // Vectors of a double eigenvalue agree to about its split, those of different motions differ by much more.
+  const MatX distinct = independent_columns(motions, 1e-3);
+  for (Eigen::Index k = 0; k < std::min<Eigen::Index>(distinct.cols(), static_cast<Eigen::Index>(still.size())); ++k)
+    out.push_back({0.0, still_error, unit_peak(distinct.col(k).cast<std::complex<double>>())});
+}
+
+// Groups of modes that D and the skew part of K couple.
+std::vector<std::vector<Eigen::Index>> coupled_groups(const MatX& coupled) {
+  const Eigen::Index n = coupled.rows();
+  std::vector<std::vector<Eigen::Index>> out;
+  std::vector<char> seen(static_cast<size_t>(n), 0);
+  for (Eigen::Index start = 0; start < n; ++start) {
+    if (seen[static_cast<size_t>(start)]) continue;
+    std::vector<Eigen::Index> group{start};
+    seen[static_cast<size_t>(start)] = 1;
+    for (size_t at = 0; at < group.size(); ++at)
+      for (Eigen::Index k = 0; k < n; ++k)
+        if (!seen[static_cast<size_t>(k)] && (coupled(group[at], k) != 0.0 || coupled(k, group[at]) != 0.0)) {
+          seen[static_cast<size_t>(k)] = 1;
+          group.push_back(k);
+        }
+    out.push_back(group);
+  }
+  return out;
+}
+
+// Modes of a coupled group, in undamped modes Phi (n x m): x'' + D x' + K x = 0.
+void add_group(const MatX& D, const MatX& K, const MatX& D_error, const MatX& K_error, const MatX& Phi, std::vector<ComplexMode>& out) {
+  const Eigen::Index m = D.rows();
+  // [W x; x']: by their own frequencies, or by the slowest rate that the group has where they have none.
+  VecX W(m);
+  double slowest = std::numeric_limits<double>::infinity();
+  for (Eigen::Index k = 0; k < m; ++k) {
+    W[k] = std::abs(K(k, k)) > margin * K_error(k, k) ? std::sqrt(std::abs(K(k, k)))
+                                                      : std::max(D.row(k).cwiseAbs().maxCoeff(), D.col(k).cwiseAbs().maxCoeff());
+    if (W[k] > 0.0) slowest = std::min(slowest, W[k]);
+  }
+  for (Eigen::Index k = 0; k < m; ++k)
+    if (!(W[k] > 0.0)) W[k] = slowest;
+  MatX A = MatX::Zero(2 * m, 2 * m), E = A;
+  A.topRightCorner(m, m) = W.asDiagonal();
+  A.bottomLeftCorner(m, m) = -K * W.cwiseInverse().asDiagonal();
+  A.bottomRightCorner(m, m) = -D;
+  E.bottomLeftCorner(m, m) = K_error * W.cwiseInverse().asDiagonal();
+  E.bottomRightCorner(m, m) = D_error;
+  add_general(
+      A, E, [&](const Eigen::VectorXcd& z) { return Eigen::VectorXcd(Phi * z.head(m).cwiseQuotient(W.cast<std::complex<double>>())); },
+      out);
+}
+
+}  // namespace
+
+std::vector<ComplexMode> complex_modes(const SecondOrder& s) {
+  const Eigen::Index n = s.M.rows();
+  std::vector<ComplexMode> out;
+  if (n == 0) return out;
+  const UndampedModes modes = undamped_modes(s.M, 0.5 * (s.K + s.K.transpose()));
+  const MatX& Phi = modes.Phi;
+  const MatX size = Phi.cwiseAbs();
+  // What the entries are known to, and the rounding of the products.
+  const MatX K_error = size.transpose() * (s.K_error + eps * s.K.cwiseAbs()) * size;
+  const MatX D_error = size.transpose() * (s.D_error + eps * s.D.cwiseAbs()) * size;
+  MatX D = Phi.transpose() * s.D * Phi, K = Phi.transpose() * (0.5 * (s.K - s.K.transpose())) * Phi;
+  for (Eigen::Index j = 0; j < n; ++j)
+    for (Eigen::Index i = 0; i < n; ++i) {
+      if (std::abs(D(i, j)) <= margin * D_error(i, j)) D(i, j) = 0.0;
+      if (std::abs(K(i, j)) <= margin * K_error(i, j)) K(i, j) = 0.0;
+    }
+  MatX coupled = D.cwiseAbs() + K.cwiseAbs();
+  coupled.diagonal().setZero();
+  K.diagonal() = modes.square;
+  for (const std::vector<Eigen::Index>& g : coupled_groups(coupled)) {
+    if (g.size() == 1) add_single(D(g[0], g[0]), K(g[0], g[0]), D_error(g[0], g[0]), K_error(g[0], g[0]), Phi.col(g[0]), out);
+    else add_group(D(g, g), K(g, g), D_error(g, g), K_error(g, g), Phi(Eigen::all, g), out);
+  }
+  return out;
+}
+
+std::vector<ComplexMode> first_order_modes(const MatX& A, const MatX& A_size,
+                                           const std::function<Eigen::VectorXcd(const Eigen::VectorXcd&)>& shape) {
+  std::vector<ComplexMode> out;
+  if (A.rows() > 0) add_general(A, 1e-13 * A_size, shape, out);
+  return out;
+}
+
+}  // namespace flexframe::sim
