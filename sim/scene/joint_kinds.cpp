@@ -102,6 +102,26 @@ void bending_bias(const Vec3& axis, const double* q, const double* w, Vec6& out)
   out.tail<3>() = right_jacobian_rate(theta, flexure_vector<pair>(axis, w), RotationSeries(theta.squaredNorm()));
 }
 
+// A bend about a line normal to the axis, without twist: whatever the bend, shafts along both axes turn alike.
+Vec3 bend(const Vec3& axis, const double* q) {
+  const auto [x, y] = axis_normals(axis);
+  return x * q[0] + y * q[1];
+}
+
+void bending_without_twist(const Vec3& axis, double, const double* q, Pose& pose, Mat6& S) {
+  const auto [x, y] = axis_normals(axis);
+  const Vec3 theta = bend(axis, q);
+  const Mat3 J = right_jacobian(theta, RotationSeries(theta.squaredNorm()));
+  pose.R = rotation_exp(theta);
+  S.col(0).tail<3>() = J * x;
+  S.col(1).tail<3>() = J * y;
+}
+
+void bending_without_twist_bias(const Vec3& axis, const double* q, const double* w, Vec6& out) {
+  const Vec3 theta = bend(axis, q);
+  out.tail<3>() = right_jacobian_rate(theta, bend(axis, w), RotationSeries(theta.squaredNorm()));
+}
+
 constexpr std::string_view one_number = "one number", no_coordinates = "no coordinate";
 constexpr ClosureFacts nothing{"", ""};
 
@@ -138,6 +158,9 @@ constexpr std::array table{
     JointTraits{.kind = JointKind::distance, .word = "distance", .coordinates = no_coordinates, .rates = "", .quaternion = -1, .surfaces = "",
                 .pressing = Pressing::all, .in_plane = InPlane::any_axis, .closure = ClosureFacts{"", "", true}, .place = nullptr, .bias = nullptr,
                 .length = true},
+    JointTraits{.kind = JointKind::constant_velocity, .word = "constant-velocity", .coordinates = "[bend about x, bend about y]", .rates = "rr",
+                .quaternion = -1, .surfaces = "aa", .pressing = Pressing::all, .in_plane = InPlane::never, .closure = std::nullopt,
+                .place = bending_without_twist, .bias = bending_without_twist_bias, .symbol = JointSymbol::ball},
     JointTraits{.kind = JointKind::flexure, .word = "", .coordinates = "[rotation x, y, z]", .rates = "rrr", .quaternion = -1, .surfaces = "abc",
                 .pressing = Pressing::all, .in_plane = InPlane::never, .closure = std::nullopt, .place = bending<false>, .bias = bending_bias<false>},
     JointTraits{.kind = JointKind::flexure_pair, .word = "", .coordinates = "[rotation, rotation]", .rates = "rr", .quaternion = -1, .surfaces = "ab",

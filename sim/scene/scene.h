@@ -136,7 +136,7 @@ struct FrameRef {
 
 // The last two are no words of the scene file: joints of small rotation vectors inside lumped beams.
 enum class JointKind { weld, revolute, prismatic, cylindrical, universal, spherical, planar, free, screw,
-                       point_on_line, point_on_plane, distance, flexure, flexure_pair };
+                       point_on_line, point_on_plane, distance, constant_velocity, flexure, flexure_pair };
 
 struct Spring { double stiffness = 0.0, damping = 0.0, rest = 0.0, preload = 0.0; };
 struct Friction {

@@ -219,6 +219,23 @@ TEST_P(EveryJoint, ErrorFollowsTheTolerance) {
   }
 }
 
+// A shaft turned at 3 rad/s, and one at an angle of half a radian to it. Joined by a constant-velocity joint they turn alike; joined by a
+// cross (axes x and y of the shaft) the second turns at 3 cos(beta) / (1 - sin^2(beta) cos^2(turn)): between 3 cos(beta) and 3 / cos(beta).
+TEST(ConstantVelocity, TurnsShaftsAlike) {
+  const double beta = 0.5;
+  const auto driven = [&](const std::string& kind, const std::string& axis) {
+    return run(head(2.5, Vec3::Zero()) + body_a + body_b + joint("drive", "revolute", "ground", "a", "motion = \"3*t\"") + joint("coupling", kind, "a", "b", axis) +
+                   joint("bearing", "revolute", "ground", "b", fmt::format("rotation = [{}, 0, 0]", beta)) + output("out", "bearing", "value") + output("rate", "bearing", "rate") +
+                   output("torque", "drive", "reaction"), 1e-9);
+  };
+  const Results alike = driven("constant-velocity", "axis = [0, 0, 1]");
+  EXPECT_LT((column(alike, "out") - 3.0 * alike.times).cwiseAbs().maxCoeff(), 1e-8);
+  EXPECT_LT((column(alike, "rate").array() - 3.0).abs().maxCoeff(), 1e-8);
+  const Results cross = driven("universal", "axis = [1, 0, 0]");
+  EXPECT_NEAR(column(cross, "rate").maxCoeff(), 3.0 / std::cos(beta), 1e-3);
+  EXPECT_NEAR(column(cross, "rate").minCoeff(), 3.0 * std::cos(beta), 1e-3);
+}
+
 std::string name_of(const testing::TestParamInfo<JointTraits>& p) {
   std::string out(p.param.word);
   std::replace(out.begin(), out.end(), '-', '_');
