@@ -270,7 +270,8 @@ class Bridges {
  public:
   // part_of: a representative vertex of each vertex's part. grid: of the welded positions.
   Bridges(Graph& graph, const Weld& weld, const PointGrid& grid, std::vector<int> part_of)
-      : graph_(graph), weld_(weld), grid_(grid), part_of_(std::move(part_of)), group_(graph.vertices), members_(graph.vertices), held_(graph.vertices, 0) {
+      : graph_(graph), weld_(weld), grid_(grid), part_of_(std::move(part_of)), group_(graph.vertices), members_(graph.vertices),
+        held_(graph.vertices, 0) {
     for (int v = 0; v < graph.vertices; ++v) members_[part_of_[v]].push_back(v);
     for (int i = 0; i < graph.nodes; ++i) ++held_[part_of_[graph.node_vertex[graph.node_begin[i]]]];
     for (int v = 0; v < graph.vertices; ++v)

@@ -122,7 +122,8 @@ class Occlusion {
       for (int x = 0; x < half_.width; ++x) {
         float& d = half_.distance[index(x, y)];
         if (d != nothing || !worked_on(x, y)) continue;
-        const glm::dvec3 q = ground.pixel_to_ground * glm::dvec3(frame_.area.x + px0_ + 2 * x + 0.5, frame_.area.y + py0_ + 2 * y + 0.5, 1.0);
+        const glm::dvec3 pixel(frame_.area.x + px0_ + 2 * x + 0.5, frame_.area.y + py0_ + 2 * y + 0.5, 1.0);
+        const glm::dvec3 q = ground.pixel_to_ground * pixel;
         if (q.z > 0.0) d = static_cast<float>(-(o.z + du.z * q.x / q.z + dv.z * q.y / q.z));
       }
   }

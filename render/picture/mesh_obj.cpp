@@ -78,7 +78,8 @@ void for_each_line(std::string_view text, Visit visit) {
   }
 }
 
-// Index, from 0, of a corner's part "v", "vt" or "vn": checked against the count so far (negative) and the count in the file; -1: not given.
+// Index, from 0, of a corner's part "v", "vt" or "vn": checked against the count so far (negative) and the count in the file; -1: not
+// given.
 int corner_index(std::string_view part, long so_far, long in_all, const char* what, const std::string& file, long line) {
   if (part.empty()) return -1;
   if (part.front() == '+') part.remove_prefix(1);

@@ -218,7 +218,8 @@ double least_mass(const FlexibleBody& body) {
 // A file's body step by step.
 class BodyOfSid {
  public:
-  BodyOfSid(const SidFile& sid, const std::string& name, std::vector<std::string>* notes) : sid_(sid), name_(name), notes_(notes), n_(sid.nelastq) {}
+  BodyOfSid(const SidFile& sid, const std::string& name, std::vector<std::string>* notes)
+      : sid_(sid), name_(name), notes_(notes), n_(sid.nelastq) {}
 
   FlexibleBody make() {
     require_blocks();
@@ -237,7 +238,9 @@ class BodyOfSid {
     for (const SidNode& source : sid_.nodes) take_node(source);
     if (turned_ > 0) note(fmt::format("{} nodes: psi is taken from AP.M1", turned_));
     if (const double least = least_mass(body_); least < -1e-6)
-      note(fmt::format("mass, inertia and their coupling to the elastic coordinates contradict each other (scaled, the mass matrix of the free body has the eigenvalue {:.2g}): the body cannot move freely", least));
+      note(fmt::format("mass, inertia and their coupling to the elastic coordinates contradict each other (scaled, the mass matrix of the "
+                       "free body has the eigenvalue {:.2g}): the body cannot move freely",
+                       least));
     return std::move(body_);
   }
 
@@ -269,7 +272,8 @@ class BodyOfSid {
       stiff_nodes += has_order(node.phi, true);
     }
     const double nd = n_;
-    const double bytes = 8.0 * (nd * nd * (3.0 + (second ? 12.0 : 0.0) + 3.0 * static_cast<double>(stiff_nodes)) + 6.0 * nd * static_cast<double>(sid_.nodes.size()));
+    const double matrices = 3.0 + (second ? 12.0 : 0.0) + 3.0 * static_cast<double>(stiff_nodes);
+    const double bytes = 8.0 * (nd * nd * matrices + 6.0 * nd * static_cast<double>(sid_.nodes.size()));
     if (bytes > 64e6 + 3200.0 * static_cast<double>(entries))
       fail(fmt::format("nelastq = {} would need {:.0f} MB of matrices, but the file gives only {} numbers", n_, bytes / 1e6, entries));
   }
@@ -291,7 +295,8 @@ class BodyOfSid {
     if (m.size() == 0) return;
     const double scale = m.cwiseAbs().maxCoeff();
     const double skewness = (m - m.transpose()).cwiseAbs().maxCoeff();
-    if (skewness > 1e-6 * scale) note(fmt::format("{} is not symmetric (by {:.2g} of its largest entry): its symmetric part is used", what, skewness / scale));
+    if (skewness > 1e-6 * scale)
+      note(fmt::format("{} is not symmetric (by {:.2g} of its largest entry): its symmetric part is used", what, skewness / scale));
     m = (0.5 * (m + m.transpose())).eval();
   }
 
@@ -306,8 +311,9 @@ class BodyOfSid {
     if (!has_order(sid_.Ct, false)) {
       body_.md1 = from_md;
       if (!sid_.Ct) note("Ct is missing: taken from mdCM.M1");
-    } else if (const double scale = body_.md1.cwiseAbs().maxCoeff(); (from_md - body_.md1).cwiseAbs().maxCoeff() > 1e-6 * scale) {
-      note(fmt::format("mdCM.M1 differs from Ct.M0 by {:.2g} of the largest entry: Ct is used", (from_md - body_.md1).cwiseAbs().maxCoeff() / scale));
+    } else {
+      const double scale = body_.md1.cwiseAbs().maxCoeff(), apart = (from_md - body_.md1).cwiseAbs().maxCoeff();
+      if (apart > 1e-6 * scale) note(fmt::format("mdCM.M1 differs from Ct.M0 by {:.2g} of the largest entry: Ct is used", apart / scale));
     }
   }
 
@@ -332,7 +338,9 @@ class BodyOfSid {
     }
     require_inertia_tensor();
     if (has_order(sid_.Oe, true)) {
-      each(sid_.Oe, true, [&](const SidEntry& e) { entry(body_.J2[oe_row[e.column - 1]], e.row - 1, e.mode - 1) = -e.value / oe_factor[e.column - 1]; });
+      each(sid_.Oe, true, [&](const SidEntry& e) {
+        entry(body_.J2[oe_row[e.column - 1]], e.row - 1, e.mode - 1) = -e.value / oe_factor[e.column - 1];
+      });
       for (MatX& J2 : body_.J2) make_symmetric(J2, "Oe.M1");
     } else if (n_ > 0) {
       note("Oe has no first order: the inertia is linear in the elastic coordinates");
@@ -351,7 +359,9 @@ class BodyOfSid {
     if (has_order(sid_.Cr, true)) {
       each(sid_.Cr, true, [&](const SidEntry& e) { entry(body_.Cr1[e.column - 1], e.row - 1, e.mode - 1) = e.value; });
     } else if (has_order(sid_.Ge, false)) {
-      each(sid_.Ge, false, [&](const SidEntry& e) { entry(body_.Cr1[(e.column - 1) / n_], e.row - 1, (e.column - 1) % n_) = 0.5 * e.value; });
+      each(sid_.Ge, false, [&](const SidEntry& e) {
+        entry(body_.Cr1[(e.column - 1) / n_], e.row - 1, (e.column - 1) % n_) = 0.5 * e.value;
+      });
       note("Cr has no first order: taken from Ge / 2");
     }
   }
@@ -374,7 +384,8 @@ class BodyOfSid {
     if (static_cast<int>(given.size()) != n_ || given.front() < 0.0) return;
     double worst = 0.0;
     for (int k = 0; k < n_; ++k) worst = std::max(worst, std::abs(given[k] - f(k)) / std::max(f(k), 1e-3));
-    if (worst > 2e-3) note(fmt::format("the frequencies of the labels differ from those of Me, Ke by up to {:.2g}: Me and Ke are used", worst));
+    if (worst > 2e-3)
+      note(fmt::format("the frequencies of the labels differ from those of Me, Ke by up to {:.2g}: Me and Ke are used", worst));
   }
 
   Mat3 node_rotation(const SidNode& source) const {
@@ -449,7 +460,9 @@ class BodyOfSid {
 
 }  // namespace
 
-FlexibleBody to_flexible_body(const SidFile& sid, const std::string& name, std::vector<std::string>* notes) { return BodyOfSid(sid, name, notes).make(); }
+FlexibleBody to_flexible_body(const SidFile& sid, const std::string& name, std::vector<std::string>* notes) {
+  return BodyOfSid(sid, name, notes).make();
+}
 
 SidFile from_flexible_body(const FlexibleBody& body, const std::string& comment) {
   SidFile sid;

@@ -119,7 +119,8 @@ void own_block(const Part& part, const Cluster& c, const Frame& o, PlanarPart& p
   } else {
     p.Fe = p.Mre;
   }
-  for (int j = 0; j < nj; ++j) cw.M.block(ev, jv + j, n, 1) = p.Fe.col(0) * p.Hj(0, j) + p.Fe.col(1) * p.Hj(1, j) + p.Fe.col(2) * p.Hj(2, j);
+  for (int j = 0; j < nj; ++j)
+    cw.M.block(ev, jv + j, n, 1) = p.Fe.col(0) * p.Hj(0, j) + p.Fe.col(1) * p.Hj(1, j) + p.Fe.col(2) * p.Hj(2, j);
 }
 
 // A composite's inertia and bias at a frame of the part that carries it.

@@ -26,7 +26,8 @@ std::vector<ClosureRow> closure_rows(JointKind kind, const Vec3& axis, double le
   const auto named = [&](char letter) { return letter == 'x' ? axes.x : letter == 'y' ? axes.y : axes.z; };
   std::vector<ClosureRow> rows;
   for (char u : facts.places) rows.push_back({ClosureRow::translation, named(u), Vec3::Zero(), 0.0});
-  for (std::size_t k = 0; k < facts.turns.size(); k += 2) rows.push_back({ClosureRow::angle, named(facts.turns[k]), named(facts.turns[k + 1]), 0.0});
+  for (std::size_t k = 0; k < facts.turns.size(); k += 2)
+    rows.push_back({ClosureRow::angle, named(facts.turns[k]), named(facts.turns[k + 1]), 0.0});
   if (facts.distance) rows.push_back({ClosureRow::distance, Vec3::Zero(), Vec3::Zero(), length});
   return rows;
 }
