@@ -990,3 +990,4 @@ def exaggerated(run):
 
 
 import cases_contacts  # noqa: E402,F401  adds its cases
+import cases_effects  # noqa: E402,F401
