@@ -16,11 +16,18 @@ void EventWatch::begin(System& system, double t, const VecX& y) {
   if (n > 0) event_margins(system, t, y.data(), start_.margin.data());
 }
 
+// A multistep interpolant is exact at the step's end and misses its start by up to the tolerance, at first order by a bend of the whole step: enough to
+// foretell a stop that is met again at once by a body that has only just left it. What it misses is taken out linearly.
+void EventWatch::state_at(const Integrator& integrator, double t, VecX& y) const {
+  integrator.interpolate(t, y);
+  y += (end_ - t) / (end_ - start_.t) * missed_;
+}
+
 EventWatch::Point EventWatch::at(System& system, const Integrator& integrator, double t) {
   Point p;
   p.t = t;
   p.margin.resize(start_.margin.size());
-  integrator.interpolate(t, scratch_);
+  state_at(integrator, t, scratch_);
   event_margins(system, t, scratch_.data(), p.margin.data());
   return p;
 }
@@ -81,6 +88,9 @@ void EventWatch::locate(System& system, const Integrator& integrator, Point& bef
 
 bool EventWatch::look(System& system, const Integrator& integrator, double& t, VecX& y) {
   if (start_.margin.empty()) return false;
+  end_ = t;
+  integrator.interpolate(start_.t, missed_);
+  missed_ = start_y_ - missed_;
   event_roundings(system, floor_);
   for (size_t k = 0; k < floor_.size(); ++k) floor_[k] = std::min(-floor_[k], 2.0 * start_.margin[k]);
   std::vector<Point> points{start_};
@@ -110,7 +120,7 @@ bool EventWatch::look(System& system, const Integrator& integrator, double& t, V
   }
   locate(system, integrator, before, after);
   t = after.t;
-  integrator.interpolate(t, y);
+  state_at(integrator, t, y);
   for (size_t k = 0; k < floor_.size(); ++k) directions_[k] = after.margin[k] < floor_[k] ? -1 : 0;
   return true;
 }

@@ -30,6 +30,7 @@ class EventWatch {
     double t = 0.0;
     std::vector<double> margin;
   };
+  void state_at(const Integrator& integrator, double t, VecX& y) const;
   Point at(System& system, const Integrator& integrator, double t);
   bool ended(const Point& p) const;
   bool dips(System& system, const Integrator& integrator, const std::vector<Point>& points, Point& before, Point& after);
@@ -37,6 +38,8 @@ class EventWatch {
 
   Point start_;
   VecX start_y_, scratch_;
+  double end_ = 0.0;              // of the step that is looked at
+  VecX missed_;                   // the start's state less what the interpolant says there
   std::vector<double> floor_;     // per margin: below it the phase has ended
   std::vector<int> directions_;
 };
