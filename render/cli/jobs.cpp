@@ -51,6 +51,7 @@ void add_simulation_words(Subcommand words, SimulationWords& values) {
       .range(1e-9, 0.5)
       .excludes("--tolerance");
   words.option("--method", values.method, "auto, adams, bdf, erk, dirk, ida or exponential, in place of the scene's");
+  words.option("--max-steps", values.max_steps, "a run that would take more steps ends with a sentence that says why; default 5e6").range(1.0, 1e12);
   words.flag("--no-error-estimate", values.no_estimate, "leave out the second, looser run that the estimated error comes from");
   words.flag("--no-effect-check", values.no_check, "leave out the check of effects that are left out (about half of the run's cost)");
   words.flag("--strict", values.strict, "a left-out effect that is worth more than the asked accuracy is an error: exit code 1, no files");
@@ -108,10 +109,12 @@ sim::Results run_simulation(const sim::Scene& scene, const SimulationWords& word
   options.accuracy = words.accuracy;
   if (!words.method.empty()) options.method = method_from_name(words.method);
   options.estimate_error = !words.no_estimate;
+  options.max_steps = words.max_steps;
   options.check_effects = !words.no_check;
   if (words.strict && (words.no_check || words.no_estimate)) throw UsageError("--strict needs the check of effects: it excludes --no-effect-check and --no-error-estimate");
   Progress progress("simulating");
   options.progress = [&](double time) { progress.show(time / scene.simulation.duration); };
+  options.tell = [&](const std::string& sentence) { progress.say(sentence); };
   sim::Results results = sim::simulate(scene, options);
   if (words.strict && results.statistics.notes.has(sim::Severity::warning))
     throw std::runtime_error(fmt::format("{}: {}", scene.file.string(), fmt::join(results.statistics.notes.texts(sim::Severity::warning), "; ")));

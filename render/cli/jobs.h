@@ -19,7 +19,7 @@ namespace flexframe::cli {
 
 // --tolerance, --method, --no-error-estimate, --no-effect-check, --strict
 struct SimulationWords {
-  std::optional<double> tolerance, accuracy;
+  std::optional<double> tolerance, accuracy, max_steps;
   std::string method;
   bool no_estimate = false, no_check = false, strict = false;
 };

@@ -73,4 +73,9 @@ void Progress::show(double fraction) {
   fmt::print(stderr, "{} {} %{}\n", what_, 10 * tenths, tenths < 10 ? left : "");
 }
 
+void Progress::say(const std::string& words) {
+  clear();
+  fmt::print(stderr, "{}: {}\n", what_, words);
+}
+
 }  // namespace flexframe::cli

@@ -17,6 +17,8 @@ class Progress {
 
   // fraction 0..1 of the work done so far. Throws Interrupted once the user has asked to stop.
   void show(double fraction);
+  // A line of its own about the work.
+  void say(const std::string& words);
 
  private:
   void clear();

@@ -48,6 +48,17 @@ void refresh(System& system, double t, const VecX& y, bool accelerations, bool r
   if (reactions) compute_reactions(system.model, system.work, out);
 }
 
+// What the state in `work` shows of the sizes of the mechanism and its motion.
+void raise_scales(const System& system, const Energy& e, bool reactions, const Reactions& forces, OutputScales& scales) {
+  const Model& model = system.model;
+  scales.length = model.size;
+  const double duration = model.settings.duration;
+  scales.force = std::max({scales.force, model.mass * model.settings.gravity.norm(), model.mass * model.size / (duration * duration), std::max(e.kinetic, e.strain) / model.size});
+  if (!reactions) return;
+  for (const Vec6& F : forces.part) scales.force = std::max(scales.force, F.head<3>().norm());
+  for (const Vec6& F : forces.loop) scales.force = std::max(scales.force, F.head<3>().norm());
+}
+
 // Shapes and stresses of the nodes, for renderers that map modes.
 void set_node_shapes(const FlexibleBody& flex, const std::vector<int>& nodes, ResultBody& body) {
   body.node_phi.resize(3 * static_cast<Eigen::Index>(nodes.size()), flex.n);
@@ -186,6 +197,7 @@ void Recorder::record(System& system, double t, const VecX& y) {
     joint.rate.row(row) = work.w.segment(p.v0, p.joint.nv).transpose();
   }
   const Energy e = compute_energy(model, work);
+  raise_scales(system, e, plans_.reactions, reactions_, scales_);
   results_.kinetic[row] = e.kinetic;
   results_.strain[row] = e.strain;
   results_.potential[row] = e.potential;
@@ -220,6 +232,7 @@ void HistoryRecorder::record(System& system, double t, const VecX& y) {
   evaluate_outputs(system.model, system.scene, plans_, system.work, reactions_, row > 0 ? table.col(row - 1).data() : nullptr, table.col(row).data());
   const Energy e = compute_energy(system.model, system.work);
   histories_.energy_scale = std::max({histories_.energy_scale, e.kinetic, e.strain});
+  raise_scales(system, e, plans_.reactions, reactions_, histories_.scales);
 }
 
 }  // namespace flexframe::sim

@@ -39,6 +39,7 @@ class Recorder {
   // Row for the next time.
   void record(System& system, double t, const VecX& y);
   Results finish(const System& system);
+  const OutputScales& scales() const { return scales_; }
 
  private:
   struct Piece {
@@ -56,6 +57,7 @@ class Recorder {
   std::vector<BodyRows> rows_;                   // of results_.bodies
   Reactions reactions_;
   Results results_;
+  OutputScales scales_;
   MatX table_;
   Eigen::Index row_ = 0;
 };

@@ -3,6 +3,7 @@
 #include "sim/results/recorder.h"
 #include "sim/run/complete_inertia.h"
 #include "sim/run/integrate_run.h"
+#include "sim/run/passes.h"
 #include "sim/scene/joint_kinds.h"
 #include "sim/start/make_system.h"
 
@@ -46,15 +47,19 @@ std::vector<double> sample_times(const SimulationSettings& s) {
 
 Histories simulate_histories(const Scene& scene, const SimulateOptions& options) {
   return with_complete_inertia(scene, [&](const Scene& s, int& indefinite) {
-    System system = make_system(s);
-    if (options.tolerance) system.tolerance = *options.tolerance;
-    const std::vector<double> times = thinned(sample_times(s.simulation), system.model, s, options.samples);
-    HistoryRecorder recorder(system, times);
-    const SolverStatistics statistics = integrate(system, options.method.value_or(s.simulation.method), times, options.progress,
-                                                  [&](System& at, double t, const VecX& y) { recorder.record(at, t, y); }, indefinite);
-    Histories out = recorder.finish();
-    out.statistics = statistics;
-    return out;
+    return with_narrowed_weights(options.weight_shares, [&](const std::vector<double>& shares, std::vector<double>& wanted) {
+      System system = make_system(s);
+      if (options.tolerance) system.tolerance = *options.tolerance;
+      system.weights.shares = shares;
+      const std::vector<double> times = thinned(sample_times(s.simulation), system.model, s, options.samples);
+      HistoryRecorder recorder(system, times);
+      const SolverStatistics statistics = integrate(system, options.method.value_or(s.simulation.method), times, {options.progress, options.max_steps.value_or(default_max_steps), options.tell},
+                                                    [&](System& at, double t, const VecX& y) { recorder.record(at, t, y); }, indefinite);
+      wanted = system.weights.narrowed(system);
+      Histories out = recorder.finish();
+      out.statistics = statistics;
+      return out;
+    });
   });
 }
 

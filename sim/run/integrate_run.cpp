@@ -3,9 +3,9 @@
 #include "sim/base/cpu_clock.h"
 #include "sim/dynamics/closure.h"
 #include "sim/dynamics/dynamics.h"
-#include "sim/dynamics/flexures.h"
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/massless.h"
+#include "sim/run/method_choice.h"
 #include "sim/time/event_watch.h"
 #include "sim/time/events.h"
 #include "sim/time/newton_matrix.h"
@@ -33,54 +33,20 @@ std::vector<double> segment_ends(const Model& model) {
   return ends;
 }
 
-// Explicit steps are limited by stability to about one radian of the fastest elastic vibration. Up to 2000 such radians in the run
-// Adams is the cheapest; beyond, the L-stable Runge-Kutta method steps over vibrations that the tolerance does not see (BDF of order
-// 3 to 5 is unstable for them, of order 2 it is three times as dear). Where damping turns the fastest vibrations into decay, BDF is stable
-// and the cheapest: a damped beam on its way to large deformations took it 100 steps and the Runge-Kutta method, whose trial stages
-// overshoot, several thousand.
-Method choose_method(const System& system, double& fastest_vibration) {
-  double fastest = 0.0;
-  bool decays = true;  // the fastest vibration of every elastic body is damped beyond critically
-  for (const Part& p : system.model.parts) {
-    double top = 0.0, damping = 0.0;
-    for (int k = 0; k < p.body.n; ++k) {
-      const double square = p.body.Ke(k, k) / p.body.Me(k, k);
-      if (square <= top) continue;
-      top = square;
-      damping = p.body.De.size() > 0 ? p.body.De(k, k) / p.body.Me(k, k) : 0.0;
-    }
-    decays = decays && (p.body.n == 0 || damping > 2.0 * std::sqrt(top));
-    fastest = std::max(fastest, top);
-  }
-  for (const Flexure& f : system.model.flexures) {
-    const double top = flexure_frequency(f);
-    decays = decays && f.links.time_constant * top > 2.0;
-    fastest = std::max(fastest, top * top);
-  }
-  if (!system.model.massless.rates.empty() && massless_decay(system.model, system.work) * system.model.settings.duration > 2000.0) return Method::bdf;
-  // Friction that follows the slip's direction turns it at mu N / (m s), without bound where it starts slowly from rest (a pull in a turning direction: 315 000
-  // steps of Adams, 1400 of BDF).
-  if (std::any_of(system.friction.points.begin(), system.friction.points.end(), [](const FrictionPoint& p) { return p.phase == FrictionPhase::slip; }))
-    return fastest > 0.0 && !decays ? Method::dirk : Method::bdf;
-  fastest_vibration = std::sqrt(fastest);
-  if (fastest_vibration * system.model.settings.duration < 2000.0) return Method::adams;
-  return decays ? Method::bdf : Method::dirk;
-}
-
 // What "auto" took for a long run is looked at again after that many steps. At a tight tolerance the third order of the Runge-Kutta method
 // makes its steps short: where they pass no more than a few radians of the fastest vibration, Adams follows it for at most twice the
 // evaluations, and drifts a hundredth as far (elastic pendulum at 1e-8: 3 million evaluations for 1.6, its energy 1e-8 off instead of 2e-6).
 constexpr long trial_steps = 500;
 constexpr double tight = 1.0001e-8, followed_radians = 10.0;
 
-// Where a deformation closes a loop it stays so: a held beam's stretching is a thousandth of its bending and carries as much force, so that the noise of
-// vibrations which explicit steps follow at the limit of their stability shows (a wire between hinges at 1e-8: Adams loses 1.4 % of its energy, the
-// Runge-Kutta method 1e-5 for the same time).
-bool may_be_followed(const System& system) {
-  for (size_t c = 0; c < system.model.clusters.size(); ++c)
-    if (deformation_closes(system.model, system.work, static_cast<int>(c))) return false;
-  return true;
-}
+// Explicit methods take no fewer steps than that: where motion is a polynomial of time their estimated error vanishes, and a step would grow over whatever comes next.
+constexpr double least_steps = 50;
+
+// A method that turns out wrong: with so many steps to go others are tried for `trial_length` steps, and one that goes so many times as far an evaluation is taken.
+constexpr double long_run = 20000, worth_changing = 5.0;
+constexpr int trial_length = 60;
+// With so many steps to go the user is told what they are spent on.
+constexpr double worth_telling = 2e5;
 
 // What most likely makes the steps small at the present state, half a sentence; `complaint`: of the last evaluation that failed, if one did.
 std::string likely_cause(System system, double t, const VecX& y, const std::string& complaint) {
@@ -159,25 +125,22 @@ std::string unsettled_phases(const System& system, const std::vector<int>& direc
 
 }  // namespace
 
-SolverStatistics integrate(System& system, Method method, const std::vector<double>& times, const std::function<void(double)>& progress,
+SolverStatistics integrate(System& system, Method method, const std::vector<double>& times, const RunWatch& told_to,
                            const std::function<void(System&, double, const VecX&)>& sample, int& indefinite) try {
   SolverStatistics out;
   out.tolerance = system.tolerance;
   const double start = cpu_seconds();
-  double fastest_vibration = 0.0, strictness = 1.0;
-  bool on_trial = method == Method::automatic && system.tolerance <= tight;
-  if (method == Method::automatic) method = choose_method(system, fastest_vibration);
+  double fastest_vibration = 0.0;
+  const bool automatic = method == Method::automatic;
+  bool on_trial = automatic && system.tolerance <= tight;
+  if (automatic) method = choose_method(system, fastest_vibration);
   on_trial = on_trial && method == Method::dirk && fastest_vibration > 0.0 && may_be_followed(system);
-  const auto use = [&](Method chosen) {
+  const auto use = [&](Method chosen, const VecX& state) {
     method = chosen;
     out.method = method_name(method);
-    // Of vibrations that are stepped over nobody sees the phase; what decays or is followed is asked for more.
-    system.elastic_slack = method == Method::dirk ? 0.28 : 0.15;
-    // A multistep method's errors of one sign add up over the many short steps of a period: asked for a tenth, a pendulum keeps its energy
-    // fifteen times better for the same number of evaluations.
-    strictness = method == Method::adams ? 10.0 : 1.0;
+    system.weights.begin(system, method, state);
   };
-  use(method);
+  use(method, pack_state(system, Eigen::Vector2d::Zero()));
   if (method == Method::exponential && (has_events(system) || !system.model.massless.rates.empty()))
     throw InputError(fmt::format("method \"exponential\" follows smooth motion only: {}; take method = \"auto\" or \"erk\"",
                                  has_events(system) ? "dry friction, stops and contacts need their events located" : "what has no mass is balanced in every evaluation"));
@@ -219,16 +182,12 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
   };
   problem.keep = [&](VecX& kept) { keep_load_responses(system, kept); };
   problem.shift = [&](double t0, double t, const VecX& kept, double* dy) { return follow_loads(system, t0, t, kept, dy); };
-  problem.weights = [&](const double* y, double* w) {
-    error_weights(system, y, w);
-    for (int i = 0; i < problem.size; ++i) w[i] *= strictness;
-  };
+  problem.weights = [&](const double*, double* w) { system.weights.write(system.tolerance, w); };
 
   const std::vector<double> ends = segment_ends(system.model);
   VecX y = pack_state(system, Eigen::Vector2d::Zero());
   const Eigen::Index quadrature = system.quadrature ? 2 : 0;
   problem.tolerance = system.tolerance;
-  update_scale(system, y);
   std::unique_ptr<Integrator> integrator;
   EventWatch watch;
   StepGuard guard;
@@ -245,6 +204,7 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
   const auto begin = [&](double t) {
     retire();
     problem.size = static_cast<int>(y.size());
+    problem.longest_step = method == Method::adams || method == Method::erk ? system.model.settings.duration / least_steps : 0.0;
     problem.cheap_jacobian = matrix_is_cheap(system);
     problem.sharp_jacobian = std::any_of(system.friction.points.begin(), system.friction.points.end(), [](const FrictionPoint& p) { return p.phase == FrictionPhase::slip; });
     integrator = std::make_unique<Integrator>(problem, method, t, y);
@@ -276,6 +236,53 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
   VecX at;
   double from = 0.0;
   long calls = 0, standing = 0;
+  const double duration = system.model.settings.duration;
+  MethodReview review;
+  const auto steps_so_far = [&]() { return out.steps + (integrator ? integrator->statistics().steps : 0); };
+  // Simulated seconds an evaluation that another method makes from here, in its stride; 0 where it fails.
+  const auto pace_of = [&](Method other, double end) {
+    const Method kept = method;
+    const ErrorWeights weights = system.weights;
+    double pace = 0.0;
+    use(other, y);
+    try {
+      Integrator trial(problem, other, integrator->time(), y);
+      double from_time = trial.time();
+      long from_evaluations = system.evaluations;
+      for (int k = 0; k < trial_length && trial.time() < end; ++k) {
+        if (k == trial_length / 2) from_time = trial.time(), from_evaluations = system.evaluations;
+        trial.step(end);
+      }
+      pace = (trial.time() - from_time) / static_cast<double>(std::max(1L, system.evaluations - from_evaluations));
+    } catch (const SimulationError&) {
+    }
+    at_work.valid = false;
+    method = kept;
+    out.method = method_name(method);
+    system.weights = weights;
+    return pace;
+  };
+  // The method that goes far better from here than the present one does, if one is.
+  const auto better_method = [&](double now, double end) {
+    Method best = method;
+    double pace = worth_changing * review.pace();
+    std::vector<Method> others;
+    if (method != Method::dirk) others.push_back(Method::dirk);
+    if (method != Method::bdf && find_fastest(system, now, y).decays) others.push_back(Method::bdf);
+    for (const Method other : others)
+      if (const double p = pace_of(other, end); p > pace) best = other, pace = p;
+    return best;
+  };
+  const auto keep_to_budget = [&](double now) {
+    const double most = told_to.most_steps;
+    const long steps = steps_so_far();
+    if (static_cast<double>(steps) < most && !review.hopeless(most)) return;
+    const double step = review.step() > 0.0 ? review.step() : now / static_cast<double>(std::max(1L, steps));
+    throw SimulationError(fmt::format("the run was ended at t = {:.6g} s of {:.6g} s after {} steps: at this pace it takes {:.1e} of them, more than the {:.6g} that it may. Steps of {:.1e} s: {}. "
+                                      "Simulate a shorter time, leave out or damp what is so fast, ask for less accuracy, or raise --max-steps",
+                                      now, duration, steps, static_cast<double>(steps) + (duration - now) / step, most, step, what_takes_steps(system, now, y, step)));
+  };
+  bool told = false;
   system.friction.tolerance = system.tolerance;
   const bool slips = std::any_of(system.friction.points.begin(), system.friction.points.end(), [](const FrictionPoint& p) { return p.phase == FrictionPhase::slip; });
   double trial_start = 0.0, last_event = 0.0;
@@ -293,7 +300,7 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
       start_phases(system, from, y, !integrator, changes);
       if (!integrator) changes.clear();
       y = repack_state(system, y, before);
-      update_scale(system, y);
+      system.weights.update(system, y);
       note_changes(from);
       if (integrator) ++out.events, ++out.restarts;
       begin(from);
@@ -313,7 +320,15 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
     while (integrator->time() < end) {
       // With nothing in motion of its own only the samples tell how far to look ahead for the next event.
       const bool idle = y.size() == system.model.nq + quadrature;
-      integrator->step(guarded(idle ? std::min(end, integrator->time() + 1.0 / system.model.settings.output_rate) : end));
+      try {
+        integrator->step(guarded(idle ? std::min(end, integrator->time() + 1.0 / system.model.settings.output_rate) : end));
+      } catch (const SimulationError&) {
+        // What no method can integrate fails again.
+        if (!automatic || method == Method::dirk || idle) throw;
+        use(Method::dirk, y);
+        begin(integrator->time());
+        continue;
+      }
       y = integrator->state();
       double now = integrator->time();
       const bool event = watch.look(system, *integrator, now, y);
@@ -339,7 +354,7 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
         if (sampled || system.model.loops.empty()) set_state(system, now, y.data(), false);
         follow_slip(system.model, system.friction, system.work);
       }
-      update_scale(system, y);
+      system.weights.update(system, y);
       if (event) {
         // Between the ends of a Runge-Kutta step the interpolant is of lower order than the step: once more, to the event and no further (slider-crank with
         // 16 reversals at 1e-7 by erk: 2e-5 instead of 2e-4). Right at the step's beginning nothing is lost.
@@ -355,21 +370,37 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
         const std::vector<Partition> before = partitions();
         pass_events(system, now, y, watch.directions(), changes);
         y = repack_state(system, y, before);
-        update_scale(system, y);
+        system.weights.update(system, y);
         note_changes(now);
         ++out.events;
         ++out.restarts;
         begin(now);
         continue;
       }
+      if (const long steps = steps_so_far(); review.due(steps, system.evaluations, now, duration)) {
+        keep_to_budget(now);
+        if (automatic && review.steps_to_go() > long_run) {
+          if (const Method better = better_method(now, end); better != method) {
+            system.notes.tell("", fmt::format("method changed from {} to {} at t = {:.3g} s: {}", method_name(method), method_name(better), now, what_takes_steps(system, now, y, review.step())));
+            on_trial = false;
+            use(better, y);
+            begin(now);
+            continue;
+          }
+        }
+        if (review.steps_to_go() > worth_telling && told_to.tell && !told) {
+          told = true;
+          told_to.tell(fmt::format("about {:.1e} steps of {:.1e} s to go: {}", review.steps_to_go(), review.step(), what_takes_steps(system, now, y, review.step())));
+        }
+      } else if (static_cast<double>(steps) >= told_to.most_steps) {
+        keep_to_budget(now);
+      }
       if (const long steps = on_trial ? integrator->statistics().steps : 0; steps == trial_steps / 2) {
         trial_start = now;
       } else if (steps == trial_steps) {
         on_trial = false;
         if ((now - trial_start) / (0.5 * trial_steps) * fastest_vibration < followed_radians) {
-          use(Method::adams);
-          system.scale.setZero();
-          update_scale(system, y);
+          use(Method::adams, y);
           begin(now);
           continue;
         }
@@ -381,7 +412,7 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
         begun = now;
         ++out.restarts;
       }
-      if (progress && ++calls % 16 == 0) progress(now);
+      if (told_to.progress && ++calls % 16 == 0) told_to.progress(now);
     }
     system.notes.warn(guard.complaints());
     from = end;

@@ -6,8 +6,12 @@
 #include "sim/run/integrate_run.h"
 #include "sim/run/left_out.h"
 #include "sim/run/model_check.h"
+#include "sim/run/passes.h"
+#include "sim/run/time_error.h"
 #include "sim/start/make_system.h"
 #include "sim/start/statics.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <optional>
@@ -35,79 +39,102 @@ bool judges_effects(const Scene& scene, const SimulateOptions& options) {
   });
 }
 
+// What is known from a run beside its results.
+struct Alone {
+  std::vector<double> shares;          // of the weights (ErrorWeights), of the last pass
+  std::vector<EffectState> effects;
+  std::vector<LinearLimit> limits;
+  std::vector<LeftOutWorth> left_out;
+  OutputScales scales;
+};
+
 // A second, looser run: the error of time, what is of second order and left out, and what the models cannot show. True if the latter were measured.
-bool estimate(const Scene& scene, const SimulateOptions& options, const System& system, const std::vector<LinearLimit>& limits, bool models, Results& results) {
-  const std::vector<EffectState> effects = effect_states(scene, system.model);
+bool estimate(const Scene& scene, const SimulateOptions& options, const Alone& alone, bool models, Results& results) {
   SimulateOptions loose = options;
-  loose.tolerance = std::min(10.0 * system.tolerance, 0.1);
+  loose.weight_shares = alone.shares;
+  loose.tolerance = std::min(10.0 * results.statistics.tolerance, 0.1);
   loose.progress = {};
+  loose.tell = {};
   loose.samples = estimate_samples;
-  const Histories reference = to_histories(results);
-  const VecX ranges = output_ranges(reference);
-  const Histories base = simulate_histories(scene, loose);
-  const Difference difference = compare_histories(base, reference, ranges);
-  if (difference.column >= 0) {
-    results.statistics.error_estimate = error_of_difference * difference.largest;
-    results.statistics.error_column = reference.columns[static_cast<size_t>(difference.column)];
+  Histories reference = to_histories(results);
+  reference.scales = alone.scales;
+  Histories base;
+  try {
+    base = simulate_histories(scene, loose);
+  } catch (const SimulationError& error) {
+    results.statistics.notes.warn("", fmt::format("the error of the time integration is not estimated: the looser run that it comes from failed ({})", error.what()));
+    return false;
   }
+  const Difference difference = estimate_time_error(base, reference, results.statistics);
   if (!options.check_effects) return false;
   NeglectOptions check;
   check.tolerance = *loose.tolerance;
   check.floor = difference.largest;
   check.method = options.method;
   check.run = &reference;
-  check.run_tolerance = system.tolerance;
+  check.run_tolerance = results.statistics.tolerance;
   check.run_error = std::max(0.0, results.statistics.error_estimate);
   if (models) {
     // Also where no output moves: another model's may.
-    check_models(scene, effects, limits, base, {unasked_accuracy, model_check_budget(results.statistics.cpu_seconds), check}, results.statistics);
+    check_models(scene, alone.effects, alone.limits, base, {unasked_accuracy, model_check_budget(results.statistics.cpu_seconds), check}, results.statistics);
   }
   if (difference.column >= 0) {
     check.budget = std::max(check_price * results.statistics.cpu_seconds, least_check);
-    report_neglected(scene, effects, base, check, unasked_accuracy, results.statistics);
+    report_neglected(scene, alone.effects, base, check, unasked_accuracy, results.statistics);
   }
   return models;
+}
+
+// The run itself, made again where its motion is far below the sizes that its errors were weighed against. judge: what beams go without is looked at.
+Results simulate_alone(const Scene& scene, const SimulateOptions& options, bool judge, Alone& alone, int& indefinite) {
+  return with_narrowed_weights(alone.shares, [&](const std::vector<double>& shares, std::vector<double>& wanted) {
+    System system = make_system(scene);
+    if (options.tolerance) system.tolerance = *options.tolerance;
+    system.weights.shares = shares;
+    alone.effects = effect_states(scene, system.model);
+    const std::vector<double> times = sample_times(scene.simulation);
+    Recorder recorder(system, times);
+    std::optional<LeftOut> left_out;
+    if (judge) left_out.emplace(system, system.model.effects);
+    std::vector<size_t> looks;
+    if (left_out && !left_out->empty()) looks = left_out->looks(system, times);
+    size_t sample = 0, next = 0;
+    const SolverStatistics statistics = integrate(
+        system, options.method.value_or(scene.simulation.method), times, {options.progress, options.max_steps.value_or(default_max_steps), options.tell},
+        [&](System& s, double t, const VecX& y) {
+          recorder.record(s, t, y);
+          if (next < looks.size() && looks[next] == sample++) left_out->look(s, t, y), ++next;
+        },
+        indefinite);
+    alone.shares = shares;
+    alone.scales = recorder.scales();
+    wanted = system.weights.narrowed(system);
+    Results results = recorder.finish(system);
+    results.statistics = statistics;
+    results.statistics.notes = system.notes;
+    alone.left_out.clear();
+    if (left_out) alone.left_out = left_out->worth(results, wants_statics(scene));
+    alone.limits = linear_limits(scene, system.model, results);
+    return results;
+  });
 }
 
 // into: how far the bodies were bent, unchecked; null: it is checked here. called: what beams with automatic effects turn out to need; then nothing more is done
 // with the run.
 Results simulate_once(const Scene& scene, const SimulateOptions& options, std::vector<LinearLimit>* into, Called* called, int& indefinite) {
-  System system = make_system(scene);
-  if (options.tolerance) system.tolerance = *options.tolerance;
-  const Method method = options.method.value_or(scene.simulation.method);
-  const std::vector<double> times = sample_times(scene.simulation);
-
-  Recorder recorder(system, times);
-  std::optional<LeftOut> left_out;
-  if (!into && judges_effects(scene, options)) left_out.emplace(system, system.model.effects);
-  std::vector<size_t> looks;
-  if (left_out && !left_out->empty()) looks = left_out->looks(system, times);
-  size_t sample = 0, next = 0;
-  SolverStatistics statistics = integrate(
-      system, method, times, options.progress,
-      [&](System& s, double t, const VecX& y) {
-        recorder.record(s, t, y);
-        if (next < looks.size() && looks[next] == sample++) left_out->look(s, t, y), ++next;
-      },
-      indefinite);
-  statistics.notes = system.notes;
-
-  Results results = recorder.finish(system);
-  results.statistics = statistics;
-  std::vector<LeftOutWorth> found;
-  if (left_out) found = left_out->worth(results, wants_statics(scene));
-  if (called && call_for(found, called->asked, called->scene, called->notes)) {
+  Alone alone;
+  Results results = simulate_alone(scene, options, !into && judges_effects(scene, options), alone, indefinite);
+  if (called && call_for(alone.left_out, called->asked, called->scene, called->notes)) {
     called->more = true;
     return results;
   }
-  report_left_out(scene, found, unasked_accuracy, results.statistics);
-  const std::vector<LinearLimit> limits = linear_limits(scene, system.model, results);
+  report_left_out(scene, alone.left_out, unasked_accuracy, results.statistics);
   bool measured = false;
-  if (options.estimate_error && !results.outputs.empty()) measured = estimate(scene, options, system, limits, !into, results);
+  if (options.estimate_error && !results.outputs.empty()) measured = estimate(scene, options, alone, !into, results);
   if (into) {
-    *into = limits;
+    *into = alone.limits;
   } else if (!measured) {
-    warn_of_linear_limits(scene, limits, unasked_accuracy, results.statistics.notes);
+    warn_of_linear_limits(scene, alone.limits, unasked_accuracy, results.statistics.notes);
   }
   return results;
 }

@@ -1,15 +1,39 @@
-#include "sim/time/system.h"
+#include "sim/time/error_weights.h"
 
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/flexures.h"
 #include "sim/dynamics/massless.h"
 #include "sim/scene/joint_kinds.h"
+#include "sim/time/system.h"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace flexframe::sim {
 namespace {
+
+// The least deformation worth resolving to the relative tolerance, of a body's size.
+constexpr double least_deformation = 1e-5;
+// The least motion of a joint worth it, rad or of the mechanism's size.
+constexpr double least_joint_motion = 1e-2;
+// Coordinates that close a loop are starting values of the closure only: errors of so many units do, and of so many per unit of tolerance.
+constexpr double closing_units = 30.0, closing_error = 1e-3;
+// Work done, where the motion does not feel it: a thirtieth of the motion's accuracy; least energy, of the mechanism's at its slowest rate of interest.
+constexpr double work_share = 30.0, least_energy = 1e-9;
+// What springs and dampers that hold what has no mass take up: in a motion of that share of the size.
+constexpr double massless_motion = 1e-3;
+// Of vibrations that are stepped over (dirk) nobody sees the phase; what decays or is followed is asked for more.
+constexpr double slack_stepped_over = 0.28, slack_followed = 0.15;
+// A multistep method's errors of one sign add up over the many short steps of a period: asked for a tenth, a pendulum keeps its energy fifteen
+// times better for the same number of evaluations.
+constexpr double adams_strictness = 10.0;
+// A coordinate has no digits below that of itself.
+constexpr double rounding = 50.0 * std::numeric_limits<double>::epsilon();
+// Trees that move by less than that of the mechanism's size are drowned by the sizes above; their share makes them move by the latter.
+constexpr double drowned_joints = 1e-4, drowned_bodies = 3e-5, narrow = 1e3;
+// Motion that is rounding of the mechanism's size has no size of its own.
+constexpr double least_motion = 1e-13;
 
 // Extent of a body's nodes, m; of one node its distance from the body frame, and where that is none the mechanism's size.
 double part_reach(const FlexibleBody& body, double whole) {
@@ -36,152 +60,251 @@ VecX displacement_per_coordinate(const FlexibleBody& body, double size) {
 
 }  // namespace
 
-// Sizes by group, so that a coordinate passing through zero is not resolved to nothing, and a small one beside large ones not to
-// more than its share: joint coordinates one by one, elastic coordinates by the displacement they cause, against the largest
-// elastic displacement in the same mechanism.
-//
-// An error in the rate of something of frequency f becomes one of rate / f in its position. Rates of fast vibration are asked for
-// their position's accuracy only, else the integrator resolves vibrations that nobody can see; and so are the rates of joints on
-// vibrating bodies, which shake along.
-void update_scale(System& system, const VecX& y) {
+void ErrorWeights::begin(const System& system, Method method, const VecX& y) {
+  elastic_slack_ = method == Method::dirk ? slack_stepped_over : slack_followed;
+  strictness_ = method == Method::adams ? adams_strictness : 1.0;
+  if (tree_.size() != system.model.parts.size()) {
+    prepare(system);
+    start_ = low_ = high_ = y.head(system.model.nq);
+  }
+  scale_.setZero();
+  update(system, y);
+}
+
+// What does not change in a run.
+void ErrorWeights::prepare(const System& system) {
   const Model& model = system.model;
-  VecX& scale = system.scale;
-  if (scale.size() != y.size()) scale = VecX::Zero(y.size());
-  std::vector<int> rate_of(model.nv, -1);
+  const size_t n = model.parts.size();
+  tree_.resize(n);
+  for (size_t i = 0; i < n; ++i) tree_[i] = model.parts[i].parent == ground ? static_cast<int>(i) : tree_[static_cast<size_t>(model.parts[i].parent)];
+  for (const Cluster& c : model.clusters)
+    for (int i : c.parts) tree_[static_cast<size_t>(i)] = tree_[static_cast<size_t>(c.parts.front())];
+  reaches_.assign(n, {});
+  part_size_.assign(n, 0.0);
+  for (size_t i = 0; i < n; ++i) {
+    if (model.parts[i].body.n == 0) continue;
+    part_size_[i] = part_reach(model.parts[i].body, model.size);
+    reaches_[i] = displacement_per_coordinate(model.parts[i].body, part_size_[i]);
+  }
+  if (shares.size() != n) shares.clear();
+  least_share_ = shares.empty() ? 1.0 : *std::min_element(shares.begin(), shares.end());
+}
+
+void ErrorWeights::update(const System& system, const VecX& y) {
+  const Model& model = system.model;
+  if (scale_.size() != y.size()) scale_ = VecX::Zero(y.size());
+  rate_of_.assign(static_cast<size_t>(model.nv), -1);
   int at = model.nq;
   for (size_t c = 0; c < model.clusters.size(); ++c)
-    for (int k : system.work.clusters[c].partition.ind) rate_of[model.clusters[c].v0 + k] = at++;
+    for (int k : system.work.clusters[c].partition.ind) rate_of_[static_cast<size_t>(model.clusters[c].v0 + k)] = at++;
+  // Trees in which dry friction turns round or sticks: an event's time is as good as the rate that comes to zero there, so every elastic coordinate
+  // is asked for the tolerance of its own range (a bar's stretch is a thousandth of its bending, and as fast), and no rate for less.
+  timed_.assign(model.parts.size(), 0);
+  for (const FrictionPoint& p : system.friction.points)
+    if (p.phase != FrictionPhase::regularised) timed_[static_cast<size_t>(tree_[static_cast<size_t>(p.part)])] = 1;
+  elastic_sizes(system, y);
+  raise_elastic(system, y);
+  raise_joints(system, y);
+  if (system.quadrature) raise_work(system, y);
+  follow_ranges(y);
+  for (Eigen::Index i = 0; i < scale_.size(); ++i) scale_[i] = std::max(scale_[i], rounding * std::abs(y[i]) / system.tolerance);
+}
+
+// Largest elastic displacement and rate of every tree, at least the least one worth resolving.
+void ErrorWeights::elastic_sizes(const System& system, const VecX& y) {
+  const Model& model = system.model;
   // A run's slowest rate of interest: sizes of rates start at (size of the coordinate) / duration.
   const double slow = 1.0 / model.settings.duration;
-
-  // Parts that shake each other: trees that hang on ground.
-  std::vector<int> tree(model.parts.size());
-  for (size_t i = 0; i < model.parts.size(); ++i) tree[i] = model.parts[i].parent == ground ? static_cast<int>(i) : tree[model.parts[i].parent];
-  for (const Cluster& c : model.clusters)
-    for (int i : c.parts) tree[i] = tree[c.parts.front()];
-  std::vector<double> shake(model.parts.size(), 0.0);  // rad/s
-  std::vector<double> moved(model.parts.size(), 0.0), speed(model.parts.size(), 0.0);  // largest elastic displacement (m) and rate of a tree
-  std::vector<VecX> reaches(model.parts.size());
+  moved_.assign(model.parts.size(), 0.0);
+  speed_.assign(model.parts.size(), 0.0);
   for (size_t i = 0; i < model.parts.size(); ++i) {
     const Part& p = model.parts[i];
     if (p.body.n == 0) continue;
-    const double size = part_reach(p.body, model.size);
-    reaches[i] = displacement_per_coordinate(p.body, size);
-    double& m = moved[tree[i]];
-    double& s = speed[tree[i]];
-    // A hundred-thousandth of the body is the least deformation worth resolving to the relative tolerance.
-    m = std::max(m, 1e-5 * size);
-    s = std::max(s, 1e-5 * size * slow);
+    const int t = tree_[i];
+    double& m = moved_[static_cast<size_t>(t)];
+    double& s = speed_[static_cast<size_t>(t)];
+    const double least = share(t) * least_deformation * part_size_[i];
+    m = std::max(m, least);
+    s = std::max(s, least * slow);
     for (int k = 0; k < p.body.n; ++k) {
-      m = std::max(m, reaches[i][k] * std::abs(y[p.eq0 + k]));
-      if (rate_of[p.ev0 + k] >= 0) s = std::max(s, reaches[i][k] * std::abs(y[rate_of[p.ev0 + k]]));
+      m = std::max(m, reaches_[i][k] * std::abs(gone(y, p.eq0 + k, t)));
+      if (const int r = rate_of_[static_cast<size_t>(p.ev0 + k)]; r >= 0) s = std::max(s, reaches_[i][k] * std::abs(y[r]));
     }
   }
-  // Links of lumped beams are elastic too; the beam's length tells how far one moves the tip. Neighbours move together at a frequency
-  // far below that of a link by itself; the geometric mean of the two costs no accuracy.
+  // Links of lumped beams are elastic too; the beam's length tells how far one moves the tip.
   for (const Flexure& f : model.flexures) {
-    double& m = moved[tree[f.parts.front()]];
-    double& s = speed[tree[f.parts.front()]];
-    m = std::max(m, 1e-5 * f.length);
-    s = std::max(s, 1e-5 * f.length * slow);
+    const int t = tree_[static_cast<size_t>(f.parts.front())];
+    double& m = moved_[static_cast<size_t>(t)];
+    double& s = speed_[static_cast<size_t>(t)];
+    const double least = share(t) * least_deformation * f.length;
+    m = std::max(m, least);
+    s = std::max(s, least * slow);
     for (int i : f.parts) {
-      const Part& p = model.parts[i];
+      const Part& p = model.parts[static_cast<size_t>(i)];
       for (int k = 0; k < p.joint.nv; ++k) {
-        m = std::max(m, f.length * std::abs(y[p.q0 + k]));
-        if (rate_of[p.v0 + k] >= 0) s = std::max(s, f.length * std::abs(y[rate_of[p.v0 + k]]));
+        m = std::max(m, f.length * std::abs(gone(y, p.q0 + k, t)));
+        if (const int r = rate_of_[static_cast<size_t>(p.v0 + k)]; r >= 0) s = std::max(s, f.length * std::abs(y[r]));
       }
     }
   }
   // The tolerance is one of positions, relative to the mechanism's size; elastic displacements are much smaller and would go
   // uncontrolled at loose tolerances, so that they are asked for a lower power of it of their own range at least.
-  const double loosest = std::pow(1.0 / system.tolerance, system.elastic_slack);
-  // Trees in which dry friction turns round or sticks: an event's time is as good as the rate that comes to zero there, so every elastic coordinate
-  // is asked for the tolerance of its own range (a bar's stretch is a thousandth of its bending, and as fast), and no rate for less.
-  std::vector<char> timed(model.parts.size(), 0);
-  for (const FrictionPoint& p : system.friction.points)
-    if (p.phase != FrictionPhase::regularised) timed[tree[p.part]] = 1;
-  for (double& m : moved) m *= std::clamp(model.size / std::max(m, 1e-300), 1.0, loosest);
+  const double loosest = std::pow(1.0 / system.tolerance, elastic_slack_);
+  for (size_t t = 0; t < moved_.size(); ++t)
+    moved_[t] *= std::clamp(share(static_cast<int>(t)) * model.size / std::max(moved_[t], 1e-300), 1.0, loosest);
+}
+
+void ErrorWeights::raise_elastic(const System& system, const VecX& y) {
+  const Model& model = system.model;
+  shake_.assign(model.parts.size(), 0.0);
   for (size_t i = 0; i < model.parts.size(); ++i) {
     const Part& p = model.parts[i];
     if (p.body.n == 0) continue;
-    const VecX& reach = reaches[i];
-    const double size = part_reach(p.body, model.size);
+    const VecX& reach = reaches_[i];
+    const int tree = tree_[i];
+    const size_t t = static_cast<size_t>(tree);
+    const double size = part_size_[i];
     for (int k = 0; k < p.body.n; ++k) {
-      double& q = scale[p.eq0 + k];
-      q = std::max(q, timed[tree[i]] ? std::max(std::abs(y[p.eq0 + k]), 1e-5 * size / reach[k]) : moved[tree[i]] / reach[k]);
+      double& q = scale_[p.eq0 + k];
+      q = std::max(q, timed_[t] ? std::max(std::abs(gone(y, p.eq0 + k, tree)), share(tree) * least_deformation * size / reach[k]) : moved_[t] / reach[k]);
       const double frequency = std::sqrt(std::max(0.0, p.body.Ke(k, k)) / p.body.Me(k, k));
-      if (!timed[tree[i]]) shake[tree[i]] = std::max(shake[tree[i]], frequency * q * reach[k] / size);
-      if (rate_of[p.ev0 + k] < 0) continue;
-      double& rate = scale[rate_of[p.ev0 + k]];
-      rate = timed[tree[i]] ? std::max({rate, std::abs(y[rate_of[p.ev0 + k]]), frequency * q}) : std::max({rate, speed[tree[i]] / reach[k], frequency * q});
+      if (!timed_[t]) shake_[t] = std::max(shake_[t], frequency * q * reach[k] / size);
+      const int r = rate_of_[static_cast<size_t>(p.ev0 + k)];
+      if (r < 0) continue;
+      double& rate = scale_[r];
+      rate = timed_[t] ? std::max({rate, std::abs(y[r]), frequency * q}) : std::max({rate, speed_[t] / reach[k], frequency * q});
     }
   }
+  // Neighbouring links move together at a frequency far below that of a link by itself; the geometric mean of the two costs no accuracy.
   for (const Flexure& f : model.flexures) {
-    const int t = tree[f.parts.front()];
+    const size_t t = static_cast<size_t>(tree_[static_cast<size_t>(f.parts.front())]);
     const double frequency = flexure_frequency(f) / std::sqrt(static_cast<double>(f.parts.size()));
     for (int i : f.parts) {
-      const Part& p = model.parts[i];
+      const Part& p = model.parts[static_cast<size_t>(i)];
       for (int k = 0; k < p.joint.nv; ++k) {
-        double& q = scale[p.q0 + k];
-        q = std::max(q, moved[t] / f.length);
-        shake[t] = std::max(shake[t], frequency * q);
-        if (rate_of[p.v0 + k] < 0) continue;
-        double& rate = scale[rate_of[p.v0 + k]];
-        rate = std::max({rate, speed[t] / f.length, frequency * q});
+        double& q = scale_[p.q0 + k];
+        q = std::max(q, moved_[t] / f.length);
+        shake_[t] = std::max(shake_[t], frequency * q);
+        const int r = rate_of_[static_cast<size_t>(p.v0 + k)];
+        if (r >= 0) scale_[r] = std::max({scale_[r], speed_[t] / f.length, frequency * q});
       }
     }
-  }
-  for (size_t i = 0; i < model.parts.size(); ++i) {
-    const Part& p = model.parts[i];
-    if (p.joint.link >= 0) continue;
-    const double cluster_size = model.clusters[p.cluster].size;
-    for (int k = 0; k < p.joint.nq; ++k) {
-      // A hundredth of a radian, or of the mechanism, is the least motion worth resolving to the relative tolerance; an angle is as good
-      // after a thousand turns as after one.
-      const bool length = is_length(p.joint.kind, k);
-      const double unit = length ? cluster_size : 1.0, size = std::abs(y[p.q0 + k]);
-      double& q = scale[p.q0 + k];
-      q = std::max({q, 1e-2 * unit, length ? size : std::min(size, 1.0)});
-      // Coordinates that close a loop are starting values only: the others decide.
-      if (p.joint.nq == p.joint.nv && rate_of[p.v0 + k] < 0 && !follows_damper(model, system.work, p.v0 + k)) q = std::max(q, std::min(30.0, 1e-3 / system.tolerance) * unit);
-    }
-    for (int k = 0; k < p.joint.nv; ++k) {
-      const int r = rate_of[p.v0 + k];
-      if (r < 0) continue;
-      const double unit = is_length(p.joint.kind, k) ? cluster_size : 1.0;
-      scale[r] = std::max({scale[r], 1e-2 * slow * unit, shake[tree[i]] * unit, std::abs(y[r])});
-    }
-  }
-  // Nothing depends on the work done, and where the motion feels every load it needs no steps of its own. Prescribed coordinates and
-  // what sticks feel nothing, and a stop takes out its work in a short contact: there it is asked for a thirtieth of the accuracy of
-  // the motion, or, without other motion, for all of it.
-  if (system.quadrature) {
-    const bool unfelt = !model.massless.rates.empty() || std::any_of(model.parts.begin(), model.parts.end(), [](const Part& p) {
-      return p.joint.motion >= 0 || p.joint.friction.has_value() || p.joint.stop.has_value();
-    });
-    const Energy e = compute_energy(model, system.work);
-    double energy = std::max({e.kinetic, e.strain, y.tail<2>().cwiseAbs().maxCoeff(), 1e-9 * model.mass * std::pow(model.size * slow, 2), 1e-300});
-    // The strain energy of the least deformation worth resolving.
-    for (size_t i = 0; i < model.parts.size(); ++i)
-      for (int k = 0; k < model.parts[i].body.n; ++k)
-        energy = std::max(energy, 0.5 * model.parts[i].body.Ke(k, k) * std::pow(1e-5 * part_reach(model.parts[i].body, model.size) / reaches[i][k], 2));
-    // Without mass: what springs and dampers take up in such a motion.
-    if (!model.massless.rates.empty()) {
-      const auto add = [&](double stiffness, double damping, double size) { energy = std::max(energy, (stiffness + damping * slow) * std::pow(1e-3 * size, 2)); };
-      for (const Part& p : model.parts)
-        if (p.joint.spring && p.joint.nv > 0) add(p.joint.spring->stiffness, p.joint.spring->damping, is_length(p.joint.kind, 0) ? model.size : 1.0);
-      for (const Load& load : model.loads) {
-        if (load.def.kind == ForceKind::spring_damper) add(load.def.spring.stiffness, load.def.spring.damping, model.size);
-        if (load.def.kind == ForceKind::bushing) add(load.def.bushing_stiffness.head<3>().maxCoeff(), load.def.bushing_damping.head<3>().maxCoeff(), model.size);
-      }
-    }
-    const double share = scale.size() > model.nq + 2 ? 30.0 : 1.0;
-    scale.tail<2>() = unfelt || share == 1.0 ? VecX(scale.tail<2>().cwiseMax(Eigen::Vector2d::Constant(share * energy))) : VecX(Eigen::Vector2d::Constant(1e100));
   }
 }
 
-void error_weights(const System& system, const double*, double* weight) {
-  for (int i = 0; i < system.scale.size(); ++i) weight[i] = 1.0 / (system.tolerance * system.scale[i]);
+void ErrorWeights::raise_joints(const System& system, const VecX& y) {
+  const Model& model = system.model;
+  const double slow = 1.0 / model.settings.duration, closing = std::min(closing_units, closing_error / system.tolerance);
+  for (size_t i = 0; i < model.parts.size(); ++i) {
+    const Part& p = model.parts[i];
+    if (p.joint.link >= 0) continue;
+    const int tree = tree_[i];
+    const double part = share(tree), cluster_size = model.clusters[static_cast<size_t>(p.cluster)].size;
+    for (int k = 0; k < p.joint.nq; ++k) {
+      // An angle is as good after a thousand turns as after one, and a distance as if its start were zero.
+      const bool length = is_length(p.joint.kind, k);
+      const double unit = part * (length ? cluster_size : 1.0), size = std::abs(length ? y[p.q0 + k] - start_[p.q0 + k] : gone(y, p.q0 + k, tree));
+      double& q = scale_[p.q0 + k];
+      q = std::max({q, least_joint_motion * unit, length ? size : std::min(size, 1.0)});
+      const bool closes = p.joint.nq == p.joint.nv && rate_of_[static_cast<size_t>(p.v0 + k)] < 0;
+      if (closes && !follows_damper(model, system.work, p.v0 + k)) q = std::max(q, closing * unit);
+    }
+    for (int k = 0; k < p.joint.nv; ++k) {
+      const int r = rate_of_[static_cast<size_t>(p.v0 + k)];
+      if (r < 0) continue;
+      const double unit = is_length(p.joint.kind, k) ? cluster_size : 1.0;
+      scale_[r] = std::max({scale_[r], least_joint_motion * slow * unit * part, shake_[static_cast<size_t>(tree)] * unit, std::abs(y[r])});
+    }
+  }
+}
+
+// Nothing depends on the work done, and where the motion feels every load it needs no steps of its own. Prescribed coordinates and
+// what sticks feel nothing, and a stop takes out its work in a short contact: there it is asked for a thirtieth of the accuracy of
+// the motion, or, without other motion, for all of it.
+void ErrorWeights::raise_work(const System& system, const VecX& y) {
+  const Model& model = system.model;
+  const double slow = 1.0 / model.settings.duration;
+  const bool unfelt = !model.massless.rates.empty() || std::any_of(model.parts.begin(), model.parts.end(), [](const Part& p) {
+    return p.joint.motion >= 0 || p.joint.friction.has_value() || p.joint.stop.has_value();
+  });
+  const double share = scale_.size() > model.nq + 2 ? work_share : 1.0;
+  if (!unfelt && share != 1.0) {
+    scale_.tail<2>().setConstant(1e100);
+    return;
+  }
+  const Energy e = compute_energy(model, system.work);
+  const double size = least_share_ * model.size;
+  double energy = std::max({e.kinetic, e.strain, y.tail<2>().cwiseAbs().maxCoeff(), least_energy * model.mass * std::pow(size * slow, 2), 1e-300});
+  // The strain energy of the least deformation worth resolving.
+  for (size_t i = 0; i < model.parts.size(); ++i)
+    for (int k = 0; k < model.parts[i].body.n; ++k)
+      energy = std::max(energy, 0.5 * model.parts[i].body.Ke(k, k) * std::pow(least_share_ * least_deformation * part_size_[i] / reaches_[i][k], 2));
+  // Without mass: what springs and dampers take up in such a motion.
+  if (!model.massless.rates.empty()) {
+    const auto add = [&](double stiffness, double damping, double reach) {
+      energy = std::max(energy, (stiffness + damping * slow) * std::pow(least_share_ * massless_motion * reach, 2));
+    };
+    for (const Part& p : model.parts)
+      if (p.joint.spring && p.joint.nv > 0) add(p.joint.spring->stiffness, p.joint.spring->damping, is_length(p.joint.kind, 0) ? model.size : 1.0);
+    for (const Load& load : model.loads) {
+      if (load.def.kind == ForceKind::spring_damper) add(load.def.spring.stiffness, load.def.spring.damping, model.size);
+      if (load.def.kind == ForceKind::bushing) add(load.def.bushing_stiffness.head<3>().maxCoeff(), load.def.bushing_damping.head<3>().maxCoeff(), model.size);
+    }
+  }
+  scale_.tail<2>() = scale_.tail<2>().cwiseMax(Eigen::Vector2d::Constant(share * energy));
+}
+
+void ErrorWeights::follow_ranges(const VecX& y) {
+  low_ = low_.cwiseMin(y.head(low_.size()));
+  high_ = high_.cwiseMax(y.head(high_.size()));
+}
+
+void ErrorWeights::write(double tolerance, double* weight) const {
+  for (Eigen::Index i = 0; i < scale_.size(); ++i) weight[i] = 1.0 / (tolerance * scale_[i]) * strictness_;
+}
+
+void ErrorWeights::repack(const System& system, const std::vector<Partition>& before, Eigen::Index old_states, Eigen::Index states) {
+  const Model& model = system.model;
+  VecX of_rates = VecX::Zero(model.nv), next = VecX::Zero(states);
+  if (scale_.size() == old_states) {
+    int at = model.nq;
+    for (size_t c = 0; c < model.clusters.size(); ++c)
+      for (int k : before[c].ind) of_rates[model.clusters[c].v0 + k] = scale_[at++];
+    next.head(model.nq) = scale_.head(model.nq);
+  }
+  int at = model.nq;
+  for (size_t c = 0; c < model.clusters.size(); ++c)
+    for (int k : system.work.clusters[c].partition.ind) next[at++] = of_rates[model.clusters[c].v0 + k];
+  scale_ = next;
+}
+
+std::vector<double> ErrorWeights::narrowed(const System& system) const {
+  const Model& model = system.model;
+  const size_t n = model.parts.size();
+  // How far every tree went, of the mechanism's size or in radians: by joints, and by deformation.
+  std::vector<double> joints(n, 0.0), bodies(n, 0.0);
+  const VecX range = high_ - low_;
+  for (size_t i = 0; i < n; ++i) {
+    const Part& p = model.parts[i];
+    const size_t t = static_cast<size_t>(tree_[i]);
+    for (int k = 0; k < p.joint.nq; ++k) {
+      const double unit = is_length(p.joint.kind, k) ? model.clusters[static_cast<size_t>(p.cluster)].size : 1.0;
+      double& by = p.joint.link >= 0 ? bodies[t] : joints[t];
+      by = std::max(by, std::min(1.0, range[p.q0 + k] / unit));
+    }
+    for (int k = 0; k < p.body.n; ++k) bodies[t] = std::max(bodies[t], reaches_[i][k] * range[p.eq0 + k] / model.size);
+  }
+  std::vector<double> out(n, 1.0);
+  bool narrower = false;
+  for (size_t i = 0; i < n; ++i) {
+    const size_t t = static_cast<size_t>(tree_[i]);
+    const double most = std::max(joints[t], bodies[t]), before = share(tree_[i]);
+    out[i] = before;
+    if (most < least_motion || most > (joints[t] > bodies[t] ? drowned_joints : drowned_bodies)) continue;
+    // A share found from a motion that was still drowned is looked at again where it was far off.
+    if (const double wanted = std::min(1.0, narrow * most); wanted < 0.1 * before) out[i] = wanted, narrower = true;
+  }
+  return narrower ? out : std::vector<double>();
 }
 
 }  // namespace flexframe::sim

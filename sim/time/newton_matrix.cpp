@@ -90,7 +90,7 @@ void difference_columns(System& system, double t, const double* y, const VecX& r
     if (joints_only && all[k].elastic >= 0) continue;
     const Part& p = model.parts[all[k].part];
     const int q = all[k].elastic >= 0 ? p.eq0 + all[k].elastic : p.q0 + std::min(all[k].rate, std::max(0, p.joint.nq - 1));
-    double step = share * std::max(std::abs(y[q]), system.scale[q]);
+    double step = share * std::max(std::abs(y[q]), system.weights.size(q));
     if (all[k].elastic >= 0) {
       at[q] += step;
     } else {
@@ -101,7 +101,7 @@ void difference_columns(System& system, double t, const double* y, const VecX& r
     state_rate(system, t, at.data(), rate.data());
     A.col(k) = (rate.segment(nq, nw) - base) / step;
     at.segment(0, nq) = Eigen::Map<const VecX>(y, nq);
-    step = share * std::max(std::abs(y[nq + k]), system.scale[nq + k]);
+    step = share * std::max(std::abs(y[nq + k]), system.weights.size(nq + k));
     at[nq + k] += step;
     state_rate(system, t, at.data(), rate.data());
     B.col(k) = (rate.segment(nq, nw) - base) / step;

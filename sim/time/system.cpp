@@ -63,20 +63,8 @@ void update_system_accelerations(System& system) {
 }
 
 VecX repack_state(System& system, const VecX& old, const std::vector<Partition>& before) {
-  const Model& model = system.model;
-  VecX scale = VecX::Zero(model.nv);
-  if (system.scale.size() == old.size()) {
-    int at = model.nq;
-    for (size_t c = 0; c < model.clusters.size(); ++c)
-      for (int k : before[c].ind) scale[model.clusters[c].v0 + k] = system.scale[at++];
-  }
   VecX y = pack_state(system, system.quadrature ? Eigen::Vector2d(old.tail<2>()) : Eigen::Vector2d(0.0, 0.0));
-  VecX next = VecX::Zero(y.size());
-  if (system.scale.size() == old.size()) next.head(model.nq) = system.scale.head(model.nq);
-  int at = model.nq;
-  for (size_t c = 0; c < model.clusters.size(); ++c)
-    for (int k : system.work.clusters[c].partition.ind) next[at++] = scale[model.clusters[c].v0 + k];
-  system.scale = next;
+  system.weights.repack(system, before, old.size(), y.size());
   return y;
 }
 

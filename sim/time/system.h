@@ -9,6 +9,7 @@
 #include "sim/dynamics/planar.h"
 #include "sim/dynamics/work.h"
 #include "sim/model/model.h"
+#include "sim/time/error_weights.h"
 #include "sim/time/integrator.h"
 
 namespace flexframe::sim {
@@ -25,12 +26,11 @@ struct System {
   bool quadrature = false;        // two more states: work supplied and dissipated, J
   long evaluations = 0;           // of state_rate
   double tolerance = default_tolerance;
-  double elastic_slack = 0.28;      // elastic displacements are asked for tolerance^(1 - slack) of their own range at least (update_scale)
   FrictionState friction;
   std::vector<int> stops;         // parts whose joint has a stop
   bool driven = false;            // prescribed motions feed in work
   Reactions reactions;
-  VecX scale;                     // size of every state so far, for the error weights
+  ErrorWeights weights;
   Notes notes;
 };
 
@@ -47,10 +47,6 @@ void state_rate(System& system, double t, const double* y, double* dy);
 // t0 to t by the loads' values alone. False where that is not all that changes.
 void keep_load_responses(System& system, VecX& kept);
 bool follow_loads(System& system, double t0, double t, const VecX& kept, double* dy);
-
-// Error weights: 1 / (tolerance x size of the component so far). Sizes are those of groups: a body's displacements, a cluster's rates.
-void update_scale(System& system, const VecX& y);
-void error_weights(const System& system, const double* y, double* weight);
 
 // Accelerations at the state in `work`, with friction.
 void update_system_accelerations(System& system);

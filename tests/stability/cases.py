@@ -991,3 +991,4 @@ def exaggerated(run):
 
 import cases_contacts  # noqa: E402,F401  adds its cases
 import cases_effects  # noqa: E402,F401
+import cases_time  # noqa: E402,F401  adds its cases

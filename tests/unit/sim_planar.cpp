@@ -147,7 +147,7 @@ TEST(NewtonMatrix, IsTheDerivative) {
     std::mt19937 random(3);
     VecX y = random_state(system, random);
     VecX rate(y.size()), plus(y.size()), minus(y.size());
-    update_scale(system, y);
+    system.weights.begin(system, Method::dirk, y);
     state_rate(system, 0.0, y.data(), rate.data());
     MechanicalJacobian j;
     update_newton_matrix(system, 0.0, y.data(), nullptr, true, j);

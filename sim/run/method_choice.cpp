@@ -1,0 +1,159 @@
+#include "sim/run/method_choice.h"
+
+#include "sim/base/eigen_solvers.h"
+#include "sim/dynamics/closure.h"
+#include "sim/dynamics/flexures.h"
+#include "sim/dynamics/massless.h"
+#include "sim/time/newton_matrix.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace flexframe::sim {
+
+// Explicit steps are limited by stability to about one radian of the fastest elastic vibration. Up to 2000 such radians in the run
+// Adams is the cheapest; beyond, the L-stable Runge-Kutta method steps over vibrations that the tolerance does not see (BDF of order
+// 3 to 5 is unstable for them, of order 2 it is three times as dear). Where damping turns the fastest vibrations into decay, BDF is stable
+// and the cheapest: a damped beam on its way to large deformations took it 100 steps and the Runge-Kutta method, whose trial stages
+// overshoot, several thousand.
+Method choose_method(const System& system, double& fastest_vibration) {
+  double fastest = 0.0;
+  bool decays = true;  // the fastest vibration of every elastic body is damped beyond critically
+  for (const Part& p : system.model.parts) {
+    double top = 0.0, damping = 0.0;
+    for (int k = 0; k < p.body.n; ++k) {
+      const double square = p.body.Ke(k, k) / p.body.Me(k, k);
+      if (square <= top) continue;
+      top = square;
+      damping = p.body.De.size() > 0 ? p.body.De(k, k) / p.body.Me(k, k) : 0.0;
+    }
+    decays = decays && (p.body.n == 0 || damping > 2.0 * std::sqrt(top));
+    fastest = std::max(fastest, top);
+  }
+  for (const Flexure& f : system.model.flexures) {
+    const double top = flexure_frequency(f);
+    decays = decays && f.links.time_constant * top > 2.0;
+    fastest = std::max(fastest, top * top);
+  }
+  if (!system.model.massless.rates.empty() && massless_decay(system.model, system.work) * system.model.settings.duration > 2000.0) return Method::bdf;
+  // Friction that follows the slip's direction turns it at mu N / (m s), without bound where it starts slowly from rest (a pull in a turning direction: 315 000
+  // steps of Adams, 1400 of BDF).
+  if (std::any_of(system.friction.points.begin(), system.friction.points.end(), [](const FrictionPoint& p) { return p.phase == FrictionPhase::slip; }))
+    return fastest > 0.0 && !decays ? Method::dirk : Method::bdf;
+  fastest_vibration = std::sqrt(fastest);
+  if (fastest_vibration * system.model.settings.duration < 2000.0) return Method::adams;
+  return decays ? Method::bdf : Method::dirk;
+}
+
+bool may_be_followed(const System& system) {
+  for (size_t c = 0; c < system.model.clusters.size(); ++c)
+    if (deformation_closes(system.model, system.work, static_cast<int>(c))) return false;
+  return true;
+}
+
+
+namespace {
+
+// "joint 'slide'" or "body 'rod'" of every independent rate.
+std::vector<std::string> rate_owners(const System& system) {
+  std::vector<std::string> out;
+  const Model& model = system.model;
+  for (size_t c = 0; c < model.clusters.size(); ++c)
+    for (int k : system.work.clusters[c].partition.ind) {
+      const int v = model.clusters[c].v0 + k;
+      for (const Part& p : model.parts) {
+        const bool of_joint = v >= p.v0 && v < p.v0 + p.joint.nv;
+        if (!of_joint && (v < p.ev0 || v >= p.ev0 + p.body.n)) continue;
+        if (of_joint && p.joint.scene_joint >= 0) out.push_back(fmt::format("joint '{}'", p.joint.name));
+        else if (p.scene_body >= 0) out.push_back(fmt::format("body '{}'", system.scene.bodies[static_cast<size_t>(p.scene_body)].name));
+        else out.push_back(fmt::format("joint '{}'", p.joint.name));
+        break;
+      }
+    }
+  return out;
+}
+
+// Beyond so many rates the eigenvalues cost more than they tell.
+constexpr Eigen::Index most_rates = 150;
+
+}  // namespace
+
+FastestPart find_fastest(System& system, double t, const VecX& y) {
+  FastestPart out;
+  if (!system.model.massless.rates.empty()) return out;
+  MatX A, B;
+  try {
+    difference_rates(system, t, y.data(), A, B);
+  } catch (const SimulationError&) {
+    return out;
+  }
+  const Eigen::Index n = A.rows();
+  if (n == 0 || n > most_rates || !A.allFinite() || !B.allFinite()) return out;
+  // Coordinates in units in which both halves of the matrix are of one size.
+  const double unit = std::max({std::sqrt(A.cwiseAbs().maxCoeff()), B.cwiseAbs().maxCoeff(), 1e-300});
+  MatX J = MatX::Zero(2 * n, 2 * n);
+  J.topRightCorner(n, n).diagonal().setConstant(unit);
+  J.bottomLeftCorner(n, n) = A / unit;
+  J.bottomRightCorner(n, n) = B;
+  const ComplexEigen eigen(J);
+  if (eigen.info() != Eigen::Success) return out;
+  Eigen::Index fastest = 0;
+  out.rate = eigen.eigenvalues().cwiseAbs().maxCoeff(&fastest);
+  out.decays = true;
+  for (Eigen::Index k = 0; k < 2 * n; ++k)
+    if (const std::complex<double> value = eigen.eigenvalues()[k]; std::abs(value) > 0.01 * out.rate) out.decays = out.decays && -value.real() > 0.9 * std::abs(value);
+  // The share of a rate in a motion, whatever its unit: its entries in the right and the left eigenvector.
+  const Eigen::MatrixXcd left = eigen.left_eigenvectors();
+  Eigen::VectorXd share = eigen.eigenvectors().col(fastest).tail(n).cwiseAbs();
+  if (left.allFinite()) share = share.cwiseProduct(left.row(fastest).tail(n).transpose().cwiseAbs());
+  Eigen::Index owner = 0;
+  share.maxCoeff(&owner);
+  const std::vector<std::string> owners = rate_owners(system);
+  if (owner < static_cast<Eigen::Index>(owners.size())) out.owner = owners[static_cast<size_t>(owner)];
+  return out;
+}
+
+bool MethodReview::due(long steps, long evaluations, double t, double duration) {
+  if (steps < next_) return false;
+  const double done = t - from_;
+  pace_ = done / static_cast<double>(std::max(1L, evaluations - from_evaluations_));
+  step_ = done / static_cast<double>(std::max(1L, steps - from_steps_));
+  to_go_ = (duration - t) / std::max(step_, 1e-300);
+  from_ = t;
+  from_steps_ = steps;
+  from_evaluations_ = evaluations;
+  next_ = 4 * steps;
+  return true;
+}
+
+bool MethodReview::hopeless(double most) const {
+  // A start that takes short steps for a while is over after some thousand of them.
+  const double far = from_steps_ < 8000 ? 1e4 : from_steps_ < 32000 ? 100.0 : from_steps_ < 128000 ? 20.0 : from_steps_ < 512000 ? 5.0 : 2.0;
+  return to_go_ > far * most;
+}
+
+std::string what_takes_steps(System& system, double t, const VecX& y, double step) {
+  const FastestPart fastest = find_fastest(system, t, y);
+  // Turns: a full one takes some twenty steps.
+  double spin = 0.0;
+  std::string turns;
+  for (const Part& p : system.model.parts) {
+    const JointKind kind = p.joint.kind;
+    double rate = 0.0;
+    if (kind == JointKind::revolute || kind == JointKind::screw) rate = std::abs(system.work.w[p.v0]);
+    else if (kind == JointKind::cylindrical) rate = std::abs(system.work.w[p.v0 + 1]);
+    else if (kind == JointKind::planar) rate = std::abs(system.work.w[p.v0 + 2]);
+    else if (kind == JointKind::universal) rate = system.work.w.segment(p.v0, 2).norm();
+    else if (kind == JointKind::spherical) rate = system.work.w.segment(p.v0, 3).norm();
+    else if (kind == JointKind::free) rate = system.work.w.segment(p.v0 + 3, 3).norm();
+    if (rate > spin) spin = rate, turns = p.joint.name;
+  }
+  if (spin * step > 0.01 && spin > 0.3 * fastest.rate) return fmt::format("they follow joint '{}', which turns at {:.3g} rad/s", turns, spin);
+  if (fastest.rate * step > 0.01)
+    return fmt::format("they follow {}, which {} at {:.3g} {}", fastest.owner, fastest.decays ? "decays" : "vibrates", fastest.rate, fastest.decays ? "1/s" : "rad/s");
+  return fmt::format("the tolerance of {:g} asks for them", system.tolerance);
+}
+
+}  // namespace flexframe::sim
