@@ -121,7 +121,7 @@ def judge(program, scene):
     if warnings:
         return "warned", error, claim, warnings[0], cpu
     if scene.confirm_words:
-        code, said, other, _, _ = program.run(scene.truth, scene.confirm_words, 10 * program.limit)
+        code, said, other, _, _ = program.run(scene.truth, scene.confirm_words)
         if code == 0 and compare(scene, other, truth)[0] > 0.5 * error:
             return "open", error, claim, "the richer model by two methods differs as much", cpu
     return "silent", error, claim, where, cpu
