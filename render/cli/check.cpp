@@ -2,6 +2,7 @@
 #include "render/cli/commands.h"
 #include "render/cli/jobs.h"
 
+#include "sim/model/mounted_modes.h"
 #include "sim/dynamics/directions.h"
 #include "sim/start/linearise.h"
 #include "sim/start/make_system.h"
@@ -14,6 +15,7 @@
 #include <complex>
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -77,6 +79,20 @@ std::string describe(const std::vector<Mover>& all) {
   return text;
 }
 
+// A damped body's modes by themselves and as the scene's joints hold it.
+struct BodyDamping {
+  sim::VecX alone_hz, alone, mounted_hz, mounted;
+};
+
+std::optional<BodyDamping> damping_of(const sim::System& system, const sim::Part& part) {
+  if (part.scene_body < 0 || part.body.De.size() == 0 || system.model.pieces[static_cast<size_t>(part.scene_body)].size() != 1) return std::nullopt;
+  const std::vector<sim::Support> holds = sim::mounting_of(system.scene, system.scene.bodies[static_cast<size_t>(part.scene_body)].name);
+  const sim::MountedModes alone = sim::mounted_modes(part.body, sim::MatX(0, 6 + part.body.n));
+  const sim::MountedModes mounted = sim::mounted_modes(part.body, sim::held_rows(system.scene, part.scene_body, part.body, holds, {}));
+  if (alone.omega.size() == 0 || mounted.omega.size() == 0) return std::nullopt;
+  return BodyDamping{alone.omega / (2.0 * M_PI), sim::mounted_ratios(part.body, alone), mounted.omega / (2.0 * M_PI), sim::mounted_ratios(part.body, mounted)};
+}
+
 // A mode in a line, without its shape.
 std::string describe(const sim::LinearMode& mode) {
   const double re = mode.pole.real(), im = mode.pole.imag();
@@ -120,6 +136,8 @@ void print_report(const std::string& scene, const sim::System& system, const sim
   int joints = 0, elastic = 0;
   for (const sim::Part& p : system.model.parts) {
     fmt::print("body       {}: {:.6g} kg, {} joint and {} elastic coordinates\n", p.name, p.body.mass, p.joint.nv, p.body.n);
+    if (const auto d = damping_of(system, p))
+      fmt::print("           damping of its first mode {:.4g} at {:.6g} Hz as its joints hold it, {:.4g} at {:.6g} Hz alone\n", d->mounted[0], d->mounted_hz[0], d->alone[0], d->alone_hz[0]);
     joints += p.joint.nv;
     elastic += p.body.n;
   }
@@ -143,9 +161,18 @@ void print_report(const std::string& scene, const sim::System& system, const sim
 
 void print_json(const sim::System& system, const sim::Linearisation& linear) {
   nlohmann::json out;
-  for (const sim::Part& p : system.model.parts)
-    out["bodies"].push_back(
-        {{"name", p.name}, {"mass", p.body.mass}, {"joint_coordinates", p.joint.nv}, {"elastic_coordinates", p.body.n}});
+  for (const sim::Part& p : system.model.parts) {
+    out["bodies"].push_back({{"name", p.name}, {"mass", p.body.mass}, {"joint_coordinates", p.joint.nv}, {"elastic_coordinates", p.body.n}});
+    const auto d = damping_of(system, p);
+    if (!d) continue;
+    const auto list = [](const sim::VecX& hz, const sim::VecX& ratio) {
+      nlohmann::json modes = nlohmann::json::array();
+      for (Eigen::Index k = 0; k < hz.size(); ++k) modes.push_back({{"frequency", hz[k]}, {"damping", ratio[k]}});
+      return modes;
+    };
+    out["bodies"].back()["alone"] = list(d->alone_hz, d->alone);
+    out["bodies"].back()["mounted"] = list(d->mounted_hz, d->mounted);
+  }
   out["warnings"] = system.notes.texts(sim::Severity::warning);
   out["notes"] = system.notes.texts(sim::Severity::note);
   out["equilibrium"] = linear.equilibrium;

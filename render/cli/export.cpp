@@ -110,7 +110,8 @@ Pictures a second and speed are those of the scene's [render] table.)");
             const fs::path folder = words->to == "vtk" ? out : fs::absolute(out).parent_path();
             require_writable(folder);
             make_folder(folder);
-            std::vector<std::string> notes = job.notes;
+            std::vector<std::string> notes = job.results.statistics.notes.texts(sim::Severity::warning);
+            notes.insert(notes.end(), job.notes.begin(), job.notes.end());
             nlohmann::ordered_json json = {{"format", words->to}, {"out", out.string()}};
             json.update(words->to == "csv"    ? export_csv(job.results, out)
                         : words->to == "gltf" ? export_gltf(job, words->scale, out, notes)

@@ -34,6 +34,9 @@ void print_results(const std::string& file) {
   }
   const sim::SolverStatistics& s = r.statistics;
   if (!s.method.empty()) fmt::print("solver   {}, tolerance {:g}, {} steps, {} evaluations, {:.4f} CPU s\n", s.method, s.tolerance, s.steps, s.evaluations, s.cpu_seconds);
+  if (s.error_estimate >= 0.0) fmt::print("error    {:.1e} of the range of {}, estimated\n", s.error_estimate, s.error_column);
+  for (const std::string& warning : s.notes.texts(sim::Severity::warning)) fmt::print("WARNING  {}\n", warning);
+  for (const std::string& note : s.notes.texts(sim::Severity::note)) fmt::print("note     {}\n", note);
 }
 
 const char* kind_of(const sim::BodyDef& body) {

@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <string>
+#include <vector>
 
 namespace flexframe::cli {
 
@@ -29,6 +31,9 @@ Command add_render(Program& program) {
             const fs::path out = words->out.empty() ? fs::path(name) : fs::path(words->out);
             require_writable(out);
             DrawingReport drawing = run_drawing(job.results, job.settings, job.scene ? &*job.scene : nullptr, words->render, out, name);
+            // What the simulation warned of holds for its pictures too.
+            const std::vector<std::string> warned = job.results.statistics.notes.texts(sim::Severity::warning);
+            drawing.warnings.insert(drawing.warnings.begin(), warned.begin(), warned.end());
             drawing.notes.insert(drawing.notes.end(), job.notes.begin(), job.notes.end());
 
             if (words->json) fmt::print("{}\n", drawing_json(drawing).dump(2));

@@ -276,6 +276,7 @@ Animation make_animation(const sim::Results& results, const RenderSettings& aske
     const sim::ResultBody& body = results.bodies[b];
     if (!body.mesh.empty() && !body.mesh_sha256.empty() && sim::sha256_of_file(body.mesh) != body.mesh_sha256)
       animation.warnings.push_back(fmt::format("{}: the mesh {} has changed since the results were made", body.name, body.mesh));
+    for (const std::string& refused : animation.bodies.back().refused) animation.warnings.push_back(fmt::format("body '{}': {}", body.name, refused));
     for (const std::string& warning : animation.bodies.back().warnings) animation.notes.push_back(fmt::format("{}: {}", results.bodies[b].name, warning));
   }
 

@@ -6,6 +6,7 @@
 #include "render/picture/edges.h"
 #include "sim/base/words.h"
 #include "sim/scene/section.h"
+#include "sim/scene/section_stress.h"
 
 #include <fmt/format.h>
 
@@ -85,7 +86,7 @@ interp::ModeColumns map_stress(const sim::ResultBody& body, const BodyModel& mod
   return interp::ModeColumns(interp::map_scalars(nodes, model.view(), 6, body.node_stress));
 }
 
-// Whether the node displacements are node_phi q (no second-order part), judged on up to 16 samples over the whole run.
+// Whether the node displacements are node_phi q, seen from the body frame (no second-order part), judged on up to 16 samples over the whole run.
 bool linear_in_modes(const sim::ResultBody& body) {
   if (body.node_phi.size() == 0 || body.q.cols() != body.node_phi.cols()) return false;
   const Eigen::Index nt = body.q.rows(), step = std::max<Eigen::Index>(1, nt / 16);
@@ -93,23 +94,80 @@ bool linear_in_modes(const sim::ResultBody& body) {
   for (Eigen::Index i = 0; i < nt; i += step) {
     const sim::VecX u = body.displacement.row(i).transpose();
     largest = std::max(largest, u.cwiseAbs().maxCoeff());
-    difference = std::max(difference, (body.node_phi * body.q.row(i).transpose() - u).cwiseAbs().maxCoeff());
+    sim::VecX linear = body.node_phi * body.q.row(i).transpose();
+    if (body.held_position.rows() > 0) {
+      const sim::Pose held = held_pose(body, {i, 0.0});
+      for (size_t k = 0; k < body.nodes.size(); ++k) {
+        auto at = linear.segment<3>(3 * static_cast<Eigen::Index>(k));
+        at = (held.R * (body.nodes[k].origin + at) + held.p - body.nodes[k].origin).eval();
+      }
+    }
+    difference = std::max(difference, (linear - u).cwiseAbs().maxCoeff());
   }
   // Mode columns are kept in single precision; a difference below that is none.
   return difference <= 1e-6 * largest;
 }
 
-render::Mesh mesh_of(const sim::ResultBody& body, const sim::BodyDef* def, const BodyLook& look, double size) {
+render::Mesh mesh_of(const sim::ResultBody& body, const sim::BodyDef* def, const BodyLook& look, bool stress, double size) {
   if (!body.mesh.empty()) return render::read_mesh(body.mesh);
   if (body.kind == "beam" && body.length > 0.0) {
     std::vector<double> stations;
     for (const sim::ResultNode& node : body.nodes) stations.push_back(node.origin.x());
-    return make_beam_mesh(look.diameter ? sim::make_section("circle", {{"diameter", *look.diameter}}) : body.section, body.length, stations, body.name);
+    return make_beam_mesh(look.diameter ? sim::make_section("circle", {{"diameter", *look.diameter}}) : body.section, body.length, stations, body.name, stress);
   }
   // A modal body shows at least its nodes; any other gets a solid of plausible measures.
   if (!body.nodes.empty()) return {};
   const auto* rigid = def ? std::get_if<sim::RigidDef>(&def->kind) : nullptr;
   return make_rigid_mesh(rigid ? *rigid : sim::RigidDef{}, 0.035 * size, body.name);
+}
+
+// The point of the outline in the direction of (y, z) from the centroid; where that ray meets none (the centroid lies outside), the point furthest that way.
+Eigen::Vector2d on_outline(const sim::Section& section, double y, double z) {
+  const Eigen::Vector2d d = Eigen::Vector2d(y, z).normalized();
+  if (!(d.squaredNorm() > 0.5)) return {0.0, 0.0};
+  double reach = -1.0;
+  Eigen::Vector2d furthest = Eigen::Vector2d::Zero();
+  const std::vector<Eigen::Vector2d>& loop = section.outline.front();
+  for (size_t i = 0; i < loop.size(); ++i) {
+    const Eigen::Vector2d &a = loop[i], side = loop[(i + 1) % loop.size()] - a;
+    if (a.dot(d) > furthest.dot(d)) furthest = a;
+    const double across = d.x() * side.y() - d.y() * side.x();
+    if (across == 0.0) continue;
+    const double along = (a.x() * side.y() - a.y() * side.x()) / across, share = (a.x() * d.y() - a.y() * d.x()) / across;
+    if (share >= 0.0 && share <= 1.0) reach = std::max(reach, along);
+  }
+  return reach > 0.0 ? Eigen::Vector2d(reach * d) : furthest;
+}
+
+// Where the vertices of a beam lie in its sections and between its stations.
+BeamStress make_beam_stress(const sim::ResultBody& body, const sim::BeamDef& beam, bool bar, const std::vector<float>& rest) {
+  BeamStress stress;
+  stress.youngs_modulus = beam.material.youngs_modulus;
+  stress.shear_modulus = 0.5 * beam.material.youngs_modulus / (1.0 + beam.material.poisson);
+  const sim::VecX& x = body.strain_stations;
+  std::map<std::pair<double, double>, double> shears;  // the rings of a swept beam repeat their points
+  for (size_t i = 0; i + 2 < rest.size(); i += 3) {
+    BeamStress::Vertex v;
+    v.y = static_cast<double>(rest[i + 1]);
+    v.z = static_cast<double>(rest[i + 2]);
+    if (bar) {
+      const Eigen::Vector2d p = on_outline(body.section, v.y, v.z);
+      v.y = p.x(), v.z = p.y();
+    }
+    const auto [known, fresh] = shears.try_emplace({v.y, v.z}, 0.0);
+    if (fresh) known->second = sim::torsion_shear(body.section, v.y, v.z).norm();
+    v.shear = known->second;
+    // Single precision of the mesh: a vertex as near as that to a station stands on it.
+    const double at = std::clamp(static_cast<double>(rest[i]), x[0], x[x.size() - 1]), near = 1e-6 * body.length;
+    const double* const above = std::upper_bound(x.data(), x.data() + x.size(), at + near);
+    const auto next = static_cast<int>(std::min<std::ptrdiff_t>(above - x.data(), x.size() - 1));
+    v.station = std::max(0, next - 1);
+    const double width = x[next] - x[v.station];
+    v.share = width > 0.0 ? std::clamp((at - x[v.station]) / width, 0.0, 1.0) : 0.0;
+    if (v.station > 0 && at - x[v.station] <= near && x[v.station] - x[v.station - 1] <= near) v.other = v.station - 1;
+    stress.vertices.push_back(v);
+  }
+  return stress;
 }
 
 // Rings of a swept beam that is thinner than a 150th of the machine, a few pixels of a usual picture; else none.
@@ -122,6 +180,18 @@ std::vector<std::vector<int>> spine_of(const render::Mesh& mesh, double size) {
   for (size_t i = 0; i < mesh.positions.size(); ++i) by_station[mesh.positions[i].x].push_back(static_cast<int>(i));
   for (auto& [x, ring] : by_station) rings.push_back(std::move(ring));
   return rings;
+}
+
+// Or the warning that says why there is none.
+void set_beam_stress(const sim::ResultBody& body, const sim::BodyDef* def, const BodyLook& look, BodyModel& model) {
+  const auto warn = [&](const std::string& text) { model.refused.push_back(text); };
+  const auto* beam = def ? std::get_if<sim::BeamDef>(&def->kind) : nullptr;
+  if (!beam) return warn("its scene is not in the results, so that its material is unknown: not coloured by stress");
+  if (!sim::has_stress(body.section)) return warn(fmt::format("a section of shape '{}' has moments but no outline, so that no point of it has a stress: not coloured by stress", body.section.shape));
+  if (body.strain_stations.size() < 2) return warn("the results hold no strains of its sections (made by an older version or another program): not coloured by stress; simulate again");
+  model.beam_stress = make_beam_stress(body, *beam, look.diameter.has_value(), model.rest);
+  for (const std::string& effect : body.unstrained)
+    model.warnings.push_back(fmt::format("effect '{}' is off: stress from {} is not in its colours; with effects = [..., \"{}\"] it is", effect, effect == "axial" ? "forces along it" : "torques about it", effect));
 }
 
 }  // namespace
@@ -143,6 +213,7 @@ BodyLook read_body_look(const sim::BodyDef& body, const std::string& file) {
       if (found == known.end()) refuse(fmt::format("'drawing.{}' is {}{}; allowed: {}", key, sim::quote(value), sim::did_you_mean(value, known), sim::list_words(known)));
       return found - known.begin();
     };
+    if (word == "shown") continue;  // from where the deformation is seen: in the results
     if (word == "color") {
       look.color = color(word, text);
     } else if (word == "ghost_color") {
@@ -184,8 +255,7 @@ BodyModel make_body_model(const sim::ResultBody& body, const sim::BodyDef* def, 
   model.ghost = look.ghost;
   model.ghost_color = look.ghost_color;
   model.edges = look.edges.value_or(settings.edges);
-  if (const auto* beam = def ? std::get_if<sim::BeamDef>(&def->kind) : nullptr) model.youngs_modulus = beam->material.youngs_modulus;
-  model.mesh = mesh_of(body, def, look, size);
+  model.mesh = mesh_of(body, def, look, settings.color_by == ColorBy::stress && body.strain_stations.size() > 0, size);
   const render::Mesh& mesh = model.mesh;
   model.warnings = mesh.warnings;
 
@@ -257,17 +327,49 @@ BodyModel make_body_model(const sim::ResultBody& body, const sim::BodyDef* def, 
   if (settings.color_by == ColorBy::strain || settings.color_by == ColorBy::stress) model.welded = model.map ? model.map->welded : interp::weld_rows(model.view(), options);
   if (settings.color_by == ColorBy::stress) {
     if (body.node_stress.size() > 0) model.stress = map_stress(body, model);
+    else if (body.kind == "beam") set_beam_stress(body, def, look, model);
     else if (body.kind == "modal") model.warnings.push_back("no stress modes are known (flexframe reduce --stress): not coloured by stress; color_by = \"strain\" needs none");
   }
   if (settings.corotated) model.corotated = std::make_shared<const interp::Corotated>(model.view());
   return model;
 }
 
+void beam_von_mises(const BeamStress& stress, const sim::ResultBody& body, std::span<const double> q, std::span<float> out) {
+  std::vector<double> strains(4 * static_cast<size_t>(body.strain_stations.size()), 0.0);
+  for (Eigen::Index i = 0; i < body.section_strain.rows(); ++i)
+    strains[static_cast<size_t>(body.section_strain(i, 0))] += body.section_strain(i, 2) * q[static_cast<size_t>(body.section_strain(i, 1))];
+  const auto station = [&](int k) { return Eigen::Map<const sim::SectionStrains>(strains.data() + 4 * static_cast<std::ptrdiff_t>(k)); };
+  const int last = static_cast<int>(body.strain_stations.size()) - 1;
+  for (size_t i = 0; i < stress.vertices.size(); ++i) {
+    const BeamStress::Vertex& v = stress.vertices[i];
+    sim::SectionStrains e = station(v.station);
+    if (v.share > 0.0) e += v.share * (station(std::min(v.station + 1, last)) - e);
+    double largest = sim::section_von_mises(e, stress.youngs_modulus, stress.shear_modulus, v.y, v.z, v.shear);
+    if (v.other >= 0) largest = std::max(largest, sim::section_von_mises(station(v.other), stress.youngs_modulus, stress.shear_modulus, v.y, v.z, v.shear));
+    out[i] = static_cast<float>(largest);
+  }
+}
+
+namespace {
+
+// Displacements in the frame of the elastic coordinates as the body frame sees them: R (x + u) + p - x.
+void see_from_body_frame(const BodyModel& model, const sim::Pose& held, std::vector<float>& displacement) {
+  const sim::Mat3 turn = held.R - sim::Mat3::Identity();
+  for (size_t i = 0; i + 2 < displacement.size(); i += 3) {
+    const sim::Vec3 x(model.rest[i], model.rest[i + 1], model.rest[i + 2]), u(displacement[i], displacement[i + 1], displacement[i + 2]);
+    const sim::Vec3 seen = held.R * u + (turn * x + held.p);
+    for (size_t a = 0; a < 3; ++a) displacement[i + a] = static_cast<float>(seen[static_cast<Eigen::Index>(a)]);
+  }
+}
+
+}  // namespace
+
 void update_displacement(const BodyModel& model, const sim::ResultBody& body, const SamplePlace& place, BodyMemory& memory) {
   memory.displacement.resize(model.rest.size());
   if (model.modes) {
     elastic_coordinates(body, place, memory.q);
     interp::apply_modes(*model.modes, memory.q, memory.displacement, 1);
+    if (body.held_position.rows() > 0) see_from_body_frame(model, held_pose(body, place), memory.displacement);
   } else {
     node_motion(body, place, memory.node_displacement, memory.node_rotation);
     interp::apply(*model.map, memory.node_displacement, memory.node_rotation, std::span<float>(memory.displacement));

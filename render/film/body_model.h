@@ -40,6 +40,18 @@ struct BodyLook {
 // Throws sim::InputError naming file, line, body, word and what is allowed.
 BodyLook read_body_look(const sim::BodyDef& body, const std::string& file);
 
+// What the stress of a beam's vertices is made of (sim/section_stress.h).
+struct BeamStress {
+  struct Vertex {
+    double y = 0.0, z = 0.0, shear = 0.0;  // place in the section and its torsion_shear, m
+    // Between which stations, and how far; a second pair where section forces jump at the vertex: the larger stress is drawn.
+    int station = 0, other = -1;
+    double share = 0.0;
+  };
+  double youngs_modulus = 0.0, shear_modulus = 0.0;  // Pa
+  std::vector<Vertex> vertices;
+};
+
 struct BodyModel {
   std::string name;
   bool flexible = false;                 // elastic displacements move its vertices
@@ -47,7 +59,6 @@ struct BodyModel {
   std::vector<glm::uvec3> triangles;     // of shading points
   std::vector<glm::vec3> colors;         // per shading point where the mesh has vertex colours or several materials, else empty
   render::Material material;
-  double youngs_modulus = 0.0;           // Pa, 0: unknown
   float opacity = 1.0f;
   GhostStyle ghost = GhostStyle::body;
   std::optional<glm::vec3> ghost_color;
@@ -64,8 +75,10 @@ struct BodyModel {
   bool from_cache = false;               // the modes were read from RenderSettings::cache
   std::vector<int> welded;               // colour by strain: vertices at one place have one number
   std::optional<interp::ModeColumns> stress;  // colour by stress of a modal body that knows its stress modes: 6 M rows, xx yy zz xy yz xz of each vertex, Pa
+  std::optional<BeamStress> beam_stress;  // colour by stress of a beam
   std::shared_ptr<const interp::Corotated> corotated;
-  std::vector<std::string> warnings;
+  std::vector<std::string> warnings;       // what was chosen or mended
+  std::vector<std::string> refused;        // what was asked for and cannot be shown
 
   interp::MeshView view() const;
 };
@@ -82,6 +95,9 @@ struct BodyMemory {
   std::vector<float> scaled, positions;  // 3 M
   interp::PointsF group_normals;
 };
+
+// Von Mises stress of a beam's vertices, Pa, at its elastic coordinates q.
+void beam_von_mises(const BeamStress& stress, const sim::ResultBody& body, std::span<const double> q, std::span<float> out);
 
 // Displacement of the vertices in scale, 3 M floats in memory.displacement.
 void update_displacement(const BodyModel& model, const sim::ResultBody& body, const SamplePlace& place, BodyMemory& memory);

@@ -59,6 +59,20 @@ void node_motion(const sim::ResultBody& body, const SamplePlace& place, interp::
   }
 }
 
+sim::Pose held_pose(const sim::ResultBody& body, const SamplePlace& place) {
+  sim::Pose pose;
+  if (body.held_position.rows() == 0) return pose;
+  const Eigen::Index i = place.index;
+  pose.p = body.held_position.row(i).transpose();
+  sim::Vec3 turn = body.held_rotation.row(i).transpose();
+  if (place.share > 0.0) {
+    pose.p += place.share * (body.held_position.row(i + 1).transpose() - pose.p);
+    turn += place.share * (body.held_rotation.row(i + 1).transpose() - turn);
+  }
+  pose.R = sim::rotation_exp(turn);
+  return pose;
+}
+
 void elastic_coordinates(const sim::ResultBody& body, const SamplePlace& place, std::vector<double>& q) {
   q.resize(static_cast<size_t>(body.q.cols()));
   for (Eigen::Index k = 0; k < body.q.cols(); ++k) {

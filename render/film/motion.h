@@ -7,6 +7,7 @@
 
 #include "interp/types.h"
 #include "sim/results/results.h"
+#include "sim/base/spatial.h"
 
 #include <glm/glm.hpp>
 
@@ -29,6 +30,9 @@ glm::dmat4 joint_pose(const sim::ResultJoint& joint, const SamplePlace& place);
 
 // Displacements and rotation vectors of the nodes, nn x 3; rotations 0 x 3 where the results have none. Memory is reused.
 void node_motion(const sim::ResultBody& body, const SamplePlace& place, interp::Points& displacement, interp::Points& rotation);
+
+// Pose of the frame of the elastic coordinates in the body frame; identity where the results have none.
+sim::Pose held_pose(const sim::ResultBody& body, const SamplePlace& place);
 
 // Elastic coordinates, memory reused.
 void elastic_coordinates(const sim::ResultBody& body, const SamplePlace& place, std::vector<double>& q);

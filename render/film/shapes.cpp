@@ -91,9 +91,30 @@ glm::dvec3 to_glm(const sim::Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
 }  // namespace
 
-render::Mesh make_beam_mesh(const sim::Section& section, double length, std::span<const double> stations, const std::string& name) {
+namespace {
+
+// An even number of steps a side, so that its middle is a point; none of an outline that is round.
+Loop divide_sides(const Loop& loop) {
+  if (loop.size() > 16) return loop;
+  double around = 0.0;
+  for (size_t i = 0; i < loop.size(); ++i) around += (loop[(i + 1) % loop.size()] - loop[i]).norm();
+  Loop out;
+  for (size_t i = 0; i < loop.size(); ++i) {
+    const Eigen::Vector2d step = loop[(i + 1) % loop.size()] - loop[i];
+    const int steps = 2 * std::clamp(static_cast<int>(std::ceil(20.0 * step.norm() / around)), 1, 5);
+    for (int k = 0; k < steps; ++k) out.push_back(loop[i] + step * k / steps);
+  }
+  return out;
+}
+
+}  // namespace
+
+render::Mesh make_beam_mesh(const sim::Section& section, double length, std::span<const double> stations, const std::string& name, bool divided) {
   std::vector<Loop> loops(section.outline.begin(), section.outline.end());
   if (loops.empty()) loops = {circle(section.area > 0.0 ? std::sqrt(section.area / std::numbers::pi) : 0.01 * length)};
+
+  if (divided)
+    for (Loop& loop : loops) loop = divide_sides(loop);
 
   // Fine circles of slender beams: half the corners, of the same area, are within a fifth of a pixel of a beam that spans the picture.
   for (Loop& loop : loops) {

@@ -83,11 +83,13 @@ void update_scalars(const BodyModel& model, const sim::Results& results, int ind
     interp::apply_modes(*model.stress, work.body.q, work.before, 1);
     scalars.resize(vertices);
     interp::compute_von_mises(work.before, scalars);
-  } else if ((color_by == ColorBy::strain || (color_by == ColorBy::stress && model.youngs_modulus > 0.0)) && model.flexible) {
+  } else if (color_by == ColorBy::stress && model.beam_stress) {
+    elastic_coordinates(body, find_sample(results.times, t), work.body.q);
+    scalars.resize(vertices);
+    beam_von_mises(*model.beam_stress, body, work.body.q, scalars);
+  } else if (color_by == ColorBy::strain && model.flexible) {
     scalars.resize(vertices);
     interp::compute_strain(model.view(), model.welded, memory.displacement, scalars);
-    if (color_by == ColorBy::stress)
-      for (float& s : scalars) s *= static_cast<float>(model.youngs_modulus);
   } else if (color_by == ColorBy::mode && model.modes && settings.mode <= body.q.cols()) {
     // Displacement by one coordinate alone.
     elastic_coordinates(body, find_sample(results.times, t), work.body.q);
@@ -95,6 +97,15 @@ void update_scalars(const BodyModel& model, const sim::Results& results, int ind
       if (static_cast<int>(k) + 1 != settings.mode) work.body.q[k] = 0.0;
     work.before.resize(model.rest.size());
     interp::apply_modes(*model.modes, work.body.q, work.before, 1);
+    if (body.shown_columns.size() > 0) {
+      // What a small coordinate moves the body frame by.
+      const sim::Vec6 frame = body.shown_columns.col(settings.mode - 1) * work.body.q[static_cast<size_t>(settings.mode) - 1];
+      for (size_t i = 0; i + 2 < work.before.size(); i += 3) {
+        const sim::Vec3 x(model.rest[i], model.rest[i + 1], model.rest[i + 2]);
+        const sim::Vec3 moved = frame.head<3>() + frame.tail<3>().cross(x);
+        for (size_t a = 0; a < 3; ++a) work.before[i + a] -= static_cast<float>(moved[static_cast<Eigen::Index>(a)]);
+      }
+    }
     scalars.resize(vertices);
     interp::compute_magnitude(work.before, scalars);
   } else if (color_by == ColorBy::velocity && results.times.size() > 1) {

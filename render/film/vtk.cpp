@@ -1,6 +1,7 @@
 #include "render/film/vtk.h"
 
 #include "render/base/file.h"
+#include "render/film/survey.h"
 
 #include <fmt/format.h>
 
@@ -19,9 +20,12 @@ static_assert(std::endian::native == std::endian::little, "the files say LittleE
 struct Surface {
   std::vector<double> points;         // 3 n
   std::vector<float> displacement;    // 3 n
+  std::vector<float> scalars;         // n, what the pictures colour by besides the displacement; 0 where a body has none
   std::vector<std::int64_t> corners;  // 3 m
   std::vector<std::int32_t> body;     // m
 };
+
+bool has_scalars(ColorBy by) { return by == ColorBy::strain || by == ColorBy::stress || by == ColorBy::velocity || by == ColorBy::mode; }
 
 void add_body(const Animation& animation, size_t b, double t, double scale, BodyMemory& memory, Surface& out) {
   const BodyModel& model = animation.bodies[b];
@@ -32,6 +36,13 @@ void add_body(const Animation& animation, size_t b, double t, double scale, Body
   const glm::dmat3 turn(pose);
   if (model.flexible) update_displacement(model, body, place, memory);
   const auto first = static_cast<std::int64_t>(out.points.size() / 3);
+  if (has_scalars(animation.settings.color_by)) {
+    ScalarMemory work;
+    std::vector<float> scalars;
+    update_scalars(model, *animation.results, static_cast<int>(b), animation.settings, t, memory, work, scalars);
+    scalars.resize(model.mesh.positions.size(), 0.0f);
+    out.scalars.insert(out.scalars.end(), scalars.begin(), scalars.end());
+  }
   for (size_t v = 0; v < model.mesh.positions.size(); ++v) {
     const glm::dvec3 u = model.flexible ? glm::dvec3(memory.displacement[3 * v], memory.displacement[3 * v + 1], memory.displacement[3 * v + 2]) : glm::dvec3(0.0);
     const glm::dvec3 p = glm::dvec3(pose * glm::dvec4(model.mesh.positions[v] + scale * u, 1.0)), d = turn * u;
@@ -62,14 +73,16 @@ struct Appended {
   }
 };
 
-std::vector<std::uint8_t> to_file(const Surface& s) {
+std::vector<std::uint8_t> to_file(const Surface& s, const std::string& scalar_name) {
   Appended data;
   std::vector<std::int64_t> ends(s.corners.size() / 3);
   for (size_t k = 0; k < ends.size(); ++k) ends[k] = static_cast<std::int64_t>(3 * (k + 1));
   std::string text = fmt::format("<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<PolyData>\n"
                                  "<Piece NumberOfPoints=\"{}\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"{}\">\n",
                                  s.points.size() / 3, s.body.size());
-  text += "<PointData Vectors=\"displacement\">\n" + data.add("Float32", "displacement", 3, s.displacement) + "</PointData>\n";
+  text += "<PointData Vectors=\"displacement\">\n" + data.add("Float32", "displacement", 3, s.displacement);
+  if (!s.scalars.empty()) text += data.add("Float32", scalar_name.c_str(), 1, s.scalars);
+  text += "</PointData>\n";
   text += "<CellData Scalars=\"body\">\n" + data.add("Int32", "body", 1, s.body) + "</CellData>\n";
   text += "<Points>\n" + data.add("Float64", "Points", 3, s.points) + "</Points>\n";
   text += "<Polys>\n" + data.add("Int64", "connectivity", 1, s.corners) + data.add("Int64", "offsets", 1, ends) + "</Polys>\n";
@@ -113,7 +126,7 @@ VtkReport write_vtk(const Animation& animation, double scale, const std::filesys
     const double t = picture_time(animation, k);
     Surface surface;
     for (size_t b = 0; b < animation.bodies.size(); ++b) add_body(animation, b, t, scale, memory, surface);
-    render::write_file(folder / file_name(k), to_file(surface));
+    render::write_file(folder / file_name(k), to_file(surface, color_by_words()[static_cast<size_t>(animation.settings.color_by)]));
     index += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", t, escape(file_name(k)));
     if (progress) progress(k + 1, animation.count);
   }

@@ -272,6 +272,21 @@ void draw_overlay(Image& image, const Picture& picture, const Layout& layout, st
   for (const TextLine& w : layout.words) draw_line_of_text(image, w, ink);
 }
 
+namespace {
+
+// Decimals that tell neighbouring pictures apart, and as many more, at most three, as the round ones of their times have: steps of 0.125 are shown with three,
+// thirtieths, none of which but the tenths is round, with two.
+int time_decimals(double step) {
+  const auto round = [](double x, int decimals) { return std::abs(x * std::pow(10.0, decimals) - std::round(x * std::pow(10.0, decimals))) < 1e-6; };
+  const int least = std::clamp(static_cast<int>(std::ceil(-std::log10(step) - 1e-9)), 0, 9), most = std::min(9, least + 3);
+  int decimals = least;
+  for (int k = 1; k <= 60; ++k)
+    while (decimals < most && round(k * step, most) && !round(k * step, decimals)) ++decimals;
+  return decimals;
+}
+
+}  // namespace
+
 std::string time_text(double t, double step, double duration) {
   struct Unit { double size; const char* name; };
   static constexpr Unit units[] = {{1.0, "s"}, {1e-3, "ms"}, {1e-6, "µs"}, {1e-9, "ns"}};
@@ -281,7 +296,7 @@ std::string time_text(double t, double step, double duration) {
     if (!(std::abs(duration) < 0.0999999 * u.size) || duration == 0.0) break;
   }
   const double shown = step > 0.0 ? step / unit.size : 1e-3;
-  const int decimals = std::clamp(static_cast<int>(std::ceil(-std::log10(shown) - 1e-9)), 0, 9);
+  const int decimals = time_decimals(shown);
   std::string text = fmt::format("{:.{}f}", t / unit.size, decimals);
   if (text[0] == '-') text = text.find_first_not_of("-0.") == std::string::npos ? text.substr(1) : "−" + text.substr(1);
   return "t = " + text + " " + unit.name;

@@ -3,6 +3,7 @@
 // element for vanishing shear flexibility.
 #include "sim/base/eigen_solvers.h"
 #include "sim/bodies/beam_terms.h"
+#include "sim/bodies/section_strain.h"
 
 #include <fmt/format.h>
 
@@ -290,6 +291,27 @@ FeBeam::~FeBeam() = default;
 const FlexibleBody& FeBeam::linear() const { return data_->linear; }
 void FeBeam::add_second_order(FlexibleBody& body) const { data_->add_second_order(data_->Z, body); }
 void FeBeam::add_second_order(const MatX& T, FlexibleBody& body) const { data_->add_second_order(MatX(data_->Z * T), body); }
+
+std::vector<ElementStrain> fe_strains(const BeamDef& def, const BeamEffects& effects) {
+  const Layout layout = layout_of(def, effects);
+  const Properties p = beam::properties(def, effects);
+  std::vector<int> coordinate(static_cast<std::size_t>(layout.full()), -1);
+  const std::vector<int> free = free_coordinates(layout, def.boundary);
+  for (std::size_t j = 0; j < free.size(); ++j) coordinate[static_cast<std::size_t>(free[j])] = static_cast<int>(j);
+  // What the mean axes take out is rigid and strains nothing.
+  const FieldRows at0 = element_rows(layout, p, effects, 0.0), at1 = element_rows(layout, p, effects, 1.0);
+  std::vector<ElementStrain> out;
+  for (int e = 0; e < layout.elements; ++e) {
+    const auto row = [&](const VecX& local) {
+      CoordinateRow r;
+      for (Eigen::Index i = 0; i < local.size(); ++i)
+        if (const int k = coordinate[static_cast<std::size_t>(e * layout.per_node + i)]; k >= 0 && local[i] != 0.0) r[k] = local[i];
+      return r;
+    };
+    out.push_back({e * layout.h, (e + 1) * layout.h, row(at0.du), row(at0.dtheta), {row(at0.dphi_z), row(at1.dphi_z)}, {row(at0.ds), row(at1.ds)}});
+  }
+  return out;
+}
 
 FlexibleBody make_fe_beam(const BeamDef& def, const BeamEffects& effects) {
   const FeBeam beam(def, effects);

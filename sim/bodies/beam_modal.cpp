@@ -1,6 +1,8 @@
 // The beam with eigenforms as shape functions: Heckmann, Otter, Dietz, Diaz Lopez 2006 eq. 4, 8-10.
 #include "sim/bodies/beam_eigenforms.h"
 #include "sim/bodies/beam_terms.h"
+#include "sim/bodies/normal_modes.h"
+#include "sim/bodies/section_strain.h"
 #include "sim/scene/effect_names.h"
 
 #include <fmt/format.h>
@@ -173,6 +175,43 @@ std::vector<Mode> volume_modes(const BeamDef& def, const BeamEffects& effects) {
 FlexibleBody modal_body(const BeamDef& def, const BeamEffects& effects, const Properties& p, const std::vector<Mode>& modes, bool turning_root);
 
 }  // namespace
+
+namespace {
+
+// Stations: sixteen a half wave of the highest form, at least forty, which straight lines between them follow to 0.5 %.
+std::vector<StrainStation> form_strains(const std::vector<Mode>& modes, double L, const MatX& V) {
+  double highest = 0.0;
+  for (const Mode& mode : modes) highest = std::max(highest, mode.form.lambda);
+  const int intervals = std::max(40, static_cast<int>(std::ceil(16.0 * highest / std::numbers::pi)));
+  std::vector<StrainStation> out;
+  for (int k = 0; k <= intervals; ++k) {
+    const FieldRows r = rows_at(modes, L * k / intervals, L);
+    StrainStation s;
+    s.x = L * k / intervals;
+    std::size_t field = 0;
+    for (const VecX* row : {&r.du, &r.dphi_z, &r.ds, &r.dtheta}) {
+      const VecX own = V.size() > 0 ? VecX(V.transpose() * *row) : *row;
+      for (Eigen::Index i = 0; i < own.size(); ++i)
+        if (own[i] != 0.0) s.row[field][static_cast<int>(i)] = own[i];
+      ++field;
+    }
+    out.push_back(std::move(s));
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<StrainStation> modal_strains(const BeamDef& def, const BeamEffects& effects) {
+  const Properties p = beam::properties(def, effects);
+  return form_strains(select_modes(def, effects, p), p.length, {});
+}
+
+std::vector<StrainStation> volume_strains(const BeamDef& def, const BeamEffects& effects) {
+  MatX V;
+  to_normal_modes(make_modal_volume(def, effects), V);
+  return form_strains(volume_modes(def, effects), beam::properties(def, effects).length, V);
+}
 
 FlexibleBody make_modal_volume(const BeamDef& def, const BeamEffects& effects) {
   if (effects.shear) throw InputError("effect 'shear' needs finite elements in the volumes: eigenforms are those of the Euler-Bernoulli beam");

@@ -10,6 +10,7 @@
 #include "sim/bodies/state_space.h"
 #include "sim/model/effects.h"
 #include "sim/model/joint_motion.h"
+#include "sim/model/mounted_modes.h"
 #include "sim/scene/effect_names.h"
 #include "sim/scene/joint_kinds.h"
 
@@ -251,18 +252,80 @@ void keep_plane(const Vec3& normal, bool complete, FlexibleBody& body) {
   for (FlexibleNode& node : body.nodes) node.phi2[n].resize(0, 0);
 }
 
-// Adds the scene's damping to a modal body's own: Rayleigh, and ratios of its eigenmodes (the last one holds for all further modes).
-void add_modal_damping(const Damping& damping, FlexibleBody& body) {
-  if (body.n == 0 || (damping.ratio.empty() && damping.mass == 0.0 && damping.stiffness == 0.0)) return;
+bool has_ratio(const Damping& damping) {
+  return std::any_of(damping.ratio.begin(), damping.ratio.end(), [](double z) { return z != 0.0; });
+}
+
+// Whether the modes of a beam's boundary are those of the beam as its joints hold it.
+bool boundary_fits(const BeamDef& beam, const std::vector<Support>& holds, bool planar) {
+  const auto at = [](const Support& s, const char* end) { return s.frame.frame == end || (s.frame.frame.empty() && std::string_view(end) == "root"); };
+  const auto fixed = [](const Support& s) { return s.joint->kind == JointKind::weld || !s.joint->motion.empty() || s.joint->motion_table; };
+  const auto pin = [&](const Support& s) { return planar && s.joint->kind == JointKind::revolute && s.joint->position.isZero(0.0); };
+  if (beam.boundary == Boundary::free_free) return holds.empty();
+  if (beam.boundary == Boundary::clamped_free) return holds.size() == 1 && fixed(holds[0]) && at(holds[0], "root");
+  if (beam.boundary != Boundary::supported_supported || holds.size() != 2 || !pin(holds[0]) || !pin(holds[1])) return false;
+  return (at(holds[0], "root") && at(holds[1], "tip")) || (at(holds[0], "tip") && at(holds[1], "root"));
+}
+
+// "held by 'clamp' and 'pin'", for notes.
+std::string mounting_words(const std::vector<Support>& holds) {
+  if (holds.empty()) return "flying freely";
+  std::string text = "held by ";
+  for (size_t k = 0; k < holds.size(); ++k) text += fmt::format("{}'{}'", k == 0 ? "" : k + 1 == holds.size() ? " and " : ", ", holds[k].joint->name);
+  return text;
+}
+
+// Adds the damping of ratios that are meant of the modes of the body as its joints hold it. The last ratio holds for all further modes.
+void add_mounted_damping(Model& model, const Scene& scene, int body, const Damping& damping, std::span<const Mat3> orientation, FlexibleBody& made) {
+  if (made.n == 0 || !has_ratio(damping)) return;
+  const std::string owner = fmt::format("body '{}'", scene.bodies[static_cast<size_t>(body)].name);
+  const std::vector<Support> holds = mounting_of(scene, scene.bodies[static_cast<size_t>(body)].name);
+  const MountedModes modes = mounted_modes(made, held_rows(scene, body, made, holds, orientation));
+  if (made.De.size() == 0) made.De = MatX::Zero(made.n, made.n);
+  if (modes.omega.size() > 0) {
+    made.De += mounted_damping(made, modes, damping.ratio);
+    model.notes.tell(owner, fmt::format("its damping ratio is that of its modes {}, the first at {:.4g} Hz", mounting_words(holds), modes.omega[0] / (2.0 * EIGEN_PI)));
+    return;
+  }
+  made.De += beam::damping_matrix({.ratio = damping.ratio}, made.Me, made.Ke);
+  model.notes.warn(owner, fmt::format("its coordinates cannot vibrate {}: the damping ratio is that of the modes of the body alone", mounting_words(holds)));
+}
+
+// Kelvin-Voigt time constant of a chain, s: that of the first bending mode of the beam as its joints hold it (of the first mode where nothing bends).
+double mounted_time_constant(Model& model, const Scene& scene, int body, const BeamDef& beam, BeamEffects effects, bool planar, std::span<const Mat3> orientation) {
+  const std::string& name = scene.bodies[static_cast<size_t>(body)].name;
+  std::vector<Support> holds = mounting_of(scene, name);
+  if (!has_ratio(beam.damping) || beam.damping.ratio[0] == 0.0 || beam.damping.mass != 0.0 || boundary_fits(beam, holds, planar)) return chain_time_constant(beam, effects);
+  BeamDef whole = beam;
+  whole.model = BeamModel::finite_element;
+  whole.boundary = Boundary::free_free;
+  whole.elements = 16;
+  whole.damping = {};
+  whole.keep_modes.reset();
+  effects.stiffening = effects.shear = false;
+  const bool bends = effects.bending_xy || effects.bending_xz;
+  if (bends) effects.axial = effects.torsion = false;
+  else if (effects.torsion) effects.axial = false;
+  for (size_t k = 0; k < holds.size(); ++k) {
+    // The nodes of the chain are not those of these elements.
+    std::string& frame = holds[k].frame.frame;
+    if (!frame.starts_with("node[")) continue;
+    const double share = std::stod(frame.substr(5)) / (beam.elements * (beam.model == BeamModel::mixed ? beam.volumes : 1));
+    frame = fmt::format("hold {}", k);
+    whole.frames[frame] = std::min(1.0, share);
+  }
+  const FlexibleBody made = make_fe_beam(whole, effects);
+  const MountedModes modes = mounted_modes(made, held_rows(scene, body, made, holds, orientation));
+  if (modes.omega.size() == 0 || !(modes.omega[0] > 0.0)) return chain_time_constant(beam, effects);
+  model.notes.tell(fmt::format("body '{}'", name), fmt::format("its damping ratio is that of its first mode {}, at {:.4g} Hz", mounting_words(holds), modes.omega[0] / (2.0 * EIGEN_PI)));
+  return beam.damping.stiffness + 2.0 * beam.damping.ratio[0] / modes.omega[0];
+}
+
+// Adds the scene's Rayleigh damping to a modal body's own.
+void add_rayleigh_damping(const Damping& damping, FlexibleBody& body) {
+  if (body.n == 0 || (damping.mass == 0.0 && damping.stiffness == 0.0)) return;
   if (body.De.size() == 0) body.De = MatX::Zero(body.n, body.n);
   body.De += damping.mass * body.Me + damping.stiffness * body.Ke;
-  if (damping.ratio.empty()) return;
-  const GeneralizedEigen eigen(body.Ke, body.Me);
-  for (int k = 0; k < body.n; ++k) {
-    const double zeta = damping.ratio[std::min<size_t>(k, damping.ratio.size() - 1)];
-    const VecX p = body.Me * eigen.eigenvectors().col(k);
-    body.De += 2.0 * zeta * std::sqrt(std::max(0.0, eigen.eigenvalues()[k])) * p * p.transpose();
-  }
 }
 
 // Orientation of every body at the start, joints at their initial values.
@@ -452,9 +515,11 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
             model.notes.warn(owner, "a beam of several bodies has one damping ratio, that of its first mode; the others are not used");
           if (const std::string note = beam_validity_note(*beam, decision.effects); !note.empty())
             model.notes.tell(owner, note);
-          time_constant = chain ? chain_time_constant(*beam, decision.effects) : 0.0;
+          time_constant = chain ? mounted_time_constant(model, scene, part.scene_body, *beam, decision.effects, !normal.isZero(0.0), orientation) : 0.0;
           if (beam->model == BeamModel::lumped) {
-            lumped = make_lumped_beam(*beam, decision.effects);
+            BeamDef damped = *beam;
+            damped.damping = {.ratio = {}, .mass = 0.0, .stiffness = time_constant};
+            lumped = make_lumped_beam(damped, decision.effects);
             set_link_joints(model, part.scene_body, lumped.links);
             add_flexure(model, part.scene_body, *beam, lumped.links);
           }
@@ -462,10 +527,13 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
         if (beam->model == BeamModel::lumped) {
           part.body = std::move(lumped.pieces[static_cast<size_t>(k)].body);
         } else {
-          const BeamDef one = piece_of(*beam, k, time_constant);
+          BeamDef one = piece_of(*beam, k, time_constant);
+          const bool mounted = has_ratio(one.damping) && !boundary_fits(*beam, mounting_of(scene, def.name), !normal.isZero(0.0));
+          if (mounted) one.damping.ratio.clear();
           if (one.model == BeamModel::modal && beam->model == BeamModel::mixed) make_modal_volume_part(model, one, decision.effects, part);
           else if (one.model == BeamModel::modal) part.body = make_modal_beam(one, decision.effects);
           else make_fe_part(model, one, decision.effects, held_points(scene, def.name, !normal.isZero(0.0)), part);
+          if (mounted) add_mounted_damping(model, scene, part.scene_body, beam->damping, orientation, part.body);
         }
       } catch (const InputError& error) {
         throw InputError(fmt::format("{}:{}: body '{}': {}", scene.file.string(), def.line, def.name, error.what()));
@@ -479,7 +547,8 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
       std::vector<std::string> read = sid.notes;
       part.body = to_flexible_body(sid.file, modal->file.string(), &read);
       for (const std::string& note : read) model.notes.tell(owner, note);
-      add_modal_damping(modal->damping, part.body);
+      add_rayleigh_damping(modal->damping, part.body);
+      add_mounted_damping(model, scene, part.scene_body, modal->damping, orientation, part.body);
       const std::vector<EffectState> states = modal_effects(def, *modal, part.body);
       leave_out(modal->effects.without, part.body);
       model.effects.insert(model.effects.end(), states.begin(), states.end());

@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -100,23 +101,30 @@ void reaction_columns(const Model& model, const OutputPlan& plan, const Work& wo
   for (int k = 0; k < 3; ++k) out[k] = f[k], out[3 + k] = m[k];
 }
 
-// Elastic displacement of a frame relative to the undeformed body, m, in the shown frame of the body (chains: of the first part).
-Vec3 displacement(const Model& model, Work& work, int frame) {
+// Elastic displacement of a frame relative to the undeformed body, m, in the shown frame of the body.
+Vec3 displacement(const Model& model, const OutputPlans& plans, Work& work, int frame) {
   const FramePoint& f = model.frames[frame];
   if (f.part == ground) return Vec3::Zero();
   const Part& part = model.parts[f.part];
   const Pose rest = compose(part.rest_in_body, rest_pose(model, frame));
+  const Pose shown = shown_pose(model, part.scene_body, plans.shown[static_cast<size_t>(part.scene_body)], work);
   Pose now = work.frames[frame].pose;
   // Without a chain everything stays in the part, so that small displacements keep their digits far from the origin.
-  if (part.piece == 0) now = compose(inverse(shown_pose(model, f.part, work)), now);
-  else now = compose(inverse(shown_world(model, work, f.part)), compose(work.parts[f.part].world, now));
+  const int first = model.pieces[static_cast<size_t>(part.scene_body)].front();
+  if (part.piece == 0) now = compose(inverse(shown), now);
+  else now = compose(inverse(compose(work.parts[first].world, shown)), compose(work.parts[f.part].world, now));
   return now.p - rest.p;
 }
 
 }  // namespace
 
-OutputPlans plan_outputs(Model& model, const Scene& scene) {
+OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown) {
   OutputPlans plans;
+  plans.shown.resize(scene.bodies.size());
+  for (size_t b = 0; b < scene.bodies.size(); ++b) {
+    const bool asked = std::any_of(scene.outputs.begin(), scene.outputs.end(), [&](const OutputDef& o) { return o.quantity == Quantity::displacement && o.of.body == scene.bodies[b].name; });
+    if (all_shown || asked) plans.shown[b] = find_shown_frame(model, scene, static_cast<int>(b));
+  }
   for (const OutputDef& def : scene.outputs) {
     const std::string where = fmt::format("{}:{}: output '{}'", scene.file.string(), def.line, def.name);
     OutputPlan plan;
@@ -211,7 +219,7 @@ void evaluate_outputs(const Model& model, const Scene&, const OutputPlans& plans
         case Quantity::velocity: v = pose.R * f.V.head<3>(); break;
         case Quantity::angular_velocity: v = pose.R * f.V.tail<3>(); break;
         case Quantity::acceleration: v = world_acceleration(model, work, plan.frame); break;
-        case Quantity::displacement: v = displacement(model, work, plan.frame); break;
+        case Quantity::displacement: v = displacement(model, plans, work, plan.frame); break;
         default:
           v = rotation_log(pose.R);
           if (last) v = continue_rotation(v, Vec3(last[0], last[1], last[2]));
@@ -235,11 +243,6 @@ void evaluate_outputs(const Model& model, const Scene&, const OutputPlans& plans
       for (int k = 0; k < plan.count; ++k) out[k] = x[k];
     }
   }
-}
-
-Pose shown_world(const Model& model, Work& work, int part) {
-  const int first = model.pieces[model.parts[part].scene_body].front();
-  return compose(work.parts[first].world, shown_pose(model, first, work));
 }
 
 double loop_value(const Model& model, const Work& work, int loop) {

@@ -4,6 +4,7 @@
 #include "sim/dynamics/reactions.h"
 #include "sim/dynamics/work.h"
 #include "sim/results/results.h"
+#include "sim/results/shown_frame.h"
 
 namespace flexframe::sim {
 
@@ -21,18 +22,17 @@ struct OutputPlan {
 struct OutputPlans {
   std::vector<OutputPlan> outputs;
   std::vector<std::string> columns, units;
+  std::vector<ShownFrom> shown;                   // of every body of the scene, where its deformation is asked for
   bool accelerations = false, reactions = false;  // what they need
 };
 
+// all_shown: the deformation of every body is wanted, not only of those with an output `displacement`.
 // Throws InputError with file, line, what was found and what there is.
-OutputPlans plan_outputs(Model& model, const Scene& scene);
+OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown = false);
 
 // Writes all columns for the current state. `previous`: the columns one sample before (rotations are continued through full turns), or null.
 void evaluate_outputs(const Model& model, const Scene& scene, const OutputPlans& plans, Work& work, const Reactions& reactions,
                       const double* previous, double* row);
-
-// World pose of the frame in which a body's deformation is shown (a chain: that of its first part).
-Pose shown_world(const Model& model, Work& work, int part);
 
 // Coordinate and rate of a cut joint with one coordinate (revolute, prismatic).
 double loop_value(const Model& model, const Work& work, int loop);

@@ -4,6 +4,7 @@
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/massless.h"
 #include "sim/model/bodies.h"
+#include "sim/model/beam_strains.h"
 #include "sim/scene/joint_kinds.h"
 
 #include <fmt/format.h>
@@ -76,12 +77,26 @@ void set_node_shapes(const FlexibleBody& flex, const std::vector<int>& nodes, Re
   body.labels = flex.labels;
 }
 
+// Strains of a beam's sections, for renderers that colour by stress.
+void set_section_strains(const Model& model, const Scene& scene, int b, ResultBody& body) {
+  const std::vector<StrainStation> stations = strain_stations(model, scene, b, body.unstrained);
+  std::vector<Vec3> entries;
+  body.strain_stations.resize(static_cast<Eigen::Index>(stations.size()));
+  for (size_t i = 0; i < stations.size(); ++i) {
+    body.strain_stations[static_cast<Eigen::Index>(i)] = stations[i].x;
+    for (size_t f = 0; f < 4; ++f)
+      for (const auto& [k, value] : stations[i].row[f]) entries.emplace_back(static_cast<double>(4 * i + f), k, value);
+  }
+  body.section_strain.resize(static_cast<Eigen::Index>(entries.size()), 3);
+  for (size_t i = 0; i < entries.size(); ++i) body.section_strain.row(static_cast<Eigen::Index>(i)) = entries[i].transpose();
+}
+
 }  // namespace
 
 Recorder::Recorder(System& system, const std::vector<double>& times) {
   Model& model = system.model;
   const Eigen::Index nt = static_cast<Eigen::Index>(times.size());
-  plans_ = plan_outputs(model, system.scene);
+  plans_ = plan_outputs(model, system.scene, true);
   results_.title = system.scene.title;
   results_.scene_file = system.scene.file.string();
   results_.scene_text = system.scene.text;
@@ -125,6 +140,12 @@ Recorder::Recorder(System& system, const std::vector<double>& times) {
     body.q = body.qd = MatX::Zero(nt, n);
     results_.bodies.push_back(std::move(body));
     first_parts_.push_back(first_piece(model, static_cast<int>(b)));
+    ResultBody& added = results_.bodies.back();
+    set_section_strains(model, system.scene, static_cast<int>(b), added);
+    if (added.node_phi.size() > 0 && plans_.shown[b].kind != ShownFrom::body && plans_.shown[b].kind != ShownFrom::boundary) {
+      added.held_position = added.held_rotation = Eigen::MatrixX3d::Zero(nt, 3);
+      added.shown_columns = shown_columns(model, static_cast<int>(b), plans_.shown[b]);
+    }
   }
   for (size_t k = 0; k < system.scene.joints.size(); ++k) {
     const JointDef& def = system.scene.joints[k];
@@ -166,8 +187,13 @@ void Recorder::record(System& system, double t, const VecX& y) {
   for (size_t b = 0; b < results_.bodies.size(); ++b) {
     ResultBody& body = results_.bodies[b];
     const int first = first_parts_[b];
-    shown_[b] = shown_pose(model, first, work);
+    shown_[b] = shown_pose(model, static_cast<int>(b), plans_.shown[b], work);
     world_[b] = compose(work.parts[first].world, shown_[b]);
+    if (body.held_position.size() > 0) {
+      const Pose held = inverse(shown_[b]);
+      body.held_position.row(row) = held.p.transpose();
+      body.held_rotation.row(row) = rotation_log(held.R).transpose();
+    }
     body.position.row(row) = world_[b].p.transpose();
     write_quaternion(world_[b].R, body.orientation, row);
     translation_[b] = rows_[b].displacement.next();

@@ -35,10 +35,21 @@ struct ResultBody {
   // Modal bodies only: displacement of the nodes per elastic coordinate, so that a renderer can map modes once.
   MatX node_phi;                     // 3 nn x n or empty
   MatX node_psi;                     // 3 nn x n or empty
+  // Of such bodies that are shown from another frame than that of q and node_phi (joint frames, mean axes): pose of the latter in the former, and
+  // small translation and rotation of the shown frame per elastic coordinate.
+  Eigen::MatrixX3d held_position;    // nt x 3, m, or empty: the frames are one
+  Eigen::MatrixX3d held_rotation;    // nt x 3, rotation vector, rad
+  Mat6X shown_columns;               // 6 x n
   // Where the body knows stresses: the nodes that have them and their stress per elastic coordinate (xx yy zz xy yz xz below each other), Pa.
   std::vector<int> stress_nodes;     // ns indices of nodes, ascending
   MatX node_stress;                  // 6 ns x n or empty
   std::vector<std::string> labels;   // n
+  // Beams: strains of the section at stations along x (ascending; twice where one piece ends and the next begins) per elastic coordinate, as triplets:
+  // row 4 station + field, coordinate, value. Fields: lengthening u' (1), curvatures v'' and w'' (1/m), twist theta' (1/m).
+  VecX strain_stations;              // ns, m; empty: unknown
+  MatX section_strain;               // k x 3
+  // What is left out of the stress by the effects of this body ("axial", "torsion"), for a warning.
+  std::vector<std::string> unstrained;
 };
 
 struct ResultJoint {

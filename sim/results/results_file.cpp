@@ -239,6 +239,12 @@ void write_body(hid_t bodies, const ResultBody& body, long index, hsize_t nt) {
   write_texts(group, "labels", body.labels);
   write_numbers(group, "node_phi", node_rows(body.node_phi), {nn, 3, n}, "", "displacement of the nodes per elastic coordinate, in the body frame");
   write_numbers(group, "node_psi", node_rows(body.node_psi), {nn, 3, n}, "", "rotation of the nodes per elastic coordinate, in the body frame");
+  write_numbers(group, "strain_stations", body.strain_stations, {static_cast<hsize_t>(body.strain_stations.size())}, "m", "stations of 'section_strain' along x");
+  write_numbers(group, "section_strain", body.section_strain, {static_cast<hsize_t>(body.section_strain.rows()), 3}, "", "row, coordinate of 'q', factor; row: 4 station + field (u', v'', w'', theta')");
+  write_texts(group, "unstrained", body.unstrained);
+  write_numbers(group, "held_position", body.held_position, {nt, 3}, "m", "origin of the frame of 'q' and 'node_phi' in the body frame");
+  write_numbers(group, "held_rotation", body.held_rotation, {nt, 3}, "rad", "rotation vector of the frame of 'q' and 'node_phi' in the body frame");
+  write_numbers(group, "shown_columns", body.shown_columns, {6, n}, "", "translation and rotation of the body frame in the frame of 'q' per elastic coordinate");
   const auto ns = static_cast<hsize_t>(body.stress_nodes.size());
   const MatX places = Eigen::Map<const Eigen::VectorXi>(body.stress_nodes.data(), static_cast<Eigen::Index>(ns)).cast<double>();
   write_numbers(group, "stress_nodes", places, {ns}, "", "nodes of 'node_stress', counted from 0");
@@ -330,6 +336,13 @@ void check_results(const Results& results) {
     for (const MatX* shapes : {&body.node_phi, &body.node_psi})
       if (shapes->size() > 0 && (shapes->rows() != 3 * nn || shapes->cols() != body.q.cols() || !shapes->allFinite()))
         fail(fmt::format("{}: the mode shapes are {} x {}, not finite {} x {}", body.name, shapes->rows(), shapes->cols(), 3 * nn, body.q.cols()));
+    for (Eigen::Index i = 0; i < body.section_strain.rows(); ++i)
+      if (const Vec3 e = body.section_strain.row(i); !e.allFinite() || !(e[0] >= 0.0 && e[0] < 4.0 * static_cast<double>(body.strain_stations.size()) && e[1] >= 0.0 && e[1] < static_cast<double>(body.q.cols())))
+        fail(fmt::format("{}: row {} of the sections' strains names no station or coordinate", body.name, i));
+    series(body.name + ": held_position", body.held_position, 3, true);
+    series(body.name + ": held_rotation", body.held_rotation, 3, true);
+    if (body.held_rotation.rows() != body.held_position.rows() || (body.held_position.rows() > 0 && (body.shown_columns.cols() != body.q.cols() || !body.shown_columns.allFinite())))
+      fail(fmt::format("{}: 'held_position' needs 'held_rotation' and finite 'shown_columns' of the {} coordinates", body.name, body.q.cols()));
     const auto ns = static_cast<Eigen::Index>(body.stress_nodes.size());
     if (body.node_stress.rows() != 6 * ns || (ns > 0 && body.node_stress.cols() != body.q.cols()) || !body.node_stress.allFinite())
       fail(fmt::format("{}: the stress modes are {} x {}, not finite {} x {}", body.name, body.node_stress.rows(), body.node_stress.cols(), 6 * ns, body.q.cols()));
@@ -654,6 +667,22 @@ ResultBody read_body(const Reader& reader, hid_t group, const std::string& name,
     reader.fail(fmt::format("dataset '{}labels'", path), fmt::format("must name {} elastic coordinates like 'q', found {}", n, body.labels.size()));
   body.node_phi = node_columns(reader.numbers(group, "node_phi", path, {nn, 3, n}, true));
   body.node_psi = node_columns(reader.numbers(group, "node_psi", path, {nn, 3, n}, true));
+  if (reader.has(group, "strain_stations")) {
+    body.strain_stations = reader.numbers(group, "strain_stations", path, {Reader::any}, false);
+    body.section_strain = reader.numbers(group, "section_strain", path, {Reader::any, 3}, true);
+    body.unstrained = reader.texts(group, "unstrained", path);
+    for (Eigen::Index i = 1; i < body.strain_stations.size(); ++i)
+      if (body.strain_stations[i] < body.strain_stations[i - 1]) reader.fail(fmt::format("dataset '{}strain_stations'", path), "must ascend");
+    const double rows = 4.0 * static_cast<double>(body.strain_stations.size());
+    for (Eigen::Index i = 0; i < body.section_strain.rows(); ++i)
+      if (const Vec3 e = body.section_strain.row(i); !(e[0] >= 0.0 && e[0] < rows && e[1] >= 0.0 && e[1] < static_cast<double>(n)))
+        reader.fail(fmt::format("dataset '{}section_strain'", path), fmt::format("row {} names no station or coordinate", i + 1));
+  }
+  if (reader.has(group, "held_position")) {
+    body.held_position = reader.numbers(group, "held_position", path, {nt, 3}, false);
+    body.held_rotation = reader.numbers(group, "held_rotation", path, {nt, 3}, false);
+    body.shown_columns = reader.numbers(group, "shown_columns", path, {6, n}, false);
+  }
   const MatX places = reader.numbers(group, "stress_nodes", path, {Reader::any}, true);
   for (const double place : places.reshaped()) {
     if (!(place >= 0.0 && place < static_cast<double>(nn) && place == std::floor(place)))

@@ -340,12 +340,32 @@ Words allowed_keys(std::size_t kind, bool modal_beam) {
     case 1:
       add({"length", "section", "material", "model"});
       add(modal_beam ? std::initializer_list<const char*>{"modes", "elements"} : std::initializer_list<const char*>{"elements", "modes"});
-      add({"volumes", "keep_modes", "keep_static", "curvature_coupling", "boundary", "effects", "without", "damping", "frames", "initial"});
+      add({"volumes", "keep_modes", "keep_static", "curvature_coupling", "boundary", "effects", "without", "damping", "frames", "initial", "shown"});
       break;
-    case 2: add({"file", "effects", "without", "damping", "initial"}); break;
-    default: add({"file", "omega", "gamma", "sigma", "theta", "ports", "mass", "inertia", "centre_of_mass", "frames", "initial"});
+    case 2: add({"file", "effects", "without", "damping", "initial", "shown"}); break;
+    default: add({"file", "omega", "gamma", "sigma", "theta", "ports", "mass", "inertia", "centre_of_mass", "frames", "initial", "shown"});
   }
   return keys;
+}
+
+// shown = "joints", "frame", "mean", or one or two frames of the body: the word, or "frames" and the names, a line each.
+std::string read_shown(const TableReader& reader, const TomlValue& value) {
+  const Words words{"joints", "frame", "mean"};
+  if (value.type == TomlValue::Type::array) {
+    const Words names = reader.texts("shown");
+    if (names.empty() || names.size() > 2)
+      reader.fail("shown", fmt::format("must name one frame of the body (its deformation is seen from there) or two (from their chord), found {}", names.size()));
+    std::string text = "frames";
+    for (const std::string& name : names) {
+      check_name(reader, "shown", name, "frame");
+      text += "\n" + name;
+    }
+    return text;
+  }
+  const bool text = value.type == TomlValue::Type::text;
+  if (!text || std::find(words.begin(), words.end(), value.text) == words.end())
+    reader.fail("shown", fmt::format("is {}{}; allowed: {}, or an array of one or two frames of the body", describe(value), text ? did_you_mean(value.text, words) : "", list_words(words)));
+  return value.text;
 }
 
 }  // namespace
@@ -364,6 +384,7 @@ BodyDef read_body(TableReader& reader, const std::filesystem::path& folder) {
   const std::size_t kind = reader.word("kind", kinds);
   const TomlValue* model = reader.find("model");
   reader.allow(allowed_keys(kind, model && model->text == "modal"));
+  if (const TomlValue* shown = reader.find("shown")) body.drawing["shown"] = read_shown(reader, *shown);
   if (reader.has("mesh")) body.mesh = read_file_path(reader, "mesh", folder);
   if (const TomlValue* color = reader.find("color")) body.drawing["color"] = drawing_text(reader, "color", *color);
   if (const auto drawing = reader.table("drawing"))

@@ -193,7 +193,38 @@ double assemble_positions(const Model& model, int cluster, const std::vector<int
   return best;
 }
 
-[[noreturn]] void refuse_open(const Model& model, const Scene& scene, const Work& work, int cluster) {
+// "0.5236", or "[0.1, 0.2]" of several coordinates.
+std::string values_text(const double* q, int count) {
+  std::string text;
+  for (int k = 0; k < count; ++k) text += fmt::format("{}{:.10g}", k > 0 ? ", " : "", q[k]);
+  return count == 1 ? text : "[" + text + "]";
+}
+
+// Which of the given initial values would close the loop, were it another: "'value' of joint 'crank' 0.5236 instead of 0.5". One joint at a time, from the positions
+// that the scene gives; those that need the least change first, three at most. Joints of quaternions are left out. Empty: none alone can.
+std::string closing_values(const Model& model, const Scene& scene, int cluster, const VecX& given, Work& work) {
+  const Cluster& c = model.clusters[cluster];
+  const std::vector<int> free = freedom_of(model, scene, cluster).value;
+  std::vector<std::pair<double, std::string>> found;
+  for (int i : c.parts) {
+    const Part& p = model.parts[i];
+    if (p.joint.scene_joint < 0 || p.joint.nq == 0 || p.joint.nq != p.joint.nv || !scene.joints[p.joint.scene_joint].initial.value) continue;
+    std::vector<int> columns = free;
+    for (int k = 0; k < p.joint.nv; ++k) columns.push_back(p.v0 - c.v0 + k);
+    work.q = given;
+    if (assemble_positions(model, cluster, columns, work) > 1e-9 * c.size) continue;
+    double change = 0.0;
+    for (int k = 0; k < p.joint.nv; ++k) change = std::max(change, std::abs(work.q[p.q0 + k] - given[p.q0 + k]) * rate_scale(model, cluster, p.v0 - c.v0 + k));
+    found.emplace_back(change, fmt::format("'initial.value' {} of joint '{}' (given: {})", values_text(work.q.data() + p.q0, p.joint.nq), p.joint.name, values_text(given.data() + p.q0, p.joint.nq)));
+  }
+  std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::string text;
+  for (size_t k = 0; k < std::min<size_t>(found.size(), 3); ++k) text += (k > 0 ? ", or " : "") + found[k].second;
+  return text;
+}
+
+// given: coordinates as the scene gives them.
+[[noreturn]] void refuse_open(const Model& model, const Scene& scene, const VecX& given, Work& work, int cluster) {
   const Cluster& c = model.clusters[cluster];
   int row = 0;
   double worst = -1.0, gap = 0.0, turn = 0.0;
@@ -214,9 +245,11 @@ double assemble_positions(const Model& model, int cluster, const std::vector<int
   int line = 0;
   for (const JointDef& def : scene.joints)
     if (def.name == open->name) line = def.line;
+  const std::string values = closing_values(model, scene, cluster, given, work);
+  const std::string advice = values.empty() ? "no single initial value closes it: check lengths and joint positions, which must be off by that gap at least" : "it closes with " + values;
   throw InputError(fmt::format("{}:{}: the mechanism cannot be assembled: joint '{}' stays open by {:.4g} m and {:.4g} rad, whatever the other joints "
-                               "of the loop ({}) do; check lengths, joint positions and given initial values",
-                               scene.file.string(), line, open->name, gap, turn, others));
+                               "of the loop ({}) do; {}",
+                               scene.file.string(), line, open->name, gap, turn, others, advice));
 }
 
 // A start in a change point, where the loop has more ways to move than anywhere beside it: the rates say which way it goes. The cluster
@@ -315,7 +348,7 @@ void assemble(Model& model, const Scene& scene, Work& work, Notes& notes) {
       const Freedom free = freedom_of(model, scene, cluster);
       const VecX before = work.q;
       // 1e-9 of the size is far above rounding and far below what anybody calls closed by construction.
-      if (assemble_positions(model, cluster, free.value, work) > 1e-9 * c.size) refuse_open(model, scene, work, cluster);
+      if (assemble_positions(model, cluster, free.value, work) > 1e-9 * c.size) refuse_open(model, scene, before, work, cluster);
       const double moved = before.size() > 0 ? (work.q - before).cwiseAbs().maxCoeff() : 0.0;
       if (moved > 1e-6)
         notes.tell(fmt::format("joint '{}'", model.loops[c.loops.front()].name), fmt::format("initial positions were adjusted by up to {:.3g} (rad or m) to close the loop", moved));
@@ -371,8 +404,23 @@ void assemble_rates(const Model& model, const Scene& scene, Work& work, Notes& n
         else if (j.scene_joint >= 0 && scene.joints[j.scene_joint].initial.rate) rates += fmt::format("{}'{}'", rates.empty() ? "" : ", ", j.name);
       }
       const std::string given = motions.empty() ? "initial rates" : rates.empty() ? "motions" : "motions and initial rates";
-      throw InputError(fmt::format("{}: the {} that are given contradict the loop of joint '{}' ({}{}{}): it would open at {:.4g} m/s; leave one {} of the loop out", scene.file.string(), given,
-                                   closure_row_name(model, work, cluster, row), motions, motions.empty() || rates.empty() ? "" : "; ", rates, left[row], rates.empty() ? "motion" : "rate"));
+      // The rates that would close it, one joint's at a time.
+      std::string closing;
+      for (int i : c.parts) {
+        const Part& p = model.parts[i];
+        if (p.joint.scene_joint < 0 || p.joint.nv == 0 || p.joint.nq != p.joint.nv || !scene.joints[p.joint.scene_joint].initial.rate) continue;
+        std::vector<int> columns = free.rate;
+        for (int m = 0; m < p.joint.nv; ++m) columns.push_back(p.v0 - c.v0 + m);
+        const MatX B = scaled_columns(model, work, cluster, columns, scale);
+        const VecX y = least_squares(B, b);
+        if ((b - B * y).cwiseAbs().maxCoeff() > 1e-8 * speed) continue;
+        VecX fitting = work.w.segment(p.v0, p.joint.nv);
+        for (int m = 0; m < p.joint.nv; ++m) fitting[m] += y[y.size() - p.joint.nv + m] / rate_scale(model, cluster, p.v0 - c.v0 + m);
+        closing += fmt::format("{}'initial.rate' {} of joint '{}' (given: {})", closing.empty() ? ": it closes with " : ", or ", values_text(fitting.data(), p.joint.nv), p.joint.name,
+                               values_text(work.w.data() + p.v0, p.joint.nv));
+      }
+      throw InputError(fmt::format("{}: the {} that are given contradict the loop of joint '{}' ({}{}{}): it would open at {:.4g} m/s; leave one {} of the loop out{}", scene.file.string(), given,
+                                   closure_row_name(model, work, cluster, row), motions, motions.empty() || rates.empty() ? "" : "; ", rates, left[row], rates.empty() ? "motion" : "rate", closing));
     }
     for (size_t f = 0; f < free.rate.size(); ++f) work.w[c.v0 + free.rate[f]] += x[f] / rate_scale(model, cluster, free.rate[f]);
     close_velocities(model, cluster, work);

@@ -314,6 +314,54 @@ def elastic_pendulum(tolerance, more=""):
                                                          'elements = 4\neffects = ["bending_xy", "stiffening"]') + joint("pin", "revolute", "ground", "rod.root") + output("tip", "rod.tip", "position"))
 
 
+# What a body's deformation and damping mean
+
+@case("coupler of elastic volumes between two driven pins, 1 km from the origin", "displacement of the middle against that of the positions / largest", 1e-5)
+def coupler_from_its_pins(run):
+    far = 1000.0
+    text = (simulation(0.1, 500) + beam("rod", 0.5, circle(0.004), steel, 'model = "mixed"\nvolumes = 3\neffects = ["bending_xy"]\nframes = { middle = 0.5 }')
+            + rigid("crank", 1.0, (0.01, 0.01, 0.01), frames={"pin": (0.15, 0, 0)}) + rigid("rocker", 0.5, (0.01, 0.01, 0.01), frames={"pin": (0.3, 0, 0)})
+            + joint("shaft", "revolute", "ground", "crank", f'position = [{far}, 0, 0]\nmotion = "1.2 + 30*t"') + joint("a", "revolute", "crank.pin", "rod.root") + joint("b", "revolute", "rod.tip", "rocker.pin")
+            + joint("c", "revolute", "ground", "rocker", f"position = [{far + 0.5}, 0, 0]")
+            + "".join(output(n, f"rod.{of}", "position") for n, of in (("r", "root"), ("t", "tip"), ("m", "middle"))) + output("u", "rod.middle", "displacement"))
+    h = run(text)
+    wrong, largest = 0.0, 0.0
+    for rx, ry, tx, ty, mx, my, u in zip(h["r.x"], h["r.y"], h["t.x"], h["t.y"], h["m.x"], h["m.y"], h["u.y"]):
+        dx, dy = tx - rx, ty - ry
+        across = (dx * (my - ry) - dy * (mx - rx)) / math.hypot(dx, dy)
+        wrong, largest = max(wrong, abs(u - across)), max(largest, abs(across))
+    return wrong / largest
+
+
+def decay(t, x, start):
+    """Damping ratio of a free vibration, from its largest peak after `start` and the last one."""
+    peaks = []
+    for k in range(1, len(x) - 1):
+        if t[k] > start and x[k] > x[k - 1] and x[k] >= x[k + 1]:
+            bend = x[k - 1] - 2 * x[k] + x[k + 1]
+            slope = (x[k + 1] - x[k - 1]) / 2
+            peaks.append(x[k] - slope * slope / (2 * bend))
+    d = math.log(peaks[0] / peaks[-1]) / (len(peaks) - 1)
+    return d / math.hypot(2 * math.pi, d)
+
+
+def struck(joints, on, model="finite-element"):
+    return (simulation(1.0, 4000, tolerance=1e-8) + beam("strip", 0.5, circle(0.01), steel, f'model = "{model}"\neffects = ["bending_xy"]\ndamping = {{ ratio = 0.01 }}')
+            + joints + force("force", on, "t < 0.002 ? 10*sin(pi*t/0.002)^2 : 0", (0, 1, 0)) + output("u", on, "displacement"))
+
+
+@case("beam welded at its tip, its frame at its root, struck at the free root: decay of its first vibration", "damping ratio found / ratio asked - 1", 0.005)
+def ratio_as_mounted(run):
+    h = run(struck(joint("wall", "weld", "ground", "strip.tip"), "strip.root"))
+    return abs(decay(h["t"], h["u.y"], 0.5) / 0.01 - 1)
+
+
+@case("the same of a beam held by a slide at its root, of rigid pieces on springs", "damping ratio found / ratio asked - 1", 0.02)
+def ratio_of_pieces(run):
+    h = run(struck(joint("slide", "prismatic", "ground", "strip.root", "axis = [1, 0, 0]\ninitial = { value = 0 }"), "strip.tip", "lumped"))
+    return abs(decay(h["t"], h["u.y"], 0.5) / 0.01 - 1)
+
+
 # The exponential method, which follows every vibration however stiff
 
 exponential = 'method = "exponential"'

@@ -27,12 +27,19 @@ inline sim::Results swinging_beam(double amplitude = 0.01, int samples = 201, do
     b->position.resize(samples, 3);
     b->orientation.resize(samples, 4);
   }
+  // One coordinate, the tip's deflection: v'' = 2 a everywhere.
+  beam.q = beam.qd = sim::MatX::Zero(samples, 1);
+  beam.strain_stations = sim::VecX::LinSpaced(2, 0.0, 1.0);
+  beam.section_strain.resize(2, 3);
+  beam.section_strain << 1, 0, 2.0, 5, 0, 2.0;
   beam.displacement = sim::MatX::Zero(samples, 3 * nodes);
   beam.rotation = sim::MatX::Zero(samples, 3 * nodes);
   sim::ResultOutput tip{"tip.y", "m", sim::VecX(samples)};
   for (int i = 0; i < samples; ++i) {
     const double t = r.times[i], angle = 0.8 * std::sin(2.0 * t), a = amplitude * std::sin(9.0 * t);
     beam.position.row(i).setZero();
+    beam.q(i, 0) = a;
+    beam.qd(i, 0) = 9.0 * amplitude * std::cos(9.0 * t);
     beam.orientation.row(i) << std::cos(0.5 * angle), 0.0, 0.0, std::sin(0.5 * angle);
     for (int k = 0; k < nodes; ++k) {
       const double x = k / double(nodes - 1);
@@ -54,6 +61,10 @@ inline void make_modal(sim::Results& results) {
   const auto nn = static_cast<Eigen::Index>(beam.nodes.size()), nt = results.times.size();
   beam.node_phi = beam.node_psi = sim::MatX::Zero(3 * nn, 2);
   beam.q.resize(nt, 2);
+  beam.qd = sim::MatX::Zero(nt, 2);
+  beam.section_strain.row(1) << 1, 1, 6.0;  // v'' of the second form: 6 - 24 x
+  beam.section_strain.conservativeResize(4, 3);
+  beam.section_strain.bottomRows(2) << 5, 0, 2.0, 5, 1, -18.0;
   for (Eigen::Index k = 0; k < nn; ++k) {
     const double x = beam.nodes[static_cast<std::size_t>(k)].origin.x();
     beam.node_phi.row(3 * k + 1) << x * x, x * x * (3.0 - 4.0 * x);

@@ -170,6 +170,11 @@ TEST(Text, TimesHaveTheDecimalsThatTellPicturesApart) {
   EXPECT_EQ(time_text(0.4, 1.0 / 30.0, 1.6), "t = 0.40 s");
   EXPECT_EQ(time_text(0.0004, 1e-5, 0.002), "t = 0.40 ms");
   EXPECT_EQ(time_text(-1e-9, 0.1, 1.0), "t = 0.0 s");
+  // The time of the sample, not a rounded one: eighths have three decimals, all pictures of the sequence alike.
+  EXPECT_EQ(time_text(0.625, 0.125, 1.0), "t = 0.625 s");
+  EXPECT_EQ(time_text(0.5, 0.125, 1.0), "t = 0.500 s");
+  EXPECT_EQ(time_text(0.625, 1.0 / 24.0, 1.0), "t = 0.625 s");
+  EXPECT_EQ(time_text(0.0125, 0.0025, 0.05), "t = 12.5 ms");
   EXPECT_EQ(scale_text(20.0), "× 20");
 }
 

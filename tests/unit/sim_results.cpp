@@ -64,6 +64,13 @@ Results sample_results(Eigen::Index nt = 37) {
       body.stress_nodes = {0, 2};
       body.node_stress = fill(12, n);
       body.labels = {"a", "element 3 v", "", "c", "d"};
+      body.held_position = fill(nt, 3);
+      body.held_rotation = fill(nt, 3);
+      body.shown_columns = fill(6, n);
+      body.strain_stations = VecX::LinSpaced(3, 0.0, 0.3);
+      body.section_strain.resize(3, 3);
+      body.section_strain << 0, 0, 1.5, 7, 4, -2.5, 11, 3, 1e-3;
+      body.unstrained = {"axial"};
     }
     r.bodies.push_back(body);
   }
@@ -114,6 +121,12 @@ void expect_same(const Results& a, const Results& b) {
     EXPECT_EQ(x.stress_nodes, y.stress_nodes);
     EXPECT_TRUE(x.node_stress.reshaped() == y.node_stress.reshaped());
     EXPECT_EQ(x.labels, y.labels);
+    EXPECT_TRUE(x.held_position.reshaped() == y.held_position.reshaped());
+    EXPECT_TRUE(x.held_rotation.reshaped() == y.held_rotation.reshaped());
+    EXPECT_TRUE(x.shown_columns.reshaped() == y.shown_columns.reshaped());
+    EXPECT_TRUE(x.strain_stations.reshaped() == y.strain_stations.reshaped());
+    EXPECT_TRUE(x.section_strain.reshaped() == y.section_strain.reshaped());
+    EXPECT_EQ(x.unstrained, y.unstrained);
   }
   ASSERT_EQ(a.joints.size(), b.joints.size());
   for (std::size_t i = 0; i < a.joints.size(); ++i) {
