@@ -104,7 +104,8 @@ for model, tip, wanted in [('model = "lumped"\nelements = 10', 3.54546e-3, [65.4
     h = simulate(text)
     # the tip's second-order displacement of 3 parts in a million belongs to it
     near(-last(h, "tip.y")[0], tip, 2e-4 * tip, f"tip of the cantilever, {model}")
-    found = frequencies(text.replace("196.2*min(t/0.05, 1)", "0"))
+    # without damping: the frequencies of `check` are those of the damped motion
+    found = frequencies(text.replace("196.2*min(t/0.05, 1)", "0").replace("ratio = 0.4", "ratio = 0.0"))
     for f, w in zip(found, wanted):
         near(f, w, 2e-4 * w if "volumes = 3" in model else 1e-5 * w, f"frequency, {model}")
 # The first mode has the damping that the scene asks for, whatever the model.
