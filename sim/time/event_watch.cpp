@@ -20,7 +20,7 @@ void EventWatch::begin(System& system, double t, const VecX& y) {
 // foretell a stop that is met again at once by a body that has only just left it. What it misses is taken out linearly.
 void EventWatch::state_at(const Integrator& integrator, double t, VecX& y) const {
   integrator.interpolate(t, y);
-  y += (end_ - t) / (end_ - start_.t) * missed_;
+  if (end_ > start_.t) y += (end_ - t) / (end_ - start_.t) * missed_;
 }
 
 EventWatch::Point EventWatch::at(System& system, const Integrator& integrator, double t) {
