@@ -90,9 +90,11 @@ void add_single(double d, double k, double d_error, double k_error, const VecX& 
   for (const double lambda : {near, far}) out.push_back({lambda, gap > 0.0 ? (k_error + std::abs(lambda) * d_error) / gap : 0.0, x});
 }
 
-// Eigenvalues of A, known to E entry by entry. `balance`: A is D A D^-1 of the user's with D = diag(balance).
-void add_general(const MatX& A, const MatX& E, const std::function<Eigen::VectorXcd(const Eigen::VectorXcd&)>& shape,
-                 std::vector<ComplexMode>& out) {
+// From a vector of a first-order system to its displacements, in coordinates whose units are alike.
+using Displacements = std::function<Eigen::VectorXcd(const Eigen::VectorXcd&)>;
+
+// Eigenvalues of A, known to E entry by entry. Shapes: basis times the displacements.
+void add_general(const MatX& A, const MatX& E, const Displacements& displacements, const MatX& basis, std::vector<ComplexMode>& out) {
   const ComplexEigen eigen(A);
   if (eigen.info() != Eigen::Success)
     throw SimulationError("the frequencies of the damped or turning mechanism cannot be computed: the eigenvalue solver does not converge");
@@ -111,14 +113,14 @@ void add_general(const MatX& A, const MatX& E, const std::function<Eigen::Vector
     const double split = std::sqrt(size * (solver + E.norm()));
     error = left.allFinite() ? std::min(error, split) : split;
     if (std::abs(lambda) <= margin * error) {
-      still.push_back(shape(R.col(k)));
+      still.push_back(displacements(R.col(k)));
       still_error = std::max(still_error, error);
       continue;
     }
     if (std::abs(lambda.imag()) <= margin * error) lambda.imag(0.0);
     if (std::abs(lambda.real()) <= margin * error) lambda.real(0.0);
     if (lambda.imag() < 0.0) continue;
-    out.push_back({lambda, error, unit_peak(shape(R.col(k)))});
+    out.push_back({lambda, error, unit_peak(basis * displacements(R.col(k)))});
   }
   if (still.empty()) return;
   MatX motions(still[0].size(), 2 * static_cast<Eigen::Index>(still.size()));
@@ -128,10 +130,13 @@ void add_general(const MatX& A, const MatX& E, const std::function<Eigen::Vector
     motions.col(2 * static_cast<Eigen::Index>(k)) = x.real();
     motions.col(2 * static_cast<Eigen::Index>(k) + 1) = x.imag();
   }
-  // Vectors of a double eigenvalue agree to about its split, those of different motions differ by much more.
-  const MatX distinct = independent_columns(motions, 1e-3);
-  for (Eigen::Index k = 0; k < std::min<Eigen::Index>(distinct.cols(), static_cast<Eigen::Index>(still.size())); ++k)
-    out.push_back({0.0, still_error, unit_peak(distinct.col(k).cast<std::complex<double>>())});
+  // Vectors of a double eigenvalue agree to about its split, those of different motions differ by much more; half as many motions as
+  // eigenvalues there are at least, position and velocity of each.
+  const MatX ordered = independent_columns(motions, eps);
+  const Eigen::Index found = static_cast<Eigen::Index>(still.size()), least = (found + 1) / 2;
+  const Eigen::Index count = std::min(ordered.cols(), std::clamp(independent_columns(motions, 1e-5).cols(), least, found));
+  for (Eigen::Index k = 0; k < count; ++k)
+    out.push_back({0.0, still_error, unit_peak(Eigen::VectorXcd((basis * ordered.col(k)).cast<std::complex<double>>()))});
 }
 
 // Groups of modes that D and the skew part of K couple.
@@ -174,8 +179,7 @@ void add_group(const MatX& D, const MatX& K, const MatX& D_error, const MatX& K_
   E.bottomLeftCorner(m, m) = K_error * W.cwiseInverse().asDiagonal();
   E.bottomRightCorner(m, m) = D_error;
   add_general(
-      A, E, [&](const Eigen::VectorXcd& z) { return Eigen::VectorXcd(Phi * z.head(m).cwiseQuotient(W.cast<std::complex<double>>())); },
-      out);
+      A, E, [&](const Eigen::VectorXcd& z) { return Eigen::VectorXcd(z.head(m).cwiseQuotient(W.cast<std::complex<double>>())); }, Phi, out);
 }
 
 }  // namespace
@@ -209,7 +213,11 @@ std::vector<ComplexMode> complex_modes(const SecondOrder& s) {
 std::vector<ComplexMode> first_order_modes(const MatX& A, const MatX& A_size,
                                            const std::function<Eigen::VectorXcd(const Eigen::VectorXcd&)>& shape) {
   std::vector<ComplexMode> out;
-  if (A.rows() > 0) add_general(A, 1e-13 * A_size, shape, out);
+  if (A.rows() == 0) return out;
+  MatX basis(shape(Eigen::VectorXcd::Zero(A.rows())).size(), A.rows());
+  for (Eigen::Index k = 0; k < A.rows(); ++k) basis.col(k) = shape(Eigen::VectorXcd::Unit(A.rows(), k)).real();
+  add_general(
+      A, 1e-13 * A_size, [](const Eigen::VectorXcd& z) { return z; }, basis, out);
   return out;
 }
 
