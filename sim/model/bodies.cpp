@@ -176,7 +176,8 @@ void add_shown_frames(Model& model, Boundary boundary, Part& part) {
 // Boundaries that only place the frame (clamped-free, supported-supported, supported-free, free-free) span the same deformations.
 // On the mean axes frame and deformation are decoupled in the kinetic energy, which keeps the mass matrix of second order positive
 // definite; in a frame clamped to the root of a hinged beam it is not, since the elements nearly contain the frame's rotation.
-void make_fe_part(Model& model, const BeamDef& beam, const BeamEffects& effects, const std::vector<HeldPoint>& held, Part& part) {
+// damped: damping ratios are added afterwards (add_mounted_damping).
+void make_fe_part(Model& model, const BeamDef& beam, const BeamEffects& effects, const std::vector<HeldPoint>& held, bool damped, Part& part) {
   auto made = std::make_unique<FeBeam>(beam, effects);
   part.body = made->linear();
   if (part.body.n == 0) return;
@@ -204,8 +205,8 @@ void make_fe_part(Model& model, const BeamDef& beam, const BeamEffects& effects,
   if (modes && beam.keep_modes) {
     std::vector<HeldPoint> points = held;
     if (!beam.keep_static) std::erase_if(points, [](const HeldPoint& p) { return p.load; });
-    if (part.body.De.size() > 0 && frame_only) {
-      // Damping of the boundary's modes is felt there as a reaction, whatever holds the beam in the scene.
+    if ((damped || part.body.De.size() > 0) && frame_only) {
+      // A damped vibration lags: what it leaves at the boundary, from where deflections are seen, needs the static shapes of forces there.
       points.push_back({"root", true, beam.boundary == Boundary::clamped_free, true});
       if (beam.boundary != Boundary::clamped_free) points.push_back({"tip", true, false, true});
     }
@@ -532,7 +533,7 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
           if (mounted) one.damping.ratio.clear();
           if (one.model == BeamModel::modal && beam->model == BeamModel::mixed) make_modal_volume_part(model, one, decision.effects, part);
           else if (one.model == BeamModel::modal) part.body = make_modal_beam(one, decision.effects);
-          else make_fe_part(model, one, decision.effects, held_points(scene, def.name, !normal.isZero(0.0)), part);
+          else make_fe_part(model, one, decision.effects, held_points(scene, def.name, !normal.isZero(0.0)), mounted, part);
           if (mounted) add_mounted_damping(model, scene, part.scene_body, beam->damping, orientation, part.body);
         }
       } catch (const InputError& error) {

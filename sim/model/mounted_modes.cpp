@@ -28,6 +28,7 @@ HeldDirections directions_of(const JointDef& j) {
     case JointKind::prismatic: return {across, all};
     case JointKind::cylindrical: return {across, across};
     case JointKind::universal: return {all, {f.y}};
+    case JointKind::constant_velocity: return {all, along};
     case JointKind::spherical: return {all, {}};
     case JointKind::planar: return {along, across};
     case JointKind::point_on_line: return {across, {}};

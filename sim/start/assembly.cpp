@@ -246,7 +246,7 @@ std::string closing_values(const Model& model, const Scene& scene, int cluster, 
   for (const JointDef& def : scene.joints)
     if (def.name == open->name) line = def.line;
   const std::string values = closing_values(model, scene, cluster, given, work);
-  const std::string advice = values.empty() ? "no single initial value closes it: check lengths and joint positions, which must be off by that gap at least" : "it closes with " + values;
+  const std::string advice = values.empty() ? "no other value of a single joint closes it: check lengths, joint positions and given initial values" : "it closes with " + values;
   throw InputError(fmt::format("{}:{}: the mechanism cannot be assembled: joint '{}' stays open by {:.4g} m and {:.4g} rad, whatever the other joints "
                                "of the loop ({}) do; {}",
                                scene.file.string(), line, open->name, gap, turn, others, advice));
