@@ -39,9 +39,6 @@ std::vector<double> segment_ends(const Model& model) {
 constexpr long trial_steps = 500;
 constexpr double tight = 1.0001e-8, followed_radians = 10.0;
 
-// Explicit methods take no fewer steps than that: where motion is a polynomial of time their estimated error vanishes, and a step would grow over whatever comes next.
-constexpr double least_steps = 50;
-
 // A method that turns out wrong: with so many steps to go others are tried for `trial_length` steps, and one that goes so many times as far an evaluation is taken.
 constexpr double long_run = 20000, worth_changing = 5.0;
 constexpr int trial_length = 60;
@@ -204,7 +201,6 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
   const auto begin = [&](double t) {
     retire();
     problem.size = static_cast<int>(y.size());
-    problem.longest_step = method == Method::adams || method == Method::erk ? system.model.settings.duration / least_steps : 0.0;
     problem.cheap_jacobian = matrix_is_cheap(system);
     problem.sharp_jacobian = std::any_of(system.friction.points.begin(), system.friction.points.end(), [](const FrictionPoint& p) { return p.phase == FrictionPhase::slip; });
     integrator = std::make_unique<Integrator>(problem, method, t, y);

@@ -297,7 +297,6 @@ double ExponentialSolver::step(double t_stop, VecX& y) {
   if (h_ <= 0.0) h_ = 0.01 * room;
   for (;;) {
     double h = h_;
-    if (problem_.longest_step > 0.0) h = std::min(h, problem_.longest_step);
     if (h > 0.999 * room) h = room;
     else if (h > 0.5 * room) h = 0.5 * room;
     if (h <= 1e-14 * std::max(std::abs(time_), room) && h < room) throw SimulationError("the steps became too small");

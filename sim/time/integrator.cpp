@@ -295,7 +295,6 @@ Integrator::Integrator(const OdeProblem& problem, Method method, double t0, cons
     require(CVodeInit(m.solver, C::rhs<Memory>, t0, m.y), "CVodeInit");
     CVodeSetErrHandlerFn(m.solver, C::silent, nullptr);
     CVodeSetUserData(m.solver, &m);
-    CVodeSetMaxStep(m.solver, problem.longest_step);
     require(CVodeWFtolerances(m.solver, C::weights<Memory>), "tolerances");
     if (implicit) {
       require(CVodeSetLinearSolver(m.solver, m.linear, m.matrix), "linear solver");
@@ -320,7 +319,6 @@ Integrator::Integrator(const OdeProblem& problem, Method method, double t0, cons
     require(IDAInit(m.solver, C::residual<Memory>, t0, m.y, m.yp), "IDAInit");
     IDASetErrHandlerFn(m.solver, C::silent, nullptr);
     IDASetUserData(m.solver, &m);
-    if (problem.longest_step > 0.0) IDASetMaxStep(m.solver, problem.longest_step);
     require(IDAWFtolerances(m.solver, C::weights<Memory>), "tolerances");
     require(IDASetLinearSolver(m.solver, m.linear, m.matrix), "linear solver");
     if (problem.roots > 0) require(IDARootInit(m.solver, problem.roots, C::ida_root<Memory>), "roots");
@@ -330,7 +328,6 @@ Integrator::Integrator(const OdeProblem& problem, Method method, double t0, cons
     if (!m.solver) throw SimulationError("the integrator could not be set up (ARKODE)");
     ARKStepSetErrHandlerFn(m.solver, C::silent, nullptr);
     ARKStepSetUserData(m.solver, &m);
-    ARKStepSetMaxStep(m.solver, problem.longest_step);
     require(ARKStepWFtolerances(m.solver, C::weights<Memory>), "tolerances");
     if (method == Method::erk) {
       // Sixth order at eight stages: on the pendulum and the slider-crank with eight and six modes a tenth of Dormand and Prince's error

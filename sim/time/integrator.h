@@ -21,7 +21,6 @@ struct MechanicalJacobian {
 struct OdeProblem {
   int size = 0;
   double tolerance = 1e-6;    // relative; the weights carry it
-  double longest_step = 0.0;  // s; 0: any. Steps whose estimated error vanishes (polynomials of time) would grow over whatever comes next
   // Writes dy; may throw SimulationError, which makes the integrator try a smaller step.
   std::function<void(double t, const double* y, double* dy)> rhs;
   // Optional. Runge-Kutta stages start from the state of the step's beginning, at other times: rates of a state that was evaluated

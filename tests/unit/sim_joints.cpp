@@ -215,8 +215,7 @@ TEST_P(EveryJoint, ErrorFollowsTheTolerance) {
     const auto error = [&](double tolerance) { return (positions(run(scene, tolerance, method), "eye") - exact).cwiseAbs().maxCoeff(); };
     const double loose = error(1e-4), tight = error(1e-7);
     EXPECT_LT(loose, 3e-3);
-    // Where the loose run is a hundred times better than asked already, a fifth of the tolerance will do.
-    EXPECT_LT(tight, std::max(loose / 100.0, 2e-8)) << method_name(method) << loose;
+    EXPECT_LT(tight, std::max(loose / 100.0, 1e-9)) << method_name(method) << loose;
   }
 }
 
