@@ -238,8 +238,7 @@ Points lift_exact(const AxisLift& axis, const Points& displacement, const Points
     // Back to the frame of the mesh, as displacements.
     const Mat3 whole = rigid.rotation * frame;
     const Vec3 rest = axis.origin + axis.station[j] * t;
-    out.row(static_cast<Eigen::Index>(6 * j)) =
-        (rigid.rotation * (r - rigid.centre) + rigid.centre + rigid.translation - rest).transpose();
+    out.row(static_cast<Eigen::Index>(6 * j)) = (rigid.rotation * (r - rigid.centre) + rigid.centre + rigid.translation - rest).transpose();
     out.row(static_cast<Eigen::Index>(6 * j + 1)) = (rigid.rotation * r1 - t).transpose();
     turned2[j] = whole * e2 - e2;
     turned3[j] = whole * e3 - e3;
@@ -386,8 +385,16 @@ double axis_lebesgue(const AxisLift& axis, double lower, double upper) {
       finish();
     }
   // Straight on beyond the ends.
-  if (lower < axis.s.front()) { add(0, 1.0); add_slope(0, lower - axis.s.front()); finish(); }
-  if (upper > axis.s.back()) { add(n - 1, 1.0); add_slope(n - 1, upper - axis.s.back()); finish(); }
+  if (lower < axis.s.front()) {
+    add(0, 1.0);
+    add_slope(0, lower - axis.s.front());
+    finish();
+  }
+  if (upper > axis.s.back()) {
+    add(n - 1, 1.0);
+    add_slope(n - 1, upper - axis.s.back());
+    finish();
+  }
   return worst;
 }
 

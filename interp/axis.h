@@ -19,15 +19,15 @@
 namespace flexframe::interp {
 
 struct AxisLift {
-  bool given = false;               // rotations come with the data
-  Vec3 origin = Vec3::Zero();       // on the axis
-  Mat3 frame = Mat3::Identity();    // columns: direction of the axis, e2, e3
-  std::vector<int> order;           // nodes from one end to the other
-  std::vector<double> s;            // their parameter, increasing
-  Points offset;                    // ordered nodes: from the axis to the node, m
-  std::vector<double> station;      // parameters of the stations, the nodes among them
-  int subdivisions = 8;             // stations per interval
-  Points positions;                 // ordered nodes
+  bool given = false;                                   // rotations come with the data
+  Vec3 origin = Vec3::Zero();                           // on the axis
+  Mat3 frame = Mat3::Identity();                        // columns: direction of the axis, e2, e3
+  std::vector<int> order;                               // nodes from one end to the other
+  std::vector<double> s;                                // their parameter, increasing
+  Points offset;                                        // ordered nodes: from the axis to the node, m
+  std::vector<double> station;                          // parameters of the stations, the nodes among them
+  int subdivisions = 8;                                 // stations per interval
+  Points positions;                                     // ordered nodes
   Eigen::SparseMatrix<double, Eigen::RowMajor> slopes;  // n x (n-1): slopes at the nodes from the mean slopes of the intervals (spline)
 };
 

@@ -1,7 +1,7 @@
 // The disk cache of mapped modes: one file per content, named by its hash.
 //
-// Layout (little endian): "FFMODES4", 16 bytes of content hash, int64 vertices, modes, text length, the report as text lines, 3 M n floats column
-// after column, 8 bytes of hash over everything before. Written beside its name and renamed, so that it is whole or not there.
+// Layout (little endian): "FFMODES4", 16 bytes of content hash, int64 vertices, modes, text length, the report as text lines, 3 M n floats
+// column after column, 8 bytes of hash over everything before. Written beside its name and renamed, so that it is whole or not there.
 #include "interp/modes.h"
 
 #include "interp/hash.h"
@@ -21,10 +21,12 @@ namespace {
 constexpr std::string_view magic = "FFMODES4";
 using Name = std::array<std::uint64_t, 2>;
 
-Name content_hash(const Nodes& nodes, const MeshView& mesh, const Options& options, const Eigen::MatrixXd& phi, const Eigen::MatrixXd& psi) {
+Name content_hash(const Nodes& nodes, const MeshView& mesh, const Options& options, const Eigen::MatrixXd& phi,
+                  const Eigen::MatrixXd& psi) {
   Hash h;
   h.add_text(magic);
-  for (const Eigen::Index size : {nodes.positions.rows(), mesh.vertices.rows(), mesh.triangles.rows(), phi.cols(), psi.cols()}) h.add(static_cast<std::int64_t>(size));
+  for (const Eigen::Index size : {nodes.positions.rows(), mesh.vertices.rows(), mesh.triangles.rows(), phi.cols(), psi.cols()})
+    h.add(static_cast<std::int64_t>(size));
   h.add_bytes(nodes.positions.data(), static_cast<size_t>(nodes.positions.size()) * sizeof(double));
   h.add_bytes(mesh.vertices.data(), static_cast<size_t>(mesh.vertices.size()) * sizeof(double));
   h.add_bytes(mesh.triangles.data(), static_cast<size_t>(mesh.triangles.size()) * sizeof(int));
@@ -40,8 +42,8 @@ Name content_hash(const Nodes& nodes, const MeshView& mesh, const Options& optio
 }
 
 std::string report_text(const Report& r) {
-  std::string text = fmt::format("{}\n{}\n{}\n{:.17g} {} {} {} {:.17g}\n", scheme_name(r.scheme), r.reason, r.layout, r.lebesgue, r.lebesgue_vertex, r.patches,
-                                 r.merged_nodes, r.setup_seconds);
+  std::string text = fmt::format("{}\n{}\n{}\n{:.17g} {} {} {} {:.17g}\n", scheme_name(r.scheme), r.reason, r.layout, r.lebesgue,
+                                 r.lebesgue_vertex, r.patches, r.merged_nodes, r.setup_seconds);
   for (const std::string& w : r.warnings) text += w + "\n";
   return text;
 }

@@ -24,7 +24,8 @@ constexpr Eigen::Index cache_line = 64 / sizeof(float);
 
 // One frame: the sums of a tile stay in registers over its columns.
 template <typename V>
-inline __attribute__((always_inline)) void combine(const float* __restrict tiles, std::span<const float> q, float* __restrict out, Eigen::Index rows) {
+inline __attribute__((always_inline)) void combine(const float* __restrict tiles, std::span<const float> q, float* __restrict out,
+                                                   Eigen::Index rows) {
   constexpr Eigen::Index lanes = sizeof(V) / sizeof(float);
   constexpr int W = static_cast<int>(tile_rows / lanes);
   const auto n = static_cast<Eigen::Index>(q.size());
@@ -33,13 +34,12 @@ inline __attribute__((always_inline)) void combine(const float* __restrict tiles
     V sum[W];
     FLEXFRAME_UNROLL
     for (int w = 0; w < W; ++w) sum[w] = V{};
-    for (Eigen::Index k = 0; k < n; ++k)
-      FLEXFRAME_UNROLL
-      for (int w = 0; w < W; ++w) {
-        V row;
-        std::memcpy(&row, from + k * tile_rows + w * lanes, sizeof(V));
-        sum[w] += row * q[static_cast<size_t>(k)];
-      }
+    for (Eigen::Index k = 0; k < n; ++k) FLEXFRAME_UNROLL
+    for (int w = 0; w < W; ++w) {
+      V row;
+      std::memcpy(&row, from + k * tile_rows + w * lanes, sizeof(V));
+      sum[w] += row * q[static_cast<size_t>(k)];
+    }
     const Eigen::Index count = std::min(tile_rows, rows - first);
     if (count == tile_rows) std::memcpy(out + first, sum, sizeof sum);
     else std::memcpy(out + first, sum, static_cast<size_t>(count) * sizeof(float));
@@ -50,24 +50,23 @@ inline __attribute__((always_inline)) void combine(const float* __restrict tiles
 // out: the first of the rows in the first frame; rows of it and frames that exist are written.
 template <typename V, int W, int G>
 inline __attribute__((always_inline)) void tile_frames(const float* __restrict from, const float* __restrict q, Eigen::Index n,
-                                                       float* __restrict out, Eigen::Index out_stride, Eigen::Index rows, Eigen::Index frames) {
+                                                       float* __restrict out, Eigen::Index out_stride, Eigen::Index rows,
+                                                       Eigen::Index frames) {
   constexpr Eigen::Index lanes = sizeof(V) / sizeof(float), strip = W * lanes;
   // The next strip's places in the frames come to the cache while this one is computed.
   for (Eigen::Index g = 0; g < frames; ++g)
     for (Eigen::Index i = strip; i < 2 * strip; i += cache_line) __builtin_prefetch(out + g * out_stride + i, 1);
   V sum[G][W];
   FLEXFRAME_UNROLL
-  for (int g = 0; g < G; ++g)
-    FLEXFRAME_UNROLL
-    for (int w = 0; w < W; ++w) sum[g][w] = V{};
+  for (int g = 0; g < G; ++g) FLEXFRAME_UNROLL
+  for (int w = 0; w < W; ++w) sum[g][w] = V{};
   for (Eigen::Index k = 0; k < n; ++k) {
     V row[W];
     FLEXFRAME_UNROLL
     for (int w = 0; w < W; ++w) std::memcpy(&row[w], from + k * tile_rows + w * lanes, sizeof(V));
     FLEXFRAME_UNROLL
-    for (int g = 0; g < G; ++g)
-      FLEXFRAME_UNROLL
-      for (int w = 0; w < W; ++w) sum[g][w] += row[w] * q[k * G + g];
+    for (int g = 0; g < G; ++g) FLEXFRAME_UNROLL
+    for (int w = 0; w < W; ++w) sum[g][w] += row[w] * q[k * G + g];
   }
   FLEXFRAME_UNROLL
   for (int g = 0; g < G; ++g) {
@@ -79,7 +78,8 @@ inline __attribute__((always_inline)) void tile_frames(const float* __restrict f
 
 // V: vector type; W vectors of rows by G frames: as many sums as leave registers for the rows and a factor.
 template <typename V, int W, int G>
-inline __attribute__((always_inline)) void combine_batch(const float* tiles, const Eigen::MatrixXf& factor, float* out, Eigen::Index out_stride, Eigen::Index rows) {
+inline __attribute__((always_inline)) void combine_batch(const float* tiles, const Eigen::MatrixXf& factor, float* out,
+                                                         Eigen::Index out_stride, Eigen::Index rows) {
   constexpr Eigen::Index strip = W * static_cast<Eigen::Index>(sizeof(V) / sizeof(float));
   static_assert(tile_rows % strip == 0);
   const Eigen::Index n = factor.rows(), frames = factor.cols();
@@ -106,12 +106,18 @@ typedef float Sixteen __attribute__((vector_size(64)));
 
 #if FLEXFRAME_X86
 // The widest instructions of the machine; without fused multiplication the bits are those of plain code.
-FLEXFRAME_TARGET("avx2") void combine_avx2(const float* tiles, std::span<const float> q, float* out, Eigen::Index rows) { combine<Eight>(tiles, q, out, rows); }
-FLEXFRAME_TARGET("avx512f") void combine_avx512(const float* tiles, std::span<const float> q, float* out, Eigen::Index rows) { combine<Sixteen>(tiles, q, out, rows); }
-FLEXFRAME_TARGET("avx2") void combine_batch_avx2(const float* tiles, const Eigen::MatrixXf& factor, float* out, Eigen::Index out_stride, Eigen::Index rows) {
+FLEXFRAME_TARGET("avx2") void combine_avx2(const float* tiles, std::span<const float> q, float* out, Eigen::Index rows) {
+  combine<Eight>(tiles, q, out, rows);
+}
+FLEXFRAME_TARGET("avx512f") void combine_avx512(const float* tiles, std::span<const float> q, float* out, Eigen::Index rows) {
+  combine<Sixteen>(tiles, q, out, rows);
+}
+FLEXFRAME_TARGET("avx2")
+void combine_batch_avx2(const float* tiles, const Eigen::MatrixXf& factor, float* out, Eigen::Index out_stride, Eigen::Index rows) {
   combine_batch<Eight, 2, 4>(tiles, factor, out, out_stride, rows);
 }
-FLEXFRAME_TARGET("avx512f,prfchw") void combine_batch_avx512(const float* tiles, const Eigen::MatrixXf& factor, float* out, Eigen::Index out_stride, Eigen::Index rows) {
+FLEXFRAME_TARGET("avx512f,prfchw")
+void combine_batch_avx512(const float* tiles, const Eigen::MatrixXf& factor, float* out, Eigen::Index out_stride, Eigen::Index rows) {
   combine_batch<Sixteen, 3, 8>(tiles, factor, out, out_stride, rows);
 }
 bool has_avx2() {

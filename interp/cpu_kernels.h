@@ -14,7 +14,9 @@ namespace flexframe::interp {
 inline constexpr Eigen::Index tile_rows = 48;
 
 // Element i of column k of n columns stands at tiles[tile_place(i, k, n)].
-inline Eigen::Index tile_place(Eigen::Index i, Eigen::Index k, Eigen::Index n) { return (i / tile_rows * n + k) * tile_rows + i % tile_rows; }
+inline Eigen::Index tile_place(Eigen::Index i, Eigen::Index k, Eigen::Index n) {
+  return (i / tile_rows * n + k) * tile_rows + i % tile_rows;
+}
 
 // out[i] = sum_k factor[k] * column k at i, for the out.size() rows from the first of a tile on; the last tile may be cut.
 void combine_tiles(const float* tiles, std::span<const float> factor, std::span<float> out);

@@ -115,7 +115,8 @@ Eigen::SparseMatrix<double> surface_stiffness(const Weld& weld, const Graph& gra
       edges.push_back({std::min(a, b), std::max(a, b), c[(k + 2) % 3]});
     }
   }
-  std::sort(edges.begin(), edges.end(), [](const HalfEdge& p, const HalfEdge& q) { return std::tie(p.a, p.b, p.opposite) < std::tie(q.a, q.b, q.opposite); });
+  std::sort(edges.begin(), edges.end(),
+            [](const HalfEdge& p, const HalfEdge& q) { return std::tie(p.a, p.b, p.opposite) < std::tie(q.a, q.b, q.opposite); });
   const double rigidity = thickness * thickness * thickness / (12.0 * (1.0 - poisson * poisson));
   for (size_t i = 0; i < edges.size();) {
     size_t j = i;
@@ -147,8 +148,9 @@ Eigen::SparseMatrix<double> surface_stiffness(const Weld& weld, const Graph& gra
     for (int e = first; e < last; ++e) {
       const int w = graph.neighbour[static_cast<size_t>(e)];
       if (w <= v) continue;
-      const bool mesh_edge = std::binary_search(edges.begin(), edges.end(), HalfEdge{v, w, 0},
-                                                [](const HalfEdge& p, const HalfEdge& q) { return std::tie(p.a, p.b) < std::tie(q.a, q.b); });
+      const bool mesh_edge = std::binary_search(edges.begin(), edges.end(), HalfEdge{v, w, 0}, [](const HalfEdge& p, const HalfEdge& q) {
+        return std::tie(p.a, p.b) < std::tie(q.a, q.b);
+      });
       spring(v, w, mesh_edge ? trace : diagonal);
     }
     for (int c = 0; c < 3; ++c) entries.emplace_back(3 * v + c, 3 * v + c, first == last ? diagonal : 1e-3 * trace);
@@ -159,11 +161,13 @@ Eigen::SparseMatrix<double> surface_stiffness(const Weld& weld, const Graph& gra
   return stiffness;
 }
 
-Green elastic_green(const Weld& weld, const Graph& graph, const Points& nodes, bool rotations, const std::vector<int>& wanted, int threads) {
+Green elastic_green(const Weld& weld, const Graph& graph, const Points& nodes, bool rotations, const std::vector<int>& wanted,
+                    int threads) {
   const Solidity solidity = measure_solidity(weld.positions, weld.triangles);
   const double size = (weld.positions.colwise().maxCoeff() - weld.positions.colwise().minCoeff()).norm();
   double thickness = 0.01 * size;
-  if (solidity.closed && std::abs(solidity.volume) > 0.0) thickness = std::clamp(2.0 * std::abs(solidity.volume) / solidity.area, 1e-4 * size, 0.2 * size);
+  if (solidity.closed && std::abs(solidity.volume) > 0.0)
+    thickness = std::clamp(2.0 * std::abs(solidity.volume) / solidity.area, 1e-4 * size, 0.2 * size);
   const Eigen::SparseMatrix<double> stiffness = surface_stiffness(weld, graph, thickness);
 
   // What each node holds: a vertex, the point of a triangle, or the mean (and mean turn) of the vertices around it.
@@ -177,7 +181,8 @@ Green elastic_green(const Weld& weld, const Graph& graph, const Points& nodes, b
     if (last - first == 3 && graph.off_mesh[static_cast<size_t>(i)] < 0.2 * graph.node_length[static_cast<size_t>(first)]) {
       // Barycentric coordinates, clamped to the triangle.
       Vec3 p[3];
-      for (int k = 0; k < 3; ++k) p[k] = weld.positions.row(graph.node_vertex[static_cast<size_t>(first) + static_cast<size_t>(k)]).transpose();
+      for (int k = 0; k < 3; ++k)
+        p[k] = weld.positions.row(graph.node_vertex[static_cast<size_t>(first) + static_cast<size_t>(k)]).transpose();
       const Vec3 normal = (p[1] - p[0]).cross(p[2] - p[0]);
       double total = 0.0;
       for (int k = 0; k < 3; ++k) {
@@ -188,7 +193,8 @@ Green elastic_green(const Weld& weld, const Graph& graph, const Points& nodes, b
     }
     for (int k = first; k < last; ++k)
       for (int c = 0; c < 3; ++c)
-        if (weight[static_cast<size_t>(k - first)] != 0.0) rows.emplace_back(3 * i + c, 3 * graph.node_vertex[static_cast<size_t>(k)] + c, weight[static_cast<size_t>(k - first)]);
+        if (weight[static_cast<size_t>(k - first)] != 0.0)
+          rows.emplace_back(3 * i + c, 3 * graph.node_vertex[static_cast<size_t>(k)] + c, weight[static_cast<size_t>(k - first)]);
     if (!rotations || last - first < 3) continue;
     // Mean turn of the held vertices: J^-1 sum r x u.
     Vec3 mean = Vec3::Zero();

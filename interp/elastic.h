@@ -1,8 +1,8 @@
 // Elastic surface: the mesh as a thin-walled body with membrane and bending stiffness, moved by the nodes.
 //
 // Membrane: constant-strain triangles, plane stress (Zienkiewicz and Taylor, The finite element method, vol. 1, 2000, ch. 4).
-// Bending: hinges, 3 |e|^2 / (A1 + A2) times the square of the change of the angle at each edge (Grinspun et al., Discrete shells, 2003; the
-// linearised angle: Bridson et al., Simulation of clothing with folds and wrinkles, 2003). Poisson ratio 0.3, Young's modulus 1.
+// Bending: hinges, 3 |e|^2 / (A1 + A2) times the square of the change of the angle at each edge (Grinspun et al., Discrete shells, 2003;
+// the linearised angle: Bridson et al., Simulation of clothing with folds and wrinkles, 2003). Poisson ratio 0.3, Young's modulus 1.
 // Thickness: 2 V / A if the mesh is closed (a solid's wall that has its volume), else a hundredth of its size.
 #pragma once
 

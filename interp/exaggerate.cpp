@@ -2,9 +2,9 @@
 
 #include "interp/rotation.h"
 
+#include <fmt/format.h>
 #include <Eigen/Sparse>
 #include <Eigen/SparseCholesky>
-#include <fmt/format.h>
 
 #include <cmath>
 #include <limits>
@@ -88,18 +88,20 @@ std::string exaggeration_warning(double rotation, double scale) {
   const double degrees = rotation * scale * 180.0 / std::numbers::pi;
   if (!(degrees > 15.0)) return {};
   const double angle = rotation * scale;
-  return fmt::format("exaggerated x {:g} the body turns by {:.0f} degrees; linear exaggeration swells sections there by {:.0f} %: use a smaller scale or corotated exaggeration",
-                     scale, degrees, 100.0 * (std::sqrt(1.0 + angle * angle) - 1.0));
+  return fmt::format(
+      "exaggerated x {:g} the body turns by {:.0f} degrees; linear exaggeration swells sections there by {:.0f} %: use a smaller scale or "
+      "corotated exaggeration",
+      scale, degrees, 100.0 * (std::sqrt(1.0 + angle * angle) - 1.0));
 }
 
 struct Corotated::Impl {
   Points vertices;
   Triangles triangles;
-  std::vector<Eigen::Vector3d> cotangent;   // half cotangents opposite edges 12, 20, 01 of each triangle
+  std::vector<Eigen::Vector3d> cotangent;  // half cotangents opposite edges 12, 20, 01 of each triangle
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver;
-  std::vector<int> part;                    // connected part of each vertex
-  std::vector<int> anchor;                  // one vertex of each part is held, the part's mean is restored afterwards
-  std::vector<double> mass;                 // vertex areas
+  std::vector<int> part;     // connected part of each vertex
+  std::vector<int> anchor;   // one vertex of each part is held, the part's mean is restored afterwards
+  std::vector<double> mass;  // vertex areas
 };
 
 Corotated::Corotated(const MeshView& mesh) : impl_(std::make_unique<Impl>()) {
@@ -110,7 +112,8 @@ Corotated::Corotated(const MeshView& mesh) : impl_(std::make_unique<Impl>()) {
   std::vector<int> parent(static_cast<size_t>(n));
   std::iota(parent.begin(), parent.end(), 0);
   auto root = [&](int a) {
-    while (parent[static_cast<size_t>(a)] != a) a = parent[static_cast<size_t>(a)] = parent[static_cast<size_t>(parent[static_cast<size_t>(a)])];
+    while (parent[static_cast<size_t>(a)] != a)
+      a = parent[static_cast<size_t>(a)] = parent[static_cast<size_t>(parent[static_cast<size_t>(a)])];
     return a;
   };
   m.mass.assign(static_cast<size_t>(n), 0.0);
@@ -119,7 +122,8 @@ Corotated::Corotated(const MeshView& mesh) : impl_(std::make_unique<Impl>()) {
     const Eigen::Vector3i c = m.triangles.row(t).transpose();
     Vec3 weight;
     for (int k = 0; k < 3; ++k) {
-      const Vec3 a = m.vertices.row(c[k]).transpose(), p = m.vertices.row(c[(k + 1) % 3]).transpose() - a, q = m.vertices.row(c[(k + 2) % 3]).transpose() - a;
+      const Vec3 a = m.vertices.row(c[k]).transpose(), p = m.vertices.row(c[(k + 1) % 3]).transpose() - a,
+                 q = m.vertices.row(c[(k + 2) % 3]).transpose() - a;
       const double area = p.cross(q).norm();
       // Cotangents of slivers run to infinity; beyond 100 (half a degree) they only spoil the solve. Positive weights keep it definite.
       weight[k] = 0.5 * std::clamp(area > 0.0 ? p.dot(q) / area : 0.0, 1e-3, 100.0);
@@ -146,7 +150,8 @@ Corotated::Corotated(const MeshView& mesh) : impl_(std::make_unique<Impl>()) {
   Eigen::SparseMatrix<double> laplacian(n, n);
   laplacian.setFromTriplets(entries.begin(), entries.end());
   m.solver.compute(laplacian);
-  if (m.solver.info() != Eigen::Success) throw MapError("the mesh is too degenerate for corotated exaggeration: its Laplacian cannot be factorised");
+  if (m.solver.info() != Eigen::Success)
+    throw MapError("the mesh is too degenerate for corotated exaggeration: its Laplacian cannot be factorised");
 }
 
 Corotated::~Corotated() = default;
@@ -156,7 +161,8 @@ Corotated& Corotated::operator=(Corotated&&) noexcept = default;
 void Corotated::apply(std::span<const float> displacement, double scale, std::span<float> out) const {
   const Impl& m = *impl_;
   const Eigen::Index n = m.vertices.rows();
-  const MeshView mesh{Eigen::Map<const Points>(m.vertices.data(), n, 3), Eigen::Map<const Triangles>(m.triangles.data(), m.triangles.rows(), 3)};
+  const MeshView mesh{Eigen::Map<const Points>(m.vertices.data(), n, 3),
+                      Eigen::Map<const Triangles>(m.triangles.data(), m.triangles.rows(), 3)};
   // Gradient that each triangle should have; edges it asks for, weighted by cotangents.
   Points right = Points::Zero(n, 3);
   Mat3 rest, rotation, stretch;

@@ -28,7 +28,7 @@ std::string exaggeration_warning(double rotation, double scale);
 
 // Reusable solver of the corotated exaggeration of one mesh.
 class Corotated {
-public:
+ public:
   explicit Corotated(const MeshView& mesh);
   ~Corotated();
   Corotated(Corotated&&) noexcept;
@@ -36,7 +36,7 @@ public:
   // out = exaggerated displacement, 3 M floats each; the mean displacement of the vertices is scaled linearly.
   void apply(std::span<const float> displacement, double scale, std::span<float> out) const;
 
-private:
+ private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

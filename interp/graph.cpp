@@ -142,8 +142,7 @@ Weld weld_vertices(const MeshView& mesh, double distance) {
       for (std::int64_t j = lo.y; j <= hi.y && found < 0; ++j)
         for (std::int64_t k = lo.z; k <= hi.z && found < 0; ++k)
           for (int w = chain({i, j, k}); w >= 0; w = next[w])
-            if ((found < 0 || w < found) && key[w] == Key{i, j, k} &&
-                (mesh.vertices.row(kept[w]).transpose() - x).norm() <= distance)
+            if ((found < 0 || w < found) && key[w] == Key{i, j, k} && (mesh.vertices.row(kept[w]).transpose() - x).norm() <= distance)
               found = w;
     if (found < 0) {
       found = static_cast<int>(kept.size());
@@ -159,8 +158,7 @@ Weld weld_vertices(const MeshView& mesh, double distance) {
   for (size_t w = 0; w < kept.size(); ++w) weld.positions.row(static_cast<Eigen::Index>(w)) = mesh.vertices.row(kept[w]);
   std::vector<Eigen::Vector3i> triangles;
   for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
-    const Eigen::Vector3i c(weld.row[mesh.triangles(t, 0)], weld.row[mesh.triangles(t, 1)],
-                            weld.row[mesh.triangles(t, 2)]);
+    const Eigen::Vector3i c(weld.row[mesh.triangles(t, 0)], weld.row[mesh.triangles(t, 1)], weld.row[mesh.triangles(t, 2)]);
     if (c[0] != c[1] && c[1] != c[2] && c[2] != c[0]) triangles.push_back(c);
   }
   weld.triangles.resize(static_cast<Eigen::Index>(triangles.size()), 3);
@@ -170,7 +168,10 @@ Weld weld_vertices(const MeshView& mesh, double distance) {
 
 PointGrid::PointGrid(const Points& points) : points_(points) {
   const Eigen::Index n = points.rows();
-  if (n == 0) { begin_.assign(2, 0); return; }
+  if (n == 0) {
+    begin_.assign(2, 0);
+    return;
+  }
   lower_ = points.colwise().minCoeff().transpose();
   const Vec3 extent = points.colwise().maxCoeff().transpose() - lower_;
   // About two points a cell of a surface or volume; the number of cells is bounded by four times the points.
@@ -190,7 +191,8 @@ Eigen::Array3i PointGrid::cell_of(const Vec3& x) const {
   return c.max(0.0).min((size_ - 1).cast<double>()).cast<int>();
 }
 size_t PointGrid::slot(const Eigen::Array3i& c) const {
-  return static_cast<size_t>(c[0]) + static_cast<size_t>(size_[0]) * (static_cast<size_t>(c[1]) + static_cast<size_t>(size_[1]) * static_cast<size_t>(c[2]));
+  return static_cast<size_t>(c[0]) +
+         static_cast<size_t>(size_[0]) * (static_cast<size_t>(c[1]) + static_cast<size_t>(size_[1]) * static_cast<size_t>(c[2]));
 }
 
 int PointGrid::nearest(const Vec3& x) const {
@@ -214,7 +216,10 @@ int PointGrid::nearest(const Vec3& x) const {
           for (int p = begin_[s]; p < begin_[s + 1]; ++p) {
             const int index = item_[p];
             const double d2 = (points_.row(index).transpose() - x).squaredNorm();
-            if (d2 < best2 || (d2 == best2 && index < best)) { best2 = d2; best = index; }
+            if (d2 < best2 || (d2 == best2 && index < best)) {
+              best2 = d2;
+              best = index;
+            }
           }
         }
   }
@@ -270,7 +275,12 @@ class Bridges {
  public:
   // part_of: a representative vertex of each vertex's part. grid: of the welded positions.
   Bridges(Graph& graph, const Weld& weld, const PointGrid& grid, std::vector<int> part_of)
-      : graph_(graph), weld_(weld), grid_(grid), part_of_(std::move(part_of)), group_(graph.vertices), members_(graph.vertices),
+      : graph_(graph),
+        weld_(weld),
+        grid_(grid),
+        part_of_(std::move(part_of)),
+        group_(graph.vertices),
+        members_(graph.vertices),
         held_(graph.vertices, 0) {
     for (int v = 0; v < graph.vertices; ++v) members_[part_of_[v]].push_back(v);
     for (int i = 0; i < graph.nodes; ++i) ++held_[part_of_[graph.node_vertex[graph.node_begin[i]]]];
@@ -453,7 +463,10 @@ double grow(const Graph& graph, const Points& positions, int start, int count, S
     if (!(d < std::numeric_limits<double>::infinity())) return;
     const auto i = static_cast<size_t>(v);
     if (search.stamp[i] == search.now && search.distance[i] <= d) return;
-    if (search.stamp[i] != search.now) { search.stamp[i] = search.now; search.state[i] = 0; }
+    if (search.stamp[i] != search.now) {
+      search.stamp[i] = search.now;
+      search.state[i] = 0;
+    }
     if (search.state[i] != 0) return;
     search.distance[i] = d;
     front.emplace(d, v);
@@ -481,8 +494,7 @@ double grow(const Graph& graph, const Points& positions, int start, int count, S
       continue;
     }
     search.reached.push_back(v);
-    for (int e = graph.begin[i]; e < graph.begin[i + 1]; ++e)
-      offer(graph.neighbour[e], d + static_cast<double>(graph.length[e]));
+    for (int e = graph.begin[i]; e < graph.begin[i + 1]; ++e) offer(graph.neighbour[e], d + static_cast<double>(graph.length[e]));
     // Across triangles whose second corner is settled too.
     for (int c = graph.corner_begin[i]; c < graph.corner_begin[i + 1]; ++c) {
       const size_t at = 2 * static_cast<size_t>(c);

@@ -12,15 +12,15 @@ namespace flexframe::interp {
 
 // Vertices within `distance` of each other become one. row: welded vertex of each vertex; positions of the first of each.
 struct Weld {
-  std::vector<int> row;      // M -> welded
-  Points positions;          // welded x 3
-  Triangles triangles;       // of welded vertices, those that collapse left out
+  std::vector<int> row;  // M -> welded
+  Points positions;      // welded x 3
+  Triangles triangles;   // of welded vertices, those that collapse left out
 };
 Weld weld_vertices(const MeshView& mesh, double distance);
 
 // Nearest points in a uniform grid.
 class PointGrid {
-public:
+ public:
   // Points: the array must outlive the grid.
   explicit PointGrid(const Points& points);
   // Nearest point; -1 if there is none.
@@ -28,7 +28,7 @@ public:
   // Indices of all points within radius, increasing.
   void within(const Vec3& x, double radius, std::vector<int>& out) const;
 
-private:
+ private:
   const Points& points_;
   Vec3 lower_ = Vec3::Zero();
   double cell_ = 1.0;
@@ -39,7 +39,7 @@ private:
 };
 
 struct Graph {
-  int vertices = 0;                   // welded vertices first, then nodes
+  int vertices = 0;  // welded vertices first, then nodes
   int nodes = 0;
   std::vector<int> begin, neighbour;  // compressed adjacency of the mesh edges and bridges, without the nodes
   std::vector<float> length;
@@ -49,9 +49,9 @@ struct Graph {
   std::vector<double> node_length;
   std::vector<int> vertex_begin, vertex_node;  // the same from the vertices' side
   std::vector<double> vertex_length;
-  std::vector<double> off_mesh;       // distance of each node from the surface
-  int parts = 0;                      // connected parts of the mesh
-  int bridges = 0;                    // parts that had to be bridged
+  std::vector<double> off_mesh;  // distance of each node from the surface
+  int parts = 0;                 // connected parts of the mesh
+  int bridges = 0;               // parts that had to be bridged
 };
 
 // Connects parts that hold fewer than `enough` nodes (or none) with their nearest neighbour part.
@@ -60,15 +60,15 @@ Graph make_graph(const Weld& weld, const Points& nodes, int enough);
 // Reusable memory of one search; one a thread.
 struct Search {
   std::vector<double> distance;
-  std::vector<int> stamp, reached;    // reached vertices in order of distance
-  std::vector<int> node;              // reached nodes in order of distance
+  std::vector<int> stamp, reached;  // reached vertices in order of distance
+  std::vector<int> node;            // reached nodes in order of distance
   std::vector<double> node_distance;
   int now = 0;
   std::vector<char> state;
 };
 
-// From a vertex outward until `count` nodes are reached, then on to every vertex nearer than the last of them. Returns that distance; if fewer
-// nodes can be reached: infinity, with all that can be reached.
+// From a vertex outward until `count` nodes are reached, then on to every vertex nearer than the last of them. Returns that distance; if
+// fewer nodes can be reached: infinity, with all that can be reached.
 double grow(const Graph& graph, const Points& positions, int start, int count, Search& search);
 
 }  // namespace flexframe::interp

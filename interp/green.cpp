@@ -10,8 +10,8 @@
 
 namespace flexframe::interp {
 
-Green solve_green(const Eigen::SparseMatrix<double>& stiffness, const Eigen::SparseMatrix<double>& constraints, const Eigen::SparseMatrix<double>& wanted,
-                  int nodes, const std::vector<int>& turned, int threads) {
+Green solve_green(const Eigen::SparseMatrix<double>& stiffness, const Eigen::SparseMatrix<double>& constraints,
+                  const Eigen::SparseMatrix<double>& wanted, int nodes, const std::vector<int>& turned, int threads) {
   const double beta = stiffness.diagonal().mean();
   const Eigen::SparseMatrix<double> transposed = constraints.transpose();
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver;

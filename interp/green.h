@@ -21,8 +21,8 @@ struct Green {
 
 // K n x n symmetric, positive semidefinite; B rows x n: first 3 N rows displacements of the nodes, then rows of rotations for the nodes in
 // `turned` (three each); wanted 3 P x n. Throws MapError if the matrix cannot be factorised.
-Green solve_green(const Eigen::SparseMatrix<double>& stiffness, const Eigen::SparseMatrix<double>& constraints, const Eigen::SparseMatrix<double>& wanted,
-                  int nodes, const std::vector<int>& turned, int threads);
+Green solve_green(const Eigen::SparseMatrix<double>& stiffness, const Eigen::SparseMatrix<double>& constraints,
+                  const Eigen::SparseMatrix<double>& wanted, int nodes, const std::vector<int>& turned, int threads);
 
 // Makes linearised rigid motion exact: the part of the nodes' motion that is rigid moves the points rigidly.
 void restore_rigid_motion(Green& green, const Points& nodes, const Points& points);

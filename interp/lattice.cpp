@@ -70,7 +70,9 @@ std::vector<float> inside_shares(const Weld& weld, const Vec3& lower, double siz
           w[e] = ((a.y() - y) * (b.z() - z) - (b.y() - y) * (a.z() - z)) / area;
           in = w[e] > 0.0 || (w[e] == 0.0 && (a.z() < b.z() || (a.z() == b.z() && a.y() < b.y())));
         }
-        if (in) crossings[static_cast<size_t>(j) + static_cast<size_t>(ny) * static_cast<size_t>(k)].push_back(static_cast<float>(w[0] * p[0].x() + w[1] * p[1].x() + w[2] * p[2].x()));
+        if (in)
+          crossings[static_cast<size_t>(j) + static_cast<size_t>(ny) * static_cast<size_t>(k)].push_back(
+              static_cast<float>(w[0] * p[0].x() + w[1] * p[1].x() + w[2] * p[2].x()));
       }
   }
   std::vector<float> share(static_cast<size_t>(cells.prod()), 0.0f);
@@ -80,9 +82,12 @@ std::vector<float> inside_shares(const Weld& weld, const Vec3& lower, double siz
       auto& x = crossings[static_cast<size_t>(j) + static_cast<size_t>(ny) * static_cast<size_t>(k)];
       std::sort(x.begin(), x.end());
       for (size_t c = 0; c + 1 < x.size(); c += 2) {
-        const int i0 = std::max(0, static_cast<int>(std::ceil(x[c] - 0.5f))), i1 = std::min(nx - 1, static_cast<int>(std::floor(x[c + 1] - 0.5f)));
+        const int i0 = std::max(0, static_cast<int>(std::ceil(x[c] - 0.5f))),
+                  i1 = std::min(nx - 1, static_cast<int>(std::floor(x[c + 1] - 0.5f)));
         for (int i = i0; i <= i1; ++i)
-          share[static_cast<size_t>(i / samples) + static_cast<size_t>(cells[0]) * (static_cast<size_t>(j / samples) + static_cast<size_t>(cells[1]) * static_cast<size_t>(k / samples))] += part;
+          share[static_cast<size_t>(i / samples) +
+                static_cast<size_t>(cells[0]) *
+                    (static_cast<size_t>(j / samples) + static_cast<size_t>(cells[1]) * static_cast<size_t>(k / samples))] += part;
       }
     }
   return share;
@@ -101,15 +106,23 @@ Green lattice_green(const Weld& weld, const Points& nodes, const std::vector<int
   const Eigen::Array3i cells = ((highest - lower) / size).array().ceil().cast<int>() + 1;
   if (cells.cast<double>().prod() > 3e7) throw MapError("the mesh is too thin for a lattice: use the scheme elastic");
   std::vector<float> share = inside_shares(weld, lower, size, cells, 3);
-  auto slot = [&](const Eigen::Array3i& c) { return static_cast<size_t>(c[0]) + static_cast<size_t>(cells[0]) * (static_cast<size_t>(c[1]) + static_cast<size_t>(cells[1]) * static_cast<size_t>(c[2])); };
+  auto slot = [&](const Eigen::Array3i& c) {
+    return static_cast<size_t>(c[0]) +
+           static_cast<size_t>(cells[0]) * (static_cast<size_t>(c[1]) + static_cast<size_t>(cells[1]) * static_cast<size_t>(c[2]));
+  };
   auto cell_of = [&](const Vec3& x) { return Eigen::Array3i(((x - lower) / size).array().floor().cast<int>().max(0).min(cells - 1)); };
   // Cells of the surface take part even if no sample lies inside, with the least share that keeps the system well conditioned.
   constexpr float least = 0.02f;
-  for (Eigen::Index v = 0; v < weld.positions.rows(); ++v) share[slot(cell_of(weld.positions.row(v).transpose()))] = std::max(share[slot(cell_of(weld.positions.row(v).transpose()))], least);
-  for (Eigen::Index i = 0; i < nodes.rows(); ++i) share[slot(cell_of(nodes.row(i).transpose()))] = std::max(share[slot(cell_of(nodes.row(i).transpose()))], least);
+  for (Eigen::Index v = 0; v < weld.positions.rows(); ++v)
+    share[slot(cell_of(weld.positions.row(v).transpose()))] = std::max(share[slot(cell_of(weld.positions.row(v).transpose()))], least);
+  for (Eigen::Index i = 0; i < nodes.rows(); ++i)
+    share[slot(cell_of(nodes.row(i).transpose()))] = std::max(share[slot(cell_of(nodes.row(i).transpose()))], least);
 
   // Corners in use, numbered in order of the grid.
-  auto corner_slot = [&](const Eigen::Array3i& c) { return static_cast<size_t>(c[0]) + static_cast<size_t>(cells[0] + 1) * (static_cast<size_t>(c[1]) + static_cast<size_t>(cells[1] + 1) * static_cast<size_t>(c[2])); };
+  auto corner_slot = [&](const Eigen::Array3i& c) {
+    return static_cast<size_t>(c[0]) +
+           static_cast<size_t>(cells[0] + 1) * (static_cast<size_t>(c[1]) + static_cast<size_t>(cells[1] + 1) * static_cast<size_t>(c[2]));
+  };
   std::vector<int> number(static_cast<size_t>((cells + 1).prod()), -1);
   auto corner = [](const Eigen::Array3i& cell, int c) { return Eigen::Array3i(cell + Eigen::Array3i(c & 1, c >> 1 & 1, c >> 2 & 1)); };
   std::vector<Eigen::Array3i> used;

@@ -1,8 +1,8 @@
 // Elastic solid: the inside of a closed mesh filled with cubes of trilinear displacement, moved by the nodes.
 //
-// Cubes that the body fills partly count with their share (finite cell method: Parvizian, Duester, Rank, 2007), so that the surface need not follow
-// the cubes. Eight points of integration; Young's modulus 1, Poisson ratio 0.3. About 1500 cubes, or as many as their size being a
-// third of the wall 2 V / A asks, up to 2500. Gaps narrower than a cube are filled: bodies with slits belong to the elastic surface.
+// Cubes that the body fills partly count with their share (finite cell method: Parvizian, Duester, Rank, 2007), so that the surface need
+// not follow the cubes. Eight points of integration; Young's modulus 1, Poisson ratio 0.3. About 1500 cubes, or as many as their size being
+// a third of the wall 2 V / A asks, up to 2500. Gaps narrower than a cube are filled: bodies with slits belong to the elastic surface.
 #pragma once
 
 #include "interp/graph.h"

@@ -85,9 +85,13 @@ Points lift_arms(const ArmLift& lift, const Points& displacement, const Points& 
     const int node = lift.director_node[k];
     Mat3 turned;
     if (exact)
-      turned = given ? Mat3(rotation_matrix(rotation.row(node).transpose()) - Mat3::Identity()) : lift.given ? Mat3(Mat3::Zero()) : estimated_turn(lift.estimate[k], displacement);
+      turned = given        ? Mat3(rotation_matrix(rotation.row(node).transpose()) - Mat3::Identity())
+               : lift.given ? Mat3(Mat3::Zero())
+                            : estimated_turn(lift.estimate[k], displacement);
     else
-      turned = skew(given ? Vec3(rotation.row(node).transpose()) : lift.given ? Vec3(Vec3::Zero()) : estimated_rotation_linear(lift.estimate[k], displacement));
+      turned = skew(given        ? Vec3(rotation.row(node).transpose())
+                    : lift.given ? Vec3(Vec3::Zero())
+                                 : estimated_rotation_linear(lift.estimate[k], displacement));
     out.middleRows(lift.nodes + 3 * static_cast<Eigen::Index>(k), 3) = turned.transpose();
   }
   return out;
@@ -151,7 +155,8 @@ Points lift_axis(const AxisLift& axis, const Points& displacement, const Points&
   double finite2 = 0.0, linear2 = 0.0;
   for (size_t k = 0; k + 1 < axis.s.size(); ++k) {
     const Vec3 d = (displacement.row(axis.order[k + 1]) - displacement.row(axis.order[k])).transpose() / (axis.s[k + 1] - axis.s[k]);
-    const Vec3 e = (axis.positions.row(static_cast<Eigen::Index>(k) + 1) - axis.positions.row(static_cast<Eigen::Index>(k))).transpose() / (axis.s[k + 1] - axis.s[k]);
+    const Vec3 e = (axis.positions.row(static_cast<Eigen::Index>(k) + 1) - axis.positions.row(static_cast<Eigen::Index>(k))).transpose() /
+                   (axis.s[k + 1] - axis.s[k]);
     const double linear = 2.0 * e.dot(d), finite = linear + d.squaredNorm();
     linear2 += linear * linear;
     finite2 += finite * finite;

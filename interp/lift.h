@@ -25,17 +25,17 @@ struct ArmLift {
     std::vector<int> node;          // nodes of the patch
     Eigen::MatrixXd gradient;       // tangents x nodes of the patch
   };
-  int nodes = 0;                    // merged nodes
-  bool given = false;               // rotations come with the data
-  std::vector<int> director_node;   // sources nodes + 3 k .. nodes + 3 k + 2 are the directions of this node
-  std::vector<Estimate> estimate;   // one per director node, unless given
+  int nodes = 0;                   // merged nodes
+  bool given = false;              // rotations come with the data
+  std::vector<int> director_node;  // sources nodes + 3 k .. nodes + 3 k + 2 are the directions of this node
+  std::vector<Estimate> estimate;  // one per director node, unless given
 };
 
 struct DenseLift {
-  Points node_positions;            // N x 3
-  Points source_positions;          // P x 3
-  Eigen::MatrixXd displacement;     // 3 P x 3 N
-  Eigen::MatrixXd rotation;         // 3 P x 3 N or empty
+  Points node_positions;         // N x 3
+  Points source_positions;       // P x 3
+  Eigen::MatrixXd displacement;  // 3 P x 3 N
+  Eigen::MatrixXd rotation;      // 3 P x 3 N or empty
 };
 
 using Lift = std::variant<ArmLift, AxisLift, DenseLift>;
@@ -61,8 +61,8 @@ RigidMotion best_rigid_motion(const Points& positions, const Points& displacemen
 
 // Leave-one-out rows: residual of node i = sum of weights times sources (sparse), or times node displacements (dense).
 struct LeaveOneOut {
-  SparseWeights rows;               // N x P, precise; 0 rows: none
-  Eigen::MatrixXd dense;            // 3 N x 3 N or empty
+  SparseWeights rows;     // N x P, precise; 0 rows: none
+  Eigen::MatrixXd dense;  // 3 N x 3 N or empty
 };
 
 }  // namespace flexframe::interp

@@ -45,7 +45,8 @@ void check_input(const Nodes& nodes, const MeshView& mesh) {
     if (!mesh.vertices.row(v).allFinite()) throw InputError(fmt::format("vertex {} of the mesh has a coordinate that is not finite", v));
   if (mesh.triangles.minCoeff() < 0 || mesh.triangles.maxCoeff() >= mesh.vertices.rows())
     throw InputError(fmt::format("a triangle refers to vertex {}, the mesh has {}",
-                                 mesh.triangles.minCoeff() < 0 ? mesh.triangles.minCoeff() : mesh.triangles.maxCoeff(), mesh.vertices.rows()));
+                                 mesh.triangles.minCoeff() < 0 ? mesh.triangles.minCoeff() : mesh.triangles.maxCoeff(),
+                                 mesh.vertices.rows()));
 }
 
 struct Box {
@@ -83,7 +84,9 @@ void check_scale(const Points& nodes, const Points& vertices) {
     for (const double u : {10.0, 25.4, 39.3701, 100.0, 1000.0, 0.1, 1.0 / 25.4, 1.0 / 39.3701, 0.01, 0.001}) {
       const double reach = 0.05 * size;
       const double off = std::abs(std::log(n.diagonal() * u / size));
-      if (off < std::min(misfit, std::log(2.0)) && (n.lower * u - m.lower).minCoeff() > -reach && (m.upper - n.upper * u).minCoeff() > -reach) unit = u, misfit = off;
+      if (off < std::min(misfit, std::log(2.0)) && (n.lower * u - m.lower).minCoeff() > -reach &&
+          (m.upper - n.upper * u).minCoeff() > -reach)
+        unit = u, misfit = off;
     }
   const bool other_unit = unit > 0.0 && (n.diagonal() < size / 8.0 || larger);
   if (!larger && !apart && !smaller && !other_unit) return;
@@ -95,8 +98,8 @@ void check_scale(const Points& nodes, const Points& vertices) {
       m.lower.z(), m.upper.z(), hint));
 }
 
-// Places of the points from the middle outward, each next one the farthest from all before, which is how patches cover a mesh best; few that make one patch, and
-// those beyond 2000, as they come.
+// Places of the points from the middle outward, each next one the farthest from all before, which is how patches cover a mesh best; few
+// that make one patch, and those beyond 2000, as they come.
 std::vector<int> spread_order(const Points& points) {
   const auto count = static_cast<int>(points.rows());
   std::vector<int> order;
@@ -120,8 +123,8 @@ std::vector<int> spread_order(const Points& points) {
   return order;
 }
 
-// Nodes nearer than the distance become one at the place of the first. They are taken in the order of their coordinates and then spread, so that a map does
-// not depend on the order in which the nodes are given.
+// Nodes nearer than the distance become one at the place of the first. They are taken in the order of their coordinates and then spread, so
+// that a map does not depend on the order in which the nodes are given.
 void merge_nodes(const Points& nodes, double distance, Map& map) {
   std::vector<int> order(static_cast<size_t>(nodes.rows()));
   std::iota(order.begin(), order.end(), 0);
@@ -136,7 +139,9 @@ void merge_nodes(const Points& nodes, double distance, Map& map) {
     grid.within(nodes.row(i).transpose(), distance, near);
     int target = -1;
     for (const int j : near)
-      if (const int known = map.node_of[static_cast<size_t>(j)]; known >= 0 && first[static_cast<size_t>(known)] == j && (target < 0 || known < target)) target = known;
+      if (const int known = map.node_of[static_cast<size_t>(j)];
+          known >= 0 && first[static_cast<size_t>(known)] == j && (target < 0 || known < target))
+        target = known;
     if (target < 0) {
       target = static_cast<int>(first.size());
       first.push_back(i);
@@ -169,7 +174,10 @@ struct Layout {
 
 Layout find_layout(const Points& nodes, const Points& vertices) {
   Layout layout;
-  if (nodes.rows() == 1) { layout.point = true; return layout; }
+  if (nodes.rows() == 1) {
+    layout.point = true;
+    return layout;
+  }
   const Vec3 centre = nodes.colwise().mean().transpose();
   const Points local = nodes.rowwise() - centre.transpose();
   const PrincipalAxes principal = principal_axes(local.transpose() * local);
@@ -223,8 +231,8 @@ Points sources_of(const Map& map, const Eigen::Ref<const Points>& displacement, 
   return exact ? lift_exact(map.lift, u, theta) : lift_linear(map.lift, u, theta);
 }
 
-// Share of the nodes (of at most 48 of them) that have another nearer than the nodes' spacing in a straight line which is not among the 24 nearest along the
-// surface: across a slit, or through a thin wall.
+// Share of the nodes (of at most 48 of them) that have another nearer than the nodes' spacing in a straight line which is not among the 24
+// nearest along the surface: across a slit, or through a thin wall.
 double folded_share(const Points& nodes, const Weld& weld, const Graph& graph, double spacing) {
   const PointGrid grid(nodes);
   Search search;
@@ -235,12 +243,14 @@ double folded_share(const Points& nodes, const Weld& weld, const Graph& graph, d
     grid.within(nodes.row(i).transpose(), spacing, near);
     if (near.size() < 2) continue;
     grow(graph, weld.positions, graph.vertices + static_cast<int>(i), 24, search);
-    folded += std::any_of(near.begin(), near.end(), [&](int j) { return std::find(search.node.begin(), search.node.end(), j) == search.node.end(); });
+    folded += std::any_of(near.begin(), near.end(),
+                          [&](int j) { return std::find(search.node.begin(), search.node.end(), j) == search.node.end(); });
   }
   return static_cast<double>(folded) / looked;
 }
 
-// Why the body is one for the elastic surface with more nodes too, or empty: the kernel has no notion of how it twists and opens. Limits: interp/README.md.
+// Why the body is one for the elastic surface with more nodes too, or empty: the kernel has no notion of how it twists and opens. Limits:
+// interp/README.md.
 std::string thin_reason(const Points& nodes, const Weld& weld, const Graph& graph) {
   const Solidity solidity = measure_solidity(weld.positions, weld.triangles);
   if (!solidity.closed) return "an open surface";
@@ -260,17 +270,18 @@ void choose_scheme(Map& map, const Weld& weld, const Graph& graph) {
   const bool flat = principal.values[0] < 1e-10 * principal.values[2];
   const double size = Box(weld.positions).diagonal();
   const auto inside = std::count_if(graph.off_mesh.begin(), graph.off_mesh.end(), [&](double d) { return d > 0.01 * size; });
-  const std::string thin = !flat && count > elastic_nodes && count <= thin_nodes && vertices <= elastic_vertices ? thin_reason(map.node_positions, weld, graph) : "";
+  const std::string thin = !flat && count > elastic_nodes && count <= thin_nodes && vertices <= elastic_vertices
+                               ? thin_reason(map.node_positions, weld, graph)
+                               : "";
   Report& report = map.report;
   report.scheme = Scheme::kernel;
-  if (flat)
-    report.reason = fmt::format("{} nodes on a flat sheet: kernel in its plane", count);
+  if (flat) report.reason = fmt::format("{} nodes on a flat sheet: kernel in its plane", count);
   else if (count > elastic_nodes && thin.empty())
     report.reason = fmt::format("{} nodes are dense enough for the geodesic partition of unity (more than {})", count, elastic_nodes);
   else if (vertices > elastic_vertices)
-    report.reason = fmt::format("{} vertices are too many for an elastic solution (more than {}): geodesic partition of unity", vertices, elastic_vertices);
-  else if (2 * inside > count)
-    report.reason = fmt::format("{} of {} nodes lie off the surface: kernel with rigid arms", inside, count);
+    report.reason = fmt::format("{} vertices are too many for an elastic solution (more than {}): geodesic partition of unity", vertices,
+                                elastic_vertices);
+  else if (2 * inside > count) report.reason = fmt::format("{} of {} nodes lie off the surface: kernel with rigid arms", inside, count);
   else {
     report.scheme = Scheme::elastic;
     report.reason = thin.empty() ? fmt::format("{} nodes are sparse (up to {}): elastic surface", count, elastic_nodes)
@@ -310,7 +321,8 @@ Partition make_green_map(Map& map, const Weld& weld, const Graph& graph, Partiti
   const int wanted = std::max(4 * count, std::min(graph.vertices, table / std::max(1, count)));
   const double area = measure_solidity(weld.positions, weld.triangles).area;
   const bool lattice = map.report.scheme == Scheme::lattice;
-  const std::vector<int> chosen = choose_sources(weld, graph, area, lattice ? std::min(wanted, std::max(4 * count, lattice_sources)) : wanted);
+  const std::vector<int> chosen =
+      choose_sources(weld, graph, area, lattice ? std::min(wanted, std::max(4 * count, lattice_sources)) : wanted);
   Green green = lattice ? lattice_green(weld, map.node_positions, chosen, how.threads)
                         : elastic_green(weld, graph, map.node_positions, map.rotations, chosen, how.threads);
   DenseLift lift;
@@ -337,7 +349,10 @@ Partition make_green_map(Map& map, const Weld& weld, const Graph& graph, Partiti
   for (Eigen::Index s = 0; s < green.displacement.rows() / 3; ++s) {
     double sum = 0.0;
     for (Eigen::Index i = 0; i < count; ++i) sum += green.displacement.block<3, 3>(3 * s, 3 * i).norm() / std::sqrt(3.0);
-    if (!(sum <= part.lebesgue)) { part.lebesgue = sum; part.lebesgue_vertex = chosen[static_cast<size_t>(s)]; }
+    if (!(sum <= part.lebesgue)) {
+      part.lebesgue = sum;
+      part.lebesgue_vertex = chosen[static_cast<size_t>(s)];
+    }
   }
   lift.displacement = std::move(green.displacement);
   lift.rotation = std::move(green.rotation);
@@ -402,7 +417,8 @@ PartitionOptions partition_options(const Options& options, Scheme scheme, bool r
 }
 
 // By the surface's own elasticity or a lattice of its inside. loose: why what was chosen for its accuracy does not serve.
-Partition map_by_elasticity(const Options& options, const Weld& weld, const Graph& graph, const PartitionOptions& how, Map& map, std::string& loose) {
+Partition map_by_elasticity(const Options& options, const Weld& weld, const Graph& graph, const PartitionOptions& how, Map& map,
+                            std::string& loose) {
   Partition part;
   try {
     part = make_green_map(map, weld, graph, how);
@@ -420,7 +436,8 @@ void map_over_surface(const Nodes& nodes, const Weld& weld, const Layout& layout
   const Graph graph = make_graph(weld, map.node_positions, 8);
   if (options.scheme == Scheme::automatic && !layout.point) choose_scheme(map, weld, graph);
   if (graph.bridges > 0)
-    report.warnings.push_back(fmt::format("{} of {} parts of the mesh hold fewer than 8 nodes and hang on their nearest neighbour", graph.bridges, graph.parts));
+    report.warnings.push_back(
+        fmt::format("{} of {} parts of the mesh hold fewer than 8 nodes and hang on their nearest neighbour", graph.bridges, graph.parts));
   PartitionOptions how = partition_options(options, report.scheme, nodes.rotations);
   if (report.scheme == Scheme::lattice && !measure_solidity(weld.positions, weld.triangles).closed) {
     report.scheme = Scheme::elastic;
@@ -451,17 +468,20 @@ void map_over_surface(const Nodes& nodes, const Weld& weld, const Layout& layout
   for (size_t v = 0; v < map.welded.size() && report.lebesgue_vertex < 0; ++v)
     if (map.welded[v] == part.lebesgue_vertex) report.lebesgue_vertex = static_cast<int>(v);
   if (part.repaired > 0)
-    report.warnings.push_back(fmt::format("{} of {} patches were simplified, their Lebesgue constant was above {:g}", part.repaired, part.patches, options.lebesgue_warn));
+    report.warnings.push_back(fmt::format("{} of {} patches were simplified, their Lebesgue constant was above {:g}", part.repaired,
+                                          part.patches, options.lebesgue_warn));
 }
 
 void judge_lebesgue(const Options& options, Report& report) {
   if (!(report.lebesgue <= options.lebesgue_error))
-    throw MapError(fmt::format("the nodes do not determine the motion of the mesh: Lebesgue constant {:.3g} at vertex {} (limit {:g}); "
-                               "add nodes there, or give rotations",
-                               report.lebesgue, report.lebesgue_vertex, options.lebesgue_error));
+    throw MapError(
+        fmt::format("the nodes do not determine the motion of the mesh: Lebesgue constant {:.3g} at vertex {} (limit {:g}); "
+                    "add nodes there, or give rotations",
+                    report.lebesgue, report.lebesgue_vertex, options.lebesgue_error));
   if (report.lebesgue > options.lebesgue_warn)
-    report.warnings.push_back(fmt::format("Lebesgue constant {:.3g} at vertex {}: errors of the nodes' data grow by up to that factor; add nodes there",
-                                          report.lebesgue, report.lebesgue_vertex));
+    report.warnings.push_back(
+        fmt::format("Lebesgue constant {:.3g} at vertex {}: errors of the nodes' data grow by up to that factor; add nodes there",
+                    report.lebesgue, report.lebesgue_vertex));
 }
 
 }  // namespace
@@ -515,13 +535,15 @@ Points apply_linear(const Map& map, const Eigen::Ref<const Points>& displacement
 }
 
 Points mode_sources(const Map& map, const Eigen::VectorXd& phi, const Eigen::VectorXd& psi) {
-  return sources_of(map, Eigen::Map<const Points>(phi.data(), phi.size() / 3, 3), Eigen::Map<const Points>(psi.data(), psi.size() / 3, 3), false);
+  return sources_of(map, Eigen::Map<const Points>(phi.data(), phi.size() / 3, 3), Eigen::Map<const Points>(psi.data(), psi.size() / 3, 3),
+                    false);
 }
 
 void apply_batch(const Map& map, const Eigen::Ref<const Eigen::MatrixXd>& displacement, const Eigen::Ref<const Eigen::MatrixXd>& rotation,
                  std::vector<PointsF>& out) {
   const Eigen::Index frames = displacement.rows(), n = 3 * static_cast<Eigen::Index>(map.nodes);
-  if (displacement.cols() != n) throw InputError(fmt::format("displacements of {} columns given, {} nodes need {}", displacement.cols(), map.nodes, n));
+  if (displacement.cols() != n)
+    throw InputError(fmt::format("displacements of {} columns given, {} nodes need {}", displacement.cols(), map.nodes, n));
   if (rotation.rows() != 0 && (rotation.rows() != frames || rotation.cols() != n))
     throw InputError(fmt::format("rotations are {} x {}, displacements {} x {}", rotation.rows(), rotation.cols(), frames, n));
   out.resize(static_cast<size_t>(frames));
@@ -576,7 +598,8 @@ LeaveOneOutError leave_one_out(const Map& map, const Eigen::Ref<const Points>& d
     const Points sources = lift_exact(map.lift, u, theta);
     const SparseWeights& w = map.leave_one_out.rows;
     for (Eigen::Index i = 0; i < n; ++i) {
-      const auto begin = static_cast<size_t>(w.begin[static_cast<size_t>(i)]), end = static_cast<size_t>(w.begin[static_cast<size_t>(i) + 1]);
+      const auto begin = static_cast<size_t>(w.begin[static_cast<size_t>(i)]),
+                 end = static_cast<size_t>(w.begin[static_cast<size_t>(i) + 1]);
       if (begin == end) continue;
       residual.row(i).setZero();
       for (size_t k = begin; k < end; ++k) residual.row(i) += w.precise[k] * sources.row(w.column[k]);
@@ -595,7 +618,10 @@ LeaveOneOutError leave_one_out(const Map& map, const Eigen::Ref<const Points>& d
     if (r > error.maximum) {
       error.maximum = r;
       for (size_t given = 0; given < map.node_of.size(); ++given)
-        if (map.node_of[given] == i) { error.node = static_cast<int>(given); break; }
+        if (map.node_of[given] == i) {
+          error.node = static_cast<int>(given);
+          break;
+        }
     }
   }
   if (counted == 0) {
@@ -615,14 +641,21 @@ std::string merged_nodes_differ(const Map& map, const Nodes& nodes, const Eigen:
   Eigen::Index a = 0, b = 0;
   for (Eigen::Index i = 0; i < displacement.rows(); ++i) {
     int& f = first[static_cast<size_t>(map.node_of[static_cast<size_t>(i)])];
-    if (f < 0) { f = static_cast<int>(i); continue; }
+    if (f < 0) {
+      f = static_cast<int>(i);
+      continue;
+    }
     const double d = (displacement.row(i) - displacement.row(f)).norm();
-    if (d > worst) { worst = d; a = f; b = i; }
+    if (d > worst) {
+      worst = d;
+      a = f;
+      b = i;
+    }
   }
   // Equal up to the rounding of printed data.
   if (worst <= 1e-6 * displacement.cwiseAbs().maxCoeff()) return {};
-  return fmt::format("nodes {} and {} are at one place but their displacements differ by {:.3g} m; their mean is used", node_label(nodes, a),
-                     node_label(nodes, b), worst);
+  return fmt::format("nodes {} and {} are at one place but their displacements differ by {:.3g} m; their mean is used",
+                     node_label(nodes, a), node_label(nodes, b), worst);
 }
 
 }  // namespace flexframe::interp

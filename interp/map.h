@@ -48,12 +48,12 @@ struct Nodes {
 
 struct Options {
   Scheme scheme = Scheme::automatic;
-  int patch_nodes = 20;            // kernel: nodes of a patch, 8..60
-  double lebesgue_warn = 10.0;     // above: repaired, and a warning
-  double lebesgue_error = 100.0;   // above after repair: MapError
-  double merge_distance = 1e-6;    // nodes closer than this times the size of the mesh are one node
-  bool precise = false;            // keep the weights in double too (apply_precise); twice the memory
-  int threads = 0;                 // 0: all cores; the result does not depend on it
+  int patch_nodes = 20;           // kernel: nodes of a patch, 8..60
+  double lebesgue_warn = 10.0;    // above: repaired, and a warning
+  double lebesgue_error = 100.0;  // above after repair: MapError
+  double merge_distance = 1e-6;   // nodes closer than this times the size of the mesh are one node
+  bool precise = false;           // keep the weights in double too (apply_precise); twice the memory
+  int threads = 0;                // 0: all cores; the result does not depend on it
 };
 
 struct Report {
@@ -64,22 +64,22 @@ struct Report {
   int lebesgue_vertex = -1;
   int patches = 0;
   int merged_nodes = 0;
-  double setup_seconds = 0.0;      // wall time
+  double setup_seconds = 0.0;  // wall time
   std::vector<std::string> warnings;
 };
 
 // A linear map for modes, exact for large rotations in series. Plain data; copy it freely.
 struct Map {
-  int nodes = 0;                   // N as given
-  int vertices = 0;                // M
-  bool rotations = false;          // rotations of the data are used
-  std::vector<int> node_of;        // N: index among the merged nodes
-  std::vector<int> node_count;     // merged nodes: how many each stands for
-  Points node_positions;           // merged nodes
-  Lift lift;                       // merged nodes -> P sources
-  SparseWeights weights;           // welded vertices x P
-  std::vector<int> welded;         // M: row of weights; copies of a vertex along seams share one
-  LeaveOneOut leave_one_out;       // rows that predict a node from the others
+  int nodes = 0;                // N as given
+  int vertices = 0;             // M
+  bool rotations = false;       // rotations of the data are used
+  std::vector<int> node_of;     // N: index among the merged nodes
+  std::vector<int> node_count;  // merged nodes: how many each stands for
+  Points node_positions;        // merged nodes
+  Lift lift;                    // merged nodes -> P sources
+  SparseWeights weights;        // welded vertices x P
+  std::vector<int> welded;      // M: row of weights; copies of a vertex along seams share one
+  LeaveOneOut leave_one_out;    // rows that predict a node from the others
   Report report;
 };
 
@@ -111,9 +111,9 @@ void apply_batch(const Map& map, const Eigen::Ref<const Eigen::MatrixXd>& displa
 // Leave-one-out error of the data: each node is predicted from the others. Root mean square over the nodes relative to the
 // root mean square displacement less its rigid part, and the worst node. An estimate from above of the error between the nodes.
 struct LeaveOneOutError {
-  double relative = 0.0;   // 0 if nothing deforms; NaN if the layout gives no estimate (one or two nodes)
-  double maximum = 0.0;    // m
-  int node = -1;           // that of the maximum
+  double relative = 0.0;  // 0 if nothing deforms; NaN if the layout gives no estimate (one or two nodes)
+  double maximum = 0.0;   // m
+  int node = -1;          // that of the maximum
 };
 LeaveOneOutError leave_one_out(const Map& map, const Eigen::Ref<const Points>& displacement, const Eigen::Ref<const Points>& rotation);
 

@@ -27,7 +27,8 @@ ModeColumns map_modes(const Map& map, const Eigen::Ref<const Eigen::MatrixXd>& p
   if (phi.rows() != rows) throw InputError(fmt::format("mode shapes have {} rows, {} nodes need {}", phi.rows(), map.nodes, rows));
   if (psi.size() > 0 && (psi.rows() != rows || psi.cols() != phi.cols()))
     throw InputError(fmt::format("mode rotations are {} x {}, mode shapes {} x {}", psi.rows(), psi.cols(), phi.rows(), phi.cols()));
-  if (map.rotations && psi.size() == 0 && phi.cols() > 0) throw InputError("the map was made for nodes with rotations, the modes have none");
+  if (map.rotations && psi.size() == 0 && phi.cols() > 0)
+    throw InputError("the map was made for nodes with rotations, the modes have none");
   if (!phi.allFinite() || !psi.allFinite()) throw InputError("mode shapes hold values that are not finite");
   ModeColumns out(3 * static_cast<Eigen::Index>(map.vertices), phi.cols());
   // Sources of all modes side by side, one sweep over the weights for each 16.
@@ -35,7 +36,9 @@ ModeColumns map_modes(const Map& map, const Eigen::Ref<const Eigen::MatrixXd>& p
   for (Eigen::Index first = 0; first < phi.cols(); first += batch) {
     const Eigen::Index width = std::min(batch, phi.cols() - first);
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> sources(map.weights.cols, 3 * width);
-    for (Eigen::Index m = 0; m < width; ++m) sources.middleCols(3 * m, 3) = mode_sources(map, phi.col(first + m), psi.size() > 0 ? Eigen::VectorXd(psi.col(first + m)) : Eigen::VectorXd());
+    for (Eigen::Index m = 0; m < width; ++m)
+      sources.middleCols(3 * m, 3) =
+          mode_sources(map, phi.col(first + m), psi.size() > 0 ? Eigen::VectorXd(psi.col(first + m)) : Eigen::VectorXd());
     const RowsF single = sources.cast<float>();
     RowsF rows_out;
     multiply_rows(map.weights, single, rows_out, thread_count(0));

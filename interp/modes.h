@@ -1,8 +1,8 @@
 // Modal bodies: the mode shapes are mapped to the vertices once; a frame is then u = columns * q.
 //
-// Stored in float32, 3 M x n (a column: x y z of vertex 0, of vertex 1, ...) in tiles of rows (cpu_kernels.h), computed in double. Columns of second
-// order are ordinary columns: append them to phi and psi and their products q_i q_j to q.
-// The products are bound by memory: both read the columns as one stream, the batched one once for all its frames.
+// Stored in float32, 3 M x n (a column: x y z of vertex 0, of vertex 1, ...) in tiles of rows (cpu_kernels.h), computed in double. Columns
+// of second order are ordinary columns: append them to phi and psi and their products q_i q_j to q. The products are bound by memory: both
+// read the columns as one stream, the batched one once for all its frames.
 #pragma once
 
 #include "interp/cpu_kernels.h"
@@ -18,7 +18,8 @@ class ModeColumns {
  public:
   ModeColumns() = default;
   // rows x modes (rows: 3 M of displacements, 6 M of stresses), all zero.
-  ModeColumns(Eigen::Index rows, Eigen::Index modes) : rows_(rows), modes_(modes), tiles_(static_cast<size_t>((rows + tile_rows - 1) / tile_rows * tile_rows * modes)) {}
+  ModeColumns(Eigen::Index rows, Eigen::Index modes)
+      : rows_(rows), modes_(modes), tiles_(static_cast<size_t>((rows + tile_rows - 1) / tile_rows * tile_rows * modes)) {}
   explicit ModeColumns(const Eigen::MatrixXf& columns);
 
   Eigen::Index rows() const { return rows_; }

@@ -16,9 +16,9 @@ struct Share {
 };
 
 struct Cover {
-  std::vector<std::vector<int>> node;      // nodes of each patch
-  std::vector<std::vector<Share>> share;   // vertices of each patch
-  std::vector<int> home;                   // of each node: the patch whose centre is nearest, relative to its radius
+  std::vector<std::vector<int>> node;     // nodes of each patch
+  std::vector<std::vector<Share>> share;  // vertices of each patch
+  std::vector<int> home;                  // of each node: the patch whose centre is nearest, relative to its radius
 };
 
 double wendland_c2(double r) { return r >= 1.0 ? 0.0 : std::pow(1.0 - r, 4) * (4.0 * r + 1.0); }
@@ -57,7 +57,10 @@ Cover cover_mesh(const Weld& weld, const Graph& graph, int patch_nodes) {
       const double r = radius > 0.0 ? search.node_distance[k] / radius : 0.0;
       const auto i = static_cast<size_t>(search.node[k]);
       if (r <= covered) node_done[i] = 1;
-      if (r < nearness[i]) { nearness[i] = r; cover.home[i] = patch; }
+      if (r < nearness[i]) {
+        nearness[i] = r;
+        cover.home[i] = patch;
+      }
     }
   };
   for (int i = 0; i < graph.nodes; ++i)
@@ -107,7 +110,7 @@ struct Rows {
   std::vector<int> count, column;
   std::vector<float> single;
   std::vector<double> precise;  // the same in double, if asked for
-  std::vector<double> worst;  // of each patch: largest sum of |weight| where it has a share
+  std::vector<double> worst;    // of each patch: largest sum of |weight| where it has a share
   double lebesgue = 0.0;
   int lebesgue_vertex = -1;
 };
@@ -119,7 +122,10 @@ struct Gather {
   explicit Gather(int sources) : sum(static_cast<size_t>(sources), 0.0), seen(static_cast<size_t>(sources), 0) {}
   void add(int source, double value) {
     const auto i = static_cast<size_t>(source);
-    if (!seen[i]) { seen[i] = 1; touched.push_back(source); }
+    if (!seen[i]) {
+      seen[i] = 1;
+      touched.push_back(source);
+    }
     sum[i] += value;
   }
 };
@@ -143,15 +149,16 @@ void add_patch(const Patch& patch, const Vec3& x, double share, const std::vecto
   }
 }
 
-Rows make_rows(int first, int last, const Weld& weld, const Blend& blend, const std::vector<Patch>& patches, const std::vector<int>& director,
-               int nodes, int sources, bool precise) {
+Rows make_rows(int first, int last, const Weld& weld, const Blend& blend, const std::vector<Patch>& patches,
+               const std::vector<int>& director, int nodes, int sources, bool precise) {
   Rows rows;
   rows.worst.assign(patches.size(), 0.0);
   Gather gather(sources);
   Eigen::VectorXd scratch, weights;
   for (int v = first; v < last; ++v) {
     const Vec3 x = weld.positions.row(v).transpose();
-    const auto begin = static_cast<size_t>(blend.begin[static_cast<size_t>(v)]), end = static_cast<size_t>(blend.begin[static_cast<size_t>(v) + 1]);
+    const auto begin = static_cast<size_t>(blend.begin[static_cast<size_t>(v)]),
+               end = static_cast<size_t>(blend.begin[static_cast<size_t>(v) + 1]);
     double total = 0.0;
     for (size_t b = begin; b < end; ++b) total += static_cast<double>(blend.value[b]);
     for (size_t b = begin; b < end; ++b) {
@@ -175,7 +182,10 @@ Rows make_rows(int first, int last, const Weld& weld, const Blend& blend, const 
     }
     rows.count.push_back(static_cast<int>(gather.touched.size()));
     gather.touched.clear();
-    if (!(lebesgue <= rows.lebesgue)) { rows.lebesgue = lebesgue; rows.lebesgue_vertex = v; }
+    if (!(lebesgue <= rows.lebesgue)) {
+      rows.lebesgue = lebesgue;
+      rows.lebesgue_vertex = v;
+    }
   }
   return rows;
 }
@@ -190,14 +200,16 @@ ArmLift::Estimate make_estimate(const Patch& patch, const Points& nodes, const V
   // Tangents of the nodes' own surface, which need not be quite flat: then rigid motion of the nodes is seen as such.
   for (int t = 0; t < e.tangents; ++t) {
     e.frame.col(t).setZero();
-    for (size_t k = 0; k < e.node.size(); ++k) e.frame.col(t) += e.gradient(t, static_cast<Eigen::Index>(k)) * (nodes.row(e.node[k]).transpose() - x);
+    for (size_t k = 0; k < e.node.size(); ++k)
+      e.frame.col(t) += e.gradient(t, static_cast<Eigen::Index>(k)) * (nodes.row(e.node[k]).transpose() - x);
   }
   if (e.tangents == 2) e.frame.col(2) = e.frame.col(0).cross(Vec3(e.frame.col(1))).normalized();
   return e;
 }
 
 // Residual of each node against the interpolant of the others in its home patch: (A^-1 u)_i / (A^-1)_ii.
-LeaveOneOut make_leave_one_out(const std::vector<Patch>& patches, const std::vector<int>& home, const std::vector<int>& director, int nodes, int sources) {
+LeaveOneOut make_leave_one_out(const std::vector<Patch>& patches, const std::vector<int>& home, const std::vector<int>& director, int nodes,
+                               int sources) {
   LeaveOneOut out;
   SparseWeights& w = out.rows;
   w.rows = nodes;
@@ -216,7 +228,10 @@ LeaveOneOut make_leave_one_out(const std::vector<Patch>& patches, const std::vec
         if (d < 0 || patch.arm == 0.0) continue;
         const Vec3 arm = value * (patch.off.col(at) - patch.off.col(static_cast<Eigen::Index>(j)));
         for (int c = 0; c < 3; ++c)
-          if (arm[c] != 0.0) { w.column.push_back(d + c); w.precise.push_back(arm[c]); }
+          if (arm[c] != 0.0) {
+            w.column.push_back(d + c);
+            w.precise.push_back(arm[c]);
+          }
       }
     w.begin.push_back(static_cast<std::int64_t>(w.column.size()));
   }
@@ -276,7 +291,10 @@ Partition make_partition(const Weld& weld, const Graph& graph, const Points& nod
     out.lebesgue = 0.0;
     std::vector<double> worst(number, 0.0);
     for (const Rows& r : rows) {
-      if (!(r.lebesgue <= out.lebesgue)) { out.lebesgue = r.lebesgue; out.lebesgue_vertex = r.lebesgue_vertex; }
+      if (!(r.lebesgue <= out.lebesgue)) {
+        out.lebesgue = r.lebesgue;
+        out.lebesgue_vertex = r.lebesgue_vertex;
+      }
       for (size_t p = 0; p < number; ++p) worst[p] = std::max(worst[p], r.worst[p]);
     }
     if (out.lebesgue <= options.lebesgue_limit || pass == 2 || options.patch_nodes <= 0) break;
@@ -293,7 +311,8 @@ Partition make_partition(const Weld& weld, const Graph& graph, const Points& nod
 
   if (!options.rotations)
     for (const int i : out.lift.director_node)
-      out.lift.estimate.push_back(make_estimate(patches[static_cast<size_t>(cover.home[static_cast<size_t>(i)])], nodes, nodes.row(i).transpose()));
+      out.lift.estimate.push_back(
+          make_estimate(patches[static_cast<size_t>(cover.home[static_cast<size_t>(i)])], nodes, nodes.row(i).transpose()));
   out.leave_one_out = make_leave_one_out(patches, cover.home, director, count, sources);
 
   // One table of rows.

@@ -12,19 +12,19 @@ namespace flexframe::interp {
 
 struct Partition {
   ArmLift lift;
-  SparseWeights weights;       // welded vertices x sources
+  SparseWeights weights;  // welded vertices x sources
   LeaveOneOut leave_one_out;
   double lebesgue = 0.0;
-  int lebesgue_vertex = -1;    // welded
+  int lebesgue_vertex = -1;  // welded
   int patches = 0;
-  int repaired = 0;            // patches that were simplified
+  int repaired = 0;  // patches that were simplified
 };
 
 struct PartitionOptions {
   KernelType kernel = KernelType::cubic;
-  int patch_nodes = 24;        // <= 0: one patch of all nodes
-  bool rotations = false;      // given with the data
-  bool arms = true;            // rigid arms along dropped directions; without them vertices follow the nodes' plane
+  int patch_nodes = 24;    // <= 0: one patch of all nodes
+  bool rotations = false;  // given with the data
+  bool arms = true;        // rigid arms along dropped directions; without them vertices follow the nodes' plane
   double lebesgue_limit = 10.0;
   bool precise = false;
   int threads = 1;

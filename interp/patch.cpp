@@ -10,9 +10,12 @@ namespace {
 
 double kernel_value(KernelType kernel, double r2) {
   switch (kernel) {
-    case KernelType::cubic: return r2 * std::sqrt(r2);
-    case KernelType::linear: return std::sqrt(r2);
-    case KernelType::thin_plate: return r2 > 0.0 ? 0.5 * r2 * std::log(r2) : 0.0;
+    case KernelType::cubic:
+      return r2 * std::sqrt(r2);
+    case KernelType::linear:
+      return std::sqrt(r2);
+    case KernelType::thin_plate:
+      return r2 > 0.0 ? 0.5 * r2 * std::log(r2) : 0.0;
   }
   return 0.0;
 }
@@ -20,9 +23,12 @@ double kernel_value(KernelType kernel, double r2) {
 // Derivative by r divided by r: the gradient is this times (x - c).
 double kernel_slope(KernelType kernel, double r2) {
   switch (kernel) {
-    case KernelType::cubic: return 3.0 * std::sqrt(r2);
-    case KernelType::linear: return r2 > 0.0 ? 1.0 / std::sqrt(r2) : 0.0;
-    case KernelType::thin_plate: return r2 > 0.0 ? std::log(r2) + 1.0 : 0.0;
+    case KernelType::cubic:
+      return 3.0 * std::sqrt(r2);
+    case KernelType::linear:
+      return r2 > 0.0 ? 1.0 / std::sqrt(r2) : 0.0;
+    case KernelType::thin_plate:
+      return r2 > 0.0 ? std::log(r2) + 1.0 : 0.0;
   }
   return 0.0;
 }
@@ -35,7 +41,8 @@ void basis(const Patch& patch, const Vec3& y, Eigen::VectorXd& out) {
   if (patch.repair == Repair::local_residual) {
     // Inverse distance weights 1 / r^4 (Shepard 1968): positive, of sum one, whatever the nodes' spacing.
     const double nearest2 = out.head(k).minCoeff();
-    out.head(k) = nearest2 > 0.0 ? Eigen::VectorXd((nearest2 / out.head(k).array()).square()) : Eigen::VectorXd((out.head(k).array() == 0.0).cast<double>());
+    out.head(k) = nearest2 > 0.0 ? Eigen::VectorXd((nearest2 / out.head(k).array()).square())
+                                 : Eigen::VectorXd((out.head(k).array() == 0.0).cast<double>());
     out.head(k) /= out.head(k).sum();
   } else {
     for (Eigen::Index i = 0; i < k; ++i) out[i] = kernel_value(patch.kernel, out[i]);
@@ -82,7 +89,8 @@ Patch make_patch(const Points& nodes, std::span<const int> chosen, const Points&
   patch.directions = 0;
   const double least = repair == Repair::none ? 1e-3 : 0.2;
   for (int d = 0; d < 3; ++d)
-    if (patch.directions == d && k > d + 1 && node_extent[d] > least * node_extent[0] && node_extent[d] >= extent[d] / 3.0) ++patch.directions;
+    if (patch.directions == d && k > d + 1 && node_extent[d] > least * node_extent[0] && node_extent[d] >= extent[d] / 3.0)
+      ++patch.directions;
   // Nodes that extend in one direction always span it: a line is better than a point.
   if (patch.directions == 0 && k > 1 && node_extent[0] > 0.0) patch.directions = 1;
   if (!(patch.scale > 0.0)) patch.scale = 1.0;
@@ -92,7 +100,8 @@ Patch make_patch(const Points& nodes, std::span<const int> chosen, const Points&
   if (patch.directions < 3 && k > 1) {
     double nearest2 = std::numeric_limits<double>::infinity();
     for (Eigen::Index i = 0; i < k; ++i)
-      for (Eigen::Index j = 0; j < i; ++j) nearest2 = std::min(nearest2, (patch.y.col(i) - patch.y.col(j)).head(patch.directions).squaredNorm());
+      for (Eigen::Index j = 0; j < i; ++j)
+        nearest2 = std::min(nearest2, (patch.y.col(i) - patch.y.col(j)).head(patch.directions).squaredNorm());
     const double spacing = std::pow(static_cast<double>(k), -1.0 / patch.directions);
     patch.flat = nearest2 > 1e-4 * spacing * spacing;
   }

@@ -7,7 +7,8 @@
 // given, or estimated from the gradient). W reproduces constants and linear functions of y, so that rigid motion is exact for every
 // layout. Kernels r^3 (triharmonic in space: continuous normals), r, r^2 log r.
 // Sources: Wendland, Scattered data approximation, 2005, ch. 8 (conditionally positive definite kernels), ch. 4 (least squares);
-// Shepard, A two-dimensional interpolation function for irregularly-spaced data, 1968 (the repaired form); Rippa, An algorithm for selecting a good value for the parameter c, 1999, eq. 17 (leave-one-out).
+// Shepard, A two-dimensional interpolation function for irregularly-spaced data, 1968 (the repaired form); Rippa, An algorithm for
+// selecting a good value for the parameter c, 1999, eq. 17 (leave-one-out).
 #pragma once
 
 #include "interp/types.h"
@@ -23,19 +24,19 @@ enum class KernelType { cubic, linear, thin_plate };
 enum class Repair { none, fewer_directions, local_residual };
 
 struct Patch {
-  std::vector<int> node;            // indices of the merged nodes
+  std::vector<int> node;  // indices of the merged nodes
   Vec3 origin = Vec3::Zero();
-  double scale = 1.0;               // lengths are divided by it
-  Mat3 frame = Mat3::Identity();    // columns: spanned directions first, then the dropped ones
-  int directions = 3;               // how many are spanned
-  bool flat = true;                 // kernel distances within the spanned directions only
+  double scale = 1.0;             // lengths are divided by it
+  Mat3 frame = Mat3::Identity();  // columns: spanned directions first, then the dropped ones
+  int directions = 3;             // how many are spanned
+  bool flat = true;               // kernel distances within the spanned directions only
   KernelType kernel = KernelType::cubic;
   Repair repair = Repair::none;
-  Eigen::Matrix3Xd y;               // spanned coordinates of the nodes, scaled; 0 in dropped rows
-  Eigen::Matrix3Xd off;             // delta of the nodes: dropped part of c_i - origin, m
-  Eigen::MatrixXd inverse;          // k x (k + 1 + directions): kernel and polynomial values -> weights
-  Eigen::VectorXd inverse_diagonal; // k: (A^-1)_ii
-  double arm = 0.0;                 // largest |delta_i| over the vertices, m: 0 if no arm is needed
+  Eigen::Matrix3Xd y;                // spanned coordinates of the nodes, scaled; 0 in dropped rows
+  Eigen::Matrix3Xd off;              // delta of the nodes: dropped part of c_i - origin, m
+  Eigen::MatrixXd inverse;           // k x (k + 1 + directions): kernel and polynomial values -> weights
+  Eigen::VectorXd inverse_diagonal;  // k: (A^-1)_ii
+  double arm = 0.0;                  // largest |delta_i| over the vertices, m: 0 if no arm is needed
 };
 
 // nodes: all merged nodes; chosen: those of the patch; vertices: what the patch is evaluated at (decides extents).

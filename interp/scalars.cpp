@@ -13,8 +13,10 @@ namespace flexframe::interp {
 Eigen::MatrixXf map_scalars(const Points& nodes, const MeshView& mesh, int parts, const Eigen::Ref<const Eigen::MatrixXd>& values) {
   if (nodes.rows() == 0) throw InputError("no nodes that know the field");
   if (mesh.triangles.rows() == 0) throw InputError("the mesh has no faces");
-  if (parts < 1 || values.rows() != parts * nodes.rows()) throw InputError(fmt::format("a field of {} rows given, {} nodes need {}", values.rows(), nodes.rows(), parts * nodes.rows()));
-  if (!nodes.allFinite() || !mesh.vertices.allFinite() || !values.allFinite()) throw InputError("the field, its nodes or the mesh hold numbers that are not finite");
+  if (parts < 1 || values.rows() != parts * nodes.rows())
+    throw InputError(fmt::format("a field of {} rows given, {} nodes need {}", values.rows(), nodes.rows(), parts * nodes.rows()));
+  if (!nodes.allFinite() || !mesh.vertices.allFinite() || !values.allFinite())
+    throw InputError("the field, its nodes or the mesh hold numbers that are not finite");
   const Eigen::Index fields = values.cols();
 
   // One node a place.
@@ -40,7 +42,8 @@ Eigen::MatrixXf map_scalars(const Points& nodes, const MeshView& mesh, int parts
   RowsF sources = RowsF::Zero(centres.rows(), parts * fields);
   for (Eigen::Index i = 0; i < nodes.rows(); ++i) {
     const int k = place[static_cast<size_t>(i)];
-    for (int c = 0; c < parts; ++c) sources.row(k).segment(c * fields, fields) += (values.row(parts * i + c) / count[static_cast<size_t>(k)]).cast<float>();
+    for (int c = 0; c < parts; ++c)
+      sources.row(k).segment(c * fields, fields) += (values.row(parts * i + c) / count[static_cast<size_t>(k)]).cast<float>();
   }
 
   const Weld weld = weld_vertices(mesh, 1e-7 * size);

@@ -1,7 +1,8 @@
 // Fields known at some nodes -> values at the vertices, for what is drawn as colour and moves nothing: stresses, temperatures.
 //
-// The geodesic partition of unity of the kernel map (partition.h) without rigid arms: each component for itself, linear fields exactly. The kernel is
-// |r|, which shoots over far less than r^3 where a field is steep, as stress is at a notch; its kinks at the nodes no colour shows.
+// The geodesic partition of unity of the kernel map (partition.h) without rigid arms: each component for itself, linear fields exactly. The
+// kernel is |r|, which shoots over far less than r^3 where a field is steep, as stress is at a notch; its kinks at the nodes no colour
+// shows.
 #pragma once
 
 #include "interp/types.h"
@@ -10,9 +11,9 @@
 
 namespace flexframe::interp {
 
-// values: (parts N) x F, F fields of `parts` components: row parts i + c is component c at node i. Returns (parts M) x F alike for the vertices, float32, so
-// that a modal body's field is apply_modes of it (ModeColumns). Nodes at one place (to 1e-6 of the mesh) count as one, with their mean.
-// Throws InputError on wrong sizes, numbers that are not finite, a mesh without faces.
+// values: (parts N) x F, F fields of `parts` components: row parts i + c is component c at node i. Returns (parts M) x F alike for the
+// vertices, float32, so that a modal body's field is apply_modes of it (ModeColumns). Nodes at one place (to 1e-6 of the mesh) count as
+// one, with their mean. Throws InputError on wrong sizes, numbers that are not finite, a mesh without faces.
 Eigen::MatrixXf map_scalars(const Points& nodes, const MeshView& mesh, int parts, const Eigen::Ref<const Eigen::MatrixXd>& values);
 
 // Von Mises equivalent of M stresses xx yy zz xy yz xz, 6 M floats; out M.

@@ -4,12 +4,14 @@
 
 namespace flexframe::interp {
 
-void multiply_single(const SparseWeights& weights, const PointsF& sources, std::span<const int> scatter, std::span<float> out, int threads) {
+void multiply_single(const SparseWeights& weights, const PointsF& sources, std::span<const int> scatter, std::span<float> out,
+                     int threads) {
   const int count = static_cast<int>(scatter.size());
   // Sources padded to four floats: one load, one product, one sum an entry, the same bits as three of each.
   typedef float Four __attribute__((vector_size(16)));
   std::vector<Four> source(static_cast<size_t>(sources.rows()));
-  for (Eigen::Index s = 0; s < sources.rows(); ++s) source[static_cast<size_t>(s)] = Four{sources(s, 0), sources(s, 1), sources(s, 2), 0.0f};
+  for (Eigen::Index s = 0; s < sources.rows(); ++s)
+    source[static_cast<size_t>(s)] = Four{sources(s, 0), sources(s, 1), sources(s, 2), 0.0f};
   parallel_chunks(count, 8192, threads, [&](int first, int last) {
     for (int v = first; v < last; ++v) {
       const auto row = static_cast<size_t>(scatter[static_cast<size_t>(v)]);
@@ -44,7 +46,8 @@ void multiply_rows(const SparseWeights& weights, const RowsF& sources, RowsF& ou
     for (int row = first; row < last; ++row) {
       float* o = out.data() + row * width;
       std::fill(o, o + width, 0.0f);
-      for (auto k = static_cast<size_t>(weights.begin[static_cast<size_t>(row)]); k < static_cast<size_t>(weights.begin[static_cast<size_t>(row) + 1]); ++k) {
+      for (auto k = static_cast<size_t>(weights.begin[static_cast<size_t>(row)]);
+           k < static_cast<size_t>(weights.begin[static_cast<size_t>(row) + 1]); ++k) {
         const float w = weights.single[k];
         const float* s = sources.data() + weights.column[k] * width;
         for (Eigen::Index c = 0; c < width; ++c) o[c] += w * s[c];

@@ -14,8 +14,8 @@ struct SparseWeights {
   int rows = 0, cols = 0;
   std::vector<std::int64_t> begin{0};
   std::vector<int> column;
-  std::vector<float> single;     // float32 values
-  std::vector<double> precise;   // the same in double, or empty
+  std::vector<float> single;    // float32 values
+  std::vector<double> precise;  // the same in double, or empty
 };
 
 // out (rows x 3) = weights * sources (cols x 3), one row after the other; scatter[v] is the row of output vertex v.

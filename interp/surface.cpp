@@ -105,11 +105,14 @@ void compute_strain(const MeshView& mesh, std::span<const int> welded, std::span
   auto row = [&](int v) { return static_cast<size_t>(welded.empty() ? v : welded[static_cast<size_t>(v)]); };
   for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
     const Eigen::Vector3i c = mesh.triangles.row(t).transpose();
-    const Vec3 e1 = (mesh.vertices.row(c[1]) - mesh.vertices.row(c[0])).transpose(), e2 = (mesh.vertices.row(c[2]) - mesh.vertices.row(c[0])).transpose();
+    const Vec3 e1 = (mesh.vertices.row(c[1]) - mesh.vertices.row(c[0])).transpose(),
+               e2 = (mesh.vertices.row(c[2]) - mesh.vertices.row(c[0])).transpose();
     const double l1 = e1.norm(), area = e1.cross(e2).norm();
     if (!(area > 1e-12 * l1 * e2.norm())) continue;
     // Edges in the triangle's plane before and their dot products after: F^T F needs no more.
-    auto moved = [&](int v) { return Eigen::Map<const Eigen::Vector3f>(displacement.data() + 3 * static_cast<std::ptrdiff_t>(v)).cast<double>().eval(); };
+    auto moved = [&](int v) {
+      return Eigen::Map<const Eigen::Vector3f>(displacement.data() + 3 * static_cast<std::ptrdiff_t>(v)).cast<double>().eval();
+    };
     const Vec3 d1 = moved(c[1]) - moved(c[0]), d2 = moved(c[2]) - moved(c[0]);
     Eigen::Matrix2d rest;
     rest << l1, e1.dot(e2) / l1, 0.0, area / l1;

@@ -1,21 +1,30 @@
 #!/usr/bin/env bash
-# The house's format, .clang-format with 140 columns, over every source.
+# The house's format, 140 columns: .clang-format over every C++ source, black over every Python file.
 #   tests/format.sh [FILE...]      names what differs; exit 1 if a file does
 #   tests/format.sh --fix          formats all of them in place
 set -uo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.." || exit 2
-command -v clang-format >/dev/null || { echo "clang-format is missing (section [compilers] of the package list)" >&2; exit 2; }
+for tool in clang-format black; do
+  command -v $tool >/dev/null || { echo "$tool is missing (section [compilers] of the package list)" >&2; exit 2; }
+done
 fix=0
 [[ ${1:-} == --fix ]] && { fix=1; shift; }
 files=("$@")
-((${#files[@]})) || mapfile -t files < <(find sim interp render tests \( -name '*.h' -o -name '*.cpp' \) -not -path '*/build/*' | sort)
+((${#files[@]})) || mapfile -t files < <(find sim interp render tests assets examples \( -name '*.h' -o -name '*.cpp' -o -name '*.py' \) -not -path '*/build/*' | sort)
+mapfile -t cpp < <(printf '%s\n' "${files[@]}" | grep -v '\.py$')
+mapfile -t python < <(printf '%s\n' "${files[@]}" | grep '\.py$')
 if ((fix)); then
-  printf '%s\0' "${files[@]}" | xargs -0 -n 20 -P "$(nproc)" clang-format -i
+  ((${#cpp[@]})) && printf '%s\0' "${cpp[@]}" | xargs -0 -n 20 -P "$(nproc)" clang-format -i
+  ((${#python[@]})) && black -q -l 140 "${python[@]}"
   exit 0
 fi
-# Two checks: what clang-format would write, and what it leaves beyond the limit (a text that cannot be broken).
-bad=$(printf '%s\0' "${files[@]}" | xargs -0 -n 20 -P "$(nproc)" clang-format --dry-run 2>&1 | sed -n 's/^\([^:]*\):[0-9]*:.*code should be clang-formatted.*/\1/p' | sort | uniq -c)
-long=$(awk 'length($0) > 140 { print FILENAME ":" FNR ": " length($0) " columns" }' "${files[@]}")
+# Two checks: what the tools would write, and what they leave beyond the limit (a text that cannot be broken).
+bad=$({
+  ((${#cpp[@]})) && printf '%s\0' "${cpp[@]}" | xargs -0 -n 20 -P "$(nproc)" clang-format --dry-run 2>&1 |
+    sed -n 's/^\([^:]*\):[0-9]*:.*code should be clang-formatted.*/\1/p'
+  ((${#python[@]})) && black -l 140 --check "${python[@]}" 2>&1 | sed -n 's/^would reformat //p'
+} | sort | uniq -c)
+long=$(LC_ALL=C.UTF-8 grep -nHE '^.{141}' "${files[@]}" | cut -d: -f1,2)
 [[ -n $bad ]] && echo "not in the house's format (places, file):" && echo "$bad"
 [[ -n $long ]] && echo "beyond 140 columns:" && echo "$long"
 echo "${#files[@]} files, $(grep -c . <<<"$bad") to format, $(grep -c . <<<"$long") lines too long"

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Every sentence that a user can see: tests/messages.py [WORD...]
 
-Lists the texts of three words and more in the sources of sim, interp and render with file and line, neighbouring literals joined; with WORDs only
-those that contain one of them. For reading them as a user would.
+Lists the texts of three words and more in the sources of sim, interp and render with file and line, neighbouring literals joined; with
+WORDs only those that contain one of them. For reading them as a user would.
 """
 
 import pathlib
@@ -17,7 +17,7 @@ def texts(path):
     source = path.read_text(encoding="utf-8")
     source = re.sub(r"(?m)^\s*#.*$|//.*$", lambda m: m.group(0) if m.group(0).count('"') % 2 else " " * len(m.group(0)), source)
     for match in LITERAL.finditer(source):
-        between = source[last_end:match.start()] if last_end is not None else "x"
+        between = source[last_end : match.start()] if last_end is not None else "x"
         if joined and not between.strip():
             joined += match.group(1)
         else:

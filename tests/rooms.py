@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """The rooms of the project and who includes whom: tests/rooms.py [--svg FILE] [ROOT]
 
-Prints a line a room with its files, its lines and the rooms it includes directly. Exits with 1 where the includes between rooms go round in a
-circle. --svg draws them (needs graphviz' dot and tred): an arrow from a room to what it is built on; arrows that follow from others are left out.
-"""
+Prints a line a room with its files, its lines and the rooms it includes directly. Exits with 1 where the includes between rooms go round
+in a circle. --svg draws them (needs graphviz' dot and tred): an arrow from a room to what it is built on; arrows that follow from others
+are left out. """
 
 import collections
 import pathlib
@@ -45,7 +45,7 @@ def circle(uses):
         state[room] = "open"
         for there in uses.get(room, ()):
             if state.get(there) == "open":
-                return path[path.index(there):] + [there]
+                return path[path.index(there) :] + [there]
             if there not in state and (found := visit(there, path + [there])):
                 return found
         state[room] = "done"
@@ -59,8 +59,14 @@ def circle(uses):
 
 def draw(files, lines, uses, svg):
     colours = {"sim": "#dce9f7", "interp": "#e3f3df", "render": "#f9e7d4"}
-    dot = ['digraph rooms {', 'rankdir=BT; nodesep=0.25; ranksep=0.35; bgcolor="white";',
-           'node [shape=box, style="rounded,filled", fontname="DejaVu Sans", fontsize=11, color="#5a6b7b"]; edge [color="#7b8794", arrowsize=0.6];']
+    dot = [
+        "digraph rooms {",
+        'rankdir=BT; nodesep=0.25; ranksep=0.35; bgcolor="white";',
+        (
+            'node [shape=box, style="rounded,filled", fontname="DejaVu Sans", fontsize=11, color="#5a6b7b"]; edge [color="#7b8794",'
+            " arrowsize=0.6];"
+        ),
+    ]
     for room in files:
         name = f"{room} (door)" if room == "sim" else room
         dot.append(f'"{room}" [label="{name}\\n{files[room]} files, {lines[room]} lines", fillcolor="{colours[room.split("/")[0]]}"];')

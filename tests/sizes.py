@@ -1,15 +1,17 @@
 #!/usr/bin/env python3
 """Sizes of the sources: tests/sizes.py [--limit LINES] [ROOT]
 
-Prints files, lines and functions of every module and the functions beyond the limit (100 lines). A function may be longer where the comment above it
-says why: "Long: ...". Exits with 1 if one is longer without a reason.
+Prints files, lines and functions of every module and the functions beyond the limit (100 lines). A function may be longer where the
+comment above it says why: "Long: ...". Exits with 1 if one is longer without a reason.
 """
 
 import pathlib
 import re
 import sys
 
-SKIP = re.compile(r"^\s*(namespace|struct|class|enum|union|extern|using|template|typedef|//|#|\}|return|if|for|while|switch|else|do)\b|^\s*(//|#|\}|\{)")
+SKIP = re.compile(
+    r"^\s*(namespace|struct|class|enum|union|extern|using|template|typedef|//|#|\}|return|if|for|while|switch|else|do)\b|^\s*(//|#|\}|\{)"
+)
 
 
 def functions(lines):

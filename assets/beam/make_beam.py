@@ -2,8 +2,8 @@
 
     python3 assets/beam/make_beam.py beam.inp [NX NY NZ]
 
-Length 0.4 m, thickness 0.009 m (y) and width 0.2 m (z): area 18e-4 m^2 and second moment 1.215e-8 m^4 as there; density 5540 kg/m^3, E 1e9 Pa, Poisson's ratio
-0 as a beam has it. Node sets ROOT and TIP: the end faces.
+Length 0.4 m, thickness 0.009 m (y) and width 0.2 m (z): area 18e-4 m^2 and second moment 1.215e-8 m^4 as there; density 5540 kg/m^3, E
+1e9 Pa, Poisson's ratio 0 as a beam has it. Node sets ROOT and TIP: the end faces.
 """
 import sys
 

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Writes blade.obj and hub.obj beside this file, metres: a rotor blade along x from its hinge, leading edge towards y, and the mast with its hub, axis z."""
+"""Writes blade.obj and hub.obj beside this file, metres: a rotor blade along x from its hinge, leading edge towards y, and the mast with
+its hub, axis z."""
 import math
 import pathlib
 
@@ -9,7 +10,8 @@ AROUND = 28
 
 
 def profile(k):
-    """Point k of a NACA four-digit section without camber, quarter chord at the origin, closed trailing edge (Jacobs, Ward, Pinkerton 1933)."""
+    """Point k of a NACA four-digit section without camber, quarter chord at the origin, closed trailing edge (Jacobs, Ward, Pinkerton
+    1933)."""
     angle = 2 * math.pi * k / AROUND
     x = 0.5 * (1 - math.cos(angle))
     y = 5 * THICKNESS * (0.2969 * math.sqrt(x) - 0.1260 * x - 0.3516 * x**2 + 0.2843 * x**3 - 0.1036 * x**4)
@@ -27,7 +29,9 @@ def write(name, rings):
     lines = ["# " + name + ", metres; made by make_meshes.py"]
     lines += ["v %.5g %.5g %.5g" % p for ring in rings for p in ring]
     index = lambda r, k: 1 + r * around + k % around
-    lines += [f"f {index(r, k)} {index(r, k + 1)} {index(r + 1, k + 1)} {index(r + 1, k)}" for r in range(len(rings) - 1) for k in range(around)]
+    lines += [
+        f"f {index(r, k)} {index(r, k + 1)} {index(r + 1, k + 1)} {index(r + 1, k)}" for r in range(len(rings) - 1) for k in range(around)
+    ]
     lines.append("f " + " ".join(str(index(0, k)) for k in reversed(range(around))))
     lines.append("f " + " ".join(str(index(len(rings) - 1, k)) for k in range(around)))
     (FOLDER / (name + ".obj")).write_text("\n".join(lines) + "\n")

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """The table of automatic effects: examples/studies/effects.py build/release/flexframe > examples/studies/effects.md
 
-Every example whose bodies are beams is simulated to an accuracy of 1e-2 with effects = "auto" and with sets chosen by hand; the error of each is told
-against the richest set at fine tolerance and twice the elements. CPU seconds are of the last run, the median of three searches, and of the
-search that found its setting. Names after the program: these scenes only."""
+Every example whose bodies are beams is simulated to an accuracy of 1e-2 with effects = "auto" and with sets chosen by hand; the error of
+each is told against the richest set at fine tolerance and twice the elements. CPU seconds are of the last run, the median of three
+searches, and of the search that found its setting. Names after the program: these scenes only."""
 import csv
 import json
 import pathlib
@@ -17,14 +17,30 @@ flexframe = pathlib.Path(sys.argv[1]).resolve()
 examples = pathlib.Path(__file__).resolve().parent.parent
 asked = 1e-2
 patience = 100  # s, of one command
-planar = {"bending": ["bending_xy"], "bending, stiffening": ["bending_xy", "stiffening"], "bending, stiffening, axial": ["bending_xy", "stiffening", "axial"]}
+planar = {
+    "bending": ["bending_xy"],
+    "bending, stiffening": ["bending_xy", "stiffening"],
+    "bending, stiffening, axial": ["bending_xy", "stiffening", "axial"],
+}
 spatial = {name: ["bending_xz", "torsion", *words] for name, words in planar.items()}
 lumped = {"bending": ["bending_xy"], "bending, axial": ["bending_xy", "axial"]}
 # Where a scene names its modes, these are the coordinates: the program decides about stiffening.
 named = {"its modes": ["bending_xy", "bending_xz", "axial"], "its modes, stiffening": ["bending_xy", "bending_xz", "axial", "stiffening"]}
-scenes = {"pendulum": planar, "slider_crank": planar, "dlr_slider_crank": named, "beams/cart": planar, "beams/cantilever": lumped, "beams/elastica": planar,
-          "beams/rollup": planar, "beams/strip": planar, "beams/buckling": named, "beams/spin_up": named, "beams/blade": named,
-          "beams/princeton": spatial, "beams/bend45": spatial}
+scenes = {
+    "pendulum": planar,
+    "slider_crank": planar,
+    "dlr_slider_crank": named,
+    "beams/cart": planar,
+    "beams/cantilever": lumped,
+    "beams/elastica": planar,
+    "beams/rollup": planar,
+    "beams/strip": planar,
+    "beams/buckling": named,
+    "beams/spin_up": named,
+    "beams/blade": named,
+    "beams/princeton": spatial,
+    "beams/bend45": spatial,
+}
 # Undamped vibrations are followed by explicit steps, with as many modes as the scene has elements, two elements each.
 followed = {"slider_crank", "pendulum"}
 
@@ -41,7 +57,9 @@ def error(found, wanted):
         if name not in ("t", "energy"):
             groups.setdefault(name.rsplit(".", 1)[0], []).append(name)
     size = {key: max(max(wanted[n]) - min(wanted[n]) for n in names) for key, names in groups.items()}
-    return max(max(abs(a - b) for n in names for a, b in zip(found[n], wanted[n])) / size[key] for key, names in groups.items() if size[key] > 0)
+    return max(
+        max(abs(a - b) for n in names for a, b in zip(found[n], wanted[n])) / size[key] for key, names in groups.items() if size[key] > 0
+    )
 
 
 def simulate(text, folder, *words, repeats=1):
@@ -50,7 +68,12 @@ def simulate(text, folder, *words, repeats=1):
     cpu = []
     for _ in range(repeats):
         try:
-            done = subprocess.run([flexframe, "simulate", scene, "--csv", folder / "h.csv", "--json", *words], capture_output=True, text=True, timeout=patience)
+            done = subprocess.run(
+                [flexframe, "simulate", scene, "--csv", folder / "h.csv", "--json", *words],
+                capture_output=True,
+                text=True,
+                timeout=patience,
+            )
         except subprocess.TimeoutExpired:
             return None, f"longer than {patience} s"
         if done.returncode != 0:
@@ -86,7 +109,9 @@ with tempfile.TemporaryDirectory() as name:
         richest = with_effects(plain, list(sets.values())[-1])
         fine, method = finer(richest), []
         if scene in followed:
-            fine = re.sub(r"^elements = (\d+)", lambda m: f"elements = {2 * int(m[1])}\nkeep_modes = {m[1]}\nkeep_static = false", richest, flags=re.M)
+            fine = re.sub(
+                r"^elements = (\d+)", lambda m: f"elements = {2 * int(m[1])}\nkeep_modes = {m[1]}\nkeep_static = false", richest, flags=re.M
+            )
             method = ["--method", "erk"]
         truth, message = simulate(fine, folder, "--tolerance", "1e-8", "--no-error-estimate", *method)
         if truth is None:
@@ -95,7 +120,9 @@ with tempfile.TemporaryDirectory() as name:
         good = error(looser, truth) / 3
         best, automatic = None, None
         for label, words in {"auto": None, **sets}.items():
-            found, summary = simulate(with_effects(plain, words), folder, "--accuracy", str(asked), repeats=3 if scene != "beams/bend45" else 1)
+            found, summary = simulate(
+                with_effects(plain, words), folder, "--accuracy", str(asked), repeats=3 if scene != "beams/bend45" else 1
+            )
             print(scene, label, file=sys.stderr, flush=True)
             if found is None:
                 rows.append(f"| {scene} | {label} | {summary} | | | | |")
@@ -112,16 +139,28 @@ with tempfile.TemporaryDirectory() as name:
                 best = (cpu, label)
         results.append((scene, automatic, best, good))
 
-print("# Automatic effects against hand-chosen sets\n\nMade by `examples/studies/effects.py build/release/flexframe`; accuracy 1e-2 asked of every run.\n")
-print("| scene | error with auto | estimate | CPU s | best set by hand that meets 1e-2 | CPU s | ratio | truth good to |\n|---|---|---|---|---|---|---|---|")
+print(
+    "# Automatic effects against hand-chosen sets\n\nMade by `examples/studies/effects.py build/release/flexframe`; accuracy 1e-2 asked of"
+    " every run.\n"
+)
+print(
+    "| scene | error with auto | estimate | CPU s | best set by hand that meets 1e-2 | CPU s | ratio | truth good to"
+    " |\n|---|---|---|---|---|---|---|---|"
+)
 for scene, automatic, best, good in results:
     auto = f"{automatic[0]:.1e} | {automatic[1]:.1e} | {automatic[2]:.4f}" if automatic else "fails | | "
     hand = f"{best[1]} | {best[0]:.4f} | {automatic[2] / best[0]:.2f}" if best and automatic else "none | | "
     print(f"| {scene} | {auto} | {hand} | {good:.0e} |")
-print("\nThe error is that of the worst output against the richest set with twice the elements, volumes or modes at tolerance 1e-8, which is itself as good as the last column says (a\n"
-      "third of its difference to 1e-7). The bodies of `engine` and `pendulum_solid` come from files: what these hold is on, and the program decides nothing.\n")
+print(
+    "\nThe error is that of the worst output against the richest set with twice the elements, volumes or modes at tolerance 1e-8, which is"
+    " itself as good as the last column says (a\nthird of its difference to 1e-7). The bodies of `engine` and `pendulum_solid` come from"
+    " files: what these hold is on, and the program decides nothing.\n"
+)
 missed = [scene for scene, automatic, best, good in results if not best and automatic and automatic[0] > asked]
 if missed:
-    print(f"Neither auto nor a set by hand keeps the accuracy in {', '.join(missed)}: its error of space falls slowly with the modes, and the next level tells too little of it.\n")
+    print(
+        f"Neither auto nor a set by hand keeps the accuracy in {', '.join(missed)}: its error of space falls slowly with the modes, and the"
+        " next level tells too little of it.\n"
+    )
 print("| scene | effects | what was chosen | error | estimate | CPU s | CPU s of the search |\n|---|---|---|---|---|---|---|")
 print("\n".join(rows))

@@ -21,7 +21,9 @@ namespace {
 
 struct Descriptor {
   int fd = -1;
-  ~Descriptor() { if (fd >= 0) ::close(fd); }
+  ~Descriptor() {
+    if (fd >= 0) ::close(fd);
+  }
 };
 
 // 0 or the errno of the failure.
@@ -65,7 +67,9 @@ void write_file(const std::filesystem::path& path, std::span<const std::uint8_t>
     temporary = folder / ("." + path.filename().string() + ".part");
     for (int tries = 0;; ++tries) {
       ::unlink(temporary.c_str());
-      if (::linkat(AT_FDCWD, source.c_str(), AT_FDCWD, temporary.c_str(), AT_SYMLINK_FOLLOW) == 0 && ::rename(temporary.c_str(), path.c_str()) == 0) return;
+      if (::linkat(AT_FDCWD, source.c_str(), AT_FDCWD, temporary.c_str(), AT_SYMLINK_FOLLOW) == 0 &&
+          ::rename(temporary.c_str(), path.c_str()) == 0)
+        return;
       const int reason = errno;
       if ((reason == EEXIST || reason == ENOENT) && tries < 100) continue;
       ::unlink(temporary.c_str());
@@ -89,8 +93,9 @@ void remove_parts(const std::filesystem::path& folder, std::string_view start) {
     // ".NAME.part" or ".NAME.PROCESS-COUNT.part"; what a living process (another shard) writes stays.
     const std::size_t dash = name.rfind('-'), dot = name.rfind('.', dash);
     pid_t process = 0;
-    if (dash != std::string::npos && dot != std::string::npos && std::from_chars(name.data() + dot + 1, name.data() + dash, process).ptr == name.data() + dash &&
-        process > 0 && (::kill(process, 0) == 0 || errno == EPERM))
+    if (dash != std::string::npos && dot != std::string::npos &&
+        std::from_chars(name.data() + dot + 1, name.data() + dash, process).ptr == name.data() + dash && process > 0 &&
+        (::kill(process, 0) == 0 || errno == EPERM))
       continue;
     std::error_code gone;
     std::filesystem::remove(entry.path(), gone);

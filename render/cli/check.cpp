@@ -2,8 +2,8 @@
 #include "render/cli/commands.h"
 #include "render/cli/jobs.h"
 
-#include "sim/model/mounted_modes.h"
 #include "sim/dynamics/directions.h"
+#include "sim/model/mounted_modes.h"
 #include "sim/start/linearise.h"
 #include "sim/start/make_system.h"
 
@@ -85,12 +85,14 @@ struct BodyDamping {
 };
 
 std::optional<BodyDamping> damping_of(const sim::System& system, const sim::Part& part) {
-  if (part.scene_body < 0 || part.body.De.size() == 0 || system.model.pieces[static_cast<size_t>(part.scene_body)].size() != 1) return std::nullopt;
+  if (part.scene_body < 0 || part.body.De.size() == 0 || system.model.pieces[static_cast<size_t>(part.scene_body)].size() != 1)
+    return std::nullopt;
   const std::vector<sim::Support> holds = sim::mounting_of(system.scene, system.scene.bodies[static_cast<size_t>(part.scene_body)].name);
   const sim::MountedModes alone = sim::mounted_modes(part.body, sim::MatX(0, 6 + part.body.n));
   const sim::MountedModes mounted = sim::mounted_modes(part.body, sim::held_rows(system.scene, part.scene_body, part.body, holds, {}));
   if (alone.omega.size() == 0 || mounted.omega.size() == 0) return std::nullopt;
-  return BodyDamping{alone.omega / (2.0 * M_PI), sim::mounted_ratios(part.body, alone), mounted.omega / (2.0 * M_PI), sim::mounted_ratios(part.body, mounted)};
+  return BodyDamping{alone.omega / (2.0 * M_PI), sim::mounted_ratios(part.body, alone), mounted.omega / (2.0 * M_PI),
+                     sim::mounted_ratios(part.body, mounted)};
 }
 
 // A mode in a line, without its shape.
@@ -137,7 +139,8 @@ void print_report(const std::string& scene, const sim::System& system, const sim
   for (const sim::Part& p : system.model.parts) {
     fmt::print("body       {}: {:.6g} kg, {} joint and {} elastic coordinates\n", p.name, p.body.mass, p.joint.nv, p.body.n);
     if (const auto d = damping_of(system, p))
-      fmt::print("           damping of its first mode {:.4g} at {:.6g} Hz as its joints hold it, {:.4g} at {:.6g} Hz alone\n", d->mounted[0], d->mounted_hz[0], d->alone[0], d->alone_hz[0]);
+      fmt::print("           damping of its first mode {:.4g} at {:.6g} Hz as its joints hold it, {:.4g} at {:.6g} Hz alone\n",
+                 d->mounted[0], d->mounted_hz[0], d->alone[0], d->alone_hz[0]);
     joints += p.joint.nv;
     elastic += p.body.n;
   }
@@ -162,7 +165,8 @@ void print_report(const std::string& scene, const sim::System& system, const sim
 void print_json(const sim::System& system, const sim::Linearisation& linear) {
   nlohmann::json out;
   for (const sim::Part& p : system.model.parts) {
-    out["bodies"].push_back({{"name", p.name}, {"mass", p.body.mass}, {"joint_coordinates", p.joint.nv}, {"elastic_coordinates", p.body.n}});
+    out["bodies"].push_back(
+        {{"name", p.name}, {"mass", p.body.mass}, {"joint_coordinates", p.joint.nv}, {"elastic_coordinates", p.body.n}});
     const auto d = damping_of(system, p);
     if (!d) continue;
     const auto list = [](const sim::VecX& hz, const sim::VecX& ratio) {

@@ -1,8 +1,8 @@
 // The words of the command line: what CLI11 does for the program.
 #include "render/cli/command.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <optional>
 #include <vector>

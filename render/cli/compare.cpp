@@ -25,7 +25,8 @@ struct Options {
   bool json = false;
 };
 
-// What is asked for loosens what would contradict it: a share that may differ may lie together, levels that are none may be those of every pixel.
+// What is asked for loosens what would contradict it: a share that may differ may lie together, levels that are none may be those of every
+// pixel.
 render::CompareOptions settle(const Options& o) {
   render::CompareOptions out = o.rule;
   const render::Gate usual;
@@ -56,7 +57,8 @@ void print_json(const render::Comparison& comparison, const std::vector<std::str
   for (const render::ComparedPair& p : comparison.pairs) {
     nlohmann::json row = {{"name", p.name}, {"result", render::state_name(p.state)}};
     const render::ImageDifference& d = p.difference;
-    if (p.state == render::PairState::passes || p.state == render::PairState::differs || p.state == render::PairState::equal || p.state == render::PairState::other_numbers) {
+    if (p.state == render::PairState::passes || p.state == render::PairState::differs || p.state == render::PairState::equal ||
+        p.state == render::PairState::other_numbers) {
       row["largest"] = d.largest;
       row["full"] = d.full;
       row["mean"] = d.mean;
@@ -82,11 +84,10 @@ void print_rows(const render::Comparison& comparison, const std::vector<std::str
     bad += fails;
     if (p.state == render::PairState::equal && comparison.pairs.size() > 1) continue;
     if (p.state == render::PairState::passes || p.state == render::PairState::differs || p.state == render::PairState::other_numbers)
-      fmt::print("{}: {}: largest difference {}/{}, mean {:.4g}/{}, {} pixels ({:.4g} %) over the limit, {} of them together{}\n", p.name, render::state_name(p.state),
-                 d.largest, d.full, d.mean, d.full, d.pixels_over, 100.0 * d.share_over, d.cluster,
+      fmt::print("{}: {}: largest difference {}/{}, mean {:.4g}/{}, {} pixels ({:.4g} %) over the limit, {} of them together{}\n", p.name,
+                 render::state_name(p.state), d.largest, d.full, d.mean, d.full, d.pixels_over, 100.0 * d.share_over, d.cluster,
                  d.full == 255 ? fmt::format(", SSIM {:.5f}, FLIP {:.5f}", d.ssim, d.flip) : "");
-    else
-      fmt::print("{}: {}\n", p.name, render::state_name(p.state));
+    else fmt::print("{}: {}\n", p.name, render::state_name(p.state));
     if (!p.numbers.empty()) fmt::print("{}: {}\n", p.name, p.numbers);
   }
   fmt::print("{} equal, {} within the limit, {} different or missing\n", equal, within, bad);
@@ -97,10 +98,12 @@ void print_rows(const render::Comparison& comparison, const std::vector<std::str
 
 Command add_compare(Program& program) {
   Subcommand words = program.subcommand("compare", "Image regression: two PNG files or two folders of them");
-  words.footer(R"(A is the baseline, B the new picture or folder. Pictures agree if they are equal, or if few enough pixels differ by more
-than the limit, few of them touch (by more than 16 levels), and the mean difference is small, and if the numbers that flexframe writes into its pictures (vertices, their range, colour range) agree to 1e-4. A
-picture that only one folder has does not agree. Pictures of 16 bits (depth, scalar) are compared in their own units: 32 of 65535 are none, 4
-pixels that touch may not be off by more than 256, the mean by 8. --levels and --percent loosen what would contradict them. Exit codes: 0 all agree, 1 some do not, 2 bad input.)");
+  words.footer(R"(A is the baseline, B the new picture or folder. Pictures agree if they are equal, or if all of this holds: few enough
+pixels differ by more than the limit, few of them touch (by more than 16 levels), the mean difference is small, and the numbers
+that flexframe writes into its pictures (vertices, their range, colour range) agree to 1e-4. A picture that only one folder has
+does not agree. Pictures of 16 bits (depth, scalar) are compared in their own units: differences of 32 of 65535 are none, no four
+pixels that touch may be off by more than 256, the mean by 8. --levels and --percent loosen what would contradict them.
+Exit codes: 0 all agree, 1 some do not, 2 bad input.)");
   auto options = std::make_shared<Options>();
   words.option("A", options->baseline, "baseline: PNG file or folder").required();
   words.option("B", options->candidate, "new: PNG file or folder").required();
@@ -113,11 +116,13 @@ pixels that touch may not be off by more than 256, the mean by 8. --levels and -
   words.option("--update", options->reason, "make B the baseline, with this reason in CHANGES.md beside A");
   words.flag("--json", options->json, "measures as JSON on stdout");
   return {words, [options] {
-            if (options->reason.find_first_not_of(" \t\n") == std::string::npos && !options->reason.empty()) throw UsageError("--update needs a reason in words");
+            if (options->reason.find_first_not_of(" \t\n") == std::string::npos && !options->reason.empty())
+              throw UsageError("--update needs a reason in words");
             const render::CompareOptions rule = settle(*options);
             render::Comparison comparison;
             try {
-              comparison = render::compare_pictures(options->baseline, options->candidate, rule, !options->report.empty(), !options->reason.empty());
+              comparison =
+                  render::compare_pictures(options->baseline, options->candidate, rule, !options->report.empty(), !options->reason.empty());
             } catch (const std::runtime_error& e) {  // what was given cannot be read
               throw UsageError(e.what());
             } catch (const std::invalid_argument& e) {

@@ -38,9 +38,9 @@ int run(const DeformWords& words) {
   fmt::print("scheme               {} ({})\n", interp::scheme_name(report.map.scheme), report.map.reason);
   fmt::print("Lebesgue constant    {:.3g}\n", report.map.lebesgue);
   if (std::isfinite(report.leave_one_out.relative))
-    fmt::print("leave-one-out error  {:.3g} % (worst {:.3g} at node {})\n", 100.0 * report.leave_one_out.relative, report.leave_one_out.maximum, report.leave_one_out.node);
-  else
-    fmt::print("leave-one-out error  not known: too few nodes\n");
+    fmt::print("leave-one-out error  {:.3g} % (worst {:.3g} at node {})\n", 100.0 * report.leave_one_out.relative,
+               report.leave_one_out.maximum, report.leave_one_out.node);
+  else fmt::print("leave-one-out error  not known: too few nodes\n");
   fmt::print("largest displacement {:.6g}{}\n", report.largest, report.scale != 1.0 ? fmt::format(", drawn x {:g}", report.scale) : "");
   fmt::print("time                 {:.1f} ms\n", 1e3 * report.map.setup_seconds);
   fmt::print("written              {}\n", words.output);

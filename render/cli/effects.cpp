@@ -16,7 +16,9 @@ namespace flexframe::cli {
 namespace {
 
 // What the effect adds to the scene's CPU time, or would add: against the run as it stands.
-double cpu_share(const sim::EffectRow& row, const sim::EffectReport& report) { return report.cpu > 0.0 ? (row.cpu_on - row.cpu_off) / report.cpu : 0.0; }
+double cpu_share(const sim::EffectRow& row, const sim::EffectReport& report) {
+  return report.cpu > 0.0 ? (row.cpu_on - row.cpu_off) / report.cpu : 0.0;
+}
 
 std::string share_text(const sim::EffectRow& row, const sim::EffectReport& report) {
   if (!row.state.possible) return "0";
@@ -42,10 +44,12 @@ void print_table(const std::string& scene, const sim::EffectReport& report) {
   for (const sim::EffectRow& row : report.rows) {
     const sim::EffectState& s = row.state;
     const std::string cpu = price_text(row, report);
-    fmt::print("{:<16} {:<11} {:<4} {:<9} {:>4} {:>7}  {:<28} {}{}{}\n", s.owner, s.effect, s.on ? "on" : "off", s.by, s.coordinates, cpu, share_text(row, report), s.why,
-               row.note.empty() ? "" : "; ", row.note);
+    fmt::print("{:<16} {:<11} {:<4} {:<9} {:>4} {:>7}  {:<28} {}{}{}\n", s.owner, s.effect, s.on ? "on" : "off", s.by, s.coordinates, cpu,
+               share_text(row, report), s.why, row.note.empty() ? "" : "; ", row.note);
   }
-  fmt::print("worth: the largest change of an output when the effect is switched, relative to the output's range; CPU: what it costs, or would (shorter: without it the run takes more than twice as long)\n");
+  fmt::print(
+      "worth: the largest change of an output when the effect is switched, relative to the output's range; CPU: what it costs, or would "
+      "(shorter: without it the run takes more than twice as long)\n");
 }
 
 nlohmann::ordered_json report_json(const std::string& scene, const sim::EffectReport& report) {
@@ -53,7 +57,9 @@ nlohmann::ordered_json report_json(const std::string& scene, const sim::EffectRe
   out["effects"] = nlohmann::ordered_json::array();
   for (const sim::EffectRow& row : report.rows) {
     const sim::EffectState& s = row.state;
-    nlohmann::ordered_json one = {{"owner", s.owner}, {"effect", s.effect}, {"on", s.on}, {"possible", s.possible}, {"decided_by", s.by}, {"why", s.why}, {"coordinates", s.coordinates}};
+    nlohmann::ordered_json one = {
+        {"owner", s.owner}, {"effect", s.effect},          {"on", s.on}, {"possible", s.possible}, {"decided_by", s.by},
+        {"why", s.why},     {"coordinates", s.coordinates}};
     if (!s.possible || row.measured) {
       one["share"] = row.share;
       one["column"] = row.column;
@@ -66,7 +72,8 @@ nlohmann::ordered_json report_json(const std::string& scene, const sim::EffectRe
     }
     if (!row.note.empty()) one["note"] = row.note;
     if (const sim::EffectInfo* info = sim::find_effect(s.effect))
-      one["registry"] = {{"meaning", info->meaning}, {"equation", info->equation}, {"matters", info->matters}, {"estimate", info->estimate}};
+      one["registry"] = {
+          {"meaning", info->meaning}, {"equation", info->equation}, {"matters", info->matters}, {"estimate", info->estimate}};
     out["effects"].push_back(one);
   }
   return out;
@@ -74,7 +81,8 @@ nlohmann::ordered_json report_json(const std::string& scene, const sim::EffectRe
 
 void print_registry() {
   for (const sim::EffectInfo& e : sim::effect_registry())
-    fmt::print("{}\n  what      {}\n  equation  {}\n  matters   {}\n  estimate  {}\n", e.name, e.meaning, e.equation, e.matters, e.estimate);
+    fmt::print("{}\n  what      {}\n  equation  {}\n  matters   {}\n  estimate  {}\n", e.name, e.meaning, e.equation, e.matters,
+               e.estimate);
 }
 
 }  // namespace

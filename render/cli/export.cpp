@@ -44,7 +44,8 @@ struct TemporaryFolder {
 };
 
 nlohmann::ordered_json export_csv(const sim::Results& results, const fs::path& out) {
-  if (results.outputs.empty()) throw sim::InputError(fmt::format("{}: the results hold no outputs; add [[output]] tables to the scene", results.scene_file));
+  if (results.outputs.empty())
+    throw sim::InputError(fmt::format("{}: the results hold no outputs; add [[output]] tables to the scene", results.scene_file));
   sim::write_histories_csv(results, out);
   return {{"columns", results.outputs.size() + 1}, {"rows", results.times.size()}};
 }
@@ -56,19 +57,26 @@ nlohmann::ordered_json export_gltf(const ResultsJob& job, double scale, const fs
   notes.insert(notes.end(), animation.warnings.begin(), animation.warnings.end());
   notes.insert(notes.end(), animation.notes.begin(), animation.notes.end());
   notes.insert(notes.end(), report.notes.begin(), report.notes.end());
-  return {{"nodes", report.nodes}, {"morph_targets", report.morph_targets}, {"pictures", report.pictures}, {"largest_displacement", animation.largest_displacement}, {"error", report.error}};
+  return {{"nodes", report.nodes},
+          {"morph_targets", report.morph_targets},
+          {"pictures", report.pictures},
+          {"largest_displacement", animation.largest_displacement},
+          {"error", report.error}};
 }
 
-nlohmann::ordered_json export_vtk(const ResultsJob& job, double scale, const fs::path& out, const std::string& name, std::vector<std::string>& notes) {
+nlohmann::ordered_json export_vtk(const ResultsJob& job, double scale, const fs::path& out, const std::string& name,
+                                  std::vector<std::string>& notes) {
   const film::Animation animation = film::make_animation(job.results, job.settings, job.scene ? &*job.scene : nullptr);
   Progress progress("writing");
-  const film::VtkReport report = film::write_vtk(animation, scale, out, name, [&](int done, int all) { progress.show(double(done) / all); });
+  const film::VtkReport report =
+      film::write_vtk(animation, scale, out, name, [&](int done, int all) { progress.show(double(done) / all); });
   notes.insert(notes.end(), animation.warnings.begin(), animation.warnings.end());
   notes.insert(notes.end(), animation.notes.begin(), animation.notes.end());
   return {{"pictures", report.pictures}, {"index", report.index.string()}};
 }
 
-nlohmann::ordered_json export_video(const ResultsJob& job, const RenderWords& render, const fs::path& out, std::vector<std::string>& notes) {
+nlohmann::ordered_json export_video(const ResultsJob& job, const RenderWords& render, const fs::path& out,
+                                    std::vector<std::string>& notes) {
   const TemporaryFolder folder(fs::absolute(out).parent_path());
   RenderWords words = render;
   words.video = out.string();
@@ -103,9 +111,11 @@ Pictures a second and speed are those of the scene's [render] table.)");
             const std::string name = fs::path(words->results).stem().string();
             const std::string ending = words->to == "csv" ? ".csv" : words->to == "gltf" ? ".glb" : words->to == "mp4" ? ".mp4" : "_vtk";
             const fs::path out = words->out.empty() ? fs::path(name + ending) : fs::path(words->out);
-            if (words->to == "gltf" && out.extension() != ".glb" && out.extension() != ".gltf") throw UsageError(fmt::format("-o {}: a glTF file ends in .glb or .gltf", out.string()));
+            if (words->to == "gltf" && out.extension() != ".glb" && out.extension() != ".gltf")
+              throw UsageError(fmt::format("-o {}: a glTF file ends in .glb or .gltf", out.string()));
             if (words->to == "mp4" && !film::is_video_name(out))
-              throw UsageError(fmt::format("-o {}: a video's name must end in {}", sim::quote(out.string()), sim::list_words(film::video_endings())));
+              throw UsageError(
+                  fmt::format("-o {}: a video's name must end in {}", sim::quote(out.string()), sim::list_words(film::video_endings())));
             const ResultsJob job = read_results_job(words->results, words->scene, words->render);
             const fs::path folder = words->to == "vtk" ? out : fs::absolute(out).parent_path();
             require_writable(folder);
@@ -124,8 +134,8 @@ Pictures a second and speed are those of the scene's [render] table.)");
             }
             fmt::print("{:<12} {}\n", words->to, out.string());
             if (json.contains("morph_targets"))
-              fmt::print("deformation  {} morph targets, within {:.2g} m of what is drawn (largest {:.2g} m)\n", json["morph_targets"].get<int>(), json["error"].get<double>(),
-                         json["largest_displacement"].get<double>());
+              fmt::print("deformation  {} morph targets, within {:.2g} m of what is drawn (largest {:.2g} m)\n",
+                         json["morph_targets"].get<int>(), json["error"].get<double>(), json["largest_displacement"].get<double>());
             if (json.contains("pictures")) fmt::print("pictures     {}\n", json["pictures"].get<int>());
             for (const std::string& note : notes) fmt::print("note         {}\n", note);
             return 0;

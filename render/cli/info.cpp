@@ -33,7 +33,9 @@ void print_results(const std::string& file) {
     fmt::print("output   {} [{}]: {:.6g} .. {:.6g}\n", o.column, o.unit, o.values.minCoeff(), o.values.maxCoeff());
   }
   const sim::SolverStatistics& s = r.statistics;
-  if (!s.method.empty()) fmt::print("solver   {}, tolerance {:g}, {} steps, {} evaluations, {:.4f} CPU s\n", s.method, s.tolerance, s.steps, s.evaluations, s.cpu_seconds);
+  if (!s.method.empty())
+    fmt::print("solver   {}, tolerance {:g}, {} steps, {} evaluations, {:.4f} CPU s\n", s.method, s.tolerance, s.steps, s.evaluations,
+               s.cpu_seconds);
   if (s.error_estimate >= 0.0) fmt::print("error    {:.1e} of the range of {}, estimated\n", s.error_estimate, s.error_column);
   for (const std::string& warning : s.notes.texts(sim::Severity::warning)) fmt::print("WARNING  {}\n", warning);
   for (const std::string& note : s.notes.texts(sim::Severity::note)) fmt::print("note     {}\n", note);
@@ -72,13 +74,15 @@ void print_mesh(const std::string& file) {
   const render::Bounds b = render::compute_bounds(m);
   fmt::print("mesh: {}\n", m.name);
   fmt::print("size     {} vertices, {} triangles, {} materials\n", m.positions.size(), m.triangles.size(), m.materials.size());
-  fmt::print("bounds   ({:.6g}, {:.6g}, {:.6g}) .. ({:.6g}, {:.6g}, {:.6g})\n", b.lower.x, b.lower.y, b.lower.z, b.upper.x, b.upper.y, b.upper.z);
+  fmt::print("bounds   ({:.6g}, {:.6g}, {:.6g}) .. ({:.6g}, {:.6g}, {:.6g})\n", b.lower.x, b.lower.y, b.lower.z, b.upper.x, b.upper.y,
+             b.upper.z);
   for (const std::string& warning : m.warnings) fmt::print("note     {}\n", warning);
 }
 
 void print_picture(const std::string& file) {
   const render::Image image = render::read_png(file);
-  fmt::print("picture: {}x{}, {} channels, {}\n", image.width, image.height, image.channels, render::is_whole_png(file) ? "whole" : "damaged");
+  fmt::print("picture: {}x{}, {} channels, {}\n", image.width, image.height, image.channels,
+             render::is_whole_png(file) ? "whole" : "damaged");
   if (const std::string inputs = render::read_png_text(file, "flexframe-inputs"); !inputs.empty()) fmt::print("inputs   {}\n", inputs);
 }
 
@@ -97,7 +101,10 @@ Command add_info(Program& program) {
   const auto words = std::make_shared<Words>();
   Subcommand app = program.subcommand("info", "what a file holds: results, scene, SID body, mesh, picture");
   app.option("FILE", words->file, "results (.h5), scene (.toml), SID body (.sid, .SID_FEM), picture (.png) or mesh");
-  app.option("--renderer", words->renderer, "what draws the pictures: osmesa or egl; default osmesa").value_or("osmesa").excludes("FILE").one_of({"osmesa", "egl"});
+  app.option("--renderer", words->renderer, "what draws the pictures: osmesa or egl; default osmesa")
+      .value_or("osmesa")
+      .excludes("FILE")
+      .one_of({"osmesa", "egl"});
 
   return {app, [words, app] {
             if (app.given("--renderer")) {
@@ -107,7 +114,8 @@ Command add_info(Program& program) {
             if (words->file.empty()) throw UsageError("info needs a FILE or --renderer");
             if (!std::filesystem::exists(words->file)) throw sim::InputError(fmt::format("{}: no such file", words->file));
             std::string ending = std::filesystem::path(words->file).extension().string();
-            std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+            std::transform(ending.begin(), ending.end(), ending.begin(),
+                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
             if (ending == ".h5" || ending == ".hdf5") print_results(words->file);
             else if (ending == ".toml") print_scene(words->file);
             else if (ending == ".sid" || ending == ".sid_fem") print_sid(words->file);

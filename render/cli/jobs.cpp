@@ -22,7 +22,8 @@ namespace {
 namespace fs = std::filesystem;
 
 // "A:B" or "I/N": two whole numbers; either may be missing where `open`.
-std::pair<std::optional<int>, std::optional<int>> parse_pair(const std::string& text, char between, const char* option, const char* form, bool open) {
+std::pair<std::optional<int>, std::optional<int>> parse_pair(const std::string& text, char between, const char* option, const char* form,
+                                                             bool open) {
   const auto refuse = [&] { throw UsageError(fmt::format("{} {} must be {}", option, sim::quote(text), form)); };
   const size_t at = text.find(between);
   if (at == std::string::npos) refuse();
@@ -41,17 +42,22 @@ std::pair<std::optional<int>, std::optional<int>> parse_pair(const std::string& 
 
 sim::Method method_from_name(const std::string& name) {
   const std::vector<std::string>& known = sim::method_words();
-  if (const auto found = std::find(known.begin(), known.end(), name); found != known.end()) return static_cast<sim::Method>(found - known.begin());
-  throw UsageError(fmt::format("--method {} is unknown{}; allowed: {}", sim::quote(name), sim::did_you_mean(name, known), sim::list_words(known)));
+  if (const auto found = std::find(known.begin(), known.end(), name); found != known.end())
+    return static_cast<sim::Method>(found - known.begin());
+  throw UsageError(
+      fmt::format("--method {} is unknown{}; allowed: {}", sim::quote(name), sim::did_you_mean(name, known), sim::list_words(known)));
 }
 
 void add_simulation_words(Subcommand words, SimulationWords& values) {
   words.option("--tolerance", values.tolerance, "relative local error, in place of the scene's").range(1e-13, 1e-1);
-  words.option("--accuracy", values.accuracy, "asked error of the outputs relative to their ranges: the program chooses tolerance, modes or elements, and effects")
+  words
+      .option("--accuracy", values.accuracy,
+              "asked error of the outputs relative to their ranges: the program chooses tolerance, modes or elements, and effects")
       .range(1e-9, 0.5)
       .excludes("--tolerance");
   words.option("--method", values.method, "auto, adams, bdf, erk, dirk, ida or exponential, in place of the scene's");
-  words.option("--max-steps", values.max_steps, "a run that would take more steps ends with a sentence that says why; default 5e6").range(1.0, 1e12);
+  words.option("--max-steps", values.max_steps, "a run that would take more steps ends with a sentence that says why; default 5e6")
+      .range(1.0, 1e12);
   words.flag("--no-error-estimate", values.no_estimate, "leave out the second, looser run that the estimated error comes from");
   words.flag("--no-effect-check", values.no_check, "leave out the check of effects that are left out (about half of the run's cost)");
   words.flag("--strict", values.strict, "a left-out effect that is worth more than the asked accuracy is an error: exit code 1, no files");
@@ -67,10 +73,12 @@ void add_render_words(Subcommand words, RenderWords& values) {
   words.option("--samples", values.samples, "antialiasing samples a pixel: 1, 4, 9 or 16").one_of({1, 4, 9, 16});
   words.flag("--no-shadows", values.no_shadows, "no shadows and no ambient occlusion: quicker");
   words.flag("--no-overlay", values.no_overlay, "no words, bars and plots");
-  words.option("--cache", values.cache, "folder that keeps the mapped modes of bodies for the next run; default: none").environment("FLEXFRAME_CACHE");
+  words.option("--cache", values.cache, "folder that keeps the mapped modes of bodies for the next run; default: none")
+      .environment("FLEXFRAME_CACHE");
   words.option("--workers", values.workers, "processes that draw; default: one a core").range(1, 1024);
   words.option("--renderer", values.renderer, "osmesa or egl").one_of({"osmesa", "egl"}).show_default();
-  words.option("--video", values.video, "the video's file (.mp4, .gif, or .apng and .png for an animated PNG); default: NAME.mp4 beside the pictures");
+  words.option("--video", values.video,
+               "the video's file (.mp4, .gif, or .apng and .png for an animated PNG); default: NAME.mp4 beside the pictures");
   words.flag("--no-video", values.no_video, "pictures only");
 }
 
@@ -88,17 +96,20 @@ void apply_words(const RenderWords& words, film::RenderSettings& settings) {
   if (!words.size.empty()) settings.size = film::parse_size(words.size);
   if (!words.scales.empty()) settings.scales = film::parse_scales(words.scales);
   if (!words.video.empty() && !film::is_video_name(words.video))
-    throw UsageError(fmt::format("--video {}: a video's name must end in {}", sim::quote(words.video), sim::list_words(film::video_endings())));
+    throw UsageError(
+        fmt::format("--video {}: a video's name must end in {}", sim::quote(words.video), sim::list_words(film::video_endings())));
   if (words.samples) settings.samples = *words.samples;
   settings.cache = words.cache;
   if (words.no_shadows) settings.shadows = settings.occlusion = false;
   if (words.no_overlay)
-    settings.overlay = {.title = false, .time = false, .scalar_bar = false, .triad = false, .legend = false, .note = false, .plot = {}, .plot_line = 0};
+    settings.overlay = {
+        .title = false, .time = false, .scalar_bar = false, .triad = false, .legend = false, .note = false, .plot = {}, .plot_line = 0};
   if (!words.color_by.empty()) {
     const std::vector<std::string>& known = film::color_by_words();
     const auto found = std::find(known.begin(), known.end(), words.color_by);
     if (found == known.end())
-      throw UsageError(fmt::format("--color-by {} is unknown{}; allowed: {}", sim::quote(words.color_by), sim::did_you_mean(words.color_by, known), sim::list_words(known)));
+      throw UsageError(fmt::format("--color-by {} is unknown{}; allowed: {}", sim::quote(words.color_by),
+                                   sim::did_you_mean(words.color_by, known), sim::list_words(known)));
     settings.color_by = static_cast<film::ColorBy>(found - known.begin());
   }
 }
@@ -111,18 +122,20 @@ sim::Results run_simulation(const sim::Scene& scene, const SimulationWords& word
   options.estimate_error = !words.no_estimate;
   options.max_steps = words.max_steps;
   options.check_effects = !words.no_check;
-  if (words.strict && (words.no_check || words.no_estimate)) throw UsageError("--strict needs the check of effects: it excludes --no-effect-check and --no-error-estimate");
+  if (words.strict && (words.no_check || words.no_estimate))
+    throw UsageError("--strict needs the check of effects: it excludes --no-effect-check and --no-error-estimate");
   Progress progress("simulating");
   options.progress = [&](double time) { progress.show(time / scene.simulation.duration); };
   options.tell = [&](const std::string& sentence) { progress.say(sentence); };
   sim::Results results = sim::simulate(scene, options);
   if (words.strict && results.statistics.notes.has(sim::Severity::warning))
-    throw std::runtime_error(fmt::format("{}: {}", scene.file.string(), fmt::join(results.statistics.notes.texts(sim::Severity::warning), "; ")));
+    throw std::runtime_error(
+        fmt::format("{}: {}", scene.file.string(), fmt::join(results.statistics.notes.texts(sim::Severity::warning), "; ")));
   return results;
 }
 
-DrawingReport run_drawing(const sim::Results& results, const film::RenderSettings& settings, const sim::Scene* scene, const RenderWords& words,
-                          const fs::path& folder, const std::string& name) {
+DrawingReport run_drawing(const sim::Results& results, const film::RenderSettings& settings, const sim::Scene* scene,
+                          const RenderWords& words, const fs::path& folder, const std::string& name) {
   film::FilmOptions options;
   if (!words.frames.empty()) {
     const auto [first, end] = parse_pair(words.frames, ':', "--frames", "A:B with whole numbers, pictures A to B-1", true);
@@ -169,7 +182,8 @@ DrawingReport run_drawing(const sim::Results& results, const film::RenderSetting
     report.film = film::film(animation, options);
   }
 
-  if (options.shards == 1 && settings.contact_sheet > 0) film::write_contact_sheet(report.frames, options.first, report.film.pictures, settings.contact_sheet, folder / (name + "_sheet.png"));
+  if (options.shards == 1 && settings.contact_sheet > 0)
+    film::write_contact_sheet(report.frames, options.first, report.film.pictures, settings.contact_sheet, folder / (name + "_sheet.png"));
   if (video) report.video = video->finish(throw_if_interrupted);
   return report;
 }
@@ -185,8 +199,7 @@ void require_writable(const fs::path& path) {
   const bool writable = ::access(wanted.c_str(), W_OK | X_OK) == 0;
   const int why = errno;
   if (fresh)
-    for (fs::path at = wanted; at != made.parent_path() && fs::remove(at, error); at = at.parent_path()) {
-    }
+    for (fs::path at = wanted; at != made.parent_path() && fs::remove(at, error); at = at.parent_path()) {}
   if (!writable) throw std::runtime_error(fmt::format("{}: cannot write there: {}", path.string(), std::strerror(why)));
 }
 
@@ -202,13 +215,15 @@ constexpr double rounding = 1e-13;
 void print_simulation(const sim::Results& results) {
   const sim::SolverStatistics& s = results.statistics;
   const double duration = results.times.size() > 0 ? results.times[results.times.size() - 1] : 0.0;
-  fmt::print("simulation   {:g} s in {:.4f} CPU s: {}, tolerance {:g}, {} steps, {} evaluations, {} events, {} samples\n", duration, s.cpu_seconds, s.method,
-             s.tolerance, s.steps, s.evaluations, s.events, results.times.size());
+  fmt::print("simulation   {:g} s in {:.4f} CPU s: {}, tolerance {:g}, {} steps, {} evaluations, {} events, {} samples\n", duration,
+             s.cpu_seconds, s.method, s.tolerance, s.steps, s.evaluations, s.events, results.times.size());
   if (s.accuracy) {
     const sim::AccuracyStatement& a = *s.accuracy;
     fmt::print("accuracy     {:g} asked: {}; found in {:.4f} CPU s\n", a.asked, fmt::join(a.chosen, ", "), a.search_cpu);
-    fmt::print("error        {:.1e} of the range of {}, estimated: {:.1e} of time, {:.1e} of space, {:.1e} of what is left out; halving it would cost about {:.1f} times the CPU time\n",
-               s.error_estimate, s.error_column, a.time, a.space, a.effects, a.half_cost);
+    fmt::print(
+        "error        {:.1e} of the range of {}, estimated: {:.1e} of time, {:.1e} of space, {:.1e} of what is left out; halving it would "
+        "cost about {:.1f} times the CPU time\n",
+        s.error_estimate, s.error_column, a.time, a.space, a.effects, a.half_cost);
   } else if (s.error_estimate >= 0.0 && s.error_estimate < rounding) {
     fmt::print("error        of the time integration negligible: rounding only\n");
   } else if (s.error_estimate >= 0.0) {
@@ -223,7 +238,8 @@ void print_drawing(const DrawingReport& report) {
   fmt::print("pictures     {} of {}x{} in {}", f.pictures, report.size.width, report.size.height, report.frames.string());
   if (f.kept > 0) fmt::print(" ({} drawn, {} kept)", f.drawn, f.kept);
   fmt::print("\n");
-  fmt::print("CPU          {:.2f} s setting up, {:.2f} s deformation, {:.2f} s drawing, {:.2f} s encoding", report.cpu_setup, f.cpu_deform, f.cpu_draw, f.cpu_encode);
+  fmt::print("CPU          {:.2f} s setting up, {:.2f} s deformation, {:.2f} s drawing, {:.2f} s encoding", report.cpu_setup, f.cpu_deform,
+             f.cpu_draw, f.cpu_encode);
   if (f.drawn > 0) fmt::print(": {:.1f} ms a picture", 1e3 * (f.cpu_deform + f.cpu_draw + f.cpu_encode) / f.drawn);
   fmt::print("; {} processes, {:.1f} s\n", f.workers, f.wall_seconds);
   if (report.video.made) fmt::print("video        {} ({:.2f} CPU s)\n", report.video_file.string(), report.video.cpu_seconds);
@@ -234,13 +250,16 @@ void print_drawing(const DrawingReport& report) {
 
 nlohmann::ordered_json simulation_json(const sim::Results& results) {
   const sim::SolverStatistics& s = results.statistics;
-  nlohmann::ordered_json json = {{"method", s.method}, {"tolerance", s.tolerance}, {"steps", s.steps}, {"evaluations", s.evaluations}, {"jacobians", s.jacobians},
-                                 {"events", s.events}, {"restarts", s.restarts}, {"cpu_seconds", s.cpu_seconds}, {"samples", results.times.size()}};
+  nlohmann::ordered_json json = {{"method", s.method},           {"tolerance", s.tolerance},     {"steps", s.steps},
+                                 {"evaluations", s.evaluations}, {"jacobians", s.jacobians},     {"events", s.events},
+                                 {"restarts", s.restarts},       {"cpu_seconds", s.cpu_seconds}, {"samples", results.times.size()}};
   if (s.error_estimate >= 0.0) json["error_estimate"] = {{"relative", s.error_estimate}, {"column", s.error_column}};
   if (s.accuracy) {
     const sim::AccuracyStatement& a = *s.accuracy;
-    json["accuracy"] = {{"asked", a.asked}, {"error", s.error_estimate}, {"time", a.time}, {"space", a.space}, {"effects", a.effects}, {"column", a.column},
-                        {"half_cost", a.half_cost}, {"search_cpu_seconds", a.search_cpu}, {"chosen", a.chosen}};
+    json["accuracy"] = {
+        {"asked", a.asked},     {"error", s.error_estimate}, {"time", a.time},           {"space", a.space},
+        {"effects", a.effects}, {"column", a.column},        {"half_cost", a.half_cost}, {"search_cpu_seconds", a.search_cpu},
+        {"chosen", a.chosen}};
   }
   json["warnings"] = s.notes.texts(sim::Severity::warning);
   json["notes"] = s.notes.texts(sim::Severity::note);
@@ -249,10 +268,19 @@ nlohmann::ordered_json simulation_json(const sim::Results& results) {
 
 nlohmann::ordered_json drawing_json(const DrawingReport& report) {
   const film::FilmReport& f = report.film;
-  nlohmann::ordered_json json = {{"folder", report.frames.string()}, {"pictures", f.pictures}, {"drawn", f.drawn}, {"kept", f.kept},
+  nlohmann::ordered_json json = {{"folder", report.frames.string()},
+                                 {"pictures", f.pictures},
+                                 {"drawn", f.drawn},
+                                 {"kept", f.kept},
                                  {"size", {report.size.width, report.size.height}},
-                                 {"cpu_seconds", {{"setup", report.cpu_setup}, {"deformation", f.cpu_deform}, {"drawing", f.cpu_draw}, {"encoding", f.cpu_encode}, {"video", report.video.cpu_seconds}}},
-                                 {"processes", f.workers}, {"wall_seconds", f.wall_seconds}};
+                                 {"cpu_seconds",
+                                  {{"setup", report.cpu_setup},
+                                   {"deformation", f.cpu_deform},
+                                   {"drawing", f.cpu_draw},
+                                   {"encoding", f.cpu_encode},
+                                   {"video", report.video.cpu_seconds}}},
+                                 {"processes", f.workers},
+                                 {"wall_seconds", f.wall_seconds}};
   json["video"] = report.video.made ? nlohmann::ordered_json(report.video_file.string()) : nlohmann::ordered_json(nullptr);
   json["warnings"] = report.warnings;
   json["notes"] = report.notes;

@@ -60,8 +60,8 @@ struct DrawingReport {
   double cpu_setup = 0.0;  // maps, ranges, camera
   std::vector<std::string> notes, warnings;
 };
-DrawingReport run_drawing(const sim::Results& results, const film::RenderSettings& settings, const sim::Scene* scene, const RenderWords& words,
-                          const std::filesystem::path& folder, const std::string& name);
+DrawingReport run_drawing(const sim::Results& results, const film::RenderSettings& settings, const sim::Scene* scene,
+                          const RenderWords& words, const std::filesystem::path& folder, const std::string& name);
 
 // Fails now rather than after a long simulation: whether files could be made at `path` (a folder that may not exist yet).
 void require_writable(const std::filesystem::path& path);

@@ -30,16 +30,17 @@ Exit codes: 0 done; 1 failed, or pictures differ; 2 wrong usage or bad input; 13
 int run_program(int argc, char** argv) {
   cli::Program program("flexframe", description, FLEXFRAME_VERSION);
   const std::vector<cli::Command> commands = {
-      cli::add_run(program),    cli::add_simulate(program), cli::add_render(program), cli::add_check(program),
-      cli::add_info(program),   cli::add_reduce(program),   cli::add_modes(program),  cli::add_deform(program),
-      cli::add_compare(program), cli::add_effects(program), cli::add_study(program),  cli::add_export(program),
+      cli::add_run(program),     cli::add_simulate(program), cli::add_render(program), cli::add_check(program),
+      cli::add_info(program),    cli::add_reduce(program),   cli::add_modes(program),  cli::add_deform(program),
+      cli::add_compare(program), cli::add_effects(program),  cli::add_study(program),  cli::add_export(program),
   };
   if (!program.parse(argc, argv)) return 0;
   for (const cli::Command& command : commands) {
     if (!command.words.given()) continue;
     const int code = command.action();
     // Results that did not reach their reader are no success.
-    if (std::fflush(stdout) != 0 || std::ferror(stdout)) throw std::runtime_error(fmt::format("cannot write to stdout: {}", std::strerror(errno)));
+    if (std::fflush(stdout) != 0 || std::ferror(stdout))
+      throw std::runtime_error(fmt::format("cannot write to stdout: {}", std::strerror(errno)));
     return code;
   }
   throw std::logic_error("a subcommand without an action");

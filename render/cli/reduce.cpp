@@ -52,7 +52,8 @@ void apply_material(sim::FeModel& model, const std::string& text) {
   for (int i = 0; i < 3; ++i) {
     char* end = nullptr;
     *values[i] = std::strtod(at, &end);
-    if (end == at || (i < 2 ? *end != ',' : *end != '\0')) throw UsageError(fmt::format("--material '{}': [SET=]YOUNGS_MODULUS,POISSON,DENSITY in SI is expected", text));
+    if (end == at || (i < 2 ? *end != ',' : *end != '\0'))
+      throw UsageError(fmt::format("--material '{}': [SET=]YOUNGS_MODULUS,POISSON,DENSITY in SI is expected", text));
     at = end + 1;
   }
   sim::set_material(model, m, set);
@@ -107,7 +108,8 @@ sim::ReduceInterface interface_of(sim::FeModel& model, const std::string& text) 
       for (int d = 0; d < 3; ++d) {
         char* end = nullptr;
         centre(d) = std::strtod(at, &end);
-        if (end == at || (d < 2 ? *end != ',' : *end != '\0')) throw UsageError(fmt::format("--interface '{}': @x,y,z in metres is expected", text));
+        if (end == at || (d < 2 ? *end != ',' : *end != '\0'))
+          throw UsageError(fmt::format("--interface '{}': @x,y,z in metres is expected", text));
         at = end + 1;
       }
     }
@@ -147,21 +149,30 @@ sim::FeModel read_model(const Words& w) {
     if (mass.empty() || nodes.empty()) throw UsageError("a stiffness matrix needs --mass M.mtx and --node-table FILE");
     return sim::read_fe_matrices(path, mass, nodes, dofs, units);
   }
-  throw sim::InputError(fmt::format("{}: '{}' is no known kind of model: .inp (Abaqus, CalculiX), .msh (gmsh), .sti (CalculiX matrices), .mtx (Matrix Market) can be read", w.model, ending));
+  throw sim::InputError(
+      fmt::format("{}: '{}' is no known kind of model: .inp (Abaqus, CalculiX), .msh (gmsh), .sti (CalculiX matrices), .mtx (Matrix "
+                  "Market) can be read",
+                  w.model, ending));
 }
 
 std::string report_text(const Words& w, const sim::Reduction& r) {
   const sim::ReduceReport& p = r.report;
-  std::string t = fmt::format("# Reduction of {}\n\n{} nodes, {} elements, {} degrees of freedom, {} rigid motions; factor of {:.3g} million entries.\n\n", w.model, p.nodes, p.elements,
-                              p.degrees_of_freedom, p.rigid_motions, p.factor_entries / 1e6);
+  std::string t = fmt::format(
+      "# Reduction of {}\n\n{} nodes, {} elements, {} degrees of freedom, {} rigid motions; factor of {:.3g} million entries.\n\n", w.model,
+      p.nodes, p.elements, p.degrees_of_freedom, p.rigid_motions, p.factor_entries / 1e6);
   const sim::FlexibleBody& b = r.body;
   const sim::Vec3 centre = b.md0 / b.mass;
-  t += fmt::format("mass {:.9g} kg, centre of mass ({:.6g}, {:.6g}, {:.6g}) m, inertia about the origin xx {:.6g} yy {:.6g} zz {:.6g} xy {:.6g} xz {:.6g} yz {:.6g} kg m^2\n\n", b.mass, centre.x(),
-                   centre.y(), centre.z(), b.J0(0), b.J0(1), b.J0(2), b.J0(3), b.J0(4), b.J0(5));
-  t += fmt::format("{} elastic coordinates, {} nodes, geometric stiffening {}\n\n", b.n, b.nodes.size(), !b.nodes.empty() && b.nodes[0].phi2[0].size() > 0 ? "on" : "off");
+  t += fmt::format(
+      "mass {:.9g} kg, centre of mass ({:.6g}, {:.6g}, {:.6g}) m, inertia about the origin xx {:.6g} yy {:.6g} zz {:.6g} xy {:.6g} xz "
+      "{:.6g} yz {:.6g} kg m^2\n\n",
+      b.mass, centre.x(), centre.y(), centre.z(), b.J0(0), b.J0(1), b.J0(2), b.J0(3), b.J0(4), b.J0(5));
+  t += fmt::format("{} elastic coordinates, {} nodes, geometric stiffening {}\n\n", b.n, b.nodes.size(),
+                   !b.nodes.empty() && b.nodes[0].phi2[0].size() > 0 ? "on" : "off");
   t += "| coordinate | frequency, Hz |\n|---|---|\n";
   for (int k = 0; k < p.frequencies.size(); ++k) t += fmt::format("| {} | {:.3f} |\n", k + 1, p.frequencies(k));
-  if (p.compliance_error >= 0.0) t += fmt::format("\nStatic deflection at the interfaces under unit loads there: largest error against the full model {:.3g} %\n", 100.0 * p.compliance_error);
+  if (p.compliance_error >= 0.0)
+    t += fmt::format("\nStatic deflection at the interfaces under unit loads there: largest error against the full model {:.3g} %\n",
+                     100.0 * p.compliance_error);
   t += "\n| stage | CPU s |\n|---|---|\n";
   double total = 0.0;
   for (const auto& s : p.stages) {
@@ -180,7 +191,11 @@ int run(Words& w) {
     for (sim::FeElement& e : model.elements)
       if (sim::fe_is_shell(e.shape) && !(e.thickness > 0.0)) e.thickness = w.thickness;
   sim::ReduceOptions& o = w.options;
-  o.method = w.method == "auto" ? sim::ReduceMethod::automatic : w.method == "guyan" ? sim::ReduceMethod::guyan : w.method == "craig-bampton" ? sim::ReduceMethod::craig_bampton : w.method == "response" ? sim::ReduceMethod::response : sim::ReduceMethod::eigenmodes;
+  o.method = w.method == "auto"            ? sim::ReduceMethod::automatic
+             : w.method == "guyan"         ? sim::ReduceMethod::guyan
+             : w.method == "craig-bampton" ? sim::ReduceMethod::craig_bampton
+             : w.method == "response"      ? sim::ReduceMethod::response
+                                           : sim::ReduceMethod::eigenmodes;
   for (const std::string& i : w.interfaces) o.interfaces.push_back(interface_of(model, i));
   for (int id : w.nodes) o.nodes.push_back(node_of(model, fmt::format("{}", id)));
   for (const std::string& s : w.node_sets)
@@ -188,7 +203,8 @@ int run(Words& w) {
   std::string held_note;
   if (w.hold == "auto" || w.hold == "model") {
     o.held = model.constraints;
-    if (!o.held.empty()) held_note = fmt::format("held by the model's *BOUNDARY ({} motions); --hold none leaves the body free", o.held.size());
+    if (!o.held.empty())
+      held_note = fmt::format("held by the model's *BOUNDARY ({} motions); --hold none leaves the body free", o.held.size());
   } else if (w.hold != "none") {
     for (int n : set_of(model, w.hold))
       for (int d = 0; d < 6; ++d) o.held.push_back({n, d});
@@ -203,7 +219,9 @@ int run(Words& w) {
   sim::Reduction r = sim::reduce(model, o, progress);
   if (!held_note.empty()) r.report.notes.insert(r.report.notes.begin(), held_note);
   for (const std::string& n : r.report.notes) progress("note: " + n);
-  sim::write_sid(sim::from_flexible_body(r.body, fmt::format("made by flexframe reduce from {}", std::filesystem::path(w.model).filename().string())), w.output);
+  sim::write_sid(
+      sim::from_flexible_body(r.body, fmt::format("made by flexframe reduce from {}", std::filesystem::path(w.model).filename().string())),
+      w.output);
   const std::filesystem::path base = w.output;
   const std::string mesh = w.mesh.empty() ? std::filesystem::path(base).replace_extension(".obj").string() : w.mesh;
   const std::string report = w.report.empty() ? std::filesystem::path(base).replace_extension(".md").string() : w.report;
@@ -232,20 +250,32 @@ int run(Words& w) {
 Command add_reduce(Program& program) {
   const auto w = std::make_shared<Words>();
   Subcommand app = program.subcommand("reduce", "make a flexible body (SID) from a finite element model");
-  app.option("MODEL", w->model, "Abaqus or CalculiX .inp, gmsh .msh, CalculiX .sti (with .mas .dof .inp beside it), Matrix Market .mtx").required();
+  app.option("MODEL", w->model, "Abaqus or CalculiX .inp, gmsh .msh, CalculiX .sti (with .mas .dof .inp beside it), Matrix Market .mtx")
+      .required();
   app.option("-o,--output", w->output, "the body, BODY.sid; BODY.obj and BODY.md come with it").required();
   app.option("--mesh", w->mesh, "name of the surface mesh");
   app.option("--report", w->report, "name of the report");
-  app.option("--method", w->method, "auto (craig-bampton with interfaces, else eigen), eigen, guyan, craig-bampton or response").one_of({"auto", "eigen", "guyan", "craig-bampton", "response"}).show_default();
+  app.option("--method", w->method, "auto (craig-bampton with interfaces, else eigen), eigen, guyan, craig-bampton or response")
+      .one_of({"auto", "eigen", "guyan", "craig-bampton", "response"})
+      .show_default();
   app.option("--modes", w->options.modes, "number of modes (with interfaces held for craig-bampton)").not_negative().show_default();
   app.option("--highest", w->options.highest, "highest frequency of interest, Hz: all modes up to it").positive();
   app.option("--lowest", w->options.lowest, "lowest frequency of interest, Hz (response: loads act at half of it)").positive();
-  app.option("--cut-off", w->options.cut_off, "drop modes of the reduced model above this times --highest, but those that static deflection at the interfaces needs").positive().show_default();
+  app.option("--cut-off", w->options.cut_off,
+             "drop modes of the reduced model above this times --highest, but those that static deflection at the interfaces needs")
+      .positive()
+      .show_default();
   app.flag("--no-cut-off", w->no_cut_off, "drop none");
-  app.option("--static-error", w->options.static_error, "what the cut-off may cost of the static deflection at the interfaces; 1: it decides alone").range(0.0, 1.0).show_default();
-  app.option("--interface", w->interfaces, "[NAME=]NODE, a spider's name, [NAME=]rigid:SET[@x,y,z] or [NAME=]average:SET[@x,y,z]; may be repeated");
+  app.option("--static-error", w->options.static_error,
+             "what the cut-off may cost of the static deflection at the interfaces; 1: it decides alone")
+      .range(0.0, 1.0)
+      .show_default();
+  app.option("--interface", w->interfaces,
+             "[NAME=]NODE, a spider's name, [NAME=]rigid:SET[@x,y,z] or [NAME=]average:SET[@x,y,z]; may be repeated");
   app.option("--hold", w->hold, "'model' (*BOUNDARY), 'none', or a node set; default: the model's if it has any").show_default();
-  app.option("--nodes", w->options.node_count, "kept nodes, spread well over the surface, interfaces included").range(1, 1000000).show_default();
+  app.option("--nodes", w->options.node_count, "kept nodes, spread well over the surface, interfaces included")
+      .range(1, 1000000)
+      .show_default();
   app.option("--node", w->nodes, "keep these nodes instead").separated_by(',');
   app.option("--node-set", w->node_sets, "keep the nodes of this set instead; may be repeated");
   app.option("--material", w->materials, "[SET=]YOUNGS_MODULUS,POISSON,DENSITY in SI, for elements without one; may be repeated");

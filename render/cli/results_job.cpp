@@ -30,7 +30,8 @@ ResultsJob read_results_job(const std::string& results_file, const std::string& 
     job.settings = film::read_render_settings(scene_file);
   } else {
     job.scene = scene_of(job.results, job.notes);
-    job.settings = film::parse_render_settings(job.results.scene_text, job.results.scene_file.empty() ? results_file : job.results.scene_file);
+    job.settings =
+        film::parse_render_settings(job.results.scene_text, job.results.scene_file.empty() ? results_file : job.results.scene_file);
   }
   apply_words(words, job.settings);
   film::check_render_settings(job.settings, job.results, scene_file.empty() ? results_file : scene_file);

@@ -28,35 +28,37 @@ Command add_run(Program& program) {
   add_simulation_words(app, words->simulation);
   add_render_words(app, words->render);
 
-  return {app, [words] {
-            namespace fs = std::filesystem;
-            Job job = read_job(words->scene);
-            apply_words(words->render, job.settings);
-            const std::string name = fs::path(words->scene).stem().string();
-            const fs::path out = words->out.empty() ? fs::path(name) : fs::path(words->out);
-            require_writable(out);
+  return {
+      app, [words] {
+        namespace fs = std::filesystem;
+        Job job = read_job(words->scene);
+        apply_words(words->render, job.settings);
+        const std::string name = fs::path(words->scene).stem().string();
+        const fs::path out = words->out.empty() ? fs::path(name) : fs::path(words->out);
+        require_writable(out);
 
-            const sim::Results results = run_simulation(job.scene, words->simulation);
-            film::check_render_settings(job.settings, results, words->scene);
-            make_folder(out);
-            sim::write_results(results, out / "results.h5");
-            const fs::path csv = words->csv.empty() ? out / "histories.csv" : fs::path(words->csv);
-            sim::write_histories_csv(results, csv);
-            const DrawingReport drawing = run_drawing(results, job.settings, &job.scene, words->render, out, name);
+        const sim::Results results = run_simulation(job.scene, words->simulation);
+        film::check_render_settings(job.settings, results, words->scene);
+        make_folder(out);
+        sim::write_results(results, out / "results.h5");
+        const fs::path csv = words->csv.empty() ? out / "histories.csv" : fs::path(words->csv);
+        sim::write_histories_csv(results, csv);
+        const DrawingReport drawing = run_drawing(results, job.settings, &job.scene, words->render, out, name);
 
-            if (words->json) {
-              nlohmann::ordered_json json = {{"scene", words->scene}, {"title", results.title}, {"results", (out / "results.h5").string()}, {"histories", csv.string()}};
-              json["simulation"] = simulation_json(results);
-              json["drawing"] = drawing_json(drawing);
-              fmt::print("{}\n", json.dump(2));
-              return 0;
-            }
-            if (!results.title.empty()) fmt::print("{}\n", results.title);
-            print_simulation(results);
-            fmt::print("results      {}, {}\n", (out / "results.h5").string(), csv.string());
-            print_drawing(drawing);
-            return 0;
-          }};
+        if (words->json) {
+          nlohmann::ordered_json json = {
+              {"scene", words->scene}, {"title", results.title}, {"results", (out / "results.h5").string()}, {"histories", csv.string()}};
+          json["simulation"] = simulation_json(results);
+          json["drawing"] = drawing_json(drawing);
+          fmt::print("{}\n", json.dump(2));
+          return 0;
+        }
+        if (!results.title.empty()) fmt::print("{}\n", results.title);
+        print_simulation(results);
+        fmt::print("results      {}, {}\n", (out / "results.h5").string(), csv.string());
+        print_drawing(drawing);
+        return 0;
+      }};
 }
 
 }  // namespace flexframe::cli

@@ -46,7 +46,9 @@ Command add_study(Program& program) {
   Subcommand app = program.subcommand("study", "what accuracy costs in time: sweeps, table, diagrams, recommendation");
   app.option("SCENE", words->scene, "scene file (TOML)").required();
   app.option("-o,--out", words->out, "output folder; default: NAME-study");
-  app.option("--axes", words->axes, fmt::format("any of {}; default: all that the scene has", fmt::join(film::study_axes(), ","))).separated_by(',').one_word();
+  app.option("--axes", words->axes, fmt::format("any of {}; default: all that the scene has", fmt::join(film::study_axes(), ",")))
+      .separated_by(',')
+      .one_word();
   app.option("--repeats", words->repeats, "runs of every point, for the median CPU time").range(1, 99).show_default();
   app.option("--longest", words->longest, "CPU seconds after which a run is given up; default: twenty times the scene's own").positive();
   app.option("--reference", words->reference, "histories (CSV) to compare with, in place of an own reference");
@@ -70,7 +72,8 @@ Command add_study(Program& program) {
             options.command = fmt::format("flexframe study {}", words->scene);
             if (!words->axes.empty()) options.command += fmt::format(" --axes {}", fmt::join(words->axes, ","));
             if (words->longest > 0.0) options.command += fmt::format(" --longest {:g}", words->longest);
-            options.command += words->reference.empty() ? fmt::format(" --reference-seconds {:g}", words->reference_seconds) : fmt::format(" --reference {}", words->reference);
+            options.command += words->reference.empty() ? fmt::format(" --reference-seconds {:g}", words->reference_seconds)
+                                                        : fmt::format(" --reference {}", words->reference);
             options.command += fmt::format(" --repeats {}", words->repeats);
             require_writable(options.folder);
             Progress progress("studying");

@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <csignal>
-#include <cmath>
-#include <cstdio>
 #include <unistd.h>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
 
 namespace flexframe::cli {
 namespace {
@@ -17,7 +17,7 @@ void note_signal(int) { asked_to_stop = 1; }
 }  // namespace
 
 void watch_interrupts() {
-  struct sigaction action{};
+  struct sigaction action {};
   action.sa_handler = note_signal;
   // A second signal ends the process at once: no run can be so stuck that it ignores the user.
   action.sa_flags = static_cast<int>(SA_RESETHAND);

@@ -24,7 +24,8 @@ Bounds posed(const Bounds& b, const glm::dmat4& pose) {
   Bounds out;
   if (b.empty()) return out;
   for (int i = 0; i < 8; ++i)
-    out.add(glm::dvec3(pose * glm::dvec4(i & 1 ? b.upper.x : b.lower.x, i & 2 ? b.upper.y : b.lower.y, i & 4 ? b.upper.z : b.lower.z, 1.0)));
+    out.add(
+        glm::dvec3(pose * glm::dvec4(i & 1 ? b.upper.x : b.lower.x, i & 2 ? b.upper.y : b.lower.y, i & 4 ? b.upper.z : b.lower.z, 1.0)));
   return out;
 }
 
@@ -36,13 +37,17 @@ void check_picture(const Picture& p) {
     refuse(fmt::format("{} antialiasing samples; 1, 4, 9 and 16 are allowed", p.look.samples));
   const int n = static_cast<int>(std::lround(std::sqrt(p.look.samples)));
   if (std::max(p.size.width, p.size.height) * n > 16384)
-    refuse(fmt::format("picture of {} x {} pixels with {} samples; pixels times samples along a side must not exceed 16384", p.size.width, p.size.height, p.look.samples));
+    refuse(fmt::format("picture of {} x {} pixels with {} samples; pixels times samples along a side must not exceed 16384", p.size.width,
+                       p.size.height, p.look.samples));
   const auto check_camera = [&](const Camera& c) {
-    const double numbers[] = {c.position.x, c.position.y, c.position.z, c.target.x, c.target.y, c.target.z, c.up.x, c.up.y, c.up.z, c.fov, c.height};
+    const double numbers[] = {c.position.x, c.position.y, c.position.z, c.target.x, c.target.y, c.target.z,
+                              c.up.x,       c.up.y,       c.up.z,       c.fov,      c.height};
     for (const double v : numbers)
       if (!std::isfinite(v)) refuse("camera with a number that is not finite");
-    if (c.projection == Projection::perspective && !(c.fov > 0.0 && c.fov < 180.0)) refuse(fmt::format("camera with a field of view of {} degrees; it must lie between 0 and 180", c.fov));
-    if (c.projection == Projection::orthographic && !(c.height > 0.0)) refuse(fmt::format("orthographic camera of height {} m; it must be positive", c.height));
+    if (c.projection == Projection::perspective && !(c.fov > 0.0 && c.fov < 180.0))
+      refuse(fmt::format("camera with a field of view of {} degrees; it must lie between 0 and 180", c.fov));
+    if (c.projection == Projection::orthographic && !(c.height > 0.0))
+      refuse(fmt::format("orthographic camera of height {} m; it must be positive", c.height));
     if (!(glm::length(c.target - c.position) > 0.0)) refuse("camera whose position and target coincide");
     if (!(glm::length(c.up) > 0.0)) refuse("camera whose up vector is zero");
   };
@@ -52,14 +57,16 @@ void check_picture(const Picture& p) {
     const Surface& s = p.surfaces[i];
     const auto name = [&] { return fmt::format("surface {} of the picture: ", i); };
     const auto same = [&](std::size_t n_values, const char* what) {
-      if (n_values != 0 && n_values != s.positions.size()) refuse(name() + fmt::format("{} {} for {} positions", n_values, what, s.positions.size()));
+      if (n_values != 0 && n_values != s.positions.size())
+        refuse(name() + fmt::format("{} {} for {} positions", n_values, what, s.positions.size()));
     };
     same(s.normals.size(), "normals");
     same(s.scalars.size(), "scalars");
     same(s.colors.size(), "colours");
     unsigned largest = 0;
     for (const glm::uvec3& t : s.triangles) largest = std::max({largest, t.x, t.y, t.z});
-    if (!s.triangles.empty() && largest >= s.positions.size()) refuse(name() + fmt::format("triangle with position {} of {}", largest, s.positions.size()));
+    if (!s.triangles.empty() && largest >= s.positions.size())
+      refuse(name() + fmt::format("triangle with position {} of {}", largest, s.positions.size()));
     if (!all_finite(s.positions)) {
       std::size_t k = 0;
       while (all_finite(s.positions.subspan(k, 1))) ++k;
@@ -153,25 +160,31 @@ PixelRect covered(const Bounds& box, const glm::dmat4& pose, const ViewFrame& fr
   const glm::dmat4 clip = frame.clip * frame.view * pose;
   glm::dvec2 lower(1e300), upper(-1e300);
   for (int i = 0; i < 8; ++i) {
-    const glm::dvec4 q = clip * glm::dvec4(i & 1 ? box.upper.x : box.lower.x, i & 2 ? box.upper.y : box.lower.y, i & 4 ? box.upper.z : box.lower.z, 1.0);
+    const glm::dvec4 q =
+        clip * glm::dvec4(i & 1 ? box.upper.x : box.lower.x, i & 2 ? box.upper.y : box.lower.y, i & 4 ? box.upper.z : box.lower.z, 1.0);
     if (q.w <= 0.0) return {0, 0, width, height};
     const glm::dvec2 s((0.5 + 0.5 * q.x / q.w) * width, (0.5 + 0.5 * q.y / q.w) * height);
     lower = glm::min(lower, s);
     upper = glm::max(upper, s);
   }
-  const int x0 = static_cast<int>(std::clamp(std::floor(lower.x - extra), 0.0, double(width))), x1 = static_cast<int>(std::clamp(std::ceil(upper.x + extra), 0.0, double(width)));
-  const int y0 = static_cast<int>(std::clamp(std::floor(lower.y - extra), 0.0, double(height))), y1 = static_cast<int>(std::clamp(std::ceil(upper.y + extra), 0.0, double(height)));
+  const int x0 = static_cast<int>(std::clamp(std::floor(lower.x - extra), 0.0, double(width))),
+            x1 = static_cast<int>(std::clamp(std::ceil(upper.x + extra), 0.0, double(width)));
+  const int y0 = static_cast<int>(std::clamp(std::floor(lower.y - extra), 0.0, double(height))),
+            y1 = static_cast<int>(std::clamp(std::ceil(upper.y + extra), 0.0, double(height)));
   return {x0, y0, x1 - x0, y1 - y0};
 }
 
 PixelRect covered(const Content& content, const Picture& picture, const ViewFrame& frame, int per_pixel, double unit) {
   PixelRect all;
   for (std::size_t i = 0; i < content.surfaces.size(); ++i)
-    if (!content.surfaces[i].triangles.empty()) all = joined(all, covered(content.boxes[i], content.surfaces[i].pose, frame, per_pixel, 2.0));
+    if (!content.surfaces[i].triangles.empty())
+      all = joined(all, covered(content.boxes[i], content.surfaces[i].pose, frame, per_pixel, 2.0));
   for (const Lines& l : picture.lines)
-    all = joined(all, covered(compute_bounds(l.points), l.pose, frame, per_pixel, std::max(double(per_pixel), static_cast<double>(l.width) * unit) + 2.0));
+    all = joined(all, covered(compute_bounds(l.points), l.pose, frame, per_pixel,
+                              std::max(double(per_pixel), static_cast<double>(l.width) * unit) + 2.0));
   for (const Markers& m : picture.markers)
-    all = joined(all, covered(compute_bounds(m.points), m.pose, frame, per_pixel, std::max(2.0 * per_pixel, static_cast<double>(m.diameter) * unit) + 2.0));
+    all = joined(all, covered(compute_bounds(m.points), m.pose, frame, per_pixel,
+                              std::max(2.0 * per_pixel, static_cast<double>(m.diameter) * unit) + 2.0));
   return all;
 }
 

@@ -12,10 +12,10 @@ namespace flexframe::render {
 // Surfaces of the picture, then its arrows and triads turned into surfaces.
 struct Content {
   std::vector<Surface> surfaces;
-  std::vector<Bounds> boxes;       // one a surface, in its own frame: tighter on the picture than a box of the world
-  std::vector<Shape> shapes;       // memory of arrows
-  Bounds all;                      // world; of surfaces, lines and markers
-  Bounds casters;                  // world; of what throws shadows
+  std::vector<Bounds> boxes;  // one a surface, in its own frame: tighter on the picture than a box of the world
+  std::vector<Shape> shapes;  // memory of arrows
+  Bounds all;                 // world; of surfaces, lines and markers
+  Bounds casters;             // world; of what throws shadows
 };
 
 // Throws std::invalid_argument if the picture is inconsistent.

@@ -12,8 +12,8 @@ namespace flexframe::render {
 namespace {
 
 // Tokens of GL/osmesa.h, which would pull in a second OpenGL header.
-constexpr int osmesa_format = 0x22, osmesa_depth_bits = 0x30, osmesa_profile = 0x33, osmesa_core_profile = 0x34,
-              osmesa_major = 0x36, osmesa_minor = 0x37, osmesa_rgba = 0x1908;
+constexpr int osmesa_format = 0x22, osmesa_depth_bits = 0x30, osmesa_profile = 0x33, osmesa_core_profile = 0x34, osmesa_major = 0x36,
+              osmesa_minor = 0x37, osmesa_rgba = 0x1908;
 constexpr unsigned gl_unsigned_byte = 0x1401;
 
 // Opened once a process and never closed: drivers keep threads and exit handlers in the library.
@@ -39,7 +39,7 @@ void* osmesa_library() {
 }
 
 class OsMesa final : public Context {
-public:
+ public:
   OsMesa() {
     void* library = osmesa_library();
     make_ = symbol<decltype(make_)>(library, "OSMesaMakeCurrent");
@@ -47,8 +47,8 @@ public:
     destroy_ = symbol<decltype(destroy_)>(library, "OSMesaDestroyContext");
     const auto create = symbol<void* (*)(const int*, void*)>(library, "OSMesaCreateContextAttribs");
     // No depth, no more than a pixel: pictures are drawn to framebuffer objects only.
-    const std::array<int, 12> attributes = {osmesa_format, osmesa_rgba, osmesa_depth_bits, 0, osmesa_profile, osmesa_core_profile,
-                                            osmesa_major, 4, osmesa_minor, 5, 0, 0};
+    const std::array<int, 12> attributes = {
+        osmesa_format, osmesa_rgba, osmesa_depth_bits, 0, osmesa_profile, osmesa_core_profile, osmesa_major, 4, osmesa_minor, 5, 0, 0};
     context_ = create(attributes.data(), nullptr);
     if (!context_) throw std::runtime_error("OSMesa has no OpenGL 4.5 core profile");
     make_current();
@@ -59,7 +59,7 @@ public:
   }
   void* get_proc(const char* name) override { return reinterpret_cast<void*>(proc_(name)); }
 
-private:
+ private:
   unsigned char (*make_)(void*, void*, unsigned, int, int) = nullptr;
   void (*(*proc_)(const char*))() = nullptr;
   void (*destroy_)(void*) = nullptr;
@@ -68,7 +68,7 @@ private:
 };
 
 class Egl final : public Context {
-public:
+ public:
   Egl() {
     static void* library = open_library({"libEGL.so.1", "libEGL.so"}, "libegl1");
     proc_ = symbol<decltype(proc_)>(library, "eglGetProcAddress");
@@ -85,8 +85,9 @@ public:
     const auto usable = [&](EGLDisplay display) {
       EGLint major = 0, minor = 0;
       if (display == EGL_NO_DISPLAY || !initialize(display, &major, &minor) || !bind(EGL_OPENGL_API)) return false;
-      const std::array<EGLint, 7> attributes = {EGL_CONTEXT_MAJOR_VERSION, 4, EGL_CONTEXT_MINOR_VERSION, 5,
-                                                EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
+      const std::array<EGLint, 7> attributes = {
+          EGL_CONTEXT_MAJOR_VERSION,           4,       EGL_CONTEXT_MINOR_VERSION, 5, EGL_CONTEXT_OPENGL_PROFILE_MASK,
+          EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
       context_ = create(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes.data());
       if (context_ == EGL_NO_CONTEXT) return false;
       display_ = display;
@@ -99,7 +100,8 @@ public:
       if (query_devices(static_cast<EGLint>(devices.size()), devices.data(), &count))
         for (EGLint i = 0; i < count && !found; ++i) found = usable(platform_display(EGL_PLATFORM_DEVICE_EXT, devices[i], nullptr));
     }
-    if (!found) throw std::runtime_error("EGL gives no OpenGL 4.5 core profile without a surface (tried the surfaceless platform and every device)");
+    if (!found)
+      throw std::runtime_error("EGL gives no OpenGL 4.5 core profile without a surface (tried the surfaceless platform and every device)");
     make_current();
   }
   // The display stays initialised: other contexts of the process may use it.
@@ -114,7 +116,7 @@ public:
   }
   void* get_proc(const char* name) override { return reinterpret_cast<void*>(proc_(name)); }
 
-private:
+ private:
   __eglMustCastToProperFunctionPointerType (*proc_)(const char*) = nullptr;
   EGLBoolean (*make_)(EGLDisplay, EGLSurface, EGLSurface, EGLContext) = nullptr;
   EGLBoolean (*destroy_)(EGLDisplay, EGLContext) = nullptr;

@@ -8,7 +8,7 @@
 namespace flexframe::render {
 
 class Context {
-public:
+ public:
   virtual ~Context() = default;
   virtual void make_current() = 0;
   virtual void* get_proc(const char* name) = 0;

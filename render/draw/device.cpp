@@ -13,7 +13,7 @@ GLint Program::location(const char* name) {
 }
 
 Device::Device(std::unique_ptr<Context> context) : context_(std::move(context)) {
-#define FLEXFRAME_GL_LOAD(type, name) \
+#define FLEXFRAME_GL_LOAD(type, name)                                \
   gl_.name = reinterpret_cast<type>(context_->get_proc("gl" #name)); \
   if (!gl_.name) throw std::runtime_error("OpenGL lacks gl" #name);
   FLEXFRAME_GL_FUNCTIONS(FLEXFRAME_GL_LOAD)
@@ -58,7 +58,9 @@ Program& Device::program(ShaderKind kind, const std::vector<const char*>& switch
     return shader;
   };
   static const std::map<ShaderKind, std::pair<const char*, const char*>> sources = {
-      {ShaderKind::surface, {surface_vertex, surface_fragment}}, {ShaderKind::cover, {cover_vertex, surface_fragment}}, {ShaderKind::line, {line_vertex, line_fragment}},
+      {ShaderKind::surface, {surface_vertex, surface_fragment}},
+      {ShaderKind::cover, {cover_vertex, surface_fragment}},
+      {ShaderKind::line, {line_vertex, line_fragment}},
       {ShaderKind::marker, {marker_vertex, marker_fragment}}};
   const auto& source = sources.at(kind);
   const GLuint vertex = compile(GL_VERTEX_SHADER, source.first), fragment = compile(GL_FRAGMENT_SHADER, source.second);
@@ -144,7 +146,8 @@ void Device::add_store(Target& t) {
   gl_.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, t.store, 0);
   gl_.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, t.depth, 0);
   if (gl_.CheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
-    throw std::runtime_error("OpenGL cannot keep " + std::to_string(t.width) + " x " + std::to_string(t.height) + " samples to be lit later");
+    throw std::runtime_error("OpenGL cannot keep " + std::to_string(t.width) + " x " + std::to_string(t.height) +
+                             " samples to be lit later");
 }
 
 Target& Device::target(const std::string& role, int width, int height, bool has_color, bool float_color) {

@@ -28,7 +28,7 @@ struct Target {
 };
 
 class Program {
-public:
+ public:
   Program(const Gl& gl, GLuint id) : gl_(gl), id_(id) {}
   void use() const { gl_.UseProgram(id_); }
   GLuint id() const { return id_; }
@@ -39,11 +39,13 @@ public:
   void set(const char* name, const glm::vec3& v) { gl_.Uniform3fv(location(name), 1, &v[0]); }
   void set(const char* name, const glm::vec4& v) { gl_.Uniform4fv(location(name), 1, &v[0]); }
   void set(const char* name, std::uint32_t v) { gl_.Uniform1uiv(location(name), 1, &v); }
-  void set(const char* name, std::span<const std::uint32_t> v) { gl_.Uniform1uiv(location(name), static_cast<GLsizei>(v.size()), v.data()); }
+  void set(const char* name, std::span<const std::uint32_t> v) {
+    gl_.Uniform1uiv(location(name), static_cast<GLsizei>(v.size()), v.data());
+  }
   void set(const char* name, const glm::mat3& v) { gl_.UniformMatrix3fv(location(name), 1, GL_FALSE, &v[0][0]); }
   void set(const char* name, const glm::mat4& v) { gl_.UniformMatrix4fv(location(name), 1, GL_FALSE, &v[0][0]); }
 
-private:
+ private:
   GLint location(const char* name);
   const Gl& gl_;
   GLuint id_;
@@ -51,7 +53,7 @@ private:
 };
 
 class Device {
-public:
+ public:
   explicit Device(std::unique_ptr<Context> context);
   ~Device();
   Device(const Device&) = delete;
@@ -65,7 +67,9 @@ public:
 
   // Buffer with these bytes; the same span asked for again in one picture is uploaded once.
   template <class T>
-  GLuint buffer(GLenum target, std::span<const T> data) { return buffer(target, data.data(), data.size_bytes()); }
+  GLuint buffer(GLenum target, std::span<const T> data) {
+    return buffer(target, data.data(), data.size_bytes());
+  }
   GLuint buffer(GLenum target, const void* data, std::size_t bytes);
   // Buffer with these bytes for one draw.
   void stream(GLenum target, const void* data, std::size_t bytes);
@@ -83,7 +87,7 @@ public:
   // Throws std::runtime_error if OpenGL reports an error since the last call.
   void check(const char* where);
 
-private:
+ private:
   GLuint texture(const std::string& role);
   void remove(Target& target);
   std::unique_ptr<Context> context_;

@@ -31,10 +31,12 @@ void set_material(Program& program, const Surface& s, const Lighting& lighting) 
   const bool mapped = !s.scalars.empty();
   const float roughness = std::clamp(s.material.roughness, 0.08f, 1.0f), metallic = std::clamp(s.material.metallic, 0.0f, 1.0f);
   const float share = mapped ? 0.55f : 1.0f, shine = mapped ? 0.35f : 1.0f, alpha = roughness * roughness;
-  const glm::vec4 diffuse(1.0f - share + share * 0.46f * lighting.ambient, share * 0.16f * lighting.ambient, share * 0.16f * lighting.ambient, share * 0.62f * lighting.key);
+  const glm::vec4 diffuse(1.0f - share + share * 0.46f * lighting.ambient, share * 0.16f * lighting.ambient,
+                          share * 0.16f * lighting.ambient, share * 0.62f * lighting.key);
   program.set("base_color", linear_from_srgb(glm::clamp(s.material.color, 0.0f, 1.0f)));
   program.set("diffuse_terms", (1.0f - metallic) * diffuse);
-  program.set("gloss", glm::vec4(alpha, 0.5f / std::numbers::pi_v<float> * alpha * alpha, 0.9f * lighting.key * shine, lighting.ambient * shine));
+  program.set("gloss",
+              glm::vec4(alpha, 0.5f / std::numbers::pi_v<float> * alpha * alpha, 0.9f * lighting.key * shine, lighting.ambient * shine));
   program.set("mirror_terms", glm::vec3(0.5f / glm::mix(0.08f, 1.0f, roughness), std::max(1.0f - roughness, 0.04f), metallic));
 }
 
@@ -106,7 +108,8 @@ void Painter::light_kept(const Picture& p, const Content& d, const std::vector<s
     std::array<std::uint32_t, 8> members{};
   };
   const auto alike = [](const Surface& a, const Surface& b) {
-    return a.material.roughness == b.material.roughness && a.material.metallic == b.material.metallic && a.scalars.empty() == b.scalars.empty();
+    return a.material.roughness == b.material.roughness && a.material.metallic == b.material.metallic &&
+           a.scalars.empty() == b.scalars.empty();
   };
   std::vector<Group> groups;
   for (const std::size_t i : kept) {
@@ -138,7 +141,8 @@ void Painter::light_kept(const Picture& p, const Content& d, const std::vector<s
     const double near = v.frame->near, far = v.frame->far, step = v.frame->pixel / v.per_pixel;
     const bool flat = v.frame->orthographic;
     program.set("planes", flat ? glm::vec4(far, near - far, 0.0, 1.0) : glm::vec4(near * far, 0.0, far - near, near));
-    program.set("place", glm::vec4(step, step, step * (v.x - 0.5 * static_cast<double>(v.samples.x)), step * (v.y - 0.5 * static_cast<double>(v.samples.y))));
+    program.set("place", glm::vec4(step, step, step * (v.x - 0.5 * static_cast<double>(v.samples.x)),
+                                   step * (v.y - 0.5 * static_cast<double>(v.samples.y))));
     program.set("orthographic", flat ? 1.0f : 0.0f);
     gl.ActiveTexture(GL_TEXTURE1);
     gl.BindTexture(GL_TEXTURE_2D, v.target->store);
@@ -162,7 +166,8 @@ void Painter::set_view(Program& program, const Picture& p, const Surface& s, con
   set_material(program, s, p.lighting);
   // Towards the viewer, from a sample: minus the ray through it, for a perspective camera.
   const double step = v.frame->orthographic ? 0.0 : v.frame->pixel / v.per_pixel;
-  program.set("ray", glm::vec4(-step, -step, step * (0.5 * static_cast<double>(v.samples.x) - v.x), step * (0.5 * static_cast<double>(v.samples.y) - v.y)));
+  program.set("ray", glm::vec4(-step, -step, step * (0.5 * static_cast<double>(v.samples.x) - v.x),
+                               step * (0.5 * static_cast<double>(v.samples.y) - v.y)));
   if (!v.light || v.ghost) return;
   const glm::dmat4 light_from_view = v.light->map_from_world * glm::inverse(v.frame->view);
   program.set("light_from_view", glm::mat4(light_from_view));
@@ -186,7 +191,6 @@ void Painter::draw_symbols(const Picture& p, const ViewState& v) {
   }
   gl.Enable(GL_DEPTH_TEST);
 }
-
 
 void Painter::attribute(GLuint index, GLint components, GLuint buffer, std::size_t offset, GLuint divisor) {
   const Gl& gl = device_.gl();

@@ -15,16 +15,16 @@ namespace flexframe::render {
 struct ViewState {
   const ViewFrame* frame = nullptr;
   int per_pixel = 1;
-  glm::vec2 samples{0.0f};              // of the view
-  int x = 0, y = 0;                     // first sample drawn, from the lower left of the view
-  glm::vec3 to_light{0.0f}, up{0.0f};   // camera frame
-  const LightFrame* light = nullptr;    // null: no shadow
-  double shadow_reach = 0.0;            // m, half width of the shadow's filter
-  GLuint shadow = 0;                    // moments of the filtered map
-  glm::vec4 shadow_part{1.0f, 1.0f, 0.0f, 0.0f};  // texture coordinates from those of the light: scale, offset
+  glm::vec2 samples{0.0f};                             // of the view
+  int x = 0, y = 0;                                    // first sample drawn, from the lower left of the view
+  glm::vec3 to_light{0.0f}, up{0.0f};                  // camera frame
+  const LightFrame* light = nullptr;                   // null: no shadow
+  double shadow_reach = 0.0;                           // m, half width of the shadow's filter
+  GLuint shadow = 0;                                   // moments of the filtered map
+  glm::vec4 shadow_part{1.0f, 1.0f, 0.0f, 0.0f};       // texture coordinates from those of the light: scale, offset
   std::span<const std::uint32_t> colors, colors_kept;  // color_steps_of the map, 10 and 8 bits a channel
-  Target* target = nullptr;             // bound for opaque things; null: every sample is lit as it is drawn
-  double unit = 1.0;                    // samples of one pixel at 720 lines
+  Target* target = nullptr;                            // bound for opaque things; null: every sample is lit as it is drawn
+  double unit = 1.0;                                   // samples of one pixel at 720 lines
   bool ghost = false;
   bool scalar_output = false;
 };
@@ -33,7 +33,7 @@ struct ViewState {
 std::vector<std::uint32_t> color_steps_of(Colormap map, int bits);
 
 class Painter {
-public:
+ public:
   explicit Painter(Device& device) : device_(device) {}
 
   // Depth test and clearing for opaque things; the target must be bound.
@@ -55,7 +55,7 @@ public:
   // At the end of a picture: its arrays are forgotten.
   void forget();
 
-private:
+ private:
   // Corners of all triangles one by one, with the distance coordinates that edges need.
   struct Exploded {
     std::vector<glm::vec3> positions, normals, colors, corners;

@@ -131,7 +131,9 @@ struct Renderer::Impl {
       gl.BindFramebuffer(GL_READ_FRAMEBUFFER, opaque.framebuffer);
       gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, scratch.framebuffer);
       gl.Disable(GL_SCISSOR_TEST);
-      if (!on_top) gl.BlitFramebuffer(r.x, r.y, r.x + r.width, r.y + r.height, r.x, r.y, r.x + r.width, r.y + r.height, GL_DEPTH_BUFFER_BIT, GL_NEAREST);
+      if (!on_top)
+        gl.BlitFramebuffer(r.x, r.y, r.x + r.width, r.y + r.height, r.x, r.y, r.x + r.width, r.y + r.height, GL_DEPTH_BUFFER_BIT,
+                           GL_NEAREST);
       gl.BindFramebuffer(GL_FRAMEBUFFER, scratch.framebuffer);
       gl.Viewport(-v.x, -v.y, static_cast<GLsizei>(v.samples.x), static_cast<GLsizei>(v.samples.y));
       gl.Enable(GL_SCISSOR_TEST);
@@ -153,9 +155,12 @@ struct Renderer::Impl {
       gl.Disable(GL_SCISSOR_TEST);
       layers.push_back(std::move(g));
     };
-    for (const std::size_t i : shells) layer(d.boxes[i], d.surfaces[i].pose, 0.0, false, [&] { painter.draw_surface(d.surfaces[i], p, v, 0); });
-    for (const Lines* l : lines) layer(compute_bounds(l->points), l->pose, static_cast<double>(l->width) * v.unit, l->on_top, [&] { painter.draw_lines(*l, v); });
-    for (const Markers* m : markers) layer(compute_bounds(m->points), m->pose, static_cast<double>(m->diameter) * v.unit, m->on_top, [&] { painter.draw_markers(*m, v); });
+    for (const std::size_t i : shells)
+      layer(d.boxes[i], d.surfaces[i].pose, 0.0, false, [&] { painter.draw_surface(d.surfaces[i], p, v, 0); });
+    for (const Lines* l : lines)
+      layer(compute_bounds(l->points), l->pose, static_cast<double>(l->width) * v.unit, l->on_top, [&] { painter.draw_lines(*l, v); });
+    for (const Markers* m : markers)
+      layer(compute_bounds(m->points), m->pose, static_cast<double>(m->diameter) * v.unit, m->on_top, [&] { painter.draw_markers(*m, v); });
     return layers;
   }
 
@@ -179,8 +184,8 @@ struct Renderer::Impl {
     const Picture& picture;
     const Content& content;
     const Layout& layout;
-    double radius;                   // m, what occlusion reaches by
-    int per_pixel;                   // samples along a pixel's side
+    double radius;  // m, what occlusion reaches by
+    int per_pixel;  // samples along a pixel's side
     std::vector<ViewFrame> frames{};
     std::vector<GroundFrame> grounds{};
     std::vector<bool> outlined = std::vector<bool>(256, false);  // by the number that a surface's samples carry
@@ -197,7 +202,8 @@ struct Renderer::Impl {
   // Painted anew only where something about it has changed.
   void update_backdrop(const Drawing& drawing) {
     const Picture& p = drawing.picture;
-    BackdropKey key{p.size, p.background.top, p.background.bottom, {}, p.background.transparent, p.ground.has_value(), {}, {}, 0.0, 0.0, drawing.layout.unit};
+    BackdropKey key{p.size, p.background.top,   p.background.bottom, {}, p.background.transparent, p.ground.has_value(), {}, {}, 0.0,
+                    0.0,    drawing.layout.unit};
     if (p.ground) {
       key.line = p.ground->line_color;
       for (std::size_t i = 0; i < drawing.frames.size(); ++i) {
@@ -211,7 +217,8 @@ struct Renderer::Impl {
     if (!backdrop.pixels.empty() && key == backdrop_key) return;
     backdrop = paint_background(p);
     if (p.ground)
-      for (std::size_t i = 0; i < drawing.frames.size(); ++i) paint_grid(backdrop, drawing.grounds[i], drawing.frames[i], *p.ground, drawing.layout.unit);
+      for (std::size_t i = 0; i < drawing.frames.size(); ++i)
+        paint_grid(backdrop, drawing.grounds[i], drawing.frames[i], *p.ground, drawing.layout.unit);
     backdrop_key = key;
   }
 
@@ -227,8 +234,8 @@ struct Renderer::Impl {
     const double softness = 0.018 * lit.radius();
     const ShadowMoments moments = filter_shadow(map, light, softness);
     v.shadow = device.texture_rg32f("shadow", moments.width, moments.height, moments.values.data());
-    v.shadow_part = glm::vec4(double(filtered_size) / moments.width, double(filtered_size) / moments.height, -double(moments.x) / moments.width,
-                              -double(moments.y) / moments.height);
+    v.shadow_part = glm::vec4(double(filtered_size) / moments.width, double(filtered_size) / moments.height,
+                              -double(moments.x) / moments.width, -double(moments.y) / moments.height);
     v.light = &light;
     v.shadow_reach = std::max(softness, 4.0 * light.texel);
     if (drawing.grounds[i].visible) shade = ground_shadow(map, light, drawing.grounds[i], drawing.frames[i], softness);
@@ -361,7 +368,8 @@ Image Renderer::draw(const Picture& p) {
   Bounds bounds = d.all;
   bounds.add(p.bounds);
   const Bounds still = p.bounds.empty() ? d.all : p.bounds;  // what ground and occlusion are measured by
-  Impl::Drawing drawing{p, d, layout, still.empty() ? 1.0 : std::max(still.radius(), 1e-12), static_cast<int>(std::lround(std::sqrt(p.look.samples)))};
+  Impl::Drawing drawing{p, d, layout, still.empty() ? 1.0 : std::max(still.radius(), 1e-12),
+                        static_cast<int>(std::lround(std::sqrt(p.look.samples)))};
   for (std::size_t i = 0; i < layout.views.size(); ++i) {
     drawing.frames.push_back(make_view(p.views.empty() ? p.camera : p.views[i].camera, layout.views[i], bounds));
     drawing.grounds.push_back(p.ground ? make_ground(*p.ground, drawing.frames.back(), still) : GroundFrame{});
@@ -394,7 +402,9 @@ Image16 Renderer::draw_depth(const Picture& p, double* near_plane, double* far_p
 
 Image16 Renderer::draw_scalar(const Picture& p) {
   ViewFrame frame;
-  return impl_->draw_numbers(p, true, frame, [](float s) { return s >= 0.0f && s <= 1.0f ? static_cast<std::uint16_t>(std::lround(65534.0f * s)) : std::uint16_t(65535); });
+  return impl_->draw_numbers(p, true, frame, [](float s) {
+    return s >= 0.0f && s <= 1.0f ? static_cast<std::uint16_t>(std::lround(65534.0f * s)) : std::uint16_t(65535);
+  });
 }
 
 }  // namespace flexframe::render

@@ -23,21 +23,21 @@ enum class Backend { osmesa, egl };
 Backend backend_from_name(const std::string& name);
 
 struct RendererInfo {
-  std::string backend;       // "osmesa", "egl"
-  std::string renderer;      // GL_RENDERER, e.g. "llvmpipe (LLVM 15.0.6, 256 bits)"
-  std::string version;       // GL_VERSION
-  std::string cpu;           // features that decide the last bits of the pixels: "avx2 avx sse4.1 ..."
+  std::string backend;   // "osmesa", "egl"
+  std::string renderer;  // GL_RENDERER, e.g. "llvmpipe (LLVM 15.0.6, 256 bits)"
+  std::string version;   // GL_VERSION
+  std::string cpu;       // features that decide the last bits of the pixels: "avx2 avx sse4.1 ..."
 };
 
 // CPU seconds of the last picture, this process, all threads.
 struct DrawTimes {
-  double draw = 0.0;      // geometry, shadow, occlusion
-  double filter = 0.0;    // read-back, antialiasing
-  double overlay = 0.0;   // text, bars, plots
+  double draw = 0.0;     // geometry, shadow, occlusion
+  double filter = 0.0;   // read-back, antialiasing
+  double overlay = 0.0;  // text, bars, plots
 };
 
 class Renderer {
-public:
+ public:
   // Throws std::runtime_error if the back end or OpenGL 4.5 core is not to be had, naming what was tried.
   explicit Renderer(Backend backend = Backend::osmesa);
   ~Renderer();
@@ -57,7 +57,7 @@ public:
   const RendererInfo& info() const;
   const DrawTimes& times() const;
 
-private:
+ private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -37,7 +37,11 @@ Shells compose_shells(const std::vector<GhostLayer>& layers) {
   s.values.assign(std::size_t(s.width) * s.height, {0.0f, 0.0f, 0.0f, 0.0f});
   const auto& linear = linear_table();
 
-  struct Entry { float depth; int layer; const std::uint8_t* color; };
+  struct Entry {
+    float depth;
+    int layer;
+    const std::uint8_t* color;
+  };
   std::vector<Entry> entries;
   std::vector<const GhostLayer*> in_row;
   for (int y = 0; y < s.height; ++y) {
@@ -58,7 +62,8 @@ Shells compose_shells(const std::vector<GhostLayer>& layers) {
       if (entries.empty()) continue;
       // Front first: reversed depth is greater in front.
       if (entries.size() > 1)
-        std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) { return a.depth != b.depth ? a.depth > b.depth : a.layer < b.layer; });
+        std::sort(entries.begin(), entries.end(),
+                  [](const Entry& a, const Entry& b) { return a.depth != b.depth ? a.depth > b.depth : a.layer < b.layer; });
       std::array<float, 4>& out = s.values[std::size_t(y) * s.width + x];
       for (const Entry& e : entries) {
         const float a = static_cast<float>(e.color[3]) / 255.0f * (1.0f - out[3]);
@@ -87,7 +92,8 @@ void darken_backdrop(Image& image, const PixelRect& area, const Mask& shadow, co
       if (image.channels == 4) {
         // Black over whatever will lie behind, in the proportion of the light taken.
         const float a = static_cast<float>(p[3]) / 255.0f, alpha = 1.0f - open * (1.0f - a);
-        for (int k = 0; k < 3; ++k) p[k] = alpha > 0.0f ? srgb[static_cast<std::size_t>(rounded(4.0f * static_cast<float>(linear[p[k]]) * a * open / alpha))] : 0;
+        for (int k = 0; k < 3; ++k)
+          p[k] = alpha > 0.0f ? srgb[static_cast<std::size_t>(rounded(4.0f * static_cast<float>(linear[p[k]]) * a * open / alpha))] : 0;
         p[3] = static_cast<std::uint8_t>(rounded(255.0f * alpha));
       } else {
         for (int k = 0; k < 3; ++k) p[k] = srgb[static_cast<std::size_t>(rounded(4.0f * static_cast<float>(linear[p[k]]) * open))];

@@ -13,8 +13,7 @@ void darken_backdrop(Image& image, const PixelRect& area, const Mask& shadow, co
 
 // Box filter over the samples of each pixel, over the pixels of `image` (the backdrop) in the area. Shells are composed
 // over each sample in order of depth (Porter, Duff, "Compositing digital images", 1984). occlusion: as above, for surfaces.
-void resolve(Image& image, const PixelRect& area, const Samples& samples, const std::vector<GhostLayer>& ghosts,
-             const Mask& occlusion);
+void resolve(Image& image, const PixelRect& area, const Samples& samples, const std::vector<GhostLayer>& ghosts, const Mask& occlusion);
 
 // Darkens samples of the surfaces in `outlined` (indexed by mark) that have a farther or no surface within `radius` samples.
 void draw_silhouettes(Samples& samples, const std::vector<bool>& outlined, int radius);

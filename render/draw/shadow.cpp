@@ -76,7 +76,8 @@ LightFrame make_light(const glm::dvec3& to_light, const Bounds& bounds) {
   const glm::dvec3 side = glm::normalize(glm::cross(reference, light.to_light)), rise = glm::cross(light.to_light, side);
   glm::dvec3 lower(1e300), upper(-1e300);
   for (int i = 0; i < 8; ++i) {
-    const glm::dvec3 c(i & 1 ? bounds.upper.x : bounds.lower.x, i & 2 ? bounds.upper.y : bounds.lower.y, i & 4 ? bounds.upper.z : bounds.lower.z);
+    const glm::dvec3 c(i & 1 ? bounds.upper.x : bounds.lower.x, i & 2 ? bounds.upper.y : bounds.lower.y,
+                       i & 4 ? bounds.upper.z : bounds.lower.z);
     const glm::dvec3 p(glm::dot(side, c), glm::dot(rise, c), -glm::dot(light.to_light, c));
     lower = glm::min(lower, p);
     upper = glm::max(upper, p);
@@ -105,7 +106,8 @@ ShadowMap shadow_part(std::span<const Surface> surfaces, std::span<const Bounds>
     const glm::dmat4 map = light.map_from_world * surfaces[i].pose;
     const Bounds& b = boxes[i];
     for (int c = 0; c < 8; ++c) {
-      const glm::dvec4 q = map * glm::dvec4(c & 1 ? b.upper.x : b.lower.x, c & 2 ? b.upper.y : b.lower.y, c & 4 ? b.upper.z : b.lower.z, 1.0);
+      const glm::dvec4 q =
+          map * glm::dvec4(c & 1 ? b.upper.x : b.lower.x, c & 2 ? b.upper.y : b.lower.y, c & 4 ? b.upper.z : b.lower.z, 1.0);
       for (int k = 0; k < 2; ++k) {
         lower[k] = std::min(lower[k], q[k]);
         upper[k] = std::max(upper[k], q[k]);
@@ -226,7 +228,8 @@ Mask ground_shadow(const ShadowMap& map, const LightFrame& light, const GroundFr
       const float tight = softness < 1.0f ? between(sharp.at(ix, iy), sharp.at(ix, iy + 1), 1) : 0.0f;
       const double distance = std::sqrt(u * u + v * v) * inverse_fade;
       const float fade = static_cast<float>(std::clamp(1.6 * (1.0 - distance), 0.0, 1.0));
-      shadow.values[std::size_t(y - y0) * shadow.part.width + (x - x0)] = static_cast<std::uint8_t>(255.0f * std::clamp(tight + (wide - tight) * softness, 0.0f, 1.0f) * fade);
+      shadow.values[std::size_t(y - y0) * shadow.part.width + (x - x0)] =
+          static_cast<std::uint8_t>(255.0f * std::clamp(tight + (wide - tight) * softness, 0.0f, 1.0f) * fade);
     }
   return shadow;
 }

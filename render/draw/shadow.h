@@ -13,8 +13,8 @@
 
 namespace flexframe::render {
 
-constexpr int shadow_size = 1024;       // texels of the depth along each side
-constexpr int filtered_size = 512;      // of the filtered map
+constexpr int shadow_size = 1024;   // texels of the depth along each side
+constexpr int filtered_size = 512;  // of the filtered map
 // Steep surfaces are seen across many depths within the filter's width: a larger warp would see only the farthest, with hard, jagged edges.
 constexpr float shadow_warp = 5.0f;
 

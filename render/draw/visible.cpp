@@ -42,7 +42,8 @@ std::span<const glm::uvec3> VisibleTriangles::select(std::span<const glm::vec3> 
     const glm::vec2 lower = glm::min(glm::min(a, b), c), upper = glm::max(glm::max(a, b), c);
     // Both ends between the same two rows or columns of centres k + 0.5, or out of sight on the same side.
     // In this order of arguments a NaN becomes 0, which an int can hold.
-    const glm::vec2 low = glm::min(glm::max(glm::vec2(0.0f), lower + (1.5f - off)), edge), high = glm::min(glm::max(glm::vec2(0.0f), upper + (1.5f + off)), edge);
+    const glm::vec2 low = glm::min(glm::max(glm::vec2(0.0f), lower + (1.5f - off)), edge),
+                    high = glm::min(glm::max(glm::vec2(0.0f), upper + (1.5f + off)), edge);
     const bool between = static_cast<int>(low.x) == static_cast<int>(high.x) || static_cast<int>(low.y) == static_cast<int>(high.y);
     const glm::vec2 ab = b - a, ac = c - a;
     const float area = side * (ab.x * ac.y - ac.x * ab.y);

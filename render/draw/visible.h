@@ -15,7 +15,7 @@ enum class Facing { any, counterclockwise, clockwise };
 
 // Keeps its memory from mesh to mesh.
 class VisibleTriangles {
-public:
+ public:
   // Those of `triangles`, in their order, that may cover the centre of a sample of a viewport of width x height, seen by
   // clip_from_surface; with a facing, only those that may wind that way as seen. Triangles that are left out would not have
   // changed a sample: rounding of the vertices (to 1/256 sample) is allowed for. Those with a vertex behind the viewer stay.
@@ -25,7 +25,7 @@ public:
   // Their indices in `triangles`, one each.
   std::span<const std::uint32_t> indices() const { return {indices_.data(), count_}; }
 
-private:
+ private:
   std::size_t count_ = 0;
   std::vector<glm::vec2> projected_;
   std::vector<glm::uvec3> visible_;

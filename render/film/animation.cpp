@@ -16,7 +16,8 @@ constexpr float ghost_opacity = 0.38f, undeformed_opacity = 0.30f, trail_opacity
 const glm::vec3 pale{0.50f, 0.55f, 0.63f};
 
 // Adds one body at one scale; its arrays live in the next free skin.
-render::Surface& add_surface(const Animation& animation, PictureMemory& memory, size_t& skin, const BodyModel& model, const glm::dmat4& pose) {
+render::Surface& add_surface(const Animation& animation, PictureMemory& memory, size_t& skin, const BodyModel& model,
+                             const glm::dmat4& pose) {
   PictureMemory::Skin& arrays = memory.skins[skin++];
   render::Surface surface;
   surface.positions = arrays.positions;
@@ -34,8 +35,8 @@ render::Surface& add_surface(const Animation& animation, PictureMemory& memory, 
 }
 
 // The axis of a thin beam: seen where its section is finer than a pixel or two, inside it elsewhere.
-render::Lines spine_line(const BodyModel& model, const BodyMemory& memory, const std::vector<float>& scalars, const render::ScalarMap& map, const glm::dmat4& pose, float opacity,
-                         const std::optional<glm::vec3>& one_color) {
+render::Lines spine_line(const BodyModel& model, const BodyMemory& memory, const std::vector<float>& scalars, const render::ScalarMap& map,
+                         const glm::dmat4& pose, float opacity, const std::optional<glm::vec3>& one_color) {
   render::Lines line;
   line.pose = pose;
   line.width = 2.2f;
@@ -79,7 +80,8 @@ void add_node_markers(const Animation& animation, size_t b, const SamplePlace& p
     if (s > 0) markers.color.a = ghost_opacity;
     if (model.mesh.triangles.empty()) markers.color = glm::vec4(model.material.color, markers.color.a);
     for (size_t n = 0; n < body.nodes.size(); ++n) {
-      const sim::Vec3 p = body.nodes[n].origin + animation.scales[s] * moved.node_displacement.row(static_cast<Eigen::Index>(n)).transpose();
+      const sim::Vec3 p =
+          body.nodes[n].origin + animation.scales[s] * moved.node_displacement.row(static_cast<Eigen::Index>(n)).transpose();
       markers.points.emplace_back(p.x(), p.y(), p.z());
     }
     memory.picture.markers.push_back(std::move(markers));
@@ -93,8 +95,7 @@ void update_colors(const Animation& animation, size_t b, double t, PictureMemory
   ScalarMemory work;
   if (animation.scalar_bar || animation.settings.color_range)
     update_scalars(model, *animation.results, static_cast<int>(b), animation.settings, t, memory.bodies[b], work, memory.vertex_scalars);
-  else
-    memory.vertex_scalars.clear();
+  else memory.vertex_scalars.clear();
   scalars.clear();
   if (!memory.vertex_scalars.empty())
     for (int p : model.mesh.point_position) scalars.push_back(memory.vertex_scalars[p]);
@@ -123,7 +124,8 @@ void add_scales(const Animation& animation, size_t b, const glm::dmat4& pose, Pi
   const size_t count = model.flexible && model.ghost != GhostStyle::none ? animation.scales.size() : 1;
   for (size_t s = 0; s < count; ++s) {
     PictureMemory::Skin& arrays = memory.skins[skin];
-    if (model.flexible) update_surface(model, animation.scales[s], animation.settings.corotated, memory.bodies[b], arrays.positions, arrays.normals);
+    if (model.flexible)
+      update_surface(model, animation.scales[s], animation.settings.corotated, memory.bodies[b], arrays.positions, arrays.normals);
     else rest_surface(model, arrays.positions, arrays.normals);
     render::Surface& surface = add_surface(animation, memory, skin, model, pose);
     surface.scalars = memory.scalars[b];
@@ -200,7 +202,8 @@ void set_camera(const Animation& animation, int k, render::Picture& picture) {
   const double t = picture_time(animation, k);
   picture.camera = settings.camera.path.empty() ? animation.camera : render::camera_on_path(settings.camera.path, t);
   picture.views = animation.views;
-  if (settings.camera.orbit != 0.0) picture.camera = render::orbit_camera(picture.camera, settings.camera.orbit * k / std::max(1, animation.count - 1));
+  if (settings.camera.orbit != 0.0)
+    picture.camera = render::orbit_camera(picture.camera, settings.camera.orbit * k / std::max(1, animation.count - 1));
   if (animation.follow < 0) return;
   const sim::ResultBody& body = animation.results->bodies[animation.follow];
   const glm::dvec3 way(body_pose(body, find_sample(animation.results->times, t))[3] - body_pose(body, {})[3]);
@@ -278,7 +281,8 @@ class PictureHash {
       hash_.add_bytes(s.colors.data(), s.colors.size_bytes());
       matrix(s.pose);
       vector3(s.material.color);
-      number(s.material.roughness, s.material.metallic, s.opacity, s.two_sided, s.edges, s.wires, s.silhouette, s.casts_shadow, s.edge_width);
+      number(s.material.roughness, s.material.metallic, s.opacity, s.two_sided, s.edges, s.wires, s.silhouette, s.casts_shadow,
+             s.edge_width);
       vector3(s.edge_color);
       hash_.add_span(s.edge_flags);
     }
@@ -316,7 +320,8 @@ class PictureHash {
   void add_words(const render::Picture& picture) {
     const render::Overlay& overlay = picture.overlay;
     for (const std::string* text : {&overlay.title, &overlay.time, &overlay.note}) hash_.add_text(*text);
-    number(overlay.triad, overlay.scalar_bar.has_value(), overlay.text_scale, overlay.dark, overlay.plot_share, static_cast<int>(overlay.plot_place));
+    number(overlay.triad, overlay.scalar_bar.has_value(), overlay.text_scale, overlay.dark, overlay.plot_share,
+           static_cast<int>(overlay.plot_place));
     if (overlay.scalar_bar) {
       hash_.add_text(overlay.scalar_bar->label);
       hash_.add_text(overlay.scalar_bar->unit);
@@ -342,9 +347,13 @@ class PictureHash {
 
  private:
   template <class... Values>
-  void number(Values... values) { (hash_.add(static_cast<double>(values)), ...); }
+  void number(Values... values) {
+    (hash_.add(static_cast<double>(values)), ...);
+  }
   template <class V>
-  void vector3(const V& v) { number(v.x, v.y, v.z); }
+  void vector3(const V& v) {
+    number(v.x, v.y, v.z);
+  }
   void color4(const glm::vec4& v) { number(v.x, v.y, v.z, v.w); }
   void matrix(const glm::dmat4& m) {
     for (int c = 0; c < 4; ++c) number(m[c].x, m[c].y, m[c].z, m[c].w);

@@ -27,53 +27,63 @@ namespace flexframe::film {
 
 // A solid that goes with a joint's frame.
 struct JointSymbol {
-  int joint = 0;                 // index in Results::joints
-  bool fixed = false;            // stays where the joint's frame is at the start (a rail on ground)
+  int joint = 0;       // index in Results::joints
+  bool fixed = false;  // stays where the joint's frame is at the start (a rail on ground)
   render::Mesh mesh;
   std::vector<glm::uvec3> triangles;
   std::vector<glm::vec3> positions, normals;  // per shading point
 };
 
 // One panel of histories, thinned to what a picture can show.
-struct PlotSeries { std::string label; std::vector<double> x, y; };
-struct PlotPanel { std::string y_label; double factor = 1.0; std::vector<PlotSeries> series; };  // shown value = factor * value
+struct PlotSeries {
+  std::string label;
+  std::vector<double> x, y;
+};
+struct PlotPanel {
+  std::string y_label;
+  double factor = 1.0;
+  std::vector<PlotSeries> series;
+};  // shown value = factor * value
 
 // A force or torque as an arrow at its frame.
 struct ForceArrow {
   FramePlace place;
-  glm::dvec3 direction{0.0};     // unit; world, or of the frame for a follower
+  glm::dvec3 direction{0.0};  // unit; world, or of the frame for a follower
   bool follower = false, torque = false;
   sim::Expression value;         // N or Nm
   double length_per_unit = 0.0;  // m of arrow
 };
 
-struct SpringSymbol { FramePlace from, to; double coil = 0.0, wire = 0.0; };  // radii, m
+struct SpringSymbol {
+  FramePlace from, to;
+  double coil = 0.0, wire = 0.0;
+};  // radii, m
 
 struct Animation {
-  const sim::Results* results = nullptr;   // outlives the animation
+  const sim::Results* results = nullptr;  // outlives the animation
   RenderSettings settings;
-  std::vector<double> scales;              // solid one first
-  std::vector<BodyModel> bodies;           // parallel to Results::bodies
+  std::vector<double> scales;     // solid one first
+  std::vector<BodyModel> bodies;  // parallel to Results::bodies
   std::vector<JointSymbol> symbols;
   std::vector<FramePlace> traces, triads;
-  double triad_length = 0.0;               // m
+  double triad_length = 0.0;  // m
   std::vector<ForceArrow> forces;
   std::vector<SpringSymbol> springs;
   std::vector<PlotPanel> panels;
   render::ScalarMap scalar_map;
   std::optional<render::ScalarBar> scalar_bar;
-  double largest_displacement = 0.0;       // m, elastic, of all vertices over the sequence
-  render::Camera camera;                   // at the first picture
-  std::optional<glm::vec3> light;          // where the camera turns: the key light stays where it was at the first picture
-  std::vector<render::View> views;         // not empty: these instead
+  double largest_displacement = 0.0;  // m, elastic, of all vertices over the sequence
+  render::Camera camera;              // at the first picture
+  std::optional<glm::vec3> light;     // where the camera turns: the key light stays where it was at the first picture
+  std::vector<render::View> views;    // not empty: these instead
   std::optional<render::Ground> ground;
-  render::Bounds bounds;                   // of the whole motion with all its scales
-  int follow = -1;                         // body, -1: none
-  int count = 0;                           // pictures
-  double step = 0.0;                       // s between pictures
-  std::vector<std::string> notes;          // choices and what was mended, one sentence each
-  std::vector<std::string> warnings;       // what may be wrong with the pictures
-  double cpu_setup = 0.0;                  // CPU seconds of maps and ranges
+  render::Bounds bounds;              // of the whole motion with all its scales
+  int follow = -1;                    // body, -1: none
+  int count = 0;                      // pictures
+  double step = 0.0;                  // s between pictures
+  std::vector<std::string> notes;     // choices and what was mended, one sentence each
+  std::vector<std::string> warnings;  // what may be wrong with the pictures
+  double cpu_setup = 0.0;             // CPU seconds of maps and ranges
 };
 
 // scene: what the results were made from, for shapes and axes that the results do not hold; null where unknown.
@@ -86,11 +96,13 @@ double picture_time(const Animation& animation, int picture);
 struct PictureMemory {
   render::Picture picture;
   std::vector<BodyMemory> bodies;
-  struct Skin { std::vector<glm::vec3> positions, normals; };
-  std::vector<Skin> skins;                          // one a drawn surface
-  std::vector<std::vector<float>> scalars;          // one a body, per shading point
+  struct Skin {
+    std::vector<glm::vec3> positions, normals;
+  };
+  std::vector<Skin> skins;                  // one a drawn surface
+  std::vector<std::vector<float>> scalars;  // one a body, per shading point
   std::vector<render::Shape> springs;
-  std::vector<float> vertex_scalars, before, after; // per vertex
+  std::vector<float> vertex_scalars, before, after;  // per vertex
 };
 
 // Throws interp::InputError if the results hold values that are not finite.

@@ -38,7 +38,9 @@ int body_index(const sim::Results& results, const std::string& name) {
 }
 
 // Half extents of a beam's section along a direction of the body and across it, m; zero for other bodies.
-struct Extent { double along = 0.0, across = 0.0; };
+struct Extent {
+  double along = 0.0, across = 0.0;
+};
 Extent section_extent(const sim::ResultBody& body, const glm::dvec3& direction) {
   Extent out;
   const sim::Section& section = body.section;
@@ -96,7 +98,8 @@ void add_symbols(Animation& animation, const sim::Scene& scene, double size) {
         break;
       }
       case sim::JointSymbol::ball:
-        animation.symbols.push_back(make_symbol(index, false, make_sphere(glm::dvec3(0.0), 1.25 * std::max(extent.across, extent.along), joint.name)));
+        animation.symbols.push_back(
+            make_symbol(index, false, make_sphere(glm::dvec3(0.0), 1.25 * std::max(extent.across, extent.along), joint.name)));
         break;
       case sim::JointSymbol::rail: {
         if (def->parent.body != "ground") break;
@@ -111,10 +114,12 @@ void add_symbols(Animation& animation, const sim::Scene& scene, double size) {
           high = std::max(high, along);
         }
         const double end = 0.06 * size;
-        animation.symbols.push_back(make_symbol(index, true, make_cylinder((low - end) * axis, (high + end) * axis, 0.004 * size, joint.name)));
+        animation.symbols.push_back(
+            make_symbol(index, true, make_cylinder((low - end) * axis, (high + end) * axis, 0.004 * size, joint.name)));
         break;
       }
-      case sim::JointSymbol::none: break;
+      case sim::JointSymbol::none:
+        break;
     }
   }
 }
@@ -149,13 +154,15 @@ void add_panels(Animation& animation) {
   std::vector<double> ranges;
   std::vector<std::string> units;
   for (const std::string& column : animation.settings.overlay.plot) {
-    const auto output = std::find_if(results.outputs.begin(), results.outputs.end(), [&](const sim::ResultOutput& o) { return o.column == column; });
+    const auto output =
+        std::find_if(results.outputs.begin(), results.outputs.end(), [&](const sim::ResultOutput& o) { return o.column == column; });
     if (output == results.outputs.end() || output->values.size() == 0) continue;
     const double range = output->values.maxCoeff() - output->values.minCoeff();
     size_t panel = 0;
     while (panel < units.size() && !(units[panel] == output->unit && range > flat * ranges[panel] && ranges[panel] > flat * range)) ++panel;
     if (panel == units.size()) {
-      const auto [unit, factor] = output->unit == "m" ? length_unit(output->values.cwiseAbs().maxCoeff()) : std::pair<std::string, double>(output->unit, 1.0);
+      const auto [unit, factor] =
+          output->unit == "m" ? length_unit(output->values.cwiseAbs().maxCoeff()) : std::pair<std::string, double>(output->unit, 1.0);
       animation.panels.push_back({.y_label = unit, .factor = factor, .series = {}});
       units.push_back(output->unit);
       ranges.push_back(range);
@@ -194,14 +201,20 @@ void set_colors(Animation& animation, double largest) {
   } else {
     const auto [unit, factor] = length_unit(reach);
     const bool velocity = by == ColorBy::velocity;
-    animation.scalar_bar = {.label = velocity ? "speed" : by == ColorBy::mode ? fmt::format("displacement by mode {}", animation.settings.mode) : "elastic displacement", .unit = velocity ? unit + "/s" : unit, .factor = factor};
+    animation.scalar_bar = {.label = velocity              ? "speed"
+                                     : by == ColorBy::mode ? fmt::format("displacement by mode {}", animation.settings.mode)
+                                                           : "elastic displacement",
+                            .unit = velocity ? unit + "/s" : unit,
+                            .factor = factor};
   }
 }
 
 // The points turned about the vertical through the centre: what an orbiting camera must keep in sight.
 std::vector<glm::dvec3> all_around(const std::vector<glm::dvec3>& points, const glm::dvec3& centre, const glm::dvec3& up) {
   // Of points at one height the farthest is enough; 64 heights and 24 ways round are within a hundredth of the circle.
-  const glm::dvec3 axis = glm::normalize(up), side = glm::normalize(glm::cross(axis, std::abs(axis.x) < 0.9 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0))), front = glm::cross(axis, side);
+  const glm::dvec3 axis = glm::normalize(up),
+                   side = glm::normalize(glm::cross(axis, std::abs(axis.x) < 0.9 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0))),
+                   front = glm::cross(axis, side);
   double low = 0.0, high = 0.0;
   for (const glm::dvec3& p : points) {
     low = std::min(low, glm::dot(p - centre, axis));
@@ -219,7 +232,8 @@ std::vector<glm::dvec3> all_around(const std::vector<glm::dvec3>& points, const 
   for (int h = 0; h <= heights; ++h)
     for (int k = 0; k < ways && reach[static_cast<size_t>(h)] >= 0.0; ++k) {
       const double angle = 2.0 * M_PI * k / ways;
-      around.push_back(centre + (low + h * step) * axis + reach[static_cast<size_t>(h)] * (std::cos(angle) * side + std::sin(angle) * front));
+      around.push_back(centre + (low + h * step) * axis +
+                       reach[static_cast<size_t>(h)] * (std::cos(angle) * side + std::sin(angle) * front));
     }
   return around;
 }
@@ -233,9 +247,11 @@ void set_camera(Animation& animation, const std::vector<glm::dvec3>& points, con
   if (asked.direction) fit.direction = *asked.direction;
   if (asked.position) fit.direction = asked.target.value_or(animation.bounds.centre()) - *asked.position;
   // Looking along the vertical leaves none: any other direction serves as up.
-  if (glm::length(glm::cross(glm::normalize(fit.direction), fit.up)) < 1e-6) fit.up = std::abs(fit.up.x) < 0.9 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+  if (glm::length(glm::cross(glm::normalize(fit.direction), fit.up)) < 1e-6)
+    fit.up = std::abs(fit.up.x) < 0.9 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
 
-  if (animation.settings.ground && animation.settings.background != BackgroundKind::transparent) animation.ground = render::default_ground(points, fit.up);
+  if (animation.settings.ground && animation.settings.background != BackgroundKind::transparent)
+    animation.ground = render::default_ground(points, fit.up);
   render::Picture picture;
   picture.size = animation.settings.size;
   fill_overlay(animation, 0.0, picture);
@@ -247,10 +263,16 @@ void set_camera(Animation& animation, const std::vector<glm::dvec3>& points, con
   } else if (asked.fit && asked.path.empty()) {
     picture.ground = animation.ground;
     picture.bounds = animation.bounds;
-    animation.camera = render::fit_camera(picture, asked.orbit != 0.0 ? all_around(points, animation.bounds.centre(), fit.up) : points, fit);
+    animation.camera =
+        render::fit_camera(picture, asked.orbit != 0.0 ? all_around(points, animation.bounds.centre(), fit.up) : points, fit);
   } else {
-    animation.camera = !asked.path.empty() ? asked.path.front().camera : render::Camera{.position = *asked.position, .target = asked.target.value_or(animation.bounds.centre()), .up = fit.up, .fov = asked.fov,
-                        .height = asked.height, .projection = asked.projection};
+    animation.camera = !asked.path.empty() ? asked.path.front().camera
+                                           : render::Camera{.position = *asked.position,
+                                                            .target = asked.target.value_or(animation.bounds.centre()),
+                                                            .up = fit.up,
+                                                            .fov = asked.fov,
+                                                            .height = asked.height,
+                                                            .projection = asked.projection};
   }
 }
 
@@ -265,19 +287,23 @@ Animation make_animation(const sim::Results& results, const RenderSettings& aske
   animation.settings = asked;
   const double speed = playback_speed(asked, results.times[results.times.size() - 1] - results.times[0]);
   animation.settings.speed = speed;
-  if (asked.speed == 0.0 && speed != 1.0) animation.notes.push_back(fmt::format("played at {:g} simulated seconds a second: [render] speed is not given", speed));
+  if (asked.speed == 0.0 && speed != 1.0)
+    animation.notes.push_back(fmt::format("played at {:g} simulated seconds a second: [render] speed is not given", speed));
   const RenderSettings& settings = animation.settings;
   animation.count = picture_count(results.times, settings.frame_rate, speed);
   animation.step = speed / settings.frame_rate;
 
   const double size = machine_size(results);
   for (size_t b = 0; b < results.bodies.size(); ++b) {
-    animation.bodies.push_back(make_body_model(results.bodies[b], find_body(scene, results.bodies[b].name), settings, static_cast<int>(b), size));
+    animation.bodies.push_back(
+        make_body_model(results.bodies[b], find_body(scene, results.bodies[b].name), settings, static_cast<int>(b), size));
     const sim::ResultBody& body = results.bodies[b];
     if (!body.mesh.empty() && !body.mesh_sha256.empty() && sim::sha256_of_file(body.mesh) != body.mesh_sha256)
       animation.warnings.push_back(fmt::format("{}: the mesh {} has changed since the results were made", body.name, body.mesh));
-    for (const std::string& refused : animation.bodies.back().refused) animation.warnings.push_back(fmt::format("body '{}': {}", body.name, refused));
-    for (const std::string& warning : animation.bodies.back().warnings) animation.notes.push_back(fmt::format("{}: {}", results.bodies[b].name, warning));
+    for (const std::string& refused : animation.bodies.back().refused)
+      animation.warnings.push_back(fmt::format("body '{}': {}", body.name, refused));
+    for (const std::string& warning : animation.bodies.back().warnings)
+      animation.notes.push_back(fmt::format("{}: {}", results.bodies[b].name, warning));
   }
 
   const Survey survey = survey_motion(results, animation.bodies, settings);
@@ -286,7 +312,8 @@ Animation make_animation(const sim::Results& results, const RenderSettings& aske
   set_colors(animation, survey.largest_scalar);
   if (!settings.corotated)
     for (double scale : animation.scales)
-      if (const std::string warning = scale > 1.0 ? interp::exaggeration_warning(survey.largest_turn, scale) : ""; !warning.empty()) animation.notes.push_back(warning);
+      if (const std::string warning = scale > 1.0 ? interp::exaggeration_warning(survey.largest_turn, scale) : ""; !warning.empty())
+        animation.notes.push_back(warning);
 
   animation.follow = settings.camera.follow.empty() ? -1 : body_index(results, settings.camera.follow);
   std::vector<double> drawn = animation.scales;
@@ -300,7 +327,8 @@ Animation make_animation(const sim::Results& results, const RenderSettings& aske
   const sim::Vec3 g = scene ? scene->simulation.gravity : sim::Vec3::Zero();
   set_camera(animation, points, {g.x(), g.y(), g.z()});
   const CameraSettings& camera = animation.settings.camera;
-  if (camera.orbit != 0.0 || !camera.path.empty()) animation.light = glm::vec3(render::default_light(animation.camera, animation.ground ? animation.ground->normal : animation.camera.up));
+  if (camera.orbit != 0.0 || !camera.path.empty())
+    animation.light = glm::vec3(render::default_light(animation.camera, animation.ground ? animation.ground->normal : animation.camera.up));
   animation.cpu_setup = cpu_seconds() - start;
   return animation;
 }

@@ -21,8 +21,9 @@ FramePlace require_place(const Animation& animation, const sim::Scene* scene, co
   const std::string where = scene && line > 0 ? fmt::format("{}:{}", scene->file.string(), line) : scene ? scene->file.string() : "results";
   std::vector<std::string> bodies;
   for (const sim::ResultBody& body : animation.results->bodies) bodies.push_back(body.name);
-  throw sim::InputError(fmt::format("{}: [render]: key '{}' names {}, which is no frame{}; allowed: BODY or BODY.FRAME of the bodies {}", where, key, sim::quote(name),
-                                    sim::did_you_mean(name.substr(0, name.find('.')), bodies), sim::list_words(bodies)));
+  throw sim::InputError(fmt::format("{}: [render]: key '{}' names {}, which is no frame{}; allowed: BODY or BODY.FRAME of the bodies {}",
+                                    where, key, sim::quote(name), sim::did_you_mean(name.substr(0, name.find('.')), bodies),
+                                    sim::list_words(bodies)));
 }
 
 glm::dvec3 arrow_of(const Animation& animation, const ForceArrow& force, double t, const SamplePlace& at, glm::dvec3& from) {
@@ -37,8 +38,10 @@ glm::dvec3 arrow_of(const Animation& animation, const ForceArrow& force, double 
 void add_attachments(Animation& animation, const sim::Scene* scene, double size) {
   const RenderSettings& settings = animation.settings;
   const sim::Results& results = *animation.results;
-  for (const std::string& name : settings.traces) animation.traces.push_back(require_place(animation, scene, name, "traces", settings.traces_line));
-  for (const std::string& name : settings.triads) animation.triads.push_back(require_place(animation, scene, name, "triads", settings.triads_line));
+  for (const std::string& name : settings.traces)
+    animation.traces.push_back(require_place(animation, scene, name, "traces", settings.traces_line));
+  for (const std::string& name : settings.triads)
+    animation.triads.push_back(require_place(animation, scene, name, "triads", settings.triads_line));
   animation.triad_length = 0.08 * size;
   if (!scene) return;
 
@@ -50,7 +53,12 @@ void add_attachments(Animation& animation, const sim::Scene* scene, double size)
       if (settings.joints && from) animation.springs.push_back({*from, *on, 0.012 * size, 0.0025 * size});
     } else if (settings.forces && (def.kind == sim::ForceKind::force || def.kind == sim::ForceKind::torque)) {
       // The largest of its values is an arrow of a sixth of the machine.
-      ForceArrow force{*on, glm::dvec3(def.direction.x(), def.direction.y(), def.direction.z()), def.follower, def.kind == sim::ForceKind::torque, sim::Expression(def.value), 0.0};
+      ForceArrow force{*on,
+                       glm::dvec3(def.direction.x(), def.direction.y(), def.direction.z()),
+                       def.follower,
+                       def.kind == sim::ForceKind::torque,
+                       sim::Expression(def.value),
+                       0.0};
       double largest = 0.0;
       for (Eigen::Index i = 0; i < results.times.size(); ++i) largest = std::max(largest, std::abs(force.value.value(results.times[i])));
       if (largest > 0.0) force.length_per_unit = size / 6.0 / largest;
@@ -85,7 +93,9 @@ void update_attachments(const Animation& animation, int picture, PictureMemory& 
     const glm::vec3 color = render::category_color(static_cast<int>(k) + 1);
     line.color = glm::vec4(color, 1.0f);
     line.width = 2.0f;
-    const auto add = [&](const SamplePlace& at) { line.points.emplace_back(glm::vec3(glm::dvec3(place_pose(results, animation.traces[k], at, animation.scales[0])[3]))); };
+    const auto add = [&](const SamplePlace& at) {
+      line.points.emplace_back(glm::vec3(glm::dvec3(place_pose(results, animation.traces[k], at, animation.scales[0])[3])));
+    };
     const Eigen::Index step = std::max<Eigen::Index>(1, results.times.size() / trace_points);
     for (Eigen::Index i = 0; i < now.index; i += step) add({i, 0.0});
     add({now.index, 0.0});
@@ -97,7 +107,8 @@ void update_attachments(const Animation& animation, int picture, PictureMemory& 
     p.markers.push_back(std::move(dot));
     p.lines.push_back(std::move(line));
   }
-  for (const FramePlace& triad : animation.triads) p.triads.push_back({place_pose(results, triad, now, animation.scales[0]), animation.triad_length});
+  for (const FramePlace& triad : animation.triads)
+    p.triads.push_back({place_pose(results, triad, now, animation.scales[0]), animation.triad_length});
   for (const ForceArrow& force : animation.forces) {
     glm::dvec3 from;
     const glm::dvec3 way = arrow_of(animation, force, t, now, from);
@@ -112,7 +123,8 @@ void update_attachments(const Animation& animation, int picture, PictureMemory& 
   memory.springs.resize(animation.springs.size());
   for (size_t k = 0; k < animation.springs.size(); ++k) {
     const SpringSymbol& spring = animation.springs[k];
-    const glm::dvec3 a(place_pose(results, spring.from, now, animation.scales[0])[3]), b(place_pose(results, spring.to, now, animation.scales[0])[3]);
+    const glm::dvec3 a(place_pose(results, spring.from, now, animation.scales[0])[3]),
+        b(place_pose(results, spring.to, now, animation.scales[0])[3]);
     // A coil without length has no shape.
     if (!(glm::length(b - a) > 4.0 * spring.wire)) continue;
     memory.springs[k] = render::make_spring(a, b, spring.coil, spring.wire);

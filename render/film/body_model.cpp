@@ -82,11 +82,13 @@ interp::Nodes nodes_of(const sim::ResultBody& body) {
 // Stress modes of the nodes that have them, at the vertices.
 interp::ModeColumns map_stress(const sim::ResultBody& body, const BodyModel& model) {
   interp::Points nodes(static_cast<Eigen::Index>(body.stress_nodes.size()), 3);
-  for (size_t k = 0; k < body.stress_nodes.size(); ++k) nodes.row(static_cast<Eigen::Index>(k)) = body.nodes[static_cast<size_t>(body.stress_nodes[k])].origin.transpose();
+  for (size_t k = 0; k < body.stress_nodes.size(); ++k)
+    nodes.row(static_cast<Eigen::Index>(k)) = body.nodes[static_cast<size_t>(body.stress_nodes[k])].origin.transpose();
   return interp::ModeColumns(interp::map_scalars(nodes, model.view(), 6, body.node_stress));
 }
 
-// Whether the node displacements are node_phi q, seen from the body frame (no second-order part), judged on up to 16 samples over the whole run.
+// Whether the node displacements are node_phi q, seen from the body frame (no second-order part), judged on up to 16 samples over the whole
+// run.
 bool linear_in_modes(const sim::ResultBody& body) {
   if (body.node_phi.size() == 0 || body.q.cols() != body.node_phi.cols()) return false;
   const Eigen::Index nt = body.q.rows(), step = std::max<Eigen::Index>(1, nt / 16);
@@ -113,7 +115,8 @@ render::Mesh mesh_of(const sim::ResultBody& body, const sim::BodyDef* def, const
   if (body.kind == "beam" && body.length > 0.0) {
     std::vector<double> stations;
     for (const sim::ResultNode& node : body.nodes) stations.push_back(node.origin.x());
-    return make_beam_mesh(look.diameter ? sim::make_section("circle", {{"diameter", *look.diameter}}) : body.section, body.length, stations, body.name, stress);
+    return make_beam_mesh(look.diameter ? sim::make_section("circle", {{"diameter", *look.diameter}}) : body.section, body.length, stations,
+                          body.name, stress);
   }
   // A modal body shows at least its nodes; any other gets a solid of plausible measures.
   if (!body.nodes.empty()) return {};
@@ -121,7 +124,8 @@ render::Mesh mesh_of(const sim::ResultBody& body, const sim::BodyDef* def, const
   return make_rigid_mesh(rigid ? *rigid : sim::RigidDef{}, 0.035 * size, body.name);
 }
 
-// The point of the outline in the direction of (y, z) from the centroid; where that ray meets none (the centroid lies outside), the point furthest that way.
+// The point of the outline in the direction of (y, z) from the centroid; where that ray meets none (the centroid lies outside), the point
+// furthest that way.
 Eigen::Vector2d on_outline(const sim::Section& section, double y, double z) {
   const Eigen::Vector2d d = Eigen::Vector2d(y, z).normalized();
   if (!(d.squaredNorm() > 0.5)) return {0.0, 0.0};
@@ -187,11 +191,18 @@ void set_beam_stress(const sim::ResultBody& body, const sim::BodyDef* def, const
   const auto warn = [&](const std::string& text) { model.refused.push_back(text); };
   const auto* beam = def ? std::get_if<sim::BeamDef>(&def->kind) : nullptr;
   if (!beam) return warn("its scene is not in the results, so that its material is unknown: not coloured by stress");
-  if (!sim::has_stress(body.section)) return warn(fmt::format("a section of shape '{}' has moments but no outline, so that no point of it has a stress: not coloured by stress", body.section.shape));
-  if (body.strain_stations.size() < 2) return warn("the results hold no strains of its sections (made by an older version or another program): not coloured by stress; simulate again");
+  if (!sim::has_stress(body.section))
+    return warn(
+        fmt::format("a section of shape '{}' has moments but no outline, so that no point of it has a stress: not coloured by stress",
+                    body.section.shape));
+  if (body.strain_stations.size() < 2)
+    return warn(
+        "the results hold no strains of its sections (made by an older version or another program): not coloured by stress; simulate "
+        "again");
   model.beam_stress = make_beam_stress(body, *beam, look.diameter.has_value(), model.rest);
   for (const std::string& effect : body.unstrained)
-    model.warnings.push_back(fmt::format("effect '{}' is off: stress from {} is not in its colours; with effects = [..., \"{}\"] it is", effect, effect == "axial" ? "forces along it" : "torques about it", effect));
+    model.warnings.push_back(fmt::format("effect '{}' is off: stress from {} is not in its colours; with effects = [..., \"{}\"] it is",
+                                         effect, effect == "axial" ? "forces along it" : "torques about it", effect));
 }
 
 }  // namespace
@@ -210,7 +221,9 @@ BodyLook read_body_look(const sim::BodyDef& body, const std::string& file) {
     };
     const auto choice = [&](const std::string& key, const std::string& value, const std::vector<std::string>& known) {
       const auto found = std::find(known.begin(), known.end(), value);
-      if (found == known.end()) refuse(fmt::format("'drawing.{}' is {}{}; allowed: {}", key, sim::quote(value), sim::did_you_mean(value, known), sim::list_words(known)));
+      if (found == known.end())
+        refuse(fmt::format("'drawing.{}' is {}{}; allowed: {}", key, sim::quote(value), sim::did_you_mean(value, known),
+                           sim::list_words(known)));
       return found - known.begin();
     };
     if (word == "shown") continue;  // from where the deformation is seen: in the results
@@ -225,7 +238,8 @@ BodyLook read_body_look(const sim::BodyDef& body, const std::string& file) {
     } else if (word == "diameter") {
       double diameter = 0.0;
       const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), diameter);
-      if (error != std::errc() || end != text.data() + text.size() || !(diameter > 0.0 && diameter < 1e9)) refuse(fmt::format("'drawing.diameter' must be a length > 0 in m, found {}", sim::quote(text)));
+      if (error != std::errc() || end != text.data() + text.size() || !(diameter > 0.0 && diameter < 1e9))
+        refuse(fmt::format("'drawing.diameter' must be a length > 0 in m, found {}", sim::quote(text)));
       if (!std::holds_alternative<sim::BeamDef>(body.kind) || body.mesh) refuse("'drawing.diameter' is for beams without a mesh");
       look.diameter = diameter;
     } else if (word == "opacity") {
@@ -243,8 +257,10 @@ BodyLook read_body_look(const sim::BodyDef& body, const std::string& file) {
 }
 
 interp::MeshView BodyModel::view() const {
-  return {Eigen::Map<const interp::Points>(mesh.positions.empty() ? nullptr : &mesh.positions[0].x, static_cast<Eigen::Index>(mesh.positions.size()), 3),
-          Eigen::Map<const interp::Triangles>(mesh.triangles.empty() ? nullptr : &mesh.triangles[0].x, static_cast<Eigen::Index>(mesh.triangles.size()), 3)};
+  return {Eigen::Map<const interp::Points>(mesh.positions.empty() ? nullptr : &mesh.positions[0].x,
+                                           static_cast<Eigen::Index>(mesh.positions.size()), 3),
+          Eigen::Map<const interp::Triangles>(mesh.triangles.empty() ? nullptr : &mesh.triangles[0].x,
+                                              static_cast<Eigen::Index>(mesh.triangles.size()), 3)};
 }
 
 BodyModel make_body_model(const sim::ResultBody& body, const sim::BodyDef* def, const RenderSettings& settings, int index, double size) {
@@ -264,7 +280,8 @@ BodyModel make_body_model(const sim::ResultBody& body, const sim::BodyDef* def, 
   model.material = mesh.materials.empty() ? render::Material{} : mesh.materials.front().look;
   model.opacity = look.opacity * (mesh.materials.empty() ? 1.0f : mesh.materials.front().opacity);
   if (settings.color_by == ColorBy::body) model.material.color = render::category_color(index);
-  else if (body.kind == "rigid" && body.mesh.empty()) model.material = {.color = {0.42f, 0.46f, 0.52f}, .roughness = 0.4f, .metallic = 0.2f};
+  else if (body.kind == "rigid" && body.mesh.empty())
+    model.material = {.color = {0.42f, 0.46f, 0.52f}, .roughness = 0.4f, .metallic = 0.2f};
   if (look.color) model.material.color = *look.color;
   if (mesh.triangles.empty()) return model;
 
@@ -324,11 +341,14 @@ BodyModel make_body_model(const sim::ResultBody& body, const sim::BodyDef* def, 
     throw interp::MapError(fmt::format("body '{}': {}", body.name, e.what()));
   }
   for (std::string& warning : map_warnings) model.warnings.push_back(std::move(warning));
-  if (settings.color_by == ColorBy::strain || settings.color_by == ColorBy::stress) model.welded = model.map ? model.map->welded : interp::weld_rows(model.view(), options);
+  if (settings.color_by == ColorBy::strain || settings.color_by == ColorBy::stress)
+    model.welded = model.map ? model.map->welded : interp::weld_rows(model.view(), options);
   if (settings.color_by == ColorBy::stress) {
     if (body.node_stress.size() > 0) model.stress = map_stress(body, model);
     else if (body.kind == "beam") set_beam_stress(body, def, look, model);
-    else if (body.kind == "modal") model.warnings.push_back("no stress modes are known (flexframe reduce --stress): not coloured by stress; color_by = \"strain\" needs none");
+    else if (body.kind == "modal")
+      model.warnings.push_back(
+          "no stress modes are known (flexframe reduce --stress): not coloured by stress; color_by = \"strain\" needs none");
   }
   if (settings.corotated) model.corotated = std::make_shared<const interp::Corotated>(model.view());
   return model;
@@ -337,7 +357,8 @@ BodyModel make_body_model(const sim::ResultBody& body, const sim::BodyDef* def, 
 void beam_von_mises(const BeamStress& stress, const sim::ResultBody& body, std::span<const double> q, std::span<float> out) {
   std::vector<double> strains(4 * static_cast<size_t>(body.strain_stations.size()), 0.0);
   for (Eigen::Index i = 0; i < body.section_strain.rows(); ++i)
-    strains[static_cast<size_t>(body.section_strain(i, 0))] += body.section_strain(i, 2) * q[static_cast<size_t>(body.section_strain(i, 1))];
+    strains[static_cast<size_t>(body.section_strain(i, 0))] +=
+        body.section_strain(i, 2) * q[static_cast<size_t>(body.section_strain(i, 1))];
   const auto station = [&](int k) { return Eigen::Map<const sim::SectionStrains>(strains.data() + 4 * static_cast<std::ptrdiff_t>(k)); };
   const int last = static_cast<int>(body.strain_stations.size()) - 1;
   for (size_t i = 0; i < stress.vertices.size(); ++i) {
@@ -345,7 +366,8 @@ void beam_von_mises(const BeamStress& stress, const sim::ResultBody& body, std::
     sim::SectionStrains e = station(v.station);
     if (v.share > 0.0) e += v.share * (station(std::min(v.station + 1, last)) - e);
     double largest = sim::section_von_mises(e, stress.youngs_modulus, stress.shear_modulus, v.y, v.z, v.shear);
-    if (v.other >= 0) largest = std::max(largest, sim::section_von_mises(station(v.other), stress.youngs_modulus, stress.shear_modulus, v.y, v.z, v.shear));
+    if (v.other >= 0)
+      largest = std::max(largest, sim::section_von_mises(station(v.other), stress.youngs_modulus, stress.shear_modulus, v.y, v.z, v.shear));
     out[i] = static_cast<float>(largest);
   }
 }

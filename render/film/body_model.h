@@ -28,7 +28,7 @@ enum class GhostStyle { body, mesh, none };
 
 // Words of a body's drawing = {...} and color.
 struct BodyLook {
-  std::optional<glm::vec3> color;        // color = [r, g, b] or "#rrggbb"
+  std::optional<glm::vec3> color;  // color = [r, g, b] or "#rrggbb"
   float opacity = 1.0f;
   bool visible = true;
   GhostStyle ghost = GhostStyle::body;
@@ -54,10 +54,10 @@ struct BeamStress {
 
 struct BodyModel {
   std::string name;
-  bool flexible = false;                 // elastic displacements move its vertices
-  render::Mesh mesh;                     // no triangles: drawn as markers at its nodes
-  std::vector<glm::uvec3> triangles;     // of shading points
-  std::vector<glm::vec3> colors;         // per shading point where the mesh has vertex colours or several materials, else empty
+  bool flexible = false;              // elastic displacements move its vertices
+  render::Mesh mesh;                  // no triangles: drawn as markers at its nodes
+  std::vector<glm::uvec3> triangles;  // of shading points
+  std::vector<glm::vec3> colors;      // per shading point where the mesh has vertex colours or several materials, else empty
   render::Material material;
   float opacity = 1.0f;
   GhostStyle ghost = GhostStyle::body;
@@ -68,17 +68,18 @@ struct BodyModel {
   bool closed = false;                   // back faces need not be drawn
   bool visible = true;
   interp::NormalLayout normals;
-  std::vector<float> rest;               // 3 M
-  std::vector<glm::vec3> rest_normals;   // per shading point
-  std::optional<interp::Map> map;        // nodal series, or
+  std::vector<float> rest;                   // 3 M
+  std::vector<glm::vec3> rest_normals;       // per shading point
+  std::optional<interp::Map> map;            // nodal series, or
   std::optional<interp::ModeColumns> modes;  // of a body whose nodes are linear in its coordinates
-  bool from_cache = false;               // the modes were read from RenderSettings::cache
-  std::vector<int> welded;               // colour by strain: vertices at one place have one number
-  std::optional<interp::ModeColumns> stress;  // colour by stress of a modal body that knows its stress modes: 6 M rows, xx yy zz xy yz xz of each vertex, Pa
+  bool from_cache = false;                   // the modes were read from RenderSettings::cache
+  std::vector<int> welded;                   // colour by strain: vertices at one place have one number
+  std::optional<interp::ModeColumns>
+      stress;  // colour by stress of a modal body that knows its stress modes: 6 M rows, xx yy zz xy yz xz of each vertex, Pa
   std::optional<BeamStress> beam_stress;  // colour by stress of a beam
   std::shared_ptr<const interp::Corotated> corotated;
-  std::vector<std::string> warnings;       // what was chosen or mended
-  std::vector<std::string> refused;        // what was asked for and cannot be shown
+  std::vector<std::string> warnings;  // what was chosen or mended
+  std::vector<std::string> refused;   // what was asked for and cannot be shown
 
   interp::MeshView view() const;
 };

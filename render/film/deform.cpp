@@ -44,8 +44,19 @@ std::string unit_name(std::string_view text) {
 
 // Metres or radians in one of a unit; 0: unknown.
 double size_of_unit(const std::string& unit) {
-  static constexpr std::pair<std::string_view, double> known[] = {{"m", 1.0},      {"cm", 1e-2},    {"mm", 1e-3},  {"um", 1e-6}, {"\xc2\xb5m", 1e-6}, {"in", 0.0254}, {"inch", 0.0254},
-                                                                  {"ft", 0.3048}, {"rad", 1.0}, {"mrad", 1e-3}, {"deg", M_PI / 180.0}, {"\xc2\xb0", M_PI / 180.0}, {"degrees", M_PI / 180.0}};
+  static constexpr std::pair<std::string_view, double> known[] = {{"m", 1.0},
+                                                                  {"cm", 1e-2},
+                                                                  {"mm", 1e-3},
+                                                                  {"um", 1e-6},
+                                                                  {"\xc2\xb5m", 1e-6},
+                                                                  {"in", 0.0254},
+                                                                  {"inch", 0.0254},
+                                                                  {"ft", 0.3048},
+                                                                  {"rad", 1.0},
+                                                                  {"mrad", 1e-3},
+                                                                  {"deg", M_PI / 180.0},
+                                                                  {"\xc2\xb0", M_PI / 180.0},
+                                                                  {"degrees", M_PI / 180.0}};
   for (const auto& [name, size] : known)
     if (name == unit) return size;
   return 0.0;
@@ -57,7 +68,9 @@ int known_column(const std::string& name, int first) {
   const char last = name.back();
   const bool letter = last >= 'x' && last <= 'z';
   const int axis = letter ? last - 'x' : last >= '0' + first && last <= '2' + first ? last - '0' - first : -1;
-  auto one_of = [](std::string_view stem, std::initializer_list<std::string_view> words) { return std::find(words.begin(), words.end(), stem) != words.end(); };
+  auto one_of = [](std::string_view stem, std::initializer_list<std::string_view> words) {
+    return std::find(words.begin(), words.end(), stem) != words.end();
+  };
   // Words after the axis: "X Location", "x_coordinate".
   for (const std::string_view tail : {"location", "coordinate", "coord", "position", "displacement", "deformation", "rotation"})
     if (name.size() == tail.size() + 1 && name.ends_with(tail) && name[0] >= 'x' && name[0] <= 'z')
@@ -65,7 +78,8 @@ int known_column(const std::string& name, int first) {
   if (name == "u" || name == "v" || name == "w") return 3 + name[0] - 'u';
   if (axis < 0) return -1;
   const std::string stem = name.substr(0, name.size() - 1);
-  if (letter && one_of(stem, {"", "pos", "position", "coord", "coordinate", "coordinates", "node", "p", "c", "point", "points"})) return axis;
+  if (letter && one_of(stem, {"", "pos", "position", "coord", "coordinate", "coordinates", "node", "p", "c", "point", "points"}))
+    return axis;
   if (!letter && one_of(stem, {"x", "coord", "coor", "coordinates", "point", "points"})) return axis;
   if (one_of(stem, {"u", "uu", "d", "disp", "displ", "displacement", "displacements", "t", "def", "deformation"})) return 3 + axis;
   if (one_of(stem, {"r", "rot", "rotation", "rotations", "theta", "phi", "ur", "urur"})) return 6 + axis;
@@ -122,8 +136,8 @@ bool parse_double(std::string_view text, double& value) {
 
 // Where each quantity stands in a line of the table.
 struct Columns {
-  std::array<int, 9> place;     // -1: not there
-  std::array<double, 9> factor; // to the unit of the positions, and to radians
+  std::array<int, 9> place;      // -1: not there
+  std::array<double, 9> factor;  // to the unit of the positions, and to radians
   size_t width = 0;
   char separator = ',';
   bool rotations = false;
@@ -142,13 +156,19 @@ Columns read_header(std::string_view line, const std::string& at) {
   for (const std::string_view word : words)
     if (const std::string name = plain_name(word); name.size() > 1 && name.back() == '0' && known_column(name, 0) >= 0) first = 0;
   // u v w are displacements where nothing else is.
-  const bool named = std::any_of(words.begin(), words.end(), [&](std::string_view w) { const std::string name = plain_name(w); const int k = name.size() > 1 ? known_column(name, first) : -1; return k >= 3 && k < 6; });
+  const bool named = std::any_of(words.begin(), words.end(), [&](std::string_view w) {
+    const std::string name = plain_name(w);
+    const int k = name.size() > 1 ? known_column(name, first) : -1;
+    return k >= 3 && k < 6;
+  });
   std::array<std::string, 9> unit;
   for (size_t c = 0; c < words.size(); ++c) {
     const int k = known_column(plain_name(words[c]), first);
     if (k < 0 || (named && k >= 3 && plain_name(words[c]).size() == 1)) continue;
     const auto i = static_cast<size_t>(k);
-    if (out.place[i] >= 0) throw sim::InputError(fmt::format("{}: column '{}' is there twice ('{}' and '{}')", at, column_names[i], words[static_cast<size_t>(out.place[i])], words[c]));
+    if (out.place[i] >= 0)
+      throw sim::InputError(fmt::format("{}: column '{}' is there twice ('{}' and '{}')", at, column_names[i],
+                                        words[static_cast<size_t>(out.place[i])], words[c]));
     out.place[i] = static_cast<int>(c);
     unit[i] = unit_name(words[c]);
   }
@@ -156,7 +176,9 @@ Columns read_header(std::string_view line, const std::string& at) {
     if (out.place[k] < 0) {
       double value = 0.0;
       throw sim::InputError(fmt::format("{}: {}; needed is a header line x,y,z,ux,uy,uz[,rx,ry,rz]", at,
-                                        parse_double(words[0], value) ? std::string("the first line holds numbers, not the names of the columns") : fmt::format("no column '{}'", column_names[k])));
+                                        parse_double(words[0], value)
+                                            ? std::string("the first line holds numbers, not the names of the columns")
+                                            : fmt::format("no column '{}'", column_names[k])));
     }
   const int given = (out.place[6] >= 0) + (out.place[7] >= 0) + (out.place[8] >= 0);
   if (given == 1 || given == 2) throw sim::InputError(fmt::format("{}: rotations need all of rx, ry, rz", at));
@@ -164,7 +186,9 @@ Columns read_header(std::string_view line, const std::string& at) {
   // Units in brackets: displacements are taken to the unit of the positions where both are told.
   for (size_t group = 0; group < 9; group += 3)
     for (size_t k = group; k < group + 3 && (group < 6 || out.rotations); ++k)
-      if (unit[k] != unit[group]) throw sim::InputError(fmt::format("{}: '{}' is in '{}' and '{}' in '{}': one unit is needed", at, column_names[group], unit[group], column_names[k], unit[k]));
+      if (unit[k] != unit[group])
+        throw sim::InputError(fmt::format("{}: '{}' is in '{}' and '{}' in '{}': one unit is needed", at, column_names[group], unit[group],
+                                          column_names[k], unit[k]));
   const double lengths = size_of_unit(unit[0]), displacements = size_of_unit(unit[3]), angles = out.rotations ? size_of_unit(unit[6]) : 0.0;
   if (lengths > 0.0 && displacements > 0.0 && lengths != displacements) {
     for (size_t k = 3; k < 6; ++k) out.factor[k] = displacements / lengths;
@@ -230,19 +254,24 @@ NodeTable read_node_table(const fs::path& path) {
     }
     auto words = split(line, columns.separator);
     while (words.size() > columns.width && words.back().empty()) words.pop_back();
-    if (words.size() < columns.width) throw sim::InputError(fmt::format("{}: {} values, the header has {} columns", at, words.size(), columns.width));
+    if (words.size() < columns.width)
+      throw sim::InputError(fmt::format("{}: {} values, the header has {} columns", at, words.size(), columns.width));
     if (words.size() > columns.width && columns.separator == ',')
-      throw sim::InputError(fmt::format("{}: {} values, the header has {} columns; numbers with a decimal comma need ';' or a tab between them", at, words.size(), columns.width));
+      throw sim::InputError(
+          fmt::format("{}: {} values, the header has {} columns; numbers with a decimal comma need ';' or a tab between them", at,
+                      words.size(), columns.width));
     for (size_t k = 0; k < (columns.rotations ? 9u : 6u); ++k) {
       std::string word(words[static_cast<size_t>(columns.place[k])]);
       if (word.find('.') == std::string::npos) std::replace(word.begin(), word.end(), ',', '.');
       double value = 0.0;
-      if (!parse_double(word, value)) throw sim::InputError(fmt::format("{}: {} is '{}', a number is needed", at, column_names[k], word.substr(0, 40)));
+      if (!parse_double(word, value))
+        throw sim::InputError(fmt::format("{}: {} is '{}', a number is needed", at, column_names[k], word.substr(0, 40)));
       if (!std::isfinite(value)) throw sim::InputError(fmt::format("{}: {} is {}, it must be finite", at, column_names[k], word));
       values.push_back(columns.factor[k] * value);
     }
   }
-  if (!header) throw sim::InputError(fmt::format("{}: empty, a header line x,y,z,ux,uy,uz[,rx,ry,rz] and one line a node are needed", file));
+  if (!header)
+    throw sim::InputError(fmt::format("{}: empty, a header line x,y,z,ux,uy,uz[,rx,ry,rz] and one line a node are needed", file));
   const bool rotations = columns.rotations;
   const size_t stride = rotations ? 9 : 6;
   const auto count = static_cast<Eigen::Index>(values.size() / stride);
@@ -265,7 +294,8 @@ NodeTable read_node_table(const fs::path& path) {
 
 DeformReport deform(const fs::path& nodes, const fs::path& mesh_file, const fs::path& output, const DeformOptions& options) {
   const std::string extension = lower_extension(output);
-  if (extension != ".obj" && extension != ".csv") throw sim::InputError(fmt::format("{}: the output must end in .obj or .csv", output.string()));
+  if (extension != ".obj" && extension != ".csv")
+    throw sim::InputError(fmt::format("{}: the output must end in .obj or .csv", output.string()));
   NodeTable table = read_node_table(nodes);
   const render::Mesh mesh = render::read_mesh(mesh_file);
   DeformReport report;
@@ -276,8 +306,9 @@ DeformReport deform(const fs::path& nodes, const fs::path& mesh_file, const fs::
     table.rotation.resize(0, 3);
     table.nodes.rotations = false;
   }
-  const interp::MeshView view{Eigen::Map<const interp::Points>(&mesh.positions[0].x, static_cast<Eigen::Index>(mesh.positions.size()), 3),
-                              Eigen::Map<const interp::Triangles>(&mesh.triangles[0].x, static_cast<Eigen::Index>(mesh.triangles.size()), 3)};
+  const interp::MeshView view{
+      Eigen::Map<const interp::Points>(&mesh.positions[0].x, static_cast<Eigen::Index>(mesh.positions.size()), 3),
+      Eigen::Map<const interp::Triangles>(&mesh.triangles[0].x, static_cast<Eigen::Index>(mesh.triangles.size()), 3)};
   interp::Options how;
   how.scheme = options.scheme;
   how.precise = true;
@@ -290,7 +321,8 @@ DeformReport deform(const fs::path& nodes, const fs::path& mesh_file, const fs::
   interp::Points u = interp::apply_precise(map, table.displacement, table.rotation);
   report.map = map.report;
   report.warnings.insert(report.warnings.end(), map.report.warnings.begin(), map.report.warnings.end());
-  if (const std::string differ = interp::merged_nodes_differ(map, table.nodes, table.displacement); !differ.empty()) report.warnings.push_back(differ);
+  if (const std::string differ = interp::merged_nodes_differ(map, table.nodes, table.displacement); !differ.empty())
+    report.warnings.push_back(differ);
   report.leave_one_out = interp::leave_one_out(map, table.displacement, table.rotation);
   report.nodes = map.nodes;
   report.vertices = map.vertices;
@@ -305,12 +337,14 @@ DeformReport deform(const fs::path& nodes, const fs::path& mesh_file, const fs::
       interp::PointsF turned(single.rows(), 3);
       interp::Corotated(view).apply(flat, report.scale, std::span<float>(turned.data(), static_cast<size_t>(turned.size())));
       u = turned.cast<double>();
-    } else if (const std::string warning = interp::exaggeration_warning(interp::largest_rotation(view, flat), report.scale); !warning.empty()) {
+    } else if (const std::string warning = interp::exaggeration_warning(interp::largest_rotation(view, flat), report.scale);
+               !warning.empty()) {
       report.warnings.push_back(warning);
     }
   }
   if (!options.corotated) u *= report.scale;
-  if (!u.allFinite()) throw std::runtime_error("the displacements of the mesh are not finite: the nodes' displacements or the scale are too large");
+  if (!u.allFinite())
+    throw std::runtime_error("the displacements of the mesh are not finite: the nodes' displacements or the scale are too large");
 
   if (extension == ".obj") {
     std::vector<glm::dvec3> moved = mesh.positions;

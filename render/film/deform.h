@@ -18,10 +18,11 @@ struct NodeTable {
   std::string note;             // what was made of units in the header line, or empty
 };
 
-// Reads a table with a header line: columns by name in any order, others are left alone. Comma, semicolon, tab or blanks; upper or lower case,
-// quotes and the usual spellings (u_x, dx, rot_x, Points:0, X Location, u v w, ...) are understood, the header may stand behind '#' or '%'. Units in brackets:
-// displacements are taken to the unit of the positions, rotations in degrees to radians; without brackets all lengths have one unit, rotations are radians.
-// Decimal commas are read where the separator is none. Throws sim::InputError with file, line, column.
+// Reads a table with a header line: columns by name in any order, others are left alone. Comma, semicolon, tab or blanks; upper or lower
+// case, quotes and the usual spellings (u_x, dx, rot_x, Points:0, X Location, u v w, ...) are understood, the header may stand behind '#'
+// or '%'. Units in brackets: displacements are taken to the unit of the positions, rotations in degrees to radians; without brackets all
+// lengths have one unit, rotations are radians. Decimal commas are read where the separator is none. Throws sim::InputError with file,
+// line, column.
 NodeTable read_node_table(const std::filesystem::path& path);
 
 struct DeformOptions {

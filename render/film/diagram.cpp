@@ -17,15 +17,38 @@ using glm::dvec2;
 using glm::vec3;
 
 // What a diagram consists of, in pixels from the upper left corner.
-struct Stroke { std::vector<dvec2> points; double width; vec3 color; float opacity; double dash; };
-struct Disc { dvec2 at; double radius; vec3 color; bool hollow; };
+struct Stroke {
+  std::vector<dvec2> points;
+  double width;
+  vec3 color;
+  float opacity;
+  double dash;
+};
+struct Disc {
+  dvec2 at;
+  double radius;
+  vec3 color;
+  bool hollow;
+};
 enum class Anchor { left, middle, right };
-struct Word { dvec2 at; std::string text; double size; vec3 color; Anchor anchor; bool bold = false, upwards = false; };
-struct Drawing { std::vector<Stroke> strokes; std::vector<Disc> discs; std::vector<Word> words; };
+struct Word {
+  dvec2 at;
+  std::string text;
+  double size;
+  vec3 color;
+  Anchor anchor;
+  bool bold = false, upwards = false;
+};
+struct Drawing {
+  std::vector<Stroke> strokes;
+  std::vector<Disc> discs;
+  std::vector<Word> words;
+};
 
 // Colours that remain apart for colour-blind readers (Okabe, Ito 2008).
-constexpr std::array<vec3, 8> palette = {vec3(0.0f, 0.447f, 0.698f), vec3(0.835f, 0.369f, 0.0f), vec3(0.0f, 0.620f, 0.451f), vec3(0.8f, 0.475f, 0.655f),
-                                         vec3(0.337f, 0.706f, 0.914f), vec3(0.902f, 0.624f, 0.0f), vec3(0.35f, 0.35f, 0.35f), vec3(0.58f, 0.40f, 0.74f)};
+constexpr std::array<vec3, 8> palette = {vec3(0.0f, 0.447f, 0.698f), vec3(0.835f, 0.369f, 0.0f),   vec3(0.0f, 0.620f, 0.451f),
+                                         vec3(0.8f, 0.475f, 0.655f), vec3(0.337f, 0.706f, 0.914f), vec3(0.902f, 0.624f, 0.0f),
+                                         vec3(0.35f, 0.35f, 0.35f),  vec3(0.58f, 0.40f, 0.74f)};
 constexpr vec3 ink(0.13f, 0.15f, 0.18f), grey(0.55f, 0.58f, 0.62f), faint(0.86f, 0.88f, 0.90f);
 
 // Range of decades, at least one, with a little room.
@@ -94,13 +117,17 @@ Drawing lay_out(const Diagram& d) {
   }
 
   // Labels lie where no other does, right or left of their point, above or below; where there is no room, the point goes without.
-  struct Box { double left, top, right, bottom; };
+  struct Box {
+    double left, top, right, bottom;
+  };
   std::vector<Box> taken;
   const auto label = [&](const dvec2& at, const std::string& text) {
     const double wide = render::text_width(text, 11.0, render::Weight::regular);
     for (const dvec2 shift : {dvec2(7.0, -6.0), dvec2(7.0, 13.0), dvec2(-7.0 - wide, -6.0), dvec2(-7.0 - wide, 13.0)}) {
       const Box b{at.x + shift.x, at.y + shift.y - 9.0, at.x + shift.x + wide, at.y + shift.y + 1.0};
-      if (std::any_of(taken.begin(), taken.end(), [&](const Box& o) { return b.left < o.right && o.left < b.right && b.top < o.bottom && o.top < b.bottom; })) continue;
+      if (std::any_of(taken.begin(), taken.end(),
+                      [&](const Box& o) { return b.left < o.right && o.left < b.right && b.top < o.bottom && o.top < b.bottom; }))
+        continue;
       taken.push_back(b);
       out.words.push_back({at + shift, text, 11.0, ink, Anchor::left});
       return;
@@ -158,8 +185,11 @@ std::string escape(const std::string& text) {
 
 std::string diagram_svg(const Diagram& d) {
   const Drawing drawing = lay_out(d);
-  std::string out = fmt::format("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\" font-family=\"DejaVu Sans, sans-serif\">\n"
-                                "<rect width=\"{0}\" height=\"{1}\" fill=\"#ffffff\"/>\n", d.width, d.height);
+  std::string out = fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\" font-family=\"DejaVu Sans, "
+      "sans-serif\">\n"
+      "<rect width=\"{0}\" height=\"{1}\" fill=\"#ffffff\"/>\n",
+      d.width, d.height);
   for (const Stroke& s : drawing.strokes) {
     out += "<polyline fill=\"none\" stroke-linejoin=\"round\" points=\"";
     for (const dvec2& p : s.points) out += fmt::format("{:.1f},{:.1f} ", p.x, p.y);
@@ -167,13 +197,13 @@ std::string diagram_svg(const Diagram& d) {
                        s.dash > 0.0 ? fmt::format(" stroke-dasharray=\"{0:g} {0:g}\"", s.dash) : "");
   }
   for (const Disc& c : drawing.discs)
-    out += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:g}\" fill=\"{}\" stroke=\"{}\" stroke-width=\"1.5\"/>\n", c.at.x, c.at.y, c.radius,
-                       c.hollow ? "#ffffff" : svg_color(c.color), svg_color(c.color));
+    out += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:g}\" fill=\"{}\" stroke=\"{}\" stroke-width=\"1.5\"/>\n", c.at.x, c.at.y,
+                       c.radius, c.hollow ? "#ffffff" : svg_color(c.color), svg_color(c.color));
   for (const Word& w : drawing.words) {
     const char* anchor = w.anchor == Anchor::left ? "start" : w.anchor == Anchor::middle ? "middle" : "end";
     const std::string turn = w.upwards ? fmt::format(" transform=\"rotate(-90 {:.1f} {:.1f})\"", w.at.x, w.at.y) : "";
-    out += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"{:g}\" text-anchor=\"{}\" fill=\"{}\"{}{}>{}</text>\n", w.at.x, w.at.y, w.size, anchor, svg_color(w.color),
-                       w.bold ? " font-weight=\"bold\"" : "", turn, escape(w.text));
+    out += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"{:g}\" text-anchor=\"{}\" fill=\"{}\"{}{}>{}</text>\n", w.at.x, w.at.y,
+                       w.size, anchor, svg_color(w.color), w.bold ? " font-weight=\"bold\"" : "", turn, escape(w.text));
   }
   return out + "</svg>\n";
 }

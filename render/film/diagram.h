@@ -11,22 +11,22 @@
 namespace flexframe::film {
 
 struct DiagramPoint {
-  double x = 0.0, y = 0.0;   // both > 0; others are left out
-  bool hollow = false;       // at the floor: only an upper bound
-  std::string label;         // beside the point, may be empty
+  double x = 0.0, y = 0.0;  // both > 0; others are left out
+  bool hollow = false;      // at the floor: only an upper bound
+  std::string label;        // beside the point, may be empty
 };
 
 struct DiagramSeries {
   std::string label;
   std::vector<DiagramPoint> points;
-  bool line = true;          // joined in the order given
-  bool front = false;        // the Pareto front: a broad grey line, no marks, a staircase
+  bool line = true;    // joined in the order given
+  bool front = false;  // the Pareto front: a broad grey line, no marks, a staircase
 };
 
 struct Diagram {
   std::string title, x_label, y_label, note;
   std::vector<DiagramSeries> series;
-  double floor = 0.0;        // a dashed line: errors below it are not to be told; 0: none
+  double floor = 0.0;  // a dashed line: errors below it are not to be told; 0: none
   int width = 960, height = 600;
 };
 

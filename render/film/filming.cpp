@@ -73,7 +73,8 @@ Message make_one(const Animation& animation, const FilmOptions& options, int pic
   update_picture(animation, picture, memory);
   const std::string inputs = picture_hash(memory.picture, environment);
   const std::vector<std::filesystem::path> channels = channel_files(animation, options, picture);
-  if (options.resume && is_done(path, inputs) && std::all_of(channels.begin(), channels.end(), [&](const auto& file) { return is_done(file, inputs); })) {
+  if (options.resume && is_done(path, inputs) &&
+      std::all_of(channels.begin(), channels.end(), [&](const auto& file) { return is_done(file, inputs); })) {
     message.kind = Message::kept;
     message.deform = thread_seconds() - start;
     return message;
@@ -87,19 +88,22 @@ Message make_one(const Animation& animation, const FilmOptions& options, int pic
     double low = memory.picture.scalar_map.lower, high = memory.picture.scalar_map.upper;
     const bool depth = file.parent_path().filename() == "depth";
     const render::Image16 numbers = depth ? renderer.draw_depth(memory.picture, &low, &high) : renderer.draw_scalar(memory.picture);
-    render::write_png(file, numbers, {.level = 1, .text = {{input_key, inputs}, {"flexframe-range", fmt::format("{:.17g} {:.17g}", low, high)}}});
+    render::write_png(file, numbers,
+                      {.level = 1, .text = {{input_key, inputs}, {"flexframe-range", fmt::format("{:.17g} {:.17g}", low, high)}}});
   }
   now = thread_seconds();
   message.draw = now - start;
   start = now;
-  render::write_png(path, image, {.level = 1, .text = {{input_key, inputs}, {render::numbers_key, render::numbers_text(picture_numbers(memory.picture))}}});
+  render::write_png(
+      path, image,
+      {.level = 1, .text = {{input_key, inputs}, {render::numbers_key, render::numbers_text(picture_numbers(memory.picture))}}});
   message.encode = thread_seconds() - start;
   return message;
 }
 
 // The life of a worker: pictures from the shared counter until none is left.
-[[noreturn]] void work(const Animation& animation, const FilmOptions& options, const std::vector<int>& pictures, std::atomic<int>& next, int pipe,
-                       pid_t parent) {
+[[noreturn]] void work(const Animation& animation, const FilmOptions& options, const std::vector<int>& pictures, std::atomic<int>& next,
+                       int pipe, pid_t parent) {
   // A worker without its parent has nobody to draw for; the parent may be gone already.
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != parent) ::_exit(1);
@@ -117,7 +121,8 @@ Message make_one(const Animation& animation, const FilmOptions& options, int pic
   try {
     // Never taken down: the process ends anyway.
     render::Renderer& renderer = *new render::Renderer(options.backend);
-    const std::string environment = fmt::format("drawing {} ", render::drawing_version) + renderer.info().renderer + ' ' + renderer.info().version + ' ' + renderer.info().cpu;
+    const std::string environment = fmt::format("drawing {} ", render::drawing_version) + renderer.info().renderer + ' ' +
+                                    renderer.info().version + ' ' + renderer.info().cpu;
     PictureMemory memory;
     for (int i = next++; i < static_cast<int>(pictures.size()); i = next++) {
       doing = fmt::format("picture {}", pictures[i]);
@@ -154,7 +159,10 @@ class SharedCounter {
 
 // Workers that are killed and waited for when the scope is left, whatever the reason.
 struct Workers {
-  struct Child { pid_t pid = -1; bool running = true; };
+  struct Child {
+    pid_t pid = -1;
+    bool running = true;
+  };
   std::vector<Child> children;
   int pipe_read = -1;
 
@@ -177,8 +185,9 @@ struct Workers {
       while (::waitpid(child.pid, &status, 0) < 0 && errno == EINTR) {}
       child.running = false;
       if (WIFSIGNALED(status))
-        throw std::runtime_error(fmt::format("a drawing process was ended by signal {} ({}); pictures drawn so far are whole, --resume goes on from there",
-                                             WTERMSIG(status), strsignal(WTERMSIG(status))));
+        throw std::runtime_error(
+            fmt::format("a drawing process was ended by signal {} ({}); pictures drawn so far are whole, --resume goes on from there",
+                        WTERMSIG(status), strsignal(WTERMSIG(status))));
       if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) throw std::runtime_error("a drawing process ended without a word");
     }
   }
@@ -214,7 +223,8 @@ FilmReport film(const Animation& animation, const FilmOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   const int end = options.end < 0 ? animation.count : options.end;
   if (options.first < 0 || options.first >= end || end > animation.count)
-    throw sim::InputError(fmt::format("pictures {}:{} are not there: the sequence has {} pictures, 0:{}", options.first, end, animation.count, animation.count));
+    throw sim::InputError(fmt::format("pictures {}:{} are not there: the sequence has {} pictures, 0:{}", options.first, end,
+                                      animation.count, animation.count));
   if (options.shards < 1 || options.shard < 0 || options.shard > options.shards)
     throw sim::InputError(fmt::format("shard {}/{} is none: must be I/N with 1 <= I <= N", options.shard, options.shards));
   std::vector<int> pictures;

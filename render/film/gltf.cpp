@@ -30,7 +30,8 @@ struct Writer {
   // Appends an array; returns the accessor's index. target 0: animation data.
   int add(const void* bytes, size_t count, size_t components, int type, const char* shape, int target) {
     const size_t size = count * components * 4;
-    if (data.size() + size > std::numeric_limits<std::uint32_t>::max()) throw std::runtime_error("the sequence needs more than 4 GiB, which glTF cannot hold: export fewer pictures");
+    if (data.size() + size > std::numeric_limits<std::uint32_t>::max())
+      throw std::runtime_error("the sequence needs more than 4 GiB, which glTF cannot hold: export fewer pictures");
     Json view = {{"buffer", 0}, {"byteOffset", data.size()}, {"byteLength", size}};
     if (target != 0) view["target"] = target;
     views.push_back(view);
@@ -140,7 +141,9 @@ void add_body(Document& d, const Animation& animation, int b, double scale, Gltf
   }
   render::Material material = model.material;
   if (!model.colors.empty()) material.color = glm::vec3(1.0f);
-  Json primitive = {{"attributes", attributes}, {"indices", add_triangles(d, model.triangles)}, {"material", add_material(d, body.name, material, model.opacity, !model.closed)}};
+  Json primitive = {{"attributes", attributes},
+                    {"indices", add_triangles(d, model.triangles)},
+                    {"material", add_material(d, body.name, material, model.opacity, !model.closed)}};
   Json mesh = {{"name", body.name}};
 
   // Deformation: targets are differences of positions and normals at a weight of 1 m, scaled to what the sequence reaches.
@@ -155,7 +158,8 @@ void add_body(Document& d, const Animation& animation, int b, double scale, Gltf
     std::vector<glm::vec3> moved, normals;
     std::vector<double> sizes;
     for (int k = 0; k < targets; ++k) {
-      const float size = std::max(basis.weights.row(k).cwiseAbs().maxCoeff() * static_cast<float>(scale), std::numeric_limits<float>::min());
+      const float size =
+          std::max(basis.weights.row(k).cwiseAbs().maxCoeff() * static_cast<float>(scale), std::numeric_limits<float>::min());
       sizes.push_back(size);
       memory.displacement.assign(basis.shapes.col(k).data(), basis.shapes.col(k).data() + basis.shapes.rows());
       update_surface(model, size, false, memory, moved, normals);
@@ -165,7 +169,8 @@ void add_body(Document& d, const Animation& animation, int b, double scale, Gltf
     if (targets > 0) {
       primitive["targets"] = list;
       for (int picture = 0; picture < animation.count; ++picture)
-        for (int k = 0; k < targets; ++k) weights.push_back(static_cast<float>(basis.weights(k, picture) * scale / sizes[static_cast<size_t>(k)]));
+        for (int k = 0; k < targets; ++k)
+          weights.push_back(static_cast<float>(basis.weights(k, picture) * scale / sizes[static_cast<size_t>(k)]));
       mesh["weights"] = std::vector<float>(weights.begin(), weights.begin() + targets);
     }
   }
@@ -178,29 +183,38 @@ void add_body(Document& d, const Animation& animation, int b, double scale, Gltf
 
 void add_symbol(Document& d, const Animation& animation, const JointSymbol& symbol) {
   const sim::ResultJoint& joint = animation.results->joints[static_cast<size_t>(symbol.joint)];
-  const Json attributes = {{"POSITION", d.writer.add_vectors(symbol.positions, true)}, {"NORMAL", d.writer.add_vectors(symbol.normals, false)}};
+  const Json attributes = {{"POSITION", d.writer.add_vectors(symbol.positions, true)},
+                           {"NORMAL", d.writer.add_vectors(symbol.normals, false)}};
   const render::Material look = symbol.mesh.materials.empty() ? render::Material{} : symbol.mesh.materials.front().look;
   d.meshes.push_back({{"name", joint.name},
-                      {"primitives", Json::array({{{"attributes", attributes}, {"indices", add_triangles(d, symbol.triangles)}, {"material", add_material(d, joint.name, look, 1.0f, true)}}})}});
+                      {"primitives", Json::array({{{"attributes", attributes},
+                                                   {"indices", add_triangles(d, symbol.triangles)},
+                                                   {"material", add_material(d, joint.name, look, 1.0f, true)}}})}});
   add_moving_node(d, joint.name, static_cast<int>(d.meshes.size()) - 1, animation.count, [&](int k) {
-    return joint_pose(joint, find_sample(animation.results->times, symbol.fixed ? animation.results->times[0] : picture_time(animation, k)));
+    return joint_pose(joint,
+                      find_sample(animation.results->times, symbol.fixed ? animation.results->times[0] : picture_time(animation, k)));
   });
 }
 
 void add_camera(Document& d, const Animation& animation) {
   const render::Camera& c = animation.camera;
-  const double distance = glm::length(c.position - c.target), aspect = double(animation.settings.size.width) / animation.settings.size.height;
+  const double distance = glm::length(c.position - c.target),
+               aspect = double(animation.settings.size.width) / animation.settings.size.height;
   if (!(distance > 0.0)) return;
   Json camera;
   if (c.projection == render::Projection::orthographic)
-    camera = {{"type", "orthographic"}, {"orthographic", {{"xmag", 0.5 * c.height * aspect}, {"ymag", 0.5 * c.height}, {"znear", 1e-3 * distance}, {"zfar", 1e3 * distance}}}};
+    camera = {{"type", "orthographic"},
+              {"orthographic",
+               {{"xmag", 0.5 * c.height * aspect}, {"ymag", 0.5 * c.height}, {"znear", 1e-3 * distance}, {"zfar", 1e3 * distance}}}};
   else
-    camera = {{"type", "perspective"}, {"perspective", {{"yfov", glm::radians(double(c.fov))}, {"aspectRatio", aspect}, {"znear", 1e-3 * distance}}}};
+    camera = {{"type", "perspective"},
+              {"perspective", {{"yfov", glm::radians(double(c.fov))}, {"aspectRatio", aspect}, {"znear", 1e-3 * distance}}}};
   d.cameras.push_back(camera);
   // A glTF camera looks along its -z axis, y up.
   const glm::dvec3 z = glm::normalize(c.position - c.target), x = glm::normalize(glm::cross(glm::dvec3(c.up), z));
   const glm::dquat q = glm::quat_cast(glm::dmat3(x, glm::cross(z, x), z));
-  d.nodes.push_back({{"name", "camera"}, {"camera", 0}, {"translation", {c.position.x, c.position.y, c.position.z}}, {"rotation", {q.x, q.y, q.z, q.w}}});
+  d.nodes.push_back(
+      {{"name", "camera"}, {"camera", 0}, {"translation", {c.position.x, c.position.y, c.position.z}}, {"rotation", {q.x, q.y, q.z, q.w}}});
 }
 
 std::string base64(std::span<const std::uint8_t> bytes) {
@@ -233,8 +247,11 @@ std::vector<std::uint8_t> make_gltf(const Animation& animation, double scale, bo
   // The root turns the up of the pictures to y.
   const glm::dvec3 up = glm::normalize(glm::dvec3(animation.camera.up)), axis = glm::cross(up, glm::dvec3(0, 1, 0));
   const double sine = glm::length(axis), cosine = up.y;
-  const glm::dquat turn = sine > 1e-12 ? glm::angleAxis(std::atan2(sine, cosine), axis / sine) : cosine > 0.0 ? glm::dquat(1, 0, 0, 0) : glm::dquat(0, 1, 0, 0);
-  d.nodes.push_back({{"name", animation.results->title.empty() ? "flexframe" : animation.results->title}, {"rotation", {turn.x, turn.y, turn.z, turn.w}}});
+  const glm::dquat turn = sine > 1e-12   ? glm::angleAxis(std::atan2(sine, cosine), axis / sine)
+                          : cosine > 0.0 ? glm::dquat(1, 0, 0, 0)
+                                         : glm::dquat(0, 1, 0, 0);
+  d.nodes.push_back({{"name", animation.results->title.empty() ? "flexframe" : animation.results->title},
+                     {"rotation", {turn.x, turn.y, turn.z, turn.w}}});
   for (size_t b = 0; b < animation.bodies.size(); ++b)
     if (animation.bodies[b].visible) add_body(d, animation, static_cast<int>(b), scale, report);
   for (const JointSymbol& symbol : animation.symbols) add_symbol(d, animation, symbol);
@@ -246,7 +263,10 @@ std::vector<std::uint8_t> make_gltf(const Animation& animation, double scale, bo
 
   Json buffer = {{"byteLength", d.writer.data.size()}};
   if (!binary) buffer["uri"] = "data:application/octet-stream;base64," + base64(d.writer.data);
-  Json json = {{"asset", {{"version", "2.0"}, {"generator", "flexframe"}}}, {"scene", 0}, {"scenes", Json::array({{{"nodes", {0}}}})}, {"nodes", d.nodes}};
+  Json json = {{"asset", {{"version", "2.0"}, {"generator", "flexframe"}}},
+               {"scene", 0},
+               {"scenes", Json::array({{{"nodes", {0}}}})},
+               {"nodes", d.nodes}};
   if (!d.meshes.empty()) json["meshes"] = d.meshes, json["materials"] = d.materials;
   if (!d.cameras.empty()) json["cameras"] = d.cameras;
   if (!d.channels.empty()) json["animations"] = Json::array({{{"name", "motion"}, {"channels", d.channels}, {"samplers", d.samplers}}});
@@ -260,10 +280,12 @@ std::vector<std::uint8_t> make_gltf(const Animation& animation, double scale, bo
   text.resize((text.size() + 3) / 4 * 4, ' ');
   d.writer.data.resize((d.writer.data.size() + 3) / 4 * 4, 0);
   const size_t total = 28 + text.size() + d.writer.data.size();
-  if (total > std::numeric_limits<std::uint32_t>::max()) throw std::runtime_error("the sequence needs more than 4 GiB, which glTF cannot hold: export fewer pictures");
+  if (total > std::numeric_limits<std::uint32_t>::max())
+    throw std::runtime_error("the sequence needs more than 4 GiB, which glTF cannot hold: export fewer pictures");
   std::vector<std::uint8_t> out;
   out.reserve(total);
-  for (std::uint32_t word : {0x46546C67u, 2u, static_cast<std::uint32_t>(total), static_cast<std::uint32_t>(text.size()), 0x4E4F534Au}) put_word(out, word);
+  for (std::uint32_t word : {0x46546C67u, 2u, static_cast<std::uint32_t>(total), static_cast<std::uint32_t>(text.size()), 0x4E4F534Au})
+    put_word(out, word);
   out.insert(out.end(), text.begin(), text.end());
   put_word(out, static_cast<std::uint32_t>(d.writer.data.size()));
   put_word(out, 0x004E4942u);

@@ -12,7 +12,7 @@ namespace flexframe::film {
 
 struct GltfReport {
   int nodes = 0, morph_targets = 0, pictures = 0;
-  double error = 0.0;                 // m, largest distance of a vertex from where it is drawn (compression of the deformation)
+  double error = 0.0;  // m, largest distance of a vertex from where it is drawn (compression of the deformation)
   std::vector<std::string> notes;
 };
 

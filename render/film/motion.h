@@ -6,8 +6,8 @@
 #pragma once
 
 #include "interp/types.h"
-#include "sim/results/results.h"
 #include "sim/base/spatial.h"
+#include "sim/results/results.h"
 
 #include <glm/glm.hpp>
 

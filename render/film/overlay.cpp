@@ -21,14 +21,19 @@ void fill_overlay(const Animation& animation, double t, render::Picture& picture
   overlay = {};
 
   switch (settings.background) {
-    case BackgroundKind::gradient: break;
-    case BackgroundKind::white: picture.background.top = picture.background.bottom = glm::vec3(1.0f); break;
+    case BackgroundKind::gradient:
+      break;
+    case BackgroundKind::white:
+      picture.background.top = picture.background.bottom = glm::vec3(1.0f);
+      break;
     case BackgroundKind::dark:
       picture.background.top = {0.13f, 0.15f, 0.19f};
       picture.background.bottom = {0.05f, 0.06f, 0.08f};
       overlay.dark = true;
       break;
-    case BackgroundKind::transparent: picture.background.transparent = true; break;
+    case BackgroundKind::transparent:
+      picture.background.transparent = true;
+      break;
   }
 
   if (asked.title) overlay.title = results.title;
@@ -41,7 +46,9 @@ void fill_overlay(const Animation& animation, double t, render::Picture& picture
   const std::vector<double>& scales = animation.scales;
   if (asked.note && animation.largest_displacement > 0.0 && (scales.size() > 1 || scales[0] != 1.0)) {
     const auto words = [](double scale) {
-      return scale == 1.0 ? std::string("in scale") : scale == 0.0 ? std::string("undeformed") : fmt::format("elastic displacement {}", render::scale_text(scale));
+      return scale == 1.0   ? std::string("in scale")
+             : scale == 0.0 ? std::string("undeformed")
+                            : fmt::format("elastic displacement {}", render::scale_text(scale));
     };
     overlay.note = "solid: " + words(scales[0]);
     // Bodies may show their other scales as meshes, or not at all.
@@ -51,7 +58,10 @@ void fill_overlay(const Animation& animation, double t, render::Picture& picture
       meshes |= body.visible && body.flexible && body.ghost == GhostStyle::mesh;
     }
     const std::string others = ghosts && meshes ? "; ghost and mesh: " : meshes ? "; mesh: " : "; ghost: ";
-    for (size_t i = 1; i < scales.size() && (ghosts || meshes); ++i) overlay.note += i == 1 ? others + words(scales[i]) : scales[i] > 1.0 && scales[i - 1] > 1.0 ? ", " + render::scale_text(scales[i]) : ", " + words(scales[i]);
+    for (size_t i = 1; i < scales.size() && (ghosts || meshes); ++i)
+      overlay.note += i == 1                                   ? others + words(scales[i])
+                      : scales[i] > 1.0 && scales[i - 1] > 1.0 ? ", " + render::scale_text(scales[i])
+                                                               : ", " + words(scales[i]);
   }
   if (asked.legend && settings.color_by == ColorBy::body)
     for (const BodyModel& body : animation.bodies)
@@ -61,7 +71,8 @@ void fill_overlay(const Animation& animation, double t, render::Picture& picture
     render::Plot plot;
     // The names stand above the diagram, beside their lines; plain numbers have no unit.
     if (!panel.y_label.empty() && panel.y_label != "1") plot.y_label = fmt::format("[{}]", panel.y_label);
-    for (const PlotSeries& series : panel.series) plot.series.push_back({.label = series.label, .x = series.x, .y = series.y, .color = glm::vec3(-1.0f)});
+    for (const PlotSeries& series : panel.series)
+      plot.series.push_back({.label = series.label, .x = series.x, .y = series.y, .color = glm::vec3(-1.0f)});
     plot.mark = t;
     overlay.plots.push_back(std::move(plot));
   }

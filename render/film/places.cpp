@@ -85,7 +85,8 @@ glm::dmat4 place_pose(const sim::Results& results, const FramePlace& frame, cons
   glm::dvec3 u(0.0), turn(0.0);
   for (int c = 0; c < 3; ++c) {
     u[c] = (1.0 - frame.share) * value(body.displacement, frame.node, c) + frame.share * value(body.displacement, frame.next, c);
-    if (body.rotation.size() > 0) turn[c] = (1.0 - frame.share) * value(body.rotation, frame.node, c) + frame.share * value(body.rotation, frame.next, c);
+    if (body.rotation.size() > 0)
+      turn[c] = (1.0 - frame.share) * value(body.rotation, frame.node, c) + frame.share * value(body.rotation, frame.next, c);
   }
   local[3] = glm::dvec4(frame.origin + scale * u, 1.0);
   // Rotation by the vector (Rodrigues).

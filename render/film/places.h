@@ -13,10 +13,10 @@ namespace flexframe::film {
 
 // A frame of a body: its origin in the undeformed body, carried by one node or, on a beam, by the two next to it.
 struct FramePlace {
-  int body = -1;                 // index in Results::bodies; -1: ground
-  glm::dvec3 origin{0.0};        // m, body frame
-  int node = -1, next = -1;      // indices of the body's nodes, -1: rigid
-  double share = 0.0;            // of `next`
+  int body = -1;             // index in Results::bodies; -1: ground
+  glm::dvec3 origin{0.0};    // m, body frame
+  int node = -1, next = -1;  // indices of the body's nodes, -1: rigid
+  double share = 0.0;        // of `next`
 };
 
 // The frame by its name in scenes: "body", "body.frame", "ground". scene may be null: then only bodies and their nodes are known.

@@ -9,16 +9,16 @@ namespace {
 
 using Point = Eigen::Vector2d;
 
-double cross(const Point& a, const Point& b, const Point& c) { return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x()); }
+double cross(const Point& a, const Point& b, const Point& c) {
+  return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
+}
 
 // Whether the open segments ab and cd cross or touch in the inside of either; shared end points are no crossing.
 bool crosses(const Point& a, const Point& b, const Point& c, const Point& d) {
   if (a == c || a == d || b == c || b == d) return false;
   const double abc = cross(a, b, c), abd = cross(a, b, d), cda = cross(c, d, a), cdb = cross(c, d, b);
   if (((abc > 0.0) != (abd > 0.0)) && ((cda > 0.0) != (cdb > 0.0))) return true;
-  const auto on = [](const Point& p, const Point& q, const Point& x, double side) {
-    return side == 0.0 && (x - p).dot(x - q) < 0.0;
-  };
+  const auto on = [](const Point& p, const Point& q, const Point& x, double side) { return side == 0.0 && (x - p).dot(x - q) < 0.0; };
   return on(a, b, c, abc) || on(a, b, d, abd) || on(c, d, a, cda) || on(c, d, b, cdb);
 }
 
@@ -71,7 +71,8 @@ std::vector<std::array<int, 3>> triangulate_polygon(const std::vector<Loop>& loo
         for (size_t other = h; other < rings.size(); ++other) blocked_by(rings[other]);
         if (free) shortest = length, from = i, to = j;
       }
-    if (shortest == std::numeric_limits<double>::infinity()) throw std::invalid_argument("a polygon's hole cannot be joined to its outline");
+    if (shortest == std::numeric_limits<double>::infinity())
+      throw std::invalid_argument("a polygon's hole cannot be joined to its outline");
     std::vector<int> joined(outer.begin(), outer.begin() + static_cast<long>(from) + 1);
     for (size_t k = 0; k <= hole.size(); ++k) joined.push_back(hole[(to + k) % hole.size()]);
     joined.insert(joined.end(), outer.begin() + static_cast<long>(from), outer.end());
@@ -104,7 +105,8 @@ std::vector<std::array<int, 3>> triangulate_polygon(const std::vector<Loop>& loo
     if (best_quality > 0.0) triangles.push_back({outer[(best + n - 1) % n], outer[best], outer[(best + 1) % n]});
     outer.erase(outer.begin() + static_cast<long>(best));
   }
-  if (outer.size() == 3 && cross(points[outer[0]], points[outer[1]], points[outer[2]]) > 0.0) triangles.push_back({outer[0], outer[1], outer[2]});
+  if (outer.size() == 3 && cross(points[outer[0]], points[outer[1]], points[outer[2]]) > 0.0)
+    triangles.push_back({outer[0], outer[1], outer[2]});
   return triangles;
 }
 

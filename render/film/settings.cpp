@@ -42,7 +42,9 @@ CameraSettings read_camera(const TableReader& reader) {
   if (reader.has("views"))
     for (const std::string& word : reader.texts("views")) {
       const auto found = std::find(kinds.begin(), kinds.end(), word);
-      if (found == kinds.end()) reader.fail("views", fmt::format("holds {}{}; allowed: {}", sim::quote(word), sim::did_you_mean(word, kinds), sim::list_words(kinds)));
+      if (found == kinds.end())
+        reader.fail("views",
+                    fmt::format("holds {}{}; allowed: {}", sim::quote(word), sim::did_you_mean(word, kinds), sim::list_words(kinds)));
       camera.views.push_back(static_cast<render::ViewKind>(found - kinds.begin()));
     }
   if (camera.views.size() > 4) reader.fail("views", fmt::format("must be one to four views, found {}", camera.views.size()));
@@ -58,7 +60,8 @@ CameraSettings read_camera(const TableReader& reader) {
     at.camera.height = key.number("height", camera.height, sim::positive);
     at.camera.projection = camera.projection;
     if (glm::length(at.camera.position - at.camera.target) == 0.0) key.fail("position", "must not be the same point as 'target'");
-    if (!camera.path.empty() && !(at.t > camera.path.back().t)) key.fail("t", fmt::format("must rise from key to key, found {:g} after {:g}", at.t, camera.path.back().t));
+    if (!camera.path.empty() && !(at.t > camera.path.back().t))
+      key.fail("t", fmt::format("must rise from key to key, found {:g} after {:g}", at.t, camera.path.back().t));
     camera.path.push_back(at);
   }
   if (!camera.path.empty() && (camera.position || camera.direction)) reader.fail("path", "excludes 'position' and 'direction'");
@@ -94,8 +97,10 @@ OverlaySettings read_overlay(const TableReader& reader) {
 }
 
 RenderSettings read_table(const TableReader& reader) {
-  reader.allow({"size", "frame_rate", "speed", "samples", "scales", "exaggeration", "color_by", "color_range", "colormap", "trail", "undeformed", "scheme",
-                "background", "ground", "joints", "nodes", "forces", "traces", "triads", "contact_sheet", "channels", "video", "mode", "shadows", "occlusion", "edges", "silhouette", "camera", "overlay"});
+  reader.allow({"size",      "frame_rate", "speed",      "samples",       "scales",     "exaggeration", "color_by", "color_range",
+                "colormap",  "trail",      "undeformed", "scheme",        "background", "ground",       "joints",   "nodes",
+                "forces",    "traces",     "triads",     "contact_sheet", "channels",   "video",        "mode",     "shadows",
+                "occlusion", "edges",      "silhouette", "camera",        "overlay"});
   RenderSettings settings;
 
   // Size, pace and quality.
@@ -104,7 +109,8 @@ RenderSettings read_table(const TableReader& reader) {
     if (size.size() != 2) reader.fail("size", fmt::format("must be [width, height] in pixels, found {} numbers", size.size()));
     settings.size = {size[0], size[1]};
   }
-  settings.frame_rate = reader.number("frame_rate", settings.frame_rate, {.low = 0.0, .high = 10000.0, .open_low = true, .what = "a number > 0, at most 10000"});
+  settings.frame_rate = reader.number("frame_rate", settings.frame_rate,
+                                      {.low = 0.0, .high = 10000.0, .open_low = true, .what = "a number > 0, at most 10000"});
   if (reader.has("speed")) settings.speed = reader.number("speed", 1.0, sim::positive);
   settings.samples = reader.integer("samples", settings.samples, 1, 16);
   if (settings.samples != 1 && settings.samples != 4 && settings.samples != 9 && settings.samples != 16)
@@ -113,7 +119,8 @@ RenderSettings read_table(const TableReader& reader) {
   // Deformation.
   if (const TomlValue* scales = reader.find("scales")) {
     if (scales->type == TomlValue::Type::text) {
-      if (scales->text != "auto") reader.fail("scales", fmt::format("must be a list of numbers or \"auto\", found {}", sim::describe(*scales)));
+      if (scales->text != "auto")
+        reader.fail("scales", fmt::format("must be a list of numbers or \"auto\", found {}", sim::describe(*scales)));
     } else {
       settings.scales = reader.numbers("scales", 1, 8, {.low = 0.0, .high = largest_scale, .what = "a number from 0 to 1e9"});
       for (size_t i = 0; i < settings.scales.size(); ++i)
@@ -156,7 +163,9 @@ RenderSettings read_table(const TableReader& reader) {
   if (reader.has("channels"))
     for (const std::string& word : reader.texts("channels")) {
       const std::vector<std::string> channels = {"depth", "scalar"};
-      if (word != "depth" && word != "scalar") reader.fail("channels", fmt::format("holds {}{}; allowed: {}", sim::quote(word), sim::did_you_mean(word, channels), sim::list_words(channels)));
+      if (word != "depth" && word != "scalar")
+        reader.fail("channels",
+                    fmt::format("holds {}{}; allowed: {}", sim::quote(word), sim::did_you_mean(word, channels), sim::list_words(channels)));
       (word == "depth" ? settings.depth_channel : settings.scalar_channel) = true;
     }
   const std::vector<std::string> videos = {"mp4", "gif", "apng", "none"};
@@ -176,7 +185,8 @@ RenderSettings read_table(const TableReader& reader) {
 }
 
 // "did you mean" and the list of what there is.
-[[noreturn]] void refuse(const std::string& file, int line, const char* key, const std::string& word, const char* what, const std::vector<std::string>& known) {
+[[noreturn]] void refuse(const std::string& file, int line, const char* key, const std::string& word, const char* what,
+                         const std::vector<std::string>& known) {
   const std::string name = line > 0 ? fmt::format("{}:{}", file, line) : file;
   throw InputError(fmt::format("{}: [render]: key '{}' names {}, which is no {}{}; there is: {}", name, key, sim::quote(word), what,
                                sim::did_you_mean(word, known), known.empty() ? "none" : sim::list_words(known)));
@@ -185,13 +195,16 @@ RenderSettings read_table(const TableReader& reader) {
 void check_count(const RenderSettings& settings, double duration, const std::string& name) {
   const double speed = playback_speed(settings, duration), count = duration * settings.frame_rate / speed;
   if (count > most_pictures)
-    throw InputError(fmt::format("{}: [render]: {:g} s at frame_rate {:g} and speed {:g} are {:.3g} pictures; at most {:g} are allowed: lower 'frame_rate' or raise 'speed'",
-                                 name, duration, settings.frame_rate, speed, count, most_pictures));
+    throw InputError(
+        fmt::format("{}: [render]: {:g} s at frame_rate {:g} and speed {:g} are {:.3g} pictures; at most {:g} are allowed: lower "
+                    "'frame_rate' or raise 'speed'",
+                    name, duration, settings.frame_rate, speed, count, most_pictures));
 }
 
 void check_follow(const RenderSettings& settings, const std::vector<std::string>& bodies, const std::string& name) {
   const std::string& follow = settings.camera.follow;
-  if (!follow.empty() && std::find(bodies.begin(), bodies.end(), follow) == bodies.end()) refuse(name, settings.camera.follow_line, "camera.follow", follow, "body", bodies);
+  if (!follow.empty() && std::find(bodies.begin(), bodies.end(), follow) == bodies.end())
+    refuse(name, settings.camera.follow_line, "camera.follow", follow, "body", bodies);
 }
 
 double parse_number(std::string_view text, const char* what, const std::string& whole) {
@@ -229,7 +242,9 @@ RenderSettings parse_render_settings(std::string_view text, const std::string& n
   return read_table(*table);
 }
 
-RenderSettings read_render_settings(const std::filesystem::path& file) { return parse_render_settings(sim::read_text_file(file), file.string()); }
+RenderSettings read_render_settings(const std::filesystem::path& file) {
+  return parse_render_settings(sim::read_text_file(file), file.string());
+}
 
 void check_render_settings(const RenderSettings& settings, const sim::Scene& scene) {
   const std::string name = scene.file.string();
@@ -245,7 +260,8 @@ void check_render_settings(const RenderSettings& settings, const sim::Scene& sce
   for (const std::string& column : settings.overlay.plot) {
     const std::string stem = column.substr(0, column.rfind('.'));
     const auto known = [&](const std::string& word) { return std::find(outputs.begin(), outputs.end(), word) != outputs.end(); };
-    if (!known(column) && !known(stem)) refuse(name, settings.overlay.plot_line, "overlay.plot", column, "column of an [[output]]", outputs);
+    if (!known(column) && !known(stem))
+      refuse(name, settings.overlay.plot_line, "overlay.plot", column, "column of an [[output]]", outputs);
   }
 }
 
@@ -256,7 +272,8 @@ void check_render_settings(const RenderSettings& settings, const sim::Results& r
   for (const sim::ResultOutput& output : results.outputs) columns.push_back(output.column);
   check_follow(settings, bodies, name);
   for (const std::string& column : settings.overlay.plot)
-    if (std::find(columns.begin(), columns.end(), column) == columns.end()) refuse(name, settings.overlay.plot_line, "overlay.plot", column, "column of the history", columns);
+    if (std::find(columns.begin(), columns.end(), column) == columns.end())
+      refuse(name, settings.overlay.plot_line, "overlay.plot", column, "column of the history", columns);
 }
 
 render::Size parse_size(const std::string& text) {
@@ -276,8 +293,10 @@ std::vector<double> parse_scales(const std::string& text) {
   for (size_t begin = 0; begin <= text.size();) {
     const size_t end = std::min(text.find(',', begin), text.size());
     const double scale = parse_number(std::string_view(text).substr(begin, end - begin), "scales", text);
-    if (scale < 0.0 || scale > largest_scale) throw InputError(fmt::format("scales {}: {:g} must be from 0 to 1e9", sim::quote(text), scale));
-    if (std::find(scales.begin(), scales.end(), scale) != scales.end()) throw InputError(fmt::format("scales {}: {:g} stands there twice", sim::quote(text), scale));
+    if (scale < 0.0 || scale > largest_scale)
+      throw InputError(fmt::format("scales {}: {:g} must be from 0 to 1e9", sim::quote(text), scale));
+    if (std::find(scales.begin(), scales.end(), scale) != scales.end())
+      throw InputError(fmt::format("scales {}: {:g} stands there twice", sim::quote(text), scale));
     scales.push_back(scale);
     begin = end + 1;
   }

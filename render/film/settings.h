@@ -24,36 +24,36 @@ enum class EdgeLines { none, mesh, creases };
 enum class BackgroundKind { gradient, white, dark, transparent };
 
 struct CameraSettings {
-  bool fit = true;                            // false where a position is given
-  std::optional<glm::dvec3> position, target; // m, world
-  std::optional<glm::dvec3> direction, up;    // of a fitted view; default: chosen by the motion
-  double fov = 35.0;                          // degrees, vertical
+  bool fit = true;                             // false where a position is given
+  std::optional<glm::dvec3> position, target;  // m, world
+  std::optional<glm::dvec3> direction, up;     // of a fitted view; default: chosen by the motion
+  double fov = 35.0;                           // degrees, vertical
   render::Projection projection = render::Projection::perspective;
-  double height = 2.0;                        // m, orthographic without fit
-  std::vector<render::ViewKind> views;        // several in one picture; empty: one
-  double orbit = 0.0;                         // degrees over the sequence
-  std::vector<render::CameraKey> path;        // t in s of the motion; empty: none
-  std::string follow;                         // body, empty: none
-  int follow_line = 0;                        // in the scene file, for messages
+  double height = 2.0;                  // m, orthographic without fit
+  std::vector<render::ViewKind> views;  // several in one picture; empty: one
+  double orbit = 0.0;                   // degrees over the sequence
+  std::vector<render::CameraKey> path;  // t in s of the motion; empty: none
+  std::string follow;                   // body, empty: none
+  int follow_line = 0;                  // in the scene file, for messages
 };
 
 struct OverlaySettings {
   bool title = true, time = true, scalar_bar = true, triad = true, legend = true, note = true;
-  std::vector<std::string> plot;              // columns of the history
-  int plot_line = 0;                          // in the scene file, for messages
+  std::vector<std::string> plot;  // columns of the history
+  int plot_line = 0;              // in the scene file, for messages
   render::PlotPlace plot_place = render::PlotPlace::below;
 };
 
 struct RenderSettings {
   render::Size size;
   double frame_rate = 30.0;
-  double speed = 0.0;                         // 0: left out, see playback_speed
+  double speed = 0.0;  // 0: left out, see playback_speed
   int samples = 4;
-  std::vector<double> scales;                 // empty: "auto"
+  std::vector<double> scales;  // empty: "auto"
   bool corotated = false;
-  std::filesystem::path cache;                // folder of mapped modes (interp/modes.h); empty: none. Not of the scene: it changes no picture
+  std::filesystem::path cache;  // folder of mapped modes (interp/modes.h); empty: none. Not of the scene: it changes no picture
   ColorBy color_by = ColorBy::displacement;
-  int mode = 1;                               // 1-based, color_by mode
+  int mode = 1;  // 1-based, color_by mode
   std::optional<std::pair<double, double>> color_range;
   render::Colormap colormap = render::Colormap::viridis;
   int trail = 0;
@@ -62,8 +62,8 @@ struct RenderSettings {
   BackgroundKind background = BackgroundKind::gradient;
   bool ground = true, joints = true, nodes = false;
   bool forces = false;
-  std::vector<std::string> traces, triads;    // frames
-  int traces_line = 0, triads_line = 0;       // in the scene file, for messages
+  std::vector<std::string> traces, triads;  // frames
+  int traces_line = 0, triads_line = 0;     // in the scene file, for messages
   int contact_sheet = 0;
   bool depth_channel = false, scalar_channel = false;
   std::string video = "mp4";

@@ -12,7 +12,8 @@ constexpr int most_snapshots = 64;
 
 Eigen::Map<const Eigen::VectorXf> displacement_at(const Animation& animation, int body, int picture, BodyMemory& memory) {
   const sim::Results& results = *animation.results;
-  update_displacement(animation.bodies[static_cast<size_t>(body)], results.bodies[static_cast<size_t>(body)], find_sample(results.times, picture_time(animation, picture)), memory);
+  update_displacement(animation.bodies[static_cast<size_t>(body)], results.bodies[static_cast<size_t>(body)],
+                      find_sample(results.times, picture_time(animation, picture)), memory);
   return {memory.displacement.data(), static_cast<Eigen::Index>(memory.displacement.size())};
 }
 

@@ -11,10 +11,10 @@
 namespace flexframe::film {
 
 struct ShapeBasis {
-  Eigen::MatrixXf shapes;      // 3 M x n: x y z of vertex 0, of vertex 1, ...; the largest entry of each is 1
-  Eigen::MatrixXf weights;     // n x pictures, m
-  double largest = 0.0;        // m, displacement of any vertex in any picture
-  double error = 0.0;          // m, largest difference from what is drawn
+  Eigen::MatrixXf shapes;   // 3 M x n: x y z of vertex 0, of vertex 1, ...; the largest entry of each is 1
+  Eigen::MatrixXf weights;  // n x pictures, m
+  double largest = 0.0;     // m, displacement of any vertex in any picture
+  double error = 0.0;       // m, largest difference from what is drawn
 };
 
 // body: index among the animation's bodies, a flexible one. As many shapes as keep the snapshots to `relative` of their largest

@@ -9,7 +9,7 @@
 namespace flexframe::film {
 namespace {
 
-constexpr int rings_along = 64;    // a beam that spans the picture bends smoothly with this many
+constexpr int rings_along = 64;  // a beam that spans the picture bends smoothly with this many
 constexpr int circle_sides = 48;
 
 // Positions and triangles while a mesh is put together.
@@ -40,8 +40,8 @@ Loop circle(double radius) {
 }
 
 // Loops in the plane of (u, v) swept along w through the stations: origin + x w + y u + z v, (u, v, w) right-handed as (y, z, x).
-Build sweep(std::vector<Loop> loops, const std::vector<double>& stations, const glm::dvec3& origin, const glm::dvec3& w, const glm::dvec3& u,
-            const glm::dvec3& v) {
+Build sweep(std::vector<Loop> loops, const std::vector<double>& stations, const glm::dvec3& origin, const glm::dvec3& w,
+            const glm::dvec3& u, const glm::dvec3& v) {
   for (size_t l = 0; l < loops.size(); ++l)
     if ((signed_area(loops[l]) > 0.0) != (l == 0)) std::reverse(loops[l].begin(), loops[l].end());
   Build out;
@@ -109,7 +109,8 @@ Loop divide_sides(const Loop& loop) {
 
 }  // namespace
 
-render::Mesh make_beam_mesh(const sim::Section& section, double length, std::span<const double> stations, const std::string& name, bool divided) {
+render::Mesh make_beam_mesh(const sim::Section& section, double length, std::span<const double> stations, const std::string& name,
+                            bool divided) {
   std::vector<Loop> loops(section.outline.begin(), section.outline.end());
   if (loops.empty()) loops = {circle(section.area > 0.0 ? std::sqrt(section.area / std::numbers::pi) : 0.01 * length)};
 
@@ -159,7 +160,8 @@ render::Mesh make_box(const glm::dvec3& centre, const glm::dvec3& half, const st
     const double y = half.y - inset, z = half.z - inset, b = bevel;
     return Loop{{y - b, -z}, {y, b - z}, {y, z - b}, {y - b, z}, {b - y, z}, {-y, z - b}, {-y, b - z}, {b - y, -z}};
   };
-  const std::array<std::pair<double, double>, 4> rings = {{{-half.x, bevel}, {bevel - half.x, 0.0}, {half.x - bevel, 0.0}, {half.x, bevel}}};
+  const std::array<std::pair<double, double>, 4> rings = {
+      {{-half.x, bevel}, {bevel - half.x, 0.0}, {half.x - bevel, 0.0}, {half.x, bevel}}};
   Build build;
   for (const auto& [x, inset] : rings)
     for (const Eigen::Vector2d& p : outline(inset)) build.positions.push_back(centre + glm::dvec3(x, p.x(), p.y()));
@@ -184,7 +186,8 @@ render::Mesh make_sphere(const glm::dvec3& centre, double radius, const std::str
   for (int i = 1; i < down; ++i)
     for (int k = 0; k < around; ++k) {
       const double polar = std::numbers::pi * i / down, turn = 2.0 * std::numbers::pi * k / around;
-      build.positions.push_back(centre + radius * glm::dvec3(std::sin(polar) * std::cos(turn), std::sin(polar) * std::sin(turn), std::cos(polar)));
+      build.positions.push_back(centre +
+                                radius * glm::dvec3(std::sin(polar) * std::cos(turn), std::sin(polar) * std::sin(turn), std::cos(polar)));
     }
   build.positions.push_back(centre - glm::dvec3(0, 0, radius));
   const int south = static_cast<int>(build.positions.size()) - 1;

@@ -11,8 +11,10 @@ namespace flexframe::film {
 
 // The outline of a section swept along x from 0 to length, with closed ends. Rings stand at every station and between them so
 // that neither is further apart than length / 64; a section without outline is drawn as the circle of its area.
-// stations: x of the simulation nodes, any order. divided: points along the sides of an outline with corners too, where torsion stresses it most.
-render::Mesh make_beam_mesh(const sim::Section& section, double length, std::span<const double> stations, const std::string& name, bool divided = false);
+// stations: x of the simulation nodes, any order. divided: points along the sides of an outline with corners too, where torsion stresses it
+// most.
+render::Mesh make_beam_mesh(const sim::Section& section, double length, std::span<const double> stations, const std::string& name,
+                            bool divided = false);
 
 // Box with its centre and half edges, edges along the axes and slightly bevelled.
 render::Mesh make_box(const glm::dvec3& centre, const glm::dvec3& half, const std::string& name);

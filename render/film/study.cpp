@@ -71,12 +71,14 @@ sim::Histories from_csv(const fs::path& path) {
   };
   if (!std::getline(file, line)) throw sim::InputError(fmt::format("{}: is empty; a header line 't,...' is expected", path.string()));
   const std::vector<std::string> names = split(line);
-  if (names.size() < 2 || names[0] != "t") throw sim::InputError(fmt::format("{}:1: the header must begin with 't' and name at least one output", path.string()));
+  if (names.size() < 2 || names[0] != "t")
+    throw sim::InputError(fmt::format("{}:1: the header must begin with 't' and name at least one output", path.string()));
   std::vector<std::vector<double>> rows;
   for (int number = 2; std::getline(file, line); ++number) {
     if (line.empty()) continue;
     const std::vector<std::string> cells = split(line);
-    if (cells.size() != names.size()) throw sim::InputError(fmt::format("{}:{}: {} numbers, the header has {} names", path.string(), number, cells.size(), names.size()));
+    if (cells.size() != names.size())
+      throw sim::InputError(fmt::format("{}:{}: {} numbers, the header has {} names", path.string(), number, cells.size(), names.size()));
     std::vector<double> row;
     for (const std::string& cell : cells) {
       double value = 0.0;
@@ -170,8 +172,8 @@ class Runs {
 
   void save(const Run& run, bool histories) const {
     if (histories && run.failure.empty()) sim::write_whole_file(folder_ / (run.key + ".csv"), to_csv(run.histories));
-    const json record = {{"cpu", run.cpu},       {"coordinates", run.coordinates},         {"method", run.method},
-                         {"failure", run.failure}, {"units", run.histories.units}, {"energy_scale", run.histories.energy_scale}};
+    const json record = {{"cpu", run.cpu},         {"coordinates", run.coordinates}, {"method", run.method},
+                         {"failure", run.failure}, {"units", run.histories.units},   {"energy_scale", run.histories.energy_scale}};
     sim::write_whole_file(folder_ / (run.key + ".json"), record.dump());
   }
 
@@ -235,7 +237,8 @@ Reference make_reference(const sim::Scene& scene, const StudyOptions& options, R
     // Space and time are refined together, so that the last difference bounds both errors.
     sim::Scene fine = refined(scene, factor, tolerance, explicit_steps && undamped);
     if (explicit_steps) fine.simulation.method = sim::Method::erk;
-    const std::string setting = fmt::format("reference: {:g} times the elements, tolerance {:g}{}", factor, tolerance, explicit_steps ? undamped ? ", erk, few modes" : ", erk" : "");
+    const std::string setting = fmt::format("reference: {:g} times the elements, tolerance {:g}{}", factor, tolerance,
+                                            explicit_steps ? undamped ? ", erk, few modes" : ", erk" : "");
     // A finer one may take longer than it looked.
     if (last) runs.set_longest(options.reference_seconds);
     const Run run = runs.first(setting, fine);
@@ -256,7 +259,8 @@ Reference make_reference(const sim::Scene& scene, const StudyOptions& options, R
       before = d.largest;
     }
     out.histories = run.histories;
-    const std::string space = has_axis(scene, "kept") ? fmt::format("{:g} times the elements of the scene, half {} modes, ", factor, explicit_steps && undamped ? "as many" : "of their")
+    const std::string space = has_axis(scene, "kept")    ? fmt::format("{:g} times the elements of the scene, half {} modes, ", factor,
+                                                                    explicit_steps && undamped ? "as many" : "of their")
                               : has_axis(scene, "modes") ? fmt::format("{:g} times the modes, elements or volumes of the scene, ", factor)
                                                          : "";
     out.what = fmt::format("{}{}, tolerance {:g}", space, run.method, tolerance);
@@ -278,8 +282,8 @@ Reference read_reference(const fs::path& path, const sim::Histories& base) {
   for (size_t k = 0; k < base.columns.size(); ++k) {
     const auto at = std::find(given.columns.begin(), given.columns.end(), base.columns[k]);
     if (at == given.columns.end())
-      throw sim::InputError(fmt::format("{}: has no column '{}'{}; it has {}", path.string(), base.columns[k], sim::did_you_mean(base.columns[k], given.columns),
-                                        sim::list_words(given.columns)));
+      throw sim::InputError(fmt::format("{}: has no column '{}'{}; it has {}", path.string(), base.columns[k],
+                                        sim::did_you_mean(base.columns[k], given.columns), sim::list_words(given.columns)));
     out.histories.values.row(static_cast<Eigen::Index>(k)) = given.values.row(at - given.columns.begin());
   }
   out.ranges = sim::output_ranges(out.histories);
@@ -296,7 +300,9 @@ Reference read_reference(const fs::path& path, const sim::Histories& base) {
 void find_orders(Study& study) {
   for (const StudyPoint& p : study.points) {
     if (p.axis == "model") continue;  // its points differ in the method too
-    if (std::any_of(study.orders.begin(), study.orders.end(), [&](const StudyOrder& o) { return o.axis == p.axis && o.series == p.series; })) continue;
+    if (std::any_of(study.orders.begin(), study.orders.end(),
+                    [&](const StudyOrder& o) { return o.axis == p.axis && o.series == p.series; }))
+      continue;
     StudyOrder order{p.axis, p.series, 0.0, 0};
     double sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
     for (const StudyPoint& q : study.points) {
@@ -340,8 +346,10 @@ void check_options(const sim::Scene& scene, StudyOptions& options) {
   if (scene.outputs.empty()) throw sim::InputError(fmt::format("{}: has no [[output]]: a study measures outputs", scene.file.string()));
   for (const std::string& axis : options.axes) {
     if (std::find(study_axes().begin(), study_axes().end(), axis) == study_axes().end())
-      throw sim::InputError(fmt::format("axis {} is unknown{}; allowed: {}", sim::quote(axis), sim::did_you_mean(axis, study_axes()), sim::list_words(study_axes())));
-    if (!has_axis(scene, axis)) throw sim::InputError(fmt::format("{}: has nothing that the axis '{}' could vary", scene.file.string(), axis));
+      throw sim::InputError(fmt::format("axis {} is unknown{}; allowed: {}", sim::quote(axis), sim::did_you_mean(axis, study_axes()),
+                                        sim::list_words(study_axes())));
+    if (!has_axis(scene, axis))
+      throw sim::InputError(fmt::format("{}: has nothing that the axis '{}' could vary", scene.file.string(), axis));
   }
   if (options.axes.empty())
     for (const std::string& axis : study_axes())
@@ -351,7 +359,8 @@ void check_options(const sim::Scene& scene, StudyOptions& options) {
 }  // namespace
 
 const std::vector<std::string>& study_axes() {
-  static const std::vector<std::string> axes{"tolerance", "method", "elements", "kept", "modes", "volumes", "model", "stiffening", "nodes", "scheme", "samples"};
+  static const std::vector<std::string> axes{"tolerance", "method",     "elements", "kept",   "modes",  "volumes",
+                                             "model",     "stiffening", "nodes",    "scheme", "samples"};
   return axes;
 }
 
@@ -382,11 +391,13 @@ Study run_study(const sim::Scene& scene, const StudyOptions& given) {
   if (!base.failure.empty()) throw sim::SimulationError(base.failure);
   study.columns = base.histories.columns;
   show(0.02, "the reference");
-  const Reference reference = options.reference ? read_reference(*options.reference, base.histories) : make_reference(plain, options, runs, base.cpu.front());
+  const Reference reference =
+      options.reference ? read_reference(*options.reference, base.histories) : make_reference(plain, options, runs, base.cpu.front());
   study.reference = reference.what;
   study.reference_error = reference.error;
   study.reference_cpu = reference.cpu;
-  if (reference.error > 1e-4) study.notes.push_back(fmt::format("the reference is only good to {:.1g}; give it more time with --reference-seconds", reference.error));
+  if (reference.error > 1e-4)
+    study.notes.push_back(fmt::format("the reference is only good to {:.1g}; give it more time with --reference-seconds", reference.error));
   runs.set_longest(options.longest > 0.0 ? options.longest : std::max(5.0, 20.0 * base.cpu.front()));
 
   // First runs, then repeats in turn, so that a disturbance of the machine hits all points alike.
@@ -400,7 +411,8 @@ Study run_study(const sim::Scene& scene, const StudyOptions& given) {
     for (size_t i = 0; i < plan.size(); ++i) {
       show(0.2 + 0.75 * share * static_cast<double>(static_cast<size_t>(r) * plan.size() + i), "repeats");
       // Long runs are steady enough as they are.
-      if (done[i].failure.empty() && done[i].cpu.front() < 2.0 && static_cast<int>(done[i].cpu.size()) <= r) runs.again(done[i], plan[i].scene);
+      if (done[i].failure.empty() && done[i].cpu.front() < 2.0 && static_cast<int>(done[i].cpu.size()) <= r)
+        runs.again(done[i], plan[i].scene);
     }
 
   for (size_t i = 0; i < plan.size(); ++i) {
@@ -435,7 +447,8 @@ Study run_study(const sim::Scene& scene, const StudyOptions& given) {
     size_t finest = i;
     while (finest > 0 && plan[finest - 1].axis == plan[i].axis && plan[finest - 1].series == plan[i].series) --finest;
     if (study.points[i].error < 0.0 || study.points[finest].error < 0.0 || finest == i || plan[i].knob <= 0.0) continue;
-    study.points[i].axis_error = sim::compare_histories(done[i].histories, done[finest].histories, sim::output_ranges(done[finest].histories)).largest;
+    study.points[i].axis_error =
+        sim::compare_histories(done[i].histories, done[finest].histories, sim::output_ranges(done[finest].histories)).largest;
     if (i == finest + 1) study.points[i].axis_floor = true;
   }
   find_orders(study);

@@ -53,7 +53,8 @@ struct Mapped {
   std::vector<std::vector<float>> displacement;
   double cpu = 0.0;
 };
-Mapped map_motion(const sim::ResultBody& body, const sim::BodyDef* def, const RenderSettings& settings, const sim::VecX& times, double size) {
+Mapped map_motion(const sim::ResultBody& body, const sim::BodyDef* def, const RenderSettings& settings, const sim::VecX& times,
+                  double size) {
   const BodyModel model = make_body_model(body, def, settings, 0, size);
   BodyMemory memory;
   Mapped out;
@@ -83,7 +84,8 @@ double map_error(const Mapped& a, const Mapped& reference) {
   return largest > 0.0 ? worst / largest : 0.0;
 }
 
-void study_map(const sim::Scene& scene, const sim::Results& results, const RenderSettings& settings, bool nodes, bool schemes, Study& study) {
+void study_map(const sim::Scene& scene, const sim::Results& results, const RenderSettings& settings, bool nodes, bool schemes,
+               Study& study) {
   double size = 0.0;
   for (const sim::ResultBody& b : results.bodies)
     for (const sim::ResultNode& n : b.nodes) size = std::max(size, n.origin.norm());
@@ -107,7 +109,8 @@ void study_map(const sim::Scene& scene, const sim::Results& results, const Rende
       for (size_t count = 2; count < body.nodes.size(); count = count < 4 ? count + 1 : count * 3 / 2)
         add("nodes", fmt::format("{} of {} nodes", count, body.nodes.size()), static_cast<double>(count), thinned(body, count), settings);
     if (schemes)
-      for (interp::Scheme s : {interp::Scheme::kernel, interp::Scheme::elastic, interp::Scheme::lattice, interp::Scheme::r3, interp::Scheme::r, interp::Scheme::tps}) {
+      for (interp::Scheme s : {interp::Scheme::kernel, interp::Scheme::elastic, interp::Scheme::lattice, interp::Scheme::r3,
+                               interp::Scheme::r, interp::Scheme::tps}) {
         RenderSettings how = settings;
         how.scheme = s;
         add("scheme", std::string(interp::scheme_name(s)), 0.0, body, how);
@@ -118,7 +121,8 @@ void study_map(const sim::Scene& scene, const sim::Results& results, const Rende
 // Antialiasing: against four times the width and height with 16 samples, reduced.
 void study_samples(const sim::Scene& scene, const sim::Results& results, RenderSettings settings, Study& study) {
   settings.size = {640, 360};
-  settings.overlay = {.title = false, .time = false, .scalar_bar = false, .triad = false, .legend = false, .note = false, .plot = {}, .plot_line = 0};
+  settings.overlay = {
+      .title = false, .time = false, .scalar_bar = false, .triad = false, .legend = false, .note = false, .plot = {}, .plot_line = 0};
   const auto drawn = [&](const RenderSettings& how, double* cpu) {
     const Animation animation = make_animation(results, how, &scene);
     PictureMemory memory;

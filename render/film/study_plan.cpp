@@ -22,10 +22,14 @@ using sim::Scene;
 
 const char* model_name(BeamModel model) {
   switch (model) {
-    case BeamModel::finite_element: return "finite-element";
-    case BeamModel::modal: return "modal";
-    case BeamModel::mixed: return "mixed";
-    default: return "lumped";
+    case BeamModel::finite_element:
+      return "finite-element";
+    case BeamModel::modal:
+      return "modal";
+    case BeamModel::mixed:
+      return "mixed";
+    default:
+      return "lumped";
   }
 }
 
@@ -59,7 +63,8 @@ std::vector<std::string> directions(const BeamDef& beam, const std::vector<sim::
   std::vector<std::string> out;
   for (const std::string& d : sim::direction_names()) {
     const bool listed = beam.modes.count(d) > 0;
-    const bool on = std::any_of(states.begin(), states.end(), [&](const sim::EffectState& s) { return s.owner == body && s.effect == d && s.on; });
+    const bool on =
+        std::any_of(states.begin(), states.end(), [&](const sim::EffectState& s) { return s.owner == body && s.effect == d && s.on; });
     if (beam.modes.empty() ? on : listed) out.push_back(d);
   }
   return out;
@@ -94,11 +99,12 @@ void set_form(Scene& scene, const std::vector<sim::EffectState>& states, BeamMod
 
 bool keeps(const BeamDef& beam) { return bends(beam) && beam.model == BeamModel::finite_element && frame_only(beam); }
 
-// n modes of the softest beam and in the others those below the same frequency (which grows with the square of the number), at least one; two
-// elements a mode. Returns the words for the scene.
+// n modes of the softest beam and in the others those below the same frequency (which grows with the square of the number), at least one;
+// two elements a mode. Returns the words for the scene.
 std::string keep_below_one_frequency(Scene& scene, int n, bool statics) {
   const auto pitch = [](const BeamDef& b) {
-    return std::sqrt(b.material.youngs_modulus * std::min(b.section.iy, b.section.iz) / (b.material.density * b.section.area)) / (b.length * b.length);
+    return std::sqrt(b.material.youngs_modulus * std::min(b.section.iy, b.section.iz) / (b.material.density * b.section.area)) /
+           (b.length * b.length);
   };
   double softest = 0.0;
   each_beam(scene, [&](BeamDef& b) {
@@ -111,7 +117,8 @@ std::string keep_below_one_frequency(Scene& scene, int n, bool statics) {
     beam->keep_modes = std::max(1, static_cast<int>(std::lround(n * std::sqrt(softest / pitch(*beam)))));
     beam->keep_static = statics;
     beam->elements = std::max(beam->elements, sim::elements_to_compare(*beam->keep_modes));
-    words.push_back(fmt::format("{}: keep_modes = {}{}, elements = {}", body.name, *beam->keep_modes, statics ? "" : ", keep_static = false", beam->elements));
+    words.push_back(fmt::format("{}: keep_modes = {}{}, elements = {}", body.name, *beam->keep_modes,
+                                statics ? "" : ", keep_static = false", beam->elements));
   }
   return fmt::format("{}", fmt::join(words, "; "));
 }
@@ -128,7 +135,8 @@ bool names_nodes(const Scene& scene) {
 
 // Outputs or starts counted in elastic coordinates tie their number.
 bool counts_coordinates(const Scene& scene) {
-  return std::any_of(scene.outputs.begin(), scene.outputs.end(), [](const sim::OutputDef& o) { return o.quantity == sim::Quantity::q || o.quantity == sim::Quantity::qd; }) ||
+  return std::any_of(scene.outputs.begin(), scene.outputs.end(),
+                     [](const sim::OutputDef& o) { return o.quantity == sim::Quantity::q || o.quantity == sim::Quantity::qd; }) ||
          any_beam(scene, [](const BeamDef& b) { return !b.initial.q.empty() || !b.initial.qd.empty(); });
 }
 
@@ -167,12 +175,16 @@ Scene refined(const Scene& scene, double factor, double tolerance, bool explicit
 
 bool has_axis(const Scene& scene, const std::string& axis) {
   if (axis == "tolerance" || axis == "method") return true;
-  if (axis == "nodes" || axis == "scheme") return std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const sim::BodyDef& b) { return !std::holds_alternative<sim::RigidDef>(b.kind); });
+  if (axis == "nodes" || axis == "scheme")
+    return std::any_of(scene.bodies.begin(), scene.bodies.end(),
+                       [](const sim::BodyDef& b) { return !std::holds_alternative<sim::RigidDef>(b.kind); });
   if (axis == "samples") return true;
   if (axis == "stiffening") return any_beam(scene, [](const BeamDef& b) { return bends(b) && b.model != BeamModel::lumped; });
   if (names_nodes(scene) || counts_coordinates(scene)) return false;
   if (axis == "kept") return any_beam(scene, keeps);
-  if (axis == "elements") return any_beam(scene, [](const BeamDef& b) { return bends(b) && (b.model == BeamModel::finite_element || b.model == BeamModel::lumped); });
+  if (axis == "elements")
+    return any_beam(scene,
+                    [](const BeamDef& b) { return bends(b) && (b.model == BeamModel::finite_element || b.model == BeamModel::lumped); });
   return any_beam(scene, bends);
 }
 
@@ -224,7 +236,8 @@ class AxisPlan {
       for (double t : {1e-7, 1e-5, 1e-3}) {
         Scene s = at(t);
         s.simulation.method = m;
-        add(sim::method_name(m), fmt::format("{} {:g}", sim::method_name(m), t), t, fmt::format("method = \"{}\", tolerance = {:g}", sim::method_name(m), t), s);
+        add(sim::method_name(m), fmt::format("{} {:g}", sim::method_name(m), t), t,
+            fmt::format("method = \"{}\", tolerance = {:g}", sim::method_name(m), t), s);
       }
   }
 
@@ -241,7 +254,8 @@ class AxisPlan {
         words.push_back(fmt::format("{}: elements = {}", b.name, beam->elements));
         most = std::max(most, beam->elements);
       }
-      add("finite elements", fmt::format("{} elements", most), most, fmt::format("{}; tolerance = {:g}", fmt::join(words, ", "), quiet_), s);
+      add("finite elements", fmt::format("{} elements", most), most, fmt::format("{}; tolerance = {:g}", fmt::join(words, ", "), quiet_),
+          s);
     }
   }
 
@@ -268,7 +282,8 @@ class AxisPlan {
     for (int n : counts) {
       Scene s = at(quiet_);
       set_form(s, states, model, n);
-      add(model_name(model), fmt::format("{} {}", n, word), n, fmt::format("model = \"{}\", {} {}; tolerance = {:g}", model_name(model), n, word, quiet_), s);
+      add(model_name(model), fmt::format("{} {}", n, word), n,
+          fmt::format("model = \"{}\", {} {}; tolerance = {:g}", model_name(model), n, word, quiet_), s);
     }
   }
 
@@ -283,7 +298,8 @@ class AxisPlan {
       const std::string name = follows ? sim::method_name(method) : "", words = follows ? fmt::format("method = \"{}\", ", name) : "";
       add(form.name, fmt::format("{} {}, {}{}{:g}", n, form.word, name, follows ? " " : "", t), n,
           fmt::format("model = \"{}\", {} {}{}; {}tolerance = {:g}", model_name(form.model), n, form.word,
-                      form.kept && follows ? ", keep_static = false" : "", words, t), s);
+                      form.kept && follows ? ", keep_static = false" : "", words, t),
+          s);
     }
   }
 
@@ -298,7 +314,8 @@ class AxisPlan {
     for (const Form& form : forms) {
       if (form.kept && !any_beam(scene_, [](const BeamDef& b) { return bends(b) && frame_only(b); })) continue;
       for (int n : form.counts)
-        for (const sim::Method method : {sim::Method::automatic, sim::Method::erk, sim::Method::exponential}) add_form(form, n, method, states);
+        for (const sim::Method method : {sim::Method::automatic, sim::Method::erk, sim::Method::exponential})
+          add_form(form, n, method, states);
     }
   }
 
@@ -308,7 +325,8 @@ class AxisPlan {
       Scene s = at(tolerance_);
       for (const sim::EffectState& e : states)
         if (e.effect == "stiffening" && e.possible && e.on != on) s = sim::with_effect(s, states, e.owner, "stiffening", on);
-      add(on ? "with stiffening" : "without stiffening", on ? "stiffening" : "no stiffening", 0.0, on ? "stiffening among the effects" : "no stiffening", s);
+      add(on ? "with stiffening" : "without stiffening", on ? "stiffening" : "no stiffening", 0.0,
+          on ? "stiffening among the effects" : "no stiffening", s);
     }
   }
 

@@ -11,11 +11,11 @@ namespace flexframe::film {
 struct PlannedPoint {
   std::string axis, series, label, setting;
   double knob = 0.0;
-  sim::Scene scene;          // tolerance and method in its settings
+  sim::Scene scene;  // tolerance and method in its settings
 };
 
-// So many times as fine in space (elements, volumes, modes, kept modes) and with the given tolerance. explicit_steps: undamped elements keep the modes
-// below one frequency and no static shapes, half as many as elements, so that explicit steps stay long.
+// So many times as fine in space (elements, volumes, modes, kept modes) and with the given tolerance. explicit_steps: undamped elements
+// keep the modes below one frequency and no static shapes, half as many as elements, so that explicit steps stay long.
 sim::Scene refined(const sim::Scene& scene, double factor, double tolerance, bool explicit_steps);
 
 // Whether the scene has anything that the axis varies.

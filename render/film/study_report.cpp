@@ -24,14 +24,16 @@ std::string csv_text(std::string text) {
 }
 
 std::string to_csv(const Study& s) {
-  std::string out = "axis,series,label,knob,setting,method,tolerance,coordinates,cpu_seconds,error,column,axis_error,at_floor,on_front,failure\n";
+  std::string out =
+      "axis,series,label,knob,setting,method,tolerance,coordinates,cpu_seconds,error,column,axis_error,at_floor,on_front,failure\n";
   for (const StudyPoint& p : s.points)
-    out += fmt::format("{},{},{},{:g},{},{},{:g},{},{},{},{},{},{},{},{}\n", p.axis, csv_text(p.series), csv_text(p.label), p.knob, csv_text(p.setting), p.method, p.tolerance,
-                       p.coordinates, p.cpu.empty() ? "" : fmt::format("{:.6g}", p.median_cpu), number(p.error), p.column, number(p.axis_error), p.floor ? 1 : 0, p.front ? 1 : 0,
-                       csv_text(p.failure));
+    out += fmt::format("{},{},{},{:g},{},{},{:g},{},{},{},{},{},{},{},{}\n", p.axis, csv_text(p.series), csv_text(p.label), p.knob,
+                       csv_text(p.setting), p.method, p.tolerance, p.coordinates, p.cpu.empty() ? "" : fmt::format("{:.6g}", p.median_cpu),
+                       number(p.error), p.column, number(p.axis_error), p.floor ? 1 : 0, p.front ? 1 : 0, csv_text(p.failure));
   for (const PicturePoint& p : s.pictures)
-    out += fmt::format("{},{},{},{:g},,,,,{},{},,,0,0,{}\n", p.axis, csv_text(p.series), csv_text(p.label), p.knob, p.failure.empty() ? fmt::format("{:.6g}", p.cpu) : "",
-                       number(p.failure.empty() ? p.error : -1.0), csv_text(p.failure));
+    out +=
+        fmt::format("{},{},{},{:g},,,,,{},{},,,0,0,{}\n", p.axis, csv_text(p.series), csv_text(p.label), p.knob,
+                    p.failure.empty() ? fmt::format("{:.6g}", p.cpu) : "", number(p.failure.empty() ? p.error : -1.0), csv_text(p.failure));
   return out;
 }
 
@@ -42,10 +44,22 @@ std::string to_json(const Study& s) {
   out["reference"] = {{"what", s.reference}, {"error", s.reference_error}, {"cpu_seconds", s.reference_cpu}};
   out["points"] = nlohmann::ordered_json::array();
   for (const StudyPoint& p : s.points) {
-    nlohmann::ordered_json one = {{"axis", p.axis}, {"series", p.series}, {"label", p.label}, {"knob", p.knob}, {"setting", p.setting}, {"method", p.method},
-                                  {"tolerance", p.tolerance}, {"coordinates", p.coordinates}, {"cpu_seconds", p.cpu.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(p.median_cpu)},
-                                  {"repeats", p.cpu}, {"error", optional_number(p.error)}, {"column", p.column}, {"axis_error", optional_number(p.axis_error)},
-                                  {"at_floor", p.floor}, {"axis_at_floor", p.axis_floor}, {"on_front", p.front}};
+    nlohmann::ordered_json one = {{"axis", p.axis},
+                                  {"series", p.series},
+                                  {"label", p.label},
+                                  {"knob", p.knob},
+                                  {"setting", p.setting},
+                                  {"method", p.method},
+                                  {"tolerance", p.tolerance},
+                                  {"coordinates", p.coordinates},
+                                  {"cpu_seconds", p.cpu.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(p.median_cpu)},
+                                  {"repeats", p.cpu},
+                                  {"error", optional_number(p.error)},
+                                  {"column", p.column},
+                                  {"axis_error", optional_number(p.axis_error)},
+                                  {"at_floor", p.floor},
+                                  {"axis_at_floor", p.axis_floor},
+                                  {"on_front", p.front}};
     nlohmann::ordered_json columns = nlohmann::ordered_json::object();
     for (size_t k = 0; k < p.column_errors.size(); ++k) columns[s.columns[k]] = p.column_errors[k];
     one["column_errors"] = columns;
@@ -53,7 +67,8 @@ std::string to_json(const Study& s) {
     out["points"].push_back(one);
   }
   out["orders"] = nlohmann::ordered_json::array();
-  for (const StudyOrder& o : s.orders) out["orders"].push_back({{"axis", o.axis}, {"series", o.series}, {"order", o.order}, {"points", o.points}});
+  for (const StudyOrder& o : s.orders)
+    out["orders"].push_back({{"axis", o.axis}, {"series", o.series}, {"order", o.order}, {"points", o.points}});
   out["recommendations"] = nlohmann::ordered_json::array();
   for (const StudyAdvice& a : s.advice) {
     nlohmann::ordered_json one = {{"accuracy", a.wanted}, {"setting", nullptr}};
@@ -65,7 +80,13 @@ std::string to_json(const Study& s) {
   }
   out["pictures"] = nlohmann::ordered_json::array();
   for (const PicturePoint& p : s.pictures)
-    out["pictures"].push_back({{"axis", p.axis}, {"series", p.series}, {"label", p.label}, {"knob", p.knob}, {"cpu_seconds", p.cpu}, {"error", optional_number(p.failure.empty() ? p.error : -1.0)}, {"failure", p.failure}});
+    out["pictures"].push_back({{"axis", p.axis},
+                               {"series", p.series},
+                               {"label", p.label},
+                               {"knob", p.knob},
+                               {"cpu_seconds", p.cpu},
+                               {"error", optional_number(p.failure.empty() ? p.error : -1.0)},
+                               {"failure", p.failure}});
   out["notes"] = s.notes;
   return out.dump(2) + "\n";
 }
@@ -87,10 +108,13 @@ const char* axis_sentence(const std::string& axis) {
   if (axis == "tolerance") return "The scene with other tolerances of the time integration.";
   if (axis == "method") return "Integration methods, each at three tolerances.";
   if (axis == "elements") return "Finite elements, the tolerance a tenth of the scene's.";
-  if (axis == "kept") return "The lowest eigenmodes of the elements: so many of the softest beam, in the others those below the same frequency.";
+  if (axis == "kept")
+    return "The lowest eigenmodes of the elements: so many of the softest beam, in the others those below the same frequency.";
   if (axis == "modes") return "Eigenforms of the beam in place of elements, the tolerance a tenth of the scene's.";
   if (axis == "volumes") return "Volumes of two elements each (mixed), the tolerance a tenth of the scene's.";
-  if (axis == "model") return "The same beams in other forms, each with the method that the program takes for it and with explicit steps, at two tolerances; the diagram joins the cheapest of each form.";
+  if (axis == "model")
+    return "The same beams in other forms, each with the method that the program takes for it and with explicit steps, at two tolerances; "
+           "the diagram joins the cheapest of each form.";
   return "The second-order displacements on and off.";
 }
 
@@ -106,7 +130,9 @@ std::vector<std::string> series_of(const Study& s, const std::string& axis) {
 const StudyPoint* cheapest(const Study& s, const std::string& axis, const std::string& series, double wanted) {
   const StudyPoint* out = nullptr;
   for (const StudyPoint& p : s.points)
-    if (p.axis == axis && p.series == series && p.error >= 0.0 && p.error + s.reference_error <= wanted && (!out || p.median_cpu < out->median_cpu)) out = &p;
+    if (p.axis == axis && p.series == series && p.error >= 0.0 && p.error + s.reference_error <= wanted &&
+        (!out || p.median_cpu < out->median_cpu))
+      out = &p;
   return out;
 }
 
@@ -124,7 +150,9 @@ std::string forms_table(const Study& s) {
       if (p && (!best || p->median_cpu < best->median_cpu)) best = p;
     }
     rows += '\n';
-    if (best) sentence += fmt::format("{} an error of {:g} {} ({})", sentence.empty() ? "Cheapest are at" : ", at", wanted, best->series, best->label);
+    if (best)
+      sentence +=
+          fmt::format("{} an error of {:g} {} ({})", sentence.empty() ? "Cheapest are at" : ", at", wanted, best->series, best->label);
   }
   if (sentence.empty()) return "";
   return fmt::format("CPU seconds of the cheapest setting of each form at equal error:\n\n{}\n{}\n{}\n{}.\n\n", head, line, rows, sentence);
@@ -140,12 +168,17 @@ std::string to_markdown(const Study& s) {
       continue;
     }
     const StudyPoint& p = s.points[static_cast<size_t>(a.point)];
-    out += fmt::format("| {:g} | {} | {:.4f} | {} |\n", a.wanted, p.setting, p.median_cpu, error_text(p.error, p.floor, 3.0 * s.reference_error));
+    out += fmt::format("| {:g} | {} | {:.4f} | {} |\n", a.wanted, p.setting, p.median_cpu,
+                       error_text(p.error, p.floor, 3.0 * s.reference_error));
   }
   out += "\n![error against CPU time](front.svg)\n\n";
-  out += fmt::format("Errors are the largest over time and over the outputs, relative to the range of each output; a vector's components count against the whole vector. A wrong phase is a "
-                     "wrong curve and counts. Reference: {}, good to {:.1e}, {:.2f} CPU s; errors below three times that are at the floor. CPU seconds are medians of "
-                     "interleaved repeats on one core, time integration and sampling of the outputs.\n", s.reference, s.reference_error, s.reference_cpu);
+  out += fmt::format(
+      "Errors are the largest over time and over the outputs, relative to the range of each output; a vector's components count against "
+      "the whole vector. A wrong phase is a "
+      "wrong curve and counts. Reference: {}, good to {:.1e}, {:.2f} CPU s; errors below three times that are at the floor. CPU seconds "
+      "are medians of "
+      "interleaved repeats on one core, time integration and sampling of the outputs.\n",
+      s.reference, s.reference_error, s.reference_cpu);
   for (const std::string& note : s.notes) out += fmt::format("\nNote: {}.\n", note);
   for (const std::string& axis : axes_of(s)) {
     out += fmt::format("\n## {}\n\n{}\n\n![{}]({}.svg)\n\n", axis, axis_sentence(axis), axis, axis);
@@ -155,17 +188,22 @@ std::string to_markdown(const Study& s) {
       if (p.axis != axis) continue;
       if (!p.failure.empty()) out += fmt::format("| {} | | | {} | | |\n", p.setting, p.failure);
       else
-        out += fmt::format("| {}{} | {} | {:.4f} | {} | {} | {} |\n", p.setting, p.front ? " (front)" : "", p.coordinates, p.median_cpu, error_text(p.error, p.floor, 3.0 * s.reference_error), p.column,
+        out += fmt::format("| {}{} | {} | {:.4f} | {} | {} | {} |\n", p.setting, p.front ? " (front)" : "", p.coordinates, p.median_cpu,
+                           error_text(p.error, p.floor, 3.0 * s.reference_error), p.column,
                            p.axis_floor ? "" : error_text(p.axis_error, false, 0.0));
     }
     for (const StudyOrder& o : s.orders)
       if (o.axis == axis) out += fmt::format("\nConvergence order of {}: {:.2f} ({} points).\n", o.series, o.order, o.points);
   }
   if (s.pictures.empty()) return out;
-  out += "\n## Pictures\n\nNodes and schemes of the kernel map: largest difference of a vertex from the map with all nodes, relative to the largest displacement, ten times of the motion. Samples: root mean "
-         "square of the pixels' difference from a picture of 16 times as many pixels.\n\n![pictures](pictures.svg)\n\n| axis | of | setting | CPU s a picture | error |\n|---|---|---|---|---|\n";
+  out +=
+      "\n## Pictures\n\nNodes and schemes of the kernel map: largest difference of a vertex from the map with all nodes, relative to the "
+      "largest displacement, ten times of the motion. Samples: root mean "
+      "square of the pixels' difference from a picture of 16 times as many pixels.\n\n![pictures](pictures.svg)\n\n| axis | of | setting | "
+      "CPU s a picture | error |\n|---|---|---|---|---|\n";
   for (const PicturePoint& p : s.pictures)
-    out += p.failure.empty() ? fmt::format("| {} | {} | {} | {:.2e} | {:.1e} |\n", p.axis, p.series, p.label, p.cpu, p.error) : fmt::format("| {} | {} | {} | | {} |\n", p.axis, p.series, p.label, p.failure);
+    out += p.failure.empty() ? fmt::format("| {} | {} | {} | {:.2e} | {:.1e} |\n", p.axis, p.series, p.label, p.cpu, p.error)
+                             : fmt::format("| {} | {} | {} | | {} |\n", p.axis, p.series, p.label, p.failure);
   return out;
 }
 
@@ -221,7 +259,8 @@ Diagram front_diagram(const Study& s) {
     for (size_t i = 0; i < s.points.size(); ++i) {
       const StudyPoint& p = s.points[i];
       if (p.axis != axis || p.error < 0.0 || p.error > most_drawn) continue;
-      const bool advised = std::any_of(s.advice.begin(), s.advice.end(), [&](const StudyAdvice& a) { return a.point == static_cast<int>(i); });
+      const bool advised =
+          std::any_of(s.advice.begin(), s.advice.end(), [&](const StudyAdvice& a) { return a.point == static_cast<int>(i); });
       one.points.push_back({p.median_cpu, p.error, p.floor, advised ? p.label : ""});
     }
     if (!one.points.empty()) d.series.push_back(one);

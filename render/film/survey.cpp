@@ -14,7 +14,7 @@ namespace {
 
 constexpr int even_moments = 200, peak_moments = 32;
 constexpr int moments_of_a_thread = 8;
-constexpr size_t turn_moments = 2;  // where a body's turn is measured: a pass over its triangles each
+constexpr size_t turn_moments = 2;    // where a body's turn is measured: a pass over its triangles each
 constexpr int support_budget = 6000;  // points of all bodies at one moment
 
 // Vertices furthest in 26 directions, and an even choice of the rest.
@@ -67,8 +67,8 @@ glm::dvec3 transform(const glm::dmat4& pose, const glm::dvec3& p) { return glm::
 
 }  // namespace
 
-void update_scalars(const BodyModel& model, const sim::Results& results, int index, const RenderSettings& settings, double t, const BodyMemory& memory,
-                    ScalarMemory& work, std::vector<float>& scalars) {
+void update_scalars(const BodyModel& model, const sim::Results& results, int index, const RenderSettings& settings, double t,
+                    const BodyMemory& memory, ScalarMemory& work, std::vector<float>& scalars) {
   const sim::ResultBody& body = results.bodies[static_cast<size_t>(index)];
   const ColorBy color_by = settings.color_by;
   const size_t vertices = model.rest.size() / 3;
@@ -148,8 +148,8 @@ struct SurveyMemory {
   std::vector<float> values;
 };
 
-Seen see(const sim::Results& results, const std::vector<BodyModel>& bodies, const RenderSettings& settings, const std::vector<std::vector<int>>& chosen, double t,
-         SurveyMemory& memory) {
+Seen see(const sim::Results& results, const std::vector<BodyModel>& bodies, const RenderSettings& settings,
+         const std::vector<std::vector<int>>& chosen, double t, SurveyMemory& memory) {
   const SamplePlace place = find_sample(results.times, t);
   Seen seen{.moment = {.t = t, .pose = {}, .displacement = {}}, .reach = std::vector<double>(bodies.size(), 0.0)};
   for (size_t b = 0; b < bodies.size(); ++b) {
@@ -161,7 +161,8 @@ Seen see(const sim::Results& results, const std::vector<BodyModel>& bodies, cons
       update_displacement(bodies[b], body, place, own);
       const std::vector<float>& u = own.displacement;
       double square = 0.0;
-      for (size_t i = 0; i + 2 < u.size(); i += 3) square = std::max(square, double(u[i]) * u[i] + double(u[i + 1]) * u[i + 1] + double(u[i + 2]) * u[i + 2]);
+      for (size_t i = 0; i + 2 < u.size(); i += 3)
+        square = std::max(square, double(u[i]) * u[i] + double(u[i + 1]) * u[i + 1] + double(u[i + 2]) * u[i + 2]);
       seen.reach[b] = std::sqrt(square);
       for (int i : chosen[b]) {
         const float* const at = u.data() + 3 * static_cast<std::ptrdiff_t>(i);
@@ -205,7 +206,8 @@ Survey survey_motion(const sim::Results& results, const std::vector<BodyModel>& 
   // On all cores: drawing waits for it.
   interp::parallel_chunks(static_cast<int>(times.size()), moments_of_a_thread, interp::thread_count(0), [&](int first, int last) {
     SurveyMemory memory{.bodies = std::vector<BodyMemory>(bodies.size()), .scalars = {}, .values = {}};
-    for (int k = first; k < last; ++k) seen[static_cast<size_t>(k)] = see(results, bodies, settings, chosen, times[static_cast<size_t>(k)], memory);
+    for (int k = first; k < last; ++k)
+      seen[static_cast<size_t>(k)] = see(results, bodies, settings, chosen, times[static_cast<size_t>(k)], memory);
   });
   for (Seen& s : seen) {
     for (double reach : s.reach) survey.largest_displacement = std::max(survey.largest_displacement, reach);
@@ -221,7 +223,8 @@ Survey survey_motion(const sim::Results& results, const std::vector<BodyModel>& 
     std::vector<size_t> order(seen.size());
     std::iota(order.begin(), order.end(), size_t{0});
     const auto end = order.begin() + static_cast<std::ptrdiff_t>(std::min(turn_moments, order.size()));
-    std::partial_sort(order.begin(), end, order.end(), [&](size_t i, size_t j) { return std::pair(-seen[i].reach[b], i) < std::pair(-seen[j].reach[b], j); });
+    std::partial_sort(order.begin(), end, order.end(),
+                      [&](size_t i, size_t j) { return std::pair(-seen[i].reach[b], i) < std::pair(-seen[j].reach[b], j); });
     for (auto k = order.begin(); k != end; ++k) {
       update_displacement(bodies[b], results.bodies[b], find_sample(results.times, times[*k]), memory);
       survey.largest_turn = std::max(survey.largest_turn, interp::largest_rotation(bodies[b].view(), memory.displacement));
@@ -241,7 +244,8 @@ std::vector<glm::dvec3> motion_points(const Survey& survey, const std::vector<do
           points.push_back(transform(moment.pose[b], survey.support[b][i]) - way);
           continue;
         }
-        for (double scale : scales) points.push_back(transform(moment.pose[b], survey.support[b][i] + scale * glm::dvec3(moment.displacement[b][i])) - way);
+        for (double scale : scales)
+          points.push_back(transform(moment.pose[b], survey.support[b][i] + scale * glm::dvec3(moment.displacement[b][i])) - way);
       }
   }
   return points;

@@ -15,20 +15,23 @@ namespace flexframe::film {
 struct Survey {
   struct Moment {
     double t = 0.0;
-    std::vector<glm::dmat4> pose;                    // a body each
+    std::vector<glm::dmat4> pose;                      // a body each
     std::vector<std::vector<glm::vec3>> displacement;  // of the support points of each body; empty: rigid
   };
-  std::vector<std::vector<glm::dvec3>> support;      // a body each: vertices that bound it, undeformed
+  std::vector<std::vector<glm::dvec3>> support;  // a body each: vertices that bound it, undeformed
   std::vector<Moment> moments;
-  double largest_displacement = 0.0;                 // m, of any vertex
-  double largest_scalar = 0.0;                       // of what the bodies are coloured by
-  double largest_turn = 0.0;                         // rad, of any triangle by the elastic displacement
+  double largest_displacement = 0.0;  // m, of any vertex
+  double largest_scalar = 0.0;        // of what the bodies are coloured by
+  double largest_turn = 0.0;          // rad, of any triangle by the elastic displacement
 };
 
 // What the vertices of a body are coloured by; memory.displacement must be up to date. Empty: nothing.
-struct ScalarMemory { std::vector<float> before, after; BodyMemory body; };
-void update_scalars(const BodyModel& model, const sim::Results& results, int body, const RenderSettings& settings, double t, const BodyMemory& memory,
-                    ScalarMemory& work, std::vector<float>& scalars);
+struct ScalarMemory {
+  std::vector<float> before, after;
+  BodyMemory body;
+};
+void update_scalars(const BodyModel& model, const sim::Results& results, int body, const RenderSettings& settings, double t,
+                    const BodyMemory& memory, ScalarMemory& work, std::vector<float>& scalars);
 
 Survey survey_motion(const sim::Results& results, const std::vector<BodyModel>& bodies, const RenderSettings& settings);
 

@@ -52,22 +52,26 @@ std::string ending_of(const std::filesystem::path& path) {
 enum class Pass { film, palette };
 
 // No shell, no interaction, nothing but errors said; the file carries no dates.
-std::vector<std::string> ffmpeg_words(const std::string& program, const std::string& ending, double frame_rate, bool transparent, Pass pass, const std::string& palette,
-                                      const std::string& file) {
-  std::vector<std::string> words = {program,       "-nostdin", "-hide_banner", "-loglevel", "error", "-y", "-f", "image2pipe", "-c:v", "png",
-                                    "-framerate", fmt::format("{:.9g}", frame_rate), "-i", "pipe:0"};
+std::vector<std::string> ffmpeg_words(const std::string& program, const std::string& ending, double frame_rate, bool transparent, Pass pass,
+                                      const std::string& palette, const std::string& file) {
+  std::vector<std::string> words = {program, "-nostdin",   "-hide_banner", "-loglevel", "error",      "-y",
+                                    "-f",    "image2pipe", "-c:v",         "png",       "-framerate", fmt::format("{:.9g}", frame_rate),
+                                    "-i",    "pipe:0"};
   const auto add = [&](std::initializer_list<std::string> more) { words.insert(words.end(), more); };
   // Players slow down pictures of a GIF that last less than two hundredths of a second.
   const std::string slow = frame_rate > 50.0 ? "fps=50," : "";
   if (pass == Pass::palette) add({"-vf", "palettegen", "-frames:v", "1", "-c:v", "png", "-f", "image2pipe"});
-  else if (ending == ".gif") add({"-f", "png_pipe", "-i", palette, "-filter_complex", "[0:v]" + slow + "null[p];[p][1:v]paletteuse", "-f", "gif"});
+  else if (ending == ".gif")
+    add({"-f", "png_pipe", "-i", palette, "-filter_complex", "[0:v]" + slow + "null[p];[p][1:v]paletteuse", "-f", "gif"});
   else if (ending == ".mp4") {
-    // The codec wants even sides and knows no transparency. Colours go over by the matrix of ITU-R BT.709, which players assume of pictures of
-    // 720 rows and more, and the stream says so: untagged, another matrix would be guessed for small pictures.
-    const std::string white = "split[a][b];[a]lutrgb=r=maxval:g=maxval:b=maxval:a=maxval[w];[w][b]overlay,", even = "pad=ceil(iw/2)*2:ceil(ih/2)*2";
+    // The codec wants even sides and knows no transparency. Colours go over by the matrix of ITU-R BT.709, which players assume of pictures
+    // of 720 rows and more, and the stream says so: untagged, another matrix would be guessed for small pictures.
+    const std::string white = "split[a][b];[a]lutrgb=r=maxval:g=maxval:b=maxval:a=maxval[w];[w][b]overlay,",
+                      even = "pad=ceil(iw/2)*2:ceil(ih/2)*2";
     const std::string matrix = ",scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int,format=yuv420p";
     add({"-vf", (transparent ? white + even : even) + matrix, "-c:v", "libx264", "-preset", "fast", "-crf", "18"});
-    add({"-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709", "-color_range", "tv", "-movflags", "+faststart", "-f", "mp4"});
+    add({"-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709", "-color_range", "tv", "-movflags", "+faststart", "-f",
+         "mp4"});
   } else {
     add({"-f", "apng", "-plays", "0", "-pred", "sub"});
   }
@@ -95,18 +99,18 @@ struct VideoWriter::Impl {
   std::filesystem::path path, unfinished, palette;
   double frame_rate = 30.0;
   bool transparent = false;
-  std::string note;                   // of the start
+  std::string note;                          // of the start
   std::vector<std::filesystem::path> again;  // pictures of a GIF, which are read twice
   pid_t pid = -1;
-  int input = -1, complaints = -1;    // ends of ffmpeg's stdin and stderr
+  int input = -1, complaints = -1;  // ends of ffmpeg's stdin and stderr
 
   // Shared with the thread that feeds.
   std::mutex mutex;
   std::condition_variable changed;
   std::deque<std::filesystem::path> queue;
   bool ended = false, done = false;
-  std::string complaint;              // of ffmpeg or about the pictures, once done
-  bool broken = false;                // a picture could not be read, once done
+  std::string complaint;  // of ffmpeg or about the pictures, once done
+  bool broken = false;    // a picture could not be read, once done
   std::thread thread;
 
   bool is_gif() const { return ending_of(path) == ".gif"; }
@@ -119,8 +123,12 @@ struct VideoWriter::Impl {
 };
 
 namespace {
-std::filesystem::path unfinished_name(const std::filesystem::path& path) { return path.parent_path() / ("." + path.stem().string() + ".unfinished" + path.extension().string()); }
-std::filesystem::path palette_name(const std::filesystem::path& path) { return path.parent_path() / ("." + path.stem().string() + ".palette.png"); }
+std::filesystem::path unfinished_name(const std::filesystem::path& path) {
+  return path.parent_path() / ("." + path.stem().string() + ".unfinished" + path.extension().string());
+}
+std::filesystem::path palette_name(const std::filesystem::path& path) {
+  return path.parent_path() / ("." + path.stem().string() + ".palette.png");
+}
 }  // namespace
 
 void remove_unfinished_video(const std::filesystem::path& path) {
@@ -135,8 +143,9 @@ void VideoWriter::Impl::start(Pass pass) {
     note = "no video: the program ffmpeg is not installed (Debian package ffmpeg)";
     return;
   }
-  std::vector<std::string> words = ffmpeg_words(program, ending_of(path), frame_rate, transparent, pass, std::filesystem::absolute(palette).string(),
-                                                std::filesystem::absolute(pass == Pass::palette ? palette : unfinished).string());
+  std::vector<std::string> words =
+      ffmpeg_words(program, ending_of(path), frame_rate, transparent, pass, std::filesystem::absolute(palette).string(),
+                   std::filesystem::absolute(pass == Pass::palette ? palette : unfinished).string());
   std::vector<char*> arguments;
   arguments.reserve(words.size() + 1);
   for (std::string& word : words) arguments.push_back(word.data());
@@ -206,7 +215,8 @@ void VideoWriter::Impl::feed() {
         close_end(input);
       }
     }
-    pollfd ends[2] = {{.fd = complaints, .events = POLLIN, .revents = 0}, {.fd = written < bytes.size() ? input : -1, .events = POLLOUT, .revents = 0}};
+    pollfd ends[2] = {{.fd = complaints, .events = POLLIN, .revents = 0},
+                      {.fd = written < bytes.size() ? input : -1, .events = POLLOUT, .revents = 0}};
     // While there is nothing to write, only a look.
     if (::poll(ends, 2, written < bytes.size() || input < 0 ? -1 : 0) < 0 && errno != EINTR) break;
     if (ends[1].revents != 0) {
@@ -260,7 +270,9 @@ bool VideoWriter::Impl::wait_for_end(const std::function<void()>& wait, VideoRep
   // ffmpeg ends well on whatever it was given; without all the pictures it is no video of them.
   if (!broken && WIFEXITED(status) && WEXITSTATUS(status) == 0) return true;
   if (const std::size_t line = complaint.find('\n'); line != std::string::npos) complaint.resize(line);
-  const std::string why = !complaint.empty() ? complaint : WIFSIGNALED(status) ? fmt::format("ended by signal {}", WTERMSIG(status)) : fmt::format("exit code {}", WEXITSTATUS(status));
+  const std::string why = !complaint.empty()    ? complaint
+                          : WIFSIGNALED(status) ? fmt::format("ended by signal {}", WTERMSIG(status))
+                                                : fmt::format("exit code {}", WEXITSTATUS(status));
   report.note = fmt::format("no video: ffmpeg failed: {}", why);
   return false;
 }

@@ -4,8 +4,8 @@
 //   for (...) video.add(picture);      in order, as they are drawn
 //   VideoReport report = video.finish();
 //
-// ffmpeg reads the pictures as they come and encodes while others are drawn; of a GIF it finds the colours meanwhile, and reads the pictures
-// again for the film. The file is written under another name and renamed.
+// ffmpeg reads the pictures as they come and encodes while others are drawn; of a GIF it finds the colours meanwhile, and reads the
+// pictures again for the film. The file is written under another name and renamed.
 #pragma once
 
 #include <filesystem>

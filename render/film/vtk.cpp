@@ -44,7 +44,9 @@ void add_body(const Animation& animation, size_t b, double t, double scale, Body
     out.scalars.insert(out.scalars.end(), scalars.begin(), scalars.end());
   }
   for (size_t v = 0; v < model.mesh.positions.size(); ++v) {
-    const glm::dvec3 u = model.flexible ? glm::dvec3(memory.displacement[3 * v], memory.displacement[3 * v + 1], memory.displacement[3 * v + 2]) : glm::dvec3(0.0);
+    const glm::dvec3 u = model.flexible
+                             ? glm::dvec3(memory.displacement[3 * v], memory.displacement[3 * v + 1], memory.displacement[3 * v + 2])
+                             : glm::dvec3(0.0);
     const glm::dvec3 p = glm::dvec3(pose * glm::dvec4(model.mesh.positions[v] + scale * u, 1.0)), d = turn * u;
     for (int c = 0; c < 3; ++c) {
       out.points.push_back(p[c]);
@@ -69,7 +71,8 @@ struct Appended {
     bytes.resize(offset + 8 + size);
     std::memcpy(bytes.data() + offset, &size, 8);
     if (size > 0) std::memcpy(bytes.data() + offset + 8, values.data(), size);
-    return fmt::format("<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" offset=\"{}\"/>\n", type, name, components, offset);
+    return fmt::format("<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" offset=\"{}\"/>\n", type, name,
+                       components, offset);
   }
 };
 
@@ -77,9 +80,11 @@ std::vector<std::uint8_t> to_file(const Surface& s, const std::string& scalar_na
   Appended data;
   std::vector<std::int64_t> ends(s.corners.size() / 3);
   for (size_t k = 0; k < ends.size(); ++k) ends[k] = static_cast<std::int64_t>(3 * (k + 1));
-  std::string text = fmt::format("<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<PolyData>\n"
-                                 "<Piece NumberOfPoints=\"{}\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"{}\">\n",
-                                 s.points.size() / 3, s.body.size());
+  std::string text = fmt::format(
+      "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" "
+      "header_type=\"UInt64\">\n<PolyData>\n"
+      "<Piece NumberOfPoints=\"{}\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"{}\">\n",
+      s.points.size() / 3, s.body.size());
   text += "<PointData Vectors=\"displacement\">\n" + data.add("Float32", "displacement", 3, s.displacement);
   if (!s.scalars.empty()) text += data.add("Float32", scalar_name.c_str(), 1, s.scalars);
   text += "</PointData>\n";
@@ -108,7 +113,8 @@ std::string escape(const std::string& text) {
 
 }  // namespace
 
-VtkReport write_vtk(const Animation& animation, double scale, const std::filesystem::path& folder, const std::string& name, const std::function<void(int, int)>& progress) {
+VtkReport write_vtk(const Animation& animation, double scale, const std::filesystem::path& folder, const std::string& name,
+                    const std::function<void(int, int)>& progress) {
   namespace fs = std::filesystem;
   std::error_code error;
   fs::create_directories(folder, error);

@@ -10,7 +10,7 @@ namespace flexframe::film {
 
 struct VtkReport {
   int pictures = 0;
-  std::filesystem::path index;    // NAME.pvd
+  std::filesystem::path index;  // NAME.pvd
 };
 
 // Writes folder/NAME_00000.vtp ... and then folder/NAME.pvd with the simulated times; files of an earlier, longer sequence are removed.

@@ -33,7 +33,8 @@ glm::dmat4 view_matrix(const Camera& camera) {
 
 void append_corners(std::vector<glm::dvec3>& points, const Bounds& b) {
   if (b.empty()) return;
-  for (int i = 0; i < 8; ++i) points.emplace_back(i & 1 ? b.upper.x : b.lower.x, i & 2 ? b.upper.y : b.lower.y, i & 4 ? b.upper.z : b.lower.z);
+  for (int i = 0; i < 8; ++i)
+    points.emplace_back(i & 1 ? b.upper.x : b.lower.x, i & 2 ? b.upper.y : b.lower.y, i & 4 ? b.upper.z : b.lower.z);
 }
 
 Camera fit_camera(std::span<const glm::dvec3> points, Size size, const FitOptions& options) {
@@ -71,7 +72,10 @@ Camera fit_camera(std::span<const glm::dvec3> points, Size size, const FitOption
   glm::dvec3 eye(0.0);
   if (options.projection == Projection::orthographic) {
     glm::dvec3 lower(1e300), upper(-1e300);
-    for (const glm::dvec3& p : local) { lower = glm::min(lower, p); upper = glm::max(upper, p); }
+    for (const glm::dvec3& p : local) {
+      lower = glm::min(lower, p);
+      upper = glm::max(upper, p);
+    }
     const double half = std::max((upper.x - lower.x) / (fx.y - fx.x) / aspect, (upper.y - lower.y) / (fy.y - fy.x));
     camera.height = 2.0 * half;
     eye.x = 0.5 * (lower.x + upper.x) - 0.5 * (fx.x + fx.y) * half * aspect;
@@ -135,7 +139,11 @@ FitOptions default_view(std::span<const glm::dvec3> points, const glm::dvec3& gr
     options.up = -gravity / g;
     // Along an axis of the world where it is nearly one.
     for (int k = 0; k < 3; ++k)
-      if (std::abs(options.up[k]) > 0.99) { const double s = options.up[k] > 0.0 ? 1.0 : -1.0; options.up = glm::dvec3(0.0); options.up[k] = s; }
+      if (std::abs(options.up[k]) > 0.99) {
+        const double s = options.up[k] > 0.0 ? 1.0 : -1.0;
+        options.up = glm::dvec3(0.0);
+        options.up[k] = s;
+      }
   } else {
     options.up = (planar && thin == 2) || extent.y >= extent.z ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, 1);
   }
@@ -193,7 +201,8 @@ Camera shift_camera(const Camera& camera, const glm::dvec3& displacement) {
 Camera camera_on_path(std::span<const CameraKey> keys, double t) {
   if (keys.empty()) throw std::invalid_argument("a camera path needs at least one key");
   for (std::size_t i = 1; i < keys.size(); ++i)
-    if (!(keys[i].t > keys[i - 1].t)) throw std::invalid_argument("the times of a camera path must rise: key " + std::to_string(i + 1) + " does not");
+    if (!(keys[i].t > keys[i - 1].t))
+      throw std::invalid_argument("the times of a camera path must rise: key " + std::to_string(i + 1) + " does not");
   if (t <= keys.front().t) return keys.front().camera;
   if (t >= keys.back().t) return keys.back().camera;
   std::size_t i = 0;
@@ -217,13 +226,18 @@ Camera camera_on_path(std::span<const CameraKey> keys, double t) {
   return camera;
 }
 
-std::vector<View> make_views(const Picture& picture, std::span<const glm::dvec3> points, const glm::dvec3& up, std::span<const ViewKind> kinds) {
+std::vector<View> make_views(const Picture& picture, std::span<const glm::dvec3> points, const glm::dvec3& up,
+                             std::span<const ViewKind> kinds) {
   const PixelRect inner = make_layout(picture).inner;
   const bool z_up = std::abs(up.z) > std::abs(up.y);
   const glm::dvec3 front = z_up ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, -1);
   const glm::dvec3 side(-1, 0, 0), down = -up;
-  struct Choice { const char* label; glm::dvec3 direction, up; };
-  const Choice choices[] = {{"front", front, up}, {"side", side, up}, {"top", down, front}, {"", glm::normalize(0.8 * front + 0.55 * side + 0.5 * down), up}};
+  struct Choice {
+    const char* label;
+    glm::dvec3 direction, up;
+  };
+  const Choice choices[] = {
+      {"front", front, up}, {"side", side, up}, {"top", down, front}, {"", glm::normalize(0.8 * front + 0.55 * side + 0.5 * down), up}};
   const int count = static_cast<int>(kinds.size()), columns = count > 1 ? 2 : 1, rows = count > 2 ? 2 : 1;
   std::vector<View> views;
   for (int i = 0; i < count; ++i) {
@@ -242,7 +256,9 @@ std::vector<View> make_views(const Picture& picture, std::span<const glm::dvec3>
     view.width = wide ? 1.0 : 1.0 / columns;
     view.height = 1.0 / rows;
     view.label = choice.label;
-    view.camera = fit_camera(points, {std::max(1, static_cast<int>(inner.width * view.width)), std::max(1, static_cast<int>(inner.height * view.height))}, options);
+    view.camera = fit_camera(
+        points, {std::max(1, static_cast<int>(inner.width * view.width)), std::max(1, static_cast<int>(inner.height * view.height))},
+        options);
     views.push_back(view);
   }
   return views;
@@ -255,7 +271,8 @@ std::vector<View> four_views(const Picture& picture, std::span<const glm::dvec3>
 
 glm::dvec3 default_light(const Camera& camera, const glm::dvec3& up_direction) {
   const glm::dmat4 view = view_matrix(camera);
-  const glm::dvec3 right(view[0][0], view[1][0], view[2][0]), upward(view[0][1], view[1][1], view[2][1]), back(view[0][2], view[1][2], view[2][2]);
+  const glm::dvec3 right(view[0][0], view[1][0], view[2][0]), upward(view[0][1], view[1][1], view[2][1]),
+      back(view[0][2], view[1][2], view[2][2]);
   const glm::dvec3 up = glm::normalize(up_direction);
   glm::dvec3 level = back - glm::dot(back, up) * up;
   if (glm::length(level) < 0.1) level = upward - glm::dot(upward, up) * up;

@@ -26,7 +26,7 @@ Size scene_size(const Picture& picture);
 struct FitOptions {
   glm::dvec3 direction{-0.45, -0.40, -0.80};
   glm::dvec3 up{0.0, 1.0, 0.0};
-  double fov = 30.0;                                // degrees, vertical
+  double fov = 30.0;  // degrees, vertical
   Projection projection = Projection::perspective;
   double margin = 0.04;
   Insets insets;
@@ -66,7 +66,8 @@ enum class ViewKind { front, side, top, iso };
 
 // One to four views of the points, each fitted to its part of the picture: front (looking along -z for up y, +y for up z), side, top,
 // three-quarter. Two stand side by side, three and four two by two. Set size and overlay of the picture first.
-std::vector<View> make_views(const Picture& picture, std::span<const glm::dvec3> points, const glm::dvec3& up, std::span<const ViewKind> kinds);
+std::vector<View> make_views(const Picture& picture, std::span<const glm::dvec3> points, const glm::dvec3& up,
+                             std::span<const ViewKind> kinds);
 
 // All four.
 std::vector<View> four_views(const Picture& picture, std::span<const glm::dvec3> points, const glm::dvec3& up);

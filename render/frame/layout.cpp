@@ -124,7 +124,8 @@ struct Builder {
 
     const double line = 1.45 * small;
     const bool roomy = panel.height > 6.5 * line && panel.width > 18.0 * small;
-    const bool named = !plot.series.empty() && std::any_of(plot.series.begin(), plot.series.end(), [](const Series& s) { return !s.label.empty(); });
+    const bool named =
+        !plot.series.empty() && std::any_of(plot.series.begin(), plot.series.end(), [](const Series& s) { return !s.label.empty(); });
     const double top = panel.y + 0.5 * pad + (named ? line : 0.3 * line);
     const double bottom = panel.y + panel.height - 0.4 * pad - line - (roomy && !plot.x_label.empty() ? line : 0.0);
     const Ticks y_ticks = make_ticks(p.y0, p.y1, std::max(2, static_cast<int>((bottom - top) / (1.9 * small))));
@@ -134,8 +135,8 @@ struct Builder {
     const bool y_named = !y_label.empty() && panel.width > 14.0 * small;
     const double left = panel.x + 0.7 * pad + widest + 0.5 * small + (y_named ? 1.4 * small : 0.0);
     const double right = panel.x + panel.width - pad;
-    p.axes = {static_cast<int>(std::lround(left)), static_cast<int>(std::lround(top)), std::max(1, static_cast<int>(std::lround(right - left))),
-              std::max(1, static_cast<int>(std::lround(bottom - top)))};
+    p.axes = {static_cast<int>(std::lround(left)), static_cast<int>(std::lround(top)),
+              std::max(1, static_cast<int>(std::lround(right - left))), std::max(1, static_cast<int>(std::lround(bottom - top)))};
 
     const double sy = p.axes.height / (p.y1 - p.y0), sx = p.axes.width / (p.x1 - p.x0);
     for (const Tick& t : y_ticks.values) {
@@ -159,13 +160,15 @@ struct Builder {
     }
     if (roomy && !plot.x_label.empty()) {
       const std::string text = axis_text(plot.x_label, x_ticks.exponent, small, p.axes.width);
-      p.words.push_back({text, p.axes.x + 0.5 * (p.axes.width - text_width(text, small)), panel.y + panel.height - 0.4 * pad - descent(small) * 0.4, small, false, false});
+      p.words.push_back({text, p.axes.x + 0.5 * (p.axes.width - text_width(text, small)),
+                         panel.y + panel.height - 0.4 * pad - descent(small) * 0.4, small, false, false});
     }
     if (y_named) {
       const std::string& text = y_label;
       // Beside the middle of the axis, but never out of the panel.
       const double long_side = text_width(text, small), middle = p.axes.y + 0.5 * p.axes.height + 0.5 * long_side;
-      const double y = std::clamp(middle, panel.y + 0.3 * pad + long_side, std::max(panel.y + 0.3 * pad + long_side, panel.y + panel.height - 0.3 * pad));
+      const double y = std::clamp(middle, panel.y + 0.3 * pad + long_side,
+                                  std::max(panel.y + 0.3 * pad + long_side, panel.y + panel.height - 0.3 * pad));
       p.y_label = {text, panel.x + 0.35 * pad + cap_height(small) + 1.0, y, small, false, false};
     }
     // Names of the series above the axes, as many as fit.
@@ -236,7 +239,8 @@ struct Builder {
     const double right = out.scene.width - pad;
     const double x = right - widest - gap - wide;
     const double y = top + std::max(1.6 * small, 0.5 * (bottom - top - height) + 0.8 * small);
-    b.bar = {static_cast<int>(std::lround(x)), static_cast<int>(std::lround(y)), static_cast<int>(std::lround(wide)), static_cast<int>(std::lround(std::min(height, bottom - y - 0.5 * small)))};
+    b.bar = {static_cast<int>(std::lround(x)), static_cast<int>(std::lround(y)), static_cast<int>(std::lround(wide)),
+             static_cast<int>(std::lround(std::min(height, bottom - y - 0.5 * small)))};
     const double label_width = text_width(label, small);
     b.words.push_back({label, right - label_width, b.bar.y - 0.75 * small, small, false, false});
     const double scale = std::pow(10.0, ticks.exponent);
@@ -248,7 +252,8 @@ struct Builder {
       b.words.push_back({t.text, x + wide + gap, centre_baseline(ty, small), small, false, false});
     }
     const double left = std::min(x, right - label_width);
-    b.panel = {static_cast<int>(left - 0.5 * pad), static_cast<int>(b.bar.y - 2.0 * small), static_cast<int>(right - left + pad), static_cast<int>(b.bar.height + 3.0 * small)};
+    b.panel = {static_cast<int>(left - 0.5 * pad), static_cast<int>(b.bar.y - 2.0 * small), static_cast<int>(right - left + pad),
+               static_cast<int>(b.bar.height + 3.0 * small)};
     out.has_bar = true;
     out.insets.right = (out.scene.width - x + 0.8 * pad) / out.scene.width;
   }
@@ -267,7 +272,8 @@ struct Builder {
         x = from;
         ++rows;
       }
-      legend.swatches.push_back({static_cast<int>(std::lround(x)), rows, static_cast<int>(std::lround(swatch)), static_cast<int>(std::lround(swatch))});
+      legend.swatches.push_back(
+          {static_cast<int>(std::lround(x)), rows, static_cast<int>(std::lround(swatch)), static_cast<int>(std::lround(swatch))});
       legend.words.push_back({text, x + 1.5 * swatch, 0.0, out.text, false, false});
       x += w + 1.4 * out.text;
     }
@@ -332,8 +338,10 @@ struct Builder {
       out.views.push_back(out.scene);
     } else {
       for (const View& v : picture.views) {
-        const int x0 = out.inner.x + static_cast<int>(std::lround(v.left * out.inner.width)), x1 = out.inner.x + static_cast<int>(std::lround((v.left + v.width) * out.inner.width));
-        const int y0 = out.inner.y + static_cast<int>(std::lround(v.top * out.inner.height)), y1 = out.inner.y + static_cast<int>(std::lround((v.top + v.height) * out.inner.height));
+        const int x0 = out.inner.x + static_cast<int>(std::lround(v.left * out.inner.width)),
+                  x1 = out.inner.x + static_cast<int>(std::lround((v.left + v.width) * out.inner.width));
+        const int y0 = out.inner.y + static_cast<int>(std::lround(v.top * out.inner.height)),
+                  y1 = out.inner.y + static_cast<int>(std::lround((v.top + v.height) * out.inner.height));
         out.views.push_back({x0, y0, std::max(1, x1 - x0), std::max(1, y1 - y0)});
         if (o.triad) {
           out.triad_radius = std::max(13.0, 24.0 * out.unit);
@@ -356,10 +364,14 @@ struct Builder {
   }
 
   static std::string length_text(double m) {
-    struct Unit { double size; const char* name; };
+    struct Unit {
+      double size;
+      const char* name;
+    };
     static constexpr Unit units[] = {{1e3, "km"}, {1.0, "m"}, {1e-3, "mm"}, {1e-6, "µm"}, {1e-9, "nm"}};
     for (const Unit& u : units)
-      if (m >= 0.0999 * u.size && (u.size == 1.0 || m >= 0.999 * u.size)) return fmt::format("{:g} {}", std::round(m / u.size * 1e6) / 1e6, u.name);
+      if (m >= 0.0999 * u.size && (u.size == 1.0 || m >= 0.999 * u.size))
+        return fmt::format("{:g} {}", std::round(m / u.size * 1e6) / 1e6, u.name);
     return fmt::format("{:g} m", m);
   }
 };

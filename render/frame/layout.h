@@ -33,10 +33,10 @@ struct Ticks {
 Ticks make_ticks(double lower, double upper, int most);
 
 struct BarLayout {
-  PixelRect bar;                  // of the colours
-  std::vector<TextLine> words;    // label and numbers
-  std::vector<double> ticks;      // y of the tick lines, pixels
-  PixelRect panel;                // all of it
+  PixelRect bar;                // of the colours
+  std::vector<TextLine> words;  // label and numbers
+  std::vector<double> ticks;    // y of the tick lines, pixels
+  PixelRect panel;              // all of it
 };
 
 struct LegendLayout {
@@ -47,29 +47,29 @@ struct LegendLayout {
 
 struct PlotLayout {
   PixelRect panel, axes;
-  int plot = 0;                       // index in Overlay::plots
+  int plot = 0;                                   // index in Overlay::plots
   double x0 = 0.0, x1 = 1.0, y0 = 0.0, y1 = 1.0;  // ranges
   std::vector<double> x_ticks, y_ticks;           // pixels
   std::vector<TextLine> words;
-  TextLine y_label;                   // reads upwards
-  std::vector<TextLine> series;       // labels of the series, one each
+  TextLine y_label;              // reads upwards
+  std::vector<TextLine> series;  // labels of the series, one each
   std::vector<PixelRect> series_lines;
 };
 
 struct Layout {
-  double unit = 1.0;                 // pixels of one pixel at 720 lines
-  double text = 13.0;                // usual text size, px
+  double unit = 1.0;   // pixels of one pixel at 720 lines
+  double text = 13.0;  // usual text size, px
   PixelRect scene;
-  PixelRect inner;                   // the scene less the insets above and at the right: what several views share
-  std::vector<PixelRect> views;      // one a view; without views the scene
-  std::vector<TextLine> words;       // title, note, time, grid note, view labels
-  std::vector<PixelRect> panels;     // behind words, kept readable over the scene
+  PixelRect inner;                // the scene less the insets above and at the right: what several views share
+  std::vector<PixelRect> views;   // one a view; without views the scene
+  std::vector<TextLine> words;    // title, note, time, grid note, view labels
+  std::vector<PixelRect> panels;  // behind words, kept readable over the scene
   bool has_bar = false;
   BarLayout bar;
   bool has_legend = false;
   LegendLayout legend;
   std::vector<PlotLayout> plots;
-  std::vector<glm::dvec2> triads;    // centres, px, one a view; empty: none
+  std::vector<glm::dvec2> triads;  // centres, px, one a view; empty: none
   double triad_radius = 0.0;
   Insets insets;
 };

@@ -44,8 +44,13 @@ void draw_bar(Image& image, const Picture& picture, const BarLayout& layout, con
 }
 
 void draw_triad(Image& image, const Layout& layout, const glm::dvec2& centre, const ViewFrame& frame, const Ink& ink) {
-  struct Axis { glm::dvec3 direction; glm::vec3 color; const char* name; };
-  std::array<Axis, 3> axes = {{{{1, 0, 0}, {0.82f, 0.20f, 0.17f}, "x"}, {{0, 1, 0}, {0.18f, 0.58f, 0.24f}, "y"}, {{0, 0, 1}, {0.16f, 0.37f, 0.80f}, "z"}}};
+  struct Axis {
+    glm::dvec3 direction;
+    glm::vec3 color;
+    const char* name;
+  };
+  std::array<Axis, 3> axes = {
+      {{{1, 0, 0}, {0.82f, 0.20f, 0.17f}, "x"}, {{0, 1, 0}, {0.18f, 0.58f, 0.24f}, "y"}, {{0, 0, 1}, {0.16f, 0.37f, 0.80f}, "z"}}};
   for (Axis& a : axes) a.direction = glm::dmat3(frame.view) * a.direction;
   // Farthest first.
   std::sort(axes.begin(), axes.end(), [](const Axis& a, const Axis& b) { return a.direction.z < b.direction.z; });
@@ -106,28 +111,40 @@ std::vector<glm::dvec2> series_points(const Series& s, int columns, bool rising,
   return points;
 }
 
-bool rises(const Series& s) { return std::is_sorted(s.x.begin(), s.x.begin() + static_cast<std::ptrdiff_t>(std::min(s.x.size(), s.y.size()))); }
+bool rises(const Series& s) {
+  return std::is_sorted(s.x.begin(), s.x.begin() + static_cast<std::ptrdiff_t>(std::min(s.x.size(), s.y.size())));
+}
 
-glm::vec3 color_of(const Plot& plot, std::size_t k) { return plot.series[k].color.x < 0.0f ? category_color(static_cast<int>(k)) : plot.series[k].color; }
+glm::vec3 color_of(const Plot& plot, std::size_t k) {
+  return plot.series[k].color.x < 0.0f ? category_color(static_cast<int>(k)) : plot.series[k].color;
+}
 
 // Whether a kept panel is that of this plot.
-bool same_panel(const PlotCache::Panel& kept, const Plot& plot, const Picture& picture, const PlotLayout& layout, const Layout& all, int channels) {
+bool same_panel(const PlotCache::Panel& kept, const Plot& plot, const Picture& picture, const PlotLayout& layout, const Layout& all,
+                int channels) {
   const Background& b = picture.background;
-  if (kept.panel != layout.panel || kept.axes != layout.axes || kept.unit != all.unit || kept.text != all.text || kept.dark != picture.overlay.dark || kept.channels != channels) return false;
+  if (kept.panel != layout.panel || kept.axes != layout.axes || kept.unit != all.unit || kept.text != all.text ||
+      kept.dark != picture.overlay.dark || kept.channels != channels)
+    return false;
   if (kept.background.top != b.top || kept.background.bottom != b.bottom || kept.background.transparent != b.transparent) return false;
-  if (kept.plot.x_label != plot.x_label || kept.plot.y_label != plot.y_label || kept.plot.x_range != plot.x_range || kept.plot.y_range != plot.y_range) return false;
+  if (kept.plot.x_label != plot.x_label || kept.plot.y_label != plot.y_label || kept.plot.x_range != plot.x_range ||
+      kept.plot.y_range != plot.y_range)
+    return false;
   if (kept.plot.series.size() != plot.series.size()) return false;
   for (std::size_t k = 0; k < plot.series.size(); ++k) {
     const Series &a = kept.plot.series[k], &s = plot.series[k];
     // Bytes: what is not a number is equal to itself.
-    const auto same = [](std::span<const double> p, std::span<const double> q) { return p.size() == q.size() && (p.empty() || std::memcmp(p.data(), q.data(), p.size_bytes()) == 0); };
+    const auto same = [](std::span<const double> p, std::span<const double> q) {
+      return p.size() == q.size() && (p.empty() || std::memcmp(p.data(), q.data(), p.size_bytes()) == 0);
+    };
     if (a.label != s.label || a.color != s.color || !same(a.x, s.x) || !same(a.y, s.y)) return false;
   }
   return true;
 }
 
 // Everything of a plot but what runs with time: what is to come is faint everywhere, what has been goes over it.
-PlotCache::Panel make_panel(Image& image, const Picture& picture, const PlotLayout& layout, const Layout& all, const Ink& ink, bool marked) {
+PlotCache::Panel make_panel(Image& image, const Picture& picture, const PlotLayout& layout, const Layout& all, const Ink& ink,
+                            bool marked) {
   const Plot& plot = picture.overlay.plots[layout.plot];
   const double unit = all.unit;
   PlotCache::Panel out;
@@ -141,11 +158,14 @@ PlotCache::Panel make_panel(Image& image, const Picture& picture, const PlotLayo
 
   const glm::dvec4 clip(axes.x, axes.y - 1, axes.width + 1, axes.height + 2);
   const double sx = axes.width / (layout.x1 - layout.x0), sy = axes.height / (layout.y1 - layout.y0);
-  const auto place = [&](double x, double y) { return glm::dvec2(axes.x + (x - layout.x0) * sx, axes.y + axes.height - (y - layout.y0) * sy); };
+  const auto place = [&](double x, double y) {
+    return glm::dvec2(axes.x + (x - layout.x0) * sx, axes.y + axes.height - (y - layout.y0) * sy);
+  };
   for (std::size_t k = 0; k < plot.series.size(); ++k) {
     const Series& s = plot.series[k];
     const bool rising = rises(s);
-    out.lines.push_back(cover_polyline(image.width, image.height, series_points(s, axes.width, rising, place), std::max(1.2, 2.0 * unit), 0.0, &clip));
+    out.lines.push_back(
+        cover_polyline(image.width, image.height, series_points(s, axes.width, rising, place), std::max(1.2, 2.0 * unit), 0.0, &clip));
     blend_cover(image, out.lines.back(), color_of(plot, k), marked && rising ? 0.28f : 1.0f, image.width);
     if (layout.series[k].text.empty()) continue;
     const PixelRect& l = layout.series_lines[k];
@@ -154,7 +174,8 @@ PlotCache::Panel make_panel(Image& image, const Picture& picture, const PlotLayo
     draw_line_of_text(image, layout.series[k], ink);
   }
   for (const TextLine& w : layout.words) draw_line_of_text(image, w, ink);
-  if (!layout.y_label.text.empty()) draw_text_upwards(image, layout.y_label.x, layout.y_label.y, layout.y_label.text, layout.y_label.size, ink.strong);
+  if (!layout.y_label.text.empty())
+    draw_text_upwards(image, layout.y_label.x, layout.y_label.y, layout.y_label.text, layout.y_label.size, ink.strong);
 
   // What decides it, for the next picture.
   out.panel = panel;
@@ -178,10 +199,12 @@ PlotCache::Panel make_panel(Image& image, const Picture& picture, const PlotLayo
 
 void copy_part(const Image& from, int fx, int fy, Image& to, int tx, int ty, int width, int height) {
   for (int y = 0; y < height; ++y)
-    std::copy_n(&from.pixels[(std::size_t(fy + y) * from.width + fx) * from.channels], std::size_t(width) * from.channels, &to.pixels[(std::size_t(ty + y) * to.width + tx) * to.channels]);
+    std::copy_n(&from.pixels[(std::size_t(fy + y) * from.width + fx) * from.channels], std::size_t(width) * from.channels,
+                &to.pixels[(std::size_t(ty + y) * to.width + tx) * to.channels]);
 }
 
-void draw_plot(Image& image, const Picture& picture, const PlotLayout& layout, const Layout& all, const Ink& ink, PlotCache& cache, std::size_t index) {
+void draw_plot(Image& image, const Picture& picture, const PlotLayout& layout, const Layout& all, const Ink& ink, PlotCache& cache,
+               std::size_t index) {
   const Plot& plot = picture.overlay.plots[layout.plot];
   const PixelRect &panel = layout.panel, &axes = layout.axes;
   const double sx = axes.width / (layout.x1 - layout.x0), sy = axes.height / (layout.y1 - layout.y0);
@@ -235,7 +258,9 @@ void draw_labels(Image& image, const Picture& picture, std::span<const ViewFrame
         const glm::dvec4 box(p.x - 2.0, p.y - h - 2.0, p.x + w + 2.0, p.y + descent(size) + 2.0);
         const PixelRect& a = frame.area;
         if (box.x < a.x || box.y < a.y || box.z > a.x + a.width || box.w > a.y + a.height) continue;
-        if (std::any_of(taken.begin(), taken.end(), [&](const glm::dvec4& t) { return box.x < t.z && t.x < box.z && box.y < t.w && t.y < box.w; })) continue;
+        if (std::any_of(taken.begin(), taken.end(),
+                        [&](const glm::dvec4& t) { return box.x < t.z && t.x < box.z && box.y < t.w && t.y < box.w; }))
+          continue;
         taken.push_back(box);
         // A light rim keeps the words readable over bodies.
         const glm::vec3 rim = picture.overlay.dark ? glm::vec3(0.1f) : glm::vec3(1.0f);
@@ -268,16 +293,19 @@ void draw_overlay(Image& image, const Picture& picture, const Layout& layout, st
       if (e.opacity < 1.0f) draw_frame(image, s.x, s.y, s.width, s.height, std::max(1.0, layout.unit), e.color, 0.8f);
       draw_line_of_text(image, layout.legend.words[i], ink);
     }
-  for (std::size_t i = 0; i < std::min(layout.triads.size(), frames.size()); ++i) draw_triad(image, layout, layout.triads[i], frames[i], ink);
+  for (std::size_t i = 0; i < std::min(layout.triads.size(), frames.size()); ++i)
+    draw_triad(image, layout, layout.triads[i], frames[i], ink);
   for (const TextLine& w : layout.words) draw_line_of_text(image, w, ink);
 }
 
 namespace {
 
-// Decimals that tell neighbouring pictures apart, and as many more, at most three, as the round ones of their times have: steps of 0.125 are shown with three,
-// thirtieths, none of which but the tenths is round, with two.
+// Decimals that tell neighbouring pictures apart, and as many more, at most three, as the round ones of their times have: steps of 0.125
+// are shown with three, thirtieths, none of which but the tenths is round, with two.
 int time_decimals(double step) {
-  const auto round = [](double x, int decimals) { return std::abs(x * std::pow(10.0, decimals) - std::round(x * std::pow(10.0, decimals))) < 1e-6; };
+  const auto round = [](double x, int decimals) {
+    return std::abs(x * std::pow(10.0, decimals) - std::round(x * std::pow(10.0, decimals))) < 1e-6;
+  };
   const int least = std::clamp(static_cast<int>(std::ceil(-std::log10(step) - 1e-9)), 0, 9), most = std::min(9, least + 3);
   int decimals = least;
   for (int k = 1; k <= 60; ++k)
@@ -288,7 +316,10 @@ int time_decimals(double step) {
 }  // namespace
 
 std::string time_text(double t, double step, double duration) {
-  struct Unit { double size; const char* name; };
+  struct Unit {
+    double size;
+    const char* name;
+  };
   static constexpr Unit units[] = {{1.0, "s"}, {1e-3, "ms"}, {1e-6, "µs"}, {1e-9, "ns"}};
   Unit unit = units[0];
   for (const Unit& u : units) {

@@ -14,15 +14,15 @@ namespace flexframe::render {
 // Panels of plots without the running mark, kept from picture to picture while nothing else about them changes.
 struct PlotCache {
   struct Panel {
-    Plot plot;                             // without its mark; its series look at `data`
-    std::vector<std::vector<double>> data; // x and y of each series
+    Plot plot;                              // without its mark; its series look at `data`
+    std::vector<std::vector<double>> data;  // x and y of each series
     PixelRect panel, axes;
     Background background;
     bool dark = false;
     double unit = 0.0, text = 0.0;
     int channels = 3;
     Image image;
-    std::vector<LineCover> lines;          // of each series
+    std::vector<LineCover> lines;  // of each series
   };
   std::vector<Panel> panels;
 };

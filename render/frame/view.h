@@ -24,12 +24,10 @@ struct ViewFrame {
   glm::dmat4 clip{1.0};          // clip from camera
   double near = 0.1, far = 1.0;  // m
   bool orthographic = false;
-  double pixel = 0.0;            // size of a pixel: m at 1 m distance (perspective), m (orthographic)
+  double pixel = 0.0;  // size of a pixel: m at 1 m distance (perspective), m (orthographic)
 
   // Distance from the camera's plane, m, of a depth.
-  double distance(double depth) const {
-    return orthographic ? far - depth * (far - near) : near * far / (near + depth * (far - near));
-  }
+  double distance(double depth) const { return orthographic ? far - depth * (far - near) : near * far / (near + depth * (far - near)); }
 };
 
 // Near and far enclose the bounds (world); never empty.
@@ -41,9 +39,11 @@ bool project(const ViewFrame& frame, const glm::dvec3& world, glm::dvec2& pixel)
 // One byte a pixel for a part of a view's area (from its upper left corner), rows from the top.
 struct Mask {
   PixelRect part;
-  std::vector<std::uint8_t> values;     // empty: `outside` everywhere
+  std::vector<std::uint8_t> values;  // empty: `outside` everywhere
   // First value of a row of the area; null: all outside.
-  const std::uint8_t* row(int y) const { return values.empty() || y < part.y || y >= part.y + part.height ? nullptr : &values[std::size_t(y - part.y) * part.width]; }
+  const std::uint8_t* row(int y) const {
+    return values.empty() || y < part.y || y >= part.y + part.height ? nullptr : &values[std::size_t(y - part.y) * part.width];
+  }
   std::uint8_t at(int x, int y, std::uint8_t outside) const {
     x -= part.x;
     y -= part.y;
@@ -54,18 +54,18 @@ struct Mask {
 // Samples as drawn: rows from the bottom, RGBA with colour in sRGB; alpha 0: nothing, else the mark of the surface
 // (1 + index modulo 254; 255: lines and markers).
 struct Samples {
-  PixelRect part;                       // of the view's area (from its upper left corner): the pixels these samples belong to
-  int width = 0, height = 0;            // part's times per_pixel
-  int per_pixel = 1;                    // along each axis
+  PixelRect part;             // of the view's area (from its upper left corner): the pixels these samples belong to
+  int width = 0, height = 0;  // part's times per_pixel
+  int per_pixel = 1;          // along each axis
   std::vector<std::uint8_t> colors;
-  std::vector<float> depth;             // of these samples only if asked for
+  std::vector<float> depth;  // of these samples only if asked for
 };
 
 // One translucent shell: a rectangle of samples, straight alpha.
 struct GhostLayer {
   int x = 0, y = 0, width = 0, height = 0;
   std::vector<std::uint8_t> colors;
-  std::vector<float> depth;             // empty for a single layer
+  std::vector<float> depth;  // empty for a single layer
 };
 
 }  // namespace flexframe::render

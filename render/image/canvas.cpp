@@ -69,18 +69,24 @@ void draw_frame(Image& image, double x, double y, double width, double height, d
   fill_rectangle(image, x + width - line, y + line, line, height - 2.0 * line, color, opacity);
 }
 
-LineCover cover_polyline(int image_width, int image_height, std::span<const glm::dvec2> points, double width, double dash, const glm::dvec4* clip) {
+LineCover cover_polyline(int image_width, int image_height, std::span<const glm::dvec2> points, double width, double dash,
+                         const glm::dvec4* clip) {
   // The maximum over the segments, in the bounding box of the line.
   LineCover out;
   const double half = 0.5 * width;
   glm::dvec2 lower(1e300), upper(-1e300);
   for (const glm::dvec2& p : points)
-    if (std::isfinite(p.x) && std::isfinite(p.y)) { lower = glm::min(lower, p); upper = glm::max(upper, p); }
+    if (std::isfinite(p.x) && std::isfinite(p.y)) {
+      lower = glm::min(lower, p);
+      upper = glm::max(upper, p);
+    }
   const glm::dvec4 limit = clip ? *clip : glm::dvec4(0, 0, image_width, image_height);
   if (!(lower.x <= upper.x)) return out;
   const auto pixel = [](double v, double low, double high) { return static_cast<int>(std::clamp(v, low, high)); };
-  const int x0 = pixel(std::floor(std::max(lower.x - half - 1.0, limit.x)), 0, image_width), x1 = pixel(std::ceil(std::min(upper.x + half + 1.0, limit.x + limit.z)), 0, image_width);
-  const int y0 = pixel(std::floor(std::max(lower.y - half - 1.0, limit.y)), 0, image_height), y1 = pixel(std::ceil(std::min(upper.y + half + 1.0, limit.y + limit.w)), 0, image_height);
+  const int x0 = pixel(std::floor(std::max(lower.x - half - 1.0, limit.x)), 0, image_width),
+            x1 = pixel(std::ceil(std::min(upper.x + half + 1.0, limit.x + limit.z)), 0, image_width);
+  const int y0 = pixel(std::floor(std::max(lower.y - half - 1.0, limit.y)), 0, image_height),
+            y1 = pixel(std::ceil(std::min(upper.y + half + 1.0, limit.y + limit.w)), 0, image_height);
   if (x1 <= x0 || y1 <= y0) return out;
   const int w = x1 - x0;
   out = {x0, y0, w, y1 - y0, std::vector<float>(std::size_t(w) * (y1 - y0), 0.0f)};
@@ -106,7 +112,8 @@ LineCover cover_polyline(int image_width, int image_height, std::span<const glm:
     const glm::dvec2 e = b - a;
     const double square = glm::dot(e, e);
     // Row by row along the segment: columns within reach only.
-    const int j0 = std::max(y0, static_cast<int>(std::floor(std::min(a.y, b.y) - half - 1.0))), j1 = std::min(y1, static_cast<int>(std::ceil(std::max(a.y, b.y) + half + 1.0)));
+    const int j0 = std::max(y0, static_cast<int>(std::floor(std::min(a.y, b.y) - half - 1.0))),
+              j1 = std::min(y1, static_cast<int>(std::ceil(std::max(a.y, b.y) + half + 1.0)));
     for (int j = j0; j < j1; ++j) {
       double xa = std::min(a.x, b.x), xb = std::max(a.x, b.x);
       if (std::abs(e.y) > 1e-9) {
@@ -114,7 +121,8 @@ LineCover cover_polyline(int image_width, int image_height, std::span<const glm:
         xa = std::min(a.x + u * e.x, a.x + v * e.x);
         xb = std::max(a.x + u * e.x, a.x + v * e.x);
       }
-      const int i0 = std::max(x0, static_cast<int>(std::floor(xa - half - 1.0))), i1 = std::min(x1, static_cast<int>(std::ceil(xb + half + 1.0)));
+      const int i0 = std::max(x0, static_cast<int>(std::floor(xa - half - 1.0))),
+                i1 = std::min(x1, static_cast<int>(std::ceil(xb + half + 1.0)));
       for (int i = i0; i < i1; ++i) {
         const glm::dvec2 p(i + 0.5 - a.x, j + 0.5 - a.y);
         const double t = square > 0.0 ? std::clamp(glm::dot(p, e) / square, 0.0, 1.0) : 0.0;
@@ -150,21 +158,29 @@ void draw_polyline(Image& image, std::span<const glm::dvec2> points, double widt
 
 void fill_disc(Image& image, double x, double y, double radius, const glm::vec3& color, float opacity) {
   if (!std::isfinite(x) || !std::isfinite(y)) return;
-  const int x0 = static_cast<int>(std::clamp(std::floor(x - radius - 1.0), 0.0, double(image.width))), x1 = static_cast<int>(std::clamp(std::ceil(x + radius + 1.0), 0.0, double(image.width)));
-  const int y0 = static_cast<int>(std::clamp(std::floor(y - radius - 1.0), 0.0, double(image.height))), y1 = static_cast<int>(std::clamp(std::ceil(y + radius + 1.0), 0.0, double(image.height)));
+  const int x0 = static_cast<int>(std::clamp(std::floor(x - radius - 1.0), 0.0, double(image.width))),
+            x1 = static_cast<int>(std::clamp(std::ceil(x + radius + 1.0), 0.0, double(image.width)));
+  const int y0 = static_cast<int>(std::clamp(std::floor(y - radius - 1.0), 0.0, double(image.height))),
+            y1 = static_cast<int>(std::clamp(std::ceil(y + radius + 1.0), 0.0, double(image.height)));
   for (int j = y0; j < y1; ++j)
     for (int i = x0; i < x1; ++i)
-      blend_pixel(image, i, j, color, opacity * static_cast<float>(std::clamp(radius + 0.5 - std::hypot(i + 0.5 - x, j + 0.5 - y), 0.0, 1.0)));
+      blend_pixel(image, i, j, color,
+                  opacity * static_cast<float>(std::clamp(radius + 0.5 - std::hypot(i + 0.5 - x, j + 0.5 - y), 0.0, 1.0)));
 }
 
 void fill_polygon(Image& image, std::span<const glm::dvec2> points, const glm::vec3& color, float opacity) {
   if (points.size() < 3) return;
   glm::dvec2 lower(1e300), upper(-1e300);
-  for (const glm::dvec2& p : points) { lower = glm::min(lower, p); upper = glm::max(upper, p); }
+  for (const glm::dvec2& p : points) {
+    lower = glm::min(lower, p);
+    upper = glm::max(upper, p);
+  }
   const auto inside = [&](double x, double y) {
     bool in = false;
     for (std::size_t i = 0, j = points.size() - 1; i < points.size(); j = i++)
-      if ((points[i].y > y) != (points[j].y > y) && x < (points[j].x - points[i].x) * (y - points[i].y) / (points[j].y - points[i].y) + points[i].x) in = !in;
+      if ((points[i].y > y) != (points[j].y > y) &&
+          x < (points[j].x - points[i].x) * (y - points[i].y) / (points[j].y - points[i].y) + points[i].x)
+        in = !in;
     return in;
   };
   const int x0 = std::max(0, static_cast<int>(std::floor(lower.x))), x1 = std::min(image.width, static_cast<int>(std::ceil(upper.x)));

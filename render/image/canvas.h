@@ -31,7 +31,8 @@ struct LineCover {
   int x = 0, y = 0, width = 0, height = 0;  // pixels
   std::vector<float> values;
 };
-LineCover cover_polyline(int image_width, int image_height, std::span<const glm::dvec2> points, double width, double dash = 0.0, const glm::dvec4* clip = nullptr);
+LineCover cover_polyline(int image_width, int image_height, std::span<const glm::dvec2> points, double width, double dash = 0.0,
+                         const glm::dvec4* clip = nullptr);
 
 // Draws the columns before x_end.
 void blend_cover(Image& image, const LineCover& cover, const glm::vec3& color, float opacity, int x_end);

@@ -17,7 +17,8 @@ namespace fs = std::filesystem;
 std::set<std::string> pictures_below(const fs::path& folder) {
   std::set<std::string> names;
   for (const auto& entry : fs::recursive_directory_iterator(folder))
-    if (entry.is_regular_file() && entry.path().extension() == ".png") names.insert(entry.path().lexically_relative(folder).generic_string());
+    if (entry.is_regular_file() && entry.path().extension() == ".png")
+      names.insert(entry.path().lexically_relative(folder).generic_string());
   return names;
 }
 
@@ -39,7 +40,8 @@ std::string base64(const std::vector<std::uint8_t>& bytes) {
   std::string out;
   out.reserve((bytes.size() + 2) / 3 * 4);
   for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const unsigned b = unsigned(bytes[i]) << 16 | (i + 1 < bytes.size() ? unsigned(bytes[i + 1]) << 8 : 0u) | (i + 2 < bytes.size() ? bytes[i + 2] : 0u);
+    const unsigned b =
+        unsigned(bytes[i]) << 16 | (i + 1 < bytes.size() ? unsigned(bytes[i + 1]) << 8 : 0u) | (i + 2 < bytes.size() ? bytes[i + 2] : 0u);
     out += letters[b >> 18];
     out += letters[b >> 12 & 63];
     out += i + 1 < bytes.size() ? letters[b >> 6 & 63] : '=';
@@ -50,7 +52,8 @@ std::string base64(const std::vector<std::uint8_t>& bytes) {
 
 std::string picture_cell(const char* caption, const std::vector<std::uint8_t>& png) {
   if (png.empty()) return fmt::format("<figure><figcaption>{}: none</figcaption></figure>", caption);
-  return fmt::format("<figure><img alt=\"{0}\" src=\"data:image/png;base64,{1}\"><figcaption>{0}</figcaption></figure>", caption, base64(png));
+  return fmt::format("<figure><img alt=\"{0}\" src=\"data:image/png;base64,{1}\"><figcaption>{0}</figcaption></figure>", caption,
+                     base64(png));
 }
 
 std::vector<std::uint8_t> bytes_if_there(const fs::path& path) {
@@ -61,7 +64,8 @@ std::vector<std::uint8_t> bytes_if_there(const fs::path& path) {
 // Pictures of 16 bits are compared as such where both have them.
 ImageDifference compare_files(const fs::path& baseline, const fs::path& candidate, const CompareOptions& options) {
   const std::vector<std::uint8_t> before = read_file(baseline), after = read_file(candidate);
-  if (png_depth(before) == 16 && png_depth(after) == 16) return compare_images(decode_png16(before, baseline.string()), decode_png16(after, candidate.string()), options);
+  if (png_depth(before) == 16 && png_depth(after) == 16)
+    return compare_images(decode_png16(before, baseline.string()), decode_png16(after, candidate.string()), options);
   return compare_images(decode_png(before, baseline.string()), decode_png(after, candidate.string()), options);
 }
 
@@ -69,17 +73,25 @@ ImageDifference compare_files(const fs::path& baseline, const fs::path& candidat
 
 std::string state_name(PairState state) {
   switch (state) {
-    case PairState::equal: return "equal";
-    case PairState::passes: return "passes";
-    case PairState::differs: return "differs";
-    case PairState::other_numbers: return "other numbers";
-    case PairState::other_size: return "other size";
-    case PairState::missing_baseline: return "missing baseline";
-    default: return "missing picture";
+    case PairState::equal:
+      return "equal";
+    case PairState::passes:
+      return "passes";
+    case PairState::differs:
+      return "differs";
+    case PairState::other_numbers:
+      return "other numbers";
+    case PairState::other_size:
+      return "other size";
+    case PairState::missing_baseline:
+      return "missing baseline";
+    default:
+      return "missing picture";
   }
 }
 
-Comparison compare_pictures(const fs::path& baseline, const fs::path& candidate, const CompareOptions& options, bool keep_heat, bool new_baseline) {
+Comparison compare_pictures(const fs::path& baseline, const fs::path& candidate, const CompareOptions& options, bool keep_heat,
+                            bool new_baseline) {
   const auto exists = [](const fs::path& p) {
     std::error_code error;
     const bool there = fs::exists(p, error);
@@ -89,8 +101,8 @@ Comparison compare_pictures(const fs::path& baseline, const fs::path& candidate,
   const bool created = new_baseline && !fs::exists(baseline);
   const bool folder = created ? exists(candidate) : exists(baseline);
   if (folder != exists(candidate))
-    throw std::invalid_argument(fmt::format("{} is a {} and {} a {}; two files or two folders are needed", baseline.string(), folder ? "folder" : "file",
-                                            candidate.string(), folder ? "file" : "folder"));
+    throw std::invalid_argument(fmt::format("{} is a {} and {} a {}; two files or two folders are needed", baseline.string(),
+                                            folder ? "folder" : "file", candidate.string(), folder ? "file" : "folder"));
   Comparison out;
   if (folder) {
     const std::set<std::string> before = created ? std::set<std::string>{} : pictures_below(baseline), after = pictures_below(candidate);
@@ -98,13 +110,20 @@ Comparison compare_pictures(const fs::path& baseline, const fs::path& candidate,
     names.insert(after.begin(), after.end());
     if (names.empty()) throw std::invalid_argument("no PNG file below " + baseline.string() + " or " + candidate.string());
     for (const std::string& name : names) {
-      ComparedPair pair{name, before.count(name) ? baseline / name : fs::path(), after.count(name) ? candidate / name : fs::path(), PairState::equal, {}, {}};
+      ComparedPair pair{
+          name, before.count(name) ? baseline / name : fs::path(), after.count(name) ? candidate / name : fs::path(), PairState::equal, {},
+          {}};
       if (pair.baseline.empty()) pair.state = PairState::missing_baseline;
       if (pair.candidate.empty()) pair.state = PairState::missing_candidate;
       out.pairs.push_back(std::move(pair));
     }
   } else {
-    out.pairs.push_back({candidate.filename().string(), created ? fs::path() : baseline, candidate, created ? PairState::missing_baseline : PairState::equal, {}, {}});
+    out.pairs.push_back({candidate.filename().string(),
+                         created ? fs::path() : baseline,
+                         candidate,
+                         created ? PairState::missing_baseline : PairState::equal,
+                         {},
+                         {}});
     if (created) read_png(candidate);
   }
   for (ComparedPair& pair : out.pairs) {
@@ -113,9 +132,11 @@ Comparison compare_pictures(const fs::path& baseline, const fs::path& candidate,
       if (!keep_heat) pair.difference.heat = {};
       const ImageDifference& d = pair.difference;
       pair.state = !d.same_size ? PairState::other_size : d.equal ? PairState::equal : d.passes ? PairState::passes : PairState::differs;
-      const auto before = parse_numbers(read_png_text(pair.baseline, numbers_key)), after = parse_numbers(read_png_text(pair.candidate, numbers_key));
+      const auto before = parse_numbers(read_png_text(pair.baseline, numbers_key)),
+                 after = parse_numbers(read_png_text(pair.candidate, numbers_key));
       if (before && after) pair.numbers = numbers_difference(*before, *after);
-      if (!pair.numbers.empty() && (pair.state == PairState::equal || pair.state == PairState::passes)) pair.state = PairState::other_numbers;
+      if (!pair.numbers.empty() && (pair.state == PairState::equal || pair.state == PairState::passes))
+        pair.state = PairState::other_numbers;
     }
     out.passes = out.passes && (pair.state == PairState::equal || pair.state == PairState::passes);
   }
@@ -125,8 +146,10 @@ Comparison compare_pictures(const fs::path& baseline, const fs::path& candidate,
 std::string comparison_page(const Comparison& comparison, const std::string& title) {
   std::string html = fmt::format(R"(<!doctype html>
 <html lang="en"><meta charset="utf-8"><title>{0}</title>
-<style>body{{font:15px/1.4 sans-serif;margin:2em;color:#1a1e24}}table{{border-collapse:collapse}}td,th{{padding:.25em .8em;text-align:right;border-bottom:1px solid #dde}}
-td:first-child,th:first-child{{text-align:left}}.bad{{color:#b00020;font-weight:bold}}.row{{display:flex;gap:1em;flex-wrap:wrap}}figure{{margin:0;flex:1 1 20em}}
+<style>body{{font:15px/1.4 sans-serif;margin:2em;color:#1a1e24}}table{{border-collapse:collapse}}
+td,th{{padding:.25em .8em;text-align:right;border-bottom:1px solid #dde}}
+td:first-child,th:first-child{{text-align:left}}.bad{{color:#b00020;font-weight:bold}}.row{{display:flex;gap:1em;flex-wrap:wrap}}
+figure{{margin:0;flex:1 1 20em}}
 img{{max-width:100%;border:1px solid #ccd;image-rendering:pixelated}}figcaption{{color:#556}}</style>
 <h1>{0}</h1><p>{1}</p>
 <table><tr><th>picture<th>result<th>largest<th>mean<th>pixels over<th>share<th>together<th>SSIM<th>FLIP</tr>
@@ -139,8 +162,9 @@ img{{max-width:100%;border:1px solid #ccd;image-rendering:pixelated}}figcaption{
     const ImageDifference& d = p.difference;
     html += fmt::format("<tr><td>{}<td{}>{}", escape(p.name), bad ? " class=\"bad\"" : "", state_name(p.state));
     if (p.state == PairState::passes || p.state == PairState::differs || p.state == PairState::other_numbers)
-      html += fmt::format("<td>{}/{}<td>{:.4g}<td>{}<td>{:.4g} %<td>{}<td>{}<td>{}", d.largest, d.full, d.mean, d.pixels_over, 100.0 * d.share_over, d.cluster,
-                          d.full == 255 ? fmt::format("{:.5f}", d.ssim) : "", d.full == 255 ? fmt::format("{:.5f}", d.flip) : "");
+      html += fmt::format("<td>{}/{}<td>{:.4g}<td>{}<td>{:.4g} %<td>{}<td>{}<td>{}", d.largest, d.full, d.mean, d.pixels_over,
+                          100.0 * d.share_over, d.cluster, d.full == 255 ? fmt::format("{:.5f}", d.ssim) : "",
+                          d.full == 255 ? fmt::format("{:.5f}", d.flip) : "");
     html += "</tr>\n";
   }
   html += "</table>\n";
@@ -152,7 +176,9 @@ img{{max-width:100%;border:1px solid #ccd;image-rendering:pixelated}}figcaption{
     if (!p.numbers.empty()) html += fmt::format("<p>{}</p>\n", escape(p.numbers));
     html += fmt::format("<div class=\"row\">{}{}{}</div>\n", picture_cell("baseline", bytes_if_there(p.baseline)),
                         picture_cell("new picture", bytes_if_there(p.candidate)),
-                        d.heat.pixels.empty() ? std::string() : picture_cell(d.full == 255 ? "FLIP, bright: visible" : "difference, bright: largest", encode_png(d.heat)));
+                        d.heat.pixels.empty()
+                            ? std::string()
+                            : picture_cell(d.full == 255 ? "FLIP, bright: visible" : "difference, bright: largest", encode_png(d.heat)));
   }
   return html + "</html>\n";
 }

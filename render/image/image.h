@@ -9,8 +9,8 @@ namespace flexframe::render {
 
 struct Image {
   int width = 0, height = 0;
-  int channels = 3;                    // 1 grey, 3 RGB, 4 RGBA (straight alpha)
-  std::vector<std::uint8_t> pixels;    // width * height * channels
+  int channels = 3;                  // 1 grey, 3 RGB, 4 RGBA (straight alpha)
+  std::vector<std::uint8_t> pixels;  // width * height * channels
   bool operator==(const Image&) const = default;
 };
 

@@ -61,7 +61,8 @@ glm::dvec3 color_at(const Image& image, std::size_t pixel) {
 
 Plane luma(const Image& image) {
   Plane plane(std::size_t(image.width) * image.height);
-  for (std::size_t i = 0; i < plane.size(); ++i) plane[i] = static_cast<float>(255.0 * glm::dot(color_at(image, i), glm::dvec3(0.299, 0.587, 0.114)));
+  for (std::size_t i = 0; i < plane.size(); ++i)
+    plane[i] = static_cast<float>(255.0 * glm::dot(color_at(image, i), glm::dvec3(0.299, 0.587, 0.114)));
   return plane;
 }
 
@@ -106,14 +107,17 @@ Perceived perceive(const Image& image) {
   for (Plane& p : opponent) p.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
     const glm::dvec3 s = color_at(image, i);
-    const glm::dvec3 rgb(linear_from_srgb(static_cast<float>(s.x)), linear_from_srgb(static_cast<float>(s.y)), linear_from_srgb(static_cast<float>(s.z)));
+    const glm::dvec3 rgb(linear_from_srgb(static_cast<float>(s.x)), linear_from_srgb(static_cast<float>(s.y)),
+                         linear_from_srgb(static_cast<float>(s.z)));
     const glm::dvec3 c = ycxcz_of_xyz(xyz_from_rgb * rgb);
     for (int k = 0; k < 3; ++k) opponent[k][i] = static_cast<float>(c[k]);
     gray[i] = static_cast<float>((c.x + 16.0) / 116.0);
   }
 
   // Contrast sensitivity: sums of Gaussians a sqrt(pi / b) exp(-pi^2 x^2 / b), x in degrees.
-  struct Lobe { double a, b; };
+  struct Lobe {
+    double a, b;
+  };
   static const std::array<std::vector<Lobe>, 3> sensitivity = {{{{1.0, 0.0047}}, {{1.0, 0.0053}}, {{34.1, 0.04}, {13.5, 0.025}}}};
   const int radius = static_cast<int>(std::ceil(3.0 * std::sqrt(0.04 / (2.0 * pi * pi)) * pixels_per_degree));
   std::array<Plane, 3> filtered;
@@ -122,7 +126,10 @@ Perceived perceive(const Image& image) {
     double total = 0.0;
     std::vector<std::pair<Kernel, double>> parts;
     for (const Lobe& lobe : sensitivity[k]) {
-      Kernel g = make_kernel(radius, [&](int i) { const double x = i / pixels_per_degree; return std::exp(-pi * pi * x * x / lobe.b); });
+      Kernel g = make_kernel(radius, [&](int i) {
+        const double x = i / pixels_per_degree;
+        return std::exp(-pi * pi * x * x / lobe.b);
+      });
       double sum = 0.0;
       for (const double v : g.weights) sum += v;
       const double scale = lobe.a * std::sqrt(pi / lobe.b);
@@ -184,7 +191,8 @@ double compute_ssim(const Image& a, const Image& b) {
   const Plane x = luma(a), y = luma(b);
   Plane xx(x.size()), yy(x.size()), xy(x.size());
   for (std::size_t i = 0; i < x.size(); ++i) xx[i] = x[i] * x[i], yy[i] = y[i] * y[i], xy[i] = x[i] * y[i];
-  const Plane mx = convolve(x, w, h, g, g), my = convolve(y, w, h, g, g), mxx = convolve(xx, w, h, g, g), myy = convolve(yy, w, h, g, g), mxy = convolve(xy, w, h, g, g);
+  const Plane mx = convolve(x, w, h, g, g), my = convolve(y, w, h, g, g), mxx = convolve(xx, w, h, g, g), myy = convolve(yy, w, h, g, g),
+              mxy = convolve(xy, w, h, g, g);
   const double c1 = 6.5025, c2 = 58.5225;  // (0.01 * 255)^2, (0.03 * 255)^2
   double total = 0.0;
   for (std::size_t i = 0; i < x.size(); ++i) {
@@ -203,7 +211,9 @@ double compute_flip(const Image& reference, const Image& test, Image* heat) {
   for (std::size_t i = 0; i < a.lab.size(); ++i) {
     const double e = std::pow(hyab(a.lab[i], b.lab[i]), 0.7);
     const double color = e < knee ? 0.95 / knee * e : std::min(1.0, 0.95 + (e - knee) / (largest - knee) * 0.05);
-    const double feature = std::sqrt(std::max(std::abs(static_cast<double>(a.edge[i] - b.edge[i])), std::abs(static_cast<double>(a.point[i] - b.point[i]))) / std::numbers::sqrt2);
+    const double feature =
+        std::sqrt(std::max(std::abs(static_cast<double>(a.edge[i] - b.edge[i])), std::abs(static_cast<double>(a.point[i] - b.point[i]))) /
+                  std::numbers::sqrt2);
     const double flip = std::pow(color, 1.0 - std::min(feature, 1.0));
     total += flip;
     if (heat) {
@@ -244,7 +254,8 @@ long largest_cluster(std::vector<std::uint8_t>& marked, int width, int height) {
 }
 
 // The gate on the difference of every pixel (its largest channel); sum: over all channels.
-void judge(ImageDifference& d, const std::vector<int>& differences, double sum, int channels, const Gate& gate, bool exact, int width, int height) {
+void judge(ImageDifference& d, const std::vector<int>& differences, double sum, int channels, const Gate& gate, bool exact, int width,
+           int height) {
   std::vector<std::uint8_t> marked;
   for (std::size_t i = 0; i < differences.size(); ++i) {
     d.largest = std::max(d.largest, differences[i]);

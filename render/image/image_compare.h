@@ -1,9 +1,9 @@
 // Are two pictures the same? The gate is simple, the measures are for the report.
 //
-// Gate: equal values, or all of: at most `share` of the pixels differ by more than `levels` in some channel; nowhere do `cluster` pixels that
-// touch (also by a corner) differ by more than `cluster_levels`; the mean difference is at most `mean`. A processor with other vector
-// instructions changes single pixels by a few levels and passes; a minus sign that is gone, a small patch of another colour, a shift of every pixel by
-// two levels, a deformation 0.1 % off do not. The table of pairs that the gate is made from: tests/unit/render_compare.cpp.
+// Gate: equal values, or all of: at most `share` of the pixels differ by more than `levels` in some channel; nowhere do `cluster` pixels
+// that touch (also by a corner) differ by more than `cluster_levels`; the mean difference is at most `mean`. A processor with other vector
+// instructions changes single pixels by a few levels and passes; a minus sign that is gone, a small patch of another colour, a shift of
+// every pixel by two levels, a deformation 0.1 % off do not. The table of pairs that the gate is made from: tests/unit/render_compare.cpp.
 // Pictures of 16 bits (depth, scalar) are compared in their own units, by `Gate16`.
 // Measures: largest and mean difference, SSIM (Wang, Bovik, Sheikh, Simoncelli, "Image quality assessment: from error
 // visibility to structural similarity", 2004, on luma, Gaussian window 11 x 11, sigma 1.5) and FLIP (Andersson, Nilsson,
@@ -16,35 +16,35 @@ namespace flexframe::render {
 
 // Limits in units of a picture's own values (255 or 65535 is full).
 struct Gate {
-  int levels = 2;            // differences up to this are none
-  double share = 5e-5;       // of the pixels that may differ by more
-  int cluster_levels = 16;   // pixels that differ by more than this
-  int cluster = 4;           // may not touch in such a number
-  double mean = 0.1;         // over channels and pixels
+  int levels = 2;           // differences up to this are none
+  double share = 5e-5;      // of the pixels that may differ by more
+  int cluster_levels = 16;  // pixels that differ by more than this
+  int cluster = 4;          // may not touch in such a number
+  double mean = 0.1;        // over channels and pixels
 };
 // 16 bits: a pixel of another processor's depth is off by a few units of rounding; 256 units are 0.4 % of the range.
 inline constexpr Gate gate16{.levels = 32, .share = 5e-5, .cluster_levels = 256, .cluster = 4, .mean = 8.0};
 
 struct CompareOptions {
-  Gate gate{};              // of pictures with 8 bits
-  Gate deep = gate16;       // of pictures with 16 bits
-  bool exact = false;       // only equal pixels pass
-  bool measures = true;     // SSIM, FLIP and the heat map, where the pictures are not equal
+  Gate gate{};           // of pictures with 8 bits
+  Gate deep = gate16;    // of pictures with 16 bits
+  bool exact = false;    // only equal pixels pass
+  bool measures = true;  // SSIM, FLIP and the heat map, where the pictures are not equal
 };
 
 struct ImageDifference {
   bool passes = false;
-  bool equal = false;       // every byte of the pixels
-  bool same_size = true;    // false: nothing below is measured
-  int full = 255;           // 65535 where the pictures have 16 bits
-  int largest = 0;          // of `full`
-  double mean = 0.0;        // over channels and pixels, of `full`
-  long pixels_over = 0;     // with a channel over `levels`
-  long cluster = 0;         // most pixels over `cluster_levels` that touch one another
+  bool equal = false;     // every byte of the pixels
+  bool same_size = true;  // false: nothing below is measured
+  int full = 255;         // 65535 where the pictures have 16 bits
+  int largest = 0;        // of `full`
+  double mean = 0.0;      // over channels and pixels, of `full`
+  long pixels_over = 0;   // with a channel over `levels`
+  long cluster = 0;       // most pixels over `cluster_levels` that touch one another
   double share_over = 0.0;
-  double ssim = 1.0;        // mean; 1: equal
-  double flip = 0.0;        // mean; 0: equal
-  Image heat;               // FLIP of each pixel through inferno; empty if not measured
+  double ssim = 1.0;  // mean; 1: equal
+  double flip = 0.0;  // mean; 0: equal
+  Image heat;         // FLIP of each pixel through inferno; empty if not measured
 };
 
 // baseline and candidate with 3 or 4 channels; alpha counts in the gate, SSIM and FLIP see the pictures over white.

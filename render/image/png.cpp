@@ -69,7 +69,8 @@ std::vector<std::uint8_t> encode(int width, int height, int channels, int depth,
   put32(header, static_cast<std::uint32_t>(width));
   put32(header, static_cast<std::uint32_t>(height));
   const std::uint8_t color_type = channels == 1 ? 0 : channels == 3 ? 2 : 6;
-  for (const std::uint8_t b : {static_cast<std::uint8_t>(depth), color_type, std::uint8_t(0), std::uint8_t(0), std::uint8_t(0)}) header.push_back(b);
+  for (const std::uint8_t b : {static_cast<std::uint8_t>(depth), color_type, std::uint8_t(0), std::uint8_t(0), std::uint8_t(0)})
+    header.push_back(b);
   put_chunk(out, "IHDR", header);
   if (depth == 8) put_chunk(out, "sRGB", std::array<std::uint8_t, 1>{0});
   for (const auto& [keyword, words] : options.text) {
@@ -186,7 +187,8 @@ Image decode_png(std::span<const std::uint8_t> bytes, const std::string& name) {
   bytes = checked_png(bytes, name, filled);
   int width = 0, height = 0, channels = 0;
   const int size = static_cast<int>(bytes.size());
-  if (!stbi_info_from_memory(bytes.data(), size, &width, &height, &channels)) throw std::runtime_error(name + ": damaged PNG file: " + decoder_reason());
+  if (!stbi_info_from_memory(bytes.data(), size, &width, &height, &channels))
+    throw std::runtime_error(name + ": damaged PNG file: " + decoder_reason());
   const int wanted = channels == 2 || channels == 4 ? 4 : 3;
   const std::unique_ptr<stbi_uc, decltype(&stbi_image_free)> decoded(
       stbi_load_from_memory(bytes.data(), size, &width, &height, &channels, wanted), &stbi_image_free);

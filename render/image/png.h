@@ -19,8 +19,8 @@
 namespace flexframe::render {
 
 struct PngOptions {
-  int level = 1;                                            // libdeflate level 1 (fast) .. 12
-  std::vector<std::pair<std::string, std::string>> text;    // tEXt chunks: keyword (1..79 Latin-1 characters), text
+  int level = 1;                                          // libdeflate level 1 (fast) .. 12
+  std::vector<std::pair<std::string, std::string>> text;  // tEXt chunks: keyword (1..79 Latin-1 characters), text
 };
 
 std::vector<std::uint8_t> encode_png(const Image& image, const PngOptions& options = {});
@@ -42,6 +42,5 @@ bool is_whole_png(const std::filesystem::path& path);
 
 // The tEXt chunk of this keyword, empty if there is none.
 std::string read_png_text(const std::filesystem::path& path, const std::string& keyword);
-
 
 }  // namespace flexframe::render

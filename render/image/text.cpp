@@ -41,7 +41,8 @@ std::filesystem::path find_font(Weight weight) {
   };
   if (const char* chosen = std::getenv("FLEXFRAME_FONT"); chosen && *chosen) {
     std::error_code none;
-    std::filesystem::path path = std::filesystem::is_directory(chosen, none) ? std::filesystem::path(chosen) / name : std::filesystem::path(chosen);
+    std::filesystem::path path =
+        std::filesystem::is_directory(chosen, none) ? std::filesystem::path(chosen) / name : std::filesystem::path(chosen);
     if (there(path)) return path;
   }
   for (const char* folder : {"/usr/share/fonts/truetype/dejavu", "/usr/share/fonts/dejavu-sans-fonts", "/usr/share/fonts/dejavu",
@@ -59,8 +60,8 @@ struct Glyph {
 struct Font {
   std::vector<std::uint8_t> bytes;
   stbtt_fontinfo info{};
-  double unit = 1.0;       // em in font units
-  double cap = 0.73;       // of the em
+  double unit = 1.0;  // em in font units
+  double cap = 0.73;  // of the em
   double up = 0.93, down = 0.24;
   std::map<std::tuple<int, int, int>, Glyph> glyphs;  // glyph, size in 1/64 px, quarter of a pixel
 

@@ -27,7 +27,10 @@ namespace fs = std::filesystem;
 // Corner normals help only if every corner has one.
 void drop_partial_normals(Polygons& polygons) {
   for (const glm::vec3& n : polygons.corner_normal)
-    if (n == glm::vec3(0.0f)) { polygons.corner_normal.clear(); return; }
+    if (n == glm::vec3(0.0f)) {
+      polygons.corner_normal.clear();
+      return;
+    }
 }
 
 glm::dvec3 newell_normal(const std::vector<glm::dvec3>& position, std::span<const int> corner) {
@@ -44,7 +47,10 @@ glm::dvec3 newell_normal(const std::vector<glm::dvec3>& position, std::span<cons
 // Cuts a simple polygon into triangles by ears (Meisters 1975), quads by the better diagonal. Appends local corner triples.
 void triangulate(const std::vector<glm::dvec3>& position, std::span<const int> corner, std::vector<std::array<int, 3>>& out) {
   const int n = static_cast<int>(corner.size());
-  if (n == 3) { out.push_back({0, 1, 2}); return; }
+  if (n == 3) {
+    out.push_back({0, 1, 2});
+    return;
+  }
   const glm::dvec3 normal = newell_normal(position, corner);
   auto at = [&](int k) { return position[static_cast<size_t>(corner[static_cast<size_t>(k)])]; };
   auto turn = [&](int a, int b, int c) { return glm::dot(normal, glm::cross(at(b) - at(a), at(c) - at(a))); };
@@ -53,8 +59,13 @@ void triangulate(const std::vector<glm::dvec3>& position, std::span<const int> c
     const double across02 = std::min(turn(0, 1, 2), turn(0, 2, 3)), across13 = std::min(turn(0, 1, 3), turn(1, 2, 3));
     const bool convex = across02 > 0.0 && across13 > 0.0;
     const bool cut02 = convex ? glm::length(at(0) - at(2)) <= glm::length(at(1) - at(3)) : across02 >= across13;
-    if (cut02) { out.push_back({0, 1, 2}); out.push_back({0, 2, 3}); }
-    else { out.push_back({0, 1, 3}); out.push_back({1, 2, 3}); }
+    if (cut02) {
+      out.push_back({0, 1, 2});
+      out.push_back({0, 2, 3});
+    } else {
+      out.push_back({0, 1, 3});
+      out.push_back({1, 2, 3});
+    }
     return;
   }
   std::vector<int> ring(static_cast<size_t>(n));
@@ -99,8 +110,14 @@ void add_triangles(Mesh& mesh, const Polygons& polygons, std::vector<glm::vec3>&
       corner.push_back(v);
       source.push_back(c);
     }
-    while (corner.size() > 1 && corner.back() == corner.front()) { corner.pop_back(); source.pop_back(); }
-    if (corner.size() < 3) { ++degenerate; continue; }
+    while (corner.size() > 1 && corner.back() == corner.front()) {
+      corner.pop_back();
+      source.pop_back();
+    }
+    if (corner.size() < 3) {
+      ++degenerate;
+      continue;
+    }
     cut.clear();
     triangulate(mesh.positions, corner, cut);
     for (const auto& t : cut) {
@@ -136,10 +153,8 @@ MeshMaterial convert_material(const aiMaterial& from) {
   aiColor3D color;
   const bool unnamed = material.name.empty() || material.name == AI_DEFAULT_MATERIAL_NAME || material.name == "DefaultMaterial";
   aiColor4D base;
-  if (!unnamed && from.Get(AI_MATKEY_BASE_COLOR, base) == AI_SUCCESS)
-    material.look.color = {base.r, base.g, base.b};
-  else if (!unnamed && from.Get(AI_MATKEY_COLOR_DIFFUSE, color) == AI_SUCCESS)
-    material.look.color = {color.r, color.g, color.b};
+  if (!unnamed && from.Get(AI_MATKEY_BASE_COLOR, base) == AI_SUCCESS) material.look.color = {base.r, base.g, base.b};
+  else if (!unnamed && from.Get(AI_MATKEY_COLOR_DIFFUSE, color) == AI_SUCCESS) material.look.color = {color.r, color.g, color.b};
   for (int k = 0; k < 3; ++k)
     material.look.color[k] = std::isfinite(material.look.color[k]) ? std::clamp(material.look.color[k], 0.0f, 1.0f) : 0.7f;
   float value = 0.0f;
@@ -149,7 +164,8 @@ MeshMaterial convert_material(const aiMaterial& from) {
   // An exponent of 0 is no statement.
   else if (from.Get(AI_MATKEY_SHININESS, value) == AI_SUCCESS && std::isfinite(value) && value > 0.0f)
     material.look.roughness = roughness_of_exponent(value);
-  if (from.Get(AI_MATKEY_METALLIC_FACTOR, value) == AI_SUCCESS && std::isfinite(value)) material.look.metallic = std::clamp(value, 0.0f, 1.0f);
+  if (from.Get(AI_MATKEY_METALLIC_FACTOR, value) == AI_SUCCESS && std::isfinite(value))
+    material.look.metallic = std::clamp(value, 0.0f, 1.0f);
   return material;
 }
 
@@ -251,7 +267,8 @@ Mesh read_other(const fs::path& path, const MeshOptions& options) {
     }
     if (from.HasVertexColors(0)) {
       mesh.colors.resize(first, glm::vec3(1.0f));
-      for (unsigned v = 0; v < from.mNumVertices; ++v) mesh.colors.emplace_back(from.mColors[0][v].r, from.mColors[0][v].g, from.mColors[0][v].b);
+      for (unsigned v = 0; v < from.mNumVertices; ++v)
+        mesh.colors.emplace_back(from.mColors[0][v].r, from.mColors[0][v].g, from.mColors[0][v].b);
     }
     aiMatrix3x3 turn = aiMatrix3x3(part.transform);
     const bool mirrored = turn.Determinant() < 0.0f;

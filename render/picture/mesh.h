@@ -33,18 +33,19 @@ struct MeshMaterial {
 };
 
 struct Mesh {
-  std::string name;                          // file name without folder
-  std::vector<glm::dvec3> positions;         // M, the file's order
-  std::vector<glm::vec3> colors;             // M vertex colours 0..1, or empty
-  std::vector<glm::ivec3> triangles;         // K, indices of positions, polygons are cut into triangles
-  std::vector<int> triangle_material;        // K, index of materials
-  std::vector<std::uint8_t> triangle_edges;  // K where faces of the file were cut: bit k: the edge from corner k to the next is one of its face; else empty
-  std::vector<MeshMaterial> materials;       // at least one
-  std::vector<int> point_position;           // P shading points: their position
-  std::vector<int> point_group;              // P: their normal group 0..normal_groups-1
-  std::vector<glm::ivec3> triangle_points;   // K, indices of shading points, corner by corner as in triangles
+  std::string name;                    // file name without folder
+  std::vector<glm::dvec3> positions;   // M, the file's order
+  std::vector<glm::vec3> colors;       // M vertex colours 0..1, or empty
+  std::vector<glm::ivec3> triangles;   // K, indices of positions, polygons are cut into triangles
+  std::vector<int> triangle_material;  // K, index of materials
+  std::vector<std::uint8_t>
+      triangle_edges;  // K where faces of the file were cut: bit k: the edge from corner k to the next is one of its face; else empty
+  std::vector<MeshMaterial> materials;      // at least one
+  std::vector<int> point_position;          // P shading points: their position
+  std::vector<int> point_group;             // P: their normal group 0..normal_groups-1
+  std::vector<glm::ivec3> triangle_points;  // K, indices of shading points, corner by corner as in triangles
   int normal_groups = 0;
-  std::vector<std::string> warnings;         // what was mended or left out, one sentence each
+  std::vector<std::string> warnings;  // what was mended or left out, one sentence each
 };
 
 struct MeshOptions {

@@ -62,7 +62,10 @@ void for_each_line(std::string_view text, Visit visit) {
       joined.clear();
       while (!line.empty() && line.back() == '\\') {
         joined.append(line.substr(0, line.size() - 1)).push_back(' ');
-        if (begin >= text.size()) { line = {}; break; }
+        if (begin >= text.size()) {
+          line = {};
+          break;
+        }
         ++number;
         end = std::min(text.find('\n', begin), text.size());
         line = text.substr(begin, end - begin);

@@ -110,9 +110,8 @@ void compute_shading_points(Mesh& mesh, const std::vector<glm::vec3>& corner_nor
       edges[c] = {ordered ? a : b, ordered ? b : a, static_cast<int>(ordered ? c : next), static_cast<int>(ordered ? next : c),
                   static_cast<int>(c / 3)};
     }
-    std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) {
-      return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle);
-    });
+    std::sort(edges.begin(), edges.end(),
+              [](const Edge& a, const Edge& b) { return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle); });
     for (size_t i = 0; i < edges.size();) {
       size_t end = i + 1;
       while (end < edges.size() && edges[end].low == edges[i].low && edges[end].high == edges[i].high) ++end;

@@ -28,8 +28,16 @@ struct Size {
 struct Bounds {
   glm::dvec3 lower{1e300}, upper{-1e300};
   bool empty() const { return !(lower.x <= upper.x && lower.y <= upper.y && lower.z <= upper.z); }
-  void add(const glm::dvec3& p) { lower = glm::min(lower, p); upper = glm::max(upper, p); }
-  void add(const Bounds& b) { if (!b.empty()) { add(b.lower); add(b.upper); } }
+  void add(const glm::dvec3& p) {
+    lower = glm::min(lower, p);
+    upper = glm::max(upper, p);
+  }
+  void add(const Bounds& b) {
+    if (!b.empty()) {
+      add(b.lower);
+      add(b.upper);
+    }
+  }
   glm::dvec3 centre() const { return 0.5 * (lower + upper); }
   double radius() const { return empty() ? 0.0 : 0.5 * glm::length(upper - lower); }
 };
@@ -43,8 +51,8 @@ struct Camera {
   glm::dvec3 position{0.0, 0.0, 5.0};
   glm::dvec3 target{0.0};
   glm::dvec3 up{0.0, 1.0, 0.0};
-  double fov = 35.0;      // degrees, vertical, perspective
-  double height = 2.0;    // m, visible height in the target's plane, orthographic
+  double fov = 35.0;    // degrees, vertical, perspective
+  double height = 2.0;  // m, visible height in the target's plane, orthographic
   Projection projection = Projection::perspective;
 };
 
@@ -64,7 +72,7 @@ struct Lighting {
 struct Ground {
   glm::dvec3 point{0.0};
   glm::dvec3 normal{0.0, 1.0, 0.0};
-  double spacing = 0.0;        // m between grid lines; 0: 1-2-5 step that suits the bounds
+  double spacing = 0.0;  // m between grid lines; 0: 1-2-5 step that suits the bounds
   glm::vec3 line_color{0.55f, 0.60f, 0.66f};
 };
 
@@ -76,19 +84,19 @@ struct Material {
 
 // One triangle mesh in one pose.
 struct Surface {
-  std::span<const glm::vec3> positions;    // in the frame of the surface
-  std::span<const glm::vec3> normals;      // unit, one per position; empty: flat shading
-  std::span<const glm::uvec3> triangles;   // indices of positions, counterclockwise seen from outside
-  std::span<const float> scalars;          // one per position, coloured through Picture::scalar_map; empty: none. NaN is drawn grey
-  std::span<const glm::vec3> colors;       // one per position, used where scalars is empty; empty: material.color
-  glm::dmat4 pose{1.0};                    // world from surface, rigid or with uniform scale
+  std::span<const glm::vec3> positions;   // in the frame of the surface
+  std::span<const glm::vec3> normals;     // unit, one per position; empty: flat shading
+  std::span<const glm::uvec3> triangles;  // indices of positions, counterclockwise seen from outside
+  std::span<const float> scalars;         // one per position, coloured through Picture::scalar_map; empty: none. NaN is drawn grey
+  std::span<const glm::vec3> colors;      // one per position, used where scalars is empty; empty: material.color
+  glm::dmat4 pose{1.0};                   // world from surface, rigid or with uniform scale
   Material material;
-  float opacity = 1.0f;                    // < 1: ghost: one translucent shell, inner faces do not show through
-  bool two_sided = true;                   // false: closed mesh, back faces are not drawn (much faster)
-  bool edges = false;                      // lines along the edges of the triangles
-  bool wires = false;                      // only those lines, the hidden ones left out; opacity is theirs
+  float opacity = 1.0f;                      // < 1: ghost: one translucent shell, inner faces do not show through
+  bool two_sided = true;                     // false: closed mesh, back faces are not drawn (much faster)
+  bool edges = false;                        // lines along the edges of the triangles
+  bool wires = false;                        // only those lines, the hidden ones left out; opacity is theirs
   std::span<const std::uint8_t> edge_flags;  // one per triangle: bit k: the edge from its corner k to the next is drawn; empty: all
-  bool silhouette = false;                 // dark outline against whatever lies behind
+  bool silhouette = false;                   // dark outline against whatever lies behind
   bool casts_shadow = true;
   glm::vec3 edge_color{0.12f, 0.14f, 0.17f};
   float edge_width = 1.0f;
@@ -96,13 +104,13 @@ struct Surface {
 
 // Straight segments between points, always facing the viewer.
 struct Lines {
-  std::vector<glm::vec3> points;     // world unless pose says otherwise
-  std::vector<glm::vec4> colors;     // one per point (fading traces); empty: color
-  bool strip = true;                 // true: one polyline; false: pairs
+  std::vector<glm::vec3> points;  // world unless pose says otherwise
+  std::vector<glm::vec4> colors;  // one per point (fading traces); empty: color
+  bool strip = true;              // true: one polyline; false: pairs
   glm::vec4 color{0.15f, 0.17f, 0.20f, 1.0f};
   float width = 1.5f;
   glm::dmat4 pose{1.0};
-  bool on_top = false;               // not hidden by surfaces
+  bool on_top = false;  // not hidden by surfaces
 };
 
 enum class MarkerShape { sphere, disc, ring, square, cross };
@@ -121,7 +129,7 @@ struct Markers {
 struct Arrow {
   glm::dvec3 from{0.0}, to{1.0, 0.0, 0.0};  // world
   glm::vec3 color{0.80f, 0.20f, 0.15f};
-  double radius = 0.0;                       // m, of the shaft; 0: 2.5 % of the length
+  double radius = 0.0;  // m, of the shaft; 0: 2.5 % of the length
   float opacity = 1.0f;
 };
 
@@ -150,8 +158,8 @@ struct ScalarMap {
 glm::vec3 scalar_color(const ScalarMap& map, double value);
 
 struct ScalarBar {
-  std::string label;  // "displacement"
-  std::string unit;   // "mm"
+  std::string label;    // "displacement"
+  std::string unit;     // "mm"
   double factor = 1.0;  // shown number = value * factor (1000 for m shown in mm)
 };
 
@@ -165,7 +173,7 @@ struct Series {
 struct Plot {
   std::string x_label = "t [s]", y_label;
   std::vector<Series> series;
-  double mark = 0.0;                  // x of the running mark (time)
+  double mark = 0.0;                           // x of the running mark (time)
   std::optional<glm::dvec2> x_range, y_range;  // default: of the data
 };
 
@@ -179,18 +187,18 @@ enum class PlotPlace { below, beside };
 
 // All words and diagrams over the picture. Whatever is empty is not drawn and takes no room.
 struct Overlay {
-  std::string title;                 // upper left
-  std::string time;                  // upper right, "t = 0.400 s" (time_text)
-  std::string note;                  // below the title: "solid: in scale, ghost: exaggerated × 20"
+  std::string title;  // upper left
+  std::string time;   // upper right, "t = 0.400 s" (time_text)
+  std::string note;   // below the title: "solid: in scale, ghost: exaggerated × 20"
   std::optional<ScalarBar> scalar_bar;
-  bool triad = false;                // directions of the world's axes, lower left corner
+  bool triad = false;  // directions of the world's axes, lower left corner
   std::vector<LegendEntry> legend;
-  std::vector<Plot> plots;           // one panel of plots below or beside the scene
+  std::vector<Plot> plots;  // one panel of plots below or beside the scene
   PlotPlace plot_place = PlotPlace::below;
-  double plot_share = 0.28;          // of the picture's height (below) or width (beside)
-  bool grid_note = true;             // with a ground: "grid 0.1 m", lower right
+  double plot_share = 0.28;  // of the picture's height (below) or width (beside)
+  bool grid_note = true;     // with a ground: "grid 0.1 m", lower right
   float text_scale = 1.0f;
-  bool dark = false;                 // light text for dark backgrounds
+  bool dark = false;  // light text for dark backgrounds
 };
 
 // One of several views in a picture: its part of the scene's area, in fractions from the upper left corner.
@@ -202,9 +210,9 @@ struct View {
 
 // What is dear and may be left out; what is off costs nothing.
 struct Look {
-  int samples = 4;         // antialiasing samples a pixel: 1, 4, 9 or 16
-  bool shadows = true;     // soft shadow of the key light on bodies and ground
-  bool occlusion = true;   // ambient occlusion in corners and contacts
+  int samples = 4;        // antialiasing samples a pixel: 1, 4, 9 or 16
+  bool shadows = true;    // soft shadow of the key light on bodies and ground
+  bool occlusion = true;  // ambient occlusion in corners and contacts
 };
 
 // All off but antialiasing.
@@ -214,7 +222,7 @@ struct Picture {
   Size size;
   Background background;
   Camera camera;
-  std::vector<View> views;         // not empty: these instead of camera
+  std::vector<View> views;  // not empty: these instead of camera
   Lighting lighting;
   std::optional<Ground> ground;
   std::vector<Surface> surfaces;
@@ -226,7 +234,7 @@ struct Picture {
   ScalarMap scalar_map;
   Overlay overlay;
   Look look;
-  Bounds bounds;                   // of the whole motion: light, shadow and ground keep still over a sequence; empty: of this picture
+  Bounds bounds;  // of the whole motion: light, shadow and ground keep still over a sequence; empty: of this picture
 };
 
 // "t = 0.400 s" with as many decimals as tell pictures `step` seconds apart, in s, ms or µs by the duration.

@@ -14,9 +14,9 @@ namespace flexframe::render {
 inline constexpr const char* numbers_key = "flexframe-numbers";  // keyword of the PNG's text
 
 struct PictureNumbers {
-  long vertices = 0;                // of all surfaces
-  std::string hash;                 // of their positions and poses, hexadecimal
-  glm::dvec3 lower{0.0}, upper{0.0};  // world, m: box around the surfaces' own boxes
+  long vertices = 0;                                // of all surfaces
+  std::string hash;                                 // of their positions and poses, hexadecimal
+  glm::dvec3 lower{0.0}, upper{0.0};                // world, m: box around the surfaces' own boxes
   std::optional<std::pair<double, double>> colors;  // values at the ends of the colour map; none: not coloured by values
 };
 

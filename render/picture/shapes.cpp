@@ -11,7 +11,9 @@ namespace {
 using std::numbers::pi;
 
 // Surface of revolution about x: profile points (x, r) with the normal (nx, nr) each; consecutive pairs are joined.
-struct ProfilePoint { double x, r, nx, nr; };
+struct ProfilePoint {
+  double x, r, nx, nr;
+};
 
 void revolve(Shape& shape, std::span<const ProfilePoint> profile, int sides) {
   for (std::size_t i = 0; i + 1 < profile.size(); i += 2) {
@@ -45,8 +47,14 @@ Shape make_arrow(double length, double radius, int sides) {
   const double head = std::min(8.0 * r, 0.5 * length), wide = 3.0 * r, neck = length - head;
   const double slope = std::hypot(head, wide);
   Shape shape;
-  const ProfilePoint profile[] = {{0, 0, -1, 0}, {0, r, -1, 0}, {0, r, 0, 1}, {neck, r, 0, 1}, {neck, r, -1, 0}, {neck, wide, -1, 0},
-                                  {neck, wide, wide / slope, head / slope}, {length, 0, wide / slope, head / slope}};
+  const ProfilePoint profile[] = {{0, 0, -1, 0},
+                                  {0, r, -1, 0},
+                                  {0, r, 0, 1},
+                                  {neck, r, 0, 1},
+                                  {neck, r, -1, 0},
+                                  {neck, wide, -1, 0},
+                                  {neck, wide, wide / slope, head / slope},
+                                  {length, 0, wide / slope, head / slope}};
   revolve(shape, profile, sides);
   return shape;
 }
@@ -54,7 +62,8 @@ Shape make_arrow(double length, double radius, int sides) {
 Shape make_cylinder(double radius, double length, int sides) {
   const double h = 0.5 * length;
   Shape shape;
-  const ProfilePoint profile[] = {{-h, 0, -1, 0}, {-h, radius, -1, 0}, {-h, radius, 0, 1}, {h, radius, 0, 1}, {h, radius, 1, 0}, {h, 0, 1, 0}};
+  const ProfilePoint profile[] = {{-h, 0, -1, 0},    {-h, radius, -1, 0}, {-h, radius, 0, 1},
+                                  {h, radius, 0, 1}, {h, radius, 1, 0},   {h, 0, 1, 0}};
   revolve(shape, profile, sides);
   // From the x axis to the z axis (cyclic, keeps the winding).
   for (auto* list : {&shape.positions, &shape.normals})

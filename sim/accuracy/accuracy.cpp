@@ -90,8 +90,8 @@ std::vector<Way> find_ways(Task t) {
   return ways;
 }
 
-// What is cheap at the coarse level may be dear with more modes: all ways are gone in runs of a limited length, which grows until one comes to the
-// end; the others may be cheaper still.
+// What is cheap at the coarse level may be dear with more modes: all ways are gone in runs of a limited length, which grows until one comes
+// to the end; the others may be cheaper still.
 Finished take_cheapest(const std::vector<Way>& ways, Task& taken) {
   double spent = ways.front().task.search.cpu, limit = unlimited;
   for (const Way& way : ways) limit = std::min(limit, 0.01 + 10.0 * way.task.coarse.statistics.cpu_seconds);
@@ -157,13 +157,13 @@ AsGiven run_as_given(Task& t) {
     out.loose = t.search.run_within(scene, std::max(1.0, 3.0 * out.run->cpu()));
     if (out.loose) out.time = error_of_difference * apart(*out.loose, to_histories(out.run->results));
   } catch (const TooDear&) {
-  } catch (const SimulationError&) {
-  }
+  } catch (const SimulationError&) {}
   t.search.cpu += cpu_seconds() - start;
   return out;
 }
 
-// Beams whose own models keep a run from the accuracy become richer ones, if all outputs can be kept: bent too far for one frame, or in forms of other ends.
+// Beams whose own models keep a run from the accuracy become richer ones, if all outputs can be kept: bent too far for one frame, or in
+// forms of other ends.
 std::optional<Scene> with_fit_models(const Task& t, const AsGiven& given) {
   if (!given.run || !given.loose) return std::nullopt;
   ModelCheckOptions check;
@@ -179,8 +179,8 @@ std::optional<Scene> with_fit_models(const Task& t, const AsGiven& given) {
   return with_richer_models(given.run->scene, t.search.states, given.run->limits, *given.loose, check);
 }
 
-// The scene as it stands, judged: by a looser run in time, by one of half the elements, modes or volumes in space. Half of them err by four times as much at
-// least (finite elements by sixteen).
+// The scene as it stands, judged: by a looser run in time, by one of half the elements, modes or volumes in space. Half of them err by four
+// times as much at least (finite elements by sixteen).
 std::optional<Finished> judged_as_given(Task& t, AsGiven& given) {
   if (!given.run || !given.loose) return std::nullopt;
   Finished& f = *given.run;
@@ -261,7 +261,8 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
     for (size_t b = 0; b < scene.bodies.size(); ++b) {
       const auto *before = std::get_if<BeamDef>(&scene.bodies[b].kind), *after = std::get_if<BeamDef>(&richer->bodies[b].kind);
       if (before && after && before->model != after->model)
-        changed.push_back(fmt::format("'{}' model \"{}\"", scene.bodies[b].name, after->model == BeamModel::mixed ? "mixed" : "finite-element"));
+        changed.push_back(
+            fmt::format("'{}' model \"{}\"", scene.bodies[b].name, after->model == BeamModel::mixed ? "mixed" : "finite-element"));
     }
     t = task_for(*richer);
     given = run_as_given(t);
@@ -300,9 +301,11 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
   s.error_estimate = found.error;
   s.error_column = found.column;
   if (s.error_estimate > accuracy)
-    s.notes.warn("", fmt::format("accuracy {:g} was asked; the estimated error is {:.1e} of the range of {}{}", accuracy, s.error_estimate, found.column,
-                                 spent ? fmt::format("; the search ended after {:.0f} CPU s, {:.0f} times a run of the scene as it stands: ask for less, or without this output", out.search_cpu,
-                                                     given.run ? allowed / std::max(given.run->cpu(), 1e-3) : 0.0)
+    s.notes.warn("", fmt::format("accuracy {:g} was asked; the estimated error is {:.1e} of the range of {}{}", accuracy, s.error_estimate,
+                                 found.column,
+                                 spent ? fmt::format("; the search ended after {:.0f} CPU s, {:.0f} times a run of the scene as it stands: "
+                                                     "ask for less, or without this output",
+                                                     out.search_cpu, given.run ? allowed / std::max(given.run->cpu(), 1e-3) : 0.0)
                                        : ""));
   if (options.check_effects) check_result(t, found, accuracy, results);
   s.accuracy = out;

@@ -9,8 +9,8 @@
 namespace flexframe::sim {
 namespace {
 
-// Shares of the asked accuracy: an effect that is on and worth less may go; effects that are off and together worth less than `unasked` stay out;
-// effects that stay out may be worth so much in all, if that is the cheaper way.
+// Shares of the asked accuracy: an effect that is on and worth less may go; effects that are off and together worth less than `unasked`
+// stay out; effects that stay out may be worth so much in all, if that is the cheaper way.
 constexpr double little = 0.1, most_left_out = 0.9;
 // Bodies that an effect is weighed on one by one; more of them have it or have it not together.
 constexpr size_t weighed_alone = 4;
@@ -24,10 +24,10 @@ class Scales {
  public:
   explicit Scales(Task& task) : task_(task), without_{task.loose, task.coarse} {}
 
-  // What switching it changes. An effect that is off can seem to be worth more than it is, as vibrations that it adds are stepped over in other
-  // ways at every tolerance, and so can one that is on and dear: where that would decide, both runs are made at tighter tolerances until the share is
-  // small, or larger than what a decade of tolerance changes in both. What never is counts as small if it is off: a share that cannot be told from
-  // errors of time speaks for nothing.
+  // What switching it changes. An effect that is off can seem to be worth more than it is, as vibrations that it adds are stepped over in
+  // other ways at every tolerance, and so can one that is on and dear: where that would decide, both runs are made at tighter tolerances
+  // until the share is small, or larger than what a decade of tolerance changes in both. What never is counts as small if it is off: a
+  // share that cannot be told from errors of time speaks for nothing.
   void weigh(Item& item) {
     const bool on = item.members.front().on;
     const double small = (on ? most_left_out : unasked) * task_.accuracy;
@@ -107,7 +107,8 @@ std::vector<Item> settle_effects(Task& t) {
   std::vector<Item> groups;
   for (const EffectState& s : t.search.states) {
     if (!t.search.decides(s)) continue;
-    const auto at = std::find_if(groups.begin(), groups.end(), [&](const Item& g) { return g.members.front().effect == s.effect && g.members.front().on == s.on; });
+    const auto at = std::find_if(groups.begin(), groups.end(),
+                                 [&](const Item& g) { return g.members.front().effect == s.effect && g.members.front().on == s.on; });
     if (at == groups.end()) groups.push_back({{s}, {}, 0.0, 1.0});
     else at->members.push_back(s);
   }
@@ -130,7 +131,7 @@ std::vector<Item> settle_effects(Task& t) {
   std::stable_sort(items.begin(), items.end(), [](const Item& a, const Item& b) { return a.worth < b.worth; });
 
   std::vector<Item> open;
-  MatX in_all = t.rigid;           // open ones included
+  MatX in_all = t.rigid;  // open ones included
   bool dropped = false, added = false;
   const auto set = [&](const Item& item, bool on) {
     for (const EffectState& s : item.members) t.search.set_effect(s, on);

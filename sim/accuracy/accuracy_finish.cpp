@@ -58,7 +58,7 @@ std::optional<Finished> finish(Task& t, double limit) {
   if (search.has_levels() && follows_vibrations(search.method)) return finish_followed(t, limit);
   Finished out;
   std::optional<Histories> judge;  // what the level below was judged by
-  double last_step = 0.0;   // difference of the two levels before
+  double last_step = 0.0;          // difference of the two levels before
   for (int round = 0;; ++round) {
     const double start = cpu_seconds();
     try {
@@ -99,7 +99,8 @@ std::optional<Finished> finish(Task& t, double limit) {
     const bool stuck = last_step > 0.0 && step > 0.5 * last_step;
     const double step_before = last_step;
     last_step = step;
-    // Levels may differ in some bodies only, jumps of loads converge slowly in all of them, and two levels can agree by chance: a finer run tells.
+    // Levels may differ in some bodies only, jumps of loads converge slowly in all of them, and two levels can agree by chance: a finer run
+    // tells.
     if (search.has_levels() && error <= accuracy) {
       const Scene finer = search.finer_than(t.setting);
       // The level below was judged by these modes and one more in bodies where this level has none more: do these matter?

@@ -21,9 +21,9 @@ struct Followed {
   Setting& setting = t.setting;
   std::vector<Refinement> list = search.refinements(setting);
   Finished out;
-  std::optional<Histories> here;   // the run at the setting
-  MatX time, space;                // errors, columns x samples
-  double worst = 0.0;              // of the bodies' errors of space
+  std::optional<Histories> here;  // the run at the setting
+  MatX time, space;               // errors, columns x samples
+  double worst = 0.0;             // of the bodies' errors of space
   bool found_again = t.without.empty();
 
   Followed(Task& task, double most) : t(task), limit(most) {}
@@ -92,7 +92,8 @@ void Followed::judge_space() {
 
 // The error with what is left out, which is found again at this setting where it decides.
 double Followed::total(const MatX& in_time) {
-  if (!found_again && out.add_up(*here, in_time, space, t.rigid) <= t.accuracy && out.add_up(*here, in_time, space, t.rigid + t.left_out) > t.accuracy) {
+  if (!found_again && out.add_up(*here, in_time, space, t.rigid) <= t.accuracy &&
+      out.add_up(*here, in_time, space, t.rigid + t.left_out) > t.accuracy) {
     t.find_left_out(setting, *here, dearest * here->statistics.cpu_seconds);
     found_again = true;
   }
@@ -105,7 +106,8 @@ void Followed::take_looser() {
   long least = here->statistics.evaluations;
   MatX of_cheapest = time;
   for (const double factor : {32.0, 16.0, 10.0, 6.0, 4.0, 2.0}) {
-    const std::optional<Histories> other = search.run_within(search.at({setting.level, factor * tight}), 2.0 * here->statistics.cpu_seconds);
+    const std::optional<Histories> other =
+        search.run_within(search.at({setting.level, factor * tight}), 2.0 * here->statistics.cpu_seconds);
     if (!other || other->statistics.evaluations >= least) continue;
     const MatX apart_by = relative(*other, *here);
     if (total(apart_by) > t.accuracy) continue;

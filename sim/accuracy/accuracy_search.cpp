@@ -17,7 +17,9 @@ namespace {
 constexpr int compared_samples = 200;
 
 bool names_nodes(const Scene& scene, const std::string& body) {
-  const auto node = [&](const FrameRef& f) { return f.body == body && (f.frame.rfind("node[", 0) == 0 || f.frame.rfind("station[", 0) == 0); };
+  const auto node = [&](const FrameRef& f) {
+    return f.body == body && (f.frame.rfind("node[", 0) == 0 || f.frame.rfind("station[", 0) == 0);
+  };
   return std::any_of(scene.joints.begin(), scene.joints.end(), [&](const JointDef& j) { return node(j.parent) || node(j.child); }) ||
          std::any_of(scene.forces.begin(), scene.forces.end(), [&](const ForceDef& f) { return node(f.on) || node(f.from); }) ||
          std::any_of(scene.outputs.begin(), scene.outputs.end(), [&](const OutputDef& o) { return node(o.of); });
@@ -38,7 +40,8 @@ std::vector<Resolvable> resolvable_bodies(const Scene& scene, const Model& model
     for (const Part& p : model.parts) {
       if (p.scene_body != static_cast<int>(b) || beam->model != BeamModel::finite_element || p.body.stiffness.size() == 0) continue;
       std::array<std::vector<double>, 4> by_direction;
-      for (int k = 0; k < p.body.n; ++k) by_direction[static_cast<size_t>(coordinate_direction(p.body, k))].push_back(std::sqrt(std::max(0.0, p.body.stiffness[k])));
+      for (int k = 0; k < p.body.n; ++k)
+        by_direction[static_cast<size_t>(coordinate_direction(p.body, k))].push_back(std::sqrt(std::max(0.0, p.body.stiffness[k])));
       // The direction with the lowest frequency sets the count.
       for (const auto& list : by_direction)
         if (!list.empty() && (r.frequencies.empty() || list.front() < r.frequencies.front())) r.frequencies = list;
@@ -134,7 +137,8 @@ std::vector<Refinement> Search::refinements(const Setting& setting) const {
   bool others = false;
   for (const Resolvable& r : bodies_) {
     if (r.model != BeamModel::finite_element) others = true;
-    else if (const std::optional<int> keep = std::get<BeamDef>(here.bodies[r.body].kind).keep_modes; keep && *keep > 0) out.push_back({r.body});
+    else if (const std::optional<int> keep = std::get<BeamDef>(here.bodies[r.body].kind).keep_modes; keep && *keep > 0)
+      out.push_back({r.body});
   }
   if (others) out.push_back({});
   return out;
@@ -231,11 +235,18 @@ std::vector<std::string> Search::describe(const Setting& setting) const {
     switch (r.model) {
       case BeamModel::finite_element:
         if (beam.keep_modes == 0) out.push_back(fmt::format("'{}' rigid", b.name));
-        else out.push_back(fmt::format("'{}' {} modes{} of {} elements", b.name, *beam.keep_modes, beam.keep_static ? "" : " (keep_static = false)", beam.elements));
+        else
+          out.push_back(fmt::format("'{}' {} modes{} of {} elements", b.name, *beam.keep_modes,
+                                    beam.keep_static ? "" : " (keep_static = false)", beam.elements));
         break;
-      case BeamModel::modal: out.push_back(fmt::format("'{}' {} modes a direction", b.name, modes_at(setting.level))); break;
-      case BeamModel::mixed: out.push_back(fmt::format("'{}' {} volumes", b.name, beam.volumes)); break;
-      default: out.push_back(fmt::format("'{}' {} lumps", b.name, beam.elements));
+      case BeamModel::modal:
+        out.push_back(fmt::format("'{}' {} modes a direction", b.name, modes_at(setting.level)));
+        break;
+      case BeamModel::mixed:
+        out.push_back(fmt::format("'{}' {} volumes", b.name, beam.volumes));
+        break;
+      default:
+        out.push_back(fmt::format("'{}' {} lumps", b.name, beam.elements));
     }
   }
   if (method && method != options_->method) out.push_back(fmt::format("method {}", method_name(*method)));

@@ -1,4 +1,5 @@
-// Runs of the search for a setting that keeps an asked accuracy (accuracy.h): the scene at a resolution and a tolerance, with effects switched.
+// Runs of the search for a setting that keeps an asked accuracy (accuracy.h): the scene at a resolution and a tolerance, with effects
+// switched.
 #pragma once
 
 #include "sim/base/cpu_clock.h"
@@ -29,7 +30,8 @@ struct Setting {
 struct Refinement {
   std::optional<size_t> body;
   double left = 0.0, before = 0.0;  // what the next finer run changed, and the one before
-  // What lies beyond the next finer one too, by the ratio of the last two: shares of modes that vibrate at frequencies of their own add as squares.
+  // What lies beyond the next finer one too, by the ratio of the last two: shares of modes that vibrate at frequencies of their own add as
+  // squares.
   double error() const;
 };
 
@@ -52,7 +54,8 @@ class Search {
   std::vector<Refinement> refinements(const Setting& setting) const;
   // From now on the body keeps as many modes as the next level that has more; or the others have the next level.
   void refine(const Refinement& what, Setting& setting);
-  // The scene with half the elements, volumes or modes of every body whose resolution may be chosen; none where it has no such body, or nothing to halve.
+  // The scene with half the elements, volumes or modes of every body whose resolution may be chosen; none where it has no such body, or
+  // nothing to halve.
   std::optional<Scene> halved() const;
   // Bodies that a setting makes rigid.
   std::vector<std::string> rigid_at(const Setting& setting) const;
@@ -79,7 +82,7 @@ class Search {
   const SimulateOptions* options_;
   std::vector<Resolvable> bodies_;
   double softest_ = 0.0;
-  std::map<size_t, int> least_;    // modes of bodies, at any level
+  std::map<size_t, int> least_;  // modes of bodies, at any level
 };
 
 // Whether a run's method resolves the fastest vibration that it keeps.

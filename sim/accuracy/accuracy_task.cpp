@@ -40,8 +40,8 @@ bool Task::coarse_again() {
 }
 
 void Task::run_below() {
-  // Too loose to hold the mechanism together, perhaps: such a run fails, or its steps become so small that it takes longer than a tighter one
-  // by far. What fails at a tight tolerance as well fails.
+  // Too loose to hold the mechanism together, perhaps: such a run fails, or its steps become so small that it takes longer than a tighter
+  // one by far. What fails at a tight tolerance as well fails.
   for (double longest = unlimited;;) {
     std::optional<Histories> wide = search.run_within(search.at(loose_below()), longest);
     if (wide) longest = 1.0 + 10.0 * wide->statistics.cpu_seconds;

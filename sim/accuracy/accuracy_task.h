@@ -1,5 +1,5 @@
-// The search for a setting that keeps an asked accuracy, as far as it has come, and its stages in the order in which they are taken: time (accuracy_time),
-// what is left out (accuracy_effects), the run itself (accuracy_finish). Errors are relative to the ranges of the outputs.
+// The search for a setting that keeps an asked accuracy, as far as it has come, and its stages in the order in which they are taken: time
+// (accuracy_time), what is left out (accuracy_effects), the run itself (accuracy_finish). Errors are relative to the ranges of the outputs.
 #pragma once
 
 #include "sim/accuracy/accuracy_search.h"
@@ -29,9 +29,9 @@ struct Task {
   const SimulateOptions* options;
   Search search;
   Setting setting;
-  Histories loose, coarse;         // one level below: at ten times the tolerance, and at it
-  double time = 0.0;               // error of the latter
-  double decade = 1.0;             // CPU time at a tenth of the tolerance
+  Histories loose, coarse;  // one level below: at ten times the tolerance, and at it
+  double time = 0.0;        // error of the latter
+  double decade = 1.0;      // CPU time at a tenth of the tolerance
   // What is left out and what it would change, relative, columns x samples: stiff bodies' flexibility, effects of bodies.
   MatX rigid, left_out;
   std::vector<EffectState> without;
@@ -57,8 +57,8 @@ MatX relative(const Histories& a, const Histories& reference);
 double apart(const Histories& a, const Histories& reference);
 double largest(const MatX& m);
 
-// Time, one level below: the tolerance is lowered until half of the asked error is kept. Where vibrations have to be followed for that, `others`
-// gets the ways that do as well at this level: which of them is the cheapest one may be another matter with more modes.
+// Time, one level below: the tolerance is lowered until half of the asked error is kept. Where vibrations have to be followed for that,
+// `others` gets the ways that do as well at this level: which of them is the cheapest one may be another matter with more modes.
 void settle_time(Task& t, std::vector<Task>* others = nullptr);
 
 // Stiff bodies are rigid unless that shows.
@@ -67,9 +67,9 @@ void settle_rigid(Task& t);
 // One effect of some bodies, all on or all off.
 struct Item {
   std::vector<EffectState> members;
-  MatX share;                      // with it less without it, relative: columns x samples; empty: it cannot be switched
-  double worth = 0.0;              // the largest of them
-  double price = 1.0;              // CPU time with it switched, as a multiple
+  MatX share;          // with it less without it, relative: columns x samples; empty: it cannot be switched
+  double worth = 0.0;  // the largest of them
+  double price = 1.0;  // CPU time with it switched, as a multiple
   std::string name() const;
 };
 
@@ -79,19 +79,19 @@ std::vector<Item> settle_effects(Task& t);
 // A run that keeps the accuracy, or comes as near as it can.
 struct Finished {
   Results results;
-  std::vector<LinearLimit> limits; // how far its bodies were bent
+  std::vector<LinearLimit> limits;             // how far its bodies were bent
   std::vector<std::string> described, chosen;  // the setting in words, what was left out
-  Scene scene;                     // at this setting
-  std::optional<Method> method;    // of the search
+  Scene scene;                                 // at this setting
+  std::optional<Method> method;                // of the search
   Setting setting;
-  Histories looser, coarse;        // at ten times the tolerance, one level below
-  double error = -1.0;             // of the output that is furthest off; negative: not known
+  Histories looser, coarse;  // at ten times the tolerance, one level below
+  double error = -1.0;       // of the output that is furthest off; negative: not known
   std::string column;
   double time = 0.0, space = 0.0, effects = 0.0;  // its parts
-  double loose_tolerance = 0.0;    // of `looser`
+  double loose_tolerance = 0.0;                   // of `looser`
   double cpu() const { return results.statistics.cpu_seconds; }
-  // Errors of one output at about the same time add up; those of space and of what is left out have nothing to do with each other, and add as squares.
-  // Columns x samples of `fine`.
+  // Errors of one output at about the same time add up; those of space and of what is left out have nothing to do with each other, and add
+  // as squares. Columns x samples of `fine`.
   double add_up(const Histories& fine, const MatX& in_time, const MatX& in_space, const MatX& in_effects);
 };
 

@@ -34,10 +34,12 @@ void settle_time(Task& t, std::vector<Task>* others) {
   const double enough = 0.5 * t.accuracy;
   search.method = t.options->method;
   t.run_below();
-  // A method of sixth order is cheap as long as what is kept of the bodies is not stiff, the exponential one where they ride on a slow motion.
+  // A method of sixth order is cheap as long as what is kept of the bodies is not stiff, the exponential one where they ride on a slow
+  // motion.
   std::vector<Follower> followers;
   if (search.scene().simulation.method == Method::automatic && !search.method)
-    for (const Method m : {Method::exponential, Method::erk}) followers.push_back({m, std::min(1e-5, 0.01 * t.accuracy), true, 1.0, {}, {}});
+    for (const Method m : {Method::exponential, Method::erk})
+      followers.push_back({m, std::min(1e-5, 0.01 * t.accuracy), true, 1.0, {}, {}});
   const auto best = [&]() {
     Follower* out = nullptr;
     for (Follower& f : followers)
@@ -54,7 +56,8 @@ void settle_time(Task& t, std::vector<Task>* others) {
       if (followed || !f.pays || t.coarse.statistics.method == method_name(f.method)) continue;
       const double longest = (round == 0 ? 20.0 : 4.0) * t.coarse.statistics.cpu_seconds;
       f.run(search, t.below().level, longest);
-      // Vibrations that nothing damps have to be followed to the end: more decades are tried while they help. Damped ones leave long steps to others.
+      // Vibrations that nothing damps have to be followed to the end: more decades are tried while they help. Damped ones leave long steps
+      // to others.
       for (double before = 1.0; search.undamped && f.pays && f.time > enough && f.time < 0.5 * before && f.tolerance > 1e-10;) {
         before = f.time;
         f.tolerance *= 0.1;
@@ -77,7 +80,9 @@ void settle_time(Task& t, std::vector<Task>* others) {
     if (search.has_levels()) ++t.setting.level;
     t.run_below();
   }
-  const auto decade = [](Task& task) { task.decade = std::max(1.05, task.coarse.statistics.cpu_seconds / std::max(task.loose.statistics.cpu_seconds, 1e-9)); };
+  const auto decade = [](Task& task) {
+    task.decade = std::max(1.05, task.coarse.statistics.cpu_seconds / std::max(task.loose.statistics.cpu_seconds, 1e-9));
+  };
   decade(t);
   if (!followed) return;
   // Of two methods that follow vibrations one that is far dearer already stays so: its runs lengthen with the fastest mode even more.

@@ -50,7 +50,8 @@ void add_double_integral(const Axis& mass, const MatX& f, VecX& sum, VecX& slope
 
 // The bilinear form H(a, b) of the second-order displacement u2 = H(q, q)/2 at every particle, times root_mass: fields `a` of a state
 // (a number a point) against rows `b` (a column a point); out has the rows of b and all points for x, then y, then z.
-void second_order(const Axis& mass, const Values& a, const Values& a_root, const Rows& b, const Values& b_root, AxisScratch& work, MatX& out) {
+void second_order(const Axis& mass, const Values& a, const Values& a_root, const Rows& b, const Values& b_root, AxisScratch& work,
+                  MatX& out) {
   const auto have = [&](int i, int k) { return mass.row[i].size() > 0 && mass.row[k].size() > 0; };
   const Eigen::Index points = mass.x.size();
   const Eigen::Index n = out.rows();
@@ -180,7 +181,8 @@ void update_axis_velocity_terms(const FlexibleBody& body, const Vec6& V, const V
   for (Eigen::Index p = 0; p < points; ++p) {
     const Eigen::Index y = points + p, z = 2 * points + p;
     const Vec3 r(kept.place[p], kept.place[y], kept.place[z]), rate(work.rate[p], work.rate[y], work.rate[z]);
-    const Vec3 a = mass.root_mass[p] * base + w.cross(Vec3(w.cross(r) + 2.0 * rate)) + Vec3(work.second(0, p), work.second(0, y), work.second(0, z));
+    const Vec3 a =
+        mass.root_mass[p] * base + w.cross(Vec3(w.cross(r) + 2.0 * rate)) + Vec3(work.second(0, p), work.second(0, y), work.second(0, z));
     force += mass.root_mass[p] * a;
     moment += r.cross(a);
     work.acceleration[p] = a.x();
@@ -221,9 +223,9 @@ AxisMass in_coordinates(const AxisMass& mass, const MatX& T) {
 }
 
 bool same_axis_mass(const AxisMass& a, const AxisMass& b) {
-  bool same = a.per_panel == b.per_panel && a.panel == b.panel && same_values(a.root_mass, b.root_mass) && same_values(a.x, b.x) && same_values(a.phi, b.phi) &&
-              same_values(a.once, b.once) && same_values(a.twice, b.twice) && a.J0 == b.J0 && same_values(a.J1, b.J1) && same_values(a.Cr0, b.Cr0) &&
-              same_values(a.Me, b.Me);
+  bool same = a.per_panel == b.per_panel && a.panel == b.panel && same_values(a.root_mass, b.root_mass) && same_values(a.x, b.x) &&
+              same_values(a.phi, b.phi) && same_values(a.once, b.once) && same_values(a.twice, b.twice) && a.J0 == b.J0 &&
+              same_values(a.J1, b.J1) && same_values(a.Cr0, b.Cr0) && same_values(a.Me, b.Me);
   for (size_t i = 0; i < Axis::fields; ++i) same = same && same_values(a.row[i], b.row[i]) && same_values(a.root[i], b.root[i]);
   return same;
 }

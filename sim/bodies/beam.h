@@ -62,14 +62,13 @@ class FeBeam {
   std::unique_ptr<Data> data_;
 };
 
-// Eigenforms of the Euler-Bernoulli beam with the boundary's ends (Heckmann et al. 2006 eq. 8-10), chosen in BeamDef::modes: direction (axial,
-// bending_xy, bending_xz, torsion) -> ordinal numbers 1 .. kMaxMode; a direction whose effect is off is left out. An empty map means
-// bending 1 2 3, axial 1, torsion 1 of the effects that are on.
-// Coordinates: by direction in the order above, then as listed. Forms are normalised to int phi^2 dx = L: q has the unit of the
-// displacement, the modal mass is the beam's mass (twist: rho (Iy + Iz) L). Damping: 2 zeta omega on the diagonal, ratios in the
-// order of the coordinates, the last for all further ones.
-// Nodes: root, tip, BeamDef::frames, station[0] .. station[K], 4 a half wave of the highest form and at least 10 intervals.
-// Throws InputError for unusable numbers and for the effect shear.
+// Eigenforms of the Euler-Bernoulli beam with the boundary's ends (Heckmann et al. 2006 eq. 8-10), chosen in BeamDef::modes: direction
+// (axial, bending_xy, bending_xz, torsion) -> ordinal numbers 1 .. kMaxMode; a direction whose effect is off is left out. An empty map
+// means bending 1 2 3, axial 1, torsion 1 of the effects that are on. Coordinates: by direction in the order above, then as listed. Forms
+// are normalised to int phi^2 dx = L: q has the unit of the displacement, the modal mass is the beam's mass (twist: rho (Iy + Iz) L).
+// Damping: 2 zeta omega on the diagonal, ratios in the order of the coordinates, the last for all further ones. Nodes: root, tip,
+// BeamDef::frames, station[0] .. station[K], 4 a half wave of the highest form and at least 10 intervals. Throws InputError for unusable
+// numbers and for the effect shear.
 FlexibleBody make_modal_beam(const BeamDef& def, const BeamEffects& effects);
 
 // Exact to the last digits up to here (beam_eigenforms.h); the Euler-Bernoulli beam itself ends long before.
@@ -77,16 +76,16 @@ inline constexpr int kMaxMode = 200;
 
 // A beam of several bodies in a row, for large deformations: piece i + 1 hangs with its root on the tip of piece i by link i.
 struct BeamPiece {
-  std::string name;     // "volume[0]", "element[3]"
-  FlexibleBody body;    // its own frame: origin at the piece's root, x along the piece
-  double start = 0.0;   // x of its root in the undeformed beam, m
+  std::string name;    // "volume[0]", "element[3]"
+  FlexibleBody body;   // its own frame: origin at the piece's root, x along the piece
+  double start = 0.0;  // x of its root in the undeformed beam, m
 };
 
 // A frame of the whole beam.
 struct BeamChainFrame {
   std::string name;
   int piece = 0;
-  int node = 0;         // of the piece's body
+  int node = 0;  // of the piece's body
 };
 
 // Elastic joints of a lumped beam. theta_i: rotation of piece i + 1 relative to piece i about x y z of piece i (a rotation vector; small
@@ -118,8 +117,8 @@ BeamChain make_mixed_beam(const BeamDef& def, const BeamEffects& effects);
 // static forms (Legendre polynomials), then the eigenforms. Nodes as of make_modal_beam. BeamDef::damping by its modes.
 FlexibleBody make_modal_volume(const BeamDef& def, const BeamEffects& effects);
 
-// Lumped beam (Chudnovsky et al. 2006): BeamDef::elements generalised elements of length l, each rigid half - joint in the middle - rigid half,
-// stiffness E I / l, G J / l; axial makes the pieces extensible. BeamDef::curvature_coupling: moments vary linearly from joint to
+// Lumped beam (Chudnovsky et al. 2006): BeamDef::elements generalised elements of length l, each rigid half - joint in the middle - rigid
+// half, stiffness E I / l, G J / l; axial makes the pieces extensible. BeamDef::curvature_coupling: moments vary linearly from joint to
 // joint, so that a joint's angle depends on its neighbours' moments too; static deflections under end loads are then exact.
 // Effects stiffening (rigid pieces have it all) and shear have no meaning here: the first is ignored, the second refused.
 BeamChain make_lumped_beam(const BeamDef& def, const BeamEffects& effects);

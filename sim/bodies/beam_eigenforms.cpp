@@ -29,7 +29,8 @@ double root_of_cosine(double lambda, double sign) {
 double root_of_tangent(double lambda) {
   for (int step = 0; step < 50; ++step) {
     const double th = std::tanh(lambda), sech = 1.0 / std::cosh(lambda);
-    const double d = (std::sin(lambda) - th * std::cos(lambda)) / (std::cos(lambda) - sech * sech * std::cos(lambda) + th * std::sin(lambda));
+    const double d =
+        (std::sin(lambda) - th * std::cos(lambda)) / (std::cos(lambda) - sech * sech * std::cos(lambda) + th * std::sin(lambda));
     lambda -= d;
     if (std::abs(d) <= 1e-16 * lambda) break;
   }
@@ -38,12 +39,16 @@ double root_of_tangent(double lambda) {
 
 double bending_root(Boundary boundary, int mode) {
   switch (boundary) {
-    case Boundary::clamped_free: return root_of_cosine(mode == 1 ? 1.875 : (mode - 0.5) * pi, 1.0);
+    case Boundary::clamped_free:
+      return root_of_cosine(mode == 1 ? 1.875 : (mode - 0.5) * pi, 1.0);
     case Boundary::free_free:
-    case Boundary::clamped_clamped: return root_of_cosine((mode + 0.5) * pi, -1.0);
+    case Boundary::clamped_clamped:
+      return root_of_cosine((mode + 0.5) * pi, -1.0);
     case Boundary::supported_free:
-    case Boundary::clamped_supported: return root_of_tangent((mode + 0.25) * pi);
-    case Boundary::supported_supported: break;
+    case Boundary::clamped_supported:
+      return root_of_tangent((mode + 0.25) * pi);
+    case Boundary::supported_supported:
+      break;
   }
   return mode * pi;
 }
@@ -55,12 +60,18 @@ struct Ends {
 
 Ends vanishing(Boundary boundary) {
   switch (boundary) {
-    case Boundary::clamped_free: return {{0, 1}, {2, 3}};
-    case Boundary::supported_supported: return {{0, 2}, {0, 2}};
-    case Boundary::supported_free: return {{0, 2}, {2, 3}};
-    case Boundary::free_free: return {{2, 3}, {2, 3}};
-    case Boundary::clamped_clamped: return {{0, 1}, {0, 1}};
-    case Boundary::clamped_supported: break;
+    case Boundary::clamped_free:
+      return {{0, 1}, {2, 3}};
+    case Boundary::supported_supported:
+      return {{0, 2}, {0, 2}};
+    case Boundary::supported_free:
+      return {{0, 2}, {2, 3}};
+    case Boundary::free_free:
+      return {{2, 3}, {2, 3}};
+    case Boundary::clamped_clamped:
+      return {{0, 1}, {0, 1}};
+    case Boundary::clamped_supported:
+      break;
   }
   return {{0, 1}, {0, 2}};
 }
@@ -69,10 +80,14 @@ Ends vanishing(Boundary boundary) {
 Eigen::RowVector4d functions(double lambda, double xi, int order) {
   const double c = std::cos(lambda * xi), s = std::sin(lambda * xi), e0 = std::exp(-lambda * xi), e1 = std::exp(-lambda * (1.0 - xi));
   switch (order) {
-    case 0: return {c, s, e0, e1};
-    case 1: return {-s, c, -e0, e1};
-    case 2: return {-c, -s, e0, e1};
-    default: return {s, -c, -e0, e1};
+    case 0:
+      return {c, s, e0, e1};
+    case 1:
+      return {-s, c, -e0, e1};
+    case 2:
+      return {-c, -s, e0, e1};
+    default:
+      return {s, -c, -e0, e1};
   }
 }
 

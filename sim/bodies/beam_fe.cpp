@@ -24,8 +24,8 @@ constexpr std::array<const char*, kKinds> kKindNames = {"u", "v", "v'", "w", "w'
 // Numbering of the full set of coordinates: node by node, only the kinds that exist.
 struct Layout {
   int elements = 1;
-  double h = 0.0;                        // element length
-  std::array<int, kKinds> offset = {};   // within a node, -1 where the kind does not exist
+  double h = 0.0;                       // element length
+  std::array<int, kKinds> offset = {};  // within a node, -1 where the kind does not exist
   int per_node = 0;
   int full() const { return per_node * (elements + 1); }
   int index(int node, int kind) const { return node * per_node + offset[static_cast<std::size_t>(kind)]; }
@@ -58,8 +58,8 @@ struct Deflection {
 Deflection deflection_shapes(double xi, double h, double flexibility) {
   const double f = flexibility, c = 1.0 / (1.0 + f), x2 = xi * xi, x3 = x2 * xi;
   Deflection d;
-  d.value << 1.0 - 3.0 * x2 + 2.0 * x3 + f * (1.0 - xi), h * (xi - 2.0 * x2 + x3 + 0.5 * f * (xi - x2)),
-      3.0 * x2 - 2.0 * x3 + f * xi, h * (x3 - x2 + 0.5 * f * (x2 - xi));
+  d.value << 1.0 - 3.0 * x2 + 2.0 * x3 + f * (1.0 - xi), h * (xi - 2.0 * x2 + x3 + 0.5 * f * (xi - x2)), 3.0 * x2 - 2.0 * x3 + f * xi,
+      h * (x3 - x2 + 0.5 * f * (x2 - xi));
   d.derivative << (6.0 * x2 - 6.0 * xi - f) / h, 1.0 - 4.0 * xi + 3.0 * x2 + 0.5 * f * (1.0 - 2.0 * xi), (6.0 * xi - 6.0 * x2 + f) / h,
       3.0 * x2 - 2.0 * xi + 0.5 * f * (2.0 * xi - 1.0);
   d.slope << 6.0 * (x2 - xi) / h, 1.0 - 4.0 * xi + 3.0 * x2 + f * (1.0 - xi), 6.0 * (xi - x2) / h, 3.0 * x2 - 2.0 * xi + f * xi;
@@ -129,7 +129,9 @@ std::vector<int> free_coordinates(const Layout& layout, Boundary boundary) {
   };
   const int tip = layout.elements;
   switch (boundary) {
-    case Boundary::clamped_free: hold(0, {kU, kV, kVSlope, kW, kWSlope, kTheta}); break;
+    case Boundary::clamped_free:
+      hold(0, {kU, kV, kVSlope, kW, kWSlope, kTheta});
+      break;
     case Boundary::clamped_clamped:
       hold(0, {kU, kV, kVSlope, kW, kWSlope, kTheta});
       hold(tip, {kU, kV, kVSlope, kW, kWSlope, kTheta});
@@ -197,7 +199,11 @@ beam::Basis boundary_basis(const Layout& layout, Boundary boundary, const MatX& 
 
 struct FeBeam::Data {
   Data(const BeamDef& def, const BeamEffects& e)
-      : effects(e), properties(beam::properties(def, e)), layout(layout_of(def, e)), full(layout.full()), root(full_rows(layout, properties, e, 0, 0.0)) {}
+      : effects(e),
+        properties(beam::properties(def, e)),
+        layout(layout_of(def, e)),
+        full(layout.full()),
+        root(full_rows(layout, properties, e, 0, 0.0)) {}
 
   BeamEffects effects;
   Properties properties;
@@ -236,7 +242,8 @@ void FeBeam::Data::add_second_order(const AnyBasis& basis, FlexibleBody& body) c
       beam::SecondOrder part(2 * layout.per_node);
       for (std::size_t g = 0; g < gauss.x.size(); ++g) {
         const double at = done + (end - done) * gauss.x[g];
-        beam::add_second_order(part, effects, element_rows(layout, properties, effects, at), (done_element + at) * h, (end - done) * h * gauss.w[g]);
+        beam::add_second_order(part, effects, element_rows(layout, properties, effects, at), (done_element + at) * h,
+                               (end - done) * h * gauss.w[g]);
       }
       beam::add_part(running, part, done_element * layout.per_node);
       done = end;
@@ -252,7 +259,8 @@ FeBeam::FeBeam(const BeamDef& def, const BeamEffects& effects) {
   const int per_node = effects.axial + 2 * effects.bending_xy + 2 * effects.bending_xz + effects.torsion;
   const int most = kMaxCoordinates / std::max(1, per_node) - 1;
   if (def.elements < 1 || def.elements > most)
-    throw InputError(fmt::format("elements must lie in 1 .. {} with these effects, found {}; a beam of more is a mixed one", most, def.elements));
+    throw InputError(
+        fmt::format("elements must lie in 1 .. {} with these effects, found {}; a beam of more is a mixed one", most, def.elements));
   data_ = std::make_unique<Data>(def, effects);
   Data& d = *data_;
   const Layout& layout = d.layout;
@@ -260,7 +268,8 @@ FeBeam::FeBeam(const BeamDef& def, const BeamEffects& effects) {
   for (int k = 0; k < layout.elements; ++k) {
     Integrals local(2 * layout.per_node);
     for (std::size_t g = 0; g < gauss.x.size(); ++g)
-      beam::add_station(local, d.properties, effects, element_rows(layout, d.properties, effects, gauss.x[g]), (k + gauss.x[g]) * layout.h, gauss.w[g] * layout.h);
+      beam::add_station(local, d.properties, effects, element_rows(layout, d.properties, effects, gauss.x[g]), (k + gauss.x[g]) * layout.h,
+                        gauss.w[g] * layout.h);
     scatter(local, k * layout.per_node, d.full);
   }
   const bool root_twists = def.boundary == Boundary::free_free && effects.torsion;
@@ -269,8 +278,9 @@ FeBeam::FeBeam(const BeamDef& def, const BeamEffects& effects) {
   d.Z = boundary_basis(layout, def.boundary, d.full.Me);
   FlexibleBody& body = d.linear;
   body = beam::linear_body(d.full, d.properties, effects, d.Z);
-  beam::set_axis_mass(body, d.properties, effects, d.Z, layout.elements, gauss_points,
-                      [&](int element, double xi) { return full_rows(layout, d.properties, effects, element, xi); }, d.root);
+  beam::set_axis_mass(
+      body, d.properties, effects, d.Z, layout.elements, gauss_points,
+      [&](int element, double xi) { return full_rows(layout, d.properties, effects, element, xi); }, d.root);
   body.De = beam::damping_matrix(def.damping, body.Me, body.Ke);
   for (const int i : free_coordinates(layout, def.boundary)) {
     const int node = i / layout.per_node, local = i % layout.per_node;
@@ -308,7 +318,8 @@ std::vector<ElementStrain> fe_strains(const BeamDef& def, const BeamEffects& eff
         if (const int k = coordinate[static_cast<std::size_t>(e * layout.per_node + i)]; k >= 0 && local[i] != 0.0) r[k] = local[i];
       return r;
     };
-    out.push_back({e * layout.h, (e + 1) * layout.h, row(at0.du), row(at0.dtheta), {row(at0.dphi_z), row(at1.dphi_z)}, {row(at0.ds), row(at1.ds)}});
+    out.push_back(
+        {e * layout.h, (e + 1) * layout.h, row(at0.du), row(at0.dtheta), {row(at0.dphi_z), row(at1.dphi_z)}, {row(at0.ds), row(at1.ds)}});
   }
   return out;
 }

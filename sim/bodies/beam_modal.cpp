@@ -34,10 +34,14 @@ struct Mode {
 double shape(const Mode& mode, double xi, int order) {
   const double t = 2.0 * xi - 1.0;
   switch (mode.degree) {
-    case 1: return order == 0 ? t : order == 1 ? 2.0 : 0.0;
-    case 2: return order == 0 ? 1.5 * t * t - 0.5 : order == 1 ? 6.0 * t : 12.0;
-    case 3: return order == 0 ? (2.5 * t * t - 1.5) * t : order == 1 ? 15.0 * t * t - 3.0 : 60.0 * t;
-    default: break;
+    case 1:
+      return order == 0 ? t : order == 1 ? 2.0 : 0.0;
+    case 2:
+      return order == 0 ? 1.5 * t * t - 0.5 : order == 1 ? 6.0 * t : 12.0;
+    case 3:
+      return order == 0 ? (2.5 * t * t - 1.5) * t : order == 1 ? 15.0 * t * t - 3.0 : 60.0 * t;
+    default:
+      break;
   }
   const double rigid = order == 0 ? mode.offset + mode.slope * xi : order == 1 ? mode.slope : 0.0;
   return beam::evaluate(mode.form, xi, order) - rigid;
@@ -98,10 +102,18 @@ FieldRows rows_at(const std::vector<Mode>& modes, double x, double L) {
     const double value = shape(modes[i], x / L, 0), slope = shape(modes[i], x / L, 1) / L;
     const auto curvature = [&] { return shape(modes[i], x / L, 2) / (L * L); };
     switch (modes[i].direction) {
-      case kAxial: r.u[at] = value, r.du[at] = slope; break;
-      case kBendingXy: r.v[at] = value, r.dv[at] = r.phi_z[at] = slope, r.dphi_z[at] = curvature(); break;
-      case kBendingXz: r.w[at] = value, r.dw[at] = r.s[at] = slope, r.ds[at] = curvature(); break;
-      case kTorsion: r.theta[at] = value, r.dtheta[at] = slope; break;
+      case kAxial:
+        r.u[at] = value, r.du[at] = slope;
+        break;
+      case kBendingXy:
+        r.v[at] = value, r.dv[at] = r.phi_z[at] = slope, r.dphi_z[at] = curvature();
+        break;
+      case kBendingXz:
+        r.w[at] = value, r.dw[at] = r.s[at] = slope, r.ds[at] = curvature();
+        break;
+      case kTorsion:
+        r.theta[at] = value, r.dtheta[at] = slope;
+        break;
     }
   }
   return r;
@@ -172,7 +184,8 @@ std::vector<Mode> volume_modes(const BeamDef& def, const BeamEffects& effects) {
   return modes;
 }
 
-FlexibleBody modal_body(const BeamDef& def, const BeamEffects& effects, const Properties& p, const std::vector<Mode>& modes, bool turning_root);
+FlexibleBody modal_body(const BeamDef& def, const BeamEffects& effects, const Properties& p, const std::vector<Mode>& modes,
+                        bool turning_root);
 
 }  // namespace
 
@@ -214,7 +227,8 @@ std::vector<StrainStation> volume_strains(const BeamDef& def, const BeamEffects&
 }
 
 FlexibleBody make_modal_volume(const BeamDef& def, const BeamEffects& effects) {
-  if (effects.shear) throw InputError("effect 'shear' needs finite elements in the volumes: eigenforms are those of the Euler-Bernoulli beam");
+  if (effects.shear)
+    throw InputError("effect 'shear' needs finite elements in the volumes: eigenforms are those of the Euler-Bernoulli beam");
   const Properties p = beam::properties(def, effects);
   const std::vector<Mode> modes = volume_modes(def, effects);
   FlexibleBody body = modal_body(def, effects, p, modes, true);
@@ -240,7 +254,8 @@ FlexibleBody make_modal_beam(const BeamDef& def, const BeamEffects& effects) {
 namespace {
 
 // Everything but damping and labels; structural matrices by quadrature.
-FlexibleBody modal_body(const BeamDef& def, const BeamEffects& effects, const Properties& p, const std::vector<Mode>& modes, bool turning_root) {
+FlexibleBody modal_body(const BeamDef& def, const BeamEffects& effects, const Properties& p, const std::vector<Mode>& modes,
+                        bool turning_root) {
   const double L = p.length;
   const int n = static_cast<int>(modes.size());
   double highest = 0.0;
@@ -264,7 +279,8 @@ FlexibleBody modal_body(const BeamDef& def, const BeamEffects& effects, const Pr
   FlexibleBody body = beam::linear_body(sum, p, effects, Z);
   beam::set_second_order(body, sum, Z);
   // eight points a half wave: the second-order field to 1e-8, the linear one exactly
-  beam::set_axis_mass(body, p, effects, Z, panels, 8, [&](int panel, double xi) { return rows_at(modes, (panel + xi) * h, L); }, root);
+  beam::set_axis_mass(
+      body, p, effects, Z, panels, 8, [&](int panel, double xi) { return rows_at(modes, (panel + xi) * h, L); }, root);
 
   // nodes: those with a name, then the series; the running integrals visit them in the order of x
   std::vector<beam::Station> stations = beam::named_stations(def);

@@ -128,8 +128,7 @@ Properties properties(const BeamDef& def, const BeamEffects& effects) {
   return p;
 }
 
-FieldRows::FieldRows(int n)
-    : u(VecX::Zero(n)), du(u), v(u), dv(u), phi_z(u), dphi_z(u), w(u), dw(u), s(u), ds(u), theta(u), dtheta(u) {}
+FieldRows::FieldRows(int n) : u(VecX::Zero(n)), du(u), v(u), dv(u), phi_z(u), dphi_z(u), w(u), dw(u), s(u), ds(u), theta(u), dtheta(u) {}
 
 Integrals::Integrals(int n) : md1(Mat3X::Zero(3, n)), J1(Mat6X::Zero(6, n)), Cr0(Mat3X::Zero(3, n)), Me(MatX::Zero(n, n)), Ke(Me) {
   set_zero(md2, n);
@@ -249,8 +248,12 @@ void add_part(SecondOrder& sum, const SecondOrder& part, int at) {
   }
 }
 
-std::array<MatX, 3> second_order_at(const SecondOrder& sum, const FieldRows& root, double x, const Basis& Z) { return second_order_in(sum, root, x, Z); }
-std::array<MatX, 3> second_order_at(const SecondOrder& sum, const FieldRows& root, double x, const MatX& Z) { return second_order_in(sum, root, x, Z); }
+std::array<MatX, 3> second_order_at(const SecondOrder& sum, const FieldRows& root, double x, const Basis& Z) {
+  return second_order_in(sum, root, x, Z);
+}
+std::array<MatX, 3> second_order_at(const SecondOrder& sum, const FieldRows& root, double x, const MatX& Z) {
+  return second_order_in(sum, root, x, Z);
+}
 void set_second_order(FlexibleBody& body, const Integrals& sum, const Basis& Z) { set_blocks(body, sum, Z); }
 void set_second_order(FlexibleBody& body, const Integrals& sum, const MatX& Z) { set_blocks(body, sum, Z); }
 
@@ -331,7 +334,8 @@ void set_axis_mass(FlexibleBody& body, const Properties& p, const BeamEffects& e
     if (!full[i].isZero(0.0)) out.row[i] = Z.transpose() * full[i];
   spread(root, [&](int field, const VecX& row) {
     const auto i = static_cast<std::size_t>(field);
-    if (!root.theta.isZero(0.0) && !row.isZero(0.0) && (i == AxisMass::twist || i == AxisMass::slope_y || i == AxisMass::slope_z)) out.root[i] = Z.transpose() * row;
+    if (!root.theta.isZero(0.0) && !row.isZero(0.0) && (i == AxisMass::twist || i == AxisMass::slope_y || i == AxisMass::slope_z))
+      out.root[i] = Z.transpose() * row;
   });
 
   // What particles at rest have is taken from the body's own constants.

@@ -13,11 +13,11 @@ namespace flexframe::sim::beam {
 
 // The section's numbers per length.
 struct Properties {
-  double length = 0.0;                                   // m
-  double mass = 0.0;                                     // rho A, kg/m
-  double inertia_y = 0.0, inertia_z = 0.0, inertia_yz = 0.0;  // rho Iy, rho Iz, rho Iyz, kg m
+  double length = 0.0;                                             // m
+  double mass = 0.0;                                               // rho A, kg/m
+  double inertia_y = 0.0, inertia_z = 0.0, inertia_yz = 0.0;       // rho Iy, rho Iz, rho Iyz, kg m
   double ea = 0.0, ei_y = 0.0, ei_z = 0.0, ei_yz = 0.0, gj = 0.0;  // N, N m^2
-  double shear_y = 0.0, shear_z = 0.0;                   // k G A, N; only with shear
+  double shear_y = 0.0, shear_z = 0.0;                             // k G A, N; only with shear
 };
 
 // Checks the numbers the effects need and computes them. Throws InputError naming the quantity.

@@ -31,8 +31,9 @@ BeamDef part_of(const BeamDef& def, double a, double b, bool last) {
 // Kelvin-Voigt time constant from the damping asked for.
 double time_constant(const BeamDef& def, const BeamEffects& effects, const beam::Properties& p) {
   if (def.damping.mass != 0.0)
-    throw InputError(fmt::format("damping.mass = {}: mass-proportional damping needs model = \"finite-element\" or \"modal\"; use ratio or stiffness",
-                                 def.damping.mass));
+    throw InputError(
+        fmt::format("damping.mass = {}: mass-proportional damping needs model = \"finite-element\" or \"modal\"; use ratio or stiffness",
+                    def.damping.mass));
   double tau = def.damping.stiffness;
   if (def.damping.ratio.empty() || def.damping.ratio[0] == 0.0) return tau;
   const double zeta = def.damping.ratio[0], L = p.length;
@@ -49,7 +50,9 @@ double time_constant(const BeamDef& def, const BeamEffects& effects, const beam:
 
 }  // namespace
 
-double chain_time_constant(const BeamDef& def, const BeamEffects& effects) { return time_constant(def, effects, beam::properties(def, effects)); }
+double chain_time_constant(const BeamDef& def, const BeamEffects& effects) {
+  return time_constant(def, effects, beam::properties(def, effects));
+}
 
 namespace {
 
@@ -134,10 +137,8 @@ BeamChain make_lumped_beam(const BeamDef& def, const BeamEffects& effects) {
   std::vector<double> cuts = {0.0};
   for (int i = 0; i < def.elements; ++i) cuts.push_back((i + 0.5) * l);
   cuts.push_back(def.length);
-  if (def.curvature_coupling)
-    set_coupling(links, def.elements, l);
-  else
-    links.diagonal.assign(static_cast<std::size_t>(def.elements), l);
+  if (def.curvature_coupling) set_coupling(links, def.elements, l);
+  else links.diagonal.assign(static_cast<std::size_t>(def.elements), l);
   const BeamEffects inside{.axial = effects.axial};
   const std::string boundary_node = "element.boundary";
   for (std::size_t k = 0; k + 1 < cuts.size(); ++k) {
@@ -195,7 +196,8 @@ MatX link_stiffness(const BeamLinks& links, int count) {
 }
 
 std::string beam_validity_note(const BeamDef& def, const BeamEffects& effects) {
-  // a mode's frequency comes out too high by (beta r)^2 (1 + E/kG) / 2, r the section's radius of gyration (ACCURACY: shear, rotary inertia)
+  // a mode's frequency comes out too high by (beta r)^2 (1 + E/kG) / 2, r the section's radius of gyration (ACCURACY: shear, rotary
+  // inertia)
   constexpr double first_limit = 0.01, last_limit = 0.1;
   const Section& s = def.section;
   if (effects.shear || !(def.length > 0.0 && s.area > 0.0)) return {};
@@ -211,15 +213,17 @@ std::string beam_validity_note(const BeamDef& def, const BeamEffects& effects) {
     const double soft = 1.0 + 2.0 * (1.0 + def.material.poisson) / (factor > 0.0 ? factor : 5.0 / 6.0);
     const auto excess = [&](int mode) { return 0.5 * soft * std::pow(beam::bending_form(def.boundary, mode).lambda / def.length * r, 2); };
     if (excess(1) > first_limit) {
-      note = fmt::format("slenderness L/r = {:.3g} in {}: without shear and rotary inertia the first frequency is about {:.2g} % too high; "
-                         "effect 'shear' with model = \"finite-element\" has both",
-                         def.length / r, plane, 100.0 * excess(1));
+      note = fmt::format(
+          "slenderness L/r = {:.3g} in {}: without shear and rotary inertia the first frequency is about {:.2g} % too high; "
+          "effect 'shear' with model = \"finite-element\" has both",
+          def.length / r, plane, 100.0 * excess(1));
     } else if (excess(highest) > last_limit) {
       int good = 1;
       while (excess(good + 1) <= last_limit) ++good;
-      note = fmt::format("slenderness L/r = {:.3g} in {}: modes above {} are more than {:.0f} % too high without shear and rotary inertia; "
-                         "mode {} is used",
-                         def.length / r, plane, good, 100.0 * last_limit, highest);
+      note = fmt::format(
+          "slenderness L/r = {:.3g} in {}: modes above {} are more than {:.0f} % too high without shear and rotary inertia; "
+          "mode {} is used",
+          def.length / r, plane, good, 100.0 * last_limit, highest);
     }
   };
   look(effects.bending_xy, "bending_xy", s.iz, s.shear_y);

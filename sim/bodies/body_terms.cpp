@@ -119,8 +119,8 @@ double kinetic_energy(const FlexibleBody& body, const BodyTerms& terms, const Ve
 }
 
 bool same_kinetics(const FlexibleBody& a, const FlexibleBody& b) {
-  bool same = a.n == b.n && a.mass == b.mass && a.md0 == b.md0 && a.J0 == b.J0 && same_values(a.md1, b.md1) && same_values(a.J1, b.J1) && same_values(a.Cr0, b.Cr0) &&
-              same_values(a.Me, b.Me) && a.nodes.size() == b.nodes.size() && same_axis_mass(a.axis, b.axis);
+  bool same = a.n == b.n && a.mass == b.mass && a.md0 == b.md0 && a.J0 == b.J0 && same_values(a.md1, b.md1) && same_values(a.J1, b.J1) &&
+              same_values(a.Cr0, b.Cr0) && same_values(a.Me, b.Me) && a.nodes.size() == b.nodes.size() && same_axis_mass(a.axis, b.axis);
   for (size_t i = 0; i < 3; ++i) same = same && same_values(a.md2[i], b.md2[i]) && same_values(a.Cr1[i], b.Cr1[i]);
   for (size_t i = 0; i < 6; ++i) same = same && same_values(a.J2[i], b.J2[i]);
   for (size_t k = 0; same && k < a.nodes.size(); ++k) {

@@ -1,4 +1,5 @@
-// The generalised Newton-Euler equations of one flexible body (Schiavo et al. 2005 eq. 30, Heckmann et al. 2006 eq. 6), evaluated for a state:
+// The generalised Newton-Euler equations of one flexible body (Schiavo et al. 2005 eq. 30, Heckmann et al. 2006 eq. 6), evaluated for a
+// state:
 //   M(q) [dv; dw; qdd] + c(V, q, qd) = external generalised forces,
 // derived from the kinetic energy of flexible_body.h by Hamel's equations in body axes, so that whatever truncation the body carries,
 // energy and momentum are kept exactly.
@@ -13,17 +14,17 @@
 namespace flexframe::sim {
 
 // Work space of axis_mass.h: of the particles, x of all, y of all, z of all; times the square root of their masses.
-struct AxisScratch {         // read by no one after the function that writes it
-  std::array<VecX, AxisMass::fields> at, root;      // fields of the state
-  std::array<MatX, AxisMass::fields> rate_row;      // fields of the rates, a row
+struct AxisScratch {                            // read by no one after the function that writes it
+  std::array<VecX, AxisMass::fields> at, root;  // fields of the state
+  std::array<MatX, AxisMass::fields> rate_row;  // fields of the rates, a row
   VecX rate, acceleration;
   MatX second, integrand;
   VecX sum, slope;
   Eigen::MatrixX4d weight;
   std::array<Eigen::MatrixX4d, 3> moment;
 };
-struct AxisTerms {           // kept from update_mass for update_velocity_terms
-  MatX J;                    // n x 3 points: phi + d u2/d q
+struct AxisTerms {  // kept from update_mass for update_velocity_terms
+  MatX J;           // n x 3 points: phi + d u2/d q
   VecX place;
   Vec6 turned = Vec6::Zero();  // J1 q of the sections
   std::shared_ptr<AxisScratch> scratch;
@@ -31,14 +32,14 @@ struct AxisTerms {           // kept from update_mass for update_velocity_terms
 
 // Results and work space; sized once by `reserve`. Component order of the 6-vectors: linear, angular.
 struct BodyTerms {
-  Mat6 Mrr = Mat6::Zero();   // rigid part of the mass matrix about the body frame, body axes
-  Mat6X Mre;                 // 6 x n: [Ct^T; Cr]
-  Vec6 cr = Vec6::Zero();    // velocity terms of the frame's equations, N and Nm
-  VecX ce;                   // n, velocity terms of the elastic equations (elastic and damping forces excluded)
-  Vec3 md = Vec3::Zero();    // first moment of mass, kg m
-  std::array<VecX, 6> J2q;   // J2 q, kept from update_mass for update_velocity_terms
+  Mat6 Mrr = Mat6::Zero();  // rigid part of the mass matrix about the body frame, body axes
+  Mat6X Mre;                // 6 x n: [Ct^T; Cr]
+  Vec6 cr = Vec6::Zero();   // velocity terms of the frame's equations, N and Nm
+  VecX ce;                  // n, velocity terms of the elastic equations (elastic and damping forces excluded)
+  Vec3 md = Vec3::Zero();   // first moment of mass, kg m
+  std::array<VecX, 6> J2q;  // J2 q, kept from update_mass for update_velocity_terms
   VecX work, work2;
-  MatX Mee;                  // n x n elastic part where it depends on q (axis_mass.h), else empty
+  MatX Mee;  // n x n elastic part where it depends on q (axis_mass.h), else empty
   AxisTerms axis;
   void reserve(const FlexibleBody& body);
 };

@@ -22,13 +22,13 @@ namespace flexframe::sim {
 
 // A node or named frame of a flexible body. All matrices in the body frame; n = number of elastic coordinates.
 struct FlexibleNode {
-  std::string name;                 // "root", "tip", "middle", "node[17]"
-  Vec3 origin = Vec3::Zero();       // undeformed position, m
+  std::string name;                  // "root", "tip", "middle", "node[17]"
+  Vec3 origin = Vec3::Zero();        // undeformed position, m
   Mat3 rotation = Mat3::Identity();  // undeformed axes of the node in the body frame
-  Mat3X phi;                        // 3 x n, displacement per elastic coordinate
-  Mat3X psi;                        // 3 x n, small rotation per elastic coordinate (the node turns by exp(skew(psi q)))
-  std::array<MatX, 3> phi2;         // n x n symmetric each or empty: u_a += 1/2 q^T phi2[a] q
-  MatX sigma;                       // 6 x n stress per elastic coordinate, or empty (Pa: xx yy zz xy yz xz)
+  Mat3X phi;                         // 3 x n, displacement per elastic coordinate
+  Mat3X psi;                         // 3 x n, small rotation per elastic coordinate (the node turns by exp(skew(psi q)))
+  std::array<MatX, 3> phi2;          // n x n symmetric each or empty: u_a += 1/2 q^T phi2[a] q
+  MatX sigma;                        // 6 x n stress per elastic coordinate, or empty (Pa: xx yy zz xy yz xz)
 };
 
 // Mass along the axis of a beam as particles, for the complete kinetic energy of the second-order field (axis_mass.h).
@@ -41,19 +41,19 @@ struct FlexibleNode {
 // the products M = sum J^T m J.
 struct AxisMass {
   enum Field { stretch, slope_y, slope_z, bend_y, bend_z, twist, shear_y, shear_z, fields };
-  VecX root_mass;                   // square root of each particle's mass, kg^1/2; empty: the body has no such form
-  VecX x;                           // undeformed place along x, m
-  MatX phi;                         // n x 3 points, displacement times root_mass: all of x, of y, of z
-  std::array<MatX, fields> row;     // n x points each or empty: u', section's slope in xy and in xz, their derivatives, theta, shear angles
-  std::array<VecX, fields> root;    // twist and slopes of the section x = 0 where it turns, else empty
-  int per_panel = 0;                // points lie panel by panel from the root
-  double panel = 0.0;               // length of one, m
-  MatX once, twice;                 // per_panel x (per_panel + 1): a field's points to its integrals from the panel's start to each point
-                                    // and to its end, and to those of the integral, m and m^2
-  Vec6 J0 = Vec6::Zero();           // inertia of the sections about their centres and what the particles lack of the body's constants
-  Mat6X J1;                         // 6 x n or empty
-  Mat3X Cr0;                        // 3 x n
-  MatX Me;                          // n x n
+  VecX root_mass;                 // square root of each particle's mass, kg^1/2; empty: the body has no such form
+  VecX x;                         // undeformed place along x, m
+  MatX phi;                       // n x 3 points, displacement times root_mass: all of x, of y, of z
+  std::array<MatX, fields> row;   // n x points each or empty: u', section's slope in xy and in xz, their derivatives, theta, shear angles
+  std::array<VecX, fields> root;  // twist and slopes of the section x = 0 where it turns, else empty
+  int per_panel = 0;              // points lie panel by panel from the root
+  double panel = 0.0;             // length of one, m
+  MatX once, twice;               // per_panel x (per_panel + 1): a field's points to its integrals from the panel's start to each point
+                                  // and to its end, and to those of the integral, m and m^2
+  Vec6 J0 = Vec6::Zero();         // inertia of the sections about their centres and what the particles lack of the body's constants
+  Mat6X J1;                       // 6 x n or empty
+  Mat3X Cr0;                      // 3 x n
+  MatX Me;                        // n x n
 };
 
 // Symmetric tensors are stored as 6 rows: xx yy zz xy xz yz, as tensor elements (the product of inertia xy is -int x y dm).

@@ -49,7 +49,8 @@ FlexibleBody in_basis(const FlexibleBody& body, const MatX& T) {
 
 FlexibleBody to_normal_modes(const FlexibleBody& body, MatX& V) {
   const GeneralizedEigen eigen(body.Ke, body.Me);
-  if (eigen.info() != Eigen::Success) throw SimulationError("the eigenmodes of an elastic body cannot be computed: its mass matrix is not positive definite");
+  if (eigen.info() != Eigen::Success)
+    throw SimulationError("the eigenmodes of an elastic body cannot be computed: its mass matrix is not positive definite");
   V = eigen.eigenvectors();
   // A sign that does not depend on the eigensolver: the largest entry positive.
   for (Eigen::Index k = 0; k < V.cols(); ++k) {
@@ -62,7 +63,8 @@ FlexibleBody to_normal_modes(const FlexibleBody& body, MatX& V) {
   out.stiffness = eigen.eigenvalues();
   out.labels.clear();
   for (Eigen::Index k = 0; k < body.n; ++k)
-    out.labels.push_back(fmt::format("eigenmode {} ({:.6g} Hz)", k + 1, std::sqrt(std::max(0.0, eigen.eigenvalues()[k])) / (2.0 * EIGEN_PI)));
+    out.labels.push_back(
+        fmt::format("eigenmode {} ({:.6g} Hz)", k + 1, std::sqrt(std::max(0.0, eigen.eigenvalues()[k])) / (2.0 * EIGEN_PI)));
   return out;
 }
 
@@ -108,7 +110,8 @@ void append(MatX& columns, const VecX& column) {
   columns.col(columns.cols() - 1) = column;
 }
 
-// Shapes of one direction, columns over its coordinates: the lowest modes as the joints hold the body, what joints and loads deform beside them.
+// Shapes of one direction, columns over its coordinates: the lowest modes as the joints hold the body, what joints and loads deform beside
+// them.
 MatX held_shapes(const FlexibleBody& body, const Vec3& centre, const Direction& d, int count, const std::vector<HeldPoint>& held) {
   const Eigen::Index r = d.rigid(), n = static_cast<Eigen::Index>(d.coordinates.size());
   MatX held_by(r + n, 0), loads(r + n, 0);
@@ -172,7 +175,9 @@ FlexibleBody keep_lowest(const FlexibleBody& body, int count, const std::vector<
     T.conservativeResize(Eigen::NoChange, before + Q.cols());
     T.rightCols(Q.cols()).setZero();
     for (size_t i = 0; i < d.coordinates.size(); ++i) T.row(d.coordinates[i]).tail(Q.cols()) = combined.row(static_cast<Eigen::Index>(i));
-    for (Eigen::Index k = 0; k < Q.cols(); ++k) labels.push_back(fmt::format("{} shape {} ({:.6g} Hz)", direction_names()[which], k + 1, std::sqrt(own.eigenvalues()[k]) / (2.0 * EIGEN_PI)));
+    for (Eigen::Index k = 0; k < Q.cols(); ++k)
+      labels.push_back(
+          fmt::format("{} shape {} ({:.6g} Hz)", direction_names()[which], k + 1, std::sqrt(own.eigenvalues()[k]) / (2.0 * EIGEN_PI)));
   }
   FlexibleBody out = in_basis(body, T);
   out.labels = labels;

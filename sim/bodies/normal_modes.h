@@ -14,16 +14,16 @@ FlexibleBody to_normal_modes(const FlexibleBody& body, MatX& V);
 
 // A place where joints or loads take hold of a body, and what they pass on there.
 struct HeldPoint {
-  std::string node;   // empty: spread along the whole body, evenly by mass (its weight, a distributed force)
+  std::string node;  // empty: spread along the whole body, evenly by mass (its weight, a distributed force)
   bool force = true, moment = false;
   bool load = false;  // given forces and what springs, friction and motors pass on: nothing is held
 };
 
-// A body in normal modes of mean axes with few shapes of each direction (coordinate_direction): the `count` lowest modes of the body held where joints
-// hold it (fixed interfaces: Craig, Bampton, AIAA J. 6, 1968), the deformations by motions of the joints against each other, and, for the
-// modes left out, the static deflections under unit loads, weight among them (MacNeal, Computers & Structures 1, 1971). A hinge holds no rotation: two hinged ends
-// move against each other as the rigid body does and add nothing. All as mass-normalised coordinates. count = 0: none at all, a rigid body.
-// V: its columns are combined likewise.
+// A body in normal modes of mean axes with few shapes of each direction (coordinate_direction): the `count` lowest modes of the body held
+// where joints hold it (fixed interfaces: Craig, Bampton, AIAA J. 6, 1968), the deformations by motions of the joints against each other,
+// and, for the modes left out, the static deflections under unit loads, weight among them (MacNeal, Computers & Structures 1, 1971). A
+// hinge holds no rotation: two hinged ends move against each other as the rigid body does and add nothing. All as mass-normalised
+// coordinates. count = 0: none at all, a rigid body. V: its columns are combined likewise.
 FlexibleBody keep_lowest(const FlexibleBody& body, int count, const std::vector<HeldPoint>& held, MatX& V);
 
 // The direction in which coordinate k of a beam moves its nodes most: 0 axial, 1 bending_xy, 2 bending_xz, 3 torsion.

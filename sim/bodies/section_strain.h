@@ -1,5 +1,5 @@
-// Strains of a beam's sections from its elastic coordinates: lengthening u', curvatures v'' and w'' (of the section's slopes, where shear is on), twist
-// theta' at stations along the beam. What stress at any point of the section is made of (section_stress.h).
+// Strains of a beam's sections from its elastic coordinates: lengthening u', curvatures v'' and w'' (of the section's slopes, where shear
+// is on), twist theta' at stations along the beam. What stress at any point of the section is made of (section_stress.h).
 #pragma once
 
 #include "sim/bodies/beam.h"

@@ -30,9 +30,9 @@ struct SidEntry {
 // A matrix as Taylor series in the elastic coordinates, as written: only the entries given, so its memory follows the file's size.
 struct SidTaylor {
   int order = 0, rows = 0, columns = 0, modes = 0, nonlinear = 0;  // order nrow ncol nq nqn
-  int structure = 3;                   // 0 zero, 1 diagonal, 2 symmetric, 3 full, 4 unit
+  int structure = 3;                                               // 0 zero, 1 diagonal, 2 symmetric, 3 full, 4 unit
   std::vector<SidEntry> entries;
-  std::vector<std::string> higher;     // lines mn(...) of higher order, as text
+  std::vector<std::string> higher;  // lines mn(...) of higher order, as text
   bool operator==(const SidTaylor&) const = default;
 };
 
@@ -43,7 +43,7 @@ struct SidText {
 };
 
 struct SidNode {
-  std::string id;                      // the FE model's node number, or a name
+  std::string id;  // the FE model's node number, or a name
   std::string rframe = "body ref";
   std::optional<SidTaylor> origin, phi, psi, AP, sigma;
   std::vector<SidText> others;
@@ -51,11 +51,11 @@ struct SidNode {
 };
 
 struct SidFile {
-  std::string comment;                 // text behind the colon of the first line
-  std::string name;                    // behind 'new modal ='
-  double mass = 0.0;                   // kg
+  std::string comment;  // text behind the colon of the first line
+  std::string name;     // behind 'new modal ='
+  double mass = 0.0;    // kg
   int nelastq = 0;
-  std::vector<std::string> labels;     // nelastq texts, empty where none is given
+  std::vector<std::string> labels;         // nelastq texts, empty where none is given
   std::vector<std::string> refmod_others;  // further lines of refmod
   std::vector<SidNode> nodes;
   std::optional<SidTaylor> mdCM, J, Ct, Cr, Me, Gr, Ge, Oe, ksigma, Ke, De;
@@ -68,7 +68,7 @@ enum class SidLayout { interleaved, blocked, either };
 struct SidReading {
   SidFile file;
   SidLayout Gr = SidLayout::either, Ge = SidLayout::either;
-  std::vector<std::string> notes;      // one sentence each: dialect, layouts, unknown blocks, identities that do not hold
+  std::vector<std::string> notes;  // one sentence each: dialect, layouts, unknown blocks, identities that do not hold
 };
 
 // Reads a SID file. Throws InputError "FILE:LINE: what was found, what is allowed". Memory stays a small multiple of the file's size.

@@ -194,7 +194,8 @@ std::vector<SidCheck> check_sid(const SidFile& sid) {
 
 namespace {
 
-// Smallest eigenvalue of the undeformed free body's mass matrix, rigid and elastic motion, scaled to a unit diagonal; 0 where it is too large to look at.
+// Smallest eigenvalue of the undeformed free body's mass matrix, rigid and elastic motion, scaled to a unit diagonal; 0 where it is too
+// large to look at.
 double least_mass(const FlexibleBody& body) {
   const int n = body.n;
   if (n == 0 || n > 300 || body.Me.rows() != n || body.md1.cols() != n || body.Cr0.cols() != n) return 0.0;
@@ -238,9 +239,10 @@ class BodyOfSid {
     for (const SidNode& source : sid_.nodes) take_node(source);
     if (turned_ > 0) note(fmt::format("{} nodes: psi is taken from AP.M1", turned_));
     if (const double least = least_mass(body_); least < -1e-6)
-      note(fmt::format("mass, inertia and their coupling to the elastic coordinates contradict each other (scaled, the mass matrix of the "
-                       "free body has the eigenvalue {:.2g}): the body cannot move freely",
-                       least));
+      note(
+          fmt::format("mass, inertia and their coupling to the elastic coordinates contradict each other (scaled, the mass matrix of the "
+                      "free body has the eigenvalue {:.2g}): the body cannot move freely",
+                      least));
     return std::move(body_);
   }
 
@@ -338,9 +340,8 @@ class BodyOfSid {
     }
     require_inertia_tensor();
     if (has_order(sid_.Oe, true)) {
-      each(sid_.Oe, true, [&](const SidEntry& e) {
-        entry(body_.J2[oe_row[e.column - 1]], e.row - 1, e.mode - 1) = -e.value / oe_factor[e.column - 1];
-      });
+      each(sid_.Oe, true,
+           [&](const SidEntry& e) { entry(body_.J2[oe_row[e.column - 1]], e.row - 1, e.mode - 1) = -e.value / oe_factor[e.column - 1]; });
       for (MatX& J2 : body_.J2) make_symmetric(J2, "Oe.M1");
     } else if (n_ > 0) {
       note("Oe has no first order: the inertia is linear in the elastic coordinates");
@@ -359,9 +360,8 @@ class BodyOfSid {
     if (has_order(sid_.Cr, true)) {
       each(sid_.Cr, true, [&](const SidEntry& e) { entry(body_.Cr1[e.column - 1], e.row - 1, e.mode - 1) = e.value; });
     } else if (has_order(sid_.Ge, false)) {
-      each(sid_.Ge, false, [&](const SidEntry& e) {
-        entry(body_.Cr1[(e.column - 1) / n_], e.row - 1, (e.column - 1) % n_) = 0.5 * e.value;
-      });
+      each(sid_.Ge, false,
+           [&](const SidEntry& e) { entry(body_.Cr1[(e.column - 1) / n_], e.row - 1, (e.column - 1) % n_) = 0.5 * e.value; });
       note("Cr has no first order: taken from Ge / 2");
     }
   }
@@ -520,7 +520,8 @@ SidFile from_flexible_body(const FlexibleBody& body, const std::string& comment)
   sid.Ge = make_sid_block(Ge, {}, n);
   MatX Oe = MatX::Zero(n, 6);
   for (int c = 0; c < 6; ++c) Oe.col(c) = -oe_factor[c] * J1.row(oe_row[c]).transpose();
-  sid.Oe = make_sid_block(Oe, stack({&body.J2[0], &body.J2[1], &body.J2[2], &body.J2[3], &body.J2[5], &body.J2[4]}, {-0.5, -0.5, -0.5, -1, -1, -1}), n);
+  sid.Oe = make_sid_block(
+      Oe, stack({&body.J2[0], &body.J2[1], &body.J2[2], &body.J2[3], &body.J2[5], &body.J2[4]}, {-0.5, -0.5, -0.5, -1, -1, -1}), n);
   sid.ksigma = make_sid_block(zero(body.ksigma, n, 1), {}, n);
   sid.Ke = make_sid_block(zero(body.Ke, n, n), {}, n, 2);
   const MatX De = zero(body.De, n, n);

@@ -49,8 +49,8 @@ struct Lines {
   std::string_view text;
   std::string name;
   size_t position = 0;
-  int number = 0;               // of the line last read
-  std::string_view line;        // trimmed
+  int number = 0;         // of the line last read
+  std::string_view line;  // trimmed
 
   // The next line that is not blank; false at the end.
   bool next() {
@@ -188,7 +188,7 @@ class Reader {
   SidFile& sid = result.file;
   int declared_nodes = 0, declared_modes = 0;
   struct Place {
-    int node;                   // -1: of the body
+    int node;  // -1: of the body
     std::string name;
     RawBlock raw;
   };
@@ -201,7 +201,8 @@ class Reader {
     const size_t colon = lines.line.find(':');
     std::string_view head = lines.line.substr(0, colon);
     if (colon != std::string_view::npos) sid.comment = trim(lines.line.substr(colon + 1));
-    const size_t gap = std::find_if(head.begin(), head.end(), [](char c) { return std::isspace(static_cast<unsigned char>(c)); }) - head.begin();
+    const size_t gap =
+        std::find_if(head.begin(), head.end(), [](char c) { return std::isspace(static_cast<unsigned char>(c)); }) - head.begin();
     if (!parse_int(head.substr(0, gap), declared_nodes) || gap >= head.size() || !parse_int(head.substr(gap), declared_modes) ||
         declared_nodes < 0 || declared_modes < 0)
       lines.fail(fmt::format("no SID file: the first line must be 'NODES MODES : text', found '{}'", shown(lines.line)));
@@ -226,8 +227,7 @@ class Reader {
       if (key_value(lines.line, "mass", value)) {
         if (mass) lines.fail("mass is given twice");
         mass = true;
-        if (!parse_real(value, sid.mass) || sid.mass < 0.0)
-          lines.fail(fmt::format("mass = '{}': a number >= 0 is expected", shown(value)));
+        if (!parse_real(value, sid.mass) || sid.mass < 0.0) lines.fail(fmt::format("mass = '{}': a number >= 0 is expected", shown(value)));
       } else if (key_value(lines.line, "nelastq", value)) {
         if (count) lines.fail("nelastq is given twice");
         count = true;
@@ -266,10 +266,12 @@ class Reader {
       lines.need("'end frame'");
       const std::string word = keyword(lines.line);
       if (word == "end frame") return;
-      if (!word.starts_with("new node")) lines.fail(fmt::format("'new node = ID' or 'end frame' is expected, found '{}'", shown(lines.line)));
+      if (!word.starts_with("new node"))
+        lines.fail(fmt::format("'new node = ID' or 'end frame' is expected, found '{}'", shown(lines.line)));
       const size_t equals = lines.line.find('=');
       SidNode node;
-      node.id = equals == std::string_view::npos ? std::string(trim(lines.line.substr(8))) : std::string(trim(lines.line.substr(equals + 1)));
+      node.id =
+          equals == std::string_view::npos ? std::string(trim(lines.line.substr(8))) : std::string(trim(lines.line.substr(equals + 1)));
       if (node.id.empty()) lines.fail("a node without number: 'new node = ID' is expected");
       if (!ids.insert(node.id).second) lines.fail(fmt::format("node {} is there twice", shown(node.id)));
       sid.nodes.push_back(std::move(node));
@@ -289,9 +291,11 @@ class Reader {
       } else if (word == "origin" || word == "phi" || word == "psi" || word == "ap" || word == "sigma") {
         add_block(index, word == "ap" ? "AP" : word);
       } else if (word.starts_with("end ") || word.starts_with("new ")) {
-        lines.fail(fmt::format("'end node' is expected (node {} begins in line {}), found '{}'", shown(sid.nodes[index].id), begin, shown(lines.line)));
+        lines.fail(fmt::format("'end node' is expected (node {} begins in line {}), found '{}'", shown(sid.nodes[index].id), begin,
+                               shown(lines.line)));
       } else {
-        note(fmt::format("node {}: block '{}' (line {}) is not known: kept, not used", sid.nodes[index].id, shown(lines.line), lines.number));
+        note(fmt::format("node {}: block '{}' (line {}) is not known: kept, not used", sid.nodes[index].id, shown(lines.line),
+                         lines.number));
         sid.nodes[index].others.push_back(read_unknown());
       }
     }
@@ -299,11 +303,12 @@ class Reader {
 
   void read_modal_block(const std::string& word) {
     static constexpr std::pair<const char*, const char*> known[] = {
-        {"mdcm", "mdCM"}, {"mcm", "mdCM"}, {"j", "J"}, {"mmi", "J"}, {"ct", "Ct"}, {"cr", "Cr"}, {"me", "Me"}, {"gr", "Gr"},
-        {"ge", "Ge"}, {"oe", "Oe"}, {"ksigma", "ksigma"}, {"ke", "Ke"}, {"de", "De"}};
+        {"mdcm", "mdCM"}, {"mcm", "mdCM"}, {"j", "J"},   {"mmi", "J"},         {"ct", "Ct"}, {"cr", "Cr"}, {"me", "Me"},
+        {"gr", "Gr"},     {"ge", "Ge"},    {"oe", "Oe"}, {"ksigma", "ksigma"}, {"ke", "Ke"}, {"de", "De"}};
     for (const auto& [file_word, name] : known)
       if (word == file_word) {
-        if (word == "mcm" || word == "mmi") note(fmt::format("dialect: block '{}' (line {}) read as {}", std::string(lines.line), lines.number, name));
+        if (word == "mcm" || word == "mmi")
+          note(fmt::format("dialect: block '{}' (line {}) read as {}", std::string(lines.line), lines.number, name));
         add_block(-1, name);
         return;
       }
@@ -321,7 +326,8 @@ class Reader {
     if (name.starts_with("new ")) name = name.substr(4);
     text.lines.emplace_back(lines.line);
     do {
-      if (!lines.next()) lines.fail(fmt::format("'{}' is no block of a SID file, or lacks its 'end {}'", shown(text.lines.front()), shown(name)), begin);
+      if (!lines.next())
+        lines.fail(fmt::format("'{}' is no block of a SID file, or lacks its 'end {}'", shown(text.lines.front()), shown(name)), begin);
       const std::string word = keyword(lines.line);
       if (word == "end modal" || word == "end part" || word == "end node" || word == "end frame")
         lines.fail(fmt::format("'{}' is no block of a SID file, or lacks its 'end {}'", shown(text.lines.front()), shown(name)), begin);
@@ -335,7 +341,8 @@ class Reader {
       if (it->name == name) lines.fail(fmt::format("block {} is there twice (first in line {})", name, it->raw.line));
     if (node < 0)
       for (const Place& place : blocks)
-        if (place.node < 0 && place.name == name) lines.fail(fmt::format("block {} is there twice (first in line {})", name, place.raw.line));
+        if (place.node < 0 && place.name == name)
+          lines.fail(fmt::format("block {} is there twice (first in line {})", name, place.raw.line));
     const std::string word = keyword(lines.line);
     blocks.push_back({node, name, read_taylor(word)});
   }
@@ -359,8 +366,8 @@ class Reader {
         continue;
       }
       std::string_view value;
-      const std::pair<const char*, int*> keys[] = {{"order", &t.order}, {"nrow", &t.rows}, {"ncol", &t.columns},
-                                                    {"nq", &t.modes}, {"nqn", &t.nonlinear}, {"structure", &t.structure}};
+      const std::pair<const char*, int*> keys[] = {{"order", &t.order}, {"nrow", &t.rows},     {"ncol", &t.columns},
+                                                   {"nq", &t.modes},    {"nqn", &t.nonlinear}, {"structure", &t.structure}};
       bool found = false;
       for (const auto& [key, target] : keys)
         if (key_value(line, key, value)) {
@@ -370,12 +377,18 @@ class Reader {
         }
       if (found) continue;
       if (keyword(line) == "end " + word) break;
-      lines.fail(fmt::format("block {} (line {}): an entry m0(r, c), m1(r, mode, c), mn(...), a key (order nrow ncol nq nqn structure) or 'end {}' is "
-                             "expected, found '{}'", raw.name, raw.line, raw.name, shown(line)));
+      lines.fail(fmt::format(
+          "block {} (line {}): an entry m0(r, c), m1(r, mode, c), mn(...), a key (order nrow ncol nq nqn structure) or 'end {}' is "
+          "expected, found '{}'",
+          raw.name, raw.line, raw.name, shown(line)));
     }
     if (t.rows < 0 || t.columns < 0) lines.fail(fmt::format("block {} lacks nrow or ncol", raw.name), raw.line);
-    if (t.structure > 4) lines.fail(fmt::format("block {}: structure = {}; 0 zero, 1 diagonal, 2 symmetric, 3 full, 4 unit are allowed", raw.name, t.structure), raw.line);
-    if (t.order > 1 && !t.higher.empty()) note(fmt::format("block {} (line {}) has terms of order {}: kept, not used", raw.name, raw.line, t.order));
+    if (t.structure > 4)
+      lines.fail(
+          fmt::format("block {}: structure = {}; 0 zero, 1 diagonal, 2 symmetric, 3 full, 4 unit are allowed", raw.name, t.structure),
+          raw.line);
+    if (t.order > 1 && !t.higher.empty())
+      note(fmt::format("block {} (line {}) has terms of order {}: kept, not used", raw.name, raw.line, t.order));
     return raw;
   }
 
@@ -391,19 +404,22 @@ class Reader {
       while (good && entry.count < wanted) {
         const size_t comma = inside.find(',');
         const bool last = entry.count + 1 == wanted;
-        good = (comma == std::string_view::npos) == last && parse_int(inside.substr(0, comma), entry.index[entry.count]) && entry.index[entry.count] >= 1;
+        good = (comma == std::string_view::npos) == last && parse_int(inside.substr(0, comma), entry.index[entry.count]) &&
+               entry.index[entry.count] >= 1;
         ++entry.count;
         if (!last && good) inside.remove_prefix(comma + 1);
       }
     }
     if (!good)
-      lines.fail(fmt::format("'{}': {} = value is expected, indices from 1", shown(line), wanted == 2 ? "m0(row, column)" : "m1(row, mode, column)"));
+      lines.fail(fmt::format("'{}': {} = value is expected, indices from 1", shown(line),
+                             wanted == 2 ? "m0(row, column)" : "m1(row, mode, column)"));
     if (!parse_real(line.substr(equals + 1), entry.value))
       lines.fail(fmt::format("'{}': '{}' is no finite number", shown(line.substr(0, equals)), shown(trim(line.substr(equals + 1)))));
     return entry;
   }
 
-  // The indices of first-order entries: (row, mode, column) in real files, (row, column, mode) from two writers. One meaning must fit the whole file.
+  // The indices of first-order entries: (row, mode, column) in real files, (row, column, mode) from two writers. One meaning must fit the
+  // whole file.
   void settle_indices() {
     const int n = sid.nelastq;
     bool standard = true, swapped = true;
@@ -434,21 +450,25 @@ class Reader {
           if (t.order < 1) lines.fail(fmt::format("block {} has order = {} but an entry m1", p.raw.name, t.order), e.line);
         }
         if (entry.row > t.rows || entry.column > t.columns)
-          lines.fail(fmt::format("row {}, column {} is outside of block {}, which is {} x {}", entry.row, entry.column, p.raw.name, t.rows, t.columns), e.line);
+          lines.fail(fmt::format("row {}, column {} is outside of block {}, which is {} x {}", entry.row, entry.column, p.raw.name, t.rows,
+                                 t.columns),
+                     e.line);
         t.entries.push_back(entry);
       }
       refuse_doubles(p);
       p.raw.raw = {};
       if ((t.structure == 0 || t.structure == 4) && !t.entries.empty()) {
-        note(fmt::format("block {} (line {}) says structure = {} ({}) but has entries: the entries count", p.raw.name, p.raw.line, t.structure,
-                         t.structure == 0 ? "zero" : "unit"));
+        note(fmt::format("block {} (line {}) says structure = {} ({}) but has entries: the entries count", p.raw.name, p.raw.line,
+                         t.structure, t.structure == 0 ? "zero" : "unit"));
         t.structure = 3;
       }
       if (t.structure == 2 && t.rows != t.columns) {
-        note(fmt::format("block {} (line {}) says structure = 2 (symmetric) but is {} x {}: taken as full", p.raw.name, p.raw.line, t.rows, t.columns));
+        note(fmt::format("block {} (line {}) says structure = 2 (symmetric) but is {} x {}: taken as full", p.raw.name, p.raw.line, t.rows,
+                         t.columns));
         t.structure = 3;
       }
-      if (t.structure == 1 && std::any_of(t.entries.begin(), t.entries.end(), [](const SidEntry& e) { return e.row != e.column && e.value != 0.0; })) {
+      if (t.structure == 1 &&
+          std::any_of(t.entries.begin(), t.entries.end(), [](const SidEntry& e) { return e.row != e.column && e.value != 0.0; })) {
         note(fmt::format("block {} (line {}) says structure = 1 (diagonal) but has other entries: they count", p.raw.name, p.raw.line));
         t.structure = 3;
       }
@@ -471,14 +491,20 @@ class Reader {
     if (p.name == "origin" || p.name == "mdCM") want(3, 1);
     else if (p.name == "phi" || p.name == "psi") want(3, modes);
     else if (p.name == "AP") want(3, 3);
-    else if (p.name == "J") { want(6, 1); if (is(3, 3)) good = true; wanted += " or 3 x 3"; }
-    else if (p.name == "Ct" || p.name == "Cr") want(modes, 3);
+    else if (p.name == "J") {
+      want(6, 1);
+      if (is(3, 3)) good = true;
+      wanted += " or 3 x 3";
+    } else if (p.name == "Ct" || p.name == "Cr") want(modes, 3);
     else if (p.name == "Me" || p.name == "Ke" || p.name == "De") want(modes, modes);
     else if (p.name == "Gr") want(3, 3 * modes);
     else if (p.name == "Ge") want(modes, 3 * modes);
     else if (p.name == "Oe") want(modes, 6);
     else if (p.name == "ksigma") want(modes, 1);
-    else if (p.name == "sigma") { good = t.rows == 6 && (t.columns == 1 || t.columns == modes); wanted = fmt::format("6 x 1 or 6 x {}", modes); }
+    else if (p.name == "sigma") {
+      good = t.rows == 6 && (t.columns == 1 || t.columns == modes);
+      wanted = fmt::format("6 x 1 or 6 x {}", modes);
+    }
     // A block of zeros may be written with no size at all.
     if (!good && p.raw.raw.empty() && (t.rows == 0 || t.columns == 0)) {
       good = true;
@@ -487,7 +513,8 @@ class Reader {
     }
     if (!good)
       lines.fail(fmt::format("block {} is {} x {}; with nelastq = {} it must be {}", p.raw.name, t.rows, t.columns, n, wanted), p.raw.line);
-    if (t.order >= 1 && t.modes != n && t.modes != 0) lines.fail(fmt::format("block {} has nq = {}, refmod has nelastq = {}", p.raw.name, t.modes, n), p.raw.line);
+    if (t.order >= 1 && t.modes != n && t.modes != 0)
+      lines.fail(fmt::format("block {} has nq = {}, refmod has nelastq = {}", p.raw.name, t.modes, n), p.raw.line);
   }
 
   void refuse_doubles(const Place& p) {
@@ -496,19 +523,25 @@ class Reader {
     std::sort(sorted.begin(), sorted.end(), [&](const SidEntry& a, const SidEntry& b) { return key(a) < key(b); });
     for (size_t i = 1; i < sorted.size(); ++i)
       if (key(sorted[i]) == key(sorted[i - 1]) && sorted[i].value != sorted[i - 1].value)
-        lines.fail(fmt::format("block {} gives m{}({}, {}{}) twice: {} and {}", p.raw.name, sorted[i].mode ? 1 : 0, sorted[i].row,
-                               sorted[i].mode ? fmt::format("{}, ", sorted[i].mode) : "", sorted[i].column, sorted[i - 1].value, sorted[i].value), p.raw.line);
+        lines.fail(
+            fmt::format("block {} gives m{}({}, {}{}) twice: {} and {}", p.raw.name, sorted[i].mode ? 1 : 0, sorted[i].row,
+                        sorted[i].mode ? fmt::format("{}, ", sorted[i].mode) : "", sorted[i].column, sorted[i - 1].value, sorted[i].value),
+            p.raw.line);
   }
 
   void place(Place& p) {
     std::optional<SidTaylor>* target = nullptr;
     if (p.node >= 0) {
       SidNode& node = sid.nodes[p.node];
-      target = p.name == "origin" ? &node.origin : p.name == "phi" ? &node.phi : p.name == "psi" ? &node.psi : p.name == "AP" ? &node.AP : &node.sigma;
+      target = p.name == "origin" ? &node.origin
+               : p.name == "phi"  ? &node.phi
+               : p.name == "psi"  ? &node.psi
+               : p.name == "AP"   ? &node.AP
+                                  : &node.sigma;
     } else {
       const std::pair<const char*, std::optional<SidTaylor>*> slots[] = {
-          {"mdCM", &sid.mdCM}, {"J", &sid.J}, {"Ct", &sid.Ct}, {"Cr", &sid.Cr}, {"Me", &sid.Me}, {"Gr", &sid.Gr},
-          {"Ge", &sid.Ge}, {"Oe", &sid.Oe}, {"ksigma", &sid.ksigma}, {"Ke", &sid.Ke}, {"De", &sid.De}};
+          {"mdCM", &sid.mdCM}, {"J", &sid.J},   {"Ct", &sid.Ct},         {"Cr", &sid.Cr}, {"Me", &sid.Me}, {"Gr", &sid.Gr},
+          {"Ge", &sid.Ge},     {"Oe", &sid.Oe}, {"ksigma", &sid.ksigma}, {"Ke", &sid.Ke}, {"De", &sid.De}};
       for (const auto& [name, slot] : slots)
         if (p.name == name) target = slot;
     }
@@ -553,7 +586,10 @@ class Reader {
   }
 
   // (row, mode, axis) of a 3nq-wide entry under either layout.
-  struct Spot { int row, mode, axis; double value; };
+  struct Spot {
+    int row, mode, axis;
+    double value;
+  };
   static std::vector<Spot> spots(const SidTaylor& t, int n, bool blocked) {
     std::vector<Spot> out;
     for (const SidEntry& e : t.entries)
@@ -566,7 +602,9 @@ class Reader {
 
   void report(const char* block, SidLayout layout, const char* identity) {
     if (layout == SidLayout::either) note(fmt::format("layout of {}: both fit ({}), read as interleaved", block, identity));
-    else note(fmt::format("layout of {}: {} found by {}", block, layout == SidLayout::blocked ? "blocked per mode, held interleaved," : "interleaved", identity));
+    else
+      note(fmt::format("layout of {}: {} found by {}", block,
+                       layout == SidLayout::blocked ? "blocked per mode, held interleaved," : "interleaved", identity));
   }
 
   void make_interleaved(SidTaylor& t) {

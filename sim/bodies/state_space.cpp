@@ -13,8 +13,9 @@ namespace {
 constexpr double agreement = 1e-6;
 
 [[noreturn]] void refuse_ports() {
-  throw InputError("sigma and theta do not belong together: a force on a port must work on that port's motion, so theta must be the transpose of "
-                   "sigma, up to a positive scale for every mode of omega");
+  throw InputError(
+      "sigma and theta do not belong together: a force on a port must work on that port's motion, so theta must be the transpose of "
+      "sigma, up to a positive scale for every mode of omega");
 }
 
 // Symmetric positive M with M sigma = theta^T among the eigenvectors X of omega: block by block of equal eigenvalues.
@@ -23,7 +24,8 @@ MatX modal_mass(const StateSpaceDef& def) {
   const double size = std::max(def.omega.cwiseAbs().maxCoeff(), 1e-300);
   const double sigma_size = def.sigma.cwiseAbs().maxCoeff(), theta_size = def.theta.cwiseAbs().maxCoeff();
   const bool symmetric = (def.omega - def.omega.transpose()).cwiseAbs().maxCoeff() <= agreement * size;
-  if (symmetric && (def.sigma.transpose() - def.theta).cwiseAbs().maxCoeff() <= agreement * std::max(sigma_size, theta_size)) return MatX::Identity(n, n);
+  if (symmetric && (def.sigma.transpose() - def.theta).cwiseAbs().maxCoeff() <= agreement * std::max(sigma_size, theta_size))
+    return MatX::Identity(n, n);
 
   const ComplexEigen eigen(def.omega);
   if (eigen.info() != Eigen::Success || eigen.eigenvalues().imag().cwiseAbs().maxCoeff() > agreement * size)
@@ -33,7 +35,8 @@ MatX modal_mass(const StateSpaceDef& def) {
   const MatX sigma = lu.solve(def.sigma), theta = def.theta * X;
   std::vector<Eigen::Index> order(static_cast<size_t>(n));
   for (Eigen::Index i = 0; i < n; ++i) order[static_cast<size_t>(i)] = i;
-  std::sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) { return eigen.eigenvalues()[a].real() < eigen.eigenvalues()[b].real(); });
+  std::sort(order.begin(), order.end(),
+            [&](Eigen::Index a, Eigen::Index b) { return eigen.eigenvalues()[a].real() < eigen.eigenvalues()[b].real(); });
   MatX M = MatX::Zero(n, n);
   for (size_t from = 0; from < order.size();) {
     size_t to = from + 1;

@@ -81,10 +81,10 @@ std::vector<std::string> neglected_stiffening(const Model& model, const Scene& s
     if (rate * rate > least * first)
       what = fmt::format("it turns with up to {:.3g} rad/s, {:.3g} times its first bending frequency{}", rate, rate / omega,
                          rate > omega ? ", where the deflection grows without bound" : "");
-    if (share > least)
-      what += fmt::format("{}forces along it reach {:.3g} times pi^2 EI/L^2", what.empty() ? "" : "; ", share);
+    if (share > least) what += fmt::format("{}forces along it reach {:.3g} times pi^2 EI/L^2", what.empty() ? "" : "; ", share);
     if (!what.empty())
-      out.push_back(fmt::format("body '{}': WITHOUT stiffening, and it matters here: {}; add \"stiffening\" to 'effects'", part.name, what));
+      out.push_back(
+          fmt::format("body '{}': WITHOUT stiffening, and it matters here: {}; add \"stiffening\" to 'effects'", part.name, what));
   }
   return out;
 }

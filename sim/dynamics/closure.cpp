@@ -27,9 +27,12 @@ Relative relative_pose(const Model& model, const Work& work, int cluster, const 
 
 double row_residual(const ClosureRow& row, const Relative& r) {
   switch (row.kind) {
-    case ClosureRow::translation: return row.u.dot(r.p);
-    case ClosureRow::angle: return row.u.dot(r.R * row.b);
-    default: return (r.p.squaredNorm() - row.length * row.length) / (2.0 * row.length);
+    case ClosureRow::translation:
+      return row.u.dot(r.p);
+    case ClosureRow::angle:
+      return row.u.dot(r.R * row.b);
+    default:
+      return (r.p.squaredNorm() - row.length * row.length) / (2.0 * row.length);
   }
 }
 
@@ -153,7 +156,9 @@ void update_closure_residual(const Model& model, int cluster, Work& work, bool a
         // An orientation has no coordinate of its own for a rate: it stays because its rate does.
         // What is carried along stands where its coordinates say.
         const TreeJoint& joint = model.parts[part].joint;
-        cw.residual[row] = joint.nq == joint.nv && lock >= static_cast<size_t>(cw.carried) ? work.q[model.parts[part].q0 + k] - cw.lock_value[static_cast<Eigen::Index>(lock)] : 0.0;
+        cw.residual[row] = joint.nq == joint.nv && lock >= static_cast<size_t>(cw.carried)
+                               ? work.q[model.parts[part].q0 + k] - cw.lock_value[static_cast<Eigen::Index>(lock)]
+                               : 0.0;
       });
 }
 
@@ -246,8 +251,8 @@ Partition choose_partition(const Model& model, int cluster, Work& work, bool str
   }
   for (int k : cw.locked) preference[k] = std::numeric_limits<int>::max();
 
-  // Complete pivoting of the given rows over joint columns first; what they cannot close is closed by deformation, unless that does less than `least`.
-  // A joint's pivot below 1e-7 of the entries' size is rounding or a singular position, not a way to close the loop.
+  // Complete pivoting of the given rows over joint columns first; what they cannot close is closed by deformation, unless that does less
+  // than `least`. A joint's pivot below 1e-7 of the entries' size is rounding or a singular position, not a way to close the loop.
   const auto eliminate = [&](const std::vector<int>& from, double least) {
     Partition out;
     MatX A = scaled;
@@ -285,20 +290,21 @@ Partition choose_partition(const Model& model, int cluster, Work& work, bool str
       if (!column_used[k]) out.ind.push_back(k);
     return out;
   };
-  // Deformation that does less than a fiftieth is the asymmetry of a mesh: a planar loop of a body that bends in the plane leaves it a little,
-  // and closing its redundant conditions by that would lock the body.
+  // Deformation that does less than a fiftieth is the asymmetry of a mesh: a planar loop of a body that bends in the plane leaves it a
+  // little, and closing its redundant conditions by that would lock the body.
   std::vector<int> loop_rows(static_cast<size_t>(rows) - cw.locked.size());
   std::iota(loop_rows.begin(), loop_rows.end(), 0);
   Partition out = eliminate(loop_rows, 0.02);
   if (cw.locked.empty()) return out;
-  // What is locked (a joint that sticks) is not redundant, and takes away a way to close the loop: the conditions that hold without locks are
-  // to hold with them, by deformation however little it does. A slider that sticks beside its dead centre leaves nothing else.
-  // A lock that takes away the last way to close a condition (a slider exactly in its dead centre, which holds it already) gives way to it.
+  // What is locked (a joint that sticks) is not redundant, and takes away a way to close the loop: the conditions that hold without locks
+  // are to hold with them, by deformation however little it does. A slider that sticks beside its dead centre leaves nothing else. A lock
+  // that takes away the last way to close a condition (a slider exactly in its dead centre, which holds it already) gives way to it.
   const size_t loops = out.rows.size();
   std::vector<int> needed = out.rows;
   for (int r = static_cast<int>(loop_rows.size()); r < rows; ++r) needed.push_back(r);
   const auto closes = [&](const Partition& p) {
-    return static_cast<size_t>(std::count_if(p.rows.begin(), p.rows.end(), [&](int r) { return r < static_cast<int>(loop_rows.size()); })) == loops;
+    return static_cast<size_t>(
+               std::count_if(p.rows.begin(), p.rows.end(), [&](int r) { return r < static_cast<int>(loop_rows.size()); })) == loops;
   };
   Partition all = eliminate(needed, 1e-7);
   for (size_t lock = loops; !closes(all) && lock < needed.size();) {
@@ -359,8 +365,9 @@ void close_positions(const Model& model, int cluster, Work& work) {
     if (!std::isfinite(size) || iteration == 40 || (iteration > 4 && size > c.size)) {
       int worst = 0;
       cw.res.cwiseAbs().maxCoeff(&worst);
-      throw SimulationError(fmt::format("joint '{}' cannot be closed at t = {:.6g} s: it is open by {:.3g}; the mechanism is at or beyond the end of its reach",
-                                        closure_row_name(model, work, cluster, part.rows[worst]), work.time, std::abs(cw.res[worst])));
+      throw SimulationError(fmt::format(
+          "joint '{}' cannot be closed at t = {:.6g} s: it is open by {:.3g}; the mechanism is at or beyond the end of its reach",
+          closure_row_name(model, work, cluster, part.rows[worst]), work.time, std::abs(cw.res[worst])));
     }
     // Move the dependent coordinates, joint by joint.
     for (int i : c.parts) {
@@ -401,8 +408,9 @@ void require_closed(const Model& model, int cluster, Work& work) {
   const VecX scale = closure_row_scales(model, work, cluster);
   for (int row = 0; row < total - static_cast<int>(cw.locked.size()); ++row)
     if (const double e = std::abs(cw.residual[row]) * scale[row]; e > worst) worst = e, open = row;
-  // A ten-thousandth of the size: far above what rounding or an assembly to 1e-9 grows to near a singular position, below what a picture shows.
-  // Elastic bodies add what a slightly unsymmetric mesh lets conditions open that deformation is not asked to close (choose_partition).
+  // A ten-thousandth of the size: far above what rounding or an assembly to 1e-9 grows to near a singular position, below what a picture
+  // shows. Elastic bodies add what a slightly unsymmetric mesh lets conditions open that deformation is not asked to close
+  // (choose_partition).
   double allowed = 1e-4 * c.size;
   if (worst <= allowed) return;
   for (int i : c.parts) {
@@ -420,12 +428,18 @@ void require_closed(const Model& model, int cluster, Work& work) {
   for (int i : c.parts)
     if (model.parts[i].joint.motion >= 0) motions += fmt::format("{}'{}'", driven++ ? ", " : "", model.parts[i].joint.name);
   if (driven > 1)
-    throw SimulationError(fmt::format("joint '{}' comes open at t = {:.6g} s, by {:.3g} m: the motions of the joints {} contradict one another in its loop; leave one motion out",
-                                      closure_row_name(model, work, cluster, open), work.time, worst, motions));
-  throw SimulationError(fmt::format("joint '{}' comes open at t = {:.6g} s, by {:.3g} m: conditions of its loop that followed from the others at the start no longer do. The "
-                                    "mechanism starts in a change point, where it can go on in more than one way: start it beside that position, or give initial rates along one way{}",
-                                    closure_row_name(model, work, cluster, open), work.time, worst,
-                                    bends ? "; or the loop holds the length of a beam that bends: give it the effect axial (a lumped beam has none: take finite elements)" : ""));
+    throw SimulationError(
+        fmt::format("joint '{}' comes open at t = {:.6g} s, by {:.3g} m: the motions of the joints {} contradict one another in its loop; "
+                    "leave one motion out",
+                    closure_row_name(model, work, cluster, open), work.time, worst, motions));
+  throw SimulationError(fmt::format(
+      "joint '{}' comes open at t = {:.6g} s, by {:.3g} m: conditions of its loop that followed from the others at the start no longer do. "
+      "The "
+      "mechanism starts in a change point, where it can go on in more than one way: start it beside that position, or give initial rates "
+      "along one way{}",
+      closure_row_name(model, work, cluster, open), work.time, worst,
+      bends ? "; or the loop holds the length of a beam that bends: give it the effect axial (a lumped beam has none: take finite elements)"
+            : ""));
 }
 
 void close_velocities(const Model& model, int cluster, Work& work) {

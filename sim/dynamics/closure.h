@@ -27,7 +27,8 @@ void update_closure_matrix(const Model& model, int cluster, Work& work, bool all
 void update_closure_rates(const Model& model, int cluster, Work& work);
 
 // Chooses independent rows and dependent rates from G at the current poses. `strict`: by size alone; otherwise sound pivots that
-// keep shallow joints independent are preferred. Conditions that are independent without locked rates are never left out in favour of those.
+// keep shallow joints independent are preferred. Conditions that are independent without locked rates are never left out in favour of
+// those.
 Partition choose_partition(const Model& model, int cluster, Work& work, bool strict);
 
 // Solves the closure for the dependent coordinates, starting from work.q, and leaves positions, G, lu and E up to date.
@@ -42,7 +43,8 @@ void close_velocities(const Model& model, int cluster, Work& work);
 // Wrenches on the frames a and b of a loop joint, each in its own axes, of unit multipliers weighted by lambda (one a row).
 void closure_wrench(const Model& model, const Work& work, int cluster, int loop, const VecX& lambda, Vec6& on_a, Vec6& on_b);
 
-// Largest |dw_dep/dw_ind| among joint rates and among elastic rates, each in metres per metre: how far the partition is from singular (1 is good).
+// Largest |dw_dep/dw_ind| among joint rates and among elastic rates, each in metres per metre: how far the partition is from singular (1 is
+// good).
 double partition_growth(const Model& model, int cluster, const Work& work);
 
 // Characteristic scale of a rate of a cluster: 1 for a translation, the cluster's size for a rotation, 0 for an elastic rate.

@@ -8,7 +8,8 @@
 namespace flexframe::sim {
 namespace {
 
-// Largest displacement of a node per unit of an elastic coordinate, m. Pure twists displace no node of the axis: their rotation times the cluster's size.
+// Largest displacement of a node per unit of an elastic coordinate, m. Pure twists displace no node of the axis: their rotation times the
+// cluster's size.
 double elastic_scale(const Part& part, int k, double size) {
   double reach = 0.0, turn = 0.0;
   for (const FlexibleNode& node : part.body.nodes) {

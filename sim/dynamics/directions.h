@@ -6,10 +6,10 @@
 namespace flexframe::sim {
 
 struct Direction {
-  int v = 0;                 // rate, index in w_all
+  int v = 0;  // rate, index in w_all
   int part = 0;
-  int rate = -1;             // >= 0: of the part's joint; else elastic coordinate -1 - rate
-  double scale = 1.0;        // m per unit: 1 for a translation, the cluster's size for a rotation, an elastic coordinate's largest displacement
+  int rate = -1;       // >= 0: of the part's joint; else elastic coordinate -1 - rate
+  double scale = 1.0;  // m per unit: 1 for a translation, the cluster's size for a rotation, an elastic coordinate's largest displacement
 };
 
 // Every independent rate of every cluster (ClusterWork::partition), in the order of the state.

@@ -9,7 +9,6 @@
 
 #include <fmt/format.h>
 
-
 #include <algorithm>
 
 namespace flexframe::sim {
@@ -183,9 +182,9 @@ bool has_inertia(const ClusterWork& cw) {
   return true;
 }
 
-// What turns without inertia and without a moment, a thin rod about itself or a point mass on a ball, keeps its rate: there (D v = 0, v . h = 0)
-// the matrix gets an inertia of its own, which changes no other acceleration. False where something drives it, where a body at the end of
-// a tree has no mass at all, and where the kinetic energy is not positive.
+// What turns without inertia and without a moment, a thin rod about itself or a point mass on a ball, keeps its rate: there (D v = 0, v . h
+// = 0) the matrix gets an inertia of its own, which changes no other acceleration. False where something drives it, where a body at the end
+// of a tree has no mass at all, and where the kinetic energy is not positive.
 bool hold_idle(const Model& model, int cluster, Work& work) {
   const Cluster& c = model.clusters[cluster];
   ClusterWork& cw = work.clusters[cluster];
@@ -250,13 +249,18 @@ bool hold_idle(const Model& model, int cluster, Work& work) {
     // What a deformation had of inertia at rest, only deformation takes away.
     if (elastic && p.body.Me(v - p.ev0, v - p.ev0) > 0.0) {
       work.indefinite = part;
-      throw SimulationError(fmt::format("the kinetic energy of elastic coordinate {} of body '{}' is no longer positive at t = {:.6g} s: it is deformed beyond what the second-order "
-                                        "displacement field describes; use model = \"mixed\" with more volumes, fewer modes (keep_modes), or leave out stiffening",
-                                        v - p.ev0 + 1, p.name, work.time));
+      throw SimulationError(fmt::format(
+          "the kinetic energy of elastic coordinate {} of body '{}' is no longer positive at t = {:.6g} s: it is deformed beyond what the "
+          "second-order "
+          "displacement field describes; use model = \"mixed\" with more volumes, fewer modes (keep_modes), or leave out stiffening",
+          v - p.ev0 + 1, p.name, work.time));
     }
-    throw SimulationError(fmt::format("{} moves without inertia at t = {:.6g} s, driven by a force or a moment, or with a body that has no mass: give the bodies it carries mass or inertia, "
-                                        "or fix the joint",
-                                        elastic ? fmt::format("elastic coordinate {} of body '{}'", v - p.ev0 + 1, p.name) : fmt::format("joint '{}'", p.joint.name), work.time));
+    throw SimulationError(fmt::format(
+        "{} moves without inertia at t = {:.6g} s, driven by a force or a moment, or with a body that has no mass: give the bodies it "
+        "carries mass or inertia, "
+        "or fix the joint",
+        elastic ? fmt::format("elastic coordinate {} of body '{}'", v - p.ev0 + 1, p.name) : fmt::format("joint '{}'", p.joint.name),
+        work.time));
   }
   throw SimulationError(fmt::format("the mass matrix of '{}' is singular at t = {:.6g} s", model.parts[c.parts.front()].name, work.time));
 }
@@ -291,8 +295,7 @@ void reduce_cluster(const Model& model, int cluster, Work& work) {
       double* const D = &cw.D(0, k);
       const double* const M = &cw.M(0, column);
       for (int i = k; i < ni; ++i) D[i] = M[part.ind[i]];
-      for (int d = 0; d < nd; ++d)
-        cw.D.col(k).tail(left) += cw.T(d, k) * cw.Et.col(d).tail(left) + cw.E(d, k) * cw.Mid.col(d).tail(left);
+      for (int d = 0; d < nd; ++d) cw.D.col(k).tail(left) += cw.T(d, k) * cw.Et.col(d).tail(left) + cw.E(d, k) * cw.Mid.col(d).tail(left);
       for (int i = k + 1; i < ni; ++i) cw.D(k, i) = D[i];
       cw.U.col(k) = cw.Ib.col(column);
       cw.h[k] = -cw.r[column];
@@ -332,7 +335,8 @@ void update_positions(const Model& model, Work& work) {
     close_positions(model, static_cast<int>(c), work);
     update_cluster_world(model, static_cast<int>(c), work);
   }
-  for (size_t i = 0; i < model.parts.size(); ++i) update_mass(kinetics(model, work, static_cast<int>(i)), work.parts[i].q, work.parts[i].terms);
+  for (size_t i = 0; i < model.parts.size(); ++i)
+    update_mass(kinetics(model, work, static_cast<int>(i)), work.parts[i].q, work.parts[i].terms);
   if (!model.massless.rates.empty()) balance_positions(model, work);
 }
 

@@ -15,7 +15,9 @@ void update_velocities(const Model& model, Work& work);
 // Throws SimulationError naming a joint that moves without inertia.
 void update_accelerations(const Model& model, Work& work);
 
-struct Energy { double kinetic = 0.0, strain = 0.0, potential = 0.0; };
+struct Energy {
+  double kinetic = 0.0, strain = 0.0, potential = 0.0;
+};
 // Energies of bodies, springs and gravity, J. Positions and velocities come first. body >= 0: of one scene body only.
 Energy compute_energy(const Model& model, const Work& work, int scene_body = -1);
 

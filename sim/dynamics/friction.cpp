@@ -19,9 +19,12 @@ namespace {
 // Component of a joint's reaction force (axes of the joint) that presses its surfaces together.
 Vec3 pressing(const TreeJoint& joint, const Vec3& force) {
   switch (traits(joint.kind).pressing) {
-    case Pressing::across_axis: return force - joint.axis.dot(force) * joint.axis;
-    case Pressing::along_axis: return joint.axis.dot(force) * joint.axis;
-    default: return force;
+    case Pressing::across_axis:
+      return force - joint.axis.dot(force) * joint.axis;
+    case Pressing::along_axis:
+      return joint.axis.dot(force) * joint.axis;
+    default:
+      return force;
   }
 }
 
@@ -68,15 +71,17 @@ double held(const FrictionState& friction, const FrictionPoint& p) {
 double factor(const FrictionState& friction, const FrictionPoint& p, const Model& model, const Work& work) {
   if (p.phase == FrictionPhase::slip) {
     const double speed = slip_speed(friction, p, model, work);
-    const double part = speed <= no_speed * std::max(friction.fastest, 1e-100) ? p.along
-                                                                              : std::copysign(1.0, slip_along(friction, p, model, work)) * p.weight * rate_of(p, model, work) / speed;
+    const double part = speed <= no_speed * std::max(friction.fastest, 1e-100)
+                            ? p.along
+                            : std::copysign(1.0, slip_along(friction, p, model, work)) * p.weight * rate_of(p, model, work) / speed;
     return -p.law.coefficient * p.arm * part;
   }
   if (p.phase != FrictionPhase::regularised) return -direction(p) * p.law.coefficient * p.arm;
   const double w = p.weight * rate_of(p, model, work), v = *p.law.regularised, mu = p.law.coefficient;
   const double slip = slip_speed(friction, p, model, work);
   if (slip == 0.0) return 0.0;
-  return -(mu + (static_coefficient(p.law) - mu) * std::exp(-(slip / (5.0 * v)) * (slip / (5.0 * v)))) * p.arm * std::tanh(slip / v) * (w / slip);
+  return -(mu + (static_coefficient(p.law) - mu) * std::exp(-(slip / (5.0 * v)) * (slip / (5.0 * v)))) * p.arm * std::tanh(slip / v) *
+         (w / slip);
 }
 
 double& force_of(const FrictionPoint& p, Work& work) { return work.parts[p.part].friction[p.rate]; }
@@ -108,8 +113,8 @@ void solve_reaction_friction(const Model& model, FrictionState& friction, Work& 
     for (Eigen::Index i = 0; i < m; ++i) per[i][j] = (reaction(i) - none[i]) / probe;
     force_of(friction.points[slipping[j]], work) = 0.0;
   }
-  // From none on: |R| is convex, so that Newton's steps from there come up to the least friction that fits, the one that a growing coefficient leads
-  // to, and do not jump over to another.
+  // From none on: |R| is convex, so that Newton's steps from there come up to the least friction that fits, the one that a growing
+  // coefficient leads to, and do not jump over to another.
   VecX f = VecX::Zero(m), c(m), residual(m);
   for (Eigen::Index i = 0; i < m; ++i) {
     const FrictionPoint& p = friction.points[slipping[i]];
@@ -134,8 +139,10 @@ void solve_reaction_friction(const Model& model, FrictionState& friction, Work& 
     if (iteration > 25)
       for (Eigen::Index i = 0; i < m; ++i) wrong = wrong || f[i] * c[i] < 0.0 || residual.cwiseAbs().maxCoeff() > 1e-10 * size;
     if (wrong)
-      throw SimulationError(fmt::format("joint '{}' jams at t = {:.6g} s: its friction and its reaction raise each other without limit; lower the coefficient or give "
-                                        "normal_force as a number", model.parts[friction.points[slipping.front()].part].joint.name, work.time));
+      throw SimulationError(fmt::format(
+          "joint '{}' jams at t = {:.6g} s: its friction and its reaction raise each other without limit; lower the coefficient or give "
+          "normal_force as a number",
+          model.parts[friction.points[slipping.front()].part].joint.name, work.time));
     if (iteration > 25) break;
   }
   for (Eigen::Index i = 0; i < m; ++i) force_of(friction.points[slipping[i]], work) = f[i];
@@ -178,7 +185,8 @@ void renew_locks(const Model& model, const FrictionState& friction, Work& work) 
   update_velocities(model, work);
 }
 
-// The direction in which a group starts to slip from rest: that of its acceleration, which friction opposes. Its locks are gone; other forces stay.
+// The direction in which a group starts to slip from rest: that of its acceleration, which friction opposes. Its locks are gone; other
+// forces stay.
 void aim_breakaway(const Model& model, FrictionState& friction, FrictionPoint& lead, Work& work) {
   const auto group = group_of(friction, lead);
   const Eigen::Index n = lead.count;
@@ -276,7 +284,8 @@ void update_friction_accelerations(const Model& model, FrictionState& friction, 
   }
 }
 
-void settle_friction(const Model& model, FrictionState& friction, const std::vector<int>& resting, Work& work, std::vector<std::string>& changes) {
+void settle_friction(const Model& model, FrictionState& friction, const std::vector<int>& resting, Work& work,
+                     std::vector<std::string>& changes) {
   std::vector<FrictionPhase> before;
   before.reserve(friction.points.size());
   for (const FrictionPoint& p : friction.points) before.push_back(p.phase);
@@ -296,7 +305,8 @@ void settle_friction(const Model& model, FrictionState& friction, const std::vec
     for (FrictionPoint& p : friction.points) {
       if (pass > 0) break;
       const double scale = rate_scale(model, p.cluster, p.local), rest = at_rest * friction.fastest;
-      const bool one = !turned && (p.phase == FrictionPhase::forward || p.phase == FrictionPhase::backward) && std::abs(rate_of(p, model, work)) * scale <= rest;
+      const bool one = !turned && (p.phase == FrictionPhase::forward || p.phase == FrictionPhase::backward) &&
+                       std::abs(rate_of(p, model, work)) * scale <= rest;
       const bool all = p.phase == FrictionPhase::slip && leads(friction, p) && slip_speed(friction, p, model, work) * scale <= rest;
       if (!one && !all) continue;
       set_phase(p, FrictionPhase::stick);
@@ -325,7 +335,8 @@ void settle_friction(const Model& model, FrictionState& friction, const std::vec
         continue;
       }
       const ClusterWork& cw = work.clusters[p.cluster];
-      const int row = closure_row_count(model, work, p.cluster) - static_cast<int>(cw.locked.end() - std::find(cw.locked.begin(), cw.locked.end(), p.local));
+      const int row = closure_row_count(model, work, p.cluster) -
+                      static_cast<int>(cw.locked.end() - std::find(cw.locked.begin(), cw.locked.end(), p.local));
       if (std::find(cw.partition.rows.begin(), cw.partition.rows.end(), row) == cw.partition.rows.end()) {
         // Held or driven by the rest of the mechanism: driven, it slips the way it is taken.
         const double a = work.wdot[model.parts[p.part].v0 + p.rate];
@@ -359,8 +370,12 @@ void settle_friction(const Model& model, FrictionState& friction, const std::vec
     if (p.phase == before[k] || (grouped(p) && !leads(friction, p))) continue;
     const TreeJoint& joint = model.parts[p.part].joint;
     changes.push_back(fmt::format("joint '{}'{} {}", joint.name,
-                                  joint.nv == 1 || joint.nv == p.count ? "" : p.count > 1 ? fmt::format(" (coordinates {} to {})", p.rate + 1, p.rate + p.count) : fmt::format(" (coordinate {})", p.rate + 1),
-                                  p.phase == FrictionPhase::stick ? "sticks" : before[k] == FrictionPhase::stick ? "slips" : "turns round"));
+                                  joint.nv == 1 || joint.nv == p.count ? ""
+                                  : p.count > 1 ? fmt::format(" (coordinates {} to {})", p.rate + 1, p.rate + p.count)
+                                                : fmt::format(" (coordinate {})", p.rate + 1),
+                                  p.phase == FrictionPhase::stick     ? "sticks"
+                                  : before[k] == FrictionPhase::stick ? "slips"
+                                                                      : "turns round"));
   }
 }
 
@@ -378,19 +393,25 @@ void follow_slip(const Model& model, FrictionState& friction, const Work& work, 
 }
 
 bool slip_rests(const FrictionPoint& p, const FrictionState& friction, const Model& model, const Work& work) {
-  return slip_speed(friction, p, model, work) * rate_scale(model, p.cluster, p.local) <= std::max(friction.tolerance, 1e-9) * friction.fastest;
+  return slip_speed(friction, p, model, work) * rate_scale(model, p.cluster, p.local) <=
+         std::max(friction.tolerance, 1e-9) * friction.fastest;
 }
 
 double friction_margin(const FrictionPoint& p, const FrictionState& friction, const Model& model, const Work& work) {
   if (grouped(p)) {
     if (!leads(friction, p)) return 1.0;
-    return p.phase == FrictionPhase::stick ? static_coefficient(p.law) * p.normal - held(friction, p) : slip_along(friction, p, model, work);
+    return p.phase == FrictionPhase::stick ? static_coefficient(p.law) * p.normal - held(friction, p)
+                                           : slip_along(friction, p, model, work);
   }
   switch (p.phase) {
-    case FrictionPhase::stick: return static_coefficient(p.law) * p.normal * p.arm - std::abs(p.hold);
-    case FrictionPhase::forward: return rate_of(p, model, work);
-    case FrictionPhase::backward: return -rate_of(p, model, work);
-    default: return 1.0;
+    case FrictionPhase::stick:
+      return static_coefficient(p.law) * p.normal * p.arm - std::abs(p.hold);
+    case FrictionPhase::forward:
+      return rate_of(p, model, work);
+    case FrictionPhase::backward:
+      return -rate_of(p, model, work);
+    default:
+      return 1.0;
   }
 }
 

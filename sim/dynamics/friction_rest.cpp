@@ -15,7 +15,8 @@ struct Trial {
   Friction law;
 };
 
-// Whether the points of `trials`, in their present phases, all accelerate the way they are to slip; `largest`: of their accelerations so far, a point each.
+// Whether the points of `trials`, in their present phases, all accelerate the way they are to slip; `largest`: of their accelerations so
+// far, a point each.
 bool slips_on(const Model& model, FrictionState& friction, const std::vector<Trial>& trials, Work& work, VecX& largest) {
   try {
     update_friction_accelerations(model, friction, work);
@@ -45,7 +46,9 @@ bool turn_round(const Model& model, FrictionState& friction, const std::vector<i
   }
   for (FrictionPoint& p : friction.points) {
     // What comes to rest with them (rates in proportion to one another) takes part.
-    if ((p.phase != FrictionPhase::forward && p.phase != FrictionPhase::backward) || std::abs(rate_of(p, model, work)) > at_rest / no_speed * friction_rounding(p, friction, model)) continue;
+    if ((p.phase != FrictionPhase::forward && p.phase != FrictionPhase::backward) ||
+        std::abs(rate_of(p, model, work)) > at_rest / no_speed * friction_rounding(p, friction, model))
+      continue;
     if (std::none_of(trials.begin(), trials.end(), [&](const Trial& t) { return t.point == &p; })) trials.push_back({&p, p.phase, p.law});
   }
   if (trials.size() > 4) return false;
@@ -69,7 +72,8 @@ bool turn_round(const Model& model, FrictionState& friction, const std::vector<i
 }
 
 void follow_fastest(const Model& model, FrictionState& friction, const Work& work) {
-  for (const FrictionPoint& p : friction.points) friction.fastest = std::max(friction.fastest, std::abs(rate_of(p, model, work)) * rate_scale(model, p.cluster, p.local));
+  for (const FrictionPoint& p : friction.points)
+    friction.fastest = std::max(friction.fastest, std::abs(rate_of(p, model, work)) * rate_scale(model, p.cluster, p.local));
 }
 
 double friction_rounding(const FrictionPoint& p, const FrictionState& friction, const Model& model) {
@@ -77,7 +81,8 @@ double friction_rounding(const FrictionPoint& p, const FrictionState& friction, 
 }
 
 bool any_sticks(const FrictionState& friction) {
-  return std::any_of(friction.points.begin(), friction.points.end(), [](const FrictionPoint& p) { return p.phase == FrictionPhase::stick; });
+  return std::any_of(friction.points.begin(), friction.points.end(),
+                     [](const FrictionPoint& p) { return p.phase == FrictionPhase::stick; });
 }
 
 }  // namespace flexframe::sim

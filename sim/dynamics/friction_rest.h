@@ -21,9 +21,10 @@ void follow_fastest(const Model& model, FrictionState& friction, const Work& wor
 // What rounding leaves of a slip that is zero, in the unit of its rate; of a point that sticks 0.
 double friction_rounding(const FrictionPoint& point, const FrictionState& friction, const Model& model);
 
-// Points that have come to rest, none in a group, go on at once: the directions in which all of them accelerate against their static friction, found
-// by trying all of them (the complementarity conditions of Pfeiffer and Glocker 1996, ch. 5, enumerated). False, and nothing changed, where
-// there are none (they stick), more than one choice (a reaction that raises itself), or too many points to try. Velocities come first.
+// Points that have come to rest, none in a group, go on at once: the directions in which all of them accelerate against their static
+// friction, found by trying all of them (the complementarity conditions of Pfeiffer and Glocker 1996, ch. 5, enumerated). False, and
+// nothing changed, where there are none (they stick), more than one choice (a reaction that raises itself), or too many points to try.
+// Velocities come first.
 bool turn_round(const Model& model, FrictionState& friction, const std::vector<int>& resting, Work& work);
 
 }  // namespace flexframe::sim

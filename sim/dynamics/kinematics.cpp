@@ -184,16 +184,12 @@ void update_cluster_chain(const Model& model, int cluster, Work& work) {
     const Part& part = model.parts[i];
     PartWork& p = work.parts[i];
     const TreeJoint& j = part.joint;
-    if (j.motion >= 0)
-      update_joint_position(j, &work.motion[j.motion].value, p.joint);
-    else
-      update_joint_position(j, work.q.data() + part.q0, p.joint);
+    if (j.motion >= 0) update_joint_position(j, &work.motion[j.motion].value, p.joint);
+    else update_joint_position(j, work.q.data() + part.q0, p.joint);
     p.step = compose(p.joint.pose, inverse(work.frames[j.outboard].pose));
     const bool inside = part.parent != ground && model.parts[part.parent].cluster == cluster;
-    if (inside)
-      p.in_base = compose(compose(work.parts[part.parent].in_base, work.frames[j.inboard].pose), p.step);
-    else
-      p.in_base = compose(c.entry[entry++], p.step);
+    if (inside) p.in_base = compose(compose(work.parts[part.parent].in_base, work.frames[j.inboard].pose), p.step);
+    else p.in_base = compose(c.entry[entry++], p.step);
   }
 }
 

@@ -22,8 +22,8 @@ void update_cluster_positions(const Model& model, int cluster, Work& work);
 void update_cluster_world(const Model& model, int cluster, Work& work);
 // Twists and A0 of a cluster's parts from work.w; its parent's come first.
 void update_cluster_velocities(const Model& model, int cluster, Work& work);
-// Acceleration base_A of a cluster's base frame from that of its carrier (gravity as an acceleration of ground), and, from it and work.wdot, those
-// of its parts: A and qdd.
+// Acceleration base_A of a cluster's base frame from that of its carrier (gravity as an acceleration of ground), and, from it and
+// work.wdot, those of its parts: A and qdd.
 void update_base_acceleration(const Model& model, int cluster, Work& work);
 void update_cluster_accelerations(const Model& model, int cluster, Work& work);
 

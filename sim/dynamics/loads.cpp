@@ -88,10 +88,8 @@ Vec6 frame_wrench(const Model& model, const Work& work, const Load& load) {
   Vec6 F = Vec6::Zero();
   Vec3 d = load.def.direction * work.expression_value[load.expression];
   if (!load.def.follower) d = frame_world(model, work, load.on).R.transpose() * d;
-  if (load.def.kind == ForceKind::torque)
-    F.tail<3>() = d;
-  else
-    F.head<3>() = d;
+  if (load.def.kind == ForceKind::torque) F.tail<3>() = d;
+  else F.head<3>() = d;
   return F;
 }
 
@@ -200,11 +198,13 @@ void visit_loads(const Model& model, Work& work, const OnFrame& on_frame, const 
   for (const Load& load : model.loads) {
     if (load.table) {
       const TreeJoint& j = model.parts[load.table_part].joint;
-      work.expression_value[load.expression] = load.table->value(j.motion >= 0 ? work.motion[j.motion].value : work.q[model.parts[load.table_part].q0]);
+      work.expression_value[load.expression] =
+          load.table->value(j.motion >= 0 ? work.motion[j.motion].value : work.q[model.parts[load.table_part].q0]);
     }
     refresh_frames(model, work, load);
     switch (load.def.kind) {
-      case ForceKind::force: case ForceKind::torque:
+      case ForceKind::force:
+      case ForceKind::torque:
         on_frame(load.on, frame_wrench(model, work, load));
         break;
       case ForceKind::distributed:
@@ -258,7 +258,11 @@ void update_loads(const Model& model, Work& work) {
 std::vector<FrameWrench> frame_wrenches(const Model& model, Work& work) {
   std::vector<FrameWrench> out;
   visit_loads(
-      model, work, [&](int frame, const Vec6& F) { out.push_back({frame, F}); }, [](const Load&) {});
+      model, work,
+      [&](int frame, const Vec6& F) {
+        out.push_back({frame, F});
+      },
+      [](const Load&) {});
   return out;
 }
 

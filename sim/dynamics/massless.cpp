@@ -114,9 +114,11 @@ VecX derivative(const Model& model, Work& work, double step, Move&& move) {
   std::vector<int> rates;
   rates.reserve(work.massless.stiff.size());
   for (int k : work.massless.stiff) rates.push_back(model.massless.rates[static_cast<size_t>(k)]);
-  throw SimulationError(fmt::format("joint {}: the springs that hold what has no mass there find no balance near the last one at t = {:.6g} s: it snaps through, or no spring acts along a "
-                                    "direction any more; give the body a mass, or put a damper beside the spring",
-                                    joints_of(model, rates), work.time));
+  throw SimulationError(
+      fmt::format("joint {}: the springs that hold what has no mass there find no balance near the last one at t = {:.6g} s: it snaps "
+                  "through, or no spring acts along a "
+                  "direction any more; give the body a mass, or put a damper beside the spring",
+                  joints_of(model, rates), work.time));
 }
 
 }  // namespace
@@ -203,7 +205,8 @@ void balance_velocities(const Model& model, Work& work) {
     // And in time, with the masses' rates.
     double speed = 0.0;
     for (size_t c = 0; c < model.clusters.size(); ++c)
-      for (int v = 0; v < model.clusters[c].nv; ++v) speed = std::max(speed, std::abs(p[model.clusters[c].v0 + v]) * std::max(1e-3, rate_scale(model, static_cast<int>(c), v)));
+      for (int v = 0; v < model.clusters[c].nv; ++v)
+        speed = std::max(speed, std::abs(p[model.clusters[c].v0 + v]) * std::max(1e-3, rate_scale(model, static_cast<int>(c), v)));
     for (const TimeJet& jet : motion) speed = std::max(speed, std::abs(jet.rate) * model.size);
     const VecX in_time = derivative(model, work, speed > 0.0 ? step / speed : 1e-3, [&](double s) {
       work.q = q;
@@ -236,9 +239,11 @@ void balance_velocities(const Model& model, Work& work) {
   applied_forces(model, work, rest);
   for (Eigen::Index k = n; k < m.Z.cols(); ++k)
     if (std::abs(m.Z.col(k).dot(rest.force)) / m.scale[k] > 1e-9 * rest.scale)
-      throw SimulationError(fmt::format("joint '{}' moves without inertia at t = {:.6g} s, driven by a force or a moment that no spring or damper meets at the start: give the bodies it carries "
-                                        "mass or inertia, a spring in that direction, or fix the joint",
-                                        model.parts[joint_of_rate(model, m.rates[static_cast<size_t>(k)])].joint.name, work.time));
+      throw SimulationError(
+          fmt::format("joint '{}' moves without inertia at t = {:.6g} s, driven by a force or a moment that no spring or damper meets at "
+                      "the start: give the bodies it carries "
+                      "mass or inertia, a spring in that direction, or fix the joint",
+                      model.parts[joint_of_rate(model, m.rates[static_cast<size_t>(k)])].joint.name, work.time));
 }
 
 void remove_massless_rates(const Model& model, VecX& w) {

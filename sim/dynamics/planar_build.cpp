@@ -95,9 +95,9 @@ struct PlanarDynamics::Data::Builder {
   const Model& model;
   const Work& work;
   Data& d;
-  Vec3 normal = Vec3::Zero();     // of the plane, world axes
-  Mat3 Qw = Mat3::Identity();     // planar axes of the world,
-  std::vector<Mat3> Qp{}, Qf{};   // of every part and every frame, in its own axes
+  Vec3 normal = Vec3::Zero();    // of the plane, world axes
+  Mat3 Qw = Mat3::Identity();    // planar axes of the world,
+  std::vector<Mat3> Qp{}, Qf{};  // of every part and every frame, in its own axes
 
   void build() {
     find_normal();

@@ -43,9 +43,7 @@ inline Vec3 wrench_to_child(const Pose2& a, const Vec3& F) {
   const Vec2 f = turn_back(a, {F.x(), F.y()});
   return {f.x(), f.y(), F.z() - (a.p.x() * F.y() - a.p.y() * F.x())};
 }
-inline Vec3 bracket(const Vec3& W, const Vec3& V) {
-  return {-W.z() * V.y() + W.y() * V.z(), W.z() * V.x() - W.x() * V.z(), 0.0};
-}
+inline Vec3 bracket(const Vec3& W, const Vec3& V) { return {-W.z() * V.y() + W.y() * V.z(), W.z() * V.x() - W.x() * V.z(), 0.0}; }
 // Matrix of to_child.
 inline Mat3 child_matrix(const Pose2& a) {
   Mat3 X;
@@ -62,15 +60,15 @@ inline Vec3 dots(const MatX3& A, const VecX& x) { return {A.col(0).dot(x), A.col
 struct Frame {
   int part = ground;
   bool flexible = false;
-  Pose2 pose;                   // in the part
+  Pose2 pose;  // in the part
   // Constants of a flexible frame: undeformed node, constant offset from it, columns of the displacement and rotation.
   Vec2 origin, offset, arm;
   double node_angle = 0.0, offset_angle = 0.0;
   VecX phi_x, phi_y, psi;
-  MatX phi2_x, phi2_y;          // empty: none
+  MatX phi2_x, phi2_y;  // empty: none
   // Of the state.
-  VecX h_x, h_y, scratch;       // phi2 q
-  MatX3 B;                      // n x 3
+  VecX h_x, h_y, scratch;  // phi2 q
+  MatX3 B;                 // n x 3
   Vec3 W = Vec3::Zero(), V = Vec3::Zero(), bias = Vec3::Zero();
 };
 
@@ -82,7 +80,7 @@ struct Body {
   MatX md2_x, md2_y, J2, Cr1, Cr1_difference, Me, Ke, De;  // Cr1_difference = Cr1 - Cr1^T
   // Of the state.
   Mat3 Mrr;
-  MatX3 Mre;                    // n x 3
+  MatX3 Mre;  // n x 3
   VecX J2q, work;
   Vec3 cr;
   VecX ce;
@@ -90,8 +88,8 @@ struct Body {
 
 struct Joint {
   JointKind kind = JointKind::weld;
-  double sense = 1.0;           // of the axis against the normal
-  Pose2 zero;                   // planar axes of B in those of A at the coordinates' origin
+  double sense = 1.0;                                         // of the axis against the normal
+  Pose2 zero;                                                 // planar axes of B in those of A at the coordinates' origin
   Vec2 direction = Vec2::Zero(), direction_y = Vec2::Zero();  // of translations, planar axes of A
   int nv = 0;
   // Of the state.
@@ -110,12 +108,12 @@ struct PlanarPart {
   MatX3 Mre, C, Fe, scratch;
   MatX Mee;
   Mat3 Hj, Fj;
-  MatX3 F;                      // columns are coordinates: (nv + n) x 3
+  MatX3 F;  // columns are coordinates: (nv + n) x 3
 };
 
 struct Row {
   ClosureRow::Kind kind;
-  int loop = -1;                // index into Data::loop_frames, -1: a locked rate
+  int loop = -1;  // index into Data::loop_frames, -1: a locked rate
   int lock = 0;
   Vec2 u = Vec2::Zero(), b = Vec2::Zero();
   double constant = 0.0, out_of_plane2 = 0.0, length = 0.0;
@@ -123,7 +121,7 @@ struct Row {
 
 struct PlanarCluster {
   std::vector<Pose2> entry;
-  std::vector<Row> rows;        // all of the loops, in closure.h's order
+  std::vector<Row> rows;  // all of the loops, in closure.h's order
   Mat3 Ibb;
   MatX3 Ib, U, DinvUt;
   std::vector<std::pair<int, int>> runs;  // of independent rates: first, count

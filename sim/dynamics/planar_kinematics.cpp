@@ -99,7 +99,8 @@ void joint_position(const TreeJoint& def, Joint& j, const double* q) {
       j.S.col(2) = Vec3(0.0, 0.0, j.sense);
       break;
     }
-    default: return;
+    default:
+      return;
   }
   if (!def.reversed) return;
   for (int k = 0; k < rate_count(j.kind); ++k) j.S.col(k) = -to_parent(j.pose, j.S.col(k));
@@ -137,8 +138,7 @@ void PlanarDynamics::Data::cluster_chain(const Model& model, int k, const Work& 
     p.step = compose(p.joint.pose, inverse(frames[j.outboard].pose));
     if (part.parent != ground && model.parts[part.parent].cluster == k)
       p.in_base = compose(compose(parts[part.parent].in_base, frames[j.inboard].pose), p.step);
-    else
-      p.in_base = compose(clusters[k].entry[entry++], p.step);
+    else p.in_base = compose(clusters[k].entry[entry++], p.step);
   }
 }
 
@@ -161,9 +161,12 @@ double PlanarDynamics::Data::row_residual(const Model& model, int cluster, const
   const LoopJoint& loop = model.loops[row.loop];
   const Pose2 r = compose(inverse(in_base(model, cluster, loop.a)), in_base(model, cluster, loop.b));
   switch (row.kind) {
-    case ClosureRow::translation: return row.u.dot(r.p) + row.constant;
-    case ClosureRow::angle: return row.u.dot(turn(r, row.b)) + row.constant;
-    default: return (r.p.squaredNorm() + row.out_of_plane2 - row.length * row.length) / (2.0 * row.length);
+    case ClosureRow::translation:
+      return row.u.dot(r.p) + row.constant;
+    case ClosureRow::angle:
+      return row.u.dot(turn(r, row.b)) + row.constant;
+    default:
+      return (r.p.squaredNorm() + row.out_of_plane2 - row.length * row.length) / (2.0 * row.length);
   }
 }
 

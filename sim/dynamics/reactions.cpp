@@ -25,9 +25,11 @@ VecX closure_multipliers(const Model& model, Work& work, int cluster) {
 
 namespace {
 
-// Wrenches of the loop joints of a cluster with the multipliers `all` of their rows, taken from what the parts need, then, leaves to root, those
-// of its tree joints: each supplies what its part and everything on it needs. What the cluster needs of its carrier comes back in `carrier`.
-void cluster_wrenches(const Model& model, const Work& work, int cluster, const VecX& all, std::vector<Vec6>& need, Reactions& out, Vec6& carrier) {
+// Wrenches of the loop joints of a cluster with the multipliers `all` of their rows, taken from what the parts need, then, leaves to root,
+// those of its tree joints: each supplies what its part and everything on it needs. What the cluster needs of its carrier comes back in
+// `carrier`.
+void cluster_wrenches(const Model& model, const Work& work, int cluster, const VecX& all, std::vector<Vec6>& need, Reactions& out,
+                      Vec6& carrier) {
   const Cluster& c = model.clusters[cluster];
   carrier.setZero();
   const auto take = [&](int frame, const Vec6& F) {
@@ -74,11 +76,13 @@ VecX in_newtons(const Model& model, int cluster, const Reactions& reactions) {
   return out;
 }
 
-// Multipliers of states of self-stress, a column for each redundant row: they press the joints of the loop against one another and move nothing.
+// Multipliers of states of self-stress, a column for each redundant row: they press the joints of the loop against one another and move
+// nothing.
 MatX self_stresses(const Model& model, Work& work, int cluster) {
   ClusterWork& cw = work.clusters[cluster];
   const Partition& part = cw.partition;
-  const int nd = static_cast<int>(part.dep.size()), rows = closure_row_count(model, work, cluster), loop_rows = rows - static_cast<int>(cw.locked.size());
+  const int nd = static_cast<int>(part.dep.size()), rows = closure_row_count(model, work, cluster),
+            loop_rows = rows - static_cast<int>(cw.locked.size());
   std::vector<int> redundant;
   for (int r = 0; r < loop_rows; ++r)
     if (std::find(part.rows.begin(), part.rows.end(), r) == part.rows.end()) redundant.push_back(r);

@@ -6,16 +6,17 @@
 namespace flexframe::sim {
 
 struct Reactions {
-  std::vector<Vec6> part;   // per part: wrench that its joint exerts on it, at the outboard frame, frame axes
-  std::vector<Vec6> loop;   // per loop joint: wrench on frame b (child side), at b, b's axes
+  std::vector<Vec6> part;  // per part: wrench that its joint exerts on it, at the outboard frame, frame axes
+  std::vector<Vec6> loop;  // per loop joint: wrench on frame b (child side), at b, b's axes
 };
 
 // Needs accelerations (update_accelerations). Redundant closure conditions (a planar loop of spatial revolutes) leave reactions
-// undetermined: with minimum_norm the joints of the cluster share the load so that the sum of squares is least (moments over its size), else redundant ones carry none.
+// undetermined: with minimum_norm the joints of the cluster share the load so that the sum of squares is least (moments over its size),
+// else redundant ones carry none.
 void compute_reactions(const Model& model, Work& work, Reactions& out, bool minimum_norm = true);
 
-// Multipliers of all closure rows of a cluster (N, or Nm for angles), those of its locked rates last: forces along the rows' directions. Redundant
-// rows carry none.
+// Multipliers of all closure rows of a cluster (N, or Nm for angles), those of its locked rates last: forces along the rows' directions.
+// Redundant rows carry none.
 VecX closure_multipliers(const Model& model, Work& work, int cluster);
 
 // Power that prescribed motions feed in, W.

@@ -1,8 +1,8 @@
 #include "sim/dynamics/section_forces.h"
 
-#include "sim/model/bodies.h"
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/loads.h"
+#include "sim/model/bodies.h"
 
 #include <algorithm>
 
@@ -21,7 +21,8 @@ void add_shapes(const Part& part, const std::vector<int>& nodes, double x, CutBe
     size_t k = 0;
     while (k + 1 < nodes.size() && node(k + 1).origin.x() < x) ++k;
     const size_t next = std::min(k + 1, nodes.size() - 1);
-    const double span = node(next).origin.x() - node(k).origin.x(), s = span > 0.0 ? std::clamp((x - node(k).origin.x()) / span, 0.0, 1.0) : 0.0;
+    const double span = node(next).origin.x() - node(k).origin.x(),
+                 s = span > 0.0 ? std::clamp((x - node(k).origin.x()) / span, 0.0, 1.0) : 0.0;
     phi = (1.0 - s) * node(k).phi + s * node(next).phi;
     psi = (1.0 - s) * node(k).psi + s * node(next).psi;
   }
@@ -53,7 +54,9 @@ SectionForces::SectionForces(const Model& model, const Scene& scene) : at_(model
       nodes.push_back(static_cast<int>(k));
       x.push_back(part.body.nodes[k].origin.x());
     }
-    std::stable_sort(nodes.begin(), nodes.end(), [&](int a, int b) { return part.body.nodes[static_cast<size_t>(a)].origin.x() < part.body.nodes[static_cast<size_t>(b)].origin.x(); });
+    std::stable_sort(nodes.begin(), nodes.end(), [&](int a, int b) {
+      return part.body.nodes[static_cast<size_t>(a)].origin.x() < part.body.nodes[static_cast<size_t>(b)].origin.x();
+    });
     for (size_t f = 0; f < model.frames.size(); ++f)
       if (model.frames[f].part == beam.part) x.push_back(place_of(model, static_cast<int>(f)));
     for (double& place : x) place = std::clamp(place, 0.0, length);
@@ -69,7 +72,8 @@ SectionForces::SectionForces(const Model& model, const Scene& scene) : at_(model
     for (size_t f = 0; f < model.frames.size(); ++f) {
       if (model.frames[f].part != beam.part) continue;
       const double place = std::clamp(place_of(model, static_cast<int>(f)), 0.0, length);
-      const auto nearest = std::min_element(beam.x.begin(), beam.x.end(), [&](double a, double b) { return std::abs(a - place) < std::abs(b - place); });
+      const auto nearest =
+          std::min_element(beam.x.begin(), beam.x.end(), [&](double a, double b) { return std::abs(a - place) < std::abs(b - place); });
       at_[f] = {static_cast<int>(beams_.size()), static_cast<int>(nearest - beam.x.begin())};
     }
     beam.place.resize(beam.x.size());

@@ -1,5 +1,5 @@
-// Forces and moments in the sections of beams, from what acts beyond each section: joints, forces, weight and inertia (a free-body cut). They
-// need no stiffness, so that they are also there where the model has no deformation that goes with them.
+// Forces and moments in the sections of beams, from what acts beyond each section: joints, forces, weight and inertia (a free-body cut).
+// They need no stiffness, so that they are also there where the model has no deformation that goes with them.
 #pragma once
 
 #include "sim/dynamics/reactions.h"
@@ -13,16 +13,16 @@ namespace flexframe::sim {
 // One part of a beam (a whole beam, a volume of a mixed one, a piece of a lumped one), cut at ascending places x.
 struct CutBeam {
   int part = -1;
-  int body = -1;                      // of the scene
-  double mass_per_length = 0.0;       // kg/m
-  double polar_inertia = 0.0;         // rho (Iy + Iz), kg m
-  std::vector<double> x;              // m from the part's root: its nodes, what joints and loads hold, and points between them
-  std::vector<MatX> phi, psi;         // 3 x n a place: displacement and rotation per elastic coordinate (straight between nodes)
-  // Of the state last evaluated: place and axes of every section in the part's body frame, and the wrench that the outboard side exerts on the
-  // inboard one [N Vy Vz T My Mz] about the section's centre, section axes, at both ends of every interval (N, Nm; tension positive).
+  int body = -1;                 // of the scene
+  double mass_per_length = 0.0;  // kg/m
+  double polar_inertia = 0.0;    // rho (Iy + Iz), kg m
+  std::vector<double> x;         // m from the part's root: its nodes, what joints and loads hold, and points between them
+  std::vector<MatX> phi, psi;    // 3 x n a place: displacement and rotation per elastic coordinate (straight between nodes)
+  // Of the state last evaluated: place and axes of every section in the part's body frame, and the wrench that the outboard side exerts on
+  // the inboard one [N Vy Vz T My Mz] about the section's centre, section axes, at both ends of every interval (N, Nm; tension positive).
   std::vector<Vec3> place;
   std::vector<Mat3> axes;
-  std::vector<Vec6> left, right;      // x.size() - 1
+  std::vector<Vec6> left, right;  // x.size() - 1
 };
 
 class SectionForces {

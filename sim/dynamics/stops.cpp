@@ -24,10 +24,18 @@ StopPhase find_stop_phase(const Stop& s, double q, double w) {
 StopMargins stop_margins(const Stop& s, StopPhase phase, double q, double w) {
   StopMargins m;
   switch (phase) {
-    case StopPhase::lower: m = {*s.lower - q, lower_push(s, q, w)}; break;
-    case StopPhase::lower_parting: m = {*s.lower - q, -lower_push(s, q, w)}; break;
-    case StopPhase::upper: m = {q - *s.upper, upper_push(s, q, w)}; break;
-    case StopPhase::upper_parting: m = {q - *s.upper, -upper_push(s, q, w)}; break;
+    case StopPhase::lower:
+      m = {*s.lower - q, lower_push(s, q, w)};
+      break;
+    case StopPhase::lower_parting:
+      m = {*s.lower - q, -lower_push(s, q, w)};
+      break;
+    case StopPhase::upper:
+      m = {q - *s.upper, upper_push(s, q, w)};
+      break;
+    case StopPhase::upper_parting:
+      m = {q - *s.upper, -upper_push(s, q, w)};
+      break;
     default:
       if (s.lower) m.out = q - *s.lower;
       if (s.upper) m.in = *s.upper - q;
@@ -37,27 +45,40 @@ StopMargins stop_margins(const Stop& s, StopPhase phase, double q, double w) {
 
 StopPhase next_stop_phase(StopPhase phase, bool first) {
   switch (phase) {
-    case StopPhase::lower: return first ? StopPhase::free : StopPhase::lower_parting;
-    case StopPhase::lower_parting: return first ? StopPhase::free : StopPhase::lower;
-    case StopPhase::upper: return first ? StopPhase::free : StopPhase::upper_parting;
-    case StopPhase::upper_parting: return first ? StopPhase::free : StopPhase::upper;
-    default: return first ? StopPhase::lower : StopPhase::upper;
+    case StopPhase::lower:
+      return first ? StopPhase::free : StopPhase::lower_parting;
+    case StopPhase::lower_parting:
+      return first ? StopPhase::free : StopPhase::lower;
+    case StopPhase::upper:
+      return first ? StopPhase::free : StopPhase::upper_parting;
+    case StopPhase::upper_parting:
+      return first ? StopPhase::free : StopPhase::upper;
+    default:
+      return first ? StopPhase::lower : StopPhase::upper;
   }
 }
 
 double stop_elastic_force(const Stop& s, StopPhase phase, double q) {
   switch (phase) {
-    case StopPhase::lower: case StopPhase::lower_parting: return s.stiffness * (*s.lower - q);
-    case StopPhase::upper: case StopPhase::upper_parting: return -s.stiffness * (q - *s.upper);
-    default: return 0.0;
+    case StopPhase::lower:
+    case StopPhase::lower_parting:
+      return s.stiffness * (*s.lower - q);
+    case StopPhase::upper:
+    case StopPhase::upper_parting:
+      return -s.stiffness * (q - *s.upper);
+    default:
+      return 0.0;
   }
 }
 
 double stop_force(const Stop& s, StopPhase phase, double q, double w) {
   switch (phase) {
-    case StopPhase::lower: return lower_push(s, q, w);
-    case StopPhase::upper: return -upper_push(s, q, w);
-    default: return 0.0;
+    case StopPhase::lower:
+      return lower_push(s, q, w);
+    case StopPhase::upper:
+      return -upper_push(s, q, w);
+    default:
+      return 0.0;
   }
 }
 

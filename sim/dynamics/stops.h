@@ -18,7 +18,9 @@ std::vector<int> stop_parts(const Model& model);
 StopPhase find_stop_phase(const Stop& stop, double q, double w);
 
 // Two values that are positive while the piece holds and zero at its ends.
-struct StopMargins { double out = 1.0, in = 1.0; };
+struct StopMargins {
+  double out = 1.0, in = 1.0;
+};
 StopMargins stop_margins(const Stop& stop, StopPhase phase, double q, double w);
 
 // The piece after `phase` when its first (first = true) or second margin has come to zero.

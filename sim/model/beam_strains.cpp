@@ -70,7 +70,8 @@ void add_elements(const std::vector<ElementStrain>& elements, size_t first, size
     };
     const auto rows_at = [&](double xi) {
       const double x = el.x0 + xi * h;
-      return std::array{line(&ElementStrain::stretch, x), bend(&ElementStrain::bend_y, xi), bend(&ElementStrain::bend_z, xi), line(&ElementStrain::twist, x)};
+      return std::array{line(&ElementStrain::stretch, x), bend(&ElementStrain::bend_y, xi), bend(&ElementStrain::bend_z, xi),
+                        line(&ElementStrain::twist, x)};
     };
     // Between two elements that nothing parts: the mean of what both say.
     if (e == first) {
@@ -129,7 +130,8 @@ std::vector<StrainStation> to_holds(std::vector<StrainStation> at, double length
     while (next < at.size() && at[next].x <= *to + 1e-9 * length) inside.push_back(std::move(at[next++]));
     if (inside.empty()) continue;
     const size_t near = std::min<size_t>(inside.size(), 3);
-    const std::vector<StrainStation> first(inside.begin(), inside.begin() + static_cast<std::ptrdiff_t>(near)), last(inside.end() - static_cast<std::ptrdiff_t>(near), inside.end());
+    const std::vector<StrainStation> first(inside.begin(), inside.begin() + static_cast<std::ptrdiff_t>(near)),
+        last(inside.end() - static_cast<std::ptrdiff_t>(near), inside.end());
     if (inside.front().x > *from + 1e-9 * length) out.push_back(extrapolated(first, *from));
     const bool beyond = inside.back().x < *to - 1e-9 * length;
     out.insert(out.end(), std::make_move_iterator(inside.begin()), std::make_move_iterator(inside.end()));
@@ -139,7 +141,8 @@ std::vector<StrainStation> to_holds(std::vector<StrainStation> at, double length
 }
 
 // Joints of a lumped beam at the elements' middles; the pieces between lengthen.
-std::vector<StrainStation> lumped_strains(const BeamDef& beam, const BeamEffects& effects, const BeamLinks& links, const std::set<double>& holds) {
+std::vector<StrainStation> lumped_strains(const BeamDef& beam, const BeamEffects& effects, const BeamLinks& links,
+                                          const std::set<double>& holds) {
   const int n = beam.elements;
   const double h = beam.length / n;
   std::vector<int> axes;  // free ones, in the order of the coordinates
@@ -169,7 +172,8 @@ std::vector<StrainStation> lumped_strains(const BeamDef& beam, const BeamEffects
       }
       const Mat3X moments = link_moments(unit, theta);
       for (int i = 0; i < n; ++i)
-        if (std::abs(moments(axis, i)) > 1e-14 * moments.row(axis).cwiseAbs().maxCoeff()) at[static_cast<size_t>(i)].row[field][link_coordinate(j, k)] = -sign * moments(axis, i);
+        if (std::abs(moments(axis, i)) > 1e-14 * moments.row(axis).cwiseAbs().maxCoeff())
+          at[static_cast<size_t>(i)].row[field][link_coordinate(j, k)] = -sign * moments(axis, i);
     }
   if (effects.axial) {
     // Halves at the ends.
@@ -217,7 +221,8 @@ std::vector<StrainStation> strain_stations(const Model& model, const Scene& scen
   if (!beam || coordinate_count(model, body) == 0) return {};
   const BeamEffects effects = effects_of(model, body);
   for (const char* name : {"axial", "torsion"}) {
-    const auto state = std::find_if(model.effects.begin(), model.effects.end(), [&](const EffectState& s) { return s.body == body && s.effect == name; });
+    const auto state =
+        std::find_if(model.effects.begin(), model.effects.end(), [&](const EffectState& s) { return s.body == body && s.effect == name; });
     if (state == model.effects.end() || (!state->on && state->possible)) left_out.emplace_back(name);
   }
   if (beam->model == BeamModel::lumped) {

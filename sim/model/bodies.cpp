@@ -104,7 +104,8 @@ FlexibleBody rigid_body(const RigidDef& def) {
   return body;
 }
 
-// Where joints and loads take hold of a body. A hinge in a scene that moves in its plane passes on no moment unless something drives or brakes it.
+// Where joints and loads take hold of a body. A hinge in a scene that moves in its plane passes on no moment unless something drives or
+// brakes it.
 std::vector<HeldPoint> held_points(const Scene& scene, const std::string& body, bool planar) {
   std::vector<HeldPoint> out;
   const auto hold = [&](const FrameRef& f, bool force, bool moment, bool load) {
@@ -119,7 +120,8 @@ std::vector<HeldPoint> held_points(const Scene& scene, const std::string& body, 
     }
   }
   const auto spread = [&](const ForceDef& f) { return f.kind == ForceKind::distributed && f.on.body == body; };
-  if (!scene.simulation.gravity.isZero(0.0) || std::any_of(scene.forces.begin(), scene.forces.end(), spread)) out.push_back({"", true, false, true});
+  if (!scene.simulation.gravity.isZero(0.0) || std::any_of(scene.forces.begin(), scene.forces.end(), spread))
+    out.push_back({"", true, false, true});
   for (const ForceDef& f : scene.forces) {
     if (f.kind == ForceKind::distributed) continue;
     const bool force = f.kind != ForceKind::torque, moment = f.kind == ForceKind::torque || f.kind == ForceKind::bushing;
@@ -157,7 +159,8 @@ void complete_effects(Model& model, const Scene& scene) {
       if (s.owner == scene.bodies[b].name) s.body = static_cast<int>(b);
     if (!std::holds_alternative<BeamDef>(scene.bodies[static_cast<size_t>(s.body)].kind)) continue;
     for (const Part& p : model.parts)
-      for (int k = 0; p.scene_body == s.body && k < p.body.n; ++k) s.coordinates += s.effect == direction_names()[coordinate_direction(p.body, k)];
+      for (int k = 0; p.scene_body == s.body && k < p.body.n; ++k)
+        s.coordinates += s.effect == direction_names()[coordinate_direction(p.body, k)];
   }
 }
 
@@ -177,13 +180,15 @@ void add_shown_frames(Model& model, Boundary boundary, Part& part) {
 // On the mean axes frame and deformation are decoupled in the kinetic energy, which keeps the mass matrix of second order positive
 // definite; in a frame clamped to the root of a hinged beam it is not, since the elements nearly contain the frame's rotation.
 // damped: damping ratios are added afterwards (add_mounted_damping).
-void make_fe_part(Model& model, const BeamDef& beam, const BeamEffects& effects, const std::vector<HeldPoint>& held, bool damped, Part& part) {
+void make_fe_part(Model& model, const BeamDef& beam, const BeamEffects& effects, const std::vector<HeldPoint>& held, bool damped,
+                  Part& part) {
   auto made = std::make_unique<FeBeam>(beam, effects);
   part.body = made->linear();
   if (part.body.n == 0) return;
   const bool frame_only = beam.boundary == Boundary::clamped_free || beam.boundary == Boundary::supported_supported ||
                           beam.boundary == Boundary::supported_free || beam.boundary == Boundary::free_free;
-  // The change of coordinates costs n^3 a node; a beam of more than 150 coordinates keeps its elements' ones, unless few modes are asked for.
+  // The change of coordinates costs n^3 a node; a beam of more than 150 coordinates keeps its elements' ones, unless few modes are asked
+  // for.
   const bool modes = part.body.n <= 150 || beam.keep_modes;
   MatX V = MatX::Identity(part.body.n, part.body.n), P = V;
   const MatX Me = part.body.Me, Ke = part.body.Ke;
@@ -259,7 +264,9 @@ bool has_ratio(const Damping& damping) {
 
 // Whether the modes of a beam's boundary are those of the beam as its joints hold it.
 bool boundary_fits(const BeamDef& beam, const std::vector<Support>& holds, bool planar) {
-  const auto at = [](const Support& s, const char* end) { return s.frame.frame == end || (s.frame.frame.empty() && std::string_view(end) == "root"); };
+  const auto at = [](const Support& s, const char* end) {
+    return s.frame.frame == end || (s.frame.frame.empty() && std::string_view(end) == "root");
+  };
   const auto fixed = [](const Support& s) { return s.joint->kind == JointKind::weld || !s.joint->motion.empty() || s.joint->motion_table; };
   const auto pin = [&](const Support& s) { return planar && s.joint->kind == JointKind::revolute && s.joint->position.isZero(0.0); };
   if (beam.boundary == Boundary::free_free) return holds.empty();
@@ -272,12 +279,14 @@ bool boundary_fits(const BeamDef& beam, const std::vector<Support>& holds, bool 
 std::string mounting_words(const std::vector<Support>& holds) {
   if (holds.empty()) return "flying freely";
   std::string text = "held by ";
-  for (size_t k = 0; k < holds.size(); ++k) text += fmt::format("{}'{}'", k == 0 ? "" : k + 1 == holds.size() ? " and " : ", ", holds[k].joint->name);
+  for (size_t k = 0; k < holds.size(); ++k)
+    text += fmt::format("{}'{}'", k == 0 ? "" : k + 1 == holds.size() ? " and " : ", ", holds[k].joint->name);
   return text;
 }
 
 // Adds the damping of ratios that are meant of the modes of the body as its joints hold it. The last ratio holds for all further modes.
-void add_mounted_damping(Model& model, const Scene& scene, int body, const Damping& damping, std::span<const Mat3> orientation, FlexibleBody& made) {
+void add_mounted_damping(Model& model, const Scene& scene, int body, const Damping& damping, std::span<const Mat3> orientation,
+                         FlexibleBody& made) {
   if (made.n == 0 || !has_ratio(damping)) return;
   const std::string owner = fmt::format("body '{}'", scene.bodies[static_cast<size_t>(body)].name);
   const std::vector<Support> holds = mounting_of(scene, scene.bodies[static_cast<size_t>(body)].name);
@@ -285,18 +294,23 @@ void add_mounted_damping(Model& model, const Scene& scene, int body, const Dampi
   if (made.De.size() == 0) made.De = MatX::Zero(made.n, made.n);
   if (modes.omega.size() > 0) {
     made.De += mounted_damping(made, modes, damping.ratio);
-    model.notes.tell(owner, fmt::format("its damping ratio is that of its modes {}, the first at {:.4g} Hz", mounting_words(holds), modes.omega[0] / (2.0 * EIGEN_PI)));
+    model.notes.tell(owner, fmt::format("its damping ratio is that of its modes {}, the first at {:.4g} Hz", mounting_words(holds),
+                                        modes.omega[0] / (2.0 * EIGEN_PI)));
     return;
   }
   made.De += beam::damping_matrix({.ratio = damping.ratio}, made.Me, made.Ke);
-  model.notes.warn(owner, fmt::format("its coordinates cannot vibrate {}: the damping ratio is that of the modes of the body alone", mounting_words(holds)));
+  model.notes.warn(owner, fmt::format("its coordinates cannot vibrate {}: the damping ratio is that of the modes of the body alone",
+                                      mounting_words(holds)));
 }
 
-// Kelvin-Voigt time constant of a chain, s: that of the first bending mode of the beam as its joints hold it (of the first mode where nothing bends).
-double mounted_time_constant(Model& model, const Scene& scene, int body, const BeamDef& beam, BeamEffects effects, bool planar, std::span<const Mat3> orientation) {
+// Kelvin-Voigt time constant of a chain, s: that of the first bending mode of the beam as its joints hold it (of the first mode where
+// nothing bends).
+double mounted_time_constant(Model& model, const Scene& scene, int body, const BeamDef& beam, BeamEffects effects, bool planar,
+                             std::span<const Mat3> orientation) {
   const std::string& name = scene.bodies[static_cast<size_t>(body)].name;
   std::vector<Support> holds = mounting_of(scene, name);
-  if (!has_ratio(beam.damping) || beam.damping.ratio[0] == 0.0 || beam.damping.mass != 0.0 || boundary_fits(beam, holds, planar)) return chain_time_constant(beam, effects);
+  if (!has_ratio(beam.damping) || beam.damping.ratio[0] == 0.0 || beam.damping.mass != 0.0 || boundary_fits(beam, holds, planar))
+    return chain_time_constant(beam, effects);
   BeamDef whole = beam;
   whole.model = BeamModel::finite_element;
   whole.boundary = Boundary::free_free;
@@ -318,7 +332,8 @@ double mounted_time_constant(Model& model, const Scene& scene, int body, const B
   const FlexibleBody made = make_fe_beam(whole, effects);
   const MountedModes modes = mounted_modes(made, held_rows(scene, body, made, holds, orientation));
   if (modes.omega.size() == 0 || !(modes.omega[0] > 0.0)) return chain_time_constant(beam, effects);
-  model.notes.tell(fmt::format("body '{}'", name), fmt::format("its damping ratio is that of its first mode {}, at {:.4g} Hz", mounting_words(holds), modes.omega[0] / (2.0 * EIGEN_PI)));
+  model.notes.tell(fmt::format("body '{}'", name), fmt::format("its damping ratio is that of its first mode {}, at {:.4g} Hz",
+                                                               mounting_words(holds), modes.omega[0] / (2.0 * EIGEN_PI)));
   return beam.damping.stiffness + 2.0 * beam.damping.ratio[0] / modes.omega[0];
 }
 
@@ -432,7 +447,8 @@ FramePoint find_frame(const Model& model, const Scene& scene, int body, const st
     }
     if (frame.rfind("node[", 0) == 0 && frame.back() == ']') {
       const std::string digits = frame.substr(5, frame.size() - 6);
-      const bool number = !digits.empty() && digits.size() < 7 && std::all_of(digits.begin(), digits.end(), [](char c) { return c >= '0' && c <= '9'; });
+      const bool number =
+          !digits.empty() && digits.size() < 7 && std::all_of(digits.begin(), digits.end(), [](char c) { return c >= '0' && c <= '9'; });
       const int nodes = piece_count(*beam) * beam->elements;
       const int most = beam->model == BeamModel::lumped ? beam->elements : nodes;
       const bool has_nodes = beam->model != BeamModel::modal && (beam->model != BeamModel::mixed || beam->modes.empty());
@@ -514,9 +530,9 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
           const bool chain = beam->model == BeamModel::mixed || beam->model == BeamModel::lumped;
           if (chain && beam->damping.ratio.size() > 1)
             model.notes.warn(owner, "a beam of several bodies has one damping ratio, that of its first mode; the others are not used");
-          if (const std::string note = beam_validity_note(*beam, decision.effects); !note.empty())
-            model.notes.tell(owner, note);
-          time_constant = chain ? mounted_time_constant(model, scene, part.scene_body, *beam, decision.effects, !normal.isZero(0.0), orientation) : 0.0;
+          if (const std::string note = beam_validity_note(*beam, decision.effects); !note.empty()) model.notes.tell(owner, note);
+          time_constant =
+              chain ? mounted_time_constant(model, scene, part.scene_body, *beam, decision.effects, !normal.isZero(0.0), orientation) : 0.0;
           if (beam->model == BeamModel::lumped) {
             BeamDef damped = *beam;
             damped.damping = {.ratio = {}, .mass = 0.0, .stiffness = time_constant};
@@ -569,7 +585,8 @@ void resolve_node(Model& model, const std::string& where, int frame) {
   std::vector<std::string> names;
   names.reserve(nodes.size());
   for (const FlexibleNode& node : nodes) names.push_back(node.name);
-  throw InputError(fmt::format("{}: '{}' is no frame of '{}'; it has {}", where, f.node_name, model.parts[f.part].name, list_words(names, 12)));
+  throw InputError(
+      fmt::format("{}: '{}' is no frame of '{}'; it has {}", where, f.node_name, model.parts[f.part].name, list_words(names, 12)));
 }
 
 namespace {

@@ -46,14 +46,16 @@ bool planar_about(const Scene& scene, const std::vector<Mat3>& orientation, cons
   for (const JointDef& j : scene.joints) {
     const Vec3 a = frame_axes(j.parent) * rotation_exp(j.rotation) * j.axis;
     switch (traits(j.kind).in_plane) {
-      case InPlane::any_axis: break;
+      case InPlane::any_axis:
+        break;
       case InPlane::axis_normal:
         if (!parallel(a, n)) return false;
         break;
       case InPlane::axis_within:
         if (!normal(a, n)) return false;
         break;
-      case InPlane::never: return false;
+      case InPlane::never:
+        return false;
     }
     if (is_tree_kind(j.kind)) {
       const int b = body_index(scene, j.child.body);
@@ -105,7 +107,8 @@ Vec3 plane_normal(const Scene& scene, const std::vector<Mat3>& orientation) {
   return Vec3::Zero();
 }
 
-// Whether everything that acts on each body (joints, forces, its own mass) lies in one plane normal to n: else beams are twisted and bent out of it.
+// Whether everything that acts on each body (joints, forces, its own mass) lies in one plane normal to n: else beams are twisted and bent
+// out of it.
 bool flat_about(const Scene& scene, const std::vector<Mat3>& orientation, const Vec3& n) {
   std::vector<std::optional<double>> height(scene.bodies.size());
   bool flat = true;
@@ -149,7 +152,8 @@ Attachments attachments_of(const Scene& scene, const std::string& body) {
   };
   for (const JointDef& j : scene.joints) {
     out.count += (j.parent.body == body) + (j.child.body == body);
-    if (j.kind == JointKind::weld && ((j.parent.body == body && elastic(j.child.body)) || (j.child.body == body && elastic(j.parent.body)))) out.continued = true;
+    if (j.kind == JointKind::weld && ((j.parent.body == body && elastic(j.child.body)) || (j.child.body == body && elastic(j.parent.body))))
+      out.continued = true;
   }
   for (const ForceDef& f : scene.forces)
     if (f.kind != ForceKind::distributed) out.count += (f.on.body == body) + (f.from.body == body);
@@ -168,21 +172,23 @@ std::span<const EffectInfo> effect_registry() {
   static constexpr EffectInfo registry[] = {
       {"axial", "lengthening along the axis", "EA u_xx = rho A u_tt", "axial vibration, or strains that show beside the bending",
        "P / EA, and the forcing against (pi/2L) sqrt(E/rho)"},
-      {"bending_xy", "bending in the body's xy plane, Euler-Bernoulli", "EIz v_xxxx + rho A v_tt = p", "loads across the beam in that plane",
-       "(q L^4 / 8EI + F L^3 / 3EI) / (1 - (omega/omega_1)^2) against the output's range"},
+      {"bending_xy", "bending in the body's xy plane, Euler-Bernoulli", "EIz v_xxxx + rho A v_tt = p",
+       "loads across the beam in that plane", "(q L^4 / 8EI + F L^3 / 3EI) / (1 - (omega/omega_1)^2) against the output's range"},
       {"bending_xz", "bending in the body's xz plane, Euler-Bernoulli", "EIy w_xxxx + rho A w_tt = p",
        "loads across the beam in that plane; none in a planar scene", "as bending_xy"},
       {"torsion", "twist about the axis, Saint-Venant", "GJ theta_xx = rho Ip theta_tt", "moments about the axis, loads beside it",
        "M L / GJ times the lever arm that shows it"},
       {"stiffening", "second-order displacements: geometric stiffness and foreshortening", "u -= 1/2 int (v_x^2 + w_x^2) dx",
-       "axial forces beside the buckling load, rotation beside the first frequency", "s = P / Pcr; frequencies change by s/2, the phase by omega_1 T s/2"},
+       "axial forces beside the buckling load, rotation beside the first frequency",
+       "s = P / Pcr; frequencies change by s/2, the phase by omega_1 T s/2"},
       {"gyroscopic", "inertia and angular momentum that follow the deformation", "J(q) = J0 + J1 q + q^T J2 q / 2, Cr(q) = Cr0 + Cr1 q",
        "fast rotation of a deformed body", "Omega / omega_1, (Omega / omega_1)^2, deflection / length"},
       {"shear", "Timoshenko's shear and the sections' rotary inertia", "kGA (v_x - phi), rho I phi_tt", "stocky beams, high modes",
        "n^2 pi^2 (r/L)^2 (1 + E/kG)/2 of the frequency of mode n"},
       {"damping", "structural damping", "De qd", "many periods of free vibration", "zeta omega_1 T"},
       {"friction", "Coulomb friction of a joint, with stiction", "|F| <= mu N", "the friction force beside the driving force", "mu N / F"},
-      {"stops", "contact at the ends of a joint's travel", "k d + c d_t beyond the stop", "the coordinate reaches them", "reached or not along the trajectory"},
+      {"stops", "contact at the ends of a joint's travel", "k d + c d_t beyond the stop", "the coordinate reaches them",
+       "reached or not along the trajectory"},
       {"gravity", "weight", "m g", "wherever it is not zero", "weight beside the other forces"},
   };
   return registry;
@@ -196,7 +202,8 @@ const EffectInfo* find_effect(std::string_view name) {
 
 std::vector<EffectState> modal_effects(const BodyDef& body, const ModalDef& modal, const FlexibleBody& made) {
   const auto any = [](const auto& blocks) { return std::any_of(blocks.begin(), blocks.end(), [](const MatX& b) { return b.size() > 0; }); };
-  const bool second = any(made.md2) || any(made.J2) || std::any_of(made.nodes.begin(), made.nodes.end(), [&](const FlexibleNode& n) { return any(n.phi2); });
+  const bool second = any(made.md2) || any(made.J2) ||
+                      std::any_of(made.nodes.begin(), made.nodes.end(), [&](const FlexibleNode& n) { return any(n.phi2); });
   std::vector<EffectState> out;
   const auto add = [&](const char* name, bool there) {
     const bool left_out = has(modal.effects.without, name);
@@ -221,8 +228,9 @@ struct Switch {
   const char* name;
   bool BeamEffects::*on;
 };
-constexpr Switch switches[] = {{"axial", &BeamEffects::axial},     {"bending_xy", &BeamEffects::bending_xy}, {"bending_xz", &BeamEffects::bending_xz},
-                               {"torsion", &BeamEffects::torsion}, {"stiffening", &BeamEffects::stiffening}, {"shear", &BeamEffects::shear}};
+constexpr Switch switches[] = {{"axial", &BeamEffects::axial},           {"bending_xy", &BeamEffects::bending_xy},
+                               {"bending_xz", &BeamEffects::bending_xz}, {"torsion", &BeamEffects::torsion},
+                               {"stiffening", &BeamEffects::stiffening}, {"shear", &BeamEffects::shear}};
 using Reasons = std::map<std::string, std::pair<std::string, std::string>>;  // of an effect: by whom, why
 
 // Whether the beam's model and section can have shear.
@@ -233,7 +241,8 @@ bool can_shear(const BeamDef& beam, const BeamEffects& e) {
 
 // What "auto" takes before the run; then what the scene or the run before added to it.
 template <class Say>
-void choose(const BeamDef& beam, const Vec3& normal_in_body, const Attachments& attachments, BeamEffects& e, Reasons& reason, const Say& say) {
+void choose(const BeamDef& beam, const Vec3& normal_in_body, const Attachments& attachments, BeamEffects& e, Reasons& reason,
+            const Say& say) {
   const bool planar = !normal_in_body.isZero(0.0), in_xy = planar && parallel(normal_in_body, Vec3::UnitZ());
   if (planar) {
     e.bending_xy = in_xy;
@@ -252,17 +261,22 @@ void choose(const BeamDef& beam, const Vec3& normal_in_body, const Attachments& 
   e.stiffening = true;
   reason["stiffening"] = {"program", "axial forces may be carried"};
   e.axial = !beam.effects.held_by.empty();
-  reason["axial"] = {"program", e.axial ? fmt::format("the loop of joint '{}' holds its length", beam.effects.held_by) : "a slender beam bends long before it stretches"};
+  reason["axial"] = {"program", e.axial ? fmt::format("the loop of joint '{}' holds its length", beam.effects.held_by)
+                                        : "a slender beam bends long before it stretches"};
   const double share = can_shear(beam, e) && !attachments.continued ? shear_share(beam, e.bending_xy, e.bending_xz) : 0.0;
   e.shear = share > worth_leaving_out;
-  reason["shear"] = {"program", e.shear ? fmt::format("{:.2g} of a tip load's deflection is shear", share) : "a slender beam bends long before it shears"};
+  reason["shear"] = {
+      "program", e.shear ? fmt::format("{:.2g} of a tip load's deflection is shear", share) : "a slender beam bends long before it shears"};
   say("stiffening on: axial forces may be carried");
   for (const Switch& s : switches) {
     if (e.*s.on || !has(beam.effects.names, s.name)) continue;
     e.*s.on = true;
-    reason[s.name] = beam.effects.by_program ? std::pair<std::string, std::string>{"program", "the motion needs it"} : std::pair<std::string, std::string>{"scene", "the scene lists it"};
+    reason[s.name] = beam.effects.by_program ? std::pair<std::string, std::string>{"program", "the motion needs it"}
+                                             : std::pair<std::string, std::string>{"scene", "the scene lists it"};
   }
-  for (const char* name : {"axial", "shear"}) say(fmt::format("{} {}: {}", name, e.*(name[0] == 'a' ? &BeamEffects::axial : &BeamEffects::shear) ? "on" : "off", reason[name].second));
+  for (const char* name : {"axial", "shear"})
+    say(fmt::format("{} {}: {}", name, e.*(name[0] == 'a' ? &BeamEffects::axial : &BeamEffects::shear) ? "on" : "off",
+                    reason[name].second));
 }
 
 }  // namespace
@@ -277,10 +291,14 @@ EffectDecision decide_effects(const BodyDef& body, const BeamDef& beam, const Ve
   if (!beam.effects.automatic) {
     for (const Switch& s : switches) {
       e.*s.on = has(beam.effects.names, s.name);
-      if (beam.effects.by_program) reason[s.name] = {"program", e.*s.on ? "the asked accuracy needs it" : "the asked accuracy does not need it"};
+      if (beam.effects.by_program)
+        reason[s.name] = {"program", e.*s.on ? "the asked accuracy needs it" : "the asked accuracy does not need it"};
       else reason[s.name] = {"scene", e.*s.on ? "the scene lists it" : "the scene does not list it"};
     }
-    say(beam.effects.names.empty() ? "rigid: the scene lists no effect" : fmt::format("effects as {}: {}", beam.effects.by_program ? "the asked accuracy needs them" : "the scene lists them", fmt::join(beam.effects.names, ", ")));
+    say(beam.effects.names.empty()
+            ? "rigid: the scene lists no effect"
+            : fmt::format("effects as {}: {}", beam.effects.by_program ? "the asked accuracy needs them" : "the scene lists them",
+                          fmt::join(beam.effects.names, ", ")));
   } else {
     choose(beam, normal_in_body, attachments, e, reason, say);
   }
@@ -323,7 +341,10 @@ EffectDecision decide_effects(const BodyDef& body, const BeamDef& beam, const Ve
     state.possible = elastic && (!damping || damped);
     state.on = state.possible && !left_out;
     state.by = damping || left_out ? "scene" : "program";
-    state.why = left_out ? "the scene leaves it out" : !damping ? "part of the inertia forces" : damped ? "the scene gives it" : "the scene gives none";
+    state.why = left_out   ? "the scene leaves it out"
+                : !damping ? "part of the inertia forces"
+                : damped   ? "the scene gives it"
+                           : "the scene gives none";
     out.states.push_back(state);
     if (left_out) say(fmt::format("{} off: the scene leaves it out", state.effect));
   }

@@ -19,11 +19,11 @@ struct EffectInfo {
   const char* name;
   const char* meaning;
   const char* equation;
-  const char* matters;    // when
-  const char* estimate;   // the dimensionless number that says so
+  const char* matters;   // when
+  const char* estimate;  // the dimensionless number that says so
 };
 std::span<const EffectInfo> effect_registry();
-const EffectInfo* find_effect(std::string_view name);   // null: there is none of that name
+const EffectInfo* find_effect(std::string_view name);  // null: there is none of that name
 
 struct EffectDecision {
   BeamEffects effects;
@@ -35,8 +35,8 @@ struct EffectDecision {
 // normal: unit, world axes, or zero when the scene is spatial. orientation: of every body at the start, world axes.
 Vec3 plane_normal(const Scene& scene, const std::vector<Mat3>& orientation);
 
-// Whether, in a scene that moves in the plane with this normal, beams are not bent or twisted out of it either: of no body lies the centre of mass, a joint
-// or a force beside the plane of the others.
+// Whether, in a scene that moves in the plane with this normal, beams are not bent or twisted out of it either: of no body lies the centre
+// of mass, a joint or a force beside the plane of the others.
 bool flat_about(const Scene& scene, const std::vector<Mat3>& orientation, const Vec3& normal);
 
 // What holds and loads a body.
@@ -46,15 +46,16 @@ struct Attachments {
 };
 Attachments attachments_of(const Scene& scene, const std::string& body);
 
-// How much of a cantilever's deflection under a load at its tip is shear, 3 EI / (k G A L^2), the larger of the directions that bend; 0 where the section's
-// shear factors are unknown (Timoshenko).
+// How much of a cantilever's deflection under a load at its tip is shear, 3 EI / (k G A L^2), the larger of the directions that bend; 0
+// where the section's shear factors are unknown (Timoshenko).
 double shear_share(const BeamDef& beam, bool bending_xy, bool bending_xz);
 
-// What an effect may be worth without being counted in, relative to an output's range: a third of what counts as an error where no accuracy is asked for.
+// What an effect may be worth without being counted in, relative to an output's range: a third of what counts as an error where no accuracy
+// is asked for.
 inline constexpr double worth_leaving_out = 1.0 / 300.0;
 
-// Effects of one beam before anything is known of its motion (left_out.h judges them along it). `normal_in_body`: the plane's normal in body axes, zero when
-// spatial.
+// Effects of one beam before anything is known of its motion (left_out.h judges them along it). `normal_in_body`: the plane's normal in
+// body axes, zero when spatial.
 EffectDecision decide_effects(const BodyDef& body, const BeamDef& beam, const Vec3& normal_in_body, const Attachments& attachments);
 
 // Of a body from a SID file, before anything is left out: which of its blocks are there.

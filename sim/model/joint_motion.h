@@ -3,8 +3,8 @@
 // Coordinates: revolute angle; prismatic distance; cylindrical [distance, angle]; screw angle; universal [angle about the axis, angle
 // about the turned second axis]; spherical quaternion w x y z (rates: angular velocity in B's axes); planar [x, y, angle];
 // free [position in A; quaternion] (rates: twist of B in its own axes); flexure rotation vector of B in A (its derivative is the rate);
-// flexure_pair the same, about the two coordinate axes that are not the joint's axis, in the order x y z. The second axis of the universal joint and x, y of the planar
-// joint are `joint_axes`.
+// flexure_pair the same, about the two coordinate axes that are not the joint's axis, in the order x y z. The second axis of the universal
+// joint and x, y of the planar joint are `joint_axes`.
 #pragma once
 
 #include "sim/model/model.h"
@@ -12,10 +12,10 @@
 namespace flexframe::sim {
 
 struct JointMotion {
-  Pose pose;                         // of B in A (of the part's side in the carrier's side, if reversed)
-  Eigen::Matrix<double, 6, 6> S;     // first nv columns: twist of B relative to A per rate, in B's axes
-  Vec6 W = Vec6::Zero();             // relative twist
-  Vec6 bias = Vec6::Zero();          // dS/dt w (and S qdd of a prescribed motion)
+  Pose pose;                      // of B in A (of the part's side in the carrier's side, if reversed)
+  Eigen::Matrix<double, 6, 6> S;  // first nv columns: twist of B relative to A per rate, in B's axes
+  Vec6 W = Vec6::Zero();          // relative twist
+  Vec6 bias = Vec6::Zero();       // dS/dt w (and S qdd of a prescribed motion)
 };
 
 // Numbers of position coordinates and of rates of a kind.
@@ -24,7 +24,9 @@ int rate_count(JointKind kind);
 bool is_tree_kind(JointKind kind);
 
 // Two unit vectors normal to `axis` and to each other; right-handed with it.
-struct JointAxes { Vec3 x, y, z; };
+struct JointAxes {
+  Vec3 x, y, z;
+};
 JointAxes joint_axes(const Vec3& axis);
 
 // Fills pose and S from the coordinates (quaternions are normalised here).

@@ -35,18 +35,18 @@ struct FramePoint {
 // Kinds whose relative motion coordinates describe; S and the order of coordinates: joint_motion.h.
 struct TreeJoint {
   std::string name;
-  int scene_joint = -1;       // -1: made by the program (free body, weld inside a beam)
+  int scene_joint = -1;  // -1: made by the program (free body, weld inside a beam)
   JointKind kind = JointKind::free;
-  bool reversed = false;      // the tree runs from the scene's child to its parent
+  bool reversed = false;          // the tree runs from the scene's child to its parent
   int inboard = 0, outboard = 0;  // frames: on the parent part, on this part
   Vec3 axis = Vec3::UnitZ();
   double pitch = 0.0;
-  int nq = 0, nv = 0;         // coordinates and rates (0 where prescribed)
-  int motion = -1;            // index into Model::expressions, -1: free
-  std::optional<Spring> spring;   // on every rate of the joint
+  int nq = 0, nv = 0;            // coordinates and rates (0 where prescribed)
+  int motion = -1;               // index into Model::expressions, -1: free
+  std::optional<Spring> spring;  // on every rate of the joint
   std::optional<Friction> friction;
   std::optional<Stop> stop;
-  int link = -1;              // of a lumped beam: between its pieces link and link + 1
+  int link = -1;  // of a lumped beam: between its pieces link and link + 1
 };
 
 // The frame in which a part's deformation is shown, where it differs from the body frame of its equations of motion: that of the
@@ -54,23 +54,23 @@ struct TreeJoint {
 struct ShownFrame {
   bool differs = false;
   Boundary boundary = Boundary::clamped_free;
-  int root = 0, tip = 0;      // frames of the model
-  MatX coordinates;           // n x n: the scene's elastic coordinates from those of the equations of motion
+  int root = 0, tip = 0;  // frames of the model
+  MatX coordinates;       // n x n: the scene's elastic coordinates from those of the equations of motion
 };
 
 struct Part {
   std::string name;
-  int scene_body = -1;        // -1: the massless link of a joint that closes a loop and has coordinates
-  int piece = 0;              // of the body's chain
-  Pose rest_in_body;          // undeformed pose of the part in the body's frame (the first piece's)
+  int scene_body = -1;  // -1: the massless link of a joint that closes a loop and has coordinates
+  int piece = 0;        // of the body's chain
+  Pose rest_in_body;    // undeformed pose of the part in the body's frame (the first piece's)
   FlexibleBody body;
   ShownFrame shown;
   TreeJoint joint;
   int parent = ground;
   int cluster = 0;
-  int q0 = 0, v0 = 0;         // first joint coordinate in q_all, first joint rate in w_all
-  int eq0 = 0, ev0 = 0;       // first elastic coordinate, first elastic rate
-  double load_factor = 0.0;   // length per mass, m/kg: a uniform load per length is a uniform acceleration times this
+  int q0 = 0, v0 = 0;        // first joint coordinate in q_all, first joint rate in w_all
+  int eq0 = 0, ev0 = 0;      // first elastic coordinate, first elastic rate
+  double load_factor = 0.0;  // length per mass, m/kg: a uniform load per length is a uniform acceleration times this
 };
 
 // One scalar closure condition between frames a and b, as a constant direction in the axes of a:
@@ -96,70 +96,70 @@ struct LoopJoint {
   std::string name;
   int scene_joint = -1;
   JointKind kind = JointKind::revolute;
-  int a = 0, b = 0;           // frames: parent side, child side
+  int a = 0, b = 0;  // frames: parent side, child side
   Vec3 axis = Vec3::UnitZ();
   std::vector<ClosureRow> rows;
   std::optional<Spring> spring;
 };
 
 struct Cluster {
-  std::vector<int> parts;     // parents before children
-  int parent = ground;        // part outside the cluster that carries it
-  int base = 0;               // frame on that part
-  std::vector<Pose> entry;    // per part whose parent is outside: pose of its inboard frame in the base frame (identity for the first)
-  std::vector<int> loops;     // loop joints closed inside
-  std::vector<int> frames;    // flexible frames that its joints and loops sit on
+  std::vector<int> parts;   // parents before children
+  int parent = ground;      // part outside the cluster that carries it
+  int base = 0;             // frame on that part
+  std::vector<Pose> entry;  // per part whose parent is outside: pose of its inboard frame in the base frame (identity for the first)
+  std::vector<int> loops;   // loop joints closed inside
+  std::vector<int> frames;  // flexible frames that its joints and loops sit on
   int q0 = 0, nq = 0, v0 = 0, nv = 0;
-  double size = 1.0;          // m, to scale closure errors
+  double size = 1.0;  // m, to scale closure errors
 };
 
 // A force or torque on a frame, or a spring-damper between two.
 struct Load {
   ForceDef def;
-  int on = 0, from = 0;       // frames
+  int on = 0, from = 0;  // frames
   int expression = -1;
   std::shared_ptr<const CubicTable> table;  // value against a joint's coordinate
-  int table_part = -1;        // part whose joint that is
+  int table_part = -1;                      // part whose joint that is
 };
 
 // Rates that carry no inertia (massless.h). The first `moving` follow from the balance of springs and dampers, the others rest.
 struct MasslessRates {
-  std::vector<int> rates;           // of w_all, locked in their clusters
-  std::vector<int> cluster, lock;   // where: ClusterWork::locked
+  std::vector<int> rates;          // of w_all, locked in their clusters
+  std::vector<int> cluster, lock;  // where: ClusterWork::locked
   int moving = 0;
-  MatX Z;                           // nv x rates: motions that move no mass, identity on the rates
-  VecX scale;                       // m per unit of each rate
+  MatX Z;      // nv x rates: motions that move no mass, identity on the rates
+  VecX scale;  // m per unit of each rate
 };
 
 // An effect of a body as it stands in the model: what `flexframe effects` tells.
 struct EffectState {
-  int body = -1;              // of the scene
-  std::string owner;          // its name
-  std::string effect;         // a name of the registry (effects.h)
+  int body = -1;       // of the scene
+  std::string owner;   // its name
+  std::string effect;  // a name of the registry (effects.h)
   bool on = false;
-  bool possible = true;       // false: the scene's symmetry excludes it, exactly
-  std::string by;             // who decided: "scene", "symmetry", "program", "file"
-  std::string why;            // half a sentence
-  int coordinates = 0;        // elastic coordinates that it brings
+  bool possible = true;  // false: the scene's symmetry excludes it, exactly
+  std::string by;        // who decided: "scene", "symmetry", "program", "file"
+  std::string why;       // half a sentence
+  int coordinates = 0;   // elastic coordinates that it brings
 };
 
 struct Model {
   std::string title;
   SimulationSettings settings;
-  std::vector<Part> parts;            // clusters contiguous, parents before children
+  std::vector<Part> parts;  // clusters contiguous, parents before children
   std::vector<FramePoint> frames;
   std::vector<LoopJoint> loops;
   std::vector<Flexure> flexures;
   std::vector<std::vector<int>> pieces;  // of every body of the scene: its parts from root to tip
-  std::vector<Cluster> clusters;      // parents before children
+  std::vector<Cluster> clusters;         // parents before children
   std::vector<Load> loads;
   std::vector<TimeFunction> expressions;
   MasslessRates massless;
-  Notes notes;                        // what was decided while building
-  std::vector<EffectState> effects;   // of the flexible bodies, body by body
-  int nq = 0, nv = 0;                 // sizes of q_all and w_all
-  double size = 1.0;                  // m, of the whole mechanism
-  double mass = 0.0;                  // kg
+  Notes notes;                       // what was decided while building
+  std::vector<EffectState> effects;  // of the flexible bodies, body by body
+  int nq = 0, nv = 0;                // sizes of q_all and w_all
+  double size = 1.0;                 // m, of the whole mechanism
+  double mass = 0.0;                 // kg
 };
 
 }  // namespace flexframe::sim

@@ -34,7 +34,7 @@ std::vector<ClosureRow> closure_rows(JointKind kind, const Vec3& axis, double le
 
 // An edge of the graph of parts.
 struct Edge {
-  int scene_joint = -1;   // -1: inner joint of a chain or free joint
+  int scene_joint = -1;        // -1: inner joint of a chain or free joint
   int a = ground, b = ground;  // parts
   int frame_a = 0, frame_b = 0;
   TreeJoint joint;
@@ -49,8 +49,8 @@ int tree_priority(const JointDef& j) {
   return p;
 }
 
-// What a loop joint cannot carry: everything that needs the joint's own coordinates. A spring on an angle or a slide, and their values, follow
-// from the relative pose.
+// What a loop joint cannot carry: everything that needs the joint's own coordinates. A spring on an angle or a slide, and their values,
+// follow from the relative pose.
 bool needs_coordinates(const Scene& scene, const JointDef& j) {
   const JointTraits& facts = traits(j.kind);
   if (facts.split) return j.spring || j.friction || j.stop;
@@ -83,8 +83,8 @@ class Groups {
 // The graph of parts and the joints of it that make the spanning tree. Ground is node 0, part i node i + 1.
 struct Graph {
   std::vector<Edge> edges;
-  std::vector<char> in_tree;                // an edge each
-  std::vector<std::vector<int>> adjacent;   // edges of the tree, a node each
+  std::vector<char> in_tree;               // an edge each
+  std::vector<std::vector<int>> adjacent;  // edges of the tree, a node each
   Groups connected;
 
   explicit Graph(std::vector<Edge> from, int parts)

@@ -15,27 +15,33 @@ void check_motions(Model& model, const Scene& scene, Notes& notes) {
     if (j.motion < 0) continue;
     const JointDef& def = scene.joints[static_cast<size_t>(j.scene_joint)];
     const std::string idle = j.stop ? "stop" : j.friction ? "friction" : j.spring ? "spring" : "";
-    if (!idle.empty()) notes.warn(fmt::format("joint '{}'", j.name), fmt::format("follows its motion: its {} has no effect, and is no part of the drive's work", idle));
+    if (!idle.empty())
+      notes.warn(fmt::format("joint '{}'", j.name),
+                 fmt::format("follows its motion: its {} has no effect, and is no part of the drive's work", idle));
 
     TimeFunction f = model.expressions[static_cast<size_t>(j.motion)];
     const std::vector<double> times = f.switch_times(0.0, scene.simulation.duration);
     bool struck = false;
     for (size_t k = 0; k < times.size() && !struck; ++k) {
       // Both pieces at the place where they meet.
-      const double t = times[k], before = k > 0 ? times[k - 1] : 0.0, after = k + 1 < times.size() ? times[k + 1] : scene.simulation.duration;
+      const double t = times[k], before = k > 0 ? times[k - 1] : 0.0,
+                   after = k + 1 < times.size() ? times[k + 1] : scene.simulation.duration;
       f.freeze(0.5 * (before + t));
       const TimeJet a = f.jet(t);
       f.freeze(0.5 * (t + after));
       const TimeJet b = f.jet(t);
       const bool length = is_length(j.kind, 0);
       if (std::abs(b.value - a.value) > 1e-9 * std::max({1.0, std::abs(a.value), std::abs(b.value)}))
-        throw InputError(fmt::format("{}:{}: joint '{}': key 'motion' jumps by {:.4g} {} at t = {:.6g} s, from {:.6g} to {:.6g}: no drive can do that; join the pieces", scene.file.string(), def.line, def.name,
-                                     b.value - a.value, length ? "m" : "rad", t, a.value, b.value));
+        throw InputError(
+            fmt::format("{}:{}: joint '{}': key 'motion' jumps by {:.4g} {} at t = {:.6g} s, from {:.6g} to {:.6g}: no drive can do that; "
+                        "join the pieces",
+                        scene.file.string(), def.line, def.name, b.value - a.value, length ? "m" : "rad", t, a.value, b.value));
       if (std::abs(b.rate - a.rate) > 1e-9 * std::max({1e-3, std::abs(a.rate), std::abs(b.rate)})) {
         struck = true;
-        notes.warn(fmt::format("joint '{}'", j.name),
-                   fmt::format("its motion changes its rate by {:.4g} {} at t = {:.6g} s at once; the impact that this gives to bodies which can move is left out: "
-                               "round the corner", b.rate - a.rate, length ? "m/s" : "rad/s", t));
+        notes.warn(fmt::format("joint '{}'", j.name), fmt::format("its motion changes its rate by {:.4g} {} at t = {:.6g} s at once; the "
+                                                                  "impact that this gives to bodies which can move is left out: "
+                                                                  "round the corner",
+                                                                  b.rate - a.rate, length ? "m/s" : "rad/s", t));
       }
     }
   }

@@ -8,8 +8,8 @@
 
 namespace flexframe::sim {
 
-// Throws InputError where the value of a motion jumps within the run; notes where its rate does (the bodies are struck there, which the equations
-// of motion do not know), and what is without effect in a joint that follows a motion.
+// Throws InputError where the value of a motion jumps within the run; notes where its rate does (the bodies are struck there, which the
+// equations of motion do not know), and what is without effect in a joint that follows a motion.
 void check_motions(Model& model, const Scene& scene, Notes& notes);
 
 }  // namespace flexframe::sim

@@ -23,17 +23,29 @@ HeldDirections directions_of(const JointDef& j) {
   const std::vector<Vec3> all{f.x, f.y, f.z}, across{f.x, f.y}, along{f.z};
   if (!j.motion.empty() || j.motion_table) return {all, all};
   switch (j.kind) {
-    case JointKind::weld: return {all, all};
-    case JointKind::revolute: case JointKind::screw: return {all, across};
-    case JointKind::prismatic: return {across, all};
-    case JointKind::cylindrical: return {across, across};
-    case JointKind::universal: return {all, {f.y}};
-    case JointKind::constant_velocity: return {all, along};
-    case JointKind::spherical: return {all, {}};
-    case JointKind::planar: return {along, across};
-    case JointKind::point_on_line: return {across, {}};
-    case JointKind::point_on_plane: return {along, {}};
-    default: return {};
+    case JointKind::weld:
+      return {all, all};
+    case JointKind::revolute:
+    case JointKind::screw:
+      return {all, across};
+    case JointKind::prismatic:
+      return {across, all};
+    case JointKind::cylindrical:
+      return {across, across};
+    case JointKind::universal:
+      return {all, {f.y}};
+    case JointKind::constant_velocity:
+      return {all, along};
+    case JointKind::spherical:
+      return {all, {}};
+    case JointKind::planar:
+      return {along, across};
+    case JointKind::point_on_line:
+      return {across, {}};
+    case JointKind::point_on_plane:
+      return {along, {}};
+    default:
+      return {};
   }
 }
 
@@ -70,7 +82,8 @@ std::vector<Support> mounting_of(const Scene& scene, const std::string& body) {
   return out;
 }
 
-MatX held_rows(const Scene& scene, int body, const FlexibleBody& made, const std::vector<Support>& holds, std::span<const Mat3> orientation) {
+MatX held_rows(const Scene& scene, int body, const FlexibleBody& made, const std::vector<Support>& holds,
+               std::span<const Mat3> orientation) {
   double size = 0.0;
   for (const FlexibleNode& node : made.nodes) size = std::max(size, node.origin.norm());
   if (!(size > 0.0)) size = 1.0;
@@ -141,7 +154,9 @@ MountedModes mounted_modes(const FlexibleBody& body, const MatX& held) {
 MatX mounted_damping(const FlexibleBody& body, const MountedModes& modes, const std::vector<double>& ratio) {
   VecX factor(modes.omega.size());
   for (Eigen::Index k = 0; k < factor.size(); ++k)
-    factor[k] = modes.omega[k] > 0.0 ? 2.0 * ratio[std::min(static_cast<size_t>(k), ratio.size() - 1)] / (modes.omega[k] * modes.omega[k] * modes.omega[k]) : 0.0;
+    factor[k] = modes.omega[k] > 0.0
+                    ? 2.0 * ratio[std::min(static_cast<size_t>(k), ratio.size() - 1)] / (modes.omega[k] * modes.omega[k] * modes.omega[k])
+                    : 0.0;
   const MatX kq = body.Ke * modes.q;
   return kq * factor.asDiagonal() * kq.transpose();
 }

@@ -11,10 +11,10 @@ namespace flexframe::sim {
 // A joint that holds a body, seen from the body.
 struct Support {
   const JointDef* joint = nullptr;
-  FrameRef frame;      // where it takes hold
-  bool parent = false;  // the body is the joint's parent: the joint's frame is moved by its `position` and `rotation`
+  FrameRef frame;          // where it takes hold
+  bool parent = false;     // the body is the joint's parent: the joint's frame is moved by its `position` and `rotation`
   bool on_ground = false;  // the other side is the ground itself
-  bool clamp = false;   // no rotation is left between the two sides: a weld, a prismatic joint, a joint whose motion is prescribed
+  bool clamp = false;      // no rotation is left between the two sides: a weld, a prismatic joint, a joint whose motion is prescribed
 };
 
 // The joints from which a way along joints leads to ground without passing the body again, in the scene's order: what merely hangs on a

@@ -80,7 +80,8 @@ FeAttachment node_attachment(const FeModel& model, const FeSystem& system, const
   FeAttachment a;
   a.id = fmt::format("{}", model.node_ids[node]);
   a.position = model.nodes[node];
-  if (!moves(system.dof[node])) throw InputError(fmt::format("{}: node {} belongs to no element, or is held", model.file, model.node_ids[node]));
+  if (!moves(system.dof[node]))
+    throw InputError(fmt::format("{}: node {} belongs to no element, or is held", model.file, model.node_ids[node]));
   Triplets t;
   for (int d = 0; d < 6; ++d)
     if (system.dof[node][d] >= 0) t.emplace_back(d, system.dof[node][d], 1.0);

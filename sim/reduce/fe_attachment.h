@@ -6,14 +6,14 @@
 namespace flexframe::sim {
 
 struct FeAttachment {
-  std::string id;                 // node number of the file, or a spider's name
+  std::string id;  // node number of the file, or a spider's name
   Vec3 position = Vec3::Zero();
   Eigen::SparseMatrix<double, Eigen::RowMajor> motion;  // 6 x size: translations, rotations; its transpose distributes a force and a moment
-  bool own_rotation = true;       // false: from the neighbours' motion
+  bool own_rotation = true;                             // false: from the neighbours' motion
 };
 
-// A node. Translations are its own. Rotations are its own where it has any; in a solid they are those of the least-squares rigid motion of the nodes of the
-// elements around it (equal weights), which is exact for rigid motion and for uniform strain on a symmetric neighbourhood.
+// A node. Translations are its own. Rotations are its own where it has any; in a solid they are those of the least-squares rigid motion of
+// the nodes of the elements around it (equal weights), which is exact for rigid motion and for uniform strain on a symmetric neighbourhood.
 // `neighbours` from node_neighbours.
 FeAttachment node_attachment(const FeModel& model, const FeSystem& system, const std::vector<std::vector<int>>& neighbours, int node);
 
@@ -23,8 +23,9 @@ FeAttachment spider_attachment(const FeModel& model, const FeSystem& system, con
 // Nodes that share an element with each of `nodes`, themselves included (in the order of `nodes`).
 std::vector<std::vector<int>> node_neighbours(const FeModel& model, const std::vector<int>& nodes);
 
-// `count` nodes spread well over the candidates: each is the one farthest from all before it (farthest point sampling; T. Gonzalez, Clustering to minimize the
-// maximum intercluster distance, 1985), starting from those already chosen, or from the candidate farthest from the middle.
+// `count` nodes spread well over the candidates: each is the one farthest from all before it (farthest point sampling; T. Gonzalez,
+// Clustering to minimize the maximum intercluster distance, 1985), starting from those already chosen, or from the candidate farthest from
+// the middle.
 std::vector<int> spread_nodes(const FeModel& model, const std::vector<int>& candidates, const std::vector<Vec3>& chosen, int count);
 
 }  // namespace flexframe::sim

@@ -44,27 +44,47 @@ struct ElementType {
   FeShape shape;
   FeFormulation formulation;
 };
-constexpr ElementType element_types[] = {
-    {"C3D4", FeShape::tetrahedron4, FeFormulation::full},        {"C3D10", FeShape::tetrahedron10, FeFormulation::full},
-    {"C3D10T", FeShape::tetrahedron10, FeFormulation::full},     {"C3D10M", FeShape::tetrahedron10, FeFormulation::full},
-    {"C3D10HS", FeShape::tetrahedron10, FeFormulation::full},    {"C3D8", FeShape::hexahedron8, FeFormulation::full},
-    {"C3D8I", FeShape::hexahedron8, FeFormulation::incompatible}, {"C3D8R", FeShape::hexahedron8, FeFormulation::incompatible},
-    {"C3D20", FeShape::hexahedron20, FeFormulation::full},       {"C3D20R", FeShape::hexahedron20, FeFormulation::reduced},
-    {"C3D6", FeShape::wedge6, FeFormulation::full},              {"C3D15", FeShape::wedge15, FeFormulation::full},
-    {"S3", FeShape::triangle3, FeFormulation::full},             {"S3R", FeShape::triangle3, FeFormulation::full},
-    {"STRI3", FeShape::triangle3, FeFormulation::full},          {"S4", FeShape::quadrangle4, FeFormulation::full},
-    {"S4R", FeShape::quadrangle4, FeFormulation::full},          {"S4R5", FeShape::quadrangle4, FeFormulation::full},
-    {"MASS", FeShape::point_mass, FeFormulation::full}};
+constexpr ElementType element_types[] = {{"C3D4", FeShape::tetrahedron4, FeFormulation::full},
+                                         {"C3D10", FeShape::tetrahedron10, FeFormulation::full},
+                                         {"C3D10T", FeShape::tetrahedron10, FeFormulation::full},
+                                         {"C3D10M", FeShape::tetrahedron10, FeFormulation::full},
+                                         {"C3D10HS", FeShape::tetrahedron10, FeFormulation::full},
+                                         {"C3D8", FeShape::hexahedron8, FeFormulation::full},
+                                         {"C3D8I", FeShape::hexahedron8, FeFormulation::incompatible},
+                                         {"C3D8R", FeShape::hexahedron8, FeFormulation::incompatible},
+                                         {"C3D20", FeShape::hexahedron20, FeFormulation::full},
+                                         {"C3D20R", FeShape::hexahedron20, FeFormulation::reduced},
+                                         {"C3D6", FeShape::wedge6, FeFormulation::full},
+                                         {"C3D15", FeShape::wedge15, FeFormulation::full},
+                                         {"S3", FeShape::triangle3, FeFormulation::full},
+                                         {"S3R", FeShape::triangle3, FeFormulation::full},
+                                         {"STRI3", FeShape::triangle3, FeFormulation::full},
+                                         {"S4", FeShape::quadrangle4, FeFormulation::full},
+                                         {"S4R", FeShape::quadrangle4, FeFormulation::full},
+                                         {"S4R5", FeShape::quadrangle4, FeFormulation::full},
+                                         {"MASS", FeShape::point_mass, FeFormulation::full}};
 
 struct Keyword {
-  std::string name;                             // upper case, single blanks
+  std::string name;                               // upper case, single blanks
   std::map<std::string, std::string> parameters;  // values as written
   int line = 0;
 };
 
-struct Section { std::string set, material; double thickness = 0.0; int line = 0; bool shell = false; };
-struct Tie { bool coupling = false, averaging = false; std::string name, set, surface, reference; int line = 0; };
-struct Boundary { std::string where; int first = 1, last = 1, line = 0; };
+struct Section {
+  std::string set, material;
+  double thickness = 0.0;
+  int line = 0;
+  bool shell = false;
+};
+struct Tie {
+  bool coupling = false, averaging = false;
+  std::string name, set, surface, reference;
+  int line = 0;
+};
+struct Boundary {
+  std::string where;
+  int first = 1, last = 1, line = 0;
+};
 
 class Reader {
  public:
@@ -88,16 +108,16 @@ class Reader {
   std::unordered_map<int, int> node_index, element_index;
   std::map<std::string, std::vector<int>> node_set_ids, element_set_ids;
   std::map<std::string, std::vector<std::string>> node_set_names, element_set_names;  // sets made of sets
-  std::map<std::string, std::vector<std::pair<std::string, std::string>>> surfaces;    // name -> (set or id, face or empty)
+  std::map<std::string, std::vector<std::pair<std::string, std::string>>> surfaces;   // name -> (set or id, face or empty)
   std::map<std::string, bool> surface_of_nodes;
   std::vector<Section> sections;
   std::vector<Tie> ties;
   std::vector<Boundary> boundaries;
-  std::map<std::string, double> masses;       // element set -> kg
+  std::map<std::string, double> masses;  // element set -> kg
   std::vector<std::pair<int, int>> element_lines;
-  std::vector<long> pending;                  // ids of an element that runs over lines
+  std::vector<long> pending;  // ids of an element that runs over lines
   std::string_view data;
-  int data_lines = 0;                         // of the present keyword
+  int data_lines = 0;  // of the present keyword
   std::set<std::string> passed_over;
   int instances = 0;
 
@@ -192,7 +212,8 @@ class Reader {
       in_step = true;
     } else if (k == "ELEMENT") {
       const std::string type = upper(need("TYPE"));
-      const auto* found = std::find_if(std::begin(element_types), std::end(element_types), [&](const ElementType& t) { return type == t.name; });
+      const auto* found =
+          std::find_if(std::begin(element_types), std::end(element_types), [&](const ElementType& t) { return type == t.name; });
       if (found == std::end(element_types)) {
         std::string names;
         for (const ElementType& t : element_types) names += std::string(names.empty() ? "" : " ") + t.name;
@@ -205,7 +226,8 @@ class Reader {
       model.materials.push_back({need("NAME")});
     } else if (k == "ELASTIC") {
       const std::string type = upper(parameter("TYPE"));
-      if (!type.empty() && type != "ISO" && type != "ISOTROPIC") fail(fmt::format("*ELASTIC, TYPE={}: only isotropic elasticity (TYPE=ISO) can be read", type));
+      if (!type.empty() && type != "ISO" && type != "ISOTROPIC")
+        fail(fmt::format("*ELASTIC, TYPE={}: only isotropic elasticity (TYPE=ISO) can be read", type));
       need_material();
     } else if (k == "DENSITY") {
       need_material();
@@ -214,7 +236,8 @@ class Reader {
       if (sections.back().material.empty()) fail(fmt::format("*{} needs MATERIAL=... (composites cannot be read)", k));
     } else if (k == "RIGID BODY") {
       Tie tie;
-      tie.set = upper(parameter("NSET").empty() ? parameter("TIENSET").empty() ? parameter("PINNSET") : parameter("TIENSET") : parameter("NSET"));
+      tie.set =
+          upper(parameter("NSET").empty() ? parameter("TIENSET").empty() ? parameter("PINNSET") : parameter("TIENSET") : parameter("NSET"));
       if (tie.set.empty()) fail("*RIGID BODY needs NSET=... (an element set cannot be made rigid)");
       tie.reference = need("REFNODE");
       tie.name = tie.set;
@@ -239,7 +262,8 @@ class Reader {
     } else if (k == "INSTANCE") {
       if (++instances > 1) fail("a second *INSTANCE: only flat files (or one instance) can be read");
     } else if (k == "NODE" || k == "NSET" || k == "ELSET" || k == "BOUNDARY" || k == "MASS") {
-      if (k == "NODE" && !parameter("SYSTEM").empty() && upper(parameter("SYSTEM")) != "R") fail("*NODE, SYSTEM: only rectangular coordinates can be read");
+      if (k == "NODE" && !parameter("SYSTEM").empty() && upper(parameter("SYSTEM")) != "R")
+        fail("*NODE, SYSTEM: only rectangular coordinates can be read");
     } else if (refused(k)) {
       fail(fmt::format("*{} changes the structure and cannot be read; take it out of the model, or export K and M as matrices", k));
     } else if (!harmless(k) && passed_over.insert(k).second) {
@@ -248,13 +272,34 @@ class Reader {
   }
 
   static bool harmless(const std::string& k) {
-    static const std::set<std::string> words = {"HEADING", "PREPRINT", "RESTART", "PART", "END PART", "ASSEMBLY", "END ASSEMBLY", "END INSTANCE", "NODE PRINT",
-                                                "NODE FILE", "NODE OUTPUT", "EL FILE", "EL PRINT", "ELEMENT OUTPUT", "OUTPUT", "AMPLITUDE", "EXPANSION", "SYSTEM", "ORIENTATION"};
+    static const std::set<std::string> words = {"HEADING",     "PREPRINT",     "RESTART",      "PART",           "END PART",
+                                                "ASSEMBLY",    "END ASSEMBLY", "END INSTANCE", "NODE PRINT",     "NODE FILE",
+                                                "NODE OUTPUT", "EL FILE",      "EL PRINT",     "ELEMENT OUTPUT", "OUTPUT",
+                                                "AMPLITUDE",   "EXPANSION",    "SYSTEM",       "ORIENTATION"};
     return words.contains(k);
   }
   static bool refused(const std::string& k) {
-    static const std::set<std::string> words = {"EQUATION", "MPC", "TIE", "CONTACT PAIR", "SPRING", "DASHPOT", "BEAM SECTION", "BEAM GENERAL SECTION", "MEMBRANE SECTION",
-                                                "NODAL THICKNESS", "TRANSFORM", "CYCLIC SYMMETRY MODEL", "USER ELEMENT", "MATRIX ASSEMBLE", "ROTARY INERTIA", "SUBMODEL", "NGEN", "NFILL", "NCOPY", "ELGEN", "ELCOPY"};
+    static const std::set<std::string> words = {"EQUATION",
+                                                "MPC",
+                                                "TIE",
+                                                "CONTACT PAIR",
+                                                "SPRING",
+                                                "DASHPOT",
+                                                "BEAM SECTION",
+                                                "BEAM GENERAL SECTION",
+                                                "MEMBRANE SECTION",
+                                                "NODAL THICKNESS",
+                                                "TRANSFORM",
+                                                "CYCLIC SYMMETRY MODEL",
+                                                "USER ELEMENT",
+                                                "MATRIX ASSEMBLE",
+                                                "ROTARY INERTIA",
+                                                "SUBMODEL",
+                                                "NGEN",
+                                                "NFILL",
+                                                "NCOPY",
+                                                "ELGEN",
+                                                "ELCOPY"};
     return words.contains(k);
   }
 
@@ -280,13 +325,15 @@ class Reader {
       if (c == 'D' || c == 'd') c = 'e';
     const char* begin = text.c_str() + (text.starts_with('+') ? 1 : 0);
     const auto [end, error] = std::from_chars(begin, text.c_str() + text.size(), value);
-    if (error != std::errc() || end != text.c_str() + text.size() || !std::isfinite(value)) fail(fmt::format("{}: a number is expected, found '{}'", what, s.substr(0, 40)));
+    if (error != std::errc() || end != text.c_str() + text.size() || !std::isfinite(value))
+      fail(fmt::format("{}: a number is expected, found '{}'", what, s.substr(0, 40)));
     return value;
   }
   int integer(std::string_view s, const char* what) const {
     int value = 0;
     const auto [end, error] = std::from_chars(s.data(), s.data() + s.size(), value);
-    if (error != std::errc() || end != s.data() + s.size()) fail(fmt::format("{}: an integer is expected, found '{}'", what, s.substr(0, 40)));
+    if (error != std::errc() || end != s.data() + s.size())
+      fail(fmt::format("{}: an integer is expected, found '{}'", what, s.substr(0, 40)));
     return value;
   }
   static bool is_integer(std::string_view s) {
@@ -322,7 +369,8 @@ class Reader {
     if (f.size() < 2) fail("*NODE: 'number, x, y, z' is expected");
     const int id = integer(f[0], "node number");
     Vec3 x = Vec3::Zero();
-    for (size_t i = 1; i < f.size() && i < 4; ++i) x(static_cast<int>(i) - 1) = f[i].empty() ? 0.0 : real(f[i], "coordinate") * units.length;
+    for (size_t i = 1; i < f.size() && i < 4; ++i)
+      x(static_cast<int>(i) - 1) = f[i].empty() ? 0.0 : real(f[i], "coordinate") * units.length;
     const auto [at, fresh] = node_index.try_emplace(id, static_cast<int>(model.nodes.size()));
     if (!fresh) fail(fmt::format("node {} is defined twice", id));
     model.node_ids.push_back(id);
@@ -336,10 +384,12 @@ class Reader {
     }
     const int count = fe_node_count(element_type->shape);
     if (static_cast<int>(pending.size()) < count + 1) {
-      if (!data.ends_with(',')) fail(fmt::format("element {} has {} nodes, {} are expected", pending.empty() ? 0 : pending[0], pending.size() - 1, count));
+      if (!data.ends_with(','))
+        fail(fmt::format("element {} has {} nodes, {} are expected", pending.empty() ? 0 : pending[0], pending.size() - 1, count));
       return;
     }
-    if (static_cast<int>(pending.size()) > count + 1) fail(fmt::format("element {} has {} nodes, {} are expected", pending[0], pending.size() - 1, count));
+    if (static_cast<int>(pending.size()) > count + 1)
+      fail(fmt::format("element {} has {} nodes, {} are expected", pending[0], pending.size() - 1, count));
     FeElement e;
     e.id = static_cast<int>(pending[0]);
     e.shape = element_type->shape;
@@ -347,7 +397,8 @@ class Reader {
     e.first = static_cast<int>(model.connectivity.size());
     e.count = count;
     e.line = file == model.file ? number : 0;
-    if (!element_index.try_emplace(e.id, static_cast<int>(model.elements.size())).second) fail(fmt::format("element {} is defined twice", e.id));
+    if (!element_index.try_emplace(e.id, static_cast<int>(model.elements.size())).second)
+      fail(fmt::format("element {} is defined twice", e.id));
     for (int i = 1; i <= count; ++i) model.connectivity.push_back(static_cast<int>(pending[i]));
     element_lines.emplace_back(number, 0);
     model.elements.push_back(e);
@@ -355,7 +406,8 @@ class Reader {
     pending.clear();
   }
 
-  void read_set(const std::string& name, std::map<std::string, std::vector<int>>& ids, std::map<std::string, std::vector<std::string>>& names) {
+  void read_set(const std::string& name, std::map<std::string, std::vector<int>>& ids,
+                std::map<std::string, std::vector<std::string>>& names) {
     const auto f = fields(data);
     std::vector<int>& set = ids[name];
     if (keyword.parameters.contains("GENERATE")) {
@@ -401,7 +453,8 @@ class Reader {
       b.first = integer(f[1], "degree of freedom");
       b.last = f.size() > 2 && !f[2].empty() ? integer(f[2], "degree of freedom") : b.first;
     }
-    if (b.first < 1 || b.last > 6 || b.last < b.first) fail(fmt::format("*BOUNDARY: degrees of freedom 1 to 6 are allowed, found {} to {}", b.first, b.last));
+    if (b.first < 1 || b.last > 6 || b.last < b.first)
+      fail(fmt::format("*BOUNDARY: degrees of freedom 1 to 6 are allowed, found {} to {}", b.first, b.last));
     if (f.size() > 3 && real(f[3], "value") != 0.0) note_once("*BOUNDARY with a value: fixed at zero");
     boundaries.push_back(b);
   }
@@ -417,11 +470,13 @@ class Reader {
       std::vector<int> members;
       const std::function<void(const std::string&)> add = [&](const std::string& set) {
         if (!visited.insert(set).second) return;
-        if (!all.contains(set)) throw InputError(fmt::format("{}: {} set '{}' refers to '{}', which is not there", model.file, what, name, set));
+        if (!all.contains(set))
+          throw InputError(fmt::format("{}: {} set '{}' refers to '{}', which is not there", model.file, what, name, set));
         if (const auto it = ids.find(set); it != ids.end())
           for (int id : it->second) {
             const auto found = index.find(id);
-            if (found == index.end()) throw InputError(fmt::format("{}: {} set '{}' has {} {}, which is not there", model.file, what, set, what, id));
+            if (found == index.end())
+              throw InputError(fmt::format("{}: {} set '{}' has {} {}, which is not there", model.file, what, set, what, id));
             members.push_back(found->second);
           }
         if (const auto it = names.find(set); it != names.end())
@@ -527,7 +582,8 @@ class Reader {
           continue;
         }
         const int k = face.size() == 2 && face[0] == 'S' ? face[1] - '1' : -1;
-        if (k < 0 || k >= static_cast<int>(faces.size())) fail(fmt::format("surface '{}': face '{}' of a {}: S1 to S{} are allowed", name, face, fe_name(element.shape), faces.size()));
+        if (k < 0 || k >= static_cast<int>(faces.size()))
+          fail(fmt::format("surface '{}': face '{}' of a {}: S1 to S{} are allowed", name, face, fe_name(element.shape), faces.size()));
         for (int corner : faces[k]) nodes.insert(model.connectivity[element.first + corner]);
       }
     }

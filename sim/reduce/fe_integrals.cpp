@@ -47,7 +47,7 @@ Mat3X positions(const FeModel& model, const FeElement& e) {
 
 // Plane points of a shell: derivatives along its tangents t (3 x 2), from the middle surface.
 struct ShellPoint {
-  MatX dN;             // n x 2
+  MatX dN;  // n x 2
   Eigen::Matrix<double, 3, 2> t;
   double area = 0.0;
 };
@@ -56,7 +56,8 @@ std::vector<ShellPoint> shell_points(const FeElement& e, const Mat3X& X) {
   std::vector<ShellPoint> out;
   const double g = 1.0 / std::sqrt(3.0);
   const bool triangle = e.shape == FeShape::triangle3;
-  const std::vector<Eigen::Vector2d> places = triangle ? std::vector<Eigen::Vector2d>{{1.0 / 3, 1.0 / 3}} : std::vector<Eigen::Vector2d>{{-g, -g}, {g, -g}, {g, g}, {-g, g}};
+  const std::vector<Eigen::Vector2d> places =
+      triangle ? std::vector<Eigen::Vector2d>{{1.0 / 3, 1.0 / 3}} : std::vector<Eigen::Vector2d>{{-g, -g}, {g, -g}, {g, g}, {-g, g}};
   for (const Eigen::Vector2d& q : places) {
     MatX d(e.count, 2);
     if (triangle) {
@@ -154,8 +155,8 @@ struct Pairs {
   int size() const { return static_cast<int>(j.size()); }
 };
 
-// Calls visit(element, dN (nodes x 3), volume, S) at each integration point; S: six rows xx yy zz xy yz xz of the stress of sym(grad u_j^T grad u_k) per pair,
-// for shells the membrane stress in space axes.
+// Calls visit(element, dN (nodes x 3), volume, S) at each integration point; S: six rows xx yy zz xy yz xz of the stress of sym(grad u_j^T
+// grad u_k) per pair, for shells the membrane stress in space axes.
 template <class Visit>
 void each_second_order_stress(const FeModel& model, const FeSystem& system, const MatX& U, const Pairs& pairs, const Visit& visit) {
   const Eigen::Index n = U.cols(), count = pairs.size();
@@ -197,11 +198,13 @@ void each_second_order_stress(const FeModel& model, const FeSystem& system, cons
     };
     if (fe_is_shell(e.shape)) {
       // Plane stress in the shell's plane: the gradient has no part along the normal, so neither has E.
-      const double mu = material.youngs_modulus / (2 * (1 + material.poisson)), lambda = material.youngs_modulus * material.poisson / (1 - material.poisson * material.poisson);
+      const double mu = material.youngs_modulus / (2 * (1 + material.poisson)),
+                   lambda = material.youngs_modulus * material.poisson / (1 - material.poisson * material.poisson);
       // The pressure's part along the normal does no work on gradients in the plane.
       for (const ShellPoint& p : shell_points(e, X)) point(p.dN * p.t.transpose(), p.area * e.thickness, lambda, mu);
     } else {
-      const double mu = material.youngs_modulus / (2 * (1 + material.poisson)), lambda = 2 * mu * material.poisson / (1 - 2 * material.poisson);
+      const double mu = material.youngs_modulus / (2 * (1 + material.poisson)),
+                   lambda = 2 * mu * material.poisson / (1 - 2 * material.poisson);
       for (const FePoint& p : solid_points(e.shape, e.formulation, FeRule::stiffness, X, e.id)) point(p.dN, p.volume, lambda, mu);
     }
   }

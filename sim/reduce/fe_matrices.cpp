@@ -41,7 +41,8 @@ Entries read_entries(const std::filesystem::path& path, double factor) {
       sized = false;
       std::string lower;
       for (char c : line) lower += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-      if (lower.find("coordinate") == std::string::npos || (lower.find("real") == std::string::npos && lower.find("integer") == std::string::npos))
+      if (lower.find("coordinate") == std::string::npos ||
+          (lower.find("real") == std::string::npos && lower.find("integer") == std::string::npos))
         fail("Matrix Market: 'matrix coordinate real' is expected");
       symmetric = lower.find("symmetric") != std::string::npos;
       if (!symmetric && lower.find("general") == std::string::npos) fail("Matrix Market: 'symmetric' or 'general' is expected");
@@ -66,7 +67,8 @@ Entries read_entries(const std::filesystem::path& path, double factor) {
       if (*c == 'D' || *c == 'd') *c = 'e';
     const double value = std::strtod(next, &end);
     if (end == next || !std::isfinite(value)) fail(fmt::format("'row column value' is expected, found '{}'", line.substr(0, 40)));
-    if (row < 1 || column < 1 || (market && (row > out.rows || column > out.rows)) || row > 100000000L || column > 100000000L) fail(fmt::format("entry ({}, {}) is outside of the matrix", row, column));
+    if (row < 1 || column < 1 || (market && (row > out.rows || column > out.rows)) || row > 100000000L || column > 100000000L)
+      fail(fmt::format("entry ({}, {}) is outside of the matrix", row, column));
     ++found;
     if (!market) out.rows = std::max({out.rows, row, column});
     const int r = static_cast<int>(row) - 1, c = static_cast<int>(column) - 1;
@@ -74,7 +76,8 @@ Entries read_entries(const std::filesystem::path& path, double factor) {
     if (symmetric && r != c) out.triplets.emplace_back(c, r, factor * value);
   }
   if (out.triplets.empty()) fail("the matrix has no entries");
-  if (market && found != announced) throw InputError(fmt::format("{}: {} entries are announced, {} are there", path.string(), announced, found));
+  if (market && found != announced)
+    throw InputError(fmt::format("{}: {} entries are announced, {} are there", path.string(), announced, found));
   return out;
 }
 
@@ -91,8 +94,8 @@ Eigen::SparseMatrix<double> matrix(const Entries& entries, int n, const std::fil
 
 }  // namespace
 
-FeModel read_fe_matrices(const std::filesystem::path& stiffness, const std::filesystem::path& mass, const std::filesystem::path& nodes, const std::filesystem::path& dofs,
-                         const FeUnits& units) {
+FeModel read_fe_matrices(const std::filesystem::path& stiffness, const std::filesystem::path& mass, const std::filesystem::path& nodes,
+                         const std::filesystem::path& dofs, const FeUnits& units) {
   FeModel model;
   const std::string ending = nodes.extension().string();
   if (ending == ".inp") {
@@ -122,7 +125,8 @@ FeModel read_fe_matrices(const std::filesystem::path& stiffness, const std::file
   model.file = stiffness.string();
   std::unordered_map<int, int> index;
   for (size_t i = 0; i < model.node_ids.size(); ++i)
-    if (!index.emplace(model.node_ids[i], static_cast<int>(i)).second) throw InputError(fmt::format("{}: node {} is there twice", nodes.string(), model.node_ids[i]));
+    if (!index.emplace(model.node_ids[i], static_cast<int>(i)).second)
+      throw InputError(fmt::format("{}: node {} is there twice", nodes.string(), model.node_ids[i]));
 
   const Entries K = read_entries(stiffness, units.mass / (units.time * units.time)), M = read_entries(mass, units.mass);
   const long n = std::max(K.rows, M.rows);
@@ -137,8 +141,11 @@ FeModel read_fe_matrices(const std::filesystem::path& stiffness, const std::file
       const long node = std::strtol(line.c_str(), &end, 10);
       const long dof = *end == '.' ? std::strtol(end + 1, nullptr, 10) : 0;
       const auto at = index.find(static_cast<int>(node));
-      if (dof < 1 || dof > 6) throw InputError(fmt::format("{}:{}: 'node.dof' with dof 1 to 6 is expected, found '{}'", dofs.string(), number, line.substr(0, 40)));
-      if (at != index.end() && !described.emplace(at->second, dof).second) throw InputError(fmt::format("{}:{}: {}.{} is there twice", dofs.string(), number, node, dof));
+      if (dof < 1 || dof > 6)
+        throw InputError(
+            fmt::format("{}:{}: 'node.dof' with dof 1 to 6 is expected, found '{}'", dofs.string(), number, line.substr(0, 40)));
+      if (at != index.end() && !described.emplace(at->second, dof).second)
+        throw InputError(fmt::format("{}:{}: {}.{} is there twice", dofs.string(), number, node, dof));
       if (at == index.end()) throw InputError(fmt::format("{}:{}: node {} is not in {}", dofs.string(), number, node, nodes.string()));
       matrices.node.push_back(at->second);
       matrices.dof.push_back(static_cast<int>(dof) - 1);
@@ -151,7 +158,8 @@ FeModel read_fe_matrices(const std::filesystem::path& stiffness, const std::file
       }
   }
   if (static_cast<long>(matrices.node.size()) != n)
-    throw InputError(fmt::format("{}: the matrices have {} rows, {} degrees of freedom are described", stiffness.string(), n, matrices.node.size()));
+    throw InputError(
+        fmt::format("{}: the matrices have {} rows, {} degrees of freedom are described", stiffness.string(), n, matrices.node.size()));
   matrices.K = matrix(K, static_cast<int>(n), stiffness);
   matrices.M = matrix(M, static_cast<int>(n), mass);
   model.matrices = std::move(matrices);

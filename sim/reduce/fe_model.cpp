@@ -10,14 +10,23 @@ namespace flexframe::sim {
 
 int fe_node_count(FeShape shape) {
   switch (shape) {
-    case FeShape::tetrahedron4: case FeShape::quadrangle4: return 4;
-    case FeShape::tetrahedron10: return 10;
-    case FeShape::hexahedron8: return 8;
-    case FeShape::hexahedron20: return 20;
-    case FeShape::wedge6: return 6;
-    case FeShape::wedge15: return 15;
-    case FeShape::triangle3: return 3;
-    case FeShape::point_mass: return 1;
+    case FeShape::tetrahedron4:
+    case FeShape::quadrangle4:
+      return 4;
+    case FeShape::tetrahedron10:
+      return 10;
+    case FeShape::hexahedron8:
+      return 8;
+    case FeShape::hexahedron20:
+      return 20;
+    case FeShape::wedge6:
+      return 6;
+    case FeShape::wedge15:
+      return 15;
+    case FeShape::triangle3:
+      return 3;
+    case FeShape::point_mass:
+      return 1;
   }
   return 0;
 }
@@ -27,15 +36,24 @@ bool fe_is_solid(FeShape shape) { return !fe_is_shell(shape) && shape != FeShape
 
 const char* fe_name(FeShape shape) {
   switch (shape) {
-    case FeShape::tetrahedron4: return "4-node tetrahedron";
-    case FeShape::tetrahedron10: return "10-node tetrahedron";
-    case FeShape::hexahedron8: return "8-node hexahedron";
-    case FeShape::hexahedron20: return "20-node hexahedron";
-    case FeShape::wedge6: return "6-node wedge";
-    case FeShape::wedge15: return "15-node wedge";
-    case FeShape::triangle3: return "3-node shell";
-    case FeShape::quadrangle4: return "4-node shell";
-    case FeShape::point_mass: return "point mass";
+    case FeShape::tetrahedron4:
+      return "4-node tetrahedron";
+    case FeShape::tetrahedron10:
+      return "10-node tetrahedron";
+    case FeShape::hexahedron8:
+      return "8-node hexahedron";
+    case FeShape::hexahedron20:
+      return "20-node hexahedron";
+    case FeShape::wedge6:
+      return "6-node wedge";
+    case FeShape::wedge15:
+      return "15-node wedge";
+    case FeShape::triangle3:
+      return "3-node shell";
+    case FeShape::quadrangle4:
+      return "4-node shell";
+    case FeShape::point_mass:
+      return "point mass";
   }
   return "";
 }
@@ -43,16 +61,26 @@ const char* fe_name(FeShape shape) {
 const std::vector<std::vector<int>>& fe_faces(FeShape shape) {
   // Abaqus' face numbers S1, S2, ...
   static const std::vector<std::vector<int>> tetrahedron = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
-  static const std::vector<std::vector<int>> hexahedron = {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}};
+  static const std::vector<std::vector<int>> hexahedron = {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4},
+                                                           {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}};
   static const std::vector<std::vector<int>> wedge = {{0, 2, 1}, {3, 4, 5}, {0, 1, 4, 3}, {1, 2, 5, 4}, {2, 0, 3, 5}};
   static const std::vector<std::vector<int>> triangle = {{0, 1, 2}}, quadrangle = {{0, 1, 2, 3}}, none;
   switch (shape) {
-    case FeShape::tetrahedron4: case FeShape::tetrahedron10: return tetrahedron;
-    case FeShape::hexahedron8: case FeShape::hexahedron20: return hexahedron;
-    case FeShape::wedge6: case FeShape::wedge15: return wedge;
-    case FeShape::triangle3: return triangle;
-    case FeShape::quadrangle4: return quadrangle;
-    case FeShape::point_mass: break;
+    case FeShape::tetrahedron4:
+    case FeShape::tetrahedron10:
+      return tetrahedron;
+    case FeShape::hexahedron8:
+    case FeShape::hexahedron20:
+      return hexahedron;
+    case FeShape::wedge6:
+    case FeShape::wedge15:
+      return wedge;
+    case FeShape::triangle3:
+      return triangle;
+    case FeShape::quadrangle4:
+      return quadrangle;
+    case FeShape::point_mass:
+      break;
   }
   return none;
 }
@@ -69,7 +97,8 @@ void set_material(FeModel& model, const FeMaterial& material, const std::string&
   if (set == model.element_sets.end()) {
     std::string names;
     for (const auto& [name, members] : model.element_sets) names += (names.empty() ? "" : ", ") + name;
-    throw InputError(fmt::format("{}: material for element set '{}', which is not there; there are: {}", model.file, element_set, names.empty() ? "none" : names));
+    throw InputError(fmt::format("{}: material for element set '{}', which is not there; there are: {}", model.file, element_set,
+                                 names.empty() ? "none" : names));
   }
   for (int e : set->second) model.elements[e].material = index;
 }
@@ -85,17 +114,23 @@ void check_model(const FeModel& model) {
   for (const FeElement& e : model.elements) {
     if (e.shape == FeShape::point_mass) continue;
     if (e.material < 0)
-      throw InputError(fmt::format("{}: element {} has no material: give a section in the model, or --material YOUNGS_MODULUS,POISSON,DENSITY", place_of(model, e), e.id));
+      throw InputError(
+          fmt::format("{}: element {} has no material: give a section in the model, or --material YOUNGS_MODULUS,POISSON,DENSITY",
+                      place_of(model, e), e.id));
     used[e.material] = true;
     if (fe_is_shell(e.shape) && !(e.thickness > 0.0))
-      throw InputError(fmt::format("{}: shell element {} has no thickness: give a *SHELL SECTION, or --thickness", place_of(model, e), e.id));
+      throw InputError(
+          fmt::format("{}: shell element {} has no thickness: give a *SHELL SECTION, or --thickness", place_of(model, e), e.id));
   }
   for (size_t i = 0; i < used.size(); ++i) {
     const FeMaterial& m = model.materials[i];
     if (!used[i]) continue;
-    if (!(m.youngs_modulus > 0.0)) throw InputError(fmt::format("{}: material '{}': Young's modulus must be > 0, found {}", model.file, m.name, m.youngs_modulus));
-    if (!(m.poisson > -1.0 && m.poisson < 0.5)) throw InputError(fmt::format("{}: material '{}': Poisson's ratio must be in (-1, 0.5), found {}", model.file, m.name, m.poisson));
-    if (!(m.density > 0.0)) throw InputError(fmt::format("{}: material '{}': density must be > 0, found {}", model.file, m.name, m.density));
+    if (!(m.youngs_modulus > 0.0))
+      throw InputError(fmt::format("{}: material '{}': Young's modulus must be > 0, found {}", model.file, m.name, m.youngs_modulus));
+    if (!(m.poisson > -1.0 && m.poisson < 0.5))
+      throw InputError(fmt::format("{}: material '{}': Poisson's ratio must be in (-1, 0.5), found {}", model.file, m.name, m.poisson));
+    if (!(m.density > 0.0))
+      throw InputError(fmt::format("{}: material '{}': density must be > 0, found {}", model.file, m.name, m.density));
   }
 }
 

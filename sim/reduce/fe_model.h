@@ -23,19 +23,19 @@ enum class FeFormulation { full, reduced, incompatible };
 // Isotropic linear elasticity.
 struct FeMaterial {
   std::string name;
-  double youngs_modulus = 0.0;   // Pa
-  double poisson = 0.0;          // -
-  double density = 0.0;          // kg/m^3
+  double youngs_modulus = 0.0;  // Pa
+  double poisson = 0.0;         // -
+  double density = 0.0;         // kg/m^3
 };
 
 struct FeElement {
-  int id = 0;                    // of the file
+  int id = 0;  // of the file
   FeShape shape = FeShape::tetrahedron4;
   FeFormulation formulation = FeFormulation::full;
-  int material = -1;             // index, -1: none given
-  double thickness = 0.0;        // shells, m; point mass: kg
-  int first = 0, count = 0;      // nodes: connectivity[first .. first + count)
-  int line = 0;                  // of the file, 0: unknown (binary, included)
+  int material = -1;         // index, -1: none given
+  double thickness = 0.0;    // shells, m; point mass: kg
+  int first = 0, count = 0;  // nodes: connectivity[first .. first + count)
+  int line = 0;              // of the file, 0: unknown (binary, included)
 };
 
 // A reference point tied to a set of nodes.
@@ -44,33 +44,33 @@ struct FeElement {
 struct FeSpider {
   std::string name;
   bool rigid = true;
-  int node = -1;                 // index of the reference point, which may belong to no element
-  std::vector<int> slaves;       // indices
+  int node = -1;            // index of the reference point, which may belong to no element
+  std::vector<int> slaves;  // indices
   int line = 0;
 };
 
 struct FeConstraint {
   int node = -1;
-  int dof = 0;                   // 0..5: ux uy uz rx ry rz
+  int dof = 0;  // 0..5: ux uy uz rx ry rz
 };
 
 // A model given as matrices: row i belongs to degree of freedom `dof` of node `node`.
 struct FeMatrices {
-  Eigen::SparseMatrix<double> K, M;            // symmetric, both triangles
+  Eigen::SparseMatrix<double> K, M;  // symmetric, both triangles
   std::vector<int> node, dof;
 };
 
 struct FeModel {
   std::string file;
-  std::vector<int> node_ids;                   // of the file
-  std::vector<Vec3> nodes;                     // m
-  std::vector<int> connectivity;               // node indices
+  std::vector<int> node_ids;      // of the file
+  std::vector<Vec3> nodes;        // m
+  std::vector<int> connectivity;  // node indices
   std::vector<FeElement> elements;
   std::vector<FeMaterial> materials;
   std::map<std::string, std::vector<int>> node_sets, element_sets;  // indices, ascending; names in upper case
   std::vector<FeSpider> spiders;
-  std::vector<FeConstraint> constraints;       // *BOUNDARY with value zero
-  std::optional<FeMatrices> matrices;          // instead of elements
+  std::vector<FeConstraint> constraints;  // *BOUNDARY with value zero
+  std::optional<FeMatrices> matrices;     // instead of elements
   std::vector<std::string> notes;
 };
 
@@ -102,15 +102,16 @@ FeModel read_inp(const std::filesystem::path& path, const FeUnits& units = {});
 FeModel read_msh(const std::filesystem::path& path, const FeUnits& units = {});
 
 // K and M as Matrix Market (.mtx, coordinate, real, symmetric or general) or as CalculiX writes them for *FREQUENCY, SOLVER=MATRIXSTORAGE
-// (NAME.sti NAME.mas NAME.dof). `nodes`: text table "id x y z" a line for the coordinates (or an .inp, whose nodes are taken). dofs: CalculiX'
-// NAME.dof ("node.dof" a line); without it 3 a node in the table's order.
+// (NAME.sti NAME.mas NAME.dof). `nodes`: text table "id x y z" a line for the coordinates (or an .inp, whose nodes are taken). dofs:
+// CalculiX' NAME.dof ("node.dof" a line); without it 3 a node in the table's order.
 FeModel read_fe_matrices(const std::filesystem::path& stiffness, const std::filesystem::path& mass, const std::filesystem::path& nodes,
                          const std::filesystem::path& dofs, const FeUnits& units = {});
 
 // Gives elements without material one: to all, or to those of an element set. Throws InputError for an unknown set, naming those there are.
 void set_material(FeModel& model, const FeMaterial& material, const std::string& element_set = "");
 
-// Checks what any maker may get wrong: elements without material or thickness, non-positive constants, inside-out elements are left to assembly.
+// Checks what any maker may get wrong: elements without material or thickness, non-positive constants, inside-out elements are left to
+// assembly.
 void check_model(const FeModel& model);
 
 // Outer surface: corner faces that belong to one element only (shell faces always), as node indices.

@@ -34,27 +34,48 @@ Type type_of(int number) {
     return t;
   };
   switch (number) {
-    case 15: return other(1, 0);
-    case 1: return other(2, 1);
-    case 8: return other(3, 1);
-    case 26: return other(4, 1);
-    case 2: return {3, 2, true, FeShape::triangle3, plain(3)};
-    case 3: return {4, 2, true, FeShape::quadrangle4, plain(4)};
-    case 9: return other(6, 2);
-    case 16: return other(8, 2);
-    case 10: return other(9, 2);
-    case 4: return {4, 3, true, FeShape::tetrahedron4, plain(4)};
-    case 5: return {8, 3, true, FeShape::hexahedron8, plain(8)};
-    case 6: return {6, 3, true, FeShape::wedge6, plain(6)};
-    case 11: return {10, 3, true, FeShape::tetrahedron10, {0, 1, 2, 3, 4, 5, 6, 7, 9, 8}};
-    case 17: return {20, 3, true, FeShape::hexahedron20, {0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15}};
-    case 18: return {15, 3, true, FeShape::wedge15, {0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 10, 11}};
-    case 7: return other(5, 3);
-    case 12: return other(27, 3);
-    case 13: return other(18, 3);
-    case 14: return other(14, 3);
-    case 19: return other(13, 3);
-    default: return {};
+    case 15:
+      return other(1, 0);
+    case 1:
+      return other(2, 1);
+    case 8:
+      return other(3, 1);
+    case 26:
+      return other(4, 1);
+    case 2:
+      return {3, 2, true, FeShape::triangle3, plain(3)};
+    case 3:
+      return {4, 2, true, FeShape::quadrangle4, plain(4)};
+    case 9:
+      return other(6, 2);
+    case 16:
+      return other(8, 2);
+    case 10:
+      return other(9, 2);
+    case 4:
+      return {4, 3, true, FeShape::tetrahedron4, plain(4)};
+    case 5:
+      return {8, 3, true, FeShape::hexahedron8, plain(8)};
+    case 6:
+      return {6, 3, true, FeShape::wedge6, plain(6)};
+    case 11:
+      return {10, 3, true, FeShape::tetrahedron10, {0, 1, 2, 3, 4, 5, 6, 7, 9, 8}};
+    case 17:
+      return {20, 3, true, FeShape::hexahedron20, {0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15}};
+    case 18:
+      return {15, 3, true, FeShape::wedge15, {0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 10, 11}};
+    case 7:
+      return other(5, 3);
+    case 12:
+      return other(27, 3);
+    case 13:
+      return other(18, 3);
+    case 14:
+      return other(14, 3);
+    case 19:
+      return other(13, 3);
+    default:
+      return {};
   }
 }
 
@@ -104,18 +125,26 @@ class Reader {
   size_t at = 0;
   bool binary = false, four = false, version = false;
   std::unordered_map<long, int> node_index;
-  std::map<std::pair<int, int>, std::string> physical_names;                 // (dimension, tag)
-  std::map<std::pair<int, int>, std::vector<int>> entity_physicals;          // format 4
-  struct Raw { long id; int type, physical; std::vector<int> more; std::vector<long> nodes; int line; };
+  std::map<std::pair<int, int>, std::string> physical_names;         // (dimension, tag)
+  std::map<std::pair<int, int>, std::vector<int>> entity_physicals;  // format 4
+  struct Raw {
+    long id;
+    int type, physical;
+    std::vector<int> more;
+    std::vector<long> nodes;
+    int line;
+  };
   std::vector<Raw> raw;
   size_t lines_to = 0;  // `lines` is the line of this byte
   int lines = 1;
 
   [[noreturn]] void fail(const std::string& message) const {
-    throw InputError(fmt::format("{}:{}: {}", model.file, 1 + std::count(data.begin(), data.begin() + static_cast<long>(std::min(at, data.size())), '\n'), message));
+    throw InputError(fmt::format("{}:{}: {}", model.file,
+                                 1 + std::count(data.begin(), data.begin() + static_cast<long>(std::min(at, data.size())), '\n'), message));
   }
   [[noreturn]] void fail(const Raw& element, const std::string& message) const {
-    throw InputError(element.line > 0 ? fmt::format("{}:{}: {}", model.file, element.line, message) : fmt::format("{}: {}", model.file, message));
+    throw InputError(element.line > 0 ? fmt::format("{}:{}: {}", model.file, element.line, message)
+                                      : fmt::format("{}: {}", model.file, message));
   }
   std::string word() {
     while (at < data.size() && std::isspace(static_cast<unsigned char>(data[at]))) ++at;
@@ -168,7 +197,8 @@ class Reader {
     const long size = text_integer();
     version = true;
     four = number == "4.1";
-    if (!four && number != "2.2" && number != "2.1" && number != "2") fail(fmt::format("format {} cannot be read: 2.2 and 4.1 can (gmsh -format msh22, msh41)", number));
+    if (!four && number != "2.2" && number != "2.1" && number != "2")
+      fail(fmt::format("format {} cannot be read: 2.2 and 4.1 can (gmsh -format msh22, msh41)", number));
     if (size != 8) fail(fmt::format("data size {} cannot be read: 8 can", size));
     if (binary) {
       line_end();
@@ -318,7 +348,10 @@ class Reader {
         for (int n : nodes) nodes_of[names.back()].insert(n);
       }
       if (t.dimension != dimension) continue;
-      if (!t.usable) fail(r, fmt::format("element {}: gmsh type {} ({} nodes) cannot be used: tetrahedra of 4 or 10 nodes, hexahedra of 8 or 20, wedges of 6 or 15, shells of 3 or 4 can", r.id, r.type, t.nodes));
+      if (!t.usable)
+        fail(r, fmt::format("element {}: gmsh type {} ({} nodes) cannot be used: tetrahedra of 4 or 10 nodes, hexahedra of 8 or 20, wedges "
+                            "of 6 or 15, shells of 3 or 4 can",
+                            r.id, r.type, t.nodes));
       FeElement e;
       e.id = static_cast<int>(r.id);
       e.shape = t.shape;

@@ -43,7 +43,8 @@ void add_drilling(const MatX& dN, const VecX& N, double weight, MatX& K) {
   K += weight * b * b.transpose();
 }
 
-// Strains of a quadrangle at a point from its 24 motions: membrane, curvature (strain is height times it), and the incompatible modes' four amplitudes.
+// Strains of a quadrangle at a point from its 24 motions: membrane, curvature (strain is height times it), and the incompatible modes' four
+// amplitudes.
 struct QuadranglePoint {
   Eigen::Vector4d N;
   MatX D, Bm, Bb, Bi;
@@ -114,7 +115,8 @@ void quadrangle(const Eigen::Matrix<double, 4, 2>& x, double t, const FeMaterial
     Bs.row(0) = 0.5 * ((1 - q.y()) * a + (1 + q.y()) * c);
     Bs.row(1) = 0.5 * ((1 - q.x()) * d + (1 + q.x()) * b);
     const MatX shear = p.inverse.transpose() * Bs;
-    K += p.area * t * p.Bm.transpose() * C * p.Bm + p.area * t * t * t / 12.0 * p.Bb.transpose() * C * p.Bb + p.area * t * 5.0 / 6.0 * G * shear.transpose() * shear;
+    K += p.area * t * p.Bm.transpose() * C * p.Bm + p.area * t * t * t / 12.0 * p.Bb.transpose() * C * p.Bb +
+         p.area * t * 5.0 / 6.0 * G * shear.transpose() * shear;
     coupling += p.area * t * p.Bi.transpose() * C * p.Bm;
     inner += p.area * t * p.Bi.transpose() * C * p.Bi;
     add_drilling(p.D, p.N, drilling * G * t * p.area, K);
@@ -159,14 +161,14 @@ MatX kirchhoff_curvature(const Eigen::Matrix<double, 3, 2>& p, double twice_area
   const auto [P6, t6, q6, r6] = edge(x12, y12);
   Eigen::Matrix<double, 9, 1> Hxx, Hyx, Hxe, Hye;
   const double a = 1 - 2 * xi, b = 1 - 2 * eta;
-  Hxx << P6 * a + (P5 - P6) * eta, q6 * a - (q5 + q6) * eta, -4 + 6 * (xi + eta) + r6 * a - eta * (r5 + r6), -P6 * a + eta * (P4 + P6), q6 * a - eta * (q6 - q4),
-      -2 + 6 * xi + r6 * a + eta * (r4 - r6), -eta * (P5 + P4), eta * (q4 - q5), -eta * (r5 - r4);
-  Hyx << t6 * a + eta * (t5 - t6), 1 + r6 * a - eta * (r5 + r6), -q6 * a + eta * (q5 + q6), -t6 * a + eta * (t4 + t6), -1 + r6 * a + eta * (r4 - r6),
-      -q6 * a - eta * (q4 - q6), -eta * (t4 + t5), eta * (r4 - r5), -eta * (q4 - q5);
-  Hxe << -P5 * b - xi * (P6 - P5), q5 * b - xi * (q5 + q6), -4 + 6 * (xi + eta) + r5 * b - xi * (r5 + r6), xi * (P4 + P6), xi * (q4 - q6), -xi * (r6 - r4),
-      P5 * b - xi * (P4 + P5), q5 * b + xi * (q4 - q5), -2 + 6 * eta + r5 * b + xi * (r4 - r5);
-  Hye << -t5 * b - xi * (t6 - t5), 1 + r5 * b - xi * (r5 + r6), -q5 * b + xi * (q5 + q6), xi * (t4 + t6), xi * (r4 - r6), -xi * (q4 - q6), t5 * b - xi * (t4 + t5),
-      -1 + r5 * b + xi * (r4 - r5), -q5 * b - xi * (q4 - q5);
+  Hxx << P6 * a + (P5 - P6) * eta, q6 * a - (q5 + q6) * eta, -4 + 6 * (xi + eta) + r6 * a - eta * (r5 + r6), -P6 * a + eta * (P4 + P6),
+      q6 * a - eta * (q6 - q4), -2 + 6 * xi + r6 * a + eta * (r4 - r6), -eta * (P5 + P4), eta * (q4 - q5), -eta * (r5 - r4);
+  Hyx << t6 * a + eta * (t5 - t6), 1 + r6 * a - eta * (r5 + r6), -q6 * a + eta * (q5 + q6), -t6 * a + eta * (t4 + t6),
+      -1 + r6 * a + eta * (r4 - r6), -q6 * a - eta * (q4 - q6), -eta * (t4 + t5), eta * (r4 - r5), -eta * (q4 - q5);
+  Hxe << -P5 * b - xi * (P6 - P5), q5 * b - xi * (q5 + q6), -4 + 6 * (xi + eta) + r5 * b - xi * (r5 + r6), xi * (P4 + P6), xi * (q4 - q6),
+      -xi * (r6 - r4), P5 * b - xi * (P4 + P5), q5 * b + xi * (q4 - q5), -2 + 6 * eta + r5 * b + xi * (r4 - r5);
+  Hye << -t5 * b - xi * (t6 - t5), 1 + r5 * b - xi * (r5 + r6), -q5 * b + xi * (q5 + q6), xi * (t4 + t6), xi * (r4 - r6), -xi * (q4 - q6),
+      t5 * b - xi * (t4 + t5), -1 + r5 * b + xi * (r4 - r5), -q5 * b - xi * (q4 - q5);
   MatX B(3, 9);
   B.row(0) = (y31 * Hxx + y12 * Hxe).transpose();
   B.row(1) = -(x31 * Hyx + x12 * Hye).transpose();
@@ -216,13 +218,16 @@ MatX triangle_stress(const Eigen::Matrix<double, 3, 2>& p, double height, const 
   }
   MatX out(3, 3);
   const Vec2 corner[3] = {{0, 0}, {1, 0}, {0, 1}};
-  for (Eigen::Index i = 0; i < 3; ++i) out.col(i) = plane_stress(material) * (membrane + height * (kirchhoff_curvature(p, J.determinant(), corner[i].x(), corner[i].y()) * bending));
+  for (Eigen::Index i = 0; i < 3; ++i)
+    out.col(i) =
+        plane_stress(material) * (membrane + height * (kirchhoff_curvature(p, J.determinant(), corner[i].x(), corner[i].y()) * bending));
   return out;
 }
 
 // Columns: local axes, the third along the normal; and the area.
 Mat3 shell_axes(FeShape shape, const Mat3X& X, int id, double& area) {
-  const Vec3 normal = X.cols() == 3 ? Vec3((X.col(1) - X.col(0)).cross(X.col(2) - X.col(0))) : Vec3((X.col(2) - X.col(0)).cross(X.col(3) - X.col(1)));
+  const Vec3 normal =
+      X.cols() == 3 ? Vec3((X.col(1) - X.col(0)).cross(X.col(2) - X.col(0))) : Vec3((X.col(2) - X.col(0)).cross(X.col(3) - X.col(1)));
   area = 0.5 * normal.norm();
   if (!(area > 0.0)) throw InputError(fmt::format("element {} ({}) has no area", id, fe_name(shape)));
   Mat3 Q;
@@ -269,7 +274,8 @@ MatX shell_nodal_stress(FeShape shape, const Mat3X& X, double thickness, const F
   const MatX local = shell_corners(X, Q);
   VecX motions(6 * n);
   for (Eigen::Index i = 0; i < n; ++i) motions.segment<6>(6 * i) << Q.transpose() * u.col(i).head<3>(), Q.transpose() * u.col(i).tail<3>();
-  const MatX plane = n == 3 ? triangle_stress(local, 0.5 * thickness, material, motions) : quadrangle_stress(local, 0.5 * thickness, material, motions, id);
+  const MatX plane = n == 3 ? triangle_stress(local, 0.5 * thickness, material, motions)
+                            : quadrangle_stress(local, 0.5 * thickness, material, motions, id);
   MatX out(6, n);
   for (Eigen::Index i = 0; i < n; ++i) {
     Mat3 S = Mat3::Zero();

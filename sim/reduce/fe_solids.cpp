@@ -116,12 +116,18 @@ const Rule& rule(FeShape shape, FeFormulation formulation, FeRule what) {
                     wedge21 = product(triangle_rule(7), line_rule(3), false);
   const bool mass = what == FeRule::mass;
   switch (shape) {
-    case FeShape::tetrahedron4: return mass ? tet4 : tet1;
-    case FeShape::tetrahedron10: return mass ? tet15 : tet4;
-    case FeShape::hexahedron8: return hex8;
-    case FeShape::hexahedron20: return !mass && formulation == FeFormulation::reduced ? hex8 : hex27;
-    case FeShape::wedge6: return wedge6;
-    default: return mass ? wedge21 : wedge9;
+    case FeShape::tetrahedron4:
+      return mass ? tet4 : tet1;
+    case FeShape::tetrahedron10:
+      return mass ? tet15 : tet4;
+    case FeShape::hexahedron8:
+      return hex8;
+    case FeShape::hexahedron20:
+      return !mass && formulation == FeFormulation::reduced ? hex8 : hex27;
+    case FeShape::wedge6:
+      return wedge6;
+    default:
+      return mass ? wedge21 : wedge9;
   }
 }
 
@@ -154,7 +160,9 @@ const Tabulated& tabulated(FeShape shape, FeFormulation formulation, FeRule what
 }
 
 [[noreturn]] void inside_out(int id, FeShape shape) {
-  throw InputError(fmt::format("element {} ({}) is inside out or too distorted: its Jacobian is not positive; check the order of its nodes or the mesh", id, fe_name(shape)));
+  throw InputError(
+      fmt::format("element {} ({}) is inside out or too distorted: its Jacobian is not positive; check the order of its nodes or the mesh",
+                  id, fe_name(shape)));
 }
 
 // K += volume B^T C B for isotropic C, block by block: lambda a_i b_j + mu (a_j b_i + delta_ij a . b).
@@ -231,7 +239,12 @@ Mat3X parent_nodes(FeShape shape) {
     case Family::tetrahedron:
       p.leftCols(4) << 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1;
       if (shape == FeShape::tetrahedron10) {
-        middle(4, 0, 1); middle(5, 1, 2); middle(6, 2, 0); middle(7, 0, 3); middle(8, 1, 3); middle(9, 2, 3);
+        middle(4, 0, 1);
+        middle(5, 1, 2);
+        middle(6, 2, 0);
+        middle(7, 0, 3);
+        middle(8, 1, 3);
+        middle(9, 2, 3);
       }
       break;
     case Family::hexahedron:
@@ -294,7 +307,8 @@ void shape_functions(FeShape shape, const Vec3& q, VecX& N, MatX& dN) {
             dN.row(i) << c.x() * f.y() * f.z() / 8, c.y() * f.x() * f.z() / 8, c.z() * f.x() * f.y() / 8;
           } else {
             N(i) = f.prod() * s / 8;
-            dN.row(i) << c.x() * f.y() * f.z() * (s + f.x()) / 8, c.y() * f.x() * f.z() * (s + f.y()) / 8, c.z() * f.x() * f.y() * (s + f.z()) / 8;
+            dN.row(i) << c.x() * f.y() * f.z() * (s + f.x()) / 8, c.y() * f.x() * f.z() * (s + f.y()) / 8,
+                c.z() * f.x() * f.y() * (s + f.z()) / 8;
           }
           continue;
         }
@@ -339,7 +353,8 @@ void shape_functions(FeShape shape, const Vec3& q, VecX& N, MatX& dN) {
         }
       break;
     }
-    default: break;
+    default:
+      break;
   }
 }
 
@@ -402,9 +417,18 @@ MatX solid_nodal_stress(FeShape shape, FeFormulation formulation, const Mat3X& X
   const auto basis = [&](const Vec3& q) {
     VecX b;
     switch (family(shape)) {
-      case Family::tetrahedron: b.resize(4); b << 1, q.x(), q.y(), q.z(); break;
-      case Family::hexahedron: b.resize(8); b << 1, q.x(), q.y(), q.z(), q.x() * q.y(), q.y() * q.z(), q.x() * q.z(), q.prod(); break;
-      case Family::wedge: b.resize(6); b << 1, q.x(), q.y(), q.z(), q.x() * q.z(), q.y() * q.z(); break;
+      case Family::tetrahedron:
+        b.resize(4);
+        b << 1, q.x(), q.y(), q.z();
+        break;
+      case Family::hexahedron:
+        b.resize(8);
+        b << 1, q.x(), q.y(), q.z(), q.x() * q.y(), q.y() * q.z(), q.x() * q.z(), q.prod();
+        break;
+      case Family::wedge:
+        b.resize(6);
+        b << 1, q.x(), q.y(), q.z(), q.x() * q.z(), q.y() * q.z();
+        break;
     }
     return b;
   };

@@ -57,7 +57,8 @@ FeSolver::FeSolver(const FeReduced& s, const MatX& rigid, const FeEstimate& gues
     const Eigen::Index before = R.cols();
     orthonormalise(R, MR, 1.0);
     if (R.cols() != before) throw InputError("the model's rigid motions are not independent: all its nodes lie on one line");
-    // A thousandth of the lowest elastic eigenvalue: K + s M is far from singular, and the elastic spectrum is inverted nearly as by K itself.
+    // A thousandth of the lowest elastic eigenvalue: K + s M is far from singular, and the elastic spectrum is inverted nearly as by K
+    // itself.
     shift = 1e-3 * estimate;
   }
   SparseMatrix A = system.K();
@@ -83,8 +84,10 @@ void FeSolver::refuse_mechanism(const FeModes& found) const {
   int loose = 0;
   while (loose < found.eigenvalues.size() && found.eigenvalues(loose) < 1e-6 * estimate) ++loose;
   if (loose > 0)
-    throw InputError(fmt::format("the model has {} motion{} without stiffness besides its {} rigid ones (frequency {:.3g} Hz): parts that are not connected, or a mechanism",
-                                 loose, loose == 1 ? "" : "s", rigid(), hertz(found.eigenvalues(0))));
+    throw InputError(
+        fmt::format("the model has {} motion{} without stiffness besides its {} rigid ones (frequency {:.3g} Hz): parts that are not "
+                    "connected, or a mechanism",
+                    loose, loose == 1 ? "" : "s", rigid(), hertz(found.eigenvalues(0))));
 }
 
 FeModes FeSolver::modes(int count, double eigenvalue_limit, const MatX& hold, const FeProgress& progress) const {
@@ -130,7 +133,8 @@ FeModes FeSolver::modes(int count, double eigenvalue_limit, const MatX& hold, co
     // The recurrence: against the last two blocks, whose products with M are known.
     if (m > 0) {
       coupling.bottomRows(last) = product_tn(MQ, Z);
-      if (coupling_before.size() > 0) coupling.middleRows(m - last - coupling_before.cols(), coupling_before.cols()) = coupling_before.transpose();
+      if (coupling_before.size() > 0)
+        coupling.middleRows(m - last - coupling_before.cols(), coupling_before.cols()) = coupling_before.transpose();
       const int near = last + static_cast<int>(coupling_before.cols());
       add_product(Z, -1.0, V.rightCols(near), coupling.bottomRows(near));
     }
@@ -155,7 +159,8 @@ FeModes FeSolver::modes(int count, double eigenvalue_limit, const MatX& hold, co
     }
     const MatX B = orthonormalise(Z, MZ, scale);
     const bool exhausted = Z.cols() == 0 || m + Z.cols() > available;
-    if (m == 0 && Z.cols() == 0) throw SimulationError("no elastic mode can be told from rounding: the model's mass or stiffness is not positive");
+    if (m == 0 && Z.cols() == 0)
+      throw SimulationError("no elastic mode can be told from rounding: the model's mass or stiffness is not positive");
 
     // Ritz values and their residuals.
     if (m > 0) {
@@ -179,7 +184,8 @@ FeModes FeSolver::modes(int count, double eigenvalue_limit, const MatX& hold, co
         add_product(result.vectors, 1.0, V, S.leftCols(need));
         break;
       }
-      if (m > 40 * (need + 10)) throw SimulationError(fmt::format("the modes do not converge: {} of {} after {} blocks", converged, need, result.iterations));
+      if (m > 40 * (need + 10))
+        throw SimulationError(fmt::format("the modes do not converge: {} of {} after {} blocks", converged, need, result.iterations));
     }
     const int width = static_cast<int>(Z.cols());
     V.conservativeResize(n, m + width);
@@ -215,7 +221,9 @@ MatX FeSolver::respond(const MatX& p, double eigenvalue, const FeModes* known, d
     if (iteration == 200) {
       // Rounding sets a floor: the residual in the forces, against which displacements are far more exact, may stop above the goal.
       if (((r.colwise().norm().transpose().array()) <= 1e-6 / tolerance * goal.array()).all()) return x;
-      throw SimulationError("a static or harmonic response does not converge: the frequency is not below the lowest elastic one, or the model is nearly a mechanism");
+      throw SimulationError(
+          "a static or harmonic response does not converge: the frequency is not below the lowest elastic one, or the model is nearly a "
+          "mechanism");
     }
     z = r;
     cholesky->solve(z);
@@ -253,8 +261,8 @@ FeEstimate estimate_modes(const FeModel& model, const FeSystem& system) {
     if (!moves(system.dof[i])) continue;
     const Vec3 x = (model.nodes[i] - centre) / size;
     const double f[10] = {1, x.x(), x.y(), x.z(), x.x() * x.x(), x.y() * x.y(), x.z() * x.z(), x.x() * x.y(), x.y() * x.z(), x.x() * x.z()};
-    const Vec3 g[10] = {Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ(), Vec3(2 * x.x(), 0, 0), Vec3(0, 2 * x.y(), 0), Vec3(0, 0, 2 * x.z()),
-                        Vec3(x.y(), x.x(), 0), Vec3(0, x.z(), x.y()), Vec3(x.z(), 0, x.x())};
+    const Vec3 g[10] = {Vec3::Zero(),          Vec3::UnitX(),         Vec3::UnitY(),         Vec3::UnitZ(),         Vec3(2 * x.x(), 0, 0),
+                        Vec3(0, 2 * x.y(), 0), Vec3(0, 0, 2 * x.z()), Vec3(x.y(), x.x(), 0), Vec3(0, x.z(), x.y()), Vec3(x.z(), 0, x.x())};
     for (int k = 0; k < 10; ++k)
       for (int d = 0; d < 3; ++d) {
         if (system.dof[i][d] >= 0) U(system.dof[i][d], 3 * k + d) = f[k];
@@ -264,7 +272,8 @@ FeEstimate estimate_modes(const FeModel& model, const FeSystem& system) {
       }
   }
   const MatX K = product_tn(U, symmetric_product(system.K, U)), M = product_tn(U, symmetric_product(system.M, U));
-  if (!K.allFinite() || !M.allFinite()) throw InputError(fmt::format("{}: its numbers are too large or too small to compute with; check the units", model.file));
+  if (!K.allFinite() || !M.allFinite())
+    throw InputError(fmt::format("{}: its numbers are too large or too small to compute with; check the units", model.file));
   // Fields that vanish on flat or straight models are left out.
   SymmetricEigen mass(0.5 * (M + M.transpose()));
   const double most = mass.eigenvalues()(29);

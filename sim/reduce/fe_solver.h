@@ -1,11 +1,13 @@
-// Everything that is solved on the finite element model, from one factorisation of K + s M, s > 0 small (or 0 where no rigid motion is free):
-// free vibration modes, modes with points held, static and harmonic response. Rigid motions are known beforehand and kept out of every iteration.
+// Everything that is solved on the finite element model, from one factorisation of K + s M, s > 0 small (or 0 where no rigid motion is
+// free): free vibration modes, modes with points held, static and harmonic response. Rigid motions are known beforehand and kept out of
+// every iteration.
 //
 // Modes: block Lanczos in the M inner product with full orthogonalisation on the operator (K + s M)^-1 M
-// (R. G. Grimes, J. G. Lewis, H. D. Simon, A shifted block Lanczos algorithm, SIAM J. Matrix Anal. 15 (1994)). Blocks, because a solution for eight right-hand
-// sides costs twice one, not eight times (REDUCE.md), and because equal frequencies of symmetric parts need no luck.
+// (R. G. Grimes, J. G. Lewis, H. D. Simon, A shifted block Lanczos algorithm, SIAM J. Matrix Anal. 15 (1994)). Blocks, because a solution
+// for eight right-hand sides costs twice one, not eight times (REDUCE.md), and because equal frequencies of symmetric parts need no luck.
 // Started from smooth fields, which save a block or two.
-// Responses: conjugate gradients on the complement of the rigid motions, preconditioned by the same factor and started from modes already known; two to four iterations.
+// Responses: conjugate gradients on the complement of the rigid motions, preconditioned by the same factor and started from modes already
+// known; two to four iterations.
 #pragma once
 
 #include "sim/reduce/fe_system.h"
@@ -17,9 +19,9 @@
 namespace flexframe::sim {
 
 struct FeModes {
-  VecX eigenvalues;   // omega^2, ascending, (rad/s)^2
-  MatX vectors;       // free x count, M-orthonormal
-  int iterations = 0; // blocks solved
+  VecX eigenvalues;    // omega^2, ascending, (rad/s)^2
+  MatX vectors;        // free x count, M-orthonormal
+  int iterations = 0;  // blocks solved
 };
 
 // Ritz values and vectors of displacement fields that are quadratic polynomials of position, rigid motions aside.
@@ -41,11 +43,11 @@ class FeSolver {
   void factorise() { cholesky->factorise(); }
 
   int rigid() const { return static_cast<int>(R.cols()); }
-  const MatX& rigid_basis() const { return R; }   // M-orthonormal
+  const MatX& rigid_basis() const { return R; }  // M-orthonormal
 
-  // The lowest elastic modes: `count` of them, or all up to `eigenvalue_limit` and at least one beyond (count = 0). hold: loads whose work-conjugate motions are
-  // held at zero (free x m), empty for none; with held points rigid motions are not taken out. Throws SimulationError when the iteration does not end, and
-  // InputError when motions without stiffness are left beyond the rigid ones.
+  // The lowest elastic modes: `count` of them, or all up to `eigenvalue_limit` and at least one beyond (count = 0). hold: loads whose
+  // work-conjugate motions are held at zero (free x m), empty for none; with held points rigid motions are not taken out. Throws
+  // SimulationError when the iteration does not end, and InputError when motions without stiffness are left beyond the rigid ones.
   FeModes modes(int count, double eigenvalue_limit, const MatX& hold, const FeProgress& progress) const;
 
   // u with (K - eigenvalue M) u = p, elastic part only (M-orthogonal to the rigid motions); eigenvalue below the lowest elastic one.

@@ -205,20 +205,22 @@ FeReduced eliminate(const FeModel& model, const FeSystem& system, const std::vec
     for (int slave : spider.slaves) {
       if (system.dof[slave][0] < 0) continue;
       if (master[slave] >= 0 && master[slave] != spider.node)
-        throw InputError(fmt::format("{}: node {} is tied rigidly to two reference points, {} and {}", model.file, model.node_ids[slave], model.node_ids[master[slave]],
-                                     model.node_ids[spider.node]));
+        throw InputError(fmt::format("{}: node {} is tied rigidly to two reference points, {} and {}", model.file, model.node_ids[slave],
+                                     model.node_ids[master[slave]], model.node_ids[spider.node]));
       master[slave] = spider.node;
       tied = true;
     }
   }
   for (const FeSpider& spider : model.spiders)
     if (spider.rigid && master[spider.node] >= 0)
-      throw InputError(fmt::format("{}: the reference point {} of '{}' is itself tied to another", model.file, model.node_ids[spider.node], spider.name));
+      throw InputError(fmt::format("{}: the reference point {} of '{}' is itself tied to another", model.file, model.node_ids[spider.node],
+                                   spider.name));
   if (!tied && held.empty()) return out;
   out.identity = false;
   std::set<int> fixed;
   for (const FeConstraint& c : held) {
-    if (master[c.node] >= 0) throw InputError(fmt::format("{}: node {} is held and tied rigidly; hold its reference point", model.file, model.node_ids[c.node]));
+    if (master[c.node] >= 0)
+      throw InputError(fmt::format("{}: node {} is held and tied rigidly; hold its reference point", model.file, model.node_ids[c.node]));
     if (system.dof[c.node][c.dof] >= 0) fixed.insert(system.dof[c.node][c.dof]);
   }
   std::vector<int> column(system.size, -1);
@@ -266,7 +268,8 @@ namespace {
 
 constexpr int product_width = 8;
 
-// Eight columns laid out row by row: the matrix is read once for all of them. Built for each vector unit; sums in the same order, without fused products: the same bits.
+// Eight columns laid out row by row: the matrix is read once for all of them. Built for each vector unit; sums in the same order, without
+// fused products: the same bits.
 FLEXFRAME_WIDEST
 void multiply_lower(long n, const int* outer, const int* inner, const double* value, const double* in, double* out) {
   for (long c = 0; c < n; ++c) {

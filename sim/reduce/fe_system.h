@@ -12,21 +12,21 @@ using SparseMatrix = Eigen::SparseMatrix<double>;
 // Every node with its own motions; symmetric matrices, lower triangle only.
 struct FeSystem {
   int size = 0;
-  std::vector<std::array<int, 6>> dof;   // per node: index of ux uy uz rx ry rz, -1: the node has no such motion
+  std::vector<std::array<int, 6>> dof;  // per node: index of ux uy uz rx ry rz, -1: the node has no such motion
   SparseMatrix K, M;
 };
 
 // A node of matrices may lack some of its motions: those that were held when they were written.
 inline bool moves(const std::array<int, 6>& dof) { return dof[0] >= 0 || dof[1] >= 0 || dof[2] >= 0; }
 
-// What is left to solve for: u = T q. Where nothing is tied or held T is the identity, not stored, and the matrices are the system's own, which must
-// outlive this.
+// What is left to solve for: u = T q. Where nothing is tied or held T is the identity, not stored, and the matrices are the system's own,
+// which must outlive this.
 struct FeReduced {
   bool identity = true;
-  SparseMatrix T;                        // size x free
-  std::vector<int> own;                  // per column of T: the motion of the system it is
+  SparseMatrix T;        // size x free
+  std::vector<int> own;  // per column of T: the motion of the system it is
   const FeSystem* system = nullptr;
-  SparseMatrix small_K, small_M;         // T^T K T, T^T M T, lower triangle; empty with T = 1
+  SparseMatrix small_K, small_M;  // T^T K T, T^T M T, lower triangle; empty with T = 1
   const SparseMatrix& K() const { return identity ? system->K : small_K; }
   const SparseMatrix& M() const { return identity ? system->M : small_M; }
   int size() const { return static_cast<int>(K().rows()); }

@@ -38,14 +38,16 @@ double available_memory() {
   return 0.0;
 }
 
-// What many small pieces (faces, sets, graphs) have left in the heap goes back to the system: with a million degrees of freedom more than a gigabyte.
+// What many small pieces (faces, sets, graphs) have left in the heap goes back to the system: with a million degrees of freedom more than a
+// gigabyte.
 void give_back_memory() {
 #ifdef __GLIBC__
   ::malloc_trim(0);
 #endif
 }
 
-// M-orthonormal combinations of the fields, orthogonal to the rigid motions, that diagonalise K; sorted. Fields that add nothing are dropped.
+// M-orthonormal combinations of the fields, orthogonal to the rigid motions, that diagonalise K; sorted. Fields that add nothing are
+// dropped.
 FeModes orthonormal_basis(const FeReduced& system, const MatX& rigid, MatX fields, std::vector<std::string>& notes) {
   for (int pass = 0; pass < 2; ++pass) add_product(fields, -1.0, rigid, product_tn(symmetric_product(system.M(), rigid), fields));
   MatX MF = symmetric_product(system.M(), fields);
@@ -60,7 +62,8 @@ FeModes orthonormal_basis(const FeReduced& system, const MatX& rigid, MatX field
   // Directions whose share of the normalised fields is rounding of the solutions (1e-11) squared.
   int keep = 0;
   for (int k = 0; k < gram.eigenvalues().size(); ++k) keep += gram.eigenvalues()(k) > 1e-12 * gram.eigenvalues().maxCoeff();
-  if (keep < fields.cols()) notes.push_back(fmt::format("{} of {} fields depend on the others or are rigid motions: dropped", fields.cols() - keep, fields.cols()));
+  if (keep < fields.cols())
+    notes.push_back(fmt::format("{} of {} fields depend on the others or are rigid motions: dropped", fields.cols() - keep, fields.cols()));
   const MatX S = gram.eigenvectors().rightCols(keep) * gram.eigenvalues().tail(keep).cwiseSqrt().cwiseInverse().asDiagonal();
   SymmetricEigen ritz(S.transpose() * (0.5 * (K + K.transpose())) * S);
   FeModes out;
@@ -87,7 +90,8 @@ MatX free_rigid(const FeModel& model, const FeSystem& system, const FeReduced& r
   }
   MatX combinations = MatX::Identity(6, 6);
   if (model.matrices && rows.empty()) {
-    // Supports may be in the matrices: rigid is what costs no energy, against the energy the same motion would have if every unknown moved alone.
+    // Supports may be in the matrices: rigid is what costs no energy, against the energy the same motion would have if every unknown moved
+    // alone.
     MatX unit = R;
     unit.rightCols(3) /= size;
     const MatX energy = product_tn(unit, symmetric_product(system.K, unit));
@@ -113,7 +117,8 @@ MatX free_rigid(const FeModel& model, const FeSystem& system, const FeReduced& r
 
 class Reducer {
  public:
-  Reducer(const FeModel& m, const ReduceOptions& o, const FeProgress& p) : model(m), options(o), method(o.method), progress(p), clock(std::clock()) {
+  Reducer(const FeModel& m, const ReduceOptions& o, const FeProgress& p)
+      : model(m), options(o), method(o.method), progress(p), clock(std::clock()) {
     if (method == ReduceMethod::automatic) method = options.interfaces.empty() ? ReduceMethod::eigenmodes : ReduceMethod::craig_bampton;
   }
 
@@ -126,7 +131,9 @@ class Reducer {
     report().elements = static_cast<int>(model.elements.size());
     report().nodes = static_cast<int>(std::count_if(system.dof.begin(), system.dof.end(), [](const auto& d) { return d[0] >= 0; }));
     if (const int parts = count_parts(model, system); parts > 1)
-      throw InputError(fmt::format("{}: the model falls into {} parts that nothing connects; a body must be one piece (tie them by spiders, or leave parts out)", model.file, parts));
+      throw InputError(fmt::format(
+          "{}: the model falls into {} parts that nothing connects; a body must be one piece (tie them by spiders, or leave parts out)",
+          model.file, parts));
     reduced = eliminate(model, system, options.held);
     choose_nodes();
     lap("assembly");
@@ -146,8 +153,8 @@ class Reducer {
   FeSystem system;
   FeReduced reduced;
   std::unique_ptr<FeSolver> solver;
-  std::vector<FeAttachment> attachments;      // interfaces first
-  std::vector<int> attachment_nodes;          // node index or -1
+  std::vector<FeAttachment> attachments;  // interfaces first
+  std::vector<int> attachment_nodes;      // node index or -1
   std::vector<std::string> names;
   FeModes basis;
 
@@ -166,10 +173,13 @@ class Reducer {
     check_model(model);
     report().notes = model.notes;
     if (options.modes < 0) throw InputError("modes: a number >= 0 is expected");
-    if ((method == ReduceMethod::guyan || method == ReduceMethod::craig_bampton || method == ReduceMethod::response) && options.interfaces.empty())
+    if ((method == ReduceMethod::guyan || method == ReduceMethod::craig_bampton || method == ReduceMethod::response) &&
+        options.interfaces.empty())
       throw InputError("guyan, craig-bampton and response reductions need interfaces");
-    if (method == ReduceMethod::response && !(options.highest > 0.0)) throw InputError("a response reduction needs the highest frequency of interest");
-    if (method == ReduceMethod::eigenmodes && options.modes == 0 && !(options.highest > 0.0)) throw InputError("no modes are asked for: give their number or the highest frequency");
+    if (method == ReduceMethod::response && !(options.highest > 0.0))
+      throw InputError("a response reduction needs the highest frequency of interest");
+    if (method == ReduceMethod::eigenmodes && options.modes == 0 && !(options.highest > 0.0))
+      throw InputError("no modes are asked for: give their number or the highest frequency");
     if (options.threads < 1) throw InputError("threads: a number >= 1 is expected");
     if (!(options.damping >= 0.0)) throw InputError("damping: a ratio >= 0 is expected");
   }
@@ -224,13 +234,18 @@ class Reducer {
     solver = std::make_unique<FeSolver>(reduced, rigid, estimate_modes(model, system));
     report().rigid_motions = solver->rigid();
     report().factor_entries = solver->factor_entries();
-    // The factor with both matrices beside it, and either the matrix it is made from or the vectors of modes and fields: Lanczos keeps some four times the modes asked for.
-    const double vectors = 8.0 * system.size * (5.0 * std::max(options.modes, 10) + 100.0 + 6.0 * static_cast<double>(options.interfaces.size()));
-    report().estimated_bytes = solver->estimated_bytes() + 16.0 * static_cast<double>(system.K.nonZeros()) + std::max(vectors, 16.0 * static_cast<double>(system.K.nonZeros()));
+    // The factor with both matrices beside it, and either the matrix it is made from or the vectors of modes and fields: Lanczos keeps some
+    // four times the modes asked for.
+    const double vectors =
+        8.0 * system.size * (5.0 * std::max(options.modes, 10) + 100.0 + 6.0 * static_cast<double>(options.interfaces.size()));
+    report().estimated_bytes = solver->estimated_bytes() + 16.0 * static_cast<double>(system.K.nonZeros()) +
+                               std::max(vectors, 16.0 * static_cast<double>(system.K.nonZeros()));
     const double limit = options.memory_limit > 0.0 ? options.memory_limit : available_memory();
-    say(fmt::format("{} degrees of freedom, {:.1f} million entries in the factor, about {:.2f} GB", system.size, report().factor_entries / 1e6, report().estimated_bytes / 1e9));
+    say(fmt::format("{} degrees of freedom, {:.1f} million entries in the factor, about {:.2f} GB", system.size,
+                    report().factor_entries / 1e6, report().estimated_bytes / 1e9));
     if (limit > 0.0 && report().estimated_bytes > limit)
-      throw SimulationError(fmt::format("the reduction needs about {:.1f} GB, {:.1f} GB are there: take a coarser mesh or a larger machine", report().estimated_bytes / 1e9, limit / 1e9));
+      throw SimulationError(fmt::format("the reduction needs about {:.1f} GB, {:.1f} GB are there: take a coarser mesh or a larger machine",
+                                        report().estimated_bytes / 1e9, limit / 1e9));
     if (!reduced.identity) SparseMatrix().swap(system.K);  // the reduced system has its own; the factor needs the room
     lap("ordering");
     give_back_memory();
@@ -266,7 +281,8 @@ class Reducer {
       if (limit > 0.0)
         while (keep > 0 && modes.eigenvalues(keep - 1) > limit) --keep;
       if (keep == 0 && method == ReduceMethod::eigenmodes)
-        throw InputError(fmt::format("no elastic mode up to {:g} Hz; the first is at {:.1f} Hz", options.highest, hertz(modes.eigenvalues(0))));
+        throw InputError(
+            fmt::format("no elastic mode up to {:g} Hz; the first is at {:.1f} Hz", options.highest, hertz(modes.eigenvalues(0))));
       report().full_frequencies = modes.eigenvalues.head(keep).unaryExpr(&hertz);
       if (method == ReduceMethod::eigenmodes) {
         basis.eigenvalues = modes.eigenvalues.head(keep);
@@ -282,7 +298,10 @@ class Reducer {
       const double first = modes.eigenvalues(0);
       const double omega2 = options.lowest > 0.0 ? 0.25 * eigenvalue_of(options.lowest) : 0.25 * first;
       if (omega2 >= 0.98 * first)
-        throw InputError(fmt::format("the lowest frequency of interest, {:g} Hz, must be below twice the first elastic one, {:.1f} Hz (Heckmann et al. 2006 eq. 11 at half of it would be in resonance)", options.lowest, hertz(first)));
+        throw InputError(
+            fmt::format("the lowest frequency of interest, {:g} Hz, must be below twice the first elastic one, {:.1f} Hz (Heckmann et al. "
+                        "2006 eq. 11 at half of it would be in resonance)",
+                        options.lowest, hertz(first)));
       const MatX u = solver->respond(loads, omega2);
       MatX all(fields.rows(), fields.cols() + u.cols());
       all << fields, u;
@@ -306,8 +325,9 @@ class Reducer {
     report_compliance();
   }
 
-  // Drops modes of the reduced model above the cut-off, but keeps those that carry the static deflection at the interfaces: seldom many, since each load
-  // is carried by the few local modes at its own interface. The greatest share of the load that is worst off is taken in until all are exact enough.
+  // Drops modes of the reduced model above the cut-off, but keeps those that carry the static deflection at the interfaces: seldom many,
+  // since each load is carried by the few local modes at its own interface. The greatest share of the load that is worst off is taken in
+  // until all are exact enough.
   void cut_off(const MatX& loads) {
     const double limit = options.cut_off * options.highest;
     const int all = static_cast<int>(basis.eigenvalues.size());
@@ -333,7 +353,10 @@ class Reducer {
     }
     std::sort(kept.begin(), kept.end());
     note(fmt::format("{} modes of the reduced model above {:g} Hz are dropped{}", all - kept.size(), limit,
-                     static_cast<int>(kept.size()) > below ? fmt::format(", {} kept for the static deflection at the interfaces, the highest at {:.0f} Hz", kept.size() - below, hertz(basis.eigenvalues(kept.back()))) : ""));
+                     static_cast<int>(kept.size()) > below
+                         ? fmt::format(", {} kept for the static deflection at the interfaces, the highest at {:.0f} Hz",
+                                       kept.size() - below, hertz(basis.eigenvalues(kept.back())))
+                         : ""));
     basis.eigenvalues = VecX(basis.eigenvalues(kept));
     basis.vectors = MatX(basis.vectors(Eigen::all, kept));
   }
@@ -352,7 +375,9 @@ class Reducer {
     report().compliance_error = worst;
     if (worst > 0.01)
       note(fmt::format("static deflection at the interfaces is off by up to {:.2g} %: {}", 100 * worst,
-                       method == ReduceMethod::eigenmodes ? "add response modes or constraint modes (--method response, craig-bampton, guyan)" : "raise the cut-off, or keep all (--no-cut-off)"));
+                       method == ReduceMethod::eigenmodes
+                           ? "add response modes or constraint modes (--method response, craig-bampton, guyan)"
+                           : "raise the cut-off, or keep all (--no-cut-off)"));
     lap("static check");
   }
 
@@ -397,12 +422,16 @@ class Reducer {
     if (options.stress) add_stress(U);
   }
 
-  // Second-order terms of all kinds come from K u2_jk = -g_jk. Either each u2_jk is found, or, by reciprocity, the displacement of each load that acts on it.
+  // Second-order terms of all kinds come from K u2_jk = -g_jk. Either each u2_jk is found, or, by reciprocity, the displacement of each
+  // load that acts on it.
   void add_stiffening(const MatX& U) {
     const int n = out.body.n, pairs = n * (n + 1) / 2;
     const bool everywhere = pairs <= options.stiffening_limit || options.stiffening_forced;
     if (!everywhere && options.interfaces.empty())
-      return note(fmt::format("geometric stiffening left out: {} pairs of elastic coordinates would each need a static solution (limit {}); name the interfaces, or force it", pairs, options.stiffening_limit));
+      return note(
+          fmt::format("geometric stiffening left out: {} pairs of elastic coordinates would each need a static solution (limit {}); name "
+                      "the interfaces, or force it",
+                      pairs, options.stiffening_limit));
     say("second-order displacements");
     // Rows: md (3), Cr (3), J (6), then three translations a node.
     const int nodes = everywhere ? static_cast<int>(attachments.size()) : static_cast<int>(options.interfaces.size());
@@ -414,7 +443,8 @@ class Reducer {
       constexpr int group = 32;
       for (int first = 0; first < pairs; first += group) {
         const int count = std::min(group, pairs - first);
-        const MatX U2 = reduced.expand(-solver->respond(reduced.restrict(second_order_loads(model, system, U, first, count)), 0.0, &basis, tolerance));
+        const MatX U2 =
+            reduced.expand(-solver->respond(reduced.restrict(second_order_loads(model, system, U, first, count)), 0.0, &basis, tolerance));
         const LinearMass mass = linear_mass(model, system, U2);
         second.block(0, first, 3, count) = mass.md;
         second.block(3, first, 3, count) = mass.Cr;
@@ -427,7 +457,8 @@ class Reducer {
       for (Eigen::Index i = 0; i < nodes; ++i) loads.middleCols(12 + 3 * i, 3) = MatX(attachments[i].motion.topRows(3).transpose());
       const MatX W = reduced.expand(solver->respond(reduced.restrict(loads), 0.0, &basis, tolerance));
       second = -second_order_work(model, system, U, W).transpose();
-      note(fmt::format("geometric stiffening of forces at the interfaces and of inertia; forces at other nodes have none ({} coordinates)", n));
+      note(fmt::format("geometric stiffening of forces at the interfaces and of inertia; forces at other nodes have none ({} coordinates)",
+                       n));
     }
     FlexibleBody& body = out.body;
     const bool mean_axes = solver->rigid() == 6;
@@ -490,8 +521,10 @@ std::string surface_obj(const FeModel& model) {
       if (!fe_is_shell(e.shape)) outer.erase(key);
       // The mid-edge node between two corners, by their places in the element.
       static constexpr int tet[6][3] = {{0, 1, 4}, {1, 2, 5}, {0, 2, 6}, {0, 3, 7}, {1, 3, 8}, {2, 3, 9}};
-      static constexpr int hex[12][3] = {{0, 1, 8}, {1, 2, 9}, {2, 3, 10}, {0, 3, 11}, {4, 5, 12}, {5, 6, 13}, {6, 7, 14}, {4, 7, 15}, {0, 4, 16}, {1, 5, 17}, {2, 6, 18}, {3, 7, 19}};
-      static constexpr int wedge[9][3] = {{0, 1, 6}, {1, 2, 7}, {0, 2, 8}, {3, 4, 9}, {4, 5, 10}, {3, 5, 11}, {0, 3, 12}, {1, 4, 13}, {2, 5, 14}};
+      static constexpr int hex[12][3] = {{0, 1, 8},  {1, 2, 9},  {2, 3, 10}, {0, 3, 11}, {4, 5, 12}, {5, 6, 13},
+                                         {6, 7, 14}, {4, 7, 15}, {0, 4, 16}, {1, 5, 17}, {2, 6, 18}, {3, 7, 19}};
+      static constexpr int wedge[9][3] = {{0, 1, 6},  {1, 2, 7},  {0, 2, 8},  {3, 4, 9}, {4, 5, 10},
+                                          {3, 5, 11}, {0, 3, 12}, {1, 4, 13}, {2, 5, 14}};
       const auto middle = [&](int a, int b) {
         const auto search = [&](const auto& table) {
           for (const auto& edge : table)
@@ -499,10 +532,14 @@ std::string surface_obj(const FeModel& model) {
           return -1;
         };
         switch (e.shape) {
-          case FeShape::tetrahedron10: return search(tet);
-          case FeShape::hexahedron20: return search(hex);
-          case FeShape::wedge15: return search(wedge);
-          default: return -1;
+          case FeShape::tetrahedron10:
+            return search(tet);
+          case FeShape::hexahedron20:
+            return search(hex);
+          case FeShape::wedge15:
+            return search(wedge);
+          default:
+            return -1;
         }
       };
       std::vector<int> mids;

@@ -15,34 +15,37 @@
 namespace flexframe::sim {
 
 enum class ReduceMethod {
-  automatic,       // craig_bampton where there are interfaces, else eigenmodes
-  eigenmodes,      // the lowest modes
-  guyan,           // static: one field per motion of the interfaces (R. J. Guyan 1965)
-  craig_bampton,   // those and `modes` modes with the interfaces held (R. R. Craig, M. C. C. Bampton 1968)
-  response         // modes up to `highest`, and responses to unit loads at the interfaces at half of `lowest` (Heckmann et al. 2006 eq. 11)
+  automatic,      // craig_bampton where there are interfaces, else eigenmodes
+  eigenmodes,     // the lowest modes
+  guyan,          // static: one field per motion of the interfaces (R. J. Guyan 1965)
+  craig_bampton,  // those and `modes` modes with the interfaces held (R. R. Craig, M. C. C. Bampton 1968)
+  response        // modes up to `highest`, and responses to unit loads at the interfaces at half of `lowest` (Heckmann et al. 2006 eq. 11)
 };
 
 // A place where the multibody system takes hold of the body.
 struct ReduceInterface {
-  int node = -1;                   // index, or
-  int spider = -1;                 // index of model.spiders
-  std::string name;                // of the body's node; empty: node[ID]
+  int node = -1;     // index, or
+  int spider = -1;   // index of model.spiders
+  std::string name;  // of the body's node; empty: node[ID]
 };
 
 struct ReduceOptions {
   ReduceMethod method = ReduceMethod::automatic;
-  int modes = 10;                  // eigenmodes, or modes with interfaces held
-  double highest = 0.0;            // Hz: > 0: all modes up to it instead of `modes`
-  double lowest = 0.0;             // Hz, response: lowest frequency of interest; 0: the first elastic one
-  double cut_off = 5.0;            // modes of the reduced model above this many times `highest` are dropped (guyan, craig_bampton, response; 0: none) ...
-  double static_error = 0.005;     // ... but those that the static deflection at the interfaces needs to be this exact (0: the cut-off alone decides)
+  int modes = 10;        // eigenmodes, or modes with interfaces held
+  double highest = 0.0;  // Hz: > 0: all modes up to it instead of `modes`
+  double lowest = 0.0;   // Hz, response: lowest frequency of interest; 0: the first elastic one
+  double cut_off =
+      5.0;  // modes of the reduced model above this many times `highest` are dropped (guyan, craig_bampton, response; 0: none) ...
+  double static_error =
+      0.005;  // ... but those that the static deflection at the interfaces needs to be this exact (0: the cut-off alone decides)
   std::vector<FeConstraint> held;  // empty: free body
   std::vector<ReduceInterface> interfaces;
-  std::vector<int> nodes;          // kept besides the interfaces; empty: spread automatically
-  int node_count = 97;             // of all kept nodes when spread automatically
-  bool stiffening = true;          // geometric stiffness of forces at nodes, accelerations, angular velocity products, ...
-  int stiffening_limit = 120;      // ... at all nodes up to this many pairs of elastic coordinates, each of which costs a static solution (15 coordinates);
-                                   // beyond, at the interfaces only (three static solutions each), and without interfaces not at all ...
+  std::vector<int> nodes;  // kept besides the interfaces; empty: spread automatically
+  int node_count = 97;     // of all kept nodes when spread automatically
+  bool stiffening = true;  // geometric stiffness of forces at nodes, accelerations, angular velocity products, ...
+  int stiffening_limit =
+      120;  // ... at all nodes up to this many pairs of elastic coordinates, each of which costs a static solution (15 coordinates);
+            // beyond, at the interfaces only (three static solutions each), and without interfaces not at all ...
   bool stiffening_forced = false;  // ... unless this asks for all nodes
   bool stress = false;             // stress per mode at the kept nodes
   double damping = 0.0;            // ratio of critical damping of every mode
@@ -53,12 +56,16 @@ struct ReduceOptions {
 struct ReduceReport {
   int degrees_of_freedom = 0, elements = 0, nodes = 0, rigid_motions = 0;
   double factor_entries = 0.0, estimated_bytes = 0.0;
-  VecX frequencies;                // Hz, of the elastic coordinates
-  VecX full_frequencies;           // Hz, of the full model's modes that were computed
-  double compliance_error = 0.0;   // largest relative error of the static deflection at the interfaces under unit forces there; -1: no interfaces
+  VecX frequencies;       // Hz, of the elastic coordinates
+  VecX full_frequencies;  // Hz, of the full model's modes that were computed
+  double compliance_error =
+      0.0;  // largest relative error of the static deflection at the interfaces under unit forces there; -1: no interfaces
   std::vector<std::string> notes;
-  struct Stage { std::string name; double cpu = 0.0; };
-  std::vector<Stage> stages;       // CPU seconds
+  struct Stage {
+    std::string name;
+    double cpu = 0.0;
+  };
+  std::vector<Stage> stages;  // CPU seconds
 };
 
 struct Reduction {

@@ -83,15 +83,16 @@ SparseCholesky::SparseCholesky(Eigen::SparseMatrix<double>&& lower) : state(std:
   m.comm_fortran = -987654;  // MUMPS' name for MPI_COMM_WORLD
   state->call(-1);
   for (int i = 1; i <= 4; ++i) state->icntl(i) = i == 4 ? 0 : -1;  // silent
-  state->icntl(7) = 1;       // the ordering below
-  state->icntl(14) = 5;      // per cent of room beyond the estimate, which is exact without pivoting
+  state->icntl(7) = 1;                                             // the ordering below
+  state->icntl(14) = 5;                                            // per cent of room beyond the estimate, which is exact without pivoting
   lower.makeCompressed();
   state->order = nested_dissection(lower);
   // MUMPS reads the matrix where it lies: a copy would be a tenth of the factor.
   state->matrix.swap(lower);
   Eigen::SparseMatrix<double>& A = state->matrix;
   state->columns.reserve(A.nonZeros());
-  for (int c = 0; c < A.outerSize(); ++c) state->columns.insert(state->columns.end(), A.outerIndexPtr()[c + 1] - A.outerIndexPtr()[c], c + 1);
+  for (int c = 0; c < A.outerSize(); ++c)
+    state->columns.insert(state->columns.end(), A.outerIndexPtr()[c + 1] - A.outerIndexPtr()[c], c + 1);
   for (Eigen::Index k = 0; k < A.nonZeros(); ++k) ++A.innerIndexPtr()[k];
   m.n = static_cast<int>(A.rows());
   m.nnz = static_cast<MUMPS_INT8>(A.nonZeros());
@@ -100,7 +101,8 @@ SparseCholesky::SparseCholesky(Eigen::SparseMatrix<double>&& lower) : state(std:
   m.a = A.valuePtr();
   m.perm_in = state->order.data();
   state->call(1);
-  if (m.infog[0] < 0) throw SimulationError(fmt::format("sparse factorisation: the analysis failed (MUMPS error {}, {})", m.infog[0], m.infog[1]));
+  if (m.infog[0] < 0)
+    throw SimulationError(fmt::format("sparse factorisation: the analysis failed (MUMPS error {}, {})", m.infog[0], m.infog[1]));
 }
 
 SparseCholesky::~SparseCholesky() = default;
@@ -119,7 +121,9 @@ void SparseCholesky::factorise() {
   }
   const int error = state->mumps.infog[0], detail = state->mumps.infog[1];
   if (error == -10 || error == -40)
-    throw SimulationError(fmt::format("sparse factorisation: the matrix is not positive definite (pivot {}): the model has a mechanism, or a node without stiffness", detail));
+    throw SimulationError(fmt::format(
+        "sparse factorisation: the matrix is not positive definite (pivot {}): the model has a mechanism, or a node without stiffness",
+        detail));
   if (error == -13 || error == -9 || error == -8) throw SimulationError("sparse factorisation: out of memory");
   if (error < 0) throw SimulationError(fmt::format("sparse factorisation failed (MUMPS error {}, {})", error, detail));
   // Without iterative refinement the matrix is not read again.

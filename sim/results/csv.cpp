@@ -34,7 +34,8 @@ std::string histories_csv(const Results& results) {
   std::string text = "t";
   for (const ResultOutput& output : results.outputs) {
     if (output.values.size() != results.times.size())
-      throw SimulationError(fmt::format("the output '{}' has {} values for {} times", output.column, output.values.size(), results.times.size()));
+      throw SimulationError(
+          fmt::format("the output '{}' has {} values for {} times", output.column, output.values.size(), results.times.size()));
     if (!output.values.allFinite()) throw SimulationError(fmt::format("the output '{}' holds a value that is not finite", output.column));
     text += "," + field(output.column);
   }

@@ -49,12 +49,18 @@ VecX output_ranges(const Histories& h) {
     double& m = largest[h.units[static_cast<size_t>(k)]];
     m = std::max(m, row.cwiseAbs().maxCoeff());
   }
-  // Where every output of a unit stands still, what is left is rounding of other sizes: moments of forces, angles of a turn, speeds of the places passed.
+  // Where every output of a unit stands still, what is left is rounding of other sizes: moments of forces, angles of a turn, speeds of the
+  // places passed.
   const double duration = std::max(h.times[h.times.size() - 1] - h.times[0], 1e-300);
   const double length = std::max(largest["m"], h.scales.length), force = std::max(largest["N"], h.scales.force);
   const double reach = h.scales.length > 0.0 ? h.scales.length : 1.0;
-  const std::map<std::string, double> rounding = {{"m", 1e-12 * length}, {"rad", 1e-12}, {"rad/s", 1e-12 / duration}, {"m/s", 1e-12 * length / duration},
-                                                  {"m/s^2", 1e-12 * length / (duration * duration)}, {"N", 1e-12 * force}, {"N m", 1e-12 * force * reach}};
+  const std::map<std::string, double> rounding = {{"m", 1e-12 * length},
+                                                  {"rad", 1e-12},
+                                                  {"rad/s", 1e-12 / duration},
+                                                  {"m/s", 1e-12 * length / duration},
+                                                  {"m/s^2", 1e-12 * length / (duration * duration)},
+                                                  {"N", 1e-12 * force},
+                                                  {"N m", 1e-12 * force * reach}};
   const auto kinematic = [](const std::string& unit) { return unit == "m" || unit == "rad" || unit == "m/s" || unit == "rad/s"; };
   const auto name = [&](Eigen::Index k) {
     const std::string& column = h.columns[static_cast<size_t>(k)];
@@ -66,7 +72,9 @@ VecX output_ranges(const Histories& h) {
     for (Eigen::Index i = 0; i < n; ++i)
       if (h.units[static_cast<size_t>(i)] == unit && name(i) == name(k)) range = std::max(range, own[i]);
     if (unit == "J") out[k] = std::max(range, h.energy_scale);
-    else if (const auto floor = rounding.find(unit); range > std::max((kinematic(unit) ? 1e-9 : 1e-6) * largest[unit], floor == rounding.end() ? 0.0 : floor->second)) out[k] = range;
+    else if (const auto floor = rounding.find(unit);
+             range > std::max((kinematic(unit) ? 1e-9 : 1e-6) * largest[unit], floor == rounding.end() ? 0.0 : floor->second))
+      out[k] = range;
   }
   return out;
 }

@@ -14,30 +14,31 @@ namespace flexframe::sim {
 
 // Sizes of a mechanism and its motion, to tell an output that stands still but for rounding. 0: unknown.
 struct OutputScales {
-  double length = 0.0;                // m, size of the mechanism
-  double force = 0.0;                 // N, largest force in a joint, weight
+  double length = 0.0;  // m, size of the mechanism
+  double force = 0.0;   // N, largest force in a joint, weight
 };
 
 struct Histories {
-  VecX times;                         // nt, s
+  VecX times;  // nt, s
   std::vector<std::string> columns, units;
-  MatX values;                        // columns x nt
-  double energy_scale = 0.0;          // J, largest kinetic or strain energy: what energies are measured against; 0: unknown
+  MatX values;                // columns x nt
+  double energy_scale = 0.0;  // J, largest kinetic or strain energy: what energies are measured against; 0: unknown
   OutputScales scales;
-  SolverStatistics statistics;        // of the run they come from
+  SolverStatistics statistics;  // of the run they come from
 };
 
 Histories to_histories(const Results& results);
 
-// Range of the output that each column belongs to, one number a column. 0 where the output does not move: lengths, angles and rates by less than a billionth of the largest of
-// their unit, forces and accelerations by less than a millionth (what the equations of motion leave of them where they are zero), and all by less than rounding (1e-12) of
-// what they come from; energies are measured against the energy scale at least, as a conserved one does not move.
+// Range of the output that each column belongs to, one number a column. 0 where the output does not move: lengths, angles and rates by less
+// than a billionth of the largest of their unit, forces and accelerations by less than a millionth (what the equations of motion leave of
+// them where they are zero), and all by less than rounding (1e-12) of what they come from; energies are measured against the energy scale
+// at least, as a conserved one does not move.
 VecX output_ranges(const Histories& histories);
 
 struct Difference {
-  VecX columns;                       // relative, per column; 0 where the output does not move
+  VecX columns;  // relative, per column; 0 where the output does not move
   double largest = 0.0;
-  int column = -1;                    // of the largest; -1: no output moves
+  int column = -1;  // of the largest; -1: no output moves
 };
 
 // Largest difference over the samples of a and reference, both with the same columns. The times of one must be among the other's

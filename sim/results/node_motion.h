@@ -12,16 +12,17 @@ class NodeMotion {
   // Of these of the part's nodes, in this order.
   NodeMotion(const Part& part, const std::vector<int>& nodes);
   size_t count() const { return origins_.size(); }
-  // Motions relative to the undeformed body, in the axes of the body's shown frame (chains: of the first part). q: the part's elastic coordinates;
-  // shown: pose of the part in that frame. translation (m), rotation (rad, a rotation vector, at most pi): three numbers a node.
+  // Motions relative to the undeformed body, in the axes of the body's shown frame (chains: of the first part). q: the part's elastic
+  // coordinates; shown: pose of the part in that frame. translation (m), rotation (rad, a rotation vector, at most pi): three numbers a
+  // node.
   void evaluate(const VecX& q, const Pose& shown, double* translation, double* rotation);
 
  private:
-  std::vector<Vec3> origins_, rests_;  // in the part; in the body, undeformed
-  Quat rest_turn_;                     // of the body seen from the undeformed part
-  MatX linear_;                        // of all nodes' translations, then of their rotations, x q
+  std::vector<Vec3> origins_, rests_;     // in the part; in the body, undeformed
+  Quat rest_turn_;                        // of the body seen from the undeformed part
+  MatX linear_;                           // of all nodes' translations, then of their rotations, x q
   std::vector<Eigen::Index> seconds_of_;  // components of translations that are of second order too
-  MatX quadratic_;                     // of these x products of two coordinates
+  MatX quadratic_;                        // of these x products of two coordinates
   VecX values_, products_, seconds_;
 };
 

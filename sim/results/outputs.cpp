@@ -122,7 +122,9 @@ OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown) {
   OutputPlans plans;
   plans.shown.resize(scene.bodies.size());
   for (size_t b = 0; b < scene.bodies.size(); ++b) {
-    const bool asked = std::any_of(scene.outputs.begin(), scene.outputs.end(), [&](const OutputDef& o) { return o.quantity == Quantity::displacement && o.of.body == scene.bodies[b].name; });
+    const bool asked = std::any_of(scene.outputs.begin(), scene.outputs.end(), [&](const OutputDef& o) {
+      return o.quantity == Quantity::displacement && o.of.body == scene.bodies[b].name;
+    });
     if (all_shown || asked) plans.shown[b] = find_shown_frame(model, scene, static_cast<int>(b));
   }
   for (const OutputDef& def : scene.outputs) {
@@ -175,7 +177,8 @@ OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown) {
       }
     } else if (def.quantity == Quantity::q || def.quantity == Quantity::qd) {
       if (body < 0)
-        throw InputError(fmt::format("{}: '{}' is no body{}; there are: {}", where, def.of.body, did_you_mean(def.of.body, body_names), list_words(body_names)));
+        throw InputError(fmt::format("{}: '{}' is no body{}; there are: {}", where, def.of.body, did_you_mean(def.of.body, body_names),
+                                     list_words(body_names)));
       plan.body = body;
       const int n = coordinate_count(model, body);
       if (n == 0) throw InputError(fmt::format("{}: body '{}' has no elastic coordinates", where, def.of.body));
@@ -186,11 +189,21 @@ OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown) {
       plan.frame = add_frame(model, scene, def.of, where);
       tags = xyz;
       switch (def.quantity) {
-        case Quantity::velocity: unit = "m/s"; break;
-        case Quantity::acceleration: unit = "m/s^2"; plans.accelerations = true; break;
-        case Quantity::rotation: unit = "rad"; break;
-        case Quantity::angular_velocity: unit = "rad/s"; break;
-        default: break;
+        case Quantity::velocity:
+          unit = "m/s";
+          break;
+        case Quantity::acceleration:
+          unit = "m/s^2";
+          plans.accelerations = true;
+          break;
+        case Quantity::rotation:
+          unit = "rad";
+          break;
+        case Quantity::angular_velocity:
+          unit = "rad/s";
+          break;
+        default:
+          break;
       }
     }
     for (size_t k = 0; k < tags.size(); ++k) {
@@ -203,8 +216,8 @@ OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown) {
   return plans;
 }
 
-void evaluate_outputs(const Model& model, const Scene&, const OutputPlans& plans, Work& work, const Reactions& reactions, const double* previous,
-                      double* row) {
+void evaluate_outputs(const Model& model, const Scene&, const OutputPlans& plans, Work& work, const Reactions& reactions,
+                      const double* previous, double* row) {
   for (const OutputPlan& plan : plans.outputs) {
     double* out = row + plan.first;
     const double* last = previous ? previous + plan.first : nullptr;
@@ -215,11 +228,21 @@ void evaluate_outputs(const Model& model, const Scene&, const OutputPlans& plans
       const FrameWork& f = work.frames[plan.frame];
       Vec3 v;
       switch (plan.def.quantity) {
-        case Quantity::position: v = pose.p; break;
-        case Quantity::velocity: v = pose.R * f.V.head<3>(); break;
-        case Quantity::angular_velocity: v = pose.R * f.V.tail<3>(); break;
-        case Quantity::acceleration: v = world_acceleration(model, work, plan.frame); break;
-        case Quantity::displacement: v = displacement(model, plans, work, plan.frame); break;
+        case Quantity::position:
+          v = pose.p;
+          break;
+        case Quantity::velocity:
+          v = pose.R * f.V.head<3>();
+          break;
+        case Quantity::angular_velocity:
+          v = pose.R * f.V.tail<3>();
+          break;
+        case Quantity::acceleration:
+          v = world_acceleration(model, work, plan.frame);
+          break;
+        case Quantity::displacement:
+          v = displacement(model, plans, work, plan.frame);
+          break;
         default:
           v = rotation_log(pose.R);
           if (last) v = continue_rotation(v, Vec3(last[0], last[1], last[2]));
@@ -232,10 +255,17 @@ void evaluate_outputs(const Model& model, const Scene&, const OutputPlans& plans
     } else if (energy_quantity(plan.def.quantity)) {
       const Energy e = compute_energy(model, work, plan.system ? -1 : plan.body);
       switch (plan.def.quantity) {
-        case Quantity::kinetic: out[0] = e.kinetic; break;
-        case Quantity::strain: out[0] = e.strain; break;
-        case Quantity::potential: out[0] = e.potential; break;
-        default: out[0] = e.kinetic + e.strain + e.potential;
+        case Quantity::kinetic:
+          out[0] = e.kinetic;
+          break;
+        case Quantity::strain:
+          out[0] = e.strain;
+          break;
+        case Quantity::potential:
+          out[0] = e.potential;
+          break;
+        default:
+          out[0] = e.kinetic + e.strain + e.potential;
       }
     } else {
       const bool rates = plan.def.quantity == Quantity::qd;

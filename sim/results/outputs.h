@@ -9,14 +9,15 @@
 namespace flexframe::sim {
 
 // One output, resolved. Columns: NAME.x NAME.y NAME.z for vectors, NAME for scalars, NAME.1 NAME.2 ... for coordinates;
-// reactions NAME.x NAME.y NAME.z (force) NAME.mx NAME.my NAME.mz (moment), of the parent on the child at the joint, in world axes or those of the joint's parent or child frame.
+// reactions NAME.x NAME.y NAME.z (force) NAME.mx NAME.my NAME.mz (moment), of the parent on the child at the joint, in world axes or those
+// of the joint's parent or child frame.
 struct OutputPlan {
   OutputDef def;
-  int frame = -1;                 // frame outputs
+  int frame = -1;                  // frame outputs
   int joint_part = -1, loop = -1;  // joint outputs
-  int body = -1;                  // body outputs (scene index)
+  int body = -1;                   // body outputs (scene index)
   bool system = false;
-  int first = 0, count = 1;       // columns
+  int first = 0, count = 1;  // columns
 };
 
 struct OutputPlans {
@@ -30,7 +31,8 @@ struct OutputPlans {
 // Throws InputError with file, line, what was found and what there is.
 OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown = false);
 
-// Writes all columns for the current state. `previous`: the columns one sample before (rotations are continued through full turns), or null.
+// Writes all columns for the current state. `previous`: the columns one sample before (rotations are continued through full turns), or
+// null.
 void evaluate_outputs(const Model& model, const Scene& scene, const OutputPlans& plans, Work& work, const Reactions& reactions,
                       const double* previous, double* row);
 

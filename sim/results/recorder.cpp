@@ -3,8 +3,8 @@
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/massless.h"
-#include "sim/model/bodies.h"
 #include "sim/model/beam_strains.h"
+#include "sim/model/bodies.h"
 #include "sim/scene/joint_kinds.h"
 
 #include <fmt/format.h>
@@ -28,7 +28,8 @@ void write_quaternion(const Mat3& R, Eigen::MatrixX4d& out, Eigen::Index row) {
   Quat q(R);
   q.normalize();
   // Neighbouring samples stay on the same sheet.
-  if (row > 0 && q.w() * out(row - 1, 0) + q.x() * out(row - 1, 1) + q.y() * out(row - 1, 2) + q.z() * out(row - 1, 3) < 0.0) q.coeffs() = -q.coeffs();
+  if (row > 0 && q.w() * out(row - 1, 0) + q.x() * out(row - 1, 1) + q.y() * out(row - 1, 2) + q.z() * out(row - 1, 3) < 0.0)
+    q.coeffs() = -q.coeffs();
   out.row(row) << q.w(), q.x(), q.y(), q.z();
 }
 
@@ -54,7 +55,8 @@ void raise_scales(const System& system, const Energy& e, bool reactions, const R
   const Model& model = system.model;
   scales.length = model.size;
   const double duration = model.settings.duration;
-  scales.force = std::max({scales.force, model.mass * model.settings.gravity.norm(), model.mass * model.size / (duration * duration), std::max(e.kinetic, e.strain) / model.size});
+  scales.force = std::max({scales.force, model.mass * model.settings.gravity.norm(), model.mass * model.size / (duration * duration),
+                           std::max(e.kinetic, e.strain) / model.size});
   if (!reactions) return;
   for (const Vec6& F : forces.part) scales.force = std::max(scales.force, F.head<3>().norm());
   for (const Vec6& F : forces.loop) scales.force = std::max(scales.force, F.head<3>().norm());
@@ -170,7 +172,8 @@ Recorder::Recorder(System& system, const std::vector<double>& times) {
   results_.kinetic = results_.strain = results_.potential = results_.supplied = results_.dissipated = VecX::Zero(nt);
   table_ = MatX::Zero(static_cast<Eigen::Index>(plans_.columns.size()), nt);
 
-  for (ResultBody& b : results_.bodies) rows_.push_back({TableRows(b.displacement), TableRows(b.rotation), TableRows(b.q), TableRows(b.qd)});
+  for (ResultBody& b : results_.bodies)
+    rows_.push_back({TableRows(b.displacement), TableRows(b.rotation), TableRows(b.q), TableRows(b.qd)});
   translation_.resize(results_.bodies.size());
   rotation_.resize(results_.bodies.size());
   shown_.resize(results_.bodies.size());
@@ -255,7 +258,8 @@ void HistoryRecorder::record(System& system, double t, const VecX& y) {
   refresh(system, t, y, plans_.accelerations, plans_.reactions, reactions_);
   const Eigen::Index row = row_++;
   MatX& table = histories_.values;
-  evaluate_outputs(system.model, system.scene, plans_, system.work, reactions_, row > 0 ? table.col(row - 1).data() : nullptr, table.col(row).data());
+  evaluate_outputs(system.model, system.scene, plans_, system.work, reactions_, row > 0 ? table.col(row - 1).data() : nullptr,
+                   table.col(row).data());
   const Energy e = compute_energy(system.model, system.work);
   histories_.energy_scale = std::max({histories_.energy_scale, e.kinetic, e.strain});
   raise_scales(system, e, plans_.reactions, reactions_, histories_.scales);

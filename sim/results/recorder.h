@@ -53,8 +53,10 @@ class Recorder {
   std::vector<double*> translation_, rotation_;  // rows of the sample, of every body
   std::vector<Pose> shown_, world_;              // shown frame of every body, in its first part and in the world; of the sample
   std::vector<int> joint_frames_;
-  struct BodyRows { TableRows displacement, rotation, q, qd; };
-  std::vector<BodyRows> rows_;                   // of results_.bodies
+  struct BodyRows {
+    TableRows displacement, rotation, q, qd;
+  };
+  std::vector<BodyRows> rows_;  // of results_.bodies
   Reactions reactions_;
   Results results_;
   OutputScales scales_;

@@ -13,84 +13,85 @@
 namespace flexframe::sim {
 
 struct ResultNode {
-  std::string name;                  // frame name or node number
-  Vec3 origin = Vec3::Zero();        // undeformed position in the body frame, m
+  std::string name;            // frame name or node number
+  Vec3 origin = Vec3::Zero();  // undeformed position in the body frame, m
 };
 
 // A body of the scene (a mixed or lumped beam is one body). Node displacements and rotations are relative to the undeformed
 // body, in the body frame; rotations are rotation vectors of the exact relative rotation and may be large.
 struct ResultBody {
   std::string name;
-  std::string kind;                  // rigid, beam, modal, statespace
-  double length = 0.0;               // beams: m
-  Section section;                   // beams: what to draw
-  std::string mesh;                  // Wavefront file, absolute, or empty
-  std::string mesh_sha256;           // of that file when the results were written; empty: unknown
-  Eigen::MatrixX3d position;         // nt x 3, origin of the body frame in world axes, m
-  Eigen::MatrixX4d orientation;      // nt x 4, unit quaternion w x y z, body to world
-  std::vector<ResultNode> nodes;     // nn simulation nodes; empty for a rigid body
-  MatX displacement;                 // nt x 3 nn: ux uy uz of node 0, of node 1, ...; m
-  MatX rotation;                     // nt x 3 nn, rad; empty: unknown
-  MatX q, qd;                        // nt x n elastic coordinates and rates (all parts, in order)
+  std::string kind;               // rigid, beam, modal, statespace
+  double length = 0.0;            // beams: m
+  Section section;                // beams: what to draw
+  std::string mesh;               // Wavefront file, absolute, or empty
+  std::string mesh_sha256;        // of that file when the results were written; empty: unknown
+  Eigen::MatrixX3d position;      // nt x 3, origin of the body frame in world axes, m
+  Eigen::MatrixX4d orientation;   // nt x 4, unit quaternion w x y z, body to world
+  std::vector<ResultNode> nodes;  // nn simulation nodes; empty for a rigid body
+  MatX displacement;              // nt x 3 nn: ux uy uz of node 0, of node 1, ...; m
+  MatX rotation;                  // nt x 3 nn, rad; empty: unknown
+  MatX q, qd;                     // nt x n elastic coordinates and rates (all parts, in order)
   // Modal bodies only: displacement of the nodes per elastic coordinate, so that a renderer can map modes once.
-  MatX node_phi;                     // 3 nn x n or empty
-  MatX node_psi;                     // 3 nn x n or empty
-  // Of such bodies that are shown from another frame than that of q and node_phi (joint frames, mean axes): pose of the latter in the former, and
-  // small translation and rotation of the shown frame per elastic coordinate.
-  Eigen::MatrixX3d held_position;    // nt x 3, m, or empty: the frames are one
-  Eigen::MatrixX3d held_rotation;    // nt x 3, rotation vector, rad
-  Mat6X shown_columns;               // 6 x n
-  // Where the body knows stresses: the nodes that have them and their stress per elastic coordinate (xx yy zz xy yz xz below each other), Pa.
-  std::vector<int> stress_nodes;     // ns indices of nodes, ascending
-  MatX node_stress;                  // 6 ns x n or empty
-  std::vector<std::string> labels;   // n
-  // Beams: strains of the section at stations along x (ascending; twice where one piece ends and the next begins) per elastic coordinate, as triplets:
-  // row 4 station + field, coordinate, value. Fields: lengthening u' (1), curvatures v'' and w'' (1/m), twist theta' (1/m).
-  VecX strain_stations;              // ns, m; empty: unknown
-  MatX section_strain;               // k x 3
+  MatX node_phi;  // 3 nn x n or empty
+  MatX node_psi;  // 3 nn x n or empty
+  // Of such bodies that are shown from another frame than that of q and node_phi (joint frames, mean axes): pose of the latter in the
+  // former, and small translation and rotation of the shown frame per elastic coordinate.
+  Eigen::MatrixX3d held_position;  // nt x 3, m, or empty: the frames are one
+  Eigen::MatrixX3d held_rotation;  // nt x 3, rotation vector, rad
+  Mat6X shown_columns;             // 6 x n
+  // Where the body knows stresses: the nodes that have them and their stress per elastic coordinate (xx yy zz xy yz xz below each other),
+  // Pa.
+  std::vector<int> stress_nodes;    // ns indices of nodes, ascending
+  MatX node_stress;                 // 6 ns x n or empty
+  std::vector<std::string> labels;  // n
+  // Beams: strains of the section at stations along x (ascending; twice where one piece ends and the next begins) per elastic coordinate,
+  // as triplets: row 4 station + field, coordinate, value. Fields: lengthening u' (1), curvatures v'' and w'' (1/m), twist theta' (1/m).
+  VecX strain_stations;  // ns, m; empty: unknown
+  MatX section_strain;   // k x 3
   // What is left out of the stress by the effects of this body ("axial", "torsion"), for a warning.
   std::vector<std::string> unstrained;
 };
 
 struct ResultJoint {
   std::string name, kind;
-  Eigen::MatrixX3d position;         // nt x 3, of the joint's parent frame, world
-  Eigen::MatrixX4d orientation;      // nt x 4
-  MatX value, rate;                  // nt x nq, nt x nv
+  Eigen::MatrixX3d position;     // nt x 3, of the joint's parent frame, world
+  Eigen::MatrixX4d orientation;  // nt x 4
+  MatX value, rate;              // nt x nq, nt x nv
 };
 
 struct ResultOutput {
-  std::string column;                // "slider.x", "energy"
-  std::string unit;                  // "m", "rad/s", "J"
-  VecX values;                       // nt
+  std::string column;  // "slider.x", "energy"
+  std::string unit;    // "m", "rad/s", "J"
+  VecX values;         // nt
 };
 
 // How an asked accuracy was met.
 struct AccuracyStatement {
   double asked = 0.0;
   double time = 0.0, space = 0.0, effects = 0.0;  // estimated errors, relative to the range of the output; the latter two add as squares
-  std::string column;                // the output that is furthest off
-  double half_cost = 1.0;            // half the error would cost so many times the CPU time
-  double search_cpu = 0.0;           // s, of the runs that found the setting
-  std::vector<std::string> chosen;   // "tolerance 1e-05", "'rod' 3 modes of 9 elements"
+  std::string column;                             // the output that is furthest off
+  double half_cost = 1.0;                         // half the error would cost so many times the CPU time
+  double search_cpu = 0.0;                        // s, of the runs that found the setting
+  std::vector<std::string> chosen;                // "tolerance 1e-05", "'rod' 3 modes of 9 elements"
 };
 
 struct SolverStatistics {
   std::string method;
   double tolerance = 0.0;
   long steps = 0, evaluations = 0, jacobians = 0, events = 0, restarts = 0;
-  double cpu_seconds = 0.0;          // of the time integration, the model's making excluded
-  double error_estimate = -1.0;      // relative to each output's range, the worst output; negative: not estimated
-  std::string error_column;          // that output
+  double cpu_seconds = 0.0;                   // of the time integration, the model's making excluded
+  double error_estimate = -1.0;               // relative to each output's range, the worst output; negative: not estimated
+  std::string error_column;                   // that output
   std::optional<AccuracyStatement> accuracy;  // where one was asked for
-  Notes notes;                       // what was chosen, neglected, warned of
+  Notes notes;                                // what was chosen, neglected, warned of
 };
 
 struct Results {
   std::string title;
-  std::string scene_file;            // as given
-  std::string scene_text;            // the file's text, so that results describe themselves
-  VecX times;                        // nt, s
+  std::string scene_file;  // as given
+  std::string scene_text;  // the file's text, so that results describe themselves
+  VecX times;              // nt, s
   std::vector<ResultBody> bodies;
   std::vector<ResultJoint> joints;
   std::vector<ResultOutput> outputs;

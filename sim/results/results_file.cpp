@@ -1,6 +1,7 @@
 // HDF5 access and the layout of sim/RESULTS.md. Metadata carry checksums (format 1.10), data blocks Fletcher's, strings have a fixed
-// length: a damaged file is found, not followed. HDF5 1.10 itself follows what has no checksum: damaged metadata of older formats, read beyond
-// their end, and the global heaps of variable-length data, where it can loop for ever. Files with either are refused before it sees them.
+// length: a damaged file is found, not followed. HDF5 1.10 itself follows what has no checksum: damaged metadata of older formats, read
+// beyond their end, and the global heaps of variable-length data, where it can loop for ever. Files with either are refused before it sees
+// them.
 #include "sim/results/results_file.h"
 
 #include "sim/base/file_output.h"
@@ -77,10 +78,13 @@ class Id {
 // The innermost reason of HDF5's error stack, such as "No space left on device".
 std::string hdf5_reason() {
   std::string reason;
-  H5Ewalk2(H5E_DEFAULT, H5E_WALK_DOWNWARD, [](unsigned, const H5E_error2_t* entry, void* out) -> herr_t {
-    if (entry->desc && *entry->desc) *static_cast<std::string*>(out) = entry->desc;
-    return 0;
-  }, &reason);
+  H5Ewalk2(
+      H5E_DEFAULT, H5E_WALK_DOWNWARD,
+      [](unsigned, const H5E_error2_t* entry, void* out) -> herr_t {
+        if (entry->desc && *entry->desc) *static_cast<std::string*>(out) = entry->desc;
+        return 0;
+      },
+      &reason);
   const std::size_t at = reason.find("error message = '");
   if (at != std::string::npos) {
     const std::size_t from = at + std::strlen("error message = '");
@@ -166,7 +170,8 @@ void write_texts(hid_t parent, const std::string& name, const std::vector<std::s
   std::size_t longest = 1;
   for (const std::string& text : texts) longest = std::max(longest, text.size());
   std::string packed(longest * texts.size(), '\0');
-  for (std::size_t i = 0; i < texts.size(); ++i) std::copy(texts[i].begin(), texts[i].end(), packed.begin() + static_cast<std::ptrdiff_t>(i * longest));
+  for (std::size_t i = 0; i < texts.size(); ++i)
+    std::copy(texts[i].begin(), texts[i].end(), packed.begin() + static_cast<std::ptrdiff_t>(i * longest));
   const hsize_t count = texts.size();
   const Id type = text_type(longest), space(done(H5Screate_simple(1, &count, nullptr)), H5Sclose);
   const Id set(done(H5Dcreate2(parent, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT)), H5Dclose);
@@ -176,8 +181,9 @@ void write_texts(hid_t parent, const std::string& name, const std::vector<std::s
 void write_section(hid_t body, const Section& section) {
   const Id group = make_group(body, "section");
   write_attribute(group, "shape", section.shape);
-  const std::pair<const char*, double> numbers[] = {{"area", section.area}, {"iy", section.iy}, {"iz", section.iz}, {"iyz", section.iyz},
-                                                    {"j", section.j}, {"shear_y", section.shear_y}, {"shear_z", section.shear_z}};
+  const std::pair<const char*, double> numbers[] = {{"area", section.area},      {"iy", section.iy}, {"iz", section.iz},
+                                                    {"iyz", section.iyz},        {"j", section.j},   {"shear_y", section.shear_y},
+                                                    {"shear_z", section.shear_z}};
   for (const auto& [name, number] : numbers) write_attribute(group, name, number);
   const Id sizes = make_group(group, "sizes");
   for (const auto& [name, size] : section.size) write_attribute(sizes, name, size);
@@ -230,25 +236,34 @@ void write_body(hid_t bodies, const ResultBody& body, long index, hsize_t nt) {
   }
   write_texts(group, "node_names", names);
   write_numbers(group, "node_origin", origins, {nn, 3}, "m", "undeformed position in the body frame");
-  write_numbers(group, "displacement", body.displacement, {nt, nn, 3}, "m", "of the nodes from their undeformed position, in the body frame");
-  write_numbers(group, "rotation", body.rotation, {nt, nn, 3}, "rad", "rotation vector of the nodes from their undeformed orientation, in the body frame");
+  write_numbers(group, "displacement", body.displacement, {nt, nn, 3}, "m",
+                "of the nodes from their undeformed position, in the body frame");
+  write_numbers(group, "rotation", body.rotation, {nt, nn, 3}, "rad",
+                "rotation vector of the nodes from their undeformed orientation, in the body frame");
 
   const auto n = static_cast<hsize_t>(body.q.cols());
   write_numbers(group, "q", body.q, {nt, n}, "", "elastic coordinates");
   write_numbers(group, "qd", body.qd, {nt, n}, "", "elastic rates");
   write_texts(group, "labels", body.labels);
-  write_numbers(group, "node_phi", node_rows(body.node_phi), {nn, 3, n}, "", "displacement of the nodes per elastic coordinate, in the body frame");
-  write_numbers(group, "node_psi", node_rows(body.node_psi), {nn, 3, n}, "", "rotation of the nodes per elastic coordinate, in the body frame");
-  write_numbers(group, "strain_stations", body.strain_stations, {static_cast<hsize_t>(body.strain_stations.size())}, "m", "stations of 'section_strain' along x");
-  write_numbers(group, "section_strain", body.section_strain, {static_cast<hsize_t>(body.section_strain.rows()), 3}, "", "row, coordinate of 'q', factor; row: 4 station + field (u', v'', w'', theta')");
+  write_numbers(group, "node_phi", node_rows(body.node_phi), {nn, 3, n}, "",
+                "displacement of the nodes per elastic coordinate, in the body frame");
+  write_numbers(group, "node_psi", node_rows(body.node_psi), {nn, 3, n}, "",
+                "rotation of the nodes per elastic coordinate, in the body frame");
+  write_numbers(group, "strain_stations", body.strain_stations, {static_cast<hsize_t>(body.strain_stations.size())}, "m",
+                "stations of 'section_strain' along x");
+  write_numbers(group, "section_strain", body.section_strain, {static_cast<hsize_t>(body.section_strain.rows()), 3}, "",
+                "row, coordinate of 'q', factor; row: 4 station + field (u', v'', w'', theta')");
   write_texts(group, "unstrained", body.unstrained);
   write_numbers(group, "held_position", body.held_position, {nt, 3}, "m", "origin of the frame of 'q' and 'node_phi' in the body frame");
-  write_numbers(group, "held_rotation", body.held_rotation, {nt, 3}, "rad", "rotation vector of the frame of 'q' and 'node_phi' in the body frame");
-  write_numbers(group, "shown_columns", body.shown_columns, {6, n}, "", "translation and rotation of the body frame in the frame of 'q' per elastic coordinate");
+  write_numbers(group, "held_rotation", body.held_rotation, {nt, 3}, "rad",
+                "rotation vector of the frame of 'q' and 'node_phi' in the body frame");
+  write_numbers(group, "shown_columns", body.shown_columns, {6, n}, "",
+                "translation and rotation of the body frame in the frame of 'q' per elastic coordinate");
   const auto ns = static_cast<hsize_t>(body.stress_nodes.size());
   const MatX places = Eigen::Map<const Eigen::VectorXi>(body.stress_nodes.data(), static_cast<Eigen::Index>(ns)).cast<double>();
   write_numbers(group, "stress_nodes", places, {ns}, "", "nodes of 'node_stress', counted from 0");
-  write_numbers(group, "node_stress", node_rows(body.node_stress, 6), {ns, 6, n}, "Pa", "stress xx yy zz xy yz xz per elastic coordinate, in the body frame");
+  write_numbers(group, "node_stress", node_rows(body.node_stress, 6), {ns, 6, n}, "Pa",
+                "stress xx yy zz xy yz xz per elastic coordinate, in the body frame");
 }
 
 void write_joint(hid_t joints, const ResultJoint& joint, long index, hsize_t nt) {
@@ -290,15 +305,19 @@ void write_all(hid_t file, const Results& results) {
   write_numbers(outputs, "values", values, {nt, columns.size()}, "", "histories of the scene's outputs, one column each");
 
   const Id energy = make_group(file, "energy");
-  const std::pair<const char*, const VecX*> energies[] = {{"kinetic", &results.kinetic}, {"strain", &results.strain}, {"potential", &results.potential},
-                                                          {"supplied", &results.supplied}, {"dissipated", &results.dissipated}};
+  const std::pair<const char*, const VecX*> energies[] = {{"kinetic", &results.kinetic},
+                                                          {"strain", &results.strain},
+                                                          {"potential", &results.potential},
+                                                          {"supplied", &results.supplied},
+                                                          {"dissipated", &results.dissipated}};
   for (const auto& [name, values_of] : energies) write_numbers(energy, name, *values_of, {nt}, "J", "of the whole system");
 
   const SolverStatistics& s = results.statistics;
   const Id statistics = make_group(file, "statistics");
   write_attribute(statistics, "method", s.method);
   write_attribute(statistics, "tolerance", s.tolerance);
-  const std::pair<const char*, long> counts[] = {{"steps", s.steps}, {"evaluations", s.evaluations}, {"jacobians", s.jacobians}, {"events", s.events}, {"restarts", s.restarts}};
+  const std::pair<const char*, long> counts[] = {
+      {"steps", s.steps}, {"evaluations", s.evaluations}, {"jacobians", s.jacobians}, {"events", s.events}, {"restarts", s.restarts}};
   for (const auto& [name, count] : counts) write_attribute(statistics, name, count);
   write_attribute(statistics, "cpu_seconds", s.cpu_seconds);
   write_attribute(statistics, "error_estimate", s.error_estimate);
@@ -314,7 +333,8 @@ void check_results(const Results& results) {
   if (nt == 0) fail("they hold no times");
   const auto series = [&](const std::string& what, const Eigen::Ref<const MatX>& values, Eigen::Index cols, bool optional) {
     if (values.size() == 0 && (optional || cols == 0)) return;
-    if (values.rows() != nt || values.cols() != cols) fail(fmt::format("{} is {} x {}, not {} x {}", what, values.rows(), values.cols(), nt, cols));
+    if (values.rows() != nt || values.cols() != cols)
+      fail(fmt::format("{} is {} x {}, not {} x {}", what, values.rows(), values.cols(), nt, cols));
     if (!values.allFinite()) fail(fmt::format("{} holds a value that is not finite", what));
   };
   const auto name = [&](const char* what, const std::string& text) {
@@ -335,17 +355,23 @@ void check_results(const Results& results) {
       if (!node.origin.allFinite()) fail(fmt::format("{}: a node's origin is not finite", body.name));
     for (const MatX* shapes : {&body.node_phi, &body.node_psi})
       if (shapes->size() > 0 && (shapes->rows() != 3 * nn || shapes->cols() != body.q.cols() || !shapes->allFinite()))
-        fail(fmt::format("{}: the mode shapes are {} x {}, not finite {} x {}", body.name, shapes->rows(), shapes->cols(), 3 * nn, body.q.cols()));
+        fail(fmt::format("{}: the mode shapes are {} x {}, not finite {} x {}", body.name, shapes->rows(), shapes->cols(), 3 * nn,
+                         body.q.cols()));
     for (Eigen::Index i = 0; i < body.section_strain.rows(); ++i)
-      if (const Vec3 e = body.section_strain.row(i); !e.allFinite() || !(e[0] >= 0.0 && e[0] < 4.0 * static_cast<double>(body.strain_stations.size()) && e[1] >= 0.0 && e[1] < static_cast<double>(body.q.cols())))
+      if (const Vec3 e = body.section_strain.row(i);
+          !e.allFinite() || !(e[0] >= 0.0 && e[0] < 4.0 * static_cast<double>(body.strain_stations.size()) && e[1] >= 0.0 &&
+                              e[1] < static_cast<double>(body.q.cols())))
         fail(fmt::format("{}: row {} of the sections' strains names no station or coordinate", body.name, i));
     series(body.name + ": held_position", body.held_position, 3, true);
     series(body.name + ": held_rotation", body.held_rotation, 3, true);
-    if (body.held_rotation.rows() != body.held_position.rows() || (body.held_position.rows() > 0 && (body.shown_columns.cols() != body.q.cols() || !body.shown_columns.allFinite())))
-      fail(fmt::format("{}: 'held_position' needs 'held_rotation' and finite 'shown_columns' of the {} coordinates", body.name, body.q.cols()));
+    if (body.held_rotation.rows() != body.held_position.rows() ||
+        (body.held_position.rows() > 0 && (body.shown_columns.cols() != body.q.cols() || !body.shown_columns.allFinite())))
+      fail(fmt::format("{}: 'held_position' needs 'held_rotation' and finite 'shown_columns' of the {} coordinates", body.name,
+                       body.q.cols()));
     const auto ns = static_cast<Eigen::Index>(body.stress_nodes.size());
     if (body.node_stress.rows() != 6 * ns || (ns > 0 && body.node_stress.cols() != body.q.cols()) || !body.node_stress.allFinite())
-      fail(fmt::format("{}: the stress modes are {} x {}, not finite {} x {}", body.name, body.node_stress.rows(), body.node_stress.cols(), 6 * ns, body.q.cols()));
+      fail(fmt::format("{}: the stress modes are {} x {}, not finite {} x {}", body.name, body.node_stress.rows(), body.node_stress.cols(),
+                       6 * ns, body.q.cols()));
     for (int i : body.stress_nodes)
       if (i < 0 || i >= nn) fail(fmt::format("{}: node {} with stress is not there", body.name, i));
   }
@@ -357,7 +383,8 @@ void check_results(const Results& results) {
     series(joint.name + ": rate", joint.rate, joint.rate.cols(), true);
   }
   for (const ResultOutput& output : results.outputs) series("output " + output.column, output.values, 1, false);
-  for (const VecX* energy : {&results.kinetic, &results.strain, &results.potential, &results.supplied, &results.dissipated}) series("energy", *energy, 1, true);
+  for (const VecX* energy : {&results.kinetic, &results.strain, &results.potential, &results.supplied, &results.dissipated})
+    series("energy", *energy, 1, true);
 }
 
 // Reading: every error names the file and the object.
@@ -365,7 +392,9 @@ class Reader {
  public:
   explicit Reader(const std::filesystem::path& path) : name_(path.string()) {}
 
-  [[noreturn]] void fail(const std::string& object, const std::string& message) const { throw InputError(fmt::format("{}: {}: {}", name_, object, message)); }
+  [[noreturn]] void fail(const std::string& object, const std::string& message) const {
+    throw InputError(fmt::format("{}: {}: {}", name_, object, message));
+  }
 
   Id open_file() const {
     std::error_code error;
@@ -380,9 +409,15 @@ class Reader {
     if (bytes.gcount() != sizeof start || std::memcmp(start, "\x89HDF\r\n\x1a\n", 8) != 0)
       throw InputError(fmt::format("{}: is no HDF5 file; a results file of flexframe is expected", name_));
     if (start[8] != checked_format)
-      throw InputError(fmt::format("{}: has one of HDF5's older formats, without checksums, which are not read; write format 1.10, in h5py File(name, \"w\", libver=\"v110\")", name_));
+      throw InputError(
+          fmt::format("{}: has one of HDF5's older formats, without checksums, which are not read; write format 1.10, in h5py File(name, "
+                      "\"w\", libver=\"v110\")",
+                      name_));
     if (holds_global_heap(bytes))
-      throw InputError(fmt::format("{}: holds data of variable length (an HDF5 global heap), which is not read; write strings with a fixed length, in h5py as numpy.bytes_(\"text\")", name_));
+      throw InputError(
+          fmt::format("{}: holds data of variable length (an HDF5 global heap), which is not read; write strings with a fixed length, in "
+                      "h5py as numpy.bytes_(\"text\")",
+                      name_));
     Id file(H5Fopen(name_.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
     if (!file.valid()) throw InputError(fmt::format("{}: cannot be opened (damaged or cut short?): {}", name_, hdf5_reason()));
     // What holds_global_heap looks for has sizes of 8 bytes.
@@ -396,8 +431,8 @@ class Reader {
   // A link to another file, or one by name, is none: nothing beyond the file is opened.
   bool has(hid_t parent, const std::string& name) const {
     H5L_info_t link{};
-    return H5Lexists(parent, name.c_str(), H5P_DEFAULT) > 0 && H5Lget_info(parent, name.c_str(), &link, H5P_DEFAULT) >= 0 && link.type == H5L_TYPE_HARD &&
-           H5Oexists_by_name(parent, name.c_str(), H5P_DEFAULT) > 0;
+    return H5Lexists(parent, name.c_str(), H5P_DEFAULT) > 0 && H5Lget_info(parent, name.c_str(), &link, H5P_DEFAULT) >= 0 &&
+           link.type == H5L_TYPE_HARD && H5Oexists_by_name(parent, name.c_str(), H5P_DEFAULT) > 0;
   }
 
   Id group(hid_t parent, const std::string& name, const std::string& path) const {
@@ -408,13 +443,22 @@ class Reader {
   }
 
   std::vector<std::string> group_names(hid_t parent, const std::string& path) const {
-    struct Found { std::vector<std::string> names; bool too_many = false; } found;
-    const herr_t status = H5Literate(parent, H5_INDEX_NAME, H5_ITER_INC, nullptr, [](hid_t, const char* name, const H5L_info_t*, void* out) -> herr_t {
-      auto& list = *static_cast<Found*>(out);
-      if (list.names.size() >= 1'000'000) { list.too_many = true; return 1; }
-      list.names.emplace_back(name);
-      return 0;
-    }, &found);
+    struct Found {
+      std::vector<std::string> names;
+      bool too_many = false;
+    } found;
+    const herr_t status = H5Literate(
+        parent, H5_INDEX_NAME, H5_ITER_INC, nullptr,
+        [](hid_t, const char* name, const H5L_info_t*, void* out) -> herr_t {
+          auto& list = *static_cast<Found*>(out);
+          if (list.names.size() >= 1'000'000) {
+            list.too_many = true;
+            return 1;
+          }
+          list.names.emplace_back(name);
+          return 0;
+        },
+        &found);
     if (status < 0 || found.too_many) fail(fmt::format("group '{}'", path), "cannot be listed (damaged?)");
     return std::move(found.names);
   }
@@ -430,11 +474,13 @@ class Reader {
     Id memory(H5Tcopy(H5T_C_S1), H5Tclose);
     H5Tset_cset(memory, H5Tget_cset(type));
     const std::size_t length = H5Tget_size(type);
-    if (length == 0 || length > longest_string || length * static_cast<std::size_t>(count) > 16 * longest_string) fail(object, "has strings that are too long");
+    if (length == 0 || length > longest_string || length * static_cast<std::size_t>(count) > 16 * longest_string)
+      fail(object, "has strings that are too long");
     H5Tset_size(memory, length);
     H5Tset_strpad(memory, H5Tget_strpad(type));
     std::string packed(length * static_cast<std::size_t>(count), '\0');
-    const herr_t status = attribute ? H5Aread(id, memory, packed.data()) : H5Dread(id, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, packed.data());
+    const herr_t status =
+        attribute ? H5Aread(id, memory, packed.data()) : H5Dread(id, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, packed.data());
     if (status < 0) fail(object, "cannot be read (damaged?): " + hdf5_reason());
     const bool blanks = H5Tget_strpad(type) == H5T_STR_SPACEPAD;
     for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
@@ -482,8 +528,9 @@ class Reader {
 
   // HDF5 converts what a type's bits are said to mean without checking that they lie in the number: only the usual types are let through.
   static bool plain_number(hid_t type) {
-    const hid_t usual[] = {H5T_IEEE_F64LE, H5T_IEEE_F32LE, H5T_IEEE_F64BE, H5T_IEEE_F32BE, H5T_STD_I64LE, H5T_STD_I32LE, H5T_STD_I16LE, H5T_STD_I8LE, H5T_STD_U64LE, H5T_STD_U32LE,
-                           H5T_STD_U16LE, H5T_STD_U8LE, H5T_STD_I64BE, H5T_STD_I32BE, H5T_STD_I16BE, H5T_STD_I8BE, H5T_STD_U64BE, H5T_STD_U32BE, H5T_STD_U16BE, H5T_STD_U8BE};
+    const hid_t usual[] = {H5T_IEEE_F64LE, H5T_IEEE_F32LE, H5T_IEEE_F64BE, H5T_IEEE_F32BE, H5T_STD_I64LE, H5T_STD_I32LE, H5T_STD_I16LE,
+                           H5T_STD_I8LE,   H5T_STD_U64LE,  H5T_STD_U32LE,  H5T_STD_U16LE,  H5T_STD_U8LE,  H5T_STD_I64BE, H5T_STD_I32BE,
+                           H5T_STD_I16BE,  H5T_STD_I8BE,   H5T_STD_U64BE,  H5T_STD_U32BE,  H5T_STD_U16BE, H5T_STD_U8BE};
     return type >= 0 && std::any_of(std::begin(usual), std::end(usual), [&](hid_t known) { return H5Tequal(type, known) > 0; });
   }
 
@@ -493,7 +540,8 @@ class Reader {
     if (!set.valid()) fail(label, "is no dataset, or damaged");
     const Id creation(H5Dget_create_plist(set), H5Pclose);
     if (!creation.valid()) fail(label, "cannot be read (damaged?): " + hdf5_reason());
-    if (H5Pget_external_count(creation) != 0 || H5Pget_layout(creation) == H5D_VIRTUAL) fail(label, "lies in another file, which is not read");
+    if (H5Pget_external_count(creation) != 0 || H5Pget_layout(creation) == H5D_VIRTUAL)
+      fail(label, "lies in another file, which is not read");
     const int filters = H5Pget_nfilters(creation);
     for (int i = 0; i < filters; ++i) {
       unsigned flags = 0, config = 0;
@@ -557,10 +605,12 @@ class Reader {
       extent[0] = count;
       H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, extent.data(), nullptr);
       const Id memory(H5Screate_simple(static_cast<int>(extent.size()), extent.data(), nullptr), H5Sclose);
-      if (H5Dread(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, rows.data()) < 0) fail(label, "cannot be read (damaged or cut short?): " + hdf5_reason());
+      if (H5Dread(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, rows.data()) < 0)
+        fail(label, "cannot be read (damaged or cut short?): " + hdf5_reason());
       if (!rows.allFinite()) {
         for (Eigen::Index i = 0; i < rows.rows(); ++i)
-          if (!rows.row(i).allFinite()) fail(label, fmt::format("holds a value that is not finite in row {}", first + static_cast<hsize_t>(i)));
+          if (!rows.row(i).allFinite())
+            fail(label, fmt::format("holds a value that is not finite in row {}", first + static_cast<hsize_t>(i)));
       }
       values.middleRows(static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(count)) = rows;
     }
@@ -605,23 +655,28 @@ void check_quaternions(const Reader& reader, const Eigen::MatrixX4d& q, const st
   // single precision and integration drift are fine, anything else is no quaternion
   for (Eigen::Index i = 0; i < q.rows(); ++i)
     if (std::abs(q.row(i).norm() - 1.0) > 1e-4)
-      reader.fail(fmt::format("dataset '{}orientation'", path), fmt::format("row {} is no unit quaternion, its norm is {:.6g}", i, q.row(i).norm()));
+      reader.fail(fmt::format("dataset '{}orientation'", path),
+                  fmt::format("row {} is no unit quaternion, its norm is {:.6g}", i, q.row(i).norm()));
 }
 
 Section read_section(const Reader& reader, hid_t body, const std::string& path) {
   const Id group = reader.group(body, "section", path + "section");
   Section section;
   section.shape = reader.text(group, "shape", path + "section", std::nullopt);
-  const std::pair<const char*, double*> numbers[] = {{"area", &section.area}, {"iy", &section.iy}, {"iz", &section.iz}, {"iyz", &section.iyz},
-                                                     {"j", &section.j}, {"shear_y", &section.shear_y}, {"shear_z", &section.shear_z}};
+  const std::pair<const char*, double*> numbers[] = {{"area", &section.area},      {"iy", &section.iy}, {"iz", &section.iz},
+                                                     {"iyz", &section.iyz},        {"j", &section.j},   {"shear_y", &section.shear_y},
+                                                     {"shear_z", &section.shear_z}};
   for (const auto& [name, number] : numbers) *number = reader.number(group, name, path + "section", 0.0);
   if (reader.has(group, "sizes")) {
     const Id sizes = reader.group(group, "sizes", path + "section/sizes");
     std::vector<std::string> names;
-    H5Aiterate2(sizes, H5_INDEX_NAME, H5_ITER_INC, nullptr, [](hid_t, const char* name, const H5A_info_t*, void* out) -> herr_t {
-      static_cast<std::vector<std::string>*>(out)->emplace_back(name);
-      return 0;
-    }, &names);
+    H5Aiterate2(
+        sizes, H5_INDEX_NAME, H5_ITER_INC, nullptr,
+        [](hid_t, const char* name, const H5A_info_t*, void* out) -> herr_t {
+          static_cast<std::vector<std::string>*>(out)->emplace_back(name);
+          return 0;
+        },
+        &names);
     for (const std::string& name : names) section.size[name] = reader.number(sizes, name, path + "section/sizes", std::nullopt);
   }
   for (int i = 0; reader.has(group, fmt::format("outline_{}", i)); ++i) {
@@ -651,7 +706,9 @@ ResultBody read_body(const Reader& reader, hid_t group, const std::string& name,
   const MatX origins = reader.numbers(group, "node_origin", path, {Reader::any, 3}, true);
   const auto nn = static_cast<hsize_t>(origins.rows());
   std::vector<std::string> names = reader.texts(group, "node_names", path);
-  if (!names.empty() && names.size() != nn) reader.fail(fmt::format("dataset '{}node_names'", path), fmt::format("must name {} nodes like 'node_origin', found {}", nn, names.size()));
+  if (!names.empty() && names.size() != nn)
+    reader.fail(fmt::format("dataset '{}node_names'", path),
+                fmt::format("must name {} nodes like 'node_origin', found {}", nn, names.size()));
   for (hsize_t i = 0; i < nn; ++i)
     body.nodes.push_back({names.empty() ? fmt::format("node[{}]", i) : names[i], origins.row(static_cast<Eigen::Index>(i)).transpose()});
   if (nn > 0) {
@@ -664,7 +721,8 @@ ResultBody read_body(const Reader& reader, hid_t group, const std::string& name,
   body.qd = reader.numbers(group, "qd", path, {nt, n}, true);
   body.labels = reader.texts(group, "labels", path);
   if (!body.labels.empty() && body.labels.size() != n)
-    reader.fail(fmt::format("dataset '{}labels'", path), fmt::format("must name {} elastic coordinates like 'q', found {}", n, body.labels.size()));
+    reader.fail(fmt::format("dataset '{}labels'", path),
+                fmt::format("must name {} elastic coordinates like 'q', found {}", n, body.labels.size()));
   body.node_phi = node_columns(reader.numbers(group, "node_phi", path, {nn, 3, n}, true));
   body.node_psi = node_columns(reader.numbers(group, "node_psi", path, {nn, 3, n}, true));
   if (reader.has(group, "strain_stations")) {
@@ -672,7 +730,8 @@ ResultBody read_body(const Reader& reader, hid_t group, const std::string& name,
     body.section_strain = reader.numbers(group, "section_strain", path, {Reader::any, 3}, true);
     body.unstrained = reader.texts(group, "unstrained", path);
     for (Eigen::Index i = 1; i < body.strain_stations.size(); ++i)
-      if (body.strain_stations[i] < body.strain_stations[i - 1]) reader.fail(fmt::format("dataset '{}strain_stations'", path), "must ascend");
+      if (body.strain_stations[i] < body.strain_stations[i - 1])
+        reader.fail(fmt::format("dataset '{}strain_stations'", path), "must ascend");
     const double rows = 4.0 * static_cast<double>(body.strain_stations.size());
     for (Eigen::Index i = 0; i < body.section_strain.rows(); ++i)
       if (const Vec3 e = body.section_strain.row(i); !(e[0] >= 0.0 && e[0] < rows && e[1] >= 0.0 && e[1] < static_cast<double>(n)))
@@ -689,7 +748,8 @@ ResultBody read_body(const Reader& reader, hid_t group, const std::string& name,
       reader.fail(fmt::format("dataset '{}stress_nodes'", path), fmt::format("must hold indices of the {} nodes, found {}", nn, place));
     body.stress_nodes.push_back(static_cast<int>(place));
   }
-  if (!body.stress_nodes.empty()) body.node_stress = node_columns(reader.numbers(group, "node_stress", path, {body.stress_nodes.size(), 6, n}, false), 6);
+  if (!body.stress_nodes.empty())
+    body.node_stress = node_columns(reader.numbers(group, "node_stress", path, {body.stress_nodes.size(), 6, n}, false), 6);
   return body;
 }
 
@@ -730,7 +790,9 @@ void write_results(const Results& results, const std::filesystem::path& path) {
   // at exit HDF5 would try again to write what a full disk refused; only its first call counts
   H5dont_atexit();
   const Quiet quiet;
-  const auto fail = [&](const std::string& reason) { throw std::runtime_error(fmt::format("{}: cannot be written: {}", path.string(), reason)); };
+  const auto fail = [&](const std::string& reason) {
+    throw std::runtime_error(fmt::format("{}: cannot be written: {}", path.string(), reason));
+  };
   Id file;
   try {
     const Id access(done(H5Pcreate(H5P_FILE_ACCESS)), H5Pclose);
@@ -752,7 +814,8 @@ Results read_results(const std::filesystem::path& path) {
   const Reader reader(path);
   const Id file = reader.open_file();
   if (H5Aexists(file, "format") <= 0 || reader.text(file, "format", "/", "") != format_name)
-    throw InputError(fmt::format("{}: is an HDF5 file, but no results file: the attribute 'format' must be \"{}\"", path.string(), format_name));
+    throw InputError(
+        fmt::format("{}: is an HDF5 file, but no results file: the attribute 'format' must be \"{}\"", path.string(), format_name));
   const double version = reader.number(file, "format_version", "/", std::nullopt);
   if (version != format_version)
     throw InputError(fmt::format("{}: has the format version {}; this program reads version {}", path.string(), version, format_version));
@@ -764,7 +827,8 @@ Results read_results(const std::filesystem::path& path) {
   if (scene.size() > 1) reader.fail("dataset '/scene'", "must be one string");
   if (!scene.empty()) results.scene_text = scene[0];
   const std::string hash = reader.text(file, "scene_sha256", "/", "");
-  if (!hash.empty() && hash != sha256(results.scene_text)) reader.fail("dataset '/scene'", "does not agree with its checksum 'scene_sha256' (damaged or changed)");
+  if (!hash.empty() && hash != sha256(results.scene_text))
+    reader.fail("dataset '/scene'", "does not agree with its checksum 'scene_sha256' (damaged or changed)");
 
   results.times = reader.numbers(file, "times", "/", {Reader::any}, false).reshaped();
   const auto nt = static_cast<hsize_t>(results.times.size());
@@ -774,11 +838,13 @@ Results read_results(const std::filesystem::path& path) {
     if (!(results.times[i] > results.times[i - 1]))
       reader.fail("dataset '/times'", fmt::format("must increase, but value {} is {} after {}", i, results.times[i], results.times[i - 1]));
 
-  results.bodies = read_members<ResultBody>(reader, file, "bodies", true, [&](hid_t group, const std::string& name) { return read_body(reader, group, name, nt); });
+  results.bodies = read_members<ResultBody>(reader, file, "bodies", true,
+                                            [&](hid_t group, const std::string& name) { return read_body(reader, group, name, nt); });
   for (ResultBody& body : results.bodies)
     if (!body.mesh.empty() && std::filesystem::path(body.mesh).is_relative())
       body.mesh = (std::filesystem::absolute(path).parent_path() / body.mesh).lexically_normal().string();
-  results.joints = read_members<ResultJoint>(reader, file, "joints", false, [&](hid_t group, const std::string& name) { return read_joint(reader, group, name, nt); });
+  results.joints = read_members<ResultJoint>(reader, file, "joints", false,
+                                             [&](hid_t group, const std::string& name) { return read_joint(reader, group, name, nt); });
 
   if (reader.has(file, "outputs")) {
     const Id outputs = reader.group(file, "outputs", "/outputs");
@@ -793,8 +859,11 @@ Results read_results(const std::filesystem::path& path) {
 
   if (reader.has(file, "energy")) {
     const Id energy = reader.group(file, "energy", "/energy");
-    const std::pair<const char*, VecX*> energies[] = {{"kinetic", &results.kinetic}, {"strain", &results.strain}, {"potential", &results.potential},
-                                                      {"supplied", &results.supplied}, {"dissipated", &results.dissipated}};
+    const std::pair<const char*, VecX*> energies[] = {{"kinetic", &results.kinetic},
+                                                      {"strain", &results.strain},
+                                                      {"potential", &results.potential},
+                                                      {"supplied", &results.supplied},
+                                                      {"dissipated", &results.dissipated}};
     for (const auto& [name, values] : energies) *values = reader.numbers(energy, name, "/energy/", {nt}, true).reshaped();
   }
 
@@ -803,7 +872,11 @@ Results read_results(const std::filesystem::path& path) {
     SolverStatistics& s = results.statistics;
     s.method = reader.text(group, "method", "/statistics", "");
     s.tolerance = reader.number(group, "tolerance", "/statistics", 0.0);
-    const std::pair<const char*, long*> counts[] = {{"steps", &s.steps}, {"evaluations", &s.evaluations}, {"jacobians", &s.jacobians}, {"events", &s.events}, {"restarts", &s.restarts}};
+    const std::pair<const char*, long*> counts[] = {{"steps", &s.steps},
+                                                    {"evaluations", &s.evaluations},
+                                                    {"jacobians", &s.jacobians},
+                                                    {"events", &s.events},
+                                                    {"restarts", &s.restarts}};
     for (const auto& [name, count] : counts) *count = reader.count(group, name, "/statistics");
     s.cpu_seconds = reader.number(group, "cpu_seconds", "/statistics", 0.0);
     s.error_estimate = reader.number(group, "error_estimate", "/statistics", -1.0);

@@ -4,9 +4,9 @@
 #include "sim/model/bodies.h"
 #include "sim/model/supports.h"
 
+#include <fmt/format.h>
 #include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -15,7 +15,9 @@ namespace flexframe::sim {
 namespace {
 
 // Undeformed pose of a frame in its body.
-Pose rest_in_body(const Model& model, int frame) { return compose(model.parts[model.frames[frame].part].rest_in_body, rest_pose(model, frame)); }
+Pose rest_in_body(const Model& model, int frame) {
+  return compose(model.parts[model.frames[frame].part].rest_in_body, rest_pose(model, frame));
+}
 
 int add_body_frame(Model& model, const Scene& scene, int body, const std::string& frame, const Pose& offset, const std::string& where) {
   FramePoint f = find_frame(model, scene, body, frame, where);
@@ -59,7 +61,8 @@ Mat6X mean_motion(const FlexibleBody& body) {
   const Eigen::SelfAdjointEigenSolver<Mat3> axes(J);
   Mat3 inverted = Mat3::Zero();
   for (int k = 0; k < 3; ++k)
-    if (axes.eigenvalues()[k] > 1e-12 * axes.eigenvalues()[2]) inverted += axes.eigenvectors().col(k) * axes.eigenvectors().col(k).transpose() / axes.eigenvalues()[k];
+    if (axes.eigenvalues()[k] > 1e-12 * axes.eigenvalues()[2])
+      inverted += axes.eigenvectors().col(k) * axes.eigenvectors().col(k).transpose() / axes.eigenvalues()[k];
   const Mat3X translation = body.md1 / body.mass;
   const Mat3X rotation = inverted * (body.Cr0 - skew(c) * body.md1);
   out.topRows<3>() = translation + skew(c) * rotation;  // of the frame's origin
@@ -116,8 +119,10 @@ ShownFrom find_shown_frame(Model& model, const Scene& scene, int body) {
   given.kind = ShownFrom::boundary;
   if (words.front() == "frame" && (!chain || beam->boundary == Boundary::clamped_free)) return given;
   if (words.front() == "frame" && beam->boundary == Boundary::free_free) return from_mean(model, first, true, false);
-  if (words.front() == "frame") frames = {add_body_frame(model, scene, body, "root", {}, where), add_body_frame(model, scene, body, "tip", {}, where)};
-  const bool on_mean_axes = beam && !chain && (beam->boundary == Boundary::free_free || (beam->model == BeamModel::finite_element && !held_twice(*beam)));
+  if (words.front() == "frame")
+    frames = {add_body_frame(model, scene, body, "root", {}, where), add_body_frame(model, scene, body, "tip", {}, where)};
+  const bool on_mean_axes =
+      beam && !chain && (beam->boundary == Boundary::free_free || (beam->model == BeamModel::finite_element && !held_twice(*beam)));
   if (words.front() == "mean") return from_mean(model, first, chain, on_mean_axes);
 
   int clamp = -1;
@@ -134,7 +139,8 @@ ShownFrom find_shown_frame(Model& model, const Scene& scene, int body) {
   int other = -1;
   for (const int f : frames)
     if (other < 0 && (rest_in_body(model, f).p - rest_in_body(model, frames.front()).p).norm() > 1e-9 * size) other = f;
-  if (words.size() > 2 && other < 0) throw InputError(fmt::format("{} names two frames at one place, which have no chord; name one of them", where));
+  if (words.size() > 2 && other < 0)
+    throw InputError(fmt::format("{} names two frames at one place, which have no chord; name one of them", where));
   const ShownFrom shown = clamp >= 0   ? from_tangent(model, clamp)
                           : other >= 0 ? from_chord(model, frames.front(), other, beam != nullptr)
                                        : from_tangent(model, frames.front());

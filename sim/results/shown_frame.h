@@ -24,19 +24,20 @@ struct ShownFrom {
     chord,     // lies along the line from frame a to frame b, turned about it as a is
     mean       // mean axes
   } kind = body;
-  int a = -1, b = -1;    // frames of the model
-  Pose rest_a, rest_b;   // of the undeformed body, in its own frame
-  Mat6X mean_motion;     // kind mean, one part: translation and rotation of the mean axes per elastic coordinate
+  int a = -1, b = -1;   // frames of the model
+  Pose rest_a, rest_b;  // of the undeformed body, in its own frame
+  Mat6X mean_motion;    // kind mean, one part: translation and rotation of the mean axes per elastic coordinate
 };
 
-// Of a body of the scene; frames that it needs are added to the model. Throws InputError: a frame that the body lacks, two frames at one place.
+// Of a body of the scene; frames that it needs are added to the model. Throws InputError: a frame that the body lacks, two frames at one
+// place.
 ShownFrom find_shown_frame(Model& model, const Scene& scene, int body);
 
 // Pose of the shown frame in the frame of the body's first part. Positions in `work` must be up to date; refreshes the frames it needs.
 Pose shown_pose(const Model& model, int body, const ShownFrom& shown, Work& work);
 
-// Translation (m) and rotation (rad) of the shown frame per elastic coordinate, for small deformations, in the body frame; of a body of one part whose
-// nodes move linearly with its coordinates. 6 x n.
+// Translation (m) and rotation (rad) of the shown frame per elastic coordinate, for small deformations, in the body frame; of a body of one
+// part whose nodes move linearly with its coordinates. 6 x n.
 Mat6X shown_columns(const Model& model, int body, const ShownFrom& shown);
 
 }  // namespace flexframe::sim

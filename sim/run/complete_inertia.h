@@ -35,7 +35,8 @@ auto with_complete_inertia(const Scene& scene, Run&& once) {
         auto* beam = std::get_if<BeamDef>(&body.kind);
         if (!beam || beam->complete_inertia) return;
         beam->complete_inertia = more = true;
-        notes.tell(fmt::format("body '{}'", body.name), "is deformed beyond what a kinetic energy of second order describes: computed with the complete one of its axis");
+        notes.tell(fmt::format("body '{}'", body.name),
+                   "is deformed beyond what a kinetic energy of second order describes: computed with the complete one of its axis");
       };
       complete(changed->bodies[static_cast<size_t>(indefinite)]);
       if (!more)

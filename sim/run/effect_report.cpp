@@ -15,7 +15,6 @@
 namespace flexframe::sim {
 namespace {
 
-
 void drop(std::vector<std::string>& list, const std::string& name) { list.erase(std::remove(list.begin(), list.end(), name), list.end()); }
 
 void switch_beam(BeamDef& beam, const std::vector<EffectState>& states, const std::string& owner, const std::string& effect, bool on) {
@@ -27,7 +26,8 @@ void switch_beam(BeamDef& beam, const std::vector<EffectState>& states, const st
   }
   std::vector<std::string> names;
   for (const EffectState& s : states)
-    if (s.owner == owner && s.on && s.effect != effect && std::find(beam_effect_names().begin(), beam_effect_names().end(), s.effect) != beam_effect_names().end())
+    if (s.owner == owner && s.on && s.effect != effect &&
+        std::find(beam_effect_names().begin(), beam_effect_names().end(), s.effect) != beam_effect_names().end())
       names.push_back(s.effect);
   if (on) names.push_back(effect);
   choice.automatic = false;
@@ -52,7 +52,8 @@ VecX common_ranges(const Histories& a, const Histories& b) { return output_range
 
 }  // namespace
 
-Scene with_effect(const Scene& scene, const std::vector<EffectState>& states, const std::string& owner, const std::string& effect, bool on) {
+Scene with_effect(const Scene& scene, const std::vector<EffectState>& states, const std::string& owner, const std::string& effect,
+                  bool on) {
   Scene out = scene;
   if (owner == whole_scene && effect == "gravity") {
     if (!on) out.simulation.gravity.setZero();
@@ -103,7 +104,8 @@ EffectReport report_effects(const Scene& as_given, const EffectOptions& options)
   const Scene scene = with_called_effects(as_given, {}, unasked_accuracy);
   const System system = make_system(scene);
   EffectReport out;
-  const double scene_tolerance = scene.simulation.tolerance.value_or(scene.simulation.accuracy ? 0.1 * *scene.simulation.accuracy : default_tolerance);
+  const double scene_tolerance =
+      scene.simulation.tolerance.value_or(scene.simulation.accuracy ? 0.1 * *scene.simulation.accuracy : default_tolerance);
   SimulateOptions pair;
   pair.tolerance = options.tolerance > 0.0 ? options.tolerance : std::min(10.0 * scene_tolerance, 1e-2);
   pair.samples = 400;
@@ -164,7 +166,8 @@ EffectReport report_effects(const Scene& as_given, const EffectOptions& options)
   return out;
 }
 
-NeglectCheck check_neglected(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const NeglectOptions& options) {
+NeglectCheck check_neglected(const Scene& scene, const std::vector<EffectState>& states, const Histories& base,
+                             const NeglectOptions& options) {
   NeglectCheck out;
   SimulateOptions pair;
   pair.tolerance = options.tolerance;
@@ -224,8 +227,8 @@ NeglectCheck check_neglected(const Scene& scene, const std::vector<EffectState>&
   return out;
 }
 
-void report_neglected(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const NeglectOptions& options, double asked,
-                      SolverStatistics& out) {
+void report_neglected(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const NeglectOptions& options,
+                      double asked, SolverStatistics& out) {
   NeglectOptions confirmed = options;
   confirmed.confirm_above = asked;
   const NeglectCheck check = check_neglected(scene, states, base, confirmed);
@@ -234,12 +237,14 @@ void report_neglected(const Scene& scene, const std::vector<EffectState>& states
       out.notes.warn("", neglect_text(scene, n));
       continue;
     }
-    const std::string worth = n.resolved ? fmt::format("{:.1g} of the range of {}", n.share, n.column)
-                                         : fmt::format("its influence is below the {:.1g} that this check resolves", std::max(n.share, options.floor));
+    const std::string worth =
+        n.resolved ? fmt::format("{:.1g} of the range of {}", n.share, n.column)
+                   : fmt::format("its influence is below the {:.1g} that this check resolves", std::max(n.share, options.floor));
     out.notes.tell("", fmt::format("{} of {} left out: {}", n.effect, fmt::join(n.owners, ", "), worth));
   }
   for (const std::string& what : check.untried)
-    out.notes.tell("", fmt::format("{} left out and not checked: that would cost more than half of the run; flexframe effects measures it", what));
+    out.notes.tell(
+        "", fmt::format("{} left out and not checked: that would cost more than half of the run; flexframe effects measures it", what));
 }
 
 void report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found, double asked, SolverStatistics& out) {
@@ -254,8 +259,9 @@ void report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found,
       out.notes.warn("", neglect_text(scene, {f.effect, f.owners, f.share, f.column, true, f.possible}));
       continue;
     }
-    out.notes.tell("", fmt::format("{} of {} left out: {}", f.effect, fmt::join(f.owners, ", "),
-                                    f.share > 0.0 ? fmt::format("{:.1g} of the range of {}", f.share, f.column) : "worth nothing to the outputs"));
+    out.notes.tell(
+        "", fmt::format("{} of {} left out: {}", f.effect, fmt::join(f.owners, ", "),
+                        f.share > 0.0 ? fmt::format("{:.1g} of the range of {}", f.share, f.column) : "worth nothing to the outputs"));
   }
 }
 
@@ -272,7 +278,9 @@ bool call_for(const std::vector<LeftOutWorth>& found, double asked, Scene& scene
         auto* beam = std::get_if<BeamDef>(&body.kind);
         if (body.name != owner || !beam) continue;
         EffectChoice& choice = beam->effects;
-        const auto listed = [&](const std::vector<std::string>& names) { return std::find(names.begin(), names.end(), f->effect) != names.end(); };
+        const auto listed = [&](const std::vector<std::string>& names) {
+          return std::find(names.begin(), names.end(), f->effect) != names.end();
+        };
         const bool modes_decide = beam->model == BeamModel::modal && !beam->modes.empty() && f->effect != "shear";
         if (!choice.automatic || listed(choice.without) || listed(choice.names) || modes_decide) continue;
         choice.names.push_back(f->effect);
@@ -281,7 +289,8 @@ bool call_for(const std::vector<LeftOutWorth>& found, double asked, Scene& scene
       }
     if (taken.empty()) continue;
     more = true;
-    notes.tell("", fmt::format("{} of {} counted in: a run without it showed that it is worth about {:.2g} of the range of {}", f->effect, fmt::join(taken, ", "), f->share, f->column));
+    notes.tell("", fmt::format("{} of {} counted in: a run without it showed that it is worth about {:.2g} of the range of {}", f->effect,
+                               fmt::join(taken, ", "), f->share, f->column));
   }
   return more;
 }
@@ -296,7 +305,8 @@ std::string remedy_of(const Scene& scene, const Neglected& n) {
   const auto* beam = body ? std::get_if<BeamDef>(&body->kind) : nullptr;
   const auto* modal = body ? std::get_if<ModalDef>(&body->kind) : nullptr;
   const EffectChoice* choice = beam ? &beam->effects : modal ? &modal->effects : nullptr;
-  if (choice && std::find(choice->without.begin(), choice->without.end(), n.effect) != choice->without.end()) return fmt::format("take \"{}\" out of 'without'", n.effect);
+  if (choice && std::find(choice->without.begin(), choice->without.end(), n.effect) != choice->without.end())
+    return fmt::format("take \"{}\" out of 'without'", n.effect);
   if (!beam) return fmt::format("add \"{}\" to 'effects'", n.effect);
   std::string list = choice->automatic ? "\"auto\", " : "";
   if (!choice->automatic)
@@ -304,8 +314,10 @@ std::string remedy_of(const Scene& scene, const Neglected& n) {
   const std::string words = fmt::format("effects = [{}\"{}\"]", list, n.effect);
   const bool shear = n.effect == "shear";
   if (shear && beam->model != BeamModel::lumped && (beam->section.shear_y <= 0.0 || beam->section.shear_z <= 0.0))
-    return fmt::format("give the section shear_y and shear_z{}, and add \"shear\" to 'effects': {}", beam->modes.empty() ? "" : ", take model = \"finite-element\" without 'modes'", words);
-  if (beam->model == BeamModel::lumped && !n.possible) return fmt::format("a lumped beam cannot have it: take model = \"finite-element\" and {}", words);
+    return fmt::format("give the section shear_y and shear_z{}, and add \"shear\" to 'effects': {}",
+                       beam->modes.empty() ? "" : ", take model = \"finite-element\" without 'modes'", words);
+  if (beam->model == BeamModel::lumped && !n.possible)
+    return fmt::format("a lumped beam cannot have it: take model = \"finite-element\" and {}", words);
   if (beam->model == BeamModel::modal && (shear || !beam->modes.empty()) && n.effect != "stiffening")
     return fmt::format("take model = \"finite-element\"{} and {}", beam->modes.empty() ? "" : " without 'modes'", words);
   if (!beam->modes.empty() && shear) return fmt::format("take 'elements' in place of 'modes' and {}", words);
@@ -317,7 +329,8 @@ std::string remedy_of(const Scene& scene, const Neglected& n) {
 std::string neglect_text(const Scene& scene, const Neglected& n) {
   std::vector<std::string> quoted;
   for (const std::string& owner : n.owners) quoted.push_back("'" + owner + "'");
-  return fmt::format("{} of {} is left out and worth {:.2g} of the range of {}: {}", n.effect, fmt::join(quoted, ", "), n.share, n.column, remedy_of(scene, n));
+  return fmt::format("{} of {} is left out and worth {:.2g} of the range of {}: {}", n.effect, fmt::join(quoted, ", "), n.share, n.column,
+                     remedy_of(scene, n));
 }
 
 }  // namespace flexframe::sim

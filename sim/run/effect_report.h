@@ -1,8 +1,8 @@
 // What every effect of a scene is worth: its share of the outputs, its coordinates and its price, found by running the scene with and
 // without it.
 //
-// A share is the largest difference of an output between the two runs, relative to the output's range (histories.h): phases count. Pairs of runs
-// are thinned and loose; what they cannot tell from their own error of time integration is reported as below `floor`.
+// A share is the largest difference of an output between the two runs, relative to the output's range (histories.h): phases count. Pairs of
+// runs are thinned and loose; what they cannot tell from their own error of time integration is reported as below `floor`.
 #pragma once
 
 #include "sim/model/effects.h"
@@ -26,25 +26,25 @@ std::vector<EffectState> effect_states(const Scene& scene, const Model& model);
 
 struct EffectRow {
   EffectState state;
-  bool measured = false;     // a pair of runs was made
-  double share = 0.0;        // of the output it changes most; 0 where the effect cannot occur
-  std::string column;        // that output
-  VecX shares;               // per column of the report
+  bool measured = false;               // a pair of runs was made
+  double share = 0.0;                  // of the output it changes most; 0 where the effect cannot occur
+  std::string column;                  // that output
+  VecX shares;                         // per column of the report
   double cpu_on = 0.0, cpu_off = 0.0;  // s, of the pair
-  std::string note;          // why there is no number
+  std::string note;                    // why there is no number
 };
 
 struct EffectReport {
   std::vector<std::string> columns;
   std::vector<EffectRow> rows;
-  double tolerance = 0.0;    // of the pairs
-  double floor = 0.0;        // error of their time integration: smaller shares are not to be trusted
-  double cpu = 0.0;          // s, of the scene as it stands
+  double tolerance = 0.0;  // of the pairs
+  double floor = 0.0;      // error of their time integration: smaller shares are not to be trusted
+  double cpu = 0.0;        // s, of the scene as it stands
 };
 
 struct EffectOptions {
-  double tolerance = 0.0;    // of the pairs; 0: ten times the scene's
-  int repeats = 3;           // of every run, interleaved, for the price; runs above half a second are not repeated
+  double tolerance = 0.0;                         // of the pairs; 0: ten times the scene's
+  int repeats = 3;                                // of every run, interleaved, for the price; runs above half a second are not repeated
   std::function<void(double fraction)> progress;  // may throw to stop
 };
 
@@ -57,8 +57,8 @@ struct Neglected {
   std::vector<std::string> owners;
   double share = 0.0;
   std::string column;
-  bool resolved = true;      // false: the share is not above the error of the pair itself
-  bool possible = true;      // false: the bodies' models cannot have it
+  bool resolved = true;  // false: the share is not above the error of the pair itself
+  bool possible = true;  // false: the bodies' models cannot have it
 };
 struct NeglectCheck {
   std::vector<Neglected> found;      // one an effect that was tried
@@ -67,19 +67,20 @@ struct NeglectCheck {
 };
 
 struct NeglectOptions {
-  double tolerance = 1e-4;   // of the pairs
-  double budget = 1e300;     // CPU s; the next pair is not begun when it would pass it
-  double floor = 0.0;        // error of time integration at that tolerance
+  double tolerance = 1e-4;  // of the pairs
+  double budget = 1e300;    // CPU s; the next pair is not begun when it would pass it
+  double floor = 0.0;       // error of time integration at that tolerance
   std::optional<Method> method;
-  // A share above `confirm_above` is measured again at the run's own tolerance, against the run: pairs at a loose tolerance step over vibrations
-  // in different ways, which can look like an effect.
+  // A share above `confirm_above` is measured again at the run's own tolerance, against the run: pairs at a loose tolerance step over
+  // vibrations in different ways, which can look like an effect.
   const Histories* run = nullptr;
   double run_tolerance = 0.0, run_error = 0.0, confirm_above = 1e300;
-  bool deformations = false; // also deformations, which run_scene judges along the motion itself (left_out.h)
+  bool deformations = false;  // also deformations, which run_scene judges along the motion itself (left_out.h)
 };
 
 // base: histories of the scene itself at options.tolerance.
-NeglectCheck check_neglected(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const NeglectOptions& options);
+NeglectCheck check_neglected(const Scene& scene, const std::vector<EffectState>& states, const Histories& base,
+                             const NeglectOptions& options);
 
 // Price of the check against that of the run: a pair at ten times the tolerance takes about half of a run.
 inline constexpr double check_price = 0.6;
@@ -87,15 +88,17 @@ inline constexpr double check_price = 0.6;
 inline constexpr double least_check = 0.1;
 
 // Checks and says what was found: warnings for what is worth more than `asked`, notes for the rest.
-void report_neglected(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const NeglectOptions& options, double asked,
-                      SolverStatistics& out);
+void report_neglected(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const NeglectOptions& options,
+                      double asked, SolverStatistics& out);
 
 struct LeftOutWorth;  // left_out.h
 
-// What is worth more than `asked` as warnings, the rest as notes; where the program decides the effects, half of it, as a worth is told to a factor of two.
+// What is worth more than `asked` as warnings, the rest as notes; where the program decides the effects, half of it, as a worth is told to
+// a factor of two.
 void report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found, double asked, SolverStatistics& out);
 
-// Adds what beams with automatic effects need of what they went without: the scene is to be simulated anew. A note says what and why. False if nothing.
+// Adds what beams with automatic effects need of what they went without: the scene is to be simulated anew. A note says what and why. False
+// if nothing.
 bool call_for(const std::vector<LeftOutWorth>& found, double asked, Scene& scene, Notes& notes);
 
 // "stiffening of 'rod' was left out and is worth 12 % of tip.y: add \"stiffening\" to its effects"

@@ -25,7 +25,8 @@ bool counts_turns(const Model& model, const Scene& scene, const OutputDef& outpu
 
 // Every k-th time and the last, so that about `wanted` remain. Angles that are counted through turns need all times.
 std::vector<double> thinned(const std::vector<double>& times, const Model& model, const Scene& scene, int wanted) {
-  const bool turns = std::any_of(scene.outputs.begin(), scene.outputs.end(), [&](const OutputDef& o) { return counts_turns(model, scene, o); });
+  const bool turns =
+      std::any_of(scene.outputs.begin(), scene.outputs.end(), [&](const OutputDef& o) { return counts_turns(model, scene, o); });
   const size_t stride = wanted > 0 && !turns ? std::max<size_t>(1, times.size() / static_cast<size_t>(wanted)) : 1;
   std::vector<double> out;
   for (size_t i = 0; i < times.size(); i += stride) out.push_back(times[i]);
@@ -53,8 +54,10 @@ Histories simulate_histories(const Scene& scene, const SimulateOptions& options)
       system.weights.shares = shares;
       const std::vector<double> times = thinned(sample_times(s.simulation), system.model, s, options.samples);
       HistoryRecorder recorder(system, times);
-      const SolverStatistics statistics = integrate(system, options.method.value_or(s.simulation.method), times, {options.progress, options.max_steps.value_or(default_max_steps), options.tell},
-                                                    [&](System& at, double t, const VecX& y) { recorder.record(at, t, y); }, indefinite);
+      const SolverStatistics statistics = integrate(
+          system, options.method.value_or(s.simulation.method), times,
+          {options.progress, options.max_steps.value_or(default_max_steps), options.tell},
+          [&](System& at, double t, const VecX& y) { recorder.record(at, t, y); }, indefinite);
       wanted = system.weights.narrowed(system);
       Histories out = recorder.finish();
       out.statistics = statistics;

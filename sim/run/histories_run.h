@@ -14,19 +14,20 @@ namespace flexframe::sim {
 inline constexpr double default_max_steps = 5e6;
 
 struct SimulateOptions {
-  std::optional<double> tolerance;   // overrides the scene's
-  std::optional<double> accuracy;    // overrides the scene's, and its tolerance: accuracy.h
+  std::optional<double> tolerance;  // overrides the scene's
+  std::optional<double> accuracy;   // overrides the scene's, and its tolerance: accuracy.h
   std::optional<Method> method;
-  bool estimate_error = true;        // runs the scene once more ten times looser and compares (less than half the run's cost)
-  // Compares with what was left out, effect by effect, as far as about half the run's cost allows; what is worth more than the asked accuracy
-  // (a hundredth where none is asked) becomes a warning. Needs estimate_error.
+  bool estimate_error = true;  // runs the scene once more ten times looser and compares (less than half the run's cost)
+  // Compares with what was left out, effect by effect, as far as about half the run's cost allows; what is worth more than the asked
+  // accuracy (a hundredth where none is asked) becomes a warning. Needs estimate_error.
   bool check_effects = true;
-  int samples = 0;                   // simulate_histories: thin the output times to about this many; 0: all of them
+  int samples = 0;                    // simulate_histories: thin the output times to about this many; 0: all of them
   std::vector<double> weight_shares;  // of the trees, where they are known from another run of the scene (ErrorWeights); empty: found
   // Called now and then with the simulated time (s); may throw to stop.
   std::function<void(double time)> progress;
   std::function<void(const std::string& words)> tell;  // once, where the run will take long: what it spends its steps on
-  std::optional<double> max_steps;   // a run that would take more steps ends with a sentence that says why; default_max_steps where it is not given
+  std::optional<double>
+      max_steps;  // a run that would take more steps ends with a sentence that says why; default_max_steps where it is not given
 };
 
 // All output times of a run, s: every 1 / output_rate and the end.

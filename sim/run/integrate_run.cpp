@@ -35,17 +35,20 @@ std::vector<double> segment_ends(const Model& model) {
 
 // What "auto" took for a long run is looked at again after that many steps. At a tight tolerance the third order of the Runge-Kutta method
 // makes its steps short: where they pass no more than a few radians of the fastest vibration, Adams follows it for at most twice the
-// evaluations, and drifts a hundredth as far (elastic pendulum at 1e-8: 3 million evaluations for 1.6, its energy 1e-8 off instead of 2e-6).
+// evaluations, and drifts a hundredth as far (elastic pendulum at 1e-8: 3 million evaluations for 1.6, its energy 1e-8 off instead of
+// 2e-6).
 constexpr long trial_steps = 500;
 constexpr double tight = 1.0001e-8, followed_radians = 10.0;
 
-// A method that turns out wrong: with so many steps to go others are tried for `trial_length` steps, and one that goes so many times as far an evaluation is taken.
+// A method that turns out wrong: with so many steps to go others are tried for `trial_length` steps, and one that goes so many times as far
+// an evaluation is taken.
 constexpr double long_run = 20000, worth_changing = 5.0;
 constexpr int trial_length = 60;
 // With so many steps to go the user is told what they are spent on.
 constexpr double worth_telling = 2e5;
 
-// What most likely makes the steps small at the present state, half a sentence; `complaint`: of the last evaluation that failed, if one did.
+// What most likely makes the steps small at the present state, half a sentence; `complaint`: of the last evaluation that failed, if one
+// did.
 std::string likely_cause(System system, double t, const VecX& y, const std::string& complaint) {
   if (!complaint.empty()) return complaint;
   // In space, whatever evaluated it so far.
@@ -59,20 +62,27 @@ std::string likely_cause(System system, double t, const VecX& y, const std::stri
   for (const FrictionPoint& p : system.friction.points)
     if (p.law.reaction && p.phase != FrictionPhase::stick && (!worst || p.normal > worst->normal)) worst = &p;
   if (worst)
-    return fmt::format("joint '{}' locks itself: its friction and its reaction ({:.3g} N) raise each other; lower the coefficient, or give normal_force as a number or friction a velocity scale "
-                       "(regularised)", system.model.parts[worst->part].joint.name, worst->normal);
+    return fmt::format(
+        "joint '{}' locks itself: its friction and its reaction ({:.3g} N) raise each other; lower the coefficient, or give normal_force "
+        "as a number or friction a velocity scale "
+        "(regularised)",
+        system.model.parts[worst->part].joint.name, worst->normal);
   for (size_t c = 0; c < system.model.clusters.size(); ++c) {
     const Cluster& cluster = system.model.clusters[c];
     const ClusterWork& cw = system.work.clusters[c];
     if (cluster.loops.empty()) continue;
-    const auto speed = [&](int rate) { return std::abs(system.work.w[cluster.v0 + rate]) * rate_scale(system.model, static_cast<int>(c), rate); };
+    const auto speed = [&](int rate) {
+      return std::abs(system.work.w[cluster.v0 + rate]) * rate_scale(system.model, static_cast<int>(c), rate);
+    };
     double driving = 0.0, driven = 0.0;
     for (int k : cw.partition.ind) driving = std::max(driving, speed(k));
     for (int k : cw.partition.dep) driven = std::max(driven, speed(k));
     for (int i : cluster.parts)
-      if (const int motion = system.model.parts[i].joint.motion; motion >= 0) driving = std::max(driving, std::abs(system.work.motion[motion].rate) * cluster.size);
+      if (const int motion = system.model.parts[i].joint.motion; motion >= 0)
+        driving = std::max(driving, std::abs(system.work.motion[motion].rate) * cluster.size);
     if (driven > 100.0 * driving)
-      return fmt::format("the mechanism is at the end of its reach, where the rates in the loop of joint '{}' grow without bound", system.model.loops[system.model.clusters[c].loops.front()].name);
+      return fmt::format("the mechanism is at the end of its reach, where the rates in the loop of joint '{}' grow without bound",
+                         system.model.loops[system.model.clusters[c].loops.front()].name);
   }
   // A rate whose inertia, with the others free, has almost gone.
   for (size_t c = 0; c < system.model.clusters.size(); ++c) {
@@ -80,16 +90,23 @@ std::string likely_cause(System system, double t, const VecX& y, const std::stri
     const auto& L = cw.llt.matrixLLT();
     for (size_t k = 0; k < cw.partition.ind.size() && L.rows() == cw.D.rows(); ++k) {
       const Eigen::Index i = static_cast<Eigen::Index>(k);
-      if (i >= L.rows() || L(i, i) * L(i, i) > 1e-6 * std::max(cw.D(i, i), system.model.mass * std::pow(rate_scale(system.model, static_cast<int>(c), cw.partition.ind[k]), 2))) continue;
+      if (i >= L.rows() ||
+          L(i, i) * L(i, i) >
+              1e-6 *
+                  std::max(cw.D(i, i), system.model.mass * std::pow(rate_scale(system.model, static_cast<int>(c), cw.partition.ind[k]), 2)))
+        continue;
       for (const Part& p : system.model.parts)
         if (const int v = system.model.clusters[c].v0 + cw.partition.ind[k]; v >= p.v0 && v < p.v0 + p.joint.nv)
-          return fmt::format("joint '{}' comes to a position in which hardly any mass moves with it: give the bodies it carries mass or inertia", p.joint.name);
+          return fmt::format(
+              "joint '{}' comes to a position in which hardly any mass moves with it: give the bodies it carries mass or inertia",
+              p.joint.name);
     }
   }
   return "an acceleration grows without bound";
 }
 
-// The part of whose inertia deformation has taken most, if all but a thousandth along some coordinate (the steps then become too small): -1 if none.
+// The part of whose inertia deformation has taken most, if all but a thousandth along some coordinate (the steps then become too small): -1
+// if none.
 int lost_inertia(const System& system) {
   int lost = -1;
   double least = 1e-3;
@@ -112,12 +129,18 @@ int lost_inertia(const System& system) {
 // Half a sentence about what finds no phase that holds.
 std::string unsettled_phases(const System& system, const std::vector<int>& directions) {
   std::string names;
-  const auto add = [&](int part) { names += fmt::format("{}'{}'", names.empty() ? "" : ", ", system.model.parts[static_cast<size_t>(part)].joint.name); };
+  const auto add = [&](int part) {
+    names += fmt::format("{}'{}'", names.empty() ? "" : ", ", system.model.parts[static_cast<size_t>(part)].joint.name);
+  };
   for (size_t k = 0; k < system.friction.points.size(); ++k)
     if (directions[k] < 0) add(system.friction.points[k].part);
   for (size_t k = 0; k < system.stops.size(); ++k)
-    if (directions[system.friction.points.size() + 2 * k] < 0 || directions[system.friction.points.size() + 2 * k + 1] < 0) add(system.stops[k]);
-  return fmt::format("friction or stop of joint {} changes between its phases without end, no force fits; give friction a velocity scale (regularised), or the stop damping", names);
+    if (directions[system.friction.points.size() + 2 * k] < 0 || directions[system.friction.points.size() + 2 * k + 1] < 0)
+      add(system.stops[k]);
+  return fmt::format(
+      "friction or stop of joint {} changes between its phases without end, no force fits; give friction a velocity scale (regularised), "
+      "or the stop damping",
+      names);
 }
 
 }  // namespace
@@ -140,7 +163,8 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
   use(method, pack_state(system, Eigen::Vector2d::Zero()));
   if (method == Method::exponential && (has_events(system) || !system.model.massless.rates.empty()))
     throw InputError(fmt::format("method \"exponential\" follows smooth motion only: {}; take method = \"auto\" or \"erk\"",
-                                 has_events(system) ? "dry friction, stops and contacts need their events located" : "what has no mass is balanced in every evaluation"));
+                                 has_events(system) ? "dry friction, stops and contacts need their events located"
+                                                    : "what has no mass is balanced in every evaluation"));
 
   OdeProblem problem;
   // What work was last brought to, for as long as nothing else has moved it.
@@ -157,7 +181,9 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
     at_work.dy = Eigen::Map<const VecX>(dy, problem.size);
     at_work.valid = true;
   };
-  const auto work_is_at = [&](const double* y) { return at_work.valid && at_work.y.size() == problem.size && std::equal(y, y + problem.size, at_work.y.data()); };
+  const auto work_is_at = [&](const double* y) {
+    return at_work.valid && at_work.y.size() == problem.size && std::equal(y, y + problem.size, at_work.y.data());
+  };
   problem.jacobian = [&](double t, const double* y, bool fresh, MechanicalJacobian& into) {
     const bool here = work_is_at(y);
     at_work.valid = false;
@@ -202,7 +228,8 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
     retire();
     problem.size = static_cast<int>(y.size());
     problem.cheap_jacobian = matrix_is_cheap(system);
-    problem.sharp_jacobian = std::any_of(system.friction.points.begin(), system.friction.points.end(), [](const FrictionPoint& p) { return p.phase == FrictionPhase::slip; });
+    problem.sharp_jacobian = std::any_of(system.friction.points.begin(), system.friction.points.end(),
+                                         [](const FrictionPoint& p) { return p.phase == FrictionPhase::slip; });
     integrator = std::make_unique<Integrator>(problem, method, t, y);
     watch.begin(system, t, y);
     begun = t;
@@ -250,8 +277,7 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
         trial.step(end);
       }
       pace = (trial.time() - from_time) / static_cast<double>(std::max(1L, system.evaluations - from_evaluations));
-    } catch (const SimulationError&) {
-    }
+    } catch (const SimulationError&) {}
     at_work.valid = false;
     method = kept;
     out.method = method_name(method);
@@ -276,13 +302,16 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
     const bool long_enough = steps >= 50000 || cpu_seconds() - start >= 5.0;
     if (static_cast<double>(steps) < most && !(long_enough && review.hopeless(most))) return;
     const double step = review.step() > 0.0 ? review.step() : now / static_cast<double>(std::max(1L, steps));
-    throw SimulationError(fmt::format("the run was ended at t = {:.6g} s of {:.6g} s after {} steps: at this pace it takes {:.1e} of them, more than the {:.6g} that it may. Steps of {:.1e} s: {}. "
-                                      "Simulate a shorter time, leave out or damp what is so fast, ask for less accuracy, or raise --max-steps",
-                                      now, duration, steps, static_cast<double>(steps) + (duration - now) / step, most, step, what_takes_steps(system, now, y, step)));
+    throw SimulationError(fmt::format(
+        "the run was ended at t = {:.6g} s of {:.6g} s after {} steps: at this pace it takes {:.1e} of them, more than the {:.6g} that it "
+        "may. Steps of {:.1e} s: {}. "
+        "Simulate a shorter time, leave out or damp what is so fast, ask for less accuracy, or raise --max-steps",
+        now, duration, steps, static_cast<double>(steps) + (duration - now) / step, most, step, what_takes_steps(system, now, y, step)));
   };
   bool told = false;
   system.friction.tolerance = system.tolerance;
-  const bool slips = std::any_of(system.friction.points.begin(), system.friction.points.end(), [](const FrictionPoint& p) { return p.phase == FrictionPhase::slip; });
+  const bool slips = std::any_of(system.friction.points.begin(), system.friction.points.end(),
+                                 [](const FrictionPoint& p) { return p.phase == FrictionPhase::slip; });
   double trial_start = 0.0, last_event = 0.0;
   int at_once = 0;
   while (next < times.size() && times[next] <= 0.0) {
@@ -332,7 +361,9 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
       const bool event = watch.look(system, *integrator, now, y);
       // An integrator may take steps below the digits of the time without complaint, and for ever.
       standing = now - integrator->previous_time() > 1e-15 * now ? 0 : standing + 1;
-      if (standing > 1000) throw SimulationError(fmt::format("the integration stopped at t = {:.9g} s: the steps became too small; {}", now, likely_cause(system, now, y, integrator->last_complaint())));
+      if (standing > 1000)
+        throw SimulationError(fmt::format("the integration stopped at t = {:.9g} s: the steps became too small; {}", now,
+                                          likely_cause(system, now, y, integrator->last_complaint())));
       // Loops are looked at at every sample, and at the end of steps that pass none.
       const auto check_loops = [&]() {
         for (size_t c = 0; c < system.model.clusters.size(); ++c) require_closed(system.model, static_cast<int>(c), system.work);
@@ -354,9 +385,10 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
       }
       system.weights.update(system, y);
       if (event) {
-        // Between the ends of a Runge-Kutta step the interpolant is of lower order than the step: once more, to the event and no further (slider-crank with
-        // 16 reversals at 1e-7 by erk: 2e-5 instead of 2e-4). Right at the step's beginning nothing is lost.
-        if ((method == Method::erk || method == Method::dirk) && now - watch.start_time() > 1e-6 * (integrator->time() - watch.start_time())) {
+        // Between the ends of a Runge-Kutta step the interpolant is of lower order than the step: once more, to the event and no further
+        // (slider-crank with 16 reversals at 1e-7 by erk: 2e-5 instead of 2e-4). Right at the step's beginning nothing is lost.
+        if ((method == Method::erk || method == Method::dirk) &&
+            now - watch.start_time() > 1e-6 * (integrator->time() - watch.start_time())) {
           Integrator again(problem, method, watch.start_time(), watch.start_state());
           while (again.time() < now) again.step(now);
           y = again.state();
@@ -364,7 +396,9 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
         // Phases that follow one another without any time in between, and for ever.
         at_once = now - last_event > 1e-13 * now ? 0 : at_once + 1;
         last_event = now;
-        if (at_once > 200) throw SimulationError(fmt::format("the integration stopped at t = {:.9g} s: {}", now, unsettled_phases(system, watch.directions())));
+        if (at_once > 200)
+          throw SimulationError(
+              fmt::format("the integration stopped at t = {:.9g} s: {}", now, unsettled_phases(system, watch.directions())));
         const std::vector<Partition> before = partitions();
         pass_events(system, now, y, watch.directions(), changes);
         y = repack_state(system, y, before);
@@ -379,7 +413,8 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
         keep_to_budget(now);
         if (automatic && review.steps_to_go() > long_run) {
           if (const Method better = better_method(now, end); better != method) {
-            system.notes.tell("", fmt::format("method changed from {} to {} at t = {:.3g} s: {}", method_name(method), method_name(better), now, what_takes_steps(system, now, y, review.step())));
+            system.notes.tell("", fmt::format("method changed from {} to {} at t = {:.3g} s: {}", method_name(method), method_name(better),
+                                              now, what_takes_steps(system, now, y, review.step())));
             on_trial = false;
             use(better, y);
             begin(now);
@@ -388,7 +423,8 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
         }
         if (review.steps_to_go() > worth_telling && told_to.tell && !told) {
           told = true;
-          told_to.tell(fmt::format("about {:.1e} steps of {:.1e} s to go: {}", review.steps_to_go(), review.step(), what_takes_steps(system, now, y, review.step())));
+          told_to.tell(fmt::format("about {:.1e} steps of {:.1e} s to go: {}", review.steps_to_go(), review.step(),
+                                   what_takes_steps(system, now, y, review.step())));
         }
       } else if (static_cast<double>(steps) >= told_to.most_steps) {
         keep_to_budget(now);

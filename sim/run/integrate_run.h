@@ -12,14 +12,14 @@ namespace flexframe::sim {
 
 // Who is told of a run while it goes on; either may be empty.
 struct RunWatch {
-  std::function<void(double time)> progress;            // now and then the simulated time, s; may throw to stop
-  double most_steps = 1e300;                            // a run that would take more ends with a sentence that says why
-  std::function<void(const std::string& words)> tell;   // a sentence, where the run will take long: what it spends its steps on
+  std::function<void(double time)> progress;           // now and then the simulated time, s; may throw to stop
+  double most_steps = 1e300;                           // a run that would take more ends with a sentence that says why
+  std::function<void(const std::string& words)> tell;  // a sentence, where the run will take long: what it spends its steps on
 };
 
-// Integrates a system from its assembled start; calls sample at each of the times, in order. Where it fails, `indefinite` is the scene's body
-// whose kinetic energy was found not to be positive, if one was. Throws SimulationError with time and cause where the integration cannot go on, and where it would
-// take more than watch.most_steps steps: as soon as that is certain.
+// Integrates a system from its assembled start; calls sample at each of the times, in order. Where it fails, `indefinite` is the scene's
+// body whose kinetic energy was found not to be positive, if one was. Throws SimulationError with time and cause where the integration
+// cannot go on, and where it would take more than watch.most_steps steps: as soon as that is certain.
 SolverStatistics integrate(System& system, Method method, const std::vector<double>& times, const RunWatch& watch,
                            const std::function<void(System&, double, const VecX&)>& sample, int& indefinite);
 

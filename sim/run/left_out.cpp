@@ -1,10 +1,10 @@
 #include "sim/run/left_out.h"
 
-#include "sim/model/bodies.h"
 #include "sim/dynamics/dynamics.h"
-#include "sim/results/histories.h"
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/massless.h"
+#include "sim/model/bodies.h"
+#include "sim/results/histories.h"
 
 #include <fmt/format.h>
 
@@ -25,8 +25,8 @@ constexpr double usual_shear_factor = 5.0 / 6.0;
 
 const BeamDef& beam_of(const Scene& scene, int body) { return std::get<BeamDef>(scene.bodies[static_cast<size_t>(body)].kind); }
 
-// Strains [e gy gz kx ky kz] that the section forces [N Vy Vz T My Mz] make and a beam without the effect lacks; a bending direction that the
-// beam has too is coupled to the other by Iyz.
+// Strains [e gy gz kx ky kz] that the section forces [N Vy Vz T My Mz] make and a beam without the effect lacks; a bending direction that
+// the beam has too is coupled to the other by Iyz.
 Vec6 missing_strain(const BeamDef& beam, std::string_view effect, bool other_bends, const Vec6& F) {
   const Section& s = beam.section;
   const double E = beam.material.youngs_modulus, G = 0.5 * E / (1.0 + beam.material.poisson);
@@ -62,11 +62,20 @@ std::vector<int> makers(std::string_view effect) {
 Quantity place_of(Quantity q, int& order) {
   order = 0;
   switch (q) {
-    case Quantity::velocity: order = 1; return Quantity::position;
-    case Quantity::acceleration: order = 2; return Quantity::position;
-    case Quantity::angular_velocity: order = 1; return Quantity::rotation;
-    case Quantity::rate: order = 1; return Quantity::value;
-    default: return q;
+    case Quantity::velocity:
+      order = 1;
+      return Quantity::position;
+    case Quantity::acceleration:
+      order = 2;
+      return Quantity::position;
+    case Quantity::angular_velocity:
+      order = 1;
+      return Quantity::rotation;
+    case Quantity::rate:
+      order = 1;
+      return Quantity::value;
+    default:
+      return q;
   }
 }
 
@@ -80,7 +89,8 @@ bool on(const std::vector<EffectState>& states, const std::string& owner, std::s
 
 }  // namespace
 
-LeftOut::LeftOut(const System& system, const std::vector<EffectState>& states) : scene_(system.scene), model_(), sections_(Model{}, Scene{}) {
+LeftOut::LeftOut(const System& system, const std::vector<EffectState>& states)
+    : scene_(system.scene), model_(), sections_(Model{}, Scene{}) {
   for (const EffectState& s : states) {
     if (s.on || s.body < 0 || !std::holds_alternative<BeamDef>(scene_.bodies[static_cast<size_t>(s.body)].kind)) continue;
     const bool shear = s.effect == "shear", bends = on(states, s.owner, "bending_xy") || on(states, s.owner, "bending_xz");
@@ -95,7 +105,8 @@ LeftOut::LeftOut(const System& system, const std::vector<EffectState>& states) :
   if (items_.size() > weighed_alone) {
     std::vector<Item> together;
     for (const Item& item : items_) {
-      const auto at = std::find_if(together.begin(), together.end(), [&](const Item& t) { return t.effect == item.effect && t.possible == item.possible; });
+      const auto at = std::find_if(together.begin(), together.end(),
+                                   [&](const Item& t) { return t.effect == item.effect && t.possible == item.possible; });
       if (at == together.end()) together.push_back(item);
       else at->bodies.push_back(item.bodies.front());
     }
@@ -132,7 +143,8 @@ std::vector<size_t> LeftOut::looks(const System& system, const std::vector<doubl
   // Where a load or a motion is largest, and on both sides of its switches.
   for (size_t e = 0; e < system.model.expressions.size(); ++e) {
     const TimeFunction& expression = system.model.expressions[e];
-    const bool motion = std::any_of(system.model.parts.begin(), system.model.parts.end(), [&](const Part& p) { return p.joint.motion == static_cast<int>(e); });
+    const bool motion = std::any_of(system.model.parts.begin(), system.model.parts.end(),
+                                    [&](const Part& p) { return p.joint.motion == static_cast<int>(e); });
     TimeFunction f = expression;
     f.unfreeze();
     double most = -1.0;
@@ -174,7 +186,8 @@ LeftOut::Moved LeftOut::strained(Item& item) const {
     moved.assign(beam.x.size(), Vec6::Zero());
     for (size_t k = 0; k + 1 < beam.x.size(); ++k) {
       const double dx = beam.x[k + 1] - beam.x[k];
-      const Vec6 left = missing_strain(def, item.effect, other_bends, beam.left[k]), right = missing_strain(def, item.effect, other_bends, beam.right[k]);
+      const Vec6 left = missing_strain(def, item.effect, other_bends, beam.left[k]),
+                 right = missing_strain(def, item.effect, other_bends, beam.right[k]);
       const Vec6 mean = 0.5 * dx * (left + right);
       energy += dx / 6.0 * (left.dot(beam.left[k]) + right.dot(beam.right[k]) + 0.5 * (left.dot(beam.right[k]) + right.dot(beam.left[k])));
       const Vec3 arm = beam.place[k + 1] - beam.place[k], turn = beam.axes[k] * mean.tail<3>(), before = moved[k].tail<3>();
@@ -300,11 +313,9 @@ void LeftOut::follow_deformation(const System& system) {
     mass = moved_mass(system, nullptr, {});
     for (size_t i = 0; i < model_.parts.size(); ++i)
       if (const VecX& q = system.work.parts[i].q; q.size() > 0) mass += q.dot(model_.parts[i].body.Me * q);
-  } catch (const SimulationError&) {
-  }
+  } catch (const SimulationError&) {}
   bent_mass_.push_back(mass);
 }
-
 
 void LeftOut::look(System& system, double t, const VecX& y) {
   if (items_.empty()) return;
@@ -403,8 +414,8 @@ double LeftOut::drift(const Item& item, const Results& results, double& deflecti
   // Deformation that follows its loads slowly keeps their phase.
   const double duration = results.times[results.times.size() - 1], passed = 2.0 * std::numbers::pi * cycles;
   if (bent_mass_[top] > 0.0 && passed < 0.4 * std::sqrt(2.0 * strain_[top] / bent_mass_[top]) * duration) return 0.0;
-  // Shear goes with bending; what else is left out slows a vibration down as far as its section forces come from it. A hundred looks at random leave a
-  // tenth at most.
+  // Shear goes with bending; what else is left out slows a vibration down as far as its section forces come from it. A hundred looks at
+  // random leave a tenth at most.
   const double together = item.effect == "shear" ? 1.0 : common_variance(item.pull, bent);
   return together > 0.1 ? together * 0.5 * left_out / stored * passed : 0.0;
 }
@@ -424,7 +435,7 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
   for (const ResultBody& body : results.bodies)
     if (body.displacement.size() > 0) deflected = std::max(deflected, body.displacement.cwiseAbs().maxCoeff());
   const auto vector_of = [&](size_t c) { return run.columns[c].substr(0, run.columns[c].rfind('.')) + "\n" + run.units[c]; };
-  std::map<std::string, double> sizes;    // of a vector
+  std::map<std::string, double> sizes;  // of a vector
   for (size_t c = 0; c < columns_.size(); ++c) {
     double& most = sizes[vector_of(c)];
     most = std::max(most, run.values.row(static_cast<Eigen::Index>(c)).cwiseAbs().maxCoeff());
@@ -458,7 +469,8 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
       most = std::max(most, error[c]);
     }
     for (size_t c = 0; c < columns_.size(); ++c) {
-      const double most = size[vector_of(c)], known = ranges[static_cast<Eigen::Index>(c)], range = std::max({known, most, known == 0.0 && run.units[c] == "m" ? deflected : 0.0});
+      const double most = size[vector_of(c)], known = ranges[static_cast<Eigen::Index>(c)],
+                   range = std::max({known, most, known == 0.0 && run.units[c] == "m" ? deflected : 0.0});
       // What counts as moving: histories.cpp.
       const double floor = run.units[c] == "N m" ? 1e-12 * largest["N"] : run.units[c].starts_with("rad") ? 1e-12 : 0.0;
       if (range <= std::max(1e-6 * std::max(largest[run.units[c]], most), floor)) continue;

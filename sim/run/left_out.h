@@ -1,16 +1,17 @@
 // What the deformations that beams go without are worth, told from the computed motion by the defect of the richer model; no second run.
 //
-// At samples of the run every beam is cut (section_forces.h). The strains that its section forces make and its model lacks, N/EA, T/GJ, V/kGA and
-// M/EI, displace the frames on it; the mechanism is assembled anew with its frames so displaced and its independent coordinates kept, and
-// what the outputs change by is the effect's quasi-static worth s(t). From it follows what the effect does in time:
+// At samples of the run every beam is cut (section_forces.h). The strains that its section forces make and its model lacks, N/EA, T/GJ,
+// V/kGA and M/EI, displace the frames on it; the mechanism is assembled anew with its frames so displaced and its independent coordinates
+// kept, and what the outputs change by is the effect's quasi-static worth s(t). From it follows what the effect does in time:
 //   z'' + omega^2 z = omega^2 s,   omega^2 = 2 U / sum m d^2   (Rayleigh's quotient of that displacement d, U the energy of the strains)
-// from rest, or from z = s where the run starts from equilibrium: what starts or changes at once vibrates about s. Velocities and accelerations
-// take z' and z'', reactions the share by which z passes s of the section forces. Vibrations that the model has are slowed down by the effect: their phase
-// runs off by U / (2 V) of what it has gone through, V the strain energy of the motion. All of it is compared with the ranges of the outputs (histories.h).
+// from rest, or from z = s where the run starts from equilibrium: what starts or changes at once vibrates about s. Velocities and
+// accelerations take z' and z'', reactions the share by which z passes s of the section forces. Vibrations that the model has are slowed
+// down by the effect: their phase runs off by U / (2 V) of what it has gone through, V the strain energy of the motion. All of it is
+// compared with the ranges of the outputs (histories.h).
 #pragma once
 
-#include "sim/results/outputs.h"
 #include "sim/dynamics/section_forces.h"
+#include "sim/results/outputs.h"
 #include "sim/time/system.h"
 
 #include <string>
@@ -22,8 +23,8 @@ namespace flexframe::sim {
 struct LeftOutWorth {
   std::string effect;
   std::vector<std::string> owners;
-  bool possible = true;        // the beam's model can have it
-  double share = 0.0;          // of the output it changes most, relative to its range
+  bool possible = true;  // the beam's model can have it
+  double share = 0.0;    // of the output it changes most, relative to its range
   std::string column;
 };
 
@@ -71,20 +72,22 @@ class LeftOut {
   void follow_deformation(const System& system);
   double drift(const Item& item, const Results& results, double& deflection) const;
   // Largest |z|, |z'|, |z''| of a row of `change`, and of z - s relative to the largest |s|.
-  struct Response { double size = 0.0, rate = 0.0, acceleration = 0.0, over = 0.0; };
+  struct Response {
+    double size = 0.0, rate = 0.0, acceleration = 0.0, over = 0.0;
+  };
   Response response(const Item& item, const std::vector<double>& s, bool from_rest) const;
 
-  Scene scene_;                          // with the outputs that are evaluated: places instead of velocities and accelerations
+  Scene scene_;  // with the outputs that are evaluated: places instead of velocities and accelerations
   Model model_;
   Work work_;
   OutputPlans plans_;
   SectionForces sections_;
-  std::vector<Column> columns_;          // of the run's outputs
+  std::vector<Column> columns_;  // of the run's outputs
   std::vector<Item> items_;
-  std::vector<Pose> offset_, pose_;      // of the frames on beams, as they are
+  std::vector<Pose> offset_, pose_;  // of the frames on beams, as they are
   Reactions reactions_;
-  std::vector<double> switches_;         // of loads and motions, s
-  std::vector<char> sudden_;             // a look: loads switched since the one before
+  std::vector<double> switches_;                    // of loads and motions, s
+  std::vector<char> sudden_;                        // a look: loads switched since the one before
   std::vector<double> times_, strain_, bent_mass_;  // a look: s; strain energy, J; sum m d^2 of the deformation, kg m^2
 };
 

@@ -38,12 +38,14 @@ std::vector<std::vector<Eigen::Index>> nodes_by_piece(const ResultBody& body, in
   for (size_t k = 0; k < body.nodes.size(); ++k)
     for (int i = 0; i < pieces; ++i) {
       const double x = body.nodes[k].origin.x();
-      if (pieces == 1 || (x >= (i - 1e-9) * l && x <= (i + 1 + 1e-9) * l)) out[static_cast<size_t>(i)].push_back(static_cast<Eigen::Index>(k));
+      if (pieces == 1 || (x >= (i - 1e-9) * l && x <= (i + 1 + 1e-9) * l))
+        out[static_cast<size_t>(i)].push_back(static_cast<Eigen::Index>(k));
     }
   return out;
 }
 
-// Radians swung by a history that goes to and fro: half a turn from one end of its range to the other. What moves by less than a millionth stands still.
+// Radians swung by a history that goes to and fro: half a turn from one end of its range to the other. What moves by less than a millionth
+// stands still.
 double radians_swung(const VecX& history) {
   const double range = history.maxCoeff() - history.minCoeff();
   if (!(range > 1e-6 * history.cwiseAbs().maxCoeff())) return 0.0;
@@ -70,13 +72,15 @@ std::vector<LinearLimit> linear_limits(const Scene& scene, const Model& model, c
   for (size_t b = 0; b < results.bodies.size(); ++b) {
     const ResultBody& body = results.bodies[b];
     const auto* beam = std::get_if<BeamDef>(&scene.bodies[b].kind);
-    if ((beam && beam->model == BeamModel::lumped) || model.parts[model.pieces[b].front()].body.n == 0 || body.rotation.cols() == 0) continue;
+    if ((beam && beam->model == BeamModel::lumped) || model.parts[model.pieces[b].front()].body.n == 0 || body.rotation.cols() == 0)
+      continue;
     const int pieces = static_cast<int>(model.pieces[b].size());
     const Growth growth = error_growth(scene, model, static_cast<int>(b));
     LinearLimit limit;
     limit.body = static_cast<int>(b);
     limit.pieces = pieces;
-    // A volume's share in the error of the frequency goes with its share in the deformation, whose energy goes with the square of the turn as well.
+    // A volume's share in the error of the frequency goes with its share in the deformation, whose energy goes with the square of the turn
+    // as well.
     double squares = 0.0, fourths = 0.0;
     const Eigen::Index rows = body.rotation.rows();
     for (const std::vector<Eigen::Index>& nodes : nodes_by_piece(body, pieces)) {
@@ -109,9 +113,11 @@ void warn_of_linear_limits(const Scene& scene, const std::vector<LinearLimit>& l
     const BodyDef& body = scene.bodies[static_cast<size_t>(limit.body)];
     const bool beam = std::holds_alternative<BeamDef>(body.kind);
     into.warn(fmt::format("body '{}'", body.name),
-              fmt::format("bends by up to {:.2g} degrees in its frame (t = {:.4g} s), where a linear body is {}: {}", limit.turn * 180.0 / std::numbers::pi, limit.when,
+              fmt::format("bends by up to {:.2g} degrees in its frame (t = {:.4g} s), where a linear body is {}: {}",
+                          limit.turn * 180.0 / std::numbers::pi, limit.when,
                           error < 0.5 ? fmt::format("off by about {:.2g} % of its deflection", 100.0 * error) : "wrong",
-                          beam ? limit.pieces > 1 ? "take more volumes" : "take model = \"mixed\" with several volumes" : "cut it into several bodies"));
+                          beam ? limit.pieces > 1 ? "take more volumes" : "take model = \"mixed\" with several volumes"
+                               : "cut it into several bodies"));
   }
 }
 

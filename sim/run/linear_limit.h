@@ -1,11 +1,12 @@
 // What a linear elastic body cannot show: deformation whose rotations are not small in its own frame.
 //
-// Two errors grow with the square of the turn of the material in its frame. The deflection under a given load errs by `at_rest`: with a clamped
-// beam under an end load P linear theory turns the tip by P L^2/2 EI and errs by 0.42 of that squared against the elastica (K. E. Bisshopp,
-// D. C. Drucker, Quart. Appl. Math. 3 (1945)); finite elements move on mean axes, from which both ends turn by half as much, and with the second-order
-// displacement field the error is smaller by another six. The frequency errs too, so that what swings loses its phase: by `phase` radians, the relative error
-// of the frequency times the radians swung. Measured with a cantilever that is let go under its weight against a chain of 40 rigid links, at tip
-// turns of 0.19 to 1.26: 0.11 of the mean square of the turn (finite elements of second order), 0.18 (linear ones), 0.22 (one frame clamped to the root).
+// Two errors grow with the square of the turn of the material in its frame. The deflection under a given load errs by `at_rest`: with a
+// clamped beam under an end load P linear theory turns the tip by P L^2/2 EI and errs by 0.42 of that squared against the elastica (K. E.
+// Bisshopp, D. C. Drucker, Quart. Appl. Math. 3 (1945)); finite elements move on mean axes, from which both ends turn by half as much, and
+// with the second-order displacement field the error is smaller by another six. The frequency errs too, so that what swings loses its
+// phase: by `phase` radians, the relative error of the frequency times the radians swung. Measured with a cantilever that is let go under
+// its weight against a chain of 40 rigid links, at tip turns of 0.19 to 1.26: 0.11 of the mean square of the turn (finite elements of
+// second order), 0.18 (linear ones), 0.22 (one frame clamped to the root).
 #pragma once
 
 #include "sim/model/model.h"
@@ -17,18 +18,18 @@
 namespace flexframe::sim {
 
 struct LinearLimit {
-  int body = -1;          // of the scene
-  double turn = 0.0;      // rad, the farthest that the material turned in its frame; of a chain of volumes in the frame of one of them
-  double when = 0.0;      // s, at that time
-  double at_rest = 0.0;   // error of the deflection under a given load, relative
-  double phase = 0.0;     // rad, of the body's vibration at the end of the run
-  int pieces = 1;         // volumes it has
+  int body = -1;         // of the scene
+  double turn = 0.0;     // rad, the farthest that the material turned in its frame; of a chain of volumes in the frame of one of them
+  double when = 0.0;     // s, at that time
+  double at_rest = 0.0;  // error of the deflection under a given load, relative
+  double phase = 0.0;    // rad, of the body's vibration at the end of the run
+  int pieces = 1;        // volumes it has
   // Error of what the body's deflection decides, relative to that.
   double error() const { return at_rest + 0.5 * phase; }
 };
 
-// Of every flexible body but lumped beams, whose pieces are rigid, as it moved in the results. Beams: the turn of the tangent (torsion alone
-// stays right); others: of the nodes.
+// Of every flexible body but lumped beams, whose pieces are rigid, as it moved in the results. Beams: the turn of the tangent (torsion
+// alone stays right); others: of the nodes.
 std::vector<LinearLimit> linear_limits(const Scene& scene, const Model& model, const Results& results);
 
 // A warning for each body whose error is above `tolerated`: how far it turned, when, how wrong that makes it, and what to use instead.

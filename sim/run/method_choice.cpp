@@ -37,10 +37,12 @@ Method choose_method(const System& system, double& fastest_vibration) {
     decays = decays && f.links.time_constant * top > 2.0;
     fastest = std::max(fastest, top * top);
   }
-  if (!system.model.massless.rates.empty() && massless_decay(system.model, system.work) * system.model.settings.duration > 2000.0) return Method::bdf;
-  // Friction that follows the slip's direction turns it at mu N / (m s), without bound where it starts slowly from rest (a pull in a turning direction: 315 000
-  // steps of Adams, 1400 of BDF).
-  if (std::any_of(system.friction.points.begin(), system.friction.points.end(), [](const FrictionPoint& p) { return p.phase == FrictionPhase::slip; }))
+  if (!system.model.massless.rates.empty() && massless_decay(system.model, system.work) * system.model.settings.duration > 2000.0)
+    return Method::bdf;
+  // Friction that follows the slip's direction turns it at mu N / (m s), without bound where it starts slowly from rest (a pull in a
+  // turning direction: 315 000 steps of Adams, 1400 of BDF).
+  if (std::any_of(system.friction.points.begin(), system.friction.points.end(),
+                  [](const FrictionPoint& p) { return p.phase == FrictionPhase::slip; }))
     return fastest > 0.0 && !decays ? Method::dirk : Method::bdf;
   fastest_vibration = std::sqrt(fastest);
   if (fastest_vibration * system.model.settings.duration < 2000.0) return Method::adams;
@@ -52,7 +54,6 @@ bool may_be_followed(const System& system) {
     if (deformation_closes(system.model, system.work, static_cast<int>(c))) return false;
   return true;
 }
-
 
 namespace {
 
@@ -103,7 +104,8 @@ FastestPart find_fastest(System& system, double t, const VecX& y) {
   out.rate = eigen.eigenvalues().cwiseAbs().maxCoeff(&fastest);
   out.decays = true;
   for (Eigen::Index k = 0; k < 2 * n; ++k)
-    if (const std::complex<double> value = eigen.eigenvalues()[k]; std::abs(value) > 0.01 * out.rate) out.decays = out.decays && -value.real() > 0.9 * std::abs(value);
+    if (const std::complex<double> value = eigen.eigenvalues()[k]; std::abs(value) > 0.01 * out.rate)
+      out.decays = out.decays && -value.real() > 0.9 * std::abs(value);
   // The share of a rate in a motion, whatever its unit: its entries in the right and the left eigenvector.
   const Eigen::MatrixXcd left = eigen.left_eigenvectors();
   Eigen::VectorXd share = eigen.eigenvectors().col(fastest).tail(n).cwiseAbs();
@@ -130,7 +132,11 @@ bool MethodReview::due(long steps, long evaluations, double t, double duration) 
 
 bool MethodReview::hopeless(double most) const {
   // A start that takes short steps for a while is over after some thousand of them.
-  const double far = from_steps_ < 8000 ? 1e4 : from_steps_ < 32000 ? 100.0 : from_steps_ < 128000 ? 20.0 : from_steps_ < 512000 ? 5.0 : 2.0;
+  const double far = from_steps_ < 8000     ? 1e4
+                     : from_steps_ < 32000  ? 100.0
+                     : from_steps_ < 128000 ? 20.0
+                     : from_steps_ < 512000 ? 5.0
+                                            : 2.0;
   return to_go_ > far * most;
 }
 
@@ -150,9 +156,11 @@ std::string what_takes_steps(System& system, double t, const VecX& y, double ste
     else if (kind == JointKind::free) rate = system.work.w.segment(p.v0 + 3, 3).norm();
     if (rate > spin) spin = rate, turns = p.joint.name;
   }
-  if (spin * step > 0.01 && spin > 0.3 * fastest.rate) return fmt::format("they follow joint '{}', which turns at {:.3g} rad/s", turns, spin);
+  if (spin * step > 0.01 && spin > 0.3 * fastest.rate)
+    return fmt::format("they follow joint '{}', which turns at {:.3g} rad/s", turns, spin);
   if (fastest.rate * step > 0.01)
-    return fmt::format("they follow {}, which {} at {:.3g} {}", fastest.owner, fastest.decays ? "decays" : "vibrates", fastest.rate, fastest.decays ? "1/s" : "rad/s");
+    return fmt::format("they follow {}, which {} at {:.3g} {}", fastest.owner, fastest.decays ? "decays" : "vibrates", fastest.rate,
+                       fastest.decays ? "1/s" : "rad/s");
   return fmt::format("the tolerance of {:g} asks for them", system.tolerance);
 }
 

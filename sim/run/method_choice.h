@@ -10,16 +10,16 @@ namespace flexframe::sim {
 // The method that "auto" begins with. fastest_vibration: of the elastic bodies, rad/s; 0 where another reason decided.
 Method choose_method(const System& system, double& fastest_vibration);
 
-// Whether explicit steps may follow the vibrations of the bodies: not where a deformation closes a loop. A held beam's stretching is a thousandth of its
-// bending and carries as much force, so that the noise of vibrations which explicit steps follow at the limit of their stability shows (a wire between
-// hinges at 1e-8: Adams loses 1.4 % of its energy, the Runge-Kutta method 1e-5 for the same time).
+// Whether explicit steps may follow the vibrations of the bodies: not where a deformation closes a loop. A held beam's stretching is a
+// thousandth of its bending and carries as much force, so that the noise of vibrations which explicit steps follow at the limit of their
+// stability shows (a wire between hinges at 1e-8: Adams loses 1.4 % of its energy, the Runge-Kutta method 1e-5 for the same time).
 bool may_be_followed(const System& system);
 
 // What is fastest in the equations of motion linearised about (t, y), bodies, springs, dampers, bushings and contacts alike.
 struct FastestPart {
-  double rate = 0.0;         // 1/s: size of the largest eigenvalue; 0: unknown (too many coordinates, or no accelerations there)
-  bool decays = false;       // all that is within a hundredth of it decays rather than vibrates
-  std::string owner;         // "joint 'slide'", "body 'rod'": whose coordinate moves most in it
+  double rate = 0.0;    // 1/s: size of the largest eigenvalue; 0: unknown (too many coordinates, or no accelerations there)
+  bool decays = false;  // all that is within a hundredth of it decays rather than vibrates
+  std::string owner;    // "joint 'slide'", "body 'rod'": whose coordinate moves most in it
 };
 FastestPart find_fastest(System& system, double t, const VecX& y);
 

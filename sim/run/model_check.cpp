@@ -14,8 +14,8 @@ namespace {
 
 // A linear body's error may be so much below its estimate: below this share of what is asked nothing is measured.
 constexpr double surely_small = 0.5;
-// Volumes of the richer model for each of the run's. The error falls with the square: what the comparison leaves out is a fifteenth of what it finds for one frame,
-// a third for volumes, of which more would be dear.
+// Volumes of the richer model for each of the run's. The error falls with the square: what the comparison leaves out is a fifteenth of what
+// it finds for one frame, a third for volumes, of which more would be dear.
 int richer(int pieces) { return pieces == 1 ? 4 : 2; }
 
 struct BudgetSpent {};
@@ -34,7 +34,9 @@ void change_frames(Scene& scene, const std::string& body, const Change& change) 
 int index_of(const std::string& frame, const std::string& series) {
   if (frame.rfind(series + "[", 0) != 0 || frame.back() != ']') return -1;
   const std::string digits = frame.substr(series.size() + 1, frame.size() - series.size() - 2);
-  return !digits.empty() && digits.size() < 7 && std::all_of(digits.begin(), digits.end(), [](char c) { return c >= '0' && c <= '9'; }) ? std::stoi(digits) : -1;
+  return !digits.empty() && digits.size() < 7 && std::all_of(digits.begin(), digits.end(), [](char c) { return c >= '0' && c <= '9'; })
+             ? std::stoi(digits)
+             : -1;
 }
 
 // Elements of the whole beam.
@@ -90,7 +92,8 @@ bool damped_by_modes(const Scene& scene, const std::vector<size_t>& bodies) {
   return std::any_of(bodies.begin(), bodies.end(), [&](const size_t body) {
     const auto* beam = std::get_if<BeamDef>(&scene.bodies[body].kind);
     const auto damps = [](double r) { return r != 0.0; };
-    return beam && beam->model != BeamModel::mixed && (beam->damping.mass != 0.0 || std::any_of(beam->damping.ratio.begin(), beam->damping.ratio.end(), damps));
+    return beam && beam->model != BeamModel::mixed &&
+           (beam->damping.mass != 0.0 || std::any_of(beam->damping.ratio.begin(), beam->damping.ratio.end(), damps));
   });
 }
 
@@ -133,7 +136,8 @@ BeamDef* remade(Scene& scene, const std::vector<EffectState>& states, size_t bod
   auto* beam = std::get_if<BeamDef>(&scene.bodies[body].kind);
   if (!beam || beam->model == BeamModel::lumped || !beam->initial.q.empty() || !beam->initial.qd.empty()) return nullptr;
   if (!name_places(scene, *beam, name)) return nullptr;
-  std::erase_if(scene.outputs, [&](const OutputDef& o) { return o.of.body == name && (o.quantity == Quantity::q || o.quantity == Quantity::qd); });
+  std::erase_if(scene.outputs,
+                [&](const OutputDef& o) { return o.of.body == name && (o.quantity == Quantity::q || o.quantity == Quantity::qd); });
   beam->effects.automatic = false;
   beam->effects.names.clear();
   for (const EffectState& s : states)
@@ -153,7 +157,8 @@ std::optional<Scene> with_volumes(const Scene& scene, const std::vector<EffectSt
   BeamDef* beam = remade(out, states, body);
   if (!beam) return std::nullopt;
   if (beam->boundary != Boundary::clamped_free)
-    std::erase_if(out.outputs, [&](const OutputDef& o) { return o.of.body == out.bodies[body].name && o.quantity == Quantity::displacement; });
+    std::erase_if(out.outputs,
+                  [&](const OutputDef& o) { return o.of.body == out.bodies[body].name && o.quantity == Quantity::displacement; });
   beam->model = BeamModel::mixed;
   beam->volumes = volumes;
   beam->elements = std::max(1, (elements + volumes - 1) / volumes);
@@ -177,17 +182,24 @@ namespace {
 
 // Whether a beam deforms in forms that belong to certain ends, whatever holds it in the scene.
 bool has_forms_of_ends(const BeamDef& beam) {
-  return beam.model == BeamModel::modal || (beam.model == BeamModel::finite_element && (beam.boundary == Boundary::clamped_clamped || beam.boundary == Boundary::clamped_supported));
+  return beam.model == BeamModel::modal || (beam.model == BeamModel::finite_element &&
+                                            (beam.boundary == Boundary::clamped_clamped || beam.boundary == Boundary::clamped_supported));
 }
 
 const char* boundary_word(Boundary b) {
   switch (b) {
-    case Boundary::clamped_free: return "clamped-free";
-    case Boundary::supported_supported: return "supported-supported";
-    case Boundary::supported_free: return "supported-free";
-    case Boundary::free_free: return "free-free";
-    case Boundary::clamped_clamped: return "clamped-clamped";
-    default: return "clamped-supported";
+    case Boundary::clamped_free:
+      return "clamped-free";
+    case Boundary::supported_supported:
+      return "supported-supported";
+    case Boundary::supported_free:
+      return "supported-free";
+    case Boundary::free_free:
+      return "free-free";
+    case Boundary::clamped_clamped:
+      return "clamped-clamped";
+    default:
+      return "clamped-supported";
   }
 }
 
@@ -209,7 +221,8 @@ class Comparison {
     try {
       std::optional<Found> found = at(run_.tolerance, base);
       if (!found || found->share <= asked_) return found;
-      // Loose runs step over vibrations in different ways: the same at the run's tolerance, where a run ten times looser is at hand of both.
+      // Loose runs step over vibrations in different ways: the same at the run's tolerance, where a run ten times looser is at hand of
+      // both.
       const Histories loose = rich_run_;
       found = at(run_.run_tolerance, *run_.run);
       if (!found || found->share <= asked_ || is_resolved(*found, loose)) return found;
@@ -217,8 +230,7 @@ class Comparison {
       found = between(simulate_rich(0.1 * run_.run_tolerance), simulated(plain_ ? *plain_ : scene_, 0.1 * run_.run_tolerance));
       return found && (found->share <= asked_ || is_resolved(*found, tight)) ? found : std::nullopt;
     } catch (const BudgetSpent&) {
-    } catch (const std::runtime_error&) {
-    }
+    } catch (const std::runtime_error&) {}
     return std::nullopt;
   }
 
@@ -258,47 +270,59 @@ class Comparison {
 
 // Changes the scene's beams by `enrich`; both scenes get plain damping where the models could not have the same otherwise.
 template <class Enrich>
-Comparison compared(const Scene& scene, const std::vector<EffectState>& states, const std::vector<size_t>& bodies, std::vector<size_t>& changed, const Enrich& enrich, double budget,
-                    const ModelCheckOptions& options) {
+Comparison compared(const Scene& scene, const std::vector<EffectState>& states, const std::vector<size_t>& bodies,
+                    std::vector<size_t>& changed, const Enrich& enrich, double budget, const ModelCheckOptions& options) {
   Scene rich = scene;
   for (const size_t body : bodies)
     if (std::optional<Scene> next = enrich(rich, body)) rich = std::move(*next), changed.push_back(body);
   std::optional<Scene> plain;
   if (damped_by_modes(scene, changed)) {
     plain = with_plain_damping(scene, changed, states);
-    for (const size_t body : changed) std::get<BeamDef>(rich.bodies[body].kind).damping = std::get<BeamDef>(plain->bodies[body].kind).damping;
+    for (const size_t body : changed)
+      std::get<BeamDef>(rich.bodies[body].kind).damping = std::get<BeamDef>(plain->bodies[body].kind).damping;
   }
   return Comparison(scene, std::move(rich), std::move(plain), budget, options.run, options.asked);
 }
 
-void check_forms(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const ModelCheckOptions& options, SolverStatistics& out) {
+void check_forms(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const ModelCheckOptions& options,
+                 SolverStatistics& out) {
   std::vector<size_t> bodies, changed;
   for (size_t b = 0; b < scene.bodies.size(); ++b)
     if (const auto* beam = std::get_if<BeamDef>(&scene.bodies[b].kind); beam && has_forms_of_ends(*beam)) bodies.push_back(b);
   if (bodies.empty()) return;
-  Comparison comparison = compared(scene, states, bodies, changed, [&](const Scene& s, size_t b) { return with_elements(s, states, b); }, options.budget, options);
+  Comparison comparison = compared(
+      scene, states, bodies, changed, [&](const Scene& s, size_t b) { return with_elements(s, states, b); }, options.budget, options);
   const std::optional<Found> found = changed.empty() ? std::nullopt : comparison.measure(base);
   for (const size_t b : bodies) {
     const BodyDef& body = scene.bodies[b];
     const Boundary boundary = std::get<BeamDef>(body.kind).boundary;
-    const std::string owner = fmt::format("body '{}'", body.name), forms = fmt::format("deforms in forms of a {} beam", boundary_word(boundary));
+    const std::string owner = fmt::format("body '{}'", body.name),
+                      forms = fmt::format("deforms in forms of a {} beam", boundary_word(boundary));
     const bool tip_held = is_held(scene, body.name, "tip");
     if (found && found->share > options.asked) {
-      out.notes.warn(owner, fmt::format("{}{}: with finite elements {} changes by {:.2g} of its range; take model = \"finite-element\"{}", forms,
-                                         (boundary == Boundary::clamped_clamped || boundary == Boundary::clamped_supported) && !tip_held ? ", but no joint holds its tip" : "", found->column, found->share,
-                                         std::get<BeamDef>(body.kind).model == BeamModel::modal ? ", or forms of the ends as its joints hold them" : " and boundary = \"clamped-free\""));
+      out.notes.warn(owner,
+                     fmt::format("{}{}: with finite elements {} changes by {:.2g} of its range; take model = \"finite-element\"{}", forms,
+                                 (boundary == Boundary::clamped_clamped || boundary == Boundary::clamped_supported) && !tip_held
+                                     ? ", but no joint holds its tip"
+                                     : "",
+                                 found->column, found->share,
+                                 std::get<BeamDef>(body.kind).model == BeamModel::modal ? ", or forms of the ends as its joints hold them"
+                                                                                        : " and boundary = \"clamped-free\""));
     } else if (found) {
       out.notes.tell(owner, fmt::format("{}: with finite elements {} changes by {:.1g} of its range", forms, found->column, found->share));
     } else if ((boundary == Boundary::clamped_clamped || boundary == Boundary::clamped_supported) && !tip_held) {
       out.notes.warn(owner, fmt::format("{}, but no joint holds its tip: it is far too stiff; take boundary = \"clamped-free\"", forms));
     } else {
-      out.notes.tell(owner, fmt::format("{}; whether they are those of its joints was not measured: that would take too long, or errors of time hide it", forms));
+      out.notes.tell(
+          owner,
+          fmt::format("{}; whether they are those of its joints was not measured: that would take too long, or errors of time hide it",
+                      forms));
     }
   }
 }
 
-void check_bending(const Scene& scene, const std::vector<EffectState>& states, const std::vector<LinearLimit>& limits, const Histories& base, const ModelCheckOptions& options,
-                   SolverStatistics& out) {
+void check_bending(const Scene& scene, const std::vector<EffectState>& states, const std::vector<LinearLimit>& limits,
+                   const Histories& base, const ModelCheckOptions& options, SolverStatistics& out) {
   std::vector<LinearLimit> doubtful;
   std::vector<size_t> bodies, changed;
   for (const LinearLimit& l : limits)
@@ -307,8 +331,10 @@ void check_bending(const Scene& scene, const std::vector<EffectState>& states, c
   const auto limit_of = [&](size_t body) -> const LinearLimit& {
     return *std::find_if(doubtful.begin(), doubtful.end(), [&](const LinearLimit& l) { return l.body == static_cast<int>(body); });
   };
-  Comparison comparison = compared(scene, states, bodies, changed, [&](const Scene& s, size_t b) { return with_volumes(s, states, b, richer(limit_of(b).pieces) * limit_of(b).pieces); },
-                                   options.budget, options);
+  Comparison comparison = compared(
+      scene, states, bodies, changed,
+      [&](const Scene& s, size_t b) { return with_volumes(s, states, b, richer(limit_of(b).pieces) * limit_of(b).pieces); }, options.budget,
+      options);
   const std::optional<Found> found = changed.empty() ? std::nullopt : comparison.measure(base);
   for (const LinearLimit& l : doubtful) {
     if (!found || std::find(changed.begin(), changed.end(), static_cast<size_t>(l.body)) == changed.end()) {
@@ -318,22 +344,28 @@ void check_bending(const Scene& scene, const std::vector<EffectState>& states, c
     // With r times as many volumes the error is r^2 times as small.
     const double share = found->share / (1.0 - 1.0 / std::pow(richer(l.pieces), 2));
     const std::string owner = fmt::format("body '{}'", scene.bodies[static_cast<size_t>(l.body)].name);
-    const std::string turned = fmt::format("bends by up to {:.2g} degrees in {} (t = {:.4g} s)", l.turn * 180.0 / std::numbers::pi, l.pieces > 1 ? "one of its volumes" : "its frame", l.when);
+    const std::string turned = fmt::format("bends by up to {:.2g} degrees in {} (t = {:.4g} s)", l.turn * 180.0 / std::numbers::pi,
+                                           l.pieces > 1 ? "one of its volumes" : "its frame", l.when);
     if (share > options.asked) {
       const int enough = static_cast<int>(std::ceil(l.pieces * std::max(1.5, std::sqrt(1.5 * share / options.asked))));
-      out.notes.warn(owner, fmt::format("{}, farther than its displacements follow: with {} volumes {} changes by {:.2g} of its range; take model = \"mixed\" with volumes = {}", turned,
-                                         richer(l.pieces) * l.pieces, found->column, found->share, std::min(enough, 200)));
+      out.notes.warn(owner, fmt::format("{}, farther than its displacements follow: with {} volumes {} changes by {:.2g} of its range; "
+                                        "take model = \"mixed\" with volumes = {}",
+                                        turned, richer(l.pieces) * l.pieces, found->column, found->share, std::min(enough, 200)));
     } else {
-      out.notes.tell(owner, fmt::format("{}: with {} volumes {} changes by {:.1g} of its range", turned, richer(l.pieces) * l.pieces, found->column, found->share));
+      out.notes.tell(owner, fmt::format("{}: with {} volumes {} changes by {:.1g} of its range", turned, richer(l.pieces) * l.pieces,
+                                        found->column, found->share));
     }
   }
 }
 
 // Beams whose number of elements or modes nobody has judged: beside twice as many elements.
-void check_elements(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const ModelCheckOptions& options, SolverStatistics& out) {
+void check_elements(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const ModelCheckOptions& options,
+                    SolverStatistics& out) {
   std::vector<size_t> bodies, changed;
   for (const size_t b : options.unjudged)
-    if (const auto* beam = std::get_if<BeamDef>(&scene.bodies[b].kind); beam && beam->model != BeamModel::lumped && !has_forms_of_ends(*beam)) bodies.push_back(b);
+    if (const auto* beam = std::get_if<BeamDef>(&scene.bodies[b].kind);
+        beam && beam->model != BeamModel::lumped && !has_forms_of_ends(*beam))
+      bodies.push_back(b);
   if (bodies.empty()) return;
   const auto twice = [&](const Scene& s, size_t b) {
     const auto& beam = std::get<BeamDef>(s.bodies[b].kind);
@@ -345,16 +377,21 @@ void check_elements(const Scene& scene, const std::vector<EffectState>& states, 
   const std::optional<Found> found = changed.empty() ? std::nullopt : comparison.measure(base);
   for (const size_t b : bodies) {
     const std::string owner = fmt::format("body '{}'", scene.bodies[b].name);
-    if (!found) out.notes.warn(owner, "the number of its elements or modes is given by the scene, and what more of them would change could not be measured: the estimated error does not count it");
-    else if (found->share > options.asked) out.notes.warn(owner, fmt::format("with twice as many elements {} changes by {:.2g} of its range: take more", found->column, found->share));
+    if (!found)
+      out.notes.warn(owner,
+                     "the number of its elements or modes is given by the scene, and what more of them would change could not be measured: "
+                     "the estimated error does not count it");
+    else if (found->share > options.asked)
+      out.notes.warn(owner,
+                     fmt::format("with twice as many elements {} changes by {:.2g} of its range: take more", found->column, found->share));
     else out.notes.tell(owner, fmt::format("with twice as many elements {} changes by {:.1g} of its range", found->column, found->share));
   }
 }
 
 }  // namespace
 
-std::optional<Scene> with_richer_models(const Scene& scene, const std::vector<EffectState>& states, const std::vector<LinearLimit>& limits, const Histories& base,
-                                        const ModelCheckOptions& options) {
+std::optional<Scene> with_richer_models(const Scene& scene, const std::vector<EffectState>& states, const std::vector<LinearLimit>& limits,
+                                        const Histories& base, const ModelCheckOptions& options) {
   Scene out = scene;
   bool any = false;
   // unmeasured: whether a beam is to be changed where no comparison came to an end.
@@ -377,17 +414,20 @@ std::optional<Scene> with_richer_models(const Scene& scene, const std::vector<Ef
     if (const auto* beam = std::get_if<BeamDef>(&scene.bodies[b].kind); beam && has_forms_of_ends(*beam)) forms.push_back(b);
   for (const LinearLimit& l : limits)
     if (l.pieces == 1 && l.error() > surely_small * options.asked) bent.push_back(static_cast<size_t>(l.body));
-  take(forms, [&](const Scene& s, size_t b) { return with_elements(s, states, b); }, [](size_t) { return false; });
+  take(
+      forms, [&](const Scene& s, size_t b) { return with_elements(s, states, b); }, [](size_t) { return false; });
   const auto surely_bent = [&](size_t b) {
-    return std::any_of(limits.begin(), limits.end(), [&](const LinearLimit& l) { return l.body == static_cast<int>(b) && l.error() > 2.0 * options.asked; });
+    return std::any_of(limits.begin(), limits.end(),
+                       [&](const LinearLimit& l) { return l.body == static_cast<int>(b) && l.error() > 2.0 * options.asked; });
   };
-  take(bent, [&](const Scene& s, size_t b) { return with_volumes(s, states, b, richer(1)); }, surely_bent);
+  take(
+      bent, [&](const Scene& s, size_t b) { return with_volumes(s, states, b, richer(1)); }, surely_bent);
   if (any) return out;
   return std::nullopt;
 }
 
-void check_models(const Scene& scene, const std::vector<EffectState>& states, const std::vector<LinearLimit>& limits, const Histories& base, const ModelCheckOptions& options,
-                  SolverStatistics& out) {
+void check_models(const Scene& scene, const std::vector<EffectState>& states, const std::vector<LinearLimit>& limits, const Histories& base,
+                  const ModelCheckOptions& options, SolverStatistics& out) {
   check_forms(scene, states, base, options, out);
   check_elements(scene, states, base, options, out);
   check_bending(scene, states, limits, base, options, out);

@@ -1,8 +1,9 @@
 // What the models of a scene's beams cannot show, measured beside the run: outputs of the same scene with richer models of these beams.
 //
-// Beams that linear_limit.h says may bend too far for the displacement field of one frame are made of several times as many volumes (beam.h,
-// make_mixed_beam), each in a frame of its own, so that the error falls with the square of their number. Beams that deform in forms of certain ends (eigenforms; finite elements
-// held at both ends of the frame) are made of finite elements that take any form. Both runs have the same damping.
+// Beams that linear_limit.h says may bend too far for the displacement field of one frame are made of several times as many volumes
+// (beam.h, make_mixed_beam), each in a frame of its own, so that the error falls with the square of their number. Beams that deform in
+// forms of certain ends (eigenforms; finite elements held at both ends of the frame) are made of finite elements that take any form. Both
+// runs have the same damping.
 #pragma once
 
 #include "sim/run/effect_report.h"
@@ -15,32 +16,34 @@
 
 namespace flexframe::sim {
 
-// The scene with a beam as `volumes` volumes, of as many elements in all at least, two for each eigenform. Places that the scene names by node become frames. Outputs
-// that mean something else then (coordinates; displacements in a frame that is not clamped to the root) are left out. None where that is not possible: the
-// scene gives coordinates at the start.
+// The scene with a beam as `volumes` volumes, of as many elements in all at least, two for each eigenform. Places that the scene names by
+// node become frames. Outputs that mean something else then (coordinates; displacements in a frame that is not clamped to the root) are
+// left out. None where that is not possible: the scene gives coordinates at the start.
 std::optional<Scene> with_volumes(const Scene& scene, const std::vector<EffectState>& states, size_t body, int volumes);
 // The same with the beam as finite elements in one frame that hold nothing by themselves.
 std::optional<Scene> with_elements(const Scene& scene, const std::vector<EffectState>& states, size_t body);
 
 struct ModelCheckOptions {
-  double asked = 1e-2;               // error of an output that is tolerated, relative to its range
-  double budget = 1.0;               // CPU s; a check that takes longer is given up
-  NeglectOptions run;                // the run, its tolerances and errors; budget and confirm_above unused
-  std::vector<size_t> unjudged = {}; // beams whose number of elements or modes nothing else has judged
+  double asked = 1e-2;                // error of an output that is tolerated, relative to its range
+  double budget = 1.0;                // CPU s; a check that takes longer is given up
+  NeglectOptions run;                 // the run, its tolerances and errors; budget and confirm_above unused
+  std::vector<size_t> unjudged = {};  // beams whose number of elements or modes nothing else has judged
 };
 
-// CPU s for a check beside a run of so many: volumes cost a few times as much as one frame, and the check is made only where a wrong result is likely.
+// CPU s for a check beside a run of so many: volumes cost a few times as much as one frame, and the check is made only where a wrong result
+// is likely.
 inline double model_check_budget(double run) { return std::max(1.0, 20.0 * run); }
 
-// Checks beams of certain forms, those that are unjudged by twice their elements, and the beams of `limits` whose error may be above what is asked, and says what was found: warnings for what is worth more, with
-// what keeps it, notes for the rest. What cannot be measured is warned of by its estimate.
-// base: histories of the scene itself at options.run.tolerance.
-void check_models(const Scene& scene, const std::vector<EffectState>& states, const std::vector<LinearLimit>& limits, const Histories& base, const ModelCheckOptions& options,
-                  SolverStatistics& out);
+// Checks beams of certain forms, those that are unjudged by twice their elements, and the beams of `limits` whose error may be above what
+// is asked, and says what was found: warnings for what is worth more, with what keeps it, notes for the rest. What cannot be measured is
+// warned of by its estimate. base: histories of the scene itself at options.run.tolerance.
+void check_models(const Scene& scene, const std::vector<EffectState>& states, const std::vector<LinearLimit>& limits, const Histories& base,
+                  const ModelCheckOptions& options, SolverStatistics& out);
 
-// The scene with richer models of those beams for which they change more than is asked; none where there is no such beam, or an output would be lost.
-std::optional<Scene> with_richer_models(const Scene& scene, const std::vector<EffectState>& states, const std::vector<LinearLimit>& limits, const Histories& base,
-                                        const ModelCheckOptions& options);
+// The scene with richer models of those beams for which they change more than is asked; none where there is no such beam, or an output
+// would be lost.
+std::optional<Scene> with_richer_models(const Scene& scene, const std::vector<EffectState>& states, const std::vector<LinearLimit>& limits,
+                                        const Histories& base, const ModelCheckOptions& options);
 
 // One run of a scene (run_scene.h) without the check of its models: how far they were bent instead.
 Results run_for_check(const Scene& scene, const SimulateOptions& options, std::vector<LinearLimit>& limits);

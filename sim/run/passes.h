@@ -12,8 +12,9 @@
 
 namespace flexframe::sim {
 
-// once(shares, wanted): a run whose trees have these shares of the mechanism's size (ErrorWeights::shares), which writes the shares that it calls for, empty
-// where the ones it had will do; its result has `statistics`. At most `most_passes` runs; one that fails after the first leaves the one before, with a warning.
+// once(shares, wanted): a run whose trees have these shares of the mechanism's size (ErrorWeights::shares), which writes the shares that it
+// calls for, empty where the ones it had will do; its result has `statistics`. At most `most_passes` runs; one that fails after the first
+// leaves the one before, with a warning.
 template <class Run>
 auto with_narrowed_weights(std::vector<double> shares, Run&& once) {
   constexpr int most_passes = 3;
@@ -24,7 +25,9 @@ auto with_narrowed_weights(std::vector<double> shares, Run&& once) {
     try {
       out = once(std::as_const(shares), wanted);
     } catch (const SimulationError& error) {
-      out.statistics.notes.warn("", fmt::format("the motion is so small that the tolerance does not resolve it, and a run that would has failed: {}", error.what()));
+      out.statistics.notes.warn(
+          "",
+          fmt::format("the motion is so small that the tolerance does not resolve it, and a run that would has failed: {}", error.what()));
       return out;
     }
   }

@@ -34,21 +34,22 @@ struct Called {
 bool judges_effects(const Scene& scene, const SimulateOptions& options) {
   if (!options.check_effects || scene.outputs.empty()) return false;
   return options.estimate_error || std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const BodyDef& b) {
-    const auto* beam = std::get_if<BeamDef>(&b.kind);
-    return beam && beam->effects.automatic;
-  });
+           const auto* beam = std::get_if<BeamDef>(&b.kind);
+           return beam && beam->effects.automatic;
+         });
 }
 
 // What is known from a run beside its results.
 struct Alone {
-  std::vector<double> shares;          // of the weights (ErrorWeights), of the last pass
+  std::vector<double> shares;  // of the weights (ErrorWeights), of the last pass
   std::vector<EffectState> effects;
   std::vector<LinearLimit> limits;
   std::vector<LeftOutWorth> left_out;
   OutputScales scales;
 };
 
-// A second, looser run: the error of time, what is of second order and left out, and what the models cannot show. True if the latter were measured.
+// A second, looser run: the error of time, what is of second order and left out, and what the models cannot show. True if the latter were
+// measured.
 bool estimate(const Scene& scene, const SimulateOptions& options, const Alone& alone, bool models, Results& results) {
   SimulateOptions loose = options;
   loose.weight_shares = alone.shares;
@@ -62,7 +63,8 @@ bool estimate(const Scene& scene, const SimulateOptions& options, const Alone& a
   try {
     base = simulate_histories(scene, loose);
   } catch (const SimulationError& error) {
-    results.statistics.notes.warn("", fmt::format("the error of the time integration is not estimated: the looser run that it comes from failed ({})", error.what()));
+    results.statistics.notes.warn(
+        "", fmt::format("the error of the time integration is not estimated: the looser run that it comes from failed ({})", error.what()));
     return false;
   }
   const Difference difference = estimate_time_error(base, reference, results.statistics);
@@ -76,7 +78,8 @@ bool estimate(const Scene& scene, const SimulateOptions& options, const Alone& a
   check.run_error = std::max(0.0, results.statistics.error_estimate);
   if (models) {
     // Also where no output moves: another model's may.
-    check_models(scene, alone.effects, alone.limits, base, {unasked_accuracy, model_check_budget(results.statistics.cpu_seconds), check}, results.statistics);
+    check_models(scene, alone.effects, alone.limits, base, {unasked_accuracy, model_check_budget(results.statistics.cpu_seconds), check},
+                 results.statistics);
   }
   if (difference.column >= 0) {
     check.budget = std::max(check_price * results.statistics.cpu_seconds, least_check);
@@ -85,7 +88,8 @@ bool estimate(const Scene& scene, const SimulateOptions& options, const Alone& a
   return models;
 }
 
-// The run itself, made again where its motion is far below the sizes that its errors were weighed against. judge: what beams go without is looked at.
+// The run itself, made again where its motion is far below the sizes that its errors were weighed against. judge: what beams go without is
+// looked at.
 Results simulate_alone(const Scene& scene, const SimulateOptions& options, bool judge, Alone& alone, int& indefinite) {
   return with_narrowed_weights(alone.shares, [&](const std::vector<double>& shares, std::vector<double>& wanted) {
     System system = make_system(scene);
@@ -100,7 +104,8 @@ Results simulate_alone(const Scene& scene, const SimulateOptions& options, bool 
     if (left_out && !left_out->empty()) looks = left_out->looks(system, times);
     size_t sample = 0, next = 0;
     const SolverStatistics statistics = integrate(
-        system, options.method.value_or(scene.simulation.method), times, {options.progress, options.max_steps.value_or(default_max_steps), options.tell},
+        system, options.method.value_or(scene.simulation.method), times,
+        {options.progress, options.max_steps.value_or(default_max_steps), options.tell},
         [&](System& s, double t, const VecX& y) {
           recorder.record(s, t, y);
           if (next < looks.size() && looks[next] == sample++) left_out->look(s, t, y), ++next;
@@ -119,8 +124,8 @@ Results simulate_alone(const Scene& scene, const SimulateOptions& options, bool 
   });
 }
 
-// into: how far the bodies were bent, unchecked; null: it is checked here. called: what beams with automatic effects turn out to need; then nothing more is done
-// with the run.
+// into: how far the bodies were bent, unchecked; null: it is checked here. called: what beams with automatic effects turn out to need; then
+// nothing more is done with the run.
 Results simulate_once(const Scene& scene, const SimulateOptions& options, std::vector<LinearLimit>* into, Called* called, int& indefinite) {
   Alone alone;
   Results results = simulate_alone(scene, options, !into && judges_effects(scene, options), alone, indefinite);
@@ -147,7 +152,9 @@ Results simulate_as_called(const SimulateOptions& options, Called& called) {
   for (int round = 0;; ++round) {
     called.more = false;
     const Scene now = called.scene;
-    Results results = with_complete_inertia(now, [&](const Scene& s, int& indefinite) { return simulate_once(s, options, nullptr, round < most_calls ? &called : nullptr, indefinite); });
+    Results results = with_complete_inertia(now, [&](const Scene& s, int& indefinite) {
+      return simulate_once(s, options, nullptr, round < most_calls ? &called : nullptr, indefinite);
+    });
     if (called.more) continue;
     results.statistics.notes.prepend(called.notes);
     return results;
@@ -175,7 +182,8 @@ Scene with_called_effects(const Scene& scene, const SimulateOptions& options, do
 }
 
 Results run_for_check(const Scene& scene, const SimulateOptions& options, std::vector<LinearLimit>& limits) {
-  return with_complete_inertia(scene, [&](const Scene& s, int& indefinite) { return simulate_once(s, options, &limits, nullptr, indefinite); });
+  return with_complete_inertia(scene,
+                               [&](const Scene& s, int& indefinite) { return simulate_once(s, options, &limits, nullptr, indefinite); });
 }
 
 }  // namespace flexframe::sim

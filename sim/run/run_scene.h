@@ -13,8 +13,8 @@ inline constexpr double unasked_accuracy = 1e-2;
 // Throws InputError for a scene that makes no mechanism, SimulationError when it cannot be integrated, with time and cause.
 Results run_scene(const Scene& scene, const SimulateOptions& options = {});
 
-// The scene with what its beams with automatic effects need beyond what is decided before a run, as run_scene simulates it: what is worth more than a third
-// of `asked` along the motion of a run with these options (left_out.h). As it stands where it cannot be simulated.
+// The scene with what its beams with automatic effects need beyond what is decided before a run, as run_scene simulates it: what is worth
+// more than a third of `asked` along the motion of a run with these options (left_out.h). As it stands where it cannot be simulated.
 Scene with_called_effects(const Scene& scene, const SimulateOptions& options, double asked);
 
 }  // namespace flexframe::sim

@@ -15,7 +15,8 @@ namespace {
 
 bool of_forces(const std::string& unit) { return unit == "N" || unit == "N m" || unit == "m/s^2"; }
 
-// How much tighter a run has to be for the accuracy, in whole decades: errors fall with the 0.6th power of the tolerance (error_of_difference).
+// How much tighter a run has to be for the accuracy, in whole decades: errors fall with the 0.6th power of the tolerance
+// (error_of_difference).
 double tighter(double tolerance, double error) {
   const double decades = std::clamp(std::ceil(std::log10(error / unasked_accuracy) / 0.6), 1.0, 4.0);
   return std::max(1e-12, tolerance * std::pow(10.0, -decades));
@@ -39,13 +40,15 @@ Difference estimate_time_error(const Histories& looser, const Histories& run, So
       out.error_column = run.columns[at];
     }
     const std::string& column = run.columns[at];
-    if (error > unasked_accuracy && named.insert(column.substr(0, column.rfind('.')) + run.units[at]).second) large.push_back(fmt::format("{:.2g} of the range of {}", error, column));
+    if (error > unasked_accuracy && named.insert(column.substr(0, column.rfind('.')) + run.units[at]).second)
+      large.push_back(fmt::format("{:.2g} of the range of {}", error, column));
   }
   if (large.empty()) return difference;
   const size_t shown = std::min<size_t>(large.size(), 3);
   const std::string more = large.size() > shown ? fmt::format(" and {} more outputs", large.size() - shown) : "";
-  out.notes.warn("", fmt::format("the time integration is estimated to err by {}{}: take tolerance = {:.0e}", fmt::join(large.begin(), large.begin() + static_cast<long>(shown), ", "), more,
-                                     tighter(out.tolerance, worst)));
+  out.notes.warn(
+      "", fmt::format("the time integration is estimated to err by {}{}: take tolerance = {:.0e}",
+                      fmt::join(large.begin(), large.begin() + static_cast<long>(shown), ", "), more, tighter(out.tolerance, worst)));
   return difference;
 }
 

@@ -5,10 +5,10 @@
 
 namespace flexframe::sim {
 
-// Compares a run with one whose tolerance is ten times as large: fills error_estimate and error_column of the output that is furthest off, and warns of outputs whose
-// estimated error is above unasked_accuracy (run_scene.h) of their range. Returns the difference that it comes from (of the looser run).
-// Outputs of forces and accelerations are taken to err as much as the two runs differ: vibrations that are stepped over show in them most, and hardly
-// less at a tenth of the tolerance. Others by a third of that (error_of_difference).
+// Compares a run with one whose tolerance is ten times as large: fills error_estimate and error_column of the output that is furthest off,
+// and warns of outputs whose estimated error is above unasked_accuracy (run_scene.h) of their range. Returns the difference that it comes
+// from (of the looser run). Outputs of forces and accelerations are taken to err as much as the two runs differ: vibrations that are
+// stepped over show in them most, and hardly less at a tenth of the tolerance. Others by a third of that (error_of_difference).
 Difference estimate_time_error(const Histories& looser, const Histories& run, SolverStatistics& out);
 
 }  // namespace flexframe::sim

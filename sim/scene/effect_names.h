@@ -9,8 +9,8 @@
 namespace flexframe::sim {
 
 inline std::span<const std::string> effect_names() {
-  static const std::array<std::string, 11> names{"axial", "bending_xy", "bending_xz", "torsion", "stiffening", "shear",
-                                                 "gyroscopic", "damping", "friction", "gravity", "stops"};
+  static const std::array<std::string, 11> names{"axial",      "bending_xy", "bending_xz", "torsion", "stiffening", "shear",
+                                                 "gyroscopic", "damping",    "friction",   "gravity", "stops"};
   return names;
 }
 inline std::span<const std::string> direction_names() { return effect_names().first(4); }

@@ -36,30 +36,67 @@ Jet operator/(const Jet& a, const Jet& b) {
 }
 
 // f(u) from f, f', f'' at u.v; a constant has no derivatives even where f' is infinite
-Jet chain(const Jet& u, double f, double f1, double f2) {
-  return u.constant() ? Jet(f) : Jet(f, f1 * u.d, f2 * u.d * u.d + f1 * u.dd);
-}
+Jet chain(const Jet& u, double f, double f1, double f2) { return u.constant() ? Jet(f) : Jet(f, f1 * u.d, f2 * u.d * u.d + f1 * u.dd); }
 
-Jet sin(const Jet& u) { const double s = std::sin(u.v); return chain(u, s, std::cos(u.v), -s); }
-Jet cos(const Jet& u) { const double c = std::cos(u.v); return chain(u, c, -std::sin(u.v), -c); }
-Jet tan(const Jet& u) { const double f = std::tan(u.v), f1 = 1.0 + f * f; return chain(u, f, f1, 2.0 * f * f1); }
-Jet asin(const Jet& u) { const double r = 1.0 / std::sqrt((1.0 - u.v) * (1.0 + u.v)); return chain(u, std::asin(u.v), r, u.v * r * r * r); }
-Jet acos(const Jet& u) { const double r = 1.0 / std::sqrt((1.0 - u.v) * (1.0 + u.v)); return chain(u, std::acos(u.v), -r, -u.v * r * r * r); }
-Jet atan(const Jet& u) { const double r = 1.0 / (1.0 + u.v * u.v); return chain(u, std::atan(u.v), r, -2.0 * u.v * r * r); }
-Jet sinh(const Jet& u) { const double s = std::sinh(u.v); return chain(u, s, std::cosh(u.v), s); }
-Jet cosh(const Jet& u) { const double c = std::cosh(u.v); return chain(u, c, std::sinh(u.v), c); }
+Jet sin(const Jet& u) {
+  const double s = std::sin(u.v);
+  return chain(u, s, std::cos(u.v), -s);
+}
+Jet cos(const Jet& u) {
+  const double c = std::cos(u.v);
+  return chain(u, c, -std::sin(u.v), -c);
+}
+Jet tan(const Jet& u) {
+  const double f = std::tan(u.v), f1 = 1.0 + f * f;
+  return chain(u, f, f1, 2.0 * f * f1);
+}
+Jet asin(const Jet& u) {
+  const double r = 1.0 / std::sqrt((1.0 - u.v) * (1.0 + u.v));
+  return chain(u, std::asin(u.v), r, u.v * r * r * r);
+}
+Jet acos(const Jet& u) {
+  const double r = 1.0 / std::sqrt((1.0 - u.v) * (1.0 + u.v));
+  return chain(u, std::acos(u.v), -r, -u.v * r * r * r);
+}
+Jet atan(const Jet& u) {
+  const double r = 1.0 / (1.0 + u.v * u.v);
+  return chain(u, std::atan(u.v), r, -2.0 * u.v * r * r);
+}
+Jet sinh(const Jet& u) {
+  const double s = std::sinh(u.v);
+  return chain(u, s, std::cosh(u.v), s);
+}
+Jet cosh(const Jet& u) {
+  const double c = std::cosh(u.v);
+  return chain(u, c, std::sinh(u.v), c);
+}
 Jet tanh(const Jet& u) {
   const double f = std::tanh(u.v), c = 1.0 / std::cosh(u.v), f1 = c * c;  // 1 - f^2 would cancel
   return chain(u, f, f1, -2.0 * f * f1);
 }
-Jet asinh(const Jet& u) { const double r = 1.0 / std::hypot(1.0, u.v); return chain(u, std::asinh(u.v), r, -u.v * r * r * r); }
-Jet acosh(const Jet& u) { const double r = 1.0 / std::sqrt((u.v - 1.0) * (u.v + 1.0)); return chain(u, std::acosh(u.v), r, -u.v * r * r * r); }
-Jet atanh(const Jet& u) { const double r = 1.0 / ((1.0 - u.v) * (1.0 + u.v)); return chain(u, std::atanh(u.v), r, 2.0 * u.v * r * r); }
-Jet exp(const Jet& u) { const double f = std::exp(u.v); return chain(u, f, f, f); }
+Jet asinh(const Jet& u) {
+  const double r = 1.0 / std::hypot(1.0, u.v);
+  return chain(u, std::asinh(u.v), r, -u.v * r * r * r);
+}
+Jet acosh(const Jet& u) {
+  const double r = 1.0 / std::sqrt((u.v - 1.0) * (u.v + 1.0));
+  return chain(u, std::acosh(u.v), r, -u.v * r * r * r);
+}
+Jet atanh(const Jet& u) {
+  const double r = 1.0 / ((1.0 - u.v) * (1.0 + u.v));
+  return chain(u, std::atanh(u.v), r, 2.0 * u.v * r * r);
+}
+Jet exp(const Jet& u) {
+  const double f = std::exp(u.v);
+  return chain(u, f, f, f);
+}
 Jet log(const Jet& u) { return chain(u, std::log(u.v), 1.0 / u.v, -1.0 / (u.v * u.v)); }
 Jet log2(const Jet& u) { return chain(u, std::log2(u.v), M_LOG2E / u.v, -M_LOG2E / (u.v * u.v)); }
 Jet log10(const Jet& u) { return chain(u, std::log10(u.v), M_LOG10E / u.v, -M_LOG10E / (u.v * u.v)); }
-Jet sqrt(const Jet& u) { const double f = std::sqrt(u.v); return chain(u, f, 0.5 / f, -0.25 / (f * u.v)); }
+Jet sqrt(const Jet& u) {
+  const double f = std::sqrt(u.v);
+  return chain(u, f, 0.5 / f, -0.25 / (f * u.v));
+}
 
 Jet power(const Jet& a, const Jet& b) {
   if (b.constant() && b.v == 2.0) return a * a;
@@ -86,13 +123,18 @@ Jet atan2_on_side(const Jet& y, const Jet& x, double side) {
 double select_after(Op op, const Jet& a, const Jet& b) {
   const auto after = [](const Jet& x) { return x.v != 0.0 ? x.v : x.d != 0.0 ? x.d : x.dd; };
   switch (op) {
-    case Op::truth: case Op::abs: case Op::sign: return select(op, after(a), 0.0);
+    case Op::truth:
+    case Op::abs:
+    case Op::sign:
+      return select(op, after(a), 0.0);
     case Op::rint: {
       const bool falls_from_half = a.v - std::floor(a.v) == 0.5 && (a.d < 0.0 || (a.d == 0.0 && a.dd < 0.0));
       return falls_from_half ? std::floor(a.v) : select(op, a.v, 0.0);
     }
-    case Op::atan2: return select(op, after(a), after(b));
-    default: return a.v == b.v ? select(op, after(a - b), 0.0) : select(op, a.v, b.v);
+    case Op::atan2:
+      return select(op, after(a), after(b));
+    default:
+      return a.v == b.v ? select(op, after(a - b), 0.0) : select(op, a.v, b.v);
   }
 }
 
@@ -142,7 +184,8 @@ class Compiler {
 
   bool at_end() const { return position_ >= text_.size(); }
   void skip_space() {
-    while (!at_end() && (text_[position_] == ' ' || text_[position_] == '\t' || text_[position_] == '\n' || text_[position_] == '\r')) ++position_;
+    while (!at_end() && (text_[position_] == ' ' || text_[position_] == '\t' || text_[position_] == '\n' || text_[position_] == '\r'))
+      ++position_;
   }
   bool next_is(std::string_view token) const { return text_.substr(position_).starts_with(token); }
   bool accept(std::string_view token) {
@@ -343,10 +386,10 @@ class Compiler {
 
   static const std::map<std::string, Op, std::less<>>& unary_functions() {
     static const std::map<std::string, Op, std::less<>> functions{
-        {"sin", Op::sin}, {"cos", Op::cos}, {"tan", Op::tan}, {"asin", Op::asin}, {"acos", Op::acos}, {"atan", Op::atan},
+        {"sin", Op::sin},   {"cos", Op::cos},   {"tan", Op::tan},   {"asin", Op::asin},   {"acos", Op::acos},   {"atan", Op::atan},
         {"sinh", Op::sinh}, {"cosh", Op::cosh}, {"tanh", Op::tanh}, {"asinh", Op::asinh}, {"acosh", Op::acosh}, {"atanh", Op::atanh},
-        {"exp", Op::exp}, {"ln", Op::ln}, {"log", Op::ln}, {"log2", Op::log2}, {"log10", Op::log10}, {"sqrt", Op::sqrt},
-        {"abs", Op::abs}, {"sign", Op::sign}, {"rint", Op::rint}};
+        {"exp", Op::exp},   {"ln", Op::ln},     {"log", Op::ln},    {"log2", Op::log2},   {"log10", Op::log10}, {"sqrt", Op::sqrt},
+        {"abs", Op::abs},   {"sign", Op::sign}, {"rint", Op::rint}};
     return functions;
   }
 
@@ -383,7 +426,11 @@ class Compiler {
     const int wanted = word == "atan2" ? 2 : 1;
     if ((!many && count != wanted) || count == 0) {
       position_ = at;
-      fail(fmt::format("'{}' takes {}, found {}", word, many ? "one or more arguments" : wanted == 1 ? "one argument" : "two arguments", count > wanted ? "more" : fmt::format("{}", count)));
+      fail(fmt::format("'{}' takes {}, found {}", word,
+                       many          ? "one or more arguments"
+                       : wanted == 1 ? "one argument"
+                                     : "two arguments",
+                       count > wanted ? "more" : fmt::format("{}", count)));
     }
     if (!accept(")")) fail(fmt::format("')' is expected after the arguments of '{}'", word));
     if (word == "avg") {
@@ -407,12 +454,13 @@ class Compiler {
 
 }  // namespace
 
-void compile(std::string_view text, std::vector<Expression::Instruction>& code, std::vector<Expression::Selector>& selectors) { Compiler(text, code, selectors).compile(); }
+void compile(std::string_view text, std::vector<Expression::Instruction>& code, std::vector<Expression::Selector>& selectors) {
+  Compiler(text, code, selectors).compile();
+}
 
 void choices_after(const std::vector<Expression::Instruction>& code, int begin, int end, double t, std::vector<double>& choices) {
-  run(code, begin, end, Jet(t, 1.0, 0.0), [&](int index, Op op, const Jet& a, const Jet& b) {
-    return choices[static_cast<std::size_t>(index)] = select_after(op, a, b);
-  });
+  run(code, begin, end, Jet(t, 1.0, 0.0),
+      [&](int index, Op op, const Jet& a, const Jet& b) { return choices[static_cast<std::size_t>(index)] = select_after(op, a, b); });
 }
 
 }  // namespace expression
@@ -427,7 +475,8 @@ Expression::Expression(std::string_view text) : text_(text) {
   for (const Instruction& instruction : code_)
     if (instruction.op == Op::time) constant_ = false;
   if (constant_) {
-    const double number = run(code_, 0, static_cast<int>(code_.size()), 0.0, [](int, Op op, double a, double b) { return expression::select(op, a, b); });
+    const double number =
+        run(code_, 0, static_cast<int>(code_.size()), 0.0, [](int, Op op, double a, double b) { return expression::select(op, a, b); });
     if (!std::isfinite(number)) throw InputError(fmt::format("its value is {}, which is not finite", number));
   }
 }
@@ -449,9 +498,9 @@ namespace {
 
 double Expression::value(double t) const {
   const int end = static_cast<int>(code_.size());
-  const double result = frozen_.empty()
-                            ? run(code_, 0, end, t, [](int, Op op, double a, double b) { return expression::select(op, a, b); })
-                            : run(code_, 0, end, t, [this](int index, Op, double, double) { return frozen_[static_cast<std::size_t>(index)]; });
+  const double result =
+      frozen_.empty() ? run(code_, 0, end, t, [](int, Op op, double a, double b) { return expression::select(op, a, b); })
+                      : run(code_, 0, end, t, [this](int index, Op, double, double) { return frozen_[static_cast<std::size_t>(index)]; });
   if (!std::isfinite(result)) not_finite(t, text_, "the value", result);
   return result;
 }
@@ -461,8 +510,9 @@ TimeJet Expression::jet(double t) const {
   const expression::Jet time(t, 1.0, 0.0);
   using expression::Jet;
   const Jet result =
-      frozen_.empty() ? run(code_, 0, end, time, [](int, Op op, const Jet& a, const Jet& b) { return expression::select(op, a.v, b.v); })
-                      : run(code_, 0, end, time, [this](int index, Op, const Jet&, const Jet&) { return frozen_[static_cast<std::size_t>(index)]; });
+      frozen_.empty()
+          ? run(code_, 0, end, time, [](int, Op op, const Jet& a, const Jet& b) { return expression::select(op, a.v, b.v); })
+          : run(code_, 0, end, time, [this](int index, Op, const Jet&, const Jet&) { return frozen_[static_cast<std::size_t>(index)]; });
   if (!std::isfinite(result.v)) not_finite(t, text_, "the value", result.v);
   if (!std::isfinite(result.d)) not_finite(t, text_, "the first derivative", result.d);
   if (!std::isfinite(result.dd)) not_finite(t, text_, "the second derivative", result.dd);

@@ -38,7 +38,7 @@ class Expression {
   explicit Expression(std::string_view text);
 
   const std::string& text() const { return text_; }
-  bool constant() const { return constant_; }      // does not depend on t
+  bool constant() const { return constant_; }  // does not depend on t
   bool has_switches() const { return !selectors_.empty(); }
 
   // Sorted times strictly inside (t0, t1) at which a selector changes: the piece before holds up to the time, the next one after it.
@@ -57,7 +57,7 @@ class Expression {
   enum class Op : std::uint8_t;
   struct Instruction {
     Op op;
-    int index = 0;          // selector, or target of a jump
+    int index = 0;  // selector, or target of a jump
     double number = 0.0;
   };
   struct Selector {
@@ -69,7 +69,7 @@ class Expression {
   std::string text_;
   std::vector<Instruction> code_;
   std::vector<Selector> selectors_;
-  std::vector<double> frozen_;       // per selector, empty: live
+  std::vector<double> frozen_;  // per selector, empty: live
   bool constant_ = true;
 };
 

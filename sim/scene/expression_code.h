@@ -10,14 +10,49 @@
 namespace flexframe::sim {
 
 enum class Expression::Op : std::uint8_t {
-  number, time,
-  add, subtract, multiply, divide, power, negate,
-  sin, cos, tan, asin, acos, atan, sinh, cosh, tanh, asinh, acosh, atanh,
-  exp, ln, log2, log10, sqrt,
-  both, either,                               // && and || of two truths
-  jump_if_false, jump,
+  number,
+  time,
+  add,
+  subtract,
+  multiply,
+  divide,
+  power,
+  negate,
+  sin,
+  cos,
+  tan,
+  asin,
+  acos,
+  atan,
+  sinh,
+  cosh,
+  tanh,
+  asinh,
+  acosh,
+  atanh,
+  exp,
+  ln,
+  log2,
+  log10,
+  sqrt,
+  both,
+  either,  // && and || of two truths
+  jump_if_false,
+  jump,
   // selectors
-  less, less_equal, greater, greater_equal, equal, not_equal, truth, abs, sign, rint, min, max, atan2
+  less,
+  less_equal,
+  greater,
+  greater_equal,
+  equal,
+  not_equal,
+  truth,
+  abs,
+  sign,
+  rint,
+  min,
+  max,
+  atan2
 };
 
 namespace expression {
@@ -35,20 +70,34 @@ inline bool is_binary_selector(Op op) { return is_comparison(op) || op == Op::mi
 // What a selector chooses from its operands. atan2(y, x): which side of the cut along x < 0, 0 off the cut.
 inline double select(Op op, double a, double b) {
   switch (op) {
-    case Op::less: return a < b;
-    case Op::less_equal: return a <= b;
-    case Op::greater: return a > b;
-    case Op::greater_equal: return a >= b;
-    case Op::equal: return a == b;
-    case Op::not_equal: return a != b;
-    case Op::truth: return a != 0.0;
-    case Op::abs: return std::signbit(a) ? -1.0 : 1.0;
-    case Op::sign: return static_cast<double>((a > 0.0) - (a < 0.0));
-    case Op::rint: return std::floor(a) + (a - std::floor(a) >= 0.5);  // halves go up, as in muParser
-    case Op::min: return b < a;
-    case Op::max: return b > a;
-    case Op::atan2: return b < 0.0 ? (std::signbit(a) ? -1.0 : 1.0) : 0.0;
-    default: return 0.0;
+    case Op::less:
+      return a < b;
+    case Op::less_equal:
+      return a <= b;
+    case Op::greater:
+      return a > b;
+    case Op::greater_equal:
+      return a >= b;
+    case Op::equal:
+      return a == b;
+    case Op::not_equal:
+      return a != b;
+    case Op::truth:
+      return a != 0.0;
+    case Op::abs:
+      return std::signbit(a) ? -1.0 : 1.0;
+    case Op::sign:
+      return static_cast<double>((a > 0.0) - (a < 0.0));
+    case Op::rint:
+      return std::floor(a) + (a - std::floor(a) >= 0.5);  // halves go up, as in muParser
+    case Op::min:
+      return b < a;
+    case Op::max:
+      return b > a;
+    case Op::atan2:
+      return b < 0.0 ? (std::signbit(a) ? -1.0 : 1.0) : 0.0;
+    default:
+      return 0.0;
   }
 }
 
@@ -68,48 +117,121 @@ inline double power(double a, double b) { return b == 2.0 ? a * a : std::pow(a, 
 // here, found in T's namespace or std.
 template <class T, class Select>
 T run(const std::vector<Expression::Instruction>& code, int begin, int end, const T& t, Select&& selector, T* below = nullptr) {
-  using std::sin, std::cos, std::tan, std::asin, std::acos, std::atan, std::sinh, std::cosh, std::tanh, std::asinh, std::acosh,
-      std::atanh, std::exp, std::log, std::log2, std::log10, std::sqrt;
+  using std::sin, std::cos, std::tan, std::asin, std::acos, std::atan, std::sinh, std::cosh, std::tanh, std::asinh, std::acosh, std::atanh,
+      std::exp, std::log, std::log2, std::log10, std::sqrt;
   std::array<T, stack_size> stack;
   int top = -1;
   for (int i = begin; i < end; ++i) {
     const Expression::Instruction& now = code[static_cast<std::size_t>(i)];
-    const auto binary = [&]() -> T& { --top; return stack[static_cast<std::size_t>(top)]; };
+    const auto binary = [&]() -> T& {
+      --top;
+      return stack[static_cast<std::size_t>(top)];
+    };
     T& a = stack[static_cast<std::size_t>(top < 0 ? 0 : top)];  // the top
     switch (now.op) {
-      case Op::number: stack[static_cast<std::size_t>(++top)] = T(now.number); break;
-      case Op::time: stack[static_cast<std::size_t>(++top)] = t; break;
-      case Op::add: { T& left = binary(); left = left + a; break; }
-      case Op::subtract: { T& left = binary(); left = left - a; break; }
-      case Op::multiply: { T& left = binary(); left = left * a; break; }
-      case Op::divide: { T& left = binary(); left = left / a; break; }
-      case Op::power: { T& left = binary(); left = power(left, a); break; }
-      case Op::negate: a = -a; break;
-      case Op::sin: a = sin(a); break;
-      case Op::cos: a = cos(a); break;
-      case Op::tan: a = tan(a); break;
-      case Op::asin: a = asin(a); break;
-      case Op::acos: a = acos(a); break;
-      case Op::atan: a = atan(a); break;
-      case Op::sinh: a = sinh(a); break;
-      case Op::cosh: a = cosh(a); break;
-      case Op::tanh: a = tanh(a); break;
-      case Op::asinh: a = asinh(a); break;
-      case Op::acosh: a = acosh(a); break;
-      case Op::atanh: a = atanh(a); break;
-      case Op::exp: a = exp(a); break;
-      case Op::ln: a = log(a); break;
-      case Op::log2: a = log2(a); break;
-      case Op::log10: a = log10(a); break;
-      case Op::sqrt: a = sqrt(a); break;
+      case Op::number:
+        stack[static_cast<std::size_t>(++top)] = T(now.number);
+        break;
+      case Op::time:
+        stack[static_cast<std::size_t>(++top)] = t;
+        break;
+      case Op::add: {
+        T& left = binary();
+        left = left + a;
+        break;
+      }
+      case Op::subtract: {
+        T& left = binary();
+        left = left - a;
+        break;
+      }
+      case Op::multiply: {
+        T& left = binary();
+        left = left * a;
+        break;
+      }
+      case Op::divide: {
+        T& left = binary();
+        left = left / a;
+        break;
+      }
+      case Op::power: {
+        T& left = binary();
+        left = power(left, a);
+        break;
+      }
+      case Op::negate:
+        a = -a;
+        break;
+      case Op::sin:
+        a = sin(a);
+        break;
+      case Op::cos:
+        a = cos(a);
+        break;
+      case Op::tan:
+        a = tan(a);
+        break;
+      case Op::asin:
+        a = asin(a);
+        break;
+      case Op::acos:
+        a = acos(a);
+        break;
+      case Op::atan:
+        a = atan(a);
+        break;
+      case Op::sinh:
+        a = sinh(a);
+        break;
+      case Op::cosh:
+        a = cosh(a);
+        break;
+      case Op::tanh:
+        a = tanh(a);
+        break;
+      case Op::asinh:
+        a = asinh(a);
+        break;
+      case Op::acosh:
+        a = acosh(a);
+        break;
+      case Op::atanh:
+        a = atanh(a);
+        break;
+      case Op::exp:
+        a = exp(a);
+        break;
+      case Op::ln:
+        a = log(a);
+        break;
+      case Op::log2:
+        a = log2(a);
+        break;
+      case Op::log10:
+        a = log10(a);
+        break;
+      case Op::sqrt:
+        a = sqrt(a);
+        break;
       // truths are the numbers 0 and 1
-      case Op::both: { T& left = binary(); left = left * a; break; }
-      case Op::either: { T& left = binary(); left = left + a - left * a; break; }
+      case Op::both: {
+        T& left = binary();
+        left = left * a;
+        break;
+      }
+      case Op::either: {
+        T& left = binary();
+        left = left + a - left * a;
+        break;
+      }
       case Op::jump_if_false:
         --top;
         if (number_of(a) == 0.0) i = now.index - 1;
         break;
-      case Op::jump: i = now.index - 1; break;
+      case Op::jump:
+        i = now.index - 1;
+        break;
       default: {
         // a selector: replace its operands by what it chose
         T operand = a;

@@ -37,9 +37,7 @@ Range operator/(const Range& a, const Range& b) {
 }
 
 // The argument of a function that is defined from low to high.
-Range within(const Range& u, double low, double high) {
-  return {clipped(u.v, low, high), u.d, u.partial || u.v.lo < low || u.v.hi > high};
-}
+Range within(const Range& u, double low, double high) { return {clipped(u.v, low, high), u.d, u.partial || u.v.lo < low || u.v.hi > high}; }
 
 template <class F>
 Range increasing(const Range& u, Interval slope, F&& f) {
@@ -63,7 +61,9 @@ Range acos(const Range& u) {
   const Range x = within(u, -1.0, 1.0);
   return -increasing(x, one / root(one - square(x.v)), [](double a) { return -std::acos(a); });
 }
-Range atan(const Range& u) { return increasing(u, one / (one + square(u.v)), [](double a) { return std::atan(a); }); }
+Range atan(const Range& u) {
+  return increasing(u, one / (one + square(u.v)), [](double a) { return std::atan(a); });
+}
 Range exp(const Range& u) {
   const Interval v = increasing(u.v, [](double a) { return std::exp(a); });
   return {v, v * u.d, u.partial};
@@ -80,7 +80,9 @@ Range tanh(const Range& u) {
   const Interval v = increasing(u.v, [](double a) { return std::tanh(a); });
   return {v, (one - square(v)) * u.d, u.partial};
 }
-Range asinh(const Range& u) { return increasing(u, one / root(one + square(u.v)), [](double a) { return std::asinh(a); }); }
+Range asinh(const Range& u) {
+  return increasing(u, one / root(one + square(u.v)), [](double a) { return std::asinh(a); });
+}
 Range acosh(const Range& u) {
   const Range x = within(u, 1.0, infinity);
   return increasing(x, one / root(square(x.v) - one), [](double a) { return std::acosh(a); });
@@ -129,7 +131,9 @@ Range atan2_on_side(const Range& y, const Range& x, double side) {
 struct TooMany {};
 
 // A selector's operands at one time with the selectors inside them held.
-struct Operands { double a, b; };
+struct Operands {
+  double a, b;
+};
 
 class Search {
  public:
@@ -172,9 +176,7 @@ class Search {
     return false;
   }
 
-  void hold(double t) {
-    choices_after(code_, selector_->begin, selector_->end, t, held_);
-  }
+  void hold(double t) { choices_after(code_, selector_->begin, selector_->end, t, held_); }
 
   Operands operands(double t) const {
     const auto held = [this](int index, Op, double, double) { return held_[static_cast<std::size_t>(index)]; };
@@ -249,7 +251,9 @@ class Search {
   }
 
   void isolate(double lo, double hi) {
-    struct Span { double lo, hi; };
+    struct Span {
+      double lo, hi;
+    };
     std::vector<Span> open{{lo, hi}};
     while (!open.empty()) {
       const Span box = open.back();
@@ -332,7 +336,8 @@ std::vector<double> Expression::switch_times(double t0, double t1) const {
   try {
     return expression::Search(code_, selectors_, t0, t1).times();
   } catch (const expression::TooMany&) {
-    throw SimulationError(fmt::format("the expression {} changes its branch more often between t = {} and {} s than can be located", quote(text_), t0, t1));
+    throw SimulationError(
+        fmt::format("the expression {} changes its branch more often between t = {} and {} s than can be located", quote(text_), t0, t1));
   }
 }
 

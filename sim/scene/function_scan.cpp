@@ -18,8 +18,14 @@ struct Series {
   static constexpr int order = 5;
   std::array<Interval, order> c;
   Series() = default;  // no values: the stack is not cleared
-  Series(double x) { c.fill({0.0, 0.0}); c[0] = {x, x}; }
-  explicit Series(Interval value) { c.fill({0.0, 0.0}); c[0] = value; }
+  Series(double x) {
+    c.fill({0.0, 0.0});
+    c[0] = {x, x};
+  }
+  explicit Series(Interval value) {
+    c.fill({0.0, 0.0});
+    c[0] = value;
+  }
   Interval& operator[](int k) { return c[static_cast<size_t>(k)]; }
   const Interval& operator[](int k) const { return c[static_cast<size_t>(k)]; }
 };
@@ -41,10 +47,18 @@ Interval convolved(const Series& a, const Series& b, int k, int from, int to) {
   return sum;
 }
 
-Series operator+(const Series& a, const Series& b) { return each([&](int k) { return a[k] + b[k]; }); }
-Series operator-(const Series& a, const Series& b) { return each([&](int k) { return a[k] - b[k]; }); }
-Series operator-(const Series& a) { return each([&](int k) { return -a[k]; }); }
-Series operator*(const Series& a, const Series& b) { return each([&](int k) { return convolved(a, b, k, 0, k); }); }
+Series operator+(const Series& a, const Series& b) {
+  return each([&](int k) { return a[k] + b[k]; });
+}
+Series operator-(const Series& a, const Series& b) {
+  return each([&](int k) { return a[k] - b[k]; });
+}
+Series operator-(const Series& a) {
+  return each([&](int k) { return -a[k]; });
+}
+Series operator*(const Series& a, const Series& b) {
+  return each([&](int k) { return convolved(a, b, k, 0, k); });
+}
 Series operator/(const Series& a, const Series& b) {
   Series out;
   for (int k = 0; k < Series::order; ++k) {
@@ -107,7 +121,8 @@ Series exp(const Series& u) {
 Series tanh(const Series& u) {
   Series f(increasing(u[0], [](double x) { return std::tanh(x); }));
   // The slope, 1 - f^2, by 1 / cosh^2: it vanishes far out, where the difference is rounding.
-  const double near = u[0].has_zero() ? 0.0 : std::min(std::abs(u[0].lo), std::abs(u[0].hi)), far = std::max(std::abs(u[0].lo), std::abs(u[0].hi));
+  const double near = u[0].has_zero() ? 0.0 : std::min(std::abs(u[0].lo), std::abs(u[0].hi)),
+               far = std::max(std::abs(u[0].lo), std::abs(u[0].hi));
   Series slope(widened(1.0 / std::cosh(far) / std::cosh(far), 1.0 / std::cosh(near) / std::cosh(near)));
   for (int k = 1; k < Series::order; ++k) {
     f[k] = integrated(u, slope, k);
@@ -131,20 +146,29 @@ Series power(const Series& u, double c) {
   return out;
 }
 Series sqrt(const Series& u) { return power(u, 0.5); }
-Series log(const Series& u) { return integrated(increasing(clipped(u[0], 0.0, infinity), [](double x) { return std::log(x); }), u, Series(1.0) / u); }
+Series log(const Series& u) {
+  return integrated(increasing(clipped(u[0], 0.0, infinity), [](double x) { return std::log(x); }), u, Series(1.0) / u);
+}
 Series log2(const Series& u) { return log(u) * Series(M_LOG2E); }
 Series log10(const Series& u) { return log(u) * Series(M_LOG10E); }
 Series asin(const Series& u) {
-  return integrated(increasing(clipped(u[0], -1.0, 1.0), [](double x) { return std::asin(x); }), u, power(Series(1.0) - power(u, 2.0), -0.5));
+  return integrated(increasing(clipped(u[0], -1.0, 1.0), [](double x) { return std::asin(x); }), u,
+                    power(Series(1.0) - power(u, 2.0), -0.5));
 }
 Series acos(const Series& u) { return Series(0.5 * M_PI) - asin(u); }
-Series atan(const Series& u) { return integrated(increasing(u[0], [](double x) { return std::atan(x); }), u, Series(1.0) / (Series(1.0) + power(u, 2.0))); }
-Series asinh(const Series& u) { return integrated(increasing(u[0], [](double x) { return std::asinh(x); }), u, power(Series(1.0) + power(u, 2.0), -0.5)); }
+Series atan(const Series& u) {
+  return integrated(increasing(u[0], [](double x) { return std::atan(x); }), u, Series(1.0) / (Series(1.0) + power(u, 2.0)));
+}
+Series asinh(const Series& u) {
+  return integrated(increasing(u[0], [](double x) { return std::asinh(x); }), u, power(Series(1.0) + power(u, 2.0), -0.5));
+}
 Series acosh(const Series& u) {
-  return integrated(increasing(clipped(u[0], 1.0, infinity), [](double x) { return std::acosh(x); }), u, power(power(u, 2.0) - Series(1.0), -0.5));
+  return integrated(increasing(clipped(u[0], 1.0, infinity), [](double x) { return std::acosh(x); }), u,
+                    power(power(u, 2.0) - Series(1.0), -0.5));
 }
 Series atanh(const Series& u) {
-  return integrated(increasing(clipped(u[0], -1.0, 1.0), [](double x) { return std::atanh(x); }), u, Series(1.0) / (Series(1.0) - power(u, 2.0)));
+  return integrated(increasing(clipped(u[0], -1.0, 1.0), [](double x) { return std::atanh(x); }), u,
+                    Series(1.0) / (Series(1.0) - power(u, 2.0)));
 }
 
 Series power(const Series& a, const Series& b) {
@@ -157,7 +181,9 @@ double number_of(const Series& u) { return std::rint(0.5 * (u[0].lo + u[0].hi));
 
 Series atan2_on_side(const Series& y, const Series& x, double) {
   // Its value alone is an angle; what varies is the rate, (x y' - y x') / r^2.
-  const auto derivative = [](const Series& f) { return each([&](int k) { return k + 1 < Series::order ? times(k + 1, f[k + 1]) : zero; }); };
+  const auto derivative = [](const Series& f) {
+    return each([&](int k) { return k + 1 < Series::order ? times(k + 1, f[k + 1]) : zero; });
+  };
   const Series rate = (x * derivative(y) - y * derivative(x)) / (power(x, 2.0) + power(y, 2.0));
   return each([&](int k) { return k == 0 ? Interval{-2.0 * M_PI, 2.0 * M_PI} : times(1.0 / k, rate[k - 1]); });
 }
@@ -188,15 +214,21 @@ FunctionScan::FunctionScan(const std::string& text, int derivative, double from,
   expression::compile(text, code->code, selectors);
   code->chosen.assign(selectors.size(), 0.0);
   expression::choices_after(code->code, 0, static_cast<int>(code->code.size()), from + 0.5 * (to - from), code->chosen);
-  const bool constant = std::none_of(code->code.begin(), code->code.end(), [](const Expression::Instruction& i) { return i.op == Op::time; });
+  const bool constant =
+      std::none_of(code->code.begin(), code->code.end(), [](const Expression::Instruction& i) { return i.op == Op::time; });
   code_ = std::move(code);
   if (constant) known_until_ = to;
   else find_peak(from, to);
 }
 
 FunctionScan::FunctionScan(const TableDef& table, int derivative, double from, double to)
-    : table_(std::make_unique<CubicTable>(table.x, table.y, table.period)), points_(table.x), period_(table.period.value_or(0.0)), derivative_(derivative), to_(to),
-      least_(1e-13 * (to - from)), known_until_(from) {
+    : table_(std::make_unique<CubicTable>(table.x, table.y, table.period)),
+      points_(table.x),
+      period_(table.period.value_or(0.0)),
+      derivative_(derivative),
+      to_(to),
+      least_(1e-13 * (to - from)),
+      known_until_(from) {
   // A table is as large as its points, a spline's overshoot besides.
   for (const double x : points_) {
     const TimeJet j = table_->jet(x);
@@ -250,7 +282,8 @@ FunctionBounds FunctionScan::bounds_of_table(double lo, double hi) const {
   if (period_ > 0.0) hi = std::min(hi, lo + period_);
   const double first_period = period_ > 0.0 ? period_ * std::floor((lo - points_.front()) / period_) : 0.0;
   for (double offset = first_period; points_.front() + offset < hi; offset += period_) {
-    for (auto x = std::upper_bound(points_.begin(), points_.end(), lo - offset); x != points_.end() && *x + offset < hi; ++x) at.push_back(*x + offset);
+    for (auto x = std::upper_bound(points_.begin(), points_.end(), lo - offset); x != points_.end() && *x + offset < hi; ++x)
+      at.push_back(*x + offset);
     if (period_ == 0.0) break;
   }
   at.push_back(hi);
@@ -264,7 +297,8 @@ FunctionBounds FunctionScan::bounds_of_table(double lo, double hi) const {
     high = i == 0 ? v : std::max(high, v);
     if (derivative_ == 2) {
       // Straight between the points: what is bent is how far they lie off the line through the ends.
-      const double share = hi > lo ? (at[i] - lo) / (hi - lo) : 0.0, off = std::abs(v - first.acceleration - share * (end.acceleration - first.acceleration));
+      const double share = hi > lo ? (at[i] - lo) / (hi - lo) : 0.0,
+                   off = std::abs(v - first.acceleration - share * (end.acceleration - first.acceleration));
       if (hi > lo) out.bend = std::max(out.bend, 8.0 * off / ((hi - lo) * (hi - lo)));
       if (gap > 0.0) out.slope = std::max(out.slope, std::abs(v - before) / gap);
     } else {
@@ -276,7 +310,8 @@ FunctionBounds FunctionScan::bounds_of_table(double lo, double hi) const {
   out.size = std::max(std::abs(low), std::abs(high));
   out.varies = high - low;
   // Between two points a cubic leaves their range by at most an eighth of its bend over the gap squared.
-  for (size_t i = 1; derivative_ == 0 && i < at.size(); ++i) out.varies = std::max(out.varies, high - low + out.bend * (at[i] - at[i - 1]) * (at[i] - at[i - 1]) / 4.0);
+  for (size_t i = 1; derivative_ == 0 && i < at.size(); ++i)
+    out.varies = std::max(out.varies, high - low + out.bend * (at[i] - at[i - 1]) * (at[i] - at[i - 1]) / 4.0);
   return out;
 }
 

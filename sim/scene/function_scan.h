@@ -1,11 +1,11 @@
-// Where a function of time acts: keeps the steps of an integrator from passing over what is narrower than they are (a Gaussian pulse, sin(t)^200, a
-// peak in a table), which the error control of a method that looks at single times cannot know of.
+// Where a function of time acts: keeps the steps of an integrator from passing over what is narrower than they are (a Gaussian pulse,
+// sin(t)^200, a peak in a table), which the error control of a method that looks at single times cannot know of.
 //
-// A box of times shows a function if a straight line through it differs by no more than half of what its slope makes of the box, or by less than 1e-9 of
-// its largest value in the run: by bounds of the function and its derivatives over the box (interval arithmetic on Taylor coefficients: Moore, Kearfott,
-// Cloud: Introduction to Interval Analysis, SIAM 2009, ch. 9; of a table by its points). sin(w t) is shown by boxes up to 4/w, a Gaussian by boxes up
-// to about twice its width, an exponential by four of its time constants: no step that a tolerance allows is shortened by it but where a function
-// begins that is new to it.
+// A box of times shows a function if a straight line through it differs by no more than half of what its slope makes of the box, or by less
+// than 1e-9 of its largest value in the run: by bounds of the function and its derivatives over the box (interval arithmetic on Taylor
+// coefficients: Moore, Kearfott, Cloud: Introduction to Interval Analysis, SIAM 2009, ch. 9; of a table by its points). sin(w t) is shown
+// by boxes up to 4/w, a Gaussian by boxes up to about twice its width, an exponential by four of its time constants: no step that a
+// tolerance allows is shortened by it but where a function begins that is new to it.
 #pragma once
 
 #include "sim/scene/scene.h"
@@ -17,8 +17,8 @@
 
 namespace flexframe::sim {
 
-// Bounds over a box of times of what acts of a function, its value or its second derivative, and of that one's first and second derivative; infinite
-// where there is none.
+// Bounds over a box of times of what acts of a function, its value or its second derivative, and of that one's first and second derivative;
+// infinite where there is none.
 struct FunctionBounds {
   double size = 0.0;    // largest size
   double varies = 0.0;  // highest less lowest, at most
@@ -27,16 +27,16 @@ struct FunctionBounds {
 
 class FunctionScan {
  public:
-  // A function within a segment [from, to] in which it keeps its piece; derivative: 0 where its value acts (forces), 2 where its acceleration does
-  // (prescribed motions). The text is one that Expression has read; times of a table may be places as well.
+  // A function within a segment [from, to] in which it keeps its piece; derivative: 0 where its value acts (forces), 2 where its
+  // acceleration does (prescribed motions). The text is one that Expression has read; times of a table may be places as well.
   FunctionScan(const std::string& expression, int derivative, double from, double to);
   FunctionScan(const TableDef& table, int derivative, double from, double to);
   ~FunctionScan();
   FunctionScan(FunctionScan&&) noexcept;
   FunctionScan& operator=(FunctionScan&&) noexcept;
 
-  // How far a step from t may go, where the last one had the length `step` and the next goes to `farthest` at most: to a time beyond t by 1e-13 of the
-  // segment at least, infinite where nothing is left to pass over.
+  // How far a step from t may go, where the last one had the length `step` and the next goes to `farthest` at most: to a time beyond t by
+  // 1e-13 of the segment at least, infinite where nothing is left to pass over.
   double limit(double t, double step, double farthest);
   // The function varies so densely that it has shortened a hundred thousand steps: steps are no longer kept from passing over it.
   bool gave_up() const { return shortened_ > most_shortened; }
@@ -53,10 +53,10 @@ class FunctionScan {
   void find_peak(double from, double to);
   FunctionBounds bounds_of_table(double lo, double hi) const;
 
-  std::unique_ptr<const Code> code_;        // of an expression, else
+  std::unique_ptr<const Code> code_;  // of an expression, else
   std::unique_ptr<const CubicTable> table_;
   std::vector<double> points_;
-  double period_ = 0.0;                     // of the table, 0: none
+  double period_ = 0.0;  // of the table, 0: none
   int derivative_;
   double to_, least_, known_until_, peak_ = 0.0;
   long shortened_ = 0;

@@ -1,5 +1,5 @@
-// Interval arithmetic with outward rounding, for the search for switches and pulses in expressions (Moore, Kearfott, Cloud: Introduction to Interval
-// Analysis, SIAM 2009); private to expression_switches.cpp and expression_scan.cpp.
+// Interval arithmetic with outward rounding, for the search for switches and pulses in expressions (Moore, Kearfott, Cloud: Introduction to
+// Interval Analysis, SIAM 2009); private to expression_switches.cpp and expression_scan.cpp.
 #pragma once
 
 #include <algorithm>
@@ -21,13 +21,17 @@ inline constexpr Interval nothing{infinity, -infinity};
 inline constexpr Interval everything{-infinity, infinity};
 inline constexpr Interval one{1.0, 1.0};
 
-// Outward by more than the rounding of one operation or library function; not-a-number bounds are infinite ones. What is too large for a number lies
-// between the largest one and infinity.
+// Outward by more than the rounding of one operation or library function; not-a-number bounds are infinite ones. What is too large for a
+// number lies between the largest one and infinity.
 inline Interval widened(double lo, double hi) {
   constexpr double rounding = 4.0 * std::numeric_limits<double>::epsilon(), largest = std::numeric_limits<double>::max();
   constexpr double smallest = std::numeric_limits<double>::denorm_min();
-  return {std::isnan(lo) ? -infinity : lo == infinity ? largest : lo - rounding * std::abs(lo) - (lo != 0.0) * smallest,
-          std::isnan(hi) ? infinity : hi == -infinity ? -largest : hi + rounding * std::abs(hi) + (hi != 0.0) * smallest};
+  return {std::isnan(lo)   ? -infinity
+          : lo == infinity ? largest
+                           : lo - rounding * std::abs(lo) - (lo != 0.0) * smallest,
+          std::isnan(hi)    ? infinity
+          : hi == -infinity ? -largest
+                            : hi + rounding * std::abs(hi) + (hi != 0.0) * smallest};
 }
 
 inline Interval operator+(Interval a, Interval b) { return a.empty() || b.empty() ? nothing : widened(a.lo + b.lo, a.hi + b.hi); }
@@ -66,7 +70,9 @@ inline Interval increasing(Interval a, F&& f) {
   return a.empty() ? nothing : widened(f(a.lo), f(a.hi));
 }
 
-inline Interval root(Interval a) { return increasing(clipped(a, 0.0, infinity), [](double x) { return std::sqrt(x); }); }
+inline Interval root(Interval a) {
+  return increasing(clipped(a, 0.0, infinity), [](double x) { return std::sqrt(x); });
+}
 
 inline Interval sine(Interval a) {
   if (a.empty()) return nothing;

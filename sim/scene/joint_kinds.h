@@ -19,7 +19,8 @@
 
 namespace flexframe::sim {
 
-// What presses the surfaces together on which a joint's friction acts: of the joint's force all, what is normal to the axis, what is along it.
+// What presses the surfaces together on which a joint's friction acts: of the joint's force all, what is normal to the axis, what is along
+// it.
 enum class Pressing { all, across_axis, along_axis };
 
 // A mechanism that moves in a plane may have the joint with any axis, with one normal to the plane, with one in the plane, or not at all.
@@ -32,17 +33,17 @@ enum class JointSymbol { none, pin, ball, rail };
 struct ClosureFacts {
   std::string_view places;
   std::string_view turns;
-  bool distance = false;             // the origin of B stays `length` away instead
+  bool distance = false;  // the origin of B stays `length` away instead
 };
 
 struct JointTraits {
   JointKind kind;
-  std::string_view word;             // in scene and results files
-  std::string_view coordinates;      // what a list of them holds, for messages
-  std::string_view rates;            // one letter a rate: m a length (rate m/s), r an angle (rad/s)
-  int quaternion;                    // coordinate at which an orientation begins, w x y z, else -1. Its rates are the angular velocity, the
-                                     // rates before it the velocity, both in B's axes
-  std::string_view surfaces;         // one letter a rate: those of one letter slip on one surface
+  std::string_view word;         // in scene and results files
+  std::string_view coordinates;  // what a list of them holds, for messages
+  std::string_view rates;        // one letter a rate: m a length (rate m/s), r an angle (rad/s)
+  int quaternion;                // coordinate at which an orientation begins, w x y z, else -1. Its rates are the angular velocity, the
+                                 // rates before it the velocity, both in B's axes
+  std::string_view surfaces;     // one letter a rate: those of one letter slip on one surface
   Pressing pressing;
   InPlane in_plane;
   std::optional<ClosureFacts> closure;  // none: closes a loop only by way of a massless link
@@ -53,7 +54,7 @@ struct JointTraits {
   void (*bias)(const Vec3& axis, const double* q, const double* w, Vec6& out);
 
   // What few kinds have.
-  bool read_off = false;             // its one coordinate follows from the relative pose: an angle about or a distance along the axis
+  bool read_off = false;               // its one coordinate follows from the relative pose: an angle about or a distance along the axis
   bool pitch = false, length = false;  // keys of the scene
   // Spring, friction and stop act on the first of these, which stands in its place, and the second closes the loop.
   std::optional<std::pair<JointKind, JointKind>> split = std::nullopt;

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <set>
 
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
+#include <Eigen/Eigenvalues>
 
 namespace flexframe::sim {
 
@@ -22,7 +22,7 @@ const Words beam_models{"finite-element", "modal", "mixed", "lumped"};
 const Words boundaries{"clamped-free", "supported-supported", "supported-free", "free-free", "clamped-clamped", "clamped-supported"};
 
 constexpr int most_elements = 10000;
-constexpr int highest_mode = 60;       // eigenforms are accurate up to there (issue: every beam of the seeds)
+constexpr int highest_mode = 60;  // eigenforms are accurate up to there (issue: every beam of the seeds)
 constexpr std::size_t most_coordinates = 100000;
 
 constexpr Range poisson_range{.low = -1.0, .high = 0.5, .open_low = true, .what = "a number in (-1, 0.5]"};
@@ -34,12 +34,13 @@ void read_without(const TableReader& reader, EffectChoice& choice) {
   for (const std::string& name : reader.texts("without")) {
     if (std::find(known.begin(), known.end(), name) == known.end()) {
       const std::string hint = did_you_mean(name, known);
-      reader.fail("without", fmt::format("names the effect {}, which no body can go without{}{} allowed: {}", quote(name), hint, hint.empty() ? ";" : "",
-                                         list_words(known)));
+      reader.fail("without", fmt::format("names the effect {}, which no body can go without{}{} allowed: {}", quote(name), hint,
+                                         hint.empty() ? ";" : "", list_words(known)));
     }
     if (std::find(choice.names.begin(), choice.names.end(), name) != choice.names.end())
       reader.fail("without", fmt::format("names {}, which 'effects' lists", quote(name)));
-    if (std::find(choice.without.begin(), choice.without.end(), name) != choice.without.end()) reader.fail("without", fmt::format("names {} twice", quote(name)));
+    if (std::find(choice.without.begin(), choice.without.end(), name) != choice.without.end())
+      reader.fail("without", fmt::format("names {} twice", quote(name)));
     choice.without.push_back(name);
   }
 }
@@ -52,17 +53,26 @@ void read_effect_names(const TableReader& reader, EffectChoice& choice) {
     if (value->text == "auto") return;
     if (std::find(known.begin(), known.end(), value->text) != known.end())
       reader.fail("effects", fmt::format("must be \"auto\" or an array: write [\"{}\"]", value->text));
-    reader.fail("effects", fmt::format("must be \"auto\" or an array of effects (\"auto\" may be one: what the program chooses and these), found {}; allowed: {}", describe(*value), list_words(known)));
+    reader.fail(
+        "effects",
+        fmt::format(
+            "must be \"auto\" or an array of effects (\"auto\" may be one: what the program chooses and these), found {}; allowed: {}",
+            describe(*value), list_words(known)));
   }
   if (value->type != TomlValue::Type::array)
-    reader.fail("effects", fmt::format("must be \"auto\" or an array of effects (\"auto\" may be one: what the program chooses and these), found {}; allowed: {}", describe(*value), list_words(known)));
+    reader.fail(
+        "effects",
+        fmt::format(
+            "must be \"auto\" or an array of effects (\"auto\" may be one: what the program chooses and these), found {}; allowed: {}",
+            describe(*value), list_words(known)));
   const std::vector<std::string> names = reader.texts("effects");
   choice.automatic = std::find(names.begin(), names.end(), "auto") != names.end();
   for (const std::string& name : names) {
     if (name == "auto") continue;
     if (std::find(known.begin(), known.end(), name) == known.end()) {
       const std::string hint = did_you_mean(name, known);
-      reader.fail("effects", fmt::format("names the effect {}, which is unknown{}{} allowed: {}", quote(name), hint, hint.empty() ? ";" : "", list_words(known)));
+      reader.fail("effects", fmt::format("names the effect {}, which is unknown{}{} allowed: {}", quote(name), hint,
+                                         hint.empty() ? ";" : "", list_words(known)));
     }
     if (std::find(choice.names.begin(), choice.names.end(), name) != choice.names.end())
       reader.fail("effects", fmt::format("names {} twice", quote(name)));
@@ -128,10 +138,14 @@ void check_inertia(const TableReader& reader, const Vec6& inertia) {
   // numbers given with five digits may miss the limit of a flat body by rounding
   const double rounding = 1e-4 * scale;
   if (principal[0] < -rounding)
-    reader.fail("inertia", fmt::format("is not positive semidefinite: its principal moments are {:.6g}, {:.6g}, {:.6g} kg m^2", principal[0], principal[1], principal[2]));
+    reader.fail("inertia", fmt::format("is not positive semidefinite: its principal moments are {:.6g}, {:.6g}, {:.6g} kg m^2",
+                                       principal[0], principal[1], principal[2]));
   if (principal[2] > principal[0] + principal[1] + rounding)
-    reader.fail("inertia", fmt::format("violates the triangle inequality: the largest principal moment {:.6g} exceeds the sum of the others, {:.6g} + {:.6g} kg m^2",
-                                       principal[2], principal[0], principal[1]));
+    reader.fail(
+        "inertia",
+        fmt::format(
+            "violates the triangle inequality: the largest principal moment {:.6g} exceeds the sum of the others, {:.6g} + {:.6g} kg m^2",
+            principal[2], principal[0], principal[1]));
 }
 
 std::map<std::string, Vec3> read_frame_positions(const TableReader& body, std::vector<std::string>* order = nullptr) {
@@ -219,13 +233,18 @@ BeamDef read_beam(const TableReader& reader) {
   // a key that the model does not read would be silently ignored
   if (modal && reader.has("elements")) reader.fail("elements", "does not belong to model 'modal'; that has 'modes'");
   if (!mixed && reader.has("volumes")) reader.fail("volumes", fmt::format("belongs to model 'mixed'; this one is '{}'", model));
-  if (!mixed && !modal && reader.has("modes")) reader.fail("modes", fmt::format("belongs to the models 'modal' and 'mixed'; this one is '{}'", model));
+  if (!mixed && !modal && reader.has("modes"))
+    reader.fail("modes", fmt::format("belongs to the models 'modal' and 'mixed'; this one is '{}'", model));
   if (beam.model != BeamModel::lumped && reader.has("curvature_coupling"))
     reader.fail("curvature_coupling", fmt::format("belongs to model 'lumped'; this one is '{}'", model));
   // the free-ended boundaries only place the body frame; the others would hold every part of the chain
-  if ((mixed || beam.model == BeamModel::lumped) && (beam.boundary == Boundary::clamped_clamped || beam.boundary == Boundary::clamped_supported))
-    reader.fail("boundary", fmt::format("must leave the ends free with model '{}', whose parts are joined one to the next; hold its ends by joints", model));
-  if (mixed && reader.has("modes") && reader.has("elements")) reader.fail("elements", "excludes 'modes': the volumes have elements or modes");
+  if ((mixed || beam.model == BeamModel::lumped) &&
+      (beam.boundary == Boundary::clamped_clamped || beam.boundary == Boundary::clamped_supported))
+    reader.fail(
+        "boundary",
+        fmt::format("must leave the ends free with model '{}', whose parts are joined one to the next; hold its ends by joints", model));
+  if (mixed && reader.has("modes") && reader.has("elements"))
+    reader.fail("elements", "excludes 'modes': the volumes have elements or modes");
 
   if (modal) reader.required("modes");
   if (reader.has("modes")) beam.modes = read_modes(reader);
@@ -307,7 +326,8 @@ StateSpaceDef read_state_space(const TableReader& reader, const std::filesystem:
   if (body.ports.empty()) reader.fail("frames", "must name at least one frame: the port that forces act on");
   const auto ports = static_cast<Eigen::Index>(body.ports.size());
   if (body.sigma.cols() != 3 * ports && body.sigma.cols() != 6 * ports)
-    reader.fail(fmt::format("'sigma' must have 3 or 6 columns (force, torque) for each of the {} ports ({}), found {}", ports, list_words(body.ports), body.sigma.cols()));
+    reader.fail(fmt::format("'sigma' must have 3 or 6 columns (force, torque) for each of the {} ports ({}), found {}", ports,
+                            list_words(body.ports), body.sigma.cols()));
   if (body.theta.rows() != body.sigma.cols())
     reader.fail(fmt::format("'theta' must have as many rows as 'sigma' has columns, {}, found {}", body.sigma.cols(), body.theta.rows()));
   return body;
@@ -316,10 +336,14 @@ StateSpaceDef read_state_space(const TableReader& reader, const std::filesystem:
 // Drawing words as text: numbers as written by fmt, lists as "[1, 0, 0]".
 std::string drawing_text(const TableReader& reader, std::string_view key, const TomlValue& value) {
   switch (value.type) {
-    case TomlValue::Type::text: return value.text;
-    case TomlValue::Type::boolean: return value.boolean ? "true" : "false";
-    case TomlValue::Type::integer: return fmt::format("{}", value.integer);
-    case TomlValue::Type::real: return fmt::format("{}", value.real);
+    case TomlValue::Type::text:
+      return value.text;
+    case TomlValue::Type::boolean:
+      return value.boolean ? "true" : "false";
+    case TomlValue::Type::integer:
+      return fmt::format("{}", value.integer);
+    case TomlValue::Type::real:
+      return fmt::format("{}", value.real);
     case TomlValue::Type::array: {
       std::string list;
       for (const TomlValue& item : value.items) {
@@ -328,7 +352,8 @@ std::string drawing_text(const TableReader& reader, std::string_view key, const 
       }
       return "[" + list + "]";
     }
-    default: reader.fail(key, fmt::format("must be a string, number, boolean or an array of them, found {}", describe(value)));
+    default:
+      reader.fail(key, fmt::format("must be a string, number, boolean or an array of them, found {}", describe(value)));
   }
 }
 
@@ -336,14 +361,20 @@ Words allowed_keys(std::size_t kind, bool modal_beam) {
   Words keys{"name", "kind", "mesh", "color", "drawing"};
   const auto add = [&](std::initializer_list<const char*> more) { keys.insert(keys.end(), more.begin(), more.end()); };
   switch (kind) {
-    case 0: add({"mass", "inertia", "centre_of_mass", "frames"}); break;
+    case 0:
+      add({"mass", "inertia", "centre_of_mass", "frames"});
+      break;
     case 1:
       add({"length", "section", "material", "model"});
       add(modal_beam ? std::initializer_list<const char*>{"modes", "elements"} : std::initializer_list<const char*>{"elements", "modes"});
-      add({"volumes", "keep_modes", "keep_static", "curvature_coupling", "boundary", "effects", "without", "damping", "frames", "initial", "shown"});
+      add({"volumes", "keep_modes", "keep_static", "curvature_coupling", "boundary", "effects", "without", "damping", "frames", "initial",
+           "shown"});
       break;
-    case 2: add({"file", "effects", "without", "damping", "initial", "shown"}); break;
-    default: add({"file", "omega", "gamma", "sigma", "theta", "ports", "mass", "inertia", "centre_of_mass", "frames", "initial", "shown"});
+    case 2:
+      add({"file", "effects", "without", "damping", "initial", "shown"});
+      break;
+    default:
+      add({"file", "omega", "gamma", "sigma", "theta", "ports", "mass", "inertia", "centre_of_mass", "frames", "initial", "shown"});
   }
   return keys;
 }
@@ -354,7 +385,9 @@ std::string read_shown(const TableReader& reader, const TomlValue& value) {
   if (value.type == TomlValue::Type::array) {
     const Words names = reader.texts("shown");
     if (names.empty() || names.size() > 2)
-      reader.fail("shown", fmt::format("must name one frame of the body (its deformation is seen from there) or two (from their chord), found {}", names.size()));
+      reader.fail("shown",
+                  fmt::format("must name one frame of the body (its deformation is seen from there) or two (from their chord), found {}",
+                              names.size()));
     std::string text = "frames";
     for (const std::string& name : names) {
       check_name(reader, "shown", name, "frame");
@@ -364,7 +397,8 @@ std::string read_shown(const TableReader& reader, const TomlValue& value) {
   }
   const bool text = value.type == TomlValue::Type::text;
   if (!text || std::find(words.begin(), words.end(), value.text) == words.end())
-    reader.fail("shown", fmt::format("is {}{}; allowed: {}, or an array of one or two frames of the body", describe(value), text ? did_you_mean(value.text, words) : "", list_words(words)));
+    reader.fail("shown", fmt::format("is {}{}; allowed: {}, or an array of one or two frames of the body", describe(value),
+                                     text ? did_you_mean(value.text, words) : "", list_words(words)));
   return value.text;
 }
 
@@ -378,7 +412,8 @@ BodyDef read_body(TableReader& reader, const std::filesystem::path& folder) {
   body.line = reader.line();
   body.name = reader.text("name");
   check_name(reader, "name", body.name, "body");
-  if (body.name == "ground" || body.name == "system") reader.fail("name", fmt::format("must not be '{}', which is a word of the scene file", body.name));
+  if (body.name == "ground" || body.name == "system")
+    reader.fail("name", fmt::format("must not be '{}', which is a word of the scene file", body.name));
   reader.set_label(fmt::format("[[body]] {}", quote(body.name)));
 
   const std::size_t kind = reader.word("kind", kinds);
@@ -400,9 +435,14 @@ BodyDef read_body(TableReader& reader, const std::filesystem::path& folder) {
       body.kind = std::move(rigid);
       break;
     }
-    case 1: body.kind = read_beam(reader); break;
-    case 2: body.kind = read_modal(reader, folder); break;
-    default: body.kind = read_state_space(reader, folder);
+    case 1:
+      body.kind = read_beam(reader);
+      break;
+    case 2:
+      body.kind = read_modal(reader, folder);
+      break;
+    default:
+      body.kind = read_state_space(reader, folder);
   }
   return body;
 }

@@ -28,8 +28,8 @@ const Words joint_words_in_order = [] {
 const Words force_kinds{"force", "torque", "spring-damper", "distributed", "bushing"};
 const Words force_frames{"world", "body"};
 const Words reaction_frames{"world", "parent", "child"};
-const Words quantities{"position", "velocity", "acceleration", "rotation", "angular_velocity", "displacement",
-                       "value", "rate", "reaction", "q", "qd", "energy", "kinetic", "strain", "potential"};
+const Words quantities{"position", "velocity", "acceleration", "rotation", "angular_velocity", "displacement", "value",    "rate",
+                       "reaction", "q",        "qd",           "energy",   "kinetic",          "strain",       "potential"};
 
 std::vector<double> read_coordinates(const TableReader& reader, std::string_view key, JointKind kind) {
   const std::size_t count = traits(kind).rates.size();
@@ -61,7 +61,8 @@ Friction read_friction(const TableReader& reader) {
   friction.coefficient = reader.number("coefficient", not_negative);
   const TomlValue& normal = reader.required("normal_force");
   if (normal.type == TomlValue::Type::text) {
-    if (normal.text != "reaction") reader.fail("normal_force", fmt::format("must be a number >= 0 or \"reaction\", found {}", describe(normal)));
+    if (normal.text != "reaction")
+      reader.fail("normal_force", fmt::format("must be a number >= 0 or \"reaction\", found {}", describe(normal)));
     friction.reaction = true;
   } else {
     friction.normal_force = reader.number("normal_force", {.low = 0.0, .what = "a number >= 0 or \"reaction\""});
@@ -69,7 +70,8 @@ Friction read_friction(const TableReader& reader) {
   friction.radius = reader.number("radius", friction.radius, positive);
   friction.static_coefficient = reader.optional_number("static_coefficient", not_negative);
   if (friction.static_coefficient && *friction.static_coefficient < friction.coefficient)
-    reader.fail("static_coefficient", fmt::format("must not be smaller than the coefficient {}, found {}", friction.coefficient, *friction.static_coefficient));
+    reader.fail("static_coefficient",
+                fmt::format("must not be smaller than the coefficient {}, found {}", friction.coefficient, *friction.static_coefficient));
   friction.regularised = reader.optional_number("regularised", positive);
   return friction;
 }
@@ -91,7 +93,8 @@ Stop read_stop(const TableReader& reader) {
 TableDef read_table(const TableReader& reader, const Scene& scene) {
   TableDef table;
   if (reader.has("period")) table.period = reader.number("period", positive);
-  if (reader.has("table") == reader.has("file")) reader.fail("needs either 'table', pairs of numbers, or 'file', a text file of two columns");
+  if (reader.has("table") == reader.has("file"))
+    reader.fail("needs either 'table', pairs of numbers, or 'file', a text file of two columns");
   if (reader.has("file")) {
     const std::string text = reader.text("file");
     if (text.empty()) reader.fail("file", "is empty; a file name is expected");
@@ -125,11 +128,13 @@ TableDef read_table(const TableReader& reader, const Scene& scene) {
         }
         double number = 0.0;
         const auto [next, error] = std::from_chars(*p == '+' ? p + 1 : p, stop, number);
-        if (error != std::errc{} || !std::isfinite(number)) reader.fail("file", fmt::format("{}:{}: no number at {}", table.file.string(), line, quote(std::string(p, stop))));
+        if (error != std::errc{} || !std::isfinite(number))
+          reader.fail("file", fmt::format("{}:{}: no number at {}", table.file.string(), line, quote(std::string(p, stop))));
         numbers.push_back(number);
         p = next;
       }
-      if (numbers.size() != 2) reader.fail("file", fmt::format("{}:{}: two numbers are expected, found {}", table.file.string(), line, numbers.size()));
+      if (numbers.size() != 2)
+        reader.fail("file", fmt::format("{}:{}: two numbers are expected, found {}", table.file.string(), line, numbers.size()));
       table.x.push_back(numbers[0]);
       table.y.push_back(numbers[1]);
     }
@@ -151,7 +156,8 @@ void check_reach(const TableReader& reader, const TableDef& table, const Scene& 
   if (table.period) return;
   if (table.x.front() > 0.0 || table.x.back() < scene.simulation.duration)
     reader.fail(reader.has("file") ? "file" : "table",
-                fmt::format("covers {} to {} s, the run 0 to {} s; extend the table or give its 'period'", table.x.front(), table.x.back(), scene.simulation.duration));
+                fmt::format("covers {} to {} s, the run 0 to {} s; extend the table or give its 'period'", table.x.front(), table.x.back(),
+                            scene.simulation.duration));
 }
 
 std::vector<std::string> body_names(const Scene& scene) {
@@ -192,7 +198,8 @@ void check_frame(const TableReader& reader, std::string_view key, const BodyDef&
     if (std::find(known.begin(), known.end(), frame) != known.end()) return;
     if (!beam->modes.empty()) {
       if (frame.starts_with("node["))
-        reader.fail(key, fmt::format("names the node {}, but a modal beam has no numbered nodes; it has {} (add 'frames' at any x/length)", quote(frame), list_words(known)));
+        reader.fail(key, fmt::format("names the node {}, but a modal beam has no numbered nodes; it has {} (add 'frames' at any x/length)",
+                                     quote(frame), list_words(known)));
     } else {
       const int last = beam->elements * (beam->model == BeamModel::mixed ? beam->volumes : 1);
       const int number = node_number(frame);
@@ -200,13 +207,15 @@ void check_frame(const TableReader& reader, std::string_view key, const BodyDef&
       known.push_back(fmt::format("node[0] ... node[{}]", last));
     }
   } else {
-    const auto& frames = std::holds_alternative<RigidDef>(body.kind) ? std::get<RigidDef>(body.kind).frames : std::get<StateSpaceDef>(body.kind).rigid.frames;
+    const auto& frames = std::holds_alternative<RigidDef>(body.kind) ? std::get<RigidDef>(body.kind).frames
+                                                                     : std::get<StateSpaceDef>(body.kind).rigid.frames;
     if (frames.contains(frame)) return;
     for (const auto& entry : frames) known.push_back(entry.first);
   }
   const std::string hint = did_you_mean(frame, known);
-  reader.fail(key, fmt::format("names the frame {}, which is no frame of {}{}{} it has {}", quote(frame), quote(body.name), hint, hint.empty() ? ";" : "",
-                               known.empty() ? "no frames but its own (write the body's name alone)" : list_words(known)));
+  reader.fail(
+      key, fmt::format("names the frame {}, which is no frame of {}{}{} it has {}", quote(frame), quote(body.name), hint,
+                       hint.empty() ? ";" : "", known.empty() ? "no frames but its own (write the body's name alone)" : list_words(known)));
 }
 
 FrameRef split(const std::string& text) {
@@ -218,7 +227,8 @@ FrameRef split(const std::string& text) {
 [[noreturn]] void unknown_body(const TableReader& reader, std::string_view key, const std::string& name, const Scene& scene) {
   const Words known = body_names(scene);
   const std::string hint = did_you_mean(name, known);
-  reader.fail(key, fmt::format("names the body {}, which does not exist{}{} there are {}", quote(name), hint, hint.empty() ? ";" : "", list_words(known)));
+  reader.fail(key, fmt::format("names the body {}, which does not exist{}{} there are {}", quote(name), hint, hint.empty() ? ";" : "",
+                               list_words(known)));
 }
 
 }  // namespace
@@ -229,14 +239,17 @@ void check_name(const TableReader& reader, std::string_view key, const std::stri
     return static_cast<unsigned char>(c) < 0x20 || c == 0x7F || c == '.' || c == '/' || c == '\\' || c == '"' || c == '\'';
   });
   if (bad_character || name.front() == ' ' || name.back() == ' ')
-    reader.fail(key, fmt::format("is no name for a {}: {}; a name has no '.', '/', '\\', quotes, control characters, nor spaces at its ends", what, quote(name)));
+    reader.fail(
+        key, fmt::format("is no name for a {}: {}; a name has no '.', '/', '\\', quotes, control characters, nor spaces at its ends", what,
+                         quote(name)));
   if (name.size() > 200) reader.fail(key, fmt::format("is longer than 200 bytes: {}", quote(name)));
 }
 
 std::string read_expression(const TableReader& reader, std::string_view key) {
   const TomlValue& value = reader.required(key);
   if (value.type == TomlValue::Type::integer || value.type == TomlValue::Type::real) return fmt::format("{}", reader.number(key));
-  if (value.type != TomlValue::Type::text) reader.fail(key, fmt::format("must be a number or an expression of t, found {}", describe(value)));
+  if (value.type != TomlValue::Type::text)
+    reader.fail(key, fmt::format("must be a number or an expression of t, found {}", describe(value)));
   try {
     const Expression expression(reader.text(key));
   } catch (const InputError& error) {
@@ -248,12 +261,14 @@ std::string read_expression(const TableReader& reader, std::string_view key) {
 FrameRef read_frame_ref(const TableReader& reader, std::string_view key, const Scene& scene) {
   FrameRef ref = split(reader.text(key));
   if (ref.body == "ground") {
-    if (!ref.frame.empty()) reader.fail(key, fmt::format("names the frame {} of ground, which has none; use 'position' and 'rotation'", quote(ref.frame)));
+    if (!ref.frame.empty())
+      reader.fail(key, fmt::format("names the frame {} of ground, which has none; use 'position' and 'rotation'", quote(ref.frame)));
     return ref;
   }
   const BodyDef* body = find_body(scene, ref.body);
   if (!body) unknown_body(reader, key, ref.body, scene);
-  if (ref.frame.empty() && reader.text(key).ends_with('.')) reader.fail(key, fmt::format("is {}: a frame's name is missing after the dot", quote(reader.text(key))));
+  if (ref.frame.empty() && reader.text(key).ends_with('.'))
+    reader.fail(key, fmt::format("is {}: a frame's name is missing after the dot", quote(reader.text(key))));
   check_frame(reader, key, *body, ref.frame);
   return ref;
 }
@@ -267,13 +282,15 @@ JointDef read_joint(TableReader& reader, const Scene& scene) {
   joint.kind = static_cast<JointKind>(reader.word("kind", joint_words_in_order));
   const JointTraits& facts = traits(joint.kind);
   const std::string kind(facts.word);
-  reader.allow({"name", "kind", "parent", "child", "axis", "position", "rotation", "pitch", "length", "initial", "motion", "spring", "friction", "stop"});
+  reader.allow({"name", "kind", "parent", "child", "axis", "position", "rotation", "pitch", "length", "initial", "motion", "spring",
+                "friction", "stop"});
 
   // ends and placement
   joint.parent = read_frame_ref(reader, "parent", scene);
   joint.child = read_frame_ref(reader, "child", scene);
   if (joint.child.body == "ground") reader.fail("child", "must not be ground: exchange 'parent' and 'child'");
-  if (joint.child.body == joint.parent.body) reader.fail("child", fmt::format("is on the same body as the parent, {}", quote(joint.child.body)));
+  if (joint.child.body == joint.parent.body)
+    reader.fail("child", fmt::format("is on the same body as the parent, {}", quote(joint.child.body)));
   joint.axis = reader.direction("axis", Vec3::UnitZ());
   joint.position = reader.vector3("position", Vec3::Zero());
   joint.rotation = reader.vector3("rotation", Vec3::Zero());
@@ -283,10 +300,13 @@ JointDef read_joint(TableReader& reader, const Scene& scene) {
     joint.pitch = reader.number("pitch");
     if (joint.pitch == 0.0) reader.fail("pitch", "must not be 0 (that is a revolute joint)");
   } else if (reader.has("pitch")) {
-    reader.fail("pitch", fmt::format("belongs to joints of kind '{}'; this one is '{}'", joint_words([](const JointTraits& t) { return t.pitch; }), kind));
+    reader.fail("pitch", fmt::format("belongs to joints of kind '{}'; this one is '{}'",
+                                     joint_words([](const JointTraits& t) { return t.pitch; }), kind));
   }
   if (facts.length) joint.length = reader.number("length", positive);
-  else if (reader.has("length")) reader.fail("length", fmt::format("belongs to joints of kind '{}'; this one is '{}'", joint_words([](const JointTraits& t) { return t.length; }), kind));
+  else if (reader.has("length"))
+    reader.fail("length", fmt::format("belongs to joints of kind '{}'; this one is '{}'",
+                                      joint_words([](const JointTraits& t) { return t.length; }), kind));
 
   // what acts along the coordinates
   const std::size_t count = facts.rates.size();
@@ -301,7 +321,9 @@ JointDef read_joint(TableReader& reader, const Scene& scene) {
     if (initial->has("rate")) joint.initial.rate = read_coordinates(*initial, "rate", joint.kind);
   }
   if (reader.has("motion")) {
-    if (count != 1) reader.fail("motion", fmt::format("needs a joint with one coordinate ({}); a {} joint has {}", joint_words(has_one_coordinate), kind, count));
+    if (count != 1)
+      reader.fail("motion",
+                  fmt::format("needs a joint with one coordinate ({}); a {} joint has {}", joint_words(has_one_coordinate), kind, count));
     if (reader.find("motion")->type == TomlValue::Type::table) {
       const TableReader motion = *reader.table("motion");
       motion.allow({"table", "file", "period"});
@@ -310,7 +332,8 @@ JointDef read_joint(TableReader& reader, const Scene& scene) {
     } else {
       joint.motion = read_expression(reader, "motion");
     }
-    if (joint.initial.value || joint.initial.rate) reader.fail("initial", "excludes 'motion', which prescribes the coordinate from the start");
+    if (joint.initial.value || joint.initial.rate)
+      reader.fail("initial", "excludes 'motion', which prescribes the coordinate from the start");
   }
   if (const auto spring = reader.table("spring")) {
     spring->allow({"stiffness", "damping", "rest", "preload"});
@@ -338,22 +361,31 @@ ForceDef read_force(TableReader& reader, const Scene& scene) {
   switch (force.kind) {
     case ForceKind::force:
     case ForceKind::torque:
-    case ForceKind::distributed: reader.allow({"name", "kind", "on", "direction", "frame", "value"}); break;
-    case ForceKind::spring_damper: reader.allow({"name", "kind", "on", "from", "stiffness", "damping", "rest", "preload"}); break;
-    case ForceKind::bushing: reader.allow({"name", "kind", "on", "from", "stiffness", "damping"}); break;
+    case ForceKind::distributed:
+      reader.allow({"name", "kind", "on", "direction", "frame", "value"});
+      break;
+    case ForceKind::spring_damper:
+      reader.allow({"name", "kind", "on", "from", "stiffness", "damping", "rest", "preload"});
+      break;
+    case ForceKind::bushing:
+      reader.allow({"name", "kind", "on", "from", "stiffness", "damping"});
+      break;
   }
 
   force.on = read_frame_ref(reader, "on", scene);
   if (force.on.body == "ground") reader.fail("on", "must not be ground, which does not move");
   if (force.kind == ForceKind::distributed) {
     const BodyDef* body = find_body(scene, force.on.body);
-    if (!body || !is_beam(*body)) reader.fail("on", fmt::format("must be a beam: {} is none, and a distributed force is a force per length", quote(force.on.body)));
-    if (!force.on.frame.empty()) reader.fail("on", fmt::format("must be a beam's name alone: the force acts along all of {}", quote(force.on.body)));
+    if (!body || !is_beam(*body))
+      reader.fail("on", fmt::format("must be a beam: {} is none, and a distributed force is a force per length", quote(force.on.body)));
+    if (!force.on.frame.empty())
+      reader.fail("on", fmt::format("must be a beam's name alone: the force acts along all of {}", quote(force.on.body)));
   }
 
   if (force.kind == ForceKind::spring_damper || force.kind == ForceKind::bushing) {
     if (reader.has("from")) force.from = read_frame_ref(reader, "from", scene);
-    if (force.from.body == force.on.body) reader.fail(reader.has("from") ? "from" : "on", fmt::format("is on the same body as 'on', {}", quote(force.on.body)));
+    if (force.from.body == force.on.body)
+      reader.fail(reader.has("from") ? "from" : "on", fmt::format("is on the same body as 'on', {}", quote(force.on.body)));
     if (force.kind == ForceKind::spring_damper) {
       if (!reader.has("stiffness") && !reader.has("damping") && !reader.has("preload")) reader.required("stiffness");
       force.spring = read_spring(reader);
@@ -392,10 +424,12 @@ ForceDef read_force(TableReader& reader, const Scene& scene) {
     known.reserve(scene.joints.size());
     for (const JointDef& candidate : scene.joints) known.push_back(candidate.name);
     const std::string hint = did_you_mean(force.table_joint, known);
-    value.fail("of", fmt::format("names the joint {}, which does not exist{}{} there are {}", quote(force.table_joint), hint, hint.empty() ? ";" : "", list_words(known)));
+    value.fail("of", fmt::format("names the joint {}, which does not exist{}{} there are {}", quote(force.table_joint), hint,
+                                 hint.empty() ? ";" : "", list_words(known)));
   }
   if (traits(joint->kind).rates.size() != 1)
-    value.fail("of", fmt::format("needs a joint with one coordinate; {} is {} with {}", quote(joint->name), traits(joint->kind).word, traits(joint->kind).rates.size()));
+    value.fail("of", fmt::format("needs a joint with one coordinate; {} is {} with {}", quote(joint->name), traits(joint->kind).word,
+                                 traits(joint->kind).rates.size()));
   return force;
 }
 
@@ -410,7 +444,8 @@ OutputDef read_output(TableReader& reader, const Scene& scene) {
   const std::string& quantity = quantities[static_cast<std::size_t>(output.quantity)];
   const std::string of = reader.text("of");
   output.of = split(of);
-  if (reader.has("frame") && output.quantity != Quantity::reaction) reader.fail("frame", fmt::format("belongs to the quantity 'reaction'; this one is '{}'", quantity));
+  if (reader.has("frame") && output.quantity != Quantity::reaction)
+    reader.fail("frame", fmt::format("belongs to the quantity 'reaction'; this one is '{}'", quantity));
   output.frame = static_cast<ReactionFrame>(reader.word("frame", reaction_frames, 0));
 
   switch (output.quantity) {
@@ -429,19 +464,23 @@ OutputDef read_output(TableReader& reader, const Scene& scene) {
         known.reserve(scene.joints.size());
         for (const JointDef& candidate : scene.joints) known.push_back(candidate.name);
         const std::string hint = did_you_mean(of, known);
-        reader.fail("of", fmt::format("must be a joint for the quantity '{}', and {} is none{}{} there are {}", quantity, quote(of), hint, hint.empty() ? ";" : "", list_words(known)));
+        reader.fail("of", fmt::format("must be a joint for the quantity '{}', and {} is none{}{} there are {}", quantity, quote(of), hint,
+                                      hint.empty() ? ";" : "", list_words(known)));
       }
       if (output.quantity != Quantity::reaction && traits(joint->kind).rates.size() == 0)
         reader.fail("quantity", fmt::format("is '{}', but a {} joint has no coordinate", quantity, traits(joint->kind).word));
       return output;
     }
-    default: break;
+    default:
+      break;
   }
 
-  if (of == "system") reader.fail("of", fmt::format("is \"system\", which has energy, kinetic, strain and potential, but no '{}'", quantity));
+  if (of == "system")
+    reader.fail("of", fmt::format("is \"system\", which has energy, kinetic, strain and potential, but no '{}'", quantity));
   const BodyDef* body = find_body(scene, output.of.body);
   if (!body) {
-    if (find_joint(scene, of)) reader.fail("of", fmt::format("is the joint {}, which has value, rate and reaction, but no '{}'; name a frame", quote(of), quantity));
+    if (find_joint(scene, of))
+      reader.fail("of", fmt::format("is the joint {}, which has value, rate and reaction, but no '{}'; name a frame", quote(of), quantity));
     unknown_body(reader, "of", output.of.body, scene);
   }
   read_frame_ref(reader, "of", scene);

@@ -22,13 +22,13 @@ inline const std::vector<std::string>& method_words() {
 inline const char* method_name(Method method) { return method_words()[static_cast<std::size_t>(method)].c_str(); }
 
 struct SimulationSettings {
-  double duration = 0.0;          // s, > 0
-  double output_rate = 1000.0;    // samples per second
-  Vec3 gravity = Vec3::Zero();    // m/s^2
+  double duration = 0.0;            // s, > 0
+  double output_rate = 1000.0;      // samples per second
+  Vec3 gravity = Vec3::Zero();      // m/s^2
   std::optional<double> tolerance;  // relative local error, default 1e-6
   std::optional<double> accuracy;   // asked error of the outputs relative to their range; excludes tolerance
   Method method = Method::automatic;
-  bool static_start = false;        // start = "static": from static equilibrium of the whole mechanism
+  bool static_start = false;  // start = "static": from static equilibrium of the whole mechanism
 };
 
 // Points of a function; file: where they came from, empty: the scene.
@@ -47,7 +47,8 @@ struct Section {
   double iyz = 0.0;                     // int y z dA, m^4
   double j = 0.0;                       // torsion constant, m^4
   double shear_y = 0.0, shear_z = 0.0;  // shear correction factors (area factor k), 0 where unknown
-  std::vector<std::vector<Eigen::Vector2d>> outline;  // closed loops (y, z): outer first, holes after; empty: drawn as a circle of equal area
+  std::vector<std::vector<Eigen::Vector2d>>
+      outline;  // closed loops (y, z): outer first, holes after; empty: drawn as a circle of equal area
 };
 
 struct Material {
@@ -60,29 +61,29 @@ enum class BeamModel { finite_element, modal, mixed, lumped };
 enum class Boundary { clamped_free, supported_supported, supported_free, free_free, clamped_clamped, clamped_supported };
 
 struct Damping {
-  std::vector<double> ratio;            // one number: all modes; several: per mode
-  double mass = 0.0, stiffness = 0.0;   // Rayleigh: De = mass Me + stiffness Ke
+  std::vector<double> ratio;           // one number: all modes; several: per mode
+  double mass = 0.0, stiffness = 0.0;  // Rayleigh: De = mass Me + stiffness Ke
 };
 
 // Effects asked for; automatic = "auto" (the default).
 struct EffectChoice {
   bool automatic = true;
-  std::vector<std::string> names;       // axial bending_xy bending_xz torsion stiffening shear gyroscopic damping ...
-  bool by_program = false;              // the names are what an asked accuracy needs (accuracy.h), not the scene's
-  std::vector<std::string> without;     // left out, whatever else says that they are on
-  std::string held_by;                  // joint whose loop holds the beam's length, set by the program (held_lengths.h): automatic effects count axial in
+  std::vector<std::string> names;    // axial bending_xy bending_xz torsion stiffening shear gyroscopic damping ...
+  bool by_program = false;           // the names are what an asked accuracy needs (accuracy.h), not the scene's
+  std::vector<std::string> without;  // left out, whatever else says that they are on
+  std::string held_by;  // joint whose loop holds the beam's length, set by the program (held_lengths.h): automatic effects count axial in
 };
 
 struct FlexibleInitial {
-  std::vector<double> q, qd;   // elastic coordinates and rates, empty: zero
-  bool static_start = false;   // start from static equilibrium
+  std::vector<double> q, qd;  // elastic coordinates and rates, empty: zero
+  bool static_start = false;  // start from static equilibrium
 };
 
 struct RigidDef {
   double mass = 0.0;
-  Vec6 inertia = Vec6::Zero();          // xx yy zz xy xz yz about the centre of mass (tensor elements), kg m^2
+  Vec6 inertia = Vec6::Zero();  // xx yy zz xy xz yz about the centre of mass (tensor elements), kg m^2
   Vec3 centre_of_mass = Vec3::Zero();
-  std::map<std::string, Vec3> frames;   // name -> position in the body frame (axes parallel)
+  std::map<std::string, Vec3> frames;  // name -> position in the body frame (axes parallel)
 };
 
 struct BeamDef {
@@ -91,32 +92,32 @@ struct BeamDef {
   Material material;
   BeamModel model = BeamModel::finite_element;
   Boundary boundary = Boundary::clamped_free;
-  int elements = 10;                             // per volume for mixed
-  int volumes = 5;                               // mixed
-  std::optional<int> keep_modes;                 // finite elements: only this many lowest eigenmodes of each direction; none: all
-  bool keep_static = true;                       // and the static deflections by loads
-  std::map<std::string, std::vector<int>> modes; // modal: direction -> ordinal numbers (1-based)
-  bool curvature_coupling = false;               // lumped: neighbour coupling (Chudnovsky et al. 2006)
+  int elements = 10;                              // per volume for mixed
+  int volumes = 5;                                // mixed
+  std::optional<int> keep_modes;                  // finite elements: only this many lowest eigenmodes of each direction; none: all
+  bool keep_static = true;                        // and the static deflections by loads
+  std::map<std::string, std::vector<int>> modes;  // modal: direction -> ordinal numbers (1-based)
+  bool curvature_coupling = false;                // lumped: neighbour coupling (Chudnovsky et al. 2006)
   EffectChoice effects;
   Damping damping;
-  std::map<std::string, double> frames;          // name -> x/L in [0, 1]
+  std::map<std::string, double> frames;  // name -> x/L in [0, 1]
   FlexibleInitial initial;
-  bool complete_inertia = false;                 // set by the program where the truncated kinetic energy did not last (simulate.cpp)
+  bool complete_inertia = false;  // set by the program where the truncated kinetic energy did not last (simulate.cpp)
 };
 
 struct ModalDef {
-  std::filesystem::path file;   // SID file, absolute or relative to the scene file (resolved)
+  std::filesystem::path file;  // SID file, absolute or relative to the scene file (resolved)
   EffectChoice effects;
   Damping damping;
   FlexibleInitial initial;
 };
 
-// Chudnovsky et al. 2006 eq. 5, 6: eta'' + 2 Gamma eta' + Omega eta = Sigma u, y = Theta eta. u and y run over the ports, a port after the other:
-// force x y z (and torque x y z), displacement x y z (and rotation x y z), all in the body frame.
+// Chudnovsky et al. 2006 eq. 5, 6: eta'' + 2 Gamma eta' + Omega eta = Sigma u, y = Theta eta. u and y run over the ports, a port after the
+// other: force x y z (and torque x y z), displacement x y z (and rotation x y z), all in the body frame.
 struct StateSpaceDef {
-  std::filesystem::path file;        // where the matrices came from, empty: the scene
-  MatX gamma, omega, sigma, theta;   // n x n, n x n, n x 3p or 6p, 3p or 6p x n
-  std::vector<std::string> ports;    // p names of rigid.frames
+  std::filesystem::path file;       // where the matrices came from, empty: the scene
+  MatX gamma, omega, sigma, theta;  // n x n, n x n, n x 3p or 6p, 3p or 6p x n
+  std::vector<std::string> ports;   // p names of rigid.frames
   RigidDef rigid;
   FlexibleInitial initial;
 };
@@ -125,8 +126,8 @@ struct BodyDef {
   std::string name;
   int line = 0;
   std::variant<RigidDef, BeamDef, ModalDef, StateSpaceDef> kind;
-  std::optional<std::filesystem::path> mesh;     // Wavefront mesh in the body frame (resolved)
-  std::map<std::string, std::string> drawing;    // further drawing words, kept as text for the renderer (colour, ...)
+  std::optional<std::filesystem::path> mesh;   // Wavefront mesh in the body frame (resolved)
+  std::map<std::string, std::string> drawing;  // further drawing words, kept as text for the renderer (colour, ...)
 };
 
 // "ground", "body" or "body.frame", split; frame empty: the body's own frame.
@@ -135,19 +136,39 @@ struct FrameRef {
 };
 
 // The last two are no words of the scene file: joints of small rotation vectors inside lumped beams.
-enum class JointKind { weld, revolute, prismatic, cylindrical, universal, spherical, planar, free, screw,
-                       point_on_line, point_on_plane, distance, constant_velocity, flexure, flexure_pair };
+enum class JointKind {
+  weld,
+  revolute,
+  prismatic,
+  cylindrical,
+  universal,
+  spherical,
+  planar,
+  free,
+  screw,
+  point_on_line,
+  point_on_plane,
+  distance,
+  constant_velocity,
+  flexure,
+  flexure_pair
+};
 
-struct Spring { double stiffness = 0.0, damping = 0.0, rest = 0.0, preload = 0.0; };
+struct Spring {
+  double stiffness = 0.0, damping = 0.0, rest = 0.0, preload = 0.0;
+};
 struct Friction {
   double coefficient = 0.0;
   double normal_force = 0.0;
-  bool reaction = false;                   // normal_force = "reaction"
-  double radius = 1.0;                     // m: rotary joints: torque = coefficient * normal_force * radius
+  bool reaction = false;                     // normal_force = "reaction"
+  double radius = 1.0;                       // m: rotary joints: torque = coefficient * normal_force * radius
   std::optional<double> static_coefficient;  // default: coefficient
-  std::optional<double> regularised;       // velocity scale of the regularised law; none: exact stick-slip events
+  std::optional<double> regularised;         // velocity scale of the regularised law; none: exact stick-slip events
 };
-struct Stop { std::optional<double> lower, upper; double stiffness = 0.0, damping = 0.0; };
+struct Stop {
+  std::optional<double> lower, upper;
+  double stiffness = 0.0, damping = 0.0;
+};
 
 struct JointInitial {
   std::optional<std::vector<double>> value, rate;
@@ -158,14 +179,14 @@ struct JointDef {
   int line = 0;
   JointKind kind = JointKind::weld;
   FrameRef parent, child;
-  Vec3 axis = Vec3::UnitZ();               // unit, in the parent frame
-  Vec3 position = Vec3::Zero();            // of the parent joint frame relative to the parent frame, m
-  Vec3 rotation = Vec3::Zero();            // axis-angle, rad, likewise
-  double pitch = 0.0;                      // screw, m/rad
-  double length = 0.0;                     // distance joint, m
+  Vec3 axis = Vec3::UnitZ();     // unit, in the parent frame
+  Vec3 position = Vec3::Zero();  // of the parent joint frame relative to the parent frame, m
+  Vec3 rotation = Vec3::Zero();  // axis-angle, rad, likewise
+  double pitch = 0.0;            // screw, m/rad
+  double length = 0.0;           // distance joint, m
   JointInitial initial;
-  std::string motion;                      // expression of t, empty: free (or a table)
-  std::optional<TableDef> motion_table;    // value against t
+  std::string motion;                    // expression of t, empty: free (or a table)
+  std::optional<TableDef> motion_table;  // value against t
   std::optional<Spring> spring;
   std::optional<Friction> friction;
   std::optional<Stop> stop;
@@ -174,36 +195,51 @@ struct JointDef {
 enum class ForceKind { force, torque, spring_damper, distributed, bushing };
 
 struct ForceDef {
-  std::string name;                        // may be empty
+  std::string name;  // may be empty
   int line = 0;
   ForceKind kind = ForceKind::force;
   FrameRef on;
-  FrameRef from{"ground", ""};             // spring-damper, bushing: the other end
-  Vec3 direction = Vec3::UnitZ();          // unit
-  bool follower = false;                   // frame = "body"
-  std::string value = "0";                 // expression of t: N, Nm, or N/m (distributed)
-  std::optional<TableDef> table;           // instead of value: against t, or against the coordinate of table_joint
+  FrameRef from{"ground", ""};     // spring-damper, bushing: the other end
+  Vec3 direction = Vec3::UnitZ();  // unit
+  bool follower = false;           // frame = "body"
+  std::string value = "0";         // expression of t: N, Nm, or N/m (distributed)
+  std::optional<TableDef> table;   // instead of value: against t, or against the coordinate of table_joint
   std::string table_joint;
-  Spring spring;                           // spring-damper
+  Spring spring;                                                          // spring-damper
   Vec6 bushing_stiffness = Vec6::Zero(), bushing_damping = Vec6::Zero();  // translations then rotations
 };
 
-enum class Quantity { position, velocity, acceleration, rotation, angular_velocity, displacement,
-                      value, rate, reaction, q, qd, energy, kinetic, strain, potential };
+enum class Quantity {
+  position,
+  velocity,
+  acceleration,
+  rotation,
+  angular_velocity,
+  displacement,
+  value,
+  rate,
+  reaction,
+  q,
+  qd,
+  energy,
+  kinetic,
+  strain,
+  potential
+};
 
 enum class ReactionFrame { world, parent, child };
 
 struct OutputDef {
   std::string name;
   int line = 0;
-  FrameRef of;                             // a frame, body, joint (frame empty) or "system"
+  FrameRef of;  // a frame, body, joint (frame empty) or "system"
   Quantity quantity = Quantity::position;
   ReactionFrame frame = ReactionFrame::world;  // axes of a reaction's components
 };
 
 struct Scene {
   std::filesystem::path file;
-  std::string text;                        // the file's text
+  std::string text;  // the file's text
   std::string title;
   SimulationSettings simulation;
   std::vector<BodyDef> bodies;

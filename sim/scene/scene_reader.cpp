@@ -39,7 +39,8 @@ SimulationSettings read_simulation(const TableReader& reader) {
   settings.output_rate = reader.number("output_rate", settings.output_rate, positive);
   if (settings.duration * settings.output_rate > most_samples)
     reader.fail(reader.has("output_rate") ? "output_rate" : "duration",
-                fmt::format("gives {:.3g} samples (duration x output_rate); at most {:.0e} are allowed", settings.duration * settings.output_rate, most_samples));
+                fmt::format("gives {:.3g} samples (duration x output_rate); at most {:.0e} are allowed",
+                            settings.duration * settings.output_rate, most_samples));
   settings.gravity = reader.vector3("gravity", settings.gravity);
   settings.tolerance = reader.optional_number("tolerance", {.low = 1e-13, .high = 0.1, .what = "a number from 1e-13 to 0.1"});
   settings.accuracy = reader.optional_number("accuracy", {.low = 1e-12, .high = 0.5, .what = "a number from 1e-12 to 0.5"});

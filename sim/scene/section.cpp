@@ -178,7 +178,8 @@ Section flanged(const std::string& shape, const Sizes& size) {
   if (channel) loop = {{0, 0}, {h, 0}, {h, b}, {top, b}, {top, web}, {flange, web}, {flange, b}, {0, b}};
   else if (tee) loop = {{0, w0}, {top, w0}, {top, z0}, {h, z0}, {h, z1}, {top, z1}, {top, w1}, {0, w1}};
   else
-    loop = {{0, z0}, {flange, z0}, {flange, w0}, {top, w0}, {top, z0}, {h, z0}, {h, z1}, {top, z1}, {top, w1}, {flange, w1}, {flange, z1}, {0, z1}};
+    loop = {{0, z0}, {flange, z0}, {flange, w0}, {top, w0},    {top, z0},    {h, z0},
+            {h, z1}, {top, z1},    {top, w1},    {flange, w1}, {flange, z1}, {0, z1}};
   set_outline(section, {loop}, centre);
   return section;
 }
@@ -207,10 +208,12 @@ Section general(const Sizes& size) {
   if (size.contains("shear_y")) section.shear_y = size.at("shear_y");
   if (size.contains("shear_z")) section.shear_z = size.at("shear_z");
   if (section.iyz * section.iyz > section.iy * section.iz)
-    throw InputError(fmt::format("'iyz' {:g} is larger than any area with iy {:g} and iz {:g} has: iyz^2 <= iy iz", section.iyz, section.iy, section.iz));
+    throw InputError(fmt::format("'iyz' {:g} is larger than any area with iy {:g} and iz {:g} has: iyz^2 <= iy iz", section.iyz, section.iy,
+                                 section.iz));
   // the polar moment is the largest torsion constant (Saint-Venant); a hair more is rounding of given numbers
   if (section.j > (section.iy + section.iz) * 1.001)
-    throw InputError(fmt::format("'j' {:g} is larger than the polar moment iy + iz = {:g}, which no section exceeds", section.j, section.iy + section.iz));
+    throw InputError(fmt::format("'j' {:g} is larger than the polar moment iy + iz = {:g}, which no section exceeds", section.j,
+                                 section.iy + section.iz));
   return section;
 }
 
@@ -251,10 +254,12 @@ std::vector<std::string> section_sizes(const std::string& shape) {
 Section make_section(const std::string& shape, const Sizes& sizes) {
   const auto shapes = section_shapes();
   if (std::find(shapes.begin(), shapes.end(), shape) == shapes.end())
-    throw InputError(fmt::format("the shape {} is unknown{}; allowed: {}", quote(shape), did_you_mean(shape, std::vector(shapes.begin(), shapes.end())),
+    throw InputError(fmt::format("the shape {} is unknown{}; allowed: {}", quote(shape),
+                                 did_you_mean(shape, std::vector(shapes.begin(), shapes.end())),
                                  list_words(std::vector(shapes.begin(), shapes.end()))));
   for (const auto& [name, size] : sizes)
-    if (!std::isfinite(size) || (name != "iyz" && !(size > 0.0))) throw InputError(fmt::format("{} must be a number > 0, found {}", quote(name), size));
+    if (!std::isfinite(size) || (name != "iyz" && !(size > 0.0)))
+      throw InputError(fmt::format("{} must be a number > 0, found {}", quote(name), size));
   const auto& all = alternatives();
   if (std::none_of(all.begin(), all.end(), [&](const Alternative& a) { return a.shape == shape && fits(a, sizes); })) {
     std::vector<std::string> given;
@@ -273,7 +278,8 @@ Section make_section(const std::string& shape, const Sizes& sizes) {
   section.size = sizes;
   // extreme sizes overflow or vanish in the fourth power
   for (const double number : {section.area, section.iy, section.iz, section.j})
-    if (!(number > 0.0) || !std::isfinite(number)) throw InputError("the section's sizes are too large or too small for its moments to be numbers");
+    if (!(number > 0.0) || !std::isfinite(number))
+      throw InputError("the section's sizes are too large or too small for its moments to be numbers");
   return section;
 }
 

@@ -14,8 +14,12 @@ struct Strip {
 };
 
 // cosh(a) / cosh(b) and sinh(a) / cosh(b) for |a| <= b without overflow.
-double cosh_ratio(double a, double b) { return std::exp(std::abs(a) - b) * (1.0 + std::exp(-2.0 * std::abs(a))) / (1.0 + std::exp(-2.0 * b)); }
-double sinh_ratio(double a, double b) { return std::copysign(std::exp(std::abs(a) - b) * (1.0 - std::exp(-2.0 * std::abs(a))) / (1.0 + std::exp(-2.0 * b)), a); }
+double cosh_ratio(double a, double b) {
+  return std::exp(std::abs(a) - b) * (1.0 + std::exp(-2.0 * std::abs(a))) / (1.0 + std::exp(-2.0 * b));
+}
+double sinh_ratio(double a, double b) {
+  return std::copysign(std::exp(std::abs(a) - b) * (1.0 - std::exp(-2.0 * std::abs(a))) / (1.0 + std::exp(-2.0 * b)), a);
+}
 
 // Of a rectangle with the half sides a <= b, at (u, v) from its centre: derivative of Prandtl's function along v, and against u.
 Eigen::Vector2d prandtl_slopes(double a, double b, double u, double v) {
@@ -75,7 +79,8 @@ std::vector<Strip> strips_of(const Section& section) {
 Eigen::Vector2d box_shear(const Section& section, double y, double z) {
   const auto size = [&](const char* name) { return section.size.at(name); };
   const bool even = section.size.contains("thickness");
-  const double h = size("height"), b = size("width"), web = even ? size("thickness") : size("web"), flange = even ? size("thickness") : size("flange");
+  const double h = size("height"), b = size("width"), web = even ? size("thickness") : size("web"),
+               flange = even ? size("thickness") : size("flange");
   const double flow = section.j / (2.0 * (h - flange) * (b - web));
   const double cy = std::clamp(y, -0.5 * h, 0.5 * h), cz = std::clamp(z, -0.5 * b, 0.5 * b), tiny = 1e-9 * (h + b);
   // Webs at the ends of z carry tau_xy, flanges at the ends of y tau_xz; at a corner the thinner one counts.

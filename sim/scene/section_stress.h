@@ -4,10 +4,10 @@
 //   tau = G theta' s(y, z)                              Saint-Venant torsion; s per shape as below, so that the torque is G j theta'
 //   von Mises = sqrt(sigma_xx^2 + 3 tau^2)
 //
-// s: circle and tube (-z, y), exact; rectangle the series of Timoshenko, Goodier, Theory of Elasticity, art. 109, exact; box Bredt's T / (2 Am t),
-// the mean over the wall's thickness; I, U, T, L each strip as a rectangle (t on its long sides).
-// Left out: shear from transverse forces (zero where bending is largest; V/A against M c/I is section height over beam length), warping that is
-// held, concentrations in fillets and at loads.
+// s: circle and tube (-z, y), exact; rectangle the series of Timoshenko, Goodier, Theory of Elasticity, art. 109, exact; box Bredt's T / (2
+// Am t), the mean over the wall's thickness; I, U, T, L each strip as a rectangle (t on its long sides). Left out: shear from transverse
+// forces (zero where bending is largest; V/A against M c/I is section height over beam length), warping that is held, concentrations in
+// fillets and at loads.
 #pragma once
 
 #include "sim/scene/scene.h"
@@ -17,7 +17,8 @@ namespace flexframe::sim {
 // Whether points of the section have a stress: a `general` section has moments but no shape.
 bool has_stress(const Section& section);
 
-// (tau_xy, tau_xz) over G theta' at the point (y, z), m from the centroid; points outside the section count as the nearest of its surface. m.
+// (tau_xy, tau_xz) over G theta' at the point (y, z), m from the centroid; points outside the section count as the nearest of its surface.
+// m.
 Eigen::Vector2d torsion_shear(const Section& section, double y, double z);
 
 // Strains of a section: u', v'', w'', theta'.

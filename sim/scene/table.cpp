@@ -1,7 +1,7 @@
 #include "sim/scene/table.h"
 
-#include <Eigen/LU>
 #include <fmt/format.h>
+#include <Eigen/LU>
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,8 @@ namespace flexframe::sim {
 namespace {
 
 // Solves a tridiagonal system by elimination; lower[0] and upper[n-1] are not used. Diagonally dominant: no pivoting.
-std::vector<double> solve_tridiagonal(const std::vector<double>& lower, std::vector<double> diagonal, const std::vector<double>& upper, std::vector<double> rhs) {
+std::vector<double> solve_tridiagonal(const std::vector<double>& lower, std::vector<double> diagonal, const std::vector<double>& upper,
+                                      std::vector<double> rhs) {
   const size_t n = diagonal.size();
   for (size_t i = 1; i < n; ++i) {
     const double f = lower[i] / diagonal[i - 1];
@@ -23,14 +24,19 @@ std::vector<double> solve_tridiagonal(const std::vector<double>& lower, std::vec
 
 }  // namespace
 
-CubicTable::CubicTable(std::vector<double> x, std::vector<double> y, std::optional<double> period) : x_(std::move(x)), y_(std::move(y)), period_(period.value_or(0.0)) {
+CubicTable::CubicTable(std::vector<double> x, std::vector<double> y, std::optional<double> period)
+    : x_(std::move(x)), y_(std::move(y)), period_(period.value_or(0.0)) {
   if (x_.size() < 2 || x_.size() != y_.size()) throw InputError(fmt::format("a table needs two points or more, found {}", x_.size()));
   for (size_t i = 1; i < x_.size(); ++i)
-    if (!(x_[i] > x_[i - 1])) throw InputError(fmt::format("the first numbers of a table must ascend: point {} has {} after {}", i + 1, x_[i], x_[i - 1]));
+    if (!(x_[i] > x_[i - 1]))
+      throw InputError(fmt::format("the first numbers of a table must ascend: point {} has {} after {}", i + 1, x_[i], x_[i - 1]));
   if (period_ > 0.0) {
-    if (!(period_ >= x_.back() - x_.front())) throw InputError(fmt::format("the period {} is shorter than the table, {}", period_, x_.back() - x_.front()));
+    if (!(period_ >= x_.back() - x_.front()))
+      throw InputError(fmt::format("the period {} is shorter than the table, {}", period_, x_.back() - x_.front()));
     if (period_ == x_.back() - x_.front()) {
-      if (y_.back() != y_.front()) throw InputError(fmt::format("a table as long as its period must end with the value it starts with, {}; found {}", y_.front(), y_.back()));
+      if (y_.back() != y_.front())
+        throw InputError(
+            fmt::format("a table as long as its period must end with the value it starts with, {}; found {}", y_.front(), y_.back()));
     } else {
       x_.push_back(x_.front() + period_);
       y_.push_back(y_.front());

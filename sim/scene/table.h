@@ -18,15 +18,15 @@ class CubicTable {
   // y.front() at x.front() + period. Throws InputError saying which point is wrong.
   CubicTable(std::vector<double> x, std::vector<double> y, std::optional<double> period);
 
-  TimeJet jet(double x) const;          // value, slope, curvature
+  TimeJet jet(double x) const;  // value, slope, curvature
   double value(double x) const { return jet(x).value; }
   double front() const { return x_.front(); }
   double back() const { return x_.back(); }
   bool periodic() const { return period_ > 0.0; }
 
  private:
-  std::vector<double> x_, y_, m_;       // m: second derivatives at the points
-  double period_ = 0.0;                 // 0: none
+  std::vector<double> x_, y_, m_;  // m: second derivatives at the points
+  double period_ = 0.0;            // 0: none
 };
 
 // A function of time: an expression or a table. The interface is Expression's.
@@ -42,7 +42,9 @@ class TimeFunction {
   bool has_switches() const { return !table_ && expression_.has_switches(); }
   // A table is smooth enough for the integrator's error control; only its ends are kinks.
   std::vector<double> switch_times(double t0, double t1) const;
-  void freeze(double t_inside) { if (!table_) expression_.freeze(t_inside); }
+  void freeze(double t_inside) {
+    if (!table_) expression_.freeze(t_inside);
+  }
   void unfreeze() { expression_.unfreeze(); }
 
  private:

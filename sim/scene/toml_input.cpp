@@ -86,9 +86,7 @@ int line_of_too_deep_key(std::string_view text) {
 
 bool is_binary(std::string_view text) { return text.find('\0') != std::string_view::npos; }
 
-std::string first_line(std::string_view text) {
-  return std::string(text.substr(0, std::min(text.find('\n'), std::size_t{300})));
-}
+std::string first_line(std::string_view text) { return std::string(text.substr(0, std::min(text.find('\n'), std::size_t{300}))); }
 
 }  // namespace
 
@@ -118,7 +116,8 @@ std::string read_text_file(const std::filesystem::path& path) {
   std::vector<char> block(1 << 16);
   while (in.read(block.data(), static_cast<std::streamsize>(block.size())), in.gcount() > 0) {
     text.append(block.data(), static_cast<std::size_t>(in.gcount()));
-    if (text.size() > largest_file) throw InputError(fmt::format("{}: is larger than {} MiB; is it the right file?", name, largest_file >> 20));
+    if (text.size() > largest_file)
+      throw InputError(fmt::format("{}: is larger than {} MiB; is it the right file?", name, largest_file >> 20));
   }
   if (in.bad()) throw InputError(fmt::format("{}: cannot be read: {}", name, std::strerror(errno)));
   if (text.empty()) throw InputError(fmt::format("{}: is empty", name));
@@ -129,14 +128,21 @@ TomlValue read_toml(const std::filesystem::path& path) { return parse_toml(read_
 
 std::string describe(const TomlValue& value) {
   switch (value.type) {
-    case TomlValue::Type::boolean: return value.boolean ? "the boolean true" : "the boolean false";
-    case TomlValue::Type::integer: return fmt::format("the number {}", value.integer);
-    case TomlValue::Type::real: return fmt::format("the number {}", value.real);
-    case TomlValue::Type::text: return "the string " + quote(value.text);
-    case TomlValue::Type::date: return "a date or time";
+    case TomlValue::Type::boolean:
+      return value.boolean ? "the boolean true" : "the boolean false";
+    case TomlValue::Type::integer:
+      return fmt::format("the number {}", value.integer);
+    case TomlValue::Type::real:
+      return fmt::format("the number {}", value.real);
+    case TomlValue::Type::text:
+      return "the string " + quote(value.text);
+    case TomlValue::Type::date:
+      return "a date or time";
     case TomlValue::Type::array:
-      return value.items.empty() ? "an empty array" : fmt::format("an array of {} value{}", value.items.size(), value.items.size() == 1 ? "" : "s");
-    case TomlValue::Type::table: return "a table";
+      return value.items.empty() ? "an empty array"
+                                 : fmt::format("an array of {} value{}", value.items.size(), value.items.size() == 1 ? "" : "s");
+    case TomlValue::Type::table:
+      return "a table";
   }
   return "?";
 }
@@ -211,7 +217,8 @@ std::optional<double> TableReader::optional_number(std::string_view key, Range r
 int TableReader::integer(std::string_view key, int low, int high) const {
   const TomlValue& value = required(key);
   // 3.0 is a whole number too
-  const bool whole = value.type == TomlValue::Type::integer || (value.type == TomlValue::Type::real && value.real == std::floor(value.real));
+  const bool whole =
+      value.type == TomlValue::Type::integer || (value.type == TomlValue::Type::real && value.real == std::floor(value.real));
   if (!whole || value.real < low || value.real > high)
     fail(key, fmt::format("must be a whole number from {} to {}, found {}", low, high, describe(value)));
   return static_cast<int>(value.real);
@@ -253,8 +260,11 @@ std::size_t TableReader::word(std::string_view key, std::span<const std::string>
   return has(key) ? word(key, words) : otherwise;
 }
 
-std::vector<double> TableReader::checked_numbers(std::string_view key, const TomlValue& value, std::size_t low, std::size_t high, Range range) const {
-  const std::string count = low == high ? fmt::format("{}", low) : high == SIZE_MAX ? fmt::format("at least {}", low) : fmt::format("{} to {}", low, high);
+std::vector<double> TableReader::checked_numbers(std::string_view key, const TomlValue& value, std::size_t low, std::size_t high,
+                                                 Range range) const {
+  const std::string count = low == high        ? fmt::format("{}", low)
+                            : high == SIZE_MAX ? fmt::format("at least {}", low)
+                                               : fmt::format("{} to {}", low, high);
   if (value.type != TomlValue::Type::array) fail(key, fmt::format("must be an array of {} numbers, found {}", count, describe(value)));
   if (value.items.size() < low || value.items.size() > high)
     fail(key, fmt::format("must have {} number{}, found {}", count, high == 1 ? "" : "s", value.items.size()));
@@ -351,7 +361,8 @@ std::vector<TableReader> TableReader::tables(std::string_view key) const {
   if (value->type == TomlValue::Type::table) fail(key, fmt::format("must be an array of tables: write [[{}]], not [{}]", key, key));
   if (value->type != TomlValue::Type::array) fail(key, fmt::format("must be an array of tables [[{}]], found {}", key, describe(*value)));
   for (const TomlValue& item : value->items) {
-    if (item.type != TomlValue::Type::table) fail(key, fmt::format("must be an array of tables [[{}]], found {} in it", key, describe(item)));
+    if (item.type != TomlValue::Type::table)
+      fail(key, fmt::format("must be an array of tables [[{}]], found {} in it", key, describe(item)));
     result.emplace_back(item, file_, fmt::format("[[{}]]", key));
   }
   return result;

@@ -24,13 +24,13 @@ namespace flexframe::sim {
 struct TomlValue {
   enum class Type { boolean, integer, real, text, date, array, table };
   Type type = Type::table;
-  int line = 0;                    // 1-based; of the value (a table: of its header)
+  int line = 0;  // 1-based; of the value (a table: of its header)
   bool boolean = false;
   std::int64_t integer = 0;
   double real = 0.0;
-  std::string text;                // UTF-8
-  std::vector<TomlValue> items;    // elements of an array, values of a table (in the file's order)
-  std::vector<std::string> keys;   // of a table, parallel to items
+  std::string text;               // UTF-8
+  std::vector<TomlValue> items;   // elements of an array, values of a table (in the file's order)
+  std::vector<std::string> keys;  // of a table, parallel to items
   std::vector<int> key_lines;
 };
 
@@ -84,7 +84,8 @@ class TableReader {
 
   // Arrays of numbers with count_low..count_high entries.
   std::vector<double> numbers(std::string_view key, std::size_t count_low, std::size_t count_high, Range range = any_number) const;
-  std::vector<double> number_or_numbers(std::string_view key, std::size_t count_low, std::size_t count_high, Range range = any_number) const;
+  std::vector<double> number_or_numbers(std::string_view key, std::size_t count_low, std::size_t count_high,
+                                        Range range = any_number) const;
   Vec3 vector3(std::string_view key) const;
   Vec3 vector3(std::string_view key, const Vec3& otherwise) const;
   Vec3 direction(std::string_view key, const Vec3& otherwise) const;  // normalised; zero is refused

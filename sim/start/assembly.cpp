@@ -45,8 +45,8 @@ void set_joint_rate(const TreeJoint& joint, const std::vector<double>& rate, con
 
 void require_count(const Scene& scene, const JointDef& def, const char* key, size_t found, std::initializer_list<int> allowed) {
   if (std::find(allowed.begin(), allowed.end(), static_cast<int>(found)) != allowed.end()) return;
-  throw InputError(fmt::format("{}:{}: joint '{}': key 'initial.{}' has {} numbers; allowed: {}", scene.file.string(), def.line, def.name, key,
-                               found, fmt::join(allowed, " or ")));
+  throw InputError(fmt::format("{}:{}: joint '{}': key 'initial.{}' has {} numbers; allowed: {}", scene.file.string(), def.line, def.name,
+                               key, found, fmt::join(allowed, " or ")));
 }
 
 struct Freedom {
@@ -159,7 +159,8 @@ double assemble_positions(const Model& model, int cluster, const std::vector<int
     for (int i : c.parts) {
       // A slide has one length among its coordinates.
       const std::string_view rates = traits(model.parts[i].joint.kind).rates;
-      if (model.parts[i].joint.nq > 0 && std::count(rates.begin(), rates.end(), 'm') == 1) sum += q[model.parts[i].q0 + static_cast<int>(rates.find('m'))];
+      if (model.parts[i].joint.nq > 0 && std::count(rates.begin(), rates.end(), 'm') == 1)
+        sum += q[model.parts[i].q0 + static_cast<int>(rates.find('m'))];
     }
     return sum;
   };
@@ -200,22 +201,26 @@ std::string values_text(const double* q, int count) {
   return count == 1 ? text : "[" + text + "]";
 }
 
-// Which of the given initial values would close the loop, were it another: "'value' of joint 'crank' 0.5236 instead of 0.5". One joint at a time, from the positions
-// that the scene gives; those that need the least change first, three at most. Joints of quaternions are left out. Empty: none alone can.
+// Which of the given initial values would close the loop, were it another: "'value' of joint 'crank' 0.5236 instead of 0.5". One joint at a
+// time, from the positions that the scene gives; those that need the least change first, three at most. Joints of quaternions are left out.
+// Empty: none alone can.
 std::string closing_values(const Model& model, const Scene& scene, int cluster, const VecX& given, Work& work) {
   const Cluster& c = model.clusters[cluster];
   const std::vector<int> free = freedom_of(model, scene, cluster).value;
   std::vector<std::pair<double, std::string>> found;
   for (int i : c.parts) {
     const Part& p = model.parts[i];
-    if (p.joint.scene_joint < 0 || p.joint.nq == 0 || p.joint.nq != p.joint.nv || !scene.joints[p.joint.scene_joint].initial.value) continue;
+    if (p.joint.scene_joint < 0 || p.joint.nq == 0 || p.joint.nq != p.joint.nv || !scene.joints[p.joint.scene_joint].initial.value)
+      continue;
     std::vector<int> columns = free;
     for (int k = 0; k < p.joint.nv; ++k) columns.push_back(p.v0 - c.v0 + k);
     work.q = given;
     if (assemble_positions(model, cluster, columns, work) > 1e-9 * c.size) continue;
     double change = 0.0;
-    for (int k = 0; k < p.joint.nv; ++k) change = std::max(change, std::abs(work.q[p.q0 + k] - given[p.q0 + k]) * rate_scale(model, cluster, p.v0 - c.v0 + k));
-    found.emplace_back(change, fmt::format("'initial.value' {} of joint '{}' (given: {})", values_text(work.q.data() + p.q0, p.joint.nq), p.joint.name, values_text(given.data() + p.q0, p.joint.nq)));
+    for (int k = 0; k < p.joint.nv; ++k)
+      change = std::max(change, std::abs(work.q[p.q0 + k] - given[p.q0 + k]) * rate_scale(model, cluster, p.v0 - c.v0 + k));
+    found.emplace_back(change, fmt::format("'initial.value' {} of joint '{}' (given: {})", values_text(work.q.data() + p.q0, p.joint.nq),
+                                           p.joint.name, values_text(given.data() + p.q0, p.joint.nq)));
   }
   std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   std::string text;
@@ -246,10 +251,13 @@ std::string closing_values(const Model& model, const Scene& scene, int cluster, 
   for (const JointDef& def : scene.joints)
     if (def.name == open->name) line = def.line;
   const std::string values = closing_values(model, scene, cluster, given, work);
-  const std::string advice = values.empty() ? "no other value of a single joint closes it: check lengths, joint positions and given initial values" : "it closes with " + values;
-  throw InputError(fmt::format("{}:{}: the mechanism cannot be assembled: joint '{}' stays open by {:.4g} m and {:.4g} rad, whatever the other joints "
-                               "of the loop ({}) do; {}",
-                               scene.file.string(), line, open->name, gap, turn, others, advice));
+  const std::string advice = values.empty()
+                                 ? "no other value of a single joint closes it: check lengths, joint positions and given initial values"
+                                 : "it closes with " + values;
+  throw InputError(
+      fmt::format("{}:{}: the mechanism cannot be assembled: joint '{}' stays open by {:.4g} m and {:.4g} rad, whatever the other joints "
+                  "of the loop ({}) do; {}",
+                  scene.file.string(), line, open->name, gap, turn, others, advice));
 }
 
 // A start in a change point, where the loop has more ways to move than anywhere beside it: the rates say which way it goes. The cluster
@@ -288,10 +296,13 @@ bool leave_change_point(const Model& model, const Scene& scene, int cluster, Wor
   if ((work.q - along).segment(c.q0, c.nq).cwiseAbs().maxCoeff() > 1e-3 * (along - before).segment(c.q0, c.nq).cwiseAbs().maxCoeff()) {
     std::string joints;
     for (int i : c.parts)
-      if (model.parts[i].joint.scene_joint >= 0 && model.parts[i].joint.nv > 0) joints += fmt::format("{}'{}'", joints.empty() ? "" : ", ", model.parts[i].joint.name);
-    throw InputError(fmt::format("{}: the loop of joint '{}' starts in a change point, from which it can go on in more than one way, and the initial rates lead along none: "
-                                 "give rates of more of its joints ({}), or start beside that position",
-                                 scene.file.string(), closure_row_name(model, work, cluster, beside.rows.back()), joints));
+      if (model.parts[i].joint.scene_joint >= 0 && model.parts[i].joint.nv > 0)
+        joints += fmt::format("{}'{}'", joints.empty() ? "" : ", ", model.parts[i].joint.name);
+    throw InputError(
+        fmt::format("{}: the loop of joint '{}' starts in a change point, from which it can go on in more than one way, and the initial "
+                    "rates lead along none: "
+                    "give rates of more of its joints ({}), or start beside that position",
+                    scene.file.string(), closure_row_name(model, work, cluster, beside.rows.back()), joints));
   }
   cw.partition = beside;
   close_positions(model, cluster, work);
@@ -299,9 +310,11 @@ bool leave_change_point(const Model& model, const Scene& scene, int cluster, Wor
   update_closure_matrix(model, cluster, work, true);
   const MatX A = scaled_columns(model, work, cluster, columns, closure_row_scales(model, work, cluster));
   VecX scaled(rate.size());
-  for (size_t k = 0; k < columns.size(); ++k) scaled[static_cast<Eigen::Index>(k)] = rate[static_cast<Eigen::Index>(k)] * rate_scale(model, cluster, columns[k]);
+  for (size_t k = 0; k < columns.size(); ++k)
+    scaled[static_cast<Eigen::Index>(k)] = rate[static_cast<Eigen::Index>(k)] * rate_scale(model, cluster, columns[k]);
   scaled -= least_squares(A, A * scaled, 1e-9);
-  for (size_t k = 0; k < columns.size(); ++k) work.w[c.v0 + columns[k]] = scaled[static_cast<Eigen::Index>(k)] / rate_scale(model, cluster, columns[k]);
+  for (size_t k = 0; k < columns.size(); ++k)
+    work.w[c.v0 + columns[k]] = scaled[static_cast<Eigen::Index>(k)] / rate_scale(model, cluster, columns[k]);
   close_velocities(model, cluster, work);
   return true;
 }
@@ -316,11 +329,13 @@ void assemble(Model& model, const Scene& scene, Work& work, Notes& notes) {
     const JointDef& def = scene.joints[p.joint.scene_joint];
     const int nv = p.joint.nv;
     if (def.initial.value) {
-      require_count(scene, def, "value", def.initial.value->size(), traits(p.joint.kind).quaternion > 0 ? std::initializer_list<int>{3, nv} : std::initializer_list<int>{nv});
+      require_count(scene, def, "value", def.initial.value->size(),
+                    traits(p.joint.kind).quaternion > 0 ? std::initializer_list<int>{3, nv} : std::initializer_list<int>{nv});
       set_joint_value(p.joint, *def.initial.value, work.q.data() + p.q0);
     }
     if (def.initial.rate) {
-      require_count(scene, def, "rate", def.initial.rate->size(), traits(p.joint.kind).quaternion > 0 ? std::initializer_list<int>{3, nv} : std::initializer_list<int>{nv});
+      require_count(scene, def, "rate", def.initial.rate->size(),
+                    traits(p.joint.kind).quaternion > 0 ? std::initializer_list<int>{3, nv} : std::initializer_list<int>{nv});
       set_joint_rate(p.joint, *def.initial.rate, work.q.data() + p.q0, work.w.data() + p.v0);
     }
   }
@@ -334,10 +349,12 @@ void assemble(Model& model, const Scene& scene, Work& work, Notes& notes) {
     for (const auto* list : {&initial->q, &initial->qd}) {
       if (list->empty()) continue;
       if (list->size() != total)
-        throw InputError(fmt::format("{}:{}: body '{}': key 'initial.{}' has {} numbers; the body has {} elastic coordinates", scene.file.string(),
-                                     scene.bodies[b].line, scene.bodies[b].name, list == &initial->q ? "q" : "qd", list->size(), total));
+        throw InputError(fmt::format("{}:{}: body '{}': key 'initial.{}' has {} numbers; the body has {} elastic coordinates",
+                                     scene.file.string(), scene.bodies[b].line, scene.bodies[b].name, list == &initial->q ? "q" : "qd",
+                                     list->size(), total));
       const bool rates = list == &initial->qd;
-      set_body_coordinates(model, static_cast<int>(b), Eigen::Map<const VecX>(list->data(), static_cast<Eigen::Index>(total)), rates ? work.w : work.q, rates);
+      set_body_coordinates(model, static_cast<int>(b), Eigen::Map<const VecX>(list->data(), static_cast<Eigen::Index>(total)),
+                           rates ? work.w : work.q, rates);
     }
   }
 
@@ -351,11 +368,13 @@ void assemble(Model& model, const Scene& scene, Work& work, Notes& notes) {
       if (assemble_positions(model, cluster, free.value, work) > 1e-9 * c.size) refuse_open(model, scene, before, work, cluster);
       const double moved = before.size() > 0 ? (work.q - before).cwiseAbs().maxCoeff() : 0.0;
       if (moved > 1e-6)
-        notes.tell(fmt::format("joint '{}'", model.loops[c.loops.front()].name), fmt::format("initial positions were adjusted by up to {:.3g} (rad or m) to close the loop", moved));
+        notes.tell(fmt::format("joint '{}'", model.loops[c.loops.front()].name),
+                   fmt::format("initial positions were adjusted by up to {:.3g} (rad or m) to close the loop", moved));
       work.clusters[k].partition = choose_partition(model, cluster, work, false);
       const int rows = closure_row_count(model, work, cluster), used = static_cast<int>(work.clusters[k].partition.rows.size());
       if (used < rows)
-        notes.tell(fmt::format("joint '{}'", model.loops[c.loops.front()].name), fmt::format("{} of the {} conditions that close its loop are redundant and left out", rows - used, rows));
+        notes.tell(fmt::format("joint '{}'", model.loops[c.loops.front()].name),
+                   fmt::format("{} of the {} conditions that close its loop are redundant and left out", rows - used, rows));
     }
     close_positions(model, cluster, work);
     update_cluster_world(model, cluster, work);
@@ -393,7 +412,8 @@ void assemble_rates(const Model& model, const Scene& scene, Work& work, Notes& n
     double speed = std::max({b.cwiseAbs().maxCoeff(), carrier.head<3>().norm(), carrier.tail<3>().norm() * c.size});
     for (int v = 0; v < c.nv; ++v) speed = std::max(speed, std::abs(work.w[c.v0 + v]) * rate_scale(model, cluster, v));
     for (int i : c.parts)
-      if (const TreeJoint& j = model.parts[i].joint; j.motion >= 0) speed = std::max(speed, std::abs(work.motion[j.motion].rate) * std::max(1.0, c.size));
+      if (const TreeJoint& j = model.parts[i].joint; j.motion >= 0)
+        speed = std::max(speed, std::abs(work.motion[j.motion].rate) * std::max(1.0, c.size));
     if (left.cwiseAbs().maxCoeff() > 1e-8 * speed) {
       int row = 0;
       left.cwiseAbs().maxCoeff(&row);
@@ -401,14 +421,16 @@ void assemble_rates(const Model& model, const Scene& scene, Work& work, Notes& n
       for (int i : c.parts) {
         const TreeJoint& j = model.parts[i].joint;
         if (j.motion >= 0) motions += fmt::format("{}'{}'", motions.empty() ? "" : ", ", j.name);
-        else if (j.scene_joint >= 0 && scene.joints[j.scene_joint].initial.rate) rates += fmt::format("{}'{}'", rates.empty() ? "" : ", ", j.name);
+        else if (j.scene_joint >= 0 && scene.joints[j.scene_joint].initial.rate)
+          rates += fmt::format("{}'{}'", rates.empty() ? "" : ", ", j.name);
       }
       const std::string given = motions.empty() ? "initial rates" : rates.empty() ? "motions" : "motions and initial rates";
       // The rates that would close it, one joint's at a time.
       std::string closing;
       for (int i : c.parts) {
         const Part& p = model.parts[i];
-        if (p.joint.scene_joint < 0 || p.joint.nv == 0 || p.joint.nq != p.joint.nv || !scene.joints[p.joint.scene_joint].initial.rate) continue;
+        if (p.joint.scene_joint < 0 || p.joint.nv == 0 || p.joint.nq != p.joint.nv || !scene.joints[p.joint.scene_joint].initial.rate)
+          continue;
         std::vector<int> columns = free.rate;
         for (int m = 0; m < p.joint.nv; ++m) columns.push_back(p.v0 - c.v0 + m);
         const MatX B = scaled_columns(model, work, cluster, columns, scale);
@@ -416,16 +438,20 @@ void assemble_rates(const Model& model, const Scene& scene, Work& work, Notes& n
         if ((b - B * y).cwiseAbs().maxCoeff() > 1e-8 * speed) continue;
         VecX fitting = work.w.segment(p.v0, p.joint.nv);
         for (int m = 0; m < p.joint.nv; ++m) fitting[m] += y[y.size() - p.joint.nv + m] / rate_scale(model, cluster, p.v0 - c.v0 + m);
-        closing += fmt::format("{}'initial.rate' {} of joint '{}' (given: {})", closing.empty() ? ": it closes with " : ", or ", values_text(fitting.data(), p.joint.nv), p.joint.name,
-                               values_text(work.w.data() + p.v0, p.joint.nv));
+        closing += fmt::format("{}'initial.rate' {} of joint '{}' (given: {})", closing.empty() ? ": it closes with " : ", or ",
+                               values_text(fitting.data(), p.joint.nv), p.joint.name, values_text(work.w.data() + p.v0, p.joint.nv));
       }
-      throw InputError(fmt::format("{}: the {} that are given contradict the loop of joint '{}' ({}{}{}): it would open at {:.4g} m/s; leave one {} of the loop out{}", scene.file.string(), given,
-                                   closure_row_name(model, work, cluster, row), motions, motions.empty() || rates.empty() ? "" : "; ", rates, left[row], rates.empty() ? "motion" : "rate", closing));
+      throw InputError(
+          fmt::format("{}: the {} that are given contradict the loop of joint '{}' ({}{}{}): it would open at {:.4g} m/s; leave one {} of "
+                      "the loop out{}",
+                      scene.file.string(), given, closure_row_name(model, work, cluster, row), motions,
+                      motions.empty() || rates.empty() ? "" : "; ", rates, left[row], rates.empty() ? "motion" : "rate", closing));
     }
     for (size_t f = 0; f < free.rate.size(); ++f) work.w[c.v0 + free.rate[f]] += x[f] / rate_scale(model, cluster, free.rate[f]);
     close_velocities(model, cluster, work);
     if (leave_change_point(model, scene, cluster, work))
-      notes.tell(fmt::format("joint '{}'", model.loops[c.loops.front()].name), "its loop starts in a change point; moved a hundred-thousandth of its size along the initial rates");
+      notes.tell(fmt::format("joint '{}'", model.loops[c.loops.front()].name),
+                 "its loop starts in a change point; moved a hundred-thousandth of its size along the initial rates");
   }
 }
 

@@ -16,13 +16,17 @@ bool stiff_along(const Model& model, const Scene& scene, int body) {
   const auto* beam = std::get_if<BeamDef>(&scene.bodies[body].kind);
   if (!beam) return false;
   if (beam->model == BeamModel::lumped) return true;
-  return std::any_of(model.effects.begin(), model.effects.end(), [&](const EffectState& s) { return s.owner == scene.bodies[body].name && s.effect == "axial" && !s.on; });
+  return std::any_of(model.effects.begin(), model.effects.end(),
+                     [&](const EffectState& s) { return s.owner == scene.bodies[body].name && s.effect == "axial" && !s.on; });
 }
 
 // Place of a frame along its beam, m from the root.
-double place_along(const Model& model, int frame) { return compose(model.parts[model.frames[frame].part].rest_in_body, rest_pose(model, frame)).p.x(); }
+double place_along(const Model& model, int frame) {
+  return compose(model.parts[model.frames[frame].part].rest_in_body, rest_pose(model, frame)).p.x();
+}
 
-// Displacement of a frame, in the axes of the cluster's base, when a beam that carries it or is its body lengthens by its own length (strain 1).
+// Displacement of a frame, in the axes of the cluster's base, when a beam that carries it or is its body lengthens by its own length
+// (strain 1).
 Vec3 lengthened(const Model& model, const Work& work, int cluster, int body, int frame) {
   int on = frame, first = -1, last = -1;
   for (int i = model.frames[frame].part; i != ground && model.parts[i].cluster == cluster; i = model.parts[i].parent) {
@@ -67,7 +71,9 @@ std::vector<HeldLength> held_lengths(const Model& model, const Scene& scene, Wor
     const int rows = closure_row_count(model, work, cluster);
     std::vector<int> beams;
     for (int i : c.parts)
-      if (const int b = model.parts[i].scene_body; b >= 0 && stiff_along(model, scene, b) && std::find(beams.begin(), beams.end(), b) == beams.end()) beams.push_back(b);
+      if (const int b = model.parts[i].scene_body;
+          b >= 0 && stiff_along(model, scene, b) && std::find(beams.begin(), beams.end(), b) == beams.end())
+        beams.push_back(b);
     if (beams.empty() || rows <= static_cast<int>(chosen.rows.size())) continue;
 
     const VecX scale = closure_row_scales(model, work, cluster);
@@ -105,9 +111,10 @@ bool let_lengthen(const std::vector<HeldLength>& held, Scene& scene, Notes& note
       anew = true;
       continue;
     }
-    notes.warn(fmt::format("body '{}'", body.name), fmt::format("the loop of joint '{}' holds its length, and {}", h.joint,
-                                lumped ? "a lumped beam never lengthens: take model = \"finite-element\" or \"mixed\""
-                                       : "axial is off: the loop comes open by what bending shortens the beam"));
+    notes.warn(fmt::format("body '{}'", body.name),
+               fmt::format("the loop of joint '{}' holds its length, and {}", h.joint,
+                           lumped ? "a lumped beam never lengthens: take model = \"finite-element\" or \"mixed\""
+                                  : "axial is off: the loop comes open by what bending shortens the beam"));
   }
   return anew;
 }

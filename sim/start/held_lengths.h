@@ -13,17 +13,17 @@
 namespace flexframe::sim {
 
 struct HeldLength {
-  int body = -1;              // of the scene: a beam without the effect axial, or a lumped one, whose links never lengthen
-  std::string joint;          // of the loop that holds it
+  int body = -1;      // of the scene: a beam without the effect axial, or a lumped one, whose links never lengthen
+  std::string joint;  // of the loop that holds it
 };
 
-// Self-stress of every condition that the partitions leave out (a multiplier of 1 on it, balanced by the partition's rows), and the work that
-// it does on a uniform lengthening of each beam: held where that closes at least a fiftieth of what it lengthens (closure.h: what
-// a partition asks of deformation). Positions are up to date and the partitions chosen; their G is made anew.
+// Self-stress of every condition that the partitions leave out (a multiplier of 1 on it, balanced by the partition's rows), and the work
+// that it does on a uniform lengthening of each beam: held where that closes at least a fiftieth of what it lengthens (closure.h: what a
+// partition asks of deformation). Positions are up to date and the partitions chosen; their G is made anew.
 std::vector<HeldLength> held_lengths(const Model& model, const Scene& scene, Work& work);
 
-// Where the program chooses a beam's effects, axial is one of them from now on (EffectChoice::held_by), and the model has to be built anew: true. Of the
-// others a note says what is left out.
+// Where the program chooses a beam's effects, axial is one of them from now on (EffectChoice::held_by), and the model has to be built anew:
+// true. Of the others a note says what is left out.
 bool let_lengthen(const std::vector<HeldLength>& held, Scene& scene, Notes& notes);
 
 }  // namespace flexframe::sim

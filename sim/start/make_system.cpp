@@ -36,9 +36,12 @@ void check_springs(const Model& model, const Scene& scene, const Work& work) {
     const double length = (frame_world(model, work, load.on).p - frame_world(model, work, load.from).p).norm();
     // What the assembly leaves open, relative to the size.
     if (length > 1e-12 * model.size) continue;
-    throw InputError(fmt::format("{}:{}: force{}: both ends of the spring stand at one point at the start, where its force of {:.4g} N has no direction; move an end, let the mechanism start "
-                                 "beside that position, or give neither rest nor preload", scene.file.string(), load.def.line, load.def.name.empty() ? "" : fmt::format(" '{}'", load.def.name),
-                                 std::abs(s.preload - s.stiffness * s.rest)));
+    throw InputError(
+        fmt::format("{}:{}: force{}: both ends of the spring stand at one point at the start, where its force of {:.4g} N has no "
+                    "direction; move an end, let the mechanism start "
+                    "beside that position, or give neither rest nor preload",
+                    scene.file.string(), load.def.line, load.def.name.empty() ? "" : fmt::format(" '{}'", load.def.name),
+                    std::abs(s.preload - s.stiffness * s.rest)));
   }
 }
 

@@ -22,10 +22,10 @@ bool weightless(const Part& p) { return p.scene_body >= 0 && p.body.n == 0 && p.
 struct Candidates {
   const Model& model;
   Work& work;
-  std::vector<int> rates;        // of w_all
-  std::vector<double> size;      // m per unit
-  std::vector<Mat6> inertial;    // per part: directions of twists in which it has inertia
-  VecX q, w;                     // at the start
+  std::vector<int> rates;      // of w_all
+  std::vector<double> size;    // m per unit
+  std::vector<Mat6> inertial;  // per part: directions of twists in which it has inertia
+  VecX q, w;                   // at the start
   RestForces rest;
 
   Eigen::Index count() const { return static_cast<Eigen::Index>(rates.size()); }
@@ -103,7 +103,8 @@ void find_inertial_directions(Candidates& c) {
     const SymmetricEigen eigen(MatX(metre.asDiagonal() * c.work.parts[i].terms.Mrr * metre.asDiagonal()));
     for (int k = 0; k < 6; ++k)
       if (eigen.eigenvalues()[k] > 1e-12 * eigen.eigenvalues()[5])
-        c.inertial[i] += metre.cwiseInverse().asDiagonal() * eigen.eigenvectors().col(k) * eigen.eigenvectors().col(k).transpose() * metre.cwiseInverse().asDiagonal();
+        c.inertial[i] += metre.cwiseInverse().asDiagonal() * eigen.eigenvectors().col(k) * eigen.eigenvectors().col(k).transpose() *
+                         metre.cwiseInverse().asDiagonal();
   }
 }
 
@@ -112,7 +113,8 @@ MatX directions_without_inertia(Candidates& c) {
   const Eigen::Index n = c.count();
   std::vector<std::vector<Vec6>> twist;
   twist.reserve(static_cast<size_t>(n));
-  for (Eigen::Index k = 0; k < n; ++k) twist.push_back(c.masses_move(VecX::Unit(c.model.nv, c.rates[static_cast<size_t>(k)]) / c.size[static_cast<size_t>(k)]));
+  for (Eigen::Index k = 0; k < n; ++k)
+    twist.push_back(c.masses_move(VecX::Unit(c.model.nv, c.rates[static_cast<size_t>(k)]) / c.size[static_cast<size_t>(k)]));
   MatX gram = MatX::Zero(n, n);
   for (size_t i = 0; i < c.model.parts.size(); ++i)
     for (Eigen::Index k = 0; k < n; ++k) {
@@ -145,7 +147,8 @@ void split_directions(Candidates& c, const MatX& null, MatX& moving, MatX& resti
     MatX projector = MatX::Zero(free, free);
     const double most = svd.singularValues()[0];
     for (Eigen::Index k = 0; k < free; ++k)
-      if (svd.singularValues()[k] > 1e-9 * most && most * c.model.size > 1e-9 * largest) projector += svd.matrixU().col(k) * svd.matrixU().col(k).transpose();
+      if (svd.singularValues()[k] > 1e-9 * most && most * c.model.size > 1e-9 * largest)
+        projector += svd.matrixU().col(k) * svd.matrixU().col(k).transpose();
     return projector;
   };
   const SymmetricEigen acted(range(K) + range(C));
@@ -163,8 +166,8 @@ void split_directions(Candidates& c, const MatX& null, MatX& moving, MatX& resti
   resting = (resting * own.eigenvectors().leftCols(count)).eval();
 }
 
-// How well each rate stands for a direction: those that springs and dampers act on most, the massless body's own joint by preference, and one
-// whose value nobody gives.
+// How well each rate stands for a direction: those that springs and dampers act on most, the massless body's own joint by preference, and
+// one whose value nobody gives.
 VecX preferences(Candidates& c, const Scene& scene) {
   const Eigen::Index n = c.count();
   const double h = c.step();
@@ -174,7 +177,8 @@ VecX preferences(Candidates& c, const Scene& scene) {
     held[k] = std::abs((c.force_beside(-h * unit) - c.force_beside(h * unit))[k]) / (2.0 * h);
   }
   c.back_to_start();
-  for (Eigen::Index k = 0; k < n; ++k) resisted[k] = 0.5 * std::abs((c.force_moving(-VecX::Unit(n, k)) - c.force_moving(VecX::Unit(n, k)))[k]);
+  for (Eigen::Index k = 0; k < n; ++k)
+    resisted[k] = 0.5 * std::abs((c.force_moving(-VecX::Unit(n, k)) - c.force_moving(VecX::Unit(n, k)))[k]);
   c.work.w = c.w;
   VecX out = (held / std::max(held.maxCoeff(), 1e-300) + resisted / std::max(resisted.maxCoeff(), 1e-300)).array() + 1e-6;
   for (Eigen::Index k = 0; k < n; ++k) {
@@ -185,8 +189,8 @@ VecX preferences(Candidates& c, const Scene& scene) {
   return out;
 }
 
-// Combines the columns of Z (the first `moving` among themselves and with the others, those last) so that each is 1 in a row of its own, where the
-// others are 0. Returns these rows, column by column.
+// Combines the columns of Z (the first `moving` among themselves and with the others, those last) so that each is 1 in a row of its own,
+// where the others are 0. Returns these rows, column by column.
 std::vector<Eigen::Index> make_identity(MatX& Z, Eigen::Index moving, const VecX& weight) {
   std::vector<Eigen::Index> row(static_cast<size_t>(Z.cols()));
   std::vector<char> used(static_cast<size_t>(Z.cols()), 0), taken(static_cast<size_t>(Z.rows()), 0);
@@ -196,7 +200,8 @@ std::vector<Eigen::Index> make_identity(MatX& Z, Eigen::Index moving, const VecX
     for (Eigen::Index c = step < moving ? 0 : moving; c < (step < moving ? moving : Z.cols()); ++c)
       for (Eigen::Index r = 0; r < Z.rows() && !used[static_cast<size_t>(c)]; ++r)
         // To a thousandth alike, the first one.
-        if (!taken[static_cast<size_t>(r)] && weight[r] * std::abs(Z(r, c)) > (1.0 + 1e-3) * best) best = weight[r] * std::abs(Z(r, c)), at = r, column = c;
+        if (!taken[static_cast<size_t>(r)] && weight[r] * std::abs(Z(r, c)) > (1.0 + 1e-3) * best)
+          best = weight[r] * std::abs(Z(r, c)), at = r, column = c;
     used[static_cast<size_t>(column)] = taken[static_cast<size_t>(at)] = 1;
     row[static_cast<size_t>(column)] = at;
     Z.col(column) /= Z(at, column);
@@ -240,14 +245,19 @@ void require_solvable(Candidates& c, const MasslessRates& m, const std::string& 
   c.back_to_start();
   for (size_t k = 0; k < c.model.clusters.size(); ++k) close_velocities(c.model, static_cast<int>(k), c.work);
   if (moved > 1e-16)
-    throw InputError(fmt::format("{}: joint {}: what has no mass there can move without any mass moving, in a way that changes with the position; that is solved for parallel slides, for turns "
-                                 "about one axis and for massless bodies at the end of a tree only: give it a mass", file, names));
+    throw InputError(
+        fmt::format("{}: joint {}: what has no mass there can move without any mass moving, in a way that changes with the position; that "
+                    "is solved for parallel slides, for turns "
+                    "about one axis and for massless bodies at the end of a tree only: give it a mass",
+                    file, names));
   for (int v = 0; v < c.model.nv; ++v) {
     if (m.Z.row(v).isZero(0.0)) continue;
     const TreeJoint& j = c.model.parts[joint_of_rate(c.model, v)].joint;
     if (j.friction)
-      throw InputError(fmt::format("{}: joint '{}' has friction and moves without any mass moving (joint {}): friction that is overcome would make it jump; give the body there a mass, or damping instead of friction",
-                                   file, j.name, names));
+      throw InputError(
+          fmt::format("{}: joint '{}' has friction and moves without any mass moving (joint {}): friction that is overcome would make it "
+                      "jump; give the body there a mass, or damping instead of friction",
+                      file, j.name, names));
   }
 }
 
@@ -289,14 +299,18 @@ void balance_start(System& system, const VecX& q, const std::string& file, const
   if (!mw.stiff.empty() && mw.stiffness.rows() > 0 && model.massless.rates.size() == 1) {
     const SymmetricEigen stiffness(0.5 * (mw.stiffness + mw.stiffness.transpose()), Eigen::EigenvaluesOnly);
     if (stiffness.eigenvalues()[0] <= 0.0)
-      throw InputError(fmt::format("{}: joint {}: the balance of the springs there is unstable, and what moves has no mass: it would jump away; turn the spring round, or give it a mass", file, names));
+      throw InputError(
+          fmt::format("{}: joint {}: the balance of the springs there is unstable, and what moves has no mass: it would jump away; turn "
+                      "the spring round, or give it a mass",
+                      file, names));
   }
   const double change = (work.q - q).size() > 0 ? (work.q - q).cwiseAbs().maxCoeff() : 0.0;
-  system.notes.tell("joint " + names, fmt::format("what moves there has no mass; its coordinates {}{}",
-                                     mw.stiff.empty() ? "follow from the balance of springs, dampers and forces, in first order"
-                                     : mw.damped.empty() ? "follow from the balance of springs and forces at every time"
-                                                         : "follow from the balance of springs, dampers and forces",
-                                     change > 1e-9 * model.size ? fmt::format("; moved by up to {:.3g} (rad or m) at the start", change) : ""));
+  system.notes.tell("joint " + names,
+                    fmt::format("what moves there has no mass; its coordinates {}{}",
+                                mw.stiff.empty()    ? "follow from the balance of springs, dampers and forces, in first order"
+                                : mw.damped.empty() ? "follow from the balance of springs and forces at every time"
+                                                    : "follow from the balance of springs, dampers and forces",
+                                change > 1e-9 * model.size ? fmt::format("; moved by up to {:.3g} (rad or m) at the start", change) : ""));
 }
 
 }  // namespace

@@ -5,8 +5,8 @@
 
 namespace flexframe::sim {
 
-// Finds the rates without inertia at the assembled start, locks them (Model::massless, ClusterWork::carried), brings their coordinates into balance and
-// tells of it in the notes. Throws InputError where nothing determines them.
+// Finds the rates without inertia at the assembled start, locks them (Model::massless, ClusterWork::carried), brings their coordinates into
+// balance and tells of it in the notes. Throws InputError where nothing determines them.
 void find_massless(System& system);
 
 }  // namespace flexframe::sim

@@ -19,14 +19,15 @@ constexpr double least_deformation = 1e-5;
 constexpr double least_joint_motion = 1e-2;
 // Coordinates that close a loop are starting values of the closure only: errors of so many units do, and of so many per unit of tolerance.
 constexpr double closing_units = 30.0, closing_error = 1e-3;
-// Work done, where the motion does not feel it: a thirtieth of the motion's accuracy; least energy, of the mechanism's at its slowest rate of interest.
+// Work done, where the motion does not feel it: a thirtieth of the motion's accuracy; least energy, of the mechanism's at its slowest rate
+// of interest.
 constexpr double work_share = 30.0, least_energy = 1e-9;
 // What springs and dampers that hold what has no mass take up: in a motion of that share of the size.
 constexpr double massless_motion = 1e-3;
 // Of vibrations that are stepped over (dirk) nobody sees the phase; what decays or is followed is asked for more.
 constexpr double slack_stepped_over = 0.28, slack_followed = 0.15;
-// A multistep method's errors of one sign add up over the many short steps of a period: asked for a tenth, a pendulum keeps its energy fifteen
-// times better for the same number of evaluations.
+// A multistep method's errors of one sign add up over the many short steps of a period: asked for a tenth, a pendulum keeps its energy
+// fifteen times better for the same number of evaluations.
 constexpr double adams_strictness = 10.0;
 // A coordinate has no digits below that of itself.
 constexpr double rounding = 50.0 * std::numeric_limits<double>::epsilon();
@@ -76,7 +77,8 @@ void ErrorWeights::prepare(const System& system) {
   const Model& model = system.model;
   const size_t n = model.parts.size();
   tree_.resize(n);
-  for (size_t i = 0; i < n; ++i) tree_[i] = model.parts[i].parent == ground ? static_cast<int>(i) : tree_[static_cast<size_t>(model.parts[i].parent)];
+  for (size_t i = 0; i < n; ++i)
+    tree_[i] = model.parts[i].parent == ground ? static_cast<int>(i) : tree_[static_cast<size_t>(model.parts[i].parent)];
   for (const Cluster& c : model.clusters)
     for (int i : c.parts) tree_[static_cast<size_t>(i)] = tree_[static_cast<size_t>(c.parts.front())];
   reaches_.assign(n, {});
@@ -97,8 +99,9 @@ void ErrorWeights::update(const System& system, const VecX& y) {
   int at = model.nq;
   for (size_t c = 0; c < model.clusters.size(); ++c)
     for (int k : system.work.clusters[c].partition.ind) rate_of_[static_cast<size_t>(model.clusters[c].v0 + k)] = at++;
-  // Trees in which dry friction turns round or sticks: an event's time is as good as the rate that comes to zero there, so every elastic coordinate
-  // is asked for the tolerance of its own range (a bar's stretch is a thousandth of its bending, and as fast), and no rate for less.
+  // Trees in which dry friction turns round or sticks: an event's time is as good as the rate that comes to zero there, so every elastic
+  // coordinate is asked for the tolerance of its own range (a bar's stretch is a thousandth of its bending, and as fast), and no rate for
+  // less.
   timed_.assign(model.parts.size(), 0);
   for (const FrictionPoint& p : system.friction.points)
     if (p.phase != FrictionPhase::regularised) timed_[static_cast<size_t>(tree_[static_cast<size_t>(p.part)])] = 1;
@@ -166,7 +169,8 @@ void ErrorWeights::raise_elastic(const System& system, const VecX& y) {
     const double size = part_size_[i];
     for (int k = 0; k < p.body.n; ++k) {
       double& q = scale_[p.eq0 + k];
-      q = std::max(q, timed_[t] ? std::max(std::abs(gone(y, p.eq0 + k, tree)), share(tree) * least_deformation * size / reach[k]) : moved_[t] / reach[k]);
+      q = std::max(q, timed_[t] ? std::max(std::abs(gone(y, p.eq0 + k, tree)), share(tree) * least_deformation * size / reach[k])
+                                : moved_[t] / reach[k]);
       const double frequency = std::sqrt(std::max(0.0, p.body.Ke(k, k)) / p.body.Me(k, k));
       if (!timed_[t]) shake_[t] = std::max(shake_[t], frequency * q * reach[k] / size);
       const int r = rate_of_[static_cast<size_t>(p.ev0 + k)];
@@ -203,7 +207,8 @@ void ErrorWeights::raise_joints(const System& system, const VecX& y) {
     for (int k = 0; k < p.joint.nq; ++k) {
       // An angle is as good after a thousand turns as after one, and a distance as if its start were zero.
       const bool length = is_length(p.joint.kind, k);
-      const double unit = part * (length ? cluster_size : 1.0), size = std::abs(length ? y[p.q0 + k] - start_[p.q0 + k] : gone(y, p.q0 + k, tree));
+      const double unit = part * (length ? cluster_size : 1.0),
+                   size = std::abs(length ? y[p.q0 + k] - start_[p.q0 + k] : gone(y, p.q0 + k, tree));
       double& q = scale_[p.q0 + k];
       q = std::max({q, least_joint_motion * unit, length ? size : std::min(size, 1.0)});
       const bool closes = p.joint.nq == p.joint.nv && rate_of_[static_cast<size_t>(p.v0 + k)] < 0;
@@ -234,21 +239,25 @@ void ErrorWeights::raise_work(const System& system, const VecX& y) {
   }
   const Energy e = compute_energy(model, system.work);
   const double size = least_share_ * model.size;
-  double energy = std::max({e.kinetic, e.strain, y.tail<2>().cwiseAbs().maxCoeff(), least_energy * model.mass * std::pow(size * slow, 2), 1e-300});
+  double energy =
+      std::max({e.kinetic, e.strain, y.tail<2>().cwiseAbs().maxCoeff(), least_energy * model.mass * std::pow(size * slow, 2), 1e-300});
   // The strain energy of the least deformation worth resolving.
   for (size_t i = 0; i < model.parts.size(); ++i)
     for (int k = 0; k < model.parts[i].body.n; ++k)
-      energy = std::max(energy, 0.5 * model.parts[i].body.Ke(k, k) * std::pow(least_share_ * least_deformation * part_size_[i] / reaches_[i][k], 2));
+      energy = std::max(
+          energy, 0.5 * model.parts[i].body.Ke(k, k) * std::pow(least_share_ * least_deformation * part_size_[i] / reaches_[i][k], 2));
   // Without mass: what springs and dampers take up in such a motion.
   if (!model.massless.rates.empty()) {
     const auto add = [&](double stiffness, double damping, double reach) {
       energy = std::max(energy, (stiffness + damping * slow) * std::pow(least_share_ * massless_motion * reach, 2));
     };
     for (const Part& p : model.parts)
-      if (p.joint.spring && p.joint.nv > 0) add(p.joint.spring->stiffness, p.joint.spring->damping, is_length(p.joint.kind, 0) ? model.size : 1.0);
+      if (p.joint.spring && p.joint.nv > 0)
+        add(p.joint.spring->stiffness, p.joint.spring->damping, is_length(p.joint.kind, 0) ? model.size : 1.0);
     for (const Load& load : model.loads) {
       if (load.def.kind == ForceKind::spring_damper) add(load.def.spring.stiffness, load.def.spring.damping, model.size);
-      if (load.def.kind == ForceKind::bushing) add(load.def.bushing_stiffness.head<3>().maxCoeff(), load.def.bushing_damping.head<3>().maxCoeff(), model.size);
+      if (load.def.kind == ForceKind::bushing)
+        add(load.def.bushing_stiffness.head<3>().maxCoeff(), load.def.bushing_damping.head<3>().maxCoeff(), model.size);
     }
   }
   scale_.tail<2>() = scale_.tail<2>().cwiseMax(Eigen::Vector2d::Constant(share * energy));

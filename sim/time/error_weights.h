@@ -1,15 +1,15 @@
 // What a tolerance means: the size of every state, against which its error is weighed.
 //
-// The tolerance is one of positions relative to the size of the mechanism. Sizes go by group, so that a coordinate passing through zero is not
-// resolved to nothing, and a small one beside large ones not to more than its share: joint coordinates one by one, elastic coordinates by the
-// displacement they cause, against the largest elastic displacement in the same tree (all that hangs together from ground).
+// The tolerance is one of positions relative to the size of the mechanism. Sizes go by group, so that a coordinate passing through zero is
+// not resolved to nothing, and a small one beside large ones not to more than its share: joint coordinates one by one, elastic coordinates
+// by the displacement they cause, against the largest elastic displacement in the same tree (all that hangs together from ground).
 //
 // An error in the rate of something of frequency f becomes one of rate / f in its position. Rates of fast vibration are asked for their
-// position's accuracy only, else the integrator resolves vibrations that nobody can see; and so are the rates of joints on vibrating bodies,
-// which shake along.
+// position's accuracy only, else the integrator resolves vibrations that nobody can see; and so are the rates of joints on vibrating
+// bodies, which shake along.
 //
-// Where a whole tree moves by less than a hundred-thousandth of the mechanism, such sizes would drown its motion: its share (`narrowed`) makes them as much
-// smaller, and displacements are then measured from the start.
+// Where a whole tree moves by less than a hundred-thousandth of the mechanism, such sizes would drown its motion: its share (`narrowed`)
+// makes them as much smaller, and displacements are then measured from the start.
 #pragma once
 
 #include "sim/base/types.h"
@@ -51,17 +51,17 @@ class ErrorWeights {
   double share(int tree) const { return shares.empty() ? 1.0 : shares[static_cast<size_t>(tree)]; }
   double gone(const VecX& y, Eigen::Index i, int tree) const { return share(tree) < 1.0 ? y[i] - start_[i] : y[i]; }
 
-  VecX scale_;                          // of every state
-  VecX start_, low_, high_;             // coordinates at the start, and between what they stayed
-  std::vector<int> tree_;               // of every part: the tree it belongs to, by one of its parts
-  std::vector<VecX> reaches_;           // of every part: displacement per elastic coordinate, m
-  std::vector<double> part_size_;       // m
-  std::vector<int> rate_of_;            // state of every rate; -1: dependent
+  VecX scale_;                                 // of every state
+  VecX start_, low_, high_;                    // coordinates at the start, and between what they stayed
+  std::vector<int> tree_;                      // of every part: the tree it belongs to, by one of its parts
+  std::vector<VecX> reaches_;                  // of every part: displacement per elastic coordinate, m
+  std::vector<double> part_size_;              // m
+  std::vector<int> rate_of_;                   // state of every rate; -1: dependent
   std::vector<double> moved_, speed_, shake_;  // of every tree: largest elastic displacement (m), rate (m/s), rad/s of rigid bodies on it
-  std::vector<char> timed_;             // trees whose dry friction turns round or sticks
-  double elastic_slack_ = 0.28;         // elastic displacements are asked for tolerance^(1 - slack) of their own range at least
+  std::vector<char> timed_;                    // trees whose dry friction turns round or sticks
+  double elastic_slack_ = 0.28;                // elastic displacements are asked for tolerance^(1 - slack) of their own range at least
   double strictness_ = 1.0;
-  double least_share_ = 1.0;            // of all trees
+  double least_share_ = 1.0;  // of all trees
 };
 
 }  // namespace flexframe::sim

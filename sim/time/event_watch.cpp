@@ -16,8 +16,8 @@ void EventWatch::begin(System& system, double t, const VecX& y) {
   if (n > 0) event_margins(system, t, y.data(), start_.margin.data());
 }
 
-// A multistep interpolant is exact at the step's end and misses its start by up to the tolerance, at first order by a bend of the whole step: enough to
-// foretell a stop that is met again at once by a body that has only just left it. What it misses is taken out linearly.
+// A multistep interpolant is exact at the step's end and misses its start by up to the tolerance, at first order by a bend of the whole
+// step: enough to foretell a stop that is met again at once by a body that has only just left it. What it misses is taken out linearly.
 void EventWatch::state_at(const Integrator& integrator, double t, VecX& y) const {
   integrator.interpolate(t, y);
   if (end_ > start_.t) y += (end_ - t) / (end_ - start_.t) * missed_;
@@ -38,7 +38,8 @@ bool EventWatch::ended(const Point& p) const {
   return false;
 }
 
-// Follows margins that have their least value among the points inside the step. True where one ends there: `before` and `after` enclose its zero.
+// Follows margins that have their least value among the points inside the step. True where one ends there: `before` and `after` enclose its
+// zero.
 bool EventWatch::dips(System& system, const Integrator& integrator, const std::vector<Point>& points, Point& before, Point& after) {
   for (size_t i = 1; i + 1 < points.size(); ++i)
     for (size_t k = 0; k < floor_.size(); ++k) {
@@ -46,7 +47,8 @@ bool EventWatch::dips(System& system, const Integrator& integrator, const std::v
       if (!(b.margin[k] <= a.margin[k] && b.margin[k] < c.margin[k])) continue;
       // A parabola through three points, renewed around its lowest: ten rounds leave a millionth of the step and less.
       for (int round = 0; round < 10; ++round) {
-        const double ab = (b.margin[k] - a.margin[k]) / (b.t - a.t), bc = (c.margin[k] - b.margin[k]) / (c.t - b.t), bend = (bc - ab) / (c.t - a.t);
+        const double ab = (b.margin[k] - a.margin[k]) / (b.t - a.t), bc = (c.margin[k] - b.margin[k]) / (c.t - b.t),
+                     bend = (bc - ab) / (c.t - a.t);
         if (!(bend > 0.0)) break;
         const double t = 0.5 * (a.t + b.t) - 0.5 * ab / bend, least = b.margin[k] - bend * (t - b.t) * (t - b.t);
         // The parabola stays clear of zero by half of what it was drawn through: the margin stays positive.
@@ -68,7 +70,8 @@ bool EventWatch::dips(System& system, const Integrator& integrator, const std::v
   return false;
 }
 
-// Narrows the enclosure down to the digits of the time: the false position of the margin that comes to zero first, each second time the middle.
+// Narrows the enclosure down to the digits of the time: the false position of the margin that comes to zero first, each second time the
+// middle.
 void EventWatch::locate(System& system, const Integrator& integrator, Point& before, Point& after) {
   const double width = std::max(4e-16 * after.t, 1e-14 * (after.t - start_.t));
   for (int round = 0; after.t - before.t > width && round < 200; ++round) {
@@ -77,7 +80,8 @@ void EventWatch::locate(System& system, const Integrator& integrator, Point& bef
       if (after.margin[k] < floor_[k]) share = std::min(share, (before.margin[k] - floor_[k]) / (before.margin[k] - after.margin[k]));
     double t = before.t + 0.5 * (after.t - before.t);
     // Beside the place that is foretold, so that the next look encloses it from the other side.
-    const double guess = before.t + share * (after.t - before.t), beside = std::max(0.25 * width, 0.01 * std::min(guess - before.t, after.t - guess));
+    const double guess = before.t + share * (after.t - before.t),
+                 beside = std::max(0.25 * width, 0.01 * std::min(guess - before.t, after.t - guess));
     if (round % 3 == 0) t = guess - beside;
     if (round % 3 == 1) t = guess + beside;
     t = std::clamp(t, before.t + 0.25 * width, after.t - 0.25 * width);

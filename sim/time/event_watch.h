@@ -1,9 +1,10 @@
 // Where in an integrator's step a phase ends: the first zero of its margins from above (events.h), on the interpolant of the step.
 //
-// A step is looked at inside as well as at its end, and where a margin has its least value in between that is followed down: a slide that goes back and
-// forth within a step, or a ball that only grazes its stop, is found. A margin that starts at zero (a body that starts on its stop, a slip that starts
-// from rest) and falls has its zero at the start: no phase can hold where friction would push along the motion or a stop would be passed through.
-// Zero: what rounding leaves of it (event_roundings). Works beside the integrators' own search, which sees changes of sign between the ends of steps only.
+// A step is looked at inside as well as at its end, and where a margin has its least value in between that is followed down: a slide that
+// goes back and forth within a step, or a ball that only grazes its stop, is found. A margin that starts at zero (a body that starts on its
+// stop, a slip that starts from rest) and falls has its zero at the start: no phase can hold where friction would push along the motion or
+// a stop would be passed through. Zero: what rounding leaves of it (event_roundings). Works beside the integrators' own search, which sees
+// changes of sign between the ends of steps only.
 #pragma once
 
 #include "sim/time/system.h"
@@ -16,8 +17,8 @@ class EventWatch {
  public:
   // The phases begin, or go on, at (t, y).
   void begin(System& system, double t, const VecX& y);
-  // Looks at the last step of an integrator that goes on from where begin or look was called last. True where a phase ends within it: t and y become
-  // those of its end, and directions() is what pass_events wants. `system.work` is left somewhere within the step.
+  // Looks at the last step of an integrator that goes on from where begin or look was called last. True where a phase ends within it: t and
+  // y become those of its end, and directions() is what pass_events wants. `system.work` is left somewhere within the step.
   bool look(System& system, const Integrator& integrator, double& t, VecX& y);
   // Per margin -1 where it came to zero, else 0.
   const std::vector<int>& directions() const { return directions_; }
@@ -38,9 +39,9 @@ class EventWatch {
 
   Point start_;
   VecX start_y_, scratch_;
-  double end_ = 0.0;              // of the step that is looked at
-  VecX missed_;                   // the start's state less what the interpolant says there
-  std::vector<double> floor_;     // per margin: below it the phase has ended
+  double end_ = 0.0;           // of the step that is looked at
+  VecX missed_;                // the start's state less what the interpolant says there
+  std::vector<double> floor_;  // per margin: below it the phase has ended
   std::vector<int> directions_;
 };
 

@@ -50,7 +50,8 @@ void event_roundings(System& s, std::vector<double>& rounding) {
   for (const FrictionPoint& p : s.friction.points) rounding.push_back(friction_rounding(p, s.friction, s.model));
   for (int i : s.stops) {
     const Stop& stop = *s.model.parts[i].joint.stop;
-    const double q = digits * (std::abs(coordinate(s, i)) + std::max(std::abs(stop.lower.value_or(0.0)), std::abs(stop.upper.value_or(0.0))));
+    const double q =
+        digits * (std::abs(coordinate(s, i)) + std::max(std::abs(stop.lower.value_or(0.0)), std::abs(stop.upper.value_or(0.0))));
     const double push = stop.stiffness * q + stop.damping * digits * std::abs(rate(s, i));
     const bool touches = s.work.parts[i].stop != StopPhase::free;
     rounding.push_back(q);
@@ -69,7 +70,8 @@ void start_phases(System& s, double t, const VecX& y, bool first, std::vector<st
     FrictionPoint& p = s.friction.points[k];
     const double w = s.work.w[s.model.parts[p.part].v0 + p.rate];
     if (!first || p.phase == FrictionPhase::regularised || p.phase == FrictionPhase::stick) continue;
-    const bool rests = p.phase == FrictionPhase::slip ? slip_rests(p, s.friction, s.model, s.work) : std::abs(w) <= friction_rounding(p, s.friction, s.model);
+    const bool rests = p.phase == FrictionPhase::slip ? slip_rests(p, s.friction, s.model, s.work)
+                                                      : std::abs(w) <= friction_rounding(p, s.friction, s.model);
     if (rests) resting.push_back(static_cast<int>(k));
     else if (p.phase != FrictionPhase::slip) p.phase = w > 0.0 ? FrictionPhase::forward : FrictionPhase::backward;
   }
@@ -85,7 +87,8 @@ bool pass_events(System& s, double t, const VecX& y, const std::vector<int>& dir
     passed = true;
     const FrictionPoint& p = s.friction.points[k];
     // A slip that has only turned goes on.
-    if (p.phase == FrictionPhase::slip ? slip_rests(p, s.friction, s.model, s.work) : p.phase != FrictionPhase::stick) resting.push_back(static_cast<int>(k));
+    if (p.phase == FrictionPhase::slip ? slip_rests(p, s.friction, s.model, s.work) : p.phase != FrictionPhase::stick)
+      resting.push_back(static_cast<int>(k));
     else if (p.phase == FrictionPhase::slip) turned = true;
   }
   const size_t first = s.friction.points.size();
@@ -97,7 +100,8 @@ bool pass_events(System& s, double t, const VecX& y, const std::vector<int>& dir
       const StopPhase before = phase;
       phase = next_stop_phase(phase, m == 0);
       passed = true;
-      if (before == StopPhase::free) changes.push_back(fmt::format("joint '{}' meets its {} stop", name, phase == StopPhase::lower ? "lower" : "upper"));
+      if (before == StopPhase::free)
+        changes.push_back(fmt::format("joint '{}' meets its {} stop", name, phase == StopPhase::lower ? "lower" : "upper"));
       break;
     }
   }

@@ -22,8 +22,8 @@ void event_roundings(System& system, std::vector<double>& rounding);
 // The state's size may change.
 void start_phases(System& system, double t, const VecX& y, bool first, std::vector<std::string>& changes);
 
-// Changes the phases whose margin came to zero from above, those with directions[k] < 0 (event_watch.h). False where none did. True: `system` holds
-// the new state, to be packed; its size may have changed.
+// Changes the phases whose margin came to zero from above, those with directions[k] < 0 (event_watch.h). False where none did. True:
+// `system` holds the new state, to be packed; its size may have changed.
 bool pass_events(System& system, double t, const VecX& y, const std::vector<int>& directions, std::vector<std::string>& changes);
 
 }  // namespace flexframe::sim

@@ -11,8 +11,8 @@
 namespace flexframe::sim {
 namespace {
 
-// Radians x of the fastest vibration that a series covers: the terms grow to e^x before they fall, and of the sixteen digits as many are lost. A
-// hundredth of the tolerance has to be left.
+// Radians x of the fastest vibration that a series covers: the terms grow to e^x before they fall, and of the sixteen digits as many are
+// lost. A hundredth of the tolerance has to be left.
 double radians_of_series(double tolerance) { return std::clamp(std::log(1e14 * tolerance), 6.0, 20.0); }
 constexpr int most_terms = 64;
 // Terms of a series below this share of the tolerance are left out.
@@ -91,7 +91,8 @@ VecX ExponentialSolver::remainder(const LinearModel& m, double t, const VecX& y,
   VecX d = rates;
   d.head(nq_) -= m.T * y.segment(nq_, nw_);
   const VecX p = m.P * (y.head(nq_) - m.state.head(nq_));
-  d.segment(nq_, nw_) -= m.rates.segment(nq_, nw_) + m.A * p + (t - m.time) * (m.A1 * p) + m.B * (y.segment(nq_, nw_) - m.state.segment(nq_, nw_));
+  d.segment(nq_, nw_) -=
+      m.rates.segment(nq_, nw_) + m.A * p + (t - m.time) * (m.A1 * p) + m.B * (y.segment(nq_, nw_) - m.state.segment(nq_, nw_));
   return d;
 }
 
@@ -159,7 +160,8 @@ void ExponentialSolver::remove_oscillation(const LinearModel& m, const MatX& d, 
 }
 
 // From (t, y) on for `length` seconds; d: remainder as a polynomial of (s / span), s the time since t.
-bool ExponentialSolver::solve(const LinearModel& m, const VecX& y, double t, const MatX& d, double span, double length, Solution& out) const {
+bool ExponentialSolver::solve(const LinearModel& m, const VecX& y, double t, const MatX& d, double span, double length,
+                              Solution& out) const {
   const Eigen::Index n = nw_, rows = (n + 7) / 8 * 8;
   out.used = 0;
   if (n == 0) return true;
@@ -215,7 +217,8 @@ bool ExponentialSolver::solve(const LinearModel& m, const VecX& y, double t, con
   return true;
 }
 
-void ExponentialSolver::evaluate_solution(const LinearModel& m, const VecX& y, const MatX& d, double span, const Solution& solution, double s, VecX& out) const {
+void ExponentialSolver::evaluate_solution(const LinearModel& m, const VecX& y, const MatX& d, double span, const Solution& solution,
+                                          double s, VecX& out) const {
   const Eigen::Index n = nw_;
   size_t k = 0;
   while (k + 1 < solution.used && s > solution.pieces[k].start + solution.pieces[k].length) ++k;
@@ -325,8 +328,6 @@ double ExponentialSolver::step(double t_stop, VecX& y) {
   }
 }
 
-void ExponentialSolver::interpolate(double t, VecX& y) const {
-  evaluate_solution(model_, begin_, d_, span_, solution_, t - previous_, y);
-}
+void ExponentialSolver::interpolate(double t, VecX& y) const { evaluate_solution(model_, begin_, d_, span_, solution_, t - previous_, y); }
 
 }  // namespace flexframe::sim

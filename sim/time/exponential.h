@@ -9,8 +9,8 @@
 // What turns by several radians within the step is taken out of the states at which the remainders are evaluated (brought to where it
 // would rest), since parabolas through its oscillation would be slow loads that are not there.
 // Exponential integrators: Hochbruck, Ostermann, Acta Numerica 19 (2010) 209; linearisation about the middle: Magnus' expansion (Iserles,
-// Norsett, Phil. Trans. R. Soc. A 357 (1999) 983); states without oscillation: mollified methods (Garcia-Archilla, Sanz-Serna, Skeel, SIAM J.
-// Sci. Comput. 20 (1998) 930). The estimated error of a step is what the evaluation at its end changed.
+// Norsett, Phil. Trans. R. Soc. A 357 (1999) 983); states without oscillation: mollified methods (Garcia-Archilla, Sanz-Serna, Skeel, SIAM
+// J. Sci. Comput. 20 (1998) 930). The estimated error of a step is what the evaluation at its end changed.
 #pragma once
 
 #include "sim/time/integrator.h"
@@ -56,7 +56,8 @@ class ExponentialSolver {
   bool linearise(double t, const VecX& y, const LinearModel* before, LinearModel& model);
   VecX remainder(const LinearModel& model, double t, const VecX& y, const VecX& rates) const;
   bool solve(const LinearModel& model, const VecX& y, double t, const MatX& d, double span, double length, Solution& out) const;
-  void evaluate_solution(const LinearModel& model, const VecX& y, const MatX& d, double span, const Solution& solution, double s, VecX& out) const;
+  void evaluate_solution(const LinearModel& model, const VecX& y, const MatX& d, double span, const Solution& solution, double s,
+                         VecX& out) const;
   double fastest(const LinearModel& model) const;
   void find_vibrations(const MatX& A);
   void remove_oscillation(const LinearModel& model, const MatX& d, double span, double s, double h, VecX& y) const;
@@ -68,20 +69,21 @@ class ExponentialSolver {
   Evaluate rates_of_;
   Eigen::Index nq_ = 0, nw_ = 0;
   MechanicalJacobian jacobian_;
-  MatX restA_, restB_, restA1_, restB1_;  // what the closed form of the matrix leaves out, by differences at rest_time_, and its change in time
+  MatX restA_, restB_, restA1_,
+      restB1_;  // what the closed form of the matrix leaves out, by differences at rest_time_, and its change in time
   double rest_time_ = 0.0;
-  bool rest_moves_ = false;       // differenced twice
-  MatX shapes_, gauges_;          // vibrations of A as last made anew: w = shapes (n x m) times their rates, rates = gauges (m x n) w
-  VecX frequencies_;              // rad/s, m
+  bool rest_moves_ = false;  // differenced twice
+  MatX shapes_, gauges_;     // vibrations of A as last made anew: w = shapes (n x m) times their rates, rates = gauges (m x n) w
+  VecX frequencies_;         // rad/s, m
   double evaluations_ = 0.0, renewed_ = 0.0;
 
   double time_ = 0.0, previous_ = 0.0, h_ = 0.0;
-  VecX state_, begin_;            // now, at the last step's beginning
-  VecX calm_, calm_rate_;         // now, without what oscillates within a step; rates there
-  VecX before_, before_rate_;     // the same at the last step's beginning
+  VecX state_, begin_;         // now, at the last step's beginning
+  VecX calm_, calm_rate_;      // now, without what oscillates within a step; rates there
+  VecX before_, before_rate_;  // the same at the last step's beginning
   LinearModel model_, trial_model_;
-  MatX d_, trial_d_;              // remainder of the last step as a polynomial of the share of it: size x 3
-  double span_ = 0.0;             // the step that d_ belongs to; 0: none
+  MatX d_, trial_d_;   // remainder of the last step as a polynomial of the share of it: size x 3
+  double span_ = 0.0;  // the step that d_ belongs to; 0: none
   Solution solution_, work_;
   VecX end_, calm_end_, calm_end_rate_, predicted_;
   mutable VecX probe_;

@@ -14,9 +14,9 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <string>
 
 namespace flexframe::sim {
@@ -29,8 +29,8 @@ double* data(N_Vector v) { return N_VGetArrayPointer(v); }
 struct MechanicalSolver {
   MechanicalJacobian jacobian;
   double gamma = 0.0;
-  std::function<double()> current_gamma;   // where the step's may have changed since the matrix was set up
-  MatX matrix;                             // its factors
+  std::function<double()> current_gamma;  // where the step's may have changed since the matrix was set up
+  MatX matrix;                            // its factors
   std::vector<int> order;
   VecX direction, product, rhs, rates;
 
@@ -94,8 +94,8 @@ struct Integrator::Memory {
   VecX state;
   double time = 0.0, previous = 0.0;
   std::vector<int> roots;
-  std::string complaint;      // what the right-hand side last threw in this step
-  std::string last_complaint; // and since the start
+  std::string complaint;       // what the right-hand side last threw in this step
+  std::string last_complaint;  // and since the start
   std::unique_ptr<ExponentialSolver> exponential;
   IntegratorStatistics before;  // counters from before restarts of ARKODE
 
@@ -255,7 +255,9 @@ struct IntegratorCallbacks {
     return 0;
   }
   template <class M>
-  static int ida_root(double t, N_Vector y, N_Vector, double* g, void* user) { return root<M>(t, y, g, user); }
+  static int ida_root(double t, N_Vector y, N_Vector, double* g, void* user) {
+    return root<M>(t, y, g, user);
+  }
   static void silent(int, const char*, const char*, char*, void*) {}
 };
 
@@ -275,7 +277,8 @@ Integrator::Integrator(const OdeProblem& problem, Method method, double t0, cons
   m.time = m.previous = t0;
   if (method == Method::exponential) {
     m.beginning_only = true;
-    m.exponential = std::make_unique<ExponentialSolver>(problem, [&m](double t, const double* y, double* dy) { return m.evaluate(t, y, dy) == 0; });
+    m.exponential =
+        std::make_unique<ExponentialSolver>(problem, [&m](double t, const double* y, double* dy) { return m.evaluate(t, y, dy) == 0; });
     m.exponential->restart(t0, y0);
     return;
   }
@@ -301,7 +304,8 @@ Integrator::Integrator(const OdeProblem& problem, Method method, double t0, cons
       if (mechanical) require(CVodeSetLinSysFn(m.solver, C::linear_system_bdf<Memory>), "linear system");
       // BDF of order 3 to 5 is unstable for lightly damped oscillation: let CVODE find out and lower the order.
       CVodeSetStabLimDet(m.solver, SUNTRUE);
-      // With a matrix that has been left behind, far too stiff, every correction looks small enough and the predictor is taken for the solution.
+      // With a matrix that has been left behind, far too stiff, every correction looks small enough and the predictor is taken for the
+      // solution.
       if (problem.sharp_jacobian) {
         CVodeSetLSetupFrequency(m.solver, 1);
         CVodeSetJacEvalFrequency(m.solver, 1);
@@ -409,7 +413,8 @@ bool Integrator::step(double t_stop) {
     try {
       m.time = m.exponential->step(t_stop, m.state);
     } catch (const SimulationError& error) {
-      throw SimulationError(fmt::format("the integration stopped at t = {:.9g} s: {}{}{}", m.time, error.what(), m.complaint.empty() ? "" : "; ", m.complaint));
+      throw SimulationError(fmt::format("the integration stopped at t = {:.9g} s: {}{}{}", m.time, error.what(),
+                                        m.complaint.empty() ? "" : "; ", m.complaint));
     }
     return false;
   }
@@ -432,7 +437,8 @@ bool Integrator::step(double t_stop) {
     const char* why = "the steps became too small";
     if (flag == -3) why = "the error test failed even with the smallest step";
     if (flag == -4 || flag == -5) why = "the implicit equations did not converge even with the smallest step";
-    throw SimulationError(fmt::format("the integration stopped at t = {:.9g} s: {}{}{}", m.time, why, m.complaint.empty() ? "" : "; ", m.complaint));
+    throw SimulationError(
+        fmt::format("the integration stopped at t = {:.9g} s: {}{}{}", m.time, why, m.complaint.empty() ? "" : "; ", m.complaint));
   }
   return flag == CV_ROOT_RETURN;
 }

@@ -20,7 +20,7 @@ struct MechanicalJacobian {
 
 struct OdeProblem {
   int size = 0;
-  double tolerance = 1e-6;    // relative; the weights carry it
+  double tolerance = 1e-6;  // relative; the weights carry it
   // Writes dy; may throw SimulationError, which makes the integrator try a smaller step.
   std::function<void(double t, const double* y, double* dy)> rhs;
   // Optional. Runge-Kutta stages start from the state of the step's beginning, at other times: rates of a state that was evaluated
@@ -63,7 +63,7 @@ class Integrator {
   // Throws SimulationError saying when and why it cannot go on.
   bool step(double t_stop);
   double time() const;
-  double previous_time() const;          // start of the last step
+  double previous_time() const;               // start of the last step
   const std::string& last_complaint() const;  // what an evaluation last threw, empty if none did
   // The solution at a time within the last step.
   void interpolate(double t, VecX& y) const;

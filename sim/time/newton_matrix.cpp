@@ -81,7 +81,8 @@ void coordinate_matrix(const System& system, const double* y, MatX& T) {
 }
 
 // Columns of A and B by one-sided differences of `share` of the size of each component; joints_only: those of elastic coordinates stay.
-void difference_columns(System& system, double t, const double* y, const VecX& rates, const std::vector<Direction>& all, double share, bool joints_only, MatX& A, MatX& B) {
+void difference_columns(System& system, double t, const double* y, const VecX& rates, const std::vector<Direction>& all, double share,
+                        bool joints_only, MatX& A, MatX& B) {
   const Model& model = system.model;
   const int nq = model.nq, nw = static_cast<int>(all.size()), size = state_size(system);
   VecX at = Eigen::Map<const VecX>(y, size), rate(size);

@@ -16,10 +16,11 @@ inline __attribute__((always_inline)) void load(const double* from, V& v) {
   std::memcpy(&v, from, sizeof(V));
 }
 
-// One power's numbers of w in 8 blocks rows, and the largest of them, weighted. Sums stay in registers, four for each row so that additions need
-// not wait for each other.
+// One power's numbers of w in 8 blocks rows, and the largest of them, weighted. Sums stay in registers, four for each row so that additions
+// need not wait for each other.
 template <typename V, int blocks>
-inline __attribute__((always_inline)) void next_rows(const PowerSeries& s, int first, const double* from, double factor, const double* loads, double* to, V& largest) {
+inline __attribute__((always_inline)) void next_rows(const PowerSeries& s, int first, const double* from, double factor,
+                                                     const double* loads, double* to, V& largest) {
   constexpr int lanes = sizeof(V) / sizeof(double), W = 8 * blocks / lanes;
   V sum[4][W] = {};
   const double* A = s.matrix + first;
@@ -101,8 +102,12 @@ typedef double Two __attribute__((vector_size(16)));
 #if defined(__x86_64__) && defined(__GNUC__)
 typedef double Four __attribute__((vector_size(32)));
 typedef double Eight __attribute__((vector_size(64)));
-__attribute__((target("avx2"))) int expand_avx2(const PowerSeries& s, int most_terms, double* terms) { return expand_by<Four>(s, most_terms, terms); }
-__attribute__((target("avx512f"))) int expand_avx512(const PowerSeries& s, int most_terms, double* terms) { return expand_by<Eight>(s, most_terms, terms); }
+__attribute__((target("avx2"))) int expand_avx2(const PowerSeries& s, int most_terms, double* terms) {
+  return expand_by<Four>(s, most_terms, terms);
+}
+__attribute__((target("avx512f"))) int expand_avx512(const PowerSeries& s, int most_terms, double* terms) {
+  return expand_by<Eight>(s, most_terms, terms);
+}
 #endif
 
 }  // namespace

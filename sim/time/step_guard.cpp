@@ -18,7 +18,8 @@ void StepGuard::begin(const System& system, double from, double to) {
     // The ends of a table over a coordinate are kinks, not pulses; a periodic one repeats.
     if (load.table) places_.push_back({FunctionScan(*load.def.table, 0, load.table->front(), load.table->back()), load.table_part});
     else if (load.def.table) add(load.def.name, FunctionScan(*load.def.table, 0, from, to));
-    else if (!model.expressions[static_cast<size_t>(load.expression)].constant()) add(load.def.name, FunctionScan(load.def.value, 0, from, to));
+    else if (!model.expressions[static_cast<size_t>(load.expression)].constant())
+      add(load.def.name, FunctionScan(load.def.value, 0, from, to));
   }
   for (const Part& part : model.parts) {
     if (part.joint.motion < 0 || model.expressions[static_cast<size_t>(part.joint.motion)].constant()) continue;
@@ -60,8 +61,11 @@ std::vector<std::string> StepGuard::complaints() const {
   std::vector<std::string> out;
   for (size_t i = 0; i < scans_.size(); ++i)
     if (scans_[i].gave_up())
-      out.push_back(fmt::format("the function of time of {} varies so fast that it shortened a hundred thousand steps: pulses in it may have been passed over since; "
-                                "give it as a table, or shorten the run", names_[i].empty() ? "a force" : fmt::format("'{}'", names_[i])));
+      out.push_back(
+          fmt::format("the function of time of {} varies so fast that it shortened a hundred thousand steps: pulses in it may have been "
+                      "passed over since; "
+                      "give it as a table, or shorten the run",
+                      names_[i].empty() ? "a force" : fmt::format("'{}'", names_[i])));
   return out;
 }
 

@@ -113,8 +113,7 @@ bool time_enters(const Model& model) {
 void keep_load_responses(System& system, VecX& kept) {
   if (system.planar && !system.model.loads.empty() && system.planar->follows_loads(system.model))
     system.planar->load_responses(system.model, system.work, kept);
-  else
-    kept.resize(0);
+  else kept.resize(0);
 }
 
 bool follow_loads(System& system, double t0, double t, const VecX& kept, double* dy) {

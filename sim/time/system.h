@@ -23,19 +23,19 @@ struct System {
   // What state_rate evaluates where the scene moves in a plane; null: dynamics.h. Copies of a system share it: every evaluation starts
   // from the state given, but not in two threads at once.
   std::shared_ptr<PlanarDynamics> planar;
-  bool quadrature = false;        // two more states: work supplied and dissipated, J
-  long evaluations = 0;           // of state_rate
+  bool quadrature = false;  // two more states: work supplied and dissipated, J
+  long evaluations = 0;     // of state_rate
   double tolerance = default_tolerance;
   FrictionState friction;
-  std::vector<int> stops;         // parts whose joint has a stop
-  bool driven = false;            // prescribed motions feed in work
+  std::vector<int> stops;  // parts whose joint has a stop
+  bool driven = false;     // prescribed motions feed in work
   Reactions reactions;
   ErrorWeights weights;
   Notes notes;
 };
 
 int state_size(const System& system);
-int rate_offset(const System& system);              // where the independent rates begin
+int rate_offset(const System& system);  // where the independent rates begin
 
 // The state of the mechanism in `work`; `work_done`: the two quadrature values.
 VecX pack_state(const System& system, const Eigen::Vector2d& work_done);
@@ -51,8 +51,8 @@ bool follow_loads(System& system, double t0, double t, const VecX& kept, double*
 // Accelerations at the state in `work`, with friction.
 void update_system_accelerations(System& system);
 
-// After set_state with accelerations at (t, y), for outputs: those of m, which nothing else needs, by differences of the rates along the motion, and
-// with them the parts' accelerations.
+// After set_state with accelerations at (t, y), for outputs: those of m, which nothing else needs, by differences of the rates along the
+// motion, and with them the parts' accelerations.
 void update_massless_accelerations(System& system, double t, const VecX& y);
 
 // The state packed anew after partitions or locks changed; carries the sizes of the error weights over. quadrature: work so far.

@@ -46,7 +46,8 @@ void bench_simulation(const sim::Scene& scene, const std::vector<std::string>& c
   for (double tolerance : {1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9}) {
     options.tolerance = tolerance;
     const sim::Results results = sim::simulate(scene, options);
-    fmt::print("  {:>9.0e}  {:>8.2f}  {:>6}  {:>11}", tolerance, 1e3 * median_cpu(scene, options), results.statistics.steps, results.statistics.evaluations);
+    fmt::print("  {:>9.0e}  {:>8.2f}  {:>6}  {:>11}", tolerance, 1e3 * median_cpu(scene, options), results.statistics.steps,
+               results.statistics.evaluations);
     for (const std::string& column : columns) fmt::print("  {:>16.2e} m", difference(results, reference, column));
     fmt::print("\n");
   }
@@ -68,8 +69,8 @@ void bench_pictures(const sim::Scene& scene) {
   std::filesystem::remove_all(folder);
   const double per = 1e3 / report.drawn;
   const double all = report.cpu_deform + report.cpu_draw + report.cpu_encode;
-  fmt::print("{}\n  CPU ms a picture at 1280x720: deform {:.1f}, draw {:.1f}, encode {:.1f}, in all {:.1f} (target 60); once: {:.1f} ms\n", scene.title,
-             per * report.cpu_deform, per * report.cpu_draw, per * report.cpu_encode, per * all, 1e3 * animation.cpu_setup);
+  fmt::print("{}\n  CPU ms a picture at 1280x720: deform {:.1f}, draw {:.1f}, encode {:.1f}, in all {:.1f} (target 60); once: {:.1f} ms\n",
+             scene.title, per * report.cpu_deform, per * report.cpu_draw, per * report.cpu_encode, per * all, 1e3 * animation.cpu_setup);
 }
 
 }  // namespace

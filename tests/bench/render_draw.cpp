@@ -40,7 +40,8 @@ int main(int argc, char** argv) {
   const int pictures = argc > 1 ? std::max(1, std::atoi(argv[1])) : 60;
   Renderer renderer(backend_from_name(argc > 2 ? argv[2] : "osmesa"));
   fmt::print("{}, {}\n", renderer.info().renderer, renderer.info().cpu);
-  fmt::print("{:>10} {:>6} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}\n", "triangles", "look", "deform", "draw", "filter", "overlay", "png", "all");
+  fmt::print("{:>10} {:>6} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}\n", "triangles", "look", "deform", "draw", "filter", "overlay", "png",
+             "all");
   const std::string looks = argc > 3 ? argv[3] : "both";
   std::vector<int> targets;
   for (int i = 4; i < argc; ++i) targets.push_back(std::max(100, std::atoi(argv[i])));

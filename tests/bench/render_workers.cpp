@@ -1,7 +1,6 @@
 // Prints the wall time of 60 pictures (1280 x 720, 2 x 2 samples, full look) drawn by one and by two workers, for a flexible pendulum whose
-// mesh is a tube of 5k, 100k and 1M triangles: start of the workers, shaders, deformation, drawing and PNG files, as `flexframe render` does it.
-// Usage: bench_workers PENDULUM_SCENE [runs = 3]
-// One and two workers take turns; what is printed is the median of the runs.
+// mesh is a tube of 5k, 100k and 1M triangles: start of the workers, shaders, deformation, drawing and PNG files, as `flexframe render`
+// does it. Usage: bench_workers PENDULUM_SCENE [runs = 3] One and two workers take turns; what is printed is the median of the runs.
 #include "render/draw/context.h"
 #include "render/draw/renderer.h"
 #include "render/film/animation.h"

@@ -27,7 +27,10 @@ for target in targets:
     a, b = ring * sides + side, ring * sides + (side + 1) % sides
     triangles = np.concatenate([np.stack([a, a + sides, b + sides], -1).reshape(-1, 3), np.stack([a, b + sides, b], -1).reshape(-1, 3)])
     cells = vtk.vtkCellArray()
-    cells.SetCells(len(triangles), numpy_to_vtkIdTypeArray(np.column_stack([np.full(len(triangles), 3), triangles]).astype(np.int64).ravel(), deep=True))
+    cells.SetCells(
+        len(triangles),
+        numpy_to_vtkIdTypeArray(np.column_stack([np.full(len(triangles), 3), triangles]).astype(np.int64).ravel(), deep=True),
+    )
     data = vtk.vtkPolyData()
     data.SetPolys(cells)
     normals = vtk.vtkPolyDataNormals()

@@ -7,7 +7,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace flexframe;
   try {
     const film::NodeTable table = film::read_node_table(fuzz::scratch_file(data, size, ".csv"));
-    if (table.displacement.rows() != table.nodes.positions.rows() || !table.nodes.positions.allFinite() || !table.displacement.allFinite() || !table.rotation.allFinite()) std::abort();
+    if (table.displacement.rows() != table.nodes.positions.rows() || !table.nodes.positions.allFinite() ||
+        !table.displacement.allFinite() || !table.rotation.allFinite())
+      std::abort();
   } catch (const sim::InputError& e) {
     fuzz::require_answer(e.what(), "input.csv");
   }

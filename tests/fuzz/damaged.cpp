@@ -1,6 +1,8 @@
-// Damaged copies of real files through the readers of bodies and finite element models, and what can be read through the reducer too. To be built with
-// sanitizers (preset asan): a crash, a leak, undefined behaviour or a copy that takes more than 20 s ends it with a code other than 0.
-//   damaged_copies COPIES FILE...      COPIES of each file: .sid .SID_FEM .inp .msh, and .sti or .mtx (its .mas or mass, .dof and node table beside it are damaged in turn)
+// Damaged copies of real files through the readers of bodies and finite element models, and what can be read through the reducer too. To be
+// built with sanitizers (preset asan): a crash, a leak, undefined behaviour or a copy that takes more than 20 s ends it with a code other
+// than 0.
+//   damaged_copies COPIES FILE...      COPIES of each file: .sid .SID_FEM .inp .msh, and .sti or .mtx (its .mas or mass, .dof and node
+//   table beside it are damaged in turn)
 // Damage: bytes changed, pieces cut, doubled or moved, numbers replaced by awkward ones, the end missing. Same seed, same copies.
 #include "sim/bodies/sid.h"
 #include "sim/reduce/reduce.h"
@@ -31,15 +33,22 @@ std::string bytes_of(const fs::path& path) {
 }
 
 std::string damaged(std::string text, std::mt19937& random) {
-  static constexpr const char* awkward[] = {"0", "-1", "1e308", "-1e308", "nan", "inf", "1e-308", "2147483648", "99999999999999999999", "4294967295", "", "x", "1,2", "0.5"};
+  static constexpr const char* awkward[] = {
+      "0", "-1", "1e308", "-1e308", "nan", "inf", "1e-308", "2147483648", "99999999999999999999", "4294967295", "", "x", "1,2", "0.5"};
   static constexpr std::string_view spice = "0123456789()*$=,.-+DEen \n\t\r\"%";
   const int hits = 1 + static_cast<int>(random() % 5);
   for (int h = 0; h < hits && !text.empty(); ++h) {
     const std::size_t at = random() % text.size(), size = 1 + random() % (random() % 8 == 0 ? 4000 : 40);
     switch (random() % 7) {
-      case 0: text[at] = spice[random() % spice.size()]; break;
-      case 1: text.erase(at, size); break;
-      case 2: text.insert(at, text.substr(random() % text.size(), size)); break;
+      case 0:
+        text[at] = spice[random() % spice.size()];
+        break;
+      case 1:
+        text.erase(at, size);
+        break;
+      case 2:
+        text.insert(at, text.substr(random() % text.size(), size));
+        break;
       case 3:
         if (random() % 4 == 0) text.resize(at);
         break;
@@ -60,13 +69,16 @@ std::string damaged(std::string text, std::mt19937& random) {
         if (random() % 2) text.insert(random() % (text.size() + 1), line);
         break;
       }
-      default: text[at] = static_cast<char>(random() % 256);
+      default:
+        text[at] = static_cast<char>(random() % 256);
     }
   }
   return text;
 }
 
-fs::path put(const std::string& text, const char* ending) { return fuzz::scratch_file(reinterpret_cast<const std::uint8_t*>(text.data()), text.size(), ending); }
+fs::path put(const std::string& text, const char* ending) {
+  return fuzz::scratch_file(reinterpret_cast<const std::uint8_t*>(text.data()), text.size(), ending);
+}
 
 void require(bool condition, const char* what) {
   if (condition) return;
@@ -75,8 +87,10 @@ void require(bool condition, const char* what) {
 }
 
 void check(const FlexibleBody& b) {
-  require(std::isfinite(b.mass) && b.J0.allFinite() && b.Ke.allFinite() && b.Me.allFinite() && b.md1.allFinite() && b.J1.allFinite(), "a body with numbers that are not finite");
-  for (const FlexibleNode& node : b.nodes) require(node.origin.allFinite() && node.phi.allFinite() && node.psi.allFinite(), "a node with numbers that are not finite");
+  require(std::isfinite(b.mass) && b.J0.allFinite() && b.Ke.allFinite() && b.Me.allFinite() && b.md1.allFinite() && b.J1.allFinite(),
+          "a body with numbers that are not finite");
+  for (const FlexibleNode& node : b.nodes)
+    require(node.origin.allFinite() && node.phi.allFinite() && node.psi.allFinite(), "a node with numbers that are not finite");
 }
 
 void check(const FeModel& m) {
@@ -136,8 +150,11 @@ int main(int count, char** words) {
         } else if (matrices) {
           // One of the four files at a time.
           const int which = copy % 4;
-          const auto file = [&](int k, const fs::path& original, const char* name) { return k == which ? put(damaged(bytes_of(original), random), name) : original; };
-          check(read_fe_matrices(file(0, path, ".sti"), file(1, beside(".mas"), ".mas"), file(2, beside(".inp"), ".inp"), file(3, beside(".dof"), ".dof")));
+          const auto file = [&](int k, const fs::path& original, const char* name) {
+            return k == which ? put(damaged(bytes_of(original), random), name) : original;
+          };
+          check(read_fe_matrices(file(0, path, ".sti"), file(1, beside(".mas"), ".mas"), file(2, beside(".inp"), ".inp"),
+                                 file(3, beside(".dof"), ".dof")));
         } else {
           const SidFile sid = read_sid_text(damaged(text, random), "copy").file;
           require(read_sid_text(write_sid_text(sid), "again").file == sid, "what was written is not what was read");
@@ -147,12 +164,14 @@ int main(int count, char** words) {
       slowest = std::max(slowest, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     }
     ::alarm(0);
-    std::printf("%-40s %d copies: %d accepted, %d refused, slowest %.2f s\n", path.filename().c_str(), copies, accepted, copies - accepted, slowest);
+    std::printf("%-40s %d copies: %d accepted, %d refused, slowest %.2f s\n", path.filename().c_str(), copies, accepted, copies - accepted,
+                slowest);
     std::fflush(stdout);
     accepted_all += accepted;
     all += copies;
     slowest_all = std::max(slowest_all, slowest);
   }
-  std::printf("%ld damaged copies: %ld accepted, %ld refused, no crash, no hang, slowest %.2f s\n", all, accepted_all, all - accepted_all, slowest_all);
+  std::printf("%ld damaged copies: %ld accepted, %ld refused, no crash, no hang, slowest %.2f s\n", all, accepted_all, all - accepted_all,
+              slowest_all);
   return 0;
 }

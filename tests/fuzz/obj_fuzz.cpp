@@ -13,7 +13,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const Mesh mesh = read_mesh(fuzz::scratch_file(data, size, ".obj"));
     // What was accepted keeps its promises.
     const int n = static_cast<int>(mesh.positions.size()), points = static_cast<int>(mesh.point_position.size());
-    if (mesh.triangles.empty() || mesh.triangle_points.size() != mesh.triangles.size() || mesh.triangle_material.size() != mesh.triangles.size()) std::abort();
+    if (mesh.triangles.empty() || mesh.triangle_points.size() != mesh.triangles.size() ||
+        mesh.triangle_material.size() != mesh.triangles.size())
+      std::abort();
     for (const glm::dvec3& p : mesh.positions)
       if (!std::isfinite(p.x + p.y + p.z)) std::abort();
     for (std::size_t k = 0; k < mesh.triangles.size(); ++k)

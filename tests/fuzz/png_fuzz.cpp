@@ -7,7 +7,9 @@
 
 namespace {
 
-std::uint32_t word(const std::uint8_t* p) { return std::uint32_t(p[0]) << 24 | std::uint32_t(p[1]) << 16 | std::uint32_t(p[2]) << 8 | p[3]; }
+std::uint32_t word(const std::uint8_t* p) {
+  return std::uint32_t(p[0]) << 24 | std::uint32_t(p[1]) << 16 | std::uint32_t(p[2]) << 8 | p[3];
+}
 
 std::uint32_t checksum(const std::uint8_t* p, std::size_t n) {
   std::uint32_t c = 0xFFFFFFFFu;
@@ -38,7 +40,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   try {
     const Image image = decode_png(mended(data, size), "fuzz.png");
     // What was read can be written and read again, pixel by pixel.
-    if (image.width < 1 || image.height < 1 || image.pixels.size() != std::size_t(image.width) * std::size_t(image.height) * std::size_t(image.channels)) std::abort();
+    if (image.width < 1 || image.height < 1 ||
+        image.pixels.size() != std::size_t(image.width) * std::size_t(image.height) * std::size_t(image.channels))
+      std::abort();
     if (image.pixels.size() < 1 << 20) {
       const Image again = decode_png(encode_png(image), "again.png");
       if (again.pixels != image.pixels) std::abort();

@@ -5,7 +5,8 @@
 // HDF5 1.10 does not free an object header that it found damaged; nothing of ours stands in between (malloc is called by the library).
 extern "C" const char* __lsan_default_suppressions() { return "leak:libhdf5_serial\n"; }
 
-// Of its half megabyte for each open file HDF5 keeps nothing beyond 64 KB for the next one unless told so: half of the time went into fresh pages.
+// Of its half megabyte for each open file HDF5 keeps nothing beyond 64 KB for the next one unless told so: half of the time went into fresh
+// pages.
 extern "C" int H5set_free_list_limits(int, int, int, int, int, int);
 extern "C" int LLVMFuzzerInitialize(int*, char***) { return H5set_free_list_limits(-1, -1, -1, -1, -1, -1); }
 

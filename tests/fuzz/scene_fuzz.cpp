@@ -1,5 +1,6 @@
 // libFuzzer entry: any bytes as a scene file. Build:
-//   clang++ -fsanitize=fuzzer,address,undefined -std=c++20 -I. -I/usr/include/eigen3 $(pkg-config --cflags tomlplusplus) tests/fuzz/scene_fuzz.cpp
+//   clang++ -fsanitize=fuzzer,address,undefined -std=c++20 -I. -I/usr/include/eigen3 $(pkg-config --cflags tomlplusplus)
+//   tests/fuzz/scene_fuzz.cpp
 //     sim/{scene_reader,read_bodies,read_joints,toml_input,words,section,expression,expression_switches}.cpp -lfmt -ltomlplusplus
 // Run with the examples as a start: ./a.out corpus examples
 #include "sim/scene/expression.h"

@@ -1,4 +1,5 @@
-// libFuzzer entry: any bytes as a SID file. Build: clang++ -fsanitize=fuzzer,address -std=c++20 -I. tests/fuzz/sid_fuzz.cpp sim/sid_*.cpp -lfmt
+// libFuzzer entry: any bytes as a SID file. Build: clang++ -fsanitize=fuzzer,address -std=c++20 -I. tests/fuzz/sid_fuzz.cpp sim/sid_*.cpp
+// -lfmt
 #include "sim/bodies/sid.h"
 
 #include <cstdint>

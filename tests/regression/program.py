@@ -26,8 +26,13 @@ def near(value, wanted, tolerance, what):
 
 def run(*words, code=0, cwd=None, timeout=300, **more):
     """The finished process; a wrong exit code is a failure."""
-    done = subprocess.run([flexframe, *map(str, words)], capture_output=True, text=True, cwd=cwd, timeout=timeout, stdin=subprocess.DEVNULL, **more)
-    expect(done.returncode == code, f"flexframe {' '.join(map(str, words))}: exit {done.returncode}, wanted {code}; stderr: {done.stderr.strip()[:2000]}")
+    done = subprocess.run(
+        [flexframe, *map(str, words)], capture_output=True, text=True, cwd=cwd, timeout=timeout, stdin=subprocess.DEVNULL, **more
+    )
+    expect(
+        done.returncode == code,
+        f"flexframe {' '.join(map(str, words))}: exit {done.returncode}, wanted {code}; stderr: {done.stderr.strip()[:2000]}",
+    )
     return done
 
 

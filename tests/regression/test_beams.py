@@ -48,9 +48,11 @@ def last(h, *names):
 def matrix(axis, angle):
     x, y, z = axis
     c, s = math.cos(angle), math.sin(angle)
-    return [[c + x * x * (1 - c), x * y * (1 - c) - z * s, x * z * (1 - c) + y * s],
-            [y * x * (1 - c) + z * s, c + y * y * (1 - c), y * z * (1 - c) - x * s],
-            [z * x * (1 - c) - y * s, z * y * (1 - c) + x * s, c + z * z * (1 - c)]]
+    return [
+        [c + x * x * (1 - c), x * y * (1 - c) - z * s, x * z * (1 - c) + y * s],
+        [y * x * (1 - c) + z * s, c + y * y * (1 - c), y * z * (1 - c) - x * s],
+        [z * x * (1 - c) - y * s, z * y * (1 - c) + x * s, c + z * z * (1 - c)],
+    ]
 
 
 def times(m, v):
@@ -74,9 +76,11 @@ def turned(text, axis, angle):
     tables = re.split(r"(?m)^(?=\[)", text)
     out = []
     for table in tables:
+
         def turn(key, table):
             def replace(m):
                 return f"{key} = {times(R, [float(m[1]), float(m[2]), float(m[3])])}"
+
             return re.sub(rf"(?m)^{key} = {vector}", replace, table)
 
         if table.startswith("[simulation]"):
@@ -94,12 +98,14 @@ def turned(text, axis, angle):
 
 
 # Cantilever of Chudnovsky et al. 2006, each model: deflection under 196.2 N and frequencies.
-for model, tip, wanted in [('model = "lumped"\nelements = 10', 3.54546e-3, [65.48022, 412.69854, 1161.31326]),
-                           ('model = "lumped"\nelements = 10\ncurvature_coupling = true', 3.55435e-3, [65.2833, 414.0381, 1192.8693]),
-                           ('model = "finite-element"\nelements = 10', 3.55435e-3, [65.3301, 409.4299, 1146.6695]),
-                           ('model = "mixed"\nvolumes = 5\nelements = 2', 3.55435e-3, [65.3301, 409.4299, 1146.6695]),
-                           ('model = "mixed"\nvolumes = 3\nmodes = { bending_xy = [1, 2] }', 3.55435e-3, [65.3300, 409.4165, 1146.38]),
-                           ('model = "modal"\nmodes = { bending_xy = [1, 2, 3] }', 3.54922e-3, [65.3300, 409.4164, 1146.3777])]:
+for model, tip, wanted in [
+    ('model = "lumped"\nelements = 10', 3.54546e-3, [65.48022, 412.69854, 1161.31326]),
+    ('model = "lumped"\nelements = 10\ncurvature_coupling = true', 3.55435e-3, [65.2833, 414.0381, 1192.8693]),
+    ('model = "finite-element"\nelements = 10', 3.55435e-3, [65.3301, 409.4299, 1146.6695]),
+    ('model = "mixed"\nvolumes = 5\nelements = 2', 3.55435e-3, [65.3301, 409.4299, 1146.6695]),
+    ('model = "mixed"\nvolumes = 3\nmodes = { bending_xy = [1, 2] }', 3.55435e-3, [65.3300, 409.4165, 1146.38]),
+    ('model = "modal"\nmodes = { bending_xy = [1, 2, 3] }', 3.54922e-3, [65.3300, 409.4164, 1146.3777]),
+]:
     text = scene("cantilever", ('model = "lumped"\nelements = 10', model))
     h = simulate(text)
     # the tip's second-order displacement of 3 parts in a million belongs to it
@@ -109,7 +115,12 @@ for model, tip, wanted in [('model = "lumped"\nelements = 10', 3.54546e-3, [65.4
     for f, w in zip(found, wanted):
         near(f, w, 2e-4 * w if "volumes = 3" in model else 1e-5 * w, f"frequency, {model}")
 # The first mode has the damping that the scene asks for, whatever the model.
-for model in ['model = "lumped"\nelements = 20', 'model = "mixed"\nvolumes = 5\nelements = 2', 'model = "finite-element"', 'model = "modal"\nmodes = { bending_xy = [1, 2, 3] }']:
+for model in [
+    'model = "lumped"\nelements = 20',
+    'model = "mixed"\nvolumes = 5\nelements = 2',
+    'model = "finite-element"',
+    'model = "modal"\nmodes = { bending_xy = [1, 2, 3] }',
+]:
     text = scene("cantilever", ('model = "lumped"\nelements = 10', model), ("ratio = 0.4", "ratio = 0.03"), ("196.2*min(t/0.05, 1)", "0"))
     near(json.loads(run("check", written(text), "--json").stdout)["modes"][0]["damping"], 0.03, 1e-4, f"damping ratio, {model}")
 
@@ -121,7 +132,12 @@ for share in (1.0, 0.5, 0.25):
     near(math.hypot(x - math.sin(f) / f, y - (1 - math.cos(f)) / f), 0.0, 5e-3, f"roll-up by {share}: distance from the circle")
 
 # Elastica within 0.2 % of L.
-for load, w, u in [(1, 0.3017207738, 0.0564332363), (2, 0.4934574804, 0.1606417208), (5, 0.7137915236, 0.3876283607), (10, 0.8106090249, 0.5549955978)]:
+for load, w, u in [
+    (1, 0.3017207738, 0.0564332363),
+    (2, 0.4934574804, 0.1606417208),
+    (5, 0.7137915236, 0.3876283607),
+    (10, 0.8106090249, 0.5549955978),
+]:
     x, y = last(simulate(scene("elastica", ('"10*14', f'"{load}*14'))), "tip.x", "tip.y")
     near(y, w, 2e-3, f"elastica {load}: w/L")
     near(1 - x, u, 2e-3, f"elastica {load}: u/L")
@@ -138,8 +154,11 @@ for value, wanted, what in zip(moved, (-23.65, -13.72, 53.58), ("along the tange
     near(value, wanted, 0.01 * abs(wanted), f"45 degree bend {what}")
 
 # However the steps fall, and from static equilibrium at once.
-for name, changes in [("tolerance 2e-6", [("tolerance = 1e-6", "tolerance = 2e-6")]), ("tolerance 3e-7", [("tolerance = 1e-6", "tolerance = 3e-7")]),
-                      ("static start", [("tolerance = 1e-6", 'tolerance = 1e-6\nstart = "static"'), ("600*min(t/15, 1)", "600")])]:
+for name, changes in [
+    ("tolerance 2e-6", [("tolerance = 1e-6", "tolerance = 2e-6")]),
+    ("tolerance 3e-7", [("tolerance = 1e-6", "tolerance = 3e-7")]),
+    ("static start", [("tolerance = 1e-6", 'tolerance = 1e-6\nstart = "static"'), ("600*min(t/15, 1)", "600")]),
+]:
     h = simulate(scene("bend45", *changes))
     for c, wanted, origin in zip("xyz", (-23.65, -13.72, 53.58), (70.71, 29.29, 0.0)):
         near(h[f"tip.{c}"][-1] - origin, wanted, 0.01 * abs(wanted), f"45 degree bend, {name}: tip.{c}")
@@ -185,7 +204,11 @@ of = "system"
 quantity = "energy"
 """
 ends = {}
-for model in ("elements = 4", 'model = "mixed"\nvolumes = 4\nelements = 2', "model = \"modal\"\nmodes = { bending_xy = [1, 2, 3], bending_xz = [1, 2, 3], torsion = [1] }"):
+for model in (
+    "elements = 4",
+    'model = "mixed"\nvolumes = 4\nelements = 2',
+    'model = "modal"\nmodes = { bending_xy = [1, 2, 3], bending_xz = [1, 2, 3], torsion = [1] }',
+):
     h = simulate(flying.replace("MODEL", model))
     after = [e for t, e in zip(h["t"], h["energy"]) if t > 0.0501]
     near(max(after) - min(after), 0.0, 3e-4 * max(after), f"energy of a bent and twisted rod, {model[:20]}")
@@ -199,9 +222,11 @@ for degrees, soft, stiff in [(0, 0.0, 0.010714), (45, 0.10899, 0.00884), (90, 0.
     near(abs(z), stiff, max(0.01 * stiff, 2e-5), f"Princeton beam at {degrees} degrees, stiff")
 
 # Turned worlds: displacements in the root's axes stay, positions turn along.
-for name, model, columns, size in [("princeton", [], "displacement", 0.1),
-                                   ("princeton", [('model = "mixed"\nvolumes = 6\nelements = 2', 'model = "lumped"\nelements = 8')], "displacement", 0.1),
-                                   ("elastica", [], "position", 1.0)]:
+for name, model, columns, size in [
+    ("princeton", [], "displacement", 0.1),
+    ("princeton", [('model = "mixed"\nvolumes = 6\nelements = 2', 'model = "lumped"\nelements = 8')], "displacement", 0.1),
+    ("elastica", [], "position", 1.0),
+]:
     text = scene(name, *model)
     other, R = turned(text, axis, angle)
     a, b = simulate(text), simulate(other)
@@ -213,9 +238,18 @@ for name, model, columns, size in [("princeton", [], "displacement", 0.1),
 # Buckling: f(P) = f1 sqrt(1 - P/Pcr) and the ramp.
 for model in ('model = "modal"\nmodes = { bending_xy = [1, 2, 3] }', 'model = "finite-element"\nelements = 10'):
     for share in (0.0, 0.5, 0.9, 0.95):
-        text = scene("buckling", ('value = "1660*t"', f'value = "{share * 16600}"'), ('"sin(2*pi*t)"', '"0"'),
-                     ('model = "modal"\nmodes = { bending_xy = [1, 2, 3] }', model))
-        near(frequencies(text)[0], 18.8 * math.sqrt(1 - share), 1e-3 * 18.8 * math.sqrt(1 - share), f"frequency at {share} of the buckling load, {model[:15]}")
+        text = scene(
+            "buckling",
+            ('value = "1660*t"', f'value = "{share * 16600}"'),
+            ('"sin(2*pi*t)"', '"0"'),
+            ('model = "modal"\nmodes = { bending_xy = [1, 2, 3] }', model),
+        )
+        near(
+            frequencies(text)[0],
+            18.8 * math.sqrt(1 - share),
+            1e-3 * 18.8 * math.sqrt(1 - share),
+            f"frequency at {share} of the buckling load, {model[:15]}",
+        )
 h = simulate(scene("buckling"))
 near(at(h, "middle.y", 7.25), 1.3676e-4, 1e-6, "middle at 7.25 s")
 near(at(h, "middle.y", 9.25), 5.3158e-4, 1e-6, "middle at 9.25 s")
@@ -256,8 +290,12 @@ parent = "ground"
 child = "b.root"
 motion = "SPEED*t"
 """
-flap = {0: (3.5160152685, 22.0344915647, 61.6972144135), 6: (7.3603730193, 26.8090816785, 66.6839143815), 12: (13.1701504875, 37.6031123312, 79.6144784895)}
-for model in ('elements = 10', 'model = "mixed"\nvolumes = 5\nelements = 2'):
+flap = {
+    0: (3.5160152685, 22.0344915647, 61.6972144135),
+    6: (7.3603730193, 26.8090816785, 66.6839143815),
+    12: (13.1701504875, 37.6031123312, 79.6144784895),
+}
+for model in ("elements = 10", 'model = "mixed"\nvolumes = 5\nelements = 2'):
     for speed, wanted in flap.items():
         for plane in ("bending_xz", "bending_xy"):
             found = frequencies(rotor.replace("MODEL", model).replace("PLANE", plane).replace("SPEED", str(speed)))
@@ -271,22 +309,32 @@ h = simulate(scene("cart"))
 near(at(h, "cart.x", 1.0), -0.0531093, 2e-4, "cart at 1 s")
 near(at(h, "tip.x", 1.0), 0.7981799, 2e-4, "tip.x at 1 s")
 near(at(h, "tip.y", 1.0), -0.5246430, 2e-4, "tip.y at 1 s")
-modes = json.loads(run("check", written(scene("cart", ("initial = { value = 1.4835298641951802 }", f"initial = {{ value = {math.pi / 2} }}"))), "--json").stdout)["modes"]
+modes = json.loads(
+    run(
+        "check", written(scene("cart", ("initial = { value = 1.4835298641951802 }", f"initial = {{ value = {math.pi / 2} }}"))), "--json"
+    ).stdout
+)["modes"]
 near(max(mode["growth"] for mode in modes), 4.05734885, 1e-4, "unstable pole of the cart's pendulum")
 stable = [2 * math.pi * mode["frequency"] for mode in modes if mode["frequency"] > 1e-3]
 near(stable[0], 44.78937375, 5e-3, "cart: first vibration")
 near(stable[1], 146.4581497, 0.1, "cart: second vibration")
 
 # A strip far beyond one body's range: volumes against rigid pieces with springs.
-h, pieces = simulate(scene("strip")), simulate(scene("strip", ('model = "mixed"\nvolumes = 12\nelements = 2', 'model = "lumped"\ncurvature_coupling = true\nelements = 40')))
+h, pieces = simulate(scene("strip")), simulate(
+    scene("strip", ('model = "mixed"\nvolumes = 12\nelements = 2', 'model = "lumped"\ncurvature_coupling = true\nelements = 40'))
+)
 for t in (0.3, 0.5, 1.0):
     apart = math.hypot(at(h, "tip.x", t) - at(pieces, "tip.x", t), at(h, "tip.y", t) - at(pieces, "tip.y", t))
     near(apart, 0.0, 1e-3, f"thin strip at {t} s: volumes and pieces apart")
 
 # Helicopter blade: frequencies by its own labels, the droop at rest, the start-up.
 hinged = scene("blade")
-hinged = hinged[:hinged.index("[simulation]")] + "[simulation]\nduration = 1\n" + hinged[hinged.index("[[body]]                       # 7"):hinged.index("[[joint]]")] + \
-    '[[joint]]\nname = "hinge"\nkind = "spherical"\nparent = "ground"\nchild = "blade.root"\n'
+hinged = (
+    hinged[: hinged.index("[simulation]")]
+    + "[simulation]\nduration = 1\n"
+    + hinged[hinged.index("[[body]]                       # 7") : hinged.index("[[joint]]")]
+    + '[[joint]]\nname = "hinge"\nkind = "spherical"\nparent = "ground"\nchild = "blade.root"\n'
+)
 found = frequencies(hinged)
 for f in (7.9, 25.601, 53.415, 91.342, 139.384, 197.539, 265.809, 78.0, 252.770):
     near(min(found, key=lambda x: abs(x - f)), f, 2e-4 * f, "frequency of the hinged blade")
@@ -294,7 +342,15 @@ h = simulate(scene("blade"))
 near(h["flap"][0], -0.033417, 1e-5, "flap angle of the blade at rest")
 near(min(h["lag"]), -0.06028, 1e-4, "largest lag in the start-up")
 near(sum(x for t, x in zip(h["t"], h["flap"]) if t > 12) / sum(t > 12 for t in h["t"]), -0.0026101, 3e-5, "flap angle at full speed")
-h = simulate(scene("blade", ('model = "modal"\nmodes = { bending_xz = [1, 2, 3, 4, 5, 6, 7], bending_xy = [1, 2], axial = [1] }', 'model = "mixed"\nvolumes = 4\nelements = 3')))
+h = simulate(
+    scene(
+        "blade",
+        (
+            'model = "modal"\nmodes = { bending_xz = [1, 2, 3, 4, 5, 6, 7], bending_xy = [1, 2], axial = [1] }',
+            'model = "mixed"\nvolumes = 4\nelements = 3',
+        ),
+    )
+)
 near(h["flap"][0], -0.033417, 2e-6, "flap angle at rest, mixed")
 near(h["tip.z"][0], -0.318486, 2e-5, "drooped tip, mixed")
 near(min(h["lag"]), -0.06028, 1e-4, "largest lag in the start-up, mixed")
@@ -329,7 +385,9 @@ quantity = "displacement"
 wanted = 196.2 * 1.7213**2 * (1 / 168494.9 + 1 / 6617500.0)
 near(last(simulate(space.replace("MORE", "")), "tip.y")[0], wanted, 1e-6 * wanted, "state-space body under a load")
 # The same with coordinates scaled by 3 and by 1/2: theta is no longer the transpose of sigma.
-scaled = space.replace("MORE", "theta = [[0, 0], [0.57376667, -3.4426], [0, 0]]").replace("[[0, 1.7213, 0], [0, -1.7213, 0]]", "[[0, 5.1639, 0], [0, -0.86065, 0]]")
+scaled = space.replace("MORE", "theta = [[0, 0], [0.57376667, -3.4426], [0, 0]]").replace(
+    "[[0, 1.7213, 0], [0, -1.7213, 0]]", "[[0, 5.1639, 0], [0, -0.86065, 0]]"
+)
 near(last(simulate(scaled), "tip.y")[0], wanted, 1e-5 * wanted, "the same in other coordinates")
 refused = run("check", written(space.replace("MORE", "theta = [[0, 0], [1, 1], [0, 0]]")), code=2).stderr
 expect("sigma and theta" in refused and "beam" in refused, f"ports that create energy are not refused: {refused}")

@@ -1,4 +1,5 @@
-"""Pictures are the same bits whoever draws them: any number of workers, shards, what is resumed after kill -9, OSMesa or EGL; and meshes that change are noticed."""
+"""Pictures are the same bits whoever draws them: any number of workers, shards, what is resumed after kill -9, OSMesa or EGL; and meshes
+that change are noticed."""
 import os
 import pathlib
 import shutil
@@ -28,7 +29,7 @@ def pixels(data):
     while at < len(data):
         size, kind = struct.unpack_from(">I4s", data, at)
         if kind in (b"IHDR", b"IDAT"):
-            kept.append(data[at:at + 12 + size])
+            kept.append(data[at : at + 12 + size])
         at += 12 + size
     return b"".join(kept)
 
@@ -41,7 +42,12 @@ with temporary_folder() as folder:
     text = (examples / "slider_crank.toml").read_text()
     head, render = text.split("[render]")
     render = "\n".join(line for line in render.splitlines() if not line.startswith("size"))
-    scene.write_text(head.replace('name = "block"\n', f'name = "block"\nmesh = "{mesh.name}"\ndrawing = {{ edges = "creases" }}\n', 1) + "[render]" + scene_words + render)
+    scene.write_text(
+        head.replace('name = "block"\n', f'name = "block"\nmesh = "{mesh.name}"\ndrawing = {{ edges = "creases" }}\n', 1)
+        + "[render]"
+        + scene_words
+        + render
+    )
     results = folder / "r.h5"
     run("simulate", scene, "-o", results, "--no-error-estimate", "--no-effect-check")
     words = ["--frames", "100:112", "--no-video"]
@@ -59,8 +65,12 @@ with temporary_folder() as folder:
     expect(pictures(folder / "shards") == one, "shards are other pictures")
 
     # Killed when some are there, and resumed by another number of workers.
-    process = subprocess.Popen([flexframe, "render", str(results), "-o", str(folder / "killed"), *words, "--workers", "2"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                               stdin=subprocess.DEVNULL)
+    process = subprocess.Popen(
+        [flexframe, "render", str(results), "-o", str(folder / "killed"), *words, "--workers", "2"],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        stdin=subprocess.DEVNULL,
+    )
     there = lambda: len(list((folder / "killed/frames").glob("frame_*.png"))) if (folder / "killed/frames").exists() else 0
     until = time.monotonic() + 60
     while there() < 3 and process.poll() is None and time.monotonic() < until:
@@ -76,10 +86,24 @@ with temporary_folder() as folder:
     egl = subprocess.run([flexframe, "info", "--renderer", "egl"], capture_output=True, text=True)
     if egl.returncode == 0 and "llvmpipe" in egl.stdout:
         run("render", results, "-o", folder / "egl", "--no-video", "--workers", "1", "--frames", "104:107", "--renderer", "egl")
-        expect({n: pixels(d) for n, d in pictures(folder / "egl").items()} == {n: pixels(one[n]) for n in sorted(one)[4:7]}, "EGL draws other pictures than OSMesa")
+        expect(
+            {n: pixels(d) for n, d in pictures(folder / "egl").items()} == {n: pixels(one[n]) for n in sorted(one)[4:7]},
+            "EGL draws other pictures than OSMesa",
+        )
     else:
         print("EGL in software is not here:", egl.stderr.strip() or egl.stdout.strip())
-    run("render", results, "-o", folder / "uncached", "--no-video", "--workers", "1", "--frames", "104:106", env={**os.environ, "MESA_SHADER_CACHE_DISABLE": "true"})
+    run(
+        "render",
+        results,
+        "-o",
+        folder / "uncached",
+        "--no-video",
+        "--workers",
+        "1",
+        "--frames",
+        "104:106",
+        env={**os.environ, "MESA_SHADER_CACHE_DISABLE": "true"},
+    )
     uncached = pictures(folder / "uncached")
     expect(len(uncached) == 2 and all(one[n] == d for n, d in uncached.items()), "without Mesa's shader cache other pictures are drawn")
 

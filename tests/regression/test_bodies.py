@@ -1,5 +1,5 @@
-"""What the words about a body's deformation mean: from where `displacement` is measured, of which modes a damping ratio is, what the stress of a beam is, on whom a
-reaction acts. Truths: positions of the same run, closed formulas of beams and sections."""
+"""What the words about a body's deformation mean: from where `displacement` is measured, of which modes a damping ratio is, what the
+stress of a beam is, on whom a reaction acts. Truths: positions of the same run, closed formulas of beams and sections."""
 import itertools
 import json
 import math
@@ -18,11 +18,23 @@ def scene(folder, text, file="scene.toml"):
 
 
 def table(header, /, **words):
-    return f"[[{header}]]\n" + "".join(f"{key} = {value if isinstance(value, str) and value[:1] in '{[' else json.dumps(value)}\n" for key, value in words.items())
+    return f"[[{header}]]\n" + "".join(
+        f"{key} = {value if isinstance(value, str) and value[:1] in '{[' else json.dumps(value)}\n" for key, value in words.items()
+    )
 
 
 def simulated(folder, text, *words):
-    run("simulate", scene(folder, text), "-o", folder / "r.h5", "--csv", folder / "h.csv", "--no-error-estimate", "--no-effect-check", *words)
+    run(
+        "simulate",
+        scene(folder, text),
+        "-o",
+        folder / "r.h5",
+        "--csv",
+        folder / "h.csv",
+        "--no-error-estimate",
+        "--no-effect-check",
+        *words,
+    )
     return history(folder / "h.csv")
 
 
@@ -36,7 +48,7 @@ def read_vtp(path):
     raw = data.index(b"_", start) + 1
     out = {}
     for a in xml.fromstring(data[:start] + b"</VTKFile>").iter("DataArray"):
-        size, = struct.unpack_from("<Q", data, raw + int(a.get("offset")))
+        (size,) = struct.unpack_from("<Q", data, raw + int(a.get("offset")))
         code = {"Float64": "d", "Float32": "f", "Int64": "q", "Int32": "i"}[a.get("type")]
         out[a.get("Name")] = struct.unpack_from(f"<{size // struct.calcsize(code)}{code}", data, raw + int(a.get("offset")) + 8)
     return out
@@ -50,13 +62,20 @@ def displacements(folder):
     columns = outputs(tip="plate.tip:position", bent="plate.tip:displacement", held="plate.root:displacement")
     wall = table("joint", name="wall", kind="weld", parent="ground", child="plate.root")
     # Welded: the world is the frame of the root, and positions say what moved. A payload at the tip holds nothing.
-    load = table("body", name="load", kind="rigid", mass=0.1, inertia="[1e-4, 1e-4, 1e-4]") + table("joint", name="bolt", kind="weld", parent="plate.tip", child="load")
+    load = table("body", name="load", kind="rigid", mass=0.1, inertia="[1e-4, 1e-4, 1e-4]") + table(
+        "joint", name="bolt", kind="weld", parent="plate.tip", child="load"
+    )
     for what, more in (("alone", ""), ("with a payload", load)):
         h = simulated(folder, head + solid + wall + more + push + columns)
         largest = max(map(abs, h["bent.y"]))
         expect(largest > 1e-5, f"the welded body {what} hardly bends: {largest}")
         for axis in "xyz":
-            near(max(abs(p - h[f"tip.{axis}"][0] - (u - h[f"bent.{axis}"][0])) for p, u in zip(h[f"tip.{axis}"], h[f"bent.{axis}"])), 0, 1e-9 * largest + 1e-12, f"welded body {what}: displacement.{axis} against the position")
+            near(
+                max(abs(p - h[f"tip.{axis}"][0] - (u - h[f"bent.{axis}"][0])) for p, u in zip(h[f"tip.{axis}"], h[f"bent.{axis}"])),
+                0,
+                1e-9 * largest + 1e-12,
+                f"welded body {what}: displacement.{axis} against the position",
+            )
             near(max(map(abs, h[f"held.{axis}"])), 0, 1e-9 * largest + 1e-12, f"welded body {what}: root's displacement.{axis}")
     # The other words: the body's own frame moves its root, the named ones do not.
     own = simulated(folder, head + solid.replace("[[body]]\n", '[[body]]\nshown = "frame"\n') + wall + push + columns)
@@ -68,17 +87,46 @@ def displacements(folder):
     # The picture agrees: the exported surface's largest displacement is the tip's.
     run("simulate", scene(folder, head + solid + wall + push + columns), "-o", folder / "r.h5", "--no-error-estimate", "--no-effect-check")
 
-    # A coupler between two pins: both stay, and its middle is off the chord by what positions say. Its frame is held at the root (clamped-free).
-    for model, shown in (("finite-element", None), ("mixed", None), ("lumped", None), ("modal", None), ("finite-element", '["tip", "root"]')):
+    # A coupler between two pins: both stay, and its middle is off the chord by what positions say. Its frame is held at the root
+    # (clamped-free).
+    for model, shown in (
+        ("finite-element", None),
+        ("mixed", None),
+        ("lumped", None),
+        ("modal", None),
+        ("finite-element", '["tip", "root"]'),
+    ):
         more = {"modal": {"modes": "{ bending_xy = [1, 2, 3] }"}}.get(model, {})
         if shown:
             more = {"shown": shown}
-        rod = table("body", name="rod", kind="beam", length=0.5, section='{ shape = "circle", diameter = 0.006 }', material=steel, model=model, effects='["bending_xy"]', frames="{ middle = 0.5 }", **more)
+        rod = table(
+            "body",
+            name="rod",
+            kind="beam",
+            length=0.5,
+            section='{ shape = "circle", diameter = 0.006 }',
+            material=steel,
+            model=model,
+            effects='["bending_xy"]',
+            frames="{ middle = 0.5 }",
+            **more,
+        )
         crank = table("body", name="crank", kind="rigid", mass=1.0, inertia="[0.01, 0.01, 0.01]", frames="{ pin = [0.15, 0, 0] }")
         rocker = table("body", name="rocker", kind="rigid", mass=0.5, inertia="[0.01, 0.01, 0.01]", frames="{ pin = [0.3, 0, 0] }")
-        loop = (table("joint", name="shaft", kind="revolute", parent="ground", child="crank", motion="1.2 + 20*t") + table("joint", name="a", kind="revolute", parent="crank.pin", child="rod.root")
-                + table("joint", name="b", kind="revolute", parent="rod.tip", child="rocker.pin") + table("joint", name="c", kind="revolute", parent="ground", child="rocker", position="[0.5, 0, 0]"))
-        columns = outputs(root="rod.root:position", tip="rod.tip:position", mid="rod.middle:position", u="rod.middle:displacement", u0="rod.root:displacement", u1="rod.tip:displacement")
+        loop = (
+            table("joint", name="shaft", kind="revolute", parent="ground", child="crank", motion="1.2 + 20*t")
+            + table("joint", name="a", kind="revolute", parent="crank.pin", child="rod.root")
+            + table("joint", name="b", kind="revolute", parent="rod.tip", child="rocker.pin")
+            + table("joint", name="c", kind="revolute", parent="ground", child="rocker", position="[0.5, 0, 0]")
+        )
+        columns = outputs(
+            root="rod.root:position",
+            tip="rod.tip:position",
+            mid="rod.middle:position",
+            u="rod.middle:displacement",
+            u0="rod.root:displacement",
+            u1="rod.tip:displacement",
+        )
         h = simulated(folder, "[simulation]\nduration = 0.1\noutput_rate = 500\n" + crank + rod + rocker + loop + columns)
         wrong, ends, largest = 0.0, 0.0, 0.0
         for k in range(len(h["t"])):
@@ -94,9 +142,19 @@ def displacements(folder):
         near(wrong, 0, 1e-6 * largest + 1e-12, f"{what}: displacement of the middle from the chord")
         near(ends, 0, 1e-9, f"{what}: displacement of the pins")
 
-    # Free: mean axes, which momentum leaves at rest. A beam that is hit in the middle of free flight: its mass does not move on the average.
+    # Free: mean axes, which momentum leaves at rest. A beam that is hit in the middle of free flight: its mass does not move on the
+    # average.
     for model in ("finite-element", "mixed", "lumped"):
-        rod = table("body", name="rod", kind="beam", length=0.5, section='{ shape = "circle", diameter = 0.006 }', material=steel, model=model, effects='["bending_xy"]')
+        rod = table(
+            "body",
+            name="rod",
+            kind="beam",
+            length=0.5,
+            section='{ shape = "circle", diameter = 0.006 }',
+            material=steel,
+            model=model,
+            effects='["bending_xy"]',
+        )
         hit = table("force", kind="force", on="rod.tip", direction="[0, 1, 0]", value="t < 0.002 ? 5 : 0")
         n = 10
         columns = outputs(**{f"u{k}": f"rod.node[{k}]:displacement" for k in range(n + 1)})
@@ -112,30 +170,67 @@ def displacements(folder):
 # Damping ratios of the part as the scene mounts it.
 def damping(folder):
     head = "[simulation]\nduration = 1\n"
-    beam = dict(kind="beam", length=0.5, section='{ shape = "rectangle", width = 0.02, height = 0.01 }', material=steel, damping="{ ratio = 0.01 }", effects='["bending_xy"]')
+    beam = dict(
+        kind="beam",
+        length=0.5,
+        section='{ shape = "rectangle", width = 0.02, height = 0.01 }',
+        material=steel,
+        damping="{ ratio = 0.01 }",
+        effects='["bending_xy"]',
+    )
     solid = dict(kind="modal", file=str((source / "assets/beam/beam.sid").resolve()), damping="{ ratio = 0.01 }")
-    planar = '\naxis = [0, 0, 1]\n'
-    pins = (table("joint", name="a", kind="revolute", parent="ground", child="part.root") + table("joint", name="b", kind="revolute", parent="part.tip", child="shoe")
-            + table("joint", name="s", kind="prismatic", parent="ground", child="shoe", axis="[1, 0, 0]", position="[{L}, 0, 0]") + table("body", name="shoe", kind="rigid", mass=1.0))
-    mounts = {"welded": table("joint", name="a", kind="weld", parent="ground", child="part.root"), "hinged": table("joint", name="a", kind="revolute", parent="ground", child="part.root"),
-              "welded at its tip": table("joint", name="a", kind="weld", parent="ground", child="part.tip"), "pinned twice": pins, "free": ""}
-    for (mount, joints), body in itertools.product(mounts.items(), ("finite-element", "keep", "many", "modal", "mixed", "mixed modes", "lumped", "solid")):
+    planar = "\naxis = [0, 0, 1]\n"
+    pins = (
+        table("joint", name="a", kind="revolute", parent="ground", child="part.root")
+        + table("joint", name="b", kind="revolute", parent="part.tip", child="shoe")
+        + table("joint", name="s", kind="prismatic", parent="ground", child="shoe", axis="[1, 0, 0]", position="[{L}, 0, 0]")
+        + table("body", name="shoe", kind="rigid", mass=1.0)
+    )
+    mounts = {
+        "welded": table("joint", name="a", kind="weld", parent="ground", child="part.root"),
+        "hinged": table("joint", name="a", kind="revolute", parent="ground", child="part.root"),
+        "welded at its tip": table("joint", name="a", kind="weld", parent="ground", child="part.tip"),
+        "pinned twice": pins,
+        "free": "",
+    }
+    for (mount, joints), body in itertools.product(
+        mounts.items(), ("finite-element", "keep", "many", "modal", "mixed", "mixed modes", "lumped", "solid")
+    ):
         words = dict(beam)
-        if body == "keep": words.update(keep_modes=3)
-        elif body == "many": words.update(elements=80)
-        elif body == "modal": words.update(model="modal", boundary={"welded": "clamped-free", "hinged": "supported-free", "pinned twice": "supported-supported"}.get(mount, "free-free"), modes="{ bending_xy = [1, 2, 3] }")
-        elif body == "mixed modes": words.update(model="mixed", modes="{ bending_xy = [1] }")
-        elif body == "solid": words = dict(solid)
-        elif body != "finite-element": words.update(model=body)
-        if body == "modal" and mount == "welded at its tip": continue
-        if body == "many" and mount != "hinged": continue
+        if body == "keep":
+            words.update(keep_modes=3)
+        elif body == "many":
+            words.update(elements=80)
+        elif body == "modal":
+            words.update(
+                model="modal",
+                boundary={"welded": "clamped-free", "hinged": "supported-free", "pinned twice": "supported-supported"}.get(
+                    mount, "free-free"
+                ),
+                modes="{ bending_xy = [1, 2, 3] }",
+            )
+        elif body == "mixed modes":
+            words.update(model="mixed", modes="{ bending_xy = [1] }")
+        elif body == "solid":
+            words = dict(solid)
+        elif body != "finite-element":
+            words.update(model=body)
+        if body == "modal" and mount == "welded at its tip":
+            continue
+        if body == "many" and mount != "hinged":
+            continue
         length = 0.4 if body == "solid" else 0.5
         text = head + table("body", name="part", **words) + joints.replace("{L}", str(length))
         found = json.loads(run("check", scene(folder, text), "--json").stdout)
         modes = [m for m in found["modes"] if m["frequency"] > 1.0]
         expect(modes, f"{mount}, {body}: no vibration")
         if modes:
-            near(modes[0]["damping"], 0.01, 2e-4 if body in ("mixed", "mixed modes", "lumped", "modal") else 1e-5, f"damping of the first mode, {mount}, {body}")
+            near(
+                modes[0]["damping"],
+                0.01,
+                2e-4 if body in ("mixed", "mixed modes", "lumped", "modal") else 1e-5,
+                f"damping of the first mode, {mount}, {body}",
+            )
         if body == "finite-element":
             told = found["bodies"][[b["name"] for b in found["bodies"]].index("part")]
             near(told["mounted"][0]["damping"], 0.01, 1e-8, f"what check says of the body as mounted, {mount}")
@@ -158,10 +253,14 @@ sections = {
 
 def rectangles(name):
     """The section's rectangles y0 y1 z0 z1, holes negative, by hand."""
-    return {"rectangle": [(1, -0.015, 0.015, -0.005, 0.005)], "box": [(1, -0.02, 0.02, -0.015, 0.015), (-1, -0.018, 0.018, -0.013, 0.013)],
-            "i": [(1, 0.004, 0.046, -0.0015, 0.0015), (1, 0, 0.004, -0.015, 0.015), (1, 0.046, 0.05, -0.015, 0.015)],
-            "u": [(1, 0.004, 0.046, 0, 0.003), (1, 0, 0.004, 0, 0.03), (1, 0.046, 0.05, 0, 0.03)],
-            "t": [(1, 0, 0.046, -0.0015, 0.0015), (1, 0.046, 0.05, -0.02, 0.02)], "l": [(1, 0.003, 0.05, 0, 0.003), (1, 0, 0.003, 0, 0.03)]}[name]
+    return {
+        "rectangle": [(1, -0.015, 0.015, -0.005, 0.005)],
+        "box": [(1, -0.02, 0.02, -0.015, 0.015), (-1, -0.018, 0.018, -0.013, 0.013)],
+        "i": [(1, 0.004, 0.046, -0.0015, 0.0015), (1, 0, 0.004, -0.015, 0.015), (1, 0.046, 0.05, -0.015, 0.015)],
+        "u": [(1, 0.004, 0.046, 0, 0.003), (1, 0, 0.004, 0, 0.03), (1, 0.046, 0.05, 0, 0.03)],
+        "t": [(1, 0, 0.046, -0.0015, 0.0015), (1, 0.046, 0.05, -0.02, 0.02)],
+        "l": [(1, 0.003, 0.05, 0, 0.003), (1, 0, 0.003, 0, 0.03)],
+    }[name]
 
 
 def moments(name):
@@ -169,7 +268,13 @@ def moments(name):
     if name in ("circle", "tube"):
         ro, ri = (0.01, 0.0) if name == "circle" else (0.015, 0.012)
         i = math.pi / 4 * (ro**4 - ri**4)
-        return math.pi * (ro**2 - ri**2), i, i, 0.0, [(ro * math.cos(a), ro * math.sin(a)) for a in (2 * math.pi * k / 720 for k in range(720))]
+        return (
+            math.pi * (ro**2 - ri**2),
+            i,
+            i,
+            0.0,
+            [(ro * math.cos(a), ro * math.sin(a)) for a in (2 * math.pi * k / 720 for k in range(720))],
+        )
     parts = rectangles(name)
     area = sum(s * (b - a) * (d - c) for s, a, b, c, d in parts)
     cy = sum(s * (b - a) * (d - c) * (a + b) / 2 for s, a, b, c, d in parts) / area
@@ -177,7 +282,7 @@ def moments(name):
     cube = lambda a, b: (b**3 - a**3) / 3
     iz = sum(s * cube(a - cy, b - cy) * (d - c) for s, a, b, c, d in parts)
     iy = sum(s * cube(c - cz, d - cz) * (b - a) for s, a, b, c, d in parts)
-    iyz = sum(s * ((b - cy)**2 - (a - cy)**2) / 2 * ((d - cz)**2 - (c - cz)**2) / 2 for s, a, b, c, d in parts)
+    iyz = sum(s * ((b - cy) ** 2 - (a - cy) ** 2) / 2 * ((d - cz) ** 2 - (c - cz) ** 2) / 2 for s, a, b, c, d in parts)
     return area, iy, iz, iyz, [(y - cy, z - cz) for s, a, b, c, d in parts if s > 0 for y in (a, b) for z in (c, d)]
 
 
@@ -195,7 +300,7 @@ def torsion_stress(name, torque):
         tau = torque * (0.01 if name == "circle" else 0.015) / (2 * moments(name)[1])
     elif name == "rectangle":
         a, b = 0.015, 0.005
-        tau = 3 * torque / (8 * a * b * b) * (1 + 0.6095 * b / a + 0.8865 * (b / a)**2 - 1.8023 * (b / a)**3 + 0.9100 * (b / a)**4)
+        tau = 3 * torque / (8 * a * b * b) * (1 + 0.6095 * b / a + 0.8865 * (b / a) ** 2 - 1.8023 * (b / a) ** 3 + 0.9100 * (b / a) ** 4)
     elif name == "box":
         tau = torque / (2 * 0.038 * 0.028 * 0.002)
     else:
@@ -204,20 +309,55 @@ def torsion_stress(name, torque):
     return math.sqrt(3) * tau
 
 
-def stress_of(folder, section, load, length=1.0, model="finite-element", more="", warned=None, joints=None, effects='["axial", "bending_xy", "bending_xz", "torsion"]'):
+def stress_of(
+    folder,
+    section,
+    load,
+    length=1.0,
+    model="finite-element",
+    more="",
+    warned=None,
+    joints=None,
+    effects='["axial", "bending_xy", "bending_xz", "torsion"]',
+):
     """[(x, largest von Mises of the ring there)], ascending."""
-    words = {"modal": {"modes": "{ axial = [1, 2, 3], bending_xy = [1, 2, 3, 4], bending_xz = [1, 2, 3, 4], torsion = [1, 2, 3] }" if "axial" in effects else "{ bending_xy = [1, 2, 3, 4] }"}}.get(model, {})
-    body = table("body", name="bar", kind="beam", length=length, section=section, material=steel, model=model, effects=effects, frames="{ middle = 0.5 }", **words) + more
+    words = {
+        "modal": {
+            "modes": "{ axial = [1, 2, 3], bending_xy = [1, 2, 3, 4], bending_xz = [1, 2, 3, 4], torsion = [1, 2, 3] }"
+            if "axial" in effects
+            else "{ bending_xy = [1, 2, 3, 4] }"
+        }
+    }.get(model, {})
+    body = (
+        table(
+            "body",
+            name="bar",
+            kind="beam",
+            length=length,
+            section=section,
+            material=steel,
+            model=model,
+            effects=effects,
+            frames="{ middle = 0.5 }",
+            **words,
+        )
+        + more
+    )
     held = joints if joints is not None else table("joint", name="wall", kind="weld", parent="ground", child="bar.root")
     # Lumped beams come to rest under strong damping, not by the search for equilibrium: stress is the question here.
-    rest = 'duration = 4\noutput_rate = 1\n' if model == "lumped" else 'duration = 0.001\noutput_rate = 1000\nstart = "static"\n'
-    if model == "lumped": body += "damping = { ratio = 1.0 }\n"
+    rest = "duration = 4\noutput_rate = 1\n" if model == "lumped" else 'duration = 0.001\noutput_rate = 1000\nstart = "static"\n'
+    if model == "lumped":
+        body += "damping = { ratio = 1.0 }\n"
     text = "[simulation]\n" + rest + body + held + load + '[render]\ncolor_by = "stress"\nscales = [1]\nframe_rate = 1\nspeed = 1\n'
     done = run("simulate", scene(folder, text), "-o", folder / "s.h5", "--no-error-estimate", "--no-effect-check")
     done = run("export", folder / "s.h5", "--to", "vtk", "-o", folder / "vtk", "--json")
-    expect((warned in done.stdout) if warned else ("stress" not in " ".join(json.loads(done.stdout)["notes"])), f"{section}: {done.stdout}{done.stderr}")
+    expect(
+        (warned in done.stdout) if warned else ("stress" not in " ".join(json.loads(done.stdout)["notes"])),
+        f"{section}: {done.stdout}{done.stderr}",
+    )
     surface = read_vtp(sorted((folder / "vtk").glob("s_*.vtp"))[-1])
-    if "stress" not in surface: return []
+    if "stress" not in surface:
+        return []
     rings = {}
     for k, value in enumerate(surface["stress"]):
         x = round(surface["Points"][3 * k] - surface["displacement"][3 * k], 6)
@@ -229,10 +369,16 @@ def stresses(folder):
     tip = lambda direction, value: table("force", kind="force", on="bar.tip", direction=str(direction), value=str(value))
     for name, (section, _) in sections.items():
         area, *_ = moments(name)
-        cases = {"axial": (tip([1, 0, 0], 1000.0), lambda x: 1000.0 / area), "bending_xy": (tip([0, 1, 0], 30.0), lambda x: bending_stress(name, 30.0 * (1 - x), 0)),
-                 "bending_xz": (tip([0, 0, 1], 30.0), lambda x: bending_stress(name, 0, 30.0 * (1 - x))),
-                 "both planes": (tip([0, 0.6, 0.8], 30.0), lambda x: bending_stress(name, 18.0 * (1 - x), 24.0 * (1 - x))),
-                 "torsion": (table("force", kind="torque", on="bar.tip", direction="[1, 0, 0]", value="5.0"), lambda x: torsion_stress(name, 5.0))}
+        cases = {
+            "axial": (tip([1, 0, 0], 1000.0), lambda x: 1000.0 / area),
+            "bending_xy": (tip([0, 1, 0], 30.0), lambda x: bending_stress(name, 30.0 * (1 - x), 0)),
+            "bending_xz": (tip([0, 0, 1], 30.0), lambda x: bending_stress(name, 0, 30.0 * (1 - x))),
+            "both planes": (tip([0, 0.6, 0.8], 30.0), lambda x: bending_stress(name, 18.0 * (1 - x), 24.0 * (1 - x))),
+            "torsion": (
+                table("force", kind="torque", on="bar.tip", direction="[1, 0, 0]", value="5.0"),
+                lambda x: torsion_stress(name, 5.0),
+            ),
+        }
         for what, (load, wanted) in cases.items():
             rings = stress_of(folder, section, load)
             expect(len(rings) > 20, f"{name}, {what}: no rings")
@@ -244,12 +390,18 @@ def stresses(folder):
     # Along the beam and over the models: a uniform load, and a load at the middle between two supports.
     section, name = sections["rectangle"][0], "rectangle"
     uniform = table("force", kind="distributed", on="bar", direction="[0, 1, 0]", value="100.0")
-    between = table("joint", name="a", kind="revolute", parent="ground", child="bar.root") + table("joint", name="b", kind="point-on-line", parent="ground", child="bar.tip", axis="[1, 0, 0]")
+    between = table("joint", name="a", kind="revolute", parent="ground", child="bar.root") + table(
+        "joint", name="b", kind="point-on-line", parent="ground", child="bar.tip", axis="[1, 0, 0]"
+    )
     middle = table("force", kind="force", on="bar.middle", direction="[0, 1, 0]", value="200.0")
     plane = '["bending_xy"]'
     for model in ("finite-element", "mixed", "lumped", "modal"):
-        for what, load, joints, wanted in (("uniform load", uniform, None, lambda x: 50.0 * (1 - x)**2), ("load at the middle", middle, between, lambda x: 100.0 * min(x, 1 - x))):
-            if model == "modal" and joints: continue  # forms of a clamped end cannot make it
+        for what, load, joints, wanted in (
+            ("uniform load", uniform, None, lambda x: 50.0 * (1 - x) ** 2),
+            ("load at the middle", middle, between, lambda x: 100.0 * min(x, 1 - x)),
+        ):
+            if model == "modal" and joints:
+                continue  # forms of a clamped end cannot make it
             rings = stress_of(folder, section, load, model=model, joints=joints, effects=plane, warned="axial")
             largest = max(bending_stress(name, wanted(x), 0) for x, _ in rings)
             worst, at = max((abs(value - bending_stress(name, wanted(x), 0)) / largest, x) for x, value in rings)
@@ -262,21 +414,34 @@ def stresses(folder):
     # A torque that ends at the middle: a jump, no smear.
     rings = stress_of(folder, sections["circle"][0], table("force", kind="torque", on="bar.middle", direction="[1, 0, 0]", value="5.0"))
     for x, value in rings:
-        near(value, torsion_stress("circle", 5.0) if x <= 0.5 + 1e-6 else 0.0, 0.02 * torsion_stress("circle", 5.0), f"torque to the middle, x = {x}")
+        near(
+            value,
+            torsion_stress("circle", 5.0) if x <= 0.5 + 1e-6 else 0.0,
+            0.02 * torsion_stress("circle", 5.0),
+            f"torque to the middle, x = {x}",
+        )
     # No outline, no stress; said.
-    rings = stress_of(folder, '{ shape = "general", area = 3e-4, iy = 2.5e-9, iz = 2.25e-8, j = 8e-9 }', tip([0, 1, 0], 30.0), warned="general")
+    rings = stress_of(
+        folder, '{ shape = "general", area = 3e-4, iy = 2.5e-9, iz = 2.25e-8, j = 8e-9 }', tip([0, 1, 0], 30.0), warned="general"
+    )
     expect(all(value == 0.0 for _, value in rings), "a general section is coloured by stress")
 
 
 # On which body, at which point and with which sign a reaction acts; signs of preloads; axes of universal and planar joints.
 def conventions(folder):
     head = "[simulation]\nduration = 0.1\noutput_rate = 100\ngravity = [0, -10, 0]\n"
-    mass = table("body", name="m", kind="rigid", mass=2.0, inertia="[0.1, 0.1, 0.1]", centre_of_mass="[0.5, 0, 0]", frames="{ end = [1, 0, 0] }")
+    mass = table(
+        "body", name="m", kind="rigid", mass=2.0, inertia="[0.1, 0.1, 0.1]", centre_of_mass="[0.5, 0, 0]", frames="{ end = [1, 0, 0] }"
+    )
     reaction = outputs(r="hold:reaction")
     h = simulated(folder, head + mass + table("joint", name="hold", kind="weld", parent="ground", child="m") + reaction)
-    for column, wanted in zip(("x", "y", "z", "mx", "my", "mz"), (0, 20, 0, 0, 0, 10)):  # on the child at its frame: up, and turned up about z
+    for column, wanted in zip(
+        ("x", "y", "z", "mx", "my", "mz"), (0, 20, 0, 0, 0, 10)
+    ):  # on the child at its frame: up, and turned up about z
         near(h[f"r.{column}"][-1], wanted, 1e-9, f"weld that carries a mass: reaction {column}")
-    h = simulated(folder, head + mass + table("joint", name="hold", kind="weld", parent="ground", child="m.end", position="[3, 0, 0]") + reaction)
+    h = simulated(
+        folder, head + mass + table("joint", name="hold", kind="weld", parent="ground", child="m.end", position="[3, 0, 0]") + reaction
+    )
     near(h["r.mz"][-1], -10, 1e-9, "the same held at its other end: moment about that frame")
     other = table("body", name="wall", kind="rigid", mass=1.0) + table("joint", name="fix", kind="weld", parent="ground", child="wall")
     h = simulated(folder, head + mass + other + table("joint", name="hold", kind="weld", parent="m", child="wall") + reaction)
@@ -284,27 +449,68 @@ def conventions(folder):
         near(h[f"r.{column}"][-1], wanted, 1e-9, f"weld whose parent is the mass: reaction {column}")
     # A spring in the joint is part of what passes through it: at rest it carries the weight. Its preload pushes the value down.
     slide = lambda spring: table("joint", name="hold", kind="prismatic", parent="ground", child="m", axis="[0, 1, 0]", spring=spring)
-    h = simulated(folder, head.replace("[simulation]\n", '[simulation]\nstart = "static"\n') + mass + slide("{ stiffness = 1000, preload = 5 }") + reaction + outputs(v="hold:value"))
+    h = simulated(
+        folder,
+        head.replace("[simulation]\n", '[simulation]\nstart = "static"\n')
+        + mass
+        + slide("{ stiffness = 1000, preload = 5 }")
+        + reaction
+        + outputs(v="hold:value"),
+    )
     near(h["v"][-1], -(20 + 5) / 1000, 1e-9, "mass on a spring with a preload")
     near(h["r.y"][-1], 20, 1e-6, "reaction of the slide with its spring")
     # A preload of a spring-damper pulls.
     free = head.replace("gravity = [0, -10, 0]\n", "").replace("duration = 0.1", "duration = 0.01")
     pull = table("force", kind="spring-damper", on="m", preload=8.0)
-    h = simulated(folder, free + table("body", name="m", kind="rigid", mass=2.0, inertia="[0.1, 0.1, 0.1]") + table("joint", name="hold", kind="prismatic", parent="ground", child="m", axis="[1, 0, 0]", initial="{ value = 1 }") + pull
-                  + outputs(a="m:acceleration"))
+    h = simulated(
+        folder,
+        free
+        + table("body", name="m", kind="rigid", mass=2.0, inertia="[0.1, 0.1, 0.1]")
+        + table("joint", name="hold", kind="prismatic", parent="ground", child="m", axis="[1, 0, 0]", initial="{ value = 1 }")
+        + pull
+        + outputs(a="m:acceleration"),
+    )
     near(h["a.x"][0], -4.0, 1e-9, "a preload pulls the ends together")
     # The joint's x and y, and the second axis of a universal joint: x turned by the first angle.
     for axis, x, y in (("[0, 0, 1]", (1, 0, 0), (0, 1, 0)), ("[1, 0, 0]", (0, 1, 0), (0, 0, 1)), ("[0, 1, 0]", (1, 0, 0), (0, 0, -1))):
-        ball = table("body", name="m", kind="rigid", mass=1.0, inertia="[0.1, 0.1, 0.1]", frames="{ px = [1, 0, 0], py = [0, 1, 0], pz = [0, 0, 1] }")
-        h = simulated(folder, free + ball + table("joint", name="hold", kind="planar", parent="ground", child="m", axis=axis, initial="{ value = [0.3, 0.2, 0] }") + outputs(p="m:position"))
+        ball = table(
+            "body", name="m", kind="rigid", mass=1.0, inertia="[0.1, 0.1, 0.1]", frames="{ px = [1, 0, 0], py = [0, 1, 0], pz = [0, 0, 1] }"
+        )
+        h = simulated(
+            folder,
+            free
+            + ball
+            + table("joint", name="hold", kind="planar", parent="ground", child="m", axis=axis, initial="{ value = [0.3, 0.2, 0] }")
+            + outputs(p="m:position"),
+        )
         for k, c in enumerate("xyz"):
             near(h[f"p.{c}"][0], 0.3 * x[k] + 0.2 * y[k], 1e-12, f"planar joint about {axis}: {c}")
-        h = simulated(folder, free + ball + table("joint", name="hold", kind="universal", parent="ground", child="m", axis=axis, initial=f"{{ value = [{math.pi / 2!r}, 0.4] }}") + outputs(a="m:rotation"))
+        h = simulated(
+            folder,
+            free
+            + ball
+            + table(
+                "joint",
+                name="hold",
+                kind="universal",
+                parent="ground",
+                child="m",
+                axis=axis,
+                initial=f"{{ value = [{math.pi / 2!r}, 0.4] }}",
+            )
+            + outputs(a="m:rotation"),
+        )
         # Turning by a quarter about the axis takes x to y: the rotation is exp(0.4 y) exp(pi/2 axis).
         u, w = [json.loads(axis), y]
         half = lambda v, a: (math.cos(a / 2), *[math.sin(a / 2) * c for c in v])
         p, q = half(w, 0.4), half(u, math.pi / 2)
-        product = (p[0] * q[0] - sum(a * b for a, b in zip(p[1:], q[1:])), *[p[0] * q[1 + k] + q[0] * p[1 + k] + p[1 + (k + 1) % 3] * q[1 + (k + 2) % 3] - p[1 + (k + 2) % 3] * q[1 + (k + 1) % 3] for k in range(3)])
+        product = (
+            p[0] * q[0] - sum(a * b for a, b in zip(p[1:], q[1:])),
+            *[
+                p[0] * q[1 + k] + q[0] * p[1 + k] + p[1 + (k + 1) % 3] * q[1 + (k + 2) % 3] - p[1 + (k + 2) % 3] * q[1 + (k + 1) % 3]
+                for k in range(3)
+            ],
+        )
         angle = 2 * math.acos(product[0])
         for k, c in enumerate("xyz"):
             near(h[f"a.{c}"][0], angle * product[1 + k] / math.sin(angle / 2), 1e-9, f"universal joint about {axis}: rotation {c}")
@@ -312,20 +518,31 @@ def conventions(folder):
 
 # Loops say which value closes them.
 def closing(folder):
-    bar = lambda name, length: table("body", name=name, kind="rigid", mass=1.0, inertia="[0.01, 0.01, 0.01]", frames=f"{{ end = [{length}, 0, 0] }}")
-    loop = (bar("crank", 0.2) + bar("rod", 0.5) + table("body", name="slider", kind="rigid", mass=1.0, inertia="[0.01, 0.01, 0.01]")
-            + table("joint", name="shaft", kind="revolute", parent="ground", child="crank", initial="{ value = 0.5 }") + table("joint", name="pin", kind="revolute", parent="crank.end", child="rod")
-            + table("joint", name="wrist", kind="revolute", parent="rod.end", child="slider") + table("joint", name="guide", kind="prismatic", parent="ground", child="slider", axis="[1, 0, 0]", initial="{ value = 0.7 }"))
+    bar = lambda name, length: table(
+        "body", name=name, kind="rigid", mass=1.0, inertia="[0.01, 0.01, 0.01]", frames=f"{{ end = [{length}, 0, 0] }}"
+    )
+    loop = (
+        bar("crank", 0.2)
+        + bar("rod", 0.5)
+        + table("body", name="slider", kind="rigid", mass=1.0, inertia="[0.01, 0.01, 0.01]")
+        + table("joint", name="shaft", kind="revolute", parent="ground", child="crank", initial="{ value = 0.5 }")
+        + table("joint", name="pin", kind="revolute", parent="crank.end", child="rod")
+        + table("joint", name="wrist", kind="revolute", parent="rod.end", child="slider")
+        + table("joint", name="guide", kind="prismatic", parent="ground", child="slider", axis="[1, 0, 0]", initial="{ value = 0.7 }")
+    )
     head = "[simulation]\nduration = 0.1\n"
     done = run("check", scene(folder, head + loop), code=2)
     # By hand: x = 0.2 cos a + sqrt(0.25 - 0.04 sin^2 a); and a for x = 0.7 is 0 (stretched).
-    x = 0.2 * math.cos(0.5) + math.sqrt(0.25 - 0.04 * math.sin(0.5)**2)
-    expect(f"{x:.6f}" in done.stderr and "'guide'" in done.stderr and "given: 0.7" in done.stderr, f"a loop does not say which value closes it: {done.stderr}")
+    x = 0.2 * math.cos(0.5) + math.sqrt(0.25 - 0.04 * math.sin(0.5) ** 2)
+    expect(
+        f"{x:.6f}" in done.stderr and "'guide'" in done.stderr and "given: 0.7" in done.stderr,
+        f"a loop does not say which value closes it: {done.stderr}",
+    )
     run("check", scene(folder, head + loop.replace("value = 0.7", f"value = {x!r}")))
     rates = loop.replace("value = 0.7", "rate = 3").replace("value = 0.5", "value = 0.5, rate = 10")
     done = run("check", scene(folder, head + rates), code=2)
     # The slider's speed by hand: dx/da = -0.2 sin a - 0.04 sin a cos a / sqrt(...), times 10 rad/s.
-    v = 10 * (-0.2 * math.sin(0.5) - 0.04 * math.sin(0.5) * math.cos(0.5) / math.sqrt(0.25 - 0.04 * math.sin(0.5)**2))
+    v = 10 * (-0.2 * math.sin(0.5) - 0.04 * math.sin(0.5) * math.cos(0.5) / math.sqrt(0.25 - 0.04 * math.sin(0.5) ** 2))
     expect(f"{v:.8f}" in done.stderr and "'guide'" in done.stderr, f"rates that do not fit: {done.stderr}, wanted {v}")
 
 

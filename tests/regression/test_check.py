@@ -15,11 +15,13 @@ for name, words in [("pendulum", ["pendulum", "bending_xy", "stiffening"]), ("sl
     text = run("check", examples / f"{name}.toml").stdout
     for word in words:
         expect(word in text, f"check of {name} does not mention {word}: {text}")
-# Shapes: hanging in line, two equal point masses on strings swing together and against each other, the lower joint by sqrt(2) -+ 1 ... of the upper.
+# Shapes: hanging in line, two equal point masses on strings swing together and against each other, the lower joint by sqrt(2) -+ 1 ... of
+# the upper.
 bob = 'kind = "rigid"\nmass = 1\ncentre_of_mass = [0, -1, 0]\nframes = { end = [0, -1, 0] }\n'
 with temporary_folder() as folder:
     scene = pathlib.Path(folder) / "double.toml"
-    scene.write_text(f"""[simulation]
+    scene.write_text(
+        f"""[simulation]
 duration = 1
 gravity = [0, -9.81, 0]
 [[body]]
@@ -36,7 +38,8 @@ name = "lower"
 kind = "revolute"
 parent = "a.end"
 child = "b"
-""")
+"""
+    )
     modes = json.loads(run("check", "--json", scene).stdout)["modes"]
     for mode, sign in zip(modes, (1, -1)):
         near(mode["frequency"], math.sqrt(9.81 * (2 - sign * math.sqrt(2))) / (2 * math.pi), 1e-8, "frequency of the double pendulum")

@@ -33,6 +33,7 @@ def read(path):
 
 
 with tempfile.TemporaryDirectory() as folder:
+
     def file(name, text):
         path = os.path.join(folder, name)
         with open(path, "w") as out:
@@ -55,8 +56,11 @@ with tempfile.TemporaryDirectory() as folder:
     check(all(abs(w[2] - (i % 11) / 10 * (i // 11) / 14) < 0.02 for i, w in enumerate(u)), "bilinear within 0.02")
 
     # The same nodes as another program would write them.
-    other = file("other.csv", '\ufeff"Node ID";"X [m]";"Y [m]";"Z [m]";"U_x";"U_y";"U_z"\r\n' + "".join(
-        "%d;%s\r\n" % (k, line.replace(",", ";").replace(".", ",")) for k, line in enumerate((corners % "1").split())))
+    other = file(
+        "other.csv",
+        '\ufeff"Node ID";"X [m]";"Y [m]";"Z [m]";"U_x";"U_y";"U_z"\r\n'
+        + "".join("%d;%s\r\n" % (k, line.replace(",", ";").replace(".", ",")) for k, line in enumerate((corners % "1").split())),
+    )
     second = os.path.join(folder, "second.csv")
     result = run("--nodes", other, "--mesh", mesh, "-o", second)
     check(result.returncode == 0 and read(second) == u, "semicolons, decimal commas, units, quotes: " + result.stderr)
@@ -71,9 +75,24 @@ with tempfile.TemporaryDirectory() as folder:
         ("other order, tabs", table("uz\tux\tuy\tz\ty\tx", lambda k, r: "\t".join((r[5], r[3], r[4], r[2], r[1], r[0]))), None),
         ("tabs and decimal commas", table("x\ty\tz\tux\tuy\tuz", lambda k, r: "\t".join(r).replace(".", ",")), None),
         ("a table of pandas with tabs", table("\tx\ty\tz\tux\tuy\tuz", lambda k, r: "%d\t" % k + "\t".join(r)), None),
-        ("ParaView", table('"Displacement:0","Displacement:1","Displacement:2","Points:0","Points:1","Points:2"', lambda k, r: ",".join(r[3:] + r[:3])), None),
-        ("Ansys", table('"Node Number","X Location (m)","Y Location (m)","Z Location (m)","X Displacement (mm)","Y Displacement (mm)","Z Displacement (mm)"',
-                        lambda k, r: "%d," % (k + 1) + ",".join(r[:3]) + ",0,0," + str(1000 * float(r[5]))), "times 0.001"),
+        (
+            "ParaView",
+            table(
+                '"Displacement:0","Displacement:1","Displacement:2","Points:0","Points:1","Points:2"', lambda k, r: ",".join(r[3:] + r[:3])
+            ),
+            None,
+        ),
+        (
+            "Ansys",
+            table(
+                (
+                    '"Node Number","X Location (m)","Y Location (m)","Z Location (m)","X Displacement (mm)","Y Displacement (mm)","Z'
+                    ' Displacement (mm)"'
+                ),
+                lambda k, r: "%d," % (k + 1) + ",".join(r[:3]) + ",0,0," + str(1000 * float(r[5])),
+            ),
+            "times 0.001",
+        ),
         ("Comsol", table("% Model: plate.mph\n% Dimension: 3\n% X,Y,Z,u (m),v (m),w (m)", lambda k, r: ",".join(r)), None),
         ("Abaqus", table("Node Label, X, Y, Z, U-U1, U-U2, U-U3", lambda k, r: "%d, " % (k + 1) + ", ".join(r)), None),
         ("blanks, a name with a comma in quotes", table('"Part, Instance",x,y,z,ux,uy,uz', lambda k, r: '"a, b",' + ",".join(r)), None),
@@ -82,13 +101,18 @@ with tempfile.TemporaryDirectory() as folder:
     )
     for what, text, note in heads:
         result = run("--nodes", file("head.csv", text), "--mesh", mesh, "-o", second)
-        check(result.returncode == 0 and max(abs(p - q) for a, b in zip(read(second), u) for p, q in zip(a, b)) < 1e-12, what + ": " + result.stderr)
+        check(
+            result.returncode == 0 and max(abs(p - q) for a, b in zip(read(second), u) for p, q in zip(a, b)) < 1e-12,
+            what + ": " + result.stderr,
+        )
         check(note is None or note in result.stderr, what + " warns: " + result.stderr)
     # Degrees are taken as radians.
     turned = ["0,0,0,0,0,0,0,0,%s", "1,0,0,0,0,0,0,0,%s", "0,1.3,0,0,0,0,0,0,%s", "1,1.3,0,0,0,0.01,0,0,%s"]
     for k, (unit, angle) in enumerate((("rad", 0.1), ("deg", math.degrees(0.1)))):
         head = "x,y,z,ux,uy,uz,rx [%s],ry [%s],rz [%s]\n" % (unit, unit, unit)
-        result = run("--nodes", file("turn.csv", head + "\n".join(line % angle for line in turned) + "\n"), "--mesh", mesh, "-o", (out, second)[k])
+        result = run(
+            "--nodes", file("turn.csv", head + "\n".join(line % angle for line in turned) + "\n"), "--mesh", mesh, "-o", (out, second)[k]
+        )
         check(result.returncode == 0, "rotations in " + unit + result.stderr)
     check(max(abs(p - q) for a, b in zip(read(out), read(second)) for p, q in zip(a, b)) < 1e-12, "degrees and radians agree")
 
@@ -98,19 +122,45 @@ with tempfile.TemporaryDirectory() as folder:
     check(len(z) == 165 and abs(z[164] - 0.5) < 1e-12, "OBJ with half the displacement")
 
     # Linear exaggeration is warned of above 15 degrees (here the plate's end turns by 12), corotated is not.
-    bent = "".join("%g,%g,0,0,0,%.9g\n" % (i / 4, 1.3 * j / 4, math.tan(math.radians(12)) * (i / 4) ** 2 / 2) for i in range(5) for j in range(5))
+    bent = "".join(
+        "%g,%g,0,0,0,%.9g\n" % (i / 4, 1.3 * j / 4, math.tan(math.radians(12)) * (i / 4) ** 2 / 2) for i in range(5) for j in range(5)
+    )
     bent = file("bent.csv", "x,y,z,ux,uy,uz\n" + bent)
-    for words, warned in ((["--scale", "1.2"], False), (["--scale", "1.5"], True), (["--scale", "1.5", "--corotated"], False), (["--scale", "1"], False)):
+    for words, warned in (
+        (["--scale", "1.2"], False),
+        (["--scale", "1.5"], True),
+        (["--scale", "1.5", "--corotated"], False),
+        (["--scale", "1"], False),
+    ):
         result = run("--nodes", bent, "--mesh", mesh, "-o", out, *words)
-        check(result.returncode == 0 and ("degrees" in result.stderr) == warned, "warning of exaggeration with %s: %s" % (words, result.stderr))
+        check(
+            result.returncode == 0 and ("degrees" in result.stderr) == warned,
+            "warning of exaggeration with %s: %s" % (words, result.stderr),
+        )
 
     # A ring of nine sides and four nodes, half of them beside it: the elastic surface hangs on them too loosely, the kernel takes over.
     rings = [(2 * i / 3, 3 * math.cos(2 * math.pi * j / 9), 0.5 * math.sin(2 * math.pi * j / 9)) for i in range(4) for j in range(9)]
-    tube = file("tube.obj", "".join("v %.17g %.17g %.17g\n" % v for v in rings) + "".join(
-        "f %d %d %d %d\n" % tuple(k + 1 for k in (9 * i + j, 9 * i + (j + 1) % 9, 9 * i + 9 + (j + 1) % 9, 9 * i + 9 + j)) for i in range(3) for j in range(9)))
-    few = file("few.csv", "x,y,z,ux,uy,uz,rx,ry,rz\n" + "".join(p + ",0.1,0.2,0.3,0,0,0\n" for p in ("0,3,0", "0.66666666666666663,3,0", "1.2,0.3,0.45", "2,0.2,0.45")))
+    tube = file(
+        "tube.obj",
+        "".join("v %.17g %.17g %.17g\n" % v for v in rings)
+        + "".join(
+            "f %d %d %d %d\n" % tuple(k + 1 for k in (9 * i + j, 9 * i + (j + 1) % 9, 9 * i + 9 + (j + 1) % 9, 9 * i + 9 + j))
+            for i in range(3)
+            for j in range(9)
+        ),
+    )
+    few = file(
+        "few.csv",
+        "x,y,z,ux,uy,uz,rx,ry,rz\n"
+        + "".join(p + ",0.1,0.2,0.3,0,0,0\n" for p in ("0,3,0", "0.66666666666666663,3,0", "1.2,0.3,0.45", "2,0.2,0.45")),
+    )
     result = run("--nodes", few, "--mesh", tube, "-o", second)
-    check(result.returncode == 0 and "kernel instead of elastic: its Lebesgue constant" in result.stderr and "kernel (4 nodes hold" in result.stdout, "loose elastic surface: " + result.stdout + result.stderr)
+    check(
+        result.returncode == 0
+        and "kernel instead of elastic: its Lebesgue constant" in result.stderr
+        and "kernel (4 nodes hold" in result.stdout,
+        "loose elastic surface: " + result.stdout + result.stderr,
+    )
     check(all(abs(a - b) < 1e-9 for w in read(second) for a, b in zip(w, (0.1, 0.2, 0.3))), "a translation stays one")
     result = run("--nodes", few, "--mesh", tube, "-o", second, "--scheme", "elastic")
     check(result.returncode == 0 and "Lebesgue constant" in result.stderr, "elastic where it is asked for: " + result.stderr)
@@ -127,15 +177,33 @@ with tempfile.TemporaryDirectory() as folder:
     wrong("empty", ["--nodes", file("empty.csv", ""), "--mesh", mesh], "header line")
     wrong("no header", ["--nodes", file("bare.csv", corners % "1"), "--mesh", mesh], "header line")
     wrong("missing column", ["--nodes", file("column.csv", "x,y,z,ux,uy\n0,0,0,0,0\n"), "--mesh", mesh], "'uz'")
-    wrong("millimetres", ["--nodes", file("mm.csv", "x,y,z,ux,uy,uz\n0,0,0,0,0,0\n1000,0,0,0,0,0\n0,1300,0,0,0,0\n1000,1300,0,0,0,1\n"), "--mesh", mesh], "units")
+    wrong(
+        "millimetres",
+        ["--nodes", file("mm.csv", "x,y,z,ux,uy,uz\n0,0,0,0,0,0\n1000,0,0,0,0,0\n0,1300,0,0,0,0\n1000,1300,0,0,0,1\n"), "--mesh", mesh],
+        "units",
+    )
     for factor in (10, 25.4, 100, 0.1, 0.01, 0.001):
-        other = "".join("%g,%g,0,0,0,%g\n" % (factor * i / 4, factor * 1.3 * j / 4, factor * 0.1 * i * j) for i in range(5) for j in range(5))
-        wrong("nodes %g times as large" % factor, ["--nodes", file("unit.csv", "x,y,z,ux,uy,uz\n" + other), "--mesh", mesh], "other units: times %.4g" % (1 / factor))
-    wrong("decimal commas between commas", ["--nodes", file("comma.csv", "x,y,z,ux,uy,uz\n" + "0,5,0,5,0,0,0,0,0,0,0,0\n"), "--mesh", mesh], "decimal comma")
+        other = "".join(
+            "%g,%g,0,0,0,%g\n" % (factor * i / 4, factor * 1.3 * j / 4, factor * 0.1 * i * j) for i in range(5) for j in range(5)
+        )
+        wrong(
+            "nodes %g times as large" % factor,
+            ["--nodes", file("unit.csv", "x,y,z,ux,uy,uz\n" + other), "--mesh", mesh],
+            "other units: times %.4g" % (1 / factor),
+        )
+    wrong(
+        "decimal commas between commas",
+        ["--nodes", file("comma.csv", "x,y,z,ux,uy,uz\n" + "0,5,0,5,0,0,0,0,0,0,0,0\n"), "--mesh", mesh],
+        "decimal comma",
+    )
     wrong("two units", ["--nodes", file("two.csv", "x [m],y [mm],z [m],ux,uy,uz\n0,0,0,0,0,0\n"), "--mesh", mesh], "one unit")
     wrong("two columns of a name", ["--nodes", file("twice.csv", "x,y,z,ux,uy,uz,u1\n0,0,0,0,0,0,0\n"), "--mesh", mesh], "twice")
     wrong("half the rotations", ["--nodes", file("half.csv", "x,y,z,ux,uy,uz,rx\n0,0,0,0,0,0,0\n"), "--mesh", mesh], "rx, ry, rz")
-    wrong("far away", ["--nodes", file("far.csv", "x,y,z,ux,uy,uz\n50,0,0,0,0,0\n51,0,0,0,0,0\n50,1,0,0,0,0\n"), "--mesh", mesh], "do not belong")
+    wrong(
+        "far away",
+        ["--nodes", file("far.csv", "x,y,z,ux,uy,uz\n50,0,0,0,0,0\n51,0,0,0,0,0\n50,1,0,0,0,0\n"), "--mesh", mesh],
+        "do not belong",
+    )
     wrong("no faces", ["--nodes", nodes, "--mesh", file("points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n")], "no face")
     wrong("no mesh", ["--nodes", nodes, "--mesh", os.path.join(folder, "missing.obj")], "no such")
     wrong("scheme", ["--nodes", nodes, "--mesh", mesh, "--scheme", "spline"], "kernel")

@@ -24,8 +24,23 @@ def row(report, effect, owner="pendulum"):
 def instructions(scene, folder):
     """Instructions of a whole run, by callgrind."""
     out = folder / "callgrind.out"
-    done = subprocess.run(["valgrind", "--tool=callgrind", f"--callgrind-out-file={out}", flexframe, "simulate", scene, "--csv", folder / "c.csv", "--no-error-estimate", "--no-effect-check"],
-                          capture_output=True, text=True, timeout=500)
+    done = subprocess.run(
+        [
+            "valgrind",
+            "--tool=callgrind",
+            f"--callgrind-out-file={out}",
+            flexframe,
+            "simulate",
+            scene,
+            "--csv",
+            folder / "c.csv",
+            "--no-error-estimate",
+            "--no-effect-check",
+        ],
+        capture_output=True,
+        text=True,
+        timeout=500,
+    )
     expect(done.returncode == 0, f"callgrind run failed: {done.stderr[-500:]}")
     return int(re.search(r"Collected : (\d+)", done.stderr).group(1))
 
@@ -37,11 +52,16 @@ with temporary_folder() as folder:
     report = json.loads(run("effects", examples / "pendulum.toml", "--json").stdout)
     for effect in ["axial", "bending_xy", "bending_xz", "torsion", "stiffening", "gyroscopic", "shear", "damping"]:
         r = row(report, effect)
-        expect(set(r["registry"]) == {"meaning", "equation", "matters", "estimate"} and all(r["registry"].values()), f"registry of {effect} is incomplete")
+        expect(
+            set(r["registry"]) == {"meaning", "equation", "matters", "estimate"} and all(r["registry"].values()),
+            f"registry of {effect} is incomplete",
+        )
     bending, stiffening = row(report, "bending_xy"), row(report, "stiffening")
     expect(bending["on"] and bending["decided_by"] == "scene" and bending["coordinates"] == 20, f"bending_xy: {bending}")
     expect(stiffening["on"] and stiffening["share"] > 0.3 and stiffening["column"].startswith("deflection"), f"stiffening: {stiffening}")
-    expect(not row(report, "bending_xz")["possible"] and row(report, "bending_xz")["share"] == 0, "a plane scene cannot bend out of its plane")
+    expect(
+        not row(report, "bending_xz")["possible"] and row(report, "bending_xz")["share"] == 0, "a plane scene cannot bend out of its plane"
+    )
     expect(row(report, "gravity", "scene")["on"], "gravity is not told")
     text = run("effects", "--list").stdout
     expect("stiffening" in text and "equation" in text, "no registry")
@@ -49,7 +69,9 @@ with temporary_folder() as folder:
     # Auto in a plane: bending in it only, by symmetry.
     automatic = pendulum.replace('effects = ["bending_xy", "stiffening"]', 'effects = "auto"')
     report = json.loads(run("effects", written(folder, "auto", automatic), "--json").stdout)
-    expect(row(report, "bending_xy")["on"] and row(report, "bending_xy")["decided_by"] == "symmetry", "bending_xy is not decided by symmetry")
+    expect(
+        row(report, "bending_xy")["on"] and row(report, "bending_xy")["decided_by"] == "symmetry", "bending_xy is not decided by symmetry"
+    )
     expect(not row(report, "torsion")["on"] and row(report, "torsion")["coordinates"] == 0, "torsion in the plane")
 
     # Left out and worth it: a warning that names the switch; an error with --strict, and no files.
@@ -59,7 +81,12 @@ with temporary_folder() as folder:
     expect(re.search(r"WARNING +stiffening of 'pendulum' .* add \"stiffening\" to 'effects'", text), f"no warning of stiffening: {text}")
     done = run("simulate", scene, "--csv", folder / "strict.csv", "--strict", code=1)
     expect("stiffening" in done.stderr and not (folder / "strict.csv").exists(), "--strict leaves a file or does not name the effect")
-    text = run("simulate", written(folder, "without", automatic.replace('effects = "auto"', 'effects = "auto"\nwithout = ["stiffening"]')), "--csv", folder / "w.csv").stdout
+    text = run(
+        "simulate",
+        written(folder, "without", automatic.replace('effects = "auto"', 'effects = "auto"\nwithout = ["stiffening"]')),
+        "--csv",
+        folder / "w.csv",
+    ).stdout
     expect("take \"stiffening\" out of 'without'" in text, f"no remedy for without: {text}")
 
     # What "auto" takes, against closed formulas, at equilibrium: nothing that is worth 1 % stays out without a warning.
@@ -67,8 +94,10 @@ with temporary_folder() as folder:
     G = E / (2 * (1 + nu))
 
     def beam(name, section, more="", length=L):
-        return (f'[[body]]\nname = "{name}"\nkind = "beam"\nlength = {length!r}\nsection = {section}\nmaterial = {{ density = 7800, youngs_modulus = {E} }}\n'
-                f'elements = 6\n{more}\n')
+        return (
+            f'[[body]]\nname = "{name}"\nkind = "beam"\nlength = {length!r}\nsection = {section}\nmaterial = {{ density = 7800,'
+            f" youngs_modulus = {E} }}\nelements = 6\n{more}\n"
+        )
 
     def joint(name, kind, parent, child, more=""):
         return f'[[joint]]\nname = "{name}"\nkind = "{kind}"\nparent = "{parent}"\nchild = "{child}"\n{more}\n'
@@ -100,9 +129,16 @@ with temporary_folder() as folder:
     # Two bars at 45 degrees, pinned: the apex sinks by F L / (2 E A sin^2).
     bar = '{ shape = "circle", diameter = 0.02 }'
     half = math.sqrt(0.5)
-    truss = (static + beam("a", bar) + beam("b", bar) + joint("pa", "revolute", "ground", "a", f"rotation = [0, 0, {-math.pi / 4}]")
-             + joint("pb", "revolute", "ground", "b", f"position = [{2 * half}, 0, 0]\nrotation = [0, 0, {-3 * math.pi / 4}]")
-             + joint("apex", "revolute", "a.tip", "b.tip", f"rotation = [0, 0, {-math.pi / 2}]") + force("a.tip", [0, -1, 0], 2e4) + output("apex", "a.tip", "position"))
+    truss = (
+        static
+        + beam("a", bar)
+        + beam("b", bar)
+        + joint("pa", "revolute", "ground", "a", f"rotation = [0, 0, {-math.pi / 4}]")
+        + joint("pb", "revolute", "ground", "b", f"position = [{2 * half}, 0, 0]\nrotation = [0, 0, {-3 * math.pi / 4}]")
+        + joint("apex", "revolute", "a.tip", "b.tip", f"rotation = [0, 0, {-math.pi / 2}]")
+        + force("a.tip", [0, -1, 0], 2e4)
+        + output("apex", "a.tip", "position")
+    )
     found, _ = held("truss", truss)
     sinks = 2e4 * L / (2 * E * math.pi * 0.02**2 / 4 * 0.5)
     near(-half - found["apex.y"], sinks, 5e-3 * sinks, "truss of two bars")
@@ -110,8 +146,15 @@ with temporary_folder() as folder:
     # A load beside the axis bends and twists: F L^3 / 3 E I + F L / k G A + F z^2 L / G J at the load.
     section = rectangle(0.02, 0.04)
     arm = '[[body]]\nname = "arm"\nkind = "rigid"\nmass = 0.05\ninertia = [1e-4, 1e-4, 1e-4]\nframes = { end = [0, 0, 0.15] }\n'
-    offset = (static + beam("b", section) + arm + joint("wall", "weld", "ground", "b") + joint("w", "weld", "b.tip", "arm") + force("arm.end", [0, -1, 0], 20)
-              + output("end", "arm.end", "position"))
+    offset = (
+        static
+        + beam("b", section)
+        + arm
+        + joint("wall", "weld", "ground", "b")
+        + joint("w", "weld", "b.tip", "arm")
+        + force("arm.end", [0, -1, 0], 20)
+        + output("end", "arm.end", "position")
+    )
     found, _ = held("offset", offset)
     J = 0.02**3 * 0.04 * 0.229  # Roark: 0.229 for sides as 2 to 1
     sag = 20 * (L**3 / (3 * E * 0.02 * 0.04**3 / 12) + L / (5 / 6 * G * 0.02 * 0.04) + 0.15**2 * L / (G * J))
@@ -121,7 +164,13 @@ with temporary_folder() as folder:
     for slender in [3, 5, 10, 15]:
         h = L / slender
         load = 1e6 / slender**3
-        console = static + beam("b", rectangle(h / 2, h)) + joint("wall", "weld", "ground", "b") + force("b.tip", [0, -1, 0], load) + output("tip", "b.tip", "displacement")
+        console = (
+            static
+            + beam("b", rectangle(h / 2, h))
+            + joint("wall", "weld", "ground", "b")
+            + force("b.tip", [0, -1, 0], load)
+            + output("tip", "b.tip", "displacement")
+        )
         found, _ = held(f"console_{slender}", console)
         sag = load * (L**3 / (3 * E * h / 2 * h**3 / 12) + L / (5 / 6 * G * h * h / 2))
         near(-found["tip.y"], sag, 4e-3 * sag, f"console, length / height {slender}")
@@ -137,11 +186,24 @@ with temporary_folder() as folder:
                 near(-found["tip.y"], sag, 1e-2 * sag, f"advice for {model}")
 
     # Advice, followed literally, ends the warning; "auto" may stand in a list.
-    _, text = held("alone", static + rod.replace("elements = 6", 'elements = 6\neffects = ["bending_xy"]') + force("rod.tip", [1, 0, 0], 1e4) + output("tip", "rod.tip", "displacement"), code=1)
+    _, text = held(
+        "alone",
+        static
+        + rod.replace("elements = 6", 'elements = 6\neffects = ["bending_xy"]')
+        + force("rod.tip", [1, 0, 0], 1e4)
+        + output("tip", "rod.tip", "displacement"),
+        code=1,
+    )
     advice = re.search(r"axial of 'rod' is left out .*: (effects = \[.*\])", text)
     expect(advice, f"no advice for axial: {text}")
     for words in [advice[1] if advice else "", 'effects = ["auto", "axial"]']:
-        found, _ = held("advised", static + rod.replace("elements = 6", "elements = 6\n" + words) + force("rod.tip", [1, 0, 0], 1e4) + output("tip", "rod.tip", "displacement"))
+        found, _ = held(
+            "advised",
+            static
+            + rod.replace("elements = 6", "elements = 6\n" + words)
+            + force("rod.tip", [1, 0, 0], 1e4)
+            + output("tip", "rod.tip", "displacement"),
+        )
         near(found["tip.x"], 1e4 * L / (E * A), 1e-3 * 1e4 * L / (E * A), words)
 
     # Words.
@@ -150,8 +212,8 @@ with temporary_folder() as folder:
     done = run("check", written(folder, "both", pendulum.replace('boundary = "clamped-free"', 'without = ["stiffening"]')), code=2)
     expect("'effects' lists" in done.stderr, f"on and off: {done.stderr}")
 
-    # What is off costs nothing: left out of "auto" by hand against a scene that never had it. Valgrind cannot run a program with sanitizers in it, whose
-    # instructions are not those of the scene either.
+    # What is off costs nothing: left out of "auto" by hand against a scene that never had it. Valgrind cannot run a program with
+    # sanitizers in it, whose instructions are not those of the scene either.
     valgrind = shutil.which("valgrind")
     expect(valgrind, "valgrind is missing (tests/packages.txt)")
     if b"__asan_init" in pathlib.Path(flexframe).read_bytes():

@@ -11,12 +11,17 @@ from program import examples, expect, finish, history, near, run, temporary_fold
 def read_glb(path):
     data = path.read_bytes()
     magic, version, length, json_length, kind = struct.unpack_from("<5I", data)
-    expect(magic == 0x46546C67 and version == 2 and length == len(data) and kind == 0x4E4F534A and json_length % 4 == 0, "the GLB header is wrong")
-    document = json.loads(data[20:20 + json_length])
+    expect(
+        magic == 0x46546C67 and version == 2 and length == len(data) and kind == 0x4E4F534A and json_length % 4 == 0,
+        "the GLB header is wrong",
+    )
+    document = json.loads(data[20 : 20 + json_length])
     at = 20 + json_length
     size, kind = struct.unpack_from("<2I", data, at)
-    expect(kind == 0x004E4942 and at + 8 + size == len(data) and document["buffers"][0]["byteLength"] <= size, "the GLB data chunk is wrong")
-    return document, data[at + 8:]
+    expect(
+        kind == 0x004E4942 and at + 8 + size == len(data) and document["buffers"][0]["byteLength"] <= size, "the GLB data chunk is wrong"
+    )
+    return document, data[at + 8 :]
 
 
 def array(document, data, index):
@@ -27,7 +32,7 @@ def array(document, data, index):
     code = {5126: "f", 5125: "I"}[a["componentType"]]
     expect(view["byteLength"] == 4 * n * a["count"] and view["byteOffset"] % 4 == 0, f"accessor {index} does not fit its view")
     flat = struct.unpack_from(f"<{n * a['count']}{code}", data, view["byteOffset"])
-    return list(flat) if n == 1 else [flat[i:i + n] for i in range(0, len(flat), n)]
+    return list(flat) if n == 1 else [flat[i : i + n] for i in range(0, len(flat), n)]
 
 
 def turn(q, v):
@@ -46,11 +51,14 @@ def read_vtp(path):
     out = {}
     for a in tree.iter("DataArray"):
         at = raw + int(a.get("offset"))
-        size, = struct.unpack_from("<Q", data, at)
+        (size,) = struct.unpack_from("<Q", data, at)
         code = codes[a.get("type")]
         out[a.get("Name")] = struct.unpack_from(f"<{size // struct.calcsize(code)}{code}", data, at + 8)
     piece = next(tree.iter("Piece"))
-    expect(len(out["Points"]) == 3 * int(piece.get("NumberOfPoints")) and len(out["offsets"]) == int(piece.get("NumberOfPolys")), f"{path.name}: counts do not agree")
+    expect(
+        len(out["Points"]) == 3 * int(piece.get("NumberOfPoints")) and len(out["offsets"]) == int(piece.get("NumberOfPolys")),
+        f"{path.name}: counts do not agree",
+    )
     return out
 
 
@@ -68,12 +76,12 @@ with temporary_folder() as folder:
     t, file = series[len(series) // 2]
     surface = read_vtp(file)
     i = min(range(len(h["t"])), key=lambda k: abs(h["t"][k] - t))
-    points = [surface["Points"][k:k + 3] for k in range(0, len(surface["Points"]), 3)]
+    points = [surface["Points"][k : k + 3] for k in range(0, len(surface["Points"]), 3)]
     expect(max(surface["connectivity"]) < len(points) and min(surface["connectivity"]) >= 0, "a triangle has no points")
     # The tip's section lies around the tip: half of 0.2 m to either side, 4.5 mm up and down.
     tip = [h["tip.x"][i], h["tip.y"][i], 0.0]
     near(min(math.dist(p, tip) for p in points), 0.1, 0.01, "distance of the tip's corner from the tip")
-    largest = max(math.dist((0, 0, 0), surface["displacement"][k:k + 3]) for k in range(0, len(surface["displacement"]), 3))
+    largest = max(math.dist((0, 0, 0), surface["displacement"][k : k + 3]) for k in range(0, len(surface["displacement"]), 3))
     expect(1e-4 < largest < 0.02, f"displacement {largest}")
 
     # glTF: the surface at that time is the VTK one, within single precision and what the morph targets leave out.
@@ -91,7 +99,7 @@ with temporary_folder() as folder:
     times = array(document, data, tracks["weights"]["input"])
     expect(len(times) == len(series) and times[0] == 0 and all(b > a for a, b in zip(times, times[1:])), "times do not rise")
     k, n = len(series) // 2, len(primitive["targets"])
-    weights = array(document, data, tracks["weights"]["output"])[k * n:(k + 1) * n]
+    weights = array(document, data, tracks["weights"]["output"])[k * n : (k + 1) * n]
     moved = [list(p) for p in positions]
     for w, target in zip(weights, primitive["targets"]):
         for p, d in zip(moved, array(document, data, target["POSITION"])):

@@ -33,8 +33,11 @@ with temporary_folder() as folder:
     duration = time.monotonic() - start
     whole = {p.name: p.read_bytes() for p in (folder / "whole/frames").iterdir()}
     for moment in (share * duration for share in (0.1, 0.3, 0.5, 0.7, 0.9)):
-        process = subprocess.Popen([flexframe, "run", str(examples / "pendulum.toml"), "-o", str(folder / "k"), "--resume", *small],
-                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        process = subprocess.Popen(
+            [flexframe, "run", str(examples / "pendulum.toml"), "-o", str(folder / "k"), "--resume", *small],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
         time.sleep(moment)
         process.send_signal(signal.SIGKILL)
         process.wait()
@@ -47,7 +50,12 @@ with temporary_folder() as folder:
     expect((folder / "k/histories.csv").read_bytes() == (folder / "whole/histories.csv").read_bytes(), "histories differ")
 
     # Ctrl-C as soon as there is a picture: exit 130, whole pictures, no temporary files.
-    process = subprocess.Popen([flexframe, "run", str(examples / "pendulum.toml"), "-o", str(folder / "c"), *small], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        [flexframe, "run", str(examples / "pendulum.toml"), "-o", str(folder / "c"), *small],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
     while process.poll() is None and not any((folder / "c").glob("frames/*.png")):
         time.sleep(0.005)
     process.send_signal(signal.SIGINT)
@@ -68,14 +76,23 @@ with temporary_folder() as folder:
 
     # A disk that is full after so many bytes in a file: the results or the pictures do not fit.
     for limit in (2000, 30000):
+
         def lower(limit=limit):
             signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
             resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
 
         out = folder / f"full{limit}"
-        process = subprocess.run([flexframe, "run", str(examples / "pendulum.toml"), "-o", str(out), "--no-video"], capture_output=True, text=True,
-                                 preexec_fn=lower, restore_signals=False)
-        expect(process.returncode == 1 and process.stderr.splitlines()[-1].startswith("flexframe: "), f"full at {limit}: exit {process.returncode}: {process.stderr}")
+        process = subprocess.run(
+            [flexframe, "run", str(examples / "pendulum.toml"), "-o", str(out), "--no-video"],
+            capture_output=True,
+            text=True,
+            preexec_fn=lower,
+            restore_signals=False,
+        )
+        expect(
+            process.returncode == 1 and process.stderr.splitlines()[-1].startswith("flexframe: "),
+            f"full at {limit}: exit {process.returncode}: {process.stderr}",
+        )
         left = [p for p in out.rglob("*") if p.is_file()] if out.exists() else []
         for path in left:
             expect(path.suffix != ".png" or is_whole_png(path.read_bytes()), f"full disk: {path.name} is not whole")

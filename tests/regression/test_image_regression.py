@@ -1,4 +1,5 @@
-"""Image regression as a user has it: the CMake function in a project of its own, baselines made, kept, missed and changed, and `compare` itself."""
+"""Image regression as a user has it: the CMake function in a project of its own, baselines made, kept, missed and changed, and `compare`
+itself."""
 import json
 import os
 import pathlib
@@ -41,7 +42,12 @@ def ctest(folder, good, reason=None):
     environment.pop("FLEXFRAME_UPDATE", None)
     if reason:
         environment["FLEXFRAME_UPDATE"] = reason
-    done = subprocess.run(["ctest", "--test-dir", str(folder / "build"), "--output-on-failure", "-L", "pictures"], capture_output=True, text=True, env=environment)
+    done = subprocess.run(
+        ["ctest", "--test-dir", str(folder / "build"), "--output-on-failure", "-L", "pictures"],
+        capture_output=True,
+        text=True,
+        env=environment,
+    )
     expect((done.returncode == 0) == good, f"ctest ended with {done.returncode}: {done.stdout[-1500:]}{done.stderr[-500:]}")
     return done.stdout
 
@@ -51,14 +57,29 @@ with temporary_folder() as folder:
     scene, out, baseline = folder / "swing.toml", folder / "build/image-tests/swing", folder / "baselines/swing"
     scene.write_text(scene_text)
     (folder / "CMakeLists.txt").write_text(project_text % source.resolve())
-    done = subprocess.run(["cmake", "-G", "Ninja", "-S", str(folder), "-B", str(folder / "build"), f"-DFLEXFRAME_PROGRAM={pathlib.Path(flexframe).resolve()}"], capture_output=True, text=True)
+    done = subprocess.run(
+        [
+            "cmake",
+            "-G",
+            "Ninja",
+            "-S",
+            str(folder),
+            "-B",
+            str(folder / "build"),
+            f"-DFLEXFRAME_PROGRAM={pathlib.Path(flexframe).resolve()}",
+        ],
+        capture_output=True,
+        text=True,
+    )
     expect(done.returncode == 0, f"the user's project cannot be configured: {done.stderr}")
 
     # No baseline: fails, the pictures are kept; with a reason they become the baseline; then it passes.
     told = ctest(folder, good=False)
     expect("there is no baseline" in told and len(list((out / "frames").glob("*.png"))) == 3, f"missing baseline: {told[-800:]}")
     ctest(folder, good=True, reason="first pictures")
-    expect(len(list(baseline.glob("*.png"))) == 3 and "first pictures" in (baseline / "CHANGES.md").read_text(), "the baseline was not made")
+    expect(
+        len(list(baseline.glob("*.png"))) == 3 and "first pictures" in (baseline / "CHANGES.md").read_text(), "the baseline was not made"
+    )
     ctest(folder, good=True)
 
     # One picture of the baseline gone, or one too many: fails.
@@ -84,11 +105,25 @@ with temporary_folder() as folder:
     # compare: exit codes, measures, files and folders.
     a, b = baseline / "frame_00000.png", baseline / "frame_00002.png"
     report = json.loads(run("compare", a, b, "--json", code=1).stdout)["pictures"][0]
-    expect(report["result"] == "differs" and report["largest"] > 2 and 0 < report["ssim"] < 1 and report["flip"] > 0 and report["share_over"] > 5e-5, f"measures: {report}")
+    expect(
+        report["result"] == "differs"
+        and report["largest"] > 2
+        and 0 < report["ssim"] < 1
+        and report["flip"] > 0
+        and report["share_over"] > 5e-5,
+        f"measures: {report}",
+    )
     report = json.loads(run("compare", a, a, "--json").stdout)["pictures"][0]
     expect(report["result"] == "equal" and report["ssim"] == 1 and report["flip"] == 0, f"equal pictures: {report}")
     (folder / "text.png").write_text("no picture")
-    for words in [(a, folder / "text.png"), (folder / "text.png", a), (a, baseline), (a, folder / "none.png"), (a,), (a, b, "--update", "  ")]:
+    for words in [
+        (a, folder / "text.png"),
+        (folder / "text.png", a),
+        (a, baseline),
+        (a, folder / "none.png"),
+        (a,),
+        (a, b, "--update", "  "),
+    ]:
         run("compare", *words, code=2)
     (folder / "empty").mkdir()
     run("compare", folder / "empty", folder / "empty", code=2)

@@ -77,15 +77,24 @@ with temporary_folder() as folder:
     scene.write_text('title = "../../../title"\n' + (scene_text % ("rod", "rod")).replace('"angle"', '"out angle"'))
     run("run", scene, "-o", out, "--size", "64x64")
     fresh = listing(folder) - before
-    expect(fresh and all(p == "out" or p.startswith("out/") for p in fresh), f"written beside the output folder: {[p for p in fresh if not p.startswith('out')]}")
+    expect(
+        fresh and all(p == "out" or p.startswith("out/") for p in fresh),
+        f"written beside the output folder: {[p for p in fresh if not p.startswith('out')]}",
+    )
     expect(victim.read_text() == "kept" and not any(p.is_symlink() for p in out.rglob("*")), "a link in the output folder was followed")
     shutil.rmtree(folder / "out")
 
     # Folders that cannot be written; the superuser writes everywhere but in /proc.
     locked = pathlib.Path("/proc") if os.geteuid() == 0 else folder / "locked"
     locked.mkdir(mode=0o555, exist_ok=True)
-    for words in [("simulate", scene, "-o", locked / "r.h5"), ("export", results, "--to", "csv", "-o", locked / "r.csv"), ("render", results, "-o", locked / "out"),
-                  ("run", scene, "-o", locked / "out"), ("study", scene, "-o", locked / "out"), ("export", results, "--to", "gltf", "-o", locked / "r.glb")]:
+    for words in [
+        ("simulate", scene, "-o", locked / "r.h5"),
+        ("export", results, "--to", "csv", "-o", locked / "r.csv"),
+        ("render", results, "-o", locked / "out"),
+        ("run", scene, "-o", locked / "out"),
+        ("study", scene, "-o", locked / "out"),
+        ("export", results, "--to", "gltf", "-o", locked / "r.glb"),
+    ]:
         done = run(*words, code=1)
         expect(str(locked) in done.stderr, f"{words[0]} into a read-only folder: {done.stderr}")
 finish()

@@ -1,4 +1,5 @@
-"""kill -9 at random moments of run, simulate, render, reduce, export and study: whole files or none, and the next try gives the bits of an undisturbed run.
+"""kill -9 at random moments of run, simulate, render, reduce, export and study: whole files or none, and the next try gives the bits of
+an undisturbed run.
 
 FLEXFRAME_KILLS sets the number of kills a command (3; the nightly run 100), FLEXFRAME_SEED the moments.
 """
@@ -24,12 +25,17 @@ def bar_model(path):
     nx, ny, nz = 12, 4, 4
     number = lambda i, j, k: 1 + i + (nx + 1) * (j + (ny + 1) * k)
     lines = ["*NODE"]
-    lines += [f"{number(i, j, k)}, {i * 0.025}, {j * 0.01}, {k * 0.01}" for k in range(nz + 1) for j in range(ny + 1) for i in range(nx + 1)]
+    lines += [
+        f"{number(i, j, k)}, {i * 0.025}, {j * 0.01}, {k * 0.01}" for k in range(nz + 1) for j in range(ny + 1) for i in range(nx + 1)
+    ]
     lines.append("*ELEMENT, TYPE=C3D8, ELSET=ALL")
     for k in range(nz):
         for j in range(ny):
             for i in range(nx):
-                corners = [number(i + a, j + b, k + c) for a, b, c in ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))]
+                corners = [
+                    number(i + a, j + b, k + c)
+                    for a, b, c in ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
+                ]
                 lines.append(f"{1 + i + nx * (j + ny * k)}, " + ", ".join(map(str, corners)))
     lines += ["*MATERIAL, NAME=STEEL", "*ELASTIC", "2.1e11, 0.3", "*DENSITY", "7800.", "*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL"]
     path.write_text("\n".join(lines) + "\n")
@@ -40,7 +46,13 @@ def files_below(folder):
 
 
 def killed(words, duration):
-    process = subprocess.Popen([flexframe, *map(str, words)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, stdin=subprocess.DEVNULL, start_new_session=True)
+    process = subprocess.Popen(
+        [flexframe, *map(str, words)],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        stdin=subprocess.DEVNULL,
+        start_new_session=True,
+    )
     time.sleep(chance.uniform(0.0, 1.1 * duration))
     ended = process.poll() is not None
     process.send_signal(signal.SIGKILL)
@@ -59,7 +71,8 @@ def killed(words, duration):
 
 
 def disturb(name, words_of, resume, folder, same, told=lambda path, data: data):
-    """words_of(out): the command's words. Kills it again and again in one folder, then lets it finish. `told`: what of a file has to be the same."""
+    """words_of(out): the command's words. Kills it again and again in one folder, then lets it finish. `told`: what of a file has to be
+    the same."""
     whole, out = folder / f"{name}_whole", folder / f"{name}_killed"
     whole.mkdir()
     out.mkdir()
@@ -77,7 +90,10 @@ def disturb(name, words_of, resume, folder, same, told=lambda path, data: data):
                 continue
             expect(path in wanted, f"{name}: {path} is left by a killed run")
             if same(path):
-                expect(path in wanted and told(path, data) == told(path, wanted[path]), f"{name}: {path} of a killed run is not that of an undisturbed one")
+                expect(
+                    path in wanted and told(path, data) == told(path, wanted[path]),
+                    f"{name}: {path} of a killed run is not that of an undisturbed one",
+                )
         # With everything there the next try would have nothing to do that a kill could disturb.
         if late:
             shutil.rmtree(out)
@@ -108,8 +124,28 @@ with temporary_folder() as folder:
     # A study holds the CPU seconds of its runs; their histories and errors are the same bit for bit.
     scene.write_text(scene.read_text().replace("duration = 1.2", "duration = 0.2"))
     run("simulate", scene, "--csv", folder / "reference.csv", "--tolerance", "1e-8", "--no-error-estimate")
-    disturb("study", lambda out: ["study", scene, "-o", out, "--axes", "tolerance", "--repeats", "1", "--longest", "60", "--reference", folder / "reference.csv"], ["--resume"], folder,
-            lambda path: path == "study.json" or path.startswith("runs/") and path.endswith(".csv"),
-            lambda path, data: [(p["axis"], p["setting"], p["error"], p["axis_error"]) for p in json.loads(data)["points"]] if path == "study.json" else data)
+    disturb(
+        "study",
+        lambda out: [
+            "study",
+            scene,
+            "-o",
+            out,
+            "--axes",
+            "tolerance",
+            "--repeats",
+            "1",
+            "--longest",
+            "60",
+            "--reference",
+            folder / "reference.csv",
+        ],
+        ["--resume"],
+        folder,
+        lambda path: path == "study.json" or path.startswith("runs/") and path.endswith(".csv"),
+        lambda path, data: [(p["axis"], p["setting"], p["error"], p["axis_error"]) for p in json.loads(data)["points"]]
+        if path == "study.json"
+        else data,
+    )
     disturb("export", lambda out: ["export", folder / "r.h5", "--to", "vtk", "-o", out], [], folder, lambda path: True)
 finish()

@@ -27,7 +27,15 @@ with temporary_folder() as folder:
     summary = json.loads(run("simulate", examples / "slider_crank.toml", "-o", folder / "s.h5", "--csv", folder / "s.csv", "--json").stdout)
     h = history(folder / "s.csv")
     near(at(h, "slider.x", 0.0), 0.456, 1e-12, "slider at 0")
-    for t, x in [(0.2, 0.4552350), (0.4, 0.4327325), (0.6, 0.3536366), (0.7, 0.2974842), (1.0, 0.1619844), (1.2, 0.1655611), (1.6, 0.3673853)]:
+    for t, x in [
+        (0.2, 0.4552350),
+        (0.4, 0.4327325),
+        (0.6, 0.3536366),
+        (0.7, 0.2974842),
+        (1.0, 0.1619844),
+        (1.2, 0.1655611),
+        (1.6, 0.3673853),
+    ]:
         near(at(h, "slider.x", t), x, 1e-4, f"slider.x at {t}")
     near(at(h, "rod_middle.y", 0.7), 1.055e-3, 5e-5, "rod middle at 0.7")
     near(at(h, "rod_middle.y", 1.2), -1.135e-3, 5e-5, "rod middle at 1.2")

@@ -1,5 +1,5 @@
-"""Meshes as real files bring them, through flexframe deform: whatever the file looks like, each vertex gets the displacement of its place, a line a vertex in the
-file's order. --large: a mesh of a million vertices (nightly)."""
+"""Meshes as real files bring them, through flexframe deform: whatever the file looks like, each vertex gets the displacement of its
+place, a line a vertex in the file's order. --large: a mesh of a million vertices (nightly)."""
 import base64
 import json
 import math
@@ -65,18 +65,46 @@ with temporary_folder() as name:
     check("negative indices", "mesh.obj", vertices() + faces(quads, lambda i: str(i - count)))
     check("faces before vertices", "mesh.obj", faces(quads) + vertices())
     check("triangles", "mesh.obj", vertices() + faces(triangles))
-    rim = [*range(nx + 1), *((nx + 1) * j + nx for j in range(1, ny + 1)), *(count - 2 - i for i in range(nx)), *((nx + 1) * j for j in range(ny - 1, 0, -1))]
+    rim = [
+        *range(nx + 1),
+        *((nx + 1) * j + nx for j in range(1, ny + 1)),
+        *(count - 2 - i for i in range(nx)),
+        *((nx + 1) * j for j in range(ny - 1, 0, -1)),
+    ]
     inner = [i for i in range(count) if i not in set(rim)]
     check("one polygon of all the rim, the other vertices in no face", "mesh.obj", vertices() + faces([rim]))
-    comb = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.3, 0.0), (0.8, 1.3, 0.0), (0.8, 0.2, 0.0), (0.6, 0.2, 0.0), (0.6, 1.3, 0.0), (0.0, 1.3, 0.0)]
+    comb = [
+        (0.0, 0.0, 0.0),
+        (1.0, 0.0, 0.0),
+        (1.0, 1.3, 0.0),
+        (0.8, 1.3, 0.0),
+        (0.8, 0.2, 0.0),
+        (0.6, 0.2, 0.0),
+        (0.6, 1.3, 0.0),
+        (0.0, 1.3, 0.0),
+    ]
     check("a polygon that is not convex", "mesh.obj", vertices(comb) + faces([range(len(comb))]), comb)
-    groups = "mtllib none.mtl\no plate\ng left\nusemtl red\ns 1\n" + vertices() + faces(quads[::2]) + "g right upper\nusemtl blue\ns off\n" + faces(quads[1::2])
+    groups = (
+        "mtllib none.mtl\no plate\ng left\nusemtl red\ns 1\n"
+        + vertices()
+        + faces(quads[::2])
+        + "g right upper\nusemtl blue\ns off\n"
+        + faces(quads[1::2])
+    )
     check("groups and objects, materials whose library is missing", "mesh.obj", groups)
     (folder / "two.mtl").write_text("newmtl red\nKd 0.8 0.1 0.1\nnewmtl blue\nKd 0.1 0.1 0.8\nNs 50\nd 0.5\n")
     check("several materials", "mesh.obj", groups.replace("none.mtl", "two.mtl"))
-    check("normals and texture coordinates", "mesh.obj", vertices() + "vn 0 0 1\nvt 0 0\nvt 1 1\n" + faces(quads, lambda i: f"{i + 1}/{1 + i % 2}/1"))
+    check(
+        "normals and texture coordinates",
+        "mesh.obj",
+        vertices() + "vn 0 0 1\nvt 0 0\nvt 1 1\n" + faces(quads, lambda i: f"{i + 1}/{1 + i % 2}/1"),
+    )
     check("normals without texture coordinates", "mesh.obj", vertices() + "vn 0 0 1\n" + faces(quads, lambda i: f"{i + 1}//1"))
-    check("some corners without normals", "mesh.obj", vertices() + "vn 0 0 1\n" + faces(quads[::2], lambda i: f"{i + 1}//1") + faces(quads[1::2]))
+    check(
+        "some corners without normals",
+        "mesh.obj",
+        vertices() + "vn 0 0 1\n" + faces(quads[::2], lambda i: f"{i + 1}//1") + faces(quads[1::2]),
+    )
     check("CRLF", "mesh.obj", plain.replace("\n", "\r\n"))
     check("bare carriage returns", "mesh.obj", plain.replace("\n", "\r"))
     check("comments, blanks and tabs", "mesh.obj", "# plate\n\n   \n" + plain.replace("v ", "\tv\t ").replace("\n", " # here\n# there\n"))
@@ -95,20 +123,54 @@ with temporary_folder() as name:
     # Other formats, by their own order of vertices.
     soup = [points[i] for t in triangles for i in t]
     facet = "facet normal 0 0 1\nouter loop\n{}endloop\nendfacet\n"
-    check("STL, text", "mesh.stl", "solid plate\n" + "".join(facet.format("".join("vertex %.9g %.9g %.9g\n" % points[i] for i in t)) for t in triangles) + "endsolid plate\n", soup, tolerance=1e-7)
-    check("STL, binary", "mesh.stl", b"binary".ljust(80) + struct.pack("<I", len(triangles)) + b"".join(struct.pack("<12fH", 0, 0, 1, *(c for i in t for c in points[i]), 0) for t in triangles), soup, tolerance=1e-7)
-    head = f"ply\nformat ascii 1.0\nelement vertex {count}\nproperty float x\nproperty float y\nproperty float z\nelement face {len(quads)}\nproperty list uchar int vertex_indices\nend_header\n"
-    check("PLY", "mesh.ply", head + "".join("%.9g %.9g %.9g\n" % p for p in points) + "".join("4 %d %d %d %d\n" % q for q in quads), tolerance=1e-7)
+    check(
+        "STL, text",
+        "mesh.stl",
+        "solid plate\n"
+        + "".join(facet.format("".join("vertex %.9g %.9g %.9g\n" % points[i] for i in t)) for t in triangles)
+        + "endsolid plate\n",
+        soup,
+        tolerance=1e-7,
+    )
+    check(
+        "STL, binary",
+        "mesh.stl",
+        b"binary".ljust(80)
+        + struct.pack("<I", len(triangles))
+        + b"".join(struct.pack("<12fH", 0, 0, 1, *(c for i in t for c in points[i]), 0) for t in triangles),
+        soup,
+        tolerance=1e-7,
+    )
+    head = (
+        f"ply\nformat ascii 1.0\nelement vertex {count}\nproperty float x\nproperty float y\nproperty float z\nelement face"
+        f" {len(quads)}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    check(
+        "PLY",
+        "mesh.ply",
+        head + "".join("%.9g %.9g %.9g\n" % p for p in points) + "".join("4 %d %d %d %d\n" % q for q in quads),
+        tolerance=1e-7,
+    )
     data = b"".join(struct.pack("<3f", *p) for p in points) + b"".join(struct.pack("<3H", *t) for t in triangles)
-    gltf = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
-            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
-            "buffers": [{"byteLength": len(data), "uri": "data:application/octet-stream;base64," + base64.b64encode(data).decode()}],
-            "bufferViews": [{"buffer": 0, "byteLength": 12 * count}, {"buffer": 0, "byteOffset": 12 * count, "byteLength": 6 * len(triangles)}],
-            "accessors": [{"bufferView": 0, "componentType": 5126, "count": count, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1.3, 0]},
-                          {"bufferView": 1, "componentType": 5123, "count": 3 * len(triangles), "type": "SCALAR"}]}
+    gltf = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "buffers": [{"byteLength": len(data), "uri": "data:application/octet-stream;base64," + base64.b64encode(data).decode()}],
+        "bufferViews": [{"buffer": 0, "byteLength": 12 * count}, {"buffer": 0, "byteOffset": 12 * count, "byteLength": 6 * len(triangles)}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": count, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1.3, 0]},
+            {"bufferView": 1, "componentType": 5123, "count": 3 * len(triangles), "type": "SCALAR"},
+        ],
+    }
     check("glTF", "mesh.gltf", json.dumps(gltf), tolerance=1e-7)
     # A part that its scene turns and moves: x and y change places.
-    gltf["nodes"] = [{"children": [1], "translation": [0, 1.3, 0]}, {"mesh": 0, "rotation": [0, 0, -(0.5 ** 0.5), 0.5 ** 0.5], "scale": [1, 1 / 1.3, 1]}]
+    gltf["nodes"] = [
+        {"children": [1], "translation": [0, 1.3, 0]},
+        {"mesh": 0, "rotation": [0, 0, -(0.5**0.5), 0.5**0.5], "scale": [1, 1 / 1.3, 1]},
+    ]
     check("glTF with a scene of nodes", "mesh.gltf", json.dumps(gltf), [(y / 1.3, 1.3 - x, z) for x, y, z in points], tolerance=1e-6)
 
     # What no file may do.
@@ -122,8 +184,12 @@ with temporary_folder() as name:
     refused("a negative index beyond the start", "bad.obj", vertices() + "f -1 -2 -9999\n", "-9999")
     refused("an index of zero", "bad.obj", vertices() + "f 0 1 2\n", "start at 1")
     refused("a coordinate that is none", "bad.obj", "v 0 0 zero\n" + plain, "bad.obj:1: coordinate 'zero'")
-    refused("a coordinate beyond what can be drawn", "bad.obj", "v 0 0 1e308\n" + plain, "bad.obj:1: vertex (0, 0, 1e+308) lies beyond 1e+15")
-    refused("a weight that throws a vertex away", "bad.obj", "v 1e9 0 0 1e-9\n" + plain, "bad.obj:1: vertex (1e+18, 0, 0) lies beyond 1e+15")
+    refused(
+        "a coordinate beyond what can be drawn", "bad.obj", "v 0 0 1e308\n" + plain, "bad.obj:1: vertex (0, 0, 1e+308) lies beyond 1e+15"
+    )
+    refused(
+        "a weight that throws a vertex away", "bad.obj", "v 1e9 0 0 1e-9\n" + plain, "bad.obj:1: vertex (1e+18, 0, 0) lies beyond 1e+15"
+    )
     refused("a coordinate that is not finite", "bad.obj", "v 0 0 nan\n" + plain, "bad.obj:1")
     refused("two coordinates", "bad.obj", "v 0 0\n" + plain, "bad.obj:1")
     refused("no faces", "bad.obj", vertices(), "no face")

@@ -18,7 +18,10 @@ with temporary_folder() as folder:
     expect(count == 385 and len(whole) == count, f"{len(whole)} of {count} pictures, wanted 385")
     for name in ("results.h5", "histories.csv", "slider_crank.mp4"):
         expect((folder / "a" / name).stat().st_size > 1000, f"{name} is missing or empty")
-    expect(set(p.name for p in (folder / "a").iterdir()) == {"results.h5", "histories.csv", "slider_crank.mp4", "frames"}, "something else was written")
+    expect(
+        set(p.name for p in (folder / "a").iterdir()) == {"results.h5", "histories.csv", "slider_crank.mp4", "frames"},
+        "something else was written",
+    )
     expect(len(set(whole.values())) > 0.95 * count, "pictures repeat: does anything move?")
     for stage in ("deformation", "drawing", "encoding"):
         expect(report["drawing"]["cpu_seconds"][stage] > 0, f"no CPU seconds of {stage}")
@@ -26,10 +29,31 @@ with temporary_folder() as folder:
     # The same results, drawn by parts (shards, workers and kills: test_bits.py).
     results = folder / "a/results.h5"
     run("render", results, "-o", folder / "b", "--size", "160x90", "--frames", "46:60", "--no-video")
-    done = json.loads(run("render", results, "-o", folder / "b", "--size", "160x90", "--frames", "50:70", "--resume", "--no-video", "--json").stdout)
+    done = json.loads(
+        run("render", results, "-o", folder / "b", "--size", "160x90", "--frames", "50:70", "--resume", "--no-video", "--json").stdout
+    )
     expect((done["kept"], done["drawn"]) == (10, 10), f"resume kept {done['kept']} and drew {done['drawn']}, wanted 10 and 10")
-    expect(frames(folder / "b") == {n: d for n, d in whole.items() if "frame_00046.png" <= n < "frame_00070.png"}, "resumed pictures are not the same")
-    done = json.loads(run("render", results, "-o", folder / "b", "--size", "160x90", "--scales", "1,30", "--frames", "50:52", "--resume", "--no-video", "--json").stdout)
+    expect(
+        frames(folder / "b") == {n: d for n, d in whole.items() if "frame_00046.png" <= n < "frame_00070.png"},
+        "resumed pictures are not the same",
+    )
+    done = json.loads(
+        run(
+            "render",
+            results,
+            "-o",
+            folder / "b",
+            "--size",
+            "160x90",
+            "--scales",
+            "1,30",
+            "--frames",
+            "50:52",
+            "--resume",
+            "--no-video",
+            "--json",
+        ).stdout
+    )
     expect(done["drawn"] == 2, "pictures of other settings were kept")
     run("render", results, "-o", folder / "b", "--frames", "9999:", code=2)
 finish()

@@ -23,7 +23,11 @@ def largest_error(found, wanted):
 
 with temporary_folder() as folder:
     folder = pathlib.Path(folder)
-    short = pendulum.replace("duration = 1.2", "duration = 0.3").replace("output_rate = 1000", "output_rate = 500").replace("elements = 10", "elements = 4")
+    short = (
+        pendulum.replace("duration = 1.2", "duration = 0.3")
+        .replace("output_rate = 1000", "output_rate = 500")
+        .replace("elements = 10", "elements = 4")
+    )
     short = short.replace('effects = ["bending_xy", "stiffening"]', 'effects = ["bending_xy", "stiffening"]\ndamping = { ratio = 0.05 }')
     scene = folder / "short.toml"
     scene.write_text(short)
@@ -32,7 +36,17 @@ with temporary_folder() as folder:
     out = folder / "study"
     words = ["study", scene, "-o", out, "--axes", "tolerance,elements", "--repeats", "2", "--reference-seconds", "4"]
     text = run(*words).stdout
-    for name in ["study.csv", "study.json", "study.md", "front.svg", "front.png", "tolerance.svg", "tolerance.png", "elements.svg", "elements.png"]:
+    for name in [
+        "study.csv",
+        "study.json",
+        "study.md",
+        "front.svg",
+        "front.png",
+        "tolerance.svg",
+        "tolerance.png",
+        "elements.svg",
+        "elements.png",
+    ]:
         expect((out / name).is_file() and (out / name).stat().st_size > 500, f"the study left no {name}")
     expect(text.count("\n") > 5 and "1e-05" in text, f"no recommendation: {text}")
     study = json.loads((out / "study.json").read_text())
@@ -42,12 +56,20 @@ with temporary_folder() as folder:
     expect(all(len(p["repeats"]) == 2 and p["cpu_seconds"] > 0 for p in points), "repeats are missing")
     expect([a["accuracy"] for a in study["recommendations"]] == [1e-2, 1e-3, 1e-4, 1e-5], "advice is missing")
     best = study["recommendations"][0]
-    expect(best["setting"] and best["error"] <= 1e-2 and best["cpu_seconds"] == min(p["cpu_seconds"] for p in study["points"] if p["error"] is not None and p["error"] + study["reference"]["error"] <= 1e-2),
-           f"the advice for 1e-2 is not the cheapest: {best}")
+    expect(
+        best["setting"]
+        and best["error"] <= 1e-2
+        and best["cpu_seconds"]
+        == min(p["cpu_seconds"] for p in study["points"] if p["error"] is not None and p["error"] + study["reference"]["error"] <= 1e-2),
+        f"the advice for 1e-2 is not the cheapest: {best}",
+    )
     front = sorted((p["cpu_seconds"], p["error"]) for p in study["points"] if p["on_front"])
     expect(len(front) >= 2 and all(a[1] > b[1] for a, b in zip(front, front[1:])), f"the front does not fall: {front}")
     rows = list(csv.DictReader(open(out / "study.csv", newline="")))
-    expect(len(rows) == len(study["points"]) and {"axis", "setting", "cpu_seconds", "error", "axis_error", "on_front"} <= set(rows[0]), "study.csv is incomplete")
+    expect(
+        len(rows) == len(study["points"]) and {"axis", "setting", "cpu_seconds", "error", "axis_error", "on_front"} <= set(rows[0]),
+        "study.csv is incomplete",
+    )
 
     # Resume: nothing is run again, the numbers stay.
     (out / "study.json").unlink()
@@ -59,7 +81,9 @@ with temporary_folder() as folder:
     run("simulate", scene, "--csv", folder / "r.csv", "--tolerance", "1e-9", "--no-error-estimate")
     run("study", scene, "-o", folder / "given", "--axes", "tolerance", "--repeats", "1", "--reference", folder / "r.csv")
     given = json.loads((folder / "given" / "study.json").read_text())
-    expect(given["reference"]["what"] == "r.csv" and min(p["error"] for p in given["points"]) < 1e-3, f"given reference: {given['reference']}")
+    expect(
+        given["reference"]["what"] == "r.csv" and min(p["error"] for p in given["points"]) < 1e-3, f"given reference: {given['reference']}"
+    )
     done = run("study", scene, "-o", folder / "x", "--axes", "elemnts", code=2)
     expect("elements" in done.stderr, f"unknown axis: {done.stderr}")
     (folder / "bad.csv").write_text("t,tip.x\n0,1\n")
@@ -77,19 +101,31 @@ with temporary_folder() as folder:
         print(f"accuracy {asked:g}: error {error:.2e}, estimate {estimate:.2e}; {summary['accuracy']['chosen']}")
         expect(error <= asked, f"accuracy {asked:g} was asked, the error is {error:.2e}")
         expect(estimate / 5 <= error <= 5 * estimate, f"the estimate {estimate:.2e} of the error {error:.2e} is not honest")
-        expect(summary["accuracy"]["half_cost"] >= 1 and summary["accuracy"]["chosen"], "the summary does not say what was chosen and what more would cost")
+        expect(
+            summary["accuracy"]["half_cost"] >= 1 and summary["accuracy"]["chosen"],
+            "the summary does not say what was chosen and what more would cost",
+        )
     done = run("simulate", scene, "--csv", folder / "a.csv", "--accuracy", "1e-3", "--tolerance", "1e-5", code=2)
 
     # Undamped machines are followed with few shapes; their truth: more of them, by a method that the program does not choose for them.
     crank = (examples / "slider_crank.toml").read_text()
     expect(crank.count("elements = 3\n") == 1 and crank.count("elements = 8\n") == 1, "the slider-crank is another")
-    (folder / "crank.toml").write_text(crank.replace("elements = 3\n", "elements = 18\nkeep_modes = 6\nkeep_static = false\n").replace("elements = 8\n", "elements = 72\nkeep_modes = 24\nkeep_static = false\n"))
+    (folder / "crank.toml").write_text(
+        crank.replace("elements = 3\n", "elements = 18\nkeep_modes = 6\nkeep_static = false\n").replace(
+            "elements = 8\n", "elements = 72\nkeep_modes = 24\nkeep_static = false\n"
+        )
+    )
     run("simulate", folder / "crank.toml", "--csv", folder / "crank.csv", "--tolerance", "1e-6", "--method", "erk", "--no-error-estimate")
     truth = history(folder / "crank.csv")
     for asked, dearest in [(1e-2, 1000), (1e-3, 3000)]:
-        summary = json.loads(run("simulate", examples / "slider_crank.toml", "--csv", folder / "a.csv", "--accuracy", asked, "--json").stdout)["simulation"]
+        summary = json.loads(
+            run("simulate", examples / "slider_crank.toml", "--csv", folder / "a.csv", "--accuracy", asked, "--json").stdout
+        )["simulation"]
         estimate, error = summary["accuracy"]["error"], largest_error(history(folder / "a.csv"), truth)
-        print(f"slider-crank, accuracy {asked:g}: error {error:.2e}, estimate {estimate:.2e}, {summary['evaluations']} evaluations; {summary['accuracy']['chosen']}")
+        print(
+            f"slider-crank, accuracy {asked:g}: error {error:.2e}, estimate {estimate:.2e}, {summary['evaluations']} evaluations;"
+            f" {summary['accuracy']['chosen']}"
+        )
         expect(error <= asked and estimate / 5 <= error <= 5 * estimate, f"slider-crank: error {error:.2e}, estimate {estimate:.2e}")
         expect(summary["evaluations"] < dearest, f"slider-crank: {summary['evaluations']} evaluations for {asked:g}")
     # Where the loosest run fails (the slider sticks for good where it cannot), a tighter one is taken.

@@ -12,9 +12,23 @@ expect("renderer" in run("info", "--renderer").stdout, "info --renderer")
 with temporary_folder() as folder:
     folder = pathlib.Path(folder)
     pendulum = examples / "pendulum.toml"
-    wrong = [[], ["rum"], ["run"], ["run", pendulum, "--siz", "1x1"], ["simulate", pendulum], ["info"], ["info", "nothing.h5"], ["render", "nothing.h5"],
-             ["run", pendulum, "--size", "10"], ["run", pendulum, "--scales", "a"], ["run", pendulum, "--method", "euler"], ["run", pendulum, "--tolerance", "0"],
-             ["run", pendulum, "--tolerance", "x"], ["run", pendulum, "--renderer", "vulkan"], ["run", pendulum, "--color-by", "heat"]]
+    wrong = [
+        [],
+        ["rum"],
+        ["run"],
+        ["run", pendulum, "--siz", "1x1"],
+        ["simulate", pendulum],
+        ["info"],
+        ["info", "nothing.h5"],
+        ["render", "nothing.h5"],
+        ["run", pendulum, "--size", "10"],
+        ["run", pendulum, "--scales", "a"],
+        ["run", pendulum, "--method", "euler"],
+        ["run", pendulum, "--tolerance", "0"],
+        ["run", pendulum, "--tolerance", "x"],
+        ["run", pendulum, "--renderer", "vulkan"],
+        ["run", pendulum, "--color-by", "heat"],
+    ]
     for words in wrong:
         done = run(*words, code=2, cwd=folder, timeout=60)
         expect(done.stderr.startswith("flexframe: "), f"{words}: {done.stderr}")
@@ -22,7 +36,14 @@ with temporary_folder() as folder:
     expect(list(folder.iterdir()) == [], f"wrong usage leaves {list(folder.iterdir())}")
 
     # Numbers keep their point under a locale with a comma, and progress stays off stdout.
-    done = run("simulate", pendulum, "--csv", folder / "de.csv", cwd=folder, env={"LC_ALL": "de_DE.UTF-8", "LANG": "de_DE.UTF-8", "PATH": "/usr/bin:/bin"})
+    done = run(
+        "simulate",
+        pendulum,
+        "--csv",
+        folder / "de.csv",
+        cwd=folder,
+        env={"LC_ALL": "de_DE.UTF-8", "LANG": "de_DE.UTF-8", "PATH": "/usr/bin:/bin"},
+    )
     expect("simulating" not in done.stdout, "progress on stdout")
     expect(len(history(folder / "de.csv")["t"]) == 1201, "rows of the history")
 

@@ -10,24 +10,24 @@ cases = [
     ("length = 0.152", "lenght = 0.152", ["lenght", "did you mean 'length'"]),
     ("length = 0.152", "length = 0", ["length", "> 0"]),
     ("length = 0.152", "length = nan", ["length"]),
-    ("length = 0.152", "length = \"long\"", ["length", "long"]),
+    ("length = 0.152", 'length = "long"', ["length", "long"]),
     ("density = 2770.0, youngs_modulus = 1e9", "density = -2770.0, youngs_modulus = 1e9", ["density", "> 0"]),
-    ("kind = \"rigid\"", "kind = \"rigit\"", ["rigit", "did you mean 'rigid'"]),
-    ("child = \"rod.root\"", "child = \"rod.rot\"", ["crank_pin", "rod", "root", "tip", "middle"]),
-    ("parent = \"crank.tip\"", "parent = \"krank.tip\"", ["krank"]),
-    ("of = \"rod.middle\"", "of = \"rod.midle\"", ["rod", "middle"]),
-    ("value = \"t <= 0.7 ?", "value = \"t <= 0.7 ? (", ["value"]),
+    ('kind = "rigid"', 'kind = "rigit"', ["rigit", "did you mean 'rigid'"]),
+    ('child = "rod.root"', 'child = "rod.rot"', ["crank_pin", "rod", "root", "tip", "middle"]),
+    ('parent = "crank.tip"', 'parent = "krank.tip"', ["krank"]),
+    ('of = "rod.middle"', 'of = "rod.midle"', ["rod", "middle"]),
+    ('value = "t <= 0.7 ?', 'value = "t <= 0.7 ? (', ["value"]),
     ("axis = [1, 0, 0]", "axis = [0, 0, 0]", ["axis"]),
     ("duration = 1.6", "duration = -1", ["duration", "> 0"]),
     ("duration = 1.6", "duration = 1e300", []),
-    ("tolerance = 1e-6", "method = \"euler\"", ["euler", "bdf"]),
-    ("color_by = \"displacement\"", "color_by = \"displacements\"", ["color_by", "did you mean 'displacement'"]),
-    ("scales = [1, 20]", "scales = \"some\"", ["scales", "auto"]),
-    ("plot = [\"slider.x\"", "plot = [\"slidr.x\"", ["plot", "slidr.x"]),
+    ("tolerance = 1e-6", 'method = "euler"', ["euler", "bdf"]),
+    ('color_by = "displacement"', 'color_by = "displacements"', ["color_by", "did you mean 'displacement'"]),
+    ("scales = [1, 20]", 'scales = "some"', ["scales", "auto"]),
+    ('plot = ["slider.x"', 'plot = ["slidr.x"', ["plot", "slidr.x"]),
     ("size = [1280, 720]", "size = [1280, 0]", ["size"]),
     ("frame_rate = 60", "frame_rate = 60\nmesh = 3", ["mesh"]),
-    ("name = \"block\"", "name = \"block\"\nmesh = \"missing.obj\"", ["missing.obj"]),
-    ("name = \"rod\"\nkind", "name = \"crank\"\nkind", ["crank"]),
+    ('name = "block"', 'name = "block"\nmesh = "missing.obj"', ["missing.obj"]),
+    ('name = "rod"\nkind', 'name = "crank"\nkind', ["crank"]),
     ("[simulation]", "[simulation", []),
 ]
 
@@ -46,7 +46,9 @@ with temporary_folder() as folder:
                 expect(word in done.stderr, f"'{new}': the message lacks '{word}': {done.stderr.strip()}")
             # Line numbers: of the key, or of its table.
             numbers = [int(part) for part in done.stderr.replace(":", " ").replace(",", " ").split() if part.isdigit()]
-            expect(any(line - 8 <= n <= line + 1 for n in numbers), f"'{new}' in line {line}: no line near it is named: {done.stderr.strip()}")
+            expect(
+                any(line - 8 <= n <= line + 1 for n in numbers), f"'{new}' in line {line}: no line near it is named: {done.stderr.strip()}"
+            )
             left = sorted(p.name for p in folder.iterdir())
             expect(left == ["wrong.toml"], f"'{new}': written: {left}")
 

@@ -1,4 +1,5 @@
-"""The short ways through the program under valgrind: no wrong access, nothing undefined, nothing lost.  valgrind.py FLEXFRAME SOURCE_DIR (nightly)"""
+"""The short ways through the program under valgrind: no wrong access, nothing undefined, nothing lost.  valgrind.py FLEXFRAME SOURCE_DIR
+(nightly)"""
 import pathlib
 import subprocess
 
@@ -51,8 +52,21 @@ frame_rate = 20
 
 
 def checked(*words, code=0):
-    done = subprocess.run(["valgrind", "-q", "--error-exitcode=99", "--leak-check=full", "--errors-for-leak-kinds=definite", "--trace-children=no",
-                           flexframe, *map(str, words)], capture_output=True, text=True, timeout=3600)
+    done = subprocess.run(
+        [
+            "valgrind",
+            "-q",
+            "--error-exitcode=99",
+            "--leak-check=full",
+            "--errors-for-leak-kinds=definite",
+            "--trace-children=no",
+            flexframe,
+            *map(str, words),
+        ],
+        capture_output=True,
+        text=True,
+        timeout=3600,
+    )
     expect(done.returncode == code, f"{words[0]} under valgrind: exit {done.returncode}, wanted {code}: {done.stderr[-3000:]}")
 
 

@@ -12,12 +12,18 @@ def slider_crank(duration, rate, friction="", tolerance=1e-6, order=(0, 1, 2, 3)
     """A rigid slider-crank from crank angle `start`; `order` of its joints decides which of them closes the loop."""
     tilt = -math.asin(crank_length * math.sin(start) / rod_length)
     at = crank_length * math.cos(start) + rod_length * math.cos(tilt)
-    joints = [("shaft", "revolute", "ground", "crank", start, f", rate = {rate!r}", others[0]), ("pin", "revolute", "crank.end", "rod", tilt - start, "", others[1]),
-              ("wrist", "revolute", "rod.end", "piston", -tilt, "", others[2]), ("guide", "prismatic", "ground", "piston", at, "", "axis = [1, 0, 0]\n" + friction)]
-    text = (simulation(duration, 200, tolerance=tolerance)
-            + rigid("crank", 1.0, (0.01,) * 3, (0.05, 0, 0), {"end": (crank_length, 0, 0)})
-            + rigid("rod", rod_mass, (rod_mass * rod_length**2 / 12,) * 3, (rod_length / 2, 0, 0), {"end": (rod_length, 0, 0)})
-            + rigid("piston", piston_mass, (1e-3,) * 3))
+    joints = [
+        ("shaft", "revolute", "ground", "crank", start, f", rate = {rate!r}", others[0]),
+        ("pin", "revolute", "crank.end", "rod", tilt - start, "", others[1]),
+        ("wrist", "revolute", "rod.end", "piston", -tilt, "", others[2]),
+        ("guide", "prismatic", "ground", "piston", at, "", "axis = [1, 0, 0]\n" + friction),
+    ]
+    text = (
+        simulation(duration, 200, tolerance=tolerance)
+        + rigid("crank", 1.0, (0.01,) * 3, (0.05, 0, 0), {"end": (crank_length, 0, 0)})
+        + rigid("rod", rod_mass, (rod_mass * rod_length**2 / 12,) * 3, (rod_length / 2, 0, 0), {"end": (rod_length, 0, 0)})
+        + rigid("piston", piston_mass, (1e-3,) * 3)
+    )
     for k in order:
         name, kind, parent, child, value, rates, words = joints[k]
         if k in swapped:
@@ -27,7 +33,7 @@ def slider_crank(duration, rate, friction="", tolerance=1e-6, order=(0, 1, 2, 3)
 
 
 def piston_at(angle):
-    return crank_length * math.cos(angle) + math.sqrt(rod_length**2 - (crank_length * math.sin(angle))**2)
+    return crank_length * math.cos(angle) + math.sqrt(rod_length**2 - (crank_length * math.sin(angle)) ** 2)
 
 
 def inertia_at(angle):
@@ -59,46 +65,101 @@ def speed_error(h, rate, pull, start=0.7):
     return worst
 
 
-@case("free slider-crank with dry friction on its piston, tolerances 1e-4 to 1e-8: 16 dead centres", "speed against energy less friction x path / (first speed x tolerance)", 350)
+@case(
+    "free slider-crank with dry friction on its piston, tolerances 1e-4 to 1e-8: 16 dead centres",
+    "speed against energy less friction x path / (first speed x tolerance)",
+    350,
+)
 def friction_dead_centres(run):
-    return max(speed_error(run(slider_crank(1.0, 50.0, "friction = { coefficient = 0.1, normal_force = 10 }", tolerance)), 50.0, 1.0) / tolerance for tolerance in (1e-4, 1e-5, 1e-6, 1e-7, 1e-8))
+    return max(
+        speed_error(run(slider_crank(1.0, 50.0, "friction = { coefficient = 0.1, normal_force = 10 }", tolerance)), 50.0, 1.0) / tolerance
+        for tolerance in (1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
+    )
 
 
-@case("the same with its joints in every order, parent and child exchanged", "speed against energy less friction x path / first speed", 2e-5)
+@case(
+    "the same with its joints in every order, parent and child exchanged", "speed against energy less friction x path / first speed", 2e-5
+)
 def friction_whatever_is_cut(run):
-    return max(speed_error(run(slider_crank(0.3, 50.0, "friction = { coefficient = 0.1, normal_force = 10 }", 1e-6, order, (1,) if n % 2 else (2,))), 50.0, 1.0)
-               for n, order in enumerate(itertools.permutations(range(4))) if n % 3 == 0)
+    return max(
+        speed_error(
+            run(slider_crank(0.3, 50.0, "friction = { coefficient = 0.1, normal_force = 10 }", 1e-6, order, (1,) if n % 2 else (2,))),
+            50.0,
+            1.0,
+        )
+        for n, order in enumerate(itertools.permutations(range(4)))
+        if n % 3 == 0
+    )
 
 
-@case("slider-crank that starts in its dead centre, friction on the piston", "speed against energy less friction x path / first speed", 2e-5)
+@case(
+    "slider-crank that starts in its dead centre, friction on the piston", "speed against energy less friction x path / first speed", 2e-5
+)
 def friction_from_dead_centre(run):
-    return max(speed_error(run(slider_crank(0.5, 30.0, "friction = { coefficient = 0.2, normal_force = 10 }", start=start)), 30.0, 2.0, start) for start in (0.0, math.pi))
+    return max(
+        speed_error(run(slider_crank(0.5, 30.0, "friction = { coefficient = 0.2, normal_force = 10 }", start=start)), 30.0, 2.0, start)
+        for start in (0.0, math.pi)
+    )
 
 
-@case("friction of every joint by its own reaction, parent and child exchanged", "speed by one order of the joints against another / first speed", 3e-5)
+@case(
+    "friction of every joint by its own reaction, parent and child exchanged",
+    "speed by one order of the joints against another / first speed",
+    3e-5,
+)
 def friction_by_reaction(run):
     pins = 'friction = { coefficient = 0.2, normal_force = "reaction", radius = 0.02 }'
-    both = [run(slider_crank(0.5, 50.0, 'friction = { coefficient = 0.1, normal_force = "reaction" }', 1e-7, order, swapped, ("", pins, pins)))
-            for order, swapped in (((0, 1, 2, 3), ()), ((3, 2, 1, 0), (1, 2)), ((1, 3, 0, 2), (2,)))]
+    both = [
+        run(slider_crank(0.5, 50.0, 'friction = { coefficient = 0.1, normal_force = "reaction" }', 1e-7, order, swapped, ("", pins, pins)))
+        for order, swapped in (((0, 1, 2, 3), ()), ((3, 2, 1, 0), (1, 2)), ((1, 3, 0, 2), (2,)))
+    ]
     return max(abs(a - b) for h in both[1:] for a, b in zip(h["speed"], both[0]["speed"])) / 50
 
 
-@case("an engine's gas force over the crank angle, friction of the piston by its reaction", "tolerance 1e-6 against 1e-9 / first speed", 1e-4)
+@case(
+    "an engine's gas force over the crank angle, friction of the piston by its reaction", "tolerance 1e-6 against 1e-9 / first speed", 1e-4
+)
 def friction_gas_force(run):
-    gas = ('[[force]]\nkind = "force"\non = "piston"\ndirection = [-1, 0, 0]\n'
-           'value = { table = [[0, 100], [0.3, 140], [0.8, 60], [2, 15], [3.1, 5], [4.5, 5], [5.5, 20]], of = "shaft", period = 6.283185307179586 }\n')
-    a, b = (run(slider_crank(0.5, 40.0, 'friction = { coefficient = 0.1, normal_force = "reaction" }', tolerance, more=gas)) for tolerance in (1e-6, 1e-9))
+    gas = (
+        '[[force]]\nkind = "force"\non = "piston"\ndirection = [-1, 0, 0]\nvalue = { table = [[0, 100], [0.3, 140], [0.8, 60], [2, 15],'
+        ' [3.1, 5], [4.5, 5], [5.5, 20]], of = "shaft", period = 6.283185307179586 }\n'
+    )
+    a, b = (
+        run(slider_crank(0.5, 40.0, 'friction = { coefficient = 0.1, normal_force = "reaction" }', tolerance, more=gas))
+        for tolerance in (1e-6, 1e-9)
+    )
     return max(abs(x - y) for x, y in zip(a["speed"], b["speed"])) / 40
 
 
 def rocker(duration, tolerance, order):
-    joints = [joint("shaft", "revolute", "ground", "crank", "initial = { value = 0.5, rate = 40 }"), joint("a", "revolute", "crank.end", "coupler"), joint("b", "revolute", "coupler.end", "rocker.end"),
-              joint("pivot", "revolute", "ground", "rocker", "position = [0.35, 0, 0]\nfriction = { coefficient = 0.2, normal_force = 20, radius = 0.02 }")]
-    return (simulation(duration, 1000, tolerance=tolerance) + bar("crank", 0.1, 1.0) + bar("coupler", 0.4, 0.3) + bar("rocker", 0.3, 0.6) + "".join(joints[k] for k in order)
-            + output("swing", "pivot", "value") + energies())
+    joints = [
+        joint("shaft", "revolute", "ground", "crank", "initial = { value = 0.5, rate = 40 }"),
+        joint("a", "revolute", "crank.end", "coupler"),
+        joint("b", "revolute", "coupler.end", "rocker.end"),
+        joint(
+            "pivot",
+            "revolute",
+            "ground",
+            "rocker",
+            "position = [0.35, 0, 0]\nfriction = { coefficient = 0.2, normal_force = 20, radius = 0.02 }",
+        ),
+    ]
+    return (
+        simulation(duration, 1000, tolerance=tolerance)
+        + bar("crank", 0.1, 1.0)
+        + bar("coupler", 0.4, 0.3)
+        + bar("rocker", 0.3, 0.6)
+        + "".join(joints[k] for k in order)
+        + output("swing", "pivot", "value")
+        + energies()
+    )
 
 
-@case("free crank-rocker with dry friction in the rocker's pin", "energy lost against friction moment x way of the rocker / largest kinetic energy", 1e-3)
+@case(
+    "free crank-rocker with dry friction in the rocker's pin",
+    "energy lost against friction moment x way of the rocker / largest kinetic energy",
+    1e-3,
+)
 def friction_rocker(run):
     worst = 0.0
     for order in ((0, 1, 2, 3), (3, 2, 1, 0), (1, 2, 3, 0)):
@@ -109,13 +170,25 @@ def friction_rocker(run):
     return worst
 
 
-@case("elastic rod and dry friction on the piston: reversals beside the dead centres", "tolerance 1e-5 against 1e-7, speed / first speed", 2e-4)
+@case(
+    "elastic rod and dry friction on the piston: reversals beside the dead centres",
+    "tolerance 1e-5 against 1e-7, speed / first speed",
+    2e-4,
+)
 def friction_elastic_rod(run):
     def scene(tolerance):
-        return (simulation(0.3, 1000, tolerance=tolerance) + rigid("crank", 1.0, (0.01,) * 3, (0.05, 0, 0), {"end": (0.1, 0, 0)})
-                + beam("rod", 0.3, circle(0.01), steel, 'elements = 2\neffects = ["bending_xy"]') + rigid("piston", 0.8, (1e-3,) * 3)
-                + joint("shaft", "revolute", "ground", "crank", "initial = { value = 0.7, rate = 30 }") + joint("pin", "revolute", "crank.end", "rod.root") + joint("wrist", "revolute", "rod.tip", "piston")
-                + joint("guide", "prismatic", "ground", "piston", "axis = [1, 0, 0]\nfriction = { coefficient = 0.1, normal_force = 50 }") + output("speed", "shaft", "rate"))
+        return (
+            simulation(0.3, 1000, tolerance=tolerance)
+            + rigid("crank", 1.0, (0.01,) * 3, (0.05, 0, 0), {"end": (0.1, 0, 0)})
+            + beam("rod", 0.3, circle(0.01), steel, 'elements = 2\neffects = ["bending_xy"]')
+            + rigid("piston", 0.8, (1e-3,) * 3)
+            + joint("shaft", "revolute", "ground", "crank", "initial = { value = 0.7, rate = 30 }")
+            + joint("pin", "revolute", "crank.end", "rod.root")
+            + joint("wrist", "revolute", "rod.tip", "piston")
+            + joint("guide", "prismatic", "ground", "piston", "axis = [1, 0, 0]\nfriction = { coefficient = 0.1, normal_force = 50 }")
+            + output("speed", "shaft", "rate")
+        )
+
     a, b = run(scene(1e-5)), run(scene(1e-7))
     return max(abs(x - y) for x, y in zip(a["speed"], b["speed"])) / 30
 
@@ -123,13 +196,24 @@ def friction_elastic_rod(run):
 @case("two slides on one another, each with dry friction, stop one after the other", "place against the exact one / size", 1e-7)
 def friction_stops_both(run):
     # The upper slows by mu g against the lower until they go together, then both by the floor's.
-    h = run(simulation(3.0, 100, (0, -9.81, 0), 1e-9) + rigid("low", 1.0, (1,) * 3) + rigid("high", 1.0, (1,) * 3)
-            + joint("floor", "prismatic", "ground", "low", 'axis = [1, 0, 0]\nfriction = { coefficient = 0.1, normal_force = "reaction" }')
-            + joint("deck", "prismatic", "low", "high", 'axis = [1, 0, 0]\ninitial = { rate = 3 }\nfriction = { coefficient = 0.3, normal_force = "reaction" }')
-            + output("low", "low", "position") + output("high", "high", "position"))
+    h = run(
+        simulation(3.0, 100, (0, -9.81, 0), 1e-9)
+        + rigid("low", 1.0, (1,) * 3)
+        + rigid("high", 1.0, (1,) * 3)
+        + joint("floor", "prismatic", "ground", "low", 'axis = [1, 0, 0]\nfriction = { coefficient = 0.1, normal_force = "reaction" }')
+        + joint(
+            "deck",
+            "prismatic",
+            "low",
+            "high",
+            'axis = [1, 0, 0]\ninitial = { rate = 3 }\nfriction = { coefficient = 0.3, normal_force = "reaction" }',
+        )
+        + output("low", "low", "position")
+        + output("high", "high", "position")
+    )
     g = 9.81
-    up, low = 0.3 * g, (0.3 - 0.2) * g           # the floor bears both: 0.1 x 2 g
-    t = 3.0 / (up + low)                         # until they go together, then both at 0.1 g
+    up, low = 0.3 * g, (0.3 - 0.2) * g  # the floor bears both: 0.1 x 2 g
+    t = 3.0 / (up + low)  # until they go together, then both at 0.1 g
     v = low * t
     high_end = 3 * t - 0.5 * up * t * t + v * v / (2 * 0.1 * g)
     low_end = 0.5 * low * t * t + v * v / (2 * 0.1 * g)
@@ -139,19 +223,46 @@ def friction_stops_both(run):
 @case("body that starts exactly on its stop, every side, method and kind of joint", "depth against k a (1 - cos) + v sin / size", 1e-5)
 def start_on_stop(run):
     worst = 0.0
-    for kind, (stop, side), method, rate in itertools.product(("prismatic", "revolute"), (("lower = 0.25", -1), ("upper = 0.25", 1), ("lower = -1, upper = 0.25", 1)), ("auto", "erk", "dirk", "bdf"), (0.0, 0.5)):
-        h = run(simulation(0.03, 1000, tolerance=1e-7, more=f'method = "{method}"') + rigid("block", 1.0, (1,) * 3)
-                + joint("slide", kind, "ground", "block", f"initial = {{ value = 0.25, rate = {side * rate} }}\nstop = {{ {stop}, stiffness = 1e4 }}")
-                + force("force" if kind == "prismatic" else "torque", "block", side * 10) + output("x", "slide", "value"))
+    for kind, (stop, side), method, rate in itertools.product(
+        ("prismatic", "revolute"),
+        (("lower = 0.25", -1), ("upper = 0.25", 1), ("lower = -1, upper = 0.25", 1)),
+        ("auto", "erk", "dirk", "bdf"),
+        (0.0, 0.5),
+    ):
+        h = run(
+            simulation(0.03, 1000, tolerance=1e-7, more=f'method = "{method}"')
+            + rigid("block", 1.0, (1,) * 3)
+            + joint(
+                "slide",
+                kind,
+                "ground",
+                "block",
+                f"initial = {{ value = 0.25, rate = {side * rate} }}\nstop = {{ {stop}, stiffness = 1e4 }}",
+            )
+            + force("force" if kind == "prismatic" else "torque", "block", side * 10)
+            + output("x", "slide", "value")
+        )
         for t, x in zip(h["t"], h["x"]):
             worst = max(worst, abs(side * (x - 0.25) - 1e-3 * (1 - math.cos(100 * t)) - rate / 100 * math.sin(100 * t)))
     return worst
 
 
-@case("ball that reaches its stop by a millionth of its flight, within one long step", "energy / largest kinetic energy, and one blow", 1e-4)
+@case(
+    "ball that reaches its stop by a millionth of its flight, within one long step", "energy / largest kinetic energy, and one blow", 1e-4
+)
 def grazed_stop(run):
-    h = run(simulation(0.8, 10, down, 1e-6) + rigid("ball", 1.0, (1,) * 3)
-            + joint("flight", "prismatic", "ground", "ball", f"axis = [0, 1, 0]\ninitial = {{ rate = {math.sqrt(2 * 9.81 * (1 + 1e-6))!r} }}\nstop = {{ upper = 1, stiffness = 1e9 }}") + energies())
+    h = run(
+        simulation(0.8, 10, down, 1e-6)
+        + rigid("ball", 1.0, (1,) * 3)
+        + joint(
+            "flight",
+            "prismatic",
+            "ground",
+            "ball",
+            f"axis = [0, 1, 0]\ninitial = {{ rate = {math.sqrt(2 * 9.81 * (1 + 1e-6))!r} }}\nstop = {{ upper = 1, stiffness = 1e9 }}",
+        )
+        + energies()
+    )
     assert run.notes.count("meets its upper stop") >= 1, "the stop was passed by"
     return swing(h)
 
@@ -160,47 +271,86 @@ down = (0, -9.81, 0)
 
 
 def kicked(run, value, impulse, method="auto", duration=1.0):
-    h = run(simulation(duration, 10, more=f'method = "{method}"') + rigid("block", 1.0, (1,) * 3) + joint("slide", "prismatic", "ground", "block") + force("force", "block", value) + output("v", "slide", "rate"))
+    h = run(
+        simulation(duration, 10, more=f'method = "{method}"')
+        + rigid("block", 1.0, (1,) * 3)
+        + joint("slide", "prismatic", "ground", "block")
+        + force("force", "block", value)
+        + output("v", "slide", "rate")
+    )
     return abs(h["v"][-1] - impulse) / impulse
 
 
 @case("Gaussian pulses of a millionth to a tenth of the duration, every method", "speed against impulse", 2e-4)
 def gaussian_pulses(run):
-    return max(kicked(run, f"3*exp(-((t-0.6180339)/{width})^2)/{width}", 3 * math.sqrt(math.pi) * (math.erf(0.6180339 / width) + math.erf(0.3819661 / width)) / 2, method)
-               for width in (1e-6, 1e-4, 1e-2, 0.1) for method in ("auto", "erk", "dirk", "bdf"))
+    return max(
+        kicked(
+            run,
+            f"3*exp(-((t-0.6180339)/{width})^2)/{width}",
+            3 * math.sqrt(math.pi) * (math.erf(0.6180339 / width) + math.erf(0.3819661 / width)) / 2,
+            method,
+        )
+        for width in (1e-6, 1e-4, 1e-2, 0.1)
+        for method in ("auto", "erk", "dirk", "bdf")
+    )
 
 
 @case("sin(t)^200 over ten seconds, sech and its products", "speed against impulse", 1e-4)
 def smooth_pulses(run):
     # Over a half period sin^200 has the mean 200! / (2^100 100!)^2.
     mean = math.exp(math.lgamma(201) - 2 * (100 * math.log(2) + math.lgamma(101)))
-    return max(kicked(run, "sin(t)^200", 3 * math.pi * mean, duration=3 * math.pi), kicked(run, "1e5/cosh((t-0.37)/1e-5)", math.pi),
-               kicked(run, "1e4*exp(-((t-0.8)/1e-4)^2)*cos((t-0.8)/1e-4)", math.sqrt(math.pi) * math.exp(-0.25)))
+    return max(
+        kicked(run, "sin(t)^200", 3 * math.pi * mean, duration=3 * math.pi),
+        kicked(run, "1e5/cosh((t-0.37)/1e-5)", math.pi),
+        kicked(run, "1e4*exp(-((t-0.8)/1e-4)^2)*cos((t-0.8)/1e-4)", math.sqrt(math.pi) * math.exp(-0.25)),
+    )
 
 
 @case("a drive that twitches for 0.1 ms, and a peak of a force over the way", "amplitude, and energy, against the exact ones", 2e-3)
 def short_drives(run):
-    h = run(simulation(1.0, 1000, tolerance=1e-8) + rigid("base", 1.0, (1,) * 3) + rigid("block", 1.0, (1,) * 3)
-            + joint("drive", "prismatic", "ground", "base", 'motion = "0.01*exp(-((t-0.7)/1e-4)^2)"') + joint("slide", "prismatic", "base", "block", "spring = { stiffness = 100 }")
-            + output("z", "block", "position"))
+    h = run(
+        simulation(1.0, 1000, tolerance=1e-8)
+        + rigid("base", 1.0, (1,) * 3)
+        + rigid("block", 1.0, (1,) * 3)
+        + joint("drive", "prismatic", "ground", "base", 'motion = "0.01*exp(-((t-0.7)/1e-4)^2)"')
+        + joint("slide", "prismatic", "base", "block", "spring = { stiffness = 100 }")
+        + output("z", "block", "position")
+    )
     amplitude = 10 * 0.01 * 1e-4 * math.sqrt(math.pi)
     worst = max(abs(z - amplitude * math.sin(10 * (t - 0.7))) for t, z in zip(h["t"], h["z.z"]) if t > 0.701) / amplitude
-    h = run(simulation(0.1, 100) + rigid("block", 1.0, (1,) * 3) + joint("slide", "prismatic", "ground", "block", "initial = { rate = 10 }")
-            + '[[force]]\nkind = "force"\non = "block"\ndirection = [0, 0, 1]\nvalue = { table = [' + ", ".join(f"[{0.44 + 1e-3 * k:.3f}, {1000 if k == 60 else 0}]" for k in range(121)) + '], of = "slide" }\n'
-            + output("v", "slide", "rate"))
+    h = run(
+        simulation(0.1, 100)
+        + rigid("block", 1.0, (1,) * 3)
+        + joint("slide", "prismatic", "ground", "block", "initial = { rate = 10 }")
+        + '[[force]]\nkind = "force"\non = "block"\ndirection = [0, 0, 1]\nvalue = { table = ['
+        + ", ".join(f"[{0.44 + 1e-3 * k:.3f}, {1000 if k == 60 else 0}]" for k in range(121))
+        + '], of = "slide" }\n'
+        + output("v", "slide", "rate")
+    )
     # The integral of a cubic spline through points at even distances is their trapezoidal sum, ends aside: 1 J.
-    return max(worst, abs(0.5 * (h["v"][-1]**2 - 100) - 1))
+    return max(worst, abs(0.5 * (h["v"][-1] ** 2 - 100) - 1))
 
 
 @case("spring with a rest length between points that coincide", "clear refusal", 0)
 def undirected_spring(run):
-    message = run.fails(simulation(1.0) + rigid("block", 1.0, (1,) * 3) + joint("free", "free", "ground", "block") + '[[force]]\nkind = "spring-damper"\non = "block"\nstiffness = 100\nrest = 0.1\n'
-                        + output("x", "block", "position"), (2,))
+    message = run.fails(
+        simulation(1.0)
+        + rigid("block", 1.0, (1,) * 3)
+        + joint("free", "free", "ground", "block")
+        + '[[force]]\nkind = "spring-damper"\non = "block"\nstiffness = 100\nrest = 0.1\n'
+        + output("x", "block", "position"),
+        (2,),
+    )
     return 0 if "one point" in message and "direction" in message else 1
 
 
 @case("static start held by a load that ends at t = 0", "place against x cos(w t) / x", 1e-6)
 def released(run):
-    h = run(simulation(1.0, 1000, tolerance=1e-8, more='start = "static"') + rigid("block", 1.0, (1,) * 3) + joint("slide", "prismatic", "ground", "block", "spring = { stiffness = 100 }")
-            + force("force", "block", "t <= 0 ? 5 : 0") + output("x", "slide", "value"))
+    h = run(
+        simulation(1.0, 1000, tolerance=1e-8, more='start = "static"')
+        + rigid("block", 1.0, (1,) * 3)
+        + joint("slide", "prismatic", "ground", "block", "spring = { stiffness = 100 }")
+        + force("force", "block", "t <= 0 ? 5 : 0")
+        + output("x", "slide", "value")
+    )
     return max(abs(x - 0.05 * math.cos(10 * t)) for t, x in zip(h["t"], h["x"])) / 0.05

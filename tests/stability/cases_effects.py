@@ -1,5 +1,5 @@
-"""Hard cases of automatic effects: what a scene of one line of statics calls for, at the default settings. The bound is what the program promises, 1 %, and the truth a
-closed formula."""
+"""Hard cases of automatic effects: what a scene of one line of statics calls for, at the default settings. The bound is what the program
+promises, 1 %, and the truth a closed formula."""
 import math
 
 from cases import case
@@ -34,13 +34,25 @@ def console(section, more=""):
 
 @case("a rod pulled along, nothing else moves", promise, 0.01)
 def auto_tension(run):
-    found = at_rest(run, rod() + joint("wall", "weld", "ground", "rod") + force("force", "rod.tip", 1e4, (1, 0, 0)) + output("tip", "rod.tip", "displacement"))
+    found = at_rest(
+        run,
+        rod()
+        + joint("wall", "weld", "ground", "rod")
+        + force("force", "rod.tip", 1e4, (1, 0, 0))
+        + output("tip", "rod.tip", "displacement"),
+    )
     return off(found["tip.x"], 1e4 / (E * area(0.01)))
 
 
 @case("a load spread along a rod pulls it", promise, 0.01)
 def auto_spread_pull(run):
-    found = at_rest(run, rod() + joint("wall", "weld", "ground", "rod") + force("distributed", "rod", 1e4, (1, 0, 0)) + output("tip", "rod.tip", "displacement"))
+    found = at_rest(
+        run,
+        rod()
+        + joint("wall", "weld", "ground", "rod")
+        + force("distributed", "rod", 1e4, (1, 0, 0))
+        + output("tip", "rod.tip", "displacement"),
+    )
     return off(found["tip.x"], 1e4 / (2 * E * area(0.01)))
 
 
@@ -48,15 +60,21 @@ def auto_spread_pull(run):
 def auto_arch(run):
     rise, half, load, d = 0.02, 0.5, 1500.0, 0.02
     length, a = math.hypot(rise, half), math.atan2(rise, half)
-    found = at_rest(run, beam("a", length, circle(d), steel, "elements = 4") + beam("b", length, circle(d), steel, "elements = 4")
-                    + joint("left", "revolute", "ground", "a", f"rotation = [0, 0, {a!r}]")
-                    + joint("right", "revolute", "ground", "b", f"position = [{2 * half!r}, 0, 0]\nrotation = [0, 0, {math.pi - a!r}]")
-                    + joint("crown", "revolute", "a.tip", "b.tip", f"rotation = [0, 0, {math.pi - 2 * a!r}]") + force("force", "a.tip", load, (0, -1, 0))
-                    + output("crown", "a.tip", "position"))
+    found = at_rest(
+        run,
+        beam("a", length, circle(d), steel, "elements = 4")
+        + beam("b", length, circle(d), steel, "elements = 4")
+        + joint("left", "revolute", "ground", "a", f"rotation = [0, 0, {a!r}]")
+        + joint("right", "revolute", "ground", "b", f"position = [{2 * half!r}, 0, 0]\nrotation = [0, 0, {math.pi - a!r}]")
+        + joint("crown", "revolute", "a.tip", "b.tip", f"rotation = [0, 0, {math.pi - 2 * a!r}]")
+        + force("force", "a.tip", load, (0, -1, 0))
+        + output("crown", "a.tip", "position"),
+    )
 
     def carried(sag):  # von Mises' truss
         now = math.hypot(rise - sag, half)
         return 2 * E * area(d) * (length - now) / length * (rise - sag) / now
+
     low, high = 0.0, 0.4 * rise
     for _ in range(60):
         low, high = (low, (low + high) / 2) if carried((low + high) / 2) > load else ((low + high) / 2, high)
@@ -73,7 +91,13 @@ def auto_tripod(run):
         d = (-at[0], -at[1], height)
         angle, side = math.acos(d[0]), math.hypot(d[1], d[2])
         text += beam(f"leg{i}", 1.0, circle(0.02), steel, "elements = 2")
-        text += joint(f"foot{i}", "universal", "ground", f"leg{i}", f"position = [{at[0]!r}, {at[1]!r}, 0]\nrotation = [0, {-d[2] / side * angle!r}, {d[1] / side * angle!r}]\naxis = [0, 0, 1]")
+        text += joint(
+            f"foot{i}",
+            "universal",
+            "ground",
+            f"leg{i}",
+            f"position = [{at[0]!r}, {at[1]!r}, 0]\nrotation = [0, {-d[2] / side * angle!r}, {d[1] / side * angle!r}]\naxis = [0, 0, 1]",
+        )
         text += joint(f"head{i}", "spherical", f"leg{i}.tip", "top")
     found = at_rest(run, text + force("force", "top", load, (0, 0, -1)) + output("top", "top", "position"))
     return off(height - found["top.z"], load / (3 * E * area(0.02) * height**2))
@@ -98,8 +122,14 @@ def auto_oblique(run):
 @case("a crane's hook beside and below its boom", promise, 0.01)
 def auto_hook(run):
     side, below, load = 0.2, -0.3, 20.0
-    found = at_rest(run, console('{ shape = "tube", outer_diameter = 0.04, thickness = 0.003 }') + rigid("hook", 0.01, (1e-5, 1e-5, 1e-5), frames={"end": (0, side, below)})
-                    + joint("neck", "weld", "rod.tip", "hook") + force("force", "hook.end", load, (0, 0, -1)) + output("end", "hook.end", "position"))
+    found = at_rest(
+        run,
+        console('{ shape = "tube", outer_diameter = 0.04, thickness = 0.003 }')
+        + rigid("hook", 0.01, (1e-5, 1e-5, 1e-5), frames={"end": (0, side, below)})
+        + joint("neck", "weld", "rod.tip", "hook")
+        + force("force", "hook.end", load, (0, 0, -1))
+        + output("end", "hook.end", "position"),
+    )
     i = math.pi * (0.04**4 - 0.034**4) / 64
     # Shear factor of a tube with the ratio m of its diameters (Cowper 1966, without the part of Poisson's ratio).
     m = 0.034 / 0.04
@@ -111,25 +141,50 @@ def auto_hook(run):
 @case("a rod with a mass at its tip pulled by its spin", promise, 0.01)
 def auto_spin(run):
     spin, mass, d = 50.0, 5.0, 0.01
-    h = run(simulation(0.01, 1000, more='start = "static"') + rod(diameter=d) + rigid("mass", mass, (0.01, 0.01, 0.01)) + joint("hub", "revolute", "ground", "rod", f'motion = "{spin}*t"')
-            + joint("end", "weld", "rod.tip", "mass") + output("tip", "rod.tip", "displacement"))
+    h = run(
+        simulation(0.01, 1000, more='start = "static"')
+        + rod(diameter=d)
+        + rigid("mass", mass, (0.01, 0.01, 0.01))
+        + joint("hub", "revolute", "ground", "rod", f'motion = "{spin}*t"')
+        + joint("end", "weld", "rod.tip", "mass")
+        + output("tip", "rod.tip", "displacement")
+    )
     return off(h["tip.x"][-1], spin**2 * (mass / (E * area(d)) + rho / (3 * E)))
 
 
 @case("two rods in a row hold a weight", promise, 0.01)
 def auto_hanging(run):
     d, g, mass = 0.004, 9.81, 30.0
-    found = at_rest(run, beam("a", 0.5, circle(d), steel, "elements = 4") + beam("b", 0.5, circle(d), steel, "elements = 4") + rigid("weight", mass, (0.1, 0.1, 0.1))
-                    + joint("hook", "revolute", "ground", "a", f"rotation = [0, 0, {-math.pi / 2!r}]") + joint("link", "revolute", "a.tip", "b") + joint("eye", "weld", "b.tip", "weight")
-                    + output("tip", "b.tip", "displacement") + output("link", "a.tip", "displacement"), (0, -g, 0))
-    return max(off(found["tip.x"], g * (mass * 0.5 / (E * area(d)) + rho * 0.5**2 / (2 * E))), off(found["link.x"], g * ((mass + rho * area(d) * 0.5) * 0.5 / (E * area(d)) + rho * 0.5**2 / (2 * E))))
+    found = at_rest(
+        run,
+        beam("a", 0.5, circle(d), steel, "elements = 4")
+        + beam("b", 0.5, circle(d), steel, "elements = 4")
+        + rigid("weight", mass, (0.1, 0.1, 0.1))
+        + joint("hook", "revolute", "ground", "a", f"rotation = [0, 0, {-math.pi / 2!r}]")
+        + joint("link", "revolute", "a.tip", "b")
+        + joint("eye", "weld", "b.tip", "weight")
+        + output("tip", "b.tip", "displacement")
+        + output("link", "a.tip", "displacement"),
+        (0, -g, 0),
+    )
+    return max(
+        off(found["tip.x"], g * (mass * 0.5 / (E * area(d)) + rho * 0.5**2 / (2 * E))),
+        off(found["link.x"], g * ((mass + rho * area(d) * 0.5) * 0.5 / (E * area(d)) + rho * 0.5**2 / (2 * E))),
+    )
 
 
 for slender in (3, 6, 10, 15):
+
     def shear(run, slender=slender):
         h = 1.0 / slender
         load = 1e6 / slender**3
-        found = at_rest(run, console(f'{{ shape = "rectangle", width = {h / 2!r}, height = {h!r} }}') + force("force", "rod.tip", load, (0, -1, 0)) + output("tip", "rod.tip", "displacement"))
+        found = at_rest(
+            run,
+            console(f'{{ shape = "rectangle", width = {h / 2!r}, height = {h!r} }}')
+            + force("force", "rod.tip", load, (0, -1, 0))
+            + output("tip", "rod.tip", "displacement"),
+        )
         return off(-found["tip.y"], load * (1 / (3 * E * h**4 / 24) + 1 / (5 / 6 * G * h * h / 2)))
+
     shear.__name__ = f"auto_console_{slender}"
     case(f"a console {slender} times as long as high", promise, 0.01)(shear)

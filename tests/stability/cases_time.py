@@ -10,11 +10,13 @@ from scenes import beam, bar, circle, force, joint, output, rigid, simulation, s
 
 
 def spring_damper(on, stiffness, damping, more=""):
-    return f"[[force]]\nkind = \"spring-damper\"\non = \"{on}\"\nstiffness = {stiffness!r}\ndamping = {damping!r}\n{more}\n"
+    return f'[[force]]\nkind = "spring-damper"\non = "{on}"\nstiffness = {stiffness!r}\ndamping = {damping!r}\n{more}\n'
 
 
 def slide(mass, value=0.0, rate=0.0, more="", axis=(1, 0, 0), inertia=1e-3):
-    return rigid("m", mass, (inertia,) * 3) + joint("slide", "prismatic", "ground", "m", f"axis = {list(axis)}\ninitial = {{ value = {value!r}, rate = {rate!r} }}\n{more}")
+    return rigid("m", mass, (inertia,) * 3) + joint(
+        "slide", "prismatic", "ground", "m", f"axis = {list(axis)}\ninitial = {{ value = {value!r}, rate = {rate!r} }}\n{more}"
+    )
 
 
 def worst(h, column, exact, size=None):
@@ -38,7 +40,12 @@ def oscillator(t, x0, v0, w, zeta):
 
 # Motions that are polynomials of time
 
-@case("constant accelerations of 40 random sizes: lengths 1e-9 to 1e6 m, masses 1e-12 to 1e6 kg, 1e-6 to 1e5 s; free, sliding, on a screw", "end against g T^2 / 2 / itself", 1e-6)
+
+@case(
+    "constant accelerations of 40 random sizes: lengths 1e-9 to 1e6 m, masses 1e-12 to 1e6 kg, 1e-6 to 1e5 s; free, sliding, on a screw",
+    "end against g T^2 / 2 / itself",
+    1e-6,
+)
 def constant_accelerations(run):
     dice, largest = random.Random(7), 0.0
     for _ in range(40):
@@ -47,8 +54,12 @@ def constant_accelerations(run):
         inertia = mass * length**2 * 10 ** dice.uniform(-4, 1)
         pitch = length * 10 ** dice.uniform(-1, 1)
         more = {"free": "", "screw": f"axis = [0, 1, 0]\npitch = {pitch!r}"}.get(kind, "axis = [0, 1, 0]")
-        h = run(simulation(duration, 10 / duration, (0, -g, 0)) + rigid("m", mass, (inertia,) * 3, frames={"p": (length, 0, 0)})
-                + joint("j", kind, "ground", "m", more) + output("at", "m", "position"))
+        h = run(
+            simulation(duration, 10 / duration, (0, -g, 0))
+            + rigid("m", mass, (inertia,) * 3, frames={"p": (length, 0, 0)})
+            + joint("j", kind, "ground", "m", more)
+            + output("at", "m", "position")
+        )
         if g * duration**2 < 1e-11 * length:
             continue  # less than the digits of a place at that distance
         exact = -g / 2 * duration**2 * (pitch**2 / (pitch**2 + inertia / mass) if kind == "screw" else 1)
@@ -62,8 +73,13 @@ def constant_torques(run):
     for _ in range(20):
         inertia, angle, duration = 10 ** dice.uniform(-20, 6), 10 ** dice.uniform(-9, 6), 10 ** dice.uniform(-4, 4)
         torque = 2 * angle * inertia / duration**2
-        h = run(simulation(duration, 10 / duration) + rigid("m", 1.0, (inertia,) * 3) + joint("shaft", "revolute", "ground", "m")
-                + force("torque", "m", f"{torque!r}") + output("turn", "shaft", "value"))
+        h = run(
+            simulation(duration, 10 / duration)
+            + rigid("m", 1.0, (inertia,) * 3)
+            + joint("shaft", "revolute", "ground", "m")
+            + force("torque", "m", f"{torque!r}")
+            + output("turn", "shaft", "value")
+        )
         largest = max(largest, abs(h["turn"][-1] / angle - 1))
     return largest
 
@@ -76,18 +92,23 @@ def far_value(run):
 
 @case("a body that flies at 1e7 m/s and turns", "motion across against the exact one / way", 1e-6)
 def fast_flight(run):
-    h = run(simulation(1.0, 100) + rigid("m", 1.0, (1e-3, 1e-3, 2e-3), frames={"e": (1, 0, 0)})
-            + joint("fly", "free", "ground", "m", "initial = { rate = [1e7, 0, 0, 0, 0, 10] }") + output("p", "m.e", "position"))
+    h = run(
+        simulation(1.0, 100)
+        + rigid("m", 1.0, (1e-3, 1e-3, 2e-3), frames={"e": (1, 0, 0)})
+        + joint("fly", "free", "ground", "m", "initial = { rate = [1e7, 0, 0, 0, 0, 10] }")
+        + output("p", "m.e", "position")
+    )
     return max(abs(y - math.sin(10 * t)) for t, y in zip(h["t"], h["p.y"])) / 1e7
 
 
 # Damping and stiffness of joints, springs and bushings
 
+
 def damped(run, k, c, mass=1.0, duration=1.0, by="joint", x0=0.1, v0=0.0, more=""):
     spring = f"spring = {{ stiffness = {k!r}, damping = {c!r} }}" if by == "joint" else ""
     text = simulation(duration, 100 / duration, more=more) + slide(mass, x0, v0, spring)
     if by == "bushing":
-        text += f"[[force]]\nkind = \"bushing\"\non = \"m\"\nstiffness = [{k!r}, 0, 0, 0, 0, 0]\ndamping = [{c!r}, 0, 0, 0, 0, 0]\n"
+        text += f'[[force]]\nkind = "bushing"\non = "m"\nstiffness = [{k!r}, 0, 0, 0, 0, 0]\ndamping = [{c!r}, 0, 0, 0, 0, 0]\n'
     h = run(text + output("x", "slide", "value"))
     w = math.sqrt(k / mass)
     return worst(h, "x", lambda t: oscillator(t, x0, v0, w, c / (2 * mass * w)), abs(x0) or None)
@@ -109,29 +130,52 @@ def beyond_critical(run):
     return damped(run, 1e4, 2e8, by="bushing")
 
 
-@case("ratios of damping from 0.01 to 1e6, a tenth to ten periods, springs in joints and bushings", "place against the exact one / its start", 1e-3)
+@case(
+    "ratios of damping from 0.01 to 1e6, a tenth to ten periods, springs in joints and bushings",
+    "place against the exact one / its start",
+    1e-3,
+)
 def all_damping(run):
-    return max(damped(run, 1e3, 2 * zeta * math.sqrt(1e3), duration=2.0, by=by) for zeta in (0.01, 0.3, 1.0, 30.0, 1e3, 1e6) for by in ("joint", "bushing"))
+    return max(
+        damped(run, 1e3, 2 * zeta * math.sqrt(1e3), duration=2.0, by=by)
+        for zeta in (0.01, 0.3, 1.0, 30.0, 1e3, 1e6)
+        for by in ("joint", "bushing")
+    )
 
 
 @case("a damped weight struck while a damper of 1e9 N s/m holds it", "speed integrated by hand / way", 1e-3)
 def struck_overdamped(run):
     # m v' = F - c v - k x, m / c = 1e-9 s: x' = (F - k x) / c
-    h = run(simulation(1.0, 100) + slide(1.0, 0.0, 0.0, "spring = { stiffness = 1e9, damping = 1e9 }") + force("force", "m", "t < 0.5 ? 1e6 : 0", (1, 0, 0)) + output("x", "slide", "value"))
+    h = run(
+        simulation(1.0, 100)
+        + slide(1.0, 0.0, 0.0, "spring = { stiffness = 1e9, damping = 1e9 }")
+        + force("force", "m", "t < 0.5 ? 1e6 : 0", (1, 0, 0))
+        + output("x", "slide", "value")
+    )
     return worst(h, "x", lambda t: 1e-3 * (1 - math.exp(-t)) if t < 0.5 else 1e-3 * (1 - math.exp(-0.5)) * math.exp(0.5 - t))
 
 
 @case("a bushing of 1e15 N/m holds 1 kg against gravity, damped", "sag against m g / k / size; seconds", 1e-9)
 def rigid_bushing(run):
-    h = run(simulation(1.0, 100, down) + rigid("m", 1.0, (1e-3,) * 3, frames={"p": (1, 0, 0)}) + joint("j", "free", "ground", "m")
-            + "[[force]]\nkind = \"bushing\"\non = \"m\"\nstiffness = [1e15, 1e15, 1e15, 1e15, 1e15, 1e15]\ndamping = [1e7, 1e7, 1e7, 1e5, 1e5, 1e5]\n" + output("p", "m", "position"))
+    h = run(
+        simulation(1.0, 100, down)
+        + rigid("m", 1.0, (1e-3,) * 3, frames={"p": (1, 0, 0)})
+        + joint("j", "free", "ground", "m")
+        + '[[force]]\nkind = "bushing"\non = "m"\nstiffness = [1e15, 1e15, 1e15, 1e15, 1e15, 1e15]\ndamping = [1e7, 1e7, 1e7, 1e5, 1e5,'
+        " 1e5]\n" + output("p", "m", "position")
+    )
     return max(abs(y) for y in h["p.y"]) if run.cpu < 5 else math.inf
 
 
 @case("the same bushing without damping", "sag / size, or a sentence within seconds", 1e-9)
 def undamped_bushing(run):
-    code, out, err, csv = run.simulate(simulation(1.0, 100, down) + rigid("m", 1.0, (1e-3,) * 3, frames={"p": (1, 0, 0)}) + joint("j", "free", "ground", "m")
-                                       + "[[force]]\nkind = \"bushing\"\non = \"m\"\nstiffness = [1e15, 1e15, 1e15, 1e15, 1e15, 1e15]\n" + output("p", "m", "position"))
+    code, out, err, csv = run.simulate(
+        simulation(1.0, 100, down)
+        + rigid("m", 1.0, (1e-3,) * 3, frames={"p": (1, 0, 0)})
+        + joint("j", "free", "ground", "m")
+        + '[[force]]\nkind = "bushing"\non = "m"\nstiffness = [1e15, 1e15, 1e15, 1e15, 1e15, 1e15]\n'
+        + output("p", "m", "position")
+    )
     if run.cpu > 8:
         return math.inf
     return 0 if code == 0 or "steps" in err else 1
@@ -139,7 +183,9 @@ def undamped_bushing(run):
 
 @case("1 kg vibrates on 1e15 N/m, seen for a second: 3e7 radians", "a sentence that names the joint, within seconds", 0)
 def endless_vibration(run):
-    message = run.fails(simulation(100.0, 1, (0, 0, 0)) + slide(1.0, 0.1, 0.0, "spring = { stiffness = 1e15 }") + output("x", "slide", "value"), (1,))
+    message = run.fails(
+        simulation(100.0, 1, (0, 0, 0)) + slide(1.0, 0.1, 0.0, "spring = { stiffness = 1e15 }") + output("x", "slide", "value"), (1,)
+    )
     return 0 if "'slide'" in message and "--max-steps" in message and run.cpu < 8 else 1
 
 
@@ -150,26 +196,47 @@ def small_budget(run):
     return 0 if process.returncode == 1 and "more than the 500" in err and "'slide'" in err else 1
 
 
-@case("light weight on a stiff spring beside a heavy one on a soft spring: frequencies 1e5 apart", "heavy weight's place against the exact one / its start", 1e-3)
+@case(
+    "light weight on a stiff spring beside a heavy one on a soft spring: frequencies 1e5 apart",
+    "heavy weight's place against the exact one / its start",
+    1e-3,
+)
 def stiff_beside_soft(run):
     text = simulation(6.0, 20) + slide(1.0, 0.1, 0.0, "spring = { stiffness = 1.0 }")
-    text += rigid("light", 1e-6, (1e-9,) * 3) + joint("push", "prismatic", "m", "light", "axis = [1, 0, 0]\nspring = { stiffness = 1e4, damping = 10.0 }") + output("x", "slide", "value")
+    text += (
+        rigid("light", 1e-6, (1e-9,) * 3)
+        + joint("push", "prismatic", "m", "light", "axis = [1, 0, 0]\nspring = { stiffness = 1e4, damping = 10.0 }")
+        + output("x", "slide", "value")
+    )
     return worst(run(text), "x", lambda t: 0.1 * math.cos(t / math.sqrt(1 + 1e-6)), 0.1)
 
 
 # Spin
 
+
 @case("a wheel at 1e6 rad/s for 1e5 turns", "turns against the exact ones", 1e-6)
 def fast_wheel(run):
-    h = run(simulation(0.2 * math.pi, 100) + rigid("m", 1.0, (1e-3,) * 3, frames={"e": (1, 0, 0)})
-            + joint("shaft", "revolute", "ground", "m", "initial = { rate = 1e6 }") + output("turn", "shaft", "value"))
+    h = run(
+        simulation(0.2 * math.pi, 100)
+        + rigid("m", 1.0, (1e-3,) * 3, frames={"e": (1, 0, 0)})
+        + joint("shaft", "revolute", "ground", "m", "initial = { rate = 1e6 }")
+        + output("turn", "shaft", "value")
+    )
     return max(abs(a - 1e6 * t) for t, a in zip(h["t"], h["turn"])) / (2e5 * math.pi)
 
 
-@case("a free body at 1e6 rad/s for 1e4 turns", "place of a point 1 m off its axis against the exact one, m; or a sentence within seconds", 0.2)
+@case(
+    "a free body at 1e6 rad/s for 1e4 turns",
+    "place of a point 1 m off its axis against the exact one, m; or a sentence within seconds",
+    0.2,
+)
 def fast_spin(run):
-    code, out, err, csv = run.simulate(simulation(0.02 * math.pi, 1000) + rigid("m", 1.0, (1e-3, 1e-3, 2e-3), frames={"e": (1, 0, 0)})
-                                       + joint("fly", "free", "ground", "m", "initial = { rate = [0, 0, 0, 0, 0, 1e6] }") + output("p", "m.e", "position"))
+    code, out, err, csv = run.simulate(
+        simulation(0.02 * math.pi, 1000)
+        + rigid("m", 1.0, (1e-3, 1e-3, 2e-3), frames={"e": (1, 0, 0)})
+        + joint("fly", "free", "ground", "m", "initial = { rate = [0, 0, 0, 0, 0, 1e6] }")
+        + output("p", "m.e", "position")
+    )
     if code:
         return 0 if "turns at" in err and run.cpu < 8 else math.inf
     lines = [[float(x) for x in line.split(",")] for line in csv.read_text().splitlines()[1:]]
@@ -178,9 +245,15 @@ def fast_spin(run):
 
 # Motion far below the mechanism's size
 
+
 def tip_response(run, newton, tolerance=1e-6, wave="1", duration=0.5):
-    h = run(simulation(duration, 400, tolerance=tolerance) + beam("b", 1.0, circle(0.01), steel, "damping = { ratio = 0.02 }") + joint("root", "weld", "ground", "b.root")
-            + force("force", "b.tip", f"{newton!r}*({wave})", (0, 1, 0)) + output("tip", "b.tip", "position"))
+    h = run(
+        simulation(duration, 400, tolerance=tolerance)
+        + beam("b", 1.0, circle(0.01), steel, "damping = { ratio = 0.02 }")
+        + joint("root", "weld", "ground", "b.root")
+        + force("force", "b.tip", f"{newton!r}*({wave})", (0, 1, 0))
+        + output("tip", "b.tip", "position")
+    )
     return [y / newton for y in h["tip.y"]]
 
 
@@ -201,20 +274,34 @@ def micrometres(run):
 
 @case("a pendulum of 1 m swings by 1e-9 rad", "angle against the linear one / its start", 1e-4)
 def tiny_swing(run):
-    h = run(simulation(4.0, 50, down) + rigid("m", 1.0, (0, 0, 0), frames={"e": (0, 1, 0)}) + joint("pin", "revolute", "ground", "m.e", "initial = { value = 1e-9 }") + output("a", "pin", "value"))
+    h = run(
+        simulation(4.0, 50, down)
+        + rigid("m", 1.0, (0, 0, 0), frames={"e": (0, 1, 0)})
+        + joint("pin", "revolute", "ground", "m.e", "initial = { value = 1e-9 }")
+        + output("a", "pin", "value")
+    )
     return worst(h, "a", lambda t: 1e-9 * math.cos(math.sqrt(9.81) * t), 1e-9)
 
 
 @case("a film of 1 nm falls on its clamped edge", "finite and soon, or a sentence", 0)
 def thin_film(run):
-    code, out, err, csv = run.simulate(simulation(0.1, 100, down) + beam("b", 1.0, "{ shape = \"rectangle\", width = 0.1, height = 1e-9 }", steel) + joint("root", "weld", "ground", "b.root")
-                                       + output("tip", "b.tip", "position"))
+    code, out, err, csv = run.simulate(
+        simulation(0.1, 100, down)
+        + beam("b", 1.0, '{ shape = "rectangle", width = 0.1, height = 1e-9 }', steel)
+        + joint("root", "weld", "ground", "b.root")
+        + output("tip", "b.tip", "position")
+    )
     return 0 if run.cpu < 10 and (code == 0 or len(err) > 30) else 1
 
 
 # Snap-through
 
-@case("von Mises truss snaps through: weight on two inclined springs under a load beyond their limit", "height against a Runge-Kutta integration / range", 1e-4)
+
+@case(
+    "von Mises truss snaps through: weight on two inclined springs under a load beyond their limit",
+    "height against a Runge-Kutta integration / range",
+    1e-4,
+)
 def snap_through(run):
     a, h0, k, c, mass, load = 1.0, 0.1, 1e6, 20.0, 1.0, 500.0
     length = math.hypot(a, h0)
@@ -233,9 +320,13 @@ def snap_through(run):
         y, v = y + dt / 6 * (k1 + 2 * k2 + 2 * k3 + k4), v + dt / 6 * (l1 + 2 * l2 + 2 * l3 + l4)
         if (i + 1) % 1000 == 0:
             truth.append(y)
-    text = simulation(0.5, 400) + rigid("m", mass, (1e-3,) * 3) + joint("slide", "prismatic", "ground", "m", f"axis = [0, 1, 0]\ninitial = {{ value = {h0} }}")
+    text = (
+        simulation(0.5, 400)
+        + rigid("m", mass, (1e-3,) * 3)
+        + joint("slide", "prismatic", "ground", "m", f"axis = [0, 1, 0]\ninitial = {{ value = {h0} }}")
+    )
     for side, x in (("left", -a), ("right", a)):
         text += rigid(side, 1.0) + joint(side + "_held", "weld", "ground", side, f"position = [{x}, 0, 0]")
-        text += spring_damper("m", k, c, f"from = \"{side}\"\nrest = {length!r}")
+        text += spring_damper("m", k, c, f'from = "{side}"\nrest = {length!r}')
     h = run(text + force("force", "m", f"{-load}", (0, 1, 0)) + output("y", "slide", "value"))
     return max(abs(p - q) for p, q in zip(h["y"], truth)) / (max(truth) - min(truth))

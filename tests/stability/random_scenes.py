@@ -1,9 +1,9 @@
 """Random mechanisms keep what physics keeps:  random_scenes.py FLEXFRAME [--count N] [--seed S]
 
-Trees and chains of rigid bodies and beams of every model with every kind of joint, some closed to loops, on ground or flying free. Each is simulated as
-it is and, moved and turned as a whole, once more. Kept: energy, closure of the loops, the motion as seen from the moved frame; of rigid bodies without
-ground also momentum and its moment. The exponential method keeps the same and finds the same motion. The last lines count what was there.
-Random meshes with random nodes follow every rigid motion exactly.
+Trees and chains of rigid bodies and beams of every model with every kind of joint, some closed to loops, on ground or flying free. Each
+is simulated as it is and, moved and turned as a whole, once more. Kept: energy, closure of the loops, the motion as seen from the moved
+frame; of rigid bodies without ground also momentum and its moment. The exponential method keeps the same and finds the same motion. The
+last lines count what was there. Random meshes with random nodes follow every rigid motion exactly.
 """
 import argparse
 import collections
@@ -20,9 +20,24 @@ from scenes import beam, circle, joint, output, rigid, rotation, simulation  # n
 
 kinds = ["weld", "revolute", "prismatic", "cylindrical", "universal", "spherical", "planar", "screw", "free"]
 # What closes a loop, often what leaves it most freedom: the others make most loops rigid.
-closers = ["distance", "point-on-line", "point-on-plane", "distance", "point-on-line", "point-on-plane", "spherical", "cylindrical", "universal", "revolute"]
-models = {"finite-element": "elements = 3", "modal": 'model = "modal"\nmodes = { bending_xy = [1, 2], bending_xz = [1, 2] }',
-          "mixed": 'model = "mixed"\nvolumes = 2\nelements = 1', "lumped": 'model = "lumped"\nelements = 3'}
+closers = [
+    "distance",
+    "point-on-line",
+    "point-on-plane",
+    "distance",
+    "point-on-line",
+    "point-on-plane",
+    "spherical",
+    "cylindrical",
+    "universal",
+    "revolute",
+]
+models = {
+    "finite-element": "elements = 3",
+    "modal": 'model = "modal"\nmodes = { bending_xy = [1, 2], bending_xz = [1, 2] }',
+    "mixed": 'model = "mixed"\nvolumes = 2\nelements = 1',
+    "lumped": 'model = "lumped"\nelements = 3',
+}
 freedom = {"weld": 0, "revolute": 1, "prismatic": 1, "cylindrical": 2, "universal": 2, "spherical": 3, "planar": 3, "screw": 1, "free": 6}
 
 
@@ -59,15 +74,35 @@ class Mechanism:
             if elastic and chance.random() < 0.5 and sum("model" in b for b in self.bodies) < 2:
                 length = round(uniform(0.3, 1.0), 3)
                 model = chance.choice(["finite-element", "finite-element", "modal", "modal", "mixed", "lumped"])
-                self.bodies.append({"name": name, "frames": ["root", "tip"], "model": model,
-                                    "text": beam(name, length, circle(round(uniform(0.01, 0.03), 4)), "{ density = 2700.0, youngs_modulus = 7e10 }", models[model])})
+                self.bodies.append(
+                    {
+                        "name": name,
+                        "frames": ["root", "tip"],
+                        "model": model,
+                        "text": beam(
+                            name,
+                            length,
+                            circle(round(uniform(0.01, 0.03), 4)),
+                            "{ density = 2700.0, youngs_modulus = 7e10 }",
+                            models[model],
+                        ),
+                    }
+                )
             else:
                 a, b, c = (uniform(0.05, 0.4) for _ in range(3))
                 mass = round(uniform(0.2, 3.0), 3)
                 inertia = [mass / 12 * (b * b + c * c), mass / 12 * (a * a + c * c), mass / 12 * (a * a + b * b)]
                 centre = some(0.2)
-                self.bodies.append({"name": name, "frames": ["p", "c"], "mass": mass, "inertia": inertia, "centre": centre,
-                                    "text": rigid(name, mass, inertia, centre, {"p": some(0.4), "c": centre})})
+                self.bodies.append(
+                    {
+                        "name": name,
+                        "frames": ["p", "c"],
+                        "mass": mass,
+                        "inertia": inertia,
+                        "centre": centre,
+                        "text": rigid(name, mass, inertia, centre, {"p": some(0.4), "c": centre}),
+                    }
+                )
             parent = chance.randrange(-1 if grounded else 0, k) if k > 0 else -1
             free = not grounded and k == 0
             kind = "free" if free else chance.choice(kinds)
@@ -79,15 +114,27 @@ class Mechanism:
             more = "" if kind != "screw" else f"pitch = {round(uniform(0.02, 0.2), 3)}\n"
             if kind in ("prismatic", "planar", "screw", "revolute") and chance.random() < 0.4:
                 more += f"spring = {{ stiffness = {round(uniform(5, 200), 1)} }}\n"
-            self.joints.append({"name": f"joint{k}", "kind": kind, "parent": frame, "child": name, "position": some(0.3), "rotation": some(1.2), "rate": rate,
-                                "more": f"axis = {some(1.0) if chance.random() < 0.8 else [0, 0, 1]}\n{more}"})
+            self.joints.append(
+                {
+                    "name": f"joint{k}",
+                    "kind": kind,
+                    "parent": frame,
+                    "child": name,
+                    "position": some(0.3),
+                    "rotation": some(1.2),
+                    "rate": rate,
+                    "more": f"axis = {some(1.0) if chance.random() < 0.8 else [0, 0, 1]}\n{more}",
+                }
+            )
         self.loop_count = loops
         self.duration = 0.1 if any("model" in b for b in self.bodies) else 0.5
         self.gravity = some(6.0) if grounded else [0, 0, 0]
 
     def text(self, R=None, p=(0, 0, 0), duration=None, tolerance=1e-8, method="auto"):
         R = R or rotation((0, 0, 0))
-        text = simulation(duration or self.duration, 100.0, turned(R, self.gravity), tolerance, f'method = "{method}"') + "".join(b["text"] for b in self.bodies)
+        text = simulation(duration or self.duration, 100.0, turned(R, self.gravity), tolerance, f'method = "{method}"') + "".join(
+            b["text"] for b in self.bodies
+        )
         for k, j in enumerate(self.joints):
             position, turn = j["position"], j["rotation"]
             if j["parent"] == "ground":
@@ -102,9 +149,15 @@ class Mechanism:
         text += output("energy", "system", "energy") + output("kinetic", "system", "kinetic")
         for b in self.bodies:
             for f in b["frames"]:
-                text += output(f"{b['name']} {f}", f"{b['name']}.{f}", "position") + output(f"{b['name']} {f} turn", f"{b['name']}.{f}", "rotation")
+                text += output(f"{b['name']} {f}", f"{b['name']}.{f}", "position") + output(
+                    f"{b['name']} {f} turn", f"{b['name']}.{f}", "rotation"
+                )
             if "mass" in b:
-                text += output(f"{b['name']} v", f"{b['name']}.c", "velocity") + output(f"{b['name']} w", b["name"], "angular_velocity") + output(f"{b['name']} turn", b["name"], "rotation")
+                text += (
+                    output(f"{b['name']} v", f"{b['name']}.c", "velocity")
+                    + output(f"{b['name']} w", b["name"], "angular_velocity")
+                    + output(f"{b['name']} turn", b["name"], "rotation")
+                )
         return text
 
     def close(self, run):
@@ -115,15 +168,30 @@ class Mechanism:
             a, b = self.chance.sample(frames, 2)
             if a[0] == b[0]:
                 continue
-            (xa, xb), (Ra, Rb) = ([column(h, f"{n} {f}")[0] for n, f in (a, b)], [rotation(column(h, f"{n} {f} turn")[0]) for n, f in (a, b)])
+            (xa, xb), (Ra, Rb) = (
+                [column(h, f"{n} {f}")[0] for n, f in (a, b)],
+                [rotation(column(h, f"{n} {f} turn")[0]) for n, f in (a, b)],
+            )
             kind, apart = self.chance.choice(closers), [q - p for p, q in zip(xa, xb)]
             if kind == "distance" and math.dist(xa, xb) < 0.05:
                 continue
             # Seen from the parent's frame: where the child's origin is, how it is turned, an axis.
             back = [[Ra[c][r] for c in range(3)] for r in range(3)]
             axis = [self.chance.uniform(-1, 1) for _ in range(3)]
-            loop = {"a": ".".join(a), "b": ".".join(b), "kind": kind, "position": turned(back, apart), "rotation": vector_of(product(back, Rb)), "axis": axis, "length": math.dist(xa, xb)}
-            loop["more"] = f"length = {loop['length']!r}" if kind == "distance" else f"position = {loop['position']}\nrotation = {loop['rotation']}\naxis = {axis}"
+            loop = {
+                "a": ".".join(a),
+                "b": ".".join(b),
+                "kind": kind,
+                "position": turned(back, apart),
+                "rotation": vector_of(product(back, Rb)),
+                "axis": axis,
+                "length": math.dist(xa, xb),
+            }
+            loop["more"] = (
+                f"length = {loop['length']!r}"
+                if kind == "distance"
+                else f"position = {loop['position']}\nrotation = {loop['rotation']}\naxis = {axis}"
+            )
             self.loops.append(loop)
 
     def gaps(self, h):
@@ -197,7 +265,10 @@ def check(mechanism, run, chance):
 
     def apart(a, moved):
         """Largest distance of a frame in the moved run from where it belongs, over the mechanism's size."""
-        return max(math.dist(w, [q + c for q, c in zip(p, turned(R, v))]) for n in names for v, w in zip(column(a, n), column(moved, n))) / size
+        return (
+            max(math.dist(w, [q + c for q, c in zip(p, turned(R, v))]) for n in names for v, w in zip(column(a, n), column(moved, n)))
+            / size
+        )
 
     found = invariants(mechanism, h)
     found["frame"] = apart(h, other) / 1e-4
@@ -219,18 +290,39 @@ def check_mesh(run, chance, folder):
     uniform = chance.uniform
     rings, around = chance.randint(3, 8), chance.randint(4, 12)
     scale = [uniform(0.1, 2.0) for _ in range(3)]
-    vertices = [[scale[0] * i / rings, scale[1] * math.cos(2 * math.pi * j / around) * uniform(0.7, 1.3), scale[2] * math.sin(2 * math.pi * j / around) * uniform(0.7, 1.3)]
-                for i in range(rings + 1) for j in range(around)]
-    faces = [(i * around + j, i * around + (j + 1) % around, (i + 1) * around + (j + 1) % around, (i + 1) * around + j) for i in range(rings) for j in range(around)]
+    vertices = [
+        [
+            scale[0] * i / rings,
+            scale[1] * math.cos(2 * math.pi * j / around) * uniform(0.7, 1.3),
+            scale[2] * math.sin(2 * math.pi * j / around) * uniform(0.7, 1.3),
+        ]
+        for i in range(rings + 1)
+        for j in range(around)
+    ]
+    faces = [
+        (i * around + j, i * around + (j + 1) % around, (i + 1) * around + (j + 1) % around, (i + 1) * around + j)
+        for i in range(rings)
+        for j in range(around)
+    ]
     mesh, nodes, out = folder / "m.obj", folder / "n.csv", folder / "u.csv"
-    mesh.write_text("".join(f"v {' '.join(map(repr, v))}\n" for v in vertices) + "".join(f"f {' '.join(str(i + 1) for i in f)}\n" for f in faces))
+    mesh.write_text(
+        "".join(f"v {' '.join(map(repr, v))}\n" for v in vertices) + "".join(f"f {' '.join(str(i + 1) for i in f)}\n" for f in faces)
+    )
     R, p = rotation([uniform(-1.7, 1.7) for _ in range(3)]), [uniform(-1, 1) for _ in range(3)]
     turn = vector_of(R)
     count = chance.choice([1, 2, 3, 4, 7, 20, 60])
     shape = chance.choice(["vertices", "line", "plane", "space"])
     lines = ["x,y,z,ux,uy,uz,rx,ry,rz"]
     for k in range(count):
-        x = list(chance.choice(vertices)) if shape == "vertices" else [scale[0] * (k + 0.5) / count, 0 if shape == "line" else uniform(-1, 1) * scale[1], uniform(-1, 1) * scale[2] if shape == "space" else 0]
+        x = (
+            list(chance.choice(vertices))
+            if shape == "vertices"
+            else [
+                scale[0] * (k + 0.5) / count,
+                0 if shape == "line" else uniform(-1, 1) * scale[1],
+                uniform(-1, 1) * scale[2] if shape == "space" else 0,
+            ]
+        )
         u = [a + b - c for a, b, c in zip(turned(R, x), p, x)]
         lines.append(",".join(map(repr, x + u + turn)))
     nodes.write_text("\n".join(lines) + "\n")
@@ -254,19 +346,33 @@ def main():
             run = Runner(options.program, folder, 60)
             # Flying or on ground, rigid or with beams, open or with loops.
             variant = k % 8
-            mechanism = Mechanism(chance, grounded=variant % 2 == 1, elastic=variant in (2, 3, 6, 7), loops=chance.randint(1, 2) if variant >= 4 else 0)
+            mechanism = Mechanism(
+                chance, grounded=variant % 2 == 1, elastic=variant in (2, 3, 6, 7), loops=chance.randint(1, 2) if variant >= 4 else 0
+            )
             try:
                 found = check(mechanism, run, chance)
                 found["mesh"] = check_mesh(run, chance, pathlib.Path(folder))
             except Missed as e:
-                # A random loop may be rigid or pull its bodies to the end of their reach or bend them beyond their model: said, it is an answer.
-                if mechanism.loops and not str(e).startswith("exponential") and any(word in str(e) for word in ("cannot be closed", "contradict", "change point", "cannot be assembled", "is no longer positive")):
+                # A random loop may be rigid or pull its bodies to the end of their reach or bend them beyond their model: said, it is an
+                # answer.
+                if (
+                    mechanism.loops
+                    and not str(e).startswith("exponential")
+                    and any(
+                        word in str(e)
+                        for word in ("cannot be closed", "contradict", "change point", "cannot be assembled", "is no longer positive")
+                    )
+                ):
                     refused += 1
                     continue
                 found = {"run": math.inf}
                 print(f"mechanism {k}: {e}")
             done += 1
-            there.update([j["kind"] for j in mechanism.joints] + [b.get("model", "rigid") for b in mechanism.bodies] + [f"loop by {loop['kind']}" for loop in mechanism.loops])
+            there.update(
+                [j["kind"] for j in mechanism.joints]
+                + [b.get("model", "rigid") for b in mechanism.bodies]
+                + [f"loop by {loop['kind']}" for loop in mechanism.loops]
+            )
             there.update(["on ground" if mechanism.grounded else "flying", "with loops" if mechanism.loops else "a tree"])
             bad = {name: v for name, v in found.items() if not v <= 1}
             if bad:
@@ -277,7 +383,10 @@ def main():
             for name, v in found.items():
                 worst[name] = max(worst.get(name, 0.0), v)
     print("there were: " + ", ".join(f"{name} {count}" for name, count in sorted(there.items())))
-    print(f"{done} checked, {refused} refused with a reason; worst share of the bounds: " + ", ".join(f"{k} {v:.2g}" for k, v in sorted(worst.items())))
+    print(
+        f"{done} checked, {refused} refused with a reason; worst share of the bounds: "
+        + ", ".join(f"{k} {v:.2g}" for k, v in sorted(worst.items()))
+    )
     print("failed" if failed else "passed", f"({failed} of {done})")
     sys.stdout.flush()
     os._exit(1 if failed or done < 0.85 * options.count else 0)

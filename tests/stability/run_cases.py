@@ -15,6 +15,7 @@ import tempfile
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 from cases import cases  # noqa: E402
 
+
 class Missed(Exception):
     pass
 
@@ -30,8 +31,13 @@ class Runner:
     def start(self, text, *words):
         scene = self.folder / "scene.toml"
         scene.write_text(text)
-        process = subprocess.Popen([self.program, *map(str, words[:1]), str(scene), *map(str, words[1:])], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                                   preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (self.limit, self.limit)))
+        process = subprocess.Popen(
+            [self.program, *map(str, words[:1]), str(scene), *map(str, words[1:])],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (self.limit, self.limit)),
+        )
         with process.stdout, process.stderr:
             out, err = process.communicate()
         return process, out, err
@@ -81,11 +87,15 @@ class Runner:
         self.notes = out + err
         return err.strip() if code else ""
 
-
     def program_words(self, *words):
         """The finished process of any command; it must end well."""
-        done = subprocess.run([self.program, *map(str, words)], capture_output=True, text=True, stdin=subprocess.DEVNULL,
-                              preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (self.limit, self.limit)))
+        done = subprocess.run(
+            [self.program, *map(str, words)],
+            capture_output=True,
+            text=True,
+            stdin=subprocess.DEVNULL,
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (self.limit, self.limit)),
+        )
         if done.returncode != 0:
             raise Missed(f"{words[0]}: exit {done.returncode}: {done.stderr.strip()[-600:]}")
         return done
@@ -106,7 +116,13 @@ def main():
     options = words.parse_args()
     rows, failed = [], 0
     for c in cases:
-        if options.only is not None and c["name"] not in options.only or options.only is None and not options.all and c["long"] != options.long:
+        if (
+            options.only is not None
+            and c["name"] not in options.only
+            or options.only is None
+            and not options.all
+            and c["long"] != options.long
+        ):
             continue
         with tempfile.TemporaryDirectory(prefix="flexframe_hard_") as folder:
             run = Runner(options.program, folder, options.limit)
@@ -117,7 +133,10 @@ def main():
                 good, text = False, f"{type(e).__name__}: {e}"
         failed += not good
         print(f"{'ok    ' if good else 'FAILED'} {c['name']:26} {text} (bound {number(c['bound'])}), {run.total:.2f} CPU s", flush=True)
-        rows.append(f"| {c['name']} | {c['hard']} | {c['invariant']} | {number(c['bound'])} | {text} | {run.total:.1f} |{' nightly' if c['long'] else ''}")
+        rows.append(
+            f"| {c['name']} | {c['hard']} | {c['invariant']} | {number(c['bound'])} | {text} |"
+            f" {run.total:.1f} |{' nightly' if c['long'] else ''}"
+        )
     if options.table:
         page = options.table.read_text()
         table = "| case | what is hard | invariant | bound | measured | CPU s |\n|---|---|---|---|---|---|\n" + "\n".join(r for r in rows)

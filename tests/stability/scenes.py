@@ -8,8 +8,10 @@ def simulation(duration, rate=100.0, gravity=(0, 0, 0), tolerance=1e-6, more="")
 
 def rigid(name, mass, inertia=(0, 0, 0), centre=(0, 0, 0), frames=None):
     points = ", ".join(f"{k} = {list(v)}" for k, v in (frames or {}).items())
-    return (f"[[body]]\nname = \"{name}\"\nkind = \"rigid\"\nmass = {mass!r}\ninertia = {list(inertia)}\n"
-            f"centre_of_mass = {list(centre)}\nframes = {{ {points} }}\n")
+    return (
+        f'[[body]]\nname = "{name}"\nkind = "rigid"\nmass = {mass!r}\ninertia = {list(inertia)}\n'
+        f"centre_of_mass = {list(centre)}\nframes = {{ {points} }}\n"
+    )
 
 
 def slender(mass, length):
@@ -23,19 +25,19 @@ def bar(name, length, mass):
 
 
 def beam(name, length, section, material, more=""):
-    return f"[[body]]\nname = \"{name}\"\nkind = \"beam\"\nlength = {length!r}\nsection = {section}\nmaterial = {material}\n{more}\n"
+    return f'[[body]]\nname = "{name}"\nkind = "beam"\nlength = {length!r}\nsection = {section}\nmaterial = {material}\n{more}\n'
 
 
 def joint(name, kind, parent, child, more=""):
-    return f"[[joint]]\nname = \"{name}\"\nkind = \"{kind}\"\nparent = \"{parent}\"\nchild = \"{child}\"\n{more}\n"
+    return f'[[joint]]\nname = "{name}"\nkind = "{kind}"\nparent = "{parent}"\nchild = "{child}"\n{more}\n'
 
 
 def force(kind, on, value, direction=(0, 0, 1), more=""):
-    return f"[[force]]\nkind = \"{kind}\"\non = \"{on}\"\ndirection = {list(direction)}\nvalue = \"{value}\"\n{more}\n"
+    return f'[[force]]\nkind = "{kind}"\non = "{on}"\ndirection = {list(direction)}\nvalue = "{value}"\n{more}\n'
 
 
 def output(name, of, quantity):
-    return f"[[output]]\nname = \"{name}\"\nof = \"{of}\"\nquantity = \"{quantity}\"\n"
+    return f'[[output]]\nname = "{name}"\nof = "{of}"\nquantity = "{quantity}"\n'
 
 
 def energies():
@@ -46,7 +48,7 @@ steel = "{ density = 7800.0, youngs_modulus = 2.1e11 }"
 
 
 def circle(diameter):
-    return f"{{ shape = \"circle\", diameter = {diameter!r} }}"
+    return f'{{ shape = "circle", diameter = {diameter!r} }}'
 
 
 def rotation(v):
@@ -54,6 +56,8 @@ def rotation(v):
     a = math.sqrt(sum(c * c for c in v))
     x, y, z = (c / a for c in v) if a > 0 else (1, 0, 0)
     c, s, k = math.cos(a), math.sin(a), 1 - math.cos(a)
-    return [[c + x * x * k, x * y * k - z * s, x * z * k + y * s],
-            [y * x * k + z * s, c + y * y * k, y * z * k - x * s],
-            [z * x * k - y * s, z * y * k + x * s, c + z * z * k]]
+    return [
+        [c + x * x * k, x * y * k - z * s, x * z * k + y * s],
+        [y * x * k + z * s, c + y * y * k, y * z * k - x * s],
+        [z * x * k - y * s, z * y * k + x * s, c + z * z * k],
+    ]

@@ -292,8 +292,10 @@ def crank_rocker(r):
             "revolute",
             "ground",
             "rocker",
-            f"position = [{d!r}, 0, 0]\nrotation = [0, 0, {ps0!r}]\n"
-            f"friction = {{ coefficient = 0.5, normal_force = {2 * R!r}, radius = 1.0 }}",
+            (
+                f"position = [{d!r}, 0, 0]\nrotation = [0, 0, {ps0!r}]\n"
+                f"friction = {{ coefficient = 0.5, normal_force = {2 * R!r}, radius = 1.0 }}"
+            ),
         )
         + joint(
             "top",

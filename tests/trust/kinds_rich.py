@@ -217,9 +217,7 @@ def space_arm(r):
             + beam("upper", L, s["text"], m, more)
             + beam("fore", L2, s["text"], m, more)
             + joint("shoulder", "revolute", "ground", "upper.root", f'axis = [0, 0, 1]\nmotion = "{smooth(a, T)}"')
-            + joint(
-                "elbow", "revolute", "upper.tip", "fore.root", f'axis = {axis}\nrotation = [0.3, 0.4, 1.0]\nmotion = "{smooth(b, T)}"'
-            )
+            + joint("elbow", "revolute", "upper.tip", "fore.root", f'axis = {axis}\nrotation = [0.3, 0.4, 1.0]\nmotion = "{smooth(b, T)}"')
             + output("tip", "fore.tip", "position")
             + output("bent", "upper.tip", "displacement")
         )

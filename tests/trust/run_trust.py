@@ -31,9 +31,26 @@ import kinds_statics  # noqa: E402
 
 # What continuous integration runs: one scene of a kind, those whose truth costs little.
 SHORT = [
-    "tension", "across", "twist", "truss", "rod_pulled", "angle_section", "torsion_rod", "portal", "cantilever_force",
-    "constant_acceleration", "pendulum", "tumbling", "driven_arm", "decay", "on_stop", "bounce", "rubbing_block", "slider_crank",
-    "crank_rocker", "pulse",
+    "tension",
+    "across",
+    "twist",
+    "truss",
+    "rod_pulled",
+    "angle_section",
+    "torsion_rod",
+    "portal",
+    "cantilever_force",
+    "constant_acceleration",
+    "pendulum",
+    "tumbling",
+    "driven_arm",
+    "decay",
+    "on_stop",
+    "bounce",
+    "rubbing_block",
+    "slider_crank",
+    "crank_rocker",
+    "pulse",
 ]
 KINDS = kinds_statics.KINDS + kinds_motion.KINDS + kinds_contact.KINDS + kinds_rich.KINDS
 DEFAULT_CLAIM, ESTIMATES = 0.01, 5.0

@@ -92,11 +92,19 @@ TEST(Animation, GhostsAsTheBodySays) {
     const film::Animation animation = film::make_animation(r, s, &scene);
     film::PictureMemory memory;
     film::update_picture(animation, 13, memory);
-    struct { size_t beams = 0; bool wires = false, solid_wires = false, colored = false; float opacity = 0.0f; std::string note; glm::vec3 edge, color; } out;
+    struct {
+      size_t beams = 0;
+      bool wires = false, solid_wires = false, colored = false;
+      float opacity = 0.0f;
+      std::string note;
+      glm::vec3 edge, color;
+    } out;
     for (const render::Surface& one : memory.picture.surfaces) {
       if (one.triangles.data() != animation.bodies[0].triangles.data()) continue;
       if (out.beams == 0) out.solid_wires = one.wires || one.scalars.empty();
-      if (out.beams == 1) out.wires = one.wires, out.colored = !one.scalars.empty(), out.opacity = one.opacity, out.edge = one.edge_color, out.color = one.material.color;
+      if (out.beams == 1)
+        out.wires = one.wires, out.colored = !one.scalars.empty(), out.opacity = one.opacity, out.edge = one.edge_color,
+        out.color = one.material.color;
       ++out.beams;
     }
     out.note = memory.picture.overlay.note;
@@ -147,7 +155,8 @@ TEST(Animation, APictureDependsOnItsNumberAlone) {
   film::RenderSettings s = small_settings();
   s.trail = 2;
   s.overlay.plot = {"tip.y"};
-  for (film::ColorBy by : {film::ColorBy::displacement, film::ColorBy::strain, film::ColorBy::velocity, film::ColorBy::body, film::ColorBy::none}) {
+  for (film::ColorBy by :
+       {film::ColorBy::displacement, film::ColorBy::strain, film::ColorBy::velocity, film::ColorBy::body, film::ColorBy::none}) {
     s.color_by = by;
     const film::Animation animation = film::make_animation(r, s, nullptr);
     film::PictureMemory used, fresh;
@@ -213,15 +222,18 @@ TEST(Animation, StrainOfBendingIsCurvatureTimesHeight) {
   EXPECT_NEAR(animation.scalar_map.upper, 2.0 * 0.001 * 0.02, 0.1 * 2.0 * 0.001 * 0.02);
 }
 
-// A bar whose nodes know the stress of bending and of a pull that grows along it, s_xx = c (y + x / 10), and of a shear besides, s_xz = t: von Mises sqrt(s_xx^2 + 3 s_xz^2) at every vertex.
+// A bar whose nodes know the stress of bending and of a pull that grows along it, s_xx = c (y + x / 10), and of a shear besides, s_xz = t:
+// von Mises sqrt(s_xx^2 + 3 s_xz^2) at every vertex.
 TEST(Animation, StressOfAModalBodyIsVonMisesOfItsStressModes) {
   const Scratch scratch;
   std::string obj;
   const int nx = 20;
   for (int i = 0; i <= nx; ++i)
-    for (const auto& [y, z] : {std::pair(-0.05, -0.05), std::pair(0.05, -0.05), std::pair(0.05, 0.05), std::pair(-0.05, 0.05)}) obj += fmt::format("v {} {} {}\n", i / double(nx), y, z);
+    for (const auto& [y, z] : {std::pair(-0.05, -0.05), std::pair(0.05, -0.05), std::pair(0.05, 0.05), std::pair(-0.05, 0.05)})
+      obj += fmt::format("v {} {} {}\n", i / double(nx), y, z);
   for (int i = 0; i < nx; ++i)
-    for (int k = 0; k < 4; ++k) obj += fmt::format("f {} {} {} {}\n", 4 * i + k + 1, 4 * i + (k + 1) % 4 + 1, 4 * i + (k + 1) % 4 + 5, 4 * i + k + 5);
+    for (int k = 0; k < 4; ++k)
+      obj += fmt::format("f {} {} {} {}\n", 4 * i + k + 1, 4 * i + (k + 1) % 4 + 1, 4 * i + (k + 1) % 4 + 5, 4 * i + k + 5);
   obj += fmt::format("f 4 3 2 1\nf {} {} {} {}\n", 4 * nx + 1, 4 * nx + 2, 4 * nx + 3, 4 * nx + 4);
   sim::Results r = test::swinging_beam(0.001);
   sim::ResultBody& bar = r.bodies[0];
@@ -268,7 +280,9 @@ TEST(Animation, StressOfAModalBodyIsVonMisesOfItsStressModes) {
     for (size_t p = 0; p < mesh.point_position.size(); ++p) {
       const glm::dvec3 x = mesh.positions[static_cast<size_t>(mesh.point_position[p])];
       // Linear over the bar, which the map from nodes to vertices follows exactly.
-      EXPECT_NEAR(memory.picture.surfaces[0].scalars[p], std::abs(q) * std::hypot(slope * (x.y + 0.1 * x.x), std::sqrt(3.0) * twist), 1e-5 * slope * 0.15) << x.x << " " << x.y;
+      EXPECT_NEAR(memory.picture.surfaces[0].scalars[p], std::abs(q) * std::hypot(slope * (x.y + 0.1 * x.x), std::sqrt(3.0) * twist),
+                  1e-5 * slope * 0.15)
+          << x.x << " " << x.y;
       largest = std::max(largest, double(memory.picture.surfaces[0].scalars[p]));
     }
   }

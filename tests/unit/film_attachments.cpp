@@ -10,17 +10,19 @@
 
 #include <gtest/gtest.h>
 
-
 namespace {
 
 using namespace flexframe;
 
-film::RenderSettings words(const std::string& table) { return film::parse_render_settings("title = \"x\"\n[render]\n" + table, "scene.toml"); }
+film::RenderSettings words(const std::string& table) {
+  return film::parse_render_settings("title = \"x\"\n[render]\n" + table, "scene.toml");
+}
 
 TEST(Places, FramesFollowTheirNodes) {
   const sim::Results results = test::swinging_beam();
   const film::SamplePlace at{120, 0.0};
-  const auto tip = film::find_place(results, nullptr, "beam.node8"), body = film::find_place(results, nullptr, "block"), ground = film::find_place(results, nullptr, "ground");
+  const auto tip = film::find_place(results, nullptr, "beam.node8"), body = film::find_place(results, nullptr, "block"),
+             ground = film::find_place(results, nullptr, "ground");
   ASSERT_TRUE(tip && body && ground);
   EXPECT_FALSE(film::find_place(results, nullptr, "beam.middle"));
   EXPECT_FALSE(film::find_place(results, nullptr, "beem"));
@@ -30,7 +32,9 @@ TEST(Places, FramesFollowTheirNodes) {
   // Ten times the deflection, across the undeformed beam.
   const double t = results.times[120], angle = 0.8 * std::sin(2.0 * t), deflection = 0.01 * std::sin(9.0 * t);
   const glm::dvec3 ten(film::place_pose(results, *tip, at, 10.0)[3]);
-  EXPECT_LT(glm::length(ten - glm::dvec3(std::cos(angle) - 10 * deflection * std::sin(angle), std::sin(angle) + 10 * deflection * std::cos(angle), 0.0)), 1e-12);
+  EXPECT_LT(glm::length(ten - glm::dvec3(std::cos(angle) - 10 * deflection * std::sin(angle),
+                                         std::sin(angle) + 10 * deflection * std::cos(angle), 0.0)),
+            1e-12);
   EXPECT_EQ(film::place_pose(results, *ground, at, 1.0), glm::dmat4(1.0));
 }
 
@@ -102,7 +106,8 @@ TEST(CameraWords, PathsOrbitsAndViews) {
   s = words("camera = { orbit = 180 }\n");
   animation = film::make_animation(results, s, nullptr);
   film::update_picture(animation, animation.count - 1, memory);
-  const glm::dvec3 first = animation.camera.position - animation.camera.target, last = memory.picture.camera.position - memory.picture.camera.target;
+  const glm::dvec3 first = animation.camera.position - animation.camera.target,
+                   last = memory.picture.camera.position - memory.picture.camera.target;
   EXPECT_NEAR(glm::length(first), glm::length(last), 1e-12);
   EXPECT_NEAR(first.x + last.x, 0.0, 1e-9);
 
@@ -157,14 +162,17 @@ TEST(Channels, SixteenBitsBesideThePicturesAndOneSheet) {
   EXPECT_TRUE(fs::exists(folder / "depth/frame_00002.png"));
 
   film::write_contact_sheet(folder / "frames", 0, animation.count, 4, folder / "sheet.png");
-  const render::Image sheet = render::read_png(folder / "sheet.png"), last = render::read_png(folder / "frames" / film::picture_file_name(animation.count - 1));
+  const render::Image sheet = render::read_png(folder / "sheet.png"),
+                      last = render::read_png(folder / "frames" / film::picture_file_name(animation.count - 1));
   EXPECT_GE(sheet.width, 2 * 160);
   // The last picture stands in the lower right corner, within the rim.
   const int rim = (sheet.width - 2 * 160 - 4) / 2;
   ASSERT_EQ(sheet.height, 2 * 90 + 4 + 2 * rim);
   int different = 0;
   for (int y = 0; y < 90; ++y)
-    for (int k = 0; k < 3 * 160; ++k) different += sheet.pixels[std::size_t(sheet.height - rim - 90 + y) * sheet.width * 3 + 3 * (sheet.width - rim - 160) + k] != last.pixels[std::size_t(y) * 160 * 3 + k];
+    for (int k = 0; k < 3 * 160; ++k)
+      different += sheet.pixels[std::size_t(sheet.height - rim - 90 + y) * sheet.width * 3 + 3 * (sheet.width - rim - 160) + k] !=
+                   last.pixels[std::size_t(y) * 160 * 3 + k];
   EXPECT_EQ(different, 0);
 }
 

@@ -90,7 +90,8 @@ TEST_F(Filming, RangesAndResume) {
 
 TEST_F(Filming, PicturesOfALongerRunAreRemoved) {
   fs::create_directories(folder / "a");
-  for (const char* name : {"frame_00013.png", "frame_00100.png", ".frame_00001.png.2000000000-1.part", ".frame_00002.png.part", "notes.txt"})
+  for (const char* name :
+       {"frame_00013.png", "frame_00100.png", ".frame_00001.png.2000000000-1.part", ".frame_00002.png.part", "notes.txt"})
     std::ofstream(folder / "a" / name) << "old";
   // What a living process writes is its own affair: two shards may share a folder.
   const std::string living = ".frame_00003.png." + std::to_string(::getpid()) + "-7.part";
@@ -103,8 +104,9 @@ TEST_F(Filming, PicturesOfALongerRunAreRemoved) {
 }
 
 TEST_F(Filming, RefusesRangesThatAreNot) {
-  for (const film::FilmOptions& options : {film::FilmOptions{.first = 13}, film::FilmOptions{.first = 3, .end = 3}, film::FilmOptions{.end = 14},
-                                           film::FilmOptions{.shard = 3, .shards = 2}, film::FilmOptions{.shards = 0}})
+  for (const film::FilmOptions& options :
+       {film::FilmOptions{.first = 13}, film::FilmOptions{.first = 3, .end = 3}, film::FilmOptions{.end = 14},
+        film::FilmOptions{.shard = 3, .shards = 2}, film::FilmOptions{.shards = 0}})
     EXPECT_THROW(draw("x", options), sim::InputError);
   EXPECT_FALSE(fs::exists(folder / "x"));
 }
@@ -148,8 +150,7 @@ TEST_F(Filming, KilledAtAnyMomentItLeavesWholePicturesAndResumes) {
     if (child == 0) {
       try {
         draw("killed", {.resume = true, .workers = 2});
-      } catch (...) {
-      }
+      } catch (...) {}
       ::_exit(0);
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(wait));
@@ -203,7 +204,8 @@ TEST_F(Filming, VideoHasEveryPicture) {
     film::VideoWriter dropped(folder / "dropped.mp4", 12.0);
     for (int k = 0; k < 13; ++k) dropped.add(folder / "a" / film::picture_file_name(k));
   }
-  for (const auto& entry : fs::directory_iterator(folder)) EXPECT_TRUE(entry.is_directory() || entry.path().filename() == "film.mp4") << entry.path();
+  for (const auto& entry : fs::directory_iterator(folder))
+    EXPECT_TRUE(entry.is_directory() || entry.path().filename() == "film.mp4") << entry.path();
 }
 
 }  // namespace

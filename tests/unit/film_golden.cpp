@@ -38,8 +38,9 @@ render::Image draw(const std::string& words, int picture, render::RendererInfo& 
                    const std::function<void(std::string&)>& change = {}) {
   static render::Renderer renderer;
   info = renderer.info();
-  std::string text = std::string(test::swinging_scene) + forces_and_outputs + "[render]\nframe_rate = 12\nshadows = false\nocclusion = false\n" +
-                           (std::string(words).find("size =") == std::string::npos ? "size = [200, 140]\n" : "") + words;
+  std::string text = std::string(test::swinging_scene) + forces_and_outputs +
+                     "[render]\nframe_rate = 12\nshadows = false\nocclusion = false\n" +
+                     (std::string(words).find("size =") == std::string::npos ? "size = [200, 140]\n" : "") + words;
   if (change) change(text);
   const sim::Scene scene = sim::parse_scene(text, "golden.toml");
   const film::RenderSettings settings = film::parse_render_settings(text, "golden.toml");
@@ -49,7 +50,10 @@ render::Image draw(const std::string& words, int picture, render::RendererInfo& 
   return renderer.draw(memory.picture);
 }
 
-struct Case { const char* name; const char* words; };
+struct Case {
+  const char* name;
+  const char* words;
+};
 void PrintTo(const Case& one, std::ostream* out) { *out << one.name; }
 
 class GoldenWords : public testing::TestWithParam<Case> {};
@@ -62,15 +66,21 @@ TEST_P(GoldenWords, LooksAsItDid) {
 
 INSTANTIATE_TEST_SUITE_P(
     GoldenFilm, GoldenWords,
-    testing::Values(Case{"scales", "scales = [1, 10]\n"}, Case{"trail", "trail = 4\nscales = [1]\nundeformed = true\n"}, Case{"nodes", "nodes = true\nscales = [10]\n"},
-                    Case{"traces", "traces = [\"beam.tip\"]\ntriads = [\"beam\", \"beam.tip\"]\nscales = [1]\n"}, Case{"forces", "forces = true\nscales = [1]\n"},
-                    Case{"strain", "color_by = \"strain\"\ncolormap = \"turbo\"\nscales = [1]\n"}, Case{"stress", "color_by = \"stress\"\nscales = [1]\n"},
-                    Case{"velocity", "color_by = \"velocity\"\nscales = [1]\ncolor_range = [0, 2]\n"}, Case{"body", "color_by = \"body\"\nscales = [1]\nedges = true\n"},
+    testing::Values(Case{"scales", "scales = [1, 10]\n"}, Case{"trail", "trail = 4\nscales = [1]\nundeformed = true\n"},
+                    Case{"nodes", "nodes = true\nscales = [10]\n"},
+                    Case{"traces", "traces = [\"beam.tip\"]\ntriads = [\"beam\", \"beam.tip\"]\nscales = [1]\n"},
+                    Case{"forces", "forces = true\nscales = [1]\n"},
+                    Case{"strain", "color_by = \"strain\"\ncolormap = \"turbo\"\nscales = [1]\n"},
+                    Case{"stress", "color_by = \"stress\"\nscales = [1]\n"},
+                    Case{"velocity", "color_by = \"velocity\"\nscales = [1]\ncolor_range = [0, 2]\n"},
+                    Case{"body", "color_by = \"body\"\nscales = [1]\nedges = true\n"},
                     Case{"views", "camera = { views = [\"front\", \"iso\"] }\nscales = [1]\n"},
-                    Case{"path", "camera = { path = [{ t = 0, position = [0.5, 0, 3] }, { t = 1, position = [3, 1, 0.5] }] }\nscales = [1]\n"},
+                    Case{"path",
+                         "camera = { path = [{ t = 0, position = [0.5, 0, 3] }, { t = 1, position = [3, 1, 0.5] }] }\nscales = [1]\n"},
                     Case{"follow", "camera = { follow = \"block\", orbit = 90 }\nscales = [1]\nbackground = \"dark\"\n"},
                     Case{"plot", "overlay = { plot = [\"tip.y\"], plot_place = \"beside\" }\nscales = [1]\nsize = [320, 180]\n"},
-                    Case{"white", "background = \"white\"\nsilhouette = true\nground = false\nscales = [1]\n"}, Case{"corotated", "exaggeration = \"corotated\"\nscales = [1, 40]\n"},
+                    Case{"white", "background = \"white\"\nsilhouette = true\nground = false\nscales = [1]\n"},
+                    Case{"corotated", "exaggeration = \"corotated\"\nscales = [1, 40]\n"},
                     Case{"orbit", "camera = { orbit = 360, projection = \"orthographic\" }\nscales = [1]\n"},
                     Case{"legend", "color_by = \"body\"\nbackground = \"white\"\nscales = [1, 10]\nsize = [320, 180]\n"},
                     Case{"undeformed", "undeformed = true\nscales = [20]\ncolor_by = \"none\"\n"},
@@ -87,8 +97,11 @@ TEST(GoldenFilm, ThinBeamAndMaterialsOfAFile) {
   scratch.put("block.mtl", "newmtl red\nKd 0.8 0.15 0.1\nnewmtl blue\nKd 0.1 0.3 0.8\n");
   sim::Results results = test::swinging_beam(0.03);
   results.bodies[0].section = sim::make_section("circle", {{"diameter", 0.001}});
-  results.bodies[1].mesh = scratch.put("block.obj", "mtllib block.mtl\nv -0.1 -0.1 -0.1\nv 0.1 -0.1 -0.1\nv 0.1 0.1 -0.1\nv -0.1 0.1 -0.1\nv 0 0 0.15\n"
-                                                    "usemtl red\nf 1 4 3 2\nf 1 2 5\nf 2 3 5\nusemtl blue\nf 3 4 5\nf 4 1 5\n").string();
+  results.bodies[1].mesh = scratch
+                               .put("block.obj",
+                                    "mtllib block.mtl\nv -0.1 -0.1 -0.1\nv 0.1 -0.1 -0.1\nv 0.1 0.1 -0.1\nv -0.1 0.1 -0.1\nv 0 0 0.15\n"
+                                    "usemtl red\nf 1 4 3 2\nf 1 2 5\nf 2 3 5\nusemtl blue\nf 3 4 5\nf 4 1 5\n")
+                               .string();
   render::RendererInfo info;
   const render::Image image = draw("scales = [1, 5]\n", 2, info, results);
   test::expect_golden(image, info, "film_thin");
@@ -106,8 +119,9 @@ TEST(GoldenFilm, ColourByMode) {
 // The exaggerated beam as the lines of its mesh, dark blue, over a red solid.
 TEST(GoldenFilm, MeshOverTheBody) {
   render::RendererInfo info;
-  const render::Image image = draw("color_by = \"none\"\nscales = [1, 20]\n", 2, info, test::swinging_beam(),
-                                   [](std::string& scene) { scene.insert(scene.find("length = 1.0"), "color = \"#8c1a1a\"\ndrawing = { ghost = \"mesh\", ghost_color = \"#2255cc\" }\n"); });
+  const render::Image image = draw("color_by = \"none\"\nscales = [1, 20]\n", 2, info, test::swinging_beam(), [](std::string& scene) {
+    scene.insert(scene.find("length = 1.0"), "color = \"#8c1a1a\"\ndrawing = { ghost = \"mesh\", ghost_color = \"#2255cc\" }\n");
+  });
   test::expect_golden(image, info, "film_mesh");
 }
 

@@ -13,7 +13,8 @@ using flexframe::film::triangulate_polygon;
 
 Loop circle(double radius, int sides, double x = 0.0, double y = 0.0) {
   Loop loop;
-  for (int i = 0; i < sides; ++i) loop.emplace_back(x + radius * std::cos(2 * M_PI * i / sides), y + radius * std::sin(2 * M_PI * i / sides));
+  for (int i = 0; i < sides; ++i)
+    loop.emplace_back(x + radius * std::cos(2 * M_PI * i / sides), y + radius * std::sin(2 * M_PI * i / sides));
   return loop;
 }
 
@@ -37,7 +38,8 @@ double expected(const std::vector<Loop>& loops) {
 }
 
 TEST(Polygon, CoversItsAreaOnce) {
-  const Loop i_section = {{-5, -3}, {-4, -3}, {-4, -0.2}, {4, -0.2}, {4, -3}, {5, -3}, {5, 3}, {4, 3}, {4, 0.2}, {-4, 0.2}, {-4, 3}, {-5, 3}};
+  const Loop i_section = {{-5, -3}, {-4, -3}, {-4, -0.2}, {4, -0.2}, {4, -3}, {5, -3},
+                          {5, 3},   {4, 3},   {4, 0.2},   {-4, 0.2}, {-4, 3}, {-5, 3}};
   const std::vector<std::vector<Loop>> cases = {
       {{{0, 0}, {1, 0}, {0, 1}}},
       {circle(1.0, 64)},

@@ -72,7 +72,8 @@ TEST(RenderSettings, WrongWordsAreAnsweredWithLineKeyAndWhatIsAllowed) {
       parse("[render]\n" + line + "\n");
       ADD_FAILURE() << "accepted: " << line;
     } catch (const sim::InputError& e) {
-      for (const std::string& word : words) EXPECT_NE(std::string(e.what()).find(word), std::string::npos) << line << " -> " << e.what() << " lacks " << word;
+      for (const std::string& word : words)
+        EXPECT_NE(std::string(e.what()).find(word), std::string::npos) << line << " -> " << e.what() << " lacks " << word;
     }
   }
 }
@@ -116,7 +117,8 @@ TEST(RenderSettings, WordsOfABody) {
   sim::BodyDef body;
   body.name = "rod";
   body.kind = sim::BeamDef{};
-  body.drawing = {{"color", "#ff0000"}, {"ghost", "mesh"}, {"ghost_color", "[0, 0, 1]"}, {"edges", "creases"}, {"diameter", "0.25"}, {"opacity", "0.5"}, {"visible", "false"}};
+  body.drawing = {{"color", "#ff0000"}, {"ghost", "mesh"},  {"ghost_color", "[0, 0, 1]"}, {"edges", "creases"},
+                  {"diameter", "0.25"}, {"opacity", "0.5"}, {"visible", "false"}};
   const film::BodyLook look = film::read_body_look(body, "scene.toml");
   EXPECT_EQ(look.color, glm::vec3(1, 0, 0));
   EXPECT_EQ(look.ghost, film::GhostStyle::mesh);
@@ -126,8 +128,9 @@ TEST(RenderSettings, WordsOfABody) {
   EXPECT_EQ(look.opacity, 0.5f);
   EXPECT_FALSE(look.visible);
   // What is wrong is named, with what is allowed.
-  for (const auto& [key, text, named] : {std::tuple("ghost", "wires", "mesh"), std::tuple("ghost_color", "blue", "#rrggbb"), std::tuple("edges", "some", "creases"),
-                                         std::tuple("diameter", "0", "length > 0"), std::tuple("ghots", "mesh", "ghost")}) {
+  for (const auto& [key, text, named] :
+       {std::tuple("ghost", "wires", "mesh"), std::tuple("ghost_color", "blue", "#rrggbb"), std::tuple("edges", "some", "creases"),
+        std::tuple("diameter", "0", "length > 0"), std::tuple("ghots", "mesh", "ghost")}) {
     body.drawing = {{key, text}};
     try {
       film::read_body_look(body, "scene.toml");
@@ -152,7 +155,8 @@ TEST(RenderSettings, EdgesAreAWordOrNot) {
 
 TEST(RenderSettings, OptionsOfTheProgram) {
   EXPECT_EQ(film::parse_size("640x360"), (render::Size{640, 360}));
-  for (const char* wrong : {"640", "640x", "x360", "0x360", "640.5x360", "1e9x360", "640x360x2", "nanx360"}) EXPECT_THROW(film::parse_size(wrong), sim::InputError) << wrong;
+  for (const char* wrong : {"640", "640x", "x360", "0x360", "640.5x360", "1e9x360", "640x360x2", "nanx360"})
+    EXPECT_THROW(film::parse_size(wrong), sim::InputError) << wrong;
   EXPECT_EQ(film::parse_scales("1,20"), (std::vector<double>{1, 20}));
   EXPECT_TRUE(film::parse_scales("auto").empty());
   for (const char* wrong : {"", "1,", "a", "-1", "1,1", "inf"}) EXPECT_THROW(film::parse_scales(wrong), sim::InputError) << wrong;

@@ -16,8 +16,18 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int side = 64, columns = 4, rows = 3;
-constexpr std::array<std::array<std::uint8_t, 3>, columns * rows> colours{{{82, 197, 105}, {255, 0, 0}, {0, 255, 0}, {0, 0, 255}, {255, 255, 0}, {0, 255, 255}, {255, 0, 255},
-                                                                         {255, 255, 255}, {0, 0, 0}, {68, 1, 84}, {253, 231, 37}, {128, 128, 128}}};
+constexpr std::array<std::array<std::uint8_t, 3>, columns * rows> colours{{{82, 197, 105},
+                                                                           {255, 0, 0},
+                                                                           {0, 255, 0},
+                                                                           {0, 0, 255},
+                                                                           {255, 255, 0},
+                                                                           {0, 255, 255},
+                                                                           {255, 0, 255},
+                                                                           {255, 255, 255},
+                                                                           {0, 0, 0},
+                                                                           {68, 1, 84},
+                                                                           {253, 231, 37},
+                                                                           {128, 128, 128}}};
 
 render::Image patches() {
   render::Image image = render::make_image(columns * side, rows * side, 3);
@@ -35,7 +45,8 @@ TEST(Video, ColoursAreThoseOfThePictures) {
   for (int i = 0; i < 5; ++i) writer.add(picture);
   ASSERT_TRUE(writer.finish({}).made) << "ffmpeg is needed (package list, [build])";
   // As a player does: by the matrix that the stream names.
-  const std::string command = "ffmpeg -nostdin -v error -y -i '" + video.string() + "' -vf scale=flags=accurate_rnd+full_chroma_int -frames:v 1 '" + back.string() + "'";
+  const std::string command = "ffmpeg -nostdin -v error -y -i '" + video.string() +
+                              "' -vf scale=flags=accurate_rnd+full_chroma_int -frames:v 1 '" + back.string() + "'";
   ASSERT_EQ(std::system(command.c_str()), 0);
   const render::Image shown = render::read_png(back);
   ASSERT_EQ(shown.width, columns * side);

@@ -71,7 +71,8 @@ TEST(InterpAcceptance, ConRod97NormalsAndCreases) {
     const double amplitude = 0.05 * size / mode.rowwise().norm().maxCoeff();
     const Points truth = rod.body.v + amplitude * mode;
     const Points found = rod.body.v + amplitude * apply_linear(map, rows_at(mode, rod.order, 97), none);
-    const auto before = triangle_normals(rod.body, rod.body.v), expected = triangle_normals(rod.body, truth), got = triangle_normals(rod.body, found);
+    const auto before = triangle_normals(rod.body, rod.body.v), expected = triangle_normals(rod.body, truth),
+               got = triangle_normals(rod.body, found);
     // Vertex normals, weighted by area.
     std::vector<Vec3> a(static_cast<size_t>(truth.rows()), Vec3::Zero()), b = a;
     for (Eigen::Index t = 0; t < rod.body.t.rows(); ++t)
@@ -299,7 +300,8 @@ TEST(InterpAcceptance, OpenShell) {
   std::vector<Vec3> v;
   std::vector<std::array<int, 3>> t;
   for (int i = 0; i < 41; ++i)
-    for (int k = 0; k < 17; ++k) v.emplace_back(0.05 * i, 0.2 * std::cos(std::numbers::pi * k / 16), 0.2 * std::sin(std::numbers::pi * k / 16));
+    for (int k = 0; k < 17; ++k)
+      v.emplace_back(0.05 * i, 0.2 * std::cos(std::numbers::pi * k / 16), 0.2 * std::sin(std::numbers::pi * k / 16));
   for (int i = 0; i < 40; ++i)
     for (int k = 0; k < 16; ++k) {
       const int a = 17 * i + k;
@@ -309,9 +311,11 @@ TEST(InterpAcceptance, OpenShell) {
   const Body shell = make_body(v, t);
   const Cantilever bend(1);
   Points mode(shell.v.rows(), 3);
-  for (Eigen::Index i = 0; i < mode.rows(); ++i) mode.row(i) << -shell.v(i, 1) * bend.slope(shell.v(i, 0) / 2.0) / 2.0, bend.value(shell.v(i, 0) / 2.0), 0.0;
+  for (Eigen::Index i = 0; i < mode.rows(); ++i)
+    mode.row(i) << -shell.v(i, 1) * bend.slope(shell.v(i, 0) / 2.0) / 2.0, bend.value(shell.v(i, 0) / 2.0), 0.0;
   const std::vector<int> pick = farthest_points(shell.v, 60);
-  for (const auto& [scheme, limit] : {std::pair(Scheme::kernel, 0.01), std::pair(Scheme::elastic, 0.02), std::pair(Scheme::automatic, 0.02)}) {
+  for (const auto& [scheme, limit] :
+       {std::pair(Scheme::kernel, 0.01), std::pair(Scheme::elastic, 0.02), std::pair(Scheme::automatic, 0.02)}) {
     FieldError e;
     e.add(apply_linear(precise_map(nodes_at(shell.v, pick, 60), shell, scheme), rows_at(mode, pick, 60), none), mode, pick, 60);
     EXPECT_LE(e.relative(), limit) << scheme_name(scheme);
@@ -358,7 +362,8 @@ TEST(InterpAcceptance, OrderOfNodesDoesNotMatter) {
   compare(rod.body, rod.mode[1], rod.order, Scheme::kernel, 200, true);
   compare(rod.body, rod.mode[1], rod.order, Scheme::r3, 60, true);
   const Body fork = make_fork();
-  for (const Scheme scheme : {Scheme::elastic, Scheme::lattice}) compare(fork, fork_mode(fork.v), farthest_points(fork.v, 6), scheme, 6, false);
+  for (const Scheme scheme : {Scheme::elastic, Scheme::lattice})
+    compare(fork, fork_mode(fork.v), farthest_points(fork.v, 6), scheme, 6, false);
   // Along an axis, with rotations.
   const Body bar = make_bar(1.0, 0.03, 41, 12);
   Nodes nodes, turned;
@@ -376,7 +381,11 @@ TEST(InterpAcceptance, OrderOfNodesDoesNotMatter) {
     u2.row(k) = u.row(i);
     theta2.row(k) = theta.row(i);
   }
-  EXPECT_LE((apply_precise(precise_map(nodes, bar, Scheme::automatic), u, theta) - apply_precise(precise_map(turned, bar, Scheme::automatic), u2, theta2)).cwiseAbs().maxCoeff(), 1e-15);
+  EXPECT_LE((apply_precise(precise_map(nodes, bar, Scheme::automatic), u, theta) -
+             apply_precise(precise_map(turned, bar, Scheme::automatic), u2, theta2))
+                .cwiseAbs()
+                .maxCoeff(),
+            1e-15);
 }
 
 TEST(InterpAcceptance, DuplicateNodesAreMerged) {
@@ -447,7 +456,8 @@ TEST(InterpAcceptance, ModesBatchesAndCacheAgree) {
   apply_modes(fresh.columns, q, two, 2);
   EXPECT_EQ(one, two);
   Eigen::MatrixXd frames(5, 7);
-  for (Eigen::Index f = 0; f < 7; ++f) frames.col(f) = Eigen::Map<const Eigen::VectorXd>(q.data(), 5) * (f == 3 ? 1.0 : 0.1 * static_cast<double>(f));
+  for (Eigen::Index f = 0; f < 7; ++f)
+    frames.col(f) = Eigen::Map<const Eigen::VectorXd>(q.data(), 5) * (f == 3 ? 1.0 : 0.1 * static_cast<double>(f));
   Eigen::MatrixXf batch;
   apply_modes_batch(fresh.columns, frames, batch, 1);
   for (Eigen::Index i = 0; i < batch.rows(); ++i) ASSERT_NEAR(batch(i, 3), one[static_cast<size_t>(i)], 1e-6f);
@@ -533,7 +543,8 @@ TEST(InterpAcceptance, Exaggeration) {
   Corotated(bar.view()).apply(u, scale, out);
   auto place = [&](int v) {
     const auto i = static_cast<size_t>(3 * v);
-    return Vec3(bar.v.row(v).transpose() + Vec3(static_cast<double>(out[i]), static_cast<double>(out[i + 1]), static_cast<double>(out[i + 2])));
+    return Vec3(bar.v.row(v).transpose() +
+                Vec3(static_cast<double>(out[i]), static_cast<double>(out[i + 1]), static_cast<double>(out[i + 2])));
   };
   double length = 0.0;
   for (int i = 0; i < 60; ++i) {

@@ -23,7 +23,9 @@ using interp::Vec3;
 struct Body {
   Points v;
   Triangles t;
-  interp::MeshView view() const { return {Eigen::Map<const Points>(v.data(), v.rows(), 3), Eigen::Map<const Triangles>(t.data(), t.rows(), 3)}; }
+  interp::MeshView view() const {
+    return {Eigen::Map<const Points>(v.data(), v.rows(), 3), Eigen::Map<const Triangles>(t.data(), t.rows(), 3)};
+  }
 };
 
 inline Body make_body(const std::vector<Vec3>& v, const std::vector<std::array<int, 3>>& t) {
@@ -133,7 +135,9 @@ struct Cantilever {
     sigma = (std::cosh(beta) + std::cos(beta)) / (std::sinh(beta) + std::sin(beta));
   }
   double value(double x) const { return std::cosh(beta * x) - std::cos(beta * x) - sigma * (std::sinh(beta * x) - std::sin(beta * x)); }
-  double slope(double x) const { return beta * (std::sinh(beta * x) + std::sin(beta * x) - sigma * (std::cosh(beta * x) - std::cos(beta * x))); }
+  double slope(double x) const {
+    return beta * (std::sinh(beta * x) + std::sin(beta * x) - sigma * (std::cosh(beta * x) - std::cos(beta * x)));
+  }
 };
 
 // Tuning fork: tines 1 long and 0.1 x 0.1 thick with a slit of 1.7 % of their length between them, on a solid base.

@@ -33,7 +33,8 @@ TEST(InterpProducts, BatchHasTheBitsOfTheSingleProduct) {
         for (int f = 0; f < frames; ++f) {
           const std::vector<double> factor(q.col(f).data(), q.col(f).data() + modes);
           apply_modes(columns, factor, one, 1);
-          ASSERT_EQ(batch.col(f), Eigen::Map<const Eigen::VectorXf>(one.data(), 3 * vertices)) << vertices << " vertices, " << modes << " modes, frame " << f << " of " << frames;
+          ASSERT_EQ(batch.col(f), Eigen::Map<const Eigen::VectorXf>(one.data(), 3 * vertices))
+              << vertices << " vertices, " << modes << " modes, frame " << f << " of " << frames;
         }
       }
     }

@@ -50,14 +50,17 @@ inline std::string output(const std::string& name, const std::string& of, const 
   return fmt::format("[[output]]\nname = \"{}\"\nof = \"{}\"\nquantity = \"{}\"\n", name, of, quantity);
 }
 
-inline std::string joint(const std::string& name, const std::string& kind, const std::string& parent, const std::string& child, const std::string& more) {
+inline std::string joint(const std::string& name, const std::string& kind, const std::string& parent, const std::string& child,
+                         const std::string& more) {
   return fmt::format("[[joint]]\nname = \"{}\"\nkind = \"{}\"\nparent = \"{}\"\nchild = \"{}\"\n{}\n", name, kind, parent, child, more);
 }
 
 // A rod of 1 m and 1 kg along x.
 inline std::string rod(const std::string& name) {
-  return fmt::format("[[body]]\nname = \"{}\"\nkind = \"rigid\"\nmass = 1\ninertia = [0.001, 0.083333333333333333, 0.083333333333333333]\n"
-                     "centre_of_mass = [0.5, 0, 0]\nframes = {{ tip = [1, 0, 0] }}\n", name);
+  return fmt::format(
+      "[[body]]\nname = \"{}\"\nkind = \"rigid\"\nmass = 1\ninertia = [0.001, 0.083333333333333333, 0.083333333333333333]\n"
+      "centre_of_mass = [0.5, 0, 0]\nframes = {{ tip = [1, 0, 0] }}\n",
+      name);
 }
 
 // Largest change of kinetic + strain + potential - supplied + dissipated, J.
@@ -71,7 +74,8 @@ inline std::vector<double> events(const Results& r, const std::string& what) {
   std::vector<double> out;
   for (const std::string& note : r.statistics.notes.texts(Severity::note)) {
     double t = 0.0;
-    if (std::sscanf(note.c_str(), "event at t = %lf", &t) == 1 && note.size() > what.size() && note.compare(note.size() - what.size(), what.size(), what) == 0)
+    if (std::sscanf(note.c_str(), "event at t = %lf", &t) == 1 && note.size() > what.size() &&
+        note.compare(note.size() - what.size(), what.size(), what) == 0)
       out.push_back(t);
   }
   return out;

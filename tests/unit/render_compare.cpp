@@ -1,4 +1,5 @@
-// The gate of image comparison, made from pairs: what another processor or renderer changes has to pass, what a person would fail has to fail.
+// The gate of image comparison, made from pairs: what another processor or renderer changes has to pass, what a person would fail has to
+// fail.
 #include "render/image/image_compare.h"
 #include "render/image/png.h"
 
@@ -48,7 +49,8 @@ void sprinkle(Image& image, int count, int levels, unsigned seed) {
   std::iota(places.begin(), places.end(), 0);
   std::mt19937 random(seed);
   for (int i = 0; i < count; ++i) {
-    std::swap(places[static_cast<std::size_t>(i)], places[static_cast<std::size_t>(i) + random() % (places.size() - static_cast<std::size_t>(i))]);
+    std::swap(places[static_cast<std::size_t>(i)],
+              places[static_cast<std::size_t>(i) + random() % (places.size() - static_cast<std::size_t>(i))]);
     const int at = places[static_cast<std::size_t>(i)];
     add(image, 3 + 7 * (at % 90), 3 + 7 * (at / 90), random() % 2 ? levels : -levels);
   }
@@ -62,7 +64,9 @@ void shift(Image& image, int dx, int dy, int x0, int y0, int w, int h) {
   const Image before = image;
   for (int y = y0; y < y0 + h; ++y)
     for (int x = x0; x < x0 + w; ++x)
-      for (int k = 0; k < 3; ++k) at(image, x, y, k) = before.pixels[(std::size_t(std::clamp(y - dy, 0, height - 1)) * width + std::clamp(x - dx, 0, width - 1)) * 3 + k];
+      for (int k = 0; k < 3; ++k)
+        at(image, x, y, k) =
+            before.pixels[(std::size_t(std::clamp(y - dy, 0, height - 1)) * width + std::clamp(x - dx, 0, width - 1)) * 3 + k];
 }
 
 const CompareOptions quick = [] {
@@ -79,11 +83,16 @@ struct Pair {
 
 std::vector<Pair> pairs() {
   std::vector<Pair> out;
-  const auto benign = [&](std::string what, std::function<void(Image&)> change) { out.push_back({std::move(what), true, std::move(change)}); };
-  const auto faulty = [&](std::string what, std::function<void(Image&)> change) { out.push_back({std::move(what), false, std::move(change)}); };
+  const auto benign = [&](std::string what, std::function<void(Image&)> change) {
+    out.push_back({std::move(what), true, std::move(change)});
+  };
+  const auto faulty = [&](std::string what, std::function<void(Image&)> change) {
+    out.push_back({std::move(what), false, std::move(change)});
+  };
   benign("nothing", [](Image&) {});
   for (const int levels : {1, 2, 3, 5, 7})
-    for (const int count : {1, 5, 10}) benign(std::to_string(count) + " single pixels by " + std::to_string(levels), [=](Image& i) { sprinkle(i, count, levels, 1); });
+    for (const int count : {1, 5, 10})
+      benign(std::to_string(count) + " single pixels by " + std::to_string(levels), [=](Image& i) { sprinkle(i, count, levels, 1); });
   benign("a thousand single pixels by one level", [](Image& i) { sprinkle(i, 1000, 1, 2); });
   benign("a thousand single pixels by two levels", [](Image& i) { sprinkle(i, 1000, 2, 3); });
   benign("a row of rounding: 40 neighbours by one level", [](Image& i) { patch(i, 100, 100, 40, 1, 1); });
@@ -114,7 +123,8 @@ std::vector<Pair> pairs() {
   faulty("the whole picture by one pixel", [](Image& i) { shift(i, 1, 0, 0, 0, width, height); });
   faulty("words one pixel to the right", [](Image& i) { shift(i, 1, 0, 18, 18, 104, 14); });
   faulty("words gone", [](Image& i) { shift(i, 0, 12, 18, 18, 104, 14); });
-  for (const int levels : {17, 60, 120}) faulty("2 x 2 pixels by " + std::to_string(levels), [=](Image& i) { patch(i, 400, 300, 2, 2, -levels); });
+  for (const int levels : {17, 60, 120})
+    faulty("2 x 2 pixels by " + std::to_string(levels), [=](Image& i) { patch(i, 400, 300, 2, 2, -levels); });
   faulty("a diagonal of four pixels by 30", [](Image& i) {
     for (int k = 0; k < 4; ++k) add(i, 400 + k, 300 + k, -30);
   });
@@ -155,12 +165,22 @@ TEST(CompareGate, SixteenBitsAreComparedAsSuch) {
     return compare_images(before, after, quick).passes;
   };
   EXPECT_TRUE(passes([](Image16&) {}));
-  EXPECT_TRUE(passes([](Image16& i) { for (auto& p : i.pixels) p = static_cast<std::uint16_t>(p ^ 1); }));  // rounding of the last bit
-  EXPECT_TRUE(passes([](Image16& i) { i.pixels[5050] = 65535; }));                                        // one pixel of a silhouette
-  EXPECT_FALSE(passes([](Image16& i) { for (auto& p : i.pixels) p = static_cast<std::uint16_t>(p < 65335 ? p + 200 : p); }));
-  EXPECT_FALSE(passes([](Image16& i) { for (std::size_t k = 5000; k < 5400; ++k) i.pixels[k] = static_cast<std::uint16_t>(i.pixels[k] > 65335 ? 65535 : i.pixels[k] + 200); }));
-  EXPECT_FALSE(passes([](Image16& i) { for (int k = 0; k < 4; ++k) i.pixels[5050 + k] += 300; }));
-  EXPECT_FALSE(passes([](Image16& i) { for (auto& p : i.pixels) p = static_cast<std::uint16_t>(p < 65500 ? p + 12 : p); }));  // the whole depth a little further away
+  EXPECT_TRUE(passes([](Image16& i) {
+    for (auto& p : i.pixels) p = static_cast<std::uint16_t>(p ^ 1);
+  }));                                                              // rounding of the last bit
+  EXPECT_TRUE(passes([](Image16& i) { i.pixels[5050] = 65535; }));  // one pixel of a silhouette
+  EXPECT_FALSE(passes([](Image16& i) {
+    for (auto& p : i.pixels) p = static_cast<std::uint16_t>(p < 65335 ? p + 200 : p);
+  }));
+  EXPECT_FALSE(passes([](Image16& i) {
+    for (std::size_t k = 5000; k < 5400; ++k) i.pixels[k] = static_cast<std::uint16_t>(i.pixels[k] > 65335 ? 65535 : i.pixels[k] + 200);
+  }));
+  EXPECT_FALSE(passes([](Image16& i) {
+    for (int k = 0; k < 4; ++k) i.pixels[5050 + k] += 300;
+  }));
+  EXPECT_FALSE(passes([](Image16& i) {
+    for (auto& p : i.pixels) p = static_cast<std::uint16_t>(p < 65500 ? p + 12 : p);
+  }));  // the whole depth a little further away
 
   // Through a file, with all 16 bits.
   const std::vector<std::uint8_t> bytes = encode_png(before);

@@ -70,7 +70,8 @@ struct Zoo {
     a.silhouette = true;
     picture.surfaces = {a, b, c, ghost, second};
     picture.scalar_map = {Colormap::viridis, -1.2, 1.2, 0};
-    picture.lines.push_back({.points = {{-1, -1, 0}, {1, 1, 0.5}, {1, -1, 0}}, .colors = {}, .color = {0.8f, 0.2f, 0.1f, 0.6f}, .width = 4.0f});
+    picture.lines.push_back(
+        {.points = {{-1, -1, 0}, {1, 1, 0.5}, {1, -1, 0}}, .colors = {}, .color = {0.8f, 0.2f, 0.1f, 0.6f}, .width = 4.0f});
     picture.markers.push_back({.points = {{0, 0, 1}, {0.5, 0.5, 1}}});
     picture.arrows.push_back({{0, 0.6, 0}, {0, 1.2, 0}});
     std::vector<glm::dvec3> corners;
@@ -280,8 +281,8 @@ TEST(Draw, SameBitsForAnyNumberOfThreads) {
   const auto file = std::filesystem::temp_directory_path() / ("flexframe_threads_" + std::to_string(::getpid()) + ".png");
   // Threads are chosen when the driver is first used, so each count needs a fresh program: this one, started again.
   for (const char* threads : {"0", "1", "2", "5"}) {
-    const std::string command = std::string("LP_NUM_THREADS=") + threads + " FLEXFRAME_TEST_PICTURE=" + file.string() +
-                                " /proc/" + std::to_string(::getpid()) + "/exe --gtest_filter=Draw.WritesThePictureAskedFor >/dev/null 2>&1";
+    const std::string command = std::string("LP_NUM_THREADS=") + threads + " FLEXFRAME_TEST_PICTURE=" + file.string() + " /proc/" +
+                                std::to_string(::getpid()) + "/exe --gtest_filter=Draw.WritesThePictureAskedFor >/dev/null 2>&1";
     ASSERT_EQ(std::system(command.c_str()), 0) << command;
     EXPECT_EQ(read_png(file), here) << threads << " threads";
     std::filesystem::remove(file);

@@ -99,7 +99,6 @@ TEST(Png, FailuresNameThePathAndTheReason) {
   int files = 0;
   for ([[maybe_unused]] const auto& entry : fs::directory_iterator(folder.path())) ++files;
   EXPECT_EQ(files, 1);
-
 }
 
 TEST(Image, ReductionKeepsLinearLight) {

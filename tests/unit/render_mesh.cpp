@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 class RenderMesh : public ::testing::Test {
-protected:
+ protected:
   const Scratch scratch;
   const fs::path& folder = scratch.path();
   fs::path file(const std::string& name, const std::string& text) const { return scratch.put(name, text); }
@@ -61,7 +61,8 @@ TEST_F(RenderMesh, KeepsTheOrderOfTheFile) {
 
 // The edges that cutting a face into triangles has made are told apart; a file of triangles has none.
 TEST_F(RenderMesh, EdgesOfTheFacesOfTheFile) {
-  const Mesh mesh = read_mesh(file("hexagon.obj", "v 0 0 0\nv 2 0 0\nv 3 1 0\nv 2 2 0\nv 0 2 0\nv -1 1 0\nv 1 -3 0\nf 1 2 3 4 5 6\nf 1 7 2\n"));
+  const Mesh mesh =
+      read_mesh(file("hexagon.obj", "v 0 0 0\nv 2 0 0\nv 3 1 0\nv 2 2 0\nv 0 2 0\nv -1 1 0\nv 1 -3 0\nf 1 2 3 4 5 6\nf 1 7 2\n"));
   ASSERT_EQ(mesh.triangles.size(), 5u);
   ASSERT_EQ(mesh.triangle_edges.size(), 5u);
   std::multiset<std::pair<int, int>> edges;
@@ -121,7 +122,8 @@ TEST_F(RenderMesh, MaterialsAndColours) {
 TEST_F(RenderMesh, NormalsSplitWhereTheFileOrTheAngleSays) {
   // A cube without normals has 24 shading points, a flat square 4.
   const std::string cube =
-      "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nf 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+      "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nf 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 "
+      "1 5 8\n";
   EXPECT_EQ(read_mesh(file("cube.obj", cube)).normal_groups, 24);
   EXPECT_EQ(read_mesh(file("cube2.obj", cube), {.crease_angle = 100.0}).normal_groups, 8);
   EXPECT_EQ(read_mesh(file("flat.obj", std::string(square) + "f 1 2 3 4\n")).normal_groups, 4);
@@ -135,11 +137,13 @@ TEST_F(RenderMesh, NormalsSplitWhereTheFileOrTheAngleSays) {
 }
 
 TEST_F(RenderMesh, OtherFormats) {
-  const Mesh stl = read_mesh(file("one.stl", "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid s\n"));
+  const Mesh stl = read_mesh(file(
+      "one.stl", "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid s\n"));
   EXPECT_EQ(stl.triangles.size(), 1u);
-  const Mesh ply = read_mesh(file("one.ply",
-                                  "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
-                                  "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n"));
+  const Mesh ply =
+      read_mesh(file("one.ply",
+                     "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
+                     "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n"));
   ASSERT_EQ(ply.positions.size(), 4u);
   EXPECT_EQ(ply.positions[2], glm::dvec3(1, 1, 0));
   EXPECT_EQ(ply.triangles.size(), 2u);
@@ -158,7 +162,8 @@ TEST_F(RenderMesh, WrongFilesAreSaidInASentence) {
   EXPECT_NE(complaint("empty.obj", "").find("empty"), std::string::npos);
   EXPECT_NE(complaint("points.obj", square).find("no face"), std::string::npos);
   EXPECT_NE(complaint("text.obj", "hello\nworld\n").find("no vertices"), std::string::npos);
-  EXPECT_NE(complaint("high.obj", std::string(square) + "f 1 2 9\n").find("high.obj:5: face refers to vertex 9, the file has 4"), std::string::npos);
+  EXPECT_NE(complaint("high.obj", std::string(square) + "f 1 2 9\n").find("high.obj:5: face refers to vertex 9, the file has 4"),
+            std::string::npos);
   EXPECT_NE(complaint("zero.obj", std::string(square) + "f 0 1 2\n").find("indices start at 1"), std::string::npos);
   EXPECT_NE(complaint("low.obj", std::string(square) + "f -5 1 2\n").find("only 4"), std::string::npos);
   EXPECT_NE(complaint("nan.obj", "v 0 nan 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").find("nan.obj:1"), std::string::npos);

@@ -107,7 +107,9 @@ TEST(Camera, PlanarMotionIsSeenOntoItsPlane) {
 TEST(Colormap, LightnessRisesWhereItShould) {
   const auto lightness = [](const glm::vec3& c) { return glm::dot(linear_from_srgb(c), glm::vec3(0.2126f, 0.7152f, 0.0722f)); };
   for (const Colormap map : {Colormap::viridis, Colormap::cividis, Colormap::inferno, Colormap::greys})
-    for (int i = 1; i < 256; ++i) EXPECT_GT(lightness(colormap_color(map, i / 255.0)), lightness(colormap_color(map, (i - 1) / 255.0)) - 1e-4f) << colormap_name(map) << " " << i;
+    for (int i = 1; i < 256; ++i)
+      EXPECT_GT(lightness(colormap_color(map, i / 255.0)), lightness(colormap_color(map, (i - 1) / 255.0)) - 1e-4f)
+          << colormap_name(map) << " " << i;
   // Diverging: lightest in the middle.
   for (int i = 1; i <= 120; ++i) {
     EXPECT_GE(lightness(colormap_color(Colormap::coolwarm, 0.5)), lightness(colormap_color(Colormap::coolwarm, 0.5 + i / 255.0)));
@@ -196,14 +198,20 @@ Picture full_overlay(Size size) {
 
 TEST(Layout, NothingIsClippedOrLiesOverSomethingElse) {
   static const std::vector<double> x = {0.0, 1.0, 2.0}, y = {-0.1, 0.3, 0.2};
-  for (const Size size : {Size{320, 240}, Size{640, 480}, Size{1280, 720}, Size{1920, 1080}, Size{640, 360}, Size{3840, 2160}, Size{720, 1280}, Size{240, 320}})
+  for (const Size size : {Size{320, 240}, Size{640, 480}, Size{1280, 720}, Size{1920, 1080}, Size{640, 360}, Size{3840, 2160},
+                          Size{720, 1280}, Size{240, 320}})
     for (const int plots : {0, 1, 2})
       for (const PlotPlace place : {PlotPlace::below, PlotPlace::beside}) {
         Picture p = full_overlay(size);
         p.overlay.plot_place = place;
-        for (int i = 0; i < plots; ++i) p.overlay.plots.push_back({"t [s]", i == 0 ? "rod_middle.y [mm]" : "slider x [m]", {{"slider.x", x, y}, {"rod.middle", x, y}}, 0.5, {}, {}});
+        for (int i = 0; i < plots; ++i)
+          p.overlay.plots.push_back(
+              {"t [s]", i == 0 ? "rod_middle.y [mm]" : "slider x [m]", {{"slider.x", x, y}, {"rod.middle", x, y}}, 0.5, {}, {}});
         const Layout layout = make_layout(p);
-        struct Box { std::string name; double x0, y0, x1, y1; };
+        struct Box {
+          std::string name;
+          double x0, y0, x1, y1;
+        };
         std::vector<Box> boxes;
         const auto add = [&](const TextLine& t) {
           if (t.text.empty()) return;
@@ -219,7 +227,9 @@ TEST(Layout, NothingIsClippedOrLiesOverSomethingElse) {
         }
         if (layout.has_legend)
           for (const TextLine& t : layout.legend.words) add(t);
-        for (const glm::dvec2& c : layout.triads) boxes.push_back({"triad", c.x - layout.triad_radius, c.y - layout.triad_radius, c.x + layout.triad_radius, c.y + layout.triad_radius});
+        for (const glm::dvec2& c : layout.triads)
+          boxes.push_back(
+              {"triad", c.x - layout.triad_radius, c.y - layout.triad_radius, c.x + layout.triad_radius, c.y + layout.triad_radius});
         for (const PlotLayout& plot : layout.plots) {
           for (const TextLine& t : plot.words) add(t);
           for (const TextLine& t : plot.series) add(t);
@@ -241,7 +251,8 @@ TEST(Layout, NothingIsClippedOrLiesOverSomethingElse) {
           for (std::size_t j = i + 1; j < boxes.size(); ++j) {
             const Box& b = boxes[j];
             const double over_x = std::min(a.x1, b.x1) - std::max(a.x0, b.x0), over_y = std::min(a.y1, b.y1) - std::max(a.y0, b.y0);
-            EXPECT_FALSE(over_x > 0.5 && over_y > 0.5) << "'" << a.name << "' over '" << b.name << "' at " << size.width << " x " << size.height << ", plots " << plots;
+            EXPECT_FALSE(over_x > 0.5 && over_y > 0.5)
+                << "'" << a.name << "' over '" << b.name << "' at " << size.width << " x " << size.height << ", plots " << plots;
           }
         }
         // The insets leave room for the scene.
@@ -252,8 +263,11 @@ TEST(Layout, NothingIsClippedOrLiesOverSomethingElse) {
 
 TEST(Layout, LabelsOfPlotsKeepTheirUnit) {
   static const std::vector<double> x = {0.0, 1e-6, 2e-6}, y = {-1e-7, 3e-7, 2e-7};
-  struct Case { std::string label, wanted; };
-  for (const Case& c : {Case{"amplitude.3", "amplitude.3 [10⁻⁹]"}, Case{"tip.y [mm]", "tip.y [10⁻⁹ mm]"}, Case{"[rad/s]", "[10⁻⁹ rad/s]"}, Case{"", "[10⁻⁹]"}}) {
+  struct Case {
+    std::string label, wanted;
+  };
+  for (const Case& c : {Case{"amplitude.3", "amplitude.3 [10⁻⁹]"}, Case{"tip.y [mm]", "tip.y [10⁻⁹ mm]"}, Case{"[rad/s]", "[10⁻⁹ rad/s]"},
+                        Case{"", "[10⁻⁹]"}}) {
     Picture p;
     p.size = {1280, 720};
     p.overlay.plots.push_back({"t [s]", c.label, {{"one", x, y}}, 0.0, {}, {}});
@@ -263,7 +277,8 @@ TEST(Layout, LabelsOfPlotsKeepTheirUnit) {
   }
   // Any length in any panel: shortened, never without its unit, never out of the panel.
   for (const Size size : {Size{320, 240}, Size{640, 360}, Size{1280, 720}, Size{3840, 2160}})
-    for (const std::string& name : {std::string("crank_speed"), std::string("angular velocity of the crank about its bearing"), std::string("Drehmoment_ÄÖÜ_µ_Welle_") + std::string(200, 'W')}) {
+    for (const std::string& name : {std::string("crank_speed"), std::string("angular velocity of the crank about its bearing"),
+                                    std::string("Drehmoment_ÄÖÜ_µ_Welle_") + std::string(200, 'W')}) {
       Picture p;
       p.size = size;
       p.overlay.plots.push_back({"t [s]", name + " [rad/s]", {{name, x, y}}, 0.0, {}, {}});
@@ -276,9 +291,9 @@ TEST(Layout, LabelsOfPlotsKeepTheirUnit) {
 
 TEST(Shapes, AreClosedAndFaceOutwards) {
   const std::vector<glm::dvec3> path = {{0, 0, 0}, {1, 0.2, 0}, {2, 0.2, 0.5}, {2, 0.2, 0.5}, {3, 0, 0}};
-  const std::pair<const char*, Shape> shapes[] = {{"arrow", make_arrow(2.0)}, {"ball", make_ball(0.7)}, {"box", make_box({1, 2, 3})},
-                                                  {"cylinder", make_cylinder(0.5, 2.0)}, {"tube", make_tube(path, 0.1)},
-                                                  {"spring", make_spring({0, 0, 0}, {1, 1, 0}, 0.1, 0.01)}};
+  const std::pair<const char*, Shape> shapes[] = {{"arrow", make_arrow(2.0)},     {"ball", make_ball(0.7)},
+                                                  {"box", make_box({1, 2, 3})},   {"cylinder", make_cylinder(0.5, 2.0)},
+                                                  {"tube", make_tube(path, 0.1)}, {"spring", make_spring({0, 0, 0}, {1, 1, 0}, 0.1, 0.01)}};
   for (const auto& [name, shape] : shapes) {
     ASSERT_EQ(shape.positions.size(), shape.normals.size()) << name;
     double volume = 0.0;
@@ -293,7 +308,9 @@ TEST(Shapes, AreClosedAndFaceOutwards) {
   }
   double ball = 0.0;
   for (const glm::uvec3& t : shapes[1].second.triangles)
-    ball += glm::dot(glm::dvec3(shapes[1].second.positions[t.x]), glm::cross(glm::dvec3(shapes[1].second.positions[t.y]), glm::dvec3(shapes[1].second.positions[t.z]))) / 6.0;
+    ball += glm::dot(glm::dvec3(shapes[1].second.positions[t.x]),
+                     glm::cross(glm::dvec3(shapes[1].second.positions[t.y]), glm::dvec3(shapes[1].second.positions[t.z]))) /
+            6.0;
   EXPECT_NEAR(ball, 4.0 / 3.0 * M_PI * 0.343, 0.03);
 }
 

@@ -87,7 +87,8 @@ TEST(Visible, VerticesBehindTheViewerOrNowhereStay) {
   clip[2] = glm::dvec4(0.0, 0.0, 0.0, -1.0);
   clip[3] = glm::dvec4(0.0, 0.0, 0.1, 0.0);
   const float nan = std::numeric_limits<float>::quiet_NaN(), far = 3e38f;
-  const std::vector<glm::vec3> positions = {{0, 0, 1}, {0, 1, 1}, {1, 0, 1}, {0, 0, -1}, {0, 0.001f, -1}, {0.001f, 0, -1}, {nan, 0, -1}, {far, 0, -1}, {-far, far, -1}};
+  const std::vector<glm::vec3> positions = {{0, 0, 1},       {0, 1, 1},    {1, 0, 1},    {0, 0, -1},     {0, 0.001f, -1},
+                                            {0.001f, 0, -1}, {nan, 0, -1}, {far, 0, -1}, {-far, far, -1}};
   const std::vector<glm::uvec3> triangles = {{0, 1, 2}, {0, 3, 4}, {3, 4, 5}, {3, 4, 6}, {3, 7, 8}};
   VisibleTriangles visible;
   visible.select(positions, triangles, clip, 9, 9, Facing::clockwise);

@@ -15,7 +15,7 @@ namespace flexframe::sim {
 namespace {
 
 constexpr std::array<Boundary, 6> kBoundaries = {Boundary::clamped_free, Boundary::supported_supported, Boundary::supported_free,
-                                                 Boundary::free_free, Boundary::clamped_clamped, Boundary::clamped_supported};
+                                                 Boundary::free_free,    Boundary::clamped_clamped,     Boundary::clamped_supported};
 constexpr BeamEffects kAll = {.axial = true, .bending_xy = true, .bending_xz = true, .torsion = true, .stiffening = true};
 
 // An unsymmetric section, so that no term hides behind another.

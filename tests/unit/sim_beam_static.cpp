@@ -128,10 +128,8 @@ BeamDef slender(int volumes) {
 
 TEST(BeamStatic, ElasticaOfTenVolumes) {
   // Elastica (Mattiasson 1981): P L^2/EI, w/L, u/L
-  const std::array<std::array<double, 3>, 4> table = {{{1, .3017207738, .0564332363},
-                                                       {2, .4934574804, .1606417208},
-                                                       {5, .7137915236, .3876283607},
-                                                       {10, .8106090249, .5549955978}}};
+  const std::array<std::array<double, 3>, 4> table = {
+      {{1, .3017207738, .0564332363}, {2, .4934574804, .1606417208}, {5, .7137915236, .3876283607}, {10, .8106090249, .5549955978}}};
   const Welded chain = straight(slender(10), {.axial = true, .bending_xz = true, .stiffening = true});
   for (const auto& [load, w, u] : table) {
     const Vec3 tip = loaded_tip(chain, Vec3(0, 0, load), static_cast<int>(load));
@@ -154,7 +152,8 @@ TEST(BeamStatic, BatheBolourchiBend) {
   def.length = 200.0 * std::sin(half);
   Welded chain;
   for (int k = 0; k < volumes; ++k) {
-    chain.pieces.push_back(make_mixed_beam(def, {.axial = true, .bending_xy = true, .bending_xz = true, .torsion = true, .stiffening = true}).pieces[0]);
+    chain.pieces.push_back(
+        make_mixed_beam(def, {.axial = true, .bending_xy = true, .bending_xz = true, .torsion = true, .stiffening = true}).pieces[0]);
     chain.before.push_back({turn(Vec3(0, 0, k == 0 ? half : 2.0 * half)), Vec3::Zero()});
   }
   const Vec3 start = loaded_tip(chain, Vec3::Zero(), 1), tip = loaded_tip(chain, Vec3(0, 0, 600.0), 6);
@@ -165,7 +164,8 @@ TEST(BeamStatic, BatheBolourchiBend) {
 }
 
 TEST(BeamStatic, PrincetonBeam) {
-  // Dowell, Traybar, Hodges 1977: 0.508 x 12.3777 x 3.2024 mm, E 71.7e9, nu 0.31, 8.896 N at the tip; z is the soft direction here (thickness along z)
+  // Dowell, Traybar, Hodges 1977: 0.508 x 12.3777 x 3.2024 mm, E 71.7e9, nu 0.31, 8.896 N at the tip; z is the soft direction here
+  // (thickness along z)
   const double b = 12.3777e-3, t = 3.2024e-3;
   BeamDef def;
   def.length = 0.508;

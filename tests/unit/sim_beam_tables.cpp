@@ -3,9 +3,9 @@
 #include "sim/bodies/beam.h"
 #include "sim/bodies/beam_eigenforms.h"
 
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <Eigen/Eigenvalues>
 
 #include <cmath>
 #include <cstdlib>
@@ -38,11 +38,11 @@ BeamDef rectangle(double length, double height, double width, double e) {
 
 TEST(BeamTables, ErrorAgainstElements) {
   const std::array<std::pair<Boundary, const char*>, 6> boundaries = {{{Boundary::clamped_free, "clamped-free"},
-                                                                      {Boundary::supported_supported, "supported-supported"},
-                                                                      {Boundary::supported_free, "supported-free"},
-                                                                      {Boundary::free_free, "free-free"},
-                                                                      {Boundary::clamped_clamped, "clamped-clamped"},
-                                                                      {Boundary::clamped_supported, "clamped-supported"}}};
+                                                                       {Boundary::supported_supported, "supported-supported"},
+                                                                       {Boundary::supported_free, "supported-free"},
+                                                                       {Boundary::free_free, "free-free"},
+                                                                       {Boundary::clamped_clamped, "clamped-clamped"},
+                                                                       {Boundary::clamped_supported, "clamped-supported"}}};
   row("| boundary | elements | mode 1 | 2 | 3 | 4 | 5 |\n|---|---|---|---|---|---|---|");
   for (const auto& [boundary, name] : boundaries)
     for (const int elements : {1, 2, 5, 10, 20, 40}) {
@@ -62,7 +62,8 @@ TEST(BeamTables, ErrorAgainstElements) {
         line += fmt::format(" {:.2e} |", f[mode - 1] / theory - 1.0);
         if (elements >= 10) {
           // the leading term of a cubic element's error in a frequency is (lambda/n)^4 / 1440
-          EXPECT_NEAR(f[mode - 1] / theory - 1.0, std::pow(lambda / elements, 4) / 1440.0, 0.3 * std::pow(lambda / elements, 4) / 1440.0 + 2e-9);
+          EXPECT_NEAR(f[mode - 1] / theory - 1.0, std::pow(lambda / elements, 4) / 1440.0,
+                      0.3 * std::pow(lambda / elements, 4) / 1440.0 + 2e-9);
         }
       }
       row(line);
@@ -141,9 +142,10 @@ TEST(BeamTables, RotatingCantilever) {
       const BeamEffects effects{.bending_xy = lag, .bending_xz = !lag, .stiffening = true};
       const FlexibleBody fe = make_fe_beam(def, effects), modal = make_modal_beam(def, effects);
       const double half = 0.5 * speed * speed * unit * unit;
-      const VecX a = hertz(fe.Ke - half * fe.J2[2], fe.Me) * 2.0 * pi / unit, b = hertz(modal.Ke - half * modal.J2[2], modal.Me) * 2.0 * pi / unit;
-      row(fmt::format("| {} | {} | {:.5f} | {:.5f} | {:.5f} | {:.5f} | {:.5f} | {:.5f} |", speed, lag ? "lag" : "flap", a[0], b[0], a[1], b[1],
-                      a[2], b[2]));
+      const VecX a = hertz(fe.Ke - half * fe.J2[2], fe.Me) * 2.0 * pi / unit,
+                 b = hertz(modal.Ke - half * modal.J2[2], modal.Me) * 2.0 * pi / unit;
+      row(fmt::format("| {} | {} | {:.5f} | {:.5f} | {:.5f} | {:.5f} | {:.5f} | {:.5f} |", speed, lag ? "lag" : "flap", a[0], b[0], a[1],
+                      b[1], a[2], b[2]));
       for (int i = 0; i < 3; ++i) EXPECT_NEAR(a[i] / b[i], 1.0, 3e-3);
     }
 }

@@ -3,9 +3,9 @@
 #include "sim/bodies/beam_eigenforms.h"
 #include "sim/bodies/beam_terms.h"
 
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <Eigen/Eigenvalues>
 
 #include <cmath>
 #include <numbers>
@@ -15,7 +15,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 constexpr std::array<Boundary, 6> kBoundaries = {Boundary::clamped_free, Boundary::supported_supported, Boundary::supported_free,
-                                                 Boundary::free_free, Boundary::clamped_clamped, Boundary::clamped_supported};
+                                                 Boundary::free_free,    Boundary::clamped_clamped,     Boundary::clamped_supported};
 
 // Schiavo et al. 2005 section 5.1.
 BeamDef schiavo_beam(int elements, Boundary boundary = Boundary::clamped_free) {

@@ -1,9 +1,9 @@
 // Beams as chains: Chudnovsky et al. 2006's lumped cantilever, the coupled springs, pure bending of a mixed beam, frames and damping.
 #include "sim/bodies/beam.h"
 
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <Eigen/Eigenvalues>
 
 #include <cmath>
 #include <numbers>
@@ -222,7 +222,8 @@ TEST(BeamVolumes, VolumesWithModesBendUnderAMoment) {
   const FlexibleBody body = make_modal_volume(def, effects);
   ASSERT_EQ(body.n, 1 + 4 + 2 + 2);
   const FlexibleNode &root = body.nodes[0], &tip = body.nodes[1];
-  const VecX q = body.Ke.ldlt().solve(VecX((tip.psi - root.psi).transpose() * Vec3(1.0, 2.0, 3.0) + (tip.phi - root.phi).transpose() * Vec3(4.0, 0.0, 0.0)));
+  const VecX q = body.Ke.ldlt().solve(
+      VecX((tip.psi - root.psi).transpose() * Vec3(1.0, 2.0, 3.0) + (tip.phi - root.phi).transpose() * Vec3(4.0, 0.0, 0.0)));
   const double e = 6.9e10, L = def.length;
   const Vec3 turn = (tip.psi - root.psi) * q;
   EXPECT_NEAR(turn.x(), 1.0 * L / (e / 2.66 * def.section.j), 1e-10 * turn.x());

@@ -1,4 +1,5 @@
-// The engine through whole scenes: checkpoints of rigorous solutions (sim/REFERENCES.md), conserved quantities, loops, starts that cannot be closed.
+// The engine through whole scenes: checkpoints of rigorous solutions (sim/REFERENCES.md), conserved quantities, loops, starts that cannot
+// be closed.
 #include "sim/scene/scene_reader.h"
 #include "sim/simulate.h"
 #include "sim/start/linearise.h"
@@ -44,11 +45,14 @@ std::string simulation(double duration, const std::string& gravity, double rate 
 
 // A rod of length 1 m and mass 1 kg, thin, its body frame at one end.
 std::string rod(const std::string& name) {
-  return fmt::format("[[body]]\nname = \"{}\"\nkind = \"rigid\"\nmass = 1\ninertia = [0.001, 0.083333333333333333, 0.083333333333333333]\n"
-                     "centre_of_mass = [0.5, 0, 0]\nframes = {{ tip = [1, 0, 0] }}\n", name);
+  return fmt::format(
+      "[[body]]\nname = \"{}\"\nkind = \"rigid\"\nmass = 1\ninertia = [0.001, 0.083333333333333333, 0.083333333333333333]\n"
+      "centre_of_mass = [0.5, 0, 0]\nframes = {{ tip = [1, 0, 0] }}\n",
+      name);
 }
 
-std::string joint(const std::string& name, const std::string& kind, const std::string& parent, const std::string& child, const std::string& more) {
+std::string joint(const std::string& name, const std::string& kind, const std::string& parent, const std::string& child,
+                  const std::string& more) {
   return fmt::format("[[joint]]\nname = \"{}\"\nkind = \"{}\"\nparent = \"{}\"\nchild = \"{}\"\n{}\n", name, kind, parent, child, more);
 }
 
@@ -108,9 +112,9 @@ elements = {}
   const std::string z = "axis = [0, 0, 1]";
   return simulation(1.6, "[0, 0, 0]") + fmt::format(fmt::runtime(beam), "crank", 0.152, "1e9", 3, "") +
          fmt::format(fmt::runtime(beam), "rod", 0.304, "5e7", 8, "boundary = \"supported-supported\"\nframes = { middle = 0.5 }") +
-         "[[body]]\nname = \"block\"\nkind = \"rigid\"\nmass = 0\ninertia = [0, 0, 0]\n" + joint("shaft", "revolute", "ground", "crank.root", z) +
-         joint("pin", "revolute", "crank.tip", "rod.root", z) + joint("wrist", "revolute", "rod.tip", "block", z) +
-         joint("rail", "prismatic", "ground", "block", "axis = [1, 0, 0]") +
+         "[[body]]\nname = \"block\"\nkind = \"rigid\"\nmass = 0\ninertia = [0, 0, 0]\n" +
+         joint("shaft", "revolute", "ground", "crank.root", z) + joint("pin", "revolute", "crank.tip", "rod.root", z) +
+         joint("wrist", "revolute", "rod.tip", "block", z) + joint("rail", "prismatic", "ground", "block", "axis = [1, 0, 0]") +
          "[[force]]\nkind = \"torque\"\non = \"crank.root\"\ndirection = [0, 0, 1]\nvalue = \"t <= 0.7 ? 0.01*(1 - exp(-t/0.167)) : 0\"\n" +
          output("slider", "block", "position") + output("middle", "rod.middle", "displacement") + output("energy", "system", "energy");
 }
@@ -139,8 +143,10 @@ TEST(Engine, SuppliedWorkIsTheEnergy) {
 }
 
 TEST(Engine, RigidPendulumHasItsPeriod) {
-  const Results r = run(simulation(1.9333348544, "[0, -9.81, 0]", 100) + rod("rod") + joint("pivot", "revolute", "ground", "rod", "axis = [0, 0, 1]") +
-                            output("angle", "pivot", "value") + output("energy", "system", "energy"), 1e-10);
+  const Results r =
+      run(simulation(1.9333348544, "[0, -9.81, 0]", 100) + rod("rod") + joint("pivot", "revolute", "ground", "rod", "axis = [0, 0, 1]") +
+              output("angle", "pivot", "value") + output("energy", "system", "energy"),
+          1e-10);
   EXPECT_NEAR(column(r, "angle")[r.times.size() - 1], 0.0, 1e-7);
   EXPECT_LT(column(r, "energy").cwiseAbs().maxCoeff(), 1e-8);
 }
@@ -149,7 +155,8 @@ TEST(Engine, RigidPendulumHasItsPeriod) {
 TEST(Engine, TumblingBodyFlipsOnTime) {
   const Results r = run(simulation(60, "[0, 0, 0]", 100) + "[[body]]\nname = \"top\"\nkind = \"rigid\"\nmass = 1\ninertia = [1, 2, 3]\n" +
                             joint("free", "free", "ground", "top", "initial = { rate = [0, 0, 0, 0.01, 1, 0.01] }") +
-                            output("w", "top", "angular_velocity") + output("e", "system", "energy"), 1e-10);
+                            output("w", "top", "angular_velocity") + output("e", "system", "energy"),
+                        1e-10);
   // In body axes omega_2 changes sign at 10.91692 s; in the world the momentum stays, so look at the orientation's y axis.
   const ResultBody& body = r.bodies[0];
   double crossing = 0.0;
@@ -174,8 +181,8 @@ length = 1
 section = { shape = "circle", diameter = 0.01 }
 material = { density = 2700.0, youngs_modulus = 1e9 }
 elements = 8
-)" + joint("ball", "spherical", "ground", "rod.root", "initial = { rate = [0, 0, 2.5] }") + output("tip", "rod.tip", "position") +
-                            output("energy", "system", "energy"));
+)" + joint("ball", "spherical", "ground", "rod.root", "initial = { rate = [0, 0, 2.5] }") +
+                        output("tip", "rod.tip", "position") + output("energy", "system", "energy"));
   EXPECT_NEAR(at(r, "energy", 0.0), 0.2208932335, 1e-9);
   EXPECT_NEAR(at(r, "tip.x", 0.5), -0.38366, 4e-3);
   EXPECT_NEAR(at(r, "tip.y", 0.5), 0.26021, 4e-3);
@@ -232,8 +239,9 @@ TEST(Engine, ExchangingParentAndChildChangesNothing) {
 
 // Prescribed rotation against the same torque-free motion: a rod turned by 150 t keeps its tip on the circle.
 TEST(Engine, PrescribedMotionIsFollowed) {
-  const Results r = run(simulation(0.1, "[0, 0, 0]") + rod("rod") + joint("drive", "revolute", "ground", "rod", "axis = [0, 0, 1]\nmotion = \"150*t\"") +
-                        output("tip", "rod.tip", "position") + output("v", "rod.tip", "velocity") + output("a", "rod.tip", "acceleration"));
+  const Results r =
+      run(simulation(0.1, "[0, 0, 0]") + rod("rod") + joint("drive", "revolute", "ground", "rod", "axis = [0, 0, 1]\nmotion = \"150*t\"") +
+          output("tip", "rod.tip", "position") + output("v", "rod.tip", "velocity") + output("a", "rod.tip", "acceleration"));
   for (double t : {0.01, 0.05, 0.1}) {
     EXPECT_NEAR(at(r, "tip.x", t), std::cos(150 * t), 1e-9);
     EXPECT_NEAR(at(r, "v.y", t), 150 * std::cos(150 * t), 1e-6);
@@ -250,7 +258,8 @@ length = 2
 section = { shape = "rectangle", width = 0.01, height = 0.01 }
 material = { density = 2700.0, youngs_modulus = 7.2e10 }
 elements = 10
-)" + joint("wall", "weld", "ground", "beam.root", ""), "test.toml");
+)" + joint("wall", "weld", "ground", "beam.root", ""),
+                                  "test.toml");
   const Linearisation linear = linearise(make_system(scene));
   const double expected[] = {2.0854750, 13.0698705, 36.6041219, 71.7795490, 118.842591};
   for (size_t k = 0; k < 5; ++k) EXPECT_NEAR(linear.modes[k].frequency / expected[k], 1.0, 1e-6);
@@ -258,7 +267,8 @@ elements = 10
 
 // All integrators agree.
 TEST(Engine, MethodsAgree) {
-  const std::string scene = simulation(0.5, "[0, -9.81, 0]", 100) + rod("a") + rod("b") + joint("one", "revolute", "ground", "a", "axis = [0, 0, 1]") +
+  const std::string scene = simulation(0.5, "[0, -9.81, 0]", 100) + rod("a") + rod("b") +
+                            joint("one", "revolute", "ground", "a", "axis = [0, 0, 1]") +
                             joint("two", "revolute", "a.tip", "b", "axis = [0, 0, 1]") + output("tip", "b.tip", "position");
   const Results reference = run(scene, 1e-10, Method::adams);
   for (Method m : {Method::bdf, Method::erk, Method::dirk, Method::ida, Method::exponential}) {

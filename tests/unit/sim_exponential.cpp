@@ -1,5 +1,5 @@
-// The exponential method against the sixth-order and the multistep method at tight tolerances: plane and space, loops, jumps of loads, springs and
-// dampers between frames, prescribed motions; what it is not for is refused.
+// The exponential method against the sixth-order and the multistep method at tight tolerances: plane and space, loops, jumps of loads,
+// springs and dampers between frames, prescribed motions; what it is not for is refused.
 #include "sim/results/histories.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/simulate.h"
@@ -32,12 +32,14 @@ Histories histories(const Scene& scene, double tolerance, Method method) {
 
 double error(const Histories& h, const Histories& reference) { return compare_histories(h, reference, output_ranges(reference)).largest; }
 
-// Free vibrations of eight modes through a whole fall: the error falls with the tolerance, for a tenth of the evaluations of the sixth-order method.
+// Free vibrations of eight modes through a whole fall: the error falls with the tolerance, for a tenth of the evaluations of the
+// sixth-order method.
 TEST(Exponential, FollowsVibrationsOfAPendulum) {
   Scene scene = example("pendulum");
   keep(scene, "pendulum", 8);
   const Histories reference = histories(scene, 1e-10, Method::erk), sixth = histories(scene, 1e-6, Method::erk);
-  const Histories loose = histories(scene, 1e-5, Method::exponential), tight = histories(scene, 1e-7, Method::exponential), tightest = histories(scene, 1e-9, Method::exponential);
+  const Histories loose = histories(scene, 1e-5, Method::exponential), tight = histories(scene, 1e-7, Method::exponential),
+                  tightest = histories(scene, 1e-9, Method::exponential);
   EXPECT_LT(error(loose, reference), 1e-2);
   EXPECT_LT(error(tight, reference), 1e-3);
   EXPECT_LT(error(tightest, reference), 1e-4);
@@ -104,7 +106,8 @@ quantity = "position"
 name = "bend"
 of = "a.tip"
 quantity = "displacement"
-)scene", beam);
+)scene",
+                                       beam);
   const Scene scene = parse_scene(text, "test.toml");
   const Histories reference = histories(scene, 1e-10, Method::erk);
   const Histories loose = histories(scene, 1e-7, Method::exponential), tight = histories(scene, 1e-9, Method::exponential);

@@ -47,19 +47,36 @@ class Writer {
   std::string any(int depth) {
     if (depth == 0) return leaf();
     switch (pick(14)) {
-      case 0: case 1: return join({any(depth - 1), " + ", any(depth - 1)});
-      case 2: return join({any(depth - 1), "-", any(depth - 1)});
-      case 3: case 4: return join({any(depth - 1), "*", any(depth - 1)});
-      case 5: return join({any(depth - 1), "/", any(depth - 1)});
-      case 6: return join({"(", any(depth - 1), ")"});
-      case 7: return join({leaf(), "^", word({"2", "3", "-1", "0.5", "2^0.5", "-t", "(1+t)"})});
-      case 8: return join({"-(", any(depth - 1), ")"});  // muParser refuses --
-      case 9: return join({word({"sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "exp", "ln", "log", "log2",
-                                 "log10", "sqrt", "abs", "sign", "rint"}), "(", any(depth - 1), ")"});
-      case 10: return join({word({"min", "max", "sum", "avg"}), "(", any(depth - 1), ", ", any(depth - 1), ",", any(depth - 1), ")"});
-      case 11: return join({"(", any(depth - 1), word({"<", "<=", ">", ">=", "==", "!="}), any(depth - 1), " ? ", any(depth - 1), " : ", any(depth - 1), ")"});
-      case 12: return join({"((", any(depth - 1), " < ", leaf(), word({"&&", "||"}), leaf(), " > ", any(depth - 1), ") ? ", leaf(), ":", any(depth - 1), ")"});
-      default: return join({"atan2(", any(depth - 1), ",", leaf(), ")"});
+      case 0:
+      case 1:
+        return join({any(depth - 1), " + ", any(depth - 1)});
+      case 2:
+        return join({any(depth - 1), "-", any(depth - 1)});
+      case 3:
+      case 4:
+        return join({any(depth - 1), "*", any(depth - 1)});
+      case 5:
+        return join({any(depth - 1), "/", any(depth - 1)});
+      case 6:
+        return join({"(", any(depth - 1), ")"});
+      case 7:
+        return join({leaf(), "^", word({"2", "3", "-1", "0.5", "2^0.5", "-t", "(1+t)"})});
+      case 8:
+        return join({"-(", any(depth - 1), ")"});  // muParser refuses --
+      case 9:
+        return join({word({"sin",   "cos", "tan", "asin", "acos", "atan",  "sinh", "cosh", "tanh", "asinh", "acosh",
+                           "atanh", "exp", "ln",  "log",  "log2", "log10", "sqrt", "abs",  "sign", "rint"}),
+                     "(", any(depth - 1), ")"});
+      case 10:
+        return join({word({"min", "max", "sum", "avg"}), "(", any(depth - 1), ", ", any(depth - 1), ",", any(depth - 1), ")"});
+      case 11:
+        return join({"(", any(depth - 1), word({"<", "<=", ">", ">=", "==", "!="}), any(depth - 1), " ? ", any(depth - 1), " : ",
+                     any(depth - 1), ")"});
+      case 12:
+        return join({"((", any(depth - 1), " < ", leaf(), word({"&&", "||"}), leaf(), " > ", any(depth - 1), ") ? ", leaf(), ":",
+                     any(depth - 1), ")"});
+      default:
+        return join({"atan2(", any(depth - 1), ",", leaf(), ")"});
     }
   }
 
@@ -90,11 +107,51 @@ std::string message_of(const std::string& text) {
 
 TEST(Expression, PrecedenceIsMuParsers) {
   Reference reference;
-  for (const char* text :
-       {"-2^2", "2^3^2", "2^-2", "-t^2", "2*-3", "1-2-3", "8/4/2", "2^-1^2", "1+2*3^2", "1 < 2 == 1", "3 > 2 > 1", "1 == 1 && 0 || 1", "0 && 0 || 1",
-        "1 || 0 && 0", "t < 1 ? 2 : 3", "t > 1 ? 2 : t > 0.2 ? 5 : 3", "t > 1 ? t > 2 ? 1 : 2 : 3", "1 ? 2 : 3 + 4", "(t<1)*5", "2 && 3", "2 || 0", "1 + (t<1 ? 2 : 3)*2",
-        "avg(1,2,6)", "sum(1,2,3)", "min(3,1,2)", "max(3)", "log(e)", "ln(e^2)", "log10(1000)", "log2(8)", "rint(2.5)", "rint(-0.5)", "sign(-3)", "sign(0)", "abs(-t)",
-        "atan2(1,-1)", "1e3*t", ".5+5.", "t<=0.3", "t==0.3", "t!=0.3", "(1 < 2) + 1", "+3", "2-+3", "t < 1 && t > 0 ? 7 : 8"})
+  for (const char* text : {"-2^2",
+                           "2^3^2",
+                           "2^-2",
+                           "-t^2",
+                           "2*-3",
+                           "1-2-3",
+                           "8/4/2",
+                           "2^-1^2",
+                           "1+2*3^2",
+                           "1 < 2 == 1",
+                           "3 > 2 > 1",
+                           "1 == 1 && 0 || 1",
+                           "0 && 0 || 1",
+                           "1 || 0 && 0",
+                           "t < 1 ? 2 : 3",
+                           "t > 1 ? 2 : t > 0.2 ? 5 : 3",
+                           "t > 1 ? t > 2 ? 1 : 2 : 3",
+                           "1 ? 2 : 3 + 4",
+                           "(t<1)*5",
+                           "2 && 3",
+                           "2 || 0",
+                           "1 + (t<1 ? 2 : 3)*2",
+                           "avg(1,2,6)",
+                           "sum(1,2,3)",
+                           "min(3,1,2)",
+                           "max(3)",
+                           "log(e)",
+                           "ln(e^2)",
+                           "log10(1000)",
+                           "log2(8)",
+                           "rint(2.5)",
+                           "rint(-0.5)",
+                           "sign(-3)",
+                           "sign(0)",
+                           "abs(-t)",
+                           "atan2(1,-1)",
+                           "1e3*t",
+                           ".5+5.",
+                           "t<=0.3",
+                           "t==0.3",
+                           "t!=0.3",
+                           "(1 < 2) + 1",
+                           "+3",
+                           "2-+3",
+                           "t < 1 && t > 0 ? 7 : 8"})
     EXPECT_EQ(Expression(text).value(0.3), reference.value(text, 0.3)) << text;
 }
 
@@ -167,7 +224,8 @@ TEST(Expression, WrongTexts) {
       {"1..2", "an operator is missing after the number"},
       {"t\xff", "unexpected '\\xff'"},
   };
-  for (const auto& [text, expected] : cases) EXPECT_NE(message_of(text).find(expected), std::string::npos) << text << "\n" << message_of(text);
+  for (const auto& [text, expected] : cases)
+    EXPECT_NE(message_of(text).find(expected), std::string::npos) << text << "\n" << message_of(text);
 }
 
 TEST(Expression, HugeTextsAreRefusedNotFollowed) {
@@ -201,32 +259,80 @@ TEST(Expression, NotFiniteValuesAreNamed) {
 
 // Derivatives against analysis over eight decades of time scale.
 TEST(ExpressionJet, AgreesWithAnalysis) {
-  struct Law { const char* text; std::function<TimeJet(double)> exact; };
+  struct Law {
+    const char* text;
+    std::function<TimeJet(double)> exact;
+  };
   const double w = 2.0 * M_PI;
   const std::vector<Law> laws = {
-      {"150*t", [](double t) { return TimeJet{150.0 * t, 150.0, 0.0}; }},
-      {"3*t^2 - 2*t + 1", [](double t) { return TimeJet{3.0 * t * t - 2.0 * t + 1.0, 6.0 * t - 2.0, 6.0}; }},
-      {"t^3.5", [](double t) { return TimeJet{std::pow(t, 3.5), 3.5 * std::pow(t, 2.5), 8.75 * std::pow(t, 1.5)}; }},
+      {"150*t",
+       [](double t) {
+         return TimeJet{150.0 * t, 150.0, 0.0};
+       }},
+      {"3*t^2 - 2*t + 1",
+       [](double t) {
+         return TimeJet{3.0 * t * t - 2.0 * t + 1.0, 6.0 * t - 2.0, 6.0};
+       }},
+      {"t^3.5",
+       [](double t) {
+         return TimeJet{std::pow(t, 3.5), 3.5 * std::pow(t, 2.5), 8.75 * std::pow(t, 1.5)};
+       }},
       {"0.4*(t^2/2 + (15/(2*pi))^2*(cos(2*pi*t/15) - 1))",
        [](double t) {
          const double k = 2.0 * M_PI / 15.0;
-         return TimeJet{0.4 * (t * t / 2.0 + (std::cos(k * t) - 1.0) / (k * k)), 0.4 * (t - std::sin(k * t) / k), 0.4 * (1.0 - std::cos(k * t))};
+         return TimeJet{0.4 * (t * t / 2.0 + (std::cos(k * t) - 1.0) / (k * k)), 0.4 * (t - std::sin(k * t) / k),
+                        0.4 * (1.0 - std::cos(k * t))};
        }},
-      {"sin(2*pi*t)", [w](double t) { return TimeJet{std::sin(w * t), w * std::cos(w * t), -w * w * std::sin(w * t)}; }},
-      {"sin(2*pi*1e4*t)", [](double t) { const double k = 2.0 * M_PI * 1e4; return TimeJet{std::sin(k * t), k * std::cos(k * t), -k * k * std::sin(k * t)}; }},
-      {"exp(-t/1e4)", [](double t) { const double f = std::exp(-t / 1e4); return TimeJet{f, -f / 1e4, f / 1e8}; }},
+      {"sin(2*pi*t)",
+       [w](double t) {
+         return TimeJet{std::sin(w * t), w * std::cos(w * t), -w * w * std::sin(w * t)};
+       }},
+      {"sin(2*pi*1e4*t)",
+       [](double t) {
+         const double k = 2.0 * M_PI * 1e4;
+         return TimeJet{std::sin(k * t), k * std::cos(k * t), -k * k * std::sin(k * t)};
+       }},
+      {"exp(-t/1e4)",
+       [](double t) {
+         const double f = std::exp(-t / 1e4);
+         return TimeJet{f, -f / 1e4, f / 1e8};
+       }},
       {"exp(-t/0.167)*cos(t)",
        [](double t) {
          const double a = -1.0 / 0.167, f = std::exp(a * t), c = std::cos(t), s = std::sin(t);
          return TimeJet{f * c, f * (a * c - s), f * (a * a * c - 2.0 * a * s - c)};
        }},
-      {"tanh(t)", [](double t) { const double f = std::tanh(t), g = 1.0 / (std::cosh(t) * std::cosh(t)); return TimeJet{f, g, -2.0 * f * g}; }},
-      {"t/(1+t)", [](double t) { return TimeJet{t / (1 + t), 1 / ((1 + t) * (1 + t)), -2 / ((1 + t) * (1 + t) * (1 + t))}; }},
-      {"2^t", [](double t) { const double l = std::log(2.0), f = std::pow(2.0, t); return TimeJet{f, l * f, l * l * f}; }},
-      {"t^t", [](double t) { const double f = std::pow(t, t), l = std::log(t) + 1.0; return TimeJet{f, f * l, f * (l * l + 1.0 / t)}; }},
-      {"atan2(sin(t), cos(t))", [](double t) { return TimeJet{std::atan2(std::sin(t), std::cos(t)), 1.0, 0.0}; }},
-      {"abs(t-7)", [](double t) { return TimeJet{std::abs(t - 7.0), t < 7.0 ? -1.0 : 1.0, 0.0}; }},
-      {"max(t, 2)*2", [](double t) { return TimeJet{2.0 * std::max(t, 2.0), t > 2.0 ? 2.0 : 0.0, 0.0}; }},
+      {"tanh(t)",
+       [](double t) {
+         const double f = std::tanh(t), g = 1.0 / (std::cosh(t) * std::cosh(t));
+         return TimeJet{f, g, -2.0 * f * g};
+       }},
+      {"t/(1+t)",
+       [](double t) {
+         return TimeJet{t / (1 + t), 1 / ((1 + t) * (1 + t)), -2 / ((1 + t) * (1 + t) * (1 + t))};
+       }},
+      {"2^t",
+       [](double t) {
+         const double l = std::log(2.0), f = std::pow(2.0, t);
+         return TimeJet{f, l * f, l * l * f};
+       }},
+      {"t^t",
+       [](double t) {
+         const double f = std::pow(t, t), l = std::log(t) + 1.0;
+         return TimeJet{f, f * l, f * (l * l + 1.0 / t)};
+       }},
+      {"atan2(sin(t), cos(t))",
+       [](double t) {
+         return TimeJet{std::atan2(std::sin(t), std::cos(t)), 1.0, 0.0};
+       }},
+      {"abs(t-7)",
+       [](double t) {
+         return TimeJet{std::abs(t - 7.0), t < 7.0 ? -1.0 : 1.0, 0.0};
+       }},
+      {"max(t, 2)*2",
+       [](double t) {
+         return TimeJet{2.0 * std::max(t, 2.0), t > 2.0 ? 2.0 : 0.0, 0.0};
+       }},
   };
   for (const Law& law : laws) {
     const Expression expression(law.text);
@@ -235,17 +341,50 @@ TEST(ExpressionJet, AgreesWithAnalysis) {
       const auto near = [&](double a, double b, double scale) { return std::abs(a - b) <= 1e-12 * (std::abs(b) + scale); };
       EXPECT_EQ(found.value, expression.value(t)) << law.text;
       EXPECT_TRUE(near(found.value, exact.value, 1e-3)) << law.text << " " << t << ": " << found.value << " " << exact.value;
-      EXPECT_TRUE(near(found.rate, exact.rate, std::abs(exact.value) + 1e-3 * t)) << law.text << " " << t << ": " << found.rate << " " << exact.rate;
-      EXPECT_TRUE(near(found.acceleration, exact.acceleration, std::abs(exact.value) + std::abs(exact.rate) + 1e-3)) << law.text << " " << t << ": " << found.acceleration << " " << exact.acceleration;
+      EXPECT_TRUE(near(found.rate, exact.rate, std::abs(exact.value) + 1e-3 * t))
+          << law.text << " " << t << ": " << found.rate << " " << exact.rate;
+      EXPECT_TRUE(near(found.acceleration, exact.acceleration, std::abs(exact.value) + std::abs(exact.rate) + 1e-3))
+          << law.text << " " << t << ": " << found.acceleration << " " << exact.acceleration;
     }
   }
 }
 
 // Every function's derivatives against differences of fourth order.
 TEST(ExpressionJet, EveryFunctionAgreesWithDifferences) {
-  for (const char* text : {"sin(t)", "cos(t)", "tan(t)", "asin(t)", "acos(t)", "atan(t)", "sinh(t)", "cosh(t)", "tanh(t)", "asinh(t)", "acosh(t+1)", "atanh(t)", "exp(t)",
-                           "ln(t)", "log(t)", "log2(t)", "log10(t)", "sqrt(t)", "t^3", "t^-2", "t^0.3", "(1+t)^t", "2^t", "1/t", "atan2(t, 2)", "atan2(2, t-1)", "atan2(-t, -2)",
-                           "min(t, t^2)", "max(t, t^2)", "sum(t, t^2, 3)", "avg(t, exp(t))", "abs(sin(9*t))", "t < 0.5 ? t^3 : t^4", "-t^2*sin(t)/exp(cos(t))"}) {
+  for (const char* text : {"sin(t)",
+                           "cos(t)",
+                           "tan(t)",
+                           "asin(t)",
+                           "acos(t)",
+                           "atan(t)",
+                           "sinh(t)",
+                           "cosh(t)",
+                           "tanh(t)",
+                           "asinh(t)",
+                           "acosh(t+1)",
+                           "atanh(t)",
+                           "exp(t)",
+                           "ln(t)",
+                           "log(t)",
+                           "log2(t)",
+                           "log10(t)",
+                           "sqrt(t)",
+                           "t^3",
+                           "t^-2",
+                           "t^0.3",
+                           "(1+t)^t",
+                           "2^t",
+                           "1/t",
+                           "atan2(t, 2)",
+                           "atan2(2, t-1)",
+                           "atan2(-t, -2)",
+                           "min(t, t^2)",
+                           "max(t, t^2)",
+                           "sum(t, t^2, 3)",
+                           "avg(t, exp(t))",
+                           "abs(sin(9*t))",
+                           "t < 0.5 ? t^3 : t^4",
+                           "-t^2*sin(t)/exp(cos(t))"}) {
     const Expression f(text);
     for (const double t : {0.21, 0.43, 0.77}) {
       const double h = 2e-3;

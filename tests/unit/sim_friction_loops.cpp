@@ -1,5 +1,6 @@
-// Dry friction in loops that run freely: every reversal at a dead centre is found, whichever joint closes the loop. A constant friction force takes out
-// force times path, so that the speed at every angle follows from energy alone; where the reaction presses, from an independent program.
+// Dry friction in loops that run freely: every reversal at a dead centre is found, whichever joint closes the loop. A constant friction
+// force takes out force times path, so that the speed at every angle follows from energy alone; where the reaction presses, from an
+// independent program.
 #include "mechanism_text.h"
 
 #include <gtest/gtest.h>
@@ -14,11 +15,14 @@ namespace {
 constexpr double R = 0.1, L = 0.3, crank_inertia = 0.0125, rod_mass = 0.5, rod_inertia = 0.5 * 0.09 / 12, piston = 0.8;
 
 std::string body(const std::string& name, double mass, double inertia, double centre, double end) {
-  return fmt::format("[[body]]\nname = \"{}\"\nkind = \"rigid\"\nmass = {}\ninertia = [{:.17g}, {:.17g}, {:.17g}]\ncentre_of_mass = [{}, 0, 0]\nframes = {{ end = [{}, 0, 0] }}\n",
-                     name, mass, inertia, inertia, inertia, centre, end);
+  return fmt::format(
+      "[[body]]\nname = \"{}\"\nkind = \"rigid\"\nmass = {}\ninertia = [{:.17g}, {:.17g}, {:.17g}]\ncentre_of_mass = [{}, 0, 0]\nframes = "
+      "{{ end = [{}, 0, 0] }}\n",
+      name, mass, inertia, inertia, inertia, centre, end);
 }
 
-// Slider-crank in the plane, crank pin at angle `at` with rate `rate`; joints in this order, those of `swapped` with parent and child exchanged.
+// Slider-crank in the plane, crank pin at angle `at` with rate `rate`; joints in this order, those of `swapped` with parent and child
+// exchanged.
 struct Engine {
   double at = 0.7, rate = 50;
   std::array<int, 4> order{0, 1, 2, 3};
@@ -27,8 +31,8 @@ struct Engine {
   std::string forces;
 
   std::string text(double duration) const {
-    std::string out = head(duration, Vec3(0, 0, 0), 200) + body("crank", 1, crank_inertia - 0.0025, 0.05, R) + body("rod", rod_mass, rod_inertia, 0.15, L) +
-                      body("piston", piston, 0.001, 0, 0);
+    std::string out = head(duration, Vec3(0, 0, 0), 200) + body("crank", 1, crank_inertia - 0.0025, 0.05, R) +
+                      body("rod", rod_mass, rod_inertia, 0.15, L) + body("piston", piston, 0.001, 0, 0);
     const double tilt = -std::asin(R * std::sin(at) / L);
     const std::array<const char*, 4> names{"shaft", "pin", "wrist", "guide"}, kinds{"revolute", "revolute", "revolute", "prismatic"},
         parents{"ground", "crank.end", "rod.end", "ground"}, children{"crank", "rod", "piston", "piston"};
@@ -37,8 +41,8 @@ struct Engine {
       const size_t i = static_cast<size_t>(k);
       const bool turned = swapped[i];
       out += joint(names[i], kinds[i], turned ? children[i] : parents[i], turned ? parents[i] : children[i],
-                   fmt::format("{}initial = {{ value = {:.17g}{} }}\n{}", k == 3 ? "axis = [1, 0, 0]\n" : "", turned ? -values[i] : values[i],
-                               k == 0 ? fmt::format(", rate = {:.17g}", rate) : "", more[i]));
+                   fmt::format("{}initial = {{ value = {:.17g}{} }}\n{}", k == 3 ? "axis = [1, 0, 0]\n" : "",
+                               turned ? -values[i] : values[i], k == 0 ? fmt::format(", rate = {:.17g}", rate) : "", more[i]));
     }
     return out + forces + output("angle", "shaft", "value") + output("speed", "shaft", "rate") + output("x", "guide", "value");
   }
@@ -49,7 +53,8 @@ double piston_at(double angle) { return R * std::cos(angle) + std::sqrt(L * L - 
 // Twice the kinetic energy over the square of the crank's speed.
 double inertia_at(double a) {
   const double s = R / L * std::sin(a), c = std::sqrt(1 - s * s), tilt = -R / L * std::cos(a) / c;  // rod angle per crank angle
-  const double vx = -R * std::sin(a) + 0.5 * L * s * tilt, vy = R * std::cos(a) + 0.5 * L * c * tilt, slide = -R * std::sin(a) + L * s * tilt;
+  const double vx = -R * std::sin(a) + 0.5 * L * s * tilt, vy = R * std::cos(a) + 0.5 * L * c * tilt,
+               slide = -R * std::sin(a) + L * s * tilt;
   return crank_inertia + rod_mass * (vx * vx + vy * vy) + rod_inertia * tilt * tilt + piston * slide * slide;
 }
 
@@ -102,8 +107,9 @@ TEST(FrictionLoops, WhicheverJointIsCut) {
   } while (std::next_permutation(order.begin(), order.end()));
 }
 
-// Friction by the wrist's own reaction, pin of 20 mm, the piston's guide besides by its side force: reversals of the rod's swing and of the piston. The speed
-// after 0.5 s is that of a program of its own (bodies in absolute coordinates with multipliers, Dormand and Prince's method at 1e-11, events by bisection).
+// Friction by the wrist's own reaction, pin of 20 mm, the piston's guide besides by its side force: reversals of the rod's swing and of the
+// piston. The speed after 0.5 s is that of a program of its own (bodies in absolute coordinates with multipliers, Dormand and Prince's
+// method at 1e-11, events by bisection).
 TEST(FrictionLoops, FrictionByReactionWhateverIsParentAndChild) {
   for (const bool swapped : {false, true})
     for (const double tolerance : {1e-5, 1e-7}) {
@@ -119,10 +125,12 @@ TEST(FrictionLoops, FrictionByReactionWhateverIsParentAndChild) {
 
 // A crank-rocker with friction in the rocker's pin: what it takes out is moment times the rocker's way.
 TEST(FrictionLoops, CrankRockerWithFrictionInTheRocker) {
-  const std::string scene = head(1, Vec3(0, 0, 0), 200) + body("crank", 1, 0.02, 0, 0.1) + body("coupler", 0.3, 0.004, 0.2, 0.4) + body("rocker", 0.6, 0.01, 0, 0.3) +
-                            joint("shaft", "revolute", "ground", "crank", "initial = { value = 0.5, rate = 40 }") + joint("a", "revolute", "crank.end", "coupler", "") +
-                            joint("b", "revolute", "coupler.end", "rocker.end", "") +
-                            joint("pivot", "revolute", "ground", "rocker", "position = [0.35, 0, 0]\nfriction = { coefficient = 0.2, normal_force = 20, radius = 0.02 }") +
+  const std::string scene = head(1, Vec3(0, 0, 0), 200) + body("crank", 1, 0.02, 0, 0.1) + body("coupler", 0.3, 0.004, 0.2, 0.4) +
+                            body("rocker", 0.6, 0.01, 0, 0.3) +
+                            joint("shaft", "revolute", "ground", "crank", "initial = { value = 0.5, rate = 40 }") +
+                            joint("a", "revolute", "crank.end", "coupler", "") + joint("b", "revolute", "coupler.end", "rocker.end", "") +
+                            joint("pivot", "revolute", "ground", "rocker",
+                                  "position = [0.35, 0, 0]\nfriction = { coefficient = 0.2, normal_force = 20, radius = 0.02 }") +
                             output("swing", "pivot", "value") + output("speed", "shaft", "rate");
   for (const double tolerance : {1e-5, 1e-6, 1e-8}) {
     const Results r = run(scene, tolerance);
@@ -138,15 +146,17 @@ TEST(FrictionLoops, CrankRockerWithFrictionInTheRocker) {
   }
 }
 
-// An elastic rod: the piston's reversals are not at the crank's dead centres. Energy is kept at every tolerance, and the speed does not jump.
+// An elastic rod: the piston's reversals are not at the crank's dead centres. Energy is kept at every tolerance, and the speed does not
+// jump.
 TEST(FrictionLoops, ElasticRod) {
-  const std::string scene = head(0.2, Vec3(0, 0, 0), 1000) + body("crank", 1, 0.01, 0.05, R) +
-                            "[[body]]\nname = \"rod\"\nkind = \"beam\"\nlength = 0.3\nelements = 2\nsection = { shape = \"circle\", diameter = 0.01 }\n"
-                            "material = { density = 7800, youngs_modulus = 2.1e11 }\neffects = [\"bending_xy\", \"stiffening\"]\n" + body("piston", piston, 0.001, 0, 0) +
-                            joint("shaft", "revolute", "ground", "crank", "initial = { value = 0.7, rate = 30 }") + joint("pin", "revolute", "crank.end", "rod.root", "") +
-                            joint("wrist", "revolute", "rod.tip", "piston", "") +
-                            joint("guide", "prismatic", "ground", "piston", "axis = [1, 0, 0]\nfriction = { coefficient = 0.1, normal_force = 50 }") +
-                            output("speed", "shaft", "rate") + output("x", "guide", "value");
+  const std::string scene =
+      head(0.2, Vec3(0, 0, 0), 1000) + body("crank", 1, 0.01, 0.05, R) +
+      "[[body]]\nname = \"rod\"\nkind = \"beam\"\nlength = 0.3\nelements = 2\nsection = { shape = \"circle\", diameter = 0.01 }\n"
+      "material = { density = 7800, youngs_modulus = 2.1e11 }\neffects = [\"bending_xy\", \"stiffening\"]\n" +
+      body("piston", piston, 0.001, 0, 0) + joint("shaft", "revolute", "ground", "crank", "initial = { value = 0.7, rate = 30 }") +
+      joint("pin", "revolute", "crank.end", "rod.root", "") + joint("wrist", "revolute", "rod.tip", "piston", "") +
+      joint("guide", "prismatic", "ground", "piston", "axis = [1, 0, 0]\nfriction = { coefficient = 0.1, normal_force = 50 }") +
+      output("speed", "shaft", "rate") + output("x", "guide", "value");
   const Results best = run(scene, 1e-7);
   for (const double tolerance : {1e-5, 1e-6}) {
     const Results r = run(scene, tolerance);
@@ -157,14 +167,19 @@ TEST(FrictionLoops, ElasticRod) {
 
 std::string on_stop(const std::string& kind, const std::string& stop, double value, double rate, double push) {
   return head(0.1, Vec3(0, 0, 0), 1000) + "[[body]]\nname = \"block\"\nkind = \"rigid\"\nmass = 1\ninertia = [1, 1, 1]\n" +
-         joint("slide", kind, "ground", "block", fmt::format("axis = [0, 0, 1]\ninitial = {{ value = {:.17g}, rate = {} }}\nstop = {{ {}, stiffness = 1e4 }}", value, rate, stop)) +
-         fmt::format("[[force]]\nkind = \"{}\"\non = \"block\"\ndirection = [0, 0, 1]\nvalue = {}\n", kind == "prismatic" ? "force" : "torque", push) + output("x", "slide", "value");
+         joint("slide", kind, "ground", "block",
+               fmt::format("axis = [0, 0, 1]\ninitial = {{ value = {:.17g}, rate = {} }}\nstop = {{ {}, stiffness = 1e4 }}", value, rate,
+                           stop)) +
+         fmt::format("[[force]]\nkind = \"{}\"\non = \"block\"\ndirection = [0, 0, 1]\nvalue = {}\n",
+                     kind == "prismatic" ? "force" : "torque", push) +
+         output("x", "slide", "value");
 }
 
 // A body that starts exactly on its stop is carried by it: depth a (1 - cos w t) + v/w sin w t under a push a k, until it leaves.
 TEST(Stops, CarriesWhatStartsOnIt) {
   for (const char* kind : {"prismatic", "revolute"})
-    for (const auto& [stop, side] : {std::pair{"lower = 0.25", -1.0}, std::pair{"upper = 0.25", 1.0}, std::pair{"lower = -1, upper = 0.25", 1.0}, std::pair{"lower = 0.25, upper = 1", -1.0}})
+    for (const auto& [stop, side] : {std::pair{"lower = 0.25", -1.0}, std::pair{"upper = 0.25", 1.0},
+                                     std::pair{"lower = -1, upper = 0.25", 1.0}, std::pair{"lower = 0.25, upper = 1", -1.0}})
       for (const Method method : {Method::automatic, Method::adams, Method::bdf, Method::erk, Method::dirk, Method::ida})
         for (const double off : {0.0, 1e-300, 1e-17})
           for (const double rate : {0.0, 0.5}) {
@@ -175,7 +190,8 @@ TEST(Stops, CarriesWhatStartsOnIt) {
             for (Eigen::Index i = 0; i <= 30; ++i) {
               const double t = 1e-3 * static_cast<double>(i);
               const double depth = a * (1 - std::cos(w * t)) + rate / w * std::sin(w * t);
-              ASSERT_NEAR(side * (x[i] - 0.25), depth, 1e-6) << kind << " " << stop << " " << method_name(method) << " " << off << " " << rate << " " << t;
+              ASSERT_NEAR(side * (x[i] - 0.25), depth, 1e-6)
+                  << kind << " " << stop << " " << method_name(method) << " " << off << " " << rate << " " << t;
             }
           }
 }
@@ -185,8 +201,12 @@ TEST(Stops, IsNotFlownThrough) {
   for (const double above : {1e-3, 1e-6, 1e-8})
     for (const Method method : {Method::automatic, Method::erk, Method::dirk}) {
       const double v = std::sqrt(2 * 9.81 * (1 + above));
-      const Results r = run(head(0.8, Vec3(0, 0, -9.81), 10) + "[[body]]\nname = \"ball\"\nkind = \"rigid\"\nmass = 1\ninertia = [1, 1, 1]\n" +
-                                joint("flight", "prismatic", "ground", "ball", fmt::format("initial = {{ rate = {:.17g} }}\nstop = {{ upper = 1, stiffness = 1e9 }}", v)) + output("z", "flight", "value"), 1e-6, method);
+      const Results r =
+          run(head(0.8, Vec3(0, 0, -9.81), 10) + "[[body]]\nname = \"ball\"\nkind = \"rigid\"\nmass = 1\ninertia = [1, 1, 1]\n" +
+                  joint("flight", "prismatic", "ground", "ball",
+                        fmt::format("initial = {{ rate = {:.17g} }}\nstop = {{ upper = 1, stiffness = 1e9 }}", v)) +
+                  output("z", "flight", "value"),
+              1e-6, method);
       EXPECT_EQ(events(r, "meets its upper stop").size(), 1u) << above << " " << method_name(method);
       EXPECT_LT(energy_gap(r), 1e-4);
     }

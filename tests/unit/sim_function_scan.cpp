@@ -14,9 +14,28 @@ namespace {
 TEST(FunctionScan, BoundsHold) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> share(0.0, 1.0);
-  for (const char* text : {"exp(-((t-0.3)/0.05)^2)", "sin(t)^200", "3*t^3 - 2*t + 1", "tanh(40*(t-0.5))", "1/cosh((t-0.4)/0.01)", "sqrt(1+t)*cos(30*t)", "log(2+t)/(1+t^2)", "atan((t-0.5)/0.02)",
-                           "asin(0.9*sin(3*t))", "acos(t/3)", "sinh(2*t)*exp(-t)", "asinh(20*(t-0.3))", "acosh(2+t)", "atanh(0.9*t)", "tan(t)", "2^(-30*t)", "(1+t)^(2*t)", "atan2(t-0.5, 1+t)",
-                           "t < 0.5 ? exp(-((t-0.2)/0.01)^2)*sin(50*t) : 0", "log10(1+t)*log2(3+t)", "(t-0.5)^7", "abs(t-2)*t"}) {
+  for (const char* text : {"exp(-((t-0.3)/0.05)^2)",
+                           "sin(t)^200",
+                           "3*t^3 - 2*t + 1",
+                           "tanh(40*(t-0.5))",
+                           "1/cosh((t-0.4)/0.01)",
+                           "sqrt(1+t)*cos(30*t)",
+                           "log(2+t)/(1+t^2)",
+                           "atan((t-0.5)/0.02)",
+                           "asin(0.9*sin(3*t))",
+                           "acos(t/3)",
+                           "sinh(2*t)*exp(-t)",
+                           "asinh(20*(t-0.3))",
+                           "acosh(2+t)",
+                           "atanh(0.9*t)",
+                           "tan(t)",
+                           "2^(-30*t)",
+                           "(1+t)^(2*t)",
+                           "atan2(t-0.5, 1+t)",
+                           "t < 0.5 ? exp(-((t-0.2)/0.01)^2)*sin(50*t) : 0",
+                           "log10(1+t)*log2(3+t)",
+                           "(t-0.5)^7",
+                           "abs(t-2)*t"}) {
     Expression f(text);
     f.freeze(0.3);
     const FunctionScan value(text, 0, 0.0, 0.6), bend(text, 2, 0.0, 0.6);
@@ -67,7 +86,10 @@ TEST(FunctionScan, ShowsWavesAndFindsPulses) {
 
 // Force on a mass of 1 kg: its speed is the impulse, by Simpson's rule on a mesh of its own.
 TEST(FunctionScan, ImpulsesArriveByEveryMethod) {
-  struct Case { std::string text; double centre, width; };
+  struct Case {
+    std::string text;
+    double centre, width;
+  };
   std::vector<Case> cases;
   for (const double width : {0.1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6}) {
     cases.push_back({fmt::format("exp(-((t-0.6180339)/{0})^2)/{0}", width), 0.6180339, width});
@@ -77,8 +99,11 @@ TEST(FunctionScan, ImpulsesArriveByEveryMethod) {
   cases.push_back({"5*sin(3*t)^200", 0.5235988, 0.03});
   for (const Case& c : cases)
     for (const Method method : {Method::automatic, Method::adams, Method::bdf, Method::erk, Method::dirk}) {
-      const std::string scene = head(1, Vec3(0, 0, 0), 10) + "[[body]]\nname = \"block\"\nkind = \"rigid\"\nmass = 1\ninertia = [1, 1, 1]\n" +
-                                joint("slide", "prismatic", "ground", "block", "") + fmt::format("[[force]]\nkind = \"force\"\non = \"block\"\ndirection = [0, 0, 1]\nvalue = \"{}\"\n", c.text) + output("v", "slide", "rate");
+      const std::string scene =
+          head(1, Vec3(0, 0, 0), 10) + "[[body]]\nname = \"block\"\nkind = \"rigid\"\nmass = 1\ninertia = [1, 1, 1]\n" +
+          joint("slide", "prismatic", "ground", "block", "") +
+          fmt::format("[[force]]\nkind = \"force\"\non = \"block\"\ndirection = [0, 0, 1]\nvalue = \"{}\"\n", c.text) +
+          output("v", "slide", "rate");
       const Results r = run(scene, 1e-6, method);
       const Expression f(c.text);
       // Coarse outside, fine around the pulse.
@@ -93,13 +118,16 @@ TEST(FunctionScan, ImpulsesArriveByEveryMethod) {
     }
 }
 
-// A drive that twitches, a peak in a table of time, one over a coordinate, a load along a beam: each acts on an oscillator or a mass as its integral says.
+// A drive that twitches, a peak in a table of time, one over a coordinate, a load along a beam: each acts on an oscillator or a mass as its
+// integral says.
 TEST(FunctionScan, DrivesTablesAndDistributedLoads) {
   const std::string mass = "[[body]]\nname = \"block\"\nkind = \"rigid\"\nmass = 1\ninertia = [1, 1, 1]\n";
   // x'' = w^2 (u - x), u a pulse of area A b sqrt(pi): amplitude w A b sqrt(pi).
-  const Results driven = run(head(1, Vec3(0, 0, 0), 1000) + "[[body]]\nname = \"base\"\nkind = \"rigid\"\nmass = 1\ninertia = [1, 1, 1]\n" + mass +
-                                 joint("drive", "prismatic", "ground", "base", "motion = \"0.01*exp(-((t-0.7)/1e-4)^2)\"") +
-                                 joint("slide", "prismatic", "base", "block", "spring = { stiffness = 100 }") + output("z", "block", "position"), 1e-8);
+  const Results driven =
+      run(head(1, Vec3(0, 0, 0), 1000) + "[[body]]\nname = \"base\"\nkind = \"rigid\"\nmass = 1\ninertia = [1, 1, 1]\n" + mass +
+              joint("drive", "prismatic", "ground", "base", "motion = \"0.01*exp(-((t-0.7)/1e-4)^2)\"") +
+              joint("slide", "prismatic", "base", "block", "spring = { stiffness = 100 }") + output("z", "block", "position"),
+          1e-8);
   EXPECT_NEAR(column(driven, "z.z")[857], 10 * 0.01 * 1e-4 * std::sqrt(pi) * std::sin(10 * 0.157), 3e-8);
   // A peak of 1000 N at one of many points 1 ms apart: the integral of a cubic spline through even points is their trapezoidal sum, 1 Ns.
   std::string peak = "[[0, 0]";
@@ -107,11 +135,15 @@ TEST(FunctionScan, DrivesTablesAndDistributedLoads) {
   peak += ", [2, 0]]";
   const std::string force = "[[force]]\nkind = \"force\"\non = \"block\"\ndirection = [0, 0, 1]\nvalue = { table = " + peak;
   for (const Method method : {Method::automatic, Method::erk, Method::dirk, Method::bdf}) {
-    const Results table = run(head(1, Vec3(0, 0, 0), 10) + mass + joint("slide", "prismatic", "ground", "block", "") + force + " }\n" + output("v", "slide", "rate"), 1e-6, method);
+    const Results table = run(head(1, Vec3(0, 0, 0), 10) + mass + joint("slide", "prismatic", "ground", "block", "") + force + " }\n" +
+                                  output("v", "slide", "rate"),
+                              1e-6, method);
     EXPECT_NEAR(last(table, "v"), 1, 1e-3) << method_name(method);
     // Over a coordinate, at 10 m/s: 1/2 (v^2 - v0^2) is the area over the way.
-    const Results way = run(head(0.1, Vec3(0, 0, 0), 100) + mass + joint("slide", "prismatic", "ground", "block", "initial = { rate = 10 }") + force + ", of = \"slide\" }\n" +
-                                output("v", "slide", "rate"), 1e-6, method);
+    const Results way =
+        run(head(0.1, Vec3(0, 0, 0), 100) + mass + joint("slide", "prismatic", "ground", "block", "initial = { rate = 10 }") + force +
+                ", of = \"slide\" }\n" + output("v", "slide", "rate"),
+            1e-6, method);
     EXPECT_NEAR(0.5 * (last(way, "v") * last(way, "v") - 100), 1, 4e-3) << method_name(method);
   }
 }

@@ -19,10 +19,10 @@ Histories example() {
   h.units = {"m", "m", "m", "rad", "J"};
   h.times = VecX::LinSpaced(11, 0.0, 1.0);
   h.values = MatX::Zero(5, 11);
-  h.values.row(0) = h.times.transpose() * 2.0;                     // range 2
-  h.values.row(1) = h.times.transpose() * 0.01;                    // hardly moves: counts against the vector
+  h.values.row(0) = h.times.transpose() * 2.0;   // range 2
+  h.values.row(1) = h.times.transpose() * 0.01;  // hardly moves: counts against the vector
   h.values.row(3) = h.times.transpose() * 3.0;
-  h.values.row(4).setConstant(7.0);                                // conserved
+  h.values.row(4).setConstant(7.0);  // conserved
   h.energy_scale = 5.0;
   return h;
 }
@@ -103,7 +103,8 @@ axis = [0, 0, 1]
 name = "tip"
 of = "beam.tip"
 quantity = "position"
-)", "pendulum.toml");
+)",
+                     "pendulum.toml");
 }
 
 const EffectState& state(const std::vector<EffectState>& states, const std::string& effect) {
@@ -181,10 +182,15 @@ TEST(Effects, KeptModesAreTheLowestOnes) {
 // Between two hinges a beam's modes are those between supports, whatever frame it has; a moment at its end bends it statically beside them.
 TEST(Effects, KeptModesBetweenHingesAndUnderLoads) {
   const auto text = [](const std::string& words, const std::string& force) {
-    return "[simulation]\nduration = 1\ngravity = [0, 0, 0]\n[[body]]\nname = \"b\"\nkind = \"beam\"\nlength = 1.0\nsection = { shape = \"circle\", diameter = 0.02 }\n"
-           "material = { density = 7800.0, youngs_modulus = 2e11 }\nmodel = \"finite-element\"\nelements = 8\nboundary = \"clamped-free\"\neffects = [\"bending_xy\"]\n" + words +
-           "\n[[joint]]\nname = \"a\"\nkind = \"revolute\"\nparent = \"ground\"\nchild = \"b.root\"\n[[joint]]\nname = \"c\"\nkind = \"point-on-line\"\nparent = \"ground\"\n"
-           "child = \"b.tip\"\naxis = [1, 0, 0]\n" + force;
+    return "[simulation]\nduration = 1\ngravity = [0, 0, 0]\n[[body]]\nname = \"b\"\nkind = \"beam\"\nlength = 1.0\nsection = { shape = "
+           "\"circle\", diameter = 0.02 }\n"
+           "material = { density = 7800.0, youngs_modulus = 2e11 }\nmodel = \"finite-element\"\nelements = 8\nboundary = "
+           "\"clamped-free\"\neffects = [\"bending_xy\"]\n" +
+           words +
+           "\n[[joint]]\nname = \"a\"\nkind = \"revolute\"\nparent = \"ground\"\nchild = \"b.root\"\n[[joint]]\nname = \"c\"\nkind = "
+           "\"point-on-line\"\nparent = \"ground\"\n"
+           "child = \"b.tip\"\naxis = [1, 0, 0]\n" +
+           force;
   };
   const std::string torque = "[[force]]\nkind = \"torque\"\non = \"b.root\"\ndirection = [0, 0, 1]\nvalue = 1.0\n";
   EXPECT_EQ(make_system(parse_scene(text("keep_modes = 2", ""), "s.toml")).model.parts[0].body.n, 2);
@@ -194,7 +200,8 @@ TEST(Effects, KeptModesBetweenHingesAndUnderLoads) {
   const Linearisation few = linearise(make_system(parse_scene(text("keep_modes = 2", ""), "s.toml")));
   ASSERT_EQ(few.modes.size(), 2u);
   for (int k = 1; k <= 2; ++k)
-    EXPECT_NEAR(few.modes[static_cast<size_t>(k - 1)].frequency, std::pow(k * M_PI, 2) * 0.005 * std::sqrt(2e11 / 7800.0) / (2.0 * M_PI), 5e-4 * few.modes[1].frequency);
+    EXPECT_NEAR(few.modes[static_cast<size_t>(k - 1)].frequency, std::pow(k * M_PI, 2) * 0.005 * std::sqrt(2e11 / 7800.0) / (2.0 * M_PI),
+                5e-4 * few.modes[1].frequency);
 }
 
 TEST(Effects, StiffeningOfThePendulumIsFoundWhenLeftOut) {

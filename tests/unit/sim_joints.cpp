@@ -1,4 +1,5 @@
-// Every kind of joint: its derivatives against finite differences, the same joint as a hinge of the tree and as the one that closes a loop, momentum.
+// Every kind of joint: its derivatives against finite differences, the same joint as a hinge of the tree and as the one that closes a loop,
+// momentum.
 #include "mechanism_text.h"
 #include "sim/dynamics/closure.h"
 #include "sim/dynamics/kinematics.h"
@@ -80,24 +81,35 @@ TEST_P(EveryJoint, SubspaceAndBiasAreDerivatives) {
     }
 }
 
-const char* body_a = "[[body]]\nname = \"a\"\nkind = \"rigid\"\nmass = 1.5\ninertia = [0.02, 0.03, 0.04]\ncentre_of_mass = [0.2, 0.05, 0]\nframes = { tip = [0.5, 0.1, 0], c = [0.2, 0.05, 0] }\n";
-const char* body_b = "[[body]]\nname = \"b\"\nkind = \"rigid\"\nmass = 0.8\ninertia = [0.01, 0.02, 0.025]\ncentre_of_mass = [0.1, -0.1, 0.2]\nframes = { eye = [0.3, 0.2, 0.1], c = [0.1, -0.1, 0.2] }\n";
+const char* body_a =
+    "[[body]]\nname = \"a\"\nkind = \"rigid\"\nmass = 1.5\ninertia = [0.02, 0.03, 0.04]\ncentre_of_mass = [0.2, 0.05, 0]\nframes = { tip = "
+    "[0.5, 0.1, 0], c = [0.2, 0.05, 0] }\n";
+const char* body_b =
+    "[[body]]\nname = \"b\"\nkind = \"rigid\"\nmass = 0.8\ninertia = [0.01, 0.02, 0.025]\ncentre_of_mass = [0.1, -0.1, 0.2]\nframes = { "
+    "eye = [0.3, 0.2, 0.1], c = [0.1, -0.1, 0.2] }\n";
 
-// Body b hangs on a by the joint; with `loose`, the words of a free joint's start, it is free as well, and the joint is what closes the loop.
+// Body b hangs on a by the joint; with `loose`, the words of a free joint's start, it is free as well, and the joint is what closes the
+// loop.
 std::string hung(const JointTraits& kind, const std::string& loose = "") {
-  return head(0.4, Vec3(2.0, -9.0, 3.0)) + body_a + body_b + joint("base", "revolute", "ground", "a", "axis = [0, 0, 1]\ninitial = { value = 0.3, rate = 2 }\nspring = { stiffness = 5 }") +
+  return head(0.4, Vec3(2.0, -9.0, 3.0)) + body_a + body_b +
+         joint("base", "revolute", "ground", "a", "axis = [0, 0, 1]\ninitial = { value = 0.3, rate = 2 }\nspring = { stiffness = 5 }") +
          (loose.empty() ? "" : joint("loose", "free", "ground", "b", loose)) +
-         joint("x", std::string(kind.word), "a.tip", "b", "axis = [0.6, 0, 0.8]\nrotation = [0.3, -0.2, 0.5]\n" + pitch(kind)) + output("eye", "b.eye", "position") +
-         output("force", "x", "reaction") + output("v", "b", "velocity") + output("w", "b", "angular_velocity");
+         joint("x", std::string(kind.word), "a.tip", "b", "axis = [0.6, 0, 0.8]\nrotation = [0.3, -0.2, 0.5]\n" + pitch(kind)) +
+         output("eye", "b.eye", "position") + output("force", "x", "reaction") + output("v", "b", "velocity") +
+         output("w", "b", "angular_velocity");
 }
 
 TEST_P(EveryJoint, ClosesALoopAsItHoldsATree) {
   if (holds_nothing(GetParam())) return;
   const Results tree = run(hung(GetParam()), 1e-10);
   const auto o = tree.bodies[1].orientation.row(0);
-  const Vec3 p = tree.bodies[1].position.row(0).transpose(), turn = rotation_log(Quat(o[0], o[1], o[2], o[3]).toRotationMatrix()), v = positions(tree, "v").row(0).transpose(), w = positions(tree, "w").row(0).transpose();
-  const Results loop = run(hung(GetParam(), fmt::format("initial = {{ value = [{:.17g}, {:.17g}, {:.17g}, {:.17g}, {:.17g}, {:.17g}], rate = [{:.17g}, {:.17g}, {:.17g}, {:.17g}, {:.17g}, {:.17g}] }}", p.x(), p.y(), p.z(), turn.x(),
-                                                        turn.y(), turn.z(), v.x(), v.y(), v.z(), w.x(), w.y(), w.z())), 1e-10);
+  const Vec3 p = tree.bodies[1].position.row(0).transpose(), turn = rotation_log(Quat(o[0], o[1], o[2], o[3]).toRotationMatrix()),
+             v = positions(tree, "v").row(0).transpose(), w = positions(tree, "w").row(0).transpose();
+  const Results loop =
+      run(hung(GetParam(), fmt::format("initial = {{ value = [{:.17g}, {:.17g}, {:.17g}, {:.17g}, {:.17g}, {:.17g}], rate = [{:.17g}, "
+                                       "{:.17g}, {:.17g}, {:.17g}, {:.17g}, {:.17g}] }}",
+                                       p.x(), p.y(), p.z(), turn.x(), turn.y(), turn.z(), v.x(), v.y(), v.z(), w.x(), w.y(), w.z())),
+          1e-10);
   EXPECT_LT((positions(tree, "eye") - positions(loop, "eye")).cwiseAbs().maxCoeff(), 1e-7);
   EXPECT_LT((positions(tree, "force") - positions(loop, "force")).cwiseAbs().maxCoeff(), 1e-5);
   for (const Results* r : {&tree, &loop}) EXPECT_LT(energy_gap(*r), 1e-7 * (1.0 + r->kinetic.maxCoeff()));
@@ -107,12 +119,17 @@ TEST_P(EveryJoint, ClosesALoopAsItHoldsATree) {
 TEST_P(EveryJoint, ClosureIsDifferentiated) {
   if (!GetParam().closure || holds_nothing(GetParam())) return;  // no rows of their own
   for (const bool elastic : {false, true}) {
-    const std::string beam = "[[body]]\nname = \"a\"\nkind = \"beam\"\nlength = 0.5\nsection = { shape = \"rectangle\", width = 0.02, height = 0.01 }\nmaterial = { density = 2700.0, youngs_modulus = 7e9 }\nmodel = \"modal\"\n"
-                             "modes = { bending_xy = [1, 2], bending_xz = [1], torsion = [1] }\neffects = [\"bending_xy\", \"bending_xz\", \"torsion\", \"stiffening\"]\n";
-    System system = make_system(parse_scene(head(1, Vec3::Zero()) + (elastic ? beam : std::string(body_a)) + body_b + joint("base", "universal", "ground", "a", "") +
-                                                joint("loose", "free", "ground", "b", elastic ? "initial = { value = [0.5, 0, 0, 0, 0, 0] }" : "initial = { value = [0.5, 0.1, 0, 0, 0, 0] }") +
-                                                joint("x", std::string(GetParam().word), "a.tip", "b", "axis = [0.6, 0, 0.8]"),
-                                            "joints.toml"));
+    const std::string beam =
+        "[[body]]\nname = \"a\"\nkind = \"beam\"\nlength = 0.5\nsection = { shape = \"rectangle\", width = 0.02, height = 0.01 }\nmaterial "
+        "= { density = 2700.0, youngs_modulus = 7e9 }\nmodel = \"modal\"\n"
+        "modes = { bending_xy = [1, 2], bending_xz = [1], torsion = [1] }\neffects = [\"bending_xy\", \"bending_xz\", \"torsion\", "
+        "\"stiffening\"]\n";
+    System system = make_system(parse_scene(
+        head(1, Vec3::Zero()) + (elastic ? beam : std::string(body_a)) + body_b + joint("base", "universal", "ground", "a", "") +
+            joint("loose", "free", "ground", "b",
+                  elastic ? "initial = { value = [0.5, 0, 0, 0, 0, 0] }" : "initial = { value = [0.5, 0.1, 0, 0, 0, 0] }") +
+            joint("x", std::string(GetParam().word), "a.tip", "b", "axis = [0.6, 0, 0.8]"),
+        "joints.toml"));
     const Model& model = system.model;
     Work& work = system.work;
     const int cluster = model.parts[0].cluster;
@@ -174,7 +191,8 @@ TEST_P(EveryJoint, ClosureIsDifferentiated) {
       return out;
     };
     const double step = 1e-5;
-    EXPECT_LT(((rows_along(step) - rows_along(-step)) / (2 * step) - bias).cwiseAbs().maxCoeff(), 1e-5 * (1.0 + bias.cwiseAbs().maxCoeff())) << elastic;
+    EXPECT_LT(((rows_along(step) - rows_along(-step)) / (2 * step) - bias).cwiseAbs().maxCoeff(), 1e-5 * (1.0 + bias.cwiseAbs().maxCoeff()))
+        << elastic;
   }
 }
 
@@ -182,11 +200,14 @@ TEST_P(EveryJoint, ClosureIsDifferentiated) {
 TEST_P(EveryJoint, FlyingPairKeepsMomentum) {
   const JointTraits& kind = GetParam();
   if (holds_nothing(kind)) return;
-  const std::string start = kind.rates.empty() ? "" : fmt::format("initial = {{ rate = {} }}\nspring = {{ stiffness = 3, damping = 0.1 }}", rates(kind));
-  const Results r = run(head(0.6, Vec3::Zero()) + body_a + body_b + joint("fly", "free", "ground", "a", "initial = { rate = [0.3, -0.2, 0.5, 1.0, -2.0, 0.7] }") +
+  const std::string start =
+      kind.rates.empty() ? "" : fmt::format("initial = {{ rate = {} }}\nspring = {{ stiffness = 3, damping = 0.1 }}", rates(kind));
+  const Results r = run(head(0.6, Vec3::Zero()) + body_a + body_b +
+                            joint("fly", "free", "ground", "a", "initial = { rate = [0.3, -0.2, 0.5, 1.0, -2.0, 0.7] }") +
                             joint("x", std::string(kind.word), "a.tip", "b", "axis = [0.6, 0, 0.8]\n" + pitch(kind) + start) +
-                            output("pa", "a.c", "position") + output("pb", "b.c", "position") + output("va", "a.c", "velocity") + output("vb", "b.c", "velocity") + output("wa", "a", "angular_velocity") +
-                            output("wb", "b", "angular_velocity"), 1e-10);
+                            output("pa", "a.c", "position") + output("pb", "b.c", "position") + output("va", "a.c", "velocity") +
+                            output("vb", "b.c", "velocity") + output("wa", "a", "angular_velocity") + output("wb", "b", "angular_velocity"),
+                        1e-10);
   const Vec3 Ja(0.02, 0.03, 0.04), Jb(0.01, 0.02, 0.025);
   Vec6 first = Vec6::Zero();
   double drift = 0.0;
@@ -198,7 +219,8 @@ TEST_P(EveryJoint, FlyingPairKeepsMomentum) {
       return Vec3(R * J.cwiseProduct(R.transpose() * w));
     };
     Vec6 momentum;
-    momentum << 1.5 * at("va") + 0.8 * at("vb"), 1.5 * at("pa").cross(at("va")) + 0.8 * at("pb").cross(at("vb")) + spin(0, Ja, at("wa")) + spin(1, Jb, at("wb"));
+    momentum << 1.5 * at("va") + 0.8 * at("vb"),
+        1.5 * at("pa").cross(at("va")) + 0.8 * at("pb").cross(at("vb")) + spin(0, Ja, at("wa")) + spin(1, Jb, at("wb"));
     if (i == 0) first = momentum;
     drift = std::max(drift, (momentum - first).norm());
   }
@@ -224,9 +246,11 @@ TEST_P(EveryJoint, ErrorFollowsTheTolerance) {
 TEST(ConstantVelocity, TurnsShaftsAlike) {
   const double beta = 0.5;
   const auto driven = [&](const std::string& kind, const std::string& axis) {
-    return run(head(2.5, Vec3::Zero()) + body_a + body_b + joint("drive", "revolute", "ground", "a", "motion = \"3*t\"") + joint("coupling", kind, "a", "b", axis) +
-                   joint("bearing", "revolute", "ground", "b", fmt::format("rotation = [{}, 0, 0]", beta)) + output("out", "bearing", "value") + output("rate", "bearing", "rate") +
-                   output("torque", "drive", "reaction"), 1e-9);
+    return run(head(2.5, Vec3::Zero()) + body_a + body_b + joint("drive", "revolute", "ground", "a", "motion = \"3*t\"") +
+                   joint("coupling", kind, "a", "b", axis) +
+                   joint("bearing", "revolute", "ground", "b", fmt::format("rotation = [{}, 0, 0]", beta)) +
+                   output("out", "bearing", "value") + output("rate", "bearing", "rate") + output("torque", "drive", "reaction"),
+               1e-9);
   };
   const Results alike = driven("constant-velocity", "axis = [0, 0, 1]");
   EXPECT_LT((column(alike, "out") - 3.0 * alike.times).cwiseAbs().maxCoeff(), 1e-8);

@@ -1,4 +1,5 @@
-// What a beam's model cannot show is measured beside the run and told (run/model_check.h, run/linear_limit.h); static deflections in kept modes.
+// What a beam's model cannot show is measured beside the run and told (run/model_check.h, run/linear_limit.h); static deflections in kept
+// modes.
 #include "mechanism_text.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +14,8 @@ namespace {
 std::string strip(double g, const std::string& model, double duration = 2.0) {
   return head(duration, Vec3(0, -g, 0), 200) +
          "[[body]]\nname = \"strip\"\nkind = \"beam\"\nlength = 1.0\nsection = { shape = \"rectangle\", width = 0.02, height = 0.002 }\n"
-         "material = { density = 7800.0, youngs_modulus = 2.1e11 }\n" + model + "\n" + joint("clamp", "weld", "ground", "strip.root", "") + output("tip", "strip.tip", "position");
+         "material = { density = 7800.0, youngs_modulus = 2.1e11 }\n" +
+         model + "\n" + joint("clamp", "weld", "ground", "strip.root", "") + output("tip", "strip.tip", "position");
 }
 
 Results checked(const std::string& text) { return simulate(parse_scene(text, "mechanism.toml")); }
@@ -23,8 +25,8 @@ bool warned(const Results& r, const std::string& of) {
   return std::any_of(texts.begin(), texts.end(), [&](const std::string& w) { return w.find(of) != std::string::npos; });
 }
 
-// Heights of the tip every 0.2 s, of a chain of rigid links with torsion springs (24 and 48 links, extrapolated; 12 and 24 differ by less than 1 mm), by a program
-// of its own with the classical Runge-Kutta method.
+// Heights of the tip every 0.2 s, of a chain of rigid links with torsion springs (24 and 48 links, extrapolated; 12 and 24 differ by less
+// than 1 mm), by a program of its own with the classical Runge-Kutta method.
 double error_against_links(const Results& r, const std::vector<double>& links) {
   const VecX& y = column(r, "tip.y");
   double worst = 0.0;
@@ -41,7 +43,8 @@ TEST(ModelCheck, BendingFartherThanOneFrameFollowsIsToldWithTheVolumesThatKeepAH
     ASSERT_TRUE(warned(one, "bends by up to")) << g;
     std::smatch volumes;
     const std::vector<std::string> texts = one.statistics.notes.texts(Severity::warning);
-    const auto text = std::find_if(texts.begin(), texts.end(), [](const std::string& w) { return w.find("bends by up to") != std::string::npos; });
+    const auto text =
+        std::find_if(texts.begin(), texts.end(), [](const std::string& w) { return w.find("bends by up to") != std::string::npos; });
     ASSERT_TRUE(std::regex_search(*text, volumes, std::regex("take model = \"mixed\" with volumes = ([0-9]+)"))) << *text;
     // The advice, followed to the letter.
     const Results advised = checked(strip(g, "model = \"mixed\"\nvolumes = " + volumes[1].str()));
@@ -63,25 +66,31 @@ TEST(ModelCheck, SmallBendingIsNotMeasured) {
 
 // Forms of ends that the joints do not hold: clamped-clamped stands still, supported-supported forms are slow to make a clamped root.
 TEST(ModelCheck, FormsOfOtherEndsAreTold) {
-  for (const char* other : {"boundary = \"clamped-clamped\"", "boundary = \"clamped-supported\"", "model = \"modal\"\nboundary = \"clamped-clamped\"\nmodes = { bending_xy = [1, 2, 3] }",
+  for (const char* other : {"boundary = \"clamped-clamped\"", "boundary = \"clamped-supported\"",
+                            "model = \"modal\"\nboundary = \"clamped-clamped\"\nmodes = { bending_xy = [1, 2, 3] }",
                             "model = \"modal\"\nboundary = \"supported-supported\"\nmodes = { bending_xy = [1, 2, 3] }"})
     EXPECT_TRUE(warned(checked(strip(1.0, other, 0.5)), "deforms in forms of")) << other;
   for (const char* fits : {"boundary = \"supported-supported\"", "model = \"modal\"\nmodes = { bending_xy = [1, 2, 3] }"})
     EXPECT_TRUE(checked(strip(1.0, fits, 0.5)).statistics.notes.texts(Severity::warning).empty()) << fits;
 }
 
-// A clamped beam under its weight, or an even load w: w x^2 (6 L^2 - 4 L x + x^2) / 24 EI; kept modes have it in full, with one mode as with two.
+// A clamped beam under its weight, or an even load w: w x^2 (6 L^2 - 4 L x + x^2) / 24 EI; kept modes have it in full, with one mode as
+// with two.
 TEST(KeepModes, WeightAndSpreadLoadsBendAsStaticsSay) {
   const double stiffness = 2.1e11 * 0.02 * 0.01 * 0.01 * 0.01 / 12.0, load = 7800.0 * 0.02 * 0.01 * 9.81;
   const auto exact = [&](double x) { return -load * x * x * (6.0 - 4.0 * x + x * x) / (24.0 * stiffness); };
   for (const bool weight : {true, false})
     for (const int modes : {1, 2}) {
-      const Results r = run(head(0.02, Vec3(0, weight ? -9.81 : 0.0, 0)) +
-                            "[[body]]\nname = \"beam\"\nkind = \"beam\"\nlength = 1.0\nsection = { shape = \"rectangle\", width = 0.02, height = 0.01 }\n"
-                            "material = { density = 7800.0, youngs_modulus = 2.1e11 }\nframes = { place = 0.4 }\ninitial = { static = true }\neffects = [\"bending_xy\"]\n" +
-                            fmt::format("keep_modes = {}\n", modes) + joint("clamp", "weld", "ground", "beam.root", "") +
-                            (weight ? "" : fmt::format("[[force]]\nkind = \"distributed\"\non = \"beam\"\ndirection = [0, -1, 0]\nvalue = {:.17g}\n", load)) +
-                            output("tip", "beam.tip", "displacement") + output("place", "beam.place", "displacement"), 1e-8);
+      const Results r = run(
+          head(0.02, Vec3(0, weight ? -9.81 : 0.0, 0)) +
+              "[[body]]\nname = \"beam\"\nkind = \"beam\"\nlength = 1.0\nsection = { shape = \"rectangle\", width = 0.02, height = 0.01 }\n"
+              "material = { density = 7800.0, youngs_modulus = 2.1e11 }\nframes = { place = 0.4 }\ninitial = { static = true }\neffects = "
+              "[\"bending_xy\"]\n" +
+              fmt::format("keep_modes = {}\n", modes) + joint("clamp", "weld", "ground", "beam.root", "") +
+              (weight ? ""
+                      : fmt::format("[[force]]\nkind = \"distributed\"\non = \"beam\"\ndirection = [0, -1, 0]\nvalue = {:.17g}\n", load)) +
+              output("tip", "beam.tip", "displacement") + output("place", "beam.place", "displacement"),
+          1e-8);
       EXPECT_NEAR(column(r, "tip.y")[0], exact(1.0), 1e-4 * std::abs(exact(1.0)));
       EXPECT_NEAR(column(r, "place.y")[0], exact(0.4), 1e-4 * std::abs(exact(0.4)));
     }

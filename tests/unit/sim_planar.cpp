@@ -57,16 +57,21 @@ void compare(const std::string& text) {
 std::string simulation(const std::string& gravity) { return "[simulation]\nduration = 1\ngravity = " + gravity + "\n"; }
 
 std::string beam(const std::string& name, double length, int elements, const std::string& more = "") {
-  return fmt::format("[[body]]\nname = \"{}\"\nkind = \"beam\"\nlength = {}\nsection = {{ shape = \"circle\", diameter = 0.01 }}\n"
-                     "material = {{ density = 2700.0, youngs_modulus = 7e10 }}\nelements = {}\nframes = {{ middle = 0.5 }}\n{}\n", name, length, elements, more);
+  return fmt::format(
+      "[[body]]\nname = \"{}\"\nkind = \"beam\"\nlength = {}\nsection = {{ shape = \"circle\", diameter = 0.01 }}\n"
+      "material = {{ density = 2700.0, youngs_modulus = 7e10 }}\nelements = {}\nframes = {{ middle = 0.5 }}\n{}\n",
+      name, length, elements, more);
 }
 
 std::string block(const std::string& name, const std::string& more = "") {
-  return fmt::format("[[body]]\nname = \"{}\"\nkind = \"rigid\"\nmass = 0.3\ninertia = [1e-4, 2e-4, 3e-4]\ncentre_of_mass = [0.02, 0.01, 0.03]\n"
-                     "frames = {{ a = [0, 0.05, 0], b = [0.1, 0, 0.02] }}\n{}\n", name, more);
+  return fmt::format(
+      "[[body]]\nname = \"{}\"\nkind = \"rigid\"\nmass = 0.3\ninertia = [1e-4, 2e-4, 3e-4]\ncentre_of_mass = [0.02, 0.01, 0.03]\n"
+      "frames = {{ a = [0, 0.05, 0], b = [0.1, 0, 0.02] }}\n{}\n",
+      name, more);
 }
 
-std::string joint(const std::string& name, const std::string& kind, const std::string& parent, const std::string& child, const std::string& more = "") {
+std::string joint(const std::string& name, const std::string& kind, const std::string& parent, const std::string& child,
+                  const std::string& more = "") {
   return fmt::format("[[joint]]\nname = \"{}\"\nkind = \"{}\"\nparent = \"{}\"\nchild = \"{}\"\n{}\n", name, kind, parent, child, more);
 }
 
@@ -75,19 +80,20 @@ std::string torque(const std::string& on, const std::string& axis) {
 }
 
 TEST(Planar, BeamsInATreeWithLoads) {
-  compare(simulation("[1, -9.81, 0]") + beam("one", 0.4, 4, "damping = { ratio = 0.02 }") + beam("two", 0.3, 3) +
-          joint("base", "revolute", "ground", "one.root", "spring = { stiffness = 3, damping = 0.1, rest = 0.1 }\ninitial = { value = 0.4 }") +
-          joint("elbow", "revolute", "one.tip", "two.root", "initial = { value = -0.7 }") + torque("two.middle", "[0, 0, 1]") +
-          "[[force]]\nkind = \"force\"\non = \"two.tip\"\ndirection = [0, 1, 0]\nframe = \"body\"\nvalue = \"2\"\n"
-          "[[force]]\nkind = \"force\"\non = \"one.middle\"\ndirection = [1, 0, 0]\nvalue = \"t\"\n"
-          "[[force]]\nkind = \"distributed\"\non = \"one\"\ndirection = [0, -1, 0]\nvalue = \"5\"\n");
+  compare(
+      simulation("[1, -9.81, 0]") + beam("one", 0.4, 4, "damping = { ratio = 0.02 }") + beam("two", 0.3, 3) +
+      joint("base", "revolute", "ground", "one.root", "spring = { stiffness = 3, damping = 0.1, rest = 0.1 }\ninitial = { value = 0.4 }") +
+      joint("elbow", "revolute", "one.tip", "two.root", "initial = { value = -0.7 }") + torque("two.middle", "[0, 0, 1]") +
+      "[[force]]\nkind = \"force\"\non = \"two.tip\"\ndirection = [0, 1, 0]\nframe = \"body\"\nvalue = \"2\"\n"
+      "[[force]]\nkind = \"force\"\non = \"one.middle\"\ndirection = [1, 0, 0]\nvalue = \"t\"\n"
+      "[[force]]\nkind = \"distributed\"\non = \"one\"\ndirection = [0, -1, 0]\nvalue = \"5\"\n");
 }
 
 TEST(Planar, RigidBodiesWithSlidersAndPlanarJoints) {
   compare(simulation("[0, -9.81, 0]") + block("cart") + block("arm") + block("puck") +
           joint("rail", "prismatic", "ground", "cart.a", "axis = [0.6, 0.8, 0]\nspring = { stiffness = 100, damping = 2, rest = 0 }") +
-          joint("hinge", "revolute", "cart.b", "arm.a") + joint("table", "planar", "arm.b", "puck.b", "initial = { value = [0.1, 0.2, 0.3] }") +
-          torque("arm.b", "[0, 0, 1]"));
+          joint("hinge", "revolute", "cart.b", "arm.a") +
+          joint("table", "planar", "arm.b", "puck.b", "initial = { value = [0.1, 0.2, 0.3] }") + torque("arm.b", "[0, 0, 1]"));
 }
 
 TEST(Planar, AxesAgainstThePlaneAndReversedJoints) {
@@ -102,11 +108,13 @@ TEST(Planar, LoopsThroughElasticBodies) {
   // The blocks' masses lie beside the plane: beams that could would twist out of it.
   const std::string in_plane = "effects = [\"bending_xy\", \"stiffening\"]";
   compare(simulation("[0, 0, 0]") + beam("crank", 0.152, 3, in_plane) + beam("rod", 0.304, 4, in_plane) + block("slider") +
-          joint("shaft", "revolute", "ground", "crank.root", "initial = { value = 0.5, rate = 3 }") + joint("pin", "revolute", "crank.tip", "rod.root") +
-          joint("wrist", "revolute", "rod.tip", "slider") + joint("guide", "prismatic", "ground", "slider", "axis = [1, 0, 0]") + torque("crank.tip", "[0, 0, 1]"));
+          joint("shaft", "revolute", "ground", "crank.root", "initial = { value = 0.5, rate = 3 }") +
+          joint("pin", "revolute", "crank.tip", "rod.root") + joint("wrist", "revolute", "rod.tip", "slider") +
+          joint("guide", "prismatic", "ground", "slider", "axis = [1, 0, 0]") + torque("crank.tip", "[0, 0, 1]"));
   // Driven four-bar with a flexible coupler, closed at the coupler's tip.
   compare(simulation("[0, -9.81, 0]") + block("left") + beam("coupler", 0.3, 4, in_plane) + block("right") +
-          joint("drive", "revolute", "ground", "left", "motion = \"0.3 + 2*t\"") + joint("p1", "revolute", "left.b", "coupler.root", "initial = { value = 0.4 }") +
+          joint("drive", "revolute", "ground", "left", "motion = \"0.3 + 2*t\"") +
+          joint("p1", "revolute", "left.b", "coupler.root", "initial = { value = 0.4 }") +
           joint("g2", "revolute", "ground", "right", "position = [0.35, 0, 0.02]") +
           "[[joint]]\nname = \"p2\"\nkind = \"point-on-line\"\nparent = \"right\"\nchild = \"coupler.tip\"\naxis = [1, 0, 0]\n");
 }
@@ -119,7 +127,8 @@ TEST(Planar, AnyPlaneInTheWorld) {
   R << along, n.cross(along), n;
   const Vec3 turn = rotation_log(R), g = R * Vec3(0.0, -9.81, 0.0);
   compare(simulation(fmt::format("[{:.17g}, {:.17g}, {:.17g}]", g.x(), g.y(), g.z())) + beam("rod", 0.4, 5) +
-          joint("pivot", "revolute", "ground", "rod.root", fmt::format("axis = [0, 0, 1]\nrotation = [{:.17g}, {:.17g}, {:.17g}]", turn.x(), turn.y(), turn.z())));
+          joint("pivot", "revolute", "ground", "rod.root",
+                fmt::format("axis = [0, 0, 1]\nrotation = [{:.17g}, {:.17g}, {:.17g}]", turn.x(), turn.y(), turn.z())));
 }
 
 TEST(Planar, SpringDamperBetweenFrames) {
@@ -131,7 +140,9 @@ TEST(Planar, SpringDamperBetweenFrames) {
 TEST(Planar, SpatialScenesAreLeftAlone) {
   EXPECT_EQ(system_of(simulation("[0, 0, 0]") + block("one") + joint("ball", "spherical", "ground", "one")).planar, nullptr);
   EXPECT_EQ(system_of(simulation("[0, 0, 0]") + block("one") + block("two") + joint("z", "revolute", "ground", "one") +
-                      joint("x", "revolute", "one.b", "two", "axis = [1, 0, 0]")).planar, nullptr);
+                      joint("x", "revolute", "one.b", "two", "axis = [1, 0, 0]"))
+                .planar,
+            nullptr);
 }
 
 // A and B against central differences of the rates along T, where everything is differenced and where the stiffness is known in
@@ -141,7 +152,8 @@ TEST(NewtonMatrix, IsTheDerivative) {
                             joint("base", "spherical", "ground", "one", "rate = 0\n") + joint("hinge", "universal", "one.b", "two");
   std::string spherical = rigid;
   spherical.erase(spherical.find("rate = 0\n"), 9);
-  const std::string elastic = simulation("[0, 0, 0]") + beam("rod", 0.4, 3, "damping = { ratio = 0.1 }") + joint("pivot", "revolute", "ground", "rod.root");
+  const std::string elastic =
+      simulation("[0, 0, 0]") + beam("rod", 0.4, 3, "damping = { ratio = 0.1 }") + joint("pivot", "revolute", "ground", "rod.root");
   for (const std::string& text : {spherical, elastic}) {
     System system = system_of(text);
     std::mt19937 random(3);

@@ -20,7 +20,8 @@ namespace flexframe::sim {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr FeShape solids[] = {FeShape::tetrahedron4, FeShape::tetrahedron10, FeShape::hexahedron8, FeShape::hexahedron20, FeShape::wedge6, FeShape::wedge15};
+constexpr FeShape solids[] = {FeShape::tetrahedron4, FeShape::tetrahedron10, FeShape::hexahedron8,
+                              FeShape::hexahedron20, FeShape::wedge6,        FeShape::wedge15};
 
 fs::path conrod() {
   const fs::path file = fs::path(FLEXFRAME_SOURCE_DIR) / "tests/unit/data/kernel_map/conrod.inp";
@@ -89,7 +90,8 @@ TEST(FeElements, PatchTest) {
       EXPECT_NEAR(u.dot(K * u), volume * strain.dot(stress), 1e-9 * volume * strain.dot(stress)) << fe_name(shape) << static_cast<int>(f);
       const MatX nodal = solid_nodal_stress(shape, f, X, steel, H * X, 1);
       for (int i = 0; i < nodal.cols(); ++i) EXPECT_LT((nodal.col(i) - stress).norm(), 1e-9 * stress.norm()) << fe_name(shape);
-      // Six motions without stiffness, no more: no hourglass modes. One integration point holds a 20-node brick of eight points only together with its neighbours.
+      // Six motions without stiffness, no more: no hourglass modes. One integration point holds a 20-node brick of eight points only
+      // together with its neighbours.
       if (shape == FeShape::hexahedron20 && f == FeFormulation::reduced) continue;
       const VecX eigenvalues = Eigen::SelfAdjointEigenSolver<MatX>(K).eigenvalues();
       EXPECT_LT(eigenvalues(5), 1e-11 * eigenvalues.tail(1)(0));
@@ -97,10 +99,12 @@ TEST(FeElements, PatchTest) {
     }
 }
 
-// Shells anywhere in space: a constant strain and a constant curvature, on a distorted element, give the exact stress on the face of the normal.
+// Shells anywhere in space: a constant strain and a constant curvature, on a distorted element, give the exact stress on the face of the
+// normal.
 TEST(FeElements, ShellStressOfStretchAndBending) {
   const FeMaterial steel{"steel", 2.1e11, 0.3, 7850.0};
-  const double t = 0.004, exx = 3e-4, eyy = -2e-4, exy = 1e-4, kxx = 0.4, kyy = -0.15, kxy = 0.2;  // w = kxx x^2 / 2 + kyy y^2 / 2 + kxy x y
+  const double t = 0.004, exx = 3e-4, eyy = -2e-4, exy = 1e-4, kxx = 0.4, kyy = -0.15,
+               kxy = 0.2;  // w = kxx x^2 / 2 + kyy y^2 / 2 + kxy x y
   const Mat3 turn = (Eigen::AngleAxisd(0.7, Vec3(1, 2, -1).normalized())).toRotationMatrix();
   for (FeShape shape : {FeShape::quadrangle4, FeShape::triangle3}) {
     Mat3X flat(3, fe_node_count(shape));
@@ -110,7 +114,8 @@ TEST(FeElements, ShellStressOfStretchAndBending) {
     MatX u(6, flat.cols());
     for (int i = 0; i < flat.cols(); ++i) {
       const double x = flat(0, i), y = flat(1, i);
-      u.col(i) << turn * Vec3(exx * x + exy * y, exy * x + eyy * y, kxx * x * x / 2 + kyy * y * y / 2 + kxy * x * y), turn * Vec3(kxy * x + kyy * y, -kxx * x - kxy * y, 0);
+      u.col(i) << turn * Vec3(exx * x + exy * y, exy * x + eyy * y, kxx * x * x / 2 + kyy * y * y / 2 + kxy * x * y),
+          turn * Vec3(kxy * x + kyy * y, -kxx * x - kxy * y, 0);
     }
     const MatX stress = shell_nodal_stress(shape, X, t, steel, u, 1);
     const double c = 2.1e11 / (1 - 0.09), ex = exx - t / 2 * kxx, ey = eyy - t / 2 * kyy, gamma = 2 * exy - t * kxy;
@@ -141,7 +146,10 @@ FeModel bar(FeShape shape, int nx, int ny, int nz, double L, double b, double h,
     return at->second;
   };
   const bool quadratic = fe_node_count(shape) >= 10;
-  const auto corner_shape = shape == FeShape::tetrahedron10 ? FeShape::tetrahedron4 : shape == FeShape::hexahedron20 ? FeShape::hexahedron8 : shape == FeShape::wedge15 ? FeShape::wedge6 : shape;
+  const auto corner_shape = shape == FeShape::tetrahedron10  ? FeShape::tetrahedron4
+                            : shape == FeShape::hexahedron20 ? FeShape::hexahedron8
+                            : shape == FeShape::wedge15      ? FeShape::wedge6
+                                                             : shape;
   const auto add = [&](std::vector<Vec3> corners) {
     FeElement e;
     e.id = static_cast<int>(m.elements.size()) + 1;
@@ -165,14 +173,17 @@ FeModel bar(FeShape shape, int nx, int ny, int nz, double L, double b, double h,
   for (int i = 0; i < nx; ++i)
     for (int j = 0; j < ny; ++j)
       for (int k = 0; k < nz; ++k) {
-        const auto at = [&](int a, int c, int d) { return Vec3(L * (i + a) / nx, b * ((j + c) / static_cast<double>(ny) - 0.5), h * ((k + d) / static_cast<double>(nz) - 0.5)); };
+        const auto at = [&](int a, int c, int d) {
+          return Vec3(L * (i + a) / nx, b * ((j + c) / static_cast<double>(ny) - 0.5), h * ((k + d) / static_cast<double>(nz) - 0.5));
+        };
         const Vec3 p[8] = {at(0, 0, 0), at(1, 0, 0), at(1, 1, 0), at(0, 1, 0), at(0, 0, 1), at(1, 0, 1), at(1, 1, 1), at(0, 1, 1)};
         if (corner_shape == FeShape::hexahedron8) add({p, p + 8});
         else if (corner_shape == FeShape::wedge6) {
           add({p[0], p[1], p[2], p[4], p[5], p[6]});
           add({p[0], p[2], p[3], p[4], p[6], p[7]});
         } else
-          for (const auto& t : {std::array{0, 1, 2, 6}, std::array{0, 2, 3, 6}, std::array{0, 3, 7, 6}, std::array{0, 7, 4, 6}, std::array{0, 4, 5, 6}, std::array{0, 5, 1, 6}})
+          for (const auto& t : {std::array{0, 1, 2, 6}, std::array{0, 2, 3, 6}, std::array{0, 3, 7, 6}, std::array{0, 7, 4, 6},
+                                std::array{0, 4, 5, 6}, std::array{0, 5, 1, 6}})
             add({p[t[0]], p[t[1]], p[t[2]], p[t[3]]});
       }
   return m;
@@ -241,7 +252,9 @@ TEST(Reduce, ShellStrip) {
     const Vec3 normal(0, -std::sqrt(1 - 0.09), 0.3);
     const double k = 1.875104069 / L, share = 0.734095514;
     const auto form = [&](double x) { return std::cosh(k * x) - std::cos(k * x) - share * (std::sinh(k * x) - std::sin(k * x)); };
-    const auto curvature = [&](double x) { return k * k * (std::cosh(k * x) + std::cos(k * x) - share * (std::sinh(k * x) + std::sin(k * x))); };
+    const auto curvature = [&](double x) {
+      return k * k * (std::cosh(k * x) + std::cos(k * x) - share * (std::sinh(k * x) + std::sin(k * x)));
+    };
     const double scale = normal.dot(r.body.nodes[2].phi.col(0)) / form(L);
     for (int i = 0; i < 2; ++i) {
       const double x = r.body.nodes[i].origin.x(), wanted = -1e9 * t / 2 * scale * curvature(x);
@@ -265,8 +278,11 @@ TEST(Reduce, StressModesOfBending) {
     const Reduction r = reduce(m, o);
     const double k = 4.730040745 / L, share = 0.982502215;
     const auto form = [&](double x) { return std::cosh(k * x) + std::cos(k * x) - share * (std::sinh(k * x) + std::sin(k * x)); };
-    const auto curvature = [&](double x) { return k * k * (std::cosh(k * x) - std::cos(k * x) - share * (std::sinh(k * x) - std::sin(k * x))); };
-    const auto end = std::min_element(r.body.nodes.begin(), r.body.nodes.end(), [](const FlexibleNode& p, const FlexibleNode& q) { return p.origin.x() < q.origin.x(); });
+    const auto curvature = [&](double x) {
+      return k * k * (std::cosh(k * x) - std::cos(k * x) - share * (std::sinh(k * x) - std::sin(k * x)));
+    };
+    const auto end = std::min_element(r.body.nodes.begin(), r.body.nodes.end(),
+                                      [](const FlexibleNode& p, const FlexibleNode& q) { return p.origin.x() < q.origin.x(); });
     const double scale = end->phi(1, 0) / form(0), largest = std::abs(1e9 * b / 2 * scale * curvature(L / 2));
     int checked = 0;
     for (const FlexibleNode& node : r.body.nodes) {
@@ -299,7 +315,8 @@ TEST(Reduce, ConRodAsCalculixGivesIt) {
   EXPECT_EQ(again.nodes[50].phi, r.body.nodes[50].phi);
 }
 
-// Interfaces as averaging spiders on both eyes: static deflection of the reduced body against the full model (Heckmann, Otter, Dietz, Diaz Lopez 2006: within 1 %).
+// Interfaces as averaging spiders on both eyes: static deflection of the reduced body against the full model (Heckmann, Otter, Dietz, Diaz
+// Lopez 2006: within 1 %).
 TEST(Reduce, StaticDeflectionUnderInterfaceLoads) {
   FeModel model = read_inp(conrod());
   ReduceOptions o;
@@ -329,8 +346,8 @@ TEST(Reduce, StaticDeflectionUnderInterfaceLoads) {
   }
 }
 
-// The second-order displacements are the geometric stiffness of any load: -f . u2_jk = int sigma(u_f) : grad u_j^T grad u_k dV, here of a unit force at the tip of
-// a clamped bar, where the column buckles: K + P Kg singular at Euler's load.
+// The second-order displacements are the geometric stiffness of any load: -f . u2_jk = int sigma(u_f) : grad u_j^T grad u_k dV, here of a
+// unit force at the tip of a clamped bar, where the column buckles: K + P Kg singular at Euler's load.
 TEST(Reduce, StiffeningGivesEulersBucklingLoad) {
   const double L = 1.0, h = 0.02;
   const FeModel m = bar(FeShape::hexahedron20, 20, 1, 1, L, h, h, soft());
@@ -391,7 +408,9 @@ TEST(Reduce, GmshOrderOfNodes) {
     nodes += "\n";
   }
   for (int i = 1; i <= 20; ++i) list += fmt::format(" {}", i);
-  const fs::path file = scratch.put("order.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n3 7 \"Block\"\n$EndPhysicalNames\n$Nodes\n20\n" + nodes + "$EndNodes\n$Elements\n1\n1 17 2 7 1" + list + "\n$EndElements\n");
+  const fs::path file =
+      scratch.put("order.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n3 7 \"Block\"\n$EndPhysicalNames\n$Nodes\n20\n" +
+                                   nodes + "$EndNodes\n$Elements\n1\n1 17 2 7 1" + list + "\n$EndElements\n");
   FeModel m = read_msh(file);
   ASSERT_EQ(m.elements.size(), 1u);
   EXPECT_EQ(m.element_sets.at("BLOCK").size(), 1u);
@@ -428,7 +447,9 @@ TEST(Reduce, RefusalsSayWhy) {
   EXPECT_NE(refusal(tet + "*ELEMENT,TYPE=C3D4\n1,1,2,3,4\n").find("no material"), std::string::npos);
   const std::string steel = "*MATERIAL,NAME=S\n*ELASTIC\n2e11,0.3\n*DENSITY\n7800\n*SOLID SECTION,ELSET=E,MATERIAL=S\n";
   EXPECT_NE(refusal(tet + "*ELEMENT,TYPE=C3D4,ELSET=E\n1,1,3,2,4\n" + steel).find("inside out"), std::string::npos);
-  EXPECT_NE(refusal(tet + "*NODE\n5,5,0,0\n6,6,0,0\n7,5,1,0\n8,5,0,1\n*ELEMENT,TYPE=C3D4,ELSET=E\n1,1,2,3,4\n2,5,6,7,8\n" + steel).find("2 parts"), std::string::npos);
+  EXPECT_NE(refusal(tet + "*NODE\n5,5,0,0\n6,6,0,0\n7,5,1,0\n8,5,0,1\n*ELEMENT,TYPE=C3D4,ELSET=E\n1,1,2,3,4\n2,5,6,7,8\n" + steel)
+                .find("2 parts"),
+            std::string::npos);
   EXPECT_NE(refusal(tet + "*EQUATION\n2\n1,1,1.0,2,1,-1.0\n").find("*EQUATION"), std::string::npos);
   EXPECT_EQ(refusal(tet + "*ELEMENT,TYPE=C3D4,ELSET=E\n1,1,2,3,4\n" + steel), "accepted");
 }

@@ -1,4 +1,5 @@
-// Readers of finite element models: every element kind of gmsh and Abaqus, materials, sets, spiders, units, matrices of CalculiX and Matrix Market.
+// Readers of finite element models: every element kind of gmsh and Abaqus, materials, sets, spiders, units, matrices of CalculiX and Matrix
+// Market.
 #include "scratch.h"
 #include "sim/reduce/fe_elements.h"
 #include "sim/reduce/reduce.h"
@@ -22,7 +23,7 @@ namespace fs = std::filesystem;
 struct GmshKind {
   int type;
   FeShape shape;
-  std::vector<Vec3> corners;                // of the parent element
+  std::vector<Vec3> corners;  // of the parent element
   std::vector<std::array<int, 2>> edges;
 };
 
@@ -34,7 +35,10 @@ std::vector<GmshKind> gmsh_kinds() {
           {5, FeShape::hexahedron8, hexahedron, {}},
           {6, FeShape::wedge6, wedge, {}},
           {11, FeShape::tetrahedron10, tetrahedron, {{0, 1}, {1, 2}, {2, 0}, {3, 0}, {2, 3}, {1, 3}}},
-          {17, FeShape::hexahedron20, hexahedron, {{0, 1}, {0, 3}, {0, 4}, {1, 2}, {1, 5}, {2, 3}, {2, 6}, {3, 7}, {4, 5}, {4, 7}, {5, 6}, {6, 7}}},
+          {17,
+           FeShape::hexahedron20,
+           hexahedron,
+           {{0, 1}, {0, 3}, {0, 4}, {1, 2}, {1, 5}, {2, 3}, {2, 6}, {3, 7}, {4, 5}, {4, 7}, {5, 6}, {6, 7}}},
           {18, FeShape::wedge15, wedge, {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 4}, {2, 5}, {3, 4}, {3, 5}, {4, 5}}},
           {2, FeShape::triangle3, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {}},
           {3, FeShape::quadrangle4, {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}}, {}}};
@@ -119,16 +123,19 @@ TEST(ReduceReaders, EveryGmshKindInBothFormatsTextAndBinary) {
         EXPECT_EQ(m.node_sets.at("PART").size(), m.nodes.size()) << what;
         ASSERT_EQ(e.count, fe_node_count(kind.shape)) << what;
         if (fe_is_shell(kind.shape)) {
-          for (int i = 0; i < e.count; ++i) EXPECT_LT((1e3 * m.nodes[m.connectivity[e.first + i]] - A * kind.corners[i]).norm(), 1e-12) << what;
+          for (int i = 0; i < e.count; ++i)
+            EXPECT_LT((1e3 * m.nodes[m.connectivity[e.first + i]] - A * kind.corners[i]).norm(), 1e-12) << what;
           continue;
         }
         // In our order the nodes are the image of the parent element's.
         const Mat3X parent = parent_nodes(kind.shape);
-        for (int i = 0; i < e.count; ++i) EXPECT_LT((1e3 * m.nodes[m.connectivity[e.first + i]] - A * parent.col(i)).norm(), 1e-12) << what << " node " << i;
+        for (int i = 0; i < e.count; ++i)
+          EXPECT_LT((1e3 * m.nodes[m.connectivity[e.first + i]] - A * parent.col(i)).norm(), 1e-12) << what << " node " << i;
       }
 }
 
-// Two bricks of different material and a plate of shells, by sections on element sets; sets by range and of sets; included file; kg from the masses' densities.
+// Two bricks of different material and a plate of shells, by sections on element sets; sets by range and of sets; included file; kg from
+// the masses' densities.
 TEST(ReduceReaders, AbaqusMaterialsSetsAndShells) {
   const Scratch scratch;
   scratch.put("nodes.inc",
@@ -136,10 +143,13 @@ TEST(ReduceReaders, AbaqusMaterialsSetsAndShells) {
               "9, 2, 0, 0\n10, 2, 1, 0\n11, 2, 0, 1\n12, 2, 1, 1\n13, 3., 0., 1.\n14, 3.D0, 1.0E0, 1\n");
   const std::string text =
       "** a comment\n*Heading\nanything, goes = here\n*Include, input=nodes.inc\n"
-      "*Element, type=C3D8I, elset=Steel\n1, 1, 2, 3, 4,\n 5, 6, 7, 8\n*ELEMENT,TYPE=C3D8R,ELSET=Light\n2, 2,9,10,3,6,11,12,7\n*ELEMENT,TYPE=S4,ELSET=PLATE\n3, 11, 13, 14, 12\n"
+      "*Element, type=C3D8I, elset=Steel\n1, 1, 2, 3, 4,\n 5, 6, 7, 8\n*ELEMENT,TYPE=C3D8R,ELSET=Light\n2, "
+      "2,9,10,3,6,11,12,7\n*ELEMENT,TYPE=S4,ELSET=PLATE\n3, 11, 13, 14, 12\n"
       "*Nset, nset=Left, generate\n1, 4, 1\n*NSET,NSET=LEFT\n5, 8\n*Nset, nset=Both\nLeft, 13\n14\n*Elset, elset=Solids\nSteel, Light\n"
-      "*Material, name=Steel\n*Elastic\n2.1e5, 0.3\n*Density\n7.85e-9,\n*Material, name=Aluminium\n*Elastic, type=ISO\n7e4, 0.33\n*Density\n2.7e-9\n"
-      "*Solid Section, elset=Steel, material=STEEL\n*Solid Section, elset=Light, material=Aluminium\n*Shell Section, elset=Plate, material=Steel\n0.1\n"
+      "*Material, name=Steel\n*Elastic\n2.1e5, 0.3\n*Density\n7.85e-9,\n*Material, name=Aluminium\n*Elastic, type=ISO\n7e4, "
+      "0.33\n*Density\n2.7e-9\n"
+      "*Solid Section, elset=Steel, material=STEEL\n*Solid Section, elset=Light, material=Aluminium\n*Shell Section, elset=Plate, "
+      "material=Steel\n0.1\n"
       "*Boundary\nLeft, 1, 3\n*Step\n*Frequency\n10\n*Element, type=nonsense\n*End Step\n";
   FeUnits units;
   units.length = 1e-3;
@@ -172,8 +182,10 @@ TEST(ReduceReaders, AbaqusMaterialsSetsAndShells) {
 TEST(ReduceReaders, AbaqusSpiders) {
   const Scratch scratch;
   const std::string text =
-      "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,0,0,1\n6,1,0,1\n7,1,1,1\n8,0,1,1\n9,2,0,0\n10,2,1,0\n11,2,0,1\n12,2,1,1\n100,-1,.5,.5\n101,3,.5,.5\n102,.5,2,.5\n"
-      "*ELEMENT,TYPE=C3D8,ELSET=E\n1,1,2,3,4,5,6,7,8\n2,2,9,10,3,6,11,12,7\n*NSET,NSET=LEFT\n1,4,5,8\n*SURFACE,NAME=RIGHT,TYPE=ELEMENT\n2,S4\n*SURFACE,NAME=TOP,TYPE=NODE\n4\n3\n7\n8\n"
+      "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,0,0,1\n6,1,0,1\n7,1,1,1\n8,0,1,1\n9,2,0,0\n10,2,1,0\n11,2,0,1\n12,2,1,1\n100,-1,.5,."
+      "5\n101,3,.5,.5\n102,.5,2,.5\n"
+      "*ELEMENT,TYPE=C3D8,ELSET=E\n1,1,2,3,4,5,6,7,8\n2,2,9,10,3,6,11,12,7\n*NSET,NSET=LEFT\n1,4,5,8\n*SURFACE,NAME=RIGHT,TYPE=ELEMENT\n2,"
+      "S4\n*SURFACE,NAME=TOP,TYPE=NODE\n4\n3\n7\n8\n"
       "*MATERIAL,NAME=S\n*ELASTIC\n2e11,.3\n*DENSITY\n7800\n*SOLID SECTION,ELSET=E,MATERIAL=S\n"
       "*RIGID BODY,NSET=LEFT,REF NODE=100\n*COUPLING,CONSTRAINT NAME=PULL,REF NODE=101,SURFACE=RIGHT\n*DISTRIBUTING\n1,6\n";
   const FeModel m = read_inp(scratch.put("spiders.inp", text));
@@ -231,7 +243,8 @@ TEST(ReduceReaders, MatricesOfCalculix) {
   EXPECT_NEAR(both[0].report.frequencies(0), both[1].report.frequencies(0), 1e-2 * both[1].report.frequencies(0));
 }
 
-// Matrices of a supported model lack the motions that were held, here all of one end face but one motion of one node: no rigid motion, and no other mistake.
+// Matrices of a supported model lack the motions that were held, here all of one end face but one motion of one node: no rigid motion, and
+// no other mistake.
 TEST(ReduceReaders, MatricesOfASupportedModel) {
   const Scratch scratch;
   const FeModel given = read_fe_matrices(corpus / "bricks.sti", corpus / "bricks.mas", corpus / "bricks.inp", corpus / "bricks.dof");
@@ -250,7 +263,8 @@ TEST(ReduceReaders, MatricesOfASupportedModel) {
       for (size_t r = 0; r <= c; ++r) text += fmt::format("{} {} {:.17g}\n", r + 1, c + 1, dense(kept[r], kept[c]));
     return text;
   };
-  const FeModel m = read_fe_matrices(scratch.put("held.sti", upper(given.matrices->K)), scratch.put("held.mas", upper(given.matrices->M)), corpus / "bricks.inp", scratch.path() / "held.dof");
+  const FeModel m = read_fe_matrices(scratch.put("held.sti", upper(given.matrices->K)), scratch.put("held.mas", upper(given.matrices->M)),
+                                     corpus / "bricks.inp", scratch.path() / "held.dof");
   ReduceOptions o;
   o.modes = 1;
   const Reduction r = reduce(m, o);
@@ -260,7 +274,9 @@ TEST(ReduceReaders, MatricesOfASupportedModel) {
   EXPECT_NEAR(r.report.frequencies(0), wanted, 1e-6 * wanted);
   // The same motion named twice.
   scratch.put("held.dof", dofs + dofs.substr(0, dofs.find('\n') + 1));
-  EXPECT_THROW(read_fe_matrices(scratch.path() / "held.sti", scratch.path() / "held.mas", corpus / "bricks.inp", scratch.path() / "held.dof"), InputError);
+  EXPECT_THROW(
+      read_fe_matrices(scratch.path() / "held.sti", scratch.path() / "held.mas", corpus / "bricks.inp", scratch.path() / "held.dof"),
+      InputError);
 }
 
 // The same matrices as Matrix Market, symmetric and general, with a node table; rows in the table's order, three a node.
@@ -268,7 +284,9 @@ TEST(ReduceReaders, MatrixMarketWithNodeTable) {
   const Scratch scratch;
   const FeModel given = read_fe_matrices(corpus / "bricks.sti", corpus / "bricks.mas", corpus / "bricks.inp", corpus / "bricks.dof");
   std::string table = "# id x y z\n";
-  for (size_t i = 0; i < given.nodes.size(); ++i) table += fmt::format("{} {:.17g} {:.17g} {:.17g}\n", given.node_ids[i] + 100, given.nodes[i].x(), given.nodes[i].y(), given.nodes[i].z());
+  for (size_t i = 0; i < given.nodes.size(); ++i)
+    table +=
+        fmt::format("{} {:.17g} {:.17g} {:.17g}\n", given.node_ids[i] + 100, given.nodes[i].x(), given.nodes[i].y(), given.nodes[i].z());
   scratch.put("nodes.txt", table);
   // Rows as the table wants them.
   std::vector<int> row(36);
@@ -282,10 +300,13 @@ TEST(ReduceReaders, MatrixMarketWithNodeTable) {
           entries += fmt::format("{} {} {:.17g}\n", row[it.row()] + 1, row[it.col()] + 1, it.value());
           ++count;
         }
-    return fmt::format("%%MatrixMarket matrix coordinate real {}\n% made by a test\n36 36 {}\n", symmetric ? "symmetric" : "general", count) + entries;
+    return fmt::format("%%MatrixMarket matrix coordinate real {}\n% made by a test\n36 36 {}\n", symmetric ? "symmetric" : "general",
+                       count) +
+           entries;
   };
   for (bool symmetric : {true, false}) {
-    const FeModel m = read_fe_matrices(scratch.put("K.mtx", market(given.matrices->K, symmetric)), scratch.put("M.mtx", market(given.matrices->M, symmetric)), scratch.path() / "nodes.txt", {});
+    const FeModel m = read_fe_matrices(scratch.put("K.mtx", market(given.matrices->K, symmetric)),
+                                       scratch.put("M.mtx", market(given.matrices->M, symmetric)), scratch.path() / "nodes.txt", {});
     ReduceOptions o;
     o.modes = 3;
     const Reduction r = reduce(m, o);
@@ -306,7 +327,8 @@ TEST(ReduceReaders, MatrixRefusals) {
     }
     return std::string("accepted");
   };
-  const std::string head = "%%MatrixMarket matrix coordinate real symmetric\n3 3 3\n", good = head + "1 1 1\n2 2 1\n3 3 1\n", node = "1 0 0 0\n";
+  const std::string head = "%%MatrixMarket matrix coordinate real symmetric\n3 3 3\n", good = head + "1 1 1\n2 2 1\n3 3 1\n",
+                    node = "1 0 0 0\n";
   EXPECT_EQ(refusal(good, node), "accepted");
   EXPECT_NE(refusal(head + "1 1 1\n4 1 1\n", node).find("K.mtx:4: entry (4, 1)"), std::string::npos);
   EXPECT_NE(refusal(head + "1 1 x\n", node).find("K.mtx:3: 'row column value'"), std::string::npos);

@@ -1,4 +1,5 @@
-// What the reduced body keeps of the full model with default options: static deflection at the interfaces, frequencies once it is attached, geometric stiffening.
+// What the reduced body keeps of the full model with default options: static deflection at the interfaces, frequencies once it is attached,
+// geometric stiffening.
 #include "sim/reduce/fe_attachment.h"
 #include "sim/reduce/fe_solver.h"
 #include "sim/reduce/reduce.h"
@@ -41,7 +42,8 @@ ReduceOptions both_ends() {
   return o;
 }
 
-// The full model, solved apart from the reducer: elastic deflection of a free body (inertia relief) under unit forces and moments at both interfaces.
+// The full model, solved apart from the reducer: elastic deflection of a free body (inertia relief) under unit forces and moments at both
+// interfaces.
 struct Full {
   FeModel model = rod();
   FeSystem system = assemble(model);
@@ -101,7 +103,8 @@ TEST(ReduceStatic, FrequenciesOfTheAssembledSystem) {
   M.bottomRightCorner<3, 3>() << b.J0(0), b.J0(3), b.J0(4), b.J0(3), b.J0(1), b.J0(5), b.J0(4), b.J0(5), b.J0(2);
   const MatX mass = b.Me + follow.transpose() * M * follow;
   const VecX squares = Eigen::GeneralizedSelfAdjointEigenSolver<MatX>(b.Ke, mass).eigenvalues();
-  for (int k = 0; k < 5; ++k) EXPECT_NEAR(std::sqrt(squares(k)), std::sqrt(held.eigenvalues(k)), 1e-2 * std::sqrt(held.eigenvalues(k))) << "mode " << k + 1;
+  for (int k = 0; k < 5; ++k)
+    EXPECT_NEAR(std::sqrt(squares(k)), std::sqrt(held.eigenvalues(k)), 1e-2 * std::sqrt(held.eigenvalues(k))) << "mode " << k + 1;
 }
 
 // Geometric stiffening from second-order displacements of all pairs, and from the static displacements of the loads: one and the same.

@@ -34,9 +34,13 @@ const std::filesystem::path& scratch() {
 Results sample_results(Eigen::Index nt = 37) {
   std::mt19937 random(7);
   std::normal_distribution<double> normal;
-  const auto fill = [&](Eigen::Index rows, Eigen::Index cols) { return MatX(MatX::NullaryExpr(rows, cols, [&] { return normal(random); })); };
+  const auto fill = [&](Eigen::Index rows, Eigen::Index cols) {
+    return MatX(MatX::NullaryExpr(rows, cols, [&] { return normal(random); }));
+  };
   Results r;
-  r.title = "Rods \xC3\xBC" "ber all";
+  r.title =
+      "Rods \xC3\xBC"
+      "ber all";
   r.scene_file = "rods.toml";
   r.scene_text = "title = \"x\"\n# \xE2\x82\xAC\n";
   r.times = VecX::LinSpaced(nt, 0.0, 1.6);
@@ -160,9 +164,7 @@ std::string file_bytes(const std::filesystem::path& path) {
   return bytes.str();
 }
 
-void put_bytes(const std::filesystem::path& path, const std::string& bytes) {
-  std::ofstream(path, std::ios::binary) << bytes;
-}
+void put_bytes(const std::filesystem::path& path, const std::string& bytes) { std::ofstream(path, std::ios::binary) << bytes; }
 
 std::string message_of(const std::filesystem::path& path) {
   try {
@@ -221,7 +223,9 @@ assert rod['displacement'][3, 2, 1] == {:.17g} and rod['node_phi'][2, 1, 4] == {
 assert [text(x) for x in rod['node_names']][3] == 'node[3]'
 assert text(f['scene'][0]) == 'title = "x"\n# \u20ac\n'
 assert [text(x) for x in f['outputs/columns']] == ['slider.x', 'a, b'] and f['outputs/values'].shape == (37, 2)
-)", (scratch() / "py.h5").string(), r.bodies[0].displacement(3, 7), r.bodies[0].node_phi(7, 4))), 0);
+)",
+                               (scratch() / "py.h5").string(), r.bodies[0].displacement(3, 7), r.bodies[0].node_phi(7, 4))),
+            0);
 }
 
 // The least another simulator has to write, in h5py's own types (fixed strings, single precision, contiguous, deflated).
@@ -242,7 +246,9 @@ g['node_origin'] = np.array([[0, 0, 0], [1, 0, 0]])
 g.create_dataset('displacement', data=np.arange(30.0).reshape(5, 2, 3), compression='gzip', chunks=(2, 2, 3))
 f['outputs/columns'] = np.array([b'a', b'b.x'])
 f['outputs/values'] = np.ones((5, 2), 'i4')
-)", path.string())), 0);
+)",
+                               path.string())),
+            0);
   const Results r = read_results(path);
   ASSERT_EQ(r.bodies.size(), 1u);
   EXPECT_EQ(r.bodies[0].kind, "beam");
@@ -269,10 +275,12 @@ TEST(ResultsFile, WrongContentIsNamed) {
       {"g['orientation'][3, 0] = 2", "row 3 is no unit quaternion, its norm is 2"},
       {"g['node_origin'] = np.zeros((2, 3))", "dataset '/bodies/rod/displacement': is missing"},
       {"g['node_origin'] = np.zeros((2, 3)); g['displacement'] = np.zeros((5, 6))", "must be 5 x 2 x 3, found 5 x 6"},
-      {"g['node_origin'] = np.zeros((2, 3)); g['displacement'] = np.zeros((5, 2, 3)); g['node_names'] = np.array([b'a'])", "must name 2 nodes"},
+      {"g['node_origin'] = np.zeros((2, 3)); g['displacement'] = np.zeros((5, 2, 3)); g['node_names'] = np.array([b'a'])",
+       "must name 2 nodes"},
       {"g['q'] = np.zeros((5, 2)); g['qd'] = np.zeros((5, 3))", "dataset '/bodies/rod/qd': must be 5 x 2, found 5 x 3"},
       {"del f['times']; f.create_dataset('times', (10**12,), 'f8', chunks=(1000,))", "claims 1e+12 values but holds 0 bytes"},
-      {"f['outputs/columns'] = np.array([b'a']); f['outputs/values'] = np.zeros((5, 2))", "dataset '/outputs/values': must be 5 x 1, found 5 x 2"},
+      {"f['outputs/columns'] = np.array([b'a']); f['outputs/values'] = np.zeros((5, 2))",
+       "dataset '/outputs/values': must be 5 x 1, found 5 x 2"},
       {"f['bodies/x'] = 3.0", "group '/bodies/x': is no group"},
       {"f['scene'] = np.array([b'a', b'b'])", "dataset '/scene': must be one string"},
       {"f['scene'] = np.array([b'a']); f.attrs['scene_sha256'] = np.bytes_('ab')", "does not agree with its checksum"},
@@ -285,9 +293,11 @@ TEST(ResultsFile, WrongContentIsNamed) {
       {"del g['position']; g.create_dataset('position', data=np.zeros((5, 3)), scaleoffset=3)", "packed by HDF5's filter 6"},
       {"g.attrs['kind'] = 'beam'", "holds data of variable length"},
       {"f['scene'] = ['a']", "holds data of variable length"},
-      {"v = h5py.VirtualLayout((5, 3), 'f8'); v[:] = h5py.VirtualSource('wrong0.h5', 'x', (5, 3)); del g['position']; g.create_virtual_dataset('position', v)",
+      {"v = h5py.VirtualLayout((5, 3), 'f8'); v[:] = h5py.VirtualSource('wrong0.h5', 'x', (5, 3)); del g['position']; "
+       "g.create_virtual_dataset('position', v)",
        "holds data of variable length"},
-      {"h5py.h5a.create(g.id, b'kind', h5py.h5t.py_create(h5py.string_dtype(), logical=True), h5py.h5s.create(h5py.h5s.SCALAR))", "text of fixed length"},
+      {"h5py.h5a.create(g.id, b'kind', h5py.h5t.py_create(h5py.string_dtype(), logical=True), h5py.h5s.create(h5py.h5s.SCALAR))",
+       "text of fixed length"},
       {"g.create_dataset('q', data=np.zeros((5, 2), 'f2')); g['qd'] = np.zeros((5, 2))", "dataset '/bodies/rod/q': must hold numbers"},
       {"f.close(); f = h5py.File(f'{folder}/wrong%d.h5' % number, 'w', libver=('v108', 'v110'))", "one of HDF5's older formats"},
   };
@@ -304,8 +314,10 @@ def begin(number):
     g['position'] = np.zeros((5, 3))
     g['orientation'] = np.tile([1.0, 0, 0, 0], (5, 1))
     return f, g
-)", scratch().string());
-  for (std::size_t i = 0; i < std::size(cases); ++i) code += fmt::format("number = {}; f, g = begin(number); {}; f.close()\n", i, cases[i].first);
+)",
+                                 scratch().string());
+  for (std::size_t i = 0; i < std::size(cases); ++i)
+    code += fmt::format("number = {}; f, g = begin(number); {}; f.close()\n", i, cases[i].first);
   ASSERT_EQ(python(code), 0);
   for (std::size_t i = 0; i < std::size(cases); ++i) {
     const std::string name = fmt::format("wrong{}.h5", i), message = message_of(scratch() / name);
@@ -461,7 +473,8 @@ TEST(ResultsFile, PlantedLinksAreNotFollowed) {
 TEST(HistoriesCsv, ShortestNumbersThatReadBack) {
   Results r;
   r.times = Eigen::Vector3d(0.0, 0.1, 1.0 / 3.0);
-  r.outputs = {{"slider.x", "m", Eigen::Vector3d(-0.0, 1e-300, 6.02214076e23)}, {"a, \"b\"", "", Eigen::Vector3d(1.0, 2.0, 0.30000000000000004)}};
+  r.outputs = {{"slider.x", "m", Eigen::Vector3d(-0.0, 1e-300, 6.02214076e23)},
+               {"a, \"b\"", "", Eigen::Vector3d(1.0, 2.0, 0.30000000000000004)}};
   EXPECT_EQ(histories_csv(r), "t,slider.x,\"a, \"\"b\"\"\"\n0,-0,1\n0.1,1e-300,2\n0.3333333333333333,6.02214076e+23,0.30000000000000004\n");
   r.outputs[0].values[1] = std::numeric_limits<double>::infinity();
   EXPECT_THROW(histories_csv(r), SimulationError);
@@ -470,6 +483,7 @@ TEST(HistoriesCsv, ShortestNumbersThatReadBack) {
 TEST(Sha256, KnownDigests) {
   EXPECT_EQ(sha256(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
   EXPECT_EQ(sha256("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
-  EXPECT_EQ(sha256("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq"), "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
+  EXPECT_EQ(sha256("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq"),
+            "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
   EXPECT_EQ(sha256(std::string(1'000'000, 'a')), "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
 }

@@ -296,7 +296,9 @@ TEST(Scene, WrongScenesAreExplained) {
       {"title = \"Elastic", "title = 3 #", {"scene.toml:1: key 'title' must be a string, found the number 3"}},
       {"[simulation]", "[simulatoin]", {"scene.toml:2: key 'simulatoin' is unknown; did you mean 'simulation'?"}},
       {"[simulation]", "[[simulation]]", {"key 'simulation' must be a table {...}, found an array of 1 value"}},
-      {"duration = 1.6", "duraton = 1.6", {"scene.toml:3: [simulation]: key 'duraton' is unknown; did you mean 'duration'? allowed: duration, output_rate"}},
+      {"duration = 1.6",
+       "duraton = 1.6",
+       {"scene.toml:3: [simulation]: key 'duraton' is unknown; did you mean 'duration'? allowed: duration, output_rate"}},
       {"duration = 1.6", "", {"scene.toml:2: [simulation]: key 'duration' is missing"}},
       {"duration = 1.6", "duration = \"1.6\"", {"scene.toml:3: [simulation]: key 'duration' must be a number > 0, found the string '1.6'"}},
       {"duration = 1.6", "duration = -1", {"must be a number > 0, found the number -1"}},
@@ -310,7 +312,9 @@ TEST(Scene, WrongScenesAreExplained) {
       {"gravity = [0, -9.81, 0]", "gravity = [0, \"-9.81\", 0]", {"key 'gravity' entry 2 must be a number, found the string '-9.81'"}},
       {"tolerance = 1e-7", "tolerance = 1e-20", {"scene.toml:6:", "key 'tolerance' must be a number from 1e-13 to 0.1"}},
       {"tolerance = 1e-7", "tolerance = 1e-7\naccuracy = 1e-3", {"scene.toml:7:", "key 'accuracy' excludes 'tolerance'"}},
-      {"method = \"bdf\"", "method = \"bfd\"", {"scene.toml:7:", "key 'method' is 'bfd', which is unknown; did you mean 'bdf'? allowed: auto, adams, bdf, erk, dirk, ida"}},
+      {"method = \"bdf\"",
+       "method = \"bfd\"",
+       {"scene.toml:7:", "key 'method' is 'bfd', which is unknown; did you mean 'bdf'? allowed: auto, adams, bdf, erk, dirk, ida"}},
       {"method = \"bdf\"", "method = 3", {"key 'method' must be one of the words auto, adams", "found the number 3"}},
       // syntax
       {"duration = 1.6", "duration = 1.6 1.7", {"scene.toml:3: column 16: TOML syntax:"}},
@@ -318,7 +322,9 @@ TEST(Scene, WrongScenesAreExplained) {
       {"length = 0.152", "length = [", {"TOML syntax"}},
       {"\"Elastic", "\"Elastic\xff", {"scene.toml:1: column", "TOML syntax: Encountered invalid utf-8 sequence"}},
       {"duration = 1.6", "duration = 99999999999999999999999", {"scene.toml:3: column", "TOML syntax"}},
-      {"length = 0.152", "length = 0.152\na.b.c.d.e.f.g.h.i.j.k.l.m.n.o.p.q.r.s.t.u.v.w.x.y.z.a.b.c.d.e.f.g.h.i.j = 3", {"scene.toml:13: a key with more than 32 dots"}},
+      {"length = 0.152",
+       "length = 0.152\na.b.c.d.e.f.g.h.i.j.k.l.m.n.o.p.q.r.s.t.u.v.w.x.y.z.a.b.c.d.e.f.g.h.i.j = 3",
+       {"scene.toml:13: a key with more than 32 dots"}},
       // bodies
       {"[[body]]\nname = \"crank\"", "[body]\nname = \"crank\"", {"TOML syntax"}},
       {"name = \"crank\"", "", {"scene.toml:9: [[body]]: key 'name' is missing"}},
@@ -328,37 +334,56 @@ TEST(Scene, WrongScenesAreExplained) {
       {"name = \"crank\"", "name = \"ground\"", {"scene.toml:10:", "must not be 'ground', which is a word of the scene file"}},
       {"name = \"crank\"", "name = \"system\"", {"must not be 'system'"}},
       {"name = \"rod\"", "name = \"crank\"", {"scene.toml:23: [[body]] 'crank': key 'name' is already the name of the body in line 9"}},
-      {"kind = \"beam\"", "kind = \"baem\"", {"scene.toml:11: [[body]] 'crank': key 'kind' is 'baem', which is unknown; did you mean 'beam'? allowed: rigid, beam, modal, statespace"}},
+      {"kind = \"beam\"",
+       "kind = \"baem\"",
+       {"scene.toml:11: [[body]] 'crank': key 'kind' is 'baem', which is unknown; did you mean 'beam'? allowed: rigid, beam, modal, "
+        "statespace"}},
       {"kind = \"beam\"", "", {"[[body]] 'crank': key 'kind' is missing"}},
-      {"length = 0.152", "lenght = 0.152", {"scene.toml:12: [[body]] 'crank': key 'lenght' is unknown; did you mean 'length'? allowed: name, kind"}},
+      {"length = 0.152",
+       "lenght = 0.152",
+       {"scene.toml:12: [[body]] 'crank': key 'lenght' is unknown; did you mean 'length'? allowed: name, kind"}},
       {"length = 0.152", "length = 0", {"scene.toml:12:", "key 'length' must be a number > 0, found the number 0"}},
       {"length = 0.152", "", {"scene.toml:9: [[body]] 'crank': key 'length' is missing"}},
       {"length = 0.152", "length = 0.152\nmass = 3", {"key 'mass' is unknown"}},
-      {"shape = \"circle\"", "shape = \"cirlce\"", {"scene.toml:13: [[body]] 'crank': key 'section.shape' is 'cirlce'", "did you mean 'circle'? allowed: circle, tube, rectangle"}},
+      {"shape = \"circle\"",
+       "shape = \"cirlce\"",
+       {"scene.toml:13: [[body]] 'crank': key 'section.shape' is 'cirlce'", "did you mean 'circle'? allowed: circle, tube, rectangle"}},
       {"diameter = 0.01", "diamter = 0.01", {"key 'section.diamter' is unknown; did you mean 'diameter'?"}},
       {"diameter = 0.01", "diameter = -0.01", {"key 'section.diameter' must be a number > 0, found the number -0.01"}},
       {", diameter = 0.01", "", {"a section of shape 'circle' needs {diameter} or {radius}; found {none}"}},
       {"section = { shape = \"circle\", diameter = 0.01 }", "", {"[[body]] 'crank': key 'section' is missing"}},
-      {"section = { shape = \"circle\", diameter = 0.01 }", "section = \"circle\"", {"key 'section' must be a table {...}, found the string 'circle'"}},
-      {"shape = \"circle\", diameter = 0.01", "shape = \"tube\", diameter = 0.01, thickness = 0.006", {"key 'section' 'thickness' 0.006 is too large for the section: it must be smaller than 0.005"}},
-      {"shape = \"circle\", diameter = 0.01", "shape = \"general\", area = 1, iy = 1, iz = 1, j = 3", {"'j' 3 is larger than the polar moment iy + iz = 2"}},
+      {"section = { shape = \"circle\", diameter = 0.01 }",
+       "section = \"circle\"",
+       {"key 'section' must be a table {...}, found the string 'circle'"}},
+      {"shape = \"circle\", diameter = 0.01",
+       "shape = \"tube\", diameter = 0.01, thickness = 0.006",
+       {"key 'section' 'thickness' 0.006 is too large for the section: it must be smaller than 0.005"}},
+      {"shape = \"circle\", diameter = 0.01",
+       "shape = \"general\", area = 1, iy = 1, iz = 1, j = 3",
+       {"'j' 3 is larger than the polar moment iy + iz = 2"}},
       {"shape = \"circle\", diameter = 0.01", "shape = \"circle\", diameter = 1e200", {"too large or too small"}},
       {"density = 2770.0", "density = -2770.0", {"scene.toml:14:", "key 'material.density' must be a number > 0, found the number -2770"}},
       {"density = 2770.0, ", "", {"key 'material.density' is missing"}},
       {"youngs_modulus = 1e9", "young_modulus = 1e9", {"key 'material.young_modulus' is unknown; did you mean 'youngs_modulus'?"}},
       {"poisson = 0.3", "poisson = 0.7", {"key 'material.poisson' must be a number in (-1, 0.5], found the number 0.7"}},
       {"poisson = 0.3", "poisson = -1", {"must be a number in (-1, 0.5]"}},
-      {"model = \"finite-element\"", "model = \"finite-elements\"", {"scene.toml:15:", "did you mean 'finite-element'? allowed: finite-element, modal, mixed, lumped"}},
+      {"model = \"finite-element\"",
+       "model = \"finite-elements\"",
+       {"scene.toml:15:", "did you mean 'finite-element'? allowed: finite-element, modal, mixed, lumped"}},
       {"elements = 3", "elements = 0", {"scene.toml:16:", "key 'elements' must be a whole number from 1 to 10000, found the number 0"}},
       {"elements = 3", "elements = 2.5", {"must be a whole number from 1 to 10000, found the number 2.5"}},
       {"elements = 3", "elements = 3\nvolumes = 2", {"key 'volumes' belongs to model 'mixed'; this one is 'finite-element'"}},
       {"boundary = \"clamped-free\"", "boundary = \"free-clamped\"", {"scene.toml:17:", "allowed: clamped-free, supported-supported"}},
-      {"effects = [\"bending_xy\", \"axial\"]", "effects = [\"bending_yx\"]", {"scene.toml:18:", "names the effect 'bending_yx', which is unknown; did you mean 'bending_xy'?"}},
+      {"effects = [\"bending_xy\", \"axial\"]",
+       "effects = [\"bending_yx\"]",
+       {"scene.toml:18:", "names the effect 'bending_yx', which is unknown; did you mean 'bending_xy'?"}},
       {"effects = [\"bending_xy\", \"axial\"]", "effects = \"axial\"", {"must be \"auto\" or an array: write [\"axial\"]"}},
       {"effects = [\"bending_xy\", \"axial\"]", "effects = [\"axial\", \"axial\"]", {"names 'axial' twice"}},
       {"damping = { ratio = 0.02 }", "damping = { ratio = -0.02 }", {"scene.toml:19:", "key 'damping.ratio' must be a number >= 0"}},
       {"damping = { ratio = 0.02 }", "damping = { ratio = 0.02, mass = 1 }", {"key 'damping.ratio' excludes 'mass' and 'stiffness'"}},
-      {"middle = 0.5", "middle = 1.5", {"scene.toml:20:", "key 'frames.middle' must be x/length, a number from 0 to 1, found the number 1.5"}},
+      {"middle = 0.5",
+       "middle = 1.5",
+       {"scene.toml:20:", "key 'frames.middle' must be x/length, a number from 0 to 1, found the number 1.5"}},
       {"middle = 0.5", "tip = 0.5", {"key 'frames.tip' is a name of the beam's own"}},
       {"modes = { bending_xy = [1, 3], axial = [1] }", "", {"[[body]] 'rod': key 'modes' is missing"}},
       {"modes = { bending_xy = [1, 3], axial = [1] }", "modes = {}", {"key 'modes' is empty"}},
@@ -370,19 +395,30 @@ TEST(Scene, WrongScenesAreExplained) {
       {"model = \"modal\"", "model = \"modal\"\nelements = 3", {"key 'elements' does not belong to model 'modal'"}},
       {"mass = 0.075552", "mass = -1", {"[[body]] 'block': key 'mass' must be a number >= 0, found the number -1"}},
       {"mass = 0.075552", "", {"[[body]] 'block': key 'mass' is missing"}},
-      {"inertia = [1e-5, 1e-5, 1e-5, 0, 0, 0]", "inertia = [1, 1, 3]", {"key 'inertia' violates the triangle inequality", "3 exceeds the sum of the others, 1 + 1"}},
+      {"inertia = [1e-5, 1e-5, 1e-5, 0, 0, 0]",
+       "inertia = [1, 1, 3]",
+       {"key 'inertia' violates the triangle inequality", "3 exceeds the sum of the others, 1 + 1"}},
       {"inertia = [1e-5, 1e-5, 1e-5, 0, 0, 0]", "inertia = [1, 1, 1, 5, 0, 0]", {"key 'inertia' is not positive semidefinite"}},
       {"inertia = [1e-5, 1e-5, 1e-5, 0, 0, 0]", "inertia = [-1, 1, 1]", {"key 'inertia' is not positive semidefinite"}},
       {"inertia = [1e-5, 1e-5, 1e-5, 0, 0, 0]", "inertia = [1, 1, 1, 1]", {"key 'inertia' must have 3 numbers (xx yy zz) or 6"}},
       {"pin = [0, 0, 0.2]", "pin = 0.2", {"key 'frames.pin' must be an array of 3 numbers, found the number 0.2"}},
       {"kind = \"rigid\"", "kind = \"rigid\"\nmesh = \"nowhere.obj\"", {"key 'mesh' names the file 'nowhere.obj', which does not exist"}},
-      {"kind = \"rigid\"\nmass = 0.075552\ninertia = [1e-5, 1e-5, 1e-5, 0, 0, 0]\ncentre_of_mass = [0, 0, 0.1]\nframes = { pin = [0, 0, 0.2] }", "kind = \"modal\"\nfile = \"nowhere.sid\"",
+      {"kind = \"rigid\"\nmass = 0.075552\ninertia = [1e-5, 1e-5, 1e-5, 0, 0, 0]\ncentre_of_mass = [0, 0, 0.1]\nframes = { pin = [0, 0, "
+       "0.2] }",
+       "kind = \"modal\"\nfile = \"nowhere.sid\"",
        {"key 'file' names the file 'nowhere.sid', which does not exist"}},
       // joints
-      {"kind = \"revolute\"", "kind = \"revolut\"", {"[[joint]] 'shaft': key 'kind' is 'revolut', which is unknown; did you mean 'revolute'? allowed: weld, revolute"}},
-      {"child = \"crank.root\"", "child = \"crank.tpi\"", {"[[joint]] 'shaft': key 'child' names the frame 'tpi', which is no frame of 'crank'; did you mean 'tip'? it has root, tip, middle, node[0] ... node[3]"}},
+      {"kind = \"revolute\"",
+       "kind = \"revolut\"",
+       {"[[joint]] 'shaft': key 'kind' is 'revolut', which is unknown; did you mean 'revolute'? allowed: weld, revolute"}},
+      {"child = \"crank.root\"",
+       "child = \"crank.tpi\"",
+       {"[[joint]] 'shaft': key 'child' names the frame 'tpi', which is no frame of 'crank'; did you mean 'tip'? it has root, tip, middle, "
+        "node[0] ... node[3]"}},
       {"child = \"crank.root\"", "child = \"crank.node[4]\"", {"names the frame 'node[4]', which is no frame of 'crank'"}},
-      {"child = \"crank.root\"", "child = \"cranc.root\"", {"names the body 'cranc', which does not exist; did you mean 'crank'? there are ground, crank, rod, block"}},
+      {"child = \"crank.root\"",
+       "child = \"cranc.root\"",
+       {"names the body 'cranc', which does not exist; did you mean 'crank'? there are ground, crank, rod, block"}},
       {"child = \"crank.root\"", "child = \"ground\"", {"key 'child' must not be ground: exchange 'parent' and 'child'"}},
       {"child = \"crank.root\"", "child = \"crank.\"", {"a frame's name is missing after the dot"}},
       {"child = \"crank.root\"", "", {"[[joint]] 'shaft': key 'child' is missing"}},
@@ -393,19 +429,28 @@ TEST(Scene, WrongScenesAreExplained) {
       {"child = \"block.pin\"", "child = \"block.pim\"", {"which is no frame of 'block'; did you mean 'pin'? it has pin"}},
       {"name = \"pin\"", "name = \"shaft\"", {"key 'name' is already the name of the joint in line"}},
       {"axis = [0, 0, 2]", "axis = [0, 0, 0]", {"[[joint]] 'shaft': key 'axis' must be a direction, not a zero vector"}},
-      {"initial = { value = 0.5, rate = 2 }", "initial = { value = [0.5, 1], rate = 2 }", {"key 'initial.value' of a revolute joint must be one number, found an array of 2 values"}},
-      {"initial = { rate = [0, 0, 2.5] }", "initial = { rate = 2.5 }", {"key 'initial.rate' of a spherical joint must be [rotation x, y, z], found the number 2.5"}},
+      {"initial = { value = 0.5, rate = 2 }",
+       "initial = { value = [0.5, 1], rate = 2 }",
+       {"key 'initial.value' of a revolute joint must be one number, found an array of 2 values"}},
+      {"initial = { rate = [0, 0, 2.5] }",
+       "initial = { rate = 2.5 }",
+       {"key 'initial.rate' of a spherical joint must be [rotation x, y, z], found the number 2.5"}},
       {"stiffness = 1e4, ", "stifness = 1e4, ", {"key 'spring.stifness' is unknown; did you mean 'stiffness'?"}},
       {"coefficient = 0.3", "coefficient = -0.3", {"key 'friction.coefficient' must be a number >= 0"}},
-      {"normal_force = 10.0", "normal_force = \"raction\"", {"key 'friction.normal_force' must be a number >= 0 or \"reaction\", found the string 'raction'"}},
+      {"normal_force = 10.0",
+       "normal_force = \"raction\"",
+       {"key 'friction.normal_force' must be a number >= 0 or \"reaction\", found the string 'raction'"}},
       {"lower = -0.1", "lower = 0.5", {"key 'stop.lower' must not exceed 'upper': 0.5 > 0.2"}},
       {"lower = -0.1, upper = 0.2, ", "", {"a stop needs 'lower', 'upper' or both"}},
       {"pitch = 0.01", "", {"[[joint]] 'lead': key 'pitch' is missing"}},
       {"pitch = 0.01", "pitch = 0", {"key 'pitch' must not be 0"}},
       {"kind = \"screw\"", "kind = \"prismatic\"", {"key 'pitch' belongs to joints of kind 'screw'; this one is 'prismatic'"}},
-      {"kind = \"screw\"\nparent = \"ground\"\nchild = \"block\"\npitch = 0.01", "kind = \"weld\"\nparent = \"ground\"\nchild = \"block\"",
+      {"kind = \"screw\"\nparent = \"ground\"\nchild = \"block\"\npitch = 0.01",
+       "kind = \"weld\"\nparent = \"ground\"\nchild = \"block\"",
        {"[[joint]] 'lead': key 'motion' has no meaning for a weld joint, which has no coordinate"}},
-      {"pitch = 0.01\nmotion = \"150*t\"", "pitch = 0.01\nmotion = \"150*x\"", {"key 'motion' is no expression of t: '150*x', column 5: 'x' is unknown", "allowed: t, pi, e"}},
+      {"pitch = 0.01\nmotion = \"150*t\"",
+       "pitch = 0.01\nmotion = \"150*x\"",
+       {"key 'motion' is no expression of t: '150*x', column 5: 'x' is unknown", "allowed: t, pi, e"}},
       {"motion = \"150*t\"", "motion = true", {"key 'motion' must be a number or an expression of t, found the boolean true"}},
       {"motion = \"150*t\"", "motion = \"150*t\"\ninitial = { value = 1 }", {"key 'initial' excludes 'motion'"}},
       {"initial = { rate = [0, 0, 2.5] }", "motion = \"t\"", {"key 'motion' needs a joint with one coordinate"}},
@@ -415,7 +460,9 @@ TEST(Scene, WrongScenesAreExplained) {
       {"direction = [0, 0, 3]", "direction = [0, 0, 0]", {"key 'direction' must be a direction, not a zero vector"}},
       {"direction = [0, 0, 3]", "", {"[[force]]: key 'direction' is missing"}},
       {"value = \"t <= 0.7", "value = \"t <== 0.7", {"key 'value' is no expression of t", "column"}},
-      {"frame = \"body\"", "frame = \"bdoy\"", {"[[force]] 'drag': key 'frame' is 'bdoy', which is unknown; did you mean 'body'? allowed: world, body"}},
+      {"frame = \"body\"",
+       "frame = \"bdoy\"",
+       {"[[force]] 'drag': key 'frame' is 'bdoy', which is unknown; did you mean 'body'? allowed: world, body"}},
       {"on = \"rod\"", "on = \"block\"", {"must be a beam: 'block' is none"}},
       {"on = \"rod\"", "on = \"rod.tip\"", {"must be a beam's name alone"}},
       {"from = \"rod.tip\"", "from = \"crank.tip\"", {"is on the same body as 'on', 'crank'"}},
@@ -423,13 +470,21 @@ TEST(Scene, WrongScenesAreExplained) {
       {"rest = 0.3", "rest = -0.3", {"is a length and must be >= 0"}},
       // outputs
       {"of = \"crank.node[3]\"", "of = \"crank.nod[3]\"", {"[[output]] 'tip': key 'of' names the frame 'nod[3]'"}},
-      {"quantity = \"displacement\"", "quantity = \"displacment\"", {"key 'quantity' is 'displacment', which is unknown; did you mean 'displacement'?"}},
+      {"quantity = \"displacement\"",
+       "quantity = \"displacment\"",
+       {"key 'quantity' is 'displacment', which is unknown; did you mean 'displacement'?"}},
       {"of = \"system\"", "of = \"crank\"", {"must be \"system\" for the quantity 'energy', found 'crank'"}},
-      {"quantity = \"energy\"", "quantity = \"position\"", {"is \"system\", which has energy, kinetic, strain and potential, but no 'position'"}},
+      {"quantity = \"energy\"",
+       "quantity = \"position\"",
+       {"is \"system\", which has energy, kinetic, strain and potential, but no 'position'"}},
       {"of = \"shaft\"", "of = \"shatf\"", {"must be a joint for the quantity 'value', and 'shatf' is none; did you mean 'shaft'?"}},
       {"quantity = \"value\"", "quantity = \"position\"", {"is the joint 'shaft', which has value, rate and reaction, but no 'position'"}},
-      {"of = \"shaft\"\nquantity = \"value\"", "of = \"block\"\nquantity = \"q\"", {"is the rigid body 'block', which has no elastic coordinates"}},
-      {"of = \"shaft\"\nquantity = \"value\"", "of = \"slider\"\nquantity = \"value\"", {"is 'value', but a point-on-line joint has no coordinate"}},
+      {"of = \"shaft\"\nquantity = \"value\"",
+       "of = \"block\"\nquantity = \"q\"",
+       {"is the rigid body 'block', which has no elastic coordinates"}},
+      {"of = \"shaft\"\nquantity = \"value\"",
+       "of = \"slider\"\nquantity = \"value\"",
+       {"is 'value', but a point-on-line joint has no coordinate"}},
       {"name = \"energy\"", "name = \"tip\"", {"key 'name' is already the name of the output in line"}},
       {"[render]", "[[render]]", {"key 'render' must be a table"}},
   };
@@ -438,14 +493,17 @@ TEST(Scene, WrongScenesAreExplained) {
     const std::string message = message_of(changed(wrong.from, wrong.to));
     EXPECT_TRUE(message.starts_with("scene.toml:")) << wrong.to << "\n" << message;
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
-    for (const std::string& fragment : wrong.expected) EXPECT_NE(message.find(fragment), std::string::npos) << wrong.from << " -> " << wrong.to << "\n  found:    " << message << "\n  expected: " << fragment;
+    for (const std::string& fragment : wrong.expected)
+      EXPECT_NE(message.find(fragment), std::string::npos)
+          << wrong.from << " -> " << wrong.to << "\n  found:    " << message << "\n  expected: " << fragment;
   }
 }
 
 TEST(Scene, NothingButTables) {
   EXPECT_NE(message_of("").find("scene.toml:1: key 'simulation' is missing"), std::string::npos) << message_of("");
   EXPECT_NE(message_of("[simulation]\nduration = 1\n").find("key 'body' is missing"), std::string::npos);
-  EXPECT_NE(message_of("body = 3\n[simulation]\nduration = 1\n").find("key 'body' must be an array of tables [[body]], found the number 3"), std::string::npos);
+  EXPECT_NE(message_of("body = 3\n[simulation]\nduration = 1\n").find("key 'body' must be an array of tables [[body]], found the number 3"),
+            std::string::npos);
   EXPECT_NE(message_of("[body]\nname = \"a\"\n[simulation]\nduration = 1\n").find("write [[body]], not [body]"), std::string::npos);
   EXPECT_NE(message_of(std::string("a\0b", 3)).find("is a binary file"), std::string::npos);
   EXPECT_NE(message_of("a = " + std::string(100000, '[')).find("TOML syntax"), std::string::npos);
@@ -473,9 +531,15 @@ TEST(SceneFile, WrongFiles) {
   EXPECT_NE(message(folder.path() / "none.toml").find("none.toml: no such file"), std::string::npos);
   EXPECT_NE(message(folder.path()).find("is a directory"), std::string::npos);
   EXPECT_NE(message(folder.put("empty.toml", "")).find("empty.toml: is empty"), std::string::npos);
-  EXPECT_NE(message(folder.put("binary.toml", std::string("\x7f" "ELF\0\0\1", 7))).find("is a binary file"), std::string::npos);
+  EXPECT_NE(message(folder.put("binary.toml", std::string("\x7f"
+                                                          "ELF\0\0\1",
+                                                          7)))
+                .find("is a binary file"),
+            std::string::npos);
   EXPECT_NE(message(folder.put("huge.toml", std::string(9u << 20, '#'))).find("is larger than 8 MiB"), std::string::npos);
-  EXPECT_NE(message(folder.put("matrix.toml", good + "[[body]]\nname = \"s\"\nkind = \"statespace\"\nframes = { p = [0,0,0] }\nomega = [[1, 2], [3]]\n")).find("must have rows of equal length: row 1 has 2, row 2 has 1"),
+  EXPECT_NE(message(folder.put("matrix.toml",
+                               good + "[[body]]\nname = \"s\"\nkind = \"statespace\"\nframes = { p = [0,0,0] }\nomega = [[1, 2], [3]]\n"))
+                .find("must have rows of equal length: row 1 has 2, row 2 has 1"),
             std::string::npos);
 }
 
@@ -505,7 +569,8 @@ child = "rod.node[17]"
 TEST(SceneFile, StateSpace) {
   const flexframe::Scratch folder;
   folder.put("plant.toml", "omega = [[100, 0], [0, 400]]\ngamma = [[1, 0], [0, 2]]\nsigma = [[0, 1, 0], [0, 2, 0]]\n");
-  const std::string start = "[simulation]\nduration = 1\n[[body]]\nname = \"s\"\nkind = \"statespace\"\nframes = { tip = [1, 0, 0] }\nmass = 2\n";
+  const std::string start =
+      "[simulation]\nduration = 1\n[[body]]\nname = \"s\"\nkind = \"statespace\"\nframes = { tip = [1, 0, 0] }\nmass = 2\n";
   const Scene scene = read_scene(folder.put("scene.toml", start + "file = \"plant.toml\"\n"));
   const auto& plant = std::get<StateSpaceDef>(scene.bodies[0].kind);
   EXPECT_EQ(plant.omega(1, 1), 400.0);
@@ -515,8 +580,10 @@ TEST(SceneFile, StateSpace) {
   const auto message = [&](const std::string& rest) { return message_of(start + rest); };
   EXPECT_NE(message("omega = [[1, 2]]").find("key 'omega' must be square, found 1 x 2"), std::string::npos);
   EXPECT_NE(message("omega = [[1]]\nsigma = [[1, 2]]").find("'sigma' must have 3 or 6 columns"), std::string::npos);
-  EXPECT_NE(message("omega = [[1]]\ngamma = [[1, 2]]\nsigma = [[1, 2, 3]]").find("key 'gamma' must be 1 x 1 like 'omega'"), std::string::npos);
-  EXPECT_NE(message("omega = [[1]]\nsigma = [[1, 2, 3]]\nports = [\"top\"]").find("names 'top', which is no frame of the body; it has tip"), std::string::npos);
+  EXPECT_NE(message("omega = [[1]]\ngamma = [[1, 2]]\nsigma = [[1, 2, 3]]").find("key 'gamma' must be 1 x 1 like 'omega'"),
+            std::string::npos);
+  EXPECT_NE(message("omega = [[1]]\nsigma = [[1, 2, 3]]\nports = [\"top\"]").find("names 'top', which is no frame of the body; it has tip"),
+            std::string::npos);
 }
 
 TEST(Words, Distance) {

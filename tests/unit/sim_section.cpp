@@ -11,7 +11,9 @@ using namespace flexframe::sim;
 
 namespace {
 
-struct Integrals { double area = 0, y = 0, z = 0, iy = 0, iz = 0, iyz = 0; };
+struct Integrals {
+  double area = 0, y = 0, z = 0, iy = 0, iz = 0, iyz = 0;
+};
 
 // Green's theorem over the loops; holes count against the outer loop.
 Integrals integrate(const std::vector<std::vector<Eigen::Vector2d>>& outline) {
@@ -173,7 +175,8 @@ TEST(Section, General) {
   const Section s = make_section("general", {{"area", 1e-4}, {"iy", 2e-9}, {"iz", 1e-9}, {"j", 3e-9}, {"iyz", -1e-9}});
   EXPECT_EQ(s.iyz, -1e-9);
   EXPECT_TRUE(s.outline.empty());
-  EXPECT_NE(message_of("general", {{"area", 1e-4}, {"iy", 1e-9}, {"iz", 1e-9}, {"j", 1e-9}, {"iyz", 2e-9}}).find("iyz^2 <= iy iz"), std::string::npos);
+  EXPECT_NE(message_of("general", {{"area", 1e-4}, {"iy", 1e-9}, {"iz", 1e-9}, {"j", 1e-9}, {"iyz", 2e-9}}).find("iyz^2 <= iy iz"),
+            std::string::npos);
   EXPECT_NE(message_of("general", {{"area", 1e-4}, {"iy", 1e-9}, {"iz", 1e-9}, {"j", 1e-8}}).find("polar moment"), std::string::npos);
 }
 
@@ -185,7 +188,8 @@ TEST(Section, WrongSizes) {
   EXPECT_NE(message_of("circle", {{"diameter", std::nan("")}}).find("must be a number > 0"), std::string::npos);
   EXPECT_NE(message_of("box", {{"width", 1}, {"height", 1}, {"thickness", 0.5}}).find("'thickness' 0.5 is too large"), std::string::npos);
   EXPECT_NE(message_of("tube", {{"diameter", 1}, {"inner_diameter", 1}}).find("'inner_diameter' 1 is too large"), std::string::npos);
-  EXPECT_NE(message_of("i", {{"width", 1}, {"height", 1}, {"web", 1.5}, {"flange", 0.1}}).find("'web' 1.5 is too large"), std::string::npos);
+  EXPECT_NE(message_of("i", {{"width", 1}, {"height", 1}, {"web", 1.5}, {"flange", 0.1}}).find("'web' 1.5 is too large"),
+            std::string::npos);
   EXPECT_NE(message_of("circle", {{"diameter", 1e-100}}).find("too large or too small"), std::string::npos);
   for (const std::string& shape : section_shapes()) EXPECT_FALSE(section_sizes(shape).empty()) << shape;
 }

@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
+#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <array>
@@ -46,11 +46,14 @@ TEST(Sid, SamplesAreReadWrittenAndReadAgainWithoutLoss) {
     EXPECT_TRUE(first == second) << path;
     EXPECT_EQ(write_sid_text(first), write_sid_text(second)) << path;
     size_t entries = 0, in_file = 0;
-    for (const auto* b : {&first.mdCM, &first.J, &first.Ct, &first.Cr, &first.Me, &first.Gr, &first.Ge, &first.Oe, &first.ksigma, &first.Ke, &first.De}) entries += (*b)->entries.size();
+    for (const auto* b :
+         {&first.mdCM, &first.J, &first.Ct, &first.Cr, &first.Me, &first.Gr, &first.Ge, &first.Oe, &first.ksigma, &first.Ke, &first.De})
+      entries += (*b)->entries.size();
     for (const SidNode& node : first.nodes)
       for (const auto* b : {&node.origin, &node.phi, &node.psi, &node.AP, &node.sigma}) entries += *b ? (*b)->entries.size() : 0;
     for (const SidText& other : first.others)
-      entries += static_cast<size_t>(std::ranges::count_if(other.lines, [](const std::string& line) { return line.find("m0(") != std::string::npos; }));
+      entries += static_cast<size_t>(
+          std::ranges::count_if(other.lines, [](const std::string& line) { return line.find("m0(") != std::string::npos; }));
     const std::string text = text_of(path);
     for (size_t at = 0; (at = text.find('\n', at)) != std::string::npos; ++at) {
       const size_t word = text.find_first_not_of(" \t", at + 1);
@@ -68,12 +71,10 @@ TEST(Sid, IdentitiesHoldInTheSamplesAndLayoutsAreFound) {
   const auto files = samples();
   for (const fs::path& path : files)
     for (const SidCheck& check : check_sid(read_sid(path).file)) EXPECT_LT(check.residual, 1e-6) << path << check.identity;
-  const std::map<Sample, std::pair<SidLayout, SidLayout>> layouts{{blocked, {SidLayout::blocked, SidLayout::interleaved}},
-                                                                  {lumped, {SidLayout::either, SidLayout::either}},
-                                                                  {tabs, {SidLayout::interleaved, SidLayout::interleaved}},
-                                                                  {reduced, {SidLayout::interleaved, SidLayout::interleaved}},
-                                                                  {stiffened, {SidLayout::interleaved, SidLayout::interleaved}},
-                                                                  {swapped, {SidLayout::blocked, SidLayout::blocked}}};
+  const std::map<Sample, std::pair<SidLayout, SidLayout>> layouts{
+      {blocked, {SidLayout::blocked, SidLayout::interleaved}},       {lumped, {SidLayout::either, SidLayout::either}},
+      {tabs, {SidLayout::interleaved, SidLayout::interleaved}},      {reduced, {SidLayout::interleaved, SidLayout::interleaved}},
+      {stiffened, {SidLayout::interleaved, SidLayout::interleaved}}, {swapped, {SidLayout::blocked, SidLayout::blocked}}};
   for (const auto& [sample, wanted] : layouts) {
     const SidReading reading = read_sid(files[sample]);
     EXPECT_EQ(reading.Gr, wanted.first) << names[sample];
@@ -96,7 +97,8 @@ std::map<std::string, MatX> truth_of(const std::string& sample) {
   return blocks;
 }
 
-// Every block of every dialect against sums over particles that the reader had no part in. Printed digits: 12 (stiffened 15), so 1e-11 of the largest entry.
+// Every block of every dialect against sums over particles that the reader had no part in. Printed digits: 12 (stiffened 15), so 1e-11 of
+// the largest entry.
 TEST(Sid, ItsBlocksAreThoseOfTheDefinition) {
   for (size_t i = 0; i < names.size(); ++i) {
     const FlexibleBody body = to_flexible_body(read_sid(samples()[i]).file, names[i]);
@@ -180,12 +182,14 @@ TEST(Sid, MassThatNoFreeBodyHasIsNoted) {
   for (size_t i = 0; i < files.size(); ++i) {
     std::vector<std::string> notes;
     to_flexible_body(read_sid(files[i]).file, files[i].string(), &notes);
-    const bool said = std::any_of(notes.begin(), notes.end(), [](const std::string& n) { return n.find("contradict") != std::string::npos; });
+    const bool said =
+        std::any_of(notes.begin(), notes.end(), [](const std::string& n) { return n.find("contradict") != std::string::npos; });
     EXPECT_EQ(said, i == lumped) << files[i];
   }
 }
 
-// Closed theory: a steel beam of 2.5 m x 0.08 m x 0.2 m on supports; Rayleigh's frequency of its first mode, the mass of a box, the last node at its root.
+// Closed theory: a steel beam of 2.5 m x 0.08 m x 0.2 m on supports; Rayleigh's frequency of its first mode, the mass of a box, the last
+// node at its root.
 TEST(Sid, BodyOfABeamOnSupports) {
   const SidReading reading = read_sid(samples()[blocked]);
   const FlexibleBody body = to_flexible_body(reading.file, "beam");
@@ -204,33 +208,55 @@ TEST(Sid, BodyOfABeamOnSupports) {
 FlexibleBody random_body(int n, bool stiffening) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> u(-1.0, 1.0);
-  const auto fill = [&](auto& m) { for (int i = 0; i < m.size(); ++i) m.data()[i] = u(random); };
-  const auto symmetric = [&](MatX& m) { m.resize(n, n); fill(m); m = (m + m.transpose()).eval(); };
+  const auto fill = [&](auto& m) {
+    for (int i = 0; i < m.size(); ++i) m.data()[i] = u(random);
+  };
+  const auto symmetric = [&](MatX& m) {
+    m.resize(n, n);
+    fill(m);
+    m = (m + m.transpose()).eval();
+  };
   FlexibleBody b;
   b.n = n;
   b.mass = 2.5;
   fill(b.md0);
-  b.md1.resize(3, n); fill(b.md1);
+  b.md1.resize(3, n);
+  fill(b.md1);
   b.J0 << 5, 6, 7, .1, .2, -.3;
-  b.J1.resize(6, n); fill(b.J1);
+  b.J1.resize(6, n);
+  fill(b.J1);
   for (MatX& m : b.J2) symmetric(m);
-  b.Cr0.resize(3, n); fill(b.Cr0);
-  for (MatX& m : b.Cr1) { m.resize(n, n); fill(m); if (!stiffening) m = (m - m.transpose()).eval(); }
-  if (stiffening) for (MatX& m : b.md2) symmetric(m);
-  symmetric(b.Me); b.Me += 4.0 * n * MatX::Identity(n, n);
-  symmetric(b.Ke); b.Ke += 9.0 * n * MatX::Identity(n, n);
-  b.De.resize(n, n); fill(b.De);
-  b.ksigma.resize(n); fill(b.ksigma);
+  b.Cr0.resize(3, n);
+  fill(b.Cr0);
+  for (MatX& m : b.Cr1) {
+    m.resize(n, n);
+    fill(m);
+    if (!stiffening) m = (m - m.transpose()).eval();
+  }
+  if (stiffening)
+    for (MatX& m : b.md2) symmetric(m);
+  symmetric(b.Me);
+  b.Me += 4.0 * n * MatX::Identity(n, n);
+  symmetric(b.Ke);
+  b.Ke += 9.0 * n * MatX::Identity(n, n);
+  b.De.resize(n, n);
+  fill(b.De);
+  b.ksigma.resize(n);
+  fill(b.ksigma);
   for (int k = 0; k < n; ++k) b.labels.push_back(fmt::format("mode {}", k + 1));
   for (int i = 0; i < 3; ++i) {
     FlexibleNode node;
     node.name = i == 2 ? std::string("tip") : fmt::format("node[{}]", 100 + i);
     fill(node.origin);
     node.rotation = Quat(1.0, 0.2 * i, -0.1, 0.3).normalized().toRotationMatrix();
-    node.phi.resize(3, n); fill(node.phi);
-    node.psi.resize(3, n); fill(node.psi);
-    if (stiffening) for (MatX& m : node.phi2) symmetric(m);
-    node.sigma.resize(6, n); fill(node.sigma);
+    node.phi.resize(3, n);
+    fill(node.phi);
+    node.psi.resize(3, n);
+    fill(node.psi);
+    if (stiffening)
+      for (MatX& m : node.phi2) symmetric(m);
+    node.sigma.resize(6, n);
+    fill(node.sigma);
     b.nodes.push_back(std::move(node));
   }
   return b;
@@ -246,16 +272,29 @@ void expect_same(const FlexibleBody& a, const FlexibleBody& b) {
   };
   EXPECT_EQ(a.n, b.n);
   EXPECT_EQ(a.mass, b.mass);
-  same(a.md0, b.md0, "md0"); same(a.md1, b.md1, "md1"); same(a.J0, b.J0, "J0"); same(a.J1, b.J1, "J1"); same(a.Cr0, b.Cr0, "Cr0");
-  for (int i = 0; i < 3; ++i) { same(a.md2[i], b.md2[i], "md2"); same(a.Cr1[i], b.Cr1[i], "Cr1"); }
+  same(a.md0, b.md0, "md0");
+  same(a.md1, b.md1, "md1");
+  same(a.J0, b.J0, "J0");
+  same(a.J1, b.J1, "J1");
+  same(a.Cr0, b.Cr0, "Cr0");
+  for (int i = 0; i < 3; ++i) {
+    same(a.md2[i], b.md2[i], "md2");
+    same(a.Cr1[i], b.Cr1[i], "Cr1");
+  }
   for (int i = 0; i < 6; ++i) same(a.J2[i], b.J2[i], "J2");
-  same(a.Me, b.Me, "Me"); same(a.Ke, b.Ke, "Ke"); same(a.De, b.De, "De"); same(a.ksigma, b.ksigma, "ksigma");
+  same(a.Me, b.Me, "Me");
+  same(a.Ke, b.Ke, "Ke");
+  same(a.De, b.De, "De");
+  same(a.ksigma, b.ksigma, "ksigma");
   EXPECT_EQ(a.labels, b.labels);
   ASSERT_EQ(a.nodes.size(), b.nodes.size());
   for (size_t i = 0; i < a.nodes.size(); ++i) {
     EXPECT_EQ(a.nodes[i].name, b.nodes[i].name);
-    same(a.nodes[i].origin, b.nodes[i].origin, "origin"); same(a.nodes[i].rotation, b.nodes[i].rotation, "rotation");
-    same(a.nodes[i].phi, b.nodes[i].phi, "phi"); same(a.nodes[i].psi, b.nodes[i].psi, "psi"); same(a.nodes[i].sigma, b.nodes[i].sigma, "sigma");
+    same(a.nodes[i].origin, b.nodes[i].origin, "origin");
+    same(a.nodes[i].rotation, b.nodes[i].rotation, "rotation");
+    same(a.nodes[i].phi, b.nodes[i].phi, "phi");
+    same(a.nodes[i].psi, b.nodes[i].psi, "psi");
+    same(a.nodes[i].sigma, b.nodes[i].sigma, "sigma");
     for (int k = 0; k < 3; ++k) same(a.nodes[i].phi2[k], b.nodes[i].phi2[k], "phi2");
   }
 }
@@ -299,7 +338,8 @@ TEST(Sid, DialectsGiveTheSameBody) {
       int r = 0, k = 0, c = 0;
       ASSERT_EQ(std::sscanf(line.c_str() + at, "m1(%d,%d,%d)", &r, &k, &c), 3);
       std::string value = line.substr(line.find('=') + 1);
-      for (char& ch : value) if (ch == 'E') ch = 'D';
+      for (char& ch : value)
+        if (ch == 'E') ch = 'D';
       line = fmt::format("\tm1({},{},{})={}  ", r, c, k, value);
     }
     if (line.find("mdCM") != std::string::npos) line.replace(line.find("mdCM"), 4, "mCM");
@@ -319,7 +359,10 @@ TEST(Sid, MissingBlocksAreTakenFromTheIdentities) {
   file.Ct.reset();
   std::erase_if(file.Cr->entries, [](const SidEntry& e) { return e.mode > 0; });
   std::erase_if(file.J->entries, [](const SidEntry& e) { return e.mode > 0; });
-  for (SidNode& node : file.nodes) { node.psi.reset(); node.phi.reset(); }
+  for (SidNode& node : file.nodes) {
+    node.psi.reset();
+    node.phi.reset();
+  }
   std::vector<std::string> notes;
   expect_same(body, to_flexible_body(read_sid_text(write_sid_text(file), "partial").file, "partial", &notes));
   EXPECT_GE(notes.size(), 4u);
@@ -327,7 +370,8 @@ TEST(Sid, MissingBlocksAreTakenFromTheIdentities) {
 
 TEST(Sid, UnknownBlocksAreKept) {
   std::string text = write_sid_text(from_flexible_body(random_body(2, false), ""));
-  text.insert(text.find("      end modal"), "           K0omega\n              m0(1,1) = 3.0\n              whatever\n           end K0omega\n");
+  text.insert(text.find("      end modal"),
+              "           K0omega\n              m0(1,1) = 3.0\n              whatever\n           end K0omega\n");
   text.insert(text.find("           end refmod"), "                author = somebody\n");
   const SidReading reading = read_sid_text(text, "unknown");
   ASSERT_EQ(reading.file.others.size(), 1u);
@@ -352,7 +396,7 @@ std::string replaced(std::string text, const std::string& what, const std::strin
 
 // Rows without columns were read as a matrix of that many rows, and its columns from beyond its end.
 TEST(Sid, BlocksWithoutColumnsAreEmpty) {
-  for (std::optional<SidTaylor> SidFile::* block : {&SidFile::Me, &SidFile::Ke, &SidFile::mdCM}) {
+  for (std::optional<SidTaylor> SidFile::*block : {&SidFile::Me, &SidFile::Ke, &SidFile::mdCM}) {
     SidFile file = from_flexible_body(random_body(2, false), "x");
     (file.*block)->columns = 0;
     (file.*block)->entries.clear();
@@ -400,11 +444,20 @@ TEST(Sid, ThousandDamagedCopies) {
     for (int h = 0; h < hits && !text.empty(); ++h) {
       const size_t at = random() % text.size(), size = 1 + random() % 40;
       switch (random() % 5) {
-        case 0: text[at] = spice[random() % spice.size()]; break;
-        case 1: text.erase(at, size); break;
-        case 2: text.insert(at, text.substr(random() % text.size(), size)); break;
-        case 3: if (random() % 4 == 0) text.resize(at); break;
-        default: text[at] = static_cast<char>(random() % 256);
+        case 0:
+          text[at] = spice[random() % spice.size()];
+          break;
+        case 1:
+          text.erase(at, size);
+          break;
+        case 2:
+          text.insert(at, text.substr(random() % text.size(), size));
+          break;
+        case 3:
+          if (random() % 4 == 0) text.resize(at);
+          break;
+        default:
+          text[at] = static_cast<char>(random() % 256);
       }
     }
     try {

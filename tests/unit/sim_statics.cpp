@@ -35,25 +35,32 @@ std::string output(const std::string& name, const std::string& of, const std::st
   return fmt::format("[[output]]\nname = \"{}\"\nof = \"{}\"\nquantity = \"{}\"\n", name, of, quantity);
 }
 
-std::string joint(const std::string& name, const std::string& kind, const std::string& parent, const std::string& child, const std::string& more) {
+std::string joint(const std::string& name, const std::string& kind, const std::string& parent, const std::string& child,
+                  const std::string& more) {
   return fmt::format("[[joint]]\nname = \"{}\"\nkind = \"{}\"\nparent = \"{}\"\nchild = \"{}\"\n{}\n", name, kind, parent, child, more);
 }
 
 std::string rod(const std::string& name, double length = 1.0) {
-  return fmt::format("[[body]]\nname = \"{}\"\nkind = \"rigid\"\nmass = 1\ninertia = [0.001, 0.0833333333, 0.0833333333]\ncentre_of_mass = [{}, 0, 0]\n"
-                     "frames = {{ tip = [{}, 0, 0] }}\n", name, 0.5 * length, length);
+  return fmt::format(
+      "[[body]]\nname = \"{}\"\nkind = \"rigid\"\nmass = 1\ninertia = [0.001, 0.0833333333, 0.0833333333]\ncentre_of_mass = [{}, 0, 0]\n"
+      "frames = {{ tip = [{}, 0, 0] }}\n",
+      name, 0.5 * length, length);
 }
 
 // k s + preload = -m g along the joint's axis: it hangs at s = -(m g + preload) / k; a spring between frames with the same numbers pulls
 // with preload + k (length - rest).
 TEST(Statics, PreloadShiftsTheEquilibrium) {
-  const std::string weight = "[[body]]\nname = \"weight\"\nkind = \"rigid\"\nmass = 2\ninertia = [1, 1, 1]\nframes = { hook = [0, -1, 0] }\n";
+  const std::string weight =
+      "[[body]]\nname = \"weight\"\nkind = \"rigid\"\nmass = 2\ninertia = [1, 1, 1]\nframes = { hook = [0, -1, 0] }\n";
   const auto rest = [&](const std::string& spring, const std::string& force) {
-    return column(run(head(0.1, "[0, -9.81, 0]", "start = \"static\"") + weight + joint("guide", "prismatic", "ground", "weight", "axis = [0, 1, 0]\n" + spring) + force +
-                      output("s", "guide", "value")), "s")[0];
+    return column(
+        run(head(0.1, "[0, -9.81, 0]", "start = \"static\"") + weight +
+            joint("guide", "prismatic", "ground", "weight", "axis = [0, 1, 0]\n" + spring) + force + output("s", "guide", "value")),
+        "s")[0];
   };
   EXPECT_NEAR(rest("spring = { stiffness = 100.0, preload = 5.0 }", ""), -(2.0 * 9.81 + 5.0) / 100.0, 1e-9);
-  const double s = rest("", "[[force]]\nkind = \"spring-damper\"\non = \"weight.hook\"\nfrom = \"ground\"\nstiffness = 100.0\nrest = 0.0\npreload = 5.0\n");
+  const double s = rest(
+      "", "[[force]]\nkind = \"spring-damper\"\non = \"weight.hook\"\nfrom = \"ground\"\nstiffness = 100.0\nrest = 0.0\npreload = 5.0\n");
   EXPECT_NEAR(100.0 * (1.0 - s) + 5.0, 2.0 * 9.81, 1e-7);
 }
 
@@ -62,17 +69,21 @@ TEST(Statics, PreloadShiftsTheEquilibrium) {
 TEST(Statics, BendingBeyondLinearTheoryIsSaid) {
   const double stiffness = 6.9e10 * 0.05 * 0.02 * 0.02 * 0.02 / 12.0;
   const auto cantilever = [&](double load, const std::string& model) {
-    return run(head(0.01, "[0, 0, 0]") +
-               "[[body]]\nname = \"beam\"\nkind = \"beam\"\nlength = 0.5\nsection = { shape = \"rectangle\", width = 0.05, height = 0.02 }\n"
-               "material = { density = 2700.0, youngs_modulus = 6.9e10 }\ninitial = { static = true }\n" + model + "\n" +
-               joint("clamp", "weld", "ground", "beam.root", "") +
-               fmt::format("[[force]]\nkind = \"force\"\non = \"beam.tip\"\ndirection = [0, -1, 0]\nvalue = {}\n", load * stiffness / 0.25) +
-               output("tip", "beam.tip", "position"));
+    return run(
+        head(0.01, "[0, 0, 0]") +
+        "[[body]]\nname = \"beam\"\nkind = \"beam\"\nlength = 0.5\nsection = { shape = \"rectangle\", width = 0.05, height = 0.02 }\n"
+        "material = { density = 2700.0, youngs_modulus = 6.9e10 }\ninitial = { static = true }\n" +
+        model + "\n" + joint("clamp", "weld", "ground", "beam.root", "") +
+        fmt::format("[[force]]\nkind = \"force\"\non = \"beam.tip\"\ndirection = [0, -1, 0]\nvalue = {}\n", load * stiffness / 0.25) +
+        output("tip", "beam.tip", "position"));
   };
   const std::string modal = "model = \"modal\"\nmodes = { bending_xy = [1, 2, 3] }";
-  const std::string elements = "elements = 10\neffects = [\"bending_xy\"]", second_order = "elements = 10\neffects = [\"bending_xy\", \"stiffening\"]";
-  for (const std::string& model : {elements, second_order}) EXPECT_TRUE(cantilever(0.5, model).statistics.notes.texts(Severity::warning).empty()) << model;
-  for (const auto& [load, exact, model] : {std::tuple{0.5, 0.16208, modal}, std::tuple{1.0, 0.30172, modal}, std::tuple{1.0, 0.30172, elements}}) {
+  const std::string elements = "elements = 10\neffects = [\"bending_xy\"]",
+                    second_order = "elements = 10\neffects = [\"bending_xy\", \"stiffening\"]";
+  for (const std::string& model : {elements, second_order})
+    EXPECT_TRUE(cantilever(0.5, model).statistics.notes.texts(Severity::warning).empty()) << model;
+  for (const auto& [load, exact, model] :
+       {std::tuple{0.5, 0.16208, modal}, std::tuple{1.0, 0.30172, modal}, std::tuple{1.0, 0.30172, elements}}) {
     const Results r = cantilever(load, model);
     ASSERT_EQ(r.statistics.notes.texts(Severity::warning).size(), 1u) << model;
     const std::string said = r.statistics.notes.texts(Severity::warning)[0];
@@ -85,11 +96,12 @@ TEST(Statics, BendingBeyondLinearTheoryIsSaid) {
 
 // Euler-Bernoulli: 0.5 x 0.05 x 0.02 m, 196.2 N at the tip bends it by P L^3 / 3 EI = 3.55435 mm; it stays there.
 TEST(Statics, CantileverBendsByTheTextbook) {
-  const Results r = run(head(0.05, "[0, 0, 0]") +
-                        "[[body]]\nname = \"beam\"\nkind = \"beam\"\nlength = 0.5\nsection = { shape = \"rectangle\", width = 0.05, height = 0.02 }\n"
-                        "material = { density = 2700.0, youngs_modulus = 6.9e10 }\nelements = 4\neffects = [\"bending_xy\"]\ninitial = { static = true }\n" +
-                        joint("clamp", "weld", "ground", "beam.root", "") +
-                        "[[force]]\nkind = \"force\"\non = \"beam.tip\"\ndirection = [0, -1, 0]\nvalue = 196.2\n" + output("tip", "beam.tip", "position"));
+  const Results r = run(
+      head(0.05, "[0, 0, 0]") +
+      "[[body]]\nname = \"beam\"\nkind = \"beam\"\nlength = 0.5\nsection = { shape = \"rectangle\", width = 0.05, height = 0.02 }\n"
+      "material = { density = 2700.0, youngs_modulus = 6.9e10 }\nelements = 4\neffects = [\"bending_xy\"]\ninitial = { static = true }\n" +
+      joint("clamp", "weld", "ground", "beam.root", "") +
+      "[[force]]\nkind = \"force\"\non = \"beam.tip\"\ndirection = [0, -1, 0]\nvalue = 196.2\n" + output("tip", "beam.tip", "position"));
   const VecX& y = column(r, "tip.y");
   const double exact = 196.2 * 0.125 / (3.0 * 6.9e10 * 0.05 * 0.02 * 0.02 * 0.02 / 12.0);
   EXPECT_NEAR(exact, 3.55435e-3, 1e-8);
@@ -129,8 +141,10 @@ initial = { static = true }
 // Two rods under their weight and a horizontal force F at the end: tan a2 = F / (W/2), tan a1 = F / (3 W/2).
 TEST(Statics, ChainHangsAlongItsForces) {
   const Results r = run(head(0.01, "[0, -9.81, 0]", "start = \"static\"") + rod("upper") + rod("lower") +
-                        joint("one", "revolute", "ground", "upper", "axis = [0, 0, 1]") + joint("two", "revolute", "upper.tip", "lower", "axis = [0, 0, 1]") +
-                        "[[force]]\nkind = \"force\"\non = \"lower.tip\"\ndirection = [1, 0, 0]\nvalue = 7\n" + output("a", "one", "value") + output("b", "two", "value"));
+                        joint("one", "revolute", "ground", "upper", "axis = [0, 0, 1]") +
+                        joint("two", "revolute", "upper.tip", "lower", "axis = [0, 0, 1]") +
+                        "[[force]]\nkind = \"force\"\non = \"lower.tip\"\ndirection = [1, 0, 0]\nvalue = 7\n" +
+                        output("a", "one", "value") + output("b", "two", "value"));
   const double a = std::atan2(7.0, 1.5 * 9.81) - pi / 2, b = std::atan2(7.0, 0.5 * 9.81) - pi / 2;
   EXPECT_NEAR(column(r, "a")[0], a, 1e-10);
   EXPECT_NEAR(column(r, "b")[0], b - a, 1e-10);
@@ -140,16 +154,19 @@ TEST(Statics, ChainHangsAlongItsForces) {
 TEST(Statics, GivenCoordinatesAreHeld) {
   const System s = make_system(parse_scene(head(1, "[0, -9.81, 0]", "start = \"static\"") + rod("upper") + rod("lower") +
                                                joint("one", "revolute", "ground", "upper", "axis = [0, 0, 1]\ninitial = { value = -0.4 }") +
-                                               joint("two", "revolute", "upper.tip", "lower", "axis = [0, 0, 1]"), "held.toml"));
+                                               joint("two", "revolute", "upper.tip", "lower", "axis = [0, 0, 1]"),
+                                           "held.toml"));
   EXPECT_EQ(s.work.q[0], -0.4);
   EXPECT_NEAR(s.work.q[1], 0.4 - pi / 2, 1e-10);
 }
 
 // A loop: a four-bar of three rods hangs symmetrically (its lowest point), whichever side it starts on.
 TEST(Statics, FourBarHangsSymmetrically) {
-  const Results r = run(head(0.01, "[0, -9.81, 0]", "start = \"static\"") + rod("a") + rod("b", 1.2) + rod("c") + joint("ja", "revolute", "ground", "a", "axis = [0, 0, 1]") +
-                        joint("jb", "revolute", "a.tip", "b", "axis = [0, 0, 1]") + joint("jc", "revolute", "ground", "c", "axis = [0, 0, 1]\nposition = [2, 0, 0]") +
-                        joint("jd", "revolute", "b.tip", "c.tip", "axis = [0, 0, 1]") + output("p", "a.tip", "position") + output("q", "c.tip", "position"));
+  const Results r = run(
+      head(0.01, "[0, -9.81, 0]", "start = \"static\"") + rod("a") + rod("b", 1.2) + rod("c") +
+      joint("ja", "revolute", "ground", "a", "axis = [0, 0, 1]") + joint("jb", "revolute", "a.tip", "b", "axis = [0, 0, 1]") +
+      joint("jc", "revolute", "ground", "c", "axis = [0, 0, 1]\nposition = [2, 0, 0]") +
+      joint("jd", "revolute", "b.tip", "c.tip", "axis = [0, 0, 1]") + output("p", "a.tip", "position") + output("q", "c.tip", "position"));
   EXPECT_NEAR(column(r, "p.x")[0] - 0.0, 2.0 - column(r, "q.x")[0], 1e-9);
   EXPECT_NEAR(column(r, "p.y")[0], column(r, "q.y")[0], 1e-9);
   EXPECT_LT(column(r, "p.y")[0], 0.0);
@@ -157,7 +174,8 @@ TEST(Statics, FourBarHangsSymmetrically) {
 
 // Small vibrations about the equilibrium that a static start finds: sqrt(3 g / 2 L) of a hanging rod, from wherever it starts.
 TEST(Statics, LinearisationIsAboutTheEquilibrium) {
-  const System s = make_system(parse_scene(head(1, "[0, -9.81, 0]", "start = \"static\"") + rod("r") + joint("j", "revolute", "ground", "r", "axis = [0, 0, 1]"), "rod.toml"));
+  const System s = make_system(parse_scene(
+      head(1, "[0, -9.81, 0]", "start = \"static\"") + rod("r") + joint("j", "revolute", "ground", "r", "axis = [0, 0, 1]"), "rod.toml"));
   const Linearisation linear = linearise(s);
   EXPECT_TRUE(linear.equilibrium);
   ASSERT_EQ(linear.modes.size(), 1u);
@@ -167,8 +185,10 @@ TEST(Statics, LinearisationIsAboutTheEquilibrium) {
 
 // A column beyond its buckling load stays straight, and the notes say that it will not for long.
 TEST(Statics, UnstableEquilibriumIsNamed) {
-  const System s = make_system(parse_scene(head(1, "[0, -9.81, 0]", "start = \"static\"") + rod("r") +
-                                               joint("j", "revolute", "ground", "r", "axis = [0, 0, 1]\nrotation = [0, 0, 1.5707963267948966]"), "up.toml"));
+  const System s =
+      make_system(parse_scene(head(1, "[0, -9.81, 0]", "start = \"static\"") + rod("r") +
+                                  joint("j", "revolute", "ground", "r", "axis = [0, 0, 1]\nrotation = [0, 0, 1.5707963267948966]"),
+                              "up.toml"));
   bool said = false;
   for (const std::string& note : s.notes.texts(Severity::warning)) said = said || note.find("UNSTABLE") != std::string::npos;
   // From exactly upright the residual is rounding only: it must be told, not solved away.
@@ -181,18 +201,25 @@ TEST(Statics, WhatFallsFreelyHasNoEquilibrium) {
     FAIL() << "a free body found rest";
   } catch (const InputError& error) {
     const std::string what = error.what();
-    for (const char* word : {"fall.toml", "static equilibrium", "r (free)", "initial"}) EXPECT_NE(what.find(word), std::string::npos) << what;
+    for (const char* word : {"fall.toml", "static equilibrium", "r (free)", "initial"})
+      EXPECT_NE(what.find(word), std::string::npos) << what;
   }
 }
 
 // Elastica (Mattiasson 1981), P L^2 / EI = 2 and 10: mixed beam of ten volumes, dead load across.
 TEST(Statics, ElasticaOfAMixedBeam) {
   for (const auto& [load, w, u] : {std::tuple{2.0, 0.4934574804, 0.1606417208}, std::tuple{10.0, 0.8106090249, 0.5549955978}}) {
-    const System s = make_system(parse_scene(head(1, "[0, 0, 0]") +
-        "[[body]]\nname = \"beam\"\nkind = \"beam\"\nlength = 1\nsection = { shape = \"general\", area = 1e-3, iy = 1e-8, iz = 1e-8, j = 2e-8 }\n"
-        "material = { density = 1000.0, youngs_modulus = 1e8 }\nmodel = \"mixed\"\nvolumes = 10\nelements = 1\neffects = [\"bending_xy\", \"stiffening\"]\n"
-        "initial = { static = true }\n" + joint("clamp", "weld", "ground", "beam.root", "") +
-        fmt::format("[[force]]\nkind = \"force\"\non = \"beam.tip\"\ndirection = [0, 1, 0]\nvalue = {}\n", load) + output("tip", "beam.tip", "position"), "elastica.toml"));
+    const System s = make_system(
+        parse_scene(head(1, "[0, 0, 0]") +
+                        "[[body]]\nname = \"beam\"\nkind = \"beam\"\nlength = 1\nsection = { shape = \"general\", area = 1e-3, iy = 1e-8, "
+                        "iz = 1e-8, j = 2e-8 }\n"
+                        "material = { density = 1000.0, youngs_modulus = 1e8 }\nmodel = \"mixed\"\nvolumes = 10\nelements = 1\neffects = "
+                        "[\"bending_xy\", \"stiffening\"]\n"
+                        "initial = { static = true }\n" +
+                        joint("clamp", "weld", "ground", "beam.root", "") +
+                        fmt::format("[[force]]\nkind = \"force\"\non = \"beam.tip\"\ndirection = [0, 1, 0]\nvalue = {}\n", load) +
+                        output("tip", "beam.tip", "position"),
+                    "elastica.toml"));
     const Results r = run(s.scene.text);
     // EI = 1. Second-order pieces of a tenth: quartic in the piece's angle.
     EXPECT_NEAR(column(r, "tip.y")[0], w, 2e-3);
@@ -203,21 +230,30 @@ TEST(Statics, ElasticaOfAMixedBeam) {
 // A lumped beam is held by the springs between its pieces: w L^4 / 8 EI.
 TEST(Statics, LumpedCantileverIsHeldByItsSprings) {
   const System s = make_system(parse_scene(head(1, "[0, -9.81, 0]", "start = \"static\"") +
-      "[[body]]\nname = \"beam\"\nkind = \"beam\"\nlength = 1\nsection = { shape = \"circle\", diameter = 0.05 }\nmaterial = { density = 7800.0, youngs_modulus = 2.1e11 }\n"
-      "model = \"lumped\"\nelements = 16\n" + joint("clamp", "weld", "ground", "beam.root", "") + output("tip", "beam.tip", "position"), "lumped.toml"));
+                                               "[[body]]\nname = \"beam\"\nkind = \"beam\"\nlength = 1\nsection = { shape = \"circle\", "
+                                               "diameter = 0.05 }\nmaterial = { density = 7800.0, youngs_modulus = 2.1e11 }\n"
+                                               "model = \"lumped\"\nelements = 16\n" +
+                                               joint("clamp", "weld", "ground", "beam.root", "") + output("tip", "beam.tip", "position"),
+                                           "lumped.toml"));
   const double exact = 7800 * 9.81 * pi * 0.05 * 0.05 / 4 / (8 * 2.1e11 * pi * std::pow(0.05, 4) / 64);
   EXPECT_NEAR(column(run(s.scene.text), "tip.y")[0], -exact, 5e-3 * exact);
 }
 
-// An eccentric disc on a turning shaft rests at e W^2 / (k/m - W^2) in it, above the critical speed too, where its energy has a saddle; a damper in the shaft makes
-// that unstable, and the notes say so.
+// An eccentric disc on a turning shaft rests at e W^2 / (k/m - W^2) in it, above the critical speed too, where its energy has a saddle; a
+// damper in the shaft makes that unstable, and the notes say so.
 TEST(Statics, RotorAboveItsCriticalSpeed) {
   for (const auto& [speed, damping] : {std::pair{11.0, 0.0}, {30.0, 0.0}, {30.0, 3.0}}) {
     const std::string slide = fmt::format("spring = {{ stiffness = 400, damping = {} }}", damping);
-    const auto body = [](const std::string& name, const std::string& more) { return fmt::format("[[body]]\nname = \"{}\"\nkind = \"rigid\"\n{}\n", name, more); };
-    const System s = make_system(parse_scene(head(1, "[0, 0, 0]", "start = \"static\"") + body("hub", "mass = 1\ninertia = [1, 1, 1]") + body("link", "mass = 0") +
-        body("disc", "mass = 1\ninertia = [0.1, 0.1, 0.1]\ncentre_of_mass = [0.001, 0, 0]") + joint("spin", "revolute", "ground", "hub", fmt::format("motion = \"{}*t\"", speed)) +
-        joint("x", "prismatic", "hub", "link", "axis = [1, 0, 0]\n" + slide) + joint("y", "prismatic", "link", "disc", "axis = [0, 1, 0]\n" + slide), "rotor.toml"));
+    const auto body = [](const std::string& name, const std::string& more) {
+      return fmt::format("[[body]]\nname = \"{}\"\nkind = \"rigid\"\n{}\n", name, more);
+    };
+    const System s = make_system(parse_scene(head(1, "[0, 0, 0]", "start = \"static\"") + body("hub", "mass = 1\ninertia = [1, 1, 1]") +
+                                                 body("link", "mass = 0") +
+                                                 body("disc", "mass = 1\ninertia = [0.1, 0.1, 0.1]\ncentre_of_mass = [0.001, 0, 0]") +
+                                                 joint("spin", "revolute", "ground", "hub", fmt::format("motion = \"{}*t\"", speed)) +
+                                                 joint("x", "prismatic", "hub", "link", "axis = [1, 0, 0]\n" + slide) +
+                                                 joint("y", "prismatic", "link", "disc", "axis = [0, 1, 0]\n" + slide),
+                                             "rotor.toml"));
     EXPECT_NEAR(s.work.q[0], 1e-3 * speed * speed / (400 - speed * speed), 1e-12);
     EXPECT_NEAR(s.work.q[1], 0.0, 1e-12);
     bool said = false;
@@ -226,32 +262,42 @@ TEST(Statics, RotorAboveItsCriticalSpeed) {
   }
 }
 
-// Two elastic bars in a flat roof, EA = 1e5 N: beyond the limit load of 4.81 N they rest on the other side, and the notes say where they snapped.
+// Two elastic bars in a flat roof, EA = 1e5 N: beyond the limit load of 4.81 N they rest on the other side, and the notes say where they
+// snapped.
 TEST(Statics, SnapThroughFindsTheStateBeyond) {
   const double length = std::hypot(1.0, 0.05), slope = std::atan2(0.05, 1.0);
   for (const double load : {4.0, 6.0, 20.0}) {
     std::string scene = head(1, "[0, 0, 0]", "start = \"static\"");
     for (const char* name : {"l", "r"})
-      scene += fmt::format("[[body]]\nname = \"{}\"\nkind = \"beam\"\nlength = {:.17g}\nsection = {{ shape = \"general\", area = 1e-4, iy = 1e-9, iz = 1e-9, j = 1e-9 }}\n"
-                           "material = {{ density = 1000.0, youngs_modulus = 1e9 }}\nelements = 1\neffects = [\"axial\"]\n", name, length);
+      scene += fmt::format(
+          "[[body]]\nname = \"{}\"\nkind = \"beam\"\nlength = {:.17g}\nsection = {{ shape = \"general\", area = 1e-4, iy = 1e-9, iz = "
+          "1e-9, j = 1e-9 }}\n"
+          "material = {{ density = 1000.0, youngs_modulus = 1e9 }}\nelements = 1\neffects = [\"axial\"]\n",
+          name, length);
     scene += joint("left", "revolute", "ground", "l.root", fmt::format("position = [-1, 0, 0]\nrotation = [0, 0, {:.17g}]", slope)) +
-             joint("right", "revolute", "ground", "r.root", fmt::format("position = [1, 0, 0]\nrotation = [0, 0, {:.17g}]", pi - slope)) + joint("apex", "revolute", "l.tip", "r.tip", "") +
-             fmt::format("[[force]]\nkind = \"force\"\non = \"l.tip\"\ndirection = [0, -1, 0]\nvalue = {}\n", load) + output("y", "l.tip", "position");
+             joint("right", "revolute", "ground", "r.root", fmt::format("position = [1, 0, 0]\nrotation = [0, 0, {:.17g}]", pi - slope)) +
+             joint("apex", "revolute", "l.tip", "r.tip", "") +
+             fmt::format("[[force]]\nkind = \"force\"\non = \"l.tip\"\ndirection = [0, -1, 0]\nvalue = {}\n", load) +
+             output("y", "l.tip", "position");
     const Results r = run(scene);
     const double y = column(r, "y.y")[0];
     EXPECT_NEAR(2e5 * (std::hypot(1.0, y) / length - 1) * y / std::hypot(1.0, y), -load, 1e-6);
-    EXPECT_EQ(y < 0, load > 4.9);
+    EXPECT_EQ(y<0, load> 4.9);
     bool said = false;
     for (const std::string& note : r.statistics.notes.texts(Severity::note)) said = said || note.find("snapped to") != std::string::npos;
     EXPECT_EQ(said, load > 4.9) << load;
   }
 }
 
-// Forces count with their values at exactly t = 0; accelerations of motions are the reason where nothing rests in them; a beam beyond its linear field is refused.
+// Forces count with their values at exactly t = 0; accelerations of motions are the reason where nothing rests in them; a beam beyond its
+// linear field is refused.
 TEST(Statics, WhatHoldsAtTimeZero) {
   const std::string block = "[[body]]\nname = \"m\"\nkind = \"rigid\"\nmass = 1\ninertia = [1, 1, 1]\n";
-  const System s = make_system(parse_scene(head(1, "[0, 0, 0]", "start = \"static\"") + block + joint("x", "prismatic", "ground", "m", "axis = [1, 0, 0]\nspring = { stiffness = 100 }") +
-                                               "[[force]]\nkind = \"force\"\non = \"m\"\ndirection = [1, 0, 0]\nvalue = \"t <= 0 ? 5 : 0\"\n", "let_go.toml"));
+  const System s =
+      make_system(parse_scene(head(1, "[0, 0, 0]", "start = \"static\"") + block +
+                                  joint("x", "prismatic", "ground", "m", "axis = [1, 0, 0]\nspring = { stiffness = 100 }") +
+                                  "[[force]]\nkind = \"force\"\non = \"m\"\ndirection = [1, 0, 0]\nvalue = \"t <= 0 ? 5 : 0\"\n",
+                              "let_go.toml"));
   EXPECT_NEAR(s.work.q[0], 0.05, 1e-12);
   const auto refusal = [](const std::string& scene) {
     try {
@@ -262,14 +308,18 @@ TEST(Statics, WhatHoldsAtTimeZero) {
     return std::string();
   };
   const std::string cart = "[[body]]\nname = \"cart\"\nkind = \"rigid\"\nmass = 1\ninertia = [1, 1, 1]\n";
-  const std::string driven = refusal(head(1, "[0, 0, 0]", "start = \"static\"") + cart + block + joint("drive", "prismatic", "ground", "cart", "axis = [1, 0, 0]\nmotion = \"3*t*t\"") +
+  const std::string driven = refusal(head(1, "[0, 0, 0]", "start = \"static\"") + cart + block +
+                                     joint("drive", "prismatic", "ground", "cart", "axis = [1, 0, 0]\nmotion = \"3*t*t\"") +
                                      joint("slide", "prismatic", "cart", "m", "axis = [1, 0, 0]"));
   EXPECT_NE(driven.find("'drive' with 6 m/s^2"), std::string::npos) << driven;
   EXPECT_EQ(driven.find("buckles"), std::string::npos) << driven;
-  const std::string bent = refusal(head(1, "[0, 0, 0]", "start = \"static\"") +
-      "[[body]]\nname = \"strip\"\nkind = \"beam\"\nlength = 1\nsection = { shape = \"general\", area = 1e-3, iy = 1e-8, iz = 1e-8, j = 2e-8 }\n"
-      "material = { density = 1000.0, youngs_modulus = 1e8 }\nmodel = \"modal\"\nmodes = { bending_xy = [1, 2, 3] }\n" + joint("clamp", "weld", "ground", "strip.root", "") +
-      "[[force]]\nkind = \"force\"\non = \"strip.tip\"\ndirection = [0, 1, 0]\nvalue = 10\n");
+  const std::string bent =
+      refusal(head(1, "[0, 0, 0]", "start = \"static\"") +
+              "[[body]]\nname = \"strip\"\nkind = \"beam\"\nlength = 1\nsection = { shape = \"general\", area = 1e-3, iy = 1e-8, iz = "
+              "1e-8, j = 2e-8 }\n"
+              "material = { density = 1000.0, youngs_modulus = 1e8 }\nmodel = \"modal\"\nmodes = { bending_xy = [1, 2, 3] }\n" +
+              joint("clamp", "weld", "ground", "strip.root", "") +
+              "[[force]]\nkind = \"force\"\non = \"strip.tip\"\ndirection = [0, 1, 0]\nvalue = 10\n");
   EXPECT_NE(bent.find("'strip'"), std::string::npos) << bent;
   EXPECT_NE(bent.find("mixed"), std::string::npos) << bent;
 }

@@ -63,13 +63,16 @@ Results run(const std::string& text) {
   return simulate(parse_scene(text, "table.toml"), options);
 }
 
-const char* disc = "[[body]]\nname = \"disc\"\nkind = \"rigid\"\nmass = 1\ninertia = [1, 1, 2]\n"
-                   "[[joint]]\nname = \"shaft\"\nkind = \"revolute\"\nparent = \"ground\"\nchild = \"disc\"\n";
+const char* disc =
+    "[[body]]\nname = \"disc\"\nkind = \"rigid\"\nmass = 1\ninertia = [1, 1, 2]\n"
+    "[[joint]]\nname = \"shaft\"\nkind = \"revolute\"\nparent = \"ground\"\nchild = \"disc\"\n";
 
 // A prescribed parabola: its value, rate and drive torque J a.
 TEST(Table, PrescribesAMotion) {
-  const Results r = run(std::string("[simulation]\nduration = 1\noutput_rate = 10\n") + disc + "motion = { table = [[0, 0], [0.5, 0.75], [1, 3]] }\n" +
-                        "[[output]]\nname = \"v\"\nof = \"shaft\"\nquantity = \"rate\"\n[[output]]\nname = \"m\"\nof = \"shaft\"\nquantity = \"reaction\"\nframe = \"child\"\n");
+  const Results r =
+      run(std::string("[simulation]\nduration = 1\noutput_rate = 10\n") + disc + "motion = { table = [[0, 0], [0.5, 0.75], [1, 3]] }\n" +
+          "[[output]]\nname = \"v\"\nof = \"shaft\"\nquantity = \"rate\"\n[[output]]\nname = \"m\"\nof = \"shaft\"\nquantity = "
+          "\"reaction\"\nframe = \"child\"\n");
   for (Eigen::Index i = 0; i < r.times.size(); ++i) {
     EXPECT_NEAR(r.outputs[0].values[i], 6 * r.times[i], 1e-12);
     EXPECT_NEAR(r.outputs[6].values[i], 2 * 6.0, 1e-10);
@@ -80,9 +83,10 @@ TEST(Table, PrescribesAMotion) {
 
 // A torque -9 x against the angle is a spring: it swings with sqrt(9/2).
 TEST(Table, DrivesByACoordinate) {
-  const Results r = run(std::string("[simulation]\nduration = 3\noutput_rate = 10\n") + disc + "initial = { value = 0.4 }\n" +
-                        "[[force]]\nkind = \"torque\"\non = \"disc\"\ndirection = [0, 0, 1]\nvalue = { table = [[-1, 9], [0, 0], [1, -9]], of = \"shaft\" }\n"
-                        "[[output]]\nname = \"a\"\nof = \"shaft\"\nquantity = \"value\"\n");
+  const Results r = run(
+      std::string("[simulation]\nduration = 3\noutput_rate = 10\n") + disc + "initial = { value = 0.4 }\n" +
+      "[[force]]\nkind = \"torque\"\non = \"disc\"\ndirection = [0, 0, 1]\nvalue = { table = [[-1, 9], [0, 0], [1, -9]], of = \"shaft\" }\n"
+      "[[output]]\nname = \"a\"\nof = \"shaft\"\nquantity = \"value\"\n");
   for (Eigen::Index i = 0; i < r.times.size(); ++i) EXPECT_NEAR(r.outputs[0].values[i], 0.4 * std::cos(std::sqrt(4.5) * r.times[i]), 1e-7);
 }
 

@@ -149,13 +149,16 @@ render::Surface surface(const Drawn& d) {
   return s;
 }
 
-void draw_errors(const ConRod& rod, const std::map<std::pair<Scheme, int>, Case>& cases, const std::filesystem::path& folder, render::Renderer& renderer) {
+void draw_errors(const ConRod& rod, const std::map<std::pair<Scheme, int>, Case>& cases, const std::filesystem::path& folder,
+                 render::Renderer& renderer) {
   const double largest = rod.mode[1].rowwise().norm().maxCoeff();
   const double amplitude = 0.03 * 2.0 * compute_bounds(rod.mesh).radius() / largest;
-  for (const auto& [scheme, count] : {std::pair(Scheme::r3, 20), std::pair(Scheme::kernel, 97), std::pair(Scheme::elastic, 20), std::pair(Scheme::elastic, 97)}) {
+  for (const auto& [scheme, count] :
+       {std::pair(Scheme::r3, 20), std::pair(Scheme::kernel, 97), std::pair(Scheme::elastic, 20), std::pair(Scheme::elastic, 97)}) {
     const Case& c = cases.at({scheme, count});
     std::vector<float> error;
-    for (Eigen::Index v = 0; v < c.found.rows(); ++v) error.push_back(static_cast<float>(100.0 * (c.found.row(v) - rod.mode[1].row(v)).norm() / largest));
+    for (Eigen::Index v = 0; v < c.found.rows(); ++v)
+      error.push_back(static_cast<float>(100.0 * (c.found.row(v) - rod.mode[1].row(v)).norm() / largest));
     const Drawn drawn = prepare(rod.mesh, amplitude * c.found, error);
     render::Picture picture;
     picture.size = {960, 420};
@@ -164,9 +167,12 @@ void draw_errors(const ConRod& rod, const std::map<std::pair<Scheme, int>, Case>
     picture.overlay.title = fmt::format("con rod, mode 2, {} nodes, {}", count, interp::scheme_name(scheme));
     picture.overlay.scalar_bar = render::ScalarBar{"error", "% of max", 1.0};
     render::Markers nodes;
-    for (int i = 0; i < count; ++i) nodes.points.push_back(drawn.positions.empty() ? glm::vec3(0) : glm::vec3(rod.mesh.positions[static_cast<size_t>(rod.order[static_cast<size_t>(i)])]));
     for (int i = 0; i < count; ++i)
-      for (int k = 0; k < 3; ++k) nodes.points[static_cast<size_t>(i)][k] += static_cast<float>(amplitude * c.found(rod.order[static_cast<size_t>(i)], k));
+      nodes.points.push_back(
+          drawn.positions.empty() ? glm::vec3(0) : glm::vec3(rod.mesh.positions[static_cast<size_t>(rod.order[static_cast<size_t>(i)])]));
+    for (int i = 0; i < count; ++i)
+      for (int k = 0; k < 3; ++k)
+        nodes.points[static_cast<size_t>(i)][k] += static_cast<float>(amplitude * c.found(rod.order[static_cast<size_t>(i)], k));
     nodes.diameter = 8.0f;
     picture.markers.push_back(nodes);
     std::vector<glm::dvec3> corners;
@@ -178,7 +184,8 @@ void draw_errors(const ConRod& rod, const std::map<std::pair<Scheme, int>, Case>
   }
 }
 
-// Heckmann, Otter, Dietz, Diaz Lopez 2006, figures 8 and 9: 165 vertices moved by the four corners; rest, up, down, and one picture with four past positions.
+// Heckmann, Otter, Dietz, Diaz Lopez 2006, figures 8 and 9: 165 vertices moved by the four corners; rest, up, down, and one picture with
+// four past positions.
 void draw_plate(const std::filesystem::path& folder, render::Renderer& renderer) {
   std::vector<glm::dvec3> positions;
   std::vector<glm::ivec3> triangles;
@@ -202,8 +209,9 @@ void draw_plate(const std::filesystem::path& folder, render::Renderer& renderer)
     u(3, 2) = amplitude;
     return prepare(mesh, interp::apply_precise(map, u, Points(0, 3)), {});
   };
-  for (const auto& [name, now, past] : {std::tuple("plate_rest", 0.0, std::vector<double>{}), std::tuple("plate_up", 1.0, std::vector<double>{}),
-                                        std::tuple("plate_down", -1.0, std::vector<double>{}), std::tuple("plate_past", 1.0, std::vector<double>{0.6, 0.2, -0.2, -0.6})}) {
+  for (const auto& [name, now, past] :
+       {std::tuple("plate_rest", 0.0, std::vector<double>{}), std::tuple("plate_up", 1.0, std::vector<double>{}),
+        std::tuple("plate_down", -1.0, std::vector<double>{}), std::tuple("plate_past", 1.0, std::vector<double>{0.6, 0.2, -0.2, -0.6})}) {
     std::vector<Drawn> drawn{shape(now)};
     for (const double a : past) drawn.push_back(shape(a));
     render::Picture picture;
@@ -215,7 +223,8 @@ void draw_plate(const std::filesystem::path& folder, render::Renderer& renderer)
     corner.diameter = 9.0f;
     for (int k = 0; k < 4; ++k) corner.points.emplace_back(nodes.positions(k, 0), nodes.positions(k, 1), k == 3 ? now : 0.0);
     picture.markers.push_back(corner);
-    picture.ground = render::Ground{.point = {0.0, 0.0, -1.1}, .normal = {0.0, 0.0, 1.0}, .spacing = 0.0, .line_color = glm::vec3(0.55f, 0.60f, 0.66f)};
+    picture.ground =
+        render::Ground{.point = {0.0, 0.0, -1.1}, .normal = {0.0, 0.0, 1.0}, .spacing = 0.0, .line_color = glm::vec3(0.55f, 0.60f, 0.66f)};
     picture.bounds = {{0.0, 0.0, -1.0}, {1.0, 1.3, 1.0}};
     for (size_t k = 0; k < drawn.size(); ++k) {
       render::Surface s = surface(drawn[k]);
@@ -229,7 +238,8 @@ void draw_plate(const std::filesystem::path& folder, render::Renderer& renderer)
       picture.surfaces.push_back(s);
     }
     picture.overlay.triad = true;
-    picture.overlay.title = fmt::format("Plate, corner at {}{:g} m{}", now < 0.0 ? "−" : "", std::abs(now), past.empty() ? "" : " and before");
+    picture.overlay.title =
+        fmt::format("Plate, corner at {}{:g} m{}", now < 0.0 ? "−" : "", std::abs(now), past.empty() ? "" : " and before");
     std::vector<glm::dvec3> corners;
     render::append_corners(corners, render::Bounds{{0.0, 0.0, -1.0}, {1.0, 1.3, 1.0}});
     render::FitOptions fit;
@@ -240,16 +250,25 @@ void draw_plate(const std::filesystem::path& folder, render::Renderer& renderer)
   }
 }
 
-std::string diagram(const std::vector<Scheme>& schemes, const std::vector<int>& counts, const std::map<std::pair<Scheme, int>, Case>& cases) {
+std::string diagram(const std::vector<Scheme>& schemes, const std::vector<int>& counts,
+                    const std::map<std::pair<Scheme, int>, Case>& cases) {
   constexpr double left = 70, top = 20, width = 560, height = 360;
   auto x = [&](double n) { return left + width * (std::log10(n) - std::log10(7.0)) / (std::log10(1100.0) - std::log10(7.0)); };
   auto y = [&](double e) { return top + height * (std::log10(1.0) - std::log10(e)) / 3.0; };
   const std::vector<std::string> color{"#1f5fa8", "#c8501e", "#2f8f4e", "#777777", "#8a5fb0", "#b09020"};
-  std::string s = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"760\" height=\"440\" font-family=\"DejaVu Sans, sans-serif\" font-size=\"13\">\n<rect width=\"760\" height=\"440\" fill=\"white\"/>\n";
+  std::string s =
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"760\" height=\"440\" font-family=\"DejaVu Sans, sans-serif\" "
+      "font-size=\"13\">\n<rect width=\"760\" height=\"440\" fill=\"white\"/>\n";
   for (const double e : {1.0, 0.3, 0.1, 0.03, 0.01, 0.003, 0.001})
-    s += fmt::format("<line x1=\"{0}\" x2=\"{1}\" y1=\"{2:.1f}\" y2=\"{2:.1f}\" stroke=\"#ddd\"/><text x=\"{3}\" y=\"{4:.1f}\" text-anchor=\"end\">{5:g} %</text>\n", left, left + width, y(e), left - 8, y(e) + 4, 100 * e);
+    s += fmt::format(
+        "<line x1=\"{0}\" x2=\"{1}\" y1=\"{2:.1f}\" y2=\"{2:.1f}\" stroke=\"#ddd\"/><text x=\"{3}\" y=\"{4:.1f}\" "
+        "text-anchor=\"end\">{5:g} %</text>\n",
+        left, left + width, y(e), left - 8, y(e) + 4, 100 * e);
   for (const int n : counts)
-    s += fmt::format("<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2}\" stroke=\"#eee\"/><text x=\"{0:.1f}\" y=\"{3}\" text-anchor=\"middle\">{4}</text>\n", x(n), top, top + height, top + height + 18, n);
+    s += fmt::format(
+        "<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2}\" stroke=\"#eee\"/><text x=\"{0:.1f}\" y=\"{3}\" "
+        "text-anchor=\"middle\">{4}</text>\n",
+        x(n), top, top + height, top + height + 18, n);
   s += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">simulation nodes</text>\n", left + width / 2, top + height + 42);
   for (size_t k = 0; k < schemes.size(); ++k) {
     std::string points;
@@ -259,7 +278,8 @@ std::string diagram(const std::vector<Scheme>& schemes, const std::vector<int>& 
         s += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3.5\" fill=\"{}\"/>\n", x(n), y(it->second.error), color[k]);
       }
     s += fmt::format("<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\"/>\n", points, color[k]);
-    s += fmt::format("<text x=\"{}\" y=\"{}\" fill=\"{}\">{}</text>\n", left + width + 14, top + 20 + 20 * static_cast<double>(k), color[k], interp::scheme_name(schemes[k]));
+    s += fmt::format("<text x=\"{}\" y=\"{}\" fill=\"{}\">{}</text>\n", left + width + 14, top + 20 + 20 * static_cast<double>(k), color[k],
+                     interp::scheme_name(schemes[k]));
   }
   return s + "</svg>\n";
 }
@@ -290,11 +310,16 @@ int main(int argc, char** argv) {
     table += fmt::format("| {} |", n);
     for (const Scheme s : schemes) {
       // Green's functions are for sparse nodes; their cost grows with the square of the number.
-      if ((s == Scheme::elastic || s == Scheme::lattice) && n > 200) { table += " |"; continue; }
+      if ((s == Scheme::elastic || s == Scheme::lattice) && n > 200) {
+        table += " |";
+        continue;
+      }
       Case& c = cases[{s, n}] = measure(rod, s, n);
       table += fmt::format(" {:.2f} |", 100.0 * c.error);
-      csv += fmt::format("{},{},{:.6g},{:.6g},{:.4g},{:.4g},{:.4g}\n", interp::scheme_name(s), n, c.error, c.worst, c.lebesgue, c.leave_one_out, c.seconds);
-      fmt::print("{:8} {:5}  error {:.4f}  largest {:.3f}  Lebesgue {:.2f}  leave-one-out {:.3f}  set-up {:.3f} s\n", interp::scheme_name(s), n, c.error, c.worst, c.lebesgue, c.leave_one_out, c.seconds);
+      csv += fmt::format("{},{},{:.6g},{:.6g},{:.4g},{:.4g},{:.4g}\n", interp::scheme_name(s), n, c.error, c.worst, c.lebesgue,
+                         c.leave_one_out, c.seconds);
+      fmt::print("{:8} {:5}  error {:.4f}  largest {:.3f}  Lebesgue {:.2f}  leave-one-out {:.3f}  set-up {:.3f} s\n",
+                 interp::scheme_name(s), n, c.error, c.worst, c.lebesgue, c.leave_one_out, c.seconds);
       std::fflush(stdout);
     }
     table += "\n";

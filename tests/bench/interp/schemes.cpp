@@ -1,4 +1,5 @@
-// Kernel against elastic by number of nodes, on bodies whose truth is a finite element solution: what the limits of `auto` come from (interp/README.md).
+// Kernel against elastic by number of nodes, on bodies whose truth is a finite element solution: what the limits of `auto` come from
+// (interp/README.md).
 //   interp_schemes            error of three modes in per cent, kernel / elastic, and CPU seconds of elastic at 97 nodes
 #include "interp/map.h"
 #include "tests/unit/interp_bodies.h"
@@ -57,7 +58,8 @@ int main() {
   std::vector<interp::Vec3> v;
   std::vector<std::array<int, 3>> t;
   for (int i = 0; i < 41; ++i)
-    for (int k = 0; k < 17; ++k) v.emplace_back(0.05 * i, 0.2 * std::cos(std::numbers::pi * k / 16), 0.2 * std::sin(std::numbers::pi * k / 16));
+    for (int k = 0; k < 17; ++k)
+      v.emplace_back(0.05 * i, 0.2 * std::cos(std::numbers::pi * k / 16), 0.2 * std::sin(std::numbers::pi * k / 16));
   for (int i = 0; i < 40; ++i)
     for (int k = 0; k < 16; ++k) {
       const int a = 17 * i + k;
@@ -67,7 +69,8 @@ int main() {
   const test::Body tube = test::make_body(v, t);
   const test::Cantilever bend(1);
   Points mode(tube.v.rows(), 3);
-  for (Eigen::Index i = 0; i < mode.rows(); ++i) mode.row(i) << -tube.v(i, 1) * bend.slope(tube.v(i, 0) / 2.0) / 2.0, bend.value(tube.v(i, 0) / 2.0), 0.0;
+  for (Eigen::Index i = 0; i < mode.rows(); ++i)
+    mode.row(i) << -tube.v(i, 1) * bend.slope(tube.v(i, 0) / 2.0) / 2.0, bend.value(tube.v(i, 0) / 2.0), 0.0;
   row("half tube, bent", tube, std::vector<Points>{mode}, {});
   return 0;
 }

@@ -1,4 +1,5 @@
-"""CPU time of scipy's RBFInterpolator (global cubic, and 24 neighbours) for 1000 nodes and 100 000 points against the kernel map, same run."""
+"""CPU time of scipy's RBFInterpolator (global cubic, and 24 neighbours) for 1000 nodes and 100 000 points against the kernel map, same
+run."""
 import subprocess
 import sys
 import time
@@ -7,7 +8,10 @@ try:
     import numpy
     from scipy.interpolate import RBFInterpolator
 except ImportError as missing:
-    sys.exit(f"{missing}: this Python has no numpy and scipy. Install python3-numpy and python3-scipy and run /usr/bin/python3 " + " ".join(sys.argv))
+    sys.exit(
+        f"{missing}: this Python has no numpy and scipy. Install python3-numpy and python3-scipy and run /usr/bin/python3 "
+        + " ".join(sys.argv)
+    )
 
 nodes, points, ours = subprocess.run([sys.argv[1], "--evaluate"], capture_output=True, text=True, check=True).stdout.split()
 rng = numpy.random.default_rng(1)

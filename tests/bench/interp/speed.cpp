@@ -61,7 +61,8 @@ Nodes spread_nodes(const Mesh& mesh, int n) {
   nodes.positions.resize(across * along, 3);
   for (int i = 0; i < along; ++i)
     for (int j = 0; j < across; ++j)
-      nodes.positions.row(i * across + j) = mesh.v.row(i * large / along * small + (j * small / across + (i % 2) * small / (2 * across)) % small);
+      nodes.positions.row(i * across + j) =
+          mesh.v.row(i * large / along * small + (j * small / across + (i % 2) * small / (2 * across)) % small);
   return nodes;
 }
 
@@ -73,16 +74,22 @@ double arithmetic() {
   Eigen::MatrixXf out(rows, frames);
   double best = 1e300;
   for (int run = 0; run < 20; ++run)
-    best = std::min(best, once([&] { for (int k = 0; k < repeat; ++k) combine_tiles_batch(columns.tiles().data(), q, out.data(), rows, rows); }));
+    best = std::min(best, once([&] {
+                      for (int k = 0; k < repeat; ++k) combine_tiles_batch(columns.tiles().data(), q, out.data(), rows, rows);
+                    }));
   return best / (static_cast<double>(rows) * modes * frames * repeat);
 }
 
 void products() {
   constexpr int frames = 32;
-  fmt::print("single and batched product ({} frames) against a triad (a = b + s c, floats, three streams); share: bytes moved per second against the triad's;\n"
-             "written: a frame's displacements written alone (no modes); summed: its 3 M n multiplications and additions from the cache;\n"
-             "at most: how many times faster than the single product a batch could be by the dearer of the two\n", frames);
-  fmt::print("{:>9} {:>6} {:>11} {:>11} {:>11} {:>11} {:>11} {:>9} {:>9} {:>9}\n", "vertices", "modes", "triad GB/s", "single ms", "batched ms", "written ms", "summed ms", "share", "batch x", "at most x");
+  fmt::print(
+      "single and batched product ({} frames) against a triad (a = b + s c, floats, three streams); share: bytes moved per second against "
+      "the triad's;\n"
+      "written: a frame's displacements written alone (no modes); summed: its 3 M n multiplications and additions from the cache;\n"
+      "at most: how many times faster than the single product a batch could be by the dearer of the two\n",
+      frames);
+  fmt::print("{:>9} {:>6} {:>11} {:>11} {:>11} {:>11} {:>11} {:>9} {:>9} {:>9}\n", "vertices", "modes", "triad GB/s", "single ms",
+             "batched ms", "written ms", "summed ms", "share", "batch x", "at most x");
   const double sum = arithmetic();
   for (const int m : {5000, 100000, 1000000})
     for (const int n : {3, 20, 100}) {
@@ -100,29 +107,33 @@ void products() {
       double triad = 1e300, single = 1e300, batched = 1e300, written = 1e300;
       for (int run = 0; run < 12; ++run) {
         triad = std::min(triad, once([&] {
-                           for (int k = 0; k < repeat; ++k) {
-                             float* __restrict to = a.data();
-                             const float *p = b.data(), *s = c.data();
-                             for (size_t i = 0; i < length; ++i) to[i] = p[i] + 3.0f * s[i];
-                             asm volatile("" : : "r"(to) : "memory");
-                           }
-                         }) / repeat);
-        single = std::min(single, once([&] { for (int k = 0; k < repeat; ++k) apply_modes(columns, q, out, 1); }) / repeat);
+                                  for (int k = 0; k < repeat; ++k) {
+                                    float* __restrict to = a.data();
+                                    const float *p = b.data(), *s = c.data();
+                                    for (size_t i = 0; i < length; ++i) to[i] = p[i] + 3.0f * s[i];
+                                    asm volatile("" : : "r"(to) : "memory");
+                                  }
+                                }) / repeat);
+        single = std::min(single, once([&] {
+                                    for (int k = 0; k < repeat; ++k) apply_modes(columns, q, out, 1);
+                                  }) / repeat);
         batched = std::min(batched, once([&] { apply_modes_batch(columns, qs, batch, 1); }) / frames);
         written = std::min(written, once([&] { apply_modes_batch(empty, no_q, batch, 1); }) / frames);
       }
       const double summed = sum * 3.0 * m * n;
       const double rate = 12.0 * static_cast<double>(length) / triad;
-      fmt::print("{:>9} {:>6} {:>11.1f} {:>11.4f} {:>11.4f} {:>11.4f} {:>11.4f} {:>8.0f}% {:>9.2f} {:>9.1f}\n", m, n, 1e-9 * rate, 1e3 * single, 1e3 * batched, 1e3 * written, 1e3 * summed,
-                 100.0 * 12.0 * m * (n + 1.0) / single / rate, single / batched, single / std::max(written, summed));
+      fmt::print("{:>9} {:>6} {:>11.1f} {:>11.4f} {:>11.4f} {:>11.4f} {:>11.4f} {:>8.0f}% {:>9.2f} {:>9.1f}\n", m, n, 1e-9 * rate,
+                 1e3 * single, 1e3 * batched, 1e3 * written, 1e3 * summed, 100.0 * 12.0 * m * (n + 1.0) / single / rate, single / batched,
+                 single / std::max(written, summed));
       std::fflush(stdout);
     }
 }
 
 void set_up() {
-  fmt::print("\nset-up of the kernel map and evaluation of a nodal series, one thread\n{:>7} {:>9} {:>8} {:>12} {:>14} {:>10}\n", "nodes", "vertices", "patches", "set-up ms",
-             "evaluation ms", "Lebesgue");
-  for (const auto& [n, m] : {std::pair(97, 3442), std::pair(100, 100000), std::pair(1000, 10000), std::pair(1000, 100000), std::pair(1000, 1000000), std::pair(10000, 100000), std::pair(10000, 1000000)}) {
+  fmt::print("\nset-up of the kernel map and evaluation of a nodal series, one thread\n{:>7} {:>9} {:>8} {:>12} {:>14} {:>10}\n", "nodes",
+             "vertices", "patches", "set-up ms", "evaluation ms", "Lebesgue");
+  for (const auto& [n, m] : {std::pair(97, 3442), std::pair(100, 100000), std::pair(1000, 10000), std::pair(1000, 100000),
+                             std::pair(1000, 1000000), std::pair(10000, 100000), std::pair(10000, 1000000)}) {
     const Mesh mesh = make_torus(m);
     const Nodes nodes = spread_nodes(mesh, n);
     Options options;
@@ -134,7 +145,8 @@ void set_up() {
     PointsF out;
     double evaluation = 1e300;
     for (int k = 0; k < 3; ++k) evaluation = std::min(evaluation, once([&] { apply(map, u, Points(0, 3), out); }));
-    fmt::print("{:>7} {:>9} {:>8} {:>12.1f} {:>14.2f} {:>10.2f}\n", n, mesh.v.rows(), map.report.patches, 1e3 * time, 1e3 * evaluation, map.report.lebesgue);
+    fmt::print("{:>7} {:>9} {:>8} {:>12.1f} {:>14.2f} {:>10.2f}\n", n, mesh.v.rows(), map.report.patches, 1e3 * time, 1e3 * evaluation,
+               map.report.lebesgue);
     std::fflush(stdout);
   }
 }
@@ -155,11 +167,19 @@ std::string panel(const std::vector<Cost>& costs, double Cost::*what, double lef
   std::string s = fmt::format("<text x=\"{}\" y=\"28\" text-anchor=\"middle\" font-size=\"14\">{}</text>\n", left + width / 2, title);
   for (double e = first; e <= last; ++e) {
     const double value = std::pow(10.0, e);
-    const std::string label = e < -3 ? fmt::format("{:g} \u00b5s", 1e6 * value) : e < 0 ? fmt::format("{:g} ms", 1e3 * value) : fmt::format("{:g} s", value);
-    s += fmt::format("<line x1=\"{0}\" x2=\"{1}\" y1=\"{2:.1f}\" y2=\"{2:.1f}\" stroke=\"#ddd\"/><text x=\"{3}\" y=\"{4:.1f}\" text-anchor=\"end\">{5}</text>\n", left, left + width, y(value), left - 8, y(value) + 4, label);
+    const std::string label = e < -3  ? fmt::format("{:g} \u00b5s", 1e6 * value)
+                              : e < 0 ? fmt::format("{:g} ms", 1e3 * value)
+                                      : fmt::format("{:g} s", value);
+    s += fmt::format(
+        "<line x1=\"{0}\" x2=\"{1}\" y1=\"{2:.1f}\" y2=\"{2:.1f}\" stroke=\"#ddd\"/><text x=\"{3}\" y=\"{4:.1f}\" "
+        "text-anchor=\"end\">{5}</text>\n",
+        left, left + width, y(value), left - 8, y(value) + 4, label);
   }
   for (const auto& [m, label] : {std::pair(1e4, "10 000"), std::pair(1e5, "100 000"), std::pair(1e6, "1 000 000")})
-    s += fmt::format("<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2}\" stroke=\"#eee\"/><text x=\"{0:.1f}\" y=\"{3}\" text-anchor=\"middle\">{4}</text>\n", x(m), top, top + height, top + height + 18, label);
+    s += fmt::format(
+        "<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2}\" stroke=\"#eee\"/><text x=\"{0:.1f}\" y=\"{3}\" "
+        "text-anchor=\"middle\">{4}</text>\n",
+        x(m), top, top + height, top + height + 18, label);
   s += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">vertices</text>\n", left + width / 2, top + height + 40);
   const char* color[] = {"#1f5fa8", "#2f8f4e", "#c8501e"};
   int k = 0;
@@ -197,8 +217,10 @@ void plot(const char* file) {
       std::fflush(stdout);
       costs.push_back(c);
     }
-  std::ofstream(file) << "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"860\" height=\"405\" font-family=\"DejaVu Sans, sans-serif\" font-size=\"12\">\n<rect width=\"860\" height=\"405\" fill=\"white\"/>\n"
-                      << panel(costs, &Cost::setup, 80, "set-up of the kernel map, CPU") << panel(costs, &Cost::evaluation, 510, "a picture of a nodal series, CPU") << "</svg>\n";
+  std::ofstream(file) << "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"860\" height=\"405\" font-family=\"DejaVu Sans, sans-serif\" "
+                         "font-size=\"12\">\n<rect width=\"860\" height=\"405\" fill=\"white\"/>\n"
+                      << panel(costs, &Cost::setup, 80, "set-up of the kernel map, CPU")
+                      << panel(costs, &Cost::evaluation, 510, "a picture of a nodal series, CPU") << "</svg>\n";
 }
 
 void evaluate() {

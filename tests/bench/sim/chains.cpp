@@ -27,32 +27,46 @@ std::string chain(int n, bool flexible) {
   for (int k = 0; k < n; ++k) {
     const std::string name = fmt::format("link{}", k);
     if (flexible)
-      scene += fmt::format("[[body]]\nname = \"{}\"\nkind = \"beam\"\nlength = 0.1\nsection = {{ shape = \"circle\", diameter = 0.01 }}\nmaterial = {{ density = 2700.0, youngs_modulus = 7e9 }}\n"
-                           "model = \"modal\"\nboundary = \"supported-supported\"\nmodes = {{ bending_xy = [1, 2] }}\n", name);
+      scene += fmt::format(
+          "[[body]]\nname = \"{}\"\nkind = \"beam\"\nlength = 0.1\nsection = {{ shape = \"circle\", diameter = 0.01 }}\nmaterial = {{ "
+          "density = 2700.0, youngs_modulus = 7e9 }}\n"
+          "model = \"modal\"\nboundary = \"supported-supported\"\nmodes = {{ bending_xy = [1, 2] }}\n",
+          name);
     else
-      scene += fmt::format("[[body]]\nname = \"{}\"\nkind = \"rigid\"\nmass = 0.02\ninertia = [1e-7, 2e-5, 2e-5]\ncentre_of_mass = [0.05, 0, 0]\nframes = {{ tip = [0.1, 0, 0] }}\n", name);
+      scene += fmt::format(
+          "[[body]]\nname = \"{}\"\nkind = \"rigid\"\nmass = 0.02\ninertia = [1e-7, 2e-5, 2e-5]\ncentre_of_mass = [0.05, 0, 0]\nframes = "
+          "{{ tip = [0.1, 0, 0] }}\n",
+          name);
   }
   for (int k = 0; k < n; ++k)
-    scene += fmt::format("[[joint]]\nname = \"j{}\"\nkind = \"revolute\"\nparent = \"{}\"\nchild = \"link{}\"\ninitial = {{ value = 0.01, rate = 0.1 }}\n", k,
-                         k == 0 ? "ground" : fmt::format("link{}.tip", k - 1), k);
+    scene += fmt::format(
+        "[[joint]]\nname = \"j{}\"\nkind = \"revolute\"\nparent = \"{}\"\nchild = \"link{}\"\ninitial = {{ value = 0.01, rate = 0.1 }}\n",
+        k, k == 0 ? "ground" : fmt::format("link{}.tip", k - 1), k);
   return scene;
 }
 
 // A thin beam of n volumes in space, with or without its twist, turned into its gravity.
 std::string volumes(int n, bool torsion) {
-  return fmt::format("[simulation]\nduration = 1\ngravity = [0, -9.81, 0]\n[[body]]\nname = \"beam\"\nkind = \"beam\"\nmodel = \"mixed\"\nvolumes = {}\nelements = 1\n"
-                     "length = {}\nsection = {{ shape = \"circle\", diameter = 0.01 }}\nmaterial = {{ density = 2700.0, youngs_modulus = 7e9 }}\n"
-                     "effects = [\"bending_xy\", {}\"stiffening\"]\n[[joint]]\nname = \"clamp\"\nkind = \"weld\"\nparent = \"ground\"\nchild = \"beam.root\"\n",
-                     n, 0.1 * n, torsion ? "\"bending_xz\", \"torsion\", " : "");
+  return fmt::format(
+      "[simulation]\nduration = 1\ngravity = [0, -9.81, 0]\n[[body]]\nname = \"beam\"\nkind = \"beam\"\nmodel = \"mixed\"\nvolumes = "
+      "{}\nelements = 1\n"
+      "length = {}\nsection = {{ shape = \"circle\", diameter = 0.01 }}\nmaterial = {{ density = 2700.0, youngs_modulus = 7e9 }}\n"
+      "effects = [\"bending_xy\", {}\"stiffening\"]\n[[joint]]\nname = \"clamp\"\nkind = \"weld\"\nparent = \"ground\"\nchild = "
+      "\"beam.root\"\n",
+      n, 0.1 * n, torsion ? "\"bending_xz\", \"torsion\", " : "");
 }
 
 // A hinged beam with k modes.
 std::string modes(int k) {
   std::string list;
   for (int i = 1; i <= k; ++i) list += fmt::format("{}{}", i > 1 ? ", " : "", i);
-  return fmt::format("[simulation]\nduration = 1\ngravity = [0, -9.81, 0]\n[[body]]\nname = \"beam\"\nkind = \"beam\"\nmodel = \"modal\"\nmodes = {{ bending_xy = [{}] }}\n"
-                     "length = 1.0\nboundary = \"supported-supported\"\nsection = {{ shape = \"circle\", diameter = 0.01 }}\nmaterial = {{ density = 2700.0, youngs_modulus = 7e9 }}\n"
-                     "[[joint]]\nname = \"hinge\"\nkind = \"revolute\"\nparent = \"ground\"\nchild = \"beam.root\"\ninitial = {{ rate = 0.1 }}\n", list);
+  return fmt::format(
+      "[simulation]\nduration = 1\ngravity = [0, -9.81, 0]\n[[body]]\nname = \"beam\"\nkind = \"beam\"\nmodel = \"modal\"\nmodes = {{ "
+      "bending_xy = [{}] }}\n"
+      "length = 1.0\nboundary = \"supported-supported\"\nsection = {{ shape = \"circle\", diameter = 0.01 }}\nmaterial = {{ density = "
+      "2700.0, youngs_modulus = 7e9 }}\n"
+      "[[joint]]\nname = \"hinge\"\nkind = \"revolute\"\nparent = \"ground\"\nchild = \"beam.root\"\ninitial = {{ rate = 0.1 }}\n",
+      list);
 }
 
 // Least mean of several rounds: what disturbs only adds.

@@ -1,10 +1,11 @@
-"""What the reducer costs against CalculiX: the con rod of assets/ meshed finer and finer, 16 modes of the free body, everything from reading the mesh to
-writing the results. CPU seconds (user + system of the process) and largest memory; the two programs take turns on each mesh, the best of the repeats counts.
+"""What the reducer costs against CalculiX: the con rod of assets/ meshed finer and finer, 16 modes of the free body, everything from
+reading the mesh to writing the results. CPU seconds (user + system of the process) and largest memory; the two programs take turns on
+each mesh, the best of the repeats counts.
 
     python3 tests/bench/sim/reduce_cost.py build/release/flexframe [--sizes 15,60,181] [--repeats 2] [--large] [--write sim/reduce]
 
---sizes: thousands of degrees of freedom. --large adds a mesh of a million, which only flexframe reduces. --write DIR: puts the table between the marks
-of DIR/REDUCE.md and the plot into DIR/cost.svg. Needs gmsh and CalculiX (Debian packages gmsh, calculix-ccx).
+--sizes: thousands of degrees of freedom. --large adds a mesh of a million, which only flexframe reduces. --write DIR: puts the table
+between the marks of DIR/REDUCE.md and the plot into DIR/cost.svg. Needs gmsh and CalculiX (Debian packages gmsh, calculix-ccx).
 """
 import argparse
 import math
@@ -31,7 +32,11 @@ def cost(words, folder):
 
 def mesh(folder, scale):
     """The con rod with elements `scale` times as large: name.inp for both programs; degrees of freedom."""
-    subprocess.run(["gmsh", "-3", "-format", "msh2", "-clscale", repr(scale), source / "assets/conrod/conrod.geo", "-o", folder / "rod.msh"], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(
+        ["gmsh", "-3", "-format", "msh2", "-clscale", repr(scale), source / "assets/conrod/conrod.geo", "-o", folder / "rod.msh"],
+        check=True,
+        stdout=subprocess.DEVNULL,
+    )
     nodes, elements, used = [], [], set()
     section = ""
     for line in open(folder / "rod.msh"):
@@ -51,8 +56,10 @@ def mesh(folder, scale):
         out.writelines(f"{i}, {float(x):.11g}, {float(y):.11g}, {float(z):.11g}\n" for i, x, y, z in nodes if i in used)
         out.write("*ELEMENT, TYPE=C3D10, ELSET=ROD\n")
         out.writelines(", ".join(e) + "\n" for e in elements)
-        out.write("*MATERIAL, NAME=STEEL\n*ELASTIC\n2.1e11, 0.3\n*DENSITY\n7850\n*SOLID SECTION, ELSET=ROD, MATERIAL=STEEL\n"
-                  f"*STEP\n*FREQUENCY\n{modes + 6}\n*NODE FILE\nU\n*END STEP\n")
+        out.write(
+            "*MATERIAL, NAME=STEEL\n*ELASTIC\n2.1e11, 0.3\n*DENSITY\n7850\n*SOLID SECTION, ELSET=ROD, MATERIAL=STEEL\n"
+            f"*STEP\n*FREQUENCY\n{modes + 6}\n*NODE FILE\nU\n*END STEP\n"
+        )
     return 3 * len(used)
 
 
@@ -76,13 +83,22 @@ def plot(rows, path):
     low_y, high_y = math.floor(math.log10(min(times))), math.ceil(math.log10(max(times)))
     px = lambda v: left + (math.log10(v) - low_x) / (high_x - low_x) * (width - left - 20)
     py = lambda v: height - bottom - (math.log10(v) - low_y) / (high_y - low_y) * (height - bottom - 20)
-    s = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" font-family="sans-serif" font-size="13">', f'<rect width="{width}" height="{height}" fill="white"/>']
+    s = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" font-family="sans-serif" font-size="13">',
+        f'<rect width="{width}" height="{height}" fill="white"/>',
+    ]
     for e in range(low_y, high_y + 1):
         y = py(10**e)
-        s.append(f'<line x1="{left}" x2="{width - 20}" y1="{y:.1f}" y2="{y:.1f}" stroke="#ddd"/><text x="{left - 8}" y="{y + 4:.1f}" text-anchor="end">{10.0**e:g}</text>')
+        s.append(
+            f'<line x1="{left}" x2="{width - 20}" y1="{y:.1f}" y2="{y:.1f}" stroke="#ddd"/><text x="{left - 8}" y="{y + 4:.1f}"'
+            f' text-anchor="end">{10.0**e:g}</text>'
+        )
     for v in (10000, 30000, 100000, 300000, 1000000):
         if low_x <= math.log10(v) <= high_x:
-            s.append(f'<line x1="{px(v):.1f}" x2="{px(v):.1f}" y1="20" y2="{height - bottom}" stroke="#ddd"/><text x="{px(v):.1f}" y="{height - bottom + 18}" text-anchor="middle">{v // 1000}k</text>')
+            s.append(
+                f'<line x1="{px(v):.1f}" x2="{px(v):.1f}" y1="20" y2="{height - bottom}" stroke="#ddd"/><text x="{px(v):.1f}"'
+                f' y="{height - bottom + 18}" text-anchor="middle">{v // 1000}k</text>'
+            )
     for name, colour in (("calculix", "#b04020"), ("flexframe", "#2050a0")):
         points = [(px(r["dof"]), py(r[name][0])) for r in rows if r[name]]
         s.append(f'<polyline fill="none" stroke="{colour}" stroke-width="2" points="{" ".join(f"{x:.1f},{y:.1f}" for x, y in points)}"/>')
@@ -131,7 +147,11 @@ def main():
                     print(f"{dof} degrees of freedom, turn {turn + 1}: {program} {used[0]:.2f} s, {memory(used[1])}", flush=True)
                     if row[program] is None or used[0] < row[program][0]:
                         row[program] = used
-            ours = [float(line.split("|")[2]) for line in open(folder / "rod.md") if line.startswith("| ") and line.split("|")[1].strip().isdigit()]
+            ours = [
+                float(line.split("|")[2])
+                for line in open(folder / "rod.md")
+                if line.startswith("| ") and line.split("|")[1].strip().isdigit()
+            ]
             if compared:
                 theirs = frequencies_of_calculix(folder)
                 row["difference"] = max(abs(a / b - 1) for a, b in zip(ours, theirs))
@@ -141,7 +161,12 @@ def main():
     lines = ["| degrees of freedom | CalculiX | flexframe reduce | ratio | frequencies differ by at most |", "|---|---|---|---|---|"]
     for r in rows:
         c, f = r["calculix"], r["flexframe"]
-        lines.append(f"| {r['dof']} | " + (f"{c[0]:.1f} s, {memory(c[1])}" if c else "") + f" | {f[0]:.1f} s, {memory(f[1])} | " + (f"{c[0] / f[0]:.1f} | {r['difference']:.1e} |" if c else "| |"))
+        lines.append(
+            f"| {r['dof']} | "
+            + (f"{c[0]:.1f} s, {memory(c[1])}" if c else "")
+            + f" | {f[0]:.1f} s, {memory(f[1])} | "
+            + (f"{c[0] / f[0]:.1f} | {r['difference']:.1e} |" if c else "| |")
+        )
     table = "\n".join(lines)
     print(table)
     if words.write:

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Makes fork.txt, channel.txt, conrod.txt and conrod.inp again: true finite element modes that the kernel map and the reducer are measured against.
+"""Makes fork.txt, channel.txt, conrod.txt and conrod.inp again: true finite element modes that the kernel map and the reducer are
+measured against.
 
 Needs gmsh and ccx (Debian packages gmsh, calculix-ccx) and numpy. python3 make_bodies.py [NAME...]
 fork: a tuning fork of steel, tines 1 m x 0.1 m x 0.1 m, slit 17 mm (1.7 % of their length), ten-node tetrahedra.
@@ -52,7 +53,7 @@ def read_msh(path):
         if line == "$Elements":
             for _ in range(int(next(lines))):
                 word = [int(a) for a in next(lines).split()]
-                elements.setdefault(word[1], []).append(word[3 + word[2]:])
+                elements.setdefault(word[1], []).append(word[3 + word[2] :])
     return nodes, elements
 
 
@@ -67,7 +68,7 @@ def read_modes(path):
             if current is not None:
                 modes.append((frequency, current))
         elif line.startswith(" -1") and current is not None:
-            current[int(line[3:13])] = [float(line[13 + 12 * k:25 + 12 * k]) for k in range(3)]
+            current[int(line[3:13])] = [float(line[13 + 12 * k : 25 + 12 * k]) for k in range(3)]
         elif line.startswith(" -3"):
             current = None
     return modes
@@ -83,7 +84,12 @@ def make(name, geometry, kind):
     with tempfile.TemporaryDirectory() as scratch:
         folder = pathlib.Path(scratch)
         (folder / "m.geo").write_text(geometry)
-        subprocess.run(["gmsh", "-3" if kind == "C3D10" else "-2", "-format", "msh2", "m.geo", "-o", "m.msh"], cwd=folder, check=True, capture_output=True)
+        subprocess.run(
+            ["gmsh", "-3" if kind == "C3D10" else "-2", "-format", "msh2", "m.geo", "-o", "m.msh"],
+            cwd=folder,
+            check=True,
+            capture_output=True,
+        )
         nodes, elements = read_msh(folder / "m.msh")
         body = elements[11 if kind == "C3D10" else 9]
         used = sorted({n for e in body for n in e})

@@ -1,29 +1,32 @@
 #!/usr/bin/env python3
-"""Makes the SID files of this folder again: the same physics in every dialect of SID text that is found in practice, and truth.txt beside them.
+"""Makes the SID files of this folder again: the same physics in every dialect of SID text that is found in practice, and truth.txt beside
+them.
 
 Needs numpy. python3 make_sids.py
 
-Everything is computed here from its definition and by nothing of the program that reads it: a beam or rod is a cloud of particles (Gauss points
-along the axis and over the section) that move with the displacement field u = phi(x) q + 1/2 q' phi2(x) q, and each block of the file is the sum
-over the particles that Wallrapp (1994) and Schwertassek, Wallrapp (1999) define it to be. truth.txt holds these sums at full precision in the form
-in which they are defined (not in that of any dialect), frequencies by closed theory or by numpy's eigenvalues.
+Everything is computed here from its definition and by nothing of the program that reads it: a beam or rod is a cloud of particles (Gauss
+points along the axis and over the section) that move with the displacement field u = phi(x) q + 1/2 q' phi2(x) q, and each block of the
+file is the sum over the particles that Wallrapp (1994) and Schwertassek, Wallrapp (1999) define it to be. truth.txt holds these sums at
+full precision in the form in which they are defined (not in that of any dialect), frequencies by closed theory or by numpy's eigenvalues.
 
-| file | body | written as |
-|---|---|---|
-| blocked.SID_FEM | steel beam of 2.5 m on supports, bending in both planes and twist, 4 modes | 'new modal =' without a name, numbers with D, Gr blocked per mode, Ge interleaved, Me unit |
-| lumped.SID_FEM | rod of 1 m, one bending mode; its mass lies in three points, more than the mode's own mass allows | the same, of one mode: no layout to be told |
-| tabs.SID_FEM | clamped beam, 3 modes, turned node axes | tabs in the header and trailing blanks, Ke symmetric with one triangle written |
-| reduced.SID_FEM | free straight beam, 8 shapes that are no eigenmodes | 'new modal' alone, mCM and mmi for mdCM and J, E exponents, Ct of order 1 without entries, full Me, Gr and Ge interleaved |
-| stiffened.SID_FEM | clamped beam, 2 modes with second-order displacements, pre-stress, stress modes | phi of order 1, Ct and Oe of order 1, sigma, a block that nobody knows, a name behind 'new modal =' |
-| swapped.SID_FEM | the beam of blocked.SID_FEM | first-order entries as (row, column, mode), J 3 x 3, Gr and Ge blocked, no blanks, CR LF |
+blocked.SID_FEM: steel beam of 2.5 m on supports, bending in both planes and twist, 4 modes; 'new modal =' without a name, numbers with D,
+  Gr blocked per mode, Ge interleaved, Me unit.
+lumped.SID_FEM: rod of 1 m, one bending mode; its mass lies in three points, more than the mode's own mass allows; the same, of one mode:
+  no layout to be told.
+tabs.SID_FEM: clamped beam, 3 modes, turned node axes; tabs in the header and trailing blanks, Ke symmetric with one triangle written.
+reduced.SID_FEM: free straight beam, 8 shapes that are no eigenmodes; 'new modal' alone, mCM and mmi for mdCM and J, E exponents, Ct of
+  order 1 without entries, full Me, Gr and Ge interleaved.
+stiffened.SID_FEM: clamped beam, 2 modes with second-order displacements, pre-stress, stress modes; phi of order 1, Ct and Oe of order 1,
+  sigma, a block that nobody knows, a name behind 'new modal ='.
+swapped.SID_FEM: the beam of blocked.SID_FEM; first-order entries as (row, column, mode), J 3 x 3, Gr and Ge blocked, no blanks, CR LF.
 """
 import pathlib
 
 import numpy as np
 
 HERE = pathlib.Path(__file__).parent
-TENSOR = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))          # J: 11 22 33 12 13 23
-OE = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))              # Oe: wx^2 wy^2 wz^2 wx wy, wy wz, wx wz
+TENSOR = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # J: 11 22 33 12 13 23
+OE = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))  # Oe: wx^2 wy^2 wz^2 wx wy, wy wz, wx wz
 
 
 def cross(a):
@@ -45,6 +48,7 @@ class Body:
         self.md0 = np.einsum("i,ia->a", m, c)
         self.md1 = np.einsum("i,iak->ak", m, phi)
         self.md2 = np.einsum("i,iajk->ajk", m, self.phi2)
+
         # Inertia tensor of particles at r: sum m (r.r 1 - r r').
         def tensor(a, b, *letters):
             """sum m (a.b 1 - (a b' + b a')/2), of fields a, b with trailing letters of modes."""
@@ -53,6 +57,7 @@ class Body:
             pair = np.einsum("i,ia%s,ib%s->ab%s%s" % (one, two, one, two), m, a, b)
             pair2 = np.einsum("i,ia%s,ib%s->ba%s%s" % (one, two, one, two), m, a, b)
             return np.einsum("ab,...->ab...", np.eye(3), dot) - (pair + pair2) / 2
+
         J0, J1, Jpp = tensor(c, c, "", ""), 2 * tensor(c, phi, "", "j"), 2 * tensor(phi, phi, "j", "k")
         Jc2 = 2 * tensor(c, self.phi2, "", "jk")
         self.J0 = np.array([J0[a, b] for a, b in TENSOR])
@@ -67,6 +72,7 @@ class Body:
         # Gyroscopic blocks as Wallrapp defines them: Gr_j = -2 sum m c~ phi~_j (3 x 3), Ge_j = -2 sum m phi' phi~_j (n x 3).
         self.Gr = [sum(-2 * m[i] * cross(c[i]) @ cross(phi[i][:, j]) for i in range(len(m))) for j in range(n)]
         self.Ge = [sum(-2 * m[i] * phi[i].T @ cross(phi[i][:, j]) for i in range(len(m))) for j in range(n)]
+
         # Oe: what the frame's rotation does to the modes: sum m phi_j' w~ w~ r, columns by products of w.
         def centrifugal(r):
             out = np.zeros((n, 6))
@@ -77,8 +83,9 @@ class Body:
                 W = (A - np.trace(A) * np.eye(3)) * (1 if a == b else 2)
                 out[:, k] = np.einsum("i,iaj,ab,ib->j", m, phi, W, r)
             return out
+
         self.Oe0 = centrifugal(c)
-        self.Oe1 = np.stack([centrifugal(phi[:, :, k]) for k in range(n)])          # mode, row, column
+        self.Oe1 = np.stack([centrifugal(phi[:, :, k]) for k in range(n)])  # mode, row, column
         if self.stiffened:
             for k in range(n):
                 for col, (a, b) in enumerate(OE):
@@ -95,18 +102,43 @@ class Body:
 class Writer:
     """SID text of one dialect. order: 'rkc' or 'rck'; gyro: layouts of Gr and Ge, 'i' interleaved or 'b' blocked."""
 
-    def __init__(self, body, head="", modal="      new modal                                 =", exponent="D", gyro="ib", order="rkc", J33=False,
-                 names=("mdCM", "J"), digits=11, trailing=" ", eol="\n", tight=False, empty_Ct=False, Me_unit=False, extra=(), higher=()):
+    def __init__(
+        self,
+        body,
+        head="",
+        modal="      new modal                                 =",
+        exponent="D",
+        gyro="ib",
+        order="rkc",
+        J33=False,
+        names=("mdCM", "J"),
+        digits=11,
+        trailing=" ",
+        eol="\n",
+        tight=False,
+        empty_Ct=False,
+        Me_unit=False,
+        extra=(),
+        higher=(),
+    ):
         self.b, self.lines = body, []
         self.exponent, self.order, self.digits, self.trailing, self.eol, self.tight = exponent, order, digits, trailing, eol, tight
         b, n = body, body.n
-        self.lines += [head % (len(b.nodes), n), " part" + trailing, modal, "           refmod" + trailing,
-                       "                mass                            = " + self.number(b.mass),
-                       "                nelastq                         =     %d" % n]
+        self.lines += [
+            head % (len(b.nodes), n),
+            " part" + trailing,
+            modal,
+            "           refmod" + trailing,
+            "                mass                            = " + self.number(b.mass),
+            "                nelastq                         =     %d" % n,
+        ]
         self.lines += ["                ielastq (%4d)                  = %s" % (k + 1, b.labels[k]) for k in range(n)]
         self.lines += ["           end refmod" + trailing, "           frame" + trailing]
         for ident, origin, phi, psi, ap, phi2, sigma in b.nodes:
-            self.lines += ["                new node                        =    %s" % ident, "                     rframe                     =    body ref"]
+            self.lines += [
+                "                new node                        =    %s" % ident,
+                "                     rframe                     =    body ref",
+            ]
             self.block("origin", origin[:, None], [phi[:, [k]] for k in range(n)], depth=21)
             self.block("phi", phi, [] if phi2 is None else [phi2[:, :, k] for k in range(n)], depth=21)
             self.block("psi", psi, [], depth=21)
@@ -150,13 +182,22 @@ class Writer:
         if structure == 3 and not np.any(m0) and not any(np.any(m) for m in m1):
             structure = 0
         self.lines.append(pad + name + self.trailing)
-        for key, value in (("order", 1 if m1 else 0), ("nrow", m0.shape[0]), ("ncol", m0.shape[1]), ("nq", self.b.n), ("nqn", 0), ("structure", structure)):
+        for key, value in (
+            ("order", 1 if m1 else 0),
+            ("nrow", m0.shape[0]),
+            ("ncol", m0.shape[1]),
+            ("nq", self.b.n),
+            ("nqn", 0),
+            ("structure", structure),
+        ):
             self.lines.append(("%s     %-22s= %4d" % (pad, key, value)) if not self.tight else "%s=%d" % (key, value))
+
         def put(index, value):
             if self.tight:
                 self.lines.append("\t%s=%s" % (index.replace(" ", ""), self.number(value).strip()))
             else:
                 self.lines.append("%s     %-22s=%s" % (pad, index, self.number(value)))
+
         if structure != 4:
             for r in range(m0.shape[0]):
                 for c in range(m0.shape[1]):
@@ -175,7 +216,8 @@ class Writer:
 
 
 def beam(length, width, height, rho, shapes, panels=24):
-    """Particles of a beam along x and functions of its modes. shapes: a list of (kind, w, w', w'') with kind 'y', 'z' (bending), 'x' (twist), 'u' (stretch)."""
+    """Particles of a beam along x and functions of its modes. shapes: a list of (kind, w, w', w'') with kind 'y', 'z' (bending), 'x'
+    (twist), 'u' (stretch)."""
     g, w = np.polynomial.legendre.leggauss(4)
     xs = np.concatenate([(p + (g + 1) / 2) * length / panels for p in range(panels)])
     ws = np.tile(w / 2 * length / panels, panels)
@@ -231,13 +273,21 @@ def sine(kind, n, length):
 def clamped(kind, k, length):
     lam = (1.875104068711961, 4.694091132974174)[k] / length
     s = (np.sinh(lam * length) - np.sin(lam * length)) / (np.cosh(lam * length) + np.cos(lam * length))
-    return (kind, lambda x: np.cosh(lam * x) - np.cos(lam * x) - s * (np.sinh(lam * x) - np.sin(lam * x)),
-            lambda x: lam * (np.sinh(lam * x) + np.sin(lam * x) - s * (np.cosh(lam * x) - np.cos(lam * x))),
-            lambda x: lam ** 2 * (np.cosh(lam * x) + np.cos(lam * x) - s * (np.sinh(lam * x) + np.sin(lam * x))))
+    return (
+        kind,
+        lambda x: np.cosh(lam * x) - np.cos(lam * x) - s * (np.sinh(lam * x) - np.sin(lam * x)),
+        lambda x: lam * (np.sinh(lam * x) + np.sin(lam * x) - s * (np.cosh(lam * x) - np.cos(lam * x))),
+        lambda x: lam**2 * (np.cosh(lam * x) + np.cos(lam * x) - s * (np.sinh(lam * x) + np.sin(lam * x))),
+    )
 
 
 def power(kind, p, length):
-    return (kind, lambda x: (x / length) ** p, lambda x: p * x ** (p - 1) / length ** p, lambda x: p * (p - 1) * x ** max(p - 2, 0) / length ** p)
+    return (
+        kind,
+        lambda x: (x / length) ** p,
+        lambda x: p * x ** (p - 1) / length**p,
+        lambda x: p * (p - 1) * x ** max(p - 2, 0) / length**p,
+    )
 
 
 def stiffness(shapes, length, E, G, Iy, Iz, J, A):
@@ -270,7 +320,7 @@ def mode_labels(K, M):
 def torsion(b, h):
     """St. Venant's constant of a rectangle, sides b >= h, by its series (Timoshenko, Goodier 1970, art. 109)."""
     b, h = max(b, h), min(b, h)
-    return b * h ** 3 / 3 * (1 - 192 / np.pi ** 5 * h / b * sum(np.tanh(n * np.pi * b / (2 * h)) / n ** 5 for n in range(1, 41, 2)))
+    return b * h**3 / 3 * (1 - 192 / np.pi**5 * h / b * sum(np.tanh(n * np.pi * b / (2 * h)) / n**5 for n in range(1, 41, 2)))
 
 
 TRUTH = []
@@ -278,9 +328,11 @@ TRUTH = []
 
 def truth(name, body, frequencies):
     """Blocks of a body, a block a line: file, block, rows, columns, numbers by columns."""
+
     def put(block, a):
         a = np.atleast_2d(np.asarray(a, float))
         TRUTH.append("%s %s %d %d %s" % (name, block, a.shape[0], a.shape[1], " ".join("%.17g" % v for v in a.T.ravel())))
+
     put("mass", [[body.mass]])
     put("md0", body.md0[:, None])
     put("md1", body.md1)
@@ -311,16 +363,17 @@ def truth(name, body, frequencies):
 
 
 def supported():
-    """Steel beam of 2.5 m x 0.08 m x 0.2 m on supports: two modes across y, one across z, one of twist; closed theory with the section's rotary inertia."""
+    """Steel beam of 2.5 m x 0.08 m x 0.2 m on supports: two modes across y, one across z, one of twist; closed theory with the section's
+    rotary inertia."""
     L, b, h, rho, E, G = 2.5, 0.08, 0.2, 7850.0, 2.1e11, 8e10
-    A, Iz, Iy, J = b * h, h * b ** 3 / 12, b * h ** 3 / 12, torsion(b, h)
+    A, Iz, Iy, J = b * h, h * b**3 / 12, b * h**3 / 12, torsion(b, h)
     shapes = normalised([sine("y", 1, L), sine("z", 1, L), sine("y", 2, L), sine("x", 1, L)], L, b, h, rho)
     m, c, phi = beam(L, b, h, rho, shapes)
     K = stiffness(shapes, L, E, G, Iy, Iz, J, A)
     # Rayleigh's beam on supports: omega^2 = EI a^4 / (rho A + rho I a^2); a rod in twist: omega^2 = GJ a^2 / rho (Iy + Iz).
     a = np.pi / L
     closed = [np.sqrt(E * I * (n * a) ** 4 / (rho * A + rho * I * (n * a) ** 2)) / (2 * np.pi) for I, n in ((Iz, 1), (Iy, 1), (Iz, 2))]
-    closed.append(np.sqrt(G * J * a ** 2 / (rho * (Iy + Iz))) / (2 * np.pi))
+    closed.append(np.sqrt(G * J * a**2 / (rho * (Iy + Iz))) / (2 * np.pi))
     assert np.allclose(np.sqrt(np.diag(K)) / (2 * np.pi), closed, rtol=1e-9), (np.sqrt(np.diag(K)) / (2 * np.pi), closed)
     body = Body(m, c, phi, np.eye(4), np.diag(np.diag(K)), np.diag(0.02 * np.sqrt(np.diag(K))))
     body.labels = ["Eigen Mode %4d : %12.3f Hz" % (k + 1, f) for k, f in enumerate(closed)]
@@ -337,24 +390,38 @@ def main():
     body, f = supported()
     (HERE / "blocked.SID_FEM").write_text(Writer(body, head=head + "no geometric stiffness", gyro="bi", Me_unit=True).text())
     truth("blocked", body, f)
-    (HERE / "swapped.SID_FEM").write_bytes(Writer(body, head=head + "indices row, column, mode", gyro="bb", order="rck", J33=True, tight=True, eol="\r\n", trailing="",
-                                                  modal=" New Modal = rod", Me_unit=True).text().encode())
+    (HERE / "swapped.SID_FEM").write_bytes(
+        Writer(
+            body,
+            head=head + "indices row, column, mode",
+            gyro="bb",
+            order="rck",
+            J33=True,
+            tight=True,
+            eol="\r\n",
+            trailing="",
+            modal=" New Modal = rod",
+            Me_unit=True,
+        )
+        .text()
+        .encode()
+    )
     truth("swapped", body, f)
 
     # One mode of a clamped rod, its mass in three points: m phi^2 there is more than the modal mass 1 of the finer model.
     L, s, rho, E = 1.0, 0.01, 7850.0, 2.1e11
     shape = normalised([clamped("y", 0, L)], L, s, s, rho)
-    K = stiffness(shape, L, E, 8e10, s ** 4 / 12, s ** 4 / 12, 0.141 * s ** 4, s * s)
+    K = stiffness(shape, L, E, 8e10, s**4 / 12, s**4 / 12, 0.141 * s**4, s * s)
     m = rho * s * s * L * np.array([0.25, 0.25, 0.5])
     c = np.array([(x, 0, 0) for x in (0, L / 2, L)])
     phi = np.array([field(shape, *p) for p in c])
     one = Body(m, c, phi, np.eye(1), K, 0.01 * K)
-    f1 = 1.875104068711961 ** 2 / (2 * np.pi * L * L) * np.sqrt(E * s * s / 12 / rho)
+    f1 = 1.875104068711961**2 / (2 * np.pi * L * L) * np.sqrt(E * s * s / 12 / rho)
     one.labels = ["Eigen Mode    1 : %12.3f Hz" % f1]
     for i, p in enumerate(c):
         one.node(11 + i, p, phi[i], turn(shape, p[0]))
     (HERE / "lumped.SID_FEM").write_text(Writer(one, head=head + "three masses", gyro="ii", Me_unit=True).text())
-    rayleigh = np.sqrt(K[0, 0]) / (2 * np.pi)                  # of that shape with the sections' rotary inertia
+    rayleigh = np.sqrt(K[0, 0]) / (2 * np.pi)  # of that shape with the sections' rotary inertia
     assert abs(rayleigh - f1) < 1e-4 * f1, (rayleigh, f1)
     truth("lumped", one, [rayleigh])
 
@@ -363,9 +430,9 @@ def main():
     shapes = [clamped("y", 0, L), clamped("z", 0, L), power("u", 1, L)]
     m, c, phi = beam(L, b, h, rho, shapes)
     M = np.einsum("i,iaj,iak->jk", m, phi, phi)
-    K = stiffness(shapes, L, E, G, b * h ** 3 / 12, h * b ** 3 / 12, torsion(b, h), b * h)
+    K = stiffness(shapes, L, E, G, b * h**3 / 12, h * b**3 / 12, torsion(b, h), b * h)
     C = np.linalg.cholesky(M)
-    T = np.linalg.inv(C).T                                    # shapes combined so that the mass matrix is unit and Ke is full
+    T = np.linalg.inv(C).T  # shapes combined so that the mass matrix is unit and Ke is full
     R = np.linalg.qr(np.array([[1, 0.2, 0.1], [0.1, 1, -0.3], [0, 0.2, 1.0]]))[0]
     T = T @ R
     cart = Body(m, c, phi @ T, np.eye(3), T.T @ K @ T, np.diag([30.0, 40.0, 50.0]))
@@ -376,13 +443,24 @@ def main():
         ap = np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1.0]])
         cart.node((1, 12, 144, 7)[i], p, field(shapes, *p) @ T, turn(shapes, p[0]) @ T, ap)
     f = mode_labels(cart.Ke, cart.Me)
-    (HERE / "tabs.SID_FEM").write_text(Writer(cart, head="\t%d\t%d\t:No. nodes,\tNo. modes:\ttabs", gyro="ii", trailing="     ", Me_unit=True).text())
+    (HERE / "tabs.SID_FEM").write_text(
+        Writer(cart, head="\t%d\t%d\t:No. nodes,\tNo. modes:\ttabs", gyro="ii", trailing="     ", Me_unit=True).text()
+    )
     truth("tabs", cart, f)
 
     # A free beam about its middle in shapes that are no eigenmodes: Me and Ke full.
     L, b, h, rho, E, G = 2.0, 0.06, 0.1, 7850.0, 2.1e11, 8e10
     shift = lambda s: (s[0], lambda x, s=s: s[1](x + L / 2), lambda x, s=s: s[2](x + L / 2), lambda x, s=s: s[3](x + L / 2))
-    shapes = [sine("y", 1, L), sine("z", 1, L), power("x", 1, L), sine("y", 2, L), sine("z", 2, L), power("u", 1, L), sine("y", 3, L), sine("z", 3, L)]
+    shapes = [
+        sine("y", 1, L),
+        sine("z", 1, L),
+        power("x", 1, L),
+        sine("y", 2, L),
+        sine("z", 2, L),
+        power("u", 1, L),
+        sine("y", 3, L),
+        sine("z", 3, L),
+    ]
     m, c, phi = beam(L, b, h, rho, shapes)
     c = c - np.array([L / 2, 0, 0])
     # Without rigid motion: what the shapes carry of it is taken out (mean axes), so that Ct and Cr vanish.
@@ -394,11 +472,11 @@ def main():
     share = np.linalg.solve(RM, np.einsum("i,iaj,iak->jk", m, rigid, phi))
     phi = phi - rigid @ share
     M = np.einsum("i,iaj,iak->jk", m, phi, phi)
-    K = stiffness(shapes, L, E, G, b * h ** 3 / 12, h * b ** 3 / 12, torsion(b, h), b * h)
+    K = stiffness(shapes, L, E, G, b * h**3 / 12, h * b**3 / 12, torsion(b, h), b * h)
     M, K = np.where(abs(M) > 1e-12 * abs(M).max(), M, 0), np.where(abs(K) > 1e-12 * abs(K).max(), K, 0)
     free = Body(m, c, phi, M, K, 1e-5 * K)
     for a in (free.md0, free.md1, free.Cr0, free.J1):
-        a[abs(a) < 1e-9] = 0.0                                # rounding of the sums; printed, it would be an entry
+        a[abs(a) < 1e-9] = 0.0  # rounding of the sums; printed, it would be an entry
     free.labels = ["shape function %d" % (k + 1) for k in range(8)]
     for ident, x in ((1, 0.0), (2, L)):
         p = np.array([x - L / 2, 0, 0])
@@ -408,15 +486,25 @@ def main():
         rotation = np.zeros((3, 6))
         rotation[:, 3:] = np.eye(3)
         free.node(ident, p, field(shapes, x, 0, 0) - at @ share, turn(shapes, x) - rotation @ share)
-    (HERE / "reduced.SID_FEM").write_text(Writer(free, head=head + "Geo_Stiff=no", modal="      new modal", exponent="E", gyro="ii", names=("mCM", "mmi"),
-                                                 trailing="", empty_Ct=True).text())
+    (HERE / "reduced.SID_FEM").write_text(
+        Writer(
+            free,
+            head=head + "Geo_Stiff=no",
+            modal="      new modal",
+            exponent="E",
+            gyro="ii",
+            names=("mCM", "mmi"),
+            trailing="",
+            empty_Ct=True,
+        ).text()
+    )
     truth("reduced", free, mode_labels(K, M))
 
     # Second-order displacements of bending (foreshortening), pre-stress and stress at nodes.
     L, b, h, rho, E, G = 1.0, 0.02, 0.03, 2700.0, 7e10, 2.6e10
     shapes = normalised([clamped("y", 0, L), clamped("z", 0, L)], L, b, h, rho)
     m, c, phi = beam(L, b, h, rho, shapes)
-    K = stiffness(shapes, L, E, G, b * h ** 3 / 12, h * b ** 3 / 12, torsion(b, h), b * h)
+    K = stiffness(shapes, L, E, G, b * h**3 / 12, h * b**3 / 12, torsion(b, h), b * h)
     K = np.diag(np.diag(K))
     g, w = np.polynomial.legendre.leggauss(40)
 
@@ -426,6 +514,7 @@ def main():
         for k in range(2):
             out[0, k, k] = -sum(wi / 2 * x * shapes[k][2]((gi + 1) / 2 * x) ** 2 for gi, wi in zip(g, w))
         return out
+
     table = {x: shortening(x) for x in sorted(set(c[:, 0]))}
     stiff = Body(m, c, phi, np.eye(2), K, 0.01 * np.sqrt(K), phi2=np.array([table[p[0]] for p in c]), ksigma=np.array([3.5, -1.25]))
     stiff.labels = ["Eigen Mode %4d : %12.3f Hz" % (k + 1, np.sqrt(K[k, k]) / (2 * np.pi)) for k in range(2)]
@@ -434,9 +523,17 @@ def main():
         sigma = np.zeros((6, 2))
         sigma[0] = (-E * y * shapes[0][3](x), -E * z * shapes[1][3](x))
         stiff.node("tip" if i == 2 else 10 * (i + 1), (x, y, z), field(shapes, x, y, z), turn(shapes, x), phi2=shortening(x), sigma=sigma)
-    (HERE / "stiffened.SID_FEM").write_text(Writer(stiff, head=head + "Geo_Stiff=yes", modal="      new modal                                 = strut", gyro="ii",
-                                                   digits=14, Me_unit=True,
-                                                   extra=["           K0omega", "              m0(1,1) = 3.0", "           end K0omega"]).text())
+    (HERE / "stiffened.SID_FEM").write_text(
+        Writer(
+            stiff,
+            head=head + "Geo_Stiff=yes",
+            modal="      new modal                                 = strut",
+            gyro="ii",
+            digits=14,
+            Me_unit=True,
+            extra=["           K0omega", "              m0(1,1) = 3.0", "           end K0omega"],
+        ).text()
+    )
     truth("stiffened", stiff, sorted(np.sqrt(np.diag(K)) / (2 * np.pi)))
     (HERE / "truth.txt").write_text("\n".join(TRUTH) + "\n")
     for path in sorted(HERE.glob("*.SID_FEM")) + [HERE / "truth.txt"]:
