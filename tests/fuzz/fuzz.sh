@@ -24,7 +24,7 @@ seeds=()
 case $name in
   scene) sources=(sim/scene/{scene_reader,read_bodies,read_joints,toml_input,section,expression,expression_switches}.cpp sim/base/words.cpp) longest=4096 seeds=(examples/*.toml tests/regression/*.toml) ;;
   sid) sources=(sim/bodies/sid_{read,write,body}.cpp) longest=8192 ;;
-  obj) sources=(render/picture/mesh.cpp render/picture/mesh_shading.cpp render/base/file.cpp) longest=1024 ;;
+  obj) sources=(render/picture/mesh.cpp render/picture/mesh_obj.cpp render/picture/mesh_shading.cpp render/base/file.cpp) longest=1024 ;;
   fe) sources=(sim/reduce/fe_{inp,msh,model}.cpp) longest=2048 ;;
   results) sources=(sim/results/results_file.cpp) longest=20000 ;;
   csv) sources=(render/film/deform.cpp) longest=512 ;;
