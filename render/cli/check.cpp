@@ -202,15 +202,17 @@ void print_json(const sim::System& system, const sim::Linearisation& linear) {
 Command add_check(Program& program) {
   struct Words {
     std::string scene;
+    std::vector<std::string> settings;
     bool json = false;
   };
   const auto words = std::make_shared<Words>();
   Subcommand app = program.subcommand("check", "validate a scene; bodies, degrees of freedom, effects, linearised frequencies");
   app.option("SCENE", words->scene, "scene file (TOML)").required();
+  add_scene_words(app, words->settings);
   app.flag("--json", words->json, "report as JSON");
 
   return {app, [words] {
-            const Job job = read_job(words->scene);
+            const Job job = read_job(words->scene, words->settings);
             const sim::System system = sim::make_system(job.scene);
             const sim::Linearisation linear = sim::linearise(system);
             if (words->json) {

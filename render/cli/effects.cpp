@@ -90,12 +90,14 @@ void print_registry() {
 Command add_effects(Program& program) {
   struct Words {
     std::string scene;
+    std::vector<std::string> settings;
     std::optional<double> tolerance;
     bool json = false, list = false;
   };
   const auto words = std::make_shared<Words>();
   Subcommand app = program.subcommand("effects", "which effects are on, who decided and why, what each costs and is worth");
   app.option("SCENE", words->scene, "scene file (TOML)");
+  add_scene_words(app, words->settings);
   app.option("--tolerance", words->tolerance, "of the runs that are compared; default: ten times the scene's").range(1e-13, 1e-1);
   app.flag("--list", words->list, "the registry: every effect there is, its equation, when it matters, how it is estimated");
   app.flag("--json", words->json, "report as JSON");
@@ -106,7 +108,7 @@ Command add_effects(Program& program) {
               if (words->scene.empty()) return 0;
             }
             if (words->scene.empty()) throw UsageError("effects needs a SCENE or --list");
-            const Job job = read_job(words->scene);
+            const Job job = read_job(words->scene, words->settings);
             sim::EffectOptions options;
             options.tolerance = words->tolerance.value_or(0.0);
             Progress progress("measuring");

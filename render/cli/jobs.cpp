@@ -82,10 +82,19 @@ void add_render_words(Subcommand words, RenderWords& values) {
   words.flag("--no-video", values.no_video, "pictures only");
 }
 
-Job read_job(const fs::path& scene_file) {
+void add_scene_words(Subcommand words, std::vector<std::string>& settings) {
+  words
+      .option(
+          "--set", settings,
+          "a parameter or key of the scene in place of its own, as often as wanted: L=0.4, body.rod.elements=12, simulation.tolerance=1e-8")
+      .one_word();
+}
+
+Job read_job(const fs::path& scene_file, const std::vector<std::string>& settings) {
   Job job;
-  job.scene = sim::read_scene(scene_file);
-  job.settings = film::read_render_settings(scene_file);
+  const sim::SceneDocument document = sim::read_document(scene_file, settings);
+  job.scene = sim::make_scene(document);
+  job.settings = film::read_render_settings(document);
   film::check_render_settings(job.settings, job.scene);
   for (const sim::BodyDef& body : job.scene.bodies)
     if (body.mesh) render::read_mesh(*body.mesh);

@@ -40,7 +40,11 @@ struct Job {
   sim::Scene scene;
   film::RenderSettings settings;
 };
-Job read_job(const std::filesystem::path& scene_file);
+// settings: those of --set (sim/scene/document.h).
+Job read_job(const std::filesystem::path& scene_file, const std::vector<std::string>& settings = {});
+
+// --set, for commands that read a scene.
+void add_scene_words(Subcommand words, std::vector<std::string>& settings);
 
 // The options given take the place of the scene's words. Throws sim::InputError.
 void apply_words(const RenderWords& words, film::RenderSettings& settings);

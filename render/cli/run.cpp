@@ -15,6 +15,7 @@ namespace flexframe::cli {
 Command add_run(Program& program) {
   struct Words {
     std::string scene, out, csv;
+    std::vector<std::string> settings;
     bool json = false;
     SimulationWords simulation;
     RenderWords render;
@@ -22,6 +23,7 @@ Command add_run(Program& program) {
   const auto words = std::make_shared<Words>();
   Subcommand app = program.subcommand("run", "simulate a scene and draw it: results, histories, pictures, video");
   app.option("SCENE", words->scene, "scene file (TOML)").required();
+  add_scene_words(app, words->settings);
   app.option("-o,--out", words->out, "output folder; default: the scene's name");
   app.option("--csv", words->csv, "histories there instead of in the output folder");
   app.flag("--json", words->json, "summary as JSON");
@@ -31,7 +33,7 @@ Command add_run(Program& program) {
   return {
       app, [words] {
         namespace fs = std::filesystem;
-        Job job = read_job(words->scene);
+        Job job = read_job(words->scene, words->settings);
         apply_words(words->render, job.settings);
         const std::string name = fs::path(words->scene).stem().string();
         const fs::path out = words->out.empty() ? fs::path(name) : fs::path(words->out);

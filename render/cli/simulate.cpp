@@ -14,12 +14,14 @@ namespace flexframe::cli {
 Command add_simulate(Program& program) {
   struct Words {
     std::string scene, out, csv;
+    std::vector<std::string> settings;
     bool json = false;
     SimulationWords simulation;
   };
   const auto words = std::make_shared<Words>();
   Subcommand app = program.subcommand("simulate", "simulate a scene: results as HDF5, histories as CSV");
   app.option("SCENE", words->scene, "scene file (TOML)").required();
+  add_scene_words(app, words->settings);
   app.option("-o,--out", words->out, "results file (HDF5)");
   app.option("--csv", words->csv, "histories file (CSV): the scene's outputs against t");
   app.flag("--json", words->json, "summary as JSON");
@@ -28,7 +30,7 @@ Command add_simulate(Program& program) {
   return {app, [words] {
             namespace fs = std::filesystem;
             if (words->out.empty() && words->csv.empty()) throw UsageError("simulate needs -o RESULTS.h5 or --csv HISTORIES.csv");
-            const Job job = read_job(words->scene);
+            const Job job = read_job(words->scene, words->settings);
             for (const std::string& file : {words->out, words->csv})
               if (!file.empty()) require_writable(fs::absolute(file).parent_path());
             const sim::Results results = run_simulation(job.scene, words->simulation);

@@ -37,6 +37,7 @@ void print_study(const film::Study& study, const std::filesystem::path& folder) 
 Command add_study(Program& program) {
   struct Words {
     std::string scene, out, reference;
+    std::vector<std::string> settings;
     std::vector<std::string> axes;
     int repeats = 3;
     double longest = 0.0, reference_seconds = 60.0;
@@ -45,6 +46,7 @@ Command add_study(Program& program) {
   const auto words = std::make_shared<Words>();
   Subcommand app = program.subcommand("study", "what accuracy costs in time: sweeps, table, diagrams, recommendation");
   app.option("SCENE", words->scene, "scene file (TOML)").required();
+  add_scene_words(app, words->settings);
   app.option("-o,--out", words->out, "output folder; default: NAME-study");
   app.option("--axes", words->axes, fmt::format("any of {}; default: all that the scene has", fmt::join(film::study_axes(), ",")))
       .separated_by(',')
@@ -58,7 +60,7 @@ Command add_study(Program& program) {
 
   return {app, [words] {
             namespace fs = std::filesystem;
-            const Job job = read_job(words->scene);
+            const Job job = read_job(words->scene, words->settings);
             const std::string name = fs::path(words->scene).stem().string();
             film::StudyOptions options;
             options.axes = words->axes;

@@ -34,6 +34,13 @@ std::optional<glm::dvec3> defined_origin(const sim::BodyDef& body, const std::st
 std::optional<FramePlace> find_place(const sim::Results& results, const sim::Scene* scene, const std::string& name) {
   FramePlace place;
   if (name == "ground") return place;
+  if (name.starts_with("ground.")) {
+    if (!scene) return std::nullopt;
+    const auto at = scene->ground_frames.find(name.substr(7));
+    if (at == scene->ground_frames.end()) return std::nullopt;
+    place.origin = {at->second.x(), at->second.y(), at->second.z()};
+    return place;
+  }
   // Names of bodies and frames hold no dots.
   const size_t dot = name.find('.');
   const std::string body_name = name.substr(0, dot), frame = dot == std::string::npos ? "" : name.substr(dot + 1);

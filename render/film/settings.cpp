@@ -234,17 +234,19 @@ const std::vector<std::string>& color_by_words() {
 RenderSettings parse_render_settings(std::string_view text, const std::string& name) {
   // Results of another simulator carry no scene.
   if (text.empty()) return {};
-  const TomlValue document = sim::parse_toml(text, name);
-  TableReader root(document, name, "");
+  return read_render_settings(sim::parse_document(text, name));
+}
+
+RenderSettings read_render_settings(const sim::SceneDocument& document) {
+  TableReader root(document.root, document.file.string(), "");
+  root.set_parameters(document.parameters);
   auto table = root.table("render");
   if (!table) return {};
   table->set_label("[render]");
   return read_table(*table);
 }
 
-RenderSettings read_render_settings(const std::filesystem::path& file) {
-  return parse_render_settings(sim::read_text_file(file), file.string());
-}
+RenderSettings read_render_settings(const std::filesystem::path& file) { return read_render_settings(sim::read_document(file)); }
 
 void check_render_settings(const RenderSettings& settings, const sim::Scene& scene) {
   const std::string name = scene.file.string();

@@ -5,6 +5,7 @@
 #include "render/frame/camera.h"
 #include "render/picture/picture.h"
 #include "sim/results/results.h"
+#include "sim/scene/document.h"
 #include "sim/scene/scene.h"
 
 #include <filesystem>
@@ -79,6 +80,7 @@ RenderSettings parse_render_settings(std::string_view text, const std::string& n
 
 // The same of a file.
 RenderSettings read_render_settings(const std::filesystem::path& file);
+RenderSettings read_render_settings(const sim::SceneDocument& document);
 
 // Refuses bodies and columns that the scene does not have, and more than a million pictures. Throws sim::InputError.
 void check_render_settings(const RenderSettings& settings, const sim::Scene& scene);

@@ -463,7 +463,9 @@ int add_frame(Model& model, const Scene& scene, const FrameRef& ref, const std::
     if (body < 0) throw InputError(fmt::format("{}: '{}' is no body{}", where, ref.body, did_you_mean(ref.body, names)));
     f = find_frame(model, scene, body, ref.frame, where);
   } else if (!ref.frame.empty()) {
-    throw InputError(fmt::format("{}: 'ground' has no frame '{}'; give position and rotation instead", where, ref.frame));
+    const auto at = scene.ground_frames.find(ref.frame);
+    if (at == scene.ground_frames.end()) throw InputError(fmt::format("{}: 'ground' has no frame '{}'", where, ref.frame));
+    f.offset.p = at->second;
   }
   model.frames.push_back(f);
   const int index = static_cast<int>(model.frames.size()) - 1;

@@ -116,6 +116,44 @@ Vec3 displacement(const Model& model, const OutputPlans& plans, Work& work, int 
   return now.p - rest.p;
 }
 
+// A frame's motion as seen from another, in the axes of that one: its derivatives are taken there.
+void relative_columns(const Model& model, const OutputPlan& plan, Work& work, const double* previous, double* out) {
+  for (const int f : {plan.frame, plan.relative_to}) {
+    update_frame_position(model, f, work);
+    update_frame_velocity(model, f, work);
+  }
+  const Pose seen = frame_world(model, work, plan.frame), from = frame_world(model, work, plan.relative_to);
+  const Vec6 &V = work.frames[plan.frame].V, &U = work.frames[plan.relative_to].V;
+  const Vec3 apart = from.R.transpose() * (seen.p - from.p);
+  const Mat3 turn = from.R.transpose() * seen.R;
+  const Vec3 velocity = turn * V.head<3>() - U.head<3>() - Vec3(U.tail<3>()).cross(apart);
+  Vec3 v;
+  switch (plan.def.quantity) {
+    case Quantity::distance:
+      out[0] = apart.norm();
+      return;
+    case Quantity::distance_rate: {
+      // Where they meet the distance has a corner; its rate there is the speed at which they come apart.
+      const double distance = apart.norm();
+      out[0] = distance > 0.0 ? apart.dot(velocity) / distance : velocity.norm();
+      return;
+    }
+    case Quantity::velocity:
+      v = velocity;
+      break;
+    case Quantity::angular_velocity:
+      v = turn * V.tail<3>() - U.tail<3>();
+      break;
+    case Quantity::rotation:
+      v = rotation_log(turn);
+      if (previous) v = continue_rotation(v, Vec3(previous[0], previous[1], previous[2]));
+      break;
+    default:
+      v = apart;
+  }
+  for (int k = 0; k < 3; ++k) out[k] = v[k];
+}
+
 }  // namespace
 
 OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown) {
@@ -187,9 +225,12 @@ OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown) {
       unit = def.quantity == Quantity::q ? "1" : "1/s";
     } else {
       plan.frame = add_frame(model, scene, def.of, where);
-      tags = xyz;
+      const bool scalar = def.quantity == Quantity::distance || def.quantity == Quantity::distance_rate;
+      if (def.relative_to || scalar) plan.relative_to = add_frame(model, scene, def.relative_to.value_or(FrameRef{"ground", ""}), where);
+      if (!scalar) tags = xyz;
       switch (def.quantity) {
         case Quantity::velocity:
+        case Quantity::distance_rate:
           unit = "m/s";
           break;
         case Quantity::acceleration:
@@ -221,7 +262,9 @@ void evaluate_outputs(const Model& model, const Scene&, const OutputPlans& plans
   for (const OutputPlan& plan : plans.outputs) {
     double* out = row + plan.first;
     const double* last = previous ? previous + plan.first : nullptr;
-    if (plan.frame >= 0) {
+    if (plan.relative_to >= 0) {
+      relative_columns(model, plan, work, last, out);
+    } else if (plan.frame >= 0) {
       update_frame_position(model, plan.frame, work);
       update_frame_velocity(model, plan.frame, work);
       const Pose pose = frame_world(model, work, plan.frame);

@@ -14,6 +14,7 @@ namespace flexframe::sim {
 struct OutputPlan {
   OutputDef def;
   int frame = -1;                  // frame outputs
+  int relative_to = -1;            // frame from which they are seen, -1: the world
   int joint_part = -1, loop = -1;  // joint outputs
   int body = -1;                   // body outputs (scene index)
   bool system = false;

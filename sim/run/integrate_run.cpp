@@ -81,8 +81,10 @@ std::string likely_cause(System system, double t, const VecX& y, const std::stri
       if (const int motion = system.model.parts[i].joint.motion; motion >= 0)
         driving = std::max(driving, std::abs(system.work.motion[motion].rate) * cluster.size);
     if (driven > 100.0 * driving)
-      return fmt::format("the mechanism is at the end of its reach, where the rates in the loop of joint '{}' grow without bound",
-                         system.model.loops[system.model.clusters[c].loops.front()].name);
+      return fmt::format(
+          "the mechanism is at the end of its reach, where the rates in the loop of joint '{}' grow without bound; if it should go on, "
+          "another way to assemble the loop may be meant: choose it by initial = {{ guess = ... }}",
+          system.model.loops[system.model.clusters[c].loops.front()].name);
   }
   // A rate whose inertia, with the others free, has almost gone.
   for (size_t c = 0; c < system.model.clusters.size(); ++c) {

@@ -74,13 +74,17 @@ Quantity place_of(Quantity q, int& order) {
     case Quantity::rate:
       order = 1;
       return Quantity::value;
+    case Quantity::distance_rate:
+      order = 1;
+      return Quantity::distance;
     default:
       return q;
   }
 }
 
 bool evaluated(Quantity q) {
-  return q == Quantity::position || q == Quantity::rotation || q == Quantity::displacement || q == Quantity::value;
+  return q == Quantity::position || q == Quantity::rotation || q == Quantity::displacement || q == Quantity::value ||
+         q == Quantity::distance;
 }
 
 bool on(const std::vector<EffectState>& states, const std::string& owner, std::string_view effect) {

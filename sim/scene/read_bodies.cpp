@@ -94,9 +94,9 @@ Damping read_damping(const TableReader& body) {
   reader->allow({"ratio", "mass", "stiffness"});
   if (reader->has("ratio") && (reader->has("mass") || reader->has("stiffness")))
     reader->fail("ratio", "excludes 'mass' and 'stiffness': give damping ratios or Rayleigh's factors");
-  if (reader->has("ratio")) damping.ratio = reader->number_or_numbers("ratio", 1, most_coordinates, not_negative);
-  damping.mass = reader->number("mass", 0.0, not_negative);
-  damping.stiffness = reader->number("stiffness", 0.0, not_negative);
+  if (reader->has("ratio")) damping.ratio = reader->number_or_numbers("ratio", 1, most_coordinates, not_negative.in(""));
+  damping.mass = reader->number("mass", 0.0, not_negative.in("1/s"));
+  damping.stiffness = reader->number("stiffness", 0.0, not_negative.in("s"));
   return damping;
 }
 
@@ -148,30 +148,24 @@ void check_inertia(const TableReader& reader, const Vec6& inertia) {
             principal[2], principal[0], principal[1]));
 }
 
-std::map<std::string, Vec3> read_frame_positions(const TableReader& body, std::vector<std::string>* order = nullptr) {
-  std::map<std::string, Vec3> frames;
-  const auto reader = body.table("frames");
-  if (!reader) return frames;
-  for (const std::string& name : reader->value().keys) {
-    check_name(*reader, name, name, "frame");
-    frames[name] = reader->vector3(name);
-    if (order) order->push_back(name);
-  }
-  return frames;
-}
-
 RigidDef read_rigid(const TableReader& reader, bool mass_required) {
   RigidDef rigid;
-  rigid.mass = mass_required ? reader.number("mass", not_negative) : reader.number("mass", 0.0, not_negative);
+  rigid.mass = mass_required ? reader.number("mass", not_negative.in("kg")) : reader.number("mass", 0.0, not_negative.in("kg"));
   if (reader.has("inertia")) {
-    const std::vector<double> given = reader.numbers("inertia", 3, 6);
+    const std::vector<double> given = reader.numbers("inertia", 3, 6, any_number.in("kg m^2"));
     if (given.size() != 3 && given.size() != 6)
       reader.fail("inertia", fmt::format("must have 3 numbers (xx yy zz) or 6 (xx yy zz xy xz yz), found {}", given.size()));
     for (std::size_t i = 0; i < given.size(); ++i) rigid.inertia[static_cast<Eigen::Index>(i)] = given[i];
     check_inertia(reader, rigid.inertia);
   }
-  rigid.centre_of_mass = reader.vector3("centre_of_mass", Vec3::Zero());
+  rigid.centre_of_mass = reader.vector3("centre_of_mass", Vec3::Zero(), "m");
   return rigid;
+}
+
+const char* section_unit(const std::string& key) {
+  if (key == "area") return "m^2";
+  if (key == "iy" || key == "iz" || key == "iyz" || key == "j") return "m^4";
+  return key.starts_with("shear") ? "" : "m";
 }
 
 Section read_section(const TableReader& body) {
@@ -184,7 +178,7 @@ Section read_section(const TableReader& body) {
   reader.allow(keys);
   std::map<std::string, double> sizes;
   for (const std::string& key : reader.value().keys)
-    if (key != "shape") sizes[key] = key == "iyz" ? reader.number(key) : reader.number(key, positive);
+    if (key != "shape") sizes[key] = reader.number(key, (key == "iyz" ? any_number : positive).in(section_unit(key)));
   try {
     return make_section(shape, sizes);
   } catch (const InputError& error) {
@@ -197,8 +191,8 @@ Material read_material(const TableReader& body) {
   const TableReader reader = *body.table("material");
   reader.allow({"density", "youngs_modulus", "poisson"});
   Material material;
-  material.density = reader.number("density", positive);
-  material.youngs_modulus = reader.number("youngs_modulus", positive);
+  material.density = reader.number("density", positive.in("kg/m^3"));
+  material.youngs_modulus = reader.number("youngs_modulus", positive.in("Pa"));
   material.poisson = reader.number("poisson", material.poisson, poisson_range);
   return material;
 }
@@ -221,7 +215,7 @@ std::map<std::string, std::vector<int>> read_modes(const TableReader& body) {
 
 BeamDef read_beam(const TableReader& reader) {
   BeamDef beam;
-  beam.length = reader.number("length", positive);
+  beam.length = reader.number("length", positive.in("m"));
   beam.section = read_section(reader);
   beam.material = read_material(reader);
   beam.model = static_cast<BeamModel>(reader.word("model", beam_models, 0));
@@ -403,6 +397,18 @@ std::string read_shown(const TableReader& reader, const TomlValue& value) {
 }
 
 }  // namespace
+
+std::map<std::string, Vec3> read_frame_positions(const TableReader& body, std::vector<std::string>* order) {
+  std::map<std::string, Vec3> frames;
+  const auto reader = body.table("frames");
+  if (!reader) return frames;
+  for (const std::string& name : reader->value().keys) {
+    check_name(*reader, name, name, "frame");
+    frames[name] = reader->vector3(name, "m");
+    if (order) order->push_back(name);
+  }
+  return frames;
+}
 
 bool is_beam(const BodyDef& body) { return std::holds_alternative<BeamDef>(body.kind); }
 bool is_rigid(const BodyDef& body) { return std::holds_alternative<RigidDef>(body.kind); }

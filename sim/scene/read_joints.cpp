@@ -2,8 +2,11 @@
 #include "sim/base/words.h"
 #include "sim/scene/expression.h"
 #include "sim/scene/joint_kinds.h"
+#include "sim/scene/parameters.h"
+#include "sim/scene/rotation_input.h"
 #include "sim/scene/scene_input.h"
 #include "sim/scene/table.h"
+#include "sim/scene/units.h"
 
 #include <algorithm>
 #include <cctype>
@@ -28,30 +31,47 @@ const Words joint_words_in_order = [] {
 const Words force_kinds{"force", "torque", "spring-damper", "distributed", "bushing"};
 const Words force_frames{"world", "body"};
 const Words reaction_frames{"world", "parent", "child"};
-const Words quantities{"position", "velocity", "acceleration", "rotation", "angular_velocity", "displacement", "value",    "rate",
-                       "reaction", "q",        "qd",           "energy",   "kinetic",          "strain",       "potential"};
+const Words quantities{"position",     "velocity", "acceleration", "rotation", "angular_velocity", "displacement", "value",     "rate",
+                       "reaction",     "q",        "qd",           "energy",   "kinetic",          "strain",       "potential", "distance",
+                       "distance_rate"};
+
+// Units of a joint's coordinate, of its rate, and of what acts along it; none where its coordinates are of both kinds.
+struct CoordinateUnits {
+  const char *value = nullptr, *rate = nullptr, *load = nullptr, *stiffness = nullptr, *damping = nullptr;
+};
+constexpr CoordinateUnits length_units{"m", "m/s", "N", "N/m", "N s/m"}, angle_units{"rad", "rad/s", "N m", "N m/rad", "N m s/rad"};
+
+CoordinateUnits units_of(const JointTraits& joint) {
+  if (joint.rates.empty()) return length_units;  // what acts on a point
+  if (joint.rates.find('m') == std::string_view::npos) return angle_units;
+  return joint.rates.find_first_not_of('m') == std::string_view::npos ? length_units : CoordinateUnits{};
+}
 
 std::vector<double> read_coordinates(const TableReader& reader, std::string_view key, JointKind kind) {
   const std::size_t count = traits(kind).rates.size();
+  const CoordinateUnits units = units_of(traits(kind));
+  const Range range = any_number.in(key == "rate" ? units.rate : units.value);
   const TomlValue& value = reader.required(key);
   // a free joint's rate may be the angular velocity alone
   if (traits(kind).quaternion == 3 && key == "rate" && value.type == TomlValue::Type::array && value.items.size() == 3) {
-    std::vector<double> rate = reader.numbers(key, 3, 3);
+    std::vector<double> rate = reader.numbers(key, 3, 3, any_number.in("rad/s"));
     rate.insert(rate.begin(), 3, 0.0);
     return rate;
   }
   const std::size_t given = value.type == TomlValue::Type::array ? value.items.size() : 1;
-  if (value.type == TomlValue::Type::array ? given != count : count != 1)
+  // A list written as one text is counted when it is split.
+  const bool text_list = value.type == TomlValue::Type::text && value.text.starts_with('[');
+  if (!text_list && (value.type == TomlValue::Type::array ? given != count : count != 1))
     reader.fail(key, fmt::format("of a {} joint must be {}, found {}", traits(kind).word, traits(kind).coordinates, describe(value)));
-  return reader.number_or_numbers(key, count, count);
+  return reader.number_or_numbers(key, count, count, range);
 }
 
-Spring read_spring(const TableReader& reader) {
+Spring read_spring(const TableReader& reader, const CoordinateUnits& units) {
   Spring spring;
-  spring.stiffness = reader.number("stiffness", 0.0, not_negative);
-  spring.damping = reader.number("damping", 0.0, not_negative);
-  spring.rest = reader.number("rest", 0.0, any_number);
-  spring.preload = reader.number("preload", 0.0, any_number);
+  spring.stiffness = reader.number("stiffness", 0.0, not_negative.in(units.stiffness));
+  spring.damping = reader.number("damping", 0.0, not_negative.in(units.damping));
+  spring.rest = reader.number("rest", 0.0, any_number.in(units.value));
+  spring.preload = reader.number("preload", 0.0, any_number.in(units.load));
   return spring;
 }
 
@@ -60,14 +80,10 @@ Friction read_friction(const TableReader& reader) {
   Friction friction;
   friction.coefficient = reader.number("coefficient", not_negative);
   const TomlValue& normal = reader.required("normal_force");
-  if (normal.type == TomlValue::Type::text) {
-    if (normal.text != "reaction")
-      reader.fail("normal_force", fmt::format("must be a number >= 0 or \"reaction\", found {}", describe(normal)));
-    friction.reaction = true;
-  } else {
-    friction.normal_force = reader.number("normal_force", {.low = 0.0, .what = "a number >= 0 or \"reaction\""});
-  }
-  friction.radius = reader.number("radius", friction.radius, positive);
+  friction.reaction = normal.type == TomlValue::Type::text && normal.text == "reaction";
+  if (!friction.reaction)
+    friction.normal_force = reader.number("normal_force", {.low = 0.0, .what = "a number >= 0 or \"reaction\"", .unit = "N"});
+  friction.radius = reader.number("radius", friction.radius, positive.in("m"));
   friction.static_coefficient = reader.optional_number("static_coefficient", not_negative);
   if (friction.static_coefficient && *friction.static_coefficient < friction.coefficient)
     reader.fail("static_coefficient",
@@ -76,23 +92,23 @@ Friction read_friction(const TableReader& reader) {
   return friction;
 }
 
-Stop read_stop(const TableReader& reader) {
+Stop read_stop(const TableReader& reader, const CoordinateUnits& units) {
   reader.allow({"lower", "upper", "stiffness", "damping"});
   Stop stop;
-  stop.lower = reader.optional_number("lower");
-  stop.upper = reader.optional_number("upper");
+  stop.lower = reader.optional_number("lower", any_number.in(units.value));
+  stop.upper = reader.optional_number("upper", any_number.in(units.value));
   if (!stop.lower && !stop.upper) reader.fail("a stop needs 'lower', 'upper' or both");
   if (stop.lower && stop.upper && *stop.lower > *stop.upper)
     reader.fail("lower", fmt::format("must not exceed 'upper': {} > {}", *stop.lower, *stop.upper));
-  stop.stiffness = reader.number("stiffness", positive);
-  stop.damping = reader.number("damping", 0.0, not_negative);
+  stop.stiffness = reader.number("stiffness", positive.in(units.stiffness));
+  stop.damping = reader.number("damping", 0.0, not_negative.in(units.damping));
   return stop;
 }
 
 // { table = [[x, y], ...] } or { file = "two_columns.csv" }, and period; the points are checked by making the spline.
 TableDef read_table(const TableReader& reader, const Scene& scene) {
   TableDef table;
-  if (reader.has("period")) table.period = reader.number("period", positive);
+  if (reader.has("period")) table.period = reader.number("period", positive.in("s"));
   if (reader.has("table") == reader.has("file"))
     reader.fail("needs either 'table', pairs of numbers, or 'file', a text file of two columns");
   if (reader.has("file")) {
@@ -245,25 +261,33 @@ void check_name(const TableReader& reader, std::string_view key, const std::stri
   if (name.size() > 200) reader.fail(key, fmt::format("is longer than 200 bytes: {}", quote(name)));
 }
 
-std::string read_expression(const TableReader& reader, std::string_view key) {
+std::string read_expression(const TableReader& reader, std::string_view key, const char* unit) {
   const TomlValue& value = reader.required(key);
   if (value.type == TomlValue::Type::integer || value.type == TomlValue::Type::real) return fmt::format("{}", reader.number(key));
   if (value.type != TomlValue::Type::text)
     reader.fail(key, fmt::format("must be a number or an expression of t, found {}", describe(value)));
   try {
-    const Expression expression(reader.text(key));
+    const std::string text = reader.parameters().substitute(reader.text(key));
+    const Expression expression(text);
+    return text;
   } catch (const InputError& error) {
-    reader.fail(key, fmt::format("is no expression of t: {}, {}", quote(value.text), error.what()));
+    // "10 kN" is a number with a unit.
+    if (split_unit(value.text).second.empty())
+      reader.fail(key, fmt::format("is no expression of t: {}, {}", quote(value.text), error.what()));
+    return fmt::format("{}", reader.number(key, any_number.in(unit)));
   }
-  return value.text;
 }
 
 FrameRef read_frame_ref(const TableReader& reader, std::string_view key, const Scene& scene) {
   FrameRef ref = split(reader.text(key));
   if (ref.body == "ground") {
-    if (!ref.frame.empty())
-      reader.fail(key, fmt::format("names the frame {} of ground, which has none; use 'position' and 'rotation'", quote(ref.frame)));
-    return ref;
+    if (ref.frame.empty() || scene.ground_frames.contains(ref.frame)) return ref;
+    Words known;
+    for (const auto& frame : scene.ground_frames) known.push_back(frame.first);
+    const std::string hint = did_you_mean(ref.frame, known);
+    reader.fail(key, fmt::format("names the frame {} of ground, which does not exist{} {}", quote(ref.frame), hint.empty() ? ";" : hint,
+                                 known.empty() ? "give places in the world as [ground] frames = { NAME = [x, y, z] }, or use 'position'"
+                                               : "there are " + list_words(known)));
   }
   const BodyDef* body = find_body(scene, ref.body);
   if (!body) unknown_body(reader, key, ref.body, scene);
@@ -292,18 +316,22 @@ JointDef read_joint(TableReader& reader, const Scene& scene) {
   if (joint.child.body == joint.parent.body)
     reader.fail("child", fmt::format("is on the same body as the parent, {}", quote(joint.child.body)));
   joint.axis = reader.direction("axis", Vec3::UnitZ());
-  joint.position = reader.vector3("position", Vec3::Zero());
-  joint.rotation = reader.vector3("rotation", Vec3::Zero());
+  joint.position = reader.vector3("position", Vec3::Zero(), "m");
+  if (joint.parent.body == "ground" && !joint.parent.frame.empty()) {
+    joint.position += scene.ground_frames.at(joint.parent.frame);
+    joint.parent.frame.clear();
+  }
+  joint.rotation = read_rotation(reader, "rotation");
 
   // numbers that belong to one kind
   if (facts.pitch) {
-    joint.pitch = reader.number("pitch");
+    joint.pitch = reader.number("pitch", any_number.in("m/rad"));
     if (joint.pitch == 0.0) reader.fail("pitch", "must not be 0 (that is a revolute joint)");
   } else if (reader.has("pitch")) {
     reader.fail("pitch", fmt::format("belongs to joints of kind '{}'; this one is '{}'",
                                      joint_words([](const JointTraits& t) { return t.pitch; }), kind));
   }
-  if (facts.length) joint.length = reader.number("length", positive);
+  if (facts.length) joint.length = reader.number("length", positive.in("m"));
   else if (reader.has("length"))
     reader.fail("length", fmt::format("belongs to joints of kind '{}'; this one is '{}'",
                                       joint_words([](const JointTraits& t) { return t.length; }), kind));
@@ -316,7 +344,10 @@ JointDef read_joint(TableReader& reader, const Scene& scene) {
     if (count == 0 && !facts.split && reader.has(key))
       reader.fail(key, fmt::format("has no meaning for a {} joint, which has no coordinate", kind));
   if (const auto initial = reader.table("initial")) {
-    initial->allow({"value", "rate"});
+    initial->allow({"value", "guess", "rate"});
+    if (initial->has("value") && initial->has("guess"))
+      initial->fail("guess", "excludes 'value', which is kept exactly; a guess may be moved to close the loop");
+    if (initial->has("guess")) joint.initial.guess = read_coordinates(*initial, "guess", joint.kind);
     if (initial->has("value")) joint.initial.value = read_coordinates(*initial, "value", joint.kind);
     if (initial->has("rate")) joint.initial.rate = read_coordinates(*initial, "rate", joint.kind);
   }
@@ -330,21 +361,21 @@ JointDef read_joint(TableReader& reader, const Scene& scene) {
       joint.motion_table = read_table(motion, scene);
       check_reach(motion, *joint.motion_table, scene);
     } else {
-      joint.motion = read_expression(reader, "motion");
+      joint.motion = read_expression(reader, "motion", units_of(facts).value);
     }
-    if (joint.initial.value || joint.initial.rate)
+    if (joint.initial.value || joint.initial.guess || joint.initial.rate)
       reader.fail("initial", "excludes 'motion', which prescribes the coordinate from the start");
   }
   if (const auto spring = reader.table("spring")) {
     spring->allow({"stiffness", "damping", "rest", "preload"});
-    joint.spring = read_spring(*spring);
+    joint.spring = read_spring(*spring, units_of(facts));
   }
   if (const auto friction = reader.table("friction")) {
     joint.friction = read_friction(*friction);
   }
   if (const auto stop = reader.table("stop")) {
     if (count > 1) reader.fail("stop", fmt::format("needs a joint with one coordinate; a {} joint has {}", kind, count));
-    joint.stop = read_stop(*stop);
+    joint.stop = read_stop(*stop, units_of(facts));
   }
   return joint;
 }
@@ -388,7 +419,7 @@ ForceDef read_force(TableReader& reader, const Scene& scene) {
       reader.fail(reader.has("from") ? "from" : "on", fmt::format("is on the same body as 'on', {}", quote(force.on.body)));
     if (force.kind == ForceKind::spring_damper) {
       if (!reader.has("stiffness") && !reader.has("damping") && !reader.has("preload")) reader.required("stiffness");
-      force.spring = read_spring(reader);
+      force.spring = read_spring(reader, length_units);
       if (force.spring.rest < 0.0) reader.fail("rest", fmt::format("is a length and must be >= 0, found {}", force.spring.rest));
     } else {
       const auto six = [&](std::string_view key, Vec6& out) {
@@ -407,7 +438,8 @@ ForceDef read_force(TableReader& reader, const Scene& scene) {
   force.direction = reader.direction("direction", Vec3::UnitZ());
   force.follower = reader.word("frame", force_frames, 0) == 1;
   if (reader.required("value").type != TomlValue::Type::table) {
-    force.value = read_expression(reader, "value");
+    const bool torque = force.kind == ForceKind::torque, distributed = force.kind == ForceKind::distributed;
+    force.value = read_expression(reader, "value", torque ? "N m" : distributed ? "N/m" : "N");
     return force;
   }
   const TableReader value = *reader.table("value");
@@ -439,7 +471,7 @@ OutputDef read_output(TableReader& reader, const Scene& scene) {
   output.name = reader.text("name");
   check_name(reader, "name", output.name, "output");
   reader.set_label(fmt::format("[[output]] {}", quote(output.name)));
-  reader.allow({"name", "of", "quantity", "frame"});
+  reader.allow({"name", "of", "quantity", "relative_to", "frame"});
   output.quantity = static_cast<Quantity>(reader.word("quantity", quantities));
   const std::string& quantity = quantities[static_cast<std::size_t>(output.quantity)];
   const std::string of = reader.text("of");
@@ -447,6 +479,15 @@ OutputDef read_output(TableReader& reader, const Scene& scene) {
   if (reader.has("frame") && output.quantity != Quantity::reaction)
     reader.fail("frame", fmt::format("belongs to the quantity 'reaction'; this one is '{}'", quantity));
   output.frame = static_cast<ReactionFrame>(reader.word("frame", reaction_frames, 0));
+  if (reader.has("relative_to")) {
+    const std::vector<Quantity> relative{Quantity::position,         Quantity::velocity, Quantity::rotation,
+                                         Quantity::angular_velocity, Quantity::distance, Quantity::distance_rate};
+    if (std::find(relative.begin(), relative.end(), output.quantity) == relative.end())
+      reader.fail("relative_to", fmt::format("belongs to position, velocity, rotation, angular_velocity, distance and distance_rate; "
+                                             "this one is '{}'",
+                                             quantity));
+    output.relative_to = read_frame_ref(reader, "relative_to", scene);
+  }
 
   switch (output.quantity) {
     case Quantity::energy:

@@ -130,7 +130,7 @@ struct BodyDef {
   std::map<std::string, std::string> drawing;  // further drawing words, kept as text for the renderer (colour, ...)
 };
 
-// "ground", "body" or "body.frame", split; frame empty: the body's own frame.
+// "ground", "ground.frame", "body" or "body.frame", split; frame empty: the body's own frame.
 struct FrameRef {
   std::string body, frame;
 };
@@ -172,6 +172,7 @@ struct Stop {
 
 struct JointInitial {
   std::optional<std::vector<double>> value, rate;
+  std::optional<std::vector<double>> guess;  // instead of value: where the assembly of loops begins
 };
 
 struct JointDef {
@@ -224,7 +225,9 @@ enum class Quantity {
   energy,
   kinetic,
   strain,
-  potential
+  potential,
+  distance,
+  distance_rate
 };
 
 enum class ReactionFrame { world, parent, child };
@@ -234,6 +237,7 @@ struct OutputDef {
   int line = 0;
   FrameRef of;  // a frame, body, joint (frame empty) or "system"
   Quantity quantity = Quantity::position;
+  std::optional<FrameRef> relative_to;         // frame outputs: seen from this frame, in its axes; none: from the world
   ReactionFrame frame = ReactionFrame::world;  // axes of a reaction's components
 };
 
@@ -242,6 +246,7 @@ struct Scene {
   std::string text;  // the file's text
   std::string title;
   SimulationSettings simulation;
+  std::map<std::string, Vec3> ground_frames;  // [ground] frames: name -> place in the world, m
   std::vector<BodyDef> bodies;
   std::vector<JointDef> joints;
   std::vector<ForceDef> forces;

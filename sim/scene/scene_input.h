@@ -5,6 +5,7 @@
 #include "sim/scene/toml_input.h"
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -18,8 +19,11 @@ JointDef read_joint(TableReader& reader, const Scene& scene);
 ForceDef read_force(TableReader& reader, const Scene& scene);
 OutputDef read_output(TableReader& reader, const Scene& scene);
 
-// A number or an expression of t as expression text; wrong syntax is refused.
-std::string read_expression(const TableReader& reader, std::string_view key);
+// The table "frames" of a body or the ground: name -> position, m. `order`: the names as the file lists them.
+std::map<std::string, Vec3> read_frame_positions(const TableReader& reader, std::vector<std::string>* order = nullptr);
+
+// A number or an expression of t as expression text without parameters; wrong syntax is refused. unit: as Range::unit.
+std::string read_expression(const TableReader& reader, std::string_view key, const char* unit);
 
 // "ground", "body" or "body.frame", split at the first dot, existing as far as the scene tells.
 FrameRef read_frame_ref(const TableReader& reader, std::string_view key, const Scene& scene);

@@ -35,13 +35,13 @@ class Names {
 SimulationSettings read_simulation(const TableReader& reader) {
   reader.allow({"duration", "output_rate", "gravity", "tolerance", "accuracy", "method", "start"});
   SimulationSettings settings;
-  settings.duration = reader.number("duration", positive);
-  settings.output_rate = reader.number("output_rate", settings.output_rate, positive);
+  settings.duration = reader.number("duration", positive.in("s"));
+  settings.output_rate = reader.number("output_rate", settings.output_rate, positive.in("Hz"));
   if (settings.duration * settings.output_rate > most_samples)
     reader.fail(reader.has("output_rate") ? "output_rate" : "duration",
                 fmt::format("gives {:.3g} samples (duration x output_rate); at most {:.0e} are allowed",
                             settings.duration * settings.output_rate, most_samples));
-  settings.gravity = reader.vector3("gravity", settings.gravity);
+  settings.gravity = reader.vector3("gravity", settings.gravity, "m/s^2");
   settings.tolerance = reader.optional_number("tolerance", {.low = 1e-13, .high = 0.1, .what = "a number from 1e-13 to 0.1"});
   settings.accuracy = reader.optional_number("accuracy", {.low = 1e-12, .high = 0.5, .what = "a number from 1e-12 to 0.5"});
   if (settings.tolerance && settings.accuracy)
@@ -51,18 +51,22 @@ SimulationSettings read_simulation(const TableReader& reader) {
   return settings;
 }
 
-Scene parse_scene(std::string_view text, const std::filesystem::path& name) {
-  const TomlValue document = parse_toml(text, name.string());
-  const TableReader root(document, name.string(), "");
-  root.allow({"title", "simulation", "body", "joint", "force", "output", "render"});
+Scene make_scene(const SceneDocument& document) {
+  const std::filesystem::path& name = document.file;
+  TableReader root(document.root, name.string(), "");
+  root.set_parameters(document.parameters);
 
   Scene scene;
   scene.file = name;
-  scene.text = std::string(text);
+  scene.text = document.text;
   scene.title = root.text("title", name.stem().string());
   root.required("simulation");
   scene.simulation = read_simulation(*root.table("simulation"));
   root.table("render");  // a table; its content is the renderer's
+  if (const auto ground = root.table("ground")) {
+    ground->allow({"frames"});
+    scene.ground_frames = read_frame_positions(*ground);
+  }
 
   const std::filesystem::path folder = name.parent_path();
   Names bodies("body"), joints("joint"), forces("force"), outputs("output");
@@ -87,6 +91,8 @@ Scene parse_scene(std::string_view text, const std::filesystem::path& name) {
   return scene;
 }
 
-Scene read_scene(const std::filesystem::path& file) { return parse_scene(read_text_file(file), file); }
+Scene parse_scene(std::string_view text, const std::filesystem::path& name) { return make_scene(parse_document(text, name)); }
+
+Scene read_scene(const std::filesystem::path& file) { return make_scene(read_document(file)); }
 
 }  // namespace flexframe::sim

@@ -2,6 +2,7 @@
 // Everything that can be known from the file alone is checked here; whether the mechanism can be assembled is not.
 #pragma once
 
+#include "sim/scene/document.h"
 #include "sim/scene/scene.h"
 
 #include <filesystem>
@@ -14,5 +15,8 @@ Scene read_scene(const std::filesystem::path& file);
 
 // The same from a text. `name` appears in messages; files that the scene names are looked for relative to its folder.
 Scene parse_scene(std::string_view text, const std::filesystem::path& name);
+
+// The scene of a document that was read already (with settings of the command line, for example).
+Scene make_scene(const SceneDocument& document);
 
 }  // namespace flexframe::sim

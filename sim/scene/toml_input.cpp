@@ -1,6 +1,7 @@
 #include "sim/scene/toml_input.h"
 
 #include "sim/base/words.h"
+#include "sim/scene/parameters.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -84,6 +85,36 @@ int line_of_too_deep_key(std::string_view text) {
   return 0;
 }
 
+// "[0, 0, 2*pi/3]": an array written as one text.
+bool is_array_text(const TomlValue& value) {
+  return value.type == TomlValue::Type::text && value.text.starts_with('[') && value.text.ends_with(']');
+}
+
+// Its entries, each a text; split at the commas outside brackets.
+TomlValue split_array_text(const TomlValue& value) {
+  TomlValue out;
+  out.type = TomlValue::Type::array;
+  out.line = value.line;
+  int depth = 0;
+  const std::string_view inner = std::string_view(value.text).substr(1, value.text.size() - 2);
+  std::string entry;
+  const auto close = [&] {
+    TomlValue item;
+    item.type = TomlValue::Type::text;
+    item.line = value.line;
+    item.text = std::exchange(entry, {});
+    out.items.push_back(std::move(item));
+  };
+  for (const char c : inner) {
+    if (c == '(') ++depth;
+    if (c == ')') --depth;
+    if (c == ',' && depth == 0) close();
+    else entry += c;
+  }
+  if (!out.items.empty() || entry.find_first_not_of(' ') != std::string::npos) close();
+  return out;
+}
+
 bool is_binary(std::string_view text) { return text.find('\0') != std::string_view::npos; }
 
 std::string first_line(std::string_view text) { return std::string(text.substr(0, std::min(text.find('\n'), std::size_t{300}))); }
@@ -147,6 +178,14 @@ std::string describe(const TomlValue& value) {
   return "?";
 }
 
+const TomlValue* TomlValue::find(std::string_view key) const {
+  for (std::size_t i = 0; i < keys.size(); ++i)
+    if (keys[i] == key) return &items[i];
+  return nullptr;
+}
+
+TomlValue* TomlValue::find(std::string_view key) { return const_cast<TomlValue*>(std::as_const(*this).find(key)); }
+
 TableReader::TableReader(const TomlValue& table, std::string file, std::string label, std::string prefix)
     : table_(&table), file_(std::move(file)), label_(std::move(label)), prefix_(std::move(prefix)) {}
 
@@ -178,10 +217,11 @@ void TableReader::allow(std::span<const std::string> keys) const {
 
 void TableReader::allow(std::initializer_list<std::string> keys) const { allow(std::span(keys.begin(), keys.size())); }
 
-const TomlValue* TableReader::find(std::string_view key) const {
-  for (std::size_t i = 0; i < table_->keys.size(); ++i)
-    if (table_->keys[i] == key) return &table_->items[i];
-  return nullptr;
+const TomlValue* TableReader::find(std::string_view key) const { return table_->find(key); }
+
+const Parameters& TableReader::parameters() const {
+  static const Parameters none;
+  return parameters_ ? *parameters_ : none;
 }
 
 const TomlValue& TableReader::required(std::string_view key) const {
@@ -192,13 +232,27 @@ const TomlValue& TableReader::required(std::string_view key) const {
   throw InputError(fmt::format("{}:{}: {}key '{}' is missing{}", file_, table_->line, label, full_key(key), hint));
 }
 
+double TableReader::text_number(std::string_view key, const TomlValue& value, Range range, const std::string& which) const {
+  try {
+    return parameters().number(value.text, range.unit);
+  } catch (const InputError& error) {
+    fail(key, fmt::format("{}must be {}, found {}, which is none: {}", which, range.what, describe(value), error.what()));
+  }
+}
+
 double TableReader::checked_number(std::string_view key, const TomlValue& value, Range range, const std::string& which) const {
-  if (value.type != TomlValue::Type::real && value.type != TomlValue::Type::integer)
+  const bool text = value.type == TomlValue::Type::text;
+  if (!text && value.type != TomlValue::Type::real && value.type != TomlValue::Type::integer)
     fail(key, fmt::format("{}must be {}, found {}", which, range.what, describe(value)));
-  const double x = value.real;
-  if (!std::isfinite(x)) fail(key, fmt::format("{}must be finite, found {}", which, describe(value)));
+  const double x = text ? text_number(key, value, range, which) : value.real;
+  const auto found = [&] {
+    if (!text) return describe(value);
+    const std::string with = parameters().values_in(value.text);
+    return fmt::format("{}, which is {}{}{}", describe(value), x, with.empty() ? "" : " with ", with);
+  };
+  if (!std::isfinite(x)) fail(key, fmt::format("{}must be finite, found {}", which, found()));
   if (x < range.low || x > range.high || (range.open_low && x == range.low) || (range.open_high && x == range.high))
-    fail(key, fmt::format("{}must be {}, found {}", which, range.what, describe(value)));
+    fail(key, fmt::format("{}must be {}, found {}", which, range.what, found()));
   return x;
 }
 
@@ -216,12 +270,15 @@ std::optional<double> TableReader::optional_number(std::string_view key, Range r
 
 int TableReader::integer(std::string_view key, int low, int high) const {
   const TomlValue& value = required(key);
+  const bool text = value.type == TomlValue::Type::text;
+  const Range range{.what = "a whole number"};
+  const double x = text ? text_number(key, value, range, "") : value.real;
   // 3.0 is a whole number too
-  const bool whole =
-      value.type == TomlValue::Type::integer || (value.type == TomlValue::Type::real && value.real == std::floor(value.real));
-  if (!whole || value.real < low || value.real > high)
-    fail(key, fmt::format("must be a whole number from {} to {}, found {}", low, high, describe(value)));
-  return static_cast<int>(value.real);
+  const bool whole = value.type == TomlValue::Type::integer || ((text || value.type == TomlValue::Type::real) && x == std::floor(x));
+  if (!whole || x < low || x > high)
+    fail(key, fmt::format("must be a whole number from {} to {}, found {}{}", low, high, describe(value),
+                          text ? fmt::format(", which is {}", x) : ""));
+  return static_cast<int>(x);
 }
 
 int TableReader::integer(std::string_view key, int otherwise, int low, int high) const {
@@ -265,6 +322,7 @@ std::vector<double> TableReader::checked_numbers(std::string_view key, const Tom
   const std::string count = low == high        ? fmt::format("{}", low)
                             : high == SIZE_MAX ? fmt::format("at least {}", low)
                                                : fmt::format("{} to {}", low, high);
+  if (is_array_text(value)) return checked_numbers(key, split_array_text(value), low, high, range);
   if (value.type != TomlValue::Type::array) fail(key, fmt::format("must be an array of {} numbers, found {}", count, describe(value)));
   if (value.items.size() < low || value.items.size() > high)
     fail(key, fmt::format("must have {} number{}, found {}", count, high == 1 ? "" : "s", value.items.size()));
@@ -281,18 +339,20 @@ std::vector<double> TableReader::numbers(std::string_view key, std::size_t low, 
 
 std::vector<double> TableReader::number_or_numbers(std::string_view key, std::size_t low, std::size_t high, Range range) const {
   const TomlValue& value = required(key);
-  if (value.type == TomlValue::Type::array) return checked_numbers(key, value, low, high, range);
+  if (value.type == TomlValue::Type::array || is_array_text(value)) return checked_numbers(key, value, low, high, range);
   const double x = checked_number(key, value, range, "");
   if (low > 1) fail(key, fmt::format("must be an array of {} numbers, found {}", low, describe(value)));
   return {x};
 }
 
-Vec3 TableReader::vector3(std::string_view key) const {
-  const std::vector<double> v = numbers(key, 3, 3);
+Vec3 TableReader::vector3(std::string_view key, const char* unit) const {
+  const std::vector<double> v = numbers(key, 3, 3, any_number.in(unit));
   return {v[0], v[1], v[2]};
 }
 
-Vec3 TableReader::vector3(std::string_view key, const Vec3& otherwise) const { return has(key) ? vector3(key) : otherwise; }
+Vec3 TableReader::vector3(std::string_view key, const Vec3& otherwise, const char* unit) const {
+  return has(key) ? vector3(key, unit) : otherwise;
+}
 
 Vec3 TableReader::direction(std::string_view key, const Vec3& otherwise) const {
   const Vec3 v = vector3(key, otherwise);
@@ -350,8 +410,14 @@ std::optional<TableReader> TableReader::table(std::string_view key) const {
   const TomlValue* value = find(key);
   if (!value) return std::nullopt;
   if (value->type != TomlValue::Type::table) fail(key, fmt::format("must be a table {{...}}, found {}", describe(*value)));
-  if (label_.empty()) return TableReader(*value, file_, fmt::format("[{}]", key));
-  return TableReader(*value, file_, label_, prefix_ + std::string(key) + ".");
+  if (label_.empty()) return inside(*value, fmt::format("[{}]", key), {});
+  return inside(*value, label_, prefix_ + std::string(key) + ".");
+}
+
+TableReader TableReader::inside(const TomlValue& table, std::string label, std::string prefix) const {
+  TableReader reader(table, table.file ? *table.file : file_, std::move(label), std::move(prefix));
+  reader.parameters_ = parameters_;
+  return reader;
 }
 
 std::vector<TableReader> TableReader::tables(std::string_view key) const {
@@ -363,7 +429,7 @@ std::vector<TableReader> TableReader::tables(std::string_view key) const {
   for (const TomlValue& item : value->items) {
     if (item.type != TomlValue::Type::table)
       fail(key, fmt::format("must be an array of tables [[{}]], found {} in it", key, describe(item)));
-    result.emplace_back(item, file_, fmt::format("[[{}]]", key));
+    result.push_back(inside(item, fmt::format("[[{}]]", key), {}));
   }
   return result;
 }

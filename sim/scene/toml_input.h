@@ -2,6 +2,7 @@
 //
 //   const TomlValue document = read_toml("scene.toml");
 //   TableReader root(document, "scene.toml", "");
+//   root.set_parameters(parameters);                       // numbers may be texts: "L/2", "10 mm" (parameters.h, units.h)
 //   root.allow({"title", "render"});                       // unknown keys are refused, the nearest known word named
 //   if (auto render = root.table("render")) fps = render->number("frame_rate", 30.0, positive);
 //
@@ -13,6 +14,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -20,6 +22,8 @@
 #include <vector>
 
 namespace flexframe::sim {
+
+class Parameters;
 
 struct TomlValue {
   enum class Type { boolean, integer, real, text, date, array, table };
@@ -32,6 +36,10 @@ struct TomlValue {
   std::vector<TomlValue> items;   // elements of an array, values of a table (in the file's order)
   std::vector<std::string> keys;  // of a table, parallel to items
   std::vector<int> key_lines;
+  std::shared_ptr<const std::string> file;  // of a table that comes from an included file: that file's name; else null
+
+  const TomlValue* find(std::string_view key) const;
+  TomlValue* find(std::string_view key);
 };
 
 // The root table. Syntax errors name line and column. `name` appears in messages.
@@ -44,12 +52,20 @@ TomlValue read_toml(const std::filesystem::path& path);
 // "the string 'abc'", "the number 3", "an array of 2 values".
 std::string describe(const TomlValue& value);
 
-// Allowed numbers; always finite. `what` completes "must be ...".
+// Allowed numbers; always finite. `what` completes "must be ...". `unit`: the number's own, "m" or "N m/rad"; with it the number may be
+// written as a text with any unit of the same dimension. "": no dimension. nullptr: no unit may be written.
 struct Range {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
   bool open_low = false, open_high = false;
   const char* what = "a number";
+  const char* unit = nullptr;
+
+  constexpr Range in(const char* its_unit) const {
+    Range range = *this;
+    range.unit = its_unit;
+    return range;
+  }
 };
 inline constexpr Range any_number{};
 inline constexpr Range positive{.low = 0.0, .open_low = true, .what = "a number > 0"};
@@ -86,8 +102,8 @@ class TableReader {
   std::vector<double> numbers(std::string_view key, std::size_t count_low, std::size_t count_high, Range range = any_number) const;
   std::vector<double> number_or_numbers(std::string_view key, std::size_t count_low, std::size_t count_high,
                                         Range range = any_number) const;
-  Vec3 vector3(std::string_view key) const;
-  Vec3 vector3(std::string_view key, const Vec3& otherwise) const;
+  Vec3 vector3(std::string_view key, const char* unit = nullptr) const;
+  Vec3 vector3(std::string_view key, const Vec3& otherwise, const char* unit = nullptr) const;
   Vec3 direction(std::string_view key, const Vec3& otherwise) const;  // normalised; zero is refused
   std::vector<int> integers(std::string_view key, int low, int high) const;
   std::vector<std::string> texts(std::string_view key) const;
@@ -103,6 +119,10 @@ class TableReader {
   const std::string& file() const { return file_; }
   void set_label(std::string label) { label_ = std::move(label); }
 
+  // The scene's parameters, for this reader and those made from it afterwards. Held by reference. Without: numbers and units only.
+  void set_parameters(const Parameters& parameters) { parameters_ = &parameters; }
+  const Parameters& parameters() const;
+
   // "FILE:LINE: [[body]] 'crank': key 'length' MESSAGE"
   [[noreturn]] void fail(std::string_view key, const std::string& message) const;
   // "FILE:LINE: [[body]] 'crank': MESSAGE"
@@ -110,10 +130,13 @@ class TableReader {
 
  private:
   double checked_number(std::string_view key, const TomlValue& value, Range range, const std::string& which) const;
+  double text_number(std::string_view key, const TomlValue& value, Range range, const std::string& which) const;
+  TableReader inside(const TomlValue& table, std::string label, std::string prefix) const;
   std::vector<double> checked_numbers(std::string_view key, const TomlValue& value, std::size_t low, std::size_t high, Range range) const;
   std::string full_key(std::string_view key) const;
 
   const TomlValue* table_;
+  const Parameters* parameters_ = nullptr;
   std::string file_, label_, prefix_;
 };
 

@@ -51,6 +51,7 @@ void require_count(const Scene& scene, const JointDef& def, const char* key, siz
 
 struct Freedom {
   std::vector<int> value, rate;  // cluster rates that may be moved at the position and at the velocity level
+  std::vector<int> unguessed;    // of value, those of joints without a guess
 };
 
 Freedom freedom_of(const Model& model, const Scene& scene, int cluster) {
@@ -61,6 +62,7 @@ Freedom freedom_of(const Model& model, const Scene& scene, int cluster) {
     const JointDef* def = p.joint.scene_joint >= 0 ? &scene.joints[p.joint.scene_joint] : nullptr;
     for (int k = 0; k < p.joint.nv; ++k) {
       if (!def || !def->initial.value) out.value.push_back(p.v0 - c.v0 + k);
+      if (!def || (!def->initial.value && !def->initial.guess)) out.unguessed.push_back(p.v0 - c.v0 + k);
       if (!def || !def->initial.rate) out.rate.push_back(p.v0 - c.v0 + k);
     }
   }
@@ -201,6 +203,22 @@ std::string values_text(const double* q, int count) {
   return count == 1 ? text : "[" + text + "]";
 }
 
+// "joint 'coupler' 1.249, joint 'rocker' 0.61": where the coordinates are that were moved to close the loop; the first six.
+std::string branch_text(const Model& model, const Cluster& c, const VecX& before, const Work& work) {
+  std::string text;
+  int told = 0;
+  for (int i : c.parts) {
+    const Part& p = model.parts[i];
+    if (p.joint.scene_joint < 0 || p.joint.nq == 0 || p.joint.nq != p.joint.nv) continue;
+    if (((work.q - before).segment(p.q0, p.joint.nq).cwiseAbs().array() <= 1e-6).all()) continue;
+    if (++told > 6) return text + ", ...";
+    VecX rounded = work.q.segment(p.q0, p.joint.nq);
+    for (double& x : rounded) x = std::round(x * 1e4) * 1e-4;
+    text += fmt::format("{}joint '{}' {}", text.empty() ? "" : ", ", p.joint.name, values_text(rounded.data(), p.joint.nq));
+  }
+  return text;
+}
+
 // Which of the given initial values would close the loop, were it another: "'value' of joint 'crank' 0.5236 instead of 0.5". One joint at a
 // time, from the positions that the scene gives; those that need the least change first, three at most. Joints of quaternions are left out.
 // Empty: none alone can.
@@ -333,6 +351,7 @@ void assemble(Model& model, const Scene& scene, Work& work, Notes& notes) {
                     traits(p.joint.kind).quaternion > 0 ? std::initializer_list<int>{3, nv} : std::initializer_list<int>{nv});
       set_joint_value(p.joint, *def.initial.value, work.q.data() + p.q0);
     }
+    if (def.initial.guess) set_joint_value(p.joint, *def.initial.guess, work.q.data() + p.q0);
     if (def.initial.rate) {
       require_count(scene, def, "rate", def.initial.rate->size(),
                     traits(p.joint.kind).quaternion > 0 ? std::initializer_list<int>{3, nv} : std::initializer_list<int>{nv});
@@ -364,12 +383,18 @@ void assemble(Model& model, const Scene& scene, Work& work, Notes& notes) {
     if (!c.loops.empty()) {
       const Freedom free = freedom_of(model, scene, cluster);
       const VecX before = work.q;
+      // First what has no guess comes as near as it can to closing the loop, so that the guesses choose the way to close it.
+      if (free.unguessed.size() < free.value.size()) assemble_positions(model, cluster, free.unguessed, work);
       // 1e-9 of the size is far above rounding and far below what anybody calls closed by construction.
       if (assemble_positions(model, cluster, free.value, work) > 1e-9 * c.size) refuse_open(model, scene, before, work, cluster);
       const double moved = before.size() > 0 ? (work.q - before).cwiseAbs().maxCoeff() : 0.0;
-      if (moved > 1e-6)
+      if (moved > 1e-6) {
+        const std::string branch = branch_text(model, c, before, work);
         notes.tell(fmt::format("joint '{}'", model.loops[c.loops.front()].name),
-                   fmt::format("initial positions were adjusted by up to {:.3g} (rad or m) to close the loop", moved));
+                   fmt::format("initial positions were adjusted by up to {:.3g} (rad or m) to close the loop{}{}", moved,
+                               branch.empty() ? "" : ": it starts with " + branch,
+                               branch.empty() ? "" : "; initial = { guess = ... } near another position chooses another way to close it"));
+      }
       work.clusters[k].partition = choose_partition(model, cluster, work, false);
       const int rows = closure_row_count(model, work, cluster), used = static_cast<int>(work.clusters[k].partition.rows.size());
       if (used < rows)

@@ -1,0 +1,242 @@
+#include "sim/scene/instances.h"
+
+#include "sim/base/spatial.h"
+#include "sim/base/words.h"
+#include "sim/scene/rotation_input.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include <fmt/format.h>
+
+namespace flexframe::sim {
+namespace {
+
+const std::vector<std::string> kinds{"body", "joint", "force", "output"};
+
+// Keys whose texts are words and names, not numbers.
+const std::set<std::string, std::less<>> word_keys{"name",  "kind",    "model",   "mesh",     "file",  "color",  "parent", "child",
+                                                   "on",    "from",    "of",      "quantity", "frame", "shape",  "frames", "boundary",
+                                                   "shown", "effects", "without", "ports",    "euler", "drawing"};
+// Of these, the ones that name bodies and joints, or a frame behind a dot.
+const std::set<std::string, std::less<>> reference_keys{"parent", "child", "on", "from", "of"};
+
+struct Copy {
+  const TableReader* instance = nullptr;
+  std::string name;                          // "b2"
+  Parameters all;                            // the scene's and the group's
+  Parameters own;                            // the group's and i, as numbers
+  std::map<std::string, std::string> words;  // parameters that are texts
+  std::set<std::string> inside;              // bodies and joints of the group
+  Vec3 position = Vec3::Zero();
+  Mat3 turn = Mat3::Identity();
+};
+
+// "{expression}" in names and words.
+std::string fill(const Copy& copy, const std::string& text) {
+  std::string out;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t open = text.find('{', at), close = text.find('}', at);
+    if (open == std::string::npos || close == std::string::npos || close < open) {
+      out.append(text, at);
+      break;
+    }
+    out.append(text, at, open - at);
+    const std::string inner = text.substr(open + 1, close - open - 1);
+    if (const auto word = copy.words.find(inner); word != copy.words.end()) {
+      out += word->second;
+    } else {
+      try {
+        const double x = copy.all.number(inner, nullptr);
+        out += x == std::round(x) && std::abs(x) < 1e15 ? fmt::format("{:.0f}", x) : fmt::format("{}", x);
+      } catch (const InputError& error) {
+        copy.instance->fail(fmt::format("makes no word of {} in its group: {}", quote(text), error.what()));
+      }
+    }
+    at = close + 1;
+  }
+  return out;
+}
+
+void rewrite(const Copy& copy, TomlValue& value, const std::string& key, bool words) {
+  using Type = TomlValue::Type;
+  if (value.type == Type::text) {
+    if (!words) {
+      try {
+        value.text = copy.own.substitute(value.text);
+      } catch (const InputError& error) {
+        copy.instance->fail(error.what());
+      }
+      return;
+    }
+    value.text = fill(copy, value.text);
+    if (key == "name") value.text = copy.name + ":" + value.text;
+    if (!reference_keys.contains(key)) return;
+    const std::size_t dot = value.text.find('.');
+    if (copy.inside.contains(value.text.substr(0, dot))) value.text = copy.name + ":" + value.text;
+  } else if (value.type == Type::array) {
+    for (TomlValue& item : value.items) rewrite(copy, item, key, words);
+  } else if (value.type == Type::table) {
+    for (std::size_t k = 0; k < value.items.size(); ++k) {
+      // Names of frames are keys; what stands behind them are numbers.
+      const bool inner_words = key == "drawing" || (value.keys[k] != "frames" && word_keys.contains(value.keys[k]));
+      rewrite(copy, value.items[k], value.keys[k], inner_words);
+    }
+  }
+}
+
+void set_numbers(TomlValue& table, const std::string& key, const Vec3& numbers) {
+  TomlValue list;
+  list.type = TomlValue::Type::array;
+  list.line = table.line;
+  for (const double x : numbers) {
+    TomlValue item;
+    item.type = TomlValue::Type::real;
+    item.line = table.line;
+    item.real = x;
+    list.items.push_back(std::move(item));
+  }
+  if (TomlValue* old = table.find(key)) {
+    *old = std::move(list);
+    return;
+  }
+  table.keys.push_back(key);
+  table.key_lines.push_back(table.line);
+  table.items.push_back(std::move(list));
+}
+
+// Moves and turns what hangs on bodies outside the group, or on the world.
+void place(const Copy& copy, TomlValue& table, const std::string& kind, const std::string& file) {
+  if (copy.turn == Mat3::Identity() && copy.position == Vec3::Zero()) return;
+  TableReader reader(table, table.file ? *table.file : file, fmt::format("[[{}]]", kind));
+  reader.set_parameters(copy.all);
+  if (kind == "joint" && reader.has("parent")) {
+    const std::string parent = reader.text("parent");
+    const std::string body = parent.substr(0, parent.find('.'));
+    if (body.starts_with(copy.name + ":") && copy.inside.contains(body.substr(copy.name.size() + 1))) return;
+    const Vec3 position = copy.position + copy.turn * reader.vector3("position", Vec3::Zero(), "m");
+    const Mat3 turn = copy.turn * rotation_exp(read_rotation(reader, "rotation"));
+    set_numbers(table, "position", position);
+    set_numbers(table, "rotation", rotation_log(turn));
+  }
+  if (kind == "force" && reader.has("direction") && reader.text("frame", "world") == "world")
+    set_numbers(table, "direction", copy.turn * reader.vector3("direction"));
+}
+
+std::string text_of(const TableReader& reader, const std::string& name) {
+  const TomlValue& value = *reader.find(name);
+  if (value.type == TomlValue::Type::text) return value.text;
+  if (value.type == TomlValue::Type::integer || value.type == TomlValue::Type::real) return fmt::format("{}", value.real);
+  reader.fail(name, fmt::format("must be a number or a text, found {}", describe(value)));
+}
+
+// The group's parameters, with those of the instance in their place.
+void set_parameters(const TableReader& group, const TableReader& instance, const Parameters& scene, int number, Copy& copy) {
+  Parameters outer = scene;
+  outer.add("i", fmt::format("{}", number));
+  copy.all = outer;
+  const auto defaults = group.table("parameters");
+  const auto given = instance.table("parameters");
+  if (given && !defaults) instance.fail("parameters", "are given, but the group has none");
+  if (given) given->allow(defaults->value().keys);
+  std::vector<std::string> names{"i"};
+  if (defaults)
+    for (const std::string& name : defaults->value().keys) {
+      const bool own = given && given->has(name);
+      const std::string text = text_of(own ? *given : *defaults, name);
+      try {
+        // An instance's text sees the scene's parameters, so that L = "L" hands one on.
+        copy.all.add(name, own ? fmt::format("{}", outer.number(text, nullptr)) : text);
+        names.push_back(name);
+      } catch (const InputError&) {
+        copy.words[name] = text;
+      }
+    }
+  for (const std::string& name : names) {
+    try {
+      copy.own.add(name, fmt::format("{}", copy.all.number(name, nullptr)));
+    } catch (const InputError& error) {
+      // A default that is no number is a word.
+      if (!defaults || !defaults->has(name)) throw;
+      copy.words[name] = text_of(*defaults, name);
+    }
+  }
+}
+
+void add_copy(TomlValue& root, const TomlValue& group, const Copy& copy, const std::string& file) {
+  for (const std::string& kind : kinds) {
+    const TomlValue* list = group.find(kind);
+    if (!list) continue;
+    TomlValue* into = root.find(kind);
+    if (!into) {
+      root.keys.push_back(kind);
+      root.key_lines.push_back(list->line);
+      root.items.emplace_back();
+      into = &root.items.back();
+      into->type = TomlValue::Type::array;
+      into->line = list->line;
+    }
+    for (TomlValue table : list->items) {
+      if (!table.file) table.file = group.file;
+      rewrite(copy, table, "", false);
+      place(copy, table, kind, file);
+      into->items.push_back(std::move(table));
+    }
+  }
+}
+
+}  // namespace
+
+void place_instances(TomlValue& root, const std::string& file, const Parameters& parameters) {
+  TableReader reader(root, file, "");
+  reader.set_parameters(parameters);
+  std::map<std::string, TableReader> groups;
+  for (TableReader& group : reader.tables("group")) {
+    const std::string name = group.text("name");
+    group.set_label(fmt::format("[[group]] {}", quote(name)));
+    group.allow({"name", "parameters", "body", "joint", "force", "output"});
+    for (const std::string& kind : kinds) group.tables(kind);
+    group.table("parameters");
+    if (!groups.emplace(name, group).second) group.fail("name", "is already the name of another group");
+  }
+  std::vector<std::string> known;
+  for (const auto& entry : groups) known.push_back(entry.first);
+  const TomlValue instances = root.find("instance") ? *root.find("instance") : TomlValue{};
+  const TomlValue definitions = root.find("group") ? *root.find("group") : TomlValue{};
+  for (const TomlValue& table : instances.items) {
+    TableReader instance(table, table.file ? *table.file : file, "[[instance]]");
+    instance.set_parameters(parameters);
+    const std::string name = instance.text("name");
+    instance.set_label(fmt::format("[[instance]] {}", quote(name)));
+    instance.allow({"group", "name", "count", "position", "rotation", "parameters"});
+    const std::string group_name = instance.text("group");
+    const TomlValue* definition = nullptr;
+    for (const TomlValue& candidate : definitions.items)
+      if (candidate.find("name")->text == group_name) definition = &candidate;
+    if (!definition) {
+      const std::string hint = did_you_mean(group_name, known);
+      instance.fail("group", fmt::format("names the group {}, which does not exist{} {}", quote(group_name), hint.empty() ? ";" : hint,
+                                         known.empty() ? "the scene has no [[group]]" : "there are " + list_words(known)));
+    }
+    const TableReader group(*definition, definition->file ? *definition->file : file, fmt::format("[[group]] {}", quote(group_name)));
+    const int count = instance.integer("count", 0, 0, 10000);
+    for (int number = 1; number <= std::max(count, 1); ++number) {
+      Copy copy;
+      copy.instance = &instance;
+      copy.name = instance.has("count") ? fmt::format("{}{}", name, number) : name;
+      set_parameters(group, instance, parameters, number, copy);
+      TableReader placed = instance;
+      placed.set_parameters(copy.all);
+      copy.position = placed.vector3("position", Vec3::Zero(), "m");
+      copy.turn = rotation_exp(read_rotation(placed, "rotation"));
+      for (const char* kind : {"body", "joint"})
+        if (const TomlValue* list = definition->find(kind))
+          for (const TomlValue& item : list->items)
+            if (const TomlValue* own = item.find("name")) copy.inside.insert(fill(copy, own->text));
+      add_copy(root, *definition, copy, file);
+    }
+  }
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,155 @@
+#include "sim/scene/parameters.h"
+
+#include "sim/base/types.h"
+#include "sim/base/words.h"
+#include "sim/scene/expression.h"
+#include "sim/scene/units.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include <fmt/format.h>
+
+namespace flexframe::sim {
+namespace {
+
+bool starts_name(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+// Names that mean something in an expression already.
+bool is_taken(const std::string& name) {
+  if (name == "t") return true;
+  for (const char* arguments : {"", "(1)", "(1, 1)"}) {
+    try {
+      const Expression known(name + arguments);
+      return true;
+    } catch (const std::exception&) {}
+  }
+  return false;
+}
+
+}  // namespace
+
+std::vector<NameInText> names_in(std::string_view text) {
+  std::vector<NameInText> names;
+  for (std::size_t at = 0; at < text.size();) {
+    if (is_digit(text[at]) || text[at] == '.') {
+      // A number with its exponent, whose e is no name.
+      while (at < text.size() && (is_digit(text[at]) || text[at] == '.')) ++at;
+      std::size_t exponent = at;
+      if (exponent < text.size() && (text[exponent] == 'e' || text[exponent] == 'E')) {
+        ++exponent;
+        if (exponent < text.size() && (text[exponent] == '+' || text[exponent] == '-')) ++exponent;
+        if (exponent < text.size() && is_digit(text[exponent])) {
+          at = exponent;
+          while (at < text.size() && is_digit(text[at])) ++at;
+        }
+      }
+    } else if (starts_name(text[at])) {
+      const std::size_t begin = at;
+      while (at < text.size() && (starts_name(text[at]) || is_digit(text[at]))) ++at;
+      std::size_t next = at;
+      while (next < text.size() && text[next] == ' ') ++next;
+      if (next >= text.size() || text[next] != '(') names.push_back({begin, at - begin});
+    } else {
+      ++at;
+    }
+  }
+  return names;
+}
+
+void Parameters::add(const std::string& name, const std::string& text) {
+  const bool good =
+      !name.empty() && starts_name(name[0]) && std::all_of(name.begin(), name.end(), [](char c) { return starts_name(c) || is_digit(c); });
+  if (!good) throw InputError("is no name for a parameter: letters, digits and _ only, no digit first");
+  if (is_taken(name)) throw InputError("is a word of expressions already; choose another name");
+  texts_[name] = text;
+  values_.clear();
+}
+
+double Parameters::value(const std::string& name) const {
+  if (const auto known = values_.find(name); known != values_.end()) return known->second;
+  if (std::find(open_.begin(), open_.end(), name) != open_.end())
+    throw InputError(fmt::format("the parameters {} and {} need each other", open_.back(), name));
+  open_.push_back(name);
+  try {
+    const std::string& text = texts_.at(name);
+    const auto [number_text, unit_text] = split_unit(text);
+    const double factor = unit_text.empty() ? 1.0 : parse_unit(unit_text)->factor;
+    const double result = number(number_text, nullptr) * factor;
+    open_.pop_back();
+    values_[name] = result;
+    return result;
+  } catch (const InputError& error) {
+    open_.pop_back();
+    const std::string message = error.what();
+    // The innermost parameter is the one to change.
+    if (message.starts_with("the parameter")) throw;
+    throw InputError(fmt::format("the parameter {} = {}: {}", name, quote(texts_.at(name)), message));
+  }
+}
+
+std::string Parameters::substitute(std::string_view text) const {
+  std::string out;
+  std::size_t done = 0;
+  for (const NameInText& name : names_in(text)) {
+    const std::string word(text.substr(name.at, name.length));
+    if (!has(word)) continue;
+    out.append(text, done, name.at - done);
+    out += fmt::format("({})", value(word));
+    done = name.at + name.length;
+  }
+  out.append(text, done, std::string_view::npos);
+  return out;
+}
+
+double Parameters::number(std::string_view text, const char* unit) const {
+  std::string_view number_text = text, unit_text;
+  // "3 t" might be an expression of time elsewhere; a number has no t, so that what stands behind it is a unit.
+  std::tie(number_text, unit_text) = split_unit(text);
+  double factor = 1.0;
+  if (!unit_text.empty()) {
+    const Unit given = *parse_unit(unit_text);
+    if (unit == nullptr) throw InputError(fmt::format("a number without a unit is expected, found the unit {}", quote(unit_text)));
+    const std::optional<Unit> wanted = parse_unit(unit);
+    if (!wanted || !fits(given.dimension, wanted->dimension))
+      throw InputError(fmt::format("the unit {} does not fit; a number in {} is expected", quote(unit_text), *unit ? unit : "no unit"));
+    factor = given.factor / wanted->factor;
+  }
+  const std::string plain = substitute(number_text);
+  try {
+    const Expression expression(plain);
+    if (!expression.constant()) throw InputError("it depends on the time t, which a number cannot");
+    return expression.value(0.0) * factor;
+  } catch (const InputError& error) {
+    std::vector<std::string> known;
+    for (const auto& entry : texts_) known.push_back(entry.first);
+    for (const NameInText& name : names_in(plain)) {
+      const std::string word = plain.substr(name.at, name.length);
+      if (word != "t" && !is_taken(word))
+        throw InputError(fmt::format("{} is no parameter{} {}", quote(word), did_you_mean(word, known),
+                                     known.empty() ? "and the scene has none ([parameters])" : "(there are " + list_words(known) + ")"));
+    }
+    // Columns are those of the text with its values, which nobody sees.
+    const std::string message = error.what();
+    const std::size_t colon = message.find(": ");
+    if (plain == text || !message.starts_with("column ") || colon == std::string::npos) throw;
+    throw InputError(message.substr(colon + 2));
+  } catch (const SimulationError& error) {
+    throw InputError(error.what());
+  }
+}
+
+std::string Parameters::values_in(std::string_view text) const {
+  std::string out;
+  std::vector<std::string> told;
+  for (const NameInText& name : names_in(text)) {
+    const std::string word(text.substr(name.at, name.length));
+    if (!has(word) || std::find(told.begin(), told.end(), word) != told.end()) continue;
+    told.push_back(word);
+    out += fmt::format("{}{} = {}", out.empty() ? "" : ", ", word, value(word));
+  }
+  return out;
+}
+
+}  // namespace flexframe::sim

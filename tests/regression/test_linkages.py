@@ -1,0 +1,238 @@
+"""Linkages of the textbooks assembled and run from guesses of two and three digits, compared with circles that meet (compass and ruler)."""
+import math
+import pathlib
+
+from program import finish, history, near, run, temporary_folder
+
+
+def meet(a, ra, b, rb, side):
+    """Where the circles of radius ra about a and rb about b meet; side 1: left of the way from a to b, -1: right of it."""
+    dx, dy = b[0] - a[0], b[1] - a[1]
+    d = math.hypot(dx, dy)
+    along = (ra * ra - rb * rb + d * d) / (2 * d)
+    beside = side * math.sqrt(ra * ra - along * along)
+    return (a[0] + (along * dx - beside * dy) / d, a[1] + (along * dy + beside * dx) / d)
+
+
+def direction(a, b):
+    return math.atan2(b[1] - a[1], b[0] - a[0])
+
+
+class Scene:
+    """Links in the plane z = 0, each with its frames; joints turn about z. Angles are rounded as a user would write them."""
+
+    def __init__(self, duration=0.2, digits=2):
+        self.text = f"[simulation]\nduration = {duration}\noutput_rate = 500\ntolerance = 1e-8\n"
+        self.ground, self.bodies, self.joints, self.outputs = {}, "", "", ""
+        self.digits = digits
+        self.turn = {"ground": 0.0}
+
+    def link(self, name, turn, **frames):
+        self.turn[name] = turn
+        places = ", ".join(f"{key} = [{x}, {y}, 0]" for key, (x, y) in frames.items())
+        self.bodies += f'[[body]]\nname = "{name}"\nkind = "rigid"\nmass = 1\ninertia = [0.1, 0.1, 0.1]\nframes = {{ {places} }}\n'
+
+    def pin(self, parent, child, drive=None, guess=True):
+        turn = self.turn[child.split(".")[0]] - self.turn[parent.split(".")[0]]
+        turn = math.remainder(turn, 2 * math.pi)
+        name = f"{parent}-{child}".replace(".", "_")
+        self.joints += f'[[joint]]\nname = "{name}"\nkind = "revolute"\nparent = "{parent}"\nchild = "{child}"\n'
+        if drive is not None:
+            self.joints += f'motion = "{drive}"\n'
+        elif guess:
+            self.joints += f"initial = {{ guess = {round(turn, self.digits)} }}\n"
+
+    def see(self, frame):
+        self.outputs += f'[[output]]\nname = "{frame.replace(".", "_")}"\nof = "{frame}"\nquantity = "position"\n'
+
+    def run(self, folder):
+        frames = ", ".join(f"{key} = [{x}, {y}, 0]" for key, (x, y) in self.ground.items())
+        scene = folder / "scene.toml"
+        scene.write_text(f"{self.text}[ground]\nframes = {{ {frames} }}\n{self.bodies}{self.joints}{self.outputs}")
+        run("simulate", scene, "-o", folder / "r.h5", "--csv", folder / "h.csv")
+        return history(folder / "h.csv")
+
+
+def compare(h, frame, place, bound, what):
+    """place(t): where the frame is."""
+    worst = 0.0
+    for k, t in enumerate(h["t"]):
+        x, y = place(t)
+        worst = max(worst, math.hypot(h[frame + ".x"][k] - x, h[frame + ".y"][k] - y))
+    near(worst, 0.0, bound, what)
+
+
+def jansen(folder):
+    # Theo Jansen's leg with his eleven numbers, cm to dm.
+    m, j, b, k, c, e, d, f, g, h, i = (x / 10 for x in (15, 50, 41.5, 61.9, 39.3, 55.8, 40.1, 39.4, 36.7, 65.7, 49.0))
+    o, z = (0.0, 0.0), (-3.8, -0.78)
+    speed, start = 3.0, 1.1
+
+    def points(t):
+        a = start + speed * t
+        crank = (m * math.cos(a), m * math.sin(a))
+        upper = meet(z, b, crank, j, 1)
+        top = meet(z, d, upper, e, 1)
+        lower = meet(z, c, crank, k, -1)
+        knee = meet(top, f, lower, g, -1)
+        foot = meet(knee, h, lower, i, -1)
+        return crank, upper, top, lower, knee, foot
+
+    crank, upper, top, lower, knee, foot = points(0.0)
+    s = Scene()
+    s.ground = {"o": o, "z": z}
+
+    def own(origin, along, point):
+        """A point in the axes of a link from `origin` towards `along`."""
+        turn = direction(origin, along)
+        dx, dy = point[0] - origin[0], point[1] - origin[1]
+        return (dx * math.cos(turn) + dy * math.sin(turn), -dx * math.sin(turn) + dy * math.cos(turn))
+
+    s.link("crank", start, tip=(m, 0))
+    s.link("j", direction(crank, upper), tip=(j, 0))
+    s.link("shoulder", direction(z, upper), upper=(b, 0), top=own(z, upper, top))
+    s.link("k", direction(crank, lower), tip=(k, 0))
+    s.link("c", direction(z, lower), tip=(c, 0))
+    s.link("f", direction(top, knee), tip=(f, 0))
+    s.link("leg", direction(lower, knee), knee=(g, 0), foot=own(lower, knee, foot))
+    s.pin("ground.o", "crank", drive=f"{start} + {speed}*t")
+    s.pin("crank.tip", "j")
+    s.pin("ground.z", "shoulder")
+    s.pin("crank.tip", "k")
+    s.pin("ground.z", "c")
+    s.pin("shoulder.top", "f")
+    s.pin("c.tip", "leg")
+    s.pin("j.tip", "shoulder.upper", guess=False)
+    s.pin("k.tip", "c.tip", guess=False)
+    s.pin("f.tip", "leg.knee", guess=False)
+    s.see("leg.foot")
+    compare(s.run(folder), "leg_foot", lambda t: points(t)[5], 1e-6, "Jansen's leg, foot")
+
+
+def watt(folder):
+    # Watt's straight-line linkage: the middle of the coupler.
+    a, b, c, span = 1.0, 0.6, 1.0, (2.0, 0.6)
+    start, speed = 0.12, -0.8
+
+    def points(t):
+        p = (a * math.cos(start + speed * t), a * math.sin(start + speed * t))
+        return p, meet(p, b, span, c, -1)
+
+    p, q = points(0.0)
+    s = Scene()
+    s.ground = {"left": (0, 0), "right": span}
+    s.link("left", start, tip=(a, 0))
+    s.link("coupler", direction(p, q), tip=(b, 0), middle=(b / 2, 0))
+    s.link("right", direction(span, q), tip=(c, 0))
+    s.pin("ground.left", "left", drive=f"{start} + {speed}*t")
+    s.pin("left.tip", "coupler")
+    s.pin("ground.right", "right")
+    s.pin("coupler.tip", "right.tip", guess=False)
+    s.see("coupler.middle")
+
+    def middle(t):
+        p, q = points(t)
+        return (p[0] + q[0]) / 2, (p[1] + q[1]) / 2
+
+    compare(s.run(folder), "coupler_middle", middle, 1e-7, "Watt's linkage, middle of the coupler")
+
+
+def stephenson(folder):
+    # Stephenson III: a four-bar whose coupler point carries a dyad to the ground.
+    crank, coupler, rocker, base = 0.4, 1.2, 0.9, (1.3, 0.0)
+    point, dyad, swing, far = (0.5, 0.6), 1.4, 0.9, (1.6, 1.3)
+    start, speed = 0.7, 4.0
+
+    def points(t):
+        a = start + speed * t
+        p = (crank * math.cos(a), crank * math.sin(a))
+        q = meet(p, coupler, base, rocker, 1)
+        turn = direction(p, q)
+        r = (p[0] + point[0] * math.cos(turn) - point[1] * math.sin(turn), p[1] + point[0] * math.sin(turn) + point[1] * math.cos(turn))
+        return p, q, r, meet(r, dyad, far, swing, 1)
+
+    p, q, r, u = points(0.0)
+    s = Scene(duration=1.0)
+    s.ground = {"a": (0, 0), "b": base, "c": far}
+    s.link("crank", start, tip=(crank, 0))
+    s.link("coupler", direction(p, q), tip=(coupler, 0), point=point)
+    s.link("rocker", direction(base, q), tip=(rocker, 0))
+    s.link("dyad", direction(r, u), tip=(dyad, 0))
+    s.link("swing", direction(far, u), tip=(swing, 0))
+    s.pin("ground.a", "crank", drive=f"{start} + {speed}*t")
+    s.pin("crank.tip", "coupler")
+    s.pin("ground.b", "rocker")
+    s.pin("coupler.point", "dyad")
+    s.pin("ground.c", "swing")
+    s.pin("coupler.tip", "rocker.tip", guess=False)
+    s.pin("dyad.tip", "swing.tip", guess=False)
+    s.see("swing.tip")
+    compare(s.run(folder), "swing_tip", lambda t: points(t)[3], 1e-6, "Stephenson's linkage, rocker of the dyad")
+
+
+def quick_return(folder):
+    # Whitworth: a slotted lever about the origin, driven by a crank whose centre lies above it. The block slides along the lever.
+    crank, height, lever, speed, start = 0.2, 0.35, 0.8, 5.0, 0.4
+
+    def angle(t):
+        return math.atan2(height + crank * math.sin(start + speed * t), crank * math.cos(start + speed * t))
+
+    s = Scene(duration=1.5)
+    s.ground = {"lever": (0, 0), "crank": (0, height)}
+    s.link("lever", angle(0.0), tip=(lever, 0))
+    s.link("crank", start, tip=(crank, 0))
+    s.link("block", angle(0.0))
+    s.pin("ground.crank", "crank", drive=f"{start} + {speed}*t")
+    s.pin("ground.lever", "lever")
+    distance = math.hypot(crank * math.cos(start), height + crank * math.sin(start))
+    s.joints += '[[joint]]\nname = "slot"\nkind = "prismatic"\nparent = "lever"\nchild = "block"\naxis = [1, 0, 0]\n'
+    s.joints += f"initial = {{ guess = {round(distance, 2)} }}\n"
+    s.pin("crank.tip", "block", guess=False)
+    s.see("lever.tip")
+    place = lambda t: (lever * math.cos(angle(t)), lever * math.sin(angle(t)))
+    compare(s.run(folder), "lever_tip", place, 1e-6, "quick return, end of the lever")
+
+
+def stewart(folder):
+    # A platform on six legs, each on a universal joint, sliding out as a motion says, ending in a ball joint: the lengths that a pose asks
+    # for give that pose. Straight up by 0.15 sin^2.
+    base = [(math.cos(a), math.sin(a)) for a in (math.radians(x) for x in (10, 110, 130, 230, 250, 350))]
+    top = [(0.6 * math.cos(a), 0.6 * math.sin(a)) for a in (math.radians(x) for x in (50, 70, 170, 190, 290, 310))]
+    height, duration = 1.1, 0.3
+    text = f"[simulation]\nduration = {duration}\noutput_rate = 200\ntolerance = 1e-9\n"
+    frames = ", ".join(f"b{k} = [{x}, {y}, 0]" for k, (x, y) in enumerate(base))
+    text += f"[ground]\nframes = {{ {frames} }}\n"
+    frames = ", ".join(f"t{k} = [{x}, {y}, 0]" for k, (x, y) in enumerate(top))
+    text += f'[[body]]\nname = "platform"\nkind = "rigid"\nmass = 20\ninertia = [1, 1, 2]\nframes = {{ {frames} }}\n'
+    joints = '[[joint]]\nname = "pose"\nkind = "free"\nparent = "ground"\nchild = "platform"\n'
+    joints += f"initial = {{ guess = [0, 0, {height}, 0, 0, 0] }}\n"
+    for k in range(6):
+        flat = (top[k][0] - base[k][0], top[k][1] - base[k][1])
+        for part in ("lower", "upper"):
+            text += f'[[body]]\nname = "{part}{k}"\nkind = "rigid"\nmass = 1\ninertia = [0.1, 0.1, 0.1]\n'
+        # The leg's z axis leans towards the platform's joint: first about x, then about the new y.
+        length = math.sqrt(flat[0] ** 2 + flat[1] ** 2 + height**2)
+        about_x = math.atan2(-flat[1], height)
+        about_y = math.asin(flat[0] / length)
+        joints += f'[[joint]]\nname = "foot{k}"\nkind = "universal"\nparent = "ground.b{k}"\nchild = "lower{k}"\naxis = [1, 0, 0]\n'
+        joints += f"initial = {{ guess = [{round(about_x, 1)}, {round(about_y, 1)}] }}\n"
+        motion = f"sqrt({flat[0] ** 2 + flat[1] ** 2!r} + ({height} + 0.15*sin(5*t)^2)^2)"
+        joints += f'[[joint]]\nname = "slide{k}"\nkind = "prismatic"\nparent = "lower{k}"\nchild = "upper{k}"\nmotion = "{motion}"\n'
+        joints += f'[[joint]]\nname = "ball{k}"\nkind = "spherical"\nparent = "upper{k}"\nchild = "platform.t{k}"\n'
+    text += joints + '[[output]]\nname = "place"\nof = "platform"\nquantity = "position"\n'
+    scene = folder / "stewart.toml"
+    scene.write_text(text)
+    run("simulate", scene, "-o", folder / "r.h5", "--csv", folder / "h.csv")
+    h = history(folder / "h.csv")
+    worst = max(
+        math.sqrt(h["place.x"][k] ** 2 + h["place.y"][k] ** 2 + (h["place.z"][k] - height - 0.15 * math.sin(5 * t) ** 2) ** 2)
+        for k, t in enumerate(h["t"])
+    )
+    near(worst, 0.0, 1e-6, "Stewart platform, its place")
+
+
+with temporary_folder() as folder:
+    folder = pathlib.Path(folder)
+    for linkage in (jansen, watt, stephenson, quick_return, stewart):
+        linkage(folder)
+finish()

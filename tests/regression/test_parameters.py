@@ -1,0 +1,324 @@
+"""Scenes with parameters, units, settings of the command line, included files, groups, named places and guesses, through the real program.
+
+The truth is a scene with plain numbers, written here, or a closed formula."""
+import math
+import pathlib
+
+from program import expect, finish, history, near, run, temporary_folder
+
+head = """[simulation]
+duration = 0.5
+gravity = [0, -9.81, 0]
+tolerance = 1e-9
+"""
+rod = """[[body]]
+name = "%(name)s"
+kind = "rigid"
+mass = %(mass)s
+inertia = [0, %(inertia)s, %(inertia)s]
+centre_of_mass = [%(half)s, 0, 0]
+frames = { tip = [%(length)s, 0, 0] }
+"""
+pin = """[[joint]]
+name = "%(name)s"
+kind = "revolute"
+parent = "%(parent)s"
+child = "%(child)s"
+"""
+angle = """[[output]]
+name = "%(name)s"
+of = "%(name)s"
+quantity = "value"
+"""
+
+
+def simulate(folder, text, *words, code=0, name="scene.toml"):
+    """The histories, or stderr of a run that is to fail."""
+    scene = folder / name
+    scene.write_text(text)
+    done = run("simulate", scene, "-o", folder / "r.h5", "--csv", folder / "h.csv", *words, code=code)
+    return history(folder / "h.csv") if code == 0 else done.stderr
+
+
+def same(a, b, what):
+    expect(a.keys() == b.keys(), f"{what}: columns {list(a)} and {list(b)}")
+    worst = max(abs(x - y) for key in a.keys() & b.keys() for x, y in zip(a[key], b[key]))
+    expect(worst == 0.0, f"{what}: off by {worst:.3g}")
+
+
+def number_scenes(folder):
+    def pendulum(length, mass, start):
+        values = {"name": "rod", "mass": mass, "inertia": mass * length**2 / 12, "half": length / 2, "length": length}
+        joint = pin % {"name": "pin", "parent": "ground", "child": "rod"}
+        return head + rod % values + joint + f"initial = {{ value = {start!r} }}\n" + angle % {"name": "pin"}
+
+    text = (
+        """[parameters]
+m = "2*base"
+L = "500 mm"
+base = 1
+start = "-30 deg"
+"""
+        + head.replace("0.5", '"500 ms"').replace("[0, -9.81, 0]", '"[0, -9.81, 0]"')
+        + rod % {"name": "rod", "mass": '"m"', "inertia": '"m*L^2/12"', "half": '"L/2"', "length": '"L"'}
+        + pin % {"name": "pin", "parent": "ground", "child": "rod"}
+        + 'initial = { value = "start" }\n'
+        + angle % {"name": "pin"}
+    )
+    plain = simulate(folder, pendulum(0.5, 2.0, -math.pi / 6))
+    same(simulate(folder, text), plain, "a pendulum of parameters and units")
+    set_text = simulate(folder, text, "--set", "L=0.25", "--set", "body.rod.mass=3", "--set", "joint.pin.initial.value=0.125")
+    reference = pendulum(0.25, 3.0, 0.125).replace(f"{3.0 * 0.25**2 / 12}", f"{2.0 * 0.25**2 / 12}")
+    same(set_text, simulate(folder, reference), "the same with three settings")
+    # What is drawn from the results is the scene as it was run.
+    simulate(folder, text, "--set", "L=0.25")
+    run("info", folder / "r.h5")
+    run("render", folder / "r.h5", "-o", folder / "pictures", "--size", "64x64", "--frames", "0:1", "--no-video")
+
+    wrong = [
+        (text.replace('"L/2"', '"L/"'), [], ["scene.toml:15", "'rod'", "'centre_of_mass'", "'L/'"]),
+        (text.replace('"L/2"', '"K/2"'), [], ["'K'", "no parameter", "L"]),
+        (text.replace("base = 1", 'base = "m"'), [], ["scene.toml:", "'m'", "need each other"]),
+        (text.replace('mass = "m"', 'mass = "2 mm"'), [], ["'mass'", "'mm'", "kg"]),
+        (text.replace('"start"', '"20 Hz"'), [], ["'initial.value'", "'Hz'", "rad"]),
+        (text.replace("[parameters]", "[parameters]\nsin = 3"), [], ["scene.toml:2", "'sin'"]),
+        (text.replace('mass = "m"', 'mass = "base - 2"'), [], ["'mass'", "-1", "base = 1"]),
+        (text.replace('mass = "m"', 'mass = "t"'), [], ["'mass'", "time"]),
+        (text, ["--set", "K=3"], ["--set K", "no parameter", "L"]),
+        (text, ["--set", "body.rod.mas=3"], ["'mas'", "mass"]),
+        (text, ["--set", "body.rodd.mass=3"], ["rodd", "rod"]),
+        (text, ["--set", "L"], ["NAME=VALUE"]),
+    ]
+    for scene, words, parts in wrong:
+        if not parts:
+            continue
+        message = simulate(folder, scene, *words, code=2)
+        for part in parts:
+            expect(part in message, f"{part!r} is missing in: {message}")
+
+
+def rotations(folder):
+    def scene(rotation):
+        return (
+            head
+            + rod % {"name": "rod", "mass": 2, "inertia": 0.1, "half": 0.25, "length": 0.5}
+            + pin % {"name": "pin", "parent": "ground", "child": "rod"}
+            + f"rotation = {rotation}\n"
+            + '[[output]]\nname = "tip"\nof = "rod.tip"\nquantity = "position"\n'
+        )
+
+    plain = simulate(folder, scene("[0, 0, 0.7853981633974483]"))
+    for rotation in ['[0, 0, "45 deg"]', '{ axis = [0, 0, 2], angle = "45 deg" }', '{ euler = "xyz", angles = [0, 0, "pi/4"] }']:
+        turned = simulate(folder, scene(rotation))
+        worst = max(abs(x - y) for key in plain for x, y in zip(plain[key], turned[key]))
+        expect(worst < 1e-12, f"rotation = {rotation}: off by {worst:.3g}")
+    # Turns about z, the new x, the new z: the tip lies where the matrices put it.
+    a, b, c = 0.3, 0.5, 0.7
+    h = simulate(folder, scene(f'{{ euler = "zxz", angles = [{a}, {b}, {c}] }}'))
+    wanted = [
+        math.cos(a) * math.cos(c) - math.sin(a) * math.cos(b) * math.sin(c),
+        math.sin(a) * math.cos(c) + math.cos(a) * math.cos(b) * math.sin(c),
+        math.sin(b) * math.sin(c),
+    ]
+    for k, axis in enumerate("xyz"):
+        near(h[f"tip.{axis}"][0], 0.5 * wanted[k], 1e-12, f"Euler angles, {axis}")
+
+
+def parts(folder):
+    (folder / "parts").mkdir()
+    (folder / "parts" / "rod.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    (folder / "parts" / "pendulum.toml").write_text(
+        """[parameters]
+mass = 5
+[[group]]
+name = "pendulum"
+parameters = { L = 0.5, carrier = "ground", start = 0 }
+[[group.body]]
+name = "rod"
+kind = "rigid"
+mass = "mass"
+inertia = "[0, mass*L^2/12, mass*L^2/12]"
+centre_of_mass = "[L/2, 0, 0]"
+frames = { tip = ["L", 0, 0] }
+mesh = "rod.obj"
+[[group.joint]]
+name = "pin"
+kind = "revolute"
+parent = "{carrier}"
+child = "rod"
+initial = { value = "start" }
+[[group.output]]
+name = "angle"
+of = "pin"
+quantity = "value"
+[[group.output]]
+name = "tip"
+of = "rod.tip"
+quantity = "position"
+"""
+    )
+    text = (
+        'include = "parts/pendulum.toml"\n[parameters]\nmass = 2\n'
+        + head
+        + """[[instance]]
+group = "pendulum"
+name = "p"
+count = 2
+position = "[i, 0, 0]"
+parameters = { start = "-0.1*i" }
+[[instance]]
+group = "pendulum"
+name = "second"
+parameters = { L = "mass/8", carrier = "p1:rod.tip" }
+"""
+    )
+    plain = head
+    rods = [("p1:rod", 0.5, "ground", 1, -0.1), ("p2:rod", 0.5, "ground", 2, -0.2), ("second:rod", 0.25, "p1:rod.tip", 0, 0)]
+    for name, length, _, _, _ in rods:
+        plain += rod % {"name": name, "mass": 2, "inertia": 2 * length**2 / 12, "half": length / 2, "length": length}
+    for name, _, parent, x, start in rods:
+        plain += pin % {"name": name.replace("rod", "pin"), "parent": parent, "child": name}
+        plain += f"position = [{x}, 0, 0]\ninitial = {{ value = {start} }}\n"
+    for name, *_ in rods:
+        own = name.split(":")[0]
+        plain += f'[[output]]\nname = "{own}:angle"\nof = "{own}:pin"\nquantity = "value"\n'
+        plain += f'[[output]]\nname = "{own}:tip"\nof = "{name}.tip"\nquantity = "position"\n'
+    wanted = simulate(folder, plain, name="plain.toml")
+    same(simulate(folder, text), wanted, "three pendulums of one group")
+    run("render", folder / "r.h5", "-o", folder / "of_parts", "--size", "64x64", "--frames", "0:1", "--no-video")
+    set_length = simulate(folder, text, "--set", "body.second:rod.mass=4", "--set", "mass=2")
+    expect(set_length["second:angle"] != wanted["second:angle"], "a setting did not reach the body of an instance")
+
+    for wrong, parts_of_message in [
+        (text.replace('group = "pendulum"\nname = "p"', 'group = "pendulem"\nname = "p"'), ["'pendulem'", "pendulum"]),
+        (text.replace('L = "mass/8"', "K = 3"), ["'parameters.K'", "L"]),
+        (text.replace("parts/pendulum", "parts/none"), ["scene.toml:1", "'include'", "none.toml"]),
+        (text.replace("count = 2", "count = 1.5"), ["'count'", "1.5"]),
+        (text.replace('"p1:rod.tip"', '"p9:rod.tip"'), ["pendulum.toml", "p9:rod", "p1:rod"]),
+    ]:
+        message = simulate(folder, wrong, code=2)
+        for part in parts_of_message:
+            expect(part in message, f"{part!r} is missing in: {message}")
+    (folder / "parts" / "a.toml").write_text('include = "b.toml"\n')
+    (folder / "parts" / "b.toml").write_text('include = "a.toml"\n')
+    message = simulate(folder, text.replace("parts/pendulum", "parts/a"), code=2)
+    expect("circle" in message and "b.toml" in message, f"a circle of includes: {message}")
+
+
+def four_bar(folder):
+    # Ground 4, crank 1, coupler 3.5, rocker 2; from three digits, and each branch as asked. Closed: the distance law of the two circles.
+    ground, crank, coupler, rocker = 4.0, 1.0, 3.5, 2.0
+    start = 1.047
+    x, y = crank * math.cos(start) - ground, crank * math.sin(start)
+    d = math.hypot(x, y)
+
+    def scene(guess):
+        text = head.replace("0.5", "0.1")
+        for name, length in (("crank", crank), ("coupler", coupler), ("rocker", rocker)):
+            text += rod % {"name": name, "mass": 1, "inertia": 0.1, "half": length / 2, "length": length}
+        text += pin % {"name": "a", "parent": "ground", "child": "crank"} + f"initial = {{ value = {start}, rate = 1 }}\n"
+        text += pin % {"name": "b", "parent": "crank.tip", "child": "coupler"}
+        text += pin % {"name": "d", "parent": "ground", "child": "rocker"} + f"position = [{ground}, 0, 0]\n"
+        text += f"initial = {{ guess = {guess} }}\n"
+        text += pin % {"name": "c", "parent": "coupler.tip", "child": "rocker.tip"}
+        return text + '[[output]]\nname = "c"\nof = "rocker.tip"\nquantity = "position"\n'
+
+    for sign, guess in ((1.0, 2.0), (-1.0, -2.5)):
+        h = simulate(folder, scene(guess))
+        # The coupler's end: at distances `coupler` from the crank's pin and `rocker` from the ground's.
+        along = (d * d + rocker**2 - coupler**2) / (2 * d)
+        beside = math.sqrt(rocker**2 - along**2)
+        wanted_x = ground + (along * x + sign * beside * y) / d
+        wanted_y = (along * y - sign * beside * x) / d
+        near(h["c.x"][0], wanted_x, 1e-9, f"four-bar, guess {guess}, x")
+        near(h["c.y"][0], wanted_y, 1e-9, f"four-bar, guess {guess}, y")
+
+
+def places(folder):
+    # A mass on a spring from a named place hangs at rest length + m g / k.
+    text = (
+        head
+        + """[ground]
+frames = { hook = [0.3, 2, 0], rail = [0.3, 0, 0] }
+[[body]]
+name = "mass"
+kind = "rigid"
+mass = 3
+[[joint]]
+name = "slide"
+kind = "prismatic"
+parent = "ground.rail"
+child = "mass"
+axis = [0, 1, 0]
+initial = { guess = 0.5 }
+[[force]]
+kind = "spring-damper"
+on = "mass"
+from = "ground.hook"
+stiffness = "2 N/mm"
+rest = "500 mm"
+[[output]]
+name = "place"
+of = "mass"
+quantity = "position"
+"""
+    ).replace("tolerance", 'start = "static"\ntolerance')
+    h = simulate(folder, text)
+    near(h["place.y"][-1], 2.0 - 0.5 - 3 * 9.81 / 2000, 1e-9, "spring from a named place, y")
+    near(h["place.x"][-1], 0.3, 1e-12, "spring from a named place, x")
+    message = simulate(folder, text.replace('"ground.hook"', '"ground.hok"'), code=2)
+    expect("'hok'" in message and "hook" in message, f"a misspelt place: {message}")
+
+
+def relative_outputs(folder):
+    # Two rods turn at given angles: the tip of one seen from the middle of the other, by hand.
+    text = head
+    for name in ("a", "b"):
+        text += rod % {"name": name, "mass": 1, "inertia": 0.1, "half": 0.25, "length": 0.5}
+    for name, x, motion in (("a", 0, "0.3 + 2*t"), ("b", 1, "1 - 3*t")):
+        text += pin % {"name": "pin_" + name, "parent": "ground", "child": name}
+        text += f'position = [{x}, 0, 0]\nmotion = "{motion}"\n'
+    for quantity in ("position", "velocity", "rotation", "angular_velocity", "distance", "distance_rate"):
+        text += f'[[output]]\nname = "{quantity}"\nof = "b.tip"\nquantity = "{quantity}"\nrelative_to = "a.tip"\n'
+    text += "[ground]\nframes = { mark = [0, 2, 0] }\n"
+    text += '[[output]]\nname = "far"\nof = "a.tip"\nquantity = "distance"\nrelative_to = "ground.mark"\n'
+    h = simulate(folder, text)
+
+    def seen(t):
+        a, b = 0.3 + 2 * t, 1 - 3 * t
+        dx, dy = 1 + 0.5 * math.cos(b) - 0.5 * math.cos(a), 0.5 * math.sin(b) - 0.5 * math.sin(a)
+        return (dx * math.cos(a) + dy * math.sin(a), -dx * math.sin(a) + dy * math.cos(a))
+
+    worst = dict.fromkeys(("position", "velocity", "rotation", "rate", "distance", "distance_rate", "far"), 0.0)
+    step = 1e-6
+    for k, t in enumerate(h["t"]):
+        x, y = seen(t)
+        ahead, behind = seen(t + step), seen(t - step)
+        u, v = ((ahead[i] - behind[i]) / (2 * step) for i in range(2))
+        a = 0.3 + 2 * t
+        errors = {
+            "position": math.hypot(h["position.x"][k] - x, h["position.y"][k] - y),
+            "velocity": math.hypot(h["velocity.x"][k] - u, h["velocity.y"][k] - v),
+            "rotation": abs(h["rotation.z"][k] - (0.7 - 5 * t)),
+            "rate": abs(h["angular_velocity.z"][k] + 5),
+            "distance": abs(h["distance"][k] - math.hypot(x, y)),
+            "distance_rate": abs(h["distance_rate"][k] - (x * u + y * v) / math.hypot(x, y)),
+            "far": abs(h["far"][k] - math.hypot(0.5 * math.cos(a), 0.5 * math.sin(a) - 2)),
+        }
+        worst = {key: max(worst[key], errors[key]) for key in worst}
+    for key, error in worst.items():
+        # Rates are compared with differences, which round at 1e-10.
+        near(error, 0.0, 1e-8 if "velocity" in key or "_rate" in key else 1e-12, f"relative {key}")
+    message = simulate(folder, text.replace('quantity = "position"', 'quantity = "acceleration"'), code=2)
+    expect("'relative_to'" in message and "acceleration" in message, f"acceleration relative to a frame: {message}")
+
+
+with temporary_folder() as folder:
+    folder = pathlib.Path(folder)
+    number_scenes(folder)
+    rotations(folder)
+    parts(folder)
+    four_bar(folder)
+    places(folder)
+    relative_outputs(folder)
+finish()
