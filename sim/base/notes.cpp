@@ -5,11 +5,15 @@
 namespace flexframe::sim {
 namespace {
 
+// More than a person reads: the others are counted.
+constexpr std::size_t most_owners = 12;
+
 // "body 'a'", "body 'b'" -> "body 'a' and 'b'": the kind is said once where it is the same.
 std::string join_owners(const std::vector<std::string>& owners) {
   const auto kind = [](const std::string& owner) { return owner.substr(0, owner.find(' ')); };
   std::string out = owners.front();
   for (std::size_t i = 1; i < owners.size(); ++i) {
+    if (i == most_owners && owners.size() > most_owners + 1) return out + " and " + std::to_string(owners.size() - most_owners) + " more";
     const bool same = kind(owners[i]) == kind(owners[i - 1]) && owners[i].find(' ') != std::string::npos;
     out += i + 1 == owners.size() ? " and " : ", ";
     out += same ? owners[i].substr(owners[i].find(' ') + 1) : owners[i];

@@ -13,6 +13,8 @@
 namespace flexframe::sim {
 namespace {
 
+constexpr std::size_t deepest = 200;
+
 bool starts_name(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
@@ -71,6 +73,8 @@ double Parameters::value(const std::string& name) const {
   if (const auto known = values_.find(name); known != values_.end()) return known->second;
   if (std::find(open_.begin(), open_.end(), name) != open_.end())
     throw InputError(fmt::format("the parameters {} and {} need each other", open_.back(), name));
+  // Each stands on the stack while the next is worked out.
+  if (open_.size() >= deepest) throw InputError(fmt::format("parameters lead to one another over more than {} steps", deepest));
   open_.push_back(name);
   try {
     const std::string& text = texts_.at(name);
@@ -84,7 +88,7 @@ double Parameters::value(const std::string& name) const {
     open_.pop_back();
     const std::string message = error.what();
     // The innermost parameter is the one to change.
-    if (message.starts_with("the parameter")) throw;
+    if (message.starts_with("the parameter") || message.starts_with("parameters lead")) throw;
     throw InputError(fmt::format("the parameter {} = {}: {}", name, quote(texts_.at(name)), message));
   }
 }

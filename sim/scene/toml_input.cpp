@@ -197,14 +197,16 @@ int TableReader::line(std::string_view key) const {
   return table_->line;
 }
 
+std::string TableReader::place(int line) const { return line > 0 ? fmt::format("{}:{}", file_, line) : file_; }
+
 void TableReader::fail(std::string_view key, const std::string& message) const {
   const std::string label = label_.empty() ? "" : label_ + ": ";
-  throw InputError(fmt::format("{}:{}: {}key {} {}", file_, line(key), label, quote(full_key(key)), message));
+  throw InputError(fmt::format("{}: {}key {} {}", place(line(key)), label, quote(full_key(key)), message));
 }
 
 void TableReader::fail(const std::string& message) const {
   const std::string label = label_.empty() ? "" : label_ + ": ";
-  throw InputError(fmt::format("{}:{}: {}{}", file_, table_->line, label, message));
+  throw InputError(fmt::format("{}: {}{}", place(table_->line), label, message));
 }
 
 void TableReader::allow(std::span<const std::string> keys) const {
@@ -229,7 +231,7 @@ const TomlValue& TableReader::required(std::string_view key) const {
   const std::string label = label_.empty() ? "" : label_ + ": ";
   const std::string near = nearest_word(key, table_->keys);
   const std::string hint = near.empty() ? "" : fmt::format("; is '{}' a misspelling of it?", near);
-  throw InputError(fmt::format("{}:{}: {}key '{}' is missing{}", file_, table_->line, label, full_key(key), hint));
+  throw InputError(fmt::format("{}: {}key '{}' is missing{}", place(table_->line), label, full_key(key), hint));
 }
 
 double TableReader::text_number(std::string_view key, const TomlValue& value, Range range, const std::string& which) const {

@@ -134,6 +134,7 @@ class TableReader {
   TableReader inside(const TomlValue& table, std::string label, std::string prefix) const;
   std::vector<double> checked_numbers(std::string_view key, const TomlValue& value, std::size_t low, std::size_t high, Range range) const;
   std::string full_key(std::string_view key) const;
+  std::string place(int line) const;  // "FILE:LINE"; "FILE" of what no line of it says (--set)
 
   const TomlValue* table_;
   const Parameters* parameters_ = nullptr;

@@ -89,6 +89,8 @@ start = "-30 deg"
         (text, ["--set", "body.rodd.mass=3"], ["rodd", "rod"]),
         (text, ["--set", "L"], ["NAME=VALUE"]),
     ]
+    chain = "".join(f'p{i} = "p{i + 1}"\n' for i in range(5000))
+    wrong.append((text.replace("[parameters]\n", "[parameters]\n" + chain + "p5000 = 1\n"), [], ["p0", "200 steps"]))
     for scene, words, parts in wrong:
         if not parts:
             continue
