@@ -1,0 +1,104 @@
+"""The scenes of sim/RECIPES.md as they stand on the page: each runs without a warning and gives what the formula beside it says."""
+import math
+import pathlib
+import re
+
+from program import expect, finish, history, near, run, source, temporary_folder
+
+page = (source / "sim" / "RECIPES.md").read_text()
+recipes = {title: scene for title, scene in re.findall(r"^## (.+?)\n.*?```toml\n(.*?)```", page, re.S | re.M)}
+checked = set()
+
+
+def simulate(title, folder):
+    checked.add(title)
+    scene = folder / "scene.toml"
+    scene.write_text(recipes[title])
+    run("simulate", scene, "-o", folder / "r.h5", "--csv", folder / "h.csv", "--strict")
+    return history(folder / "h.csv")
+
+
+def crossings(t, x):
+    """Times at which x rises through zero, linearly between samples."""
+    return [t[k] + (t[k + 1] - t[k]) * -x[k] / (x[k + 1] - x[k]) for k in range(len(x) - 1) if x[k] < 0 <= x[k + 1]]
+
+
+def pendulum(folder):
+    h = simulate("A pendulum from two numbers", folder)
+    times = crossings(h["t"], h["angle"])
+    # The first correction for the amplitude is a^2 / 16.
+    period = 2 * math.pi * math.sqrt(2 * 0.5 / (3 * 9.81)) * (1 + math.radians(2) ** 2 / 16)
+    near(times[1] - times[0], period, 1e-6, "pendulum, period")
+
+
+def four_bar(folder):
+    h = simulate("A four-bar linkage, and which way it is put together", folder)
+    worst = 0.0
+    for t, angle in zip(h["t"], h["rocker"]):
+        a = math.radians(60) + 2 * math.pi * t
+        x, y = math.cos(a) - 4, math.sin(a)
+        d = math.hypot(x, y)
+        wanted = math.atan2(y, x) - math.acos((d * d + 4 - 3.5**2) / (4 * d))
+        worst = max(worst, abs(math.remainder(angle - wanted, 2 * math.pi)))
+    near(worst, 0.0, 1e-9, "four-bar linkage, angle of the rocker")
+
+
+def spring(folder):
+    h = simulate("A spring to a place in the world", folder)
+    near(h["length"][0], 0.5 + 3 * 9.81 / 2000, 1e-9, "spring, length at the start")
+    near(h["length"][-1], 0.5 + 3 * 9.81 / 2000, 1e-7, "spring, length at the end")
+
+
+def supported_beam(folder):
+    h = simulate("A beam on two supports", folder)
+    inertia = 0.04 * 0.02**3 / 12
+    sag = 5 * 7850 * 0.04 * 0.02 * 9.81 * 2**4 / (384 * 210e9 * inertia)
+    # The middle of a beam whose tip slides in also follows its own shortening, of second order.
+    near(-h["sag.y"][0], sag, 2e-3 * sag, "supported beam, sag of the middle")
+
+
+def cantilever(folder):
+    h = simulate("A cantilever with a damping ratio", folder)
+    inertia = 0.03 * 0.002**3 / 12
+    sag = 0.4**3 / (3 * 210e9 * inertia)
+    near(-h["tip.y"][0], sag, 2e-3 * sag, "cantilever, deflection under 1 N")
+    y = h["tip.y"]
+    peaks = [y[k] for k in range(1, len(y) - 1) if y[k - 1] < y[k] >= y[k + 1] and y[k] > 0]
+    # Swings of the first mode: higher ones, which the release also rings, have died away in the later half.
+    late = peaks[len(peaks) // 2 :]
+    decrement = math.log(late[0] / late[-1]) / (len(late) - 1)
+    near(decrement, 2 * math.pi * 0.02 / math.sqrt(1 - 0.02**2), 1e-3, "cantilever, logarithmic decrement")
+
+
+def blades(folder):
+    h = simulate("Three blades on a hub", folder)
+    speed = 300 * 2 * math.pi / 60
+    mass = 2700 * (0.06 * 0.02 - 0.056 * 0.016)
+    pull = mass * speed**2 * ((1.3**2 - 0.1**2) / 2)
+    for number in (1, 2, 3):
+        angle = 2 * math.pi / 3 * number
+        near(h[f"b{number}:tip.x"][0], 1.3 * math.cos(angle), 1e-4, f"blade {number}, tip at the start")
+        # The hub starts at full speed: along the blade it pulls with the centrifugal force of the whole, towards the hub.
+        near(-h[f"b{number}:pull.x"][0], pull, 1e-2 * pull, f"blade {number}, pull on its root")
+
+
+def buffer(folder):
+    h = simulate("A buffer", folder)
+    near(max(h["x"]), 0.3 + math.sqrt(2 / 5000), 1e-5, "buffer, deepest, between samples")
+    near(h["v"][-1], -1.0, 1e-5, "buffer, speed after it")
+
+
+def crank(folder):
+    h = simulate("A crank with a load that depends on its angle", folder)
+    worst = 0.0
+    for piston, angle in zip(h["piston"], h["shaft"]):
+        worst = max(worst, abs(piston - 0.05 * math.cos(angle) - math.sqrt(0.18**2 - (0.05 * math.sin(angle)) ** 2)))
+    near(worst, 0.0, 1e-9, "crank, place of the piston")
+
+
+with temporary_folder() as folder:
+    folder = pathlib.Path(folder)
+    for recipe in (pendulum, four_bar, spring, supported_beam, cantilever, blades, buffer, crank):
+        recipe(folder)
+expect(checked == set(recipes), f"recipes without a check: {set(recipes) - checked}")
+finish()
