@@ -89,8 +89,8 @@ std::string exaggeration_warning(double rotation, double scale) {
   if (!(degrees > 15.0)) return {};
   const double angle = rotation * scale;
   return fmt::format(
-      "exaggerated x {:g} the body turns by {:.0f} degrees; linear exaggeration swells sections there by {:.0f} %: use a smaller scale or "
-      "corotated exaggeration",
+      "exaggerated {:g} times, parts of the body rotate by {:.0f} degrees; linear exaggeration enlarges cross-sections there by {:.0f} %: "
+      "use a smaller scale or corotated exaggeration",
       scale, degrees, 100.0 * (std::sqrt(1.0 + angle * angle) - 1.0));
 }
 

@@ -28,7 +28,8 @@ Green solve_green(const Eigen::SparseMatrix<double>& stiffness, const Eigen::Spa
     gram.middleCols(first, last - first) = constraints * x;
   });
   const Eigen::MatrixXd inverse = inverse_by_row_pivots(gram);
-  if (!inverse.allFinite()) throw MapError("two simulation nodes ask the same of the mesh: the elastic system is singular");
+  if (!inverse.allFinite())
+    throw MapError("two simulation nodes prescribe the displacement of the same part of the mesh: the elastic system is singular");
   const Eigen::MatrixXd whole = at_wanted * inverse;
   Green green;
   const Eigen::Index n = 3 * static_cast<Eigen::Index>(nodes);

@@ -90,7 +90,7 @@ void check_scale(const Points& nodes, const Points& vertices) {
     }
   const bool other_unit = unit > 0.0 && (n.diagonal() < size / 8.0 || larger);
   if (!larger && !apart && !smaller && !other_unit) return;
-  const std::string hint = unit > 0.0 ? fmt::format("; as if they were in other units: times {:.4g} they would fit", unit) : "";
+  const std::string hint = unit > 0.0 ? fmt::format("; the units may differ: multiplied by {:.4g} they would fit", unit) : "";
   throw InputError(fmt::format(
       "the simulation nodes do not belong to this mesh: they lie in x {:.4g}..{:.4g}, y {:.4g}..{:.4g}, z {:.4g}..{:.4g}, the mesh in "
       "x {:.4g}..{:.4g}, y {:.4g}..{:.4g}, z {:.4g}..{:.4g}{}",
@@ -402,7 +402,7 @@ void map_along_axis(const Nodes& nodes, const Weld& weld, bool precise, Map& map
   map.weights = axis_weights(axis, weld.positions, precise);
   map.lift = std::move(axis);
   if (!nodes.rotations)
-    report.warnings.push_back("the nodes lie on a line and have no rotations: torsion cannot be seen, sections turn without twist");
+    report.warnings.push_back("the nodes lie on a line and have no rotations: torsion is unknown, sections are drawn without twist");
 }
 
 PartitionOptions partition_options(const Options& options, Scheme scheme, bool rotations) {
@@ -437,11 +437,11 @@ void map_over_surface(const Nodes& nodes, const Weld& weld, const Layout& layout
   if (options.scheme == Scheme::automatic && !layout.point) choose_scheme(map, weld, graph);
   if (graph.bridges > 0)
     report.warnings.push_back(
-        fmt::format("{} of {} parts of the mesh hold fewer than 8 nodes and hang on their nearest neighbour", graph.bridges, graph.parts));
+        fmt::format("{} of {} parts of the mesh hold fewer than 8 nodes and move with the nearest other part", graph.bridges, graph.parts));
   PartitionOptions how = partition_options(options, report.scheme, nodes.rotations);
   if (report.scheme == Scheme::lattice && !measure_solidity(weld.positions, weld.triangles).closed) {
     report.scheme = Scheme::elastic;
-    report.warnings.push_back("the mesh is not closed, a lattice of its inside cannot be made: elastic surface instead");
+    report.warnings.push_back("the mesh is not closed, so that its inside has no lattice: elastic surface instead");
   }
   Partition part;
   const bool green = report.scheme == Scheme::elastic || report.scheme == Scheme::lattice;
@@ -457,7 +457,7 @@ void map_over_surface(const Nodes& nodes, const Weld& weld, const Layout& layout
       map.leave_one_out = std::move(part.leave_one_out);
       if (green) {
         report.warnings.push_back(fmt::format("kernel instead of {}: {}", scheme_name(report.scheme), loose));
-        report.reason = fmt::format("{} nodes hold the elastic surface too loosely", map.node_positions.rows());
+        report.reason = fmt::format("{} nodes are too few for the elastic surface", map.node_positions.rows());
         report.scheme = Scheme::kernel;
       }
     }
@@ -468,19 +468,20 @@ void map_over_surface(const Nodes& nodes, const Weld& weld, const Layout& layout
   for (size_t v = 0; v < map.welded.size() && report.lebesgue_vertex < 0; ++v)
     if (map.welded[v] == part.lebesgue_vertex) report.lebesgue_vertex = static_cast<int>(v);
   if (part.repaired > 0)
-    report.warnings.push_back(fmt::format("{} of {} patches were simplified, their Lebesgue constant was above {:g}", part.repaired,
-                                          part.patches, options.lebesgue_warn));
+    report.warnings.push_back(
+        fmt::format("{} of {} patches were simplified because they would amplify errors of the nodes (Lebesgue constant above {:g})",
+                    part.repaired, part.patches, options.lebesgue_warn));
 }
 
 void judge_lebesgue(const Options& options, Report& report) {
   if (!(report.lebesgue <= options.lebesgue_error))
     throw MapError(
-        fmt::format("the nodes do not determine the motion of the mesh: Lebesgue constant {:.3g} at vertex {} (limit {:g}); "
-                    "add nodes there, or give rotations",
+        fmt::format("the nodes do not determine the motion of the mesh: at vertex {1} it amplifies errors of the nodes {0:.3g} times "
+                    "(Lebesgue constant, limit {2:g}); add nodes there, or give rotations",
                     report.lebesgue, report.lebesgue_vertex, options.lebesgue_error));
   if (report.lebesgue > options.lebesgue_warn)
     report.warnings.push_back(
-        fmt::format("Lebesgue constant {:.3g} at vertex {}: errors of the nodes' data grow by up to that factor; add nodes there",
+        fmt::format("errors of the nodes' data are amplified up to {:.3g} times at vertex {} (Lebesgue constant); add nodes there",
                     report.lebesgue, report.lebesgue_vertex));
 }
 

@@ -27,7 +27,7 @@ void multiply_single(const SparseWeights& weights, const PointsF& sources, std::
 }
 
 Points multiply_precise(const SparseWeights& weights, const Points& sources, std::span<const int> scatter) {
-  if (weights.precise.size() != weights.column.size()) throw InputError("the map was made without double weights (Options::precise)");
+  if (weights.precise.size() != weights.column.size()) throw InputError("the map has no weights in double precision (Options::precise)");
   Points out(static_cast<Eigen::Index>(scatter.size()), 3);
   for (size_t v = 0; v < scatter.size(); ++v) {
     const auto row = static_cast<size_t>(scatter[v]);

@@ -107,17 +107,18 @@ Exit codes: 0 all agree, 1 some do not, 2 bad input.)");
   auto options = std::make_shared<Options>();
   words.option("A", options->baseline, "baseline: PNG file or folder").required();
   words.option("B", options->candidate, "new: PNG file or folder").required();
-  words.option("--levels", options->levels, "differences up to this many of 255 levels are none (2)").range(0, 255);
-  words.option("--percent", options->percent, "percentage of pixels that may differ by more (0.005)").range(0.0, 100.0);
-  words.option("--cluster", options->cluster, "so many pixels off by more than 16 levels may touch one another (3)").range(0, 1 << 30);
-  words.option("--mean", options->mean, "mean difference in levels that is none (0.1)").range(0.0, 255.0);
-  words.flag("--exact", options->rule.exact, "only equal pixels agree");
+  words.option("--levels", options->levels, "ignore differences of up to this many of 255 levels (2)").range(0, 255);
+  words.option("--percent", options->percent, "percentage of pixels that may differ by more than that (0.005)").range(0.0, 100.0);
+  words.option("--cluster", options->cluster, "largest group of touching pixels that may differ by more than 16 levels (3)")
+      .range(0, 1 << 30);
+  words.option("--mean", options->mean, "largest mean difference in levels that is accepted (0.1)").range(0.0, 255.0);
+  words.flag("--exact", options->rule.exact, "require identical pixels");
   words.option("--report", options->report, "HTML page with baseline, new picture and heat map side by side");
   words.option("--update", options->reason, "make B the baseline, with this reason in CHANGES.md beside A");
-  words.flag("--json", options->json, "measures as JSON on stdout");
+  words.flag("--json", options->json, "the measured differences as JSON on stdout");
   return {words, [options] {
             if (options->reason.find_first_not_of(" \t\n") == std::string::npos && !options->reason.empty())
-              throw UsageError("--update needs a reason in words");
+              throw UsageError("--update needs a reason, for example \"new colours\"");
             const render::CompareOptions rule = settle(*options);
             render::Comparison comparison;
             try {

@@ -39,8 +39,8 @@ std::string price_text(const sim::EffectRow& row, const sim::EffectReport& repor
 void print_table(const std::string& scene, const sim::EffectReport& report) {
   fmt::print("{}: {:.4f} CPU s at tolerance {:g}; {}\n", scene, report.cpu, report.tolerance,
              report.floor < 1.0 ? fmt::format("effects below {:.1g} % cannot be resolved", 100.0 * report.floor)
-                                : "no effect can be resolved: the runs differ by the whole range of an output at this tolerance");
-  fmt::print("{:<16} {:<11} {:<4} {:<9} {:>4} {:>7}  {:<28} {}\n", "owner", "effect", "", "decided", "DOF", "CPU", "worth", "why");
+                                : "no effect can be resolved: at this tolerance the time error is as large as the outputs");
+  fmt::print("{:<16} {:<11} {:<4} {:<9} {:>4} {:>7}  {:<28} {}\n", "owner", "effect", "", "decided", "DOF", "CPU", "influence", "why");
   for (const sim::EffectRow& row : report.rows) {
     const sim::EffectState& s = row.state;
     const std::string cpu = price_text(row, report);
@@ -48,8 +48,8 @@ void print_table(const std::string& scene, const sim::EffectReport& report) {
                share_text(row, report), s.why, row.note.empty() ? "" : "; ", row.note);
   }
   fmt::print(
-      "worth: the largest change of an output when the effect is switched, relative to the output's range; CPU: what it costs, or would "
-      "(shorter: without it the run takes more than twice as long)\n");
+      "influence: the largest change of an output when the effect is switched, relative to the output's range; CPU: the time that the "
+      "effect adds to the run, or would add (shorter: this effect shortens the run to less than half)\n");
 }
 
 nlohmann::ordered_json report_json(const std::string& scene, const sim::EffectReport& report) {
@@ -95,11 +95,11 @@ Command add_effects(Program& program) {
     bool json = false, list = false;
   };
   const auto words = std::make_shared<Words>();
-  Subcommand app = program.subcommand("effects", "which effects are on, who decided and why, what each costs and is worth");
+  Subcommand app = program.subcommand("effects", "which effects are on, who decided and why, the CPU time and the influence of each");
   app.option("SCENE", words->scene, "scene file (TOML)");
   add_scene_words(app, words->settings);
-  app.option("--tolerance", words->tolerance, "of the runs that are compared; default: ten times the scene's").range(1e-13, 1e-1);
-  app.flag("--list", words->list, "the registry: every effect there is, its equation, when it matters, how it is estimated");
+  app.option("--tolerance", words->tolerance, "tolerance of the compared runs; default: ten times the scene's").range(1e-13, 1e-1);
+  app.flag("--list", words->list, "list all effects with equation, when they matter and how they are estimated");
   app.flag("--json", words->json, "report as JSON");
 
   return {app, [words] {

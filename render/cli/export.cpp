@@ -32,7 +32,7 @@ struct TemporaryFolder {
   fs::path path;
   explicit TemporaryFolder(const fs::path& beside) {
     std::string name = (beside / ".flexframe_XXXXXX").string();
-    if (!::mkdtemp(name.data())) throw std::runtime_error(fmt::format("{}: cannot make a folder there", beside.string()));
+    if (!::mkdtemp(name.data())) throw std::runtime_error(fmt::format("{}: cannot create the folder", beside.string()));
     path = name;
   }
   ~TemporaryFolder() {

@@ -66,7 +66,8 @@ void print_sid(const std::string& file) {
   fmt::print("mass     {:.9g} kg, {} elastic coordinates, {} nodes\n", s.mass, s.nelastq, s.nodes.size());
   for (const std::string& label : s.labels) fmt::print("mode     {}\n", label);
   for (const sim::SidCheck& check : sim::check_sid(s)) fmt::print("check    {}: {:.2e}\n", check.identity, check.residual);
-  for (const std::string& note : reading.notes) fmt::print("note     {}\n", note);
+  for (const std::vector<std::string>* all : {&reading.dialect, &reading.notes})
+    for (const std::string& note : *all) fmt::print("note     {}\n", note);
 }
 
 void print_mesh(const std::string& file) {
@@ -101,7 +102,7 @@ Command add_info(Program& program) {
   const auto words = std::make_shared<Words>();
   Subcommand app = program.subcommand("info", "what a file holds: results, scene, SID body, mesh, picture");
   app.option("FILE", words->file, "results (.h5), scene (.toml), SID body (.sid, .SID_FEM), picture (.png) or mesh");
-  app.option("--renderer", words->renderer, "what draws the pictures: osmesa or egl; default osmesa")
+  app.option("--renderer", words->renderer, "show the renderer: osmesa or egl; default osmesa")
       .value_or("osmesa")
       .excludes("FILE")
       .one_of({"osmesa", "egl"});

@@ -52,30 +52,29 @@ void add_simulation_words(Subcommand words, SimulationWords& values) {
   words.option("--tolerance", values.tolerance, "relative local error, in place of the scene's").range(1e-13, 1e-1);
   words
       .option("--accuracy", values.accuracy,
-              "asked error of the outputs relative to their ranges: the program chooses tolerance, modes or elements, and effects")
+              "requested error of the outputs relative to their ranges: the program chooses tolerance, modes or elements, and effects")
       .range(1e-9, 0.5)
       .excludes("--tolerance");
   words.option("--method", values.method, "auto, adams, bdf, erk, dirk, ida or exponential, in place of the scene's");
-  words.option("--max-steps", values.max_steps, "a run that would take more steps ends with a sentence that says why; default 5e6")
-      .range(1.0, 1e12);
-  words.flag("--no-error-estimate", values.no_estimate, "leave out the second, looser run that the estimated error comes from");
-  words.flag("--no-effect-check", values.no_check, "leave out the check of effects that are left out (about half of the run's cost)");
-  words.flag("--strict", values.strict, "a left-out effect that is worth more than the asked accuracy is an error: exit code 1, no files");
+  words.option("--max-steps", values.max_steps, "limit of steps: a run that needs more ends with the reason; default 5e6").range(1.0, 1e12);
+  words.flag("--no-error-estimate", values.no_estimate, "no error estimate: saves the second run at a larger tolerance");
+  words.flag("--no-effect-check", values.no_check, "no check of effects that are switched off: saves about a third of the CPU time");
+  words.flag("--strict", values.strict, "warnings are errors: exit code 1, no files");
 }
 
 void add_render_words(Subcommand words, RenderWords& values) {
   words.option("--frames", values.frames, "A:B, pictures A to B-1 (as a slice; A: and :B too)");
   words.option("--shard", values.shard, "I/N, every N-th picture from the I-th on: N machines draw a sequence together");
-  words.flag("--resume", values.resume, "keep pictures that are whole and made from the same inputs");
+  words.flag("--resume", values.resume, "keep complete pictures that were made from the same inputs");
   words.option("--size", values.size, "WIDTHxHEIGHT in pixels");
   words.option("--scales", values.scales, "auto, or a list as 1,20: in scale and exaggerated");
   words.option("--color-by", values.color_by, "none, displacement, strain, stress, velocity, mode or body");
-  words.option("--samples", values.samples, "antialiasing samples a pixel: 1, 4, 9 or 16").one_of({1, 4, 9, 16});
-  words.flag("--no-shadows", values.no_shadows, "no shadows and no ambient occlusion: quicker");
-  words.flag("--no-overlay", values.no_overlay, "no words, bars and plots");
-  words.option("--cache", values.cache, "folder that keeps the mapped modes of bodies for the next run; default: none")
+  words.option("--samples", values.samples, "antialiasing samples per pixel: 1, 4, 9 or 16").one_of({1, 4, 9, 16});
+  words.flag("--no-shadows", values.no_shadows, "no shadows and no ambient occlusion: faster");
+  words.flag("--no-overlay", values.no_overlay, "no text, colour bars and plots");
+  words.option("--cache", values.cache, "folder for mapped modes of bodies, reused by later runs; default: none")
       .environment("FLEXFRAME_CACHE");
-  words.option("--workers", values.workers, "processes that draw; default: one a core").range(1, 1024);
+  words.option("--workers", values.workers, "number of drawing processes; default: one per core").range(1, 1024);
   words.option("--renderer", values.renderer, "osmesa or egl").one_of({"osmesa", "egl"}).show_default();
   words.option("--video", values.video,
                "the video's file (.mp4, .gif, or .apng and .png for an animated PNG); default: NAME.mp4 beside the pictures");
@@ -132,7 +131,7 @@ sim::Results run_simulation(const sim::Scene& scene, const SimulationWords& word
   options.max_steps = words.max_steps;
   options.check_effects = !words.no_check;
   if (words.strict && (words.no_check || words.no_estimate))
-    throw UsageError("--strict needs the check of effects: it excludes --no-effect-check and --no-error-estimate");
+    throw UsageError("--strict needs the error estimate and the check of effects: it excludes --no-effect-check and --no-error-estimate");
   Progress progress("simulating");
   options.progress = [&](double time) { progress.show(time / scene.simulation.duration); };
   options.tell = [&](const std::string& sentence) { progress.say(sentence); };
@@ -215,7 +214,7 @@ void require_writable(const fs::path& path) {
 void make_folder(const fs::path& path) {
   std::error_code error;
   fs::create_directories(path, error);
-  if (error) throw std::runtime_error(fmt::format("{}: cannot make the folder: {}", path.string(), error.message()));
+  if (error) throw std::runtime_error(fmt::format("{}: cannot create the folder: {}", path.string(), error.message()));
 }
 
 // Estimates below this are sums of rounding, about a thousand of them: no number to state.
@@ -228,15 +227,15 @@ void print_simulation(const sim::Results& results) {
              s.cpu_seconds, s.method, s.tolerance, s.steps, s.evaluations, s.events, results.times.size());
   if (s.accuracy) {
     const sim::AccuracyStatement& a = *s.accuracy;
-    fmt::print("accuracy     {:g} asked: {}; found in {:.4f} CPU s\n", a.asked, fmt::join(a.chosen, ", "), a.search_cpu);
+    fmt::print("accuracy     {:g} requested: {}; chosen in {:.4f} CPU s\n", a.asked, fmt::join(a.chosen, ", "), a.search_cpu);
     fmt::print(
-        "error        {:.1e} of the range of {}, estimated: {:.1e} of time, {:.1e} of space, {:.1e} of what is left out; halving it would "
-        "cost about {:.1f} times the CPU time\n",
+        "error        {:.1e} of the range of {}, estimated: {:.1e} time integration, {:.1e} elements or modes, {:.1e} effects left out; "
+        "halving the error would cost about {:.1f} times the CPU time\n",
         s.error_estimate, s.error_column, a.time, a.space, a.effects, a.half_cost);
   } else if (s.error_estimate >= 0.0 && s.error_estimate < rounding) {
-    fmt::print("error        of the time integration negligible: rounding only\n");
+    fmt::print("error        time error negligible\n");
   } else if (s.error_estimate >= 0.0) {
-    fmt::print("error        {:.1e} of the range of {}, estimated, of the time integration\n", s.error_estimate, s.error_column);
+    fmt::print("error        {:.1e} of the range of {}, estimated for the time integration\n", s.error_estimate, s.error_column);
   }
   for (const std::string& warning : s.notes.texts(sim::Severity::warning)) fmt::print("WARNING      {}\n", warning);
   for (const std::string& note : s.notes.texts(sim::Severity::note)) fmt::print("note         {}\n", note);

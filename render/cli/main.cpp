@@ -43,7 +43,7 @@ int run_program(int argc, char** argv) {
       throw std::runtime_error(fmt::format("cannot write to stdout: {}", std::strerror(errno)));
     return code;
   }
-  throw std::logic_error("a subcommand without an action");
+  throw std::logic_error("internal error: a subcommand without an action");
 }
 
 int report(int code, const char* message) {

@@ -40,7 +40,7 @@ sim::Results swing(const sim::FlexibleBody& body, int k, double amplitude, int p
     }
     largest = std::max(largest, body.nodes[i].phi.col(k).norm());
   }
-  if (!(largest > 0.0)) throw sim::InputError(fmt::format("mode {} moves none of the body's nodes", k + 1));
+  if (!(largest > 0.0)) throw sim::InputError(fmt::format("mode {} does not move any node of the body", k + 1));
   r.times = sim::VecX::LinSpaced(pictures, 0.0, (pictures - 1) / frame_rate);
   b.position = Eigen::MatrixX3d::Zero(pictures, 3);
   b.orientation = Eigen::MatrixX4d::Zero(pictures, 4);
@@ -72,7 +72,7 @@ Command add_modes(Program& program) {
   app.option("-o,--out", w->out, "output folder; default: the name of the body");
   app.option("--mode", w->modes, "which modes, from 1; default: all").separated_by(',');
   app.option("--amplitude", w->amplitude, "largest displacement drawn, m; default: 5 % of the body's size").positive();
-  app.option("--pictures", w->pictures, "pictures of one swing").range(2, 10000).show_default();
+  app.option("--pictures", w->pictures, "number of pictures of one period").range(2, 10000).show_default();
   add_render_words(app, w->render);
   return {app, [w] {
             namespace fs = std::filesystem;

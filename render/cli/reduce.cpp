@@ -62,7 +62,7 @@ void apply_material(sim::FeModel& model, const std::string& text) {
 int node_of(const sim::FeModel& model, const std::string& text) {
   char* end = nullptr;
   const long id = std::strtol(text.c_str(), &end, 10);
-  if (text.empty() || *end) throw UsageError(fmt::format("'{}' is no node number", text));
+  if (text.empty() || *end) throw UsageError(fmt::format("'{}' is not a node number", text));
   const auto at = std::find(model.node_ids.begin(), model.node_ids.end(), static_cast<int>(id));
   if (at == model.node_ids.end()) throw sim::InputError(fmt::format("{}: node {} is not there", model.file, id));
   return static_cast<int>(at - model.node_ids.begin());
@@ -158,8 +158,9 @@ sim::FeModel read_model(const Words& w) {
 std::string report_text(const Words& w, const sim::Reduction& r) {
   const sim::ReduceReport& p = r.report;
   std::string t = fmt::format(
-      "# Reduction of {}\n\n{} nodes, {} elements, {} degrees of freedom, {} rigid motions; factor of {:.3g} million entries.\n\n", w.model,
-      p.nodes, p.elements, p.degrees_of_freedom, p.rigid_motions, p.factor_entries / 1e6);
+      "# Reduction of {}\n\n{} nodes, {} elements, {} degrees of freedom, {} rigid motions; factorised matrix of {:.3g} million "
+      "entries.\n\n",
+      w.model, p.nodes, p.elements, p.degrees_of_freedom, p.rigid_motions, p.factor_entries / 1e6);
   const sim::FlexibleBody& b = r.body;
   const sim::Vec3 centre = b.md0 / b.mass;
   t += fmt::format(
@@ -262,34 +263,37 @@ Command add_reduce(Program& program) {
   app.option("--highest", w->options.highest, "highest frequency of interest, Hz: all modes up to it").positive();
   app.option("--lowest", w->options.lowest, "lowest frequency of interest, Hz (response: loads act at half of it)").positive();
   app.option("--cut-off", w->options.cut_off,
-             "drop modes of the reduced model above this times --highest, but those that static deflection at the interfaces needs")
+             "drop modes of the reduced model above this factor times --highest, except those needed for the static deflection at the "
+             "interfaces")
       .positive()
       .show_default();
   app.flag("--no-cut-off", w->no_cut_off, "drop none");
   app.option("--static-error", w->options.static_error,
-             "what the cut-off may cost of the static deflection at the interfaces; 1: it decides alone")
+             "largest error of the static deflection at the interfaces that the cut-off may cause; 1: no limit")
       .range(0.0, 1.0)
       .show_default();
   app.option("--interface", w->interfaces,
              "[NAME=]NODE, a spider's name, [NAME=]rigid:SET[@x,y,z] or [NAME=]average:SET[@x,y,z]; may be repeated");
   app.option("--hold", w->hold, "'model' (*BOUNDARY), 'none', or a node set; default: the model's if it has any").show_default();
-  app.option("--nodes", w->options.node_count, "kept nodes, spread well over the surface, interfaces included")
+  app.option("--nodes", w->options.node_count, "number of kept nodes, distributed over the surface, interfaces included")
       .range(1, 1000000)
       .show_default();
   app.option("--node", w->nodes, "keep these nodes instead").separated_by(',');
   app.option("--node-set", w->node_sets, "keep the nodes of this set instead; may be repeated");
   app.option("--material", w->materials, "[SET=]YOUNGS_MODULUS,POISSON,DENSITY in SI, for elements without one; may be repeated");
-  app.option("--thickness", w->thickness, "of shells without one, m").positive();
-  app.option("--units", w->units, "of the model: m (m kg s) or mm (mm t s, MPa)").one_of({"m", "mm"}).show_default();
+  app.option("--thickness", w->thickness, "thickness of shells without one, m").positive();
+  app.option("--units", w->units, "units of the model: m (m kg s) or mm (mm t s, MPa)").one_of({"m", "mm"}).show_default();
   app.option("--damping", w->options.damping, "ratio of critical damping of every mode").not_negative();
-  app.flag("--no-stiffening", w->no_stiffening, "leave the second-order displacements (geometric stiffening) out");
-  app.flag("--force-stiffening", w->force_stiffening, "take them in at all nodes however many modes there are");
-  app.flag("--stress", w->options.stress, "stress per mode at the kept nodes");
+  app.flag("--no-stiffening", w->no_stiffening, "no second-order displacements (geometric stiffening)");
+  app.flag("--force-stiffening", w->force_stiffening, "second-order displacements at all nodes, however many modes there are");
+  app.flag("--stress", w->options.stress, "also compute the stress of each mode at the kept nodes");
   app.option("--mass", w->mass, "mass matrix (.mtx) beside a stiffness matrix");
-  app.option("--node-table", w->nodes_file, "'id x y z' a line, or an .inp, for a model given as matrices");
-  app.option("--dofs", w->dofs, "'node.dof' a line, for a model given as matrices");
-  app.option("--threads", w->options.threads, "of the dense kernels: more take less time and more CPU").range(1, 1024).show_default();
-  app.option("--memory", w->memory, "limit in GB; default: what is free").positive();
+  app.option("--node-table", w->nodes_file, "nodes of a model given as matrices: 'id x y z' per line, or an .inp");
+  app.option("--dofs", w->dofs, "degrees of freedom of a model given as matrices: 'node.dof' per line");
+  app.option("--threads", w->options.threads, "threads of the dense matrix routines: more take less time, but more CPU time in all")
+      .range(1, 1024)
+      .show_default();
+  app.option("--memory", w->memory, "memory limit in GB; default: the free memory").positive();
   app.flag("--json", w->json, "print a machine-readable summary");
   app.flag("--quiet", w->quiet, "no progress");
   return {app, [w] { return run(*w); }};

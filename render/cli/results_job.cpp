@@ -15,7 +15,8 @@ std::optional<sim::Scene> scene_of(const sim::Results& results, std::vector<std:
   try {
     return sim::parse_scene(results.scene_text, results.scene_file);
   } catch (const sim::InputError& e) {
-    notes.push_back(fmt::format("joints and bodies without mesh are drawn without the scene's measures: {}", e.what()));
+    notes.push_back(
+        fmt::format("joints and bodies without mesh are drawn in default sizes, the scene in the results cannot be read: {}", e.what()));
     return std::nullopt;
   }
 }

@@ -44,17 +44,18 @@ Command add_study(Program& program) {
     bool resume = false, json = false;
   };
   const auto words = std::make_shared<Words>();
-  Subcommand app = program.subcommand("study", "what accuracy costs in time: sweeps, table, diagrams, recommendation");
+  Subcommand app = program.subcommand("study", "accuracy against CPU time: sweeps, table, diagrams, recommendation");
   app.option("SCENE", words->scene, "scene file (TOML)").required();
   add_scene_words(app, words->settings);
   app.option("-o,--out", words->out, "output folder; default: NAME-study");
   app.option("--axes", words->axes, fmt::format("any of {}; default: all that the scene has", fmt::join(film::study_axes(), ",")))
       .separated_by(',')
       .one_word();
-  app.option("--repeats", words->repeats, "runs of every point, for the median CPU time").range(1, 99).show_default();
-  app.option("--longest", words->longest, "CPU seconds after which a run is given up; default: twenty times the scene's own").positive();
-  app.option("--reference", words->reference, "histories (CSV) to compare with, in place of an own reference");
-  app.option("--reference-seconds", words->reference_seconds, "CPU seconds that the own reference may take").positive().show_default();
+  app.option("--repeats", words->repeats, "runs per point, for the median CPU time").range(1, 99).show_default();
+  app.option("--longest", words->longest, "CPU seconds after which a run is stopped; default: twenty times those of the scene as written")
+      .positive();
+  app.option("--reference", words->reference, "histories (CSV) as the reference; default: computed");
+  app.option("--reference-seconds", words->reference_seconds, "CPU seconds that a computed reference may take").positive().show_default();
   app.flag("--resume", words->resume, "keep the runs of an interrupted study of the same scene");
   app.flag("--json", words->json, "the report as JSON on stdout");
 

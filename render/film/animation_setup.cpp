@@ -288,7 +288,7 @@ Animation make_animation(const sim::Results& results, const RenderSettings& aske
   const double speed = playback_speed(asked, results.times[results.times.size() - 1] - results.times[0]);
   animation.settings.speed = speed;
   if (asked.speed == 0.0 && speed != 1.0)
-    animation.notes.push_back(fmt::format("played at {:g} simulated seconds a second: [render] speed is not given", speed));
+    animation.notes.push_back(fmt::format("played at {:g} simulated seconds per second, because [render] speed is not given", speed));
   const RenderSettings& settings = animation.settings;
   animation.count = picture_count(results.times, settings.frame_rate, speed);
   animation.step = speed / settings.frame_rate;

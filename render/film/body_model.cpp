@@ -190,7 +190,7 @@ std::vector<std::vector<int>> spine_of(const render::Mesh& mesh, double size) {
 void set_beam_stress(const sim::ResultBody& body, const sim::BodyDef* def, const BodyLook& look, BodyModel& model) {
   const auto warn = [&](const std::string& text) { model.refused.push_back(text); };
   const auto* beam = def ? std::get_if<sim::BeamDef>(&def->kind) : nullptr;
-  if (!beam) return warn("its scene is not in the results, so that its material is unknown: not coloured by stress");
+  if (!beam) return warn("the results do not contain the scene, so that its material is unknown: not coloured by stress");
   if (!sim::has_stress(body.section))
     return warn(
         fmt::format("a section of shape '{}' has moments but no outline, so that no point of it has a stress: not coloured by stress",
@@ -201,8 +201,8 @@ void set_beam_stress(const sim::ResultBody& body, const sim::BodyDef* def, const
         "again");
   model.beam_stress = make_beam_stress(body, *beam, look.diameter.has_value(), model.rest);
   for (const std::string& effect : body.unstrained)
-    model.warnings.push_back(fmt::format("effect '{}' is off: stress from {} is not in its colours; with effects = [..., \"{}\"] it is",
-                                         effect, effect == "axial" ? "forces along it" : "torques about it", effect));
+    model.warnings.push_back(fmt::format("effect '{}' is off: its colours do not include stress from {}; add \"{}\" to 'effects'", effect,
+                                         effect == "axial" ? "forces along it" : "torques about it", effect));
 }
 
 }  // namespace

@@ -192,7 +192,8 @@ Columns read_header(std::string_view line, const std::string& at) {
   const double lengths = size_of_unit(unit[0]), displacements = size_of_unit(unit[3]), angles = out.rotations ? size_of_unit(unit[6]) : 0.0;
   if (lengths > 0.0 && displacements > 0.0 && lengths != displacements) {
     for (size_t k = 3; k < 6; ++k) out.factor[k] = displacements / lengths;
-    out.note = fmt::format("displacements are in {}, positions in {}: taken times {:g}", unit[3], unit[0], displacements / lengths);
+    out.note = fmt::format("displacements are in {}, positions in {}: displacements multiplied by {:g}", unit[3], unit[0],
+                           displacements / lengths);
   }
   if (angles > 0.0 && angles != 1.0) {
     for (size_t k = 6; k < 9; ++k) out.factor[k] = angles;
@@ -302,7 +303,7 @@ DeformReport deform(const fs::path& nodes, const fs::path& mesh_file, const fs::
   report.warnings = mesh.warnings;
   if (!table.note.empty()) report.warnings.push_back(table.note);
   if (rotations_missing(table)) {
-    report.warnings.push_back("all rotations are zero although the nodes move against each other: they are estimated instead");
+    report.warnings.push_back("all rotations are zero although the nodes move relative to each other: rotations are estimated instead");
     table.rotation.resize(0, 3);
     table.nodes.rotations = false;
   }

@@ -186,9 +186,9 @@ struct Workers {
       child.running = false;
       if (WIFSIGNALED(status))
         throw std::runtime_error(
-            fmt::format("a drawing process was ended by signal {} ({}); pictures drawn so far are whole, --resume goes on from there",
+            fmt::format("a drawing process was ended by signal {} ({}); the pictures so far are complete, --resume continues",
                         WTERMSIG(status), strsignal(WTERMSIG(status))));
-      if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) throw std::runtime_error("a drawing process ended without a word");
+      if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) throw std::runtime_error("a drawing process ended without an error message");
     }
   }
 };
@@ -223,10 +223,10 @@ FilmReport film(const Animation& animation, const FilmOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   const int end = options.end < 0 ? animation.count : options.end;
   if (options.first < 0 || options.first >= end || end > animation.count)
-    throw sim::InputError(fmt::format("pictures {}:{} are not there: the sequence has {} pictures, 0:{}", options.first, end,
+    throw sim::InputError(fmt::format("pictures {}:{} do not exist: the sequence has {} pictures, 0:{}", options.first, end,
                                       animation.count, animation.count));
   if (options.shards < 1 || options.shard < 0 || options.shard > options.shards)
-    throw sim::InputError(fmt::format("shard {}/{} is none: must be I/N with 1 <= I <= N", options.shard, options.shards));
+    throw sim::InputError(fmt::format("shard {}/{}: must be I/N with 1 <= I <= N", options.shard, options.shards));
   std::vector<int> pictures;
   for (int k = options.first; k < end; ++k)
     if (k % options.shards == options.shard % options.shards) pictures.push_back(k);
@@ -236,7 +236,7 @@ FilmReport film(const Animation& animation, const FilmOptions& options) {
   for (const std::filesystem::path& folder : folders) {
     std::error_code error;
     std::filesystem::create_directories(folder, error);
-    if (error) throw std::runtime_error(fmt::format("{}: cannot make the folder: {}", folder.string(), error.message()));
+    if (error) throw std::runtime_error(fmt::format("{}: cannot create the folder: {}", folder.string(), error.message()));
   }
   const bool whole = options.first == 0 && end == animation.count && options.shards == 1;
   clear_folder(options, pictures, whole, animation.count);

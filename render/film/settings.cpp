@@ -298,7 +298,7 @@ std::vector<double> parse_scales(const std::string& text) {
     if (scale < 0.0 || scale > largest_scale)
       throw InputError(fmt::format("scales {}: {:g} must be from 0 to 1e9", sim::quote(text), scale));
     if (std::find(scales.begin(), scales.end(), scale) != scales.end())
-      throw InputError(fmt::format("scales {}: {:g} stands there twice", sim::quote(text), scale));
+      throw InputError(fmt::format("scales {}: {:g} is given twice", sim::quote(text), scale));
     scales.push_back(scale);
     begin = end + 1;
   }

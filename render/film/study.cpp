@@ -127,7 +127,7 @@ class Runs {
     std::error_code error;
     if (!options.resume) fs::remove_all(folder_, error);
     fs::create_directories(folder_, error);
-    if (error) throw std::runtime_error(fmt::format("{}: cannot make the folder: {}", folder_.string(), error.message()));
+    if (error) throw std::runtime_error(fmt::format("{}: cannot create the folder: {}", folder_.string(), error.message()));
   }
 
   void set_longest(double seconds) { longest_ = seconds; }
@@ -244,7 +244,7 @@ Reference make_reference(const sim::Scene& scene, const StudyOptions& options, R
     const Run run = runs.first(setting, fine);
     runs.set_longest(0.0);
     if (!run.failure.empty()) {
-      if (!last) throw sim::SimulationError(fmt::format("the reference cannot be made: {}", run.failure));
+      if (!last) throw sim::SimulationError(fmt::format("the reference cannot be computed: {}", run.failure));
       break;
     }
     out.cpu += run.cpu.front();
@@ -349,7 +349,7 @@ void check_options(const sim::Scene& scene, StudyOptions& options) {
       throw sim::InputError(fmt::format("axis {} is unknown{}; allowed: {}", sim::quote(axis), sim::did_you_mean(axis, study_axes()),
                                         sim::list_words(study_axes())));
     if (!has_axis(scene, axis))
-      throw sim::InputError(fmt::format("{}: has nothing that the axis '{}' could vary", scene.file.string(), axis));
+      throw sim::InputError(fmt::format("{}: the scene has nothing that the axis '{}' varies", scene.file.string(), axis));
   }
   if (options.axes.empty())
     for (const std::string& axis : study_axes())
@@ -397,7 +397,7 @@ Study run_study(const sim::Scene& scene, const StudyOptions& given) {
   study.reference_error = reference.error;
   study.reference_cpu = reference.cpu;
   if (reference.error > 1e-4)
-    study.notes.push_back(fmt::format("the reference is only good to {:.1g}; give it more time with --reference-seconds", reference.error));
+    study.notes.push_back(fmt::format("the error of the reference is {:.1g}; give it more time with --reference-seconds", reference.error));
   runs.set_longest(options.longest > 0.0 ? options.longest : std::max(5.0, 20.0 * base.cpu.front()));
 
   // First runs, then repeats in turn, so that a disturbance of the machine hits all points alike.

@@ -105,17 +105,18 @@ std::vector<std::string> axes_of(const Study& s) {
 }
 
 const char* axis_sentence(const std::string& axis) {
-  if (axis == "tolerance") return "The scene with other tolerances of the time integration.";
+  if (axis == "tolerance") return "The scene with different tolerances of the time integration.";
   if (axis == "method") return "Integration methods, each at three tolerances.";
   if (axis == "elements") return "Finite elements, the tolerance a tenth of the scene's.";
   if (axis == "kept")
-    return "The lowest eigenmodes of the elements: so many of the softest beam, in the others those below the same frequency.";
+    return "The lowest eigenmodes of the finite elements: the given number of the softest beam, of the other beams those below the same "
+           "frequency.";
   if (axis == "modes") return "Eigenforms of the beam in place of elements, the tolerance a tenth of the scene's.";
   if (axis == "volumes") return "Volumes of two elements each (mixed), the tolerance a tenth of the scene's.";
   if (axis == "model")
-    return "The same beams in other forms, each with the method that the program takes for it and with explicit steps, at two tolerances; "
-           "the diagram joins the cheapest of each form.";
-  return "The second-order displacements on and off.";
+    return "The same beams by other models, each with the method that the program chooses for it and with explicit steps, at two "
+           "tolerances; the diagram connects the cheapest of each model.";
+  return "Second-order displacements (stiffening) on and off.";
 }
 
 // Series of an axis in the order of their points.
@@ -155,7 +156,8 @@ std::string forms_table(const Study& s) {
           fmt::format("{} an error of {:g} {} ({})", sentence.empty() ? "Cheapest are at" : ", at", wanted, best->series, best->label);
   }
   if (sentence.empty()) return "";
-  return fmt::format("CPU seconds of the cheapest setting of each form at equal error:\n\n{}\n{}\n{}\n{}.\n\n", head, line, rows, sentence);
+  return fmt::format("CPU seconds of the cheapest setting of each beam model at equal error:\n\n{}\n{}\n{}\n{}.\n\n", head, line, rows,
+                     sentence);
 }
 
 std::string to_markdown(const Study& s) {
@@ -173,17 +175,16 @@ std::string to_markdown(const Study& s) {
   }
   out += "\n![error against CPU time](front.svg)\n\n";
   out += fmt::format(
-      "Errors are the largest over time and over the outputs, relative to the range of each output; a vector's components count against "
-      "the whole vector. A wrong phase is a "
-      "wrong curve and counts. Reference: {}, good to {:.1e}, {:.2f} CPU s; errors below three times that are at the floor. CPU seconds "
-      "are medians of "
-      "interleaved repeats on one core, time integration and sampling of the outputs.\n",
+      "Errors are the largest over time and over the outputs, relative to the range of each output; a vector's components are relative to "
+      "the whole vector. A phase error counts like any other. Reference: {}, its own error is {:.1e}, {:.2f} CPU s; errors below three "
+      "times that are not resolved (\"at the floor\"). CPU seconds are medians of interleaved repeats on one core, time integration and "
+      "sampling of the outputs.\n",
       s.reference, s.reference_error, s.reference_cpu);
   for (const std::string& note : s.notes) out += fmt::format("\nNote: {}.\n", note);
   for (const std::string& axis : axes_of(s)) {
     out += fmt::format("\n## {}\n\n{}\n\n![{}]({}.svg)\n\n", axis, axis_sentence(axis), axis, axis);
     if (axis == "model") out += forms_table(s);
-    out += "| setting | coordinates | CPU s | error | worst output | error of this knob alone |\n|---|---|---|---|---|---|\n";
+    out += "| setting | coordinates | CPU s | error | worst output | error of this setting alone |\n|---|---|---|---|---|---|\n";
     for (const StudyPoint& p : s.points) {
       if (p.axis != axis) continue;
       if (!p.failure.empty()) out += fmt::format("| {} | | | {} | | |\n", p.setting, p.failure);
@@ -236,7 +237,7 @@ Diagram axis_diagram(const Study& s, const std::string& axis) {
     at->points.push_back({p.median_cpu, p.error, p.floor, p.knob > 0.0 ? fmt::format("{:g}", p.knob) : p.label});
   }
   if (axis == "model") {
-    d.title = s.title + ": forms of the beam at equal error";
+    d.title = s.title + ": models of the beam at equal error";
     for (DiagramSeries& one : d.series) keep_front(one);
   }
   return d;

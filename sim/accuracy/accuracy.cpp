@@ -30,9 +30,9 @@ std::optional<Finished> settle_open(Task& t, const std::vector<Item>& open, doub
     for (const EffectState& s : item.members)
       if (s.on) t.search.set_effect(s, false), off = true;
     t.leave_out(item.members, item.share);
-    t.chosen.push_back(fmt::format("{} left out (worth {:.1g})", item.name(), item.worth));
+    t.chosen.push_back(fmt::format("{} left out (influence {:.1g})", item.name(), item.worth));
     for (const EffectState& s : item.members) with.search.set_effect(s, true);
-    with.chosen.push_back(fmt::format("{} on (worth {:.1g})", item.name(), item.worth));
+    with.chosen.push_back(fmt::format("{} on (influence {:.1g})", item.name(), item.worth));
   }
   if (off) t.run_below();
   std::optional<Finished> found = finish(t, limit);
@@ -151,7 +151,7 @@ AsGiven run_as_given(Task& t) {
     f.method = t.options->method;
     f.setting.tolerance = default_tolerance;
     f.loose_tolerance = 10.0 * default_tolerance;
-    f.described.push_back(fmt::format("the scene as it stands at tolerance {:.0e}", default_tolerance));
+    f.described.push_back(fmt::format("the scene as written, tolerance {:.0e}", default_tolerance));
     out.run = std::move(f);
     scene.simulation.tolerance = 10.0 * default_tolerance;
     out.loose = t.search.run_within(scene, std::max(1.0, 3.0 * out.run->cpu()));
@@ -301,10 +301,10 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
   s.error_estimate = found.error;
   s.error_column = found.column;
   if (s.error_estimate > accuracy)
-    s.notes.warn("", fmt::format("accuracy {:g} was asked; the estimated error is {:.1e} of the range of {}{}", accuracy, s.error_estimate,
-                                 found.column,
-                                 spent ? fmt::format("; the search ended after {:.0f} CPU s, {:.0f} times a run of the scene as it stands: "
-                                                     "ask for less, or without this output",
+    s.notes.warn("", fmt::format("the requested accuracy of {:g} was not reached: the estimated error is {:.1e} of the range of {}{}",
+                                 accuracy, s.error_estimate, found.column,
+                                 spent ? fmt::format("; the search ended after {:.0f} CPU s, {:.0f} times the CPU time of the scene as "
+                                                     "written: request less accuracy, or remove this output",
                                                      out.search_cpu, given.run ? allowed / std::max(given.run->cpu(), 1e-3) : 0.0)
                                        : ""));
   if (options.check_effects) check_result(t, found, accuracy, results);

@@ -91,7 +91,7 @@ void settle_rigid(Task& t) {
       if (share <= std::max(little * t.accuracy, t.time)) {
         // What is more than that is the error of time.
         t.rigid += change * std::min(1.0, little * t.accuracy / std::max(share, 1e-300));
-        t.chosen.push_back(fmt::format("flexibility of '{}' worth {:.1g}", name, share));
+        t.chosen.push_back(fmt::format("'{}' rigid (influence of its flexibility {:.1g})", name, share));
         t.search.flexible.erase(name);
         continue;
       }

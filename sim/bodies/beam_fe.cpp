@@ -260,7 +260,7 @@ FeBeam::FeBeam(const BeamDef& def, const BeamEffects& effects) {
   const int most = kMaxCoordinates / std::max(1, per_node) - 1;
   if (def.elements < 1 || def.elements > most)
     throw InputError(
-        fmt::format("elements must lie in 1 .. {} with these effects, found {}; a beam of more is a mixed one", most, def.elements));
+        fmt::format("elements must lie in 1 .. {} with these effects, found {}; for more take model = \"mixed\"", most, def.elements));
   data_ = std::make_unique<Data>(def, effects);
   Data& d = *data_;
   const Layout& layout = d.layout;

@@ -68,7 +68,8 @@ enum class SidLayout { interleaved, blocked, either };
 struct SidReading {
   SidFile file;
   SidLayout Gr = SidLayout::either, Ge = SidLayout::either;
-  std::vector<std::string> notes;  // one sentence each: dialect, layouts, unknown blocks, identities that do not hold
+  // One sentence each. notes: what the file contradicts itself in, or holds and is not used. dialect: how it was read where files differ.
+  std::vector<std::string> notes, dialect;
 };
 
 // Reads a SID file. Throws InputError "FILE:LINE: what was found, what is allowed". Memory stays a small multiple of the file's size.

@@ -237,7 +237,8 @@ class BodyOfSid {
     for (const SidCheck& c : check_sid(sid_))
       if (c.residual > 1e-4) note(fmt::format("identity {} does not hold: off by {:.2g} of the largest entry", c.identity, c.residual));
     for (const SidNode& source : sid_.nodes) take_node(source);
-    if (turned_ > 0) note(fmt::format("{} nodes: psi is taken from AP.M1", turned_));
+    if (turned_ > 0)
+      note(fmt::format("{} nodes without rotation shapes (psi): taken from the first order of their orientation (AP.M1)", turned_));
     if (const double least = least_mass(body_); least < -1e-6)
       note(
           fmt::format("mass, inertia and their coupling to the elastic coordinates contradict each other (scaled, the mass matrix of the "

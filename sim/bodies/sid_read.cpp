@@ -171,7 +171,7 @@ class Reader {
     if (!refmod) lines.fail("'end modal' without a 'refmod' block (mass, nelastq)");
     lines.need("'end part'");
     if (keyword(lines.line) != "end part") lines.fail(fmt::format("'end part' is expected, found '{}'", shown(lines.line)));
-    if (lines.next()) note(fmt::format("text behind 'end part' (line {}) is left out", lines.number));
+    if (lines.next()) read_as(fmt::format("text behind 'end part' (line {}) is left out", lines.number));
 
     if (declared_nodes != static_cast<int>(sid.nodes.size()))
       lines.fail(fmt::format("the first line announces {} nodes, the file has {}", declared_nodes, sid.nodes.size()), 1);
@@ -195,6 +195,7 @@ class Reader {
   std::vector<Place> blocks;
 
   void note(std::string text) { result.notes.push_back(std::move(text)); }
+  void read_as(std::string text) { result.dialect.push_back(std::move(text)); }
 
   void read_header() {
     lines.need("the first line 'NODES MODES : text'");
@@ -244,7 +245,7 @@ class Reader {
         lines.fail(fmt::format("'end refmod' is expected, found '{}'", shown(lines.line)));
       } else {
         sid.refmod_others.emplace_back(lines.line);
-        note(fmt::format("line {}: '{}' of refmod is kept, not used", lines.number, shown(lines.line)));
+        read_as(fmt::format("line {}: '{}' of refmod is kept, not used", lines.number, shown(lines.line)));
       }
     }
     if (!mass) lines.fail("refmod has no mass", begin);
@@ -308,7 +309,7 @@ class Reader {
     for (const auto& [file_word, name] : known)
       if (word == file_word) {
         if (word == "mcm" || word == "mmi")
-          note(fmt::format("dialect: block '{}' (line {}) read as {}", std::string(lines.line), lines.number, name));
+          read_as(fmt::format("dialect: block '{}' (line {}) read as {}", std::string(lines.line), lines.number, name));
         add_block(-1, name);
         return;
       }
@@ -437,7 +438,7 @@ class Reader {
     }
     if (!standard && !swapped)
       lines.fail(fmt::format("entry m1 is out of range: m1(row, mode, column) with at most {} modes and ncol columns", n), culprit);
-    if (!standard) note("dialect: first-order entries are indexed (row, column, mode)");
+    if (!standard) read_as("dialect: first-order entries are indexed (row, column, mode)");
     for (Place& p : blocks) {
       expect_size(p);
       SidTaylor& t = p.raw.block;
@@ -509,7 +510,7 @@ class Reader {
     if (!good && p.raw.raw.empty() && (t.rows == 0 || t.columns == 0)) {
       good = true;
       t.rows = t.columns = 0;  // also where only one of them was
-      note(fmt::format("block {} (line {}) is empty: zero", p.raw.name, p.raw.line));
+      read_as(fmt::format("block {} (line {}) is empty: taken as zero", p.raw.name, p.raw.line));
     }
     if (!good)
       lines.fail(fmt::format("block {} is {} x {}; with nelastq = {} it must be {}", p.raw.name, t.rows, t.columns, n, wanted), p.raw.line);
@@ -568,7 +569,7 @@ class Reader {
       J.rows = 6;
       J.columns = 1;
       J.structure = 3;
-      note("dialect: J is written 3 x 3");
+      read_as("dialect: J is written 3 x 3");
     }
     result.Gr = settle_gr();
     result.Ge = settle_ge();
@@ -601,10 +602,10 @@ class Reader {
   }
 
   void report(const char* block, SidLayout layout, const char* identity) {
-    if (layout == SidLayout::either) note(fmt::format("layout of {}: both fit ({}), read as interleaved", block, identity));
+    if (layout == SidLayout::either) read_as(fmt::format("layout of {}: both fit ({}), read as interleaved", block, identity));
     else
-      note(fmt::format("layout of {}: {} found by {}", block,
-                       layout == SidLayout::blocked ? "blocked per mode, held interleaved," : "interleaved", identity));
+      read_as(fmt::format("layout of {}: {} found by {}", block,
+                          layout == SidLayout::blocked ? "blocked per mode, held interleaved," : "interleaved", identity));
   }
 
   void make_interleaved(SidTaylor& t) {

@@ -14,8 +14,8 @@ constexpr double agreement = 1e-6;
 
 [[noreturn]] void refuse_ports() {
   throw InputError(
-      "sigma and theta do not belong together: a force on a port must work on that port's motion, so theta must be the transpose of "
-      "sigma, up to a positive scale for every mode of omega");
+      "sigma and theta do not match: the work of a force on a port is that force times the port's motion, so theta must be the transpose "
+      "of sigma, up to a positive factor for every mode of omega");
 }
 
 // Symmetric positive M with M sigma = theta^T among the eigenvectors X of omega: block by block of equal eigenvalues.
@@ -85,7 +85,8 @@ FlexibleBody make_state_space_body(const StateSpaceDef& def, const FlexibleBody&
   if (body.De.cwiseAbs().maxCoeff() == 0.0) body.De.resize(0, 0);
   const double lowest = GeneralizedEigen(body.Ke, body.Me).eigenvalues().minCoeff();
   if (lowest < -agreement * std::max(def.omega.cwiseAbs().maxCoeff(), 1e-300))
-    throw InputError(fmt::format("omega has the negative eigenvalue {:.6g} 1/s^2: the body would burst by itself", lowest));
+    throw InputError(
+        fmt::format("omega has the negative eigenvalue {:.6g} 1/s^2: the body is unstable, its deformation would grow by itself", lowest));
   const Eigen::Index per_port = def.theta.rows() / static_cast<Eigen::Index>(def.ports.size());
   for (const auto& [name, position] : def.rigid.frames) {
     FlexibleNode node;

@@ -79,12 +79,12 @@ std::vector<std::string> neglected_stiffening(const Model& model, const Scene& s
     const double omega = std::sqrt(first), share = force * beam->length * beam->length / (std::numbers::pi * std::numbers::pi * bending);
     std::string what;
     if (rate * rate > least * first)
-      what = fmt::format("it turns with up to {:.3g} rad/s, {:.3g} times its first bending frequency{}", rate, rate / omega,
+      what = fmt::format("it rotates at up to {:.3g} rad/s, {:.3g} times its first bending frequency{}", rate, rate / omega,
                          rate > omega ? ", where the deflection grows without bound" : "");
-    if (share > least) what += fmt::format("{}forces along it reach {:.3g} times pi^2 EI/L^2", what.empty() ? "" : "; ", share);
+    if (share > least) what += fmt::format("{}its axial force reaches {:.3g} times pi^2 EI/L^2", what.empty() ? "" : "; ", share);
     if (!what.empty())
       out.push_back(
-          fmt::format("body '{}': WITHOUT stiffening, and it matters here: {}; add \"stiffening\" to 'effects'", part.name, what));
+          fmt::format("body '{}': the effect stiffening is off, but needed: {}; add \"stiffening\" to 'effects'", part.name, what));
   }
   return out;
 }

@@ -114,14 +114,29 @@ int closure_row_count(const Model& model, const Work& work, int cluster) {
   return static_cast<int>(rows);
 }
 
-std::string closure_row_name(const Model& model, const Work& work, int cluster, int row) {
-  const Cluster& c = model.clusters[cluster];
-  for (int l : c.loops) {
-    const int n = static_cast<int>(model.loops[l].rows.size());
-    if (row < n) return model.loops[l].name;
+namespace {
+
+struct RowOwner {
+  std::string joint;
+  const char* unit;  // of its residual
+};
+
+RowOwner closure_row_owner(const Model& model, const Work& work, int cluster, int row) {
+  for (int l : model.clusters[cluster].loops) {
+    const LoopJoint& loop = model.loops[l];
+    const int n = static_cast<int>(loop.rows.size());
+    if (row < n) return {loop.name, loop.rows[row].kind == ClosureRow::angle ? "rad" : "m"};
     row -= n;
   }
-  return model.parts[rate_owner(model, cluster, work.clusters[cluster].locked[row]).first].joint.name;
+  const auto [part, rate] = rate_owner(model, cluster, work.clusters[cluster].locked[row]);
+  const TreeJoint& joint = model.parts[part].joint;
+  return {joint.name, is_length(joint.kind, rate) ? "m" : "rad"};
+}
+
+}  // namespace
+
+std::string closure_row_name(const Model& model, const Work& work, int cluster, int row) {
+  return closure_row_owner(model, work, cluster, row).joint;
 }
 
 VecX closure_row_scales(const Model& model, const Work& work, int cluster) {
@@ -365,9 +380,11 @@ void close_positions(const Model& model, int cluster, Work& work) {
     if (!std::isfinite(size) || iteration == 40 || (iteration > 4 && size > c.size)) {
       int worst = 0;
       cw.res.cwiseAbs().maxCoeff(&worst);
-      throw SimulationError(fmt::format(
-          "joint '{}' cannot be closed at t = {:.6g} s: it is open by {:.3g}; the mechanism is at or beyond the end of its reach",
-          closure_row_name(model, work, cluster, part.rows[worst]), work.time, std::abs(cw.res[worst])));
+      const RowOwner open = closure_row_owner(model, work, cluster, part.rows[worst]);
+      throw SimulationError(
+          fmt::format("joint '{}' cannot be closed at t = {:.6g} s: its loop stays open by {:.3g} {}; the mechanism is at or beyond the "
+                      "limit of its reach",
+                      open.joint, work.time, std::abs(cw.res[worst]), open.unit));
     }
     // Move the dependent coordinates, joint by joint.
     for (int i : c.parts) {
@@ -428,18 +445,17 @@ void require_closed(const Model& model, int cluster, Work& work) {
   for (int i : c.parts)
     if (model.parts[i].joint.motion >= 0) motions += fmt::format("{}'{}'", driven++ ? ", " : "", model.parts[i].joint.name);
   if (driven > 1)
-    throw SimulationError(
-        fmt::format("joint '{}' comes open at t = {:.6g} s, by {:.3g} m: the motions of the joints {} contradict one another in its loop; "
-                    "leave one motion out",
-                    closure_row_name(model, work, cluster, open), work.time, worst, motions));
-  throw SimulationError(fmt::format(
-      "joint '{}' comes open at t = {:.6g} s, by {:.3g} m: conditions of its loop that followed from the others at the start no longer do. "
-      "The "
-      "mechanism starts in a change point, where it can go on in more than one way: start it beside that position, or give initial rates "
-      "along one way{}",
-      closure_row_name(model, work, cluster, open), work.time, worst,
-      bends ? "; or the loop holds the length of a beam that bends: give it the effect axial (a lumped beam has none: take finite elements)"
-            : ""));
+    throw SimulationError(fmt::format(
+        "joint '{}' opens by {:.3g} m at t = {:.6g} s: the motions of the joints {} contradict one another in its loop; remove one motion",
+        closure_row_name(model, work, cluster, open), work.time, worst, motions));
+  throw SimulationError(
+      fmt::format("joint '{}' opens by {:.3g} m at t = {:.6g} s: closure conditions of its loop that were redundant at the start no longer "
+                  "are. The mechanism starts in a change point, from which it can move in more than one way: start it away from that "
+                  "position, or give initial rates for one of the ways{}",
+                  closure_row_name(model, work, cluster, open), work.time, worst,
+                  bends ? "; or the loop prevents a bending beam from shortening: switch its effect axial on (a lumped beam has none: take "
+                          "finite elements)"
+                        : ""));
 }
 
 void close_velocities(const Model& model, int cluster, Work& work) {

@@ -250,15 +250,12 @@ bool hold_idle(const Model& model, int cluster, Work& work) {
     if (elastic && p.body.Me(v - p.ev0, v - p.ev0) > 0.0) {
       work.indefinite = part;
       throw SimulationError(fmt::format(
-          "the kinetic energy of elastic coordinate {} of body '{}' is no longer positive at t = {:.6g} s: it is deformed beyond what the "
-          "second-order "
-          "displacement field describes; use model = \"mixed\" with more volumes, fewer modes (keep_modes), or leave out stiffening",
+          "the kinetic energy of elastic coordinate {} of body '{}' is no longer positive at t = {:.6g} s: its deformation is too large "
+          "for second-order displacements; use model = \"mixed\" with more volumes, fewer modes (keep_modes), or leave out stiffening",
           v - p.ev0 + 1, p.name, work.time));
     }
     throw SimulationError(fmt::format(
-        "{} moves without inertia at t = {:.6g} s, driven by a force or a moment, or with a body that has no mass: give the bodies it "
-        "carries mass or inertia, "
-        "or fix the joint",
+        "a load acts on {}, which moves without inertia, at t = {:.6g} s: give the bodies that it moves mass or inertia, or fix the joint",
         elastic ? fmt::format("elastic coordinate {} of body '{}'", v - p.ev0 + 1, p.name) : fmt::format("joint '{}'", p.joint.name),
         work.time));
   }

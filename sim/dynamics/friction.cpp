@@ -139,10 +139,10 @@ void solve_reaction_friction(const Model& model, FrictionState& friction, Work& 
     if (iteration > 25)
       for (Eigen::Index i = 0; i < m; ++i) wrong = wrong || f[i] * c[i] < 0.0 || residual.cwiseAbs().maxCoeff() > 1e-10 * size;
     if (wrong)
-      throw SimulationError(fmt::format(
-          "joint '{}' jams at t = {:.6g} s: its friction and its reaction raise each other without limit; lower the coefficient or give "
-          "normal_force as a number",
-          model.parts[friction.points[slipping.front()].part].joint.name, work.time));
+      throw SimulationError(
+          fmt::format("joint '{}' is self-locking at t = {:.6g} s (Painleve): no finite friction force is in balance with its reaction; "
+                      "lower the coefficient or give normal_force as a number",
+                      model.parts[friction.points[slipping.front()].part].joint.name, work.time));
     if (iteration > 25) break;
   }
   for (Eigen::Index i = 0; i < m; ++i) force_of(friction.points[slipping[i]], work) = f[i];

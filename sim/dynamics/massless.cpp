@@ -115,9 +115,8 @@ VecX derivative(const Model& model, Work& work, double step, Move&& move) {
   rates.reserve(work.massless.stiff.size());
   for (int k : work.massless.stiff) rates.push_back(model.massless.rates[static_cast<size_t>(k)]);
   throw SimulationError(
-      fmt::format("joint {}: the springs that hold what has no mass there find no balance near the last one at t = {:.6g} s: it snaps "
-                  "through, or no spring acts along a "
-                  "direction any more; give the body a mass, or put a damper beside the spring",
+      fmt::format("joint {}: the springs of the massless bodies there have no equilibrium near the last one at t = {:.6g} s: the bodies "
+                  "snap through, or move in a direction that no spring holds; give them a mass, or put a damper parallel to the spring",
                   joints_of(model, rates), work.time));
 }
 
@@ -240,9 +239,8 @@ void balance_velocities(const Model& model, Work& work) {
   for (Eigen::Index k = n; k < m.Z.cols(); ++k)
     if (std::abs(m.Z.col(k).dot(rest.force)) / m.scale[k] > 1e-9 * rest.scale)
       throw SimulationError(
-          fmt::format("joint '{}' moves without inertia at t = {:.6g} s, driven by a force or a moment that no spring or damper meets at "
-                      "the start: give the bodies it carries "
-                      "mass or inertia, a spring in that direction, or fix the joint",
+          fmt::format("a load acts on joint '{}', which moves without inertia, at t = {:.6g} s, and no spring or damper opposes it: give "
+                      "the bodies that it moves mass or inertia, add a spring in that direction, or fix the joint",
                       model.parts[joint_of_rate(model, m.rates[static_cast<size_t>(k)])].joint.name, work.time));
 }
 

@@ -294,13 +294,13 @@ void add_mounted_damping(Model& model, const Scene& scene, int body, const Dampi
   if (made.De.size() == 0) made.De = MatX::Zero(made.n, made.n);
   if (modes.omega.size() > 0) {
     made.De += mounted_damping(made, modes, damping.ratio);
-    model.notes.tell(owner, fmt::format("its damping ratio is that of its modes {}, the first at {:.4g} Hz", mounting_words(holds),
+    model.notes.tell(owner, fmt::format("damping ratios are those of its modes {}, the first at {:.4g} Hz", mounting_words(holds),
                                         modes.omega[0] / (2.0 * EIGEN_PI)));
     return;
   }
   made.De += beam::damping_matrix({.ratio = damping.ratio}, made.Me, made.Ke);
-  model.notes.warn(owner, fmt::format("its coordinates cannot vibrate {}: the damping ratio is that of the modes of the body alone",
-                                      mounting_words(holds)));
+  model.notes.warn(
+      owner, fmt::format("it has no vibration modes {}: damping ratios are those of the modes of the free body", mounting_words(holds)));
 }
 
 // Kelvin-Voigt time constant of a chain, s: that of the first bending mode of the beam as its joints hold it (of the first mode where
@@ -332,7 +332,7 @@ double mounted_time_constant(Model& model, const Scene& scene, int body, const B
   const FlexibleBody made = make_fe_beam(whole, effects);
   const MountedModes modes = mounted_modes(made, held_rows(scene, body, made, holds, orientation));
   if (modes.omega.size() == 0 || !(modes.omega[0] > 0.0)) return chain_time_constant(beam, effects);
-  model.notes.tell(fmt::format("body '{}'", name), fmt::format("its damping ratio is that of its first mode {}, at {:.4g} Hz",
+  model.notes.tell(fmt::format("body '{}'", name), fmt::format("the damping ratio is that of its first mode {}, at {:.4g} Hz",
                                                                mounting_words(holds), modes.omega[0] / (2.0 * EIGEN_PI)));
   return beam.damping.stiffness + 2.0 * beam.damping.ratio[0] / modes.omega[0];
 }
@@ -529,7 +529,7 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
           model.effects.insert(model.effects.end(), decision.states.begin(), decision.states.end());
           const bool chain = beam->model == BeamModel::mixed || beam->model == BeamModel::lumped;
           if (chain && beam->damping.ratio.size() > 1)
-            model.notes.warn(owner, "a beam of several bodies has one damping ratio, that of its first mode; the others are not used");
+            model.notes.warn(owner, "a mixed or lumped beam has one damping ratio, that of its first mode; the others are ignored");
           if (const std::string note = beam_validity_note(*beam, decision.effects); !note.empty()) model.notes.tell(owner, note);
           time_constant =
               chain ? mounted_time_constant(model, scene, part.scene_body, *beam, decision.effects, !normal.isZero(0.0), orientation) : 0.0;

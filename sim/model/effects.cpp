@@ -170,26 +170,27 @@ double shear_share(const BeamDef& beam, bool bending_xy, bool bending_xz) {
 
 std::span<const EffectInfo> effect_registry() {
   static constexpr EffectInfo registry[] = {
-      {"axial", "lengthening along the axis", "EA u_xx = rho A u_tt", "axial vibration, or strains that show beside the bending",
+      {"axial", "lengthening along the axis", "EA u_xx = rho A u_tt", "axial vibration, or axial deformation comparable with bending",
        "P / EA, and the forcing against (pi/2L) sqrt(E/rho)"},
       {"bending_xy", "bending in the body's xy plane, Euler-Bernoulli", "EIz v_xxxx + rho A v_tt = p",
        "loads across the beam in that plane", "(q L^4 / 8EI + F L^3 / 3EI) / (1 - (omega/omega_1)^2) against the output's range"},
       {"bending_xz", "bending in the body's xz plane, Euler-Bernoulli", "EIy w_xxxx + rho A w_tt = p",
        "loads across the beam in that plane; none in a planar scene", "as bending_xy"},
-      {"torsion", "twist about the axis, Saint-Venant", "GJ theta_xx = rho Ip theta_tt", "moments about the axis, loads beside it",
-       "M L / GJ times the lever arm that shows it"},
+      {"torsion", "twist about the axis, Saint-Venant", "GJ theta_xx = rho Ip theta_tt", "moments about the axis, loads off the axis",
+       "M L / GJ times the output's distance from the axis"},
       {"stiffening", "second-order displacements: geometric stiffness and foreshortening", "u -= 1/2 int (v_x^2 + w_x^2) dx",
-       "axial forces beside the buckling load, rotation beside the first frequency",
+       "axial forces comparable with the buckling load, rotation rates comparable with the first frequency",
        "s = P / Pcr; frequencies change by s/2, the phase by omega_1 T s/2"},
       {"gyroscopic", "inertia and angular momentum that follow the deformation", "J(q) = J0 + J1 q + q^T J2 q / 2, Cr(q) = Cr0 + Cr1 q",
        "fast rotation of a deformed body", "Omega / omega_1, (Omega / omega_1)^2, deflection / length"},
       {"shear", "Timoshenko's shear and the sections' rotary inertia", "kGA (v_x - phi), rho I phi_tt", "stocky beams, high modes",
        "n^2 pi^2 (r/L)^2 (1 + E/kG)/2 of the frequency of mode n"},
       {"damping", "structural damping", "De qd", "many periods of free vibration", "zeta omega_1 T"},
-      {"friction", "Coulomb friction of a joint, with stiction", "|F| <= mu N", "the friction force beside the driving force", "mu N / F"},
+      {"friction", "Coulomb friction of a joint, with stiction", "|F| <= mu N", "friction forces comparable with the driving force",
+       "mu N / F"},
       {"stops", "contact at the ends of a joint's travel", "k d + c d_t beyond the stop", "the coordinate reaches them",
        "reached or not along the trajectory"},
-      {"gravity", "weight", "m g", "wherever it is not zero", "weight beside the other forces"},
+      {"gravity", "weight", "m g", "weight comparable with the other forces", "weight against the other forces"},
   };
   return registry;
 }
@@ -248,7 +249,7 @@ void choose(const BeamDef& beam, const Vec3& normal_in_body, const Attachments& 
     e.bending_xy = in_xy;
     e.bending_xz = !in_xy;
     for (const char* name : {"bending_xy", "bending_xz", "torsion"}) reason[name] = {"symmetry", "the scene moves in a plane"};
-    say(fmt::format("{} on, {} and torsion off: the scene moves in a plane, they cannot occur", e.bending_xy ? "bending_xy" : "bending_xz",
+    say(fmt::format("{} on, {} and torsion off: the scene moves in a plane", e.bending_xy ? "bending_xy" : "bending_xz",
                     e.bending_xy ? "bending_xz" : "bending_xy"));
   } else {
     e.bending_xy = e.bending_xz = true;
@@ -256,7 +257,7 @@ void choose(const BeamDef& beam, const Vec3& normal_in_body, const Attachments& 
     reason["bending_xy"] = reason["bending_xz"] = {"program", "the scene is spatial"};
     reason["torsion"] = {"program", e.torsion ? "what is attached may twist it" : "it is held in one place only"};
     say("bending_xy and bending_xz on: the scene is spatial");
-    say(e.torsion ? "torsion on: what is attached may twist it" : "torsion off: it is held in one place only, nothing twists it");
+    say(e.torsion ? "torsion on: what is attached may twist it" : "torsion off: it is attached in one place only, nothing twists it");
   }
   e.stiffening = true;
   reason["stiffening"] = {"program", "axial forces may be carried"};
@@ -265,8 +266,8 @@ void choose(const BeamDef& beam, const Vec3& normal_in_body, const Attachments& 
                                         : "a slender beam bends long before it stretches"};
   const double share = can_shear(beam, e) && !attachments.continued ? shear_share(beam, e.bending_xy, e.bending_xz) : 0.0;
   e.shear = share > worth_leaving_out;
-  reason["shear"] = {
-      "program", e.shear ? fmt::format("{:.2g} of a tip load's deflection is shear", share) : "a slender beam bends long before it shears"};
+  reason["shear"] = {"program", e.shear ? fmt::format("shear is {:.2g} of the deflection under a tip load", share)
+                                        : "a slender beam bends long before it shears"};
   say("stiffening on: axial forces may be carried");
   for (const Switch& s : switches) {
     if (e.*s.on || !has(beam.effects.names, s.name)) continue;
@@ -309,7 +310,7 @@ EffectDecision decide_effects(const BodyDef& body, const BeamDef& beam, const Ve
       e.*s.on = beam.modes.count(s.name) > 0;
       reason[s.name] = {"scene", e.*s.on ? "its modes are listed" : "no mode of it is listed"};
     }
-    say("elastic coordinates as the scene's modes list them");
+    say("elastic coordinates are the modes that the scene lists");
   }
   for (const Switch& s : switches)
     if (has(beam.effects.without, s.name)) {

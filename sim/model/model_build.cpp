@@ -218,7 +218,7 @@ void free_the_rest(Model& model, Graph& graph) {
     e.frame_b = add_own_frame(model, e.b, name);
     graph.add(e);
     graph.keep(graph.edges.size() - 1);
-    model.notes.tell(fmt::format("body '{}'", name), "has no joint towards ground: it moves freely");
+    model.notes.tell(fmt::format("body '{}'", name), "is not joined to ground: it moves freely");
   }
 }
 

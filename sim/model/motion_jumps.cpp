@@ -17,7 +17,7 @@ void check_motions(Model& model, const Scene& scene, Notes& notes) {
     const std::string idle = j.stop ? "stop" : j.friction ? "friction" : j.spring ? "spring" : "";
     if (!idle.empty())
       notes.warn(fmt::format("joint '{}'", j.name),
-                 fmt::format("follows its motion: its {} has no effect, and is no part of the drive's work", idle));
+                 fmt::format("its motion is prescribed: its {} has no effect and is not counted in the work of the drive", idle));
 
     TimeFunction f = model.expressions[static_cast<size_t>(j.motion)];
     const std::vector<double> times = f.switch_times(0.0, scene.simulation.duration);
@@ -33,14 +33,12 @@ void check_motions(Model& model, const Scene& scene, Notes& notes) {
       const bool length = is_length(j.kind, 0);
       if (std::abs(b.value - a.value) > 1e-9 * std::max({1.0, std::abs(a.value), std::abs(b.value)}))
         throw InputError(
-            fmt::format("{}:{}: joint '{}': key 'motion' jumps by {:.4g} {} at t = {:.6g} s, from {:.6g} to {:.6g}: no drive can do that; "
-                        "join the pieces",
+            fmt::format("{}:{}: joint '{}': key 'motion' jumps by {:.4g} {} at t = {:.6g} s, from {:.6g} to {:.6g}: make it continuous",
                         scene.file.string(), def.line, def.name, b.value - a.value, length ? "m" : "rad", t, a.value, b.value));
       if (std::abs(b.rate - a.rate) > 1e-9 * std::max({1e-3, std::abs(a.rate), std::abs(b.rate)})) {
         struck = true;
-        notes.warn(fmt::format("joint '{}'", j.name), fmt::format("its motion changes its rate by {:.4g} {} at t = {:.6g} s at once; the "
-                                                                  "impact that this gives to bodies which can move is left out: "
-                                                                  "round the corner",
+        notes.warn(fmt::format("joint '{}'", j.name), fmt::format("the rate of its motion jumps by {:.4g} {} at t = {:.6g} s; the impact "
+                                                                  "on other bodies is neglected: smooth the motion there",
                                                                   b.rate - a.rate, length ? "m/s" : "rad/s", t));
       }
     }

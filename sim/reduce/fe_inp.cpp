@@ -267,7 +267,7 @@ class Reader {
     } else if (refused(k)) {
       fail(fmt::format("*{} changes the structure and cannot be read; take it out of the model, or export K and M as matrices", k));
     } else if (!harmless(k) && passed_over.insert(k).second) {
-      model.notes.push_back(fmt::format("{}:{}: *{} is passed over", file, number, k));
+      model.notes.push_back(fmt::format("{}:{}: *{} is ignored", file, number, k));
     }
   }
 
@@ -349,7 +349,7 @@ class Reader {
     else if (k == "ELASTIC") read_elastic();
     else if (k == "DENSITY") {
       if (data_lines == 0) model.materials.back().density = real(fields(data)[0], "density") * units.density();
-      else note_once("temperature dependent density: the first line counts");
+      else note_once("temperature dependent density: the first line is used");
     } else if (k == "SHELL SECTION") {
       if (data_lines == 0) sections.back().thickness = real(fields(data)[0], "thickness") * units.length;
     } else if (k == "MASS") {
@@ -433,7 +433,7 @@ class Reader {
   }
 
   void read_elastic() {
-    if (data_lines > 0) return note_once("temperature dependent elasticity: the first line counts");
+    if (data_lines > 0) return note_once("temperature dependent elasticity: the first line is used");
     const auto f = fields(data);
     if (f.size() < 2) fail("*ELASTIC: 'Young's modulus, Poisson's ratio' is expected");
     model.materials.back().youngs_modulus = real(f[0], "Young's modulus") * units.stress();

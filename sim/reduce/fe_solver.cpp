@@ -160,7 +160,7 @@ FeModes FeSolver::modes(int count, double eigenvalue_limit, const MatX& hold, co
     const MatX B = orthonormalise(Z, MZ, scale);
     const bool exhausted = Z.cols() == 0 || m + Z.cols() > available;
     if (m == 0 && Z.cols() == 0)
-      throw SimulationError("no elastic mode can be told from rounding: the model's mass or stiffness is not positive");
+      throw SimulationError("no elastic mode stands out from rounding errors: the model's mass or stiffness is not positive");
 
     // Ritz values and their residuals.
     if (m > 0) {
@@ -177,7 +177,7 @@ FeModes FeSolver::modes(int count, double eigenvalue_limit, const MatX& hold, co
         if (residual > 1e-6 * theta(converged)) break;
       }
       if (progress) progress(fmt::format("modes: block {}, {} of {} converged", result.iterations, converged, wanted(lambda)));
-      if (exhausted && !enough) throw SimulationError(fmt::format("only {} of {} modes can be told from rounding", m, wanted(lambda)));
+      if (exhausted && !enough) throw SimulationError(fmt::format("only {} of {} modes stand out from rounding errors", m, wanted(lambda)));
       if ((enough && converged >= need) || exhausted) {
         result.eigenvalues = lambda.head(need);
         result.vectors = MatX::Zero(n, need);

@@ -63,7 +63,8 @@ FeModes orthonormal_basis(const FeReduced& system, const MatX& rigid, MatX field
   int keep = 0;
   for (int k = 0; k < gram.eigenvalues().size(); ++k) keep += gram.eigenvalues()(k) > 1e-12 * gram.eigenvalues().maxCoeff();
   if (keep < fields.cols())
-    notes.push_back(fmt::format("{} of {} fields depend on the others or are rigid motions: dropped", fields.cols() - keep, fields.cols()));
+    notes.push_back(
+        fmt::format("{} of {} shapes are dropped: they are rigid motions or depend on the others", fields.cols() - keep, fields.cols()));
   const MatX S = gram.eigenvectors().rightCols(keep) * gram.eigenvalues().tail(keep).cwiseSqrt().cwiseInverse().asDiagonal();
   SymmetricEigen ritz(S.transpose() * (0.5 * (K + K.transpose())) * S);
   FeModes out;
@@ -131,9 +132,9 @@ class Reducer {
     report().elements = static_cast<int>(model.elements.size());
     report().nodes = static_cast<int>(std::count_if(system.dof.begin(), system.dof.end(), [](const auto& d) { return d[0] >= 0; }));
     if (const int parts = count_parts(model, system); parts > 1)
-      throw InputError(fmt::format(
-          "{}: the model falls into {} parts that nothing connects; a body must be one piece (tie them by spiders, or leave parts out)",
-          model.file, parts));
+      throw InputError(
+          fmt::format("{}: the model consists of {} unconnected parts; a body must be one piece (tie them by spiders, or remove parts)",
+                      model.file, parts));
     reduced = eliminate(model, system, options.held);
     choose_nodes();
     lap("assembly");
@@ -241,11 +242,12 @@ class Reducer {
     report().estimated_bytes = solver->estimated_bytes() + 16.0 * static_cast<double>(system.K.nonZeros()) +
                                std::max(vectors, 16.0 * static_cast<double>(system.K.nonZeros()));
     const double limit = options.memory_limit > 0.0 ? options.memory_limit : available_memory();
-    say(fmt::format("{} degrees of freedom, {:.1f} million entries in the factor, about {:.2f} GB", system.size,
+    say(fmt::format("{} degrees of freedom, {:.1f} million entries in the factorised matrix, about {:.2f} GB", system.size,
                     report().factor_entries / 1e6, report().estimated_bytes / 1e9));
     if (limit > 0.0 && report().estimated_bytes > limit)
-      throw SimulationError(fmt::format("the reduction needs about {:.1f} GB, {:.1f} GB are there: take a coarser mesh or a larger machine",
-                                        report().estimated_bytes / 1e9, limit / 1e9));
+      throw SimulationError(
+          fmt::format("the reduction needs about {:.1f} GB, but {:.1f} GB are available: take a coarser mesh or a larger machine",
+                      report().estimated_bytes / 1e9, limit / 1e9));
     if (!reduced.identity) SparseMatrix().swap(system.K);  // the reduced system has its own; the factor needs the room
     lap("ordering");
     give_back_memory();

@@ -205,7 +205,8 @@ OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown) {
         plans.reactions = plans.accelerations = true;
       } else {
         const int n = rate_count(j.kind);
-        if (n == 0) throw InputError(fmt::format("{}: a joint of this kind has no coordinate; its quantity can be: reaction", where));
+        if (n == 0)
+          throw InputError(fmt::format("{}: a joint of this kind has no coordinate; the only quantity allowed is reaction", where));
         if (n > 1) tags.clear();
         for (int k = 0; k < n && n > 1; ++k) tags.push_back(traits(j.kind).quaternion == 0 ? xyz[k] : fmt::format(".{}", k + 1));
         for (int k = 0; k < n; ++k) {

@@ -14,7 +14,7 @@
 
 namespace flexframe::sim {
 
-// A run that loses the positive kinetic energy of a beam (far deformed, many modes: sim/README.md, "Energy first") is made again with
+// A run that loses the positive kinetic energy of a beam (far deformed, many modes: sim/DECISIONS.md, "One energy") is made again with
 // the complete one of the particles of the beam's axis, which costs several times as much but lasts.
 template <class Run>
 auto with_complete_inertia(const Scene& scene, Run&& once) {
@@ -36,7 +36,7 @@ auto with_complete_inertia(const Scene& scene, Run&& once) {
         if (!beam || beam->complete_inertia) return;
         beam->complete_inertia = more = true;
         notes.tell(fmt::format("body '{}'", body.name),
-                   "is deformed beyond what a kinetic energy of second order describes: computed with the complete one of its axis");
+                   "deforms too far for the second-order kinetic energy: computed with the full kinetic energy of its axis");
       };
       complete(changed->bodies[static_cast<size_t>(indefinite)]);
       if (!more)

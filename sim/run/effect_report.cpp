@@ -244,7 +244,9 @@ void report_neglected(const Scene& scene, const std::vector<EffectState>& states
   }
   for (const std::string& what : check.untried)
     out.notes.tell(
-        "", fmt::format("{} left out and not checked: that would cost more than half of the run; flexframe effects measures it", what));
+        "",
+        fmt::format("{} left out; its influence was not checked, which would cost more than half of the run: flexframe effects measures it",
+                    what));
 }
 
 void report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found, double asked, SolverStatistics& out) {
@@ -261,7 +263,7 @@ void report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found,
     }
     out.notes.tell(
         "", fmt::format("{} of {} left out: {}", f.effect, fmt::join(f.owners, ", "),
-                        f.share > 0.0 ? fmt::format("{:.1g} of the range of {}", f.share, f.column) : "worth nothing to the outputs"));
+                        f.share > 0.0 ? fmt::format("{:.1g} of the range of {}", f.share, f.column) : "no influence on the outputs"));
   }
 }
 
@@ -289,7 +291,7 @@ bool call_for(const std::vector<LeftOutWorth>& found, double asked, Scene& scene
       }
     if (taken.empty()) continue;
     more = true;
-    notes.tell("", fmt::format("{} of {} counted in: a run without it showed that it is worth about {:.2g} of the range of {}", f->effect,
+    notes.tell("", fmt::format("{} of {} switched on: a run without it showed an influence of about {:.2g} of the range of {}", f->effect,
                                fmt::join(taken, ", "), f->share, f->column));
   }
   return more;
@@ -329,8 +331,8 @@ std::string remedy_of(const Scene& scene, const Neglected& n) {
 std::string neglect_text(const Scene& scene, const Neglected& n) {
   std::vector<std::string> quoted;
   for (const std::string& owner : n.owners) quoted.push_back("'" + owner + "'");
-  return fmt::format("{} of {} is left out and worth {:.2g} of the range of {}: {}", n.effect, fmt::join(quoted, ", "), n.share, n.column,
-                     remedy_of(scene, n));
+  return fmt::format("{} of {} is left out, but its influence is {:.2g} of the range of {}: {}", n.effect, fmt::join(quoted, ", "), n.share,
+                     n.column, remedy_of(scene, n));
 }
 
 }  // namespace flexframe::sim

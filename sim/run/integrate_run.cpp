@@ -63,9 +63,8 @@ std::string likely_cause(System system, double t, const VecX& y, const std::stri
     if (p.law.reaction && p.phase != FrictionPhase::stick && (!worst || p.normal > worst->normal)) worst = &p;
   if (worst)
     return fmt::format(
-        "joint '{}' locks itself: its friction and its reaction ({:.3g} N) raise each other; lower the coefficient, or give normal_force "
-        "as a number or friction a velocity scale "
-        "(regularised)",
+        "joint '{}' is self-locking (Painleve): its reaction grows with its friction (now {:.3g} N); lower the coefficient, give "
+        "normal_force as a number, or give friction a velocity scale (regularised)",
         system.model.parts[worst->part].joint.name, worst->normal);
   for (size_t c = 0; c < system.model.clusters.size(); ++c) {
     const Cluster& cluster = system.model.clusters[c];
@@ -82,7 +81,7 @@ std::string likely_cause(System system, double t, const VecX& y, const std::stri
         driving = std::max(driving, std::abs(system.work.motion[motion].rate) * cluster.size);
     if (driven > 100.0 * driving)
       return fmt::format(
-          "the mechanism is at the end of its reach, where the rates in the loop of joint '{}' grow without bound; if it should go on, "
+          "the mechanism is at the limit of its reach, where the rates in the loop of joint '{}' grow without bound; if it should go on, "
           "another way to assemble the loop may be meant: choose it by initial = {{ guess = ... }}",
           system.model.loops[system.model.clusters[c].loops.front()].name);
   }
@@ -100,7 +99,7 @@ std::string likely_cause(System system, double t, const VecX& y, const std::stri
       for (const Part& p : system.model.parts)
         if (const int v = system.model.clusters[c].v0 + cw.partition.ind[k]; v >= p.v0 && v < p.v0 + p.joint.nv)
           return fmt::format(
-              "joint '{}' comes to a position in which hardly any mass moves with it: give the bodies it carries mass or inertia",
+              "joint '{}' reaches a position in which it moves almost without inertia: give the bodies that it moves mass or inertia",
               p.joint.name);
     }
   }
@@ -140,8 +139,8 @@ std::string unsettled_phases(const System& system, const std::vector<int>& direc
     if (directions[system.friction.points.size() + 2 * k] < 0 || directions[system.friction.points.size() + 2 * k + 1] < 0)
       add(system.stops[k]);
   return fmt::format(
-      "friction or stop of joint {} changes between its phases without end, no force fits; give friction a velocity scale (regularised), "
-      "or the stop damping",
+      "friction or stop of joint {} switches endlessly between its states, no force satisfies any of them; give friction a velocity scale "
+      "(regularised), or the stop damping",
       names);
 }
 
@@ -165,8 +164,8 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
   use(method, pack_state(system, Eigen::Vector2d::Zero()));
   if (method == Method::exponential && (has_events(system) || !system.model.massless.rates.empty()))
     throw InputError(fmt::format("method \"exponential\" follows smooth motion only: {}; take method = \"auto\" or \"erk\"",
-                                 has_events(system) ? "dry friction, stops and contacts need their events located"
-                                                    : "what has no mass is balanced in every evaluation"));
+                                 has_events(system) ? "dry friction, stops and contacts have events, which need to be located"
+                                                    : "massless bodies need an equilibrium in every evaluation"));
 
   OdeProblem problem;
   // What work was last brought to, for as long as nothing else has moved it.

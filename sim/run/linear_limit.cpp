@@ -113,11 +113,11 @@ void warn_of_linear_limits(const Scene& scene, const std::vector<LinearLimit>& l
     const BodyDef& body = scene.bodies[static_cast<size_t>(limit.body)];
     const bool beam = std::holds_alternative<BeamDef>(body.kind);
     into.warn(fmt::format("body '{}'", body.name),
-              fmt::format("bends by up to {:.2g} degrees in its frame (t = {:.4g} s), where a linear body is {}: {}",
+              fmt::format("bends by up to {:.2g} degrees within its own frame (t = {:.4g} s), where linear displacements are {}: {}",
                           limit.turn * 180.0 / std::numbers::pi, limit.when,
-                          error < 0.5 ? fmt::format("off by about {:.2g} % of its deflection", 100.0 * error) : "wrong",
+                          error < 0.5 ? fmt::format("wrong by about {:.2g} % of the deflection", 100.0 * error) : "wrong",
                           beam ? limit.pieces > 1 ? "take more volumes" : "take model = \"mixed\" with several volumes"
-                               : "cut it into several bodies"));
+                               : "divide it into several bodies"));
   }
 }
 

@@ -297,7 +297,7 @@ void check_forms(const Scene& scene, const std::vector<EffectState>& states, con
     const BodyDef& body = scene.bodies[b];
     const Boundary boundary = std::get<BeamDef>(body.kind).boundary;
     const std::string owner = fmt::format("body '{}'", body.name),
-                      forms = fmt::format("deforms in forms of a {} beam", boundary_word(boundary));
+                      forms = fmt::format("its modes are those of a {} beam", boundary_word(boundary));
     const bool tip_held = is_held(scene, body.name, "tip");
     if (found && found->share > options.asked) {
       out.notes.warn(owner,
@@ -306,7 +306,7 @@ void check_forms(const Scene& scene, const std::vector<EffectState>& states, con
                                      ? ", but no joint holds its tip"
                                      : "",
                                  found->column, found->share,
-                                 std::get<BeamDef>(body.kind).model == BeamModel::modal ? ", or forms of the ends as its joints hold them"
+                                 std::get<BeamDef>(body.kind).model == BeamModel::modal ? ", or modes of the boundary that its joints make"
                                                                                         : " and boundary = \"clamped-free\""));
     } else if (found) {
       out.notes.tell(owner, fmt::format("{}: with finite elements {} changes by {:.1g} of its range", forms, found->column, found->share));
@@ -315,8 +315,7 @@ void check_forms(const Scene& scene, const std::vector<EffectState>& states, con
     } else {
       out.notes.tell(
           owner,
-          fmt::format("{}; whether they are those of its joints was not measured: that would take too long, or errors of time hide it",
-                      forms));
+          fmt::format("{}; whether that fits its joints was not checked, which would take too long or lie below the time error", forms));
     }
   }
 }
@@ -344,12 +343,12 @@ void check_bending(const Scene& scene, const std::vector<EffectState>& states, c
     // With r times as many volumes the error is r^2 times as small.
     const double share = found->share / (1.0 - 1.0 / std::pow(richer(l.pieces), 2));
     const std::string owner = fmt::format("body '{}'", scene.bodies[static_cast<size_t>(l.body)].name);
-    const std::string turned = fmt::format("bends by up to {:.2g} degrees in {} (t = {:.4g} s)", l.turn * 180.0 / std::numbers::pi,
+    const std::string turned = fmt::format("bends by up to {:.2g} degrees within {} (t = {:.4g} s)", l.turn * 180.0 / std::numbers::pi,
                                            l.pieces > 1 ? "one of its volumes" : "its frame", l.when);
     if (share > options.asked) {
       const int enough = static_cast<int>(std::ceil(l.pieces * std::max(1.5, std::sqrt(1.5 * share / options.asked))));
-      out.notes.warn(owner, fmt::format("{}, farther than its displacements follow: with {} volumes {} changes by {:.2g} of its range; "
-                                        "take model = \"mixed\" with volumes = {}",
+      out.notes.warn(owner, fmt::format("{}, too far for linear displacements: with {} volumes {} changes by {:.2g} of its range; take "
+                                        "model = \"mixed\" with volumes = {}",
                                         turned, richer(l.pieces) * l.pieces, found->column, found->share, std::min(enough, 200)));
     } else {
       out.notes.tell(owner, fmt::format("{}: with {} volumes {} changes by {:.1g} of its range", turned, richer(l.pieces) * l.pieces,
@@ -379,8 +378,8 @@ void check_elements(const Scene& scene, const std::vector<EffectState>& states, 
     const std::string owner = fmt::format("body '{}'", scene.bodies[b].name);
     if (!found)
       out.notes.warn(owner,
-                     "the number of its elements or modes is given by the scene, and what more of them would change could not be measured: "
-                     "the estimated error does not count it");
+                     "the scene gives its number of elements or modes, and the influence of more of them could not be measured: it is not "
+                     "part of the estimated error");
     else if (found->share > options.asked)
       out.notes.warn(owner,
                      fmt::format("with twice as many elements {} changes by {:.2g} of its range: take more", found->column, found->share));

@@ -26,8 +26,7 @@ auto with_narrowed_weights(std::vector<double> shares, Run&& once) {
       out = once(std::as_const(shares), wanted);
     } catch (const SimulationError& error) {
       out.statistics.notes.warn(
-          "",
-          fmt::format("the motion is so small that the tolerance does not resolve it, and a run that would has failed: {}", error.what()));
+          "", fmt::format("the motion is too small for the tolerance, and the run that would resolve it failed: {}", error.what()));
       return out;
     }
   }

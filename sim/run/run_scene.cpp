@@ -64,7 +64,8 @@ bool estimate(const Scene& scene, const SimulateOptions& options, const Alone& a
     base = simulate_histories(scene, loose);
   } catch (const SimulationError& error) {
     results.statistics.notes.warn(
-        "", fmt::format("the error of the time integration is not estimated: the looser run that it comes from failed ({})", error.what()));
+        "", fmt::format("the error of the time integration is not estimated: the comparison run at a larger tolerance failed ({})",
+                        error.what()));
     return false;
   }
   const Difference difference = estimate_time_error(base, reference, results.statistics);

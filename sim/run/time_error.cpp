@@ -47,7 +47,7 @@ Difference estimate_time_error(const Histories& looser, const Histories& run, So
   const size_t shown = std::min<size_t>(large.size(), 3);
   const std::string more = large.size() > shown ? fmt::format(" and {} more outputs", large.size() - shown) : "";
   out.notes.warn(
-      "", fmt::format("the time integration is estimated to err by {}{}: take tolerance = {:.0e}",
+      "", fmt::format("the estimated error of the time integration is {}{}: take tolerance = {:.0e}",
                       fmt::join(large.begin(), large.begin() + static_cast<long>(shown), ", "), more, tighter(out.tolerance, worst)));
   return difference;
 }

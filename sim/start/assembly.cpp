@@ -273,8 +273,8 @@ std::string closing_values(const Model& model, const Scene& scene, int cluster, 
                                  ? "no other value of a single joint closes it: check lengths, joint positions and given initial values"
                                  : "it closes with " + values;
   throw InputError(
-      fmt::format("{}:{}: the mechanism cannot be assembled: joint '{}' stays open by {:.4g} m and {:.4g} rad, whatever the other joints "
-                  "of the loop ({}) do; {}",
+      fmt::format("{}:{}: the mechanism cannot be assembled: joint '{}' stays open by {:.4g} m and {:.4g} rad in every position of the "
+                  "other joints of its loop ({}); {}",
                   scene.file.string(), line, open->name, gap, turn, others, advice));
 }
 
@@ -317,9 +317,8 @@ bool leave_change_point(const Model& model, const Scene& scene, int cluster, Wor
       if (model.parts[i].joint.scene_joint >= 0 && model.parts[i].joint.nv > 0)
         joints += fmt::format("{}'{}'", joints.empty() ? "" : ", ", model.parts[i].joint.name);
     throw InputError(
-        fmt::format("{}: the loop of joint '{}' starts in a change point, from which it can go on in more than one way, and the initial "
-                    "rates lead along none: "
-                    "give rates of more of its joints ({}), or start beside that position",
+        fmt::format("{}: the loop of joint '{}' starts in a change point, from which it can move in more than one way, and the initial "
+                    "rates fit none of them: give rates of more of its joints ({}), or start away from that position",
                     scene.file.string(), closure_row_name(model, work, cluster, beside.rows.back()), joints));
   }
   cw.partition = beside;
@@ -338,6 +337,25 @@ bool leave_change_point(const Model& model, const Scene& scene, int cluster, Wor
 }
 
 }  // namespace
+
+std::string largest_moves(const Model& model, const VecX& from, const VecX& to, double least) {
+  double length = 0.0, angle = 0.0;
+  for (const Part& p : model.parts) {
+    const int orientation = traits(p.joint.kind).quaternion;
+    for (int k = 0; k < (orientation >= 0 ? orientation : p.joint.nq); ++k) {
+      double& largest = is_length(p.joint.kind, k) ? length : angle;
+      largest = std::max(largest, std::abs(to[p.q0 + k] - from[p.q0 + k]));
+    }
+    if (orientation >= 0) {
+      const Mat3 a = orientation_of(p.joint.kind, from.data() + p.q0), b = orientation_of(p.joint.kind, to.data() + p.q0);
+      angle = std::max(angle, Eigen::AngleAxisd(a.transpose() * b).angle());
+    }
+  }
+  std::string text;
+  if (length > least) text = fmt::format("{:.3g} m", length);
+  if (angle > least) text += fmt::format("{}{:.3g} rad", text.empty() ? "" : " and ", angle);
+  return text;
+}
 
 void assemble(Model& model, const Scene& scene, Work& work, Notes& notes) {
   update_expressions(model, 0.0, work);
@@ -387,11 +405,10 @@ void assemble(Model& model, const Scene& scene, Work& work, Notes& notes) {
       if (free.unguessed.size() < free.value.size()) assemble_positions(model, cluster, free.unguessed, work);
       // 1e-9 of the size is far above rounding and far below what anybody calls closed by construction.
       if (assemble_positions(model, cluster, free.value, work) > 1e-9 * c.size) refuse_open(model, scene, before, work, cluster);
-      const double moved = before.size() > 0 ? (work.q - before).cwiseAbs().maxCoeff() : 0.0;
-      if (moved > 1e-6) {
+      if (const std::string moved = largest_moves(model, before, work.q, 1e-6); !moved.empty()) {
         const std::string branch = branch_text(model, c, before, work);
         notes.tell(fmt::format("joint '{}'", model.loops[c.loops.front()].name),
-                   fmt::format("initial positions were adjusted by up to {:.3g} (rad or m) to close the loop{}{}", moved,
+                   fmt::format("initial positions were adjusted by up to {} to close the loop{}{}", moved,
                                branch.empty() ? "" : ": it starts with " + branch,
                                branch.empty() ? "" : "; initial = { guess = ... } near another position chooses another way to close it"));
       }
@@ -399,7 +416,7 @@ void assemble(Model& model, const Scene& scene, Work& work, Notes& notes) {
       const int rows = closure_row_count(model, work, cluster), used = static_cast<int>(work.clusters[k].partition.rows.size());
       if (used < rows)
         notes.tell(fmt::format("joint '{}'", model.loops[c.loops.front()].name),
-                   fmt::format("{} of the {} conditions that close its loop are redundant and left out", rows - used, rows));
+                   fmt::format("{} of the {} closure conditions of its loop are redundant and left out", rows - used, rows));
     }
     close_positions(model, cluster, work);
     update_cluster_world(model, cluster, work);
@@ -466,17 +483,16 @@ void assemble_rates(const Model& model, const Scene& scene, Work& work, Notes& n
         closing += fmt::format("{}'initial.rate' {} of joint '{}' (given: {})", closing.empty() ? ": it closes with " : ", or ",
                                values_text(fitting.data(), p.joint.nv), p.joint.name, values_text(work.w.data() + p.v0, p.joint.nv));
       }
-      throw InputError(
-          fmt::format("{}: the {} that are given contradict the loop of joint '{}' ({}{}{}): it would open at {:.4g} m/s; leave one {} of "
-                      "the loop out{}",
-                      scene.file.string(), given, closure_row_name(model, work, cluster, row), motions,
-                      motions.empty() || rates.empty() ? "" : "; ", rates, left[row], rates.empty() ? "motion" : "rate", closing));
+      throw InputError(fmt::format(
+          "{}: the given {} contradict the loop of joint '{}' ({}{}{}): it would open at {:.4g} m/s; remove one {} of the loop{}",
+          scene.file.string(), given, closure_row_name(model, work, cluster, row), motions, motions.empty() || rates.empty() ? "" : "; ",
+          rates, left[row], rates.empty() ? "motion" : "rate", closing));
     }
     for (size_t f = 0; f < free.rate.size(); ++f) work.w[c.v0 + free.rate[f]] += x[f] / rate_scale(model, cluster, free.rate[f]);
     close_velocities(model, cluster, work);
     if (leave_change_point(model, scene, cluster, work))
       notes.tell(fmt::format("joint '{}'", model.loops[c.loops.front()].name),
-                 "its loop starts in a change point; moved a hundred-thousandth of its size along the initial rates");
+                 "its loop starts in a change point: moved by 1e-5 of its size along the initial rates");
   }
 }
 

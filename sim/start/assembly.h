@@ -3,6 +3,8 @@
 
 #include "sim/dynamics/work.h"
 
+#include <string>
+
 namespace flexframe::sim {
 
 // Sets work.q and work.w. Given values and rates are kept; where none is given they start at 0 and move as little as loops need
@@ -13,5 +15,9 @@ void assemble(Model& model, const Scene& scene, Work& work, Notes& notes);
 
 // The second half of it: rates in work.w that keep the loops closed at the present (closed) positions, given rates kept.
 void assemble_rates(const Model& model, const Scene& scene, Work& work, Notes& notes);
+
+// "0.12 m and 1.9 rad": how far the joints' coordinates lie apart at most, lengths and angles (turns of orientations). Empty: nowhere by
+// more than `least`, m or rad.
+std::string largest_moves(const Model& model, const VecX& from, const VecX& to, double least);
 
 }  // namespace flexframe::sim

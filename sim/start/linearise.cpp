@@ -622,14 +622,14 @@ Linearisation linearise(const System& given) {
   Axes axes;
   bool steady = constant_axes(*point, axes);
   if (!steady && with_rates) {
-    out.notes.push_back("the rates of the start are no steady motion: linearised about its positions, without them");
+    out.notes.push_back("the initial rates are not a steady motion: linearised about the initial positions at rest");
     system = released;
     point = std::make_unique<Point>(system, false);
     steady = constant_axes(*point, axes);
   }
   if (!steady)
     out.notes.push_back(
-        "the mechanism changes as it moves: frequencies and damping are those of the instant t = 0, and no proof of stability");
+        "the linearised equations change as the mechanism moves: frequencies and damping hold at t = 0 only and do not decide stability");
   out.moving = point->moves();
   out.equilibrium = point->equilibrium();
   out.turning_axes = point->seen_turning(axes);

@@ -37,9 +37,8 @@ void check_springs(const Model& model, const Scene& scene, const Work& work) {
     // What the assembly leaves open, relative to the size.
     if (length > 1e-12 * model.size) continue;
     throw InputError(
-        fmt::format("{}:{}: force{}: both ends of the spring stand at one point at the start, where its force of {:.4g} N has no "
-                    "direction; move an end, let the mechanism start "
-                    "beside that position, or give neither rest nor preload",
+        fmt::format("{}:{}: force{}: both ends of the spring are at the same point at the start, where its force of {:.4g} N has no "
+                    "direction; move an end, start the mechanism from another position, or give neither rest nor preload",
                     scene.file.string(), load.def.line, load.def.name.empty() ? "" : fmt::format(" '{}'", load.def.name),
                     std::abs(s.preload - s.stiffness * s.rest)));
   }
@@ -75,14 +74,15 @@ void say_rest(const StaticSolution& found, Notes& notes) {
   const std::string text = fmt::format("static equilibrium: {} Newton steps{}, coordinates moved by up to {:.4g} m", found.iterations,
                                        found.load_steps > 1 ? fmt::format(" in {} load steps", found.load_steps) : "", found.moved);
   if (found.stable) notes.tell("", text);
-  else notes.warn("", text + "; it is UNSTABLE: the smallest disturbance makes the mechanism leave it");
+  else notes.warn("", text + "; it is unstable: the smallest disturbance makes the mechanism leave it");
   if (found.snapped >= 0.0)
-    notes.tell("", fmt::format("static equilibrium: raised from zero, the loads make it snap through or buckle at {:.3g} % of them; the "
-                               "state it snapped to is taken",
+    notes.tell("", fmt::format("static equilibrium: with loads raised from zero the mechanism snaps through or buckles at {:.3g} % of "
+                               "them; the state it snapped to is taken",
                                100.0 * found.snapped));
   if (!found.accelerating.empty())
-    notes.tell("", fmt::format("static equilibrium: prescribed motions accelerate at t = 0 ({}), which counts as a steady load",
-                               found.accelerating));
+    notes.tell(
+        "", fmt::format("static equilibrium: prescribed motions accelerate at t = 0 ({}); their inertia forces are taken as a steady load",
+                        found.accelerating));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/massless.h"
 #include "sim/dynamics/massless_forces.h"
+#include "sim/start/assembly.h"
 
 #include <fmt/format.h>
 
@@ -246,17 +247,16 @@ void require_solvable(Candidates& c, const MasslessRates& m, const std::string& 
   for (size_t k = 0; k < c.model.clusters.size(); ++k) close_velocities(c.model, static_cast<int>(k), c.work);
   if (moved > 1e-16)
     throw InputError(
-        fmt::format("{}: joint {}: what has no mass there can move without any mass moving, in a way that changes with the position; that "
-                    "is solved for parallel slides, for turns "
-                    "about one axis and for massless bodies at the end of a tree only: give it a mass",
+        fmt::format("{}: joint {}: the massless bodies there can move in directions that change with the position; this is supported for "
+                    "parallel slides, rotations about one axis and massless bodies at the end of a chain only: give them a mass",
                     file, names));
   for (int v = 0; v < c.model.nv; ++v) {
     if (m.Z.row(v).isZero(0.0)) continue;
     const TreeJoint& j = c.model.parts[joint_of_rate(c.model, v)].joint;
     if (j.friction)
       throw InputError(
-          fmt::format("{}: joint '{}' has friction and moves without any mass moving (joint {}): friction that is overcome would make it "
-                      "jump; give the body there a mass, or damping instead of friction",
+          fmt::format("{}: joint '{}' has friction, but moves without inertia (joint {}): it would jump as soon as friction is overcome; "
+                      "give the body there a mass, or use damping instead of friction",
                       file, j.name, names));
   }
 }
@@ -300,17 +300,17 @@ void balance_start(System& system, const VecX& q, const std::string& file, const
     const SymmetricEigen stiffness(0.5 * (mw.stiffness + mw.stiffness.transpose()), Eigen::EigenvaluesOnly);
     if (stiffness.eigenvalues()[0] <= 0.0)
       throw InputError(
-          fmt::format("{}: joint {}: the balance of the springs there is unstable, and what moves has no mass: it would jump away; turn "
-                      "the spring round, or give it a mass",
+          fmt::format("{}: joint {}: the equilibrium of the springs there is unstable, and the bodies that move have no mass: they would "
+                      "jump away; reverse the spring, or give them a mass",
                       file, names));
   }
-  const double change = (work.q - q).size() > 0 ? (work.q - q).cwiseAbs().maxCoeff() : 0.0;
+  const std::string moved = largest_moves(model, q, work.q, 1e-9 * model.size);
   system.notes.tell("joint " + names,
-                    fmt::format("what moves there has no mass; its coordinates {}{}",
-                                mw.stiff.empty()    ? "follow from the balance of springs, dampers and forces, in first order"
-                                : mw.damped.empty() ? "follow from the balance of springs and forces at every time"
-                                                    : "follow from the balance of springs, dampers and forces",
-                                change > 1e-9 * model.size ? fmt::format("; moved by up to {:.3g} (rad or m) at the start", change) : ""));
+                    fmt::format("moves bodies without mass; its coordinates {}{}{}",
+                                mw.stiff.empty()    ? "follow from the equilibrium of springs, dampers and forces, in first order"
+                                : mw.damped.empty() ? "follow from the equilibrium of springs and forces at every time"
+                                                    : "follow from the equilibrium of springs, dampers and forces",
+                                moved.empty() ? "" : "; initial positions were adjusted by up to ", moved));
 }
 
 }  // namespace

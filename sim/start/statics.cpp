@@ -5,6 +5,7 @@
 #include "sim/dynamics/directions.h"
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/inverse_dynamics.h"
+#include "sim/scene/joint_kinds.h"
 #include "sim/start/linearise.h"
 
 #include <fmt/format.h>
@@ -392,7 +393,7 @@ std::string accelerating(const Problem& p) {
   for (const Part& part : p.model.parts)
     if (part.joint.motion >= 0 && p.motion[part.joint.motion].acceleration != 0.0)
       out += fmt::format("{}joint '{}' with {:.4g} {}", out.empty() ? "" : ", ", part.joint.name, p.motion[part.joint.motion].acceleration,
-                         part.joint.kind == JointKind::prismatic ? "m/s^2" : "rad/s^2");
+                         is_length(part.joint.kind, 0) ? "m/s^2" : "rad/s^2");
   return out;
 }
 
@@ -409,18 +410,21 @@ std::string accelerating(const Problem& p) {
     if (!rests) rests = raise_loads(p, what, start, ignored).found.rest;
     if (rests)
       throw InputError(
-          fmt::format("{}: there is no static equilibrium because prescribed motions accelerate at t = 0 ({}): {} cannot rest in it, and "
-                      "does where they move steadily; "
-                      "let the motion begin smoothly, or leave out the static start",
+          fmt::format("{}: there is no static equilibrium because prescribed motions accelerate at t = 0 ({}): {} is in equilibrium only "
+                      "while they move at a constant rate; let the motion begin smoothly, or leave out the static start",
                       scene.file.string(), moving, name_of(p.model, d)));
   }
-  const bool deforms = d.rate < 0;
-  throw InputError(fmt::format(
-      "{}: there is no static equilibrium{}: {} is still driven by {:.4g}{}; {}", scene.file.string(),
-      raised.share > 0.0 ? fmt::format(" beyond {:.3g} % of the loads", 100.0 * raised.share) : "", name_of(p.model, d), std::abs(force),
-      deforms ? "" : " N or Nm",
-      deforms ? "it buckles or is deformed beyond what its model describes: use model = \"mixed\" with more volumes, or smaller loads"
-              : "give it a spring, a stop or a joint that holds it, or hold it where it is with initial = { value = ... }"));
+  const Part& part = p.model.parts[d.part];
+  const std::string beyond = raised.share > 0.0 ? fmt::format(" beyond {:.3g} % of the loads", 100.0 * raised.share) : "";
+  if (d.rate < 0)
+    throw InputError(
+        fmt::format("{}: there is no static equilibrium{}: {} stays out of balance; it buckles or deforms too far for its model: use model "
+                    "= \"mixed\" with more volumes, or smaller loads",
+                    scene.file.string(), beyond, name_of(p.model, d)));
+  throw InputError(
+      fmt::format("{}: there is no static equilibrium{}: a load of {:.4g} {} on {} stays unbalanced; give it a spring, a stop or a joint "
+                  "that holds it, or hold it where it is with initial = {{ value = ... }}",
+                  scene.file.string(), beyond, std::abs(force), is_length(part.joint.kind, d.rate) ? "N" : "Nm", name_of(p.model, d)));
 }
 
 // Whether the start without loads is a stable equilibrium: then a state that is not reached by raising them has been snapped to.

@@ -62,9 +62,8 @@ std::vector<std::string> StepGuard::complaints() const {
   for (size_t i = 0; i < scans_.size(); ++i)
     if (scans_[i].gave_up())
       out.push_back(
-          fmt::format("the function of time of {} varies so fast that it shortened a hundred thousand steps: pulses in it may have been "
-                      "passed over since; "
-                      "give it as a table, or shorten the run",
+          fmt::format("the function of time of {} varies so fast that it limited the length of 100000 steps; from then on pulses in it may "
+                      "be missed: give it as a table, or shorten the run",
                       names_[i].empty() ? "a force" : fmt::format("'{}'", names_[i])));
   return out;
 }

@@ -189,7 +189,7 @@ with tempfile.TemporaryDirectory() as folder:
         wrong(
             "nodes %g times as large" % factor,
             ["--nodes", file("unit.csv", "x,y,z,ux,uy,uz\n" + other), "--mesh", mesh],
-            "other units: times %.4g" % (1 / factor),
+            "units may differ: multiplied by %.4g" % (1 / factor),
         )
     wrong(
         "decimal commas between commas",

@@ -231,7 +231,7 @@ with temporary_folder() as name:
     refused("an element of too few nodes", "bad.inp", nodes + "*ELEMENT, TYPE=C3D8\n1, 1, 2, 3\n", f"bad.inp:{line(nodes) + 1}: element 1")
     gap = elements.replace("\n%d, " % (nx // 2) + ", ".join(map(str, bricks[nx // 2 - 1])), "")
     refused(
-        "parts that nothing connects",
+        "unconnected parts",
         "bad.inp",
         nodes + gap + sets.replace("1, %d\n*ELSET" % (nx // 2), "1, %d\n*ELSET" % (nx // 2 - 1)) + two,
         "2 parts",

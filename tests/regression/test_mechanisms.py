@@ -150,7 +150,7 @@ wrong = {
         )
         + joint("jd", "revolute", "b.tip", "c.tip"),
         2,
-        ["motions", "jd", "'ja', 'jc'", "leave one motion"],
+        ["motions", "jd", "'ja', 'jc'", "remove one motion"],
     ),
     "motions that part later": (
         FOUR_BAR.replace("rotation = [0, 0, 1]\n", 'rotation = [0, 0, 1]\nmotion = "t"\n', 1).replace(
@@ -158,7 +158,7 @@ wrong = {
         )
         + joint("jd", "revolute", "b.tip", "c.tip"),
         1,
-        ["motions", "jd", "'ja', 'jc'", "leave one motion"],
+        ["motions", "jd", "'ja', 'jc'", "remove one motion"],
     ),
     "a value too many": (
         FOUR_BAR.replace("rotation = [0, 0, 1]\n", "rotation = [0, 0, 1]\ninitial = { value = 0.1 }\n", 1)
@@ -198,7 +198,7 @@ wrong = {
         + joint("j", "spherical", "ground", "a", "spring = { stiffness = 1 }")
         + joint("k", "spherical", "a", "b", "spring = { stiffness = 1 }"),
         2,
-        ["j", "changes with the position", "mass"],
+        ["j", "change with the position", "mass"],
     ),
     "beyond its reach": (
         body("a", "b")

@@ -341,7 +341,7 @@ def undirected_spring(run):
         + output("x", "block", "position"),
         (2,),
     )
-    return 0 if "one point" in message and "direction" in message else 1
+    return 0 if "same point" in message and "direction" in message else 1
 
 
 @case("static start held by a load that ends at t = 0", "place against x cos(w t) / x", 1e-6)

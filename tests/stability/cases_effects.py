@@ -12,7 +12,7 @@ promise = "off the closed formula / deflection; a warning counts as a miss"
 def at_rest(run, text, gravity=(0, 0, 0)):
     """The columns at equilibrium."""
     h = run(simulation(0.002, 1000, gravity, more='start = "static"') + text)
-    assert "left out and worth" not in run.notes, "a warning of an effect"
+    assert "is left out, but its influence" not in run.notes, "a warning of an effect"
     return {name: values[-1] for name, values in h.items()}
 
 
