@@ -1,6 +1,6 @@
 // The disk cache of mapped modes: one file per content, named by its hash.
 //
-// Layout (little endian): "FFMODES4", 16 bytes of content hash, int64 vertices, modes, text length, the report as text lines, 3 M n floats
+// Layout (little endian): "FFMODES5", 16 bytes of content hash, int64 vertices, modes, text length, the report as text lines, 3 M n floats
 // column after column, 8 bytes of hash over everything before. Written beside its name and renamed, so that it is whole or not there.
 #include "interp/modes.h"
 
@@ -18,7 +18,7 @@
 namespace flexframe::interp {
 namespace {
 
-constexpr std::string_view magic = "FFMODES4";
+constexpr std::string_view magic = "FFMODES5";
 using Name = std::array<std::uint64_t, 2>;
 
 Name content_hash(const Nodes& nodes, const MeshView& mesh, const Options& options, const Eigen::MatrixXd& phi,
@@ -27,11 +27,11 @@ Name content_hash(const Nodes& nodes, const MeshView& mesh, const Options& optio
   h.add_text(magic);
   for (const Eigen::Index size : {nodes.positions.rows(), mesh.vertices.rows(), mesh.triangles.rows(), phi.cols(), psi.cols()})
     h.add(static_cast<std::int64_t>(size));
-  h.add_bytes(nodes.positions.data(), static_cast<size_t>(nodes.positions.size()) * sizeof(double));
-  h.add_bytes(mesh.vertices.data(), static_cast<size_t>(mesh.vertices.size()) * sizeof(double));
-  h.add_bytes(mesh.triangles.data(), static_cast<size_t>(mesh.triangles.size()) * sizeof(int));
-  h.add_bytes(phi.data(), static_cast<size_t>(phi.size()) * sizeof(double));
-  h.add_bytes(psi.data(), static_cast<size_t>(psi.size()) * sizeof(double));
+  h.add_bytes(nodes.positions.data(), nodes.positions.size() * sizeof(double));
+  h.add_bytes(mesh.vertices.data(), mesh.vertices.size() * sizeof(double));
+  h.add_bytes(mesh.triangles.data(), mesh.triangles.size() * sizeof(int));
+  h.add_bytes(phi.data(), phi.size() * sizeof(double));
+  h.add_bytes(psi.data(), psi.size() * sizeof(double));
   h.add(static_cast<std::int64_t>(nodes.rotations));
   h.add(static_cast<std::int64_t>(options.scheme));
   h.add(static_cast<std::int64_t>(options.patch_nodes));
@@ -93,7 +93,7 @@ bool decode(const std::string& data, const Name& name, Eigen::Index vertices, Ei
   if (sum != check.words()[0] || found != name || sizes[0] != vertices || sizes[1] != modes || sizes[2] < 0) return false;
   ModeColumns columns(3 * vertices, modes);
   if (data.size() != head + static_cast<size_t>(sizes[2]) + columns.tiles().size_bytes() + 8) return false;
-  if (!read_report(data.substr(head, static_cast<size_t>(sizes[2])), out.report)) return false;
+  if (!read_report(data.substr(head, sizes[2]), out.report)) return false;
   std::memcpy(columns.tiles().data(), data.data() + head + sizes[2], columns.tiles().size_bytes());
   out.columns = std::move(columns);
   out.from_cache = true;

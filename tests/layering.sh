@@ -70,6 +70,7 @@ breaches() {
   confined HDF5 '(hdf5|H5)' '^\./sim/results/results_file[a-z_]*\.cpp$' 1
   confined muParser 'muParser' '^\./sim/scene/expression\.cpp$' 1
   confined toml++ 'toml(\+\+|\.hpp|plusplus)' '^\./sim/scene/toml_input\.cpp$' 1
+  confined xxHash 'xxhash' '^\./interp/hash\.h$' 1
   confined CLI11 'CLI/' '^\./render/cli/'
   confined Eigen/Sparse 'Eigen/(Sparse|SparseCholesky)' '^\./(sim|interp|render/film)/'
 
@@ -142,6 +143,7 @@ if [[ ${1:-} == --self-test ]]; then
   expect sim/a.cpp '#include <hdf5.h>' "HDF5 is included outside"
   expect sim/scene/scene_reader.cpp '#include <toml++/toml.h>' "toml++ is included outside"
   expect sim/a.cpp '#include <muParser.h>' "muParser is included outside"
+  expect interp/cache.cpp '#include <xxhash.h>' "xxHash is included outside"
   expect render/film/a.cpp '#include <CLI/CLI.hpp>' "CLI11 is included outside"
   expect interp/a.cpp 'std::cout << 1;' "the library prints"
   expect sim/a.cpp '  printf("x");' "the library prints"
