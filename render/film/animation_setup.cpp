@@ -6,6 +6,7 @@
 #include "render/film/survey.h"
 
 #include "render/frame/camera.h"
+#include "sim/base/cpu_clock.h"
 #include "sim/base/file_output.h"
 #include "sim/scene/joint_kinds.h"
 
@@ -13,16 +14,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 
 namespace flexframe::film {
 namespace {
-
-double cpu_seconds() {
-  timespec t;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 const sim::BodyDef* find_body(const sim::Scene* scene, const std::string& name) {
   if (!scene) return nullptr;
@@ -281,7 +275,7 @@ void set_camera(Animation& animation, const std::vector<glm::dvec3>& points, con
 Animation make_animation(const sim::Results& results, const RenderSettings& asked, const sim::Scene* scene) {
   if (results.times.size() == 0) throw sim::InputError("the results hold no samples: nothing to draw");
   if (results.bodies.empty()) throw sim::InputError("the results hold no bodies: nothing to draw");
-  const double start = cpu_seconds();
+  const double start = sim::process_cpu_seconds();
   Animation animation;
   animation.results = &results;
   animation.settings = asked;
@@ -329,7 +323,7 @@ Animation make_animation(const sim::Results& results, const RenderSettings& aske
   const CameraSettings& camera = animation.settings.camera;
   if (camera.orbit != 0.0 || !camera.path.empty())
     animation.light = glm::vec3(render::default_light(animation.camera, animation.ground ? animation.ground->normal : animation.camera.up));
-  animation.cpu_setup = cpu_seconds() - start;
+  animation.cpu_setup = sim::process_cpu_seconds() - start;
   return animation;
 }
 

@@ -3,6 +3,7 @@
 #include "render/base/file.h"
 #include "render/film/numbers.h"
 #include "render/image/png.h"
+#include "sim/base/cpu_clock.h"
 
 #include <fmt/format.h>
 
@@ -14,7 +15,6 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
-#include <ctime>
 #include <new>
 #include <stdexcept>
 #include <vector>
@@ -31,12 +31,6 @@ namespace flexframe::film {
 namespace {
 
 constexpr const char* input_key = "flexframe-inputs";
-
-double thread_seconds() {
-  timespec t;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 // What a worker tells its parent; short enough to be written in one piece.
 struct Message {
@@ -69,17 +63,17 @@ Message make_one(const Animation& animation, const FilmOptions& options, int pic
                  const std::string& environment) {
   Message message;
   const std::filesystem::path path = options.folder / picture_file_name(picture);
-  double start = thread_seconds();
+  double start = sim::cpu_seconds();
   update_picture(animation, picture, memory);
   const std::string inputs = picture_hash(memory.picture, environment);
   const std::vector<std::filesystem::path> channels = channel_files(animation, options, picture);
   if (options.resume && is_done(path, inputs) &&
       std::all_of(channels.begin(), channels.end(), [&](const auto& file) { return is_done(file, inputs); })) {
     message.kind = Message::kept;
-    message.deform = thread_seconds() - start;
+    message.deform = sim::cpu_seconds() - start;
     return message;
   }
-  double now = thread_seconds();
+  double now = sim::cpu_seconds();
   message.deform = now - start;
   start = now;
   const render::Image image = renderer.draw(memory.picture);
@@ -91,13 +85,13 @@ Message make_one(const Animation& animation, const FilmOptions& options, int pic
     render::write_png(file, numbers,
                       {.level = 1, .text = {{input_key, inputs}, {"flexframe-range", fmt::format("{:.17g} {:.17g}", low, high)}}});
   }
-  now = thread_seconds();
+  now = sim::cpu_seconds();
   message.draw = now - start;
   start = now;
   render::write_png(
       path, image,
       {.level = 1, .text = {{input_key, inputs}, {render::numbers_key, render::numbers_text(picture_numbers(memory.picture))}}});
-  message.encode = thread_seconds() - start;
+  message.encode = sim::cpu_seconds() - start;
   return message;
 }
 

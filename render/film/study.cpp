@@ -2,6 +2,7 @@
 
 #include "render/film/study_pictures.h"
 #include "render/film/study_plan.h"
+#include "sim/base/cpu_clock.h"
 #include "sim/base/file_output.h"
 #include "sim/base/words.h"
 #include "sim/results/csv.h"
@@ -14,7 +15,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <ctime>
 #include <fstream>
 #include <sstream>
 
@@ -23,12 +23,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-double cpu_now() {
-  timespec t;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 struct TooLong : std::runtime_error {
   using std::runtime_error::runtime_error;
@@ -162,10 +156,10 @@ class Runs {
   sim::Histories simulate(const sim::Scene& scene) const {
     sim::SimulateOptions o;
     o.samples = 1000;
-    const double start = cpu_now();
+    const double start = sim::cpu_seconds();
     o.progress = [&](double) {
       if (options_.progress) options_.progress(-1.0, "");
-      if (longest_ > 0.0 && cpu_now() - start > longest_) throw TooLong(fmt::format("longer than {:.3g} CPU s", longest_));
+      if (longest_ > 0.0 && sim::cpu_seconds() - start > longest_) throw TooLong(fmt::format("longer than {:.3g} CPU s", longest_));
     };
     return sim::simulate_histories(scene, o);
   }

@@ -3,6 +3,7 @@
 #include "render/draw/renderer.h"
 #include "render/film/animation.h"
 #include "render/film/settings.h"
+#include "sim/base/cpu_clock.h"
 #include "sim/simulate.h"
 #include "sim/time/system.h"
 
@@ -10,16 +11,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 
 namespace flexframe::film {
 namespace {
-
-double cpu_now() {
-  timespec t;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 double median(std::vector<double> v) {
   std::sort(v.begin(), v.end());
@@ -62,9 +56,9 @@ Mapped map_motion(const sim::ResultBody& body, const sim::BodyDef* def, const Re
   for (int k = 1; k <= 10; ++k) {
     const SamplePlace place = find_sample(times, times[0] + 0.1 * k * (times[times.size() - 1] - times[0]));
     for (int repeat = 0; repeat < 3; ++repeat) {
-      const double start = cpu_now();
+      const double start = sim::process_cpu_seconds();
       update_displacement(model, body, place, memory);
-      cpu.push_back(cpu_now() - start);
+      cpu.push_back(sim::process_cpu_seconds() - start);
     }
     out.displacement.push_back(memory.displacement);
   }
@@ -131,9 +125,9 @@ void study_samples(const sim::Scene& scene, const sim::Results& results, RenderS
     render::Image image;
     std::vector<double> times;
     for (int repeat = 0; repeat < (cpu ? 4 : 1); ++repeat) {
-      const double start = cpu_now();
+      const double start = sim::process_cpu_seconds();
       image = renderer.draw(memory.picture);
-      if (repeat > 0) times.push_back(cpu_now() - start);
+      if (repeat > 0) times.push_back(sim::process_cpu_seconds() - start);
     }
     if (cpu) *cpu = median(times);
     return image;

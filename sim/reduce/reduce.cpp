@@ -1,6 +1,7 @@
 // The reducer. See reduce.h and REDUCE.md.
 #include "sim/reduce/reduce.h"
 
+#include "sim/base/cpu_clock.h"
 #include "sim/base/eigen_solvers.h"
 #include "sim/reduce/dense_products.h"
 #include "sim/reduce/fe_attachment.h"
@@ -12,7 +13,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <fstream>
 #include <numbers>
 #include <set>
@@ -119,7 +119,7 @@ MatX free_rigid(const FeModel& model, const FeSystem& system, const FeReduced& r
 class Reducer {
  public:
   Reducer(const FeModel& m, const ReduceOptions& o, const FeProgress& p)
-      : model(m), options(o), method(o.method), progress(p), clock(std::clock()) {
+      : model(m), options(o), method(o.method), progress(p), clock(process_cpu_seconds()) {
     if (method == ReduceMethod::automatic) method = options.interfaces.empty() ? ReduceMethod::eigenmodes : ReduceMethod::craig_bampton;
   }
 
@@ -149,7 +149,7 @@ class Reducer {
   const ReduceOptions& options;
   ReduceMethod method;
   FeProgress progress;
-  std::clock_t clock;
+  double clock;  // CPU time at the end of the last stage, s
   Reduction out;
   FeSystem system;
   FeReduced reduced;
@@ -165,8 +165,8 @@ class Reducer {
   }
   void note(std::string text) { report().notes.push_back(std::move(text)); }
   void lap(const char* name) {
-    const std::clock_t now = std::clock();
-    report().stages.push_back({name, static_cast<double>(now - clock) / CLOCKS_PER_SEC});
+    const double now = process_cpu_seconds();
+    report().stages.push_back({name, now - clock});
     clock = now;
   }
 
