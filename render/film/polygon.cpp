@@ -1,5 +1,7 @@
 #include "render/film/polygon.h"
 
+#include "render/picture/ears.h"
+
 #include <algorithm>
 #include <limits>
 #include <stdexcept>
@@ -20,10 +22,6 @@ bool crosses(const Point& a, const Point& b, const Point& c, const Point& d) {
   if (((abc > 0.0) != (abd > 0.0)) && ((cda > 0.0) != (cdb > 0.0))) return true;
   const auto on = [](const Point& p, const Point& q, const Point& x, double side) { return side == 0.0 && (x - p).dot(x - q) < 0.0; };
   return on(a, b, c, abc) || on(a, b, d, abd) || on(c, d, a, cda) || on(c, d, b, cdb);
-}
-
-bool inside(const Point& a, const Point& b, const Point& c, const Point& p) {
-  return cross(a, b, p) >= 0.0 && cross(b, c, p) >= 0.0 && cross(c, a, p) >= 0.0;
 }
 
 }  // namespace
@@ -80,33 +78,23 @@ std::vector<std::array<int, 3>> triangulate_polygon(const std::vector<Loop>& loo
   }
 
   // Ears are clipped, the one with the best shape (largest smallest angle, by its height) first among neighbours.
+  const auto turn = [&](int a, int b, int c) { return cross(points[a], points[b], points[c]); };
+  const auto same = [&](int a, int b) { return points[a] == points[b]; };
+  const auto height = [&](int a, int b, int c, double area) {
+    const double longest =
+        std::max({(points[b] - points[a]).squaredNorm(), (points[c] - points[b]).squaredNorm(), (points[a] - points[c]).squaredNorm()});
+    return area < 0.0 ? -1.0 : longest > 0.0 ? area / longest : 0.0;
+  };
   std::vector<std::array<int, 3>> triangles;
   while (outer.size() > 3) {
     const size_t n = outer.size();
-    size_t best = n;
-    double best_quality = -1.0;
-    for (size_t i = 0; i < n; ++i) {
-      const int ia = outer[(i + n - 1) % n], ib = outer[i], ic = outer[(i + 1) % n];
-      const Point &a = points[ia], &b = points[ib], &c = points[ic];
-      const double area = cross(a, b, c);
-      if (area < 0.0) continue;
-      bool ear = true;
-      for (size_t k = 0; k < n && ear; ++k) {
-        const Point& p = points[outer[k]];
-        if (p == a || p == b || p == c) continue;
-        ear = area > 0.0 ? !inside(a, b, c, p) : true;
-      }
-      if (!ear) continue;
-      const double longest = std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
-      const double quality = longest > 0.0 ? area / longest : 0.0;
-      if (quality > best_quality) best_quality = quality, best = i;
-    }
+    const size_t best = render::find_ear(outer, 0, turn, same, height);
     if (best == n) throw std::invalid_argument("a polygon's edges cross");
-    if (best_quality > 0.0) triangles.push_back({outer[(best + n - 1) % n], outer[best], outer[(best + 1) % n]});
+    const std::array<int, 3> ear = {outer[(best + n - 1) % n], outer[best], outer[(best + 1) % n]};
+    if (turn(ear[0], ear[1], ear[2]) > 0.0) triangles.push_back(ear);
     outer.erase(outer.begin() + static_cast<long>(best));
   }
-  if (outer.size() == 3 && cross(points[outer[0]], points[outer[1]], points[outer[2]]) > 0.0)
-    triangles.push_back({outer[0], outer[1], outer[2]});
+  if (outer.size() == 3 && turn(outer[0], outer[1], outer[2]) > 0.0) triangles.push_back({outer[0], outer[1], outer[2]});
   return triangles;
 }
 

@@ -1,6 +1,7 @@
 #include "render/picture/mesh.h"
 
 #include "render/base/file.h"
+#include "render/picture/ears.h"
 #include "render/picture/mesh_polygons.h"
 
 #include <assimp/material.h>
@@ -44,7 +45,7 @@ glm::dvec3 newell_normal(const std::vector<glm::dvec3>& position, std::span<cons
   return n;
 }
 
-// Cuts a simple polygon into triangles by ears (Meisters 1975), quads by the better diagonal. Appends local corner triples.
+// Cuts a simple polygon into triangles by ears, quads by the better diagonal. Appends local corner triples.
 void triangulate(const std::vector<glm::dvec3>& position, std::span<const int> corner, std::vector<std::array<int, 3>>& out) {
   const int n = static_cast<int>(corner.size());
   if (n == 3) {
@@ -70,21 +71,11 @@ void triangulate(const std::vector<glm::dvec3>& position, std::span<const int> c
   }
   std::vector<int> ring(static_cast<size_t>(n));
   for (int k = 0; k < n; ++k) ring[static_cast<size_t>(k)] = k;
+  const auto same = [&](int a, int b) { return at(a) == at(b); };
+  const auto any_ear = [](int, int, int, double area) { return area > 0.0 ? 1.0 : -1.0; };
   size_t start = 0;
   for (size_t m = ring.size(); m > 3; m = ring.size()) {
-    size_t ear = m;
-    for (size_t step = 0; step < m && ear == m; ++step) {
-      const size_t k = (start + step) % m;
-      const int a = ring[(k + m - 1) % m], b = ring[k], c = ring[(k + 1) % m];
-      if (turn(a, b, c) <= 0.0) continue;
-      bool empty = true;
-      for (size_t j = 0; j < m && empty; ++j) {
-        const int p = ring[j];
-        if (p == a || p == b || p == c || at(p) == at(a) || at(p) == at(b) || at(p) == at(c)) continue;
-        empty = !(turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 && turn(c, a, p) >= 0.0);
-      }
-      if (empty) ear = k;
-    }
+    size_t ear = find_ear(ring, start, turn, same, any_ear);
     // Self-crossing or flat polygons have no ear: any corner will do.
     if (ear == m) ear = start % m;
     out.push_back({ring[(ear + m - 1) % m], ring[ear], ring[(ear + 1) % m]});
