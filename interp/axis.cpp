@@ -14,7 +14,7 @@ namespace {
 Eigen::MatrixXd spline_slopes(std::span<const double> length, bool natural) {
   const auto m = static_cast<Eigen::Index>(length.size()), n = m + 1;
   if (m == 1) return Eigen::MatrixXd::Ones(2, 1);
-  auto len = [&](Eigen::Index k) { return length[static_cast<size_t>(k)]; };
+  auto len = [&](Eigen::Index k) { return length[k]; };
   if (m == 2 && !natural) {
     // Parabola through three nodes.
     Eigen::MatrixXd s(3, 2);
@@ -62,8 +62,7 @@ Eigen::SparseMatrix<double, Eigen::RowMajor> make_slopes(const std::vector<doubl
   for (Eigen::Index row = 0; row < n; row += window_rows) {
     const Eigen::Index last = std::min(n, row + window_rows);
     const Eigen::Index lo = std::max<Eigen::Index>(0, row - window_rows), hi = std::min(n, last + window_rows);
-    const Eigen::MatrixXd local =
-        spline_slopes(std::span(length).subspan(static_cast<size_t>(lo), static_cast<size_t>(hi - lo - 1)), natural);
+    const Eigen::MatrixXd local = spline_slopes(std::span(length).subspan(lo, hi - lo - 1), natural);
     for (Eigen::Index i = row; i < last; ++i)
       for (Eigen::Index k = 0; k < local.cols(); ++k)
         if (local(i - lo, k) != 0.0) entries.emplace_back(static_cast<int>(i), static_cast<int>(lo + k), local(i - lo, k));
@@ -126,7 +125,7 @@ AxisLift make_axis(const Points& nodes, bool rotations_given) {
   axis.frame.col(2) = direction.cross(axis.frame.col(1));
   axis.origin = centre;
 
-  axis.order.resize(static_cast<size_t>(nodes.rows()));
+  axis.order.resize(nodes.rows());
   std::iota(axis.order.begin(), axis.order.end(), 0);
   const Eigen::VectorXd s = local * direction;
   std::stable_sort(axis.order.begin(), axis.order.end(), [&](int a, int b) { return s[a] < s[b]; });
@@ -156,17 +155,17 @@ Points lift_exact(const AxisLift& axis, const Points& displacement, const Points
   const bool given = axis.given && rotation.rows() > 0;
   Points u(n, 3), theta(given ? n : 0, 3);
   for (Eigen::Index k = 0; k < n; ++k) {
-    u.row(k) = displacement.row(axis.order[static_cast<size_t>(k)]);
-    if (given) theta.row(k) = rotation.row(axis.order[static_cast<size_t>(k)]);
+    u.row(k) = displacement.row(axis.order[k]);
+    if (given) theta.row(k) = rotation.row(axis.order[k]);
   }
   // In the frame that follows the nodes best, so that a common motion leaves exactly nothing behind.
   const RigidMotion rigid = best_rigid_motion(axis.positions, u, theta);
-  std::vector<Mat3> turn(static_cast<size_t>(n), Mat3::Identity());
+  std::vector<Mat3> turn(n, Mat3::Identity());
   Points node(n, 3);  // nodes as moved, in that frame
   for (Eigen::Index k = 0; k < n; ++k) {
     const Vec3 moved = (axis.positions.row(k) + u.row(k)).transpose();
     node.row(k) = (rigid.rotation.transpose() * (moved - rigid.centre - rigid.translation) + rigid.centre).transpose();
-    if (given) turn[static_cast<size_t>(k)] = rigid.rotation.transpose() * rotation_matrix(theta.row(k).transpose());
+    if (given) turn[k] = rigid.rotation.transpose() * rotation_matrix(theta.row(k).transpose());
   }
   auto at = [&](Eigen::Index k) { return static_cast<size_t>(k); };
 

@@ -38,11 +38,11 @@ inline __attribute__((always_inline)) void combine(const float* __restrict tiles
     for (int w = 0; w < W; ++w) {
       V row;
       std::memcpy(&row, from + k * tile_rows + w * lanes, sizeof(V));
-      sum[w] += row * q[static_cast<size_t>(k)];
+      sum[w] += row * q[k];
     }
     const Eigen::Index count = std::min(tile_rows, rows - first);
     if (count == tile_rows) std::memcpy(out + first, sum, sizeof sum);
-    else std::memcpy(out + first, sum, static_cast<size_t>(count) * sizeof(float));
+    else std::memcpy(out + first, sum, count * sizeof(float));
   }
 }
 
@@ -72,7 +72,7 @@ inline __attribute__((always_inline)) void tile_frames(const float* __restrict f
   for (int g = 0; g < G; ++g) {
     if (g >= frames) break;
     if (rows == strip) std::memcpy(out + g * out_stride, sum[g], sizeof sum[g]);
-    else std::memcpy(out + g * out_stride, sum[g], static_cast<size_t>(rows) * sizeof(float));
+    else std::memcpy(out + g * out_stride, sum[g], rows * sizeof(float));
   }
 }
 
@@ -87,9 +87,9 @@ inline __attribute__((always_inline)) void combine_batch(const float* tiles, con
   // A few frames at a time over the block: their streams are written side by side, faster than one alone.
   for (Eigen::Index f = 0; f < frames; f += G) {
     const Eigen::Index width = std::min<Eigen::Index>(G, frames - f), side = width > G / 2 ? G : G / 2;
-    q.assign(static_cast<size_t>(n * side), 0.0f);
+    q.assign(n * side, 0.0f);
     for (Eigen::Index g = 0; g < width; ++g)
-      for (Eigen::Index k = 0; k < n; ++k) q[static_cast<size_t>(k * side + g)] = factor(k, f + g);
+      for (Eigen::Index k = 0; k < n; ++k) q[k * side + g] = factor(k, f + g);
     for (Eigen::Index i = 0; i < rows; i += strip) {
       const float* from = tiles + tile_place(i, 0, n);
       float* to = out + f * out_stride + i;

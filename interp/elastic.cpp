@@ -49,7 +49,7 @@ void add_membrane(Triplets& entries, const std::array<int, 3>& c, const std::arr
       k(0, 1) = poisson * g(0, i) * g(1, j) + shear * g(1, i) * g(0, j);
       k(1, 0) = poisson * g(1, i) * g(0, j) + shear * g(0, i) * g(1, j);
       k(1, 1) = g(1, i) * g(1, j) + shear * g(0, i) * g(0, j);
-      add_block(entries, c[static_cast<size_t>(i)], c[static_cast<size_t>(j)], factor * plane * k * plane.transpose());
+      add_block(entries, c[i], c[j], factor * plane * k * plane.transpose());
     }
 }
 
@@ -144,9 +144,9 @@ Eigen::SparseMatrix<double> surface_stiffness(const Weld& weld, const Graph& gra
     }
   };
   for (int v = 0; v < count; ++v) {
-    const int first = graph.begin[static_cast<size_t>(v)], last = graph.begin[static_cast<size_t>(v) + 1];
+    const int first = graph.begin[v], last = graph.begin[v + 1];
     for (int e = first; e < last; ++e) {
-      const int w = graph.neighbour[static_cast<size_t>(e)];
+      const int w = graph.neighbour[e];
       if (w <= v) continue;
       const bool mesh_edge = std::binary_search(edges.begin(), edges.end(), HalfEdge{v, w, 0}, [](const HalfEdge& p, const HalfEdge& q) {
         return std::tie(p.a, p.b) < std::tie(q.a, q.b);
@@ -175,10 +175,10 @@ Green elastic_green(const Weld& weld, const Graph& graph, const Points& nodes, b
   Triplets rows;
   std::vector<int> turned;
   for (int i = 0; i < n; ++i) {
-    const int first = graph.node_begin[static_cast<size_t>(i)], last = graph.node_begin[static_cast<size_t>(i) + 1];
+    const int first = graph.node_begin[i], last = graph.node_begin[i + 1];
     const Vec3 x = nodes.row(i).transpose();
-    std::vector<double> weight(static_cast<size_t>(last - first), 1.0 / (last - first));
-    if (last - first == 3 && graph.off_mesh[static_cast<size_t>(i)] < 0.2 * graph.node_length[static_cast<size_t>(first)]) {
+    std::vector<double> weight(last - first, 1.0 / (last - first));
+    if (last - first == 3 && graph.off_mesh[i] < 0.2 * graph.node_length[first]) {
       // Barycentric coordinates, clamped to the triangle.
       Vec3 p[3];
       for (int k = 0; k < 3; ++k)
@@ -186,31 +186,30 @@ Green elastic_green(const Weld& weld, const Graph& graph, const Points& nodes, b
       const Vec3 normal = (p[1] - p[0]).cross(p[2] - p[0]);
       double total = 0.0;
       for (int k = 0; k < 3; ++k) {
-        weight[static_cast<size_t>(k)] = std::max(0.0, normal.dot((p[(k + 1) % 3] - x).cross(p[(k + 2) % 3] - x)));
-        total += weight[static_cast<size_t>(k)];
+        weight[k] = std::max(0.0, normal.dot((p[(k + 1) % 3] - x).cross(p[(k + 2) % 3] - x)));
+        total += weight[k];
       }
       for (double& w : weight) w = total > 0.0 ? w / total : 1.0 / 3.0;
     }
     for (int k = first; k < last; ++k)
       for (int c = 0; c < 3; ++c)
-        if (weight[static_cast<size_t>(k - first)] != 0.0)
-          rows.emplace_back(3 * i + c, 3 * graph.node_vertex[static_cast<size_t>(k)] + c, weight[static_cast<size_t>(k - first)]);
+        if (weight[k - first] != 0.0) rows.emplace_back(3 * i + c, 3 * graph.node_vertex[k] + c, weight[k - first]);
     if (!rotations || last - first < 3) continue;
     // Mean turn of the held vertices: J^-1 sum r x u.
     Vec3 mean = Vec3::Zero();
-    for (int k = first; k < last; ++k) mean += weld.positions.row(graph.node_vertex[static_cast<size_t>(k)]).transpose() / (last - first);
+    for (int k = first; k < last; ++k) mean += weld.positions.row(graph.node_vertex[k]).transpose() / (last - first);
     Mat3 inertia = Mat3::Zero();
     for (int k = first; k < last; ++k) {
-      const Vec3 r = weld.positions.row(graph.node_vertex[static_cast<size_t>(k)]).transpose() - mean;
+      const Vec3 r = weld.positions.row(graph.node_vertex[k]).transpose() - mean;
       inertia += r.squaredNorm() * Mat3::Identity() - r * r.transpose();
     }
     if (inertia.fullPivLu().rcond() < 1e-3) continue;
     const int base = 3 * n + 3 * static_cast<int>(turned.size());
     for (int k = first; k < last; ++k) {
-      const Vec3 r = weld.positions.row(graph.node_vertex[static_cast<size_t>(k)]).transpose() - mean;
+      const Vec3 r = weld.positions.row(graph.node_vertex[k]).transpose() - mean;
       const Mat3 block = inertia.inverse() * skew(r);
       for (int a = 0; a < 3; ++a)
-        for (int c = 0; c < 3; ++c) rows.emplace_back(base + a, 3 * graph.node_vertex[static_cast<size_t>(k)] + c, block(a, c) * size);
+        for (int c = 0; c < 3; ++c) rows.emplace_back(base + a, 3 * graph.node_vertex[k] + c, block(a, c) * size);
     }
     turned.push_back(i);
   }

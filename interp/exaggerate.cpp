@@ -109,14 +109,13 @@ Corotated::Corotated(const MeshView& mesh) : impl_(std::make_unique<Impl>()) {
   m.vertices = mesh.vertices;
   m.triangles = mesh.triangles;
   const auto n = static_cast<int>(m.vertices.rows());
-  std::vector<int> parent(static_cast<size_t>(n));
+  std::vector<int> parent(n);
   std::iota(parent.begin(), parent.end(), 0);
   auto root = [&](int a) {
-    while (parent[static_cast<size_t>(a)] != a)
-      a = parent[static_cast<size_t>(a)] = parent[static_cast<size_t>(parent[static_cast<size_t>(a)])];
+    while (parent[a] != a) a = parent[a] = parent[parent[a]];
     return a;
   };
-  m.mass.assign(static_cast<size_t>(n), 0.0);
+  m.mass.assign(n, 0.0);
   std::vector<Eigen::Triplet<double>> entries;
   for (Eigen::Index t = 0; t < m.triangles.rows(); ++t) {
     const Eigen::Vector3i c = m.triangles.row(t).transpose();
@@ -127,8 +126,8 @@ Corotated::Corotated(const MeshView& mesh) : impl_(std::make_unique<Impl>()) {
       const double area = p.cross(q).norm();
       // Cotangents of slivers run to infinity; beyond 100 (half a degree) they only spoil the solve. Positive weights keep it definite.
       weight[k] = 0.5 * std::clamp(area > 0.0 ? p.dot(q) / area : 0.0, 1e-3, 100.0);
-      m.mass[static_cast<size_t>(c[k])] += area;
-      parent[static_cast<size_t>(std::max(root(c[k]), root(c[(k + 1) % 3])))] = std::min(root(c[k]), root(c[(k + 1) % 3]));
+      m.mass[c[k]] += area;
+      parent[std::max(root(c[k]), root(c[(k + 1) % 3]))] = std::min(root(c[k]), root(c[(k + 1) % 3]));
     }
     m.cotangent.push_back(weight);
     for (int k = 0; k < 3; ++k) {
@@ -139,9 +138,9 @@ Corotated::Corotated(const MeshView& mesh) : impl_(std::make_unique<Impl>()) {
       entries.emplace_back(j, i, -weight[k]);
     }
   }
-  m.part.resize(static_cast<size_t>(n));
+  m.part.resize(n);
   for (int v = 0; v < n; ++v) {
-    m.part[static_cast<size_t>(v)] = root(v);
+    m.part[v] = root(v);
     if (root(v) == v) {
       m.anchor.push_back(v);
       entries.emplace_back(v, v, 1.0);
@@ -173,23 +172,23 @@ void Corotated::apply(std::span<const float> displacement, double scale, std::sp
     const Eigen::Vector3i c = m.triangles.row(t).transpose();
     for (int k = 0; k < 3; ++k) {
       const int i = c[(k + 1) % 3], j = c[(k + 2) % 3];
-      const Vec3 edge = m.cotangent[static_cast<size_t>(t)][k] * (wanted * (m.vertices.row(i) - m.vertices.row(j)).transpose());
+      const Vec3 edge = m.cotangent[t][k] * (wanted * (m.vertices.row(i) - m.vertices.row(j)).transpose());
       right.row(i) += edge.transpose();
       right.row(j) -= edge.transpose();
     }
   }
   const Points solved = m.solver.solve(Eigen::MatrixXd(right));
   // Each part's mean moves by the scaled mean displacement, area-weighted.
-  std::vector<Vec3> shift(static_cast<size_t>(n), Vec3::Zero());
-  std::vector<double> weight(static_cast<size_t>(n), 0.0);
+  std::vector<Vec3> shift(n, Vec3::Zero());
+  std::vector<double> weight(n, 0.0);
   for (Eigen::Index v = 0; v < n; ++v) {
-    const auto p = static_cast<size_t>(m.part[static_cast<size_t>(v)]);
-    const double w = m.mass[static_cast<size_t>(v)];
+    const size_t p = m.part[v];
+    const double w = m.mass[v];
     shift[p] += w * (m.vertices.row(v).transpose() + scale * vertex(displacement, static_cast<int>(v)) - solved.row(v).transpose());
     weight[p] += w;
   }
   for (Eigen::Index v = 0; v < n; ++v) {
-    const auto p = static_cast<size_t>(m.part[static_cast<size_t>(v)]);
+    const size_t p = m.part[v];
     Vec3 u = scale * vertex(displacement, static_cast<int>(v));
     if (weight[p] > 0.0) u = solved.row(v).transpose() + shift[p] / weight[p] - m.vertices.row(v).transpose();
     for (int k = 0; k < 3; ++k) out[3 * static_cast<size_t>(v) + static_cast<size_t>(k)] = static_cast<float>(u[k]);

@@ -35,7 +35,7 @@ double triangle_distance(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3
 
 struct Forest {
   std::vector<int> parent;
-  explicit Forest(int n) : parent(static_cast<size_t>(n)) { std::iota(parent.begin(), parent.end(), 0); }
+  explicit Forest(int n) : parent(n) { std::iota(parent.begin(), parent.end(), 0); }
   int root(int a) {
     while (parent[a] != a) a = parent[a] = parent[parent[a]];
     return a;
@@ -110,7 +110,7 @@ void attach_nodes(Graph& graph, const Weld& weld, const Points& nodes, const Poi
 Weld weld_vertices(const MeshView& mesh, double distance) {
   Weld weld;
   const Eigen::Index count = mesh.vertices.rows();
-  weld.row.assign(static_cast<size_t>(count), -1);
+  weld.row.assign(count, -1);
   // Cells of 16 times the distance: most balls of that radius touch one of them, and few vertices share one.
   const Vec3 lower = mesh.vertices.colwise().minCoeff().transpose();
   const double extent = (mesh.vertices.colwise().maxCoeff().transpose() - lower).maxCoeff();
@@ -181,7 +181,7 @@ PointGrid::PointGrid(const Points& points) : points_(points) {
   while (cells(cell_) > 4.0 * static_cast<double>(n) + 64.0) cell_ *= 1.3;
   size_ = (extent / cell_).array().floor().cast<int>() + 1;
   std::vector<Edge> pairs;
-  pairs.reserve(static_cast<size_t>(n));
+  pairs.reserve(n);
   for (Eigen::Index i = 0; i < n; ++i) pairs.push_back({static_cast<int>(slot(cell_of(points.row(i).transpose()))), static_cast<int>(i)});
   compress(size_.prod(), pairs, begin_, item_);
 }
@@ -248,7 +248,7 @@ void index_corners(Graph& graph, const Weld& weld) {
   for (Eigen::Index t = 0; t < weld.triangles.rows(); ++t)
     for (int c = 0; c < 3; ++c) ++graph.corner_begin[weld.triangles(t, c) + 1];
   std::partial_sum(graph.corner_begin.begin(), graph.corner_begin.end(), graph.corner_begin.begin());
-  graph.corner.resize(static_cast<size_t>(6 * weld.triangles.rows()));
+  graph.corner.resize(6 * weld.triangles.rows());
   std::vector<int> fill(graph.corner_begin.begin(), graph.corner_begin.end() - 1);
   for (Eigen::Index t = 0; t < weld.triangles.rows(); ++t)
     for (int c = 0; c < 3; ++c) {
@@ -448,9 +448,9 @@ double unfolded(double da, double db, const Vec3& a, const Vec3& b, const Vec3& 
 double grow(const Graph& graph, const Points& positions, int start, int count, Search& search) {
   const int total = graph.vertices + graph.nodes;
   if (static_cast<int>(search.distance.size()) != total) {
-    search.distance.assign(static_cast<size_t>(total), 0.0);
-    search.stamp.assign(static_cast<size_t>(total), 0);
-    search.state.assign(static_cast<size_t>(total), 0);
+    search.distance.assign(total, 0.0);
+    search.stamp.assign(total, 0);
+    search.state.assign(total, 0);
     search.now = 0;
   }
   ++search.now;
@@ -461,7 +461,7 @@ double grow(const Graph& graph, const Points& positions, int start, int count, S
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front;
   auto offer = [&](int v, double d) {
     if (!(d < std::numeric_limits<double>::infinity())) return;
-    const auto i = static_cast<size_t>(v);
+    const size_t i = v;
     if (search.stamp[i] == search.now && search.distance[i] <= d) return;
     if (search.stamp[i] != search.now) {
       search.stamp[i] = search.now;
@@ -472,7 +472,7 @@ double grow(const Graph& graph, const Points& positions, int start, int count, S
     front.emplace(d, v);
   };
   if (start >= graph.vertices) {
-    const auto node = static_cast<size_t>(start - graph.vertices);
+    const size_t node = start - graph.vertices;
     for (int a = graph.node_begin[node]; a < graph.node_begin[node + 1]; ++a) offer(graph.node_vertex[a], graph.node_length[a]);
     offer(start, 0.0);
   } else {
@@ -483,7 +483,7 @@ double grow(const Graph& graph, const Points& positions, int start, int count, S
     const double d = front.top().first;
     const int v = front.top().second;
     front.pop();
-    const auto i = static_cast<size_t>(v);
+    const size_t i = v;
     if (search.state[i] != 0 || d > search.distance[i]) continue;
     if (d > limit) break;
     search.state[i] = 1;

@@ -75,7 +75,7 @@ std::vector<float> inside_shares(const Weld& weld, const Vec3& lower, double siz
               static_cast<float>(w[0] * p[0].x() + w[1] * p[1].x() + w[2] * p[2].x()));
       }
   }
-  std::vector<float> share(static_cast<size_t>(cells.prod()), 0.0f);
+  std::vector<float> share(cells.prod(), 0.0f);
   const float part = 1.0f / static_cast<float>(samples * samples * samples);
   for (int k = 0; k < nz; ++k)
     for (int j = 0; j < ny; ++j) {
@@ -123,7 +123,7 @@ Green lattice_green(const Weld& weld, const Points& nodes, const std::vector<int
     return static_cast<size_t>(c[0]) +
            static_cast<size_t>(cells[0] + 1) * (static_cast<size_t>(c[1]) + static_cast<size_t>(cells[1] + 1) * static_cast<size_t>(c[2]));
   };
-  std::vector<int> number(static_cast<size_t>((cells + 1).prod()), -1);
+  std::vector<int> number((cells + 1).prod(), -1);
   auto corner = [](const Eigen::Array3i& cell, int c) { return Eigen::Array3i(cell + Eigen::Array3i(c & 1, c >> 1 & 1, c >> 2 & 1)); };
   std::vector<Eigen::Array3i> used;
   for (int k = 0; k < cells[2]; ++k)

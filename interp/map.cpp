@@ -31,7 +31,7 @@ constexpr std::array<std::pair<Scheme, std::string_view>, 7> scheme_names{{{Sche
                                                                            {Scheme::tps, "tps"}}};
 
 std::string node_label(const Nodes& nodes, Eigen::Index i) {
-  return static_cast<size_t>(i) < nodes.names.size() ? fmt::format("'{}'", nodes.names[static_cast<size_t>(i)]) : fmt::format("{}", i);
+  return static_cast<size_t>(i) < nodes.names.size() ? fmt::format("'{}'", nodes.names[i]) : fmt::format("{}", i);
 }
 
 void check_input(const Nodes& nodes, const MeshView& mesh) {
@@ -57,12 +57,12 @@ struct Box {
 
 // Only vertices of triangles count for size and extent; the others follow.
 Points drawn_vertices(const MeshView& mesh) {
-  std::vector<char> used(static_cast<size_t>(mesh.vertices.rows()), 0);
+  std::vector<char> used(mesh.vertices.rows(), 0);
   for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t)
-    for (int c = 0; c < 3; ++c) used[static_cast<size_t>(mesh.triangles(t, c))] = 1;
+    for (int c = 0; c < 3; ++c) used[mesh.triangles(t, c)] = 1;
   Points vertices(std::count(used.begin(), used.end(), char{1}), 3);
   for (Eigen::Index v = 0, k = 0; v < mesh.vertices.rows(); ++v)
-    if (used[static_cast<size_t>(v)]) vertices.row(k++) = mesh.vertices.row(v);
+    if (used[v]) vertices.row(k++) = mesh.vertices.row(v);
   return vertices;
 }
 
@@ -104,7 +104,7 @@ std::vector<int> spread_order(const Points& points) {
   const auto count = static_cast<int>(points.rows());
   std::vector<int> order;
   if (count <= 25) {
-    order.resize(static_cast<size_t>(count));
+    order.resize(count);
     std::iota(order.begin(), order.end(), 0);
     return order;
   }
@@ -126,29 +126,27 @@ std::vector<int> spread_order(const Points& points) {
 // Nodes nearer than the distance become one at the place of the first. They are taken in the order of their coordinates and then spread, so
 // that a map does not depend on the order in which the nodes are given.
 void merge_nodes(const Points& nodes, double distance, Map& map) {
-  std::vector<int> order(static_cast<size_t>(nodes.rows()));
+  std::vector<int> order(nodes.rows());
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(), [&](int i, int j) {
     const auto key = [&](int k) { return std::tuple(nodes(k, 0), nodes(k, 1), nodes(k, 2), k); };
     return key(i) < key(j);
   });
   const PointGrid grid(nodes);
-  map.node_of.assign(static_cast<size_t>(nodes.rows()), -1);
+  map.node_of.assign(nodes.rows(), -1);
   std::vector<int> near, first;
   for (const int i : order) {
     grid.within(nodes.row(i).transpose(), distance, near);
     int target = -1;
     for (const int j : near)
-      if (const int known = map.node_of[static_cast<size_t>(j)];
-          known >= 0 && first[static_cast<size_t>(known)] == j && (target < 0 || known < target))
-        target = known;
+      if (const int known = map.node_of[j]; known >= 0 && first[known] == j && (target < 0 || known < target)) target = known;
     if (target < 0) {
       target = static_cast<int>(first.size());
       first.push_back(i);
       map.node_count.push_back(0);
     }
-    map.node_of[static_cast<size_t>(i)] = target;
-    ++map.node_count[static_cast<size_t>(target)];
+    map.node_of[i] = target;
+    ++map.node_count[target];
   }
   Points merged(static_cast<Eigen::Index>(first.size()), 3);
   for (size_t k = 0; k < first.size(); ++k) merged.row(static_cast<Eigen::Index>(k)) = nodes.row(first[k]);
@@ -156,13 +154,13 @@ void merge_nodes(const Points& nodes, double distance, Map& map) {
   std::vector<int> place(first.size()), count(first.size());
   map.node_positions.resize(merged.rows(), 3);
   for (size_t k = 0; k < spread.size(); ++k) {
-    const auto from = static_cast<size_t>(spread[k]);
+    const size_t from = spread[k];
     place[from] = static_cast<int>(k);
     count[k] = map.node_count[from];
     map.node_positions.row(static_cast<Eigen::Index>(k)) = merged.row(spread[k]);
   }
   map.node_count = std::move(count);
-  for (int& k : map.node_of) k = place[static_cast<size_t>(k)];
+  for (int& k : map.node_of) k = place[k];
   map.report.merged_nodes = static_cast<int>(nodes.rows() - map.node_positions.rows());
 }
 
@@ -218,8 +216,8 @@ Points merge_data(const Map& map, const Eigen::Ref<const Points>& data) {
   if (data.rows() == 0) return Points(0, 3);
   Points out = Points::Zero(map.node_positions.rows(), 3);
   for (Eigen::Index i = 0; i < data.rows(); ++i) {
-    const int k = map.node_of[static_cast<size_t>(i)];
-    out.row(k) += data.row(i) / map.node_count[static_cast<size_t>(k)];
+    const int k = map.node_of[i];
+    out.row(k) += data.row(i) / map.node_count[k];
   }
   return out;
 }
@@ -293,24 +291,24 @@ void choose_scheme(Map& map, const Weld& weld, const Graph& graph) {
 std::vector<int> choose_sources(const Weld& weld, const Graph& graph, double area, int wanted) {
   std::vector<int> chosen;
   if (wanted >= graph.vertices) {
-    chosen.resize(static_cast<size_t>(graph.vertices));
+    chosen.resize(graph.vertices);
     std::iota(chosen.begin(), chosen.end(), 0);
     return chosen;
   }
   // Dense packing of discs: about 0.7 of the area is covered at radius spacing / 2.
   const double spacing = std::sqrt(area / (0.9 * wanted));
   const PointGrid grid(weld.positions);
-  std::vector<char> shadowed(static_cast<size_t>(graph.vertices), 0);
+  std::vector<char> shadowed(graph.vertices, 0);
   std::vector<int> near;
   auto take = [&](int v, double radius) {
     chosen.push_back(v);
     grid.within(weld.positions.row(v).transpose(), radius, near);
-    for (const int w : near) shadowed[static_cast<size_t>(w)] = 1;
+    for (const int w : near) shadowed[w] = 1;
   };
   for (const int v : graph.node_vertex)
     if (std::find(chosen.begin(), chosen.end(), v) == chosen.end()) take(v, 0.5 * spacing);
   for (int v = 0; v < graph.vertices; ++v)
-    if (!shadowed[static_cast<size_t>(v)]) take(v, spacing);
+    if (!shadowed[v]) take(v, spacing);
   return chosen;
 }
 
@@ -351,7 +349,7 @@ Partition make_green_map(Map& map, const Weld& weld, const Graph& graph, Partiti
     for (Eigen::Index i = 0; i < count; ++i) sum += green.displacement.block<3, 3>(3 * s, 3 * i).norm() / std::sqrt(3.0);
     if (!(sum <= part.lebesgue)) {
       part.lebesgue = sum;
-      part.lebesgue_vertex = chosen[static_cast<size_t>(s)];
+      part.lebesgue_vertex = chosen[s];
     }
   }
   lift.displacement = std::move(green.displacement);
@@ -524,7 +522,7 @@ void apply(const Map& map, const Eigen::Ref<const Points>& displacement, const E
 
 void apply(const Map& map, const Eigen::Ref<const Points>& displacement, const Eigen::Ref<const Points>& rotation, PointsF& out) {
   out.resize(map.vertices, 3);
-  apply(map, displacement, rotation, std::span<float>(out.data(), static_cast<size_t>(out.size())));
+  apply(map, displacement, rotation, std::span<float>(out.data(), out.size()));
 }
 
 Points apply_precise(const Map& map, const Eigen::Ref<const Points>& displacement, const Eigen::Ref<const Points>& rotation) {
@@ -547,7 +545,7 @@ void apply_batch(const Map& map, const Eigen::Ref<const Eigen::MatrixXd>& displa
     throw InputError(fmt::format("displacements of {} columns given, {} nodes need {}", displacement.cols(), map.nodes, n));
   if (rotation.rows() != 0 && (rotation.rows() != frames || rotation.cols() != n))
     throw InputError(fmt::format("rotations are {} x {}, displacements {} x {}", rotation.rows(), rotation.cols(), frames, n));
-  out.resize(static_cast<size_t>(frames));
+  out.resize(frames);
   constexpr Eigen::Index batch = 16;
   RowsF sources, rows;
   for (Eigen::Index first = 0; first < frames; first += batch) {
@@ -562,9 +560,9 @@ void apply_batch(const Map& map, const Eigen::Ref<const Eigen::MatrixXd>& displa
     }
     multiply_rows(map.weights, sources, rows, 1);
     for (Eigen::Index f = 0; f < width; ++f) {
-      PointsF& picture = out[static_cast<size_t>(first + f)];
+      PointsF& picture = out[first + f];
       picture.resize(map.vertices, 3);
-      for (Eigen::Index v = 0; v < map.vertices; ++v) picture.row(v) = rows.block<1, 3>(map.welded[static_cast<size_t>(v)], 3 * f);
+      for (Eigen::Index v = 0; v < map.vertices; ++v) picture.row(v) = rows.block<1, 3>(map.welded[v], 3 * f);
     }
   }
 }
@@ -581,12 +579,12 @@ LeaveOneOutError leave_one_out(const Map& map, const Eigen::Ref<const Points>& d
     for (Eigen::Index k = 1; k + 1 < n; k += step) {
       Points c(n - 1, 3), d(n - 1, 3), r(theta.rows() > 0 ? n - 1 : 0, 3);
       for (Eigen::Index j = 0; j < n - 1; ++j) {
-        const int i = axis->order[static_cast<size_t>(j < k ? j : j + 1)];
+        const int i = axis->order[j < k ? j : j + 1];
         c.row(j) = map.node_positions.row(i);
         d.row(j) = u.row(i);
         if (theta.rows() > 0) r.row(j) = theta.row(i);
       }
-      const int left_out = axis->order[static_cast<size_t>(k)];
+      const int left_out = axis->order[k];
       AxisLift others = make_axis(c, map.rotations);
       const SparseWeights at = axis_weights(others, map.node_positions.row(left_out), true);
       const std::array<int, 1> only{0};
@@ -599,8 +597,7 @@ LeaveOneOutError leave_one_out(const Map& map, const Eigen::Ref<const Points>& d
     const Points sources = lift_exact(map.lift, u, theta);
     const SparseWeights& w = map.leave_one_out.rows;
     for (Eigen::Index i = 0; i < n; ++i) {
-      const auto begin = static_cast<size_t>(w.begin[static_cast<size_t>(i)]),
-                 end = static_cast<size_t>(w.begin[static_cast<size_t>(i) + 1]);
+      const auto begin = static_cast<size_t>(w.begin[i]), end = static_cast<size_t>(w.begin[i + 1]);
       if (begin == end) continue;
       residual.row(i).setZero();
       for (size_t k = begin; k < end; ++k) residual.row(i) += w.precise[k] * sources.row(w.column[k]);
@@ -641,7 +638,7 @@ std::string merged_nodes_differ(const Map& map, const Nodes& nodes, const Eigen:
   double worst = 0.0;
   Eigen::Index a = 0, b = 0;
   for (Eigen::Index i = 0; i < displacement.rows(); ++i) {
-    int& f = first[static_cast<size_t>(map.node_of[static_cast<size_t>(i)])];
+    int& f = first[map.node_of[i]];
     if (f < 0) {
       f = static_cast<int>(i);
       continue;

@@ -43,7 +43,7 @@ ModeColumns map_modes(const Map& map, const Eigen::Ref<const Eigen::MatrixXd>& p
     RowsF rows_out;
     multiply_rows(map.weights, single, rows_out, thread_count(0));
     for (Eigen::Index v = 0; v < map.vertices; ++v) {
-      const float* row = rows_out.data() + map.welded[static_cast<size_t>(v)] * rows_out.cols();
+      const float* row = rows_out.data() + map.welded[v] * rows_out.cols();
       for (Eigen::Index m = 0; m < width; ++m)
         for (int c = 0; c < 3; ++c) out(3 * v + c, first + m) = row[3 * m + c];
     }
@@ -58,7 +58,7 @@ void apply_modes(const ModeColumns& columns, std::span<const double> q, std::spa
   std::vector<float> factor(q.begin(), q.end());
   constexpr int grain = 171 * tile_rows;
   parallel_chunks(static_cast<int>(rows), grain, threads_for(columns, 1, threads), [&](int first, int last) {
-    combine_tiles(columns.tiles().data() + first * n, factor, out.subspan(static_cast<size_t>(first), static_cast<size_t>(last - first)));
+    combine_tiles(columns.tiles().data() + first * n, factor, out.subspan(first, last - first));
   });
 }
 

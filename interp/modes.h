@@ -19,13 +19,13 @@ class ModeColumns {
   ModeColumns() = default;
   // rows x modes (rows: 3 M of displacements, 6 M of stresses), all zero.
   ModeColumns(Eigen::Index rows, Eigen::Index modes)
-      : rows_(rows), modes_(modes), tiles_(static_cast<size_t>((rows + tile_rows - 1) / tile_rows * tile_rows * modes)) {}
+      : rows_(rows), modes_(modes), tiles_((rows + tile_rows - 1) / tile_rows * tile_rows * modes) {}
   explicit ModeColumns(const Eigen::MatrixXf& columns);
 
   Eigen::Index rows() const { return rows_; }
   int modes() const { return static_cast<int>(modes_); }
-  float operator()(Eigen::Index row, Eigen::Index mode) const { return tiles_[static_cast<size_t>(tile_place(row, mode, modes_))]; }
-  float& operator()(Eigen::Index row, Eigen::Index mode) { return tiles_[static_cast<size_t>(tile_place(row, mode, modes_))]; }
+  float operator()(Eigen::Index row, Eigen::Index mode) const { return tiles_[tile_place(row, mode, modes_)]; }
+  float& operator()(Eigen::Index row, Eigen::Index mode) { return tiles_[tile_place(row, mode, modes_)]; }
   // As stored, rows of the last tile that do not exist included (zero).
   std::span<const float> tiles() const { return tiles_; }
   std::span<float> tiles() { return tiles_; }

@@ -26,7 +26,7 @@ void parallel_chunks(int count, int grain, int threads, const Work& work) {
     return;
   }
   std::atomic<int> next{0};
-  std::vector<std::exception_ptr> failure(static_cast<size_t>(threads));
+  std::vector<std::exception_ptr> failure(threads);
   auto run = [&](size_t me) {
     try {
       for (int c = next++; c < chunks; c = next++) work(c * grain, std::min(count, (c + 1) * grain));

@@ -29,16 +29,16 @@ constexpr double covered = 0.62;
 Cover cover_mesh(const Weld& weld, const Graph& graph, int patch_nodes) {
   Cover cover;
   Search search;
-  std::vector<char> done(static_cast<size_t>(graph.vertices), 0), node_done(static_cast<size_t>(graph.nodes), 0);
-  cover.home.assign(static_cast<size_t>(graph.nodes), -1);
-  std::vector<double> nearness(static_cast<size_t>(graph.nodes), std::numeric_limits<double>::infinity());
+  std::vector<char> done(graph.vertices, 0), node_done(graph.nodes, 0);
+  cover.home.assign(graph.nodes, -1);
+  std::vector<double> nearness(graph.nodes, std::numeric_limits<double>::infinity());
   auto add = [&](int start) {
     double radius = grow(graph, weld.positions, start, patch_nodes, search);
     const auto& distance = search.distance;
     if (!(radius < std::numeric_limits<double>::infinity())) {
       // All that hangs together: every vertex keeps a share.
       radius = 0.0;
-      for (const int v : search.reached) radius = std::max(radius, distance[static_cast<size_t>(v)]);
+      for (const int v : search.reached) radius = std::max(radius, distance[v]);
       for (const double d : search.node_distance) radius = std::max(radius, d);
       radius *= 1.5;
     }
@@ -48,14 +48,14 @@ Cover cover_mesh(const Weld& weld, const Graph& graph, int patch_nodes) {
     std::sort(cover.node.back().begin(), cover.node.back().end());
     auto& share = cover.share.emplace_back();
     for (const int v : search.reached) {
-      const double r = radius > 0.0 ? distance[static_cast<size_t>(v)] / radius : 0.0;
-      if (r <= covered) done[static_cast<size_t>(v)] = 1;
+      const double r = radius > 0.0 ? distance[v] / radius : 0.0;
+      if (r <= covered) done[v] = 1;
       if (r < 1.0) share.push_back({v, static_cast<float>(wendland_c2(r))});
     }
     std::sort(share.begin(), share.end(), [](const Share& a, const Share& b) { return a.vertex < b.vertex; });
     for (size_t k = 0; k < search.node.size(); ++k) {
       const double r = radius > 0.0 ? search.node_distance[k] / radius : 0.0;
-      const auto i = static_cast<size_t>(search.node[k]);
+      const size_t i = search.node[k];
       if (r <= covered) node_done[i] = 1;
       if (r < nearness[i]) {
         nearness[i] = r;
@@ -64,9 +64,9 @@ Cover cover_mesh(const Weld& weld, const Graph& graph, int patch_nodes) {
     }
   };
   for (int i = 0; i < graph.nodes; ++i)
-    if (!node_done[static_cast<size_t>(i)]) add(graph.vertices + i);
+    if (!node_done[i]) add(graph.vertices + i);
   for (int v = 0; v < graph.vertices; ++v)
-    if (!done[static_cast<size_t>(v)]) add(v);
+    if (!done[v]) add(v);
   return cover;
 }
 
@@ -76,7 +76,7 @@ Cover cover_all(const Graph& graph) {
   for (int i = 0; i < graph.nodes; ++i) cover.node[0].push_back(i);
   auto& share = cover.share.emplace_back();
   for (int v = 0; v < graph.vertices; ++v) share.push_back({v, 1.0f});
-  cover.home.assign(static_cast<size_t>(graph.nodes), 0);
+  cover.home.assign(graph.nodes, 0);
   return cover;
 }
 
@@ -91,14 +91,14 @@ Blend transpose(const Cover& cover, int vertices) {
   Blend blend;
   blend.begin.assign(static_cast<size_t>(vertices) + 1, 0);
   for (const auto& share : cover.share)
-    for (const Share& s : share) ++blend.begin[static_cast<size_t>(s.vertex) + 1];
+    for (const Share& s : share) ++blend.begin[s.vertex + 1];
   for (size_t v = 0; v < static_cast<size_t>(vertices); ++v) blend.begin[v + 1] += blend.begin[v];
-  blend.patch.resize(static_cast<size_t>(blend.begin.back()));
+  blend.patch.resize(blend.begin.back());
   blend.value.resize(blend.patch.size());
   std::vector<std::int64_t> fill(blend.begin.begin(), blend.begin.end() - 1);
   for (size_t p = 0; p < cover.share.size(); ++p)
     for (const Share& s : cover.share[p]) {
-      const auto at = static_cast<size_t>(fill[static_cast<size_t>(s.vertex)]++);
+      const size_t at = fill[s.vertex]++;
       blend.patch[at] = static_cast<int>(p);
       blend.value[at] = s.value;
     }
@@ -119,9 +119,9 @@ struct Gather {
   std::vector<double> sum;  // per source
   std::vector<int> touched;
   std::vector<char> seen;
-  explicit Gather(int sources) : sum(static_cast<size_t>(sources), 0.0), seen(static_cast<size_t>(sources), 0) {}
+  explicit Gather(int sources) : sum(sources, 0.0), seen(sources, 0) {}
   void add(int source, double value) {
-    const auto i = static_cast<size_t>(source);
+    const size_t i = source;
     if (!seen[i]) {
       seen[i] = 1;
       touched.push_back(source);
@@ -139,12 +139,12 @@ void add_patch(const Patch& patch, const Vec3& x, double share, const std::vecto
   const auto dropped = patch.frame.rightCols(3 - patch.directions);
   const Vec3 beside = patch.arm > 0.0 ? Vec3(dropped * (dropped.transpose() * (x - patch.origin))) : Vec3(Vec3::Zero());
   for (Eigen::Index i = 0; i < k; ++i) {
-    const int node = patch.node[static_cast<size_t>(i)];
+    const int node = patch.node[i];
     const double w = share * weights[i];
     gather.add(node, w);
-    if (patch.arm > 0.0 && director[static_cast<size_t>(node)] >= 0) {
+    if (patch.arm > 0.0 && director[node] >= 0) {
       const Vec3 arm = w * (beside - patch.off.col(i));
-      for (int c = 0; c < 3; ++c) gather.add(director[static_cast<size_t>(node)] + c, arm[c]);
+      for (int c = 0; c < 3; ++c) gather.add(director[node] + c, arm[c]);
     }
   }
 }
@@ -157,12 +157,11 @@ Rows make_rows(int first, int last, const Weld& weld, const Blend& blend, const 
   Eigen::VectorXd scratch, weights;
   for (int v = first; v < last; ++v) {
     const Vec3 x = weld.positions.row(v).transpose();
-    const auto begin = static_cast<size_t>(blend.begin[static_cast<size_t>(v)]),
-               end = static_cast<size_t>(blend.begin[static_cast<size_t>(v) + 1]);
+    const auto begin = static_cast<size_t>(blend.begin[v]), end = static_cast<size_t>(blend.begin[v + 1]);
     double total = 0.0;
     for (size_t b = begin; b < end; ++b) total += static_cast<double>(blend.value[b]);
     for (size_t b = begin; b < end; ++b) {
-      const auto p = static_cast<size_t>(blend.patch[b]);
+      const size_t p = blend.patch[b];
       const double share = end - begin == 1 ? 1.0 : static_cast<double>(blend.value[b]) / total;
       if (share <= 0.0) continue;
       add_patch(patches[p], x, share, director, scratch, weights, gather);
@@ -172,7 +171,7 @@ Rows make_rows(int first, int last, const Weld& weld, const Blend& blend, const 
     std::sort(gather.touched.begin(), gather.touched.end());
     double lebesgue = 0.0;
     for (const int s : gather.touched) {
-      const auto i = static_cast<size_t>(s);
+      const size_t i = s;
       if (s < nodes) lebesgue += std::abs(gather.sum[i]);
       rows.column.push_back(s);
       rows.single.push_back(static_cast<float>(gather.sum[i]));
@@ -215,7 +214,7 @@ LeaveOneOut make_leave_one_out(const std::vector<Patch>& patches, const std::vec
   w.rows = nodes;
   w.cols = sources;
   for (int i = 0; i < nodes; ++i) {
-    const Patch& patch = patches[static_cast<size_t>(home[static_cast<size_t>(i)])];
+    const Patch& patch = patches[home[i]];
     const auto at = std::lower_bound(patch.node.begin(), patch.node.end(), i) - patch.node.begin();
     const double diagonal = patch.inverse_diagonal[at];
     // Too few others to predict from: no row. A repaired patch has none either.
@@ -224,7 +223,7 @@ LeaveOneOut make_leave_one_out(const std::vector<Patch>& patches, const std::vec
         const double value = patch.inverse(at, static_cast<Eigen::Index>(j)) / diagonal;
         w.column.push_back(patch.node[j]);
         w.precise.push_back(value);
-        const int d = director[static_cast<size_t>(patch.node[j])];
+        const int d = director[patch.node[j]];
         if (d < 0 || patch.arm == 0.0) continue;
         const Vec3 arm = value * (patch.off.col(at) - patch.off.col(static_cast<Eigen::Index>(j)));
         for (int c = 0; c < 3; ++c)
@@ -259,7 +258,7 @@ Partition make_partition(const Weld& weld, const Graph& graph, const Points& nod
   for (int pass = 0;; ++pass) {
     parallel_chunks(static_cast<int>(number), 1, options.threads, [&](int first, int last) {
       for (int p = first; p < last; ++p) {
-        const auto i = static_cast<size_t>(p);
+        const size_t i = p;
         if (!stale[i]) continue;
         std::vector<int> evaluated;
         for (const Share& s : cover.share[i]) evaluated.push_back(s.vertex);
@@ -268,25 +267,25 @@ Partition make_partition(const Weld& weld, const Graph& graph, const Points& nod
       }
     });
     // Nodes of patches with arms get directors.
-    std::vector<char> armed(static_cast<size_t>(count), 0);
+    std::vector<char> armed(count, 0);
     for (const Patch& p : patches)
       if (p.arm > 0.0)
-        for (const int i : p.node) armed[static_cast<size_t>(i)] = 1;
-    director.assign(static_cast<size_t>(count), -1);
+        for (const int i : p.node) armed[i] = 1;
+    director.assign(count, -1);
     out.lift = ArmLift{};
     out.lift.nodes = count;
     out.lift.given = options.rotations;
     for (int i = 0; i < count; ++i)
-      if (armed[static_cast<size_t>(i)]) {
-        director[static_cast<size_t>(i)] = count + 3 * static_cast<int>(out.lift.director_node.size());
+      if (armed[i]) {
+        director[i] = count + 3 * static_cast<int>(out.lift.director_node.size());
         out.lift.director_node.push_back(i);
       }
     sources = source_count(Lift(out.lift));
 
     const int grain = 2048;
-    rows.assign(static_cast<size_t>((graph.vertices + grain - 1) / grain), {});
+    rows.assign((graph.vertices + grain - 1) / grain, {});
     parallel_chunks(graph.vertices, grain, options.threads, [&](int first, int last) {
-      rows[static_cast<size_t>(first / grain)] = make_rows(first, last, weld, blend, patches, director, count, sources, options.precise);
+      rows[first / grain] = make_rows(first, last, weld, blend, patches, director, count, sources, options.precise);
     });
     out.lebesgue = 0.0;
     std::vector<double> worst(number, 0.0);
@@ -311,8 +310,7 @@ Partition make_partition(const Weld& weld, const Graph& graph, const Points& nod
 
   if (!options.rotations)
     for (const int i : out.lift.director_node)
-      out.lift.estimate.push_back(
-          make_estimate(patches[static_cast<size_t>(cover.home[static_cast<size_t>(i)])], nodes, nodes.row(i).transpose()));
+      out.lift.estimate.push_back(make_estimate(patches[cover.home[i]], nodes, nodes.row(i).transpose()));
   out.leave_one_out = make_leave_one_out(patches, cover.home, director, count, sources);
 
   // One table of rows.

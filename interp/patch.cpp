@@ -72,7 +72,7 @@ Patch make_patch(const Points& nodes, std::span<const int> chosen, const Points&
 
   // Principal directions of the nodes, largest first; extents of nodes and vertices along them.
   Eigen::Matrix3Xd local(3, k);
-  for (Eigen::Index i = 0; i < k; ++i) local.col(i) = nodes.row(chosen[static_cast<size_t>(i)]).transpose() - patch.origin;
+  for (Eigen::Index i = 0; i < k; ++i) local.col(i) = nodes.row(chosen[i]).transpose() - patch.origin;
   const PrincipalAxes principal = principal_axes(local * local.transpose());
   patch.frame = principal.axes.rowwise().reverse();
   if (patch.frame.determinant() < 0.0) patch.frame.col(2) = -patch.frame.col(2);

@@ -22,16 +22,16 @@ Eigen::MatrixXf map_scalars(const Points& nodes, const MeshView& mesh, int parts
   // One node a place.
   const double size = (mesh.vertices.colwise().maxCoeff() - mesh.vertices.colwise().minCoeff()).norm();
   const PointGrid grid(nodes);
-  std::vector<int> place(static_cast<size_t>(nodes.rows()), -1), near;
+  std::vector<int> place(nodes.rows(), -1), near;
   std::vector<double> count;
   std::vector<int> first;
   for (int i = 0; i < nodes.rows(); ++i) {
-    if (place[static_cast<size_t>(i)] >= 0) continue;
+    if (place[i] >= 0) continue;
     grid.within(nodes.row(i).transpose(), 1e-6 * size, near);
     count.push_back(0.0);
     for (const int j : near)
-      if (place[static_cast<size_t>(j)] < 0) {
-        place[static_cast<size_t>(j)] = static_cast<int>(first.size());
+      if (place[j] < 0) {
+        place[j] = static_cast<int>(first.size());
         count.back() += 1.0;
       }
     first.push_back(i);
@@ -41,9 +41,8 @@ Eigen::MatrixXf map_scalars(const Points& nodes, const MeshView& mesh, int parts
   // A row a node, the components of all fields side by side.
   RowsF sources = RowsF::Zero(centres.rows(), parts * fields);
   for (Eigen::Index i = 0; i < nodes.rows(); ++i) {
-    const int k = place[static_cast<size_t>(i)];
-    for (int c = 0; c < parts; ++c)
-      sources.row(k).segment(c * fields, fields) += (values.row(parts * i + c) / count[static_cast<size_t>(k)]).cast<float>();
+    const int k = place[i];
+    for (int c = 0; c < parts; ++c) sources.row(k).segment(c * fields, fields) += (values.row(parts * i + c) / count[k]).cast<float>();
   }
 
   const Weld weld = weld_vertices(mesh, 1e-7 * size);
@@ -56,7 +55,7 @@ Eigen::MatrixXf map_scalars(const Points& nodes, const MeshView& mesh, int parts
   multiply_rows(part.weights, sources, rows, thread_count(0));
   Eigen::MatrixXf out(parts * mesh.vertices.rows(), fields);
   for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v)
-    for (int c = 0; c < parts; ++c) out.row(parts * v + c) = rows.row(weld.row[static_cast<size_t>(v)]).segment(c * fields, fields);
+    for (int c = 0; c < parts; ++c) out.row(parts * v + c) = rows.row(weld.row[v]).segment(c * fields, fields);
   return out;
 }
 

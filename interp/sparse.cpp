@@ -9,15 +9,14 @@ void multiply_single(const SparseWeights& weights, const PointsF& sources, std::
   const int count = static_cast<int>(scatter.size());
   // Sources padded to four floats: one load, one product, one sum an entry, the same bits as three of each.
   typedef float Four __attribute__((vector_size(16)));
-  std::vector<Four> source(static_cast<size_t>(sources.rows()));
-  for (Eigen::Index s = 0; s < sources.rows(); ++s)
-    source[static_cast<size_t>(s)] = Four{sources(s, 0), sources(s, 1), sources(s, 2), 0.0f};
+  std::vector<Four> source(sources.rows());
+  for (Eigen::Index s = 0; s < sources.rows(); ++s) source[s] = Four{sources(s, 0), sources(s, 1), sources(s, 2), 0.0f};
   parallel_chunks(count, 8192, threads, [&](int first, int last) {
     for (int v = first; v < last; ++v) {
-      const auto row = static_cast<size_t>(scatter[static_cast<size_t>(v)]);
+      const size_t row = scatter[v];
       Four sum{0.0f, 0.0f, 0.0f, 0.0f};
       for (auto k = static_cast<size_t>(weights.begin[row]); k < static_cast<size_t>(weights.begin[row + 1]); ++k)
-        sum += weights.single[k] * source[static_cast<size_t>(weights.column[k])];
+        sum += weights.single[k] * source[weights.column[k]];
       float* o = out.data() + 3 * static_cast<std::ptrdiff_t>(v);
       o[0] = sum[0];
       o[1] = sum[1];
@@ -30,7 +29,7 @@ Points multiply_precise(const SparseWeights& weights, const Points& sources, std
   if (weights.precise.size() != weights.column.size()) throw InputError("the map has no weights in double precision (Options::precise)");
   Points out(static_cast<Eigen::Index>(scatter.size()), 3);
   for (size_t v = 0; v < scatter.size(); ++v) {
-    const auto row = static_cast<size_t>(scatter[v]);
+    const size_t row = scatter[v];
     Vec3 sum = Vec3::Zero();
     for (auto k = static_cast<size_t>(weights.begin[row]); k < static_cast<size_t>(weights.begin[row + 1]); ++k)
       sum += weights.precise[k] * sources.row(weights.column[k]).transpose();
@@ -46,8 +45,7 @@ void multiply_rows(const SparseWeights& weights, const RowsF& sources, RowsF& ou
     for (int row = first; row < last; ++row) {
       float* o = out.data() + row * width;
       std::fill(o, o + width, 0.0f);
-      for (auto k = static_cast<size_t>(weights.begin[static_cast<size_t>(row)]);
-           k < static_cast<size_t>(weights.begin[static_cast<size_t>(row) + 1]); ++k) {
+      for (auto k = static_cast<size_t>(weights.begin[row]); k < static_cast<size_t>(weights.begin[row + 1]); ++k) {
         const float w = weights.single[k];
         const float* s = sources.data() + weights.column[k] * width;
         for (Eigen::Index c = 0; c < width; ++c) o[c] += w * s[c];

@@ -23,12 +23,11 @@ NormalLayout make_normal_layout(std::vector<int> corner_position, std::vector<in
   NormalLayout layout;
   layout.groups = groups;
   layout.group_begin.assign(static_cast<size_t>(groups) + 1, 0);
-  for (const int g : corner_group) ++layout.group_begin[static_cast<size_t>(g) + 1];
+  for (const int g : corner_group) ++layout.group_begin[g + 1];
   std::partial_sum(layout.group_begin.begin(), layout.group_begin.end(), layout.group_begin.begin());
   layout.group_corner.resize(corner_group.size());
   std::vector<int> fill(layout.group_begin.begin(), layout.group_begin.end() - 1);
-  for (size_t c = 0; c < corner_group.size(); ++c)
-    layout.group_corner[static_cast<size_t>(fill[static_cast<size_t>(corner_group[c])]++)] = static_cast<int>(c);
+  for (size_t c = 0; c < corner_group.size(); ++c) layout.group_corner[fill[corner_group[c]]++] = static_cast<int>(c);
   layout.corner_position = std::move(corner_position);
   layout.corner_group = std::move(corner_group);
   return layout;
@@ -40,8 +39,8 @@ void compute_normals(const NormalLayout& layout, std::span<const float> position
   thread_local std::vector<float> face_memory, angle_memory;
   std::vector<float>& face = face_memory;
   std::vector<float>& angle = angle_memory;
-  face.resize(static_cast<size_t>(corners));
-  angle.resize(static_cast<size_t>(corners));
+  face.resize(corners);
+  angle.resize(corners);
   parallel_chunks(corners / 3, 16384, threads, [&](int first, int last) {
     for (int t = first; t < last; ++t) {
       const size_t c = 3 * static_cast<size_t>(t);
@@ -67,8 +66,8 @@ void compute_normals(const NormalLayout& layout, std::span<const float> position
   parallel_chunks(layout.groups, 16384, threads, [&](int first, int last) {
     for (int g = first; g < last; ++g) {
       float x = 0.0f, y = 0.0f, z = 0.0f;
-      for (int k = layout.group_begin[static_cast<size_t>(g)]; k < layout.group_begin[static_cast<size_t>(g) + 1]; ++k) {
-        const auto c = static_cast<size_t>(layout.group_corner[static_cast<size_t>(k)]), t = c - c % 3;
+      for (int k = layout.group_begin[g]; k < layout.group_begin[g + 1]; ++k) {
+        const auto c = static_cast<size_t>(layout.group_corner[k]), t = c - c % 3;
         x += angle[c] * face[t];
         y += angle[c] * face[t + 1];
         z += angle[c] * face[t + 2];
@@ -100,9 +99,9 @@ void compute_magnitude(std::span<const float> displacement, std::span<float> out
 }
 
 void compute_strain(const MeshView& mesh, std::span<const int> welded, std::span<const float> displacement, std::span<float> out) {
-  const auto count = static_cast<size_t>(mesh.vertices.rows());
+  const size_t count = mesh.vertices.rows();
   std::vector<double> sum(count, 0.0), weight(count, 0.0);
-  auto row = [&](int v) { return static_cast<size_t>(welded.empty() ? v : welded[static_cast<size_t>(v)]); };
+  auto row = [&](int v) { return static_cast<size_t>(welded.empty() ? v : welded[v]); };
   for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
     const Eigen::Vector3i c = mesh.triangles.row(t).transpose();
     const Vec3 e1 = (mesh.vertices.row(c[1]) - mesh.vertices.row(c[0])).transpose(),
