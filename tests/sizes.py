@@ -30,7 +30,7 @@ def functions(lines):
                 if end is not None:
                     above = []
                     k = i - 1
-                    while k >= 0 and lines[k].strip().startswith("//"):
+                    while k >= 0 and lines[k].strip().startswith(("//", "template")):
                         above.append(lines[k])
                         k -= 1
                     name = re.search(r"([\w:~]+)\s*\(", line)

@@ -38,6 +38,56 @@ MatX orthonormalise(MatX& W, MatX& MW, double scale) {
   return B;
 }
 
+// The space of block Lanczos: M-orthonormal columns V, and T = V^T M OP V of the operator.
+struct Krylov {
+  MatX V, T;
+  MatX MQ, coupling_before;  // M times the last block; the last block against the one before
+  double scale = 0.0;        // length of OP Q
+
+  // Makes the candidates Z M-orthogonal to V and extends T by what was taken off, V^T M Z; MZ becomes M Z.
+  void orthogonalise(const SparseMatrix& M, Eigen::Index block, MatX& Z, MatX& MZ) {
+    const Eigen::Index m = V.cols(), last = MQ.cols();
+    MatX coupling = MatX::Zero(m, Z.cols());
+    // The recurrence: against the last two blocks, whose products with M are known.
+    if (m > 0) {
+      coupling.bottomRows(last) = product_tn(MQ, Z);
+      if (coupling_before.size() > 0)
+        coupling.middleRows(m - last - coupling_before.cols(), coupling_before.cols()) = coupling_before.transpose();
+      const Eigen::Index near = last + coupling_before.cols();
+      add_product(Z, -1.0, V.rightCols(near), coupling.bottomRows(near));
+    }
+    // What rounding leaves of all before.
+    MZ = symmetric_product(M, Z);
+    // The length of OP Q, of the start alone in the first pass.
+    const double length = std::sqrt(std::max(0.0, (Z.cwiseProduct(MZ).colwise().sum() + coupling.cwiseAbs2().colwise().sum()).maxCoeff()));
+    scale = m <= block ? length : std::max(scale, length);
+    for (int pass = 0; pass < 3 && m > 0; ++pass) {
+      const MatX c = product_tn(V, MZ);
+      add_product(Z, -1.0, V, c);
+      coupling += c;
+      // A correction this small against what is left of Z changes M Z by less than the orthogonality asked for.
+      if (c.cwiseAbs().maxCoeff() <= 1e-11 * std::sqrt(std::max(0.0, Z.cwiseProduct(MZ).colwise().sum().minCoeff()))) break;
+      MZ = symmetric_product(M, Z);
+    }
+    // The last block column of T: V^T M OP Q.
+    if (m > 0) {
+      T.conservativeResize(m, m);
+      T.rightCols(last) = coupling;
+      T.bottomRows(last) = coupling.transpose();
+    }
+  }
+
+  // Takes the orthonormal block Q in, whose place in what it was made of is B (orthonormalise).
+  void extend(const MatX& Q, MatX MQ_new, const MatX& B) {
+    const Eigen::Index m = V.cols(), width = Q.cols();
+    V.conservativeResize(Q.rows(), m + width);
+    V.rightCols(width) = Q;
+    T.conservativeResize(m + width, m + width);
+    coupling_before = m > 0 ? B : MatX();
+    MQ = std::move(MQ_new);
+  }
+};
+
 double hertz(double eigenvalue) { return std::sqrt(std::max(eigenvalue, 0.0)) / (2.0 * std::numbers::pi); }
 
 }  // namespace
@@ -124,47 +174,21 @@ FeModes FeSolver::modes(int count, double eigenvalue_limit, const MatX& hold, co
   const int block = std::max(1, std::min(8, available / 4));
   MatX Z = start_block(block, apply, project);
 
-  MatX V(n, 0), T, MQ, coupling_before;  // MQ: M times the last block; coupling_before: the last block against the one before
+  Krylov space;
+  space.V.resize(n, 0);
   FeModes result;
-  double scale = 0.0;
   for (;;) {
-    const int m = static_cast<int>(V.cols()), last = static_cast<int>(MQ.cols());
-    MatX coupling = MatX::Zero(m, Z.cols());
-    // The recurrence: against the last two blocks, whose products with M are known.
-    if (m > 0) {
-      coupling.bottomRows(last) = product_tn(MQ, Z);
-      if (coupling_before.size() > 0)
-        coupling.middleRows(m - last - coupling_before.cols(), coupling_before.cols()) = coupling_before.transpose();
-      const int near = last + static_cast<int>(coupling_before.cols());
-      add_product(Z, -1.0, V.rightCols(near), coupling.bottomRows(near));
-    }
-    // What rounding leaves of all before.
-    MatX MZ = symmetric_product(system.M(), Z);
-    // The length of OP Q, of the start alone in the first pass.
-    const double length = std::sqrt(std::max(0.0, (Z.cwiseProduct(MZ).colwise().sum() + coupling.cwiseAbs2().colwise().sum()).maxCoeff()));
-    scale = m <= block ? length : std::max(scale, length);
-    for (int pass = 0; pass < 3 && m > 0; ++pass) {
-      const MatX c = product_tn(V, MZ);
-      add_product(Z, -1.0, V, c);
-      coupling += c;
-      // A correction this small against what is left of Z changes M Z by less than the orthogonality asked for.
-      if (c.cwiseAbs().maxCoeff() <= 1e-11 * std::sqrt(std::max(0.0, Z.cwiseProduct(MZ).colwise().sum().minCoeff()))) break;
-      MZ = symmetric_product(system.M(), Z);
-    }
-    // The last block column of T: V^T M OP Q.
-    if (m > 0) {
-      T.conservativeResize(m, m);
-      T.rightCols(last) = coupling;
-      T.bottomRows(last) = coupling.transpose();
-    }
-    const MatX B = orthonormalise(Z, MZ, scale);
+    const int m = static_cast<int>(space.V.cols()), last = static_cast<int>(space.MQ.cols());
+    MatX MZ;
+    space.orthogonalise(system.M(), block, Z, MZ);
+    const MatX B = orthonormalise(Z, MZ, space.scale);
     const bool exhausted = Z.cols() == 0 || m + Z.cols() > available;
     if (m == 0 && Z.cols() == 0)
       throw SimulationError("no elastic mode stands out from rounding errors: the model's mass or stiffness is not positive");
 
     // Ritz values and their residuals.
     if (m > 0) {
-      SymmetricEigen eigen(0.5 * (T + T.transpose()));
+      SymmetricEigen eigen(0.5 * (space.T + space.T.transpose()));
       const VecX theta = eigen.eigenvalues().reverse();
       const MatX S = eigen.eigenvectors().rowwise().reverse();
       const VecX lambda = theta.cwiseMax(1e-300).cwiseInverse().array() - shift;
@@ -181,19 +205,15 @@ FeModes FeSolver::modes(int count, double eigenvalue_limit, const MatX& hold, co
       if ((enough && converged >= need) || exhausted) {
         result.eigenvalues = lambda.head(need);
         result.vectors = MatX::Zero(n, need);
-        add_product(result.vectors, 1.0, V, S.leftCols(need));
+        add_product(result.vectors, 1.0, space.V, S.leftCols(need));
         break;
       }
       if (m > 40 * (need + 10))
         throw SimulationError(fmt::format("the modes do not converge: {} of {} after {} blocks", converged, need, result.iterations));
     }
-    const int width = static_cast<int>(Z.cols());
-    V.conservativeResize(n, m + width);
-    V.rightCols(width) = Z;
-    T.conservativeResize(m + width, m + width);
-    coupling_before = m > 0 ? B : MatX();
-    Z = MZ;
-    MQ = std::move(MZ);
+    MatX next = MZ;
+    space.extend(Z, std::move(MZ), B);
+    Z = std::move(next);
     apply(Z);
     ++result.iterations;
   }

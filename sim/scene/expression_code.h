@@ -113,8 +113,8 @@ inline double atan2_on_side(double y, double x, double side) {
 inline double power(double a, double b) { return b == 2.0 ? a * a : std::pow(a, b); }
 
 // Runs code[begin, end) on a stack of T and returns its top; with `below`, the value under the top goes there.
-// `selector(index, op, a, b)` answers what the selector chooses. T needs the arithmetic operators and the free functions used
-// here, found in T's namespace or std.
+// Long: one case an instruction. `selector(index, op, a, b)` answers what the selector chooses. T needs the arithmetic operators and the
+// free functions used here, found in T's namespace or std.
 template <class T, class Select>
 T run(const std::vector<Expression::Instruction>& code, int begin, int end, const T& t, Select&& selector, T* below = nullptr) {
   using std::sin, std::cos, std::tan, std::asin, std::acos, std::atan, std::sinh, std::cosh, std::tanh, std::asinh, std::acosh, std::atanh,

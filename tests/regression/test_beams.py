@@ -263,11 +263,17 @@ near(last(h, "tip.x")[0], 5.1432e-4, 5e-6, "stretch at full speed")
 bare = scene("spin_up", (', "stiffening"]', "]"), ("duration = 20.0", "duration = 9.0"))
 near(at(simulate(bare), "tip.y", 5.0), -0.5218, 2e-3, "without stiffening at 5 s")
 before, after = run("check", written(bare)).stdout, run("simulate", written(bare), "-o", place / "bare.h5").stdout
-expect("the effect stiffening is off, but needed" in before and "grows without bound" in before, f"nothing is said before a spin-up without stiffening: {before}")
+expect(
+    "the effect stiffening is off, but needed" in before and "grows without bound" in before,
+    f"nothing is said before a spin-up without stiffening: {before}",
+)
 expect("stiffening of 'beam' is left out, but its influence is" in after, f"nothing is said after a spin-up without stiffening: {after}")
 pressed = scene("buckling", (', "stiffening"]', "]"))
 before, after = run("check", written(pressed)).stdout, run("simulate", written(pressed), "-o", place / "bare.h5").stdout
-expect("the effect stiffening is off, but needed" in before and "pi^2 EI/L^2" in before, f"nothing is said before buckling without stiffening: {before}")
+expect(
+    "the effect stiffening is off, but needed" in before and "pi^2 EI/L^2" in before,
+    f"nothing is said before buckling without stiffening: {before}",
+)
 expect("the effect stiffening is off, but needed" in after, f"nothing is said by a run to buckling without stiffening: {after}")
 for name in ("spin_up", "buckling", "cantilever"):
     expect("the effect stiffening is off, but needed" not in run("check", written(scene(name))).stdout, f"{name}: a warning without reason")
