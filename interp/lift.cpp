@@ -229,13 +229,4 @@ RigidMotion best_rigid_motion(const Points& positions, const Points& displacemen
   return motion;
 }
 
-std::vector<Mat3> node_rotations(const ArmLift& lift, const Points& displacement, const Points& rotation) {
-  std::vector<Mat3> out(lift.nodes, Mat3::Identity());
-  if (rotation.rows() == lift.nodes)
-    for (int i = 0; i < lift.nodes; ++i) out[i] = rotation_matrix(rotation.row(i).transpose());
-  else
-    for (size_t k = 0; k < lift.estimate.size(); ++k) out[lift.director_node[k]] = estimated_rotation(lift.estimate[k], displacement);
-  return out;
-}
-
 }  // namespace flexframe::interp

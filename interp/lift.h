@@ -47,9 +47,6 @@ int source_count(const Lift& lift);
 Points lift_exact(const Lift& lift, const Points& displacement, const Points& rotation);
 Points lift_linear(const Lift& lift, const Points& displacement, const Points& rotation);
 
-// Rotation of every node relative to the undeformed body, estimated (ArmLift) or given; identity where nothing is known.
-std::vector<Mat3> node_rotations(const ArmLift& lift, const Points& displacement, const Points& rotation);
-
 // Best rigid motion of the nodes (Kabsch 1976): x -> rotation (x - centre) + centre + translation. Two or more nodes on a line leave the
 // turn about it open; then the shortest rotation. Given rotations settle what positions leave open.
 struct RigidMotion {

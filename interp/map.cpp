@@ -538,35 +538,6 @@ Points mode_sources(const Map& map, const Eigen::VectorXd& phi, const Eigen::Vec
                     false);
 }
 
-void apply_batch(const Map& map, const Eigen::Ref<const Eigen::MatrixXd>& displacement, const Eigen::Ref<const Eigen::MatrixXd>& rotation,
-                 std::vector<PointsF>& out) {
-  const Eigen::Index frames = displacement.rows(), n = 3 * static_cast<Eigen::Index>(map.nodes);
-  if (displacement.cols() != n)
-    throw InputError(fmt::format("displacements of {} columns given, {} nodes need {}", displacement.cols(), map.nodes, n));
-  if (rotation.rows() != 0 && (rotation.rows() != frames || rotation.cols() != n))
-    throw InputError(fmt::format("rotations are {} x {}, displacements {} x {}", rotation.rows(), rotation.cols(), frames, n));
-  out.resize(frames);
-  constexpr Eigen::Index batch = 16;
-  RowsF sources, rows;
-  for (Eigen::Index first = 0; first < frames; first += batch) {
-    const Eigen::Index width = std::min(batch, frames - first);
-    sources.resize(map.weights.cols, 3 * width);
-    for (Eigen::Index f = 0; f < width; ++f) {
-      const Eigen::RowVectorXd u = displacement.row(first + f);
-      const Eigen::RowVectorXd theta = rotation.rows() > 0 ? Eigen::RowVectorXd(rotation.row(first + f)) : Eigen::RowVectorXd();
-      sources.middleCols(3 * f, 3) = sources_of(map, Eigen::Map<const Points>(u.data(), map.nodes, 3),
-                                                Eigen::Map<const Points>(theta.data(), theta.size() / 3, 3), true)
-                                         .cast<float>();
-    }
-    multiply_rows(map.weights, sources, rows, 1);
-    for (Eigen::Index f = 0; f < width; ++f) {
-      PointsF& picture = out[first + f];
-      picture.resize(map.vertices, 3);
-      for (Eigen::Index v = 0; v < map.vertices; ++v) picture.row(v) = rows.block<1, 3>(map.welded[v], 3 * f);
-    }
-  }
-}
-
 LeaveOneOutError leave_one_out(const Map& map, const Eigen::Ref<const Points>& displacement, const Eigen::Ref<const Points>& rotation) {
   check_data(map, displacement, rotation);
   const Points u = merge_data(map, displacement);

@@ -103,11 +103,6 @@ Points apply_linear(const Map& map, const Eigen::Ref<const Points>& displacement
 // Sources of one mode (P x 3): linear lift of a column of 3 N displacements and of 3 N rotations (or none).
 Points mode_sources(const Map& map, const Eigen::VectorXd& phi, const Eigen::VectorXd& psi);
 
-// F pictures of a nodal series in one sweep over the weights. displacement F x 3 N (a row: ux uy uz of node 0, of node 1, ...),
-// rotation alike or 0 x 0; out[f] as in apply.
-void apply_batch(const Map& map, const Eigen::Ref<const Eigen::MatrixXd>& displacement, const Eigen::Ref<const Eigen::MatrixXd>& rotation,
-                 std::vector<PointsF>& out);
-
 // Leave-one-out error of the data: each node is predicted from the others. Root mean square over the nodes relative to the
 // root mean square displacement less its rigid part, and the worst node. An estimate from above of the error between the nodes.
 struct LeaveOneOutError {

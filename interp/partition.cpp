@@ -119,6 +119,7 @@ struct Gather {
   std::vector<double> sum;  // per source
   std::vector<int> touched;
   std::vector<char> seen;
+  Eigen::VectorXd scratch, weights;  // of the patch at hand
   explicit Gather(int sources) : sum(sources, 0.0), seen(sources, 0) {}
   void add(int source, double value) {
     const size_t i = source;
@@ -130,17 +131,31 @@ struct Gather {
   }
 };
 
-// Director sources of the nodes that carry arms: 3 from director[node], or -1.
-void add_patch(const Patch& patch, const Vec3& x, double share, const std::vector<int>& director, Eigen::VectorXd& scratch,
-               Eigen::VectorXd& weights, Gather& gather) {
+// What the rows of all vertices are made of.
+struct RowMaker {
+  const Weld& weld;
+  const Blend& blend;
+  const std::vector<Patch>& patches;
+  const std::vector<int>& director;  // 3 director sources of a node that carries arms, from this one; -1: none
+  int nodes, sources;
+  bool precise;
+
+  Rows make(int first, int last) const;
+
+ private:
+  void add_patch(const Patch& patch, const Vec3& x, double share, Gather& gather) const;
+};
+
+// Leaves the patch's weights in the gatherer.
+void RowMaker::add_patch(const Patch& patch, const Vec3& x, double share, Gather& gather) const {
   const auto k = static_cast<Eigen::Index>(patch.node.size());
-  weights.resize(k);
-  patch_weights(patch, x, scratch, weights);
+  gather.weights.resize(k);
+  patch_weights(patch, x, gather.scratch, gather.weights);
   const auto dropped = patch.frame.rightCols(3 - patch.directions);
   const Vec3 beside = patch.arm > 0.0 ? Vec3(dropped * (dropped.transpose() * (x - patch.origin))) : Vec3(Vec3::Zero());
   for (Eigen::Index i = 0; i < k; ++i) {
     const int node = patch.node[i];
-    const double w = share * weights[i];
+    const double w = share * gather.weights[i];
     gather.add(node, w);
     if (patch.arm > 0.0 && director[node] >= 0) {
       const Vec3 arm = w * (beside - patch.off.col(i));
@@ -149,12 +164,10 @@ void add_patch(const Patch& patch, const Vec3& x, double share, const std::vecto
   }
 }
 
-Rows make_rows(int first, int last, const Weld& weld, const Blend& blend, const std::vector<Patch>& patches,
-               const std::vector<int>& director, int nodes, int sources, bool precise) {
+Rows RowMaker::make(int first, int last) const {
   Rows rows;
   rows.worst.assign(patches.size(), 0.0);
   Gather gather(sources);
-  Eigen::VectorXd scratch, weights;
   for (int v = first; v < last; ++v) {
     const Vec3 x = weld.positions.row(v).transpose();
     const auto begin = static_cast<size_t>(blend.begin[v]), end = static_cast<size_t>(blend.begin[v + 1]);
@@ -164,9 +177,9 @@ Rows make_rows(int first, int last, const Weld& weld, const Blend& blend, const 
       const size_t p = blend.patch[b];
       const double share = end - begin == 1 ? 1.0 : static_cast<double>(blend.value[b]) / total;
       if (share <= 0.0) continue;
-      add_patch(patches[p], x, share, director, scratch, weights, gather);
+      add_patch(patches[p], x, share, gather);
       // A patch answers for what it adds: its sum of weights, damped where its share is small.
-      rows.worst[p] = std::max(rows.worst[p], std::min(1.0, 4.0 * share) * weights.lpNorm<1>());
+      rows.worst[p] = std::max(rows.worst[p], std::min(1.0, 4.0 * share) * gather.weights.lpNorm<1>());
     }
     std::sort(gather.touched.begin(), gather.touched.end());
     double lebesgue = 0.0;
@@ -284,9 +297,8 @@ Partition make_partition(const Weld& weld, const Graph& graph, const Points& nod
 
     const int grain = 2048;
     rows.assign((graph.vertices + grain - 1) / grain, {});
-    parallel_chunks(graph.vertices, grain, options.threads, [&](int first, int last) {
-      rows[first / grain] = make_rows(first, last, weld, blend, patches, director, count, sources, options.precise);
-    });
+    const RowMaker maker{weld, blend, patches, director, count, sources, options.precise};
+    parallel_chunks(graph.vertices, grain, options.threads, [&](int first, int last) { rows[first / grain] = maker.make(first, last); });
     out.lebesgue = 0.0;
     std::vector<double> worst(number, 0.0);
     for (const Rows& r : rows) {

@@ -15,15 +15,12 @@ namespace flexframe::cli {
 namespace {
 
 // One swing of mode k, in equal steps, so that the film loops. amplitude: largest node displacement, m.
-sim::Results swing(const sim::FlexibleBody& body, int k, double amplitude, int pictures, double frame_rate, const std::string& mesh,
-                   const std::string& title) {
+sim::Results swing(const sim::FlexibleBody& body, int k, double amplitude, int pictures, double frame_rate) {
   sim::Results r;
   const int n = body.n, nodes = static_cast<int>(body.nodes.size());
-  r.title = title;
   sim::ResultBody b;
   b.name = "body";
   b.kind = "modal";
-  b.mesh = mesh;
   b.labels = body.labels;
   b.node_phi.resize(3 * static_cast<Eigen::Index>(nodes), n);
   b.node_psi.resize(3 * static_cast<Eigen::Index>(nodes), n);
@@ -109,9 +106,9 @@ Command add_modes(Program& program) {
               settings.undeformed = true;
               apply_words(w->render, settings);
               const std::string label = body.labels.empty() ? fmt::format("mode {}", k) : body.labels[k - 1];
-              const std::string mesh_file = mesh.empty() ? "" : fs::absolute(mesh).string();
-              const sim::Results results =
-                  swing(body, k - 1, amplitude, w->pictures, settings.frame_rate, mesh_file, fmt::format("{}: {}", name, label));
+              sim::Results results = swing(body, k - 1, amplitude, w->pictures, settings.frame_rate);
+              results.title = fmt::format("{}: {}", name, label);
+              if (!mesh.empty()) results.bodies[0].mesh = fs::absolute(mesh).string();
               const std::string part = modes.size() == 1 ? name : fmt::format("mode_{:03}", k);
               print_drawing(run_drawing(results, settings, nullptr, w->render, modes.size() == 1 ? out : out / part, part));
             }

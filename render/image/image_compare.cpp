@@ -253,9 +253,8 @@ long largest_cluster(std::vector<std::uint8_t>& marked, int width, int height) {
   return most;
 }
 
-// The gate on the difference of every pixel (its largest channel); sum: over all channels.
-void judge(ImageDifference& d, const std::vector<int>& differences, double sum, int channels, const Gate& gate, bool exact, int width,
-           int height) {
+// The gate on the difference of every pixel (its largest channel), row by row; mean: over all channels.
+void judge(ImageDifference& d, const std::vector<int>& differences, int width, double mean, const Gate& gate, bool exact) {
   std::vector<std::uint8_t> marked;
   for (std::size_t i = 0; i < differences.size(); ++i) {
     d.largest = std::max(d.largest, differences[i]);
@@ -264,9 +263,9 @@ void judge(ImageDifference& d, const std::vector<int>& differences, double sum, 
     if (marked.empty()) marked.assign(differences.size(), 0);
     marked[i] = 1;
   }
-  d.cluster = largest_cluster(marked, width, height);
+  d.cluster = largest_cluster(marked, width, static_cast<int>(differences.size()) / width);
   d.equal = d.largest == 0;
-  d.mean = sum / (static_cast<double>(differences.size()) * channels);
+  d.mean = mean;
   d.share_over = static_cast<double>(d.pixels_over) / static_cast<double>(differences.size());
   d.passes = d.equal || (!exact && d.share_over <= gate.share && d.cluster < gate.cluster && d.mean <= gate.mean);
 }
@@ -297,7 +296,7 @@ ImageDifference compare_images(const Image& baseline, const Image& candidate, co
       differences[i] = std::max(differences[i], difference);
       sum += difference;
     }
-  judge(d, differences, sum, channels, options.gate, options.exact, baseline.width, baseline.height);
+  judge(d, differences, baseline.width, sum / (static_cast<double>(differences.size()) * channels), options.gate, options.exact);
   if (options.measures && !d.equal) {
     d.ssim = compute_ssim(baseline, candidate);
     d.flip = compute_flip(baseline, candidate, &d.heat);
@@ -318,7 +317,7 @@ ImageDifference compare_images(const Image16& baseline, const Image16& candidate
     pixel = std::max(pixel, difference);
     sum += difference;
   }
-  judge(d, differences, sum, baseline.channels, options.deep, options.exact, baseline.width, baseline.height);
+  judge(d, differences, baseline.width, sum / static_cast<double>(baseline.pixels.size()), options.deep, options.exact);
   if (!options.measures || d.equal) return d;
   d.heat = make_image(baseline.width, baseline.height, 3);
   for (std::size_t i = 0; i < differences.size(); ++i) {

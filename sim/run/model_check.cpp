@@ -271,7 +271,7 @@ class Comparison {
 // Changes the scene's beams by `enrich`; both scenes get plain damping where the models could not have the same otherwise.
 template <class Enrich>
 Comparison compared(const Scene& scene, const std::vector<EffectState>& states, const std::vector<size_t>& bodies,
-                    std::vector<size_t>& changed, const Enrich& enrich, double budget, const ModelCheckOptions& options) {
+                    std::vector<size_t>& changed, const Enrich& enrich, const ModelCheckOptions& options) {
   Scene rich = scene;
   for (const size_t body : bodies)
     if (std::optional<Scene> next = enrich(rich, body)) rich = std::move(*next), changed.push_back(body);
@@ -281,7 +281,7 @@ Comparison compared(const Scene& scene, const std::vector<EffectState>& states, 
     for (const size_t body : changed)
       std::get<BeamDef>(rich.bodies[body].kind).damping = std::get<BeamDef>(plain->bodies[body].kind).damping;
   }
-  return Comparison(scene, std::move(rich), std::move(plain), budget, options.run, options.asked);
+  return Comparison(scene, std::move(rich), std::move(plain), options.budget, options.run, options.asked);
 }
 
 void check_forms(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const ModelCheckOptions& options,
@@ -291,7 +291,7 @@ void check_forms(const Scene& scene, const std::vector<EffectState>& states, con
     if (const auto* beam = std::get_if<BeamDef>(&scene.bodies[b].kind); beam && has_forms_of_ends(*beam)) bodies.push_back(b);
   if (bodies.empty()) return;
   Comparison comparison = compared(
-      scene, states, bodies, changed, [&](const Scene& s, size_t b) { return with_elements(s, states, b); }, options.budget, options);
+      scene, states, bodies, changed, [&](const Scene& s, size_t b) { return with_elements(s, states, b); }, options);
   const std::optional<Found> found = changed.empty() ? std::nullopt : comparison.measure(base);
   for (const size_t b : bodies) {
     const BodyDef& body = scene.bodies[b];
@@ -332,8 +332,7 @@ void check_bending(const Scene& scene, const std::vector<EffectState>& states, c
   };
   Comparison comparison = compared(
       scene, states, bodies, changed,
-      [&](const Scene& s, size_t b) { return with_volumes(s, states, b, richer(limit_of(b).pieces) * limit_of(b).pieces); }, options.budget,
-      options);
+      [&](const Scene& s, size_t b) { return with_volumes(s, states, b, richer(limit_of(b).pieces) * limit_of(b).pieces); }, options);
   const std::optional<Found> found = changed.empty() ? std::nullopt : comparison.measure(base);
   for (const LinearLimit& l : doubtful) {
     if (!found || std::find(changed.begin(), changed.end(), static_cast<size_t>(l.body)) == changed.end()) {
@@ -372,7 +371,7 @@ void check_elements(const Scene& scene, const std::vector<EffectState>& states, 
     if (next && beam.model != BeamModel::mixed) std::get<BeamDef>(next->bodies[b].kind).elements = 2 * elements_of(beam);
     return next;
   };
-  Comparison comparison = compared(scene, states, bodies, changed, twice, options.budget, options);
+  Comparison comparison = compared(scene, states, bodies, changed, twice, options);
   const std::optional<Found> found = changed.empty() ? std::nullopt : comparison.measure(base);
   for (const size_t b : bodies) {
     const std::string owner = fmt::format("body '{}'", scene.bodies[b].name);
@@ -401,7 +400,7 @@ std::optional<Scene> with_richer_models(const Scene& scene, const std::vector<Ef
       std::optional<Scene> next = enrich(s, b);
       return next && next->outputs.size() == s.outputs.size() ? next : std::nullopt;
     };
-    Comparison comparison = compared(scene, states, bodies, changed, kept, options.budget, options);
+    Comparison comparison = compared(scene, states, bodies, changed, kept, options);
     const std::optional<Found> found = changed.empty() ? std::nullopt : comparison.measure(base);
     if (found && found->share <= options.asked) return;
     for (const size_t b : changed)
