@@ -165,10 +165,10 @@ Columns read_header(std::string_view line, const std::string& at) {
   for (size_t c = 0; c < words.size(); ++c) {
     const int k = known_column(plain_name(words[c]), first);
     if (k < 0 || (named && k >= 3 && plain_name(words[c]).size() == 1)) continue;
-    const auto i = static_cast<size_t>(k);
+    const size_t i = k;
     if (out.place[i] >= 0)
-      throw sim::InputError(fmt::format("{}: column '{}' is there twice ('{}' and '{}')", at, column_names[i],
-                                        words[static_cast<size_t>(out.place[i])], words[c]));
+      throw sim::InputError(
+          fmt::format("{}: column '{}' is there twice ('{}' and '{}')", at, column_names[i], words[out.place[i]], words[c]));
     out.place[i] = static_cast<int>(c);
     unit[i] = unit_name(words[c]);
   }
@@ -262,7 +262,7 @@ NodeTable read_node_table(const fs::path& path) {
           fmt::format("{}: {} values, the header has {} columns; numbers with a decimal comma need ';' or a tab between them", at,
                       words.size(), columns.width));
     for (size_t k = 0; k < (columns.rotations ? 9u : 6u); ++k) {
-      std::string word(words[static_cast<size_t>(columns.place[k])]);
+      std::string word(words[columns.place[k]]);
       if (word.find('.') == std::string::npos) std::replace(word.begin(), word.end(), ',', '.');
       double value = 0.0;
       if (!parse_double(word, value))
@@ -336,7 +336,7 @@ DeformReport deform(const fs::path& nodes, const fs::path& mesh_file, const fs::
     const std::span<const float> flat(single.data(), static_cast<size_t>(single.size()));
     if (options.corotated) {
       interp::PointsF turned(single.rows(), 3);
-      interp::Corotated(view).apply(flat, report.scale, std::span<float>(turned.data(), static_cast<size_t>(turned.size())));
+      interp::Corotated(view).apply(flat, report.scale, std::span<float>(turned.data(), turned.size()));
       u = turned.cast<double>();
     } else if (const std::string warning = interp::exaggeration_warning(interp::largest_rotation(view, flat), report.scale);
                !warning.empty()) {

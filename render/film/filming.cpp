@@ -280,7 +280,7 @@ FilmReport film(const Animation& animation, const FilmOptions& options) {
     report.cpu_deform += message.deform;
     report.cpu_draw += message.draw;
     report.cpu_encode += message.encode;
-    there[static_cast<size_t>(message.index)] = true;
+    there[message.index] = true;
     for (; next < there.size() && there[next]; ++next)
       if (options.finished) options.finished(options.folder / picture_file_name(pictures[next]));
     if (options.progress) options.progress(report.drawn + report.kept, report.pictures);

@@ -98,8 +98,8 @@ void split_pose(const glm::dmat4& pose, glm::vec3& position, glm::vec4& rotation
 // A node that moves along pose(picture); no channel for what stands still.
 template <class Pose>
 int add_moving_node(Document& d, const std::string& name, int mesh, int count, Pose&& pose) {
-  std::vector<glm::vec3> positions(static_cast<size_t>(count));
-  std::vector<glm::vec4> rotations(static_cast<size_t>(count));
+  std::vector<glm::vec3> positions(count);
+  std::vector<glm::vec4> rotations(count);
   bool moves = false, turns = false;
   for (size_t k = 0; k < positions.size(); ++k) {
     split_pose(pose(static_cast<int>(k)), positions[k], rotations[k], k > 0 ? &rotations[k - 1] : nullptr);
@@ -122,8 +122,8 @@ int add_triangles(Document& d, std::span<const glm::uvec3> triangles) {
 }
 
 void add_body(Document& d, const Animation& animation, int b, double scale, GltfReport& report) {
-  const BodyModel& model = animation.bodies[static_cast<size_t>(b)];
-  const sim::ResultBody& body = animation.results->bodies[static_cast<size_t>(b)];
+  const BodyModel& model = animation.bodies[b];
+  const sim::ResultBody& body = animation.results->bodies[b];
   const auto pose = [&](int k) { return body_pose(body, find_sample(animation.results->times, picture_time(animation, k))); };
   if (model.mesh.triangles.empty()) {
     report.notes.push_back(fmt::format("body '{}' has no mesh: only its frame moves", body.name));
@@ -132,7 +132,7 @@ void add_body(Document& d, const Animation& animation, int b, double scale, Gltf
   }
 
   std::vector<glm::vec3> positions;
-  for (int p : model.mesh.point_position) positions.emplace_back(model.mesh.positions[static_cast<size_t>(p)]);
+  for (int p : model.mesh.point_position) positions.emplace_back(model.mesh.positions[p]);
   Json attributes = {{"POSITION", d.writer.add_vectors(positions, true)}, {"NORMAL", d.writer.add_vectors(model.rest_normals, false)}};
   if (!model.colors.empty()) {
     std::vector<glm::vec3> colors;
@@ -169,8 +169,7 @@ void add_body(Document& d, const Animation& animation, int b, double scale, Gltf
     if (targets > 0) {
       primitive["targets"] = list;
       for (int picture = 0; picture < animation.count; ++picture)
-        for (int k = 0; k < targets; ++k)
-          weights.push_back(static_cast<float>(basis.weights(k, picture) * scale / sizes[static_cast<size_t>(k)]));
+        for (int k = 0; k < targets; ++k) weights.push_back(static_cast<float>(basis.weights(k, picture) * scale / sizes[k]));
       mesh["weights"] = std::vector<float>(weights.begin(), weights.begin() + targets);
     }
   }
@@ -182,7 +181,7 @@ void add_body(Document& d, const Animation& animation, int b, double scale, Gltf
 }
 
 void add_symbol(Document& d, const Animation& animation, const JointSymbol& symbol) {
-  const sim::ResultJoint& joint = animation.results->joints[static_cast<size_t>(symbol.joint)];
+  const sim::ResultJoint& joint = animation.results->joints[symbol.joint];
   const Json attributes = {{"POSITION", d.writer.add_vectors(symbol.positions, true)},
                            {"NORMAL", d.writer.add_vectors(symbol.normals, false)}};
   const render::Material look = symbol.mesh.materials.empty() ? render::Material{} : symbol.mesh.materials.front().look;
@@ -239,7 +238,7 @@ void put_word(std::vector<std::uint8_t>& out, std::uint32_t word) {
 std::vector<std::uint8_t> make_gltf(const Animation& animation, double scale, bool binary, GltfReport& report) {
   Document d;
   std::vector<float> times;
-  times.reserve(static_cast<size_t>(animation.count));
+  times.reserve(animation.count);
   for (int k = 0; k < animation.count; ++k) times.push_back(static_cast<float>(k / animation.settings.frame_rate));
   d.times = d.writer.add_times(times);
   report.pictures = animation.count;

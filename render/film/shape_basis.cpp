@@ -12,8 +12,7 @@ constexpr int most_snapshots = 64;
 
 Eigen::Map<const Eigen::VectorXf> displacement_at(const Animation& animation, int body, int picture, BodyMemory& memory) {
   const sim::Results& results = *animation.results;
-  update_displacement(animation.bodies[static_cast<size_t>(body)], results.bodies[static_cast<size_t>(body)],
-                      find_sample(results.times, picture_time(animation, picture)), memory);
+  update_displacement(animation.bodies[body], results.bodies[body], find_sample(results.times, picture_time(animation, picture)), memory);
   return {memory.displacement.data(), static_cast<Eigen::Index>(memory.displacement.size())};
 }
 
@@ -22,7 +21,7 @@ Eigen::Map<const Eigen::VectorXf> displacement_at(const Animation& animation, in
 ShapeBasis make_shape_basis(const Animation& animation, int body, double relative) {
   ShapeBasis basis;
   BodyMemory memory;
-  const Eigen::Index rows = static_cast<Eigen::Index>(animation.bodies[static_cast<size_t>(body)].rest.size());
+  const Eigen::Index rows = static_cast<Eigen::Index>(animation.bodies[body].rest.size());
 
   // Snapshots, evenly over the sequence.
   const int count = std::min(animation.count, most_snapshots);

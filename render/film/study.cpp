@@ -102,7 +102,7 @@ int elastic_coordinates_of(const sim::Scene& scene) {
   int n = 0;
   for (const sim::Part& p : system.model.parts) n += p.body.n;
   for (const sim::Flexure& f : system.model.flexures)
-    for (int i : f.parts) n += system.model.parts[static_cast<size_t>(i)].joint.nv;
+    for (int i : f.parts) n += system.model.parts[i].joint.nv;
   return n;
 }
 
@@ -428,7 +428,7 @@ Study run_study(const sim::Scene& scene, const StudyOptions& given) {
       } else {
         const sim::Difference d = sim::compare_histories(done[i].histories, reference.histories, reference.ranges);
         p.error = d.largest;
-        p.column = d.column >= 0 ? study.columns[static_cast<size_t>(d.column)] : "";
+        p.column = d.column >= 0 ? study.columns[d.column] : "";
         p.column_errors.assign(d.columns.data(), d.columns.data() + d.columns.size());
         p.floor = p.error < 3.0 * study.reference_error;
       }

@@ -38,7 +38,7 @@ Plane convolve(const Plane& in, int width, int height, const Kernel& kx, const K
         sum += kx.weights[i + kx.radius] * static_cast<double>(in[std::size_t(y) * width + std::clamp(x + i, 0, width - 1)]);
       middle[std::size_t(y) * width + x] = static_cast<float>(sum);
     }
-  std::vector<double> row(static_cast<std::size_t>(width));
+  std::vector<double> row(width);
   for (int y = 0; y < height; ++y) {
     std::fill(row.begin(), row.end(), 0.0);
     for (int j = -ky.radius; j <= ky.radius; ++j) {

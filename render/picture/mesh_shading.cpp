@@ -17,16 +17,16 @@ struct Forest {
   std::vector<int> parent;
   explicit Forest(size_t n) : parent(n) { std::iota(parent.begin(), parent.end(), 0); }
   int root(int a) {
-    while (parent[static_cast<size_t>(a)] != a) {
-      parent[static_cast<size_t>(a)] = parent[static_cast<size_t>(parent[static_cast<size_t>(a)])];
-      a = parent[static_cast<size_t>(a)];
+    while (parent[a] != a) {
+      parent[a] = parent[parent[a]];
+      a = parent[a];
     }
     return a;
   }
   void join(int a, int b) {
     a = root(a);
     b = root(b);
-    if (a != b) parent[static_cast<size_t>(std::max(a, b))] = std::min(a, b);
+    if (a != b) parent[std::max(a, b)] = std::min(a, b);
   }
 };
 
@@ -58,15 +58,15 @@ void compute_shading_points(Mesh& mesh, const std::vector<glm::vec3>& corner_nor
   const size_t corners = 3 * mesh.triangles.size();
   const std::vector<int> welded = weld_equal(mesh.positions);
   auto position_of = [&](size_t c) { return mesh.triangles[c / 3][static_cast<int>(c % 3)]; };
-  auto place_of = [&](size_t c) { return welded[static_cast<size_t>(position_of(c))]; };
+  auto place_of = [&](size_t c) { return welded[position_of(c)]; };
   Forest forest(corners);
 
   // Corners by place, in the order of the file.
   std::vector<int> begin(mesh.positions.size() + 1, 0), at(corners);
-  for (size_t c = 0; c < corners; ++c) ++begin[static_cast<size_t>(place_of(c)) + 1];
+  for (size_t c = 0; c < corners; ++c) ++begin[place_of(c) + 1];
   std::partial_sum(begin.begin(), begin.end(), begin.begin());
   std::vector<int> fill(begin.begin(), begin.end() - 1);
-  for (size_t c = 0; c < corners; ++c) at[static_cast<size_t>(fill[static_cast<size_t>(place_of(c))]++)] = static_cast<int>(c);
+  for (size_t c = 0; c < corners; ++c) at[fill[place_of(c)]++] = static_cast<int>(c);
 
   if (!corner_normals.empty()) {
     // Within 1 degree is the same normal: files round to a few digits.
@@ -75,10 +75,10 @@ void compute_shading_points(Mesh& mesh, const std::vector<glm::vec3>& corner_nor
       // Each corner joins the first kept one that agrees; a place has few different normals.
       std::vector<int> kept;
       for (int i = begin[p]; i < begin[p + 1]; ++i) {
-        const int c = at[static_cast<size_t>(i)];
+        const int c = at[i];
         bool found = false;
         for (const int k : kept)
-          if (glm::dot(corner_normals[static_cast<size_t>(c)], corner_normals[static_cast<size_t>(k)]) >= same) {
+          if (glm::dot(corner_normals[c], corner_normals[k]) >= same) {
             forest.join(c, k);
             found = true;
             break;
@@ -92,8 +92,8 @@ void compute_shading_points(Mesh& mesh, const std::vector<glm::vec3>& corner_nor
     std::vector<glm::dvec3> normal(mesh.triangles.size());
     for (size_t t = 0; t < normal.size(); ++t) {
       const glm::ivec3 v = mesh.triangles[t];
-      const glm::dvec3 a = mesh.positions[static_cast<size_t>(v.x)];
-      const glm::dvec3 n = glm::cross(mesh.positions[static_cast<size_t>(v.y)] - a, mesh.positions[static_cast<size_t>(v.z)] - a);
+      const glm::dvec3 a = mesh.positions[v.x];
+      const glm::dvec3 n = glm::cross(mesh.positions[v.y] - a, mesh.positions[v.z] - a);
       const double length = glm::length(n);
       normal[t] = length > 0.0 ? n / length : glm::dvec3(0.0);
     }
@@ -119,7 +119,7 @@ void compute_shading_points(Mesh& mesh, const std::vector<glm::vec3>& corner_nor
       const size_t pairs_until = std::min(end, i + 8);
       for (size_t a = i; a < pairs_until; ++a)
         for (size_t b = a + 1; b < pairs_until; ++b) {
-          const glm::dvec3 na = normal[static_cast<size_t>(edges[a].triangle)], nb = normal[static_cast<size_t>(edges[b].triangle)];
+          const glm::dvec3 na = normal[edges[a].triangle], nb = normal[edges[b].triangle];
           const bool flat = na == glm::dvec3(0.0) || nb == glm::dvec3(0.0);
           if (!flat && glm::dot(na, nb) < limit) continue;
           forest.join(edges[a].corner_low, edges[b].corner_low);
@@ -137,17 +137,17 @@ void compute_shading_points(Mesh& mesh, const std::vector<glm::vec3>& corner_nor
   mesh.triangle_points.resize(mesh.triangles.size());
   std::vector<int> first_point(mesh.positions.size(), -1), next_point;
   for (size_t c = 0; c < corners; ++c) {
-    const auto root = static_cast<size_t>(forest.root(static_cast<int>(c)));
+    const size_t root = forest.root(static_cast<int>(c));
     if (group_number[root] < 0) group_number[root] = mesh.normal_groups++;
     const int group = group_number[root], position = position_of(c);
-    int point = first_point[static_cast<size_t>(position)];
-    while (point >= 0 && mesh.point_group[static_cast<size_t>(point)] != group) point = next_point[static_cast<size_t>(point)];
+    int point = first_point[position];
+    while (point >= 0 && mesh.point_group[point] != group) point = next_point[point];
     if (point < 0) {
       point = static_cast<int>(mesh.point_position.size());
       mesh.point_position.push_back(position);
       mesh.point_group.push_back(group);
-      next_point.push_back(first_point[static_cast<size_t>(position)]);
-      first_point[static_cast<size_t>(position)] = point;
+      next_point.push_back(first_point[position]);
+      first_point[position] = point;
     }
     mesh.triangle_points[c / 3][static_cast<int>(c % 3)] = point;
   }

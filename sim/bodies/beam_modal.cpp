@@ -127,11 +127,11 @@ void set_structure(FlexibleBody& body, const std::vector<Mode>& modes, const Pro
   body.Ke = MatX::Zero(n, n);
   const double L = p.length;
   for (Eigen::Index i = 0; i < n; ++i) {
-    const Mode& a = modes[static_cast<std::size_t>(i)];
+    const Mode& a = modes[i];
     body.Me(i, i) = a.mass;
     body.Ke(i, i) = a.stiffness;
     for (Eigen::Index j = 0; j < n; ++j) {
-      const Mode& b = modes[static_cast<std::size_t>(j)];
+      const Mode& b = modes[j];
       if (a.direction == kBendingXy && b.direction == kBendingXz && a.ordinal == b.ordinal)
         body.Ke(i, j) = body.Ke(j, i) = p.ei_yz * std::pow(a.form.lambda, 4) / (L * L * L);
     }

@@ -301,7 +301,7 @@ void set_axis_mass(FlexibleBody& body, const Properties& p, const BeamEffects& e
   out.once = MatX::Zero(k, k + 1);
   out.twice = MatX::Zero(k, k + 1);
   for (Eigen::Index end = 0; end <= k; ++end) {
-    const double to = end < k ? gauss.x[static_cast<std::size_t>(end)] : 1.0;
+    const double to = end < k ? gauss.x[end] : 1.0;
     for (std::size_t g = 0; g < gauss.x.size(); ++g)
       for (std::size_t l = 0; l < gauss.x.size(); ++l) {
         const double at = to * gauss.x[g], f = h * to * gauss.w[g] * lagrange(gauss, l, at);
@@ -325,7 +325,7 @@ void set_axis_mass(FlexibleBody& body, const Properties& p, const BeamEffects& e
       out.root_mass[at] = std::sqrt(p.mass * gauss.w[g] * h);
       const FieldRows r = rows(e, gauss.x[g]);
       u.col(at) = out.root_mass[at] * r.u, v.col(at) = out.root_mass[at] * r.v, w.col(at) = out.root_mass[at] * r.w;
-      spread(r, [&](int field, const VecX& row) { full[static_cast<std::size_t>(field)].col(at) = row; });
+      spread(r, [&](int field, const VecX& row) { full[field].col(at) = row; });
       if (effects.shear) full[AxisMass::shear_y].col(at) = r.dv - r.phi_z, full[AxisMass::shear_z].col(at) = r.dw - r.s;
     }
   out.phi.resize(n, 3 * count);
@@ -333,7 +333,7 @@ void set_axis_mass(FlexibleBody& body, const Properties& p, const BeamEffects& e
   for (std::size_t i = 0; i < full.size(); ++i)
     if (!full[i].isZero(0.0)) out.row[i] = Z.transpose() * full[i];
   spread(root, [&](int field, const VecX& row) {
-    const auto i = static_cast<std::size_t>(field);
+    const size_t i = field;
     if (!root.theta.isZero(0.0) && !row.isZero(0.0) && (i == AxisMass::twist || i == AxisMass::slope_y || i == AxisMass::slope_z))
       out.root[i] = Z.transpose() * row;
   });
@@ -408,7 +408,7 @@ FlexibleNode make_node(const std::string& name, double x, const FieldRows& row, 
 
 GaussRule gauss_rule(int points) {
   GaussRule rule;
-  rule.x.resize(static_cast<std::size_t>(points));
+  rule.x.resize(points);
   rule.w.resize(rule.x.size());
   for (int i = 0; i < points; ++i) {
     // Newton's iteration on the Legendre polynomial, from Tricomi's estimate of its root
@@ -425,7 +425,7 @@ GaussRule gauss_rule(int points) {
       z -= dz;
       if (std::abs(dz) < 1e-15) break;
     }
-    const auto at = static_cast<std::size_t>(points - 1 - i);
+    const size_t at = points - 1 - i;
     rule.x[at] = 0.5 * (1.0 + z);
     rule.w[at] = 1.0 / ((1.0 - z * z) * slope * slope);
   }

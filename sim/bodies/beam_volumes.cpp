@@ -83,7 +83,7 @@ void check_count(const char* what, int count) {
 
 // Compliance of linearly varying moments: C_ik = int N_i N_k dx, N the hat functions of the joints, the outermost extended to the ends.
 void set_coupling(BeamLinks& links, int n, double l) {
-  const auto count = static_cast<std::size_t>(n);
+  const size_t count = n;
   links.diagonal.assign(count, 0.0);
   links.off.assign(count - 1, 0.0);
   if (n == 1) links.diagonal[0] = l;
@@ -131,14 +131,14 @@ BeamChain make_lumped_beam(const BeamDef& def, const BeamEffects& effects) {
   links.time_constant = tau;
   links.section << p.gj, 0.0, 0.0, 0.0, p.ei_y, -p.ei_yz, 0.0, -p.ei_yz, p.ei_z;
   for (int a = 0; a < 3; ++a)
-    if (!links.free[static_cast<std::size_t>(a)]) links.section.row(a).setZero(), links.section.col(a).setZero();
+    if (!links.free[a]) links.section.row(a).setZero(), links.section.col(a).setZero();
 
   // joints at the elements' middles: a half piece at either end, whole ones between
   std::vector<double> cuts = {0.0};
   for (int i = 0; i < def.elements; ++i) cuts.push_back((i + 0.5) * l);
   cuts.push_back(def.length);
   if (def.curvature_coupling) set_coupling(links, def.elements, l);
-  else links.diagonal.assign(static_cast<std::size_t>(def.elements), l);
+  else links.diagonal.assign(def.elements, l);
   const BeamEffects inside{.axial = effects.axial};
   const std::string boundary_node = "element.boundary";
   for (std::size_t k = 0; k + 1 < cuts.size(); ++k) {
@@ -163,13 +163,13 @@ Mat3X link_moments(const BeamLinks& links, const Mat3X& theta) {
   const auto n = theta.cols();
   Mat3X curvature(3, n);
   if (links.off.empty()) {
-    for (Eigen::Index i = 0; i < n; ++i) curvature.col(i) = theta.col(i) / links.diagonal[static_cast<std::size_t>(i)];
+    for (Eigen::Index i = 0; i < n; ++i) curvature.col(i) = theta.col(i) / links.diagonal[i];
     return -links.section * curvature;
   }
   // Thomas's algorithm: C is positive definite, no pivoting
   VecX pivot(n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const auto k = static_cast<std::size_t>(i);
+    const size_t k = i;
     pivot[i] = links.diagonal[k];
     curvature.col(i) = theta.col(i);
     if (i == 0) continue;
@@ -178,7 +178,7 @@ Mat3X link_moments(const BeamLinks& links, const Mat3X& theta) {
     curvature.col(i) -= f * curvature.col(i - 1);
   }
   for (Eigen::Index i = n - 1; i >= 0; --i) {
-    if (i + 1 < n) curvature.col(i) -= links.off[static_cast<std::size_t>(i)] * curvature.col(i + 1);
+    if (i + 1 < n) curvature.col(i) -= links.off[i] * curvature.col(i + 1);
     curvature.col(i) /= pivot[i];
   }
   return -links.section * curvature;

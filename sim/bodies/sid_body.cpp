@@ -174,7 +174,7 @@ std::vector<SidCheck> check_sid(const SidFile& sid) {
     if (has_order(node.AP, true) && node.psi) {
       any_ap = true;
       const Mat3 ap0 = sid_m0(*node.AP);
-      std::vector<Vec3> psi(static_cast<size_t>(n), Vec3::Zero());
+      std::vector<Vec3> psi(n, Vec3::Zero());
       for (const SidEntry& e : node.psi->entries)
         if (e.mode == 0) psi[e.column - 1](e.row - 1) = e.value;
       for (const SidEntry& e : node.AP->entries)
@@ -417,7 +417,7 @@ class BodyOfSid {
     if (has_order(source.psi, false)) {
       node.psi = sid_m0(*source.psi);
     } else if (has_order(source.AP, true)) {
-      std::vector<Mat3> first(static_cast<size_t>(n_), Mat3::Zero());
+      std::vector<Mat3> first(n_, Mat3::Zero());
       each(source.AP, true, [&](const SidEntry& e) { first[e.mode - 1](e.row - 1, e.column - 1) = e.value; });
       for (int k = 0; k < n_; ++k) {
         const Mat3 w = first[k] * node.rotation.transpose();
@@ -475,7 +475,7 @@ SidFile from_flexible_body(const FlexibleBody& body, const std::string& comment)
   if (!sid.labels.empty()) sid.labels.resize(n);
   const auto columns = [&](const auto& m) {
     std::vector<MatX> out;
-    out.reserve(static_cast<size_t>(n));
+    out.reserve(n);
     for (int k = 0; k < n; ++k) out.push_back(m.cols() == n ? MatX(m.col(k)) : MatX(MatX::Zero(m.rows(), 1)));
     return out;
   };

@@ -33,8 +33,8 @@ MatX modal_mass(const StateSpaceDef& def) {
   const MatX X = eigen.eigenvectors().real();
   const Eigen::PartialPivLU<MatX> lu(X);
   const MatX sigma = lu.solve(def.sigma), theta = def.theta * X;
-  std::vector<Eigen::Index> order(static_cast<size_t>(n));
-  for (Eigen::Index i = 0; i < n; ++i) order[static_cast<size_t>(i)] = i;
+  std::vector<Eigen::Index> order(n);
+  for (Eigen::Index i = 0; i < n; ++i) order[i] = i;
   std::sort(order.begin(), order.end(),
             [&](Eigen::Index a, Eigen::Index b) { return eigen.eigenvalues()[a].real() < eigen.eigenvalues()[b].real(); });
   MatX M = MatX::Zero(n, n);

@@ -113,7 +113,7 @@ VecX derivative(const Model& model, Work& work, double step, Move&& move) {
 [[noreturn]] void refuse_balance(const Model& model, const Work& work) {
   std::vector<int> rates;
   rates.reserve(work.massless.stiff.size());
-  for (int k : work.massless.stiff) rates.push_back(model.massless.rates[static_cast<size_t>(k)]);
+  for (int k : work.massless.stiff) rates.push_back(model.massless.rates[k]);
   throw SimulationError(
       fmt::format("joint {}: the springs of the massless bodies there have no equilibrium near the last one at t = {:.6g} s: the bodies "
                   "snap through, or move in a direction that no spring holds; give them a mass, or put a damper parallel to the spring",
@@ -134,7 +134,7 @@ void balance_positions(const Model& model, Work& work) {
   const auto move = [&](const VecX& metres) {
     VecX dw = VecX::Zero(model.nv);
     for (Eigen::Index k = 0; k < n; ++k) {
-      const size_t at = static_cast<size_t>(mw.stiff[static_cast<size_t>(k)]);
+      const size_t at = static_cast<size_t>(mw.stiff[k]);
       dw[m.rates[at]] = metres[k] / m.scale[static_cast<Eigen::Index>(at)];
     }
     move_all(model, dw, work);
@@ -214,8 +214,8 @@ void balance_velocities(const Model& model, Work& work) {
       for (size_t i = 0; i < value.size(); ++i) work.expression_value[i] = value[i] + s * work.expression_rate[i];
     });
     for (Eigen::Index k = 0; k < n0; ++k) {
-      A.row(mw.stiff[static_cast<size_t>(k)]) = along.row(k);
-      b[mw.stiff[static_cast<size_t>(k)]] = -in_time[k];
+      A.row(mw.stiff[k]) = along.row(k);
+      b[mw.stiff[k]] = -in_time[k];
     }
     work.q = q;
     work.motion = motion;
@@ -241,7 +241,7 @@ void balance_velocities(const Model& model, Work& work) {
       throw SimulationError(
           fmt::format("a load acts on joint '{}', which moves without inertia, at t = {:.6g} s, and no spring or damper opposes it: give "
                       "the bodies that it moves mass or inertia, add a spring in that direction, or fix the joint",
-                      model.parts[joint_of_rate(model, m.rates[static_cast<size_t>(k)])].joint.name, work.time));
+                      model.parts[joint_of_rate(model, m.rates[k])].joint.name, work.time));
 }
 
 void remove_massless_rates(const Model& model, VecX& w) {
@@ -265,11 +265,11 @@ void split_massless(const Model& model, Work& work) {
   // Pivots of the damping matrix: where they end, no damper acts.
   MatX left = 0.5 * (C + C.transpose());
   const double largest = left.diagonal().maxCoeff();
-  std::vector<char> damped(static_cast<size_t>(n), 0);
+  std::vector<char> damped(n, 0);
   while (largest > 0.0) {
     Eigen::Index at = 0;
     if (left.diagonal().maxCoeff(&at) <= 1e-10 * largest) break;
-    damped[static_cast<size_t>(at)] = 1;
+    damped[at] = 1;
     mw.damped.push_back(static_cast<int>(at));
     const VecX column = left.col(at);
     left -= column * column.transpose() / column[at];
@@ -277,24 +277,24 @@ void split_massless(const Model& model, Work& work) {
     left.col(at).setZero();
   }
   for (Eigen::Index k = 0; k < n; ++k)
-    if (!damped[static_cast<size_t>(k)]) mw.stiff.push_back(static_cast<int>(k));
+    if (!damped[k]) mw.stiff.push_back(static_cast<int>(k));
   const Eigen::Index n0 = static_cast<Eigen::Index>(mw.stiff.size()), n1 = n - n0;
   mw.undamped = MatX::Zero(n, n0);
   MatX Cd(n1, n1), Cs(n1, n0);
   for (Eigen::Index i = 0; i < n1; ++i) {
-    for (Eigen::Index k = 0; k < n1; ++k) Cd(i, k) = C(mw.damped[static_cast<size_t>(i)], mw.damped[static_cast<size_t>(k)]);
-    for (Eigen::Index k = 0; k < n0; ++k) Cs(i, k) = C(mw.damped[static_cast<size_t>(i)], mw.stiff[static_cast<size_t>(k)]);
+    for (Eigen::Index k = 0; k < n1; ++k) Cd(i, k) = C(mw.damped[i], mw.damped[k]);
+    for (Eigen::Index k = 0; k < n0; ++k) Cs(i, k) = C(mw.damped[i], mw.stiff[k]);
   }
   const MatX follow = n0 > 0 && n1 > 0 ? solve_square(Cd, Cs) : MatX::Zero(n1, n0);
   for (Eigen::Index k = 0; k < n0; ++k) {
-    mw.undamped(mw.stiff[static_cast<size_t>(k)], k) = 1.0;
-    for (Eigen::Index i = 0; i < n1; ++i) mw.undamped(mw.damped[static_cast<size_t>(i)], k) = -follow(i, k);
+    mw.undamped(mw.stiff[k], k) = 1.0;
+    for (Eigen::Index i = 0; i < n1; ++i) mw.undamped(mw.damped[i], k) = -follow(i, k);
   }
 }
 
 bool follows_damper(const Model& model, const Work& work, int rate) {
   for (int k : work.massless.damped)
-    if (model.massless.rates[static_cast<size_t>(k)] == rate) return true;
+    if (model.massless.rates[k] == rate) return true;
   return false;
 }
 
@@ -321,7 +321,7 @@ double massless_decay(const Model& model, const Work& work) {
   }
   for (Eigen::Index i = 0; i < n1; ++i)
     for (Eigen::Index k = 0; k < n1; ++k) {
-      const int a = work.massless.damped[static_cast<size_t>(i)], b = work.massless.damped[static_cast<size_t>(k)];
+      const int a = work.massless.damped[i], b = work.massless.damped[k];
       Cd(i, k) = C(a, b);
       Kd(i, k) = K(a, b);
     }

@@ -17,7 +17,7 @@ void add_shapes(const Part& part, const std::vector<int>& nodes, double x, CutBe
   const int n = part.body.n;
   MatX phi = MatX::Zero(3, n), psi = phi;
   if (n > 0 && !nodes.empty()) {
-    const auto node = [&](size_t k) -> const FlexibleNode& { return part.body.nodes[static_cast<size_t>(nodes[k])]; };
+    const auto node = [&](size_t k) -> const FlexibleNode& { return part.body.nodes[nodes[k]]; };
     size_t k = 0;
     while (k + 1 < nodes.size() && node(k + 1).origin.x() < x) ++k;
     const size_t next = std::min(k + 1, nodes.size() - 1);
@@ -31,8 +31,8 @@ void add_shapes(const Part& part, const std::vector<int>& nodes, double x, CutBe
 }
 
 double place_of(const Model& model, int frame) {
-  const FramePoint& f = model.frames[static_cast<size_t>(frame)];
-  return f.node < 0 ? f.offset.p.x() : model.parts[static_cast<size_t>(f.part)].body.nodes[static_cast<size_t>(f.node)].origin.x();
+  const FramePoint& f = model.frames[frame];
+  return f.node < 0 ? f.offset.p.x() : model.parts[f.part].body.nodes[f.node].origin.x();
 }
 
 }  // namespace
@@ -40,7 +40,7 @@ double place_of(const Model& model, int frame) {
 SectionForces::SectionForces(const Model& model, const Scene& scene) : at_(model.frames.size(), {-1, -1}) {
   for (size_t i = 0; i < model.parts.size(); ++i) {
     const Part& part = model.parts[i];
-    const auto* def = part.scene_body < 0 ? nullptr : std::get_if<BeamDef>(&scene.bodies[static_cast<size_t>(part.scene_body)].kind);
+    const auto* def = part.scene_body < 0 ? nullptr : std::get_if<BeamDef>(&scene.bodies[part.scene_body].kind);
     if (!def) continue;
     CutBeam beam;
     beam.part = static_cast<int>(i);
@@ -54,9 +54,8 @@ SectionForces::SectionForces(const Model& model, const Scene& scene) : at_(model
       nodes.push_back(static_cast<int>(k));
       x.push_back(part.body.nodes[k].origin.x());
     }
-    std::stable_sort(nodes.begin(), nodes.end(), [&](int a, int b) {
-      return part.body.nodes[static_cast<size_t>(a)].origin.x() < part.body.nodes[static_cast<size_t>(b)].origin.x();
-    });
+    std::stable_sort(nodes.begin(), nodes.end(),
+                     [&](int a, int b) { return part.body.nodes[a].origin.x() < part.body.nodes[b].origin.x(); });
     for (size_t f = 0; f < model.frames.size(); ++f)
       if (model.frames[f].part == beam.part) x.push_back(place_of(model, static_cast<int>(f)));
     for (double& place : x) place = std::clamp(place, 0.0, length);
@@ -88,14 +87,14 @@ SectionForces::SectionForces(const Model& model, const Scene& scene) : at_(model
 void SectionForces::collect(const Model& model, Work& work, const Reactions& reactions) {
   for (std::vector<Vec6>& acting : acting_) std::fill(acting.begin(), acting.end(), Vec6::Zero());
   const auto add = [&](int frame, const Vec6& F) {
-    const auto [b, k] = at_[static_cast<size_t>(frame)];
+    const auto [b, k] = at_[frame];
     if (b < 0) return;
     update_frame_pose(model, frame, work);
-    const Pose& pose = work.frames[static_cast<size_t>(frame)].pose;
+    const Pose& pose = work.frames[frame].pose;
     const Vec3 f = pose.R * F.head<3>(), m = pose.R * F.tail<3>();
-    Vec6& sum = acting_[static_cast<size_t>(b)][static_cast<size_t>(k)];
+    Vec6& sum = acting_[b][k];
     sum.head<3>() += f;
-    sum.tail<3>() += m + (pose.p - beams_[static_cast<size_t>(b)].place[static_cast<size_t>(k)]).cross(f);
+    sum.tail<3>() += m + (pose.p - beams_[b].place[k]).cross(f);
   };
   for (size_t i = 0; i < model.parts.size(); ++i) {
     const Part& part = model.parts[i];
@@ -114,7 +113,7 @@ void SectionForces::collect(const Model& model, Work& work, const Reactions& rea
 
 void SectionForces::cut(const Model& model, const Work& work, size_t beam) {
   CutBeam& b = beams_[beam];
-  const PartWork& p = work.parts[static_cast<size_t>(b.part)];
+  const PartWork& p = work.parts[b.part];
   const Vec3 w = p.V.tail<3>(), spin = p.A.tail<3>(), applied = load_per_length(model, work, b.part);
   // Per length at a place: applied load less inertia, and the moment of the sections' own inertia about the axis.
   const auto along = [&](size_t k, double& twist) {
@@ -152,7 +151,7 @@ void SectionForces::cut(const Model& model, const Work& work, size_t beam) {
 
 void SectionForces::evaluate(const Model& model, Work& work, const Reactions& reactions) {
   for (CutBeam& b : beams_) {
-    const VecX& q = work.parts[static_cast<size_t>(b.part)].q;
+    const VecX& q = work.parts[b.part].q;
     for (size_t k = 0; k < b.x.size(); ++k) {
       b.place[k] = Vec3(b.x[k], 0.0, 0.0);
       b.axes[k].setIdentity();

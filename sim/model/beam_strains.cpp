@@ -147,33 +147,33 @@ std::vector<StrainStation> lumped_strains(const BeamDef& beam, const BeamEffects
   const double h = beam.length / n;
   std::vector<int> axes;  // free ones, in the order of the coordinates
   for (int a = 0; a < 3; ++a)
-    if (links.free[static_cast<size_t>(a)]) axes.push_back(a);
+    if (links.free[a]) axes.push_back(a);
   const int per_link = static_cast<int>(axes.size()), own = effects.axial ? 1 : 0;
   // Piece 0, then link and piece in turn.
   const auto link_coordinate = [&](int link, int k) { return own + link * (per_link + own) + k; };
   const auto piece_coordinate = [&](int piece) { return piece * (per_link + own); };
 
   // Curvatures of the links from their angles: columns of C^-1.
-  std::vector<StrainStation> at(static_cast<size_t>(n));
-  for (int i = 0; i < n; ++i) at[static_cast<size_t>(i)].x = (i + 0.5) * h;
+  std::vector<StrainStation> at(n);
+  for (int i = 0; i < n; ++i) at[i].x = (i + 0.5) * h;
   BeamLinks unit = links;
   unit.section = Mat3::Identity();
   for (int j = 0; j < n; ++j)
     for (int k = 0; k < per_link; ++k) {
-      const int axis = axes[static_cast<size_t>(k)];
+      const int axis = axes[k];
       Mat3X theta = Mat3X::Zero(3, n);
       theta(axis, j) = 1.0;
       // About z the slope v', about y the slope -w'.
       const size_t field = axis == 0 ? 3 : axis == 1 ? 2 : 1;
       const double sign = axis == 1 ? -1.0 : 1.0;
       if (links.off.empty()) {
-        at[static_cast<size_t>(j)].row[field][link_coordinate(j, k)] = sign / links.diagonal[static_cast<size_t>(j)];
+        at[j].row[field][link_coordinate(j, k)] = sign / links.diagonal[j];
         continue;
       }
       const Mat3X moments = link_moments(unit, theta);
       for (int i = 0; i < n; ++i)
         if (std::abs(moments(axis, i)) > 1e-14 * moments.row(axis).cwiseAbs().maxCoeff())
-          at[static_cast<size_t>(i)].row[field][link_coordinate(j, k)] = -sign * moments(axis, i);
+          at[i].row[field][link_coordinate(j, k)] = -sign * moments(axis, i);
     }
   if (effects.axial) {
     // Halves at the ends.
@@ -217,7 +217,7 @@ void shift(std::vector<StrainStation>& stations, double x, int coordinate) {
 }  // namespace
 
 std::vector<StrainStation> strain_stations(const Model& model, const Scene& scene, int body, std::vector<std::string>& left_out) {
-  const auto* beam = std::get_if<BeamDef>(&scene.bodies[static_cast<size_t>(body)].kind);
+  const auto* beam = std::get_if<BeamDef>(&scene.bodies[body].kind);
   if (!beam || coordinate_count(model, body) == 0) return {};
   const BeamEffects effects = effects_of(model, body);
   for (const char* name : {"axial", "torsion"}) {
@@ -229,13 +229,13 @@ std::vector<StrainStation> strain_stations(const Model& model, const Scene& scen
     for (const Flexure& f : model.flexures)
       if (f.scene_body == body) return lumped_strains(*beam, effects, f.links, places_of_hold(model, scene, body));
     BeamLinks rigid;  // nothing but axial
-    rigid.diagonal.assign(static_cast<size_t>(beam->elements), 1.0);
+    rigid.diagonal.assign(beam->elements, 1.0);
     return lumped_strains(*beam, effects, rigid, places_of_hold(model, scene, body));
   }
   if (beam->model == BeamModel::modal) return modal_strains(*beam, effects);
 
   BeamDef piece = *beam;
-  const std::vector<int>& parts = model.pieces[static_cast<size_t>(body)];
+  const std::vector<int>& parts = model.pieces[body];
   const bool mixed = beam->model == BeamModel::mixed;
   piece.length = beam->length / static_cast<double>(parts.size());
   piece.frames.clear();
@@ -245,7 +245,7 @@ std::vector<StrainStation> strain_stations(const Model& model, const Scene& scen
   if (mixed && !beam->modes.empty()) volumes = volume_strains(piece, effects);
   int coordinate = 0;
   for (size_t k = 0; k < parts.size(); ++k) {
-    const Part& part = model.parts[static_cast<size_t>(parts[k])];
+    const Part& part = model.parts[parts[k]];
     const double x = static_cast<double>(k) * piece.length;
     if (mixed && !beam->modes.empty()) {
       std::vector<StrainStation> own = volumes;

@@ -113,15 +113,15 @@ bool flat_about(const Scene& scene, const std::vector<Mat3>& orientation, const 
   std::vector<std::optional<double>> height(scene.bodies.size());
   bool flat = true;
   const auto put = [&](int b, const Vec3& place) {
-    const double here = (orientation[static_cast<size_t>(b)].transpose() * n).dot(place);
-    std::optional<double>& known = height[static_cast<size_t>(b)];
+    const double here = (orientation[b].transpose() * n).dot(place);
+    std::optional<double>& known = height[b];
     if (!known) known = here;
     else flat = flat && std::abs(here - *known) <= aligned * std::max(place.norm(), std::abs(*known));
   };
   const auto put_frame = [&](const FrameRef& ref, const Vec3& beside) {
     const int b = body_index(scene, ref.body);
     if (b < 0) return;
-    if (const auto at = place_in_body(scene.bodies[static_cast<size_t>(b)], ref.frame)) put(b, *at + beside);
+    if (const auto at = place_in_body(scene.bodies[b], ref.frame)) put(b, *at + beside);
   };
   for (size_t i = 0; i < scene.bodies.size(); ++i) {
     const int b = static_cast<int>(i);
@@ -148,7 +148,7 @@ Attachments attachments_of(const Scene& scene, const std::string& body) {
   Attachments out;
   const auto elastic = [&](const std::string& name) {
     const int b = body_index(scene, name);
-    return b >= 0 && !std::holds_alternative<RigidDef>(scene.bodies[static_cast<size_t>(b)].kind);
+    return b >= 0 && !std::holds_alternative<RigidDef>(scene.bodies[b].kind);
   };
   for (const JointDef& j : scene.joints) {
     out.count += (j.parent.body == body) + (j.child.body == body);

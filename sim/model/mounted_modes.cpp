@@ -89,7 +89,7 @@ MatX held_rows(const Scene& scene, int body, const FlexibleBody& made, const std
   if (!(size > 0.0)) size = 1.0;
   std::vector<VecX> rows;
   for (const Support& s : holds) {
-    const bool beam = std::holds_alternative<BeamDef>(scene.bodies[static_cast<size_t>(body)].kind);
+    const bool beam = std::holds_alternative<BeamDef>(scene.bodies[body].kind);
     const std::string name = s.frame.frame.empty() && beam ? "root" : s.frame.frame;
     const auto node = std::find_if(made.nodes.begin(), made.nodes.end(), [&](const FlexibleNode& n) { return n.name == name; });
     if (node == made.nodes.end() && !name.empty()) continue;
@@ -102,7 +102,7 @@ MatX held_rows(const Scene& scene, int body, const FlexibleBody& made, const std
       p += axes * s.joint->position;
       axes = axes * rotation_exp(s.joint->rotation);
     } else if (s.joint->kind == JointKind::point_on_line || s.joint->kind == JointKind::point_on_plane) {
-      axes = orientation_of(scene, scene.bodies[static_cast<size_t>(body)].name, orientation).transpose() *
+      axes = orientation_of(scene, scene.bodies[body].name, orientation).transpose() *
              orientation_of(scene, s.joint->parent.body, orientation) * rotation_exp(s.joint->rotation);
     }
     const Mat3X rotation = at.psi, translation = at.phi - skew(p - at.origin) * at.psi;

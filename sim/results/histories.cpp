@@ -46,7 +46,7 @@ VecX output_ranges(const Histories& h) {
   for (Eigen::Index k = 0; k < n; ++k) {
     const auto row = h.values.row(k);
     own[k] = row.maxCoeff() - row.minCoeff();
-    double& m = largest[h.units[static_cast<size_t>(k)]];
+    double& m = largest[h.units[k]];
     m = std::max(m, row.cwiseAbs().maxCoeff());
   }
   // Where every output of a unit stands still, what is left is rounding of other sizes: moments of forces, angles of a turn, speeds of the
@@ -63,14 +63,14 @@ VecX output_ranges(const Histories& h) {
                                                   {"N m", 1e-12 * force * reach}};
   const auto kinematic = [](const std::string& unit) { return unit == "m" || unit == "rad" || unit == "m/s" || unit == "rad/s"; };
   const auto name = [&](Eigen::Index k) {
-    const std::string& column = h.columns[static_cast<size_t>(k)];
+    const std::string& column = h.columns[k];
     return column.substr(0, column.rfind('.'));
   };
   for (Eigen::Index k = 0; k < n; ++k) {
-    const std::string& unit = h.units[static_cast<size_t>(k)];
+    const std::string& unit = h.units[k];
     double range = 0.0;
     for (Eigen::Index i = 0; i < n; ++i)
-      if (h.units[static_cast<size_t>(i)] == unit && name(i) == name(k)) range = std::max(range, own[i]);
+      if (h.units[i] == unit && name(i) == name(k)) range = std::max(range, own[i]);
     if (unit == "J") out[k] = std::max(range, h.energy_scale);
     else if (const auto floor = rounding.find(unit);
              range > std::max((kinematic(unit) ? 1e-9 : 1e-6) * largest[unit], floor == rounding.end() ? 0.0 : floor->second))

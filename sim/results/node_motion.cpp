@@ -11,7 +11,7 @@ NodeMotion::NodeMotion(const Part& part, const std::vector<int>& nodes) {
   linear_ = MatX::Zero(6 * count, n);
   std::vector<const MatX*> seconds;
   for (const int k : nodes) {
-    const FlexibleNode& node = part.body.nodes[static_cast<size_t>(k)];
+    const FlexibleNode& node = part.body.nodes[k];
     const auto i = static_cast<Eigen::Index>(origins_.size());
     origins_.push_back(node.origin);
     rests_.push_back(part.rest_in_body.R * node.origin + part.rest_in_body.p);
@@ -19,14 +19,14 @@ NodeMotion::NodeMotion(const Part& part, const std::vector<int>& nodes) {
     linear_.middleRows<3>(3 * i) = node.phi;
     linear_.middleRows<3>(3 * (count + i)) = node.psi;
     for (Eigen::Index a = 0; a < 3; ++a)
-      if (const MatX& h = node.phi2[static_cast<size_t>(a)]; h.size() > 0) {
+      if (const MatX& h = node.phi2[a]; h.size() > 0) {
         seconds_of_.push_back(3 * i + a);
         seconds.push_back(&h);
       }
   }
   quadratic_.resize(static_cast<Eigen::Index>(seconds.size()), seconds_of_.empty() ? 0 : n * (n + 1) / 2);
   for (Eigen::Index c = 0; c < quadratic_.rows(); ++c) {
-    const MatX& h = *seconds[static_cast<size_t>(c)];
+    const MatX& h = *seconds[c];
     Eigen::Index at = 0;
     for (Eigen::Index j = 0; j < n; ++j)
       for (Eigen::Index k = 0; k <= j; ++k) quadratic_(c, at++) = j == k ? 0.5 * h(j, j) : 0.5 * (h(j, k) + h(k, j));
@@ -49,8 +49,8 @@ void NodeMotion::evaluate(const VecX& q, const Pose& shown, double* translation,
   const Quat turn(shown.R);
   const auto n = static_cast<Eigen::Index>(count());
   for (Eigen::Index i = 0; i < n; ++i) {
-    const Vec3 at = origins_[static_cast<size_t>(i)] + values_.segment<3>(3 * i);
-    const Vec3 moved = shown.R * at + shown.p - rests_[static_cast<size_t>(i)];
+    const Vec3 at = origins_[i] + values_.segment<3>(3 * i);
+    const Vec3 moved = shown.R * at + shown.p - rests_[i];
     // exp(theta) as a quaternion, by half the angle.
     const Vec3 theta = values_.segment<3>(3 * (n + i));
     const double half2 = 0.25 * theta.squaredNorm();

@@ -578,7 +578,7 @@ class Reader {
     // shape
     const int rank = H5Sget_simple_extent_ndims(space);
     if (rank < 0 || rank > H5S_MAX_RANK) fail(label, "has no shape (damaged?)");
-    std::vector<hsize_t> dims(static_cast<std::size_t>(rank));
+    std::vector<hsize_t> dims(rank);
     if (rank > 0) H5Sget_simple_extent_dims(space, dims.data(), nullptr);
     bool same = dims.size() == shape.size();
     for (std::size_t i = 0; same && i < dims.size(); ++i) same = shape[i] == any || shape[i] == dims[i];
@@ -682,7 +682,7 @@ Section read_section(const Reader& reader, hid_t body, const std::string& path) 
   for (int i = 0; reader.has(group, fmt::format("outline_{}", i)); ++i) {
     const MatX points = reader.numbers(group, fmt::format("outline_{}", i), path + "section/", {Reader::any, 2}, false);
     std::vector<Eigen::Vector2d> loop;
-    loop.reserve(static_cast<std::size_t>(points.rows()));
+    loop.reserve(points.rows());
     for (Eigen::Index k = 0; k < points.rows(); ++k) loop.emplace_back(points.row(k).transpose());
     if (loop.size() < 3) reader.fail(fmt::format("dataset '{}section/outline_{}'", path, i), "must have at least 3 points");
     section.outline.push_back(std::move(loop));

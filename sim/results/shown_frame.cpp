@@ -105,11 +105,11 @@ std::vector<std::string> shown_words(const BodyDef& def) {
 }  // namespace
 
 ShownFrom find_shown_frame(Model& model, const Scene& scene, int body) {
-  const BodyDef& def = scene.bodies[static_cast<size_t>(body)];
+  const BodyDef& def = scene.bodies[body];
   const std::string where = fmt::format("{}:{}: body '{}': key 'shown'", scene.file.string(), def.line, def.name);
   const auto* beam = std::get_if<BeamDef>(&def.kind);
   const bool chain = beam && is_chain(*beam);
-  const int first = model.pieces[static_cast<size_t>(body)].front();
+  const int first = model.pieces[body].front();
   const std::vector<std::string> words = shown_words(def);
   std::vector<int> frames;
   for (size_t k = 1; k < words.size(); ++k) frames.push_back(add_body_frame(model, scene, body, words[k], {}, where));
@@ -160,7 +160,7 @@ Pose in_first_part(const Model& model, int first, int frame, Work& work) {
 
 // Best rigid motion of the masses of a chain from where they lie undeformed, seen from its first part.
 Pose mean_of_chain(const Model& model, int first, const Work& work) {
-  const std::vector<int>& pieces = model.pieces[static_cast<size_t>(model.parts[first].scene_body)];
+  const std::vector<int>& pieces = model.pieces[model.parts[first].scene_body];
   std::vector<Pose> poses;
   std::vector<Vec3> now, rest;
   Vec3 centre = Vec3::Zero(), rest_centre = Vec3::Zero();
@@ -208,7 +208,7 @@ Vec3 across(const Vec3& e) {
 }  // namespace
 
 Pose shown_pose(const Model& model, int body, const ShownFrom& shown, Work& work) {
-  const int first = model.pieces[static_cast<size_t>(body)].front();
+  const int first = model.pieces[body].front();
   if (shown.kind == ShownFrom::body) return {};
   if (shown.kind == ShownFrom::boundary) return shown_pose(model, first, work);
   if (shown.kind == ShownFrom::mean) {
@@ -234,7 +234,7 @@ Pose shown_pose(const Model& model, int body, const ShownFrom& shown, Work& work
 }
 
 Mat6X shown_columns(const Model& model, int body, const ShownFrom& shown) {
-  const Part& p = model.parts[model.pieces[static_cast<size_t>(body)].front()];
+  const Part& p = model.parts[model.pieces[body].front()];
   Mat6X out = Mat6X::Zero(6, p.body.n);
   if (shown.kind == ShownFrom::mean) return shown.mean_motion;
   if (shown.kind != ShownFrom::tangent && shown.kind != ShownFrom::chord) return out;
@@ -242,7 +242,7 @@ Mat6X shown_columns(const Model& model, int body, const ShownFrom& shown) {
   const auto motion = [&](int frame, const Pose& rest) {
     Mat6X m = Mat6X::Zero(6, p.body.n);
     if (model.frames[frame].node < 0) return m;
-    const FlexibleNode& node = p.body.nodes[static_cast<size_t>(model.frames[frame].node)];
+    const FlexibleNode& node = p.body.nodes[model.frames[frame].node];
     m.bottomRows<3>() = node.psi;
     m.topRows<3>() = node.phi - skew(rest.p - node.origin) * node.psi;
     return m;

@@ -227,76 +227,6 @@ NeglectCheck check_neglected(const Scene& scene, const std::vector<EffectState>&
   return out;
 }
 
-void report_neglected(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const NeglectOptions& options,
-                      double asked, SolverStatistics& out) {
-  NeglectOptions confirmed = options;
-  confirmed.confirm_above = asked;
-  const NeglectCheck check = check_neglected(scene, states, base, confirmed);
-  for (const Neglected& n : check.found) {
-    if (n.share > asked && n.resolved) {
-      out.notes.warn("", neglect_text(scene, n));
-      continue;
-    }
-    const std::string worth =
-        n.resolved ? fmt::format("{:.1g} of the range of {}", n.share, n.column)
-                   : fmt::format("its influence is below the {:.1g} that this check resolves", std::max(n.share, options.floor));
-    out.notes.tell("", fmt::format("{} of {} left out: {}", n.effect, fmt::join(n.owners, ", "), worth));
-  }
-  for (const std::string& what : check.untried)
-    out.notes.tell(
-        "",
-        fmt::format("{} left out; its influence was not checked, which would cost more than half of the run: flexframe effects measures it",
-                    what));
-}
-
-void report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found, double asked, SolverStatistics& out) {
-  for (const LeftOutWorth& f : found) {
-    const bool decided = std::all_of(f.owners.begin(), f.owners.end(), [&](const std::string& owner) {
-      return std::any_of(scene.bodies.begin(), scene.bodies.end(), [&](const BodyDef& b) {
-        const auto* beam = std::get_if<BeamDef>(&b.kind);
-        return b.name == owner && beam && beam->effects.automatic;
-      });
-    });
-    if (f.share > (decided ? 0.5 : 1.0) * asked) {
-      out.notes.warn("", neglect_text(scene, {f.effect, f.owners, f.share, f.column, true, f.possible}));
-      continue;
-    }
-    out.notes.tell(
-        "", fmt::format("{} of {} left out: {}", f.effect, fmt::join(f.owners, ", "),
-                        f.share > 0.0 ? fmt::format("{:.1g} of the range of {}", f.share, f.column) : "no influence on the outputs"));
-  }
-}
-
-bool call_for(const std::vector<LeftOutWorth>& found, double asked, Scene& scene, Notes& notes) {
-  bool more = false;
-  // The smallest stay out as long as all of them together are worth less than a third of what counts.
-  double together = 0.0;
-  for (auto f = found.rbegin(); f != found.rend(); ++f) {
-    together += f->share;
-    if (!f->possible || together <= asked * (worth_leaving_out / 1e-2)) continue;
-    std::vector<std::string> taken;
-    for (const std::string& owner : f->owners)
-      for (BodyDef& body : scene.bodies) {
-        auto* beam = std::get_if<BeamDef>(&body.kind);
-        if (body.name != owner || !beam) continue;
-        EffectChoice& choice = beam->effects;
-        const auto listed = [&](const std::vector<std::string>& names) {
-          return std::find(names.begin(), names.end(), f->effect) != names.end();
-        };
-        const bool modes_decide = beam->model == BeamModel::modal && !beam->modes.empty() && f->effect != "shear";
-        if (!choice.automatic || listed(choice.without) || listed(choice.names) || modes_decide) continue;
-        choice.names.push_back(f->effect);
-        choice.by_program = true;
-        taken.push_back("'" + owner + "'");
-      }
-    if (taken.empty()) continue;
-    more = true;
-    notes.tell("", fmt::format("{} of {} switched on: a run without it showed an influence of about {:.2g} of the range of {}", f->effect,
-                               fmt::join(taken, ", "), f->share, f->column));
-  }
-  return more;
-}
-
 namespace {
 
 // What to write to have the effect, for the first of its owners.
@@ -326,12 +256,104 @@ std::string remedy_of(const Scene& scene, const Neglected& n) {
   return fmt::format("add \"{}\" to 'effects': {}", n.effect, words);
 }
 
+std::string quoted(const std::vector<std::string>& owners) {
+  std::string out;
+  for (const std::string& owner : owners) out += fmt::format("{}'{}'", out.empty() ? "" : ", ", owner);
+  return out;
+}
+
+// Takes `next` into the entry of the same effect for which same(entry) holds, whose share is then the larger of both; else as a new one.
+template <class Same>
+void merge(std::vector<LeftOutWorth>& all, const LeftOutWorth& next, const Same& same) {
+  const auto found =
+      std::find_if(all.begin(), all.end(), [&](const LeftOutWorth& have) { return have.effect == next.effect && same(have); });
+  if (found == all.end()) {
+    all.push_back(next);
+    return;
+  }
+  found->owners.insert(found->owners.end(), next.owners.begin(), next.owners.end());
+  if (next.share > found->share) found->share = next.share, found->column = next.column;
+}
+
 }  // namespace
 
+void report_neglected(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const NeglectOptions& options,
+                      double asked, SolverStatistics& out) {
+  NeglectOptions confirmed = options;
+  confirmed.confirm_above = asked;
+  const NeglectCheck check = check_neglected(scene, states, base, confirmed);
+  for (const Neglected& n : check.found) {
+    if (n.share > asked && n.resolved) {
+      out.notes.warn("", neglect_text(scene, n));
+      continue;
+    }
+    const std::string influence =
+        n.resolved ? fmt::format("{:.1g} of the range of {}", n.share, n.column)
+                   : fmt::format("its influence is below the {:.1g} that this check resolves", std::max(n.share, options.floor));
+    out.notes.tell("", fmt::format("{} of {} left out: {}", n.effect, quoted(n.owners), influence));
+  }
+  for (const std::string& what : check.untried)
+    out.notes.tell(
+        "",
+        fmt::format("{} left out; its influence was not checked, which would cost more than half of the run: flexframe effects measures it",
+                    what));
+}
+
+void report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found, double asked, SolverStatistics& out) {
+  const auto neglected = [](const LeftOutWorth& f) { return Neglected{f.effect, f.owners, f.share, f.column, true, f.possible}; };
+  // Like bodies give one line.
+  std::vector<LeftOutWorth> warned, told;
+  for (const LeftOutWorth& f : found) {
+    const bool decided = std::all_of(f.owners.begin(), f.owners.end(), [&](const std::string& owner) {
+      return std::any_of(scene.bodies.begin(), scene.bodies.end(), [&](const BodyDef& b) {
+        const auto* beam = std::get_if<BeamDef>(&b.kind);
+        return b.name == owner && beam && beam->effects.automatic;
+      });
+    });
+    if (f.share > (decided ? 0.5 : 1.0) * asked)
+      merge(warned, f, [&](const LeftOutWorth& have) { return remedy_of(scene, neglected(have)) == remedy_of(scene, neglected(f)); });
+    else merge(told, f, [&](const LeftOutWorth& have) { return (have.share > 0.0) == (f.share > 0.0); });
+  }
+  for (const LeftOutWorth& f : warned) out.notes.warn("", neglect_text(scene, neglected(f)));
+  for (const LeftOutWorth& f : told)
+    out.notes.tell(
+        "", fmt::format("{} of {} left out: {}", f.effect, quoted(f.owners),
+                        f.share > 0.0 ? fmt::format("{}{:.1g} of the range of {}", f.owners.size() > 1 ? "at most " : "", f.share, f.column)
+                                      : "no influence on the outputs"));
+}
+
+bool call_for(const std::vector<LeftOutWorth>& found, double asked, Scene& scene, Notes& notes) {
+  std::vector<LeftOutWorth> counted_in;
+  // The smallest stay out as long as all of them together are worth less than a third of what counts.
+  double together = 0.0;
+  for (auto f = found.rbegin(); f != found.rend(); ++f) {
+    together += f->share;
+    if (!f->possible || together <= asked * (worth_leaving_out / 1e-2)) continue;
+    std::vector<std::string> taken;
+    for (const std::string& owner : f->owners)
+      for (BodyDef& body : scene.bodies) {
+        auto* beam = std::get_if<BeamDef>(&body.kind);
+        if (body.name != owner || !beam) continue;
+        EffectChoice& choice = beam->effects;
+        const auto listed = [&](const std::vector<std::string>& names) {
+          return std::find(names.begin(), names.end(), f->effect) != names.end();
+        };
+        const bool modes_decide = beam->model == BeamModel::modal && !beam->modes.empty() && f->effect != "shear";
+        if (!choice.automatic || listed(choice.without) || listed(choice.names) || modes_decide) continue;
+        choice.names.push_back(f->effect);
+        choice.by_program = true;
+        taken.push_back(owner);
+      }
+    if (!taken.empty()) merge(counted_in, {f->effect, taken, true, f->share, f->column}, [](const LeftOutWorth&) { return true; });
+  }
+  for (const LeftOutWorth& f : counted_in)
+    notes.tell("", fmt::format("{} of {} switched on: a run without it showed an influence of {} {:.2g} of the range of {}", f.effect,
+                               quoted(f.owners), f.owners.size() > 1 ? "up to" : "about", f.share, f.column));
+  return !counted_in.empty();
+}
+
 std::string neglect_text(const Scene& scene, const Neglected& n) {
-  std::vector<std::string> quoted;
-  for (const std::string& owner : n.owners) quoted.push_back("'" + owner + "'");
-  return fmt::format("{} of {} is left out, but its influence is {:.2g} of the range of {}: {}", n.effect, fmt::join(quoted, ", "), n.share,
+  return fmt::format("{} of {} is left out, but its influence is {:.2g} of the range of {}: {}", n.effect, quoted(n.owners), n.share,
                      n.column, remedy_of(scene, n));
 }
 

@@ -105,7 +105,7 @@ Histories only(const Histories& h, const std::vector<std::string>& columns) {
   out.values.resize(static_cast<Eigen::Index>(columns.size()), h.values.cols());
   for (size_t k = 0; k < columns.size(); ++k) {
     const auto at = std::find(h.columns.begin(), h.columns.end(), columns[k]) - h.columns.begin();
-    out.units.push_back(h.units[static_cast<size_t>(at)]);
+    out.units.push_back(h.units[at]);
     out.values.row(static_cast<Eigen::Index>(k)) = h.values.row(at);
   }
   return out;
@@ -123,7 +123,7 @@ std::optional<Found> between(const Histories& richer_run, const Histories& run) 
   const Histories a = only(richer_run, common), b = only(run, common);
   const Difference d = compare_histories(a, b, output_ranges(a).cwiseMax(output_ranges(b)));
   if (d.column < 0) return std::nullopt;
-  return Found{d.largest, common[static_cast<size_t>(d.column)]};
+  return Found{d.largest, common[d.column]};
 }
 
 }  // namespace
@@ -341,7 +341,7 @@ void check_bending(const Scene& scene, const std::vector<EffectState>& states, c
     }
     // With r times as many volumes the error is r^2 times as small.
     const double share = found->share / (1.0 - 1.0 / std::pow(richer(l.pieces), 2));
-    const std::string owner = fmt::format("body '{}'", scene.bodies[static_cast<size_t>(l.body)].name);
+    const std::string owner = fmt::format("body '{}'", scene.bodies[l.body].name);
     const std::string turned = fmt::format("bends by up to {:.2g} degrees within {} (t = {:.4g} s)", l.turn * 180.0 / std::numbers::pi,
                                            l.pieces > 1 ? "one of its volumes" : "its frame", l.when);
     if (share > options.asked) {

@@ -240,9 +240,9 @@ class Compiler {
     const int to_end = here();
     code_.push_back({Op::jump, 0, 0.0});
     --depth_;  // only one of the branches leaves its value
-    code_[static_cast<std::size_t>(to_else)].index = last_label_ = here();
+    code_[to_else].index = last_label_ = here();
     ternary();
-    code_[static_cast<std::size_t>(to_end)].index = last_label_ = here();
+    code_[to_end].index = last_label_ = here();
     return false;
   }
 
@@ -460,7 +460,7 @@ void compile(std::string_view text, std::vector<Expression::Instruction>& code, 
 
 void choices_after(const std::vector<Expression::Instruction>& code, int begin, int end, double t, std::vector<double>& choices) {
   run(code, begin, end, Jet(t, 1.0, 0.0),
-      [&](int index, Op op, const Jet& a, const Jet& b) { return choices[static_cast<std::size_t>(index)] = select_after(op, a, b); });
+      [&](int index, Op op, const Jet& a, const Jet& b) { return choices[index] = select_after(op, a, b); });
 }
 
 }  // namespace expression
@@ -498,9 +498,8 @@ namespace {
 
 double Expression::value(double t) const {
   const int end = static_cast<int>(code_.size());
-  const double result =
-      frozen_.empty() ? run(code_, 0, end, t, [](int, Op op, double a, double b) { return expression::select(op, a, b); })
-                      : run(code_, 0, end, t, [this](int index, Op, double, double) { return frozen_[static_cast<std::size_t>(index)]; });
+  const double result = frozen_.empty() ? run(code_, 0, end, t, [](int, Op op, double a, double b) { return expression::select(op, a, b); })
+                                        : run(code_, 0, end, t, [this](int index, Op, double, double) { return frozen_[index]; });
   if (!std::isfinite(result)) not_finite(t, text_, "the value", result);
   return result;
 }
@@ -509,10 +508,9 @@ TimeJet Expression::jet(double t) const {
   const int end = static_cast<int>(code_.size());
   const expression::Jet time(t, 1.0, 0.0);
   using expression::Jet;
-  const Jet result =
-      frozen_.empty()
-          ? run(code_, 0, end, time, [](int, Op op, const Jet& a, const Jet& b) { return expression::select(op, a.v, b.v); })
-          : run(code_, 0, end, time, [this](int index, Op, const Jet&, const Jet&) { return frozen_[static_cast<std::size_t>(index)]; });
+  const Jet result = frozen_.empty()
+                         ? run(code_, 0, end, time, [](int, Op op, const Jet& a, const Jet& b) { return expression::select(op, a.v, b.v); })
+                         : run(code_, 0, end, time, [this](int index, Op, const Jet&, const Jet&) { return frozen_[index]; });
   if (!std::isfinite(result.v)) not_finite(t, text_, "the value", result.v);
   if (!std::isfinite(result.d)) not_finite(t, text_, "the first derivative", result.d);
   if (!std::isfinite(result.dd)) not_finite(t, text_, "the second derivative", result.dd);

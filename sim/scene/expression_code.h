@@ -122,18 +122,18 @@ T run(const std::vector<Expression::Instruction>& code, int begin, int end, cons
   std::array<T, stack_size> stack;
   int top = -1;
   for (int i = begin; i < end; ++i) {
-    const Expression::Instruction& now = code[static_cast<std::size_t>(i)];
+    const Expression::Instruction& now = code[i];
     const auto binary = [&]() -> T& {
       --top;
-      return stack[static_cast<std::size_t>(top)];
+      return stack[top];
     };
-    T& a = stack[static_cast<std::size_t>(top < 0 ? 0 : top)];  // the top
+    T& a = stack[top < 0 ? 0 : top];  // the top
     switch (now.op) {
       case Op::number:
-        stack[static_cast<std::size_t>(++top)] = T(now.number);
+        stack[++top] = T(now.number);
         break;
       case Op::time:
-        stack[static_cast<std::size_t>(++top)] = t;
+        stack[++top] = t;
         break;
       case Op::add: {
         T& left = binary();
@@ -253,8 +253,8 @@ T run(const std::vector<Expression::Instruction>& code, int begin, int end, cons
       }
     }
   }
-  if (below) *below = stack[static_cast<std::size_t>(top - 1)];
-  return stack[static_cast<std::size_t>(top)];
+  if (below) *below = stack[top - 1];
+  return stack[top];
 }
 
 // What the selectors in code[begin, end) choose right after t: where a threshold is met exactly, the derivatives decide.

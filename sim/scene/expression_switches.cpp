@@ -149,8 +149,8 @@ class Search {
       // pieces in which the selectors inside the operands keep their choice
       std::vector<double> ends{t0_, t1_};
       for (int i = selector_->begin; i < selector_->end; ++i)
-        if (is_selector(code_[static_cast<std::size_t>(i)].op)) {
-          const auto& inner = changes[static_cast<std::size_t>(code_[static_cast<std::size_t>(i)].index)];
+        if (is_selector(code_[i].op)) {
+          const auto& inner = changes[code_[i].index];
           ends.insert(ends.end(), inner.begin(), inner.end());
         }
       std::sort(ends.begin(), ends.end());
@@ -172,14 +172,14 @@ class Search {
  private:
   bool depends_on_time() const {
     for (int i = selector_->begin; i < selector_->end; ++i)
-      if (code_[static_cast<std::size_t>(i)].op == Op::time) return true;
+      if (code_[i].op == Op::time) return true;
     return false;
   }
 
   void hold(double t) { choices_after(code_, selector_->begin, selector_->end, t, held_); }
 
   Operands operands(double t) const {
-    const auto held = [this](int index, Op, double, double) { return held_[static_cast<std::size_t>(index)]; };
+    const auto held = [this](int index, Op, double, double) { return held_[index]; };
     if (!is_binary_selector(selector_->op)) return {run(code_, selector_->begin, selector_->end, t, held), 0.0};
     Operands o{};
     o.b = run(code_, selector_->begin, selector_->end, t, held, &o.a);
@@ -198,7 +198,7 @@ class Search {
 
   // The operands over a box, with the selectors inside them held.
   void ranges(double lo, double hi, Range& a, Range& b) const {
-    const auto held = [this](int index, Op, const Range&, const Range&) { return held_[static_cast<std::size_t>(index)]; };
+    const auto held = [this](int index, Op, const Range&, const Range&) { return held_[index]; };
     const Range time(Interval{lo, hi}, one, false);
     b = Range(0.0);
     if (is_binary_selector(selector_->op)) b = run(code_, selector_->begin, selector_->end, time, held, &a);

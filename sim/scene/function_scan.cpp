@@ -26,8 +26,8 @@ struct Series {
     c.fill({0.0, 0.0});
     c[0] = value;
   }
-  Interval& operator[](int k) { return c[static_cast<size_t>(k)]; }
-  const Interval& operator[](int k) const { return c[static_cast<size_t>(k)]; }
+  Interval& operator[](int k) { return c[k]; }
+  const Interval& operator[](int k) const { return c[k]; }
 };
 
 constexpr Interval zero{0.0, 0.0};
@@ -264,7 +264,7 @@ FunctionBounds FunctionScan::bounds(double lo, double hi) const {
   Series time(Interval{lo, hi});
   time[1] = expression::one;
   const Series f = expression::run(code_->code, 0, static_cast<int>(code_->code.size()), time,
-                                   [&](int index, Op, const Series&, const Series&) { return code_->chosen[static_cast<size_t>(index)]; });
+                                   [&](int index, Op, const Series&, const Series&) { return code_->chosen[index]; });
   // f^(d), f^(d+1), f^(d+2) from the coefficients.
   const double factorial = derivative_ == 2 ? 2.0 : 1.0, next = derivative_ == 2 ? 6.0 : 1.0, second = derivative_ == 2 ? 24.0 : 2.0;
   FunctionBounds out;

@@ -309,7 +309,7 @@ constexpr std::array table{
 constexpr bool sound(const JointTraits& t, std::size_t at) {
   if (static_cast<std::size_t>(t.kind) != at || t.surfaces.size() != t.rates.size()) return false;
   if (!t.place && !t.rates.empty()) return false;  // coordinates need a motion
-  if (t.quaternion >= 0 && t.rates.substr(static_cast<std::size_t>(t.quaternion)) != "rrr") return false;
+  if (t.quaternion >= 0 && t.rates.substr(t.quaternion) != "rrr") return false;
   if (t.read_off && t.rates.size() != 1) return false;
   if (t.closure && t.closure->turns.size() % 2 != 0) return false;
   return t.rates.find_first_not_of("mr") == std::string_view::npos;
@@ -328,7 +328,7 @@ std::span<const JointTraits> joint_kinds() { return table; }
 
 std::pair<int, int> shared_slip(JointKind kind, int k) {
   const std::string_view surfaces = traits(kind).surfaces;
-  const char on = surfaces[static_cast<std::size_t>(k)];
+  const char on = surfaces[k];
   const std::size_t first = surfaces.find(on);
   return {static_cast<int>(first), static_cast<int>(surfaces.find_last_of(on) - first + 1)};
 }

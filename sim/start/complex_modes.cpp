@@ -37,7 +37,7 @@ UndampedModes solve_within(const MatX& M, const MatX& K, const MatX& B) {
 UndampedModes undamped_modes(const MatX& M, const MatX& K) {
   const Eigen::Index n = M.rows();
   UndampedModes all = solve_within(M, K, MatX::Identity(n, n));
-  std::vector<Eigen::Index> low(static_cast<size_t>(n));
+  std::vector<Eigen::Index> low(n);
   std::iota(low.begin(), low.end(), 0);
   for (int level = 0; level < 8; ++level) {
     double top = 0.0;
@@ -143,15 +143,15 @@ void add_general(const MatX& A, const MatX& E, const Displacements& displacement
 std::vector<std::vector<Eigen::Index>> coupled_groups(const MatX& coupled) {
   const Eigen::Index n = coupled.rows();
   std::vector<std::vector<Eigen::Index>> out;
-  std::vector<char> seen(static_cast<size_t>(n), 0);
+  std::vector<char> seen(n, 0);
   for (Eigen::Index start = 0; start < n; ++start) {
-    if (seen[static_cast<size_t>(start)]) continue;
+    if (seen[start]) continue;
     std::vector<Eigen::Index> group{start};
-    seen[static_cast<size_t>(start)] = 1;
+    seen[start] = 1;
     for (size_t at = 0; at < group.size(); ++at)
       for (Eigen::Index k = 0; k < n; ++k)
-        if (!seen[static_cast<size_t>(k)] && (coupled(group[at], k) != 0.0 || coupled(k, group[at]) != 0.0)) {
-          seen[static_cast<size_t>(k)] = 1;
+        if (!seen[k] && (coupled(group[at], k) != 0.0 || coupled(k, group[at]) != 0.0)) {
+          seen[k] = 1;
           group.push_back(k);
         }
     out.push_back(group);

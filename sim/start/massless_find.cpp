@@ -33,12 +33,12 @@ struct Candidates {
 
   VecX per_metre(const VecX& all) const {
     VecX out(count());
-    for (Eigen::Index k = 0; k < count(); ++k) out[k] = all[rates[static_cast<size_t>(k)]] / size[static_cast<size_t>(k)];
+    for (Eigen::Index k = 0; k < count(); ++k) out[k] = all[rates[k]] / size[k];
     return out;
   }
   VecX spread(const VecX& metres) const {
     VecX out = VecX::Zero(model.nv);
-    for (Eigen::Index k = 0; k < count(); ++k) out[rates[static_cast<size_t>(k)]] = metres[k] / size[static_cast<size_t>(k)];
+    for (Eigen::Index k = 0; k < count(); ++k) out[rates[k]] = metres[k] / size[k];
     return out;
   }
   // Twists of all parts at rates w_all, prescribed motions at rest.
@@ -113,14 +113,13 @@ void find_inertial_directions(Candidates& c) {
 MatX directions_without_inertia(Candidates& c) {
   const Eigen::Index n = c.count();
   std::vector<std::vector<Vec6>> twist;
-  twist.reserve(static_cast<size_t>(n));
-  for (Eigen::Index k = 0; k < n; ++k)
-    twist.push_back(c.masses_move(VecX::Unit(c.model.nv, c.rates[static_cast<size_t>(k)]) / c.size[static_cast<size_t>(k)]));
+  twist.reserve(n);
+  for (Eigen::Index k = 0; k < n; ++k) twist.push_back(c.masses_move(VecX::Unit(c.model.nv, c.rates[k]) / c.size[k]));
   MatX gram = MatX::Zero(n, n);
   for (size_t i = 0; i < c.model.parts.size(); ++i)
     for (Eigen::Index k = 0; k < n; ++k) {
-      const Vec6 there = c.inertial[i] * twist[static_cast<size_t>(k)][i];
-      for (Eigen::Index l = 0; l <= k; ++l) gram(k, l) = gram(l, k) = gram(l, k) + twist[static_cast<size_t>(l)][i].dot(there);
+      const Vec6 there = c.inertial[i] * twist[k][i];
+      for (Eigen::Index l = 0; l <= k; ++l) gram(k, l) = gram(l, k) = gram(l, k) + twist[l][i].dot(there);
     }
   const SymmetricEigen eigen(gram);
   Eigen::Index free = 0;
@@ -160,7 +159,7 @@ void split_directions(Candidates& c, const MatX& null, MatX& moving, MatX& resti
   if (idle == 0) return;
   MatX others = resting;
   for (Eigen::Index k = 0; k < n; ++k)
-    if (weightless(c.model.parts[joint_of_rate(c.model, c.rates[static_cast<size_t>(k)])])) others.row(k).setZero();
+    if (weightless(c.model.parts[joint_of_rate(c.model, c.rates[k])])) others.row(k).setZero();
   const SymmetricEigen own(others.transpose() * others);
   Eigen::Index count = 0;
   while (count < idle && own.eigenvalues()[count] < 1e-12) ++count;
@@ -183,9 +182,9 @@ VecX preferences(Candidates& c, const Scene& scene) {
   c.work.w = c.w;
   VecX out = (held / std::max(held.maxCoeff(), 1e-300) + resisted / std::max(resisted.maxCoeff(), 1e-300)).array() + 1e-6;
   for (Eigen::Index k = 0; k < n; ++k) {
-    const Part& p = c.model.parts[joint_of_rate(c.model, c.rates[static_cast<size_t>(k)])];
+    const Part& p = c.model.parts[joint_of_rate(c.model, c.rates[k])];
     if (weightless(p)) out[k] *= 10.0;
-    if (p.joint.scene_joint >= 0 && scene.joints[static_cast<size_t>(p.joint.scene_joint)].initial.value) out[k] *= 1e-3;
+    if (p.joint.scene_joint >= 0 && scene.joints[p.joint.scene_joint].initial.value) out[k] *= 1e-3;
   }
   return out;
 }
@@ -193,18 +192,17 @@ VecX preferences(Candidates& c, const Scene& scene) {
 // Combines the columns of Z (the first `moving` among themselves and with the others, those last) so that each is 1 in a row of its own,
 // where the others are 0. Returns these rows, column by column.
 std::vector<Eigen::Index> make_identity(MatX& Z, Eigen::Index moving, const VecX& weight) {
-  std::vector<Eigen::Index> row(static_cast<size_t>(Z.cols()));
-  std::vector<char> used(static_cast<size_t>(Z.cols()), 0), taken(static_cast<size_t>(Z.rows()), 0);
+  std::vector<Eigen::Index> row(Z.cols());
+  std::vector<char> used(Z.cols(), 0), taken(Z.rows(), 0);
   for (Eigen::Index step = 0; step < Z.cols(); ++step) {
     Eigen::Index at = -1, column = -1;
     double best = -1.0;
     for (Eigen::Index c = step < moving ? 0 : moving; c < (step < moving ? moving : Z.cols()); ++c)
-      for (Eigen::Index r = 0; r < Z.rows() && !used[static_cast<size_t>(c)]; ++r)
+      for (Eigen::Index r = 0; r < Z.rows() && !used[c]; ++r)
         // To a thousandth alike, the first one.
-        if (!taken[static_cast<size_t>(r)] && weight[r] * std::abs(Z(r, c)) > (1.0 + 1e-3) * best)
-          best = weight[r] * std::abs(Z(r, c)), at = r, column = c;
-    used[static_cast<size_t>(column)] = taken[static_cast<size_t>(at)] = 1;
-    row[static_cast<size_t>(column)] = at;
+        if (!taken[r] && weight[r] * std::abs(Z(r, c)) > (1.0 + 1e-3) * best) best = weight[r] * std::abs(Z(r, c)), at = r, column = c;
+    used[column] = taken[at] = 1;
+    row[column] = at;
     Z.col(column) /= Z(at, column);
     for (Eigen::Index c = 0; c < Z.cols(); ++c)
       if (c != column) Z.col(c) -= (Z(at, c) * Z.col(column)).eval();
@@ -221,7 +219,7 @@ void keep_directions(const Candidates& c, const MatX& Z, Eigen::Index moving, co
   out.scale.resize(Z.cols());
   out.moving = static_cast<int>(moving);
   for (Eigen::Index k = 0; k < Z.cols(); ++k) {
-    const auto at = static_cast<size_t>(row[static_cast<size_t>(k)]);
+    const size_t at = row[k];
     out.rates.push_back(c.rates[at]);
     out.scale[k] = c.size[at];
     out.Z.col(k) = out.scale[k] * c.spread(Z.col(k));

@@ -77,10 +77,9 @@ void ErrorWeights::prepare(const System& system) {
   const Model& model = system.model;
   const size_t n = model.parts.size();
   tree_.resize(n);
-  for (size_t i = 0; i < n; ++i)
-    tree_[i] = model.parts[i].parent == ground ? static_cast<int>(i) : tree_[static_cast<size_t>(model.parts[i].parent)];
+  for (size_t i = 0; i < n; ++i) tree_[i] = model.parts[i].parent == ground ? static_cast<int>(i) : tree_[model.parts[i].parent];
   for (const Cluster& c : model.clusters)
-    for (int i : c.parts) tree_[static_cast<size_t>(i)] = tree_[static_cast<size_t>(c.parts.front())];
+    for (int i : c.parts) tree_[i] = tree_[c.parts.front()];
   reaches_.assign(n, {});
   part_size_.assign(n, 0.0);
   for (size_t i = 0; i < n; ++i) {
@@ -95,16 +94,16 @@ void ErrorWeights::prepare(const System& system) {
 void ErrorWeights::update(const System& system, const VecX& y) {
   const Model& model = system.model;
   if (scale_.size() != y.size()) scale_ = VecX::Zero(y.size());
-  rate_of_.assign(static_cast<size_t>(model.nv), -1);
+  rate_of_.assign(model.nv, -1);
   int at = model.nq;
   for (size_t c = 0; c < model.clusters.size(); ++c)
-    for (int k : system.work.clusters[c].partition.ind) rate_of_[static_cast<size_t>(model.clusters[c].v0 + k)] = at++;
+    for (int k : system.work.clusters[c].partition.ind) rate_of_[model.clusters[c].v0 + k] = at++;
   // Trees in which dry friction turns round or sticks: an event's time is as good as the rate that comes to zero there, so every elastic
   // coordinate is asked for the tolerance of its own range (a bar's stretch is a thousandth of its bending, and as fast), and no rate for
   // less.
   timed_.assign(model.parts.size(), 0);
   for (const FrictionPoint& p : system.friction.points)
-    if (p.phase != FrictionPhase::regularised) timed_[static_cast<size_t>(tree_[static_cast<size_t>(p.part)])] = 1;
+    if (p.phase != FrictionPhase::regularised) timed_[tree_[p.part]] = 1;
   elastic_sizes(system, y);
   raise_elastic(system, y);
   raise_joints(system, y);
@@ -124,29 +123,29 @@ void ErrorWeights::elastic_sizes(const System& system, const VecX& y) {
     const Part& p = model.parts[i];
     if (p.body.n == 0) continue;
     const int t = tree_[i];
-    double& m = moved_[static_cast<size_t>(t)];
-    double& s = speed_[static_cast<size_t>(t)];
+    double& m = moved_[t];
+    double& s = speed_[t];
     const double least = share(t) * least_deformation * part_size_[i];
     m = std::max(m, least);
     s = std::max(s, least * slow);
     for (int k = 0; k < p.body.n; ++k) {
       m = std::max(m, reaches_[i][k] * std::abs(gone(y, p.eq0 + k, t)));
-      if (const int r = rate_of_[static_cast<size_t>(p.ev0 + k)]; r >= 0) s = std::max(s, reaches_[i][k] * std::abs(y[r]));
+      if (const int r = rate_of_[p.ev0 + k]; r >= 0) s = std::max(s, reaches_[i][k] * std::abs(y[r]));
     }
   }
   // Links of lumped beams are elastic too; the beam's length tells how far one moves the tip.
   for (const Flexure& f : model.flexures) {
-    const int t = tree_[static_cast<size_t>(f.parts.front())];
-    double& m = moved_[static_cast<size_t>(t)];
-    double& s = speed_[static_cast<size_t>(t)];
+    const int t = tree_[f.parts.front()];
+    double& m = moved_[t];
+    double& s = speed_[t];
     const double least = share(t) * least_deformation * f.length;
     m = std::max(m, least);
     s = std::max(s, least * slow);
     for (int i : f.parts) {
-      const Part& p = model.parts[static_cast<size_t>(i)];
+      const Part& p = model.parts[i];
       for (int k = 0; k < p.joint.nv; ++k) {
         m = std::max(m, f.length * std::abs(gone(y, p.q0 + k, t)));
-        if (const int r = rate_of_[static_cast<size_t>(p.v0 + k)]; r >= 0) s = std::max(s, f.length * std::abs(y[r]));
+        if (const int r = rate_of_[p.v0 + k]; r >= 0) s = std::max(s, f.length * std::abs(y[r]));
       }
     }
   }
@@ -173,7 +172,7 @@ void ErrorWeights::raise_elastic(const System& system, const VecX& y) {
                                 : moved_[t] / reach[k]);
       const double frequency = std::sqrt(std::max(0.0, p.body.Ke(k, k)) / p.body.Me(k, k));
       if (!timed_[t]) shake_[t] = std::max(shake_[t], frequency * q * reach[k] / size);
-      const int r = rate_of_[static_cast<size_t>(p.ev0 + k)];
+      const int r = rate_of_[p.ev0 + k];
       if (r < 0) continue;
       double& rate = scale_[r];
       rate = timed_[t] ? std::max({rate, std::abs(y[r]), frequency * q}) : std::max({rate, speed_[t] / reach[k], frequency * q});
@@ -181,15 +180,15 @@ void ErrorWeights::raise_elastic(const System& system, const VecX& y) {
   }
   // Neighbouring links move together at a frequency far below that of a link by itself; the geometric mean of the two costs no accuracy.
   for (const Flexure& f : model.flexures) {
-    const size_t t = static_cast<size_t>(tree_[static_cast<size_t>(f.parts.front())]);
+    const size_t t = static_cast<size_t>(tree_[f.parts.front()]);
     const double frequency = flexure_frequency(f) / std::sqrt(static_cast<double>(f.parts.size()));
     for (int i : f.parts) {
-      const Part& p = model.parts[static_cast<size_t>(i)];
+      const Part& p = model.parts[i];
       for (int k = 0; k < p.joint.nv; ++k) {
         double& q = scale_[p.q0 + k];
         q = std::max(q, moved_[t] / f.length);
         shake_[t] = std::max(shake_[t], frequency * q);
-        const int r = rate_of_[static_cast<size_t>(p.v0 + k)];
+        const int r = rate_of_[p.v0 + k];
         if (r >= 0) scale_[r] = std::max({scale_[r], speed_[t] / f.length, frequency * q});
       }
     }
@@ -203,7 +202,7 @@ void ErrorWeights::raise_joints(const System& system, const VecX& y) {
     const Part& p = model.parts[i];
     if (p.joint.link >= 0) continue;
     const int tree = tree_[i];
-    const double part = share(tree), cluster_size = model.clusters[static_cast<size_t>(p.cluster)].size;
+    const double part = share(tree), cluster_size = model.clusters[p.cluster].size;
     for (int k = 0; k < p.joint.nq; ++k) {
       // An angle is as good after a thousand turns as after one, and a distance as if its start were zero.
       const bool length = is_length(p.joint.kind, k);
@@ -211,14 +210,14 @@ void ErrorWeights::raise_joints(const System& system, const VecX& y) {
                    size = std::abs(length ? y[p.q0 + k] - start_[p.q0 + k] : gone(y, p.q0 + k, tree));
       double& q = scale_[p.q0 + k];
       q = std::max({q, least_joint_motion * unit, length ? size : std::min(size, 1.0)});
-      const bool closes = p.joint.nq == p.joint.nv && rate_of_[static_cast<size_t>(p.v0 + k)] < 0;
+      const bool closes = p.joint.nq == p.joint.nv && rate_of_[p.v0 + k] < 0;
       if (closes && !follows_damper(model, system.work, p.v0 + k)) q = std::max(q, closing * unit);
     }
     for (int k = 0; k < p.joint.nv; ++k) {
-      const int r = rate_of_[static_cast<size_t>(p.v0 + k)];
+      const int r = rate_of_[p.v0 + k];
       if (r < 0) continue;
       const double unit = is_length(p.joint.kind, k) ? cluster_size : 1.0;
-      scale_[r] = std::max({scale_[r], least_joint_motion * slow * unit * part, shake_[static_cast<size_t>(tree)] * unit, std::abs(y[r])});
+      scale_[r] = std::max({scale_[r], least_joint_motion * slow * unit * part, shake_[tree] * unit, std::abs(y[r])});
     }
   }
 }
@@ -297,7 +296,7 @@ std::vector<double> ErrorWeights::narrowed(const System& system) const {
     const Part& p = model.parts[i];
     const size_t t = static_cast<size_t>(tree_[i]);
     for (int k = 0; k < p.joint.nq; ++k) {
-      const double unit = is_length(p.joint.kind, k) ? model.clusters[static_cast<size_t>(p.cluster)].size : 1.0;
+      const double unit = is_length(p.joint.kind, k) ? model.clusters[p.cluster].size : 1.0;
       double& by = p.joint.link >= 0 ? bodies[t] : joints[t];
       by = std::max(by, std::min(1.0, range[p.q0 + k] / unit));
     }

@@ -18,12 +18,11 @@ void StepGuard::begin(const System& system, double from, double to) {
     // The ends of a table over a coordinate are kinks, not pulses; a periodic one repeats.
     if (load.table) places_.push_back({FunctionScan(*load.def.table, 0, load.table->front(), load.table->back()), load.table_part});
     else if (load.def.table) add(load.def.name, FunctionScan(*load.def.table, 0, from, to));
-    else if (!model.expressions[static_cast<size_t>(load.expression)].constant())
-      add(load.def.name, FunctionScan(load.def.value, 0, from, to));
+    else if (!model.expressions[load.expression].constant()) add(load.def.name, FunctionScan(load.def.value, 0, from, to));
   }
   for (const Part& part : model.parts) {
-    if (part.joint.motion < 0 || model.expressions[static_cast<size_t>(part.joint.motion)].constant()) continue;
-    const JointDef& def = system.scene.joints[static_cast<size_t>(part.joint.scene_joint)];
+    if (part.joint.motion < 0 || model.expressions[part.joint.motion].constant()) continue;
+    const JointDef& def = system.scene.joints[part.joint.scene_joint];
     if (def.motion_table) add(def.name, FunctionScan(*def.motion_table, 2, from, to));
     else add(def.name, FunctionScan(def.motion, 2, from, to));
   }
@@ -38,9 +37,9 @@ double StepGuard::limit(const System& system, double t, const VecX& y, double st
   double out = std::numeric_limits<double>::infinity();
   for (FunctionScan& scan : scans_) out = std::min(out, scan.limit(t, step, farthest));
   for (Place& place : places_) {
-    const Part& part = system.model.parts[static_cast<size_t>(place.part)];
+    const Part& part = system.model.parts[place.part];
     const int motion = part.joint.motion;
-    const auto driven = [&](double time) { return system.model.expressions[static_cast<size_t>(motion)].value(time); };
+    const auto driven = [&](double time) { return system.model.expressions[motion].value(time); };
     const double at = motion >= 0 ? driven(t) : y[part.q0];
     // Half as far again as it goes at the speed of the last step.
     const double rate = place.seen && t > place.t ? 1.5 * (at - place.at) / (t - place.t) : 0.0;

@@ -254,7 +254,7 @@ TEST(Animation, StressOfAModalBodyIsVonMisesOfItsStressModes) {
   bar.node_psi = sim::MatX::Zero(3 * nn, 2);
   bar.node_stress = sim::MatX::Zero(6 * (nn - 1), 2);
   for (Eigen::Index k = 0; k < nn; ++k) {
-    const sim::Vec3 x = bar.nodes[static_cast<size_t>(k)].origin;
+    const sim::Vec3 x = bar.nodes[k].origin;
     bar.node_phi(3 * k + 1, 0) = 1e-3 * x.x() * x.x();
     if (k + 1 == nn) break;
     bar.stress_nodes.push_back(static_cast<int>(k));
@@ -278,7 +278,7 @@ TEST(Animation, StressOfAModalBodyIsVonMisesOfItsStressModes) {
     const render::Mesh& mesh = animation.bodies[0].mesh;
     ASSERT_EQ(memory.picture.surfaces[0].scalars.size(), mesh.point_position.size());
     for (size_t p = 0; p < mesh.point_position.size(); ++p) {
-      const glm::dvec3 x = mesh.positions[static_cast<size_t>(mesh.point_position[p])];
+      const glm::dvec3 x = mesh.positions[mesh.point_position[p]];
       // Linear over the bar, which the map from nodes to vertices follows exactly.
       EXPECT_NEAR(memory.picture.surfaces[0].scalars[p], std::abs(q) * std::hypot(slope * (x.y + 0.1 * x.x), std::sqrt(3.0) * twist),
                   1e-5 * slope * 0.15)
@@ -334,7 +334,7 @@ TEST(Animation, ModalBodyWithLinearModesUsesColumns) {
   beam.node_phi = sim::MatX::Zero(3 * nn, 1);
   beam.node_psi = sim::MatX::Zero(3 * nn, 1);
   for (Eigen::Index k = 0; k < nn; ++k) {
-    const double x = beam.nodes[static_cast<size_t>(k)].origin.x();
+    const double x = beam.nodes[k].origin.x();
     beam.node_phi(3 * k + 1, 0) = x * x;
     beam.node_psi(3 * k + 2, 0) = 2.0 * x;
   }

@@ -74,11 +74,11 @@ TEST(InterpAcceptance, ConRod97NormalsAndCreases) {
     const auto before = triangle_normals(rod.body, rod.body.v), expected = triangle_normals(rod.body, truth),
                got = triangle_normals(rod.body, found);
     // Vertex normals, weighted by area.
-    std::vector<Vec3> a(static_cast<size_t>(truth.rows()), Vec3::Zero()), b = a;
+    std::vector<Vec3> a(truth.rows(), Vec3::Zero()), b = a;
     for (Eigen::Index t = 0; t < rod.body.t.rows(); ++t)
       for (int k = 0; k < 3; ++k) {
-        a[static_cast<size_t>(rod.body.t(t, k))] += expected[static_cast<size_t>(t)];
-        b[static_cast<size_t>(rod.body.t(t, k))] += got[static_cast<size_t>(t)];
+        a[rod.body.t(t, k)] += expected[t];
+        b[rod.body.t(t, k)] += got[t];
       }
     double squares = 0.0;
     for (size_t v = 0; v < a.size(); ++v) squares += std::pow(std::atan2(a[v].cross(b[v]).norm(), a[v].dot(b[v])), 2);
@@ -171,8 +171,8 @@ TEST(InterpAcceptance, ValuesAtNodes) {
     PointsF single;
     apply(map, u, none, single);
     for (int i = 0; i < count; ++i) {
-      EXPECT_LE((found.row(order[static_cast<size_t>(i)]) - u.row(i)).norm(), 1e-10 * largest) << scheme_name(scheme);
-      EXPECT_LE((single.row(order[static_cast<size_t>(i)]).cast<double>() - u.row(i)).norm(), 1e-5 * largest) << scheme_name(scheme);
+      EXPECT_LE((found.row(order[i]) - u.row(i)).norm(), 1e-10 * largest) << scheme_name(scheme);
+      EXPECT_LE((single.row(order[i]).cast<double>() - u.row(i)).norm(), 1e-5 * largest) << scheme_name(scheme);
     }
   }
 }
@@ -355,7 +355,7 @@ TEST(InterpAcceptance, OrderOfNodesDoesNotMatter) {
     EXPECT_LE((u - v).cwiseAbs().maxCoeff(), 1e-15 * mode.cwiseAbs().maxCoeff()) << scheme_name(scheme) << " " << n;
     const LeaveOneOutError left = leave_one_out(a, rows_at(mode, pick, n), none), right = leave_one_out(b, rows_at(mode, other, n), none);
     EXPECT_NEAR(left.relative, right.relative, 1e-12 * left.relative);
-    EXPECT_EQ(pick[static_cast<size_t>(left.node)], other[static_cast<size_t>(right.node)]);
+    EXPECT_EQ(pick[left.node], other[right.node]);
   };
   const ConRod& rod = conrod();
   compare(rod.body, rod.mode[1], rod.order, Scheme::kernel, 97, false);
@@ -435,7 +435,7 @@ TEST(InterpAcceptance, ModesBatchesAndCacheAgree) {
   options.precise = true;
   Eigen::MatrixXd phi(150, 5);
   for (Eigen::Index m = 0; m < 5; ++m) {
-    const Points u = rows_at(rod.mode[static_cast<size_t>(m % 3)], rod.order, 50) * (m < 3 ? 1.0 : 0.3);
+    const Points u = rows_at(rod.mode[m % 3], rod.order, 50) * (m < 3 ? 1.0 : 0.3);
     phi.col(m) = Eigen::Map<const Eigen::VectorXd>(u.data(), 150);
   }
   const Scratch scratch;
@@ -451,7 +451,7 @@ TEST(InterpAcceptance, ModesBatchesAndCacheAgree) {
   EXPECT_FALSE(cached_modes(nodes, rod.body.view(), options, phi, Eigen::MatrixXd(), folder).from_cache);
 
   const std::vector<double> q{0.1, -0.2, 0.3, 0.5, -0.7};
-  std::vector<float> one(static_cast<size_t>(3 * rod.body.v.rows())), two(one.size());
+  std::vector<float> one(3 * rod.body.v.rows()), two(one.size());
   apply_modes(fresh.columns, q, one, 1);
   apply_modes(fresh.columns, q, two, 2);
   EXPECT_EQ(one, two);
@@ -460,11 +460,11 @@ TEST(InterpAcceptance, ModesBatchesAndCacheAgree) {
     frames.col(f) = Eigen::Map<const Eigen::VectorXd>(q.data(), 5) * (f == 3 ? 1.0 : 0.1 * static_cast<double>(f));
   Eigen::MatrixXf batch;
   apply_modes_batch(fresh.columns, frames, batch, 1);
-  for (Eigen::Index i = 0; i < batch.rows(); ++i) ASSERT_NEAR(batch(i, 3), one[static_cast<size_t>(i)], 1e-6f);
+  for (Eigen::Index i = 0; i < batch.rows(); ++i) ASSERT_NEAR(batch(i, 3), one[i], 1e-6f);
   const Eigen::VectorXd u = phi * Eigen::Map<const Eigen::VectorXd>(q.data(), 5);
   const Points truth = apply_linear(make_map(nodes, rod.body.view(), options), Eigen::Map<const Points>(u.data(), 50, 3), none);
   for (Eigen::Index v = 0; v < truth.rows(); ++v)
-    for (int c = 0; c < 3; ++c) ASSERT_NEAR(one[static_cast<size_t>(3 * v + c)], truth(v, c), 2e-6);
+    for (int c = 0; c < 3; ++c) ASSERT_NEAR(one[3 * v + c], truth(v, c), 2e-6);
 }
 
 TEST(InterpAcceptance, WrongInputIsSaidInASentence) {
@@ -528,11 +528,11 @@ TEST(InterpAcceptance, Exaggeration) {
   // A bar bent into a small arc, exaggerated to 60 degrees: corotated keeps length and section, linear swells it.
   const Body bar = make_bar(1.0, 0.05, 61, 16);
   const double angle = 0.01, scale = std::numbers::pi / 3.0 / angle;
-  std::vector<float> u(static_cast<size_t>(3 * bar.v.rows())), out(u.size());
+  std::vector<float> u(3 * bar.v.rows()), out(u.size());
   for (Eigen::Index v = 0; v < bar.v.rows(); ++v) {
     const double a = angle * bar.v(v, 0), r = 1.0 / angle - bar.v(v, 1);
-    u[static_cast<size_t>(3 * v)] = static_cast<float>(r * std::sin(a) - bar.v(v, 0));
-    u[static_cast<size_t>(3 * v + 1)] = static_cast<float>(1.0 / angle - r * std::cos(a) - bar.v(v, 1));
+    u[3 * v] = static_cast<float>(r * std::sin(a) - bar.v(v, 0));
+    u[3 * v + 1] = static_cast<float>(1.0 / angle - r * std::cos(a) - bar.v(v, 1));
   }
   EXPECT_NEAR(largest_rotation(bar.view(), u), angle, 0.1 * angle);
   EXPECT_TRUE(exaggeration_warning(angle, 10.0).empty());
@@ -542,7 +542,7 @@ TEST(InterpAcceptance, Exaggeration) {
   EXPECT_NE(exaggeration_warning(0.01, 26.19).find("15 degrees"), std::string::npos);
   Corotated(bar.view()).apply(u, scale, out);
   auto place = [&](int v) {
-    const auto i = static_cast<size_t>(3 * v);
+    const size_t i = 3 * v;
     return Vec3(bar.v.row(v).transpose() +
                 Vec3(static_cast<double>(out[i]), static_cast<double>(out[i + 1]), static_cast<double>(out[i + 2])));
   };

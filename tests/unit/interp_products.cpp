@@ -29,7 +29,7 @@ TEST(InterpProducts, BatchHasTheBitsOfTheSingleProduct) {
         apply_modes_batch(columns, q, batch, 1);
         apply_modes_batch(columns, q, threaded, 2);
         ASSERT_EQ(batch, threaded);
-        std::vector<float> one(static_cast<size_t>(3 * vertices));
+        std::vector<float> one(3 * vertices);
         for (int f = 0; f < frames; ++f) {
           const std::vector<double> factor(q.col(f).data(), q.col(f).data() + modes);
           apply_modes(columns, factor, one, 1);
