@@ -132,7 +132,7 @@ VtkReport write_vtk(const Animation& animation, double scale, const std::filesys
     const double t = picture_time(animation, k);
     Surface surface;
     for (size_t b = 0; b < animation.bodies.size(); ++b) add_body(animation, b, t, scale, memory, surface);
-    render::write_file(folder / file_name(k), to_file(surface, color_by_words()[animation.settings.color_by]));
+    render::write_file(folder / file_name(k), to_file(surface, color_by_words()[static_cast<size_t>(animation.settings.color_by)]));
     index += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", t, escape(file_name(k)));
     if (progress) progress(k + 1, animation.count);
   }

@@ -124,7 +124,7 @@ with temporary_folder() as folder:
     A = math.pi * 0.01**2 / 4
     found, text = held("pulled", static + rod + force("rod.tip", [1, 0, 0], 1e4) + output("tip", "rod.tip", "displacement"))
     near(found["tip.x"], 1e4 * L / (E * A), 1e-3 * 1e4 * L / (E * A), "rod pulled along")
-    expect("axial of 'rod' counted in" in text, f"nothing says that axial was counted in: {text}")
+    expect("axial of 'rod' switched on" in text, f"nothing says that axial was counted in: {text}")
 
     # Two bars at 45 degrees, pinned: the apex sinks by F L / (2 E A sin^2).
     bar = '{ shape = "circle", diameter = 0.02 }'
@@ -179,7 +179,7 @@ with temporary_folder() as folder:
         for model in ['model = "modal"\nmodes = { bending_xy = [1, 2, 3] }', 'model = "lumped"']:
             other = console.replace("elements = 6", model)
             _, text = held("console_other", other, code=1)
-            advice = re.search(r"shear of 'b' is left out .*take (model = \S+).* (effects = \[.*?\])", text)
+            advice = re.search(r"shear of 'b' is left out, .*take (model = \S+).* (effects = \[.*?\])", text)
             expect(advice, f"no advice for shear with {model}: {text}")
             if advice:
                 found, _ = held("console_advised", console.replace("elements = 6", f"{advice[1]}\n{advice[2]}"))
@@ -194,7 +194,7 @@ with temporary_folder() as folder:
         + output("tip", "rod.tip", "displacement"),
         code=1,
     )
-    advice = re.search(r"axial of 'rod' is left out .*: (effects = \[.*\])", text)
+    advice = re.search(r"axial of 'rod' is left out, .*: (effects = \[.*\])", text)
     expect(advice, f"no advice for axial: {text}")
     for words in [advice[1] if advice else "", 'effects = ["auto", "axial"]']:
         found, _ = held(

@@ -231,10 +231,10 @@ with temporary_folder() as name:
     refused("an element of too few nodes", "bad.inp", nodes + "*ELEMENT, TYPE=C3D8\n1, 1, 2, 3\n", f"bad.inp:{line(nodes) + 1}: element 1")
     gap = elements.replace("\n%d, " % (nx // 2) + ", ".join(map(str, bricks[nx // 2 - 1])), "")
     refused(
-        "unconnected parts",
+        "parts that nothing connects",
         "bad.inp",
         nodes + gap + sets.replace("1, %d\n*ELSET" % (nx // 2), "1, %d\n*ELSET" % (nx // 2 - 1)) + two,
-        "2 parts",
+        "2 unconnected parts",
     )
     refused("nodes of no element kept", "bad.inp", nodes + "9999, 5, 5, 5\n" + elements + sets + two, "node 9999", "--node", 9999)
     refused("an empty file", "bad.inp", "", "no elements")

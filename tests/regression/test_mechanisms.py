@@ -108,7 +108,7 @@ wrong = {
         + joint("jc", "revolute", "ground", "c", "position = [1, 0, 0]\ninitial = { value = 1, rate = -2 }")
         + joint("jd", "revolute", "b.tip", "c.tip"),
         2,
-        ["rate", "jd", "leave one rate"],
+        ["rate", "jd", "remove one rate"],
     ),
     "nothing carries inertia": (
         '[[body]]\nname = "a"\nkind = "rigid"\nmass = 0\n' + joint("j", "revolute", "ground", "a"),
