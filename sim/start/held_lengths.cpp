@@ -112,7 +112,7 @@ bool let_lengthen(const std::vector<HeldLength>& held, Scene& scene, Notes& note
       continue;
     }
     notes.warn(fmt::format("body '{}'", body.name),
-               fmt::format("the loop of joint '{}' prevents its ends from approaching each other, and {}", h.joint,
+               fmt::format("the loop of joint '{}' holds its length, and {}", h.joint,
                            lumped ? "a lumped beam cannot stretch: take model = \"finite-element\" or \"mixed\""
                                   : "axial is off: the loop opens by the amount that bending shortens the beam"));
   }
