@@ -4,6 +4,8 @@
 
 #include "sim/dynamics/directions.h"
 #include "sim/model/mounted_modes.h"
+#include "sim/run/expected_turn.h"
+#include "sim/run/run_scene.h"
 #include "sim/start/linearise.h"
 #include "sim/start/make_system.h"
 
@@ -213,7 +215,8 @@ Command add_check(Program& program) {
 
   return {app, [words] {
             const Job job = read_job(words->scene, words->settings);
-            const sim::System system = sim::make_system(job.scene);
+            sim::System system = sim::make_system(job.scene);
+            system.notes.append(sim::expected_turns(system, sim::unasked_accuracy));
             const sim::Linearisation linear = sim::linearise(system);
             if (words->json) {
               print_json(system, linear);

@@ -157,6 +157,7 @@ void update_axis_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out) {
   out.Mre.row(3) = mass.Cr0.row(0) + (z.col(2) - y.col(3)).transpose();
   out.Mre.row(4) = mass.Cr0.row(1) + (x.col(3) - z.col(1)).transpose();
   out.Mre.row(5) = mass.Cr0.row(2) + (y.col(1) - x.col(2)).transpose();
+  if (out.Mee.size() == 0) return;
   out.Mee = mass.Me;
   out.Mee.selfadjointView<Eigen::Lower>().rankUpdate(J);
   out.Mee.triangularView<Eigen::StrictlyUpper>() = out.Mee.transpose();
@@ -206,6 +207,14 @@ void update_axis_velocity_terms(const FlexibleBody& body, const Vec6& V, const V
   const Vec3 spin = times(I) + mass.Cr0 * qd;
   out.cr.head<3>() = force;
   out.cr.tail<3>() = moment + w.cross(spin) + times(Jdot);
+}
+
+VecX elastic_inertia(const FlexibleBody& body, const BodyTerms& terms, const VecX& qdd) {
+  if (!has_axis_mass(body) || terms.Mee.size() > 0) return elastic_mass(body, terms) * qdd;
+  const VecX along = terms.axis.J.transpose() * qdd;
+  VecX out = body.axis.Me * qdd;
+  out.noalias() += terms.axis.J * along;
+  return out;
 }
 
 AxisMass in_coordinates(const AxisMass& mass, const MatX& T) {

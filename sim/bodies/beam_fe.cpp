@@ -3,6 +3,7 @@
 // element for vanishing shear flexibility.
 #include "sim/base/eigen_solvers.h"
 #include "sim/bodies/beam_terms.h"
+#include "sim/bodies/resolution.h"
 #include "sim/bodies/section_strain.h"
 
 #include <fmt/format.h>
@@ -40,12 +41,19 @@ struct Layout {
 // highest degree: cubic times cubic, or the squared distance to the tip times slope times slope (6): 4 points are exact
 constexpr int gauss_points = 4;
 
+// More coordinates cost time with the third power of their number: a beam of 300 has its first ten bending frequencies to 1e-4 and those of
+// axial motion and twist, whose elements are linear, to 2e-2.
+constexpr int most_coordinates = 300;
+
 Layout layout_of(const BeamDef& def, const BeamEffects& e) {
   Layout layout;
-  layout.elements = def.elements;
-  layout.h = def.length / def.elements;
   const std::array<bool, kKinds> exists = {e.axial, e.bending_xy, e.bending_xy, e.bending_xz, e.bending_xz, e.torsion};
   for (std::size_t k = 0; k < kKinds; ++k) layout.offset[k] = exists[k] ? layout.per_node++ : -1;
+  layout.elements = def.elements;
+  if (const bool by_name = !def.initial.q.empty() || !def.initial.qd.empty(); !by_name && layout.per_node > 0)
+    layout.elements =
+        std::min(def.elements, std::max(most_coordinates / layout.per_node - 1, elements_for_modes(def.keep_modes.value_or(0))));
+  layout.h = def.length / layout.elements;
   return layout;
 }
 
@@ -225,7 +233,7 @@ void FeBeam::Data::add_second_order(const AnyBasis& basis, FlexibleBody& body) c
   beam::set_second_order(body, full, basis);
   if (!effects.stiffening || body.n == 0) return;
   const double h = layout.h;
-  const bool series = 3.0 * body.n * body.n * (layout.elements + 1.0) <= beam::kMaxSeriesNumbers;
+  const bool series = 3.0 * body.n * body.n * static_cast<double>(stations.size() - named) <= beam::kMaxSeriesNumbers;
   std::vector<std::size_t> order(stations.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return stations[a].x < stations[b].x; });
@@ -256,9 +264,9 @@ void FeBeam::Data::add_second_order(const AnyBasis& basis, FlexibleBody& body) c
 FeBeam::FeBeam(const BeamDef& def, const BeamEffects& effects) {
   // some forty dense matrices of this size exist while the body is made: 0.8 GB at most
   constexpr int kMaxCoordinates = 1500;
-  const int per_node = effects.axial + 2 * effects.bending_xy + 2 * effects.bending_xz + effects.torsion;
-  const int most = kMaxCoordinates / std::max(1, per_node) - 1;
-  if (def.elements < 1 || def.elements > most)
+  const Layout wanted = layout_of(def, effects);
+  const int most = kMaxCoordinates / std::max(1, wanted.per_node) - 1;
+  if (wanted.elements < 1 || wanted.elements > most)
     throw InputError(
         fmt::format("elements must lie in 1 .. {} with these effects, found {}; for more take model = \"mixed\"", most, def.elements));
   data_ = std::make_unique<Data>(def, effects);
@@ -289,7 +297,7 @@ FeBeam::FeBeam(const BeamDef& def, const BeamEffects& effects) {
   }
   d.stations = beam::named_stations(def);
   d.named = d.stations.size();
-  for (int i = 0; i <= layout.elements; ++i) d.stations.push_back({fmt::format("node[{}]", i), i * layout.h});
+  for (int i = 0; i <= def.elements; ++i) d.stations.push_back({fmt::format("node[{}]", i), i * (def.length / def.elements)});
   for (const beam::Station& s : d.stations) {
     const auto [element, xi] = layout.place(s.x);
     body.nodes.push_back(beam::make_node(s.name, s.x, full_rows(layout, d.properties, effects, element, xi), d.Z));
@@ -323,6 +331,8 @@ std::vector<ElementStrain> fe_strains(const BeamDef& def, const BeamEffects& eff
   }
   return out;
 }
+
+int beam::computed_elements(const BeamDef& def, const BeamEffects& effects) { return layout_of(def, effects).elements; }
 
 FlexibleBody make_fe_beam(const BeamDef& def, const BeamEffects& effects) {
   const FeBeam beam(def, effects);

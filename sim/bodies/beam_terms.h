@@ -92,6 +92,10 @@ struct Station {
 };
 std::vector<Station> named_stations(const BeamDef& def);
 
+// Elements that a finite-element beam is made of: BeamDef::elements, but no more than 300 coordinates need (three a mode of keep_modes),
+// unless the scene gives coordinates one by one. Its nodes stay where BeamDef::elements puts them.
+int computed_elements(const BeamDef& def, const BeamEffects& effects);
+
 // Node at x, rows in full coordinates.
 FlexibleNode make_node(const std::string& name, double x, const FieldRows& row, const Basis& Z);
 

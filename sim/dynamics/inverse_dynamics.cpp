@@ -1,5 +1,6 @@
 #include "sim/dynamics/inverse_dynamics.h"
 
+#include "sim/bodies/axis_mass.h"
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/flexures.h"
 #include "sim/dynamics/kinematics.h"
@@ -118,7 +119,7 @@ void rest_forces(const Model& model, Work& work, const std::vector<VecX>* elasti
     out.scale = std::max({out.scale, inertia.head<3>().norm(), p.load.head<3>().norm(), p.load.tail<3>().norm() / model.size});
     if (p.qdd.size() == 0) continue;
     need[i].noalias() += p.terms.Mre * p.qdd;
-    const VecX carried = p.terms.Mre.transpose() * p.A, own = elastic_mass(model.parts[i].body, p.terms) * p.qdd;
+    const VecX carried = p.terms.Mre.transpose() * p.A, own = elastic_inertia(model.parts[i].body, p.terms, p.qdd);
     sizes[i].elastic = p.terms.ce.cwiseAbs() + p.elastic.cwiseAbs() + p.load_e.cwiseAbs() + carried.cwiseAbs() + own.cwiseAbs();
     p.fe = p.terms.ce + p.elastic - p.load_e + carried + own;
   }

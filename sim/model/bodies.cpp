@@ -6,6 +6,7 @@
 #include "sim/bodies/beam.h"
 #include "sim/bodies/beam_terms.h"
 #include "sim/bodies/normal_modes.h"
+#include "sim/bodies/resolution.h"
 #include "sim/bodies/sid.h"
 #include "sim/bodies/state_space.h"
 #include "sim/model/effects.h"
@@ -174,6 +175,17 @@ void add_shown_frames(Model& model, Boundary boundary, Part& part) {
   }
 }
 
+// Says that a beam is made of fewer elements than it is given. An element errs in a frequency by (k h)^4 / 1440 where it is cubic, by
+// (k h)^2 / 24 where it is linear (k: wave number, here of the tenth mode, some 30 a length).
+void note_fewer_elements(Model& model, const BeamDef& beam, const BeamEffects& effects, const std::string& name) {
+  const int elements = beam::computed_elements(beam, effects);
+  const double kh = 30.0 / elements, error = effects.axial || effects.torsion ? kh * kh / 24.0 : kh * kh * kh * kh / 1440.0;
+  model.notes.tell(fmt::format("body '{}'", name),
+                   fmt::format("computed with {} of its {} elements, whose cost grows with the third power of their number: its first ten "
+                               "frequencies are right to {:.0e}; keep_modes = N takes {} elements a mode",
+                               elements, beam.elements, error, elements_for_modes(1)));
+}
+
 // A finite-element beam for the equations of motion: same elements, frame on the mean axes, eigenmodes as coordinates.
 //
 // Boundaries that only place the frame (clamped-free, supported-supported, supported-free, free-free) span the same deformations.
@@ -185,6 +197,7 @@ void make_fe_part(Model& model, const BeamDef& beam, const BeamEffects& effects,
   auto made = std::make_unique<FeBeam>(beam, effects);
   part.body = made->linear();
   if (part.body.n == 0) return;
+  if (beam::computed_elements(beam, effects) < beam.elements) note_fewer_elements(model, beam, effects, part.name);
   const bool frame_only = beam.boundary == Boundary::clamped_free || beam.boundary == Boundary::supported_supported ||
                           beam.boundary == Boundary::supported_free || beam.boundary == Boundary::free_free;
   // The change of coordinates costs n^3 a node; a beam of more than 150 coordinates keeps its elements' ones, unless few modes are asked

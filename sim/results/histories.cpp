@@ -73,7 +73,7 @@ VecX output_ranges(const Histories& h) {
       if (h.units[i] == unit && name(i) == name(k)) range = std::max(range, own[i]);
     if (unit == "J") out[k] = std::max(range, h.energy_scale);
     else if (const auto floor = rounding.find(unit);
-             range > std::max((kinematic(unit) ? 1e-9 : 1e-6) * largest[unit], floor == rounding.end() ? 0.0 : floor->second))
+             range > std::max((kinematic(unit) ? 1e-11 : 1e-6) * largest[unit], floor == rounding.end() ? 0.0 : floor->second))
       out[k] = range;
   }
   return out;

@@ -30,9 +30,9 @@ struct Histories {
 Histories to_histories(const Results& results);
 
 // Range of the output that each column belongs to, one number a column. 0 where the output does not move: lengths, angles and rates by less
-// than a billionth of the largest of their unit, forces and accelerations by less than a millionth (what the equations of motion leave of
-// them where they are zero), and all by less than rounding (1e-12) of what they come from; energies are measured against the energy scale
-// at least, as a conserved one does not move.
+// than 1e-11 of the largest of their unit (what closing loops leaves), forces and accelerations by 1e-6 (what the equations of motion leave
+// of them where they are zero), and all by less than rounding (1e-12) of what they come from; energies are measured against the energy
+// scale at least, as a conserved one does not move.
 VecX output_ranges(const Histories& histories);
 
 struct Difference {

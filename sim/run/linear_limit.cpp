@@ -1,5 +1,7 @@
 #include "sim/run/linear_limit.h"
 
+#include "sim/run/linear_growth.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,14 +9,8 @@
 #include <numbers>
 
 namespace flexframe::sim {
-namespace {
 
-// Coefficients of the squares of the turn: of the deflection at rest, of the frequency.
-struct Growth {
-  double at_rest = 0.42, frequency = 0.22;
-};
-
-Growth error_growth(const Scene& scene, const Model& model, int body) {
+LinearGrowth error_growth(const Scene& scene, const Model& model, int body) {
   const auto* beam = std::get_if<BeamDef>(&scene.bodies[body].kind);
   if (!beam || beam->model == BeamModel::modal) return {};
   for (const FlexibleNode& node : model.parts[model.pieces[body].front()].body.nodes)
@@ -23,13 +19,14 @@ Growth error_growth(const Scene& scene, const Model& model, int body) {
   return {0.15, 0.18};
 }
 
-// Angle between the undeformed and the deformed tangent of a beam along x.
 double tangent_turn(const Vec3& rotation) {
   const double angle = rotation.norm();
   if (angle == 0.0) return 0.0;
   const double across2 = rotation.tail<2>().squaredNorm() / (angle * angle), half = std::sin(0.5 * angle);
   return 2.0 * std::asin(std::min(1.0, std::sqrt(across2) * std::abs(half)));
 }
+
+namespace {
 
 // Nodes of each volume of a beam, of a whole body otherwise.
 std::vector<std::vector<Eigen::Index>> nodes_by_piece(const ResultBody& body, int pieces) {
@@ -75,7 +72,7 @@ std::vector<LinearLimit> linear_limits(const Scene& scene, const Model& model, c
     if ((beam && beam->model == BeamModel::lumped) || model.parts[model.pieces[b].front()].body.n == 0 || body.rotation.cols() == 0)
       continue;
     const int pieces = static_cast<int>(model.pieces[b].size());
-    const Growth growth = error_growth(scene, model, static_cast<int>(b));
+    const LinearGrowth growth = error_growth(scene, model, static_cast<int>(b));
     LinearLimit limit;
     limit.body = static_cast<int>(b);
     limit.pieces = pieces;

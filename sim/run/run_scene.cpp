@@ -3,6 +3,7 @@
 #include "sim/results/recorder.h"
 #include "sim/run/complete_inertia.h"
 #include "sim/run/effect_report.h"
+#include "sim/run/expected_turn.h"
 #include "sim/run/integrate_run.h"
 #include "sim/run/left_out.h"
 #include "sim/run/model_check.h"
@@ -15,6 +16,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
 
 namespace flexframe::sim {
 namespace {
@@ -96,6 +98,8 @@ Results simulate_alone(const Scene& scene, const SimulateOptions& options, bool 
     System system = make_system(scene);
     if (options.tolerance) system.tolerance = *options.tolerance;
     system.weights.shares = shares;
+    if (options.tell)
+      for (const std::string& sentence : expected_turns(system, unasked_accuracy).texts(Severity::note)) options.tell(sentence);
     alone.effects = effect_states(scene, system.model);
     const std::vector<double> times = sample_times(scene.simulation);
     Recorder recorder(system, times);
@@ -166,7 +170,14 @@ Results simulate_as_called(const SimulateOptions& options, Called& called) {
 
 Results run_scene(const Scene& scene, const SimulateOptions& options) {
   Called called{scene, {}, unasked_accuracy, false};
-  return simulate_as_called(options, called);
+  SimulateOptions once = options;
+  // A run that is made anew says nothing twice.
+  std::set<std::string> said;
+  if (options.tell)
+    once.tell = [&](const std::string& sentence) {
+      if (said.insert(sentence).second) options.tell(sentence);
+    };
+  return simulate_as_called(once, called);
 }
 
 Scene with_called_effects(const Scene& scene, const SimulateOptions& options, double asked) {

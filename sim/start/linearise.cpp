@@ -1,6 +1,7 @@
 #include "sim/start/linearise.h"
 
 #include "sim/base/eigen_solvers.h"
+#include "sim/bodies/axis_mass.h"
 #include "sim/dynamics/directions.h"
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/flexures.h"
@@ -185,6 +186,8 @@ void Point::exact_matrices() {
     M += coupling + coupling.transpose() + e.transpose() * elastic_mass(p.body, t) * e;
     K += e.transpose() * p.body.Ke * e;
     if (p.body.De.size() > 0) D += e.transpose() * p.body.De * e;
+    // From here on forces alone are wanted.
+    work_.parts[i].terms.Mee.resize(0, 0);
   }
   add_flexure_matrices(model_, N, K, D);
   M = 0.5 * (M + M.transpose()).eval();

@@ -354,3 +354,94 @@ def released(run):
         + output("x", "slide", "value")
     )
     return max(abs(x - 0.05 * math.cos(10 * t)) for t, x in zip(h["t"], h["x"])) / 0.05
+
+
+# Balls on springy floors: flights and blows follow one another, each by its formula
+
+
+def ball(duration, stiffness, damping, height, rate=100.0, more="", tolerance=1e-6):
+    return (
+        simulation(duration, rate, down, tolerance, more)
+        + rigid("ball", 1.0, (1,) * 3)
+        + joint(
+            "flight",
+            "prismatic",
+            "ground",
+            "ball",
+            f"axis = [0, 1, 0]\ninitial = {{ value = {height!r} }}\n"
+            f"stop = {{ lower = 0, stiffness = {stiffness!r}, damping = {damping!r} }}",
+        )
+        + output("y", "flight", "value")
+        + output("v", "flight", "rate")
+    )
+
+
+def bouncing(t, stiffness, height):
+    """Height of an undamped ball let go at rest."""
+    g, w = 9.81, math.sqrt(stiffness)
+    v, fall = math.sqrt(2 * g * height), math.sqrt(2 * height / g)
+    phase, depth = math.atan2(v / w, g / stiffness), math.hypot(g / stiffness, v / w)
+    s = (t + fall) % (2 * fall + (2 * math.pi - 2 * phase) / w)
+    return v * s - g * s * s / 2 if s < 2 * fall else depth * math.cos(w * (s - 2 * fall) + phase) - g / stiffness
+
+
+@case(
+    "22 blows of a ball on floors of 1e4 to 1e8 N/m, tolerances 1e-4 to 1e-6", "height against flights and blows / (height x tolerance)", 20
+)
+def many_blows(run):
+    return max(
+        max(abs(y - bouncing(t, stiffness, 1.0)) for t, y in zip(*(h[c] for c in ("t", "y")))) / tolerance
+        for stiffness in (1e4, 1e6, 1e8)
+        for tolerance in (1e-4, 1e-5, 1e-6)
+        for h in (run(ball(10.0, stiffness, 0.0, 1.0, tolerance=tolerance)),)
+    )
+
+
+def pulled_up(stiffness, damping, speed):
+    """A blow at `speed` on a damped floor: its time, and the speed and place at which the floor would begin to pull."""
+    g, sigma = 9.81, damping / 2
+    w = math.sqrt(stiffness - sigma * sigma)
+    rest = -g / stiffness
+
+    def at(t):
+        a, b = -rest, (-speed - sigma * rest) / w
+        e, c, s = math.exp(-sigma * t), math.cos(w * t), math.sin(w * t)
+        x = e * (a * c + b * s)
+        return rest + x, e * w * (b * c - a * s) - sigma * x
+
+    def push(t):
+        x, v = at(t)
+        return -stiffness * x - damping * v
+
+    low, high = 0.5 * math.pi / w, 2 * math.pi / w
+    if push(high) > 0 and all(push(low + (high - low) * k / 400) > 0 for k in range(401)):
+        return None
+    high = next(low + (high - low) * k / 400 for k in range(401) if push(low + (high - low) * k / 400) <= 0)
+    low = high - (2 * math.pi / w - low) / 400
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if push(middle) > 0 else (low, middle)
+    return (high, *at(high))
+
+
+@case(
+    "a ball comes to rest on a floor of 1e8 N/m, damped at a twentieth: blows until it only grazes the floor",
+    "height of the flights against flights and blows by formula, and where it rests, / first height; events < 3000, seconds",
+    1e-3,
+)
+def grazing_to_rest(run):
+    stiffness, damping, height, g = 1e8, 1000.0, 0.1, 9.81
+    h = run(ball(4.0, stiffness, damping, height, 1000.0, tolerance=1e-7))
+    t0, y0, v0, worst, at = 0.0, height, 0.0, 0.0, 0
+    for _ in range(12):
+        # A flight from (t0, y0, v0), which may lie a little below the floor, until it meets it from above.
+        lands = t0 + (v0 + math.sqrt(v0 * v0 + 2 * g * y0)) / g
+        while at < len(h["t"]) and h["t"][at] < lands:
+            t = h["t"][at]
+            if t >= t0:
+                worst = max(worst, abs(h["y"][at] - (y0 + v0 * (t - t0) - g / 2 * (t - t0) ** 2)))
+            at += 1
+        took, y0, v0 = pulled_up(stiffness, damping, g * (lands - t0) - v0)
+        t0 = lands + took
+    rests = abs(h["y"][-1] + g / stiffness)
+    return max(worst / height, rests / height) if run.cpu < 5 and run.notes.count("meets") < 3000 else math.inf

@@ -59,6 +59,22 @@ TEST(Histories, RoundingIsNoRange) {
   EXPECT_GT(output_ranges(h)[1], 0.0);
 }
 
+// A tip of nanometres beside a way of ten metres is motion: it gets its error.
+TEST(Histories, NanometresBesideMetresMove) {
+  Histories h;
+  h.columns = {"crane", "tip.x", "tip.y", "closed"};
+  h.units = {"m", "m", "m", "m"};
+  h.times = VecX::LinSpaced(11, 0.0, 1.0);
+  h.values = MatX::Zero(4, 11);
+  h.values.row(0) = 10.0 * h.times.transpose();
+  h.values.row(2) = 5e-9 * h.times.transpose();
+  h.values.row(3) = 5e-11 * h.times.transpose();  // what the closure of a loop leaves
+  const VecX r = output_ranges(h);
+  EXPECT_DOUBLE_EQ(r[1], 5e-9);
+  EXPECT_DOUBLE_EQ(r[2], 5e-9);
+  EXPECT_EQ(r[3], 0.0);
+}
+
 TEST(Histories, ComparesAtCommonTimesAndNamesTheWorst) {
   const Histories reference = example();
   Histories off = at_times(reference, VecX::LinSpaced(6, 0.0, 1.0));
