@@ -149,18 +149,14 @@ BeamStress make_beam_stress(const sim::ResultBody& body, const sim::BeamDef& bea
   stress.youngs_modulus = beam.material.youngs_modulus;
   stress.shear_modulus = 0.5 * beam.material.youngs_modulus / (1.0 + beam.material.poisson);
   const sim::VecX& x = body.strain_stations;
-  std::map<std::pair<double, double>, double> shears;  // the rings of a swept beam repeat their points
+  std::map<std::pair<double, double>, sim::SectionPoint> points;  // the rings of a swept beam repeat theirs
   for (size_t i = 0; i + 2 < rest.size(); i += 3) {
     BeamStress::Vertex v;
-    v.y = static_cast<double>(rest[i + 1]);
-    v.z = static_cast<double>(rest[i + 2]);
-    if (bar) {
-      const Eigen::Vector2d p = on_outline(body.section, v.y, v.z);
-      v.y = p.x(), v.z = p.y();
-    }
-    const auto [known, fresh] = shears.try_emplace({v.y, v.z}, 0.0);
-    if (fresh) known->second = sim::torsion_shear(body.section, v.y, v.z).norm();
-    v.shear = known->second;
+    Eigen::Vector2d p(static_cast<double>(rest[i + 1]), static_cast<double>(rest[i + 2]));
+    if (bar) p = on_outline(body.section, p.x(), p.y());
+    const auto [known, fresh] = points.try_emplace({p.x(), p.y()});
+    if (fresh) known->second = sim::section_point(body.section, p.x(), p.y());
+    v.at = known->second;
     // Single precision of the mesh: a vertex as near as that to a station stands on it.
     const double at = std::clamp(static_cast<double>(rest[i]), x[0], x[x.size() - 1]), near = 1e-6 * body.length;
     const double* const above = std::upper_bound(x.data(), x.data() + x.size(), at + near);
@@ -361,13 +357,22 @@ void beam_von_mises(const BeamStress& stress, const sim::ResultBody& body, std::
         body.section_strain(i, 2) * q[static_cast<size_t>(body.section_strain(i, 1))];
   const auto station = [&](int k) { return Eigen::Map<const sim::SectionStrains>(strains.data() + 4 * static_cast<std::ptrdiff_t>(k)); };
   const int last = static_cast<int>(body.strain_stations.size()) - 1;
+  // What transverse forces change the curvatures by between two stations.
+  const auto bend_rates = [&](int from, int to) {
+    const double width = body.strain_stations[to] - body.strain_stations[from];
+    return width > 1e-6 * body.length ? Eigen::Vector2d((station(to) - station(from)).segment<2>(1) / width)
+                                      : Eigen::Vector2d(Eigen::Vector2d::Zero());
+  };
   for (size_t i = 0; i < stress.vertices.size(); ++i) {
     const BeamStress::Vertex& v = stress.vertices[i];
+    const int next = std::min(v.station + 1, last);
     sim::SectionStrains e = station(v.station);
-    if (v.share > 0.0) e += v.share * (station(std::min(v.station + 1, last)) - e);
-    double largest = sim::section_von_mises(e, stress.youngs_modulus, stress.shear_modulus, v.y, v.z, v.shear);
+    if (v.share > 0.0) e += v.share * (station(next) - e);
+    double largest = sim::section_von_mises(e, bend_rates(next == v.station ? std::max(0, next - 1) : v.station, next),
+                                            stress.youngs_modulus, stress.shear_modulus, v.at);
     if (v.other >= 0)
-      largest = std::max(largest, sim::section_von_mises(station(v.other), stress.youngs_modulus, stress.shear_modulus, v.y, v.z, v.shear));
+      largest = std::max(largest, sim::section_von_mises(station(v.other), bend_rates(std::max(0, v.other - 1), v.other),
+                                                         stress.youngs_modulus, stress.shear_modulus, v.at));
     out[i] = static_cast<float>(largest);
   }
 }

@@ -14,6 +14,7 @@
 #include "render/picture/picture.h"
 #include "sim/results/results.h"
 #include "sim/scene/scene.h"
+#include "sim/scene/section_stress.h"
 
 #include <memory>
 #include <optional>
@@ -43,7 +44,7 @@ BodyLook read_body_look(const sim::BodyDef& body, const std::string& file);
 // What the stress of a beam's vertices is made of (sim/section_stress.h).
 struct BeamStress {
   struct Vertex {
-    double y = 0.0, z = 0.0, shear = 0.0;  // place in the section and its torsion_shear, m
+    sim::SectionPoint at;
     // Between which stations, and how far; a second pair where section forces jump at the vertex: the larger stress is drawn.
     int station = 0, other = -1;
     double share = 0.0;

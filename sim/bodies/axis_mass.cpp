@@ -112,7 +112,7 @@ void reserve_axis_mass(const FlexibleBody& body, BodyTerms& out) {
   out.Mee = body.Me;
 }
 
-void update_axis_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out) {
+void update_axis_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out, bool elastic) {
   const Axis& mass = body.axis;
   AxisTerms& kept = out.axis;
   AxisScratch& work = *kept.scratch;
@@ -157,7 +157,7 @@ void update_axis_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out) {
   out.Mre.row(3) = mass.Cr0.row(0) + (z.col(2) - y.col(3)).transpose();
   out.Mre.row(4) = mass.Cr0.row(1) + (x.col(3) - z.col(1)).transpose();
   out.Mre.row(5) = mass.Cr0.row(2) + (y.col(1) - x.col(2)).transpose();
-  if (out.Mee.size() == 0) return;
+  if (!elastic) return;
   out.Mee = mass.Me;
   out.Mee.selfadjointView<Eigen::Lower>().rankUpdate(J);
   out.Mee.triangularView<Eigen::StrictlyUpper>() = out.Mee.transpose();
@@ -169,6 +169,11 @@ void update_axis_velocity_terms(const FlexibleBody& body, const Vec6& V, const V
   AxisScratch& work = *kept.scratch;
   const Eigen::Index points = mass.x.size();
   const Vec3 v = V.head<3>(), w = V.tail<3>();
+  if (V.isZero(0.0) && qd.isZero(0.0)) {
+    out.cr.setZero();
+    out.ce.setZero();
+    return;
+  }
   // d/dt (d u2/d q) qd = H(qd, qd)
   evaluate_fields(mass, qd, work.at, work.root);
   for (size_t i = 0; i < Axis::fields; ++i)

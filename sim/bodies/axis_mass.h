@@ -11,7 +11,7 @@ inline bool has_axis_mass(const FlexibleBody& body) { return body.axis.root_mass
 
 // The parts of body_terms.h's functions of the same names for a body that has one.
 void reserve_axis_mass(const FlexibleBody& body, BodyTerms& out);
-void update_axis_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out);
+void update_axis_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out, bool elastic);
 void update_axis_velocity_terms(const FlexibleBody& body, const Vec6& V, const VecX& qd, BodyTerms& out);
 
 // Who needs no more than products with the elastic part of the mass matrix empties BodyTerms::Mee, which saves n^2 points of work a state.

@@ -15,8 +15,8 @@ void BodyTerms::reserve(const FlexibleBody& body) {
     if (body.J2[s].size() > 0) J2q[s] = VecX::Zero(body.n);
 }
 
-void update_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out) {
-  if (has_axis_mass(body)) return update_axis_mass(body, q, out);
+void update_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out, bool elastic) {
+  if (has_axis_mass(body)) return update_axis_mass(body, q, out, elastic);
   // First moment and its derivative Ct.
   Vec3 md = body.md0;
   Vec6 J = body.J0;

@@ -44,8 +44,9 @@ struct BodyTerms {
   void reserve(const FlexibleBody& body);
 };
 
-// Mass matrix at the elastic coordinates q (n).
-void update_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out);
+// Mass matrix at the elastic coordinates q (n). elastic: also its elastic part, where that depends on q; else BodyTerms::Mee stays as it
+// is, for those who only ask for forces while no elastic coordinate accelerates.
+void update_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out, bool elastic = true);
 
 // Whether two bodies are equal to the last bit in all that update_mass, update_velocity_terms and the frames at their nodes read.
 bool same_kinetics(const FlexibleBody& a, const FlexibleBody& b);

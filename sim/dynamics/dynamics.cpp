@@ -327,13 +327,13 @@ void update_expressions(Model& model, double t, Work& work) {
     if (load.expression >= 0 && !load.table) work.expression_rate[load.expression] = model.expressions[load.expression].jet(t).rate;
 }
 
-void update_positions(const Model& model, Work& work) {
+void update_positions(const Model& model, Work& work, bool elastic_masses) {
   for (size_t c = 0; c < model.clusters.size(); ++c) {
     close_positions(model, static_cast<int>(c), work);
     update_cluster_world(model, static_cast<int>(c), work);
   }
   for (size_t i = 0; i < model.parts.size(); ++i)
-    update_mass(kinetics(model, work, static_cast<int>(i)), work.parts[i].q, work.parts[i].terms);
+    update_mass(kinetics(model, work, static_cast<int>(i)), work.parts[i].q, work.parts[i].terms, elastic_masses);
   if (!model.massless.rates.empty()) balance_positions(model, work);
 }
 

@@ -8,8 +8,9 @@ namespace flexframe::sim {
 // Values of the expressions, and jets of prescribed motions, at t (s), within the segment frozen in work's copy.
 void update_expressions(Model& model, double t, Work& work);
 
-// Positions, closing every loop from work.q; then twists from the independent rates in work.w.
-void update_positions(const Model& model, Work& work);
+// Positions, closing every loop from work.q; then twists from the independent rates in work.w. elastic_masses: as in update_mass
+// (body_terms.h).
+void update_positions(const Model& model, Work& work, bool elastic_masses = true);
 void update_velocities(const Model& model, Work& work);
 // Accelerations work.wdot (all rates) and the accelerations A of the parts. Positions and velocities come first.
 // Throws SimulationError naming a joint that moves without inertia.

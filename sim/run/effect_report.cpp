@@ -186,7 +186,7 @@ NeglectCheck check_neglected(const Scene& scene, const std::vector<EffectState>&
     }
     if (n.owners.empty()) continue;
     if (out.cpu + longest > options.budget) {
-      out.untried.push_back(fmt::format("{} of {}", effect, fmt::join(n.owners, ", ")));
+      out.untried.push_back({effect, n.owners, ""});
       continue;
     }
     const double start = cpu_seconds();
@@ -218,10 +218,10 @@ NeglectCheck check_neglected(const Scene& scene, const std::vector<EffectState>&
       out.found.push_back(n);
     } catch (const BudgetSpent&) {
       out.cpu += spent();
-      out.untried.push_back(fmt::format("{} of {}", effect, fmt::join(n.owners, ", ")));
+      out.untried.push_back({effect, n.owners, ""});
     } catch (const std::runtime_error& error) {
       out.cpu += spent();
-      out.untried.push_back(fmt::format("{} of {} (with it the run fails: {})", effect, fmt::join(n.owners, ", "), error.what()));
+      out.untried.push_back({effect, n.owners, error.what()});
     }
   }
   return out;
@@ -282,7 +282,12 @@ void report_neglected(const Scene& scene, const std::vector<EffectState>& states
   NeglectOptions confirmed = options;
   confirmed.confirm_above = asked;
   const NeglectCheck check = check_neglected(scene, states, base, confirmed);
+  const auto told = [&](const std::string& effect) {
+    return options.told &&
+           std::any_of(options.told->begin(), options.told->end(), [&](const LeftOutWorth& w) { return w.effect == effect; });
+  };
   for (const Neglected& n : check.found) {
+    if (options.told) std::erase_if(*options.told, [&](const LeftOutWorth& w) { return w.effect == n.effect; });
     if (n.share > asked && n.resolved) {
       out.notes.warn("", neglect_text(scene, n));
       continue;
@@ -292,11 +297,11 @@ void report_neglected(const Scene& scene, const std::vector<EffectState>& states
                    : fmt::format("its influence is below the {:.1g} that this check resolves", std::max(n.share, options.floor));
     out.notes.tell("", fmt::format("{} of {} left out: {}", n.effect, quoted(n.owners), influence));
   }
-  for (const std::string& what : check.untried)
-    out.notes.tell(
-        "",
-        fmt::format("{} left out; its influence was not checked, which would cost more than half of the run: flexframe effects measures it",
-                    what));
+  for (const Untried& u : check.untried) {
+    if (told(u.effect)) continue;
+    out.notes.tell("", fmt::format("{} of {} left out; its influence was not checked: {}; flexframe effects measures it", u.effect,
+                                   quoted(u.owners), u.failed.empty() ? "that would take longer than the run" : "with it the run fails (" + u.failed + ")"));
+  }
 }
 
 void report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found, double asked, SolverStatistics& out) {
@@ -310,7 +315,8 @@ void report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found,
         return b.name == owner && beam && beam->effects.automatic;
       });
     });
-    if (f.share > (decided ? 0.5 : 1.0) * asked)
+    const bool by_formula = f.effect == "stiffening" || f.effect == "gyroscopic";
+    if (f.share > (decided || by_formula ? 0.5 : 1.0) * asked)
       merge(warned, f, [&](const LeftOutWorth& have) { return remedy_of(scene, neglected(have)) == remedy_of(scene, neglected(f)); });
     else merge(told, f, [&](const LeftOutWorth& have) { return (have.share > 0.0) == (f.share > 0.0); });
   }

@@ -60,11 +60,19 @@ struct Neglected {
   bool resolved = true;  // false: the share is not above the error of the pair itself
   bool possible = true;  // false: the bodies' models cannot have it
 };
-struct NeglectCheck {
-  std::vector<Neglected> found;      // one an effect that was tried
-  std::vector<std::string> untried;  // effects for which the budget was spent, with owners
-  double cpu = 0.0;                  // s
+// An effect for which the budget was spent, or with which the run fails.
+struct Untried {
+  std::string effect;
+  std::vector<std::string> owners;
+  std::string failed;  // why the run with it fails; empty: it took too long
 };
+struct NeglectCheck {
+  std::vector<Neglected> found;  // one an effect that was tried
+  std::vector<Untried> untried;
+  double cpu = 0.0;  // s
+};
+
+struct LeftOutWorth;  // left_out.h
 
 struct NeglectOptions {
   double tolerance = 1e-4;  // of the pairs
@@ -76,25 +84,26 @@ struct NeglectOptions {
   const Histories* run = nullptr;
   double run_tolerance = 0.0, run_error = 0.0, confirm_above = 1e300;
   bool deformations = false;  // also deformations, which run_scene judges along the motion itself (left_out.h)
+  // What is known of these effects without a second run: report_neglected takes out what it measured.
+  std::vector<LeftOutWorth>* told = nullptr;
 };
 
 // base: histories of the scene itself at options.tolerance.
 NeglectCheck check_neglected(const Scene& scene, const std::vector<EffectState>& states, const Histories& base,
                              const NeglectOptions& options);
 
-// Price of the check against that of the run: a pair at ten times the tolerance takes about half of a run.
-inline constexpr double check_price = 0.6;
+// Price of the check against that of the run: a pair at ten times the tolerance takes about half of a run, and what is worth more than is
+// asked is run again at the run's own.
+inline constexpr double check_price = 1.5;
 // What it may take in any case, CPU s: nobody waits for that.
-inline constexpr double least_check = 0.1;
+inline constexpr double least_check = 0.5;
 
 // Checks and says what was found: warnings for what is worth more than `asked`, notes for the rest.
 void report_neglected(const Scene& scene, const std::vector<EffectState>& states, const Histories& base, const NeglectOptions& options,
                       double asked, SolverStatistics& out);
 
-struct LeftOutWorth;  // left_out.h
-
-// What is worth more than `asked` as warnings, the rest as notes; where the program decides the effects, half of it, as a worth is told to
-// a factor of two.
+// What is worth more than `asked` as warnings, the rest as notes; where the program decides the effects, and of what is of second order,
+// half of it, as a worth is told to a factor of two.
 void report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found, double asked, SolverStatistics& out);
 
 // Adds what beams with automatic effects need of what they went without: the scene is to be simulated anew. A note says what and why. False

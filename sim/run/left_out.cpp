@@ -55,6 +55,7 @@ std::vector<int> makers(std::string_view effect) {
   if (effect == "axial") return {0};
   if (effect == "shear") return {1, 2};
   if (effect == "torsion") return {3};
+  if (effect == "stiffening" || effect == "gyroscopic") return {4, 5};
   return {effect == "bending_xy" ? 5 : 4};
 }
 
@@ -98,7 +99,7 @@ LeftOut::LeftOut(const System& system, const std::vector<EffectState>& states)
   for (const EffectState& s : states) {
     if (s.on || s.body < 0 || !std::holds_alternative<BeamDef>(scene_.bodies[static_cast<size_t>(s.body)].kind)) continue;
     const bool shear = s.effect == "shear", bends = on(states, s.owner, "bending_xy") || on(states, s.owner, "bending_xz");
-    if (!shear && s.effect != "axial" && s.effect != "torsion" && s.effect != "bending_xy" && s.effect != "bending_xz") continue;
+    if (s.effect == "damping") continue;
     if (shear ? !bends : !s.possible) continue;
     Item item;
     item.effect = s.effect;
@@ -176,31 +177,120 @@ std::vector<size_t> LeftOut::looks(const System& system, const std::vector<doubl
   return out;
 }
 
-LeftOut::Moved LeftOut::strained(Item& item) const {
+namespace {
+
+// Forces that a beam without the effect does not know, of second order: what acts along it beside its deflected axis (stiffening), or its
+// inertia forces as the deformation moves and turns them (gyroscopic); [N My Mz] at every section, of what acts outboard of it.
+struct Unknown {
+  std::vector<Vec3> force;  // N My Mz
+  double potential = 0.0;   // 1/2 of their work on the deflection, J; positive where they bend the beam further
+};
+
+Unknown forces_beside_axis(const CutBeam& beam, const VecX& q) {
+  Unknown out;
+  const size_t n = beam.x.size();
+  out.force.assign(n, Vec3::Zero());
+  for (size_t k = n - 1; k > 0; --k) {
+    const Vec3 l = beam.psi[k - 1] * q, r = beam.psi[k] * q;  // theta, -w', v'
+    const double dx = beam.x[k] - beam.x[k - 1], N0 = beam.left[k - 1][0], N1 = beam.right[k - 1][0];
+    out.force[k - 1] = out.force[k];
+    out.force[k - 1][1] -= 0.5 * dx * (l.y() * N0 + r.y() * N1);
+    out.force[k - 1][2] -= 0.5 * dx * (l.z() * N0 + r.z() * N1);
+    out.potential -= 0.25 * dx * (N0 * l.tail<2>().squaredNorm() + N1 * r.tail<2>().squaredNorm());
+  }
+  return out;
+}
+
+// Centrifugal and Coriolis forces and those of turning, which work on the coordinates where the inertia follows the deformation.
+Unknown inertia_of_deformation(const CutBeam& beam, const PartWork& part) {
+  Unknown out;
+  const size_t n = beam.x.size();
+  out.force.assign(n, Vec3::Zero());
+  const Vec3 w = part.V.tail<3>(), turning = part.A.tail<3>();
+  const auto along = [&](size_t k) {
+    const Vec3 d = beam.place[k] - Vec3(beam.x[k], 0.0, 0.0);
+    return Vec3(-beam.mass_per_length *
+                (w.cross(Vec3(w.cross(beam.place[k]))) + 2.0 * w.cross(Vec3(beam.phi[k] * part.qd)) + turning.cross(d)));
+  };
+  Vec3 f = Vec3::Zero(), m = Vec3::Zero(), right = along(n - 1);
+  for (size_t k = n - 1; k > 0; --k) {
+    const double dx = beam.x[k] - beam.x[k - 1];
+    const Vec3 arm = beam.place[k] - beam.place[k - 1], left = along(k - 1);
+    m += arm.cross(f) + arm.cross(Vec3(dx * (left / 6.0 + right / 3.0)));
+    f += 0.5 * dx * (left + right);
+    out.force[k - 1] = {f.x(), m.y(), m.z()};
+    out.potential +=
+        0.25 * dx * (left.tail<2>().dot((beam.phi[k - 1] * part.q).tail<2>()) + right.tail<2>().dot((beam.phi[k] * part.q).tail<2>()));
+    right = left;
+  }
+  return out;
+}
+
+}  // namespace
+
+// At both ends of every interval of a beam, what the item's effect would strain it by.
+void LeftOut::strains_of_second_order(const System& system, const CutBeam& beam, Item& item, std::vector<Strained>& out) const {
+  const PartWork& part = system.work.parts[static_cast<size_t>(beam.part)];
+  const BeamDef& def = beam_of(scene_, beam.body);
+  const std::string& name = scene_.bodies[static_cast<size_t>(beam.body)].name;
+  const bool stiffening = item.effect == "stiffening";
+  out.assign(2 * (beam.x.size() - 1), {});
+  if (part.q.size() == 0) return;
+  const Unknown unknown = stiffening ? forces_beside_axis(beam, part.q) : inertia_of_deformation(beam, part);
+  // What is bent further is loaded further: the linear answer over 1 - P/Pcr.
+  const double stored = strain_energy(model_.parts[static_cast<size_t>(beam.part)].body, part.q);
+  const double share = stored > 0.0 ? unknown.potential / stored : 0.0, further = 1.0 / (1.0 - std::min(share, 0.9));
+  item.slowing.back() += std::abs(unknown.potential);
+  const double E = def.material.youngs_modulus;
+  const bool xy = on(model_.effects, name, "bending_xy"), xz = on(model_.effects, name, "bending_xz"),
+             along = !stiffening && on(model_.effects, name, "axial");
+  for (size_t k = 0; k < out.size(); ++k) {
+    const size_t at = (k + 1) / 2;
+    const Vec3 F = further * unknown.force[at];
+    out[k].force << (along ? F[0] : 0.0), 0.0, 0.0, 0.0, (xz ? F[1] : 0.0), (xy ? F[2] : 0.0);
+    out[k].strain << out[k].force[0] / (E * def.section.area), 0.0, 0.0, 0.0, out[k].force[4] / (E * def.section.iy),
+        out[k].force[5] / (E * def.section.iz);
+    // What the deflection shortens.
+    if (stiffening) out[k].strain[0] -= 0.5 * (beam.psi[at] * part.q).tail<2>().squaredNorm();
+  }
+}
+
+LeftOut::Moved LeftOut::strained(const System& system, Item& item) const {
   Moved out(sections_.beams().size());
   double energy = 0.0, pull = 0.0;
+  const bool second_order = item.effect == "stiffening" || item.effect == "gyroscopic";
   const std::vector<int> forces = makers(item.effect);
+  std::vector<Strained> at;
+  item.slowing.push_back(0.0);
   for (size_t b = 0; b < out.size(); ++b) {
     const CutBeam& beam = sections_.beams()[b];
     if (std::find(item.bodies.begin(), item.bodies.end(), beam.body) == item.bodies.end()) continue;
     const BeamDef& def = beam_of(scene_, beam.body);
-    const char* other = item.effect == "bending_xy" ? "bending_xz" : item.effect == "bending_xz" ? "bending_xy" : "";
-    const bool other_bends = on(model_.effects, scene_.bodies[static_cast<size_t>(beam.body)].name, other);
+    if (second_order) {
+      strains_of_second_order(system, beam, item, at);
+    } else {
+      const char* other = item.effect == "bending_xy" ? "bending_xz" : item.effect == "bending_xz" ? "bending_xy" : "";
+      const bool other_bends = on(model_.effects, scene_.bodies[static_cast<size_t>(beam.body)].name, other);
+      at.clear();
+      for (size_t k = 0; k + 1 < beam.x.size(); ++k)
+        for (const Vec6& F : {beam.left[k], beam.right[k]}) at.push_back({missing_strain(def, item.effect, other_bends, F), F});
+    }
     std::vector<Vec6>& moved = out[b];
     moved.assign(beam.x.size(), Vec6::Zero());
     for (size_t k = 0; k + 1 < beam.x.size(); ++k) {
       const double dx = beam.x[k + 1] - beam.x[k];
-      const Vec6 left = missing_strain(def, item.effect, other_bends, beam.left[k]),
-                 right = missing_strain(def, item.effect, other_bends, beam.right[k]);
-      const Vec6 mean = 0.5 * dx * (left + right);
-      energy += dx / 6.0 * (left.dot(beam.left[k]) + right.dot(beam.right[k]) + 0.5 * (left.dot(beam.right[k]) + right.dot(beam.left[k])));
+      const Strained &left = at[2 * k], &right = at[2 * k + 1];
+      const Vec6 mean = 0.5 * dx * (left.strain + right.strain);
+      energy += dx / 6.0 *
+                (left.strain.dot(left.force) + right.strain.dot(right.force) +
+                 0.5 * (left.strain.dot(right.force) + right.strain.dot(left.force)));
       const Vec3 arm = beam.place[k + 1] - beam.place[k], turn = beam.axes[k] * mean.tail<3>(), before = moved[k].tail<3>();
       moved[k + 1].head<3>() = moved[k].head<3>() + before.cross(arm) + beam.axes[k] * mean.head<3>() + 0.5 * turn.cross(arm);
       moved[k + 1].tail<3>() = before + turn;
       item.reach = std::max(item.reach, moved[k + 1].head<3>().norm());
       for (const int f : forces) {
-        const double size = std::max(std::abs(beam.left[k][f]), std::abs(beam.right[k][f]));
-        pull += 0.5 * dx * (beam.left[k][f] + beam.right[k][f]);
+        const double size = std::max(std::abs(left.force[f]), std::abs(right.force[f]));
+        pull += 0.5 * dx * (left.force[f] + right.force[f]);
         if (f < 3) item.force = std::max(item.force, size);
         else item.moment = std::max(item.moment, size);
         // What goes with it: Mz with Vy, My with Vz.
@@ -290,7 +380,7 @@ double LeftOut::moved_mass(const System& system, const Item* item, const Moved& 
 }
 
 void LeftOut::follow(const System& system, Item& item, const VecX& rest) {
-  const Moved moved = strained(item);
+  const Moved moved = strained(system, item);
   displace_frames(moved);
   VecX change = VecX::Zero(rest.size());
   double mass = 0.0;
@@ -392,36 +482,47 @@ double common_variance(const std::vector<double>& a, const std::vector<double>& 
 }  // namespace
 
 double LeftOut::drift(const Item& item, const Results& results, double& deflection) const {
-  double left_out = 0.0, stored = 0.0;
+  double left_out = 0.0, stored = 0.0, mean = 0.0, squares = 0.0;
   size_t top = 0;
+  const bool second_order = item.effect == "stiffening" || item.effect == "gyroscopic";
   for (size_t k = 0; k < strain_.size(); ++k) {
-    left_out += item.energy[k];
+    left_out += second_order ? item.slowing[k] : item.energy[k];
     stored += strain_[k];
+    mean += item.pull[k], squares += item.pull[k] * item.pull[k];
     if (strain_[k] > strain_[top]) top = k;
   }
   deflection = 0.0;
   if (!(stored > 0.0)) return 0.0;
-  double cycles = 0.0;
+  // Shear and what is of second order go with bending; what else is left out slows a vibration down as far as its section forces change and
+  // come from it. A hundred looks at random leave a tenth at most.
+  const bool bends = item.effect == "shear" || second_order;
+  const double changing = bends || squares == 0.0 ? 1.0 : 1.0 - mean * mean / (squares * static_cast<double>(strain_.size()));
+  const double duration = results.times[results.times.size() - 1];
+  const double least = bent_mass_[top] > 0.0 ? 0.4 * std::sqrt(2.0 * strain_[top] / bent_mass_[top]) * duration : 0.0;
+  double phase = 0.0, largest = 0.0;
   std::vector<double> bent(times_.size(), 0.0);
-  for (const ResultBody& body : results.bodies)
-    for (Eigen::Index c = 0; c < body.displacement.cols(); ++c) {
-      const auto column = body.displacement.col(c);
-      const double range = column.maxCoeff() - column.minCoeff();
-      if (range <= deflection) continue;
-      deflection = range;
-      cycles = 0.5 * (column.tail(column.size() - 1) - column.head(column.size() - 1)).cwiseAbs().sum() / range;
-      for (size_t k = 0, i = 0; k < times_.size(); ++k) {
-        while (static_cast<Eigen::Index>(i) + 1 < results.times.size() && results.times[static_cast<Eigen::Index>(i)] < times_[k]) ++i;
-        bent[k] = column[static_cast<Eigen::Index>(i)];
-      }
+  for (const ResultBody& body : results.bodies) {
+    Eigen::Index most = -1;
+    double range = 0.0;
+    for (Eigen::Index c = 0; c < body.displacement.cols(); ++c)
+      if (const double r = body.displacement.col(c).maxCoeff() - body.displacement.col(c).minCoeff(); r > range) range = r, most = c;
+    if (most < 0) continue;
+    const auto column = body.displacement.col(most);
+    const double cycles = 0.5 * (column.tail(column.size() - 1) - column.head(column.size() - 1)).cwiseAbs().sum() / range,
+                 passed = 2.0 * std::numbers::pi * cycles;
+    // Deformation that follows its loads slowly keeps their phase.
+    if (passed < least) continue;
+    for (size_t k = 0, i = 0; k < times_.size(); ++k) {
+      while (static_cast<Eigen::Index>(i) + 1 < results.times.size() && results.times[static_cast<Eigen::Index>(i)] < times_[k]) ++i;
+      bent[k] = column[static_cast<Eigen::Index>(i)];
     }
-  // Deformation that follows its loads slowly keeps their phase.
-  const double duration = results.times[results.times.size() - 1], passed = 2.0 * std::numbers::pi * cycles;
-  if (bent_mass_[top] > 0.0 && passed < 0.4 * std::sqrt(2.0 * strain_[top] / bent_mass_[top]) * duration) return 0.0;
-  // Shear goes with bending; what else is left out slows a vibration down as far as its section forces come from it. A hundred looks at
-  // random leave a tenth at most.
-  const double together = item.effect == "shear" ? 1.0 : common_variance(item.pull, bent);
-  return together > 0.1 ? together * 0.5 * left_out / stored * passed : 0.0;
+    const double together = bends ? 1.0 : common_variance(item.pull, bent);
+    const double here = together > 0.1 ? changing * together * 0.5 * left_out / stored * passed : 0.0;
+    if (std::min(1.0, here) * range <= largest) continue;
+    largest = std::min(1.0, here) * range;
+    phase = here, deflection = range;
+  }
+  return phase;
 }
 
 std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest) const {
@@ -476,9 +577,9 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
       const double most = size[vector_of(c)], known = ranges[static_cast<Eigen::Index>(c)],
                    range = std::max({known, most, known == 0.0 && run.units[c] == "m" ? deflected : 0.0});
       // What counts as moving: histories.cpp.
+      const bool length = run.units[c] == "m", kinematic = length || run.units[c] == "m/s" || run.units[c].starts_with("rad");
       const double floor = run.units[c] == "N m" ? 1e-12 * largest["N"] : run.units[c].starts_with("rad") ? 1e-12 : 0.0;
-      if (range <= std::max(1e-6 * std::max(largest[run.units[c]], most), floor)) continue;
-      const bool length = run.units[c] == "m";
+      if (range <= std::max((kinematic ? 1e-9 : 1e-6) * std::max(largest[run.units[c]], most), floor)) continue;
       const double drifted = std::min(1.0, phase) * (length ? std::min(1.0, 0.5 * deflection / range) : 0.5);
       const double share = error[c] / range + (ranges[static_cast<Eigen::Index>(c)] > 0.0 ? drifted : 0.0);
       if (share <= found.share) continue;

@@ -1,8 +1,10 @@
 // What the deformations that beams go without are worth, told from the computed motion by the defect of the richer model; no second run.
 //
 // At samples of the run every beam is cut (section_forces.h). The strains that its section forces make and its model lacks, N/EA, T/GJ,
-// V/kGA and M/EI, displace the frames on it; the mechanism is assembled anew with its frames so displaced and its independent coordinates
-// kept, and what the outputs change by is the effect's quasi-static worth s(t). From it follows what the effect does in time:
+// V/kGA and M/EI, or, without stiffening and gyroscopic terms, those that forces along the deflected axis and the inertia of the
+// deformation would make and what the deflection shortens, displace the frames on it; the mechanism is assembled anew with its frames so
+// displaced and its independent coordinates kept, and what the outputs change by is the effect's quasi-static worth s(t). From it follows
+// what the effect does in time:
 //   z'' + omega^2 z = omega^2 s,   omega^2 = 2 U / sum m d^2   (Rayleigh's quotient of that displacement d, U the energy of the strains)
 // from rest, or from z = s where the run starts from equilibrium: what starts or changes at once vibrates about s. Velocities and
 // accelerations take z' and z'', reactions the share by which z passes s of the section forces. Vibrations that the model has are slowed
@@ -50,9 +52,14 @@ class LeftOut {
     bool possible = true, failed = false;
     std::vector<VecX> change;          // a look: of the followed columns
     std::vector<double> energy, mass;  // a look: U, J; sum m d^2, kg m^2
+    std::vector<double> slowing;       // a look: 1/2 of the work of what is of second order on the deflection, its size, J
     std::vector<double> pull;          // a look: integral of the section force that makes the strain, with its sign
     double force = 0.0, moment = 0.0;  // the largest that makes it, N and Nm
     double reach = 0.0;                // largest displacement within a beam, m
+  };
+  // A strain that a beam lacks and the section force that goes with it.
+  struct Strained {
+    Vec6 strain = Vec6::Zero(), force = Vec6::Zero();
   };
   // A column of the outputs: the row of the evaluated ones that it derives from (-1: none), how many times it is differentiated.
   struct Column {
@@ -62,7 +69,8 @@ class LeftOut {
   // Sections' displacements and rotations relative to the part's root, in its axes: a beam part of sections_, a place.
   using Moved = std::vector<std::vector<Vec6>>;
 
-  Moved strained(Item& item) const;
+  Moved strained(const System& system, Item& item) const;
+  void strains_of_second_order(const System& system, const CutBeam& beam, Item& item, std::vector<Strained>& out) const;
   void displace_frames(const Moved& moved);
   void restore_frames();
   double moved_mass(const System& system, const Item* item, const Moved& moved) const;

@@ -46,13 +46,14 @@ struct Alone {
   std::vector<double> shares;  // of the weights (ErrorWeights), of the last pass
   std::vector<EffectState> effects;
   std::vector<LinearLimit> limits;
-  std::vector<LeftOutWorth> left_out;
+  std::vector<LeftOutWorth> left_out;      // deformations
+  std::vector<LeftOutWorth> second_order;  // stiffening and gyroscopic terms, which a pair of runs tells better
   OutputScales scales;
 };
 
 // A second, looser run: the error of time, what is of second order and left out, and what the models cannot show. True if the latter were
 // measured.
-bool estimate(const Scene& scene, const SimulateOptions& options, const Alone& alone, bool models, Results& results) {
+bool estimate(const Scene& scene, const SimulateOptions& options, Alone& alone, bool models, Results& results) {
   SimulateOptions loose = options;
   loose.weight_shares = alone.shares;
   loose.tolerance = std::min(10.0 * results.statistics.tolerance, 0.1);
@@ -79,6 +80,7 @@ bool estimate(const Scene& scene, const SimulateOptions& options, const Alone& a
   check.run = &reference;
   check.run_tolerance = results.statistics.tolerance;
   check.run_error = std::max(0.0, results.statistics.error_estimate);
+  check.told = &alone.second_order;
   if (models) {
     // Also where no output moves: another model's may.
     check_models(scene, alone.effects, alone.limits, base, {unasked_accuracy, model_check_budget(results.statistics.cpu_seconds), check},
@@ -123,7 +125,10 @@ Results simulate_alone(const Scene& scene, const SimulateOptions& options, bool 
     results.statistics = statistics;
     results.statistics.notes = system.notes;
     alone.left_out.clear();
-    if (left_out) alone.left_out = left_out->worth(results, wants_statics(scene));
+    alone.second_order.clear();
+    if (left_out)
+      for (LeftOutWorth& w : left_out->worth(results, wants_statics(scene)))
+        (w.effect == "stiffening" || w.effect == "gyroscopic" ? alone.second_order : alone.left_out).push_back(std::move(w));
     alone.limits = linear_limits(scene, system.model, results);
     return results;
   });
@@ -141,6 +146,7 @@ Results simulate_once(const Scene& scene, const SimulateOptions& options, std::v
   report_left_out(scene, alone.left_out, unasked_accuracy, results.statistics);
   bool measured = false;
   if (options.estimate_error && !results.outputs.empty()) measured = estimate(scene, options, alone, !into, results);
+  report_left_out(scene, alone.second_order, unasked_accuracy, results.statistics);
   if (into) {
     *into = alone.limits;
   } else if (!measured) {

@@ -89,6 +89,89 @@ Eigen::Vector2d box_shear(const Section& section, double y, double z) {
   return on_flange ? Eigen::Vector2d(0.0, std::copysign(flow / flange, cy)) : Eigen::Vector2d(0.0, 0.0);
 }
 
+// int y dA and int z dA of a rectangle.
+Eigen::Vector2d moments_of(const Strip& s) {
+  const double area = std::max(0.0, s.y1 - s.y0) * std::max(0.0, s.z1 - s.z0);
+  return {0.5 * (s.y0 + s.y1) * area, 0.5 * (s.z0 + s.z1) * area};
+}
+
+// Cut across a wall of thickness t: a row of force_shear from the moments of what lies beyond it, upwards of the cut or downwards.
+Eigen::RowVector2d across_wall(const Eigen::Vector2d& beyond, double t, bool upwards) {
+  return (upwards ? -1.0 : 1.0) / t * beyond.transpose();
+}
+
+// A web goes on at both ends in I and U and carries what lies above the cut; other walls end freely on the side that is cut off.
+Eigen::Matrix2d open_wall_shear(const Section& section, double y, double z) {
+  const std::vector<Strip> strips = strips_of(section);
+  size_t at = 0;
+  for (size_t i = 1; i < strips.size(); ++i)
+    if (outside(strips[i], y, z) < outside(strips[at], y, z)) at = i;
+  const Strip& s = strips[at];
+  y = std::clamp(y, s.y0, s.y1), z = std::clamp(z, s.z0, s.z1);
+  Eigen::Matrix2d out = Eigen::Matrix2d::Zero();
+  if (section.shape == "rectangle") {
+    out.row(0) = across_wall(moments_of({y, s.y1, s.z0, s.z1}), s.z1 - s.z0, true);
+    out.row(1) = across_wall(moments_of({s.y0, s.y1, z, s.z1}), s.y1 - s.y0, true);
+    return out;
+  }
+  if (at == 0) {  // the web: strips_of names it first
+    const bool upwards = section.shape != "t";
+    Eigen::Vector2d beyond = moments_of(upwards ? Strip{y, s.y1, s.z0, s.z1} : Strip{s.y0, y, s.z0, s.z1});
+    if (section.shape == "i" || section.shape == "u") beyond += moments_of(strips[1]);
+    out.row(0) = across_wall(beyond, s.z1 - s.z0, upwards);
+    return out;
+  }
+  const Strip& web = strips.front();
+  const bool upwards = section.shape == "u" || section.shape == "l" || z >= 0.5 * (web.z0 + web.z1);
+  // Within the junction the flow turns into the web: that at its face.
+  z = upwards ? std::max(z, web.z1) : std::min(z, web.z0);
+  out.row(1) = across_wall(moments_of(upwards ? Strip{s.y0, s.y1, z, s.z1} : Strip{s.y0, s.y1, s.z0, z}), s.y1 - s.y0, upwards);
+  return out;
+}
+
+// Half the height H and the width B of a box whose walls along the force are `side` thick and those across it `top`, at p along the force
+// and r across it: what the walls there carry, along and across. The plane of the force parts the box in halves, where nothing flows.
+Eigen::Vector2d half_box_shear(double H, double B, double side, double top, double p, double r) {
+  const double tiny = 1e-9 * (H + B), inner = 0.5 * H - top, middle = 0.5 * (H - top);
+  const bool on_side = std::abs(r) >= 0.5 * B - side - tiny, on_top = std::abs(p) >= inner - tiny;
+  const double walls = std::abs(p) < inner ? side * (inner * inner - p * p) : 0.0;
+  const double along = -0.5 * (B * top * middle + walls) / side, across = std::copysign(middle, p) * r;
+  if (on_side && (!on_top || std::abs(along) >= std::abs(across))) return {along, 0.0};
+  return on_top ? Eigen::Vector2d(0.0, across) : Eigen::Vector2d(0.0, 0.0);
+}
+
+Eigen::Matrix2d box_wall_shear(const Section& section, double y, double z) {
+  const auto size = [&](const char* name) { return section.size.at(name); };
+  const bool even = section.size.contains("thickness");
+  const double h = size("height"), b = size("width"), web = even ? size("thickness") : size("web"),
+               flange = even ? size("thickness") : size("flange");
+  y = std::clamp(y, -0.5 * h, 0.5 * h), z = std::clamp(z, -0.5 * b, 0.5 * b);
+  Eigen::Matrix2d out;
+  out.col(0) = half_box_shear(h, b, web, flange, y, z);
+  out.col(1) = half_box_shear(b, h, flange, web, z, y).reverse();
+  return out;
+}
+
+// Along the rim, as the sine of the angle from the force's plane; of a tube (Ro^3 - Ri^3) / 3t where the sine is 1.
+Eigen::Matrix2d round_shear(const Section& section, double y, double z) {
+  const auto radius_of = [](const auto& ring) {
+    double most = 0.0;
+    for (const Eigen::Vector2d& p : ring) most = std::max(most, p.norm());
+    return most;
+  };
+  const double outer = radius_of(section.outline.front()), inner = section.outline.size() > 1 ? radius_of(section.outline[1]) : 0.0;
+  const double r2 = y * y + z * z;
+  Eigen::Matrix2d out;
+  if (inner == 0.0) {
+    const double R2 = std::max(outer * outer, r2);
+    out << y * y - R2, y * z, y * z, z * z - R2;
+    return out / 3.0;
+  }
+  if (r2 == 0.0) return Eigen::Matrix2d::Zero();
+  out << -z * z, y * z, y * z, -y * y;
+  return (outer * outer + outer * inner + inner * inner) / (3.0 * r2) * out;
+}
+
 }  // namespace
 
 bool has_stress(const Section& section) { return !section.outline.empty() && section.shape != "general"; }
@@ -109,9 +192,20 @@ Eigen::Vector2d torsion_shear(const Section& section, double y, double z) {
   return best;
 }
 
-double section_von_mises(const SectionStrains& e, double youngs_modulus, double shear_modulus, double y, double z, double s) {
-  const double sigma = youngs_modulus * (e[0] - y * e[1] - z * e[2]), tau = shear_modulus * e[3] * s;
-  return std::sqrt(sigma * sigma + 3.0 * tau * tau);
+Eigen::Matrix2d force_shear(const Section& section, double y, double z) {
+  if (section.shape == "circle" || section.shape == "tube") return round_shear(section, y, z);
+  return section.shape == "box" ? box_wall_shear(section, y, z) : open_wall_shear(section, y, z);
+}
+
+SectionPoint section_point(const Section& section, double y, double z) {
+  return {y, z, torsion_shear(section, y, z), force_shear(section, y, z)};
+}
+
+double section_von_mises(const SectionStrains& e, const Eigen::Vector2d& bend_rates, double youngs_modulus, double shear_modulus,
+                         const SectionPoint& at) {
+  const double sigma = youngs_modulus * (e[0] - at.y * e[1] - at.z * e[2]);
+  const Eigen::Vector2d tau = shear_modulus * e[3] * at.torsion + youngs_modulus * (at.force * bend_rates);
+  return std::sqrt(sigma * sigma + 3.0 * tau.squaredNorm());
 }
 
 }  // namespace flexframe::sim

@@ -1,13 +1,18 @@
 // Stress in the section of a beam from the strains of the section (section_strain.h).
 //
 //   sigma_xx = E (u' - y v'' - z w'')                   = N/A and M c/I about both axes, also of sections with iyz
-//   tau = G theta' s(y, z)                              Saint-Venant torsion; s per shape as below, so that the torque is G j theta'
-//   von Mises = sqrt(sigma_xx^2 + 3 tau^2)
+//   tau = G theta' s(y, z) + E S(y, z) [v''' w''']      Saint-Venant torsion, so that the torque is G j theta', and transverse forces
+//   von Mises = sqrt(sigma_xx^2 + 3 |tau|^2)
+//
+// S: by Jourawski's formula, what the change of sigma_xx along the beam leaves on a cut through the section; the forces are
+// -E (Iz v''' + Iyz w''') along y and -E (Iy w''' + Iyz v''') along z. Rectangle: cuts across its height and its width. Circle and tube:
+// along the rim at the rim, mean over the wall (the middle of a circle has 4/3 V/A where the exact solution has 1.38 at Poisson's ratio
+// 0.3: Timoshenko, Goodier, Theory of Elasticity). Box, I, U, T, L: cuts across the walls; forces across a wall are not in it. The shear
+// centre is taken to be the centroid, as by the beams themselves.
 //
 // s: circle and tube (-z, y), exact; rectangle the series of Timoshenko, Goodier, Theory of Elasticity, art. 109, exact; box Bredt's T / (2
-// Am t), the mean over the wall's thickness; I, U, T, L each strip as a rectangle (t on its long sides). Left out: shear from transverse
-// forces (zero where bending is largest; V/A against M c/I is section height over beam length), warping that is held, concentrations in
-// fillets and at loads.
+// Am t), the mean over the wall's thickness; I, U, T, L each strip as a rectangle (t on its long sides). Left out: warping that is held,
+// concentrations in fillets and at loads.
 #pragma once
 
 #include "sim/scene/scene.h"
@@ -21,9 +26,20 @@ bool has_stress(const Section& section);
 // m.
 Eigen::Vector2d torsion_shear(const Section& section, double y, double z);
 
+// (tau_xy, tau_xz) over E v''' (first column) and over E w''' (second) at the same point. m^2.
+Eigen::Matrix2d force_shear(const Section& section, double y, double z);
+
 // Strains of a section: u', v'', w'', theta'.
 using SectionStrains = Eigen::Vector4d;
-// Von Mises stress, Pa, at (y, z) where torsion_shear has the length s.
-double section_von_mises(const SectionStrains& strains, double youngs_modulus, double shear_modulus, double y, double z, double s);
+// What the stress at a point of the section depends on beside its strains.
+struct SectionPoint {
+  double y = 0.0, z = 0.0;                            // m from the centroid
+  Eigen::Vector2d torsion = Eigen::Vector2d::Zero();  // torsion_shear
+  Eigen::Matrix2d force = Eigen::Matrix2d::Zero();    // force_shear
+};
+SectionPoint section_point(const Section& section, double y, double z);
+// Von Mises stress, Pa. bend_rates: v''' and w''', 1/m^2.
+double section_von_mises(const SectionStrains& strains, const Eigen::Vector2d& bend_rates, double youngs_modulus, double shear_modulus,
+                         const SectionPoint& at);
 
 }  // namespace flexframe::sim

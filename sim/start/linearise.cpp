@@ -87,7 +87,7 @@ class Point {
   std::vector<SpaceJoint> joints_;
   State start_;
   Coefficients made_;
-  bool moves_ = false, equilibrium_ = true, drives_accelerate_ = false;
+  bool moves_ = false, equilibrium_ = false, drives_accelerate_ = false;
   double rest_scale_ = 0.0;
 };
 
@@ -142,7 +142,7 @@ VecX Point::force(const State& at, Eigen::Index moved, double step, Eigen::Index
     work_.w.segment<3>(v) += u;
     a.segment<3>(v) += R.transpose() * j.acceleration - Vec3(work_.w.segment<3>(v + 3)).cross(u);
   }
-  update_positions(model_, work_);
+  update_positions(model_, work_, moves_ || !equilibrium_ || quickened >= 0);
   update_velocities(model_, work_);
   RestForces rest;
   rest_forces(model_, work_, nullptr, rest, &a);
@@ -219,6 +219,8 @@ void Point::accelerations() {
   for (const Direction& d : all_) fastest = std::max(fastest, std::abs(start_.a[d.v]) * d.scale);
   // Flight at an even speed is rest.
   equilibrium_ = !drives_accelerate_ && fastest <= 1e-9 * std::max(1.0, model_.settings.gravity.norm());
+  // What is left of them at rest is rounding.
+  if (equilibrium_ && !moves_) start_.a.setZero();
 }
 
 // The elastic forces of the state stay as constants, so that stiff bodies do not drown the differences and an equilibrium stays one.

@@ -69,12 +69,22 @@ void build(System& system) {
   check_springs(system.model, system.scene, system.work);
 }
 
-// Which state a static start found.
-void say_rest(const StaticSolution& found, Notes& notes) {
+// Which state a static start found. Flutter that grows by less than e within the run is no part of its results.
+void say_rest(const StaticSolution& found, double duration, Notes& notes) {
   const std::string text = fmt::format("static equilibrium: {} Newton steps{}, coordinates moved by up to {:.4g} m", found.iterations,
                                        found.load_steps > 1 ? fmt::format(" in {} load steps", found.load_steps) : "", found.moved);
-  if (found.stable) notes.tell("", text);
-  else notes.warn("", text + "; it is unstable: the smallest disturbance makes the mechanism leave it");
+  const Stability& s = found.stability;
+  if (s.stable) notes.tell("", text);
+  else if (s.diverges || s.growth == 0.0 || s.growth * duration > 1.0)
+    notes.warn("", text + "; it is unstable: the smallest disturbance makes the mechanism leave it" +
+                       (s.diverges || s.growth == 0.0
+                            ? ""
+                            : fmt::format(", swinging at {:.3g} Hz and growing by {:.3g} 1/s; a damping ratio of {:.2g} would hold it",
+                                          s.frequency, s.growth, s.damping_wanted)));
+  else
+    notes.tell("", text + fmt::format("; without damping it flutters at {:.3g} Hz, but grows by {:.2g} 1/s only: by {:.2g} % within the "
+                                      "run; a damping ratio of {:.2g} would hold it",
+                                      s.frequency, s.growth, 100.0 * std::expm1(s.growth * duration), s.damping_wanted));
   if (found.snapped >= 0.0)
     notes.tell("", fmt::format("static equilibrium: with loads raised from zero the mechanism snaps through or buckles at {:.3g} % of "
                                "them; the state it snapped to is taken",
@@ -97,7 +107,7 @@ System make_system(const Scene& scene) {
     const StaticSolution at_rest = solve_statics(system.model, scene, system.work);
     update_expressions(system.model, 0.0, system.work);
     assemble_rates(system.model, scene, system.work, system.notes);
-    say_rest(at_rest, system.notes);
+    say_rest(at_rest, scene.simulation.duration, system.notes);
   }
   find_massless(system);
   system.notes.tell(neglected_stiffening(system.model, scene, system.work));

@@ -110,8 +110,11 @@ struct Problem {
 
   // Forces on what is sought; false where a loop cannot be closed or something is not finite.
   bool evaluate(const std::vector<VecX>* elastic, VecX& f) {
+    // Where nothing moves, no elastic coordinate accelerates either.
+    const bool moves =
+        std::any_of(work.motion.begin(), work.motion.end(), [](const TimeJet& jet) { return jet.rate != 0.0 || jet.acceleration != 0.0; });
     try {
-      update_positions(model, work);
+      update_positions(model, work, moves);
       update_velocities(model, work);
       rest_forces(model, work, elastic, rest);
     } catch (const SimulationError&) {
@@ -338,13 +341,34 @@ Raised raise_loads(Problem& p, const Sought& what, const VecX& start, StaticSolu
   return r;
 }
 
+// Whether the loads have a potential and nothing is driven: a stiffness that is positive definite is then proof of stability (Lagrange,
+// Dirichlet). A torque about an axis that stands still has none in space (Ziegler 1952), nor has what follows a body.
+bool is_conservative(const Problem& p) {
+  return p.model.massless.rates.empty() &&
+         std::all_of(p.motion.begin(), p.motion.end(), [](const TimeJet& jet) { return jet.rate == 0.0 && jet.acceleration == 0.0; }) &&
+         std::all_of(p.model.loads.begin(), p.model.loads.end(),
+                     [](const Load& l) {
+                       return !l.table && !l.def.follower && (l.def.kind == ForceKind::force || l.def.kind == ForceKind::spring_damper);
+                     }) &&
+         std::all_of(p.model.parts.begin(), p.model.parts.end(), [](const Part& part) {
+           const MatX& K = part.body.Ke;  // matrices of a scene may be any
+           return (K - K.transpose()).norm() <= 1e-9 * K.norm();
+         });
+}
+
 // Whether the mechanism stays at an equilibrium that was found: no pole of its small motions grows. Where coordinates are held in the
 // search, or modes cannot be had, by the stiffness along those that were sought (softer than 1e-9 of the stiffest is neutral, to the digits
 // of the differences).
-bool is_stable(Problem& p, const Sought& what) {
+Stability find_stability(Problem& p, const Sought& what) {
   p.find_directions(what);
   const size_t all = independent_directions(p.model, p.work).size();
-  if (p.sought.empty()) return true;
+  if (p.sought.empty()) return {};
+  // Eigenvalues relative to the diagonal, so that soft coordinates count like stiff ones; the differences err by 1e-6 of those.
+  if (MatX K; is_conservative(p) && p.stiffness(K) && K.diagonal().minCoeff() > 0.0) {
+    const VecX unit = K.diagonal().cwiseSqrt().cwiseInverse();
+    const MatX S = unit.asDiagonal() * (0.5 * (K + K.transpose())) * unit.asDiagonal() - 1e-4 * MatX::Identity(K.rows(), K.cols());
+    if (Cholesky(S).info() == Eigen::Success) return {};
+  }
   if (p.sought.size() == all && all <= 300) {
     System system;
     system.model = p.model;
@@ -352,14 +376,22 @@ bool is_stable(Problem& p, const Sought& what) {
     // The loads of the search are those at t = 0 itself.
     for (TimeFunction& e : system.model.expressions) e.unfreeze();
     try {
-      const Linearisation linear = linearise(system);
-      return linear.modes.empty() || linear.modes.front().kind != LinearMode::unstable;
+      Stability out;
+      for (const LinearMode& mode : linearise(system).modes) {
+        if (mode.kind != LinearMode::unstable) break;
+        if (out.stable) out.growth = mode.growth;
+        out.stable = false;
+        out.diverges = out.diverges || mode.frequency == 0.0;
+        if (-mode.damping > out.damping_wanted) out.damping_wanted = -mode.damping, out.frequency = mode.frequency;
+      }
+      return out;
     } catch (const SimulationError&) {}
   }
   MatX K;
-  if (!p.stiffness(K)) return true;
+  if (!p.stiffness(K)) return {};
   const VecX eigenvalues = SymmetricEigen(0.5 * (K + K.transpose()), Eigen::EigenvaluesOnly).eigenvalues();
-  return eigenvalues[0] > -1e-9 * eigenvalues.cwiseAbs().maxCoeff();
+  const bool falls = eigenvalues[0] <= -1e-9 * eigenvalues.cwiseAbs().maxCoeff();
+  return {!falls, falls, 0.0, 0.0, 0.0};
 }
 
 // A beam of one piece whose material line is longer or shorter by a tenth than it is: its linear displacements are turned far beyond small
@@ -449,27 +481,26 @@ void find_rest(Problem& p, const Sought& what, const Scene& scene, const VecX& s
   const bool turning = std::any_of(p.motion.begin(), p.motion.end(), [](const TimeJet& jet) { return jet.rate != 0.0; });
   VecX beside;
   if (turning && search(p, what, Way::nearest, out).rest) {
-    out.stable = is_stable(p, what);
-    if (out.stable) return;
+    out.stability = find_stability(p, what);
+    if (out.stability.stable) return;
     beside = p.work.q;
   }
   double length = 0.0;
   p.work.q = start;
   Found found = search(p, what, Way::downhill, out);
-  if (beside.size() > 0 && (!found.rest || !is_stable(p, what) || beyond_its_field(p.model, scene, p.work, length) >= 0)) {
+  if (beside.size() > 0 && (!found.rest || !find_stability(p, what).stable || beyond_its_field(p.model, scene, p.work, length) >= 0)) {
     // Nothing better downhill: the state beside the start, which is left at the smallest disturbance.
     p.work.q = beside;
     search(p, what, Way::nearest, out);
-    out.stable = false;
-    return;
+    return;  // its stability is known
   }
   if (!found.rest) {
     // Forces that follow the mechanism have no hill to run down.
     p.work.q = start;
     found = search(p, what, Way::nearest, out);
     if (found.rest) {
-      out.stable = is_stable(p, what);
-      if (out.stable) return;
+      out.stability = find_stability(p, what);
+      if (out.stability.stable) return;
     }
   }
   if (!found.rest || (found.crossed && rests_without_loads(p, what, start))) {
@@ -483,7 +514,7 @@ void find_rest(Problem& p, const Sought& what, const Scene& scene, const VecX& s
       found = search(p, what, Way::downhill, out);
     }
   }
-  out.stable = is_stable(p, what);
+  out.stability = find_stability(p, what);
 }
 
 }  // namespace

@@ -8,10 +8,19 @@
 
 namespace flexframe::sim {
 
+// What a small disturbance of an equilibrium does.
+struct Stability {
+  bool stable = true;
+  bool diverges = false;        // leaves it without swinging about it
+  double growth = 0.0;          // 1/s, of what grows fastest; 0: not known
+  double frequency = 0.0;       // Hz, of the flutter that needs the most damping
+  double damping_wanted = 0.0;  // the ratio that would hold that
+};
+
 struct StaticSolution {
   int iterations = 0;  // Newton steps of all load steps
   int load_steps = 1;  // 1: the whole load at once
-  bool stable = true;  // false: the smallest disturbance makes the mechanism leave it
+  Stability stability;
   double snapped =
       -1.0;  // share of the loads at which it snapped through or buckled on the way, when they are raised from zero; negative: it did not
   std::string accelerating;  // joints whose prescribed motions accelerate at t = 0, which counts as a load; empty: none

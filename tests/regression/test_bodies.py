@@ -294,6 +294,27 @@ def bending_stress(name, mz, my):
     return max(abs(y * v2 + z * w2) for y, z in points)
 
 
+def shear_stress(name, vy, vz):
+    """Largest sqrt(3) tau of transverse forces on the cuts through the centroid along y and z: V Q / (I b), both axes together."""
+    _, iy, iz, iyz, points = moments(name)
+    if name in ("circle", "tube"):
+        ro, ri = (0.01, 0.0) if name == "circle" else (0.015, 0.012)
+        return math.sqrt(3) * math.hypot(vy, vz) * 2 / 3 * (ro**3 - ri**3) / (iz * 2 * (ro - ri))
+    d = iy * iz - iyz * iyz
+    v3, w3 = (iy * vy - iyz * vz) / d, (iz * vz - iyz * vy) / d
+    parts = rectangles(name)
+    y0, z0 = min(p[1] for p in parts) - min(y for y, _ in points), min(p[3] for p in parts) - min(z for _, z in points)
+    largest = 0.0
+    for turn in (False, True):
+        at = [(s, *((c - z0, e - z0, a - y0, b - y0) if turn else (a - y0, b - y0, c - z0, e - z0))) for s, a, b, c, e in parts]
+        first, second = (w3, v3) if turn else (v3, w3)
+        width = sum(s * (e - c) for s, a, b, c, e in at if a < 0 < b)
+        above = [(s, max(a, 0), b, c, e) for s, a, b, c, e in at if b > 0]
+        flow = sum(s * (b - a) * (e - c) * (first * (a + b) / 2 + second * (c + e) / 2) for s, a, b, c, e in above)
+        largest = max(largest, abs(flow) / width if width > 0 else 0.0)
+    return math.sqrt(3) * largest
+
+
 def torsion_stress(name, torque):
     """Largest sqrt(3) tau by the formula of the handbook (Roark, table 10.7)."""
     if name in ("circle", "tube"):
@@ -371,9 +392,12 @@ def stresses(folder):
         area, *_ = moments(name)
         cases = {
             "axial": (tip([1, 0, 0], 1000.0), lambda x: 1000.0 / area),
-            "bending_xy": (tip([0, 1, 0], 30.0), lambda x: bending_stress(name, 30.0 * (1 - x), 0)),
-            "bending_xz": (tip([0, 0, 1], 30.0), lambda x: bending_stress(name, 0, 30.0 * (1 - x))),
-            "both planes": (tip([0, 0.6, 0.8], 30.0), lambda x: bending_stress(name, 18.0 * (1 - x), 24.0 * (1 - x))),
+            "bending_xy": (tip([0, 1, 0], 30.0), lambda x: max(bending_stress(name, 30.0 * (1 - x), 0), shear_stress(name, 30.0, 0))),
+            "bending_xz": (tip([0, 0, 1], 30.0), lambda x: max(bending_stress(name, 0, 30.0 * (1 - x)), shear_stress(name, 0, 30.0))),
+            "both planes": (
+                tip([0, 0.6, 0.8], 30.0),
+                lambda x: max(bending_stress(name, 18.0 * (1 - x), 24.0 * (1 - x)), shear_stress(name, 18.0, 24.0)),
+            ),
             "torsion": (
                 table("force", kind="torque", on="bar.tip", direction="[1, 0, 0]", value="5.0"),
                 lambda x: torsion_stress(name, 5.0),
@@ -387,6 +411,12 @@ def stresses(folder):
             worst, at = max((abs(value - wanted(x)) / largest, x) for x, value in rings)
             near(worst, 0, allowed, f"stress of {name}, {what}, furthest off at x = {at}, largest {largest / 1e6:.4g} MPa")
 
+    # Short beams: near the tip the transverse force is all there is.
+    for name in ("rectangle", "circle", "i", "box", "u", "t"):
+        rings = stress_of(folder, sections[name][0], tip([0, 1, 0], 3000.0), length=0.06)
+        wanted = shear_stress(name, 3000.0, 0)
+        near(min(value for _, value in rings) / wanted, 1.0, 0.03, f"stress beside the tip of a short beam, {name}")
+
     # Along the beam and over the models: a uniform load, and a load at the middle between two supports.
     section, name = sections["rectangle"][0], "rectangle"
     uniform = table("force", kind="distributed", on="bar", direction="[0, 1, 0]", value="100.0")
@@ -396,16 +426,23 @@ def stresses(folder):
     middle = table("force", kind="force", on="bar.middle", direction="[0, 1, 0]", value="200.0")
     plane = '["bending_xy"]'
     for model in ("finite-element", "mixed", "lumped", "modal"):
-        for what, load, joints, wanted in (
-            ("uniform load", uniform, None, lambda x: 50.0 * (1 - x) ** 2),
-            ("load at the middle", middle, between, lambda x: 100.0 * min(x, 1 - x)),
+        for what, load, joints, moment, across in (
+            ("uniform load", uniform, None, lambda x: 50.0 * (1 - x) ** 2, lambda x: 100.0 * (1 - x)),
+            ("load at the middle", middle, between, lambda x: 100.0 * min(x, 1 - x), lambda x: 100.0),
         ):
             if model == "modal" and joints:
                 continue  # forms of a clamped end cannot make it
             rings = stress_of(folder, section, load, model=model, joints=joints, effects=plane, warned="axial")
-            largest = max(bending_stress(name, wanted(x), 0) for x, _ in rings)
-            worst, at = max((abs(value - bending_stress(name, wanted(x), 0)) / largest, x) for x, value in rings)
+            wanted = lambda x: max(bending_stress(name, moment(x), 0), shear_stress(name, across(x), 0))
+            largest = max(wanted(x) for x, _ in rings)
+            worst, at = max((abs(value - wanted(x)) / largest, x) for x, value in rings)
             near(worst, 0, {"modal": 0.08}.get(model, 0.02), f"stress under a {what}, {model}, furthest off at x = {at}")
+    # Eigenforms between two hinges under a load at the middle: sum of 8 / (pi n)^2 over the odd ones of forms 1 to 4 at the peak.
+    rings = stress_of(
+        folder, section, middle, model="modal", more='boundary = "supported-supported"\n', joints=between, effects=plane, warned="axial"
+    )
+    blunt = 8 / math.pi**2 * (1 + 1 / 9)
+    near(max(value for _, value in rings) / bending_stress(name, 50.0, 0), blunt, 0.01, "peak of stress under a load, modal")
     # Own weight along the axis.
     for model in ("finite-element", "lumped", "mixed"):
         rings = stress_of(folder, section, table("force", kind="distributed", on="bar", direction="[1, 0, 0]", value="5000.0"), model=model)

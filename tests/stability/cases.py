@@ -1493,4 +1493,5 @@ def exaggerated(run):
 
 import cases_contacts  # noqa: E402,F401  adds its cases
 import cases_effects  # noqa: E402,F401
+import cases_frames  # noqa: E402,F401
 import cases_time  # noqa: E402,F401  adds its cases

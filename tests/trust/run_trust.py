@@ -25,6 +25,7 @@ import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 import kinds_contact  # noqa: E402
+import kinds_effects  # noqa: E402
 import kinds_motion  # noqa: E402
 import kinds_rich  # noqa: E402
 import kinds_statics  # noqa: E402
@@ -52,7 +53,7 @@ SHORT = [
     "crank_rocker",
     "pulse",
 ]
-KINDS = kinds_statics.KINDS + kinds_motion.KINDS + kinds_contact.KINDS + kinds_rich.KINDS
+KINDS = kinds_statics.KINDS + kinds_motion.KINDS + kinds_contact.KINDS + kinds_rich.KINDS + kinds_effects.KINDS
 DEFAULT_CLAIM, ESTIMATES = 0.01, 5.0
 
 
@@ -105,7 +106,8 @@ def compare(scene, history, truth):
         if scene.sizes_only:
             found, true = abs(found), abs(true)
         difference = np.linalg.norm(found - true, axis=1).max()
-        scale = scene.scales.get(name) or (true.max(axis=0) - true.min(axis=0)).max()
+        scale = scene.scales.get(name)
+        scale = scale(true) if callable(scale) else scale or (true.max(axis=0) - true.min(axis=0)).max()
         error = difference / scale if scale > 0 else (0.0 if difference == 0 else np.inf)
         if not error <= worst:
             worst, where = float(error), name

@@ -1,5 +1,6 @@
 // Sections: against closed formulas, against integrals over their own outlines, and against Saint-Venant solved on a grid.
 #include "sim/scene/section.h"
+#include "sim/scene/section_stress.h"
 
 #include <gtest/gtest.h>
 
@@ -178,6 +179,65 @@ TEST(Section, General) {
   EXPECT_NE(message_of("general", {{"area", 1e-4}, {"iy", 1e-9}, {"iz", 1e-9}, {"j", 1e-9}, {"iyz", 2e-9}}).find("iyz^2 <= iy iz"),
             std::string::npos);
   EXPECT_NE(message_of("general", {{"area", 1e-4}, {"iy", 1e-9}, {"iz", 1e-9}, {"j", 1e-8}}).find("polar moment"), std::string::npos);
+}
+
+// Stress by transverse forces V = -E (Iz v''' + Iyz w''') and so on, against V Q / (I b) with first moments by hand.
+TEST(Section, ShearByTransverseForces) {
+  const auto shear = [](const Section& s, double Vy, double Vz, double y, double z) {
+    const double det = s.iy * s.iz - s.iyz * s.iyz;
+    return Eigen::Vector2d(force_shear(s, y, z) * -Eigen::Vector2d(s.iy * Vy - s.iyz * Vz, s.iz * Vz - s.iyz * Vy) / det);
+  };
+  const double V = 7.0;
+  const Section bar = make_section("rectangle", {{"height", 0.03}, {"width", 0.01}});
+  EXPECT_NEAR(shear(bar, V, 0, 0.0, 0.005)[0], 1.5 * V / bar.area, 1e-9 * V / bar.area);
+  EXPECT_NEAR(shear(bar, V, 0, 0.0075, 0.005)[0], 0.75 * 1.5 * V / bar.area, 1e-9 * V / bar.area);
+  EXPECT_NEAR(shear(bar, 0, V, 0.015, 0.0)[1], 1.5 * V / bar.area, 1e-9 * V / bar.area);
+  EXPECT_NEAR(shear(bar, V, V, 0.015, 0.005).norm(), 0.0, 1e-9 * V / bar.area);
+
+  const Section rod = make_section("circle", {{"diameter", 0.02}});
+  EXPECT_NEAR(shear(rod, V, 0, 0.0, 0.01)[0], 4.0 / 3.0 * V / rod.area, 1e-3 * V / rod.area);  // the outline is a polygon
+  EXPECT_NEAR(shear(rod, V, 0, 0.01, 0.0).norm(), 0.0, 1e-3 * V / rod.area);
+  const Section tube = make_section("tube", {{"outer_diameter", 0.03}, {"thickness", 0.0005}});
+  EXPECT_NEAR(shear(tube, 0, V, 0.015, 0.0)[1], 2.0 * V / tube.area, 0.01 * V / tube.area);
+  // Along the rim, also of a force between the axes.
+  const Eigen::Vector2d at(0.015 * std::cos(0.7), 0.015 * std::sin(0.7));
+  EXPECT_NEAR(shear(tube, 0.6 * V, 0.8 * V, at.x(), at.y()).dot(at), 0.0, 1e-12 * V / tube.area);
+
+  const double h = 0.05, b = 0.03, w = 0.003, f = 0.004, arm = 0.5 * (h - f), inner = 0.5 * h - f;
+  const std::map<std::string, double> sizes = {{"height", h}, {"width", b}, {"web", w}, {"flange", f}};
+  const Section i = make_section("i", sizes), u = make_section("u", sizes), box = make_section("box", sizes), t = make_section("t", sizes);
+  const double corner = b * f * arm, middle = corner + 0.5 * w * inner * inner;
+  EXPECT_NEAR(shear(i, V, 0, 0.0, 0.5 * w)[0], V * middle / (i.iz * w), 1e-9 * V / i.area);
+  EXPECT_NEAR(shear(i, V, 0, inner, 0.5 * w)[0], V * corner / (i.iz * w), 1e-9 * V / i.area);
+  // The flow in half of a flange, where it reaches the web, from both sides.
+  EXPECT_NEAR(shear(i, V, 0, 0.5 * h, 0.5 * w)[1], -shear(i, V, 0, 0.5 * h, -0.5 * w)[1], 1e-9 * V / i.area);
+  EXPECT_NEAR(std::abs(shear(i, V, 0, 0.5 * h, 0.5 * w)[1]), V * arm * 0.5 * (b - w) / i.iz, 1e-9 * V / i.area);
+  EXPECT_NEAR(shear(i, V, 0, 0.5 * h, 0.5 * b).norm(), 0.0, 1e-9 * V / i.area);
+  // A force along the flanges: three halves of the mean over both.
+  EXPECT_NEAR(shear(i, 0, V, 0.5 * h, 0.5 * w)[1], 1.5 * V / (2.0 * b * f), 0.02 * V / (b * f));
+  double z_web = 0.0;
+  for (const Eigen::Vector2d& p : u.outline.front()) z_web = std::min(z_web, p.y());
+  EXPECT_NEAR(shear(u, V, 0, 0.0, z_web)[0], V * middle / (u.iz * w), 1e-9 * V / u.area);
+  EXPECT_NEAR(std::abs(shear(u, V, 0, 0.5 * h, z_web + w)[1]), V * arm * (b - w) / u.iz, 1e-9 * V / u.area);
+  EXPECT_NEAR(shear(box, V, 0, 0.0, 0.5 * b)[0], V * (b * f * arm + w * inner * inner) / (box.iz * 2.0 * w), 1e-9 * V / box.area);
+  EXPECT_NEAR(shear(box, V, 0, 0.5 * h, 0.0).norm(), 0.0, 1e-9 * V / box.area);
+  EXPECT_NEAR(shear(box, 0, V, 0.5 * h, 0.0)[1], V * (h * w * 0.5 * (b - w) + f * std::pow(0.5 * b - w, 2)) / (box.iy * 2.0 * f),
+              1e-9 * V / box.area);
+  double foot = 0.0;
+  for (const Eigen::Vector2d& p : t.outline.front()) foot = std::min(foot, p.x());
+  EXPECT_NEAR(shear(t, V, 0, 0.0, 0.5 * w)[0], V * 0.5 * foot * foot / t.iz, 1e-9 * V / t.area);
+
+  // Oblique principal axes: what the legs carry is the force, but for the corner.
+  const Section l = make_section("l", {{"height", 0.05}, {"width", 0.04}, {"thickness", 0.001}});
+  double y0 = 0.0, z0 = 0.0;
+  for (const Eigen::Vector2d& p : l.outline.front()) y0 = std::min(y0, p.x()), z0 = std::min(z0, p.y());
+  Eigen::Vector2d sum(0, 0);
+  for (int k = 0; k < 1000; ++k) {
+    sum[0] += 0.05 * 0.001 / 1000 * shear(l, 3.0, 4.0, y0 + 0.05 * (k + 0.5) / 1000, z0)[0];
+    sum[1] += 0.04 * 0.001 / 1000 * shear(l, 3.0, 4.0, y0, z0 + 0.04 * (k + 0.5) / 1000)[1];
+  }
+  EXPECT_NEAR(sum[0], 3.0, 0.15);
+  EXPECT_NEAR(sum[1], 4.0, 0.15);
 }
 
 TEST(Section, WrongSizes) {
