@@ -299,8 +299,9 @@ void report_neglected(const Scene& scene, const std::vector<EffectState>& states
   }
   for (const Untried& u : check.untried) {
     if (told(u.effect)) continue;
-    out.notes.tell("", fmt::format("{} of {} left out; its influence was not checked: {}; flexframe effects measures it", u.effect,
-                                   quoted(u.owners), u.failed.empty() ? "that would take longer than the run" : "with it the run fails (" + u.failed + ")"));
+    out.notes.tell(
+        "", fmt::format("{} of {} left out; its influence was not checked: {}; flexframe effects measures it", u.effect, quoted(u.owners),
+                        u.failed.empty() ? "that would take longer than the run" : "with it the run fails (" + u.failed + ")"));
   }
 }
 

@@ -69,13 +69,17 @@ void build(System& system) {
   check_springs(system.model, system.scene, system.work);
 }
 
-// Which state a static start found. Flutter that grows by less than e within the run is no part of its results.
+// Flutter that a thousandth of critical damping would hold, less than any part has, and that grows by less than e within the run is no part
+// of its results.
+constexpr double little_damping = 1e-3;
+
+// Which state a static start found.
 void say_rest(const StaticSolution& found, double duration, Notes& notes) {
   const std::string text = fmt::format("static equilibrium: {} Newton steps{}, coordinates moved by up to {:.4g} m", found.iterations,
                                        found.load_steps > 1 ? fmt::format(" in {} load steps", found.load_steps) : "", found.moved);
   const Stability& s = found.stability;
   if (s.stable) notes.tell("", text);
-  else if (s.diverges || s.growth == 0.0 || s.growth * duration > 1.0)
+  else if (s.diverges || s.growth == 0.0 || s.growth * duration > 1.0 || s.damping_wanted > little_damping)
     notes.warn("", text + "; it is unstable: the smallest disturbance makes the mechanism leave it" +
                        (s.diverges || s.growth == 0.0
                             ? ""
