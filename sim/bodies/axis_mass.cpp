@@ -157,7 +157,7 @@ void update_axis_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out, b
   out.Mre.row(3) = mass.Cr0.row(0) + (z.col(2) - y.col(3)).transpose();
   out.Mre.row(4) = mass.Cr0.row(1) + (x.col(3) - z.col(1)).transpose();
   out.Mre.row(5) = mass.Cr0.row(2) + (y.col(1) - x.col(2)).transpose();
-  if (!elastic) return;
+  if (!elastic || out.Mee.size() == 0) return;
   out.Mee = mass.Me;
   out.Mee.selfadjointView<Eigen::Lower>().rankUpdate(J);
   out.Mee.triangularView<Eigen::StrictlyUpper>() = out.Mee.transpose();
