@@ -154,6 +154,23 @@ void relative_columns(const Model& model, const OutputPlan& plan, Work& work, co
   for (int k = 0; k < 3; ++k) out[k] = v[k];
 }
 
+// Unit of what a frame has.
+const char* frame_unit(Quantity quantity) {
+  switch (quantity) {
+    case Quantity::velocity:
+    case Quantity::distance_rate:
+      return "m/s";
+    case Quantity::acceleration:
+      return "m/s^2";
+    case Quantity::rotation:
+      return "rad";
+    case Quantity::angular_velocity:
+      return "rad/s";
+    default:
+      return "m";
+  }
+}
+
 }  // namespace
 
 OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown) {
@@ -229,24 +246,8 @@ OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown) {
       const bool scalar = def.quantity == Quantity::distance || def.quantity == Quantity::distance_rate;
       if (def.relative_to || scalar) plan.relative_to = add_frame(model, scene, def.relative_to.value_or(FrameRef{"ground", ""}), where);
       if (!scalar) tags = xyz;
-      switch (def.quantity) {
-        case Quantity::velocity:
-        case Quantity::distance_rate:
-          unit = "m/s";
-          break;
-        case Quantity::acceleration:
-          unit = "m/s^2";
-          plans.accelerations = true;
-          break;
-        case Quantity::rotation:
-          unit = "rad";
-          break;
-        case Quantity::angular_velocity:
-          unit = "rad/s";
-          break;
-        default:
-          break;
-      }
+      unit = frame_unit(def.quantity);
+      plans.accelerations = plans.accelerations || def.quantity == Quantity::acceleration;
     }
     for (size_t k = 0; k < tags.size(); ++k) {
       plans.columns.push_back(def.name + tags[k]);

@@ -267,11 +267,115 @@ void require(int flag, const char* what) {
   if (flag < 0) throw SimulationError(fmt::format("the integrator could not be set up ({}: {})", what, flag));
 }
 
+// The solver of each method, for the memory m that has the vector, and where it needs them the matrix and its solver. mechanical: the
+// matrix is that of a mechanical system (newton_matrix.h).
+template <class Memory>
+void set_up_cvode(Memory& m, const OdeProblem& problem, Method method, double t0, bool mechanical) {
+  using C = IntegratorCallbacks;
+  m.solver = CVodeCreate(method == Method::adams ? CV_ADAMS : CV_BDF, m.context);
+  require(CVodeInit(m.solver, C::rhs<Memory>, t0, m.y), "CVodeInit");
+  CVodeSetErrHandlerFn(m.solver, C::silent, nullptr);
+  CVodeSetUserData(m.solver, &m);
+  require(CVodeWFtolerances(m.solver, C::weights<Memory>), "tolerances");
+  if (method == Method::bdf) {
+    require(CVodeSetLinearSolver(m.solver, m.linear, m.matrix), "linear solver");
+    if (mechanical) require(CVodeSetLinSysFn(m.solver, C::linear_system_bdf<Memory>), "linear system");
+    // BDF of order 3 to 5 is unstable for lightly damped oscillation: let CVODE find out and lower the order.
+    CVodeSetStabLimDet(m.solver, SUNTRUE);
+    // With a matrix that has been left behind, far too stiff, every correction looks small enough and the predictor is taken for the
+    // solution.
+    if (problem.sharp_jacobian) {
+      CVodeSetLSetupFrequency(m.solver, 1);
+      CVodeSetJacEvalFrequency(m.solver, 1);
+    }
+  } else {
+    // Functional iteration: it converges for the steps that accuracy asks for and needs no Jacobian.
+    m.nonlinear = SUNNonlinSol_FixedPoint(m.y, 0, m.context);
+    require(CVodeSetNonlinearSolver(m.solver, m.nonlinear), "nonlinear solver");
+  }
+  if (problem.roots > 0) require(CVodeRootInit(m.solver, problem.roots, C::root<Memory>), "roots");
+}
+
+template <class Memory>
+void set_up_ida(Memory& m, const OdeProblem& problem, double t0) {
+  using C = IntegratorCallbacks;
+  m.yp = N_VClone(m.y);
+  m.evaluate(t0, m.state.data(), data(m.yp));
+  m.solver = IDACreate(m.context);
+  require(IDAInit(m.solver, C::residual<Memory>, t0, m.y, m.yp), "IDAInit");
+  IDASetErrHandlerFn(m.solver, C::silent, nullptr);
+  IDASetUserData(m.solver, &m);
+  require(IDAWFtolerances(m.solver, C::weights<Memory>), "tolerances");
+  require(IDASetLinearSolver(m.solver, m.linear, m.matrix), "linear solver");
+  if (problem.roots > 0) require(IDARootInit(m.solver, problem.roots, C::ida_root<Memory>), "roots");
+}
+
+template <class Memory>
+void set_up_dirk(Memory& m, const OdeProblem& problem, bool mechanical) {
+  using C = IntegratorCallbacks;
+  // Where vibrations are stepped over the order is lost anyway: methods of fourth and fifth order need more work for the same error
+  // (tried on the pendulum and the slider-crank at 1e-5 and 1e-6).
+  require(ARKStepSetTableNum(m.solver, ARKODE_ESDIRK325L2SA_5_2_3, ARKODE_ERK_NONE), "table");
+  require(ARKStepSetLinearSolver(m.solver, m.linear, m.matrix), "linear solver");
+  if (mechanical) {
+    require(ARKStepSetLinSysFn(m.solver, C::linear_system<Memory>), "linear system");
+    // The matrix follows every change of the step by itself, so that the rate of convergence found so far stays valid.
+    static_cast<MechanicalSolver*>(m.linear->content)->current_gamma = [solver = m.solver] {
+      double gamma = 0.0;
+      ARKStepGetCurrentGamma(solver, &gamma);
+      return gamma;
+    };
+    ARKStepSetDeltaGammaMax(m.solver, 1e10);
+    ARKStepSetLinearSolutionScaling(m.solver, SUNFALSE);
+  }
+  // The step follows its error closely (a change costs no more than a factorisation here), and the estimate is taken as it is.
+  ARKStepSetErrorBias(m.solver, 1.0);
+  ARKStepSetFixedStepBounds(m.solver, 1.0, 1.2);
+  // What Newton's method leaves adds up over the steps in slow coordinates, unlike the error of the method.
+  ARKStepSetNonlinConvCoef(m.solver, 0.02);
+  if (mechanical && problem.cheap_jacobian) {
+    // With the matrix of the step itself an iteration gains two digits or more: a stage's rate then follows from its equation
+    // instead of another evaluation (Hairer and Wanner, Solving Ordinary Differential Equations II, IV.8), a third fewer of them.
+    // With an older matrix the error would stay in slow coordinates: the slider-crank's position was ten times worse.
+    ARKStepSetLSetupFrequency(m.solver, 1);
+    require(ARKStepSetDeduceImplicitRhs(m.solver, SUNTRUE), "stages");
+    m.beginning_only = true;
+    ARKStepSetNonlinConvCoef(m.solver, 0.05);
+    // The rate of convergence hardly changes from stage to stage: what was found lasts.
+    ARKStepSetNonlinCRDown(m.solver, 0.1);
+  }
+  if (problem.sharp_jacobian) {
+    ARKStepSetLSetupFrequency(m.solver, 1);
+    ARKStepSetJacEvalFrequency(m.solver, 1);
+  }
+  // Values at the ends of steps only: derivatives of stiff components would spoil the interpolant.
+  require(ARKStepSetInterpolantType(m.solver, ARK_INTERP_LAGRANGE), "interpolant");
+  require(ARKStepSetInterpolantDegree(m.solver, 4), "interpolant");
+}
+
+template <class Memory>
+void set_up_arkode(Memory& m, const OdeProblem& problem, Method method, double t0, bool mechanical) {
+  using C = IntegratorCallbacks;
+  m.solver = method == Method::erk ? ARKStepCreate(C::rhs<Memory>, nullptr, t0, m.y, m.context)
+                                   : ARKStepCreate(nullptr, C::rhs<Memory>, t0, m.y, m.context);
+  if (!m.solver) throw SimulationError("the integrator could not be set up (ARKODE)");
+  ARKStepSetErrHandlerFn(m.solver, C::silent, nullptr);
+  ARKStepSetUserData(m.solver, &m);
+  require(ARKStepWFtolerances(m.solver, C::weights<Memory>), "tolerances");
+  if (method == Method::erk) {
+    // Sixth order at eight stages: on the pendulum and the slider-crank with eight and six modes a tenth of Dormand and Prince's error
+    // (fifth order, seven stages) for four fifths of the evaluations; Fehlberg's eighth order has more, with thirteen stages.
+    require(ARKStepSetTableNum(m.solver, ARKODE_DIRK_NONE, ARKODE_VERNER_8_5_6), "table");
+  } else {
+    set_up_dirk(m, problem, mechanical);
+  }
+  if (problem.roots > 0) require(ARKStepRootInit(m.solver, problem.roots, C::root<Memory>), "roots");
+}
+
 }  // namespace
 
 Integrator::Integrator(const OdeProblem& problem, Method method, double t0, const VecX& y0) : memory_(std::make_unique<Memory>(problem)) {
   Memory& m = *memory_;
-  using C = IntegratorCallbacks;
   m.method = method;
   m.state = y0;
   m.time = m.previous = t0;
@@ -293,92 +397,9 @@ Integrator::Integrator(const OdeProblem& problem, Method method, double t0, cons
     m.linear = mechanical ? MechanicalSolver::create(m.context) : DenseSolver::create(m.context);
   }
   // No limit on the number of steps of one call: every call takes one step.
-  if (method == Method::adams || method == Method::bdf) {
-    m.solver = CVodeCreate(method == Method::adams ? CV_ADAMS : CV_BDF, m.context);
-    require(CVodeInit(m.solver, C::rhs<Memory>, t0, m.y), "CVodeInit");
-    CVodeSetErrHandlerFn(m.solver, C::silent, nullptr);
-    CVodeSetUserData(m.solver, &m);
-    require(CVodeWFtolerances(m.solver, C::weights<Memory>), "tolerances");
-    if (implicit) {
-      require(CVodeSetLinearSolver(m.solver, m.linear, m.matrix), "linear solver");
-      if (mechanical) require(CVodeSetLinSysFn(m.solver, C::linear_system_bdf<Memory>), "linear system");
-      // BDF of order 3 to 5 is unstable for lightly damped oscillation: let CVODE find out and lower the order.
-      CVodeSetStabLimDet(m.solver, SUNTRUE);
-      // With a matrix that has been left behind, far too stiff, every correction looks small enough and the predictor is taken for the
-      // solution.
-      if (problem.sharp_jacobian) {
-        CVodeSetLSetupFrequency(m.solver, 1);
-        CVodeSetJacEvalFrequency(m.solver, 1);
-      }
-    } else {
-      // Functional iteration: it converges for the steps that accuracy asks for and needs no Jacobian.
-      m.nonlinear = SUNNonlinSol_FixedPoint(m.y, 0, m.context);
-      require(CVodeSetNonlinearSolver(m.solver, m.nonlinear), "nonlinear solver");
-    }
-    if (problem.roots > 0) require(CVodeRootInit(m.solver, problem.roots, C::root<Memory>), "roots");
-  } else if (method == Method::ida) {
-    m.yp = N_VClone(m.y);
-    m.evaluate(t0, m.state.data(), data(m.yp));
-    m.solver = IDACreate(m.context);
-    require(IDAInit(m.solver, C::residual<Memory>, t0, m.y, m.yp), "IDAInit");
-    IDASetErrHandlerFn(m.solver, C::silent, nullptr);
-    IDASetUserData(m.solver, &m);
-    require(IDAWFtolerances(m.solver, C::weights<Memory>), "tolerances");
-    require(IDASetLinearSolver(m.solver, m.linear, m.matrix), "linear solver");
-    if (problem.roots > 0) require(IDARootInit(m.solver, problem.roots, C::ida_root<Memory>), "roots");
-  } else {
-    m.solver = method == Method::erk ? ARKStepCreate(C::rhs<Memory>, nullptr, t0, m.y, m.context)
-                                     : ARKStepCreate(nullptr, C::rhs<Memory>, t0, m.y, m.context);
-    if (!m.solver) throw SimulationError("the integrator could not be set up (ARKODE)");
-    ARKStepSetErrHandlerFn(m.solver, C::silent, nullptr);
-    ARKStepSetUserData(m.solver, &m);
-    require(ARKStepWFtolerances(m.solver, C::weights<Memory>), "tolerances");
-    if (method == Method::erk) {
-      // Sixth order at eight stages: on the pendulum and the slider-crank with eight and six modes a tenth of Dormand and Prince's error
-      // (fifth order, seven stages) for four fifths of the evaluations; Fehlberg's eighth order has more, with thirteen stages.
-      require(ARKStepSetTableNum(m.solver, ARKODE_DIRK_NONE, ARKODE_VERNER_8_5_6), "table");
-    } else {
-      // Where vibrations are stepped over the order is lost anyway: methods of fourth and fifth order need more work for the same error
-      // (tried on the pendulum and the slider-crank at 1e-5 and 1e-6).
-      require(ARKStepSetTableNum(m.solver, ARKODE_ESDIRK325L2SA_5_2_3, ARKODE_ERK_NONE), "table");
-      require(ARKStepSetLinearSolver(m.solver, m.linear, m.matrix), "linear solver");
-      if (mechanical) {
-        require(ARKStepSetLinSysFn(m.solver, C::linear_system<Memory>), "linear system");
-        // The matrix follows every change of the step by itself, so that the rate of convergence found so far stays valid.
-        static_cast<MechanicalSolver*>(m.linear->content)->current_gamma = [solver = m.solver] {
-          double gamma = 0.0;
-          ARKStepGetCurrentGamma(solver, &gamma);
-          return gamma;
-        };
-        ARKStepSetDeltaGammaMax(m.solver, 1e10);
-        ARKStepSetLinearSolutionScaling(m.solver, SUNFALSE);
-      }
-      // The step follows its error closely (a change costs no more than a factorisation here), and the estimate is taken as it is.
-      ARKStepSetErrorBias(m.solver, 1.0);
-      ARKStepSetFixedStepBounds(m.solver, 1.0, 1.2);
-      // What Newton's method leaves adds up over the steps in slow coordinates, unlike the error of the method.
-      ARKStepSetNonlinConvCoef(m.solver, 0.02);
-      if (mechanical && problem.cheap_jacobian) {
-        // With the matrix of the step itself an iteration gains two digits or more: a stage's rate then follows from its equation
-        // instead of another evaluation (Hairer and Wanner, Solving Ordinary Differential Equations II, IV.8), a third fewer of them.
-        // With an older matrix the error would stay in slow coordinates: the slider-crank's position was ten times worse.
-        ARKStepSetLSetupFrequency(m.solver, 1);
-        require(ARKStepSetDeduceImplicitRhs(m.solver, SUNTRUE), "stages");
-        m.beginning_only = true;
-        ARKStepSetNonlinConvCoef(m.solver, 0.05);
-        // The rate of convergence hardly changes from stage to stage: what was found lasts.
-        ARKStepSetNonlinCRDown(m.solver, 0.1);
-      }
-      if (problem.sharp_jacobian) {
-        ARKStepSetLSetupFrequency(m.solver, 1);
-        ARKStepSetJacEvalFrequency(m.solver, 1);
-      }
-      // Values at the ends of steps only: derivatives of stiff components would spoil the interpolant.
-      require(ARKStepSetInterpolantType(m.solver, ARK_INTERP_LAGRANGE), "interpolant");
-      require(ARKStepSetInterpolantDegree(m.solver, 4), "interpolant");
-    }
-    if (problem.roots > 0) require(ARKStepRootInit(m.solver, problem.roots, C::root<Memory>), "roots");
-  }
+  if (method == Method::adams || method == Method::bdf) set_up_cvode(m, problem, method, t0, mechanical);
+  else if (method == Method::ida) set_up_ida(m, problem, t0);
+  else set_up_arkode(m, problem, method, t0, mechanical);
   m.roots.assign(problem.roots, 0);
 }
 
