@@ -84,13 +84,7 @@ void add_products(const MatX& T, const MatX& E, const MatX& F, MatX& D) {
   for (int k = 0; k < n; ++k) {
     double* __restrict const out = D.data() + static_cast<Eigen::Index>(k) * n;
     const int first = first_row(k, n);
-    int d = 0;
-    for (; d + 2 <= m; d += 2) {
-      const double t0 = T(k, d), e0 = E(k, d), t1 = T(k, d + 1), e1 = E(k, d + 1);
-      const double *const E0 = &E(0, d), *const F0 = &F(0, d), *const E1 = E0 + n, *const F1 = F0 + n;
-      for (int i = first; i < n; ++i) out[i] += (t0 * E0[i] + e0 * F0[i]) + (t1 * E1[i] + e1 * F1[i]);
-    }
-    for (; d < m; ++d) {
+    for (int d = 0; d < m; ++d) {
       const double t = T(k, d), e = E(k, d);
       const double *const E0 = &E(0, d), *const F0 = &F(0, d);
       for (int i = first; i < n; ++i) out[i] += t * E0[i] + e * F0[i];

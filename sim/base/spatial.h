@@ -81,6 +81,35 @@ inline Vec6 bracket(const Vec6& W, const Vec6& V) {
   return out;
 }
 
+// Parts of a twist or wrench, and a vector turned with a pose: what is written once for space and for the plane (plane.h) is written in
+// these names.
+inline Vec3 linear(const Vec6& V) { return V.head<3>(); }
+inline Vec3 angular(const Vec6& V) { return V.tail<3>(); }
+inline Vec6 joined(const Vec3& v, const Vec3& w) {
+  Vec6 out;
+  out.head<3>() = v;
+  out.tail<3>() = w;
+  return out;
+}
+inline Vec3 turn(const Pose& a, const Vec3& v) { return a.R * v; }
+inline Vec3 turn_back(const Pose& a, const Vec3& v) { return a.R.transpose() * v; }
+inline Vec3 cross(const Vec3& a, const Vec3& b) { return a.cross(b); }
+inline double dot(const Vec3& a, const Vec3& b) { return a.dot(b); }
+inline Vec3 as_angular(const Vec3& w) { return w; }
+inline double component(const Vec3& w, int a) { return w[a]; }
+
+// Motion in space, for templates over the space in which a mechanism moves.
+struct Space {
+  using Pose = sim::Pose;
+  using Linear = Vec3;
+  using Angular = Vec3;
+  using Twist = Vec6;
+  using Inertia = Mat6;
+  using Columns = Mat6X;                                     // twists or wrenches, one a coordinate
+  static constexpr int linear = 3, angular = 3, tensor = 6;  // components of a vector, of a rotation, of an inertia tensor
+  static Angular no_turn() { return Vec3::Zero(); }
+};
+
 // sin(a)/a, (1 - cos a)/a^2, (a - sin a)/a^3 and the derivatives of the last two divided by a, without cancellation.
 struct RotationSeries {
   double s, b, c, db, dc;

@@ -1,109 +1,192 @@
 #include "sim/bodies/body_terms.h"
 
-#include "sim/base/spatial.h"
 #include "sim/bodies/axis_mass.h"
 
 namespace flexframe::sim {
 
-void BodyTerms::reserve(const FlexibleBody& body) {
-  Mre = Mat6X::Zero(6, body.n);
-  ce = VecX::Zero(body.n);
-  work = VecX::Zero(body.n);
-  work2 = VecX::Zero(body.n);
-  if (has_axis_mass(body)) return reserve_axis_mass(body, *this);
-  for (size_t s = 0; s < 6; ++s)
-    if (body.J2[s].size() > 0) J2q[s] = VecX::Zero(body.n);
+namespace {
+
+using Tensor = Eigen::Matrix<double, 1, 1>;  // about the normal of the plane
+
+// What differs between space and plane is how blocks lie in memory, and that sums are kept in the order in which they always were.
+void multiply(Space, const MatX& A, const VecX& x, VecX& out) { out.noalias() = A * x; }
+void multiply(Plane, const MatX& A, const VecX& x, VecX& out) { sim::multiply(A, x.data(), out.data()); }
+void add_component(Mat6X& M, int a, const VecX& row) { M.row(a) += row.transpose(); }
+void add_component(MatX3& M, int a, const VecX& column) { M.col(a) += column; }
+
+// First order of the coupling, of the first moment and of the inertia tensor.
+void first_order(const FlexibleBody& body, const VecX& q, Mat6X& Mre, Vec3& md, Vec6& J) {
+  Mre.topRows<3>() = body.md1;
+  Mre.bottomRows<3>() = body.Cr0;
+  md.noalias() += body.md1 * q;
+  J.noalias() += body.J1 * q;
+}
+void first_order(const PlaneBody& body, const VecX& q, MatX3& Mre, Vec2& md, Tensor& J) {
+  Mre.leftCols<2>() = body.md1;
+  Mre.col(2) = body.Cr0;
+  md += Vec2(body.md1.col(0).dot(q), body.md1.col(1).dot(q));
+  J[0] += body.J1.dot(q);
 }
 
-void update_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out, bool elastic) {
-  if (has_axis_mass(body)) return update_axis_mass(body, q, out, elastic);
+Mat3 full_tensor(const Vec6& J) {
+  Mat3 out;
+  out << J[0], J[3], J[4], J[3], J[1], J[5], J[4], J[5], J[2];
+  return out;
+}
+void rigid_mass(double mass, const Vec3& md, const Vec6& J, Mat6& out) {
+  const Mat3 S = skew(md);
+  out.topLeftCorner<3, 3>() = mass * Mat3::Identity();
+  out.topRightCorner<3, 3>() = -S;
+  out.bottomLeftCorner<3, 3>() = S;
+  out.bottomRightCorner<3, 3>() = full_tensor(J);
+}
+void rigid_mass(double mass, const Vec2& md, const Tensor& J, Mat3& out) {
+  out << mass, 0.0, -md.y(), 0.0, mass, md.x(), -md.y(), md.x(), J[0];
+}
+
+// Weights of the tensor's elements in 1/2 w^T J w (in space xx yy zz xy xz yz).
+Vec6 tensor_weight(const Vec3& w) {
+  Vec6 out;
+  out << 0.5 * w.x() * w.x(), 0.5 * w.y() * w.y(), 0.5 * w.z() * w.z(), w.x() * w.y(), w.x() * w.z(), w.y() * w.z();
+  return out;
+}
+Tensor tensor_weight(double w) { return Tensor(0.5 * w * w); }
+Vec3 times(const Vec6& J, const Vec3& w) { return full_tensor(J) * w; }
+double times(const Tensor& J, double w) { return J[0] * w; }
+
+Vec6 momentum(const Mat6X& Mre, const VecX& qd) { return Mre * qd; }
+Vec3 momentum(const MatX3& Mre, const VecX& qd) { return {Mre.col(0).dot(qd), Mre.col(1).dot(qd), Mre.col(2).dot(qd)}; }
+
+// -Ct (v x w) - 1/2 w^T J1 w, and the rate of the tensor's first order.
+Vec6 centrifugal(const FlexibleBody& body, const Vec3& v, const Vec3& w, const Vec6& weight, const VecX& qd, BodyTerms& out) {
+  out.ce.noalias() = -(out.Mre.topRows<3>().transpose() * v.cross(w));
+  out.ce.noalias() -= body.J1.transpose() * weight;
+  return body.J1 * qd;
+}
+Tensor centrifugal(const PlaneBody& body, const Vec2& v, double w, const Tensor& weight, const VecX& qd, PlaneTerms& out) {
+  const Vec2 a = cross(v, w);
+  out.ce = -a.x() * out.Mre.col(0) - a.y() * out.Mre.col(1) - weight[0] * body.J1;
+  return Tensor(body.J1.dot(qd));
+}
+
+// ce += w_a (Cr1_a - Cr1_a^T) qd; out.work is Cr1_a qd.
+void add_gyroscopic(const FlexibleBody& body, int a, double w, const VecX& qd, BodyTerms& out) {
+  if (w == 0.0) return;
+  out.work2.noalias() = body.Cr1[a].transpose() * qd;
+  out.ce += w * (out.work - out.work2);
+}
+void add_gyroscopic(const PlaneBody& body, int, double w, const VecX& qd, PlaneTerms& out) {
+  if (body.Cr1_difference.size() > 0) out.ce.noalias() += w * (body.Cr1_difference * qd);
+}
+
+template <class S, class Body>
+void reserve_terms(const Body& body, TermsIn<S>& out) {
+  out.ce = out.work = out.work2 = VecX::Zero(body.n);
+  for (size_t s = 0; s < S::tensor; ++s)
+    if (body.J2[s].size() > 0) out.J2q[s] = VecX::Zero(body.n);
+}
+
+template <class S, class Body>
+void mass(const Body& body, const VecX& q, TermsIn<S>& out) {
   // First moment and its derivative Ct.
-  Vec3 md = body.md0;
-  Vec6 J = body.J0;
+  typename S::Linear md = body.md0;
+  auto J = body.J0;
   if (body.n > 0) {
-    out.Mre.topRows<3>() = body.md1;
-    out.Mre.bottomRows<3>() = body.Cr0;
-    md.noalias() += body.md1 * q;
-    J.noalias() += body.J1 * q;
-    for (int a = 0; a < 3; ++a) {
-      if (body.md2[a].size() > 0) {
-        out.work.noalias() = body.md2[a] * q;
-        out.Mre.row(a) += out.work.transpose();
-        md[a] += 0.5 * q.dot(out.work);
-      }
-      if (body.Cr1[a].size() > 0) {
-        out.work.noalias() = body.Cr1[a] * q;
-        out.Mre.row(3 + a) += out.work.transpose();
-      }
+    first_order(body, q, out.Mre, md, J);
+    for (int a = 0; a < S::linear; ++a) {
+      if (body.md2[a].size() == 0) continue;
+      multiply(S{}, body.md2[a], q, out.work);
+      add_component(out.Mre, a, out.work);
+      md[a] += 0.5 * q.dot(out.work);
     }
-    for (int s = 0; s < 6; ++s) {
-      if (body.J2[s].size() > 0) {
-        out.J2q[s].noalias() = body.J2[s] * q;
-        J[s] += 0.5 * q.dot(out.J2q[s]);
-      }
+    for (int a = 0; a < S::angular; ++a) {
+      if (body.Cr1[a].size() == 0) continue;
+      multiply(S{}, body.Cr1[a], q, out.work);
+      add_component(out.Mre, S::linear + a, out.work);
+    }
+    for (int s = 0; s < S::tensor; ++s) {
+      if (body.J2[s].size() == 0) continue;
+      multiply(S{}, body.J2[s], q, out.J2q[s]);
+      J[s] += 0.5 * q.dot(out.J2q[s]);
     }
   }
   out.md = md;
-  const Mat3 S = skew(md);
-  out.Mrr.topLeftCorner<3, 3>() = body.mass * Mat3::Identity();
-  out.Mrr.topRightCorner<3, 3>() = -S;
-  out.Mrr.bottomLeftCorner<3, 3>() = S;
-  out.Mrr.bottomRightCorner<3, 3>() << J[0], J[3], J[4], J[3], J[1], J[5], J[4], J[5], J[2];
+  rigid_mass(body.mass, md, J, out.Mrr);
 }
 
-void update_velocity_terms(const FlexibleBody& body, const Vec6& V, const VecX& qd, BodyTerms& out) {
-  if (has_axis_mass(body)) return update_axis_velocity_terms(body, V, qd, out);
-  const Vec3 v = V.head<3>(), w = V.tail<3>();
-  Vec6 P = out.Mrr * V;  // momenta
+template <class S, class Body>
+void velocity_terms(const Body& body, const typename S::Twist& V, const VecX& qd, TermsIn<S>& out) {
+  const typename S::Linear v = linear(V);
+  const typename S::Angular w = angular(V);
+  typename S::Twist P = out.Mrr * V;  // momenta
   if (body.n == 0) {
-    const Vec3 p = P.head<3>(), L = P.tail<3>();
-    out.cr.head<3>() = w.cross(p);
-    out.cr.tail<3>() = w.cross(L) + v.cross(p);
+    out.cr = joined(cross(w, linear(P)), cross(w, angular(P)) + cross(v, linear(P)));
     return;
   }
-  const Vec6 Pe = out.Mre * qd;
+  const typename S::Twist Pe = momentum(out.Mre, qd);
   P += Pe;
-  const Vec3 p = P.head<3>(), L = P.tail<3>(), mdd = Pe.head<3>();
+  const typename S::Linear p = linear(P), mdd = linear(Pe);
 
   // Elastic row: sum_a w_a (Cr1_a - Cr1_a^T) qd - Ct (v x w) - 1/2 w^T dJ/dq w.
-  // Weights of the tensor elements xx yy zz xy xz yz in 1/2 w^T J w.
-  Vec6 weight;
-  weight << 0.5 * w.x() * w.x(), 0.5 * w.y() * w.y(), 0.5 * w.z() * w.z(), w.x() * w.y(), w.x() * w.z(), w.y() * w.z();
-  out.ce.noalias() = -(out.Mre.topRows<3>().transpose() * v.cross(w));
-  out.ce.noalias() -= body.J1.transpose() * weight;
-  Vec6 Jdot = body.J1 * qd;
-  for (int s = 0; s < 6; ++s) {
+  const auto weight = tensor_weight(w);
+  auto Jdot = centrifugal(body, v, w, weight, qd, out);
+  for (int s = 0; s < S::tensor; ++s) {
     if (body.J2[s].size() == 0) continue;
     Jdot[s] += out.J2q[s].dot(qd);
     out.ce -= weight[s] * out.J2q[s];
   }
-  Vec3 Crdot_qd = Vec3::Zero(), mddd = Vec3::Zero();
-  for (int a = 0; a < 3; ++a) {
-    if (body.Cr1[a].size() > 0) {
-      out.work.noalias() = body.Cr1[a] * qd;
-      Crdot_qd[a] = out.work.dot(qd);
-      if (w[a] != 0.0) {
-        out.work2.noalias() = body.Cr1[a].transpose() * qd;
-        out.ce += w[a] * (out.work - out.work2);
-      }
-    }
-    if (body.md2[a].size() > 0) {
-      out.work.noalias() = body.md2[a] * qd;
-      mddd[a] = out.work.dot(qd);
-    }
+  Eigen::Matrix<double, S::angular, 1> Crdot_qd = Eigen::Matrix<double, S::angular, 1>::Zero();
+  for (int a = 0; a < S::angular; ++a) {
+    if (body.Cr1[a].size() == 0) continue;
+    multiply(S{}, body.Cr1[a], qd, out.work);
+    Crdot_qd[a] = out.work.dot(qd);
+    add_gyroscopic(body, a, component(w, a), qd, out);
   }
-  Mat3 Jd;
-  Jd << Jdot[0], Jdot[3], Jdot[4], Jdot[3], Jdot[1], Jdot[5], Jdot[4], Jdot[5], Jdot[2];
-  out.cr.head<3>() = w.cross(p) + w.cross(mdd) + mddd;
-  out.cr.tail<3>() = w.cross(L) + v.cross(p) + mdd.cross(v) + Jd * w + Crdot_qd;
+  typename S::Linear mddd = S::Linear::Zero();
+  for (int a = 0; a < S::linear; ++a) {
+    if (body.md2[a].size() == 0) continue;
+    multiply(S{}, body.md2[a], qd, out.work);
+    mddd[a] = out.work.dot(qd);
+  }
+  out.cr = joined(cross(w, p) + cross(w, mdd) + mddd,
+                  cross(w, angular(P)) + cross(v, p) + cross(mdd, v) + times(Jdot, w) + as_angular(Crdot_qd));
 }
 
-void elastic_force(const FlexibleBody& body, const VecX& q, const VecX& qd, VecX& out) {
+template <class S, class Body>
+void structural_force(const Body& body, const VecX& q, const VecX& qd, VecX& out) {
   if (body.stiffness.size() > 0) out = body.stiffness.cwiseProduct(q);
-  else out.noalias() = body.Ke * q;
+  else multiply(S{}, body.Ke, q, out);
   if (body.ksigma.size() > 0) out += body.ksigma;
   if (body.De.size() > 0) out.noalias() += body.De * qd;
 }
+
+}  // namespace
+
+void reserve(const FlexibleBody& body, BodyTerms& out) {
+  out.Mre = Mat6X::Zero(6, body.n);
+  if (!has_axis_mass(body)) return reserve_terms(body, out);
+  out.ce = out.work = out.work2 = VecX::Zero(body.n);
+  reserve_axis_mass(body, out);
+}
+void reserve(const PlaneBody& body, PlaneTerms& out) {
+  out.Mre = MatX3::Zero(body.n, 3);
+  reserve_terms(body, out);
+}
+
+void update_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out, bool elastic) {
+  if (has_axis_mass(body)) update_axis_mass(body, q, out, elastic);
+  else mass(body, q, out);
+}
+void update_mass(const PlaneBody& body, const VecX& q, PlaneTerms& out, bool) { mass(body, q, out); }
+
+void update_velocity_terms(const FlexibleBody& body, const Vec6& V, const VecX& qd, BodyTerms& out) {
+  if (has_axis_mass(body)) update_axis_velocity_terms(body, V, qd, out);
+  else velocity_terms(body, V, qd, out);
+}
+void update_velocity_terms(const PlaneBody& body, const Vec3& V, const VecX& qd, PlaneTerms& out) { velocity_terms(body, V, qd, out); }
+
+void elastic_force(const FlexibleBody& body, const VecX& q, const VecX& qd, VecX& out) { structural_force<Space>(body, q, qd, out); }
+void elastic_force(const PlaneBody& body, const VecX& q, const VecX& qd, VecX& out) { structural_force<Plane>(body, q, qd, out); }
 
 double strain_energy(const FlexibleBody& body, const VecX& q) {
   if (body.n == 0) return 0.0;

@@ -7,6 +7,7 @@
 
 #include "sim/base/types.h"
 #include "sim/bodies/flexible_body.h"
+#include "sim/bodies/plane_body.h"
 
 #include <array>
 #include <memory>
@@ -30,23 +31,28 @@ struct AxisTerms {  // kept from update_mass for update_velocity_terms
   std::shared_ptr<AxisScratch> scratch;
 };
 
-// Results and work space; sized once by `reserve`. Component order of the 6-vectors: linear, angular.
-struct BodyTerms {
-  Mat6 Mrr = Mat6::Zero();  // rigid part of the mass matrix about the body frame, body axes
-  Mat6X Mre;                // 6 x n: [Ct^T; Cr]
-  Vec6 cr = Vec6::Zero();   // velocity terms of the frame's equations, N and Nm
-  VecX ce;                  // n, velocity terms of the elastic equations (elastic and damping forces excluded)
-  Vec3 md = Vec3::Zero();   // first moment of mass, kg m
-  std::array<VecX, 6> J2q;  // J2 q, kept from update_mass for update_velocity_terms
+// Results and work space; sized once by `reserve`. S: Space or Plane; component order of twists and wrenches: linear, angular.
+template <class S>
+struct TermsIn {
+  typename S::Inertia Mrr = S::Inertia::Zero();  // rigid part of the mass matrix about the body frame, body axes
+  typename S::Columns Mre;                       // per elastic coordinate a column of [Ct^T; Cr]
+  typename S::Twist cr = S::Twist::Zero();       // velocity terms of the frame's equations, N and Nm
+  VecX ce;                                       // n, velocity terms of the elastic equations (elastic and damping forces excluded)
+  typename S::Linear md = S::Linear::Zero();     // first moment of mass, kg m
+  std::array<VecX, S::tensor> J2q;               // J2 q, kept from update_mass for update_velocity_terms
   VecX work, work2;
   MatX Mee;  // n x n elastic part where it depends on q (axis_mass.h), else empty
   AxisTerms axis;
-  void reserve(const FlexibleBody& body);
 };
+using BodyTerms = TermsIn<Space>;
+using PlaneTerms = TermsIn<Plane>;
+void reserve(const FlexibleBody& body, BodyTerms& out);
+void reserve(const PlaneBody& body, PlaneTerms& out);
 
-// Mass matrix at the elastic coordinates q (n). elastic: also its elastic part, where that depends on q; else BodyTerms::Mee stays as it
+// Mass matrix at the elastic coordinates q (n). elastic: also its elastic part, where that depends on q; else TermsIn::Mee stays as it
 // is, for those who only ask for forces while no elastic coordinate accelerates.
 void update_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out, bool elastic = true);
+void update_mass(const PlaneBody& body, const VecX& q, PlaneTerms& out, bool elastic = true);
 
 // Whether two bodies are equal to the last bit in all that update_mass, update_velocity_terms and the frames at their nodes read.
 bool same_kinetics(const FlexibleBody& a, const FlexibleBody& b);
@@ -57,13 +63,18 @@ bool same_values(const Eigen::MatrixBase<A>& a, const Eigen::MatrixBase<B>& b) {
 }
 
 // Elastic part of the mass matrix.
-inline const MatX& elastic_mass(const FlexibleBody& body, const BodyTerms& terms) { return terms.Mee.size() > 0 ? terms.Mee : body.Me; }
+template <class Body, class Terms>
+const MatX& elastic_mass(const Body& body, const Terms& terms) {
+  return terms.Mee.size() > 0 ? terms.Mee : body.Me;
+}
 
 // Velocity terms at the twist V (body axes) and qd (n); update_mass goes first.
 void update_velocity_terms(const FlexibleBody& body, const Vec6& V, const VecX& qd, BodyTerms& out);
+void update_velocity_terms(const PlaneBody& body, const Vec3& V, const VecX& qd, PlaneTerms& out);
 
 // Ke q + ksigma + De qd (n), to be subtracted from the elastic equations' right-hand side.
 void elastic_force(const FlexibleBody& body, const VecX& q, const VecX& qd, VecX& out);
+void elastic_force(const PlaneBody& body, const VecX& q, const VecX& qd, VecX& out);
 
 // 1/2 q^T Ke q + ksigma^T q, J.
 double strain_energy(const FlexibleBody& body, const VecX& q);

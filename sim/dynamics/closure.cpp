@@ -13,19 +13,13 @@
 namespace flexframe::sim {
 namespace {
 
-// Relative kinematics of frame b in the axes of frame a.
-struct Relative {
-  Mat3 R;
-  Vec3 p;
-};
-
-Relative relative_pose(const Model& model, const Work& work, int cluster, const LoopJoint& loop) {
-  const Pose a = frame_in_base(model, work, cluster, loop.a), b = frame_in_base(model, work, cluster, loop.b);
-  const Pose r = compose(inverse(a), b);
-  return {r.R, r.p};
+// Pose of frame b in frame a.
+template <class W>
+typename W::In::Pose relative_pose(const Model& model, const W& work, int cluster, const LoopJoint& loop) {
+  return compose(inverse(frame_in_base(model, work, cluster, loop.a)), frame_in_base(model, work, cluster, loop.b));
 }
 
-double row_residual(const ClosureRow& row, const Relative& r) {
+double row_residual(const ClosureRow& row, const Pose& r) {
   switch (row.kind) {
     case ClosureRow::translation:
       return row.u.dot(r.p);
@@ -35,50 +29,81 @@ double row_residual(const ClosureRow& row, const Relative& r) {
       return (r.p.squaredNorm() - row.length * row.length) / (2.0 * row.length);
   }
 }
+double row_residual(const PlaneRow& row, const PlanePose& r) {
+  switch (row.kind) {
+    case ClosureRow::translation:
+      return row.u.dot(r.p) + row.constant;
+    case ClosureRow::angle:
+      return row.u.dot(turn(r, row.b)) + row.constant;
+    default:
+      return (r.p.squaredNorm() + row.height2 - row.length * row.length) / (2.0 * row.length);
+  }
+}
 
 // Coefficients of the row on the relative velocity (lv) and angular velocity (lw), in the axes of a.
-void row_direction(const ClosureRow& row, const Relative& r, Vec3& lv, Vec3& lw) {
-  lv.setZero();
-  lw.setZero();
-  if (row.kind == ClosureRow::translation) lv = row.u;
-  if (row.kind == ClosureRow::distance) lv = r.p / row.length;
-  if (row.kind == ClosureRow::angle) lw = Vec3(r.R * row.b).cross(row.u);
+template <class S>
+struct RowDirection {
+  typename S::Linear lv;
+  typename S::Angular lw;
+};
+template <class S, class Row>
+RowDirection<S> row_direction(const Row& row, const typename S::Pose& r) {
+  RowDirection<S> out{S::Linear::Zero(), S::no_turn()};
+  if (row.kind == ClosureRow::translation) out.lv = row.u;
+  if (row.kind == ClosureRow::distance) out.lv = r.p / row.length;
+  if (row.kind == ClosureRow::angle) out.lw = cross(turn(r, row.b), row.u);
+  return out;
 }
 
 // A force and moment on b (axes of a, about b's origin) and their reaction on a, each in its frame's axes.
-void row_wrench(const Relative& r, const Vec3& force, const Vec3& moment, Vec6& on_a, Vec6& on_b) {
-  on_b.head<3>() = r.R.transpose() * force;
-  on_b.tail<3>() = r.R.transpose() * moment;
-  on_a.head<3>() = -force;
-  on_a.tail<3>() = -(moment + r.p.cross(force));
+template <class PoseIn, class Linear, class Angular, class Twist>
+void row_wrench(const PoseIn& r, const Linear& force, const Angular& moment, Twist& on_a, Twist& on_b) {
+  on_b = joined(turn_back(r, force), turn_back(r, moment));
+  on_a = joined(Linear(-force), Angular(-(moment + cross(r.p, force))));
 }
 
-// Calls on_loop(row, loop joint, closure row, relative pose) and on_lock(row, index of the locked rate).
-template <class OnLoop, class OnLock>
-void for_rows(const Model& model, const Work& work, int cluster, bool all, OnLoop&& on_loop, OnLock&& on_lock) {
+// Calls on_loop(row, loop, closure row, relative pose) and on_lock(row, index of the locked rate) for all rows, in their order, or for
+// those of the partition only, with their index there for the row.
+template <class W, class OnLoop, class OnLock>
+void for_rows(const Model& model, const W& work, int cluster, bool all, OnLoop&& on_loop, OnLock&& on_lock) {
   const Cluster& c = model.clusters[cluster];
   const ClusterWork& cw = work.clusters[cluster];
   // Kept between calls: this runs several times an evaluation.
-  static thread_local std::vector<char> wanted;
-  wanted.assign(closure_row_count(model, work, cluster), all);
-  if (!all)
-    for (int r : cw.partition.rows) wanted[r] = 1;
+  static thread_local std::vector<int> wanted;
+  const int total = closure_row_count(model, work, cluster);
+  wanted.assign(static_cast<size_t>(total), -1);
+  if (all) std::iota(wanted.begin(), wanted.end(), 0);
+  else
+    for (size_t i = 0; i < cw.partition.rows.size(); ++i) wanted[cw.partition.rows[i]] = static_cast<int>(i);
   int row = 0;
   for (int l : c.loops) {
-    const LoopJoint& loop = model.loops[l];
-    Relative rel{};
+    typename W::In::Pose rel;
     bool have = false;
-    for (const ClosureRow& closure : loop.rows) {
-      if (wanted[row]) {
-        if (!have) rel = relative_pose(model, work, cluster, loop);
+    for (const auto& closure : loop_rows(model, work, l)) {
+      if (wanted[row] >= 0) {
+        if (!have) rel = relative_pose(model, work, cluster, model.loops[l]);
         have = true;
-        on_loop(row, loop, closure, rel);
+        on_loop(wanted[row], model.loops[l], closure, rel);
       }
       ++row;
     }
   }
   for (size_t k = 0; k < cw.locked.size(); ++k, ++row)
-    if (wanted[row]) on_lock(row, k);
+    if (wanted[row] >= 0) on_lock(wanted[row], k);
+}
+
+// The row's rates per rate of the cluster, in ClusterWork::line.
+template <class W, class Row>
+void closure_line(const Model& model, W& work, int cluster, const LoopJoint& loop, const Row& closure, const typename W::In::Pose& rel,
+                  bool elastic) {
+  using S = typename W::In;
+  VecX& line = work.clusters[cluster].line;
+  const RowDirection<S> d = row_direction<S>(closure, rel);
+  typename S::Twist on_a, on_b;
+  row_wrench(rel, d.lv, d.lw, on_a, on_b);
+  line.setZero();
+  project_wrench(model, work, cluster, loop.b, on_b, elastic, line);
+  project_wrench(model, work, cluster, loop.a, on_a, elastic, line);
 }
 
 // The part and joint rate behind rate k of a cluster; elastic rates give rate -1.
@@ -106,36 +131,26 @@ int depth(const Model& model, int part) {
   return d;
 }
 
-}  // namespace
-
-int closure_row_count(const Model& model, const Work& work, int cluster) {
-  size_t rows = work.clusters[cluster].locked.size();
-  for (int l : model.clusters[cluster].loops) rows += model.loops[l].rows.size();
-  return static_cast<int>(rows);
-}
-
-namespace {
-
 struct RowOwner {
   std::string joint;
   const char* unit;  // of its residual
 };
 
-RowOwner closure_row_owner(const Model& model, const Work& work, int cluster, int row) {
+RowOwner closure_row_owner(const Model& model, const ClusterWork& work, int cluster, int row) {
   for (int l : model.clusters[cluster].loops) {
     const LoopJoint& loop = model.loops[l];
     const int n = static_cast<int>(loop.rows.size());
     if (row < n) return {loop.name, loop.rows[row].kind == ClosureRow::angle ? "rad" : "m"};
     row -= n;
   }
-  const auto [part, rate] = rate_owner(model, cluster, work.clusters[cluster].locked[row]);
+  const auto [part, rate] = rate_owner(model, cluster, work.locked[row]);
   const TreeJoint& joint = model.parts[part].joint;
   return {joint.name, is_length(joint.kind, rate) ? "m" : "rad"};
 }
 
 }  // namespace
 
-std::string closure_row_name(const Model& model, const Work& work, int cluster, int row) {
+std::string closure_row_name(const Model& model, const ClusterWork& work, int cluster, int row) {
   return closure_row_owner(model, work, cluster, row).joint;
 }
 
@@ -148,8 +163,8 @@ VecX closure_row_scales(const Model& model, const Work& work, int cluster) {
   return s;
 }
 
-bool deformation_closes(const Model& model, const Work& work, int cluster) {
-  const std::vector<int>& dep = work.clusters[cluster].partition.dep;
+bool deformation_closes(const Model& model, const Partition& partition, int cluster) {
+  const std::vector<int>& dep = partition.dep;
   return std::any_of(dep.begin(), dep.end(), [&](int k) { return rate_scale(model, cluster, k) == 0.0; });
 }
 
@@ -159,92 +174,111 @@ double rate_scale(const Model& model, int cluster, int rate) {
   return is_length(model.parts[part].joint.kind, k) ? 1.0 : model.clusters[cluster].size;
 }
 
-void update_closure_residual(const Model& model, int cluster, Work& work, bool all) {
-  ClusterWork& cw = work.clusters[cluster];
-  const int total = closure_row_count(model, work, cluster);
-  if (cw.residual.size() != total) cw.residual = VecX::Zero(total);
+namespace {
+
+// Residuals of all rows or of the partition's, into a column of as many.
+template <class W>
+void closure_residual(const Model& model, int cluster, const W& work, bool all, VecX& out) {
+  const ClusterWork& cw = work.clusters[cluster];
   for_rows(
       model, work, cluster, all,
-      [&](int row, const LoopJoint&, const ClosureRow& closure, const Relative& rel) { cw.residual[row] = row_residual(closure, rel); },
+      [&](int row, const LoopJoint&, const auto& closure, const auto& rel) { out[row] = row_residual(closure, rel); },
       [&](int row, size_t lock) {
         const auto [part, k] = rate_owner(model, cluster, cw.locked[lock]);
         // An orientation has no coordinate of its own for a rate: it stays because its rate does.
         // What is carried along stands where its coordinates say.
         const TreeJoint& joint = model.parts[part].joint;
-        cw.residual[row] = joint.nq == joint.nv && lock >= static_cast<size_t>(cw.carried)
-                               ? work.q[model.parts[part].q0 + k] - cw.lock_value[static_cast<Eigen::Index>(lock)]
-                               : 0.0;
+        out[row] = joint.nq == joint.nv && lock >= static_cast<size_t>(cw.carried)
+                       ? work.q[model.parts[part].q0 + k] - cw.lock_value[static_cast<Eigen::Index>(lock)]
+                       : 0.0;
       });
 }
 
-void update_closure_matrix(const Model& model, int cluster, Work& work, bool all, bool elastic) {
-  ClusterWork& cw = work.clusters[cluster];
-  const int total = closure_row_count(model, work, cluster);
-  const int nv = model.clusters[cluster].nv;
-  if (cw.G.rows() != total || cw.G.cols() != nv) cw.G = MatX::Zero(total, nv);
-  cw.line.resize(nv);
-  for_rows(
-      model, work, cluster, all,
-      [&](int row, const LoopJoint& loop, const ClosureRow& closure, const Relative& rel) {
-        Vec3 lv, lw;
-        row_direction(closure, rel, lv, lw);
-        Vec6 on_a, on_b;
-        row_wrench(rel, lv, lw, on_a, on_b);
-        cw.line.setZero();
-        project_wrench(model, work, cluster, loop.b, on_b, elastic, cw.line);
-        project_wrench(model, work, cluster, loop.a, on_a, elastic, cw.line);
-        cw.G.row(row) = cw.line.transpose();
-      },
-      [&](int row, size_t lock) {
-        cw.G.row(row).setZero();
-        cw.G(row, cw.locked[lock]) = 1.0;
-      });
+// Twist and acceleration at zero coordinate accelerations of a frame, also where it is fixed to what carries the cluster.
+template <class W>
+void loop_frame_motion(const Model& model, int cluster, int frame, W& work, typename W::In::Twist& V, typename W::In::Twist& A) {
+  const FramePoint& f = model.frames[frame];
+  if (f.part != ground && model.parts[f.part].cluster == cluster) {
+    update_frame_velocity(model, frame, work);
+    V = work.frames[frame].V;
+    A = to_child(work.frames[frame].pose, work.parts[f.part].A0) + work.frames[frame].bias;
+  } else {
+    V = to_child(compose(inverse(work.frames[model.clusters[cluster].base].pose), work.frames[frame].pose), work.bases[cluster].V);
+    A.setZero();
+  }
 }
 
-void update_closure_rates(const Model& model, int cluster, Work& work) {
-  ClusterWork& cw = work.clusters[cluster];
-  const Cluster& c = model.clusters[cluster];
-  const int total = closure_row_count(model, work, cluster);
-  if (cw.rate.size() != total) cw.rate = cw.bias = VecX::Zero(total);
-  // Twist and acceleration at zero coordinate accelerations of a frame, also where it is fixed to what carries the cluster.
-  const auto motion = [&](int frame, Vec6& V, Vec6& A) {
-    const FramePoint& f = model.frames[frame];
-    if (f.part != ground && model.parts[f.part].cluster == cluster) {
-      update_frame_velocity(model, frame, work);
-      V = work.frames[frame].V;
-      A = to_child(work.frames[frame].pose, work.parts[f.part].A0) + work.frames[frame].bias;
-    } else {
-      V = to_child(compose(inverse(work.frames[c.base].pose), work.frames[frame].pose), cw.base_V);
-      A.setZero();
-    }
-  };
+// Of the partition's rows: rate and acceleration at zero coordinate accelerations.
+template <class W>
+void closure_rates(const Model& model, int cluster, W& work, VecX& rate, VecX& bias) {
+  using S = typename W::In;
+  const ClusterWork& cw = work.clusters[cluster];
+  const LoopJoint* have = nullptr;
+  // Relative velocity and acceleration, in the axes of a.
+  typename S::Linear pd = S::Linear::Zero(), pdd = pd;
+  typename S::Angular w = S::no_turn(), wd = S::no_turn();
   for_rows(
       model, work, cluster, false,
-      [&](int row, const LoopJoint& loop, const ClosureRow& closure, const Relative& rel) {
-        Vec6 Va, Aa, Vb, Ab;
-        motion(loop.a, Va, Aa);
-        motion(loop.b, Vb, Ab);
-        const Vec3 wa = Va.tail<3>(), vb = rel.R * Vb.head<3>(), wb = rel.R * Vb.tail<3>();
-        const Vec3 pd = vb - Va.head<3>() - wa.cross(rel.p), w = wb - wa;
-        const Vec3 wad = Aa.tail<3>();
-        const Vec3 pdd = rel.R * Ab.head<3>() + w.cross(vb) - Aa.head<3>() - wad.cross(rel.p) - wa.cross(pd);
-        const Vec3 wd = rel.R * Ab.tail<3>() + w.cross(wb) - wad;
-        Vec3 lv, lw;
-        row_direction(closure, rel, lv, lw);
-        cw.rate[row] = lv.dot(pd) + lw.dot(w);
-        cw.bias[row] = lv.dot(pdd) + lw.dot(wd);
-        if (closure.kind == ClosureRow::angle) cw.bias[row] += w.dot(Vec3(w.cross(Vec3(rel.R * closure.b))).cross(closure.u));
-        if (closure.kind == ClosureRow::distance) cw.bias[row] += pd.squaredNorm() / closure.length;
+      [&](int row, const LoopJoint& loop, const auto& closure, const auto& rel) {
+        if (have != &loop) {
+          typename S::Twist Va, Aa, Vb, Ab;
+          loop_frame_motion(model, cluster, loop.a, work, Va, Aa);
+          loop_frame_motion(model, cluster, loop.b, work, Vb, Ab);
+          const typename S::Linear vb = turn(rel, linear(Vb));
+          const typename S::Angular wa = angular(Va), wb = turn(rel, angular(Vb)), wad = angular(Aa);
+          w = wb - wa;
+          pd = vb - linear(Va) - cross(wa, rel.p);
+          pdd = turn(rel, linear(Ab)) + cross(w, vb) - linear(Aa) - cross(wad, rel.p) - cross(wa, pd);
+          wd = turn(rel, angular(Ab)) + cross(w, wb) - wad;
+          have = &loop;
+        }
+        const RowDirection<S> d = row_direction<S>(closure, rel);
+        rate[row] = dot(d.lv, pd) + dot(d.lw, w);
+        bias[row] = dot(d.lv, pdd) + dot(d.lw, wd);
+        if (closure.kind == ClosureRow::angle) bias[row] += dot(w, cross(cross(w, turn(rel, closure.b)), closure.u));
+        if (closure.kind == ClosureRow::distance) bias[row] += pd.squaredNorm() / closure.length;
       },
       [&](int row, size_t lock) {
-        cw.rate[row] = work.w[c.v0 + cw.locked[lock]];
-        cw.bias[row] = 0.0;
+        rate[row] = work.w[model.clusters[cluster].v0 + cw.locked[lock]];
+        bias[row] = 0.0;
       });
+}
+
+}  // namespace
+
+template <class W>
+void update_closure_rates(const Model& model, int cluster, W& work) {
+  ClusterWork& cw = work.clusters[cluster];
+  cw.rate.setZero(static_cast<Eigen::Index>(cw.partition.rows.size()));
+  cw.bias = cw.rate;
+  closure_rates(model, cluster, work, cw.rate, cw.bias);
+}
+
+template <class W>
+void update_closure_residual(const Model& model, int cluster, W& work) {
+  VecX& out = work.clusters[cluster].residual;
+  out.setZero(closure_row_count(model, work, cluster));
+  closure_residual(model, cluster, work, true, out);
+}
+
+template <class W>
+void update_closure_matrix(const Model& model, int cluster, W& work) {
+  ClusterWork& cw = work.clusters[cluster];
+  const int nv = model.clusters[cluster].nv;
+  cw.G.setZero(closure_row_count(model, work, cluster), nv);
+  cw.line.resize(nv);
+  for_rows(
+      model, work, cluster, true,
+      [&](int row, const LoopJoint& loop, const auto& closure, const auto& rel) {
+        closure_line(model, work, cluster, loop, closure, rel, true);
+        cw.G.row(row) = cw.line.transpose();
+      },
+      [&](int row, size_t lock) { cw.G(row, cw.locked[lock]) = 1.0; });
 }
 
 Partition choose_partition(const Model& model, int cluster, Work& work, bool strict) {
   const Cluster& c = model.clusters[cluster];
-  update_closure_matrix(model, cluster, work, true);
+  update_closure_matrix(model, cluster, work);
   const ClusterWork& cw = work.clusters[cluster];
   const int rows = static_cast<int>(cw.G.rows());
 
@@ -332,13 +366,64 @@ Partition choose_partition(const Model& model, int cluster, Work& work, bool str
   return all;
 }
 
-void close_positions(const Model& model, int cluster, Work& work) {
+namespace {
+
+// The partition's rows of G: their columns dep into Gd and lu, with all_columns minus the others into Gi.
+template <class W>
+void factorise_closure(const Model& model, int cluster, W& work, bool all_columns, bool elastic) {
+  ClusterWork& cw = work.clusters[cluster];
+  const std::vector<int>&dep = cw.partition.dep, &ind = cw.partition.ind;
+  const Eigen::Index nd = static_cast<Eigen::Index>(dep.size()), ni = static_cast<Eigen::Index>(ind.size());
+  cw.Gd.resize(nd, nd);
+  if (all_columns) cw.Gi.resize(nd, ni);
+  const auto take_line = [&](int row) {
+    for (Eigen::Index k = 0; k < nd; ++k) cw.Gd(row, k) = cw.line[dep[k]];
+    for (Eigen::Index k = 0; all_columns && k < ni; ++k) cw.Gi(row, k) = -cw.line[ind[k]];
+  };
+  cw.line.resize(model.clusters[cluster].nv);
+  for_rows(
+      model, work, cluster, false,
+      [&](int row, const LoopJoint& loop, const auto& closure, const auto& rel) {
+        closure_line(model, work, cluster, loop, closure, rel, elastic);
+        take_line(row);
+      },
+      [&](int row, size_t lock) {
+        cw.line.setZero();
+        cw.line[cw.locked[lock]] = 1.0;
+        take_line(row);
+      });
+  cw.lu.compute(cw.Gd);
+}
+
+// Moves the dependent coordinates by -ClusterWork::step, joint by joint.
+template <class W>
+void move_dependent(const Model& model, int cluster, W& work) {
+  const Cluster& c = model.clusters[cluster];
+  const ClusterWork& cw = work.clusters[cluster];
+  for (int i : c.parts) {
+    const Part& p = model.parts[i];
+    double dw[6] = {};
+    bool moved = false;
+    for (size_t k = 0; k < cw.partition.dep.size(); ++k) {
+      const int v = c.v0 + cw.partition.dep[k];
+      const double step = cw.step[static_cast<Eigen::Index>(k)];
+      if (v >= p.v0 && v < p.v0 + p.joint.nv) dw[v - p.v0] = -step, moved = true;
+      if (v >= p.ev0 && v < p.ev0 + p.body.n) work.q[p.eq0 + v - p.ev0] -= step;
+    }
+    if (moved) move_coordinates(p.joint.kind, work.q.data() + p.q0, dw);
+  }
+}
+
+}  // namespace
+
+template <class W>
+void close_positions(const Model& model, int cluster, W& work) {
   const Cluster& c = model.clusters[cluster];
   ClusterWork& cw = work.clusters[cluster];
   update_cluster_frames(model, cluster, work);
   update_cluster_chain(model, cluster, work);
   const Partition& part = cw.partition;
-  const int nd = static_cast<int>(part.dep.size()), ni = static_cast<int>(part.ind.size());
+  const int nd = static_cast<int>(part.dep.size());
   const auto update_jacobians = [&]() {
     for (int f : c.frames) update_frame_jacobian(model, f, work);
   };
@@ -347,26 +432,15 @@ void close_positions(const Model& model, int cluster, Work& work) {
     return;
   }
   // Deformations that close a loop move the frames in their bodies as well.
-  const bool elastic = deformation_closes(model, work, cluster);
+  const bool elastic = deformation_closes(model, part, cluster);
   cw.res.resize(nd);
-  const auto residual = [&]() {
-    update_closure_residual(model, cluster, work, false);
-    for (int i = 0; i < nd; ++i) cw.res[i] = cw.residual[part.rows[i]];
-  };
-  const auto factorise = [&](bool all_columns) {
-    update_closure_matrix(model, cluster, work, false, all_columns);
-    cw.Gd.resize(nd, nd);
-    for (int i = 0; i < nd; ++i)
-      for (int k = 0; k < nd; ++k) cw.Gd(i, k) = cw.G(part.rows[i], part.dep[k]);
-    cw.lu.compute(cw.Gd);
-  };
   double last = std::numeric_limits<double>::infinity();
   bool fresh = false;
   for (int iteration = 0;; ++iteration) {
-    residual();
+    closure_residual(model, cluster, work, false, cw.res);
     if (!fresh) {
       if (elastic) update_jacobians();
-      factorise(elastic);
+      factorise_closure(model, cluster, work, false, elastic);
       fresh = true;
     }
     cw.step = cw.lu.solve(cw.res);
@@ -380,24 +454,13 @@ void close_positions(const Model& model, int cluster, Work& work) {
     if (!std::isfinite(size) || iteration == 40 || (iteration > 4 && size > c.size)) {
       int worst = 0;
       cw.res.cwiseAbs().maxCoeff(&worst);
-      const RowOwner open = closure_row_owner(model, work, cluster, part.rows[worst]);
+      const RowOwner open = closure_row_owner(model, cw, cluster, part.rows[worst]);
       throw SimulationError(
           fmt::format("joint '{}' cannot be closed at t = {:.6g} s: its loop stays open by {:.3g} {}; the mechanism is at or beyond the "
                       "limit of its reach",
                       open.joint, work.time, std::abs(cw.res[worst]), open.unit));
     }
-    // Move the dependent coordinates, joint by joint.
-    for (int i : c.parts) {
-      const Part& p = model.parts[i];
-      double dw[6] = {};
-      bool moved = false;
-      for (int k = 0; k < nd; ++k) {
-        const int v = c.v0 + part.dep[k];
-        if (v >= p.v0 && v < p.v0 + p.joint.nv) dw[v - p.v0] = -cw.step[k], moved = true;
-        if (v >= p.ev0 && v < p.ev0 + p.body.n) work.q[p.eq0 + v - p.ev0] -= cw.step[k];
-      }
-      if (moved) move_coordinates(p.joint.kind, work.q.data() + p.q0, dw);
-    }
+    move_dependent(model, cluster, work);
     if (elastic) update_cluster_frames(model, cluster, work);
     update_cluster_chain(model, cluster, work);
     // With the matrix of the start the error shrinks by about its own size over the mechanism's each time: what two steps have shown
@@ -407,10 +470,7 @@ void close_positions(const Model& model, int cluster, Work& work) {
     last = size;
   }
   update_jacobians();
-  factorise(true);
-  cw.Gi.resize(nd, ni);
-  for (int k = 0; k < ni; ++k)
-    for (int i = 0; i < nd; ++i) cw.Gi(i, k) = -cw.G(part.rows[i], part.ind[k]);
+  factorise_closure(model, cluster, work, true, true);
   solve(cw.lu, cw.Gi, cw.E);
 }
 
@@ -419,7 +479,7 @@ void require_closed(const Model& model, int cluster, Work& work) {
   ClusterWork& cw = work.clusters[cluster];
   const int total = closure_row_count(model, work, cluster);
   if (static_cast<int>(cw.partition.rows.size()) == total) return;
-  update_closure_residual(model, cluster, work, true);
+  update_closure_residual(model, cluster, work);
   double worst = 0.0;
   int open = 0;
   const VecX scale = closure_row_scales(model, work, cluster);
@@ -447,18 +507,19 @@ void require_closed(const Model& model, int cluster, Work& work) {
   if (driven > 1)
     throw SimulationError(fmt::format(
         "joint '{}' opens by {:.3g} m at t = {:.6g} s: the motions of the joints {} contradict one another in its loop; remove one motion",
-        closure_row_name(model, work, cluster, open), work.time, worst, motions));
+        closure_row_name(model, cw, cluster, open), work.time, worst, motions));
   throw SimulationError(
       fmt::format("joint '{}' opens by {:.3g} m at t = {:.6g} s: closure conditions of its loop that were redundant at the start no longer "
                   "are. The mechanism starts in a change point, from which it can move in more than one way: start it away from that "
                   "position, or give initial rates for one of the ways{}",
-                  closure_row_name(model, work, cluster, open), work.time, worst,
+                  closure_row_name(model, cw, cluster, open), work.time, worst,
                   bends ? "; or the loop prevents a bending beam from shortening: switch its effect axial on (a lumped beam has none: take "
                           "finite elements)"
                         : ""));
 }
 
-void close_velocities(const Model& model, int cluster, Work& work) {
+template <class W>
+void close_velocities(const Model& model, int cluster, W& work) {
   const Cluster& c = model.clusters[cluster];
   ClusterWork& cw = work.clusters[cluster];
   const Partition& part = cw.partition;
@@ -484,7 +545,7 @@ void close_velocities(const Model& model, int cluster, Work& work) {
     const int loop_rows = closure_row_count(model, work, cluster) - static_cast<int>(cw.locked.size());
     for (int i = 0; i < nd; ++i) {
       const int lock = part.rows[i] - loop_rows;
-      rhs[i] = (lock >= 0 && lock < cw.carried ? cw.lock_rate[lock] : 0.0) - cw.rate[part.rows[i]];
+      rhs[i] = (lock >= 0 && lock < cw.carried ? cw.lock_rate[lock] : 0.0) - cw.rate[i];
     }
     cw.e0 = cw.lu.solve(rhs);
     dep += cw.e0;
@@ -493,19 +554,22 @@ void close_velocities(const Model& model, int cluster, Work& work) {
   for (int k = 0; k < nd; ++k) work.w[c.v0 + part.dep[k]] = dep[k];
   update_cluster_velocities(model, cluster, work);
   update_closure_rates(model, cluster, work);
-  for (int i = 0; i < nd; ++i) rhs[i] = -cw.bias[part.rows[i]];
+  rhs = -cw.bias;
   cw.gamma = cw.lu.solve(rhs);
 }
 
-void closure_wrench(const Model& model, const Work& work, int cluster, int loop, const VecX& lambda, Vec6& on_a, Vec6& on_b) {
-  const LoopJoint& joint = model.loops[loop];
-  const Relative rel = relative_pose(model, work, cluster, joint);
-  Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
-  for (size_t r = 0; r < joint.rows.size(); ++r) {
-    Vec3 lv, lw;
-    row_direction(joint.rows[r], rel, lv, lw);
-    force += lambda[r] * lv;
-    moment += lambda[r] * lw;
+template <class W>
+void closure_wrench(const Model& model, const W& work, int cluster, int loop, const VecX& lambda, typename W::In::Twist& on_a,
+                    typename W::In::Twist& on_b) {
+  using S = typename W::In;
+  const typename S::Pose rel = relative_pose(model, work, cluster, model.loops[loop]);
+  typename S::Linear force = S::Linear::Zero();
+  typename S::Angular moment = S::no_turn();
+  Eigen::Index r = 0;
+  for (const auto& row : loop_rows(model, work, loop)) {
+    const RowDirection<S> d = row_direction<S>(row, rel);
+    force += lambda[r] * d.lv;
+    moment += lambda[r++] * d.lw;
   }
   row_wrench(rel, force, moment, on_a, on_b);
 }
@@ -530,5 +594,16 @@ double partition_growth(const Model& model, int cluster, const Work& work) {
   }
   return growth;
 }
+
+#define FLEXFRAME_FOR(W)                                        \
+  template void update_closure_residual(const Model&, int, W&); \
+  template void update_closure_matrix(const Model&, int, W&);   \
+  template void update_closure_rates(const Model&, int, W&);    \
+  template void close_positions(const Model&, int, W&);         \
+  template void close_velocities(const Model&, int, W&);        \
+  template void closure_wrench(const Model&, const W&, int, int, const VecX&, W::In::Twist&, W::In::Twist&);
+FLEXFRAME_FOR(Work)
+FLEXFRAME_FOR(PlaneWork)
+#undef FLEXFRAME_FOR
 
 }  // namespace flexframe::sim

@@ -2,46 +2,60 @@
 //
 // At the position level the dependent coordinates solve the closure equations by Newton's method from a given guess; at the velocity
 // and acceleration level they follow linearly (coordinate partitioning, Wehage and Haug 1982; local constraint embedding, Jain 2012).
+// W: Work or PlaneWork.
 // Redundant rows (a planar loop of spatial revolutes) are found by elimination with complete pivoting and left out.
 #pragma once
 
-#include "sim/dynamics/work.h"
+#include "sim/dynamics/plane_work.h"
 
 namespace flexframe::sim {
 
 // Number of closure rows of a cluster: those of its loops, then one a locked rate.
-int closure_row_count(const Model& model, const Work& work, int cluster);
+template <class W>
+int closure_row_count(const Model& model, const W& work, int cluster) {
+  size_t rows = work.clusters[cluster].locked.size();
+  for (int l : model.clusters[cluster].loops) rows += model.loops[l].rows.size();
+  return static_cast<int>(rows);
+}
 // Name of the joint to which a row belongs, for messages.
-std::string closure_row_name(const Model& model, const Work& work, int cluster, int row);
+std::string closure_row_name(const Model& model, const ClusterWork& work, int cluster, int row);
 
 // Per row what makes a residual one in metres: the cluster's size for angles, 1 else.
 VecX closure_row_scales(const Model& model, const Work& work, int cluster);
 // Whether a deformation is among what closes a cluster's loops: a beam held at both ends, a framework of beams.
-bool deformation_closes(const Model& model, const Work& work, int cluster);
+bool deformation_closes(const Model& model, const Partition& partition, int cluster);
 
-// Residuals (m, rad) of all rows at the current poses; all = false: only the partition's rows.
-void update_closure_residual(const Model& model, int cluster, Work& work, bool all);
-// G of all rows or of the partition's; elastic = false: its columns of joint rates only, for which B of the frames is not needed.
-void update_closure_matrix(const Model& model, int cluster, Work& work, bool all, bool elastic = true);
-// Rates of the rows at the current twists into ClusterWork::rate; accelerations at zero coordinate accelerations into ::bias.
-void update_closure_rates(const Model& model, int cluster, Work& work);
+// Residuals (m, rad) of all rows at the current poses into ClusterWork::residual.
+template <class W>
+void update_closure_residual(const Model& model, int cluster, W& work);
+// G of all rows.
+template <class W>
+void update_closure_matrix(const Model& model, int cluster, W& work);
+// Of the partition's rows, in its order: rates at the current twists into ClusterWork::rate, accelerations at zero coordinate accelerations
+// into ::bias.
+template <class W>
+void update_closure_rates(const Model& model, int cluster, W& work);
 
 // Chooses independent rows and dependent rates from G at the current poses. `strict`: by size alone; otherwise sound pivots that
 // keep shallow joints independent are preferred. Conditions that are independent without locked rates are never left out in favour of
 // those.
 Partition choose_partition(const Model& model, int cluster, Work& work, bool strict);
 
-// Solves the closure for the dependent coordinates, starting from work.q, and leaves positions, G, lu and E up to date.
+// Solves the closure for the dependent coordinates, starting from work.q, and leaves positions, lu and E up to date.
 // Throws SimulationError naming the open joint when it cannot be closed.
-void close_positions(const Model& model, int cluster, Work& work);
+template <class W>
+void close_positions(const Model& model, int cluster, W& work);
 // The partition leaves out conditions that followed from the others where it was chosen. Throws SimulationError naming the joint if one of
 // them no longer does and the loop comes open: a mechanism that starts in a change point. Positions are up to date.
 void require_closed(const Model& model, int cluster, Work& work);
 // Dependent rates from the independent ones in work.w (positions closed); leaves twists up to date.
-void close_velocities(const Model& model, int cluster, Work& work);
+template <class W>
+void close_velocities(const Model& model, int cluster, W& work);
 
 // Wrenches on the frames a and b of a loop joint, each in its own axes, of unit multipliers weighted by lambda (one a row).
-void closure_wrench(const Model& model, const Work& work, int cluster, int loop, const VecX& lambda, Vec6& on_a, Vec6& on_b);
+template <class W>
+void closure_wrench(const Model& model, const W& work, int cluster, int loop, const VecX& lambda, typename W::In::Twist& on_a,
+                    typename W::In::Twist& on_b);
 
 // Largest |dw_dep/dw_ind| among joint rates and among elastic rates, each in metres per metre: how far the partition is from singular (1 is
 // good).

@@ -10,174 +10,153 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
+#include <type_traits>
 
 namespace flexframe::sim {
 namespace {
 
-// The products below have six inner terms or fewer: coefficient by coefficient, as blocking for the cache would cost more than it saves.
-
-// M += A^T B + B^T A for the lower half of a symmetric block, mirrored; A, B: 6 x n.
-template <class Block>
-void add_symmetric(const Mat6X& A, const Mat6X& B, Block&& M) {
-  const Eigen::Index n = M.cols();
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const Vec6 a = A.col(k), b = B.col(k);
-    for (Eigen::Index i = k; i < n; ++i) M(i, k) += A.col(i).dot(b) + B.col(i).dot(a);
-  }
-  for (Eigen::Index k = 0; k < n; ++k)
-    for (Eigen::Index i = k + 1; i < n; ++i) M(k, i) = M(i, k);
-}
-
-// out += A^T f.
-template <class Out>
-void add_dots(const Mat6X& A, const Vec6& f, Out&& out) {
-  for (Eigen::Index k = 0; k < A.cols(); ++k) out[k] += A.col(k).dot(f);
-}
-
 // Own inertia, velocity terms and applied loads of every part; child clusters and parts are added on the way down.
-void start_composites(const Model& model, Work& work) {
-  for (size_t i = 0; i < model.parts.size(); ++i) {
-    const FlexibleBody& body = model.parts[i].body;
-    PartWork& p = work.parts[i];
-    update_velocity_terms(kinetics(model, work, static_cast<int>(i)), p.V, p.qd, p.terms);
+template <class W>
+void start_composites(const Model& model, W& work) {
+  for (size_t at = 0; at < model.parts.size(); ++at) {
+    const int i = static_cast<int>(at);
+    auto& p = work.parts[at];
+    const auto& body = kinetic_body(model, work, i);
+    update_velocity_terms(body, p.V, p.qd, p.terms);
     p.Mrr = p.terms.Mrr;
     p.fr = p.terms.cr - p.load;
     p.fr.noalias() += p.terms.Mrr * p.A0;
     if (body.n > 0) {
-      elastic_force(body, p.q, p.qd, p.elastic);
+      elastic_force(elastic_body(model, work, i), p.q, p.qd, p.elastic);
       p.Mre = p.terms.Mre;
-      p.Mee = elastic_mass(kinetics(model, work, static_cast<int>(i)), p.terms);
+      p.Mee = elastic_mass(body, p.terms);
       p.fe = p.terms.ce + p.elastic - p.load_e;
-      p.fe.noalias() += p.terms.Mre.transpose() * p.A0;
+      add_transposed(p.terms.Mre, p.A0, p.fe);
     }
-    joint_forces(model.parts[i], p, work, p.tau);
+    joint_forces(model.parts[at], work.joints[at], work.q, work.w, p.tau);
   }
   add_flexure_moments(model, work);
 }
 
 // Adds the inertia I and the force f, both at a frame (frame axes), to the composite of the frame's part.
-void add_at_frame(const FrameWork& frame, const Mat6& I, const Vec6& f, PartWork& p) {
-  const Mat6 X = child_matrix(frame.pose);
-  Mat6 XtI;
+template <class S>
+void add_at_frame(const FrameMotion<S>& frame, const typename S::Inertia& I, const typename S::Twist& f, PartMotion<S>& p) {
+  const typename S::Inertia X = child_matrix(frame.pose);
+  typename S::Inertia XtI;
   XtI.noalias() = X.transpose().lazyProduct(I);
   p.Mrr += XtI.lazyProduct(X);
   p.fr += wrench_to_parent(frame.pose, f);
-  if (p.q.size() > 0 && frame.flexible) {
-    p.Mre += XtI.lazyProduct(frame.B);
-    p.scratch.noalias() = (0.5 * I).lazyProduct(frame.B);
-    add_symmetric(frame.B, p.scratch, p.Mee);
-    add_dots(frame.B, f, p.fe);
-  }
+  if (p.q.size() == 0 || !frame.flexible) return;
+  add_momenta(XtI, frame.B, p.Mre);
+  set_momenta(0.5 * I, frame.B, p.scratch);
+  add_symmetric(frame.B, p.scratch, p.Mee, 0);
+  add_dots(frame.B, f, p.fe.data());
 }
 
-// Mass matrix, base coupling and bias of a cluster by composite bodies (Featherstone 2008 sec. 6.2, with elastic coordinates).
-void assemble_cluster(const Model& model, int cluster, Work& work) {
+// The block of M of a part's own coordinates, their bias, and their wrenches on the part: Fj, Fe.
+template <class S>
+void own_block(const Part& part, const Cluster& c, const FrameMotion<S>& o, PartMotion<S>& p, ClusterWork& cw) {
+  const int nj = part.joint.nv, n = part.body.n, jv = part.v0 - c.v0, ev = part.ev0 - c.v0;
+  if (nj > 0) {
+    set_momenta(p.Mrr, p.Hj, p.Fj);
+    for (int k = 0; k < nj; ++k) {
+      const typename S::Twist h = column(p.Hj, k);
+      for (int i = k; i < nj; ++i) cw.M(jv + i, jv + k) = column(p.Hj, i).dot(column(p.Fj, k));
+      cw.r[jv + k] = h.dot(p.fr) - p.tau[k];
+    }
+  }
+  if (n == 0) return;
+  cw.M.block(ev, ev, n, n) = p.Mee;
+  cw.r.segment(ev, n) = p.fe;
+  if (o.flexible) {
+    // Mee + C^T Mre + Mre^T C + C^T Mrr C.
+    set_momenta(p.Mrr, p.C, p.scratch);
+    p.Fe = p.Mre + p.scratch;
+    p.scratch = p.Mre + 0.5 * p.scratch;
+    add_symmetric(p.C, p.scratch, cw.M, ev);
+    add_dots(p.C, p.fr, cw.r.data() + ev);
+  } else {
+    p.Fe = p.Mre;
+  }
+  for (int j = 0; j < nj; ++j) set_dots(p.Fe, n, column(p.Hj, j), cw.M, ev, jv + j);
+}
+
+// Which entry of the cluster a part stands at that hangs on what carries the cluster.
+size_t entry_of(const Model& model, int cluster, int part) {
+  size_t entry = 0;
+  for (int k : model.clusters[cluster].parts) {
+    if (k == part) break;
+    if (!hangs_inside(model, k)) ++entry;
+  }
+  return entry;
+}
+
+// Mass matrix (lower half), base coupling and bias of a cluster by composite bodies (Featherstone 2008 sec. 6.2, with elastic coordinates).
+// Blocks that are never written stay zero from make_work.
+template <class W>
+void assemble_cluster(const Model& model, int cluster, W& work) {
+  using S = typename W::In;
   const Cluster& c = model.clusters[cluster];
   ClusterWork& cw = work.clusters[cluster];
-  cw.Ibb.setZero();
-  cw.pb.setZero();
-  if (c.parts.size() > 1) cw.M.setZero();
+  BaseMotion<S>& base = work.bases[cluster];
+  base.Ibb.setZero();
+  base.pb.setZero();
   for (int i : c.parts) {
     const Part& part = model.parts[i];
-    PartWork& p = work.parts[i];
-    const FrameWork& o = work.frames[part.joint.outboard];
-    for (int k = 0; k < part.joint.nv; ++k) p.Hj.col(k) = to_parent(o.pose, p.joint.S.col(k));
-    if (o.flexible)
-      for (int k = 0; k < part.body.n; ++k) p.C.col(k) = -to_parent(o.pose, o.B.col(k));
+    PartMotion<S>& p = work.parts[i];
+    const FrameMotion<S>& o = work.frames[part.joint.outboard];
+    for (int k = 0; k < part.joint.nv; ++k) column(p.Hj, k) = to_parent(o.pose, p.joint.S.col(k));
+    if (o.flexible) set_negative_to_parent(o.pose, o.B, p.C);
   }
-  size_t entry = c.entry.size();
   for (size_t at = c.parts.size(); at-- > 0;) {
     const int i = c.parts[at];
     const Part& part = model.parts[i];
-    PartWork& p = work.parts[i];
-    const FrameWork& o = work.frames[part.joint.outboard];
-    const int nj = part.joint.nv, n = part.body.n;
-    const int jv = part.v0 - c.v0, ev = part.ev0 - c.v0;
-
-    // Diagonal block and bias.
-    if (nj > 0) {
-      p.Fj.noalias() = p.Mrr.lazyProduct(p.Hj);
-      cw.M.block(jv, jv, nj, nj).noalias() = p.Hj.transpose().lazyProduct(p.Fj);
-      for (int k = 0; k < nj; ++k) cw.r[jv + k] = p.Hj.col(k).dot(p.fr) - p.tau[k];
-    }
-    if (n > 0) {
-      auto Mee = cw.M.block(ev, ev, n, n);
-      Mee = p.Mee;
-      cw.r.segment(ev, n) = p.fe;
-      if (o.flexible) {
-        // Mee + C^T Mre + Mre^T C + C^T Mrr C.
-        p.scratch.noalias() = p.Mrr.lazyProduct(p.C);
-        p.Fe = p.Mre + p.scratch;
-        p.scratch = p.Mre + 0.5 * p.scratch;
-        add_symmetric(p.C, p.scratch, Mee);
-        add_dots(p.C, p.fr, cw.r.segment(ev, n));
-      } else {
-        p.Fe = p.Mre;
-      }
-      for (int j = 0; j < nj; ++j)
-        for (int k = 0; k < n; ++k) cw.M(ev + k, jv + j) = cw.M(jv + j, ev + k) = p.Hj.col(j).dot(p.Fe.col(k));
-    }
+    PartMotion<S>& p = work.parts[i];
+    own_block(part, c, work.frames[part.joint.outboard], p, cw);
+    const int nj = part.joint.nv, n = part.body.n, jv = part.v0 - c.v0, columns = nj + n;
 
     // Towards the base: this part's columns on its ancestors' coordinates, its composite on its parent.
-    const Mat6 Y = child_matrix(p.step);
-    Mat6X& F = p.F;
-    for (int k = 0; k < nj; ++k) F.col(k) = wrench_to_parent(p.step, p.Fj.col(k));
-    for (int k = 0; k < n; ++k) F.col(nj + k) = wrench_to_parent(p.step, p.Fe.col(k));
-    const Mat6 IA = Y.transpose().lazyProduct(Mat6(p.Mrr.lazyProduct(Y)));
-    const Vec6 fA = wrench_to_parent(p.step, p.fr);
+    typename S::Columns& F = p.F;
+    place_columns(p.Fj, nj, F, 0);
+    place_columns(p.Fe, n, F, nj);
+    wrenches_to_parent(p.step, F, columns);
+    const typename S::Inertia Y = child_matrix(p.step);
+    const typename S::Inertia IA = Y.transpose().lazyProduct(typename S::Inertia(p.Mrr.lazyProduct(Y)));
+    const typename S::Twist fA = wrench_to_parent(p.step, p.fr);
     int child = i;
-    // An entry of the mass matrix between a coordinate of an ancestor and column k of F.
-    const auto write = [&](int row, int k, double value) {
-      const int column = k < nj ? jv + k : ev + k - nj;
-      cw.M(row, column) = cw.M(column, row) = value;
-    };
     for (int a = part.parent; a != ground && model.parts[a].cluster == cluster; a = model.parts[a].parent) {
       const Part& pa = model.parts[a];
-      PartWork& pw = work.parts[a];
-      const FrameWork& f = work.frames[model.parts[child].joint.inboard];
-      const bool turns = work.frames[pa.joint.outboard].flexible;
-      if (child == i) add_at_frame(f, IA, fA, pw);
+      PartMotion<S>& pw = work.parts[a];
+      const FrameMotion<S>& f = work.frames[model.parts[child].joint.inboard];
       const int aj = pa.v0 - c.v0, ae = pa.ev0 - c.v0;
-      for (int k = 0; k < nj + n; ++k) {
-        const Vec6 here = F.col(k), on_part = wrench_to_parent(f.pose, here);
-        for (int j = 0; j < pa.joint.nv; ++j) write(aj + j, k, pw.Hj.col(j).dot(on_part));
-        for (int j = 0; j < pa.body.n; ++j)
-          write(ae + j, k, (f.flexible ? f.B.col(j).dot(here) : 0.0) + (turns ? pw.C.col(j).dot(on_part) : 0.0));
-        F.col(k) = wrench_to_parent(pw.step, on_part);
+      if (child == i) add_at_frame(f, IA, fA, pw);
+      // Rows of M: this part's coordinates come after its ancestors'.
+      if (f.flexible) set_outer(F, columns, f.B, cw.M, jv, ae);
+      wrenches_to_parent(f.pose, F, columns);
+      for (int j = 0; j < pa.joint.nv; ++j) set_dots(F, columns, column(pw.Hj, j), cw.M, jv, aj + j);
+      if (work.frames[pa.joint.outboard].flexible) {
+        if (f.flexible) add_outer(F, columns, pw.C, cw.M, jv, ae);
+        else set_outer(F, columns, pw.C, cw.M, jv, ae);
       }
+      wrenches_to_parent(pw.step, F, columns);
       child = a;
     }
-    // Which entry the chain came in by: entries are counted backwards for parts attached outside.
-    const bool outside = part.parent == ground || model.parts[part.parent].cluster != cluster;
-    int root = child;
-    size_t e = 0;
-    if (outside) {
-      e = --entry;
-    } else {
-      for (int k : c.parts) {
-        if (k == root) break;
-        if (model.parts[k].parent == ground || model.parts[model.parts[k].parent].cluster != cluster) ++e;
-      }
-    }
-    const Pose& in = c.entry[e];
-    for (int k = 0; k < nj; ++k) cw.Ib.col(jv + k) = wrench_to_parent(in, F.col(k));
-    for (int k = 0; k < n; ++k) cw.Ib.col(ev + k) = wrench_to_parent(in, F.col(nj + k));
-    if (outside) {
-      const Mat6 X = child_matrix(in);
-      cw.Ibb.noalias() += X.transpose() * IA * X;
-      cw.pb += wrench_to_parent(in, fA);
-    }
+    const auto& in = entry_pose(model, work, cluster, entry_of(model, cluster, child));
+    wrenches_to_parent(in, F, columns);
+    place_columns(F, columns, base.Ib, jv);
+    if (child != i) continue;
+    const typename S::Inertia X = child_matrix(in);
+    base.Ibb.noalias() += X.transpose() * IA * X;
+    base.pb += wrench_to_parent(in, fA);
   }
 }
 
 // A pivot that cancels to 1e-14 of its diagonal, or is not positive, is a coordinate without inertia.
-bool has_inertia(const ClusterWork& cw, Eigen::Index k) {
-  const auto& L = cw.llt.matrixLLT();
-  return cw.llt.info() == Eigen::Success && cw.D(k, k) > 0.0 && L(k, k) * L(k, k) > 1e-14 * cw.D(k, k);
-}
+bool has_inertia(const ClusterWork& cw, Eigen::Index k) { return cw.inertia[k] > 0.0 && cw.L(k, k) * cw.L(k, k) > 1e-14 * cw.inertia[k]; }
 
 bool has_inertia(const ClusterWork& cw) {
-  for (Eigen::Index k = 0; k < cw.D.rows(); ++k)
+  for (Eigen::Index k = 0; k < cw.L.rows(); ++k)
     if (!has_inertia(cw, k)) return false;
   return true;
 }
@@ -185,49 +164,57 @@ bool has_inertia(const ClusterWork& cw) {
 // What turns without inertia and without a moment, a thin rod about itself or a point mass on a ball, keeps its rate: there (D v = 0, v . h
 // = 0) the matrix gets an inertia of its own, which changes no other acceleration. False where something drives it, where a body at the end
 // of a tree has no mass at all, and where the kinetic energy is not positive.
-bool hold_idle(const Model& model, int cluster, Work& work) {
+template <class W>
+bool hold_idle(const Model& model, int cluster, MatX D, W& work) {
+  constexpr int linear = W::In::linear;
   const Cluster& c = model.clusters[cluster];
   ClusterWork& cw = work.clusters[cluster];
   const std::vector<int>& ind = cw.partition.ind;
-  const Eigen::Index n = cw.D.rows();
+  const Eigen::Index n = D.rows();
   VecX per_metre(n);
   for (Eigen::Index k = 0; k < n; ++k) {
     const double scale = rate_scale(model, cluster, ind[k]);
     if (scale == 0.0) return false;  // deformations
     per_metre[k] = 1.0 / scale;
   }
-  const SymmetricEigen eigen(MatX(per_metre.asDiagonal() * cw.D * per_metre.asDiagonal()));
+  const SymmetricEigen eigen(MatX(per_metre.asDiagonal() * D * per_metre.asDiagonal()));
   const double largest = eigen.eigenvalues()[n - 1];
   if (!(largest > 0.0) || eigen.eigenvalues()[0] < -1e-12 * largest) return false;
   const VecX force = per_metre.cwiseProduct(cw.h);
   double size = force.cwiseAbs().maxCoeff();
-  for (int i : c.parts) size = std::max({size, work.parts[i].fr.head<3>().norm(), work.parts[i].fr.tail<3>().norm() / c.size});
+  for (int i : c.parts)
+    size =
+        std::max({size, work.parts[i].fr.template head<linear>().norm(), work.parts[i].fr.template tail<W::In::angular>().norm() / c.size});
   for (Eigen::Index e = 0; e < n && eigen.eigenvalues()[e] <= 1e-14 * largest; ++e) {
     const VecX v = eigen.eigenvectors().col(e);
     if (std::abs(v.dot(force)) > 1e-9 * size) return false;
     for (int i : c.parts) {
       const Part& p = model.parts[i];
-      if (!c.loops.empty() || work.parts[i].Mrr.topLeftCorner<3, 3>().trace() > 0.0) continue;
+      if (!c.loops.empty() || work.parts[i].Mrr.template topLeftCorner<linear, linear>().trace() > 0.0) continue;
       for (Eigen::Index k = 0; k < n; ++k)
         if (c.v0 + ind[k] >= p.v0 && c.v0 + ind[k] < p.v0 + p.joint.nv && std::abs(v[k]) > 1e-6) return false;
     }
     const VecX u = v.cwiseQuotient(per_metre);
-    cw.D += largest * u * u.transpose();
+    D += largest * u * u.transpose();
   }
-  cw.llt.compute(cw.D);
-  work.idle = has_inertia(cw);
+  cw.inertia = D.diagonal();
+  cw.L = D;
+  work.idle = factorise_mass(typename W::In{}, cw.L) && has_inertia(cw);
   return work.idle;
 }
 
-[[noreturn]] void refuse_singular(const Model& model, int cluster, Work& work) {
+// D: the mass matrix.
+template <class W>
+[[noreturn]] void refuse_singular(const Model& model, int cluster, const MatX& D, W& work) {
   const Cluster& c = model.clusters[cluster];
   ClusterWork& cw = work.clusters[cluster];
   const int ni = static_cast<int>(cw.partition.ind.size());
+  cw.inertia = D.diagonal();
   // Where the factorisation broke off, the coordinate that moves most in the direction of least inertia is to blame.
   Eigen::Index blamed = -1;
-  if (cw.llt.info() != Eigen::Success) {
-    const VecX unit = cw.D.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    const SymmetricEigen eigen(MatX(unit.asDiagonal() * cw.D * unit.asDiagonal()));
+  if (cw.L = D; !factorise_mass(Space{}, cw.L)) {
+    const VecX unit = D.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    const SymmetricEigen eigen(MatX(unit.asDiagonal() * D * unit.asDiagonal()));
     VecX least = eigen.eigenvectors().col(0).cwiseAbs();
     // Rigid motions have no negative energy: then it is a deformation, however much joints move along with it.
     if (eigen.eigenvalues()[0] < -1e-9)
@@ -262,59 +249,80 @@ bool hold_idle(const Model& model, int cluster, Work& work) {
   throw SimulationError(fmt::format("the mass matrix of '{}' is singular at t = {:.6g} s", model.parts[c.parts.front()].name, work.time));
 }
 
-// Projects on the independent rates and factorises.
-void reduce_cluster(const Model& model, int cluster, Work& work) {
-  ClusterWork& cw = work.clusters[cluster];
-  const Partition& part = cw.partition;
-  const int nd = static_cast<int>(part.dep.size()), ni = static_cast<int>(part.ind.size());
-  if (nd == 0) {
-    cw.D = cw.M;
-    cw.U = cw.Ib;
-    cw.h = -cw.r;
-  } else {
-    // D = N^T M N with N = [1; E]; h = -N^T (r + M [0; gamma]).
-    cw.D.resize(ni, ni);
-    cw.U.resize(6, ni);
-    cw.h.resize(ni);
-    cw.Mid.resize(ni, nd);
-    cw.T.resize(nd, ni);
-    cw.Et = cw.E.transpose();
-    for (int d = 0; d < nd; ++d)
-      for (int i = 0; i < ni; ++i) cw.Mid(i, d) = cw.M(part.ind[i], part.dep[d]);
-    cw.T = cw.Mid.transpose();
-    for (int d = 0; d < nd; ++d)
-      for (int e = 0; e < nd; ++e) {
-        const double m = cw.M(part.dep[d], part.dep[e]);
-        for (int i = 0; i < ni; ++i) cw.T(d, i) += m * cw.Et(i, e);
-      }
-    for (int k = 0; k < ni; ++k) {
-      const int column = part.ind[k], left = ni - k;
-      double* const D = &cw.D(0, k);
-      const double* const M = &cw.M(0, column);
-      for (int i = k; i < ni; ++i) D[i] = M[part.ind[i]];
-      for (int d = 0; d < nd; ++d) cw.D.col(k).tail(left) += cw.T(d, k) * cw.Et.col(d).tail(left) + cw.E(d, k) * cw.Mid.col(d).tail(left);
-      for (int i = k + 1; i < ni; ++i) cw.D(k, i) = D[i];
-      cw.U.col(k) = cw.Ib.col(column);
-      cw.h[k] = -cw.r[column];
-    }
-    for (int d = 0; d < nd; ++d) {
-      const Vec6 Ud = cw.Ib.col(part.dep[d]);
-      double rd = cw.r[part.dep[d]];
-      for (int e = 0; e < nd; ++e) rd += cw.M(part.dep[d], part.dep[e]) * cw.gamma[e];
-      for (int k = 0; k < ni; ++k) cw.U.col(k) += Ud * cw.E(d, k);
-      cw.h -= cw.Et.col(d) * rd + cw.Mid.col(d) * cw.gamma[d];
-      cw.pb += Ud * cw.gamma[d];
-    }
+// Lower half of N^T M N with N = [1; E], by E^T and the products with M that `project` leaves in T and Mid.
+void project_mass(const ClusterWork& cw, MatX& D) {
+  const Eigen::Index ni = static_cast<Eigen::Index>(cw.partition.ind.size());
+  if (cw.partition.dep.empty()) {
+    D = cw.M;
+    return;
   }
-  if (ni == 0) return;
-  cw.llt.compute(cw.D);
-  if (!has_inertia(cw)) {
-    if (hold_idle(model, cluster, work)) return;
-    refuse_singular(model, cluster, work);
+  D.resize(ni, ni);
+  for (Eigen::Index k = 0; k < ni; ++k) {
+    // Independent rates are ascending: between the dependent ones they are copied as they lie.
+    const double* const M = &cw.M(0, cw.partition.ind[k]);
+    double* to = &D(0, k);
+    for (const auto& [from, count] : cw.runs) to = std::copy(M + from, M + from + count, to);
+  }
+  add_products(cw.T, cw.Et, cw.Mid, D);
+}
+
+// Base coupling and forces on the independent rates: U = N^T Ib, h = -N^T (r + M [0; gamma]).
+template <class S>
+void project(ClusterWork& cw, BaseMotion<S>& base) {
+  const std::vector<int>&dep = cw.partition.dep, &ind = cw.partition.ind;
+  const Eigen::Index nd = static_cast<Eigen::Index>(dep.size()), ni = static_cast<Eigen::Index>(ind.size());
+  if (nd == 0) {
+    base.U = base.Ib;
+    cw.h = -cw.r;
+    return;
+  }
+  const auto entry = [&](int i, int k) { return i >= k ? cw.M(i, k) : cw.M(k, i); };
+  cw.runs.clear();
+  for (int k : ind) {
+    if (!cw.runs.empty() && cw.runs.back().first + cw.runs.back().second == k) ++cw.runs.back().second;
+    else cw.runs.emplace_back(k, 1);
+  }
+  size_columns(base.U, ni);
+  cw.h.resize(ni);
+  cw.Mid.resize(ni, nd);
+  cw.Et = cw.E.transpose();
+  for (Eigen::Index d = 0; d < nd; ++d)
+    for (Eigen::Index i = 0; i < ni; ++i) cw.Mid(i, d) = entry(ind[i], dep[d]);
+  cw.T = cw.Mid;
+  for (Eigen::Index d = 0; d < nd; ++d)
+    for (Eigen::Index e = 0; e < nd; ++e) cw.T.col(d) += entry(dep[d], dep[e]) * cw.Et.col(e);
+  for (Eigen::Index k = 0; k < ni; ++k) {
+    column(base.U, k) = column(base.Ib, ind[k]);
+    cw.h[k] = -cw.r[ind[k]];
+  }
+  for (Eigen::Index d = 0; d < nd; ++d) {
+    const typename S::Twist Ud = column(base.Ib, dep[d]);
+    double rd = cw.r[dep[d]];
+    for (Eigen::Index e = 0; e < nd; ++e) rd += entry(dep[d], dep[e]) * cw.gamma[e];
+    add_multiples(Ud, cw.Et.col(d), base.U);
+    cw.h -= cw.Et.col(d) * rd + cw.Mid.col(d) * cw.gamma[d];
+    base.pb += Ud * cw.gamma[d];
   }
 }
 
+// Projects on the independent rates and factorises.
+template <class W>
+void reduce_cluster(const Model& model, int cluster, W& work) {
+  ClusterWork& cw = work.clusters[cluster];
+  project(cw, work.bases[cluster]);
+  if (cw.partition.ind.empty()) return;
+  project_mass(cw, cw.L);
+  cw.inertia = cw.L.diagonal();
+  if (factorise_mass(typename W::In{}, cw.L) && has_inertia(cw)) return;
+  MatX D;
+  project_mass(cw, D);
+  D.triangularView<Eigen::StrictlyUpper>() = D.transpose();
+  if (hold_idle(model, cluster, D, work)) return;
+  refuse_singular(model, cluster, D, work);
+}
+
 }  // namespace
+
 void update_expressions(Model& model, double t, Work& work) {
   work.time = t;
   for (const Load& load : model.loads)
@@ -327,64 +335,122 @@ void update_expressions(Model& model, double t, Work& work) {
     if (load.expression >= 0 && !load.table) work.expression_rate[load.expression] = model.expressions[load.expression].jet(t).rate;
 }
 
-void update_positions(const Model& model, Work& work, bool elastic_masses) {
+template <class W>
+void update_positions(const Model& model, W& work, bool elastic_masses) {
   for (size_t c = 0; c < model.clusters.size(); ++c) {
     close_positions(model, static_cast<int>(c), work);
     update_cluster_world(model, static_cast<int>(c), work);
   }
   for (size_t i = 0; i < model.parts.size(); ++i)
-    update_mass(kinetics(model, work, static_cast<int>(i)), work.parts[i].q, work.parts[i].terms, elastic_masses);
-  if (!model.massless.rates.empty()) balance_positions(model, work);
+    update_mass(kinetic_body(model, work, static_cast<int>(i)), work.parts[i].q, work.parts[i].terms, elastic_masses);
+  if constexpr (std::is_same_v<W, Work>) expand_positions(model, work);
 }
 
-void update_velocities(const Model& model, Work& work) {
+template <class W>
+void update_velocities(const Model& model, W& work) {
   for (ClusterWork& cw : work.clusters) cw.lock_rate.setZero();
   for (size_t c = 0; c < model.clusters.size(); ++c) close_velocities(model, static_cast<int>(c), work);
-  if (!model.massless.rates.empty()) balance_velocities(model, work);
+  if constexpr (std::is_same_v<W, Work>) expand_rates(model, work);
 }
 
-void update_accelerations(const Model& model, Work& work) {
+namespace {
+
+// Articulated inertia and bias of the cluster at its base frame, added to the part that carries it.
+template <class W>
+void add_to_carrier(const Model& model, int cluster, W& work) {
+  using S = typename W::In;
+  const Cluster& c = model.clusters[cluster];
+  ClusterWork& cw = work.clusters[cluster];
+  BaseMotion<S>& base = work.bases[cluster];
+  typename S::Inertia IA = base.Ibb;
+  typename S::Twist pA = base.pb;
+  if (!cw.partition.ind.empty()) reduce_inertia(cw.L, base.U, cw.h, cw.DinvUt, IA, pA);
+  const FrameMotion<S>& f = work.frames[c.base];
+  PartMotion<S>& carrier = work.parts[c.parent];
+  pA.noalias() += IA * (to_child(f.pose, carrier.A0) + f.bias);
+  add_at_frame(f, IA, pA, carrier);
+}
+
+// Accelerations of a cluster's coordinates, once its carrier's are known.
+template <class W>
+void solve_cluster(const Model& model, int cluster, W& work) {
+  const Cluster& c = model.clusters[cluster];
+  ClusterWork& cw = work.clusters[cluster];
+  const auto& base = work.bases[cluster];
+  const int ni = static_cast<int>(cw.partition.ind.size()), nd = static_cast<int>(cw.partition.dep.size());
+  VecX& a = cw.a;
+  a = cw.h;
+  if (ni > 0) {
+    subtract_dots(base.U, base.A, a.data());
+    solve_mass(typename W::In{}, cw.L, a);
+  }
+  for (int k = 0; k < ni; ++k) work.wdot[c.v0 + cw.partition.ind[k]] = a[k];
+  for (int k = 0; k < nd; ++k) work.wdot[c.v0 + cw.partition.dep[k]] = cw.gamma[k] + (ni > 0 ? cw.E.row(k).dot(a) : 0.0);
+}
+
+}  // namespace
+
+template <class W>
+void update_accelerations(const Model& model, W& work) {
   ++work.evaluations;
   update_loads(model, work);
   start_composites(model, work);
-  for (size_t at = model.clusters.size(); at-- > 0;) {
-    const Cluster& c = model.clusters[at];
-    ClusterWork& cw = work.clusters[at];
-    assemble_cluster(model, static_cast<int>(at), work);
-    reduce_cluster(model, static_cast<int>(at), work);
-    if (c.parent == ground) continue;
-    // Articulated inertia and bias of the cluster at its base frame, added to the part that carries it.
-    Mat6 IA = cw.Ibb;
-    Vec6 pA = cw.pb;
-    if (!cw.partition.ind.empty()) {
-      cw.DinvUt = cw.llt.solve(cw.U.transpose());
-      IA.noalias() -= cw.U * cw.DinvUt;
-      pA.noalias() += cw.DinvUt.transpose() * cw.h;
-    }
-    const FrameWork& f = work.frames[c.base];
-    PartWork& carrier = work.parts[c.parent];
-    pA.noalias() += IA * (to_child(f.pose, carrier.A0) + f.bias);
-    add_at_frame(f, IA, pA, carrier);
+  for (int k = static_cast<int>(model.clusters.size()); k-- > 0;) {
+    assemble_cluster(model, k, work);
+    reduce_cluster(model, k, work);
+    if (model.clusters[k].parent != ground) add_to_carrier(model, k, work);
   }
-  for (size_t at = 0; at < model.clusters.size(); ++at) {
-    const Cluster& c = model.clusters[at];
-    ClusterWork& cw = work.clusters[at];
-    update_base_acceleration(model, static_cast<int>(at), work);
-    const int ni = static_cast<int>(cw.partition.ind.size()), nd = static_cast<int>(cw.partition.dep.size());
-    VecX& a = cw.a;
-    a = cw.h;
-    if (ni > 0) {
-      for (int k = 0; k < ni; ++k) a[k] -= cw.U.col(k).dot(cw.base_A);
-      cw.llt.solveInPlace(a);
-    }
-    for (int k = 0; k < ni; ++k) cw.wdot[cw.partition.ind[k]] = a[k];
-    if (nd > 0) {
-      for (int k = 0; k < nd; ++k) cw.wdot[cw.partition.dep[k]] = cw.gamma[k] + (ni > 0 ? cw.E.row(k).dot(a) : 0.0);
-    }
-    work.wdot.segment(c.v0, c.nv) = cw.wdot;
-    update_cluster_accelerations(model, static_cast<int>(at), work);
+  for (int k = 0; k < static_cast<int>(model.clusters.size()); ++k) {
+    update_base_acceleration(model, k, work);
+    solve_cluster(model, k, work);
+    update_cluster_accelerations(model, k, work);
   }
 }
+
+template <class W>
+void load_responses(const Model& model, W& work, VecX& out) {
+  out.resize(0);
+  if (std::any_of(model.parts.begin(), model.parts.end(), [](const Part& p) { return p.joint.motion >= 0; }) ||
+      std::any_of(model.clusters.begin(), model.clusters.end(), [](const Cluster& c) { return c.parent != ground; }))
+    return;
+  Eigen::Index n = 0;
+  for (const ClusterWork& cw : work.clusters) n += static_cast<Eigen::Index>(cw.partition.ind.size());
+  out.setZero(static_cast<Eigen::Index>(model.loads.size()) * (n + 1));
+  for (size_t i = 0; i < model.loads.size(); ++i) {
+    const Load& load = model.loads[i];
+    auto column = out.segment(static_cast<Eigen::Index>(i) * (n + 1), n + 1);
+    if (load.table || (load.def.kind != ForceKind::force && load.def.kind != ForceKind::torque)) {
+      column.setConstant(std::numeric_limits<double>::quiet_NaN());
+      continue;
+    }
+    const int part = model.frames[load.on].part;
+    if (part == ground) continue;
+    const auto wrench = unit_wrench(model, work, static_cast<int>(i));
+    const int k = model.parts[part].cluster;
+    Eigen::Index first = 0;
+    for (int c = 0; c < k; ++c) first += static_cast<Eigen::Index>(work.clusters[c].partition.ind.size());
+    ClusterWork& cw = work.clusters[k];
+    const Partition& split = cw.partition;
+    cw.line.setZero(model.clusters[k].nv);
+    project_wrench(model, work, k, load.on, wrench, true, cw.line);
+    const Eigen::Index ni = static_cast<Eigen::Index>(split.ind.size());
+    VecX response(ni);
+    for (Eigen::Index a = 0; a < ni; ++a) response[a] = cw.line[split.ind[a]];
+    for (size_t e = 0; e < split.dep.size(); ++e) response += cw.Et.col(static_cast<Eigen::Index>(e)) * cw.line[split.dep[e]];
+    if (ni > 0) solve_mass(typename W::In{}, cw.L, response);
+    column.segment(first, ni) = response;
+    column[n] = wrench.dot(work.frames[load.on].V);
+  }
+}
+
+#define FLEXFRAME_FOR(W)                                  \
+  template void update_positions(const Model&, W&, bool); \
+  template void update_velocities(const Model&, W&);      \
+  template void update_accelerations(const Model&, W&);   \
+  template void load_responses(const Model&, W&, VecX&);
+FLEXFRAME_FOR(Work)
+FLEXFRAME_FOR(PlaneWork)
+#undef FLEXFRAME_FOR
 
 Energy compute_energy(const Model& model, const Work& work, int scene_body) {
   Energy e;

@@ -20,7 +20,8 @@ Mat3X link_values(const Model& model, const Flexure& f, const VecX& all, bool ra
 
 }  // namespace
 
-void add_flexure_moments(const Model& model, Work& work) {
+template <class W>
+void add_flexure_moments(const Model& model, W& work) {
   for (const Flexure& f : model.flexures) {
     Mat3X theta = link_values(model, f, work.q, false);
     if (f.links.time_constant > 0.0) theta += f.links.time_constant * link_values(model, f, work.w, true);
@@ -34,6 +35,9 @@ void add_flexure_moments(const Model& model, Work& work) {
   }
 }
 
+template void add_flexure_moments(const Model&, Work&);
+template void add_flexure_moments(const Model&, PlaneWork&);
+
 double flexure_energy(const Model& model, const Work& work, int scene_body) {
   double e = 0.0;
   for (const Flexure& f : model.flexures) {
@@ -44,11 +48,11 @@ double flexure_energy(const Model& model, const Work& work, int scene_body) {
   return e;
 }
 
-double flexure_power(const Model& model, const Work& work) {
+double flexure_power(const Model& model, const VecX& w_all) {
   double power = 0.0;
   for (const Flexure& f : model.flexures) {
     if (f.links.time_constant == 0.0) continue;
-    const Mat3X rate = link_values(model, f, work.w, true);
+    const Mat3X rate = link_values(model, f, w_all, true);
     power -= f.links.time_constant * rate.cwiseProduct(link_moments(f.links, rate)).sum();
   }
   return power;

@@ -2,19 +2,20 @@
 // The angles are coordinates of the tree joints inside the chain, so the moments are generalised forces as they stand; O(links).
 #pragma once
 
-#include "sim/dynamics/work.h"
+#include "sim/dynamics/plane_work.h"
 #include "sim/model/model.h"
 
 namespace flexframe::sim {
 
-// Adds the moments to PartWork::tau of the parts that carry the links, Nm.
-void add_flexure_moments(const Model& model, Work& work);
+// Adds the moments to PartMotion::tau of the parts that carry the links, Nm. W: Work or PlaneWork.
+template <class W>
+void add_flexure_moments(const Model& model, W& work);
 
 // Energy in the springs of one body (-1: of all), J.
 double flexure_energy(const Model& model, const Work& work, int scene_body);
 
 // Power that the links' damping takes out, W, >= 0.
-double flexure_power(const Model& model, const Work& work);
+double flexure_power(const Model& model, const VecX& w_all);
 
 // Adds the links' stiffness and damping to K and D, n x n. N (w_all x n): rates of w_all per unit coordinate.
 void add_flexure_matrices(const Model& model, const MatX& N, MatX& K, MatX& D);

@@ -41,16 +41,16 @@ auto group_of(State& friction, const FrictionPoint& p) {
   return std::span(friction.points).subspan(static_cast<size_t>(p.first), static_cast<size_t>(p.count));
 }
 
-double slip_speed(const FrictionState& friction, const FrictionPoint& p, const Model& model, const Work& work) {
+double slip_speed(const FrictionState& friction, const FrictionPoint& p, const Model& model, const VecX& w_all) {
   double square = 0.0;
-  for (const FrictionPoint& other : group_of(friction, p)) square += std::pow(other.weight * rate_of(other, model, work), 2);
+  for (const FrictionPoint& other : group_of(friction, p)) square += std::pow(other.weight * rate_of(other, model, w_all), 2);
   return std::sqrt(square);
 }
 
 // Speed along the direction of the last step.
-double slip_along(const FrictionState& friction, const FrictionPoint& p, const Model& model, const Work& work) {
+double slip_along(const FrictionState& friction, const FrictionPoint& p, const Model& model, const VecX& w_all) {
   double speed = 0.0;
-  for (const FrictionPoint& other : group_of(friction, p)) speed += other.along * other.weight * rate_of(other, model, work);
+  for (const FrictionPoint& other : group_of(friction, p)) speed += other.along * other.weight * rate_of(other, model, w_all);
   return speed;
 }
 
@@ -68,36 +68,38 @@ double held(const FrictionState& friction, const FrictionPoint& p) {
 }
 
 // Friction force per newton of normal force, for points that do not stick.
-double factor(const FrictionState& friction, const FrictionPoint& p, const Model& model, const Work& work) {
+double factor(const FrictionState& friction, const FrictionPoint& p, const Model& model, const VecX& w_all) {
   if (p.phase == FrictionPhase::slip) {
-    const double speed = slip_speed(friction, p, model, work);
+    const double speed = slip_speed(friction, p, model, w_all);
     const double part = speed <= no_speed * std::max(friction.fastest, 1e-100)
                             ? p.along
-                            : std::copysign(1.0, slip_along(friction, p, model, work)) * p.weight * rate_of(p, model, work) / speed;
+                            : std::copysign(1.0, slip_along(friction, p, model, w_all)) * p.weight * rate_of(p, model, w_all) / speed;
     return -p.law.coefficient * p.arm * part;
   }
   if (p.phase != FrictionPhase::regularised) return -direction(p) * p.law.coefficient * p.arm;
-  const double w = p.weight * rate_of(p, model, work), v = *p.law.regularised, mu = p.law.coefficient;
-  const double slip = slip_speed(friction, p, model, work);
+  const double w = p.weight * rate_of(p, model, w_all), v = *p.law.regularised, mu = p.law.coefficient;
+  const double slip = slip_speed(friction, p, model, w_all);
   if (slip == 0.0) return 0.0;
   return -(mu + (static_coefficient(p.law) - mu) * std::exp(-(slip / (5.0 * v)) * (slip / (5.0 * v)))) * p.arm * std::tanh(slip / v) *
          (w / slip);
 }
 
-double& force_of(const FrictionPoint& p, Work& work) { return work.parts[p.part].friction[p.rate]; }
+double& force_of(const FrictionPoint& p, std::vector<JointWork>& joints) { return joints[p.part].friction[p.rate]; }
 
-void accelerate(const Model& model, FrictionState& friction, Work& work) {
+template <class W>
+void accelerate(const Model& model, FrictionState& friction, W& work) {
   update_accelerations(model, work);
   compute_reactions(model, work, friction.scratch);
 }
 
 // Normal forces that are reactions: R(f) = R0 + sum_j f_j R_j is linear in the friction forces f of the points that slip.
-void solve_reaction_friction(const Model& model, FrictionState& friction, Work& work) {
+template <class W>
+void solve_reaction_friction(const Model& model, FrictionState& friction, W& work) {
   std::vector<int> slipping;
   for (size_t k = 0; k < friction.points.size(); ++k)
     if (friction.points[k].law.reaction && friction.points[k].phase != FrictionPhase::stick) slipping.push_back(static_cast<int>(k));
   const Eigen::Index m = static_cast<Eigen::Index>(slipping.size());
-  for (int k : slipping) force_of(friction.points[k], work) = 0.0;
+  for (int k : slipping) force_of(friction.points[k], work.joints) = 0.0;
   accelerate(model, friction, work);
   if (m == 0) return;
 
@@ -108,17 +110,17 @@ void solve_reaction_friction(const Model& model, FrictionState& friction, Work& 
   // A probe as large as the forces that are about to act keeps its digits.
   for (Eigen::Index j = 0; j < m; ++j) {
     const double probe = std::max(none[j].norm(), 1e-6 * model.mass);
-    force_of(friction.points[slipping[j]], work) = probe;
+    force_of(friction.points[slipping[j]], work.joints) = probe;
     accelerate(model, friction, work);
     for (Eigen::Index i = 0; i < m; ++i) per[i][j] = (reaction(i) - none[i]) / probe;
-    force_of(friction.points[slipping[j]], work) = 0.0;
+    force_of(friction.points[slipping[j]], work.joints) = 0.0;
   }
   // From none on: |R| is convex, so that Newton's steps from there come up to the least friction that fits, the one that a growing
   // coefficient leads to, and do not jump over to another.
   VecX f = VecX::Zero(m), c(m), residual(m);
   for (Eigen::Index i = 0; i < m; ++i) {
     const FrictionPoint& p = friction.points[slipping[i]];
-    c[i] = factor(friction, p, model, work);
+    c[i] = factor(friction, p, model, work.w);
   }
   MatX J(m, m);
   double size = 0.0;
@@ -145,7 +147,7 @@ void solve_reaction_friction(const Model& model, FrictionState& friction, Work& 
                       model.parts[friction.points[slipping.front()].part].joint.name, work.time));
     if (iteration > 25) break;
   }
-  for (Eigen::Index i = 0; i < m; ++i) force_of(friction.points[slipping[i]], work) = f[i];
+  for (Eigen::Index i = 0; i < m; ++i) force_of(friction.points[slipping[i]], work.joints) = f[i];
   accelerate(model, friction, work);
 }
 
@@ -168,10 +170,6 @@ void renew_locks(const Model& model, const FrictionState& friction, Work& work) 
     cw.locked = locked;
     cw.lock_value = Eigen::Map<const VecX>(value.data(), static_cast<Eigen::Index>(value.size()));
     cw.lock_rate.setZero(cw.lock_value.size());
-    cw.residual.resize(0);
-    cw.rate.resize(0);
-    cw.bias.resize(0);
-    cw.G.resize(0, 0);
     if (locked.empty() && model.clusters[c].loops.empty()) {
       // A tree has nothing to close.
       cw.partition = {};
@@ -180,9 +178,7 @@ void renew_locks(const Model& model, const FrictionState& friction, Work& work) 
       cw.partition = choose_partition(model, static_cast<int>(c), work, false);
     }
   }
-  remove_massless_rates(model, work.w);
-  update_positions(model, work);
-  update_velocities(model, work);
+  renew_motion(model, work);
 }
 
 // The direction in which a group starts to slip from rest: that of its acceleration, which friction opposes. Its locks are gone; other
@@ -205,13 +201,13 @@ void aim_breakaway(const Model& model, FrictionState& friction, FrictionPoint& l
     Eigen::Index k = 0;
     for (const FrictionPoint& p : group) before[k++] = p.along;
     if (force == 0.0) return;
-    for (FrictionPoint& p : group) force_of(p, work) = 0.0;
+    for (FrictionPoint& p : group) force_of(p, work.joints) = 0.0;
     const VecX free = slip_acceleration();
     MatX mobility(n, n);
     for (k = 0; k < n; ++k) {
-      force_of(group[static_cast<size_t>(k)], work) = force * group[static_cast<size_t>(k)].arm;
+      force_of(group[static_cast<size_t>(k)], work.joints) = force * group[static_cast<size_t>(k)].arm;
       mobility.col(k) = slip_acceleration() - free;
-      force_of(group[static_cast<size_t>(k)], work) = 0.0;
+      force_of(group[static_cast<size_t>(k)], work.joints) = 0.0;
     }
     // |d| falls with lambda, from at least 1 at zero to below at |A F|.
     double low = 0.0, high = free.norm();
@@ -233,7 +229,7 @@ FrictionState make_friction(const Model& model, Work& work) {
   for (size_t i = 0; i < model.parts.size(); ++i) {
     const Part& part = model.parts[i];
     if (!part.joint.friction || part.joint.nv == 0) continue;
-    work.parts[i].friction = VecX::Zero(part.joint.nv);
+    work.joints[i].friction = VecX::Zero(part.joint.nv);
     for (int k = 0; k < part.joint.nv; ++k) {
       FrictionPoint p;
       p.part = static_cast<int>(i);
@@ -257,12 +253,13 @@ FrictionState make_friction(const Model& model, Work& work) {
   return out;
 }
 
-void update_friction_accelerations(const Model& model, FrictionState& friction, Work& work) {
+template <class W>
+void update_friction_accelerations(const Model& model, FrictionState& friction, W& work) {
   bool sticking = false;
   for (FrictionPoint& p : friction.points) {
     sticking = sticking || p.phase == FrictionPhase::stick;
-    if (p.phase == FrictionPhase::stick) force_of(p, work) = 0.0;
-    else if (!p.law.reaction) force_of(p, work) = factor(friction, p, model, work) * p.law.normal_force;
+    if (p.phase == FrictionPhase::stick) force_of(p, work.joints) = 0.0;
+    else if (!p.law.reaction) force_of(p, work.joints) = factor(friction, p, model, work.w) * p.law.normal_force;
   }
   if (friction.reactions) solve_reaction_friction(model, friction, work);
   else update_accelerations(model, work);
@@ -283,6 +280,9 @@ void update_friction_accelerations(const Model& model, FrictionState& friction, 
     }
   }
 }
+
+template void update_friction_accelerations(const Model&, FrictionState&, Work&);
+template void update_friction_accelerations(const Model&, FrictionState&, PlaneWork&);
 
 void settle_friction(const Model& model, FrictionState& friction, const std::vector<int>& resting, Work& work,
                      std::vector<std::string>& changes) {
@@ -306,8 +306,8 @@ void settle_friction(const Model& model, FrictionState& friction, const std::vec
       if (pass > 0) break;
       const double scale = rate_scale(model, p.cluster, p.local), rest = at_rest * friction.fastest;
       const bool one = !turned && (p.phase == FrictionPhase::forward || p.phase == FrictionPhase::backward) &&
-                       std::abs(rate_of(p, model, work)) * scale <= rest;
-      const bool all = p.phase == FrictionPhase::slip && leads(friction, p) && slip_speed(friction, p, model, work) * scale <= rest;
+                       std::abs(rate_of(p, model, work.w)) * scale <= rest;
+      const bool all = p.phase == FrictionPhase::slip && leads(friction, p) && slip_speed(friction, p, model, work.w) * scale <= rest;
       if (!one && !all) continue;
       set_phase(p, FrictionPhase::stick);
       more = true;
@@ -383,17 +383,17 @@ void follow_slip(const Model& model, FrictionState& friction, const Work& work, 
   follow_fastest(model, friction, work);
   for (FrictionPoint& p : friction.points) {
     if (p.phase != FrictionPhase::slip || !leads(friction, p)) continue;
-    const double speed = slip_speed(friction, p, model, work);
-    if (speed <= no_speed * friction.fastest || (!turn && slip_along(friction, p, model, work) <= 0.0)) continue;
+    const double speed = slip_speed(friction, p, model, work.w);
+    if (speed <= no_speed * friction.fastest || (!turn && slip_along(friction, p, model, work.w) <= 0.0)) continue;
     VecX d(p.count);
     Eigen::Index k = 0;
-    for (const FrictionPoint& other : group_of(friction, p)) d[k++] = other.weight * rate_of(other, model, work) / speed;
+    for (const FrictionPoint& other : group_of(friction, p)) d[k++] = other.weight * rate_of(other, model, work.w) / speed;
     aim(friction, p, d);
   }
 }
 
 bool slip_rests(const FrictionPoint& p, const FrictionState& friction, const Model& model, const Work& work) {
-  return slip_speed(friction, p, model, work) * rate_scale(model, p.cluster, p.local) <=
+  return slip_speed(friction, p, model, work.w) * rate_scale(model, p.cluster, p.local) <=
          std::max(friction.tolerance, 1e-9) * friction.fastest;
 }
 
@@ -401,15 +401,15 @@ double friction_margin(const FrictionPoint& p, const FrictionState& friction, co
   if (grouped(p)) {
     if (!leads(friction, p)) return 1.0;
     return p.phase == FrictionPhase::stick ? static_coefficient(p.law) * p.normal - held(friction, p)
-                                           : slip_along(friction, p, model, work);
+                                           : slip_along(friction, p, model, work.w);
   }
   switch (p.phase) {
     case FrictionPhase::stick:
       return static_coefficient(p.law) * p.normal * p.arm - std::abs(p.hold);
     case FrictionPhase::forward:
-      return rate_of(p, model, work);
+      return rate_of(p, model, work.w);
     case FrictionPhase::backward:
-      return -rate_of(p, model, work);
+      return -rate_of(p, model, work.w);
     default:
       return 1.0;
   }

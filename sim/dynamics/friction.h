@@ -52,12 +52,14 @@ struct FrictionState {
   Reactions scratch;
 };
 
-// The points of a model, one a rate of every joint with friction; sizes PartWork::friction.
+// The points of a model, one a rate of every joint with friction; sizes JointWork::friction.
 FrictionState make_friction(const Model& model, Work& work);
 
-// Accelerations with friction: sets PartWork::friction, calls update_accelerations, finds normal forces and the forces that hold.
-// Positions and velocities come first. Throws SimulationError where no friction force is consistent with its reaction (jamming).
-void update_friction_accelerations(const Model& model, FrictionState& friction, Work& work);
+// Accelerations with friction: sets JointWork::friction, calls update_accelerations, finds normal forces and the forces that hold.
+// W: Work or PlaneWork. Positions and velocities come first. Throws SimulationError where no friction force is consistent with its reaction
+// (jamming).
+template <class W>
+void update_friction_accelerations(const Model& model, FrictionState& friction, W& work);
 
 // Finds the phases of what rests at the present state: the points in `resting` and those that stick. Renews locks, partitions,
 // positions and velocities of the clusters concerned. Names of joints that changed are added to `changes` ("joint 'guide' sticks").

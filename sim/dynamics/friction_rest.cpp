@@ -47,7 +47,7 @@ bool turn_round(const Model& model, FrictionState& friction, const std::vector<i
   for (FrictionPoint& p : friction.points) {
     // What comes to rest with them (rates in proportion to one another) takes part.
     if ((p.phase != FrictionPhase::forward && p.phase != FrictionPhase::backward) ||
-        std::abs(rate_of(p, model, work)) > at_rest / no_speed * friction_rounding(p, friction, model))
+        std::abs(rate_of(p, model, work.w)) > at_rest / no_speed * friction_rounding(p, friction, model))
       continue;
     if (std::none_of(trials.begin(), trials.end(), [&](const Trial& t) { return t.point == &p; })) trials.push_back({&p, p.phase, p.law});
   }
@@ -73,7 +73,7 @@ bool turn_round(const Model& model, FrictionState& friction, const std::vector<i
 
 void follow_fastest(const Model& model, FrictionState& friction, const Work& work) {
   for (const FrictionPoint& p : friction.points)
-    friction.fastest = std::max(friction.fastest, std::abs(rate_of(p, model, work)) * rate_scale(model, p.cluster, p.local));
+    friction.fastest = std::max(friction.fastest, std::abs(rate_of(p, model, work.w)) * rate_scale(model, p.cluster, p.local));
 }
 
 double friction_rounding(const FrictionPoint& p, const FrictionState& friction, const Model& model) {

@@ -10,7 +10,7 @@ inline constexpr double no_speed = 1e-13;
 // And of several slips whose rates keep a proportion the others rest as well.
 inline constexpr double at_rest = 1e-10;
 
-inline double rate_of(const FrictionPoint& p, const Model& model, const Work& work) { return work.w[model.parts[p.part].v0 + p.rate]; }
+inline double rate_of(const FrictionPoint& p, const Model& model, const VecX& w_all) { return w_all[model.parts[p.part].v0 + p.rate]; }
 inline double static_coefficient(const Friction& law) { return law.static_coefficient.value_or(law.coefficient); }
 // Of a point that slips forward or backward.
 inline double direction(const FrictionPoint& p) { return p.phase == FrictionPhase::forward ? 1.0 : -1.0; }

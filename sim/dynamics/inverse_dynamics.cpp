@@ -100,7 +100,7 @@ void rest_forces(const Model& model, Work& work, const std::vector<VecX>* elasti
       if (elastic) p.elastic = (*elastic)[i];
       else elastic_force(body, p.q, p.qd, p.elastic);
     }
-    joint_forces(model.parts[i], p, work, p.tau);
+    joint_forces(model.parts[i], work.joints[i], work.q, work.w, p.tau);
   }
   add_flexure_moments(model, work);
   accelerate(model, accelerations, work);
@@ -149,7 +149,7 @@ void applied_forces(const Model& model, Work& work, RestForces& out) {
   std::vector<TermSizes> sizes(n);
   for (size_t i = 0; i < n; ++i) {
     PartWork& p = work.parts[i];
-    joint_forces(model.parts[i], p, work, p.tau);
+    joint_forces(model.parts[i], work.joints[i], work.q, work.w, p.tau);
     need[i] = -p.load;
     p.fe = -p.load_e;
     sizes[i] = sizes_of(p.load, Vec6::Zero());

@@ -2,46 +2,40 @@
 
 #include "sim/base/small_matrices.h"
 
+#include <cmath>
+
 namespace flexframe::sim {
-namespace {
 
-// A x for few rows, column by column: a general product's set-up costs more than the work here.
-template <int Rows>
-Eigen::Matrix<double, Rows, 1> times(const Eigen::Matrix<double, Rows, Eigen::Dynamic>& A, const VecX& x) {
-  double sum[Rows] = {};
-  const double* a = A.data();
-  for (Eigen::Index k = 0; k < x.size(); ++k, a += Rows) {
-    const double factor = x[k];
-    for (int r = 0; r < Rows; ++r) sum[r] += a[r] * factor;
-  }
-  return Eigen::Map<const Eigen::Matrix<double, Rows, 1>>(sum);
+template <class S>
+void size_part(const Part& part, PartMotion<S>& p) {
+  const int n = part.body.n, nv = part.joint.nv;
+  p.q = p.qd = p.qdd = p.elastic = p.load_e = p.fe = VecX::Zero(n);
+  p.Mee = MatX::Zero(n, n);
+  p.Mre = p.Fe = p.C = p.scratch = zero_columns<S>(n);
+  p.Hj = p.Fj = zero_columns<S>(nv);
+  p.F = zero_columns<S>(nv + n);
+  p.tau = VecX::Zero(nv);
 }
-
-}  // namespace
+template void size_part(const Part&, PartMotion<Space>&);
+template void size_part(const Part&, PartMotion<Plane>&);
 
 Work make_work(const Model& model) {
   Work work;
   work.frames.resize(model.frames.size());
   work.parts.resize(model.parts.size());
+  work.joints.resize(model.parts.size());
+  work.bases.resize(model.clusters.size());
   work.clusters.resize(model.clusters.size());
   for (size_t i = 0; i < model.parts.size(); ++i) {
     const Part& part = model.parts[i];
     PartWork& p = work.parts[i];
-    const int n = part.body.n, nv = part.joint.nv;
-    p.terms.reserve(part.body);
+    reserve(part.body, p.terms);
     p.like = static_cast<int>(i);
     if (i > 0 && same_kinetics(model.parts[i - 1].body, part.body)) {
       p.like = work.parts[i - 1].like;
       p.terms.axis.scratch = work.parts[i - 1].terms.axis.scratch;
     }
-    p.q = p.qd = p.qdd = p.elastic = p.load_e = p.fe = VecX::Zero(n);
-    p.Mre = Mat6X::Zero(6, n);
-    p.Mee = MatX::Zero(n, n);
-    p.Fe = Mat6X::Zero(6, n);
-    p.Hj = p.Fj = Mat6X::Zero(6, nv);
-    p.F = Mat6X::Zero(6, nv + n);
-    p.scratch = Mat6X::Zero(6, n);
-    p.tau = VecX::Zero(nv);
+    size_part(part, p);
   }
   for (size_t i = 0; i < model.frames.size(); ++i) {
     const FramePoint& f = model.frames[i];
@@ -61,14 +55,12 @@ Work make_work(const Model& model) {
       if (h.size() > 0) fw.phi2q = Eigen::MatrixX3d::Zero(body.n, 3);
     fw.scratch = VecX::Zero(body.n);
   }
-  for (size_t i = 0; i < model.parts.size(); ++i)
-    if (work.frames[model.parts[i].joint.outboard].flexible) work.parts[i].C = Mat6X::Zero(6, model.parts[i].body.n);
   for (size_t i = 0; i < model.clusters.size(); ++i) {
     const Cluster& c = model.clusters[i];
     ClusterWork& cw = work.clusters[i];
     cw.M = MatX::Zero(c.nv, c.nv);
-    cw.Ib = Mat6X::Zero(6, c.nv);
-    cw.r = cw.wdot = VecX::Zero(c.nv);
+    work.bases[i].Ib = Mat6X::Zero(6, c.nv);
+    cw.r = VecX::Zero(c.nv);
     for (int k = 0; k < c.nv; ++k) cw.partition.ind.push_back(k);
   }
   work.q = VecX::Zero(model.nq);
@@ -88,14 +80,14 @@ void update_frame_pose(const Model& model, int frame, Work& work) {
   const VecX& q = work.parts[f.part].q;
 
   // Node: r = origin + phi q + 1/2 q phi2 q,  R = exp(psi q) R0.
-  fw.theta = times(node.psi, q);
+  fw.theta = combine(node.psi, q);
   fw.series = RotationSeries(fw.theta.squaredNorm());
   // 1 + s T + b T^2 with T = skew(theta), T^2 = theta theta^T - |theta|^2.
   Mat3 turn = (fw.series.b * fw.theta) * fw.theta.transpose() + fw.series.s * skew(fw.theta);
   turn.diagonal().array() += 1.0 - fw.series.b * fw.theta.squaredNorm();
   Mat3 R;
   R.noalias() = turn * node.rotation;
-  Vec3 at = node.origin + times(node.phi, q);
+  Vec3 at = node.origin + combine(node.phi, q);
   for (int a = 0; a < 3; ++a) {
     if (node.phi2[a].size() == 0) continue;
     multiply(node.phi2[a], q.data(), &fw.phi2q(0, a));
@@ -127,48 +119,122 @@ void update_frame_jacobian(const Model& model, int frame, Work& work) {
   }
 }
 
-void update_frame_position(const Model& model, int frame, Work& work) {
+void update_frame_pose(const Model& model, int frame, PlaneWork& work) {
+  FrameMotion<Plane>& fm = work.frames[frame];
+  if (!fm.flexible) return;
+  const PlaneFrame& f = work.plane.frame_constants[frame];
+  const PlaneNode& node = f.node;
+  const VecX& q = work.parts[model.frames[frame].part].q;
+  const double turned = node.angle + node.psi.dot(q), angle = turned + f.offset_angle;
+  Vec2 at = node.origin + Vec2(node.phi.col(0).dot(q), node.phi.col(1).dot(q));
+  for (int a = 0; a < 2; ++a) {
+    if (node.phi2[a].size() == 0) continue;
+    multiply(node.phi2[a], q.data(), &fm.phi2q(0, a));
+    at[a] += 0.5 * fm.phi2q.col(a).dot(q);
+  }
+  fm.pose = {std::cos(angle), std::sin(angle), at};
+  if (!f.offset.isZero(0.0)) fm.pose.p += turn(PlanePose{std::cos(turned), std::sin(turned), Vec2::Zero()}, f.offset);
+}
+
+void update_frame_jacobian(const Model&, int frame, PlaneWork& work) {
+  FrameMotion<Plane>& fm = work.frames[frame];
+  if (!fm.flexible) return;
+  const PlaneFrame& f = work.plane.frame_constants[frame];
+  const PlaneNode& node = f.node;
+  const double c = fm.pose.c, s = fm.pose.s;
+  const auto x = node.phi.col(0), y = node.phi.col(1);
+  const auto x2 = fm.phi2q.col(0), y2 = fm.phi2q.col(1);
+  if (node.phi2[0].size() + node.phi2[1].size() > 0) {
+    fm.B.col(0) = c * (x + x2) + s * (y + y2);
+    fm.B.col(1) = c * (y + y2) - s * (x + x2);
+  } else {
+    fm.B.col(0) = c * x + s * y;
+    fm.B.col(1) = c * y - s * x;
+  }
+  if (f.arm.isZero(0.0)) return;
+  fm.B.col(0) -= f.arm.y() * node.psi;
+  fm.B.col(1) += f.arm.x() * node.psi;
+}
+
+template <class W>
+void update_frame_position(const Model& model, int frame, W& work) {
   update_frame_pose(model, frame, work);
   update_frame_jacobian(model, frame, work);
 }
 
-void update_frame_velocity(const Model& model, int frame, Work& work) {
-  FrameWork& fw = work.frames[frame];
+namespace {
+
+// What the displacement of second order adds to the acceleration of a frame's node (axes of the part), what its turning does (axes of the
+// frame), and the frame's origin as seen from the node (axes of the frame).
+Vec3 second_order(const Model& model, int frame, Work& work) {
+  const FramePoint& f = model.frames[frame];
+  const FlexibleNode& node = kinetics(model, work, f.part).nodes[f.node];
+  const VecX& qd = work.parts[f.part].qd;
+  VecX& scratch = work.frames[frame].scratch;
+  Vec3 out = Vec3::Zero();
+  for (int a = 0; a < 3; ++a)
+    if (node.phi2[a].size() > 0) {
+      scratch.noalias() = node.phi2[a] * qd;
+      out[a] = qd.dot(scratch);
+    }
+  return out;
+}
+Vec2 second_order(const Model& model, int frame, PlaneWork& work) {
+  const PlaneNode& node = work.plane.frame_constants[frame].node;
+  const VecX& qd = work.parts[model.frames[frame].part].qd;
+  VecX& scratch = work.frames[frame].scratch;
+  Vec2 out = Vec2::Zero();
+  for (int a = 0; a < 2; ++a)
+    if (node.phi2[a].size() > 0) {
+      multiply(node.phi2[a], qd.data(), scratch.data());
+      out[a] = scratch.dot(qd);
+    }
+  return out;
+}
+Vec3 turning_rate(const Model& model, int frame, const Work& work) {
+  const FramePoint& f = model.frames[frame];
+  const FrameWork& fw = work.frames[frame];
+  const FlexibleNode& node = kinetics(model, work, f.part).nodes[f.node];
+  return fw.rest_axes * right_jacobian_rate(fw.theta, combine(node.psi, work.parts[f.part].qd), fw.series);
+}
+double turning_rate(const Model&, int, const PlaneWork&) { return 0.0; }
+Vec3 frame_arm(const Model& model, int frame, const Work&) {
+  const Pose& offset = model.frames[frame].offset;
+  return offset.R.transpose() * offset.p;
+}
+Vec2 frame_arm(const Model&, int frame, const PlaneWork& work) { return work.plane.frame_constants[frame].arm; }
+
+}  // namespace
+
+template <class W>
+void update_frame_velocity(const Model& model, int frame, W& work) {
+  using S = typename W::In;
+  FrameMotion<S>& fw = work.frames[frame];
   const FramePoint& f = model.frames[frame];
   if (f.part == ground) {
     fw.V.setZero();
     fw.bias.setZero();
     return;
   }
-  const PartWork& part = work.parts[f.part];
+  const PartMotion<S>& part = work.parts[f.part];
   fw.V = to_child(fw.pose, part.V);
   if (!fw.flexible) {
     fw.bias.setZero();
     return;
   }
-  fw.W = times(fw.B, part.qd);
+  fw.W = combine(fw.B, part.qd);
   fw.V += fw.W;
 
   // dB/dt qd: the displacement's second-order part and the rotation's, and the turning of the frame's axes.
-  const FlexibleNode& node = kinetics(model, work, f.part).nodes[f.node];
-  Vec3 second = Vec3::Zero();
-  for (int a = 0; a < 3; ++a)
-    if (node.phi2[a].size() > 0) {
-      fw.scratch.noalias() = node.phi2[a] * part.qd;
-      second[a] = part.qd.dot(fw.scratch);
-    }
-  const Vec3 alpha = fw.rest_axes * right_jacobian_rate(fw.theta, times(node.psi, part.qd), fw.series);
-  const Vec3 arm = f.offset.R.transpose() * f.offset.p;
-  const Vec3 omega = fw.W.tail<3>();
+  const typename S::Linear second = second_order(model, frame, work), arm = frame_arm(model, frame, work);
+  const typename S::Angular alpha = turning_rate(model, frame, work), omega = angular(fw.W);
   // Linear part of B qd = R^T (node velocity) + omega x arm.
-  const Vec3 node_rate = fw.W.head<3>() - omega.cross(arm);
-  Vec6 bdot;
-  bdot.head<3>() = fw.pose.R.transpose() * second - omega.cross(node_rate) + alpha.cross(arm);
-  bdot.tail<3>() = alpha;
-  fw.bias = bdot - bracket(fw.W, fw.V);
+  const typename S::Linear node_rate = linear(fw.W) - cross(omega, arm);
+  fw.bias = joined(turn_back(fw.pose, second) - cross(omega, node_rate) + cross(alpha, arm), alpha) - bracket(fw.W, fw.V);
 }
 
-void update_cluster_frames(const Model& model, int cluster, Work& work) {
+template <class W>
+void update_cluster_frames(const Model& model, int cluster, W& work) {
   const Cluster& c = model.clusters[cluster];
   for (int i : c.parts) {
     const Part& part = model.parts[i];
@@ -177,75 +243,78 @@ void update_cluster_frames(const Model& model, int cluster, Work& work) {
   for (int f : c.frames) update_frame_pose(model, f, work);
 }
 
-void update_cluster_chain(const Model& model, int cluster, Work& work) {
+template <class W>
+void update_cluster_chain(const Model& model, int cluster, W& work) {
   const Cluster& c = model.clusters[cluster];
   size_t entry = 0;
   for (int i : c.parts) {
     const Part& part = model.parts[i];
-    PartWork& p = work.parts[i];
+    auto& p = work.parts[i];
     const TreeJoint& j = part.joint;
-    if (j.motion >= 0) update_joint_position(j, &work.motion[j.motion].value, p.joint);
-    else update_joint_position(j, work.q.data() + part.q0, p.joint);
+    update_joint_position(tree_joint(model, work, i), j.motion >= 0 ? &work.motion[j.motion].value : work.q.data() + part.q0, p.joint);
     p.step = compose(p.joint.pose, inverse(work.frames[j.outboard].pose));
-    const bool inside = part.parent != ground && model.parts[part.parent].cluster == cluster;
-    if (inside) p.in_base = compose(compose(work.parts[part.parent].in_base, work.frames[j.inboard].pose), p.step);
-    else p.in_base = compose(c.entry[entry++], p.step);
+    if (hangs_inside(model, i)) p.in_base = compose(compose(work.parts[part.parent].in_base, work.frames[j.inboard].pose), p.step);
+    else p.in_base = compose(entry_pose(model, work, cluster, entry++), p.step);
   }
 }
 
-void update_cluster_positions(const Model& model, int cluster, Work& work) {
+template <class W>
+void update_cluster_positions(const Model& model, int cluster, W& work) {
   update_cluster_frames(model, cluster, work);
   for (int f : model.clusters[cluster].frames) update_frame_jacobian(model, f, work);
   update_cluster_chain(model, cluster, work);
 }
 
-void update_cluster_world(const Model& model, int cluster, Work& work) {
+template <class W>
+void update_cluster_world(const Model& model, int cluster, W& work) {
   const Cluster& c = model.clusters[cluster];
-  ClusterWork& cw = work.clusters[cluster];
+  auto& base = work.bases[cluster];
   if (c.parent != ground) update_frame_position(model, c.base, work);
-  cw.base_world = frame_world(model, work, c.base);
-  for (int i : c.parts) work.parts[i].world = compose(cw.base_world, work.parts[i].in_base);
+  base.world = frame_world(model, work, c.base);
+  for (int i : c.parts) work.parts[i].world = compose(base.world, work.parts[i].in_base);
 }
 
-void update_cluster_velocities(const Model& model, int cluster, Work& work) {
+template <class W>
+void update_cluster_velocities(const Model& model, int cluster, W& work) {
+  using Twist = typename W::In::Twist;
   const Cluster& c = model.clusters[cluster];
-  ClusterWork& cw = work.clusters[cluster];
+  auto& base = work.bases[cluster];
   update_frame_velocity(model, c.base, work);
-  cw.base_V = work.frames[c.base].V;
+  base.V = work.frames[c.base].V;
   size_t entry = 0;
   for (int i : c.parts) {
     const Part& part = model.parts[i];
-    PartWork& p = work.parts[i];
+    auto& p = work.parts[i];
     if (part.body.n > 0) p.qd = work.w.segment(part.ev0, part.body.n);
     const TreeJoint& j = part.joint;
+    const auto& joint = tree_joint(model, work, i);
     if (j.motion >= 0) {
       const TimeJet& m = work.motion[j.motion];
-      update_joint_velocity(j, &m.value, &m.rate, p.joint);
+      update_joint_velocity(joint, &m.value, &m.rate, p.joint);
       p.joint.bias += p.joint.S.col(0) * m.acceleration;
     } else {
-      update_joint_velocity(j, work.q.data() + part.q0, work.w.data() + part.v0, p.joint);
+      update_joint_velocity(joint, work.q.data() + part.q0, work.w.data() + part.v0, p.joint);
     }
     // Inboard frame: its twist, and its acceleration at zero coordinate accelerations.
-    Vec6 VA, AA;
-    const bool inside = part.parent != ground && model.parts[part.parent].cluster == cluster;
-    if (inside) {
+    Twist VA, AA;
+    if (hangs_inside(model, i)) {
       update_frame_velocity(model, j.inboard, work);
-      const FrameWork& f = work.frames[j.inboard];
+      const auto& f = work.frames[j.inboard];
       VA = f.V;
       AA = to_child(f.pose, work.parts[part.parent].A0) + f.bias;
     } else {
-      VA = to_child(c.entry[entry++], cw.base_V);
+      VA = to_child(entry_pose(model, work, cluster, entry++), base.V);
       AA.setZero();
     }
-    const Vec6 VB = to_child(p.joint.pose, VA) + p.joint.W;
-    const Vec6 AB = to_child(p.joint.pose, AA) - bracket(p.joint.W, VB) + p.joint.bias;
-    FrameWork& out = work.frames[j.outboard];
+    const Twist VB = to_child(p.joint.pose, VA) + p.joint.W;
+    const Twist AB = to_child(p.joint.pose, AA) - bracket(p.joint.W, VB) + p.joint.bias;
+    auto& out = work.frames[j.outboard];
     out.V = VB;
     if (!out.flexible) {
       p.V = to_parent(out.pose, VB);
       p.A0 = to_parent(out.pose, AB);
     } else {
-      out.W = times(out.B, p.qd);
+      out.W = combine(out.B, p.qd);
       p.V = to_parent(out.pose, VB - out.W);
       update_frame_velocity(model, j.outboard, work);
       p.A0 = to_parent(out.pose, AB - out.bias);
@@ -253,59 +322,65 @@ void update_cluster_velocities(const Model& model, int cluster, Work& work) {
   }
 }
 
-void update_base_acceleration(const Model& model, int cluster, Work& work) {
+template <class W>
+void update_base_acceleration(const Model& model, int cluster, W& work) {
+  using S = typename W::In;
   const Cluster& c = model.clusters[cluster];
-  ClusterWork& cw = work.clusters[cluster];
-  const FrameWork& f = work.frames[c.base];
+  auto& base = work.bases[cluster];
+  const auto& f = work.frames[c.base];
   if (c.parent == ground) {
-    Vec6 g = Vec6::Zero();
-    g.head<3>() = -model.settings.gravity;
-    cw.base_A = to_child(f.pose, g);
+    typename S::Twist g = S::Twist::Zero();
+    g.template head<S::linear>() = -gravity(model, work);
+    base.A = to_child(f.pose, g);
   } else {
-    const PartWork& carrier = work.parts[c.parent];
-    cw.base_A = to_child(f.pose, carrier.A) + f.bias;
-    if (f.flexible) cw.base_A.noalias() += f.B * carrier.qdd;
+    const auto& carrier = work.parts[c.parent];
+    base.A = to_child(f.pose, carrier.A) + f.bias;
+    if (f.flexible) add_product(f.B, carrier.qdd, base.A);
   }
 }
 
-void update_cluster_accelerations(const Model& model, int cluster, Work& work) {
+template <class W>
+void update_cluster_accelerations(const Model& model, int cluster, W& work) {
+  using Twist = typename W::In::Twist;
   const Cluster& c = model.clusters[cluster];
   size_t entry = 0;
   for (int i : c.parts) {
     const Part& part = model.parts[i];
-    PartWork& p = work.parts[i];
+    auto& p = work.parts[i];
     const TreeJoint& j = part.joint;
     if (part.body.n > 0) p.qdd = work.wdot.segment(part.ev0, part.body.n);
-    Vec6 AA;
-    if (part.parent != ground && model.parts[part.parent].cluster == cluster) {
-      const FrameWork& in = work.frames[j.inboard];
-      const PartWork& carrier = work.parts[part.parent];
+    Twist AA;
+    if (hangs_inside(model, i)) {
+      const auto& in = work.frames[j.inboard];
+      const auto& carrier = work.parts[part.parent];
       AA = to_child(in.pose, carrier.A) + in.bias;
-      if (in.flexible) AA.noalias() += in.B * carrier.qdd;
+      if (in.flexible) add_product(in.B, carrier.qdd, AA);
     } else {
-      AA = to_child(c.entry[entry++], work.clusters[cluster].base_A);
+      AA = to_child(entry_pose(model, work, cluster, entry++), work.bases[cluster].A);
     }
-    const FrameWork& o = work.frames[j.outboard];
-    Vec6 AB = to_child(p.joint.pose, AA) - bracket(p.joint.W, o.V) + p.joint.bias;
+    const auto& o = work.frames[j.outboard];
+    Twist AB = to_child(p.joint.pose, AA) - bracket(p.joint.W, o.V) + p.joint.bias;
     for (int k = 0; k < j.nv; ++k) AB += p.joint.S.col(k) * work.wdot[part.v0 + k];
     if (o.flexible) {
       AB -= o.bias;
-      AB.noalias() -= o.B * p.qdd;
+      subtract_product(o.B, p.qdd, AB);
     }
     p.A = to_parent(o.pose, AB);
   }
 }
 
-Pose frame_world(const Model& model, const Work& work, int frame) {
+template <class W>
+typename W::In::Pose frame_world(const Model& model, const W& work, int frame) {
   const FramePoint& f = model.frames[frame];
-  const Pose& local = work.frames[frame].pose;
+  const auto& local = work.frames[frame].pose;
   return f.part == ground ? local : compose(work.parts[f.part].world, local);
 }
 
-Pose frame_in_base(const Model& model, const Work& work, int cluster, int frame) {
+template <class W>
+typename W::In::Pose frame_in_base(const Model& model, const W& work, int cluster, int frame) {
   const FramePoint& f = model.frames[frame];
   const Cluster& c = model.clusters[cluster];
-  const Pose& local = work.frames[frame].pose;
+  const auto& local = work.frames[frame].pose;
   if (f.part != ground && model.parts[f.part].cluster == cluster) return compose(work.parts[f.part].in_base, local);
   return compose(inverse(work.frames[c.base].pose), local);
 }
@@ -335,28 +410,44 @@ Pose shown_pose(const Model& model, int part, Work& work) {
   return out;
 }
 
-void project_wrench(const Model& model, const Work& work, int cluster, int frame, const Vec6& F, bool elastic, VecX& out) {
+template <class W>
+void project_wrench(const Model& model, const W& work, int cluster, int frame, const typename W::In::Twist& F, bool elastic, VecX& out) {
+  using Twist = typename W::In::Twist;
   const Cluster& c = model.clusters[cluster];
   int at = frame;
-  Vec6 force = F;
+  Twist force = F;
   for (int i = model.frames[frame].part; i != ground && model.parts[i].cluster == cluster; i = model.parts[i].parent) {
     const Part& part = model.parts[i];
-    const PartWork& p = work.parts[i];
-    const FrameWork& f = work.frames[at];
-    const FrameWork& o = work.frames[part.joint.outboard];
-    const Vec6 on_part = wrench_to_parent(f.pose, force);
-    const Vec6 on_joint = wrench_to_child(o.pose, on_part);
+    const auto& p = work.parts[i];
+    const auto& f = work.frames[at];
+    const auto& o = work.frames[part.joint.outboard];
+    const Twist on_joint = wrench_to_child(o.pose, wrench_to_parent(f.pose, force));
     for (int k = 0; k < part.joint.nv; ++k) out[part.v0 - c.v0 + k] += p.joint.S.col(k).dot(on_joint);
     if (elastic) {
       double* const e = out.data() + (part.ev0 - c.v0);
-      if (f.flexible)
-        for (int k = 0; k < part.body.n; ++k) e[k] += f.B.col(k).dot(force);
-      if (o.flexible)
-        for (int k = 0; k < part.body.n; ++k) e[k] -= o.B.col(k).dot(on_joint);
+      if (f.flexible) add_dots(f.B, force, e);
+      if (o.flexible) subtract_dots(o.B, on_joint, e);
     }
     force = wrench_to_parent(p.joint.pose, on_joint);
     at = part.joint.inboard;
   }
 }
+
+#define FLEXFRAME_FOR(W)                                                         \
+  template void update_frame_position(const Model&, int, W&);                    \
+  template void update_frame_velocity(const Model&, int, W&);                    \
+  template void update_cluster_frames(const Model&, int, W&);                    \
+  template void update_cluster_chain(const Model&, int, W&);                     \
+  template void update_cluster_positions(const Model&, int, W&);                 \
+  template void update_cluster_world(const Model&, int, W&);                     \
+  template void update_cluster_velocities(const Model&, int, W&);                \
+  template void update_base_acceleration(const Model&, int, W&);                 \
+  template void update_cluster_accelerations(const Model&, int, W&);             \
+  template typename W::In::Pose frame_world(const Model&, const W&, int);        \
+  template typename W::In::Pose frame_in_base(const Model&, const W&, int, int); \
+  template void project_wrench(const Model&, const W&, int, int, const typename W::In::Twist&, bool, VecX&);
+FLEXFRAME_FOR(Work)
+FLEXFRAME_FOR(PlaneWork)
+#undef FLEXFRAME_FOR
 
 }  // namespace flexframe::sim

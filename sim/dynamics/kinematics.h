@@ -1,36 +1,49 @@
-// Positions and velocities of frames and parts, cluster by cluster.
+// Positions and velocities of frames and parts, cluster by cluster. W: Work or PlaneWork.
 #pragma once
 
-#include "sim/dynamics/work.h"
+#include "sim/dynamics/plane_work.h"
 
 namespace flexframe::sim {
 
 // Frame of a flexible part from its elastic coordinates: its pose; B (FrameWork) at that pose; both. No-ops for rigid frames.
 void update_frame_pose(const Model& model, int frame, Work& work);
+void update_frame_pose(const Model& model, int frame, PlaneWork& work);
 void update_frame_jacobian(const Model& model, int frame, Work& work);
-void update_frame_position(const Model& model, int frame, Work& work);
+void update_frame_jacobian(const Model& model, int frame, PlaneWork& work);
+template <class W>
+void update_frame_position(const Model& model, int frame, W& work);
 // W, V and bias of a frame from its part's twist.
-void update_frame_velocity(const Model& model, int frame, Work& work);
+template <class W>
+void update_frame_velocity(const Model& model, int frame, W& work);
 
 // Copies the elastic coordinates of a cluster out of work.q and makes the poses of its frames in their parts.
-void update_cluster_frames(const Model& model, int cluster, Work& work);
+template <class W>
+void update_cluster_frames(const Model& model, int cluster, W& work);
 // Joint poses and the poses of the parts in the base frame from work.q, frames as they are.
-void update_cluster_chain(const Model& model, int cluster, Work& work);
+template <class W>
+void update_cluster_chain(const Model& model, int cluster, W& work);
 // Both, and B of the frames.
-void update_cluster_positions(const Model& model, int cluster, Work& work);
+template <class W>
+void update_cluster_positions(const Model& model, int cluster, W& work);
 // World poses of a cluster; its parent's come first.
-void update_cluster_world(const Model& model, int cluster, Work& work);
+template <class W>
+void update_cluster_world(const Model& model, int cluster, W& work);
 // Twists and A0 of a cluster's parts from work.w; its parent's come first.
-void update_cluster_velocities(const Model& model, int cluster, Work& work);
-// Acceleration base_A of a cluster's base frame from that of its carrier (gravity as an acceleration of ground), and, from it and
+template <class W>
+void update_cluster_velocities(const Model& model, int cluster, W& work);
+// Acceleration of a cluster's base frame from that of its carrier (gravity as an acceleration of ground), and, from it and
 // work.wdot, those of its parts: A and qdd.
-void update_base_acceleration(const Model& model, int cluster, Work& work);
-void update_cluster_accelerations(const Model& model, int cluster, Work& work);
+template <class W>
+void update_base_acceleration(const Model& model, int cluster, W& work);
+template <class W>
+void update_cluster_accelerations(const Model& model, int cluster, W& work);
 
 // Pose of a frame in world axes (positions must be up to date).
-Pose frame_world(const Model& model, const Work& work, int frame);
+template <class W>
+typename W::In::Pose frame_world(const Model& model, const W& work, int frame);
 // Pose of a frame in the base frame of a cluster to which it belongs, or to whose parent it is fixed.
-Pose frame_in_base(const Model& model, const Work& work, int cluster, int frame);
+template <class W>
+typename W::In::Pose frame_in_base(const Model& model, const W& work, int cluster, int frame);
 
 // Pose, in the part's body frame, of the frame in which its deformation is shown (identity where the two are one). Refreshes the
 // frames of root and tip.
@@ -38,6 +51,7 @@ Pose shown_pose(const Model& model, int part, Work& work);
 
 // Adds the wrench F on a frame (frame axes) to the generalised forces of the cluster's coordinates: out(nv of the cluster) += J^T F.
 // elastic = false: to those of its joints only.
-void project_wrench(const Model& model, const Work& work, int cluster, int frame, const Vec6& F, bool elastic, VecX& out);
+template <class W>
+void project_wrench(const Model& model, const W& work, int cluster, int frame, const typename W::In::Twist& F, bool elastic, VecX& out);
 
 }  // namespace flexframe::sim

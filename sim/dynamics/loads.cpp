@@ -15,28 +15,37 @@ namespace flexframe::sim {
 namespace {
 
 // Adds a wrench (frame axes) on a frame to its part's load.
-void apply_wrench(const Model& model, Work& work, int frame, const Vec6& F) {
+template <class W>
+void apply_wrench(const Model& model, W& work, int frame, const typename W::In::Twist& F) {
   const FramePoint& f = model.frames[frame];
   if (f.part == ground) return;
-  PartWork& p = work.parts[f.part];
-  const FrameWork& fw = work.frames[frame];
+  auto& p = work.parts[f.part];
+  const auto& fw = work.frames[frame];
   p.load += wrench_to_parent(fw.pose, F);
-  if (fw.flexible) p.load_e.noalias() += fw.B.transpose() * F;
+  if (fw.flexible) add_transposed(fw.B, F, p.load_e);
 }
 
-// Line of a spring-damper from frame `from` to frame `on`: unit vector in world axes, length, rate of length.
+// Line of a spring-damper from frame `from` to frame `on`: unit vector in world axes (its part within the plane), length, rate of length.
+template <class S>
 struct Line {
-  Vec3 direction;
+  typename S::Linear direction;
   double length, rate;
 };
 
-Line line_between(const Model& model, const Work& work, const Load& load) {
-  const Pose a = frame_world(model, work, load.from), b = frame_world(model, work, load.on);
-  const Vec3 d = b.p - a.p;
-  const double length = d.norm();
+double height_between(const Work&, const Load&) { return 0.0; }
+double height_between(const PlaneWork& work, const Load& load) {
+  return work.plane.frame_constants[load.on].height - work.plane.frame_constants[load.from].height;
+}
+
+template <class W>
+Line<typename W::In> line_between(const Model& model, const W& work, const Load& load) {
+  using S = typename W::In;
+  const typename S::Pose a = frame_world(model, work, load.from), b = frame_world(model, work, load.on);
+  const typename S::Linear d = b.p - a.p;
+  const double height = height_between(work, load), length = height == 0.0 ? d.norm() : std::hypot(d.norm(), height);
   // Two ends at one point have no direction: the spring of zero length pulls nowhere.
-  const Vec3 u = length > 0.0 ? Vec3(d / length) : Vec3(Vec3::Zero());
-  const Vec3 va = a.R * work.frames[load.from].V.head<3>(), vb = b.R * work.frames[load.on].V.head<3>();
+  const typename S::Linear u = length > 0.0 ? typename S::Linear(d / length) : typename S::Linear(S::Linear::Zero());
+  const typename S::Linear va = turn(a, linear(work.frames[load.from].V)), vb = turn(b, linear(work.frames[load.on].V));
   return {u, length, u.dot(vb - va)};
 }
 
@@ -46,11 +55,11 @@ struct Bushing {
   Pose relative;
 };
 
-Bushing bushing_state(const Model& model, const Work& work, const Load& load) {
+template <class W>
+Bushing bushing_state(const Model& model, const W& work, const Load& load) {
   Bushing out;
-  out.relative = compose(inverse(frame_world(model, work, load.from)), frame_world(model, work, load.on));
-  const Vec6& Va = work.frames[load.from].V;
-  const Vec6& Vb = work.frames[load.on].V;
+  out.relative = compose(inverse(pose_in_space(model, work, load.from)), pose_in_space(model, work, load.on));
+  const Vec6 Va = in_space(work, load.from, work.frames[load.from].V), Vb = in_space(work, load.on, work.frames[load.on].V);
   const Vec3 wa = Va.tail<3>();
   out.deflection.head<3>() = out.relative.p;
   out.deflection.tail<3>() = rotation_log(out.relative.R);
@@ -71,37 +80,54 @@ Vec6 bushing_force(const Load& load, const Bushing& b) {
   return f - load.def.bushing_damping.cwiseProduct(b.rate);
 }
 
-double spring_damper_force(const Load& load, const Line& line) {
+template <class S>
+double spring_damper_force(const Load& load, const Line<S>& line) {
   const Spring& s = load.def.spring;
   return -s.preload - s.stiffness * (line.length - s.rest) - s.damping * line.rate;
 }
 
-void refresh_frames(const Model& model, Work& work, const Load& load) {
+template <class W>
+void refresh_frames(const Model& model, W& work, const Load& load) {
   for (int f : {load.on, load.from}) {
     update_frame_position(model, f, work);
     update_frame_velocity(model, f, work);
+    if (load.on == load.from) break;
   }
 }
 
+// Direction of a force, torque or uniform load: a wrench per unit of its value, world axes or those of its frame.
+Vec6 direction_of(const Model& model, const Work&, int load) {
+  const ForceDef& def = model.loads[load].def;
+  return def.kind == ForceKind::torque ? joined(Vec3::Zero(), def.direction) : joined(def.direction, Vec3::Zero());
+}
+Vec3 direction_of(const Model&, const PlaneWork& work, int load) { return work.plane.load_direction[load]; }
+
 // Wrench of a force or torque in the frame's axes.
-Vec6 frame_wrench(const Model& model, const Work& work, const Load& load) {
-  Vec6 F = Vec6::Zero();
-  Vec3 d = load.def.direction * work.expression_value[load.expression];
-  if (!load.def.follower) d = frame_world(model, work, load.on).R.transpose() * d;
-  if (load.def.kind == ForceKind::torque) F.tail<3>() = d;
-  else F.head<3>() = d;
-  return F;
+template <class W>
+typename W::In::Twist frame_wrench(const Model& model, const W& work, int load, double value) {
+  using S = typename W::In;
+  const ForceDef& def = model.loads[load].def;
+  const typename S::Twist F = direction_of(model, work, load) * value;
+  if (def.follower) return F;
+  if (def.kind == ForceKind::torque)
+    return joined(typename S::Linear(S::Linear::Zero()), turn_back(frame_world(model, work, model.loads[load].on), angular(F)));
+  return joined(turn_back(frame_world(model, work, model.loads[load].on), linear(F)), S::no_turn());
 }
 
+void elastic_weight(const Mat6X& Mre, const Vec3& d, VecX& out) { out = Mre.topRows<3>().transpose() * d; }
+void elastic_weight(const MatX3& Mre, const Vec2& d, VecX& out) { out = Mre.col(0) * d.x() + Mre.col(1) * d.y(); }
+
 // Resultant about the body frame and generalised elastic forces of a uniform load per length: a uniform field of acceleration.
-void distributed_load(const Model& model, const Work& work, const Load& load, Vec6& F, VecX& Fe) {
-  const FramePoint& f = model.frames[load.on];
-  const PartWork& p = work.parts[f.part];
-  Vec3 d = load.def.direction * (work.expression_value[load.expression] * model.parts[f.part].load_factor);
-  if (!load.def.follower) d = p.world.R.transpose() * d;
-  F.head<3>() = model.parts[f.part].body.mass * d;
-  F.tail<3>() = p.terms.md.cross(d);
-  Fe = p.terms.Mre.topRows<3>().transpose() * d;
+template <class W>
+void distributed_load(const Model& model, const W& work, int load, typename W::In::Twist& F, VecX& Fe) {
+  const Load& l = model.loads[load];
+  const int part = model.frames[l.on].part;
+  const auto& p = work.parts[part];
+  typename W::In::Linear d =
+      linear(direction_of(model, work, load)) * (work.expression_value[l.expression] * model.parts[part].load_factor);
+  if (!l.def.follower) d = turn_back(p.world, d);
+  F = joined(model.parts[part].body.mass * d, cross(p.terms.md, d));
+  elastic_weight(p.terms.Mre, d, Fe);
 }
 
 // Spring of a joint that closes a loop (JointTraits::read_off): deflection, its rate, and the relative pose. An angle counts by the
@@ -111,18 +137,20 @@ struct LoopSpring {
   Pose relative;
 };
 
-LoopSpring loop_spring(const Model& model, const Work& work, const LoopJoint& loop) {
+template <class W>
+LoopSpring loop_spring(const Model& model, const W& work, const LoopJoint& loop) {
   LoopSpring out;
-  out.relative = compose(inverse(frame_world(model, work, loop.a)), frame_world(model, work, loop.b));
+  out.relative = compose(inverse(pose_in_space(model, work, loop.a)), pose_in_space(model, work, loop.b));
   out.deflection = pose_coordinate(loop.kind, loop.axis, out.relative) - loop.spring->rest;
   if (!is_length(loop.kind, 0)) out.deflection = std::remainder(out.deflection, 2.0 * std::numbers::pi);
-  out.rate = pose_rate(loop.kind, loop.axis, out.relative, work.frames[loop.a].V, work.frames[loop.b].V);
+  out.rate = pose_rate(loop.kind, loop.axis, out.relative, in_space(work, loop.a, work.frames[loop.a].V),
+                       in_space(work, loop.b, work.frames[loop.b].V));
   return out;
 }
 
 // Calls on_frame(frame, wrench) for both ends of a loop joint's spring.
-template <class OnFrame>
-void visit_loop_spring(const Model& model, Work& work, const LoopJoint& loop, const OnFrame& on_frame) {
+template <class W, class OnFrame>
+void visit_loop_spring(const Model& model, W& work, const LoopJoint& loop, const OnFrame& on_frame) {
   for (int f : {loop.a, loop.b}) {
     update_frame_position(model, f, work);
     update_frame_velocity(model, f, work);
@@ -138,8 +166,8 @@ void visit_loop_spring(const Model& model, Work& work, const LoopJoint& loop, co
     on.tail<3>() = s.relative.R.transpose() * push;
     back.tail<3>() = -push;
   }
-  on_frame(loop.b, on);
-  on_frame(loop.a, back);
+  on_frame(loop.b, within(work, loop.b, on));
+  on_frame(loop.a, within(work, loop.a, back));
 }
 
 // At most six rates: no memory is asked for.
@@ -190,69 +218,77 @@ double joint_spring_energy(const TreeJoint& joint, const double* q) {
 
 namespace {
 
-// Calls on_frame(frame, wrench) for what acts on a frame, on_length(load) for what acts along a beam, in the scene's order.
-template <class OnFrame, class OnLength>
-void visit_loads(const Model& model, Work& work, const OnFrame& on_frame, const OnLength& on_length) {
+// A spring-damper's or bushing's wrenches on both its ends.
+template <class W, class OnFrame>
+void visit_link(const Model& model, W& work, const Load& load, const OnFrame& on_frame) {
+  using S = typename W::In;
+  if (load.def.kind == ForceKind::bushing) {
+    const Bushing b = bushing_state(model, work, load);
+    const Vec6 f = bushing_force(load, b);
+    on_frame(load.on, within(work, load.on, joined(turn_back(b.relative, linear(f)), turn_back(b.relative, angular(f)))));
+    Vec6 back = -f;
+    back.tail<3>() -= b.relative.p.cross(Vec3(f.head<3>()));
+    on_frame(load.from, within(work, load.from, back));
+    return;
+  }
+  const Line<S> line = line_between(model, work, load);
+  const typename S::Linear force = spring_damper_force(load, line) * line.direction;
+  on_frame(load.on, joined(turn_back(frame_world(model, work, load.on), force), S::no_turn()));
+  on_frame(load.from, joined(typename S::Linear(-turn_back(frame_world(model, work, load.from), force)), S::no_turn()));
+}
+
+// Calls on_frame(frame, wrench) for what acts on a frame, on_length(load) for what acts along a beam, in the scene's order; the power of
+// forces and torques goes into Rates::applied.
+template <class W, class OnFrame, class OnLength>
+void visit_loads(const Model& model, W& work, const OnFrame& on_frame, const OnLength& on_length) {
+  work.applied = 0.0;
   for (const LoopJoint& loop : model.loops)
     if (loop.spring) visit_loop_spring(model, work, loop, on_frame);
-  for (const Load& load : model.loads) {
+  for (size_t i = 0; i < model.loads.size(); ++i) {
+    const Load& load = model.loads[i];
+    const int at = static_cast<int>(i);
     if (load.table) {
       const TreeJoint& j = model.parts[load.table_part].joint;
       work.expression_value[load.expression] =
           load.table->value(j.motion >= 0 ? work.motion[j.motion].value : work.q[model.parts[load.table_part].q0]);
     }
     refresh_frames(model, work, load);
-    switch (load.def.kind) {
-      case ForceKind::force:
-      case ForceKind::torque:
-        on_frame(load.on, frame_wrench(model, work, load));
-        break;
-      case ForceKind::distributed:
-        on_length(load);
-        break;
-      case ForceKind::spring_damper: {
-        const Line line = line_between(model, work, load);
-        const Vec3 force = spring_damper_force(load, line) * line.direction;
-        Vec6 F = Vec6::Zero();
-        F.head<3>() = frame_world(model, work, load.on).R.transpose() * force;
-        on_frame(load.on, F);
-        F.head<3>() = -(frame_world(model, work, load.from).R.transpose() * force);
-        on_frame(load.from, F);
-        break;
-      }
-      case ForceKind::bushing: {
-        const Bushing b = bushing_state(model, work, load);
-        const Vec6 f = bushing_force(load, b);
-        Vec6 on;
-        on.head<3>() = b.relative.R.transpose() * f.head<3>();
-        on.tail<3>() = b.relative.R.transpose() * f.tail<3>();
-        on_frame(load.on, on);
-        Vec6 back = -f;
-        back.tail<3>() -= b.relative.p.cross(Vec3(f.head<3>()));
-        on_frame(load.from, back);
-        break;
-      }
+    if (load.def.kind == ForceKind::distributed) {
+      on_length(at);
+    } else if (load.def.kind == ForceKind::force || load.def.kind == ForceKind::torque) {
+      const auto F = frame_wrench(model, work, at, work.expression_value[load.expression]);
+      on_frame(load.on, F);
+      work.applied += F.dot(work.frames[load.on].V);
+    } else {
+      visit_link(model, work, load, on_frame);
     }
   }
 }
 
 }  // namespace
 
-void update_loads(const Model& model, Work& work) {
-  for (PartWork& p : work.parts) {
+template <class W>
+void update_loads(const Model& model, W& work) {
+  for (auto& p : work.parts) {
     p.load.setZero();
     p.load_e.setZero();
   }
-  VecX Fe;
+  static thread_local VecX Fe;
   visit_loads(
-      model, work, [&](int frame, const Vec6& F) { apply_wrench(model, work, frame, F); },
-      [&](const Load& load) {
-        Vec6 F;
+      model, work, [&](int frame, const auto& F) { apply_wrench(model, work, frame, F); },
+      [&](int load) {
+        typename W::In::Twist F;
         distributed_load(model, work, load, F, Fe);
-        PartWork& p = work.parts[model.frames[load.on].part];
+        auto& p = work.parts[model.frames[model.loads[load].on].part];
         p.load += F;
         p.load_e += Fe;
+        work.applied += F.dot(p.V) + Fe.dot(p.qd);
       });
+}
+
+template <class W>
+typename W::In::Twist unit_wrench(const Model& model, const W& work, int load) {
+  return frame_wrench(model, work, load, 1.0);
 }
 
 std::vector<FrameWrench> frame_wrenches(const Model& model, Work& work) {
@@ -262,7 +298,7 @@ std::vector<FrameWrench> frame_wrenches(const Model& model, Work& work) {
       [&](int frame, const Vec6& F) {
         out.push_back({frame, F});
       },
-      [](const Load&) {});
+      [](int) {});
   return out;
 }
 
@@ -276,15 +312,15 @@ Vec3 load_per_length(const Model& model, const Work& work, int part) {
   return out;
 }
 
-void joint_forces(const Part& part, const PartWork& p, const Work& work, VecX& out) {
+void joint_forces(const Part& part, const JointWork& at, const VecX& all_q, const VecX& all_w, VecX& out) {
   const TreeJoint& j = part.joint;
   if (j.nv == 0) return;
   out.setZero();
-  if (j.spring) joint_spring_forces(j, work.q.data() + part.q0, work.w.data() + part.v0, out);
+  if (j.spring) joint_spring_forces(j, all_q.data() + part.q0, all_w.data() + part.v0, out);
   for (int k = 0; k < j.nv; ++k) {
-    const double q = work.q[part.q0 + k], w = work.w[part.v0 + k];
-    if (j.stop && k == 0) out[k] += stop_force(*j.stop, p.stop == StopPhase::live ? find_stop_phase(*j.stop, q, w) : p.stop, q, w);
-    if (p.friction.size() > k) out[k] += p.friction[k];
+    const double q = all_q[part.q0 + k], w = all_w[part.v0 + k];
+    if (j.stop && k == 0) out[k] += stop_force(*j.stop, at.stop == StopPhase::live ? find_stop_phase(*j.stop, q, w) : at.stop, q, w);
+    if (at.friction.size() > k) out[k] += at.friction[k];
   }
 }
 
@@ -318,35 +354,23 @@ double spring_energy(const Model& model, const Work& work) {
   return e;
 }
 
-double applied_power(const Model& model, const Work& work) {
-  double power = 0.0;
-  for (const Load& load : model.loads) {
-    if (load.def.kind == ForceKind::force || load.def.kind == ForceKind::torque) {
-      power += frame_wrench(model, work, load).dot(work.frames[load.on].V);
-    } else if (load.def.kind == ForceKind::distributed) {
-      Vec6 F;
-      VecX Fe;
-      distributed_load(model, work, load, F, Fe);
-      const PartWork& p = work.parts[model.frames[load.on].part];
-      power += F.dot(p.V) + Fe.dot(p.qd);
-    }
-  }
-  return power;
-}
+namespace {
 
-double joint_dissipated_power(const Model& model, const Work& work) {
-  double power = flexure_power(model, work);
+// Power that the joints' own dampers and stops take out, W, >= 0.
+template <class W>
+double joint_dissipated_power(const Model& model, const W& work) {
+  double power = flexure_power(model, work.w);
   for (size_t i = 0; i < model.parts.size(); ++i) {
     const Part& part = model.parts[i];
-    const PartWork& p = work.parts[i];
+    const JointWork& at = work.joints[i];
     const TreeJoint& j = part.joint;
     for (int k = 0; k < j.nv; ++k) {
       const double q = work.q[part.q0 + k], w = work.w[part.v0 + k];
       if (j.spring) power += j.spring->damping * w * w;
-      if (p.friction.size() > k) power -= p.friction[k] * w;
+      if (at.friction.size() > k) power -= at.friction[k] * w;
       if (j.stop && k == 0) {
         // What the stop takes out: its force's part that is not elastic.
-        const StopPhase phase = p.stop == StopPhase::live ? find_stop_phase(*j.stop, q, w) : p.stop;
+        const StopPhase phase = at.stop == StopPhase::live ? find_stop_phase(*j.stop, q, w) : at.stop;
         power += (stop_elastic_force(*j.stop, phase, q) - stop_force(*j.stop, phase, q, w)) * w;
       }
     }
@@ -354,18 +378,22 @@ double joint_dissipated_power(const Model& model, const Work& work) {
   return power;
 }
 
-double dissipated_power(const Model& model, const Work& work) {
+}  // namespace
+
+template <class W>
+double dissipated_power(const Model& model, const W& work) {
   double power = joint_dissipated_power(model, work);
   for (size_t i = 0; i < model.parts.size(); ++i) {
     const FlexibleBody& body = model.parts[i].body;
-    const PartWork& p = work.parts[i];
+    const auto& p = work.parts[i];
     if (body.De.size() > 0) power += p.qd.dot(body.De * p.qd);
   }
   for (const LoopJoint& loop : model.loops)
     if (loop.spring) power += loop.spring->damping * std::pow(loop_spring(model, work, loop).rate, 2);
   for (const Load& load : model.loads) {
     if (load.def.kind == ForceKind::spring_damper) {
-      const Line line = line_between(model, work, load);
+      if (load.def.spring.damping == 0.0) continue;
+      const auto line = line_between(model, work, load);
       power += load.def.spring.damping * line.rate * line.rate;
     } else if (load.def.kind == ForceKind::bushing) {
       const Bushing b = bushing_state(model, work, load);
@@ -374,5 +402,13 @@ double dissipated_power(const Model& model, const Work& work) {
   }
   return power;
 }
+
+#define FLEXFRAME_FOR(W)                                          \
+  template void update_loads(const Model&, W&);                   \
+  template W::In::Twist unit_wrench(const Model&, const W&, int); \
+  template double dissipated_power(const Model&, const W&);
+FLEXFRAME_FOR(Work)
+FLEXFRAME_FOR(PlaneWork)
+#undef FLEXFRAME_FOR
 
 }  // namespace flexframe::sim

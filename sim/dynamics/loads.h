@@ -1,14 +1,19 @@
-// Applied forces: scene forces, spring-dampers, joint springs, dampers, stops.
+// Applied forces: scene forces, spring-dampers, joint springs, dampers, stops. W: Work or PlaneWork.
 #pragma once
 
-#include "sim/dynamics/work.h"
+#include "sim/dynamics/plane_work.h"
 
 #include <vector>
 
 namespace flexframe::sim {
 
-// Fills PartWork::load and load_e from the scene's forces. Positions and velocities come first.
-void update_loads(const Model& model, Work& work);
+// Fills PartMotion::load and load_e from the scene's forces, and Rates::applied. Positions and velocities come first.
+template <class W>
+void update_loads(const Model& model, W& work);
+
+// Wrench on a force's or torque's frame per unit of its value, frame axes.
+template <class W>
+typename W::In::Twist unit_wrench(const Model& model, const W& work, int load);
 
 // A force and a moment on a frame, frame axes.
 struct FrameWrench {
@@ -25,13 +30,8 @@ Vec3 load_per_length(const Model& model, const Work& work, int part);
 // Energy stored in joint springs, stops and spring-dampers, J.
 double spring_energy(const Model& model, const Work& work);
 
-// Power that applied forces feed into the mechanism (scene forces, prescribed motions excluded), W.
-double applied_power(const Model& model, const Work& work);
-
-// Power that the joints' own dampers and stops take out, W, >= 0.
-double joint_dissipated_power(const Model& model, const Work& work);
-
 // Power that dampers (structural, joints, spring-dampers) and friction take out, W, >= 0.
-double dissipated_power(const Model& model, const Work& work);
+template <class W>
+double dissipated_power(const Model& model, const W& work);
 
 }  // namespace flexframe::sim

@@ -122,11 +122,11 @@ VecX derivative(const Model& model, Work& work, double step, Move&& move) {
 
 }  // namespace
 
-void balance_positions(const Model& model, Work& work) {
+void expand_positions(const Model& model, Work& work) {
   const MasslessRates& m = model.massless;
   MasslessWork& mw = work.massless;
   const Eigen::Index n = static_cast<Eigen::Index>(mw.stiff.size());
-  if (n == 0) return;
+  if (m.rates.empty() || n == 0) return;
   RestForces rest;
   VecX g = imbalance(model, work, rest), step;
   double last = std::numeric_limits<double>::infinity();
@@ -173,8 +173,9 @@ void balance_positions(const Model& model, Work& work) {
   }
 }
 
-void balance_velocities(const Model& model, Work& work) {
+void expand_rates(const Model& model, Work& work) {
   const MasslessRates& m = model.massless;
+  if (m.rates.empty()) return;
   const MasslessWork& mw = work.massless;
   const Eigen::Index n = m.moving, n0 = static_cast<Eigen::Index>(mw.stiff.size());
   const VecX p = work.w;
@@ -244,10 +245,16 @@ void balance_velocities(const Model& model, Work& work) {
                       model.parts[joint_of_rate(model, m.rates[k])].joint.name, work.time));
 }
 
-void remove_massless_rates(const Model& model, VecX& w) {
+void reduce_rates(const Model& model, VecX& w) {
   const MasslessRates& m = model.massless;
   const VecX before = w;
   for (size_t k = 0; k < m.rates.size(); ++k) w -= before[m.rates[k]] * m.Z.col(static_cast<Eigen::Index>(k));
+}
+
+void renew_motion(const Model& model, Work& work) {
+  reduce_rates(model, work.w);
+  update_positions(model, work);
+  update_velocities(model, work);
 }
 
 void split_massless(const Model& model, Work& work) {
@@ -259,7 +266,7 @@ void split_massless(const Model& model, Work& work) {
   const VecX w = work.w;
   VecX force, p = w;
   MatX C;
-  remove_massless_rates(model, p);
+  reduce_rates(model, p);
   damping_matrix(model, work, p, force, C);
   work.w = w;
   // Pivots of the damping matrix: where they end, no damper acts.
@@ -303,7 +310,7 @@ double massless_decay(const Model& model, const Work& work) {
   if (work.massless.damped.empty()) return 0.0;
   Work copy = work;
   VecX p = work.w, force;
-  remove_massless_rates(model, p);
+  reduce_rates(model, p);
   MatX C;
   damping_matrix(model, copy, p, force, C);
   const Eigen::Index n = m.moving, n1 = static_cast<Eigen::Index>(work.massless.damped.size());

@@ -22,13 +22,16 @@ namespace flexframe::sim {
 // Which of them dampers act on, at the present state: again where stops touch or part.
 void split_massless(const Model& model, Work& work);
 
-// For update_positions and update_velocities: coordinates and rates of m at the present coordinates and rates p in work.w, which become
-// true rates.
-void balance_positions(const Model& model, Work& work);
-void balance_velocities(const Model& model, Work& work);
-
+// The two ways between the state and the true rates; nothing where everything has inertia.
+// Reduced to true, for update_positions and update_velocities alone: coordinates and rates of m at the present coordinates and rates p in
+// work.w, which become true rates.
+void expand_positions(const Model& model, Work& work);
+void expand_rates(const Model& model, Work& work);
 // True rates into p.
-void remove_massless_rates(const Model& model, VecX& w);
+void reduce_rates(const Model& model, VecX& w);
+
+// Positions and velocities anew from the true rates in work.w: after locks, partitions or what dampers act on have changed.
+void renew_motion(const Model& model, Work& work);
 
 // Whether the coordinate behind a rate is integrated though its rate is not independent (a damper acts on it).
 bool follows_damper(const Model& model, const Work& work, int rate);

@@ -7,15 +7,27 @@
 #include <algorithm>
 
 namespace flexframe::sim {
+namespace {
 
-VecX closure_multipliers(const Model& model, Work& work, int cluster) {
+VecX transposed_product(const Mat6X& A, const Vec6& f) { return A.transpose() * f; }
+VecX transposed_product(const MatX3& A, const Vec3& f) { return A * f; }
+void add_momentum(const Mat6X& Mre, const VecX& qdd, Vec6& out) { out += Mre * qdd; }
+void add_momentum(const MatX3& Mre, const VecX& qdd, Vec3& out) { out += combine(Mre, qdd); }
+
+}  // namespace
+
+template <class W>
+VecX closure_multipliers(const Model& model, W& work, int cluster) {
   ClusterWork& cw = work.clusters[cluster];
   const Partition& part = cw.partition;
   const int nd = static_cast<int>(part.dep.size()), rows = closure_row_count(model, work, cluster);
   VecX all = VecX::Zero(rows);
   if (nd == 0) return all;
   // G_dep^T lambda = what is left of the dependent coordinates' equations.
-  const VecX left = cw.M * cw.wdot + cw.r + cw.Ib.transpose() * cw.base_A;
+  const Cluster& c = model.clusters[cluster];
+  const auto& base = work.bases[cluster];
+  cw.M.template triangularView<Eigen::StrictlyUpper>() = cw.M.transpose();
+  const VecX left = cw.M * work.wdot.segment(c.v0, c.nv) + cw.r + transposed_product(base.Ib, base.A);
   VecX rhs(nd);
   for (int i = 0; i < nd; ++i) rhs[i] = left[part.dep[i]];
   const VecX basic = cw.lu.transpose().solve(rhs);
@@ -28,34 +40,36 @@ namespace {
 // Wrenches of the loop joints of a cluster with the multipliers `all` of their rows, taken from what the parts need, then, leaves to root,
 // those of its tree joints: each supplies what its part and everything on it needs. What the cluster needs of its carrier comes back in
 // `carrier`.
-void cluster_wrenches(const Model& model, const Work& work, int cluster, const VecX& all, std::vector<Vec6>& need, Reactions& out,
-                      Vec6& carrier) {
+template <class W>
+void cluster_wrenches(const Model& model, const W& work, int cluster, const VecX& all, std::vector<typename W::In::Twist>& need,
+                      Reactions& out, typename W::In::Twist& carrier) {
+  using Twist = typename W::In::Twist;
   const Cluster& c = model.clusters[cluster];
   carrier.setZero();
-  const auto take = [&](int frame, const Vec6& F) {
+  const auto take = [&](int frame, const Twist& F) {
     const int part = model.frames[frame].part;
     if (part == ground) return;
-    const Vec6 on_part = wrench_to_parent(work.frames[frame].pose, F);
+    const Twist on_part = wrench_to_parent(work.frames[frame].pose, F);
     if (model.parts[part].cluster == cluster) need[part] -= on_part;
     else carrier -= on_part;
   };
   int row = 0;
   for (int l : c.loops) {
     const Eigen::Index rows = static_cast<Eigen::Index>(model.loops[l].rows.size());
-    Vec6 on_a, on_b;
+    Twist on_a, on_b;
     closure_wrench(model, work, cluster, l, all.segment(row, rows), on_a, on_b);
     row += static_cast<int>(rows);
-    out.loop[l] = on_b;
+    out.loop[l] = in_space(work, model.loops[l].b, on_b);
     take(model.loops[l].a, on_a);
     take(model.loops[l].b, on_b);
   }
   for (size_t at = c.parts.size(); at-- > 0;) {
     const int i = c.parts[at];
     const Part& part = model.parts[i];
-    const Vec6 F = wrench_to_child(work.frames[part.joint.outboard].pose, need[i]);
-    out.part[i] = F;
+    const Twist F = wrench_to_child(work.frames[part.joint.outboard].pose, need[i]);
+    out.part[i] = in_space(work, part.joint.outboard, F);
     if (part.parent == ground) continue;
-    const Vec6 back = wrench_to_parent(work.frames[part.joint.inboard].pose, wrench_to_parent(work.parts[i].joint.pose, F));
+    const Twist back = wrench_to_parent(work.frames[part.joint.inboard].pose, wrench_to_parent(work.parts[i].joint.pose, F));
     if (model.parts[part.parent].cluster == cluster) need[part.parent] += back;
     else carrier += back;
   }
@@ -78,7 +92,8 @@ VecX in_newtons(const Model& model, int cluster, const Reactions& reactions) {
 
 // Multipliers of states of self-stress, a column for each redundant row: they press the joints of the loop against one another and move
 // nothing.
-MatX self_stresses(const Model& model, Work& work, int cluster) {
+template <class W>
+MatX self_stresses(const Model& model, W& work, int cluster) {
   ClusterWork& cw = work.clusters[cluster];
   const Partition& part = cw.partition;
   const int nd = static_cast<int>(part.dep.size()), rows = closure_row_count(model, work, cluster),
@@ -88,7 +103,7 @@ MatX self_stresses(const Model& model, Work& work, int cluster) {
     if (std::find(part.rows.begin(), part.rows.end(), r) == part.rows.end()) redundant.push_back(r);
   MatX out = MatX::Zero(rows, static_cast<Eigen::Index>(redundant.size()));
   if (redundant.empty()) return out;
-  update_closure_matrix(model, cluster, work, true);
+  update_closure_matrix(model, cluster, work);
   for (size_t k = 0; k < redundant.size(); ++k) {
     const Eigen::Index column = static_cast<Eigen::Index>(k);
     out(redundant[k], column) = 1.0;
@@ -103,15 +118,17 @@ MatX self_stresses(const Model& model, Work& work, int cluster) {
 
 }  // namespace
 
-void compute_reactions(const Model& model, Work& work, Reactions& out, bool minimum_norm) {
+template <class W>
+void compute_reactions(const Model& model, W& work, Reactions& out, bool minimum_norm) {
+  using Twist = typename W::In::Twist;
   out.part.assign(model.parts.size(), Vec6::Zero());
   out.loop.assign(model.loops.size(), Vec6::Zero());
   // What each part needs beyond its loads, about its body frame.
-  std::vector<Vec6> need(model.parts.size());
+  std::vector<Twist> need(model.parts.size());
   for (size_t i = 0; i < model.parts.size(); ++i) {
-    const PartWork& p = work.parts[i];
+    const auto& p = work.parts[i];
     need[i] = p.terms.Mrr * p.A + p.terms.cr - p.load;
-    if (p.qdd.size() > 0) need[i] += p.terms.Mre * p.qdd;
+    if (p.qdd.size() > 0) add_momentum(p.terms.Mre, p.qdd, need[i]);
   }
   for (size_t k = model.clusters.size(); k-- > 0;) {
     const int cluster = static_cast<int>(k);
@@ -119,15 +136,15 @@ void compute_reactions(const Model& model, Work& work, Reactions& out, bool mini
     VecX all;
     if (!c.loops.empty()) all = closure_multipliers(model, work, cluster);
     const MatX stress = minimum_norm && !c.loops.empty() ? self_stresses(model, work, cluster) : MatX();
-    Vec6 carrier;
+    Twist carrier;
     if (stress.cols() > 0) {
       // The share of each state of self-stress that leaves the least sum of squares in all joints of the cluster.
-      std::vector<Vec6> at = need;
+      std::vector<Twist> at = need;
       cluster_wrenches(model, work, cluster, all, at, out, carrier);
       const VecX loaded = in_newtons(model, cluster, out);
       MatX pressed(loaded.size(), stress.cols());
       for (Eigen::Index s = 0; s < stress.cols(); ++s) {
-        std::fill(at.begin(), at.end(), Vec6::Zero());
+        std::fill(at.begin(), at.end(), Twist(Twist::Zero()));
         cluster_wrenches(model, work, cluster, stress.col(s), at, out, carrier);
         pressed.col(s) = in_newtons(model, cluster, out);
       }
@@ -138,11 +155,22 @@ void compute_reactions(const Model& model, Work& work, Reactions& out, bool mini
   }
 }
 
-double motion_power(const Model& model, const Work& work, const Reactions& reactions) {
+template <class W>
+double motion_power(const Model& model, const W& work, const Reactions& reactions) {
   double power = 0.0;
-  for (size_t i = 0; i < model.parts.size(); ++i)
-    if (model.parts[i].joint.motion >= 0) power += reactions.part[i].dot(work.parts[i].joint.W);
+  for (size_t i = 0; i < model.parts.size(); ++i) {
+    const TreeJoint& joint = model.parts[i].joint;
+    if (joint.motion >= 0) power += reactions.part[i].dot(in_space(work, joint.outboard, work.parts[i].joint.W));
+  }
   return power;
 }
+
+#define FLEXFRAME_FOR(W)                                               \
+  template VecX closure_multipliers(const Model&, W&, int);            \
+  template void compute_reactions(const Model&, W&, Reactions&, bool); \
+  template double motion_power(const Model&, const W&, const Reactions&);
+FLEXFRAME_FOR(Work)
+FLEXFRAME_FOR(PlaneWork)
+#undef FLEXFRAME_FOR
 
 }  // namespace flexframe::sim

@@ -1,7 +1,7 @@
 // Forces in the joints, from the accelerations by a recursion over the tree; loop joints from the multipliers of their closure rows.
 #pragma once
 
-#include "sim/dynamics/work.h"
+#include "sim/dynamics/plane_work.h"
 
 namespace flexframe::sim {
 
@@ -13,13 +13,16 @@ struct Reactions {
 // Needs accelerations (update_accelerations). Redundant closure conditions (a planar loop of spatial revolutes) leave reactions
 // undetermined: with minimum_norm the joints of the cluster share the load so that the sum of squares is least (moments over its size),
 // else redundant ones carry none.
-void compute_reactions(const Model& model, Work& work, Reactions& out, bool minimum_norm = true);
+template <class W>
+void compute_reactions(const Model& model, W& work, Reactions& out, bool minimum_norm = true);
 
 // Multipliers of all closure rows of a cluster (N, or Nm for angles), those of its locked rates last: forces along the rows' directions.
 // Redundant rows carry none.
-VecX closure_multipliers(const Model& model, Work& work, int cluster);
+template <class W>
+VecX closure_multipliers(const Model& model, W& work, int cluster);
 
 // Power that prescribed motions feed in, W.
-double motion_power(const Model& model, const Work& work, const Reactions& reactions);
+template <class W>
+double motion_power(const Model& model, const W& work, const Reactions& reactions);
 
 }  // namespace flexframe::sim

@@ -1,58 +1,24 @@
 // Everything that changes during an evaluation of the equations of motion: poses, twists, inertias, sized once for a model.
+//
+// What is counted by coordinates and rates (Rates) is the same wherever the mechanism moves; what is counted by twists and wrenches
+// (Motion) has six components in space and three in a plane. The recursions are templates over the work they are given: Work is motion in
+// space, PlaneWork (plane_work.h) the rates of a Work with motion in a plane.
 #pragma once
 
-#include "sim/base/spatial.h"
+#include "sim/base/columns.h"
 #include "sim/bodies/body_terms.h"
 #include "sim/model/joint_motion.h"
 #include "sim/model/model.h"
 
 namespace flexframe::sim {
 
-struct FrameWork {
-  bool flexible = false;     // the frame moves within its part
-  Pose pose;                 // in the part's body frame
-  Mat6X B;                   // 6 x n, twist relative to the body frame per elastic rate, frame axes (flexible frames only)
-  Vec6 W = Vec6::Zero();     // B qd
-  Vec6 V = Vec6::Zero();     // twist, frame axes
-  Vec6 bias = Vec6::Zero();  // dV/dt = to_child(pose, dV_part/dt) + B qdd + bias
-  // Kept from the pose for B and for the bias: rotation vector psi q, its series, phi2 q (n x 3, where there is any).
-  Vec3 theta = Vec3::Zero();
-  RotationSeries series{0.0};
-  Eigen::MatrixX3d phi2q;
-  Mat3 rest_axes = Mat3::Identity();  // body axes to the undeformed frame's
-  VecX scratch;
-};
-
 // Which smooth piece of a stop's force holds: while integrating it is held between located events, else found from the state.
 enum class StopPhase { live, free, lower, lower_parting, upper, upper_parting };
 
-struct PartWork {
-  JointMotion joint;
-  Pose step;     // body frame in the inboard frame
-  Pose in_base;  // body frame in the cluster's base frame
-  Pose world;
-  VecX q, qd, qdd;         // elastic
-  VecX elastic;            // K q + D qd + ksigma
-  Vec6 V = Vec6::Zero();   // twist, body axes
-  Vec6 A0 = Vec6::Zero();  // dV/dt when all coordinate accelerations and the base's vanish
-  Vec6 A = Vec6::Zero();   // dV/dt
-  BodyTerms terms;
-  Vec6 load = Vec6::Zero();  // applied wrench about the body frame, body axes
-  VecX load_e;               // applied generalised elastic forces
-  // Composite inertia of the part with what hangs on it, in the extended velocity [V; qd], and composite bias force.
-  Mat6 Mrr;
-  Mat6X Mre;
-  MatX Mee;
-  Vec6 fr = Vec6::Zero();
-  VecX fe;
-  Mat6X C;           // 6 x n: twist of the body frame per elastic rate, joint held (flexible outboard frames only)
-  Mat6X Hj;          // 6 x nv: twist of the body frame per joint rate
-  Mat6X Fj, Fe;      // composite momentum per joint rate and per elastic rate
-  Mat6X F, scratch;  // 6 x (nv + n), 6 x n
-  VecX tau;          // applied joint forces
-  VecX friction;     // friction forces on the joint's rates (friction.h), empty where the joint has none
+// Of a part's tree joint.
+struct JointWork {
+  VecX friction;  // friction forces on the joint's rates (friction.h), empty where the joint has none
   StopPhase stop = StopPhase::live;
-  int like = 0;  // the part whose constants are read instead of its own, which are equal: a long chain then fits in the cache
 };
 
 // Which coordinates of a cluster are free and which follow from closure.
@@ -66,28 +32,22 @@ struct ClusterWork {
   std::vector<int> locked;  // rates of the cluster held at rest (stiction), each one more closure row after the loops' rows
   int carried = 0;          // the first so many of them have no inertia and go at lock_rate (massless.h)
   VecX lock_value, lock_rate;
-  MatX G;                        // rows x nv, all closure rows
-  VecX residual, rate, bias;     // per row: closure error, velocity from prescribed motions, acceleration at zero coordinate accelerations
-  Eigen::PartialPivLU<MatX> lu;  // of G(rows, dep)
-  MatX Gd, Gi;                   // G(rows, dep), -G(rows, ind)
-  VecX line, res, step, ind_rate;  // scratch
-  MatX E;                          // dep x ind: w_dep = E w_ind + e0
-  VecX e0, gamma;                  // dep: from prescribed motions; acceleration at zero independent accelerations
-  MatX M;                          // nv x nv
-  Mat6X Ib;                        // 6 x nv coupling to the base twist
-  Mat6 Ibb = Mat6::Zero();
-  VecX r;  // nv bias minus applied forces
-  Vec6 pb = Vec6::Zero();
-  MatX D;   // ind x ind
-  Mat6X U;  // 6 x ind
-  Eigen::LLT<MatX> llt;
-  MatX DinvUt;      // ind x 6
-  MatX Mid, Et, T;  // ind x dep of M, E^T, dep x ind: scratch of the projection
-  VecX h, wdot;     // reduced forces; nv accelerations
-  VecX a;           // independent accelerations
-  Vec6 base_V = Vec6::Zero(), base_A = Vec6::Zero();
-  Pose base_world;
-  MatX scratch;
+  MatX G;                                 // all rows x nv (update_closure_matrix)
+  VecX residual;                          // per row: closure error
+  VecX rate, bias;                        // per row of the partition: velocity, acceleration at zero coordinate accelerations
+  Eigen::PartialPivLU<MatX> lu;           // of the partition's rows of G, their columns dep
+  MatX Gd, Gi;                            // those, and minus the columns ind
+  VecX line, res, step, ind_rate;         // scratch
+  MatX E;                                 // dep x ind: w_dep = E w_ind + e0
+  VecX e0, gamma;                         // dep: from prescribed motions; acceleration at zero independent accelerations
+  MatX M;                                 // nv x nv, lower half
+  VecX r;                                 // nv bias minus applied forces
+  MatX L;                                 // ind x ind: reduced mass matrix = L L^T, lower half
+  VecX inertia;                           // its diagonal
+  MatX DinvUt;                            // ind x components: scratch
+  MatX Mid, Et, T;                        // ind x dep: of M, E^T, scratch of the projection
+  std::vector<std::pair<int, int>> runs;  // of independent rates that follow one another: first, count
+  VecX h, a;                              // reduced forces, independent accelerations
 };
 
 // How the balance of what has no inertia splits at present (massless.h): indices into MasslessRates::rates.
@@ -97,9 +57,8 @@ struct MasslessWork {
   MatX stiffness;  // stiff x stiff, N/m: Newton's matrix, as last made
 };
 
-struct Work {
-  std::vector<FrameWork> frames;
-  std::vector<PartWork> parts;
+struct Rates {
+  std::vector<JointWork> joints;  // per part
   std::vector<ClusterWork> clusters;
   VecX q, w, wdot;  // q_all, w_all, accelerations of w_all
   double time = 0.0;
@@ -107,12 +66,94 @@ struct Work {
   std::vector<double> expression_rate;  // where MasslessRates are
   MasslessWork massless;
   std::vector<TimeJet> motion;  // jets of prescribed motions, by expression
+  double applied = 0.0;         // power of the loads that were last updated, W: forces, torques and uniform loads
   long evaluations = 0, closure_iterations = 0;
   int indefinite = -1;  // part whose kinetic energy was last found not to be positive
   bool idle = false;    // something turns without inertia and without a moment (dynamics.cpp)
 };
 
+// Kept from a frame's pose for B and for the bias.
+template <class S>
+struct NodeMotion;
+template <>
+struct NodeMotion<Space> {
+  Vec3 theta = Vec3::Zero();  // rotation vector psi q and its series
+  RotationSeries series{0.0};
+  Eigen::MatrixX3d phi2q;             // n x 3 (where there is any)
+  Mat3 rest_axes = Mat3::Identity();  // body axes to the undeformed frame's
+};
+template <>
+struct NodeMotion<Plane> {
+  Eigen::MatrixX2d phi2q;  // n x 2
+};
+
+template <class S>
+struct FrameMotion : NodeMotion<S> {
+  bool flexible = false;                      // the frame moves within its part
+  typename S::Pose pose;                      // in the part's body frame
+  typename S::Columns B;                      // twist relative to the body frame per elastic rate, frame axes (flexible frames only)
+  typename S::Twist W = S::Twist::Zero();     // B qd
+  typename S::Twist V = S::Twist::Zero();     // twist, frame axes
+  typename S::Twist bias = S::Twist::Zero();  // dV/dt = to_child(pose, dV_part/dt) + B qdd + bias
+  VecX scratch;
+};
+using FrameWork = FrameMotion<Space>;
+
+template <class S>
+struct PartMotion {
+  JointMotionIn<S> joint;
+  typename S::Pose step;     // body frame in the inboard frame
+  typename S::Pose in_base;  // body frame in the cluster's base frame
+  typename S::Pose world;
+  VecX q, qd, qdd;                          // elastic
+  VecX elastic;                             // K q + D qd + ksigma
+  typename S::Twist V = S::Twist::Zero();   // twist, body axes
+  typename S::Twist A0 = S::Twist::Zero();  // dV/dt when all coordinate accelerations and the base's vanish
+  typename S::Twist A = S::Twist::Zero();   // dV/dt
+  TermsIn<S> terms;
+  typename S::Twist load = S::Twist::Zero();  // applied wrench about the body frame, body axes
+  VecX load_e;                                // applied generalised elastic forces
+  // Composite inertia of the part with what hangs on it, in the extended velocity [V; qd], and composite bias force.
+  typename S::Inertia Mrr = S::Inertia::Zero();
+  typename S::Columns Mre;
+  MatX Mee;
+  typename S::Twist fr = S::Twist::Zero();
+  VecX fe;
+  typename S::Columns C;           // twist of the body frame per elastic rate, joint held (flexible outboard frames only)
+  typename S::Columns Hj;          // twist of the body frame per joint rate
+  typename S::Columns Fj, Fe;      // composite momentum per joint rate and per elastic rate
+  typename S::Columns F, scratch;  // of nv + n, of n
+  VecX tau;                        // applied joint forces
+  int like = 0;  // the part whose constants are read instead of its own, which are equal: a long chain then fits in the cache
+};
+using PartWork = PartMotion<Space>;
+
+// Of what carries a cluster.
+template <class S>
+struct BaseMotion {
+  typename S::Inertia Ibb = S::Inertia::Zero();  // inertia and bias of the cluster about its base frame
+  typename S::Twist pb = S::Twist::Zero();
+  typename S::Columns Ib;  // of nv: coupling to the base twist
+  typename S::Columns U;   // of ind
+  typename S::Twist V = S::Twist::Zero(), A = S::Twist::Zero();
+  typename S::Pose world;
+};
+
+template <class S>
+struct Motion {
+  std::vector<FrameMotion<S>> frames;
+  std::vector<PartMotion<S>> parts;
+  std::vector<BaseMotion<S>> bases;  // per cluster
+};
+
+struct Work : Rates, Motion<Space> {
+  using In = Space;
+};
+
 Work make_work(const Model& model);
+// Room for a part's blocks.
+template <class S>
+void size_part(const Part& part, PartMotion<S>& out);
 
 // Constants of a part for update_mass, update_velocity_terms and the frames at its nodes.
 inline const FlexibleBody& kinetics(const Model& model, const Work& work, int part) { return model.parts[work.parts[part].like].body; }

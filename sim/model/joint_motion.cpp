@@ -53,6 +53,74 @@ void update_joint_velocity(const TreeJoint& joint, const double* q, const double
   if (joint.reversed) out.bias = -to_parent(inverse(out.pose), out.bias);
 }
 
+bool in_plane(const TreeJoint& joint, const Mat3& QA, const Mat3& QB, PlaneJoint& out) {
+  out.reversed = joint.reversed;
+  out.rates = rates_of(joint.kind);
+  if (out.rates > 3 || !rotation_in_plane(QA.transpose() * QB, out.zero)) return false;
+  // What each rate does at the origin tells what it does everywhere, if the joint is one of those in a plane: that is tried at some place.
+  const auto place = [&](const double* q, Pose& pose, Mat6& S) {
+    pose = Pose{};
+    S.setZero();
+    traits(joint.kind).place(joint.axis, joint.pitch, q, pose, S);
+  };
+  Pose pose;
+  Mat6 S;
+  const double origin[6] = {}, somewhere[3] = {0.3, 0.7, 0.2};
+  if (has_orientation(joint.kind)) return false;
+  place(origin, pose, S);
+  double angle = 0.0;
+  Vec3 along = Vec3::Zero();
+  for (int k = 0; k < out.rates; ++k) {
+    const Vec3 v = QA.transpose() * S.col(k).head<3>(), w = QA.transpose() * S.col(k).tail<3>();
+    if (std::abs(v.z()) > 1e-9 || w.head<2>().norm() > 1e-9 || (std::abs(w.z()) > 1e-9) == (v.norm() > 1e-9)) return false;
+    const size_t at = static_cast<size_t>(k);
+    out.direction[at] = v.head<2>();
+    out.sense[at] = std::abs(w.z()) > 1e-9 ? std::copysign(1.0, w.z()) : 0.0;
+    (out.sense[at] == 0.0 ? out.slides : out.turns) = true;
+    angle += out.sense[at] * somewhere[k];
+    along += v * somewhere[k];
+  }
+  place(somewhere, pose, S);
+  const Mat3 turned = rotation_exp(Vec3(angle * QA.col(2)));
+  if ((pose.p - QA * along).norm() > 1e-9 || (pose.R - turned).norm() > 1e-9) return false;
+  if (out.rates == 0 && joint.reversed) out.zero = inverse(out.zero);
+  return true;
+}
+
+void update_joint_position(const PlaneJoint& joint, const double* q, JointMotionIn<Plane>& out) {
+  out.pose = joint.zero;
+  if (joint.rates == 0) return;
+  double angle = 0.0;
+  Vec2 along = Vec2::Zero();
+  for (size_t k = 0; k < static_cast<size_t>(joint.rates); ++k) {
+    angle += joint.sense[k] * q[k];
+    along += joint.direction[k] * q[k];
+  }
+  if (joint.turns) out.pose = compose(PlanePose{std::cos(angle), std::sin(angle), Vec2::Zero()}, joint.zero);
+  out.pose.p = along;
+  for (size_t k = 0; k < static_cast<size_t>(joint.rates); ++k)
+    out.S.col(static_cast<Eigen::Index>(k)) = joined(turn_back(out.pose, joint.direction[k]), joint.sense[k]);
+  if (!joint.reversed) return;
+  for (int k = 0; k < joint.rates; ++k) out.S.col(k) = -to_parent(out.pose, out.S.col(k));
+  out.pose = inverse(out.pose);
+}
+
+void update_joint_velocity(const PlaneJoint& joint, const double*, const double* w, JointMotionIn<Plane>& out) {
+  out.W.setZero();
+  for (int k = 0; k < joint.rates; ++k) out.W += out.S.col(k) * w[k];
+  out.bias.setZero();
+  if (!joint.slides || !joint.turns) return;
+  const PlanePose forward = joint.reversed ? inverse(out.pose) : out.pose;
+  double turning = 0.0;
+  Vec2 along = Vec2::Zero();
+  for (size_t k = 0; k < static_cast<size_t>(joint.rates); ++k) {
+    turning += joint.sense[k] * w[k];
+    along += joint.direction[k] * w[k];
+  }
+  out.bias = joined(-cross(turning, turn_back(forward, along)), 0.0);
+  if (joint.reversed) out.bias = -to_parent(forward, out.bias);
+}
+
 void coordinate_rates(JointKind kind, const double* q, const double* w, double* qd) {
   const int at = traits(kind).quaternion;
   if (at < 0) {

@@ -7,16 +7,34 @@
 // joint and x, y of the planar joint are `joint_axes`.
 #pragma once
 
+#include "sim/base/plane.h"
 #include "sim/model/model.h"
+
+#include <array>
 
 namespace flexframe::sim {
 
-struct JointMotion {
-  Pose pose;                      // of B in A (of the part's side in the carrier's side, if reversed)
-  Eigen::Matrix<double, 6, 6> S;  // first nv columns: twist of B relative to A per rate, in B's axes
-  Vec6 W = Vec6::Zero();          // relative twist
-  Vec6 bias = Vec6::Zero();       // dS/dt w (and S qdd of a prescribed motion)
+// In: Space or Plane.
+template <class In>
+struct JointMotionIn {
+  typename In::Pose pose;                        // of B in A (of the part's side in the carrier's side, if reversed)
+  typename In::Inertia S = In::Inertia::Zero();  // first nv columns: twist of B relative to A per rate, in B's axes
+  typename In::Twist W = In::Twist::Zero();      // relative twist
+  typename In::Twist bias = In::Twist::Zero();   // dS/dt w (and S qdd of a prescribed motion)
 };
+using JointMotion = JointMotionIn<Space>;
+
+// A joint within the plane: its rates slide along directions that stay with A or turn about the normal.
+struct PlaneJoint {
+  bool reversed = false;
+  int rates = 0;
+  bool slides = false, turns = false;
+  PlanePose zero;                   // planar axes of B in those of A at the coordinates' origin (reversed and without rates: of A in B)
+  std::array<Vec2, 3> direction{};  // per rate, planar axes of A
+  std::array<double, 3> sense{};    // of the turn about the normal, 1 or -1; 0 where the rate slides
+};
+// QA, QB: planar axes of the frames A and B, a column each, in their own axes. False where the joint leaves the plane.
+bool in_plane(const TreeJoint& joint, const Mat3& QA, const Mat3& QB, PlaneJoint& out);
 
 // Numbers of position coordinates and of rates of a kind.
 int position_count(JointKind kind);
@@ -31,8 +49,10 @@ JointAxes joint_axes(const Vec3& axis);
 
 // Fills pose and S from the coordinates (quaternions are normalised here).
 void update_joint_position(const TreeJoint& joint, const double* q, JointMotion& out);
+void update_joint_position(const PlaneJoint& joint, const double* q, JointMotionIn<Plane>& out);
 // Fills W and bias from the rates.
 void update_joint_velocity(const TreeJoint& joint, const double* q, const double* w, JointMotion& out);
+void update_joint_velocity(const PlaneJoint& joint, const double* q, const double* w, JointMotionIn<Plane>& out);
 // Time derivative of the coordinates.
 void coordinate_rates(JointKind kind, const double* q, const double* w, double* qd);
 // Moves the coordinates by a small step of the rates' kind (loop closure, differences).

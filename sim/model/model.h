@@ -162,4 +162,10 @@ struct Model {
   double mass = 0.0;                 // kg
 };
 
+// Whether a part hangs on another one of the same cluster; else on what carries the cluster.
+inline bool hangs_inside(const Model& model, int part) {
+  const Part& p = model.parts[static_cast<size_t>(part)];
+  return p.parent != ground && model.parts[static_cast<size_t>(p.parent)].cluster == p.cluster;
+}
+
 }  // namespace flexframe::sim

@@ -6,7 +6,7 @@
 
 namespace flexframe::sim {
 
-NodeMotion::NodeMotion(const Part& part, const std::vector<int>& nodes) {
+NodePaths::NodePaths(const Part& part, const std::vector<int>& nodes) {
   const Eigen::Index n = part.body.n, count = static_cast<Eigen::Index>(nodes.size());
   linear_ = MatX::Zero(6 * count, n);
   std::vector<const MatX*> seconds;
@@ -37,7 +37,7 @@ NodeMotion::NodeMotion(const Part& part, const std::vector<int>& nodes) {
   seconds_.resize(quadratic_.rows());
 }
 
-void NodeMotion::evaluate(const VecX& q, const Pose& shown, double* translation, double* rotation) {
+void NodePaths::evaluate(const VecX& q, const Pose& shown, double* translation, double* rotation) {
   if (q.size() > 0) multiply(linear_, q.data(), values_.data());
   if (!seconds_of_.empty()) {
     Eigen::Index at = 0;

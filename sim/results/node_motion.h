@@ -7,10 +7,10 @@
 
 namespace flexframe::sim {
 
-class NodeMotion {
+class NodePaths {
  public:
   // Of these of the part's nodes, in this order.
-  NodeMotion(const Part& part, const std::vector<int>& nodes);
+  NodePaths(const Part& part, const std::vector<int>& nodes);
   size_t count() const { return origins_.size(); }
   // Motions relative to the undeformed body, in the axes of the body's shown frame (chains: of the first part). q: the part's elastic
   // coordinates; shown: pose of the part in that frame. translation (m), rotation (rad, a rotation vector, at most pi): three numbers a

@@ -40,7 +40,7 @@ void grow_work(System& system) {
   work.w = system.work.w;
   work.clusters = system.work.clusters;
   work.massless = system.work.massless;
-  for (size_t i = 0; i < work.parts.size(); ++i) work.parts[i].friction = system.work.parts[i].friction;
+  work.joints = system.work.joints;
   system.work = std::move(work);
 }
 
@@ -133,7 +133,7 @@ Recorder::Recorder(System& system, const std::vector<double>& times) {
         body.nodes.push_back({piece == 0 ? node.name : fmt::format("{}:{}", piece, node.name), origin});
         chosen.push_back(static_cast<int>(k));
       }
-      if (!chosen.empty()) pieces_.push_back({static_cast<int>(b), at, 3 * static_cast<Eigen::Index>(here), NodeMotion(part, chosen)});
+      if (!chosen.empty()) pieces_.push_back({static_cast<int>(b), at, 3 * static_cast<Eigen::Index>(here), NodePaths(part, chosen)});
       if (const auto* modal = std::get_if<ModalDef>(&def.kind); modal && !chosen.empty()) set_node_shapes(part.body, chosen, body);
       before = here;
     }

@@ -45,7 +45,7 @@ class Recorder {
   struct Piece {
     int body, part;
     Eigen::Index first;  // column of its first node
-    NodeMotion nodes;
+    NodePaths nodes;
   };
   OutputPlans plans_;
   std::vector<Piece> pieces_;                    // behind the nodes of the result bodies

@@ -22,7 +22,7 @@ constexpr int looks = 20;
 class HeldStart {
  public:
   explicit HeldStart(const System& system) : system_(system), model_(system_.model), work_(system_.work) {
-    system_.planar.reset();
+    system_.plane.reset();
     update_expressions(model_, 0.0, work_);
     for (TimeJet& jet : work_.motion) jet.rate = jet.acceleration = 0.0;
     motion_ = work_.motion;

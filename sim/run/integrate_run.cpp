@@ -65,7 +65,7 @@ std::vector<StopSpring> find_touched(System& system, double t, const VecX& y) {
   VecX beside = y, rates, pushed;
   for (const int i : system.stops) {
     const Part& part = system.model.parts[static_cast<size_t>(i)];
-    if (system.work.parts[static_cast<size_t>(i)].stop == StopPhase::free) continue;
+    if (system.work.joints[static_cast<size_t>(i)].stop == StopPhase::free) continue;
     Eigen::Index rate = -1, at = system.model.nq;
     for (size_t c = 0; c < system.model.clusters.size(); ++c)
       for (const int k : system.work.clusters[c].partition.ind) {
@@ -90,8 +90,6 @@ std::vector<StopSpring> find_touched(System& system, double t, const VecX& y) {
 // did.
 std::string likely_cause(System system, double t, const VecX& y, const std::string& complaint) {
   if (!complaint.empty()) return complaint;
-  // In space, whatever evaluated it so far.
-  system.planar.reset();
   try {
     set_state(system, t, y.data(), true);
   } catch (const SimulationError& error) {
@@ -127,13 +125,13 @@ std::string likely_cause(System system, double t, const VecX& y, const std::stri
   // A rate whose inertia, with the others free, has almost gone.
   for (size_t c = 0; c < system.model.clusters.size(); ++c) {
     const ClusterWork& cw = system.work.clusters[c];
-    const auto& L = cw.llt.matrixLLT();
-    for (size_t k = 0; k < cw.partition.ind.size() && L.rows() == cw.D.rows(); ++k) {
+    const MatX& L = cw.L;
+    for (size_t k = 0; k < cw.partition.ind.size() && L.rows() == cw.inertia.size(); ++k) {
       const Eigen::Index i = static_cast<Eigen::Index>(k);
       if (i >= L.rows() ||
           L(i, i) * L(i, i) >
-              1e-6 *
-                  std::max(cw.D(i, i), system.model.mass * std::pow(rate_scale(system.model, static_cast<int>(c), cw.partition.ind[k]), 2)))
+              1e-6 * std::max(cw.inertia[i],
+                              system.model.mass * std::pow(rate_scale(system.model, static_cast<int>(c), cw.partition.ind[k]), 2)))
         continue;
       for (const Part& p : system.model.parts)
         if (const int v = system.model.clusters[c].v0 + cw.partition.ind[k]; v >= p.v0 && v < p.v0 + p.joint.nv)
@@ -153,7 +151,7 @@ int lost_inertia(const System& system) {
   for (size_t c = 0; c < system.model.clusters.size(); ++c) {
     const Cluster& cluster = system.model.clusters[c];
     const ClusterWork& cw = system.work.clusters[c];
-    const auto& L = cw.llt.matrixLLT();
+    const MatX& L = cw.L;
     for (size_t k = 0; k < cw.partition.ind.size() && L.rows() == static_cast<Eigen::Index>(cw.partition.ind.size()); ++k)
       for (int i : cluster.parts) {
         const Part& p = system.model.parts[static_cast<size_t>(i)];
@@ -511,7 +509,7 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
   out.cpu_seconds = cpu_seconds() - start;
   return out;
 } catch (const SimulationError&) {
-  if (system.work.indefinite < 0 && !system.planar) system.work.indefinite = lost_inertia(system);
+  if (system.work.indefinite < 0) system.work.indefinite = lost_inertia(system);
   if (system.work.indefinite >= 0) indefinite = system.model.parts[static_cast<size_t>(system.work.indefinite)].scene_body;
   throw;
 }

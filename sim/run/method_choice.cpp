@@ -87,7 +87,7 @@ Method choose_method(const System& system, double& fastest_vibration) {
 
 bool may_be_followed(const System& system) {
   for (size_t c = 0; c < system.model.clusters.size(); ++c)
-    if (deformation_closes(system.model, system.work, static_cast<int>(c))) return false;
+    if (deformation_closes(system.model, system.work.clusters[c].partition, static_cast<int>(c))) return false;
   return true;
 }
 

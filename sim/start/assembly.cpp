@@ -97,7 +97,7 @@ double descend(const Model& model, int cluster, const std::vector<int>& columns,
   const VecX rows = closure_row_scales(model, work, cluster);
   const auto evaluate = [&]() {
     update_cluster_positions(model, cluster, work);
-    update_closure_residual(model, cluster, work, true);
+    update_closure_residual(model, cluster, work);
     return VecX(rows.cwiseProduct(work.clusters[cluster].residual));
   };
   VecX r = evaluate();
@@ -105,7 +105,7 @@ double descend(const Model& model, int cluster, const std::vector<int>& columns,
   if (columns.empty()) return r.size() > 0 ? r.cwiseAbs().maxCoeff() : 0.0;
   double damping = 0.0;
   for (int iteration = 0; !columns.empty() && iteration < 200 && r.cwiseAbs().maxCoeff() > 1e-14 * c.size; ++iteration) {
-    update_closure_matrix(model, cluster, work, true);
+    update_closure_matrix(model, cluster, work);
     const MatX A = scaled_columns(model, work, cluster, columns, rows);
     const ThinSvd svd(A);
     const VecX& s = svd.singularValues();
@@ -192,7 +192,7 @@ double assemble_positions(const Model& model, int cluster, const std::vector<int
   }
   work.q = best_q;
   update_cluster_positions(model, cluster, work);
-  update_closure_residual(model, cluster, work, true);
+  update_closure_residual(model, cluster, work);
   return best;
 }
 
@@ -319,12 +319,12 @@ bool leave_change_point(const Model& model, const Scene& scene, int cluster, Wor
     throw InputError(
         fmt::format("{}: the loop of joint '{}' starts in a change point, from which it can move in more than one way, and the initial "
                     "rates fit none of them: give rates of more of its joints ({}), or start away from that position",
-                    scene.file.string(), closure_row_name(model, work, cluster, beside.rows.back()), joints));
+                    scene.file.string(), closure_row_name(model, work.clusters[cluster], cluster, beside.rows.back()), joints));
   }
   cw.partition = beside;
   close_positions(model, cluster, work);
   // The nearest rates that the loop allows.
-  update_closure_matrix(model, cluster, work, true);
+  update_closure_matrix(model, cluster, work);
   const MatX A = scaled_columns(model, work, cluster, columns, closure_row_scales(model, work, cluster));
   VecX scaled(rate.size());
   for (size_t k = 0; k < columns.size(); ++k)
@@ -435,7 +435,7 @@ void assemble_rates(const Model& model, const Scene& scene, Work& work, Notes& n
     }
     // Rates: what is free takes up what the loops need, least motion first.
     const Freedom free = freedom_of(model, scene, cluster);
-    update_closure_matrix(model, cluster, work, true);
+    update_closure_matrix(model, cluster, work);
     const VecX scale = closure_row_scales(model, work, cluster);
     const Partition chosen = work.clusters[k].partition;
     Partition all = chosen;
@@ -450,7 +450,7 @@ void assemble_rates(const Model& model, const Scene& scene, Work& work, Notes& n
     const VecX x = free.rate.empty() ? VecX() : least_squares(A, b);
     const VecX left = free.rate.empty() ? b : VecX(b - A * x);
     // Against the speeds that meet in the loop, also what carries it along: where they fit, only rounding of them is left.
-    const Vec6& carrier = work.clusters[k].base_V;
+    const Vec6& carrier = work.bases[k].V;
     double speed = std::max({b.cwiseAbs().maxCoeff(), carrier.head<3>().norm(), carrier.tail<3>().norm() * c.size});
     for (int v = 0; v < c.nv; ++v) speed = std::max(speed, std::abs(work.w[c.v0 + v]) * rate_scale(model, cluster, v));
     for (int i : c.parts)
@@ -485,8 +485,8 @@ void assemble_rates(const Model& model, const Scene& scene, Work& work, Notes& n
       }
       throw InputError(fmt::format(
           "{}: the given {} contradict the loop of joint '{}' ({}{}{}): it would open at {:.4g} m/s; remove one {} of the loop{}",
-          scene.file.string(), given, closure_row_name(model, work, cluster, row), motions, motions.empty() || rates.empty() ? "" : "; ",
-          rates, left[row], rates.empty() ? "motion" : "rate", closing));
+          scene.file.string(), given, closure_row_name(model, work.clusters[cluster], cluster, row), motions,
+          motions.empty() || rates.empty() ? "" : "; ", rates, left[row], rates.empty() ? "motion" : "rate", closing));
     }
     for (size_t f = 0; f < free.rate.size(); ++f) work.w[c.v0 + free.rate[f]] += x[f] / rate_scale(model, cluster, free.rate[f]);
     close_velocities(model, cluster, work);

@@ -77,7 +77,7 @@ std::vector<HeldLength> held_lengths(const Model& model, const Scene& scene, Wor
     if (beams.empty() || rows <= static_cast<int>(chosen.rows.size())) continue;
 
     const VecX scale = closure_row_scales(model, work, cluster);
-    update_closure_matrix(model, cluster, work, true);
+    update_closure_matrix(model, cluster, work);
     const auto nd = static_cast<Eigen::Index>(chosen.dep.size());
     const MatX dependent = cw.G(chosen.rows, chosen.dep).transpose();
     const Eigen::PartialPivLU<MatX> lu(dependent);
@@ -92,7 +92,7 @@ std::vector<HeldLength> held_lengths(const Model& model, const Scene& scene, Wor
       for (int b : beams) {
         const bool known = std::any_of(out.begin(), out.end(), [&](const HeldLength& h) { return h.body == b; });
         if (!known && std::abs(work_of(model, work, cluster, b, multipliers)) > 0.02 * std::get<BeamDef>(scene.bodies[b].kind).length)
-          out.push_back({b, closure_row_name(model, work, cluster, r)});
+          out.push_back({b, closure_row_name(model, work.clusters[cluster], cluster, r)});
       }
     }
   }

@@ -110,7 +110,7 @@ Point::Point(System& system, bool with_rates)
     }
   for (size_t i = 0; i < model_.parts.size(); ++i) {
     const Part& p = model_.parts[i];
-    if (p.joint.stop && p.joint.nv > 0) work_.parts[i].stop = find_stop_phase(*p.joint.stop, work_.q[p.q0], start_.w[p.v0]);
+    if (p.joint.stop && p.joint.nv > 0) work_.joints[i].stop = find_stop_phase(*p.joint.stop, work_.q[p.q0], start_.w[p.v0]);
     if (p.joint.kind != JointKind::spherical && p.joint.kind != JointKind::free) continue;
     Eigen::Index first = -1, count = 0;
     for (size_t k = 0; k < all_.size(); ++k)
@@ -518,8 +518,6 @@ void release(Model& model, Work& work) {
     cw.carried = 0;
     cw.lock_value.resize(0);
     cw.lock_rate.resize(0);
-    cw.residual.resize(0);
-    cw.G.resize(0, 0);
     cw.partition = {};
     for (int k = 0; k < model.clusters[c].nv; ++k) cw.partition.ind.push_back(k);
   }

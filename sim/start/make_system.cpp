@@ -118,18 +118,10 @@ System make_system(const Scene& scene) {
   system.friction = make_friction(system.model, system.work);
   system.stops = stop_parts(system.model);
   for (const Part& p : system.model.parts) system.driven = system.driven || p.joint.motion >= 0;
-  // What planar.h does not cover: power of prescribed motions, forces over a coordinate.
-  bool covered = !system.driven && system.model.massless.rates.empty();
-  for (const Load& load : system.model.loads) covered = covered && !load.table;
   std::string why_not;
-  if (covered) system.planar = PlanarDynamics::make(system.model, system.work, why_not);
-  if (system.planar) {
-    // Nor what turns without inertia; a mechanism without accelerations at its start says so in the run.
-    try {
-      update_accelerations(system.model, system.work);
-    } catch (const SimulationError&) {}
-    if (system.work.idle) system.planar.reset();
-  }
+  if (system.model.massless.rates.empty()) system.plane = make_plane(system.model, system.work, why_not);
+  // What presses surfaces together may stand normal to the plane.
+  if (system.plane && system.friction.reactions && !system.plane->forces_within) system.plane.reset();
   system.quadrature = has_power(system.model);
   system.tolerance = scene.simulation.tolerance.value_or(default_tolerance);
   return system;

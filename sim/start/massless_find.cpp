@@ -286,10 +286,8 @@ void balance_start(System& system, const VecX& q, const std::string& file, const
   update_expressions(model, work.time, work);
   place_all(model, work);
   split_massless(model, work);
-  remove_massless_rates(model, work.w);
   try {
-    update_positions(model, work);
-    update_velocities(model, work);
+    renew_motion(model, work);
   } catch (const SimulationError& error) {
     throw InputError(fmt::format("{}: {}", file, error.what()));
   }

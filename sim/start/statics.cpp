@@ -78,9 +78,6 @@ void unlock(const Model& model, Work& work) {
     if (cw.locked.empty()) continue;
     cw.locked.clear();
     cw.lock_value.resize(0);
-    cw.residual.resize(0);
-    cw.rate.resize(0);
-    cw.bias.resize(0);
     cw.partition = choose_partition(model, static_cast<int>(c), work, false);
   }
 }
@@ -199,7 +196,7 @@ Partition close_by_size(const Model& model, int cluster, Work& work) {
   ClusterWork& cw = work.clusters[cluster];
   Partition out;
   out.rows = cw.partition.rows;
-  update_closure_matrix(model, cluster, work, true);
+  update_closure_matrix(model, cluster, work);
   const VecX per_metre = rate_sizes(model).segment(c.v0, c.nv).cwiseInverse();
   MatX A = (closure_row_scales(model, work, cluster).asDiagonal() * cw.G * per_metre.asDiagonal())(out.rows, Eigen::all);
   std::vector<char> used(c.nv, 0);

@@ -17,9 +17,7 @@ double rate(const System& s, int part) { return s.work.w[s.model.parts[part].v0]
 void renew_massless(System& s) {
   if (s.model.massless.rates.empty()) return;
   split_massless(s.model, s.work);
-  remove_massless_rates(s.model, s.work.w);
-  update_positions(s.model, s.work);
-  update_velocities(s.model, s.work);
+  renew_motion(s.model, s.work);
 }
 
 }  // namespace
@@ -37,7 +35,7 @@ void event_margins(System& s, double t, const double* y, double* margin) {
   set_state(s, t, y, any_sticks(s.friction));
   for (const FrictionPoint& p : s.friction.points) *margin++ = friction_margin(p, s.friction, s.model, s.work);
   for (int i : s.stops) {
-    const StopMargins m = stop_margins(*s.model.parts[i].joint.stop, s.work.parts[i].stop, coordinate(s, i), rate(s, i));
+    const StopMargins m = stop_margins(*s.model.parts[i].joint.stop, s.work.joints[i].stop, coordinate(s, i), rate(s, i));
     *margin++ = m.out;
     *margin++ = m.in;
   }
@@ -53,7 +51,7 @@ void event_roundings(System& s, std::vector<double>& rounding) {
     const double q =
         digits * (std::abs(coordinate(s, i)) + std::max(std::abs(stop.lower.value_or(0.0)), std::abs(stop.upper.value_or(0.0))));
     const double push = stop.stiffness * q + stop.damping * digits * std::abs(rate(s, i));
-    const bool touches = s.work.parts[i].stop != StopPhase::free;
+    const bool touches = s.work.joints[i].stop != StopPhase::free;
     rounding.push_back(q);
     rounding.push_back(touches ? push : q);
   }
@@ -62,7 +60,7 @@ void event_roundings(System& s, std::vector<double>& rounding) {
 void start_phases(System& s, double t, const VecX& y, bool first, std::vector<std::string>& changes) {
   set_state(s, t, y.data(), false);
   if (first) follow_slip(s.model, s.friction, s.work, true);
-  for (int i : s.stops) s.work.parts[i].stop = find_stop_phase(*s.model.parts[i].joint.stop, coordinate(s, i), rate(s, i));
+  for (int i : s.stops) s.work.joints[i].stop = find_stop_phase(*s.model.parts[i].joint.stop, coordinate(s, i), rate(s, i));
   if (!s.stops.empty()) renew_massless(s);
   if (s.friction.points.empty()) return;
   std::vector<int> resting;
@@ -93,7 +91,7 @@ bool pass_events(System& s, double t, const VecX& y, const std::vector<int>& dir
   }
   const size_t first = s.friction.points.size();
   for (size_t k = 0; k < s.stops.size(); ++k) {
-    StopPhase& phase = s.work.parts[s.stops[k]].stop;
+    StopPhase& phase = s.work.joints[s.stops[k]].stop;
     const std::string& name = s.model.parts[s.stops[k]].joint.name;
     for (size_t m = 0; m < 2; ++m) {
       if (directions[first + 2 * k + m] >= 0) continue;

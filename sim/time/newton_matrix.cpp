@@ -164,8 +164,7 @@ void update_closed_columns(const System& system, const std::vector<Direction>& a
       }
     }
     if (ne > 0) {
-      // Whichever made it last, the factor of the mass matrix: planar.h leaves it in D.
-      const MatX& L = system.planar ? cw.D : cw.llt.matrixLLT();
+      const MatX& L = cw.L;
       solve_rows(L, K);
       if (damped) solve_rows(L, D);
       for (Eigen::Index r = 0; r < ne; ++r) {

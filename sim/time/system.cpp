@@ -41,13 +41,38 @@ VecX pack_state(const System& system, const Eigen::Vector2d& work_done) {
   VecX y(state_size(system));
   y.head(system.model.nq) = system.work.q;
   VecX w = system.work.w;
-  remove_massless_rates(system.model, w);
+  reduce_rates(system.model, w);
   int at = system.model.nq;
   for (size_t c = 0; c < system.model.clusters.size(); ++c)
     for (int k : system.work.clusters[c].partition.ind) y[at++] = w[system.model.clusters[c].v0 + k];
   if (system.quadrature) y.tail<2>() = work_done;
   return y;
 }
+
+namespace {
+
+template <class W>
+void accelerate(System& system, W& work) {
+  if (system.friction.points.empty()) update_accelerations(system.model, work);
+  else update_friction_accelerations(system.model, system.friction, work);
+}
+
+// Everything from the state in `work` on, W supplied and dissipated too.
+template <class W>
+void evaluate(System& system, W& work, double& supplied, double& dissipated) {
+  update_positions(system.model, work);
+  update_velocities(system.model, work);
+  accelerate(system, work);
+  if (!system.quadrature) return;
+  supplied = work.applied;
+  if (system.driven) {
+    compute_reactions(system.model, work, system.reactions, false);
+    supplied += motion_power(system.model, work, system.reactions);
+  }
+  dissipated = dissipated_power(system.model, work);
+}
+
+}  // namespace
 
 void set_state(System& system, double t, const double* y, bool accelerations) {
   unpack(system, y);
@@ -57,10 +82,7 @@ void set_state(System& system, double t, const double* y, bool accelerations) {
   if (accelerations) update_system_accelerations(system);
 }
 
-void update_system_accelerations(System& system) {
-  if (system.friction.points.empty()) update_accelerations(system.model, system.work);
-  else update_friction_accelerations(system.model, system.friction, system.work);
-}
+void update_system_accelerations(System& system) { accelerate(system, system.work); }
 
 VecX repack_state(System& system, const VecX& old, const std::vector<Partition>& before) {
   VecX y = pack_state(system, system.quadrature ? Eigen::Vector2d(old.tail<2>()) : Eigen::Vector2d(0.0, 0.0));
@@ -70,12 +92,14 @@ VecX repack_state(System& system, const VecX& old, const std::vector<Partition>&
 
 void state_rate(System& system, double t, const double* y, double* dy) {
   ++system.evaluations;
-  if (system.planar) {
-    unpack(system, y);
-    update_expressions(system.model, t, system.work);
-    system.planar->evaluate(system.model, system.work);
+  unpack(system, y);
+  update_expressions(system.model, t, system.work);
+  double supplied = 0.0, dissipated = 0.0;
+  if (system.plane) {
+    PlaneWork work(system.work, *system.plane);
+    evaluate(system, work, supplied, dissipated);
   } else {
-    set_state(system, t, y, true);
+    evaluate(system, system.work, supplied, dissipated);
   }
   const Work& work = system.work;
   for (const Part& p : system.model.parts) {
@@ -88,13 +112,8 @@ void state_rate(System& system, double t, const double* y, double* dy) {
     for (int k : work.clusters[c].partition.ind) *dw++ = work.wdot[v0 + k];
   }
   if (system.quadrature) {
-    double supplied = system.planar ? system.planar->applied_power() : applied_power(system.model, work);
-    if (system.driven) {
-      compute_reactions(system.model, system.work, system.reactions, false);
-      supplied += motion_power(system.model, work, system.reactions);
-    }
     *dw++ = supplied;
-    *dw++ = system.planar ? system.planar->dissipated_power(system.model, work) : dissipated_power(system.model, work);
+    *dw++ = dissipated;
   }
 }
 
@@ -111,9 +130,10 @@ bool time_enters(const Model& model) {
 }  // namespace
 
 void keep_load_responses(System& system, VecX& kept) {
-  if (system.planar && !system.model.loads.empty() && system.planar->follows_loads(system.model))
-    system.planar->load_responses(system.model, system.work, kept);
-  else kept.resize(0);
+  kept.resize(0);
+  if (!system.plane || system.model.loads.empty()) return;
+  PlaneWork work(system.work, *system.plane);
+  load_responses(system.model, work, kept);
 }
 
 bool follow_loads(System& system, double t0, double t, const VecX& kept, double* dy) {

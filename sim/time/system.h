@@ -6,7 +6,7 @@
 
 #include "sim/base/notes.h"
 #include "sim/dynamics/friction.h"
-#include "sim/dynamics/planar.h"
+#include "sim/dynamics/plane_work.h"
 #include "sim/dynamics/work.h"
 #include "sim/model/model.h"
 #include "sim/time/error_weights.h"
@@ -20,9 +20,9 @@ struct System {
   Scene scene;
   Model model;
   Work work;
-  // What state_rate evaluates where the scene moves in a plane; null: dynamics.h. Copies of a system share it: every evaluation starts
+  // Where the scene moves in a plane: state_rate evaluates it there. Copies of a system share it: every evaluation starts
   // from the state given, but not in two threads at once.
-  std::shared_ptr<PlanarDynamics> planar;
+  std::shared_ptr<PlaneMotion> plane;
   bool quadrature = false;  // two more states: work supplied and dissipated, J
   long evaluations = 0;     // of state_rate
   double tolerance = default_tolerance;

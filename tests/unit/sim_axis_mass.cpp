@@ -81,7 +81,7 @@ MatX whole(const FlexibleBody& body, const BodyTerms& t) {
 
 MatX mass_at(const FlexibleBody& body, const VecX& q) {
   BodyTerms t;
-  t.reserve(body);
+  reserve(body, t);
   update_mass(body, q, t);
   return whole(body, t);
 }
@@ -164,7 +164,7 @@ TEST(AxisMass, FreeMotionKeepsEnergyAndMomentum) {
   for (const auto& [name, one] : cases()) {
     const FlexibleBody& body = one;
     BodyTerms t;
-    t.reserve(body);
+    reserve(body, t);
     const VecX q = slopes(body, 21, 0.4), qd = slopes(body, 22, 3.0);
     Vec6 V;
     V << 0.3, -0.7, 0.5, 1.1, 0.4, -0.6;
@@ -178,7 +178,7 @@ TEST(AxisMass, FreeMotionKeepsEnergyAndMomentum) {
       const VecX at = q + dt * qd + 0.5 * dt * dt * a.tail(body.n), rate = qd + dt * a.tail(body.n);
       const Vec6 twist = V + dt * a.head<6>();
       BodyTerms s;
-      s.reserve(body);
+      reserve(body, s);
       update_mass(body, at, s);
       const Vec6 P = s.Mrr * twist + s.Mre * rate;
       const Mat3 R = rotation_exp(dt * V.tail<3>());

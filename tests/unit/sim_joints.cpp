@@ -146,7 +146,7 @@ TEST_P(EveryJoint, ClosureIsDifferentiated) {
     };
     const auto residual = [&]() {
       update_cluster_positions(model, cluster, work);
-      update_closure_residual(model, cluster, work, true);
+      update_closure_residual(model, cluster, work);
       return VecX(work.clusters[cluster].residual);
     };
     VecX offset(model.nv);
@@ -156,7 +156,7 @@ TEST_P(EveryJoint, ClosureIsDifferentiated) {
     }
     move(offset);
     residual();
-    update_closure_matrix(model, cluster, work, true);
+    update_closure_matrix(model, cluster, work);
     const MatX G = work.clusters[cluster].G;
     const VecX q = work.q;
     const double h = 1e-6;
@@ -185,7 +185,7 @@ TEST_P(EveryJoint, ClosureIsDifferentiated) {
       // Second order in t: halfway and on.
       move(VecX(t * w));
       residual();
-      update_closure_matrix(model, cluster, work, true);
+      update_closure_matrix(model, cluster, work);
       const VecX out = work.clusters[cluster].G * w;
       work.q = q;
       return out;

@@ -33,7 +33,7 @@ TEST(NodeMotion, EqualsTheExactKinematicsOfEveryNode) {
   const Pose shown{turned(-1.1, {1.0, 1.0, 0.2}), Vec3(1.0, 0.3, -0.7)};
   std::vector<int> nodes;
   for (int k = static_cast<int>(part.body.nodes.size()) - 1; k >= 0; k -= 2) nodes.push_back(k);
-  NodeMotion motion(part, nodes);
+  NodePaths motion(part, nodes);
   ASSERT_EQ(motion.count(), nodes.size());
   for (const double size : {0.0, 1e-9, 0.02, 0.4}) {
     VecX q(part.body.n);
@@ -63,7 +63,7 @@ TEST(NodeMotion, RigidPartsMoveAsTheyAreShown) {
   Part part;
   part.body.nodes.resize(2);
   part.body.nodes[1].origin = Vec3(1.0, 2.0, 3.0);
-  NodeMotion motion(part, {0, 1});
+  NodePaths motion(part, {0, 1});
   VecX translation(6), rotation(6);
   motion.evaluate(VecX(), {turned(0.2, Vec3::UnitZ()), Vec3(0.0, 0.0, 1.0)}, translation.data(), rotation.data());
   EXPECT_LT((translation.head<3>() - Vec3::UnitZ()).norm(), 1e-15);

@@ -34,12 +34,8 @@ VecX random_state(const System& system, std::mt19937& random) {
 
 void compare(const std::string& text) {
   System planar = system_of(text), spatial = system_of(text);
-  // Scenes with prescribed motions are left to the spatial equations, for the motions' power: here without it.
-  std::string why_not;
-  if (planar.driven) planar.planar = PlanarDynamics::make(planar.model, planar.work, why_not);
-  planar.driven = spatial.driven = false;
-  ASSERT_NE(planar.planar, nullptr) << why_not;
-  spatial.planar.reset();
+  ASSERT_NE(planar.plane, nullptr);
+  spatial.plane.reset();
   std::mt19937 random(7);
   for (int trial = 0; trial < 4; ++trial) {
     const VecX y = random_state(planar, random);
@@ -68,6 +64,14 @@ std::string block(const std::string& name, const std::string& more = "") {
       "[[body]]\nname = \"{}\"\nkind = \"rigid\"\nmass = 0.3\ninertia = [1e-4, 2e-4, 3e-4]\ncentre_of_mass = [0.02, 0.01, 0.03]\n"
       "frames = {{ a = [0, 0.05, 0], b = [0.1, 0, 0.02] }}\n{}\n",
       name, more);
+}
+
+// A body with its mass in the plane of its joints.
+std::string flat(const std::string& name, const std::string& centre) {
+  return fmt::format(
+      "[[body]]\nname = \"{}\"\nkind = \"rigid\"\nmass = 0.3\ninertia = [1e-4, 2e-4, 3e-4]\ncentre_of_mass = {}\n"
+      "frames = {{ b = [0.1, 0, 0] }}\n",
+      name, centre);
 }
 
 std::string joint(const std::string& name, const std::string& kind, const std::string& parent, const std::string& child,
@@ -137,11 +141,71 @@ TEST(Planar, SpringDamperBetweenFrames) {
           "[[force]]\nkind = \"spring-damper\"\non = \"two.a\"\nfrom = \"one.a\"\nstiffness = 50\ndamping = 3\nrest = 0.1\n");
 }
 
+TEST(Planar, MotionsFeedInTheSamePower) {
+  // A driven shaft with a beam on it; a driven slide.
+  const std::string within = "effects = [\"bending_xy\", \"stiffening\"]";
+  compare(simulation("[0, -9.81, 0]") + beam("arm", 0.4, 3, within) + block("end") +
+          joint("shaft", "revolute", "ground", "arm.root", "motion = \"0.4 + 2*t + sin(3*t)\"") +
+          joint("wrist", "revolute", "arm.tip", "end.a", "initial = { value = 0.3 }") + torque("end.b", "[0, 0, 1]"));
+  compare(simulation("[0, -9.81, 0]") + block("cart") + block("arm") +
+          joint("rail", "prismatic", "ground", "cart", "axis = [1, 0, 0]\nmotion = \"0.1*sin(5*t)\"") +
+          joint("hinge", "revolute", "cart.b", "arm.a", "spring = { stiffness = 2, damping = 0.1, rest = 0 }"));
+}
+
+TEST(Planar, FrictionWithGivenAndOwnReactions) {
+  const std::string given = "friction = { coefficient = 0.3, normal_force = 5, radius = 0.02 }";
+  const std::string own = "friction = { coefficient = 0.2, normal_force = \"reaction\", radius = 0.02 }";
+  const std::string smooth = "friction = { coefficient = 0.2, normal_force = \"reaction\", regularised = 0.1 }";
+  compare(simulation("[0, -9.81, 0]") + block("one") + beam("two", 0.3, 3, "effects = [\"bending_xy\"]") +
+          joint("base", "revolute", "ground", "one", given + "\ninitial = { rate = 1 }") +
+          joint("elbow", "revolute", "one.b", "two.root", own + "\ninitial = { rate = -1 }"));
+  // A loop whose slider rubs on its guide, by the guide's own force where all lies in one plane.
+  const std::string crank = flat("crank", "[0.02, 0.01, 0]") + flat("rod", "[0.05, 0, 0]") + flat("slider", "[0, 0.01, 0]") +
+                            joint("shaft", "revolute", "ground", "crank", "initial = { value = 0.5, rate = 3 }") +
+                            joint("pin", "revolute", "crank.b", "rod") + joint("wrist", "revolute", "rod.b", "slider");
+  compare(simulation("[0, -9.81, 0]") + crank + joint("guide", "prismatic", "ground", "slider", "axis = [1, 0, 0]\n" + given));
+  compare(simulation("[0, -9.81, 0]") + crank + joint("guide", "prismatic", "ground", "slider", "axis = [1, 0, 0]\n" + own));
+  compare(simulation("[0, -9.81, 0]") + crank + joint("guide", "prismatic", "ground", "slider", "axis = [1, 0, 0]\n" + smooth));
+}
+
+TEST(Planar, TablesBushingsAndSpringsThatLeaveThePlane) {
+  compare(simulation("[0, -9.81, 0]") + block("one") + block("two") + joint("j1", "revolute", "ground", "one") +
+          joint("j2", "revolute", "one.b", "two.a") +
+          "[[force]]\nkind = \"torque\"\non = \"one.b\"\ndirection = [0, 0, 1]\n"
+          "value = { table = [[-1, 0.2], [0, 0.5], [1, -0.3], [2, 0.1]], of = \"j1\" }\n" +
+          "[[force]]\nkind = \"force\"\non = \"two.b\"\ndirection = [0.3, 1, 2]\nvalue = \"0.2 + t\"\n" +
+          "[[force]]\nkind = \"bushing\"\non = \"two.b\"\nfrom = \"one.a\"\nstiffness = [10, 20, 30, 1, 2, 3]\n"
+          "damping = [0.1, 0.2, 0.3, 0.01, 0.02, 0.03]\n" +
+          "[[force]]\nkind = \"spring-damper\"\non = \"two.b\"\nfrom = \"one.a\"\nstiffness = 50\ndamping = 3\nrest = 0.1\n");
+}
+
+TEST(Planar, LumpedBeamsAndSpringsAcrossALoop) {
+  compare(simulation("[0, -9.81, 0]") +
+          beam("chain", 0.4, 5, "model = \"lumped\"\neffects = [\"bending_xy\"]\ndamping = { ratio = 0.02 }") +
+          joint("base", "revolute", "ground", "chain.root", "initial = { value = 0.4 }"));
+  compare(simulation("[0, -9.81, 0]") + flat("left", "[0.02, 0.01, 0]") + flat("coupler", "[0.05, 0, 0]") + flat("right", "[0.03, 0, 0]") +
+          joint("g1", "revolute", "ground", "left", "initial = { value = 1.2, rate = 1 }") + joint("p1", "revolute", "left.b", "coupler") +
+          joint("p2", "revolute", "coupler.b", "right.b", "spring = { stiffness = 3, damping = 0.1, rest = 0.2 }") +
+          joint("g2", "revolute", "ground", "right", "position = [0.12, 0, 0]"));
+}
+
+TEST(Planar, FrictionAgainstForcesAcrossThePlaneIsComputedInSpace) {
+  const std::string own = "friction = { coefficient = 0.2, normal_force = \"reaction\", radius = 0.02 }";
+  const auto plane = [&](const std::string& gravity, const std::string& centre) {
+    return system_of(simulation(gravity) +
+                     "[[body]]\nname = \"one\"\nkind = \"rigid\"\nmass = 0.3\ninertia = [1e-4, 2e-4, 3e-4]\ncentre_of_mass = " + centre +
+                     "\n" + joint("j", "revolute", "ground", "one", own))
+        .plane;
+  };
+  EXPECT_NE(plane("[0, -9.81, 0]", "[0.1, 0, 0.05]"), nullptr);
+  EXPECT_EQ(plane("[0, -9.81, 1]", "[0.1, 0, 0]"), nullptr);
+}
+
 TEST(Planar, SpatialScenesAreLeftAlone) {
-  EXPECT_EQ(system_of(simulation("[0, 0, 0]") + block("one") + joint("ball", "spherical", "ground", "one")).planar, nullptr);
+  EXPECT_EQ(system_of(simulation("[0, 0, 0]") + block("one") + joint("ball", "spherical", "ground", "one")).plane, nullptr);
   EXPECT_EQ(system_of(simulation("[0, 0, 0]") + block("one") + block("two") + joint("z", "revolute", "ground", "one") +
                       joint("x", "revolute", "one.b", "two", "axis = [1, 0, 0]"))
-                .planar,
+                .plane,
             nullptr);
 }
 

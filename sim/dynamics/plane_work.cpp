@@ -1,0 +1,240 @@
+#include "sim/dynamics/plane_work.h"
+
+#include "sim/bodies/axis_mass.h"
+#include "sim/dynamics/kinematics.h"
+#include "sim/scene/joint_kinds.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace flexframe::sim {
+namespace {
+
+// Why a model is left to the equations in space.
+struct LeavesPlane {
+  std::string why;
+};
+
+// The plane's data of a model, step by step; throws LeavesPlane.
+struct Builder {
+  const Model& model;
+  const Work& work;
+  PlaneMotion& d;
+  Vec3 normal = Vec3::Zero();  // of the plane, world axes
+
+  void build() {
+    find_normal();
+    for (const PartWork& p : work.parts) d.part_axes.push_back(axes_about(p.world.R.transpose() * normal));
+    for (size_t i = 0; i < model.frames.size(); ++i) add_frame(i);
+    for (size_t i = 0; i < model.parts.size(); ++i) add_part(i);
+    for (size_t k = 0; k < model.clusters.size(); ++k) add_cluster(static_cast<int>(k));
+    for (const LoopJoint& loop : model.loops) add_loop(loop);
+    for (const Load& load : model.loads) add_load(load);
+    for (const Cluster& c : model.clusters) d.forces_within = d.forces_within && (c.loops.empty() || flat(c));
+  }
+
+  const Mat3& axes_of(int part) const { return part == ground ? d.axes : d.part_axes[part]; }
+  const Mat3& frame_axes(int frame) const { return d.frame_constants[frame].axes; }
+
+  // The axis of the first hinge.
+  void find_normal() {
+    for (const Part& p : model.parts)
+      if (traits(p.joint.kind).in_plane == InPlane::axis_normal) {
+        normal = frame_world(model, work, p.joint.reversed ? p.joint.outboard : p.joint.inboard).R * p.joint.axis;
+        break;
+      }
+    if (normal.isZero(0.0)) throw LeavesPlane{"no hinge gives a plane"};
+    d.axes = axes_about(normal);
+    const Vec3 g = d.axes.transpose() * model.settings.gravity;
+    d.gravity = g.head<2>();
+    d.forces_within = std::abs(g.z()) <= 1e-12 * g.norm();
+  }
+
+  void add_frame(size_t i) {
+    const FramePoint& f = model.frames[i];
+    const FrameWork& fw = work.frames[i];
+    const Mat3& Q = axes_of(f.part);
+    PlaneFrame frame;
+    FrameMotion<Plane> motion;
+    motion.flexible = fw.flexible;
+    frame.axes = axes_about(fw.pose.R.transpose() * Q.col(2));
+    frame.height = normal.dot(frame_world(model, work, static_cast<int>(i)).p);
+    if (!rotation_in_plane(Q.transpose() * fw.pose.R * frame.axes, motion.pose)) throw LeavesPlane{"a frame is turned out of the plane"};
+    motion.pose.p = (Q.transpose() * fw.pose.p).head<2>();
+    if (fw.flexible) take_node(f, Q, frame, motion);
+    d.frame_constants.push_back(std::move(frame));
+    d.frames.push_back(std::move(motion));
+  }
+
+  void take_node(const FramePoint& f, const Mat3& Q, PlaneFrame& frame, FrameMotion<Plane>& motion) const {
+    const FlexibleNode& node = model.parts[f.part].body.nodes[f.node];
+    const Mat3 Qn = axes_about(node.rotation.transpose() * Q.col(2));
+    PlanePose at_node, offset;
+    if (!rotation_in_plane(Q.transpose() * node.rotation * Qn, at_node) ||
+        !rotation_in_plane(Qn.transpose() * f.offset.R * frame.axes, offset))
+      throw LeavesPlane{"a node is turned out of the plane"};
+    if (leaves_plane(node, Q)) throw LeavesPlane{fmt::format("'{}' deforms out of the plane", model.parts[f.part].name)};
+    frame.node = in_plane(node, Q, Qn);
+    frame.offset = (Qn.transpose() * f.offset.p).head<2>();
+    frame.offset_angle = std::atan2(offset.s, offset.c);
+    frame.arm = turn_back(offset, frame.offset);
+    const Eigen::Index n = node.phi.cols();
+    motion.phi2q = Eigen::MatrixX2d::Zero(n, 2);
+    motion.scratch = VecX::Zero(n);
+    motion.B = MatX3::Zero(n, 3);
+    motion.B.col(2) = frame.node.psi;
+  }
+
+  void add_part(size_t i) {
+    const Part& part = model.parts[i];
+    const TreeJoint& j = part.joint;
+    if (has_axis_mass(part.body)) throw LeavesPlane{fmt::format("'{}' has the complete kinetic energy of its axis", part.name)};
+    PlaneJoint joint;
+    const int A = j.reversed ? j.outboard : j.inboard, B = j.reversed ? j.inboard : j.outboard;
+    if (!in_plane(j, frame_axes(A), frame_axes(B), joint)) throw LeavesPlane{fmt::format("joint '{}' leaves the plane", j.name)};
+    d.tree.push_back(joint);
+    d.bodies.push_back(in_plane(part.body, d.part_axes[i]));
+    PartMotion<Plane> p;
+    size_part(part, p);
+    reserve(d.bodies.back(), p.terms);
+    d.parts.push_back(std::move(p));
+  }
+
+  void add_cluster(int k) {
+    const Cluster& c = model.clusters[k];
+    BaseMotion<Plane> base;
+    base.Ib = base.U = MatX3::Zero(c.nv, 3);
+    d.bases.push_back(std::move(base));
+    d.entries.emplace_back();
+    for (int i : c.parts) {
+      if (hangs_inside(model, i)) continue;
+      const Pose& e = c.entry[d.entries.back().size()];
+      const Mat3& Q = frame_axes(c.base);
+      PlanePose out;
+      if (!rotation_in_plane(Q.transpose() * e.R * frame_axes(model.parts[i].joint.inboard), out))
+        throw LeavesPlane{"a frame is turned out of the plane"};
+      out.p = (Q.transpose() * e.p).head<2>();
+      d.entries.back().push_back(out);
+    }
+  }
+
+  void add_loop(const LoopJoint& loop) {
+    const double height = d.frame_constants[loop.b].height - d.frame_constants[loop.a].height;
+    d.rows.emplace_back();
+    for (const ClosureRow& r : loop.rows) {
+      PlaneRow row;
+      row.kind = r.kind;
+      row.length = r.length;
+      const Vec3 u = frame_axes(loop.a).transpose() * r.u, b = frame_axes(loop.b).transpose() * r.b;
+      row.u = u.head<2>();
+      row.b = b.head<2>();
+      row.constant = r.kind == ClosureRow::translation ? u.z() * height : u.z() * b.z();
+      row.height2 = height * height;
+      d.rows.back().push_back(row);
+    }
+    if (loop.spring) d.forces_within = false;
+  }
+
+  // Whether a tensor (xx yy zz xy xz yz) has no products with the normal n.
+  static bool no_products(const Vec6& J, const Vec3& n) {
+    Mat3 T;
+    T << J[0], J[3], J[4], J[3], J[1], J[5], J[4], J[5], J[2];
+    const Vec3 a = T * n;
+    return (a - n.dot(a) * n).norm() <= 1e-9 * T.norm();
+  }
+
+  // Whether masses, joints and loads of a cluster lie in one plane. Where they do not, moments about axes within the plane are shared out
+  // over the joints of a loop as forces along the normal.
+  bool flat(const Cluster& c) const {
+    const double height = d.frame_constants[model.loops[c.loops.front()].a].height, little = 1e-9 * model.size;
+    const auto apart = [&](int frame) { return std::abs(d.frame_constants[frame].height - height) > little; };
+    for (int l : c.loops)
+      if (apart(model.loops[l].a) || apart(model.loops[l].b)) return false;
+    for (int i : c.parts) {
+      const FlexibleBody& body = model.parts[i].body;
+      const Vec3 n = d.part_axes[i].col(2);
+      if (apart(model.parts[i].joint.inboard) || apart(model.parts[i].joint.outboard)) return false;
+      if (std::abs(normal.dot(work.parts[i].world.p) - height) > little || std::abs(n.dot(body.md0)) > little * body.mass) return false;
+      if (!no_products(body.J0, n)) return false;
+      for (int k = 0; k < body.n; ++k)
+        if (std::abs(n.dot(body.md1.col(k))) > 1e-9 * body.md1.col(k).norm() || !no_products(body.J1.col(k), n)) return false;
+    }
+    for (const Load& load : model.loads)
+      for (int frame : {load.on, load.from})
+        if (const int part = model.frames[frame].part;
+            part != ground && std::count(c.parts.begin(), c.parts.end(), part) > 0 && apart(frame))
+          return false;
+    return true;
+  }
+
+  void add_load(const Load& load) {
+    d.load_direction.push_back(Vec3::Zero());
+    const ForceKind kind = load.def.kind;
+    if (kind == ForceKind::spring_damper || kind == ForceKind::bushing) {
+      const double height = d.frame_constants[load.on].height - d.frame_constants[load.from].height;
+      d.forces_within = d.forces_within && kind == ForceKind::spring_damper && std::abs(height) <= 1e-12 * model.size;
+      return;
+    }
+    const int part = model.frames[load.on].part;
+    const Mat3 Q = !load.def.follower ? d.axes : kind == ForceKind::distributed ? axes_of(part) : frame_axes(load.on);
+    const Vec3 u = Q.transpose() * load.def.direction;
+    d.load_direction.back() = kind == ForceKind::torque ? Vec3(0.0, 0.0, u.z()) : Vec3(u.x(), u.y(), 0.0);
+    d.forces_within = d.forces_within && (kind == ForceKind::torque || std::abs(u.z()) <= 1e-12 * u.norm());
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<PlaneMotion> make_plane(const Model& model, const Work& work, std::string& why_not) {
+  auto out = std::make_unique<PlaneMotion>();
+  try {
+    Builder{model, work, *out}.build();
+  } catch (const LeavesPlane& leaves) {
+    why_not = leaves.why;
+    return nullptr;
+  }
+  return out;
+}
+
+PlaneWork::PlaneWork(Work& work, PlaneMotion& m)
+    : joints(work.joints),
+      clusters(work.clusters),
+      q(work.q),
+      w(work.w),
+      wdot(work.wdot),
+      time(work.time),
+      expression_value(work.expression_value),
+      motion(work.motion),
+      applied(work.applied),
+      evaluations(work.evaluations),
+      closure_iterations(work.closure_iterations),
+      indefinite(work.indefinite),
+      idle(work.idle),
+      frames(m.frames),
+      parts(m.parts),
+      bases(m.bases),
+      plane(m) {}
+
+Pose pose_in_space(const Model& model, const Work& work, int frame) { return frame_world(model, work, frame); }
+
+Pose pose_in_space(const Model& model, const PlaneWork& work, int frame) {
+  const PlanePose at = frame_world(model, work, frame);
+  const PlaneFrame& f = work.plane.frame_constants[frame];
+  Mat3 R;
+  R << at.c, -at.s, 0.0, at.s, at.c, 0.0, 0.0, 0.0, 1.0;
+  return {work.plane.axes * R * f.axes.transpose(), work.plane.axes * Vec3(at.p.x(), at.p.y(), f.height)};
+}
+
+Vec3 within(const PlaneWork& work, int frame, const Vec6& F) {
+  const Mat3& Q = work.plane.frame_constants[frame].axes;
+  return joined(Vec2(Q.leftCols<2>().transpose() * F.head<3>()), Q.col(2).dot(F.tail<3>()));
+}
+
+Vec6 in_space(const PlaneWork& work, int frame, const Vec3& V) {
+  const Mat3& Q = work.plane.frame_constants[frame].axes;
+  return joined(Q.leftCols<2>() * linear(V), Vec3(Q.col(2) * angular(V)));
+}
+
+}  // namespace flexframe::sim
