@@ -214,7 +214,8 @@ def quarter_ring(run):
         text += joint(f"j{i}", "weld", f"b{i - 1}.tip", f"b{i}", f"rotation = [0, 0, {step!r}]")
     text += force("force", f"b{n - 1}.tip", F, (1, 0, 0)) + output("end", f"b{n - 1}.tip", "position")
     found = at_rest(run, text)
-    # Along the clamped tangent, from (R sin a, R (1 - cos a)) at a = pi/2: moment F R cos a, so int (F R cos a)^2 R da / (F EI) (Castigliano).
+    # Along the clamped tangent, from (R sin a, R (1 - cos a)) at a = pi/2: moment F R cos a, so int (F R cos a)^2 R da / (F EI)
+    # (Castigliano).
     return off(found["end.x"] - R, F * math.pi * R**3 / (4 * E * inertia(d)))
 
 
