@@ -50,7 +50,7 @@ Layout layout_of(const BeamDef& def, const BeamEffects& e) {
   const std::array<bool, kKinds> exists = {e.axial, e.bending_xy, e.bending_xy, e.bending_xz, e.bending_xz, e.torsion};
   for (std::size_t k = 0; k < kKinds; ++k) layout.offset[k] = exists[k] ? layout.per_node++ : -1;
   layout.elements = def.elements;
-  if (const bool by_name = !def.initial.q.empty() || !def.initial.qd.empty(); !by_name && layout.per_node > 0)
+  if (const bool by_name = def.all_elements || !def.initial.q.empty() || !def.initial.qd.empty(); !by_name && layout.per_node > 0)
     layout.elements =
         std::min(def.elements, std::max(most_coordinates / layout.per_node - 1, elements_for_modes(def.keep_modes.value_or(0))));
   layout.h = def.length / layout.elements;

@@ -11,8 +11,6 @@
 
 namespace flexframe::sim {
 
-inline constexpr double default_max_steps = 5e6;
-
 struct SimulateOptions {
   std::optional<double> tolerance;  // overrides the scene's
   std::optional<double> accuracy;   // overrides the scene's, and its tolerance: accuracy.h
@@ -26,9 +24,13 @@ struct SimulateOptions {
   // Called now and then with the simulated time (s); may throw to stop.
   std::function<void(double time)> progress;
   std::function<void(const std::string& words)> tell;  // once, where the run will take long: what it spends its steps on
-  std::optional<double>
-      max_steps;  // a run that would take more steps ends with a sentence that says why; default_max_steps where it is not given
+  std::optional<double> max_steps;                     // overrides the scene's
 };
+
+// Steps that a run of the scene may take before it ends with a sentence that says why.
+inline double steps_allowed(const Scene& scene, const SimulateOptions& options) {
+  return options.max_steps.value_or(scene.simulation.max_steps.value_or(default_max_steps));
+}
 
 // All output times of a run, s: every 1 / output_rate and the end.
 std::vector<double> sample_times(const SimulationSettings& settings);

@@ -355,7 +355,7 @@ SolverStatistics integrate(System& system, Method method, const std::vector<doub
     throw SimulationError(fmt::format(
         "the run was ended at t = {:.6g} s of {:.6g} s after {} steps: at this pace it takes {:.1e} of them, more than the {:.6g} that it "
         "may. Steps of {:.1e} s: {}. "
-        "Simulate a shorter time, leave out or damp what is so fast, ask for less accuracy, or raise --max-steps",
+        "Simulate a shorter time, leave out or damp what is so fast, ask for less accuracy, or raise max_steps (--max-steps)",
         now, duration, steps, static_cast<double>(steps) + (duration - now) / step, most, step, what_takes_steps(system, now, y, step)));
   };
   bool told = false;

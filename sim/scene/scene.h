@@ -27,9 +27,13 @@ struct SimulationSettings {
   Vec3 gravity = Vec3::Zero();      // m/s^2
   std::optional<double> tolerance;  // relative local error, default 1e-6
   std::optional<double> accuracy;   // asked error of the outputs relative to their range; excludes tolerance
+  std::optional<double> max_steps;  // a run that would take more steps ends with a sentence; none: default_max_steps
   Method method = Method::automatic;
   bool static_start = false;  // start = "static": from static equilibrium of the whole mechanism
 };
+
+// Steps that a run may take where nobody says otherwise.
+inline constexpr double default_max_steps = 5e6;
 
 // Points of a function; file: where they came from, empty: the scene.
 struct TableDef {
@@ -102,6 +106,7 @@ struct BeamDef {
   Damping damping;
   std::map<std::string, double> frames;  // name -> x/L in [0, 1]
   FlexibleInitial initial;
+  bool all_elements = false;      // finite elements: the scene gives or asks for their coordinates one by one
   bool complete_inertia = false;  // set by the program where the truncated kinetic energy did not last (simulate.cpp)
 };
 

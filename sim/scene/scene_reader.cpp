@@ -30,10 +30,17 @@ class Names {
   std::map<std::string, int> lines_;
 };
 
+// A beam whose elastic coordinates are output keeps one for every element's.
+void note_coordinates(Scene& scene, const OutputDef& output) {
+  if (output.quantity != Quantity::q && output.quantity != Quantity::qd) return;
+  for (BodyDef& body : scene.bodies)
+    if (auto* beam = std::get_if<BeamDef>(&body.kind); beam && body.name == output.of.body) beam->all_elements = true;
+}
+
 }  // namespace
 
 SimulationSettings read_simulation(const TableReader& reader) {
-  reader.allow({"duration", "output_rate", "gravity", "tolerance", "accuracy", "method", "start"});
+  reader.allow({"duration", "output_rate", "gravity", "tolerance", "accuracy", "method", "max_steps", "start"});
   SimulationSettings settings;
   settings.duration = reader.number("duration", positive.in("s"));
   settings.output_rate = reader.number("output_rate", settings.output_rate, positive.in("Hz"));
@@ -47,6 +54,7 @@ SimulationSettings read_simulation(const TableReader& reader) {
   if (settings.tolerance && settings.accuracy)
     reader.fail("accuracy", "excludes 'tolerance': give the local error or the asked error of the outputs, not both");
   settings.method = static_cast<Method>(reader.word("method", method_words(), 0));
+  settings.max_steps = reader.optional_number("max_steps", {.low = 1.0, .what = "a number >= 1"});
   settings.static_start = reader.word("start", starts, 0) == 1;
   return settings;
 }
@@ -87,6 +95,7 @@ Scene make_scene(const SceneDocument& document) {
   for (TableReader& reader : root.tables("output")) {
     scene.outputs.push_back(read_output(reader, scene));
     outputs.add(reader, scene.outputs.back().name);
+    note_coordinates(scene, scene.outputs.back());
   }
   return scene;
 }

@@ -193,7 +193,9 @@ def endless_vibration(run):
 def small_budget(run):
     text = simulation(10.0, 10) + slide(1.0, 0.1, 0.0, "spring = { stiffness = 1e4 }") + output("x", "slide", "value")
     process, _, err = run.start(text, "simulate", "--csv", run.folder / "h.csv", "--max-steps", 500)
-    return 0 if process.returncode == 1 and "more than the 500" in err and "'slide'" in err else 1
+    told = process.returncode == 1 and "more than the 500" in err and "'slide'" in err
+    message = run.fails(text.replace("[simulation]\n", "[simulation]\nmax_steps = 400\n"), (1,))
+    return 0 if told and "more than the 400" in message and "'slide'" in message else 1
 
 
 @case(

@@ -233,6 +233,7 @@ material = { density = 1, youngs_modulus = 1 }
   EXPECT_EQ(scene.simulation.output_rate, 1000.0);
   EXPECT_EQ(scene.simulation.gravity, Vec3::Zero());
   EXPECT_FALSE(scene.simulation.tolerance);
+  EXPECT_FALSE(scene.simulation.max_steps);
   EXPECT_EQ(scene.simulation.method, Method::automatic);
   const auto& beam = std::get<BeamDef>(scene.bodies[0].kind);
   EXPECT_EQ(beam.model, BeamModel::finite_element);
@@ -310,6 +311,7 @@ TEST(Scene, WrongScenesAreExplained) {
       {"gravity = [0, -9.81, 0]", "gravity = [0, -9.81]", {"scene.toml:5:", "key 'gravity' must have 3 numbers, found 2"}},
       {"gravity = [0, -9.81, 0]", "gravity = -9.81", {"key 'gravity' must be an array of 3 numbers, found the number -9.81"}},
       {"gravity = [0, -9.81, 0]", "gravity = [0, \"-9.81\", 0]", {"key 'gravity' entry 2 must be a number, found the string '-9.81'"}},
+      {"tolerance = 1e-7", "tolerance = 1e-7\nmax_steps = 0", {"scene.toml:7:", "key 'max_steps' must be a number >= 1"}},
       {"tolerance = 1e-7", "tolerance = 1e-20", {"scene.toml:6:", "key 'tolerance' must be a number from 1e-13 to 0.1"}},
       {"tolerance = 1e-7", "tolerance = 1e-7\naccuracy = 1e-3", {"scene.toml:7:", "key 'accuracy' excludes 'tolerance'"}},
       {"method = \"bdf\"",
