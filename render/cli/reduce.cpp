@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 
 namespace flexframe::cli {
@@ -17,7 +18,7 @@ namespace {
 
 struct Words {
   std::string model, output, mesh, report, mass, nodes_file, dofs, method = "auto", units = "m";
-  std::vector<std::string> materials, interfaces, node_sets;
+  std::vector<std::string> materials, densities, elastics, interfaces, node_sets;
   std::vector<int> nodes;
   std::string hold = "auto";
   double thickness = 0.0;
@@ -31,13 +32,39 @@ std::string upper(std::string s) {
   return s;
 }
 
-sim::FeUnits units_of(const std::string& name) {
+// A system of units by name, or its three factors to SI: length, mass, time.
+sim::FeUnits units_of(const std::string& text) {
+  if (const auto known = sim::units_named(text)) return *known;
   sim::FeUnits u;
-  if (name == "mm") {  // mm, t, s: stresses in MPa
-    u.length = 1e-3;
-    u.mass = 1e3;
+  double* const factors[] = {&u.length, &u.mass, &u.time};
+  const char* at = text.c_str();
+  for (int i = 0; i < 3; ++i) {
+    char* end = nullptr;
+    *factors[i] = std::strtod(at, &end);
+    if (end == at || (i < 2 ? *end != ',' : *end != '\0') || !(*factors[i] > 0.0) || !std::isfinite(*factors[i]))
+      throw UsageError(
+          fmt::format("--units '{}': m, mm, mm-kg-s, mm-kg-ms, mm-g-ms, cm-g-s, in-lbf-s, or the factors LENGTH,MASS,TIME to SI are "
+                      "expected",
+                      text));
+    at = end + 1;
   }
   return u;
+}
+
+// "[NAME=]NUMBER,..." of `count` numbers.
+std::pair<std::string, std::vector<double>> named_numbers(const std::string& option, const std::string& text, int count) {
+  const size_t equals = text.rfind('=');
+  std::vector<double> out;
+  const std::string numbers = text.substr(equals == std::string::npos ? 0 : equals + 1);
+  const char* at = numbers.c_str();
+  for (int i = 0; i < count; ++i) {
+    char* end = nullptr;
+    out.push_back(std::strtod(at, &end));
+    if (end == at || (i + 1 < count ? *end != ',' : *end != '\0') || !std::isfinite(out.back()))
+      throw UsageError(fmt::format("{} '{}': [MATERIAL=]{} is expected", option, text, count == 1 ? "DENSITY" : "YOUNGS_MODULUS,POISSON"));
+    at = end + 1;
+  }
+  return {equals == std::string::npos ? "" : text.substr(0, equals), out};
 }
 
 // "E,nu,rho" or "SET=E,nu,rho", in SI.
@@ -139,6 +166,7 @@ sim::FeModel read_model(const Words& w) {
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   if (ending == ".inp") return sim::read_inp(path, units);
   if (ending == ".msh") return sim::read_msh(path, units);
+  if (ending == ".bdf" || ending == ".nas" || ending == ".dat") return sim::read_nastran(path, units);
   if (ending == ".sti" || ending == ".mtx") {
     std::filesystem::path mass = w.mass, dofs = w.dofs, nodes = w.nodes_file;
     if (ending == ".sti") {
@@ -150,7 +178,8 @@ sim::FeModel read_model(const Words& w) {
     return sim::read_fe_matrices(path, mass, nodes, dofs, units);
   }
   throw sim::InputError(
-      fmt::format("{}: '{}' is no known kind of model: .inp (Abaqus, CalculiX), .msh (gmsh), .sti (CalculiX matrices), .mtx (Matrix "
+      fmt::format("{}: '{}' is no known kind of model: .inp (Abaqus, CalculiX), .bdf .nas .dat (Nastran), .msh (gmsh), .sti (CalculiX "
+                  "matrices), .mtx (Matrix "
                   "Market) can be read",
                   w.model, ending));
 }
@@ -181,6 +210,7 @@ std::string report_text(const Words& w, const sim::Reduction& r) {
     total += s.cpu;
   }
   t += fmt::format("| all | {:.2f} |\n", total);
+  for (const std::string& n : p.warnings) t += fmt::format("\nWarning: {}\n", n);
   for (const std::string& n : p.notes) t += fmt::format("\nNote: {}\n", n);
   return t;
 }
@@ -188,6 +218,15 @@ std::string report_text(const Words& w, const sim::Reduction& r) {
 int run(Words& w) {
   sim::FeModel model = read_model(w);
   for (const std::string& m : w.materials) apply_material(model, m);
+  for (const std::string& d : w.densities) {
+    const auto [name, numbers] = named_numbers("--density", d, 1);
+    sim::complete_density(model, name, numbers[0]);
+  }
+  for (const std::string& e : w.elastics) {
+    const auto [name, numbers] = named_numbers("--elastic", e, 2);
+    sim::complete_elasticity(model, name, numbers[0], numbers[1]);
+  }
+  for (std::string& text : sim::unit_warnings(model, units_of(w.units))) model.warnings.push_back(std::move(text));
   if (w.thickness > 0.0)
     for (sim::FeElement& e : model.elements)
       if (sim::fe_is_shell(e.shape) && !(e.thickness > 0.0)) e.thickness = w.thickness;
@@ -219,6 +258,7 @@ int run(Words& w) {
   };
   sim::Reduction r = sim::reduce(model, o, progress);
   if (!held_note.empty()) r.report.notes.insert(r.report.notes.begin(), held_note);
+  for (const std::string& n : r.report.warnings) fmt::print(stderr, "warning: {}\n", n);
   for (const std::string& n : r.report.notes) progress("note: " + n);
   sim::write_sid(
       sim::from_flexible_body(r.body, fmt::format("made by flexframe reduce from {}", std::filesystem::path(w.model).filename().string())),
@@ -239,6 +279,7 @@ int run(Words& w) {
     if (r.report.compliance_error >= 0.0) j["static_error"] = r.report.compliance_error;
     for (const auto& s : r.report.stages) j["cpu_seconds"][s.name] = s.cpu;
     j["notes"] = r.report.notes;
+    j["warnings"] = r.report.warnings;
     fmt::print("{}\n", j.dump(2));
   } else {
     fmt::print("{}", report_text(w, r));
@@ -251,7 +292,9 @@ int run(Words& w) {
 Command add_reduce(Program& program) {
   const auto w = std::make_shared<Words>();
   Subcommand app = program.subcommand("reduce", "make a flexible body (SID) from a finite element model");
-  app.option("MODEL", w->model, "Abaqus or CalculiX .inp, gmsh .msh, CalculiX .sti (with .mas .dof .inp beside it), Matrix Market .mtx")
+  app.option(
+         "MODEL", w->model,
+         "Abaqus or CalculiX .inp, Nastran .bdf .nas .dat, gmsh .msh, CalculiX .sti (with .mas .dof .inp beside it), Matrix Market .mtx")
       .required();
   app.option("-o,--output", w->output, "the body, BODY.sid; BODY.obj and BODY.md come with it").required();
   app.option("--mesh", w->mesh, "name of the surface mesh");
@@ -282,7 +325,11 @@ Command add_reduce(Program& program) {
   app.option("--node-set", w->node_sets, "keep the nodes of this set instead; may be repeated");
   app.option("--material", w->materials, "[SET=]YOUNGS_MODULUS,POISSON,DENSITY in SI, for elements without one; may be repeated");
   app.option("--thickness", w->thickness, "thickness of shells without one, m").positive();
-  app.option("--units", w->units, "units of the model: m (m kg s) or mm (mm t s, MPa)").one_of({"m", "mm"}).show_default();
+  app.option("--density", w->densities, "[MATERIAL=]DENSITY in kg/m^3, for materials without one; may be repeated");
+  app.option("--elastic", w->elastics, "[MATERIAL=]YOUNGS_MODULUS,POISSON in SI, for materials without elasticity; may be repeated");
+  app.option("--units", w->units,
+             "units of the model: m (m kg s), mm (mm t s, MPa), mm-kg-s, mm-kg-ms, mm-g-ms, cm-g-s, in-lbf-s, or factors LENGTH,MASS,TIME to SI")
+      .show_default();
   app.option("--damping", w->options.damping, "ratio of critical damping of every mode").not_negative();
   app.flag("--no-stiffening", w->no_stiffening, "no second-order displacements (geometric stiffening)");
   app.flag("--force-stiffening", w->force_stiffening, "second-order displacements at all nodes, however many modes there are");

@@ -136,11 +136,14 @@ std::vector<HeldPoint> held_points(const Scene& scene, const std::string& body, 
 void leave_out(const std::vector<std::string>& without, FlexibleBody& body) {
   for (const std::string& effect : without) {
     if (effect == "gyroscopic") {
-      // Inertia and angular momentum as of the undeformed body; the forces follow from the kinetic energy, so that it is still kept.
-      body.J1.setZero();
+      // The angular momentum of coordinates that move while others are deflected couples rates: its part that is skew in the two is all of
+      // the gyroscopic forces between them. The inertia keeps following the deformation (centrifugal forces, their stiffness), and so does
+      // the part of second-order displacements, which is symmetric. All forces follow from the kinetic energy, so that energy is kept.
       body.axis = {};
-      for (MatX& b : body.J2) b.resize(0, 0);
-      for (MatX& b : body.Cr1) b.resize(0, 0);
+      for (MatX& b : body.Cr1) {
+        b = (0.5 * (b + b.transpose())).eval();
+        if (b.isZero(0.0)) b.resize(0, 0);
+      }
     } else if (effect == "stiffening") {
       body.axis = {};
       for (MatX& b : body.md2) b.resize(0, 0);

@@ -181,8 +181,9 @@ std::span<const EffectInfo> effect_registry() {
       {"stiffening", "second-order displacements: geometric stiffness and foreshortening", "u -= 1/2 int (v_x^2 + w_x^2) dx",
        "axial forces comparable with the buckling load, rotation rates comparable with the first frequency",
        "s = P / Pcr; frequencies change by s/2, the phase by omega_1 T s/2"},
-      {"gyroscopic", "inertia and angular momentum that follow the deformation", "J(q) = J0 + J1 q + q^T J2 q / 2, Cr(q) = Cr0 + Cr1 q",
-       "fast rotation of a deformed body", "Omega / omega_1, (Omega / omega_1)^2, deflection / length"},
+      {"gyroscopic", "angular momentum of elastic rates that follows the deformation; centrifugal forces stay without it",
+       "Cr(q) = Cr0 + Cr1 q, its part skew in q and qd", "fast rotation of a deformed body",
+       "Omega / omega_1, (Omega / omega_1)^2, deflection / length"},
       {"shear", "Timoshenko's shear and the sections' rotary inertia", "kGA (v_x - phi), rho I phi_tt", "stocky beams, high modes",
        "n^2 pi^2 (r/L)^2 (1 + E/kG)/2 of the frequency of mode n"},
       {"damping", "structural damping", "De qd", "many periods of free vibration", "zeta omega_1 T"},
@@ -218,7 +219,7 @@ std::vector<EffectState> modal_effects(const BodyDef& body, const ModalDef& moda
     out.push_back(s);
   };
   add("stiffening", second);
-  add("gyroscopic", any(made.Cr1) || !made.J1.isZero(0.0));
+  add("gyroscopic", any(made.Cr1));
   add("damping", made.De.size() > 0);
   return out;
 }

@@ -13,48 +13,58 @@ namespace {
 
 using Triplets = std::vector<Eigen::Triplet<double>>;
 
-// Adds the rows of the rigid motion at `centre` that fits the translations of `nodes` best: (sum B^T B)^-1 sum B^T u, B = [1, -skew(r)].
-// Rotations about a line on which all nodes lie cannot be seen: they are left zero. rows: 0 all six, 3 rotations only.
-void fit(const FeModel& model, const FeSystem& system, const std::vector<int>& nodes, const Vec3& centre, int from_row, Triplets& out) {
-  double size = 0.0;
+struct Weighted {
+  const std::vector<int>& nodes;
+  const std::vector<double>& weights;  // empty: equal
+};
+
+// Adds the rows of the rigid motion at `centre` that fits the translations of `nodes` best: (sum w B^T B)^-1 sum w B^T u, B = [1,
+// -skew(r)]. Rotations about a line on which all nodes lie cannot be seen: they are left zero. rows: 0 all six, 3 rotations only. Returns
+// the middle.
+Vec3 fit(const FeModel& model, const FeSystem& system, const Weighted& of, const Vec3& centre, int from_row, Triplets& out) {
+  const std::vector<int>& nodes = of.nodes;
+  const auto weight = [&](size_t i) { return of.weights.empty() ? 1.0 : of.weights[i]; };
+  double size = 0.0, total = 0.0;
   Vec3 middle = Vec3::Zero();
-  int count = 0;
-  for (int n : nodes)
-    if (moves(system.dof[n])) {
-      middle += model.nodes[n];
-      ++count;
+  for (size_t i = 0; i < nodes.size(); ++i)
+    if (moves(system.dof[nodes[i]])) {
+      middle += weight(i) * model.nodes[nodes[i]];
+      total += weight(i);
     }
-  if (count == 0) return;
-  middle /= count;
+  if (!(total > 0.0)) return centre;
+  middle /= total;
   for (int n : nodes)
     if (moves(system.dof[n])) size = std::max(size, (model.nodes[n] - middle).norm());
   // About the middle the normal equations fall apart into translations and rotations.
   Mat3 inertia = Mat3::Zero();
-  for (int n : nodes) {
-    if (!moves(system.dof[n])) continue;
-    const Vec3 r = model.nodes[n] - middle;
-    inertia += r.squaredNorm() * Mat3::Identity() - r * r.transpose();
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    if (!moves(system.dof[nodes[i]])) continue;
+    const Vec3 r = model.nodes[nodes[i]] - middle;
+    inertia += weight(i) * (r.squaredNorm() * Mat3::Identity() - r * r.transpose());
   }
   Eigen::SelfAdjointEigenSolver<Mat3> eigen(inertia);
   Vec3 inverse = Vec3::Zero();
+  const double scale = of.weights.empty() ? 1.0 : total / static_cast<double>(nodes.size());
   for (int k = 0; k < 3; ++k)
-    if (eigen.eigenvalues()(k) > 1e-10 * size * size) inverse(k) = 1.0 / eigen.eigenvalues()(k);
+    if (eigen.eigenvalues()(k) > 1e-10 * size * size * scale) inverse(k) = 1.0 / eigen.eigenvalues()(k);
   const Mat3 pseudo = eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
   const Vec3 arm = centre - middle;
-  for (int n : nodes) {
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    const int n = nodes[i];
     if (!moves(system.dof[n])) continue;
     const Vec3 r = model.nodes[n] - middle;
     for (int d = 0; d < 3; ++d) {
       if (system.dof[n][d] < 0) continue;
-      const Vec3 e = Vec3::Unit(d);
+      const Vec3 e = weight(i) * Vec3::Unit(d);
       const Vec3 turn = pseudo * r.cross(e);
-      const Vec3 move = e / count + turn.cross(arm);
+      const Vec3 move = e / total + turn.cross(arm);
       for (int k = 0; k < 3; ++k) {
         if (from_row == 0 && move(k) != 0.0) out.emplace_back(k, system.dof[n][d], move(k));
         if (turn(k) != 0.0) out.emplace_back(3 + k, system.dof[n][d], turn(k));
       }
     }
   }
+  return middle;
 }
 
 }  // namespace
@@ -87,24 +97,33 @@ FeAttachment node_attachment(const FeModel& model, const FeSystem& system, const
     if (system.dof[node][d] >= 0) t.emplace_back(d, system.dof[node][d], 1.0);
   if (system.dof[node][3] < 0) {
     a.own_rotation = false;
-    for (const auto& list : neighbours) fit(model, system, list, a.position, 3, t);
+    const std::vector<double> equal;
+    for (const auto& list : neighbours) fit(model, system, {list, equal}, a.position, 3, t);
   }
   a.motion.resize(6, system.size);
   a.motion.setFromTriplets(t.begin(), t.end());
   return a;
 }
 
-FeAttachment spider_attachment(const FeModel& model, const FeSystem& system, const FeSpider& spider) {
+FeAttachment averaging_attachment(const FeModel& model, const FeSystem& system, const FeSpider& spider) {
   FeAttachment a;
   a.id = spider.name.empty() ? fmt::format("{}", model.node_ids[spider.node]) : spider.name;
   a.position = model.nodes[spider.node];
   Triplets t;
-  if (spider.rigid) {
-    for (int d = 0; d < 6; ++d) t.emplace_back(d, system.dof[spider.node][d], 1.0);
-  } else {
-    fit(model, system, spider.slaves, a.position, 0, t);
-    if (t.empty()) throw InputError(fmt::format("{}: spider '{}' reaches no node of an element", model.file, spider.name));
-  }
+  a.arm = a.position - fit(model, system, {spider.slaves, spider.weights}, a.position, 0, t);
+  if (t.empty()) throw InputError(fmt::format("{}: spider '{}' reaches no node of an element", model.file, spider.name));
+  a.motion.resize(6, system.size);
+  a.motion.setFromTriplets(t.begin(), t.end());
+  return a;
+}
+
+FeAttachment spider_attachment(const FeModel& model, const FeSystem& system, const FeSpider& spider) {
+  if (!spider.rigid) return averaging_attachment(model, system, spider);
+  FeAttachment a;
+  a.id = spider.name.empty() ? fmt::format("{}", model.node_ids[spider.node]) : spider.name;
+  a.position = model.nodes[spider.node];
+  Triplets t;
+  for (int d = 0; d < 6; ++d) t.emplace_back(d, system.dof[spider.node][d], 1.0);
   a.motion.resize(6, system.size);
   a.motion.setFromTriplets(t.begin(), t.end());
   return a;

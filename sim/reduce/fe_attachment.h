@@ -10,6 +10,8 @@ struct FeAttachment {
   Vec3 position = Vec3::Zero();
   Eigen::SparseMatrix<double, Eigen::RowMajor> motion;  // 6 x size: translations, rotations; its transpose distributes a force and a moment
   bool own_rotation = true;                             // false: from the neighbours' motion
+  Vec3 arm = Vec3::Zero();  // from the place whose translation is taken (an averaging spider's middle): in second order the point moves by
+                            // theta x (theta x arm) / 2 besides
 };
 
 // A node. Translations are its own. Rotations are its own where it has any; in a solid they are those of the least-squares rigid motion of
@@ -17,7 +19,10 @@ struct FeAttachment {
 // `neighbours` from node_neighbours.
 FeAttachment node_attachment(const FeModel& model, const FeSystem& system, const std::vector<std::vector<int>>& neighbours, int node);
 
-// A spider's reference point: rigid, its own motion; averaging, the least-squares rigid motion of its nodes.
+// An averaging spider's reference point: the weighted least-squares rigid motion of its nodes. Throws InputError where no node moves.
+FeAttachment averaging_attachment(const FeModel& model, const FeSystem& system, const FeSpider& spider);
+
+// A spider's reference point: rigid, its own motion; averaging, as above.
 FeAttachment spider_attachment(const FeModel& model, const FeSystem& system, const FeSpider& spider);
 
 // Nodes that share an element with each of `nodes`, themselves included (in the order of `nodes`).

@@ -4,6 +4,7 @@
 #include "sim/reduce/dense_products.h"
 #include "sim/reduce/fe_elements.h"
 
+#include <array>
 #include <unordered_map>
 
 namespace flexframe::sim {
@@ -43,40 +44,6 @@ Mat3X positions(const FeModel& model, const FeElement& e) {
   Mat3X X(3, e.count);
   for (int i = 0; i < e.count; ++i) X.col(i) = model.nodes[model.connectivity[e.first + i]];
   return X;
-}
-
-// Plane points of a shell: derivatives along its tangents t (3 x 2), from the middle surface.
-struct ShellPoint {
-  MatX dN;  // n x 2
-  Eigen::Matrix<double, 3, 2> t;
-  double area = 0.0;
-};
-
-std::vector<ShellPoint> shell_points(const FeElement& e, const Mat3X& X) {
-  std::vector<ShellPoint> out;
-  const double g = 1.0 / std::sqrt(3.0);
-  const bool triangle = e.shape == FeShape::triangle3;
-  const std::vector<Eigen::Vector2d> places =
-      triangle ? std::vector<Eigen::Vector2d>{{1.0 / 3, 1.0 / 3}} : std::vector<Eigen::Vector2d>{{-g, -g}, {g, -g}, {g, g}, {-g, g}};
-  for (const Eigen::Vector2d& q : places) {
-    MatX d(e.count, 2);
-    if (triangle) {
-      d << -1, -1, 1, 0, 0, 1;
-    } else {
-      static constexpr double sx[4] = {-1, 1, 1, -1}, sy[4] = {-1, -1, 1, 1};
-      for (int i = 0; i < 4; ++i) d.row(i) << sx[i] * (1 + sy[i] * q.y()) / 4, sy[i] * (1 + sx[i] * q.x()) / 4;
-    }
-    const Eigen::Matrix<double, 3, 2> J = X * d;
-    ShellPoint p;
-    const Vec3 normal = J.col(0).cross(J.col(1));
-    p.area = normal.norm() * (triangle ? 0.5 : 1.0);
-    p.t.col(0) = J.col(0).normalized();
-    p.t.col(1) = normal.normalized().cross(p.t.col(0));
-    const Eigen::Matrix2d local = p.t.transpose() * J;
-    p.dN = d * local.inverse();
-    out.push_back(std::move(p));
-  }
-  return out;
 }
 
 }  // namespace
@@ -155,6 +122,27 @@ struct Pairs {
   int size() const { return static_cast<int>(j.size()); }
 };
 
+// Membrane forces of a shell: plane stress in its plane. The gradient has no part along the normal, so neither has the strain.
+template <class Point, class MatrixPoint>
+void shell_second_order(const FeModel& model, const FeElement& e, const Mat3X& X, const Point& point, const MatrixPoint& matrix_point) {
+  const bool plain = e.section < 0 && !model.materials[e.material].elasticity;
+  for (const FeShellPoint& p : shell_points(e.shape, X, e.id)) {
+    const MatX dN = p.dN * p.axes.leftCols<2>().transpose();
+    if (plain) {
+      const FeMaterial& m = model.materials[e.material];
+      // The pressure's part along the normal does no work on gradients in the plane.
+      point(dN, p.area * e.thickness, m.youngs_modulus * m.poisson / (1 - m.poisson * m.poisson), m.youngs_modulus / (2 * (1 + m.poisson)));
+      continue;
+    }
+    const FeShellLaw law = shell_law(model, e, p.axes);
+    constexpr std::array<int, 3> plane = {0, 1, 3};
+    Mat6 C = Mat6::Zero();
+    C(plane, plane) = law.A;
+    const Mat6 T = stress_turn(p.axes);
+    matrix_point(dN, p.area, T * C * T.transpose());
+  }
+}
+
 // Calls visit(element, dN (nodes x 3), volume, S) at each integration point; S: six rows xx yy zz xy yz xz of the stress of sym(grad u_j^T
 // grad u_k) per pair, for shells the membrane stress in space axes.
 template <class Visit>
@@ -167,15 +155,15 @@ void each_second_order_stress(const FeModel& model, const FeSystem& system, cons
   MatX local, gradients;
   constexpr Eigen::Index first_of[6] = {0, 1, 2, 0, 1, 0}, second_of[6] = {0, 1, 2, 1, 2, 2};
   for (const FeElement& e : model.elements) {
-    if (e.shape == FeShape::point_mass) continue;
-    const FeMaterial& material = model.materials[e.material];
+    if (e.shape == FeShape::point_mass || e.shape == FeShape::lumped) continue;
     const Mat3X X = positions(model, e);
     local.resize(3 * n, e.count);
     for (int i = 0; i < e.count; ++i) {
       const auto& dof = system.dof[model.connectivity[e.first + i]];
       for (Eigen::Index d = 0; d < 3; ++d) local.col(i).segment(d * n, n) = fields.row(dof[d]).transpose();
     }
-    const auto point = [&](const MatX& dN, double volume, double lambda, double mu) {
+    // Twice the strains on the diagonal, engineering shear strains beside it, times mu.
+    const auto strains = [&](const MatX& dN, double mu) {
       // H(3 b + d, k): derivative of displacement d in direction b.
       gradients.noalias() = local * dN;
       for (Eigen::Index b = 0; b < 3; ++b)
@@ -189,6 +177,9 @@ void each_second_order_stress(const FeModel& model, const FeSystem& system, cons
           s[p] = mu * (a0[j] * b0[k] + a1[j] * b1[k] + a2[j] * b2[k] + b0[j] * a0[k] + b1[j] * a1[k] + b2[j] * a2[k]);
         }
       }
+    };
+    const auto point = [&](const MatX& dN, double volume, double lambda, double mu) {
+      strains(dN, mu);
       // mu (...) on the diagonal is 2 mu E; the trace of E from it.
       for (int p = 0; p < count; ++p) {
         const double pressure = lambda / (2.0 * mu) * (S(0, p) + S(1, p) + S(2, p));
@@ -196,13 +187,27 @@ void each_second_order_stress(const FeModel& model, const FeSystem& system, cons
       }
       visit(e, dN, volume, S);
     };
-    if (fe_is_shell(e.shape)) {
-      // Plane stress in the shell's plane: the gradient has no part along the normal, so neither has E.
-      const double mu = material.youngs_modulus / (2 * (1 + material.poisson)),
-                   lambda = material.youngs_modulus * material.poisson / (1 - material.poisson * material.poisson);
-      // The pressure's part along the normal does no work on gradients in the plane.
-      for (const ShellPoint& p : shell_points(e, X)) point(p.dN * p.t.transpose(), p.area * e.thickness, lambda, mu);
+    // Any elasticity: C in space axes.
+    const auto matrix_point = [&](const MatX& dN, double volume, const Mat6& C) {
+      strains(dN, 1.0);
+      S.topRows(3) *= 0.5;
+      S = (C * S).eval();
+      visit(e, dN, volume, S);
+    };
+    if (e.shape == FeShape::beam2) {
+      // The axial force alone, of the line between the nodes: strain du/ds . du/ds / 2, stress E along the axis.
+      const Vec3 axis = X.col(1) - X.col(0);
+      const double L = axis.norm(), E = model.materials[e.material].youngs_modulus;
+      MatX dN(2, 3);
+      dN << -axis.transpose() / (L * L), axis.transpose() / (L * L);
+      point(dN, model.beam_sections[e.section].area * L, 0.0, 0.5 * E);
+    } else if (fe_is_shell(e.shape)) {
+      shell_second_order(model, e, X, point, matrix_point);
+    } else if (model.materials[e.material].elasticity) {
+      const Mat6 C = elasticity(material_in_space(model, e));
+      for (const FePoint& p : solid_points(e.shape, e.formulation, FeRule::stiffness, X, e.id)) matrix_point(p.dN, p.volume, C);
     } else {
+      const FeMaterial& material = model.materials[e.material];
       const double mu = material.youngs_modulus / (2 * (1 + material.poisson)),
                    lambda = 2 * mu * material.poisson / (1 - 2 * material.poisson);
       for (const FePoint& p : solid_points(e.shape, e.formulation, FeRule::stiffness, X, e.id)) point(p.dN, p.volume, lambda, mu);
@@ -246,6 +251,18 @@ MatX second_order_work(const FeModel& model, const FeSystem& system, const MatX&
   return out;
 }
 
+namespace {
+
+MatX shell_stress(const FeModel& model, const FeElement& e, const Mat3X& X, const MatX& motions) {
+  if (e.shape == FeShape::triangle6 || e.shape == FeShape::quadrangle8)
+    return curved_shell_nodal_stress(
+        e.shape, X, [&](const Mat3& Q) { return shell_law(model, e, Q); }, motions, e.id);
+  double area = 0.0;
+  return shell_nodal_stress(e.shape, X, shell_law(model, e, shell_axes(e.shape, X, e.id, area)), motions, e.id);
+}
+
+}  // namespace
+
 std::vector<MatX> nodal_stress(const FeModel& model, const FeSystem& system, const MatX& U, const std::vector<int>& nodes) {
   const int n = static_cast<int>(U.cols());
   std::unordered_map<int, int> place;
@@ -260,9 +277,9 @@ std::vector<MatX> nodal_stress(const FeModel& model, const FeSystem& system, con
     if (!wanted) continue;
     const Mat3X X = positions(model, e);
     for (int k = 0; k < n; ++k) {
-      const FeMaterial& material = model.materials[e.material];
-      const MatX stress = shell ? shell_nodal_stress(e.shape, X, e.thickness, material, motions_at(model, system, e, U, k), e.id)
-                                : solid_nodal_stress(e.shape, e.formulation, X, material, field_at(model, system, e, U, k), e.id);
+      const MatX stress =
+          shell ? shell_stress(model, e, X, motions_at(model, system, e, U, k))
+                : solid_nodal_stress(e.shape, e.formulation, X, material_in_space(model, e), field_at(model, system, e, U, k), e.id);
       for (int i = 0; i < e.count; ++i)
         if (const auto it = place.find(model.connectivity[e.first + i]); it != place.end()) sum[it->second].col(k) += stress.col(i);
     }

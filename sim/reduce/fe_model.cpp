@@ -2,6 +2,7 @@
 #include "sim/reduce/fe_model.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <unordered_map>
@@ -20,19 +21,28 @@ int fe_node_count(FeShape shape) {
     case FeShape::hexahedron20:
       return 20;
     case FeShape::wedge6:
+    case FeShape::triangle6:
       return 6;
     case FeShape::wedge15:
       return 15;
     case FeShape::triangle3:
       return 3;
+    case FeShape::quadrangle8:
+      return 8;
+    case FeShape::beam2:
+      return 2;
     case FeShape::point_mass:
       return 1;
+    case FeShape::lumped:  // as many as it has
+      break;
   }
   return 0;
 }
 
-bool fe_is_shell(FeShape shape) { return shape == FeShape::triangle3 || shape == FeShape::quadrangle4; }
-bool fe_is_solid(FeShape shape) { return !fe_is_shell(shape) && shape != FeShape::point_mass; }
+bool fe_is_shell(FeShape shape) {
+  return shape == FeShape::triangle3 || shape == FeShape::quadrangle4 || shape == FeShape::triangle6 || shape == FeShape::quadrangle8;
+}
+bool fe_is_solid(FeShape shape) { return shape <= FeShape::wedge15; }
 
 const char* fe_name(FeShape shape) {
   switch (shape) {
@@ -54,6 +64,14 @@ const char* fe_name(FeShape shape) {
       return "4-node shell";
     case FeShape::point_mass:
       return "point mass";
+    case FeShape::triangle6:
+      return "6-node shell";
+    case FeShape::quadrangle8:
+      return "8-node shell";
+    case FeShape::beam2:
+      return "beam";
+    case FeShape::lumped:
+      return "spring or mass";
   }
   return "";
 }
@@ -76,13 +94,52 @@ const std::vector<std::vector<int>>& fe_faces(FeShape shape) {
     case FeShape::wedge15:
       return wedge;
     case FeShape::triangle3:
+    case FeShape::triangle6:
       return triangle;
     case FeShape::quadrangle4:
+    case FeShape::quadrangle8:
       return quadrangle;
-    case FeShape::point_mass:
-      break;
+    default:
+      return none;
   }
-  return none;
+}
+
+int fe_middle(FeShape shape, int a, int b) {
+  // Lower corner, higher corner, the node between them.
+  static constexpr int tetrahedron[6][3] = {{0, 1, 4}, {1, 2, 5}, {0, 2, 6}, {0, 3, 7}, {1, 3, 8}, {2, 3, 9}};
+  static constexpr int hexahedron[12][3] = {{0, 1, 8},  {1, 2, 9},  {2, 3, 10}, {0, 3, 11}, {4, 5, 12}, {5, 6, 13},
+                                            {6, 7, 14}, {4, 7, 15}, {0, 4, 16}, {1, 5, 17}, {2, 6, 18}, {3, 7, 19}};
+  static constexpr int wedge[9][3] = {{0, 1, 6},  {1, 2, 7},  {0, 2, 8},  {3, 4, 9}, {4, 5, 10},
+                                      {3, 5, 11}, {0, 3, 12}, {1, 4, 13}, {2, 5, 14}};
+  static constexpr int triangle[3][3] = {{0, 1, 3}, {1, 2, 4}, {0, 2, 5}};
+  static constexpr int quadrangle[4][3] = {{0, 1, 4}, {1, 2, 5}, {2, 3, 6}, {0, 3, 7}};
+  const auto search = [&](const auto& table) {
+    for (const auto& edge : table)
+      if (edge[0] == std::min(a, b) && edge[1] == std::max(a, b)) return edge[2];
+    return -1;
+  };
+  switch (shape) {
+    case FeShape::tetrahedron10:
+      return search(tetrahedron);
+    case FeShape::hexahedron20:
+      return search(hexahedron);
+    case FeShape::wedge15:
+      return search(wedge);
+    case FeShape::triangle6:
+      return search(triangle);
+    case FeShape::quadrangle8:
+      return search(quadrangle);
+    default:
+      return -1;
+  }
+}
+
+std::vector<int> fe_face_nodes(FeShape shape, int k) {
+  std::vector<int> out = fe_faces(shape)[static_cast<size_t>(k)];
+  const size_t corners = out.size();
+  for (size_t i = 0; i < corners; ++i)
+    if (const int middle = fe_middle(shape, out[i], out[(i + 1) % corners]); middle >= 0) out.push_back(middle);
+  return out;
 }
 
 void set_material(FeModel& model, const FeMaterial& material, const std::string& element_set) {
@@ -103,35 +160,99 @@ void set_material(FeModel& model, const FeMaterial& material, const std::string&
   for (int e : set->second) model.elements[e].material = index;
 }
 
+namespace {
+
+// The materials of a name, or all.
+template <class Give>
+void complete(FeModel& model, const std::string& name, const char* option, const Give& give) {
+  bool found = false;
+  std::string names;
+  for (FeMaterial& m : model.materials) {
+    names += (names.empty() ? "" : ", ") + m.name;
+    if (!name.empty() && m.name != name) continue;
+    found = true;
+    give(m);
+  }
+  if (!found && !(name.empty() && model.materials.empty()))
+    throw InputError(fmt::format("{}: {} for material '{}', which is not there; there are: {}", model.file, option, name,
+                                 names.empty() ? "none" : names));
+}
+
+}  // namespace
+
+void complete_density(FeModel& model, const std::string& name, double density) {
+  complete(model, name, "--density", [&](FeMaterial& m) {
+    if (!(m.density > 0.0)) m.density = density;
+  });
+}
+
+void complete_elasticity(FeModel& model, const std::string& name, double youngs_modulus, double poisson) {
+  complete(model, name, "--elastic", [&](FeMaterial& m) {
+    if (m.elasticity || m.youngs_modulus > 0.0) return;
+    m.youngs_modulus = youngs_modulus;
+    m.poisson = poisson;
+  });
+}
+
 std::string place_of(const FeModel& model, const FeElement& element) {
   return element.line > 0 ? fmt::format("{}:{}", model.file, element.line) : model.file;
 }
+
+namespace {
+
+// Elements that lack the same thing are one complaint: the first, and how many more.
+struct Lacking {
+  std::string first;
+  int count = 0;
+  void add(const std::string& text) {
+    if (count++ == 0) first = text;
+  }
+  std::string text() const { return count > 1 ? fmt::format("{} (and {} more elements)", first, count - 1) : first; }
+};
+
+void check_material(const FeModel& model, const FeMaterial& m, std::vector<std::string>& faults) {
+  const auto fault = [&](const std::string& text) { faults.push_back(fmt::format("{}: material '{}': {}", model.file, m.name, text)); };
+  if (m.elasticity) {
+    const Eigen::LLT<Mat6> factor(*m.elasticity);
+    if (!m.elasticity->allFinite() || factor.info() != Eigen::Success)
+      fault("its elastic constants are no stable material: the matrix must be positive definite");
+  } else {
+    if (!(m.youngs_modulus > 0.0))
+      fault(fmt::format("Young's modulus must be > 0, found {}; give *ELASTIC in the model, or --elastic {}=YOUNGS_MODULUS,POISSON in SI",
+                        m.youngs_modulus, m.name));
+    if (!(m.poisson > -1.0 && m.poisson < 0.5)) fault(fmt::format("Poisson's ratio must be in (-1, 0.5), found {}", m.poisson));
+  }
+  if (!(m.density > 0.0))
+    fault(fmt::format("density must be > 0, found {}; give *DENSITY in the model, or --density {}=DENSITY in kg/m^3", m.density, m.name));
+}
+
+}  // namespace
 
 void check_model(const FeModel& model) {
   if (model.matrices) return;
   if (model.elements.empty()) throw InputError(fmt::format("{}: no elements that can be used", model.file));
   std::vector<bool> used(model.materials.size(), false);
+  Lacking material, thickness;
   for (const FeElement& e : model.elements) {
-    if (e.shape == FeShape::point_mass) continue;
-    if (e.material < 0)
-      throw InputError(
-          fmt::format("{}: element {} has no material: give a section in the model, or --material YOUNGS_MODULUS,POISSON,DENSITY",
-                      place_of(model, e), e.id));
-    used[e.material] = true;
+    if (e.shape == FeShape::point_mass || e.shape == FeShape::lumped) continue;
+    const bool layered = fe_is_shell(e.shape) && e.section >= 0 && !model.layups[e.section].layers.empty();
+    if (layered) {
+      for (const FeLayer& l : model.layups[e.section].layers) used[l.material] = true;
+      continue;
+    }
+    if (e.material >= 0) used[e.material] = true;
+    else
+      material.add(fmt::format("{}: element {} has no material: give a section in the model, or --material YOUNGS_MODULUS,POISSON,DENSITY",
+                               place_of(model, e), e.id));
     if (fe_is_shell(e.shape) && !(e.thickness > 0.0))
-      throw InputError(
-          fmt::format("{}: shell element {} has no thickness: give a *SHELL SECTION, or --thickness", place_of(model, e), e.id));
+      thickness.add(fmt::format("{}: shell element {} has no thickness: give a *SHELL SECTION, or --thickness", place_of(model, e), e.id));
   }
-  for (size_t i = 0; i < used.size(); ++i) {
-    const FeMaterial& m = model.materials[i];
-    if (!used[i]) continue;
-    if (!(m.youngs_modulus > 0.0))
-      throw InputError(fmt::format("{}: material '{}': Young's modulus must be > 0, found {}", model.file, m.name, m.youngs_modulus));
-    if (!(m.poisson > -1.0 && m.poisson < 0.5))
-      throw InputError(fmt::format("{}: material '{}': Poisson's ratio must be in (-1, 0.5), found {}", model.file, m.name, m.poisson));
-    if (!(m.density > 0.0))
-      throw InputError(fmt::format("{}: material '{}': density must be > 0, found {}", model.file, m.name, m.density));
-  }
+  std::vector<std::string> faults;
+  for (const Lacking* l : {&material, &thickness})
+    if (l->count > 0) faults.push_back(l->text());
+  for (size_t i = 0; i < used.size(); ++i)
+    if (used[i]) check_material(model, model.materials[i], faults);
+  if (!faults.empty()) throw InputError(fmt::format("{}", fmt::join(faults, "\n")));
 }
 
 std::vector<std::vector<int>> outer_faces(const FeModel& model) {

@@ -15,17 +15,64 @@
 
 namespace flexframe::sim {
 
-enum class FeShape { tetrahedron4, tetrahedron10, hexahedron8, hexahedron20, wedge6, wedge15, triangle3, quadrangle4, point_mass };
+// lumped: stiffness and mass are given as they are (springs, masses with inertia, beams).
+enum class FeShape {
+  tetrahedron4,
+  tetrahedron10,
+  hexahedron8,
+  hexahedron20,
+  wedge6,
+  wedge15,
+  triangle3,
+  quadrangle4,
+  point_mass,
+  triangle6,
+  quadrangle8,
+  beam2,
+  lumped
+};
 
 // How the stiffness of an element is integrated.
 enum class FeFormulation { full, reduced, incompatible };
 
-// Isotropic linear elasticity.
+// Linear elasticity, isotropic or with a matrix in the material's own axes.
 struct FeMaterial {
   std::string name;
-  double youngs_modulus = 0.0;  // Pa
+  double youngs_modulus = 0.0;  // Pa; of an anisotropic one the stiffness along its first axis
   double poisson = 0.0;         // -
   double density = 0.0;         // kg/m^3
+  std::optional<Mat6> elasticity =
+      std::nullopt;  // Pa, in the material's axes: stress from strain, xx yy zz xy yz xz, engineering shear strains
+};
+
+// A layer of a composite shell; layers lie on each other along the shell's normal, the first at the bottom.
+struct FeLayer {
+  double thickness = 0.0;  // m
+  int material = -1;       // index
+  int axes = -1;           // index of FeModel::axes, -1: the element's
+  double angle = 0.0;      // rad about the shell's normal, from those axes
+};
+
+// What a shell is made of where it is more than a thickness of one material about its nodes.
+struct FeLayup {
+  std::vector<FeLayer> layers;  // empty: the element's own material and thickness
+  double offset = 0.0;          // of the nodes from the middle, along the normal, in thicknesses
+};
+
+// Section of a beam about its centroid, in the directions n1 (given) and n2 = t x n1 (t: from its first node to its second).
+struct FeBeamSection {
+  double area = 0.0, I11 = 0.0, I22 = 0.0, I12 = 0.0;  // m^2; m^4: I11 = int x2^2 dA, I22 = int x1^2 dA, I12 = int x1 x2 dA
+  double torsion = 0.0;                                // m^4, Saint-Venant's constant
+  double shear1 = 0.0, shear2 = 0.0;                   // m^2, areas that carry shear; 0: rigid in shear
+  double mass_per_length = 0.0;                        // kg/m besides the material's
+  Vec3 n1 = Vec3(0, 0, -1);
+  bool truss = false;  // stretching only: its nodes pass on no moments
+};
+
+// Stiffness and mass of a lumped element, six motions a node (ux uy uz rx ry rz) or three.
+struct FeLump {
+  MatX K, M;
+  bool turns = false;  // six motions a node
 };
 
 struct FeElement {
@@ -34,24 +81,38 @@ struct FeElement {
   FeFormulation formulation = FeFormulation::full;
   int material = -1;         // index, -1: none given
   double thickness = 0.0;    // shells, m; point mass: kg
+  int section = -1;          // index of layups (shells; -1: none), beam_sections (beams) or lumps
+  int axes = -1;             // index of FeModel::axes: the material's, -1: the space's (shells: x projected on the surface)
   int first = 0, count = 0;  // nodes: connectivity[first .. first + count)
   int line = 0;              // of the file, 0: unknown (binary, included)
 };
 
 // A reference point tied to a set of nodes.
 //   rigid: the nodes move as a rigid body with the reference point.
-//   averaging: the reference point moves as the least-squares rigid fit of the nodes (weights 1); the nodes stay free of each other.
+//   averaging: the reference point moves as the weighted least-squares rigid fit of the nodes; the nodes stay free of each other.
 struct FeSpider {
   std::string name;
   bool rigid = true;
-  int node = -1;            // index of the reference point, which may belong to no element
-  std::vector<int> slaves;  // indices
-  int line = 0;
+  int node = -1;                // index of the reference point, which may belong to no element
+  std::vector<int> slaves;      // indices
+  int line = 0;                 // of the file
+  std::vector<double> weights;  // of an averaging one, as slaves; empty: equal
 };
 
 struct FeConstraint {
   int node = -1;
-  int dof = 0;  // 0..5: ux uy uz rx ry rz
+  int dof = 0;                    // 0..5: ux uy uz rx ry rz
+  Vec3 direction = Vec3::Zero();  // not zero: the motion along it instead (translation for dof < 3, rotation otherwise)
+};
+
+// Sum of coefficient times motion is zero.
+struct FeEquation {
+  struct Term {
+    int node = -1, dof = 0;  // as FeConstraint
+    double coefficient = 0.0;
+  };
+  std::vector<Term> terms;  // the first is the dependent one where that is possible
+  int line = 0;
 };
 
 // A model given as matrices: row i belongs to degree of freedom `dof` of node `node`.
@@ -68,10 +129,16 @@ struct FeModel {
   std::vector<FeElement> elements;
   std::vector<FeMaterial> materials;
   std::map<std::string, std::vector<int>> node_sets, element_sets;  // indices, ascending; names in upper case
+  std::vector<FeLayup> layups;
+  std::vector<FeBeamSection> beam_sections;
+  std::vector<FeLump> lumps;
+  std::vector<Mat3> axes;  // columns: material axes in space
   std::vector<FeSpider> spiders;
-  std::vector<FeConstraint> constraints;  // *BOUNDARY with value zero
+  std::vector<FeEquation> equations;
+  std::vector<FeConstraint> constraints;  // supports: *BOUNDARY, SPC1
   std::optional<FeMatrices> matrices;     // instead of elements
   std::vector<std::string> notes;
+  std::vector<std::string> warnings;  // what makes the numbers other than its user may expect
 };
 
 // Factors from the file's units to SI.
@@ -80,6 +147,13 @@ struct FeUnits {
   double stress() const { return mass / (length * time * time); }
   double density() const { return mass / (length * length * length); }
 };
+
+// Systems of units by name: m (m kg s), mm (mm t s), mm-kg-s, mm-kg-ms, mm-g-ms, cm-g-s, in-lbf-s; nullopt for others.
+std::optional<FeUnits> units_named(const std::string& name);
+
+// A sentence for each material that is no solid in the units it was read in (density, stiffness or speed of sound out of range), with the
+// units that would make one of it.
+std::vector<std::string> unit_warnings(const FeModel& model, const FeUnits& read_as);
 
 // "FILE:LINE" of an element, for messages; "FILE" where the line is unknown.
 std::string place_of(const FeModel& model, const FeElement& element);
@@ -91,11 +165,20 @@ const char* fe_name(FeShape shape);
 
 // Corner faces of a solid or shell, outward, as places in the element's node list: 3 or 4 corners each.
 const std::vector<std::vector<int>>& fe_faces(FeShape shape);
+// Place of the node in the middle of the edge between corners a and b; -1: the element has none there.
+int fe_middle(FeShape shape, int a, int b);
+// All nodes of face k: its corners, then the middles of its edges.
+std::vector<int> fe_face_nodes(FeShape shape, int k);
 
-// Abaqus / CalculiX input file: *NODE *ELEMENT *NSET *ELSET *SURFACE *MATERIAL *ELASTIC *DENSITY *SOLID SECTION *SHELL SECTION *MASS
-// *BOUNDARY *RIGID BODY *COUPLING *KINEMATIC *DISTRIBUTING *INCLUDE; steps are passed over. Words that would change the structure and are
-// not known are refused with file and line.
+// Abaqus / CalculiX input file: nodes, elements, sets, surfaces, materials, sections, supports (of the first step too), parts and
+// instances, equations, couplings, ties, springs and masses: the words are listed in REDUCE.md; other contents of steps are passed over.
+// Everything that would change the structure and cannot be read is refused, all of it in one InputError with file and line.
 FeModel read_inp(const std::filesystem::path& path, const FeUnits& units = {});
+
+// Nastran bulk data (.bdf .nas .dat), small, large and free fields: GRID CORD1x CORD2x CTETRA CHEXA CPENTA CQUAD4 CQUAD8 CTRIA3 CTRIA6 CBAR
+// CBEAM CROD CELAS1 CELAS2 CONM1 CONM2 RBE2 RBE3 RBAR MPC SPC SPC1 PSHELL PCOMP PSOLID PBAR PBARL PBEAM PROD PELAS MAT1 MAT8 MAT9 INCLUDE;
+// PARAM WTMASS and GRDPNT. Everything that would change the structure and cannot be read is refused, all of it in one InputError.
+FeModel read_nastran(const std::filesystem::path& path, const FeUnits& units = {});
 
 // gmsh mesh, formats 2.2 and 4.1, ASCII and binary. Physical groups become node and element sets (elements of the highest dimension only);
 // no materials.
@@ -109,6 +192,11 @@ FeModel read_fe_matrices(const std::filesystem::path& stiffness, const std::file
 
 // Gives elements without material one: to all, or to those of an element set. Throws InputError for an unknown set, naming those there are.
 void set_material(FeModel& model, const FeMaterial& material, const std::string& element_set = "");
+
+// Gives materials that lack it a density or an elasticity (name empty: all that lack it). Throws InputError for an unknown name or where
+// none lacks it.
+void complete_density(FeModel& model, const std::string& name, double density);
+void complete_elasticity(FeModel& model, const std::string& name, double youngs_modulus, double poisson);
 
 // Checks what any maker may get wrong: elements without material or thickness, non-positive constants, inside-out elements are left to
 // assembly.

@@ -1,4 +1,5 @@
 // Flat shell elements. See fe_elements.h. A warped quadrangle is projected on its mean plane.
+#include "sim/base/spatial.h"
 #include "sim/reduce/fe_elements.h"
 
 #include <fmt/format.h>
@@ -15,13 +16,6 @@ using Vec2 = Eigen::Vector2d;
 // Fraction of the shear modulus that ties the rotation about the normal to the membrane's rotation: large enough against rounding of the
 // stiffness, small enough to leave the membrane as it is.
 constexpr double drilling = 1e-3;
-
-Mat3 plane_stress(const FeMaterial& m) {
-  const double c = m.youngs_modulus / (1 - m.poisson * m.poisson);
-  Mat3 C = Mat3::Zero();
-  C << c, c * m.poisson, 0, c * m.poisson, c, 0, 0, 0, 0.5 * c * (1 - m.poisson);
-  return C;
-}
 
 void quadrangle_functions(const Vec2& q, Eigen::Vector4d& N, Eigen::Matrix<double, 4, 2>& dN) {
   static constexpr double sx[4] = {-1, 1, 1, -1}, sy[4] = {-1, -1, 1, 1};
@@ -88,9 +82,7 @@ const std::array<Vec2, 4>& quadrangle_rule() {
   return points;
 }
 
-void quadrangle(const Eigen::Matrix<double, 4, 2>& x, double t, const FeMaterial& material, int id, MatX& K) {
-  const Mat3 C = plane_stress(material);
-  const double G = material.youngs_modulus / (2 * (1 + material.poisson));
+void quadrangle(const Eigen::Matrix<double, 4, 2>& x, const FeShellLaw& law, int id, MatX& K) {
   Eigen::Vector4d N;
   Eigen::Matrix<double, 4, 2> dN;
   // Covariant shear strain along direction k at the middles of the edges, gamma_k = w,k + beta . x,k with beta = (ry, -rx).
@@ -115,28 +107,30 @@ void quadrangle(const Eigen::Matrix<double, 4, 2>& x, double t, const FeMaterial
     Bs.row(0) = 0.5 * ((1 - q.y()) * a + (1 + q.y()) * c);
     Bs.row(1) = 0.5 * ((1 - q.x()) * d + (1 + q.x()) * b);
     const MatX shear = p.inverse.transpose() * Bs;
-    K += p.area * t * p.Bm.transpose() * C * p.Bm + p.area * t * t * t / 12.0 * p.Bb.transpose() * C * p.Bb +
-         p.area * t * 5.0 / 6.0 * G * shear.transpose() * shear;
-    coupling += p.area * t * p.Bi.transpose() * C * p.Bm;
-    inner += p.area * t * p.Bi.transpose() * C * p.Bi;
-    add_drilling(p.D, p.N, drilling * G * t * p.area, K);
+    K += p.area * (p.Bm.transpose() * law.A * p.Bm + p.Bb.transpose() * law.D * p.Bb + shear.transpose() * law.S * shear);
+    const MatX mixed = p.area * p.Bm.transpose() * law.B * p.Bb;
+    K += mixed + mixed.transpose();
+    coupling += p.area * p.Bi.transpose() * (law.A * p.Bm + law.B * p.Bb);
+    inner += p.area * p.Bi.transpose() * law.A * p.Bi;
+    add_drilling(p.D, p.N, drilling * law.twist * p.area, K);
   }
   K -= coupling.transpose() * inner.ldlt().solve(coupling);
 }
 
-// Stress xx yy xy at the corners, `height` above the middle surface, 3 x 4. u: 24 local motions.
-MatX quadrangle_stress(const Eigen::Matrix<double, 4, 2>& x, double height, const FeMaterial& material, const VecX& u, int id) {
-  const Mat3 C = plane_stress(material);
+// Stress xx yy xy at the corners on the upper face, 3 x 4. u: 24 local motions.
+MatX quadrangle_stress(const Eigen::Matrix<double, 4, 2>& x, const FeShellLaw& law, const VecX& u, int id) {
+  const FePly& top = law.plies.back();
   MatX coupling = MatX::Zero(4, 24), at_points(3, 4);
   Eigen::Matrix4d inner = Eigen::Matrix4d::Zero();
   std::vector<QuadranglePoint> points;
   for (const Vec2& q : quadrangle_rule()) {
     const QuadranglePoint& p = points.emplace_back(quadrangle_point(x, q, id));
-    coupling += p.area * p.Bi.transpose() * C * p.Bm;
-    inner += p.area * p.Bi.transpose() * C * p.Bi;
+    coupling += p.area * p.Bi.transpose() * (law.A * p.Bm + law.B * p.Bb);
+    inner += p.area * p.Bi.transpose() * law.A * p.Bi;
   }
   const Eigen::Vector4d amplitude = -inner.ldlt().solve(coupling * u);
-  for (Eigen::Index k = 0; k < 4; ++k) at_points.col(k) = C * (points[k].Bm * u + points[k].Bi * amplitude + height * points[k].Bb * u);
+  for (Eigen::Index k = 0; k < 4; ++k)
+    at_points.col(k) = top.membrane * (points[k].Bm * u + points[k].Bi * amplitude + top.upper * points[k].Bb * u);
   // The Gauss points are the corners of a smaller parent element.
   MatX out(3, 4);
   for (Eigen::Index i = 0; i < 4; ++i) {
@@ -176,9 +170,7 @@ MatX kirchhoff_curvature(const Eigen::Matrix<double, 3, 2>& p, double twice_area
   return B / twice_area;
 }
 
-void triangle(const Eigen::Matrix<double, 3, 2>& p, double t, const FeMaterial& material, MatX& K) {
-  const Mat3 C = plane_stress(material);
-  const double G = material.youngs_modulus / (2 * (1 + material.poisson));
+void triangle(const Eigen::Matrix<double, 3, 2>& p, const FeShellLaw& law, MatX& K) {
   Eigen::Matrix2d J;
   J << p(1, 0) - p(0, 0), p(2, 0) - p(0, 0), p(1, 1) - p(0, 1), p(2, 1) - p(0, 1);
   const double twice_area = J.determinant();
@@ -190,21 +182,22 @@ void triangle(const Eigen::Matrix<double, 3, 2>& p, double t, const FeMaterial& 
     Bm(0, 6 * i) = Bm(2, 6 * i + 1) = D(i, 0);
     Bm(1, 6 * i + 1) = Bm(2, 6 * i) = D(i, 1);
   }
-  K += 0.5 * twice_area * t * Bm.transpose() * C * Bm;
+  K += 0.5 * twice_area * Bm.transpose() * law.A * Bm;
   // Quadratic integrand: the middles of the edges are exact.
   for (const Vec2& q : {Vec2(0.5, 0), Vec2(0.5, 0.5), Vec2(0, 0.5)}) {
     const MatX B9 = kirchhoff_curvature(p, twice_area, q.x(), q.y());
     MatX B = MatX::Zero(3, 18);
     for (Eigen::Index i = 0; i < 3; ++i)
       for (Eigen::Index k = 0; k < 3; ++k) B.col(6 * i + 2 + k) = B9.col(3 * i + k);
-    K += twice_area / 6.0 * t * t * t / 12.0 * B.transpose() * C * B;
+    const MatX mixed = twice_area / 6.0 * Bm.transpose() * law.B * B;
+    K += twice_area / 6.0 * B.transpose() * law.D * B + mixed + mixed.transpose();
     VecX N(3);
     N << 1 - q.x() - q.y(), q.x(), q.y();
-    add_drilling(D, N, drilling * G * t * twice_area / 6.0, K);
+    add_drilling(D, N, drilling * law.twist * twice_area / 6.0, K);
   }
 }
 
-MatX triangle_stress(const Eigen::Matrix<double, 3, 2>& p, double height, const FeMaterial& material, const VecX& u) {
+MatX triangle_stress(const Eigen::Matrix<double, 3, 2>& p, const FeShellLaw& law, const VecX& u) {
   Eigen::Matrix2d J;
   J << p(1, 0) - p(0, 0), p(2, 0) - p(0, 0), p(1, 1) - p(0, 1), p(2, 1) - p(0, 1);
   MatX parent(3, 2);
@@ -219,15 +212,22 @@ MatX triangle_stress(const Eigen::Matrix<double, 3, 2>& p, double height, const 
   MatX out(3, 3);
   const Vec2 corner[3] = {{0, 0}, {1, 0}, {0, 1}};
   for (Eigen::Index i = 0; i < 3; ++i)
-    out.col(i) =
-        plane_stress(material) * (membrane + height * (kirchhoff_curvature(p, J.determinant(), corner[i].x(), corner[i].y()) * bending));
+    out.col(i) = law.plies.back().membrane *
+                 (membrane + law.plies.back().upper * (kirchhoff_curvature(p, J.determinant(), corner[i].x(), corner[i].y()) * bending));
   return out;
 }
 
-// Columns: local axes, the third along the normal; and the area.
+// Corners in the plane of the local axes, about their middle.
+MatX shell_corners(const Mat3X& X, const Mat3& Q) {
+  const Vec3 middle = X.rowwise().mean();
+  return (Q.leftCols(2).transpose() * (X.colwise() - middle)).transpose();
+}
+
+}  // namespace
+
 Mat3 shell_axes(FeShape shape, const Mat3X& X, int id, double& area) {
-  const Vec3 normal =
-      X.cols() == 3 ? Vec3((X.col(1) - X.col(0)).cross(X.col(2) - X.col(0))) : Vec3((X.col(2) - X.col(0)).cross(X.col(3) - X.col(1)));
+  const Vec3 normal = fe_faces(shape)[0].size() == 3 ? Vec3((X.col(1) - X.col(0)).cross(X.col(2) - X.col(0)))
+                                                     : Vec3((X.col(2) - X.col(0)).cross(X.col(3) - X.col(1)));
   area = 0.5 * normal.norm();
   if (!(area > 0.0)) throw InputError(fmt::format("element {} ({}) has no area", id, fe_name(shape)));
   Mat3 Q;
@@ -239,43 +239,39 @@ Mat3 shell_axes(FeShape shape, const Mat3X& X, int id, double& area) {
   return Q;
 }
 
-// Corners in the plane of the local axes, about their middle.
-MatX shell_corners(const Mat3X& X, const Mat3& Q) {
-  const Vec3 middle = X.rowwise().mean();
-  return (Q.leftCols(2).transpose() * (X.colwise() - middle)).transpose();
-}
-
-}  // namespace
-
-void shell_matrices(FeShape shape, const Mat3X& X, double thickness, const FeMaterial& material, int id, MatX& K, MatX& M) {
+void shell_matrices(FeShape shape, const Mat3X& X, const FeShellLaw& law, int id, MatX& K, MatX& M) {
   const Eigen::Index n = X.cols();
   double area = 0.0;
   const Mat3 Q = shell_axes(shape, X, id, area);
   const MatX local = shell_corners(X, Q);
   MatX Kl = MatX::Zero(6 * n, 6 * n);
-  if (n == 3) triangle(local, thickness, material, Kl);
-  else quadrangle(local, thickness, material, id, Kl);
+  if (n == 3) triangle(local, law, Kl);
+  else quadrangle(local, law, id, Kl);
   MatX turn = MatX::Zero(6 * n, 6 * n);
   for (Eigen::Index i = 0; i < 2 * n; ++i) turn.block<3, 3>(3 * i, 3 * i) = Q.transpose();
   K = turn.transpose() * Kl * turn;
   K = (0.5 * (K + K.transpose())).eval();
   M = MatX::Zero(6 * n, 6 * n);
-  const double share = material.density * thickness * area / static_cast<double>(n);
+  const double share = area / static_cast<double>(n);
+  // The mass beside the nodes' surface moves by rotation x m1 n.
+  const Mat3 lever = -law.m1 * share * skew(Q.col(2));
   for (Eigen::Index i = 0; i < n; ++i) {
-    M.diagonal().segment<3>(6 * i).setConstant(share);
-    M.diagonal().segment<3>(6 * i + 3).setConstant(share * thickness * thickness / 12.0);
+    M.diagonal().segment<3>(6 * i).setConstant(share * law.m0);
+    M.diagonal().segment<3>(6 * i + 3).setConstant(share * law.m2);
+    if (!law.coupled()) continue;
+    M.block<3, 3>(6 * i, 6 * i + 3) = lever;
+    M.block<3, 3>(6 * i + 3, 6 * i) = lever.transpose();
   }
 }
 
-MatX shell_nodal_stress(FeShape shape, const Mat3X& X, double thickness, const FeMaterial& material, const MatX& u, int id) {
+MatX shell_nodal_stress(FeShape shape, const Mat3X& X, const FeShellLaw& law, const MatX& u, int id) {
   const Eigen::Index n = X.cols();
   double area = 0.0;
   const Mat3 Q = shell_axes(shape, X, id, area);
   const MatX local = shell_corners(X, Q);
   VecX motions(6 * n);
   for (Eigen::Index i = 0; i < n; ++i) motions.segment<6>(6 * i) << Q.transpose() * u.col(i).head<3>(), Q.transpose() * u.col(i).tail<3>();
-  const MatX plane = n == 3 ? triangle_stress(local, 0.5 * thickness, material, motions)
-                            : quadrangle_stress(local, 0.5 * thickness, material, motions, id);
+  const MatX plane = n == 3 ? triangle_stress(local, law, motions) : quadrangle_stress(local, law, motions, id);
   MatX out(6, n);
   for (Eigen::Index i = 0; i < n; ++i) {
     Mat3 S = Mat3::Zero();

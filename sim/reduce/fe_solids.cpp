@@ -33,7 +33,7 @@ Rule line_rule(int n) {
   return {{Vec3(-a, 0, 0), Vec3(0, 0, 0), Vec3(a, 0, 0)}, {5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0}};
 }
 
-// Unit triangle, area 1/2: 3 points of degree 2, 7 points of degree 5 (Radon).
+// Unit triangle, area 1/2: 1 point, 3 points of degree 2, 7 points of degree 5 (Radon).
 Rule triangle_rule(int n) {
   Rule r;
   const auto orbit = [&](double a, double w) {
@@ -43,7 +43,10 @@ Rule triangle_rule(int n) {
       r.weights.push_back(w);
     }
   };
-  if (n == 3) {
+  if (n == 1) {
+    r.points.emplace_back(1.0 / 3.0, 1.0 / 3.0, 0.0);
+    r.weights.push_back(0.5);
+  } else if (n == 3) {
     orbit(1.0 / 6.0, 1.0 / 6.0);
   } else {
     const double s = std::sqrt(15.0);
@@ -112,8 +115,8 @@ Rule product(const Rule& plane, const Rule& line, bool three) {
 const Rule& rule(FeShape shape, FeFormulation formulation, FeRule what) {
   static const Rule tet1 = tetrahedron_rule(1), tet4 = tetrahedron_rule(4), tet15 = tetrahedron_rule(15);
   static const Rule hex8 = product({}, line_rule(2), true), hex27 = product({}, line_rule(3), true);
-  static const Rule wedge6 = product(triangle_rule(3), line_rule(2), false), wedge9 = product(triangle_rule(3), line_rule(3), false),
-                    wedge21 = product(triangle_rule(7), line_rule(3), false);
+  static const Rule wedge2 = product(triangle_rule(1), line_rule(2), false), wedge6 = product(triangle_rule(3), line_rule(2), false),
+                    wedge9 = product(triangle_rule(3), line_rule(3), false), wedge21 = product(triangle_rule(7), line_rule(3), false);
   const bool mass = what == FeRule::mass;
   switch (shape) {
     case FeShape::tetrahedron4:
@@ -123,9 +126,9 @@ const Rule& rule(FeShape shape, FeFormulation formulation, FeRule what) {
     case FeShape::hexahedron8:
       return hex8;
     case FeShape::hexahedron20:
-      return !mass && formulation == FeFormulation::reduced ? hex8 : hex27;
+      return formulation == FeFormulation::reduced ? hex8 : hex27;
     case FeShape::wedge6:
-      return wedge6;
+      return mass ? wedge6 : wedge2;
     default:
       return mass ? wedge21 : wedge9;
   }
@@ -139,7 +142,7 @@ struct Tabulated {
 };
 
 const Tabulated& tabulated(FeShape shape, FeFormulation formulation, FeRule what) {
-  constexpr int shapes = 9, formulations = 3;
+  constexpr int shapes = 6, formulations = 3;  // the solids are the first of FeShape
   static const std::vector<Tabulated> all = [] {
     std::vector<Tabulated> tables(size_t{2} * shapes * formulations);
     for (int s = 0; s < shapes; ++s) {
@@ -228,6 +231,18 @@ void condense_incompatible(const Mat3X& X, const FeMaterial& material, int id, M
     inner += volume * Bi.transpose() * C * Bi;
   }
   K -= coupling.transpose() * solve_symmetric(inner, coupling);
+}
+
+// Motions of a C3D20R (or a C3D6) that none of its eight (two) points sees have no stiffness; through a single layer of elements they run
+// on. A thousandth of the full element's stiffness in the place of its own holds them: it changes frequencies by some 1e-5.
+void hold_hourglass(FeShape shape, const Mat3X& X, const FeMaterial& material, int id, MatX& K) {
+  constexpr double share = 1e-3;
+  const Mat6 C = elasticity(material);
+  K *= 1.0 - share;
+  for (const FePoint& p : solid_points(shape, FeFormulation::full, FeRule::mass, X, id)) {
+    const MatX B = strain_matrix(p.dN);
+    K.noalias() += share * p.volume * B.transpose() * C * B;
+  }
 }
 
 }  // namespace
@@ -359,6 +374,7 @@ void shape_functions(FeShape shape, const Vec3& q, VecX& N, MatX& dN) {
 }
 
 Mat6 elasticity(const FeMaterial& m) {
+  if (m.elasticity) return *m.elasticity;
   const double mu = m.youngs_modulus / (2 * (1 + m.poisson)), lambda = 2 * mu * m.poisson / (1 - 2 * m.poisson);
   Mat6 C = Mat6::Zero();
   C.topLeftCorner<3, 3>().setConstant(lambda);
@@ -391,16 +407,23 @@ void solid_stiffness(FeShape shape, FeFormulation formulation, const Mat3X& X, c
     const double det = J.determinant();
     if (!(det > 0.0)) inside_out(id, shape);
     dN.noalias() = t.dN[i] * J.inverse();
-    add_stiffness(dN, det * t.weights[i], lambda, mu, K);
+    if (material.elasticity) {
+      const MatX B = strain_matrix(dN);
+      K.noalias() += (det * t.weights[i]) * B.transpose() * *material.elasticity * B;
+    } else {
+      add_stiffness(dN, det * t.weights[i], lambda, mu, K);
+    }
   }
+  if ((shape == FeShape::hexahedron20 && formulation == FeFormulation::reduced) || shape == FeShape::wedge6)
+    hold_hourglass(shape, X, material, id, K);
   // Mirror the lower block triangle.
   for (Eigen::Index c = 0; c < 3 * n; ++c)
     for (Eigen::Index r = 0; r < c; ++r) K(r, c) = K(c, r);
   if (shape == FeShape::hexahedron8 && formulation == FeFormulation::incompatible) condense_incompatible(X, material, id, K);
 }
 
-void solid_mass(FeShape shape, const Mat3X& X, const FeMaterial& material, int id, MatX& M) {
-  const Tabulated& t = tabulated(shape, FeFormulation::full, FeRule::mass);
+void solid_mass(FeShape shape, FeFormulation formulation, const Mat3X& X, const FeMaterial& material, int id, MatX& M) {
+  const Tabulated& t = tabulated(shape, formulation, FeRule::mass);
   M.setZero(X.cols(), X.cols());
   for (size_t i = 0; i < t.N.size(); ++i) {
     const double det = Mat3(X * t.dN[i]).determinant();
@@ -426,6 +449,11 @@ MatX solid_nodal_stress(FeShape shape, FeFormulation formulation, const Mat3X& X
         b << 1, q.x(), q.y(), q.z(), q.x() * q.y(), q.y() * q.z(), q.x() * q.z(), q.prod();
         break;
       case Family::wedge:
+        if (points.size() == 2) {
+          b.resize(2);
+          b << 1, q.z();
+          break;
+        }
         b.resize(6);
         b << 1, q.x(), q.y(), q.z(), q.x() * q.z(), q.y() * q.z();
         break;

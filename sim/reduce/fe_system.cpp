@@ -3,13 +3,17 @@
 
 #include "sim/base/spatial.h"
 #include "sim/base/wide.h"
+#include "sim/reduce/fe_attachment.h"
 #include "sim/reduce/fe_elements.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
+#include <optional>
 #include <set>
 
 namespace flexframe::sim {
@@ -124,6 +128,70 @@ FeSystem from_matrices(const FeModel& model) {
 
 }  // namespace
 
+namespace {
+
+// Whether an element's nodes have rotations.
+bool turns(const FeModel& model, const FeElement& e) {
+  if (e.shape == FeShape::beam2) return !model.beam_sections[e.section].truss;
+  if (e.shape == FeShape::lumped) return model.lumps[e.section].turns;
+  return fe_is_shell(e.shape);
+}
+
+// Matrices of elements whose mass couples directions.
+struct Blocks {
+  std::vector<Eigen::Triplet<double>> K, M, lumped;
+};
+
+// Solids: M is nodes x nodes, the factor of the identity; shells, beams and lumps: all motions.
+void element_matrices(const FeModel& model, const FeElement& e, const Mat3X& X, MatX& K, MatX& M) {
+  if (e.shape == FeShape::point_mass) {
+    K.setZero(3, 3);
+    M.setConstant(1, 1, e.thickness);
+  } else if (e.shape == FeShape::lumped) {
+    K = model.lumps[e.section].K;
+    M = model.lumps[e.section].M;
+  } else if (e.shape == FeShape::beam2) {
+    beam_matrices(model.beam_sections[e.section], model.materials[e.material], X, e.id, K, M);
+  } else if (e.shape == FeShape::triangle6 || e.shape == FeShape::quadrangle8) {
+    curved_shell_matrices(
+        e.shape, X, [&](const Mat3& Q) { return shell_law(model, e, Q); }, e.id, K, M);
+  } else if (fe_is_shell(e.shape)) {
+    double area = 0.0;
+    shell_matrices(e.shape, X, shell_law(model, e, shell_axes(e.shape, X, e.id, area)), e.id, K, M);
+  } else {
+    const FeMaterial& given = model.materials[e.material];
+    if (given.elasticity && e.axes >= 0) solid_stiffness(e.shape, e.formulation, X, material_in_space(model, e), e.id, K);
+    else solid_stiffness(e.shape, e.formulation, X, given, e.id, K);
+    solid_mass(e.shape, e.formulation, X, given, e.id, M);
+  }
+}
+
+void add_blocks(const FeModel& model, const FeSystem& s, const FeElement& e, const MatX& Ke, const MatX& Me, Blocks& out) {
+  const int per_node = static_cast<int>(Ke.rows()) / e.count;
+  for (int i = 0; i < e.count; ++i)
+    for (int j = 0; j < e.count; ++j)
+      for (int a = 0; a < per_node; ++a)
+        for (int b = 0; b < per_node; ++b) {
+          const int row = s.dof[model.connectivity[e.first + i]][a], column = s.dof[model.connectivity[e.first + j]][b];
+          // A truss has zeros where its nodes have no rotations.
+          if (row < 0 || column < 0 || row < column) continue;
+          if (const double k = Ke(per_node * i + a, per_node * j + b); k != 0.0) {
+            out.K.emplace_back(row, column, k);
+            if (e.shape == FeShape::lumped) out.lumped.emplace_back(row, column, k);
+          }
+          if (const double m = Me(per_node * i + a, per_node * j + b); m != 0.0) out.M.emplace_back(row, column, m);
+        }
+}
+
+void add_to(SparseMatrix& matrix, const std::vector<Eigen::Triplet<double>>& triplets) {
+  if (triplets.empty()) return;
+  SparseMatrix more(matrix.rows(), matrix.cols());
+  more.setFromTriplets(triplets.begin(), triplets.end());
+  matrix = SparseMatrix(matrix + more);
+}
+
+}  // namespace
+
 FeSystem assemble(const FeModel& model) {
   if (model.matrices) return from_matrices(model);
   FeSystem s;
@@ -132,10 +200,13 @@ FeSystem assemble(const FeModel& model) {
   for (const FeElement& e : model.elements)
     for (int i = 0; i < e.count; ++i) {
       int& m = motions[model.connectivity[e.first + i]];
-      m = std::max(m, fe_is_shell(e.shape) ? 6 : 3);
+      m = std::max(m, turns(model, e) ? 6 : 3);
     }
   for (const FeSpider& spider : model.spiders)
-    if (spider.rigid) motions[spider.node] = 6;
+    if (spider.rigid || motions[spider.node] > 0) motions[spider.node] = 6;
+  // A node that only equations name has the motions that they name.
+  for (const FeEquation& equation : model.equations)
+    for (const FeEquation::Term& t : equation.terms) motions[t.node] = std::max(motions[t.node], t.dof < 3 ? 3 : 6);
   s.dof.assign(nodes, {-1, -1, -1, -1, -1, -1});
   for (size_t i = 0; i < nodes; ++i)
     for (int d = 0; d < motions[i]; ++d) s.dof[i][d] = s.size++;
@@ -145,26 +216,25 @@ FeSystem assemble(const FeModel& model) {
 
   MatX Ke, Me;
   Mat3X X;
+  Blocks blocks;
   for (const FeElement& e : model.elements) {
     X.resize(3, e.count);
     for (int i = 0; i < e.count; ++i) X.col(i) = model.nodes[model.connectivity[e.first + i]];
     const bool shell = fe_is_shell(e.shape);
-    const int per_node = shell ? 6 : 3;
-    if (e.shape == FeShape::point_mass) {
-      Ke.setZero(3, 3);
-      Me.setConstant(1, 1, e.thickness);
-    } else {
-      try {
-        if (shell) {
-          shell_matrices(e.shape, X, e.thickness, model.materials[e.material], e.id, Ke, Me);
-        } else {
-          solid_stiffness(e.shape, e.formulation, X, model.materials[e.material], e.id, Ke);
-          solid_mass(e.shape, X, model.materials[e.material], e.id, Me);
-        }
-      } catch (const InputError& error) {
-        throw InputError(fmt::format("{}: {}", place_of(model, e), error.what()));
-      }
+    const int per_node = turns(model, e) ? 6 : 3;
+    try {
+      element_matrices(model, e, X, Ke, Me);
+    } catch (const InputError& error) {
+      throw InputError(fmt::format("{}: {}", place_of(model, e), error.what()));
     }
+    // Flat shells have a diagonal mass unless their nodes lie beside the middle, all others one that couples like directions only.
+    const bool curved = e.shape == FeShape::triangle6 || e.shape == FeShape::quadrangle8;
+    const bool beside = shell && e.section >= 0;
+    if (e.shape == FeShape::beam2 || e.shape == FeShape::lumped) {
+      add_blocks(model, s, e, Ke, Me, blocks);
+      continue;
+    }
+    if (curved || beside) add_blocks(model, s, e, MatX::Zero(6 * e.count, 6 * e.count), Me, blocks);
     for (int i = 0; i < e.count; ++i)
       for (int j = 0; j < e.count; ++j) {
         const int a = model.connectivity[e.first + j], b = model.connectivity[e.first + i];  // column, row
@@ -180,6 +250,7 @@ FeSystem assemble(const FeModel& model) {
             double* rows = column + K.start[k] - d;
             for (int r = 0; r < per_node; ++r) rows[r] += Ke(per_node * i + r, per_node * j + d);
           }
+          if (curved || beside) continue;
           if (shell) {
             if (a == b && i == j) M.matrix.valuePtr()[M.matrix.outerIndexPtr()[s.dof[a][d]]] += Me(6 * i + d, 6 * i + d);
           } else {
@@ -192,65 +263,182 @@ FeSystem assemble(const FeModel& model) {
   // Eigen 3.4 has no moves for sparse matrices.
   s.K.swap(K.matrix);
   s.M.swap(M.matrix);
+  add_to(s.K, blocks.K);
+  add_to(s.M, blocks.M);
+  if (!blocks.lumped.empty()) {
+    s.lumped_K.resize(s.size, s.size);
+    s.lumped_K.setFromTriplets(blocks.lumped.begin(), blocks.lumped.end());
+  }
   return s;
 }
+
+namespace {
+
+using Terms = std::vector<std::pair<int, double>>;  // motion, coefficient
+
+// Motions that are given by others, one equation after the other.
+class Dependents {
+ public:
+  explicit Dependents(int size) : row(size) {}
+
+  bool known(int dof) const { return row[dof].has_value(); }
+  void give(int dof, Terms terms) { row[dof] = std::move(terms); }
+
+  // Sum of the terms is zero. The first motion is the one taken out, where it is still free and its coefficient no rounding; else the one
+  // of the largest coefficient.
+  void equation(const Terms& terms) {
+    double largest = 0.0;
+    for (const auto& [dof, c] : terms) largest = std::max(largest, std::abs(c));
+    const Terms free = in_free(terms);
+    int pivot = -1;
+    double best = 0.0;
+    for (size_t i = 0; i < free.size(); ++i)
+      if (std::abs(free[i].second) > best) {
+        best = std::abs(free[i].second);
+        pivot = static_cast<int>(i);
+      }
+    // What is left of an equation that follows from those before is rounding.
+    if (best <= 1e-9 * largest) return;
+    for (size_t i = 0; i < free.size(); ++i)
+      if (free[i].first == terms[0].first && std::abs(free[i].second) > 1e-3 * best) pivot = static_cast<int>(i);
+    Terms out;
+    for (size_t i = 0; i < free.size(); ++i)
+      if (static_cast<int>(i) != pivot && std::abs(free[i].second) > 1e-14 * best)
+        out.emplace_back(free[i].first, -free[i].second / free[static_cast<size_t>(pivot)].second);
+    give(free[static_cast<size_t>(pivot)].first, std::move(out));
+  }
+
+  // The terms in motions that are not given by others. A motion given later than the one that names it is looked up in turn; what is found
+  // is kept, so that each row is worked out once.
+  Terms in_free(const Terms& terms) {
+    std::map<int, double> sum;
+    for (const auto& [dof, c] : terms) {
+      if (!known(dof)) {
+        sum[dof] += c;
+        continue;
+      }
+      for (const auto& [other, factor] : settled(dof)) sum[other] += c * factor;
+    }
+    Terms out;
+    for (const auto& [dof, c] : sum)
+      if (c != 0.0) out.emplace_back(dof, c);
+    return out;
+  }
+
+  const Terms& settled(int dof) {
+    Terms& own = *row[dof];
+    bool open = false;
+    for (const auto& [other, factor] : own) open = open || known(other);
+    if (open) {
+      const Terms as_given = std::move(own);
+      own = in_free(as_given);
+    }
+    return own;
+  }
+
+ private:
+  std::vector<std::optional<Terms>> row;
+};
+
+// The motion along a direction as terms; one that the node does not have is left out.
+Terms support_terms(const FeSystem& system, const FeConstraint& c) {
+  Terms out;
+  if (c.direction.isZero(0.0)) {
+    if (system.dof[c.node][c.dof] >= 0) out.emplace_back(system.dof[c.node][c.dof], 1.0);
+    return out;
+  }
+  for (int d = 0; d < 3; ++d)
+    if (const int row = system.dof[c.node][(c.dof < 3 ? 0 : 3) + d]; row >= 0 && c.direction(d) != 0.0)
+      out.emplace_back(row, c.direction(d));
+  return out;
+}
+
+Terms equation_terms(const FeModel& model, const FeSystem& system, const FeEquation& equation) {
+  Terms out;
+  for (const FeEquation::Term& t : equation.terms) {
+    if (t.coefficient == 0.0) continue;
+    const int row = system.dof[t.node][t.dof];
+    if (row < 0)
+      throw InputError(fmt::format("{}{}: an equation names motion {} of node {}, which has none", model.file,
+                                   equation.line > 0 ? fmt::format(":{}", equation.line) : "", t.dof + 1, model.node_ids[t.node]));
+    out.emplace_back(row, t.coefficient);
+  }
+  return out;
+}
+
+// Motion d of the arm's end by those of the reference point: u = u_m + theta x r.
+Terms arm_terms(const FeSystem& system, const FeArm& arm, int d) {
+  const std::array<int, 6>& from = system.dof[arm.reference];
+  if (d >= 3) return {{from[d], 1.0}};
+  const Mat3 turn = -skew(arm.arm);
+  Terms out = {{from[d], 1.0}};
+  for (int k = 0; k < 3; ++k)
+    if (turn(d, k) != 0.0) out.emplace_back(from[3 + k], turn(d, k));
+  return out;
+}
+
+}  // namespace
 
 FeReduced eliminate(const FeModel& model, const FeSystem& system, const std::vector<FeConstraint>& held) {
   FeReduced out;
   out.system = &system;
-  std::vector<int> master(model.nodes.size(), -1);
+  Dependents dependents(system.size);
+  std::vector<Terms> later;  // a node tied twice: the second tie is an equation like others
   bool tied = false;
   for (const FeSpider& spider : model.spiders) {
-    if (!spider.rigid) continue;
+    if (!spider.rigid) {
+      // Where the reference point has motions of its own (a mass, a spring hangs on it) they are those of the fit.
+      if (!moves(system.dof[spider.node])) continue;
+      const FeAttachment fit = averaging_attachment(model, system, spider);
+      for (int d = 0; d < 6; ++d) {
+        if (system.dof[spider.node][d] < 0) continue;
+        Terms terms = {{system.dof[spider.node][d], -1.0}};
+        for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator it(fit.motion, d); it; ++it)
+          terms.emplace_back(static_cast<int>(it.col()), it.value());
+        later.push_back(std::move(terms));
+      }
+      continue;
+    }
     for (int slave : spider.slaves) {
-      if (system.dof[slave][0] < 0) continue;
-      if (master[slave] >= 0 && master[slave] != spider.node)
-        throw InputError(fmt::format("{}: node {} is tied rigidly to two reference points, {} and {}", model.file, model.node_ids[slave],
-                                     model.node_ids[master[slave]], model.node_ids[spider.node]));
-      master[slave] = spider.node;
+      if (system.dof[slave][0] < 0 || slave == spider.node) continue;
+      const FeArm arm{slave, spider.node, model.nodes[slave] - model.nodes[spider.node]};
       tied = true;
+      if (!dependents.known(system.dof[slave][0])) out.arms.push_back(arm);
+      for (int d = 0; d < 6; ++d) {
+        const int row = system.dof[slave][d];
+        if (row < 0) continue;
+        Terms terms = arm_terms(system, arm, d);
+        // A reference point that is itself tied to what it carries would go round in circles: as an equation it does not.
+        const bool own = dependents.known(system.dof[spider.node][0]);
+        if (!own && !dependents.known(row)) {
+          dependents.give(row, std::move(terms));
+        } else {
+          terms.insert(terms.begin(), {row, -1.0});
+          later.push_back(std::move(terms));
+        }
+      }
     }
   }
-  for (const FeSpider& spider : model.spiders)
-    if (spider.rigid && master[spider.node] >= 0)
-      throw InputError(fmt::format("{}: the reference point {} of '{}' is itself tied to another", model.file, model.node_ids[spider.node],
-                                   spider.name));
-  if (!tied && held.empty()) return out;
+  for (const FeEquation& equation : model.equations) later.push_back(equation_terms(model, system, equation));
+  if (!tied && held.empty() && later.empty()) return out;
   out.identity = false;
-  std::set<int> fixed;
-  for (const FeConstraint& c : held) {
-    if (master[c.node] >= 0)
-      throw InputError(fmt::format("{}: node {} is held and tied rigidly; hold its reference point", model.file, model.node_ids[c.node]));
-    if (system.dof[c.node][c.dof] >= 0) fixed.insert(system.dof[c.node][c.dof]);
-  }
+  for (const FeConstraint& c : held)
+    if (const Terms terms = support_terms(system, c); !terms.empty()) dependents.equation(terms);
+  for (const Terms& terms : later)
+    if (!terms.empty()) dependents.equation(terms);
   std::vector<int> column(system.size, -1);
-  std::vector<bool> slave_dof(system.size, false);
-  for (size_t i = 0; i < model.nodes.size(); ++i)
-    if (master[i] >= 0)
-      for (int d : system.dof[i])
-        if (d >= 0) slave_dof[d] = true;
   int count = 0;
   std::vector<Eigen::Triplet<double>> terms;
   for (int d = 0; d < system.size; ++d)
-    if (!slave_dof[d] && !fixed.contains(d)) {
+    if (!dependents.known(d)) {
       terms.emplace_back(d, count, 1.0);
       out.own.push_back(d);
       column[d] = count++;
     }
-  // u = u_m + theta x r.
-  for (size_t i = 0; i < model.nodes.size(); ++i) {
-    if (master[i] < 0) continue;
-    const std::array<int, 6>&dof = system.dof[i], &from = system.dof[master[i]];
-    const Mat3 turn = -skew(model.nodes[i] - model.nodes[master[i]]);
-    const auto put = [&](int row, int source, double factor) {
-      if (row >= 0 && source >= 0 && column[source] >= 0 && factor != 0.0) terms.emplace_back(row, column[source], factor);
-    };
-    for (int d = 0; d < 3; ++d) {
-      put(dof[d], from[d], 1.0);
-      for (int k = 0; k < 3; ++k) put(dof[d], from[3 + k], turn(d, k));
-      put(dof[3 + d], from[3 + d], 1.0);
-    }
-  }
+  for (int d = 0; d < system.size; ++d)
+    if (dependents.known(d))
+      for (const auto& [other, factor] : dependents.settled(d)) terms.emplace_back(d, column[other], factor);
+  if (count == 0) throw InputError(fmt::format("{}: supports and equations hold every motion of the model", model.file));
   out.T.resize(system.size, count);
   out.T.setFromTriplets(terms.begin(), terms.end());
   const auto project = [&](const SparseMatrix& lower) {
@@ -261,6 +449,49 @@ FeReduced eliminate(const FeModel& model, const FeSystem& system, const std::vec
   };
   out.small_K = project(system.K);
   out.small_M = project(system.M);
+  if (!out.arms.empty()) {
+    std::vector<Eigen::Triplet<double>> pick;
+    for (size_t i = 0; i < out.arms.size(); ++i)
+      for (int d = 0; d < 3; ++d) pick.emplace_back(system.dof[out.arms[i].node][d], static_cast<int>(3 * i) + d, 1.0);
+    SparseMatrix columns(system.size, 3 * static_cast<Eigen::Index>(out.arms.size()));
+    columns.setFromTriplets(pick.begin(), pick.end());
+    const SparseMatrix full = system.K.selfadjointView<Eigen::Lower>();
+    out.arm_K = full * columns;
+  }
+  return out;
+}
+
+MatX rigid_residuals(const FeModel& model, const FeSystem& system, const std::vector<FeConstraint>& held, double size) {
+  const MatX R = rigid_motions(model, system);
+  std::vector<Vec6> rows;
+  const auto add = [&](const Terms& terms) {
+    double largest = 0.0;
+    Vec6 r = Vec6::Zero();
+    for (const auto& [dof, c] : terms) {
+      r += c * R.row(dof).transpose();
+      largest = std::max(largest, std::abs(c));
+    }
+    if (!(largest > 0.0)) return;
+    r /= largest;
+    r.tail<3>() /= size;
+    rows.push_back(r);
+  };
+  for (const FeConstraint& c : held) add(support_terms(system, c));
+  for (const FeEquation& equation : model.equations) add(equation_terms(model, system, equation));
+  if (system.lumped_K.size() > 0) {
+    // What springs to the ground hold costs energy in rigid motion; against what their diagonals alone would cost, most is rounding.
+    MatX unit = R;
+    unit.rightCols(3) /= size;
+    const MatX energy = unit.transpose() * symmetric_product(system.lumped_K, unit);
+    const double alone = (system.lumped_K.diagonal().transpose() * unit.cwiseAbs2()).maxCoeff();
+    if (alone > 0.0) {
+      Eigen::SelfAdjointEigenSolver<MatX> eigen(0.5 / alone * (energy + energy.transpose()));
+      for (int k = 0; k < 6; ++k)
+        if (eigen.eigenvalues()(k) > 1e-9) rows.push_back(Vec6(eigen.eigenvectors().col(k)));
+    }
+  }
+  MatX out(rows.size(), 6);
+  for (size_t k = 0; k < rows.size(); ++k) out.row(static_cast<Eigen::Index>(k)) = rows[k].transpose();
   return out;
 }
 
@@ -345,8 +576,10 @@ int count_parts(const FeModel& model, const FeSystem& system) {
   for (const FeElement& e : model.elements)
     for (int i = 1; i < e.count; ++i) parent[root(model.connectivity[e.first + i])] = root(model.connectivity[e.first]);
   for (const FeSpider& spider : model.spiders)
-    if (spider.rigid)
+    if (spider.rigid || moves(system.dof[spider.node]))
       for (int slave : spider.slaves) parent[root(slave)] = root(spider.node);
+  for (const FeEquation& equation : model.equations)
+    for (const FeEquation::Term& t : equation.terms) parent[root(t.node)] = root(equation.terms[0].node);
   if (model.matrices) {
     std::vector<int> node_of(system.size);
     for (size_t i = 0; i < model.nodes.size(); ++i)

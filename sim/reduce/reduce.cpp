@@ -77,20 +77,13 @@ FeModes orthonormal_basis(const FeReduced& system, const MatX& rigid, MatX field
 // Rigid motions that the reduced system is free to do: combinations of the six that vanish at held motions.
 MatX free_rigid(const FeModel& model, const FeSystem& system, const FeReduced& reduced, const std::vector<FeConstraint>& held) {
   const MatX R = rigid_motions(model, system);
-  std::vector<int> rows;
-  for (const FeConstraint& c : held)
-    if (system.dof[c.node][c.dof] >= 0) rows.push_back(system.dof[c.node][c.dof]);
   // Translations and rotations alike, so that one tolerance serves.
   double size = 1e-300;
   for (const Vec3& x : model.nodes) size = std::max(size, x.norm());
-  MatX G = MatX::Zero(6, 6);
-  for (int row : rows) {
-    VecX r = R.row(row).transpose();
-    r.tail<3>() /= size;
-    G += r * r.transpose();
-  }
+  const MatX rows = rigid_residuals(model, system, held, size);
+  const MatX G = rows.transpose() * rows;
   MatX combinations = MatX::Identity(6, 6);
-  if (model.matrices && rows.empty()) {
+  if (model.matrices && rows.rows() == 0) {
     // Supports may be in the matrices: rigid is what costs no energy, against the energy the same motion would have if every unknown moved
     // alone.
     MatX unit = R;
@@ -102,10 +95,11 @@ MatX free_rigid(const FeModel& model, const FeSystem& system, const FeReduced& r
     while (count < 6 && eigen.eigenvalues()(count) <= 1e-9 * alone) ++count;
     if (count < 6) combinations = eigen.eigenvectors().leftCols(count);
     if (count < 6) combinations.bottomRows(3) /= size;
-  } else if (!rows.empty()) {
+  } else if (rows.rows() > 0) {
+    // Residuals are of the order of one: where all are rounding nothing is held.
     SymmetricEigen eigen(G);
     int count = 0;
-    while (count < 6 && eigen.eigenvalues()(count) <= 1e-10 * eigen.eigenvalues()(5)) ++count;
+    while (count < 6 && eigen.eigenvalues()(count) <= 1e-10 * std::max(1.0, eigen.eigenvalues()(5))) ++count;
     combinations = eigen.eigenvectors().leftCols(count);
     combinations.bottomRows(3) /= size;
   }
@@ -173,6 +167,7 @@ class Reducer {
   void check() {
     check_model(model);
     report().notes = model.notes;
+    report().warnings = model.warnings;
     if (options.modes < 0) throw InputError("modes: a number >= 0 is expected");
     if ((method == ReduceMethod::guyan || method == ReduceMethod::craig_bampton || method == ReduceMethod::response) &&
         options.interfaces.empty())
@@ -424,6 +419,33 @@ class Reducer {
     if (options.stress) add_stress(U);
   }
 
+  // theta_j x (theta_k x r), symmetric in j and k: second derivatives of the end of an arm that keeps its length.
+  static Vec3 turned_arm(const Vec3& a, const Vec3& b, const Vec3& r) { return 0.5 * (a.cross(b.cross(r)) + b.cross(a.cross(r))); }
+
+  // Of all nodes of rigid spiders, 3 rows each, for `count` pairs from the pair `first` on.
+  MatX arm_fields(const MatX& U, int first, int count) const {
+    MatX fields = MatX::Zero(3 * static_cast<Eigen::Index>(reduced.arms.size()), reduced.arms.empty() ? 0 : count);
+    for (size_t i = 0; i < reduced.arms.size(); ++i) {
+      const FeArm& arm = reduced.arms[i];
+      MatX theta(3, U.cols());
+      for (int d = 0; d < 3; ++d) theta.row(d) = U.row(system.dof[arm.reference][3 + d]);
+      fill_arm(theta, arm.arm, first, fields.middleRows(3 * static_cast<Eigen::Index>(i), 3));
+    }
+    return fields;
+  }
+
+  static void fill_arm(const MatX& theta, const Vec3& arm, int first, Eigen::Ref<MatX> into) {
+    int at = 0;
+    for (Eigen::Index k = 0; k < theta.cols(); ++k)
+      for (Eigen::Index j = 0; j <= k; ++j, ++at)
+        if (at >= first && at < first + into.cols()) into.col(at - first) += turned_arm(theta.col(j), theta.col(k), arm);
+  }
+
+  // An averaging spider's point beside its middle.
+  static void add_own_arm(const FeAttachment& attachment, const MatX& U, int first, Eigen::Ref<MatX> into) {
+    if (!attachment.arm.isZero(0.0)) fill_arm((attachment.motion * U).bottomRows(3), attachment.arm, first, into);
+  }
+
   // Second-order terms of all kinds come from K u2_jk = -g_jk. Either each u2_jk is found, or, by reciprocity, the displacement of each
   // load that acts on it.
   void add_stiffening(const MatX& U) {
@@ -445,13 +467,20 @@ class Reducer {
       constexpr int group = 32;
       for (int first = 0; first < pairs; first += group) {
         const int count = std::min(group, pairs - first);
-        const MatX U2 =
-            reduced.expand(-solver->respond(reduced.restrict(second_order_loads(model, system, U, first, count)), 0.0, &basis, tolerance));
+        MatX g = second_order_loads(model, system, U, first, count);
+        const MatX turned = arm_fields(U, first, count);
+        if (turned.size() > 0) g += reduced.arm_K * turned;
+        MatX U2 = reduced.expand(-solver->respond(reduced.restrict(g), 0.0, &basis, tolerance));
+        for (size_t i = 0; i < reduced.arms.size(); ++i)
+          for (int d = 0; d < 3; ++d) U2.row(system.dof[reduced.arms[i].node][d]) += turned.row(3 * static_cast<Eigen::Index>(i) + d);
         const LinearMass mass = linear_mass(model, system, U2);
         second.block(0, first, 3, count) = mass.md;
         second.block(3, first, 3, count) = mass.Cr;
         second.block(6, first, 6, count) = mass.J;
-        for (Eigen::Index i = 0; i < nodes; ++i) second.block(12 + 3 * i, first, 3, count) = (attachments[i].motion * U2).topRows(3);
+        for (Eigen::Index i = 0; i < nodes; ++i) {
+          second.block(12 + 3 * i, first, 3, count) = (attachments[i].motion * U2).topRows(3);
+          add_own_arm(attachments[i], U, first, second.block(12 + 3 * i, first, 3, count));
+        }
       }
     } else {
       MatX loads(system.size, 12 + 3 * static_cast<Eigen::Index>(nodes));
@@ -459,6 +488,14 @@ class Reducer {
       for (Eigen::Index i = 0; i < nodes; ++i) loads.middleCols(12 + 3 * i, 3) = MatX(attachments[i].motion.topRows(3).transpose());
       const MatX W = reduced.expand(solver->respond(reduced.restrict(loads), 0.0, &basis, tolerance));
       second = -second_order_work(model, system, U, W).transpose();
+      // The arms' ends are moved against the forces that hold them: load less K W.
+      if (!reduced.arms.empty()) {
+        MatX hold = -(reduced.arm_K.transpose() * W);
+        for (size_t i = 0; i < reduced.arms.size(); ++i)
+          for (int d = 0; d < 3; ++d) hold.row(3 * static_cast<Eigen::Index>(i) + d) += loads.row(system.dof[reduced.arms[i].node][d]);
+        second += hold.transpose() * arm_fields(U, 0, pairs);
+      }
+      for (Eigen::Index i = 0; i < nodes; ++i) add_own_arm(attachments[i], U, 0, second.middleRows(12 + 3 * i, 3));
       note(fmt::format("geometric stiffening of forces at the interfaces and of inertia; forces at other nodes have none ({} coordinates)",
                        n));
     }
@@ -521,28 +558,9 @@ std::string surface_obj(const FeModel& model) {
       std::sort(key.begin(), key.end());
       if (!outer.contains(key)) continue;
       if (!fe_is_shell(e.shape)) outer.erase(key);
-      // The mid-edge node between two corners, by their places in the element.
-      static constexpr int tet[6][3] = {{0, 1, 4}, {1, 2, 5}, {0, 2, 6}, {0, 3, 7}, {1, 3, 8}, {2, 3, 9}};
-      static constexpr int hex[12][3] = {{0, 1, 8},  {1, 2, 9},  {2, 3, 10}, {0, 3, 11}, {4, 5, 12}, {5, 6, 13},
-                                         {6, 7, 14}, {4, 7, 15}, {0, 4, 16}, {1, 5, 17}, {2, 6, 18}, {3, 7, 19}};
-      static constexpr int wedge[9][3] = {{0, 1, 6},  {1, 2, 7},  {0, 2, 8},  {3, 4, 9}, {4, 5, 10},
-                                          {3, 5, 11}, {0, 3, 12}, {1, 4, 13}, {2, 5, 14}};
       const auto middle = [&](int a, int b) {
-        const auto search = [&](const auto& table) {
-          for (const auto& edge : table)
-            if (edge[0] == std::min(a, b) && edge[1] == std::max(a, b)) return model.connectivity[e.first + edge[2]];
-          return -1;
-        };
-        switch (e.shape) {
-          case FeShape::tetrahedron10:
-            return search(tet);
-          case FeShape::hexahedron20:
-            return search(hex);
-          case FeShape::wedge15:
-            return search(wedge);
-          default:
-            return -1;
-        }
+        const int place = fe_middle(e.shape, a, b);
+        return place < 0 ? -1 : model.connectivity[e.first + place];
       };
       std::vector<int> mids;
       const size_t n = face.size();

@@ -60,7 +60,7 @@ struct ReduceReport {
   VecX full_frequencies;  // Hz, of the full model's modes that were computed
   double compliance_error =
       0.0;  // largest relative error of the static deflection at the interfaces under unit forces there; -1: no interfaces
-  std::vector<std::string> notes;
+  std::vector<std::string> notes, warnings;
   struct Stage {
     std::string name;
     double cpu = 0.0;

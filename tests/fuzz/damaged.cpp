@@ -1,7 +1,7 @@
 // Damaged copies of real files through the readers of bodies and finite element models, and what can be read through the reducer too. To be
 // built with sanitizers (preset asan): a crash, a leak, undefined behaviour or a copy that takes more than 20 s ends it with a code other
 // than 0.
-//   damaged_copies COPIES FILE...      COPIES of each file: .sid .SID_FEM .inp .msh, and .sti or .mtx (its .mas or mass, .dof and node
+//   damaged_copies COPIES FILE...      COPIES of each file: .sid .SID_FEM .inp .bdf .msh, and .sti or .mtx (its .mas or mass, .dof and node
 //   table beside it are damaged in turn)
 // Damage: bytes changed, pieces cut, doubled or moved, numbers replaced by awkward ones, the end missing. Same seed, same copies.
 #include "sim/bodies/sid.h"
@@ -108,13 +108,15 @@ void check(const FeModel& m) {
   check(reduce(model, o).body);
 }
 
-// True: accepted. A refusal is an answer: one line that names the file or what is wrong.
+// True: accepted. A refusal is an answer: lines that name the file or what is wrong, one for each complaint.
 bool answered(const auto& action) {
   try {
     action();
     return true;
   } catch (const InputError& e) {
-    require(e.what()[0] != '\0' && !std::strchr(e.what(), '\n'), "a refusal without a word, or of several lines");
+    const std::string text = e.what();
+    require(!text.empty() && text.find("\n\n") == std::string::npos && text.back() != '\n',
+            "a refusal without a word, or with an empty line");
   } catch (const SimulationError& e) {
     require(e.what()[0] != '\0', "a failure without a word");
   }
@@ -145,6 +147,8 @@ int main(int count, char** words) {
       accepted += answered([&] {
         if (ending == ".inp") {
           check(read_inp(put(damaged(text, random), ".inp")));
+        } else if (ending == ".bdf") {
+          check(read_nastran(put(damaged(text, random), ".bdf")));
         } else if (ending == ".msh") {
           check(read_msh(put(damaged(text, random), ".msh")));
         } else if (matrices) {

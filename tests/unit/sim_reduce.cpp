@@ -66,7 +66,7 @@ TEST(FeElements, PatchTest) {
       const Mat3X X = distorted(shape);
       MatX K, M;
       solid_stiffness(shape, f, X, steel, 1, K);
-      solid_mass(shape, X, steel, 1, M);
+      solid_mass(shape, f, X, steel, 1, M);
       double volume = 0.0;
       for (const FePoint& p : solid_points(shape, f, FeRule::mass, X, 1)) volume += p.volume;
       EXPECT_NEAR(M.sum(), 7850.0 * volume, 1e-9 * 7850.0 * volume);
@@ -117,7 +117,7 @@ TEST(FeElements, ShellStressOfStretchAndBending) {
       u.col(i) << turn * Vec3(exx * x + exy * y, exy * x + eyy * y, kxx * x * x / 2 + kyy * y * y / 2 + kxy * x * y),
           turn * Vec3(kxy * x + kyy * y, -kxx * x - kxy * y, 0);
     }
-    const MatX stress = shell_nodal_stress(shape, X, t, steel, u, 1);
+    const MatX stress = shell_nodal_stress(shape, X, shell_law(steel, t), u, 1);
     const double c = 2.1e11 / (1 - 0.09), ex = exx - t / 2 * kxx, ey = eyy - t / 2 * kyy, gamma = 2 * exy - t * kxy;
     Mat3 S = Mat3::Zero();
     S(0, 0) = c * (ex + 0.3 * ey);
@@ -450,7 +450,8 @@ TEST(Reduce, RefusalsSayWhy) {
   EXPECT_NE(refusal(tet + "*NODE\n5,5,0,0\n6,6,0,0\n7,5,1,0\n8,5,0,1\n*ELEMENT,TYPE=C3D4,ELSET=E\n1,1,2,3,4\n2,5,6,7,8\n" + steel)
                 .find("2 parts"),
             std::string::npos);
-  EXPECT_NE(refusal(tet + "*EQUATION\n2\n1,1,1.0,2,1,-1.0\n").find("*EQUATION"), std::string::npos);
+  EXPECT_NE(refusal(tet + "*EQUATION\n2\n1,1,1.0,7,1,-1.0\n").find(":8: node 7 is not there"), std::string::npos);
+  EXPECT_NE(refusal(tet + "*CONTACT PAIR,INTERACTION=I\nA,B\n").find("*TIE"), std::string::npos);
   EXPECT_EQ(refusal(tet + "*ELEMENT,TYPE=C3D4,ELSET=E\n1,1,2,3,4\n" + steel), "accepted");
 }
 

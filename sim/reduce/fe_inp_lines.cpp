@@ -1,0 +1,142 @@
+// Lines of Abaqus / CalculiX input files. See fe_inp_lines.h.
+#include "sim/reduce/fe_inp_lines.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <utility>
+
+namespace flexframe::sim {
+
+std::string inp_upper(std::string_view s) {
+  std::string out;
+  for (char c : s) out += static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  return out;
+}
+
+std::string_view inp_trim(std::string_view s) {
+  while (!s.empty() && std::isspace(static_cast<unsigned char>(s.front()))) s.remove_prefix(1);
+  while (!s.empty() && std::isspace(static_cast<unsigned char>(s.back()))) s.remove_suffix(1);
+  return s;
+}
+
+std::vector<std::string_view> inp_fields(std::string_view line) {
+  std::vector<std::string_view> out;
+  for (;;) {
+    const size_t comma = line.find(',');
+    out.push_back(inp_trim(line.substr(0, comma)));
+    if (comma == std::string_view::npos) break;
+    line.remove_prefix(comma + 1);
+  }
+  while (!out.empty() && out.back().empty()) out.pop_back();
+  return out;
+}
+
+bool inp_is_integer(std::string_view s) {
+  return !s.empty() && std::all_of(s.begin(), s.end(), [](char c) { return c >= '0' && c <= '9'; });
+}
+
+std::string InpLines::where(const InpPlace& place) const {
+  const std::string& file = files.empty() ? std::string() : files[static_cast<size_t>(place.file)];
+  return place.line > 0 ? fmt::format("{}:{}", file, place.line) : file;
+}
+
+void InpLines::fail_at(const InpPlace& place, const std::string& message) const {
+  throw InputError(fmt::format("{}: {}", where(place), message));
+}
+
+double InpLines::real(std::string_view s, const char* what) const {
+  double value = 0.0;
+  std::string text(s);
+  for (char& c : text)
+    if (c == 'D' || c == 'd') c = 'e';
+  const char* begin = text.c_str() + (text.starts_with('+') ? 1 : 0);
+  const auto [end, error] = std::from_chars(begin, text.c_str() + text.size(), value);
+  // Numbers too small for a double are zero.
+  const bool tiny = error == std::errc::result_out_of_range && std::abs(value) < 1.0 && text.find("e-") != std::string::npos;
+  if ((error != std::errc() && !tiny) || end != text.c_str() + text.size() || !std::isfinite(value))
+    fail(fmt::format("{}: a number is expected, found '{}'", what, s.substr(0, 40)));
+  return tiny ? 0.0 : value;
+}
+
+int InpLines::integer(std::string_view s, const char* what) const {
+  int value = 0;
+  const auto [end, error] = std::from_chars(s.data(), s.data() + s.size(), value);
+  if (error == std::errc() && end == s.data() + s.size()) return value;
+  // "3." and "3.0" are integers to Fortran's readers.
+  const std::string_view rest = error == std::errc() ? s.substr(static_cast<size_t>(end - s.data())) : std::string_view{};
+  if (!rest.empty() && rest[0] == '.' && rest.substr(1).find_first_not_of('0') == std::string_view::npos) return value;
+  fail(fmt::format("{}: an integer is expected, found '{}'", what, s.substr(0, 40)));
+}
+
+void InpLines::read(const std::filesystem::path& path) {
+  read_file(path, 0);
+  finish_keyword();
+}
+
+void InpLines::read_file(const std::filesystem::path& path, int depth) {
+  if (depth > 8) fail("*INCLUDE is nested more than 8 deep");
+  std::error_code error;
+  std::ifstream in(path);
+  if (!in || std::filesystem::is_directory(path, error)) {
+    if (depth == 0) throw InputError(fmt::format("{}: cannot be opened", path.string()));
+    fail(fmt::format("'{}' cannot be opened; INPUT=FILE is looked for beside the file that names it", path.string()));
+  }
+  files.push_back(path.string());
+  const InpPlace outer = std::exchange(at, {static_cast<int>(files.size()) - 1, 0});
+  std::string line;
+  while (std::getline(in, line)) {
+    ++at.line;
+    const std::string_view text = inp_trim(line);
+    if (text.empty() || text.starts_with("**")) continue;
+    if (text.front() != '*') {
+      data(text);
+      continue;
+    }
+    finish_keyword();
+    const InpKeyword k = parse(in, text);
+    if (k.name != "INCLUDE") keyword(k);
+    std::string target = k.get("INPUT");
+    if (k.name == "INCLUDE" && target.empty()) fail("*INCLUDE needs INPUT=...");
+    if (target.empty() || (k.name != "INCLUDE" && k.name != "NODE" && k.name != "ELEMENT" && k.name != "NSET" && k.name != "ELSET"))
+      continue;
+    std::replace(target.begin(), target.end(), '\\', '/');
+    read_file(path.parent_path() / target, depth + 1);
+  }
+  at = outer;
+}
+
+InpKeyword InpLines::parse(std::istream& in, std::string_view text) {
+  std::string joined(text);
+  InpKeyword k;
+  // A keyword line that ends with a comma goes on in the next line.
+  while (joined.ends_with(',')) {
+    std::string more;
+    if (!std::getline(in, more)) break;
+    ++at.line;
+    joined += inp_trim(more);
+  }
+  k.place = at;
+  bool first = true;
+  for (std::string_view part : inp_fields(joined)) {
+    if (first) {
+      for (char c : inp_upper(part.substr(1)))
+        if (!(c == ' ' && (k.name.empty() || k.name.back() == ' '))) k.name += c;
+    } else if (!part.empty()) {
+      const size_t equals = part.find('=');
+      std::string_view value = equals == std::string_view::npos ? std::string_view{} : inp_trim(part.substr(equals + 1));
+      if (value.size() >= 2 && value.front() == '"' && value.back() == '"') value = value.substr(1, value.size() - 2);
+      std::string key;
+      for (char c : inp_upper(part.substr(0, equals)))
+        if (c != ' ') key += c;
+      k.parameters[key] = std::string(value);
+    }
+    first = false;
+  }
+  return k;
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,191 @@
+// Cards of Nastran bulk data. See fe_nastran_cards.h.
+#include "sim/reduce/fe_nastran_cards.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+
+namespace flexframe::sim {
+namespace {
+
+std::string trimmed(std::string_view s) {
+  while (!s.empty() && std::isspace(static_cast<unsigned char>(s.front()))) s.remove_prefix(1);
+  while (!s.empty() && std::isspace(static_cast<unsigned char>(s.back()))) s.remove_suffix(1);
+  return std::string(s);
+}
+
+std::string upper(std::string s) {
+  for (char& c : s) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  return s;
+}
+
+// Columns with tabs as stops every eight.
+std::string expanded(const std::string& line) {
+  std::string out;
+  for (char c : line) {
+    if (c == '\r') continue;
+    if (c != '\t') out += c;
+    else out.append(8 - out.size() % 8, ' ');
+  }
+  return out;
+}
+
+class CardReader {
+ public:
+  NastranDeck deck;
+
+  void read(const std::filesystem::path& path, int depth) {
+    std::error_code error;
+    std::ifstream in(path);
+    if (!in || std::filesystem::is_directory(path, error))
+      throw InputError(fmt::format("{}: cannot be opened{}", path.string(), depth > 0 ? " (INCLUDE)" : ""));
+    const int file = static_cast<int>(deck.files.size());
+    deck.files.push_back(path.string());
+    std::string raw;
+    for (int number = 1; std::getline(in, raw) && !ended; ++number) {
+      std::string line = expanded(raw.substr(0, raw.find('$')));
+      while (!line.empty() && line.back() == ' ') line.pop_back();
+      if (line.empty()) continue;
+      const std::string words = upper(trimmed(line));
+      if (words.starts_with("INCLUDE")) {
+        std::string target = trimmed(std::string_view(line).substr(line.find_first_of("eE", line.find_first_of("dD")) + 1));
+        std::erase_if(target, [](char c) { return c == '\'' || c == '"'; });
+        std::replace(target.begin(), target.end(), '\\', '/');
+        if (depth >= 8 || target.empty())
+          throw InputError(fmt::format("{}:{}: INCLUDE needs a file, and nests at most 8 deep", path.string(), number));
+        read(path.parent_path() / target, depth + 1);
+        continue;
+      }
+      if (words.starts_with("BEGIN") && words.find("BULK") != std::string::npos) {
+        // What stood before was executive and case control.
+        deck.cards.clear();
+        continue;
+      }
+      if (words.starts_with("ENDDATA")) {
+        ended = true;
+        break;
+      }
+      case_control(words);
+      take(line, file, number);
+    }
+  }
+
+ private:
+  bool ended = false;
+
+  void case_control(const std::string& words) {
+    const size_t equals = words.find('=');
+    if (equals == std::string::npos) return;
+    const std::string key = trimmed(words.substr(0, equals));
+    int value = 0;
+    const std::string rest = trimmed(words.substr(equals + 1));
+    const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), value);
+    if ((key == "SPC" || key == "MPC") && error == std::errc()) deck.chosen.try_emplace(key, value);
+  }
+
+  void take(const std::string& line, int file, int number) {
+    std::vector<std::string> parts;
+    const bool free = line.find(',') != std::string::npos;
+    std::string head;
+    bool large = false;
+    if (free) {
+      size_t from = 0;
+      for (;;) {
+        const size_t comma = line.find(',', from);
+        parts.push_back(trimmed(std::string_view(line).substr(from, comma == std::string::npos ? comma : comma - from)));
+        if (comma == std::string::npos) break;
+        from = comma + 1;
+      }
+      head = parts[0];
+      parts.erase(parts.begin());
+      large = !head.empty() && (head.back() == '*' || head[0] == '*');
+      parts.resize(large ? 4 : 8);
+    } else {
+      head = trimmed(line.substr(0, 8));
+      large = !head.empty() && (head.back() == '*' || head[0] == '*');
+      const size_t width = large ? 16 : 8, count = large ? 4 : 8;
+      for (size_t k = 0; k < count; ++k) {
+        const size_t at = 8 + k * width;
+        parts.push_back(at < line.size() ? trimmed(std::string_view(line).substr(at, width)) : "");
+      }
+    }
+    const bool more = head.empty() || head[0] == '+' || head[0] == '*';
+    if (more) {
+      if (deck.cards.empty()) return;
+      deck.cards.back().fields.insert(deck.cards.back().fields.end(), parts.begin(), parts.end());
+      return;
+    }
+    NastranCard card;
+    card.name = upper(head);
+    if (card.name.back() == '*') card.name.pop_back();
+    card.fields = std::move(parts);
+    card.file = file;
+    card.line = number;
+    deck.cards.push_back(std::move(card));
+  }
+};
+
+}  // namespace
+
+std::string NastranDeck::where(const NastranCard& c) const { return fmt::format("{}:{}", files[static_cast<size_t>(c.file)], c.line); }
+
+void NastranDeck::fail(const NastranCard& c, const std::string& text) const {
+  throw InputError(fmt::format("{}: {}: {}", where(c), c.name, text));
+}
+
+double NastranDeck::real(const NastranCard& c, size_t field, double otherwise) const {
+  if (blank(c, field)) return otherwise;
+  // "1.5-3" is 1.5e-3.
+  std::string text;
+  const std::string& given = c.fields[field];
+  for (size_t i = 0; i < given.size(); ++i) {
+    const char ch = given[i];
+    const bool sign = ch == '-' || ch == '+';
+    if (ch == 'D' || ch == 'd' || ch == 'E') text += 'e';
+    else if (sign && i > 0 && !std::isalpha(static_cast<unsigned char>(given[i - 1]))) text += std::string("e") + ch;
+    else if (!(ch == '+' && i == 0)) text += ch;
+  }
+  if (const size_t plus = text.find("e+"); plus != std::string::npos) text.erase(plus + 1, 1);
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
+    fail(c, fmt::format("field {}: a number is expected, found '{}'", field + 2, given.substr(0, 20)));
+  return value;
+}
+
+bool NastranDeck::is_integer(const NastranCard& c, size_t field) const {
+  return !blank(c, field) && std::all_of(c.fields[field].begin(), c.fields[field].end(), [](char ch) { return ch >= '0' && ch <= '9'; });
+}
+
+int NastranDeck::integer(const NastranCard& c, size_t field, int otherwise) const {
+  if (blank(c, field)) return otherwise;
+  const std::string& s = c.fields[field];
+  int value = 0;
+  const auto [end, error] = std::from_chars(s.data(), s.data() + s.size(), value);
+  if (error != std::errc() || end != s.data() + s.size())
+    fail(c, fmt::format("field {}: an integer is expected, found '{}'", field + 2, s.substr(0, 20)));
+  return value;
+}
+
+std::vector<int> NastranDeck::components(const NastranCard& c, size_t field) const {
+  std::vector<int> out;
+  if (blank(c, field)) return out;
+  for (char ch : c.fields[field]) {
+    if (ch == '0') continue;
+    if (ch < '1' || ch > '6')
+      fail(c, fmt::format("field {}: motions 1 to 6 are expected, found '{}'", field + 2, c.fields[field].substr(0, 20)));
+    out.push_back(ch - '1');
+  }
+  return out;
+}
+
+NastranDeck read_nastran_cards(const std::filesystem::path& path) {
+  CardReader reader;
+  reader.read(path, 0);
+  return std::move(reader.deck);
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,265 @@
+// Materials in space, layered shells, beams. See fe_sections.h.
+#include "sim/reduce/fe_sections.h"
+
+#include "sim/reduce/fe_elements.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace flexframe::sim {
+namespace {
+
+constexpr int first_of[6] = {0, 1, 2, 0, 1, 0}, second_of[6] = {0, 1, 2, 1, 2, 2};
+
+// Axes of a shell's layer: the first is the material's first axis laid on the surface (its second where the first is normal to it), turned
+// by the angle.
+Mat3 ply_axes(const Mat3* axes, double angle, const Vec3& normal) {
+  Mat3 out;
+  out.col(2) = normal;
+  const Mat3 given = axes ? *axes : Mat3::Identity();
+  Vec3 along = given.col(0) - normal.dot(given.col(0)) * normal;
+  // Within a tenth of a degree of the normal the direction left over is rounding of the mesh: then the third axis, as Abaqus has it.
+  if (along.norm() < 1.7e-3) along = given.col(2) - normal.dot(given.col(2)) * normal;
+  along.normalize();
+  const Vec3 across = normal.cross(along);
+  out.col(0) = std::cos(angle) * along + std::sin(angle) * across;
+  out.col(1) = normal.cross(Vec3(out.col(0)));
+  return out;
+}
+
+FePly ply(const FeMaterial& m, const Mat3& turn) {
+  FePly out;
+  out.density = m.density;
+  if (!m.elasticity) {
+    const double c = m.youngs_modulus / (1 - m.poisson * m.poisson);
+    out.membrane << c, c * m.poisson, 0, c * m.poisson, c, 0, 0, 0, 0.5 * c * (1 - m.poisson);
+    out.shear = m.youngs_modulus / (2 * (1 + m.poisson)) * Eigen::Matrix2d::Identity();
+    return out;
+  }
+  // No stress along the normal: the compliance's part of the surface, turned into the shell's axes.
+  const Mat6 T = stress_turn(turn);
+  const Mat6 compliance = (T * *m.elasticity * T.transpose()).inverse();
+  constexpr std::array<int, 3> plane = {0, 1, 3};
+  constexpr std::array<int, 2> across = {5, 4};
+  out.membrane = Mat3(compliance(plane, plane)).inverse();
+  out.shear = Eigen::Matrix2d(compliance(across, across)).inverse();
+  return out;
+}
+
+void sum_up(FeShellLaw& law) {
+  for (const FePly& p : law.plies) {
+    const double t = p.upper - p.lower, square = 0.5 * (p.upper * p.upper - p.lower * p.lower),
+                 cube = (p.upper * p.upper * p.upper - p.lower * p.lower * p.lower) / 3.0;
+    law.A += t * p.membrane;
+    law.B += square * p.membrane;
+    law.D += cube * p.membrane;
+    law.S += 5.0 / 6.0 * t * p.shear;
+    law.twist += t * p.membrane(2, 2);
+    law.m0 += t * p.density;
+    law.m1 += square * p.density;
+    law.m2 += cube * p.density;
+  }
+}
+
+}  // namespace
+
+Mat6 stress_turn(const Mat3& Q) {
+  Mat6 T;
+  for (int a = 0; a < 6; ++a)
+    for (int b = 0; b < 6; ++b) {
+      const int i = first_of[a], j = second_of[a], k = first_of[b], l = second_of[b];
+      T(a, b) = Q(i, k) * Q(j, l) + (k == l ? 0.0 : Q(i, l) * Q(j, k));
+    }
+  return T;
+}
+
+FeMaterial material_in_space(const FeModel& model, const FeElement& element) {
+  FeMaterial m = model.materials[element.material];
+  if (m.elasticity && element.axes >= 0) {
+    const Mat6 T = stress_turn(model.axes[element.axes]);
+    m.elasticity = T * *m.elasticity * T.transpose();
+  }
+  return m;
+}
+
+FeShellLaw shell_law(const FeMaterial& material, double thickness) {
+  FeShellLaw law;
+  law.plies.push_back(ply(material, Mat3::Identity()));
+  law.plies[0].lower = -0.5 * thickness;
+  law.plies[0].upper = 0.5 * thickness;
+  sum_up(law);
+  law.B.setZero();
+  law.m1 = 0.0;
+  return law;
+}
+
+FeShellLaw shell_law(const FeModel& model, const FeElement& element, const Mat3& Q) {
+  std::vector<FeLayer> layers;
+  double offset = 0.0;
+  if (element.section >= 0) {
+    layers = model.layups[element.section].layers;
+    offset = model.layups[element.section].offset;
+  }
+  if (layers.empty()) {
+    const FeMaterial& m = model.materials[element.material];
+    if (offset == 0.0 && !m.elasticity) return shell_law(m, element.thickness);
+    layers.push_back({element.thickness, element.material, -1, 0.0});
+  }
+  double total = 0.0;
+  for (const FeLayer& l : layers) total += l.thickness;
+  FeShellLaw law;
+  double at = -(0.5 + offset) * total;
+  for (const FeLayer& l : layers) {
+    const int axes = l.axes >= 0 ? l.axes : element.axes;
+    const Mat3 own = ply_axes(axes >= 0 ? &model.axes[axes] : nullptr, l.angle, Q.col(2));
+    law.plies.push_back(ply(model.materials[l.material], Q.transpose() * own));
+    law.plies.back().lower = at;
+    law.plies.back().upper = at += l.thickness;
+  }
+  sum_up(law);
+  return law;
+}
+
+namespace {
+
+// Of a beam in one plane: N m^2, shear stiffness G As in N (0: rigid), kg/m, kg m.
+struct PlaneBeam {
+  double EI = 0.0, GA = 0.0, mass = 0.0, rotary = 0.0;
+};
+
+// Bending in one plane: motions v1 theta1 v2 theta2 with theta = v' in the absence of shear.
+void bending(const PlaneBeam& beam, double L, Eigen::Matrix4d& K, Eigen::Matrix4d& M) {
+  const auto [EI, GA, mass, rotary] = beam;
+  const double phi = GA > 0.0 ? 12.0 * EI / (GA * L * L) : 0.0, c = EI / (L * L * L * (1.0 + phi));
+  K << 12, 6 * L, -12, 6 * L, 6 * L, (4 + phi) * L * L, -6 * L, (2 - phi) * L * L, -12, -6 * L, 12, -6 * L, 6 * L, (2 - phi) * L * L,
+      -6 * L, (4 + phi) * L * L;
+  K *= c;
+  M.setZero();
+  // The integrand is of degree six: four points.
+  constexpr std::array<double, 4> place = {-0.861136311594052575, -0.339981043584856265, 0.339981043584856265, 0.861136311594052575};
+  constexpr std::array<double, 4> weight = {0.347854845137453857, 0.652145154862546143, 0.652145154862546143, 0.347854845137453857};
+  for (size_t i = 0; i < 4; ++i) {
+    const double s = 0.5 * (1.0 + place[i]), w = 0.5 * weight[i] * L;
+    Eigen::RowVector4d v, turn;
+    v << 1 - 3 * s * s + 2 * s * s * s + phi * (1 - s), L * (s - 2 * s * s + s * s * s + 0.5 * phi * (s - s * s)),
+        3 * s * s - 2 * s * s * s + phi * s, L * (-s * s + s * s * s + 0.5 * phi * (s * s - s));
+    turn << 6.0 / L * (s * s - s), 1 - 4 * s + 3 * s * s + phi * (1 - s), 6.0 / L * (s - s * s), 3 * s * s - 2 * s + phi * s;
+    M += w / ((1.0 + phi) * (1.0 + phi)) * (mass * v.transpose() * v + rotary * turn.transpose() * turn);
+  }
+}
+
+}  // namespace
+
+std::optional<FeBeamSection> beam_shape(const std::string& shape, std::vector<double> d) {
+  constexpr double pi = std::numbers::pi;
+  d.resize(std::max<size_t>(d.size(), 7), 0.0);
+  FeBeamSection s;
+  if (shape == "RECT") {
+    const double a = d[0], b = d[1], longer = std::max(a, b), shorter = std::min(a, b), ratio = shorter / longer;
+    s.area = a * b;
+    s.I11 = a * b * b * b / 12.0;
+    s.I22 = b * a * a * a / 12.0;
+    // W. C. Young, R. G. Budynas, Roark's Formulas for Stress and Strain, 2002, table 10.1.
+    s.torsion = longer * std::pow(shorter, 3) * (1.0 / 3.0 - 0.21 * ratio * (1.0 - std::pow(ratio, 4) / 12.0));
+    s.shear1 = s.shear2 = 5.0 / 6.0 * s.area;
+  } else if (shape == "CIRC" || shape == "PIPE") {
+    const double outer = d[0], inner = shape == "PIPE" ? d[0] - d[1] : 0.0, m = inner / outer;
+    s.area = pi * (outer * outer - inner * inner);
+    s.I11 = s.I22 = 0.25 * pi * (std::pow(outer, 4) - std::pow(inner, 4));
+    s.torsion = 2.0 * s.I11;
+    // G. R. Cowper, The shear coefficient in Timoshenko's beam theory, J. Appl. Mech. 33 (1966), at Poisson's ratio 0.3.
+    const double q = (1 + m * m) * (1 + m * m);
+    s.shear1 = s.shear2 = s.area * 6 * 1.3 * q / ((7 + 6 * 0.3) * q + (20 + 12 * 0.3) * m * m);
+  } else if (shape == "BOX") {
+    const double a = d[0], b = d[1], right = d[2], top = d[3] > 0 ? d[3] : d[2], left = d[4] > 0 ? d[4] : d[2],
+                 bottom = d[5] > 0 ? d[5] : d[3];
+    const double hole_a = a - right - left, hole_b = b - top - bottom;
+    if (!(hole_a > 0.0 && hole_b > 0.0)) return std::nullopt;
+    s.area = a * b - hole_a * hole_b;
+    s.I11 = (a * b * b * b - hole_a * hole_b * hole_b * hole_b) / 12.0;
+    s.I22 = (b * a * a * a - hole_b * hole_a * hole_a * hole_a) / 12.0;
+    // Bredt: four times the square of the enclosed area over the sum of lengths by thicknesses.
+    const double am = a - 0.5 * (right + left), bm = b - 0.5 * (top + bottom);
+    s.torsion = 4.0 * am * am * bm * bm / (am / top + am / bottom + bm / right + bm / left);
+    s.shear1 = am * (top + bottom);
+    s.shear2 = bm * (right + left);
+  } else if (shape == "GENERAL") {
+    s.area = d[0];
+    s.I11 = d[1];
+    s.I12 = d[2];
+    s.I22 = d[3];
+    s.torsion = d[4];
+  } else {
+    return std::nullopt;
+  }
+  const bool good = s.area > 0.0 && s.I11 > 0.0 && s.I22 > 0.0 && s.torsion > 0.0 && s.I11 * s.I22 > s.I12 * s.I12;
+  return good ? std::optional(s) : std::nullopt;
+}
+
+void beam_matrices(const FeBeamSection& s, const FeMaterial& material, const Mat3X& X, int id, MatX& K, MatX& M) {
+  const Vec3 axis = X.col(1) - X.col(0);
+  const double L = axis.norm();
+  if (!(L > 0.0)) throw InputError(fmt::format("element {} (beam) has no length", id));
+  const double E = material.youngs_modulus, G = E / (2 * (1 + material.poisson)), rho = material.density;
+  const double mass = rho * s.area + s.mass_per_length;
+  K.setZero(12, 12);
+  M.setZero(12, 12);
+  Mat3 Q;
+  Q.col(0) = axis / L;
+  Eigen::Matrix2d both;
+  both << 1, -1, -1, 1;
+  Eigen::Matrix2d lengthwise;
+  lengthwise << 2, 1, 1, 2;
+  if (s.truss) {
+    for (Eigen::Index i = 0; i < 2; ++i)
+      for (Eigen::Index j = 0; j < 2; ++j) {
+        K.block<3, 3>(6 * i, 6 * j) = E * s.area / L * both(i, j) * Q.col(0) * Q.col(0).transpose();
+        M.block<3, 3>(6 * i, 6 * j) = mass * L / 6.0 * lengthwise(i, j) * Mat3::Identity();
+      }
+    return;
+  }
+  const Vec3 across = s.n1 - Q.col(0).dot(s.n1) * Q.col(0);
+  if (!(across.norm() > 1e-6 * s.n1.norm()))
+    throw InputError(fmt::format("element {} (beam): the section's direction n1 ({:g}, {:g}, {:g}) lies along the beam; give another one",
+                                 id, s.n1.x(), s.n1.y(), s.n1.z()));
+  // Principal axes of the section: the bending planes do not couple in them.
+  const double twist = 0.5 * std::atan2(-2.0 * s.I12, s.I11 - s.I22);
+  const double c = std::cos(twist), d = std::sin(twist), Iy = s.I11 * c * c + s.I22 * d * d - 2.0 * s.I12 * c * d,
+               Iz = s.I11 * d * d + s.I22 * c * c + 2.0 * s.I12 * c * d;
+  const Vec3 n1 = across.normalized(), n2 = Q.col(0).cross(n1);
+  Q.col(1) = c * n1 + d * n2;
+  Q.col(2) = Q.col(0).cross(Q.col(1));
+  // Areas of shear turned with the axes.
+  const double A1 = s.shear1 * c * c + s.shear2 * d * d, A2 = s.shear1 * d * d + s.shear2 * c * c;
+  for (Eigen::Index i = 0; i < 2; ++i)
+    for (Eigen::Index j = 0; j < 2; ++j) {
+      K(6 * i, 6 * j) = E * s.area / L * both(i, j);
+      M(6 * i, 6 * j) = mass * L / 6.0 * lengthwise(i, j);
+      K(6 * i + 3, 6 * j + 3) = G * s.torsion / L * both(i, j);
+      M(6 * i + 3, 6 * j + 3) = rho * (Iy + Iz) * L / 6.0 * lengthwise(i, j);
+    }
+  // Bending along the second axis turns about the third; along the third it turns against the second.
+  Eigen::Matrix4d k, m;
+  for (int plane = 0; plane < 2; ++plane) {
+    const double I = plane == 0 ? Iz : Iy;
+    bending({E * I, G * (plane == 0 ? A1 : A2), mass, rho * I}, L, k, m);
+    const std::array<int, 4> at = plane == 0 ? std::array<int, 4>{1, 5, 7, 11} : std::array<int, 4>{2, 4, 8, 10};
+    const double sign = plane == 0 ? 1.0 : -1.0;
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j < 4; ++j) {
+        const double factor = (i % 2 == 1 ? sign : 1.0) * (j % 2 == 1 ? sign : 1.0);
+        K(at[static_cast<size_t>(i)], at[static_cast<size_t>(j)]) += factor * k(i, j);
+        M(at[static_cast<size_t>(i)], at[static_cast<size_t>(j)]) += factor * m(i, j);
+      }
+  }
+  MatX turn = MatX::Zero(12, 12);
+  for (Eigen::Index i = 0; i < 4; ++i) turn.block<3, 3>(3 * i, 3 * i) = Q.transpose();
+  K = (turn.transpose() * K * turn).eval();
+  M = (turn.transpose() * M * turn).eval();
+}
+
+}  // namespace flexframe::sim

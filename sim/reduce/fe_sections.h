@@ -1,0 +1,50 @@
+// What elements are made of: materials turned into space, the resultants of layered shells, beams.
+//
+// Sources: R. M. Jones, Mechanics of Composite Materials, 1999 (plane stress, turned layers, resultants A B D); J. S. Przemieniecki, Theory
+// of Matrix Structural Analysis, 1968, and Z. Friedman, J. B. Kosmatka, An improved two-node Timoshenko beam finite element, Computers &
+// Structures 47 (1993) (shape functions of the beam).
+#pragma once
+
+#include "sim/reduce/fe_model.h"
+
+namespace flexframe::sim {
+
+// Matrix that turns engineering strains of material axes Q (columns, in space) into those of space: strain_space = T strain_material is
+// its inverse transpose's partner, so that C_space = T C_material T^T for stresses sigma_space = T sigma_material. 6 x 6.
+Mat6 stress_turn(const Mat3& Q);
+
+// The element's material with its elasticity in space axes; an isotropic one is returned as it is.
+FeMaterial material_in_space(const FeModel& model, const FeElement& element);
+
+// A layer in plane stress, in the axes of a shell.
+struct FePly {
+  double lower = 0.0, upper = 0.0;                  // m along the normal, from the nodes
+  double density = 0.0;                             // kg/m^3
+  Mat3 membrane = Mat3::Zero();                     // Pa: xx yy xy
+  Eigen::Matrix2d shear = Eigen::Matrix2d::Zero();  // Pa: xz yz, without the correction 5/6
+};
+
+// Resultants of all layers about the nodes' surface.
+struct FeShellLaw {
+  std::vector<FePly> plies;
+  Mat3 A = Mat3::Zero(), B = Mat3::Zero(), D = Mat3::Zero();  // N/m, N, N m
+  Eigen::Matrix2d S = Eigen::Matrix2d::Zero();                // N/m, with the correction 5/6
+  double twist = 0.0;                   // N/m, shear modulus times thickness: scale of what holds the turning about the normal
+  double m0 = 0.0, m1 = 0.0, m2 = 0.0;  // kg/m^2, kg/m, kg: int rho z^k dz
+  bool coupled() const { return m1 != 0.0; }
+};
+
+// Q: columns the shell's axes, the third its normal.
+FeShellLaw shell_law(const FeModel& model, const FeElement& element, const Mat3& Q);
+// One isotropic material, nodes in the middle.
+FeShellLaw shell_law(const FeMaterial& material, double thickness);
+
+// Section of a shape by Abaqus' names and dimensions: RECT a b, CIRC r, PIPE r t, BOX a b t1 t2 t3 t4 (m), GENERAL A I11 I12 I22 J (m^2,
+// m^4). nullopt: another name, or dimensions that give no section.
+std::optional<FeBeamSection> beam_shape(const std::string& shape, std::vector<double> dimensions);
+
+// Matrices of a beam between two points, 12 x 12, node by node (ux uy uz rx ry rz): Timoshenko beam with the shape functions of its static
+// solution, consistent mass with rotary inertia. Throws InputError for a beam without length or with n1 along it.
+void beam_matrices(const FeBeamSection& section, const FeMaterial& material, const Mat3X& X, int id, MatX& K, MatX& M);
+
+}  // namespace flexframe::sim

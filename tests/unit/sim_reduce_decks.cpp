@@ -1,0 +1,153 @@
+// What decks bring beside solids: arms of rigid spiders in second order, equations, laminates, beams, units. Truths in closed form.
+#include "scratch.h"
+#include "sim/reduce/fe_sections.h"
+#include "sim/reduce/reduce.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace flexframe::sim {
+namespace {
+
+FeModel deck(const std::string& text, const char* name = "deck.inp") {
+  const Scratch scratch;
+  const auto path = scratch.put(name, text);
+  return path.extension() == ".inp" ? read_inp(path) : read_nastran(path);
+}
+
+const std::string steel = "*MATERIAL,NAME=S\n*ELASTIC\n2.1e11,.3\n*DENSITY\n7850\n";
+
+// A bar with a dumbbell at its tip: as it twists by phi the masses keep their distance r from the axis, y = r cos phi, and the inertia
+// about z loses 2 m r^2 phi^2. Both ways to the second order.
+TEST(ReduceDecks, ArmsOfRigidSpidersKeepTheirLength) {
+  const FeModel m = deck(
+      "*NODE\n1,0,0,0\n2,1,0,0\n3,1,.3,0\n4,1,-.3,0\n*ELEMENT,TYPE=B31,ELSET=B\n1,1,2\n*ELEMENT,TYPE=MASS,ELSET=M\n2,3\n3,4\n*MASS,ELSET="
+      "M\n"
+      "5.\n*MATERIAL,NAME=S\n*ELASTIC\n2.1e11,.3\n*DENSITY\n1e-3\n*BEAM SECTION,ELSET=B,MATERIAL=S,SECTION=CIRC\n.01\n*NSET,NSET=T\n3,4\n"
+      "*RIGID BODY,NSET=T,REF NODE=2\n*BOUNDARY\n1,1,6\n");
+  for (const int limit : {120, 0}) {
+    ReduceOptions o;
+    o.method = ReduceMethod::eigenmodes;
+    o.held = m.constraints;
+    o.modes = 5;
+    o.interfaces = {{-1, 0, "tip"}};
+    o.stiffening_limit = limit;
+    const Reduction r = reduce(m, o);
+    int twist = -1;
+    for (int k = 0; k < r.body.n; ++k)
+      if (r.body.nodes[0].psi.col(k).cwiseAbs().maxCoeff() == std::abs(r.body.nodes[0].psi(0, k)) &&
+          std::abs(r.body.nodes[0].psi(0, k)) > 0.1)
+        twist = k;
+    ASSERT_GE(twist, 0);
+    const double angle = r.body.nodes[0].psi(0, twist), inertia = 2 * 5.0 * 0.3 * 0.3;
+    EXPECT_NEAR(angle * angle * inertia, 1.0, 1e-6);
+    EXPECT_NEAR(r.body.J2[2](twist, twist), -2.0 * inertia * angle * angle, 1e-5);
+    EXPECT_NEAR(r.report.frequencies(twist), std::sqrt(2.1e11 / 2.6 * 0.5 * std::numbers::pi * 1e-8 / inertia) / (2 * std::numbers::pi),
+                1e-3);
+  }
+}
+
+// Two springs in a row by an equation and by a common node are the same; a spring to the ground leaves no rigid motion along it.
+TEST(ReduceDecks, EquationsAndSpringsToTheGround) {
+  const std::string cube =
+      "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,0,0,1\n6,1,0,1\n7,1,1,1\n8,0,1,1\n*ELEMENT,TYPE=C3D8,ELSET=E\n1,1,2,3,4,5,6,7,8\n" +
+      steel + "*SOLID SECTION,ELSET=E,MATERIAL=S\n";
+  // One mass on a soft spring: sqrt(k / m) of a rigid cube that can only go along x.
+  const FeModel m = deck(cube +
+                         "*NSET,NSET=ALL,GENERATE\n1,8\n*BOUNDARY\nALL,2,3\n*ELEMENT,TYPE=SPRING1,ELSET=K\n9,1\n10,4\n11,5\n12,8\n*SPRING,"
+                         "ELSET=K\n1\n2.5e3\n");
+  ReduceOptions o;
+  o.modes = 1;
+  o.held = m.constraints;
+  o.stiffening = false;
+  const Reduction r = reduce(m, o);
+  EXPECT_EQ(r.report.rigid_motions, 0);
+  EXPECT_NEAR(r.report.frequencies(0), std::sqrt(1e4 / 7850.0) / (2 * std::numbers::pi), 1e-5);
+  // The same held by an equation to a node that the spring holds.
+  const FeModel tied =
+      deck(cube +
+           "*NSET,NSET=ALL,GENERATE\n1,8\n*BOUNDARY\nALL,2,3\n*NODE\n20,-1,0,0\n*ELEMENT,TYPE=SPRING1,ELSET=K\n9,20\n*SPRING,"
+           "ELSET=K\n1\n1e4\n*BOUNDARY\n20,2,3\n*EQUATION\n2\n20,1,1.,1,1,-1.\n");
+  o.held = tied.constraints;
+  EXPECT_NEAR(reduce(tied, o).report.frequencies(0), r.report.frequencies(0), 1e-4);
+}
+
+// A cantilever of beams: Euler-Bernoulli's 1.8751^2 sqrt(EI / rho A L^4) / 2 pi where it is slender; as CBAR it is the same.
+TEST(ReduceDecks, Beams) {
+  std::string text = "*NODE\n", bulk = "MAT1,1,2.1+11,,.3,7850.\nPBAR,1,1,1.-4,8.3333-10,8.3333-10,1.4-9\n";
+  for (int i = 0; i <= 10; ++i) {
+    text += std::to_string(i + 1) + "," + std::to_string(0.1 * i) + ",0,0\n";
+    bulk += "GRID," + std::to_string(i + 1) + ",," + std::to_string(0.1 * i) + ",0.,0.\n";
+    if (i > 0) bulk += "CBAR," + std::to_string(i) + ",1," + std::to_string(i) + "," + std::to_string(i + 1) + ",0.,1.,0.\n";
+  }
+  text += "*ELEMENT,TYPE=B31,ELSET=B\n";
+  for (int i = 1; i <= 10; ++i) text += std::to_string(i) + "," + std::to_string(i) + "," + std::to_string(i + 1) + "\n";
+  text += steel + "*BEAM SECTION,ELSET=B,MATERIAL=S,SECTION=RECT\n.01,.01\n*BOUNDARY\n1,1,6\n";
+  bulk += "SPC1,1,123456,1\n";
+  const double wanted = 1.875104 * 1.875104 * std::sqrt(2.1e11 * 8.3333e-10 / (7850.0 * 1e-4)) / (2 * std::numbers::pi);
+  for (const FeModel& m : {deck(text), deck(bulk, "beam.bdf")}) {
+    ReduceOptions o;
+    o.modes = 2;
+    o.held = m.constraints;
+    const Reduction r = reduce(m, o);
+    EXPECT_NEAR(r.report.frequencies(0), wanted, 1e-3 * wanted);
+    EXPECT_NEAR(r.body.mass, 0.785, 1e-9);
+  }
+}
+
+// A laminate of two equal isotropic layers is the shell of one; its offset moves the mass beside the nodes.
+TEST(ReduceDecks, LaminatesAndOffsets) {
+  const FeMaterial m{"S", 2.1e11, 0.3, 7850.0};
+  FeModel model;
+  model.materials = {m};
+  model.layups.push_back({{{0.01, 0, -1, 0.3}, {0.03, 0, -1, 1.0}}, 0.0});
+  FeElement e;
+  e.shape = FeShape::quadrangle4;
+  e.material = 0;
+  e.section = 0;
+  const FeShellLaw one = shell_law(m, 0.04), two = shell_law(model, e, Mat3::Identity());
+  EXPECT_TRUE(two.A.isApprox(one.A, 1e-12));
+  EXPECT_TRUE(two.D.isApprox(one.D, 1e-12));
+  EXPECT_LT(two.B.cwiseAbs().maxCoeff(), 1e-9 * one.A.maxCoeff());
+  model.layups[0].offset = 0.5;
+  const FeShellLaw beside = shell_law(model, e, Mat3::Identity());
+  EXPECT_NEAR(beside.m1, -7850.0 * 0.04 * 0.02, 1e-9);
+  EXPECT_TRUE(beside.B.isApprox(-0.02 * one.A, 1e-12));
+  // Turned by a right angle an orthotropic layer has its directions exchanged.
+  Mat6 S = Mat6::Zero();
+  S.diagonal() << 1e-11, 1e-10, 1e-10, 2e-10, 2e-10, 3e-10;
+  model.materials[0].elasticity = S.inverse();
+  model.layups[0] = {{{0.01, 0, -1, 0.5 * std::numbers::pi}}, 0.0};
+  const FeShellLaw turned = shell_law(model, e, Mat3::Identity());
+  EXPECT_NEAR(turned.A(1, 1), 0.01 * 1e11, 1.0);
+  EXPECT_NEAR(turned.A(0, 0), 0.01 * 1e10, 1.0);
+  EXPECT_NEAR(turned.S(0, 0), 5.0 / 6.0 * 0.01 / 2e-10, 1e-3);
+}
+
+// Steel in millimetres and tonnes read as SI is told of with the units that make steel of it; rubber, foam and tungsten are not.
+TEST(ReduceDecks, ContradictingUnits) {
+  FeModel m;
+  m.file = "deck.inp";
+  m.nodes = {{0, 0, 0}, {74, 0, 0}};
+  FeElement e;
+  e.material = 0;
+  m.elements = {e};
+  const auto warned = [&](double density, double young) {
+    m.materials = {{"A", young, 0.3, density}};
+    const auto w = unit_warnings(m, {});
+    return w.empty() ? std::string() : w[0];
+  };
+  EXPECT_NE(warned(7.85e-9, 2.1e5).find("--units mm "), std::string::npos);
+  EXPECT_NE(warned(7.85e-6, 210.0).find("--units mm-kg-ms "), std::string::npos);
+  EXPECT_NE(warned(7.85e-6, 2.1e8).find("--units mm-kg-s "), std::string::npos);
+  EXPECT_NE(warned(7850.0, 2.1e5).find("contradict"), std::string::npos);
+  EXPECT_NE(warned(7.85e-6, 2.1e5), "");
+  for (const auto& [density, young] :
+       {std::pair(7850.0, 2.1e11), std::pair(1100.0, 2e6), std::pair(30.0, 5e6), std::pair(19300.0, 4e11), std::pair(1000.0, 1e4)})
+    EXPECT_EQ(warned(density, young), "");
+}
+
+}  // namespace
+}  // namespace flexframe::sim
