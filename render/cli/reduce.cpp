@@ -328,7 +328,8 @@ Command add_reduce(Program& program) {
   app.option("--density", w->densities, "[MATERIAL=]DENSITY in kg/m^3, for materials without one; may be repeated");
   app.option("--elastic", w->elastics, "[MATERIAL=]YOUNGS_MODULUS,POISSON in SI, for materials without elasticity; may be repeated");
   app.option("--units", w->units,
-             "units of the model: m (m kg s), mm (mm t s, MPa), mm-kg-s, mm-kg-ms, mm-g-ms, cm-g-s, in-lbf-s, or factors LENGTH,MASS,TIME to SI")
+             "units of the model: m (m kg s), mm (mm t s, MPa), mm-kg-s, mm-kg-ms, mm-g-ms, cm-g-s, in-lbf-s, or factors LENGTH,MASS,TIME "
+             "to SI")
       .show_default();
   app.option("--damping", w->options.damping, "ratio of critical damping of every mode").not_negative();
   app.flag("--no-stiffening", w->no_stiffening, "no second-order displacements (geometric stiffening)");

@@ -448,7 +448,7 @@ class Reader : public InpLines {
     skip = k.name != "ELGEN";
     if (k.name == "ELGEN") return refuse("*ELGEN cannot be read: write the elements out (most preprocessors export them)");
     if (!harmless(k.name) && told.insert("*" + k.name).second)
-      deck.notes.push_back(fmt::format("{}: *{} is passed over", where(at), k.name));
+      deck.notes.push_back(fmt::format("{}: *{} is ignored", where(at), k.name));
   }
 
   void read_data() {
@@ -463,7 +463,7 @@ class Reader : public InpLines {
     else if (w == "ELASTIC") read_elastic();
     else if (w == "DENSITY") {
       if (lines == 0) material().density = value(0, "density", 0.0) * units.density();
-      else note("temperature dependent density: the first line counts");
+      else note("temperature dependent density: the first line is used");
     } else if (w == "SOLID SECTION" || w == "SHELL SECTION" || w.starts_with("BEAM")) read_section();
     else if (w == "NODAL THICKNESS")
       s().nodal_thickness[integer(f.empty() ? "" : f[0], "node number")] = value(1, "thickness", 0.0) * units.length;
@@ -592,7 +592,7 @@ class Reader : public InpLines {
   }
 
   void read_elastic() {
-    if (numbers.size() >= constants()) return note("temperature dependent elasticity: the first line counts");
+    if (numbers.size() >= constants()) return note("temperature dependent elasticity: the first line is used");
     const size_t room = constants() - numbers.size();
     for (size_t i = 0; i < f.size() && i < std::min<size_t>(room, 8); ++i)
       numbers.push_back(f[i].empty() ? 0.0 : real(f[i], "elastic constant"));

@@ -312,7 +312,7 @@ with temporary_folder() as name:
         near(a, b, 1e-9 * b, "frequency of an instance")
     # Turned by half about z through the middle of the tip it lies on the first: the mirror image, tied at no node, two parts.
     apart = run("reduce", put("deck.inp", part + "*END ASSEMBLY\n" + STEEL), "-o", folder / "body.sid", "--quiet", code=2).stderr
-    expect("2 parts" in apart, f"two instances that nothing ties: {apart}")
+    expect("2 unconnected parts" in apart, f"two instances that nothing ties: {apart}")
 
     # Masses spread over elements.
     spread = plain + "*NONSTRUCTURAL MASS, ELSET=ALL, UNITS=TOTAL MASS\n0.5\n"
