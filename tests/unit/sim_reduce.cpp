@@ -448,7 +448,7 @@ TEST(Reduce, RefusalsSayWhy) {
   const std::string steel = "*MATERIAL,NAME=S\n*ELASTIC\n2e11,0.3\n*DENSITY\n7800\n*SOLID SECTION,ELSET=E,MATERIAL=S\n";
   EXPECT_NE(refusal(tet + "*ELEMENT,TYPE=C3D4,ELSET=E\n1,1,3,2,4\n" + steel).find("inside out"), std::string::npos);
   EXPECT_NE(refusal(tet + "*NODE\n5,5,0,0\n6,6,0,0\n7,5,1,0\n8,5,0,1\n*ELEMENT,TYPE=C3D4,ELSET=E\n1,1,2,3,4\n2,5,6,7,8\n" + steel)
-                .find("2 parts"),
+                .find("2 unconnected parts"),
             std::string::npos);
   EXPECT_NE(refusal(tet + "*EQUATION\n2\n1,1,1.0,7,1,-1.0\n").find(":8: node 7 is not there"), std::string::npos);
   EXPECT_NE(refusal(tet + "*CONTACT PAIR,INTERACTION=I\nA,B\n").find("*TIE"), std::string::npos);
