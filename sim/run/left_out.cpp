@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 
@@ -481,7 +482,7 @@ double common_variance(const std::vector<double>& a, const std::vector<double>& 
 
 }  // namespace
 
-double LeftOut::drift(const Item& item, const Results& results, double& deflection) const {
+LeftOut::Drift LeftOut::drift(const Item& item, const Results& results) const {
   double left_out = 0.0, stored = 0.0, mean = 0.0, squares = 0.0;
   size_t top = 0;
   const bool second_order = item.effect == "stiffening" || item.effect == "gyroscopic";
@@ -491,15 +492,15 @@ double LeftOut::drift(const Item& item, const Results& results, double& deflecti
     mean += item.pull[k], squares += item.pull[k] * item.pull[k];
     if (strain_[k] > strain_[top]) top = k;
   }
-  deflection = 0.0;
-  if (!(stored > 0.0)) return 0.0;
+  Drift out;
+  if (!(stored > 0.0)) return out;
   // Shear and what is of second order go with bending; what else is left out slows a vibration down as far as its section forces change and
   // come from it. A hundred looks at random leave a tenth at most.
   const bool bends = item.effect == "shear" || second_order;
   const double changing = bends || squares == 0.0 ? 1.0 : 1.0 - mean * mean / (squares * static_cast<double>(strain_.size()));
   const double duration = results.times[results.times.size() - 1];
   const double least = bent_mass_[top] > 0.0 ? 0.4 * std::sqrt(2.0 * strain_[top] / bent_mass_[top]) * duration : 0.0;
-  double phase = 0.0, largest = 0.0;
+  double largest = 0.0;
   std::vector<double> bent(times_.size(), 0.0);
   for (const ResultBody& body : results.bodies) {
     Eigen::Index most = -1;
@@ -520,9 +521,24 @@ double LeftOut::drift(const Item& item, const Results& results, double& deflecti
     const double here = together > 0.1 ? changing * together * 0.5 * left_out / stored * passed : 0.0;
     if (std::min(1.0, here) * range <= largest) continue;
     largest = std::min(1.0, here) * range;
-    phase = here, deflection = range;
+    out = {std::min(1.0, here), range, duration > 0.0 ? passed / duration : 0.0};
   }
-  return phase;
+  return out;
+}
+
+double LeftOut::out_of_phase(const Drift& drift, const Column& column, const std::string& unit, double range) const {
+  // The sum of all energies knows no phase; of strain and motion half of what the deformation stores goes from one to the other.
+  if (column.quantity == Quantity::energy) return 0.0;
+  if (unit == "J") return std::min(0.5, 0.5 * *std::max_element(strain_.begin(), strain_.end()) / range);
+  const bool angle = unit.starts_with("rad");
+  // Forces and coordinates follow the vibration itself.
+  if (!angle && !unit.starts_with("m")) return 0.5;
+  double length = 1.0;
+  if (angle) {
+    length = std::numeric_limits<double>::infinity();
+    for (const CutBeam& beam : sections_.beams()) length = std::min(length, beam_of(scene_, beam.body).length);
+  }
+  return std::min(1.0, 0.5 * drift.deflection / length * std::pow(drift.frequency, column.order) / range);
 }
 
 std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest) const {
@@ -550,8 +566,7 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
     found.effect = item.effect;
     found.possible = item.possible;
     for (const int b : item.bodies) found.owners.push_back(scene_.bodies[static_cast<size_t>(b)].name);
-    double deflection = 0.0;
-    const double phase = drift(item, results, deflection);
+    const Drift lost = drift(item, results);
     const Response pulled = response(item, item.pull, from_rest);
     std::vector<double> error(columns_.size(), 0.0);
     std::map<std::string, double> size;
@@ -580,8 +595,8 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
       const bool length = run.units[c] == "m", kinematic = length || run.units[c] == "m/s" || run.units[c].starts_with("rad");
       const double floor = run.units[c] == "N m" ? 1e-12 * largest["N"] : run.units[c].starts_with("rad") ? 1e-12 : 0.0;
       if (range <= std::max((kinematic ? 1e-9 : 1e-6) * std::max(largest[run.units[c]], most), floor)) continue;
-      const double drifted = std::min(1.0, phase) * (length ? std::min(1.0, 0.5 * deflection / range) : 0.5);
-      const double share = error[c] / range + (ranges[static_cast<Eigen::Index>(c)] > 0.0 ? drifted : 0.0);
+      const double drifted = known > 0.0 ? lost.phase * out_of_phase(lost, columns_[c], run.units[c], range) : 0.0;
+      const double share = error[c] / range + drifted;
       if (share <= found.share) continue;
       found.share = share;
       found.column = run.columns[c];

@@ -78,7 +78,13 @@ class LeftOut {
   VecX outputs(const double* previous);
   void follow(const System& system, Item& item, const VecX& rest);
   void follow_deformation(const System& system);
-  double drift(const Item& item, const Results& results, double& deflection) const;
+  // What the vibrations of a run lose in phase by its end, rad; of the one that this moves farthest its range, m, and frequency, rad/s.
+  struct Drift {
+    double phase = 0.0, deflection = 0.0, frequency = 0.0;
+  };
+  Drift drift(const Item& item, const Results& results) const;
+  // Share of its range by which a column of the outputs is moved when that vibration is out of phase.
+  double out_of_phase(const Drift& drift, const Column& column, const std::string& unit, double range) const;
   // Largest |z|, |z'|, |z''| of a row of `change`, and of z - s relative to the largest |s|.
   struct Response {
     double size = 0.0, rate = 0.0, acceleration = 0.0, over = 0.0;

@@ -195,8 +195,9 @@ TEST(Section, ShearByTransverseForces) {
   EXPECT_NEAR(shear(bar, V, V, 0.015, 0.005).norm(), 0.0, 1e-9 * V / bar.area);
 
   const Section rod = make_section("circle", {{"diameter", 0.02}});
-  EXPECT_NEAR(shear(rod, V, 0, 0.0, 0.01)[0], 4.0 / 3.0 * V / rod.area, 1e-3 * V / rod.area);  // the outline is a polygon
-  EXPECT_NEAR(shear(rod, V, 0, 0.01, 0.0).norm(), 0.0, 1e-3 * V / rod.area);
+  // The outline is a polygon of the circle's area, whose corners lie 0.0008 of the radius outside: 0.0022 of the mean stress.
+  EXPECT_NEAR(shear(rod, V, 0, 0.0, 0.01)[0], 4.0 / 3.0 * V / rod.area, 2.5e-3 * V / rod.area);
+  EXPECT_NEAR(shear(rod, V, 0, 0.01, 0.0).norm(), 0.0, 2.5e-3 * V / rod.area);
   const Section tube = make_section("tube", {{"outer_diameter", 0.03}, {"thickness", 0.0005}});
   EXPECT_NEAR(shear(tube, 0, V, 0.015, 0.0)[1], 2.0 * V / tube.area, 0.01 * V / tube.area);
   // Along the rim, also of a force between the axes.
@@ -208,7 +209,8 @@ TEST(Section, ShearByTransverseForces) {
   const Section i = make_section("i", sizes), u = make_section("u", sizes), box = make_section("box", sizes), t = make_section("t", sizes);
   const double corner = b * f * arm, middle = corner + 0.5 * w * inner * inner;
   EXPECT_NEAR(shear(i, V, 0, 0.0, 0.5 * w)[0], V * middle / (i.iz * w), 1e-9 * V / i.area);
-  EXPECT_NEAR(shear(i, V, 0, inner, 0.5 * w)[0], V * corner / (i.iz * w), 1e-9 * V / i.area);
+  // In the web just below the flange, where it belongs to the flange already.
+  EXPECT_NEAR(shear(i, V, 0, inner * (1.0 - 1e-12), 0.5 * w)[0], V * corner / (i.iz * w), 1e-9 * V / i.area);
   // The flow in half of a flange, where it reaches the web, from both sides.
   EXPECT_NEAR(shear(i, V, 0, 0.5 * h, 0.5 * w)[1], -shear(i, V, 0, 0.5 * h, -0.5 * w)[1], 1e-9 * V / i.area);
   EXPECT_NEAR(std::abs(shear(i, V, 0, 0.5 * h, 0.5 * w)[1]), V * arm * 0.5 * (b - w) / i.iz, 1e-9 * V / i.area);
