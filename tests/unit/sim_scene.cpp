@@ -293,7 +293,9 @@ struct WrongScene {
 TEST(Scene, WrongScenesAreExplained) {
   const std::vector<WrongScene> cases = {
       // top level and [simulation]
-      {"title =", "titel =", {"scene.toml:1: key 'titel' is unknown; did you mean 'title'? allowed: title, include, parameters, simulation, ground"}},
+      {"title =",
+       "titel =",
+       {"scene.toml:1: key 'titel' is unknown; did you mean 'title'? allowed: title, include, parameters, simulation, ground"}},
       {"title = \"Elastic", "title = 3 #", {"scene.toml:1: key 'title' must be a string, found the number 3"}},
       {"[simulation]", "[simulatoin]", {"scene.toml:2: key 'simulatoin' is unknown; did you mean 'simulation'?"}},
       {"[simulation]", "[[simulation]]", {"key 'simulation' must be a table {...}, found an array of 1 value"}},
@@ -301,7 +303,8 @@ TEST(Scene, WrongScenesAreExplained) {
        "duraton = 1.6",
        {"scene.toml:3: [simulation]: key 'duraton' is unknown; did you mean 'duration'? allowed: duration, output_rate"}},
       {"duration = 1.6", "", {"scene.toml:2: [simulation]: key 'duration' is missing"}},
-      {"duration = 1.6", "duration = \"long\"",
+      {"duration = 1.6",
+       "duration = \"long\"",
        {"scene.toml:3: [simulation]: key 'duration' must be a number > 0, found the string 'long', which is none"}},
       {"duration = 1.6", "duration = -1", {"must be a number > 0, found the number -1"}},
       {"duration = 1.6", "duration = nan", {"key 'duration' must be finite, found the number nan"}},
@@ -311,7 +314,9 @@ TEST(Scene, WrongScenesAreExplained) {
       {"output_rate = 500", "output_rate = 0", {"scene.toml:4:", "must be a number > 0, found the number 0"}},
       {"gravity = [0, -9.81, 0]", "gravity = [0, -9.81]", {"scene.toml:5:", "key 'gravity' must have 3 numbers, found 2"}},
       {"gravity = [0, -9.81, 0]", "gravity = -9.81", {"key 'gravity' must be an array of 3 numbers, found the number -9.81"}},
-      {"gravity = [0, -9.81, 0]", "gravity = [0, \"down\", 0]", {"key 'gravity' entry 2 must be a number, found the string 'down', which is none"}},
+      {"gravity = [0, -9.81, 0]",
+       "gravity = [0, \"down\", 0]",
+       {"key 'gravity' entry 2 must be a number, found the string 'down', which is none"}},
       {"tolerance = 1e-7", "tolerance = 1e-7\nmax_steps = 0", {"scene.toml:7:", "key 'max_steps' must be a number >= 1"}},
       {"tolerance = 1e-7", "tolerance = 1e-20", {"scene.toml:6:", "key 'tolerance' must be a number from 1e-13 to 0.1"}},
       {"tolerance = 1e-7", "tolerance = 1e-7\naccuracy = 1e-3", {"scene.toml:7:", "key 'accuracy' excludes 'tolerance'"}},
