@@ -447,8 +447,7 @@ class Reader : public InpLines {
     if (refusal != refused_words().end()) return refuse(fmt::format("*{} cannot be read: {}", k.name, refusal->second));
     skip = k.name != "ELGEN";
     if (k.name == "ELGEN") return refuse("*ELGEN cannot be read: write the elements out (most preprocessors export them)");
-    if (!harmless(k.name) && told.insert("*" + k.name).second)
-      deck.notes.push_back(fmt::format("{}: *{} is ignored", where(at), k.name));
+    if (!harmless(k.name) && told.insert("*" + k.name).second) deck.notes.push_back(fmt::format("{}: *{} is ignored", where(at), k.name));
   }
 
   void read_data() {

@@ -1,5 +1,5 @@
-"""Decks as they come: CalculiX' own frequencies of the same text, or theory. Each deck is written here; where `ccx` is installed it computes
-it anew, else the figures below stand, made by `test_decks.py PROGRAM SOURCE --figures`."""
+"""Decks as they come: CalculiX' own frequencies of the same text, or theory. Each deck is written here; where `ccx` is installed it
+computes it anew, else the figures below stand, made by `test_decks.py PROGRAM SOURCE --figures`."""
 import itertools
 import json
 import math
@@ -190,7 +190,8 @@ def ccx(folder, text, supports, modes):
 def nastran(text):
     """Nodes and C3D20R elements of a deck as bulk data in large and small fields."""
     out, word = (
-        "CEND\nSPC = 7\nBEGIN BULK\nMAT1*                  1          2.1+11                             0.3\n*                7.85+03\nPSOLID,5,1\n",
+        "CEND\nSPC = 7\nBEGIN BULK\nMAT1*                  1          2.1+11                             0.3\n"
+        "*                7.85+03\nPSOLID,5,1\n",
         "",
     )
     pending = []
