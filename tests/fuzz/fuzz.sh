@@ -22,10 +22,10 @@ out=build/fuzz/$name
 # Inputs are kept short: a reader's branches fit into a few hundred bytes, and short ones run a hundred times faster.
 seeds=()
 case $name in
-  scene) sources=(sim/scene/{scene_reader,read_bodies,read_joints,toml_input,section,expression,expression_switches}.cpp sim/base/words.cpp) longest=4096 seeds=(examples/*.toml tests/regression/*.toml) ;;
+  scene) sources=(sim/scene/{document,instances,parameters,units,rotation_input,toml_output,scene_reader,read_bodies,read_joints,toml_input,section,expression,expression_switches}.cpp sim/base/words.cpp) longest=4096 seeds=(examples/*.toml tests/regression/*.toml) ;;
   sid) sources=(sim/bodies/sid_{read,write,body}.cpp) longest=8192 ;;
   obj) sources=(render/picture/mesh.cpp render/picture/mesh_obj.cpp render/picture/mesh_shading.cpp render/base/file.cpp) longest=1024 ;;
-  fe) sources=(sim/reduce/fe_{inp,msh,model}.cpp) longest=2048 ;;
+  fe) sources=(sim/reduce/fe_{inp,inp_lines,inp_tables,msh,model,nastran,nastran_cards}.cpp) longest=2048 ;;
   results) sources=(sim/results/results_file.cpp) longest=20000 ;;
   csv) sources=(render/film/deform.cpp) longest=512 ;;
   png) sources=(render/image/png.cpp render/image/image.cpp) longest=512 ;;
