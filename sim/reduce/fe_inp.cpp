@@ -338,13 +338,14 @@ class Resolver {
     for (int i = 0; i < static_cast<int>(spaces.size()); ++i) {
       const bool plain = i == 0 || spaces.size() == 2;
       const std::string& instance = spaces[static_cast<size_t>(i)].name;
-      for (const auto& [name, set] : scope(i).node_sets)
-        guarded([&] { model.node_sets[plain && !model.node_sets.contains(name) ? name : instance + "." + name] = *node_set(i, name); });
-      for (const auto& [name, set] : scope(i).element_sets)
-        guarded([&] {
-          model.element_sets[plain && !model.element_sets.contains(name) ? name : instance + "." + name] =
-              model_elements(*element_set(i, name));
-        });
+      const auto shown = [&](const auto& taken, const std::string& name) {
+        return plain && !taken.contains(name) ? name : instance + "." + name;
+      };
+      // Entries, not structured bindings: clang 14 lets no lambda capture those.
+      for (const auto& entry : scope(i).node_sets)
+        guarded([&] { model.node_sets[shown(model.node_sets, entry.first)] = *node_set(i, entry.first); });
+      for (const auto& entry : scope(i).element_sets)
+        guarded([&] { model.element_sets[shown(model.element_sets, entry.first)] = model_elements(*element_set(i, entry.first)); });
     }
   }
 
