@@ -93,7 +93,7 @@ class NastranReader {
   FeModel run() {
     for (const NastranCard& c : deck.cards) sort_card(c);
     for (const auto& [id, c] : grids) add_grid(*c);
-    for (const auto& [id, c] : materials) guarded([&] { add_material(id, *c); });
+    for (const auto& entry : materials) guarded([&] { add_material(entry.first, *entry.second); });
     for (const NastranCard* c : elements) guarded([&] { add_element(*c); });
     for (const NastranCard* c : ties) guarded([&] { add_tie(*c); });
     add_conditions();

@@ -18,18 +18,18 @@ bool plausible(double density, double young) {
   return density > 5.0 && density < 3e4 && young > 1e3 && young < 2e12 && sound < 2e4;
 }
 
-struct System {
+struct UnitSystem {
   const char* words;
   FeUnits units;
 };
-constexpr System systems[] = {
+constexpr UnitSystem systems[] = {
     {"m", {1.0, 1.0, 1.0}},          {"mm", {1e-3, 1e3, 1.0}},      {"mm-kg-s", {1e-3, 1.0, 1.0}},          {"mm-kg-ms", {1e-3, 1.0, 1e-3}},
     {"mm-g-ms", {1e-3, 1e-3, 1e-3}}, {"cm-g-s", {1e-2, 1e-3, 1.0}}, {"in-lbf-s", {0.0254, 175.126835, 1.0}}};
 
 }  // namespace
 
 std::optional<FeUnits> units_named(const std::string& name) {
-  for (const System& s : systems)
+  for (const UnitSystem& s : systems)
     if (name == s.words) return s.units;
   return std::nullopt;
 }
@@ -55,7 +55,7 @@ std::vector<std::string> unit_warnings(const FeModel& model, const FeUnits& read
     if (!used[i] || !(m.density > 0.0) || !(m.youngs_modulus > 0.0) || plausible(m.density, m.youngs_modulus)) continue;
     // The units that would make a solid of it.
     std::string others;
-    for (const System& s : systems) {
+    for (const UnitSystem& s : systems) {
       const double density = m.density / read_as.density() * s.units.density(),
                    young = m.youngs_modulus / read_as.stress() * s.units.stress();
       if (!plausible(density, young)) continue;
