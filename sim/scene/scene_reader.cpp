@@ -71,9 +71,9 @@ Scene make_scene(const SceneDocument& document) {
   root.required("simulation");
   scene.simulation = read_simulation(*root.table("simulation"));
   root.table("render");  // a table; its content is the renderer's
-  if (const auto ground = root.table("ground")) {
-    ground->allow({"frames"});
-    scene.ground_frames = read_frame_positions(*ground);
+  if (const auto table = root.table("ground")) {
+    table->allow({"frames"});
+    scene.ground_frames = read_frame_positions(*table);
   }
 
   const std::filesystem::path folder = name.parent_path();
