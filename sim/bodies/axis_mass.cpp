@@ -48,10 +48,10 @@ void add_double_integral(const Axis& mass, const MatX& f, VecX& sum, VecX& slope
   }
 }
 
-// The bilinear form H(a, b) of the second-order displacement u2 = H(q, q)/2 at every particle, times root_mass: fields `a` of a state
-// (a number a point) against rows `b` (a column a point); out has the rows of b and all points for x, then y, then z.
-void second_order(const Axis& mass, const Values& a, const Values& a_root, const Rows& b, const Values& b_root, AxisScratch& work,
-                  MatX& out) {
+// The bilinear form H(a, b) of the second-order displacement u2 = H(q, q)/2 at every particle, times root_mass: the fields of a state
+// that `work` holds (a number a point) against rows `b` (a column a point); out has the rows of b and all points for x, then y, then z.
+void second_order(const Axis& mass, const Rows& b, const Values& b_root, AxisScratch& work, MatX& out) {
+  const Values &a = work.at, &a_root = work.root;
   const auto have = [&](int i, int k) { return mass.row[i].size() > 0 && mass.row[k].size() > 0; };
   const Eigen::Index points = mass.x.size();
   const Eigen::Index n = out.rows();
@@ -119,7 +119,7 @@ void update_axis_mass(const FlexibleBody& body, const VecX& q, BodyTerms& out, b
   const Eigen::Index points = mass.x.size();
   evaluate_fields(mass, q, work.at, work.root);
   MatX& J = kept.J;
-  second_order(mass, work.at, work.root, mass.row, mass.root, work, J);
+  second_order(mass, mass.row, mass.root, work, J);
   // r = c + phi q + G q / 2 before phi joins G
   kept.place.noalias() = 0.5 * J.transpose() * q;
   J += mass.phi;
@@ -178,7 +178,7 @@ void update_axis_velocity_terms(const FlexibleBody& body, const Vec6& V, const V
   evaluate_fields(mass, qd, work.at, work.root);
   for (size_t i = 0; i < Axis::fields; ++i)
     if (mass.row[i].size() > 0) work.rate_row[i] = work.at[i].transpose();
-  second_order(mass, work.at, work.root, work.rate_row, work.root, work, work.second);
+  second_order(mass, work.rate_row, work.root, work, work.second);
   work.rate.noalias() = kept.J.transpose() * qd;
 
   // The particles' accelerations at zero accelerations of frame and coordinates.

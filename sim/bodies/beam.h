@@ -81,13 +81,6 @@ struct BeamPiece {
   double start = 0.0;  // x of its root in the undeformed beam, m
 };
 
-// A frame of the whole beam.
-struct BeamChainFrame {
-  std::string name;
-  int piece = 0;
-  int node = 0;  // of the piece's body
-};
-
 // Elastic joints of a lumped beam. theta_i: rotation of piece i + 1 relative to piece i about x y z of piece i (a rotation vector; small
 // between neighbours), zero about the axes that are not free. Moments on piece i + 1, about the same axes:
 //   m = -S A (theta + time_constant dtheta/dt) over the links, A = C^-1, C symmetric tridiagonal (metres): diagonal[i], off[i] = C(i, i+1).
@@ -100,16 +93,14 @@ struct BeamLinks {
 };
 
 struct BeamChain {
-  std::vector<BeamPiece> pieces;       // root to tip
-  BeamLinks links;                     // between neighbours: pieces.size() - 1
-  std::vector<BeamChainFrame> frames;  // root, tip, BeamDef::frames, then node[0] .. along x
+  std::vector<BeamPiece> pieces;  // root to tip
+  BeamLinks links;                // between neighbours: pieces.size() - 1
 };
 
-// Mixed beam (Schiavo et al. 2005 section 3.4): BeamDef::volumes beams welded end to end, each of BeamDef::elements finite elements, or
-// make_modal_volume where BeamDef::modes is not empty. Volumes have mean axes (free_free) whatever
-// BeamDef::boundary says: the same deformations, but a bent and twisted volume is then followed to fourth order of its length instead
-// of third (clamped_free) or first (supported_supported); BEAMS.md section 7.
-BeamChain make_mixed_beam(const BeamDef& def, const BeamEffects& effects);
+// A mixed beam (Schiavo et al. 2005 section 3.4) is BeamDef::volumes beams welded end to end (piece_of), each of BeamDef::elements finite
+// elements, or make_modal_volume where BeamDef::modes is not empty. Volumes have mean axes (free_free) whatever BeamDef::boundary says:
+// the same deformations, but a bent and twisted volume is then followed to fourth order of its length instead of third (clamped_free) or
+// first (supported_supported); BEAMS.md section 7.
 
 // A volume of a mixed beam with modes (Craig, Bampton 1968): of every effect that is on the static forms of its ends (constant and
 // linear curvature, uniform elongation and twist) and besides the eigenforms between clamped ends with the numbers of BeamDef::modes.
@@ -123,8 +114,8 @@ FlexibleBody make_modal_volume(const BeamDef& def, const BeamEffects& effects);
 // Effects stiffening (rigid pieces have it all) and shear have no meaning here: the first is ignored, the second refused.
 BeamChain make_lumped_beam(const BeamDef& def, const BeamEffects& effects);
 
-// In both, damping.ratio[0] is the ratio of the first bending mode (of the first mode where nothing bends) of the beam with its
-// boundary, by Kelvin-Voigt damping: the ratio of a mode grows with its frequency. damping.stiffness adds to the time constant;
+// In mixed and lumped beams damping.ratio[0] is the ratio of the first bending mode (of the first mode where nothing bends) of the beam
+// with its boundary, by Kelvin-Voigt damping: the ratio of a mode grows with its frequency. damping.stiffness adds to the time constant;
 // damping.mass is refused.
 
 // Their Kelvin-Voigt time constant, s.
@@ -132,8 +123,6 @@ double chain_time_constant(const BeamDef& def, const BeamEffects& effects);
 
 // Moments of the links' springs, size 3 x links, from angles of that size (add time_constant times the rates for damping). O(links).
 Mat3X link_moments(const BeamLinks& links, const Mat3X& theta);
-// d moments / d theta as a dense matrix, 3 links x 3 links, angles ordered link by link.
-MatX link_stiffness(const BeamLinks& links, int count);
 
 // One sentence where the Euler-Bernoulli beam stops being valid for this beam (slenderness, high modes), empty where it is fine.
 std::string beam_validity_note(const BeamDef& def, const BeamEffects& effects);

@@ -286,9 +286,9 @@ FeBeam::FeBeam(const BeamDef& def, const BeamEffects& effects) {
   d.Z = boundary_basis(layout, def.boundary, d.full.Me);
   FlexibleBody& body = d.linear;
   body = beam::linear_body(d.full, d.properties, effects, d.Z);
-  beam::set_axis_mass(
-      body, d.properties, effects, d.Z, layout.elements, gauss_points,
-      [&](int element, double xi) { return full_rows(layout, d.properties, effects, element, xi); }, d.root);
+  beam::set_axis_mass(body, d.properties, effects, d.Z,
+                      {layout.elements, gauss_points,
+                       [&](int element, double xi) { return full_rows(layout, d.properties, effects, element, xi); }, d.root});
   body.De = beam::damping_matrix(def.damping, body.Me, body.Ke);
   for (const int i : free_coordinates(layout, def.boundary)) {
     const int node = i / layout.per_node, local = i % layout.per_node;

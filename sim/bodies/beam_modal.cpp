@@ -279,8 +279,7 @@ FlexibleBody modal_body(const BeamDef& def, const BeamEffects& effects, const Pr
   FlexibleBody body = beam::linear_body(sum, p, effects, Z);
   beam::set_second_order(body, sum, Z);
   // eight points a half wave: the second-order field to 1e-8, the linear one exactly
-  beam::set_axis_mass(
-      body, p, effects, Z, panels, 8, [&](int panel, double xi) { return rows_at(modes, (panel + xi) * h, L); }, root);
+  beam::set_axis_mass(body, p, effects, Z, {panels, 8, [&](int panel, double xi) { return rows_at(modes, (panel + xi) * h, L); }, root});
 
   // nodes: those with a name, then the series; the running integrals visit them in the order of x
   std::vector<beam::Station> stations = beam::named_stations(def);

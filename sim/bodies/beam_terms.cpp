@@ -285,8 +285,9 @@ double lagrange(const GaussRule& rule, std::size_t l, double x) {
 
 }  // namespace
 
-void set_axis_mass(FlexibleBody& body, const Properties& p, const BeamEffects& effects, const Basis& Z, int panels, int points,
-                   const std::function<FieldRows(int, double)>& rows, const FieldRows& root) {
+void set_axis_mass(FlexibleBody& body, const Properties& p, const BeamEffects& effects, const Basis& Z, const AxisPoints& particles) {
+  const int panels = particles.panels, points = particles.per_panel;
+  const FieldRows& root = particles.root;
   if (!effects.stiffening || !(effects.torsion || effects.complete) || !(effects.bending_xy || effects.bending_xz)) return;
   AxisMass& out = body.axis;
   const GaussRule gauss = gauss_rule(points);
@@ -323,7 +324,7 @@ void set_axis_mass(FlexibleBody& body, const Properties& p, const BeamEffects& e
       const Eigen::Index at = e * k + static_cast<Eigen::Index>(g);
       out.x[at] = (e + gauss.x[g]) * h;
       out.root_mass[at] = std::sqrt(p.mass * gauss.w[g] * h);
-      const FieldRows r = rows(e, gauss.x[g]);
+      const FieldRows r = particles.rows(e, gauss.x[g]);
       u.col(at) = out.root_mass[at] * r.u, v.col(at) = out.root_mass[at] * r.v, w.col(at) = out.root_mass[at] * r.w;
       spread(r, [&](int field, const VecX& row) { full[field].col(at) = row; });
       if (effects.shear) full[AxisMass::shear_y].col(at) = r.dv - r.phi_z, full[AxisMass::shear_z].col(at) = r.dw - r.s;

@@ -75,10 +75,16 @@ FlexibleBody linear_body(const Integrals& sum, const Properties& p, const BeamEf
 void set_second_order(FlexibleBody& body, const Integrals& sum, const Basis& Z);
 void set_second_order(FlexibleBody& body, const Integrals& sum, const MatX& Z);
 
-// Particles at the Gauss points of panels of equal length (AxisMass). `rows` gives the fields at (panel, xi); Me, Cr0, J0 of the body
-// are kept exactly, whatever the points leave of them. Does nothing unless second-order bending meets twist.
-void set_axis_mass(FlexibleBody& body, const Properties& p, const BeamEffects& effects, const Basis& Z, int panels, int points,
-                   const std::function<FieldRows(int, double)>& rows, const FieldRows& root);
+// Where a beam's particles are: at the Gauss points of panels of equal length.
+struct AxisPoints {
+  int panels = 1, per_panel = 1;
+  std::function<FieldRows(int panel, double xi)> rows;  // the fields there
+  FieldRows root;
+};
+
+// Particles on the axis (AxisMass). Me, Cr0, J0 of the body are kept exactly, whatever the points leave of them. Does nothing unless
+// second-order bending meets twist.
+void set_axis_mass(FlexibleBody& body, const Properties& p, const BeamEffects& effects, const Basis& Z, const AxisPoints& particles);
 
 // De = Rayleigh + sum of 2 zeta omega M phi phi^T M over the eigenmodes in ascending frequency; several ratios: one a mode, the last
 // one for all further modes.

@@ -92,18 +92,22 @@ void for_rows(const Model& model, const W& work, int cluster, bool all, OnLoop&&
     if (wanted[row] >= 0) on_lock(wanted[row], k);
 }
 
-// The row's rates per rate of the cluster, in ClusterWork::line.
+// Those of a row's unit multiplier.
 template <class W, class Row>
-void closure_line(const Model& model, W& work, int cluster, const LoopJoint& loop, const Row& closure, const typename W::In::Pose& rel,
-                  bool elastic) {
-  using S = typename W::In;
+LoopWrenches<W> unit_wrenches(const Row& closure, const typename W::In::Pose& rel) {
+  const RowDirection<typename W::In> d = row_direction<typename W::In>(closure, rel);
+  LoopWrenches<W> out;
+  row_wrench(rel, d.lv, d.lw, out.on_a, out.on_b);
+  return out;
+}
+
+// The rates of a row with these unit wrenches per rate of the cluster, in ClusterWork::line.
+template <class W>
+void closure_line(const Model& model, W& work, int cluster, const LoopJoint& loop, const LoopWrenches<W>& unit, bool elastic) {
   VecX& line = work.clusters[cluster].line;
-  const RowDirection<S> d = row_direction<S>(closure, rel);
-  typename S::Twist on_a, on_b;
-  row_wrench(rel, d.lv, d.lw, on_a, on_b);
   line.setZero();
-  project_wrench(model, work, cluster, loop.b, on_b, elastic, line);
-  project_wrench(model, work, cluster, loop.a, on_a, elastic, line);
+  project_wrench(model, work, cluster, {loop.b, unit.on_b}, elastic, line);
+  project_wrench(model, work, cluster, {loop.a, unit.on_a}, elastic, line);
 }
 
 // The part and joint rate behind rate k of a cluster; elastic rates give rate -1.
@@ -270,7 +274,7 @@ void update_closure_matrix(const Model& model, int cluster, W& work) {
   for_rows(
       model, work, cluster, true,
       [&](int row, const LoopJoint& loop, const auto& closure, const auto& rel) {
-        closure_line(model, work, cluster, loop, closure, rel, true);
+        closure_line(model, work, cluster, loop, unit_wrenches<W>(closure, rel), true);
         cw.G.row(row) = cw.line.transpose();
       },
       [&](int row, size_t lock) { cw.G(row, cw.locked[lock]) = 1.0; });
@@ -384,7 +388,7 @@ void factorise_closure(const Model& model, int cluster, W& work, bool all_column
   for_rows(
       model, work, cluster, false,
       [&](int row, const LoopJoint& loop, const auto& closure, const auto& rel) {
-        closure_line(model, work, cluster, loop, closure, rel, elastic);
+        closure_line(model, work, cluster, loop, unit_wrenches<W>(closure, rel), elastic);
         take_line(row);
       },
       [&](int row, size_t lock) {
@@ -559,9 +563,9 @@ void close_velocities(const Model& model, int cluster, W& work) {
 }
 
 template <class W>
-void closure_wrench(const Model& model, const W& work, int cluster, int loop, const VecX& lambda, typename W::In::Twist& on_a,
-                    typename W::In::Twist& on_b) {
+LoopWrenches<W> closure_wrench(const Model& model, const W& work, int cluster, int loop, const VecX& lambda) {
   using S = typename W::In;
+  LoopWrenches<W> out;
   const typename S::Pose rel = relative_pose(model, work, cluster, model.loops[loop]);
   typename S::Linear force = S::Linear::Zero();
   typename S::Angular moment = S::no_turn();
@@ -571,7 +575,8 @@ void closure_wrench(const Model& model, const W& work, int cluster, int loop, co
     force += lambda[r] * d.lv;
     moment += lambda[r++] * d.lw;
   }
-  row_wrench(rel, force, moment, on_a, on_b);
+  row_wrench(rel, force, moment, out.on_a, out.on_b);
+  return out;
 }
 
 double partition_growth(const Model& model, int cluster, const Work& work) {
@@ -601,7 +606,7 @@ double partition_growth(const Model& model, int cluster, const Work& work) {
   template void update_closure_rates(const Model&, int, W&);    \
   template void close_positions(const Model&, int, W&);         \
   template void close_velocities(const Model&, int, W&);        \
-  template void closure_wrench(const Model&, const W&, int, int, const VecX&, W::In::Twist&, W::In::Twist&);
+  template LoopWrenches<W> closure_wrench(const Model&, const W&, int, int, const VecX&);
 FLEXFRAME_FOR(Work)
 FLEXFRAME_FOR(PlaneWork)
 #undef FLEXFRAME_FOR

@@ -52,10 +52,14 @@ void require_closed(const Model& model, int cluster, Work& work);
 template <class W>
 void close_velocities(const Model& model, int cluster, W& work);
 
-// Wrenches on the frames a and b of a loop joint, each in its own axes, of unit multipliers weighted by lambda (one a row).
+// Wrenches on the frames a and b of a loop joint, each in its own axes.
 template <class W>
-void closure_wrench(const Model& model, const W& work, int cluster, int loop, const VecX& lambda, typename W::In::Twist& on_a,
-                    typename W::In::Twist& on_b);
+struct LoopWrenches {
+  typename W::In::Twist on_a, on_b;
+};
+// Those of unit multipliers weighted by lambda (one a row).
+template <class W>
+LoopWrenches<W> closure_wrench(const Model& model, const W& work, int cluster, int loop, const VecX& lambda);
 
 // Largest |dw_dep/dw_ind| among joint rates and among elastic rates, each in metres per metre: how far the partition is from singular (1 is
 // good).

@@ -432,7 +432,7 @@ void load_responses(const Model& model, W& work, VecX& out) {
     ClusterWork& cw = work.clusters[k];
     const Partition& split = cw.partition;
     cw.line.setZero(model.clusters[k].nv);
-    project_wrench(model, work, k, load.on, wrench, true, cw.line);
+    project_wrench(model, work, k, {load.on, wrench}, true, cw.line);
     const Eigen::Index ni = static_cast<Eigen::Index>(split.ind.size());
     VecX response(ni);
     for (Eigen::Index a = 0; a < ni; ++a) response[a] = cw.line[split.ind[a]];

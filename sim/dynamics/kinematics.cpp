@@ -411,12 +411,13 @@ Pose shown_pose(const Model& model, int part, Work& work) {
 }
 
 template <class W>
-void project_wrench(const Model& model, const W& work, int cluster, int frame, const typename W::In::Twist& F, bool elastic, VecX& out) {
+void project_wrench(const Model& model, const W& work, int cluster, const std::type_identity_t<WrenchAt<W>>& load, bool elastic,
+                    VecX& out) {
   using Twist = typename W::In::Twist;
   const Cluster& c = model.clusters[cluster];
-  int at = frame;
-  Twist force = F;
-  for (int i = model.frames[frame].part; i != ground && model.parts[i].cluster == cluster; i = model.parts[i].parent) {
+  int at = load.frame;
+  Twist force = load.F;
+  for (int i = model.frames[at].part; i != ground && model.parts[i].cluster == cluster; i = model.parts[i].parent) {
     const Part& part = model.parts[i];
     const auto& p = work.parts[i];
     const auto& f = work.frames[at];
@@ -445,7 +446,7 @@ void project_wrench(const Model& model, const W& work, int cluster, int frame, c
   template void update_cluster_accelerations(const Model&, int, W&);             \
   template typename W::In::Pose frame_world(const Model&, const W&, int);        \
   template typename W::In::Pose frame_in_base(const Model&, const W&, int, int); \
-  template void project_wrench(const Model&, const W&, int, int, const typename W::In::Twist&, bool, VecX&);
+  template void project_wrench(const Model&, const W&, int, const WrenchAt<W>&, bool, VecX&);
 FLEXFRAME_FOR(Work)
 FLEXFRAME_FOR(PlaneWork)
 #undef FLEXFRAME_FOR

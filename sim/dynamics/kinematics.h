@@ -3,6 +3,8 @@
 
 #include "sim/dynamics/plane_work.h"
 
+#include <type_traits>
+
 namespace flexframe::sim {
 
 // Frame of a flexible part from its elastic coordinates: its pose; B (FrameWork) at that pose; both. No-ops for rigid frames.
@@ -49,9 +51,16 @@ typename W::In::Pose frame_in_base(const Model& model, const W& work, int cluste
 // frames of root and tip.
 Pose shown_pose(const Model& model, int part, Work& work);
 
-// Adds the wrench F on a frame (frame axes) to the generalised forces of the cluster's coordinates: out(nv of the cluster) += J^T F.
-// elastic = false: to those of its joints only.
+// A wrench on a frame, in the frame's axes.
 template <class W>
-void project_wrench(const Model& model, const W& work, int cluster, int frame, const typename W::In::Twist& F, bool elastic, VecX& out);
+struct WrenchAt {
+  int frame = 0;
+  typename W::In::Twist F;
+};
+// Adds it to the generalised forces of the cluster's coordinates: out(nv of the cluster) += J^T F. elastic = false: to those of its joints
+// only.
+template <class W>
+void project_wrench(const Model& model, const W& work, int cluster, const std::type_identity_t<WrenchAt<W>>& load, bool elastic,
+                    VecX& out);
 
 }  // namespace flexframe::sim

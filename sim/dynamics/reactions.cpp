@@ -38,14 +38,13 @@ VecX closure_multipliers(const Model& model, W& work, int cluster) {
 namespace {
 
 // Wrenches of the loop joints of a cluster with the multipliers `all` of their rows, taken from what the parts need, then, leaves to root,
-// those of its tree joints: each supplies what its part and everything on it needs. What the cluster needs of its carrier comes back in
-// `carrier`.
+// those of its tree joints: each supplies what its part and everything on it needs. Returns what the cluster needs of its carrier.
 template <class W>
-void cluster_wrenches(const Model& model, const W& work, int cluster, const VecX& all, std::vector<typename W::In::Twist>& need,
-                      Reactions& out, typename W::In::Twist& carrier) {
+typename W::In::Twist cluster_wrenches(const Model& model, const W& work, int cluster, const VecX& all,
+                                       std::vector<typename W::In::Twist>& need, Reactions& out) {
   using Twist = typename W::In::Twist;
   const Cluster& c = model.clusters[cluster];
-  carrier.setZero();
+  Twist carrier = Twist::Zero();
   const auto take = [&](int frame, const Twist& F) {
     const int part = model.frames[frame].part;
     if (part == ground) return;
@@ -56,8 +55,7 @@ void cluster_wrenches(const Model& model, const W& work, int cluster, const VecX
   int row = 0;
   for (int l : c.loops) {
     const Eigen::Index rows = static_cast<Eigen::Index>(model.loops[l].rows.size());
-    Twist on_a, on_b;
-    closure_wrench(model, work, cluster, l, all.segment(row, rows), on_a, on_b);
+    const auto [on_a, on_b] = closure_wrench(model, work, cluster, l, all.segment(row, rows));
     row += static_cast<int>(rows);
     out.loop[l] = in_space(work, model.loops[l].b, on_b);
     take(model.loops[l].a, on_a);
@@ -73,6 +71,7 @@ void cluster_wrenches(const Model& model, const W& work, int cluster, const VecX
     if (model.parts[part.parent].cluster == cluster) need[part.parent] += back;
     else carrier += back;
   }
+  return carrier;
 }
 
 // Reactions of a cluster's joints in newtons, one column of numbers: moments over the cluster's size.
@@ -136,21 +135,20 @@ void compute_reactions(const Model& model, W& work, Reactions& out, bool minimum
     VecX all;
     if (!c.loops.empty()) all = closure_multipliers(model, work, cluster);
     const MatX stress = minimum_norm && !c.loops.empty() ? self_stresses(model, work, cluster) : MatX();
-    Twist carrier;
     if (stress.cols() > 0) {
       // The share of each state of self-stress that leaves the least sum of squares in all joints of the cluster.
       std::vector<Twist> at = need;
-      cluster_wrenches(model, work, cluster, all, at, out, carrier);
+      cluster_wrenches(model, work, cluster, all, at, out);
       const VecX loaded = in_newtons(model, cluster, out);
       MatX pressed(loaded.size(), stress.cols());
       for (Eigen::Index s = 0; s < stress.cols(); ++s) {
         std::fill(at.begin(), at.end(), Twist(Twist::Zero()));
-        cluster_wrenches(model, work, cluster, stress.col(s), at, out, carrier);
+        cluster_wrenches(model, work, cluster, VecX(stress.col(s)), at, out);
         pressed.col(s) = in_newtons(model, cluster, out);
       }
       all -= stress * least_squares(pressed, loaded);
     }
-    cluster_wrenches(model, work, cluster, all, need, out, carrier);
+    const Twist carrier = cluster_wrenches(model, work, cluster, all, need, out);
     if (c.parent != ground) need[c.parent] += carrier;
   }
 }

@@ -4,6 +4,7 @@
 #include "sim/base/small_matrices.h"
 #include "sim/base/words.h"
 #include "sim/bodies/beam.h"
+#include "sim/bodies/beam_pieces.h"
 #include "sim/bodies/beam_terms.h"
 #include "sim/bodies/normal_modes.h"
 #include "sim/bodies/resolution.h"
@@ -24,32 +25,6 @@
 namespace flexframe::sim {
 namespace {
 
-// Pieces of a beam along x: one for finite-element and modal beams, the volumes of a mixed one, the rigid pieces of a lumped one.
-int piece_count(const BeamDef& beam) {
-  if (beam.model == BeamModel::lumped) return beam.elements + 1;
-  return beam.model == BeamModel::mixed ? beam.volumes : 1;
-}
-
-// Where a piece begins, m. Lumped: halves at the ends, cut at the elements' middles.
-double piece_start(const BeamDef& beam, int k) {
-  if (beam.model == BeamModel::lumped) return k == 0 ? 0.0 : (k - 0.5) * (beam.length / beam.elements);
-  return k * beam.length / piece_count(beam);
-}
-
-// Part of a body that carries x/L = s, and s within that part. At a seam of volumes the piece before it is meant, of lumped pieces the
-// one after it (as make_lumped_beam has it).
-std::pair<int, double> locate(const BeamDef& beam, double s) {
-  const int pieces = piece_count(beam);
-  if (beam.model == BeamModel::lumped) {
-    int k = 0;
-    while (k + 1 < pieces && s * beam.length >= piece_start(beam, k + 1)) ++k;
-    return {k, 0.0};
-  }
-  const double at = s * pieces;
-  const int k = std::clamp(static_cast<int>(std::ceil(at)) - 1, 0, pieces - 1);
-  return {k, at - k};
-}
-
 int part_of(const Model& model, int body, int piece) {
   for (size_t i = 0; i < model.parts.size(); ++i)
     if (model.parts[i].scene_body == body && model.parts[i].piece == piece) return static_cast<int>(i);
@@ -68,25 +43,6 @@ std::string frame_list(const BodyDef& body) {
     for (const auto& [name, position] : space->rigid.frames) names.push_back(name);
   }
   return list_words(names);
-}
-
-// Definition of one piece of a finite-element, modal or mixed beam: its share of the length, and the named frames that lie in it. A
-// volume has the damping of the whole beam.
-BeamDef piece_of(const BeamDef& beam, int k, double time_constant) {
-  BeamDef out = beam;
-  const int pieces = piece_count(beam);
-  out.length = beam.length / pieces;
-  out.model = beam.model == BeamModel::mixed ? (beam.modes.empty() ? BeamModel::finite_element : BeamModel::modal) : beam.model;
-  if (beam.model == BeamModel::mixed) {
-    out.damping = {};
-    out.damping.stiffness = time_constant;
-  }
-  out.frames.clear();
-  for (const auto& [name, s] : beam.frames) {
-    const auto [piece, local] = locate(beam, s);
-    if (piece == k) out.frames[name] = local;
-  }
-  return out;
 }
 
 FlexibleBody rigid_body(const RigidDef& def) {
@@ -321,9 +277,10 @@ void add_mounted_damping(Model& model, const Scene& scene, int body, const Dampi
 
 // Kelvin-Voigt time constant of a chain, s: that of the first bending mode of the beam as its joints hold it (of the first mode where
 // nothing bends).
-double mounted_time_constant(Model& model, const Scene& scene, int body, const BeamDef& beam, BeamEffects effects, bool planar,
+double mounted_time_constant(Model& model, const Scene& scene, int body, BeamEffects effects, bool planar,
                              std::span<const Mat3> orientation) {
-  const std::string& name = scene.bodies[static_cast<size_t>(body)].name;
+  const std::string& name = scene.bodies[body].name;
+  const BeamDef& beam = std::get<BeamDef>(scene.bodies[body].kind);
   std::vector<Support> holds = mounting_of(scene, name);
   if (!has_ratio(beam.damping) || beam.damping.ratio[0] == 0.0 || beam.damping.mass != 0.0 || boundary_fits(beam, holds, planar))
     return chain_time_constant(beam, effects);
@@ -457,7 +414,7 @@ FramePoint find_frame(const Model& model, const Scene& scene, int body, const st
       return f;
     }
     if (const auto at = beam->frames.find(frame); at != beam->frames.end()) {
-      f.part = part_of(model, body, locate(*beam, at->second).first);
+      f.part = part_of(model, body, locate_piece(*beam, at->second).first);
       f.node_name = frame;
       return f;
     }
@@ -548,7 +505,7 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
             model.notes.warn(owner, "a mixed or lumped beam has one damping ratio, that of its first mode; the others are ignored");
           if (const std::string note = beam_validity_note(*beam, decision.effects); !note.empty()) model.notes.tell(owner, note);
           time_constant =
-              chain ? mounted_time_constant(model, scene, part.scene_body, *beam, decision.effects, !normal.isZero(0.0), orientation) : 0.0;
+              chain ? mounted_time_constant(model, scene, part.scene_body, decision.effects, !normal.isZero(0.0), orientation) : 0.0;
           if (beam->model == BeamModel::lumped) {
             BeamDef damped = *beam;
             damped.damping = {.ratio = {}, .mass = 0.0, .stiffness = time_constant};

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace flexframe::sim {
@@ -92,7 +93,6 @@ const std::map<std::string, const char*>& refused_words() {
       {"EMBEDDED ELEMENT", "tie the parts by *TIE or common nodes"},
       {"SHELL TO SOLID COUPLING", "tie the parts by *TIE, or a *COUPLING"},
       {"NCOPY", "write the nodes out (most preprocessors export them)"},
-      {"NFILL", "write the nodes out (most preprocessors export them)"},
       {"ELCOPY", "write the elements out (most preprocessors export them)"},
       {"SUBMODEL", "its supports come from another model's results: reduce the whole model"}};
   return words;
@@ -303,7 +303,7 @@ class Reader : public InpLines {
       InpSurface& made = s().surfaces[inp_upper(need("NAME"))];
       made.nodes = kind == "NODE";
       made.place = at;
-    } else if (w == "NGEN") {
+    } else if (w == "NGEN" || w == "NFILL" || w == "ELGEN") {
       // Data lines do the work.
     } else {
       return false;
@@ -445,8 +445,7 @@ class Reader : public InpLines {
   void other_word() {
     const auto refusal = refused_words().find(k.name);
     if (refusal != refused_words().end()) return refuse(fmt::format("*{} cannot be read: {}", k.name, refusal->second));
-    skip = k.name != "ELGEN";
-    if (k.name == "ELGEN") return refuse("*ELGEN cannot be read: write the elements out (most preprocessors export them)");
+    skip = true;
     if (!harmless(k.name) && told.insert("*" + k.name).second) deck.notes.push_back(fmt::format("{}: *{} is ignored", where(at), k.name));
   }
 
@@ -459,6 +458,8 @@ class Reader : public InpLines {
     else if (w == "SURFACE")
       s().surfaces[inp_upper(k.get("NAME"))].parts.emplace_back(f.empty() ? "" : inp_upper(f[0]), f.size() > 1 ? inp_upper(f[1]) : "");
     else if (w == "NGEN") read_ngen();
+    else if (w == "NFILL") read_nfill();
+    else if (w == "ELGEN") read_elgen();
     else if (w == "ELASTIC") read_elastic();
     else if (w == "DENSITY") {
       if (lines == 0) material().density = value(0, "density", 0.0) * units.density();
@@ -572,15 +573,106 @@ class Reader : public InpLines {
     const auto a = s().node_at.find(first), b = s().node_at.find(last);
     if (a == s().node_at.end() || b == s().node_at.end() || by <= 0 || last <= first || (last - first) / by > 10000000)
       fail(fmt::format("*NGEN: {} to {} by {}: both ends must be there, and the step lead from one to the other", first, last, by));
-    const Vec3 from = s().nodes[static_cast<size_t>(a->second)], to = s().nodes[static_cast<size_t>(b->second)];
-    const std::string set = up("NSET");
-    for (long id = first; id <= last; id += by) {
-      if (s().node_at.try_emplace(static_cast<int>(id), static_cast<int>(s().nodes.size())).second) {
-        s().node_ids.push_back(static_cast<int>(id));
-        s().nodes.push_back(from + (to - from) * (static_cast<double>(id - first) / static_cast<double>(last - first)));
-      }
-      if (!set.empty()) add_member(s().node_sets[set], static_cast<int>(id));
+    const Vec3 from = s().nodes[a->second], to = s().nodes[b->second];
+    for (long id = first; id <= last; id += by)
+      make_node(static_cast<int>(id), from + (to - from) * (static_cast<double>(id - first) / static_cast<double>(last - first)));
+  }
+
+  // A node that a keyword makes, where none has its number, and its place in the keyword's NSET.
+  void make_node(int id, const Vec3& x) {
+    if (s().node_at.try_emplace(id, static_cast<int>(s().nodes.size())).second) {
+      s().node_ids.push_back(id);
+      s().nodes.push_back(x);
     }
+    if (const std::string set = up("NSET"); !set.empty()) add_member(s().node_sets[set], id);
+  }
+
+  // Numbers of the nodes in a set, ascending, as the sets of decks are unless they say otherwise.
+  std::vector<int> bounding_nodes(std::string_view name) {
+    const auto found = s().node_sets.find(inp_upper(name));
+    if (found == s().node_sets.end()) fail(fmt::format("*NFILL: node set '{}' is not there", name));
+    std::set<int> ids;
+    for (const InpMembers& members : found->second) {
+      if (!members.names.empty()) fail(fmt::format("*NFILL: node set '{}' must hold numbers, not other sets", name));
+      ids.insert(members.ids.begin(), members.ids.end());
+    }
+    return {ids.begin(), ids.end()};
+  }
+
+  // Nodes on straight lines from those of one set to those of another: 'set, set, intervals, step of the numbers'. The keyword's NSET has
+  // the two sets' nodes too.
+  void read_nfill() {
+    if (k.has("BIAS") || k.has("SINGULAR") || k.has("TWOSTEP") || f.size() < 3)
+      return refuse("*NFILL: only nodes at equal distances, 'set, set, intervals, step', can be made");
+    const std::vector<int> from = bounding_nodes(f[0]), to = bounding_nodes(f[1]);
+    const int intervals = integer(f[2], "number of intervals"), by = f.size() > 3 && !f[3].empty() ? integer(f[3], "step") : 1;
+    if (from.size() != to.size() || from.empty() || intervals < 1 || intervals > 1000000 || by <= 0)
+      fail(fmt::format("*NFILL: the sets have {} and {} nodes, {} intervals by {}: as many nodes in both, and positive numbers, are wanted",
+                       from.size(), to.size(), intervals, by));
+    for (size_t i = 0; i < from.size(); ++i) {
+      const auto a = s().node_at.find(from[i]), b = s().node_at.find(to[i]);
+      if (a == s().node_at.end() || b == s().node_at.end()) fail(fmt::format("*NFILL: node {} or {} is not there", from[i], to[i]));
+      const Vec3 start = s().nodes[a->second], end = s().nodes[b->second];
+      for (int j = 0; j <= intervals; ++j) {
+        if ((j == 0 || j == intervals) && up("NSET").empty()) continue;
+        const long id = from[i] + static_cast<long>(j) * by;
+        if (id > std::numeric_limits<int>::max()) fail(fmt::format("*NFILL: node number {} is too large", id));
+        if (j == intervals && id != to[i]) {
+          add_member(s().node_sets[up("NSET")], to[i]);
+          continue;
+        }
+        make_node(static_cast<int>(id), start + (end - start) * (static_cast<double>(j) / intervals));
+      }
+    }
+  }
+
+  // Copies of an element along up to three directions: 'element, then for rows, columns and layers: number, step of the nodes, step of the
+  // elements'.
+  void read_elgen() {
+    const auto master = s().element_at.find(integer(f.empty() ? "" : f[0], "element number"));
+    if (master == s().element_at.end()) fail(fmt::format("*ELGEN: element {} is not there", f[0]));
+    long count[3] = {1, 1, 1}, node_step[3] = {1, 0, 0}, element_step[3] = {1, 0, 0};
+    for (size_t d = 0; d < 3; ++d) {
+      const auto number = [&](size_t i, long otherwise) -> long {
+        return f.size() > i && !f[i].empty() ? integer(f[i], "number") : otherwise;
+      };
+      count[d] = number(1 + 3 * d, 1);
+      node_step[d] = number(2 + 3 * d, 1);
+      element_step[d] = number(3 + 3 * d, 1);
+      if (count[d] < 1 || count[d] > 10000000) fail(fmt::format("*ELGEN: a number of elements is expected, found {}", count[d]));
+    }
+    if (count[0] * count[1] * count[2] > 50000000)
+      fail(fmt::format("*ELGEN: {} x {} x {} elements are too many", count[0], count[1], count[2]));
+    const InpElement first = s().elements[master->second];
+    const std::string set = up("ELSET");
+    bool listed = false;
+    if (const auto there = s().element_sets.find(set); there != s().element_sets.end())
+      for (const InpMembers& members : there->second)
+        listed = listed || std::find(members.ids.begin(), members.ids.end(), first.id) != members.ids.end();
+    for (long c = 0; c < count[2]; ++c)
+      for (long b = 0; b < count[1]; ++b)
+        for (long a = 0; a < count[0]; ++a) {
+          const long id = first.id + a * element_step[0] + b * element_step[1] + c * element_step[2];
+          if (a + b + c > 0) copy_element(first, id, a * node_step[0] + b * node_step[1] + c * node_step[2]);
+          if (a + b + c > 0 || !listed) {
+            if (!set.empty()) add_member(s().element_sets[set], static_cast<int>(id));
+          }
+        }
+  }
+
+  void copy_element(const InpElement& from, long id, long shift) {
+    InpElement e = from;
+    e.id = static_cast<int>(id);
+    e.first = static_cast<int>(s().connectivity.size());
+    e.place = at;
+    if (id < 1 || id > std::numeric_limits<int>::max() || !s().element_at.try_emplace(e.id, static_cast<int>(s().elements.size())).second)
+      fail(fmt::format("*ELGEN: element {} is there already, or has no number that an element may have", id));
+    for (int i = 0; i < from.type->nodes; ++i) {
+      const long node = s().connectivity[from.first + i] + shift;
+      if (node < 1 || node > std::numeric_limits<int>::max()) fail(fmt::format("*ELGEN: element {} needs node {}", id, node));
+      s().connectivity.push_back(static_cast<int>(node));
+    }
+    s().elements.push_back(e);
   }
 
   size_t constants() const {
@@ -770,9 +862,10 @@ class Reader : public InpLines {
     } else {
       const int first = integer(f[1], "degree of freedom"),
                 last = f.size() > 2 && !f[2].empty() ? integer(f[2], "degree of freedom") : first;
-      if (first < 1 || last < first) fail(fmt::format("*BOUNDARY: degrees of freedom 1 to 6 are allowed, found {} to {}", first, last));
-      if (first > 6) return note(fmt::format("*BOUNDARY: degrees of freedom above 6 (temperature, pressure) are passed over"));
-      b.dofs = span_of(first, last);
+      if (first < 0 || last < first) fail(fmt::format("*BOUNDARY: degrees of freedom 1 to 6 are allowed, found {} to {}", first, last));
+      if (first == 0 || first > 6) note("*BOUNDARY: degrees of freedom 0 and above 6 (temperature, pressure) are passed over");
+      if (first > 6 || last == 0) return;
+      b.dofs = span_of(std::max(first, 1), last);
       if (f.size() > 3 && value(3, "value", 0.0) != 0.0) note("*BOUNDARY with a value: fixed at zero");
     }
     if (b.step) note(fmt::format("{}: *BOUNDARY of the first step holds the model; --hold none leaves it free", where(at)));

@@ -50,8 +50,7 @@ double work_of(const Model& model, const Work& work, int cluster, int body, cons
   for (int l : model.clusters[cluster].loops) {
     const LoopJoint& loop = model.loops[l];
     const auto count = static_cast<Eigen::Index>(loop.rows.size());
-    Vec6 on_a, on_b;
-    closure_wrench(model, work, cluster, l, multipliers.segment(row, count), on_a, on_b);
+    const auto [on_a, on_b] = closure_wrench(model, work, cluster, l, multipliers.segment(row, count));
     sum += (frame_in_base(model, work, cluster, loop.a).R * on_a.head<3>()).dot(lengthened(model, work, cluster, body, loop.a));
     sum += (frame_in_base(model, work, cluster, loop.b).R * on_b.head<3>()).dot(lengthened(model, work, cluster, body, loop.b));
     row += count;

@@ -319,10 +319,39 @@ with temporary_folder() as name:
     spread = plain + "*NONSTRUCTURAL MASS, ELSET=ALL, UNITS=TOTAL MASS\n0.5\n"
     near(reduce(put("deck.inp", spread))["mass"], wanted["mass"] + 0.5, 1e-9, "non-structural mass")
 
+    # Nodes and elements that keywords make: the same block as written out. A temperature (degree of freedom 0) holds nothing.
+    written, places = block((6, 2, 3), (0.3, 0.02, 0.03), "C3D8")
+    frame = STEEL + "*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL\n*BOUNDARY\nROOT, 1, 3\n"
+    written_out = reduce(put("deck.inp", written + some("ROOT", places, lambda x, y, z: x == 0) + frame))
+
+    def at(i, j, k):
+        return 1 + i + 100 * j + 10000 * k
+
+    made = "*NODE\n"
+    for i, j, k in itertools.product((0, 6), (0, 2), (0, 3)):
+        made += "%d, %g, %g, %g\n" % (at(i, j, k), 0.05 * i, 0.01 * j, 0.01 * k)
+    for k, name in ((0, "LOW"), (3, "HIGH")):
+        for j in (0, 2):
+            made += "*NGEN, NSET=%s%d\n%d, %d\n" % (name, j, at(0, j, k), at(6, j, k))
+        made += "*NFILL, NSET=%s\n%s0, %s2, 2, 100\n" % (name, name, name)
+    made += "*NFILL, NSET=NALL\nLOW, HIGH, 3, 10000\n*NSET, NSET=ROOT\n"
+    made += "".join("%d,\n" % at(0, j, k) for j in range(3) for k in range(4))
+    corners = [at(i, j, k) for k in (0, 1) for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    made += "*ELEMENT, TYPE=C3D8, ELSET=ALL\n" + ", ".join(map(str, [1, *corners])) + "\n"
+    made += "*ELGEN, ELSET=ALL\n1, 6, 1, 1, 2, 100, 100, 3, 10000, 10000\n"
+    generated = reduce(put("deck.inp", made + frame + "NALL, 0, 0\n"))
+    near(generated["mass"], written_out["mass"], 1e-12, "mass of generated elements")
+    for a, b in zip(generated["frequencies"], written_out["frequencies"]):
+        near(a, b, 1e-6 * b, "frequency of generated elements")
+    held = reduce(put("deck.inp", made + frame.replace("ROOT, 1, 3", "NALL, 0, 0\nROOT, 0, 3")))
+    near(held["frequencies"][0], written_out["frequencies"][0], 1e-6 * held["frequencies"][0], "a range from degree of freedom 0")
+    answer = run("reduce", put("deck.inp", made.replace("LOW, HIGH, 3", "LOW0, HIGH, 3")), "-o", folder / "body.sid", code=2).stderr
+    expect("*NFILL: the sets have 7 and 21 nodes" in answer, f"uneven sets: {answer}")
+
     # Every refusal at once, each with its line and what to do instead.
-    bad = plain + "*CONTACT PAIR, INTERACTION=X\nA, B\n*ELEMENT, TYPE=CPS4, ELSET=P\n1, 1, 2, 3, 4\n*NFILL\n1, 2, 3\n"
+    bad = plain + "*CONTACT PAIR, INTERACTION=X\nA, B\n*ELEMENT, TYPE=CPS4, ELSET=P\n1, 1, 2, 3, 4\n*NCOPY\n1, 2, 3\n"
     answer = run("reduce", put("deck.inp", bad), "-o", folder / "body.sid", code=2).stderr
-    for words in ("*TIE", "mesh it with solids or shells", "*NFILL"):
+    for words in ("*TIE", "mesh it with solids or shells", "*NCOPY"):
         expect(words in answer and answer.count("deck.inp:") >= 3, f"refusals: {answer}")
     # What is missing is named with the option that gives it; all of it.
     bare = plain.replace("*DENSITY\n7850\n", "").replace("*ELASTIC\n2.1e11, 0.3\n", "")

@@ -1,6 +1,6 @@
 // Large static deformations of mixed beams, from their pieces alone: the potential energy of a welded chain under a dead load at its
 // tip is made stationary here, without the program's dynamics.
-#include "sim/bodies/beam.h"
+#include "tests/unit/beam_chains.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -108,7 +108,7 @@ Vec3 loaded_tip(const Welded& chain, const Vec3& force, int steps) {
 }
 
 Welded straight(const BeamDef& def, const BeamEffects& effects) {
-  Welded chain{make_mixed_beam(def, effects).pieces, {}};
+  Welded chain{mixed_pieces(def, effects), {}};
   chain.before.resize(chain.pieces.size());
   return chain;
 }
@@ -153,7 +153,7 @@ TEST(BeamStatic, BatheBolourchiBend) {
   Welded chain;
   for (int k = 0; k < volumes; ++k) {
     chain.pieces.push_back(
-        make_mixed_beam(def, {.axial = true, .bending_xy = true, .bending_xz = true, .torsion = true, .stiffening = true}).pieces[0]);
+        mixed_pieces(def, {.axial = true, .bending_xy = true, .bending_xz = true, .torsion = true, .stiffening = true})[0]);
     chain.before.push_back({turn(Vec3(0, 0, k == 0 ? half : 2.0 * half)), Vec3::Zero()});
   }
   const Vec3 start = loaded_tip(chain, Vec3::Zero(), 1), tip = loaded_tip(chain, Vec3(0, 0, 600.0), 6);

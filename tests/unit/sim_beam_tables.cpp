@@ -1,7 +1,7 @@
 // The tables of sim/BEAMS.md. Each row is checked; with FLEXFRAME_TABLES set they are printed, in the form the page has them:
 //   FLEXFRAME_TABLES=1 test_sim --gtest_filter='BeamTables*' --gtest_brief=1
-#include "sim/bodies/beam.h"
 #include "sim/bodies/beam_eigenforms.h"
+#include "tests/unit/beam_chains.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

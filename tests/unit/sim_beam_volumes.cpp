@@ -1,5 +1,5 @@
 // Beams as chains: Chudnovsky et al. 2006's lumped cantilever, the coupled springs, pure bending of a mixed beam, frames and damping.
-#include "sim/bodies/beam.h"
+#include "tests/unit/beam_chains.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -130,12 +130,13 @@ TEST(BeamVolumes, PureBendingOfAMixedBeamClosesTheCircle) {
   const double L = def.length, ei = 6.9e10 * def.section.iz;
   for (const bool plane_xy : {true, false})
     for (const double turns : {0.25, 0.5, 1.0}) {
-      const BeamChain chain = make_mixed_beam(def, {.axial = true, .bending_xy = plane_xy, .bending_xz = !plane_xy, .stiffening = true});
-      ASSERT_EQ(chain.pieces.size(), 10u);
+      const std::vector<BeamPiece> pieces =
+          mixed_pieces(def, {.axial = true, .bending_xy = plane_xy, .bending_xz = !plane_xy, .stiffening = true});
+      ASSERT_EQ(pieces.size(), 10u);
       const double moment = 2.0 * pi * turns * (plane_xy ? ei : 6.9e10 * def.section.iy) / L;
       Mat3 R = Mat3::Identity();
       Vec3 r = Vec3::Zero();
-      for (const BeamPiece& piece : chain.pieces) {
+      for (const BeamPiece& piece : pieces) {
         // the moment is the same along the beam; about -y it bends towards +z
         const FlexibleNode &a = piece.body.nodes[0], &b = piece.body.nodes[1];
         const VecX load = (plane_xy ? 1.0 : -1.0) * moment * (b.psi - a.psi).row(plane_xy ? 2 : 1).transpose();
@@ -161,33 +162,36 @@ TEST(BeamVolumes, PureBendingOfAMixedBeamClosesTheCircle) {
     }
 }
 
-TEST(BeamVolumes, FramesAndSeriesCoverTheWholeBeam) {
+TEST(BeamVolumes, FramesAndNodesCoverTheWholeBeam) {
   BeamDef def = seed_cantilever(2);
   def.frames = {{"middle", 0.5}, {"start", 0.0}, {"end", 1.0}, {"odd", 0.377}};
   def.volumes = 4;
-  for (const bool lumped : {true, false}) {
+  for (const BeamModel model : {BeamModel::lumped, BeamModel::mixed}) {
+    def.model = model;
     const BeamEffects effects{.axial = true, .bending_xy = true};
-    const BeamChain chain = lumped ? make_lumped_beam(def, effects) : make_mixed_beam(def, effects);
-    const auto x_of = [&](const BeamChainFrame& f) {
-      const BeamPiece& piece = chain.pieces[static_cast<std::size_t>(f.piece)];
-      return piece.start + piece.body.nodes[static_cast<std::size_t>(f.node)].origin.x();
+    const std::vector<BeamPiece> pieces = model == BeamModel::lumped ? make_lumped_beam(def, effects).pieces : mixed_pieces(def, effects);
+    ASSERT_EQ(static_cast<int>(pieces.size()), piece_count(def));
+    const auto x_of = [](const BeamPiece& piece, const std::string& name) {
+      for (const FlexibleNode& node : piece.body.nodes)
+        if (node.name == name) return piece.start + node.origin.x();
+      ADD_FAILURE() << piece.name << " has no node " << name;
+      return 0.0;
     };
-    EXPECT_EQ(chain.frames[0].name, "root");
-    EXPECT_NEAR(x_of(chain.frames[0]), 0.0, 1e-15);
-    EXPECT_EQ(chain.frames[1].name, "tip");
-    EXPECT_NEAR(x_of(chain.frames[1]), 0.5, 1e-15);
-    std::size_t named = 0;
-    double last = -1.0;
-    for (const BeamChainFrame& f : chain.frames) {
-      if (def.frames.contains(f.name)) {
-        ++named;
-        EXPECT_NEAR(x_of(f), def.frames.at(f.name) * 0.5, 1e-15) << f.name;
-      } else if (f.name.starts_with("node[")) {
-        EXPECT_GT(x_of(f), last);
-        last = x_of(f);
-      }
+    EXPECT_NEAR(x_of(pieces.front(), "root"), 0.0, 1e-15);
+    EXPECT_NEAR(x_of(pieces.back(), "tip"), 0.5, 1e-15);
+    for (std::size_t k = 0; k < pieces.size(); ++k) {
+      EXPECT_NEAR(pieces[k].start, piece_start(def, static_cast<int>(k)), 1e-15);
+      if (k > 0) EXPECT_NEAR(x_of(pieces[k - 1], "tip"), pieces[k].start, 1e-15);
     }
-    EXPECT_EQ(named, 4u);
+    for (const auto& [name, share] : def.frames)
+      EXPECT_NEAR(x_of(pieces[static_cast<std::size_t>(locate_piece(def, share).first)], name), share * 0.5, 1e-15) << name;
+    double last = -1.0;
+    for (const BeamPiece& piece : pieces)
+      for (const FlexibleNode& node : piece.body.nodes)
+        if (node.name.starts_with("node[")) {
+          EXPECT_GE(piece.start + node.origin.x(), last - 1e-15);
+          last = piece.start + node.origin.x();
+        }
     EXPECT_NEAR(last, 0.5, 1e-15);
   }
 }
@@ -198,13 +202,13 @@ TEST(BeamVolumes, DampingIsThatOfTheFirstMode) {
   const BeamChain chain = make_lumped_beam(def, {.bending_xy = true});
   const PlanarChain linear = planar(chain, 0.5);
   EXPECT_NEAR(chain.links.time_constant * hertz(linear)[0] * pi, 0.03, 2e-5);
-  const BeamChain mixed = make_mixed_beam(def, {.bending_xy = true, .stiffening = true});
-  EXPECT_LT((mixed.pieces[0].body.De - chain.links.time_constant * mixed.pieces[0].body.Ke).norm(), 1e-12 * mixed.pieces[0].body.De.norm());
+  const FlexibleBody volume = mixed_pieces(def, {.bending_xy = true, .stiffening = true})[0].body;
+  EXPECT_LT((volume.De - chain.links.time_constant * volume.Ke).norm(), 1e-12 * volume.De.norm());
   def.damping.mass = 1.0;
-  EXPECT_THROW(make_mixed_beam(def, {.bending_xy = true}), InputError);
+  EXPECT_THROW(chain_time_constant(def, {.bending_xy = true}), InputError);
   def.damping = {};
-  def.volumes = 0;
-  EXPECT_THROW(make_mixed_beam(def, {}), InputError);
+  def.elements = 0;
+  EXPECT_THROW(make_lumped_beam(def, {}), InputError);
 }
 
 TEST(BeamVolumes, WithoutHingesALumpedBeamIsWelded) {

@@ -1,5 +1,5 @@
-// Beams as chains of bodies: the mixed beam of Schiavo, Ferretti, Vigano 2005 section 3.4 and the lumped beam of Chudnovsky
-// et al. 2006, with its spring law and with one that couples neighbours.
+// Lumped beams (Chudnovsky et al. 2006), with the paper's spring law and with one that couples neighbours; damping of all beams of several
+// pieces.
 #include "sim/bodies/beam_eigenforms.h"
 #include "sim/bodies/beam_terms.h"
 
@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kMaxPieces = 5000;
 
-// Pieces' lengths and makers differ; this part of the beam from a to b, with the user's frames that lie in it.
+// This part of the beam from a to b, with the user's frames that lie in it.
 BeamDef part_of(const BeamDef& def, double a, double b, bool last) {
   BeamDef part = def;
   part.length = b - a;
@@ -56,31 +56,6 @@ double chain_time_constant(const BeamDef& def, const BeamEffects& effects) {
 
 namespace {
 
-// Frames of the whole from the pieces' nodes: root, tip, the user's, then the pieces' series without the doubles at the joints.
-std::vector<BeamChainFrame> chain_frames(const BeamDef& def, const std::vector<BeamPiece>& pieces, bool lumped) {
-  std::vector<BeamChainFrame> frames = {{"root", 0, 0}, {"tip", static_cast<int>(pieces.size()) - 1, 1}};
-  std::vector<BeamChainFrame> series;
-  for (std::size_t k = 0; k < pieces.size(); ++k) {
-    const std::vector<FlexibleNode>& nodes = pieces[k].body.nodes;
-    bool first = !lumped;
-    for (std::size_t i = 2; i < nodes.size(); ++i) {
-      const int piece = static_cast<int>(k), node = static_cast<int>(i);
-      if (def.frames.contains(nodes[i].name)) {
-        frames.push_back({nodes[i].name, piece, node});
-      } else {
-        if (k == 0 || !first) series.push_back({fmt::format("node[{}]", series.size()), piece, node});
-        first = false;
-      }
-    }
-  }
-  frames.insert(frames.end(), series.begin(), series.end());
-  return frames;
-}
-
-void check_count(const char* what, int count) {
-  if (count < 1 || count > kMaxPieces) throw InputError(fmt::format("{} must lie in 1 .. {}, found {}", what, kMaxPieces, count));
-}
-
 // Compliance of linearly varying moments: C_ik = int N_i N_k dx, N the hat functions of the joints, the outermost extended to the ends.
 void set_coupling(BeamLinks& links, int n, double l) {
   const size_t count = n;
@@ -100,27 +75,9 @@ void set_coupling(BeamLinks& links, int n, double l) {
 
 }  // namespace
 
-BeamChain make_mixed_beam(const BeamDef& def, const BeamEffects& effects) {
-  check_count("volumes", def.volumes);
-  const beam::Properties p = beam::properties(def, effects);
-  beam::named_stations(def);
-  const double tau = time_constant(def, effects, p);
-  BeamChain chain;
-  const double l = def.length / def.volumes;
-  for (int k = 0; k < def.volumes; ++k) {
-    BeamDef part = part_of(def, k * l, (k + 1) * l, k + 1 == def.volumes);
-    part.boundary = Boundary::free_free;
-    BeamPiece piece{fmt::format("volume[{}]", k), {}, k * l};
-    piece.body = def.modes.empty() ? make_fe_beam(part, effects) : make_modal_volume(part, effects);
-    if (tau > 0.0 && piece.body.n > 0) piece.body.De = tau * piece.body.Ke;
-    chain.pieces.push_back(std::move(piece));
-  }
-  chain.frames = chain_frames(def, chain.pieces, false);
-  return chain;
-}
-
 BeamChain make_lumped_beam(const BeamDef& def, const BeamEffects& effects) {
-  check_count("elements", def.elements);
+  if (def.elements < 1 || def.elements > kMaxPieces)
+    throw InputError(fmt::format("elements must lie in 1 .. {}, found {}", kMaxPieces, def.elements));
   if (effects.shear) throw InputError("effect 'shear' needs model = \"finite-element\"");
   const beam::Properties p = beam::properties(def, effects);
   beam::named_stations(def);
@@ -155,7 +112,6 @@ BeamChain make_lumped_beam(const BeamDef& def, const BeamEffects& effects) {
     if (tau > 0.0 && piece.body.n > 0) piece.body.De = tau * piece.body.Ke;
     chain.pieces.push_back(std::move(piece));
   }
-  chain.frames = chain_frames(def, chain.pieces, true);
   return chain;
 }
 
@@ -182,17 +138,6 @@ Mat3X link_moments(const BeamLinks& links, const Mat3X& theta) {
     curvature.col(i) /= pivot[i];
   }
   return -links.section * curvature;
-}
-
-MatX link_stiffness(const BeamLinks& links, int count) {
-  MatX k(3 * count, 3 * count);
-  for (int j = 0; j < 3 * count; ++j) {
-    Mat3X theta = Mat3X::Zero(3, count);
-    theta(j % 3, j / 3) = 1.0;
-    const Mat3X moments = link_moments(links, theta);
-    k.col(j) = -Eigen::Map<const VecX>(moments.data(), moments.size());
-  }
-  return k;
 }
 
 std::string beam_validity_note(const BeamDef& def, const BeamEffects& effects) {

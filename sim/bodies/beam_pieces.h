@@ -1,0 +1,23 @@
+// The pieces of a beam along its axis: one of a finite-element or modal beam, the volumes of a mixed one, the rigid pieces of a lumped one.
+#pragma once
+
+#include "sim/scene/scene.h"
+
+#include <utility>
+
+namespace flexframe::sim {
+
+int piece_count(const BeamDef& beam);
+
+// x of the root of piece k in the undeformed beam, m. Lumped: halves at the ends, cut at the elements' middles.
+double piece_start(const BeamDef& beam, int k);
+
+// Piece that carries x/L = s, and the share of its length at which (0 on a rigid piece). At a seam of volumes the piece before it is meant,
+// of lumped pieces the one after it.
+std::pair<int, double> locate_piece(const BeamDef& beam, double s);
+
+// One piece of a finite-element, modal or mixed beam as a beam of its own: its share of the length, and the named frames that lie in it.
+// A volume is damped by the whole beam's time constant, s.
+BeamDef piece_of(const BeamDef& beam, int k, double time_constant);
+
+}  // namespace flexframe::sim
