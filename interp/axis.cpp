@@ -54,7 +54,7 @@ Eigen::MatrixXd spline_slopes(std::span<const double> length, bool natural) {
 constexpr Eigen::Index window_rows = 32;  // the influence of a slope falls by 3.7 per interval: 1e-18 over a window's margin
 
 Eigen::SparseMatrix<double, Eigen::RowMajor> make_slopes(const std::vector<double>& s, bool natural) {
-  if (s.size() < 2) throw std::invalid_argument("an axis needs at least two nodes");
+  if (s.size() < 2) throw ArgumentError("an axis needs at least two nodes");
   const auto n = static_cast<Eigen::Index>(s.size());
   std::vector<double> length(s.size() - 1);
   for (size_t k = 0; k + 1 < s.size(); ++k) length[k] = s[k + 1] - s[k];

@@ -2,9 +2,9 @@
 // All arrays of points are row-major, one point a row (x y z), so that they lie over arrays of vec3. SI units, radians.
 #pragma once
 
-#include <Eigen/Dense>
+#include "sim/base/error.h"
 
-#include <stdexcept>
+#include <Eigen/Dense>
 
 namespace flexframe::interp {
 
@@ -14,15 +14,10 @@ using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 using PointsF = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
 using Triangles = Eigen::Matrix<int, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
-// Bad input (NaN, no nodes, no faces, index out of range): the program exits with 2.
-struct InputError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
-// Sound input that no map can serve (Lebesgue constant above the limit, singular system): the program exits with 1.
-struct MapError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
+// Bad input: NaN, no nodes, no faces, index out of range.
+using flexframe::ArgumentError;
+using flexframe::InputError;
+using flexframe::MapError;
 
 // Triangles over vertices. Views: the arrays must outlive the call, not the map.
 // From plain arrays: MeshView{Eigen::Map<const Points>(&positions[0].x, M, 3), Eigen::Map<const Triangles>(&triangles[0].x, K, 3)}.

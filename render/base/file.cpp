@@ -1,5 +1,7 @@
 #include "render/base/file.h"
 
+#include "sim/base/error.h"
+
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -16,7 +18,7 @@ namespace flexframe::render {
 namespace {
 
 [[noreturn]] void fail(const std::filesystem::path& path, const char* what, int reason) {
-  throw std::runtime_error(path.string() + ": " + what + ": " + std::strerror(reason));
+  throw FileError(path.string() + ": " + what + ": " + std::strerror(reason));
 }
 
 struct Descriptor {

@@ -1,4 +1,4 @@
-// Files written whole or not at all. Errors are std::runtime_error with the path and the system's reason.
+// Files written whole or not at all. Errors are FileError with the path and the system's reason.
 #pragma once
 
 #include <cstdint>

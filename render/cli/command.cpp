@@ -94,11 +94,12 @@ bool Subcommand::given() const { return app_->parsed(); }
 
 bool Subcommand::given(const char* option) const { return app_->count(option) > 0; }
 
-Program::Program(const char* name, const char* description, const char* version) : app_(std::make_unique<CLI::App>(description)) {
+Program::Program(const char* name, const char* description, const std::function<std::string()>& version)
+    : app_(std::make_unique<CLI::App>(description)) {
   app_->name(name);
   app_->require_subcommand(1);
   app_->set_help_flag("-h,--help", fmt::format("this text; {} COMMAND --help for a command", name));
-  app_->set_version_flag("--version", version);
+  app_->set_version_flag("--version", version, "version, compiler, renderer and libraries");
   app_->get_formatter()->column_width(34);
 }
 

@@ -63,7 +63,8 @@ class Subcommand {
 // The program's own words: one subcommand, --help, --version.
 class Program {
  public:
-  Program(const char* name, const char* description, const char* version);
+  // version: what --version prints, made when it is asked for.
+  Program(const char* name, const char* description, const std::function<std::string()>& version);
   ~Program();
   Subcommand subcommand(const char* name, const char* text);
 

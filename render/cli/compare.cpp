@@ -126,8 +126,6 @@ Exit codes: 0 all agree, 1 some do not, 2 bad input.)");
                   render::compare_pictures(options->baseline, options->candidate, rule, !options->report.empty(), !options->reason.empty());
             } catch (const std::runtime_error& e) {  // what was given cannot be read
               throw UsageError(e.what());
-            } catch (const std::invalid_argument& e) {
-              throw UsageError(e.what());
             }
             if (!options->report.empty()) {
               const std::string page = render::comparison_page(comparison, options->baseline + " and " + options->candidate);

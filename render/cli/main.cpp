@@ -2,11 +2,10 @@
 #include "render/cli/commands.h"
 #include "render/cli/export.h"
 #include "render/cli/terminal.h"
+#include "render/cli/version.h"
 
-#include "interp/types.h"
 #include "render/draw/renderer.h"
-#include "render/picture/mesh.h"
-#include "sim/base/types.h"
+#include "sim/base/error.h"
 
 #include <fmt/format.h>
 
@@ -28,7 +27,7 @@ constexpr const char* description = R"(Flexible multibody simulation and its pic
 Exit codes: 0 done; 1 failed, or pictures differ; 2 wrong usage or bad input; 130 interrupted.)";
 
 int run_program(int argc, char** argv) {
-  cli::Program program("flexframe", description, FLEXFRAME_VERSION);
+  cli::Program program("flexframe", description, cli::version_text);
   const std::vector<cli::Command> commands = {
       cli::add_run(program),     cli::add_simulate(program), cli::add_render(program), cli::add_check(program),
       cli::add_info(program),    cli::add_reduce(program),   cli::add_modes(program),  cli::add_deform(program),
@@ -60,11 +59,7 @@ int main(int argc, char** argv) {
     return run_program(argc, argv);
   } catch (const cli::UsageError& e) {
     return report(2, e.what());
-  } catch (const sim::InputError& e) {
-    return report(2, e.what());
-  } catch (const interp::InputError& e) {
-    return report(2, e.what());
-  } catch (const render::MeshError& e) {
+  } catch (const InputError& e) {
     return report(2, e.what());
   } catch (const cli::Interrupted& e) {
     return report(130, e.what());

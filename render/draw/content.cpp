@@ -1,5 +1,7 @@
 #include "render/draw/content.h"
 
+#include "sim/base/error.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -30,7 +32,7 @@ Bounds posed(const Bounds& b, const glm::dmat4& pose) {
 }
 
 void check_picture(const Picture& p) {
-  const auto refuse = [](const std::string& what) { throw std::invalid_argument(what); };
+  const auto refuse = [](const std::string& what) { throw ArgumentError(what); };
   if (p.size.width < 16 || p.size.height < 16 || p.size.width > 16384 || p.size.height > 16384)
     refuse(fmt::format("picture of {} x {} pixels; 16 to 16384 are allowed", p.size.width, p.size.height));
   if (p.look.samples != 1 && p.look.samples != 4 && p.look.samples != 9 && p.look.samples != 16)

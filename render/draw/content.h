@@ -18,7 +18,7 @@ struct Content {
   Bounds casters;             // world; of what throws shadows
 };
 
-// Throws std::invalid_argument if the picture is inconsistent.
+// Throws ArgumentError if the picture is inconsistent.
 Content gather_content(const Picture& picture);
 
 bool all_finite(std::span<const glm::vec3> values);

@@ -1,5 +1,7 @@
 #include "render/draw/context.h"
 
+#include "sim/base/error.h"
+
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
 #include <dlfcn.h>
@@ -23,13 +25,13 @@ void* open_library(std::initializer_list<const char*> names, const char* package
     if (void* library = ::dlopen(name, RTLD_NOW | RTLD_LOCAL)) return library;
     tried += (tried.empty() ? "" : ", ") + std::string(name);
   }
-  throw std::runtime_error("no library for drawing: tried " + tried + "; the Debian package is " + package);
+  throw DrawError("no library for drawing: tried " + tried + "; the Debian package is " + package);
 }
 
 template <class Function>
 Function symbol(void* library, const char* name) {
   const auto found = reinterpret_cast<Function>(::dlsym(library, name));
-  if (!found) throw std::runtime_error(std::string("the drawing library has no ") + name);
+  if (!found) throw DrawError(std::string("the drawing library has no ") + name);
   return found;
 }
 
@@ -50,12 +52,12 @@ class OsMesa final : public Context {
     const std::array<int, 12> attributes = {
         osmesa_format, osmesa_rgba, osmesa_depth_bits, 0, osmesa_profile, osmesa_core_profile, osmesa_major, 4, osmesa_minor, 5, 0, 0};
     context_ = create(attributes.data(), nullptr);
-    if (!context_) throw std::runtime_error("OSMesa has no OpenGL 4.5 core profile");
+    if (!context_) throw DrawError("OSMesa has no OpenGL 4.5 core profile");
     make_current();
   }
   ~OsMesa() override { destroy_(context_); }
   void make_current() override {
-    if (!make_(context_, pixel_.data(), gl_unsigned_byte, 1, 1)) throw std::runtime_error("OSMesa: the context cannot be made current");
+    if (!make_(context_, pixel_.data(), gl_unsigned_byte, 1, 1)) throw DrawError("OSMesa: the context cannot be made current");
   }
   void* get_proc(const char* name) override { return reinterpret_cast<void*>(proc_(name)); }
 
@@ -79,7 +81,7 @@ class Egl final : public Context {
     const auto create = symbol<EGLContext (*)(EGLDisplay, EGLConfig, EGLContext, const EGLint*)>(library, "eglCreateContext");
     const auto platform_display = reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(proc_("eglGetPlatformDisplayEXT"));
     const auto query_devices = reinterpret_cast<PFNEGLQUERYDEVICESEXTPROC>(proc_("eglQueryDevicesEXT"));
-    if (!platform_display) throw std::runtime_error("EGL has no platform displays (EGL_EXT_platform_base)");
+    if (!platform_display) throw DrawError("EGL has no platform displays (EGL_EXT_platform_base)");
 
     // A context without any surface: on the surfaceless platform, else on a device (GPU drivers without that platform).
     const auto usable = [&](EGLDisplay display) {
@@ -100,8 +102,7 @@ class Egl final : public Context {
       if (query_devices(static_cast<EGLint>(devices.size()), devices.data(), &count))
         for (EGLint i = 0; i < count && !found; ++i) found = usable(platform_display(EGL_PLATFORM_DEVICE_EXT, devices[i], nullptr));
     }
-    if (!found)
-      throw std::runtime_error("EGL gives no OpenGL 4.5 core profile without a surface (tried the surfaceless platform and every device)");
+    if (!found) throw DrawError("EGL gives no OpenGL 4.5 core profile without a surface (tried the surfaceless platform and every device)");
     make_current();
   }
   // The display stays initialised: other contexts of the process may use it.
@@ -112,7 +113,7 @@ class Egl final : public Context {
   void make_current() override {
     // Released first: EGL does not notice that OSMesa has bound its own context, and would take ours for current.
     make_(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
-    if (!make_(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_)) throw std::runtime_error("EGL: the context cannot be made current");
+    if (!make_(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_)) throw DrawError("EGL: the context cannot be made current");
   }
   void* get_proc(const char* name) override { return reinterpret_cast<void*>(proc_(name)); }
 

@@ -14,7 +14,7 @@ class Context {
   virtual void* get_proc(const char* name) = 0;
 };
 
-// Throw std::runtime_error naming the library, what it answered and what could help.
+// Throw DrawError naming the library, what it answered and what could help.
 std::unique_ptr<Context> create_osmesa_context();
 std::unique_ptr<Context> create_egl_context();
 

@@ -1,6 +1,7 @@
 #include "render/draw/device.h"
 
 #include "render/draw/shaders.h"
+#include "sim/base/error.h"
 
 #include <stdexcept>
 
@@ -15,7 +16,7 @@ GLint Program::location(const char* name) {
 Device::Device(std::unique_ptr<Context> context) : context_(std::move(context)) {
 #define FLEXFRAME_GL_LOAD(type, name)                                \
   gl_.name = reinterpret_cast<type>(context_->get_proc("gl" #name)); \
-  if (!gl_.name) throw std::runtime_error("OpenGL lacks gl" #name);
+  if (!gl_.name) throw DrawError("OpenGL lacks gl" #name);
   FLEXFRAME_GL_FUNCTIONS(FLEXFRAME_GL_LOAD)
 #undef FLEXFRAME_GL_LOAD
   gl_.GenVertexArrays(1, &vertex_array_);
@@ -53,7 +54,7 @@ Program& Device::program(ShaderKind kind, const std::vector<const char*>& switch
       std::string log(4096, '\0');
       GLsizei length = 0;
       gl_.GetShaderInfoLog(shader, static_cast<GLsizei>(log.size()), &length, log.data());
-      throw std::runtime_error("shader: " + log.substr(0, static_cast<std::size_t>(length)));
+      throw DrawError("shader: " + log.substr(0, static_cast<std::size_t>(length)));
     }
     return shader;
   };
@@ -74,7 +75,7 @@ Program& Device::program(ShaderKind kind, const std::vector<const char*>& switch
     std::string log(4096, '\0');
     GLsizei length = 0;
     gl_.GetProgramInfoLog(id, static_cast<GLsizei>(log.size()), &length, log.data());
-    throw std::runtime_error("shader link: " + log.substr(0, static_cast<std::size_t>(length)));
+    throw DrawError("shader link: " + log.substr(0, static_cast<std::size_t>(length)));
   }
   gl_.DeleteShader(vertex);
   gl_.DeleteShader(fragment);
@@ -146,8 +147,7 @@ void Device::add_store(Target& t) {
   gl_.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, t.store, 0);
   gl_.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, t.depth, 0);
   if (gl_.CheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
-    throw std::runtime_error("OpenGL cannot keep " + std::to_string(t.width) + " x " + std::to_string(t.height) +
-                             " samples to be lit later");
+    throw DrawError("OpenGL cannot keep " + std::to_string(t.width) + " x " + std::to_string(t.height) + " samples to be lit later");
 }
 
 Target& Device::target(const std::string& role, int width, int height, bool has_color, bool float_color) {
@@ -175,7 +175,7 @@ Target& Device::target(const std::string& role, int width, int height, bool has_
   t.depth = fetched_texture(gl_, GL_DEPTH_COMPONENT32F, GL_DEPTH_COMPONENT, GL_FLOAT, width, height);
   gl_.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, t.depth, 0);
   if (gl_.CheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
-    throw std::runtime_error("OpenGL cannot draw to " + std::to_string(width) + " x " + std::to_string(height) + " samples");
+    throw DrawError("OpenGL cannot draw to " + std::to_string(width) + " x " + std::to_string(height) + " samples");
   return t;
 }
 
@@ -202,8 +202,8 @@ GLuint Device::texture_rg32f(const std::string& role, int width, int height, con
 void Device::check(const char* where) {
   const GLenum error = gl_.GetError();
   if (error == GL_NO_ERROR) return;
-  if (error == GL_OUT_OF_MEMORY) throw std::runtime_error(std::string("OpenGL is out of memory while drawing ") + where);
-  throw std::runtime_error(std::string("OpenGL error ") + std::to_string(error) + " while drawing " + where);
+  if (error == GL_OUT_OF_MEMORY) throw DrawError(std::string("OpenGL is out of memory while drawing ") + where);
+  throw DrawError(std::string("OpenGL error ") + std::to_string(error) + " while drawing " + where);
 }
 
 }  // namespace flexframe::render

@@ -84,7 +84,7 @@ class Device {
   // Texture of pairs of floats, of a role, with linear filtering and clamped edges.
   GLuint texture_rg32f(const std::string& role, int width, int height, const float* values);
 
-  // Throws std::runtime_error if OpenGL reports an error since the last call.
+  // Throws DrawError if OpenGL reports an error since the last call.
   void check(const char* where);
 
  private:

@@ -7,6 +7,7 @@
 #include "render/frame/backdrop.h"
 #include "render/frame/camera.h"
 #include "render/frame/overlay.h"
+#include "sim/base/error.h"
 
 #include <malloc.h>
 
@@ -42,7 +43,7 @@ std::string cpu_features() {
 Backend backend_from_name(const std::string& name) {
   if (name == "osmesa") return Backend::osmesa;
   if (name == "egl") return Backend::egl;
-  throw std::invalid_argument("no renderer '" + name + "'; there are osmesa, egl");
+  throw ArgumentError("no renderer '" + name + "'; there are osmesa, egl");
 }
 
 void tune_process() {

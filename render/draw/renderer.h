@@ -19,7 +19,7 @@ constexpr int drawing_version = 2;
 
 enum class Backend { osmesa, egl };
 
-// Throws std::invalid_argument for another name than osmesa, egl.
+// Throws ArgumentError for another name than osmesa, egl.
 Backend backend_from_name(const std::string& name);
 
 struct RendererInfo {
@@ -38,13 +38,13 @@ struct DrawTimes {
 
 class Renderer {
  public:
-  // Throws std::runtime_error if the back end or OpenGL 4.5 core is not to be had, naming what was tried.
+  // Throws DrawError if the back end or OpenGL 4.5 core is not to be had, naming what was tried.
   explicit Renderer(Backend backend = Backend::osmesa);
   ~Renderer();
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
 
-  // Throws std::invalid_argument if the picture is inconsistent (index out of range, spans of unequal length, bad size).
+  // Throws ArgumentError if the picture is inconsistent (index out of range, spans of unequal length, bad size).
   Image draw(const Picture& picture);
 
   // Distance from the camera's plane (perspective and orthographic alike), linear from near (0) to far (65534); nothing

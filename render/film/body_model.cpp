@@ -4,6 +4,7 @@
 #include "render/film/shapes.h"
 #include "render/picture/colormap.h"
 #include "render/picture/edges.h"
+#include "sim/base/error.h"
 #include "sim/base/words.h"
 #include "sim/scene/section.h"
 #include "sim/scene/section_stress.h"

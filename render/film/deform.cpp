@@ -3,6 +3,7 @@
 #include "interp/exaggerate.h"
 #include "render/base/file.h"
 #include "render/picture/mesh.h"
+#include "sim/base/error.h"
 #include "sim/base/types.h"
 
 #include <fmt/format.h>
@@ -344,8 +345,7 @@ DeformReport deform(const fs::path& nodes, const fs::path& mesh_file, const fs::
     }
   }
   if (!options.corotated) u *= report.scale;
-  if (!u.allFinite())
-    throw std::runtime_error("the displacements of the mesh are not finite: the nodes' displacements or the scale are too large");
+  if (!u.allFinite()) throw MapError("the displacements of the mesh are not finite: the nodes' displacements or the scale are too large");
 
   if (extension == ".obj") {
     std::vector<glm::dvec3> moved = mesh.positions;

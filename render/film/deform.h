@@ -41,7 +41,7 @@ struct DeformReport {
 };
 
 // Writes the deformed mesh (OBJ) or one displacement a line in the file's vertex order (CSV, header ux,uy,uz), by output's extension.
-// Throws sim::InputError, interp::InputError, render::MeshError (bad input), interp::MapError, std::runtime_error (not written).
+// Throws sim::InputError, interp::InputError, render::MeshError (bad input), interp::MapError, FileError (not written).
 DeformReport deform(const std::filesystem::path& nodes, const std::filesystem::path& mesh, const std::filesystem::path& output,
                     const DeformOptions& options = {});
 

@@ -4,6 +4,7 @@
 #include "render/film/numbers.h"
 #include "render/image/png.h"
 #include "sim/base/cpu_clock.h"
+#include "sim/base/error.h"
 
 #include <fmt/format.h>
 
@@ -138,7 +139,7 @@ class SharedCounter {
  public:
   SharedCounter() {
     void* memory = ::mmap(nullptr, sizeof(std::atomic<int>), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-    if (memory == MAP_FAILED) throw std::runtime_error(fmt::format("no shared memory for the workers: {}", std::strerror(errno)));
+    if (memory == MAP_FAILED) throw DrawError(fmt::format("no shared memory for the workers: {}", std::strerror(errno)));
     counter_ = new (memory) std::atomic<int>(0);
     static_assert(std::atomic<int>::is_always_lock_free);
   }
@@ -179,10 +180,9 @@ struct Workers {
       while (::waitpid(child.pid, &status, 0) < 0 && errno == EINTR) {}
       child.running = false;
       if (WIFSIGNALED(status))
-        throw std::runtime_error(
-            fmt::format("a drawing process was ended by signal {} ({}); the pictures so far are complete, --resume continues",
-                        WTERMSIG(status), strsignal(WTERMSIG(status))));
-      if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) throw std::runtime_error("a drawing process ended without an error message");
+        throw DrawError(fmt::format("a drawing process was ended by signal {} ({}); the pictures so far are complete, --resume continues",
+                                    WTERMSIG(status), strsignal(WTERMSIG(status))));
+      if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) throw DrawError("a drawing process ended without an error message");
     }
   }
 };
@@ -230,7 +230,7 @@ FilmReport film(const Animation& animation, const FilmOptions& options) {
   for (const std::filesystem::path& folder : folders) {
     std::error_code error;
     std::filesystem::create_directories(folder, error);
-    if (error) throw std::runtime_error(fmt::format("{}: cannot create the folder: {}", folder.string(), error.message()));
+    if (error) throw FileError(fmt::format("{}: cannot create the folder: {}", folder.string(), error.message()));
   }
   const bool whole = options.first == 0 && end == animation.count && options.shards == 1;
   clear_folder(options, pictures, whole, animation.count);
@@ -243,7 +243,7 @@ FilmReport film(const Animation& animation, const FilmOptions& options) {
   SharedCounter counter;
   Workers workers;
   int ends[2];
-  if (::pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error(fmt::format("no pipe to the workers: {}", std::strerror(errno)));
+  if (::pipe2(ends, O_CLOEXEC) != 0) throw DrawError(fmt::format("no pipe to the workers: {}", std::strerror(errno)));
   workers.pipe_read = ends[0];
   const pid_t parent = ::getpid();
   for (int w = 0; w < report.workers; ++w) {
@@ -255,7 +255,7 @@ FilmReport film(const Animation& animation, const FilmOptions& options) {
     if (pid < 0) {
       const int reason = errno;
       if (w == 0) ::close(ends[1]);
-      if (w == 0) throw std::runtime_error(fmt::format("cannot start a drawing process: {}", std::strerror(reason)));
+      if (w == 0) throw DrawError(fmt::format("cannot start a drawing process: {}", std::strerror(reason)));
       report.workers = w;
       break;
     }
@@ -275,7 +275,7 @@ FilmReport film(const Animation& animation, const FilmOptions& options) {
     const ssize_t got = ::read(ends[0], &message, sizeof message);
     if (got < 0 && errno == EINTR) continue;
     if (got != static_cast<ssize_t>(sizeof message)) break;
-    if (message.kind == Message::failed) throw std::runtime_error(message.text.data());
+    if (message.kind == Message::failed) throw DrawError(message.text.data());
     ++(message.kind == Message::drawn ? report.drawn : report.kept);
     report.cpu_deform += message.deform;
     report.cpu_draw += message.draw;
@@ -286,7 +286,7 @@ FilmReport film(const Animation& animation, const FilmOptions& options) {
     if (options.progress) options.progress(report.drawn + report.kept, report.pictures);
   }
   workers.join();
-  if (report.drawn + report.kept != report.pictures) throw std::runtime_error("the drawing processes ended before all pictures were drawn");
+  if (report.drawn + report.kept != report.pictures) throw DrawError("the drawing processes ended before all pictures were drawn");
   report.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return report;
 }

@@ -34,8 +34,8 @@ struct FilmReport {
 };
 
 // Without resume, pictures of the asked range from an earlier run are removed first, and with the whole range those beyond its end.
-// Throws sim::InputError for a range or shard without pictures, std::runtime_error with path and reason when a picture cannot be drawn or
-// written or a worker died.
+// Throws sim::InputError for a range or shard without pictures, FileError or DrawError with path and reason when a picture cannot be drawn
+// or written or a worker died.
 FilmReport film(const Animation& animation, const FilmOptions& options);
 
 // frame_00012.png

@@ -1,6 +1,7 @@
 #include "render/film/gltf.h"
 
 #include "render/film/shape_basis.h"
+#include "sim/base/error.h"
 
 #include <fmt/format.h>
 #include <glm/gtc/quaternion.hpp>
@@ -31,7 +32,7 @@ struct Writer {
   int add(const void* bytes, size_t count, size_t components, int type, const char* shape, int target) {
     const size_t size = count * components * 4;
     if (data.size() + size > std::numeric_limits<std::uint32_t>::max())
-      throw std::runtime_error("the sequence needs more than 4 GiB, which glTF cannot hold: export fewer pictures");
+      throw FileError("the sequence needs more than 4 GiB, which glTF cannot hold: export fewer pictures");
     Json view = {{"buffer", 0}, {"byteOffset", data.size()}, {"byteLength", size}};
     if (target != 0) view["target"] = target;
     views.push_back(view);
@@ -280,7 +281,7 @@ std::vector<std::uint8_t> make_gltf(const Animation& animation, double scale, bo
   d.writer.data.resize((d.writer.data.size() + 3) / 4 * 4, 0);
   const size_t total = 28 + text.size() + d.writer.data.size();
   if (total > std::numeric_limits<std::uint32_t>::max())
-    throw std::runtime_error("the sequence needs more than 4 GiB, which glTF cannot hold: export fewer pictures");
+    throw FileError("the sequence needs more than 4 GiB, which glTF cannot hold: export fewer pictures");
   std::vector<std::uint8_t> out;
   out.reserve(total);
   for (std::uint32_t word : {0x46546C67u, 2u, static_cast<std::uint32_t>(total), static_cast<std::uint32_t>(text.size()), 0x4E4F534Au})

@@ -17,7 +17,7 @@ struct GltfReport {
 };
 
 // Times are seconds of playback; y is up in glTF, a root node turns the animation's up there. Deformation is multiplied by scale.
-// binary: one .glb, else .gltf (JSON) with the data inside. Throws std::runtime_error if the data exceed the format's 4 GiB.
+// binary: one .glb, else .gltf (JSON) with the data inside. Throws FileError if the data exceed the format's 4 GiB.
 std::vector<std::uint8_t> make_gltf(const Animation& animation, double scale, bool binary, GltfReport& report);
 
 }  // namespace flexframe::film

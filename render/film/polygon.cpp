@@ -1,6 +1,7 @@
 #include "render/film/polygon.h"
 
 #include "render/picture/ears.h"
+#include "sim/base/error.h"
 
 #include <algorithm>
 #include <limits>
@@ -39,7 +40,7 @@ std::vector<std::array<int, 3>> triangulate_polygon(const std::vector<Loop>& loo
   std::vector<Point> points;
   std::vector<std::vector<int>> rings;
   for (const Loop& loop : loops) {
-    if (loop.size() < 3) throw std::invalid_argument("a polygon's loop needs three corners");
+    if (loop.size() < 3) throw ArgumentError("a polygon's loop needs three corners");
     std::vector<int> ring;
     for (const Point& p : loop) {
       ring.push_back(static_cast<int>(points.size()));
@@ -69,8 +70,7 @@ std::vector<std::array<int, 3>> triangulate_polygon(const std::vector<Loop>& loo
         for (size_t other = h; other < rings.size(); ++other) blocked_by(rings[other]);
         if (free) shortest = length, from = i, to = j;
       }
-    if (shortest == std::numeric_limits<double>::infinity())
-      throw std::invalid_argument("a polygon's hole cannot be joined to its outline");
+    if (shortest == std::numeric_limits<double>::infinity()) throw ArgumentError("a polygon's hole cannot be joined to its outline");
     std::vector<int> joined(outer.begin(), outer.begin() + static_cast<long>(from) + 1);
     for (size_t k = 0; k <= hole.size(); ++k) joined.push_back(hole[(to + k) % hole.size()]);
     joined.insert(joined.end(), outer.begin() + static_cast<long>(from), outer.end());
@@ -89,7 +89,7 @@ std::vector<std::array<int, 3>> triangulate_polygon(const std::vector<Loop>& loo
   while (outer.size() > 3) {
     const size_t n = outer.size();
     const size_t best = render::find_ear(outer, 0, turn, same, height);
-    if (best == n) throw std::invalid_argument("a polygon's edges cross");
+    if (best == n) throw ArgumentError("a polygon's edges cross");
     const std::array<int, 3> ear = {outer[(best + n - 1) % n], outer[best], outer[(best + 1) % n]};
     if (turn(ear[0], ear[1], ear[2]) > 0.0) triangles.push_back(ear);
     outer.erase(outer.begin() + static_cast<long>(best));

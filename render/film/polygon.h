@@ -18,7 +18,7 @@ double signed_area(const Loop& loop);
 
 // loops: the outer one first, holes after, in any sense of rotation, each without repeated or crossing edges.
 // Indices count the corners of all loops in order; triangles run counterclockwise.
-// Throws std::invalid_argument for loops of less than three corners or that cross.
+// Throws ArgumentError for loops of less than three corners or that cross.
 std::vector<std::array<int, 3>> triangulate_polygon(const std::vector<Loop>& loops);
 
 }  // namespace flexframe::film

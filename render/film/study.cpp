@@ -3,6 +3,7 @@
 #include "render/film/study_pictures.h"
 #include "render/film/study_plan.h"
 #include "sim/base/cpu_clock.h"
+#include "sim/base/error.h"
 #include "sim/base/file_output.h"
 #include "sim/base/words.h"
 #include "sim/results/csv.h"
@@ -121,7 +122,7 @@ class Runs {
     std::error_code error;
     if (!options.resume) fs::remove_all(folder_, error);
     fs::create_directories(folder_, error);
-    if (error) throw std::runtime_error(fmt::format("{}: cannot create the folder: {}", folder_.string(), error.message()));
+    if (error) throw FileError(fmt::format("{}: cannot create the folder: {}", folder_.string(), error.message()));
   }
 
   void set_longest(double seconds) { longest_ = seconds; }
@@ -283,7 +284,7 @@ Reference read_reference(const fs::path& path, const sim::Histories& base) {
   out.ranges = sim::output_ranges(out.histories);
   try {
     sim::compare_histories(base, out.histories, out.ranges);
-  } catch (const std::invalid_argument&) {
+  } catch (const ArgumentError&) {
     throw sim::InputError(fmt::format("{}: has no sample at the scene's output times", path.string()));
   }
   out.what = path.filename().string();

@@ -2,6 +2,7 @@
 
 #include "render/base/file.h"
 #include "render/film/survey.h"
+#include "sim/base/error.h"
 
 #include <fmt/format.h>
 
@@ -118,7 +119,7 @@ VtkReport write_vtk(const Animation& animation, double scale, const std::filesys
   namespace fs = std::filesystem;
   std::error_code error;
   fs::create_directories(folder, error);
-  if (error) throw std::runtime_error(fmt::format("{}: cannot create the folder: {}", folder.string(), error.message()));
+  if (error) throw FileError(fmt::format("{}: cannot create the folder: {}", folder.string(), error.message()));
   VtkReport report;
   report.index = folder / (name + ".pvd");
   // Without its index a sequence that is broken off is not taken for a whole one.

@@ -16,7 +16,7 @@ struct VtkReport {
 // Writes folder/NAME_00000.vtp ... and then folder/NAME.pvd with the simulated times; files of an earlier, longer sequence are removed.
 // Points in world axes, double, deformation multiplied by scale; point data `displacement` (elastic, world axes, in scale, m) and,
 // where the pictures are coloured by it, `strain`, `stress` (Pa), `velocity` (m/s) or `mode` (m); cell data
-// `body` (number in the results). Each file appears whole. progress(done, all) may throw to stop. Throws std::runtime_error if a file
+// `body` (number in the results). Each file appears whole. progress(done, all) may throw to stop. Throws FileError if a file
 // cannot be written.
 VtkReport write_vtk(const Animation& animation, double scale, const std::filesystem::path& folder, const std::string& name,
                     const std::function<void(int, int)>& progress = {});

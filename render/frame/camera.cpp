@@ -2,6 +2,7 @@
 
 #include "render/frame/backdrop.h"
 #include "render/frame/layout.h"
+#include "sim/base/error.h"
 
 #include <algorithm>
 #include <cmath>
@@ -199,10 +200,10 @@ Camera shift_camera(const Camera& camera, const glm::dvec3& displacement) {
 }
 
 Camera camera_on_path(std::span<const CameraKey> keys, double t) {
-  if (keys.empty()) throw std::invalid_argument("a camera path needs at least one key");
+  if (keys.empty()) throw ArgumentError("a camera path needs at least one key");
   for (std::size_t i = 1; i < keys.size(); ++i)
     if (!(keys[i].t > keys[i - 1].t))
-      throw std::invalid_argument("the times of a camera path must rise: key " + std::to_string(i + 1) + " does not");
+      throw ArgumentError("the times of a camera path must rise: key " + std::to_string(i + 1) + " does not");
   if (t <= keys.front().t) return keys.front().camera;
   if (t >= keys.back().t) return keys.back().camera;
   std::size_t i = 0;

@@ -59,7 +59,7 @@ struct CameraKey {
 };
 
 // Smooth path through keys (sorted by t): monotone-free Catmull-Rom (cubic Hermite, non-uniform) of position, target, up,
-// fov and height; held at the ends. Throws std::invalid_argument for no keys or times that do not rise.
+// fov and height; held at the ends. Throws ArgumentError for no keys or times that do not rise.
 Camera camera_on_path(std::span<const CameraKey> keys, double t);
 
 enum class ViewKind { front, side, top, iso };

@@ -2,6 +2,7 @@
 
 #include "render/image/png.h"
 #include "render/picture/picture_numbers.h"
+#include "sim/base/error.h"
 
 #include <fmt/format.h>
 
@@ -95,20 +96,20 @@ Comparison compare_pictures(const fs::path& baseline, const fs::path& candidate,
   const auto exists = [](const fs::path& p) {
     std::error_code error;
     const bool there = fs::exists(p, error);
-    if (!there) throw std::runtime_error(p.string() + ": cannot read: " + (error ? error.message() : "no such file or folder"));
+    if (!there) throw FileError(p.string() + ": cannot read: " + (error ? error.message() : "no such file or folder"));
     return fs::is_directory(p);
   };
   const bool created = new_baseline && !fs::exists(baseline);
   const bool folder = created ? exists(candidate) : exists(baseline);
   if (folder != exists(candidate))
-    throw std::invalid_argument(fmt::format("{} is a {} and {} a {}; two files or two folders are needed", baseline.string(),
-                                            folder ? "folder" : "file", candidate.string(), folder ? "file" : "folder"));
+    throw ArgumentError(fmt::format("{} is a {} and {} a {}; two files or two folders are needed", baseline.string(),
+                                    folder ? "folder" : "file", candidate.string(), folder ? "file" : "folder"));
   Comparison out;
   if (folder) {
     const std::set<std::string> before = created ? std::set<std::string>{} : pictures_below(baseline), after = pictures_below(candidate);
     std::set<std::string> names = before;
     names.insert(after.begin(), after.end());
-    if (names.empty()) throw std::invalid_argument("no PNG file below " + baseline.string() + " or " + candidate.string());
+    if (names.empty()) throw ArgumentError("no PNG file below " + baseline.string() + " or " + candidate.string());
     for (const std::string& name : names) {
       ComparedPair pair{
           name, before.count(name) ? baseline / name : fs::path(), after.count(name) ? candidate / name : fs::path(), PairState::equal, {},

@@ -26,8 +26,8 @@ struct Comparison {
 
 // Two PNG files, or two folders whose PNG files (below them, at any depth) are paired by their relative paths. A picture
 // that only one side has does not pass, nor one whose numbers differ while its pixels pass. keep_heat: heat maps stay in the pairs
-// (memory). new_baseline: a baseline that does not exist yet is no error, all its pictures are missing. Throws std::runtime_error for what
-// cannot be read, std::invalid_argument if one is a file and the other a folder, or there is no picture at all.
+// (memory). new_baseline: a baseline that does not exist yet is no error, all its pictures are missing. Throws FileError for what
+// cannot be read, ArgumentError if one is a file and the other a folder, or there is no picture at all.
 Comparison compare_pictures(const std::filesystem::path& baseline, const std::filesystem::path& candidate,
                             const CompareOptions& options = {}, bool keep_heat = false, bool new_baseline = false);
 

@@ -1,6 +1,7 @@
 #include "render/image/image.h"
 
 #include "render/base/srgb.h"
+#include "sim/base/error.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,8 +12,8 @@ namespace flexframe::render {
 
 Image make_image(int width, int height, int channels, std::uint8_t value) {
   if (width < 1 || height < 1 || (channels != 1 && channels != 3 && channels != 4))
-    throw std::invalid_argument("an image of " + std::to_string(width) + " x " + std::to_string(height) + " with " +
-                                std::to_string(channels) + " channels; sizes from 1 and 1, 3 or 4 channels are allowed");
+    throw ArgumentError("an image of " + std::to_string(width) + " x " + std::to_string(height) + " with " + std::to_string(channels) +
+                        " channels; sizes from 1 and 1, 3 or 4 channels are allowed");
   return {width, height, channels, std::vector<std::uint8_t>(std::size_t(width) * height * channels, value)};
 }
 
@@ -52,11 +53,11 @@ Image reduce_image(const Image& image, int width, int height) {
 }
 
 Image contact_sheet(const std::vector<Image>& images, int columns, int gap) {
-  if (images.empty()) throw std::invalid_argument("a contact sheet of no pictures");
+  if (images.empty()) throw ArgumentError("a contact sheet of no pictures");
   const Image& first = images.front();
   for (const Image& image : images)
     if (image.width != first.width || image.height != first.height || image.channels != first.channels)
-      throw std::invalid_argument("a contact sheet needs pictures of one size");
+      throw ArgumentError("a contact sheet needs pictures of one size");
   const int n = static_cast<int>(images.size());
   // Near square as a whole: columns * width about rows * height.
   if (columns <= 0) columns = std::max(1, static_cast<int>(std::lround(std::sqrt(double(n) * first.height / first.width))));

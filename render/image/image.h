@@ -22,7 +22,7 @@ struct Image16 {
   bool operator==(const Image16&) const = default;
 };
 
-// Empty image of one colour (all channels `value`). Throws std::invalid_argument for a size or channel count that is none.
+// Empty image of one colour (all channels `value`). Throws ArgumentError for a size or channel count that is none.
 Image make_image(int width, int height, int channels, std::uint8_t value = 0);
 
 // Box-filtered reduction by whole pixels in linear light to at most width x height, keeping the aspect.

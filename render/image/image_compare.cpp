@@ -2,6 +2,7 @@
 
 #include "render/base/srgb.h"
 #include "render/picture/colormap.h"
+#include "sim/base/error.h"
 
 #include <algorithm>
 #include <array>
@@ -176,7 +177,7 @@ Perceived perceive(const Image& image) {
 }
 
 void need_same_size(const Image& a, const Image& b) {
-  if (a.width != b.width || a.height != b.height) throw std::invalid_argument("pictures of different size");
+  if (a.width != b.width || a.height != b.height) throw ArgumentError("pictures of different size");
 }
 
 }  // namespace

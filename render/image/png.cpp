@@ -1,5 +1,7 @@
 #include "render/image/png.h"
 
+#include "sim/base/error.h"
+
 #include <libdeflate.h>
 
 #include <algorithm>
@@ -52,8 +54,8 @@ std::vector<std::uint8_t> encode(int width, int height, int channels, int depth,
                                  const PngOptions& options) {
   const std::size_t step = std::size_t(channels) * depth / 8, row = width * step;
   if (width < 1 || height < 1 || rows.size() != row * height)
-    throw std::invalid_argument("an image to be written as PNG has " + std::to_string(rows.size()) + " bytes where " +
-                                std::to_string(width) + " x " + std::to_string(height) + " needs " + std::to_string(row * height));
+    throw ArgumentError("an image to be written as PNG has " + std::to_string(rows.size()) + " bytes where " + std::to_string(width) +
+                        " x " + std::to_string(height) + " needs " + std::to_string(row * height));
   // SUB filter: each byte less the one a pixel to the left.
   std::vector<std::uint8_t> filtered((row + 1) * height);
   for (int y = 0; y < height; ++y) {
@@ -150,7 +152,7 @@ namespace {
 
 // Throws for what is no whole, plausible PNG file. Returns the bytes to decode: the file's, or `filled` without empty parts.
 std::span<const std::uint8_t> checked_png(std::span<const std::uint8_t> bytes, const std::string& name, std::vector<std::uint8_t>& filled) {
-  const auto fail = [&](const std::string& what) { throw std::runtime_error(name + ": " + what); };
+  const auto fail = [&](const std::string& what) { throw FileError(name + ": " + what); };
   if (bytes.size() < 8 || !std::equal(signature.begin(), signature.end(), bytes.begin())) fail("not a PNG file");
   // Checksums first: stb_image does not look at them, and a damaged picture must not pass for a different one.
   std::size_t pixels = 0, packed = 0;
@@ -188,11 +190,11 @@ Image decode_png(std::span<const std::uint8_t> bytes, const std::string& name) {
   int width = 0, height = 0, channels = 0;
   const int size = static_cast<int>(bytes.size());
   if (!stbi_info_from_memory(bytes.data(), size, &width, &height, &channels))
-    throw std::runtime_error(name + ": damaged PNG file: " + decoder_reason());
+    throw FileError(name + ": damaged PNG file: " + decoder_reason());
   const int wanted = channels == 2 || channels == 4 ? 4 : 3;
   const std::unique_ptr<stbi_uc, decltype(&stbi_image_free)> decoded(
       stbi_load_from_memory(bytes.data(), size, &width, &height, &channels, wanted), &stbi_image_free);
-  if (!decoded) throw std::runtime_error(name + ": damaged PNG file: " + decoder_reason());
+  if (!decoded) throw FileError(name + ": damaged PNG file: " + decoder_reason());
   Image image = make_image(width, height, wanted);
   std::copy_n(decoded.get(), image.pixels.size(), image.pixels.begin());
   return image;
@@ -204,7 +206,7 @@ Image16 decode_png16(std::span<const std::uint8_t> bytes, const std::string& nam
   int width = 0, height = 0, channels = 0;
   const std::unique_ptr<stbi_us, decltype(&stbi_image_free)> decoded(
       stbi_load_16_from_memory(bytes.data(), static_cast<int>(bytes.size()), &width, &height, &channels, 0), &stbi_image_free);
-  if (!decoded) throw std::runtime_error(name + ": damaged PNG file: " + decoder_reason());
+  if (!decoded) throw FileError(name + ": damaged PNG file: " + decoder_reason());
   Image16 image{width, height, channels, {}};
   image.pixels.assign(decoded.get(), decoded.get() + std::size_t(width) * std::size_t(height) * std::size_t(channels));
   return image;

@@ -3,7 +3,7 @@
 // Writing: SUB filter on every row, libdeflate, an sRGB chunk; no time stamps. The file is written under a temporary name
 // in its folder and renamed when complete, so a reader never sees half a file under the final name; on failure the
 // temporary file is removed. Reading: any PNG (and only PNG), with 8 bits, or 16 where the file has them.
-// Errors are std::runtime_error with the path and the system's reason.
+// Errors are FileError with the path and the system's reason.
 // Source: Portable Network Graphics Specification, Third Edition, W3C 2023.
 #pragma once
 

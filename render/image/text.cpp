@@ -2,6 +2,7 @@
 
 #include "render/base/file.h"
 #include "render/image/canvas.h"
+#include "sim/base/error.h"
 
 #include <array>
 #include <cmath>
@@ -48,8 +49,8 @@ std::filesystem::path find_font(Weight weight) {
   for (const char* folder : {"/usr/share/fonts/truetype/dejavu", "/usr/share/fonts/dejavu-sans-fonts", "/usr/share/fonts/dejavu",
                              "/usr/share/fonts/TTF", "/usr/local/share/fonts", "/usr/share/fonts/truetype/ttf-dejavu"})
     if (there(std::filesystem::path(folder) / name)) return std::filesystem::path(folder) / name;
-  throw std::runtime_error(std::string("no font for the words in pictures: ") + name + " is in none of these places:" + tried +
-                           "\n(Debian package fonts-dejavu-core; or set FLEXFRAME_FONT to a TrueType file or its folder)");
+  throw FileError(std::string("no font for the words in pictures: ") + name + " is in none of these places:" + tried +
+                  "\n(Debian package fonts-dejavu-core; or set FLEXFRAME_FONT to a TrueType file or its folder)");
 }
 
 struct Glyph {
@@ -69,7 +70,7 @@ struct Font {
     const auto path = find_font(weight);
     bytes = read_file(path);
     const int offset = bytes.empty() ? -1 : stbtt_GetFontOffsetForIndex(bytes.data(), 0);
-    if (offset < 0 || !stbtt_InitFont(&info, bytes.data(), offset)) throw std::runtime_error(path.string() + ": not a TrueType font");
+    if (offset < 0 || !stbtt_InitFont(&info, bytes.data(), offset)) throw FileError(path.string() + ": not a TrueType font");
     unit = 1.0 / static_cast<double>(stbtt_ScaleForMappingEmToPixels(&info, 1.0f));
     int a = 0, d = 0, gap = 0, x0 = 0, y0 = 0, x1 = 0, y1 = 0;
     stbtt_GetFontVMetrics(&info, &a, &d, &gap);

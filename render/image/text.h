@@ -1,7 +1,7 @@
 // Text in pictures: DejaVu Sans through stb_truetype, crisp from 9 pixels up.
 //
 // The font is looked for in $FLEXFRAME_FONT (a file, or a folder with DejaVuSans.ttf and DejaVuSans-Bold.ttf), then in the
-// usual places of the Debian package fonts-dejavu-core and of other systems; std::runtime_error lists the places if there
+// usual places of the Debian package fonts-dejavu-core and of other systems; FileError lists the places if there
 // is none. Text is UTF-8; characters the font lacks are drawn as its box. Sizes are the em in pixels.
 #pragma once
 

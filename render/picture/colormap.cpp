@@ -3,6 +3,7 @@
 
 #include "render/base/srgb.h"
 #include "render/picture/picture.h"
+#include "sim/base/error.h"
 
 #include <algorithm>
 #include <cmath>
@@ -92,7 +93,7 @@ Colormap colormap_from_name(std::string_view name) {
   if (found == names.end()) {
     std::string known;
     for (const auto n : names) known += (known.empty() ? "" : ", ") + std::string(n);
-    throw std::invalid_argument("no colour map '" + std::string(name) + "'; there are " + known);
+    throw ArgumentError("no colour map '" + std::string(name) + "'; there are " + known);
   }
   return static_cast<Colormap>(found - names.begin());
 }

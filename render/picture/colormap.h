@@ -20,7 +20,7 @@ enum class Colormap { viridis, cividis, inferno, turbo, coolwarm, greys };
 // Names as scene files write them, in the order of the enumeration.
 std::vector<std::string_view> colormap_names();
 
-// Throws std::invalid_argument naming the known maps if there is none of this name.
+// Throws ArgumentError naming the known maps if there is none of this name.
 Colormap colormap_from_name(std::string_view name);
 std::string_view colormap_name(Colormap map);
 

@@ -10,21 +10,18 @@
 #pragma once
 
 #include "render/picture/picture.h"
+#include "sim/base/error.h"
 
 #include <glm/glm.hpp>
 
 #include <cstdint>
 #include <filesystem>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace flexframe::render {
 
-// The file cannot be used: the message says file, line where there is one, what was found and what is needed.
-struct MeshError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
+using flexframe::MeshError;
 
 struct MeshMaterial {
   std::string name;
@@ -66,7 +63,7 @@ Mesh make_mesh(std::vector<glm::dvec3> positions, std::vector<glm::ivec3> triang
 void compute_shading_points(Mesh& mesh, const std::vector<glm::vec3>& corner_normals, double crease_angle);
 
 // Writes positions as `v` lines (17 digits) and triangles as `f` lines; whole or not at all.
-// Throws std::runtime_error if the file cannot be written.
+// Throws FileError if the file cannot be written.
 void write_obj(const std::filesystem::path& path, const Mesh& mesh, const std::vector<glm::dvec3>& positions);
 
 Bounds compute_bounds(const Mesh& mesh);

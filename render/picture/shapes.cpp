@@ -1,5 +1,7 @@
 #include "render/picture/shapes.h"
 
+#include "sim/base/error.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -132,7 +134,7 @@ Shape make_tube(std::span<const glm::dvec3> points, double radius, int sides) {
   std::vector<glm::dvec3> path;
   for (const glm::dvec3& p : points)
     if (path.empty() || p != path.back()) path.push_back(p);
-  if (path.size() < 2) throw std::invalid_argument("a tube needs at least two different points");
+  if (path.size() < 2) throw ArgumentError("a tube needs at least two different points");
   const std::size_t count = path.size();
   const auto direction = [](const glm::dvec3& d, const glm::dvec3& otherwise) {
     const double l = glm::length(d);

@@ -1,5 +1,7 @@
 #include "sim/base/file_output.h"
 
+#include "sim/base/error.h"
+
 #include <array>
 #include <cerrno>
 #include <charconv>
@@ -20,7 +22,7 @@ namespace flexframe::sim {
 namespace {
 
 [[noreturn]] void fail(const std::filesystem::path& path, const std::string& reason) {
-  throw std::runtime_error(fmt::format("{}: cannot be written: {}", path.string(), reason));
+  throw FileError(fmt::format("{}: cannot be written: {}", path.string(), reason));
 }
 
 // FIPS 180-4, section 6.2, on 64-byte blocks.

@@ -10,14 +10,14 @@ namespace flexframe::sim {
 // A file in the making, beside its final name; removed unless committed.
 class PendingFile {
  public:
-  // Makes it, empty and by nobody else's hand. Throws std::runtime_error when the folder is missing or refuses, or the name is a directory.
+  // Makes it, empty and by nobody else's hand. Throws FileError when the folder is missing or refuses, or the name is a directory.
   explicit PendingFile(std::filesystem::path final_path);
   ~PendingFile();
   PendingFile(const PendingFile&) = delete;
   PendingFile& operator=(const PendingFile&) = delete;
 
   const std::filesystem::path& path() const { return temporary_; }
-  // Flushes to the disk and renames. Throws std::runtime_error.
+  // Flushes to the disk and renames. Throws FileError.
   void commit();
 
  private:
@@ -25,7 +25,7 @@ class PendingFile {
   bool committed_ = false;
 };
 
-// Throws std::runtime_error naming the path and the reason (no folder, no permission, disk full).
+// Throws FileError naming the path and the reason (no folder, no permission, disk full).
 void write_whole_file(const std::filesystem::path& path, std::string_view content);
 
 // SHA-256 (FIPS 180-4) in hexadecimal.

@@ -7,9 +7,12 @@
 #include "sim/model/joint_motion.h"
 #include "sim/scene/joint_kinds.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <type_traits>
 
 namespace flexframe::sim {
 namespace {
@@ -218,10 +221,26 @@ double joint_spring_energy(const TreeJoint& joint, const double* q) {
 
 namespace {
 
-// A spring-damper's or bushing's wrenches on both its ends.
+// What a user's function says, in the frame's axes. A mechanism with one is not taken as one in a plane.
+template <class W, class OnFrame>
+void visit_user(const Model& model, W& work, const Load& load, const OnFrame& on_frame) {
+  if constexpr (std::is_same_v<typename W::In, Space>) {
+    const Pose pose = frame_world(model, work, load.on);
+    const Vec6& V = work.frames[load.on].V;
+    const UserWrench said = load.def.user({work.time, pose.p, pose.R, pose.R * V.head<3>(), pose.R * V.tail<3>()});
+    if (!said.force.allFinite() || !said.torque.allFinite())
+      throw SimulationError(fmt::format("the user's force on '{}' is not finite at t = {:.9g} s", model.frames[load.on].name, work.time));
+    const Vec6 F = joined(turn_back(pose, said.force), turn_back(pose, said.torque));
+    on_frame(load.on, F);
+    work.applied += F.dot(V);
+  }
+}
+
+// A spring-damper's or bushing's wrenches on both its ends, or what a user's function says.
 template <class W, class OnFrame>
 void visit_link(const Model& model, W& work, const Load& load, const OnFrame& on_frame) {
   using S = typename W::In;
+  if (load.def.kind == ForceKind::user) return visit_user(model, work, load, on_frame);
   if (load.def.kind == ForceKind::bushing) {
     const Bushing b = bushing_state(model, work, load);
     const Vec6 f = bushing_force(load, b);

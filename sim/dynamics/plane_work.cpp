@@ -172,6 +172,7 @@ struct Builder {
   void add_load(const Load& load) {
     d.load_direction.push_back(Vec3::Zero());
     const ForceKind kind = load.def.kind;
+    if (kind == ForceKind::user) throw LeavesPlane{"a user's force may point anywhere"};
     if (kind == ForceKind::spring_damper || kind == ForceKind::bushing) {
       const double height = d.frame_constants[load.on].height - d.frame_constants[load.from].height;
       d.forces_within = d.forces_within && kind == ForceKind::spring_damper && std::abs(height) <= 1e-12 * model.size;

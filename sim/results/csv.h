@@ -11,7 +11,7 @@ namespace flexframe::sim {
 
 std::string histories_csv(const Results& results);
 
-// Whole or not at all. Throws std::runtime_error naming the path when it cannot be written.
+// Whole or not at all. Throws FileError naming the path when it cannot be written.
 void write_histories_csv(const Results& results, const std::filesystem::path& path);
 
 }  // namespace flexframe::sim

@@ -80,9 +80,9 @@ VecX output_ranges(const Histories& h) {
 }
 
 Difference compare_histories(const Histories& a, const Histories& reference, const VecX& ranges) {
-  if (a.columns != reference.columns) throw std::invalid_argument("histories of other outputs cannot be compared");
+  if (a.columns != reference.columns) throw ArgumentError("histories of other outputs cannot be compared");
   const auto samples = common_samples(a.times, reference.times);
-  if (samples.empty()) throw std::invalid_argument("histories without common times cannot be compared");
+  if (samples.empty()) throw ArgumentError("histories without common times cannot be compared");
   Difference out;
   out.columns = VecX::Zero(ranges.size());
   for (const auto& [i, k] : samples) out.columns = out.columns.cwiseMax((a.values.col(i) - reference.values.col(k)).cwiseAbs());

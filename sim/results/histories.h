@@ -42,7 +42,7 @@ struct Difference {
 };
 
 // Largest difference over the samples of a and reference, both with the same columns. The times of one must be among the other's
-// (1e-9 of the duration). ranges: of the reference. Throws std::invalid_argument for histories that cannot be compared.
+// (1e-9 of the duration). ranges: of the reference. Throws ArgumentError for histories that cannot be compared.
 Difference compare_histories(const Histories& a, const Histories& reference, const VecX& ranges);
 
 // The same histories at the samples whose time is among `times`.

@@ -265,4 +265,15 @@ void HistoryRecorder::record(System& system, double t, const VecX& y) {
   raise_scales(system, e, plans_.reactions, reactions_, histories_.scales);
 }
 
+CurrentOutputs::CurrentOutputs(System& system) : plans_(plan_outputs(system.model, system.scene)) { grow_work(system); }
+
+void CurrentOutputs::evaluate(System& system, double t, const VecX& y, VecX& row) {
+  if (plans_.columns.empty()) return;
+  set_state(system, t, y.data(), false);
+  refresh(system, t, y, plans_.accelerations, plans_.reactions, reactions_);
+  const VecX before = row;
+  row.resize(static_cast<Eigen::Index>(plans_.columns.size()));
+  evaluate_outputs(system.model, system.scene, plans_, system.work, reactions_, before.size() > 0 ? before.data() : nullptr, row.data());
+}
+
 }  // namespace flexframe::sim

@@ -78,4 +78,18 @@ class HistoryRecorder {
   Eigen::Index row_ = 0;
 };
 
+// The outputs of one instant after another, none of them kept.
+class CurrentOutputs {
+ public:
+  explicit CurrentOutputs(System& system);
+  const std::vector<std::string>& columns() const { return plans_.columns; }
+  const std::vector<std::string>& units() const { return plans_.units; }
+  // All columns at (t, y) into `row`, which holds those of the instant before (angles go on through full turns) or is empty.
+  void evaluate(System& system, double t, const VecX& y, VecX& row);
+
+ private:
+  OutputPlans plans_;
+  Reactions reactions_;
+};
+
 }  // namespace flexframe::sim

@@ -790,9 +790,7 @@ void write_results(const Results& results, const std::filesystem::path& path) {
   // at exit HDF5 would try again to write what a full disk refused; only its first call counts
   H5dont_atexit();
   const Quiet quiet;
-  const auto fail = [&](const std::string& reason) {
-    throw std::runtime_error(fmt::format("{}: cannot be written: {}", path.string(), reason));
-  };
+  const auto fail = [&](const std::string& reason) { throw FileError(fmt::format("{}: cannot be written: {}", path.string(), reason)); };
   Id file;
   try {
     const Id access(done(H5Pcreate(H5P_FILE_ACCESS)), H5Pclose);

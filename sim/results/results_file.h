@@ -8,7 +8,7 @@
 
 namespace flexframe::sim {
 
-// Throws std::runtime_error naming the path when it cannot be written (no folder, full disk, ...), SimulationError for results
+// Throws FileError naming the path when it cannot be written (no folder, full disk, ...), SimulationError for results
 // that hold NaN or disagree in size.
 void write_results(const Results& results, const std::filesystem::path& path);
 

@@ -77,7 +77,7 @@ Scene with_effect(const Scene& scene, const std::vector<EffectState>& states, co
       return out;
     }
   }
-  throw std::invalid_argument(fmt::format("'{}' cannot have the effect {}", owner, effect));
+  throw ArgumentError(fmt::format("'{}' cannot have the effect {}", owner, effect));
 }
 
 std::vector<EffectState> effect_states(const Scene& scene, const Model& model) {

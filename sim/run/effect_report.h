@@ -17,7 +17,7 @@ namespace flexframe::sim {
 // Names of owners that are no bodies: joints ("joint 'guide'") and the whole scene.
 inline constexpr const char* whole_scene = "scene";
 
-// The scene with one effect of one owner on or off. states: of the scene as it stands (Model::effects). Throws std::invalid_argument for an
+// The scene with one effect of one owner on or off. states: of the scene as it stands (Model::effects). Throws ArgumentError for an
 // effect that the owner cannot have.
 Scene with_effect(const Scene& scene, const std::vector<EffectState>& states, const std::string& owner, const std::string& effect, bool on);
 

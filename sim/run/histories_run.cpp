@@ -54,8 +54,9 @@ Histories simulate_histories(const Scene& scene, const SimulateOptions& options)
       system.weights.shares = shares;
       const std::vector<double> times = thinned(sample_times(s.simulation), system.model, s, options.samples);
       HistoryRecorder recorder(system, times);
+      RunSpan span = whole_run(s.simulation, times);
       const SolverStatistics statistics = integrate(
-          system, options.method.value_or(s.simulation.method), times, {options.progress, steps_allowed(scene, options), options.tell},
+          system, options.method.value_or(s.simulation.method), span, {options.progress, steps_allowed(scene, options), options.tell},
           [&](System& at, double t, const VecX& y) { recorder.record(at, t, y); }, indefinite);
       wanted = system.weights.narrowed(system);
       Histories out = recorder.finish();

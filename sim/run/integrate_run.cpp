@@ -19,16 +19,16 @@
 namespace flexframe::sim {
 namespace {
 
-// All times at which an expression changes its piece, ascending, then the end.
-std::vector<double> segment_ends(const Model& model) {
+// All times within a span at which an expression changes its piece, ascending, then its end.
+std::vector<double> segment_ends(const Model& model, double from, double to) {
   std::vector<double> ends;
   for (const TimeFunction& e : model.expressions) {
-    const std::vector<double> t = e.switch_times(0.0, model.settings.duration);
+    const std::vector<double> t = e.switch_times(from, to);
     ends.insert(ends.end(), t.begin(), t.end());
   }
   std::sort(ends.begin(), ends.end());
   ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
-  ends.push_back(model.settings.duration);
+  ends.push_back(to);
   return ends;
 }
 
@@ -56,8 +56,15 @@ constexpr size_t most_notes = 200;
 class MotionRun {
  public:
   using Sample = std::function<void(System&, double, const VecX&)>;
-  MotionRun(System& s, Method asked, const std::vector<double>& sample_times, const RunWatch& watcher, const Sample& take_sample)
-      : system(s), told_to(watcher), times(sample_times), sample(take_sample), automatic(asked == Method::automatic), method(asked) {}
+  MotionRun(System& s, Method asked, RunSpan& asked_span, const RunWatch& watcher, const Sample& take_sample)
+      : system(s),
+        told_to(watcher),
+        span(asked_span),
+        times(asked_span.times),
+        sample(take_sample),
+        automatic(asked == Method::automatic),
+        method(asked),
+        from(asked_span.from) {}
   SolverStatistics run();
 
  private:
@@ -96,6 +103,7 @@ class MotionRun {
 
   System& system;
   const RunWatch& told_to;
+  RunSpan& span;
   const std::vector<double>& times;
   const Sample& sample;
   const double start = cpu_seconds();
@@ -138,7 +146,8 @@ void MotionRun::choose() {
   on_trial = automatic && system.tolerance <= tight;
   if (automatic) method = choose_method(system, fastest_vibration);
   on_trial = on_trial && method == Method::dirk && fastest_vibration > 0.0 && may_be_followed(system);
-  use(method, pack_state(system, Eigen::Vector2d::Zero()));
+  if (span.goes_on) out.method = method_name(method);  // the sizes of its errors are those so far
+  else use(method, pack_state(system, Eigen::Vector2d::Zero()));
   if (method == Method::exponential && (has_events(system) || !system.model.massless.rates.empty()))
     throw InputError(fmt::format("method \"exponential\" follows smooth motion only: {}; take method = \"auto\" or \"erk\"",
                                  has_events(system) ? "dry friction, stops and contacts have events, which need to be located"
@@ -242,8 +251,9 @@ bool MotionRun::begin_segment(double end) {
   if (has_events(system)) {
     // A jump of the loads may let go what sticks.
     const std::vector<Partition> before = partitions();
-    start_phases(system, from, y, !integrator, changes);
-    if (!integrator) changes.clear();
+    const bool first = !integrator && !span.goes_on;
+    start_phases(system, from, y, first, changes);
+    if (first) changes.clear();
     y = repack_state(system, y, before);
     system.weights.update(system, y);
     note_changes(from);
@@ -431,7 +441,7 @@ Method MotionRun::better_method(double now, double end) {
 }
 
 void MotionRun::keep_to_budget(double now) {
-  const double most = told_to.most_steps, duration = system.model.settings.duration;
+  const double most = told_to.most_steps, duration = span.to;
   const long steps = steps_so_far();
   // Short steps may pass: what sticks and lets go again takes some ten thousand of them. Nobody waits for those of small systems.
   const bool long_enough = steps >= 50000 || cpu_seconds() - start >= 5.0;
@@ -448,7 +458,7 @@ void MotionRun::keep_to_budget(double now) {
 // Now and then: the run's length against its budget, the method against others. True where another one begins.
 bool MotionRun::review_method(double now, double end) {
   const long steps = steps_so_far();
-  if (!review.due(steps, system.evaluations, now, system.model.settings.duration)) {
+  if (!review.due(steps, system.evaluations, now, span.to)) {
     if (static_cast<double>(steps) >= told_to.most_steps) keep_to_budget(now);
     return false;
   }
@@ -488,12 +498,12 @@ SolverStatistics MotionRun::run() {
   out.tolerance = system.tolerance;
   choose();
   define_problem();
-  y = pack_state(system, Eigen::Vector2d::Zero());
+  y = span.goes_on ? span.state : pack_state(system, Eigen::Vector2d::Zero());
   system.friction.tolerance = system.tolerance;
   slips = std::any_of(system.friction.points.begin(), system.friction.points.end(),
                       [](const FrictionPoint& p) { return p.phase == FrictionPhase::slip; });
-  for (; next < times.size() && times[next] <= 0.0; ++next) sample(system, 0.0, y);
-  for (const double end : segment_ends(system.model)) {
+  for (; next < times.size() && times[next] <= from; ++next) sample(system, from, y);
+  for (const double end : segment_ends(system.model, span.from, span.to)) {
     if (begin_segment(end)) {
       run_segment(end);
       system.notes.warn(guard.complaints());
@@ -501,6 +511,7 @@ SolverStatistics MotionRun::run() {
     from = end;
   }
   retire();
+  span.state = y;
   out.evaluations = system.evaluations;
   out.cpu_seconds = cpu_seconds() - start;
   return out;
@@ -508,9 +519,9 @@ SolverStatistics MotionRun::run() {
 
 }  // namespace
 
-SolverStatistics integrate(System& system, Method method, const std::vector<double>& times, const RunWatch& watch,
+SolverStatistics integrate(System& system, Method method, RunSpan& span, const RunWatch& watch,
                            const std::function<void(System&, double, const VecX&)>& sample, int& indefinite) try {
-  return MotionRun(system, method, times, watch, sample).run();
+  return MotionRun(system, method, span, watch, sample).run();
 } catch (const SimulationError&) {
   if (system.work.indefinite < 0) system.work.indefinite = lost_inertia(system);
   if (system.work.indefinite >= 0) indefinite = system.model.parts[static_cast<size_t>(system.work.indefinite)].scene_body;

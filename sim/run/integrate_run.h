@@ -17,10 +17,22 @@ struct RunWatch {
   std::function<void(const std::string& words)> tell;  // a sentence, where the run will take long: what it spends its steps on
 };
 
-// Integrates a system from its assembled start; calls sample at each of the times, in order. Where it fails, `indefinite` is the scene's
+// What is integrated: from the assembled start, or on from where an earlier call left the same system, to `to`.
+struct RunSpan {
+  std::vector<double> times;  // s, ascending, within: where it is sampled
+  double from = 0.0, to = 0.0;
+  bool goes_on = false;  // from `state`, as the call before left it, with the phases of friction and stops as they are
+  VecX state;            // afterwards that at `to`
+};
+// A whole run of a scene.
+inline RunSpan whole_run(const SimulationSettings& settings, std::vector<double> times) {
+  return {std::move(times), 0.0, settings.duration, false, {}};
+}
+
+// Integrates a system over a span; calls sample at each of its times, in order. Where it fails, `indefinite` is the scene's
 // body whose kinetic energy was found not to be positive, if one was. Throws SimulationError with time and cause where the integration
 // cannot go on, and where it would take more than watch.most_steps steps: as soon as that is certain.
-SolverStatistics integrate(System& system, Method method, const std::vector<double>& times, const RunWatch& watch,
+SolverStatistics integrate(System& system, Method method, RunSpan& span, const RunWatch& watch,
                            const std::function<void(System&, double, const VecX&)>& sample, int& indefinite);
 
 }  // namespace flexframe::sim

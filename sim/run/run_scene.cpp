@@ -110,8 +110,9 @@ Results simulate_alone(const Scene& scene, const SimulateOptions& options, bool 
     std::vector<size_t> looks;
     if (left_out && !left_out->empty()) looks = left_out->looks(system, times);
     size_t sample = 0, next = 0;
+    RunSpan span = whole_run(scene.simulation, times);
     const SolverStatistics statistics = integrate(
-        system, options.method.value_or(scene.simulation.method), times, {options.progress, steps_allowed(scene, options), options.tell},
+        system, options.method.value_or(scene.simulation.method), span, {options.progress, steps_allowed(scene, options), options.tell},
         [&](System& s, double t, const VecX& y) {
           recorder.record(s, t, y);
           if (next < looks.size() && looks[next] == sample++) left_out->look(s, t, y), ++next;

@@ -3,6 +3,7 @@
 #include "sim/base/types.h"
 #include "sim/base/words.h"
 #include "sim/scene/expression.h"
+#include "sim/scene/scene.h"
 #include "sim/scene/units.h"
 
 #include <algorithm>
@@ -105,6 +106,13 @@ std::string Parameters::substitute(std::string_view text) const {
   }
   out.append(text, done, std::string_view::npos);
   return out;
+}
+
+std::string with_inputs(std::string_view text, const std::vector<InputDef>& inputs) {
+  if (inputs.empty()) return std::string(text);
+  Parameters values;
+  for (const InputDef& input : inputs) values.add(input.name, fmt::format("{}", input.value));
+  return values.substitute(text);
 }
 
 double Parameters::number(std::string_view text, const char* unit) const {

@@ -262,13 +262,22 @@ void check_name(const TableReader& reader, std::string_view key, const std::stri
 }
 
 std::string read_expression(const TableReader& reader, std::string_view key, const char* unit) {
+  std::string driven;
+  return read_driven_expression(reader, key, unit, {}, driven);
+}
+
+std::string read_driven_expression(const TableReader& reader, std::string_view key, const char* unit, const std::vector<InputDef>& inputs,
+                                   std::string& driven) {
+  driven.clear();
   const TomlValue& value = reader.required(key);
   if (value.type == TomlValue::Type::integer || value.type == TomlValue::Type::real) return fmt::format("{}", reader.number(key));
   if (value.type != TomlValue::Type::text)
     reader.fail(key, fmt::format("must be a number or an expression of t, found {}", describe(value)));
   try {
-    const std::string text = reader.parameters().substitute(reader.text(key));
+    const std::string named = reader.parameters().substitute(reader.text(key));
+    const std::string text = with_inputs(named, inputs);
     const Expression expression(text);
+    if (text != named) driven = named;
     return text;
   } catch (const InputError& error) {
     // "10 kN" is a number with a unit.
@@ -401,6 +410,8 @@ ForceDef read_force(TableReader& reader, const Scene& scene) {
     case ForceKind::bushing:
       reader.allow({"name", "kind", "on", "from", "stiffness", "damping"});
       break;
+    case ForceKind::user:  // no word of it is read
+      break;
   }
 
   force.on = read_frame_ref(reader, "on", scene);
@@ -439,7 +450,7 @@ ForceDef read_force(TableReader& reader, const Scene& scene) {
   force.follower = reader.word("frame", force_frames, 0) == 1;
   if (reader.required("value").type != TomlValue::Type::table) {
     const bool torque = force.kind == ForceKind::torque, distributed = force.kind == ForceKind::distributed;
-    force.value = read_expression(reader, "value", torque ? "N m" : distributed ? "N/m" : "N");
+    force.value = read_driven_expression(reader, "value", torque ? "N m" : distributed ? "N/m" : "N", scene.inputs, force.driven);
     return force;
   }
   const TableReader value = *reader.table("value");
@@ -463,6 +474,23 @@ ForceDef read_force(TableReader& reader, const Scene& scene) {
     value.fail("of", fmt::format("needs a joint with one coordinate; {} is {} with {}", quote(joint->name), traits(joint->kind).word,
                                  traits(joint->kind).rates.size()));
   return force;
+}
+
+InputDef read_input(TableReader& reader) {
+  InputDef input;
+  input.line = reader.line();
+  input.name = reader.text("name");
+  reader.set_label(fmt::format("[[input]] {}", quote(input.name)));
+  reader.allow({"name", "value"});
+  if (reader.parameters().has(input.name)) reader.fail("name", "is the name of a parameter too");
+  input.value = reader.number("value", 0.0, any_number);
+  try {
+    Parameters().add(input.name, "0");
+  } catch (const InputError&) {
+    reader.fail("name", fmt::format("is no name for an input: {}; letters, digits and _ only, no digit first, and no word of expressions",
+                                    quote(input.name)));
+  }
+  return input;
 }
 
 OutputDef read_output(TableReader& reader, const Scene& scene) {

@@ -5,6 +5,7 @@
 #include "sim/base/types.h"
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -198,7 +199,32 @@ struct JointDef {
   std::optional<Stop> stop;
 };
 
-enum class ForceKind { force, torque, spring_damper, distributed, bushing };
+// user: what a function of the program that drives the simulation says (sim/simulation.h); no word of scene files.
+enum class ForceKind { force, torque, spring_damper, distributed, bushing, user };
+
+// A frame as a user's force sees it: time (s), its place (m) and axes (columns: its x, y, z) in the world, its velocity (m/s) and angular
+// velocity (rad/s) in world axes.
+struct FrameMoment {
+  double t = 0.0;
+  Vec3 position = Vec3::Zero();
+  Mat3 rotation = Mat3::Identity();
+  Vec3 velocity = Vec3::Zero();
+  Vec3 angular_velocity = Vec3::Zero();
+};
+// What it answers: force (N) at the frame's origin and torque (Nm), world axes.
+struct UserWrench {
+  Vec3 force = Vec3::Zero();
+  Vec3 torque = Vec3::Zero();
+};
+// Called in every evaluation of the equations of motion: the same answer for the same question, and as smooth as an integrator likes it.
+using UserForce = std::function<UserWrench(const FrameMoment&)>;
+
+// A number that the program which drives a simulation sets while it runs (sim/simulation.h); elsewhere it keeps its first value.
+struct InputDef {
+  std::string name;
+  int line = 0;
+  double value = 0.0;  // at the start
+};
 
 struct ForceDef {
   std::string name;  // may be empty
@@ -209,6 +235,8 @@ struct ForceDef {
   Vec3 direction = Vec3::UnitZ();  // unit
   bool follower = false;           // frame = "body"
   std::string value = "0";         // expression of t: N, Nm, or N/m (distributed)
+  std::string driven;              // the same with names of inputs in it; empty: it names none
+  UserForce user;                  // kind user
   std::optional<TableDef> table;   // instead of value: against t, or against the coordinate of table_joint
   std::string table_joint;
   Spring spring;                                                          // spring-damper
@@ -246,12 +274,16 @@ struct OutputDef {
   ReactionFrame frame = ReactionFrame::world;  // axes of a reaction's components
 };
 
+// An expression's text with the values of inputs, to the last bit, in place of their names.
+std::string with_inputs(std::string_view text, const std::vector<InputDef>& inputs);
+
 struct Scene {
   std::filesystem::path file;
   std::string text;  // the file's text
   std::string title;
   SimulationSettings simulation;
   std::map<std::string, Vec3> ground_frames;  // [ground] frames: name -> place in the world, m
+  std::vector<InputDef> inputs;
   std::vector<BodyDef> bodies;
   std::vector<JointDef> joints;
   std::vector<ForceDef> forces;

@@ -18,12 +18,16 @@ BodyDef read_body(TableReader& reader, const std::filesystem::path& folder);
 JointDef read_joint(TableReader& reader, const Scene& scene);
 ForceDef read_force(TableReader& reader, const Scene& scene);
 OutputDef read_output(TableReader& reader, const Scene& scene);
+InputDef read_input(TableReader& reader);
 
 // The table "frames" of a body or the ground: name -> position, m. `order`: the names as the file lists them.
 std::map<std::string, Vec3> read_frame_positions(const TableReader& reader, std::vector<std::string>* order = nullptr);
 
 // A number or an expression of t as expression text without parameters; wrong syntax is refused. unit: as Range::unit.
 std::string read_expression(const TableReader& reader, std::string_view key, const char* unit);
+// The same where inputs may stand in it: with their first values. `driven`: with their names, empty where it names none.
+std::string read_driven_expression(const TableReader& reader, std::string_view key, const char* unit, const std::vector<InputDef>& inputs,
+                                   std::string& driven);
 
 // "ground", "body" or "body.frame", split at the first dot, existing as far as the scene tells.
 FrameRef read_frame_ref(const TableReader& reader, std::string_view key, const Scene& scene);

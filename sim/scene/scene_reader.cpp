@@ -77,7 +77,11 @@ Scene make_scene(const SceneDocument& document) {
   }
 
   const std::filesystem::path folder = name.parent_path();
-  Names bodies("body"), joints("joint"), forces("force"), outputs("output");
+  Names inputs("input"), bodies("body"), joints("joint"), forces("force"), outputs("output");
+  for (TableReader& reader : root.tables("input")) {
+    scene.inputs.push_back(read_input(reader));
+    inputs.add(reader, scene.inputs.back().name);
+  }
   root.required("body");
   for (TableReader& reader : root.tables("body")) {
     scene.bodies.push_back(read_body(reader, folder));

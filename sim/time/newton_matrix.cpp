@@ -33,7 +33,7 @@ std::vector<Direction> directions(const System& system) {
 bool closed_form(const System& system) {
   const Model& model = system.model;
   for (const Load& load : model.loads)
-    if (load.def.kind == ForceKind::spring_damper || load.def.kind == ForceKind::bushing) return false;
+    if (load.def.kind == ForceKind::spring_damper || load.def.kind == ForceKind::bushing || load.def.kind == ForceKind::user) return false;
   for (const LoopJoint& loop : model.loops)
     if (loop.spring) return false;
   for (size_t c = 0; c < model.clusters.size(); ++c) {

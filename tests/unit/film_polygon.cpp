@@ -1,4 +1,5 @@
 #include "render/film/polygon.h"
+#include "sim/base/error.h"
 
 #include <gtest/gtest.h>
 
@@ -61,8 +62,8 @@ TEST(Polygon, SenseOfRotationDoesNotMatter) {
 }
 
 TEST(Polygon, RefusesWhatIsNone) {
-  EXPECT_THROW(triangulate_polygon({{{0, 0}, {1, 0}}}), std::invalid_argument);
-  EXPECT_THROW(triangulate_polygon({circle(1.0, 16), {{0, 0}, {1, 1}}}), std::invalid_argument);
+  EXPECT_THROW(triangulate_polygon({{{0, 0}, {1, 0}}}), flexframe::ArgumentError);
+  EXPECT_THROW(triangulate_polygon({circle(1.0, 16), {{0, 0}, {1, 1}}}), flexframe::ArgumentError);
 }
 
 }  // namespace

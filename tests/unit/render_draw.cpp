@@ -4,6 +4,7 @@
 #include "render/image/image_compare.h"
 #include "render/image/png.h"
 #include "render/picture/shapes.h"
+#include "sim/base/error.h"
 
 #include <gtest/gtest.h>
 
@@ -319,7 +320,7 @@ TEST(Draw, WrongPicturesAreRefusedWithTheirReason) {
     change(p);
     try {
       renderer().draw(p);
-    } catch (const std::invalid_argument& e) {
+    } catch (const flexframe::ArgumentError& e) {
       return std::string(e.what());
     }
     return std::string();
@@ -340,7 +341,7 @@ TEST(Draw, WrongPicturesAreRefusedWithTheirReason) {
 }
 
 TEST(Draw, BackendsHaveNames) {
-  EXPECT_THROW(backend_from_name("vulkan"), std::invalid_argument);
+  EXPECT_THROW(backend_from_name("vulkan"), flexframe::ArgumentError);
   EXPECT_EQ(backend_from_name("egl"), Backend::egl);
 }
 

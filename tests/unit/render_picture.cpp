@@ -7,6 +7,7 @@
 #include "render/picture/colormap.h"
 #include "render/picture/edges.h"
 #include "render/picture/shapes.h"
+#include "sim/base/error.h"
 
 #include <gtest/gtest.h>
 
@@ -80,8 +81,8 @@ TEST(Camera, PathGoesThroughItsKeysSmoothly) {
   const glm::dvec3 after = (camera_on_path(keys, 2.0 + h).position - camera_on_path(keys, 2.0).position) / h;
   EXPECT_LT(glm::length(before - after), 1e-4);
   keys[2].t = keys[1].t;
-  EXPECT_THROW(camera_on_path(keys, 0.0), std::invalid_argument);
-  EXPECT_THROW(camera_on_path({}, 0.0), std::invalid_argument);
+  EXPECT_THROW(camera_on_path(keys, 0.0), flexframe::ArgumentError);
+  EXPECT_THROW(camera_on_path({}, 0.0), flexframe::ArgumentError);
 }
 
 TEST(Camera, OrbitKeepsDistanceAndHeight) {
@@ -126,7 +127,7 @@ TEST(Colormap, NamesGoBothWaysAndWrongOnesAreAnswered) {
   try {
     colormap_from_name("jet");
     FAIL();
-  } catch (const std::invalid_argument& e) {
+  } catch (const flexframe::ArgumentError& e) {
     EXPECT_NE(std::string(e.what()).find("viridis"), std::string::npos);
   }
   EXPECT_EQ(colormap_color(Colormap::turbo, NAN), glm::vec3(0.5f));
