@@ -148,7 +148,7 @@ struct Simulation::Impl {
       known.push_back(now.inputs[k].name);
     }
     throw ArgumentError(fmt::format("the scene has no input {}{}{}", quote(std::string(name)), did_you_mean(name, known),
-                                    known.empty() ? " ([[input]])" : " there are " + list_words(known)));
+                                    known.empty() ? "; it has none ([[input]])" : "; there are " + list_words(known)));
   }
 
   void advance(double to) {
@@ -194,7 +194,7 @@ double Simulation::output(std::string_view column) const {
   const std::vector<std::string>& known = columns();
   const auto found = std::find(known.begin(), known.end(), column);
   if (found == known.end())
-    throw ArgumentError(fmt::format("the scene has no output {}{} there are {}", quote(std::string(column)), did_you_mean(column, known),
+    throw ArgumentError(fmt::format("the scene has no output {}{}; there are {}", quote(std::string(column)), did_you_mean(column, known),
                                     list_words(known)));
   return impl_->now.row[found - known.begin()];
 }

@@ -69,14 +69,14 @@ class Simulation {
   // All that the future depends on. A value: copies share memory, nothing changes it.
   class State {
    public:
-    double time() const;
+    double time() const;  // s
 
    private:
     friend class Simulation;
     struct Data;
     std::shared_ptr<const Data> data_;
   };
-  State state() const;
+  State state() const;  // now
   // Of this simulation, or of another one of the same scene. Throws ArgumentError for that of another scene.
   void restore(const State& state);
 

@@ -212,6 +212,7 @@ Command add_check(Program& program) {
   app.option("SCENE", words->scene, "scene file (TOML)").required();
   add_scene_words(app, words->settings);
   app.flag("--json", words->json, "report as JSON");
+  app.example("crane.toml", "is it valid; degrees of freedom, effects and why, frequencies");
 
   return {app, [words] {
             const Job job = read_job(words->scene, words->settings);

@@ -11,6 +11,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace CLI {
 class App;
@@ -23,17 +24,21 @@ namespace flexframe::cli {
 class Option {
  public:
   explicit Option(CLI::Option* option) : option_(option) {}
+  static bool is_number(const std::string& item);
 
   Option& required();
+  Option& as(const char* form);  // what stands behind the option in --help: WxH, FILE; default: N for numbers, TEXT
   Option& range(int low, int high);
   Option& range(double low, double high);
   Option& positive();
   Option& not_negative();
   Option& one_of(std::initializer_list<const char*> words);
   Option& one_of(std::initializer_list<int> numbers);
-  Option& excludes(const char* name);         // one declared before that must not be given beside it
-  Option& value_or(const char* value);        // the value may be left out, which means this one
-  Option& separated_by(char between);         // a list in one word
+  Option& excludes(const char* name);   // one declared before that must not be given beside it
+  Option& value_or(const char* value);  // the value may be left out, which means this one
+  Option& separated_by(char between);   // a list in one word
+  // A list by comma or space alike: words that follow belong to it as long as `item` takes them. The value is one word, by commas.
+  Option& list(std::function<bool(const std::string& item)> item);
   Option& one_word();                         // words behind it are not part of the list
   Option& environment(const char* variable);  // the value where the option is not given
   Option& show_default();                     // the variable's value as it is now, in --help
@@ -51,7 +56,8 @@ class Subcommand {
   template <class T>
   Option option(const char* names, T& value, const std::string& text);
   void flag(const char* names, bool& value, const std::string& text);
-  void footer(const char* text);  // below the options in --help
+  void footer(const char* text);                      // below the options in --help
+  void example(const char* words, const char* what);  // below that: what stands behind "flexframe COMMAND", and what it does
 
   bool given() const;
   bool given(const char* option) const;
@@ -68,11 +74,15 @@ class Program {
   ~Program();
   Subcommand subcommand(const char* name, const char* text);
 
-  // False where --help or --version asked for no more than what is now printed. Throws UsageError.
+  // False where --help or --version asked for no more than what is now printed. Throws UsageError. Sets verbosity (terminal.h).
   bool parse(int argc, char** argv);
 
  private:
+  [[noreturn]] void refuse(const std::string& problem, const std::string& command) const;
+  std::vector<std::string> with_joined_lists(int argc, char** argv) const;
+
   std::unique_ptr<CLI::App> app_;
+  bool quiet_ = false, verbose_ = false;
 };
 
 struct Command {

@@ -113,9 +113,11 @@ Exit codes: 0 all agree, 1 some do not, 2 bad input.)");
       .range(0, 1 << 30);
   words.option("--mean", options->mean, "largest mean difference in levels that is accepted (0.1)").range(0.0, 255.0);
   words.flag("--exact", options->rule.exact, "require identical pixels");
-  words.option("--report", options->report, "HTML page with baseline, new picture and heat map side by side");
+  words.option("--report", options->report, "HTML page with baseline, new picture and heat map side by side").as("FILE");
   words.option("--update", options->reason, "make B the baseline, with this reason in CHANGES.md beside A");
   words.flag("--json", options->json, "the measured differences as JSON on stdout");
+  words.example("baseline/ new/ --report report.html", "two folders of pictures, with a page that shows them side by side");
+  words.example("a.png b.png --exact", "equal pixels only");
   return {words, [options] {
             if (options->reason.find_first_not_of(" \t\n") == std::string::npos && !options->reason.empty())
               throw UsageError("--update needs a reason, for example \"new colours\"");

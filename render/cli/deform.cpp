@@ -1,9 +1,11 @@
 // flexframe deform: nodes of any program move a mesh of any origin.
 #include "render/cli/commands.h"
+#include "render/cli/terminal.h"
 
 #include "render/film/deform.h"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <charconv>
 #include <cmath>
@@ -15,7 +17,7 @@ namespace {
 
 struct DeformWords {
   std::string nodes, mesh, output, scheme = "auto", scale = "1";
-  bool corotated = false;
+  bool corotated = false, json = false;
 };
 
 std::optional<double> parse_scale(const std::string& text) {
@@ -34,6 +36,16 @@ int run(const DeformWords& words) {
   options.corotated = words.corotated;
   const film::DeformReport report = film::deform(words.nodes, words.mesh, words.output, options);
   for (const std::string& warning : report.warnings) fmt::print(stderr, "warning: {}\n", warning);
+  if (words.json) {
+    nlohmann::ordered_json json = {
+        {"nodes", report.nodes},       {"vertices", report.vertices},     {"scheme", interp::scheme_name(report.map.scheme)},
+        {"reason", report.map.reason}, {"lebesgue", report.map.lebesgue}, {"largest_displacement", report.largest},
+        {"scale", report.scale},       {"warnings", report.warnings},     {"written", words.output}};
+    if (std::isfinite(report.leave_one_out.relative)) json["leave_one_out"] = report.leave_one_out.relative;
+    fmt::print("{}\n", json.dump(2));
+    return 0;
+  }
+  if (verbosity() == Verbosity::quiet) return 0;
   fmt::print("{} nodes -> {} vertices\n", report.nodes, report.vertices);
   fmt::print("scheme               {} ({})\n", interp::scheme_name(report.map.scheme), report.map.reason);
   fmt::print("Lebesgue constant    {:.3g}\n", report.map.lebesgue);
@@ -52,12 +64,16 @@ int run(const DeformWords& words) {
 Command add_deform(Program& program) {
   auto words = std::make_shared<DeformWords>();
   Subcommand command = program.subcommand("deform", "move a mesh by the displacements of sparse nodes");
-  command.option("--nodes", words->nodes, "CSV with a header line x,y,z,ux,uy,uz[,rx,ry,rz]").required();
-  command.option("--mesh", words->mesh, "OBJ, STL, PLY, glTF, ...").required();
-  command.option("-o,--output", words->output, "OUT.obj: deformed mesh; OUT.csv: ux,uy,uz of each vertex in the file's order").required();
-  command.option("--scheme", words->scheme, "auto kernel elastic lattice r3 r tps").show_default();
+  command.option("--nodes", words->nodes, "CSV with a header line x,y,z,ux,uy,uz[,rx,ry,rz]").as("FILE").required();
+  command.option("--mesh", words->mesh, "OBJ, STL, PLY, glTF, ...").as("FILE").required();
+  command.option("-o,--output", words->output, "OUT.obj: deformed mesh; OUT.csv: ux,uy,uz of each vertex in the file's order")
+      .as("FILE")
+      .required();
+  command.option("--scheme", words->scheme, "auto kernel elastic lattice r3 r tps").as("WORD").show_default();
   command.option("--scale", words->scale, "factor of the displacements, or auto").show_default();
   command.flag("--corotated", words->corotated, "exaggerate by rotations, sections keep their size");
+  command.flag("--json", words->json, "summary as JSON");
+  command.example("--nodes nodes.csv --mesh part.obj -o bent.obj --scale 20", "a mesh moved by the nodes of any program, twenty times");
   return {command, [words] { return run(*words); }};
 }
 

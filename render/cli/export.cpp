@@ -98,14 +98,16 @@ vtk   a surface file a picture and an index for ParaView, deformation as point d
 mp4   the video alone (RESULTS.mp4; -o NAME.gif for a GIF, NAME.apng for an animated PNG)
 Pictures a second and speed are those of the scene's [render] table.)");
   app.option("RESULTS", words->results, "results file (HDF5)").required();
-  app.option("--to", words->to, "csv, gltf, vtk or mp4").required().one_of({"csv", "gltf", "vtk", "mp4"});
-  app.option("-o,--out", words->out, "output file, for vtk a folder; default: the name of the results, in the current folder");
+  app.option("--to", words->to, "csv, gltf, vtk or mp4").as("WORD").required().one_of({"csv", "gltf", "vtk", "mp4"});
+  app.option("-o,--out", words->out, "output file, for vtk a folder; default: the name of the results, in the current folder").as("FILE");
   app.option("--scale", words->scale, "gltf, vtk: deformation multiplied by this (1)").range(0.0, 1e9);
-  app.option("--scene", words->scene, "scene file whose [render] table is used, in place of the one in the results");
-  app.option("--size", words->render.size, "mp4: WIDTHxHEIGHT in pixels");
+  app.option("--scene", words->scene, "scene file whose [render] table is used, in place of the one in the results").as("FILE");
+  app.option("--size", words->render.size, "mp4: pixels, width x height").as("WxH");
   app.option("--scales", words->render.scales, "mp4: auto, or a list as 1,20: in scale and exaggerated");
   app.option("--color-by", words->render.color_by, "mp4: none, displacement, strain, velocity or body");
   app.flag("--json", words->json, "summary as JSON");
+  app.example("crane.h5 --to gltf -o crane.glb --scale 20", "for Blender and other viewers, deformation twenty times");
+  app.example("crane.h5 --to csv", "the histories");
 
   return {app, [words] {
             const std::string name = fs::path(words->results).stem().string();

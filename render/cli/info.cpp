@@ -1,5 +1,6 @@
 // flexframe info: what a file holds, or what draws the pictures here.
 #include "render/cli/commands.h"
+#include "render/cli/jobs.h"
 
 #include "render/draw/renderer.h"
 #include "render/image/png.h"
@@ -93,11 +94,94 @@ void print_renderer(const std::string& name) {
   fmt::print("backend  {}\nrenderer {}\nversion  {}\ncpu      {}\n", info.backend, info.renderer, info.version, info.cpu);
 }
 
+using Json = nlohmann::ordered_json;
+
+Json results_json(const std::string& file) {
+  const sim::Results r = sim::read_results(file);
+  Json out = {{"kind", "results"}, {"title", r.title}, {"scene", r.scene_file}, {"samples", r.times.size()}};
+  if (r.times.size() > 0) out["times"] = {r.times[0], r.times[r.times.size() - 1]};
+  out["bodies"] = out["joints"] = out["outputs"] = Json::array();
+  for (const sim::ResultBody& b : r.bodies)
+    out["bodies"].push_back({{"name", b.name}, {"kind", b.kind}, {"nodes", b.nodes.size()}, {"coordinates", b.q.cols()}, {"mesh", b.mesh}});
+  for (const sim::ResultJoint& j : r.joints) out["joints"].push_back({{"name", j.name}, {"kind", j.kind}, {"coordinates", j.value.cols()}});
+  for (const sim::ResultOutput& o : r.outputs)
+    if (o.values.size() > 0)
+      out["outputs"].push_back({{"column", o.column}, {"unit", o.unit}, {"range", {o.values.minCoeff(), o.values.maxCoeff()}}});
+  out["simulation"] = simulation_json(r);
+  return out;
+}
+
+Json scene_json(const std::string& file) {
+  const sim::Scene s = sim::read_scene(file);
+  Json out = {{"kind", "scene"}, {"title", s.title}, {"duration", s.simulation.duration}, {"output_rate", s.simulation.output_rate}};
+  out["bodies"] = out["joints"] = out["forces"] = out["inputs"] = out["outputs"] = Json::array();
+  for (const sim::BodyDef& b : s.bodies) out["bodies"].push_back({{"name", b.name}, {"kind", kind_of(b)}});
+  for (const sim::JointDef& j : s.joints) out["joints"].push_back(j.name);
+  for (const sim::ForceDef& f : s.forces) out["forces"].push_back({{"name", f.name}, {"on", f.on.body}, {"value", f.value}});
+  for (const sim::InputDef& i : s.inputs) out["inputs"].push_back({{"name", i.name}, {"value", i.value}});
+  for (const sim::OutputDef& o : s.outputs) out["outputs"].push_back(o.name);
+  return out;
+}
+
+Json sid_json(const std::string& file) {
+  const sim::SidReading reading = sim::read_sid(file);
+  Json out = {{"kind", "SID body"},
+              {"name", reading.file.name},
+              {"mass", reading.file.mass},
+              {"coordinates", reading.file.nelastq},
+              {"nodes", reading.file.nodes.size()},
+              {"labels", reading.file.labels},
+              {"notes", reading.notes}};
+  for (const sim::SidCheck& check : sim::check_sid(reading.file)) out["checks"][check.identity] = check.residual;
+  return out;
+}
+
+Json mesh_json(const std::string& file) {
+  const render::Mesh m = render::read_mesh(file);
+  const render::Bounds b = render::compute_bounds(m);
+  return {{"kind", "mesh"},
+          {"vertices", m.positions.size()},
+          {"triangles", m.triangles.size()},
+          {"materials", m.materials.size()},
+          {"bounds", {{b.lower.x, b.lower.y, b.lower.z}, {b.upper.x, b.upper.y, b.upper.z}}},
+          {"notes", m.warnings}};
+}
+
+Json picture_json(const std::string& file) {
+  const render::Image image = render::read_png(file);
+  return {{"kind", "picture"}, {"size", {image.width, image.height}}, {"channels", image.channels}, {"whole", render::is_whole_png(file)}};
+}
+
+Json renderer_json(const std::string& name) {
+  const render::RendererInfo info = render::Renderer(render::backend_from_name(name)).info();
+  return {{"backend", info.backend}, {"renderer", info.renderer}, {"version", info.version}, {"cpu", info.cpu}};
+}
+
+// What is said about a file of these endings; none: any other is a mesh.
+struct Kind {
+  std::vector<std::string> endings;
+  void (*print)(const std::string&);
+  Json (*json)(const std::string&);
+};
+const Kind& kind_of_file(const std::string& file) {
+  static const std::vector<Kind> kinds{{{".h5", ".hdf5"}, print_results, results_json},
+                                       {{".toml"}, print_scene, scene_json},
+                                       {{".sid", ".sid_fem"}, print_sid, sid_json},
+                                       {{".png"}, print_picture, picture_json},
+                                       {{}, print_mesh, mesh_json}};
+  std::string ending = std::filesystem::path(file).extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  for (const Kind& kind : kinds)
+    if (std::find(kind.endings.begin(), kind.endings.end(), ending) != kind.endings.end()) return kind;
+  return kinds.back();
+}
+
 }  // namespace
 
 Command add_info(Program& program) {
   struct Words {
     std::string file, renderer;
+    bool json = false;
   };
   const auto words = std::make_shared<Words>();
   Subcommand app = program.subcommand("info", "what a file holds: results, scene, SID body, mesh, picture");
@@ -107,21 +191,22 @@ Command add_info(Program& program) {
       .excludes("FILE")
       .one_of({"osmesa", "egl"});
 
+  app.flag("--json", words->json, "the same as JSON");
+  app.example("crane.h5", "bodies, outputs with their ranges, solver, warnings");
+  app.example("--renderer", "what draws the pictures here");
+
   return {app, [words, app] {
             if (app.given("--renderer")) {
-              print_renderer(words->renderer.empty() ? "osmesa" : words->renderer);
+              const std::string name = words->renderer.empty() ? "osmesa" : words->renderer;
+              if (words->json) fmt::print("{}\n", renderer_json(name).dump(2));
+              else print_renderer(name);
               return 0;
             }
             if (words->file.empty()) throw UsageError("info needs a FILE or --renderer");
             if (!std::filesystem::exists(words->file)) throw sim::InputError(fmt::format("{}: no such file", words->file));
-            std::string ending = std::filesystem::path(words->file).extension().string();
-            std::transform(ending.begin(), ending.end(), ending.begin(),
-                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-            if (ending == ".h5" || ending == ".hdf5") print_results(words->file);
-            else if (ending == ".toml") print_scene(words->file);
-            else if (ending == ".sid" || ending == ".sid_fem") print_sid(words->file);
-            else if (ending == ".png") print_picture(words->file);
-            else print_mesh(words->file);
+            const Kind& kind = kind_of_file(words->file);
+            if (words->json) fmt::print("{}\n", kind.json(words->file).dump(2));
+            else kind.print(words->file);
             return 0;
           }};
 }

@@ -55,7 +55,7 @@ void add_simulation_words(Subcommand words, SimulationWords& values) {
               "requested error of the outputs relative to their ranges: the program chooses tolerance, modes or elements, and effects")
       .range(1e-9, 0.5)
       .excludes("--tolerance");
-  words.option("--method", values.method, "auto, adams, bdf, erk, dirk, ida or exponential, in place of the scene's");
+  words.option("--method", values.method, "auto, adams, bdf, erk, dirk, ida or exponential, in place of the scene's").as("WORD");
   words
       .option("--max-steps", values.max_steps,
               "limit of steps: a run that needs more ends with the reason, in place of the scene's; default 5e6")
@@ -65,22 +65,78 @@ void add_simulation_words(Subcommand words, SimulationWords& values) {
   words.flag("--strict", values.strict, "warnings are errors: exit code 1, no files");
 }
 
+namespace {
+
+// Keys of [render] as options: what is given takes the place of the scene's word, read and refused as that is.
+void add_view_words(Subcommand words, RenderWords& values) {
+  words.option("--view", values.view, "front, side, top or iso; several in one picture as front,top").as("LIST");
+  words.option("--camera", values.camera, "place of the camera in m, X,Y,Z; with --target, instead of fitting the motion").as("X,Y,Z");
+  words.option("--target", values.target, "where the camera looks").as("X,Y,Z");
+  words.option("--fov", values.fov, "vertical angle of view in degrees").as("N");
+  words.option("--projection", values.projection, "perspective or orthographic").as("WORD");
+  words.option("--background", values.background, "gradient, white, dark or transparent").as("WORD");
+  words.option("--colormap", values.colormap, "viridis, cividis, inferno, turbo, coolwarm or greys").as("WORD");
+  words.option("--color-range", values.color_range, "values of the map's ends in m, 1, Pa or m/s").as("LOW,HIGH");
+  words.option("--frame-rate", values.frame_rate, "pictures per second of playback").as("N");
+  words.option("--speed", values.speed, "simulated seconds per second of playback").as("N");
+}
+
+}  // namespace
+
+std::vector<std::string> render_settings(const RenderWords& words) {
+  std::vector<std::string> out;
+  const auto number = [&](const char* key, const std::string& value) {
+    if (!value.empty()) out.push_back(fmt::format("render.{}={}", key, value));
+  };
+  const auto word = [&](const char* key, const std::string& value) {
+    if (!value.empty()) out.push_back(fmt::format("render.{}=\"{}\"", key, value));
+  };
+  const auto list = [&](const char* key, const std::string& value) {
+    if (!value.empty()) out.push_back(fmt::format("render.{}=[{}]", key, value));
+  };
+  if (!words.view.empty()) {
+    std::string views;
+    for (size_t at = 0; at <= words.view.size();) {
+      const size_t comma = std::min(words.view.find(',', at), words.view.size());
+      views += fmt::format("{}\"{}\"", views.empty() ? "" : ", ", words.view.substr(at, comma - at));
+      at = comma + 1;
+    }
+    out.push_back(fmt::format("render.camera.views=[{}]", views));
+  }
+  list("camera.position", words.camera);
+  list("camera.target", words.target);
+  number("camera.fov", words.fov);
+  word("camera.projection", words.projection);
+  word("background", words.background);
+  word("colormap", words.colormap);
+  list("color_range", words.color_range);
+  number("frame_rate", words.frame_rate);
+  number("speed", words.speed);
+  return out;
+}
+
 void add_render_words(Subcommand words, RenderWords& values) {
-  words.option("--frames", values.frames, "A:B, pictures A to B-1 (as a slice; A: and :B too)");
-  words.option("--shard", values.shard, "I/N, every N-th picture from the I-th on: N machines draw a sequence together");
+  words.option("--frames", values.frames, "pictures A to B-1 (as a slice; A: and :B too)").as("A:B");
+  words.option("--shard", values.shard, "every N-th picture from the I-th on: N machines draw a sequence together").as("I/N");
   words.flag("--resume", values.resume, "keep complete pictures that were made from the same inputs");
-  words.option("--size", values.size, "WIDTHxHEIGHT in pixels");
-  words.option("--scales", values.scales, "auto, or a list as 1,20: in scale and exaggerated");
-  words.option("--color-by", values.color_by, "none, displacement, strain, stress, velocity, mode or body");
+  words.option("--size", values.size, "pixels, width x height").as("WxH");
+  words.option("--scales", values.scales, "auto, or a list as 1,20: in scale and exaggerated").as("LIST").list([](const std::string& item) {
+    return item == "auto" || Option::is_number(item);
+  });
+  words.option("--color-by", values.color_by, "none, displacement, strain, stress, velocity, mode or body").as("WORD");
+  add_view_words(words, values);
   words.option("--samples", values.samples, "antialiasing samples per pixel: 1, 4, 9 or 16").one_of({1, 4, 9, 16});
   words.flag("--no-shadows", values.no_shadows, "no shadows and no ambient occlusion: faster");
   words.flag("--no-overlay", values.no_overlay, "no text, colour bars and plots");
   words.option("--cache", values.cache, "folder for mapped modes of bodies, reused by later runs; default: none")
+      .as("DIR")
       .environment("FLEXFRAME_CACHE");
   words.option("--workers", values.workers, "number of drawing processes; default: one per core").range(1, 1024);
-  words.option("--renderer", values.renderer, "osmesa or egl").one_of({"osmesa", "egl"}).show_default();
-  words.option("--video", values.video,
-               "the video's file (.mp4, .gif, or .apng and .png for an animated PNG); default: NAME.mp4 beside the pictures");
+  words.option("--renderer", values.renderer, "osmesa or egl").as("WORD").one_of({"osmesa", "egl"}).show_default();
+  words
+      .option("--video", values.video,
+              "the video's file (.mp4, .gif, or .apng and .png for an animated PNG); default: NAME.mp4 beside the pictures")
+      .as("FILE");
   words.flag("--no-video", values.no_video, "pictures only");
 }
 
@@ -92,9 +148,12 @@ void add_scene_words(Subcommand words, std::vector<std::string>& settings) {
       .one_word();
 }
 
-Job read_job(const fs::path& scene_file, const std::vector<std::string>& settings) {
+Job read_job(const fs::path& scene_file, const std::vector<std::string>& settings, const RenderWords* words) {
   Job job;
-  const sim::SceneDocument document = sim::read_document(scene_file, settings);
+  std::vector<std::string> all = settings;
+  if (words)
+    for (std::string& setting : render_settings(*words)) all.push_back(std::move(setting));
+  const sim::SceneDocument document = sim::read_document(scene_file, all);
   job.scene = sim::make_scene(document);
   job.settings = film::read_render_settings(document);
   film::check_render_settings(job.settings, job.scene);
@@ -223,11 +282,21 @@ void make_folder(const fs::path& path) {
 // Estimates below this are sums of rounding, about a thousand of them: no number to state.
 constexpr double rounding = 1e-13;
 
+// All that is said where little is wanted.
+void print_warnings(const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings) fmt::print(stderr, "WARNING      {}\n", warning);
+}
+
 void print_simulation(const sim::Results& results) {
   const sim::SolverStatistics& s = results.statistics;
+  if (verbosity() == Verbosity::quiet) return print_warnings(s.notes.texts(sim::Severity::warning));
   const double duration = results.times.size() > 0 ? results.times[results.times.size() - 1] : 0.0;
   fmt::print("simulation   {:g} s in {:.4f} CPU s: {}, tolerance {:g}, {} steps, {} evaluations, {} events, {} samples\n", duration,
              s.cpu_seconds, s.method, s.tolerance, s.steps, s.evaluations, s.events, results.times.size());
+  if (verbosity() == Verbosity::verbose && s.steps > 0)
+    fmt::print("solver       {} Jacobians, {} restarts, {:.2f} evaluations and {:.2e} s a step, {:.2f} us an evaluation\n", s.jacobians,
+               s.restarts, static_cast<double>(s.evaluations) / static_cast<double>(s.steps), duration / static_cast<double>(s.steps),
+               1e6 * s.cpu_seconds / static_cast<double>(std::max(1L, s.evaluations)));
   if (s.accuracy) {
     const sim::AccuracyStatement& a = *s.accuracy;
     fmt::print("accuracy     {:g} requested: {}; chosen in {:.4f} CPU s\n", a.asked, fmt::join(a.chosen, ", "), a.search_cpu);
@@ -246,6 +315,7 @@ void print_simulation(const sim::Results& results) {
 
 void print_drawing(const DrawingReport& report) {
   const film::FilmReport& f = report.film;
+  if (verbosity() == Verbosity::quiet) return print_warnings(report.warnings);
   fmt::print("pictures     {} of {}x{} in {}", f.pictures, report.size.width, report.size.height, report.frames.string());
   if (f.kept > 0) fmt::print(" ({} drawn, {} kept)", f.drawn, f.kept);
   fmt::print("\n");

@@ -28,6 +28,7 @@ void add_simulation_words(Subcommand words, SimulationWords& values);
 // --frames, --shard, --size, --scales, ...
 struct RenderWords {
   std::string frames, shard, size, scales, color_by, renderer = "osmesa", video;
+  std::string view, camera, target, fov, projection, background, colormap, color_range, frame_rate, speed;  // keys of [render], as text
   std::optional<int> samples;
   std::string cache;
   int workers = 0;
@@ -40,8 +41,11 @@ struct Job {
   sim::Scene scene;
   film::RenderSettings settings;
 };
-// settings: those of --set (sim/scene/document.h).
-Job read_job(const std::filesystem::path& scene_file, const std::vector<std::string>& settings = {});
+// settings: those of --set (sim/scene/document.h). words: their keys of [render] count before the scene's.
+Job read_job(const std::filesystem::path& scene_file, const std::vector<std::string>& settings = {}, const RenderWords* words = nullptr);
+
+// The keys of [render] among the words as settings ("render.speed=0.5").
+std::vector<std::string> render_settings(const RenderWords& words);
 
 // --set, for commands that read a scene.
 void add_scene_words(Subcommand words, std::vector<std::string>& settings);

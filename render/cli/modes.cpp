@@ -60,17 +60,21 @@ Command add_modes(Program& program) {
     std::vector<int> modes;
     double amplitude = 0.0;
     int pictures = 40;
+    bool json = false;
     RenderWords render;
   };
   const auto w = std::make_shared<Words>();
   Subcommand app = program.subcommand("modes", "animate the mode shapes of a body (SID)");
   app.option("BODY", w->body, "SID file").required();
-  app.option("--mesh", w->mesh, "Wavefront mesh of the undeformed body; default: BODY.obj beside it");
-  app.option("-o,--out", w->out, "output folder; default: the name of the body");
-  app.option("--mode", w->modes, "which modes, from 1; default: all").separated_by(',');
+  app.option("--mesh", w->mesh, "Wavefront mesh of the undeformed body; default: BODY.obj beside it").as("FILE");
+  app.option("-o,--out", w->out, "output folder; default: the name of the body").as("DIR");
+  app.option("--mode", w->modes, "which modes, from 1; default: all").as("LIST").list(Option::is_number).separated_by(',');
   app.option("--amplitude", w->amplitude, "largest displacement drawn, m; default: 5 % of the body's size").positive();
   app.option("--pictures", w->pictures, "number of pictures of one period").range(2, 10000).show_default();
+  app.flag("--json", w->json, "summary as JSON: one entry a mode");
   add_render_words(app, w->render);
+  app.example("part.sid", "every mode of part.sid on part.obj: part-modes/mode_001/...");
+  app.example("part.sid --mode 1,2 --size 640x360 -o swing", "the first two");
   return {app, [w] {
             namespace fs = std::filesystem;
             const sim::SidReading reading = sim::read_sid(w->body);
@@ -98,6 +102,7 @@ Command add_modes(Program& program) {
             const std::string name = fs::path(w->body).stem().string();
             const fs::path out = w->out.empty() ? fs::path(name + "-modes") : fs::path(w->out);
             require_writable(out);
+            nlohmann::ordered_json json = nlohmann::ordered_json::array();
             for (int k : modes) {
               film::RenderSettings settings;
               settings.scales = {1.0};
@@ -110,8 +115,11 @@ Command add_modes(Program& program) {
               results.title = fmt::format("{}: {}", name, label);
               if (!mesh.empty()) results.bodies[0].mesh = fs::absolute(mesh).string();
               const std::string part = modes.size() == 1 ? name : fmt::format("mode_{:03}", k);
-              print_drawing(run_drawing(results, settings, nullptr, w->render, modes.size() == 1 ? out : out / part, part));
+              const DrawingReport report = run_drawing(results, settings, nullptr, w->render, modes.size() == 1 ? out : out / part, part);
+              if (!w->json) print_drawing(report);
+              json.push_back({{"mode", k}, {"label", label}, {"drawing", drawing_json(report)}});
             }
+            if (w->json) fmt::print("{}\n", json.dump(2));
             return 0;
           }};
 }

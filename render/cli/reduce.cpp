@@ -22,7 +22,7 @@ struct Words {
   std::vector<int> nodes;
   std::string hold = "auto";
   double thickness = 0.0;
-  bool no_stiffening = false, force_stiffening = false, no_cut_off = false, json = false, quiet = false;
+  bool no_stiffening = false, force_stiffening = false, no_cut_off = false, json = false;
   double memory = 0.0;
   sim::ReduceOptions options;
 };
@@ -254,7 +254,7 @@ int run(Words& w) {
   if (w.no_cut_off) o.cut_off = 0.0;
   o.memory_limit = 1e9 * w.memory;
   const auto progress = [&](const std::string& text) {
-    if (!w.quiet) fmt::print(stderr, "{}\n", text);
+    if (verbosity() != Verbosity::quiet) fmt::print(stderr, "{}\n", text);
   };
   sim::Reduction r = sim::reduce(model, o, progress);
   if (!held_note.empty()) r.report.notes.insert(r.report.notes.begin(), held_note);
@@ -281,7 +281,7 @@ int run(Words& w) {
     j["notes"] = r.report.notes;
     j["warnings"] = r.report.warnings;
     fmt::print("{}\n", j.dump(2));
-  } else {
+  } else if (verbosity() != Verbosity::quiet) {
     fmt::print("{}", report_text(w, r));
   }
   return 0;
@@ -296,9 +296,9 @@ Command add_reduce(Program& program) {
          "MODEL", w->model,
          "Abaqus or CalculiX .inp, Nastran .bdf .nas .dat, gmsh .msh, CalculiX .sti (with .mas .dof .inp beside it), Matrix Market .mtx")
       .required();
-  app.option("-o,--output", w->output, "the body, BODY.sid; BODY.obj and BODY.md come with it").required();
-  app.option("--mesh", w->mesh, "name of the surface mesh");
-  app.option("--report", w->report, "name of the report");
+  app.option("-o,--output", w->output, "the body, BODY.sid; BODY.obj and BODY.md come with it").as("FILE").required();
+  app.option("--mesh", w->mesh, "name of the surface mesh").as("FILE");
+  app.option("--report", w->report, "name of the report").as("FILE");
   app.option("--method", w->method, "auto (craig-bampton with interfaces, else eigen), eigen, guyan, craig-bampton or response")
       .one_of({"auto", "eigen", "guyan", "craig-bampton", "response"})
       .show_default();
@@ -321,7 +321,7 @@ Command add_reduce(Program& program) {
   app.option("--nodes", w->options.node_count, "number of kept nodes, distributed over the surface, interfaces included")
       .range(1, 1000000)
       .show_default();
-  app.option("--node", w->nodes, "keep these nodes instead").separated_by(',');
+  app.option("--node", w->nodes, "keep these nodes instead").as("LIST").list(Option::is_number).separated_by(',');
   app.option("--node-set", w->node_sets, "keep the nodes of this set instead; may be repeated");
   app.option("--material", w->materials, "[SET=]YOUNGS_MODULUS,POISSON,DENSITY in SI, for elements without one; may be repeated");
   app.option("--thickness", w->thickness, "thickness of shells without one, m").positive();
@@ -335,15 +335,16 @@ Command add_reduce(Program& program) {
   app.flag("--no-stiffening", w->no_stiffening, "no second-order displacements (geometric stiffening)");
   app.flag("--force-stiffening", w->force_stiffening, "second-order displacements at all nodes, however many modes there are");
   app.flag("--stress", w->options.stress, "also compute the stress of each mode at the kept nodes");
-  app.option("--mass", w->mass, "mass matrix (.mtx) beside a stiffness matrix");
-  app.option("--node-table", w->nodes_file, "nodes of a model given as matrices: 'id x y z' per line, or an .inp");
-  app.option("--dofs", w->dofs, "degrees of freedom of a model given as matrices: 'node.dof' per line");
+  app.option("--mass", w->mass, "mass matrix (.mtx) beside a stiffness matrix").as("FILE");
+  app.option("--node-table", w->nodes_file, "nodes of a model given as matrices: 'id x y z' per line, or an .inp").as("FILE");
+  app.option("--dofs", w->dofs, "degrees of freedom of a model given as matrices: 'node.dof' per line").as("FILE");
   app.option("--threads", w->options.threads, "threads of the dense matrix routines: more take less time, but more CPU time in all")
       .range(1, 1024)
       .show_default();
   app.option("--memory", w->memory, "memory limit in GB; default: the free memory").positive();
   app.flag("--json", w->json, "print a machine-readable summary");
-  app.flag("--quiet", w->quiet, "no progress");
+  app.example("part.inp -o part.sid --modes 20 --interface pin=1001 --interface eye=rigid:HOLE", "a body with two interfaces");
+  app.example("part.msh --material 2.1e11,0.3,7850 --units mm -o part.sid", "a mesh without material, in millimetres");
   return {app, [w] { return run(*w); }};
 }
 

@@ -19,10 +19,14 @@ Command add_render(Program& program) {
   const auto words = std::make_shared<Words>();
   Subcommand app = program.subcommand("render", "draw results: PNG pictures, video");
   app.option("RESULTS", words->results, "results file (HDF5)").required();
-  app.option("--scene", words->scene, "scene file whose [render] table is used, in place of the one in the results");
-  app.option("-o,--out", words->out, "output folder; default: the name of the results");
+  app.option("--scene", words->scene, "file whose [render] table is used, in place of the one in the results: a scene, or that table alone")
+      .as("FILE");
+  app.option("-o,--out", words->out, "output folder; default: the name of the results").as("DIR");
   app.flag("--json", words->json, "summary as JSON");
   add_render_words(app, words->render);
+  app.example("crane.h5 -o pictures --color-by stress --scales 1 50", "stress, in scale and fifty times");
+  app.example("crane.h5 --frames 0:100 --shard 1/4", "a quarter of the first hundred pictures, for one of four machines");
+  app.example("crane.h5 --scene style.toml --camera 4,2,3 --target 0,1,0", "another [render] table and camera");
 
   return {app, [words] {
             namespace fs = std::filesystem;

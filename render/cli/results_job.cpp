@@ -27,12 +27,15 @@ ResultsJob read_results_job(const std::string& results_file, const std::string& 
   ResultsJob job;
   job.results = sim::read_results(results_file);
   if (!scene_file.empty()) {
-    job.scene = sim::read_scene(scene_file);
-    job.settings = film::read_render_settings(scene_file);
+    const sim::SceneDocument document = sim::read_document(scene_file, render_settings(words));
+    job.settings = film::read_render_settings(document);
+    // A file with no more than [render] changes how the results look; what they show stands in themselves.
+    if (document.root.find("body") || document.root.find("simulation")) job.scene = sim::make_scene(document);
+    else job.scene = scene_of(job.results, job.notes);
   } else {
     job.scene = scene_of(job.results, job.notes);
-    job.settings =
-        film::parse_render_settings(job.results.scene_text, job.results.scene_file.empty() ? results_file : job.results.scene_file);
+    const std::string& name = job.results.scene_file.empty() ? results_file : job.results.scene_file;
+    job.settings = film::read_render_settings(sim::parse_document(job.results.scene_text, name, render_settings(words)));
   }
   apply_words(words, job.settings);
   film::check_render_settings(job.settings, job.results, scene_file.empty() ? results_file : scene_file);

@@ -24,16 +24,20 @@ Command add_run(Program& program) {
   Subcommand app = program.subcommand("run", "simulate a scene and draw it: results, histories, pictures, video");
   app.option("SCENE", words->scene, "scene file (TOML)").required();
   add_scene_words(app, words->settings);
-  app.option("-o,--out", words->out, "output folder; default: the scene's name");
-  app.option("--csv", words->csv, "histories there instead of in the output folder");
+  app.option("-o,--out", words->out, "output folder; default: the scene's name").as("DIR");
+  app.option("--csv", words->csv, "histories there instead of in the output folder").as("FILE");
   app.flag("--json", words->json, "summary as JSON");
   add_simulation_words(app, words->simulation);
   add_render_words(app, words->render);
+  app.example("slider_crank.toml", "simulate and draw: slider_crank/results.h5, histories.csv, frames/, slider_crank.mp4");
+  app.example("crane.toml -o out --accuracy 1e-3 --scales 1,20 --size 1920x1080",
+              "outputs good to a thousandth; in scale and twenty times");
+  app.example("crane.toml --set body.boom.length=3 --view front,iso --colormap turbo", "another boom, two views, other colours");
 
   return {
       app, [words] {
         namespace fs = std::filesystem;
-        Job job = read_job(words->scene, words->settings);
+        Job job = read_job(words->scene, words->settings, &words->render);
         apply_words(words->render, job.settings);
         const std::string name = fs::path(words->scene).stem().string();
         const fs::path out = words->out.empty() ? fs::path(name) : fs::path(words->out);
@@ -55,9 +59,9 @@ Command add_run(Program& program) {
           fmt::print("{}\n", json.dump(2));
           return 0;
         }
-        if (!results.title.empty()) fmt::print("{}\n", results.title);
+        if (!results.title.empty() && verbosity() != Verbosity::quiet) fmt::print("{}\n", results.title);
         print_simulation(results);
-        fmt::print("results      {}, {}\n", (out / "results.h5").string(), csv.string());
+        if (verbosity() != Verbosity::quiet) fmt::print("results      {}, {}\n", (out / "results.h5").string(), csv.string());
         print_drawing(drawing);
         return 0;
       }};

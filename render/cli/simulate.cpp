@@ -22,10 +22,12 @@ Command add_simulate(Program& program) {
   Subcommand app = program.subcommand("simulate", "simulate a scene: results as HDF5, histories as CSV");
   app.option("SCENE", words->scene, "scene file (TOML)").required();
   add_scene_words(app, words->settings);
-  app.option("-o,--out", words->out, "results file (HDF5)");
-  app.option("--csv", words->csv, "histories file (CSV): the scene's outputs against t");
+  app.option("-o,--out", words->out, "results file (HDF5)").as("FILE");
+  app.option("--csv", words->csv, "histories file (CSV): the scene's outputs against t").as("FILE");
   app.flag("--json", words->json, "summary as JSON");
   add_simulation_words(app, words->simulation);
+  app.example("crane.toml -o crane.h5 --csv crane.csv", "results for pictures, histories for a spreadsheet");
+  app.example("crane.toml --csv loose.csv --tolerance 1e-4 --method dirk", "another tolerance and method than the scene's");
 
   return {app, [words] {
             namespace fs = std::filesystem;

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <memory>
@@ -47,17 +48,21 @@ Command add_study(Program& program) {
   Subcommand app = program.subcommand("study", "accuracy against CPU time: sweeps, table, diagrams, recommendation");
   app.option("SCENE", words->scene, "scene file (TOML)").required();
   add_scene_words(app, words->settings);
-  app.option("-o,--out", words->out, "output folder; default: NAME-study");
+  app.option("-o,--out", words->out, "output folder; default: NAME-study").as("DIR");
   app.option("--axes", words->axes, fmt::format("any of {}; default: all that the scene has", fmt::join(film::study_axes(), ",")))
-      .separated_by(',')
-      .one_word();
+      .as("LIST")
+      .list([](const std::string& item) {
+        return std::find(film::study_axes().begin(), film::study_axes().end(), item) != film::study_axes().end();
+      })
+      .separated_by(',');
   app.option("--repeats", words->repeats, "runs per point, for the median CPU time").range(1, 99).show_default();
   app.option("--longest", words->longest, "CPU seconds after which a run is stopped; default: twenty times those of the scene as written")
       .positive();
-  app.option("--reference", words->reference, "histories (CSV) as the reference; default: computed");
+  app.option("--reference", words->reference, "histories (CSV) as the reference; default: computed").as("FILE");
   app.option("--reference-seconds", words->reference_seconds, "CPU seconds that a computed reference may take").positive().show_default();
   app.flag("--resume", words->resume, "keep the runs of an interrupted study of the same scene");
   app.flag("--json", words->json, "the report as JSON on stdout");
+  app.example("crane.toml -o crane-study --axes tolerance,elements", "error against CPU time over tolerances and elements");
 
   return {app, [words] {
             namespace fs = std::filesystem;

@@ -11,10 +11,14 @@ namespace flexframe::cli {
 namespace {
 
 volatile std::sig_atomic_t asked_to_stop = 0;
+Verbosity how_much = Verbosity::usual;
 
 void note_signal(int) { asked_to_stop = 1; }
 
 }  // namespace
+
+void set_verbosity(Verbosity verbosity) { how_much = verbosity; }
+Verbosity verbosity() { return how_much; }
 
 void watch_interrupts() {
   struct sigaction action {};
@@ -44,7 +48,12 @@ std::string duration_text(double seconds) {
 Progress::Progress(std::string what)
     : what_(std::move(what)), terminal_(isatty(STDERR_FILENO) == 1), start_(std::chrono::steady_clock::now()), last_(start_) {}
 
-Progress::~Progress() { clear(); }
+Progress::~Progress() {
+  clear();
+  if (how_much == Verbosity::verbose)
+    fmt::print(stderr, "{} took {}\n", what_,
+               duration_text(std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count()));
+}
 
 void Progress::clear() {
   if (line_open_) fmt::print(stderr, "\r\033[K");
@@ -53,6 +62,7 @@ void Progress::clear() {
 
 void Progress::show(double fraction) {
   throw_if_interrupted();
+  if (how_much == Verbosity::quiet) return;
   fraction = std::isfinite(fraction) ? std::fmin(std::fmax(fraction, 0.0), 1.0) : 0.0;
   const auto now = std::chrono::steady_clock::now();
   const double spent = std::chrono::duration<double>(now - start_).count();
@@ -74,6 +84,7 @@ void Progress::show(double fraction) {
 }
 
 void Progress::say(const std::string& words) {
+  if (how_much == Verbosity::quiet) return;
   clear();
   fmt::print(stderr, "{}: {}\n", what_, words);
 }

@@ -7,6 +7,12 @@
 
 namespace flexframe::cli {
 
+// How much the program says: quiet, warnings and errors only (stderr); verbose, every stage with its time. It writes no colours, so that
+// there is nothing for NO_COLOR to switch off.
+enum class Verbosity { quiet, usual, verbose };
+void set_verbosity(Verbosity verbosity);
+Verbosity verbosity();
+
 // One stage of work. On a terminal one line that is rewritten, with the remaining time; otherwise a plain line every ten percent.
 class Progress {
  public:

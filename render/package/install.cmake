@@ -1,5 +1,5 @@
 # cmake --install: program, libraries, public headers, licences, examples, FlexframeImageTest.cmake, find_package(flexframe).
-# Components: program, dev.
+# Components: program, dev, python.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
@@ -27,3 +27,28 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples DESTINATION ${CMAKE_INSTALL_DAT
   FILES_MATCHING PATTERN "*.toml" PATTERN "*.csv" PATTERN "*.md" PATTERN "studies" EXCLUDE PATTERN "accuracy-interp" EXCLUDE)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/assets DESTINATION ${CMAKE_INSTALL_DATADIR}/flexframe COMPONENT program
   FILES_MATCHING PATTERN "*.obj" PATTERN "*.mtl" PATTERN "*.sid" PATTERN "*.csv" PATTERN "*.toml" PATTERN "*.md")
+
+if(FLEXFRAME_PYTHON)
+  # Where Debian keeps modules of all versions of Python 3, and this one's own.
+  set(FLEXFRAME_PYTHON_FOLDER lib/python3/dist-packages CACHE STRING "folder of Python modules below the prefix")
+  install(TARGETS flexframe_python LIBRARY DESTINATION ${FLEXFRAME_PYTHON_FOLDER}/flexframe COMPONENT python)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/render/python/flexframe/ DESTINATION ${FLEXFRAME_PYTHON_FOLDER}/flexframe COMPONENT python
+    FILES_MATCHING PATTERN "*.py" PATTERN "*.pyi" PATTERN "py.typed")
+endif()
+
+# Manual pages and completions, from what the program says of itself.
+find_program(SYSTEM_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH)
+find_program(GZIP gzip)
+if(SYSTEM_PYTHON AND GZIP AND NOT CMAKE_CROSSCOMPILING)
+  set(manual ${PROJECT_BINARY_DIR}/package/manual)
+  install(CODE "
+    execute_process(COMMAND ${SYSTEM_PYTHON} ${PROJECT_SOURCE_DIR}/render/package/manual.py $<TARGET_FILE:flexframe> ${manual} COMMAND_ERROR_IS_FATAL ANY)
+    file(GLOB pages ${manual}/man1/*.1)
+    execute_process(COMMAND ${GZIP} -9nf \${pages} COMMAND_ERROR_IS_FATAL ANY)" COMPONENT program)
+  install(DIRECTORY ${manual}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR} COMPONENT program FILES_MATCHING PATTERN "*.gz")
+  install(FILES ${manual}/flexframe.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME flexframe COMPONENT program)
+  install(FILES ${manual}/_flexframe DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions COMPONENT program)
+  install(FILES ${manual}/flexframe.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d COMPONENT program)
+endif()
+
+include(${PROJECT_SOURCE_DIR}/render/package/packages.cmake)

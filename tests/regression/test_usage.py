@@ -1,12 +1,23 @@
 """Words of the command line: exit codes, messages, help, locale."""
+import json
 import pathlib
 
 from program import examples, expect, finish, history, run, temporary_folder
 
 expect("run" in run("--help").stdout, "--help does not list run")
 expect(run("--version").stdout.strip() != "", "--version says nothing")
-for command in ("run", "simulate", "render", "check", "info"):
-    expect("--help" in run(command, "--help").stdout, f"{command} --help")
+commands = ("run", "simulate", "render", "check", "info", "reduce", "modes", "deform", "compare", "effects", "study", "export")
+for command in commands:
+    text = run(command, "--help").stdout
+    for word in ("--help", "--quiet", "--verbose", "--json", "Examples:", f"  flexframe {command} "):
+        expect(word in text, f"{command} --help lacks '{word}'")
+    for word in ("FLOAT", "INT", "TEXT:", "Excludes:", "POSITIVE", " in ["):
+        expect(word not in text, f"{command} --help says '{word}': {text}")
+text = run("run", "--help").stdout
+for word in ("--size WxH", "--frames A:B", "--tolerance N", "1e-13 to 0.1", "not with --accuracy", "--scales LIST", "--colormap WORD"):
+    expect(word in text, f"run --help lacks '{word}': {text}")
+expect("did you mean 'run'" in run("rum", code=2).stderr, "no hint for a misspelt command")
+expect("did you mean '--size'" in run("run", "x.toml", "--siz", "1x1", code=2).stderr, "no hint for a misspelt option")
 expect("renderer" in run("info", "--renderer").stdout, "info --renderer")
 
 with temporary_folder() as folder:
@@ -47,12 +58,62 @@ with temporary_folder() as folder:
     expect("simulating" not in done.stdout, "progress on stdout")
     expect(len(history(folder / "de.csv")["t"]) == 1201, "rows of the history")
 
+    # Quiet says nothing, progress neither; verbose says more; NO_COLOR and a terminal's colours make no difference.
+    done = run("simulate", pendulum, "--csv", folder / "quiet.csv", "-q", cwd=folder)
+    expect(done.stdout == "" and "%" not in done.stderr, f"-q says {done.stdout} {done.stderr}")
+    done = run("simulate", pendulum, "--csv", folder / "loud.csv", "-v", cwd=folder)
+    expect("Jacobians" in done.stdout and "simulating took" in done.stderr, f"-v says {done.stdout} {done.stderr}")
+    expect((folder / "quiet.csv").read_bytes() == (folder / "loud.csv").read_bytes(), "the history depends on what is said")
+
     # Results and histories say the same; info reads what simulate wrote.
     run("simulate", pendulum, "-o", folder / "deep/er/p.h5", cwd=folder)
     text = run("info", folder / "deep/er/p.h5").stdout
     for word in ("Flexible pendulum", "1201 samples", "tip.x"):
         expect(word in text, f"info lacks '{word}': {text}")
     run("info", pendulum)
+    told = json.loads(run("info", folder / "deep/er/p.h5", "--json").stdout)
+    expect(told["samples"] == 1201 and told["outputs"][0]["column"] == "tip.x", f"info --json: {told}")
+    expect(json.loads(run("info", pendulum, "--json").stdout)["bodies"] == [{"name": "pendulum", "kind": "beam"}], "info --json of a scene")
+    expect(json.loads(run("info", "--renderer", "--json").stdout)["backend"] == "osmesa", "info --renderer --json")
+
+    # Words of [render] on the command line and in a file of their own; lists by comma or space.
+    results, small = folder / "deep/er/p.h5", ["--frames", "20:21", "--no-video", "--size", "160x90"]
+
+    def picture(name, *words):
+        run("render", results, "-o", folder / name, *small, *words, cwd=folder)
+        return (folder / name / "frames/frame_00020.png").read_bytes()
+
+    plain = picture("plain")
+    expect(picture("comma", "--scales", "1,5") == picture("space", "--scales", "1", "5"), "--scales 1,5 and 1 5 differ")
+    run("render", "--scales", "1", "5", results, "-o", folder / "before", *small, cwd=folder)
+    expect((folder / "before/frames/frame_00020.png").read_bytes() == picture("again", "--scales", "1", "5"), "a list before the file")
+    (folder / "style.toml").write_text('[render]\ncolormap = "turbo"\nbackground = "white"\n')
+    styled = picture("styled", "--scene", folder / "style.toml")
+    expect(styled != plain, "a file with only [render] does nothing")
+    run("run", pendulum, "-o", folder / "word", *small, "--colormap", "turbo", "--background", "white", "--speed", "0.25", cwd=folder)
+    expect((folder / "word/frames/frame_00020.png").read_bytes() != plain, "--colormap and --background do nothing")
+    for words in (["--colormap", "turbow"], ["--view", "under"], ["--speed", "x"], ["--camera", "1,2"]):
+        done = run("render", results, "-o", folder / "none", *words, code=2, cwd=folder)
+        expect("render" in done.stderr or "camera" in done.stderr, f"{words}: {done.stderr}")
+    # The video's and the sequence's length follow the words.
+    told = json.loads(
+        run(
+            "render",
+            results,
+            "-o",
+            folder / "slow",
+            "--frame-rate",
+            "10",
+            "--speed",
+            "1",
+            "--size",
+            "64x48",
+            "--no-video",
+            "--json",
+            cwd=folder,
+        ).stdout
+    )
+    expect(told["pictures"] == 13, f"1.2 s at 10 pictures a second are {told['pictures']}")
     (folder / "broken.h5").write_bytes((folder / "deep/er/p.h5").read_bytes()[:5000])
     run("info", folder / "broken.h5", code=2)
     run("render", folder / "broken.h5", "-o", folder / "x", code=2)

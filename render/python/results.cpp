@@ -1,0 +1,240 @@
+// Results: histories, motion of the bodies, and writing those of other programs.
+#include "render/python/bindings.h"
+#include "sim/base/words.h"
+#include "sim/results/csv.h"
+#include "sim/results/results_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace flexframe::python {
+namespace {
+
+using Shared = std::shared_ptr<sim::Results>;
+
+// A body or joint within results, which it keeps alive.
+struct Body {
+  Shared results;
+  std::size_t at;
+  const sim::ResultBody& operator*() const { return results->bodies[at]; }
+};
+struct Joint {
+  Shared results;
+  std::size_t at;
+  const sim::ResultJoint& operator*() const { return results->joints[at]; }
+};
+
+py::object column(const py::object& self, const std::string& name) {
+  const Shared r = self.cast<Shared>();
+  std::vector<std::string> known;
+  std::vector<const sim::ResultOutput*> parts;
+  for (const sim::ResultOutput& o : r->outputs) {
+    if (o.column == name) return view_matrix(o.values, self);
+    if (o.column.starts_with(name + ".")) parts.push_back(&o);
+    known.push_back(o.column);
+  }
+  if (parts.empty())
+    throw py::key_error(
+        fmt::format("{} is no output{} there are {}", sim::quote(name), sim::did_you_mean(name, known), sim::list_words(known)));
+  py::array_t<double> out({static_cast<py::ssize_t>(r->times.size()), static_cast<py::ssize_t>(parts.size())});
+  auto to = out.mutable_unchecked<2>();
+  for (py::ssize_t k = 0; k < to.shape(1); ++k)
+    for (py::ssize_t i = 0; i < to.shape(0); ++i) to(i, k) = parts[static_cast<std::size_t>(k)]->values[i];
+  return out;
+}
+
+template <class Item>
+py::dict by_name(const Shared& r, std::size_t count, auto&& list) {
+  py::dict out;
+  for (std::size_t k = 0; k < count; ++k) out[py::str(list[k].name)] = Item{r, k};
+  return out;
+}
+
+py::dict statistics(const sim::Results& r) {
+  const sim::SolverStatistics& s = r.statistics;
+  py::dict out;
+  out["method"] = s.method;
+  out["tolerance"] = s.tolerance;
+  out["steps"] = s.steps;
+  out["evaluations"] = s.evaluations;
+  out["events"] = s.events;
+  out["cpu_seconds"] = s.cpu_seconds;
+  if (s.error_estimate >= 0.0) {
+    out["error_estimate"] = s.error_estimate;
+    out["error_column"] = s.error_column;
+  }
+  if (s.accuracy) {
+    out["asked"] = s.accuracy->asked;
+    out["chosen"] = s.accuracy->chosen;
+  }
+  return out;
+}
+
+using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+// A key's array of nt rows and `columns` columns (several dimensions are counted as one).
+template <class Matrix>
+void take(const py::dict& from, const char* key, const std::string& body, Eigen::Index rows, Eigen::Index columns, Matrix& to) {
+  if (!from.contains(key)) return;
+  const Array a = from[key].cast<Array>();
+  if (a.ndim() < 1 || a.shape(0) != rows || a.size() != rows * columns)
+    throw ArgumentError(fmt::format("body '{}': '{}' must have {} x {} numbers, found {}", body, key, rows, columns, a.size()));
+  to = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(a.data(), rows, columns);
+}
+
+void write_foreign(const std::filesystem::path& path, const Array& t, const py::dict& bodies, const py::dict& outputs,
+                   const std::string& title, const std::string& scene_text) {
+  sim::Results r;
+  r.title = title;
+  r.scene_text = scene_text;
+  r.times = Eigen::Map<const sim::VecX>(t.data(), t.size());
+  const Eigen::Index nt = r.times.size();
+  for (const auto& [name, value] : bodies) {
+    const py::dict given = value.cast<py::dict>();
+    sim::ResultBody b;
+    b.name = name.cast<std::string>();
+    for (const auto& [key, ignored] : given) {
+      const std::string word = key.cast<std::string>();
+      const std::vector<std::string> known{"position", "orientation", "nodes", "displacement", "rotation", "mesh"};
+      if (std::find(known.begin(), known.end(), word) == known.end())
+        throw ArgumentError(fmt::format("body '{}': key '{}' is unknown{}; allowed: {}", b.name, word, sim::did_you_mean(word, known),
+                                        sim::list_words(known)));
+    }
+    b.position = Eigen::MatrixX3d::Zero(nt, 3);
+    b.orientation = Eigen::MatrixX4d::Zero(nt, 4);
+    b.orientation.col(0).setOnes();
+    take(given, "position", b.name, nt, 3, b.position);
+    take(given, "orientation", b.name, nt, 4, b.orientation);
+    if (given.contains("nodes")) {
+      const Array nodes = given["nodes"].cast<Array>();
+      if (nodes.ndim() != 2 || nodes.shape(1) != 3) throw ArgumentError(fmt::format("body '{}': 'nodes' must be N x 3", b.name));
+      for (py::ssize_t k = 0; k < nodes.shape(0); ++k)
+        b.nodes.push_back({fmt::format("{}", k), sim::Vec3(nodes.at(k, 0), nodes.at(k, 1), nodes.at(k, 2))});
+      const Eigen::Index columns = 3 * static_cast<Eigen::Index>(b.nodes.size());
+      b.displacement = sim::MatX::Zero(nt, columns);
+      take(given, "displacement", b.name, nt, columns, b.displacement);
+      take(given, "rotation", b.name, nt, columns, b.rotation);
+    }
+    b.kind = b.nodes.empty() ? "rigid" : "modal";
+    if (given.contains("mesh")) b.mesh = std::filesystem::absolute(given["mesh"].cast<std::filesystem::path>()).string();
+    r.bodies.push_back(std::move(b));
+  }
+  for (const auto& [name, value] : outputs) {
+    const Array a = value.cast<Array>();
+    if (a.size() != nt)
+      throw ArgumentError(fmt::format("output '{}' must have {} numbers, found {}", name.cast<std::string>(), nt, a.size()));
+    r.outputs.push_back({name.cast<std::string>(), "", Eigen::Map<const sim::VecX>(a.data(), nt)});
+  }
+  for (sim::VecX* energy : {&r.kinetic, &r.strain, &r.potential, &r.supplied, &r.dissipated}) *energy = sim::VecX::Zero(nt);
+  sim::write_results(r, path);
+}
+
+}  // namespace
+
+void bind_results(py::module_& m) {
+  py::class_<Body>(m, "ResultBody",
+                   "Motion of a body: arrays of nt rows, one a time of Results.t; SI units. They look at the results' memory.")
+      .def_property_readonly("name", [](const Body& b) { return (*b).name; })
+      .def_property_readonly(
+          "kind", [](const Body& b) { return (*b).kind; }, "rigid, beam, modal or statespace.")
+      .def_property_readonly(
+          "position", [](const py::object& s) { return view_matrix((*s.cast<const Body&>()).position, s); },
+          "(nt, 3) origin of the body frame in world axes, m.")
+      .def_property_readonly(
+          "orientation", [](const py::object& s) { return view_matrix((*s.cast<const Body&>()).orientation, s); },
+          "(nt, 4) unit quaternion w x y z, body to world.")
+      .def_property_readonly(
+          "q", [](const py::object& s) { return view_matrix((*s.cast<const Body&>()).q, s); }, "(nt, n) elastic coordinates.")
+      .def_property_readonly(
+          "qd", [](const py::object& s) { return view_matrix((*s.cast<const Body&>()).qd, s); }, "(nt, n) their rates, 1/s.")
+      .def_property_readonly(
+          "displacement", [](const py::object& s) { return view_matrix((*s.cast<const Body&>()).displacement, s); },
+          "(nt, 3 nn) displacement of the nodes in the body frame, m: ux uy uz of node 0, of node 1, ...")
+      .def_property_readonly(
+          "rotation", [](const py::object& s) { return view_matrix((*s.cast<const Body&>()).rotation, s); },
+          "(nt, 3 nn) rotation vectors of the nodes, rad; empty: unknown.")
+      .def_property_readonly(
+          "nodes",
+          [](const Body& b) {
+            py::array_t<double> out({static_cast<py::ssize_t>((*b).nodes.size()), py::ssize_t{3}});
+            for (std::size_t k = 0; k < (*b).nodes.size(); ++k)
+              for (int d = 0; d < 3; ++d) out.mutable_at(static_cast<py::ssize_t>(k), d) = (*b).nodes[k].origin[d];
+            return out;
+          },
+          "(nn, 3) undeformed places of the nodes in the body frame, m.");
+  py::class_<Joint>(m, "ResultJoint", "Motion of a joint: arrays of nt rows; SI units.")
+      .def_property_readonly("name", [](const Joint& j) { return (*j).name; })
+      .def_property_readonly("kind", [](const Joint& j) { return (*j).kind; })
+      .def_property_readonly(
+          "value", [](const py::object& s) { return view_matrix((*s.cast<const Joint&>()).value, s); }, "(nt, n) coordinates, m and rad.")
+      .def_property_readonly(
+          "rate", [](const py::object& s) { return view_matrix((*s.cast<const Joint&>()).rate, s); }, "(nt, n) rates, m/s and rad/s.");
+
+  py::class_<sim::Results, Shared>(m, "Results",
+                                   R"(What a simulation leaves behind. Arrays are read-only views of its memory; row i belongs to t[i].
+
+r["slider.x"] is a column of the histories, (nt,); r["slider"] all columns of an output, (nt, k).)")
+      .def_property_readonly(
+          "t", [](const py::object& s) { return view_matrix(s.cast<Shared>()->times, s); }, "(nt,) times, s.")
+      .def_property_readonly("title", [](const sim::Results& r) { return r.title; })
+      .def_property_readonly("scene_file", [](const sim::Results& r) { return r.scene_file; })
+      .def_property_readonly(
+          "scene_text", [](const sim::Results& r) { return r.scene_text; }, "TOML text of the scene.")
+      .def_property_readonly(
+          "columns",
+          [](const sim::Results& r) {
+            std::vector<std::string> out;
+            for (const sim::ResultOutput& o : r.outputs) out.push_back(o.column);
+            return out;
+          },
+          "Names of the histories' columns.")
+      .def_property_readonly(
+          "units",
+          [](const sim::Results& r) {
+            py::dict out;
+            for (const sim::ResultOutput& o : r.outputs) out[py::str(o.column)] = o.unit;
+            return out;
+          },
+          "Units of the columns, by name.")
+      .def("__getitem__", &column, py::arg("name"))
+      .def("__contains__",
+           [](const sim::Results& r, const std::string& name) {
+             return std::any_of(r.outputs.begin(), r.outputs.end(), [&](const sim::ResultOutput& o) { return o.column == name; });
+           })
+      .def_property_readonly(
+          "bodies", [](const Shared& r) { return by_name<Body>(r, r->bodies.size(), r->bodies); }, "Bodies by name.")
+      .def_property_readonly(
+          "joints", [](const Shared& r) { return by_name<Joint>(r, r->joints.size(), r->joints); }, "Joints by name.")
+      .def_property_readonly(
+          "energy",
+          [](const py::object& s) {
+            const Shared r = s.cast<Shared>();
+            py::dict out;
+            out["kinetic"] = view_matrix(r->kinetic, s);
+            out["strain"] = view_matrix(r->strain, s);
+            out["potential"] = view_matrix(r->potential, s);
+            out["supplied"] = view_matrix(r->supplied, s);
+            out["dissipated"] = view_matrix(r->dissipated, s);
+            return out;
+          },
+          "Energies and work of the system by name, (nt,) each, J.")
+      .def_property_readonly("statistics", &statistics, "Method, tolerance, steps, estimated error, CPU time.")
+      .def_property_readonly(
+          "warnings", [](const sim::Results& r) { return r.statistics.notes.texts(sim::Severity::warning); },
+          "What may be wrong by more than was asked, one sentence each.")
+      .def_property_readonly(
+          "notes", [](const sim::Results& r) { return r.statistics.notes.texts(sim::Severity::note); }, "What was chosen and why.")
+      .def(
+          "save", [](const sim::Results& r, const std::filesystem::path& path) { sim::write_results(r, path); }, py::arg("path"),
+          "Writes the results as HDF5 (layout: sim/RESULTS.md), whole or not at all. Raises FileError.")
+      .def("csv", &sim::histories_csv, "The histories as CSV text.");
+
+  m.def(
+      "read_results", [](const std::filesystem::path& path) { return std::make_shared<sim::Results>(sim::read_results(path)); },
+      py::arg("path"), "Results from a file (HDF5). Raises InputError that names what is wrong with it.");
+  m.def("_write_results", &write_foreign, py::arg("path"), py::arg("t"), py::arg("bodies"), py::arg("outputs"), py::arg("title"),
+        py::arg("scene_text"));
+}
+
+}  // namespace flexframe::python

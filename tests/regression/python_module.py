@@ -1,0 +1,298 @@
+"""What test_python.py runs in the system's Python: python_module.py FLEXFRAME SOURCE FOLDER."""
+import csv
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+
+import flexframe as ff
+
+program, source, folder = sys.argv[1], pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3])
+examples = source / "examples"
+failures = []
+
+
+def expect(condition, message):
+    if not condition:
+        failures.append(message)
+        print("FAILED:", message, flush=True)
+
+
+def run(*words):
+    done = subprocess.run([program, *map(str, words)], capture_output=True, text=True)
+    expect(done.returncode == 0, f"{words}: {done.stderr}")
+    return done.stdout
+
+
+def raises(kind, call, *words):
+    try:
+        call()
+    except kind as error:
+        for word in words:
+            expect(word in str(error), f"{error!r} lacks '{word}'")
+        return
+    except BaseException as error:
+        expect(False, f"{kind.__name__} wanted, {error!r} came")
+        return
+    expect(False, f"{kind.__name__} wanted, nothing came")
+
+
+def simulate_and_draw():
+    scene = ff.load(examples / "slider_crank.toml")
+    fractions = []
+    r = ff.simulate(scene, progress=fractions.append)
+    run("simulate", examples / "slider_crank.toml", "-o", folder / "r.h5", "--csv", folder / "r.csv")
+    with open(folder / "r.csv", newline="") as file:
+        rows = list(csv.reader(file))
+    expect(rows[0] == ["t", *r.columns], f"columns {r.columns}")
+    table = np.array(rows[1:], dtype=float)
+    expect(np.array_equal(table[:, 0], r.t), "times are not the program's")
+    for k, column in enumerate(r.columns):
+        expect(np.array_equal(table[:, k + 1], r[column]), f"{column} is not the program's to the last bit")
+    expect(r.csv() == (folder / "r.csv").read_text(), "the CSV text is not the program's")
+    expect(r.t.base is not None and not r.t.flags.writeable, "times are a copy or may be written")
+    back = ff.read_results(folder / "r.h5")
+    for name, body in r.bodies.items():
+        expect(np.array_equal(body.q, back.bodies[name].q), f"q of {name} is not the program's")
+        expect(body.position.shape == (len(r.t), 3), f"shape of the position of {name}")
+    group = r.columns[0].split(".")[0]
+    if "." in r.columns[0]:
+        expect(np.array_equal(r[group][:, 0], r[r.columns[0]]), "columns of an output together")
+    raises(KeyError, lambda: r["slidr.x"])
+    # The results outlive nothing but themselves: views keep them alive.
+    q = next(iter(ff.simulate(scene, estimate_error=False).bodies.values())).position
+    expect(np.isfinite(q).all(), "a view of results that are gone")
+
+    run("render", folder / "r.h5", "-o", folder / "drawn", "--frames", "3:5", "--size", "320x180", "--no-video")
+    made = ff.drawing(r, size=(320, 180))
+    for k in (3, 4):
+        theirs = ff.read_png(folder / f"drawn/frames/frame_{k:05d}.png")
+        expect(np.array_equal(made.draw(k), theirs), f"picture {k} has other pixels than the program's")
+    picture = ff.draw(r, t=made.time(3), size=(320, 180))
+    expect(picture.shape == (180, 320, 4) and picture.dtype == np.uint8, f"a picture is {picture.shape} {picture.dtype}")
+    expect(np.array_equal(picture, made.draw(3)), "draw(t) is another picture")
+    # After drawing here, processes draw the film.
+    told = ff.film(r, folder / "film", frames=(0, 3), size=(320, 180), workers=2, video=False)
+    expect(told["pictures"] == 3, f"film tells {told}")
+    expect(np.array_equal(ff.read_png(folder / "film/frames/frame_00002.png"), made.draw(2)), "the film's pixels are others")
+    expect(ff.compare(folder / "film/frames/frame_00002.png", made.draw(2))["equal"], "compare finds a difference")
+    expect(not ff.compare(made.draw(0), made.draw(4))["passes"], "compare finds none")
+    raises(ff.InputError, lambda: ff.draw(r, color_bay="stress"), "color_bay", "color_by")
+    html = r._repr_html_()
+    expect("data:image/png;base64," in html and "<svg" in html and r.columns[0] in html, "a result does not show itself")
+    expect(r._repr_png_()[:4] == b"\x89PNG", "no PNG of a result")
+
+
+def kernel_map():
+    import json
+
+    rng = np.random.default_rng(1)
+    # The program's own command on the same numbers.
+    n, nodes = 30, rng.uniform(-1, 1, (12, 3))
+    lines = ["id x y z ux uy uz"]
+    u = 0.1 * np.sin(nodes[:, [1, 2, 0]])
+    m = 1_000_000
+    vertices = rng.uniform(-1, 1, (m, 3))
+    start = time.perf_counter()
+    big = ff.KernelMap(nodes, vertices, scheme="r3")
+    setup = time.perf_counter() - start
+    out = np.empty((m, 3), np.float32)
+    before = resident()
+    got = big.apply(u, out=out)
+    grown = resident() - before
+    expect(got is out, "apply returns another array than out")
+    # A copy of the displacements would take 12 MB, one in double 24.
+    expect(grown < 4e6, f"apply into an array takes {grown / 1e6:.1f} MB")
+    start = time.perf_counter()
+    for _ in range(5):
+        big.apply(u, out=out)
+    print(f"1e6 vertices: set up in {setup:.2f} s, applied in {(time.perf_counter() - start) / 5 * 1e3:.1f} ms, {grown / 1e6:.1f} MB grown")
+    # Against numpy: one global r^3 kernel with a linear polynomial.
+    few = ff.KernelMap(nodes, vertices[:200].copy(), scheme="r3", precise=True)
+    d = np.linalg.norm(nodes[:, None] - nodes[None], axis=2) ** 3
+    p = np.hstack([np.ones((12, 1)), nodes])
+    weights = np.linalg.solve(np.block([[d, p], [p.T, np.zeros((4, 4))]]), np.vstack([u, np.zeros((4, 3))]))
+    at = vertices[:200]
+    truth = np.linalg.norm(at[:, None] - nodes[None], axis=2) ** 3 @ weights[:12] + np.hstack([np.ones((200, 1)), at]) @ weights[12:]
+    expect(np.abs(few.apply_precise(u) - truth).max() < 1e-9, f"r3 map off by {np.abs(few.apply_precise(u) - truth).max()}")
+    expect(np.array_equal(few.apply(u), big.apply(u)[:200]), "vertices depend on one another")
+    raises(ff.ArgumentError, lambda: few.apply(u, out=np.empty((200, 3))), "float32")
+    raises(ff.InputError, lambda: ff.KernelMap(nodes * np.nan, at), "finite")
+    raises(ValueError, lambda: few.apply(u[:5]))
+
+
+def resident():
+    return int(open("/proc/self/statm").read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+def reduce_bodies():
+    model = source / "tests/fuzz/corpus/fe"
+    deck = next(iter(sorted(model.glob("*.inp"))))
+    deck = source / "tests/unit/data/kernel_map/conrod.inp" if not deck.exists() else deck
+    deck = pathlib.Path(os.environ.get("FLEXFRAME_DECK", source / "tests/unit/data/kernel_map/conrod.inp"))
+    run("reduce", deck, "-o", folder / "program.sid", "--modes", "4")
+    body = ff.reduce(deck, modes=4)
+    body.write_sid(folder / "python.sid")
+    expect(
+        (folder / "python.sid").read_bytes() == (folder / "program.sid").read_bytes(), "a reduced body is not the program's to the last bit"
+    )
+    back = ff.Body.from_sid(folder / "program.sid")
+    expect(back.n == body.n and back.mass == body.mass, "a body from a file is another one")
+    expect(np.array_equal(back.Ke, body.Ke) and np.array_equal(back.phi(0), body.phi(0)), "its matrices are others")
+    omega = np.sqrt(np.diag(body.Ke)) / (2 * np.pi)
+    expect(np.allclose(back.frequencies, omega, rtol=1e-8), f"frequencies {back.frequencies} {omega}")
+    raises(ff.InputError, lambda: ff.Body.from_sid(folder / "none.sid"), "none.sid")
+
+
+def drive():
+    scene = ff.load(examples / "library/cart.toml")
+    sim = ff.Simulation(scene)
+    start = sim.state()
+
+    def balance(steps):
+        out = []
+        for _ in range(steps):
+            sim.set_input("push", 9.7 * sim.output("x") + 10.8 * sim.output("v") - 61.0 * sim.output("angle") - 13.9 * sim.output("turn"))
+            sim.step(0.01)
+            out.append(sim.outputs.copy())
+        return np.array(out)
+
+    first = balance(100)
+    sim.restore(start)
+    expect(np.array_equal(balance(100), first), "after restore other bits")
+    expect(abs(first[-1][2]) < 0.01, f"the pendulum is not balanced: {first[-1]}")
+    raises(ff.ArgumentError, lambda: sim.set_input("pusj", 1), "push")
+    raises(ff.ArgumentError, lambda: sim.step(-1.0))
+    expect(sim.inputs == ["push"] and sim.columns == ["x", "v", "angle", "turn"], f"{sim.inputs} {sim.columns}")
+
+    # A force in Python: a spring to the cart, seen in its energy; an exception in it comes out as it is, and the simulation goes on.
+    broken = []
+
+    def spring(t, position, rotation, velocity, angular_velocity):
+        if broken:
+            raise RuntimeError("from the user's force")
+        return -20.0 * position - 5.0 * velocity
+
+    held = ff.Simulation(scene, forces={"cart": spring})
+    for _ in range(20):
+        held.step(0.01)
+    now = held.outputs.copy()
+    broken.append(1)
+    raises(RuntimeError, lambda: held.step(0.01), "from the user's force")
+    broken.clear()
+    expect(np.array_equal(held.outputs, now), "an error has moved the simulation")
+    held.step(0.01)
+    free = ff.Simulation(scene)
+    free.advance_to(held.time)
+    expect(abs(free.output("x") - held.output("x")) > 1e-4, "the force does nothing")
+
+    # What a call costs beyond the integration: an input set, an output read, a step called (its work is the same for C++).
+    n = 20000
+    begin = time.perf_counter()
+    for _ in range(n):
+        sim.output("x")
+    read = (time.perf_counter() - begin) / n
+    begin = time.perf_counter()
+    for _ in range(n):
+        sim.time
+    bare = (time.perf_counter() - begin) / n
+    begin = time.perf_counter()
+    for _ in range(n):
+        try:
+            sim.step(0.0)  # refused at the door: the price of the call and of the error
+        except ff.ArgumentError:
+            pass
+    refused = (time.perf_counter() - begin) / n
+    print(
+        f"a call: {1e6 * bare:.2f} us (time), {1e6 * read:.2f} us (output), {1e6 * refused:.2f} us (a step that is refused, with its exception)"
+    )
+    # A step's call does what reading an output does, and releases the GIL.
+    expect(read < 2e-6 and bare < 2e-6, f"a call costs {1e6 * read:.2f} us")
+
+
+def scenes():
+    words = {
+        "simulation": {"duration": 0.5, "gravity": [0, 0, -10.0], "output_rate": 100},
+        "body": [{"name": "ball", "kind": "rigid", "mass": 1.0, "inertia": np.array([1.0, 1, 1])}],
+        "joint": [{"name": "fall", "kind": "free", "parent": "ground", "child": "ball"}],
+        "output": [{"name": "z", "of": "ball", "quantity": "position"}],
+    }
+    r = ff.simulate(words)
+    expect(np.abs(r["z.z"] + 5 * r.t**2).max() < 1e-9, "a ball from a dict does not fall")
+    slow = ff.simulate(ff.scene(words, set={"simulation.gravity": [0, 0, -1.0]}))
+    expect(abs(slow["z.z"][-1] + 0.125) < 1e-9, "set= does nothing")
+    words["body"][0]["mas"] = 1
+    raises(ff.InputError, lambda: ff.scene(words), "mas", "did you mean 'mass'")
+    raises(ff.Error, lambda: ff.load(folder / "none.toml"), "none.toml")
+
+    # Results of another program.
+    t = np.linspace(0, 1, 11)
+    bodies = {
+        "plate": {
+            "position": np.outer(t, [1, 0, 0]),
+            "nodes": np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]]),
+            "displacement": np.zeros((11, 4, 3)),
+        }
+    }
+    theirs = ff.write_results(folder / "theirs.h5", t, bodies, outputs={"s": t**2}, title="Theirs", render={"size": [320, 180]})
+    expect(
+        np.array_equal(theirs.bodies["plate"].position[:, 0], t) and np.array_equal(theirs["s"], t**2),
+        "results of others come back changed",
+    )
+    expect("Theirs" in run("info", folder / "theirs.h5"), "info of foreign results")
+    expect(ff.draw(theirs, t=0.5).shape == (180, 320, 4), "a picture of foreign results")
+    bodies["plate"]["displacement"] = np.zeros((11, 3, 3))
+    raises(ff.ArgumentError, lambda: ff.write_results(folder / "w.h5", t, bodies), "displacement")
+
+
+def interrupts():
+    long = ff.load(examples / "slider_crank.toml", set={"simulation.duration": 2000, "simulation.output_rate": 10})
+    # Another thread runs meanwhile, so the GIL is free; then Ctrl-C.
+    ticks = []
+
+    def tick():
+        end = time.time() + 0.4
+        while time.time() < end:
+            ticks.append(1)
+            time.sleep(0.001)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    thread = threading.Thread(target=tick)
+    begin = time.time()
+    thread.start()
+    raises(KeyboardInterrupt, lambda: ff.simulate(long))
+    thread.join()
+    expect(time.time() - begin < 10, f"Ctrl-C took {time.time() - begin:.1f} s")
+    expect(len(ticks) > 20, f"another thread ran {len(ticks)} times only: the GIL is held")
+
+    def stop(fraction):
+        raise StopIteration(f"at {fraction:.3f}")
+
+    raises(StopIteration, lambda: ff.simulate(long, progress=stop), "at 0.0")
+
+
+def documented():
+    """Every public name has a docstring, and a stub."""
+    stubs = (pathlib.Path(ff.__file__).parent / "__init__.pyi").read_text()
+    for name in ff.__all__:
+        thing = getattr(ff, name)
+        if name.startswith("__"):
+            continue
+        expect((thing.__doc__ or "").strip() != "", f"{name} has no docstring")
+        expect(f"def {name}(" in stubs or f"class {name}" in stubs, f"{name} has no stub")
+        if isinstance(thing, type) and not issubclass(thing, Exception):
+            for member, value in vars(thing).items():
+                if not member.startswith("_") and (callable(value) or isinstance(value, (property, staticmethod))):
+                    expect(f"def {member}(" in stubs, f"{name}.{member} has no stub")
+
+
+for test in (scenes, simulate_and_draw, kernel_map, reduce_bodies, drive, interrupts, documented):
+    begin = time.time()
+    test()
+    print(f"{test.__name__}: {time.time() - begin:.1f} s", flush=True)
+sys.exit(1 if failures else 0)
