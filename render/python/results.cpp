@@ -14,12 +14,12 @@ namespace {
 using Shared = std::shared_ptr<sim::Results>;
 
 // A body or joint within results, which it keeps alive.
-struct Body {
+struct BodyMotion {
   Shared results;
   std::size_t at;
   const sim::ResultBody& operator*() const { return results->bodies[at]; }
 };
-struct Joint {
+struct JointMotion {
   Shared results;
   std::size_t at;
   const sim::ResultJoint& operator*() const { return results->joints[at]; }
@@ -133,43 +133,45 @@ void write_foreign(const std::filesystem::path& path, const Array& t, const py::
 }  // namespace
 
 void bind_results(py::module_& m) {
-  py::class_<Body>(m, "ResultBody",
-                   "Motion of a body: arrays of nt rows, one a time of Results.t; SI units. They look at the results' memory.")
-      .def_property_readonly("name", [](const Body& b) { return (*b).name; })
+  py::class_<BodyMotion>(m, "ResultBody",
+                         "Motion of a body: arrays of nt rows, one a time of Results.t; SI units. They look at the results' memory.")
+      .def_property_readonly("name", [](const BodyMotion& b) { return (*b).name; })
       .def_property_readonly(
-          "kind", [](const Body& b) { return (*b).kind; }, "rigid, beam, modal or statespace.")
+          "kind", [](const BodyMotion& b) { return (*b).kind; }, "rigid, beam, modal or statespace.")
       .def_property_readonly(
-          "position", [](const py::object& s) { return view_matrix((*s.cast<const Body&>()).position, s); },
+          "position", [](const py::object& s) { return view_matrix((*s.cast<const BodyMotion&>()).position, s); },
           "(nt, 3) origin of the body frame in world axes, m.")
       .def_property_readonly(
-          "orientation", [](const py::object& s) { return view_matrix((*s.cast<const Body&>()).orientation, s); },
+          "orientation", [](const py::object& s) { return view_matrix((*s.cast<const BodyMotion&>()).orientation, s); },
           "(nt, 4) unit quaternion w x y z, body to world.")
       .def_property_readonly(
-          "q", [](const py::object& s) { return view_matrix((*s.cast<const Body&>()).q, s); }, "(nt, n) elastic coordinates.")
+          "q", [](const py::object& s) { return view_matrix((*s.cast<const BodyMotion&>()).q, s); }, "(nt, n) elastic coordinates.")
       .def_property_readonly(
-          "qd", [](const py::object& s) { return view_matrix((*s.cast<const Body&>()).qd, s); }, "(nt, n) their rates, 1/s.")
+          "qd", [](const py::object& s) { return view_matrix((*s.cast<const BodyMotion&>()).qd, s); }, "(nt, n) their rates, 1/s.")
       .def_property_readonly(
-          "displacement", [](const py::object& s) { return view_matrix((*s.cast<const Body&>()).displacement, s); },
+          "displacement", [](const py::object& s) { return view_matrix((*s.cast<const BodyMotion&>()).displacement, s); },
           "(nt, 3 nn) displacement of the nodes in the body frame, m: ux uy uz of node 0, of node 1, ...")
       .def_property_readonly(
-          "rotation", [](const py::object& s) { return view_matrix((*s.cast<const Body&>()).rotation, s); },
+          "rotation", [](const py::object& s) { return view_matrix((*s.cast<const BodyMotion&>()).rotation, s); },
           "(nt, 3 nn) rotation vectors of the nodes, rad; empty: unknown.")
       .def_property_readonly(
           "nodes",
-          [](const Body& b) {
+          [](const BodyMotion& b) {
             py::array_t<double> out({static_cast<py::ssize_t>((*b).nodes.size()), py::ssize_t{3}});
             for (std::size_t k = 0; k < (*b).nodes.size(); ++k)
               for (int d = 0; d < 3; ++d) out.mutable_at(static_cast<py::ssize_t>(k), d) = (*b).nodes[k].origin[d];
             return out;
           },
           "(nn, 3) undeformed places of the nodes in the body frame, m.");
-  py::class_<Joint>(m, "ResultJoint", "Motion of a joint: arrays of nt rows; SI units.")
-      .def_property_readonly("name", [](const Joint& j) { return (*j).name; })
-      .def_property_readonly("kind", [](const Joint& j) { return (*j).kind; })
+  py::class_<JointMotion>(m, "ResultJoint", "Motion of a joint: arrays of nt rows; SI units.")
+      .def_property_readonly("name", [](const JointMotion& j) { return (*j).name; })
+      .def_property_readonly("kind", [](const JointMotion& j) { return (*j).kind; })
       .def_property_readonly(
-          "value", [](const py::object& s) { return view_matrix((*s.cast<const Joint&>()).value, s); }, "(nt, n) coordinates, m and rad.")
+          "value", [](const py::object& s) { return view_matrix((*s.cast<const JointMotion&>()).value, s); },
+          "(nt, n) coordinates, m and rad.")
       .def_property_readonly(
-          "rate", [](const py::object& s) { return view_matrix((*s.cast<const Joint&>()).rate, s); }, "(nt, n) rates, m/s and rad/s.");
+          "rate", [](const py::object& s) { return view_matrix((*s.cast<const JointMotion&>()).rate, s); },
+          "(nt, n) rates, m/s and rad/s.");
 
   py::class_<sim::Results, Shared>(m, "Results",
                                    R"(What a simulation leaves behind. Arrays are read-only views of its memory; row i belongs to t[i].
@@ -203,9 +205,9 @@ r["slider.x"] is a column of the histories, (nt,); r["slider"] all columns of an
              return std::any_of(r.outputs.begin(), r.outputs.end(), [&](const sim::ResultOutput& o) { return o.column == name; });
            })
       .def_property_readonly(
-          "bodies", [](const Shared& r) { return by_name<Body>(r, r->bodies.size(), r->bodies); }, "Bodies by name.")
+          "bodies", [](const Shared& r) { return by_name<BodyMotion>(r, r->bodies.size(), r->bodies); }, "Bodies by name.")
       .def_property_readonly(
-          "joints", [](const Shared& r) { return by_name<Joint>(r, r->joints.size(), r->joints); }, "Joints by name.")
+          "joints", [](const Shared& r) { return by_name<JointMotion>(r, r->joints.size(), r->joints); }, "Joints by name.")
       .def_property_readonly(
           "energy",
           [](const py::object& s) {
