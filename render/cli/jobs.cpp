@@ -124,6 +124,9 @@ void add_render_words(Subcommand words, RenderWords& values) {
     return item == "auto" || Option::is_number(item);
   });
   words.option("--color-by", values.color_by, "none, displacement, strain, stress, velocity, mode or body").as("WORD");
+  words
+      .option("--look", values.look, "plain, technical, presentation or print, with all that it stands for, in place of the scene's words")
+      .as("WORD");
   add_view_words(words, values);
   words.option("--samples", values.samples, "antialiasing samples per pixel: 1, 4, 9 or 16").one_of({1, 4, 9, 16});
   words.flag("--no-shadows", values.no_shadows, "no shadows and no ambient occlusion: faster");
@@ -168,6 +171,14 @@ void apply_words(const RenderWords& words, film::RenderSettings& settings) {
   if (!words.video.empty() && !film::is_video_name(words.video))
     throw UsageError(
         fmt::format("--video {}: a video's name must end in {}", sim::quote(words.video), sim::list_words(film::video_endings())));
+  if (!words.look.empty()) {
+    const std::vector<std::string>& known = film::look_words();
+    const auto found = std::find(known.begin(), known.end(), words.look);
+    if (found == known.end())
+      throw UsageError(fmt::format("--look {} is unknown{}; allowed: {}", sim::quote(words.look), sim::did_you_mean(words.look, known),
+                                   sim::list_words(known)));
+    film::apply_look(static_cast<film::LookKind>(found - known.begin()), settings);
+  }
   if (words.samples) settings.samples = *words.samples;
   settings.cache = words.cache;
   if (words.no_shadows) settings.shadows = settings.occlusion = false;
@@ -252,8 +263,11 @@ DrawingReport run_drawing(const sim::Results& results, const film::RenderSetting
     report.film = film::film(animation, options);
   }
 
-  if (options.shards == 1 && settings.contact_sheet > 0)
-    film::write_contact_sheet(report.frames, options.first, report.film.pictures, settings.contact_sheet, folder / (name + "_sheet.png"));
+  if (options.shards == 1 && settings.contact_sheet > 0) {
+    render::Renderer renderer(options.backend);
+    film::write_contact_sheet(animation, {options.first, report.film.pictures, settings.contact_sheet}, renderer,
+                              folder / (name + "_sheet.png"));
+  }
   if (video) report.video = video->finish(throw_if_interrupted);
   return report;
 }

@@ -27,7 +27,7 @@ void add_simulation_words(Subcommand words, SimulationWords& values);
 
 // --frames, --shard, --size, --scales, ...
 struct RenderWords {
-  std::string frames, shard, size, scales, color_by, renderer = "osmesa", video;
+  std::string frames, shard, size, scales, color_by, look, renderer = "osmesa", video;
   std::string view, camera, target, fov, projection, background, colormap, color_range, frame_rate, speed;  // keys of [render], as text
   std::optional<int> samples;
   std::string cache;

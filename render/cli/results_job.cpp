@@ -8,16 +8,17 @@
 namespace flexframe::cli {
 namespace {
 
-// The scene that the results were made from, for shapes and axes they do not hold. Its files may be gone by now: then the
-// pictures do without.
-std::optional<sim::Scene> scene_of(const sim::Results& results, std::vector<std::string>& notes) {
+// The scene that the results were made from, for shapes and axes that they do not hold. Pictures without them would be other pictures:
+// where its files are gone that is an error.
+std::optional<sim::Scene> scene_of(const sim::Results& results, const std::string& results_file) {
   if (results.scene_text.empty()) return std::nullopt;
   try {
     return sim::parse_scene(results.scene_text, results.scene_file);
   } catch (const sim::InputError& e) {
-    notes.push_back(
-        fmt::format("joints and bodies without mesh are drawn in default sizes, the scene in the results cannot be read: {}", e.what()));
-    return std::nullopt;
+    throw sim::InputError(
+        fmt::format("{}: its scene, which joint symbols, forces and bodies without a mesh are drawn from, cannot be read any more: {}; put "
+                    "the file back, or name the scene where it lies now with --scene",
+                    results_file, e.what()));
   }
 }
 
@@ -31,9 +32,9 @@ ResultsJob read_results_job(const std::string& results_file, const std::string& 
     job.settings = film::read_render_settings(document);
     // A file with no more than [render] changes how the results look; what they show stands in themselves.
     if (document.root.find("body") || document.root.find("simulation")) job.scene = sim::make_scene(document);
-    else job.scene = scene_of(job.results, job.notes);
+    else job.scene = scene_of(job.results, results_file);
   } else {
-    job.scene = scene_of(job.results, job.notes);
+    job.scene = scene_of(job.results, results_file);
     const std::string& name = job.results.scene_file.empty() ? results_file : job.results.scene_file;
     job.settings = film::read_render_settings(sim::parse_document(job.results.scene_text, name, render_settings(words)));
   }

@@ -1,5 +1,6 @@
 #include "render/draw/content.h"
 
+#include "render/frame/backdrop.h"
 #include "sim/base/error.h"
 
 #include <fmt/format.h>
@@ -53,6 +54,8 @@ void check_picture(const Picture& p) {
     if (!(glm::length(c.target - c.position) > 0.0)) refuse("camera whose position and target coincide");
     if (!(glm::length(c.up) > 0.0)) refuse("camera whose up vector is zero");
   };
+  if (p.scalar_map.logarithmic && !(p.scalar_map.lower > 0.0 && p.scalar_map.upper > p.scalar_map.lower))
+    refuse(fmt::format("logarithmic colours from {:g} to {:g}; both must be positive and rise", p.scalar_map.lower, p.scalar_map.upper));
   if (p.views.empty()) check_camera(p.camera);
   for (const View& v : p.views) check_camera(v.camera);
   for (std::size_t i = 0; i < p.surfaces.size(); ++i) {
@@ -64,6 +67,8 @@ void check_picture(const Picture& p) {
     };
     same(s.normals.size(), "normals");
     same(s.scalars.size(), "scalars");
+    same(s.vectors.size(), "vectors");
+    same(s.shears.size(), "shears");
     same(s.colors.size(), "colours");
     unsigned largest = 0;
     for (const glm::uvec3& t : s.triangles) largest = std::max({largest, t.x, t.y, t.z});
@@ -106,7 +111,7 @@ Content gather_content(const Picture& p) {
     }
   for (const Surface& s : d.surfaces) d.boxes.push_back(box_of(s.positions));
   d.shapes.reserve(p.arrows.size() + 1);
-  const auto add_shape = [&](const Shape& shape, const glm::dmat4& pose, const glm::vec3& color, float opacity) {
+  const auto add_shape = [&](const Shape& shape, const glm::dmat4& pose, const glm::vec3& color, float opacity, float seen_through) {
     Surface s;
     s.positions = shape.positions;
     s.normals = shape.normals;
@@ -114,6 +119,7 @@ Content gather_content(const Picture& p) {
     s.pose = pose;
     s.material = {color, 0.5f, 0.0f};
     s.opacity = opacity;
+    s.seen_through = seen_through;
     s.two_sided = false;
     d.surfaces.push_back(s);
     d.boxes.push_back(box_of(shape.positions));
@@ -133,7 +139,7 @@ Content gather_content(const Picture& p) {
     const double length = glm::length(a.to - a.from);
     if (!(length > 0.0) || !std::isfinite(length)) continue;
     d.shapes.push_back(make_arrow(length, a.radius));
-    add_shape(d.shapes.back(), turned(a.from, a.to - a.from), a.color, a.opacity);
+    add_shape(d.shapes.back(), turned(a.from, a.to - a.from), a.color, a.opacity, a.seen_through);
   }
   if (!p.triads.empty()) d.shapes.push_back(make_arrow(1.0, 0.028));
   static const glm::vec3 axis_color[3] = {{0.82f, 0.20f, 0.17f}, {0.18f, 0.58f, 0.24f}, {0.16f, 0.37f, 0.80f}};
@@ -143,7 +149,7 @@ Content gather_content(const Picture& p) {
       e[k] = 1.0;
       glm::dmat4 scale(t.length);
       scale[3][3] = 1.0;
-      add_shape(d.shapes.back(), t.pose * turned(glm::dvec3(0.0), e) * scale, axis_color[k], 1.0f);
+      add_shape(d.shapes.back(), t.pose * turned(glm::dvec3(0.0), e) * scale, axis_color[k], 1.0f, t.seen_through);
     }
 
   for (std::size_t i = 0; i < d.surfaces.size(); ++i) {
@@ -154,6 +160,49 @@ Content gather_content(const Picture& p) {
   for (const Lines& l : p.lines) d.all.add(compute_bounds(l.points, l.pose));
   for (const Markers& m : p.markers) d.all.add(compute_bounds(m.points, m.pose));
   return d;
+}
+
+double unit_scale(const Content& content, const Bounds& motion) {
+  Bounds all = content.all;
+  all.add(motion);
+  const double radius = all.radius();
+  return !(radius > 0.0) || (radius > 0.05 && radius < 1e5) ? 1.0 : std::exp2(-std::round(std::log2(radius)));
+}
+
+Picture scaled_picture(const Picture& picture, double factor, const Bounds& bounds) {
+  Picture p = picture;
+  const auto scale_pose = [factor](glm::dmat4& pose) {
+    for (int c = 0; c < 4; ++c) pose[c] = glm::dvec4(factor * glm::dvec3(pose[c]), pose[c].w);
+  };
+  const auto scale_camera = [factor](Camera& c) {
+    c.position *= factor;
+    c.target *= factor;
+    c.height *= factor;
+  };
+  scale_camera(p.camera);
+  for (View& v : p.views) scale_camera(v.camera);
+  if (p.ground) {
+    p.ground->point *= factor;
+    p.ground->spacing = factor * grid_spacing(*p.ground, bounds);
+  }
+  for (Surface& s : p.surfaces) scale_pose(s.pose);
+  for (Lines& l : p.lines) scale_pose(l.pose);
+  for (Markers& m : p.markers) scale_pose(m.pose);
+  for (Arrow& a : p.arrows) {
+    a.from *= factor;
+    a.to *= factor;
+    a.radius *= factor;
+  }
+  for (Triad& t : p.triads) {
+    t.pose[3] = glm::dvec4(factor * glm::dvec3(t.pose[3]), 1.0);
+    t.length *= factor;
+  }
+  for (Label& l : p.labels) l.point *= factor;
+  if (!p.bounds.empty()) {
+    p.bounds.lower *= factor;
+    p.bounds.upper *= factor;
+  }
+  return p;
 }
 
 PixelRect covered(const Bounds& box, const glm::dmat4& pose, const ViewFrame& frame, int per_pixel, double extra) {

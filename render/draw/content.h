@@ -21,6 +21,12 @@ struct Content {
 // Throws ArgumentError if the picture is inconsistent.
 Content gather_content(const Picture& picture);
 
+// The picture in other units of length, everything times `factor`: rooms of single precision and fixed small numbers are made for
+// machines of metres. unit_scale: a power of two that makes the picture of that size, 1 (today's bits) from centimetres to kilometres.
+double unit_scale(const Content& content, const Bounds& motion);
+// bounds: what the ground's grid is measured by, unscaled: its steps are round in the picture's own metres.
+Picture scaled_picture(const Picture& picture, double factor, const Bounds& bounds);
+
 bool all_finite(std::span<const glm::vec3> values);
 inline bool casts(const Surface& s) { return s.casts_shadow && s.opacity >= 1.0f && !s.triangles.empty(); }
 bool translucent(const Lines& lines);

@@ -25,8 +25,12 @@ int nearest_int(float v) { return static_cast<int>(v + 1000.5f) - 1000; }
 // A picture's occlusion step by step.
 class Occlusion {
  public:
-  Occlusion(const Samples& samples, const ViewFrame& frame, double radius)
-      : samples_(samples), frame_(frame), radius_(static_cast<float>(radius)), pixel_(static_cast<float>(frame.pixel)) {
+  Occlusion(const Samples& samples, const ViewFrame& frame, double radius, double strength)
+      : samples_(samples),
+        frame_(frame),
+        radius_(static_cast<float>(radius)),
+        strength_(static_cast<float>(strength)),
+        pixel_(static_cast<float>(frame.pixel)) {
     // Only the part with surfaces and what is in reach of it, in whole patterns of 4 x 4 half pixels: what moves must not drag the
     // pattern along.
     px0_ = std::max(0, samples.part.x - 2 * most_reach) & ~7;
@@ -183,7 +187,7 @@ class Occlusion {
         const glm::vec3 p = position(x, y, d);
         const glm::vec3 normal = half_.surface[k] ? surface_normal(x, y, d, p) : ground_normal_;
         if (normal == glm::vec3(0.0f)) continue;
-        open_[k] = std::max(0.0f, 1.0f - 2.2f * blocked(x, y, p, normal, spiral[(y & 3) * 4 + (x & 3)]) / static_cast<float>(taps));
+        open_[k] = std::max(0.0f, 1.0f - strength_ * blocked(x, y, p, normal, spiral[(y & 3) * 4 + (x & 3)]) / static_cast<float>(taps));
       }
   }
 
@@ -234,7 +238,7 @@ class Occlusion {
 
   const Samples& samples_;
   const ViewFrame& frame_;
-  const float radius_, pixel_;
+  const float radius_, strength_, pixel_;
   int px0_, py0_, px1_, py1_;  // the part of the area that is looked at
   float left_, top_;
   Half half_;
@@ -247,8 +251,8 @@ class Occlusion {
 
 }  // namespace
 
-Mask compute_occlusion(const Samples& samples, const ViewFrame& frame, const GroundFrame* ground, double radius) {
-  return Occlusion(samples, frame, radius).make(ground);
+Mask compute_occlusion(const Samples& samples, const ViewFrame& frame, const GroundFrame* ground, double radius, double strength) {
+  return Occlusion(samples, frame, radius, strength).make(ground);
 }
 
 }  // namespace flexframe::render

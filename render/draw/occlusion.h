@@ -12,7 +12,7 @@
 namespace flexframe::render {
 
 // Share of ambient light that is left, 255: all, of the pixels in reach of surfaces. radius: reach, m.
-// ground may be null; it darkens near surfaces although it has no depth of its own.
-Mask compute_occlusion(const Samples& samples, const ViewFrame& frame, const GroundFrame* ground, double radius);
+// strength: 2.2 usual, more is darker. ground may be null; it darkens near surfaces although it has no depth of its own.
+Mask compute_occlusion(const Samples& samples, const ViewFrame& frame, const GroundFrame* ground, double radius, double strength);
 
 }  // namespace flexframe::render

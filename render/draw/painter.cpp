@@ -26,18 +26,51 @@ constexpr std::size_t most_kept = 254;
 // Triangles of a picture from which on that is cheaper (bench_render: 20 % at 100 000, nothing at 5000).
 constexpr std::size_t kept_from = 20000;
 
+// How much of a mapped colour's strength light may change: none where strength alone is the value, little where hues are alike.
+float light_share(Colormap map) { return map == Colormap::greys ? 0.0f : map == Colormap::cividis ? 0.09f : 0.42f; }
+
 // Light only modulates colour-mapped surfaces: the colours stay those of the scalar bar.
-void set_material(Program& program, const Surface& s, const Lighting& lighting) {
+void set_material(Program& program, const Surface& s, const Lighting& lighting, Colormap map) {
   const bool mapped = !s.scalars.empty();
-  const float roughness = std::clamp(s.material.roughness, 0.08f, 1.0f), metallic = std::clamp(s.material.metallic, 0.0f, 1.0f);
-  const float share = mapped ? 0.55f : 1.0f, shine = mapped ? 0.35f : 1.0f, alpha = roughness * roughness;
-  const glm::vec4 diffuse(1.0f - share + share * 0.46f * lighting.ambient, share * 0.16f * lighting.ambient,
-                          share * 0.16f * lighting.ambient, share * 0.62f * lighting.key);
+  const float roughness = std::clamp(s.material.roughness, 0.08f, 1.0f),
+              metallic = mapped ? 0.0f : std::clamp(s.material.metallic, 0.0f, 1.0f);
+  // In the studio colours of values get less light and no gloss, so that they can be read back; other things more contrast.
+  const bool studio = lighting.studio;
+  const float share = !mapped  ? 1.0f
+                      : studio ? light_share(map)
+                               : 0.55f,
+              shine = !mapped  ? 1.0f
+                      : studio ? 0.0f
+                               : 0.35f,
+              alpha = roughness * roughness;
+  const glm::vec4 light = studio && !mapped ? glm::vec4(0.28f, 0.15f, 0.12f, 0.88f) : glm::vec4(0.46f, 0.16f, 0.16f, 0.62f);
+  const glm::vec4 diffuse(1.0f - share + share * light.x * lighting.ambient, share * light.y * lighting.ambient,
+                          share * light.z * lighting.ambient, share * light.w * lighting.key);
+  if (studio) {
+    // A soft box around the key light and a strip beside it: as wide and as faint as the surface is rough.
+    const float blur = glm::mix(0.12f, 1.0f, roughness);
+    program.set("boxes", glm::vec4(0.84f - 0.55f * blur, 1.0f / blur, 0.80f - 0.45f * blur, 1.0f / (0.7f * blur)));
+    program.set("box_strength", glm::mix(1.9f, 0.5f, roughness) * lighting.key);
+  }
   program.set("base_color", linear_from_srgb(glm::clamp(s.material.color, 0.0f, 1.0f)));
   program.set("diffuse_terms", (1.0f - metallic) * diffuse);
   program.set("gloss",
               glm::vec4(alpha, 0.5f / std::numbers::pi_v<float> * alpha * alpha, 0.9f * lighting.key * shine, lighting.ambient * shine));
   program.set("mirror_terms", glm::vec3(0.5f / glm::mix(0.08f, 1.0f, roughness), std::max(1.0f - roughness, 0.04f), metallic));
+}
+
+// From values to the share of the map's range; where the fragment takes a length or a logarithm, there and not at the vertex.
+void set_scalars(Program& program, const ScalarMap& map, bool vectors, std::span<const std::uint32_t> colors, const ViewState& v) {
+  const double lower = map.logarithmic ? std::log2(map.lower) : map.lower, upper = map.logarithmic ? std::log2(map.upper) : map.upper;
+  const double range = upper - lower, slope = range != 0.0 ? 1.0 / range : 0.0;
+  const glm::vec2 scale(static_cast<float>(slope), static_cast<float>(range != 0.0 ? -lower * slope : 0.5));
+  const bool late = vectors || map.logarithmic;
+  program.set("scalar_scale", late ? glm::vec2(1.0f, 0.0f) : scale);
+  program.set("value_scale", scale);
+  program.set("levels", static_cast<float>(map.levels));
+  program.set("isolines", static_cast<float>(map.isolines));
+  program.set("line_half", static_cast<float>(std::max(0.5 * v.per_pixel, 0.75 * v.unit)));
+  program.set("colors", colors);
 }
 
 }  // namespace
@@ -47,14 +80,16 @@ const void* offset_pointer(std::size_t offset) {
   return reinterpret_cast<const void*>(offset);  // NOLINT(performance-no-int-to-ptr): never followed
 }
 
-std::vector<std::uint32_t> color_steps_of(Colormap map, int bits) {
+std::vector<std::uint32_t> color_steps_of(const ScalarMap& asked, int bits) {
+  ScalarMap map = asked;
+  map.levels = 0;  // flat bands are the shader's
   const auto packed = [bits](const glm::vec3& linear) {
     const glm::uvec3 root(glm::round(static_cast<float>((1 << bits) - 1) * glm::sqrt(linear)));
     return root.x | root.y << bits | root.z << 2 * bits;
   };
   std::vector<std::uint32_t> steps;
   steps.reserve(color_steps + 1);
-  for (int i = 0; i < color_steps; ++i) steps.push_back(packed(linear_from_srgb(colormap_color(map, i / (color_steps - 1.0)))));
+  for (int i = 0; i < color_steps; ++i) steps.push_back(packed(linear_from_srgb(map_color(map, i / (color_steps - 1.0)))));
   steps.push_back(packed(glm::vec3(0.21f)));
   return steps;
 }
@@ -85,8 +120,9 @@ void Painter::draw_opaque(const Picture& p, const Content& d, const ViewState& v
   std::vector<std::size_t> kept, lit;
   std::size_t triangles = 0;
   for (const std::size_t i : order) {
-    (d.surfaces[i].edges ? lit : kept).push_back(i);
-    triangles += d.surfaces[i].edges ? 0 : d.surfaces[i].triangles.size();
+    const bool lined = d.surfaces[i].edges || (p.scalar_map.isolines > 1 && !d.surfaces[i].scalars.empty());
+    (lined ? lit : kept).push_back(i);
+    triangles += lined ? 0 : d.surfaces[i].triangles.size();
   }
   if (v.target && triangles >= kept_from && d.surfaces.size() <= most_kept) {
     const Gl& gl = device_.gl();
@@ -129,7 +165,8 @@ void Painter::light_kept(const Picture& p, const Content& d, const std::vector<s
   no_attributes();
   for (const Group& g : groups) {
     std::vector<const char*> switches = {"STORED"};
-    if (g.first->material.metallic > 0.0f) switches.push_back("METAL");
+    if (p.lighting.studio) switches.push_back("STUDIO");
+    if (g.first->material.metallic > 0.0f && g.first->scalars.empty()) switches.push_back("METAL");
     if (v.light) switches.push_back("SHADOW");
     if (groups.size() > 1) switches.push_back("MEMBERS");
     Program& program = device_.program(ShaderKind::cover, switches);
@@ -163,7 +200,12 @@ void Painter::set_view(Program& program, const Picture& p, const Surface& s, con
   const Gl& gl = device_.gl();
   program.set("to_light", v.to_light);
   program.set("up", v.up);
-  set_material(program, s, p.lighting);
+  if (p.lighting.studio) {
+    // Across the key light, level.
+    const glm::vec3 side = glm::cross(v.up, v.to_light);
+    program.set("side", glm::length(side) > 1e-3f ? glm::normalize(side) : glm::vec3(1.0f, 0.0f, 0.0f));
+  }
+  set_material(program, s, p.lighting, p.scalar_map.colormap);
   // Towards the viewer, from a sample: minus the ray through it, for a perspective camera.
   const double step = v.frame->orthographic ? 0.0 : v.frame->pixel / v.per_pixel;
   program.set("ray", glm::vec4(-step, -step, step * (0.5 * static_cast<double>(v.samples.x) - v.x),
@@ -178,6 +220,37 @@ void Painter::set_view(Program& program, const Picture& p, const Surface& s, con
   program.set("shadow", 0);
   gl.ActiveTexture(GL_TEXTURE0);
   gl.BindTexture(GL_TEXTURE_2D, v.shadow);
+}
+
+void Painter::draw_hidden(const Picture& p, const Content& d, const ViewState& view) {
+  const Gl& gl = device_.gl();
+  ViewState v = view;
+  v.hidden = true;
+  v.light = nullptr;  // a shadow there would be one of what hides it
+  const auto opacity = [&](float share) { gl.BlendColor(0.0f, 0.0f, 0.0f, share); };
+  gl.DepthFunc(GL_LESS);
+  gl.DepthMask(GL_FALSE);
+  gl.Enable(GL_BLEND);
+  // The mark of what hides it stays: light and outlines are those of that surface.
+  gl.BlendFuncSeparate(GL_CONSTANT_ALPHA, GL_ONE_MINUS_CONSTANT_ALPHA, GL_ZERO, GL_ONE);
+  for (std::size_t i = 0; i < d.surfaces.size(); ++i)
+    if (const Surface& s = d.surfaces[i]; s.seen_through > 0.0f && s.opacity >= 1.0f && !d.boxes[i].empty()) {
+      opacity(s.seen_through);
+      draw_surface(s, p, v, mark_of(i));
+    }
+  for (const Lines& l : p.lines)
+    if (l.seen_through > 0.0f && !l.on_top && !translucent(l)) {
+      opacity(l.seen_through);
+      draw_lines(l, v);
+    }
+  for (const Markers& m : p.markers)
+    if (m.seen_through > 0.0f && !m.on_top && m.color.a >= 1.0f) {
+      opacity(m.seen_through);
+      draw_markers(m, v);
+    }
+  gl.Disable(GL_BLEND);
+  gl.DepthMask(GL_TRUE);
+  gl.DepthFunc(GL_GREATER);
 }
 
 void Painter::draw_symbols(const Picture& p, const ViewState& v) {
@@ -200,7 +273,7 @@ void Painter::attribute(GLuint index, GLint components, GLuint buffer, std::size
   gl.VertexAttribDivisor(index, divisor);
 }
 void Painter::no_attributes() {
-  for (GLuint i = 0; i < 5; ++i) {
+  for (GLuint i = 0; i < 7; ++i) {
     device_.gl().DisableVertexAttribArray(i);
     device_.gl().VertexAttribDivisor(i, 0);
   }
@@ -236,9 +309,17 @@ void Painter::draw_surface(const Surface& s, const Picture& p, const ViewState& 
   if (!s.normals.empty()) switches.push_back("NORMALS");
   if (!s.scalars.empty()) switches.push_back("SCALARS");
   else if (!s.colors.empty()) switches.push_back("COLORS");
-  if (!s.scalars.empty() && p.scalar_map.levels > 1) switches.push_back("LEVELS");
-  if (s.material.metallic > 0.0f) switches.push_back("METAL");
+  const bool vectors = !s.scalars.empty() && !s.vectors.empty();
+  if (!s.scalars.empty()) {
+    if (p.scalar_map.levels > 1) switches.push_back("LEVELS");
+    if (p.scalar_map.isolines > 1) switches.push_back("ISOLINES");
+    if (p.scalar_map.logarithmic) switches.push_back("LOGARITHM");
+    if (vectors) switches.push_back("VECTORS");
+    if (vectors && !s.shears.empty()) switches.push_back("SHEARS");
+  }
+  if (s.material.metallic > 0.0f && s.scalars.empty()) switches.push_back("METAL");
   if (s.edges) switches.push_back("EDGES");
+  if (p.lighting.studio && !keep) switches.push_back("STUDIO");
   if (keep) switches.push_back("STORE");
   else if (v.light && !v.ghost) switches.push_back("SHADOW");
   if (v.ghost) switches.push_back("GHOST");
@@ -259,12 +340,7 @@ void Painter::draw_surface(const Surface& s, const Picture& p, const ViewState& 
   set_view(program, p, s, v);
   program.set("mark", glm::vec2(static_cast<float>(mark) / 255.0f, s.opacity));
   program.set("mark_bits", static_cast<std::uint32_t>(mark) << 24);
-  if (!s.scalars.empty()) {
-    const double range = p.scalar_map.upper - p.scalar_map.lower, slope = range != 0.0 ? 1.0 / range : 0.0;
-    program.set("scalar_scale", glm::vec2(static_cast<float>(slope), static_cast<float>(range != 0.0 ? -p.scalar_map.lower * slope : 0.5)));
-    program.set("levels", static_cast<float>(p.scalar_map.levels));
-    program.set("colors", keep ? v.colors_kept : v.colors);
-  }
+  if (!s.scalars.empty()) set_scalars(program, p.scalar_map, vectors, keep ? v.colors_kept : v.colors, v);
   if (s.edges) {
     program.set("edge_color", linear_from_srgb(s.edge_color));
     // Each triangle draws its half of the line.
@@ -287,6 +363,8 @@ void Painter::draw_surface(const Surface& s, const Picture& p, const ViewState& 
     attribute(4, 3, device_.buffer(GL_ARRAY_BUFFER, std::span<const glm::vec3>(e.corners)));
     if (!e.normals.empty()) attribute(1, 3, device_.buffer(GL_ARRAY_BUFFER, std::span<const glm::vec3>(e.normals)));
     if (!e.scalars.empty()) attribute(2, 1, device_.buffer(GL_ARRAY_BUFFER, std::span<const float>(e.scalars)));
+    if (!e.vectors.empty()) attribute(5, 3, device_.buffer(GL_ARRAY_BUFFER, std::span<const glm::vec3>(e.vectors)));
+    if (!e.shears.empty()) attribute(6, 3, device_.buffer(GL_ARRAY_BUFFER, std::span<const glm::vec3>(e.shears)));
     if (!e.colors.empty()) attribute(3, 3, device_.buffer(GL_ARRAY_BUFFER, std::span<const glm::vec3>(e.colors)));
     gl.DrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(3 * triangles.size()));
     return;
@@ -295,6 +373,8 @@ void Painter::draw_surface(const Surface& s, const Picture& p, const ViewState& 
   if (!s.normals.empty()) attribute(1, 3, device_.buffer(GL_ARRAY_BUFFER, s.normals));
   if (!s.scalars.empty()) attribute(2, 1, device_.buffer(GL_ARRAY_BUFFER, s.scalars));
   else if (!s.colors.empty()) attribute(3, 3, device_.buffer(GL_ARRAY_BUFFER, s.colors));
+  if (vectors) attribute(5, 3, device_.buffer(GL_ARRAY_BUFFER, s.vectors));
+  if (vectors && !s.shears.empty()) attribute(6, 3, device_.buffer(GL_ARRAY_BUFFER, s.shears));
   draw_triangles(triangles);
 }
 
@@ -302,6 +382,7 @@ void Painter::draw_surface(const Surface& s, const Picture& p, const ViewState& 
 Program& Painter::symbol_program(ShaderKind kind, const glm::dmat4& pose, double least, double width, const ViewState& v) {
   std::vector<const char*> switches;
   if (v.ghost) switches.push_back("GHOST");
+  if (v.hidden && kind == ShaderKind::line) switches.push_back("BUTT");
   Program& program = device_.program(kind, switches);
   program.use();
   program.set("view_from_surface", glm::mat4(v.frame->view * pose));
@@ -373,6 +454,8 @@ Painter::Exploded Painter::explode(const Surface& s, std::span<const std::uint32
       if (!s.normals.empty()) e.normals.push_back(s.normals[v]);
       if (!s.scalars.empty()) e.scalars.push_back(s.scalars[v]);
       else if (!s.colors.empty()) e.colors.push_back(s.colors[v]);
+      if (!s.scalars.empty() && !s.vectors.empty()) e.vectors.push_back(s.vectors[v]);
+      if (!s.scalars.empty() && !s.vectors.empty() && !s.shears.empty()) e.shears.push_back(s.shears[v]);
     }
   if (!s.edge_flags.empty())
     for (std::size_t i = 0; i < triangles.size(); ++i)

@@ -26,11 +26,12 @@ struct ViewState {
   Target* target = nullptr;                            // bound for opaque things; null: every sample is lit as it is drawn
   double unit = 1.0;                                   // samples of one pixel at 720 lines
   bool ghost = false;
+  bool hidden = false;  // what is drawn lies behind something
   bool scalar_output = false;
 };
 
 // The colour map as the shader looks it up, color_steps entries and one for what is no number.
-std::vector<std::uint32_t> color_steps_of(Colormap map, int bits);
+std::vector<std::uint32_t> color_steps_of(const ScalarMap& map, int bits);
 
 class Painter {
  public:
@@ -42,6 +43,8 @@ class Painter {
   // Opaque surfaces, nearest first so that hidden fragments are not shaded; the alpha byte carries mark_of(index).
   // Of fine meshes only what is seen gets lit: many small triangles touch a block of samples that OpenGL then shades anew for each.
   void draw_opaque(const Picture& picture, const Content& content, const ViewState& view);
+  // What solid surfaces hide of surfaces, lines and markers that are seen through them, blended over what hides it.
+  void draw_hidden(const Picture& picture, const Content& content, const ViewState& view);
   // Opaque lines and markers.
   void draw_symbols(const Picture& picture, const ViewState& view);
 
@@ -58,7 +61,7 @@ class Painter {
  private:
   // Corners of all triangles one by one, with the distance coordinates that edges need.
   struct Exploded {
-    std::vector<glm::vec3> positions, normals, colors, corners;
+    std::vector<glm::vec3> positions, normals, colors, corners, vectors, shears;
     std::vector<float> scalars;
   };
   static Exploded explode(const Surface& surface, std::span<const std::uint32_t> triangles);

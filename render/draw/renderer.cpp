@@ -70,11 +70,12 @@ struct Renderer::Impl {
     bool operator==(const BackdropKey&) const = default;
   } backdrop_key;
   Image backdrop;
-  Samples samples;  // memory of the last picture's: to fill it with zeros for each would cost as much as to read them back
+  bool grid_seen = false;  // its lines: what they are apart is told only then
+  Samples samples;         // memory of the last picture's: to fill it with zeros for each would cost as much as to read them back
   PlotCache plots;
 
   // Colour map last used.
-  std::optional<Colormap> colormap;
+  std::optional<std::pair<Colormap, bool>> colormap;
   std::vector<std::uint32_t> color_steps, color_steps_kept;
 
   explicit Impl(std::unique_ptr<Context> context) : device(std::move(context)) {}
@@ -122,7 +123,7 @@ struct Renderer::Impl {
 
     v.ghost = true;
     Target& scratch = device.target("ghost", opaque.width, opaque.height, true);
-    const auto layer = [&](const Bounds& box, const glm::dmat4& pose, double extra, bool on_top, auto&& draw) {
+    const auto layer = [&](const Bounds& box, const glm::dmat4& pose, double extra, bool on_top, auto&& draw, bool behind = false) {
       PixelRect r = covered(box, pose, *v.frame, v.per_pixel, extra + 2.0);
       r.width = std::min(r.x + r.width, v.x + scratch.width) - std::max(r.x, v.x);
       r.height = std::min(r.y + r.height, v.y + scratch.height) - std::max(r.y, v.y);
@@ -154,10 +155,16 @@ struct Renderer::Impl {
         gl.ReadPixels(r.x, r.y, r.width, r.height, GL_DEPTH_COMPONENT, GL_FLOAT, g.depth.data());
       }
       gl.Disable(GL_SCISSOR_TEST);
+      if (behind)
+        for (int y = 0; y < r.height; ++y)
+          for (int x = 0; x < r.width; ++x)
+            if (samples.colors[4 * (std::size_t(r.y + y) * samples.width + r.x + x) + 3] != 0)
+              g.colors[4 * (std::size_t(y) * r.width + x) + 3] = 0;
       layers.push_back(std::move(g));
     };
     for (const std::size_t i : shells)
-      layer(d.boxes[i], d.surfaces[i].pose, 0.0, false, [&] { painter.draw_surface(d.surfaces[i], p, v, 0); });
+      layer(
+          d.boxes[i], d.surfaces[i].pose, 0.0, false, [&] { painter.draw_surface(d.surfaces[i], p, v, 0); }, d.surfaces[i].behind);
     for (const Lines* l : lines)
       layer(compute_bounds(l->points), l->pose, static_cast<double>(l->width) * v.unit, l->on_top, [&] { painter.draw_lines(*l, v); });
     for (const Markers* m : markers)
@@ -171,10 +178,10 @@ struct Renderer::Impl {
   }
 
   void set_colors(ViewState& v, const ScalarMap& map) {
-    if (colormap != map.colormap) {
-      colormap = map.colormap;
-      color_steps = color_steps_of(map.colormap, 10);
-      color_steps_kept = color_steps_of(map.colormap, 8);
+    if (colormap != std::pair(map.colormap, map.lightened)) {
+      colormap = {map.colormap, map.lightened};
+      color_steps = color_steps_of(map, 10);
+      color_steps_kept = color_steps_of(map, 8);
     }
     v.colors = color_steps;
     v.colors_kept = color_steps_kept;
@@ -203,7 +210,7 @@ struct Renderer::Impl {
   // Painted anew only where something about it has changed.
   void update_backdrop(const Drawing& drawing) {
     const Picture& p = drawing.picture;
-    BackdropKey key{p.size, p.background.top,   p.background.bottom, {}, p.background.transparent, p.ground.has_value(), {}, {}, 0.0,
+    BackdropKey key{p.size, p.background.top,   p.background.bottom, {}, p.background.transparent, p.ground && p.ground->lines, {}, {}, 0.0,
                     0.0,    drawing.layout.unit};
     if (p.ground) {
       key.line = p.ground->line_color;
@@ -217,9 +224,10 @@ struct Renderer::Impl {
     }
     if (!backdrop.pixels.empty() && key == backdrop_key) return;
     backdrop = paint_background(p);
-    if (p.ground)
+    grid_seen = false;
+    if (p.ground && p.ground->lines)
       for (std::size_t i = 0; i < drawing.frames.size(); ++i)
-        paint_grid(backdrop, drawing.grounds[i], drawing.frames[i], *p.ground, drawing.layout.unit);
+        grid_seen |= paint_grid(backdrop, drawing.grounds[i], drawing.frames[i], *p.ground, drawing.layout.unit);
     backdrop_key = key;
   }
 
@@ -260,6 +268,7 @@ struct Renderer::Impl {
     painter.begin_opaque(v);
     painter.draw_opaque(p, drawing.content, v);
     if (!p.lines.empty() || !p.markers.empty()) painter.draw_symbols(p, v);
+    painter.draw_hidden(p, drawing.content, v);
     samples.colors.resize(std::size_t(samples.width) * samples.height * 4);
     gl.Finish();
     lap(times.draw);
@@ -297,7 +306,9 @@ struct Renderer::Impl {
     }
     draw_samples(drawing, frame, used, v);
     Mask occlusion;
-    if (p.look.occlusion) occlusion = compute_occlusion(samples, frame, ground.visible ? &ground : nullptr, 0.10 * drawing.radius);
+    if (p.look.occlusion)
+      occlusion =
+          compute_occlusion(samples, frame, ground.visible ? &ground : nullptr, 0.10 * drawing.radius, p.lighting.studio ? 3.2 : 2.2);
     if (drawing.outlines) draw_silhouettes(samples, drawing.outlined, std::max(1, static_cast<int>(std::lround(1.1 * v.unit))));
     const std::vector<GhostLayer> ghosts = draw_ghosts(p, drawing.content, v, *v.target);
     lap(times.draw);
@@ -309,12 +320,19 @@ struct Renderer::Impl {
 
   // One number a pixel of the nearest opaque surface, one sample a pixel, taken to 16 bits by `code`: depth buffer or scalar.
   template <class Code>
-  Image16 draw_numbers(const Picture& p, bool scalars, ViewFrame& frame, Code code) {
+  Image16 draw_numbers(const Picture& asked, bool scalars, ViewFrame& frame, Code code) {
     device.make_current();
-    const Content d = gather_content(p);
+    std::optional<Picture> scaled;
+    Content d = gather_content(asked);
+    const double scale = unit_scale(d, asked.bounds);
+    if (scale != 1.0) {
+      scaled = scaled_picture(asked, scale, d.all);
+      d = gather_content(*scaled);
+    }
+    const Picture& p = scaled ? *scaled : asked;
     Bounds bounds = d.all;
     bounds.add(p.bounds);
-    const PixelRect area = make_layout(p).scene;
+    const PixelRect area = make_layout(asked).scene;
     frame = make_view(p.camera, area, bounds);
     ViewState v;
     v.frame = &frame;
@@ -340,6 +358,9 @@ struct Renderer::Impl {
     for (int y = 0; y < area.height; ++y)
       for (int x = 0; x < area.width; ++x)
         image.pixels[std::size_t(area.y + y) * image.width + area.x + x] = code(values[std::size_t(area.height - 1 - y) * area.width + x]);
+    // What is told of it is in the picture's own lengths.
+    frame.near /= scale;
+    frame.far /= scale;
     return image;
   }
 };
@@ -358,14 +379,21 @@ Renderer::~Renderer() {
 const RendererInfo& Renderer::info() const { return impl_->info; }
 const DrawTimes& Renderer::times() const { return impl_->times; }
 
-Image Renderer::draw(const Picture& p) {
+Image Renderer::draw(const Picture& asked) {
   Impl& r = *impl_;
   r.device.make_current();
   r.times = {};
   r.lap_start = cpu_seconds();
 
-  const Content d = gather_content(p);
-  const Layout layout = make_layout(p);
+  // Words are laid out in the picture's own lengths, everything else is drawn in lengths near 1.
+  const Layout layout = make_layout(asked);
+  std::optional<Picture> scaled;
+  Content d = gather_content(asked);
+  if (const double scale = unit_scale(d, asked.bounds); scale != 1.0) {
+    scaled = scaled_picture(asked, scale, asked.bounds.empty() ? d.all : asked.bounds);
+    d = gather_content(*scaled);
+  }
+  const Picture& p = scaled ? *scaled : asked;
   Bounds bounds = d.all;
   bounds.add(p.bounds);
   const Bounds still = p.bounds.empty() ? d.all : p.bounds;  // what ground and occlusion are measured by
@@ -384,7 +412,7 @@ Image Renderer::draw(const Picture& p) {
   r.device.check("a picture");
   r.painter.forget();
 
-  draw_overlay(image, p, layout, drawing.frames, r.plots);
+  draw_overlay(image, p, layout, {drawing.frames, r.grid_seen}, r.plots);
   r.lap(r.times.overlay);
   return image;
 }

@@ -12,6 +12,14 @@ layout(location = 1) in vec3 normal;
 layout(location = 2) in float scalar;
 layout(location = 3) in vec3 color;
 layout(location = 4) in vec3 corner;
+#ifdef VECTORS
+layout(location = 5) in vec3 vector;
+out vec3 vector_at;
+#ifdef SHEARS
+layout(location = 6) in vec3 shear;
+out vec3 shear_at;
+#endif
+#endif
 uniform mat4 clip_from_surface;
 invariant gl_Position;
 #ifndef DEPTH_ONLY
@@ -53,6 +61,12 @@ void main() {
 #else
   position_scalar = vec4(v.xyz, s);
 #endif
+#ifdef VECTORS
+  vector_at = vector;
+#ifdef SHEARS
+  shear_at = shear;
+#endif
+#endif
 #ifdef COLORS
   color_at = color;
 #endif
@@ -82,6 +96,19 @@ uniform uint colors[COLOR_STEPS + 1];  // 10 bits a channel, square roots of lin
 #ifdef LEVELS
 uniform float levels;
 #endif
+#ifdef ISOLINES
+uniform float isolines;
+uniform float line_half;
+#endif
+#if defined(VECTORS) || defined(LOGARITHM)
+uniform vec2 value_scale;
+#endif
+#ifdef VECTORS
+in vec3 vector_at;
+#ifdef SHEARS
+in vec3 shear_at;
+#endif
+#endif
 #endif
 #ifdef COLORS
 in vec3 color_at;
@@ -110,6 +137,11 @@ uniform float shadow_reach;
 uniform vec3 base_color;
 uniform vec3 to_light;
 uniform vec3 up;
+#ifdef STUDIO
+uniform vec3 side;
+uniform vec4 boxes;  // where the reflected soft box begins and how steeply, the same of the strip
+uniform float box_strength;
+#endif
 // What is the same for all fragments is worked out once outside: software OpenGL would do it for each.
 uniform vec4 diffuse_terms;  // constant, by the height of the normal, by facing the viewer, by the key light
 uniform vec4 gloss;          // alpha = roughness^2; alpha^2 / 2 pi; strength of highlight; of the reflected surroundings
@@ -136,6 +168,18 @@ void main() {
   float scalar_at = normal_scalar.w;
 #else
   float scalar_at = position_scalar.w;
+#endif
+#ifdef SHEARS
+  // Von Mises of the interpolated components; divided first, so that pascals squared stay in range.
+  vec3 apart = vector_at - vector_at.yzx;
+  scalar_at = sqrt(0.5 * dot(apart, apart) + 3.0 * dot(shear_at, shear_at));
+#elif defined(VECTORS)
+  scalar_at = length(vector_at);
+#endif
+#ifdef LOGARITHM
+  scalar_at = scalar_at == scalar_at ? log2(max(scalar_at, 1e-37)) * value_scale.x + value_scale.y : scalar_at;
+#elif defined(VECTORS)
+  scalar_at = scalar_at * value_scale.x + value_scale.y;
 #endif
 #endif
 #ifdef SCALAR_OUTPUT
@@ -233,13 +277,26 @@ void main() {
 
   // Reflected surroundings: sharper horizon for smooth surfaces.
   float horizon = clamp(0.5 + (2.0 * n_v * n_up - dot(v, up)) * mirror_terms.x, 0.0, 1.0);
+#ifdef STUDIO
+  float box = clamp((2.0 * n_v * n_l - v_l - boxes.x) * boxes.y, 0.0, 1.0);
+  float strip = clamp((2.0 * n_v * dot(n, side) - dot(v, side) - boxes.z) * boxes.w, 0.0, 1.0);
+  float sky = 0.15 + 0.60 * horizon * horizon * (3.0 - 2.0 * horizon);
+  float mirrored = (sky + box_strength * (box * box * (3.0 - 2.0 * box) + 0.45 * strip * strip * (3.0 - 2.0 * strip))) * gloss.w;
+#else
   float mirrored = (0.42 + 0.58 * horizon * horizon * (3.0 - 2.0 * horizon)) * gloss.w;
+#endif
   float rim = 1.0 - nv, r2 = rim * rim, r5 = r2 * r2 * rim;
 #ifdef METAL
   vec3 f0 = mix(vec3(0.04), albedo, mirror_terms.z);
   vec3 lit_color = albedo * diffuse + (f0 + (1.0 - f0) * g5) * lobe + (f0 + (max(vec3(mirror_terms.y), f0) - f0) * r5) * mirrored;
 #else
   vec3 lit_color = albedo * diffuse + (0.04 + 0.96 * g5) * lobe + (0.04 + (mirror_terms.y - 0.04) * r5) * mirrored;
+#endif
+#if defined(SCALARS) && defined(ISOLINES)
+  // Lines where bands would meet, a pixel and a half wide; where they are closer than that they fade.
+  float band = scalar_at * isolines, per_sample = max(fwidth(band), 1e-9);
+  float line_at = clamp(line_half + 0.5 - abs(band - floor(band + 0.5)) / per_sample, 0.0, 1.0);
+  if (band > 0.5 && band < isolines - 0.5) lit_color *= 1.0 - 0.75 * line_at * clamp(1.0 / (4.0 * per_sample * line_half) - 0.5, 0.0, 1.0);
 #endif
   // Soft shoulder above 0.8 only.
   vec3 over = clamp(lit_color - 0.8, 0.0, 0.4);
@@ -329,8 +386,11 @@ vec3 to_linear(vec3 s) { return s * (s * (s * 0.305306011 + 0.682171111) + 0.012
 void main() {
   // Distance from the segment: round ends join a polyline without gaps.
   vec2 p = gl_FragCoord.xy - origin - ends.xy, d = ends.zw - ends.xy;
-  float t = clamp(dot(p, d) / max(dot(d, d), 1e-6), 0.0, 1.0);
+  float along = dot(p, d) / max(dot(d, d), 1e-6), t = clamp(along, 0.0, 1.0);
   if (length(p - d * t) > half_width) discard;
+#ifdef BUTT
+  if (along != t) discard;  // round ends would be blended twice
+#endif
 #ifdef GHOST
   result = vec4(to_linear(color_at.rgb), color_at.a);
 #else

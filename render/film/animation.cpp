@@ -27,7 +27,7 @@ render::Surface& add_surface(const Animation& animation, PictureMemory& memory, 
   surface.material = model.material;
   surface.opacity = model.opacity;
   surface.two_sided = !model.closed;
-  surface.edges = model.edges != EdgeLines::none;
+  surface.edges = model.edges == EdgeLines::mesh;
   surface.edge_flags = model.edge_flags;
   surface.silhouette = animation.settings.silhouette;
   memory.picture.surfaces.push_back(surface);
@@ -54,6 +54,20 @@ render::Lines spine_line(const BodyModel& model, const BodyMemory& memory, const
     const glm::vec3 color = one_color ? *one_color : scalars.empty() ? model.material.color : render::scalar_color(map, share * value);
     line.colors.emplace_back(color, opacity * model.opacity);
   }
+  return line;
+}
+
+// Lines along the creases of a solid body: a dark shade of its own colour, ink on paper.
+render::Lines crease_line(const BodyModel& model, const PictureMemory::Skin& skin, bool mapped, LookKind look, const glm::dmat4& pose) {
+  render::Lines line;
+  line.pose = pose;
+  line.strip = false;
+  line.width = look == LookKind::print ? 1.5f : 1.0f;
+  const glm::vec3 shade = mapped ? glm::vec3(0.13f, 0.14f, 0.17f) : 0.42f * model.material.color;
+  line.color = glm::vec4(look == LookKind::print ? glm::vec3(0.08f) : shade, 1.0f);
+  line.points.reserve(2 * model.creases.size());
+  for (const glm::ivec2& ends : model.creases)
+    for (int k = 0; k < 2; ++k) line.points.push_back(skin.positions[static_cast<size_t>(ends[k])]);
   return line;
 }
 
@@ -93,12 +107,25 @@ void update_colors(const Animation& animation, size_t b, double t, PictureMemory
   const BodyModel& model = animation.bodies[b];
   std::vector<float>& scalars = memory.scalars[b];
   ScalarMemory work;
+  work.wanted = model.by_length;
   if (animation.scalar_bar || animation.settings.color_range)
     update_scalars(model, *animation.results, static_cast<int>(b), animation.settings, t, memory.bodies[b], work, memory.vertex_scalars);
   else memory.vertex_scalars.clear();
   scalars.clear();
   if (!memory.vertex_scalars.empty())
     for (int p : model.mesh.point_position) scalars.push_back(memory.vertex_scalars[p]);
+  const size_t width = work.components.empty() ? 0 : work.components.size() / memory.vertex_scalars.size();
+  const auto gather = [&](std::vector<glm::vec3>& out, size_t from) {
+    out.clear();
+    for (int p : model.mesh.point_position) {
+      const float* const at = work.components.data() + width * static_cast<size_t>(p) + from;
+      out.emplace_back(at[0], at[1], at[2]);
+    }
+  };
+  memory.vectors[b].clear();
+  memory.shears[b].clear();
+  if (width >= 3) gather(memory.vectors[b], 0);
+  if (width == 6) gather(memory.shears[b], 3);
 }
 
 // What makes a scale's surface a ghost.
@@ -108,6 +135,7 @@ void make_ghost(const BodyModel& model, render::Surface& surface) {
   if (model.ghost_color) {
     surface.material.color = *model.ghost_color;
     surface.scalars = {};
+    surface.vectors = surface.shears = {};
     surface.colors = {};
   }
   if (model.ghost == GhostStyle::mesh) {
@@ -129,7 +157,11 @@ void add_scales(const Animation& animation, size_t b, const glm::dmat4& pose, Pi
     else rest_surface(model, arrays.positions, arrays.normals);
     render::Surface& surface = add_surface(animation, memory, skin, model, pose);
     surface.scalars = memory.scalars[b];
+    surface.vectors = memory.vectors[b];
+    surface.shears = memory.shears[b];
     surface.colors = model.colors;
+    if (s == 0 && surface.opacity >= 1.0f && !model.creases.empty())
+      memory.picture.lines.push_back(crease_line(model, arrays, !memory.scalars[b].empty(), animation.settings.look, pose));
     if (!model.spine.empty() && (s == 0 || model.ghost == GhostStyle::body))
       memory.picture.lines.push_back(spine_line(model, memory.bodies[b], memory.vertex_scalars, memory.picture.scalar_map, pose,
                                                 s == 0 ? 1.0f : ghost_opacity, s == 0 ? std::nullopt : model.ghost_color));
@@ -140,6 +172,7 @@ void add_scales(const Animation& animation, size_t b, const glm::dmat4& pose, Pi
 void make_pale(float opacity, render::Surface& surface) {
   surface.material.color = pale;
   surface.opacity = opacity;
+  surface.behind = true;
   surface.casts_shadow = false;
 }
 
@@ -191,16 +224,20 @@ void add_symbols(const Animation& animation, const SamplePlace& place, render::P
     surface.triangles = symbol.triangles;
     surface.pose = joint_pose(animation.results->joints[symbol.joint], symbol.fixed ? SamplePlace{} : place);
     surface.material = {.color = {0.24f, 0.26f, 0.30f}, .roughness = 0.35f, .metallic = 0.4f};
+    // Blue, so that what is seen of them through a body is no stain of it.
+    if (animation.settings.studio) surface.material = {.color = {0.16f, 0.30f, 0.50f}, .roughness = 0.35f, .metallic = 0.2f};
     surface.two_sided = false;
+    surface.seen_through = 0.3f;
     picture.surfaces.push_back(surface);
   }
 }
 
-// Fitted or given, on its path, around, and along with a body.
-void set_camera(const Animation& animation, int k, render::Picture& picture) {
+}  // namespace
+
+void aim_camera(const Animation& animation, int k, const render::Camera& first, render::Picture& picture) {
   const RenderSettings& settings = animation.settings;
   const double t = picture_time(animation, k);
-  picture.camera = settings.camera.path.empty() ? animation.camera : render::camera_on_path(settings.camera.path, t);
+  picture.camera = settings.camera.path.empty() ? first : render::camera_on_path(settings.camera.path, t);
   picture.views = animation.views;
   if (settings.camera.orbit != 0.0)
     picture.camera = render::orbit_camera(picture.camera, settings.camera.orbit * k / std::max(1, animation.count - 1));
@@ -210,8 +247,6 @@ void set_camera(const Animation& animation, int k, render::Picture& picture) {
   picture.camera = render::shift_camera(picture.camera, way);
   for (render::View& view : picture.views) view.camera = render::shift_camera(view.camera, way);
 }
-
-}  // namespace
 
 void update_picture(const Animation& animation, int k, PictureMemory& memory) {
   const RenderSettings& settings = animation.settings;
@@ -228,13 +263,15 @@ void update_picture(const Animation& animation, int k, PictureMemory& memory) {
   picture.lines.clear();
   memory.bodies.resize(animation.bodies.size());
   memory.scalars.resize(animation.bodies.size());
+  memory.vectors.resize(animation.bodies.size());
+  memory.shears.resize(animation.bodies.size());
   memory.skins.resize(skins_needed(animation));
   size_t skin = 0;
   for (size_t b = 0; b < animation.bodies.size(); ++b)
     if (animation.bodies[b].visible) add_body(animation, b, k, memory, skin);
   add_symbols(animation, find_sample(animation.results->times, t), picture);
   update_attachments(animation, k, memory);
-  set_camera(animation, k, picture);
+  aim_camera(animation, k, animation.camera, picture);
 }
 
 namespace {
@@ -252,7 +289,7 @@ class PictureHash {
     vector3(picture.background.bottom);
     number(picture.background.transparent);
     add_camera(picture.camera);
-    number(picture.lighting.direction.has_value(), picture.lighting.key, picture.lighting.ambient);
+    number(picture.lighting.direction.has_value(), picture.lighting.key, picture.lighting.ambient, picture.lighting.studio);
     if (picture.lighting.direction) vector3(*picture.lighting.direction);
     number(picture.views.size());
     for (const render::View& view : picture.views) {
@@ -266,7 +303,7 @@ class PictureHash {
     if (picture.ground) {
       vector3(picture.ground->point);
       vector3(picture.ground->normal);
-      number(picture.ground->spacing);
+      number(picture.ground->spacing, picture.ground->lines);
       vector3(picture.ground->line_color);
     }
   }
@@ -278,7 +315,10 @@ class PictureHash {
       hash_.add_bytes(s.normals.data(), s.normals.size_bytes());
       hash_.add_bytes(s.triangles.data(), s.triangles.size_bytes());
       hash_.add_bytes(s.scalars.data(), s.scalars.size_bytes());
+      hash_.add_bytes(s.vectors.data(), s.vectors.size_bytes());
+      hash_.add_bytes(s.shears.data(), s.shears.size_bytes());
       hash_.add_bytes(s.colors.data(), s.colors.size_bytes());
+      number(s.behind, s.seen_through);
       matrix(s.pose);
       vector3(s.material.color);
       number(s.material.roughness, s.material.metallic, s.opacity, s.two_sided, s.edges, s.wires, s.silhouette, s.casts_shadow,
@@ -288,7 +328,7 @@ class PictureHash {
     }
     for (const render::Markers& m : picture.markers) {
       hash_.add_bytes(m.points.data(), m.points.size() * sizeof(glm::vec3));
-      number(static_cast<int>(m.shape), m.diameter, m.on_top);
+      number(static_cast<int>(m.shape), m.diameter, m.on_top, m.seen_through);
       color4(m.color);
       matrix(m.pose);
     }
@@ -301,18 +341,18 @@ class PictureHash {
       hash_.add_bytes(l.points.data(), l.points.size() * sizeof(glm::vec3));
       color4(l.color);
       hash_.add_bytes(l.colors.data(), l.colors.size() * sizeof(glm::vec4));
-      number(l.width, l.strip, l.on_top);
+      number(l.width, l.strip, l.on_top, l.seen_through);
       matrix(l.pose);
     }
     for (const render::Arrow& a : picture.arrows) {
       vector3(a.from);
       vector3(a.to);
       vector3(a.color);
-      number(a.radius, a.opacity);
+      number(a.radius, a.opacity, a.seen_through);
     }
     for (const render::Triad& a : picture.triads) {
       matrix(a.pose);
-      number(a.length);
+      number(a.length, a.seen_through);
     }
   }
 
@@ -327,7 +367,9 @@ class PictureHash {
       hash_.add_text(overlay.scalar_bar->unit);
       number(overlay.scalar_bar->factor);
     }
-    number(static_cast<int>(picture.scalar_map.colormap), picture.scalar_map.lower, picture.scalar_map.upper, picture.scalar_map.levels);
+    number(static_cast<int>(picture.scalar_map.colormap), picture.scalar_map.lower, picture.scalar_map.upper, picture.scalar_map.levels,
+           picture.scalar_map.isolines, picture.scalar_map.lightened, picture.scalar_map.logarithmic,
+           picture.scalar_map.above.value_or(-1.0), picture.scalar_map.below.value_or(-1.0));
     for (const render::LegendEntry& entry : overlay.legend) {
       hash_.add_text(entry.text);
       vector3(entry.color);

@@ -72,10 +72,12 @@ struct Animation {
   std::vector<PlotPanel> panels;
   render::ScalarMap scalar_map;
   std::optional<render::ScalarBar> scalar_bar;
-  double largest_displacement = 0.0;  // m, elastic, of all vertices over the sequence
-  render::Camera camera;              // at the first picture
-  std::optional<glm::vec3> light;     // where the camera turns: the key light stays where it was at the first picture
-  std::vector<render::View> views;    // not empty: these instead
+  double largest_displacement = 0.0;      // m, elastic, of all vertices over the sequence
+  std::vector<glm::dvec3> points;         // world; what a fitted camera sees: everything drawn, over the whole motion
+  std::optional<render::FitOptions> fit;  // of a camera that is fitted
+  render::Camera camera;                  // at the first picture
+  std::optional<glm::vec3> light;         // where the camera turns: the key light stays where it was at the first picture
+  std::vector<render::View> views;        // not empty: these instead
   std::optional<render::Ground> ground;
   render::Bounds bounds;              // of the whole motion with all its scales
   int follow = -1;                    // body, -1: none
@@ -92,6 +94,9 @@ Animation make_animation(const sim::Results& results, const RenderSettings& sett
 
 double picture_time(const Animation& animation, int picture);
 
+// The camera of picture k, from that of the first: on its path, around, along with a body.
+void aim_camera(const Animation& animation, int picture, const render::Camera& first, render::Picture& out);
+
 // A picture and the arrays it looks at.
 struct PictureMemory {
   render::Picture picture;
@@ -99,10 +104,12 @@ struct PictureMemory {
   struct Skin {
     std::vector<glm::vec3> positions, normals;
   };
-  std::vector<Skin> skins;                  // one a drawn surface
-  std::vector<std::vector<float>> scalars;  // one a body, per shading point
+  std::vector<Skin> skins;                              // one a drawn surface
+  std::vector<std::vector<float>> scalars;              // one a body, per shading point
+  std::vector<std::vector<glm::vec3>> vectors, shears;  // likewise, of bodies coloured by_length
   std::vector<render::Shape> springs;
-  std::vector<float> vertex_scalars, before, after;  // per vertex
+  std::vector<float> vertex_scalars;  // per vertex
+  std::vector<float> components;      // per vertex, of ScalarMemory
 };
 
 // Throws interp::InputError if the results hold values that are not finite.

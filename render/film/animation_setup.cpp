@@ -6,6 +6,7 @@
 #include "render/film/survey.h"
 
 #include "render/frame/camera.h"
+#include "render/image/text.h"
 #include "sim/base/cpu_clock.h"
 #include "sim/base/file_output.h"
 #include "sim/scene/joint_kinds.h"
@@ -178,11 +179,52 @@ void set_scales(Animation& animation, double size) {
   animation.scales = scales;
 }
 
-void set_colors(Animation& animation, double largest) {
-  animation.scalar_map.colormap = animation.settings.colormap;
+// The upper end of the colours by the largest values of the surveyed moments; a note where a peak is left out.
+double upper_end(Animation& animation, const Survey& survey, double& largest, double& at) {
+  const ColorRange& range = animation.settings.range;
+  // Each moment counts by the time around it: peaks are surveyed more densely.
+  std::vector<std::pair<double, double>> values;
+  double all = 0.0;
+  const std::vector<Survey::Moment>& moments = survey.moments;
+  largest = 0.0;
+  for (size_t k = 0; k < moments.size(); ++k) {
+    const double t = moments[k].t;
+    if (range.window && (t < range.window->first || t > range.window->second)) continue;
+    const double before = k > 0 ? moments[k - 1].t : t, after = k + 1 < moments.size() ? moments[k + 1].t : t;
+    values.emplace_back(moments[k].largest_scalar, std::max(0.5 * (after - before), 1e-300));
+    all += values.back().second;
+    if (moments[k].largest_scalar > largest) largest = moments[k].largest_scalar, at = t;
+  }
+  if (values.empty() && range.window)
+    throw sim::InputError(
+        fmt::format("[render] color_range.window [{:g}, {:g}] holds no moment of the run", range.window->first, range.window->second));
+  std::sort(values.begin(), values.end());
+  const double share = range.percentile.value_or(98.0) / 100.0;
+  double sum = 0.0, value = largest;
+  for (const auto& [v, weight] : values)
+    if ((sum += weight) >= share * all * (1.0 - 1e-12)) {
+      value = v;
+      break;
+    }
+  // Without a word about it only a short peak far above the rest is left out.
+  const bool short_peak = values.size() >= 20 && value > 0.0 && value < 0.5 * largest;
+  return range.percentile ? value : short_peak ? value : largest;
+}
+
+void set_colors(Animation& animation, const Survey& survey) {
+  double all = survey.largest_scalar, at = 0.0;
+  const double largest = upper_end(animation, survey, all, at);
+  render::ScalarMap& map = animation.scalar_map;
+  map.colormap = animation.settings.colormap;
+  map.lightened = animation.settings.studio;
+  map.levels = animation.settings.bands;
+  map.isolines = animation.settings.isolines;
   const auto& range = animation.settings.color_range;
-  animation.scalar_map.lower = range ? range->first : 0.0;
-  animation.scalar_map.upper = range ? range->second : largest;
+  map.upper = range ? range->second : largest;
+  map.lower = range ? range->first : animation.settings.range.symmetric ? -largest : 0.0;
+  map.logarithmic = animation.settings.range.logarithmic && map.upper > 0.0;
+  if (map.logarithmic && !range) map.lower = 1e-3 * map.upper;
+  if (all > map.upper * (1.0 + 1e-9)) map.above = all;
   const ColorBy by = animation.settings.color_by;
   if (by == ColorBy::none || by == ColorBy::body || (largest <= 0.0 && !range)) return;
   const double reach = std::max(std::abs(animation.scalar_map.lower), std::abs(animation.scalar_map.upper));
@@ -201,6 +243,42 @@ void set_colors(Animation& animation, double largest) {
                             .unit = velocity ? unit + "/s" : unit,
                             .factor = factor};
   }
+  if (map.above && !range)
+    animation.notes.push_back(fmt::format(
+        "colours end at {:.3g} {}; the largest value, {:.3g} {} at t = {:.4g} s, lies above: color_range = \"full\" takes it in",
+        largest * animation.scalar_bar->factor, animation.scalar_bar->unit, all * animation.scalar_bar->factor, animation.scalar_bar->unit,
+        at));
+}
+
+// Bodies whose faces are too coarse to colour them by what their corners have, at the moment when that is largest.
+void mark_coarse(Animation& animation, const Survey& survey) {
+  if (!animation.scalar_bar || survey.moments.empty()) return;
+  const double range = animation.scalar_map.upper - animation.scalar_map.lower;
+  const auto most = std::max_element(survey.moments.begin(), survey.moments.end(),
+                                     [](const auto& a, const auto& b) { return a.largest_scalar < b.largest_scalar; });
+  for (size_t b = 0; b < animation.bodies.size(); ++b) {
+    BodyModel& model = animation.bodies[b];
+    if (!model.visible || model.mesh.triangles.empty()) continue;
+    BodyMemory memory;
+    ScalarMemory work;
+    work.wanted = true;
+    std::vector<float> scalars;
+    if (model.flexible) update_displacement(model, animation.results->bodies[b], find_sample(animation.results->times, most->t), memory);
+    update_scalars(model, *animation.results, static_cast<int>(b), animation.settings, most->t, memory, work, scalars);
+    model.by_length = is_coarse(model.mesh.triangles, work.components, range);
+  }
+}
+
+// Words that no font here has.
+void warn_of_letters(Animation& animation) {
+  std::string words = animation.results->title;
+  for (const BodyModel& body : animation.bodies) words += body.name;
+  for (const std::string& column : animation.settings.overlay.plot) words += column;
+  if (const std::string missing = render::missing_characters(words); !missing.empty())
+    animation.warnings.push_back(
+        fmt::format("no font here has the characters {} of the title or names: they are drawn as boxes; the Debian package "
+                    "fonts-droid-fallback has Chinese, Japanese and Korean, or let FLEXFRAME_FONT_FALLBACK name a TrueType file",
+                    missing));
 }
 
 // The points turned about the vertical through the centre: what an orbiting camera must keep in sight.
@@ -246,6 +324,7 @@ void set_camera(Animation& animation, const std::vector<glm::dvec3>& points, con
 
   if (animation.settings.ground && animation.settings.background != BackgroundKind::transparent)
     animation.ground = render::default_ground(points, fit.up);
+  if (animation.ground) animation.ground->lines = animation.settings.grid;
   render::Picture picture;
   picture.size = animation.settings.size;
   fill_overlay(animation, 0.0, picture);
@@ -257,8 +336,9 @@ void set_camera(Animation& animation, const std::vector<glm::dvec3>& points, con
   } else if (asked.fit && asked.path.empty()) {
     picture.ground = animation.ground;
     picture.bounds = animation.bounds;
-    animation.camera =
-        render::fit_camera(picture, asked.orbit != 0.0 ? all_around(points, animation.bounds.centre(), fit.up) : points, fit);
+    animation.fit = fit;
+    animation.points = asked.orbit != 0.0 ? all_around(points, animation.bounds.centre(), fit.up) : points;
+    animation.camera = render::fit_camera(picture, animation.points, fit);
   } else {
     animation.camera = !asked.path.empty() ? asked.path.front().camera
                                            : render::Camera{.position = *asked.position,
@@ -287,23 +367,34 @@ Animation make_animation(const sim::Results& results, const RenderSettings& aske
   animation.count = picture_count(results.times, settings.frame_rate, speed);
   animation.step = speed / settings.frame_rate;
 
-  const double size = machine_size(results);
+  // Bodies without measures of their own are made as large as suits those that have some.
+  animation.bodies.resize(results.bodies.size());
+  const double nodes = machine_size(results, {});  // what exaggeration is measured by: origins and nodes
+  double size = nodes;
+  for (const bool measured : {true, false}) {
+    for (size_t b = 0; b < results.bodies.size(); ++b)
+      if (measured == !results.bodies[b].mesh.empty())
+        animation.bodies[b] =
+            make_body_model(results.bodies[b], find_body(scene, results.bodies[b].name), settings, static_cast<int>(b), size);
+    if (measured) size = machine_size(results, animation.bodies);
+  }
+  size = machine_size(results, animation.bodies);
   for (size_t b = 0; b < results.bodies.size(); ++b) {
-    animation.bodies.push_back(
-        make_body_model(results.bodies[b], find_body(scene, results.bodies[b].name), settings, static_cast<int>(b), size));
     const sim::ResultBody& body = results.bodies[b];
     if (!body.mesh.empty() && !body.mesh_sha256.empty() && sim::sha256_of_file(body.mesh) != body.mesh_sha256)
       animation.warnings.push_back(fmt::format("{}: the mesh {} has changed since the results were made", body.name, body.mesh));
-    for (const std::string& refused : animation.bodies.back().refused)
+    for (const std::string& refused : animation.bodies[b].refused)
       animation.warnings.push_back(fmt::format("body '{}': {}", body.name, refused));
-    for (const std::string& warning : animation.bodies.back().warnings)
+    for (const std::string& warning : animation.bodies[b].warnings)
       animation.notes.push_back(fmt::format("{}: {}", results.bodies[b].name, warning));
   }
 
   const Survey survey = survey_motion(results, animation.bodies, settings);
   animation.largest_displacement = survey.largest_displacement;
-  set_scales(animation, size);
-  set_colors(animation, survey.largest_scalar);
+  set_scales(animation, nodes);
+  set_colors(animation, survey);
+  mark_coarse(animation, survey);
+  warn_of_letters(animation);
   if (!settings.corotated)
     for (double scale : animation.scales)
       if (const std::string warning = scale > 1.0 ? interp::exaggeration_warning(survey.largest_turn, scale) : ""; !warning.empty())

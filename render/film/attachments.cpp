@@ -11,7 +11,8 @@
 namespace flexframe::film {
 namespace {
 
-constexpr int trace_points = 1500;  // of one trace: three a pixel column of a path across the picture
+constexpr float hidden_share = 0.45f;  // opacity of what bodies hide of traces, triads and forces
+constexpr int trace_points = 1500;     // of one trace: three a pixel column of a path across the picture
 
 std::string text_of(const sim::FrameRef& frame) { return frame.frame.empty() ? frame.body : frame.body + "." + frame.frame; }
 
@@ -104,20 +105,22 @@ void update_attachments(const Animation& animation, int picture, PictureMemory& 
     dot.points.push_back(line.points.back());
     dot.color = line.color;
     dot.diameter = 6.0f;
+    line.seen_through = dot.seen_through = hidden_share;
     p.markers.push_back(std::move(dot));
     p.lines.push_back(std::move(line));
   }
   for (const FramePlace& triad : animation.triads)
-    p.triads.push_back({place_pose(results, triad, now, animation.scales[0]), animation.triad_length});
+    p.triads.push_back({place_pose(results, triad, now, animation.scales[0]), animation.triad_length, hidden_share});
   for (const ForceArrow& force : animation.forces) {
     glm::dvec3 from;
     const glm::dvec3 way = arrow_of(animation, force, t, now, from);
     // Nothing to show of a force that is off.
     if (glm::length(way) < 1e-3 * animation.triad_length) continue;
     const double radius = 0.05 * animation.triad_length;
-    p.arrows.push_back({from, from + way, force.torque ? glm::vec3(0.55f, 0.25f, 0.68f) : glm::vec3(0.80f, 0.20f, 0.15f), radius, 1.0f});
+    p.arrows.push_back(
+        {from, from + way, force.torque ? glm::vec3(0.55f, 0.25f, 0.68f) : glm::vec3(0.80f, 0.20f, 0.15f), radius, 1.0f, hidden_share});
     // A second head tells a moment from a force.
-    if (force.torque) p.arrows.push_back({from, from + 0.86 * way, glm::vec3(0.55f, 0.25f, 0.68f), radius, 1.0f});
+    if (force.torque) p.arrows.push_back({from, from + 0.86 * way, glm::vec3(0.55f, 0.25f, 0.68f), radius, 1.0f, hidden_share});
   }
 
   memory.springs.resize(animation.springs.size());

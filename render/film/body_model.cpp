@@ -183,6 +183,23 @@ std::vector<std::vector<int>> spine_of(const render::Mesh& mesh, double size) {
   return rings;
 }
 
+constexpr double crease_angle = 46.0;  // degrees; bevels of 45 have a light edge and need no dark one
+
+// The flagged edges once each, as pairs of shading points; none of a mesh that is all creases, such as a scan or a foam.
+std::vector<glm::ivec2> crease_lines(const std::vector<std::uint8_t>& flags, const render::Mesh& mesh) {
+  std::map<std::pair<int, int>, glm::ivec2> lines;
+  for (size_t t = 0; t < flags.size(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      if (!(flags[t] >> k & 1)) continue;
+      const int a = mesh.triangle_points[t][k], b = mesh.triangle_points[t][(k + 1) % 3];
+      lines.try_emplace(std::minmax({mesh.point_position[a], mesh.point_position[b]}), a, b);
+    }
+  std::vector<glm::ivec2> out;
+  if (flags.size() > 5000 && lines.size() > flags.size() / 4) return out;
+  for (const auto& [ends, line] : lines) out.push_back(line);
+  return out;
+}
+
 // Or the warning that says why there is none.
 void set_beam_stress(const sim::ResultBody& body, const sim::BodyDef* def, const BodyLook& look, BodyModel& model) {
   const auto warn = [&](const std::string& text) { model.refused.push_back(text); };
@@ -279,6 +296,13 @@ BodyModel make_body_model(const sim::ResultBody& body, const sim::BodyDef* def, 
   if (settings.color_by == ColorBy::body) model.material.color = render::category_color(index);
   else if (body.kind == "rigid" && body.mesh.empty())
     model.material = {.color = {0.42f, 0.46f, 0.52f}, .roughness = 0.4f, .metallic = 0.2f};
+  // Steel, where nothing says what it is of.
+  const bool unknown = body.mesh.empty() || (mesh.materials.size() == 1 && mesh.materials.front().name == "DefaultMaterial");
+  if (settings.studio && unknown && settings.color_by != ColorBy::body) {
+    model.material.metallic = 0.65f;
+    model.material.roughness = 0.36f;
+    if (!body.mesh.empty() || body.kind != "rigid") model.material.color = {0.60f, 0.63f, 0.67f};
+  }
   if (look.color) model.material.color = *look.color;
   if (mesh.triangles.empty()) return model;
 
@@ -297,6 +321,9 @@ BodyModel make_body_model(const sim::ResultBody& body, const sim::BodyDef* def, 
     for (int c = 0; c < 3; ++c) model.rest.push_back(static_cast<float>(p[c]));
 
   if (body.kind == "beam" && body.mesh.empty()) model.spine = spine_of(mesh, size);
+  if (!mesh.materials.empty() && mesh.materials.size() > 1 &&
+      std::any_of(mesh.materials.begin(), mesh.materials.end(), [&](const auto& m) { return m.opacity != mesh.materials.front().opacity; }))
+    model.warnings.push_back("its materials differ in opacity ('d' of the MTL file): all of it is drawn with that of the first");
 
   std::vector<int> corner_position, corner_group;
   for (size_t k = 0; k < mesh.triangles.size(); ++k)
@@ -306,10 +333,10 @@ BodyModel make_body_model(const sim::ResultBody& body, const sim::BodyDef* def, 
     }
   model.normals = interp::make_normal_layout(std::move(corner_position), std::move(corner_group), mesh.normal_groups);
   if (model.edges == EdgeLines::mesh) model.edge_flags = mesh.triangle_edges;
-  if (model.edges == EdgeLines::creases) {
+  if (model.edges == EdgeLines::creases && model.spine.empty()) {
     std::vector<glm::vec3> positions;
     for (const int p : mesh.point_position) positions.emplace_back(mesh.positions[static_cast<size_t>(p)]);
-    model.edge_flags = render::compute_feature_edges(positions, model.triangles);
+    model.creases = crease_lines(render::compute_feature_edges(positions, model.triangles, crease_angle), mesh);
   }
   interp::PointsF group_normals;
   interp::compute_normals(model.normals, model.rest, group_normals);

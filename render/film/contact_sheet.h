@@ -1,13 +1,21 @@
-// Many pictures of a sequence in one.
+// Some pictures of a sequence in one.
 #pragma once
+
+#include "render/draw/renderer.h"
+#include "render/film/animation.h"
 
 #include <filesystem>
 
 namespace flexframe::film {
 
-// Reads `count` pictures, evenly spread over folder/frame_%05d.png number first..first+pictures-1 with the first and the last among them,
-// reduces each so that the sheet is at most 1920 pixels wide (no less than 160 each), and writes them row by row into one PNG.
-// Fewer pictures than asked for: all. Throws FileError with path and reason if one cannot be read or the sheet not written.
-void write_contact_sheet(const std::filesystem::path& folder, int first, int pictures, int count, const std::filesystem::path& path);
+// Which pictures of the sequence, and how many of them, evenly spaced from `first` to `first + pictures - 1`.
+struct SheetRange {
+  int first = 0, pictures = 0, count = 0;
+};
+
+// Draws them anew, small, each with its time and with the scene as large as it gets; title, note, scalar bar and legend stand once around
+// all. At most 1920 pixels wide. Written whole or not at all.
+void write_contact_sheet(const Animation& animation, const SheetRange& range, render::Renderer& renderer,
+                         const std::filesystem::path& path);
 
 }  // namespace flexframe::film

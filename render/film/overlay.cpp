@@ -22,6 +22,7 @@ void fill_overlay(const Animation& animation, double t, render::Picture& picture
 
   switch (settings.background) {
     case BackgroundKind::gradient:
+      if (settings.look == LookKind::presentation) picture.background = {.top = {0.82f, 0.84f, 0.87f}, .bottom = {0.975f, 0.975f, 0.97f}};
       break;
     case BackgroundKind::white:
       picture.background.top = picture.background.bottom = glm::vec3(1.0f);
@@ -41,6 +42,7 @@ void fill_overlay(const Animation& animation, double t, render::Picture& picture
   overlay.triad = asked.triad;
   if (asked.scalar_bar) overlay.scalar_bar = animation.scalar_bar;
   picture.scalar_map = animation.scalar_map;
+  picture.lighting.studio = settings.studio;
 
   // Which body shows which scale; nothing to say where all are in scale.
   const std::vector<double>& scales = animation.scales;

@@ -96,12 +96,56 @@ OverlaySettings read_overlay(const TableReader& reader) {
   return overlay;
 }
 
+// Ends of the colours: two numbers, a word, or how they are found.
+void read_color_range(const TableReader& reader, RenderSettings& settings) {
+  const TomlValue* given = reader.find("color_range");
+  if (!given) return;
+  if (given->type == TomlValue::Type::text) {
+    const std::vector<std::string> words = {"auto", "full"};
+    if (reader.word("color_range", words, 0) == 1) settings.range.percentile = 100.0;
+  } else if (const auto table = given->type == TomlValue::Type::table ? reader.table("color_range") : std::nullopt) {
+    table->allow({"percentile", "window", "symmetric"});
+    if (table->has("percentile"))
+      settings.range.percentile =
+          table->number("percentile", 98.0, {.low = 1.0, .high = 100.0, .what = "a share of the time from 1 to 100 per cent"});
+    if (table->has("window")) {
+      const std::vector<double> window = table->numbers("window", 2, 2);
+      if (!(window[0] < window[1])) table->fail("window", fmt::format("must rise, found [{}, {}]", window[0], window[1]));
+      settings.range.window = {window[0], window[1]};
+    }
+    settings.range.symmetric = table->boolean("symmetric", false);
+  } else {
+    const std::vector<double> range = reader.numbers("color_range", 2, 2);
+    if (!(range[0] < range[1])) reader.fail("color_range", fmt::format("must rise, found [{}, {}]", range[0], range[1]));
+    settings.color_range = {range[0], range[1]};
+  }
+}
+
+// Colour map, its range and how it is drawn.
+void read_colors(const TableReader& reader, RenderSettings& settings) {
+  settings.color_by = static_cast<ColorBy>(reader.word("color_by", color_by_words(), static_cast<size_t>(settings.color_by)));
+  settings.mode = reader.integer("mode", 1, 1, 100000);
+  const std::vector<std::string> maps = to_strings(render::colormap_names());
+  settings.colormap = static_cast<render::Colormap>(reader.word("colormap", maps, 0));
+  read_color_range(reader, settings);
+  const std::vector<std::string> color_scales = {"linear", "log"};
+  settings.range.logarithmic = reader.word("color_scale", color_scales, 0) == 1;
+  if (settings.range.logarithmic && settings.color_range && !(settings.color_range->first > 0.0))
+    reader.fail("color_range",
+                fmt::format("must be positive with color_scale = \"log\", found a lower end of {:g}", settings.color_range->first));
+  if (settings.range.logarithmic && settings.range.symmetric)
+    reader.fail("color_scale", "\"log\" excludes color_range = { symmetric = true }");
+  settings.bands = reader.integer("bands", 0, 0, 64);
+  settings.isolines = reader.integer("isolines", 0, 0, 64);
+}
+
 RenderSettings read_table(const TableReader& reader) {
-  reader.allow({"size",      "frame_rate", "speed",      "samples",       "scales",     "exaggeration", "color_by", "color_range",
-                "colormap",  "trail",      "undeformed", "scheme",        "background", "ground",       "joints",   "nodes",
-                "forces",    "traces",     "triads",     "contact_sheet", "channels",   "video",        "mode",     "shadows",
-                "occlusion", "edges",      "silhouette", "camera",        "overlay"});
+  reader.allow({"size",   "frame_rate",    "speed",    "samples",    "scales",   "exaggeration", "color_by",  "color_range", "colormap",
+                "trail",  "undeformed",    "scheme",   "background", "ground",   "joints",       "nodes",     "forces",      "traces",
+                "triads", "contact_sheet", "channels", "video",      "mode",     "shadows",      "occlusion", "edges",       "silhouette",
+                "camera", "overlay",       "look",     "bands",      "isolines", "color_scale"});
   RenderSettings settings;
+  apply_look(static_cast<LookKind>(reader.word("look", look_words(), static_cast<size_t>(settings.look))), settings);
 
   // Size, pace and quality.
   if (reader.has("size")) {
@@ -133,18 +177,9 @@ RenderSettings read_table(const TableReader& reader) {
   const std::vector<std::string> schemes = {"auto", "kernel", "elastic", "lattice", "r3", "r", "tps"};
   settings.scheme = interp::scheme_from_name(schemes[reader.word("scheme", schemes, 0)]);
 
-  // Colours.
-  settings.color_by = static_cast<ColorBy>(reader.word("color_by", color_by_words(), static_cast<size_t>(settings.color_by)));
-  settings.mode = reader.integer("mode", 1, 1, 100000);
-  const std::vector<std::string> maps = to_strings(render::colormap_names());
-  settings.colormap = static_cast<render::Colormap>(reader.word("colormap", maps, 0));
-  if (reader.has("color_range")) {
-    const std::vector<double> range = reader.numbers("color_range", 2, 2);
-    if (!(range[0] < range[1])) reader.fail("color_range", fmt::format("must rise, found [{}, {}]", range[0], range[1]));
-    settings.color_range = {range[0], range[1]};
-  }
+  read_colors(reader, settings);
   const std::vector<std::string> backgrounds = {"gradient", "white", "dark", "transparent"};
-  settings.background = static_cast<BackgroundKind>(reader.word("background", backgrounds, 0));
+  settings.background = static_cast<BackgroundKind>(reader.word("background", backgrounds, static_cast<size_t>(settings.background)));
 
   // What else is drawn.
   settings.trail = reader.integer("trail", 0, 0, 100);
@@ -175,8 +210,8 @@ RenderSettings read_table(const TableReader& reader) {
   if (const TomlValue* edges = reader.find("edges"); edges && edges->type == TomlValue::Type::text) {
     reader.word("edges", std::vector<std::string>{"creases"});
     settings.edges = EdgeLines::creases;
-  } else if (reader.boolean("edges", false)) {
-    settings.edges = EdgeLines::mesh;
+  } else if (edges) {
+    settings.edges = reader.boolean("edges", false) ? EdgeLines::mesh : EdgeLines::none;
   }
   settings.silhouette = reader.boolean("silhouette", settings.silhouette);
   if (const auto camera = reader.table("camera")) settings.camera = read_camera(*camera);
@@ -229,6 +264,23 @@ double playback_speed(const RenderSettings& settings, double duration) {
 const std::vector<std::string>& color_by_words() {
   static const std::vector<std::string> words = {"none", "displacement", "strain", "velocity", "body", "stress", "mode"};
   return words;
+}
+
+const std::vector<std::string>& look_words() {
+  static const std::vector<std::string> words = {"plain", "technical", "presentation", "print"};
+  return words;
+}
+
+void apply_look(LookKind look, RenderSettings& settings) {
+  settings.look = look;
+  settings.studio = look != LookKind::plain;
+  settings.grid = look != LookKind::presentation;
+  settings.edges = look == LookKind::plain ? EdgeLines::none : EdgeLines::creases;
+  settings.silhouette = look == LookKind::print;
+  settings.ground = look != LookKind::print;
+  settings.shadows = look != LookKind::print;
+  settings.occlusion = true;
+  settings.background = look == LookKind::print ? BackgroundKind::white : BackgroundKind::gradient;
 }
 
 RenderSettings parse_render_settings(std::string_view text, const std::string& name) {

@@ -24,6 +24,20 @@ const std::vector<std::string>& color_by_words();
 enum class EdgeLines { none, mesh, creases };
 enum class BackgroundKind { gradient, white, dark, transparent };
 
+// Sets of words under one name: as drawn until version 2; lines and grid for engineers; light and floor for an audience; ink on paper.
+enum class LookKind { plain, technical, presentation, print };
+const std::vector<std::string>& look_words();
+
+// Where the ends of the colour map lie if they are not given.
+struct ColorRange {
+  // Per cent of the time in which the largest value lies below the upper end; 100: the largest of all; none: 98 where a short peak would
+  // take more than half of the map, else 100.
+  std::optional<double> percentile;
+  std::optional<std::pair<double, double>> window;  // s: only what is seen in between counts
+  bool symmetric = false;                           // the lower end is minus the upper one
+  bool logarithmic = false;                         // three decades
+};
+
 struct CameraSettings {
   bool fit = true;                             // false where a position is given
   std::optional<glm::dvec3> position, target;  // m, world
@@ -56,6 +70,9 @@ struct RenderSettings {
   ColorBy color_by = ColorBy::displacement;
   int mode = 1;  // 1-based, color_by mode
   std::optional<std::pair<double, double>> color_range;
+  ColorRange range;
+  int bands = 0, isolines = 0;  // 0: none
+  LookKind look = LookKind::technical;
   render::Colormap colormap = render::Colormap::viridis;
   int trail = 0;
   bool undeformed = false;
@@ -69,10 +86,14 @@ struct RenderSettings {
   bool depth_channel = false, scalar_channel = false;
   std::string video = "mp4";
   bool shadows = true, occlusion = true, silhouette = false;
-  EdgeLines edges = EdgeLines::none;
+  EdgeLines edges = EdgeLines::creases;
+  bool studio = true, grid = true;  // light of the look, and lines on its ground
   CameraSettings camera;
   OverlaySettings overlay;
 };
+
+// The words that a look stands for.
+void apply_look(LookKind look, RenderSettings& settings);
 
 // Reads the [render] table of a scene's text; a text without one gives the defaults. `name` stands for the file in messages.
 // Throws sim::InputError as sim/scene/scene_reader.h does: unknown and misspelt keys, wrong types, values out of range.

@@ -2,6 +2,7 @@
 
 #include "interp/parallel.h"
 #include "interp/scalars.h"
+#include "render/frame/camera.h"
 
 #include <algorithm>
 #include <array>
@@ -65,6 +66,44 @@ std::vector<double> survey_times(const sim::Results& results, const RenderSettin
 
 glm::dvec3 transform(const glm::dmat4& pose, const glm::dvec3& p) { return glm::dvec3(pose * glm::dvec4(p, 1.0)); }
 
+// Samples at which the box of a body reaches farthest in one of 26 directions: pictures may fall between them.
+std::set<double> extreme_times(const sim::Results& results, const std::vector<BodyModel>& bodies) {
+  std::vector<render::Bounds> boxes;
+  for (size_t b = 0; b < bodies.size(); ++b) {
+    render::Bounds box;
+    if (bodies[b].visible)
+      for (const glm::dvec3& p : bodies[b].mesh.positions) box.add(p);
+    if (bodies[b].visible && box.empty())
+      for (const sim::ResultNode& node : results.bodies[b].nodes) box.add(glm::dvec3(node.origin.x(), node.origin.y(), node.origin.z()));
+    boxes.push_back(box);
+  }
+  std::array<double, 26> best;
+  std::array<Eigen::Index, 26> at{};
+  best.fill(-1e300);
+  // A body's box moves little from sample to sample: about 40 000 places are enough.
+  const Eigen::Index nt = results.times.size(), step = std::max<Eigen::Index>(1, nt * static_cast<Eigen::Index>(bodies.size()) / 40000);
+  for (Eigen::Index i = 0; i < nt; i += step)
+    for (size_t b = 0; b < bodies.size(); ++b) {
+      if (boxes[b].empty()) continue;
+      const glm::dmat4 pose = body_pose(results.bodies[b], {i, 0.0});
+      const glm::dvec3 middle = transform(pose, boxes[b].centre()), half = 0.5 * (boxes[b].upper - boxes[b].lower);
+      for (int d = 0; d < 27; ++d) {
+        if (d == 13) continue;
+        const glm::dvec3 way = glm::normalize(glm::dvec3(d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1));
+        const glm::dvec3 local = glm::abs(glm::transpose(glm::dmat3(pose)) * way);
+        const double reach = glm::dot(way, middle) + glm::dot(local, half);
+        const auto k = static_cast<size_t>(d < 13 ? d : d - 1);
+        if (reach <= best[k] + 1e-9 * std::abs(best[k])) continue;
+        best[k] = reach;
+        at[k] = i;
+      }
+    }
+  std::set<double> times;
+  for (size_t k = 0; k < best.size(); ++k)
+    if (best[k] > -1e300) times.insert(results.times[at[k]]);
+  return times;
+}
+
 }  // namespace
 
 void update_scalars(const BodyModel& model, const sim::Results& results, int index, const RenderSettings& settings, double t,
@@ -73,16 +112,19 @@ void update_scalars(const BodyModel& model, const sim::Results& results, int ind
   const ColorBy color_by = settings.color_by;
   const size_t vertices = model.rest.size() / 3;
   scalars.clear();
+  work.components.clear();
   if (vertices == 0) return;
   if (color_by == ColorBy::displacement && model.flexible) {
     scalars.resize(vertices);
     interp::compute_magnitude(memory.displacement, scalars);
+    if (work.wanted) work.components = memory.displacement;
   } else if (color_by == ColorBy::stress && model.stress) {
     elastic_coordinates(body, find_sample(results.times, t), work.body.q);
     work.before.resize(6 * vertices);
     interp::apply_modes(*model.stress, work.body.q, work.before, 1);
     scalars.resize(vertices);
     interp::compute_von_mises(work.before, scalars);
+    if (work.wanted) work.components = work.before;
   } else if (color_by == ColorBy::stress && model.beam_stress) {
     elastic_coordinates(body, find_sample(results.times, t), work.body.q);
     scalars.resize(vertices);
@@ -108,6 +150,7 @@ void update_scalars(const BodyModel& model, const sim::Results& results, int ind
     }
     scalars.resize(vertices);
     interp::compute_magnitude(work.before, scalars);
+    if (work.wanted) work.components = work.before;
   } else if (color_by == ColorBy::velocity && results.times.size() > 1) {
     // Central difference of the vertices in the world over one sample's spacing.
     const Eigen::Index n = results.times.size();
@@ -123,15 +166,46 @@ void update_scalars(const BodyModel& model, const sim::Results& results, int ind
     displaced(p1, work.after);
     const glm::dmat4 pose0 = body_pose(body, p0), pose1 = body_pose(body, p1);
     scalars.resize(vertices);
+    if (work.wanted) work.components.resize(3 * vertices);
     for (size_t i = 0; i < vertices; ++i) {
       glm::dvec3 a(model.rest[3 * i], model.rest[3 * i + 1], model.rest[3 * i + 2]), b = a;
       if (model.flexible) {
         a += glm::dvec3(work.before[3 * i], work.before[3 * i + 1], work.before[3 * i + 2]);
         b += glm::dvec3(work.after[3 * i], work.after[3 * i + 1], work.after[3 * i + 2]);
       }
-      scalars[i] = static_cast<float>(glm::length(transform(pose1, b) - transform(pose0, a)) / (t1 - t0));
+      const glm::dvec3 velocity = (transform(pose1, b) - transform(pose0, a)) / (t1 - t0);
+      scalars[i] = static_cast<float>(glm::length(velocity));
+      for (int c = 0; c < 3 && work.wanted; ++c) work.components[3 * i + static_cast<size_t>(c)] = static_cast<float>(velocity[c]);
     }
   }
+}
+
+bool is_coarse(const std::vector<glm::ivec3>& triangles, const std::vector<float>& components, double range) {
+  if (components.empty() || triangles.empty() || !(range > 0.0)) return false;
+  int last = 0;
+  for (const glm::ivec3& t : triangles) last = std::max({last, t.x, t.y, t.z});
+  const size_t width = components.size() % (6 * static_cast<size_t>(last + 1)) == 0 ? 6 : 3;
+  const auto value = [&](const glm::dvec3& a, const glm::dvec3& b) {
+    if (width == 3) return glm::length(a);
+    const glm::dvec3 apart = a - glm::dvec3(a.y, a.z, a.x);
+    return std::sqrt(0.5 * glm::dot(apart, apart) + 3.0 * glm::dot(b, b));
+  };
+  const auto part = [&](int v, size_t from) {
+    const float* const at = components.data() + width * static_cast<size_t>(v) + from;
+    return glm::dvec3(at[0], at[1], at[2]);
+  };
+  for (const glm::ivec3& t : triangles) {
+    glm::dvec3 first(0.0), second(0.0);
+    double mean = 0.0;
+    for (int k = 0; k < 3; ++k) {
+      const glm::dvec3 a = part(t[k], 0), b = width == 6 ? part(t[k], 3) : glm::dvec3(0.0);
+      first += a / 3.0;
+      second += b / 3.0;
+      mean += value(a, b) / 3.0;
+    }
+    if (mean - value(first, second) > 0.005 * range) return true;
+  }
+  return false;
 }
 
 namespace {
@@ -140,7 +214,6 @@ namespace {
 struct Seen {
   Survey::Moment moment;
   std::vector<double> reach;  // largest displacement of each body, m
-  double largest_scalar = 0.0;
 };
 struct SurveyMemory {
   std::vector<BodyMemory> bodies;
@@ -151,7 +224,7 @@ struct SurveyMemory {
 Seen see(const sim::Results& results, const std::vector<BodyModel>& bodies, const RenderSettings& settings,
          const std::vector<std::vector<int>>& chosen, double t, SurveyMemory& memory) {
   const SamplePlace place = find_sample(results.times, t);
-  Seen seen{.moment = {.t = t, .pose = {}, .displacement = {}}, .reach = std::vector<double>(bodies.size(), 0.0)};
+  Seen seen{.moment = {.t = t, .largest_scalar = 0.0, .pose = {}, .displacement = {}}, .reach = std::vector<double>(bodies.size(), 0.0)};
   for (size_t b = 0; b < bodies.size(); ++b) {
     const sim::ResultBody& body = results.bodies[b];
     BodyMemory& own = memory.bodies[b];
@@ -179,8 +252,9 @@ Seen see(const sim::Results& results, const std::vector<BodyModel>& bodies, cons
     seen.moment.displacement.push_back(std::move(moved));
     if (settings.color_by != ColorBy::none && settings.color_by != ColorBy::body && settings.color_by != ColorBy::displacement) {
       update_scalars(bodies[b], results, static_cast<int>(b), settings, t, own, memory.scalars, memory.values);
-      for (float s : memory.values) seen.largest_scalar = std::max(seen.largest_scalar, double(s));
+      for (float s : memory.values) seen.moment.largest_scalar = std::max(seen.moment.largest_scalar, double(s));
     }
+    if (settings.color_by == ColorBy::displacement) seen.moment.largest_scalar = std::max(seen.moment.largest_scalar, seen.reach[b]);
   }
   return seen;
 }
@@ -201,7 +275,10 @@ Survey survey_motion(const sim::Results& results, const std::vector<BodyModel>& 
     survey.support.push_back(std::move(points));
   }
 
-  const std::vector<double> times = survey_times(results, settings);
+  std::vector<double> times = survey_times(results, settings);
+  for (const double t : extreme_times(results, bodies)) times.push_back(t);
+  std::sort(times.begin(), times.end());
+  times.erase(std::unique(times.begin(), times.end()), times.end());
   std::vector<Seen> seen(times.size());
   // On all cores: drawing waits for it.
   interp::parallel_chunks(static_cast<int>(times.size()), moments_of_a_thread, interp::thread_count(0), [&](int first, int last) {
@@ -211,10 +288,9 @@ Survey survey_motion(const sim::Results& results, const std::vector<BodyModel>& 
   });
   for (Seen& s : seen) {
     for (double reach : s.reach) survey.largest_displacement = std::max(survey.largest_displacement, reach);
-    survey.largest_scalar = std::max(survey.largest_scalar, s.largest_scalar);
+    survey.largest_scalar = std::max(survey.largest_scalar, s.moment.largest_scalar);
     survey.moments.push_back(std::move(s.moment));
   }
-  if (settings.color_by == ColorBy::displacement) survey.largest_scalar = survey.largest_displacement;
 
   // Only linear exaggeration is warned of; a body turns most, as good as, where it is displaced most.
   BodyMemory memory;
@@ -251,13 +327,21 @@ std::vector<glm::dvec3> motion_points(const Survey& survey, const std::vector<do
   return points;
 }
 
-double machine_size(const sim::Results& results) {
+double machine_size(const sim::Results& results, const std::vector<BodyModel>& bodies) {
   render::Bounds bounds;
+  std::vector<render::Bounds> boxes(results.bodies.size());
+  for (size_t b = 0; b < std::min(bodies.size(), boxes.size()); ++b)
+    if (bodies[b].visible)
+      for (const glm::dvec3& p : bodies[b].mesh.positions) boxes[b].add(p);
   const Eigen::Index nt = results.times.size(), step = std::max<Eigen::Index>(1, nt / 64);
   for (Eigen::Index i = 0; i < nt; i += step)
-    for (const sim::ResultBody& body : results.bodies) {
+    for (size_t b = 0; b < boxes.size(); ++b) {
+      const sim::ResultBody& body = results.bodies[b];
       const glm::dmat4 pose = body_pose(body, {i, 0.0});
       bounds.add(glm::dvec3(pose[3]));
+      std::vector<glm::dvec3> corners;
+      render::append_corners(corners, boxes[b]);
+      for (const glm::dvec3& p : corners) bounds.add(transform(pose, p));
       for (const sim::ResultNode& node : body.nodes) bounds.add(transform(pose, {node.origin.x(), node.origin.y(), node.origin.z()}));
     }
   const double size = 2.0 * bounds.radius();

@@ -11,10 +11,12 @@
 
 namespace flexframe::film {
 
-// Surveyed at every picture of a short sequence; of a long one at 200 even ones and the 32 with the largest node displacements.
+// Surveyed at every picture of a short sequence; of a long one at 200 even ones and the 32 with the largest node displacements; and at the
+// samples, between pictures too, at which a body reaches farthest in one of 26 directions.
 struct Survey {
   struct Moment {
     double t = 0.0;
+    double largest_scalar = 0.0;                       // of what the bodies are coloured by
     std::vector<glm::dmat4> pose;                      // a body each
     std::vector<std::vector<glm::vec3>> displacement;  // of the support points of each body; empty: rigid
   };
@@ -29,16 +31,23 @@ struct Survey {
 struct ScalarMemory {
   std::vector<float> before, after;
   BodyMemory body;
+  // What the scalars are the length of (3 a vertex) or the von Mises stress of (6 a vertex, as stress modes have them); else empty.
+  bool wanted = false;
+  std::vector<float> components;
 };
 void update_scalars(const BodyModel& model, const sim::Results& results, int body, const RenderSettings& settings, double t,
                     const BodyMemory& memory, ScalarMemory& work, std::vector<float>& scalars);
+
+// Whether what lies between the corners of faces differs from their mean by more than 0.5 % of `range`: components as of ScalarMemory.
+bool is_coarse(const std::vector<glm::ivec3>& triangles, const std::vector<float>& components, double range);
 
 Survey survey_motion(const sim::Results& results, const std::vector<BodyModel>& bodies, const RenderSettings& settings);
 
 // Points that enclose everything drawn at every surveyed moment, with these scales; follow >= 0: relative to that body's way.
 std::vector<glm::dvec3> motion_points(const Survey& survey, const std::vector<double>& scales, int follow);
 
-// Diagonal of the box around all bodies' origins and nodes over the run, m; 1 for a single point that stays.
-double machine_size(const sim::Results& results);
+// Diagonal of the box around all bodies' origins, nodes and meshes over the run, m; 1 for a single point that stays. bodies: those whose
+// meshes are known by now, parallel to the results', or none.
+double machine_size(const sim::Results& results, const std::vector<BodyModel>& bodies);
 
 }  // namespace flexframe::film

@@ -33,13 +33,18 @@ Image paint_background(const Picture& picture) {
   return image;
 }
 
+double grid_spacing(const Ground& ground, const Bounds& bounds) {
+  const double radius = bounds.empty() ? 1.0 : std::max(bounds.radius(), 1e-300);
+  return ground.spacing > 0.0 ? ground.spacing : nice_step(2.0 * radius, 12.0);
+}
+
 GroundFrame make_ground(const Ground& ground, const ViewFrame& frame, const Bounds& bounds) {
   GroundFrame g;
   const double length = glm::length(ground.normal);
   if (!(length > 0.0)) return g;
   g.normal = ground.normal / length;
   const double radius = bounds.empty() ? 1.0 : std::max(bounds.radius(), 1e-12);
-  g.spacing = ground.spacing > 0.0 ? ground.spacing : nice_step(2.0 * radius, 12.0);
+  g.spacing = grid_spacing(ground, bounds);
   g.fade_radius = 2.6 * radius;
 
   // Axes along the world's axes where the normal is one; origin on a grid crossing below the centre.
@@ -80,8 +85,9 @@ GroundFrame make_ground(const Ground& ground, const ViewFrame& frame, const Boun
   return g;
 }
 
-void paint_grid(Image& image, const GroundFrame& ground, const ViewFrame& frame, const Ground& settings, double line_scale) {
-  if (!ground.visible) return;
+bool paint_grid(Image& image, const GroundFrame& ground, const ViewFrame& frame, const Ground& settings, double line_scale) {
+  if (!ground.visible) return false;
+  double inked = 0.0;  // pixels of full ink
   const auto& linear = linear_table();
   const auto& srgb = srgb_table();
   const glm::vec3 line = linear_from_srgb(settings.line_color) * 16383.0f;
@@ -114,6 +120,7 @@ void paint_grid(Image& image, const GroundFrame& ground, const ViewFrame& frame,
       family(v, per_v, 5.0 * ground.spacing, 0.2 * inverse_spacing, 0.9);
       const float a = static_cast<float>(cover * fade);
       if (a <= 0.0f) continue;
+      inked += static_cast<double>(a);
       std::uint8_t* p = &image.pixels[(std::size_t(y) * image.width + x) * image.channels];
       for (int k = 0; k < 3; ++k) {
         const float below = image.channels == 4 ? line[k] : static_cast<float>(linear[p[k]]);
@@ -122,6 +129,8 @@ void paint_grid(Image& image, const GroundFrame& ground, const ViewFrame& frame,
       if (image.channels == 4) p[3] = static_cast<std::uint8_t>(rounded(255.0f * a));
     }
   }
+  // A grid that can be counted has lines of some length: a tenth of the picture's side.
+  return inked > 0.1 * std::min(frame.area.width, frame.area.height);
 }
 
 }  // namespace flexframe::render

@@ -18,10 +18,12 @@ struct GroundFrame {
   double fade_radius = 1.0;  // m around the origin
   bool visible = false;      // false: seen from below or edge on
 };
+// Between the grid's lines, m.
+double grid_spacing(const Ground& ground, const Bounds& bounds);
 GroundFrame make_ground(const Ground& ground, const ViewFrame& frame, const Bounds& bounds);
 
 // Grid lines over the view's area of the image; line_scale: pixels of a line of width 1.
-void paint_grid(Image& image, const GroundFrame& ground, const ViewFrame& frame, const Ground& settings, double line_scale);
+bool paint_grid(Image& image, const GroundFrame& ground, const ViewFrame& frame, const Ground& settings, double line_scale);
 
 // 1-2-5 step that gives about `count` steps over `extent`.
 double nice_step(double extent, double count);

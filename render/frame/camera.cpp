@@ -46,6 +46,7 @@ Camera fit_camera(std::span<const glm::dvec3> points, Size size, const FitOption
   for (const glm::dvec3& p : points)
     if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) bounds.add(p);
   glm::dvec3 centre(0.0);
+  const double bounds_radius = !bounds.empty() && bounds.radius() > 0.0 ? bounds.radius() : 1.0;
   std::vector<glm::dvec3> local;
   if (!bounds.empty() && bounds.radius() > 0.0) {
     centre = bounds.centre();
@@ -97,7 +98,7 @@ Camera fit_camera(std::span<const glm::dvec3> points, Size size, const FitOption
     const auto x = solve(0, fx.x * t * aspect, fx.y * t * aspect), y = solve(1, fy.x * t, fy.y * t);
     double nearest = -1e300;
     for (const glm::dvec3& p : local) nearest = std::max(nearest, p.z);
-    eye.z = std::max({x[0], y[0], nearest + 1e-6});
+    eye.z = std::max({x[0], y[0], nearest + 1e-6 * bounds_radius});
     // In the direction with room to spare, centred between its two bounds.
     eye.x = 0.5 * (x[1] - fx.x * t * aspect * eye.z + x[2] - fx.y * t * aspect * eye.z);
     eye.y = 0.5 * (y[1] - fy.x * t * eye.z + y[2] - fy.y * t * eye.z);
@@ -223,7 +224,7 @@ Camera camera_on_path(std::span<const CameraKey> keys, double t) {
   camera.target = blend([](const Camera& c) { return c.target; });
   camera.up = blend([](const Camera& c) { return c.up; });
   camera.fov = std::clamp(blend([](const Camera& c) { return c.fov; }), 1.0, 170.0);
-  camera.height = std::max(blend([](const Camera& c) { return c.height; }), 1e-12);
+  camera.height = std::max(blend([](const Camera& c) { return c.height; }), 1e-300);
   return camera;
 }
 
@@ -238,7 +239,7 @@ std::vector<View> make_views(const Picture& picture, std::span<const glm::dvec3>
     glm::dvec3 direction, up;
   };
   const Choice choices[] = {
-      {"front", front, up}, {"side", side, up}, {"top", down, front}, {"", glm::normalize(0.8 * front + 0.55 * side + 0.5 * down), up}};
+      {"front", front, up}, {"side", side, up}, {"top", down, front}, {"iso", glm::normalize(0.8 * front + 0.55 * side + 0.5 * down), up}};
   const int count = static_cast<int>(kinds.size()), columns = count > 1 ? 2 : 1, rows = count > 2 ? 2 : 1;
   std::vector<View> views;
   for (int i = 0; i < count; ++i) {

@@ -50,6 +50,38 @@ std::string bar_text(const ScalarBar& bar, int exponent, double size, double roo
   return axis_text(bar.unit.empty() ? bar.label : bar.label + " [" + bar.unit + "]", exponent, size, room);
 }
 
+// Numbers beside a scalar bar: its ends, then round ones in between; of logarithmic colours powers of ten and twice and five times those.
+Ticks bar_ticks(const ScalarMap& map, double factor, int most) {
+  const double lower = std::min(map.lower, map.upper) * factor, upper = std::max(map.lower, map.upper) * factor;
+  Ticks ticks = make_ticks(lower, upper, most);
+  const double scale = std::pow(10.0, -ticks.exponent);
+  const int decimals = std::clamp(static_cast<int>(std::ceil(-std::log10(ticks.step) - 1e-9)), 0, 12);
+  const bool decades = map.logarithmic && lower > 0.0;
+  const auto text = [&](double value) {
+    if (decades) return fmt::format("{:.3g}", value);
+    // One decimal more than the others, where it says something.
+    const std::string fine = number(value, decimals + 1);
+    return fine.back() == '0' ? number(value, decimals) : fine;
+  };
+  std::vector<Tick> between = std::move(ticks.values);
+  if (decades) {
+    between.clear();
+    for (const double lead : {1.0, 2.0, 5.0})
+      for (double power = std::pow(10.0, std::floor(std::log10(lower * scale))); power <= upper * scale; power *= 10.0)
+        between.push_back({lead * power, text(lead * power)});
+  }
+  ticks.values.clear();
+  for (const double end : {upper * scale, lower * scale}) {
+    // An end that is round is written as its neighbours are.
+    const auto round = std::find_if(between.begin(), between.end(),
+                                    [&](const Tick& t) { return std::abs(t.value - end) < 1e-9 * std::abs(upper * scale); });
+    ticks.values.push_back(round != between.end() ? *round : Tick{end, text(end)});
+  }
+  if (map.above) ticks.values.front().text = "≥ " + ticks.values.front().text;
+  ticks.values.insert(ticks.values.end(), between.begin(), between.end());
+  return ticks;
+}
+
 double centre_baseline(double y, double size) { return y + 0.5 * cap_height(size); }
 
 struct Builder {
@@ -139,9 +171,12 @@ struct Builder {
               std::max(1, static_cast<int>(std::lround(right - left))), std::max(1, static_cast<int>(std::lround(bottom - top)))};
 
     const double sy = p.axes.height / (p.y1 - p.y0), sx = p.axes.width / (p.x1 - p.x0);
+    double last_y = 1e300;
     for (const Tick& t : y_ticks.values) {
       const double y = p.axes.y + p.axes.height - (t.value * std::pow(10.0, y_ticks.exponent) - p.y0) * sy;
       p.y_ticks.push_back(y);
+      if (last_y - y < 1.2 * small) continue;  // a line without its number rather than two numbers over each other
+      last_y = y;
       p.words.push_back({t.text, p.axes.x - 0.5 * small - text_width(t.text, small), centre_baseline(y, small), small, false, true});
     }
     Ticks x_ticks;
@@ -152,11 +187,15 @@ struct Builder {
       for (const Tick& t : x_ticks.values) total += text_width(t.text, small) + 1.5 * small;
       if (total <= p.axes.width || most == 2) break;
     }
+    double last_x = -1e300;
     for (const Tick& t : x_ticks.values) {
       const double x = p.axes.x + (t.value * std::pow(10.0, x_ticks.exponent) - p.x0) * sx, w = text_width(t.text, small);
       p.x_ticks.push_back(x);
       const double at = std::min(x - 0.5 * w, panel.x + panel.width - w - 0.25 * pad);
-      p.words.push_back({t.text, at, p.axes.y + p.axes.height + 0.45 * small + cap_height(small), small, false, true});
+      const double baseline = p.axes.y + p.axes.height + 0.45 * small + cap_height(small);
+      if (at < last_x + 0.5 * small || baseline > panel.y + panel.height) continue;
+      last_x = at + w;
+      p.words.push_back({t.text, at, baseline, small, false, true});
     }
     if (roomy && !plot.x_label.empty()) {
       const std::string text = axis_text(plot.x_label, x_ticks.exponent, small, p.axes.width);
@@ -226,12 +265,11 @@ struct Builder {
 
   void place_bar(double top, double bottom) {
     const ScalarBar& bar = *picture.overlay.scalar_bar;
-    const double lower = picture.scalar_map.lower * bar.factor, upper = picture.scalar_map.upper * bar.factor;
     const double wide = std::max(9.0, 17.0 * out.unit), gap = 0.45 * small;
     const double free = bottom - top - 2.0 * small;
     const double height = std::min({free, 0.62 * out.scene.height, 380.0 * out.unit});
     if (height < 3.0 * small) return;
-    const Ticks ticks = make_ticks(std::min(lower, upper), std::max(lower, upper), std::max(2, static_cast<int>(height / (2.1 * small))));
+    const Ticks ticks = bar_ticks(picture.scalar_map, bar.factor, std::max(2, static_cast<int>(height / (2.1 * small))));
     const std::string label = bar_text(bar, ticks.exponent, small, (picture.views.empty() ? 0.45 : 0.25) * out.scene.width);
     double widest = 0.0;
     for (const Tick& t : ticks.values) widest = std::max(widest, text_width(t.text, small));
@@ -243,11 +281,15 @@ struct Builder {
              static_cast<int>(std::lround(std::min(height, bottom - y - 0.5 * small)))};
     const double label_width = text_width(label, small);
     b.words.push_back({label, right - label_width, b.bar.y - 0.75 * small, small, false, false});
+    // The ends come first in the list: what would touch them or the number below is left out.
     const double scale = std::pow(10.0, ticks.exponent);
+    std::vector<double> taken;
     for (const Tick& t : ticks.values) {
-      const double share = (t.value * scale - lower) / (upper - lower);
+      const double share = scalar_share(picture.scalar_map, t.value * scale / bar.factor);
       if (!(share > -1e-9 && share < 1.0 + 1e-9)) continue;
       const double ty = b.bar.y + b.bar.height * (1.0 - share);
+      if (std::any_of(taken.begin(), taken.end(), [&](double other) { return std::abs(other - ty) < 1.25 * small; })) continue;
+      taken.push_back(ty);
       b.ticks.push_back(ty);
       b.words.push_back({t.text, x + wide + gap, centre_baseline(ty, small), small, false, false});
     }
@@ -305,12 +347,13 @@ struct Builder {
       }
     }
     double right = out.scene.width - pad;
-    if (picture.ground && o.grid_note && picture.views.empty()) {
+    if (picture.ground && picture.ground->lines && o.grid_note && picture.views.empty()) {
       const double radius = picture.bounds.empty() ? bounds_of_surfaces().radius() : picture.bounds.radius();
       const double spacing = picture.ground->spacing > 0.0 ? picture.ground->spacing : nice_step(2.0 * radius, 12.0);
       const std::string text = "grid " + length_text(spacing);
       const double w = text_width(text, small);
       if (w < 0.4 * out.scene.width) {
+        out.grid_word = static_cast<int>(out.words.size());
         out.words.push_back({text, right - w, out.scene.height - 0.8 * pad, small, false, true});
         right -= w + small;
         bottom -= 1.8 * small;

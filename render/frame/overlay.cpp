@@ -14,24 +14,26 @@ namespace {
 
 struct Ink {
   glm::vec3 strong, faint, panel, grid;
+  bool rimmed = false;  // words get a rim of the panel's colour: what lies behind the picture is not known
 };
 
-Ink ink_of(const Overlay& overlay) {
-  if (overlay.dark) return {{0.95f, 0.96f, 0.97f}, {0.72f, 0.75f, 0.79f}, {0.10f, 0.11f, 0.13f}, {0.28f, 0.30f, 0.33f}};
-  return {{0.10f, 0.12f, 0.15f}, {0.33f, 0.37f, 0.42f}, {1.0f, 1.0f, 1.0f}, {0.86f, 0.88f, 0.90f}};
+Ink ink_of(const Picture& picture) {
+  const bool clear = picture.background.transparent;
+  if (picture.overlay.dark) return {{0.95f, 0.96f, 0.97f}, {0.72f, 0.75f, 0.79f}, {0.10f, 0.11f, 0.13f}, {0.28f, 0.30f, 0.33f}, clear};
+  return {{0.10f, 0.12f, 0.15f}, {0.33f, 0.37f, 0.42f}, {1.0f, 1.0f, 1.0f}, {0.86f, 0.88f, 0.90f}, clear};
 }
 
 void draw_line_of_text(Image& image, const TextLine& line, const Ink& ink) {
-  draw_text(image, line.x, line.y, line.text, line.size, line.faint ? ink.faint : ink.strong, line.bold ? Weight::bold : Weight::regular);
+  const Weight weight = line.bold ? Weight::bold : Weight::regular;
+  if (ink.rimmed) draw_text_rim(image, line.x, line.y, line.text, line.size, ink.panel, weight);
+  draw_text(image, line.x, line.y, line.text, line.size, line.faint && !ink.rimmed ? ink.faint : ink.strong, weight);
 }
 
 void draw_bar(Image& image, const Picture& picture, const BarLayout& layout, const Ink& ink, double unit) {
   const PixelRect& b = layout.bar;
   const ScalarMap& map = picture.scalar_map;
   for (int j = 0; j < b.height; ++j) {
-    double t = 1.0 - (j + 0.5) / b.height;
-    if (map.levels > 1) t = (std::min(std::floor(t * map.levels), map.levels - 1.0) + 0.5) / map.levels;
-    const glm::vec3 c = colormap_color(map.colormap, t);
+    const glm::vec3 c = map_color(map, 1.0 - (j + 0.5) / b.height);
     for (int i = 0; i < b.width; ++i) blend_pixel(image, b.x + i, b.y + j, c, 1.0f);
   }
   const double line = std::max(1.0, std::round(unit));
@@ -82,7 +84,7 @@ void draw_triad(Image& image, const Layout& layout, const glm::dvec2& centre, co
       place = root + glm::dvec2(-away.y, away.x) * (side * size);
     }
     labels.push_back(place);
-    draw_text(image, place.x - 0.5 * text_width(a.name, size), place.y + 0.36 * size, a.name, size, ink.strong);
+    draw_line_of_text(image, {a.name, place.x - 0.5 * text_width(a.name, size), place.y + 0.36 * size, size, false, false}, ink);
   }
 }
 
@@ -273,8 +275,9 @@ void draw_labels(Image& image, const Picture& picture, std::span<const ViewFrame
 
 }  // namespace
 
-void draw_overlay(Image& image, const Picture& picture, const Layout& layout, std::span<const ViewFrame> frames, PlotCache& cache) {
-  const Ink ink = ink_of(picture.overlay);
+void draw_overlay(Image& image, const Picture& picture, const Layout& layout, const SceneBelow& below, PlotCache& cache) {
+  const std::span<const ViewFrame> frames = below.frames;
+  const Ink ink = ink_of(picture);
   draw_labels(image, picture, frames, layout);
   if (frames.size() > 1) {
     const double line = std::max(1.0, std::round(layout.unit));
@@ -295,22 +298,24 @@ void draw_overlay(Image& image, const Picture& picture, const Layout& layout, st
     }
   for (std::size_t i = 0; i < std::min(layout.triads.size(), frames.size()); ++i)
     draw_triad(image, layout, layout.triads[i], frames[i], ink);
-  for (const TextLine& w : layout.words) draw_line_of_text(image, w, ink);
+  for (std::size_t i = 0; i < layout.words.size(); ++i)
+    if (static_cast<int>(i) != layout.grid_word || below.grid_seen) draw_line_of_text(image, layout.words[i], ink);
 }
 
 namespace {
 
-// Decimals that tell neighbouring pictures apart, and as many more, at most three, as the round ones of their times have: steps of 0.125
-// are shown with three, thirtieths, none of which but the tenths is round, with two.
+// Decimals that show the times of pictures: exactly where few do, else to a fortieth of the time between two pictures. Steps of 0.125 are
+// shown with three, thirtieths, which have no end, with three too.
 int time_decimals(double step) {
-  const auto round = [](double x, int decimals) {
-    return std::abs(x * std::pow(10.0, decimals) - std::round(x * std::pow(10.0, decimals))) < 1e-6;
-  };
-  const int least = std::clamp(static_cast<int>(std::ceil(-std::log10(step) - 1e-9)), 0, 9), most = std::min(9, least + 3);
-  int decimals = least;
-  for (int k = 1; k <= 60; ++k)
-    while (decimals < most && round(k * step, most) && !round(k * step, decimals)) ++decimals;
-  return decimals;
+  for (int decimals = 0; decimals < 12; ++decimals) {
+    double worst = 0.0;
+    for (int k = 1; k <= 60; ++k) {
+      const double x = k * step * std::pow(10.0, decimals);
+      worst = std::max(worst, std::abs(x - std::round(x)));
+    }
+    if (worst < 1e-6 || worst * std::pow(10.0, -decimals) <= 0.025 * step) return decimals;
+  }
+  return 12;
 }
 
 }  // namespace

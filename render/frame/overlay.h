@@ -27,6 +27,12 @@ struct PlotCache {
   std::vector<Panel> panels;
 };
 
-void draw_overlay(Image& image, const Picture& picture, const Layout& layout, std::span<const ViewFrame> frames, PlotCache& cache);
+// What the overlay needs to know of the scene below it.
+struct SceneBelow {
+  std::span<const ViewFrame> frames;  // one a view
+  bool grid_seen = true;
+};
+
+void draw_overlay(Image& image, const Picture& picture, const Layout& layout, const SceneBelow& below, PlotCache& cache);
 
 }  // namespace flexframe::render

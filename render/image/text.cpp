@@ -4,6 +4,7 @@
 #include "render/image/canvas.h"
 #include "sim/base/error.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
@@ -11,8 +12,11 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <numbers>
 #include <stdexcept>
 #include <tuple>
+#include <utility>
+#include <vector>
 
 #define STB_TRUETYPE_IMPLEMENTATION
 #define STBTT_STATIC
@@ -66,8 +70,7 @@ struct Font {
   double up = 0.93, down = 0.24;
   std::map<std::tuple<int, int, int>, Glyph> glyphs;  // glyph, size in 1/64 px, quarter of a pixel
 
-  explicit Font(Weight weight) {
-    const auto path = find_font(weight);
+  explicit Font(const std::filesystem::path& path) {
     bytes = read_file(path);
     const int offset = bytes.empty() ? -1 : stbtt_GetFontOffsetForIndex(bytes.data(), 0);
     if (offset < 0 || !stbtt_InitFont(&info, bytes.data(), offset)) throw FileError(path.string() + ": not a TrueType font");
@@ -103,8 +106,42 @@ std::mutex lock;
 Font& font(Weight weight) {
   static std::array<std::unique_ptr<Font>, 2> fonts;
   auto& f = fonts[static_cast<std::size_t>(weight)];
-  if (!f) f = std::make_unique<Font>(weight);
+  if (!f) f = std::make_unique<Font>(find_font(weight));
   return *f;
+}
+
+// Fonts for what DejaVu Sans lacks (Chinese, Japanese, Korean), where one is installed; read when first needed.
+std::vector<std::unique_ptr<Font>>& fallback_fonts() {
+  static std::vector<std::unique_ptr<Font>> fonts;
+  static bool looked = false;
+  if (looked) return fonts;
+  looked = true;
+  std::vector<std::string> files;
+  if (const char* chosen = std::getenv("FLEXFRAME_FONT_FALLBACK"); chosen && *chosen) files.emplace_back(chosen);
+  const std::string folder = "/usr/share/fonts/";
+  for (const char* name : {"truetype/droid/DroidSansFallbackFull.ttf", "truetype/droid/DroidSansFallback.ttf",
+                           "truetype/wqy/wqy-microhei.ttc", "truetype/wqy/wqy-zenhei.ttc", "opentype/noto/NotoSansCJK-Regular.ttc",
+                           "truetype/arphic/uming.ttc", "truetype/unifont/unifont.ttf"})
+    files.push_back(folder + name);
+  for (const std::string& file : files) {
+    std::error_code none;
+    if (!std::filesystem::is_regular_file(file, none)) continue;
+    try {
+      fonts.push_back(std::make_unique<Font>(file));
+    } catch (const std::runtime_error&) {
+      // One that cannot be read is none.
+    }
+  }
+  return fonts;
+}
+
+// The font that has a character, and its glyph there; the font asked for, with its box, where none has.
+std::pair<Font*, int> find_glyph(Font& asked, int code) {
+  const int index = stbtt_FindGlyphIndex(&asked.info, code);
+  if (index != 0) return {&asked, index};
+  for (const auto& other : fallback_fonts())
+    if (const int found = stbtt_FindGlyphIndex(&other->info, code); found != 0) return {other.get(), found};
+  return {&asked, 0};
 }
 
 // Next code point of UTF-8; a broken byte gives U+FFFD.
@@ -123,21 +160,23 @@ int next_character(std::string_view& text) {
   return good ? code : 0xfffd;
 }
 
-// Calls visit(glyph index, pen position in pixels) and returns the advance.
+// Calls visit(font, glyph index, pen position in pixels) and returns the advance.
 template <class Visit>
-double walk(Font& f, std::string_view text, double size, Visit visit) {
+double walk(Font& asked, std::string_view text, double size, Visit visit) {
   double pen = 0.0;
   int previous = 0;
+  const Font* last = nullptr;
   while (!text.empty()) {
     const int code = next_character(text);
     if (code < 32) continue;
-    const int index = stbtt_FindGlyphIndex(&f.info, code);
-    if (previous) pen += stbtt_GetGlyphKernAdvance(&f.info, previous, index) * size / f.unit;
-    visit(index, pen);
+    const auto [f, index] = find_glyph(asked, code);
+    if (previous && f == last) pen += stbtt_GetGlyphKernAdvance(&f->info, previous, index) * size / f->unit;
+    visit(*f, index, pen);
     int advance = 0, bearing = 0;
-    stbtt_GetGlyphHMetrics(&f.info, index, &advance, &bearing);
-    pen += advance * size / f.unit;
+    stbtt_GetGlyphHMetrics(&f->info, index, &advance, &bearing);
+    pen += advance * size / f->unit;
     previous = index;
+    last = f;
   }
   return pen;
 }
@@ -146,7 +185,7 @@ double walk(Font& f, std::string_view text, double size, Visit visit) {
 
 double text_width(std::string_view text, double size, Weight weight) {
   const std::scoped_lock guard(lock);
-  return walk(font(weight), text, size, [](int, double) {});
+  return walk(font(weight), text, size, [](Font&, int, double) {});
 }
 
 double cap_height(double size) {
@@ -179,9 +218,8 @@ std::string fit_text(std::string_view text, double size, double width, Weight we
 
 void draw_text(Image& image, double x, double y, std::string_view text, double size, const glm::vec3& color, Weight weight, float opacity) {
   const std::scoped_lock guard(lock);
-  Font& f = font(weight);
   const int baseline = static_cast<int>(std::lround(y));
-  walk(f, text, size, [&](int index, double pen) {
+  walk(font(weight), text, size, [&](Font& f, int index, double pen) {
     // Whole pixels and quarters: letters keep their distances without blurring.
     const double at = std::round((x + pen) * 4.0) / 4.0, whole = std::floor(at);
     const Glyph& g = f.glyph(index, size, static_cast<int>((at - whole) * 4.0));
@@ -193,11 +231,31 @@ void draw_text(Image& image, double x, double y, std::string_view text, double s
   });
 }
 
+void draw_text_rim(Image& image, double x, double y, std::string_view text, double size, const glm::vec3& color, Weight weight) {
+  const double reach = std::max(1.0, size / 9.0);
+  for (int k = 0; k < 12; ++k) {
+    const double angle = 2.0 * std::numbers::pi * k / 12.0;
+    draw_text(image, x + reach * std::cos(angle), y + reach * std::sin(angle), text, size, color, weight, 0.6f);
+  }
+}
+
+std::string missing_characters(std::string_view text) {
+  const std::scoped_lock guard(lock);
+  Font& f = font(Weight::regular);
+  std::string missing;
+  while (!text.empty()) {
+    const std::string_view before = text;
+    const int code = next_character(text);
+    const std::string_view character = before.substr(0, before.size() - text.size());
+    if (code >= 32 && find_glyph(f, code).second == 0 && missing.find(character) == std::string::npos) missing += character;
+  }
+  return missing;
+}
+
 void draw_text_upwards(Image& image, double x, double y, std::string_view text, double size, const glm::vec3& color, Weight weight) {
   const std::scoped_lock guard(lock);
-  Font& f = font(weight);
   const int baseline = static_cast<int>(std::lround(x));
-  walk(f, text, size, [&](int index, double pen) {
+  walk(font(weight), text, size, [&](Font& f, int index, double pen) {
     const double at = std::round((-y + pen) * 4.0) / 4.0, whole = std::floor(at);
     const Glyph& g = f.glyph(index, size, static_cast<int>((at - whole) * 4.0));
     for (int j = 0; j < g.height; ++j)

@@ -137,12 +137,22 @@ glm::vec3 category_color(int index) {
   return glm::vec3(c[0], c[1], c[2]) / 255.0f;
 }
 
+glm::vec3 map_color(const ScalarMap& map, double share) {
+  if (map.levels > 1) share = (std::min(std::floor(std::clamp(share, 0.0, 1.0) * map.levels), map.levels - 1.0) + 0.5) / map.levels;
+  const glm::vec3 color = colormap_color(map.colormap, share);
+  return map.lightened ? 0.13f + 0.84f * color : color;
+}
+
+double scalar_share(const ScalarMap& map, double value) {
+  if (map.logarithmic && map.lower > 0.0 && map.upper > map.lower)
+    return value > 0.0 ? std::log(value / map.lower) / std::log(map.upper / map.lower) : -1e30;
+  const double range = map.upper - map.lower;
+  return range != 0.0 ? (value - map.lower) / range : 0.5;
+}
+
 glm::vec3 scalar_color(const ScalarMap& map, double value) {
   if (!std::isfinite(value)) return glm::vec3(0.5f);
-  const double range = map.upper - map.lower;
-  double share = range != 0.0 ? std::clamp((value - map.lower) / range, 0.0, 1.0) : 0.5;
-  if (map.levels > 1) share = (std::min(std::floor(share * map.levels), map.levels - 1.0) + 0.5) / map.levels;
-  return colormap_color(map.colormap, share);
+  return map_color(map, std::clamp(scalar_share(map, value), 0.0, 1.0));
 }
 
 }  // namespace flexframe::render

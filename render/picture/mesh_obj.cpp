@@ -120,8 +120,10 @@ struct MaterialLines {
   glm::vec3 color{0.6f};
   float opacity = 1.0f;
   std::optional<float> roughness, exponent, metallic;
+  bool textured = false;
 
   void read(std::string_view keyword, std::string_view rest) {
+    textured = textured || keyword.starts_with("map_") || keyword == "bump" || keyword == "norm" || keyword == "disp" || keyword == "decal";
     const std::vector<float> v = numbers_of(rest);
     if (v.empty()) return;
     if (keyword == "Kd") color = v.size() >= 3 ? glm::vec3(v[0], v[1], v[2]) : glm::vec3(v[0]);
@@ -244,10 +246,12 @@ class ObjReader {
       std::error_code error;
       if (!fs::is_regular_file(library, error) || fs::file_size(library, error) == 0) continue;
       const std::string text = with_line_feeds(read_text(library));
+      bool textured = false;
       MaterialLines lines;
       int index = -1;
       const auto finish = [&] {
         if (index >= 0) mesh_.materials[index] = lines.material(mesh_.materials[index].name);
+        textured = textured || lines.textured;
       };
       for_each_line(text, [&](std::string_view keyword, std::string_view rest, long) {
         if (keyword == "newmtl") {
@@ -259,13 +263,20 @@ class ObjReader {
         }
       });
       finish();
+      if (textured)
+        mesh_.warnings.push_back(
+            fmt::format("{}: its textures are not drawn; its materials show their plain colour (Kd)", library.filename().string()));
       return;
     }
+    mesh_.warnings.push_back(
+        fmt::format("its material library {} is not there, nor one of the mesh's own name: drawn in a plain grey", shown(name)));
   }
 
  public:
-  // Old Mac files: bare carriage returns end the lines.
+  // Text as the lines' reader wants it: of old Mac files bare carriage returns end the lines.
   static std::string with_line_feeds(std::string text) {
+    // A byte-order mark is no part of the first word.
+    if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);
     if (text.find('\n') == std::string::npos) std::replace(text.begin(), text.end(), '\r', '\n');
     return text;
   }

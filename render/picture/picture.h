@@ -66,6 +66,7 @@ struct Lighting {
   std::optional<glm::vec3> direction;  // towards the key light, world; default: default_light (camera.h)
   float key = 1.0f;                    // strength of the key light, 1: usual
   float ambient = 1.0f;                // strength of the surroundings
+  bool studio = false;                 // surroundings of soft boxes and a dark floor: metals and paint show their form; false: a plain sky
 };
 
 // Plane with a thin grid that fades with the distance from the centre of the bounds; receives the shadows.
@@ -74,6 +75,7 @@ struct Ground {
   glm::dvec3 normal{0.0, 1.0, 0.0};
   double spacing = 0.0;  // m between grid lines; 0: 1-2-5 step that suits the bounds
   glm::vec3 line_color{0.55f, 0.60f, 0.66f};
+  bool lines = true;  // false: a bare floor that only takes the shadows
 };
 
 struct Material {
@@ -88,8 +90,12 @@ struct Surface {
   std::span<const glm::vec3> normals;     // unit, one per position; empty: flat shading
   std::span<const glm::uvec3> triangles;  // indices of positions, counterclockwise seen from outside
   std::span<const float> scalars;         // one per position, coloured through Picture::scalar_map; empty: none. NaN is drawn grey
-  std::span<const glm::vec3> colors;      // one per position, used where scalars is empty; empty: material.color
-  glm::dmat4 pose{1.0};                   // world from surface, rigid or with uniform scale
+  // Vectors whose length is the scalar, one per position, beside scalars: the length is taken where it is seen, not at the corners of a
+  // face (a turning disc stands still at its centre). With `shears` too: stress, xx yy zz and xy yz xz, whose von Mises value is the
+  // scalar.
+  std::span<const glm::vec3> vectors, shears;
+  std::span<const glm::vec3> colors;  // one per position, used where scalars is empty; empty: material.color
+  glm::dmat4 pose{1.0};               // world from surface, rigid or with uniform scale
   Material material;
   float opacity = 1.0f;                      // < 1: ghost: one translucent shell, inner faces do not show through
   bool two_sided = true;                     // false: closed mesh, back faces are not drawn (much faster)
@@ -97,6 +103,8 @@ struct Surface {
   bool wires = false;                        // only those lines, the hidden ones left out; opacity is theirs
   std::span<const std::uint8_t> edge_flags;  // one per triangle: bit k: the edge from its corner k to the next is drawn; empty: all
   bool silhouette = false;                   // dark outline against whatever lies behind
+  bool behind = false;                       // a ghost that is seen beside solid surfaces only, never over them
+  float seen_through = 0.0f;                 // opacity of what other solid surfaces hide of it; 0: hidden
   bool casts_shadow = true;
   glm::vec3 edge_color{0.12f, 0.14f, 0.17f};
   float edge_width = 1.0f;
@@ -110,7 +118,8 @@ struct Lines {
   glm::vec4 color{0.15f, 0.17f, 0.20f, 1.0f};
   float width = 1.5f;
   glm::dmat4 pose{1.0};
-  bool on_top = false;  // not hidden by surfaces
+  bool on_top = false;        // not hidden by surfaces
+  float seen_through = 0.0f;  // opacity of what surfaces hide of it
 };
 
 enum class MarkerShape { sphere, disc, ring, square, cross };
@@ -123,6 +132,7 @@ struct Markers {
   float diameter = 7.0f;
   glm::dmat4 pose{1.0};
   bool on_top = false;
+  float seen_through = 0.0f;
 };
 
 // Solid arrow, for forces and axes.
@@ -131,12 +141,14 @@ struct Arrow {
   glm::vec3 color{0.80f, 0.20f, 0.15f};
   double radius = 0.0;  // m, of the shaft; 0: 2.5 % of the length
   float opacity = 1.0f;
+  float seen_through = 0.0f;
 };
 
 // Body frame: three arrows x red, y green, z blue.
 struct Triad {
   glm::dmat4 pose{1.0};
   double length = 0.1;  // m
+  float seen_through = 0.0f;
 };
 
 // Words at a point of the scene.
@@ -152,7 +164,18 @@ struct ScalarMap {
   Colormap colormap = Colormap::viridis;
   double lower = 0.0, upper = 1.0;  // values of the two ends; outside: clamped
   int levels = 0;                   // > 1: that many flat bands
+  int isolines = 0;                 // > 1: dark lines at the borders of that many bands
+  bool lightened = false;           // dark ends lifted, so that the light on a solid still shows; the bar shows the same colours
+  bool logarithmic = false;         // colours by the logarithm; both ends must be positive
+  // Largest and smallest value where the range leaves them out: stand at the ends of the bar.
+  std::optional<double> above{}, below{};
 };
+
+// Place of a value on the bar, 0..1 and beyond for what lies outside; not a number stays one.
+double scalar_share(const ScalarMap& map, double value);
+
+// The colour at a share 0..1 of the map, as bar and surfaces show it.
+glm::vec3 map_color(const ScalarMap& map, double share);
 
 // The colour of a value as surfaces show it, without light; grey for what is no number.
 glm::vec3 scalar_color(const ScalarMap& map, double value);

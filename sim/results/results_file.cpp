@@ -283,6 +283,10 @@ void write_all(hid_t file, const Results& results) {
   write_attribute(file, "units", std::string("SI: m, kg, s, rad, N, J"));
   write_attribute(file, "title", results.title);
   write_attribute(file, "scene_file", results.scene_file);
+  // Where files that the scene names are looked for, also by a reader that works in another folder.
+  std::error_code error;
+  const std::filesystem::path scene = std::filesystem::absolute(results.scene_file, error);
+  if (!results.scene_file.empty() && !error) write_attribute(file, "scene_folder", scene.lexically_normal().parent_path().string());
   write_attribute(file, "scene_sha256", sha256(results.scene_text));
   write_texts(file, "scene", {results.scene_text});
   write_numbers(file, "times", results.times, {nt}, "s", "times of the samples, increasing");
@@ -821,6 +825,10 @@ Results read_results(const std::filesystem::path& path) {
   Results results;
   results.title = reader.text(file, "title", "/", "");
   results.scene_file = reader.text(file, "scene_file", "/", "");
+  // Given relative to a folder that is not this one: from that folder.
+  if (const std::string folder = reader.text(file, "scene_folder", "/", "");
+      std::filesystem::is_directory(folder) && std::filesystem::path(results.scene_file).is_relative() && !results.scene_file.empty())
+    results.scene_file = (std::filesystem::path(folder) / std::filesystem::path(results.scene_file).filename()).string();
   const std::vector<std::string> scene = reader.texts(file, "scene", "/");
   if (scene.size() > 1) reader.fail("dataset '/scene'", "must be one string");
   if (!scene.empty()) results.scene_text = scene[0];

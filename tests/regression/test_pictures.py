@@ -56,4 +56,42 @@ with temporary_folder() as folder:
     )
     expect(done["drawn"] == 2, "pictures of other settings were kept")
     run("render", results, "-o", folder / "b", "--frames", "9999:", code=2)
+# Results of a scene in a folder of its own, drawn from elsewhere: the same pictures, joint symbols included; and where what they need is
+# gone, a sentence instead of other pictures.
+with temporary_folder() as folder:
+    folder = pathlib.Path(folder)
+    (folder / "scene").mkdir()
+    (folder / "other").mkdir()
+    (folder / "scene/block.obj").write_text("v 0 0 0\nv .02 0 0\nv 0 .02 0\nv 0 0 .02\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n")
+    (folder / "scene/small.toml").write_text(
+        """[simulation]
+duration = 0.2
+output_rate = 100
+gravity = [0, -9.81, 0]
+[[body]]
+name = "block"
+kind = "rigid"
+mesh = "block.obj"
+mass = 0.1
+inertia = [1e-5, 1e-5, 1e-5]
+centre_of_mass = [0.01, 0, 0]
+[[joint]]
+name = "pin"
+kind = "revolute"
+parent = "ground"
+child = "block"
+axis = [0, 0, 1]
+[render]
+size = [160, 90]
+frame_rate = 10
+speed = 1
+"""
+    )
+    run("run", "small.toml", "-o", "out", "--no-video", cwd=folder / "scene")
+    run("render", folder / "scene/out/results.h5", "-o", "again", "--no-video", cwd=folder / "other")
+    here, there = frames(folder / "scene/out"), frames(folder / "other/again")
+    expect(len(here) > 1 and here == there, "results drawn from another folder give other pictures")
+    (folder / "scene/block.obj").rename(folder / "scene/gone.obj")
+    lost = run("render", folder / "scene/out/results.h5", "-o", "lost", "--no-video", cwd=folder / "other", code=2)
+    expect("block.obj" in lost.stderr and "--scene" in lost.stderr, f"a lost mesh is told as: {lost.stderr}")
 finish()

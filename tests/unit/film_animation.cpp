@@ -362,4 +362,26 @@ TEST(Animation, ModalBodyWithLinearModesUsesColumns) {
     EXPECT_LT(glm::length(a.picture.surfaces[0].positions[i] - b.picture.surfaces[0].positions[i]), 0.02 * 0.02 * 0.02);
 }
 
+// One start transient of a hundredth of the run, twenty times as far as the rest: the colours are those of the rest, and a note says so.
+TEST(Colours, AShortPeakDoesNotSetTheirRange) {
+  sim::Results r = test::swinging_beam(0.001, 1001, 10.0);
+  for (int i = 0; i < 10; ++i) r.bodies[0].displacement.row(i) += 20.0 * r.bodies[0].displacement.row(87);
+  const auto upper = [&](const std::string& words, size_t* notes = nullptr) {
+    const film::RenderSettings s = film::parse_render_settings("[render]\nscales = [1]\n" + words, "scene.toml");
+    const film::Animation a = film::make_animation(r, s, nullptr);
+    if (notes)
+      *notes = static_cast<size_t>(
+          std::count_if(a.notes.begin(), a.notes.end(), [](const std::string& n) { return n.find("colours end at") == 0; }));
+    return a.scalar_map.upper;
+  };
+  size_t notes = 0;
+  EXPECT_NEAR(upper("", &notes), 0.001, 1e-5);
+  EXPECT_EQ(notes, 1u);
+  EXPECT_GT(upper("color_range = \"full\"\n", &notes), 0.019);
+  EXPECT_EQ(notes, 0u);
+  EXPECT_NEAR(upper("color_range = { percentile = 50 }\n"), 0.001 * std::sin(0.25 * M_PI), 3e-5);
+  EXPECT_NEAR(upper("color_range = { window = [1, 9] }\n"), 0.001, 1e-5);
+  EXPECT_THROW(upper("color_range = { window = [11, 12] }\n"), sim::InputError);
+}
+
 }  // namespace

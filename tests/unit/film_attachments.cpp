@@ -40,7 +40,7 @@ TEST(Places, FramesFollowTheirNodes) {
 
 TEST(Attachments, TracesGrowAndEndAtTheirPoint) {
   const sim::Results results = test::swinging_beam();
-  film::RenderSettings s = words("traces = [\"block\"]\ntriads = [\"beam\"]\nscales = [1]\n");
+  film::RenderSettings s = words("edges = false\ntraces = [\"block\"]\ntriads = [\"beam\"]\nscales = [1]\n");
   const film::Animation animation = film::make_animation(results, s, nullptr);
   film::PictureMemory memory;
   size_t before = 0;
@@ -117,6 +117,7 @@ TEST(CameraWords, PathsOrbitsAndViews) {
   ASSERT_EQ(memory.picture.views.size(), 3u);
   EXPECT_EQ(memory.picture.views[0].label, "top");
   EXPECT_EQ(memory.picture.views[2].width, 1.0);
+  EXPECT_EQ(memory.picture.views[2].label, "iso");
 }
 
 TEST(CameraWords, WrongOnesAreAnswered) {
@@ -161,19 +162,13 @@ TEST(Channels, SixteenBitsBesideThePicturesAndOneSheet) {
   EXPECT_EQ(report.drawn, 1);
   EXPECT_TRUE(fs::exists(folder / "depth/frame_00002.png"));
 
-  film::write_contact_sheet(folder / "frames", 0, animation.count, 4, folder / "sheet.png");
-  const render::Image sheet = render::read_png(folder / "sheet.png"),
-                      last = render::read_png(folder / "frames" / film::picture_file_name(animation.count - 1));
+  // One sheet: cells of the film's shape, drawn for it, as large as the films' pictures at most.
+  render::Renderer renderer;
+  film::write_contact_sheet(animation, {0, animation.count, 4}, renderer, folder / "sheet.png");
+  const render::Image sheet = render::read_png(folder / "sheet.png");
   EXPECT_GE(sheet.width, 2 * 160);
-  // The last picture stands in the lower right corner, within the rim.
-  const int rim = (sheet.width - 2 * 160 - 4) / 2;
-  ASSERT_EQ(sheet.height, 2 * 90 + 4 + 2 * rim);
-  int different = 0;
-  for (int y = 0; y < 90; ++y)
-    for (int k = 0; k < 3 * 160; ++k)
-      different += sheet.pixels[std::size_t(sheet.height - rim - 90 + y) * sheet.width * 3 + 3 * (sheet.width - rim - 160) + k] !=
-                   last.pixels[std::size_t(y) * 160 * 3 + k];
-  EXPECT_EQ(different, 0);
+  EXPECT_LE(sheet.width, 1920);
+  EXPECT_GT(sheet.height, 2 * 80);
 }
 
 }  // namespace

@@ -88,6 +88,10 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"orthographic", "camera = { projection = \"orthographic\" }\nscales = [1, 10]\n"},
                     Case{"clear", "background = \"transparent\"\nscales = [1, 10]\ntrail = 2\nnodes = true\ntraces = [\"beam.tip\"]\n"},
                     Case{"creases", "edges = \"creases\"\nscales = [1]\nnodes = true\n"},
+                    Case{"plain", "look = \"plain\"\nscales = [1]\nundeformed = true\n"},
+                    Case{"presentation", "look = \"presentation\"\nscales = [1]\nsize = [320, 180]\n"},
+                    Case{"print", "look = \"print\"\nscales = [1]\nbands = 8\nsize = [320, 180]\n"},
+                    Case{"isolines", "isolines = 10\ncolor_scale = \"log\"\nscales = [1]\nsize = [320, 180]\n"},
                     Case{"range", "color_range = [0, 0.005]\ncolormap = \"coolwarm\"\nscales = [1]\n"}),
     [](const auto& one) { return std::string(one.param.name); });
 
@@ -127,11 +131,13 @@ TEST(GoldenFilm, MeshOverTheBody) {
 
 TEST(GoldenFilm, ContactSheet) {
   const Scratch scratch;
-  render::RendererInfo info;
-  for (int k = 0; k < 6; ++k) render::write_png(scratch.path() / fmt::format("frame_{:05d}.png", k), draw("scales = [1]\n", 2 * k, info));
-  film::write_contact_sheet(scratch.path(), 0, 6, 6, scratch.path() / "sheet.png");
-  const render::Image sheet = render::read_png(scratch.path() / "sheet.png");
-  test::expect_golden(render::reduce_image(sheet, sheet.width / 2, sheet.height / 2), info, "film_sheet");
+  render::Renderer renderer;
+  const sim::Results results = test::swinging_beam();
+  const film::RenderSettings settings =
+      film::parse_render_settings("title = \"x\"\n[render]\nscales = [1]\nframe_rate = 12\nsize = [200, 140]\n", "golden.toml");
+  const film::Animation animation = film::make_animation(results, settings, nullptr);
+  film::write_contact_sheet(animation, {0, animation.count, 6}, renderer, scratch.path() / "sheet.png");
+  test::expect_golden(render::read_png(scratch.path() / "sheet.png"), renderer.info(), "film_sheet");
 }
 
 }  // namespace

@@ -60,6 +60,10 @@ TEST(RenderSettings, WrongWordsAreAnsweredWithLineKeyAndWhatIsAllowed) {
       {"color_by = \"strains\"", {"color_by", "strain"}},
       {"colormap = \"jet\"", {"colormap", "viridis"}},
       {"color_range = [1, 0]", {"color_range", "rise"}},
+      {"color_range = \"ful\"", {"did you mean 'full'"}},
+      {"color_range = { percentile = 101 }", {"percentile", "per cent"}},
+      {"color_scale = \"log\"\ncolor_range = [0, 1]", {"color_range", "positive"}},
+      {"look = \"presentaton\"", {"did you mean 'presentation'"}},
       {"camera = { fit = false }", {"position"}},
       {"camera = { position = [0, 0, 0], target = [0, 0, 0] }", {"position", "same point"}},
       {"camera = { fov = 0 }", {"fov", "170"}},
@@ -148,7 +152,9 @@ TEST(RenderSettings, WordsOfABody) {
 TEST(RenderSettings, EdgesAreAWordOrNot) {
   EXPECT_EQ(film::parse_render_settings("[render]\nedges = true\n", "s").edges, film::EdgeLines::mesh);
   EXPECT_EQ(film::parse_render_settings("[render]\nedges = \"creases\"\n", "s").edges, film::EdgeLines::creases);
-  EXPECT_EQ(film::parse_render_settings("[render]\n", "s").edges, film::EdgeLines::none);
+  EXPECT_EQ(film::parse_render_settings("[render]\n", "s").edges, film::EdgeLines::creases);
+  EXPECT_EQ(film::parse_render_settings("[render]\nedges = false\n", "s").edges, film::EdgeLines::none);
+  EXPECT_EQ(film::parse_render_settings("[render]\nlook = \"plain\"\n", "s").edges, film::EdgeLines::none);
   EXPECT_THROW(film::parse_render_settings("[render]\nedges = \"all\"\n", "s"), sim::InputError);
   EXPECT_THROW(film::parse_render_settings("[render]\nedges = 3\n", "s"), sim::InputError);
 }

@@ -108,6 +108,182 @@ TEST(Draw, SquareCoversExactlyItsPixels) {
   EXPECT_NEAR(half, expected, 1.5);
 }
 
+// A disc of few faces that turns: its middle stands still although all corners move.
+TEST(Draw, LengthsAreTakenWhereTheyAreSeen) {
+  const std::vector<glm::vec3> positions = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
+  const std::vector<glm::uvec3> triangles = {{0, 1, 2}, {0, 2, 3}};
+  std::vector<glm::vec3> velocity, normal, shear;
+  std::vector<float> speed, mises;
+  for (const glm::vec3& p : positions) {
+    velocity.emplace_back(-p.y, p.x, 0.0f);
+    speed.push_back(glm::length(velocity.back()));
+    // Bending about both axes: xx = 2 y, yy = x, xy = 0.5 x, in units of 1e8 Pa.
+    normal.emplace_back(2e8f * p.y, 1e8f * p.x, 0.0f);
+    shear.emplace_back(0.5e8f * p.x, 0.0f, 0.0f);
+    mises.push_back(1.0f);
+  }
+  Picture p = front_view();
+  p.camera.height = 2.0;
+  Surface s;
+  s.positions = positions;
+  s.triangles = triangles;
+  s.scalars = speed;
+  s.vectors = velocity;
+  p.surfaces = {s};
+  p.scalar_map = {Colormap::viridis, 0.0, 1.5};
+  const auto value = [&](const Image16& image, int x, int y) {
+    return image.pixels[std::size_t(y) * 400 + x] / 65534.0 * p.scalar_map.upper;
+  };
+  Image16 image = renderer().draw_scalar(p);
+  EXPECT_LT(value(image, 200, 150), 0.01);
+  for (int x = 70; x < 330; x += 13) {
+    const double u = (x + 0.5 - 200) / 150, v = (150 - 40.5) / 150;
+    EXPECT_NEAR(value(image, x, 40), std::hypot(u, v), 1e-3);
+  }
+  p.surfaces[0].scalars = mises;
+  p.surfaces[0].vectors = normal;
+  p.surfaces[0].shears = shear;
+  p.scalar_map.upper = 3e8;
+  image = renderer().draw_scalar(p);
+  for (int x = 70; x < 330; x += 13) {
+    const double u = (x + 0.5 - 200) / 150, v = (150 - 90.5) / 150, xx = 2e8 * v, yy = 1e8 * u, xy = 0.5e8 * u;
+    EXPECT_NEAR(value(image, x, 90), std::sqrt(xx * xx - xx * yy + yy * yy + 3.0 * xy * xy), 3e5);
+  }
+  // Logarithmic colours: the place on the bar is that of the logarithm, of lengths too.
+  p.surfaces[0].shears = {};
+  p.surfaces[0].scalars = speed;
+  p.surfaces[0].vectors = velocity;
+  p.scalar_map = {Colormap::viridis, 0.01, 1.0};
+  p.scalar_map.logarithmic = true;
+  image = renderer().draw_scalar(p);
+  const double u = 0.5 / 150, v = (150 - 130.5) / 150;
+  EXPECT_NEAR(image.pixels[std::size_t(130) * 400 + 200] / 65534.0, std::log10(std::hypot(u, v) / 0.01) / 2.0, 2e-3);
+}
+
+// A body of a nanometre is drawn as one of a metre.
+TEST(Draw, SizesDownToANanometre) {
+  Zoo zoo;
+  zoo.picture.overlay = {};
+  zoo.picture.lines.clear();  // their width is no length of the scene, their points would need copies
+  Picture small = zoo.picture;
+  const double factor = std::exp2(-30);
+  for (Surface& s : small.surfaces)
+    for (int c = 0; c < 4; ++c) s.pose[c] = glm::dvec4(factor * glm::dvec3(s.pose[c]), s.pose[c].w);
+  for (Markers& m : small.markers)
+    for (glm::vec3& point : m.points) point *= static_cast<float>(factor);
+  for (Arrow& a : small.arrows) a.from *= factor, a.to *= factor;
+  small.ground->point *= factor;
+  small.ground->spacing = 0.2 * factor;
+  zoo.picture.ground->spacing = 0.2;  // round steps are those of metres
+  small.camera.position *= factor;
+  small.camera.target *= factor;
+  small.camera.height *= factor;
+  const Image metre = renderer().draw(zoo.picture), nanometre = renderer().draw(small);
+  int seen = 0, different = 0;
+  for (std::size_t i = 0; i < metre.pixels.size(); ++i) {
+    seen += metre.pixels[i] < 100;
+    different += std::abs(int(metre.pixels[i]) - int(nanometre.pixels[i])) > 2;
+  }
+  EXPECT_GT(seen, 2000);
+  EXPECT_LT(different, static_cast<int>(metre.pixels.size()) / 100);  // edges and shadows by rounding
+}
+
+TEST(Draw, SymbolsShowThroughAndGhostsKeepOff) {
+  const Shape box = make_box({1, 1, 1}), inner = make_ball(0.2, 16), large = make_box({2, 1.2, 0.5});
+  Picture p = front_view();
+  Surface body = surface_of(box), symbol = surface_of(inner);
+  symbol.material.color = {0.9f, 0.1f, 0.1f};
+  p.surfaces = {body, symbol};
+  const Image hidden = renderer().draw(p);
+  p.surfaces[1].seen_through = 0.4f;
+  const Image through = renderer().draw(p);
+  const glm::ivec3 before = at(hidden, 200, 150), after = at(through, 200, 150);
+  EXPECT_GT(after.r - after.g, before.r - before.g + 30) << "the red ball does not show";
+  EXPECT_GT(after.g, 30) << "the body in front of it must be seen too";
+  EXPECT_EQ(at(hidden, 165, 150), at(through, 165, 150));
+  p.surfaces[1].pose[3] = glm::dvec4(0, 0, 0.8, 1);  // before the body: nothing is blended
+  const Image before_it = renderer().draw(p);
+  p.surfaces[1].seen_through = 0.0f;
+  EXPECT_EQ(before_it.pixels, renderer().draw(p).pixels);
+
+  // Lines too, each point once.
+  p.surfaces = {body};
+  p.lines = {{.points = {{-1, 0, 0}, {0, 0, 0}, {1, 0, 0}},
+              .colors = {},
+              .color = {0.1f, 0.1f, 0.9f, 1.0f},
+              .width = 12.0f,
+              .seen_through = 0.4f}};
+  const Image line = renderer().draw(p);
+  EXPECT_GT(at(line, 180, 150).b - at(line, 180, 150).r, at(hidden, 180, 150).b - at(hidden, 180, 150).r + 20);
+  EXPECT_NEAR(at(line, 180, 150).b, at(line, 200, 150).b, 3);
+  p.lines.clear();
+
+  // A ghost in front of a coloured body spoils nothing of it, and is seen beside it.
+  Surface ghost = surface_of(large);
+  ghost.pose[3] = glm::dvec4(0, 0, 1, 1);
+  ghost.opacity = 0.4f;
+  ghost.behind = true;
+  p.surfaces = {body, ghost};
+  const Image beside = renderer().draw(p);
+  for (int x = 155; x < 245; x += 10) EXPECT_EQ(at(beside, x, 150), at(hidden, x, 150));
+  EXPECT_LT(at(beside, 120, 150).r, 250);
+}
+
+// Values read back from the colours of a lit ball, by the place on the map of the nearest colour at any strength of light.
+TEST(Draw, ColoursCanBeReadBackFromALitBody) {
+  const Shape ball = make_ball(1.0, 96);
+  std::vector<float> scalars;
+  for (const glm::vec3& q : ball.positions) scalars.push_back(0.5f + 0.5f * std::sin(2.5f * q.x + 1.5f * q.y));
+  Picture p = front_view();
+  p.lighting.studio = true;
+  p.camera.height = 2.2;
+  p.look.shadows = true;
+  Surface s = surface_of(ball);
+  s.scalars = scalars;
+  s.material.metallic = 0.65f;  // of no account where values are shown
+  p.surfaces = {s};
+  const auto linear = [](double byte) {
+    const double v = byte / 255.0;
+    return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+  };
+  for (const Colormap map :
+       {Colormap::viridis, Colormap::cividis, Colormap::inferno, Colormap::turbo, Colormap::coolwarm, Colormap::greys}) {
+    p.scalar_map = {map, 0.0, 1.0};
+    p.scalar_map.lightened = true;
+    const Image image = renderer().draw(p);
+    const Image16 values = renderer().draw_scalar(p);
+    std::vector<glm::dvec3> table;
+    for (int i = 0; i <= 500; ++i) {
+      const glm::vec3 c = map_color(p.scalar_map, i / 500.0);
+      table.emplace_back(linear(255.0 * double(c.r)), linear(255.0 * double(c.g)), linear(255.0 * double(c.b)));
+    }
+    double worst = 0.0;
+    int seen = 0, beyond = 0;
+    for (int y = 5; y < 295; y += 3)
+      for (int x = 5; x < 395; x += 3) {
+        if (std::hypot(x - 199.5, y - 149.5) > 130.0) continue;
+        const glm::ivec3 c = at(image, x, y);
+        const glm::dvec3 shown(linear(c.r), linear(c.g), linear(c.b));
+        double best = 1e300;
+        int found = 0;
+        for (int i = 0; i <= 500; ++i) {
+          // Greys have no hue: their lightness is the value, and they are drawn without light; those of cividis are alike, and get little.
+          const double share = map == Colormap::greys ? 0.0 : map == Colormap::cividis ? 0.09 : 0.42;
+          const double strength =
+              std::clamp(glm::dot(shown, table[i]) / glm::dot(table[i], table[i]), 1.0 - 0.54 * share, 1.0 + 0.40 * share);
+          const glm::dvec3 off = (shown - strength * table[i]) / (strength * glm::length(table[i]));
+          if (glm::dot(off, off) < best) best = glm::dot(off, off), found = i;
+        }
+        const double error = std::abs(found / 500.0 - values.pixels[std::size_t(y) * 400 + x] / 65534.0);
+        worst = std::max(worst, error);
+        ++seen;
+        beyond += error > 0.03;
+      }
+    EXPECT_GT(seen, 4000);
+    EXPECT_EQ(beyond, 0) << colormap_name(map) << ": off by up to " << worst;
+  }
+}
+
 TEST(Draw, DepthAndScalarPicturesAreNumbers) {
   const std::vector<glm::vec3> positions = {{-1, -1, -1}, {1, -1, -1}, {1, 1, 1}, {-1, 1, 1}};
   const std::vector<glm::uvec3> triangles = {{0, 1, 2}, {0, 2, 3}};

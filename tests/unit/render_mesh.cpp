@@ -43,6 +43,17 @@ double area(const Mesh& mesh) {
   return sum;
 }
 
+TEST_F(RenderMesh, MarksAreSkippedAndWhatIsNotDrawnIsTold) {
+  EXPECT_EQ(read_mesh(file("mark.obj", "\xef\xbb\xbf" + std::string(square) + "f 1 2 3 4\n")).positions.size(), 4u);
+  file("skin.mtl", "newmtl skin\nKd 0.8 0.1 0.05\nmap_Kd photo.png\n");
+  const Mesh textured = read_mesh(file("skin.obj", "mtllib skin.mtl\n" + std::string(square) + "usemtl skin\nf 1 2 3 4\n"));
+  ASSERT_EQ(textured.warnings.size(), 1u);
+  EXPECT_NE(textured.warnings[0].find("skin.mtl: its textures are not drawn"), std::string::npos) << textured.warnings[0];
+  const Mesh bare = read_mesh(file("bare.obj", "mtllib gone.mtl\n" + std::string(square) + "usemtl skin\nf 1 2 3 4\n"));
+  ASSERT_EQ(bare.warnings.size(), 1u);
+  EXPECT_NE(bare.warnings[0].find("gone.mtl is not there"), std::string::npos) << bare.warnings[0];
+}
+
 TEST_F(RenderMesh, KeepsTheOrderOfTheFile) {
   // Unused, repeated and out-of-order vertices, texture seams, several groups.
   const Mesh mesh = read_mesh(file("order.obj",

@@ -170,7 +170,8 @@ TEST(Text, MeasuresAddUpAndFitFits) {
 
 TEST(Text, TimesHaveTheDecimalsThatTellPicturesApart) {
   EXPECT_EQ(time_text(0.4, 0.1, 1.6), "t = 0.4 s");
-  EXPECT_EQ(time_text(0.4, 1.0 / 30.0, 1.6), "t = 0.40 s");
+  EXPECT_EQ(time_text(0.4, 1.0 / 30.0, 1.6), "t = 0.400 s");
+  EXPECT_EQ(time_text(2.0 / 30.0, 1.0 / 30.0, 1.6), "t = 0.067 s");
   EXPECT_EQ(time_text(0.0004, 1e-5, 0.002), "t = 0.40 ms");
   EXPECT_EQ(time_text(-1e-9, 0.1, 1.0), "t = 0.0 s");
   // The time of the sample, not a rounded one: eighths have three decimals, all pictures of the sequence alike.
@@ -179,6 +180,21 @@ TEST(Text, TimesHaveTheDecimalsThatTellPicturesApart) {
   EXPECT_EQ(time_text(0.625, 1.0 / 24.0, 1.0), "t = 0.625 s");
   EXPECT_EQ(time_text(0.0125, 0.0025, 0.05), "t = 12.5 ms");
   EXPECT_EQ(scale_text(20.0), "× 20");
+  // No time of a sequence is shown further off than a fortieth of its step.
+  for (const double step : {1.0 / 24, 1.0 / 25, 1.0 / 30, 1.0 / 60, 0.2 / 30, 7e-5, 0.37})
+    for (int k = 0; k < 50; ++k) {
+      const std::string text = time_text(k * step, step, 1.0);
+      EXPECT_NEAR(std::stod(text.substr(4)), k * step, 0.0251 * step) << text << " of " << k * step;
+    }
+}
+
+TEST(Text, CharactersThatNoFontHasAreNamed) {
+  EXPECT_EQ(missing_characters("Flexframe × µ² −"), "");
+  // A private character: no font has it, fallback or not.
+  EXPECT_EQ(missing_characters("a\uf8f0b"), "\uf8f0");
+  const std::string kanji = missing_characters("\u6a5f");
+  EXPECT_TRUE(kanji.empty() || kanji == "\u6a5f");
+  EXPECT_GT(text_width("\u6a5f", 20.0), 8.0);
 }
 
 Picture full_overlay(Size size) {
@@ -200,7 +216,7 @@ Picture full_overlay(Size size) {
 TEST(Layout, NothingIsClippedOrLiesOverSomethingElse) {
   static const std::vector<double> x = {0.0, 1.0, 2.0}, y = {-0.1, 0.3, 0.2};
   for (const Size size : {Size{320, 240}, Size{640, 480}, Size{1280, 720}, Size{1920, 1080}, Size{640, 360}, Size{3840, 2160},
-                          Size{720, 1280}, Size{240, 320}})
+                          Size{720, 1280}, Size{240, 320}, Size{160, 120}, Size{160, 90}, Size{200, 140}, Size{120, 90}})
     for (const int plots : {0, 1, 2})
       for (const PlotPlace place : {PlotPlace::below, PlotPlace::beside}) {
         Picture p = full_overlay(size);
