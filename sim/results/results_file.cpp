@@ -826,9 +826,10 @@ Results read_results(const std::filesystem::path& path) {
   results.title = reader.text(file, "title", "/", "");
   results.scene_file = reader.text(file, "scene_file", "/", "");
   // Given relative to a folder that is not this one: from that folder.
-  if (const std::string folder = reader.text(file, "scene_folder", "/", "");
-      std::filesystem::is_directory(folder) && std::filesystem::path(results.scene_file).is_relative() && !results.scene_file.empty())
-    results.scene_file = (std::filesystem::path(folder) / std::filesystem::path(results.scene_file).filename()).string();
+  namespace fs = std::filesystem;
+  const fs::path folder = reader.text(file, "scene_folder", "/", ""), scene = results.scene_file;
+  if (!scene.empty() && scene.is_relative() && fs::is_directory(folder) && fs::absolute(scene).lexically_normal().parent_path() != folder)
+    results.scene_file = (folder / scene.filename()).string();
   const std::vector<std::string> scene = reader.texts(file, "scene", "/");
   if (scene.size() > 1) reader.fail("dataset '/scene'", "must be one string");
   if (!scene.empty()) results.scene_text = scene[0];

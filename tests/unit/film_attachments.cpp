@@ -3,7 +3,6 @@
 #include "scratch.h"
 
 #include "render/film/attachments.h"
-#include "render/film/contact_sheet.h"
 #include "render/film/filming.h"
 #include "render/image/png.h"
 #include "sim/scene/scene_reader.h"
@@ -143,7 +142,7 @@ TEST(CameraWords, WrongOnesAreAnswered) {
   }
 }
 
-TEST(Channels, SixteenBitsBesideThePicturesAndOneSheet) {
+TEST(Channels, SixteenBitsBesideThePictures) {
   namespace fs = std::filesystem;
   const sim::Results results = test::swinging_beam();
   film::RenderSettings s = words("channels = [\"depth\", \"scalar\"]\nsize = [160, 90]\nframe_rate = 6\nsamples = 1\n");
@@ -161,14 +160,6 @@ TEST(Channels, SixteenBitsBesideThePicturesAndOneSheet) {
   const film::FilmReport report = film::film(animation, {.folder = folder / "frames", .resume = true, .workers = 1});
   EXPECT_EQ(report.drawn, 1);
   EXPECT_TRUE(fs::exists(folder / "depth/frame_00002.png"));
-
-  // One sheet: cells of the film's shape, drawn for it, as large as the films' pictures at most.
-  render::Renderer renderer;
-  film::write_contact_sheet(animation, {0, animation.count, 4}, renderer, folder / "sheet.png");
-  const render::Image sheet = render::read_png(folder / "sheet.png");
-  EXPECT_GE(sheet.width, 2 * 160);
-  EXPECT_LE(sheet.width, 1920);
-  EXPECT_GT(sheet.height, 2 * 80);
 }
 
 }  // namespace
