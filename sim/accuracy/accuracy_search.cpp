@@ -65,6 +65,9 @@ int modes_at(int level) {
   return (level % 2 == 1 ? 4 : 6) << half;
 }
 
+// Modes more that tell what is missing: symmetric ones and others take turns, and every second one may have no part in the motion.
+constexpr int telling_modes = 2;
+
 }  // namespace
 
 Search::Search(const Scene& scene, const SimulateOptions& options) : scene_(scene), options_(&options) {
@@ -114,7 +117,7 @@ Scene Search::finer_than(const Setting& setting) const {
     const std::optional<int> have = std::get<BeamDef>(here.bodies[r.body].kind).keep_modes;
     BeamDef& beam = std::get<BeamDef>(next.bodies[r.body].kind);
     if (!have || *have == 0 || !beam.keep_modes) continue;
-    beam.keep_modes = std::max(*beam.keep_modes, *have + 1);
+    beam.keep_modes = std::max(*beam.keep_modes, *have + telling_modes);
     beam.elements = std::max(r.given, elements_for_modes(*beam.keep_modes));
   }
   return next;
@@ -153,7 +156,7 @@ void Search::refine(const Refinement& what, Setting& setting) {
   }
   const int have = *std::get<BeamDef>(here.bodies[*what.body].kind).keep_modes;
   int level = 0;
-  while (modes_at(level) <= have) ++level;
+  while (modes_at(level) < have + telling_modes) ++level;
   least_[*what.body] = modes_at(level);
 }
 

@@ -47,12 +47,12 @@ class Search {
   bool chooses(size_t body) const;
   const Scene& scene() const { return scene_; }
   Scene at(const Setting& setting) const;
-  // The next level, with a mode more in every flexible body than this one has: what the run's own resolution is judged by.
+  // The next level, with two modes more at least in every flexible body than this one has: what the run's own resolution is judged by.
   Scene finer_than(const Setting& setting) const;
   // From now on no fewer modes than these.
   void keep_at_least(const Scene& scene);
   std::vector<Refinement> refinements(const Setting& setting) const;
-  // From now on the body keeps as many modes as the next level that has more; or the others have the next level.
+  // From now on the body keeps as many modes as the next level that has two more; or the others have the next level.
   void refine(const Refinement& what, Setting& setting);
   // The scene with half the elements, volumes or modes of every body whose resolution may be chosen; none where it has no such body, or
   // nothing to halve.

@@ -317,7 +317,7 @@ void report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found,
       });
     });
     const bool by_formula = f.effect == "stiffening" || f.effect == "gyroscopic";
-    if (f.share > (decided || by_formula ? 0.5 : 1.0) * asked)
+    if (f.share > (decided || by_formula ? 0.5 : 0.8) * asked)
       merge(warned, f, [&](const LeftOutWorth& have) { return remedy_of(scene, neglected(have)) == remedy_of(scene, neglected(f)); });
     else merge(told, f, [&](const LeftOutWorth& have) { return (have.share > 0.0) == (f.share > 0.0); });
   }

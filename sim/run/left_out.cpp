@@ -7,6 +7,7 @@
 #include "sim/results/histories.h"
 
 #include <fmt/format.h>
+#include <Eigen/QR>
 
 #include <algorithm>
 #include <cmath>
@@ -480,6 +481,51 @@ double common_variance(const std::vector<double>& a, const std::vector<double>& 
   return xx > 0.0 && yy > 0.0 ? xy * xy / (xx * yy) : 0.0;
 }
 
+// The same of what vibrates alone: in windows, without what goes slowly in each. A mechanism that turns carries a vibration along and
+// across its bodies by turns, with either sign.
+double common_vibration(const std::vector<double>& a, const std::vector<double>& b) {
+  constexpr Eigen::Index window = 12, slow = 3;
+  const auto n = static_cast<Eigen::Index>(a.size());
+  Eigen::Matrix<double, window, slow> trends;
+  for (Eigen::Index k = 0; k < window; ++k) trends.row(k) << 1.0, static_cast<double>(k), static_cast<double>(k * k);
+  const Eigen::HouseholderQR<Eigen::Matrix<double, window, slow>> slowly(trends);
+  const Eigen::Matrix<double, window, slow> Q = slowly.householderQ() * Eigen::Matrix<double, window, slow>::Identity();
+  double common = 0.0;
+  for (Eigen::Index k = 0; k + window <= n; k += window) {
+    Eigen::Matrix<double, window, 1> x = Eigen::Map<const Eigen::Matrix<double, window, 1>>(a.data() + k),
+                                     y = Eigen::Map<const Eigen::Matrix<double, window, 1>>(b.data() + k);
+    x -= Q * (Q.transpose() * x);
+    y -= Q * (Q.transpose() * y);
+    const double xx = x.squaredNorm(), yy = y.squaredNorm(), xy = x.dot(y);
+    // Less what so few numbers have in common by chance.
+    if (xx > 0.0 && yy > 0.0) common += std::max(0.0, xy * xy / yy - xx / static_cast<double>(window - slow));
+  }
+  const Eigen::ArrayXd all = Eigen::Map<const Eigen::ArrayXd>(a.data(), n);
+  const double variance = (all - all.mean()).square().sum();
+  return variance > 0.0 ? common / variance : 0.0;
+}
+
+// Largest |d - q| of d'' + omega^2 d = omega^2 q, d = q at first and its rate zero: by how much a deflection that were softer by as much as
+// it is large would differ from the one that takes its place at once. Frequencies around omega, which is an estimate: the largest of all.
+double lag(const VecX& times, const Eigen::Ref<const VecX>& q, double omega) {
+  double most = 0.0;
+  for (const double factor : {0.7, 0.85, 1.0, 1.2, 1.4}) {
+    const double w = factor * omega;
+    double e = 0.0, rate = 0.0, h = -1.0, c = 1.0, n = 0.0;
+    if (!(w > 0.0)) break;
+    for (Eigen::Index k = 0; k + 1 < times.size(); ++k) {
+      if (const double step = times[k + 1] - times[k]; std::abs(step - h) > 1e-9 * step) h = step, c = std::cos(w * h), n = std::sin(w * h);
+      if (h <= 0.0) continue;
+      // q is straight within an interval.
+      const double slope = (q[k + 1] - q[k]) / h, e0 = e, f0 = (rate - slope) / w;
+      e = e0 * c + f0 * n;
+      rate = slope + w * (f0 * c - e0 * n);
+      most = std::max(most, std::abs(e));
+    }
+  }
+  return most;
+}
+
 }  // namespace
 
 LeftOut::Drift LeftOut::drift(const Item& item, const Results& results) const {
@@ -499,7 +545,7 @@ LeftOut::Drift LeftOut::drift(const Item& item, const Results& results) const {
   const bool bends = item.effect == "shear" || second_order;
   const double changing = bends || squares == 0.0 ? 1.0 : 1.0 - mean * mean / (squares * static_cast<double>(strain_.size()));
   const double duration = results.times[results.times.size() - 1];
-  const double least = bent_mass_[top] > 0.0 ? 0.4 * std::sqrt(2.0 * strain_[top] / bent_mass_[top]) * duration : 0.0;
+  const double omega = bent_mass_[top] > 0.0 ? std::sqrt(2.0 * strain_[top] / bent_mass_[top]) : 0.0, least = 0.4 * omega * duration;
   double largest = 0.0;
   std::vector<double> bent(times_.size(), 0.0);
   for (const ResultBody& body : results.bodies) {
@@ -509,19 +555,20 @@ LeftOut::Drift LeftOut::drift(const Item& item, const Results& results) const {
       if (const double r = body.displacement.col(c).maxCoeff() - body.displacement.col(c).minCoeff(); r > range) range = r, most = c;
     if (most < 0) continue;
     const auto column = body.displacement.col(most);
-    const double cycles = 0.5 * (column.tail(column.size() - 1) - column.head(column.size() - 1)).cwiseAbs().sum() / range,
-                 passed = 2.0 * std::numbers::pi * cycles;
-    // Deformation that follows its loads slowly keeps their phase.
-    if (passed < least) continue;
     for (size_t k = 0, i = 0; k < times_.size(); ++k) {
       while (static_cast<Eigen::Index>(i) + 1 < results.times.size() && results.times[static_cast<Eigen::Index>(i)] < times_[k]) ++i;
       bent[k] = column[static_cast<Eigen::Index>(i)];
     }
-    const double together = bends ? 1.0 : common_variance(item.pull, bent);
-    const double here = together > 0.1 ? changing * together * 0.5 * left_out / stored * passed : 0.0;
-    if (std::min(1.0, here) * range <= largest) continue;
-    largest = std::min(1.0, here) * range;
-    out = {std::min(1.0, here), range, duration > 0.0 ? passed / duration : 0.0};
+    const double together = bends ? 1.0 : std::max(common_variance(item.pull, bent), common_vibration(item.pull, bent));
+    if (together <= 0.1) continue;
+    const double cycles = 0.5 * (column.tail(column.size() - 1) - column.head(column.size() - 1)).cwiseAbs().sum() / range,
+                 passed = 2.0 * std::numbers::pi * cycles;
+    // Deformation that follows its loads slowly keeps their phase; one that starts with them lags behind.
+    const double lost = std::max(passed < least ? 0.0 : 0.5 * passed, 2.0 * lag(results.times, column, omega) / range);
+    const double here = std::min(1.0, changing * together * left_out / stored * lost);
+    if (here * range <= largest) continue;
+    largest = here * range;
+    out = {here, range, duration > 0.0 ? std::max(passed / duration, omega) : 0.0};
   }
   return out;
 }

@@ -2,6 +2,7 @@
 
 #include "sim/base/cpu_clock.h"
 #include "sim/bodies/beam.h"
+#include "sim/bodies/beam_terms.h"
 
 #include <fmt/format.h>
 
@@ -63,6 +64,17 @@ bool name_places(Scene& scene, BeamDef& beam, const std::string& name) {
   return known;
 }
 
+// Deformations that a beam has.
+BeamEffects deformations(const std::vector<EffectState>& states, size_t body) {
+  BeamEffects out;
+  for (const EffectState& s : states) {
+    if (s.body != static_cast<int>(body) || !s.on) continue;
+    out.axial |= s.effect == "axial", out.torsion |= s.effect == "torsion";
+    out.bending_xy |= s.effect == "bending_xy", out.bending_xz |= s.effect == "bending_xz";
+  }
+  return out;
+}
+
 // Every beam's damping as one Kelvin-Voigt time constant, which all models can have: that of the first mode.
 Scene with_plain_damping(const Scene& scene, const std::vector<size_t>& bodies, const std::vector<EffectState>& states) {
   Scene out = scene;
@@ -74,12 +86,7 @@ Scene with_plain_damping(const Scene& scene, const std::vector<size_t>& bodies, 
     plain.damping.mass = 0.0;
     critical.damping = {};
     critical.damping.ratio = {1.0};
-    BeamEffects effects;
-    for (const EffectState& s : states) {
-      if (s.body != static_cast<int>(body) || !s.on) continue;
-      effects.axial |= s.effect == "axial", effects.torsion |= s.effect == "torsion";
-      effects.bending_xy |= s.effect == "bending_xy", effects.bending_xz |= s.effect == "bending_xz";
-    }
+    const BeamEffects effects = deformations(states, body);
     const double two_over_omega = chain_time_constant(critical, effects);
     const double tau = chain_time_constant(plain, effects) + beam->damping.mass * std::pow(0.5 * two_over_omega, 2);
     beam->damping = {};
@@ -365,24 +372,40 @@ void check_elements(const Scene& scene, const std::vector<EffectState>& states, 
         beam && beam->model != BeamModel::lumped && !has_forms_of_ends(*beam))
       bodies.push_back(b);
   if (bodies.empty()) return;
+  // A beam that has as many elements as it may gets them in two volumes, each with as many.
+  std::vector<size_t> divided;
   const auto twice = [&](const Scene& s, size_t b) {
     const auto& beam = std::get<BeamDef>(s.bodies[b].kind);
-    std::optional<Scene> next = beam.model == BeamModel::mixed ? with_volumes(s, states, b, 2 * beam.volumes) : with_elements(s, states, b);
-    if (next && beam.model != BeamModel::mixed) std::get<BeamDef>(next->bodies[b].kind).elements = 2 * elements_of(beam);
+    if (beam.model == BeamModel::mixed) return with_volumes(s, states, b, 2 * beam.volumes);
+    const int elements = elements_of(beam);
+    BeamDef finer = beam;
+    finer.elements = 2 * elements;
+    finer.keep_modes.reset();
+    const BeamEffects effects = deformations(states, b);
+    const int computed = computed_elements(finer, effects);
+    const bool most = beam.model == BeamModel::finite_element && computed < 2 * elements && computed <= computed_elements(beam, effects);
+    std::optional<Scene> next = most ? with_volumes(s, states, b, 2) : with_elements(s, states, b);
+    if (!next) return next;
+    std::get<BeamDef>(next->bodies[b].kind).elements = most ? computed : 2 * elements;
+    if (most) divided.push_back(b);
     return next;
   };
   Comparison comparison = compared(scene, states, bodies, changed, twice, options);
   const std::optional<Found> found = changed.empty() ? std::nullopt : comparison.measure(base);
   for (const size_t b : bodies) {
     const std::string owner = fmt::format("body '{}'", scene.bodies[b].name);
+    const bool two = std::find(divided.begin(), divided.end(), b) != divided.end();
+    const char* more = two ? "with two volumes of as many elements each" : "with twice as many elements";
     if (!found)
       out.notes.warn(owner,
                      "the scene gives its number of elements or modes, and the influence of more of them could not be measured: it is not "
                      "part of the estimated error");
     else if (found->share > options.asked)
-      out.notes.warn(owner,
-                     fmt::format("with twice as many elements {} changes by {:.2g} of its range: take more", found->column, found->share));
-    else out.notes.tell(owner, fmt::format("with twice as many elements {} changes by {:.1g} of its range", found->column, found->share));
+      out.notes.warn(owner, fmt::format("{} {} changes by {:.2g} of its range: {}", more, found->column, found->share,
+                                        two ? "take model = \"mixed\" with volumes = 2 and as many elements (one volume is computed with "
+                                              "no more than 300 coordinates give)"
+                                            : "take more"));
+    else out.notes.tell(owner, fmt::format("{} {} changes by {:.1g} of its range", more, found->column, found->share));
   }
 }
 

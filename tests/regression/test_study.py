@@ -3,7 +3,7 @@ import csv
 import json
 import pathlib
 
-from program import examples, expect, finish, history, run, temporary_folder
+from program import bending_slider_crank, examples, expect, finish, history, run, temporary_folder
 
 pendulum = (examples / "pendulum.toml").read_text()
 
@@ -108,7 +108,8 @@ with temporary_folder() as folder:
     done = run("simulate", scene, "--csv", folder / "a.csv", "--accuracy", "1e-3", "--tolerance", "1e-5", code=2)
 
     # Undamped machines are followed with few shapes; their truth: more of them, by a method that the program does not choose for them.
-    crank = (examples / "slider_crank.toml").read_text()
+    crank_scene = bending_slider_crank(folder / "bending_crank.toml")
+    crank = crank_scene.read_text()
     expect(crank.count("elements = 3\n") == 1 and crank.count("elements = 8\n") == 1, "the slider-crank is another")
     (folder / "crank.toml").write_text(
         crank.replace("elements = 3\n", "elements = 18\nkeep_modes = 6\nkeep_static = false\n").replace(
@@ -118,9 +119,7 @@ with temporary_folder() as folder:
     run("simulate", folder / "crank.toml", "--csv", folder / "crank.csv", "--tolerance", "1e-6", "--method", "erk", "--no-error-estimate")
     truth = history(folder / "crank.csv")
     for asked, dearest in [(1e-2, 1000), (1e-3, 3000)]:
-        summary = json.loads(
-            run("simulate", examples / "slider_crank.toml", "--csv", folder / "a.csv", "--accuracy", asked, "--json").stdout
-        )["simulation"]
+        summary = json.loads(run("simulate", crank_scene, "--csv", folder / "a.csv", "--accuracy", asked, "--json").stdout)["simulation"]
         estimate, error = summary["accuracy"]["error"], largest_error(history(folder / "a.csv"), truth)
         print(
             f"slider-crank, accuracy {asked:g}: error {error:.2e}, estimate {estimate:.2e}, {summary['evaluations']} evaluations;"

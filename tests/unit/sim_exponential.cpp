@@ -49,6 +49,9 @@ TEST(Exponential, FollowsVibrationsOfAPendulum) {
 // A loop, a torque that jumps to zero, changing choices of independent coordinates.
 TEST(Exponential, FollowsASliderCrankThroughAJump) {
   Scene scene = example("slider_crank");
+  for (BodyDef& body : scene.bodies)
+    if (auto* rod = std::get_if<BeamDef>(&body.kind))
+      std::erase_if(rod->effects.names, [](const auto& n) { return n == "axial" || n == "shear"; });
   keep(scene, "crank", 1);
   keep(scene, "rod", 4);
   const Histories reference = histories(scene, 1e-10, Method::erk);
