@@ -382,8 +382,9 @@ void check_elements(const Scene& scene, const std::vector<EffectState>& states, 
     finer.elements = 2 * elements;
     finer.keep_modes.reset();
     const BeamEffects effects = deformations(states, b);
-    const int computed = computed_elements(finer, effects);
-    const bool most = beam.model == BeamModel::finite_element && computed < 2 * elements && computed <= computed_elements(beam, effects);
+    const int computed = beam::computed_elements(finer, effects);
+    const bool most =
+        beam.model == BeamModel::finite_element && computed < 2 * elements && computed <= beam::computed_elements(beam, effects);
     std::optional<Scene> next = most ? with_volumes(s, states, b, 2) : with_elements(s, states, b);
     if (!next) return next;
     std::get<BeamDef>(next->bodies[b].kind).elements = most ? computed : 2 * elements;

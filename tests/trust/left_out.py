@@ -210,10 +210,10 @@ def main():
                 if code != 0:
                     print(f"refused  {family.__name__} {number} {effect}: {summary.strip()[-150:]}")
                     continue
-                # Forces and moments of a reaction, and places and deflections, each by their own range: as the program counts.
                 true, where = 0.0, ""
                 for name, values in rich.items():
-                    for part in (slice(0, 3), slice(3, 6)) if values.shape[1] == 6 else (slice(None),):
+                    parts = [slice(0, 3)] + ([slice(3, 6)] if values.shape[1] == 6 else [])
+                    for part in parts:
                         if np.ptp(values[:, part], axis=0).max() < 1e-6 * abs(values).max():
                             continue  # stands still but for rounding
                         error, _ = compare(Scene("", "", {}), {name: poor[name][:, part]}, {name: values[:, part]})
