@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 struct Words {
   std::string results, to, out, scene;
   double scale = 1.0;
-  bool json = false;
+  bool json = false, head = false;
   RenderWords render;
 };
 
@@ -43,10 +43,10 @@ struct TemporaryFolder {
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
 };
 
-nlohmann::ordered_json export_csv(const sim::Results& results, const fs::path& out) {
+nlohmann::ordered_json export_csv(const sim::Results& results, const fs::path& out, bool head) {
   if (results.outputs.empty())
     throw sim::InputError(fmt::format("{}: the results hold no outputs; add [[output]] tables to the scene", results.scene_file));
-  sim::write_histories_csv(results, out);
+  sim::write_histories_csv(results, out, head);
   return {{"columns", results.outputs.size() + 1}, {"rows", results.times.size()}};
 }
 
@@ -100,6 +100,7 @@ Pictures a second and speed are those of the scene's [render] table.)");
   app.option("RESULTS", words->results, "results file (HDF5)").required();
   app.option("--to", words->to, "csv, gltf, vtk or mp4").as("WORD").required().one_of({"csv", "gltf", "vtk", "mp4"});
   app.option("-o,--out", words->out, "output file, for vtk a folder; default: the name of the results, in the current folder").as("FILE");
+  app.flag("--head", words->head, "csv: units and descriptions in comment lines (#) before the names of the columns");
   app.option("--scale", words->scale, "gltf, vtk: deformation multiplied by this (1)").range(0.0, 1e9);
   app.option("--scene", words->scene, "scene file whose [render] table is used, in place of the one in the results").as("FILE");
   app.option("--size", words->render.size, "mp4: pixels, width x height").as("WxH");
@@ -125,7 +126,7 @@ Pictures a second and speed are those of the scene's [render] table.)");
             std::vector<std::string> notes = job.results.statistics.notes.texts(sim::Severity::warning);
             notes.insert(notes.end(), job.notes.begin(), job.notes.end());
             nlohmann::ordered_json json = {{"format", words->to}, {"out", out.string()}};
-            json.update(words->to == "csv"    ? export_csv(job.results, out)
+            json.update(words->to == "csv"    ? export_csv(job.results, out, words->head)
                         : words->to == "gltf" ? export_gltf(job, words->scale, out, notes)
                         : words->to == "vtk"  ? export_vtk(job, words->scale, out, name, notes)
                                               : export_video(job, words->render, out, notes));

@@ -3,6 +3,7 @@
 #include "render/cli/terminal.h"
 
 #include "render/draw/context.h"
+#include "render/film/rigid_mesh.h"
 #include "render/picture/mesh.h"
 #include "sim/base/words.h"
 #include "sim/scene/scene_reader.h"
@@ -151,6 +152,34 @@ void add_scene_words(Subcommand words, std::vector<std::string>& settings) {
       .one_word();
 }
 
+namespace {
+
+// How far a body reaches by what the scene says of it: a beam's length, the way between what holds a rigid body; 0: unknown.
+double reach_of(const sim::Scene& scene, const sim::BodyDef& body) {
+  if (const auto* beam = std::get_if<sim::BeamDef>(&body.kind)) return beam->length;
+  const auto* rigid = std::get_if<sim::RigidDef>(&body.kind);
+  if (!rigid) return 0.0;
+  render::Bounds bounds;
+  for (const film::HoldingPlace& place : film::holding_places(scene, body)) bounds.add(place.at);
+  for (const auto& [name, at] : rigid->frames) bounds.add({at.x(), at.y(), at.z()});
+  return bounds.empty() ? 0.0 : glm::length(bounds.upper - bounds.lower);
+}
+
+// A mesh in millimetres on a body in metres is a file without its unit.
+void check_mesh_size(const sim::Scene& scene, const sim::BodyDef& body, const render::Mesh& mesh) {
+  const double reach = reach_of(scene, body);
+  const render::Bounds bounds = render::compute_bounds(mesh);
+  const double size = body.mesh_placement.scale * glm::length(bounds.upper - bounds.lower);
+  if (!(reach > 0.0) || !(size > 0.0) || (size < 100.0 * reach && reach < 100.0 * size)) return;
+  fmt::print(stderr,
+             "WARNING: {}:{}: [[body]] '{}': its mesh spans {:.3g} m, the body itself {:.3g} m; if the file has another unit, write mesh = "
+             "{{ file = "
+             "{}, unit = \"mm\" }}\n",
+             scene.file.string(), body.line, body.name, size, reach, sim::quote(body.mesh->filename().string()));
+}
+
+}  // namespace
+
 Job read_job(const fs::path& scene_file, const std::vector<std::string>& settings, const RenderWords* words) {
   Job job;
   std::vector<std::string> all = settings;
@@ -161,7 +190,7 @@ Job read_job(const fs::path& scene_file, const std::vector<std::string>& setting
   job.settings = film::read_render_settings(document);
   film::check_render_settings(job.settings, job.scene);
   for (const sim::BodyDef& body : job.scene.bodies)
-    if (body.mesh) render::read_mesh(*body.mesh);
+    if (body.mesh) check_mesh_size(job.scene, body, render::read_mesh(*body.mesh));
   return job;
 }
 

@@ -373,9 +373,12 @@ Animation make_animation(const sim::Results& results, const RenderSettings& aske
   double size = nodes;
   for (const bool measured : {true, false}) {
     for (size_t b = 0; b < results.bodies.size(); ++b)
-      if (measured == !results.bodies[b].mesh.empty())
-        animation.bodies[b] =
-            make_body_model(results.bodies[b], find_body(scene, results.bodies[b].name), settings, static_cast<int>(b), size);
+      if (const sim::BodyDef* def = find_body(scene, results.bodies[b].name);
+          measured == (!results.bodies[b].mesh.empty() || (def && !def->shapes.empty()))) {
+        BodyDrawing drawing{.def = def, .size = size, .places = {}};
+        if (def) drawing.places = holding_places(*scene, *def);
+        animation.bodies[b] = make_body_model(results.bodies[b], drawing, settings, static_cast<int>(b));
+      }
     if (measured) size = machine_size(results, animation.bodies);
   }
   size = machine_size(results, animation.bodies);

@@ -1,6 +1,7 @@
 #include "render/film/body_model.h"
 
 #include "interp/scalars.h"
+#include "render/film/rigid_mesh.h"
 #include "render/film/shapes.h"
 #include "render/picture/colormap.h"
 #include "render/picture/edges.h"
@@ -111,18 +112,41 @@ bool linear_in_modes(const sim::ResultBody& body) {
   return difference <= 1e-6 * largest;
 }
 
-render::Mesh mesh_of(const sim::ResultBody& body, const sim::BodyDef* def, const BodyLook& look, bool stress, double size) {
-  if (!body.mesh.empty()) return render::read_mesh(body.mesh);
+// The file's mesh where the scene puts it.
+render::Mesh placed_mesh(const std::string& file, const sim::MeshPlacement& place) {
+  render::Mesh mesh = render::read_mesh(file);
+  const auto moved = [&](const glm::dvec3& p) {
+    const sim::Vec3 q = place.axes * (place.scale * sim::Vec3(p.x, p.y, p.z)) + place.position;
+    return glm::dvec3(q.x(), q.y(), q.z());
+  };
+  if (place.scale != 1.0 || place.position != sim::Vec3::Zero() || place.axes != sim::Mat3::Identity())
+    for (glm::dvec3& p : mesh.positions) p = moved(p);
+  return mesh;
+}
+
+// More nodes than these are drawn as points: joining them takes a time that goes with the square.
+constexpr size_t most_joined_nodes = 3000;
+
+render::Mesh mesh_of(const sim::ResultBody& body, const BodyDrawing& drawing, const BodyLook& look, bool stress, int index) {
+  const sim::BodyDef* def = drawing.def;
+  if (!body.mesh.empty()) return placed_mesh(body.mesh, def ? def->mesh_placement : sim::MeshPlacement{});
+  if (def && !def->shapes.empty()) return make_shapes_mesh(def->shapes, look.shape_colors, body.name);
   if (body.kind == "beam" && body.length > 0.0) {
     std::vector<double> stations;
     for (const sim::ResultNode& node : body.nodes) stations.push_back(node.origin.x());
     return make_beam_mesh(look.diameter ? sim::make_section("circle", {{"diameter", *look.diameter}}) : body.section, body.length, stations,
                           body.name, stress);
   }
-  // A modal body shows at least its nodes; any other gets a solid of plausible measures.
-  if (!body.nodes.empty()) return {};
+  // A modal body shows its nodes, joined; any other gets a solid of plausible measures.
+  if (!body.nodes.empty()) {
+    std::vector<glm::dvec3> points;
+    for (const sim::ResultNode& node : body.nodes) points.emplace_back(node.origin.x(), node.origin.y(), node.origin.z());
+    const bool apart = std::any_of(points.begin(), points.end(), [&](const glm::dvec3& p) { return p != points.front(); });
+    if (!apart || points.size() > most_joined_nodes) return {};
+    return make_lattice_mesh(points, 0.004 * drawing.size, body.name);
+  }
   const auto* rigid = def ? std::get_if<sim::RigidDef>(&def->kind) : nullptr;
-  return make_rigid_mesh(rigid ? *rigid : sim::RigidDef{}, 0.035 * size, body.name);
+  return make_rigid_mesh(rigid ? *rigid : sim::RigidDef{}, drawing.places, drawing.size, index, body.name);
 }
 
 // The point of the outline in the direction of (y, z) from the centroid; where that ray meets none (the centroid lies outside), the point
@@ -222,8 +246,16 @@ void set_beam_stress(const sim::ResultBody& body, const sim::BodyDef* def, const
 }  // namespace
 
 BodyLook read_body_look(const sim::BodyDef& body, const std::string& file) {
-  const std::vector<std::string> words = {"color", "opacity", "visible", "ghost", "ghost_color", "edges", "diameter"};
   BodyLook look;
+  for (size_t i = 0; i < body.shapes.size(); ++i) {
+    const std::string& text = body.shapes[i].color;
+    look.shape_colors.push_back(text.empty() ? std::nullopt : parse_color(text));
+    if (!text.empty() && !look.shape_colors.back())
+      throw sim::InputError(
+          fmt::format("{}:{}: [[body]] '{}': shape {}: key 'color' must be [r, g, b] with numbers from 0 to 1 or \"#rrggbb\", found {}",
+                      file, body.line, body.name, i + 1, sim::quote(text)));
+  }
+  const std::vector<std::string> words = {"color", "opacity", "visible", "ghost", "ghost_color", "edges", "diameter"};
   for (const auto& [word, text] : body.drawing) {
     const auto refuse = [&](const std::string& message) {
       throw sim::InputError(fmt::format("{}:{}: [[body]] '{}': {}", file, body.line, body.name, message));
@@ -277,7 +309,9 @@ interp::MeshView BodyModel::view() const {
                                               static_cast<Eigen::Index>(mesh.triangles.size()), 3)};
 }
 
-BodyModel make_body_model(const sim::ResultBody& body, const sim::BodyDef* def, const RenderSettings& settings, int index, double size) {
+BodyModel make_body_model(const sim::ResultBody& body, const BodyDrawing& drawing, const RenderSettings& settings, int index) {
+  const sim::BodyDef* def = drawing.def;
+  const double size = drawing.size;
   BodyModel model;
   model.name = body.name;
   const BodyLook look = def ? read_body_look(*def, "scene") : BodyLook{};
@@ -285,7 +319,7 @@ BodyModel make_body_model(const sim::ResultBody& body, const sim::BodyDef* def, 
   model.ghost = look.ghost;
   model.ghost_color = look.ghost_color;
   model.edges = look.edges.value_or(settings.edges);
-  model.mesh = mesh_of(body, def, look, settings.color_by == ColorBy::stress && body.strain_stations.size() > 0, size);
+  model.mesh = mesh_of(body, drawing, look, settings.color_by == ColorBy::stress && body.strain_stations.size() > 0, index);
   const render::Mesh& mesh = model.mesh;
   model.warnings = mesh.warnings;
 
@@ -304,6 +338,8 @@ BodyModel make_body_model(const sim::ResultBody& body, const sim::BodyDef* def, 
     if (!body.mesh.empty() || body.kind != "rigid") model.material.color = {0.60f, 0.63f, 0.67f};
   }
   if (look.color) model.material.color = *look.color;
+  const bool shapes = def && !def->shapes.empty() && body.mesh.empty();
+  if (shapes) model.mesh.materials.front().look = model.material;
   if (mesh.triangles.empty()) return model;
 
   // Shading points: what is drawn.
@@ -311,7 +347,10 @@ BodyModel make_body_model(const sim::ResultBody& body, const sim::BodyDef* def, 
   const size_t points = mesh.point_position.size();
   if (own_colors && !mesh.colors.empty()) {
     for (int p : mesh.point_position) model.colors.push_back(mesh.colors[p]);
-  } else if (own_colors && mesh.materials.size() > 1) {
+  } else if ((own_colors || (shapes && settings.color_by != ColorBy::body)) && mesh.materials.size() > 1) {
+    // Shapes without a colour of their own have the body's.
+    for (size_t i = 0; shapes && i < look.shape_colors.size(); ++i)
+      if (!look.shape_colors[i]) model.mesh.materials[i + 1].look = model.material;
     model.colors.assign(points, model.material.color);
     for (size_t k = 0; k < mesh.triangle_points.size(); ++k)
       for (int c = 0; c < 3; ++c) model.colors[mesh.triangle_points[k][c]] = mesh.materials[mesh.triangle_material[k]].look.color;

@@ -9,6 +9,7 @@
 #include "interp/modes.h"
 #include "interp/surface.h"
 #include "render/film/motion.h"
+#include "render/film/rigid_mesh.h"
 #include "render/film/settings.h"
 #include "render/picture/mesh.h"
 #include "render/picture/picture.h"
@@ -33,9 +34,10 @@ struct BodyLook {
   float opacity = 1.0f;
   bool visible = true;
   GhostStyle ghost = GhostStyle::body;
-  std::optional<glm::vec3> ghost_color;  // default: the body's colours
-  std::optional<EdgeLines> edges;        // default: of [render]
-  std::optional<double> diameter;        // m: a beam is drawn as a bar of this diameter; default: by its section
+  std::optional<glm::vec3> ghost_color;                // default: the body's colours
+  std::optional<EdgeLines> edges;                      // default: of [render]
+  std::optional<double> diameter;                      // m: a beam is drawn as a bar of this diameter; default: by its section
+  std::vector<std::optional<glm::vec3>> shape_colors;  // of the scene's shapes
 };
 
 // Throws sim::InputError naming file, line, body, word and what is allowed.
@@ -87,9 +89,14 @@ struct BodyModel {
   interp::MeshView view() const;
 };
 
-// size: m, extent of the machine, for bodies that have no measure of their own. def: what the scene says of the body, or null.
+// What a body is drawn by beside its results.
+struct BodyDrawing {
+  const sim::BodyDef* def = nullptr;  // what the scene says of the body, or null
+  double size = 1.0;                  // m, extent of the machine, for bodies that have no measure of their own
+  std::vector<HoldingPlace> places;   // of a rigid body
+};
 // Throws render::MeshError, interp::InputError, interp::MapError, sim::InputError.
-BodyModel make_body_model(const sim::ResultBody& body, const sim::BodyDef* def, const RenderSettings& settings, int index, double size);
+BodyModel make_body_model(const sim::ResultBody& body, const BodyDrawing& drawing, const RenderSettings& settings, int index);
 
 // Buffers of one body, reused from picture to picture.
 struct BodyMemory {

@@ -1,7 +1,5 @@
 #include "render/film/shapes.h"
 
-#include "render/film/polygon.h"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -12,23 +10,20 @@ namespace {
 constexpr int rings_along = 64;  // a beam that spans the picture bends smoothly with this many
 constexpr int circle_sides = 48;
 
-// Positions and triangles while a mesh is put together.
-struct Build {
-  std::vector<glm::dvec3> positions;
-  std::vector<glm::ivec3> triangles;
+// Two unit vectors that make (u, v, w) right-handed.
+std::pair<glm::dvec3, glm::dvec3> normals_of(const glm::dvec3& w) {
+  const glm::dvec3 other = std::abs(w.x) < 0.9 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+  const glm::dvec3 u = glm::normalize(glm::cross(other, w));
+  return {u, glm::cross(w, u)};
+}
 
-  void add(const Build& part) {
-    const int first = static_cast<int>(positions.size());
-    positions.insert(positions.end(), part.positions.begin(), part.positions.end());
-    for (const glm::ivec3& t : part.triangles) triangles.push_back(t + first);
-  }
-  void add(const render::Mesh& mesh) {
-    Build part;
-    part.positions = mesh.positions;
-    part.triangles = mesh.triangles;
-    add(part);
-  }
-};
+}  // namespace
+
+void Build::add(const Build& part) {
+  const int first = static_cast<int>(positions.size());
+  positions.insert(positions.end(), part.positions.begin(), part.positions.end());
+  for (const glm::ivec3& t : part.triangles) triangles.push_back(t + first);
+}
 
 Loop circle(double radius) {
   Loop loop;
@@ -39,7 +34,6 @@ Loop circle(double radius) {
   return loop;
 }
 
-// Loops in the plane of (u, v) swept along w through the stations: origin + x w + y u + z v, (u, v, w) right-handed as (y, z, x).
 Build sweep(std::vector<Loop> loops, const std::vector<double>& stations, const glm::dvec3& origin, const glm::dvec3& w,
             const glm::dvec3& u, const glm::dvec3& v) {
   for (size_t l = 0; l < loops.size(); ++l)
@@ -73,23 +67,12 @@ Build sweep(std::vector<Loop> loops, const std::vector<double>& stations, const 
   return out;
 }
 
-// Two unit vectors that make (u, v, w) right-handed.
-std::pair<glm::dvec3, glm::dvec3> normals_of(const glm::dvec3& w) {
-  const glm::dvec3 other = std::abs(w.x) < 0.9 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
-  const glm::dvec3 u = glm::normalize(glm::cross(other, w));
-  return {u, glm::cross(w, u)};
-}
-
 Build cylinder(const glm::dvec3& a, const glm::dvec3& b, double radius) {
   const double length = glm::length(b - a);
   const glm::dvec3 w = (b - a) / length;
   const auto [u, v] = normals_of(w);
   return sweep({circle(radius)}, {0.0, length}, a, w, u, v);
 }
-
-glm::dvec3 to_glm(const sim::Vec3& v) { return {v.x(), v.y(), v.z()}; }
-
-}  // namespace
 
 namespace {
 
@@ -150,10 +133,7 @@ render::Mesh make_beam_mesh(const sim::Section& section, double length, std::spa
   return render::make_mesh(build.positions, build.triangles, name);
 }
 
-// The facets at a box's corners meet the bevels at 30 and its ends at 35 degrees: smoothed, they would shade the large faces.
-constexpr render::MeshOptions flat_bevels{.crease_angle = 25.0};
-
-render::Mesh make_box(const glm::dvec3& centre, const glm::dvec3& half, const std::string& name) {
+Build box(const glm::dvec3& centre, const glm::dvec3& half) {
   // The section's corners and both ends are bevelled, so that every edge catches light.
   const double bevel = 0.08 * std::min({half.x, half.y, half.z});
   const auto outline = [&](double inset) {
@@ -175,21 +155,27 @@ render::Mesh make_box(const glm::dvec3& centre, const glm::dvec3& half, const st
     build.triangles.push_back({24, 24 + i, 25 + i});
     build.triangles.push_back({0, i + 1, i});
   }
+  return build;
+}
+
+render::Mesh make_box(const glm::dvec3& centre, const glm::dvec3& half, const std::string& name) {
+  const Build build = box(centre, half);
   return render::make_mesh(build.positions, build.triangles, name, flat_bevels);
 }
 
-render::Mesh make_sphere(const glm::dvec3& centre, double radius, const std::string& name) {
+Build capsule(const glm::dvec3& centre, double radius, double length) {
   // Rings of latitude between two poles.
   constexpr int around = circle_sides, down = circle_sides / 2;
+  const glm::dvec3 shift(0.0, 0.0, 0.5 * length);
   Build build;
-  build.positions.push_back(centre + glm::dvec3(0, 0, radius));
+  build.positions.push_back(centre + shift + glm::dvec3(0, 0, radius));
   for (int i = 1; i < down; ++i)
     for (int k = 0; k < around; ++k) {
       const double polar = std::numbers::pi * i / down, turn = 2.0 * std::numbers::pi * k / around;
-      build.positions.push_back(centre +
+      build.positions.push_back(centre + (2 * i <= down ? shift : -shift) +
                                 radius * glm::dvec3(std::sin(polar) * std::cos(turn), std::sin(polar) * std::sin(turn), std::cos(polar)));
     }
-  build.positions.push_back(centre - glm::dvec3(0, 0, radius));
+  build.positions.push_back(centre - shift - glm::dvec3(0, 0, radius));
   const int south = static_cast<int>(build.positions.size()) - 1;
   const auto at = [](int ring, int k) { return 1 + ring * around + k % around; };
   for (int k = 0; k < around; ++k) {
@@ -200,37 +186,17 @@ render::Mesh make_sphere(const glm::dvec3& centre, double radius, const std::str
       build.triangles.push_back({at(i, k), at(i + 1, k + 1), at(i, k + 1)});
     }
   }
+  return build;
+}
+
+render::Mesh make_sphere(const glm::dvec3& centre, double radius, const std::string& name) {
+  const Build build = capsule(centre, radius, 0.0);
   return render::make_mesh(build.positions, build.triangles, name);
 }
 
 render::Mesh make_cylinder(const glm::dvec3& a, const glm::dvec3& b, double radius, const std::string& name) {
   const Build build = cylinder(a, b, radius);
   return render::make_mesh(build.positions, build.triangles, name);
-}
-
-render::Mesh make_rigid_mesh(const sim::RigidDef& body, double size, const std::string& name) {
-  const glm::dvec3 centre = to_glm(body.centre_of_mass);
-  glm::dvec3 half(0.0);
-  // The homogeneous box of this mass and inertia: (half edge)^2 = 3/(2 m) (sum of the other two moments less its own).
-  if (body.mass > 0.0) {
-    const glm::dvec3 moment(body.inertia[0], body.inertia[1], body.inertia[2]);
-    const double sum = moment.x + moment.y + moment.z;
-    for (int i = 0; i < 3; ++i) half[i] = std::sqrt(std::max(0.0, 1.5 / body.mass * (sum - 2.0 * moment[i])));
-  }
-  const double largest = std::max({half.x, half.y, half.z});
-  if (largest <= 0.0) half = glm::dvec3(size, 0.6 * size, 0.6 * size);
-  // A rod's or plate's thin sides stay visible.
-  for (int i = 0; i < 3; ++i) half[i] = std::max(half[i], std::max(0.04 * largest, 0.05 * size));
-
-  Build build;
-  build.add(make_box(centre, half, name));
-  const double bar = std::min(0.3 * size, 0.35 * std::min({half.x, half.y, half.z}));
-  for (const auto& [frame, position] : body.frames) {
-    const glm::dvec3 end = to_glm(position), way = end - centre;
-    if (std::abs(way.x) <= half.x && std::abs(way.y) <= half.y && std::abs(way.z) <= half.z) continue;
-    build.add(cylinder(centre, end, std::max(bar, 0.02 * glm::length(way))));
-  }
-  return render::make_mesh(build.positions, build.triangles, name, flat_bevels);
 }
 
 }  // namespace flexframe::film

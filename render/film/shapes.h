@@ -1,11 +1,14 @@
-// Meshes that the program makes itself: swept beams, and simple solids for bodies without a mesh and for joints.
+// Meshes that the program makes itself: swept beams, and simple solids of which others are made.
 // All are closed, with outward normals; positions in m in the body frame.
 #pragma once
 
+#include "render/film/polygon.h"
 #include "render/picture/mesh.h"
 #include "sim/scene/scene.h"
 
 #include <span>
+#include <string>
+#include <vector>
 
 namespace flexframe::film {
 
@@ -24,8 +27,25 @@ render::Mesh make_sphere(const glm::dvec3& centre, double radius, const std::str
 // Cylinder with closed ends from a to b (a != b).
 render::Mesh make_cylinder(const glm::dvec3& a, const glm::dvec3& b, double radius, const std::string& name);
 
-// A rigid body that has no mesh, from what the scene says of it: the box of its mass and inertia about the centre of mass (limited to
-// size), with bars to its frames where they lie outside. size: m, what a body without measures gets (a small block).
-render::Mesh make_rigid_mesh(const sim::RigidDef& body, double size, const std::string& name);
+// Solids that are put together before they become a mesh.
+struct Build {
+  std::vector<glm::dvec3> positions;
+  std::vector<glm::ivec3> triangles;
+  void add(const Build& part);
+};
+
+// The facets at a box's corners meet the bevels at 30 and its ends at 35 degrees: smoothed, they would shade the large faces.
+inline constexpr render::MeshOptions flat_bevels{.crease_angle = 25.0};
+
+Loop circle(double radius);
+
+// Loops (an outline, then holes) in the plane of (u, v) swept along w through the stations: origin + x w + y u + z v, (u, v, w)
+// right-handed as (y, z, x).
+Build sweep(std::vector<Loop> loops, const std::vector<double>& stations, const glm::dvec3& origin, const glm::dvec3& w,
+            const glm::dvec3& u, const glm::dvec3& v);
+Build cylinder(const glm::dvec3& a, const glm::dvec3& b, double radius);
+Build box(const glm::dvec3& centre, const glm::dvec3& half);
+// Along z; length between the centres of its ends, 0: a ball.
+Build capsule(const glm::dvec3& centre, double radius, double length);
 
 }  // namespace flexframe::film

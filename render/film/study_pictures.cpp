@@ -49,7 +49,7 @@ struct Mapped {
 };
 Mapped map_motion(const sim::ResultBody& body, const sim::BodyDef* def, const RenderSettings& settings, const sim::VecX& times,
                   double size) {
-  const BodyModel model = make_body_model(body, def, settings, 0, size);
+  const BodyModel model = make_body_model(body, {.def = def, .size = size, .places = {}}, settings, 0);
   BodyMemory memory;
   Mapped out;
   std::vector<double> cpu;

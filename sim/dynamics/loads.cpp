@@ -331,6 +331,59 @@ Vec3 load_per_length(const Model& model, const Work& work, int part) {
   return out;
 }
 
+LoadState load_state(const Model& model, Work& work, const std::vector<int>& loads) {
+  LoadState out;
+  for (const int i : loads) {
+    const Load& load = model.loads[static_cast<size_t>(i)];
+    refresh_frames(model, work, load);
+    switch (load.def.kind) {
+      case ForceKind::spring_damper: {
+        const Line<Space> line = line_between(model, work, load);
+        out.length = line.length;
+        out.rate = line.rate;
+        out.force = -spring_damper_force(load, line);
+        out.power -= out.force * line.rate;
+        break;
+      }
+      case ForceKind::bushing: {
+        const Bushing b = bushing_state(model, work, load);
+        out.wrench = bushing_force(load, b);
+        out.power += out.wrench.dot(b.rate);
+        break;
+      }
+      case ForceKind::distributed: {
+        out.force = work.expression_value[load.expression];
+        Vec6 F;
+        VecX Fe;
+        distributed_load(model, work, i, F, Fe);
+        const PartWork& p = work.parts[model.frames[load.on].part];
+        out.power += F.dot(p.V) + Fe.dot(p.qd);
+        break;
+      }
+      default:
+        out.force = work.expression_value[load.expression];
+        out.power += frame_wrench(model, work, i, out.force).dot(work.frames[load.on].V);
+    }
+  }
+  return out;
+}
+
+VecX tree_spring_force(const Part& part, const Work& work) {
+  VecX out = VecX::Zero(part.joint.nv);
+  joint_spring_forces(part.joint, work.q.data() + part.q0, work.w.data() + part.v0, out);
+  return out;
+}
+
+double loop_spring_force(const Model& model, Work& work, int loop) {
+  const LoopJoint& joint = model.loops[static_cast<size_t>(loop)];
+  for (const int f : {joint.a, joint.b}) {
+    update_frame_position(model, f, work);
+    update_frame_velocity(model, f, work);
+  }
+  const LoopSpring s = loop_spring(model, work, joint);
+  return -(joint.spring->preload + joint.spring->stiffness * s.deflection + joint.spring->damping * s.rate);
+}
+
 void joint_forces(const Part& part, const JointWork& at, const VecX& all_q, const VecX& all_w, VecX& out) {
   const TreeJoint& j = part.joint;
   if (j.nv == 0) return;

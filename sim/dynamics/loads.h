@@ -27,6 +27,19 @@ std::vector<FrameWrench> frame_wrenches(const Model& model, Work& work);
 // Uniform loads on a part of a beam, N per metre of its length, part axes.
 Vec3 load_per_length(const Model& model, const Work& work, int part);
 
+// What a force of the scene does at the state in `work`. loads: indices in Model::loads, several where it acts on a chain of parts.
+struct LoadState {
+  double length = 0.0, rate = 0.0;  // spring-damper: m, m/s
+  double force = 0.0;               // spring-damper: N, positive where it pulls; force, torque, uniform load: its value
+  Vec6 wrench = Vec6::Zero();       // bushing: on `on` about its origin, axes of `from`
+  double power = 0.0;               // W, into the mechanism
+};
+LoadState load_state(const Model& model, Work& work, const std::vector<int>& loads);
+
+// Force or moment of a joint's spring and damper on its rates, or on the coordinate of a joint that closes a loop. N, N m.
+VecX tree_spring_force(const Part& part, const Work& work);
+double loop_spring_force(const Model& model, Work& work, int loop);
+
 // Energy stored in joint springs, stops and spring-dampers, J.
 double spring_energy(const Model& model, const Work& work);
 

@@ -2,6 +2,7 @@
 
 #include "sim/base/file_output.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -30,6 +31,16 @@ std::string field(const std::string& name) {
 
 }  // namespace
 
+std::string csv_head(const Results& results) {
+  std::string text = "# t [s]: time\n";
+  for (const ResultOutput& output : results.outputs) {
+    std::string description = output.description;
+    std::replace(description.begin(), description.end(), '\n', ' ');
+    text += fmt::format("# {} [{}]{}{}\n", output.column, output.unit, description.empty() ? "" : ": ", description);
+  }
+  return text;
+}
+
 std::string histories_csv(const Results& results) {
   std::string text = "t";
   for (const ResultOutput& output : results.outputs) {
@@ -51,6 +62,8 @@ std::string histories_csv(const Results& results) {
   return text;
 }
 
-void write_histories_csv(const Results& results, const std::filesystem::path& path) { write_whole_file(path, histories_csv(results)); }
+void write_histories_csv(const Results& results, const std::filesystem::path& path, bool head) {
+  write_whole_file(path, (head ? csv_head(results) : "") + histories_csv(results));
+}
 
 }  // namespace flexframe::sim

@@ -11,7 +11,10 @@ namespace flexframe::sim {
 
 std::string histories_csv(const Results& results);
 
-// Whole or not at all. Throws FileError naming the path when it cannot be written.
-void write_histories_csv(const Results& results, const std::filesystem::path& path);
+// Comment lines "# slider.x [m]: description", one a column.
+std::string csv_head(const Results& results);
+
+// Whole or not at all. head: with the comment lines before the header line. Throws FileError naming the path when it cannot be written.
+void write_histories_csv(const Results& results, const std::filesystem::path& path, bool head = false);
 
 }  // namespace flexframe::sim

@@ -1,14 +1,12 @@
 #include "sim/results/outputs.h"
 
-#include "sim/base/words.h"
 #include "sim/dynamics/closure.h"
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/kinematics.h"
+#include "sim/dynamics/loads.h"
+#include "sim/dynamics/stops.h"
 #include "sim/model/bodies.h"
-#include "sim/model/model_build.h"
 #include "sim/scene/joint_kinds.h"
-
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -16,11 +14,6 @@
 
 namespace flexframe::sim {
 namespace {
-
-bool energy_quantity(Quantity q) {
-  return q == Quantity::energy || q == Quantity::kinetic || q == Quantity::strain || q == Quantity::potential;
-}
-bool joint_quantity(Quantity q) { return q == Quantity::value || q == Quantity::rate || q == Quantity::reaction; }
 
 // The part's own acceleration includes the field of gravity; this is the frame's true one, world axes.
 Vec3 world_acceleration(const Model& model, Work& work, int frame) {
@@ -102,12 +95,13 @@ void reaction_columns(const Model& model, const OutputPlan& plan, const Work& wo
 }
 
 // Elastic displacement of a frame relative to the undeformed body, m, in the shown frame of the body.
-Vec3 displacement(const Model& model, const OutputPlans& plans, Work& work, int frame) {
+Vec3 displacement(const Model& model, const OutputPlans& plans, const OutputPlan& plan, Work& work) {
+  const int frame = plan.frame;
   const FramePoint& f = model.frames[frame];
   if (f.part == ground) return Vec3::Zero();
   const Part& part = model.parts[f.part];
   const Pose rest = compose(part.rest_in_body, rest_pose(model, frame));
-  const Pose shown = shown_pose(model, part.scene_body, plans.shown[static_cast<size_t>(part.scene_body)], work);
+  const Pose shown = shown_pose(model, part.scene_body, plan.shown ? *plan.shown : plans.shown[static_cast<size_t>(part.scene_body)], work);
   Pose now = work.frames[frame].pose;
   // Without a chain everything stays in the part, so that small displacements keep their digits far from the origin.
   const int first = model.pieces[static_cast<size_t>(part.scene_body)].front();
@@ -138,6 +132,9 @@ void relative_columns(const Model& model, const OutputPlan& plan, Work& work, co
       out[0] = distance > 0.0 ? apart.dot(velocity) / distance : velocity.norm();
       return;
     }
+    case Quantity::angle:
+      out[0] = rotation_log(turn).norm();
+      return;
     case Quantity::velocity:
       v = velocity;
       break;
@@ -154,168 +151,155 @@ void relative_columns(const Model& model, const OutputPlan& plan, Work& work, co
   for (int k = 0; k < 3; ++k) out[k] = v[k];
 }
 
-// Unit of what a frame has.
-const char* frame_unit(Quantity quantity) {
-  switch (quantity) {
+}  // namespace
+
+namespace {
+
+void frame_columns(const Model& model, const OutputPlans& plans, const OutputPlan& plan, Work& work, const double* last, double* out) {
+  update_frame_position(model, plan.frame, work);
+  update_frame_velocity(model, plan.frame, work);
+  const Pose pose = frame_world(model, work, plan.frame);
+  const FrameWork& f = work.frames[plan.frame];
+  Vec3 v;
+  switch (plan.def.quantity) {
+    case Quantity::position:
+      v = pose.p;
+      break;
     case Quantity::velocity:
-    case Quantity::distance_rate:
-      return "m/s";
-    case Quantity::acceleration:
-      return "m/s^2";
-    case Quantity::rotation:
-      return "rad";
+      v = pose.R * f.V.head<3>();
+      break;
     case Quantity::angular_velocity:
-      return "rad/s";
+      v = pose.R * f.V.tail<3>();
+      break;
+    case Quantity::acceleration:
+      v = world_acceleration(model, work, plan.frame);
+      break;
+    case Quantity::displacement:
+      v = displacement(model, plans, plan, work);
+      break;
     default:
-      return "m";
+      v = rotation_log(pose.R);
+      if (last) v = continue_rotation(v, Vec3(last[0], last[1], last[2]));
   }
+  for (int k = 0; k < 3; ++k) out[k] = v[k];
+}
+
+void energy_columns(const Model& model, const OutputPlan& plan, Work& work, double* out) {
+  const Energy e = compute_energy(model, work, plan.system ? -1 : plan.body);
+  switch (plan.def.quantity) {
+    case Quantity::kinetic:
+      out[0] = e.kinetic;
+      break;
+    case Quantity::strain:
+      out[0] = e.strain;
+      break;
+    case Quantity::potential:
+      out[0] = e.potential;
+      break;
+    default:
+      out[0] = e.kinetic + e.strain + e.potential;
+  }
+}
+
+// What a force does: its length, its force, its power into the mechanism.
+void force_columns(const Model& model, const OutputPlan& plan, Work& work, double* out) {
+  const LoadState state = load_state(model, work, plan.loads);
+  switch (plan.def.quantity) {
+    case Quantity::length:
+      out[0] = state.length;
+      return;
+    case Quantity::length_rate:
+      out[0] = state.rate;
+      return;
+    case Quantity::power:
+      out[0] = state.power;
+      return;
+    default:
+      if (plan.count == 1) out[0] = state.force;
+      else
+        for (int k = 0; k < 6; ++k) out[k] = state.wrench[k];
+  }
+}
+
+// Forces of a joint's spring, stop or friction on its coordinates.
+void coordinate_force_columns(const Model& model, const OutputPlan& plan, Work& work, double* out) {
+  if (plan.loop >= 0) {
+    out[0] = loop_spring_force(model, work, plan.loop);
+    return;
+  }
+  const Part& part = model.parts[plan.joint_part];
+  const JointWork& at = work.joints[plan.joint_part];
+  if (plan.def.quantity == Quantity::spring_force) {
+    const VecX force = tree_spring_force(part, work);
+    for (int k = 0; k < plan.count; ++k) out[k] = force[k];
+  } else if (plan.def.quantity == Quantity::friction_force) {
+    for (int k = 0; k < plan.count; ++k) out[k] = at.friction.size() > k ? at.friction[k] : 0.0;
+  } else {
+    const double q = work.q[part.q0], w = work.w[part.v0];
+    const Stop& stop = *part.joint.stop;
+    out[0] = stop_force(stop, at.stop == StopPhase::live ? find_stop_phase(stop, q, w) : at.stop, q, w);
+  }
+}
+
+// Forces [N Vy Vz] and moments [T My Mz] that the tip's side exerts on the root's, section axes; where something acts at the very place,
+// those on its side towards the root.
+Vec6 wrench_in_section(const OutputPlans& plans, int frame) {
+  const auto [b, k] = plans.sections->at(frame);
+  const CutBeam& beam = plans.sections->beams()[static_cast<size_t>(b)];
+  return k == 0 ? beam.left.front() : beam.right[static_cast<size_t>(k) - 1];
+}
+
+// The largest von Mises stress in the section, of its section forces.
+double section_stress(const OutputPlan& plan, const Vec6& f) {
+  const Section& s = plan.section;
+  const double E = plan.material.youngs_modulus, G = 0.5 * E / (1.0 + plan.material.poisson);
+  // Moments are Mz = E (Iz v'' + Iyz w''), My = -E (Iyz v'' + Iy w''); transverse forces are minus their derivatives along the beam.
+  Eigen::Matrix2d bending;
+  bending << s.iz, s.iyz, s.iyz, s.iy;
+  const Eigen::Matrix2d compliance = bending.inverse() / E;
+  const Eigen::Vector2d curvature = compliance * Eigen::Vector2d(f[5], -f[4]), rates = compliance * Eigen::Vector2d(-f[1], -f[2]);
+  const SectionStrains strains(f[0] / (E * s.area), curvature[0], curvature[1], f[3] / (G * s.j));
+  double largest = 0.0;
+  for (const SectionPoint& point : plan.points) largest = std::max(largest, section_von_mises(strains, rates, E, G, point));
+  return largest;
 }
 
 }  // namespace
 
-OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown) {
-  OutputPlans plans;
-  plans.shown.resize(scene.bodies.size());
-  for (size_t b = 0; b < scene.bodies.size(); ++b) {
-    const bool asked = std::any_of(scene.outputs.begin(), scene.outputs.end(), [&](const OutputDef& o) {
-      return o.quantity == Quantity::displacement && o.of.body == scene.bodies[b].name;
-    });
-    if (all_shown || asked) plans.shown[b] = find_shown_frame(model, scene, static_cast<int>(b));
-  }
-  for (const OutputDef& def : scene.outputs) {
-    const std::string where = fmt::format("{}:{}: output '{}'", scene.file.string(), def.line, def.name);
-    OutputPlan plan;
-    plan.def = def;
-    plan.first = static_cast<int>(plans.columns.size());
-    std::vector<std::string> tags{""};
-    std::string unit = "m";
-    std::vector<std::string> units;
-    int body = -1, joint = -1;
-    std::vector<std::string> body_names, joint_names;
-    for (size_t i = 0; i < scene.bodies.size(); ++i) {
-      body_names.push_back(scene.bodies[i].name);
-      if (scene.bodies[i].name == def.of.body) body = static_cast<int>(i);
-    }
-    for (size_t i = 0; i < scene.joints.size(); ++i) {
-      joint_names.push_back(scene.joints[i].name);
-      if (scene.joints[i].name == def.of.body && def.of.frame.empty()) joint = static_cast<int>(i);
-    }
-    const std::vector<std::string> xyz{".x", ".y", ".z"};
-    if (energy_quantity(def.quantity)) {
-      unit = "J";
-      plan.system = def.of.body == "system";
-      plan.body = body;
-      if (!plan.system && body < 0)
-        throw InputError(fmt::format("{}: '{}' is no body{}; energies are of 'system' or of a body: {}", where, def.of.body,
-                                     did_you_mean(def.of.body, body_names), list_words(body_names)));
-    } else if (joint_quantity(def.quantity)) {
-      if (joint < 0)
-        throw InputError(fmt::format("{}: '{}' is no joint{}; there are: {}", where, def.of.body, did_you_mean(def.of.body, joint_names),
-                                     list_words(joint_names)));
-      const JointDef& j = scene.joints[joint];
-      plan.joint_part = joint_part(model, joint);
-      for (size_t l = 0; l < model.loops.size(); ++l)
-        if (model.loops[l].scene_joint == joint) plan.loop = static_cast<int>(l);
-      if (def.quantity == Quantity::reaction) {
-        tags = {".x", ".y", ".z", ".mx", ".my", ".mz"};
-        units = {"N", "N", "N", "N m", "N m", "N m"};
-        plans.reactions = plans.accelerations = true;
-      } else {
-        const int n = rate_count(j.kind);
-        if (n == 0)
-          throw InputError(fmt::format("{}: a joint of this kind has no coordinate; the only quantity allowed is reaction", where));
-        if (n > 1) tags.clear();
-        for (int k = 0; k < n && n > 1; ++k) tags.push_back(traits(j.kind).quaternion == 0 ? xyz[k] : fmt::format(".{}", k + 1));
-        for (int k = 0; k < n; ++k) {
-          const bool length = is_length(j.kind, k);
-          units.push_back(def.quantity == Quantity::value ? (length ? "m" : "rad") : (length ? "m/s" : "rad/s"));
-        }
-      }
-    } else if (def.quantity == Quantity::q || def.quantity == Quantity::qd) {
-      if (body < 0)
-        throw InputError(fmt::format("{}: '{}' is no body{}; there are: {}", where, def.of.body, did_you_mean(def.of.body, body_names),
-                                     list_words(body_names)));
-      plan.body = body;
-      const int n = coordinate_count(model, body);
-      if (n == 0) throw InputError(fmt::format("{}: body '{}' has no elastic coordinates", where, def.of.body));
-      tags.clear();
-      for (int k = 0; k < n; ++k) tags.push_back(fmt::format(".{}", k + 1));
-      unit = def.quantity == Quantity::q ? "1" : "1/s";
-    } else {
-      plan.frame = add_frame(model, scene, def.of, where);
-      const bool scalar = def.quantity == Quantity::distance || def.quantity == Quantity::distance_rate;
-      if (def.relative_to || scalar) plan.relative_to = add_frame(model, scene, def.relative_to.value_or(FrameRef{"ground", ""}), where);
-      if (!scalar) tags = xyz;
-      unit = frame_unit(def.quantity);
-      plans.accelerations = plans.accelerations || def.quantity == Quantity::acceleration;
-    }
-    for (size_t k = 0; k < tags.size(); ++k) {
-      plans.columns.push_back(def.name + tags[k]);
-      plans.units.push_back(units.empty() ? unit : units[k]);
-    }
-    plan.count = static_cast<int>(tags.size());
-    plans.outputs.push_back(plan);
-  }
-  return plans;
-}
-
 void evaluate_outputs(const Model& model, const Scene&, const OutputPlans& plans, Work& work, const Reactions& reactions,
                       const double* previous, double* row) {
+  if (plans.sections) plans.sections->evaluate(model, work, reactions);
   for (const OutputPlan& plan : plans.outputs) {
     double* out = row + plan.first;
     const double* last = previous ? previous + plan.first : nullptr;
-    if (plan.relative_to >= 0) {
-      relative_columns(model, plan, work, last, out);
-    } else if (plan.frame >= 0) {
-      update_frame_position(model, plan.frame, work);
-      update_frame_velocity(model, plan.frame, work);
-      const Pose pose = frame_world(model, work, plan.frame);
-      const FrameWork& f = work.frames[plan.frame];
-      Vec3 v;
-      switch (plan.def.quantity) {
-        case Quantity::position:
-          v = pose.p;
-          break;
-        case Quantity::velocity:
-          v = pose.R * f.V.head<3>();
-          break;
-        case Quantity::angular_velocity:
-          v = pose.R * f.V.tail<3>();
-          break;
-        case Quantity::acceleration:
-          v = world_acceleration(model, work, plan.frame);
-          break;
-        case Quantity::displacement:
-          v = displacement(model, plans, work, plan.frame);
-          break;
-        default:
-          v = rotation_log(pose.R);
-          if (last) v = continue_rotation(v, Vec3(last[0], last[1], last[2]));
+    switch (family_of(plan.def.quantity)) {
+      case OutputFamily::section: {
+        const Vec6 wrench = wrench_in_section(plans, plan.frame);
+        if (plan.def.quantity == Quantity::stress) out[0] = section_stress(plan, wrench);
+        else
+          for (int k = 0; k < 6; ++k) out[k] = wrench[k];
+        break;
       }
-      for (int k = 0; k < 3; ++k) out[k] = v[k];
-    } else if (plan.def.quantity == Quantity::reaction) {
-      reaction_columns(model, plan, work, reactions, out);
-    } else if (joint_quantity(plan.def.quantity)) {
-      joint_columns(model, plan, work, last, out);
-    } else if (energy_quantity(plan.def.quantity)) {
-      const Energy e = compute_energy(model, work, plan.system ? -1 : plan.body);
-      switch (plan.def.quantity) {
-        case Quantity::kinetic:
-          out[0] = e.kinetic;
-          break;
-        case Quantity::strain:
-          out[0] = e.strain;
-          break;
-        case Quantity::potential:
-          out[0] = e.potential;
-          break;
-        default:
-          out[0] = e.kinetic + e.strain + e.potential;
+      case OutputFamily::force:
+        force_columns(model, plan, work, out);
+        break;
+      case OutputFamily::joint:
+        if (plan.def.quantity == Quantity::reaction) reaction_columns(model, plan, work, reactions, out);
+        else if (plan.def.quantity == Quantity::value || plan.def.quantity == Quantity::rate) joint_columns(model, plan, work, last, out);
+        else coordinate_force_columns(model, plan, work, out);
+        break;
+      case OutputFamily::energy:
+        energy_columns(model, plan, work, out);
+        break;
+      case OutputFamily::elastic: {
+        const bool rates = plan.def.quantity == Quantity::qd;
+        const VecX x = body_coordinates(model, plan.body, rates ? work.w : work.q, rates);
+        for (int k = 0; k < plan.count; ++k) out[k] = x[k];
+        break;
       }
-    } else {
-      const bool rates = plan.def.quantity == Quantity::qd;
-      const VecX x = body_coordinates(model, plan.body, rates ? work.w : work.q, rates);
-      for (int k = 0; k < plan.count; ++k) out[k] = x[k];
+      case OutputFamily::frame:
+        if (plan.relative_to >= 0) relative_columns(model, plan, work, last, out);
+        else frame_columns(model, plans, plan, work, last, out);
     }
   }
 }

@@ -2,15 +2,20 @@
 #pragma once
 
 #include "sim/dynamics/reactions.h"
+#include "sim/dynamics/section_forces.h"
 #include "sim/dynamics/work.h"
 #include "sim/results/results.h"
 #include "sim/results/shown_frame.h"
+#include "sim/scene/section_stress.h"
+
+#include <memory>
+#include <optional>
 
 namespace flexframe::sim {
 
 // One output, resolved. Columns: NAME.x NAME.y NAME.z for vectors, NAME for scalars, NAME.1 NAME.2 ... for coordinates;
 // reactions NAME.x NAME.y NAME.z (force) NAME.mx NAME.my NAME.mz (moment), of the parent on the child at the joint, in world axes or those
-// of the joint's parent or child frame.
+// of the joint's parent or child frame; section forces NAME.N NAME.Vy NAME.Vz NAME.T NAME.My NAME.Mz.
 struct OutputPlan {
   OutputDef def;
   int frame = -1;                  // frame outputs
@@ -18,15 +23,26 @@ struct OutputPlan {
   int joint_part = -1, loop = -1;  // joint outputs
   int body = -1;                   // body outputs (scene index)
   bool system = false;
-  int first = 0, count = 1;  // columns
+  int first = 0, count = 1;        // columns
+  std::vector<int> loads;          // force outputs: of the model, those of one force of the scene
+  std::optional<ShownFrom> shown;  // displacements that say themselves from where they are measured
+  // stress: what it is made of
+  Section section;
+  Material material;
+  std::vector<SectionPoint> points;
 };
 
 struct OutputPlans {
   std::vector<OutputPlan> outputs;
-  std::vector<std::string> columns, units;
+  std::vector<std::string> columns, units, descriptions;
   std::vector<ShownFrom> shown;                   // of every body of the scene, where its deformation is asked for
   bool accelerations = false, reactions = false;  // what they need
+  std::shared_ptr<SectionForces> sections;        // where section forces or stresses are asked for
 };
+
+// What an output is of.
+enum class OutputFamily { frame, joint, force, section, elastic, energy };
+OutputFamily family_of(Quantity quantity);
 
 // all_shown: the deformation of every body is wanted, not only of those with an output `displacement`.
 // Throws InputError with file, line, what was found and what there is.

@@ -33,17 +33,6 @@ void write_quaternion(const Mat3& R, Eigen::MatrixX4d& out, Eigen::Index row) {
   out.row(row) << q.w(), q.x(), q.y(), q.z();
 }
 
-// Frames were added to the model: the work space grows with them, the coordinates and partitions stay.
-void grow_work(System& system) {
-  Work work = make_work(system.model);
-  work.q = system.work.q;
-  work.w = system.work.w;
-  work.clusters = system.work.clusters;
-  work.massless = system.work.massless;
-  work.joints = system.work.joints;
-  system.work = std::move(work);
-}
-
 void refresh(System& system, double t, const VecX& y, bool accelerations, bool reactions, Reactions& out) {
   if (accelerations) update_system_accelerations(system);
   if (accelerations) update_massless_accelerations(system, t, y);
@@ -94,6 +83,16 @@ void set_section_strains(const Model& model, const Scene& scene, int b, ResultBo
 }
 
 }  // namespace
+
+void grow_work(System& system) {
+  Work work = make_work(system.model);
+  work.q = system.work.q;
+  work.w = system.work.w;
+  work.clusters = system.work.clusters;
+  work.massless = system.work.massless;
+  work.joints = system.work.joints;
+  system.work = std::move(work);
+}
 
 Recorder::Recorder(System& system, const std::vector<double>& times) {
   Model& model = system.model;
@@ -241,7 +240,8 @@ Results Recorder::finish(const System&) {
   for (BodyRows& rows : rows_)
     for (TableRows* table : {&rows.displacement, &rows.rotation, &rows.q, &rows.qd}) table->flush();
   for (size_t k = 0; k < plans_.columns.size(); ++k)
-    results_.outputs.push_back({plans_.columns[k], plans_.units[k], table_.row(static_cast<Eigen::Index>(k)).transpose()});
+    results_.outputs.push_back(
+        {plans_.columns[k], plans_.units[k], table_.row(static_cast<Eigen::Index>(k)).transpose(), plans_.descriptions[k]});
   return std::move(results_);
 }
 

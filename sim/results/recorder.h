@@ -32,6 +32,9 @@ class TableRows {
   Eigen::Index first_ = 0, count_ = 0;
 };
 
+// After frames were added to the model (plan_outputs): the work space grows with them, the coordinates and partitions stay.
+void grow_work(System& system);
+
 class Recorder {
  public:
   // Resolves the scene's outputs (throws InputError) and sizes the series.

@@ -64,6 +64,7 @@ struct ResultOutput {
   std::string column;  // "slider.x", "energy"
   std::string unit;    // "m", "rad/s", "J"
   VecX values;         // nt
+  std::string description = {};
 };
 
 // How an asked accuracy was met.

@@ -297,15 +297,19 @@ void write_all(hid_t file, const Results& results) {
   for (std::size_t i = 0; i < results.joints.size(); ++i) write_joint(joints, results.joints[i], static_cast<long>(i), nt);
 
   const Id outputs = make_group(file, "outputs");
-  std::vector<std::string> columns, units;
+  std::vector<std::string> columns, units, descriptions;
+  bool described = false;
   MatX values(static_cast<Eigen::Index>(nt), static_cast<Eigen::Index>(results.outputs.size()));
   for (std::size_t i = 0; i < results.outputs.size(); ++i) {
     columns.push_back(results.outputs[i].column);
     units.push_back(results.outputs[i].unit);
+    descriptions.push_back(results.outputs[i].description);
+    described = described || !descriptions.back().empty();
     values.col(static_cast<Eigen::Index>(i)) = results.outputs[i].values;
   }
   write_texts(outputs, "columns", columns);
   write_texts(outputs, "units", units);
+  if (described) write_texts(outputs, "descriptions", descriptions);
   write_numbers(outputs, "values", values, {nt, columns.size()}, "", "histories of the scene's outputs, one column each");
 
   const Id energy = make_group(file, "energy");
@@ -860,8 +864,14 @@ Results read_results(const std::filesystem::path& path) {
     const MatX values = reader.numbers(outputs, "values", "/outputs/", {nt, columns.size()}, columns.empty());
     if (!units.empty() && units.size() != columns.size())
       reader.fail("dataset '/outputs/units'", fmt::format("must have {} entries like 'columns', found {}", columns.size(), units.size()));
+    std::vector<std::string> descriptions(columns.size());
+    if (reader.has(outputs, "descriptions")) descriptions = reader.texts(outputs, "descriptions", "/outputs/");
+    if (descriptions.size() != columns.size())
+      reader.fail("dataset '/outputs/descriptions'",
+                  fmt::format("must have {} entries like 'columns', found {}", columns.size(), descriptions.size()));
     for (std::size_t i = 0; i < columns.size(); ++i)
-      results.outputs.push_back({columns[i], units.empty() ? "" : units[i], values.col(static_cast<Eigen::Index>(i))});
+      results.outputs.push_back(
+          {columns[i], units.empty() ? "" : units[i], values.col(static_cast<Eigen::Index>(i)), std::move(descriptions[i])});
   }
 
   if (reader.has(file, "energy")) {

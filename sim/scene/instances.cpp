@@ -16,11 +16,12 @@ namespace {
 const std::vector<std::string> kinds{"body", "joint", "force", "output"};
 
 // Keys whose texts are words and names, not numbers.
-const std::set<std::string, std::less<>> word_keys{"name",  "kind",    "model",   "mesh",     "file",  "color",  "parent", "child",
-                                                   "on",    "from",    "of",      "quantity", "frame", "shape",  "frames", "boundary",
-                                                   "shown", "effects", "without", "ports",    "euler", "drawing"};
-// Of these, the ones that name bodies and joints, or a frame behind a dot.
-const std::set<std::string, std::less<>> reference_keys{"parent", "child", "on", "from", "of"};
+const std::set<std::string, std::less<>> word_keys{"name",    "kind",        "model", "mesh",       "file",     "color", "parent",
+                                                   "child",   "on",          "from",  "of",         "quantity", "frame", "shape",
+                                                   "frames",  "boundary",    "shown", "effects",    "without",  "ports", "euler",
+                                                   "drawing", "relative_to", "unit",  "description"};
+// Of these, the ones that name bodies, joints and forces, or a frame behind a dot.
+const std::set<std::string, std::less<>> reference_keys{"parent", "child", "on", "from", "of", "relative_to"};
 
 struct Copy {
   const TableReader* instance = nullptr;
@@ -79,6 +80,11 @@ void rewrite(const Copy& copy, TomlValue& value, const std::string& key, bool wo
     for (TomlValue& item : value.items) rewrite(copy, item, key, words);
   } else if (value.type == Type::table) {
     for (std::size_t k = 0; k < value.items.size(); ++k) {
+      // Ends of a shape are frames of its own body, or numbers.
+      if (key == "shapes" && (value.keys[k] == "from" || value.keys[k] == "to")) {
+        rewrite(copy, value.items[k], "end", value.items[k].type == Type::text && !value.items[k].text.starts_with('['));
+        continue;
+      }
       // Names of frames are keys; what stands behind them are numbers.
       const bool inner_words = key == "drawing" || (value.keys[k] != "frames" && word_keys.contains(value.keys[k]));
       rewrite(copy, value.items[k], value.keys[k], inner_words);
@@ -230,7 +236,7 @@ void place_instances(TomlValue& root, const std::string& file, const Parameters&
       placed.set_parameters(copy.all);
       copy.position = placed.vector3("position", Vec3::Zero(), "m");
       copy.turn = rotation_exp(read_rotation(placed, "rotation"));
-      for (const char* kind : {"body", "joint"})
+      for (const char* kind : {"body", "joint", "force"})
         if (const TomlValue* list = definition->find(kind))
           for (const TomlValue& item : list->items)
             if (const TomlValue* own = item.find("name")) copy.inside.insert(fill(copy, own->text));

@@ -4,10 +4,10 @@
 #include "sim/base/words.h"
 #include "sim/scene/expression.h"
 #include "sim/scene/scene.h"
+#include "sim/scene/unit_terms.h"
 #include "sim/scene/units.h"
 
 #include <algorithm>
-#include <tuple>
 
 #include <fmt/format.h>
 
@@ -78,10 +78,7 @@ double Parameters::value(const std::string& name) const {
   if (open_.size() >= deepest) throw InputError(fmt::format("parameters lead to one another over more than {} steps", deepest));
   open_.push_back(name);
   try {
-    const std::string& text = texts_.at(name);
-    const auto [number_text, unit_text] = split_unit(text);
-    const double factor = unit_text.empty() ? 1.0 : parse_unit(unit_text)->factor;
-    const double result = number(number_text, nullptr) * factor;
+    const double result = number(texts_.at(name), "*");
     open_.pop_back();
     values_[name] = result;
     return result;
@@ -115,19 +112,55 @@ std::string with_inputs(std::string_view text, const std::vector<InputDef>& inpu
   return values.substitute(text);
 }
 
-double Parameters::number(std::string_view text, const char* unit) const {
-  std::string_view number_text = text, unit_text;
-  // "3 t" might be an expression of time elsewhere; a number has no t, so that what stands behind it is a unit.
-  std::tie(number_text, unit_text) = split_unit(text);
+namespace {
+
+// What a text says: the expression, and what its value is multiplied with.
+struct Quantified {
+  std::string text;
   double factor = 1.0;
-  if (!unit_text.empty()) {
+};
+
+std::string_view trimmed(std::string_view text) {
+  while (text.starts_with(' ')) text.remove_prefix(1);
+  return text;
+}
+
+void require_unit(const Dimension& given, const char* wanted_text, std::string_view found) {
+  const std::optional<Unit> wanted = wanted_text ? parse_unit(wanted_text) : std::nullopt;
+  if (!wanted_text) throw InputError(fmt::format("a number without a unit is expected, found the unit {}", quote(found)));
+  if (!wanted || !fits(given, wanted->dimension))
+    throw InputError(
+        fmt::format("the unit {} does not fit; a number in {} is expected", quote(found), *wanted_text ? wanted_text : "no unit"));
+}
+
+// One unit behind the whole, or units inside. "3 t" might be an expression of time elsewhere; a number has no t, so that what stands
+// behind it is a unit. wanted: as in number(); "*": any.
+Quantified take_units(std::string_view text, const char* wanted) {
+  const bool any = wanted && std::string_view(wanted) == "*";
+  const auto [number_text, unit_text] = split_unit(text);
+  const std::optional<UnitTerms> inside = resolve_units(number_text), all = resolve_units(text);
+  const double scale = !any && wanted && parse_unit(wanted) ? parse_unit(wanted)->factor : 1.0;
+  if (!unit_text.empty() && !inside) {
+    if (is_sum(number_text)) {
+      const std::size_t last = number_text.find_last_of("+-");
+      throw InputError(fmt::format("{} may belong to the whole sum or to its last term: write \"({}) {}\" or \"{} ({} {})\"",
+                                   quote(unit_text), number_text, unit_text, number_text.substr(0, last + 1),
+                                   trimmed(number_text.substr(last + 1)), unit_text));
+    }
     const Unit given = *parse_unit(unit_text);
-    if (unit == nullptr) throw InputError(fmt::format("a number without a unit is expected, found the unit {}", quote(unit_text)));
-    const std::optional<Unit> wanted = parse_unit(unit);
-    if (!wanted || !fits(given.dimension, wanted->dimension))
-      throw InputError(fmt::format("the unit {} does not fit; a number in {} is expected", quote(unit_text), *unit ? unit : "no unit"));
-    factor = given.factor / wanted->factor;
+    if (!any) require_unit(given.dimension, wanted, unit_text);
+    return {std::string(number_text), given.factor / scale};
   }
+  if (!all) return {std::string(text), 1.0};
+  if (!any && !wanted) throw InputError("a number without units is expected");
+  if (!any && all->dimension) require_unit(*all->dimension, wanted, text);
+  return {all->text, 1.0 / scale};
+}
+
+}  // namespace
+
+double Parameters::number(std::string_view text, const char* unit) const {
+  const auto [number_text, factor] = take_units(text, unit);
   const std::string plain = substitute(number_text);
   try {
     const Expression expression(plain);

@@ -3,6 +3,7 @@
 #include "sim/scene/effect_names.h"
 #include "sim/scene/scene_input.h"
 #include "sim/scene/section.h"
+#include "sim/scene/shape_mass.h"
 
 #include <algorithm>
 #include <cmath>
@@ -114,20 +115,6 @@ FlexibleInitial read_flexible_initial(const TableReader& body) {
   return initial;
 }
 
-std::filesystem::path read_file_path(const TableReader& reader, std::string_view key, const std::filesystem::path& folder) {
-  const std::string text = reader.text(key);
-  if (text.empty()) reader.fail(key, "is empty; a file name is expected");
-  std::filesystem::path path = std::filesystem::path(text);
-  if (path.is_relative()) path = folder / path;
-  std::error_code error;
-  const auto status = std::filesystem::status(path, error);
-  if (status.type() == std::filesystem::file_type::not_found)
-    reader.fail(key, fmt::format("names the file {}, which does not exist (looked for as {})", quote(text), path.string()));
-  if (std::filesystem::is_directory(status)) reader.fail(key, fmt::format("names the directory {}; a file is expected", quote(text)));
-  const auto absolute = std::filesystem::absolute(path, error);
-  return error ? path : absolute.lexically_normal();
-}
-
 // Refuses a tensor that no mass distribution can have: principal moments >= 0, none larger than the sum of the others.
 void check_inertia(const TableReader& reader, const Vec6& inertia) {
   Mat3 tensor;
@@ -148,10 +135,43 @@ void check_inertia(const TableReader& reader, const Vec6& inertia) {
             principal[2], principal[0], principal[1]));
 }
 
-RigidDef read_rigid(const TableReader& reader, bool mass_required) {
+// Mass, centre and inertia of the body's shapes: by their density, or with the mass that the body gives.
+void weigh_shapes(const TableReader& reader, const std::vector<ShapeDef>& shapes, RigidDef& rigid) {
+  const bool dense = std::any_of(shapes.begin(), shapes.end(), [](const ShapeDef& s) { return s.density > 0.0; });
+  MassMoments moments;
+  if (dense) {
+    for (const char* key : {"mass", "inertia", "centre_of_mass"})
+      if (reader.has(key)) reader.fail(key, "excludes 'density', which gives mass, centre and inertia by the shapes");
+    moments = sum_of_shapes(shapes);
+    rigid.mass = moments.mass;
+  } else {
+    std::vector<ShapeDef> even = shapes;
+    for (ShapeDef& shape : even) shape.density = 1.0;
+    moments = sum_of_shapes(even);
+    const double density = rigid.mass / moments.mass;
+    moments = {rigid.mass, density * moments.first, density * moments.second};
+  }
+  if (moments.mass > 0.0) rigid.centre_of_mass = moments.first / moments.mass;
+  rigid.inertia = central_inertia(moments);
+}
+
+RigidDef read_rigid(const TableReader& reader, bool mass_required, const std::vector<ShapeDef>& shapes = {}) {
   RigidDef rigid;
+  const bool dense = std::any_of(shapes.begin(), shapes.end(), [](const ShapeDef& s) { return s.density > 0.0; });
+  if (reader.has("density") && shapes.empty()) reader.fail("density", "needs 'shapes', whose volume it weighs");
+  if (dense) {
+    weigh_shapes(reader, shapes, rigid);
+    return rigid;
+  }
   rigid.mass = mass_required ? reader.number("mass", not_negative.in("kg")) : reader.number("mass", 0.0, not_negative.in("kg"));
-  if (reader.has("inertia")) {
+  const TomlValue* inertia = reader.find("inertia");
+  if (inertia && inertia->type == TomlValue::Type::text && inertia->text == "shapes") {
+    if (shapes.empty()) reader.fail("inertia", "is \"shapes\", and the body has no 'shapes'");
+    if (reader.has("centre_of_mass")) reader.fail("centre_of_mass", "excludes inertia = \"shapes\", which gives it");
+    weigh_shapes(reader, shapes, rigid);
+    return rigid;
+  }
+  if (inertia) {
     const std::vector<double> given = reader.numbers("inertia", 3, 6, any_number.in("kg m^2"));
     if (given.size() != 3 && given.size() != 6)
       reader.fail("inertia", fmt::format("must have 3 numbers (xx yy zz) or 6 (xx yy zz xy xz yz), found {}", given.size()));
@@ -327,36 +347,12 @@ StateSpaceDef read_state_space(const TableReader& reader, const std::filesystem:
   return body;
 }
 
-// Drawing words as text: numbers as written by fmt, lists as "[1, 0, 0]".
-std::string drawing_text(const TableReader& reader, std::string_view key, const TomlValue& value) {
-  switch (value.type) {
-    case TomlValue::Type::text:
-      return value.text;
-    case TomlValue::Type::boolean:
-      return value.boolean ? "true" : "false";
-    case TomlValue::Type::integer:
-      return fmt::format("{}", value.integer);
-    case TomlValue::Type::real:
-      return fmt::format("{}", value.real);
-    case TomlValue::Type::array: {
-      std::string list;
-      for (const TomlValue& item : value.items) {
-        if (item.type == TomlValue::Type::array) reader.fail(key, "must not hold an array in an array");
-        list += (list.empty() ? "" : ", ") + drawing_text(reader, key, item);
-      }
-      return "[" + list + "]";
-    }
-    default:
-      reader.fail(key, fmt::format("must be a string, number, boolean or an array of them, found {}", describe(value)));
-  }
-}
-
 Words allowed_keys(std::size_t kind, bool modal_beam) {
   Words keys{"name", "kind", "mesh", "color", "drawing"};
   const auto add = [&](std::initializer_list<const char*> more) { keys.insert(keys.end(), more.begin(), more.end()); };
   switch (kind) {
     case 0:
-      add({"mass", "inertia", "centre_of_mass", "frames"});
+      add({"mass", "inertia", "centre_of_mass", "frames", "shapes", "density"});
       break;
     case 1:
       add({"length", "section", "material", "model"});
@@ -398,6 +394,43 @@ std::string read_shown(const TableReader& reader, const TomlValue& value) {
 
 }  // namespace
 
+std::filesystem::path read_file_path(const TableReader& reader, std::string_view key, const std::filesystem::path& folder) {
+  const std::string text = reader.text(key);
+  if (text.empty()) reader.fail(key, "is empty; a file name is expected");
+  std::filesystem::path path = std::filesystem::path(text);
+  if (path.is_relative()) path = folder / path;
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (status.type() == std::filesystem::file_type::not_found)
+    reader.fail(key, fmt::format("names the file {}, which does not exist (looked for as {})", quote(text), path.string()));
+  if (std::filesystem::is_directory(status)) reader.fail(key, fmt::format("names the directory {}; a file is expected", quote(text)));
+  const auto absolute = std::filesystem::absolute(path, error);
+  return error ? path : absolute.lexically_normal();
+}
+
+std::string drawing_text(const TableReader& reader, std::string_view key, const TomlValue& value) {
+  switch (value.type) {
+    case TomlValue::Type::text:
+      return value.text;
+    case TomlValue::Type::boolean:
+      return value.boolean ? "true" : "false";
+    case TomlValue::Type::integer:
+      return fmt::format("{}", value.integer);
+    case TomlValue::Type::real:
+      return fmt::format("{}", value.real);
+    case TomlValue::Type::array: {
+      std::string list;
+      for (const TomlValue& item : value.items) {
+        if (item.type == TomlValue::Type::array) reader.fail(key, "must not hold an array in an array");
+        list += (list.empty() ? "" : ", ") + drawing_text(reader, key, item);
+      }
+      return "[" + list + "]";
+    }
+    default:
+      reader.fail(key, fmt::format("must be a string, number, boolean or an array of them, found {}", describe(value)));
+  }
+}
+
 std::map<std::string, Vec3> read_frame_positions(const TableReader& body, std::vector<std::string>* order) {
   std::map<std::string, Vec3> frames;
   const auto reader = body.table("frames");
@@ -426,7 +459,7 @@ BodyDef read_body(TableReader& reader, const std::filesystem::path& folder) {
   const TomlValue* model = reader.find("model");
   reader.allow(allowed_keys(kind, model && model->text == "modal"));
   if (const TomlValue* shown = reader.find("shown")) body.drawing["shown"] = read_shown(reader, *shown);
-  if (reader.has("mesh")) body.mesh = read_file_path(reader, "mesh", folder);
+  read_mesh(reader, folder, body);
   if (const TomlValue* color = reader.find("color")) body.drawing["color"] = drawing_text(reader, "color", *color);
   if (const auto drawing = reader.table("drawing"))
     for (std::size_t i = 0; i < drawing->value().keys.size(); ++i) {
@@ -436,8 +469,11 @@ BodyDef read_body(TableReader& reader, const std::filesystem::path& folder) {
 
   switch (kind) {
     case 0: {
-      RigidDef rigid = read_rigid(reader, true);
-      rigid.frames = read_frame_positions(reader);
+      const std::map<std::string, Vec3> frames = read_frame_positions(reader);
+      body.shapes = read_shapes(reader, frames);
+      if (body.mesh && !body.shapes.empty()) reader.fail("shapes", "excludes 'mesh': the body is drawn with one or the other");
+      RigidDef rigid = read_rigid(reader, true, body.shapes);
+      rigid.frames = frames;
       body.kind = std::move(rigid);
       break;
     }

@@ -1,4 +1,4 @@
-// [[joint]], [[force]] and [[output]] tables.
+// [[joint]] and [[force]] tables.
 #include "sim/base/words.h"
 #include "sim/scene/expression.h"
 #include "sim/scene/joint_kinds.h"
@@ -6,6 +6,7 @@
 #include "sim/scene/rotation_input.h"
 #include "sim/scene/scene_input.h"
 #include "sim/scene/table.h"
+#include "sim/scene/unit_terms.h"
 #include "sim/scene/units.h"
 
 #include <algorithm>
@@ -30,11 +31,6 @@ const Words joint_words_in_order = [] {
 }();
 const Words force_kinds{"force", "torque", "spring-damper", "distributed", "bushing"};
 const Words force_frames{"world", "body"};
-const Words reaction_frames{"world", "parent", "child"};
-const Words quantities{"position",     "velocity", "acceleration", "rotation", "angular_velocity", "displacement", "value",     "rate",
-                       "reaction",     "q",        "qd",           "energy",   "kinetic",          "strain",       "potential", "distance",
-                       "distance_rate"};
-
 // Units of a joint's coordinate, of its rate, and of what acts along it; none where its coordinates are of both kinds.
 struct CoordinateUnits {
   const char *value = nullptr, *rate = nullptr, *load = nullptr, *stiffness = nullptr, *damping = nullptr;
@@ -176,25 +172,6 @@ void check_reach(const TableReader& reader, const TableDef& table, const Scene& 
                             scene.simulation.duration));
 }
 
-std::vector<std::string> body_names(const Scene& scene) {
-  std::vector<std::string> names{"ground"};
-  names.reserve(scene.bodies.size() + 1);
-  for (const BodyDef& body : scene.bodies) names.push_back(body.name);
-  return names;
-}
-
-const BodyDef* find_body(const Scene& scene, std::string_view name) {
-  for (const BodyDef& body : scene.bodies)
-    if (body.name == name) return &body;
-  return nullptr;
-}
-
-const JointDef* find_joint(const Scene& scene, std::string_view name) {
-  for (const JointDef& joint : scene.joints)
-    if (joint.name == name) return &joint;
-  return nullptr;
-}
-
 // node[k] -> k, or -1
 int node_number(std::string_view frame) {
   if (!frame.starts_with("node[") || !frame.ends_with("]")) return -1;
@@ -234,20 +211,33 @@ void check_frame(const TableReader& reader, std::string_view key, const BodyDef&
                        hint.empty() ? ";" : "", known.empty() ? "no frames but its own (write the body's name alone)" : list_words(known)));
 }
 
-FrameRef split(const std::string& text) {
+}  // namespace
+
+const BodyDef* find_body(const Scene& scene, std::string_view name) {
+  for (const BodyDef& body : scene.bodies)
+    if (body.name == name) return &body;
+  return nullptr;
+}
+
+const JointDef* find_joint(const Scene& scene, std::string_view name) {
+  for (const JointDef& joint : scene.joints)
+    if (joint.name == name) return &joint;
+  return nullptr;
+}
+
+FrameRef split_frame(const std::string& text) {
   const std::size_t dot = text.find('.');
   if (dot == std::string::npos) return {text, ""};
   return {text.substr(0, dot), text.substr(dot + 1)};
 }
 
-[[noreturn]] void unknown_body(const TableReader& reader, std::string_view key, const std::string& name, const Scene& scene) {
-  const Words known = body_names(scene);
+void unknown_body(const TableReader& reader, std::string_view key, const std::string& name, const Scene& scene) {
+  Words known{"ground"};
+  for (const BodyDef& body : scene.bodies) known.push_back(body.name);
   const std::string hint = did_you_mean(name, known);
   reader.fail(key, fmt::format("names the body {}, which does not exist{}{} there are {}", quote(name), hint, hint.empty() ? ";" : "",
                                list_words(known)));
 }
-
-}  // namespace
 
 void check_name(const TableReader& reader, std::string_view key, const std::string& name, std::string_view what) {
   if (name.empty()) reader.fail(key, fmt::format("is empty; a {} needs a name", what));
@@ -260,6 +250,28 @@ void check_name(const TableReader& reader, std::string_view key, const std::stri
                          quote(name)));
   if (name.size() > 200) reader.fail(key, fmt::format("is longer than 200 bytes: {}", quote(name)));
 }
+
+namespace {
+
+// None where the text is a number with one unit behind it, or has no unit.
+std::optional<std::string> expression_with_units(const TableReader& reader, std::string_view key, const std::string& text,
+                                                 const char* unit) {
+  try {
+    if (const auto [number, behind] = split_unit(text); !behind.empty() && !resolve_units(number)) return std::nullopt;
+    const std::optional<UnitTerms> terms = resolve_units(text);
+    if (!terms) return std::nullopt;
+    const std::optional<Unit> wanted = unit ? parse_unit(unit) : std::nullopt;
+    if (terms->dimension && wanted && !fits(*terms->dimension, wanted->dimension))
+      throw InputError(fmt::format("its units do not make {}", *unit ? unit : "a plain number"));
+    const std::string plain = reader.parameters().substitute(terms->text);
+    const Expression expression(plain);
+    return plain;
+  } catch (const InputError& error) {
+    reader.fail(key, fmt::format("is no expression of t: {}, {}", quote(text), error.what()));
+  }
+}
+
+}  // namespace
 
 std::string read_expression(const TableReader& reader, std::string_view key, const char* unit) {
   std::string driven;
@@ -280,7 +292,8 @@ std::string read_driven_expression(const TableReader& reader, std::string_view k
     if (text != named) driven = named;
     return text;
   } catch (const InputError& error) {
-    // "10 kN" is a number with a unit.
+    // "10 kN" is a number with a unit, "5 kN*sin(50 Hz*t)" has them inside.
+    if (const auto with_units = expression_with_units(reader, key, value.text, unit)) return *with_units;
     if (split_unit(value.text).second.empty())
       reader.fail(key, fmt::format("is no expression of t: {}, {}", quote(value.text), error.what()));
     return fmt::format("{}", reader.number(key, any_number.in(unit)));
@@ -288,7 +301,7 @@ std::string read_driven_expression(const TableReader& reader, std::string_view k
 }
 
 FrameRef read_frame_ref(const TableReader& reader, std::string_view key, const Scene& scene) {
-  FrameRef ref = split(reader.text(key));
+  FrameRef ref = split_frame(reader.text(key));
   if (ref.body == "ground") {
     if (ref.frame.empty() || scene.ground_frames.contains(ref.frame)) return ref;
     Words known;
@@ -491,73 +504,6 @@ InputDef read_input(TableReader& reader) {
                                     quote(input.name)));
   }
   return input;
-}
-
-OutputDef read_output(TableReader& reader, const Scene& scene) {
-  OutputDef output;
-  output.line = reader.line();
-  output.name = reader.text("name");
-  check_name(reader, "name", output.name, "output");
-  reader.set_label(fmt::format("[[output]] {}", quote(output.name)));
-  reader.allow({"name", "of", "quantity", "relative_to", "frame"});
-  output.quantity = static_cast<Quantity>(reader.word("quantity", quantities));
-  const std::string& quantity = quantities[static_cast<std::size_t>(output.quantity)];
-  const std::string of = reader.text("of");
-  output.of = split(of);
-  if (reader.has("frame") && output.quantity != Quantity::reaction)
-    reader.fail("frame", fmt::format("belongs to the quantity 'reaction'; this one is '{}'", quantity));
-  output.frame = static_cast<ReactionFrame>(reader.word("frame", reaction_frames, 0));
-  if (reader.has("relative_to")) {
-    const std::vector<Quantity> relative{Quantity::position,         Quantity::velocity, Quantity::rotation,
-                                         Quantity::angular_velocity, Quantity::distance, Quantity::distance_rate};
-    if (std::find(relative.begin(), relative.end(), output.quantity) == relative.end())
-      reader.fail("relative_to", fmt::format("belongs to position, velocity, rotation, angular_velocity, distance and distance_rate; "
-                                             "this one is '{}'",
-                                             quantity));
-    output.relative_to = read_frame_ref(reader, "relative_to", scene);
-  }
-
-  switch (output.quantity) {
-    case Quantity::energy:
-    case Quantity::kinetic:
-    case Quantity::strain:
-    case Quantity::potential:
-      if (of != "system") reader.fail("of", fmt::format("must be \"system\" for the quantity '{}', found {}", quantity, quote(of)));
-      return output;
-    case Quantity::value:
-    case Quantity::rate:
-    case Quantity::reaction: {
-      const JointDef* joint = find_joint(scene, of);
-      if (!joint) {
-        Words known;
-        known.reserve(scene.joints.size());
-        for (const JointDef& candidate : scene.joints) known.push_back(candidate.name);
-        const std::string hint = did_you_mean(of, known);
-        reader.fail("of", fmt::format("must be a joint for the quantity '{}', and {} is none{}{} there are {}", quantity, quote(of), hint,
-                                      hint.empty() ? ";" : "", list_words(known)));
-      }
-      if (output.quantity != Quantity::reaction && traits(joint->kind).rates.size() == 0)
-        reader.fail("quantity", fmt::format("is '{}', but a {} joint has no coordinate", quantity, traits(joint->kind).word));
-      return output;
-    }
-    default:
-      break;
-  }
-
-  if (of == "system")
-    reader.fail("of", fmt::format("is \"system\", which has energy, kinetic, strain and potential, but no '{}'", quantity));
-  const BodyDef* body = find_body(scene, output.of.body);
-  if (!body) {
-    if (find_joint(scene, of))
-      reader.fail("of", fmt::format("is the joint {}, which has value, rate and reaction, but no '{}'; name a frame", quote(of), quantity));
-    unknown_body(reader, "of", output.of.body, scene);
-  }
-  read_frame_ref(reader, "of", scene);
-  if (output.quantity == Quantity::q || output.quantity == Quantity::qd) {
-    if (!output.of.frame.empty()) reader.fail("of", fmt::format("must be a body's name alone for the quantity '{}'", quantity));
-    if (is_rigid(*body)) reader.fail("of", fmt::format("is the rigid body {}, which has no elastic coordinates", quote(body->name)));
-  }
-  return output;
 }
 
 }  // namespace flexframe::sim

@@ -128,11 +128,40 @@ struct StateSpaceDef {
   FlexibleInitial initial;
 };
 
+// A solid of simple form on a rigid body. Along z of its own frame where it has an axis; `from` and `to` give that frame to those that
+// reach from one point to another. Zero: not given, or chosen by what draws it.
+enum class ShapeKind { box, plate, cylinder, disc, capsule, sphere, link, spring, gear };
+struct ShapeDef {
+  ShapeKind kind = ShapeKind::box;
+  Vec3 size = Vec3::Zero();      // box; plate: length, width, thickness; m
+  double radius = 0.0;           // m; of a gear wheel: of its pitch circle
+  double inner_radius = 0.0;     // m, bore of cylinder, disc, gear wheel
+  double length = 0.0;           // m, along z: cylinder, disc, gear wheel; capsule, link, spring: between the ends
+  double width = 0.0;            // m, of a link: diameter of its eyes
+  double thickness = 0.0;        // m, of a link
+  double hole = 0.0;             // m, of a link: diameter of the holes in its eyes
+  double wire = 0.0;             // m, of a spring: radius of its wire
+  int turns = 8, teeth = 0;      // spring; gear wheel
+  Vec3 position = Vec3::Zero();  // of its frame in the body, m
+  Mat3 axes = Mat3::Identity();  // of its frame, body axes
+  double density = 0.0;          // kg/m^3
+  std::string color;             // word of the renderer, empty: the body's
+};
+
+// How a mesh file lies in the body frame: vertex = position + axes * scale * what the file says.
+struct MeshPlacement {
+  double scale = 1.0;
+  Vec3 position = Vec3::Zero();  // m
+  Mat3 axes = Mat3::Identity();
+};
+
 struct BodyDef {
   std::string name;
   int line = 0;
   std::variant<RigidDef, BeamDef, ModalDef, StateSpaceDef> kind;
-  std::optional<std::filesystem::path> mesh;   // Wavefront mesh in the body frame (resolved)
+  std::optional<std::filesystem::path> mesh;  // Wavefront mesh in the body frame (resolved)
+  MeshPlacement mesh_placement;
+  std::vector<ShapeDef> shapes;                // rigid: what it looks like, and where asked for what it weighs
   std::map<std::string, std::string> drawing;  // further drawing words, kept as text for the renderer (colour, ...)
 };
 
@@ -260,7 +289,17 @@ enum class Quantity {
   strain,
   potential,
   distance,
-  distance_rate
+  distance_rate,
+  angle,
+  length,
+  length_rate,
+  force,
+  power,
+  spring_force,
+  stop_force,
+  friction_force,
+  section_force,
+  stress
 };
 
 enum class ReactionFrame { world, parent, child };
@@ -272,6 +311,8 @@ struct OutputDef {
   Quantity quantity = Quantity::position;
   std::optional<FrameRef> relative_to;         // frame outputs: seen from this frame, in its axes; none: from the world
   ReactionFrame frame = ReactionFrame::world;  // axes of a reaction's components
+  std::vector<std::string> shown_from;         // displacement: frames of the body from which it is measured instead of its key `shown`
+  std::string description;                     // as given, or empty
 };
 
 // An expression's text with the values of inputs, to the last bit, in place of their names.

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace flexframe::sim {
@@ -17,7 +18,8 @@ BodyDef read_body(TableReader& reader, const std::filesystem::path& folder);
 // References are checked against what the scene holds so far (bodies before joints before forces and outputs).
 JointDef read_joint(TableReader& reader, const Scene& scene);
 ForceDef read_force(TableReader& reader, const Scene& scene);
-OutputDef read_output(TableReader& reader, const Scene& scene);
+// Gives the beam a frame where the output asks for a place x/length.
+OutputDef read_output(TableReader& reader, Scene& scene);
 InputDef read_input(TableReader& reader);
 
 // The table "frames" of a body or the ground: name -> position, m. `order`: the names as the file lists them.
@@ -31,6 +33,28 @@ std::string read_driven_expression(const TableReader& reader, std::string_view k
 
 // "ground", "body" or "body.frame", split at the first dot, existing as far as the scene tells.
 FrameRef read_frame_ref(const TableReader& reader, std::string_view key, const Scene& scene);
+
+// The solids that a rigid body is drawn with; `frames`: those of the body, which they may name.
+std::vector<ShapeDef> read_shapes(const TableReader& body, const std::map<std::string, Vec3>& frames);
+
+// The body's mesh: a file's name, or { file, unit, scale, position, rotation }.
+void read_mesh(const TableReader& body, const std::filesystem::path& folder, BodyDef& out);
+
+// A file that exists, absolute; relative names start in `folder`.
+std::filesystem::path read_file_path(const TableReader& reader, std::string_view key, const std::filesystem::path& folder);
+
+// Drawing words as text: numbers as written by fmt, lists as "[1, 0, 0]".
+std::string drawing_text(const TableReader& reader, std::string_view key, const TomlValue& value);
+
+// "body.frame" at its first dot.
+FrameRef split_frame(const std::string& text);
+
+// None of that name: nullptr.
+const BodyDef* find_body(const Scene& scene, std::string_view name);
+const JointDef* find_joint(const Scene& scene, std::string_view name);
+
+// Refuses the name of a body that the scene does not have, with those that it has.
+[[noreturn]] void unknown_body(const TableReader& reader, std::string_view key, const std::string& name, const Scene& scene);
 
 // A name of a body, joint, output or frame: not empty, no '.', '/', quote, control character, no space at an end.
 void check_name(const TableReader& reader, std::string_view key, const std::string& name, std::string_view what);

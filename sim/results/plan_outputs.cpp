@@ -1,0 +1,250 @@
+// What the columns of the history are of: names of the scene resolved, columns and units counted.
+#include "sim/base/words.h"
+#include "sim/model/bodies.h"
+#include "sim/model/model_build.h"
+#include "sim/results/outputs.h"
+#include "sim/scene/joint_kinds.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace flexframe::sim {
+namespace {
+
+const std::vector<std::string> xyz{".x", ".y", ".z"};
+const std::vector<std::string> wrench_tags{".x", ".y", ".z", ".mx", ".my", ".mz"};
+const std::vector<std::string> wrench_units{"N", "N", "N", "N m", "N m", "N m"};
+
+// One output while it is resolved.
+struct Planning {
+  Model& model;
+  const Scene& scene;
+  OutputPlans& plans;
+  OutputPlan plan;
+  std::string where;                    // begins messages
+  std::vector<std::string> tags{""};    // of its columns
+  std::vector<std::string> units{"m"};  // a column each, or one for all
+};
+
+std::vector<std::string> names_of(const auto& all) {
+  std::vector<std::string> names;
+  for (const auto& one : all) names.push_back(one.name);
+  return names;
+}
+
+int index_of(const auto& all, const std::string& name) {
+  for (size_t i = 0; i < all.size(); ++i)
+    if (all[i].name == name) return static_cast<int>(i);
+  return -1;
+}
+
+// The body of the scene that an output is of. Throws InputError.
+int body_of(const Planning& p, const char* more) {
+  const std::string& name = p.plan.def.of.body;
+  const int body = index_of(p.scene.bodies, name);
+  if (body >= 0) return body;
+  const std::vector<std::string> known = names_of(p.scene.bodies);
+  throw InputError(fmt::format("{}: '{}' is no body{}; {}{}", p.where, name, did_you_mean(name, known), more, list_words(known)));
+}
+
+void plan_energy(Planning& p) {
+  p.units = {"J"};
+  p.plan.system = p.plan.def.of.body == "system";
+  if (!p.plan.system) p.plan.body = body_of(p, "energies are of 'system' or of a body: ");
+}
+
+void plan_elastic(Planning& p) {
+  p.plan.body = body_of(p, "there are: ");
+  const int n = coordinate_count(p.model, p.plan.body);
+  if (n == 0) throw InputError(fmt::format("{}: body '{}' has no elastic coordinates", p.where, p.plan.def.of.body));
+  p.tags.clear();
+  for (int k = 0; k < n; ++k) p.tags.push_back(fmt::format(".{}", k + 1));
+  p.units = {p.plan.def.quantity == Quantity::q ? "1" : "1/s"};
+}
+
+// A unit for each coordinate of a joint.
+const char* coordinate_unit(Quantity quantity, bool length) {
+  switch (quantity) {
+    case Quantity::value:
+      return length ? "m" : "rad";
+    case Quantity::rate:
+      return length ? "m/s" : "rad/s";
+    default:
+      return length ? "N" : "N m";
+  }
+}
+
+void plan_joint(Planning& p) {
+  const OutputDef& def = p.plan.def;
+  const int joint = def.of.frame.empty() ? index_of(p.scene.joints, def.of.body) : -1;
+  if (joint < 0) {
+    const std::vector<std::string> known = names_of(p.scene.joints);
+    throw InputError(
+        fmt::format("{}: '{}' is no joint{}; there are: {}", p.where, def.of.body, did_you_mean(def.of.body, known), list_words(known)));
+  }
+  p.plan.joint_part = joint_part(p.model, joint);
+  for (size_t l = 0; l < p.model.loops.size(); ++l)
+    if (p.model.loops[l].scene_joint == joint) p.plan.loop = static_cast<int>(l);
+  if (def.quantity == Quantity::reaction) {
+    p.tags = wrench_tags;
+    p.units = wrench_units;
+    p.plans.reactions = p.plans.accelerations = true;
+    return;
+  }
+  JointKind kind = p.scene.joints[static_cast<size_t>(joint)].kind;
+  const bool value = def.quantity == Quantity::value || def.quantity == Quantity::rate;
+  // Friction by reactions is known once these are.
+  if (def.quantity == Quantity::friction_force) p.plans.accelerations = true;
+  // What acts along a line's point is of the joint that stands for it.
+  if (!value && p.plan.loop < 0 && p.plan.joint_part >= 0) kind = p.model.parts[static_cast<size_t>(p.plan.joint_part)].joint.kind;
+  const int n = p.plan.loop >= 0 && !value ? 1 : rate_count(kind);
+  if (n == 0) throw InputError(fmt::format("{}: a joint of this kind has no coordinate; the only quantity allowed is reaction", p.where));
+  if (n > 1) p.tags.clear();
+  for (int k = 0; k < n && n > 1; ++k)
+    p.tags.push_back(traits(kind).quaternion == 0 ? xyz[static_cast<size_t>(k)] : fmt::format(".{}", k + 1));
+  p.units.clear();
+  for (int k = 0; k < n; ++k) p.units.emplace_back(coordinate_unit(def.quantity, is_length(kind, k)));
+}
+
+void plan_force(Planning& p) {
+  const OutputDef& def = p.plan.def;
+  for (size_t i = 0; i < p.model.loads.size(); ++i)
+    if (p.model.loads[i].def.name == def.of.body) p.plan.loads.push_back(static_cast<int>(i));
+  if (p.plan.loads.empty()) throw InputError(fmt::format("{}: '{}' is no force that acts in the model", p.where, def.of.body));
+  const ForceKind kind = p.model.loads[static_cast<size_t>(p.plan.loads.front())].def.kind;
+  if (def.quantity == Quantity::length_rate) p.units = {"m/s"};
+  if (def.quantity == Quantity::power) p.units = {"W"};
+  if (def.quantity != Quantity::force) return;
+  p.units = {kind == ForceKind::torque ? "N m" : kind == ForceKind::distributed ? "N/m" : "N"};
+  if (kind != ForceKind::bushing) return;
+  p.tags = wrench_tags;
+  p.units = wrench_units;
+}
+
+// Points of a section where its stress may be largest: along its outline, and its centroid, where shear is.
+std::vector<SectionPoint> stress_points(const Section& section) {
+  std::vector<SectionPoint> points{section_point(section, 0.0, 0.0)};
+  for (const std::vector<Eigen::Vector2d>& loop : section.outline)
+    for (size_t i = 0; i < loop.size(); ++i) {
+      const Eigen::Vector2d middle = 0.5 * (loop[i] + loop[(i + 1) % loop.size()]);
+      points.push_back(section_point(section, loop[i].x(), loop[i].y()));
+      points.push_back(section_point(section, middle.x(), middle.y()));
+    }
+  return points;
+}
+
+void plan_section(Planning& p) {
+  const OutputDef& def = p.plan.def;
+  p.plan.frame = add_frame(p.model, p.scene, def.of, p.where);
+  p.plans.reactions = p.plans.accelerations = true;
+  if (def.quantity == Quantity::section_force) {
+    p.tags = {".N", ".Vy", ".Vz", ".T", ".My", ".Mz"};
+    p.units = wrench_units;
+    return;
+  }
+  p.units = {"Pa"};
+  const auto& beam = std::get<BeamDef>(p.scene.bodies[static_cast<size_t>(index_of(p.scene.bodies, def.of.body))].kind);
+  p.plan.section = beam.section;
+  p.plan.material = beam.material;
+  p.plan.points = stress_points(beam.section);
+}
+
+// Unit of what a frame has.
+const char* frame_unit(Quantity quantity) {
+  switch (quantity) {
+    case Quantity::velocity:
+    case Quantity::distance_rate:
+      return "m/s";
+    case Quantity::acceleration:
+      return "m/s^2";
+    case Quantity::rotation:
+    case Quantity::angle:
+      return "rad";
+    case Quantity::angular_velocity:
+      return "rad/s";
+    default:
+      return "m";
+  }
+}
+
+void plan_frame(Planning& p) {
+  const OutputDef& def = p.plan.def;
+  p.plan.frame = add_frame(p.model, p.scene, def.of, p.where);
+  const bool scalar = def.quantity == Quantity::distance || def.quantity == Quantity::distance_rate || def.quantity == Quantity::angle;
+  if (def.relative_to || scalar)
+    p.plan.relative_to = add_frame(p.model, p.scene, def.relative_to.value_or(FrameRef{"ground", ""}), p.where);
+  if (!scalar) p.tags = xyz;
+  p.units = {frame_unit(def.quantity)};
+  p.plans.accelerations = p.plans.accelerations || def.quantity == Quantity::acceleration;
+  if (def.shown_from.empty()) return;
+  p.plan.shown = shown_from_frames(p.model, p.scene, index_of(p.scene.bodies, def.of.body), def.shown_from,
+                                   fmt::format("{}: key 'relative_to'", p.where));
+}
+
+}  // namespace
+
+OutputFamily family_of(Quantity quantity) {
+  switch (quantity) {
+    case Quantity::value:
+    case Quantity::rate:
+    case Quantity::reaction:
+    case Quantity::spring_force:
+    case Quantity::stop_force:
+    case Quantity::friction_force:
+      return OutputFamily::joint;
+    case Quantity::length:
+    case Quantity::length_rate:
+    case Quantity::force:
+    case Quantity::power:
+      return OutputFamily::force;
+    case Quantity::section_force:
+    case Quantity::stress:
+      return OutputFamily::section;
+    case Quantity::q:
+    case Quantity::qd:
+      return OutputFamily::elastic;
+    case Quantity::energy:
+    case Quantity::kinetic:
+    case Quantity::strain:
+    case Quantity::potential:
+      return OutputFamily::energy;
+    default:
+      return OutputFamily::frame;
+  }
+}
+
+OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown) {
+  OutputPlans plans;
+  plans.shown.resize(scene.bodies.size());
+  for (size_t b = 0; b < scene.bodies.size(); ++b) {
+    const bool asked = std::any_of(scene.outputs.begin(), scene.outputs.end(), [&](const OutputDef& o) {
+      return o.quantity == Quantity::displacement && o.of.body == scene.bodies[b].name;
+    });
+    if (all_shown || asked) plans.shown[b] = find_shown_frame(model, scene, static_cast<int>(b));
+  }
+  using PlanOne = void (*)(Planning&);
+  constexpr PlanOne by_family[]{plan_frame, plan_joint, plan_force, plan_section, plan_elastic, plan_energy};  // order of OutputFamily
+  bool sections = false;
+  for (const OutputDef& def : scene.outputs) {
+    Planning p{.model = model, .scene = scene, .plans = plans, .plan = {}, .where = {}};
+    p.plan.def = def;
+    p.where = fmt::format("{}:{}: output '{}'", scene.file.string(), def.line, def.name);
+    p.plan.first = static_cast<int>(plans.columns.size());
+    const OutputFamily family = family_of(def.quantity);
+    by_family[static_cast<size_t>(family)](p);
+    sections = sections || family == OutputFamily::section;
+    for (size_t k = 0; k < p.tags.size(); ++k) {
+      plans.columns.push_back(def.name + p.tags[k]);
+      plans.units.push_back(p.units.size() == 1 ? p.units.front() : p.units[k]);
+      plans.descriptions.push_back(def.description);
+    }
+    p.plan.count = static_cast<int>(p.tags.size());
+    plans.outputs.push_back(std::move(p.plan));
+  }
+  // Once all frames are known.
+  if (sections) plans.sections = std::make_shared<SectionForces>(model, scene);
+  return plans;
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,28 @@
+// Units inside expressions: "60 deg + 0.1", "L + 5 mm*2", "sqrt((3 mm)^2 + L^2)".
+//
+// A unit stands behind a number or a closing bracket and belongs to that alone. What has no unit is a plain number: beside a quantity it
+// counts in SI. A name (a parameter) may be of any dimension.
+#pragma once
+
+#include "sim/scene/units.h"
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace flexframe::sim {
+
+// The expression with every unit replaced by its factor, and the dimension that it has then; none: it follows from what has no unit.
+struct UnitTerms {
+  std::string text;
+  std::optional<Dimension> dimension;
+};
+
+// None where no unit stands in the text, or where it is no expression. Throws InputError where dimensions do not fit each other:
+// "5 mm + 2 kg", "sin(3 N)".
+std::optional<UnitTerms> resolve_units(std::string_view text);
+
+// Whether a '+' or '-' joins two terms outside all brackets: "L + 2", not "-2*(a + b)" or "1e-3".
+bool is_sum(std::string_view text);
+
+}  // namespace flexframe::sim

@@ -1,0 +1,301 @@
+"""Outputs against closed formulas: section forces and stress, forces and lengths, angles, chords, power; units inside expressions."""
+import math
+import pathlib
+import tempfile
+
+from program import expect, finish, history, near, run
+
+
+def simulate(folder, text, name="s", *words):
+    scene = folder / f"{name}.toml"
+    scene.write_text(text)
+    run("simulate", scene, "-o", folder / f"{name}.h5", "--csv", folder / f"{name}.csv", *words)
+    return history(folder / f"{name}.csv")
+
+
+def output(name, of, quantity, more=""):
+    return f'[[output]]\nname = "{name}"\nof = "{of}"\nquantity = "{quantity}"\n{more}\n'
+
+
+L, B, H, RHO, E, G = 2.0, 0.04, 0.02, 7850.0, 210e9, 9.81
+CANTILEVER = f"""[simulation]
+duration = 0.01
+gravity = [0, -{G}, 0]
+start = "static"
+[[body]]
+name = "rod"
+kind = "beam"
+length = {L}
+section = {{ shape = "rectangle", width = {B}, height = {H} }}
+material = {{ density = {RHO}, youngs_modulus = {E} }}
+MODEL
+[[joint]]
+name = "wall"
+kind = "weld"
+parent = "ground"
+child = "rod"
+ROTATION
+[[force]]
+name = "pull"
+kind = "force"
+on = "rod.tip"
+direction = [1, 0, 0]
+value = 1000
+[[force]]
+name = "twist"
+kind = "torque"
+on = "rod.tip"
+direction = [1, 0, 0]
+value = 3
+"""
+
+
+def sections(folder):
+    """A clamped beam under its weight, a pull and a torque: N, V, M, T and stress at the root, at 0.37 and near the tip."""
+    outputs = "".join(output(f"s{at}", "rod", "section_force", f"at = 0.{at}") for at in ("0", "37", "9"))
+    outputs += output("top", "rod.root", "stress") + output("tip", "rod.tip", "position") + output("r", "wall", "reaction")
+    outputs += "".join(output(f"turn{at}", f"rod.p{at}", "rotation") for at in ("0", "37", "9"))
+    q = RHO * B * H * G
+    for model, near_by in (("", 2e-3), ("elements = 20", 1e-3), ('model = "mixed"', 2e-3)):
+        h = simulate(
+            folder, CANTILEVER.replace("MODEL", model + "\nframes = { p0 = 0, p37 = 0.37, p9 = 0.9 }").replace("ROTATION", "") + outputs
+        )
+        sag = -h["tip.y"][0]
+        for at in ("0", "37", "9"):
+            rest = L * (1 - float("0." + at))
+            # In the axes of the section, which the sag has turned.
+            turn = h[f"turn{at}.z"][0]
+            near(h[f"s{at}.N"][0], 1000 * math.cos(turn) - q * rest * math.sin(turn), 0.05, f"{model}: N at 0.{at}")
+            near(h[f"s{at}.Vy"][0], -q * rest * math.cos(turn) - 1000 * math.sin(turn), 0.05, f"{model}: V at 0.{at}")
+            # The pull straightens the beam: its arm is what the tip hangs below the section, at most the sag.
+            moment = -q * rest**2 / 2
+            near(h[f"s{at}.Mz"][0], moment, near_by * q * L**2 / 2 + 1000 * sag, f"{model}: M at 0.{at}")
+            near(h[f"s{at}.T"][0], 3, 0.02, f"{model}: T at 0.{at}")
+        near(h["s0.Mz"][0], h["r.mz"][0] * -1, 1e-5 * q * L**2, f"{model}: the root's moment is the wall's")
+        bending = abs(h["s0.Mz"][0]) * (H / 2) / (B * H**3 / 12) + 1000 / (B * H)
+        # Torsion at the middle of the long sides: T / (alpha b h^2), alpha = 0.246 for 2 : 1 (Timoshenko).
+        shear = 3 / (0.246 * B * H**2)
+        near(h["top"][0], math.hypot(bending, math.sqrt(3) * shear), 0.01 * bending, f"{model}: stress at the root")
+
+
+def turned(folder):
+    """The same in a world turned about x by 90 degrees: the other moment, and the beam as parent of a joint to what it carries."""
+    text = CANTILEVER.replace("MODEL", "").replace("ROTATION", 'rotation = ["90 deg", 0, 0]').replace(f"[0, -{G}, 0]", f"[0, 0, -{G}]")
+    h = simulate(folder, text + output("s", "rod", "section_force", "at = 0.37"))
+    plain = simulate(folder, CANTILEVER.replace("MODEL", "").replace("ROTATION", "") + output("s", "rod", "section_force", "at = 0.37"))
+    for column in ("N", "Vy", "T", "Mz"):
+        near(h[f"s.{column}"][0], plain[f"s.{column}"][0], 1e-5 * max(1, abs(plain[f"s.{column}"][0])), f"turned world: {column}")
+
+
+SPRING = """[simulation]
+duration = 2
+output_rate = 500
+tolerance = 1e-9
+gravity = [0, -9.81, 0]
+[ground]
+frames = { top = [0, 1, 0] }
+[[body]]
+name = "m"
+kind = "rigid"
+mass = 2
+inertia = [0.01, 0.01, 0.01]
+[[joint]]
+name = "rail"
+kind = "prismatic"
+parent = "ground"
+child = "m"
+axis = [0, 1, 0]
+initial = { value = 0.2, rate = 0.5 }
+spring = { stiffness = 50, damping = 1, rest = 0.1 }
+stop = { lower = -0.1, stiffness = 1e4 }
+[[force]]
+name = "coil"
+kind = "spring-damper"
+on = "m"
+from = "ground.top"
+stiffness = 300
+damping = 4
+rest = 0.9
+[[force]]
+name = "push"
+kind = "force"
+on = "m"
+direction = [0, 1, 0]
+value = "10*sin(2 Hz*2*pi*t)"
+"""
+
+
+def forces(folder):
+    outputs = "".join(output(f"coil_{q}", "coil", q) for q in ("length", "length_rate", "force", "power")) + "".join(
+        output(f"rail_{q}", "rail", q) for q in ("spring_force", "stop_force", "value", "rate")
+    )
+    outputs += output("push", "push", "force") + output("push_power", "push", "power") + output("kinetic", "system", "kinetic")
+    h = simulate(folder, SPRING + outputs)
+    for i in range(0, len(h["t"]), 7):
+        t, x, v = h["t"][i], h["rail_value"][i], h["rail_rate"][i]
+        near(h["coil_length"][i], abs(1 - x), 1e-9, "length")
+        near(h["coil_length_rate"][i], -v, 1e-8, "length_rate")
+        pull = 300 * (1 - x - 0.9) - 4 * v
+        near(h["coil_force"][i], pull, 1e-6, "force of the coil")
+        near(h["coil_power"][i], pull * v, 1e-6, "power of the coil")
+        near(h["rail_spring_force"][i], -50 * (x - 0.1) - v, 1e-6, "force of the joint's spring")
+        near(h["rail_stop_force"][i], 1e4 * max(0.0, -0.1 - x), 1e-5, "force of the stop")
+        near(h["push"][i], 10 * math.sin(4 * math.pi * t), 1e-9, "value of a force with units inside")
+        near(h["push_power"][i], h["push"][i] * v, 1e-9, "its power")
+    # Power of all forces is the rate of the kinetic energy (Simpson's rule over the samples).
+    power = [
+        a + b + v * (s + e - 2 * 9.81)
+        for a, b, v, s, e in zip(*(h[k] for k in ("coil_power", "push_power", "rail_rate", "rail_spring_force", "rail_stop_force")))
+    ]
+    step = 1 / 500
+    work = sum(step / 3 * (power[i] + 4 * power[i + 1] + power[i + 2]) for i in range(0, len(power) - 2, 2))
+    last = (len(power) - 1) // 2 * 2
+    near(work, h["kinetic"][last] - h["kinetic"][0], 2e-3, "work of all forces")
+
+
+def friction(folder):
+    """A block that slides to rest: Coulomb's force against its way, none left over once it rests."""
+    h = simulate(
+        folder,
+        """[simulation]
+duration = 1
+[[body]]
+name = "m"
+kind = "rigid"
+mass = 2
+[[joint]]
+name = "rail"
+kind = "prismatic"
+parent = "ground"
+child = "m"
+axis = [1, 0, 0]
+initial = { rate = 1 }
+friction = { coefficient = 0.2, normal_force = 20 }
+"""
+        + output("f", "rail", "friction_force")
+        + output("v", "rail", "rate"),
+    )
+    near(h["f"][10], -4, 1e-9, "sliding friction")
+    near(h["v"][-1], 0, 1e-12, "at rest")
+    near(h["f"][-1], 0, 1e-9, "no force at rest")
+
+
+def frames(folder):
+    """Two cranks at different speeds: the angle between them; chord and tangent of a bent beam."""
+    h = simulate(
+        folder,
+        """[simulation]
+duration = 1
+"""
+        + "".join(
+            f"""[[body]]
+name = "{name}"
+kind = "rigid"
+mass = 1
+inertia = [1, 1, 1]
+[[joint]]
+name = "j{name}"
+kind = "revolute"
+parent = "ground"
+child = "{name}"
+axis = [{axis}]
+initial = {{ rate = {rate} }}
+"""
+            for name, axis, rate in (("a", "0, 0, 1", 1.0), ("b", "0, 0, 1", 3.0))
+        )
+        + output("angle", "a", "angle", 'relative_to = "b"'),
+    )
+    near(h["angle"][-1], 2.0, 1e-6, "angle between two cranks")
+    text = CANTILEVER.replace("MODEL", "frames = { middle = 0.5 }").replace("ROTATION", "").replace("value = 1000", "value = 0")
+    h = simulate(
+        folder,
+        text
+        + output("plain", "rod.tip", "displacement")
+        + output("chord", "rod.middle", "displacement", 'relative_to = ["root", "tip"]')
+        + output("tangent", "rod.middle", "displacement", 'relative_to = "rod.tip"')
+        + output("at_tip", "rod.tip", "displacement", 'relative_to = ["root", "tip"]'),
+    )
+    inertia, q = B * H**3 / 12, RHO * B * H * G
+    tip, middle = q * L**4 / (8 * E * inertia), 17 * q * L**4 / (384 * E * inertia)
+    slope = q * L**3 / (6 * E * inertia)
+    near(-h["plain.y"][0], tip, 2e-3 * tip, "sag of the tip")
+    near(h["at_tip.y"][0], 0, 1e-9, "the tip lies on its chord")
+    near(h["chord.y"][0], tip / 2 - middle, 5e-3 * tip, "middle above the chord")
+    near(h["tangent.y"][0], tip - middle - slope * L / 2, 5e-3 * tip, "middle seen from the tip's tangent")
+
+
+def units(folder):
+    text = (
+        """[parameters]
+gap = "5 mm + 1 cm"
+[simulation]
+duration = 0.001
+[[body]]
+name = "b"
+kind = "rigid"
+mass = "1 kg + 500 g"
+inertia = [1, 1, 1]
+[[joint]]
+name = "j"
+kind = "revolute"
+parent = "ground"
+child = "b"
+position = ["gap + (2 mm)", "sqrt((3 mm)^2 + (4 mm)^2)", "(1 + 1) mm * 2"]
+initial = { value = "60 deg + 0.1" }
+"""
+        + output("p", "b", "position")
+        + output("a", "j", "value")
+    )
+    h = simulate(folder, text)
+    near(h["a"][0], math.pi / 3 + 0.1, 1e-12, "60 deg + 0.1")
+    for column, wanted in (("p.x", 0.017), ("p.y", 0.005), ("p.z", 0.004)):
+        near(h[column][0], wanted, 1e-15, column)
+    scene = folder / "wrong.toml"
+    for value, words in (
+        ('"60 deg + 5 mm"', ("do not go together",)),
+        ('"0.1 + 60 deg"', ("whole sum or to its last term", "(60 deg)")),
+        ('"5 mm*2 + 1 cm"', ("does not fit",)),
+        ('"sin(3 N)"', ("an angle",)),
+        ('"2*(60 deg) deg"', ("has a unit already",)),
+    ):
+        scene.write_text(text.replace('"60 deg + 0.1"', value))
+        message = run("check", scene, code=2).stderr
+        for word in ("wrong.toml:", "'initial.value'", *words):
+            expect(word in message, f"{value}: {word!r} is missing in {message!r}")
+
+
+def errors(folder):
+    scene = folder / "wrong.toml"
+    base = CANTILEVER.replace("MODEL", "").replace("ROTATION", "")
+
+    def wrong(text, *words):
+        scene.write_text(base + text)
+        message = run("check", scene, code=2).stderr
+        for word in ("wrong.toml:", *words):
+            expect(word in message, f"{text!r}: {word!r} is missing in {message!r}")
+
+    wrong(output("o", "rod", "section_force"), "key 'at' is missing")
+    wrong(output("o", "rod", "section_force", "at = 2"), "'at'", "from 0 to 1")
+    wrong(output("o", "rodd", "stress", "at = 0.5"), "a place of a beam", "did you mean 'rod'")
+    wrong(output("o", "rod.tip", "position", "at = 0.5"), "belongs to the quantities section_force and stress")
+    wrong(output("o", "pul", "force"), "a force with a 'name'", "did you mean 'pull'")
+    wrong(output("o", "pull", "length"), "spring-dampers have")
+    wrong(output("o", "wall", "spring_force"), "has no 'spring'")
+    wrong(output("o", "rod.tip", "displacement", 'relative_to = ["root", "root"]'), "no chord")
+    wrong(output("o", "rod.tip", "displacement", 'relative_to = ["a", "b", "c"]'), "one frame", "two")
+
+
+def heads(folder):
+    simulate(folder, SPRING + output("v", "rail", "rate", 'description = "how fast the mass goes"'), "d")
+    run("export", folder / "d.h5", "--to", "csv", "--head", "-o", folder / "head.csv")
+    lines = (folder / "head.csv").read_text().splitlines()
+    expect(lines[0] == "# t [s]: time" and lines[1] == "# v [m/s]: how fast the mass goes" and lines[2] == "t,v", f"head: {lines[:3]}")
+    expect((folder / "d.csv").read_text().splitlines()[0] == "t,v", "the histories' first line stays the names")
+
+
+with tempfile.TemporaryDirectory() as name:
+    here = pathlib.Path(name)
+    for test in (sections, turned, forces, friction, frames, units, errors, heads):
+        print(f"-- {test.__name__}", flush=True)
+        test(here)
+finish()
