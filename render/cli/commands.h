@@ -16,5 +16,8 @@ Command add_deform(Program& program);
 Command add_compare(Program& program);
 Command add_effects(Program& program);
 Command add_study(Program& program);
+Command add_new(Program& program);
+Command add_response(Program& program);
+Command add_spectrum(Program& program);
 
 }  // namespace flexframe::cli

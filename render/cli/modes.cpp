@@ -1,18 +1,29 @@
-// flexframe modes: mode shapes of a SID body swinging on its mesh, one film a mode.
+// flexframe modes: a mechanism or a SID body swinging in its modes, one film a mode; frequencies over a parameter.
 #include "render/cli/commands.h"
 #include "render/cli/jobs.h"
 
+#include "render/cli/terminal.h"
+#include "render/film/diagram.h"
+#include "sim/base/file_output.h"
+#include "sim/base/words.h"
 #include "sim/bodies/sid.h"
 #include "sim/results/results_file.h"
+#include "sim/run/mode_swing.h"
+#include "sim/start/linearise.h"
+#include "sim/start/make_system.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <memory>
 #include <numbers>
 
 namespace flexframe::cli {
 namespace {
+
+namespace fs = std::filesystem;
 
 // One swing of mode k, in equal steps, so that the film loops. amplitude: largest node displacement, m.
 sim::Results swing(const sim::FlexibleBody& body, int k, double amplitude, int pictures, double frame_rate) {
@@ -52,74 +63,226 @@ sim::Results swing(const sim::FlexibleBody& body, int k, double amplitude, int p
   return r;
 }
 
+struct Words {
+  std::string body, mesh, out, over;
+  std::vector<std::string> settings;
+  std::vector<int> modes;
+  double amplitude = 0.0;
+  int pictures = 40;
+  bool no_pictures = false, json = false;
+  RenderWords render;
+};
+
+// Of a film of one mode.
+film::RenderSettings swing_settings(film::RenderSettings settings, const RenderWords& words) {
+  settings.scales = {1.0};
+  settings.speed = 1.0;  // the swing is made for the playback, however short
+  settings.undeformed = true;
+  apply_words(words, settings);
+  return settings;
+}
+
+void animate_body(const Words* w) {
+  const sim::SidReading reading = sim::read_sid(w->body);
+  const sim::FlexibleBody body = sim::to_flexible_body(reading.file, w->body);
+  if (body.n == 0) throw sim::InputError(fmt::format("{}: a rigid body has no modes", w->body));
+  if (body.nodes.empty()) throw sim::InputError(fmt::format("{}: the body has no nodes", w->body));
+  std::vector<int> modes = w->modes;
+  if (modes.empty())
+    for (int k = 1; k <= body.n; ++k) modes.push_back(k);
+  for (int k : modes)
+    if (k < 1 || k > body.n) throw sim::InputError(fmt::format("{}: mode {}: there are 1 to {}", w->body, k, body.n));
+  fs::path mesh = w->mesh;
+  if (mesh.empty()) {
+    const fs::path beside = fs::path(w->body).replace_extension(".obj");
+    if (fs::exists(beside)) mesh = beside;
+  } else if (!fs::exists(mesh)) {
+    throw sim::InputError(fmt::format("{}: no such file", mesh.string()));
+  }
+  sim::Vec3 lower = body.nodes[0].origin, upper = lower;
+  for (const sim::FlexibleNode& node : body.nodes) {
+    lower = lower.cwiseMin(node.origin);
+    upper = upper.cwiseMax(node.origin);
+  }
+  const double amplitude = w->amplitude > 0.0 ? w->amplitude : 0.05 * (upper - lower).norm();
+  const std::string name = fs::path(w->body).stem().string();
+  const fs::path out = w->out.empty() ? fs::path(name + "-modes") : fs::path(w->out);
+  require_writable(out);
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  for (int k : modes) {
+    film::RenderSettings settings;
+    settings.ground = false;
+    settings = swing_settings(settings, w->render);
+    const std::string label = body.labels.empty() ? fmt::format("mode {}", k) : body.labels[k - 1];
+    sim::Results results = swing(body, k - 1, amplitude, w->pictures, settings.frame_rate);
+    results.title = fmt::format("{}: {}", name, label);
+    if (!mesh.empty()) results.bodies[0].mesh = fs::absolute(mesh).string();
+    const std::string part = modes.size() == 1 ? name : fmt::format("mode_{:03}", k);
+    const DrawingReport report = run_drawing(results, settings, nullptr, w->render, modes.size() == 1 ? out : out / part, part);
+    if (!w->json) print_drawing(report);
+    json.push_back({{"mode", k}, {"label", label}, {"drawing", drawing_json(report)}});
+  }
+  if (w->json) fmt::print("{}\n", json.dump(2));
+}
+
+// "12.3 Hz, damping 0.01", "unstable, growth 3 1/s", "moves freely".
+std::string mode_text(const sim::LinearMode& mode) {
+  switch (mode.kind) {
+    case sim::LinearMode::unstable:
+      return fmt::format("unstable, {:.5g} Hz, grows by {:.4g} 1/s", mode.frequency, mode.growth);
+    case sim::LinearMode::rigid:
+      return "moves freely";
+    case sim::LinearMode::overdamped:
+      return fmt::format("overdamped, {:.4g} 1/s", mode.pole.real());
+    default:
+      return fmt::format("{:.5g} Hz, damping {:.4g}", mode.frequency, mode.damping);
+  }
+}
+
+std::vector<int> chosen_modes(const Words& w, size_t count) {
+  std::vector<int> modes = w.modes;
+  // Of many the first are what one wants to see.
+  if (modes.empty())
+    for (int k = 1; k <= static_cast<int>(std::min<size_t>(count, 10)); ++k) modes.push_back(k);
+  for (const int k : modes)
+    if (k < 1 || k > static_cast<int>(count)) throw sim::InputError(fmt::format("{}: mode {}: there are 1 to {}", w.body, k, count));
+  return modes;
+}
+
+void animate_mechanism(const Words& w) {
+  const Job job = read_job(w.body, w.settings);
+  const sim::System system = sim::make_system(job.scene);
+  const sim::Linearisation linear = sim::linearise(system);
+  if (linear.modes.empty()) throw sim::InputError(fmt::format("{}: the mechanism has no freedom to move", w.body));
+  const std::vector<int> modes = chosen_modes(w, linear.modes.size());
+  nlohmann::ordered_json json = {{"notes", linear.notes}, {"modes", nlohmann::ordered_json::array()}};
+  for (const sim::LinearMode& mode : linear.modes)
+    json["modes"].push_back({{"frequency", mode.frequency},
+                             {"damping", mode.damping},
+                             {"pole", {mode.pole.real(), mode.pole.imag()}},
+                             {"what", mode_text(mode)}});
+  if (!w.json) {
+    for (const std::string& note : linear.notes) fmt::print("note       {}\n", note);
+    for (size_t k = 0; k < linear.modes.size() && k < 40; ++k) fmt::print("mode {:>3}   {}\n", k + 1, mode_text(linear.modes[k]));
+  }
+  if (w.no_pictures) {
+    if (w.json) fmt::print("{}\n", json.dump(2));
+    return;
+  }
+  const std::string name = fs::path(w.body).stem().string();
+  const fs::path out = w.out.empty() ? fs::path(name + "-modes") : fs::path(w.out);
+  require_writable(out);
+  const double amplitude = w.amplitude > 0.0 ? w.amplitude : 0.05 * system.model.size;
+  for (const int k : modes) {
+    const sim::LinearMode& mode = linear.modes[static_cast<size_t>(k) - 1];
+    const film::RenderSettings settings = swing_settings(job.settings, w.render);
+    sim::Results results = sim::swing_in_mode(system, mode, amplitude, w.pictures, w.pictures / settings.frame_rate);
+    results.title = fmt::format("{}: mode {}, {}", job.scene.title, k, mode_text(mode));
+    const std::string part = modes.size() == 1 ? name : fmt::format("mode_{:03}", k);
+    const DrawingReport report = run_drawing(results, settings, &job.scene, w.render, modes.size() == 1 ? out : out / part, part);
+    if (!w.json) print_drawing(report);
+    json["modes"][static_cast<size_t>(k) - 1]["drawing"] = drawing_json(report);
+  }
+  if (w.json) fmt::print("{}\n", json.dump(2));
+}
+
+// "w=0:100:21": a parameter or key, from, to, how many.
+struct Sweep {
+  std::string name;
+  double from = 0.0, to = 0.0;
+  int count = 0;
+};
+Sweep parse_sweep(const std::string& text) {
+  Sweep sweep;
+  const size_t equals = text.find('=');
+  const auto refuse = [&]() -> UsageError {
+    return UsageError(
+        fmt::format("--over {}: NAME=FROM:TO:COUNT is expected, a parameter or key of the scene, two numbers and how many values "
+                    "(2 to 10000)",
+                    sim::quote(text)));
+  };
+  if (equals == std::string::npos || equals == 0) throw refuse();
+  sweep.name = text.substr(0, equals);
+  char* end = nullptr;
+  sweep.from = std::strtod(text.c_str() + equals + 1, &end);
+  if (*end != ':') throw refuse();
+  sweep.to = std::strtod(end + 1, &end);
+  if (*end != ':') throw refuse();
+  sweep.count = static_cast<int>(std::strtol(end + 1, &end, 10));
+  if (*end != '\0' || sweep.count < 2 || sweep.count > 10000) throw refuse();
+  return sweep;
+}
+
+// Frequencies and damping over a parameter, over a speed the Campbell diagram: CSV and SVG.
+void sweep_modes(const Words& w) {
+  const Sweep sweep = parse_sweep(w.over);
+  const std::string name = fs::path(w.body).stem().string();
+  const fs::path out = w.out.empty() ? fs::path(name + "-modes") : fs::path(w.out);
+  make_folder(out);
+  std::string csv = sweep.name + ",mode,kind,frequency,damping,real,imaginary\n";
+  film::Diagram diagram{
+      .title = name + ": modes over " + sweep.name, .x_label = sweep.name, .y_label = "frequency, Hz", .note = {}, .series = {}};
+  diagram.linear_x = diagram.linear_y = true;
+  film::DiagramSeries stable{.label = "stable", .points = {}, .line = false}, unstable{.label = "unstable", .points = {}, .line = false};
+  Progress progress("modes");
+  for (int i = 0; i < sweep.count; ++i) {
+    const double value = sweep.from + (sweep.to - sweep.from) * i / (sweep.count - 1);
+    std::vector<std::string> settings = w.settings;
+    settings.push_back(fmt::format("{}={}", sweep.name, value));
+    const sim::Linearisation linear = sim::linearise(sim::make_system(read_job(w.body, settings).scene));
+    int number = 0;
+    for (const sim::LinearMode& mode : linear.modes) {
+      constexpr const char* kinds[]{"unstable", "rigid", "vibration", "overdamped"};
+      csv += fmt::format("{},{},{},{},{},{},{}\n", value, ++number, kinds[mode.kind], mode.frequency, mode.damping, mode.pole.real(),
+                         mode.pole.imag());
+      if (mode.frequency > 0.0)
+        (mode.kind == sim::LinearMode::unstable ? unstable : stable).points.push_back({value, mode.frequency, false, {}});
+    }
+    progress.show((i + 1.0) / sweep.count);
+  }
+  diagram.series.push_back(std::move(stable));
+  if (!unstable.points.empty()) diagram.series.push_back(std::move(unstable));
+  sim::write_whole_file(out / (name + ".csv"), csv);
+  sim::write_whole_file(out / (name + ".svg"), film::diagram_svg(diagram));
+  fmt::print("modes      {}\ndiagram    {}\n", (out / (name + ".csv")).string(), (out / (name + ".svg")).string());
+}
+
 }  // namespace
 
 Command add_modes(Program& program) {
-  struct Words {
-    std::string body, mesh, out;
-    std::vector<int> modes;
-    double amplitude = 0.0;
-    int pictures = 40;
-    bool json = false;
-    RenderWords render;
-  };
   const auto w = std::make_shared<Words>();
-  Subcommand app = program.subcommand("modes", "animate the mode shapes of a body (SID)");
-  app.option("BODY", w->body, "SID file").required();
+  Subcommand app = program.subcommand(
+      "modes", "modes of a mechanism about its start (SCENE.toml) or of a body (SID): films, frequencies over a parameter");
+  app.option("FILE", w->body, "scene file (.toml), or SID file").required();
   app.option("--mesh", w->mesh, "Wavefront mesh of the undeformed body; default: BODY.obj beside it").as("FILE");
   app.option("-o,--out", w->out, "output folder; default: the name of the body").as("DIR");
-  app.option("--mode", w->modes, "which modes, from 1; default: all").as("LIST").list(Option::is_number).separated_by(',');
-  app.option("--amplitude", w->amplitude, "largest displacement drawn, m; default: 5 % of the body's size").positive();
+  app.option("--mode", w->modes, "which modes, from 1; default: all, of a scene the first ten")
+      .as("LIST")
+      .list(Option::is_number)
+      .separated_by(',');
+  app.option("--amplitude", w->amplitude, "largest displacement drawn, m; default: 5 % of the size").positive();
   app.option("--pictures", w->pictures, "number of pictures of one period").range(2, 10000).show_default();
+  app.option("--over", w->over, "of a scene: frequencies and damping over a parameter or key (Campbell diagram), CSV and SVG")
+      .as("NAME=FROM:TO:COUNT");
+  app.flag("--no-pictures", w->no_pictures, "of a scene: the table alone");
   app.flag("--json", w->json, "summary as JSON: one entry a mode");
+  add_scene_words(app, w->settings);
   add_render_words(app, w->render);
   app.example("part.sid", "every mode of part.sid on part.obj: part-modes/mode_001/...");
   app.example("part.sid --mode 1,2 --size 640x360 -o swing", "the first two");
+  app.example("crank.toml --no-pictures", "the table of the mechanism's modes");
   return {app, [w] {
-            namespace fs = std::filesystem;
-            const sim::SidReading reading = sim::read_sid(w->body);
-            const sim::FlexibleBody body = sim::to_flexible_body(reading.file, w->body);
-            if (body.n == 0) throw sim::InputError(fmt::format("{}: a rigid body has no modes", w->body));
-            if (body.nodes.empty()) throw sim::InputError(fmt::format("{}: the body has no nodes", w->body));
-            std::vector<int> modes = w->modes;
-            if (modes.empty())
-              for (int k = 1; k <= body.n; ++k) modes.push_back(k);
-            for (int k : modes)
-              if (k < 1 || k > body.n) throw sim::InputError(fmt::format("{}: mode {}: there are 1 to {}", w->body, k, body.n));
-            fs::path mesh = w->mesh;
-            if (mesh.empty()) {
-              const fs::path beside = fs::path(w->body).replace_extension(".obj");
-              if (fs::exists(beside)) mesh = beside;
-            } else if (!fs::exists(mesh)) {
-              throw sim::InputError(fmt::format("{}: no such file", mesh.string()));
+            if (fs::path(w->body).extension() != ".toml") {
+              if (!w->over.empty() || !w->settings.empty() || w->no_pictures)
+                throw UsageError("--over, --set and --no-pictures belong to scenes (SCENE.toml)");
+              animate_body(w.get());
+            } else if (!w->mesh.empty()) {
+              throw UsageError("--mesh belongs to SID bodies; a scene names its meshes");
+            } else if (!w->over.empty()) {
+              sweep_modes(*w);
+            } else {
+              animate_mechanism(*w);
             }
-            sim::Vec3 lower = body.nodes[0].origin, upper = lower;
-            for (const sim::FlexibleNode& node : body.nodes) {
-              lower = lower.cwiseMin(node.origin);
-              upper = upper.cwiseMax(node.origin);
-            }
-            const double amplitude = w->amplitude > 0.0 ? w->amplitude : 0.05 * (upper - lower).norm();
-            const std::string name = fs::path(w->body).stem().string();
-            const fs::path out = w->out.empty() ? fs::path(name + "-modes") : fs::path(w->out);
-            require_writable(out);
-            nlohmann::ordered_json json = nlohmann::ordered_json::array();
-            for (int k : modes) {
-              film::RenderSettings settings;
-              settings.scales = {1.0};
-              settings.speed = 1.0;  // the swing is made for the playback, however short
-              settings.ground = false;
-              settings.undeformed = true;
-              apply_words(w->render, settings);
-              const std::string label = body.labels.empty() ? fmt::format("mode {}", k) : body.labels[k - 1];
-              sim::Results results = swing(body, k - 1, amplitude, w->pictures, settings.frame_rate);
-              results.title = fmt::format("{}: {}", name, label);
-              if (!mesh.empty()) results.bodies[0].mesh = fs::absolute(mesh).string();
-              const std::string part = modes.size() == 1 ? name : fmt::format("mode_{:03}", k);
-              const DrawingReport report = run_drawing(results, settings, nullptr, w->render, modes.size() == 1 ? out : out / part, part);
-              if (!w->json) print_drawing(report);
-              json.push_back({{"mode", k}, {"label", label}, {"drawing", drawing_json(report)}});
-            }
-            if (w->json) fmt::print("{}\n", json.dump(2));
             return 0;
           }};
 }

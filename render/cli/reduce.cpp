@@ -1,4 +1,6 @@
 // flexframe reduce: a finite element model becomes a flexible body (SID) with its surface mesh and a report.
+#include "render/cli/reduce.h"
+
 #include "render/cli/commands.h"
 #include "render/cli/terminal.h"
 
@@ -22,7 +24,7 @@ struct Words {
   std::vector<int> nodes;
   std::string hold = "auto";
   double thickness = 0.0;
-  bool no_stiffening = false, force_stiffening = false, no_cut_off = false, json = false;
+  bool no_stiffening = false, force_stiffening = false, no_cut_off = false, json = false, silent = false;
   double memory = 0.0;
   sim::ReduceOptions options;
 };
@@ -254,7 +256,7 @@ int run(Words& w) {
   if (w.no_cut_off) o.cut_off = 0.0;
   o.memory_limit = 1e9 * w.memory;
   const auto progress = [&](const std::string& text) {
-    if (verbosity() != Verbosity::quiet) fmt::print(stderr, "{}\n", text);
+    if (!w.silent && verbosity() != Verbosity::quiet) fmt::print(stderr, "{}\n", text);
   };
   sim::Reduction r = sim::reduce(model, o, progress);
   if (!held_note.empty()) r.report.notes.insert(r.report.notes.begin(), held_note);
@@ -268,6 +270,7 @@ int run(Words& w) {
   const std::string report = w.report.empty() ? std::filesystem::path(base).replace_extension(".md").string() : w.report;
   if (const std::string surface = sim::surface_obj(model); surface.find("\nf ") != std::string::npos) sim::write_whole_file(mesh, surface);
   sim::write_whole_file(report, report_text(w, r));
+  if (w.silent) return 0;
   if (w.json) {
     nlohmann::json j;
     j["body"] = w.output;
@@ -288,6 +291,17 @@ int run(Words& w) {
 }
 
 }  // namespace
+
+void reduce_model(const std::string& model, const std::string& sid, const std::vector<std::string>& interfaces, int modes, double damping) {
+  Words w;
+  w.model = model;
+  w.output = sid;
+  w.interfaces = interfaces;
+  w.options.modes = modes;
+  w.options.damping = damping;
+  w.silent = true;
+  run(w);
+}
 
 Command add_reduce(Program& program) {
   const auto w = std::make_shared<Words>();

@@ -51,32 +51,52 @@ constexpr std::array<vec3, 8> palette = {vec3(0.0f, 0.447f, 0.698f), vec3(0.835f
                                          vec3(0.35f, 0.35f, 0.35f),  vec3(0.58f, 0.40f, 0.74f)};
 constexpr vec3 ink(0.13f, 0.15f, 0.18f), grey(0.55f, 0.58f, 0.62f), faint(0.86f, 0.88f, 0.90f);
 
-// Range of decades, at least one, with a little room.
+// Range of decades, at least one, or of values, with a little room.
 struct Axis {
-  double low = 0.0, high = 1.0;  // log10
-  double at(double value) const { return (std::log10(value) - low) / (high - low); }
+  double low = 0.0, high = 1.0;  // log10, linear: values
+  bool linear = false;
+  double mark(double value) const { return linear ? value : std::log10(value); }
+  double at(double value) const { return (mark(value) - low) / (high - low); }
 };
 
-bool drawable(const DiagramPoint& p) { return std::isfinite(p.x) && std::isfinite(p.y) && p.x > 0.0 && p.y > 0.0; }
+bool drawable(const Diagram& d, const DiagramPoint& p) {
+  return std::isfinite(p.x) && std::isfinite(p.y) && (d.linear_x || p.x > 0.0) && (d.linear_y || p.y > 0.0);
+}
 
 Axis axis_of(const Diagram& d, double DiagramPoint::*member) {
-  Axis a{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  Axis a{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(),
+         member == &DiagramPoint::x ? d.linear_x : d.linear_y};
   for (const DiagramSeries& s : d.series)
     for (const DiagramPoint& p : s.points)
-      if (drawable(p)) a.low = std::min(a.low, std::log10(p.*member)), a.high = std::max(a.high, std::log10(p.*member));
-  if (!(a.low <= a.high)) return {-1.0, 1.0};
+      if (drawable(d, p)) a.low = std::min(a.low, a.mark(p.*member)), a.high = std::max(a.high, a.mark(p.*member));
+  if (!(a.low <= a.high)) return {-1.0, 1.0, a.linear};
+  if (a.linear) {
+    const double room = a.high > a.low ? 0.04 * (a.high - a.low) : std::max(0.1 * std::abs(a.high), 1e-12);
+    return {a.low - room, a.high + room, true};
+  }
   const double middle = 0.5 * (a.low + a.high), half = std::max(0.5 * (a.high - a.low), 0.4);
-  return {middle - 1.08 * half - 0.05, middle + 1.08 * half + 0.05};
+  return {middle - 1.08 * half - 0.05, middle + 1.08 * half + 0.05, false};
 }
 
 std::string tick_text(double value) {
-  if (value >= 0.0099 && value < 9999.0) return fmt::format("{:g}", value);
+  if (value == 0.0 || (std::abs(value) >= 0.0099 && std::abs(value) < 9999.0)) return fmt::format("{:g}", value);
   return fmt::format("{:.0e}", value);
 }
 
 // Ticks at 1 (and 2, 5 where less than two decades are shown) of every decade.
 std::vector<double> ticks(const Axis& a) {
   std::vector<double> out;
+  if (a.linear) {
+    // Steps of 1, 2 or 5, at most ten of them.
+    double step = std::pow(10.0, std::floor(std::log10(a.high - a.low)) - 1.0);
+    for (const double factor : {1.0, 2.0, 2.5, 2.0, 2.0}) {
+      if (factor > 1.0 || (a.high - a.low) / step <= 10.0) step *= factor;
+      if ((a.high - a.low) / step <= 10.0) break;
+    }
+    for (double value = step * std::ceil(a.low / step); value <= a.high; value += step)
+      out.push_back(std::abs(value) < 1e-9 * step ? 0.0 : value);
+    return out;
+  }
   const bool dense = a.high - a.low < 2.0;
   for (int e = static_cast<int>(std::floor(a.low)); e <= static_cast<int>(std::ceil(a.high)); ++e)
     for (double m : {1.0, 2.0, 5.0}) {
@@ -142,7 +162,7 @@ Drawing lay_out(const Diagram& d) {
     const vec3 c = s.front ? vec3(0.70f) : palette[color % palette.size()];
     Stroke stroke{{}, s.front ? 7.0 : 1.8, c, s.front ? 0.55f : 0.9f, 0.0};
     for (const DiagramPoint& p : s.points) {
-      if (!drawable(p)) continue;
+      if (!drawable(d, p)) continue;
       const dvec2 at = place(p.x, p.y);
       if (s.front && !stroke.points.empty()) stroke.points.push_back({at.x, stroke.points.back().y});
       stroke.points.push_back(at);

@@ -1,4 +1,4 @@
-// Work-precision diagrams: points and lines over two logarithmic axes, as SVG or as pixels.
+// Diagrams: points and lines over logarithmic or linear axes, as SVG or as pixels.
 //
 // The diagram is laid out once into strokes, discs and words; SVG and PNG show the same. Sizes in pixels of the given width.
 #pragma once
@@ -11,7 +11,7 @@
 namespace flexframe::film {
 
 struct DiagramPoint {
-  double x = 0.0, y = 0.0;  // both > 0; others are left out
+  double x = 0.0, y = 0.0;  // on a logarithmic axis > 0; others are left out
   bool hollow = false;      // at the floor: only an upper bound
   std::string label;        // beside the point, may be empty
 };
@@ -28,6 +28,7 @@ struct Diagram {
   std::vector<DiagramSeries> series;
   double floor = 0.0;  // a dashed line: errors below it are not to be told; 0: none
   int width = 960, height = 600;
+  bool linear_x = false, linear_y = false;
 };
 
 std::string diagram_svg(const Diagram& diagram);

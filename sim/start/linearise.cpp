@@ -647,6 +647,8 @@ Linearisation linearise(const System& given) {
     modes = complex_modes(s);
     for (ComplexMode& m : modes) m.x = N * m.x;
   }
+  out.equations = s;
+  out.rates = N;
   const VecX sizes = rate_sizes(system.model);
   for (const ComplexMode& m : modes) out.modes.push_back(to_mode(m, sizes));
   std::stable_sort(out.modes.begin(), out.modes.end(), before);

@@ -1,6 +1,7 @@
 // Small motions about the start: complex modes of the whole mechanism, with damping, gyroscopic and circulatory terms and steady rotation.
 #pragma once
 
+#include "sim/start/complex_modes.h"
 #include "sim/time/system.h"
 
 #include <complex>
@@ -25,6 +26,8 @@ struct Linearisation {
   bool moving = false;        // about a steady motion: rates of the start, or prescribed ones, are not zero
   bool turning_axes = false;  // frequencies as seen from bodies that turn: seen from outside they differ by multiples of the turning rate
   std::vector<std::string> notes;  // what to know about the state, one sentence each
+  SecondOrder equations;  // of the independent directions (directions.h), in their units; those of what has mass where something has none
+  MatX rates;             // w_all x n: rates that unit rates of the directions make
 };
 
 // About the positions in system.work (assembled). Where the start's rates are those of a steady motion (a spinning top, a rotor, a body

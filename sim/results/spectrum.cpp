@@ -1,0 +1,60 @@
+#include "sim/results/spectrum.h"
+
+#include <unsupported/Eigen/FFT>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <vector>
+
+namespace flexframe::sim {
+namespace {
+
+// Lagrange's cubic through the four samples about a place.
+double between(const VecX& x, const VecX& values, Eigen::Index low, double at) {
+  const Eigen::Index first = std::clamp<Eigen::Index>(low - 1, 0, x.size() - 4);
+  double sum = 0.0;
+  for (Eigen::Index i = first; i < first + 4; ++i) {
+    double weight = 1.0;
+    for (Eigen::Index k = first; k < first + 4; ++k)
+      if (k != i) weight *= (at - x[k]) / (x[i] - x[k]);
+    sum += weight * values[i];
+  }
+  return sum;
+}
+
+}  // namespace
+
+Spectrum amplitude_spectrum(const VecX& x, const VecX& values) {
+  const Eigen::Index n = x.size();
+  if (n < 16 || values.size() != n) throw InputError("a spectrum needs at least 16 samples");
+  for (Eigen::Index i = 1; i < n; ++i)
+    if (!(x[i] > x[i - 1])) throw InputError("a spectrum needs samples in ascending order: the shaft must turn one way");
+  const double span = (x[n - 1] - x[0]) * static_cast<double>(n) / static_cast<double>(n - 1), step = span / static_cast<double>(n);
+  const double mean = values.mean();
+  std::vector<double> windowed(static_cast<size_t>(n));
+  double weights = 0.0;
+  for (Eigen::Index i = 0, low = 0; i < n; ++i) {
+    const double at = std::min(x[0] + step * static_cast<double>(i), x[n - 1]);
+    while (low + 2 < n && x[low + 1] <= at) ++low;
+    const double window = 0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(n));
+    weights += window;
+    windowed[static_cast<size_t>(i)] = window * (between(x, values, low, at) - mean);
+  }
+  std::vector<std::complex<double>> lines;
+  Eigen::FFT<double> fft;
+  fft.fwd(lines, windowed);
+  Spectrum out;
+  const Eigen::Index half = n / 2 + 1;
+  out.at.resize(half);
+  out.amplitude.resize(half);
+  for (Eigen::Index k = 0; k < half; ++k) {
+    out.at[k] = static_cast<double>(k) / span;
+    out.amplitude[k] = 2.0 * std::abs(lines[static_cast<size_t>(k)]) / weights;
+  }
+  out.amplitude[0] = std::abs(mean);
+  return out;
+}
+
+}  // namespace flexframe::sim

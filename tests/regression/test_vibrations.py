@@ -1,0 +1,274 @@
+"""Modes of mechanisms as films and over a parameter, frequency response, spectra: against closed formulas and numpy."""
+import csv
+import math
+import pathlib
+
+from program import expect, finish, near, run, temporary_folder
+
+OSCILLATORS = """[simulation]
+duration = 4
+output_rate = 256
+[parameters]
+m = 2
+k = 800
+[[body]]
+name = "a"
+kind = "rigid"
+mass = "m"
+[[body]]
+name = "b"
+kind = "rigid"
+mass = "m"
+[[joint]]
+name = "ja"
+kind = "prismatic"
+parent = "ground"
+child = "a"
+axis = [1, 0, 0]
+spring = { stiffness = "k", damping = 4 }
+[[joint]]
+name = "jb"
+kind = "prismatic"
+parent = "a"
+child = "b"
+axis = [1, 0, 0]
+spring = { stiffness = "k", damping = 4 }
+[[force]]
+name = "push"
+kind = "force"
+on = "a"
+direction = [1, 0, 0]
+value = "FORCE"
+"""
+
+
+def output(name, of, quantity):
+    return f'[[output]]\nname = "{name}"\nof = "{of}"\nquantity = "{quantity}"\n'
+
+
+OUTPUTS = (
+    output("a", "a", "position")
+    + output("b", "b", "velocity")
+    + output("c", "b", "acceleration")
+    + output("d", "jb", "value")
+    + output("e", "system", "energy")
+)
+
+
+def rows(path):
+    with open(path, newline="") as file:
+        table = list(csv.reader(file))
+    return {name: [float(row[i]) for row in table[1:]] for i, name in enumerate(table[0]) if i == 0 or not table[1][i].isalpha()}
+
+
+def solve(w):
+    """The two masses under a unit force on the first: (K + i w D - w^2 M) x = F, by hand."""
+    m, s = 2, 800 + 4j * w
+    a, b, d = 2 * s - m * w * w, -s, s - m * w * w
+    det = a * d - b * b
+    return d / det, -b / det
+
+
+def response(folder):
+    scene = folder / "two.toml"
+    scene.write_text(OSCILLATORS.replace("FORCE", "0") + OUTPUTS)
+    done = run("response", scene, "--force", "push", "--from", 0.5, "--to", 20, "--points", 60, "-o", folder / "r.csv")
+    expect("left out" in done.stdout and "e" in done.stdout, done.stdout)
+    table = rows(folder / "r.csv")
+    for i in range(0, len(table["frequency"]), 5):
+        w = 2 * math.pi * table["frequency"][i]
+        first, second = solve(w)
+        for column, wanted in (("a.x", first), ("b.x", 1j * w * second), ("c.x", -w * w * second), ("d", second - first)):
+            near(table[column][i], abs(wanted), 1e-6 * abs(wanted), f"{column} at {w:.3g} rad/s")
+            phase = math.degrees(math.atan2(wanted.imag, wanted.real))
+            near(math.remainder(table[f"{column}:phase"][i] - phase, 360), 0, 1e-3, f"phase of {column}")
+    expect("<svg" in (folder / "r.svg").read_text(), "the diagram is no SVG")
+    message = run("response", scene, "--force", "pus", code=2).stderr
+    expect("two.toml" in message and "did you mean 'push'" in message, message)
+
+
+def beam(folder):
+    """A cantilever driven at its tip: static compliance L^3 / (3 E I), the peak at its first frequency."""
+    scene = folder / "beam.toml"
+    scene.write_text(
+        """[simulation]
+duration = 1
+gravity = [0, -9.81, 0]
+start = "static"
+[[body]]
+name = "rod"
+kind = "beam"
+length = 1
+section = { shape = "rectangle", width = 0.04, height = 0.01 }
+material = { density = 7850, youngs_modulus = 210e9 }
+damping = { ratio = 0.02 }
+[[joint]]
+name = "wall"
+kind = "weld"
+parent = "ground"
+child = "rod"
+[[force]]
+name = "shaker"
+kind = "force"
+on = "rod.tip"
+direction = [0, 1, 0]
+value = 0
+"""
+        + output("tip", "rod.tip", "displacement")
+    )
+    run("response", scene, "--force", "shaker", "--from", 0.01, "--to", 60, "--points", 200, "-o", folder / "b.csv")
+    table = rows(folder / "b.csv")
+    inertia, m = 0.04 * 0.01**3 / 12, 7850 * 0.0004
+    near(table["tip.y"][0], 1 / (3 * 210e9 * inertia), 1e-3 / (3 * 210e9 * inertia), "static compliance")
+    f1 = 1.8751041**2 / (2 * math.pi) * math.sqrt(210e9 * inertia / m)
+    i = max(range(len(table["frequency"])), key=lambda k: table["tip.y"][k])
+    near(table["frequency"][i], f1, 0.01 * f1, "first resonance")
+    # One mode: 4 / (m L w^2 2 zeta), as the tip of the first form is 2.
+    height = 4 / (m * (2 * math.pi * f1) ** 2 * 0.04)
+    near(table["tip.y"][i], height, 0.03 * height, "its height")
+
+
+def modes(folder):
+    scene = folder / "two.toml"
+    scene.write_text(OSCILLATORS.replace("FORCE", "0") + OUTPUTS)
+    done = run("modes", scene, "-o", folder / "films", "--pictures", 4, "--size", "160x120", "--no-video", "--mode", "2")
+    for ratio in (0.5 * (3 - math.sqrt(5)), 0.5 * (3 + math.sqrt(5))):
+        omega = math.sqrt(400 * ratio)
+        f = omega * math.sqrt(1 - (0.5 * 4 / 800 * omega) ** 2) / (2 * math.pi)
+        expect(f"{f:.4f}"[:5] in done.stdout, f"{f} Hz is not among: {done.stdout}")
+    expect(len(list((folder / "films").rglob("*.png"))) == 4, "four pictures of mode 2")
+    run("modes", scene, "--over", "k=200:800:4", "-o", folder / "sweep")
+    with open(folder / "sweep" / "two.csv", newline="") as file:
+        table = list(csv.DictReader(file))
+    expect(len(table) == 8, f"{len(table)} rows")
+    for row in table:
+        k = float(row["k"])
+        ratio = 0.5 * (3 - math.sqrt(5)) if row["mode"] == "1" else 0.5 * (3 + math.sqrt(5))
+        omega = math.sqrt(k / 2 * ratio)
+        # Damping in proportion to stiffness: 4/k of it.
+        near(float(row["damping"]), 0.5 * 4 / k * omega, 1e-6, f"damping at k = {k}")
+        near(float(row["frequency"]), omega * math.sqrt(1 - (0.5 * 4 / k * omega) ** 2) / (2 * math.pi), 1e-6, f"frequency at k = {k}")
+    expect("<svg" in (folder / "sweep" / "two.svg").read_text(), "no Campbell diagram")
+    message = run("modes", scene, "--over", "k=200", code=2).stderr
+    expect("NAME=FROM:TO:COUNT" in message, message)
+    message = run("modes", scene, "--mode", "7", code=2).stderr
+    expect("there are 1 to 2" in message, message)
+
+
+def loop(folder):
+    """A linkage swings about its static equilibrium with its loop closed: the film's samples hold the rod's length."""
+    scene = folder / "loop.toml"
+    scene.write_text(
+        """[simulation]
+duration = 1
+gravity = [0, -9.81, 0]
+"""
+        + "".join(
+            f'[[body]]\nname = "{n}"\nkind = "rigid"\nmass = 1\ninertia = [0.01, 0.01, 0.01]\n'
+            f"centre_of_mass = [{l / 2}, 0, 0]\nframes = {{ end = [{l}, 0, 0] }}\n"
+            for n, l in (("p", 0.3), ("c", 0.4), ("r", 0.3))
+        )
+        + """[[joint]]
+name = "1"
+kind = "revolute"
+parent = "ground"
+child = "p"
+initial = { guess = -1.4 }
+spring = { stiffness = 20 }
+[[joint]]
+name = "2"
+kind = "revolute"
+parent = "p.end"
+child = "c"
+initial = { guess = 1.4 }
+[[joint]]
+name = "3"
+kind = "revolute"
+parent = "c.end"
+child = "r.end"
+[[joint]]
+name = "4"
+kind = "revolute"
+parent = "ground"
+child = "r"
+position = [0.4, 0, 0]
+initial = { guess = -1.4 }
+"""
+    )
+    run("modes", scene, "-o", folder / "loop", "--pictures", 3, "--size", "160x120", "--no-video", "--amplitude", 0.05)
+    expect(len(list((folder / "loop").rglob("*.png"))) == 3, "three pictures of the one mode")
+
+
+def spectra(folder):
+    scene = folder / "driven.toml"
+    # Free of the springs: a mass on a rail that is moved by a sum of sines has them exactly.
+    scene.write_text(
+        """[simulation]
+duration = 4
+output_rate = 256
+[[body]]
+name = "m"
+kind = "rigid"
+mass = 1
+[[joint]]
+name = "j"
+kind = "prismatic"
+parent = "ground"
+child = "m"
+axis = [1, 0, 0]
+motion = "0.3 + 0.02*sin(2*pi*8*t) + 0.005*sin(2*pi*20*t + 1)"
+[[body]]
+name = "w"
+kind = "rigid"
+mass = 1
+inertia = [1, 1, 1]
+[[joint]]
+name = "shaft"
+kind = "revolute"
+parent = "ground"
+child = "w"
+motion = "2*pi*(2*t + 0.5*t*t)"
+[[joint]]
+name = "cam"
+kind = "prismatic"
+parent = "ground"
+child = "v"
+axis = [0, 1, 0]
+motion = "0.01*sin(3*2*pi*(2*t + 0.5*t*t))"
+[[body]]
+name = "v"
+kind = "rigid"
+mass = 1
+"""
+        + output("x", "j", "value")
+        + output("angle", "shaft", "value")
+        + output("y", "cam", "value")
+    )
+    run("simulate", scene, "-o", folder / "d.h5")
+    run("spectrum", folder / "d.h5", "--column", "x", "-o", folder / "s.csv")
+    table = rows(folder / "s.csv")
+
+    def peak(low, high, column, axis):
+        return max((table[column][i], f) for i, f in enumerate(table[axis]) if low < f < high)
+
+    size, where = peak(6, 10, "x", "frequency")
+    near(size, 0.02, 2e-4, "amplitude at 8 Hz")
+    near(where, 8, 0.05, "its frequency")
+    near(peak(18, 22, "x", "frequency")[0], 0.005, 1e-4, "amplitude at 20 Hz")
+    near(table["x"][0], 0.3, 1e-3, "mean")
+    # The speed rises all the time: a line over the order, none over the frequency.
+    run("spectrum", folder / "d.h5", "--column", "y", "--order", "angle", "-o", folder / "o.csv", "--highest", 10)
+    table = rows(folder / "o.csv")
+    size, where = max(zip(table["y"][1:], table["order"][1:]))
+    near(where, 3, 0.07, "order of the cam")
+    near(size, 0.01, 0.0015, "its amplitude")
+    message = run("spectrum", folder / "d.h5", "--column", "z", code=2).stderr
+    expect("no column" in message and "angle" in message, message)
+
+
+with temporary_folder() as name:
+    here = pathlib.Path(name)
+    for test in (response, beam, modes, loop, spectra):
+        print(f"-- {test.__name__}", flush=True)
+        test(here)
+finish()
