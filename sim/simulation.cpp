@@ -137,7 +137,12 @@ struct Simulation::Impl {
     for (const auto& [k, text] : driven) {
       Load& load = system.model.loads[k];
       load.def.value = text.with(now.inputs);
-      system.model.expressions[static_cast<size_t>(load.expression)] = TimeFunction(Expression(load.def.value));
+      if (load.function >= 0) {
+        Expression& reading = system.model.functions[static_cast<size_t>(load.function)].expression;
+        reading = Expression(load.def.value, std::vector<std::string>(reading.variables()));
+      } else {
+        system.model.expressions[static_cast<size_t>(load.expression)] = TimeFunction(Expression(load.def.value));
+      }
     }
   }
 

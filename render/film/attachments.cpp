@@ -52,7 +52,7 @@ void add_attachments(Animation& animation, const sim::Scene* scene, double size)
     if (def.kind == sim::ForceKind::spring_damper) {
       const std::optional<FramePlace> from = find_place(results, scene, text_of(def.from));
       if (settings.joints && from) animation.springs.push_back({*from, *on, 0.012 * size, 0.0025 * size});
-    } else if (settings.forces && (def.kind == sim::ForceKind::force || def.kind == sim::ForceKind::torque)) {
+    } else if (settings.forces && def.reads.empty() && (def.kind == sim::ForceKind::force || def.kind == sim::ForceKind::torque)) {
       // The largest of its values is an arrow of a sixth of the machine.
       ForceArrow force{*on,
                        glm::dvec3(def.direction.x(), def.direction.y(), def.direction.z()),

@@ -72,7 +72,8 @@ std::vector<std::string> neglected_stiffening(const Model& model, const Scene& s
     const double rate = turning(model, work, at, x);
     double force = 0.5 * part.body.mass * std::abs(model.settings.gravity.dot(x));
     for (const Load& load : model.loads) {
-      if (load.def.kind != ForceKind::force || load.table || load.expression < 0 || model.frames[load.on].part != at) continue;
+      if (load.def.kind != ForceKind::force || load.table || load.function >= 0 || load.expression < 0 || model.frames[load.on].part != at)
+        continue;
       const Vec3 direction = load.def.follower ? Vec3(frame_world(model, work, load.on).R * load.def.direction) : load.def.direction;
       force += std::abs(direction.dot(x)) * largest(model, load.expression, false);
     }

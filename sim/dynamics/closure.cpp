@@ -62,10 +62,26 @@ void row_wrench(const PoseIn& r, const Linear& force, const Angular& moment, Twi
   on_a = joined(Linear(-force), Angular(-(moment + cross(r.p, force))));
 }
 
-// Calls on_loop(row, loop, closure row, relative pose) and on_lock(row, index of the locked rate) for all rows, in their order, or for
-// those of the partition only, with their index there for the row.
-template <class W, class OnLoop, class OnLock>
-void for_rows(const Model& model, const W& work, int cluster, bool all, OnLoop&& on_loop, OnLock&& on_lock) {
+// Coordinate of a coupling's term, its rate, and its acceleration as far as no rate's acceleration makes it.
+template <class W>
+TimeJet coupled(const Model& model, const W& work, const CouplingRow::Term& term) {
+  const Part& part = model.parts[term.part];
+  if (part.joint.motion >= 0) return work.motion[part.joint.motion];
+  return {work.q[part.q0 + term.rate], work.w[part.v0 + term.rate], 0.0};
+}
+
+// Per rate of the cluster into `line`.
+void coupling_line(const Model& model, int cluster, const CouplingRow& coupling, VecX& line) {
+  line.setZero();
+  for (const CouplingRow::Term& term : coupling.terms)
+    if (const Part& part = model.parts[term.part]; part.joint.motion < 0)
+      line[part.v0 + term.rate - model.clusters[cluster].v0] += term.factor;
+}
+
+// Calls on_loop(row, loop, closure row, relative pose), on_coupling(row, coupling) and on_lock(row, index of the locked rate) for all rows,
+// in their order, or for those of the partition only, with their index there for the row.
+template <class W, class OnLoop, class OnCoupling, class OnLock>
+void for_rows(const Model& model, const W& work, int cluster, bool all, OnLoop&& on_loop, OnCoupling&& on_coupling, OnLock&& on_lock) {
   const Cluster& c = model.clusters[cluster];
   const ClusterWork& cw = work.clusters[cluster];
   // Kept between calls: this runs several times an evaluation.
@@ -87,6 +103,10 @@ void for_rows(const Model& model, const W& work, int cluster, bool all, OnLoop&&
       }
       ++row;
     }
+  }
+  for (int k : c.couplings) {
+    if (wanted[row] >= 0) on_coupling(wanted[row], model.couplings[k]);
+    ++row;
   }
   for (size_t k = 0; k < cw.locked.size(); ++k, ++row)
     if (wanted[row] >= 0) on_lock(wanted[row], k);
@@ -147,6 +167,12 @@ RowOwner closure_row_owner(const Model& model, const ClusterWork& work, int clus
     if (row < n) return {loop.name, loop.rows[row].kind == ClosureRow::angle ? "rad" : "m"};
     row -= n;
   }
+  const std::vector<int>& couplings = model.clusters[cluster].couplings;
+  if (row < static_cast<int>(couplings.size())) {
+    const CouplingRow& coupling = model.couplings[couplings[row]];
+    return {coupling.name, coupling.length ? "m" : "rad"};
+  }
+  row -= static_cast<int>(couplings.size());
   const auto [part, rate] = rate_owner(model, cluster, work.locked[row]);
   const TreeJoint& joint = model.parts[part].joint;
   return {joint.name, is_length(joint.kind, rate) ? "m" : "rad"};
@@ -164,6 +190,7 @@ VecX closure_row_scales(const Model& model, const Work& work, int cluster) {
   Eigen::Index row = 0;
   for (int l : c.loops)
     for (const ClosureRow& r : model.loops[l].rows) s[row++] = r.kind == ClosureRow::angle ? c.size : 1.0;
+  for (int k : c.couplings) s[row++] = model.couplings[k].length ? 1.0 : c.size;
   return s;
 }
 
@@ -187,6 +214,10 @@ void closure_residual(const Model& model, int cluster, const W& work, bool all, 
   for_rows(
       model, work, cluster, all,
       [&](int row, const LoopJoint&, const auto& closure, const auto& rel) { out[row] = row_residual(closure, rel); },
+      [&](int row, const CouplingRow& coupling) {
+        out[row] = -coupling.value;
+        for (const CouplingRow::Term& term : coupling.terms) out[row] += term.factor * coupled(model, work, term).value;
+      },
       [&](int row, size_t lock) {
         const auto [part, k] = rate_owner(model, cluster, cw.locked[lock]);
         // An orientation has no coordinate of its own for a rate: it stays because its rate does.
@@ -242,6 +273,14 @@ void closure_rates(const Model& model, int cluster, W& work, VecX& rate, VecX& b
         if (closure.kind == ClosureRow::angle) bias[row] += dot(w, cross(cross(w, turn(rel, closure.b)), closure.u));
         if (closure.kind == ClosureRow::distance) bias[row] += pd.squaredNorm() / closure.length;
       },
+      [&](int row, const CouplingRow& coupling) {
+        rate[row] = bias[row] = 0.0;
+        for (const CouplingRow::Term& term : coupling.terms) {
+          const TimeJet at = coupled(model, work, term);
+          rate[row] += term.factor * at.rate;
+          bias[row] += term.factor * at.acceleration;
+        }
+      },
       [&](int row, size_t lock) {
         rate[row] = work.w[model.clusters[cluster].v0 + cw.locked[lock]];
         bias[row] = 0.0;
@@ -275,6 +314,10 @@ void update_closure_matrix(const Model& model, int cluster, W& work) {
       model, work, cluster, true,
       [&](int row, const LoopJoint& loop, const auto& closure, const auto& rel) {
         closure_line(model, work, cluster, loop, unit_wrenches<W>(closure, rel), true);
+        cw.G.row(row) = cw.line.transpose();
+      },
+      [&](int row, const CouplingRow& coupling) {
+        coupling_line(model, cluster, coupling, cw.line);
         cw.G.row(row) = cw.line.transpose();
       },
       [&](int row, size_t lock) { cw.G(row, cw.locked[lock]) = 1.0; });
@@ -389,6 +432,10 @@ void factorise_closure(const Model& model, int cluster, W& work, bool all_column
       model, work, cluster, false,
       [&](int row, const LoopJoint& loop, const auto& closure, const auto& rel) {
         closure_line(model, work, cluster, loop, unit_wrenches<W>(closure, rel), elastic);
+        take_line(row);
+      },
+      [&](int row, const CouplingRow& coupling) {
+        coupling_line(model, cluster, coupling, cw.line);
         take_line(row);
       },
       [&](int row, size_t lock) {

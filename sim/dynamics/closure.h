@@ -10,11 +10,12 @@
 
 namespace flexframe::sim {
 
-// Number of closure rows of a cluster: those of its loops, then one a locked rate.
+// Number of closure rows of a cluster: those of its loops, then one a coupling, then one a locked rate.
 template <class W>
 int closure_row_count(const Model& model, const W& work, int cluster) {
   size_t rows = work.clusters[cluster].locked.size();
   for (int l : model.clusters[cluster].loops) rows += model.loops[l].rows.size();
+  rows += model.clusters[cluster].couplings.size();
   return static_cast<int>(rows);
 }
 // Name of the joint to which a row belongs, for messages.

@@ -190,7 +190,7 @@ bool hold_idle(const Model& model, int cluster, MatX D, W& work) {
     if (std::abs(v.dot(force)) > 1e-9 * size) return false;
     for (int i : c.parts) {
       const Part& p = model.parts[i];
-      if (!c.loops.empty() || work.parts[i].Mrr.template topLeftCorner<linear, linear>().trace() > 0.0) continue;
+      if (has_closure(c) || work.parts[i].Mrr.template topLeftCorner<linear, linear>().trace() > 0.0) continue;
       for (Eigen::Index k = 0; k < n; ++k)
         if (c.v0 + ind[k] >= p.v0 && c.v0 + ind[k] < p.v0 + p.joint.nv && std::abs(v[k]) > 1e-6) return false;
     }
@@ -419,7 +419,7 @@ void load_responses(const Model& model, W& work, VecX& out) {
   for (size_t i = 0; i < model.loads.size(); ++i) {
     const Load& load = model.loads[i];
     auto column = out.segment(static_cast<Eigen::Index>(i) * (n + 1), n + 1);
-    if (load.table || (load.def.kind != ForceKind::force && load.def.kind != ForceKind::torque)) {
+    if (load.table || load.function >= 0 || (load.def.kind != ForceKind::force && load.def.kind != ForceKind::torque)) {
       column.setConstant(std::numeric_limits<double>::quiet_NaN());
       continue;
     }

@@ -170,7 +170,7 @@ void renew_locks(const Model& model, const FrictionState& friction, Work& work) 
     cw.locked = locked;
     cw.lock_value = Eigen::Map<const VecX>(value.data(), static_cast<Eigen::Index>(value.size()));
     cw.lock_rate.setZero(cw.lock_value.size());
-    if (locked.empty() && model.clusters[c].loops.empty()) {
+    if (locked.empty() && !has_closure(model.clusters[c])) {
       // A tree has nothing to close.
       cw.partition = {};
       for (int k = 0; k < model.clusters[c].nv; ++k) cw.partition.ind.push_back(k);

@@ -1,6 +1,7 @@
 #include "sim/dynamics/kinematics.h"
 
 #include "sim/base/small_matrices.h"
+#include "sim/dynamics/signals.h"
 
 #include <cmath>
 
@@ -69,6 +70,7 @@ Work make_work(const Model& model) {
     if (part.joint.nq > 0) zero_coordinates(part.joint.kind, work.q.data() + part.q0);
   work.expression_value.assign(model.expressions.size(), 0.0);
   work.motion.resize(model.expressions.size());
+  reserve_signals(model, work);
   return work;
 }
 

@@ -1,8 +1,10 @@
 #include "sim/dynamics/loads.h"
 
+#include "sim/dynamics/contacts.h"
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/flexures.h"
 #include "sim/dynamics/kinematics.h"
+#include "sim/dynamics/signals.h"
 #include "sim/dynamics/stops.h"
 #include "sim/model/joint_motion.h"
 #include "sim/scene/joint_kinds.h"
@@ -83,10 +85,29 @@ Vec6 bushing_force(const Load& load, const Bushing& b) {
   return f - load.def.bushing_damping.cwiseProduct(b.rate);
 }
 
-template <class S>
-double spring_damper_force(const Load& load, const Line<S>& line) {
+// Rest of a spring at the present time and its rate.
+TimeJet spring_rest(const Model& model, const Load& load, double t) {
+  return load.rest >= 0 ? model.expressions[load.rest].jet(t) : TimeJet{load.def.spring.rest, 0.0, 0.0};
+}
+
+// What pulls its ends together beside stiffness, damping and preload, N.
+double extra_pull(const Load& load, const std::vector<double>& expression_value) {
+  return load.expression >= 0 ? expression_value[load.expression] : 0.0;
+}
+
+template <class W>
+double spring_damper_force(const Model& model, const W& work, const Load& load, const Line<typename W::In>& line) {
   const Spring& s = load.def.spring;
-  return -s.preload - s.stiffness * (line.length - s.rest) - s.damping * line.rate;
+  const double rest = load.rest >= 0 ? spring_rest(model, load, work.time).value : s.rest;
+  return -s.preload - s.stiffness * (line.length - rest) - s.damping * line.rate - extra_pull(load, work.expression_value);
+}
+
+// Drag on a frame in its axes, and the velocity of what flows past it.
+template <class W>
+Vec3 drag_force(const Model& model, const W& work, const Load& load, Vec3& wind) {
+  wind = pose_in_space(model, work, load.on).R.transpose() * load.def.wind;
+  const Vec3 v = in_space(work, load.on, work.frames[load.on].V).template head<3>() - wind;
+  return -(load.def.drag + load.def.square_drag * v.norm()) * v;
 }
 
 template <class W>
@@ -251,7 +272,12 @@ void visit_link(const Model& model, W& work, const Load& load, const OnFrame& on
     return;
   }
   const Line<S> line = line_between(model, work, load);
-  const typename S::Linear force = spring_damper_force(load, line) * line.direction;
+  const typename S::Linear force = spring_damper_force(model, work, load, line) * line.direction;
+  work.applied -= extra_pull(load, work.expression_value) * line.rate;
+  if (load.rest >= 0) {
+    const TimeJet rest = spring_rest(model, load, work.time);
+    work.applied -= load.def.spring.stiffness * (line.length - rest.value) * rest.rate;
+  }
   on_frame(load.on, joined(turn_back(frame_world(model, work, load.on), force), S::no_turn()));
   on_frame(load.from, joined(typename S::Linear(-turn_back(frame_world(model, work, load.from), force)), S::no_turn()));
 }
@@ -261,6 +287,7 @@ void visit_link(const Model& model, W& work, const Load& load, const OnFrame& on
 template <class W, class OnFrame, class OnLength>
 void visit_loads(const Model& model, W& work, const OnFrame& on_frame, const OnLength& on_length) {
   work.applied = 0.0;
+  update_signals(model, work);
   for (const LoopJoint& loop : model.loops)
     if (loop.spring) visit_loop_spring(model, work, loop, on_frame);
   for (size_t i = 0; i < model.loads.size(); ++i) {
@@ -271,6 +298,8 @@ void visit_loads(const Model& model, W& work, const OnFrame& on_frame, const OnL
       work.expression_value[load.expression] =
           load.table->value(j.motion >= 0 ? work.motion[j.motion].value : work.q[model.parts[load.table_part].q0]);
     }
+    if (load.function >= 0)
+      work.expression_value[load.expression] = function_value(model.functions[load.function], work.signals, work.time);
     refresh_frames(model, work, load);
     if (load.def.kind == ForceKind::distributed) {
       on_length(at);
@@ -278,6 +307,13 @@ void visit_loads(const Model& model, W& work, const OnFrame& on_frame, const OnL
       const auto F = frame_wrench(model, work, at, work.expression_value[load.expression]);
       on_frame(load.on, F);
       work.applied += F.dot(work.frames[load.on].V);
+    } else if (load.def.kind == ForceKind::contact) {
+      visit_contacts(model, work, at, on_frame);
+    } else if (load.def.kind == ForceKind::drag) {
+      Vec3 wind;
+      const Vec3 force = drag_force(model, work, load, wind);
+      on_frame(load.on, within(work, load.on, joined(force, Vec3::Zero())));
+      work.applied += force.dot(wind);
     } else {
       visit_link(model, work, load, on_frame);
     }
@@ -416,14 +452,14 @@ double spring_energy(const Model& model, const Work& work) {
   }
   for (const Load& load : model.loads) {
     if (load.def.kind == ForceKind::spring_damper) {
-      const double d = line_between(model, work, load).length - load.def.spring.rest;
+      const double d = line_between(model, work, load).length - spring_rest(model, load, work.time).value;
       e += 0.5 * load.def.spring.stiffness * d * d + load.def.spring.preload * d;
     } else if (load.def.kind == ForceKind::bushing) {
       const Bushing b = bushing_state(model, work, load);
       e += 0.5 * b.deflection.dot(load.def.bushing_stiffness.cwiseProduct(b.deflection));
     }
   }
-  return e;
+  return e + contact_energy(model, work);
 }
 
 namespace {
@@ -467,11 +503,16 @@ double dissipated_power(const Model& model, const W& work) {
       if (load.def.spring.damping == 0.0) continue;
       const auto line = line_between(model, work, load);
       power += load.def.spring.damping * line.rate * line.rate;
+    } else if (load.def.kind == ForceKind::drag) {
+      Vec3 wind;
+      const Vec3 force = drag_force(model, work, load, wind);
+      power -= force.dot(Vec3(in_space(work, load.on, work.frames[load.on].V).template head<3>() - wind));
     } else if (load.def.kind == ForceKind::bushing) {
       const Bushing b = bushing_state(model, work, load);
       power += b.rate.dot(load.def.bushing_damping.cwiseProduct(b.rate));
     }
   }
+  power += contact_power(model, work.signals);
   return power;
 }
 

@@ -169,6 +169,15 @@ struct Builder {
     return true;
   }
 
+  // What touches within the plane keeps to it.
+  void require_flat(const Load& load) const {
+    const ContactDef& c = *load.def.contact;
+    const double height = d.frame_constants[load.on].height - d.frame_constants[load.from].height;
+    const auto along = [&](int frame, const Vec3& u) { return std::abs((frame_axes(frame).transpose() * u).z()); };
+    const bool tilted = c.from_radius > 0.0 ? std::abs(height) > 1e-12 * model.size : along(load.from, c.normal) > 1e-12;
+    if (tilted || (c.cylinder && along(load.on, c.axis) < 1.0 - 1e-12)) throw LeavesPlane{"a contact pushes out of the plane"};
+  }
+
   void add_load(const Load& load) {
     d.load_direction.push_back(Vec3::Zero());
     const ForceKind kind = load.def.kind;
@@ -176,6 +185,11 @@ struct Builder {
     if (kind == ForceKind::spring_damper || kind == ForceKind::bushing) {
       const double height = d.frame_constants[load.on].height - d.frame_constants[load.from].height;
       d.forces_within = d.forces_within && kind == ForceKind::spring_damper && std::abs(height) <= 1e-12 * model.size;
+      return;
+    }
+    if (kind == ForceKind::drag || kind == ForceKind::contact) {
+      d.forces_within = false;
+      if (kind == ForceKind::contact) require_flat(load);
       return;
     }
     const int part = model.frames[load.on].part;
@@ -213,6 +227,7 @@ PlaneWork::PlaneWork(Work& work, PlaneMotion& m)
       closure_iterations(work.closure_iterations),
       indefinite(work.indefinite),
       idle(work.idle),
+      signals(work.signals),
       frames(m.frames),
       parts(m.parts),
       bases(m.bases),

@@ -62,6 +62,7 @@ struct PlaneWork {
   long &evaluations, &closure_iterations;
   int& indefinite;
   bool& idle;
+  SignalWork& signals;
   std::vector<FrameMotion<Plane>>& frames;
   std::vector<PartMotion<Plane>>& parts;
   std::vector<BaseMotion<Plane>>& bases;

@@ -57,6 +57,28 @@ struct MasslessWork {
   MatX stiffness;  // stiff x stiff, N/m: Newton's matrix, as last made
 };
 
+// What holds between two events: pressed and damped, pressed where damping would pull, apart.
+enum class ContactPhase { live, apart, pressed, parting };
+enum class ContactSlip { none, sticks, slips };
+
+struct ContactWork {
+  ContactPhase phase = ContactPhase::live;
+  ContactSlip slip = ContactSlip::none;
+  double impact = 0.0;  // m/s: the speed that its restitution counts from
+  // Of the present state: how deep, its rate, the normal force; velocity of the surfaces against each other, and friction, axes of `from`.
+  double depth = 0.0, rate = 0.0, force = 0.0;
+  Vec3 slide = Vec3::Zero(), friction = Vec3::Zero();
+};
+
+// What expressions read, and what blocks make of it.
+struct SignalWork {
+  std::vector<double> value;        // of Model::signals
+  std::vector<double> size;         // the largest so far of the vectors that they are components of
+  std::vector<VecX> state, output;  // per block; state: of a sampled one
+  VecX z, zdot;                     // further states (blocks, contacts) and their rates
+  std::vector<ContactWork> contacts;
+};
+
 struct Rates {
   std::vector<JointWork> joints;  // per part
   std::vector<ClusterWork> clusters;
@@ -70,6 +92,7 @@ struct Rates {
   long evaluations = 0, closure_iterations = 0;
   int indefinite = -1;  // part whose kinetic energy was last found not to be positive
   bool idle = false;    // something turns without inertia and without a moment (dynamics.cpp)
+  SignalWork signals;
 };
 
 // Kept from a frame's pose for B and for the bias.

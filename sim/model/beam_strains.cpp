@@ -35,7 +35,7 @@ std::set<double> places_of_hold(const Model& model, const Scene& scene, int body
   for (const ForceDef& f : scene.forces) {
     if (f.kind == ForceKind::distributed) continue;
     take(f.on);
-    if (f.kind == ForceKind::spring_damper || f.kind == ForceKind::bushing) take(f.from);
+    if (f.kind == ForceKind::spring_damper || f.kind == ForceKind::bushing || f.kind == ForceKind::contact) take(f.from);
   }
   return out;
 }

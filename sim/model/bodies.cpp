@@ -81,10 +81,10 @@ std::vector<HeldPoint> held_points(const Scene& scene, const std::string& body, 
     out.push_back({"", true, false, true});
   for (const ForceDef& f : scene.forces) {
     if (f.kind == ForceKind::distributed) continue;
-    const bool force = f.kind != ForceKind::torque;
-    const bool moment = f.kind == ForceKind::torque || f.kind == ForceKind::bushing || f.kind == ForceKind::user;
+    const bool contact = f.kind == ForceKind::contact, force = f.kind != ForceKind::torque;
+    const bool moment = f.kind == ForceKind::torque || f.kind == ForceKind::bushing || f.kind == ForceKind::user || contact;
     hold(f.on, force, moment, true);
-    if (f.kind == ForceKind::spring_damper || f.kind == ForceKind::bushing) hold(f.from, force, moment, true);
+    if (f.kind == ForceKind::spring_damper || f.kind == ForceKind::bushing || contact) hold(f.from, force, moment, true);
   }
   return out;
 }

@@ -67,7 +67,8 @@ bool planar_about(const Scene& scene, const std::vector<Mat3>& orientation, cons
   // A body without a joint is free to leave the plane.
   if (std::find(held.begin(), held.end(), 0) != held.end()) return false;
   for (const ForceDef& f : scene.forces) {
-    if (f.kind == ForceKind::bushing || f.kind == ForceKind::spring_damper || f.kind == ForceKind::user) return false;
+    // The others push where the motion takes them.
+    if (f.kind != ForceKind::force && f.kind != ForceKind::torque && f.kind != ForceKind::distributed) return false;
     const Vec3 d = f.follower ? Vec3(frame_axes(f.on) * f.direction) : f.direction;
     if (f.kind == ForceKind::torque ? !parallel(d, n) : !normal(d, n)) return false;
   }

@@ -102,12 +102,26 @@ struct LoopJoint {
   std::optional<Spring> spring;
 };
 
+// One more closure condition of a cluster, on coordinates of its tree joints: their sum by these factors keeps its value.
+struct CouplingRow {
+  struct Term {
+    int part = 0, rate = 0;  // of the part's joint; a prescribed joint follows its motion
+    double factor = 0.0;
+  };
+  std::string name;
+  int scene_coupling = -1;
+  std::vector<Term> terms;
+  double value = 0.0;
+  bool length = false;  // the residual is one in m, else in rad
+};
+
 struct Cluster {
   std::vector<int> parts;   // parents before children
   int parent = ground;      // part outside the cluster that carries it
   int base = 0;             // frame on that part
   std::vector<Pose> entry;  // per part whose parent is outside: pose of its inboard frame in the base frame (identity for the first)
   std::vector<int> loops;   // loop joints closed inside
+  std::vector<int> couplings;
   std::vector<int> frames;  // flexible frames that its joints and loops sit on
   int q0 = 0, nq = 0, v0 = 0, nv = 0;
   double size = 1.0;  // m, to scale closure errors
@@ -120,6 +134,41 @@ struct Load {
   int expression = -1;
   std::shared_ptr<const CubicTable> table;  // value against a joint's coordinate
   int table_part = -1;                      // part whose joint that is
+  int function = -1;                        // instead of the expression: of Model::functions
+  int rest = -1;                            // expression of a spring's rest
+  int contact = -1;                         // place among the contacts
+};
+
+// A quantity of the present state that expressions read: no acceleration, no force.
+struct Signal {
+  Quantity quantity = Quantity::position;
+  int frame = -1, relative_to = -1;  // relative_to -1: the world
+  int component = 0;
+  int part = -1, rate = 0;  // value and rate of that part's joint
+  int block = -1;           // an output of this block
+};
+
+// An expression that reads signals.
+struct StateFunction {
+  Expression expression;
+  std::vector<int> signals;  // in the order of expression.variables()
+  std::string owner;         // "force 'drive'", for messages
+};
+
+struct Block {
+  int scene_block = -1;
+  std::vector<int> inputs;  // functions
+  MatX A, B, C, D;
+  VecX initial;
+  double sample = 0.0;  // s, 0: continuous
+  int z0 = -1;          // first of its states in the state's z, of a continuous one
+};
+
+// States and sizes of a contact's friction.
+struct Contact {
+  int load = -1;
+  int side = 0;  // of a cylinder's ends: -1, 1; else 0
+  int z0 = -1;   // three states: how far the surfaces have gone since they stick, axes of `from`; -1: no friction
 };
 
 // Rates that carry no inertia (massless.h). The first `moving` follow from the balance of springs and dampers, the others rest.
@@ -154,6 +203,12 @@ struct Model {
   std::vector<Cluster> clusters;         // parents before children
   std::vector<Load> loads;
   std::vector<TimeFunction> expressions;
+  std::vector<Signal> signals;
+  std::vector<StateFunction> functions;
+  std::vector<Block> blocks;  // in the order in which their outputs can be evaluated
+  std::vector<Contact> contacts;
+  std::vector<CouplingRow> couplings;
+  int nz = 0;  // further states: of blocks and contacts
   MasslessRates massless;
   Notes notes;                       // what was decided while building
   std::vector<EffectState> effects;  // of the flexible bodies, body by body
@@ -161,6 +216,14 @@ struct Model {
   double size = 1.0;                 // m, of the whole mechanism
   double mass = 0.0;                 // kg
 };
+
+// Whether the coordinates of a cluster have conditions to keep.
+inline bool has_closure(const Cluster& c) { return !c.loops.empty() || !c.couplings.empty(); }
+// "loop of joint 'pin'" or "coupling 'gears'": what closes a cluster, by its first.
+inline std::string closure_of(const Model& model, const Cluster& c) {
+  return c.loops.empty() ? "coupling '" + model.couplings[static_cast<size_t>(c.couplings.front())].name + "'"
+                         : "joint '" + model.loops[static_cast<size_t>(c.loops.front())].name + "'";
+}
 
 // Whether a part hangs on another one of the same cluster; else on what carries the cluster.
 inline bool hangs_inside(const Model& model, int part) {

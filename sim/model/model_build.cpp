@@ -3,6 +3,7 @@
 #include "sim/base/words.h"
 #include "sim/model/bodies.h"
 #include "sim/model/joint_motion.h"
+#include "sim/model/state_functions.h"
 #include "sim/scene/joint_kinds.h"
 
 #include <fmt/format.h>
@@ -58,6 +59,10 @@ bool needs_coordinates(const Scene& scene, const JointDef& j) {
   if (!j.motion.empty() || j.motion_table || j.friction || j.stop || j.initial.value || j.initial.rate || !facts.closure) return true;
   for (const ForceDef& f : scene.forces)
     if (f.table && f.table_joint == j.name) return true;
+  if (is_read(scene, j)) return true;
+  for (const CouplingDef& c : scene.couplings)
+    for (const CouplingTerm& term : c.terms)
+      if (term.joint == j.name) return true;
   if (facts.read_off) return false;
   if (j.spring) return true;
   for (const OutputDef& o : scene.outputs)
@@ -268,6 +273,46 @@ void add_loops(Model& model, const Scene& scene, const Graph& graph) {
   }
 }
 
+// What the scene's start makes of a coupling's coordinate.
+double coordinate_at_start(const Model& model, const Scene& scene, const CouplingRow::Term& term) {
+  const TreeJoint& joint = model.parts[term.part].joint;
+  if (joint.motion >= 0) return model.expressions[joint.motion].value(0.0);
+  const JointInitial& initial = scene.joints[joint.scene_joint].initial;
+  const auto& given = initial.value ? initial.value : initial.guess;
+  return given ? (*given)[static_cast<size_t>(term.rate)] : 0.0;
+}
+
+// Rows by parts; factors such that the largest is one, of lengths where there are any.
+void add_couplings(Model& model, const Scene& scene) {
+  for (size_t i = 0; i < scene.couplings.size(); ++i) {
+    const CouplingDef& def = scene.couplings[i];
+    CouplingRow row;
+    row.name = def.name;
+    row.scene_coupling = static_cast<int>(i);
+    double lengths = 0.0, angles = 0.0;
+    for (const CouplingTerm& t : def.terms) {
+      CouplingRow::Term term{-1, t.coordinate, t.factor};
+      for (size_t k = 0; k < scene.joints.size(); ++k)
+        if (scene.joints[k].name == t.joint) term.part = joint_part(model, static_cast<int>(k));
+      if (term.part < 0)
+        throw InputError(
+            fmt::format("{}:{}: coupling '{}': joint '{}' has no coordinate", scene.file.string(), def.line, def.name, t.joint));
+      double& largest = is_length(model.parts[term.part].joint.kind, t.coordinate) ? lengths : angles;
+      largest = std::max(largest, std::abs(t.factor));
+      row.value += t.factor * coordinate_at_start(model, scene, term);
+      row.terms.push_back(term);
+    }
+    row.length = lengths > 0.0;
+    const double scale = row.length ? lengths : angles;
+    row.value = def.value.value_or(row.value) / scale;
+    for (CouplingRow::Term& term : row.terms) term.factor /= scale;
+    if (std::all_of(row.terms.begin(), row.terms.end(), [&](const CouplingRow::Term& t) { return model.parts[t.part].joint.motion >= 0; }))
+      throw InputError(fmt::format("{}:{}: coupling '{}': all its joints have a prescribed motion; leave one of them free",
+                                   scene.file.string(), def.line, def.name));
+    model.couplings.push_back(std::move(row));
+  }
+}
+
 std::vector<int> path_to_ground(const Model& model, int part) {
   std::vector<int> path;
   for (int i = part; i != ground; i = model.parts[i].parent) path.push_back(i);
@@ -289,6 +334,27 @@ std::vector<int> loop_members(const Model& model, const LoopJoint& loop) {
   return pa;
 }
 
+// The parts on the ways between the joints of a coupling, theirs included. A flexible part at which the ways meet belongs to them.
+std::vector<int> coupled_members(const Model& model, const CouplingRow& coupling) {
+  std::vector<std::vector<int>> paths;
+  for (const CouplingRow::Term& term : coupling.terms) paths.push_back(path_to_ground(model, term.part));
+  int meet = ground;
+  const auto shared = [&]() {
+    // A part whose own joint is coupled is no mere carrier.
+    for (const auto& path : paths)
+      if (path.size() <= 1 || path.back() != paths.front().back()) return false;
+    return true;
+  };
+  while (shared()) {
+    meet = paths.front().back();
+    for (auto& path : paths) path.pop_back();
+  }
+  std::vector<int> members;
+  for (const auto& path : paths) members.insert(members.end(), path.begin(), path.end());
+  if (meet != ground && model.parts[meet].body.n > 0) members.push_back(meet);
+  return members;
+}
+
 // Clusters of the parts that share loops, carriers before what they carry; their parts in the given order. loops: one part of each.
 std::vector<Cluster> make_clusters(const Model& model, const std::vector<int>& order, std::vector<int>& loops) {
   Groups together(static_cast<int>(model.parts.size()));
@@ -297,6 +363,8 @@ std::vector<Cluster> make_clusters(const Model& model, const std::vector<int>& o
     for (int i : members) together.join(i, members.front());
     loops.push_back(members.front());
   }
+  for (const CouplingRow& coupling : model.couplings)
+    for (int i : coupled_members(model, coupling)) together.join(i, coupling.terms.front().part);
   std::vector<Cluster> met;
   std::vector<int> of(model.parts.size(), -1);  // a group's representative -> index
   for (int i : order) {
@@ -342,6 +410,10 @@ void renumber_parts(Model& model, const Scene& scene, const std::vector<int>& lo
     if (f.part != ground) f.part = number[f.part];
   for (Flexure& f : model.flexures)
     for (int& i : f.parts) i = number[i];
+  for (CouplingRow& coupling : model.couplings)
+    for (CouplingRow::Term& term : coupling.terms) term.part = number[term.part];
+  for (size_t k = 0; k < model.couplings.size(); ++k)
+    model.clusters[model.parts[model.couplings[k].terms.front().part].cluster].couplings.push_back(static_cast<int>(k));
   for (size_t l = 0; l < loops.size(); ++l) model.clusters[model.parts[number[loops[l]]].cluster].loops.push_back(static_cast<int>(l));
   model.pieces.resize(scene.bodies.size());
   for (size_t i = 0; i < model.parts.size(); ++i) {
@@ -399,9 +471,15 @@ void complete_cluster(Model& model, int k) {
   model.size = std::max(k == 0 ? 0.0 : model.size, c.size);
 }
 
-// What a force's value follows: an expression or table of time, or a table of a joint's coordinate.
+// What a force's value follows: an expression or table of time, a table of a joint's coordinate, or an expression that reads the state.
 void add_value(Model& model, const Scene& scene, const std::string& where, Load& load) {
   const ForceDef& def = load.def;
+  if (!def.reads.empty()) {
+    load.expression = static_cast<int>(model.expressions.size());
+    model.expressions.emplace_back();
+    load.function = add_function(model, scene, where, {def.value, def.reads, load.on, load.from});
+    return;
+  }
   load.expression = static_cast<int>(model.expressions.size());
   if (!def.table) {
     try {
@@ -435,14 +513,80 @@ void spread_along_beam(Model& model, const Scene& scene, const std::string& wher
   }
 }
 
+// A cylinder with a width touches at both its ends.
+void add_contact(Model& model, const ForceDef& def, Load& load) {
+  load.contact = static_cast<int>(model.contacts.size());
+  std::vector<int> sides{0};
+  if (def.contact->cylinder && def.contact->width > 0.0) sides = {-1, 1};
+  for (const int side : sides) {
+    Contact contact{static_cast<int>(model.loads.size()), side, -1};
+    if (def.contact->static_friction > 0.0) {
+      contact.z0 = model.nz;
+      model.nz += 3;
+    }
+    model.contacts.push_back(contact);
+  }
+}
+
+// Blocks in an order in which each that passes its input on comes after what it reads.
+void add_blocks(Model& model, const Scene& scene) {
+  const auto waits_for = [&](const BlockDef& def) {
+    std::vector<int> out;
+    if (def.D.isZero(0.0) || def.sample > 0.0) return out;
+    for (const auto& reads : def.reads)
+      for (const Reading& r : reads)
+        if (r.kind == Reading::block) out.push_back(r.index);
+    return out;
+  };
+  std::vector<int> order;
+  std::vector<char> state(scene.blocks.size(), 0);  // 1: being placed, 2: placed
+  const std::function<void(int)> place = [&](int k) {
+    const BlockDef& def = scene.blocks[static_cast<size_t>(k)];
+    if (state[static_cast<size_t>(k)] == 2) return;
+    if (state[static_cast<size_t>(k)] == 1)
+      throw InputError(
+          fmt::format("{}:{}: [[block]] '{}': its output waits for itself (an algebraic loop): it passes its input on at once and "
+                      "reads, by way of other blocks, its own output; put a delay into the loop (a transfer function whose "
+                      "denominator is of higher order, or a sampled block)",
+                      scene.file.string(), def.line, def.name));
+    state[static_cast<size_t>(k)] = 1;
+    for (const int other : waits_for(def)) place(other);
+    state[static_cast<size_t>(k)] = 2;
+    order.push_back(k);
+  };
+  for (size_t k = 0; k < scene.blocks.size(); ++k) place(static_cast<int>(k));
+  for (const int k : order) {
+    const BlockDef& def = scene.blocks[static_cast<size_t>(k)];
+    Block block{k, {}, def.A, def.B, def.C, def.D, def.initial, def.sample, -1};
+    if (def.sample == 0.0) {
+      block.z0 = model.nz;
+      model.nz += static_cast<int>(def.A.rows());
+    }
+    model.blocks.push_back(std::move(block));
+  }
+  for (Block& block : model.blocks) {
+    const BlockDef& def = scene.blocks[static_cast<size_t>(block.scene_block)];
+    for (size_t k = 0; k < def.inputs.size(); ++k)
+      block.inputs.push_back(add_function(model, scene, fmt::format("{}:{}: [[block]] '{}'", scene.file.string(), def.line, def.name),
+                                          {def.inputs[k], def.reads[k]}));
+  }
+}
+
 void add_loads(Model& model, const Scene& scene) {
   for (const ForceDef& def : scene.forces) {
     const std::string where = fmt::format("{}:{}: force '{}'", scene.file.string(), def.line, def.name);
     Load load;
     load.def = def;
     load.on = load.from = add_frame(model, scene, def.on, where);
-    if (def.kind == ForceKind::spring_damper || def.kind == ForceKind::bushing) load.from = add_frame(model, scene, def.from, where);
-    else add_value(model, scene, where, load);
+    const bool between = def.kind == ForceKind::spring_damper || def.kind == ForceKind::bushing || def.kind == ForceKind::contact;
+    const bool plain = def.kind == ForceKind::force || def.kind == ForceKind::torque || def.kind == ForceKind::distributed;
+    if (between) load.from = add_frame(model, scene, def.from, where);
+    if (plain || (def.kind == ForceKind::spring_damper && (!def.reads.empty() || def.value != "0"))) add_value(model, scene, where, load);
+    if (def.kind == ForceKind::contact) add_contact(model, def, load);
+    if (!def.rest.empty()) {
+      load.rest = static_cast<int>(model.expressions.size());
+      model.expressions.emplace_back(Expression(def.rest));
+    }
     if (def.kind == ForceKind::distributed) spread_along_beam(model, scene, where, load);
     else model.loads.push_back(load);
   }
@@ -497,11 +641,13 @@ Model build_model(const Scene& scene) {
   make_bodies(model, scene, order);
 
   add_loops(model, scene, graph);
+  add_couplings(model, scene);
   std::vector<int> loops;
   model.clusters = make_clusters(model, order, loops);
   renumber_parts(model, scene, loops);
   for (size_t k = 0; k < model.clusters.size(); ++k) complete_cluster(model, static_cast<int>(k));
   for (const Part& p : model.parts) model.mass += p.body.mass;
+  add_blocks(model, scene);
   add_loads(model, scene);
   return model;
 }

@@ -2,6 +2,7 @@
 
 #include "sim/base/cpu_clock.h"
 #include "sim/dynamics/closure.h"
+#include "sim/dynamics/signals.h"
 #include "sim/run/method_choice.h"
 #include "sim/run/stop_reasons.h"
 #include "sim/run/stop_springs.h"
@@ -26,6 +27,12 @@ std::vector<double> segment_ends(const Model& model, double from, double to) {
     const std::vector<double> t = e.switch_times(from, to);
     ends.insert(ends.end(), t.begin(), t.end());
   }
+  for (const StateFunction& f : model.functions) {
+    const std::vector<double> t = f.expression.switch_times(from, to);
+    ends.insert(ends.end(), t.begin(), t.end());
+  }
+  const std::vector<double> samples = sample_times(model, from, to);
+  ends.insert(ends.end(), samples.begin(), samples.end());
   std::sort(ends.begin(), ends.end());
   ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
   ends.push_back(to);
@@ -148,10 +155,11 @@ void MotionRun::choose() {
   on_trial = on_trial && method == Method::dirk && fastest_vibration > 0.0 && may_be_followed(system);
   if (span.goes_on) out.method = method_name(method);  // the sizes of its errors are those so far
   else use(method, pack_state(system, Eigen::Vector2d::Zero()));
-  if (method == Method::exponential && (has_events(system) || !system.model.massless.rates.empty()))
+  if (method == Method::exponential && (has_events(system) || !system.model.massless.rates.empty() || !system.model.blocks.empty()))
     throw InputError(fmt::format("method \"exponential\" follows smooth motion only: {}; take method = \"auto\" or \"erk\"",
-                                 has_events(system) ? "dry friction, stops and contacts have events, which need to be located"
-                                                    : "massless bodies need an equilibrium in every evaluation"));
+                                 has_events(system)             ? "dry friction, stops and contacts have events, which need to be located"
+                                 : !system.model.blocks.empty() ? "blocks have states of their own"
+                                                                : "massless bodies need an equilibrium in every evaluation"));
 }
 
 void MotionRun::use(Method chosen, const VecX& state) {
@@ -191,7 +199,8 @@ void MotionRun::define_problem() {
 
 void MotionRun::define_jacobians() {
   // Rates that follow from a balance of forces are no states: the structure q' = T w is lost.
-  if (system.model.massless.rates.empty())
+  // States of blocks and contacts act on rates too.
+  if (system.model.massless.rates.empty() && system.model.nz == 0)
     problem.jacobian = [this](double t, const double* state, bool fresh, MechanicalJacobian& into) {
       const bool here = work_is_at(state);
       at_work.valid = false;
@@ -246,9 +255,11 @@ void MotionRun::restart(double t) {
 // False where there is nothing to integrate: the segment is done.
 bool MotionRun::begin_segment(double end) {
   for (TimeFunction& e : system.model.expressions) e.freeze(0.5 * (from + end));
+  for (StateFunction& f : system.model.functions)
+    if (f.expression.has_switches()) f.expression.freeze(0.5 * (from + end));
   guard.begin(system, from, end);
   const Eigen::Index quadrature = system.quadrature ? 2 : 0;
-  if (has_events(system)) {
+  if (has_events(system) || !system.model.blocks.empty()) {
     // A jump of the loads may let go what sticks.
     const std::vector<Partition> before = partitions();
     const bool first = !integrator && !span.goes_on;
@@ -386,7 +397,9 @@ void MotionRun::pass_event(double now) {
   if (at_once > 200)
     throw SimulationError(fmt::format("the integration stopped at t = {:.9g} s: {}", now, unsettled_phases(system, watch.directions())));
   const std::vector<Partition> before = partitions();
-  pass_events(system, now, y, watch.directions(), changes);
+  double released = 0.0;
+  pass_events(system, now, y, watch.directions(), changes, released);
+  if (system.quadrature) y[y.size() - 1] += released;
   y = repack_state(system, y, before);
   system.weights.update(system, y);
   note_changes(now);

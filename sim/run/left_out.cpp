@@ -333,6 +333,7 @@ bool LeftOut::assemble(const System& system) {
   work_.motion = system.work.motion;
   work_.time = system.work.time;
   work_.expression_value = system.work.expression_value;
+  work_.signals = system.work.signals;
   work_.clusters = system.work.clusters;
   try {
     update_positions(model_, work_);

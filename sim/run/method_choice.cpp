@@ -37,6 +37,9 @@ bool stays_at_rest(const System& system) {
   return scene.simulation.static_start && system.work.w.isZero(0.0) &&
          std::all_of(system.model.expressions.begin(), system.model.expressions.end(),
                      [](const TimeFunction& e) { return e.constant(); }) &&
+         system.model.blocks.empty() &&
+         std::none_of(system.model.functions.begin(), system.model.functions.end(),
+                      [](const StateFunction& f) { return f.expression.depends_on_time(); }) &&
          std::none_of(scene.joints.begin(), scene.joints.end(), [](const JointDef& j) { return j.initial.value || j.initial.rate; });
 }
 

@@ -1,8 +1,10 @@
 #include "sim/run/stop_reasons.h"
 
 #include "sim/dynamics/closure.h"
+#include "sim/dynamics/contacts.h"
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/kinematics.h"
+#include "sim/dynamics/signals.h"
 
 #include <fmt/format.h>
 
@@ -29,7 +31,7 @@ std::string limit_of_reach(const System& system) {
   for (size_t c = 0; c < system.model.clusters.size(); ++c) {
     const Cluster& cluster = system.model.clusters[c];
     const ClusterWork& cw = system.work.clusters[c];
-    if (cluster.loops.empty()) continue;
+    if (!has_closure(cluster)) continue;
     const auto speed = [&](int rate) {
       return std::abs(system.work.w[cluster.v0 + rate]) * rate_scale(system.model, static_cast<int>(c), rate);
     };
@@ -41,9 +43,9 @@ std::string limit_of_reach(const System& system) {
         driving = std::max(driving, std::abs(system.work.motion[motion].rate) * cluster.size);
     if (driven > 100.0 * driving)
       return fmt::format(
-          "the mechanism is at the limit of its reach, where the rates in the loop of joint '{}' grow without bound; if it should go on, "
+          "the mechanism is at the limit of its reach, where the rates in the loop of {} grow without bound; if it should go on, "
           "another way to assemble the loop may be meant: choose it by initial = {{ guess = ... }}",
-          system.model.loops[cluster.loops.front()].name);
+          closure_of(system.model, cluster));
   }
   return "";
 }
@@ -112,6 +114,18 @@ std::string unsettled_phases(const System& system, const std::vector<int>& direc
   for (size_t k = 0; k < system.stops.size(); ++k)
     if (directions[system.friction.points.size() + 2 * k] < 0 || directions[system.friction.points.size() + 2 * k + 1] < 0)
       add(system.stops[k]);
+  const size_t switches = system.friction.points.size() + 2 * system.stops.size(),
+               contacts = switches + static_cast<size_t>(switch_count(system.model));
+  for (size_t k = contacts; k < directions.size(); ++k)
+    if (directions[k] < 0)
+      return fmt::format("{} goes endlessly between its states; give it damping, its friction too, or a smaller stiffness",
+                         contact_name(system.model, static_cast<int>((k - contacts) / 3)));
+  for (size_t k = switches; k < contacts && names.empty(); ++k)
+    if (directions[k] < 0)
+      return fmt::format(
+          "{} switches endlessly: both pieces of its expression drive it back over the threshold between them; make the step in it steep "
+          "instead of sharp (tanh(v/0.01) for sign(v)), or let a joint's friction or stop do it",
+          switch_owner(system.model, static_cast<int>(k - switches)).owner);
   return fmt::format(
       "friction or stop of joint {} switches endlessly between its states, no force satisfies any of them; give friction a velocity scale "
       "(regularised), or the stop damping",

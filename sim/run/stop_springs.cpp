@@ -1,8 +1,34 @@
 #include "sim/run/stop_springs.h"
 
+#include "sim/dynamics/contacts.h"
+
+#include <algorithm>
 #include <cmath>
 
 namespace flexframe::sim {
+namespace {
+
+// The same of what contacts press: every coordinate that moves one of the bodies that meet.
+void add_contacts(const System& system, std::vector<StopSpring>& out) {
+  const Model& model = system.model;
+  std::vector<Eigen::Index> place(static_cast<size_t>(model.nv), -1);
+  Eigen::Index at = model.nq;
+  for (size_t c = 0; c < model.clusters.size(); ++c)
+    for (const int k : system.work.clusters[c].partition.ind) place[static_cast<size_t>(model.clusters[c].v0 + k)] = at++;
+  for (size_t k = 0; k < model.contacts.size(); ++k) {
+    if (system.work.signals.contacts[k].phase == ContactPhase::apart) continue;
+    const double frequency = contact_frequency(model, system.work, static_cast<int>(k));
+    const Load& load = model.loads[static_cast<size_t>(model.contacts[k].load)];
+    for (const int frame : {load.on, load.from})
+      for (int i = model.frames[static_cast<size_t>(frame)].part; i != ground; i = model.parts[static_cast<size_t>(i)].parent) {
+        const Part& part = model.parts[static_cast<size_t>(i)];
+        for (int c = 0; c < std::min(part.joint.nq, part.joint.nv); ++c)
+          if (const Eigen::Index rate = place[static_cast<size_t>(part.v0 + c)]; rate >= 0) out.push_back({part.q0 + c, rate, frequency});
+      }
+  }
+}
+
+}  // namespace
 
 std::vector<StopSpring> find_touched(System& system, double t, const VecX& y) {
   std::vector<StopSpring> out;
@@ -27,6 +53,7 @@ std::vector<StopSpring> find_touched(System& system, double t, const VecX& y) {
     beside[part.q0] = y[part.q0];
     if (const double square = (rates[rate] - pushed[rate]) / step; square > 0.0) out.push_back({part.q0, rate, std::sqrt(square)});
   }
+  add_contacts(system, out);
   return out;
 }
 

@@ -1,4 +1,4 @@
-// The springs of stops that are touched at a state, for the weights of the errors of what hits them.
+// The springs of stops and contacts that are touched at a state, for the weights of the errors of what hits them.
 #pragma once
 
 #include "sim/time/system.h"

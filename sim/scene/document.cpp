@@ -15,10 +15,11 @@ namespace fs = std::filesystem;
 
 constexpr int deepest_include = 16;
 
-const std::vector<std::string> root_keys{"title", "include", "parameters", "simulation", "ground", "group", "instance",
-                                         "body",  "joint",   "force",      "output",     "render", "input"};
-const std::vector<std::string> part_keys{"include", "parameters", "group", "instance", "body", "joint", "force", "output", "input"};
-const std::vector<std::string> listed{"group", "instance", "body", "joint", "force", "output", "input"};
+const std::vector<std::string> root_keys{"title", "include", "parameters", "simulation", "ground", "group",    "instance", "body",
+                                         "joint", "force",   "output",     "render",     "input",  "coupling", "block"};
+const std::vector<std::string> part_keys{"include", "parameters", "group", "instance", "body", "joint",
+                                         "force",   "output",     "input", "coupling", "block"};
+const std::vector<std::string> listed{"group", "instance", "body", "joint", "force", "output", "input", "coupling", "block"};
 
 TomlValue& entry(TomlValue& table, const std::string& key, TomlValue::Type type, int line) {
   if (TomlValue* found = table.find(key)) return *found;

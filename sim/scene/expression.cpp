@@ -5,6 +5,7 @@
 #include "sim/base/words.h"
 #include "sim/scene/expression_code.h"
 
+#include <algorithm>
 #include <charconv>
 #include <limits>
 #include <map>
@@ -141,8 +142,9 @@ double select_after(Op op, const Jet& a, const Jet& b) {
 // Recursive descent over the text, one function a level of precedence; leaves postfix code.
 class Compiler {
  public:
-  Compiler(std::string_view text, std::vector<Expression::Instruction>& code, std::vector<Expression::Selector>& selectors)
-      : text_(text), code_(code), selectors_(selectors) {}
+  Compiler(std::string_view text, std::vector<Expression::Instruction>& code, std::vector<Expression::Selector>& selectors,
+           std::span<const std::string> names, std::vector<std::string>* used)
+      : text_(text), code_(code), selectors_(selectors), names_(names), used_(used) {}
 
   void compile() {
     if (text_.size() > longest_text) fail(fmt::format("the expression is longer than {} characters", longest_text));
@@ -361,11 +363,41 @@ class Compiler {
     return value == 0.0 || value == 1.0;
   }
 
+  // The longest name of a variable that stands here, alone; empty: none.
+  std::string_view variable_here() const {
+    std::string_view best;
+    for (const std::string& name : names_) {
+      if (name.size() <= best.size() || !next_is(name)) continue;
+      const std::size_t end = position_ + name.size();
+      const bool goes_on = end < text_.size() && (is_letter(text_[end]) || (text_[end] >= '0' && text_[end] <= '9'));
+      if (!goes_on) best = name;
+    }
+    return best;
+  }
+
+  void variable(std::string_view name) {
+    position_ += name.size();
+    skip_space();
+    const auto known = std::find(used_->begin(), used_->end(), name);
+    const int index = static_cast<int>(known - used_->begin());
+    if (known == used_->end()) used_->emplace_back(name);
+    push(Op::variable);
+    code_.back().index = index;
+  }
+
   IsTruth name() {
     const std::size_t begin = position_;
     std::size_t end = position_;
     while (end < text_.size() && (is_letter(text_[end]) || (text_[end] >= '0' && text_[end] <= '9'))) ++end;
     const std::string word(text_.substr(begin, end - begin));
+    const bool own = word == "t" || word == "pi" || word == "_pi" || word == "e" || word == "_e";
+    std::size_t next = end;
+    while (next < text_.size() && text_[next] == ' ') ++next;
+    const bool called = next < text_.size() && text_[next] == '(';
+    if (const std::string_view name = variable_here(); !name.empty() && ((!own && !called) || name.size() > word.size())) {
+      variable(name);
+      return false;
+    }
     position_ = end;
     skip_space();
     if (next_is("(")) {
@@ -377,7 +409,8 @@ class Compiler {
     else if (word == "e" || word == "_e") push(Op::number, M_E);
     else {
       position_ = begin;
-      const std::vector<std::string> known = names();
+      std::vector<std::string> known = names();
+      known.insert(known.end(), names_.begin(), names_.end());
       const std::string hint = did_you_mean(word, known);
       fail(fmt::format("{} is unknown{}{} allowed: {}", quote(word), hint, hint.empty() ? ";" : "", list_words(known)));
     }
@@ -447,6 +480,8 @@ class Compiler {
   std::string_view text_;
   std::vector<Expression::Instruction>& code_;
   std::vector<Expression::Selector>& selectors_;
+  std::span<const std::string> names_;
+  std::vector<std::string>* used_;
   std::size_t position_ = 0;
   int depth_ = 0, nesting_ = 0;
   int last_label_ = 0;
@@ -454,8 +489,9 @@ class Compiler {
 
 }  // namespace
 
-void compile(std::string_view text, std::vector<Expression::Instruction>& code, std::vector<Expression::Selector>& selectors) {
-  Compiler(text, code, selectors).compile();
+void compile(std::string_view text, std::vector<Expression::Instruction>& code, std::vector<Expression::Selector>& selectors,
+             std::span<const std::string> names, std::vector<std::string>* used) {
+  Compiler(text, code, selectors, names, used).compile();
 }
 
 void choices_after(const std::vector<Expression::Instruction>& code, int begin, int end, double t, std::vector<double>& choices) {
@@ -469,11 +505,15 @@ using expression::run;
 
 Expression::Expression(double constant) : text_(fmt::format("{}", constant)), code_{{Op::number, 0, constant}} {}
 
-Expression::Expression(std::string_view text) : text_(text) {
-  expression::compile(text, code_, selectors_);
-  constant_ = true;
-  for (const Instruction& instruction : code_)
-    if (instruction.op == Op::time) constant_ = false;
+Expression::Expression(std::string_view text) : Expression(text, std::span<const std::string>()) {}
+
+Expression::Expression(std::string_view text, std::span<const std::string> names) : text_(text) {
+  expression::compile(text, code_, selectors_, names, &variables_);
+  constant_ = std::none_of(code_.begin(), code_.end(), [](const Instruction& i) { return i.op == Op::time || i.op == Op::variable; });
+  for (std::size_t s = 0; s < selectors_.size(); ++s)
+    if (std::any_of(code_.begin() + selectors_[s].begin, code_.begin() + selectors_[s].end,
+                    [](const Instruction& i) { return i.op == Op::variable; }))
+      state_selectors_.push_back(static_cast<int>(s));
   if (constant_) {
     const double number =
         run(code_, 0, static_cast<int>(code_.size()), 0.0, [](int, Op op, double a, double b) { return expression::select(op, a, b); });
@@ -481,10 +521,25 @@ Expression::Expression(std::string_view text) : text_(text) {
   }
 }
 
+bool Expression::depends_on_time() const {
+  return std::any_of(code_.begin(), code_.end(), [](const Instruction& i) { return i.op == Op::time; });
+}
+
 void Expression::freeze(double t_inside) {
   // selectors in a branch that is not taken keep 0; the branch cannot be taken while its condition is frozen
   std::vector<double> chosen(selectors_.size(), 0.0);
-  expression::choices_after(code_, 0, static_cast<int>(code_.size()), t_inside, chosen);
+  if (variables_.empty()) {
+    expression::choices_after(code_, 0, static_cast<int>(code_.size()), t_inside, chosen);
+  } else {
+    // Which branch is taken the state tells: each by itself, those that read variables stay as they are.
+    if (!frozen_.empty()) chosen = frozen_;
+    std::size_t by_state = 0;
+    for (std::size_t s = 0; s < selectors_.size(); ++s) {
+      const bool here = by_state < state_selectors_.size() && state_selectors_[by_state] == static_cast<int>(s);
+      if (!here) expression::choices_after(code_, selectors_[s].begin, selectors_[s].end + 1, t_inside, chosen);
+      by_state += here;
+    }
+  }
   frozen_ = std::move(chosen);
 }
 
@@ -515,6 +570,107 @@ TimeJet Expression::jet(double t) const {
   if (!std::isfinite(result.d)) not_finite(t, text_, "the first derivative", result.d);
   if (!std::isfinite(result.dd)) not_finite(t, text_, "the second derivative", result.dd);
   return {result.v, result.d, result.dd};
+}
+
+namespace {
+
+// A comparison of numbers this close, relative to their size, takes them as equal once it has.
+constexpr double still_equal = 1e-12;
+
+// How far the operands are from where a selector that is held at `chosen` ends.
+double distance_to_change(expression::Op op, double chosen, double a, double b) {
+  const double equal = still_equal * std::max({std::abs(a), std::abs(b), 1e-300});
+  switch (op) {
+    case expression::Op::less:
+    case expression::Op::less_equal:
+    case expression::Op::max:
+      return chosen != 0.0 ? b - a : a - b;
+    case expression::Op::greater:
+    case expression::Op::greater_equal:
+    case expression::Op::min:
+      return chosen != 0.0 ? a - b : b - a;
+    case expression::Op::equal:
+      return chosen != 0.0 ? equal - std::abs(a - b) : 1.0;
+    case expression::Op::not_equal:
+      return chosen == 0.0 ? equal - std::abs(a - b) : 1.0;
+    case expression::Op::truth:
+      return 1.0;
+    case expression::Op::abs:
+    case expression::Op::sign:
+      return chosen == 0.0 ? -std::abs(a) : chosen * a;
+    case expression::Op::rint:
+      return 0.5 - std::abs(a - chosen);
+    default:
+      // atan2 beside its cut; where it was chosen off the cut, by the side on which it comes to it.
+      if (b >= 0.0) return std::hypot(a, b) + b;
+      return chosen != 0.0 ? chosen * a : -1e-300;
+  }
+}
+
+// What a selector is held at beyond that end.
+double next_choice(expression::Op op, double chosen, double a, double b) {
+  switch (op) {
+    case expression::Op::abs:
+      return -chosen;
+    case expression::Op::sign:
+      return chosen == 0.0 ? expression::select(op, a, b) : -chosen;
+    case expression::Op::rint:
+      return chosen + (a > chosen ? 1.0 : -1.0);
+    case expression::Op::atan2:
+      return chosen == 0.0 ? expression::select(op, a, b) : -chosen;
+    default:
+      return chosen == 0.0 ? 1.0 : 0.0;
+  }
+}
+
+}  // namespace
+
+double Expression::value(double t, const double* variables) const {
+  const int end = static_cast<int>(code_.size());
+  double* const none = nullptr;
+  const double result =
+      frozen_.empty() ? run(
+                            code_, 0, end, t, [](int, Op op, double a, double b) { return expression::select(op, a, b); }, none, variables)
+                      : run(
+                            code_, 0, end, t, [this](int index, Op, double, double) { return frozen_[index]; }, none, variables);
+  if (!std::isfinite(result)) not_finite(t, text_, "the value", result);
+  return result;
+}
+
+// Selectors inside the operands of another stand before it; those in a branch that is not taken are held too, for when it is.
+void Expression::hold(double t, const double* variables) { pass(std::vector<bool>(state_selectors_.size(), false), t, variables); }
+
+void Expression::pass(const std::vector<bool>& ended, double t, const double* variables) {
+  // Those that read t alone keep what freeze() gave them: right at their time the numbers do not tell the piece that begins there.
+  const bool timed = !frozen_.empty();
+  std::vector<double> chosen = timed ? frozen_ : std::vector<double>(selectors_.size(), 0.0);
+  std::size_t by_state = 0;
+  for (std::size_t s = 0; s < selectors_.size(); ++s) {
+    const bool here = by_state < state_selectors_.size() && state_selectors_[by_state] == static_cast<int>(s);
+    if (here || !timed) {
+      const auto [a, b] = operands(s, chosen, t, variables);
+      const bool over = here && ended[by_state];
+      chosen[s] = over ? next_choice(selectors_[s].op, frozen_[s], a, b) : expression::select(selectors_[s].op, a, b);
+    }
+    by_state += here;
+  }
+  frozen_ = std::move(chosen);
+}
+
+std::pair<double, double> Expression::operands(std::size_t s, const std::vector<double>& held, double t, const double* variables) const {
+  const Selector& selector = selectors_[s];
+  const bool two = expression::is_binary_selector(selector.op);
+  double first = 0.0;
+  const double last = run(
+      code_, selector.begin, selector.end, t, [&](int i, Op, double, double) { return held[static_cast<std::size_t>(i)]; },
+      two ? &first : nullptr, variables);
+  return two ? std::pair(first, last) : std::pair(last, 0.0);
+}
+
+double Expression::margin(int k, double t, const double* variables) const {
+  const std::size_t s = static_cast<std::size_t>(state_selectors_[static_cast<std::size_t>(k)]);
+  const auto [a, b] = operands(s, frozen_, t, variables);
+  return distance_to_change(selectors_[s].op, frozen_[s], a, b);
 }
 
 }  // namespace flexframe::sim

@@ -12,6 +12,7 @@ namespace flexframe::sim {
 enum class Expression::Op : std::uint8_t {
   number,
   time,
+  variable,  // index: which
   add,
   subtract,
   multiply,
@@ -116,7 +117,8 @@ inline double power(double a, double b) { return b == 2.0 ? a * a : std::pow(a, 
 // Long: one case an instruction. `selector(index, op, a, b)` answers what the selector chooses. T needs the arithmetic operators and the
 // free functions used here, found in T's namespace or std.
 template <class T, class Select>
-T run(const std::vector<Expression::Instruction>& code, int begin, int end, const T& t, Select&& selector, T* below = nullptr) {
+T run(const std::vector<Expression::Instruction>& code, int begin, int end, const T& t, Select&& selector, T* below = nullptr,
+      const double* variables = nullptr) {
   using std::sin, std::cos, std::tan, std::asin, std::acos, std::atan, std::sinh, std::cosh, std::tanh, std::asinh, std::acosh, std::atanh,
       std::exp, std::log, std::log2, std::log10, std::sqrt;
   std::array<T, stack_size> stack;
@@ -134,6 +136,9 @@ T run(const std::vector<Expression::Instruction>& code, int begin, int end, cons
         break;
       case Op::time:
         stack[++top] = t;
+        break;
+      case Op::variable:
+        stack[++top] = T(variables ? variables[now.index] : 0.0);
         break;
       case Op::add: {
         T& left = binary();
@@ -261,8 +266,9 @@ T run(const std::vector<Expression::Instruction>& code, int begin, int end, cons
 // Entries of selectors in branches that are not taken stay as they are.
 void choices_after(const std::vector<Expression::Instruction>& code, int begin, int end, double t, std::vector<double>& choices);
 
-// Compiles a text; throws InputError as Expression does.
-void compile(std::string_view text, std::vector<Expression::Instruction>& code, std::vector<Expression::Selector>& selectors);
+// Compiles a text; throws InputError as Expression does. names: of what it may read; used: those that it reads, numbered as the code does.
+void compile(std::string_view text, std::vector<Expression::Instruction>& code, std::vector<Expression::Selector>& selectors,
+             std::span<const std::string> names = {}, std::vector<std::string>* used = nullptr);
 
 }  // namespace expression
 

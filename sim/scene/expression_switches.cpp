@@ -170,10 +170,14 @@ class Search {
   }
 
  private:
+  // Those that read variables change where the motion tells, not where time does.
   bool depends_on_time() const {
-    for (int i = selector_->begin; i < selector_->end; ++i)
-      if (code_[i].op == Op::time) return true;
-    return false;
+    bool time = false;
+    for (int i = selector_->begin; i < selector_->end; ++i) {
+      if (code_[i].op == Op::variable) return false;
+      time = time || code_[i].op == Op::time;
+    }
+    return time;
   }
 
   void hold(double t) { choices_after(code_, selector_->begin, selector_->end, t, held_); }
@@ -296,6 +300,8 @@ class Search {
   // Candidates at which the choices before and after differ. Several within a few roundings are one.
   std::vector<double> real_changes(std::vector<double> candidates) const {
     std::sort(candidates.begin(), candidates.end());
+    // Whether a branch is taken at that time only the motion tells.
+    const bool by_state = std::any_of(code_.begin(), code_.end(), [](const Expression::Instruction& i) { return i.op == Op::variable; });
     std::vector<double> apart;
     for (const double t : candidates) {
       const double gap = 8.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t), std::abs(t1_ - t0_) * 0x1p-20);
@@ -307,7 +313,7 @@ class Search {
       const double next = i + 1 < apart.size() ? apart[i + 1] : t1_;
       if (i == 0) all_choices(0.5 * (last + apart[0]), before);
       all_choices(0.5 * (apart[i] + next), after);
-      if (before != after) kept.push_back(apart[i]);
+      if (by_state || before != after) kept.push_back(apart[i]);
       std::swap(before, after);
       last = apart[i];
     }

@@ -13,15 +13,15 @@
 namespace flexframe::sim {
 namespace {
 
-const std::vector<std::string> kinds{"body", "joint", "force", "output"};
+const std::vector<std::string> kinds{"body", "joint", "coupling", "force", "output"};
 
 // Keys whose texts are words and names, not numbers.
-const std::set<std::string, std::less<>> word_keys{"name",    "kind",        "model", "mesh",       "file",     "color", "parent",
-                                                   "child",   "on",          "from",  "of",         "quantity", "frame", "shape",
-                                                   "frames",  "boundary",    "shown", "effects",    "without",  "ports", "euler",
-                                                   "drawing", "relative_to", "unit",  "description"};
+const std::set<std::string, std::less<>> word_keys{"name",    "kind",        "model",  "mesh",    "file",     "color", "parent",
+                                                   "child",   "on",          "from",   "of",      "quantity", "frame", "shape",
+                                                   "frames",  "boundary",    "shown",  "effects", "without",  "ports", "euler",
+                                                   "drawing", "relative_to", "joints", "joint",   "carrier", "unit", "description"};
 // Of these, the ones that name bodies, joints and forces, or a frame behind a dot.
-const std::set<std::string, std::less<>> reference_keys{"parent", "child", "on", "from", "of", "relative_to"};
+const std::set<std::string, std::less<>> reference_keys{"parent", "child", "on", "from", "of", "relative_to", "joints", "joint", "carrier"};
 
 struct Copy {
   const TableReader* instance = nullptr;
@@ -30,6 +30,7 @@ struct Copy {
   Parameters own;                            // the group's and i, as numbers
   std::map<std::string, std::string> words;  // parameters that are texts
   std::set<std::string> inside;              // bodies and joints of the group
+  std::set<std::string> outputs;             // those of the group, which its expressions read
   Vec3 position = Vec3::Zero();
   Mat3 turn = Mat3::Identity();
 };
@@ -60,12 +61,26 @@ std::string fill(const Copy& copy, const std::string& text) {
   return out;
 }
 
+// Expressions read the outputs of their own group.
+std::string name_readings(const Copy& copy, const std::string& text) {
+  std::string out;
+  std::size_t done = 0;
+  for (const NameInText& name : names_in(text)) {
+    const bool component = name.at > 0 && text[name.at - 1] == '.';
+    if (component || !copy.outputs.contains(text.substr(name.at, name.length))) continue;
+    out.append(text, done, name.at - done);
+    out += copy.name + ":";
+    done = name.at;
+  }
+  return out.append(text, done, std::string::npos);
+}
+
 void rewrite(const Copy& copy, TomlValue& value, const std::string& key, bool words) {
   using Type = TomlValue::Type;
   if (value.type == Type::text) {
     if (!words) {
       try {
-        value.text = copy.own.substitute(value.text);
+        value.text = name_readings(copy, copy.own.substitute(value.text));
       } catch (const InputError& error) {
         copy.instance->fail(error.what());
       }
@@ -201,7 +216,7 @@ void place_instances(TomlValue& root, const std::string& file, const Parameters&
   for (TableReader& group : reader.tables("group")) {
     const std::string name = group.text("name");
     group.set_label(fmt::format("[[group]] {}", quote(name)));
-    group.allow({"name", "parameters", "body", "joint", "force", "output"});
+    group.allow({"name", "parameters", "body", "joint", "coupling", "force", "output"});
     for (const std::string& kind : kinds) group.tables(kind);
     group.table("parameters");
     if (!groups.emplace(name, group).second) group.fail("name", "is already the name of another group");
@@ -240,6 +255,9 @@ void place_instances(TomlValue& root, const std::string& file, const Parameters&
         if (const TomlValue* list = definition->find(kind))
           for (const TomlValue& item : list->items)
             if (const TomlValue* own = item.find("name")) copy.inside.insert(fill(copy, own->text));
+      if (const TomlValue* list = definition->find("output"))
+        for (const TomlValue& item : list->items)
+          if (const TomlValue* own = item.find("name")) copy.outputs.insert(fill(copy, own->text));
       add_copy(root, *definition, copy, file);
     }
   }

@@ -96,7 +96,9 @@ std::string Parameters::substitute(std::string_view text) const {
   std::size_t done = 0;
   for (const NameInText& name : names_in(text)) {
     const std::string word(text.substr(name.at, name.length));
-    if (!has(word)) continue;
+    // "tip.x" is a reading of the scene, its x no parameter.
+    const bool of_reading = name.at > 1 && text[name.at - 1] == '.' && (starts_name(text[name.at - 2]) || is_digit(text[name.at - 2]));
+    if (!has(word) || of_reading) continue;
     out.append(text, done, name.at - done);
     out += fmt::format("({})", value(word));
     done = name.at + name.length;

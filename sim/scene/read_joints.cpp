@@ -3,6 +3,8 @@
 #include "sim/scene/expression.h"
 #include "sim/scene/joint_kinds.h"
 #include "sim/scene/parameters.h"
+#include "sim/scene/read_states.h"
+#include "sim/scene/readings.h"
 #include "sim/scene/rotation_input.h"
 #include "sim/scene/scene_input.h"
 #include "sim/scene/table.h"
@@ -29,7 +31,7 @@ const Words joint_words_in_order = [] {
     if (!t.word.empty()) out.emplace_back(t.word);
   return out;
 }();
-const Words force_kinds{"force", "torque", "spring-damper", "distributed", "bushing"};
+const Words force_kinds{"force", "torque", "spring-damper", "distributed", "bushing", "drag", "contact"};
 const Words force_frames{"world", "body"};
 // Units of a joint's coordinate, of its rate, and of what acts along it; none where its coordinates are of both kinds.
 struct CoordinateUnits {
@@ -62,11 +64,11 @@ std::vector<double> read_coordinates(const TableReader& reader, std::string_view
   return reader.number_or_numbers(key, count, count, range);
 }
 
-Spring read_spring(const TableReader& reader, const CoordinateUnits& units) {
+Spring read_spring(const TableReader& reader, const CoordinateUnits& units, bool rest_is_number = true) {
   Spring spring;
   spring.stiffness = reader.number("stiffness", 0.0, not_negative.in(units.stiffness));
   spring.damping = reader.number("damping", 0.0, not_negative.in(units.damping));
-  spring.rest = reader.number("rest", 0.0, any_number.in(units.value));
+  if (rest_is_number) spring.rest = reader.number("rest", 0.0, any_number.in(units.value));
   spring.preload = reader.number("preload", 0.0, any_number.in(units.load));
   return spring;
 }
@@ -402,6 +404,36 @@ JointDef read_joint(TableReader& reader, const Scene& scene) {
   return joint;
 }
 
+namespace {
+
+// The rest of a spring where it is an expression of t; empty: a number.
+std::string rest_of_time(const TableReader& reader) {
+  const TomlValue* value = reader.find("rest");
+  if (!value || value->type != TomlValue::Type::text) return {};
+  try {
+    const std::string text = reader.parameters().substitute(value->text);
+    return Expression(text).constant() ? std::string() : text;
+  } catch (const InputError&) {
+    return {};  // a number with a unit, or what is no number either
+  }
+}
+
+// What a spring-damper pulls beside its stiffness, damping and preload.
+std::string read_pull(const TableReader& reader, const Scene& scene, ForceDef& force) {
+  return read_state_expression(reader, "value", "N", scene, {{Reading::length, "length", 0, 0}, {Reading::rate, "rate", 0, 0}}, force.reads,
+                               &force.driven);
+}
+
+void read_drag(const TableReader& reader, ForceDef& force) {
+  if (!reader.has("linear") && !reader.has("quadratic"))
+    reader.fail("needs 'linear' (N s/m), 'quadratic' (N s^2/m^2: half of density times drag coefficient times area), or both");
+  force.drag = reader.number("linear", 0.0, not_negative.in("N s/m"));
+  force.square_drag = reader.number("quadratic", 0.0, not_negative.in("kg/m"));
+  force.wind = reader.vector3("wind", Vec3::Zero(), "m/s");
+}
+
+}  // namespace
+
 ForceDef read_force(TableReader& reader, const Scene& scene) {
   ForceDef force;
   force.line = reader.line();
@@ -418,8 +450,13 @@ ForceDef read_force(TableReader& reader, const Scene& scene) {
       reader.allow({"name", "kind", "on", "direction", "frame", "value"});
       break;
     case ForceKind::spring_damper:
-      reader.allow({"name", "kind", "on", "from", "stiffness", "damping", "rest", "preload"});
+      reader.allow({"name", "kind", "on", "from", "stiffness", "damping", "rest", "preload", "value"});
       break;
+    case ForceKind::drag:
+      reader.allow({"name", "kind", "on", "linear", "quadratic", "wind"});
+      break;
+    case ForceKind::contact:
+      break;  // by read_contact
     case ForceKind::bushing:
       reader.allow({"name", "kind", "on", "from", "stiffness", "damping"});
       break;
@@ -437,13 +474,26 @@ ForceDef read_force(TableReader& reader, const Scene& scene) {
       reader.fail("on", fmt::format("must be a beam's name alone: the force acts along all of {}", quote(force.on.body)));
   }
 
+  if (force.kind == ForceKind::drag) {
+    read_drag(reader, force);
+    return force;
+  }
+  if (force.kind == ForceKind::contact) {
+    if (reader.has("from")) force.from = read_frame_ref(reader, "from", scene);
+    if (force.from.body == force.on.body) reader.fail("from", fmt::format("is on the same body as 'on', {}", quote(force.on.body)));
+    force.contact = read_contact(reader);
+    return force;
+  }
   if (force.kind == ForceKind::spring_damper || force.kind == ForceKind::bushing) {
     if (reader.has("from")) force.from = read_frame_ref(reader, "from", scene);
     if (force.from.body == force.on.body)
       reader.fail(reader.has("from") ? "from" : "on", fmt::format("is on the same body as 'on', {}", quote(force.on.body)));
     if (force.kind == ForceKind::spring_damper) {
-      if (!reader.has("stiffness") && !reader.has("damping") && !reader.has("preload")) reader.required("stiffness");
-      force.spring = read_spring(reader, length_units);
+      if (!reader.has("stiffness") && !reader.has("damping") && !reader.has("preload") && !reader.has("value"))
+        reader.required("stiffness");
+      force.rest = rest_of_time(reader);
+      force.spring = read_spring(reader, length_units, force.rest.empty());
+      if (reader.has("value")) force.value = read_pull(reader, scene, force);
       if (force.spring.rest < 0.0) reader.fail("rest", fmt::format("is a length and must be >= 0, found {}", force.spring.rest));
     } else {
       const auto six = [&](std::string_view key, Vec6& out) {
@@ -463,7 +513,7 @@ ForceDef read_force(TableReader& reader, const Scene& scene) {
   force.follower = reader.word("frame", force_frames, 0) == 1;
   if (reader.required("value").type != TomlValue::Type::table) {
     const bool torque = force.kind == ForceKind::torque, distributed = force.kind == ForceKind::distributed;
-    force.value = read_driven_expression(reader, "value", torque ? "N m" : distributed ? "N/m" : "N", scene.inputs, force.driven);
+    force.value = read_state_expression(reader, "value", torque ? "N m" : distributed ? "N/m" : "N", scene, {}, force.reads, &force.driven);
     return force;
   }
   const TableReader value = *reader.table("value");

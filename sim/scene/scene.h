@@ -229,7 +229,7 @@ struct JointDef {
 };
 
 // user: what a function of the program that drives the simulation says (sim/simulation.h); no word of scene files.
-enum class ForceKind { force, torque, spring_damper, distributed, bushing, user };
+enum class ForceKind { force, torque, spring_damper, distributed, bushing, drag, contact, user };
 
 // A frame as a user's force sees it: time (s), its place (m) and axes (columns: its x, y, z) in the world, its velocity (m/s) and angular
 // velocity (rad/s) in world axes.
@@ -255,6 +255,31 @@ struct InputDef {
   double value = 0.0;  // at the start
 };
 
+// What an expression reads beside t.
+struct Reading {
+  enum Kind { output, block, length, rate } kind = output;  // length, rate: of the spring or actuator itself
+  std::string name;                                         // as the expression writes it
+  int index = 0;                                            // of Scene::outputs or Scene::blocks
+  int component = 0;                                        // of its columns
+};
+
+// A point, sphere or cylinder on frame `on` against a plane or sphere on frame `from`.
+struct ContactDef {
+  double radius = 0.0;           // m, 0: a point
+  bool cylinder = false;         // about `axis`, in the axes of `on`; its ends are `width` apart
+  Vec3 axis = Vec3::UnitZ();     // unit
+  double width = 0.0;            // m
+  double from_radius = 0.0;      // m, of the sphere; 0: a plane
+  Vec3 normal = Vec3::UnitZ();   // unit, of the plane, in the axes of `from`
+  double stiffness = 0.0;        // N/m^exponent
+  double exponent = 1.0;         // 1.5: Hertz
+  double damping = 0.0;          // D, s/m: force k d^n (1 + D d'); with a restitution its c (dynamics/contacts.h)
+  double restitution = 1.0;      // instead of damping; 1: none is lost
+  double friction = 0.0;         // coefficients
+  double static_friction = 0.0;  // >= friction
+  double tangential_stiffness = 0.0, tangential_damping = 0.0;  // N/m, N s/m: while it sticks
+};
+
 struct ForceDef {
   std::string name;  // may be empty
   int line = 0;
@@ -268,6 +293,11 @@ struct ForceDef {
   UserForce user;                  // kind user
   std::optional<TableDef> table;   // instead of value: against t, or against the coordinate of table_joint
   std::string table_joint;
+  std::vector<Reading> reads;            // of value; empty: it depends on t alone
+  std::string rest;                      // spring-damper: expression of t in place of spring.rest
+  double drag = 0.0, square_drag = 0.0;  // drag: N s/m, N s^2/m^2
+  Vec3 wind = Vec3::Zero();              // drag: m/s, world axes
+  std::optional<ContactDef> contact;
   Spring spring;                                                          // spring-damper
   Vec6 bushing_stiffness = Vec6::Zero(), bushing_damping = Vec6::Zero();  // translations then rotations
 };
@@ -302,6 +332,32 @@ enum class Quantity {
   stress
 };
 
+// Factor times a coordinate of a joint.
+struct CouplingTerm {
+  std::string joint;
+  int coordinate = 0;
+  double factor = 0.0;
+};
+
+// The sum of its terms keeps the value that it has at the start, or `value`. The kinds of the scene are all of this form.
+struct CouplingDef {
+  std::string name;
+  int line = 0;
+  std::vector<CouplingTerm> terms;
+  std::optional<double> value;
+};
+
+// x' = A x + B u, y = C x + D u; sampled: x+ = A x + B u at every period, y held in between.
+struct BlockDef {
+  std::string name;
+  int line = 0;
+  std::vector<std::string> inputs;          // expressions
+  std::vector<std::vector<Reading>> reads;  // of each
+  MatX A, B, C, D;
+  VecX initial;
+  double sample = 0.0;  // s, 0: continuous
+};
+
 enum class ReactionFrame { world, parent, child };
 
 struct OutputDef {
@@ -329,6 +385,8 @@ struct Scene {
   std::vector<JointDef> joints;
   std::vector<ForceDef> forces;
   std::vector<OutputDef> outputs;
+  std::vector<CouplingDef> couplings;
+  std::vector<BlockDef> blocks;
 };
 
 }  // namespace flexframe::sim

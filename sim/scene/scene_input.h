@@ -21,6 +21,7 @@ ForceDef read_force(TableReader& reader, const Scene& scene);
 // Gives the beam a frame where the output asks for a place x/length.
 OutputDef read_output(TableReader& reader, Scene& scene);
 InputDef read_input(TableReader& reader);
+CouplingDef read_coupling(TableReader& reader, const Scene& scene);
 
 // The table "frames" of a body or the ground: name -> position, m. `order`: the names as the file lists them.
 std::map<std::string, Vec3> read_frame_positions(const TableReader& reader, std::vector<std::string>* order = nullptr);

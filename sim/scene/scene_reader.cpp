@@ -1,6 +1,7 @@
 #include "sim/scene/scene_reader.h"
 
 #include "sim/base/words.h"
+#include "sim/scene/read_states.h"
 #include "sim/scene/scene_input.h"
 #include "sim/scene/toml_input.h"
 
@@ -77,7 +78,7 @@ Scene make_scene(const SceneDocument& document) {
   }
 
   const std::filesystem::path folder = name.parent_path();
-  Names inputs("input"), bodies("body"), joints("joint"), forces("force"), outputs("output");
+  Names inputs("input"), bodies("body"), joints("joint"), forces("force"), outputs("output"), couplings("coupling");
   for (TableReader& reader : root.tables("input")) {
     scene.inputs.push_back(read_input(reader));
     inputs.add(reader, scene.inputs.back().name);
@@ -92,14 +93,22 @@ Scene make_scene(const SceneDocument& document) {
     scene.joints.push_back(read_joint(reader, scene));
     joints.add(reader, scene.joints.back().name);
   }
-  for (TableReader& reader : root.tables("force")) {
-    scene.forces.push_back(read_force(reader, scene));
-    if (!scene.forces.back().name.empty()) forces.add(reader, scene.forces.back().name);
+  for (TableReader& reader : root.tables("coupling")) {
+    scene.couplings.push_back(read_coupling(reader, scene));
+    couplings.add(reader, scene.couplings.back().name);
   }
+  // Outputs before forces, whose expressions may read them.
   for (TableReader& reader : root.tables("output")) {
     scene.outputs.push_back(read_output(reader, scene));
     outputs.add(reader, scene.outputs.back().name);
     note_coordinates(scene, scene.outputs.back());
+  }
+  // Blocks may read one another: their names and the number of their outputs first.
+  for (const bool inputs : {false, true})
+    for (TableReader& reader : root.tables("block")) read_block(reader, scene, inputs);
+  for (TableReader& reader : root.tables("force")) {
+    scene.forces.push_back(read_force(reader, scene));
+    if (!scene.forces.back().name.empty()) forces.add(reader, scene.forces.back().name);
   }
   return scene;
 }

@@ -252,7 +252,7 @@ std::string closing_values(const Model& model, const Scene& scene, int cluster, 
   int row = 0;
   double worst = -1.0, gap = 0.0, turn = 0.0;
   // The first, should none be measurable: of what is no number nothing is the largest.
-  const LoopJoint* open = &model.loops[c.loops.front()];
+  const LoopJoint* open = c.loops.empty() ? nullptr : &model.loops[c.loops.front()];
   for (int l : c.loops) {
     double g = 0.0, a = 0.0;
     for (const ClosureRow& r : model.loops[l].rows) {
@@ -265,13 +265,25 @@ std::string closing_values(const Model& model, const Scene& scene, int cluster, 
   std::string others;
   for (int i : c.parts)
     if (model.parts[i].joint.scene_joint >= 0) others += fmt::format("{}'{}'", others.empty() ? "" : ", ", model.parts[i].joint.name);
+  // A coupling that is further open than every loop is to blame.
+  const CouplingRow* apart = nullptr;
+  double by = 0.0;
+  for (int k : c.couplings) {
+    const double e = std::abs(work.clusters[cluster].residual[row++]);
+    if (const double size = model.couplings[k].length ? e : c.size * e; size > worst) worst = size, by = e, apart = &model.couplings[k];
+  }
   int line = 0;
   for (const JointDef& def : scene.joints)
-    if (def.name == open->name) line = def.line;
+    if (open && def.name == open->name) line = def.line;
   const std::string values = closing_values(model, scene, cluster, given, work);
   const std::string advice = values.empty()
                                  ? "no other value of a single joint closes it: check lengths, joint positions and given initial values"
                                  : "it closes with " + values;
+  if (apart || !open)
+    throw InputError(fmt::format(
+        "{}:{}: the mechanism cannot be assembled: coupling '{}' stays off its value by {:.4g} {}, whatever the joints do ({}); {}",
+        scene.file.string(), apart ? scene.couplings[static_cast<size_t>(apart->scene_coupling)].line : 0, apart ? apart->name : "", by,
+        apart && apart->length ? "m" : "rad", others, advice));
   throw InputError(
       fmt::format("{}:{}: the mechanism cannot be assembled: joint '{}' stays open by {:.4g} m and {:.4g} rad in every position of the "
                   "other joints of its loop ({}); {}",
@@ -398,7 +410,7 @@ void assemble(Model& model, const Scene& scene, Work& work, Notes& notes) {
   for (size_t k = 0; k < model.clusters.size(); ++k) {
     const int cluster = static_cast<int>(k);
     const Cluster& c = model.clusters[k];
-    if (!c.loops.empty()) {
+    if (has_closure(c)) {
       const Freedom free = freedom_of(model, scene, cluster);
       const VecX before = work.q;
       // First what has no guess comes as near as it can to closing the loop, so that the guesses choose the way to close it.
@@ -407,7 +419,7 @@ void assemble(Model& model, const Scene& scene, Work& work, Notes& notes) {
       if (assemble_positions(model, cluster, free.value, work) > 1e-9 * c.size) refuse_open(model, scene, before, work, cluster);
       if (const std::string moved = largest_moves(model, before, work.q, 1e-6); !moved.empty()) {
         const std::string branch = branch_text(model, c, before, work);
-        notes.tell(fmt::format("joint '{}'", model.loops[c.loops.front()].name),
+        notes.tell(closure_of(model, c),
                    fmt::format("initial positions were adjusted by up to {} to close the loop{}{}", moved,
                                branch.empty() ? "" : ": it starts with " + branch,
                                branch.empty() ? "" : "; initial = { guess = ... } near another position chooses another way to close it"));
@@ -415,7 +427,7 @@ void assemble(Model& model, const Scene& scene, Work& work, Notes& notes) {
       work.clusters[k].partition = choose_partition(model, cluster, work, false);
       const int rows = closure_row_count(model, work, cluster), used = static_cast<int>(work.clusters[k].partition.rows.size());
       if (used < rows)
-        notes.tell(fmt::format("joint '{}'", model.loops[c.loops.front()].name),
+        notes.tell(closure_of(model, c),
                    fmt::format("{} of the {} closure conditions of its loop are redundant and left out", rows - used, rows));
     }
     close_positions(model, cluster, work);
@@ -429,7 +441,7 @@ void assemble_rates(const Model& model, const Scene& scene, Work& work, Notes& n
   for (size_t k = 0; k < model.clusters.size(); ++k) {
     const int cluster = static_cast<int>(k);
     const Cluster& c = model.clusters[k];
-    if (c.loops.empty()) {
+    if (!has_closure(c)) {
       close_velocities(model, cluster, work);
       continue;
     }
@@ -491,8 +503,7 @@ void assemble_rates(const Model& model, const Scene& scene, Work& work, Notes& n
     for (size_t f = 0; f < free.rate.size(); ++f) work.w[c.v0 + free.rate[f]] += x[f] / rate_scale(model, cluster, free.rate[f]);
     close_velocities(model, cluster, work);
     if (leave_change_point(model, scene, cluster, work))
-      notes.tell(fmt::format("joint '{}'", model.loops[c.loops.front()].name),
-                 "its loop starts in a change point: moved by 1e-5 of its size along the initial rates");
+      notes.tell(closure_of(model, c), "its loop starts in a change point: moved by 1e-5 of its size along the initial rates");
   }
 }
 

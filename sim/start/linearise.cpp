@@ -310,7 +310,8 @@ bool Point::has_damping() const {
   for (const LoopJoint& l : model_.loops)
     if (l.spring && damped(*l.spring)) return true;
   for (const Load& l : model_.loads)
-    if (damped(l.def.spring) || !l.def.bushing_damping.isZero(0.0)) return true;
+    if (damped(l.def.spring) || !l.def.bushing_damping.isZero(0.0) || l.function >= 0 || l.def.kind == ForceKind::drag || l.contact >= 0)
+      return true;
   return false;
 }
 

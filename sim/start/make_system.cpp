@@ -3,6 +3,7 @@
 #include "sim/dynamics/beam_loads.h"
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/kinematics.h"
+#include "sim/dynamics/massless_forces.h"
 #include "sim/dynamics/stops.h"
 #include "sim/model/model_build.h"
 #include "sim/model/motion_jumps.h"
@@ -73,6 +74,19 @@ void build(System& system) {
 // of its results.
 constexpr double little_damping = 1e-3;
 
+// What has no mass follows from a balance of forces at rest that knows springs and dampers only.
+void refuse_state_forces(const System& system) {
+  if (system.model.massless.rates.empty()) return;
+  for (const Load& load : system.model.loads)
+    if (load.function >= 0 || load.rest >= 0 || load.contact >= 0 || load.def.kind == ForceKind::drag)
+      throw InputError(fmt::format(
+          "{}:{}: force{}: depends on the state or has a rest that moves, but {} moves without mass or inertia, by "
+          "the balance of springs and dampers; give the bodies there a mass",
+          system.scene.file.string(), load.def.line, load.def.name.empty() ? "" : fmt::format(" '{}'", load.def.name),
+          "joint '" + system.model.parts[static_cast<size_t>(joint_of_rate(system.model, system.model.massless.rates.front()))].joint.name +
+              "'"));
+}
+
 // Which state a static start found.
 void say_rest(const StaticSolution& found, double duration, Notes& notes) {
   const std::string text = fmt::format("static equilibrium: {} Newton steps{}, coordinates moved by up to {:.4g} m", found.iterations,
@@ -114,6 +128,7 @@ System make_system(const Scene& scene) {
     say_rest(at_rest, scene.simulation.duration, system.notes);
   }
   find_massless(system);
+  refuse_state_forces(system);
   system.notes.tell(neglected_stiffening(system.model, scene, system.work));
   system.friction = make_friction(system.model, system.work);
   system.stops = stop_parts(system.model);

@@ -85,7 +85,7 @@ void find_rates(Candidates& c) {
     if (weightless(c.model.parts[i])) concerned[tree[i]] = 1;
   for (size_t at = 0; at < c.model.clusters.size(); ++at) {
     const Cluster& cluster = c.model.clusters[at];
-    if (!cluster.loops.empty() || !concerned[tree[cluster.parts.front()]]) continue;
+    if (has_closure(cluster) || !concerned[tree[cluster.parts.front()]]) continue;
     for (int k = 0; k < cluster.nv; ++k)
       if (const double s = rate_scale(c.model, static_cast<int>(at), k); s > 0.0) {
         c.rates.push_back(cluster.v0 + k);

@@ -54,7 +54,7 @@ Sought what_is_sought(const Model& model, const Scene& scene) {
 // Held joints inside loops become closure conditions, so that no loop moves them.
 void lock_held(const Model& model, const Sought& sought, Work& work) {
   for (size_t c = 0; c < model.clusters.size(); ++c) {
-    if (model.clusters[c].loops.empty()) continue;
+    if (!has_closure(model.clusters[c])) continue;
     ClusterWork& cw = work.clusters[c];
     std::vector<double> value;
     for (int i : model.clusters[c].parts) {
@@ -345,7 +345,8 @@ bool is_conservative(const Problem& p) {
          std::all_of(p.motion.begin(), p.motion.end(), [](const TimeJet& jet) { return jet.rate == 0.0 && jet.acceleration == 0.0; }) &&
          std::all_of(p.model.loads.begin(), p.model.loads.end(),
                      [](const Load& l) {
-                       return !l.table && !l.def.follower && (l.def.kind == ForceKind::force || l.def.kind == ForceKind::spring_damper);
+                       return !l.table && l.function < 0 && !l.def.follower &&
+                              (l.def.kind == ForceKind::force || l.def.kind == ForceKind::spring_damper);
                      }) &&
          std::all_of(p.model.parts.begin(), p.model.parts.end(), [](const Part& part) {
            const MatX& K = part.body.Ke;  // matrices of a scene may be any

@@ -33,6 +33,8 @@ constexpr double adams_strictness = 10.0;
 constexpr double rounding = 50.0 * std::numeric_limits<double>::epsilon();
 // Trees that move by less than that of the mechanism's size are drowned by the sizes above; their share makes them move by the latter.
 constexpr double drowned_joints = 1e-4, drowned_bodies = 3e-5, narrow = 1e3;
+// States of blocks and contacts, in their own units.
+constexpr double least_further = 1e-6, pulled_surfaces = 1e-4;
 // Motion that is rounding of the mechanism's size has no size of its own.
 constexpr double least_motion = 1e-13;
 
@@ -107,6 +109,13 @@ void ErrorWeights::update(const System& system, const VecX& y) {
   elastic_sizes(system, y);
   raise_elastic(system, y);
   raise_joints(system, y);
+  if (model.nz > 0) {
+    const Eigen::Index first = y.size() - model.nz - (system.quadrature ? 2 : 0);
+    for (Eigen::Index k = first; k < first + model.nz; ++k) scale_[k] = std::max({scale_[k], std::abs(y[k]), least_further});
+    // How far surfaces that stick are pulled is small beside the unit vector that stands there while they slide.
+    for (const Contact& c : model.contacts)
+      if (c.z0 >= 0) scale_.segment<3>(first + c.z0).setConstant(pulled_surfaces * model.size);
+  }
   if (system.quadrature) raise_work(system, y);
   follow_ranges(y);
   for (Eigen::Index i = 0; i < scale_.size(); ++i) scale_[i] = std::max(scale_[i], rounding * std::abs(y[i]) / system.tolerance);
@@ -279,6 +288,7 @@ void ErrorWeights::repack(const System& system, const std::vector<Partition>& be
     for (size_t c = 0; c < model.clusters.size(); ++c)
       for (int k : before[c].ind) of_rates[model.clusters[c].v0 + k] = scale_[at++];
     next.head(model.nq) = scale_.head(model.nq);
+    next.segment(states - model.nz - (system.quadrature ? 2 : 0), model.nz) = scale_.segment(at, model.nz);
   }
   int at = model.nq;
   for (size_t c = 0; c < model.clusters.size(); ++c)

@@ -1,14 +1,25 @@
 #include "sim/time/events.h"
 
+#include "sim/dynamics/contacts.h"
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/friction_rest.h"
+#include "sim/dynamics/loads.h"
 #include "sim/dynamics/massless.h"
+#include "sim/dynamics/signals.h"
 #include "sim/dynamics/stops.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace flexframe::sim {
 namespace {
+
+// What contacts and expressions read of the present state, with the forces of contacts. Positions and velocities come first.
+void read_state(System& s) {
+  if (s.model.contacts.empty()) update_signals(s.model, s.work);
+  else update_loads(s.model, s.work);
+}
 
 double coordinate(const System& s, int part) { return s.work.q[s.model.parts[part].q0]; }
 double rate(const System& s, int part) { return s.work.w[s.model.parts[part].v0]; }
@@ -20,16 +31,31 @@ void renew_massless(System& s) {
   renew_motion(s.model, s.work);
 }
 
+// Switches of expressions and contacts, whose margins begin at `at`.
+bool pass_state_events(System& s, size_t at, const std::vector<int>& directions, std::vector<std::string>& changes, double& released) {
+  std::vector<bool> ended;
+  for (size_t k = at; k < directions.size(); ++k) ended.push_back(directions[k] < 0);
+  if (std::find(ended.begin(), ended.end(), true) == ended.end()) return false;
+  read_state(s);
+  const auto contacts = ended.begin() + switch_count(s.model);
+  pass_switches(s.model, s.work, {ended.begin(), contacts});
+  released = pass_contacts(s.model, s.work, {contacts, ended.end()}, changes);
+  return true;
+}
+
 }  // namespace
 
 bool has_events(const System& s) {
-  if (!s.stops.empty()) return true;
+  if (!s.stops.empty() || switch_count(s.model) > 0 || !s.model.contacts.empty()) return true;
   for (const FrictionPoint& p : s.friction.points)
     if (p.phase != FrictionPhase::regularised) return true;
   return false;
 }
 
-int event_count(const System& s) { return has_events(s) ? static_cast<int>(s.friction.points.size() + 2 * s.stops.size()) : 0; }
+int event_count(const System& s) {
+  if (!has_events(s)) return 0;
+  return static_cast<int>(s.friction.points.size() + 2 * s.stops.size() + 3 * s.model.contacts.size()) + switch_count(s.model);
+}
 
 void event_margins(System& s, double t, const double* y, double* margin) {
   set_state(s, t, y, any_sticks(s.friction));
@@ -39,6 +65,10 @@ void event_margins(System& s, double t, const double* y, double* margin) {
     *margin++ = m.out;
     *margin++ = m.in;
   }
+  if (s.model.functions.empty() && s.model.contacts.empty()) return;
+  read_state(s);
+  switch_margins(s.model, s.work, margin);
+  contact_margins(s.model, s.work, margin + switch_count(s.model));
 }
 
 void event_roundings(System& s, std::vector<double>& rounding) {
@@ -55,11 +85,19 @@ void event_roundings(System& s, std::vector<double>& rounding) {
     rounding.push_back(q);
     rounding.push_back(touches ? push : q);
   }
+  if (!s.model.functions.empty()) switch_roundings(s.model, s.work, rounding);
+  contact_roundings(s.model, s.work, rounding);
 }
 
 void start_phases(System& s, double t, const VecX& y, bool first, std::vector<std::string>& changes) {
   set_state(s, t, y.data(), false);
   if (first) follow_slip(s.model, s.friction, s.work, true);
+  sample_blocks(s.model, s.work, t);
+  hold_switches(s.model, s.work);
+  if (first && !s.model.contacts.empty()) {
+    read_state(s);
+    begin_contacts(s.model, s.work);
+  }
   for (int i : s.stops) s.work.joints[i].stop = find_stop_phase(*s.model.parts[i].joint.stop, coordinate(s, i), rate(s, i));
   if (!s.stops.empty()) renew_massless(s);
   if (s.friction.points.empty()) return;
@@ -76,7 +114,9 @@ void start_phases(System& s, double t, const VecX& y, bool first, std::vector<st
   settle_friction(s.model, s.friction, resting, s.work, changes);
 }
 
-bool pass_events(System& s, double t, const VecX& y, const std::vector<int>& directions, std::vector<std::string>& changes) {
+bool pass_events(System& s, double t, const VecX& y, const std::vector<int>& directions, std::vector<std::string>& changes,
+                 double& released) {
+  released = 0.0;
   set_state(s, t, y.data(), any_sticks(s.friction));
   std::vector<int> resting;
   bool passed = false, turned = false;
@@ -103,6 +143,7 @@ bool pass_events(System& s, double t, const VecX& y, const std::vector<int>& dir
       break;
     }
   }
+  if (pass_state_events(s, first + 2 * s.stops.size(), directions, changes, released)) passed = true;
   if (!passed) return false;
   if (!s.stops.empty()) renew_massless(s);
   if (turned) follow_slip(s.model, s.friction, s.work, true);

@@ -1,5 +1,6 @@
-// Events of a run: friction that sticks or slips, stops that touch or part. Each ends a smooth piece of the equations of motion; the
-// integrator locates it as a root, the phases change here, and the integration starts afresh.
+// Events of a run: friction that sticks or slips, stops and contacts that touch or part, expressions of the state that change their piece.
+// Each ends a smooth piece of the equations of motion; the integrator locates it as a root, the phases change here, and the integration
+// starts afresh.
 #pragma once
 
 #include "sim/time/system.h"
@@ -12,7 +13,8 @@ namespace flexframe::sim {
 // Whether the scene has anything that makes events.
 bool has_events(const System& system);
 
-// Margins at (t, y): every entry is positive while the present phases hold. Entries: friction points, then two a stop.
+// Margins at (t, y): every entry is positive while the present phases hold. Entries: friction points, then two a stop, then the switches of
+// expressions (signals.h), then three a contact (contacts.h).
 int event_count(const System& system);
 void event_margins(System& system, double t, const double* y, double* margin);
 // What rounding leaves of a margin that is zero, in its unit, at the state in `work`; follows FrictionState::fastest.
@@ -24,6 +26,8 @@ void start_phases(System& system, double t, const VecX& y, bool first, std::vect
 
 // Changes the phases whose margin came to zero from above, those with directions[k] < 0 (event_watch.h). False where none did. True:
 // `system` holds the new state, to be packed; its size may have changed.
-bool pass_events(System& system, double t, const VecX& y, const std::vector<int>& directions, std::vector<std::string>& changes);
+// released: energy that friction of contacts lets go, J.
+bool pass_events(System& system, double t, const VecX& y, const std::vector<int>& directions, std::vector<std::string>& changes,
+                 double& released);
 
 }  // namespace flexframe::sim

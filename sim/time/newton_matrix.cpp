@@ -33,7 +33,9 @@ std::vector<Direction> directions(const System& system) {
 bool closed_form(const System& system) {
   const Model& model = system.model;
   for (const Load& load : model.loads)
-    if (load.def.kind == ForceKind::spring_damper || load.def.kind == ForceKind::bushing || load.def.kind == ForceKind::user) return false;
+    if (const ForceKind kind = load.def.kind;
+        load.function >= 0 || (kind != ForceKind::force && kind != ForceKind::torque && kind != ForceKind::distributed))
+      return false;
   for (const LoopJoint& loop : model.loops)
     if (loop.spring) return false;
   for (size_t c = 0; c < model.clusters.size(); ++c) {

@@ -14,7 +14,8 @@ void StepGuard::begin(const System& system, double from, double to) {
   places_.clear();
   const Model& model = system.model;
   for (const Load& load : model.loads) {
-    if (load.expression < 0) continue;
+    if (load.rest >= 0 && !model.expressions[load.rest].constant()) add(load.def.name, FunctionScan(load.def.rest, 0, from, to));
+    if (load.expression < 0 || load.function >= 0) continue;
     // The ends of a table over a coordinate are kinks, not pulses; a periodic one repeats.
     if (load.table) places_.push_back({FunctionScan(*load.def.table, 0, load.table->front(), load.table->back()), load.table_part});
     else if (load.def.table) add(load.def.name, FunctionScan(*load.def.table, 0, from, to));

@@ -25,6 +25,7 @@ void unpack(System& system, const double* y) {
     for (int k : work.clusters[c].partition.ind) work.w[v0 + k] = *w++;
   }
   for (int v : system.model.massless.rates) work.w[v] = 0.0;
+  if (system.model.nz > 0) work.signals.z = Eigen::Map<const VecX>(w, system.model.nz);
 }
 
 }  // namespace
@@ -34,7 +35,7 @@ int rate_offset(const System& system) { return system.model.nq; }
 int state_size(const System& system) {
   size_t n = system.model.nq;
   for (const ClusterWork& c : system.work.clusters) n += c.partition.ind.size();
-  return static_cast<int>(n) + (system.quadrature ? 2 : 0);
+  return static_cast<int>(n) + system.model.nz + (system.quadrature ? 2 : 0);
 }
 
 VecX pack_state(const System& system, const Eigen::Vector2d& work_done) {
@@ -45,6 +46,7 @@ VecX pack_state(const System& system, const Eigen::Vector2d& work_done) {
   int at = system.model.nq;
   for (size_t c = 0; c < system.model.clusters.size(); ++c)
     for (int k : system.work.clusters[c].partition.ind) y[at++] = w[system.model.clusters[c].v0 + k];
+  y.segment(at, system.model.nz) = system.work.signals.z;
   if (system.quadrature) y.tail<2>() = work_done;
   return y;
 }
@@ -111,6 +113,7 @@ void state_rate(System& system, double t, const double* y, double* dy) {
     const int v0 = system.model.clusters[c].v0;
     for (int k : work.clusters[c].partition.ind) *dw++ = work.wdot[v0 + k];
   }
+  for (int k = 0; k < system.model.nz; ++k) *dw++ = work.signals.zdot[k];
   if (system.quadrature) {
     *dw++ = supplied;
     *dw++ = dissipated;
@@ -123,8 +126,8 @@ bool time_enters(const Model& model) {
   for (const Part& p : model.parts)
     if (p.joint.motion >= 0) return true;
   for (const Load& load : model.loads)
-    if (load.expression >= 0) return true;
-  return false;
+    if (load.expression >= 0 || load.rest >= 0) return true;
+  return !model.blocks.empty();
 }
 
 }  // namespace
@@ -139,10 +142,11 @@ void keep_load_responses(System& system, VecX& kept) {
 bool follow_loads(System& system, double t0, double t, const VecX& kept, double* dy) {
   const Model& model = system.model;
   if (!time_enters(model)) return true;
-  if (kept.size() == 0) return false;
+  if (kept.size() == 0 || !model.blocks.empty()) return false;
   const Eigen::Index loads = static_cast<Eigen::Index>(model.loads.size()), n = kept.size() / loads - 1;
   for (Eigen::Index i = 0; i < loads; ++i) {
     const Load& load = model.loads[static_cast<size_t>(i)];
+    if (load.rest >= 0 || (load.function >= 0 && model.functions[load.function].expression.depends_on_time())) return false;
     if (load.expression < 0) continue;
     const double change = model.expressions[load.expression].value(t) - model.expressions[load.expression].value(t0);
     if (change == 0.0) continue;

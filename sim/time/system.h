@@ -1,7 +1,7 @@
 // A scene ready to be integrated: model, work space, and the map between the integrator's state and the mechanism.
 //
-// State: [q_all; independent rates of every cluster; (work supplied, work dissipated) where forces or dampers exist].
-// Dependent coordinates are part of the state only as first guesses of the loop closure, so f(t, y) has no memory.
+// State: [q_all; independent rates of every cluster; further states of blocks and contacts; (work supplied, work dissipated) where forces
+// or dampers exist]. Dependent coordinates are part of the state only as first guesses of the loop closure, so f(t, y) has no memory.
 #pragma once
 
 #include "sim/base/notes.h"

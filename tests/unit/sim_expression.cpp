@@ -519,3 +519,62 @@ TEST(ExpressionFreeze, SmoothBeyondTheEnds) {
   angle.freeze(3.0);
   EXPECT_NEAR(angle.value(3.3), 3.3, 1e-15);  // continued across the cut
 }
+
+TEST(ExpressionReadings, LongestNameCountsAndWordsGoFirst) {
+  const std::vector<std::string> names{"tip", "tip.x", "speed of tip", "b1:tip", "sin", "t"};
+  const Expression e("2*tip.x - tip + speed of tip*t + b1:tip + sin(0) + sin", names);
+  EXPECT_EQ(e.variables(), (std::vector<std::string>{"tip.x", "tip", "speed of tip", "b1:tip", "sin"}));
+  const double values[] = {3.0, 4.0, 5.0, 7.0, 11.0};
+  EXPECT_EQ(e.value(2.0, values), 2.0 * 3.0 - 4.0 + 5.0 * 2.0 + 7.0 + 11.0);
+  EXPECT_TRUE(e.depends_on_time());
+  EXPECT_FALSE(e.constant());
+  EXPECT_THROW(Expression("tip.y", names), InputError);
+}
+
+// Every selector: held beyond its threshold, its margin zero there, the next piece after it.
+TEST(ExpressionReadings, SwitchesByTheState) {
+  const std::vector<std::string> names{"x", "y"};
+  struct Case {
+    const char* text;
+    double before[2], after[2];  // on both sides of the threshold, as far from it
+  };
+  for (const Case& c : std::initializer_list<Case>{{"x > 1 ? 5*x : 7", {0.9, 0}, {1.1, 0}},
+                                                   {"x <= y ? 2 : 3*x", {0.4, 0.5}, {0.6, 0.5}},
+                                                   {"abs(x - y)", {0.3, 0.4}, {0.5, 0.4}},
+                                                   {"sign(x)", {-0.1, 0}, {0.1, 0}},
+                                                   {"rint(x)", {1.4, 0}, {1.6, 0}},
+                                                   {"min(x, y^2)", {0.8, 1}, {1.2, 1}},
+                                                   {"max(x, 2*y)", {0.8, 0.5}, {1.2, 0.5}},
+                                                   {"atan2(y, x)", {-1, 0.1}, {-1, -0.1}}}) {
+    Expression held(c.text, names);
+    const Expression live(c.text, names);
+    ASSERT_EQ(held.state_switches(), 1) << c.text;
+    held.freeze(0.0);
+    held.hold(0.0, c.before);
+    EXPECT_EQ(held.value(0.0, c.before), live.value(0.0, c.before)) << c.text;
+    const double margin = held.margin(0, 0.0, c.before);
+    EXPECT_GT(margin, 0.0) << c.text;
+    EXPECT_NEAR(held.margin(0, 0.0, c.after), -margin, 1e-12) << c.text;
+    // Away from a kink the two pieces differ beyond the threshold.
+    EXPECT_NE(held.value(0.0, c.after), live.value(0.0, c.after)) << c.text;
+    held.pass({true}, 0.0, c.after);
+    EXPECT_EQ(held.value(0.0, c.after), live.value(0.0, c.after)) << c.text;
+    EXPECT_GT(held.margin(0, 0.0, c.after), 0.0) << c.text;
+  }
+}
+
+// Times are found beside readings, in branches that the state chooses too.
+TEST(ExpressionReadings, TimesBesideTheState) {
+  const std::vector<std::string> names{"x"};
+  Expression e("x > 0 ? (t < 1 ? 1 : 2) : 0", names);
+  const std::vector<double> times = e.switch_times(0.0, 3.0);
+  ASSERT_EQ(times.size(), 1u);
+  EXPECT_NEAR(times[0], 1.0, 1e-15);
+  const double on = 1.0;
+  e.freeze(2.0);
+  e.hold(1.0, &on);
+  EXPECT_EQ(e.value(1.0, &on), 2.0);
+  e.freeze(0.5);
+  e.hold(1.0, &on);
+  EXPECT_EQ(e.value(1.0, &on), 1.0);
+}

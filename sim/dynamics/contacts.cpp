@@ -1,0 +1,273 @@
+#include "sim/dynamics/contacts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace flexframe::sim {
+namespace {
+
+// Slower than that share of the fastest body surfaces do not slide.
+constexpr double at_rest = 1e-7;
+
+const ContactDef& def_of(const Model& model, int at) { return *model.loads[model.contacts[at].load].def.contact; }
+
+double elastic_force(const ContactDef& def, double depth) { return depth > 0.0 ? def.stiffness * std::pow(depth, def.exponent) : 0.0; }
+
+// D of the normal force, s/m.
+double damping_of(const ContactDef& def, const ContactWork& at) {
+  if (def.restitution < 1.0) return at.impact > 0.0 ? def.damping / at.impact : 0.0;
+  return def.damping;
+}
+
+ContactPhase live_phase(const ContactDef& def, const ContactWork& at) {
+  if (at.depth <= 0.0) return ContactPhase::apart;
+  return 1.0 + damping_of(def, at) * at.rate > 0.0 ? ContactPhase::pressed : ContactPhase::parting;
+}
+
+// Masses that meet, kg.
+double meeting_mass(const Model& model, int at) {
+  const Load& load = model.loads[model.contacts[at].load];
+  double inverse = 0.0;
+  for (const int frame : {load.on, load.from})
+    if (const int part = model.frames[frame].part; part != ground && model.parts[part].body.mass > 0.0)
+      inverse += 1.0 / model.parts[part].body.mass;
+  return inverse > 0.0 ? 1.0 / inverse : std::max(model.mass, 1e-300);
+}
+
+// The speed of a vibration as deep as weight presses, m/s, by what an impact of its size is damped.
+double settling_speed(const Model& model, int at) {
+  const ContactDef& def = def_of(model, at);
+  const double mass = meeting_mass(model, at), weight = mass * model.settings.gravity.norm();
+  const double depth = std::pow(weight / def.stiffness, 1.0 / def.exponent);
+  const double stiffness = def.stiffness * def.exponent * std::pow(depth, def.exponent - 1.0);
+  const double speed = depth * std::sqrt(stiffness / mass);
+  return std::max(0.5 * def.damping * speed, 1e-12 * model.size);
+}
+
+double fastest(const Work& work) {
+  double out = 0.0;
+  for (const PartWork& p : work.parts) out = std::max(out, p.V.head<3>().norm());
+  return out;
+}
+
+bool has_friction(const Model& model, int at) { return model.contacts[at].z0 >= 0; }
+
+// Sticks where it does not move, else slides the way it goes; the states of friction begin anew.
+void begin_friction(const Model& model, Work& work, int at) {
+  ContactWork& c = work.signals.contacts[at];
+  c.slip = ContactSlip::none;
+  if (!has_friction(model, at)) return;
+  auto z = work.signals.z.segment<3>(model.contacts[at].z0);
+  z.setZero();
+  if (c.phase == ContactPhase::apart) return;
+  c.slip = ContactSlip::sticks;
+  if (c.slide.norm() <= at_rest * fastest(work)) return;
+  c.slip = ContactSlip::slips;
+  z = c.slide.normalized();
+}
+
+void begin_impact(const Model& model, Work& work, int at) {
+  ContactWork& c = work.signals.contacts[at];
+  if (def_of(model, at).restitution < 1.0) c.impact = std::max(c.rate, settling_speed(model, at));
+}
+
+}  // namespace
+
+template <class W>
+Touch find_touch(const Model& model, const W& work, const Contact& contact) {
+  const Load& load = model.loads[contact.load];
+  const ContactDef& def = *load.def.contact;
+  const Pose on = pose_in_space(model, work, load.on), from = pose_in_space(model, work, load.from);
+  const Vec6 Vb = in_space(work, load.on, work.frames[load.on].V), Va = in_space(work, load.from, work.frames[load.from].V);
+  Touch out;
+  const bool sphere = def.from_radius > 0.0;
+  Vec3 centre = on.p, reach = Vec3::Zero();  // towards the partner
+  if (def.cylinder) {
+    const Vec3 axis = on.R * def.axis;
+    centre += 0.5 * contact.side * def.width * axis;
+    const Vec3 towards = sphere ? Vec3(centre - from.p) : Vec3(from.R * def.normal);
+    const Vec3 across = towards - axis.dot(towards) * axis;
+    if (across.norm() > 1e-12 * towards.norm()) reach = -def.radius * across.normalized();
+  }
+  if (sphere) {
+    const Vec3 apart = centre + reach - from.p;
+    const double distance = apart.norm();
+    out.normal = distance > 0.0 ? Vec3(apart / distance) : Vec3(Vec3::UnitZ());
+    out.depth = def.from_radius - distance;
+  } else {
+    out.normal = from.R * def.normal;
+    out.depth = -out.normal.dot(centre + reach - from.p);
+  }
+  if (!def.cylinder) {
+    reach = -def.radius * out.normal;
+    out.depth += def.radius;
+  }
+  out.place = centre + reach;
+  const auto velocity = [&](const Pose& pose, const Vec6& V) {
+    return Vec3(pose.R * (V.head<3>() + Vec3(V.tail<3>()).cross(Vec3(pose.R.transpose() * (out.place - pose.p)))));
+  };
+  const Vec3 v = velocity(on, Vb) - velocity(from, Va);
+  out.rate = -out.normal.dot(v);
+  out.slide = v + out.rate * out.normal;
+  return out;
+}
+template Touch find_touch(const Model&, const Work&, const Contact&);
+template Touch find_touch(const Model&, const PlaneWork&, const Contact&);
+
+Vec3 contact::force(const Model& model, SignalWork& signals, int at, const Touch& touch, const Mat3& axes) {
+  const ContactDef& def = def_of(model, at);
+  ContactWork& c = signals.contacts[at];
+  c.depth = touch.depth;
+  c.rate = touch.rate;
+  c.slide = axes.transpose() * touch.slide;
+  const ContactPhase phase = c.phase == ContactPhase::live ? live_phase(def, c) : c.phase;
+  c.force = phase == ContactPhase::pressed ? elastic_force(def, c.depth) * (1.0 + damping_of(def, c) * c.rate) : 0.0;
+  c.friction.setZero();
+  if (has_friction(model, at)) {
+    const int z0 = model.contacts[at].z0;
+    const Vec3 z = signals.z.segment<3>(z0), n = axes.transpose() * touch.normal;
+    auto rate = signals.zdot.segment<3>(z0);
+    rate.setZero();
+    if (c.slip == ContactSlip::sticks) {
+      // What turns with the normal pulls within the plane of contact only.
+      const Vec3 stretched = z - n.dot(z) * n;
+      c.friction = -def.tangential_stiffness * stretched - def.tangential_damping * c.slide;
+      rate = c.slide;
+    } else if (c.slip == ContactSlip::slips) {
+      // Beyond the end of the slide its force goes on as it was, so that the end is met smoothly.
+      const Vec3 along = c.slide.dot(z) > 0.0 ? Vec3(c.slide.normalized()) : Vec3((z - n.dot(z) * n).normalized());
+      c.friction = -def.friction * c.force * along;
+    } else if (c.phase == ContactPhase::live && phase != ContactPhase::apart) {
+      // Where nothing has begun yet, a static start among others, a step is not told from a slide: it holds nothing.
+      c.friction = -def.tangential_damping * c.slide;
+    }
+  }
+  return c.force * touch.normal + axes * c.friction;
+}
+
+double contact_energy(const Model& model, const Work& work) {
+  double e = 0.0;
+  for (size_t k = 0; k < model.contacts.size(); ++k) {
+    const ContactDef& def = def_of(model, static_cast<int>(k));
+    const double depth = find_touch(model, work, model.contacts[k]).depth;
+    e += elastic_force(def, depth) * std::max(depth, 0.0) / (def.exponent + 1.0);
+    if (work.signals.contacts[k].slip == ContactSlip::sticks)
+      e += 0.5 * def.tangential_stiffness * work.signals.z.segment<3>(model.contacts[k].z0).squaredNorm();
+  }
+  return e;
+}
+
+double contact_power(const Model& model, const SignalWork& signals) {
+  double power = 0.0;
+  for (size_t k = 0; k < model.contacts.size(); ++k) {
+    const ContactDef& def = def_of(model, static_cast<int>(k));
+    const ContactWork& c = signals.contacts[k];
+    power += (c.force - elastic_force(def, c.depth)) * c.rate - c.friction.dot(c.slide);
+    if (c.slip == ContactSlip::sticks) power -= def.tangential_stiffness * Vec3(signals.z.segment<3>(model.contacts[k].z0)).dot(c.slide);
+  }
+  return power;
+}
+
+void contact_margins(const Model& model, const Work& work, double* margin) {
+  for (size_t k = 0; k < model.contacts.size(); ++k, margin += 3) {
+    const ContactDef& def = def_of(model, static_cast<int>(k));
+    const ContactWork& c = work.signals.contacts[k];
+    const double push = 1.0 + damping_of(def, c) * c.rate;
+    margin[0] = c.phase == ContactPhase::apart ? -c.depth : c.depth;
+    margin[1] = c.phase == ContactPhase::pressed ? push : c.phase == ContactPhase::parting ? -push : 1.0;
+    margin[2] = 1.0;
+    if (c.slip == ContactSlip::sticks) margin[2] = def.static_friction * c.force - c.friction.norm();
+    if (c.slip == ContactSlip::slips) margin[2] = c.slide.dot(Vec3(work.signals.z.segment<3>(model.contacts[k].z0)));
+  }
+}
+
+void contact_roundings(const Model& model, const Work& work, std::vector<double>& rounding) {
+  for (size_t k = 0; k < model.contacts.size(); ++k) {
+    const ContactDef& def = def_of(model, static_cast<int>(k));
+    const ContactWork& c = work.signals.contacts[k];
+    const double place = 4e-15 * model.size, speed = 4e-15 * fastest(work);
+    rounding.push_back(place);
+    rounding.push_back(1e-14 + damping_of(def, c) * speed);
+    rounding.push_back(c.slip == ContactSlip::sticks
+                           ? 1e-13 * def.static_friction * c.force + def.tangential_stiffness * place + def.tangential_damping * speed
+                           : speed);
+  }
+}
+
+void begin_contacts(const Model& model, Work& work) {
+  for (size_t k = 0; k < model.contacts.size(); ++k) {
+    const int at = static_cast<int>(k);
+    const ContactDef& def = def_of(model, at);
+    ContactWork& c = work.signals.contacts[k];
+    const ContactPhase before = c.phase;
+    begin_impact(model, work, at);
+    // What starts right on its partner is pressed by whatever presses.
+    if (before == ContactPhase::live && std::abs(c.depth) <= 1e-9 * model.size && c.rate >= -at_rest * fastest(work))
+      c.phase = ContactPhase::pressed;
+    else if (before == ContactPhase::live) c.phase = live_phase(def, c);
+    if (before == ContactPhase::live) begin_friction(model, work, at);
+  }
+}
+
+double pass_contacts(const Model& model, Work& work, const std::vector<bool>& ended, std::vector<std::string>& changes) {
+  double released = 0.0;
+  for (size_t k = 0; k < model.contacts.size(); ++k) {
+    const int at = static_cast<int>(k);
+    const ContactDef& def = def_of(model, at);
+    ContactWork& c = work.signals.contacts[k];
+    const auto drop = [&]() {
+      if (c.slip == ContactSlip::sticks)
+        released += 0.5 * def.tangential_stiffness * work.signals.z.segment<3>(model.contacts[k].z0).squaredNorm();
+    };
+    if (ended[3 * k]) {
+      drop();
+      if (c.phase == ContactPhase::apart) {
+        begin_impact(model, work, at);
+        c.phase = ContactPhase::pressed;
+        changes.push_back(fmt::format("{} touches", contact_name(model, at)));
+      } else {
+        c.phase = ContactPhase::apart;
+        changes.push_back(fmt::format("{} lifts off", contact_name(model, at)));
+      }
+      begin_friction(model, work, at);
+      continue;
+    }
+    if (ended[3 * k + 1]) c.phase = c.phase == ContactPhase::pressed ? ContactPhase::parting : ContactPhase::pressed;
+    if (!ended[3 * k + 2]) continue;
+    auto z = work.signals.z.segment<3>(model.contacts[k].z0);
+    if (c.slip == ContactSlip::sticks) {
+      const double force = c.friction.norm();
+      if (force == 0.0 && c.slide.isZero(0.0)) continue;
+      drop();
+      c.slip = ContactSlip::slips;
+      z = force > 0.0 ? Vec3(-c.friction / force) : Vec3(c.slide.normalized());
+      changes.push_back(fmt::format("{} slides", contact_name(model, at)));
+    } else if (c.slide.norm() > at_rest * fastest(work)) {
+      z = c.slide.normalized();  // it has only turned
+    } else {
+      c.slip = ContactSlip::sticks;
+      z.setZero();
+      changes.push_back(fmt::format("{} sticks", contact_name(model, at)));
+    }
+  }
+  return released;
+}
+
+std::string contact_name(const Model& model, int contact) {
+  const Load& load = model.loads[model.contacts[contact].load];
+  return load.def.name.empty() ? fmt::format("contact of '{}'", model.frames[load.on].name) : fmt::format("contact '{}'", load.def.name);
+}
+
+double contact_frequency(const Model& model, const Work& work, int contact) {
+  const ContactDef& def = def_of(model, contact);
+  const ContactWork& c = work.signals.contacts[contact];
+  const double mass = meeting_mass(model, contact), speed = std::max(std::abs(c.rate), 1e-3 * fastest(work));
+  // As stiff as where it turns round.
+  const double deepest = std::pow(0.5 * (def.exponent + 1.0) * mass * speed * speed / def.stiffness, 1.0 / (def.exponent + 1.0));
+  const double depth = std::max({deepest, c.depth, 1e-12 * model.size});
+  return std::sqrt(def.stiffness * def.exponent * std::pow(depth, def.exponent - 1.0) / mass);
+}
+
+}  // namespace flexframe::sim

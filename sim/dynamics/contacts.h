@@ -1,0 +1,71 @@
+// Contact of a point, sphere or cylinder with a plane or a sphere: a compliant normal force and Coulomb friction, as smooth pieces between
+// located events. W: Work or PlaneWork.
+//
+// Normal: N = k d^n (1 + D d'), d how deep (Hunt and Crossley 1975; n = 1 linear, 3/2 Hertz), never pulling. With a coefficient of
+// restitution e, D = c / v with v the speed of the impact and (1 + e) c = ln((1 + c) / (1 - c e)): from m v dv/dd = -k d^n (1 + D v), whose
+// integral over a whole impact does not hold n, k and m, so that every free impact comes back with e exactly (ContactDef::damping is then
+// c). Slower than the speed at which weight alone keeps the two together (settling_speed) impacts count as that one: what has settled is
+// damped, near its critical damping.
+//
+// Friction: surfaces that stick are held by a spring and a damper in the plane of contact that start without force where they came to
+// rest; beyond static_friction N they slide, against friction N along the slide. So what rests stays where it is, and what rolls rolls.
+#pragma once
+
+#include "sim/dynamics/kinematics.h"
+
+#include <string>
+#include <vector>
+
+namespace flexframe::sim {
+
+// Of a contact at the present state, world axes.
+struct Touch {
+  Vec3 normal, place;  // from the partner to the body; where it touches
+  double depth = 0.0, rate = 0.0;
+  Vec3 slide;  // velocity of the body's surface against the partner's, without its share along the normal
+};
+
+template <class W>
+Touch find_touch(const Model& model, const W& work, const Contact& contact);
+
+// Forces of a load's contacts (ContactWork and the rates of their states), as calls of on_frame(frame, wrench). Frames are refreshed.
+template <class W, class OnFrame>
+void visit_contacts(const Model& model, W& work, int load, const OnFrame& on_frame);
+
+// Energy that contacts store, J, at the present positions, and power that they take out, W, as visited last.
+double contact_energy(const Model& model, const Work& work);
+double contact_power(const Model& model, const SignalWork& signals);
+
+// Three margins a contact, positive while its pieces hold, and what rounding leaves of one that is zero; as visited last.
+void contact_margins(const Model& model, const Work& work, double* margin);
+void contact_roundings(const Model& model, const Work& work, std::vector<double>& rounding);
+// The pieces that hold where a run begins; those after the margins that ended (three a contact), with a sentence for what touches anew.
+// Returns the energy that friction lets go, J. A change shows in the next visit.
+void begin_contacts(const Model& model, Work& work);
+double pass_contacts(const Model& model, Work& work, const std::vector<bool>& ended, std::vector<std::string>& changes);
+std::string contact_name(const Model& model, int contact);
+
+// Of its spring and the masses that meet, rad/s: how fast an impact is over.
+double contact_frequency(const Model& model, const Work& work, int contact);
+
+namespace contact {
+// Normal force and friction at a touch, with the rates of its states. axes: of the partner's frame, in the world's.
+Vec3 force(const Model& model, SignalWork& signals, int at, const Touch& touch, const Mat3& axes);
+}  // namespace contact
+
+template <class W, class OnFrame>
+void visit_contacts(const Model& model, W& work, int load, const OnFrame& on_frame) {
+  const Load& l = model.loads[load];
+  for (int at = l.contact; at < static_cast<int>(model.contacts.size()) && model.contacts[at].load == load; ++at) {
+    const Touch touch = find_touch(model, work, model.contacts[at]);
+    const Pose on = pose_in_space(model, work, l.on), from = pose_in_space(model, work, l.from);
+    const Vec3 F = contact::force(model, work.signals, at, touch, from.R);
+    const auto wrench = [&](const Pose& pose, const Vec3& force) {
+      return joined(Vec3(pose.R.transpose() * force), Vec3(pose.R.transpose() * (touch.place - pose.p).cross(force)));
+    };
+    on_frame(l.on, within(work, l.on, wrench(on, F)));
+    on_frame(l.from, within(work, l.from, wrench(from, Vec3(-F))));
+  }
+}
+
+}  // namespace flexframe::sim

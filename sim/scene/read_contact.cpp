@@ -1,0 +1,82 @@
+// Contacts among the [[force]] tables.
+#include "sim/scene/read_states.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace flexframe::sim {
+namespace {
+
+const std::vector<std::string> shapes{"point", "sphere", "cylinder"};
+const std::vector<std::string> partners{"plane", "sphere"};
+
+void read_shapes(const TableReader& reader, ContactDef& out) {
+  const std::size_t shape = reader.word("shape", shapes);
+  if (shape == 0 && reader.has("radius")) reader.fail("radius", "belongs to spheres and cylinders; this is a point");
+  if (shape > 0) out.radius = reader.number("radius", positive.in("m"));
+  out.cylinder = shape == 2;
+  for (const char* key : {"axis", "width"})
+    if (!out.cylinder && reader.has(key)) reader.fail(key, "belongs to cylinders");
+  out.axis = reader.direction("axis", Vec3::UnitZ());
+  out.width = reader.number("width", 0.0, not_negative.in("m"));
+  if (reader.word("against", partners, 0) == 1) {
+    if (reader.has("normal")) reader.fail("normal", "belongs to a plane; this is against a sphere");
+    out.from_radius = reader.number("from_radius", positive.in("m"));
+    return;
+  }
+  if (reader.has("from_radius")) reader.fail("from_radius", "belongs to against = \"sphere\"; this is against a plane");
+  out.normal = reader.direction("normal", Vec3::UnitZ());
+}
+
+// c of a normal force k d^n (1 + c d' / v) after an impact at speed v (dynamics/contacts.h): from (1 + e) c = ln((1 + c) / (1 - c e)).
+double restitution_damping(double e) {
+  if (e >= 1.0) return 0.0;
+  // (1 + e) c - ln((1 + c) / (1 - c e)) is positive between zero and the root, negative beyond.
+  double low = 0.0, high = 1.0 / e;
+  for (int halved = 0; halved < 200 && high - low > 1e-15 * high; ++halved) {
+    const double c = 0.5 * (low + high);
+    (c > 0.0 && (1.0 + e) * c - std::log1p(c) + std::log1p(-c * e) > 0.0 ? low : high) = c;
+  }
+  return low;
+}
+
+void read_normal_force(const TableReader& reader, ContactDef& out) {
+  out.exponent = reader.number("exponent", 1.0, {.low = 1.0, .high = 3.0, .what = "a number from 1 (linear) to 3; Hertz: 1.5"});
+  out.stiffness = reader.number("stiffness", out.exponent == 1.0 ? positive.in("N/m") : positive);
+  if (reader.has("damping") && reader.has("restitution"))
+    reader.fail("damping", "excludes 'restitution': give the damping (s/m) or the share of the speed that comes back");
+  out.damping = reader.number("damping", 0.0, not_negative.in("s/m"));
+  out.restitution = reader.number("restitution", 1.0, {.low = 0.01, .high = 1.0, .what = "a number from 0.01 to 1"});
+  if (out.restitution < 1.0) out.damping = restitution_damping(out.restitution);
+}
+
+void read_contact_friction(const TableReader& reader, ContactDef& out) {
+  const auto friction = reader.table("friction");
+  if (!friction) return;
+  friction->allow({"coefficient", "static_coefficient", "stiffness", "damping"});
+  out.friction = friction->number("coefficient", not_negative);
+  out.static_friction = friction->number("static_coefficient", out.friction, not_negative);
+  if (out.static_friction < out.friction)
+    friction->fail("static_coefficient",
+                   fmt::format("must not be smaller than the coefficient {}, found {}", out.friction, out.static_friction));
+  if (out.exponent != 1.0 && out.static_friction > 0.0 && !friction->has("stiffness"))
+    friction->fail("stiffness", "is needed with an exponent other than 1: N/m, along the plane of contact, of surfaces that stick");
+  // As stiff as the normal contact where nothing is said; a tenth of critical for a kilogram.
+  out.tangential_stiffness = friction->number("stiffness", out.stiffness, positive.in("N/m"));
+  out.tangential_damping = friction->number("damping", 0.2 * std::sqrt(out.tangential_stiffness), not_negative.in("N s/m"));
+}
+
+}  // namespace
+
+ContactDef read_contact(const TableReader& reader) {
+  reader.allow({"name", "kind", "on", "from", "shape", "radius", "axis", "width", "against", "normal", "from_radius", "stiffness",
+                "exponent", "damping", "restitution", "friction"});
+  ContactDef out;
+  read_shapes(reader, out);
+  read_normal_force(reader, out);
+  read_contact_friction(reader, out);
+  return out;
+}
+
+}  // namespace flexframe::sim

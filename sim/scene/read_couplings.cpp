@@ -1,0 +1,155 @@
+// [[coupling]] tables: conditions between coordinates of joints.
+#include "sim/base/words.h"
+#include "sim/scene/joint_kinds.h"
+#include "sim/scene/scene_input.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace flexframe::sim {
+namespace {
+
+const std::vector<std::string> coupling_kinds{"gear", "rack", "screw", "linear", "differential"};
+enum Kind { gear, rack, screw, linear, differential };
+
+// A joint of a coupling: one whose coordinates are numbers, not an orientation.
+const JointDef& coupled_joint(const TableReader& reader, std::string_view key, const std::string& name, const Scene& scene) {
+  std::vector<std::string> known;
+  for (const JointDef& joint : scene.joints) {
+    known.push_back(joint.name);
+    if (joint.name != name) continue;
+    const JointTraits& facts = traits(joint.kind);
+    if (facts.rates.empty() || facts.quaternion >= 0)
+      reader.fail(key,
+                  fmt::format("names the joint {}, a {} joint, which has no coordinate of its own to couple; take revolute, prismatic, "
+                              "cylindrical, screw, universal or planar",
+                              quote(name), facts.word));
+    return joint;
+  }
+  const std::string hint = did_you_mean(name, known);
+  reader.fail(key, fmt::format("names the joint {}, which does not exist{}{} there are {}", quote(name), hint, hint.empty() ? ";" : "",
+                               list_words(known)));
+}
+
+// The joints of a kind that has a fixed number of them; letters: m a length, r an angle. Of a joint with several coordinates the first of
+// that sort is meant.
+std::vector<CouplingTerm> fixed_joints(const TableReader& reader, const Scene& scene, std::string_view letters, const char* what) {
+  const std::vector<std::string> names = reader.texts("joints");
+  if (names.size() != letters.size())
+    reader.fail("joints", fmt::format("must be {} joints, {}; found {}", letters.size(), what, names.size()));
+  std::vector<CouplingTerm> terms;
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    const JointDef& joint = coupled_joint(reader, "joints", names[k], scene);
+    const std::size_t at = traits(joint.kind).rates.find(letters[k]);
+    if (at == std::string_view::npos)
+      reader.fail("joints", fmt::format("must be {}; {}, a {} joint, has no {}", what, quote(names[k]), traits(joint.kind).word,
+                                        letters[k] == 'm' ? "way along an axis" : "angle"));
+    for (const CouplingTerm& before : terms)
+      if (before.joint == names[k]) reader.fail("joints", fmt::format("names {} twice", quote(names[k])));
+    terms.push_back({names[k], static_cast<int>(at), 0.0});
+  }
+  return terms;
+}
+
+// How far the second wheel turns per turn of the first, with its sign: teeth of spur wheels, or a ratio.
+double gear_ratio(const TableReader& reader) {
+  if (reader.has("teeth") == reader.has("ratio")) reader.fail("needs either 'teeth', those of both wheels, or 'ratio'");
+  if (reader.has("ratio")) {
+    if (reader.has("internal"))
+      reader.fail("internal", "belongs to 'teeth'; a ratio has its sign: positive where both wheels turn the same way");
+    const double ratio = reader.number("ratio");
+    if (ratio == 0.0) reader.fail("ratio", "must not be 0");
+    return ratio;
+  }
+  const std::vector<double> teeth = reader.numbers("teeth", 2, 2, positive);
+  return (reader.boolean("internal", false) ? 1.0 : -1.0) * teeth[0] / teeth[1];
+}
+
+// Angles of the wheels are counted from what carries them: a carrier's joint that moves one of them takes its angle off.
+void add_carrier(const TableReader& reader, const Scene& scene, std::vector<CouplingTerm>& terms) {
+  if (!reader.has("carrier")) return;
+  const std::string name = reader.text("carrier");
+  const JointDef& carrier = coupled_joint(reader, "carrier", name, scene);
+  const std::size_t at = traits(carrier.kind).rates.find('r');
+  if (at == std::string_view::npos) reader.fail("carrier", fmt::format("must be a joint with an angle; {} has none", quote(name)));
+  double factor = 0.0;
+  for (const CouplingTerm& term : terms)
+    for (const JointDef& joint : scene.joints) {
+      if (joint.name != term.joint) continue;
+      if (joint.name == name) reader.fail("carrier", fmt::format("is one of the wheels' own joints, {}", quote(name)));
+      // A wheel that turns on the carrier itself has its angle from there already.
+      if (joint.parent.body != carrier.child.body && joint.child.body != carrier.child.body) factor -= term.factor;
+    }
+  if (factor == 0.0)
+    reader.fail("carrier",
+                fmt::format("is not needed: both wheels turn on {}, from which their angles are counted", quote(carrier.child.body)));
+  terms.push_back({name, static_cast<int>(at), factor});
+}
+
+std::vector<CouplingTerm> free_terms(const TableReader& reader, const Scene& scene) {
+  std::vector<CouplingTerm> terms;
+  reader.required("terms");
+  for (const TableReader& table : reader.tables("terms")) {
+    table.allow({"joint", "coordinate", "factor"});
+    const JointDef& joint = coupled_joint(table, "joint", table.text("joint"), scene);
+    const int count = rates_of(joint.kind);
+    CouplingTerm term{joint.name, table.integer("coordinate", 1, 1, count) - 1, table.number("factor")};
+    if (term.factor == 0.0) table.fail("factor", "must not be 0");
+    for (const CouplingTerm& before : terms)
+      if (before.joint == term.joint && before.coordinate == term.coordinate)
+        table.fail("joint", fmt::format("names {} a second time; add its factors", quote(term.joint)));
+    terms.push_back(term);
+  }
+  if (terms.size() < 2) reader.fail("terms", fmt::format("must be at least two, found {}", terms.size()));
+  return terms;
+}
+
+}  // namespace
+
+CouplingDef read_coupling(TableReader& reader, const Scene& scene) {
+  CouplingDef out;
+  out.line = reader.line();
+  out.name = reader.text("name");
+  check_name(reader, "name", out.name, "coupling");
+  reader.set_label(fmt::format("[[coupling]] {}", quote(out.name)));
+  const auto kind = static_cast<Kind>(reader.word("kind", coupling_kinds));
+  switch (kind) {
+    case gear:
+      reader.allow({"name", "kind", "joints", "teeth", "internal", "ratio", "carrier", "value"});
+      out.terms = fixed_joints(reader, scene, "rr", "those of the two wheels");
+      out.terms[0].factor = gear_ratio(reader);
+      out.terms[1].factor = -1.0;
+      add_carrier(reader, scene, out.terms);
+      break;
+    case rack:
+      reader.allow({"name", "kind", "joints", "radius", "value"});
+      out.terms = fixed_joints(reader, scene, "rm", "the pinion's and the rack's");
+      out.terms[0].factor = reader.number("radius", any_number.in("m"));
+      out.terms[1].factor = -1.0;
+      if (out.terms[0].factor == 0.0) reader.fail("radius", "must not be 0; negative where the rack runs back as the pinion turns forward");
+      break;
+    case screw:
+      reader.allow({"name", "kind", "joints", "pitch", "value"});
+      out.terms = fixed_joints(reader, scene, "rm", "the spindle's angle and the nut's way");
+      out.terms[0].factor = reader.number("pitch", any_number.in("m/rad"));
+      out.terms[1].factor = -1.0;
+      if (out.terms[0].factor == 0.0) reader.fail("pitch", "must not be 0");
+      break;
+    case differential:
+      reader.allow({"name", "kind", "joints", "ratio", "value"});
+      out.terms = fixed_joints(reader, scene, "rrr", "the two outputs' and the input's");
+      out.terms[0].factor = out.terms[1].factor = 0.5;
+      out.terms[2].factor = -reader.number("ratio", 1.0, any_number);
+      if (out.terms[2].factor == 0.0) reader.fail("ratio", "must not be 0: turns of the mean of both outputs per turn of the input");
+      break;
+    case linear:
+      reader.allow({"name", "kind", "terms", "value"});
+      out.terms = free_terms(reader, scene);
+      break;
+  }
+  out.value = reader.optional_number("value");
+  return out;
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,13 @@
+// Readers of what acts by the state: contacts and blocks; private to the readers of the scene.
+#pragma once
+
+#include "sim/scene/scene_input.h"
+
+namespace flexframe::sim {
+
+// A contact's keys besides `name`, `kind`, `on` and `from`.
+ContactDef read_contact(const TableReader& reader);
+// A block without its inputs, added to scene.blocks, or the inputs of one that was added so: they may read blocks that follow.
+void read_block(TableReader& reader, Scene& scene, bool inputs);
+
+}  // namespace flexframe::sim

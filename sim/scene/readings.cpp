@@ -1,0 +1,143 @@
+#include "sim/scene/readings.h"
+
+#include "sim/base/words.h"
+#include "sim/scene/expression.h"
+#include "sim/scene/joint_kinds.h"
+#include "sim/scene/parameters.h"
+#include "sim/scene/units.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace flexframe::sim {
+namespace {
+
+const JointDef* joint_of(const OutputDef& output, const Scene& scene) {
+  for (const JointDef& joint : scene.joints)
+    if (joint.name == output.of.body && output.of.frame.empty()) return &joint;
+  return nullptr;
+}
+
+// Why a force cannot depend on an output, a half sentence; empty: it can.
+std::string why_not(const OutputDef& output, int component, const Scene& scene) {
+  switch (output.quantity) {
+    case Quantity::position:
+    case Quantity::velocity:
+    case Quantity::angular_velocity:
+    case Quantity::distance:
+    case Quantity::distance_rate:
+      return {};
+    case Quantity::value:
+    case Quantity::rate: {
+      const JointDef* joint = joint_of(output, scene);
+      const int at = joint ? traits(joint->kind).quaternion : -1;
+      if (at < 0) return {};
+      return component < at && output.quantity == Quantity::value
+                 ? std::string()
+                 : "which belongs to a joint with an orientation; take position, velocity or angular_velocity of a frame";
+    }
+    case Quantity::acceleration:
+    case Quantity::reaction:
+      return fmt::format("{}, which follows from the forces themselves (an algebraic loop); take positions or velocities",
+                         output.quantity == Quantity::reaction ? "a reaction" : "an acceleration");
+    case Quantity::rotation:
+      return "a rotation vector, which jumps after half a turn; take the value of a joint, or an angular velocity";
+    case Quantity::displacement:
+      return "an elastic displacement; take position with relative_to a frame of the body";
+    default:
+      return "no position, velocity, distance or joint coordinate";
+  }
+}
+
+struct Known {
+  Reading reading;
+  std::string why;  // it cannot be read
+};
+
+std::vector<Known> known_readings(const Scene& scene, const std::vector<Reading>& own) {
+  std::vector<Known> out;
+  for (const Reading& r : own) out.push_back({r, ""});
+  for (std::size_t i = 0; i < scene.blocks.size(); ++i) {
+    const BlockDef& block = scene.blocks[i];
+    const Eigen::Index outputs = block.C.rows();
+    for (Eigen::Index k = 0; k < outputs; ++k)
+      out.push_back(
+          {{Reading::block, outputs == 1 ? block.name : fmt::format("{}.{}", block.name, k + 1), static_cast<int>(i), static_cast<int>(k)},
+           ""});
+  }
+  for (std::size_t i = 0; i < scene.outputs.size(); ++i) {
+    const std::vector<std::string> columns = output_columns(scene.outputs[i], scene);
+    for (std::size_t k = 0; k < columns.size(); ++k)
+      out.push_back(
+          {{Reading::output, columns[k], static_cast<int>(i), static_cast<int>(k)}, why_not(scene.outputs[i], static_cast<int>(k), scene)});
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<std::string> output_columns(const OutputDef& output, const Scene& scene) {
+  const std::vector<std::string> xyz{".x", ".y", ".z"};
+  std::vector<std::string> tags;
+  switch (output.quantity) {
+    case Quantity::position:
+    case Quantity::velocity:
+    case Quantity::acceleration:
+    case Quantity::rotation:
+    case Quantity::angular_velocity:
+    case Quantity::displacement:
+      tags = xyz;
+      break;
+    case Quantity::reaction:
+      tags = {".x", ".y", ".z", ".mx", ".my", ".mz"};
+      break;
+    case Quantity::value:
+    case Quantity::rate: {
+      const JointDef* joint = joint_of(output, scene);
+      const int n = joint ? rates_of(joint->kind) : 1;
+      for (int k = 0; k < n; ++k)
+        tags.push_back(n == 1 ? "" : traits(joint->kind).quaternion == 0 ? xyz[static_cast<std::size_t>(k)] : fmt::format(".{}", k + 1));
+      break;
+    }
+    case Quantity::q:
+    case Quantity::qd:
+      break;
+    default:
+      tags = {""};
+  }
+  for (std::string& tag : tags) tag.insert(0, output.name);
+  return tags;
+}
+
+std::string read_state_expression(const TableReader& reader, std::string_view key, const char* unit, const Scene& scene,
+                                  const std::vector<Reading>& own, std::vector<Reading>& reads, std::string* driven) {
+  const TomlValue& value = reader.required(key);
+  if (value.type == TomlValue::Type::integer || value.type == TomlValue::Type::real) return fmt::format("{}", reader.number(key));
+  if (value.type != TomlValue::Type::text) reader.fail(key, fmt::format("must be a number or an expression, found {}", describe(value)));
+  const std::vector<Known> known = known_readings(scene, own);
+  std::vector<std::string> names;
+  for (const Known& k : known) names.push_back(k.reading.name);
+  std::string text;
+  std::vector<std::string> used;
+  try {
+    const std::string named = reader.parameters().substitute(reader.text(key));
+    text = driven ? with_inputs(named, scene.inputs) : named;
+    if (text != named) *driven = named;
+    used = Expression(text, names).variables();
+  } catch (const InputError& error) {
+    // "10 kN" is a number with a unit.
+    if (split_unit(value.text).second.empty())
+      reader.fail(key, fmt::format("is no expression of t and of outputs of the scene: {}, {}", quote(value.text), error.what()));
+    return fmt::format("{}", reader.number(key, any_number.in(unit)));
+  }
+  if (used.size() > 64) reader.fail(key, fmt::format("reads {} values; at most 64 are allowed", used.size()));
+  for (const std::string& name : used) {
+    const Known& k = known[static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin())];
+    if (!k.why.empty()) reader.fail(key, fmt::format("reads the output {}, {}", quote(name), k.why));
+    reads.push_back(k.reading);
+  }
+  return text;
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,142 @@
+"""Controllers and filters through the real program, against scipy's integration and the exact recursion of sampled systems."""
+import math
+
+import numpy as np
+from program import examples, expect, finish, history, near, run, temporary_folder
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+
+simulation = "[simulation]\nduration = %g\noutput_rate = 100\ngravity = [0, 0, 0]\ntolerance = 1e-9\n"
+cart = '[[body]]\nname = "cart"\nkind = "rigid"\nmass = 2\n'
+rail = '[[joint]]\nname = "rail"\nkind = "prismatic"\nparent = "ground"\nchild = "cart"\naxis = [1, 0, 0]\n%s\n'
+seen = '[[output]]\nname = "x"\nof = "rail"\nquantity = "value"\n[[output]]\nname = "v"\nof = "rail"\nquantity = "rate"\n'
+push = '[[force]]\nname = "motor"\nkind = "force"\non = "cart"\ndirection = [1, 0, 0]\nvalue = "%s"\n'
+
+
+def simulate(folder, text, *words, code=0):
+    """The histories, or stderr of a run that is to fail."""
+    scene = folder / "scene.toml"
+    scene.write_text(text)
+    done = run("simulate", scene, "-o", folder / "r.h5", "--csv", folder / "h.csv", *words, code=code)
+    return {k: np.array(v) for k, v in history(folder / "h.csv").items()} if code == 0 else done.stderr
+
+
+def off(a, b, bound, what):
+    worst = np.max(np.abs(np.asarray(a) - np.asarray(b)))
+    expect(worst <= bound, f"{what}: off by {worst:.3g}, allowed {bound:.3g}")
+
+
+def integral(rhs, start, t):
+    return solve_ivp(rhs, (0, t[-1]), start, rtol=1e-11, atol=1e-13, t_eval=t).y
+
+
+plant = simulation % 3 + cart + rail % "" + seen
+
+
+def continuous(folder):
+    pid = '[[block]]\nname = "pid"\nkind = "pid"\ninput = "0.3 - x"\nproportional = 40\nintegral = 15\nderivative = 12\n%s\n'
+    h = simulate(folder, plant + pid % 'rate = "-v"' + push % "pid")
+    y = integral(lambda t, y: [y[1], (40 * (0.3 - y[0]) + 15 * y[2] - 12 * y[1]) / 2, 0.3 - y[0]], [0, 0, 0], h["t"])
+    off(h["x"], y[0], 1e-7, "a PID controller that reads the rate")
+    h = simulate(folder, plant + pid % "filter = 0.01" + push % "pid")
+
+    def filtered(t, y):
+        e = 0.3 - y[0]
+        return [y[1], (40 * e + 15 * y[2] + 12 * (e - y[3]) / 0.01) / 2, e, (e - y[3]) / 0.01]
+
+    off(h["x"], integral(filtered, [0, 0, 0, 0], h["t"])[0], 1e-6, "a PID controller that differentiates")
+    # A lag of second order between a command and the motor: (2 s + 30) / (s^2 + 4 s + 50).
+    lag = (
+        '[[block]]\nname = "lag"\nkind = "transfer-function"\ninput = "10*sin(5*t) - 3*x"\nnumerator = [2, 30]\ndenominator = [1, 4, 50]\n'
+    )
+    h = simulate(folder, plant + lag + push % "lag")
+
+    def lagged(t, y):
+        u = 10 * math.sin(5 * t) - 3 * y[0]
+        return [y[1], (30 * y[2] + 2 * y[3]) / 2, y[3], u - 50 * y[2] - 4 * y[3]]
+
+    off(h["x"], integral(lagged, [0, 0, 0, 0], h["t"])[0], 1e-7, "a transfer function")
+    # Two inputs, two outputs; the second block reads the first and passes on at once.
+    space = '[[block]]\nname = "s"\nkind = "state-space"\ninput = ["x", "sin(t)"]\ninitial = [0.1, -0.2]\n'
+    space += "A = [[-1, 2], [-2, -1]]\nB = [[1, 0], [0, 3]]\nC = [[1, 0], [0, 1]]\n"
+    gain = '[[block]]\nname = "gain"\nkind = "state-space"\ninput = ["s.1", "s.2"]\nD = [[2, -1]]\n'
+    h = simulate(folder, plant + gain + space + push % "gain - 5*x")
+
+    def spaced(t, y):
+        return [y[1], (2 * y[2] - y[3] - 5 * y[0]) / 2, -y[2] + 2 * y[3] + y[0], -2 * y[2] - y[3] + 3 * math.sin(t)]
+
+    off(h["x"], integral(spaced, [0, 0, 0.1, -0.2], h["t"])[0], 1e-7, "a state-space block with two inputs and outputs")
+
+
+def sampled(folder):
+    """The command is held between samples: the motion is an exact recursion."""
+    T = 0.02
+    block = f'[[block]]\nname = "c"\nkind = "state-space"\ninput = ["0.3 - x", "-v"]\nD = [[40, 12]]\nsample = {T}\n'
+    h = simulate(folder, plant + block + push % "c")
+    x, v = [0.0], [0.0]
+    for k in range(150):
+        u = (40 * (0.3 - x[-1]) - 12 * v[-1]) / 2
+        x.append(x[-1] + T * v[-1] + 0.5 * T * T * u)
+        v.append(v[-1] + T * u)
+    off(h["x"][::2], x, 1e-8, "a sampled controller")
+    # A sampled filter of first order between them, discretised for a held input.
+    lag = '[[block]]\nname = "c"\nkind = "transfer-function"\ninput = "20*(0.3 - x) - 8*v"\n'
+    lag += f"numerator = [1]\ndenominator = [0.05, 1]\nsample = {T}\n"
+    h = simulate(folder, plant + lag + push % "c")
+    a = math.exp(-T / 0.05)
+    x, v, z = [0.0], [0.0], 0.0
+    for k in range(150):
+        u = z / 2
+        z = a * z + (1 - a) * (20 * (0.3 - x[-1]) - 8 * v[-1])
+        x.append(x[-1] + T * v[-1] + 0.5 * T * T * u)
+        v.append(v[-1] + T * u)
+    off(h["x"][::2], x, 1e-8, "a sampled filter")
+    # Matrices from sample to sample.
+    sums = '[[block]]\nname = "c"\nkind = "state-space"\ninput = "0.3 - x"\n'
+    sums += f"A = [[1]]\nB = [[{T}]]\nC = [[8]]\nD = [[30]]\nsample = {T}\ndiscrete = true\n"
+    h = simulate(folder, plant + sums + push % "c - 10*v")
+    F = expm(np.array([[0, 1, 0], [0, -5, 0.5], [0, 0, 0]]) * T)
+    s, i, x = np.zeros(2), 0.0, [0.0]
+    for k in range(150):
+        e = 0.3 - s[0]
+        u = 8 * i + 30 * e
+        i += T * e
+        s = (F @ [s[0], s[1], u])[:2]
+        x.append(s[0])
+    off(h["x"][::2], x, 1e-8, "a sampled sum beside a continuous damper")
+
+
+def balances(folder):
+    """The cart of the examples keeps its flexible pendulum upright and comes back."""
+    run("simulate", examples / "cart_pendulum.toml", "-o", folder / "r.h5", "--csv", folder / "h.csv")
+    h = {k: np.array(v) for k, v in history(folder / "h.csv").items()}
+    near(h["tip.y"][-1], h["tip.y"].max(), 1e-3, "the pendulum stands")
+    expect(
+        abs(h["cart"][-1]) < 0.02 and np.abs(h["cart"]).max() > 0.05,
+        f"the cart is at {h['cart'][-1]:.3g} m after it went to {np.abs(h['cart']).max():.3g}",
+    )
+    text = (examples / "cart_pendulum.toml").read_text()
+    h = simulate(folder, text.replace('value = "controller', 'value = "0*controller'))
+    expect(h["tip.y"].min() < 0.0, "without its controller the pendulum falls")
+
+
+def wrong_words(folder):
+    for more, words in (
+        ('kind = "pid"\ninput = "x"', ("scene.toml:", "[[block]] 'b'", "needs 'proportional'")),
+        ('kind = "pid"\ninput = "x"\nderivative = 1', ("key 'derivative' needs either 'rate'",)),
+        ('kind = "pid"\ninput = "y"\nproportional = 1', ("key 'input'", "'y' is unknown")),
+        ('kind = "transfer-function"\ninput = "x"\nnumerator = [1, 2, 3]\ndenominator = [1, 2]', ("its order must not be higher",)),
+        ('kind = "state-space"\ninput = "x"\nA = [[1, 2]]\nB = [[1]]\nC = [[1]]', ("key 'A' must be square",)),
+        ('kind = "state-space"\ninput = ["x", "v"]\nD = [[1]]', ("key 'input' must be 1 expression",)),
+        ('kind = "state-space"\ninput = "b + x"\nD = [[0.5]]', ("algebraic loop",)),
+        ('kind = "pid"\ninput = "x"\nproportional = 1\nsample = 1e-9', ("samples in the run",)),
+    ):
+        says = simulate(folder, plant + f'[[block]]\nname = "b"\n{more}\n', code=2)
+        for word in words:
+            expect(word in says, f"{more!r}: '{word}' is not in: {says}")
+
+
+with temporary_folder() as folder:
+    for part in (continuous, sampled, balances, wrong_words):
+        part(folder)
+finish()

@@ -1,0 +1,214 @@
+"""Contacts through the real program: closed formulas of rigid impacts, rolling and sliding, and scipy's integration of the same law."""
+import math
+
+import numpy as np
+from program import expect, finish, history, near, run, temporary_folder
+from scipy.integrate import solve_ivp
+
+simulation = "[simulation]\nduration = %g\noutput_rate = %g\ngravity = %s\ntolerance = 1e-8\n"
+g = 9.81
+
+
+def simulate(folder, text, *words, code=0):
+    """The histories, or stderr of a run that is to fail."""
+    scene = folder / "scene.toml"
+    scene.write_text(text)
+    done = run("simulate", scene, "-o", folder / "r.h5", "--csv", folder / "h.csv", *words, code=code)
+    return {k: np.array(v) for k, v in history(folder / "h.csv").items()} if code == 0 else done.stderr
+
+
+def off(a, b, bound, what):
+    worst = np.max(np.abs(np.asarray(a) - np.asarray(b)))
+    expect(worst <= bound, f"{what}: off by {worst:.3g}, allowed {bound:.3g}")
+
+
+def ball(name="ball", mass=2.0, radius=0.1, start="[0, 0, 0.5, 0, 0, 0]", rate=None):
+    j = 0.4 * mass * radius**2
+    more = f", rate = {rate}" if rate else ""
+    return (
+        f'[[body]]\nname = "{name}"\nkind = "rigid"\nmass = {mass}\ninertia = [{j!r}, {j!r}, {j!r}]\n'
+        f'[[joint]]\nname = "{name} free"\nkind = "free"\nparent = "ground"\nchild = "{name}"\ninitial = {{ value = {start}{more} }}\n'
+    )
+
+
+def touch(on="ball", frm="ground", more="", shape="sphere", radius=0.1, stiffness=1e6):
+    size = "" if shape == "point" else f"radius = {radius}\n"
+    head = f'[[force]]\nname = "floor"\nkind = "contact"\non = "{on}"\nfrom = "{frm}"\n'
+    return head + f'shape = "{shape}"\n{size}stiffness = {stiffness!r}\n{more}\n'
+
+
+def output(name, of, quantity):
+    return f'[[output]]\nname = "{name}"\nof = "{of}"\nquantity = "{quantity}"\n'
+
+
+seen = (
+    output("x", "ball", "position")
+    + output("v", "ball", "velocity")
+    + output("w", "ball", "angular_velocity")
+    + output("E", "system", "energy")
+)
+
+
+def bounces(folder):
+    # Linear spring without loss: the motion by scipy, and the energy.
+    text = simulation % (2, 100, "[0, 0, -9.81]") + ball() + seen
+    h = simulate(folder, text + touch(stiffness=1e4))
+    rhs = lambda t, y: [y[1], -g + 1e4 * max(0.0, 0.1 - y[0]) / 2]
+    s = solve_ivp(rhs, (0, 2), [0.5, 0], rtol=1e-11, atol=1e-13, max_step=1e-3, t_eval=h["t"])
+    off(h["x.z"], s.y[0], 2e-5, "a ball on a linear spring")
+    off(h["E"], h["E"][0] + 0 * h["t"], 2e-5, "its energy")
+    # Hertz, without loss.
+    h = simulate(folder, text + touch(stiffness=1e6, more="exponent = 1.5"))
+    rhs = lambda t, y: [y[1], -g + 1e6 * max(0.0, 0.1 - y[0]) ** 1.5 / 2]
+    s = solve_ivp(rhs, (0, 2), [0.5, 0], rtol=1e-11, atol=1e-13, max_step=1e-3, t_eval=h["t"])
+    off(h["x.z"], s.y[0], 5e-5, "a ball on Hertz's contact")
+    # Restitution: the closed series of a rigid ball, t_n = t_0 (1 + 2 (e + ... + e^n)), peaks e^2n h; a blow on this spring lasts 4e-4 s.
+    for e in (0.9, 0.6, 0.3):
+        for exponent, k in ((1.0, 2e8), (1.5, 1e10)):
+            h = simulate(
+                folder,
+                simulation % (1.2, 10000, "[0, 0, -9.81]")
+                + ball()
+                + seen
+                + touch(stiffness=k, more=f"restitution = {e}\nexponent = {exponent}"),
+            )
+            height = h["x.z"] - 0.1
+            inside = [i for i in range(1, len(height) - 1) if height[i] > height[i - 1] and height[i] >= height[i + 1] and height[i] > 1e-3]
+            for n, i in enumerate(inside, 1):
+                near(
+                    height[i],
+                    0.4 * e ** (2 * n),
+                    2e-3 * 0.4 * e ** (2 * n) + 1e-5,
+                    f"peak {n} of a ball with restitution {e}, exponent {exponent}",
+                )
+            expect(len(inside) >= (2 if e > 0.5 else 1), f"a ball with restitution {e} has {len(inside)} peaks")
+    # It comes to rest.
+    h = simulate(folder, simulation % (4, 100, "[0, 0, -9.81]") + ball() + seen + touch(stiffness=1e6, more="restitution = 0.5"))
+    near(h["x.z"][-1], 0.1 - 2 * g / 1e6, 1e-7, "a ball that has come to rest")
+    expect(abs(h["v.z"][-1]) < 1e-5, f"a ball that has come to rest moves at {h['v.z'][-1]:.3g} m/s")
+
+
+def rests(folder):
+    for more in ("restitution = 0.5", "damping = 1", ""):
+        h = simulate(folder, simulation % (1, 100, "[0, 0, -9.81]") + ball(start="[0, 0, 0.1, 0, 0, 0]") + seen + touch(more=more))
+        off(h["x.z"], 0.1 + 0 * h["t"], 2.001 * 2 * g / 1e6, f"a ball that starts on the floor ({more})")
+        off(h["x.x"], 0 * h["t"], 1e-12, "and stays there")
+
+
+def rolls(folder):
+    """A ball that slides without spin rolls after 2 v0 / (7 mu g), with 5/7 v0. In the turned world the plane is tilted."""
+    mu, v0, r = 0.2, 3.0, 0.1
+    deep = 2 * g / 1e6
+    c, s = math.cos(0.7), math.sin(0.7)
+    for what, gravity, start, rate, normal, along in (
+        ("a ball", f"[0, 0, {-g}]", f"[0, 0, {r - deep!r}, 0, 0, 0]", f"[{v0}, 0, 0, 0, 0, 0]", "[0, 0, 1]", (1, 0, 0)),
+        (
+            "a ball in a turned world",
+            f"[{-g * s!r}, 0, {-g * c!r}]",
+            f"[{(r - deep) * s!r}, 0, {(r - deep) * c!r}, 0, 0, 0]",
+            f"[0, {v0}, 0, 0, 0, 0]",
+            f"[{s!r}, 0, {c!r}]",
+            (0, 1, 0),
+        ),
+    ):
+        text = simulation % (1, 100, gravity) + ball(start=start, rate=rate) + seen
+        h = simulate(folder, text + touch(more=f"normal = {normal}\ndamping = 5\nfriction = {{ coefficient = {mu} }}"))
+        t = h["t"]
+        end = 2 * v0 / (7 * mu * g)
+        v = np.where(t < end, v0 - mu * g * t, 5 / 7 * v0)
+        x = np.where(t < end, v0 * t - 0.5 * mu * g * t**2, v0 * end - 0.5 * mu * g * end**2 + 5 / 7 * v0 * (t - end))
+        off(sum(a * h["v." + k] for a, k in zip(along, "xyz")), v, 2e-4, f"{what} that slides, then rolls: speed")
+        off(sum(a * h["x." + k] for a, k in zip(along, "xyz")), x, 2e-4, f"{what} that slides, then rolls: way")
+    # On an incline a cylinder that rolls: 2/3 g sin a; as a disc and on both its ends.
+    a = 0.3
+    for width in (0.0, 0.4):
+        body = '[[body]]\nname = "ball"\nkind = "rigid"\nmass = 2\ninertia = [0.02, 0.01, 0.02]\n'
+        free = flies % (0.1 - 2 * g * math.cos(a) / (1 if width == 0 else 2) / 1e6)
+        cylinder = touch(shape="cylinder", more=f"axis = [0, 1, 0]\nwidth = {width}\ndamping = 5\nfriction = {{ coefficient = 0.5 }}")
+        h = simulate(folder, simulation % (1, 100, f"[{g * math.sin(a)!r}, 0, {-g * math.cos(a)!r}]") + body + free + cylinder + seen)
+        off(h["x.x"], g * math.sin(a) / 3 * h["t"] ** 2, 2e-4, f"a cylinder of width {width} that rolls down an incline")
+
+
+def inclines(folder):
+    """A block on four points: below the angle of friction it stays, above it slides with g (sin a - mu cos a)."""
+    corners = {"a": (0.1, 0.1), "b": (-0.1, 0.1), "c": (-0.1, -0.1), "d": (0.1, -0.1)}
+    frames = ", ".join(f"{n} = [{x}, {y}, -0.05]" for n, (x, y) in corners.items())
+    block = f'[[body]]\nname = "ball"\nkind = "rigid"\nmass = 4\ninertia = [0.02, 0.02, 0.03]\nframes = {{ {frames} }}\n'
+    a = 0.4
+    for mu, slides in ((0.6, False), (0.3, True)):
+        deep = 4 * g * math.cos(a) / 4e6
+        free = flies % (0.05 - deep)
+        feet = "".join(
+            touch(on=f"ball.{n}", shape="point", more=f"damping = 50\nfriction = {{ coefficient = {mu}, damping = 2000 }}").replace(
+                '"floor"', f'"foot {n}"'
+            )
+            for n in corners
+        )
+        h = simulate(folder, simulation % (0.5, 100, f"[{g * math.sin(a)!r}, 0, {-g * math.cos(a)!r}]") + block + free + feet + seen)
+        x = 0.5 * g * (math.sin(a) - mu * math.cos(a)) * h["t"] ** 2 if slides else 0 * h["t"]
+        off(h["x.x"], x, 2e-4 if slides else 2e-5, f"a block on an incline, friction {mu}")
+        if not slides:
+            expect(abs(h["v.x"][-1]) < 1e-6, f"a block that sticks creeps at {h['v.x'][-1]:.3g} m/s")
+
+
+def balls(folder):
+    """Two balls meet in flight: momentum, and the share e of their speed along the line that joins them."""
+    e = 0.7
+    text = simulation % (0.4, 1000, "[0, 0, 0]") + ball(mass=2, start="[0, 0, 0, 0, 0, 0]", rate="[4, 0, 0, 0, 0, 0]")
+    text += ball("other", 1, 0.1, "[1, 0.1, 0, 0, 0, 0]", "[-1, 0, 0, 0, 0, 0]") + seen + output("u", "other", "velocity")
+    pair = f'against = "sphere"\nfrom_radius = 0.1\nrestitution = {e}'
+    n = -np.array([math.sqrt(0.04 - 0.01), 0.1, 0]) / 0.2  # from the other to the ball
+    v, u = np.array([4.0, 0, 0]), np.array([-1.0, 0, 0])
+    p = (1 + e) * (2 / 3) * -(v - u) @ n
+    for on, frm in (("ball", "other"), ("other", "ball")):
+        h = simulate(folder, text + touch(on=on, frm=frm, stiffness=1e10, more=pair))
+        got = np.array([h["v." + k][-1] for k in "xyz"]), np.array([h["u." + k][-1] for k in "xyz"])
+        off(got[0], v + p / 2 * n, 2e-3, f"speed of a ball after it met another ({on} on {frm})")
+        off(got[1], u - p * n, 2e-3, f"speed of the other ({on} on {frm})")
+        off(2 * got[0] + got[1], 2 * v + u, 1e-6, "momentum of two balls")
+
+
+def exchanged(folder):
+    """A tray that falls on a ball that is held: the plane on the moving body."""
+    tray = '[[body]]\nname = "ball"\nkind = "rigid"\nmass = 2\ninertia = [0.1, 0.1, 0.1]\n'
+    rail = '[[joint]]\nname = "rail"\nkind = "prismatic"\nparent = "ground"\nchild = "ball"\ninitial = { value = 0.5 }\n'
+    held = '[[body]]\nname = "post"\nkind = "rigid"\nmass = 1\n[[joint]]\nname = "hold"\nkind = "weld"\nparent = "ground"\nchild = "post"\n'
+    h = simulate(
+        folder,
+        simulation % (1, 100, "[0, 0, -9.81]")
+        + tray
+        + rail
+        + held
+        + seen
+        + touch(on="post", frm="ball", stiffness=1e4, more="normal = [0, 0, -1]"),
+    )
+    rhs = lambda t, y: [y[1], -g + 1e4 * max(0.0, 0.1 - y[0]) / 2]
+    s = solve_ivp(rhs, (0, 1), [0.5, 0], rtol=1e-11, atol=1e-13, max_step=1e-3, t_eval=h["t"])
+    off(h["x.z"], s.y[0], 2e-5, "a plane that falls on a ball")
+
+
+def wrong_words(folder):
+    text = simulation % (1, 100, "[0, 0, 0]") + ball()
+    for more, words in (
+        (
+            'shape = "cube"\nstiffness = 1',
+            (
+                "scene.toml:",
+                "[[force]] 'floor': key 'shape'",
+            ),
+        ),
+        ('shape = "sphere"\nstiffness = 1', ("key 'radius'",)),
+        ('shape = "point"\nstiffness = 1\ndamping = 1\nrestitution = 0.5', ("excludes 'restitution'",)),
+        ('shape = "point"\nstiffness = 1\nfrom_radius = 2', ("this is against a plane",)),
+        ('shape = "point"\nstiffness = 1\nexponent = 1.5\nfriction = { coefficient = 0.1 }', ("key 'friction.stiffness'",)),
+        ('shape = "point"\nstiffness = 1\nfrom = "ball"', ("is on the same body as 'on'",)),
+    ):
+        says = simulate(folder, text + f'[[force]]\nname = "floor"\nkind = "contact"\non = "ball"\n{more}\n', code=2)
+        for word in words:
+            expect(word in says, f"{more!r}: '{word}' is not in: {says}")
+
+
+with temporary_folder() as folder:
+    for part in (bounces, rests, rolls, inclines, balls, exchanged, wrong_words):
+        part(folder)
+finish()
