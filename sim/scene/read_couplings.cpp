@@ -11,7 +11,7 @@ namespace flexframe::sim {
 namespace {
 
 const std::vector<std::string> coupling_kinds{"gear", "rack", "screw", "linear", "differential"};
-enum Kind { gear, rack, screw, linear, differential };
+enum class Kind { gear, rack, screw, linear, differential };
 
 // A joint of a coupling: one whose coordinates are numbers, not an orientation.
 const JointDef& coupled_joint(const TableReader& reader, std::string_view key, const std::string& name, const Scene& scene) {
@@ -115,35 +115,35 @@ CouplingDef read_coupling(TableReader& reader, const Scene& scene) {
   reader.set_label(fmt::format("[[coupling]] {}", quote(out.name)));
   const auto kind = static_cast<Kind>(reader.word("kind", coupling_kinds));
   switch (kind) {
-    case gear:
+    case Kind::gear:
       reader.allow({"name", "kind", "joints", "teeth", "internal", "ratio", "carrier", "value"});
       out.terms = fixed_joints(reader, scene, "rr", "those of the two wheels");
       out.terms[0].factor = gear_ratio(reader);
       out.terms[1].factor = -1.0;
       add_carrier(reader, scene, out.terms);
       break;
-    case rack:
+    case Kind::rack:
       reader.allow({"name", "kind", "joints", "radius", "value"});
       out.terms = fixed_joints(reader, scene, "rm", "the pinion's and the rack's");
       out.terms[0].factor = reader.number("radius", any_number.in("m"));
       out.terms[1].factor = -1.0;
       if (out.terms[0].factor == 0.0) reader.fail("radius", "must not be 0; negative where the rack runs back as the pinion turns forward");
       break;
-    case screw:
+    case Kind::screw:
       reader.allow({"name", "kind", "joints", "pitch", "value"});
       out.terms = fixed_joints(reader, scene, "rm", "the spindle's angle and the nut's way");
       out.terms[0].factor = reader.number("pitch", any_number.in("m/rad"));
       out.terms[1].factor = -1.0;
       if (out.terms[0].factor == 0.0) reader.fail("pitch", "must not be 0");
       break;
-    case differential:
+    case Kind::differential:
       reader.allow({"name", "kind", "joints", "ratio", "value"});
       out.terms = fixed_joints(reader, scene, "rrr", "the two outputs' and the input's");
       out.terms[0].factor = out.terms[1].factor = 0.5;
       out.terms[2].factor = -reader.number("ratio", 1.0, any_number);
       if (out.terms[2].factor == 0.0) reader.fail("ratio", "must not be 0: turns of the mean of both outputs per turn of the input");
       break;
-    case linear:
+    case Kind::linear:
       reader.allow({"name", "kind", "terms", "value"});
       out.terms = free_terms(reader, scene);
       break;

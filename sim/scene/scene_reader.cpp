@@ -104,8 +104,8 @@ Scene make_scene(const SceneDocument& document) {
     note_coordinates(scene, scene.outputs.back());
   }
   // Blocks may read one another: their names and the number of their outputs first.
-  for (const bool inputs : {false, true})
-    for (TableReader& reader : root.tables("block")) read_block(reader, scene, inputs);
+  for (const bool with_inputs : {false, true})
+    for (TableReader& reader : root.tables("block")) read_block(reader, scene, with_inputs);
   for (TableReader& reader : root.tables("force")) {
     scene.forces.push_back(read_force(reader, scene));
     if (!scene.forces.back().name.empty()) forces.add(reader, scene.forces.back().name);
