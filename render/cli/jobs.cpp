@@ -125,8 +125,7 @@ void add_render_words(Subcommand words, RenderWords& values) {
     return item == "auto" || Option::is_number(item);
   });
   words.option("--color-by", values.color_by, "none, displacement, strain, stress, velocity, mode or body").as("WORD");
-  words
-      .option("--look", values.look, "plain, technical, presentation or print, with all that it stands for, in place of the scene's words")
+  words.option("--look", values.look, "plain, technical, presentation or print, with all that it stands for, in place of the scene's words")
       .as("WORD");
   add_view_words(words, values);
   words.option("--samples", values.samples, "antialiasing samples per pixel: 1, 4, 9 or 16").one_of({1, 4, 9, 16});

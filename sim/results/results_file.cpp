@@ -834,9 +834,9 @@ Results read_results(const std::filesystem::path& path) {
   const fs::path folder = reader.text(file, "scene_folder", "/", ""), scene = results.scene_file;
   if (!scene.empty() && scene.is_relative() && fs::is_directory(folder) && fs::absolute(scene).lexically_normal().parent_path() != folder)
     results.scene_file = (folder / scene.filename()).string();
-  const std::vector<std::string> scene = reader.texts(file, "scene", "/");
-  if (scene.size() > 1) reader.fail("dataset '/scene'", "must be one string");
-  if (!scene.empty()) results.scene_text = scene[0];
+  const std::vector<std::string> text = reader.texts(file, "scene", "/");
+  if (text.size() > 1) reader.fail("dataset '/scene'", "must be one string");
+  if (!text.empty()) results.scene_text = text[0];
   const std::string hash = reader.text(file, "scene_sha256", "/", "");
   if (!hash.empty() && hash != sha256(results.scene_text))
     reader.fail("dataset '/scene'", "does not agree with its checksum 'scene_sha256' (damaged or changed)");
