@@ -377,7 +377,7 @@ LoadState load_state(const Model& model, Work& work, const std::vector<int>& loa
         const Line<Space> line = line_between(model, work, load);
         out.length = line.length;
         out.rate = line.rate;
-        out.force = -spring_damper_force(load, line);
+        out.force = -spring_damper_force(model, work, load, line);
         out.power -= out.force * line.rate;
         break;
       }
@@ -396,6 +396,24 @@ LoadState load_state(const Model& model, Work& work, const std::vector<int>& loa
         out.power += F.dot(p.V) + Fe.dot(p.qd);
         break;
       }
+      case ForceKind::drag: {
+        Vec3 wind;
+        const Vec3 force = drag_force(model, work, load, wind);
+        out.force = force.norm();
+        out.power += force.dot(Vec3(work.frames[load.on].V.head<3>()));
+        break;
+      }
+      case ForceKind::contact:
+        visit_contacts(model, work, i, [&](int frame, const Vec6& F) { out.power += F.dot(work.frames[frame].V); });
+        for (size_t k = 0; k < model.contacts.size(); ++k)
+          if (model.contacts[k].load == i) out.force += work.signals.contacts[k].force;
+        break;
+      case ForceKind::user:
+        visit_user(model, work, load, [&](int frame, const Vec6& F) {
+          out.force = F.head<3>().norm();
+          out.power += F.dot(work.frames[frame].V);
+        });
+        break;
       default:
         out.force = work.expression_value[load.expression];
         out.power += frame_wrench(model, work, i, out.force).dot(work.frames[load.on].V);

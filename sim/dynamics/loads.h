@@ -30,7 +30,8 @@ Vec3 load_per_length(const Model& model, const Work& work, int part);
 // What a force of the scene does at the state in `work`. loads: indices in Model::loads, several where it acts on a chain of parts.
 struct LoadState {
   double length = 0.0, rate = 0.0;  // spring-damper: m, m/s
-  double force = 0.0;               // spring-damper: N, positive where it pulls; force, torque, uniform load: its value
+  double force = 0.0;               // spring-damper: N, positive where it pulls; force, torque, uniform load: its value; contact: the
+                                    // normal force; drag: its size
   Vec6 wrench = Vec6::Zero();       // bushing: on `on` about its origin, axes of `from`
   double power = 0.0;               // W, into the mechanism
 };

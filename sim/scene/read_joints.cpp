@@ -434,7 +434,7 @@ void read_drag(const TableReader& reader, ForceDef& force) {
 
 }  // namespace
 
-ForceDef read_force(TableReader& reader, const Scene& scene) {
+ForceDef read_force_head(TableReader& reader) {
   ForceDef force;
   force.line = reader.line();
   force.name = reader.text("name", "");
@@ -443,6 +443,11 @@ ForceDef read_force(TableReader& reader, const Scene& scene) {
     reader.set_label(fmt::format("[[force]] {}", quote(force.name)));
   }
   force.kind = static_cast<ForceKind>(reader.word("kind", force_kinds));
+  return force;
+}
+
+ForceDef read_force(TableReader& reader, const Scene& scene) {
+  ForceDef force = read_force_head(reader);
   switch (force.kind) {
     case ForceKind::force:
     case ForceKind::torque:

@@ -5,6 +5,8 @@
 
 namespace flexframe::sim {
 
+// A force's line, name and kind, all that outputs of it need to know.
+ForceDef read_force_head(TableReader& reader);
 // A contact's keys besides `name`, `kind`, `on` and `from`.
 ContactDef read_contact(const TableReader& reader);
 // A block without its inputs, added to scene.blocks, or the inputs of one that was added so: they may read blocks that follow.

@@ -97,7 +97,8 @@ Scene make_scene(const SceneDocument& document) {
     scene.couplings.push_back(read_coupling(reader, scene));
     couplings.add(reader, scene.couplings.back().name);
   }
-  // Outputs before forces, whose expressions may read them.
+  // Outputs may be of forces, whose names are enough for them, and forces may read outputs.
+  for (TableReader& reader : root.tables("force")) scene.forces.push_back(read_force_head(reader));
   for (TableReader& reader : root.tables("output")) {
     scene.outputs.push_back(read_output(reader, scene));
     outputs.add(reader, scene.outputs.back().name);
@@ -106,6 +107,7 @@ Scene make_scene(const SceneDocument& document) {
   // Blocks may read one another: their names and the number of their outputs first.
   for (const bool with_inputs : {false, true})
     for (TableReader& reader : root.tables("block")) read_block(reader, scene, with_inputs);
+  scene.forces.clear();
   for (TableReader& reader : root.tables("force")) {
     scene.forces.push_back(read_force(reader, scene));
     if (!scene.forces.back().name.empty()) forces.add(reader, scene.forces.back().name);
