@@ -21,16 +21,15 @@ Eigen::Map<const interp::Points> rows_of(const Numbers& a) { return {a.data(), a
 struct KernelMap {
   interp::Map map;
 
-  KernelMap(const Numbers& nodes, const Numbers& vertices, const std::optional<Indices>& triangles, const std::string& scheme,
-            bool rotations, bool precise) {
+  KernelMap(const Numbers& nodes, const Numbers& vertices, const Indices& triangles, const std::string& scheme, bool rotations,
+            bool precise) {
     require_three(nodes, "nodes");
     require_three(vertices, "vertices");
-    if (triangles) require_three(*triangles, "triangles");
+    require_three(triangles, "triangles");
     interp::Options options;
     options.scheme = interp::scheme_from_name(scheme);
     options.precise = precise;
-    const py::ssize_t count = triangles ? triangles->shape(0) : 0;
-    const interp::MeshView mesh{rows_of(vertices), Eigen::Map<const interp::Triangles>(count > 0 ? triangles->data() : nullptr, count, 3)};
+    const interp::MeshView mesh{rows_of(vertices), Eigen::Map<const interp::Triangles>(triangles.data(), triangles.shape(0), 3)};
     const py::gil_scoped_release free;
     map = interp::make_map({interp::Points(rows_of(nodes)), rotations, {}}, mesh, options);
   }
@@ -69,18 +68,17 @@ void bind_map(py::module_& m) {
   py::class_<KernelMap>(m, "KernelMap",
                         R"(The kernel map: displacements (and rotations) of N simulation nodes to those of M vertices of a mesh.
 
-KernelMap(nodes, vertices, triangles=None, scheme="auto", rotations=False, precise=False)
+KernelMap(nodes, vertices, triangles, scheme="auto", rotations=False, precise=False)
   nodes      (N, 3) float64, m, in the frame of the mesh
   vertices   (M, 3) float64, m; C-contiguous float64 is looked at in place, not copied
-  triangles  (K, 3) int32, indices of vertices; None: a cloud of points
+  triangles  (K, 3) int32, indices of vertices
   scheme     auto, kernel, elastic, lattice, r3, r, tps (interp/README.md)
   rotations  whether apply() gets rotation vectors too
   precise    keeps the weights in double as well, for apply_precise(); twice the memory
 
-Raises InputError (no nodes, numbers that are not finite, indices out of range) and MapError (no map can serve).)")
-      .def(py::init<const Numbers&, const Numbers&, const std::optional<Indices>&, const std::string&, bool, bool>(), py::arg("nodes"),
-           py::arg("vertices"), py::arg("triangles") = py::none(), py::arg("scheme") = "auto", py::arg("rotations") = false,
-           py::arg("precise") = false)
+Raises InputError (no nodes or faces, numbers that are not finite, indices out of range) and MapError (no map can serve).)")
+      .def(py::init<const Numbers&, const Numbers&, const Indices&, const std::string&, bool, bool>(), py::arg("nodes"),
+           py::arg("vertices"), py::arg("triangles"), py::arg("scheme") = "auto", py::arg("rotations") = false, py::arg("precise") = false)
       .def("apply", &KernelMap::apply, py::arg("displacement"), py::arg("rotation") = py::none(), py::arg("out") = py::none(),
            R"(Displacement of the vertices, (M, 3) float32, m.
 

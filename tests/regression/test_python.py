@@ -13,7 +13,7 @@ if not (build / "python/flexframe").exists():
 python = "/usr/bin/python3"
 with temporary_folder() as folder:
     out = subprocess.run(
-        [python, str(source / "tests/regression/python_module.py"), flexframe, str(source), folder],
+        [python, str(source / "tests/regression/python_module.py"), flexframe, str(source), folder, *sys.argv[3:]],
         env={"PYTHONPATH": str(build / "python"), "PATH": "/usr/bin:/bin", "PYTHONDONTWRITEBYTECODE": "1"},
         capture_output=True,
         text=True,

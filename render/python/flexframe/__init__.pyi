@@ -174,7 +174,7 @@ class KernelMap:
         self,
         nodes: ArrayLike,
         vertices: ArrayLike,
-        triangles: Optional[ArrayLike] = None,
+        triangles: ArrayLike,
         scheme: str = "auto",
         rotations: bool = False,
         precise: bool = False,
