@@ -1,7 +1,7 @@
 """The Debian packages: packages.py FLEXFRAME SOURCE_DIR, for the nightly run.
 
-Made by cpack from the build of FLEXFRAME, looked at by lintian (no errors) and, where debootstrap can make a clean root, installed there with
-what they depend on; in it the quick start's run, the Python example and the project outside of the tree.
+Made by cpack from the build of FLEXFRAME, looked at by lintian (no errors) and, where debootstrap can make a clean root, installed there
+with what they depend on; in it the quick start's run, the Python example and the project outside of the tree.
 """
 
 import os
@@ -58,10 +58,8 @@ with temporary_folder() as folder:
     inside(
         "cd /tmp && flexframe run /usr/share/flexframe/examples/slider_crank.toml -o out --frames 0:3 && test -s out/frames/frame_00002.png"
     )
-    inside(
-        "cd /tmp && python3 -c \"import flexframe as ff; r = ff.simulate('/usr/share/flexframe/examples/pendulum.toml'); print(ff.draw(r).shape)\""
-    )
-    inside(
-        "cmake -G Ninja -S /tmp/library -B /tmp/uses && cmake --build /tmp/uses && /tmp/uses/cart /tmp/library/cart.toml && /tmp/uses/drawing /tmp/w.png"
-    )
+    example = "import flexframe as ff; print(ff.draw(ff.simulate('/usr/share/flexframe/examples/pendulum.toml')).shape)"
+    inside(f'cd /tmp && python3 -c "{example}"')
+    inside("cmake -G Ninja -S /tmp/library -B /tmp/uses && cmake --build /tmp/uses")
+    inside("/tmp/uses/cart /tmp/library/cart.toml && /tmp/uses/kernel_map && /tmp/uses/drawing /tmp/wave.png")
 finish()

@@ -117,9 +117,8 @@ def kernel_map():
     start = time.perf_counter()
     for _ in range(5):
         big.apply(u, out=out)
-    print(
-        f"{side**2} vertices: set up in {setup:.2f} s, applied in {(time.perf_counter() - start) / 5 * 1e3:.1f} ms, {grown / 1e6:.1f} MB grown"
-    )
+    applied = (time.perf_counter() - start) / 5
+    print(f"{side**2} vertices: set up in {setup:.2f} s, applied in {1e3 * applied:.1f} ms, {grown / 1e6:.1f} MB grown")
     # Against numpy: one global r^3 kernel with a linear polynomial.
     at, faces = grid(15)
     few = ff.KernelMap(nodes, at, faces, scheme="r3", precise=True)

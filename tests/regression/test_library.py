@@ -1,4 +1,4 @@
-"""Flexframe as a library: installed, found by a project outside of the tree, used by its three programs; and as a part of another project."""
+"""Flexframe as a library: installed and used by three programs from outside of the tree; and as a part of another project."""
 import gzip
 import json
 import math

@@ -22,9 +22,8 @@ def plots_svg(results, most=6):
     """The first histories, one diagram below the other, as SVG."""
     columns = results.columns[:most]
     width, height, gap = 520, 70, 26
-    out = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width + 190}" height="{len(columns) * (height + gap) + 18}" font-family="sans-serif" font-size="11">'
-    ]
+    size = f'width="{width + 190}" height="{len(columns) * (height + gap) + 18}"'
+    out = [f'<svg xmlns="http://www.w3.org/2000/svg" {size} font-family="sans-serif" font-size="11">']
     t = results.t
     for k, column in enumerate(columns):
         line, low, high = _polyline(t, results[column], _COLORS[k % len(_COLORS)], width, height)
