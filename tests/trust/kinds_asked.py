@@ -9,7 +9,7 @@ from scene import beam, force, joint, output, pick, rigid, simulation, sizes, we
 STEEL = {"E": 2.1e11, "rho": 7850.0, "poisson": 0.3}
 
 
-def asked(r, make, what, rich=ALL.format(12), accuracy=None):
+def asked(r, make, what, rich=ALL.format(24), accuracy=None):
     accuracy = accuracy or 10.0 ** -r.randint(1, 4)
     return pair(make, f"{what}; accuracy {accuracy:g}", rich=rich, words=("--accuracy", repr(accuracy)), claim=accuracy)
 
@@ -69,7 +69,7 @@ def disc_on_shaft(r, accuracy=None):
             + output("bent", "left.tip", "displacement")
         )
 
-    return asked(r, make, f"disc {mass / rod:.2g} shafts, {speed / w1:.2g} of the critical speed", rich=ALL.format(6), accuracy=accuracy)
+    return asked(r, make, f"disc {mass / rod:.2g} shafts, {speed / w1:.2g} of the critical speed", rich=ALL.format(10), accuracy=accuracy)
 
 
 def arm_with_payload(r, accuracy=None):
