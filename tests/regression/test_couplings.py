@@ -1,5 +1,6 @@
 """Gears, racks, screws, differentials and linear couplings of joints through the real program, against closed formulas."""
 import math
+import pathlib
 
 import numpy as np
 from program import expect, finish, history, run, temporary_folder
@@ -210,5 +211,5 @@ def wrong_words(folder):
 
 with temporary_folder() as folder:
     for part in (gears, planets, straight, differentials, geared_five_bar, elastic_shafts, wrong_words):
-        part(folder)
+        part(pathlib.Path(folder))
 finish()

@@ -1,5 +1,6 @@
 """Forces that depend on the state, through the real program, against scipy's integration of the same equations or a closed formula."""
 import math
+import pathlib
 
 import numpy as np
 from program import expect, finish, history, near, run, temporary_folder
@@ -170,5 +171,5 @@ def wrong_words(folder):
 
 with temporary_folder() as folder:
     for part in (readings, times_inside, between_bodies, drags, rest_is_no_switch, groups, wrong_words):
-        part(folder)
+        part(pathlib.Path(folder))
 finish()
