@@ -39,13 +39,40 @@ def roff(text):
     return re.sub(r"^([.'])", r"\\&\1", text, flags=re.M)
 
 
+SECTIONS = {"Positionals:": "ARGUMENTS", "Options:": "OPTIONS", "Subcommands:": "COMMANDS", "Examples:": "EXAMPLES"}
+
+
+def body(text):
+    """Lines of a help text as roff: sections, options as tagged paragraphs, examples as they stand."""
+    lines, kind = [".SH DESCRIPTION"], "text"
+    for line in text.splitlines():
+        if line.startswith("Usage:"):
+            continue
+        if line in SECTIONS:
+            lines += [".fi"] if kind == "examples" else []
+            kind = "examples" if line == "Examples:" else "entries"
+            lines += [f".SH {SECTIONS[line]}"] + ([".nf"] if kind == "examples" else [])
+        elif kind == "entries" and line.startswith("  ") and not line.startswith(" " * 20):
+            head, _, words = line.strip().partition("  ")
+            lines += [".TP", f"\\fB{roff(head)}\\fR", roff(words.strip())]
+        elif kind == "entries" and line.strip() and not line.startswith(" "):
+            lines += [".SH NOTES", roff(line)]
+            kind = "text"
+        elif line.strip():
+            # An indented line of a text is one of its own.
+            own = kind == "text" and line.startswith(" ")
+            lines += ([".br"] if own else []) + [roff(line.strip() if kind != "examples" else line)] + ([".br"] if own else [])
+        elif kind == "text":
+            lines.append(".PP")
+    return lines + ([".fi"] if kind == "examples" else [])
+
+
 def page(name, title, version, text):
     lines = [f'.TH {name.upper().replace("-", chr(92) + "-")} 1 "" "flexframe {version}" "User Commands"']
-    lines += [".SH NAME", f"{roff(name)} \\- {roff(title)}", ".SH SYNOPSIS", ".nf"]
+    lines += [".SH NAME", f"{roff(name)} \\- {roff(title)}", ".SH SYNOPSIS"]
     usage = next((line for line in text.splitlines() if line.startswith("Usage:")), "Usage: flexframe [OPTIONS] SUBCOMMAND")
-    lines += [roff(usage.removeprefix("Usage: ")), ".fi", ".SH DESCRIPTION", ".nf"]
-    lines += [roff(line) if line.strip() else "" for line in text.splitlines() if not line.startswith("Usage:")]
-    lines += [".fi", ".SH SEE ALSO", "flexframe(1), the scene file's words in SCENE.md"]
+    lines += [roff(usage.removeprefix("Usage: "))] + body(text)
+    lines += [".SH SEE ALSO", ".BR flexframe (1);", "the words of scene files: SCENE.md in the package's documentation."]
     return "\n".join(lines) + "\n"
 
 
