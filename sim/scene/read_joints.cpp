@@ -259,13 +259,9 @@ namespace {
 std::optional<std::string> expression_with_units(const TableReader& reader, std::string_view key, const std::string& text,
                                                  const char* unit) {
   try {
-    if (const auto [number, behind] = split_unit(text); !behind.empty() && !resolve_units(number)) return std::nullopt;
-    const std::optional<UnitTerms> terms = resolve_units(text);
-    if (!terms) return std::nullopt;
-    const std::optional<Unit> wanted = unit ? parse_unit(unit) : std::nullopt;
-    if (terms->dimension && wanted && !fits(*terms->dimension, wanted->dimension))
-      throw InputError(fmt::format("its units do not make {}", *unit ? unit : "a plain number"));
-    const std::string plain = reader.parameters().substitute(terms->text);
+    const std::optional<std::string> replaced = replace_units(text, unit);
+    if (!replaced) return std::nullopt;
+    const std::string plain = reader.parameters().substitute(*replaced);
     const Expression expression(plain);
     return plain;
   } catch (const InputError& error) {

@@ -4,6 +4,7 @@
 #include "sim/scene/expression.h"
 #include "sim/scene/joint_kinds.h"
 #include "sim/scene/parameters.h"
+#include "sim/scene/unit_terms.h"
 #include "sim/scene/units.h"
 
 #include <fmt/format.h>
@@ -120,16 +121,30 @@ std::string read_state_expression(const TableReader& reader, std::string_view ke
   for (const Known& k : known) names.push_back(k.reading.name);
   std::string text;
   std::vector<std::string> used;
-  try {
-    const std::string named = reader.parameters().substitute(reader.text(key));
+  const auto compile = [&](const std::string& written) {
+    const std::string named = reader.parameters().substitute(written);
     text = driven ? with_inputs(named, scene.inputs) : named;
     if (text != named) *driven = named;
     used = Expression(text, names).variables();
+  };
+  try {
+    compile(reader.text(key));
   } catch (const InputError& error) {
-    // "10 kN" is a number with a unit.
-    if (split_unit(value.text).second.empty())
-      reader.fail(key, fmt::format("is no expression of t and of outputs of the scene: {}, {}", quote(value.text), error.what()));
-    return fmt::format("{}", reader.number(key, any_number.in(unit)));
+    // "10 kN" is a number with a unit, "5 kN*sin(50 Hz*t)" has them inside.
+    std::string why = error.what();
+    bool inside = false, compiled = false;
+    try {
+      if (const std::optional<std::string> replaced = replace_units(value.text, unit)) {
+        inside = true;
+        compile(*replaced);
+        compiled = true;
+      }
+    } catch (const InputError& with_units) {
+      inside = true;
+      why = with_units.what();
+    }
+    if (!inside && !split_unit(value.text).second.empty()) return fmt::format("{}", reader.number(key, any_number.in(unit)));
+    if (!compiled) reader.fail(key, fmt::format("is no expression of t and of outputs of the scene: {}, {}", quote(value.text), why));
   }
   if (used.size() > 64) reader.fail(key, fmt::format("reads {} values; at most 64 are allowed", used.size()));
   for (const std::string& name : used) {

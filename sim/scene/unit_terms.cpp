@@ -245,6 +245,16 @@ std::optional<UnitTerms> resolve_units(std::string_view text) {
   }
 }
 
+std::optional<std::string> replace_units(std::string_view text, const char* unit) {
+  if (const auto [number, behind] = split_unit(text); !behind.empty() && !resolve_units(number)) return std::nullopt;
+  const std::optional<UnitTerms> terms = resolve_units(text);
+  if (!terms) return std::nullopt;
+  const std::optional<Unit> wanted = unit ? parse_unit(unit) : std::nullopt;
+  if (terms->dimension && wanted && !fits(*terms->dimension, wanted->dimension))
+    throw InputError(fmt::format("its units do not make {}", *unit ? unit : "a plain number"));
+  return terms->text;
+}
+
 bool is_sum(std::string_view text) {
   int depth = 0;
   char before = '(';  // the last one that is no blank
