@@ -20,7 +20,7 @@ cases = [
     ("axis = [1, 0, 0]", "axis = [0, 0, 0]", ["axis"]),
     ("duration = 1.6", "duration = -1", ["duration", "> 0"]),
     ("duration = 1.6", "duration = 1e300", []),
-    ("tolerance = 1e-6", 'method = "euler"', ["euler", "bdf"]),
+    ("tolerance = 3e-7", 'method = "euler"', ["euler", "bdf"]),
     ('color_by = "displacement"', 'color_by = "displacements"', ["color_by", "did you mean 'displacement'"]),
     ("scales = [1, 20]", 'scales = "some"', ["scales", "auto"]),
     ('plot = ["slider.x"', 'plot = ["slidr.x"', ["plot", "slidr.x"]),
