@@ -20,8 +20,7 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME flexframe)
 # Opened when the first picture is drawn, so that no linker knows of it.
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "libosmesa6, fonts-dejavu-core")
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "ffmpeg")
-set(CPACK_COMPONENT_PROGRAM_DESCRIPTION "flexible multibody simulation and its pictures
- A scene file goes in; simulation results, histories and PNG pictures come
+set(CPACK_COMPONENT_PROGRAM_DESCRIPTION "A scene file goes in; simulation results, histories and PNG pictures come
  out, without a display. Elastic bodies move in a floating frame of
  reference; their displacements at few nodes deform dense meshes.")
 
@@ -31,8 +30,7 @@ set(CPACK_DEBIAN_DEV_PACKAGE_SHLIBDEPS OFF)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libeigen3-dev, libglm-dev, libsundials-dev, libfmt-dev, libtomlplusplus-dev, libhdf5-dev, libassimp-dev, \
 libdeflate-dev, libmumps-seq-dev, libmetis-dev, libopenblas-openmp-dev, pkg-config")
 set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS "flexframe")
-set(CPACK_COMPONENT_DEV_DESCRIPTION "flexible multibody simulation (library)
- Libraries, headers and CMake package of Flexframe: simulation of flexible
+set(CPACK_COMPONENT_DEV_DESCRIPTION "Libraries, headers and CMake package of Flexframe: simulation of flexible
  multibody systems, kernel interpolation from few nodes to dense meshes,
  drawing without a display.")
 
@@ -42,8 +40,7 @@ if(FLEXFRAME_PYTHON)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.11), python3 (<< 3.12), python3-numpy, libosmesa6, fonts-dejavu-core")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "ffmpeg")
-  set(CPACK_COMPONENT_PYTHON_DESCRIPTION "flexible multibody simulation (Python module)
- Scenes, simulation, kernel maps and pictures of Flexframe from Python, with
+  set(CPACK_COMPONENT_PYTHON_DESCRIPTION "Scenes, simulation, kernel maps and pictures of Flexframe from Python, with
  arrays that look at its memory.")
 endif()
 
