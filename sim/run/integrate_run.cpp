@@ -58,6 +58,9 @@ constexpr double restart_strictness = 100.0, tightest = 1e-12;
 constexpr double worth_telling = 2e5;
 // Notes about events: a page of them tells enough, their number stands in the statistics.
 constexpr size_t most_notes = 200;
+// So many events within that share of the run: what both pieces drive back to their threshold.
+constexpr long many_events = 1000;
+constexpr double no_time = 1e-8;
 
 // The run of a system from one segment between known switches to the next, and in it from step to step and from event to event.
 class MotionRun {
@@ -139,6 +142,8 @@ class MotionRun {
   long standing = 0;    // steps without progress one after another
   int at_once = 0;      // events without time in between
   double last_event = 0.0;
+  long events_counted = 0;
+  double crowd_begun = 0.0;  // when the present thousand of events began
   long calls = 0;
   EventWatch watch;
   StepGuard guard;
@@ -391,10 +396,15 @@ void MotionRun::repeat_to_event(double now) {
 
 void MotionRun::pass_event(double now) {
   repeat_to_event(now);
-  // Phases that follow one another without any time in between, and for ever.
+  // Phases that follow one another without any time in between, and for ever, or with as good as none.
   at_once = now - last_event > 1e-13 * now ? 0 : at_once + 1;
   last_event = now;
-  if (at_once > 200)
+  bool crowded = false;
+  if (++events_counted % many_events == 0) {
+    crowded = now - crowd_begun < no_time * span.to;
+    crowd_begun = now;
+  }
+  if (at_once > 200 || crowded)
     throw SimulationError(fmt::format("the integration stopped at t = {:.9g} s: {}", now, unsettled_phases(system, watch.directions())));
   const std::vector<Partition> before = partitions();
   double released = 0.0;

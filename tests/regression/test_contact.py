@@ -146,7 +146,7 @@ def inclines(folder):
             touch(
                 on=f"ball.{n}",
                 shape="point",
-                more=f"damping = 50\nfriction = {{ coefficient = {mu}, damping = {200 if slides else 2000} }}",
+                more=f"damping = 50\nfriction = {{ coefficient = {mu}, stiffness = 1e8, damping = 20000 }}",
             ).replace('"floor"', f'"foot {n}"')
             for n in corners
         )
