@@ -56,6 +56,7 @@ void check_picture(const Picture& p) {
   };
   if (p.scalar_map.logarithmic && !(p.scalar_map.lower > 0.0 && p.scalar_map.upper > p.scalar_map.lower))
     refuse(fmt::format("logarithmic colours from {:g} to {:g}; both must be positive and rise", p.scalar_map.lower, p.scalar_map.upper));
+  if (p.cut && !(glm::length(p.cut->normal) > 0.0)) refuse("cut whose normal is zero");
   if (p.views.empty()) check_camera(p.camera);
   for (const View& v : p.views) check_camera(v.camera);
   for (std::size_t i = 0; i < p.surfaces.size(); ++i) {
@@ -109,6 +110,11 @@ Content gather_content(const Picture& p) {
       s.edges = true;
       s.opacity = std::min(s.opacity, 0.999f);
     }
+  // A cut shows the inside of what is closed; translucent things stay whole.
+  for (Surface& s : d.surfaces) {
+    s.cut = s.cut && p.cut && s.opacity >= 1.0f;
+    s.two_sided = s.two_sided || s.cut;
+  }
   for (const Surface& s : d.surfaces) d.boxes.push_back(box_of(s.positions));
   d.shapes.reserve(p.arrows.size() + 1);
   const auto add_shape = [&](const Shape& shape, const glm::dmat4& pose, const glm::vec3& color, float opacity, float seen_through) {
@@ -198,6 +204,7 @@ Picture scaled_picture(const Picture& picture, double factor, const Bounds& boun
     t.length *= factor;
   }
   for (Label& l : p.labels) l.point *= factor;
+  if (p.cut) p.cut->point *= factor;
   if (!p.bounds.empty()) {
     p.bounds.lower *= factor;
     p.bounds.upper *= factor;

@@ -73,6 +73,12 @@ void set_scalars(Program& program, const ScalarMap& map, bool vectors, std::span
   program.set("colors", colors);
 }
 
+// The plane in the frame of a pose (rigid or with uniform scale): positive where things are left out.
+glm::vec4 cut_plane(const Cut& cut, const glm::dmat4& pose) {
+  const glm::dvec3 normal = glm::normalize(cut.normal);
+  return glm::vec4(glm::transpose(pose) * glm::dvec4(normal, -glm::dot(normal, cut.point)));
+}
+
 }  // namespace
 
 // An offset into the bound buffer, which OpenGL takes as a pointer.
@@ -120,7 +126,7 @@ void Painter::draw_opaque(const Picture& p, const Content& d, const ViewState& v
   std::vector<std::size_t> kept, lit;
   std::size_t triangles = 0;
   for (const std::size_t i : order) {
-    const bool lined = d.surfaces[i].edges || (p.scalar_map.isolines > 1 && !d.surfaces[i].scalars.empty());
+    const bool lined = d.surfaces[i].edges || (p.cut && d.surfaces[i].cut) || (p.scalar_map.isolines > 1 && !d.surfaces[i].scalars.empty());
     (lined ? lit : kept).push_back(i);
     triangles += lined ? 0 : d.surfaces[i].triangles.size();
   }
@@ -319,6 +325,8 @@ void Painter::draw_surface(const Surface& s, const Picture& p, const ViewState& 
   }
   if (s.material.metallic > 0.0f && s.scalars.empty()) switches.push_back("METAL");
   if (s.edges) switches.push_back("EDGES");
+  const bool cut = p.cut && s.cut;
+  if (cut) switches.push_back("CUT");
   if (p.lighting.studio && !keep) switches.push_back("STUDIO");
   if (keep) switches.push_back("STORE");
   else if (v.light && !v.ghost) switches.push_back("SHADOW");
@@ -346,6 +354,15 @@ void Painter::draw_surface(const Surface& s, const Picture& p, const ViewState& 
     // Each triangle draws its half of the line.
     program.set("edge_width", static_cast<float>(std::max(0.6 * v.per_pixel, 0.6 * static_cast<double>(s.edge_width) * v.unit)));
   }
+  if (cut) {
+    program.set("cut_plane", cut_plane(*p.cut, s.pose));
+    program.set("cut_normal", glm::vec3(glm::dmat3(v.frame->view) * glm::normalize(p.cut->normal)));
+    // Where colours are values the cap has none.
+    program.set("cap_color", linear_from_srgb(s.scalars.empty() && s.colors.empty() ? s.material.color : glm::vec3(0.80f)));
+    program.set("hatch", static_cast<float>(1.0 / (9.0 * v.unit)));
+    gl.Enable(GL_CLIP_DISTANCE0);
+    gl.FrontFace(glm::determinant(glm::dmat3(s.pose)) < 0.0 ? GL_CW : GL_CCW);
+  }
   // Closed meshes show only their front.
   if (facing == Facing::any) {
     gl.Disable(GL_CULL_FACE);
@@ -367,6 +384,7 @@ void Painter::draw_surface(const Surface& s, const Picture& p, const ViewState& 
     if (!e.shears.empty()) attribute(6, 3, device_.buffer(GL_ARRAY_BUFFER, std::span<const glm::vec3>(e.shears)));
     if (!e.colors.empty()) attribute(3, 3, device_.buffer(GL_ARRAY_BUFFER, std::span<const glm::vec3>(e.colors)));
     gl.DrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(3 * triangles.size()));
+    if (cut) gl.Disable(GL_CLIP_DISTANCE0);
     return;
   }
   attribute(0, 3, device_.buffer(GL_ARRAY_BUFFER, s.positions));
@@ -376,13 +394,15 @@ void Painter::draw_surface(const Surface& s, const Picture& p, const ViewState& 
   if (vectors) attribute(5, 3, device_.buffer(GL_ARRAY_BUFFER, s.vectors));
   if (vectors && !s.shears.empty()) attribute(6, 3, device_.buffer(GL_ARRAY_BUFFER, s.shears));
   draw_triangles(triangles);
+  if (cut) gl.Disable(GL_CLIP_DISTANCE0);
 }
 
 // What lines and markers share; width on the picture, at least `least` pixels.
-Program& Painter::symbol_program(ShaderKind kind, const glm::dmat4& pose, double least, double width, const ViewState& v) {
+Program& Painter::symbol_program(ShaderKind kind, const glm::dmat4& pose, double least, double width, const ViewState& v, bool cut) {
   std::vector<const char*> switches;
   if (v.ghost) switches.push_back("GHOST");
   if (v.hidden && kind == ShaderKind::line) switches.push_back("BUTT");
+  if (cut) switches.push_back("CUT");
   Program& program = device_.program(kind, switches);
   program.use();
   program.set("view_from_surface", glm::mat4(v.frame->view * pose));
@@ -399,7 +419,8 @@ Program& Painter::symbol_program(ShaderKind kind, const glm::dmat4& pose, double
 void Painter::draw_lines(const Lines& l, const ViewState& v) {
   if (l.points.size() < 2 || !all_finite(l.points)) return;
   const Gl& gl = device_.gl();
-  Program& program = symbol_program(ShaderKind::line, l.pose, 1.0, static_cast<double>(l.width), v);
+  Program& program = symbol_program(ShaderKind::line, l.pose, 1.0, static_cast<double>(l.width), v, l.cut && v.cut);
+  if (l.cut && v.cut) program.set("cut_plane", cut_plane(*v.cut, l.pose));
   program.set("near", static_cast<float>(v.frame->orthographic ? -1e30 : v.frame->near));
   program.set("pull", static_cast<float>(v.frame->orthographic ? 1e-3 * (v.frame->far - v.frame->near) : 1e-3));
   program.set("origin", glm::vec2(-v.x, -v.y));
@@ -430,7 +451,7 @@ void Painter::draw_lines(const Lines& l, const ViewState& v) {
 void Painter::draw_markers(const Markers& m, const ViewState& v) {
   if (m.points.empty() || !all_finite(m.points)) return;
   const Gl& gl = device_.gl();
-  Program& program = symbol_program(ShaderKind::marker, m.pose, 2.0, static_cast<double>(m.diameter), v);
+  Program& program = symbol_program(ShaderKind::marker, m.pose, 2.0, static_cast<double>(m.diameter), v, false);
   program.set("near", static_cast<float>(v.frame->near));
   program.set("pixel", static_cast<float>(v.frame->pixel / v.per_pixel));
   program.set("color", glm::vec4(linear_from_srgb(glm::vec3(m.color)), m.color.a));

@@ -26,7 +26,8 @@ struct ViewState {
   Target* target = nullptr;                            // bound for opaque things; null: every sample is lit as it is drawn
   double unit = 1.0;                                   // samples of one pixel at 720 lines
   bool ghost = false;
-  bool hidden = false;  // what is drawn lies behind something
+  const Cut* cut = nullptr;  // null: none
+  bool hidden = false;       // what is drawn lies behind something
   bool scalar_output = false;
 };
 
@@ -67,7 +68,7 @@ class Painter {
   static Exploded explode(const Surface& surface, std::span<const std::uint32_t> triangles);
   void set_view(Program& program, const Picture& picture, const Surface& material, const ViewState& view);
   void light_kept(const Picture& picture, const Content& content, const std::vector<std::size_t>& kept, const ViewState& view);
-  Program& symbol_program(ShaderKind kind, const glm::dmat4& pose, double least, double width, const ViewState& view);
+  Program& symbol_program(ShaderKind kind, const glm::dmat4& pose, double least, double width, const ViewState& view, bool cut);
   void draw_triangles(std::span<const glm::uvec3> triangles);
   void attribute(GLuint index, GLint components, GLuint buffer, std::size_t offset = 0, GLuint divisor = 0);
   void no_attributes();

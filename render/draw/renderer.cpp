@@ -297,6 +297,7 @@ struct Renderer::Impl {
     v.up = glm::vec3(glm::dmat3(frame.view) * (p.ground ? glm::normalize(p.ground->normal) : glm::normalize(camera.up)));
     set_colors(v, p.scalar_map);
     v.unit = drawing.layout.unit * n;
+    v.cut = p.cut ? &*p.cut : nullptr;
 
     // Only the part of the view where something is gets cleared, drawn, read and filtered.
     const PixelRect used = covered(drawing.content, p, frame, n, v.unit);

@@ -22,6 +22,9 @@ out vec3 shear_at;
 #endif
 uniform mat4 clip_from_surface;
 invariant gl_Position;
+#ifdef CUT
+uniform vec4 cut_plane;  // in the surface's frame
+#endif
 #ifndef DEPTH_ONLY
 #if defined(SHADOW) || !defined(NORMALS)
 uniform mat4 view_from_surface;  // not worked out where only the clip position is wanted
@@ -48,6 +51,9 @@ out vec3 light_position;
 #endif
 void main() {
   gl_Position = clip_from_surface * vec4(position, 1.0);
+#ifdef CUT
+  gl_ClipDistance[0] = -(dot(cut_plane.xyz, position) + cut_plane.w);
+#endif
 #ifndef DEPTH_ONLY
 #if defined(SHADOW) || !defined(NORMALS)
   vec4 v = view_from_surface * vec4(position, 1.0);
@@ -133,6 +139,11 @@ uniform float shadow_warp;
 uniform vec4 shadow_part;
 uniform mat3 light_turn;
 uniform float shadow_reach;
+#endif
+#ifdef CUT
+uniform vec3 cut_normal;  // camera frame
+uniform vec3 cap_color;
+uniform float hatch;      // a sample's share of a stripe
 #endif
 uniform vec3 base_color;
 uniform vec3 to_light;
@@ -224,6 +235,10 @@ void main() {
   // The side that is seen, by the normal itself: it needs no winding.
   if (dot(n, to_viewer) < 0.0) n = -n;
 #endif
+#ifdef CUT
+  // The inside of a wall behind the cut stands for the cap before it.
+  if (!gl_FrontFacing) n = cut_normal;
+#endif
 #ifdef SCALARS
   float s = clamp(scalar_at, 0.0, 1.0);
 #ifdef LEVELS
@@ -238,6 +253,9 @@ void main() {
   vec3 albedo = to_linear(color_at);
 #else
   vec3 albedo = base_color;
+#endif
+#ifdef CUT
+  if (!gl_FrontFacing) albedo = cap_color * (fract((gl_FragCoord.x + gl_FragCoord.y) * hatch) < 0.22 ? 0.5 : 1.0);
 #endif
 #endif
 #ifdef STORE
@@ -263,6 +281,9 @@ void main() {
   float variance = max(moments.y - moments.x * moments.x, 1e-5 * warped * warped);
   float off = warped - moments.x;
   float lit = off <= 0.0 ? 1.0 : variance / (variance + off * off);
+#ifdef CUT
+  if (gl_FrontFacing)
+#endif
   light *= clamp((lit - 0.25) / 0.75, 0.0, 1.0);
 #endif
   // Surroundings: sky above, warm floor below, and a faint light from the viewer so that no side is black; then the key light.
@@ -350,6 +371,10 @@ uniform float pull;
 uniform float orthographic;
 flat out vec4 ends;
 out vec4 color_at;
+#ifdef CUT
+uniform vec4 cut_plane;
+out float cut_at;
+#endif
 void main() {
   vec3 a = (view_from_surface * vec4(first, 1.0)).xyz, b = (view_from_surface * vec4(second, 1.0)).xyz;
   vec4 ca = first_color, cb = second_color;
@@ -372,6 +397,9 @@ void main() {
   if (a.z > -near * 0.999 && b.z > -near * 0.999 && orthographic < 0.5) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
   ends = vec4(sa, sb);
   color_at = far_end ? cb : ca;
+#ifdef CUT
+  cut_at = dot(cut_plane, vec4(far_end ? second : first, 1.0));
+#endif
 }
 )";
 
@@ -381,6 +409,9 @@ in vec4 color_at;
 uniform float half_width;
 uniform vec2 origin;
 uniform vec2 mark;
+#ifdef CUT
+in float cut_at;
+#endif
 out vec4 result;
 vec3 to_linear(vec3 s) { return s * (s * (s * 0.305306011 + 0.682171111) + 0.012522878); }
 void main() {
@@ -388,6 +419,9 @@ void main() {
   vec2 p = gl_FragCoord.xy - origin - ends.xy, d = ends.zw - ends.xy;
   float along = dot(p, d) / max(dot(d, d), 1e-6), t = clamp(along, 0.0, 1.0);
   if (length(p - d * t) > half_width) discard;
+#ifdef CUT
+  if (cut_at > 0.0) discard;
+#endif
 #ifdef BUTT
   if (along != t) discard;  // round ends would be blended twice
 #endif

@@ -6,6 +6,8 @@
 #include "render/film/survey.h"
 #include "render/frame/camera.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -62,6 +64,7 @@ render::Lines crease_line(const BodyModel& model, const PictureMemory::Skin& ski
   render::Lines line;
   line.pose = pose;
   line.strip = false;
+  line.cut = true;
   line.width = look == LookKind::print ? 1.5f : 1.0f;
   const glm::vec3 shade = mapped ? glm::vec3(0.13f, 0.14f, 0.17f) : 0.42f * model.material.color;
   line.color = glm::vec4(look == LookKind::print ? glm::vec3(0.08f) : shade, 1.0f);
@@ -165,6 +168,8 @@ void add_scales(const Animation& animation, size_t b, const glm::dmat4& pose, Pi
     if (!model.spine.empty() && (s == 0 || model.ghost == GhostStyle::body))
       memory.picture.lines.push_back(spine_line(model, memory.bodies[b], memory.vertex_scalars, memory.picture.scalar_map, pose,
                                                 s == 0 ? 1.0f : ghost_opacity, s == 0 ? std::nullopt : model.ghost_color));
+    surface.cut = s == 0 && !animation.cut.empty() && animation.cut[b];
+    if (s == 0) memory.solid[b] = skin - 1;
     if (s > 0) make_ghost(model, surface);
   }
 }
@@ -216,6 +221,37 @@ void add_body(const Animation& animation, size_t b, int k, PictureMemory& memory
   add_trail(animation, b, k, memory, skin);
 }
 
+// Values beside probes and extremes: numbers as on the bar, of the vertices as drawn.
+void add_labels(const Animation& animation, const SamplePlace& place, PictureMemory& memory) {
+  if (!animation.scalar_bar) return;
+  const render::ScalarBar& bar = *animation.scalar_bar;
+  const auto add = [&](const std::string& name, size_t b, size_t point) {
+    const glm::dmat4 pose = body_pose(animation.results->bodies[b], place);
+    render::Label label;
+    label.point = glm::dvec3(pose * glm::dvec4(memory.skins[memory.solid[b]].positions[point], 1.0));
+    label.text = fmt::format("{} {:.3g} {}", name, static_cast<double>(memory.scalars[b][point]) * bar.factor, bar.unit);
+    label.leader = true;
+    memory.picture.labels.push_back(std::move(label));
+  };
+  for (const Animation::Probe& probe : animation.probes)
+    if (!memory.scalars[probe.body].empty()) add(probe.name, probe.body, static_cast<size_t>(probe.point));
+  if (!animation.settings.extremes) return;
+  struct Extreme {
+    size_t body = 0, point = 0;
+    float value = 0.0f;
+    bool found = false;
+  } low, high;
+  for (size_t b = 0; b < memory.scalars.size(); ++b)
+    for (size_t p = 0; p < memory.scalars[b].size(); ++p) {
+      const float value = memory.scalars[b][p];
+      if (!std::isfinite(value)) continue;
+      if (!high.found || value > high.value) high = {b, p, value, true};
+      if (!low.found || value < low.value) low = {b, p, value, true};
+    }
+  if (high.found) add("max", high.body, high.point);
+  if (low.found) add("min", low.body, low.point);
+}
+
 void add_symbols(const Animation& animation, const SamplePlace& place, render::Picture& picture) {
   for (const JointSymbol& symbol : animation.symbols) {
     render::Surface surface;
@@ -261,6 +297,8 @@ void update_picture(const Animation& animation, int k, PictureMemory& memory) {
   picture.surfaces.clear();
   picture.markers.clear();
   picture.lines.clear();
+  picture.labels.clear();
+  memory.solid.resize(animation.bodies.size());
   memory.bodies.resize(animation.bodies.size());
   memory.scalars.resize(animation.bodies.size());
   memory.vectors.resize(animation.bodies.size());
@@ -271,6 +309,8 @@ void update_picture(const Animation& animation, int k, PictureMemory& memory) {
     if (animation.bodies[b].visible) add_body(animation, b, k, memory, skin);
   add_symbols(animation, find_sample(animation.results->times, t), picture);
   update_attachments(animation, k, memory);
+  add_labels(animation, find_sample(animation.results->times, t), memory);
+  if (settings.section) picture.cut = render::Cut{settings.section->point.value_or(animation.bounds.centre()), settings.section->normal};
   aim_camera(animation, k, animation.camera, picture);
 }
 
@@ -318,7 +358,7 @@ class PictureHash {
       hash_.add_bytes(s.vectors.data(), s.vectors.size_bytes());
       hash_.add_bytes(s.shears.data(), s.shears.size_bytes());
       hash_.add_bytes(s.colors.data(), s.colors.size_bytes());
-      number(s.behind, s.seen_through);
+      number(s.behind, s.seen_through, s.cut);
       matrix(s.pose);
       vector3(s.material.color);
       number(s.material.roughness, s.material.metallic, s.opacity, s.two_sided, s.edges, s.wires, s.silhouette, s.casts_shadow,
@@ -341,7 +381,7 @@ class PictureHash {
       hash_.add_bytes(l.points.data(), l.points.size() * sizeof(glm::vec3));
       color4(l.color);
       hash_.add_bytes(l.colors.data(), l.colors.size() * sizeof(glm::vec4));
-      number(l.width, l.strip, l.on_top, l.seen_through);
+      number(l.width, l.strip, l.on_top, l.seen_through, l.cut);
       matrix(l.pose);
     }
     for (const render::Arrow& a : picture.arrows) {
@@ -349,6 +389,16 @@ class PictureHash {
       vector3(a.to);
       vector3(a.color);
       number(a.radius, a.opacity, a.seen_through);
+    }
+    for (const render::Label& label : picture.labels) {
+      hash_.add_text(label.text);
+      vector3(label.point);
+      vector3(label.color);
+      number(label.size, label.leader);
+    }
+    if (picture.cut) {
+      vector3(picture.cut->point);
+      vector3(picture.cut->normal);
     }
     for (const render::Triad& a : picture.triads) {
       matrix(a.pose);

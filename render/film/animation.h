@@ -66,12 +66,20 @@ struct Animation {
   std::vector<BodyModel> bodies;  // parallel to Results::bodies
   std::vector<JointSymbol> symbols;
   std::vector<FramePlace> traces, triads;
+  // The vertex of a coloured body that is nearest to a probe's frame.
+  struct Probe {
+    std::string name;
+    size_t body = 0;
+    int point = 0;  // shading point
+  };
+  std::vector<Probe> probes;
   double triad_length = 0.0;  // m
   std::vector<ForceArrow> forces;
   std::vector<SpringSymbol> springs;
   std::vector<PlotPanel> panels;
   render::ScalarMap scalar_map;
   std::optional<render::ScalarBar> scalar_bar;
+  std::vector<bool> cut;                  // a body each: settings.section applies
   double largest_displacement = 0.0;      // m, elastic, of all vertices over the sequence
   std::vector<glm::dvec3> points;         // world; what a fitted camera sees: everything drawn, over the whole motion
   std::optional<render::FitOptions> fit;  // of a camera that is fitted
@@ -104,6 +112,7 @@ struct PictureMemory {
   struct Skin {
     std::vector<glm::vec3> positions, normals;
   };
+  std::vector<size_t> solid;                            // a body each: the skin of its solid surface
   std::vector<Skin> skins;                              // one a drawn surface
   std::vector<std::vector<float>> scalars;              // one a body, per shading point
   std::vector<std::vector<glm::vec3>> vectors, shears;  // likewise, of bodies coloured by_length

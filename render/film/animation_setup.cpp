@@ -8,6 +8,7 @@
 #include "render/frame/camera.h"
 #include "render/image/text.h"
 #include "sim/base/cpu_clock.h"
+#include "sim/base/eigen_solvers.h"
 #include "sim/base/file_output.h"
 #include "sim/scene/joint_kinds.h"
 
@@ -310,12 +311,42 @@ std::vector<glm::dvec3> all_around(const std::vector<glm::dvec3>& points, const 
   return around;
 }
 
+// Directions of view that have a name. "plane": square on to the plane in which things move most.
+void set_preset(const std::string& preset, const std::vector<glm::dvec3>& points, render::FitOptions& fit) {
+  const glm::dvec3 front = std::abs(fit.up.z) > 0.5 ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, -1), side(-1, 0, 0);
+  const glm::dvec3 before = fit.direction;
+  if (preset == "front") fit.direction = front;
+  else if (preset == "side") fit.direction = side;
+  else if (preset == "top") fit.direction = -fit.up;
+  else if (preset == "iso") fit.direction = glm::normalize(0.8 * front + 0.55 * side - 0.5 * fit.up);
+  if (preset == "top") fit.up = front;
+  if (preset != "plane" || points.empty()) return;
+  glm::dvec3 mean(0.0);
+  for (const glm::dvec3& p : points) mean += p / static_cast<double>(points.size());
+  sim::MatX spread = sim::MatX::Zero(3, 3);
+  for (const glm::dvec3& p : points) {
+    const sim::Vec3 d(p.x - mean.x, p.y - mean.y, p.z - mean.z);
+    spread += d * d.transpose();
+  }
+  const sim::SymmetricEigen axes(spread);
+  glm::dvec3 normal(axes.eigenvectors()(0, 0), axes.eigenvectors()(1, 0), axes.eigenvectors()(2, 0));
+  // Exactly along an axis of the world where it is nearly one.
+  for (int k = 0; k < 3; ++k)
+    if (std::abs(normal[k]) > 0.995) {
+      normal = glm::dvec3(0.0);
+      normal[k] = 1.0;
+    }
+  fit.direction = glm::dot(normal, before) > 0.0 ? normal : -normal;
+  fit.projection = render::Projection::orthographic;
+}
+
 void set_camera(Animation& animation, const std::vector<glm::dvec3>& points, const glm::dvec3& gravity) {
   const CameraSettings& asked = animation.settings.camera;
   render::FitOptions fit = render::default_view(points, gravity);
   fit.fov = asked.fov;
   fit.projection = asked.projection;
   if (asked.up) fit.up = *asked.up;
+  if (!asked.preset.empty()) set_preset(asked.preset, points, fit);
   if (asked.direction) fit.direction = *asked.direction;
   if (asked.position) fit.direction = asked.target.value_or(animation.bounds.centre()) - *asked.position;
   // Looking along the vertical leaves none: any other direction serves as up.
@@ -407,6 +438,15 @@ Animation make_animation(const sim::Results& results, const RenderSettings& aske
   std::vector<double> drawn = animation.scales;
   if (settings.undeformed) drawn.push_back(0.0);
   std::vector<glm::dvec3> points = motion_points(survey, drawn, animation.follow);
+  if (settings.section)
+    for (const sim::ResultBody& body : results.bodies) {
+      const std::vector<std::string>& chosen = settings.section->bodies;
+      animation.cut.push_back(chosen.empty() || std::find(chosen.begin(), chosen.end(), body.name) != chosen.end());
+      const size_t b = animation.cut.size() - 1;
+      if (animation.cut[b] && !animation.bodies[b].mesh.triangles.empty() && !animation.bodies[b].closed)
+        animation.warnings.push_back(
+            fmt::format("body '{}': its mesh is not closed: where [render] section cuts it there is no cap", body.name));
+    }
   add_attachments(animation, scene, size);
   append_arrow_tips(animation, points);
   for (const glm::dvec3& p : points) animation.bounds.add(p);

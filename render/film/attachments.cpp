@@ -44,6 +44,22 @@ void add_attachments(Animation& animation, const sim::Scene* scene, double size)
   for (const std::string& name : settings.triads)
     animation.triads.push_back(require_place(animation, scene, name, "triads", settings.triads_line));
   animation.triad_length = 0.08 * size;
+  for (const std::string& name : settings.probes) {
+    const FramePlace place = require_place(animation, scene, name, "probes", settings.probes_line);
+    const auto b = static_cast<size_t>(std::max(place.body, 0));
+    const BodyModel& model = animation.bodies[b];
+    if (place.body < 0 || model.mesh.triangles.empty() || !model.visible || !animation.scalar_bar) {
+      animation.warnings.push_back(fmt::format("probe '{}' has no value: nothing there is coloured", name));
+      continue;
+    }
+    Animation::Probe probe{name, b, 0};
+    double best = 1e300;
+    for (size_t p = 0; p < model.mesh.point_position.size(); ++p) {
+      const double away = glm::length(model.mesh.positions[static_cast<size_t>(model.mesh.point_position[p])] - place.origin);
+      if (away < best) best = away, probe.point = static_cast<int>(p);
+    }
+    animation.probes.push_back(probe);
+  }
   if (!scene) return;
 
   for (const sim::ForceDef& def : scene->forces) {

@@ -27,7 +27,8 @@ glm::dvec3 to_glm(const sim::Vec3& v) { return {v.x(), v.y(), v.z()}; }
 std::vector<std::string> to_strings(const std::vector<std::string_view>& words) { return {words.begin(), words.end()}; }
 
 CameraSettings read_camera(const TableReader& reader) {
-  reader.allow({"position", "target", "up", "fov", "projection", "height", "fit", "direction", "follow", "views", "orbit", "path"});
+  reader.allow(
+      {"position", "target", "up", "fov", "projection", "height", "fit", "direction", "follow", "views", "orbit", "path", "preset"});
   CameraSettings camera;
   if (reader.has("position")) camera.position = to_glm(reader.vector3("position"));
   if (reader.has("target")) camera.target = to_glm(reader.vector3("target"));
@@ -67,6 +68,12 @@ CameraSettings read_camera(const TableReader& reader) {
   if (!camera.path.empty() && (camera.position || camera.direction)) reader.fail("path", "excludes 'position' and 'direction'");
   if (!camera.views.empty() && (!camera.path.empty() || camera.position || camera.direction || camera.orbit != 0.0))
     reader.fail("views", "excludes 'path', 'position', 'direction' and 'orbit'");
+  if (reader.has("preset")) {
+    static const std::vector<std::string> presets = {"plane", "front", "side", "top", "iso"};
+    camera.preset = presets[reader.word("preset", presets, 0)];
+    if (camera.position || camera.direction || !camera.path.empty() || !camera.views.empty())
+      reader.fail("preset", "excludes 'position', 'direction', 'path' and 'views'");
+  }
   camera.follow = reader.text("follow", "");
   camera.follow_line = reader.line("follow");
 
@@ -143,7 +150,7 @@ RenderSettings read_table(const TableReader& reader) {
   reader.allow({"size",   "frame_rate",    "speed",    "samples",    "scales",   "exaggeration", "color_by",  "color_range", "colormap",
                 "trail",  "undeformed",    "scheme",   "background", "ground",   "joints",       "nodes",     "forces",      "traces",
                 "triads", "contact_sheet", "channels", "video",      "mode",     "shadows",      "occlusion", "edges",       "silhouette",
-                "camera", "overlay",       "look",     "bands",      "isolines", "color_scale"});
+                "camera", "overlay",       "look",     "bands",      "isolines", "color_scale",  "probes",    "extremes",    "section"});
   RenderSettings settings;
   apply_look(static_cast<LookKind>(reader.word("look", look_words(), static_cast<size_t>(settings.look))), settings);
 
@@ -190,6 +197,17 @@ RenderSettings read_table(const TableReader& reader) {
   settings.forces = reader.boolean("forces", settings.forces);
   if (reader.has("traces")) settings.traces = reader.texts("traces");
   if (reader.has("triads")) settings.triads = reader.texts("triads");
+  if (reader.has("probes")) settings.probes = reader.texts("probes");
+  settings.probes_line = reader.line("probes");
+  settings.extremes = reader.boolean("extremes", false);
+  if (const auto section = reader.table("section")) {
+    section->allow({"point", "normal", "bodies"});
+    settings.section.emplace();
+    if (section->has("point")) settings.section->point = to_glm(section->vector3("point"));
+    settings.section->normal = to_glm(section->direction("normal", sim::Vec3::UnitZ()));
+    if (section->has("bodies")) settings.section->bodies = section->texts("bodies");
+    settings.section->line = section->line("bodies");
+  }
   settings.traces_line = reader.line("traces");
   settings.triads_line = reader.line("triads");
 
@@ -234,6 +252,13 @@ void check_count(const RenderSettings& settings, double duration, const std::str
         fmt::format("{}: [render]: {:g} s at frame_rate {:g} and speed {:g} are {:.3g} pictures; at most {:g} are allowed: lower "
                     "'frame_rate' or raise 'speed'",
                     name, duration, settings.frame_rate, speed, count, most_pictures));
+}
+
+void check_section(const RenderSettings& settings, const std::vector<std::string>& bodies, const std::string& name) {
+  if (!settings.section) return;
+  for (const std::string& body : settings.section->bodies)
+    if (std::find(bodies.begin(), bodies.end(), body) == bodies.end())
+      refuse(name, settings.section->line, "section.bodies", body, "body", bodies);
 }
 
 void check_follow(const RenderSettings& settings, const std::vector<std::string>& bodies, const std::string& name) {
@@ -306,6 +331,7 @@ void check_render_settings(const RenderSettings& settings, const sim::Scene& sce
   std::vector<std::string> bodies;
   for (const sim::BodyDef& body : scene.bodies) bodies.push_back(body.name);
   check_follow(settings, bodies, name);
+  check_section(settings, bodies, name);
   for (const sim::BodyDef& body : scene.bodies) read_body_look(body, name);
 
   // A column is an output's name, or that and a component; which components there are is known with the results.
@@ -325,6 +351,7 @@ void check_render_settings(const RenderSettings& settings, const sim::Results& r
   for (const sim::ResultBody& body : results.bodies) bodies.push_back(body.name);
   for (const sim::ResultOutput& output : results.outputs) columns.push_back(output.column);
   check_follow(settings, bodies, name);
+  check_section(settings, bodies, name);
   for (const std::string& column : settings.overlay.plot)
     if (std::find(columns.begin(), columns.end(), column) == columns.end())
       refuse(name, settings.overlay.plot_line, "overlay.plot", column, "column of the history", columns);

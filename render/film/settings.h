@@ -28,6 +28,14 @@ enum class BackgroundKind { gradient, white, dark, transparent };
 enum class LookKind { plain, technical, presentation, print };
 const std::vector<std::string>& look_words();
 
+// Bodies cut open.
+struct Section {
+  std::optional<glm::dvec3> point;  // m, world; default: middle of the motion
+  glm::dvec3 normal{0.0, 0.0, 1.0};
+  std::vector<std::string> bodies;  // empty: all
+  int line = 0;                     // in the scene file, for messages
+};
+
 // Where the ends of the colour map lie if they are not given.
 struct ColorRange {
   // Per cent of the time in which the largest value lies below the upper end; 100: the largest of all; none: 98 where a short peak would
@@ -45,6 +53,7 @@ struct CameraSettings {
   double fov = 35.0;                           // degrees, vertical
   render::Projection projection = render::Projection::perspective;
   double height = 2.0;                  // m, orthographic without fit
+  std::string preset;                   // of a fitted view: plane, front, side, top, iso; empty: chosen by the motion
   std::vector<render::ViewKind> views;  // several in one picture; empty: one
   double orbit = 0.0;                   // degrees over the sequence
   std::vector<render::CameraKey> path;  // t in s of the motion; empty: none
@@ -81,7 +90,11 @@ struct RenderSettings {
   bool ground = true, joints = true, nodes = false;
   bool forces = false;
   std::vector<std::string> traces, triads;  // frames
-  int traces_line = 0, triads_line = 0;     // in the scene file, for messages
+  std::vector<std::string> probes;          // frames whose value of the colours is written beside them
+  bool extremes = false;                    // largest and smallest value of the colours
+  std::optional<Section> section;
+  int probes_line = 0;
+  int traces_line = 0, triads_line = 0;  // in the scene file, for messages
   int contact_sheet = 0;
   bool depth_channel = false, scalar_channel = false;
   std::string video = "mp4";

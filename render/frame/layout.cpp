@@ -288,7 +288,7 @@ struct Builder {
       const double share = scalar_share(picture.scalar_map, t.value * scale / bar.factor);
       if (!(share > -1e-9 && share < 1.0 + 1e-9)) continue;
       const double ty = b.bar.y + b.bar.height * (1.0 - share);
-      if (std::any_of(taken.begin(), taken.end(), [&](double other) { return std::abs(other - ty) < 1.25 * small; })) continue;
+      if (std::any_of(taken.begin(), taken.end(), [&](double other) { return std::abs(other - ty) < 1.5 * small; })) continue;
       taken.push_back(ty);
       b.ticks.push_back(ty);
       b.words.push_back({t.text, x + wide + gap, centre_baseline(ty, small), small, false, false});

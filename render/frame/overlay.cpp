@@ -254,7 +254,10 @@ void draw_labels(Image& image, const Picture& picture, std::span<const ViewFrame
       if (label.text.empty() || !project(frame, label.point, at)) continue;
       const double size = std::max(9.0, static_cast<double>(label.size) * layout.unit);
       const double w = text_width(label.text, size), h = cap_height(size), gap = 0.7 * size;
-      const glm::dvec2 places[] = {{gap, -0.4 * gap}, {gap, h + 0.6 * gap}, {-gap - w, -0.4 * gap}, {-0.5 * w, -gap}, {-0.5 * w, gap + h}};
+      // With a leader as far off as two and a half lines, else beside the point.
+      const double far = label.leader ? 2.6 * size : 0.0;
+      const glm::dvec2 places[] = {{gap + far, -0.4 * gap - far}, {gap + far, h + 0.6 * gap + far}, {-gap - w - far, -0.4 * gap - far},
+                                   {-0.5 * w, -gap - 1.4 * far},  {-0.5 * w, gap + h + 1.4 * far},  {-gap - w - far, h + 0.6 * gap + far}};
       for (const glm::dvec2& offset : places) {
         const glm::dvec2 p = at + offset;
         const glm::dvec4 box(p.x - 2.0, p.y - h - 2.0, p.x + w + 2.0, p.y + descent(size) + 2.0);
@@ -264,10 +267,20 @@ void draw_labels(Image& image, const Picture& picture, std::span<const ViewFrame
                         [&](const glm::dvec4& t) { return box.x < t.z && t.x < box.z && box.y < t.w && t.y < box.w; }))
           continue;
         taken.push_back(box);
+        if (label.leader) {
+          const glm::dvec2 end(std::clamp(at.x, box.x, box.z), std::clamp(at.y, box.y, box.w));
+          const std::array<glm::dvec2, 2> line = {at, end};
+          const glm::vec3 ink = picture.overlay.dark ? glm::vec3(0.9f) : label.color;
+          draw_polyline(image, line, std::max(2.4, 3.4 * layout.unit), picture.overlay.dark ? glm::vec3(0.1f) : glm::vec3(1.0f), 0.6f);
+          draw_polyline(image, line, std::max(1.0, 1.3 * layout.unit), ink);
+          fill_disc(image, at.x, at.y, std::max(2.4, 3.6 * layout.unit), picture.overlay.dark ? glm::vec3(0.1f) : glm::vec3(1.0f));
+          fill_disc(image, at.x, at.y, std::max(1.6, 2.6 * layout.unit), ink);
+        }
         // A light rim keeps the words readable over bodies.
         const glm::vec3 rim = picture.overlay.dark ? glm::vec3(0.1f) : glm::vec3(1.0f);
-        fill_rectangle(image, box.x - 1.0, box.y - 1.0, box.z - box.x + 2.0, box.w - box.y + 2.0, rim, 0.55f, 0.3 * size);
-        draw_text(image, p.x, p.y, label.text, size, label.color);
+        fill_rectangle(image, box.x - 1.0, box.y - 1.0, box.z - box.x + 2.0, box.w - box.y + 2.0, rim, label.leader ? 0.8f : 0.55f,
+                       0.3 * size);
+        draw_text(image, p.x, p.y, label.text, size, picture.overlay.dark ? glm::vec3(0.95f) : label.color);
         break;
       }
     }

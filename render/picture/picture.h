@@ -103,11 +103,17 @@ struct Surface {
   bool wires = false;                        // only those lines, the hidden ones left out; opacity is theirs
   std::span<const std::uint8_t> edge_flags;  // one per triangle: bit k: the edge from its corner k to the next is drawn; empty: all
   bool silhouette = false;                   // dark outline against whatever lies behind
+  bool cut = false;                          // Picture::cut applies; the mesh should be closed, or its caps are gaps
   bool behind = false;                       // a ghost that is seen beside solid surfaces only, never over them
   float seen_through = 0.0f;                 // opacity of what other solid surfaces hide of it; 0: hidden
   bool casts_shadow = true;
   glm::vec3 edge_color{0.12f, 0.14f, 0.17f};
   float edge_width = 1.0f;
+};
+
+// A plane that cuts things open: what lies on the side its normal points to is left out, solids show their inside as a flat, hatched cap.
+struct Cut {
+  glm::dvec3 point{0.0}, normal{0.0, 0.0, 1.0};  // world
 };
 
 // Straight segments between points, always facing the viewer.
@@ -119,6 +125,7 @@ struct Lines {
   float width = 1.5f;
   glm::dmat4 pose{1.0};
   bool on_top = false;        // not hidden by surfaces
+  bool cut = false;           // Picture::cut applies
   float seen_through = 0.0f;  // opacity of what surfaces hide of it
 };
 
@@ -157,6 +164,7 @@ struct Label {
   std::string text;
   float size = 13.0f;
   glm::vec3 color{0.13f, 0.15f, 0.18f};
+  bool leader = false;  // stands off, joined to a dot at its point by a line
 };
 
 // How scalars become colours; the scalar bar shows the same.
@@ -254,6 +262,7 @@ struct Picture {
   std::vector<Arrow> arrows;
   std::vector<Triad> triads;
   std::vector<Label> labels;
+  std::optional<Cut> cut;
   ScalarMap scalar_map;
   Overlay overlay;
   Look look;

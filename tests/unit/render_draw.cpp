@@ -229,6 +229,42 @@ TEST(Draw, SymbolsShowThroughAndGhostsKeepOff) {
   EXPECT_LT(at(beside, 120, 150).r, 250);
 }
 
+// A hollow box cut through its middle: the near wall is gone, walls are capped, the cavity is open.
+TEST(Draw, CutsOpenSolids) {
+  Shape box = make_box({1, 1, 1});
+  const Shape hollow = make_box({0.6, 0.6, 0.6});
+  // The cavity's walls face inwards.
+  Shape cavity = hollow;
+  for (glm::uvec3& t : cavity.triangles) std::swap(t.y, t.z);
+  for (glm::vec3& n : cavity.normals) n = -n;
+  box.append(cavity);
+  Picture p = front_view();
+  Surface s = surface_of(box);
+  s.cut = true;
+  s.material.color = {0.8f, 0.3f, 0.2f};
+  p.surfaces = {s};
+  const Image whole = renderer().draw(p);
+  p.cut = Cut{{0, 0, 0}, {0, 0, 1}};
+  const Image cut = renderer().draw(p);
+  EXPECT_EQ(at(whole, 155, 150), at(whole, 200, 150));
+  // Wall: a cap with stripes; cavity: its far side, as lit as the front was.
+  int dark = 0, light = 0;
+  int brightest = 0;
+  for (int y = 110; y < 190; ++y) brightest = std::max(brightest, at(cut, 156, y).r);
+  for (int y = 110; y < 190; ++y) (at(cut, 156, y).r < brightest - 25 ? dark : light) += 1;
+  EXPECT_GT(dark, 8);
+  EXPECT_GT(light, 40);
+  EXPECT_NEAR(at(cut, 200, 150).r, at(whole, 200, 150).r, 3);
+  // Things that are not to be cut stay whole, and half of a box is half as deep.
+  p.surfaces[0].cut = false;
+  EXPECT_EQ(renderer().draw(p).pixels, whole.pixels);
+  p.surfaces[0].cut = true;
+  p.cut->normal = {1, 0, 0};
+  const Image half = renderer().draw(p);
+  EXPECT_EQ(at(half, 230, 150), glm::ivec3(255));
+  EXPECT_NE(at(half, 170, 150), glm::ivec3(255));
+}
+
 // Values read back from the colours of a lit ball, by the place on the map of the nearest colour at any strength of light.
 TEST(Draw, ColoursCanBeReadBackFromALitBody) {
   const Shape ball = make_ball(1.0, 96);
