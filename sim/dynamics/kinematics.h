@@ -60,7 +60,6 @@ struct WrenchAt {
 // Adds it to the generalised forces of the cluster's coordinates: out(nv of the cluster) += J^T F. elastic = false: to those of its joints
 // only.
 template <class W>
-void project_wrench(const Model& model, const W& work, int cluster, const std::type_identity_t<WrenchAt<W>>& load, bool elastic,
-                    VecX& out);
+void project_wrench(const Model& model, const W& work, int cluster, const std::type_identity_t<WrenchAt<W>>& load, bool elastic, VecX& out);
 
 }  // namespace flexframe::sim

@@ -536,7 +536,7 @@ TEST(ExpressionReadings, SwitchesByTheState) {
   const std::vector<std::string> names{"x", "y"};
   struct Case {
     const char* text;
-    double before[2], after[2];  // on both sides of the threshold, as far from it
+    double before[2], after[2];  // on both sides of the threshold, as far from it; in the order in which the text names them
   };
   for (const Case& c : std::initializer_list<Case>{{"x > 1 ? 5*x : 7", {0.9, 0}, {1.1, 0}},
                                                    {"x <= y ? 2 : 3*x", {0.4, 0.5}, {0.6, 0.5}},
@@ -545,7 +545,7 @@ TEST(ExpressionReadings, SwitchesByTheState) {
                                                    {"rint(x)", {1.4, 0}, {1.6, 0}},
                                                    {"min(x, y^2)", {0.8, 1}, {1.2, 1}},
                                                    {"max(x, 2*y)", {0.8, 0.5}, {1.2, 0.5}},
-                                                   {"atan2(y, x)", {-1, 0.1}, {-1, -0.1}}}) {
+                                                   {"atan2(y, x)", {0.1, -1}, {-0.1, -1}}}) {
     Expression held(c.text, names);
     const Expression live(c.text, names);
     ASSERT_EQ(held.state_switches(), 1) << c.text;
