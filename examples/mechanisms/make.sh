@@ -2,7 +2,7 @@
 # Runs every scene of this folder, puts its picture into pictures/ and writes the page: examples/mechanisms/make.sh [FLEXFRAME [NAME...]]
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
-flexframe=${1:-$here/../../build/release/flexframe}
+flexframe=${1:-$here/../../build/clang/flexframe}
 names=" ${*:2} "
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

@@ -2,7 +2,7 @@
 # Makes the pictures of examples/README.md again, each from its scene: examples/pictures/make.sh [FLEXFRAME [NAME...]]
 set -euo pipefail
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
-flexframe=${1:-$top/build/release/flexframe}
+flexframe=${1:-$top/build/clang/flexframe}
 names=" ${*:2} "
 work=$(mktemp -d)
 changed=

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The table of automatic effects: examples/studies/effects.py build/release/flexframe > examples/studies/effects.md
+"""The table of automatic effects: examples/studies/effects.py build/clang/flexframe > examples/studies/effects.md
 
 Every example whose bodies are beams is simulated to an accuracy of 1e-2 with effects = "auto" and with sets chosen by hand; the error of
 each is told against the richest set at fine tolerance and twice the elements. CPU seconds are of the last run, the median of three
@@ -140,7 +140,7 @@ with tempfile.TemporaryDirectory() as name:
         results.append((scene, automatic, best, good))
 
 print(
-    "# Automatic effects against hand-chosen sets\n\nMade by `examples/studies/effects.py build/release/flexframe`; accuracy 1e-2 asked of"
+    "# Automatic effects against hand-chosen sets\n\nMade by `examples/studies/effects.py build/clang/flexframe`; accuracy 1e-2 asked of"
     " every run.\n"
 )
 print(

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Makes the study pages again: examples/studies/make.sh [NAME ...]. Table, Markdown and diagrams are kept, the runs are not.
-# Needs build/release/flexframe; a few minutes a scene on an idle core. An interrupted study goes on where it stopped.
+# Needs build/clang/flexframe; a few minutes a scene on an idle core. An interrupted study goes on where it stopped.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 top=$(cd "$here/../.." && pwd)
@@ -13,7 +13,7 @@ for name in "${@:-pendulum slider_crank dlr_slider_crank spin_up engine}"; do
     axes=tolerance,elements,kept,modes,volumes,model,stiffening,method
     [[ $one == dlr_slider_crank || $one == spin_up ]] && axes=tolerance,modes,stiffening,method
     [[ $one == engine ]] && axes=tolerance,method
-    build/release/flexframe study "$scene" -o "$work/$one" --axes "$axes" --longest 3 --reference-seconds 30 --repeats 2 --resume
+    build/clang/flexframe study "$scene" -o "$work/$one" --axes "$axes" --longest 3 --reference-seconds 30 --repeats 2 --resume
     mkdir -p "$here/$one"
     cp "$work/$one"/study.md "$work/$one"/study.csv "$work/$one"/*.svg "$here/$one/"
   done

@@ -1,6 +1,7 @@
 #include "sim/run/run_scene.h"
 
 #include "sim/results/recorder.h"
+#include "sim/run/coarse_beams.h"
 #include "sim/run/complete_inertia.h"
 #include "sim/run/effect_report.h"
 #include "sim/run/expected_turn.h"
@@ -134,6 +135,9 @@ Results simulate_alone(const Scene& scene, const SimulateOptions& options, bool 
   });
 }
 
+// Estimates of what elements are worth (coarse_beams.h) are lower than the truth by no more than that, as a rule.
+constexpr double sure_of_coarse = 0.8;
+
 // into: how far the bodies were bent, unchecked; null: it is checked here. called: what beams with automatic effects turn out to need; then
 // nothing more is done with the run.
 Results simulate_once(const Scene& scene, const SimulateOptions& options, std::vector<LinearLimit>* into, Called* called, int& indefinite) {
@@ -147,6 +151,7 @@ Results simulate_once(const Scene& scene, const SimulateOptions& options, std::v
   bool measured = false;
   if (options.estimate_error && !results.outputs.empty()) measured = estimate(scene, options, alone, !into, results);
   report_left_out(scene, alone.second_order, unasked_accuracy, results.statistics);
+  warn_of_coarse_beams(coarse_beams(scene, alone.effects, results), sure_of_coarse * unasked_accuracy, results.statistics.notes);
   if (into) {
     *into = alone.limits;
   } else if (!measured) {

@@ -181,7 +181,9 @@ TEST(BeamVolumes, FramesAndNodesCoverTheWholeBeam) {
     EXPECT_NEAR(x_of(pieces.back(), "tip"), 0.5, 1e-15);
     for (std::size_t k = 0; k < pieces.size(); ++k) {
       EXPECT_NEAR(pieces[k].start, piece_start(def, static_cast<int>(k)), 1e-15);
-      if (k > 0) EXPECT_NEAR(x_of(pieces[k - 1], "tip"), pieces[k].start, 1e-15);
+      if (k > 0) {
+        EXPECT_NEAR(x_of(pieces[k - 1], "tip"), pieces[k].start, 1e-15);
+      }
     }
     for (const auto& [name, share] : def.frames)
       EXPECT_NEAR(x_of(pieces[static_cast<std::size_t>(locate_piece(def, share).first)], name), share * 0.5, 1e-15) << name;

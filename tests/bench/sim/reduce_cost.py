@@ -2,7 +2,7 @@
 reading the mesh to writing the results. CPU seconds (user + system of the process) and largest memory; the two programs take turns on
 each mesh, the best of the repeats counts.
 
-    python3 tests/bench/sim/reduce_cost.py build/release/flexframe [--sizes 15,60,181] [--repeats 2] [--large] [--write sim/reduce]
+    python3 tests/bench/sim/reduce_cost.py build/clang/flexframe [--sizes 15,60,181] [--repeats 2] [--large] [--write sim/reduce]
 
 --sizes: thousands of degrees of freedom. --large adds a mesh of a million, which only flexframe reduces. --write DIR: puts the table
 between the marks of DIR/REDUCE.md and the plot into DIR/cost.svg. Needs gmsh and CalculiX (Debian packages gmsh, calculix-ccx).

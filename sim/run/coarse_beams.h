@@ -1,0 +1,33 @@
+// Beams whose elements are too few for how they vibrate, told from the histories of a run and closed formulas; no second run.
+#pragma once
+
+#include "sim/base/notes.h"
+#include "sim/model/model.h"
+#include "sim/results/results.h"
+#include "sim/scene/scene.h"
+
+#include <string>
+#include <vector>
+
+namespace flexframe::sim {
+
+struct CoarseBeam {
+  std::string body, column;
+  double share = 0.0;      // of the range of that output, by the end of the run
+  double frequency = 0.0;  // at which the beam vibrates, Hz
+  int elements = 0;        // that the scene gives, of a mixed beam in all volumes
+  int wanted = 0;          // that would do
+};
+
+// Beams of finite elements, mixed and lumped ones with fewer elements than their motion needs. What is estimated: the beam's largest
+// deflection passes so many cycles; at that frequency its wave number k follows from its bending stiffness and mass. Elements of length h
+// vibrate too fast by (k h)^4 / 2880 (cubic elements, consistent mass), lumped ones too slowly by (k h)^2 / 15 (45 with coupled
+// curvatures; fitted to cantilevers of 3 to 20 elements, whose deflection is off by 1 / (4 n^2) at rest and twice that under slow loads),
+// and the phase that the first four modes lose moves the outputs on the body, as those of a cantilever let go at its tip. Kept modes and
+// eigenforms are not judged.
+std::vector<CoarseBeam> coarse_beams(const Scene& scene, const std::vector<EffectState>& effects, const Results& results);
+
+// A warning for each whose share is beyond `asked`.
+void warn_of_coarse_beams(const std::vector<CoarseBeam>& beams, double asked, Notes& notes);
+
+}  // namespace flexframe::sim
