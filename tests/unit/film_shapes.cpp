@@ -99,14 +99,14 @@ TEST(Shapes, RigidBodyReachesItsFrames) {
 TEST(Shapes, SolidsOfTheSceneHaveTheMassOfTheirFormulas) {
   using sim::ShapeKind;
   std::vector<sim::ShapeDef> all(8);
-  all[0] = {.kind = ShapeKind::box, .size = {0.3, 0.2, 0.1}};
-  all[1] = {.kind = ShapeKind::plate, .size = {0.5, 0.4, 0.01}};
-  all[2] = {.kind = ShapeKind::cylinder, .radius = 0.1, .inner_radius = 0.04, .length = 0.5};
-  all[3] = {.kind = ShapeKind::disc, .radius = 0.2, .length = 0.02};
-  all[4] = {.kind = ShapeKind::capsule, .radius = 0.05, .length = 0.3};
-  all[5] = {.kind = ShapeKind::sphere, .radius = 0.1};
-  all[6] = {.kind = ShapeKind::link, .length = 0.4, .width = 0.06, .thickness = 0.02, .hole = 0.03};
-  all[7] = {.kind = ShapeKind::gear, .radius = 0.1, .inner_radius = 0.02, .length = 0.03, .teeth = 40};
+  all[0] = {.kind = ShapeKind::box, .size = {0.3, 0.2, 0.1}, .color = {}};
+  all[1] = {.kind = ShapeKind::plate, .size = {0.5, 0.4, 0.01}, .color = {}};
+  all[2] = {.kind = ShapeKind::cylinder, .radius = 0.1, .inner_radius = 0.04, .length = 0.5, .color = {}};
+  all[3] = {.kind = ShapeKind::disc, .radius = 0.2, .length = 0.02, .color = {}};
+  all[4] = {.kind = ShapeKind::capsule, .radius = 0.05, .length = 0.3, .color = {}};
+  all[5] = {.kind = ShapeKind::sphere, .radius = 0.1, .color = {}};
+  all[6] = {.kind = ShapeKind::link, .length = 0.4, .width = 0.06, .thickness = 0.02, .hole = 0.03, .color = {}};
+  all[7] = {.kind = ShapeKind::gear, .radius = 0.1, .inner_radius = 0.02, .length = 0.03, .teeth = 40, .color = {}};
   const sim::Mat3 axes = sim::rotation_exp({0.3, -0.5, 1.1});
   for (sim::ShapeDef& shape : all) {
     SCOPED_TRACE(static_cast<int>(shape.kind));
