@@ -28,7 +28,7 @@ for scene in "$here"/*.toml; do
     duration=$(sed -n 's/^duration = \(.*\)$/\1/p' "$scene")
     picture=$(awk -v d="$duration" 'BEGIN { print int(30 * d / 5) }')
     "$flexframe" run "$scene" -o "$work/out" --no-video --no-error-estimate --no-effect-check --size 480x360 --no-overlay \
-      --frames "$picture:$((picture + 1))" >/dev/null 2>"$work/said" || { cat "$work/said" >&2; exit 1; }
+      --speed 1 --frames "$picture:$((picture + 1))" >/dev/null 2>"$work/said" || { cat "$work/said" >&2; exit 1; }
     cp "$work/out/frames/$(printf 'frame_%05d.png' "$picture")" "$here/pictures/$name.png"
     rm -r "$work/out"
   fi

@@ -279,10 +279,12 @@ double parse_number(std::string_view text, const char* what, const std::string& 
 
 double playback_speed(const RenderSettings& settings, double duration) {
   if (settings.speed > 0.0) return settings.speed;
-  if (!(duration > 0.0) || (duration >= 0.1 && duration <= 600.0)) return 1.0;
-  const double longest = duration / 6.0, power = std::pow(10.0, std::floor(std::log10(longest)));
+  if (!(duration > 0.0) || (duration >= 2.0 && duration <= 600.0)) return 1.0;
+  // Two seconds of playback are the least that can be followed; very short and very long runs get six.
+  const double longest = duration / (duration >= 0.1 && duration < 2.0 ? 2.0 : 6.0);
+  const double power = std::pow(10.0, std::floor(std::log10(longest) + 1e-9));  // a rounded 0.1 counts as 0.1
   for (const double step : {5.0, 2.0})
-    if (step * power <= longest) return step * power;
+    if (step * power <= longest * (1.0 + 1e-9)) return step * power;
   return power;
 }
 

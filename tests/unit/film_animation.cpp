@@ -21,6 +21,7 @@ film::RenderSettings small_settings() {
   film::RenderSettings s;
   s.size = {160, 90};
   s.frame_rate = 20;
+  s.speed = 1;
   s.scales = {1, 5};
   return s;
 }

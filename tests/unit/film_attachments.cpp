@@ -72,6 +72,7 @@ on = "block"
 direction = [0, 3, 0]
 value = "t < 0.5 ? 8 : 2"
 [render]
+speed = 1
 forces = true
 scales = [1]
 )";

@@ -32,6 +32,7 @@ class Filming : public testing::Test {
     film::RenderSettings s;
     s.size = {160, 90};
     s.frame_rate = 12;
+    s.speed = 1;
     s.samples = 1;
     animation = film::make_animation(results, s, nullptr);
   }

@@ -39,7 +39,7 @@ render::Image draw(const std::string& words, int picture, render::RendererInfo& 
   static render::Renderer renderer;
   info = renderer.info();
   std::string text = std::string(test::swinging_scene) + forces_and_outputs +
-                     "[render]\nframe_rate = 12\nshadows = false\nocclusion = false\n" +
+                     "[render]\nframe_rate = 12\nspeed = 1\nshadows = false\nocclusion = false\n" +
                      (std::string(words).find("size =") == std::string::npos ? "size = [200, 140]\n" : "") + words;
   if (change) change(text);
   const sim::Scene scene = sim::parse_scene(text, "golden.toml");
@@ -135,7 +135,7 @@ TEST(GoldenFilm, ContactSheet) {
   render::Renderer renderer;
   const sim::Results results = test::swinging_beam();
   const film::RenderSettings settings =
-      film::parse_render_settings("title = \"x\"\n[render]\nscales = [1]\nframe_rate = 12\nsize = [200, 140]\n", "golden.toml");
+      film::parse_render_settings("title = \"x\"\n[render]\nscales = [1]\nframe_rate = 12\nspeed = 1\nsize = [200, 140]\n", "golden.toml");
   const film::Animation animation = film::make_animation(results, settings, nullptr);
   film::write_contact_sheet(animation, {0, animation.count, 6}, renderer, scratch.path() / "sheet.png");
   const render::Image sheet = render::read_png(scratch.path() / "sheet.png");

@@ -111,7 +111,15 @@ TEST(RenderSettings, NamesAreCheckedAgainstTheScene) {
   EXPECT_DOUBLE_EQ(film::playback_speed(s, 3.2e7), 5e6);
   EXPECT_DOUBLE_EQ(film::playback_speed(s, 1e-6), 1e-7);
   EXPECT_DOUBLE_EQ(film::playback_speed(s, 0.012), 2e-3);
-  for (const double usual : {0.0, 0.1, 0.4, 600.0}) EXPECT_EQ(film::playback_speed(s, usual), 1.0);
+  EXPECT_DOUBLE_EQ(film::playback_speed(s, 0.2), 0.1);
+  EXPECT_DOUBLE_EQ(film::playback_speed(s, 0.6), 0.2);
+  EXPECT_DOUBLE_EQ(film::playback_speed(s, 1.6), 0.5);
+  for (const double usual : {0.0, 2.0, 4.0, 600.0}) EXPECT_EQ(film::playback_speed(s, usual), 1.0);
+  // From a tenth of a second on: at least 60 pictures, at most 155.
+  for (double duration = 0.1; duration < 2.0; duration *= 1.01) {
+    const double pictures = duration * 30.0 / film::playback_speed(s, duration);
+    EXPECT_TRUE(pictures > 59.99 && pictures < 155.0) << duration << ": " << pictures;
+  }
   scene.simulation.duration = 1.0;
   scene.bodies[0].drawing["color"] = "[2, 0, 0]";
   EXPECT_THROW(film::check_render_settings(s, scene), sim::InputError);
