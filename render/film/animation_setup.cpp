@@ -157,8 +157,7 @@ void add_panels(Animation& animation) {
     size_t panel = 0;
     while (panel < units.size() && !(units[panel] == output->unit && range > flat * ranges[panel] && ranges[panel] > flat * range)) ++panel;
     if (panel == units.size()) {
-      const auto [unit, factor] =
-          output->unit == "m" ? length_unit(output->values.cwiseAbs().maxCoeff()) : std::pair<std::string, double>(output->unit, 1.0);
+      const auto [unit, factor] = readable_unit(output->unit, output->values.cwiseAbs().maxCoeff());
       animation.panels.push_back({.y_label = unit, .factor = factor, .series = {}});
       units.push_back(output->unit);
       ranges.push_back(range);
@@ -233,10 +232,10 @@ void set_colors(Animation& animation, const Survey& survey) {
     const bool small = reach < 0.01;
     animation.scalar_bar = {.label = "strain", .unit = small ? "µm/m" : "%", .factor = small ? 1e6 : 100.0};
   } else if (by == ColorBy::stress) {
-    const bool mega = reach >= 1e5;
-    animation.scalar_bar = {.label = "stress", .unit = mega ? "MPa" : "kPa", .factor = mega ? 1e-6 : 1e-3};
+    const auto [unit, factor] = readable_unit("Pa", reach);
+    animation.scalar_bar = {.label = "stress", .unit = unit, .factor = factor};
   } else {
-    const auto [unit, factor] = length_unit(reach);
+    const auto [unit, factor] = readable_unit("m", reach);
     const bool velocity = by == ColorBy::velocity;
     animation.scalar_bar = {.label = velocity              ? "speed"
                                      : by == ColorBy::mode ? fmt::format("displacement by mode {}", animation.settings.mode)

@@ -6,11 +6,18 @@
 
 namespace flexframe::film {
 
-std::pair<std::string, double> length_unit(double largest) {
-  if (largest >= 1.0) return {"m", 1.0};
-  if (largest >= 1e-3) return {"mm", 1e3};
-  if (largest >= 1e-6) return {"µm", 1e6};
-  return {"nm", 1e9};
+std::pair<std::string, double> readable_unit(const std::string& unit, double largest) {
+  struct Step {
+    double from, factor;  // of the unit itself
+    const char* prefix;
+  };
+  static constexpr Step small[] = {{1.0, 1.0, ""}, {1e-3, 1e3, "m"}, {1e-6, 1e6, "µ"}, {0.0, 1e9, "n"}};
+  static constexpr Step large[] = {{1e9, 1e-9, "G"}, {1e6, 1e-6, "M"}, {1e4, 1e-3, "k"}, {0.0, 1.0, ""}};
+  const bool length = unit == "m";
+  if (!length && unit != "N" && unit != "N m" && unit != "Pa" && unit != "W" && unit != "J") return {unit, 1.0};
+  for (const Step& step : length ? small : large)
+    if (largest >= step.from) return {step.prefix + unit, step.factor};
+  return {unit, 1.0};  // not a number
 }
 
 void fill_overlay(const Animation& animation, double t, render::Picture& picture) {

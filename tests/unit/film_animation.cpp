@@ -1,6 +1,7 @@
 #include "film_swing.h"
 
 #include "render/film/animation.h"
+#include "render/film/overlay.h"
 #include "render/film/survey.h"
 #include "render/frame/camera.h"
 #include "scratch.h"
@@ -194,6 +195,18 @@ TEST(Animation, NothingLeavesThePicture) {
     EXPECT_LT(reach, 1.0);
     EXPECT_GT(reach, 0.6);
   }
+}
+
+TEST(Animation, UnitsAreThoseThatReadBest) {
+  using Unit = std::pair<std::string, double>;
+  EXPECT_EQ(film::readable_unit("m", 2.0), Unit("m", 1.0));
+  EXPECT_EQ(film::readable_unit("m", 0.2), Unit("mm", 1e3));
+  EXPECT_EQ(film::readable_unit("m", 3e-8), Unit("nm", 1e9));
+  EXPECT_EQ(film::readable_unit("Pa", 1.5e8), Unit("MPa", 1e-6));
+  EXPECT_EQ(film::readable_unit("N m", 9000.0), Unit("N m", 1.0));
+  EXPECT_EQ(film::readable_unit("N", 12000.0), Unit("kN", 1e-3));
+  EXPECT_EQ(film::readable_unit("rad/s", 1e7), Unit("rad/s", 1.0));
+  EXPECT_EQ(film::readable_unit("N", 0.0), Unit("N", 1.0));
 }
 
 TEST(Animation, ColourRangeIsTheLargestOfTheWholeSequence) {
