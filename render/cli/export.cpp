@@ -1,5 +1,6 @@
 #include "render/cli/export.h"
 
+#include "render/cli/page.h"
 #include "render/cli/results_job.h"
 #include "render/cli/terminal.h"
 
@@ -91,28 +92,30 @@ nlohmann::ordered_json export_video(const ResultsJob& job, const RenderWords& re
 
 Command add_export(Program& program) {
   const auto words = std::make_shared<Words>();
-  Subcommand app = program.subcommand("export", "results for other programs: CSV, glTF, VTK, video");
+  Subcommand app = program.subcommand("export", "results for other programs: CSV, HTML page, glTF, VTK, video");
   app.footer(R"(csv   the histories: a column an output (RESULTS.csv)
+html  one page for any browser: the scene to be turned round, playing, exaggeration by a slider, plots (RESULTS.html)
 gltf  one animated file for viewers and Blender: bodies move, deformation as morph targets (RESULTS.glb; -o NAME.gltf for JSON)
 vtk   a surface file a picture and an index for ParaView, deformation as point data (folder RESULTS_vtk)
 mp4   the video alone (RESULTS.mp4; -o NAME.gif for a GIF, NAME.apng for an animated PNG)
 Pictures a second and speed are those of the scene's [render] table.)");
   app.option("RESULTS", words->results, "results file (HDF5)").required();
-  app.option("--to", words->to, "csv, gltf, vtk or mp4").as("WORD").required().one_of({"csv", "gltf", "vtk", "mp4"});
+  app.option("--to", words->to, "csv, html, gltf, vtk or mp4").as("WORD").required().one_of({"csv", "html", "gltf", "vtk", "mp4"});
   app.option("-o,--out", words->out, "output file, for vtk a folder; default: the name of the results, in the current folder").as("FILE");
   app.flag("--head", words->head, "csv: units and descriptions in comment lines (#) before the names of the columns");
   app.option("--scale", words->scale, "gltf, vtk: deformation multiplied by this (1)").range(0.0, 1e9);
   app.option("--scene", words->scene, "scene file whose [render] table is used, in place of the one in the results").as("FILE");
-  app.option("--size", words->render.size, "mp4: pixels, width x height").as("WxH");
-  app.option("--scales", words->render.scales, "mp4: auto, or a list as 1,20: in scale and exaggerated");
-  app.option("--color-by", words->render.color_by, "mp4: none, displacement, strain, velocity or body");
+  app.option("--size", words->render.size, "mp4, html: pixels of the pictures, width x height").as("WxH");
+  app.option("--scales", words->render.scales, "mp4, html: auto, or a list as 1,20: in scale and exaggerated");
+  app.option("--color-by", words->render.color_by, "mp4, html: none, displacement, strain, velocity or body");
   app.flag("--json", words->json, "summary as JSON");
   app.example("crane.h5 --to gltf -o crane.glb --scale 20", "for Blender and other viewers, deformation twenty times");
+  app.example("crane.h5 --to html", "crane.html, for anyone with a browser");
   app.example("crane.h5 --to csv", "the histories");
 
   return {app, [words] {
             const std::string name = fs::path(words->results).stem().string();
-            const std::string ending = words->to == "csv" ? ".csv" : words->to == "gltf" ? ".glb" : words->to == "mp4" ? ".mp4" : "_vtk";
+            const std::string ending = words->to == "vtk" ? "_vtk" : words->to == "gltf" ? ".glb" : "." + words->to;
             const fs::path out = words->out.empty() ? fs::path(name + ending) : fs::path(words->out);
             if (words->to == "gltf" && out.extension() != ".glb" && out.extension() != ".gltf")
               throw UsageError(fmt::format("-o {}: a glTF file ends in .glb or .gltf", out.string()));
@@ -127,6 +130,7 @@ Pictures a second and speed are those of the scene's [render] table.)");
             notes.insert(notes.end(), job.notes.begin(), job.notes.end());
             nlohmann::ordered_json json = {{"format", words->to}, {"out", out.string()}};
             json.update(words->to == "csv"    ? export_csv(job.results, out, words->head)
+                        : words->to == "html" ? write_page(job.results, job.settings, job.scene ? &*job.scene : nullptr, out, notes)
                         : words->to == "gltf" ? export_gltf(job, words->scale, out, notes)
                         : words->to == "vtk"  ? export_vtk(job, words->scale, out, name, notes)
                                               : export_video(job, words->render, out, notes));
@@ -135,11 +139,12 @@ Pictures a second and speed are those of the scene's [render] table.)");
               fmt::print("{}\n", json.dump(2));
               return 0;
             }
-            fmt::print("{:<12} {}\n", words->to, out.string());
+            if (words->to != "html") fmt::print("{:<12} {}\n", words->to, out.string());
             if (json.contains("morph_targets"))
               fmt::print("deformation  {} morph targets, within {:.2g} m of what is drawn (largest {:.2g} m)\n",
                          json["morph_targets"].get<int>(), json["error"].get<double>(), json["largest_displacement"].get<double>());
-            if (json.contains("pictures")) fmt::print("pictures     {}\n", json["pictures"].get<int>());
+            if (words->to == "html") print_page(json);
+            else if (json.contains("pictures")) fmt::print("pictures     {}\n", json["pictures"].get<int>());
             for (const std::string& note : notes) fmt::print("note         {}\n", note);
             return 0;
           }};

@@ -205,7 +205,10 @@ void apply_words(const RenderWords& words, film::RenderSettings& settings) {
     if (found == known.end())
       throw UsageError(fmt::format("--look {} is unknown{}; allowed: {}", sim::quote(words.look), sim::did_you_mean(words.look, known),
                                    sim::list_words(known)));
+    // A background that was asked for beside the look stays.
+    const film::BackgroundKind background = settings.background;
     film::apply_look(static_cast<film::LookKind>(found - known.begin()), settings);
+    if (!words.background.empty()) settings.background = background;
   }
   if (words.samples) settings.samples = *words.samples;
   settings.cache = words.cache;

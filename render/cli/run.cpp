@@ -1,6 +1,7 @@
 // flexframe run: simulate a scene and draw it.
 #include "render/cli/commands.h"
 #include "render/cli/jobs.h"
+#include "render/cli/page.h"
 #include "render/cli/terminal.h"
 
 #include "sim/results/csv.h"
@@ -16,7 +17,7 @@ Command add_run(Program& program) {
   struct Words {
     std::string scene, out, csv;
     std::vector<std::string> settings;
-    bool json = false;
+    bool json = false, html = false;
     SimulationWords simulation;
     RenderWords render;
   };
@@ -26,6 +27,7 @@ Command add_run(Program& program) {
   add_scene_words(app, words->settings);
   app.option("-o,--out", words->out, "output folder; default: the scene's name").as("DIR");
   app.option("--csv", words->csv, "histories there instead of in the output folder").as("FILE");
+  app.flag("--html", words->html, "besides, one HTML page for any browser: the scene to be turned round, playing, with plots (NAME.html)");
   app.flag("--json", words->json, "summary as JSON");
   add_simulation_words(app, words->simulation);
   add_render_words(app, words->render);
@@ -50,12 +52,16 @@ Command add_run(Program& program) {
         const fs::path csv = words->csv.empty() ? out / "histories.csv" : fs::path(words->csv);
         sim::write_histories_csv(results, csv);
         const DrawingReport drawing = run_drawing(results, job.settings, &job.scene, words->render, out, name);
+        nlohmann::ordered_json page;
+        std::vector<std::string> said;  // the pictures said it already
+        if (words->html) page = write_page(results, job.settings, &job.scene, out / (name + ".html"), said);
 
         if (words->json) {
           nlohmann::ordered_json json = {
               {"scene", words->scene}, {"title", results.title}, {"results", (out / "results.h5").string()}, {"histories", csv.string()}};
           json["simulation"] = simulation_json(results);
           json["drawing"] = drawing_json(drawing);
+          if (words->html) json["page"] = page;
           fmt::print("{}\n", json.dump(2));
           return 0;
         }
@@ -63,6 +69,7 @@ Command add_run(Program& program) {
         print_simulation(results);
         if (verbosity() != Verbosity::quiet) fmt::print("results      {}, {}\n", (out / "results.h5").string(), csv.string());
         print_drawing(drawing);
+        if (words->html && verbosity() != Verbosity::quiet) print_page(page);
         return 0;
       }};
 }

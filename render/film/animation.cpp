@@ -259,9 +259,7 @@ void add_symbols(const Animation& animation, const SamplePlace& place, render::P
     surface.normals = symbol.normals;
     surface.triangles = symbol.triangles;
     surface.pose = joint_pose(animation.results->joints[symbol.joint], symbol.fixed ? SamplePlace{} : place);
-    surface.material = {.color = {0.24f, 0.26f, 0.30f}, .roughness = 0.35f, .metallic = 0.4f};
-    // Blue, so that what is seen of them through a body is no stain of it.
-    if (animation.settings.studio) surface.material = {.color = {0.16f, 0.30f, 0.50f}, .roughness = 0.35f, .metallic = 0.2f};
+    surface.material = symbol_material(animation.settings);
     surface.two_sided = false;
     surface.seen_through = 0.3f;
     picture.surfaces.push_back(surface);
@@ -461,6 +459,12 @@ class PictureHash {
 };
 
 }  // namespace
+
+render::Material symbol_material(const RenderSettings& settings) {
+  // Blue, so that what is seen of them through a body is no stain of it.
+  if (settings.studio) return {.color = {0.16f, 0.30f, 0.50f}, .roughness = 0.35f, .metallic = 0.2f};
+  return {.color = {0.24f, 0.26f, 0.30f}, .roughness = 0.35f, .metallic = 0.4f};
+}
 
 std::string picture_hash(const render::Picture& picture, const std::string& environment) {
   PictureHash hash(environment);

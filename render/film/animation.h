@@ -102,6 +102,9 @@ Animation make_animation(const sim::Results& results, const RenderSettings& sett
 
 double picture_time(const Animation& animation, int picture);
 
+// What joints' symbols are made of.
+render::Material symbol_material(const RenderSettings& settings);
+
 // The camera of picture k, from that of the first: on its path, around, along with a body.
 void aim_camera(const Animation& animation, int picture, const render::Camera& first, render::Picture& out);
 

@@ -120,29 +120,6 @@ void add_symbols(Animation& animation, const sim::Scene& scene, double size) {
   }
 }
 
-// Series of many samples, thinned so that every column of pixels keeps its extremes.
-PlotSeries thin_series(const std::string& label, const sim::VecX& times, const sim::VecX& values) {
-  constexpr Eigen::Index bins = 2000;
-  PlotSeries out{.label = label, .x = {}, .y = {}};
-  const Eigen::Index n = values.size(), per = std::max<Eigen::Index>(1, n / bins);
-  for (Eigen::Index i = 0; i < n; i += per) {
-    const Eigen::Index count = std::min(per, n - i);
-    Eigen::Index low = 0, high = 0;
-    values.segment(i, count).minCoeff(&low);
-    values.segment(i, count).maxCoeff(&high);
-    for (Eigen::Index k : {std::min(low, high), std::max(low, high)}) {
-      if (!out.x.empty() && out.x.back() == times[i + k]) continue;
-      out.x.push_back(times[i + k]);
-      out.y.push_back(values[i + k]);
-    }
-  }
-  if (n > 0 && out.x.back() != times[n - 1]) {
-    out.x.push_back(times[n - 1]);
-    out.y.push_back(values[n - 1]);
-  }
-  return out;
-}
-
 // Columns of one unit share a panel unless one would be flat beside the other; lengths are shown in the unit that suits them.
 void add_panels(Animation& animation) {
   constexpr double flat = 0.1;

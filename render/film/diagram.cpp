@@ -1,5 +1,6 @@
 #include "render/film/diagram.h"
 
+#include "render/base/html.h"
 #include "render/image/canvas.h"
 #include "render/image/text.h"
 
@@ -190,17 +191,6 @@ std::string svg_color(const vec3& c) {
   return fmt::format("#{:02x}{:02x}{:02x}", byte(c.x), byte(c.y), byte(c.z));
 }
 
-std::string escape(const std::string& text) {
-  std::string out;
-  for (char c : text) {
-    if (c == '&') out += "&amp;";
-    else if (c == '<') out += "&lt;";
-    else if (c == '>') out += "&gt;";
-    else out += c;
-  }
-  return out;
-}
-
 }  // namespace
 
 std::string diagram_svg(const Diagram& d) {
@@ -223,7 +213,7 @@ std::string diagram_svg(const Diagram& d) {
     const char* anchor = w.anchor == Anchor::left ? "start" : w.anchor == Anchor::middle ? "middle" : "end";
     const std::string turn = w.upwards ? fmt::format(" transform=\"rotate(-90 {:.1f} {:.1f})\"", w.at.x, w.at.y) : "";
     out += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"{:g}\" text-anchor=\"{}\" fill=\"{}\"{}{}>{}</text>\n", w.at.x, w.at.y,
-                       w.size, anchor, svg_color(w.color), w.bold ? " font-weight=\"bold\"" : "", turn, escape(w.text));
+                       w.size, anchor, svg_color(w.color), w.bold ? " font-weight=\"bold\"" : "", turn, render::escape_html(w.text));
   }
   return out + "</svg>\n";
 }

@@ -1,5 +1,6 @@
 #include "render/film/gltf.h"
 
+#include "render/base/base64.h"
 #include "render/film/shape_basis.h"
 #include "sim/base/error.h"
 
@@ -185,7 +186,7 @@ void add_symbol(Document& d, const Animation& animation, const JointSymbol& symb
   const sim::ResultJoint& joint = animation.results->joints[symbol.joint];
   const Json attributes = {{"POSITION", d.writer.add_vectors(symbol.positions, true)},
                            {"NORMAL", d.writer.add_vectors(symbol.normals, false)}};
-  const render::Material look = symbol.mesh.materials.empty() ? render::Material{} : symbol.mesh.materials.front().look;
+  const render::Material look = symbol_material(animation.settings);
   d.meshes.push_back({{"name", joint.name},
                       {"primitives", Json::array({{{"attributes", attributes},
                                                    {"indices", add_triangles(d, symbol.triangles)},
@@ -215,19 +216,6 @@ void add_camera(Document& d, const Animation& animation) {
   const glm::dquat q = glm::quat_cast(glm::dmat3(x, glm::cross(z, x), z));
   d.nodes.push_back(
       {{"name", "camera"}, {"camera", 0}, {"translation", {c.position.x, c.position.y, c.position.z}}, {"rotation", {q.x, q.y, q.z, q.w}}});
-}
-
-std::string base64(std::span<const std::uint8_t> bytes) {
-  constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  out.reserve(4 * ((bytes.size() + 2) / 3));
-  for (size_t i = 0; i < bytes.size(); i += 3) {
-    const size_t left = std::min<size_t>(3, bytes.size() - i);
-    std::uint32_t word = 0;
-    for (size_t k = 0; k < 3; ++k) word = word << 8 | (k < left ? bytes[i + k] : 0u);
-    for (size_t k = 0; k < 4; ++k) out += k <= left ? digits[word >> (18 - 6 * k) & 63u] : '=';
-  }
-  return out;
 }
 
 void put_word(std::vector<std::uint8_t>& out, std::uint32_t word) {
@@ -262,7 +250,7 @@ std::vector<std::uint8_t> make_gltf(const Animation& animation, double scale, bo
   report.nodes = static_cast<int>(d.nodes.size());
 
   Json buffer = {{"byteLength", d.writer.data.size()}};
-  if (!binary) buffer["uri"] = "data:application/octet-stream;base64," + base64(d.writer.data);
+  if (!binary) buffer["uri"] = "data:application/octet-stream;base64," + render::base64(d.writer.data);
   Json json = {{"asset", {{"version", "2.0"}, {"generator", "flexframe"}}},
                {"scene", 0},
                {"scenes", Json::array({{{"nodes", {0}}}})},

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace flexframe::film {
 
 std::pair<std::string, double> readable_unit(const std::string& unit, double largest) {
@@ -18,6 +20,28 @@ std::pair<std::string, double> readable_unit(const std::string& unit, double lar
   for (const Step& step : length ? small : large)
     if (largest >= step.from) return {step.prefix + unit, step.factor};
   return {unit, 1.0};  // not a number
+}
+
+PlotSeries thin_series(const std::string& label, const sim::VecX& times, const sim::VecX& values) {
+  constexpr Eigen::Index bins = 2000;
+  PlotSeries out{.label = label, .x = {}, .y = {}};
+  const Eigen::Index n = values.size(), per = std::max<Eigen::Index>(1, n / bins);
+  for (Eigen::Index i = 0; i < n; i += per) {
+    const Eigen::Index count = std::min(per, n - i);
+    Eigen::Index low = 0, high = 0;
+    values.segment(i, count).minCoeff(&low);
+    values.segment(i, count).maxCoeff(&high);
+    for (Eigen::Index k : {std::min(low, high), std::max(low, high)}) {
+      if (!out.x.empty() && out.x.back() == times[i + k]) continue;
+      out.x.push_back(times[i + k]);
+      out.y.push_back(values[i + k]);
+    }
+  }
+  if (n > 0 && out.x.back() != times[n - 1]) {
+    out.x.push_back(times[n - 1]);
+    out.y.push_back(values[n - 1]);
+  }
+  return out;
 }
 
 void fill_overlay(const Animation& animation, double t, render::Picture& picture) {

@@ -15,4 +15,7 @@ void fill_overlay(const Animation& animation, double t, render::Picture& picture
 // moments, pressures, power and energy up to G ({"MPa", 1e-6}), from ten thousand on; of other units themselves and 1.
 std::pair<std::string, double> readable_unit(const std::string& unit, double largest);
 
+// A history of many samples, thinned so that every column of pixels keeps its extremes.
+PlotSeries thin_series(const std::string& label, const sim::VecX& times, const sim::VecX& values);
+
 }  // namespace flexframe::film

@@ -1,9 +1,12 @@
 #include "render/film/shape_basis.h"
 
+#include "render/film/survey.h"
 #include "sim/base/eigen_solvers.h"
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <vector>
 
 namespace flexframe::film {
 namespace {
@@ -16,19 +19,23 @@ Eigen::Map<const Eigen::VectorXf> displacement_at(const Animation& animation, in
   return {memory.displacement.data(), static_cast<Eigen::Index>(memory.displacement.size())};
 }
 
-}  // namespace
+// A field over the sequence: `width` numbers a point, whose length counts; at(picture) gives it.
+struct Field {
+  Eigen::Index rows = 0;
+  int width = 1, pictures = 0;
+  std::function<Eigen::Map<const Eigen::VectorXf>(int picture)> at;
+};
 
-ShapeBasis make_shape_basis(const Animation& animation, int body, double relative) {
+ShapeBasis make_basis(const Field& field, double relative) {
   ShapeBasis basis;
-  BodyMemory memory;
-  const Eigen::Index rows = static_cast<Eigen::Index>(animation.bodies[body].rest.size());
+  const Eigen::Index rows = field.rows;
 
   // Snapshots, evenly over the sequence.
-  const int count = std::min(animation.count, most_snapshots);
+  const int count = std::min(field.pictures, most_snapshots);
   Eigen::MatrixXf snapshots(rows, count);
   for (int k = 0; k < count; ++k) {
-    const int picture = count > 1 ? static_cast<int>(static_cast<long>(k) * (animation.count - 1) / (count - 1)) : 0;
-    snapshots.col(k) = displacement_at(animation, body, picture, memory);
+    const int picture = count > 1 ? static_cast<int>(static_cast<long>(k) * (field.pictures - 1) / (count - 1)) : 0;
+    snapshots.col(k) = field.at(picture);
   }
   const double largest = snapshots.cwiseAbs().maxCoeff();
 
@@ -43,7 +50,8 @@ ShapeBasis make_shape_basis(const Animation& animation, int body, double relativ
   const sim::SymmetricEigen eigen(gram);
   const Eigen::VectorXd energy = eigen.eigenvalues().reverse().cwiseMax(0.0);
   // Single precision leaves nothing below 1e-12 of the largest eigenvalue.
-  const double allowed = std::max(relative * relative * largest * largest * static_cast<double>(rows) / 3.0 * count, 1e-12 * energy[0]);
+  const double allowed =
+      std::max(relative * relative * largest * largest * static_cast<double>(rows) / field.width * count, 1e-12 * energy[0]);
   int n = 0;
   for (double left = energy.sum(); n < count && left > allowed && energy[n] > 1e-12 * energy[0]; ++n) left -= energy[n];
   Eigen::MatrixXf shapes(rows, n);
@@ -55,14 +63,14 @@ ShapeBasis make_shape_basis(const Animation& animation, int body, double relativ
   snapshots.resize(0, 0);
 
   // Weights of every picture, and what they miss.
-  basis.weights.resize(n, animation.count);
-  for (int k = 0; k < animation.count; ++k) {
-    const Eigen::VectorXf u = displacement_at(animation, body, k, memory);
+  basis.weights.resize(n, field.pictures);
+  for (int k = 0; k < field.pictures; ++k) {
+    const Eigen::VectorXf u = field.at(k);
     basis.weights.col(k) = shapes.transpose() * u;
     const Eigen::VectorXf missed = u - shapes * basis.weights.col(k);
-    for (Eigen::Index v = 0; v + 2 < rows; v += 3) {
-      basis.largest = std::max(basis.largest, static_cast<double>(u.segment<3>(v).norm()));
-      basis.error = std::max(basis.error, static_cast<double>(missed.segment<3>(v).norm()));
+    for (Eigen::Index v = 0; v + field.width <= rows; v += field.width) {
+      basis.largest = std::max(basis.largest, static_cast<double>(u.segment(v, field.width).norm()));
+      basis.error = std::max(basis.error, static_cast<double>(missed.segment(v, field.width).norm()));
     }
   }
   // Shapes of size 1: weights are then metres at the point that moves most.
@@ -73,6 +81,42 @@ ShapeBasis make_shape_basis(const Animation& animation, int body, double relativ
   }
   basis.shapes = std::move(shapes);
   return basis;
+}
+
+}  // namespace
+
+ShapeBasis make_shape_basis(const Animation& animation, int body, double relative) {
+  BodyMemory memory;
+  return make_basis({.rows = static_cast<Eigen::Index>(animation.bodies[body].rest.size()),
+                     .width = 3,
+                     .pictures = animation.count,
+                     .at = [&](int picture) { return displacement_at(animation, body, picture, memory); }},
+                    relative);
+}
+
+ShapeBasis make_value_basis(const Animation& animation, int body, double relative) {
+  const BodyModel& model = animation.bodies[body];
+  BodyMemory memory;
+  ScalarMemory work;
+  std::vector<float> vertex_values, values;
+  const auto update = [&](int picture) {
+    if (model.flexible) displacement_at(animation, body, picture, memory);
+    update_scalars(model, *animation.results, body, animation.settings, picture_time(animation, picture), memory, work, vertex_values);
+    values.clear();
+    if (vertex_values.empty()) return;
+    // Not a number where nothing is known: no shape can hold that.
+    for (const int p : model.mesh.point_position) values.push_back(std::isfinite(vertex_values[p]) ? vertex_values[p] : 0.0f);
+  };
+  update(0);
+  if (values.empty()) return {.largest = -1.0};
+  return make_basis({.rows = static_cast<Eigen::Index>(values.size()),
+                     .pictures = animation.count,
+                     .at =
+                         [&](int picture) {
+                           update(picture);
+                           return Eigen::Map<const Eigen::VectorXf>(values.data(), static_cast<Eigen::Index>(values.size()));
+                         }},
+                    relative);
 }
 
 }  // namespace flexframe::film

@@ -21,4 +21,8 @@ struct ShapeBasis {
 // displacement (root mean square), at most 64.
 ShapeBasis make_shape_basis(const Animation& animation, int body, double relative = 1e-4);
 
+// The same of what the body is coloured by: one number per shading point (M rows), in the units of the colours. Not one shape: the body has
+// no such numbers (`largest` negative), or they are zero throughout.
+ShapeBasis make_value_basis(const Animation& animation, int body, double relative = 2e-3);
+
 }  // namespace flexframe::film

@@ -1,6 +1,7 @@
 #include "render/film/vtk.h"
 
 #include "render/base/file.h"
+#include "render/base/html.h"
 #include "render/film/survey.h"
 #include "sim/base/error.h"
 
@@ -100,18 +101,6 @@ std::vector<std::uint8_t> to_file(const Surface& s, const std::string& scalar_na
   return out;
 }
 
-// A name as an attribute's value.
-std::string escape(const std::string& text) {
-  std::string out;
-  for (char c : text) {
-    if (c == '&') out += "&amp;";
-    else if (c == '<') out += "&lt;";
-    else if (c == '"') out += "&quot;";
-    else out += c;
-  }
-  return out;
-}
-
 }  // namespace
 
 VtkReport write_vtk(const Animation& animation, double scale, const std::filesystem::path& folder, const std::string& name,
@@ -134,7 +123,7 @@ VtkReport write_vtk(const Animation& animation, double scale, const std::filesys
     Surface surface;
     for (size_t b = 0; b < animation.bodies.size(); ++b) add_body(animation, b, t, scale, memory, surface);
     render::write_file(folder / file_name(k), to_file(surface, color_by_words()[static_cast<size_t>(animation.settings.color_by)]));
-    index += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", t, escape(file_name(k)));
+    index += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", t, render::escape_html(file_name(k)));
     if (progress) progress(k + 1, animation.count);
   }
   for (int k = animation.count; fs::remove(folder / file_name(k), error); ++k) {}

@@ -1,5 +1,7 @@
 #include "render/image/compare_report.h"
 
+#include "render/base/base64.h"
+#include "render/base/html.h"
 #include "render/image/png.h"
 #include "render/picture/picture_numbers.h"
 #include "sim/base/error.h"
@@ -21,34 +23,6 @@ std::set<std::string> pictures_below(const fs::path& folder) {
     if (entry.is_regular_file() && entry.path().extension() == ".png")
       names.insert(entry.path().lexically_relative(folder).generic_string());
   return names;
-}
-
-std::string escape(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '&') out += "&amp;";
-    else if (c == '<') out += "&lt;";
-    else if (c == '>') out += "&gt;";
-    else if (c == '"') out += "&quot;";
-    else out += c;
-  }
-  return out;
-}
-
-// RFC 4648.
-std::string base64(const std::vector<std::uint8_t>& bytes) {
-  static constexpr char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  out.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const unsigned b =
-        unsigned(bytes[i]) << 16 | (i + 1 < bytes.size() ? unsigned(bytes[i + 1]) << 8 : 0u) | (i + 2 < bytes.size() ? bytes[i + 2] : 0u);
-    out += letters[b >> 18];
-    out += letters[b >> 12 & 63];
-    out += i + 1 < bytes.size() ? letters[b >> 6 & 63] : '=';
-    out += i + 2 < bytes.size() ? letters[b & 63] : '=';
-  }
-  return out;
 }
 
 std::string picture_cell(const char* caption, const std::vector<std::uint8_t>& png) {
@@ -155,13 +129,13 @@ img{{max-width:100%;border:1px solid #ccd;image-rendering:pixelated}}figcaption{
 <h1>{0}</h1><p>{1}</p>
 <table><tr><th>picture<th>result<th>largest<th>mean<th>pixels over<th>share<th>together<th>SSIM<th>FLIP</tr>
 )",
-                                 escape(title), comparison.passes ? "All pictures agree." : "Pictures differ.");
+                                 escape_html(title), comparison.passes ? "All pictures agree." : "Pictures differ.");
   bool any_bad = false;
   for (const ComparedPair& p : comparison.pairs) {
     const bool bad = p.state != PairState::equal && p.state != PairState::passes;
     any_bad = any_bad || bad;
     const ImageDifference& d = p.difference;
-    html += fmt::format("<tr><td>{}<td{}>{}", escape(p.name), bad ? " class=\"bad\"" : "", state_name(p.state));
+    html += fmt::format("<tr><td>{}<td{}>{}", escape_html(p.name), bad ? " class=\"bad\"" : "", state_name(p.state));
     if (p.state == PairState::passes || p.state == PairState::differs || p.state == PairState::other_numbers)
       html += fmt::format("<td>{}/{}<td>{:.4g}<td>{}<td>{:.4g} %<td>{}<td>{}<td>{}", d.largest, d.full, d.mean, d.pixels_over,
                           100.0 * d.share_over, d.cluster, d.full == 255 ? fmt::format("{:.5f}", d.ssim) : "",
@@ -173,8 +147,8 @@ img{{max-width:100%;border:1px solid #ccd;image-rendering:pixelated}}figcaption{
     const bool bad = p.state != PairState::equal && p.state != PairState::passes;
     if (!(bad || (!any_bad && p.state == PairState::passes))) continue;
     const ImageDifference& d = p.difference;
-    html += fmt::format("<h2>{}</h2>\n", escape(p.name));
-    if (!p.numbers.empty()) html += fmt::format("<p>{}</p>\n", escape(p.numbers));
+    html += fmt::format("<h2>{}</h2>\n", escape_html(p.name));
+    if (!p.numbers.empty()) html += fmt::format("<p>{}</p>\n", escape_html(p.numbers));
     html += fmt::format("<div class=\"row\">{}{}{}</div>\n", picture_cell("baseline", bytes_if_there(p.baseline)),
                         picture_cell("new picture", bytes_if_there(p.candidate)),
                         d.heat.pixels.empty()

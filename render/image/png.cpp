@@ -1,8 +1,8 @@
 #include "render/image/png.h"
 
-#include "sim/base/error.h"
+#include "render/base/deflate.h"
 
-#include <libdeflate.h>
+#include "sim/base/error.h"
 
 #include <algorithm>
 #include <array>
@@ -46,7 +46,7 @@ void put_chunk(std::vector<std::uint8_t>& out, const char* type, std::span<const
   const std::size_t start = out.size();
   out.insert(out.end(), type, type + 4);
   out.insert(out.end(), data.begin(), data.end());
-  put32(out, libdeflate_crc32(0, out.data() + start, data.size() + 4));
+  put32(out, crc32({out.data() + start, data.size() + 4}));
 }
 
 // rows: bytes of the picture, big endian, top row first; step: bytes a pixel.
@@ -82,11 +82,7 @@ std::vector<std::uint8_t> encode(int width, int height, int channels, int depth,
     put_chunk(out, "tEXt", text);
   }
 
-  const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
-      libdeflate_alloc_compressor(std::clamp(options.level, 1, 12)), &libdeflate_free_compressor);
-  if (!compressor) throw std::bad_alloc();
-  std::vector<std::uint8_t> packed(libdeflate_zlib_compress_bound(compressor.get(), filtered.size()));
-  packed.resize(libdeflate_zlib_compress(compressor.get(), filtered.data(), filtered.size(), packed.data(), packed.size()));
+  const std::vector<std::uint8_t> packed = compress(filtered, Container::zlib, options.level);
   // A chunk is at most 2^31 - 1 bytes long.
   constexpr std::size_t chunk = std::size_t(1) << 30;
   for (std::size_t at = 0; at < packed.size(); at += chunk)
@@ -103,7 +99,7 @@ bool walk_chunks(std::span<const std::uint8_t> bytes, Visit visit) {
   while (at + 12 <= bytes.size()) {
     const std::size_t length = get32(&bytes[at]);
     if (length > bytes.size() - at - 12) return false;
-    if (libdeflate_crc32(0, &bytes[at + 4], length + 4) != get32(&bytes[at + 8 + length])) return false;
+    if (crc32(bytes.subspan(at + 4, length + 4)) != get32(&bytes[at + 8 + length])) return false;
     const std::string type(reinterpret_cast<const char*>(&bytes[at + 4]), 4);
     visit(type, bytes.subspan(at + 8, length));
     at += 12 + length;

@@ -62,6 +62,30 @@ function(flexframe_library module)
   file(CONFIGURE OUTPUT ${FLEXFRAME_PUBLIC_FOLDER}/flexframe/${module}.h CONTENT "${doors}" @ONLY)
 endfunction()
 
+# The texts of a folder as a C++ table, file name -> text: function() of namespace flexframe::NAMESPACE, declared in `header`. The source's
+# name comes back in `out`.
+function(flexframe_embed_texts out folder header namespace function)
+  file(GLOB files CONFIGURE_DEPENDS ${folder}/*)
+  set(table "")
+  foreach(file ${files})
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
+    get_filename_component(name ${file} NAME)
+    file(READ ${file} text)
+    string(APPEND table "    {\"${name}\", R\"~~(${text})~~\"},\n")
+  endforeach()
+  set(source ${CMAKE_CURRENT_BINARY_DIR}/${function}.cpp)
+  file(CONFIGURE OUTPUT ${source} @ONLY CONTENT "#include \"${header}\"
+namespace flexframe::${namespace} {
+const std::map<std::string, std::string>& ${function}() {
+  static const std::map<std::string, std::string> texts{
+@table@  };
+  return texts;
+}
+}  // namespace flexframe::${namespace}
+")
+  set(${out} ${source} PARENT_SCOPE)
+endfunction()
+
 file(CONFIGURE OUTPUT ${FLEXFRAME_PUBLIC_FOLDER}/flexframe/version.h CONTENT [[
 // The version of the headers, by semantic versioning; flexframe --version tells that of the program.
 #pragma once

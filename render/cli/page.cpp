@@ -1,0 +1,38 @@
+#include "render/cli/page.h"
+
+#include "render/base/file.h"
+#include "render/draw/renderer.h"
+#include "render/film/page.h"
+#include "render/image/png.h"
+
+#include <fmt/format.h>
+
+namespace flexframe::cli {
+
+nlohmann::ordered_json write_page(const sim::Results& results, const film::RenderSettings& settings, const sim::Scene* scene,
+                                  const std::filesystem::path& out, std::vector<std::string>& notes) {
+  const film::Animation animation = film::make_animation(results, settings, scene);
+  // For browsers without WebGL: a picture a third of the way through, where most runs show more than at their ends.
+  film::PictureMemory memory;
+  film::update_picture(animation, animation.count / 3, memory);
+  const std::vector<std::uint8_t> png = render::encode_png(render::Renderer().draw(memory.picture), {.level = 9, .text = {}});
+  film::PageReport report;
+  const std::string page = film::make_page(animation, png, report);
+  render::write_file(out, {reinterpret_cast<const std::uint8_t*>(page.data()), page.size()});
+  notes.insert(notes.end(), animation.warnings.begin(), animation.warnings.end());
+  notes.insert(notes.end(), animation.notes.begin(), animation.notes.end());
+  notes.insert(notes.end(), report.notes.begin(), report.notes.end());
+  return {{"page", out.string()},    {"pictures", report.pictures},
+          {"bodies", report.bodies}, {"triangles", report.triangles},
+          {"bytes", page.size()},    {"largest_displacement", animation.largest_displacement},
+          {"error", report.error},   {"value_error", report.value_error}};
+}
+
+void print_page(const nlohmann::ordered_json& page) {
+  fmt::print(
+      "page         {:.2f} MB: {} bodies, {} triangles, {} pictures; vertices within {:.2g} m of what is drawn, colours within {:.1g} %\n",
+      1e-6 * page["bytes"].get<double>(), page["bodies"].get<int>(), page["triangles"].get<std::size_t>(), page["pictures"].get<int>(),
+      page["error"].get<double>(), 100.0 * page["value_error"].get<double>());
+}
+
+}  // namespace flexframe::cli

@@ -1,0 +1,20 @@
+// A run as an HTML page, as `export --to html` and `run --html` write it.
+#pragma once
+
+#include "render/film/settings.h"
+#include "sim/results/results.h"
+
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace flexframe::cli {
+
+// Written whole or not at all. Returns what is told of it: pictures, bodies, triangles, bytes, errors. scene may be null.
+nlohmann::ordered_json write_page(const sim::Results& results, const film::RenderSettings& settings, const sim::Scene* scene,
+                                  const std::filesystem::path& out, std::vector<std::string>& notes);
+void print_page(const nlohmann::ordered_json& page);
+
+}  // namespace flexframe::cli

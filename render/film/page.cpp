@@ -1,0 +1,416 @@
+#include "render/film/page.h"
+
+#include "render/base/base64.h"
+#include "render/base/deflate.h"
+#include "render/base/html.h"
+#include "render/film/overlay.h"
+#include "render/film/page_texts.h"
+#include "render/film/shape_basis.h"
+#include "render/frame/backdrop.h"
+#include "render/frame/layout.h"
+#include "sim/base/error.h"
+
+#include <fmt/format.h>
+#include <glm/gtc/quaternion.hpp>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <type_traits>
+
+namespace flexframe::film {
+namespace {
+
+using Json = nlohmann::ordered_json;
+static_assert(std::endian::native == std::endian::little, "the arrays of a page are little-endian");
+
+constexpr size_t most_bytes = size_t{1} << 30;
+constexpr int trace_points = 1500;  // of one trace, as in pictures
+
+// All arrays, one after another; each begins at a multiple of four bytes.
+struct Block {
+  std::vector<std::uint8_t> bytes;
+
+  template <class T>
+  Json add(const std::vector<T>& values) {
+    const char* type = std::is_same_v<T, float>           ? "f4"
+                       : std::is_same_v<T, std::uint32_t> ? "u4"
+                       : std::is_same_v<T, std::int16_t>  ? "i2"
+                       : std::is_same_v<T, std::uint16_t> ? "u2"
+                       : std::is_same_v<T, std::int8_t>   ? "i1"
+                                                          : "u1";
+    const size_t at = (bytes.size() + 3) / 4 * 4, size = values.size() * sizeof(T);
+    if (at + size > most_bytes)
+      throw FileError("the sequence needs more than 1 GiB, which browsers do not take: draw fewer pictures a second or coarser meshes");
+    bytes.resize(at + size);
+    if (size > 0) std::memcpy(bytes.data() + at, values.data(), size);
+    return {{"o", at}, {"n", values.size()}, {"t", type}};
+  }
+};
+
+Json vector(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
+
+// Values as whole multiples of the returned step, the largest with the type's largest number.
+template <class T>
+float round_to(const std::vector<float>& values, std::vector<T>& out) {
+  float largest = 0.0f;
+  for (const float v : values) largest = std::max(largest, std::abs(v));
+  constexpr float most = static_cast<float>(std::numeric_limits<T>::max());
+  const float step = largest > 0.0f ? largest / most : 1.0f;
+  for (const float v : values) out.push_back(static_cast<T>(std::lround(v / step)));
+  return step;
+}
+
+// Poses of a frame at every picture: positions and unit quaternions x y z w.
+template <class Pose>
+void add_motion(Block& block, int count, Pose&& pose, Json& body) {
+  std::vector<float> positions, rotations;
+  glm::dquat before(1, 0, 0, 0);
+  for (int k = 0; k < count; ++k) {
+    const glm::dmat4 m = pose(k);
+    glm::dquat q = glm::normalize(glm::quat_cast(glm::dmat3(m)));
+    if (glm::dot(before, q) < 0.0) q = -q;
+    before = q;
+    for (int i = 0; i < 3; ++i) positions.push_back(static_cast<float>(m[3][i]));
+    for (const double v : {q.x, q.y, q.z, q.w}) rotations.push_back(static_cast<float>(v));
+  }
+  body["position"] = block.add(positions);
+  body["rotation"] = block.add(rotations);
+}
+
+// Undeformed vertices: 16 bits of the box around them; normals as 16-bit directions.
+void add_rest(Block& block, const std::vector<glm::vec3>& points, const std::vector<glm::vec3>& normals,
+              const std::vector<glm::uvec3>& triangles, Json& body, PageReport& report) {
+  glm::vec3 low(std::numeric_limits<float>::max()), high(std::numeric_limits<float>::lowest());
+  for (const glm::vec3& p : points) low = glm::min(low, p), high = glm::max(high, p);
+  const glm::vec3 step = glm::max((high - low) / 65535.0f, glm::vec3(std::numeric_limits<float>::min()));
+  std::vector<std::uint16_t> rest;
+  std::vector<std::int16_t> directions;
+  for (const glm::vec3& p : points)
+    for (int i = 0; i < 3; ++i) rest.push_back(static_cast<std::uint16_t>(std::clamp(std::lround((p[i] - low[i]) / step[i]), 0L, 65535L)));
+  for (const glm::vec3& n : normals)
+    for (int i = 0; i < 3; ++i) directions.push_back(static_cast<std::int16_t>(std::lround(32767.0f * std::clamp(n[i], -1.0f, 1.0f))));
+  std::vector<std::uint32_t> corners;
+  for (const glm::uvec3& t : triangles)
+    for (int i = 0; i < 3; ++i) corners.push_back(t[i]);
+  body["points"] = points.size();
+  body["rest"] = block.add(rest);
+  body["rest_low"] = vector(low);
+  body["rest_step"] = vector(step);
+  body["normals"] = block.add(directions);
+  body["triangles"] = block.add(corners);
+  report.error = std::max(report.error, 0.5 * static_cast<double>(glm::length(step)));
+  report.triangles += triangles.size();
+}
+
+// Weights with all shapes of one picture beside each other.
+std::vector<float> by_picture(const Eigen::MatrixXf& weights) { return {weights.data(), weights.data() + weights.size()}; }
+
+void add_deformation(Block& block, const Animation& animation, int b, Json& body, PageReport& report) {
+  const BodyModel& model = animation.bodies[b];
+  const ShapeBasis basis = make_shape_basis(animation, b);
+  const int count = static_cast<int>(basis.shapes.cols());
+  if (count == 0) return;
+  BodyMemory memory;
+  std::vector<glm::vec3> moved, normals;
+  std::vector<std::int16_t> shapes;
+  std::vector<std::int8_t> turns;
+  std::vector<float> steps, turn_steps, values;
+  double rounding = 0.0;
+  for (int k = 0; k < count; ++k) {
+    // Differences at the largest weight of the run: what normals do is not linear beyond.
+    const float size = std::max(basis.weights.row(k).cwiseAbs().maxCoeff(), std::numeric_limits<float>::min());
+    memory.displacement.assign(basis.shapes.col(k).data(), basis.shapes.col(k).data() + basis.shapes.rows());
+    values.clear();
+    for (const int p : model.mesh.point_position)
+      for (int i = 0; i < 3; ++i) values.push_back(memory.displacement[3 * static_cast<size_t>(p) + static_cast<size_t>(i)]);
+    steps.push_back(round_to(values, shapes));
+    rounding += 0.9 * static_cast<double>(steps.back() * size);  // half a step along each axis
+    update_surface(model, size, false, memory, moved, normals);
+    values.clear();
+    for (size_t p = 0; p < normals.size(); ++p)
+      for (int i = 0; i < 3; ++i) values.push_back((normals[p][i] - model.rest_normals[p][i]) / size);
+    turn_steps.push_back(round_to(values, turns));
+  }
+  body["shapes"] = count;
+  body["shape_data"] = block.add(shapes);
+  body["shape_step"] = steps;
+  body["turn_data"] = block.add(turns);
+  body["turn_step"] = turn_steps;
+  body["weights"] = block.add(by_picture(basis.weights));
+  report.error = std::max(report.error, basis.error + rounding);
+}
+
+// How the body is coloured: 0 own colour, 1 length of the displacement, 2 shapes of the value, 3 a constant.
+void add_values(Block& block, const Animation& animation, int b, Json& body, PageReport& report) {
+  body["shown"] = 0;
+  if (!animation.scalar_bar) return;
+  if (animation.settings.color_by == ColorBy::displacement && animation.bodies[b].flexible) {
+    body["shown"] = body.contains("shapes") ? 1 : 3;
+    return;
+  }
+  const ShapeBasis basis = make_value_basis(animation, b);
+  if (basis.largest < 0.0) return;
+  const int count = static_cast<int>(basis.shapes.cols());
+  body["shown"] = count > 0 ? 2 : 3;
+  if (count == 0) return;
+  std::vector<std::int16_t> shapes;
+  std::vector<float> steps, values;
+  for (int k = 0; k < count; ++k) {
+    values.assign(basis.shapes.col(k).data(), basis.shapes.col(k).data() + basis.shapes.rows());
+    steps.push_back(round_to(values, shapes));
+  }
+  body["values"] = count;
+  body["value_data"] = block.add(shapes);
+  body["value_step"] = steps;
+  body["value_weights"] = block.add(by_picture(basis.weights));
+  const double range = animation.scalar_map.upper - animation.scalar_map.lower;
+  if (range > 0.0) report.value_error = std::max(report.value_error, basis.error / range);
+}
+
+void add_look(const render::Material& look, float opacity, Json& body) {
+  body["color"] = vector(look.color);
+  body["metallic"] = look.metallic;
+  body["opacity"] = opacity;
+}
+
+void add_body(Block& block, const Animation& animation, int b, Json& bodies, PageReport& report) {
+  const BodyModel& model = animation.bodies[b];
+  const sim::ResultBody& result = animation.results->bodies[b];
+  if (model.mesh.triangles.empty()) {
+    report.notes.push_back(fmt::format("body '{}' has no mesh and is left out of the page", result.name));
+    return;
+  }
+  Json body = {{"name", result.name}, {"kind", "body"}, {"visible", model.visible}};
+  add_look(model.material, model.opacity, body);
+  add_motion(
+      block, animation.count, [&](int k) { return body_pose(result, find_sample(animation.results->times, picture_time(animation, k))); },
+      body);
+  std::vector<glm::vec3> points;
+  for (const int p : model.mesh.point_position) points.emplace_back(model.mesh.positions[p]);
+  add_rest(block, points, model.rest_normals, model.triangles, body, report);
+  if (!model.colors.empty()) {
+    std::vector<std::uint8_t> colors;
+    for (const glm::vec3& c : model.colors)
+      for (int i = 0; i < 3; ++i) colors.push_back(static_cast<std::uint8_t>(std::lround(255.0f * std::clamp(c[i], 0.0f, 1.0f))));
+    body["colors"] = block.add(colors);
+    glm::vec3 mean(0.0f);  // for the list of bodies
+    for (const glm::vec3& c : model.colors) mean += c / static_cast<float>(model.colors.size());
+    body["color"] = vector(mean);
+  }
+  if (!model.creases.empty()) {
+    std::vector<std::uint32_t> ends;
+    for (const glm::ivec2& pair : model.creases)
+      for (int i = 0; i < 2; ++i) ends.push_back(static_cast<std::uint32_t>(pair[i]));
+    body["creases"] = block.add(ends);
+  }
+  if (model.flexible) add_deformation(block, animation, b, body, report);
+  add_values(block, animation, b, body, report);
+  ++report.bodies;
+  bodies.push_back(std::move(body));
+}
+
+void add_symbol(Block& block, const Animation& animation, const JointSymbol& symbol, Json& bodies, PageReport& report) {
+  const sim::ResultJoint& joint = animation.results->joints[symbol.joint];
+  Json body = {{"name", joint.name}, {"kind", "joint"}, {"visible", true}, {"shown", 0}};
+  add_look(symbol_material(animation.settings), 1.0f, body);
+  add_motion(
+      block, animation.count,
+      [&](int k) {
+        const double t = symbol.fixed ? animation.results->times[0] : picture_time(animation, k);
+        return joint_pose(joint, find_sample(animation.results->times, t));
+      },
+      body);
+  add_rest(block, symbol.positions, symbol.normals, symbol.triangles, body, report);
+  bodies.push_back(std::move(body));
+}
+
+void push_point(std::vector<float>& out, const glm::dvec3& p) {
+  for (int i = 0; i < 3; ++i) out.push_back(static_cast<float>(p[i]));
+}
+
+// Paths of frames and springs between frames, in scale.
+void add_lines(Block& block, const Animation& animation, Json& scene) {
+  const sim::Results& results = *animation.results;
+  const double first = results.times[0], last = results.times[results.times.size() - 1];
+  const int points = static_cast<int>(std::min<Eigen::Index>(trace_points, std::max<Eigen::Index>(2, results.times.size())));
+  scene["traces"] = Json::array();
+  for (size_t k = 0; k < animation.traces.size(); ++k) {
+    std::vector<float> path;
+    for (int i = 0; i < points; ++i) {
+      const double t = first + (last - first) * i / (points - 1);
+      push_point(path, glm::dvec3(place_pose(results, animation.traces[k], find_sample(results.times, t), 1.0)[3]));
+    }
+    scene["traces"].push_back({{"points", block.add(path)},
+                               {"step", std::max((last - first) / (points - 1), std::numeric_limits<double>::min())},
+                               {"color", vector(render::category_color(static_cast<int>(k) + 1))}});
+  }
+  scene["springs"] = Json::array();
+  for (const SpringSymbol& spring : animation.springs) {
+    std::vector<float> ends;
+    for (int k = 0; k < animation.count; ++k) {
+      const SamplePlace at = find_sample(results.times, picture_time(animation, k));
+      for (const FramePlace* const end : {&spring.from, &spring.to}) push_point(ends, glm::dvec3(place_pose(results, *end, at, 1.0)[3]));
+    }
+    scene["springs"].push_back({{"ends", block.add(ends)}, {"radius", spring.coil}});
+  }
+}
+
+// Every output, thinned so that each bin keeps its extremes; the plots of the pictures are open at the start.
+void add_outputs(Block& block, const Animation& animation, Json& scene) {
+  scene["outputs"] = scene["plots"] = Json::array();
+  const auto& asked = animation.settings.overlay.plot;
+  for (const sim::ResultOutput& output : animation.results->outputs) {
+    if (output.values.size() == 0 || !output.values.allFinite()) continue;
+    const PlotSeries series = thin_series(output.column, animation.results->times, output.values);
+    const auto [unit, factor] = readable_unit(output.unit, output.values.cwiseAbs().maxCoeff());
+    if (std::find(asked.begin(), asked.end(), output.column) != asked.end()) scene["plots"].push_back(scene["outputs"].size());
+    scene["outputs"].push_back({{"label", output.column},
+                                {"unit", unit},
+                                {"factor", factor},
+                                {"x", block.add(std::vector<float>(series.x.begin(), series.x.end()))},
+                                {"y", block.add(std::vector<float>(series.y.begin(), series.y.end()))}});
+  }
+}
+
+void add_colours(Block& block, const Animation& animation, Json& scene) {
+  if (!animation.scalar_bar) return;
+  const render::ScalarMap& map = animation.scalar_map;
+  std::vector<std::uint8_t> colors;
+  for (int i = 0; i < 256; ++i) {
+    const glm::vec3 c = render::map_color(map, i / 255.0);
+    for (int k = 0; k < 3; ++k) colors.push_back(static_cast<std::uint8_t>(std::lround(255.0f * std::clamp(c[k], 0.0f, 1.0f))));
+  }
+  scene["colour"] = {{"label", animation.scalar_bar->label},
+                     {"unit", animation.scalar_bar->unit},
+                     {"factor", animation.scalar_bar->factor},
+                     {"lower", map.lower},
+                     {"upper", map.upper},
+                     {"levels", map.levels},
+                     {"logarithmic", map.logarithmic},
+                     {"map", block.add(colors)}};
+}
+
+void add_view(const Animation& animation, Json& scene) {
+  const render::Camera& camera = animation.views.empty() ? animation.camera : animation.views.front().camera;
+  const glm::dvec3 up = glm::normalize(animation.ground ? animation.ground->normal : camera.up);
+  const bool flat = camera.projection == render::Projection::orthographic;
+  scene["camera"] = {{"position", vector(camera.position)},
+                     {"target", vector(camera.target)},
+                     {"up", vector(camera.up)},
+                     {"fov", camera.fov},
+                     {"height", flat ? camera.height : 0.0}};
+  // Cameras belong to the part of the picture that plots leave.
+  render::Picture picture;
+  fill_overlay(animation, animation.results->times[0], picture);
+  picture.size = animation.settings.size;
+  const render::PixelRect area = render::make_layout(picture).scene;
+  scene["shape"] = static_cast<double>(area.width) / std::max(area.height, 1);
+  const render::Bounds& bounds = animation.bounds;
+  const double radius = bounds.radius() > 0.0 ? bounds.radius() : 1.0;
+  scene["centre"] = vector(bounds.empty() ? glm::dvec3(0.0) : bounds.centre());
+  scene["radius"] = radius;
+  scene["reach"] = 6.0 * radius;
+  scene["low"] = vector(bounds.empty() ? glm::dvec3(-1.0) : bounds.lower);
+  scene["high"] = vector(bounds.empty() ? glm::dvec3(1.0) : bounds.upper);
+  scene["light"] = vector(glm::normalize(animation.light ? glm::dvec3(*animation.light) : render::default_light(camera, up)));
+  if (animation.ground)
+    scene["ground"] = {{"point", vector(animation.ground->point)},
+                       {"normal", vector(up)},
+                       {"spacing", render::grid_spacing(*animation.ground, bounds)},
+                       {"reach", 4.0 * radius}};
+}
+
+void add_times(const Animation& animation, Json& scene) {
+  const double first = picture_time(animation, 0);
+  const int digits = std::clamp(static_cast<int>(std::ceil(-std::log10(std::max(animation.step, 1e-12)))) + 1, 0, 12);
+  scene["times"] = {{"first", first}, {"step", animation.step}, {"count", animation.count}, {"digits", digits}};
+  scene["speed"] = animation.settings.speed;
+  const bool ghost = animation.scales.size() > 1;
+  scene["scale"] = ghost ? animation.scales[1] : animation.scales[0];
+  scene["ghost"] = ghost;
+  scene["follow"] = animation.follow;
+}
+
+// What the run says of itself, as the program prints it.
+std::string summary(const Animation& animation) {
+  const sim::SolverStatistics& s = animation.results->statistics;
+  std::string text = "<dl id=\"run\">\n";
+  const auto add = [&](const char* name, const std::string& value, const char* kind = "") {
+    text += fmt::format("<dt>{}</dt><dd{}>{}</dd>\n", name, *kind ? fmt::format(" class=\"{}\"", kind) : "", render::escape_html(value));
+  };
+  const sim::VecX& times = animation.results->times;
+  add("duration", fmt::format("{:g} s, {} samples", times[times.size() - 1] - times[0], times.size()));
+  if (!s.method.empty())
+    add("simulation", fmt::format("{}, tolerance {:g}, {} steps, {:.3g} CPU s", s.method, s.tolerance, s.steps, s.cpu_seconds));
+  if (s.accuracy)
+    add("accuracy", fmt::format("{:g} asked: {:.1e} time integration, {:.1e} elements or modes, {:.1e} effects left out", s.accuracy->asked,
+                                s.accuracy->time, s.accuracy->space, s.accuracy->effects));
+  if (s.error_estimate >= 0.0)
+    add("estimated error",
+        s.error_estimate < 1e-13 ? "negligible" : fmt::format("{:.1e} of the range of {}", s.error_estimate, s.error_column));
+  for (const std::string& warning : s.notes.texts(sim::Severity::warning)) add("warning", warning, "warning");
+  for (const std::string& warning : animation.warnings) add("warning", warning, "warning");
+  for (const std::string& note : s.notes.texts(sim::Severity::note)) add("note", note);
+  for (const std::string& note : animation.notes) add("note", note);
+  return text + "</dl>";
+}
+
+// A script's end inside a text would end the script that holds it.
+std::string in_script(std::string text) {
+  for (size_t at = text.find("</"); at != std::string::npos; at = text.find("</", at + 3)) text.replace(at, 2, "<\\/");
+  for (size_t at = text.find("<!--"); at != std::string::npos; at = text.find("<!--", at + 5)) text.replace(at, 4, "<\\u0021--");
+  return text;
+}
+
+// Replaces each @NAME@ of the page once, from left to right; what is put in is not searched again.
+std::string fill(const std::string& page, const std::map<std::string, std::string>& words) {
+  std::string out;
+  size_t from = 0;
+  for (size_t at = page.find('@'); at != std::string::npos; at = page.find('@', from)) {
+    const size_t end = page.find('@', at + 1);
+    const auto word = end == std::string::npos ? words.end() : words.find(page.substr(at + 1, end - at - 1));
+    out += page.substr(from, at - from);
+    if (word == words.end()) {
+      out += '@';
+      from = at + 1;
+    } else {
+      out += word->second;
+      from = end + 1;
+    }
+  }
+  return out + page.substr(from);
+}
+
+}  // namespace
+
+std::string make_page(const Animation& animation, std::span<const std::uint8_t> png, PageReport& report) {
+  Block block;
+  Json scene, bodies = Json::array();
+  add_times(animation, scene);
+  add_view(animation, scene);
+  add_colours(block, animation, scene);
+  for (size_t b = 0; b < animation.bodies.size(); ++b) add_body(block, animation, static_cast<int>(b), bodies, report);
+  for (const JointSymbol& symbol : animation.symbols) add_symbol(block, animation, symbol, bodies, report);
+  scene["bodies"] = std::move(bodies);
+  add_lines(block, animation, scene);
+  add_outputs(block, animation, scene);
+  report.pictures = animation.count;
+
+  const auto& texts = page_texts();
+  const std::string title = animation.results->title.empty() ? "flexframe" : animation.results->title;
+  const std::string picture =
+      png.empty() ? "" : fmt::format("<img alt=\"A picture of the run\" src=\"data:image/png;base64,{}\">", render::base64(png));
+  return fill(texts.at("page.html"), {{"TITLE", render::escape_html(title)},
+                                      {"STYLE", texts.at("style.css")},
+                                      {"PICTURE", picture},
+                                      {"SUMMARY", summary(animation)},
+                                      {"SCENE", in_script(scene.dump(-1, ' ', false, Json::error_handler_t::replace))},
+                                      {"DATA", render::base64(render::compress(block.bytes, render::Container::gzip, 9))},
+                                      {"SCRIPT", texts.at("data.js") + texts.at("draw.js") + texts.at("panel.js")}});
+}
+
+}  // namespace flexframe::film

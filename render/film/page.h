@@ -1,0 +1,28 @@
+// A run as one HTML page that opens from disk in any browser with WebGL 2: the scene in three dimensions, playing, with the deformation
+// scaled by a slider, colours, plots, the summary of the run. Nothing is fetched from a network.
+//
+// Bodies are kept undeformed, with the shapes of their deformation (shape_basis.h) and weights over time, so that the browser deforms them;
+// numbers are rounded to 16 bits (positions, shapes) or 8 bits (changes of normals). How far that is from what the pictures show is told.
+#pragma once
+
+#include "render/film/animation.h"
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace flexframe::film {
+
+struct PageReport {
+  int pictures = 0, bodies = 0;
+  std::size_t triangles = 0;
+  double error = 0.0;        // m, largest distance of a vertex from where it is drawn, in scale
+  double value_error = 0.0;  // of the colours, as a share of their range
+  std::vector<std::string> notes;
+};
+
+// png: a still picture for browsers without WebGL; may be empty. Throws FileError if the data are more than a browser takes (1 GiB).
+std::string make_page(const Animation& animation, std::span<const std::uint8_t> png, PageReport& report);
+
+}  // namespace flexframe::film
