@@ -108,7 +108,11 @@ ShapeBasis make_value_basis(const Animation& animation, int body, double relativ
     for (const int p : model.mesh.point_position) values.push_back(std::isfinite(vertex_values[p]) ? vertex_values[p] : 0.0f);
   };
   update(0);
-  if (values.empty()) return {.largest = -1.0};
+  if (values.empty()) {
+    ShapeBasis none;
+    none.largest = -1.0;
+    return none;
+  }
   return make_basis({.rows = static_cast<Eigen::Index>(values.size()),
                      .pictures = animation.count,
                      .at =
