@@ -41,7 +41,8 @@ breaches() {
   banned "interp knows only itself" '#include "(sim|render)/' "${interp[@]}"
   banned "the drawing part knows only itself" '#include "(sim|interp|render/film|render/cli)/' "${render[@]}"
   banned "film stands below the program" '#include "render/cli/' "${film[@]}"
-  banned "includes are written from the project's root" '#include "(\.|[^/"]+")' "${sim[@]}" "${interp[@]}" "${render[@]}" "${film[@]}" "${cli[@]}"
+  banned "includes are written from the project's root" '#include "(\.|[^/"]+")' \
+    "${sim[@]}" "${interp[@]}" "${render[@]}" "${film[@]}" "${cli[@]}"
 
   # Rooms: every file stands in one, and includes only its own and those before it.
   # rooms MODULE ROOM...: in this order; a file beside the rooms is the door and may include them all.
@@ -62,13 +63,14 @@ breaches() {
   rooms render base picture image frame draw film cli python
 
   # Each foreign library behind its door.
-  confined SUNDIALS '(cvode|cvodes|arkode|ida|idas|kinsol|nvector|sunlinsol|sunmatrix|sunnonlinsol|sundials)' '^\./sim/time/(integrat|cvode|arkode|ida)[a-z_]*\.(h|cpp)$'
+  confined SUNDIALS '(cvode|cvodes|arkode|ida|idas|kinsol|nvector|sunlinsol|sunmatrix|sunnonlinsol|sundials)' \
+    '^\./sim/time/(integrat|cvode|arkode|ida)[a-z_]*\.(h|cpp)$'
   confined OpenGL 'GL/' '^\./render/draw/[a-z_]+\.h$' 1
   confined assimp 'assimp/' '^\./render/picture/mesh[a-z_]*\.cpp$' 1
   confined stb_image 'stb(/|_|/stb_)image' '^\./render/[a-z_]+/[a-z_]+\.cpp$' 1
   confined stb_truetype 'stb(/|_|/stb_)truetype' '^\./render/[a-z_]+/[a-z_]+\.cpp$' 1
   confined libdeflate 'libdeflate' '^\./render/[a-z_]+/[a-z_]+\.cpp$' 1
-  confined HDF5 '(hdf5|H5)' '^\./sim/results/results_file[a-z_]*\.cpp$' 1
+  confined HDF5 '(hdf5|H5)' '^\./sim/results/results_file_hdf5\.h$' 1
   confined muParser 'muParser' '^\./sim/scene/expression\.cpp$' 1
   confined toml++ 'toml(\+\+|\.hpp|plusplus)' '^\./sim/scene/toml_input\.cpp$' 1
   confined xxHash 'xxhash' '^\./interp/hash\.h$' 1
@@ -83,13 +85,17 @@ breaches() {
   # The top level is what the README shows, and no more.
   local entry wanted=(CMakeLists.txt CMakePresets.json LICENSE README.md assets examples interp render sim tests)
   for entry in *; do
-    case " ${wanted[*]} build out " in *" $entry "*) ;; *) echo "the top level has a name of its own: $entry (allowed: ${wanted[*]})" ;; esac
+    case " ${wanted[*]} build out " in *" $entry "*) ;;
+      *) echo "the top level has a name of its own: $entry (allowed: ${wanted[*]})" ;;
+    esac
   done
   for entry in "${wanted[@]}"; do [[ -e $entry ]] || echo "the top level lacks $entry"; done
 
   # Nothing leans on files outside a clone.
-  find . -type f ! -path './.git' ! -path './.git/*' ! -path './build/*' ! -path './out/*' ! -path ./tests/layering.sh -size -2000k -print0 |
-    xargs -0 grep -nIE '(PROJECT_SOURCE_DIR\}|CMAKE_SOURCE_DIR\}|FLEXFRAME_SOURCE_DIR\)?)/\.\.(/|"|$)|(^|[^.])\.\./shared|[Ss]eed 00[0-9]' /dev/null |
+  find . -type f ! -path './.git' ! -path './.git/*' ! -path './build/*' ! -path './out/*' ! -path ./tests/layering.sh \
+    -size -2000k -print0 |
+    xargs -0 grep -nIE \
+      '(PROJECT_SOURCE_DIR\}|CMAKE_SOURCE_DIR\}|FLEXFRAME_SOURCE_DIR\)?)/\.\.(/|"|$)|(^|[^.])\.\./shared|[Ss]eed 00[0-9]' /dev/null |
     sed 's|^|a file outside the repository: |'
 
   # Names of one machine: absolute homes and work folders.
@@ -165,7 +171,7 @@ if [[ ${1:-} == --self-test ]]; then
   rm -rf "$folder/tree"
   bare_tree
   mkdir -p "$folder/tree/sim/results"
-  printf '#include "sim/base/types.h"\n#include <hdf5.h>\n' >"$folder/tree/sim/results/results_file.cpp"
+  printf '#include "sim/base/types.h"\n#include <hdf5.h>\n' >"$folder/tree/sim/results/results_file_hdf5.h"
   clean=$( (breaches "$folder/tree") )
   [[ -z $clean ]] || { echo "a clean tree is blamed: $clean"; failures=1; }
   exit $failures

@@ -40,7 +40,7 @@ bool inp_is_integer(std::string_view s) {
 }
 
 std::string InpLines::where(const InpPlace& place) const {
-  const std::string& file = files.empty() ? std::string() : files[static_cast<size_t>(place.file)];
+  const std::string& file = files.empty() ? std::string() : files[place.file];
   return place.line > 0 ? fmt::format("{}:{}", file, place.line) : file;
 }
 
@@ -67,7 +67,7 @@ int InpLines::integer(std::string_view s, const char* what) const {
   const auto [end, error] = std::from_chars(s.data(), s.data() + s.size(), value);
   if (error == std::errc() && end == s.data() + s.size()) return value;
   // "3." and "3.0" are integers to Fortran's readers.
-  const std::string_view rest = error == std::errc() ? s.substr(static_cast<size_t>(end - s.data())) : std::string_view{};
+  const std::string_view rest = error == std::errc() ? s.substr(end - s.data()) : std::string_view{};
   if (!rest.empty() && rest[0] == '.' && rest.substr(1).find_first_not_of('0') == std::string_view::npos) return value;
   fail(fmt::format("{}: an integer is expected, found '{}'", what, s.substr(0, 40)));
 }

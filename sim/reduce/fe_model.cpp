@@ -135,7 +135,7 @@ int fe_middle(FeShape shape, int a, int b) {
 }
 
 std::vector<int> fe_face_nodes(FeShape shape, int k) {
-  std::vector<int> out = fe_faces(shape)[static_cast<size_t>(k)];
+  std::vector<int> out = fe_faces(shape)[k];
   const size_t corners = out.size();
   for (size_t i = 0; i < corners; ++i)
     if (const int middle = fe_middle(shape, out[i], out[(i + 1) % corners]); middle >= 0) out.push_back(middle);

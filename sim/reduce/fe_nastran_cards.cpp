@@ -130,7 +130,7 @@ class CardReader {
 
 }  // namespace
 
-std::string NastranDeck::where(const NastranCard& c) const { return fmt::format("{}:{}", files[static_cast<size_t>(c.file)], c.line); }
+std::string NastranDeck::where(const NastranCard& c) const { return fmt::format("{}:{}", files[c.file], c.line); }
 
 void NastranDeck::fail(const NastranCard& c, const std::string& text) const {
   throw InputError(fmt::format("{}: {}: {}", where(c), c.name, text));

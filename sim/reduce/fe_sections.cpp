@@ -252,8 +252,8 @@ void beam_matrices(const FeBeamSection& s, const FeMaterial& material, const Mat
     for (int i = 0; i < 4; ++i)
       for (int j = 0; j < 4; ++j) {
         const double factor = (i % 2 == 1 ? sign : 1.0) * (j % 2 == 1 ? sign : 1.0);
-        K(at[static_cast<size_t>(i)], at[static_cast<size_t>(j)]) += factor * k(i, j);
-        M(at[static_cast<size_t>(i)], at[static_cast<size_t>(j)]) += factor * m(i, j);
+        K(at[i], at[j]) += factor * k(i, j);
+        M(at[i], at[j]) += factor * m(i, j);
       }
   }
   MatX turn = MatX::Zero(12, 12);

@@ -304,8 +304,8 @@ class Dependents {
     Terms out;
     for (size_t i = 0; i < free.size(); ++i)
       if (static_cast<int>(i) != pivot && std::abs(free[i].second) > 1e-14 * best)
-        out.emplace_back(free[i].first, -free[i].second / free[static_cast<size_t>(pivot)].second);
-    give(free[static_cast<size_t>(pivot)].first, std::move(out));
+        out.emplace_back(free[i].first, -free[i].second / free[pivot].second);
+    give(free[pivot].first, std::move(out));
   }
 
   // The terms in motions that are not given by others. A motion given later than the one that names it is looked up in turn; what is found

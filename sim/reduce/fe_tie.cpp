@@ -19,7 +19,7 @@ bool usable(const std::vector<int>& face) { return face.size() == 3 || face.size
 
 Mat3X places(const FeModel& model, const std::vector<int>& face) {
   Mat3X X(3, face.size());
-  for (size_t k = 0; k < face.size(); ++k) X.col(static_cast<Eigen::Index>(k)) = model.nodes[static_cast<size_t>(face[k])];
+  for (size_t k = 0; k < face.size(); ++k) X.col(static_cast<Eigen::Index>(k)) = model.nodes[face[k]];
   return X;
 }
 
@@ -83,7 +83,7 @@ TieResult tie_nodes(FeModel& model, const std::vector<int>& slaves, const std::v
   out.tolerance = tolerance >= 0.0 ? tolerance : faces.empty() ? 0.0 : 0.05 * edges / static_cast<double>(faces.size());
   out.nearest = std::numeric_limits<double>::max();
   for (int node : slaves) {
-    const Vec3 x = model.nodes[static_cast<size_t>(node)];
+    const Vec3 x = model.nodes[node];
     double best = std::numeric_limits<double>::max();
     VecX N;
     size_t at = 0;
@@ -111,7 +111,7 @@ TieResult tie_nodes(FeModel& model, const std::vector<int>& slaves, const std::v
     }
     ++out.tied;
     if (adjust) {
-      model.nodes[static_cast<size_t>(node)] = X[at] * N;
+      model.nodes[node] = X[at] * N;
       out.moved = std::max(out.moved, best);
     }
     for (int d = 0; d < 3; ++d) {

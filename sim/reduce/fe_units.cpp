@@ -38,9 +38,9 @@ std::vector<std::string> unit_warnings(const FeModel& model, const FeUnits& read
   std::vector<std::string> out;
   std::vector<bool> used(model.materials.size(), false);
   for (const FeElement& e : model.elements)
-    if (e.material >= 0) used[static_cast<size_t>(e.material)] = true;
+    if (e.material >= 0) used[e.material] = true;
   for (const FeLayup& l : model.layups)
-    for (const FeLayer& layer : l.layers) used[static_cast<size_t>(layer.material)] = true;
+    for (const FeLayer& layer : l.layers) used[layer.material] = true;
   double size = 0.0;
   if (!model.nodes.empty()) {
     Vec3 lower = model.nodes[0], upper = lower;

@@ -175,7 +175,7 @@ class Reducer {
     if (method == ReduceMethod::response && !(options.highest > 0.0))
       throw InputError("a response reduction needs the highest frequency of interest");
     if (method == ReduceMethod::eigenmodes && options.modes == 0 && !(options.highest > 0.0))
-      throw InputError("no modes are asked for: give their number or the highest frequency");
+      throw InputError("no modes are requested: give their number or the highest frequency");
     if (options.threads < 1) throw InputError("threads: a number >= 1 is expected");
     if (!(options.damping >= 0.0)) throw InputError("damping: a ratio >= 0 is expected");
   }

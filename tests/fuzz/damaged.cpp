@@ -6,6 +6,7 @@
 // Damage: bytes changed, pieces cut, doubled or moved, numbers replaced by awkward ones, the end missing. Same seed, same copies.
 #include "sim/bodies/sid.h"
 #include "sim/reduce/reduce.h"
+#include "tests/fuzz/damage.h"
 #include "tests/fuzz/scratch.h"
 
 #include <chrono>
@@ -21,6 +22,7 @@
 namespace {
 
 using namespace flexframe::sim;
+using flexframe::damaged;
 namespace fs = std::filesystem;
 
 std::string bytes_of(const fs::path& path) {
@@ -30,50 +32,6 @@ std::string bytes_of(const fs::path& path) {
     std::exit(2);
   }
   return {std::istreambuf_iterator<char>(in), {}};
-}
-
-std::string damaged(std::string text, std::mt19937& random) {
-  static constexpr const char* awkward[] = {
-      "0", "-1", "1e308", "-1e308", "nan", "inf", "1e-308", "2147483648", "99999999999999999999", "4294967295", "", "x", "1,2", "0.5"};
-  static constexpr std::string_view spice = "0123456789()*$=,.-+DEen \n\t\r\"%";
-  const int hits = 1 + static_cast<int>(random() % 5);
-  for (int h = 0; h < hits && !text.empty(); ++h) {
-    const std::size_t at = random() % text.size(), size = 1 + random() % (random() % 8 == 0 ? 4000 : 40);
-    switch (random() % 7) {
-      case 0:
-        text[at] = spice[random() % spice.size()];
-        break;
-      case 1:
-        text.erase(at, size);
-        break;
-      case 2:
-        text.insert(at, text.substr(random() % text.size(), size));
-        break;
-      case 3:
-        if (random() % 4 == 0) text.resize(at);
-        break;
-      case 4: {
-        // A number as a whole.
-        const std::size_t begin = text.find_first_of("0123456789", at);
-        if (begin == std::string::npos) break;
-        const std::size_t end = text.find_first_not_of("0123456789.eE+-", begin);
-        text.replace(begin, end == std::string::npos ? end : end - begin, awkward[random() % std::size(awkward)]);
-        break;
-      }
-      case 5: {
-        // Two lines change places, or one is lost.
-        const std::size_t first = text.find('\n', at), second = first == std::string::npos ? first : text.find('\n', first + 1);
-        if (second == std::string::npos) break;
-        const std::string line = text.substr(first, second - first);
-        text.erase(first, second - first);
-        if (random() % 2) text.insert(random() % (text.size() + 1), line);
-        break;
-      }
-      default:
-        text[at] = static_cast<char>(random() % 256);
-    }
-  }
-  return text;
 }
 
 fs::path put(const std::string& text, const char* ending) {

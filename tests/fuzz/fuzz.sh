@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # Fuzzes the readers with clang's libFuzzer, address, leak and undefined-behaviour sanitizers.
 #   tests/fuzz/fuzz.sh NAME [RUNS]      NAME: scene sid obj fe results csv png, or all; RUNS 1000000
-# Starts from corpus/NAME and from the project's own files; what is found new stays in build/fuzz/NAME/corpus, a failing input in build/fuzz/NAME,
-# the log in build/fuzz/NAME/log. Ends with a row of figures for each reader; exit 1 after a crash, leak, hang (10 s for an input) or too much
-# memory (512 MB besides what HDF5 and the corpus hold; no reader may take more than its input's size allows).
+# Starts from corpus/NAME and from the project's own files; what is found new stays in build/fuzz/NAME/corpus, a failing input in
+# build/fuzz/NAME, the log in build/fuzz/NAME/log. Ends with a row of figures for each reader; exit 1 after a crash, leak, hang (10 s for an
+# input) or too much memory (512 MB besides what HDF5 and the corpus hold; no reader may take more than its input's size allows).
 set -euo pipefail
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 cd "$top"
@@ -22,11 +22,13 @@ out=build/fuzz/$name
 # Inputs are kept short: a reader's branches fit into a few hundred bytes, and short ones run a hundred times faster.
 seeds=()
 case $name in
-  scene) sources=(sim/scene/{document,instances,parameters,units,rotation_input,toml_output,scene_reader,read_bodies,read_joints,toml_input,section,expression,expression_switches}.cpp sim/base/words.cpp) longest=4096 seeds=(examples/*.toml tests/regression/*.toml) ;;
+  scene) sources=(sim/scene/{document,instances,parameters,units,rotation_input,toml_output,scene_reader,read_bodies,read_joints}.cpp
+    sim/scene/{toml_input,section,expression,expression_switches}.cpp sim/base/words.cpp)
+    longest=4096 seeds=(examples/*.toml tests/regression/*.toml) ;;
   sid) sources=(sim/bodies/sid_{read,write,body}.cpp) longest=8192 ;;
   obj) sources=(render/picture/mesh.cpp render/picture/mesh_obj.cpp render/picture/mesh_shading.cpp render/base/file.cpp) longest=1024 ;;
-  fe) sources=(sim/reduce/fe_{inp,inp_lines,inp_tables,msh,model,nastran,nastran_cards}.cpp) longest=2048 ;;
-  results) sources=(sim/results/results_file.cpp) longest=20000 ;;
+  fe) sources=(sim/reduce/fe_{inp,nastran}*.cpp sim/reduce/fe_{msh,model}.cpp) longest=2048 ;;
+  results) sources=(sim/results/results_file_reader.cpp sim/results/results_file_read.cpp) longest=20000 ;;
   csv) sources=(render/film/deform.cpp) longest=512 ;;
   png) sources=(render/image/png.cpp render/image/image.cpp) longest=512 ;;
   *) echo "no fuzz target '$name'; there is: ${readers[*]} all" >&2; exit 2 ;;
@@ -45,10 +47,12 @@ if [[ ! -x $program || -n $(find sim interp render tests/fuzz \( -name '*.h' -o 
     object=$out/o/$(tr / _ <<<"${file%.cpp}").o
     objects+=("$object")
     [[ -f $object && $object -nt $file && -z $(find tests/fuzz sim interp render -name '*.h' -newer "$object" | head -n 1) ]] && continue
-    "${cache[@]}" clang++ -std=c++20 -O1 -g1 -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=undefined -I. -isystem /usr/include/eigen3 \
-      -isystem /usr/include/hdf5/serial -isystem /usr/include/stb -DFMT_SHARED -DTOML_HEADER_ONLY=0 -DTOML_SHARED_LIB=1 -c "$file" -o "$object"
+    "${cache[@]}" clang++ -std=c++20 -O1 -g1 -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=undefined \
+      -I. -isystem /usr/include/eigen3 -isystem /usr/include/hdf5/serial -isystem /usr/include/stb -DFMT_SHARED \
+      -DTOML_HEADER_ONLY=0 -DTOML_SHARED_LIB=1 -c "$file" -o "$object"
   done
-  clang++ -fsanitize=fuzzer,address,undefined "${objects[@]}" -Wl,--start-group "${release[@]}" -Wl,--end-group "${libraries[@]}" -o "$program"
+  clang++ -fsanitize=fuzzer,address,undefined "${objects[@]}" -Wl,--start-group "${release[@]}" -Wl,--end-group "${libraries[@]}" \
+    -o "$program"
 fi
 
 if ((${#seeds[@]})); then cp -n "${seeds[@]}" "$out/seeds/" 2>/dev/null || true; fi
@@ -57,7 +61,8 @@ extra=()
 [[ -f tests/fuzz/$name.dict ]] && extra+=("-dict=tests/fuzz/$name.dict")
 TIMEFORMAT='%U %S'
 status=0
-cpu=$({ time "$program" "$out/corpus" "tests/fuzz/corpus/$name" "$out/seeds" -runs="$runs" -timeout=10 -rss_limit_mb=2048 -malloc_limit_mb=512 \
+cpu=$({ time "$program" "$out/corpus" "tests/fuzz/corpus/$name" "$out/seeds" -runs="$runs" -timeout=10 \
+  -rss_limit_mb=2048 -malloc_limit_mb=512 \
   -max_len="$longest" -artifact_prefix="$out/" -print_final_stats=1 -verbosity=1 "${extra[@]}" >"$out/log" 2>&1; } 2>&1) || status=$?
 if ((status)); then
   grep -v '^#' "$out/log" | tail -n 60

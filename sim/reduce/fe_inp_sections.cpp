@@ -1,0 +1,269 @@
+// Sections, materials, masses and springs of an input file.
+#include "sim/reduce/fe_inp_resolver.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace flexframe::sim {
+
+int InpResolver::axes_for(int space, const std::string& name, const InpPlace& place, const FeElement& e) {
+  int whose = 0;
+  const InpAxes* axes = axes_named(space, name, place, whose);
+  const InpSpace& s = spaces[whose];
+  if (!axes->cylindrical)
+    if (const auto it = rectangular.find({whose, name}); it != rectangular.end()) return it->second;
+  Vec3 middle = Vec3::Zero();
+  for (int k = 0; k < e.count; ++k) middle += model.nodes[model.connectivity[e.first + k]] / e.count;
+  Mat3 made;
+  if (!axes->at(s.turn.transpose() * (middle - s.shift), made))
+    fail(place, fmt::format("orientation '{}' has no direction at element {}, which lies on its axis", name, e.id));
+  model.axes.push_back(s.turn * made);
+  if (!axes->cylindrical) rectangular[{whose, name}] = static_cast<int>(model.axes.size()) - 1;
+  return static_cast<int>(model.axes.size()) - 1;
+}
+
+void InpResolver::add_section(int space, const InpSection& s) {
+  const std::vector<int> elements = elements_named(space, s.set, s.place, "section");
+  if (s.beam) return add_beam_section(space, s, elements);
+  const int material = s.layers.empty() ? material_named(s.material, s.place) : -1;
+  int layup = -1, truss = -1;
+  if (s.shell && (!s.layers.empty() || s.offset != 0.0)) {
+    FeLayup made;
+    made.offset = s.offset;
+    for (const InpLayer& l : s.layers) {
+      if (!(l.thickness > 0.0)) fail(s.place, fmt::format("*SHELL SECTION: a layer's thickness must be > 0, found {:g}", l.thickness));
+      made.layers.push_back({l.thickness, material_named(l.material, s.place), -1, l.angle});
+    }
+    model.layups.push_back(made);
+    layup = static_cast<int>(model.layups.size()) - 1;
+  }
+  for (int index : elements) {
+    FeElement& e = model.elements[index];
+    e.material = material;
+    if (e.shape == FeShape::beam2) {
+      // A truss; its section is its area.
+      if (truss < 0) {
+        FeBeamSection made;
+        made.area = s.numbers.empty() ? 0.0 : s.numbers[0];
+        made.truss = true;
+        if (!(made.area > 0.0)) fail(s.place, fmt::format("*SOLID SECTION of a truss: an area > 0 is expected, found {:g}", made.area));
+        model.beam_sections.push_back(made);
+        truss = static_cast<int>(model.beam_sections.size()) - 1;
+      }
+      e.section = truss;
+      continue;
+    }
+    if (s.shell != fe_is_shell(e.shape) && (fe_is_shell(e.shape) || fe_is_solid(e.shape)))
+      fail(s.place, fmt::format("*{} SECTION for element {}, a {}", s.shell ? "SHELL" : "SOLID", e.id, fe_name(e.shape)));
+    if (!s.orientation.empty()) e.axes = axes_for(space, s.orientation, s.place, e);
+    if (!s.shell) continue;
+    e.section = layup;
+    e.thickness = s.numbers.empty() ? 0.0 : s.numbers[0];
+    if (!s.layers.empty()) {
+      e.thickness = 0.0;
+      for (const InpLayer& l : s.layers) e.thickness += l.thickness;
+      set_layer_axes(space, s, e);
+    }
+  }
+}
+
+void InpResolver::set_layer_axes(int space, const InpSection& s, FeElement& e) {
+  FeLayup made = model.layups[e.section];
+  bool own = false, differs = false;
+  for (size_t k = 0; k < s.layers.size(); ++k) {
+    if (s.layers[k].orientation.empty()) continue;
+    own = true;
+    const int axes = axes_for(space, s.layers[k].orientation, s.place, e);
+    differs = differs || made.layers[k].axes != axes;
+    made.layers[k].axes = axes;
+  }
+  if (!own || !differs) return;
+  model.layups.push_back(made);
+  e.section = static_cast<int>(model.layups.size()) - 1;
+}
+
+void InpResolver::add_beam_section(int space, const InpSection& s, const std::vector<int>& elements) {
+  std::optional<FeBeamSection> made = beam_shape(s.shape, s.numbers);
+  if (!made)
+    fail(s.place,
+         fmt::format("*BEAM SECTION, SECTION={}: RECT, CIRC, PIPE, BOX and GENERAL with dimensions > 0 can be read; give others as "
+                     "GENERAL (area, I11, I12, I22, J)",
+                     s.shape));
+  made->n1 = spaces[space].turn * s.n1;
+  model.beam_sections.push_back(*made);
+  int material = -1;
+  if (s.own_constants) {
+    FeMaterial own;
+    own.name = s.set;
+    own.youngs_modulus = s.young;
+    own.poisson = s.shear > 0.0 ? s.young / (2 * s.shear) - 1.0 : 0.0;
+    own.density = s.density;
+    model.materials.push_back(own);
+    material = static_cast<int>(model.materials.size()) - 1;
+  } else {
+    material = material_named(s.material, s.place);
+  }
+  if (model.materials[material].elasticity) fail(s.place, "*BEAM SECTION: beams need an isotropic material");
+  for (int index : elements) {
+    FeElement& e = model.elements[index];
+    if (e.shape != FeShape::beam2) fail(s.place, fmt::format("*BEAM SECTION for element {}, a {}", e.id, fe_name(e.shape)));
+    e.section = static_cast<int>(model.beam_sections.size()) - 1;
+    e.material = material;
+  }
+}
+
+void InpResolver::add_thickness(int space) {
+  const InpScope& from = scope(space);
+  if (from.nodal_thickness.empty()) return;
+  add_once(model.notes, "*NODAL THICKNESS: each shell has the mean of its nodes");
+  for (int index : spaces[space].first) {
+    if (index >= static_cast<int>(model.elements.size())) continue;
+    FeElement& e = model.elements[index];
+    if (!fe_is_shell(e.shape)) continue;
+    double sum = 0.0;
+    int there = 0;
+    for (int k = 0; k < e.count; ++k) {
+      const int node = model.connectivity[e.first + k] - spaces[space].first_node;
+      if (node < 0 || node >= static_cast<int>(from.node_ids.size())) continue;
+      if (const auto it = from.nodal_thickness.find(from.node_ids[node]); it != from.nodal_thickness.end()) {
+        sum += it->second;
+        ++there;
+      }
+    }
+    if (there == e.count) e.thickness = sum / there;
+  }
+}
+
+void InpResolver::add_masses(int space) {
+  for (const InpValue& v : scope(space).masses)
+    complaints.guarded([&] {
+      for (int e : elements_named(space, v.set, v.place, "*MASS")) model.elements[e].thickness = v.numbers.empty() ? 0.0 : v.numbers[0];
+    });
+  for (const InpValue& v : scope(space).rotaries)
+    complaints.guarded([&] {
+      if (v.numbers.size() < 6) fail(v.place, "*ROTARY INERTIA: six moments of inertia are expected");
+      for (int e : elements_named(space, v.set, v.place, "*ROTARY INERTIA")) {
+        Mat3 axes = spaces[space].turn;
+        FeElement& element = model.elements[e];
+        if (element.shape != FeShape::lumped)
+          fail(v.place, fmt::format("*ROTARY INERTIA for element {}, a {}", element.id, fe_name(element.shape)));
+        if (!v.orientation.empty()) axes = model.axes[axes_for(space, v.orientation, v.place, element)];
+        Mat3 J;
+        J << v.numbers[0], v.numbers[3], v.numbers[4], v.numbers[3], v.numbers[1], v.numbers[5], v.numbers[4], v.numbers[5], v.numbers[2];
+        FeLump lump;
+        lump.turns = true;
+        lump.K = lump.M = MatX::Zero(6, 6);
+        lump.M.bottomRightCorner<3, 3>() = axes * J * axes.transpose();
+        give_lump(element, lump);
+      }
+    });
+  for (const InpValue& v : scope(space).added_masses) complaints.guarded([&] { add_distributed_mass(space, v); });
+}
+
+void InpResolver::give_lump(FeElement& e, const FeLump& lump) {
+  model.lumps.push_back(lump);
+  e.section = static_cast<int>(model.lumps.size()) - 1;
+}
+
+double InpResolver::extent(const FeElement& e) const {
+  Mat3X X(3, e.count);
+  for (int k = 0; k < e.count; ++k) X.col(k) = model.nodes[model.connectivity[e.first + k]];
+  double sum = 0.0;
+  if (fe_is_solid(e.shape))
+    for (const FePoint& p : solid_points(e.shape, e.formulation, FeRule::mass, X, e.id)) sum += p.volume;
+  else if (fe_is_shell(e.shape))
+    for (const FeShellPoint& p : shell_points(e.shape, X, e.id)) sum += p.area;
+  else if (e.shape == FeShape::beam2) sum = (X.col(1) - X.col(0)).norm();
+  return sum;
+}
+
+void InpResolver::add_distributed_mass(int space, const InpValue& v) {
+  const std::vector<int> elements = elements_named(space, v.set, v.place, "*NONSTRUCTURAL MASS");
+  double mass = 0.0;
+  for (double m : v.numbers) mass += m;
+  // What a unit of volume, area or length gets.
+  const bool total = v.unit == "TOTAL MASS" || v.unit.empty();
+  double whole = 0.0;
+  const auto own = [&](const FeElement& e) {
+    if (e.shape == FeShape::point_mass || e.shape == FeShape::lumped || e.material < 0)
+      fail(v.place,
+           fmt::format("*NONSTRUCTURAL MASS on element {}, a {} without a material of its own, cannot be read", e.id, fe_name(e.shape)));
+    const double section = fe_is_shell(e.shape) ? e.thickness : e.shape == FeShape::beam2 ? model.beam_sections[e.section].area : 1.0;
+    return std::pair(extent(e) * section * model.materials[e.material].density, section);
+  };
+  for (int index : elements) whole += own(model.elements[index]).first;
+  if (total && !(whole > 0.0)) fail(v.place, "*NONSTRUCTURAL MASS, UNITS=TOTAL MASS is shared by mass: the elements have no density");
+  std::map<std::pair<int, double>, int> made;
+  for (int index : elements) {
+    FeElement& e = model.elements[index];
+    const FeMaterial& m = model.materials[e.material];
+    const double section = own(e).second;
+    const double density = total ? m.density * (1.0 + mass / whole) : m.density + (v.unit == "MASS PER VOLUME" ? mass : mass / section);
+    const auto [at, fresh] = made.try_emplace({e.material, density}, static_cast<int>(model.materials.size()));
+    if (fresh) {
+      FeMaterial heavier = m;
+      heavier.density = density;
+      model.materials.push_back(heavier);
+    }
+    e.material = at->second;
+  }
+}
+
+Vec3 InpResolver::direction(int node, int d) const {
+  const auto it = transformed.find(node);
+  return it == transformed.end() ? Vec3(Vec3::Unit(d % 3)) : Vec3(it->second.col(d % 3));
+}
+
+void InpResolver::add_springs(int space, const InpValue& v) {
+  for (int index : elements_named(space, v.set, v.place, "*SPRING")) {
+    FeElement& e = model.elements[index];
+    if (e.shape != FeShape::lumped) fail(v.place, fmt::format("*SPRING for element {}, a {}", e.id, fe_name(e.shape)));
+    if (!v.orientation.empty()) fail(v.place, "*SPRING, ORIENTATION cannot be read; use a SPRINGA between two nodes in that direction");
+    const bool axial = kinds.at(index) == InpKind::spring_axial;
+    const auto& lines = v.lines;
+    if (lines.size() < (axial ? 1 : 2) || lines[axial ? 0 : 1].empty())
+      fail(v.place,
+           axial ? "*SPRING: a stiffness is expected" : "*SPRING: directions in the first line and a stiffness in the second are expected");
+    double stiffness = lines[axial ? 0 : 1][0] * deck.force_per_length;
+    const int* nodes = &model.connectivity[e.first];
+    FeLump lump;
+    VecX b = VecX::Zero(6 * e.count);
+    if (axial) {
+      const Vec3 axis = model.nodes[nodes[1]] - model.nodes[nodes[0]];
+      if (!(axis.norm() > 0.0)) fail(v.place, fmt::format("spring {} has no length, so no direction", e.id));
+      b.segment<3>(0) = -axis.normalized();
+      b.segment<3>(6) = axis.normalized();
+    } else {
+      const auto motion = [&](size_t k) {
+        const double given = k < lines[0].size() ? lines[0][k] : lines[0].empty() ? 0.0 : lines[0][0];
+        if (!(given >= 1.0 && given <= 6.0) || given != std::floor(given))
+          fail(v.place, fmt::format("*SPRING: directions 1 to 6 are allowed, found {:g}", given));
+        return static_cast<int>(given) - 1;
+      };
+      const int d = motion(0);
+      lump.turns = d >= 3;
+      if (d >= 3) stiffness *= deck.length * deck.length;  // moment over angle
+      b.segment<3>(d < 3 ? 0 : 3) = direction(nodes[0], d);
+      if (e.count == 2) {
+        const int other = motion(1);
+        lump.turns = lump.turns || other >= 3;
+        b.segment<3>(other < 3 ? 6 : 9) = -direction(nodes[1], other);
+      }
+    }
+    lump.K = stiffness * b * b.transpose();
+    lump.M = MatX::Zero(6 * e.count, 6 * e.count);
+    give_lump(e, lump);
+  }
+}
+
+void InpResolver::need_properties() {
+  for (const FeElement& e : model.elements)
+    if ((e.shape == FeShape::lumped || e.shape == FeShape::beam2) && e.section < 0)
+      return complaints.texts.push_back(
+          fmt::format("{}: element {} ({}) has no section: give *SPRING, *ROTARY INERTIA, *BEAM SECTION or (trusses) *SOLID "
+                      "SECTION",
+                      place_of(model, e), e.id, fe_name(e.shape)));
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,223 @@
+// Ties, rigid bodies, equations and supports of an input file.
+#include "sim/reduce/fe_inp_resolver.h"
+#include "sim/reduce/fe_tie.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace flexframe::sim {
+
+void InpResolver::add_transform(int space, const InpTransform& t) {
+  const InpSpace& s = spaces[space];
+  for (int node : nodes_named(space, t.set, t.place)) {
+    Mat3 axes;
+    if (!t.axes.at(s.turn.transpose() * (model.nodes[node] - s.shift), axes))
+      fail(t.place, fmt::format("*TRANSFORM has no direction at node {}, which lies on its axis", model.node_ids[node]));
+    transformed[node] = s.turn * axes;
+  }
+}
+
+void InpResolver::mark_turning() {
+  turning.assign(model.nodes.size(), false);
+  for (const FeElement& e : model.elements) {
+    const bool turns = fe_is_shell(e.shape) || (e.shape == FeShape::beam2 && e.section >= 0 && !model.beam_sections[e.section].truss);
+    for (int k = 0; k < e.count && turns; ++k) turning[model.connectivity[e.first + k]] = true;
+  }
+}
+
+std::map<int, double> InpResolver::weights_of_surface(int space, const std::string& name, const InpPlace& place) {
+  const auto found = find(space, name, [&](int s, const std::string& n) { return scope(s).surfaces.contains(n); });
+  if (!found) fail(place, fmt::format("surface '{}' is not there", name));
+  const InpSurface& surface = scope(found->first).surfaces.at(found->second);
+  std::map<int, double> out;
+  if (surface.nodes) {
+    for (const auto& part : surface.parts)
+      for (int node : nodes_named(found->first, part.first, place)) out[node] = 1.0;
+    return out;
+  }
+  for (const std::vector<int>& face : faces_of(space, name, place)) {
+    const double share = face_area(model, face) / static_cast<double>(face.size());
+    for (int node : face) out[node] += share;
+  }
+  return out;
+}
+
+void InpResolver::add_tie(int space, const InpTie& t) {
+  if (t.kind == InpTie::Kind::surfaces) return add_surface_tie(space, t);
+  FeSpider spider;
+  spider.name = t.name;
+  spider.rigid = !t.averaging;
+  spider.line = t.place.line;
+  std::map<int, double> nodes;
+  if (t.kind == InpTie::Kind::coupling) {
+    nodes = weights_of_surface(space, t.surface, t.place);
+  } else if (t.kind == InpTie::Kind::rigid) {
+    if (!t.set.empty())
+      for (int n : nodes_named(space, t.set, t.place)) nodes[n] = 1.0;
+    if (!t.element_set.empty()) {
+      const auto set = element_set(space, t.element_set);
+      if (!set) fail(t.place, fmt::format("*RIGID BODY: element set '{}' is not there", t.element_set));
+      for (int n : nodes_of(*set)) nodes[n] = 1.0;
+    }
+  } else {
+    for (const auto& [where, weight] : t.members)
+      for (int n : nodes_named(space, where, t.place)) nodes[n] += weight;
+  }
+  if (t.kind == InpTie::Kind::weights) {
+    const auto set = element_set(space, t.element_set);
+    if (!set || set->size() != 1)
+      fail(t.place, fmt::format("*DISTRIBUTING COUPLING: element set '{}' must have one DCOUP3D element", t.element_set));
+    spider.node = nodes_of(*set)[0];
+  } else {
+    spider.node = t.reference.empty() ? add_reference(nodes) : one_node(space, t.reference, t.place);
+  }
+  nodes.erase(spider.node);
+  if (nodes.empty()) fail(t.place, fmt::format("'{}' ties no nodes to its reference point", t.name));
+  if (!t.rotation_node.empty()) rotation_nodes[one_node(space, t.rotation_node, t.place)] = spider.node;
+  for (const auto& [node, weight] : nodes) {
+    spider.slaves.push_back(node);
+    if (t.averaging) spider.weights.push_back(weight);
+  }
+  if (t.averaging && std::all_of(spider.weights.begin(), spider.weights.end(), [&](double w) { return w == spider.weights[0]; }))
+    spider.weights.clear();
+  if (!t.averaging && partly(t, spider)) return;
+  model.spiders.push_back(std::move(spider));
+}
+
+int InpResolver::add_reference(const std::map<int, double>& nodes) {
+  Vec3 middle = Vec3::Zero();
+  for (const auto& [node, weight] : nodes) middle += model.nodes[node] / static_cast<double>(nodes.size());
+  model.nodes.push_back(middle);
+  model.node_ids.push_back(*std::max_element(model.node_ids.begin(), model.node_ids.end()) + 1);
+  turning.push_back(false);
+  return static_cast<int>(model.nodes.size()) - 1;
+}
+
+bool InpResolver::partly(const InpTie& t, const FeSpider& spider) {
+  std::set<int> dofs;
+  for (const auto& [first, last] : t.dofs)
+    for (int d = first; d <= last; ++d) dofs.insert(d);
+  if (dofs.empty()) return false;
+  const bool translations = dofs.contains(0) && dofs.contains(1) && dofs.contains(2),
+             rotations = dofs.contains(3) && dofs.contains(4) && dofs.contains(5);
+  const bool any_turning = std::any_of(spider.slaves.begin(), spider.slaves.end(), [&](int n) { return turning[n]; });
+  if (translations && (rotations || !any_turning)) return false;
+  for (int node : spider.slaves) {
+    const Vec3 r = model.nodes[node] - model.nodes[spider.node];
+    for (int d : dofs) {
+      if (d >= 3 && !turning[node]) continue;
+      FeEquation e;
+      e.line = t.place.line;
+      e.terms = {{node, d, -1.0}, {spider.node, d, 1.0}};
+      // u_d = u_m,d + (theta x r)_d.
+      const Vec3 arm = r.cross(Vec3(Vec3::Unit(d % 3)));
+      for (int k = 0; k < 3 && d < 3; ++k)
+        if (arm(k) != 0.0) e.terms.push_back({spider.node, 3 + k, arm(k)});
+      model.equations.push_back(std::move(e));
+    }
+  }
+  return true;
+}
+
+void InpResolver::add_surface_tie(int space, const InpTie& t) {
+  const std::vector<std::vector<int>> master = faces_of(space, t.master, t.place);
+  std::vector<int> slaves;
+  for (const auto& [node, weight] : weights_of_surface(space, t.surface, t.place)) slaves.push_back(node);
+  TieResult made = tie_nodes(model, slaves, master, t.tolerance, t.adjust);
+  if (made.tied == 0)
+    fail(t.place,
+         fmt::format("*TIE: no node of '{}' lies on '{}'; the nearest is {:.3g} m away (POSITION TOLERANCE says how far it may be)",
+                     t.surface, t.master, made.nearest));
+  for (FeEquation& e : made.equations) {
+    e.line = t.place.line;
+    model.equations.push_back(std::move(e));
+  }
+  if (made.left > 0)
+    model.warnings.push_back(fmt::format("{}: *TIE: {} of {} nodes of '{}' are farther than {:.3g} m from '{}' and stay free",
+                                         deck.where(t.place), made.left, made.left + made.tied, t.surface, made.tolerance, t.master));
+  if (made.moved > 0.0)
+    add_once(model.notes, fmt::format("{}: *TIE: nodes of '{}' are moved onto '{}' by up to {:.3g} m", deck.where(t.place), t.surface,
+                                      t.master, made.moved));
+  if (std::any_of(slaves.begin(), slaves.end(), [&](int n) { return turning[n]; }))
+    add_once(model.notes, fmt::format("{}: *TIE ties translations; rotations of shells stay free at '{}'", deck.where(t.place), t.surface));
+}
+
+void InpResolver::add_mpc(int space, const InpMpc& m) {
+  std::vector<std::vector<int>> lists;
+  for (const std::string& where : m.nodes) lists.push_back(nodes_named(space, where, m.place));
+  if (lists.size() < 2) fail(m.place, fmt::format("*MPC, {}: two nodes are expected", m.type));
+  const size_t pairs = lists[0].size();
+  if (lists[1].size() != pairs && lists[1].size() != 1) fail(m.place, fmt::format("*MPC, {}: both sets must have as many nodes", m.type));
+  for (size_t k = 0; k < pairs; ++k) {
+    const int slave = lists[0][k], master = lists[1].size() == 1 ? lists[1][0] : lists[1][k];
+    if (slave == master) continue;
+    if (m.type == "BEAM") {
+      FeSpider spider;
+      spider.node = master;
+      spider.slaves = {slave};
+      spider.line = m.place.line;
+      const auto same =
+          std::find_if(model.spiders.begin(), model.spiders.end(), [&](const FeSpider& s) { return s.rigid && s.node == master; });
+      if (same != model.spiders.end()) same->slaves.push_back(slave);
+      else model.spiders.push_back(spider);
+      continue;
+    }
+    const bool rotations = m.type == "TIE" && turning[slave] && turning[master];
+    for (int d = 0; d < (rotations ? 6 : 3); ++d) model.equations.push_back({{{slave, d, 1.0}, {master, d, -1.0}}, m.place.line});
+  }
+}
+
+void InpResolver::add_term(int node, int dof, double coefficient, FeEquation& out) const {
+  if (const auto it = rotation_nodes.find(node); it != rotation_nodes.end() && dof < 3) {
+    out.terms.push_back({it->second, 3 + dof, coefficient});
+    return;
+  }
+  if (!transformed.contains(node)) {
+    out.terms.push_back({node, dof, coefficient});
+    return;
+  }
+  const Vec3 along = direction(node, dof);
+  std::array<int, 3> order = {0, 1, 2};
+  // The largest part first: it is the one taken out.
+  std::sort(order.begin(), order.end(), [&](int a, int b) { return std::abs(along(a)) > std::abs(along(b)); });
+  for (int d : order)
+    if (along(d) != 0.0) out.terms.push_back({node, (dof < 3 ? 0 : 3) + d, coefficient * along(d)});
+}
+
+void InpResolver::add_equation(int space, const InpEquation& given) {
+  std::vector<std::vector<int>> nodes;
+  size_t count = 1;
+  for (const InpEquation::Term& t : given.terms) {
+    nodes.push_back(nodes_named(space, t.node, given.place));
+    if (nodes.back().size() > 1) count = nodes.back().size();
+  }
+  for (const auto& list : nodes)
+    if (list.size() != 1 && list.size() != count) fail(given.place, "*EQUATION: its node sets must have as many nodes");
+  for (size_t k = 0; k < count; ++k) {
+    FeEquation e;
+    e.line = given.place.line;
+    for (size_t i = 0; i < given.terms.size(); ++i)
+      add_term(nodes[i].size() == 1 ? nodes[i][0] : nodes[i][k], given.terms[i].dof, given.terms[i].coefficient, e);
+    model.equations.push_back(std::move(e));
+  }
+}
+
+void InpResolver::add_boundary(int space, const InpBoundary& b) {
+  for (int node : nodes_named(space, b.where, b.place))
+    for (int dof : b.dofs) {
+      FeConstraint c;
+      c.node = node;
+      c.dof = dof;
+      if (const auto it = rotation_nodes.find(node); it != rotation_nodes.end()) {
+        if (dof >= 3) continue;
+        c.node = it->second;
+        c.dof = 3 + dof;
+      } else if (transformed.contains(node)) {
+        c.direction = direction(node, dof);
+      }
+      model.constraints.push_back(c);
+    }
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,337 @@
+// Elements of Nastran bulk data: solids, shells, beams, springs, masses.
+#include "sim/reduce/fe_nastran_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace flexframe::sim {
+
+const std::vector<NastranElementCard>& nastran_element_cards() {
+  static const std::vector<NastranElementCard> cards = {
+      {"CTETRA", FeShape::tetrahedron4, 4, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9}, FeShape::tetrahedron10},
+      {"CHEXA", FeShape::hexahedron8, 8, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 16, 17, 18, 19, 12, 13, 14, 15}, FeShape::hexahedron20},
+      {"CPENTA", FeShape::wedge6, 6, {0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14, 9, 10, 11}, FeShape::wedge15},
+      {"CQUAD4", FeShape::quadrangle4, 4, {0, 1, 2, 3}, FeShape::quadrangle4},
+      {"CQUADR", FeShape::quadrangle4, 4, {0, 1, 2, 3}, FeShape::quadrangle4},
+      {"CTRIA3", FeShape::triangle3, 3, {0, 1, 2}, FeShape::triangle3},
+      {"CTRIAR", FeShape::triangle3, 3, {0, 1, 2}, FeShape::triangle3},
+      {"CQUAD8", FeShape::quadrangle8, 8, {0, 1, 2, 3, 4, 5, 6, 7}, FeShape::quadrangle8},
+      {"CTRIA6", FeShape::triangle6, 6, {0, 1, 2, 3, 4, 5}, FeShape::triangle6}};
+  return cards;
+}
+
+FeElement& NastranReader::put(const NastranCard& c, FeShape shape, const std::vector<int>& nodes) {
+  FeElement e;
+  e.id = deck.integer(c, 0);
+  if (!element_ids.insert(e.id).second) deck.fail(c, fmt::format("element {} is defined twice", e.id));
+  e.shape = shape;
+  e.first = static_cast<int>(model.connectivity.size());
+  e.count = static_cast<int>(nodes.size());
+  e.line = c.file == 0 ? c.line : 0;
+  model.connectivity.insert(model.connectivity.end(), nodes.begin(), nodes.end());
+  model.elements.push_back(e);
+  return model.elements.back();
+}
+
+void NastranReader::add_element(const NastranCard& c) {
+  if (c.name == "CELAS1" || c.name == "CELAS2") return add_spring(c);
+  if (c.name == "CONM2") return add_mass(c);
+  if (c.name == "CBUSH") return add_bush(c);
+  if (c.name == "CBAR" || c.name == "CBEAM") return add_beam(c);
+  if (c.name == "CROD" || c.name == "CONROD" || c.name == "CTUBE") return add_rod(c);
+  const NastranElementCard& kind = *std::find_if(nastran_element_cards().begin(), nastran_element_cards().end(),
+                                                 [&](const NastranElementCard& e) { return c.name == e.name; });
+  const bool shell = fe_is_shell(kind.shape);
+  const size_t all = kind.order.size();
+  size_t there = 0;
+  for (size_t k = 0; k < all; ++k) there += deck.blank(c, 2 + k) || (shell && k >= static_cast<size_t>(kind.corners)) ? 0 : 1;
+  if (there != static_cast<size_t>(kind.corners) && there != all)
+    deck.fail(c, fmt::format("{} or {} grids are expected, found {}; elements with some of their middle grids cannot be read", kind.corners,
+                             all, there));
+  std::vector<int> nodes;
+  for (size_t k = 0; k < there; ++k) nodes.push_back(node(c, 2 + static_cast<size_t>(kind.order[k])));
+  const NastranCard& p = shell ? property(c, {"PSHELL", "PCOMP"}) : property(c, {"PSOLID"});
+  FeElement& e = put(c, there == all ? kind.quadratic : kind.shape, nodes);
+  if (e.shape == FeShape::hexahedron8) e.formulation = FeFormulation::incompatible;
+  model.element_sets[fmt::format("PID_{}", deck.integer(p, 0))].push_back(static_cast<int>(model.elements.size()) - 1);
+  auto& set = model.node_sets[fmt::format("PID_{}", deck.integer(p, 0))];
+  set.insert(set.end(), nodes.begin(), nodes.end());
+  if (shell) return finish_shell(c, p, kind.corners + 2, e);
+  e.material = material(p, 1);
+  if (!model.materials[e.material].elasticity) return;
+  const int cord = deck.integer(p, 2);
+  if (cord < 0) deck.fail(p, "CORDM = -1 (axes of the element) cannot be read; give a coordinate system");
+  Vec3 middle = Vec3::Zero();
+  for (int n : nodes) middle += model.nodes[n] / static_cast<double>(nodes.size());
+  model.axes.push_back(coordinates(p, cord).directions(middle));
+  e.axes = static_cast<int>(model.axes.size()) - 1;
+}
+
+void NastranReader::finish_shell(const NastranCard& c, const NastranCard& p, int theta, FeElement& e) {
+  // CQUAD8 and CTRIA6 have T1 to T4 and T1 to T3 before the angle; CQUAD4 and CTRIA3 after it.
+  size_t angle = theta;
+  if (e.shape == FeShape::quadrangle8) angle = 14;
+  double offset = deck.real(c, angle + 1) * units.length;
+  if (e.shape == FeShape::quadrangle8) offset = deck.real(c, 15) * units.length;
+  if (p.name == "PSHELL") {
+    e.thickness = deck.real(p, 2) * units.length;
+    if (!deck.blank(p, 3) && deck.integer(p, 3) != deck.integer(p, 1)) deck.fail(p, "MID2 other than MID1 cannot be read; use PCOMP");
+    if (deck.blank(p, 3)) deck.fail(p, "without MID2 the shell has no bending stiffness; give MID2 = MID1");
+    if (deck.real(p, 4, 1.0) != 1.0)
+      deck.fail(p, fmt::format("12 I / T^3 other than 1 cannot be read, found {:g}; use PCOMP", deck.real(p, 4, 1.0)));
+    e.material = heavier(material(p, 1), e.thickness > 0.0 ? deck.real(p, 7) * area_mass() / e.thickness : 0.0);
+    if (offset != 0.0 && e.thickness > 0.0) {
+      FeLayup layup;
+      layup.offset = -offset / e.thickness;
+      e.section = find_layup(layup);
+    }
+    if (!model.materials[e.material].elasticity) return;
+  } else {
+    e.section = composite(p, offset, e.thickness);
+  }
+  // The first material axis: along the first edge turned by the angle, or of a coordinate system.
+  Vec3 middle = Vec3::Zero();
+  Mat3X X(3, e.count);
+  for (int k = 0; k < e.count; ++k) X.col(k) = model.nodes[model.connectivity[e.first + k]];
+  middle = X.rowwise().mean();
+  if (deck.is_integer(c, angle)) {
+    model.axes.push_back(coordinates(c, deck.integer(c, angle)).directions(middle));
+  } else {
+    double area = 0.0;
+    const Mat3 Q = shell_axes(e.shape, X, e.id, area);
+    model.axes.push_back(Eigen::AngleAxisd(deck.real(c, angle) * std::numbers::pi / 180.0, Q.col(2)).toRotationMatrix() * Q);
+  }
+  e.axes = static_cast<int>(model.axes.size()) - 1;
+}
+
+int NastranReader::find_layup(const FeLayup& layup) {
+  for (size_t k = 0; k < model.layups.size(); ++k)
+    if (model.layups[k].layers.empty() && layup.layers.empty() && model.layups[k].offset == layup.offset) return static_cast<int>(k);
+  model.layups.push_back(layup);
+  return static_cast<int>(model.layups.size()) - 1;
+}
+
+int NastranReader::composite(const NastranCard& p, double offset, double& thickness) {
+  FeLayup layup;
+  const std::string lam = deck.blank(p, 7) ? "" : p.fields[7];
+  if (!lam.empty() && lam != "SYM") deck.fail(p, fmt::format("LAM = {}: only SYM or blank can be read", lam));
+  for (size_t k = 8; k + 2 < p.fields.size() + 2; k += 4) {
+    if (deck.blank(p, k) && deck.blank(p, k + 1)) continue;
+    FeLayer layer;
+    layer.thickness = deck.real(p, k + 1) * units.length;
+    layer.angle = deck.real(p, k + 2) * std::numbers::pi / 180.0;
+    if (deck.blank(p, k)) {
+      if (layup.layers.empty()) deck.fail(p, "the first layer has no material");
+      layer.material = layup.layers.back().material;
+    } else {
+      layer.material = material(p, k);
+    }
+    if (layer.thickness == 0.0 && !layup.layers.empty()) layer.thickness = layup.layers.back().thickness;
+    if (!(layer.thickness > 0.0)) deck.fail(p, fmt::format("a layer's thickness must be > 0, found {:g}", layer.thickness));
+    layup.layers.push_back(layer);
+  }
+  if (layup.layers.empty()) deck.fail(p, "no layers");
+  if (lam == "SYM")
+    for (size_t k = layup.layers.size(); k-- > 0;) layup.layers.push_back(FeLayer(layup.layers[k]));
+  thickness = 0.0;
+  for (const FeLayer& l : layup.layers) thickness += l.thickness;
+  if (const double more = deck.real(p, 2) * area_mass(); more != 0.0)
+    for (FeLayer& l : layup.layers) l.material = heavier(l.material, more / thickness);
+  const double bottom = deck.blank(p, 1) ? -0.5 * thickness : deck.real(p, 1) * units.length;
+  layup.offset = -(bottom + offset) / thickness - 0.5;
+  const int id = deck.integer(p, 0);
+  if (offset == 0.0) {
+    if (const auto it = shell_layup.find(id); it != shell_layup.end()) return it->second;
+    shell_layup[id] = static_cast<int>(model.layups.size());
+  }
+  model.layups.push_back(layup);
+  return static_cast<int>(model.layups.size()) - 1;
+}
+
+void NastranReader::add_beam(const NastranCard& c) {
+  const NastranCard& p = property(c, {"PBAR", "PBARL", "PBEAM", "PBEAML"});
+  const int a = node(c, 2), b = node(c, 3);
+  for (size_t k : {size_t{8}, size_t{9}})
+    if (!deck.components(c, k).empty()) deck.fail(c, "ends that are released (PA, PB) cannot be read; split the node and tie it by an MPC");
+  for (size_t k = 10; k < 16; ++k)
+    if (deck.real(c, k) != 0.0) deck.fail(c, "ends beside the grids (WA, WB) cannot be read; put the grids on the axis, or use an RBAR");
+  FeBeamSection s = section(p);
+  if (deck.is_integer(c, 4) && deck.blank(c, 5)) {
+    s.n1 = model.nodes[node(c, 4)] - model.nodes[a];
+  } else {
+    s.n1 = directions(c, a) * Vec3(deck.real(c, 4), deck.real(c, 5), deck.real(c, 6));
+  }
+  if (!(s.n1.norm() > 0.0)) deck.fail(c, "the direction of plane 1 (X1, X2, X3 or G0) is missing");
+  FeElement& e = put(c, FeShape::beam2, {a, b});
+  e.material = material(p, 1);
+  model.beam_sections.push_back(s);
+  e.section = static_cast<int>(model.beam_sections.size()) - 1;
+}
+
+FeBeamSection NastranReader::section(const NastranCard& p) {
+  FeBeamSection s;
+  const double l2 = units.length * units.length, l4 = l2 * l2, line_mass = units.mass * weight_to_mass / units.length;
+  if (p.name == "PBAR" || p.name == "PBEAM") {
+    const bool bar = p.name == "PBAR";
+    s.area = deck.real(p, 2) * l2;
+    s.I22 = deck.real(p, 3) * l4;  // bending in plane 1, whose direction is n1
+    s.I11 = deck.real(p, 4) * l4;
+    s.I12 = deck.real(p, bar ? 18 : 5) * l4;
+    s.torsion = deck.real(p, bar ? 5 : 6) * l4;
+    s.mass_per_length = deck.real(p, bar ? 6 : 7) * line_mass;
+    s.shear1 = deck.real(p, 16, 0.0) * s.area;
+    s.shear2 = deck.real(p, 17, 0.0) * s.area;
+    if (!bar) {
+      s.shear1 = s.shear2 = s.area;
+      if (p.fields.size() > 16 && !deck.blank(p, 16))
+        model.warnings.push_back(fmt::format("{}: PBEAM: the section of end A counts for the whole beam", deck.where(p)));
+    }
+  } else {
+    const std::string kind = deck.blank(p, 3) ? "" : p.fields[3];
+    std::vector<double> d;
+    for (size_t k = 8; k < p.fields.size() && !deck.blank(p, k); ++k) d.push_back(deck.real(p, k) * units.length);
+    const size_t wants = kind == "ROD" ? 1 : kind == "TUBE" || kind == "BAR" ? 2 : kind == "BOX" ? 4 : 0;
+    if (wants == 0) deck.fail(p, fmt::format("section {}: ROD, TUBE, BAR and BOX can be read; give others as PBAR", kind));
+    if (d.size() < wants) deck.fail(p, fmt::format("section {}: {} dimensions are expected, found {}", kind, wants, d.size()));
+    // Width lies along the element's z, height along its y, which is n1.
+    std::optional<FeBeamSection> made = kind == "ROD"    ? beam_shape("CIRC", {d[0]})
+                                        : kind == "TUBE" ? beam_shape("PIPE", {d[0], d[0] - d[1]})
+                                        : kind == "BAR"  ? beam_shape("RECT", {d[1], d[0]})
+                                                         : beam_shape("BOX", {d[1], d[0], d[2], d[3], d[2], d[3]});
+    if (!made) deck.fail(p, fmt::format("section {}: dimensions > 0 are expected", kind));
+    s = *made;
+    if (d.size() > wants) s.mass_per_length = d[wants] / units.length * line_mass;
+  }
+  if (!(s.area > 0.0 && s.I11 > 0.0 && s.I22 > 0.0)) deck.fail(p, "area, I1 and I2 must be > 0");
+  if (!(s.torsion > 0.0)) deck.fail(p, "J must be > 0: without it the beam turns about its axis freely");
+  return s;
+}
+
+void NastranReader::add_rod(const NastranCard& c) {
+  FeBeamSection s;
+  s.truss = true;
+  int a = 0, b = 0, mat = 0;
+  if (c.name == "CONROD") {
+    a = node(c, 1);
+    b = node(c, 2);
+    mat = material(c, 3);
+    s.area = deck.real(c, 4) * units.length * units.length;
+  } else {
+    const NastranCard& p = property(c, {"PROD"});
+    a = node(c, 2);
+    b = node(c, 3);
+    mat = material(p, 1);
+    s.area = deck.real(p, 2) * units.length * units.length;
+    if (deck.real(p, 3) != 0.0) add_once(model.notes, fmt::format("{}: PROD: the torsion of rods is left out", deck.where(p)));
+  }
+  if (!(s.area > 0.0)) deck.fail(c, "a section area > 0 is expected");
+  FeElement& e = put(c, FeShape::beam2, {a, b});
+  e.material = mat;
+  model.beam_sections.push_back(s);
+  e.section = static_cast<int>(model.beam_sections.size()) - 1;
+}
+
+void NastranReader::lump(const NastranCard& c, const std::vector<int>& nodes, MatX K, MatX M, bool turns) {
+  FeElement& e = put(c, FeShape::lumped, nodes);
+  model.lumps.push_back({std::move(K), std::move(M), turns});
+  e.section = static_cast<int>(model.lumps.size()) - 1;
+}
+
+void NastranReader::add_spring(const NastranCard& c) {
+  double k = 0.0;
+  if (c.name == "CELAS2") {
+    k = deck.real(c, 1);
+  } else {
+    const auto p = springs.find(deck.integer(c, 1));
+    if (p == springs.end()) deck.fail(c, fmt::format("property {} is not there", deck.integer(c, 1)));
+    k = deck.real(*p->second, 1);
+  }
+  std::vector<int> nodes;
+  std::vector<std::pair<int, int>> ends;
+  for (size_t at : {size_t{2}, size_t{4}}) {
+    if (deck.blank(c, at) || deck.integer(c, at) == 0) continue;
+    const std::vector<int> dofs = deck.components(c, at + 1);
+    if (dofs.size() != 1) deck.fail(c, "one motion, 1 to 6, is expected at each grid");
+    ends.emplace_back(node(c, at), dofs[0]);
+  }
+  if (ends.empty()) deck.fail(c, "no grid");
+  VecX b = VecX::Zero(6 * static_cast<Eigen::Index>(ends.size()));
+  bool turns = false;
+  double sign = 1.0;
+  for (size_t i = 0; i < ends.size(); ++i) {
+    nodes.push_back(ends[i].first);
+    const int d = ends[i].second;
+    turns = turns || d >= 3;
+    b.segment<3>(6 * static_cast<Eigen::Index>(i) + (d < 3 ? 0 : 3)) = sign * directions(c, ends[i].first).col(d % 3);
+    sign = -1.0;
+  }
+  // Force over length, moment over angle.
+  const double unit = units.mass / (units.time * units.time) * (ends[0].second >= 3 ? units.length * units.length : 1.0);
+  lump(c, nodes, k * unit * b * b.transpose(), MatX::Zero(b.size(), b.size()), turns);
+}
+
+void NastranReader::add_bush(const NastranCard& c) {
+  const NastranCard& p = property(c, {"PBUSH"});
+  if (deck.blank(p, 1) || p.fields[1] != "K") deck.fail(p, "K with six stiffnesses is expected first");
+  const int a = node(c, 2);
+  std::vector<int> nodes = {a};
+  if (!deck.blank(c, 3)) nodes.push_back(node(c, 3));
+  Mat3 Q = Mat3::Identity();
+  const Vec3 axis = nodes.size() == 2 ? Vec3(model.nodes[nodes[1]] - model.nodes[a]) : Vec3::Zero();
+  if (!deck.blank(c, 7)) {
+    Q = coordinates(c, deck.integer(c, 7)).directions(model.nodes[a]);
+    if (axis.norm() > 0.0)
+      add_once(model.notes, fmt::format("{}: CBUSH acts between its grids without the moments of their distance", deck.where(c)));
+  } else {
+    Vec3 v(deck.real(c, 4), deck.real(c, 5), deck.real(c, 6));
+    if (deck.is_integer(c, 4) && deck.blank(c, 5)) v = model.nodes[node(c, 4)] - model.nodes[a];
+    if (!(axis.norm() > 0.0) || !(axis.cross(v).norm() > 0.0))
+      deck.fail(c, "its directions are not given: a coordinate system (CID) is needed");
+    Q.col(0) = axis.normalized();
+    Q.col(2) = axis.cross(v).normalized();
+    Q.col(1) = Q.col(2).cross(Vec3(Q.col(0)));
+  }
+  MatX k = MatX::Zero(6, 6);
+  const double unit = units.mass / (units.time * units.time);
+  Vec6 diagonal;
+  bool turns = false;
+  for (int d = 0; d < 6; ++d) {
+    diagonal(d) = deck.real(p, static_cast<size_t>(2 + d)) * unit * (d >= 3 ? units.length * units.length : 1.0);
+    turns = turns || (d >= 3 && diagonal(d) != 0.0);
+  }
+  k.topLeftCorner<3, 3>() = Q * diagonal.head<3>().asDiagonal() * Q.transpose();
+  k.bottomRightCorner<3, 3>() = Q * diagonal.tail<3>().asDiagonal() * Q.transpose();
+  const Eigen::Index n = 6 * static_cast<Eigen::Index>(nodes.size());
+  MatX K = MatX::Zero(n, n);
+  for (Eigen::Index i = 0; i < n; i += 6)
+    for (Eigen::Index j = 0; j < n; j += 6) K.block<6, 6>(i, j) = i == j ? k : MatX(-k);
+  lump(c, nodes, K, MatX::Zero(n, n), turns);
+}
+
+void NastranReader::add_mass(const NastranCard& c) {
+  const int at = node(c, 1), cid = deck.integer(c, 2);
+  const double m = deck.real(c, 3) * units.mass * weight_to_mass, unit = units.mass * weight_to_mass * units.length * units.length;
+  Vec3 r = Vec3(deck.real(c, 4), deck.real(c, 5), deck.real(c, 6)) * units.length;
+  Mat3 Q = Mat3::Identity();
+  if (cid < 0) r -= model.nodes[at];
+  else {
+    Q = coordinates(c, cid).directions(model.nodes[at]);
+    r = Q * r;
+  }
+  Mat3 J;
+  const double xx = deck.real(c, 8), xy = -deck.real(c, 9), yy = deck.real(c, 10), xz = -deck.real(c, 11), yz = -deck.real(c, 12),
+               zz = deck.real(c, 13);
+  J << xx, xy, xz, xy, yy, yz, xz, yz, zz;
+  MatX M = MatX::Zero(6, 6);
+  Mat3 lever;
+  lever << 0, r.z(), -r.y(), -r.z(), 0, r.x(), r.y(), -r.x(), 0;  // velocity of the mass: v + w x r = v + lever w
+  M.topLeftCorner<3, 3>() = m * Mat3::Identity();
+  M.topRightCorner<3, 3>() = m * lever;
+  M.bottomLeftCorner<3, 3>() = m * lever.transpose();
+  M.bottomRightCorner<3, 3>() = m * lever.transpose() * lever + Q * (J * unit) * Q.transpose();
+  if (!r.isZero(0.0) || !J.isZero(0.0)) return lump(c, {at}, MatX::Zero(6, 6), M, true);
+  put(c, FeShape::point_mass, {at}).thickness = m;
+}
+
+}  // namespace flexframe::sim

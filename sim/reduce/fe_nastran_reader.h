@@ -1,0 +1,135 @@
+// Private to fe_nastran.cpp (cards, coordinate systems, grids, materials), fe_nastran_elements.cpp and fe_nastran_ties.cpp (rigid elements,
+// supports, equations): Nastran bulk data become a model.
+#pragma once
+
+#include "sim/reduce/fe_complaints.h"
+#include "sim/reduce/fe_elements.h"
+#include "sim/reduce/fe_nastran_cards.h"
+
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <set>
+#include <unordered_map>
+
+namespace flexframe::sim {
+
+// Coordinates: origin and axes in space; cylindrical and spherical ones have angles in degrees.
+struct NastranCoordinates {
+  char kind = 'R';
+  Vec3 origin = Vec3::Zero();
+  Mat3 axes = Mat3::Identity();
+
+  Vec3 place(const Vec3& x) const {
+    constexpr double degree = std::numbers::pi / 180.0;
+    Vec3 local = x;
+    if (kind == 'C') local = Vec3(x.x() * std::cos(degree * x.y()), x.x() * std::sin(degree * x.y()), x.z());
+    if (kind == 'S')
+      local = x.x() * Vec3(std::sin(degree * x.y()) * std::cos(degree * x.z()), std::sin(degree * x.y()) * std::sin(degree * x.z()),
+                           std::cos(degree * x.y()));
+    return origin + axes * local;
+  }
+
+  // Directions at a place.
+  Mat3 directions(const Vec3& at) const {
+    if (kind == 'R') return axes;
+    const Vec3 r = axes.transpose() * (at - origin);
+    const double phi = std::atan2(r.y(), r.x());
+    Mat3 local;
+    local.col(0) = Vec3(std::cos(phi), std::sin(phi), 0.0);
+    local.col(1) = Vec3(-std::sin(phi), std::cos(phi), 0.0);
+    local.col(2) = Vec3::UnitZ();
+    if (kind == 'S') {
+      const double theta = std::atan2(std::hypot(r.x(), r.y()), r.z());
+      const Vec3 out = local.col(0), around = local.col(1);
+      local.col(0) = std::sin(theta) * out + std::cos(theta) * Vec3::UnitZ();
+      local.col(1) = std::cos(theta) * out - std::sin(theta) * Vec3::UnitZ();
+      local.col(2) = around;
+    }
+    return axes * local;
+  }
+};
+
+// A card of elements, and what becomes of it.
+struct NastranElementCard {
+  const char* name;
+  FeShape shape;
+  int corners;
+  std::vector<int> order;  // place in the card of our node i; more nodes than corners: the quadratic one
+  FeShape quadratic;
+};
+const std::vector<NastranElementCard>& nastran_element_cards();
+
+class NastranReader {
+ public:
+  NastranReader(NastranDeck d, const FeUnits& u, const std::string& file) : deck(std::move(d)), units(u) { model.file = file; }
+  FeModel run();
+
+ private:
+  NastranDeck deck;
+  FeUnits units;
+  FeModel model;
+  FeComplaints complaints;
+  std::map<int, const NastranCard*> grids, materials, properties, coordinate_cards, springs;
+  std::map<int, NastranCoordinates> known_coordinates;
+  std::vector<const NastranCard*> elements, ties, supports, equations;
+  std::map<int, std::set<int>> unions;  // SPCADD, MPCADD
+  std::unordered_map<int, int> node_at;
+  std::map<int, int> displacement;  // node -> coordinates of its motions
+  std::map<int, int> material_at, shell_layup;
+  std::set<int> element_ids;
+  std::vector<bool> turning_nodes;
+  double weight_to_mass = 1.0;
+
+  void once(std::map<int, const NastranCard*>& table, const NastranCard& c);
+  void sort_card(const NastranCard& c);
+  void refuse(const NastranCard& c, const std::string& text);
+
+  // Places and directions.
+  const NastranCoordinates& coordinates(const NastranCard& from, int id, int depth = 0);
+  // Lengths in SI, angles left.
+  Vec3 scaled(char kind, const Vec3& x) const;
+  Vec3 grid_place(const NastranCard& from, int id, int depth = 0);
+  void add_grid(const NastranCard& c);
+  int node(const NastranCard& c, size_t field);
+  Mat3 directions(const NastranCard& c, int node);
+  void hold(const NastranCard& c, int node, int dof);
+
+  // Materials and properties.
+  void add_material(int id, const NastranCard& c);
+  int material(const NastranCard& c, size_t field);
+  const NastranCard& property(const NastranCard& c, std::initializer_list<const char*> names);
+  // A material with more density: non-structural mass.
+  int heavier(int material, double more);
+  double area_mass() const { return units.mass * weight_to_mass / (units.length * units.length); }
+
+  // Elements.
+  FeElement& put(const NastranCard& c, FeShape shape, const std::vector<int>& nodes);
+  void add_element(const NastranCard& c);
+  void finish_shell(const NastranCard& c, const NastranCard& p, int theta, FeElement& e);
+  int find_layup(const FeLayup& layup);
+  // PCOMP; thickness comes back.
+  int composite(const NastranCard& p, double offset, double& thickness);
+  void add_beam(const NastranCard& c);
+  FeBeamSection section(const NastranCard& p);
+  void add_rod(const NastranCard& c);
+  void lump(const NastranCard& c, const std::vector<int>& nodes, MatX K, MatX M, bool turns);
+  void add_spring(const NastranCard& c);
+  void add_bush(const NastranCard& c);
+  void add_mass(const NastranCard& c);
+
+  // Ties and supports.
+  // Whether a node has rotations of its own; asked once all elements are there.
+  bool turning(int node);
+  // Grids from a field on, with THRU.
+  std::vector<int> grids_from(const NastranCard& c, size_t field);
+  void add_tie(const NastranCard& c);
+  // Some motions only, in the dependent grid's directions.
+  void partly(const NastranCard& c, int reference, int slave, const std::set<int>& dofs);
+  void add_rbe3(const NastranCard& c, FeSpider s);
+  // Whether a set of supports or equations is asked for; without case control, every one.
+  bool asked(const char* what, int sign, int set) const;
+  void add_conditions();
+};
+
+}  // namespace flexframe::sim

@@ -1,0 +1,69 @@
+// HDF5 as results_file_write.cpp and results_file_read.cpp need it; the one place that includes it. Private to them.
+//
+// HDF5 access and the layout of sim/RESULTS.md. Metadata carry checksums (format 1.10), data blocks Fletcher's, strings have a fixed
+// length: a damaged file is found, not followed. HDF5 1.10 itself follows what has no checksum: damaged metadata of older formats, read
+// beyond their end, and the global heaps of variable-length data, where it can loop for ever. Files with either are refused before it sees
+// them.
+#pragma once
+
+#include "sim/base/types.h"
+
+#include <cstddef>
+#include <string>
+#include <utility>
+
+#include <hdf5.h>
+
+namespace flexframe::sim::results_file {
+
+constexpr const char* format_name = "flexframe results";
+constexpr int format_version = 1;
+constexpr std::size_t chunk_bytes = 256u << 10;
+
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// HDF5 prints its error stack unless told not to; restores the caller's setting.
+class Quiet {
+ public:
+  Quiet() {
+    H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
+    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  }
+  ~Quiet() { H5Eset_auto2(H5E_DEFAULT, function_, data_); }
+  Quiet(const Quiet&) = delete;
+  Quiet& operator=(const Quiet&) = delete;
+
+ private:
+  H5E_auto2_t function_ = nullptr;
+  void* data_ = nullptr;
+};
+
+// Owns an identifier.
+class Id {
+ public:
+  Id() = default;
+  Id(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
+  Id(Id&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+  Id& operator=(Id&& other) noexcept {
+    reset();
+    id_ = std::exchange(other.id_, -1);
+    close_ = other.close_;
+    return *this;
+  }
+  ~Id() { reset(); }
+  operator hid_t() const { return id_; }
+  bool valid() const { return id_ >= 0; }
+  bool reset() {
+    const hid_t id = std::exchange(id_, -1);
+    return id < 0 || close_(id) >= 0;
+  }
+
+ private:
+  hid_t id_ = -1;
+  herr_t (*close_)(hid_t) = nullptr;
+};
+
+// The innermost reason of HDF5's error stack, such as "No space left on device".
+std::string hdf5_reason();
+
+}  // namespace flexframe::sim::results_file

@@ -1,0 +1,333 @@
+// Results to a file of the layout of sim/RESULTS.md.
+#include "sim/base/file_output.h"
+#include "sim/results/results_file.h"
+#include "sim/results/results_file_hdf5.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace flexframe::sim {
+
+using namespace results_file;
+
+namespace {
+
+struct WriteFailure {
+  std::string reason = hdf5_reason();  // now: the next call of HDF5 clears it
+};
+
+hid_t done(hid_t id) {
+  if (id < 0) throw WriteFailure{};
+  return id;
+}
+void check(herr_t status) {
+  if (status < 0) throw WriteFailure{};
+}
+
+Id text_type(std::size_t length) {
+  Id type(done(H5Tcopy(H5T_C_S1)), H5Tclose);
+  check(H5Tset_size(type, std::max<std::size_t>(1, length)));
+  check(H5Tset_cset(type, H5T_CSET_UTF8));
+  check(H5Tset_strpad(type, H5T_STR_NULLPAD));
+  return type;
+}
+
+void write_attribute(hid_t object, const std::string& name, const std::string& text) {
+  const Id type = text_type(text.size()), space(done(H5Screate(H5S_SCALAR)), H5Sclose);
+  const Id attribute(done(H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT)), H5Aclose);
+  check(H5Awrite(attribute, type, text.empty() ? "\0" : text.data()));
+}
+
+void write_attribute(hid_t object, const std::string& name, double value) {
+  const Id space(done(H5Screate(H5S_SCALAR)), H5Sclose);
+  const Id attribute(done(H5Acreate2(object, name.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT)), H5Aclose);
+  check(H5Awrite(attribute, H5T_NATIVE_DOUBLE, &value));
+}
+
+void write_attribute(hid_t object, const std::string& name, long value) {
+  const Id space(done(H5Screate(H5S_SCALAR)), H5Sclose);
+  const Id attribute(done(H5Acreate2(object, name.c_str(), H5T_STD_I64LE, space, H5P_DEFAULT, H5P_DEFAULT)), H5Aclose);
+  check(H5Awrite(attribute, H5T_NATIVE_LONG, &value));
+}
+
+Id make_group(hid_t parent, const std::string& name) {
+  return {done(H5Gcreate2(parent, name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT)), H5Gclose};
+}
+
+// rows x (cols of any shape): dims[0] = values.rows(), the product of the others = values.cols().
+void write_numbers(hid_t parent, const std::string& name, const Eigen::Ref<const MatX>& values, std::vector<hsize_t> dims,
+                   const std::string& unit, const std::string& meaning) {
+  if (values.size() == 0) return;
+  const std::size_t row_bytes = static_cast<std::size_t>(values.cols()) * sizeof(double);
+  const auto block = static_cast<hsize_t>(std::clamp<std::size_t>(chunk_bytes / row_bytes, 1, static_cast<std::size_t>(values.rows())));
+  const Id space(done(H5Screate_simple(static_cast<int>(dims.size()), dims.data(), nullptr)), H5Sclose);
+  const Id creation(done(H5Pcreate(H5P_DATASET_CREATE)), H5Pclose);
+  std::vector<hsize_t> chunk = dims;
+  chunk[0] = block;
+  check(H5Pset_chunk(creation, static_cast<int>(chunk.size()), chunk.data()));
+  check(H5Pset_fletcher32(creation));
+  const Id set(done(H5Dcreate2(parent, name.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, creation, H5P_DEFAULT)), H5Dclose);
+  if (!unit.empty()) write_attribute(set, "unit", unit);
+  write_attribute(set, "meaning", meaning);
+
+  // a chunk at a time, turned to row-major
+  RowMajor rows;
+  for (hsize_t first = 0; first < dims[0]; first += block) {
+    const hsize_t count = std::min(block, dims[0] - first);
+    rows = values.middleRows(static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(count));
+    std::vector<hsize_t> start(dims.size(), 0), extent = dims;
+    start[0] = first;
+    extent[0] = count;
+    check(H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, extent.data(), nullptr));
+    const Id memory(done(H5Screate_simple(static_cast<int>(extent.size()), extent.data(), nullptr)), H5Sclose);
+    check(H5Dwrite(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, rows.data()));
+  }
+}
+
+void write_texts(hid_t parent, const std::string& name, const std::vector<std::string>& texts) {
+  if (texts.empty()) return;
+  std::size_t longest = 1;
+  for (const std::string& text : texts) longest = std::max(longest, text.size());
+  std::string packed(longest * texts.size(), '\0');
+  for (std::size_t i = 0; i < texts.size(); ++i)
+    std::copy(texts[i].begin(), texts[i].end(), packed.begin() + static_cast<std::ptrdiff_t>(i * longest));
+  const hsize_t count = texts.size();
+  const Id type = text_type(longest), space(done(H5Screate_simple(1, &count, nullptr)), H5Sclose);
+  const Id set(done(H5Dcreate2(parent, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT)), H5Dclose);
+  check(H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, packed.data()));
+}
+
+void write_section(hid_t body, const Section& section) {
+  const Id group = make_group(body, "section");
+  write_attribute(group, "shape", section.shape);
+  const std::pair<const char*, double> numbers[] = {{"area", section.area},      {"iy", section.iy}, {"iz", section.iz},
+                                                    {"iyz", section.iyz},        {"j", section.j},   {"shear_y", section.shear_y},
+                                                    {"shear_z", section.shear_z}};
+  for (const auto& [name, number] : numbers) write_attribute(group, name, number);
+  const Id sizes = make_group(group, "sizes");
+  for (const auto& [name, size] : section.size) write_attribute(sizes, name, size);
+  for (std::size_t i = 0; i < section.outline.size(); ++i) {
+    const auto& loop = section.outline[i];
+    MatX points(static_cast<Eigen::Index>(loop.size()), 2);
+    for (std::size_t k = 0; k < loop.size(); ++k) points.row(static_cast<Eigen::Index>(k)) = loop[k].transpose();
+    write_numbers(group, fmt::format("outline_{}", i), points, {loop.size(), 2}, "m", "closed loop of points (y, z) from the centroid");
+  }
+}
+
+// `parts` nn x n (a node's x y z, or its stresses, below each other) as nn rows of `parts` n.
+MatX node_rows(const MatX& shapes, Eigen::Index parts = 3) {
+  const Eigen::Index nn = shapes.rows() / parts, n = shapes.cols();
+  MatX rows(nn, parts * n);
+  for (Eigen::Index i = 0; i < nn; ++i)
+    for (Eigen::Index a = 0; a < parts; ++a) rows.row(i).segment(a * n, n) = shapes.row(parts * i + a);
+  return rows;
+}
+
+void write_body(hid_t bodies, const ResultBody& body, long index, hsize_t nt) {
+  const Id group = make_group(bodies, body.name);
+  write_attribute(group, "index", index);
+  write_attribute(group, "kind", body.kind);
+  if (body.length > 0.0) write_attribute(group, "length", body.length);
+  if (!body.mesh.empty()) {
+    write_attribute(group, "mesh", body.mesh);
+    const std::string hash = body.mesh_sha256.empty() ? sha256_of_file(body.mesh) : body.mesh_sha256;
+    if (!hash.empty()) write_attribute(group, "mesh_sha256", hash);
+  }
+  if (!body.section.shape.empty()) write_section(group, body.section);
+  write_numbers(group, "position", body.position, {nt, 3}, "m", "origin of the body frame in world axes");
+  write_numbers(group, "orientation", body.orientation, {nt, 4}, "", "unit quaternion w x y z, body axes to world axes");
+
+  const auto nn = static_cast<hsize_t>(body.nodes.size());
+  std::vector<std::string> names;
+  MatX origins(static_cast<Eigen::Index>(nn), 3);
+  for (std::size_t i = 0; i < body.nodes.size(); ++i) {
+    names.push_back(body.nodes[i].name);
+    origins.row(static_cast<Eigen::Index>(i)) = body.nodes[i].origin.transpose();
+  }
+  write_texts(group, "node_names", names);
+  write_numbers(group, "node_origin", origins, {nn, 3}, "m", "undeformed position in the body frame");
+  write_numbers(group, "displacement", body.displacement, {nt, nn, 3}, "m",
+                "of the nodes from their undeformed position, in the body frame");
+  write_numbers(group, "rotation", body.rotation, {nt, nn, 3}, "rad",
+                "rotation vector of the nodes from their undeformed orientation, in the body frame");
+
+  const auto n = static_cast<hsize_t>(body.q.cols());
+  write_numbers(group, "q", body.q, {nt, n}, "", "elastic coordinates");
+  write_numbers(group, "qd", body.qd, {nt, n}, "", "elastic rates");
+  write_texts(group, "labels", body.labels);
+  write_numbers(group, "node_phi", node_rows(body.node_phi), {nn, 3, n}, "",
+                "displacement of the nodes per elastic coordinate, in the body frame");
+  write_numbers(group, "node_psi", node_rows(body.node_psi), {nn, 3, n}, "",
+                "rotation of the nodes per elastic coordinate, in the body frame");
+  write_numbers(group, "strain_stations", body.strain_stations, {static_cast<hsize_t>(body.strain_stations.size())}, "m",
+                "stations of 'section_strain' along x");
+  write_numbers(group, "section_strain", body.section_strain, {static_cast<hsize_t>(body.section_strain.rows()), 3}, "",
+                "row, coordinate of 'q', factor; row: 4 station + field (u', v'', w'', theta')");
+  write_texts(group, "unstrained", body.unstrained);
+  write_numbers(group, "held_position", body.held_position, {nt, 3}, "m", "origin of the frame of 'q' and 'node_phi' in the body frame");
+  write_numbers(group, "held_rotation", body.held_rotation, {nt, 3}, "rad",
+                "rotation vector of the frame of 'q' and 'node_phi' in the body frame");
+  write_numbers(group, "shown_columns", body.shown_columns, {6, n}, "",
+                "translation and rotation of the body frame in the frame of 'q' per elastic coordinate");
+  const auto ns = static_cast<hsize_t>(body.stress_nodes.size());
+  const MatX places = Eigen::Map<const Eigen::VectorXi>(body.stress_nodes.data(), static_cast<Eigen::Index>(ns)).cast<double>();
+  write_numbers(group, "stress_nodes", places, {ns}, "", "nodes of 'node_stress', counted from 0");
+  write_numbers(group, "node_stress", node_rows(body.node_stress, 6), {ns, 6, n}, "Pa",
+                "stress xx yy zz xy yz xz per elastic coordinate, in the body frame");
+}
+
+void write_joint(hid_t joints, const ResultJoint& joint, long index, hsize_t nt) {
+  const Id group = make_group(joints, joint.name);
+  write_attribute(group, "index", index);
+  write_attribute(group, "kind", joint.kind);
+  write_numbers(group, "position", joint.position, {nt, 3}, "m", "origin of the joint's parent frame in world axes");
+  write_numbers(group, "orientation", joint.orientation, {nt, 4}, "", "unit quaternion w x y z, parent frame to world axes");
+  write_numbers(group, "value", joint.value, {nt, static_cast<hsize_t>(joint.value.cols())}, "", "joint coordinates (m, rad, quaternion)");
+  write_numbers(group, "rate", joint.rate, {nt, static_cast<hsize_t>(joint.rate.cols())}, "", "joint rates (m/s, rad/s)");
+}
+
+void write_all(hid_t file, const Results& results) {
+  const auto nt = static_cast<hsize_t>(results.times.size());
+  write_attribute(file, "format", std::string(format_name));
+  write_attribute(file, "format_version", static_cast<long>(format_version));
+  write_attribute(file, "units", std::string("SI: m, kg, s, rad, N, J"));
+  write_attribute(file, "title", results.title);
+  write_attribute(file, "scene_file", results.scene_file);
+  // Where files that the scene names are looked for, also by a reader that works in another folder.
+  std::error_code error;
+  const std::filesystem::path scene = std::filesystem::absolute(results.scene_file, error);
+  if (!results.scene_file.empty() && !error) write_attribute(file, "scene_folder", scene.lexically_normal().parent_path().string());
+  write_attribute(file, "scene_sha256", sha256(results.scene_text));
+  write_texts(file, "scene", {results.scene_text});
+  write_numbers(file, "times", results.times, {nt}, "s", "times of the samples, increasing");
+
+  const Id bodies = make_group(file, "bodies");
+  for (std::size_t i = 0; i < results.bodies.size(); ++i) write_body(bodies, results.bodies[i], static_cast<long>(i), nt);
+  const Id joints = make_group(file, "joints");
+  for (std::size_t i = 0; i < results.joints.size(); ++i) write_joint(joints, results.joints[i], static_cast<long>(i), nt);
+
+  const Id outputs = make_group(file, "outputs");
+  std::vector<std::string> columns, units, descriptions;
+  bool described = false;
+  MatX values(static_cast<Eigen::Index>(nt), static_cast<Eigen::Index>(results.outputs.size()));
+  for (std::size_t i = 0; i < results.outputs.size(); ++i) {
+    columns.push_back(results.outputs[i].column);
+    units.push_back(results.outputs[i].unit);
+    descriptions.push_back(results.outputs[i].description);
+    described = described || !descriptions.back().empty();
+    values.col(static_cast<Eigen::Index>(i)) = results.outputs[i].values;
+  }
+  write_texts(outputs, "columns", columns);
+  write_texts(outputs, "units", units);
+  if (described) write_texts(outputs, "descriptions", descriptions);
+  write_numbers(outputs, "values", values, {nt, columns.size()}, "", "histories of the scene's outputs, one column each");
+
+  const Id energy = make_group(file, "energy");
+  const std::pair<const char*, const VecX*> energies[] = {{"kinetic", &results.kinetic},
+                                                          {"strain", &results.strain},
+                                                          {"potential", &results.potential},
+                                                          {"supplied", &results.supplied},
+                                                          {"dissipated", &results.dissipated}};
+  for (const auto& [name, values_of] : energies) write_numbers(energy, name, *values_of, {nt}, "J", "of the whole system");
+
+  const SolverStatistics& s = results.statistics;
+  const Id statistics = make_group(file, "statistics");
+  write_attribute(statistics, "method", s.method);
+  write_attribute(statistics, "tolerance", s.tolerance);
+  const std::pair<const char*, long> counts[] = {
+      {"steps", s.steps}, {"evaluations", s.evaluations}, {"jacobians", s.jacobians}, {"events", s.events}, {"restarts", s.restarts}};
+  for (const auto& [name, count] : counts) write_attribute(statistics, name, count);
+  write_attribute(statistics, "cpu_seconds", s.cpu_seconds);
+  write_attribute(statistics, "error_estimate", s.error_estimate);
+  write_attribute(statistics, "error_column", s.error_column);
+  write_texts(statistics, "notes", s.notes.texts(Severity::note));
+  write_texts(statistics, "warnings", s.notes.texts(Severity::warning));
+}
+
+// Sizes and numbers of results, before a file is begun.
+void check_results(const Results& results) {
+  const auto fail = [](const std::string& message) { throw SimulationError("the results cannot be written: " + message); };
+  const Eigen::Index nt = results.times.size();
+  if (nt == 0) fail("they hold no times");
+  const auto series = [&](const std::string& what, const Eigen::Ref<const MatX>& values, Eigen::Index cols, bool optional) {
+    if (values.size() == 0 && (optional || cols == 0)) return;
+    if (values.rows() != nt || values.cols() != cols)
+      fail(fmt::format("{} is {} x {}, not {} x {}", what, values.rows(), values.cols(), nt, cols));
+    if (!values.allFinite()) fail(fmt::format("{} holds a value that is not finite", what));
+  };
+  const auto name = [&](const char* what, const std::string& text) {
+    if (text.empty() || text == "." || text.find('/') != std::string::npos || text.find('\0') != std::string::npos)
+      fail(fmt::format("{} is no name of a {}", quote(text), what));
+  };
+  series("times", results.times, 1, false);
+  for (const ResultBody& body : results.bodies) {
+    name("body", body.name);
+    const auto nn = static_cast<Eigen::Index>(body.nodes.size());
+    series(body.name + ": position", body.position, 3, false);
+    series(body.name + ": orientation", body.orientation, 4, false);
+    series(body.name + ": displacement", body.displacement, 3 * nn, false);
+    series(body.name + ": rotation", body.rotation, 3 * nn, true);
+    series(body.name + ": q", body.q, body.q.cols(), true);
+    series(body.name + ": qd", body.qd, body.q.cols(), true);
+    for (const ResultNode& node : body.nodes)
+      if (!node.origin.allFinite()) fail(fmt::format("{}: a node's origin is not finite", body.name));
+    for (const MatX* shapes : {&body.node_phi, &body.node_psi})
+      if (shapes->size() > 0 && (shapes->rows() != 3 * nn || shapes->cols() != body.q.cols() || !shapes->allFinite()))
+        fail(fmt::format("{}: the mode shapes are {} x {}, not finite {} x {}", body.name, shapes->rows(), shapes->cols(), 3 * nn,
+                         body.q.cols()));
+    for (Eigen::Index i = 0; i < body.section_strain.rows(); ++i)
+      if (const Vec3 e = body.section_strain.row(i);
+          !e.allFinite() || !(e[0] >= 0.0 && e[0] < 4.0 * static_cast<double>(body.strain_stations.size()) && e[1] >= 0.0 &&
+                              e[1] < static_cast<double>(body.q.cols())))
+        fail(fmt::format("{}: row {} of the sections' strains names no station or coordinate", body.name, i));
+    series(body.name + ": held_position", body.held_position, 3, true);
+    series(body.name + ": held_rotation", body.held_rotation, 3, true);
+    if (body.held_rotation.rows() != body.held_position.rows() ||
+        (body.held_position.rows() > 0 && (body.shown_columns.cols() != body.q.cols() || !body.shown_columns.allFinite())))
+      fail(fmt::format("{}: 'held_position' needs 'held_rotation' and finite 'shown_columns' of the {} coordinates", body.name,
+                       body.q.cols()));
+    const auto ns = static_cast<Eigen::Index>(body.stress_nodes.size());
+    if (body.node_stress.rows() != 6 * ns || (ns > 0 && body.node_stress.cols() != body.q.cols()) || !body.node_stress.allFinite())
+      fail(fmt::format("{}: the stress modes are {} x {}, not finite {} x {}", body.name, body.node_stress.rows(), body.node_stress.cols(),
+                       6 * ns, body.q.cols()));
+    for (int i : body.stress_nodes)
+      if (i < 0 || i >= nn) fail(fmt::format("{}: node {} with stress is not there", body.name, i));
+  }
+  for (const ResultJoint& joint : results.joints) {
+    name("joint", joint.name);
+    series(joint.name + ": position", joint.position, 3, true);
+    series(joint.name + ": orientation", joint.orientation, 4, true);
+    series(joint.name + ": value", joint.value, joint.value.cols(), true);
+    series(joint.name + ": rate", joint.rate, joint.rate.cols(), true);
+  }
+  for (const ResultOutput& output : results.outputs) series("output " + output.column, output.values, 1, false);
+  for (const VecX* energy : {&results.kinetic, &results.strain, &results.potential, &results.supplied, &results.dissipated})
+    series("energy", *energy, 1, true);
+}
+
+}  // namespace
+
+void write_results(const Results& results, const std::filesystem::path& path) {
+  check_results(results);
+  PendingFile pending(path);
+  // at exit HDF5 would try again to write what a full disk refused; only its first call counts
+  H5dont_atexit();
+  const Quiet quiet;
+  const auto fail = [&](const std::string& reason) { throw FileError(fmt::format("{}: cannot be written: {}", path.string(), reason)); };
+  Id file;
+  try {
+    const Id access(done(H5Pcreate(H5P_FILE_ACCESS)), H5Pclose);
+    check(H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_V110));
+    check(H5Pset_fclose_degree(access, H5F_CLOSE_STRONG));
+    file = Id(done(H5Fcreate(pending.path().c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access)), H5Fclose);
+    write_all(file, results);
+    check(H5Fflush(file, H5F_SCOPE_LOCAL));
+  } catch (const WriteFailure& failure) {
+    fail(failure.reason);
+  }
+  if (!file.reset()) fail(hdf5_reason());
+  pending.commit();
+}
+
+}  // namespace flexframe::sim
