@@ -64,6 +64,15 @@ def temporary_folder():
     return tempfile.TemporaryDirectory(prefix="flexframe_test_")
 
 
+def run_parts(*parts):
+    """Runs the parts of a test, functions of a folder that they share, and ends the test."""
+    with temporary_folder() as folder:
+        for part in parts:
+            print(f"== {part.__name__}", flush=True)
+            part(pathlib.Path(folder))
+    finish()
+
+
 def finish():
     print("failed" if failures else "passed", f"({len(failures)} failures)")
     sys.stdout.flush()

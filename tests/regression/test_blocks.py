@@ -1,9 +1,9 @@
 """Controllers and filters through the real program, against scipy's integration and the exact recursion of sampled systems."""
 import math
-import pathlib
 
 import numpy as np
-from program import examples, expect, finish, history, near, run, temporary_folder
+from arrays import off, refused, simulate
+from program import examples, expect, history, near, run, run_parts
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
@@ -12,19 +12,6 @@ cart = '[[body]]\nname = "cart"\nkind = "rigid"\nmass = 2\n'
 rail = '[[joint]]\nname = "rail"\nkind = "prismatic"\nparent = "ground"\nchild = "cart"\naxis = [1, 0, 0]\n%s\n'
 seen = '[[output]]\nname = "x"\nof = "rail"\nquantity = "value"\n[[output]]\nname = "v"\nof = "rail"\nquantity = "rate"\n'
 push = '[[force]]\nname = "motor"\nkind = "force"\non = "cart"\ndirection = [1, 0, 0]\nvalue = "%s"\n'
-
-
-def simulate(folder, text, *words, code=0):
-    """The histories, or stderr of a run that is to fail."""
-    scene = folder / "scene.toml"
-    scene.write_text(text)
-    done = run("simulate", scene, "-o", folder / "r.h5", "--csv", folder / "h.csv", *words, code=code)
-    return {k: np.array(v) for k, v in history(folder / "h.csv").items()} if code == 0 else done.stderr
-
-
-def off(a, b, bound, what):
-    worst = np.max(np.abs(np.asarray(a) - np.asarray(b)))
-    expect(worst <= bound, f"{what}: off by {worst:.3g}, allowed {bound:.3g}")
 
 
 def integral(rhs, start, t):
@@ -122,22 +109,20 @@ def balances(folder):
 
 
 def wrong_words(folder):
-    for more, words in (
-        ('kind = "pid"\ninput = "x"', ("scene.toml:", "[[block]] 'b'", "needs 'proportional'")),
-        ('kind = "pid"\ninput = "x"\nderivative = 1', ("key 'derivative' needs either 'rate'",)),
-        ('kind = "pid"\ninput = "y"\nproportional = 1', ("key 'input'", "'y' is unknown")),
-        ('kind = "transfer-function"\ninput = "x"\nnumerator = [1, 2, 3]\ndenominator = [1, 2]', ("its order must not be higher",)),
-        ('kind = "state-space"\ninput = "x"\nA = [[1, 2]]\nB = [[1]]\nC = [[1]]', ("key 'A' must be square",)),
-        ('kind = "state-space"\ninput = ["x", "v"]\nD = [[1]]', ("key 'input' must be 1 expression",)),
-        ('kind = "state-space"\ninput = "b + x"\nD = [[0.5]]', ("algebraic loop",)),
-        ('kind = "pid"\ninput = "x"\nproportional = 1\nsample = 1e-9', ("samples in the run",)),
-    ):
-        says = simulate(folder, plant + f'[[block]]\nname = "b"\n{more}\n', code=2)
-        for word in words:
-            expect(word in says, f"{more!r}: '{word}' is not in: {says}")
+    refused(
+        folder,
+        lambda more: plant + f'[[block]]\nname = "b"\n{more}\n',
+        (
+            ('kind = "pid"\ninput = "x"', ("scene.toml:", "[[block]] 'b'", "needs 'proportional'")),
+            ('kind = "pid"\ninput = "x"\nderivative = 1', ("key 'derivative' needs either 'rate'",)),
+            ('kind = "pid"\ninput = "y"\nproportional = 1', ("key 'input'", "'y' is unknown")),
+            ('kind = "transfer-function"\ninput = "x"\nnumerator = [1, 2, 3]\ndenominator = [1, 2]', ("its order must not be higher",)),
+            ('kind = "state-space"\ninput = "x"\nA = [[1, 2]]\nB = [[1]]\nC = [[1]]', ("key 'A' must be square",)),
+            ('kind = "state-space"\ninput = ["x", "v"]\nD = [[1]]', ("key 'input' must be 1 expression",)),
+            ('kind = "state-space"\ninput = "b + x"\nD = [[0.5]]', ("algebraic loop",)),
+            ('kind = "pid"\ninput = "x"\nproportional = 1\nsample = 1e-9', ("samples in the run",)),
+        ),
+    )
 
 
-with temporary_folder() as folder:
-    for part in (continuous, sampled, balances, wrong_words):
-        part(pathlib.Path(folder))
-finish()
+run_parts(continuous, sampled, balances, wrong_words)

@@ -583,9 +583,4 @@ def closing(folder):
     expect(f"{v:.8f}" in done.stderr and "'guide'" in done.stderr, f"rates that do not fit: {done.stderr}, wanted {v}")
 
 
-with temporary_folder() as name:
-    for part in (displacements, damping, stresses, conventions, closing):
-        print(f"== {part.__name__}", flush=True)
-        part(pathlib.Path(name))
-
-finish()
+run_parts(displacements, damping, stresses, conventions, closing)

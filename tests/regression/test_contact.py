@@ -1,26 +1,13 @@
 """Contacts through the real program: closed formulas of rigid impacts, rolling and sliding, and scipy's integration of the same law."""
 import math
-import pathlib
 
 import numpy as np
-from program import expect, finish, history, near, run, temporary_folder
+from arrays import off, refused, simulate
+from program import expect, near, run_parts
 from scipy.integrate import solve_ivp
 
 simulation = "[simulation]\nduration = %g\noutput_rate = %g\ngravity = %s\ntolerance = 1e-8\n"
 g = 9.81
-
-
-def simulate(folder, text, *words, code=0):
-    """The histories, or stderr of a run that is to fail."""
-    scene = folder / "scene.toml"
-    scene.write_text(text)
-    done = run("simulate", scene, "-o", folder / "r.h5", "--csv", folder / "h.csv", *words, code=code)
-    return {k: np.array(v) for k, v in history(folder / "h.csv").items()} if code == 0 else done.stderr
-
-
-def off(a, b, bound, what):
-    worst = np.max(np.abs(np.asarray(a) - np.asarray(b)))
-    expect(worst <= bound, f"{what}: off by {worst:.3g}, allowed {bound:.3g}")
 
 
 def ball(name="ball", mass=2.0, radius=0.1, start="[0, 0, 0.5, 0, 0, 0]", rate=None):
@@ -195,26 +182,24 @@ def exchanged(folder):
 
 def wrong_words(folder):
     text = simulation % (1, 100, "[0, 0, 0]") + ball()
-    for more, words in (
+    refused(
+        folder,
+        lambda more: text + f'[[force]]\nname = "floor"\nkind = "contact"\non = "ball"\n{more}\n',
         (
-            'shape = "cube"\nstiffness = 1',
             (
-                "scene.toml:",
-                "[[force]] 'floor': key 'shape'",
+                'shape = "cube"\nstiffness = 1',
+                (
+                    "scene.toml:",
+                    "[[force]] 'floor': key 'shape'",
+                ),
             ),
+            ('shape = "sphere"\nstiffness = 1', ("key 'radius'",)),
+            ('shape = "point"\nstiffness = 1\ndamping = 1\nrestitution = 0.5', ("excludes 'restitution'",)),
+            ('shape = "point"\nstiffness = 1\nfrom_radius = 2', ("this is against a plane",)),
+            ('shape = "point"\nstiffness = 1\nexponent = 1.5\nfriction = { coefficient = 0.1 }', ("key 'friction.stiffness'",)),
+            ('shape = "point"\nstiffness = 1\nfrom = "ball"', ("is on the same body as 'on'",)),
         ),
-        ('shape = "sphere"\nstiffness = 1', ("key 'radius'",)),
-        ('shape = "point"\nstiffness = 1\ndamping = 1\nrestitution = 0.5', ("excludes 'restitution'",)),
-        ('shape = "point"\nstiffness = 1\nfrom_radius = 2', ("this is against a plane",)),
-        ('shape = "point"\nstiffness = 1\nexponent = 1.5\nfriction = { coefficient = 0.1 }', ("key 'friction.stiffness'",)),
-        ('shape = "point"\nstiffness = 1\nfrom = "ball"', ("is on the same body as 'on'",)),
-    ):
-        says = simulate(folder, text + f'[[force]]\nname = "floor"\nkind = "contact"\non = "ball"\n{more}\n', code=2)
-        for word in words:
-            expect(word in says, f"{more!r}: '{word}' is not in: {says}")
+    )
 
 
-with temporary_folder() as folder:
-    for part in (bounces, rests, rolls, inclines, balls, exchanged, wrong_words):
-        part(pathlib.Path(folder))
-finish()
+run_parts(bounces, rests, rolls, inclines, balls, exchanged, wrong_words)

@@ -1,24 +1,11 @@
 """Gears, racks, screws, differentials and linear couplings of joints through the real program, against closed formulas."""
 import math
-import pathlib
 
 import numpy as np
-from program import expect, finish, history, run, temporary_folder
+from arrays import off, refused, simulate
+from program import run_parts
 
 simulation = "[simulation]\nduration = %g\noutput_rate = 50\ngravity = %s\ntolerance = 1e-9\n"
-
-
-def simulate(folder, text, *words, code=0):
-    """The histories, or stderr of a run that is to fail."""
-    scene = folder / "scene.toml"
-    scene.write_text(text)
-    done = run("simulate", scene, "-o", folder / "r.h5", "--csv", folder / "h.csv", *words, code=code)
-    return {k: np.array(v) for k, v in history(folder / "h.csv").items()} if code == 0 else done.stderr
-
-
-def off(a, b, bound, what):
-    worst = np.max(np.abs(np.asarray(a) - np.asarray(b)))
-    expect(worst <= bound, f"{what}: off by {worst:.3g}, allowed {bound:.3g}")
 
 
 def wheel(name, inertia, mass=1.0, more=""):
@@ -190,26 +177,27 @@ def wrong_words(folder):
         + joint("one", "revolute", "ground", "a")
         + joint("two", "prismatic", "ground", "b")
     )
-    for more, words in (
-        ('kind = "gear"\njoints = ["one", "tow"]\nteeth = [1, 2]', ("scene.toml:", "[[coupling]] 'x': key 'joints'", "did you mean 'two'")),
-        ('kind = "gear"\njoints = ["one", "two"]\nteeth = [1, 2]', ("'two', a prismatic joint, has no angle",)),
-        ('kind = "gear"\njoints = ["one"]\nteeth = [1, 2]', ("must be 2 joints",)),
-        ('kind = "rack"\njoints = ["one", "two"]', ("key 'radius'",)),
-        ('kind = "rack"\njoints = ["one", "two"]\nradius = 0', ("must not be 0",)),
-        ('kind = "linear"\nterms = [{ joint = "one", factor = 1 }]', ("at least two",)),
+    refused(
+        folder,
+        lambda more: text + f'[[coupling]]\nname = "x"\n{more}\n',
         (
-            'kind = "linear"\nterms = [{ joint = "one", factor = 1 }, { joint = "two", coordinate = 2, factor = 1 }]',
-            ("key 'coordinate'", "from 1 to 1"),
+            (
+                'kind = "gear"\njoints = ["one", "tow"]\nteeth = [1, 2]',
+                ("scene.toml:", "[[coupling]] 'x': key 'joints'", "did you mean 'two'"),
+            ),
+            ('kind = "gear"\njoints = ["one", "two"]\nteeth = [1, 2]', ("'two', a prismatic joint, has no angle",)),
+            ('kind = "gear"\njoints = ["one"]\nteeth = [1, 2]', ("must be 2 joints",)),
+            ('kind = "rack"\njoints = ["one", "two"]', ("key 'radius'",)),
+            ('kind = "rack"\njoints = ["one", "two"]\nradius = 0', ("must not be 0",)),
+            ('kind = "linear"\nterms = [{ joint = "one", factor = 1 }]', ("at least two",)),
+            (
+                'kind = "linear"\nterms = [{ joint = "one", factor = 1 }, { joint = "two", coordinate = 2, factor = 1 }]',
+                ("key 'coordinate'", "from 1 to 1"),
+            ),
+            ('kind = "gears"\njoints = ["one", "two"]', ("did you mean 'gear'",)),
+            ('kind = "gear"\njoints = ["one", "two"]\nradius = 3', ("key 'radius' is unknown",)),
         ),
-        ('kind = "gears"\njoints = ["one", "two"]', ("did you mean 'gear'",)),
-        ('kind = "gear"\njoints = ["one", "two"]\nradius = 3', ("key 'radius' is unknown",)),
-    ):
-        says = simulate(folder, text + f'[[coupling]]\nname = "x"\n{more}\n', code=2)
-        for word in words:
-            expect(word in says, f"{more!r}: '{word}' is not in: {says}")
+    )
 
 
-with temporary_folder() as folder:
-    for part in (gears, planets, straight, differentials, geared_five_bar, elastic_shafts, wrong_words):
-        part(pathlib.Path(folder))
-finish()
+run_parts(gears, planets, straight, differentials, geared_five_bar, elastic_shafts, wrong_words)

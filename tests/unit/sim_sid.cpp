@@ -1,5 +1,6 @@
 // SID files: reading real ones, writing, layouts, identities, damaged copies.
 #include "sim/bodies/sid.h"
+#include "tests/fuzz/damage.h"
 
 #include <gtest/gtest.h>
 
@@ -430,36 +431,15 @@ TEST(Sid, ErrorsNameLineAndReason) {
   EXPECT_NE(message(replaced(good, "mass                  = ", "mass                  = -")).find("mass"), std::string::npos);
 }
 
-// Random damage: bytes changed, pieces cut, doubled or moved. Either an InputError or a body with finite numbers.
+// Random damage. Either an InputError or a body with finite numbers.
 TEST(Sid, ThousandDamagedCopies) {
   std::mt19937 random(20061004);
   std::vector<std::string> texts;
   for (const fs::path& path : samples()) texts.push_back(text_of(path));
   texts.push_back(write_sid_text(from_flexible_body(random_body(3, true), "random")));
-  static constexpr std::string_view spice = "0123456789()=,.-+DEmn \n\tend";
   int refused = 0;
   for (int copy = 0; copy < 1000; ++copy) {
-    std::string text = texts[copy % texts.size()];
-    const int hits = 1 + static_cast<int>(random() % 4);
-    for (int h = 0; h < hits && !text.empty(); ++h) {
-      const size_t at = random() % text.size(), size = 1 + random() % 40;
-      switch (random() % 5) {
-        case 0:
-          text[at] = spice[random() % spice.size()];
-          break;
-        case 1:
-          text.erase(at, size);
-          break;
-        case 2:
-          text.insert(at, text.substr(random() % text.size(), size));
-          break;
-        case 3:
-          if (random() % 4 == 0) text.resize(at);
-          break;
-        default:
-          text[at] = static_cast<char>(random() % 256);
-      }
-    }
+    const std::string text = damaged(texts[copy % texts.size()], random);
     try {
       const FlexibleBody body = to_flexible_body(read_sid_text(text, "damaged").file, "damaged");
       EXPECT_TRUE(std::isfinite(body.mass) && body.Ke.allFinite() && body.Me.allFinite() && body.md1.allFinite());
