@@ -111,7 +111,7 @@ std::vector<std::uint8_t> read_file(const std::filesystem::path& path) {
   struct stat status {};
   if (::fstat(file.fd, &status) != 0) fail(path, "cannot read", errno);
   if (!S_ISREG(status.st_mode)) fail(path, "cannot read", S_ISDIR(status.st_mode) ? EISDIR : EINVAL);
-  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(status.st_size));
+  std::vector<std::uint8_t> bytes(status.st_size);
   std::size_t have = 0;
   while (have < bytes.size()) {
     const ssize_t n = ::read(file.fd, bytes.data() + have, bytes.size() - have);

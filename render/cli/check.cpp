@@ -59,8 +59,7 @@ std::vector<Mover> movers(const sim::System& system, const sim::LinearMode& mode
     for (int k = 0; k < p.joint.nv; ++k)
       add(fmt::format("joint '{}'{}", p.joint.name, p.joint.nv > 1 ? fmt::format(" ({})", k + 1) : ""), metres[p.v0 + k] / metres[top]);
     for (int k = 0; k < p.body.n; ++k) {
-      const std::string label =
-          k < static_cast<int>(p.body.labels.size()) ? plain(p.body.labels[static_cast<size_t>(k)]) : fmt::format("coordinate {}", k + 1);
+      const std::string label = k < static_cast<int>(p.body.labels.size()) ? plain(p.body.labels[k]) : fmt::format("coordinate {}", k + 1);
       add(fmt::format("'{}' {}", p.name, label), metres[p.ev0 + k] / metres[top]);
     }
   }
@@ -87,9 +86,8 @@ struct BodyDamping {
 };
 
 std::optional<BodyDamping> damping_of(const sim::System& system, const sim::Part& part) {
-  if (part.scene_body < 0 || part.body.De.size() == 0 || system.model.pieces[static_cast<size_t>(part.scene_body)].size() != 1)
-    return std::nullopt;
-  const std::vector<sim::Support> holds = sim::mounting_of(system.scene, system.scene.bodies[static_cast<size_t>(part.scene_body)].name);
+  if (part.scene_body < 0 || part.body.De.size() == 0 || system.model.pieces[part.scene_body].size() != 1) return std::nullopt;
+  const std::vector<sim::Support> holds = sim::mounting_of(system.scene, system.scene.bodies[part.scene_body].name);
   const sim::MountedModes alone = sim::mounted_modes(part.body, sim::MatX(0, 6 + part.body.n));
   const sim::MountedModes mounted = sim::mounted_modes(part.body, sim::held_rows(system.scene, part.scene_body, part.body, holds, {}));
   if (alone.omega.size() == 0 || mounted.omega.size() == 0) return std::nullopt;

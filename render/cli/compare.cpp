@@ -56,18 +56,9 @@ void print_json(const render::Comparison& comparison, const std::vector<std::str
   nlohmann::json pairs = nlohmann::json::array();
   for (const render::ComparedPair& p : comparison.pairs) {
     nlohmann::json row = {{"name", p.name}, {"result", render::state_name(p.state)}};
-    const render::ImageDifference& d = p.difference;
     if (p.state == render::PairState::passes || p.state == render::PairState::differs || p.state == render::PairState::equal ||
-        p.state == render::PairState::other_numbers) {
-      row["largest"] = d.largest;
-      row["full"] = d.full;
-      row["mean"] = d.mean;
-      row["cluster"] = d.cluster;
-      row["pixels_over"] = d.pixels_over;
-      row["share_over"] = d.share_over;
-      row["ssim"] = d.ssim;
-      row["flip"] = d.flip;
-    }
+        p.state == render::PairState::other_numbers)
+      render::for_each_number(p.difference, [&](const char* name, auto number) { row[name] = number; });
     if (!p.numbers.empty()) row["numbers"] = p.numbers;
     pairs.push_back(std::move(row));
   }

@@ -101,7 +101,7 @@ Command add_effects(Program& program) {
   app.option("--tolerance", words->tolerance, "tolerance of the compared runs; default: ten times the scene's").range(1e-13, 1e-1);
   app.flag("--list", words->list, "list all effects with equation, when they matter and how they are estimated");
   app.flag("--json", words->json, "report as JSON");
-  app.example("crane.toml", "what every effect is worth, and what it costs");
+  app.example("crane.toml", "the influence of every effect and the CPU time it takes");
   app.example("--list", "all effects that there are");
 
   return {app, [words] {

@@ -174,14 +174,14 @@ void animate_mechanism(const Words& w) {
   require_writable(out);
   const double amplitude = w.amplitude > 0.0 ? w.amplitude : 0.05 * system.model.size;
   for (const int k : modes) {
-    const sim::LinearMode& mode = linear.modes[static_cast<size_t>(k) - 1];
+    const sim::LinearMode& mode = linear.modes[k - 1];
     const film::RenderSettings settings = swing_settings(job.settings, w.render);
     sim::Results results = sim::swing_in_mode(system, mode, amplitude, w.pictures, w.pictures / settings.frame_rate);
     results.title = fmt::format("{}: mode {}, {}", job.scene.title, k, mode_text(mode));
     const std::string part = modes.size() == 1 ? name : fmt::format("mode_{:03}", k);
     const DrawingReport report = run_drawing(results, settings, &job.scene, w.render, modes.size() == 1 ? out : out / part, part);
     if (!w.json) print_drawing(report);
-    json["modes"][static_cast<size_t>(k) - 1]["drawing"] = drawing_json(report);
+    json["modes"][k - 1]["drawing"] = drawing_json(report);
   }
   if (w.json) fmt::print("{}\n", json.dump(2));
 }

@@ -61,8 +61,7 @@ film::Diagram response_diagram(const sim::FrequencyResponse& r, const sim::VecX&
   for (Eigen::Index c = 0; c < r.values.rows(); ++c) {
     // What moves by rounding only is no curve.
     if (!(r.values.row(c).cwiseAbs().maxCoeff() > 1e-12 * largest)) continue;
-    film::DiagramSeries series{.label = fmt::format("{}, {}", r.columns[static_cast<size_t>(c)], r.units[static_cast<size_t>(c)]),
-                               .points = {}};
+    film::DiagramSeries series{.label = fmt::format("{}, {}", r.columns[c], r.units[c]), .points = {}};
     for (Eigen::Index f = 0; f < frequencies.size(); ++f) series.points.push_back({frequencies[f], std::abs(r.values(c, f)), false, {}});
     diagram.series.push_back(std::move(series));
   }
@@ -98,8 +97,7 @@ joint values, lengths, forces of springs, their rates and accelerations; energie
             for (Eigen::Index c = 0; c < r.values.rows(); ++c) {
               Eigen::Index peak = 0;
               const double most = r.values.row(c).cwiseAbs().maxCoeff(&peak);
-              fmt::print("{:<20} largest {:.5g} {} per unit at {:.5g} Hz\n", r.columns[static_cast<size_t>(c)], most,
-                         r.units[static_cast<size_t>(c)], frequencies[peak]);
+              fmt::print("{:<20} largest {:.5g} {} per unit at {:.5g} Hz\n", r.columns[c], most, r.units[c], frequencies[peak]);
             }
             if (!r.left_out.empty()) fmt::print("note         left out, no linear answer: {}\n", fmt::join(r.left_out, ", "));
             fmt::print("response     {}\ndiagram      {}\n", csv.string(), svg.string());

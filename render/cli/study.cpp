@@ -23,7 +23,7 @@ void print_study(const film::Study& study, const std::filesystem::path& folder) 
       fmt::print("{:<12g} no setting of this study reaches it\n", a.wanted);
       continue;
     }
-    const film::StudyPoint& p = study.points[static_cast<size_t>(a.point)];
+    const film::StudyPoint& p = study.points[a.point];
     fmt::print("{:<12g} {}: {:.4f} CPU s, error {:.1e}\n", a.wanted, p.setting, p.median_cpu, p.error);
   }
   int failed = 0;

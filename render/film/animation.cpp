@@ -37,12 +37,14 @@ render::Surface& add_surface(const Animation& animation, PictureMemory& memory, 
 }
 
 // The axis of a thin beam: seen where its section is finer than a pixel or two, inside it elsewhere.
-render::Lines spine_line(const BodyModel& model, const BodyMemory& memory, const std::vector<float>& scalars, const render::ScalarMap& map,
-                         const glm::dmat4& pose, float opacity, const std::optional<glm::vec3>& one_color) {
+// ghost: a faint copy, in the ghost's colour if it has one.
+render::Lines spine_line(const PictureMemory& picture, size_t b, const BodyModel& model, const glm::dmat4& pose, bool ghost) {
+  const std::vector<float>& scalars = picture.vertex_scalars;
+  const std::optional<glm::vec3> one_color = ghost ? model.ghost_color : std::nullopt;
   render::Lines line;
   line.pose = pose;
   line.width = 2.2f;
-  const std::vector<float>& positions = model.flexible ? memory.positions : model.rest;
+  const std::vector<float>& positions = model.flexible ? picture.bodies[b].positions : model.rest;
   for (const std::vector<int>& ring : model.spine) {
     glm::dvec3 sum(0.0);
     double value = 0.0;
@@ -53,8 +55,10 @@ render::Lines spine_line(const BodyModel& model, const BodyMemory& memory, const
     }
     const double share = 1.0 / static_cast<double>(ring.size());
     line.points.emplace_back(share * sum);
-    const glm::vec3 color = one_color ? *one_color : scalars.empty() ? model.material.color : render::scalar_color(map, share * value);
-    line.colors.emplace_back(color, opacity * model.opacity);
+    const glm::vec3 color = one_color         ? *one_color
+                            : scalars.empty() ? model.material.color
+                                              : render::scalar_color(picture.picture.scalar_map, share * value);
+    line.colors.emplace_back(color, (ghost ? ghost_opacity : 1.0f) * model.opacity);
   }
   return line;
 }
@@ -70,7 +74,7 @@ render::Lines crease_line(const BodyModel& model, const PictureMemory::Skin& ski
   line.color = glm::vec4(look == LookKind::print ? glm::vec3(0.08f) : shade, 1.0f);
   line.points.reserve(2 * model.creases.size());
   for (const glm::ivec2& ends : model.creases)
-    for (int k = 0; k < 2; ++k) line.points.push_back(skin.positions[static_cast<size_t>(ends[k])]);
+    for (int k = 0; k < 2; ++k) line.points.push_back(skin.positions[ends[k]]);
   return line;
 }
 
@@ -112,7 +116,7 @@ void update_colors(const Animation& animation, size_t b, double t, PictureMemory
   ScalarMemory work;
   work.wanted = model.by_length;
   if (animation.scalar_bar || animation.settings.color_range)
-    update_scalars(model, *animation.results, static_cast<int>(b), animation.settings, t, memory.bodies[b], work, memory.vertex_scalars);
+    update_scalars({model, *animation.results, b, animation.settings}, t, memory.bodies[b], work, memory.vertex_scalars);
   else memory.vertex_scalars.clear();
   scalars.clear();
   if (!memory.vertex_scalars.empty())
@@ -166,8 +170,7 @@ void add_scales(const Animation& animation, size_t b, const glm::dmat4& pose, Pi
     if (s == 0 && surface.opacity >= 1.0f && !model.creases.empty())
       memory.picture.lines.push_back(crease_line(model, arrays, !memory.scalars[b].empty(), animation.settings.look, pose));
     if (!model.spine.empty() && (s == 0 || model.ghost == GhostStyle::body))
-      memory.picture.lines.push_back(spine_line(model, memory.bodies[b], memory.vertex_scalars, memory.picture.scalar_map, pose,
-                                                s == 0 ? 1.0f : ghost_opacity, s == 0 ? std::nullopt : model.ghost_color));
+      memory.picture.lines.push_back(spine_line(memory, b, model, pose, s > 0));
     surface.cut = s == 0 && !animation.cut.empty() && animation.cut[b];
     if (s == 0) memory.solid[b] = skin - 1;
     if (s > 0) make_ghost(model, surface);

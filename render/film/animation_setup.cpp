@@ -241,7 +241,7 @@ void mark_coarse(Animation& animation, const Survey& survey) {
     work.wanted = true;
     std::vector<float> scalars;
     if (model.flexible) update_displacement(model, animation.results->bodies[b], find_sample(animation.results->times, most->t), memory);
-    update_scalars(model, *animation.results, static_cast<int>(b), animation.settings, most->t, memory, work, scalars);
+    update_scalars({model, *animation.results, b, animation.settings}, most->t, memory, work, scalars);
     model.by_length = is_coarse(model.mesh.triangles, work.components, range);
   }
 }
@@ -274,15 +274,14 @@ std::vector<glm::dvec3> all_around(const std::vector<glm::dvec3>& points, const 
   const double step = high > low ? (high - low) / heights : 1.0;
   for (const glm::dvec3& p : points) {
     const double height = glm::dot(p - centre, axis);
-    double& r = reach[static_cast<size_t>(std::clamp(std::lround((height - low) / step), 0L, long(heights)))];
+    double& r = reach[std::clamp(std::lround((height - low) / step), 0L, long(heights))];
     r = std::max(r, 1.01 * glm::length(p - centre - height * axis));
   }
   std::vector<glm::dvec3> around;
   for (int h = 0; h <= heights; ++h)
-    for (int k = 0; k < ways && reach[static_cast<size_t>(h)] >= 0.0; ++k) {
+    for (int k = 0; k < ways && reach[h] >= 0.0; ++k) {
       const double angle = 2.0 * M_PI * k / ways;
-      around.push_back(centre + (low + h * step) * axis +
-                       reach[static_cast<size_t>(h)] * (std::cos(angle) * side + std::sin(angle) * front));
+      around.push_back(centre + (low + h * step) * axis + reach[h] * (std::cos(angle) * side + std::sin(angle) * front));
     }
   return around;
 }

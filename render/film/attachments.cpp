@@ -46,7 +46,7 @@ void add_attachments(Animation& animation, const sim::Scene* scene, double size)
   animation.triad_length = 0.08 * size;
   for (const std::string& name : settings.probes) {
     const FramePlace place = require_place(animation, scene, name, "probes", settings.probes_line);
-    const auto b = static_cast<size_t>(std::max(place.body, 0));
+    const size_t b = std::max(place.body, 0);
     const BodyModel& model = animation.bodies[b];
     if (place.body < 0 || model.mesh.triangles.empty() || !model.visible || !animation.scalar_bar) {
       animation.warnings.push_back(fmt::format("probe '{}' has no value: nothing there is coloured", name));
@@ -55,7 +55,7 @@ void add_attachments(Animation& animation, const sim::Scene* scene, double size)
     Animation::Probe probe{name, b, 0};
     double best = 1e300;
     for (size_t p = 0; p < model.mesh.point_position.size(); ++p) {
-      const double away = glm::length(model.mesh.positions[static_cast<size_t>(model.mesh.point_position[p])] - place.origin);
+      const double away = glm::length(model.mesh.positions[model.mesh.point_position[p]] - place.origin);
       if (away < best) best = away, probe.point = static_cast<int>(p);
     }
     animation.probes.push_back(probe);

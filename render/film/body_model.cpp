@@ -85,7 +85,7 @@ interp::Nodes nodes_of(const sim::ResultBody& body) {
 interp::ModeColumns map_stress(const sim::ResultBody& body, const BodyModel& model) {
   interp::Points nodes(static_cast<Eigen::Index>(body.stress_nodes.size()), 3);
   for (size_t k = 0; k < body.stress_nodes.size(); ++k)
-    nodes.row(static_cast<Eigen::Index>(k)) = body.nodes[static_cast<size_t>(body.stress_nodes[k])].origin.transpose();
+    nodes.row(static_cast<Eigen::Index>(k)) = body.nodes[body.stress_nodes[k]].origin.transpose();
   return interp::ModeColumns(interp::map_scalars(nodes, model.view(), 6, body.node_stress));
 }
 
@@ -309,6 +309,62 @@ interp::MeshView BodyModel::view() const {
                                               static_cast<Eigen::Index>(mesh.triangles.size()), 3)};
 }
 
+namespace {
+
+// Colour and finish: the scene's, the category's, the file's, or by kind.
+void set_material(const sim::ResultBody& body, const BodyLook& look, const RenderSettings& settings, int index, BodyModel& model) {
+  const render::Mesh& mesh = model.mesh;
+  model.material = mesh.materials.empty() ? render::Material{} : mesh.materials.front().look;
+  model.opacity = look.opacity * (mesh.materials.empty() ? 1.0f : mesh.materials.front().opacity);
+  if (settings.color_by == ColorBy::body) model.material.color = render::category_color(index);
+  else if (body.kind == "rigid" && body.mesh.empty())
+    model.material = {.color = {0.42f, 0.46f, 0.52f}, .roughness = 0.4f, .metallic = 0.2f};
+  // Steel, where nothing says what it is of.
+  const bool unknown = body.mesh.empty() || (mesh.materials.size() == 1 && mesh.materials.front().name == "DefaultMaterial");
+  if (settings.studio && unknown && settings.color_by != ColorBy::body) {
+    model.material.metallic = 0.65f;
+    model.material.roughness = 0.36f;
+    if (!body.mesh.empty() || body.kind != "rigid") model.material.color = {0.60f, 0.63f, 0.67f};
+  }
+  if (look.color) model.material.color = *look.color;
+}
+
+// What carries the motion of the nodes to the mesh, and what colours by strain or stress need.
+void map_nodes(const sim::ResultBody& body, const BodyDrawing& drawing, const BodyLook& look, const RenderSettings& settings,
+               BodyModel& model) {
+  interp::Options options;
+  options.scheme = settings.scheme;
+  const interp::Nodes nodes = nodes_of(body);
+  std::vector<std::string> map_warnings;
+  try {
+    if (linear_in_modes(body)) {
+      interp::CachedModes mapped = interp::cached_modes(nodes, model.view(), options, body.node_phi, body.node_psi, settings.cache);
+      model.modes = std::move(mapped.columns);
+      model.from_cache = mapped.from_cache;
+      map_warnings = std::move(mapped.report.warnings);
+    } else {
+      model.map = interp::make_map(nodes, model.view(), options);
+      map_warnings = model.map->report.warnings;
+    }
+  } catch (const interp::InputError& e) {
+    throw interp::InputError(fmt::format("body '{}': {}", body.name, e.what()));
+  } catch (const interp::MapError& e) {
+    throw interp::MapError(fmt::format("body '{}': {}", body.name, e.what()));
+  }
+  for (std::string& warning : map_warnings) model.warnings.push_back(std::move(warning));
+  if (settings.color_by == ColorBy::strain || settings.color_by == ColorBy::stress)
+    model.welded = model.map ? model.map->welded : interp::weld_rows(model.view(), options);
+  if (settings.color_by == ColorBy::stress) {
+    if (body.node_stress.size() > 0) model.stress = map_stress(body, model);
+    else if (body.kind == "beam") set_beam_stress(body, drawing.def, look, model);
+    else if (body.kind == "modal")
+      model.warnings.push_back(
+          "no stress modes are known (flexframe reduce --stress): not coloured by stress; color_by = \"strain\" needs none");
+  }
+}
+
+}  // namespace
+
 BodyModel make_body_model(const sim::ResultBody& body, const BodyDrawing& drawing, const RenderSettings& settings, int index) {
   const sim::BodyDef* def = drawing.def;
   const double size = drawing.size;
@@ -323,21 +379,8 @@ BodyModel make_body_model(const sim::ResultBody& body, const BodyDrawing& drawin
   const render::Mesh& mesh = model.mesh;
   model.warnings = mesh.warnings;
 
-  // Colour: the scene's, the category's, the file's, or by kind.
   const bool own_colors = !body.mesh.empty() && !look.color && settings.color_by != ColorBy::body;
-  model.material = mesh.materials.empty() ? render::Material{} : mesh.materials.front().look;
-  model.opacity = look.opacity * (mesh.materials.empty() ? 1.0f : mesh.materials.front().opacity);
-  if (settings.color_by == ColorBy::body) model.material.color = render::category_color(index);
-  else if (body.kind == "rigid" && body.mesh.empty())
-    model.material = {.color = {0.42f, 0.46f, 0.52f}, .roughness = 0.4f, .metallic = 0.2f};
-  // Steel, where nothing says what it is of.
-  const bool unknown = body.mesh.empty() || (mesh.materials.size() == 1 && mesh.materials.front().name == "DefaultMaterial");
-  if (settings.studio && unknown && settings.color_by != ColorBy::body) {
-    model.material.metallic = 0.65f;
-    model.material.roughness = 0.36f;
-    if (!body.mesh.empty() || body.kind != "rigid") model.material.color = {0.60f, 0.63f, 0.67f};
-  }
-  if (look.color) model.material.color = *look.color;
+  set_material(body, look, settings, index, model);
   const bool shapes = def && !def->shapes.empty() && body.mesh.empty();
   if (shapes) model.mesh.materials.front().look = model.material;
   if (mesh.triangles.empty()) return model;
@@ -374,7 +417,7 @@ BodyModel make_body_model(const sim::ResultBody& body, const BodyDrawing& drawin
   if (model.edges == EdgeLines::mesh) model.edge_flags = mesh.triangle_edges;
   if (model.edges == EdgeLines::creases && model.spine.empty()) {
     std::vector<glm::vec3> positions;
-    for (const int p : mesh.point_position) positions.emplace_back(mesh.positions[static_cast<size_t>(p)]);
+    for (const int p : mesh.point_position) positions.emplace_back(mesh.positions[p]);
     model.creases = crease_lines(render::compute_feature_edges(positions, model.triangles, crease_angle), mesh);
   }
   interp::PointsF group_normals;
@@ -384,35 +427,7 @@ BodyModel make_body_model(const sim::ResultBody& body, const BodyDrawing& drawin
   // The map of an elastic body; a body whose nodes never move is drawn as a rigid one.
   model.flexible = !body.nodes.empty() && body.displacement.size() > 0 && body.displacement.cwiseAbs().maxCoeff() > 0.0;
   if (!model.flexible) return model;
-  interp::Options options;
-  options.scheme = settings.scheme;
-  const interp::Nodes nodes = nodes_of(body);
-  std::vector<std::string> map_warnings;
-  try {
-    if (linear_in_modes(body)) {
-      interp::CachedModes mapped = interp::cached_modes(nodes, model.view(), options, body.node_phi, body.node_psi, settings.cache);
-      model.modes = std::move(mapped.columns);
-      model.from_cache = mapped.from_cache;
-      map_warnings = std::move(mapped.report.warnings);
-    } else {
-      model.map = interp::make_map(nodes, model.view(), options);
-      map_warnings = model.map->report.warnings;
-    }
-  } catch (const interp::InputError& e) {
-    throw interp::InputError(fmt::format("body '{}': {}", body.name, e.what()));
-  } catch (const interp::MapError& e) {
-    throw interp::MapError(fmt::format("body '{}': {}", body.name, e.what()));
-  }
-  for (std::string& warning : map_warnings) model.warnings.push_back(std::move(warning));
-  if (settings.color_by == ColorBy::strain || settings.color_by == ColorBy::stress)
-    model.welded = model.map ? model.map->welded : interp::weld_rows(model.view(), options);
-  if (settings.color_by == ColorBy::stress) {
-    if (body.node_stress.size() > 0) model.stress = map_stress(body, model);
-    else if (body.kind == "beam") set_beam_stress(body, def, look, model);
-    else if (body.kind == "modal")
-      model.warnings.push_back(
-          "no stress modes are known (flexframe reduce --stress): not coloured by stress; color_by = \"strain\" needs none");
-  }
+  map_nodes(body, drawing, look, settings, model);
   if (settings.corotated) model.corotated = std::make_shared<const interp::Corotated>(model.view());
   return model;
 }

@@ -221,7 +221,7 @@ std::string diagram_svg(const Diagram& d) {
 render::Image diagram_image(const Diagram& d) {
   const Drawing drawing = lay_out(d);
   render::Image image = render::make_image(d.width, d.height, 3, 255);
-  for (const Stroke& s : drawing.strokes) render::draw_polyline(image, s.points, s.width, s.color, s.opacity, s.dash);
+  for (const Stroke& s : drawing.strokes) render::draw_polyline(image, s.points, s.width, {s.color, s.opacity}, s.dash);
   for (const Disc& c : drawing.discs) {
     render::fill_disc(image, c.at.x, c.at.y, c.radius + 0.75, c.color);
     if (c.hollow) render::fill_disc(image, c.at.x, c.at.y, c.radius - 0.75, vec3(1.0f));
@@ -230,8 +230,8 @@ render::Image diagram_image(const Diagram& d) {
     const render::Weight weight = w.bold ? render::Weight::bold : render::Weight::regular;
     const double width = render::text_width(w.text, w.size, weight);
     const double back = w.anchor == Anchor::left ? 0.0 : w.anchor == Anchor::middle ? 0.5 * width : width;
-    if (w.upwards) render::draw_text_upwards(image, w.at.x, w.at.y + back, w.text, w.size, w.color, weight);
-    else render::draw_text(image, w.at.x - back, w.at.y, w.text, w.size, w.color, weight);
+    if (w.upwards) render::draw_text_upwards(image, {w.at.x, w.at.y + back}, w.text, w.size, w.color, weight);
+    else render::draw_text(image, {w.at.x - back, w.at.y}, w.text, w.size, w.color, weight);
   }
   return image;
 }

@@ -74,11 +74,11 @@ sim::Pose held_pose(const sim::ResultBody& body, const SamplePlace& place) {
 }
 
 void elastic_coordinates(const sim::ResultBody& body, const SamplePlace& place, std::vector<double>& q) {
-  q.resize(static_cast<size_t>(body.q.cols()));
+  q.resize(body.q.cols());
   for (Eigen::Index k = 0; k < body.q.cols(); ++k) {
     double value = body.q(place.index, k);
     if (place.share > 0.0) value += place.share * (body.q(place.index + 1, k) - value);
-    q[static_cast<size_t>(k)] = value;
+    q[k] = value;
   }
 }
 

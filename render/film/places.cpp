@@ -47,7 +47,7 @@ std::optional<FramePlace> find_place(const sim::Results& results, const sim::Sce
   for (size_t b = 0; b < results.bodies.size(); ++b)
     if (results.bodies[b].name == body_name) place.body = static_cast<int>(b);
   if (place.body < 0) return std::nullopt;
-  const sim::ResultBody& body = results.bodies[static_cast<size_t>(place.body)];
+  const sim::ResultBody& body = results.bodies[place.body];
   if (frame.empty()) return place;
 
   // A node of this name, else the scene's frame.
@@ -82,7 +82,7 @@ glm::dmat4 place_pose(const sim::Results& results, const FramePlace& frame, cons
   glm::dmat4 local(1.0);
   local[3] = glm::dvec4(frame.origin, 1.0);
   if (frame.body < 0) return local;
-  const sim::ResultBody& body = results.bodies[static_cast<size_t>(frame.body)];
+  const sim::ResultBody& body = results.bodies[frame.body];
   const glm::dmat4 pose = body_pose(body, at);
   if (frame.node < 0 || body.displacement.size() == 0) return pose * local;
   const auto value = [&](const sim::MatX& series, int node, int c) {

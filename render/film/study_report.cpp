@@ -73,7 +73,7 @@ std::string to_json(const Study& s) {
   for (const StudyAdvice& a : s.advice) {
     nlohmann::ordered_json one = {{"accuracy", a.wanted}, {"setting", nullptr}};
     if (a.point >= 0) {
-      const StudyPoint& p = s.points[static_cast<size_t>(a.point)];
+      const StudyPoint& p = s.points[a.point];
       one = {{"accuracy", a.wanted}, {"setting", p.setting}, {"axis", p.axis}, {"cpu_seconds", p.median_cpu}, {"error", p.error}};
     }
     out["recommendations"].push_back(one);
@@ -163,13 +163,13 @@ std::string forms_table(const Study& s) {
 std::string to_markdown(const Study& s) {
   std::string out = fmt::format("# {}: what accuracy costs\n\n", s.title);
   if (!s.command.empty()) out += fmt::format("Made by `{}`.\n\n", s.command);
-  out += "| error asked | cheapest setting | CPU s | error |\n|---|---|---|---|\n";
+  out += "| requested error | cheapest setting | CPU s | error |\n|---|---|---|---|\n";
   for (const StudyAdvice& a : s.advice) {
     if (a.point < 0) {
       out += fmt::format("| {:g} | no setting of this study reaches it | | |\n", a.wanted);
       continue;
     }
-    const StudyPoint& p = s.points[static_cast<size_t>(a.point)];
+    const StudyPoint& p = s.points[a.point];
     out += fmt::format("| {:g} | {} | {:.4f} | {} |\n", a.wanted, p.setting, p.median_cpu,
                        error_text(p.error, p.floor, 3.0 * s.reference_error));
   }

@@ -92,7 +92,7 @@ std::set<double> extreme_times(const sim::Results& results, const std::vector<Bo
         const glm::dvec3 way = glm::normalize(glm::dvec3(d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1));
         const glm::dvec3 local = glm::abs(glm::transpose(glm::dmat3(pose)) * way);
         const double reach = glm::dot(way, middle) + glm::dot(local, half);
-        const auto k = static_cast<size_t>(d < 13 ? d : d - 1);
+        const size_t k = d < 13 ? d : d - 1;
         if (reach <= best[k] + 1e-9 * std::abs(best[k])) continue;
         best[k] = reach;
         at[k] = i;
@@ -106,9 +106,11 @@ std::set<double> extreme_times(const sim::Results& results, const std::vector<Bo
 
 }  // namespace
 
-void update_scalars(const BodyModel& model, const sim::Results& results, int index, const RenderSettings& settings, double t,
-                    const BodyMemory& memory, ScalarMemory& work, std::vector<float>& scalars) {
-  const sim::ResultBody& body = results.bodies[static_cast<size_t>(index)];
+void update_scalars(const ColoredBody& of, double t, const BodyMemory& memory, ScalarMemory& work, std::vector<float>& scalars) {
+  const BodyModel& model = of.model;
+  const sim::Results& results = of.results;
+  const RenderSettings& settings = of.settings;
+  const sim::ResultBody& body = results.bodies[of.body];
   const ColorBy color_by = settings.color_by;
   const size_t vertices = model.rest.size() / 3;
   scalars.clear();
@@ -141,7 +143,7 @@ void update_scalars(const BodyModel& model, const sim::Results& results, int ind
     interp::apply_modes(*model.modes, work.body.q, work.before, 1);
     if (body.shown_columns.size() > 0) {
       // What a small coordinate moves the body frame by.
-      const sim::Vec6 frame = body.shown_columns.col(settings.mode - 1) * work.body.q[static_cast<size_t>(settings.mode) - 1];
+      const sim::Vec6 frame = body.shown_columns.col(settings.mode - 1) * work.body.q[settings.mode - 1];
       for (size_t i = 0; i + 2 < work.before.size(); i += 3) {
         const sim::Vec3 x(model.rest[i], model.rest[i + 1], model.rest[i + 2]);
         const sim::Vec3 moved = frame.head<3>() + frame.tail<3>().cross(x);
@@ -251,7 +253,7 @@ Seen see(const sim::Results& results, const std::vector<BodyModel>& bodies, cons
     }
     seen.moment.displacement.push_back(std::move(moved));
     if (settings.color_by != ColorBy::none && settings.color_by != ColorBy::body && settings.color_by != ColorBy::displacement) {
-      update_scalars(bodies[b], results, static_cast<int>(b), settings, t, own, memory.scalars, memory.values);
+      update_scalars({bodies[b], results, b, settings}, t, own, memory.scalars, memory.values);
       for (float s : memory.values) seen.moment.largest_scalar = std::max(seen.moment.largest_scalar, double(s));
     }
     if (settings.color_by == ColorBy::displacement) seen.moment.largest_scalar = std::max(seen.moment.largest_scalar, seen.reach[b]);
@@ -283,8 +285,7 @@ Survey survey_motion(const sim::Results& results, const std::vector<BodyModel>& 
   // On all cores: drawing waits for it.
   interp::parallel_chunks(static_cast<int>(times.size()), moments_of_a_thread, interp::thread_count(0), [&](int first, int last) {
     SurveyMemory memory{.bodies = std::vector<BodyMemory>(bodies.size()), .scalars = {}, .values = {}};
-    for (int k = first; k < last; ++k)
-      seen[static_cast<size_t>(k)] = see(results, bodies, settings, chosen, times[static_cast<size_t>(k)], memory);
+    for (int k = first; k < last; ++k) seen[k] = see(results, bodies, settings, chosen, times[k], memory);
   });
   for (Seen& s : seen) {
     for (double reach : s.reach) survey.largest_displacement = std::max(survey.largest_displacement, reach);

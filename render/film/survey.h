@@ -27,7 +27,13 @@ struct Survey {
   double largest_turn = 0.0;          // rad, of any triangle by the elastic displacement
 };
 
-// What the vertices of a body are coloured by; memory.displacement must be up to date. Empty: nothing.
+// A body of the results, and what it is coloured by.
+struct ColoredBody {
+  const BodyModel& model;
+  const sim::Results& results;
+  size_t body;
+  const RenderSettings& settings;
+};
 struct ScalarMemory {
   std::vector<float> before, after;
   BodyMemory body;
@@ -35,8 +41,8 @@ struct ScalarMemory {
   bool wanted = false;
   std::vector<float> components;
 };
-void update_scalars(const BodyModel& model, const sim::Results& results, int body, const RenderSettings& settings, double t,
-                    const BodyMemory& memory, ScalarMemory& work, std::vector<float>& scalars);
+// A number a vertex at time t; memory.displacement must be up to date. Empty: nothing.
+void update_scalars(const ColoredBody& of, double t, const BodyMemory& memory, ScalarMemory& work, std::vector<float>& scalars);
 
 // Whether what lies between the corners of faces differs from their mean by more than 0.5 % of `range`: components as of ScalarMemory.
 bool is_coarse(const std::vector<glm::ivec3>& triangles, const std::vector<float>& components, double range);

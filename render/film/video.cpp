@@ -51,34 +51,6 @@ std::string ending_of(const std::filesystem::path& path) {
 // What ffmpeg is asked for: the film, or first the colours of one that has only 256 of them.
 enum class Pass { film, palette };
 
-// No shell, no interaction, nothing but errors said; the file carries no dates.
-std::vector<std::string> ffmpeg_words(const std::string& program, const std::string& ending, double frame_rate, bool transparent, Pass pass,
-                                      const std::string& palette, const std::string& file) {
-  std::vector<std::string> words = {program, "-nostdin",   "-hide_banner", "-loglevel", "error",      "-y",
-                                    "-f",    "image2pipe", "-c:v",         "png",       "-framerate", fmt::format("{:.9g}", frame_rate),
-                                    "-i",    "pipe:0"};
-  const auto add = [&](std::initializer_list<std::string> more) { words.insert(words.end(), more); };
-  // Players slow down pictures of a GIF that last less than two hundredths of a second.
-  const std::string slow = frame_rate > 50.0 ? "fps=50," : "";
-  if (pass == Pass::palette) add({"-vf", "palettegen", "-frames:v", "1", "-c:v", "png", "-f", "image2pipe"});
-  else if (ending == ".gif")
-    add({"-f", "png_pipe", "-i", palette, "-filter_complex", "[0:v]" + slow + "null[p];[p][1:v]paletteuse", "-f", "gif"});
-  else if (ending == ".mp4") {
-    // The codec wants even sides and knows no transparency. Colours go over by the matrix of ITU-R BT.709, which players assume of pictures
-    // of 720 rows and more, and the stream says so: untagged, another matrix would be guessed for small pictures.
-    const std::string white = "split[a][b];[a]lutrgb=r=maxval:g=maxval:b=maxval:a=maxval[w];[w][b]overlay,",
-                      even = "pad=ceil(iw/2)*2:ceil(ih/2)*2";
-    const std::string matrix = ",scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int,format=yuv420p";
-    add({"-vf", (transparent ? white + even : even) + matrix, "-c:v", "libx264", "-preset", "fast", "-crf", "18"});
-    add({"-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709", "-color_range", "tv", "-movflags", "+faststart", "-f",
-         "mp4"});
-  } else {
-    add({"-f", "apng", "-plays", "0", "-pred", "sub"});
-  }
-  add({"-map_metadata", "-1", "-fflags", "+bitexact", "-flags:v", "+bitexact", file});
-  return words;
-}
-
 void close_end(int& fd) {
   if (fd >= 0) ::close(fd);
   fd = -1;
@@ -114,6 +86,7 @@ struct VideoWriter::Impl {
   std::thread thread;
 
   bool is_gif() const { return ending_of(path) == ".gif"; }
+  std::vector<std::string> words(const std::string& program, Pass pass) const;  // of ffmpeg's command
   void start(Pass pass);
   void feed();
   void run_feeder();
@@ -137,18 +110,45 @@ void remove_unfinished_video(const std::filesystem::path& path) {
   std::filesystem::remove(palette_name(path), ignored);
 }
 
+// No shell, no interaction, nothing but errors said; the file carries no dates.
+std::vector<std::string> VideoWriter::Impl::words(const std::string& program, Pass pass) const {
+  const std::string ending = ending_of(path), colors = std::filesystem::absolute(palette).string(),
+                    file = pass == Pass::palette ? colors : std::filesystem::absolute(unfinished).string();
+  std::vector<std::string> out = {program, "-nostdin",   "-hide_banner", "-loglevel", "error",      "-y",
+                                  "-f",    "image2pipe", "-c:v",         "png",       "-framerate", fmt::format("{:.9g}", frame_rate),
+                                  "-i",    "pipe:0"};
+  const auto add = [&](std::initializer_list<std::string> more) { out.insert(out.end(), more); };
+  // Players slow down pictures of a GIF that last less than two hundredths of a second.
+  const std::string slow = frame_rate > 50.0 ? "fps=50," : "";
+  if (pass == Pass::palette) add({"-vf", "palettegen", "-frames:v", "1", "-c:v", "png", "-f", "image2pipe"});
+  else if (ending == ".gif")
+    add({"-f", "png_pipe", "-i", colors, "-filter_complex", "[0:v]" + slow + "null[p];[p][1:v]paletteuse", "-f", "gif"});
+  else if (ending == ".mp4") {
+    // The codec wants even sides and knows no transparency. Colours go over by the matrix of ITU-R BT.709, which players assume of pictures
+    // of 720 rows and more, and the stream says so: untagged, another matrix would be guessed for small pictures.
+    const std::string white = "split[a][b];[a]lutrgb=r=maxval:g=maxval:b=maxval:a=maxval[w];[w][b]overlay,",
+                      even = "pad=ceil(iw/2)*2:ceil(ih/2)*2";
+    const std::string matrix = ",scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int,format=yuv420p";
+    add({"-vf", (transparent ? white + even : even) + matrix, "-c:v", "libx264", "-preset", "fast", "-crf", "18"});
+    add({"-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709", "-color_range", "tv", "-movflags", "+faststart", "-f",
+         "mp4"});
+  } else {
+    add({"-f", "apng", "-plays", "0", "-pred", "sub"});
+  }
+  add({"-map_metadata", "-1", "-fflags", "+bitexact", "-flags:v", "+bitexact", file});
+  return out;
+}
+
 void VideoWriter::Impl::start(Pass pass) {
   const std::string program = find_program("ffmpeg");
   if (program.empty()) {
     note = "no video: the program ffmpeg is not installed (Debian package ffmpeg)";
     return;
   }
-  std::vector<std::string> words =
-      ffmpeg_words(program, ending_of(path), frame_rate, transparent, pass, std::filesystem::absolute(palette).string(),
-                   std::filesystem::absolute(pass == Pass::palette ? palette : unfinished).string());
+  std::vector<std::string> command = words(program, pass);
   std::vector<char*> arguments;
-  arguments.reserve(words.size() + 1);
-  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.reserve(command.size() + 1);
+  for (std::string& word : command) arguments.push_back(word.data());
   arguments.push_back(nullptr);
   int in[2] = {-1, -1}, out[2] = {-1, -1};
   if (::pipe2(in, O_CLOEXEC) != 0 || ::pipe2(out, O_CLOEXEC) != 0) {

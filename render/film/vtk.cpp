@@ -41,7 +41,7 @@ void add_body(const Animation& animation, size_t b, double t, double scale, Body
   if (has_scalars(animation.settings.color_by)) {
     ScalarMemory work;
     std::vector<float> scalars;
-    update_scalars(model, *animation.results, static_cast<int>(b), animation.settings, t, memory, work, scalars);
+    update_scalars({model, *animation.results, b, animation.settings}, t, memory, work, scalars);
     scalars.resize(model.mesh.positions.size(), 0.0f);
     out.scalars.insert(out.scalars.end(), scalars.begin(), scalars.end());
   }

@@ -124,7 +124,7 @@ bool paint_grid(Image& image, const GroundFrame& ground, const ViewFrame& frame,
       std::uint8_t* p = &image.pixels[(std::size_t(y) * image.width + x) * image.channels];
       for (int k = 0; k < 3; ++k) {
         const float below = image.channels == 4 ? line[k] : static_cast<float>(linear[p[k]]);
-        p[k] = srgb[static_cast<std::size_t>(rounded(4.0f * (below + (line[k] - below) * a)))];
+        p[k] = srgb[rounded(4.0f * (below + (line[k] - below) * a))];
       }
       if (image.channels == 4) p[3] = static_cast<std::uint8_t>(rounded(255.0f * a));
     }

@@ -109,16 +109,6 @@ Camera fit_camera(std::span<const glm::dvec3> points, Size size, const FitOption
   return camera;
 }
 
-Insets overlay_insets(const Picture& picture) {
-  const Layout layout = make_layout(picture);
-  return layout.insets;
-}
-
-Size scene_size(const Picture& picture) {
-  const Layout layout = make_layout(picture);
-  return {layout.scene.width, layout.scene.height};
-}
-
 Camera fit_camera(const Picture& picture, std::span<const glm::dvec3> points, FitOptions options) {
   const Layout layout = make_layout(picture);
   options.insets = layout.insets;
@@ -264,11 +254,6 @@ std::vector<View> make_views(const Picture& picture, std::span<const glm::dvec3>
     views.push_back(view);
   }
   return views;
-}
-
-std::vector<View> four_views(const Picture& picture, std::span<const glm::dvec3> points, const glm::dvec3& up) {
-  static constexpr ViewKind all[] = {ViewKind::front, ViewKind::side, ViewKind::top, ViewKind::iso};
-  return make_views(picture, points, up, all);
 }
 
 glm::dvec3 default_light(const Camera& camera, const glm::dvec3& up_direction) {

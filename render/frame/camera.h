@@ -15,10 +15,6 @@ struct Insets {
   double left = 0.0, right = 0.0, top = 0.0, bottom = 0.0;
 };
 
-// Room and area as Renderer lays them out for this picture.
-Insets overlay_insets(const Picture& picture);
-Size scene_size(const Picture& picture);
-
 // The camera that sees all points as large as possible within the insets and `margin` (fraction of the free part on each
 // side), looking along `direction` (from camera to scene, world) with `up` upwards. Exact for both projections: some
 // points touch the free rectangle. points: world; for a sequence, corners of the bounds of every body at every picture.
@@ -68,9 +64,6 @@ enum class ViewKind { front, side, top, iso };
 // three-quarter. Two stand side by side, three and four two by two. Set size and overlay of the picture first.
 std::vector<View> make_views(const Picture& picture, std::span<const glm::dvec3> points, const glm::dvec3& up,
                              std::span<const ViewKind> kinds);
-
-// All four.
-std::vector<View> four_views(const Picture& picture, std::span<const glm::dvec3> points, const glm::dvec3& up);
 
 // View matrix in double (camera from world).
 glm::dmat4 view_matrix(const Camera& camera);

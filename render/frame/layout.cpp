@@ -121,12 +121,10 @@ struct Builder {
     }
   }
 
-  void place_plot(int index, const PixelRect& panel) {
-    const Plot& plot = picture.overlay.plots[index];
-    PlotLayout p;
-    p.panel = panel;
-    p.plot = index;
-    // Ranges of the data, a little room above and below.
+  double line_height() const { return 1.45 * small; }
+
+  // Ranges of the data, a little room above and below.
+  static void set_ranges(const Plot& plot, PlotLayout& p) {
     double lower[2] = {1e300, 1e300}, upper[2] = {-1e300, -1e300};
     for (const Series& s : plot.series)
       for (std::size_t i = 0; i < std::min(s.x.size(), s.y.size()); ++i)
@@ -153,24 +151,10 @@ struct Builder {
     if (plot.x_range) lower[0] = plot.x_range->x, upper[0] = plot.x_range->y;
     if (plot.y_range) lower[1] = plot.y_range->x, upper[1] = plot.y_range->y;
     p.x0 = lower[0], p.x1 = upper[0], p.y0 = lower[1], p.y1 = upper[1];
+  }
 
-    const double line = 1.45 * small;
-    const bool roomy = panel.height > 6.5 * line && panel.width > 18.0 * small;
-    const bool named =
-        !plot.series.empty() && std::any_of(plot.series.begin(), plot.series.end(), [](const Series& s) { return !s.label.empty(); });
-    const double top = panel.y + 0.5 * pad + (named ? line : 0.3 * line);
-    const double bottom = panel.y + panel.height - 0.4 * pad - line - (roomy && !plot.x_label.empty() ? line : 0.0);
-    const Ticks y_ticks = make_ticks(p.y0, p.y1, std::max(2, static_cast<int>((bottom - top) / (1.9 * small))));
-    double widest = 0.0;
-    for (const Tick& t : y_ticks.values) widest = std::max(widest, text_width(t.text, small));
-    const std::string y_label = axis_text(plot.y_label, y_ticks.exponent, small, panel.height - 2.0 * pad);
-    const bool y_named = !y_label.empty() && panel.width > 14.0 * small;
-    const double left = panel.x + 0.7 * pad + widest + 0.5 * small + (y_named ? 1.4 * small : 0.0);
-    const double right = panel.x + panel.width - pad;
-    p.axes = {static_cast<int>(std::lround(left)), static_cast<int>(std::lround(top)),
-              std::max(1, static_cast<int>(std::lround(right - left))), std::max(1, static_cast<int>(std::lround(bottom - top)))};
-
-    const double sy = p.axes.height / (p.y1 - p.y0), sx = p.axes.width / (p.x1 - p.x0);
+  void place_y_ticks(const Ticks& y_ticks, PlotLayout& p) {
+    const double sy = p.axes.height / (p.y1 - p.y0);
     double last_y = 1e300;
     for (const Tick& t : y_ticks.values) {
       const double y = p.axes.y + p.axes.height - (t.value * std::pow(10.0, y_ticks.exponent) - p.y0) * sy;
@@ -179,6 +163,12 @@ struct Builder {
       last_y = y;
       p.words.push_back({t.text, p.axes.x - 0.5 * small - text_width(t.text, small), centre_baseline(y, small), small, false, true});
     }
+  }
+
+  // roomy: there is a line for the axis' words.
+  void place_x_ticks(const Plot& plot, bool roomy, PlotLayout& p) {
+    const PixelRect& panel = p.panel;
+    const double sx = p.axes.width / (p.x1 - p.x0);
     Ticks x_ticks;
     // As many ticks as leave a gap of two letters between the numbers.
     for (int most = 12; most >= 2; --most) {
@@ -202,6 +192,50 @@ struct Builder {
       p.words.push_back({text, p.axes.x + 0.5 * (p.axes.width - text_width(text, small)),
                          panel.y + panel.height - 0.4 * pad - descent(small) * 0.4, small, false, false});
     }
+  }
+
+  // Names of the series above the axes, as many as fit. unit: stands with the name of a single one, where the axis has no room for it.
+  void place_names(const Plot& plot, const std::string& unit, PlotLayout& p) {
+    double x = p.axes.x;
+    const double sample = 1.6 * small;
+    for (std::size_t i = 0; i < plot.series.size(); ++i) {
+      const double free = p.axes.x + p.axes.width - x - sample - 0.5 * small;
+      if (free < 3.0 * small) break;
+      // Where the axis has no room for its words, the unit stands with the name.
+      const std::string with_unit = plot.series[i].label + " " + unit;
+      const bool alone = !unit.empty() && plot.series.size() == 1 && text_width(with_unit, small) <= free;
+      const std::string text = fit_text(alone ? with_unit : plot.series[i].label, small, free);
+      const double y = p.axes.y - 0.45 * line_height();
+      p.series_lines[i] = {static_cast<int>(x), static_cast<int>(std::lround(y)), static_cast<int>(sample), 1};
+      p.series[i] = {text, x + sample + 0.4 * small, centre_baseline(y, small), small, false, false};
+      x += sample + 1.6 * small + text_width(text, small);
+    }
+  }
+
+  void place_plot(int index, const PixelRect& panel) {
+    const Plot& plot = picture.overlay.plots[index];
+    PlotLayout p;
+    p.panel = panel;
+    p.plot = index;
+    set_ranges(plot, p);
+    const double line = line_height();
+    const bool roomy = panel.height > 6.5 * line && panel.width > 18.0 * small;
+    const bool named =
+        !plot.series.empty() && std::any_of(plot.series.begin(), plot.series.end(), [](const Series& s) { return !s.label.empty(); });
+    const double top = panel.y + 0.5 * pad + (named ? line : 0.3 * line);
+    const double bottom = panel.y + panel.height - 0.4 * pad - line - (roomy && !plot.x_label.empty() ? line : 0.0);
+    const Ticks y_ticks = make_ticks(p.y0, p.y1, std::max(2, static_cast<int>((bottom - top) / (1.9 * small))));
+    double widest = 0.0;
+    for (const Tick& t : y_ticks.values) widest = std::max(widest, text_width(t.text, small));
+    const std::string y_label = axis_text(plot.y_label, y_ticks.exponent, small, panel.height - 2.0 * pad);
+    const bool y_named = !y_label.empty() && panel.width > 14.0 * small;
+    const double left = panel.x + 0.7 * pad + widest + 0.5 * small + (y_named ? 1.4 * small : 0.0);
+    const double right = panel.x + panel.width - pad;
+    p.axes = {static_cast<int>(std::lround(left)), static_cast<int>(std::lround(top)),
+              std::max(1, static_cast<int>(std::lround(right - left))), std::max(1, static_cast<int>(std::lround(bottom - top)))};
+
+    place_y_ticks(y_ticks, p);
+    place_x_ticks(plot, roomy, p);
     if (y_named) {
       const std::string& text = y_label;
       // Beside the middle of the axis, but never out of the panel.
@@ -210,23 +244,9 @@ struct Builder {
                                   std::max(panel.y + 0.3 * pad + long_side, panel.y + panel.height - 0.3 * pad));
       p.y_label = {text, panel.x + 0.35 * pad + cap_height(small) + 1.0, y, small, false, false};
     }
-    // Names of the series above the axes, as many as fit.
-    double x = p.axes.x;
-    const double sample = 1.6 * small;
     p.series.resize(plot.series.size());
     p.series_lines.resize(plot.series.size());
-    for (std::size_t i = 0; i < plot.series.size() && named; ++i) {
-      const double free = p.axes.x + p.axes.width - x - sample - 0.5 * small;
-      if (free < 3.0 * small) break;
-      // Where the axis has no room for its words, the unit stands with the name.
-      const std::string with_unit = plot.series[i].label + " " + y_label;
-      const bool alone = !y_named && !y_label.empty() && plot.series.size() == 1 && text_width(with_unit, small) <= free;
-      const std::string text = fit_text(alone ? with_unit : plot.series[i].label, small, free);
-      const double y = p.axes.y - 0.45 * line;
-      p.series_lines[i] = {static_cast<int>(x), static_cast<int>(std::lround(y)), static_cast<int>(sample), 1};
-      p.series[i] = {text, x + sample + 0.4 * small, centre_baseline(y, small), small, false, false};
-      x += sample + 1.6 * small + text_width(text, small);
-    }
+    if (named) place_names(plot, y_named ? "" : y_label, p);
     out.plots.push_back(std::move(p));
   }
 

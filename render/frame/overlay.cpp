@@ -23,10 +23,12 @@ Ink ink_of(const Picture& picture) {
   return {{0.10f, 0.12f, 0.15f}, {0.33f, 0.37f, 0.42f}, {1.0f, 1.0f, 1.0f}, {0.86f, 0.88f, 0.90f}, clear};
 }
 
+Box box_of(const PixelRect& r) { return Box(r.x, r.y, r.width, r.height); }
+
 void draw_line_of_text(Image& image, const TextLine& line, const Ink& ink) {
   const Weight weight = line.bold ? Weight::bold : Weight::regular;
-  if (ink.rimmed) draw_text_rim(image, line.x, line.y, line.text, line.size, ink.panel, weight);
-  draw_text(image, line.x, line.y, line.text, line.size, line.faint && !ink.rimmed ? ink.faint : ink.strong, weight);
+  if (ink.rimmed) draw_text_rim(image, {line.x, line.y}, line.text, line.size, ink.panel, weight);
+  draw_text(image, {line.x, line.y}, line.text, line.size, line.faint && !ink.rimmed ? ink.faint : ink.strong, weight);
 }
 
 void draw_bar(Image& image, const Picture& picture, const BarLayout& layout, const Ink& ink, double unit) {
@@ -37,10 +39,10 @@ void draw_bar(Image& image, const Picture& picture, const BarLayout& layout, con
     for (int i = 0; i < b.width; ++i) blend_pixel(image, b.x + i, b.y + j, c, 1.0f);
   }
   const double line = std::max(1.0, std::round(unit));
-  draw_frame(image, b.x - line, b.y - line, b.width + 2.0 * line, b.height + 2.0 * line, line, ink.faint, 0.9f);
+  draw_frame(image, {b.x - line, b.y - line, b.width + 2.0 * line, b.height + 2.0 * line}, line, {ink.faint, 0.9f});
   for (const double y : layout.ticks) {
     const double at = std::clamp(std::round(y - 0.5 * line), double(b.y), b.y + b.height - line);
-    fill_rectangle(image, b.x + b.width, at, std::max(3.0, 5.0 * unit), line, ink.faint);
+    fill_rectangle(image, Box(b.x + b.width, at, std::max(3.0, 5.0 * unit), line), ink.faint);
   }
   for (const TextLine& w : layout.words) draw_line_of_text(image, w, ink);
 }
@@ -151,12 +153,12 @@ PlotCache::Panel make_panel(Image& image, const Picture& picture, const PlotLayo
   const double unit = all.unit;
   PlotCache::Panel out;
   const PixelRect &panel = layout.panel, &axes = layout.axes;
-  fill_rectangle(image, panel.x, panel.y, panel.width, panel.height, ink.panel, 0.88f);
+  fill_rectangle(image, box_of(panel), {ink.panel, 0.88f});
   const double line = std::max(1.0, std::round(unit));
-  for (const double y : layout.y_ticks) fill_rectangle(image, axes.x, std::round(y - 0.5 * line), axes.width, line, ink.grid);
-  for (const double x : layout.x_ticks) fill_rectangle(image, std::round(x - 0.5 * line), axes.y, line, axes.height, ink.grid);
-  fill_rectangle(image, axes.x, axes.y, line, axes.height, ink.faint);
-  fill_rectangle(image, axes.x, axes.y + axes.height - line, axes.width, line, ink.faint);
+  for (const double y : layout.y_ticks) fill_rectangle(image, Box(axes.x, std::round(y - 0.5 * line), axes.width, line), ink.grid);
+  for (const double x : layout.x_ticks) fill_rectangle(image, Box(std::round(x - 0.5 * line), axes.y, line, axes.height), ink.grid);
+  fill_rectangle(image, Box(axes.x, axes.y, line, axes.height), ink.faint);
+  fill_rectangle(image, Box(axes.x, axes.y + axes.height - line, axes.width, line), ink.faint);
 
   const glm::dvec4 clip(axes.x, axes.y - 1, axes.width + 1, axes.height + 2);
   const double sx = axes.width / (layout.x1 - layout.x0), sy = axes.height / (layout.y1 - layout.y0);
@@ -172,12 +174,12 @@ PlotCache::Panel make_panel(Image& image, const Picture& picture, const PlotLayo
     if (layout.series[k].text.empty()) continue;
     const PixelRect& l = layout.series_lines[k];
     const double thick = std::max(2.0, 2.4 * unit);
-    fill_rectangle(image, l.x, l.y - 0.5 * thick, l.width, thick, color_of(plot, k), 1.0f, 0.5 * thick);
+    fill_rectangle(image, Box(l.x, l.y - 0.5 * thick, l.width, thick), color_of(plot, k), 0.5 * thick);
     draw_line_of_text(image, layout.series[k], ink);
   }
   for (const TextLine& w : layout.words) draw_line_of_text(image, w, ink);
   if (!layout.y_label.text.empty())
-    draw_text_upwards(image, layout.y_label.x, layout.y_label.y, layout.y_label.text, layout.y_label.size, ink.strong);
+    draw_text_upwards(image, {layout.y_label.x, layout.y_label.y}, layout.y_label.text, layout.y_label.size, ink.strong);
 
   // What decides it, for the next picture.
   out.panel = panel;
@@ -199,14 +201,16 @@ PlotCache::Panel make_panel(Image& image, const Picture& picture, const PlotLayo
   return out;
 }
 
-void copy_part(const Image& from, int fx, int fy, Image& to, int tx, int ty, int width, int height) {
-  for (int y = 0; y < height; ++y)
-    std::copy_n(&from.pixels[(std::size_t(fy + y) * from.width + fx) * from.channels], std::size_t(width) * from.channels,
-                &to.pixels[(std::size_t(ty + y) * to.width + tx) * to.channels]);
+// Copies a part of an image to where `to` has its upper left corner.
+void copy_part(const Image& from, const PixelRect& part, Image& to, const glm::ivec2& corner) {
+  for (int y = 0; y < part.height; ++y)
+    std::copy_n(&from.pixels[(std::size_t(part.y + y) * from.width + part.x) * from.channels], std::size_t(part.width) * from.channels,
+                &to.pixels[(std::size_t(corner.y + y) * to.width + corner.x) * to.channels]);
 }
 
-void draw_plot(Image& image, const Picture& picture, const PlotLayout& layout, const Layout& all, const Ink& ink, PlotCache& cache,
-               std::size_t index) {
+// index: which of the plots; its place in the cache too.
+void draw_plot(Image& image, const Picture& picture, const Layout& all, std::size_t index, const Ink& ink, PlotCache& cache) {
+  const PlotLayout& layout = all.plots[index];
   const Plot& plot = picture.overlay.plots[layout.plot];
   const PixelRect &panel = layout.panel, &axes = layout.axes;
   const double sx = axes.width / (layout.x1 - layout.x0), sy = axes.height / (layout.y1 - layout.y0);
@@ -214,19 +218,19 @@ void draw_plot(Image& image, const Picture& picture, const PlotLayout& layout, c
   const bool marked = mark >= axes.x - 0.5 && mark <= axes.x + axes.width + 0.5;
 
   if (index < cache.panels.size() && marked && same_panel(cache.panels[index], plot, picture, layout, all, image.channels)) {
-    copy_part(cache.panels[index].image, 0, 0, image, panel.x, panel.y, panel.width, panel.height);
+    copy_part(cache.panels[index].image, {0, 0, panel.width, panel.height}, image, {panel.x, panel.y});
   } else {
     PlotCache::Panel fresh = make_panel(image, picture, layout, all, ink, marked);
     if (!marked) return;
     fresh.image = make_image(panel.width, panel.height, image.channels);
-    copy_part(image, panel.x, panel.y, fresh.image, 0, 0, panel.width, panel.height);
+    copy_part(image, panel, fresh.image, {0, 0});
     cache.panels.resize(std::max(cache.panels.size(), index + 1));
     cache.panels[index] = std::move(fresh);
   }
 
   // What has been, strong up to the mark, and a dot where each series is now.
   const double line = std::max(1.0, std::round(all.unit));
-  fill_rectangle(image, std::round(mark - 0.5 * line), axes.y, line, axes.height, ink.faint, 0.8f);
+  fill_rectangle(image, Box(std::round(mark - 0.5 * line), axes.y, line, axes.height), {ink.faint, 0.8f});
   for (std::size_t k = 0; k < plot.series.size(); ++k) {
     const Series& s = plot.series[k];
     const std::size_t n = std::min(s.x.size(), s.y.size());
@@ -234,7 +238,7 @@ void draw_plot(Image& image, const Picture& picture, const PlotLayout& layout, c
     const glm::vec3 color = color_of(plot, k);
     blend_cover(image, cache.panels[index].lines[k], color, 1.0f, static_cast<int>(std::ceil(mark)));
     const auto after = std::upper_bound(s.x.begin(), s.x.begin() + static_cast<std::ptrdiff_t>(n), plot.mark);
-    const auto i = static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - s.x.begin() - 1, 0));
+    const std::size_t i = std::max<std::ptrdiff_t>(after - s.x.begin() - 1, 0);
     const std::size_t j = std::min(i + 1, n - 1);
     const double span = s.x[j] - s.x[i], t = span > 0.0 ? std::clamp((plot.mark - s.x[i]) / span, 0.0, 1.0) : 0.0;
     const double value = s.y[i] + t * (s.y[j] - s.y[i]);
@@ -271,16 +275,16 @@ void draw_labels(Image& image, const Picture& picture, std::span<const ViewFrame
           const glm::dvec2 end(std::clamp(at.x, box.x, box.z), std::clamp(at.y, box.y, box.w));
           const std::array<glm::dvec2, 2> line = {at, end};
           const glm::vec3 ink = picture.overlay.dark ? glm::vec3(0.9f) : label.color;
-          draw_polyline(image, line, std::max(2.4, 3.4 * layout.unit), picture.overlay.dark ? glm::vec3(0.1f) : glm::vec3(1.0f), 0.6f);
+          draw_polyline(image, line, std::max(2.4, 3.4 * layout.unit), {picture.overlay.dark ? glm::vec3(0.1f) : glm::vec3(1.0f), 0.6f});
           draw_polyline(image, line, std::max(1.0, 1.3 * layout.unit), ink);
           fill_disc(image, at.x, at.y, std::max(2.4, 3.6 * layout.unit), picture.overlay.dark ? glm::vec3(0.1f) : glm::vec3(1.0f));
           fill_disc(image, at.x, at.y, std::max(1.6, 2.6 * layout.unit), ink);
         }
         // A light rim keeps the words readable over bodies.
         const glm::vec3 rim = picture.overlay.dark ? glm::vec3(0.1f) : glm::vec3(1.0f);
-        fill_rectangle(image, box.x - 1.0, box.y - 1.0, box.z - box.x + 2.0, box.w - box.y + 2.0, rim, label.leader ? 0.8f : 0.55f,
+        fill_rectangle(image, {box.x - 1.0, box.y - 1.0, box.z - box.x + 2.0, box.w - box.y + 2.0}, {rim, label.leader ? 0.8f : 0.55f},
                        0.3 * size);
-        draw_text(image, p.x, p.y, label.text, size, picture.overlay.dark ? glm::vec3(0.95f) : label.color);
+        draw_text(image, p, label.text, size, picture.overlay.dark ? glm::vec3(0.95f) : label.color);
         break;
       }
     }
@@ -295,18 +299,18 @@ void draw_overlay(Image& image, const Picture& picture, const Layout& layout, co
   if (frames.size() > 1) {
     const double line = std::max(1.0, std::round(layout.unit));
     for (const PixelRect& v : layout.views) {
-      if (v.x > layout.inner.x) fill_rectangle(image, v.x - 0.5 * line, v.y, line, v.height, ink.faint, 0.35f);
-      if (v.y > layout.inner.y) fill_rectangle(image, v.x, v.y - 0.5 * line, v.width, line, ink.faint, 0.35f);
+      if (v.x > layout.inner.x) fill_rectangle(image, Box(v.x - 0.5 * line, v.y, line, v.height), {ink.faint, 0.35f});
+      if (v.y > layout.inner.y) fill_rectangle(image, Box(v.x, v.y - 0.5 * line, v.width, line), {ink.faint, 0.35f});
     }
   }
-  for (std::size_t i = 0; i < layout.plots.size(); ++i) draw_plot(image, picture, layout.plots[i], layout, ink, cache, i);
+  for (std::size_t i = 0; i < layout.plots.size(); ++i) draw_plot(image, picture, layout, i, ink, cache);
   if (layout.has_bar) draw_bar(image, picture, layout.bar, ink, layout.unit);
   if (layout.has_legend)
     for (std::size_t i = 0; i < layout.legend.words.size(); ++i) {
       const PixelRect& s = layout.legend.swatches[i];
       const LegendEntry& e = picture.overlay.legend[i];
-      fill_rectangle(image, s.x, s.y, s.width, s.height, e.color, 0.25f + 0.75f * std::clamp(e.opacity, 0.0f, 1.0f), 0.2 * s.width);
-      if (e.opacity < 1.0f) draw_frame(image, s.x, s.y, s.width, s.height, std::max(1.0, layout.unit), e.color, 0.8f);
+      fill_rectangle(image, box_of(s), {e.color, 0.25f + 0.75f * std::clamp(e.opacity, 0.0f, 1.0f)}, 0.2 * s.width);
+      if (e.opacity < 1.0f) draw_frame(image, box_of(s), std::max(1.0, layout.unit), {e.color, 0.8f});
       draw_line_of_text(image, layout.legend.words[i], ink);
     }
   for (std::size_t i = 0; i < std::min(layout.triads.size(), frames.size()); ++i)

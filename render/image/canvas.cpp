@@ -28,7 +28,9 @@ void blend_pixel(Image& image, int x, int y, const glm::vec3& color, float opaci
   }
 }
 
-void fill_rectangle(Image& image, double x, double y, double width, double height, const glm::vec3& color, float opacity, double corner) {
+void fill_rectangle(Image& image, const Box& box, const Paint& paint, double corner) {
+  const auto& [x, y, width, height] = box;
+  const auto& [color, opacity] = paint;
   if (!(width > 0.0 && height > 0.0)) return;
   corner = std::min({corner, 0.5 * width, 0.5 * height});
   const int x0 = std::max(0, static_cast<int>(std::floor(x))), x1 = std::min(image.width, static_cast<int>(std::ceil(x + width)));
@@ -62,11 +64,12 @@ void fill_rectangle(Image& image, double x, double y, double width, double heigh
     }
 }
 
-void draw_frame(Image& image, double x, double y, double width, double height, double line, const glm::vec3& color, float opacity) {
-  fill_rectangle(image, x, y, width, line, color, opacity);
-  fill_rectangle(image, x, y + height - line, width, line, color, opacity);
-  fill_rectangle(image, x, y + line, line, height - 2.0 * line, color, opacity);
-  fill_rectangle(image, x + width - line, y + line, line, height - 2.0 * line, color, opacity);
+void draw_frame(Image& image, const Box& box, double line, const Paint& paint) {
+  const auto& [x, y, width, height] = box;
+  fill_rectangle(image, {x, y, width, line}, paint);
+  fill_rectangle(image, {x, y + height - line, width, line}, paint);
+  fill_rectangle(image, {x, y + line, line, height - 2.0 * line}, paint);
+  fill_rectangle(image, {x + width - line, y + line, line, height - 2.0 * line}, paint);
 }
 
 LineCover cover_polyline(int image_width, int image_height, std::span<const glm::dvec2> points, double width, double dash,
@@ -151,9 +154,8 @@ void blend_cover(Image& image, const LineCover& cover, const glm::vec3& color, f
   }
 }
 
-void draw_polyline(Image& image, std::span<const glm::dvec2> points, double width, const glm::vec3& color, float opacity, double dash,
-                   const glm::dvec4* clip) {
-  blend_cover(image, cover_polyline(image.width, image.height, points, width, dash, clip), color, opacity, image.width);
+void draw_polyline(Image& image, std::span<const glm::dvec2> points, double width, const Paint& paint, double dash) {
+  blend_cover(image, cover_polyline(image.width, image.height, points, width, dash), paint.color, paint.opacity, image.width);
 }
 
 void fill_disc(Image& image, double x, double y, double radius, const glm::vec3& color, float opacity) {

@@ -44,8 +44,7 @@ Image reduce_image(const Image& image, int width, int height) {
         }
       }
       std::uint8_t* q = &out.pixels[(std::size_t(y) * w + x) * out.channels];
-      for (int k = 0; k < std::min(3, image.channels); ++k)
-        q[k] = cover > 0.0 ? srgb[static_cast<std::size_t>(std::min(65535, rounded(4.0 * sum[k] / cover)))] : 0;
+      for (int k = 0; k < std::min(3, image.channels); ++k) q[k] = cover > 0.0 ? srgb[std::min(65535, rounded(4.0 * sum[k] / cover))] : 0;
       if (alpha >= 0) q[alpha] = static_cast<std::uint8_t>(rounded(255.0 * cover / weight));
     }
   }

@@ -47,6 +47,19 @@ struct ImageDifference {
   Image heat;         // FLIP of each pixel through inferno; empty if not measured
 };
 
+// Calls visit(name, number) for what was measured: the names that JSON and Python have.
+template <class Visit>
+void for_each_number(const ImageDifference& d, Visit&& visit) {
+  visit("largest", d.largest);
+  visit("full", d.full);
+  visit("mean", d.mean);
+  visit("cluster", d.cluster);
+  visit("pixels_over", d.pixels_over);
+  visit("share_over", d.share_over);
+  visit("ssim", d.ssim);
+  visit("flip", d.flip);
+}
+
 // baseline and candidate with 3 or 4 channels; alpha counts in the gate, SSIM and FLIP see the pictures over white.
 ImageDifference compare_images(const Image& baseline, const Image& candidate, const CompareOptions& options = {});
 // One channel each; no SSIM and no FLIP: they are measures of what an eye sees. The heat map shows the difference over the largest one.

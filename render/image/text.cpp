@@ -67,7 +67,7 @@ struct Font {
   stbtt_fontinfo info{};
   double unit = 1.0;  // em in font units
   double cap = 0.73;  // of the em
-  double up = 0.93, down = 0.24;
+  double down = 0.24;
   std::map<std::tuple<int, int, int>, Glyph> glyphs;  // glyph, size in 1/64 px, quarter of a pixel
 
   explicit Font(const std::filesystem::path& path) {
@@ -75,10 +75,9 @@ struct Font {
     const int offset = bytes.empty() ? -1 : stbtt_GetFontOffsetForIndex(bytes.data(), 0);
     if (offset < 0 || !stbtt_InitFont(&info, bytes.data(), offset)) throw FileError(path.string() + ": not a TrueType font");
     unit = 1.0 / static_cast<double>(stbtt_ScaleForMappingEmToPixels(&info, 1.0f));
-    int a = 0, d = 0, gap = 0, x0 = 0, y0 = 0, x1 = 0, y1 = 0;
-    stbtt_GetFontVMetrics(&info, &a, &d, &gap);
+    int d = 0, x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+    stbtt_GetFontVMetrics(&info, nullptr, &d, nullptr);
     if (stbtt_GetCodepointBox(&info, 'H', &x0, &y0, &x1, &y1)) cap = y1 / unit;
-    up = a / unit;
     down = -d / unit;
   }
 
@@ -193,11 +192,6 @@ double cap_height(double size) {
   return font(Weight::regular).cap * size;
 }
 
-double ascent(double size) {
-  const std::scoped_lock guard(lock);
-  return font(Weight::regular).up * size;
-}
-
 double descent(double size) {
   const std::scoped_lock guard(lock);
   return font(Weight::regular).down * size;
@@ -216,26 +210,26 @@ std::string fit_text(std::string_view text, double size, double width, Weight we
   return best;
 }
 
-void draw_text(Image& image, double x, double y, std::string_view text, double size, const glm::vec3& color, Weight weight, float opacity) {
+void draw_text(Image& image, const glm::dvec2& place, std::string_view text, double size, const Paint& paint, Weight weight) {
   const std::scoped_lock guard(lock);
-  const int baseline = static_cast<int>(std::lround(y));
+  const int baseline = static_cast<int>(std::lround(place.y));
   walk(font(weight), text, size, [&](Font& f, int index, double pen) {
     // Whole pixels and quarters: letters keep their distances without blurring.
-    const double at = std::round((x + pen) * 4.0) / 4.0, whole = std::floor(at);
+    const double at = std::round((place.x + pen) * 4.0) / 4.0, whole = std::floor(at);
     const Glyph& g = f.glyph(index, size, static_cast<int>((at - whole) * 4.0));
     const int x0 = static_cast<int>(whole) + g.x, y0 = baseline + g.y;
     for (int j = 0; j < g.height; ++j)
       for (int i = 0; i < g.width; ++i)
         if (const unsigned char c = g.cover[std::size_t(j) * g.width + i])
-          blend_pixel(image, x0 + i, y0 + j, color, opacity * static_cast<float>(c) / 255.0f);
+          blend_pixel(image, x0 + i, y0 + j, paint.color, paint.opacity * static_cast<float>(c) / 255.0f);
   });
 }
 
-void draw_text_rim(Image& image, double x, double y, std::string_view text, double size, const glm::vec3& color, Weight weight) {
+void draw_text_rim(Image& image, const glm::dvec2& at, std::string_view text, double size, const glm::vec3& color, Weight weight) {
   const double reach = std::max(1.0, size / 9.0);
   for (int k = 0; k < 12; ++k) {
     const double angle = 2.0 * std::numbers::pi * k / 12.0;
-    draw_text(image, x + reach * std::cos(angle), y + reach * std::sin(angle), text, size, color, weight, 0.6f);
+    draw_text(image, at + reach * glm::dvec2(std::cos(angle), std::sin(angle)), text, size, {color, 0.6f}, weight);
   }
 }
 
@@ -252,16 +246,17 @@ std::string missing_characters(std::string_view text) {
   return missing;
 }
 
-void draw_text_upwards(Image& image, double x, double y, std::string_view text, double size, const glm::vec3& color, Weight weight) {
+void draw_text_upwards(Image& image, const glm::dvec2& place, std::string_view text, double size, const Paint& paint, Weight weight) {
   const std::scoped_lock guard(lock);
-  const int baseline = static_cast<int>(std::lround(x));
+  const int baseline = static_cast<int>(std::lround(place.x));
   walk(font(weight), text, size, [&](Font& f, int index, double pen) {
-    const double at = std::round((-y + pen) * 4.0) / 4.0, whole = std::floor(at);
+    const double at = std::round((-place.y + pen) * 4.0) / 4.0, whole = std::floor(at);
     const Glyph& g = f.glyph(index, size, static_cast<int>((at - whole) * 4.0));
     for (int j = 0; j < g.height; ++j)
       for (int i = 0; i < g.width; ++i)
         if (const unsigned char c = g.cover[std::size_t(j) * g.width + i])
-          blend_pixel(image, baseline + g.y + j, -(static_cast<int>(whole) + g.x + i) - 1, color, static_cast<float>(c) / 255.0f);
+          blend_pixel(image, baseline + g.y + j, -(static_cast<int>(whole) + g.x + i) - 1, paint.color,
+                      paint.opacity * static_cast<float>(c) / 255.0f);
   });
 }
 

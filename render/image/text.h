@@ -6,7 +6,7 @@
 // fonts-arphic-*, $FLEXFRAME_FONT_FALLBACK); what no font has is drawn as a box. Text is UTF-8. Sizes are the em in pixels.
 #pragma once
 
-#include "render/image/image.h"
+#include "render/image/canvas.h"
 
 #include <glm/glm.hpp>
 
@@ -20,28 +20,25 @@ enum class Weight { regular, bold };
 // Advance width in pixels.
 double text_width(std::string_view text, double size, Weight weight = Weight::regular);
 
-// Heights above the baseline: of capital letters and digits, and of the tallest letters; depth of descenders below it.
+// Height of capital letters and digits above the baseline, and depth of descenders below it.
 double cap_height(double size);
-double ascent(double size);
 double descent(double size);
 
 // Longest beginning of the text that fits, with an ellipsis if something was cut off.
 std::string fit_text(std::string_view text, double size, double width, Weight weight = Weight::regular);
 
-// Draws with the left end of the baseline at (x, y), pixels from the upper left; what lies outside is clipped.
-// color sRGB 0..1, opacity 0..1.
-void draw_text(Image& image, double x, double y, std::string_view text, double size, const glm::vec3& color,
-               Weight weight = Weight::regular, float opacity = 1.0f);
+// Draws with the left end of the baseline at a point, pixels from the upper left; what lies outside is clipped.
+void draw_text(Image& image, const glm::dvec2& at, std::string_view text, double size, const Paint& paint, Weight weight = Weight::regular);
 
 // A rim around the same words, a ninth of the size wide: drawn first, it keeps them readable over anything.
-void draw_text_rim(Image& image, double x, double y, std::string_view text, double size, const glm::vec3& color,
+void draw_text_rim(Image& image, const glm::dvec2& at, std::string_view text, double size, const glm::vec3& color,
                    Weight weight = Weight::regular);
 
 // Characters of the text that no font here has, as UTF-8; empty: all are there.
 std::string missing_characters(std::string_view text);
 
-// The same as draw_text turned a quarter counterclockwise: reads upwards from (x, y).
-void draw_text_upwards(Image& image, double x, double y, std::string_view text, double size, const glm::vec3& color,
+// The same as draw_text turned a quarter counterclockwise: reads upwards from the point.
+void draw_text_upwards(Image& image, const glm::dvec2& at, std::string_view text, double size, const Paint& paint,
                        Weight weight = Weight::regular);
 
 }  // namespace flexframe::render

@@ -1,4 +1,5 @@
-# The foreign libraries that Flexframe's libraries link: included by the build and, where Flexframe's are static, by find_package(flexframe).
+# The foreign libraries that Flexframe's libraries link: included by the build and, where Flexframe's are static, by
+# find_package(flexframe).
 set(CMAKE_FIND_PACKAGE_TARGETS_GLOBAL ON)
 find_package(Threads REQUIRED)
 find_package(PkgConfig REQUIRED)
@@ -20,7 +21,8 @@ find_package(assimp REQUIRED)
 pkg_check_modules(deflate REQUIRED IMPORTED_TARGET GLOBAL libdeflate)
 
 # Sparse factorisation of finite element models: MUMPS (sequential), METIS ordering, OpenBLAS kernels. OpenBLAS with OpenMP starts threads
-# when a reduction asks for them; the variant with its own threads starts them in every process, where they spin idle: 0.1 CPU s of each run.
+# when a reduction asks for them; the variant with its own threads starts them in every process, where they spin idle: 0.1 CPU s of each
+# run.
 find_library(MUMPS_LIBRARY NAMES dmumps_seq REQUIRED)
 find_library(METIS_LIBRARY NAMES metis REQUIRED)
 find_library(OPENBLAS_LIBRARY NAMES openblas PATH_SUFFIXES openblas-openmp REQUIRED)

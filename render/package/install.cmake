@@ -42,11 +42,13 @@ find_program(GZIP gzip)
 if(SYSTEM_PYTHON AND GZIP AND NOT CMAKE_CROSSCOMPILING)
   set(manual ${PROJECT_BINARY_DIR}/package/manual)
   install(CODE "
-    execute_process(COMMAND ${SYSTEM_PYTHON} ${PROJECT_SOURCE_DIR}/render/package/manual.py $<TARGET_FILE:flexframe> ${manual} COMMAND_ERROR_IS_FATAL ANY)
+    execute_process(COMMAND ${SYSTEM_PYTHON} ${PROJECT_SOURCE_DIR}/render/package/manual.py $<TARGET_FILE:flexframe> ${manual}
+      COMMAND_ERROR_IS_FATAL ANY)
     file(GLOB pages ${manual}/man1/*.1)
     execute_process(COMMAND ${GZIP} -9nf \${pages} COMMAND_ERROR_IS_FATAL ANY)" COMPONENT program)
   install(DIRECTORY ${manual}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR} COMPONENT program FILES_MATCHING PATTERN "*.gz")
-  install(FILES ${manual}/flexframe.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME flexframe COMPONENT program)
+  install(FILES ${manual}/flexframe.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME flexframe COMPONENT
+    program)
   install(FILES ${manual}/_flexframe DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions COMPONENT program)
   install(FILES ${manual}/flexframe.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d COMPONENT program)
 endif()

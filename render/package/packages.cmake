@@ -1,4 +1,5 @@
-# cpack: Debian packages flexframe, libflexframe-dev and python3-flexframe, and the source as a tarball (cpack --config CPackSourceConfig.cmake).
+# cpack: Debian packages flexframe, libflexframe-dev and python3-flexframe, and the source as a tarball (cpack --config
+# CPackSourceConfig.cmake).
 set(CPACK_PACKAGE_NAME flexframe)
 set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
 set(CPACK_PACKAGE_CONTACT "The Flexframe authors <flexframe@example.org>")
@@ -27,7 +28,8 @@ set(CPACK_COMPONENT_PROGRAM_DESCRIPTION "A scene file goes in; simulation result
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libflexframe-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_SHLIBDEPS OFF)
-set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libeigen3-dev, libglm-dev, libsundials-dev, libfmt-dev, libtomlplusplus-dev, libhdf5-dev, libassimp-dev, \
+set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
+  "libeigen3-dev, libglm-dev, libsundials-dev, libfmt-dev, libtomlplusplus-dev, libhdf5-dev, libassimp-dev, \
 libdeflate-dev, libmumps-seq-dev, libmetis-dev, libopenblas-openmp-dev, pkg-config")
 set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS "flexframe")
 set(CPACK_COMPONENT_DEV_DESCRIPTION "Libraries, headers and CMake package of Flexframe: simulation of flexible

@@ -1,13 +1,10 @@
 // Each map is 33 control points joined by a Catmull-Rom curve; within 2/255 of the published maps (cividis 5/255 in one blue corner).
 #include "render/picture/colormap.h"
 
-#include "render/base/srgb.h"
 #include "render/picture/picture.h"
-#include "sim/base/error.h"
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 namespace flexframe::render {
 namespace {
@@ -88,18 +85,6 @@ double grey_of_lightness(double lightness) {
 
 std::vector<std::string_view> colormap_names() { return {names.begin(), names.end()}; }
 
-Colormap colormap_from_name(std::string_view name) {
-  const auto found = std::find(names.begin(), names.end(), name);
-  if (found == names.end()) {
-    std::string known;
-    for (const auto n : names) known += (known.empty() ? "" : ", ") + std::string(n);
-    throw ArgumentError("no colour map '" + std::string(name) + "'; there are " + known);
-  }
-  return static_cast<Colormap>(found - names.begin());
-}
-
-std::string_view colormap_name(Colormap map) { return names[static_cast<std::size_t>(map)]; }
-
 glm::vec3 colormap_color(Colormap map, double t) {
   if (std::isnan(t)) return glm::vec3(0.5f);
   t = std::clamp(t, 0.0, 1.0);
@@ -113,15 +98,6 @@ glm::vec3 colormap_color(Colormap map, double t) {
   return glm::vec3(glm::clamp(c, 0.0, 1.0));
 }
 
-std::array<std::array<std::uint8_t, 3>, 256> colormap_table(Colormap map) {
-  std::array<std::array<std::uint8_t, 3>, 256> bytes{};
-  for (int i = 0; i < 256; ++i) {
-    const glm::vec3 c = colormap_color(map, i / 255.0);
-    for (int k = 0; k < 3; ++k) bytes[i][k] = static_cast<std::uint8_t>(rounded(c[k] * 255.0f));
-  }
-  return bytes;
-}
-
 glm::vec3 category_color(int index) {
   static constexpr std::array<std::array<int, 3>, 10> colors = {{{31, 98, 168},
                                                                  {226, 110, 24},
@@ -133,7 +109,7 @@ glm::vec3 category_color(int index) {
                                                                  {96, 106, 118},
                                                                  {166, 160, 28},
                                                                  {22, 160, 186}}};
-  const auto& c = colors[static_cast<std::size_t>((index % 10 + 10) % 10)];
+  const auto& c = colors[(index % 10 + 10) % 10];
   return glm::vec3(c[0], c[1], c[2]) / 255.0f;
 }
 

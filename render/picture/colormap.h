@@ -20,15 +20,8 @@ enum class Colormap { viridis, cividis, inferno, turbo, coolwarm, greys };
 // Names as scene files write them, in the order of the enumeration.
 std::vector<std::string_view> colormap_names();
 
-// Throws ArgumentError naming the known maps if there is none of this name.
-Colormap colormap_from_name(std::string_view name);
-std::string_view colormap_name(Colormap map);
-
 // Colour at t in [0, 1] (clamped), sRGB 0..1; NaN gives mid grey.
 glm::vec3 colormap_color(Colormap map, double t);
-
-// 256 colours, sRGB bytes, entry i at t = i / 255.
-std::array<std::array<std::uint8_t, 3>, 256> colormap_table(Colormap map);
 
 // Colours to tell bodies, series and modes apart (well apart also for the colour-blind), repeating after 10; sRGB.
 glm::vec3 category_color(int index);

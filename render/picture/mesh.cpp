@@ -36,10 +36,10 @@ void drop_partial_normals(Polygons& polygons) {
 
 glm::dvec3 newell_normal(const std::vector<glm::dvec3>& position, std::span<const int> corner) {
   glm::dvec3 n(0.0);
-  const glm::dvec3 origin = position[static_cast<size_t>(corner[0])];
+  const glm::dvec3 origin = position[corner[0]];
   for (size_t k = 0; k < corner.size(); ++k) {
-    const glm::dvec3 a = position[static_cast<size_t>(corner[k])] - origin;
-    const glm::dvec3 b = position[static_cast<size_t>(corner[(k + 1) % corner.size()])] - origin;
+    const glm::dvec3 a = position[corner[k]] - origin;
+    const glm::dvec3 b = position[corner[(k + 1) % corner.size()]] - origin;
     n += glm::cross(a, b);
   }
   return n;
@@ -53,7 +53,7 @@ void triangulate(const std::vector<glm::dvec3>& position, std::span<const int> c
     return;
   }
   const glm::dvec3 normal = newell_normal(position, corner);
-  auto at = [&](int k) { return position[static_cast<size_t>(corner[static_cast<size_t>(k)])]; };
+  auto at = [&](int k) { return position[corner[k]]; };
   auto turn = [&](int a, int b, int c) { return glm::dot(normal, glm::cross(at(b) - at(a), at(c) - at(a))); };
   if (n == 4) {
     // A diagonal is inside if both its triangles turn the polygon's way; the shorter of two such.
@@ -69,8 +69,8 @@ void triangulate(const std::vector<glm::dvec3>& position, std::span<const int> c
     }
     return;
   }
-  std::vector<int> ring(static_cast<size_t>(n));
-  for (int k = 0; k < n; ++k) ring[static_cast<size_t>(k)] = k;
+  std::vector<int> ring(n);
+  for (int k = 0; k < n; ++k) ring[k] = k;
   const auto same = [&](int a, int b) { return at(a) == at(b); };
   const auto any_ear = [](int, int, int, double area) { return area > 0.0 ? 1.0 : -1.0; };
   size_t start = 0;
@@ -96,7 +96,7 @@ void add_triangles(Mesh& mesh, const Polygons& polygons, std::vector<glm::vec3>&
     source.clear();
     // Repeated corners of a face carry no surface.
     for (int c = polygons.begin[f]; c < polygons.begin[f + 1]; ++c) {
-      const int v = polygons.corner[static_cast<size_t>(c)];
+      const int v = polygons.corner[c];
       if (!corner.empty() && (corner.back() == v)) continue;
       corner.push_back(v);
       source.push_back(c);
@@ -114,7 +114,7 @@ void add_triangles(Mesh& mesh, const Polygons& polygons, std::vector<glm::vec3>&
     for (const auto& t : cut) {
       const glm::ivec3 local(t[0], t[1], t[2]);
       glm::ivec3 triangle;
-      for (int k = 0; k < 3; ++k) triangle[k] = corner[static_cast<size_t>(local[k])];
+      for (int k = 0; k < 3; ++k) triangle[k] = corner[local[k]];
       if (triangle.x == triangle.y || triangle.y == triangle.z || triangle.z == triangle.x) continue;
       mesh.triangles.push_back(triangle);
       mesh.triangle_material.push_back(polygons.material[f]);
@@ -128,8 +128,7 @@ void add_triangles(Mesh& mesh, const Polygons& polygons, std::vector<glm::vec3>&
       whole = whole && edges == 7u;
       mesh.triangle_edges.push_back(static_cast<std::uint8_t>(edges));
       if (normals)
-        for (int k = 0; k < 3; ++k)
-          corner_normals.push_back(polygons.corner_normal[static_cast<size_t>(source[static_cast<size_t>(local[k])])]);
+        for (int k = 0; k < 3; ++k) corner_normals.push_back(polygons.corner_normal[source[local[k]]]);
     }
   }
   // A file of triangles needs no record.

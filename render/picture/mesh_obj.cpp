@@ -162,7 +162,7 @@ class ObjReader {
       normals_ += keyword == "vn";
     });
     if (vertices_ >= most_vertices) throw MeshError(fmt::format("{}: {} vertices are too many", file_, vertices_));
-    mesh_.positions.reserve(static_cast<size_t>(vertices_));
+    mesh_.positions.reserve(vertices_);
     for_each_line(text, [&](std::string_view keyword, std::string_view rest, long line) {
       if (keyword == "v") read_vertex(rest, line);
       else if (keyword == "f" || keyword == "fo") read_face(rest, line);

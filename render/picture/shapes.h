@@ -1,4 +1,4 @@
-// Meshes of simple solids with smooth normals: arrows, tubes, springs, balls, swept sections. Closed, counterclockwise from outside.
+// Meshes of simple solids with smooth normals: arrows, tubes, springs, cylinders. Closed, counterclockwise from outside.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -25,17 +25,7 @@ Shape make_tube(std::span<const glm::dvec3> path, double radius, int sides = 16)
 // Coil spring between two points with straight ends: `turns` windings of the given coil and wire radius.
 Shape make_spring(const glm::dvec3& from, const glm::dvec3& to, double coil_radius, double wire_radius, int turns = 8);
 
-// Ball about the origin.
-Shape make_ball(double radius, int rings = 16);
-
-// Box about the origin with faces of their own normals; full edge lengths.
-Shape make_box(const glm::dvec3& size);
-
 // Cylinder along z about the origin, flat ends.
 Shape make_cylinder(double radius, double length, int sides = 32);
-
-// Normals as the mean of the adjacent triangles' normals weighted by area (not normalised where all triangles vanish: zero).
-// normals is resized; its memory is reused.
-void update_normals(std::span<const glm::vec3> positions, std::span<const glm::uvec3> triangles, std::vector<glm::vec3>& normals);
 
 }  // namespace flexframe::render

@@ -127,12 +127,7 @@ py::dict compare(const render::Image& a, const render::Image& b, bool exact) {
   out["passes"] = d.passes;
   out["equal"] = d.equal;
   out["same_size"] = d.same_size;
-  out["largest"] = d.largest;
-  out["mean"] = d.mean;
-  out["pixels_over"] = d.pixels_over;
-  out["cluster"] = d.cluster;
-  out["ssim"] = d.ssim;
-  out["flip"] = d.flip;
+  render::for_each_number(d, [&](const char* name, auto number) { out[name] = number; });
   return out;
 }
 

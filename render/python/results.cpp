@@ -40,7 +40,7 @@ py::object column(const py::object& self, const std::string& name) {
   py::array_t<double> out({static_cast<py::ssize_t>(r->times.size()), static_cast<py::ssize_t>(parts.size())});
   auto to = out.mutable_unchecked<2>();
   for (py::ssize_t k = 0; k < to.shape(1); ++k)
-    for (py::ssize_t i = 0; i < to.shape(0); ++i) to(i, k) = parts[static_cast<std::size_t>(k)]->values[i];
+    for (py::ssize_t i = 0; i < to.shape(0); ++i) to(i, k) = parts[k]->values[i];
   return out;
 }
 
@@ -132,7 +132,9 @@ void write_foreign(const std::filesystem::path& path, const Array& t, const py::
 
 }  // namespace
 
-void bind_results(py::module_& m) {
+namespace {
+
+void bind_motions(py::module_& m) {
   py::class_<BodyMotion>(m, "ResultBody",
                          "Motion of a body: arrays of nt rows, one a time of Results.t; SI units. They look at the results' memory.")
       .def_property_readonly("name", [](const BodyMotion& b) { return (*b).name; })
@@ -172,7 +174,12 @@ void bind_results(py::module_& m) {
       .def_property_readonly(
           "rate", [](const py::object& s) { return view_matrix((*s.cast<const JointMotion&>()).rate, s); },
           "(nt, n) rates, m/s and rad/s.");
+}
 
+}  // namespace
+
+void bind_results(py::module_& m) {
+  bind_motions(m);
   py::class_<sim::Results, Shared>(m, "Results",
                                    R"(What a simulation leaves behind. Arrays are read-only views of its memory; row i belongs to t[i].
 

@@ -39,7 +39,7 @@ namespace {
 std::shared_ptr<sim::Results> simulate(const Scene& scene, std::optional<double> accuracy, std::optional<double> tolerance,
                                        const std::optional<std::string>& method, bool estimate_error, bool check_effects,
                                        const py::object& progress) {
-  if (accuracy && tolerance) throw ArgumentError("accuracy excludes tolerance: give the asked error of the outputs or the local error");
+  if (accuracy && tolerance) throw ArgumentError("accuracy excludes tolerance: give the requested error of the outputs or the local error");
   sim::SimulateOptions options;
   options.accuracy = accuracy;
   options.tolerance = tolerance;

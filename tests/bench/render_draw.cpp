@@ -5,7 +5,7 @@
 #include "render/draw/renderer.h"
 #include "render/frame/camera.h"
 #include "render/image/png.h"
-#include "render/picture/shapes.h"
+#include "tests/unit/render_solids.h"
 
 #include <fmt/core.h>
 

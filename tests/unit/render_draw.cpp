@@ -3,8 +3,8 @@
 #include "render/frame/camera.h"
 #include "render/image/image_compare.h"
 #include "render/image/png.h"
-#include "render/picture/shapes.h"
 #include "sim/base/error.h"
+#include "tests/unit/render_solids.h"
 
 #include <gtest/gtest.h>
 
@@ -316,7 +316,7 @@ TEST(Draw, ColoursCanBeReadBackFromALitBody) {
         beyond += error > 0.03;
       }
     EXPECT_GT(seen, 4000);
-    EXPECT_EQ(beyond, 0) << colormap_name(map) << ": off by up to " << worst;
+    EXPECT_EQ(beyond, 0) << colormap_names()[static_cast<std::size_t>(map)] << ": off by up to " << worst;
   }
 }
 

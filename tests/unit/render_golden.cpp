@@ -3,7 +3,7 @@
 
 #include "render/frame/camera.h"
 #include "render/picture/edges.h"
-#include "render/picture/shapes.h"
+#include "tests/unit/render_solids.h"
 
 #include <glm/gtc/matrix_transform.hpp>
 
@@ -148,12 +148,13 @@ TEST(Golden, Orthographic) {
 }
 
 TEST(Golden, Colormaps) {
-  for (const std::string_view name : colormap_names()) {
+  const std::vector<std::string_view> names = colormap_names();
+  for (std::size_t k = 0; k < names.size(); ++k) {
     Still s;
     s.picture.size = {100, 70};
     s.frame();
-    s.picture.scalar_map.colormap = colormap_from_name(name);
-    s.expect("colormap_" + std::string(name));
+    s.picture.scalar_map.colormap = static_cast<Colormap>(k);
+    s.expect("colormap_" + std::string(names[k]));
   }
 }
 
@@ -198,7 +199,8 @@ TEST(Golden, FourViews) {
   Still s;
   s.picture.ground = default_ground(s.corners(), {0, 1, 0});
   s.picture.overlay.triad = true;
-  s.picture.views = four_views(s.picture, s.corners(), {0, 1, 0});
+  static constexpr ViewKind all[] = {ViewKind::front, ViewKind::side, ViewKind::top, ViewKind::iso};
+  s.picture.views = make_views(s.picture, s.corners(), {0, 1, 0}, all);
   s.expect("views");
 }
 
