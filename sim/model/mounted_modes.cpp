@@ -3,8 +3,10 @@
 #include "sim/base/eigen_solvers.h"
 #include "sim/base/spatial.h"
 #include "sim/model/joint_motion.h"
+#include "sim/scene/joint_kinds.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace flexframe::sim {
@@ -12,41 +14,50 @@ namespace {
 
 // Rows scaled by mass are of the order of one over the root of a mass; what two joints hold alike differs by rounding.
 constexpr double rank_threshold = 1e-9;
+// Share of a unit direction along an axis that is none.
+constexpr double along_axis = 1e-9;
 
 // Directions, in the axes of the joint's parent frame, in which a joint holds translations and rotations.
 struct HeldDirections {
   std::vector<Vec3> translations, rotations;
 };
 
+// Of the joint's motion at the origin of its coordinates; where it has none, of its closure conditions.
 HeldDirections directions_of(const JointDef& j) {
   const JointAxes f = joint_axes(j.axis);
-  const std::vector<Vec3> all{f.x, f.y, f.z}, across{f.x, f.y}, along{f.z};
-  if (!j.motion.empty() || j.motion_table) return {all, all};
-  switch (j.kind) {
-    case JointKind::weld:
-      return {all, all};
-    case JointKind::revolute:
-    case JointKind::screw:
-      return {all, across};
-    case JointKind::prismatic:
-      return {across, all};
-    case JointKind::cylindrical:
-      return {across, across};
-    case JointKind::universal:
-      return {all, {f.y}};
-    case JointKind::constant_velocity:
-      return {all, along};
-    case JointKind::spherical:
-      return {all, {}};
-    case JointKind::planar:
-      return {along, across};
-    case JointKind::point_on_line:
-      return {across, {}};
-    case JointKind::point_on_plane:
-      return {along, {}};
-    default:
-      return {};
+  const std::array<Vec3, 3> axes{f.x, f.y, f.z};
+  if (!j.motion.empty() || j.motion_table) return {{f.x, f.y, f.z}, {f.x, f.y, f.z}};
+  const JointTraits& facts = traits(j.kind);
+  constexpr std::string_view letters = "xyz";
+  std::array<bool, 3> moves{}, turns{};
+  if (facts.place) {
+    TreeJoint joint;
+    joint.kind = j.kind;
+    joint.axis = j.axis;
+    joint.pitch = j.pitch;
+    VecX q(position_count(j.kind));
+    zero_coordinates(j.kind, q.data());
+    JointMotion motion;
+    update_joint_position(joint, q.data(), motion);
+    // A rate that turns counts as a rotation, even if it slides along too (screw).
+    for (int k = 0; k < rates_of(j.kind); ++k)
+      for (int d = 0; d < 3; ++d)
+        if (is_length(j.kind, k)) moves[d] = moves[d] || std::abs(motion.S.col(k).head<3>().dot(axes[d])) > along_axis;
+        else turns[d] = turns[d] || std::abs(motion.S.col(k).tail<3>().dot(axes[d])) > along_axis;
+  } else {
+    const ClosureFacts closure = facts.closure.value_or(ClosureFacts{"", ""});
+    moves = turns = {true, true, true};
+    for (const char place : closure.places) moves[letters.find(place)] = false;
+    // What keeps u normal to v holds the turn about the third axis.
+    for (size_t k = 0; k < closure.turns.size(); k += 2)
+      turns[3 - letters.find(closure.turns[k]) - letters.find(closure.turns[k + 1])] = false;
   }
+  HeldDirections held;
+  for (int d = 0; d < 3; ++d) {
+    if (!moves[d]) held.translations.push_back(axes[d]);
+    if (!turns[d]) held.rotations.push_back(axes[d]);
+  }
+  return held;
 }
 
 Mat3 orientation_of(const Scene& scene, const std::string& body, std::span<const Mat3> orientation) {

@@ -1,9 +1,14 @@
 #include "sim/model/supports.h"
 
+#include "sim/scene/joint_kinds.h"
+
 #include <set>
 
 namespace flexframe::sim {
 namespace {
+
+// Whether the joint holds every rotation.
+bool never_turns(const JointTraits& t) { return t.place && t.rates.find('r') == std::string_view::npos; }
 
 // Names of the bodies (and "ground") that joints tie to `from`, without passing `barred`.
 std::set<std::string> tied_to(const Scene& scene, const std::string& from, const std::string& barred) {
@@ -42,7 +47,7 @@ std::vector<Support> supports_of(const Scene& scene, const std::string& body) {
     s.parent = j.parent.body == body;
     s.frame = s.parent ? j.parent : j.child;
     s.on_ground = (s.parent ? j.child.body : j.parent.body) == "ground";
-    s.clamp = j.kind == JointKind::weld || j.kind == JointKind::prismatic || !j.motion.empty() || j.motion_table;
+    s.clamp = never_turns(traits(j.kind)) || !j.motion.empty() || j.motion_table;
     const std::set<std::string> way = tied_to(scene, s.parent ? j.child.body : j.parent.body, body);
     all.push_back(s);
     if (way.contains("ground")) grounded.push_back(s);

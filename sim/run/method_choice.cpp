@@ -4,6 +4,7 @@
 #include "sim/dynamics/closure.h"
 #include "sim/dynamics/flexures.h"
 #include "sim/dynamics/massless.h"
+#include "sim/scene/joint_kinds.h"
 #include "sim/time/newton_matrix.h"
 
 #include <fmt/format.h>
@@ -107,7 +108,7 @@ std::vector<std::string> rate_owners(const System& system) {
         const bool of_joint = v >= p.v0 && v < p.v0 + p.joint.nv;
         if (!of_joint && (v < p.ev0 || v >= p.ev0 + p.body.n)) continue;
         if (of_joint && p.joint.scene_joint >= 0) out.push_back(fmt::format("joint '{}'", p.joint.name));
-        else if (p.scene_body >= 0) out.push_back(fmt::format("body '{}'", system.scene.bodies[static_cast<size_t>(p.scene_body)].name));
+        else if (p.scene_body >= 0) out.push_back(fmt::format("body '{}'", system.scene.bodies[p.scene_body].name));
         else out.push_back(fmt::format("joint '{}'", p.joint.name));
         break;
       }
@@ -152,7 +153,7 @@ FastestPart find_fastest(System& system, double t, const VecX& y) {
   Eigen::Index owner = 0;
   share.maxCoeff(&owner);
   const std::vector<std::string> owners = rate_owners(system);
-  if (owner < static_cast<Eigen::Index>(owners.size())) out.owner = owners[static_cast<size_t>(owner)];
+  if (owner < static_cast<Eigen::Index>(owners.size())) out.owner = owners[owner];
   return out;
 }
 
@@ -185,15 +186,13 @@ std::string what_takes_steps(System& system, double t, const VecX& y, double ste
   double spin = 0.0;
   std::string turns;
   for (const Part& p : system.model.parts) {
-    const JointKind kind = p.joint.kind;
-    double rate = 0.0;
-    if (kind == JointKind::revolute || kind == JointKind::screw) rate = std::abs(system.work.w[p.v0]);
-    else if (kind == JointKind::cylindrical) rate = std::abs(system.work.w[p.v0 + 1]);
-    else if (kind == JointKind::planar) rate = std::abs(system.work.w[p.v0 + 2]);
-    else if (kind == JointKind::universal) rate = system.work.w.segment(p.v0, 2).norm();
-    else if (kind == JointKind::spherical) rate = system.work.w.segment(p.v0, 3).norm();
-    else if (kind == JointKind::free) rate = system.work.w.segment(p.v0 + 3, 3).norm();
-    if (rate > spin) spin = rate, turns = p.joint.name;
+    // Joints without a word stand between the pieces of a beam: they bend.
+    if (traits(p.joint.kind).word.empty()) continue;
+    double square = 0.0;
+    for (int k = 0; k < rates_of(p.joint.kind); ++k)
+      if (!is_length(p.joint.kind, k))
+        square += std::pow(p.joint.motion >= 0 ? system.work.motion[p.joint.motion].rate : system.work.w[p.v0 + k], 2);
+    if (const double rate = std::sqrt(square); rate > spin) spin = rate, turns = p.joint.name;
   }
   if (spin * step > 0.01 && spin > 0.3 * fastest.rate)
     return fmt::format("they follow joint '{}', which turns at {:.3g} rad/s", turns, spin);

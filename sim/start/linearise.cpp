@@ -8,6 +8,7 @@
 #include "sim/dynamics/inverse_dynamics.h"
 #include "sim/dynamics/stops.h"
 #include "sim/model/joint_motion.h"
+#include "sim/scene/joint_kinds.h"
 #include "sim/start/complex_modes.h"
 
 #include <algorithm>
@@ -79,7 +80,7 @@ class Point {
   State later(double time) const;
   VecX along(const State& at, const Axes& axes, const VecX& r);
   MatX to_start(const State& at, const Axes& axes) const;
-  double metres(Eigen::Index k) const { return all_[static_cast<size_t>(k)].scale; }
+  double metres(Eigen::Index k) const { return all_[k].scale; }
 
   Model& model_;
   Work& work_;
@@ -111,7 +112,7 @@ Point::Point(System& system, bool with_rates)
   for (size_t i = 0; i < model_.parts.size(); ++i) {
     const Part& p = model_.parts[i];
     if (p.joint.stop && p.joint.nv > 0) work_.joints[i].stop = find_stop_phase(*p.joint.stop, work_.q[p.q0], start_.w[p.v0]);
-    if (p.joint.kind != JointKind::spherical && p.joint.kind != JointKind::free) continue;
+    if (!has_orientation(p.joint.kind)) continue;
     Eigen::Index first = -1, count = 0;
     for (size_t k = 0; k < all_.size(); ++k)
       if (all_[k].v >= p.v0 && all_[k].v < p.v0 + p.joint.nv && count++ == 0) first = static_cast<Eigen::Index>(k);
@@ -131,8 +132,8 @@ VecX Point::force(const State& at, Eigen::Index moved, double step, Eigen::Index
   work_.q = at.q;
   work_.w = at.w;
   for (size_t i = 0; i < at.motion.size(); ++i) work_.motion[i].value = at.motion[i];
-  if (moved >= 0) move_along(model_, all_[static_cast<size_t>(moved)], step, work_);
-  if (quickened >= 0) work_.w[all_[static_cast<size_t>(quickened)].v] += rate;
+  if (moved >= 0) move_along(model_, all_[moved], step, work_);
+  if (quickened >= 0) work_.w[all_[quickened].v] += rate;
   VecX a = at.a;
   for (const SpaceJoint& j : joints_) {
     if (!j.flies) continue;
@@ -167,7 +168,7 @@ void Point::exact_matrices() {
   update_positions(model_, work_);
   for (Eigen::Index k = 0; k < n; ++k) {
     work_.w.setZero();
-    work_.w[all_[static_cast<size_t>(k)].v] = 1.0;
+    work_.w[all_[k].v] = 1.0;
     update_velocities(model_, work_);
     N.col(k) = work_.w;
     for (size_t i = 0; i < model_.parts.size(); ++i) twist[i].col(k) = work_.parts[i].V;
@@ -202,7 +203,7 @@ void Point::accelerations() {
   // What has no inertia takes part by the least accelerations, if at all.
   const VecX a = unit.cwiseProduct(
       VecX(least_squares(MatX(unit.asDiagonal() * made_.system.M * unit.asDiagonal()), MatX(unit.cwiseProduct(f)), 1e-13)));
-  for (Eigen::Index k = 0; k < n; ++k) start_.a[all_[static_cast<size_t>(k)].v] = a[k];
+  for (Eigen::Index k = 0; k < n; ++k) start_.a[all_[k].v] = a[k];
   double fastest = 0.0;
   for (SpaceJoint& j : joints_) {
     if (!j.flies) continue;
@@ -246,7 +247,7 @@ void Point::stiffness() {
   VecX row(n);
   for (Eigen::Index k = 0; k < n; ++k) row[k] = 1.0 / metres(k);
   for (Eigen::Index k = 0; k < n; ++k) {
-    const Direction& d = all_[static_cast<size_t>(k)];
+    const Direction& d = all_[k];
     const Part& part = model_.parts[d.part];
     const double size = model_.clusters[part.cluster].size;
     // A unit step turns a joint by a radian, moves it by the mechanism's size, or bends a body so that no node does more than that.
@@ -323,7 +324,7 @@ void Point::damping() {
   for (const Direction& d : all_) fastest = std::max(fastest, std::abs(start_.w[d.v]) * d.scale / model_.size);
   for (const TimeJet& jet : work_.motion) fastest = std::max(fastest, std::abs(jet.rate));
   for (Eigen::Index k = 0; k < n; ++k) {
-    const double step = fastest * model_.clusters[model_.parts[all_[static_cast<size_t>(k)].part].cluster].size / metres(k);
+    const double step = fastest * model_.clusters[model_.parts[all_[k].part].cluster].size / metres(k);
     VecX size;
     const VecX slope = (force(start_, -1, 0.0, k, step, &size) - force(start_, -1, 0.0, k, -step)) / (2.0 * step);
     made_.system.D.col(k) -= slope;
@@ -353,11 +354,11 @@ SecondOrder Point::described_in(const Axes& axes) const {
   const Eigen::Index n = static_cast<Eigen::Index>(all_.size());
   MatX G = MatX::Zero(n, n), S = G;
   VecX ind(n);
-  for (Eigen::Index k = 0; k < n; ++k) ind[k] = start_.w[all_[static_cast<size_t>(k)].v];
+  for (Eigen::Index k = 0; k < n; ++k) ind[k] = start_.w[all_[k].v];
   for (size_t i = 0; i < model_.parts.size(); ++i) {
     const Part& p = model_.parts[i];
-    if (p.joint.kind != JointKind::spherical && p.joint.kind != JointKind::free) continue;
-    const int at = p.joint.kind == JointKind::free ? 3 : 0;
+    if (!has_orientation(p.joint.kind)) continue;
+    const int at = traits(p.joint.kind).quaternion;  // rates before it are a velocity
     const VecX w = made_.N.middleRows(p.v0, p.joint.nv) * ind;
     if (w.isZero(0.0)) continue;
     MatX ad = MatX::Zero(p.joint.nv, p.joint.nv);
@@ -368,7 +369,7 @@ SecondOrder Point::described_in(const Axes& axes) const {
       ad.topRightCorner<3, 3>() = skew(w.head<3>());
     }
     for (Eigen::Index k = 0; k < n; ++k) {
-      const int row = all_[static_cast<size_t>(k)].v - p.v0;
+      const int row = all_[k].v - p.v0;
       if (row >= 0 && row < p.joint.nv) G.row(k) = ad.row(row) * made_.N.middleRows(p.v0, p.joint.nv);
     }
     for (const SpaceJoint& j : joints_) {
@@ -532,7 +533,7 @@ Massless split_directions(const std::vector<Direction>& all, const MasslessRates
   Massless out;
   out.masses = MatX::Zero(n, n - static_cast<Eigen::Index>(massless.rates.size()));
   for (Eigen::Index k = 0, at = 0; k < n; ++k) {
-    const int v = all[static_cast<size_t>(k)].v;
+    const int v = all[k].v;
     Z.row(k) = massless.Z.row(v).leftCols(massless.moving);
     if (std::find(massless.rates.begin(), massless.rates.end(), v) == massless.rates.end()) out.masses(k, at++) = 1.0;
   }
@@ -546,7 +547,7 @@ Massless split_directions(const std::vector<Direction>& all, const MasslessRates
 void give_idle_inertia(const std::vector<Direction>& all, MatX& M) {
   const Eigen::Index n = M.rows();
   VecX metres(n);
-  for (Eigen::Index k = 0; k < n; ++k) metres[k] = all[static_cast<size_t>(k)].scale;
+  for (Eigen::Index k = 0; k < n; ++k) metres[k] = all[k].scale;
   const VecX unit = metres.cwiseInverse();
   const SymmetricEigen inertia(MatX(unit.asDiagonal() * M * unit.asDiagonal()));
   const double most = inertia.eigenvalues()[n - 1];
