@@ -12,6 +12,8 @@ grep '^simulation' "$work/log" >"$here/cost.txt"
 python3 "$here/plots.py" "$work/engine.csv" "$here/start_up.svg"
 
 # Near the rod, larger and without plots.
-sed -e "s|\.\./assets|$top/assets|" -e 's|, plot = .*\]|, plot = []|' -e 's|^camera = .*|camera = { position = [-0.05, 0.17, 0.5], target = [0.072, -0.008, 0], fov = 25 }|' "$top/examples/engine.toml" >"$work/engine.toml"
+sed -e "s|\.\./assets|$top/assets|" -e 's|, plot = .*\]|, plot = []|' \
+  -e 's|^camera = .*|camera = { position = [-0.05, 0.17, 0.5], target = [0.072, -0.008, 0], fov = 25 }|' \
+  "$top/examples/engine.toml" >"$work/engine.toml"
 "$flexframe" render "$work/engine.h5" --scene "$work/engine.toml" -o "$work" --no-video --size 960x540 --frames 1130:1131 >/dev/null
 cp "$work/frames/frame_01130.png" "$here/rod.png"

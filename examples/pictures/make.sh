@@ -15,7 +15,8 @@ picture() {
   # Beside the scene, whose meshes are named from there.
   changed=$(dirname "$scene")/.$1.toml
   sed "${@:4}" -e '' "$scene" >"$changed"
-  "$flexframe" run "$changed" -o "$work" --no-video --no-error-estimate --no-effect-check --size 640x360 --frames "$3:$(($3 + 1))" >/dev/null 2>"$work/said" ||
+  "$flexframe" run "$changed" -o "$work" --no-video --no-error-estimate --no-effect-check --size 640x360 \
+    --frames "$3:$(($3 + 1))" >/dev/null 2>"$work/said" ||
     { cat "$work/said" >&2; exit 1; }
   rm "$changed"
   cp "$work/frames/$(printf 'frame_%05d.png' "$3")" "$top/examples/pictures/$1.png"

@@ -4,9 +4,9 @@
 #   flexframe_add_image_test(NAME crane SCENE crane.toml BASELINE baselines/crane)
 #
 # The test simulates and draws the scene and compares its pictures with the PNG files below BASELINE (flexframe compare: equal, or few
-# enough pixels differ; vertices and colour range as numbers). It fails where a picture differs or either side lacks one. The new pictures and
-# report.html with baseline, new picture and heat map side by side stay in <build>/image-tests/NAME; a baseline that is missing is written there
-# as every new picture is.
+# enough pixels differ; vertices and colour range as numbers). It fails where a picture differs or either side lacks one. The new pictures
+# and report.html with baseline, new picture and heat map side by side stay in <build>/image-tests/NAME; a baseline that is missing is
+# written there as every new picture is.
 #
 #   NAME name            of the test
 #   SCENE file.toml      relative to the current source folder
@@ -64,7 +64,8 @@ function(flexframe_add_image_test)
   string(REPLACE ";" "|" run_words "${run_words}")
   string(REPLACE ";" "|" compare_words "${compare_words}")
   add_test(NAME ${test_NAME}
-    COMMAND ${CMAKE_COMMAND} "-Dprogram=${program}" "-Dscene=${scene}" "-Dbaseline=${baseline}" "-Dout=${CMAKE_BINARY_DIR}/image-tests/${test_NAME}"
+    COMMAND ${CMAKE_COMMAND} "-Dprogram=${program}" "-Dscene=${scene}" "-Dbaseline=${baseline}"
+    "-Dout=${CMAKE_BINARY_DIR}/image-tests/${test_NAME}"
             "-Drun_words=${run_words}" "-Dcompare_words=${compare_words}" -P "${FLEXFRAME_IMAGE_TEST_SCRIPT}")
   set_tests_properties(${test_NAME} PROPERTIES LABELS "image;${test_LABELS}" TIMEOUT 600)
 endfunction()

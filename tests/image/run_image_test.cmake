@@ -1,4 +1,5 @@
-# One image test (FlexframeImageTest.cmake): draws the scene, compares, and with FLEXFRAME_UPDATE in the environment makes the pictures the baseline.
+# One image test (FlexframeImageTest.cmake): draws the scene, compares, and with FLEXFRAME_UPDATE in the environment makes the pictures the
+# baseline.
 cmake_minimum_required(VERSION 3.20)
 string(REPLACE "|" ";" run_words "${run_words}")
 string(REPLACE "|" ";" compare_words "${compare_words}")
@@ -13,9 +14,13 @@ if(NOT "$ENV{FLEXFRAME_UPDATE}" STREQUAL "")
   string(REPLACE ";" "\\;" reason "$ENV{FLEXFRAME_UPDATE}")
   set(update --update "${reason}")
 elseif(NOT EXISTS "${baseline}")
-  message(FATAL_ERROR "there is no baseline ${baseline}; the new pictures are ${out}/frames. If they are right: FLEXFRAME_UPDATE=\"reason\" ctest ...")
+  message(FATAL_ERROR
+    "there is no baseline ${baseline}; the new pictures are ${out}/frames. If they are right: FLEXFRAME_UPDATE=\"reason\" ctest ...")
 endif()
-execute_process(COMMAND "${program}" compare "${baseline}" "${out}/frames" --report "${out}/report.html" ${compare_words} ${update} RESULT_VARIABLE code)
+execute_process(COMMAND "${program}" compare "${baseline}" "${out}/frames" --report "${out}/report.html" ${compare_words} ${update}
+  RESULT_VARIABLE code)
 if(NOT code EQUAL 0)
-  message(FATAL_ERROR "the pictures are not those of ${baseline}: side by side in ${out}/report.html. If they are right: FLEXFRAME_UPDATE=\"reason\" ctest ...")
+  message(FATAL_ERROR
+    "the pictures are not those of ${baseline}: side by side in ${out}/report.html. If they are right: "
+    "FLEXFRAME_UPDATE=\"reason\" ctest ...")
 endif()
