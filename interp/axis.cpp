@@ -167,16 +167,15 @@ Points lift_exact(const AxisLift& axis, const Points& displacement, const Points
     node.row(k) = (rigid.rotation.transpose() * (moved - rigid.centre - rigid.translation) + rigid.centre).transpose();
     if (given) turn[k] = rigid.rotation.transpose() * rotation_matrix(theta.row(k).transpose());
   }
-  auto at = [&](Eigen::Index k) { return static_cast<size_t>(k); };
 
   // Points of the axis below the nodes, and slopes of the axis there.
   Points p(n, 3), slope(n, 3);
   auto settle = [&] {
-    for (Eigen::Index k = 0; k < n; ++k) p.row(k) = node.row(k) - (turn[at(k)] * axis.offset.row(k).transpose()).transpose();
+    for (Eigen::Index k = 0; k < n; ++k) p.row(k) = node.row(k) - (turn[k] * axis.offset.row(k).transpose()).transpose();
   };
   Points chord(n - 1, 3);
   auto spline = [&] {
-    for (Eigen::Index k = 0; k + 1 < n; ++k) chord.row(k) = (p.row(k + 1) - p.row(k)) / (axis.s[at(k + 1)] - axis.s[at(k)]);
+    for (Eigen::Index k = 0; k + 1 < n; ++k) chord.row(k) = (p.row(k + 1) - p.row(k)) / (axis.s[k + 1] - axis.s[k]);
     slope = axis.slopes * chord;
   };
   settle();
@@ -184,13 +183,13 @@ Points lift_exact(const AxisLift& axis, const Points& displacement, const Points
     // Direction from the node's rotation; stretch from the arc that spans the chord between the two directions.
     Eigen::VectorXd strain(n - 1);
     for (Eigen::Index k = 0; k + 1 < n; ++k) {
-      const Vec3 a = turn[at(k)] * t, b = turn[at(k + 1)] * t;
+      const Vec3 a = turn[k] * t, b = turn[k + 1] * t;
       const double half = 0.5 * std::atan2(a.cross(b).norm(), a.dot(b));
       const double arc = half > 1e-4 ? half / std::sin(half) : 1.0 + half * half / 6.0;
-      strain[k] = (p.row(k + 1) - p.row(k)).norm() * arc / (axis.s[at(k + 1)] - axis.s[at(k)]) - 1.0;
+      strain[k] = (p.row(k + 1) - p.row(k)).norm() * arc / (axis.s[k + 1] - axis.s[k]) - 1.0;
     }
     const Eigen::VectorXd stretch = axis.slopes * strain;
-    for (Eigen::Index k = 0; k < n; ++k) slope.row(k) = (1.0 + std::max(stretch[k], -0.9)) * (turn[at(k)] * t).transpose();
+    for (Eigen::Index k = 0; k < n; ++k) slope.row(k) = (1.0 + std::max(stretch[k], -0.9)) * (turn[k] * t).transpose();
   } else {
     // Twist-free frames along the spline; offsets of the nodes turn with it, which moves the spline a little: twice.
     for (int pass = 0; pass < 2; ++pass) {
@@ -199,19 +198,19 @@ Points lift_exact(const AxisLift& axis, const Points& displacement, const Points
       for (Eigen::Index k = 0; k < n; ++k) {
         const double length = slope.row(k).norm();
         const Vec3 along = length > 0.0 ? Vec3(slope.row(k).transpose() / length) : t;
-        const Mat3 before = k > 0 ? turn[at(k - 1)] : Mat3(Mat3::Identity());
-        turn[at(k)] = shortest_rotation(before * t, along) * before;
+        const Mat3 before = k > 0 ? turn[k - 1] : Mat3(Mat3::Identity());
+        turn[k] = shortest_rotation(before * t, along) * before;
       }
     }
   }
 
   // Twist of each interval about the axis, as a spline.
   Eigen::VectorXd twist = Eigen::VectorXd::Zero(n - 1), rate = twist;
-  std::vector<Vec3> relative(at(n - 1));
+  std::vector<Vec3> relative(n - 1);
   for (Eigen::Index k = 0; k + 1 < n; ++k) {
-    relative[at(k)] = rotation_vector(turn[at(k)].transpose() * turn[at(k + 1)]);
-    twist[k] = relative[at(k)].dot(t);
-    rate[k] = twist[k] / (axis.s[at(k + 1)] - axis.s[at(k)]);
+    relative[k] = rotation_vector(turn[k].transpose() * turn[k + 1]);
+    twist[k] = relative[k].dot(t);
+    rate[k] = twist[k] / (axis.s[k + 1] - axis.s[k]);
   }
   const Eigen::VectorXd twist_slope = axis.slopes * rate;
 
@@ -222,11 +221,11 @@ Points lift_exact(const AxisLift& axis, const Points& displacement, const Points
   const Vec3 e2 = axis.frame.col(1), e3 = axis.frame.col(2);
   for (size_t j = 0; j < count; ++j) {
     const auto k = std::min(static_cast<Eigen::Index>(j) / axis.subdivisions, n - 2);
-    const double length = axis.s[at(k + 1)] - axis.s[at(k)], x = (axis.station[j] - axis.s[at(k)]) / length;
+    const double length = axis.s[k + 1] - axis.s[k], x = (axis.station[j] - axis.s[k]) / length;
     const Hermite h = hermite(x, length), d = hermite_derivative(x, length);
     const Vec3 r = (h.v0 * p.row(k) + h.v1 * p.row(k + 1) + h.g0 * slope.row(k) + h.g1 * slope.row(k + 1)).transpose();
     const Vec3 r1 = (d.v0 * p.row(k) + d.v1 * p.row(k + 1) + d.g0 * slope.row(k) + d.g1 * slope.row(k + 1)).transpose();
-    Mat3 frame = turn[at(k)] * rotation_matrix(x * relative[at(k)]);
+    Mat3 frame = turn[k] * rotation_matrix(x * relative[k]);
     const double speed = r1.norm();
     if (speed > 0.0) {
       const Vec3 along = r1 / speed;
@@ -250,14 +249,13 @@ Points lift_linear(const AxisLift& axis, const Points& displacement, const Point
   const auto n = static_cast<Eigen::Index>(axis.s.size());
   const Vec3 t = axis.frame.col(0);
   const bool given = axis.given && rotation.rows() > 0;
-  auto at = [&](Eigen::Index k) { return static_cast<size_t>(k); };
   Points u(n, 3), theta = Points::Zero(n, 3), slope(n, 3);
   for (Eigen::Index k = 0; k < n; ++k) {
-    u.row(k) = displacement.row(axis.order[at(k)]);
-    if (given) theta.row(k) = rotation.row(axis.order[at(k)]);
+    u.row(k) = displacement.row(axis.order[k]);
+    if (given) theta.row(k) = rotation.row(axis.order[k]);
   }
   auto arm = [&](Eigen::Index k) { return Vec3(theta.row(k).transpose()).cross(Vec3(axis.offset.row(k).transpose())); };
-  auto length = [&](Eigen::Index k) { return axis.s[at(k + 1)] - axis.s[at(k)]; };
+  auto length = [&](Eigen::Index k) { return axis.s[k + 1] - axis.s[k]; };
   Points chord(n - 1, 3);
   Points p = u;
   auto spline = [&] {
@@ -291,7 +289,7 @@ Points lift_linear(const AxisLift& axis, const Points& displacement, const Point
   std::vector<Vec3> turned2(count), turned3(count);
   for (size_t j = 0; j < count; ++j) {
     const auto k = std::min(static_cast<Eigen::Index>(j) / axis.subdivisions, n - 2);
-    const double x = (axis.station[j] - axis.s[at(k)]) / length(k);
+    const double x = (axis.station[j] - axis.s[k]) / length(k);
     const Hermite h = hermite(x, length(k)), d = hermite_derivative(x, length(k));
     const Vec3 r = (h.v0 * p.row(k) + h.v1 * p.row(k + 1) + h.g0 * slope.row(k) + h.g1 * slope.row(k + 1)).transpose();
     const Vec3 r1 = (d.v0 * p.row(k) + d.v1 * p.row(k + 1) + d.g0 * slope.row(k) + d.g1 * slope.row(k + 1)).transpose();
@@ -348,17 +346,16 @@ SparseWeights axis_weights(const AxisLift& axis, const Points& vertices, bool pr
 double axis_lebesgue(const AxisLift& axis, double lower, double upper) {
   if (axis.given) return 1.0;  // Hermite values are positive and sum to one
   const auto n = static_cast<Eigen::Index>(axis.s.size());
-  auto at = [](Eigen::Index k) { return static_cast<size_t>(k); };
   // Node weights of a slope row: mean slopes written out in node values.
-  std::vector<double> sum(at(n), 0.0);
+  std::vector<double> sum(n, 0.0);
   std::vector<Eigen::Index> touched;
   auto add = [&](Eigen::Index i, double value) {
-    if (sum[at(i)] == 0.0) touched.push_back(i);
-    sum[at(i)] += value;
+    if (sum[i] == 0.0) touched.push_back(i);
+    sum[i] += value;
   };
   auto add_slope = [&](Eigen::Index i, double factor) {
     for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator it(axis.slopes, i); it; ++it) {
-      const double value = factor * it.value() / (axis.s[at(it.col() + 1)] - axis.s[at(it.col())]);
+      const double value = factor * it.value() / (axis.s[it.col() + 1] - axis.s[it.col()]);
       add(it.col() + 1, value);
       add(it.col(), -value);
     }
@@ -367,15 +364,15 @@ double axis_lebesgue(const AxisLift& axis, double lower, double upper) {
   auto finish = [&] {
     double total = 0.0;
     for (const Eigen::Index i : touched) {
-      total += std::abs(sum[at(i)]);
-      sum[at(i)] = 0.0;
+      total += std::abs(sum[i]);
+      sum[i] = 0.0;
     }
     touched.clear();
     worst = std::max(worst, total);
   };
   for (Eigen::Index k = 0; k + 1 < n; ++k)
     for (int j = 0; j <= axis.subdivisions; ++j) {
-      const double length = axis.s[at(k + 1)] - axis.s[at(k)];
+      const double length = axis.s[k + 1] - axis.s[k];
       const Hermite h = hermite(static_cast<double>(j) / axis.subdivisions, length);
       add(k, h.v0);
       add(k + 1, h.v1);

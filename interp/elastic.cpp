@@ -104,7 +104,7 @@ Solidity measure_solidity(const Points& vertices, const Triangles& triangles) {
 Eigen::SparseMatrix<double> surface_stiffness(const Weld& weld, const Graph& graph, double thickness) {
   const int count = graph.vertices;
   Triplets entries;
-  entries.reserve(static_cast<size_t>(weld.triangles.rows()) * 300);
+  entries.reserve(300 * weld.triangles.rows());
   auto at = [&](int v) { return Vec3(weld.positions.row(v).transpose()); };
   std::vector<HalfEdge> edges;
   for (Eigen::Index t = 0; t < weld.triangles.rows(); ++t) {
@@ -181,8 +181,7 @@ Green elastic_green(const Weld& weld, const Graph& graph, const Points& nodes, b
     if (last - first == 3 && graph.off_mesh[i] < 0.2 * graph.node_length[first]) {
       // Barycentric coordinates, clamped to the triangle.
       Vec3 p[3];
-      for (int k = 0; k < 3; ++k)
-        p[k] = weld.positions.row(graph.node_vertex[static_cast<size_t>(first) + static_cast<size_t>(k)]).transpose();
+      for (int k = 0; k < 3; ++k) p[k] = weld.positions.row(graph.node_vertex[first + k]).transpose();
       const Vec3 normal = (p[1] - p[0]).cross(p[2] - p[0]);
       double total = 0.0;
       for (int k = 0; k < 3; ++k) {

@@ -31,7 +31,7 @@ bool is_sliver(const Mat3& frame) {
 }
 
 Vec3 vertex(std::span<const float> p, int v) {
-  const auto i = 3 * static_cast<size_t>(v);
+  const size_t i = 3 * static_cast<size_t>(v);
   return {static_cast<double>(p[i]), static_cast<double>(p[i + 1]), static_cast<double>(p[i + 2])};
 }
 
@@ -191,7 +191,7 @@ void Corotated::apply(std::span<const float> displacement, double scale, std::sp
     const size_t p = m.part[v];
     Vec3 u = scale * vertex(displacement, static_cast<int>(v));
     if (weight[p] > 0.0) u = solved.row(v).transpose() + shift[p] / weight[p] - m.vertices.row(v).transpose();
-    for (int k = 0; k < 3; ++k) out[3 * static_cast<size_t>(v) + static_cast<size_t>(k)] = static_cast<float>(u[k]);
+    for (int k = 0; k < 3; ++k) out[3 * v + k] = static_cast<float>(u[k]);
   }
 }
 

@@ -53,7 +53,7 @@ struct Edge {
 };
 
 void compress(int rows, const std::vector<Edge>& pairs, std::vector<int>& begin, std::vector<int>& to) {
-  begin.assign(static_cast<size_t>(rows) + 1, 0);
+  begin.assign(rows + 1, 0);
   for (const Edge& e : pairs) ++begin[e.a + 1];
   std::partial_sum(begin.begin(), begin.end(), begin.begin());
   to.resize(pairs.size());
@@ -190,10 +190,7 @@ Eigen::Array3i PointGrid::cell_of(const Vec3& x) const {
   const Eigen::Array3d c = ((x - lower_) / cell_).array().floor();
   return c.max(0.0).min((size_ - 1).cast<double>()).cast<int>();
 }
-size_t PointGrid::slot(const Eigen::Array3i& c) const {
-  return static_cast<size_t>(c[0]) +
-         static_cast<size_t>(size_[0]) * (static_cast<size_t>(c[1]) + static_cast<size_t>(size_[1]) * static_cast<size_t>(c[2]));
-}
+Eigen::Index PointGrid::slot(const Eigen::Array3i& c) const { return grid_slot(c, size_); }
 
 int PointGrid::nearest(const Vec3& x) const {
   if (points_.rows() == 0) return -1;

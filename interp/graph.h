@@ -18,6 +18,11 @@ struct Weld {
 };
 Weld weld_vertices(const MeshView& mesh, double distance);
 
+// Place of a cell in an array over a grid of `size` cells, x running fastest.
+inline Eigen::Index grid_slot(const Eigen::Array3i& cell, const Eigen::Array3i& size) {
+  return cell[0] + size[0] * (cell[1] + Eigen::Index{size[1]} * cell[2]);
+}
+
 // Nearest points in a uniform grid.
 class PointGrid {
  public:
@@ -35,7 +40,7 @@ class PointGrid {
   Eigen::Array3i size_ = Eigen::Array3i::Ones();
   std::vector<int> begin_, item_;
   Eigen::Array3i cell_of(const Vec3& x) const;
-  size_t slot(const Eigen::Array3i& c) const;
+  Eigen::Index slot(const Eigen::Array3i& c) const;
 };
 
 struct Graph {

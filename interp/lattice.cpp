@@ -1,6 +1,7 @@
 #include "interp/lattice.h"
 
 #include "interp/elastic.h"
+#include "interp/graph.h"
 
 #include <algorithm>
 #include <cmath>
@@ -48,7 +49,7 @@ std::vector<float> inside_shares(const Weld& weld, const Vec3& lower, double siz
   const double step = size / samples;
   // Sample rays sit a little off the middle, so that they miss the vertices of meshes made on a grid.
   const double shift_y = 0.5 + 1.234e-4, shift_z = 0.5 + 0.789e-4;
-  std::vector<std::vector<float>> crossings(static_cast<size_t>(ny) * static_cast<size_t>(nz));
+  std::vector<std::vector<float>> crossings(Eigen::Index{ny} * nz);
   for (Eigen::Index t = 0; t < weld.triangles.rows(); ++t) {
     Vec3 p[3];
     for (int k = 0; k < 3; ++k) p[k] = (weld.positions.row(weld.triangles(t, k)).transpose() - lower) / step;
@@ -70,24 +71,19 @@ std::vector<float> inside_shares(const Weld& weld, const Vec3& lower, double siz
           w[e] = ((a.y() - y) * (b.z() - z) - (b.y() - y) * (a.z() - z)) / area;
           in = w[e] > 0.0 || (w[e] == 0.0 && (a.z() < b.z() || (a.z() == b.z() && a.y() < b.y())));
         }
-        if (in)
-          crossings[static_cast<size_t>(j) + static_cast<size_t>(ny) * static_cast<size_t>(k)].push_back(
-              static_cast<float>(w[0] * p[0].x() + w[1] * p[1].x() + w[2] * p[2].x()));
+        if (in) crossings[j + Eigen::Index{ny} * k].push_back(static_cast<float>(w[0] * p[0].x() + w[1] * p[1].x() + w[2] * p[2].x()));
       }
   }
   std::vector<float> share(cells.prod(), 0.0f);
   const float part = 1.0f / static_cast<float>(samples * samples * samples);
   for (int k = 0; k < nz; ++k)
     for (int j = 0; j < ny; ++j) {
-      auto& x = crossings[static_cast<size_t>(j) + static_cast<size_t>(ny) * static_cast<size_t>(k)];
+      auto& x = crossings[j + Eigen::Index{ny} * k];
       std::sort(x.begin(), x.end());
       for (size_t c = 0; c + 1 < x.size(); c += 2) {
         const int i0 = std::max(0, static_cast<int>(std::ceil(x[c] - 0.5f))),
                   i1 = std::min(nx - 1, static_cast<int>(std::floor(x[c + 1] - 0.5f)));
-        for (int i = i0; i <= i1; ++i)
-          share[static_cast<size_t>(i / samples) +
-                static_cast<size_t>(cells[0]) *
-                    (static_cast<size_t>(j / samples) + static_cast<size_t>(cells[1]) * static_cast<size_t>(k / samples))] += part;
+        for (int i = i0; i <= i1; ++i) share[grid_slot({i / samples, j / samples, k / samples}, cells)] += part;
       }
     }
   return share;
@@ -106,10 +102,7 @@ Green lattice_green(const Weld& weld, const Points& nodes, const std::vector<int
   const Eigen::Array3i cells = ((highest - lower) / size).array().ceil().cast<int>() + 1;
   if (cells.cast<double>().prod() > 3e7) throw MapError("the mesh is too thin for a lattice: use the scheme elastic");
   std::vector<float> share = inside_shares(weld, lower, size, cells, 3);
-  auto slot = [&](const Eigen::Array3i& c) {
-    return static_cast<size_t>(c[0]) +
-           static_cast<size_t>(cells[0]) * (static_cast<size_t>(c[1]) + static_cast<size_t>(cells[1]) * static_cast<size_t>(c[2]));
-  };
+  auto slot = [&](const Eigen::Array3i& c) { return grid_slot(c, cells); };
   auto cell_of = [&](const Vec3& x) { return Eigen::Array3i(((x - lower) / size).array().floor().cast<int>().max(0).min(cells - 1)); };
   // Cells of the surface take part even if no sample lies inside, with the least share that keeps the system well conditioned.
   constexpr float least = 0.02f;
@@ -119,10 +112,7 @@ Green lattice_green(const Weld& weld, const Points& nodes, const std::vector<int
     share[slot(cell_of(nodes.row(i).transpose()))] = std::max(share[slot(cell_of(nodes.row(i).transpose()))], least);
 
   // Corners in use, numbered in order of the grid.
-  auto corner_slot = [&](const Eigen::Array3i& c) {
-    return static_cast<size_t>(c[0]) +
-           static_cast<size_t>(cells[0] + 1) * (static_cast<size_t>(c[1]) + static_cast<size_t>(cells[1] + 1) * static_cast<size_t>(c[2]));
-  };
+  auto corner_slot = [&](const Eigen::Array3i& c) { return grid_slot(c, cells + 1); };
   std::vector<int> number((cells + 1).prod(), -1);
   auto corner = [](const Eigen::Array3i& cell, int c) { return Eigen::Array3i(cell + Eigen::Array3i(c & 1, c >> 1 & 1, c >> 2 & 1)); };
   std::vector<Eigen::Array3i> used;

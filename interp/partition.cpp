@@ -89,7 +89,7 @@ struct Blend {
 
 Blend transpose(const Cover& cover, int vertices) {
   Blend blend;
-  blend.begin.assign(static_cast<size_t>(vertices) + 1, 0);
+  blend.begin.assign(vertices + 1, 0);
   for (const auto& share : cover.share)
     for (const Share& s : share) ++blend.begin[s.vertex + 1];
   for (size_t v = 0; v < static_cast<size_t>(vertices); ++v) blend.begin[v + 1] += blend.begin[v];

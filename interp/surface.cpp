@@ -22,7 +22,7 @@ inline float angle_of(float cosine) {
 NormalLayout make_normal_layout(std::vector<int> corner_position, std::vector<int> corner_group, int groups) {
   NormalLayout layout;
   layout.groups = groups;
-  layout.group_begin.assign(static_cast<size_t>(groups) + 1, 0);
+  layout.group_begin.assign(groups + 1, 0);
   for (const int g : corner_group) ++layout.group_begin[g + 1];
   std::partial_sum(layout.group_begin.begin(), layout.group_begin.end(), layout.group_begin.begin());
   layout.group_corner.resize(corner_group.size());

@@ -27,7 +27,7 @@ double Finished::add_up(const Histories& fine, const MatX& in_time, const MatX& 
   Eigen::Index at = 0;
   error = VecX(whole.rowwise().maxCoeff()).maxCoeff(&at);
   time = largest(in_time.row(at)), space = largest(in_space.row(at)), effects = largest(in_effects.row(at));
-  column = fine.columns[static_cast<size_t>(at)];
+  column = fine.columns[at];
   return error;
 }
 

@@ -41,7 +41,7 @@ std::vector<Resolvable> resolvable_bodies(const Scene& scene, const Model& model
       if (p.scene_body != static_cast<int>(b) || beam->model != BeamModel::finite_element || p.body.stiffness.size() == 0) continue;
       std::array<std::vector<double>, 4> by_direction;
       for (int k = 0; k < p.body.n; ++k)
-        by_direction[static_cast<size_t>(coordinate_direction(p.body, k))].push_back(std::sqrt(std::max(0.0, p.body.stiffness[k])));
+        by_direction[coordinate_direction(p.body, k)].push_back(std::sqrt(std::max(0.0, p.body.stiffness[k])));
       // The direction with the lowest frequency sets the count.
       for (const auto& list : by_direction)
         if (!list.empty() && (r.frequencies.empty() || list.front() < r.frequencies.front())) r.frequencies = list;

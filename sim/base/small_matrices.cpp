@@ -187,8 +187,8 @@ FLEXFRAME_WIDE
 double factorise_by_loops(MatX& A, std::vector<int>& order) {
   const int n = static_cast<int>(A.rows());
   double* const base = A.data();
-  order.resize(static_cast<size_t>(n));
-  for (int i = 0; i < n; ++i) order[static_cast<size_t>(i)] = i;
+  order.resize(n);
+  for (int i = 0; i < n; ++i) order[i] = i;
   double smallest = HUGE_VAL;
   for (int k = 0; k < n; ++k) {
     double* __restrict const c = base + static_cast<Eigen::Index>(k) * n;
@@ -199,7 +199,7 @@ double factorise_by_loops(MatX& A, std::vector<int>& order) {
     if (!(std::abs(c[pivot]) > 0.0)) return 0.0;
     smallest = std::min(smallest, std::abs(c[pivot]));
     if (pivot != k) {
-      std::swap(order[static_cast<size_t>(pivot)], order[static_cast<size_t>(k)]);
+      std::swap(order[pivot], order[k]);
       for (int j = 0; j < n; ++j) std::swap(base[static_cast<Eigen::Index>(j) * n + k], base[static_cast<Eigen::Index>(j) * n + pivot]);
     }
     const double inverse = 1.0 / c[k];
@@ -219,9 +219,9 @@ double factorise(MatX& A, std::vector<int>& order) {
   if (A.rows() < large) return factorise_by_loops(A, order);
   const Eigen::PartialPivLU<MatX> lu(A);
   A = lu.matrixLU();
-  order.resize(static_cast<size_t>(A.rows()));
+  order.resize(A.rows());
   // Eigen's P sends row i to indices()[i].
-  for (Eigen::Index i = 0; i < A.rows(); ++i) order[static_cast<size_t>(lu.permutationP().indices()[i])] = static_cast<int>(i);
+  for (Eigen::Index i = 0; i < A.rows(); ++i) order[lu.permutationP().indices()[i]] = static_cast<int>(i);
   const double smallest = A.diagonal().cwiseAbs().minCoeff();
   return smallest > 0.0 ? smallest : 0.0;
 }

@@ -29,8 +29,8 @@ struct Layout {
   std::array<int, kKinds> offset = {};  // within a node, -1 where the kind does not exist
   int per_node = 0;
   int full() const { return per_node * (elements + 1); }
-  int index(int node, int kind) const { return node * per_node + offset[static_cast<std::size_t>(kind)]; }
-  bool has(int kind) const { return offset[static_cast<std::size_t>(kind)] >= 0; }
+  int index(int node, int kind) const { return node * per_node + offset[kind]; }
+  bool has(int kind) const { return offset[kind] >= 0; }
   // element, and how far along it
   std::pair<int, double> place(double x) const {
     const int element = std::clamp(static_cast<int>(x / h), 0, elements - 1);
@@ -84,14 +84,14 @@ FieldRows element_rows(const Layout& layout, const Properties& p, const BeamEffe
   FieldRows r(2 * layout.per_node);
   const double h = layout.h;
   const auto linear = [&](int kind, VecX& value, VecX& derivative) {
-    const int a = layout.offset[static_cast<std::size_t>(kind)], b = a + layout.per_node;
+    const int a = layout.offset[kind], b = a + layout.per_node;
     value[a] = 1.0 - xi, value[b] = xi;
     derivative[a] = -1.0 / h, derivative[b] = 1.0 / h;
   };
   const auto cubic = [&](int kind, double flexibility, VecX& value, VecX& derivative, VecX& slope, VecX& curvature) {
     const Deflection d = deflection_shapes(xi, h, flexibility);
     for (int i = 0; i < 4; ++i) {
-      const int at = layout.offset[static_cast<std::size_t>(kind)] + i % 2 + (i / 2) * layout.per_node;
+      const int at = layout.offset[kind] + i % 2 + (i / 2) * layout.per_node;
       value[at] = d.value[i], derivative[at] = d.derivative[i], slope[at] = d.slope[i], curvature[at] = d.curvature[i];
     }
   };
@@ -130,10 +130,10 @@ void scatter(const Integrals& local, int at, Integrals& full) {
 
 // Coordinates that the boundary leaves, as indices of the full set.
 std::vector<int> free_coordinates(const Layout& layout, Boundary boundary) {
-  std::vector<bool> held(static_cast<std::size_t>(layout.full()), false);
+  std::vector<bool> held(layout.full(), false);
   const auto hold = [&](int node, std::initializer_list<int> kinds) {
     for (const int kind : kinds)
-      if (layout.has(kind)) held[static_cast<std::size_t>(layout.index(node, kind))] = true;
+      if (layout.has(kind)) held[layout.index(node, kind)] = true;
   };
   const int tip = layout.elements;
   switch (boundary) {
@@ -158,7 +158,7 @@ std::vector<int> free_coordinates(const Layout& layout, Boundary boundary) {
   }
   std::vector<int> free;
   for (int i = 0; i < layout.full(); ++i)
-    if (!held[static_cast<std::size_t>(i)]) free.push_back(i);
+    if (!held[i]) free.push_back(i);
   return free;
 }
 
@@ -293,7 +293,7 @@ FeBeam::FeBeam(const BeamDef& def, const BeamEffects& effects) {
   for (const int i : free_coordinates(layout, def.boundary)) {
     const int node = i / layout.per_node, local = i % layout.per_node;
     const auto kind = std::find(layout.offset.begin(), layout.offset.end(), local) - layout.offset.begin();
-    body.labels.push_back(fmt::format("node {} {}", node, kKindNames[static_cast<std::size_t>(kind)]));
+    body.labels.push_back(fmt::format("node {} {}", node, kKindNames[kind]));
   }
   d.stations = beam::named_stations(def);
   d.named = d.stations.size();
@@ -313,9 +313,9 @@ void FeBeam::add_second_order(const MatX& T, FlexibleBody& body) const { data_->
 std::vector<ElementStrain> fe_strains(const BeamDef& def, const BeamEffects& effects) {
   const Layout layout = layout_of(def, effects);
   const Properties p = beam::properties(def, effects);
-  std::vector<int> coordinate(static_cast<std::size_t>(layout.full()), -1);
+  std::vector<int> coordinate(layout.full(), -1);
   const std::vector<int> free = free_coordinates(layout, def.boundary);
-  for (std::size_t j = 0; j < free.size(); ++j) coordinate[static_cast<std::size_t>(free[j])] = static_cast<int>(j);
+  for (std::size_t j = 0; j < free.size(); ++j) coordinate[free[j]] = static_cast<int>(j);
   // What the mean axes take out is rigid and strains nothing.
   const FieldRows at0 = element_rows(layout, p, effects, 0.0), at1 = element_rows(layout, p, effects, 1.0);
   std::vector<ElementStrain> out;
@@ -323,7 +323,7 @@ std::vector<ElementStrain> fe_strains(const BeamDef& def, const BeamEffects& eff
     const auto row = [&](const VecX& local) {
       CoordinateRow r;
       for (Eigen::Index i = 0; i < local.size(); ++i)
-        if (const int k = coordinate[static_cast<std::size_t>(e * layout.per_node + i)]; k >= 0 && local[i] != 0.0) r[k] = local[i];
+        if (const int k = coordinate[e * layout.per_node + i]; k >= 0 && local[i] != 0.0) r[k] = local[i];
       return r;
     };
     out.push_back(

@@ -16,7 +16,7 @@ inline int elements_to_compare(int modes) { return 2 * modes; }
 // Numbers of the eigenforms of a direction where bending has 1 .. `bending` of them: lengthening and twist vibrate so much faster that a
 // third does.
 inline std::vector<int> mode_numbers(std::string_view direction, int bending) {
-  std::vector<int> out(static_cast<std::size_t>(direction == "axial" || direction == "torsion" ? std::max(1, bending / 3) : bending));
+  std::vector<int> out(direction == "axial" || direction == "torsion" ? std::max(1, bending / 3) : bending);
   std::iota(out.begin(), out.end(), 1);
   return out;
 }

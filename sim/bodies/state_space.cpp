@@ -44,8 +44,8 @@ MatX modal_mass(const StateSpaceDef& def) {
     const Eigen::Index k = static_cast<Eigen::Index>(to - from);
     MatX s(k, sigma.cols()), t(k, sigma.cols());
     for (Eigen::Index i = 0; i < k; ++i) {
-      s.row(i) = sigma.row(order[from + static_cast<size_t>(i)]);
-      t.row(i) = theta.col(order[from + static_cast<size_t>(i)]).transpose();
+      s.row(i) = sigma.row(order[from + i]);
+      t.row(i) = theta.col(order[from + i]).transpose();
     }
     // Modes that no port moves or sees may have any mass.
     MatX block = MatX::Identity(k, k);
@@ -61,7 +61,7 @@ MatX modal_mass(const StateSpaceDef& def) {
       block = parts.eigenvectors() * (held.array() > agreement * top).select(held, top).asDiagonal() * parts.eigenvectors().transpose();
     }
     for (Eigen::Index i = 0; i < k; ++i)
-      for (Eigen::Index j = 0; j < k; ++j) M(order[from + static_cast<size_t>(i)], order[from + static_cast<size_t>(j)]) = block(i, j);
+      for (Eigen::Index j = 0; j < k; ++j) M(order[from + i], order[from + j]) = block(i, j);
     from = to;
   }
   const MatX inverse = lu.inverse();

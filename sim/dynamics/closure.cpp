@@ -78,16 +78,23 @@ void coupling_line(const Model& model, int cluster, const CouplingRow& coupling,
       line[part.v0 + term.rate - model.clusters[cluster].v0] += term.factor;
 }
 
-// Calls on_loop(row, loop, closure row, relative pose), on_coupling(row, coupling) and on_lock(row, index of the locked rate) for all rows,
-// in their order, or for those of the partition only, with their index there for the row.
+// Rows of a cluster: all, or those of its partition.
+struct WhichRows {
+  int cluster;
+  bool all;
+};
+
+// Calls on_loop(row, loop, closure row, relative pose), on_coupling(row, coupling) and on_lock(row, index of the locked rate), in the rows'
+// order; of the partition's rows `row` is the index there.
 template <class W, class OnLoop, class OnCoupling, class OnLock>
-void for_rows(const Model& model, const W& work, int cluster, bool all, OnLoop&& on_loop, OnCoupling&& on_coupling, OnLock&& on_lock) {
+void for_rows(const Model& model, const W& work, const WhichRows& which, OnLoop&& on_loop, OnCoupling&& on_coupling, OnLock&& on_lock) {
+  const auto [cluster, all] = which;
   const Cluster& c = model.clusters[cluster];
   const ClusterWork& cw = work.clusters[cluster];
   // Kept between calls: this runs several times an evaluation.
   static thread_local std::vector<int> wanted;
   const int total = closure_row_count(model, work, cluster);
-  wanted.assign(static_cast<size_t>(total), -1);
+  wanted.assign(total, -1);
   if (all) std::iota(wanted.begin(), wanted.end(), 0);
   else
     for (size_t i = 0; i < cw.partition.rows.size(); ++i) wanted[cw.partition.rows[i]] = static_cast<int>(i);
@@ -212,7 +219,7 @@ template <class W>
 void closure_residual(const Model& model, int cluster, const W& work, bool all, VecX& out) {
   const ClusterWork& cw = work.clusters[cluster];
   for_rows(
-      model, work, cluster, all,
+      model, work, {cluster, all},
       [&](int row, const LoopJoint&, const auto& closure, const auto& rel) { out[row] = row_residual(closure, rel); },
       [&](int row, const CouplingRow& coupling) {
         out[row] = -coupling.value;
@@ -253,7 +260,7 @@ void closure_rates(const Model& model, int cluster, W& work, VecX& rate, VecX& b
   typename S::Linear pd = S::Linear::Zero(), pdd = pd;
   typename S::Angular w = S::no_turn(), wd = S::no_turn();
   for_rows(
-      model, work, cluster, false,
+      model, work, {cluster, false},
       [&](int row, const LoopJoint& loop, const auto& closure, const auto& rel) {
         if (have != &loop) {
           typename S::Twist Va, Aa, Vb, Ab;
@@ -311,7 +318,7 @@ void update_closure_matrix(const Model& model, int cluster, W& work) {
   cw.G.setZero(closure_row_count(model, work, cluster), nv);
   cw.line.resize(nv);
   for_rows(
-      model, work, cluster, true,
+      model, work, {cluster, true},
       [&](int row, const LoopJoint& loop, const auto& closure, const auto& rel) {
         closure_line(model, work, cluster, loop, unit_wrenches<W>(closure, rel), true);
         cw.G.row(row) = cw.line.transpose();
@@ -429,7 +436,7 @@ void factorise_closure(const Model& model, int cluster, W& work, bool all_column
   };
   cw.line.resize(model.clusters[cluster].nv);
   for_rows(
-      model, work, cluster, false,
+      model, work, {cluster, false},
       [&](int row, const LoopJoint& loop, const auto& closure, const auto& rel) {
         closure_line(model, work, cluster, loop, unit_wrenches<W>(closure, rel), elastic);
         take_line(row);

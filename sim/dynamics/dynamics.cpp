@@ -219,7 +219,7 @@ template <class W>
     // Rigid motions have no negative energy: then it is a deformation, however much joints move along with it.
     if (eigen.eigenvalues()[0] < -1e-9)
       for (Eigen::Index k = 0; k < ni; ++k)
-        if (rate_scale(model, cluster, cw.partition.ind[static_cast<size_t>(k)]) > 0.0) least[k] = 0.0;
+        if (rate_scale(model, cluster, cw.partition.ind[k]) > 0.0) least[k] = 0.0;
     least.maxCoeff(&blamed);
   }
   for (int k = 0; k < ni; ++k) {

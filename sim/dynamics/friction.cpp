@@ -34,7 +34,7 @@ Vec3 reaction_force(const FrictionPoint& p, const Model& model, const FrictionSt
 
 // A group that sticks and slips as one.
 bool grouped(const FrictionPoint& p) { return p.count > 1 && p.phase != FrictionPhase::regularised; }
-bool leads(const FrictionState& friction, const FrictionPoint& p) { return &p == &friction.points[static_cast<size_t>(p.first)]; }
+bool leads(const FrictionState& friction, const FrictionPoint& p) { return &p == &friction.points[p.first]; }
 
 template <class State>
 auto group_of(State& friction, const FrictionPoint& p) {
@@ -205,9 +205,9 @@ void aim_breakaway(const Model& model, FrictionState& friction, FrictionPoint& l
     const VecX free = slip_acceleration();
     MatX mobility(n, n);
     for (k = 0; k < n; ++k) {
-      force_of(group[static_cast<size_t>(k)], work.joints) = force * group[static_cast<size_t>(k)].arm;
+      force_of(group[k], work.joints) = force * group[k].arm;
       mobility.col(k) = slip_acceleration() - free;
-      force_of(group[static_cast<size_t>(k)], work.joints) = 0.0;
+      force_of(group[k], work.joints) = 0.0;
     }
     // |d| falls with lambda, from at least 1 at zero to below at |A F|.
     double low = 0.0, high = free.norm();

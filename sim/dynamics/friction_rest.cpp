@@ -40,7 +40,7 @@ bool turn_round(const Model& model, FrictionState& friction, const std::vector<i
   if (resting.empty() || resting.size() > 4) return false;
   std::vector<Trial> trials;
   for (int k : resting) {
-    FrictionPoint& p = friction.points[static_cast<size_t>(k)];
+    FrictionPoint& p = friction.points[k];
     if (p.phase != FrictionPhase::forward && p.phase != FrictionPhase::backward) return false;
     trials.push_back({&p, p.phase, p.law});
   }

@@ -370,7 +370,7 @@ Vec3 load_per_length(const Model& model, const Work& work, int part) {
 LoadState load_state(const Model& model, Work& work, const std::vector<int>& loads) {
   LoadState out;
   for (const int i : loads) {
-    const Load& load = model.loads[static_cast<size_t>(i)];
+    const Load& load = model.loads[i];
     refresh_frames(model, work, load);
     switch (load.def.kind) {
       case ForceKind::spring_damper: {
@@ -429,7 +429,7 @@ VecX tree_spring_force(const Part& part, const Work& work) {
 }
 
 double loop_spring_force(const Model& model, Work& work, int loop) {
-  const LoopJoint& joint = model.loops[static_cast<size_t>(loop)];
+  const LoopJoint& joint = model.loops[loop];
   for (const int f : {joint.a, joint.b}) {
     update_frame_position(model, f, work);
     update_frame_velocity(model, f, work);

@@ -134,7 +134,7 @@ void expand_positions(const Model& model, Work& work) {
   const auto move = [&](const VecX& metres) {
     VecX dw = VecX::Zero(model.nv);
     for (Eigen::Index k = 0; k < n; ++k) {
-      const size_t at = static_cast<size_t>(mw.stiff[k]);
+      const size_t at = mw.stiff[k];
       dw[m.rates[at]] = metres[k] / m.scale[static_cast<Eigen::Index>(at)];
     }
     move_all(model, dw, work);

@@ -35,7 +35,7 @@ class SectionForces {
 
   const std::vector<CutBeam>& beams() const { return beams_; }
   // Where a frame of the model sits: index into beams() and into x; {-1, -1} where it is on no beam.
-  std::array<int, 2> at(int frame) const { return at_[static_cast<size_t>(frame)]; }
+  std::array<int, 2> at(int frame) const { return at_[frame]; }
 
  private:
   void collect(const Model& model, Work& work, const Reactions& reactions);

@@ -69,13 +69,13 @@ bool passes_on(const Block& block) { return !block.D.isZero(0.0); }
 
 void take_outputs(const Model& model, int block, SignalWork& signals) {
   for (size_t i = 0; i < model.signals.size(); ++i)
-    if (model.signals[i].block == block) signals.value[i] = signals.output[static_cast<size_t>(block)][model.signals[i].component];
+    if (model.signals[i].block == block) signals.value[i] = signals.output[block][model.signals[i].component];
 }
 
 VecX block_inputs(const Model& model, const Block& block, const SignalWork& signals, double t) {
   VecX u(static_cast<Eigen::Index>(block.inputs.size()));
   for (size_t k = 0; k < block.inputs.size(); ++k)
-    u[static_cast<Eigen::Index>(k)] = function_value(model.functions[static_cast<size_t>(block.inputs[k])], signals, t);
+    u[static_cast<Eigen::Index>(k)] = function_value(model.functions[block.inputs[k]], signals, t);
   return u;
 }
 
@@ -103,7 +103,7 @@ void update_blocks(const Model& model, SignalWork& signals, double t) {
 // Values of what a function reads, in its order.
 std::array<double, most_readings> readings(const StateFunction& f, const SignalWork& signals) {
   std::array<double, most_readings> out;
-  for (size_t k = 0; k < f.signals.size(); ++k) out[k] = signals.value[static_cast<size_t>(f.signals[k])];
+  for (size_t k = 0; k < f.signals.size(); ++k) out[k] = signals.value[f.signals[k]];
   return out;
 }
 
@@ -210,7 +210,7 @@ void switch_roundings(const Model& model, Work& work, std::vector<double>& round
     double sum = 1e-15 * std::abs(here);
     for (size_t r = 0; r < f.signals.size(); ++r) {
       const double kept = at[r];
-      at[r] = kept + digits * signals.size[static_cast<size_t>(f.signals[r])];
+      at[r] = kept + digits * signals.size[f.signals[r]];
       const double beside = f.expression.margin(k, work.time, at.data());
       if (std::isfinite(beside)) sum += std::abs(beside - here);
       at[r] = kept;
@@ -227,7 +227,7 @@ void hold_switches(Model& model, const Work& work) {
 void pass_switches(Model& model, const Work& work, const std::vector<bool>& ended) {
   size_t at = 0;
   for (StateFunction& f : model.functions) {
-    const size_t n = static_cast<size_t>(f.expression.state_switches());
+    const size_t n = f.expression.state_switches();
     const std::vector<bool> own(ended.begin() + static_cast<std::ptrdiff_t>(at), ended.begin() + static_cast<std::ptrdiff_t>(at + n));
     at += n;
     if (n > 0) f.expression.pass(own, work.time, readings(f, work.signals).data());

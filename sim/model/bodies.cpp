@@ -118,7 +118,7 @@ void complete_effects(Model& model, const Scene& scene) {
   for (EffectState& s : model.effects) {
     for (size_t b = 0; b < scene.bodies.size(); ++b)
       if (s.owner == scene.bodies[b].name) s.body = static_cast<int>(b);
-    if (!std::holds_alternative<BeamDef>(scene.bodies[static_cast<size_t>(s.body)].kind)) continue;
+    if (!std::holds_alternative<BeamDef>(scene.bodies[s.body].kind)) continue;
     for (const Part& p : model.parts)
       for (int k = 0; p.scene_body == s.body && k < p.body.n; ++k)
         s.coordinates += s.effect == direction_names()[coordinate_direction(p.body, k)];
@@ -261,8 +261,8 @@ std::string mounting_words(const std::vector<Support>& holds) {
 void add_mounted_damping(Model& model, const Scene& scene, int body, const Damping& damping, std::span<const Mat3> orientation,
                          FlexibleBody& made) {
   if (made.n == 0 || !has_ratio(damping)) return;
-  const std::string owner = fmt::format("body '{}'", scene.bodies[static_cast<size_t>(body)].name);
-  const std::vector<Support> holds = mounting_of(scene, scene.bodies[static_cast<size_t>(body)].name);
+  const std::string owner = fmt::format("body '{}'", scene.bodies[body].name);
+  const std::vector<Support> holds = mounting_of(scene, scene.bodies[body].name);
   const MountedModes modes = mounted_modes(made, held_rows(scene, body, made, holds, orientation));
   if (made.De.size() == 0) made.De = MatX::Zero(made.n, made.n);
   if (modes.omega.size() > 0) {
@@ -457,7 +457,7 @@ void set_link_joints(Model& model, int body, const BeamLinks& links) {
     if (part.scene_body != body || j.link < 0) continue;
     j.kind = free == 3 ? JointKind::flexure : free == 2 ? JointKind::flexure_pair : free == 1 ? JointKind::revolute : JointKind::weld;
     for (int a = 0; a < 3; ++a)
-      if (free < 3 && links.free[static_cast<size_t>(a)] == (free == 1)) j.axis = Vec3::Unit(a);
+      if (free < 3 && links.free[a] == (free == 1)) j.axis = Vec3::Unit(a);
     j.nq = position_count(j.kind);
     j.nv = rate_count(j.kind);
   }
@@ -469,7 +469,7 @@ void add_flexure(Model& model, int body, const BeamDef& beam, const BeamLinks& l
   Flexure f;
   f.scene_body = body;
   f.links = links;
-  f.parts.assign(static_cast<size_t>(beam.elements), -1);
+  f.parts.assign(beam.elements, -1);
   for (size_t i = 0; i < model.parts.size(); ++i)
     if (model.parts[i].scene_body == body && model.parts[i].joint.link >= 0) f.parts[model.parts[i].joint.link] = static_cast<int>(i);
   f.length = beam.length;
@@ -516,7 +516,7 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
           }
         }
         if (beam->model == BeamModel::lumped) {
-          part.body = std::move(lumped.pieces[static_cast<size_t>(k)].body);
+          part.body = std::move(lumped.pieces[k].body);
         } else {
           BeamDef one = piece_of(*beam, k, time_constant);
           const bool mounted = has_ratio(one.damping) && !boundary_fits(*beam, mounting_of(scene, def.name), !normal.isZero(0.0));

@@ -295,12 +295,12 @@ EffectDecision decide_effects(const BodyDef& body, const BeamDef& beam, const Ve
     for (const Switch& s : switches) {
       e.*s.on = has(beam.effects.names, s.name);
       if (beam.effects.by_program)
-        reason[s.name] = {"program", e.*s.on ? "the asked accuracy needs it" : "the asked accuracy does not need it"};
+        reason[s.name] = {"program", e.*s.on ? "the requested accuracy needs it" : "the requested accuracy does not need it"};
       else reason[s.name] = {"scene", e.*s.on ? "the scene lists it" : "the scene does not list it"};
     }
     say(beam.effects.names.empty()
             ? "rigid: the scene lists no effect"
-            : fmt::format("effects as {}: {}", beam.effects.by_program ? "the asked accuracy needs them" : "the scene lists them",
+            : fmt::format("effects as {}: {}", beam.effects.by_program ? "the requested accuracy needs them" : "the scene lists them",
                           fmt::join(beam.effects.names, ", ")));
   } else {
     choose(beam, normal_in_body, attachments, e, reason, say);

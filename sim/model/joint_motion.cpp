@@ -73,7 +73,7 @@ bool in_plane(const TreeJoint& joint, const Mat3& QA, const Mat3& QB, PlaneJoint
   for (int k = 0; k < out.rates; ++k) {
     const Vec3 v = QA.transpose() * S.col(k).head<3>(), w = QA.transpose() * S.col(k).tail<3>();
     if (std::abs(v.z()) > 1e-9 || w.head<2>().norm() > 1e-9 || (std::abs(w.z()) > 1e-9) == (v.norm() > 1e-9)) return false;
-    const size_t at = static_cast<size_t>(k);
+    const size_t at = k;
     out.direction[at] = v.head<2>();
     out.sense[at] = std::abs(w.z()) > 1e-9 ? std::copysign(1.0, w.z()) : 0.0;
     (out.sense[at] == 0.0 ? out.slides : out.turns) = true;

@@ -221,14 +221,14 @@ struct Model {
 inline bool has_closure(const Cluster& c) { return !c.loops.empty() || !c.couplings.empty(); }
 // "loop of joint 'pin'" or "coupling 'gears'": what closes a cluster, by its first.
 inline std::string closure_of(const Model& model, const Cluster& c) {
-  return c.loops.empty() ? "coupling '" + model.couplings[static_cast<size_t>(c.couplings.front())].name + "'"
-                         : "joint '" + model.loops[static_cast<size_t>(c.loops.front())].name + "'";
+  return c.loops.empty() ? "coupling '" + model.couplings[c.couplings.front()].name + "'"
+                         : "joint '" + model.loops[c.loops.front()].name + "'";
 }
 
 // Whether a part hangs on another one of the same cluster; else on what carries the cluster.
 inline bool hangs_inside(const Model& model, int part) {
-  const Part& p = model.parts[static_cast<size_t>(part)];
-  return p.parent != ground && model.parts[static_cast<size_t>(p.parent)].cluster == p.cluster;
+  const Part& p = model.parts[part];
+  return p.parent != ground && model.parts[p.parent].cluster == p.cluster;
 }
 
 }  // namespace flexframe::sim

@@ -98,7 +98,7 @@ struct Graph {
   void keep(size_t k) {
     in_tree[k] = 1;
     connected.join(edges[k].a + 1, edges[k].b + 1);
-    for (int part : {edges[k].a, edges[k].b}) adjacent[static_cast<size_t>(part) + 1].push_back(static_cast<int>(k));
+    for (int part : {edges[k].a, edges[k].b}) adjacent[part + 1].push_back(static_cast<int>(k));
   }
   void add(const Edge& e) {
     edges.push_back(e);
@@ -233,12 +233,12 @@ std::vector<int> orient(Model& model, const Graph& graph) {
   std::vector<char> seen(model.parts.size() + 1, 0);
   seen[0] = 1;
   for (size_t at = 0; at < queue.size(); ++at) {
-    for (int k : graph.adjacent[static_cast<size_t>(queue[at]) + 1]) {
+    for (int k : graph.adjacent[queue[at] + 1]) {
       const Edge& e = graph.edges[k];
       const bool forward = e.a == queue[at];
       const int child = forward ? e.b : e.a;
-      if (seen[static_cast<size_t>(child) + 1]) continue;
-      seen[static_cast<size_t>(child) + 1] = 1;
+      if (seen[child + 1]) continue;
+      seen[child + 1] = 1;
       Part& part = model.parts[child];
       part.joint = e.joint;
       part.parent = queue[at];
@@ -279,7 +279,7 @@ double coordinate_at_start(const Model& model, const Scene& scene, const Couplin
   if (joint.motion >= 0) return model.expressions[joint.motion].value(0.0);
   const JointInitial& initial = scene.joints[joint.scene_joint].initial;
   const auto& given = initial.value ? initial.value : initial.guess;
-  return given ? (*given)[static_cast<size_t>(term.rate)] : 0.0;
+  return given ? (*given)[term.rate] : 0.0;
 }
 
 // Rows by parts; factors such that the largest is one, of lengths where there are any.
@@ -541,22 +541,22 @@ void add_blocks(Model& model, const Scene& scene) {
   std::vector<int> order;
   std::vector<char> state(scene.blocks.size(), 0);  // 1: being placed, 2: placed
   const std::function<void(int)> place = [&](int k) {
-    const BlockDef& def = scene.blocks[static_cast<size_t>(k)];
-    if (state[static_cast<size_t>(k)] == 2) return;
-    if (state[static_cast<size_t>(k)] == 1)
+    const BlockDef& def = scene.blocks[k];
+    if (state[k] == 2) return;
+    if (state[k] == 1)
       throw InputError(
           fmt::format("{}:{}: [[block]] '{}': its output waits for itself (an algebraic loop): it passes its input on at once and "
                       "reads, by way of other blocks, its own output; put a delay into the loop (a transfer function whose "
                       "denominator is of higher order, or a sampled block)",
                       scene.file.string(), def.line, def.name));
-    state[static_cast<size_t>(k)] = 1;
+    state[k] = 1;
     for (const int other : waits_for(def)) place(other);
-    state[static_cast<size_t>(k)] = 2;
+    state[k] = 2;
     order.push_back(k);
   };
   for (size_t k = 0; k < scene.blocks.size(); ++k) place(static_cast<int>(k));
   for (const int k : order) {
-    const BlockDef& def = scene.blocks[static_cast<size_t>(k)];
+    const BlockDef& def = scene.blocks[k];
     Block block{k, {}, def.A, def.B, def.C, def.D, def.initial, def.sample, -1};
     if (def.sample == 0.0) {
       block.z0 = model.nz;
@@ -565,7 +565,7 @@ void add_blocks(Model& model, const Scene& scene) {
     model.blocks.push_back(std::move(block));
   }
   for (Block& block : model.blocks) {
-    const BlockDef& def = scene.blocks[static_cast<size_t>(block.scene_block)];
+    const BlockDef& def = scene.blocks[block.scene_block];
     for (size_t k = 0; k < def.inputs.size(); ++k)
       block.inputs.push_back(add_function(model, scene, fmt::format("{}:{}: [[block]] '{}'", scene.file.string(), def.line, def.name),
                                           {def.inputs[k], def.reads[k]}));

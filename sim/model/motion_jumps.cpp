@@ -13,13 +13,13 @@ void check_motions(Model& model, const Scene& scene, Notes& notes) {
   for (const Part& part : model.parts) {
     const TreeJoint& j = part.joint;
     if (j.motion < 0) continue;
-    const JointDef& def = scene.joints[static_cast<size_t>(j.scene_joint)];
+    const JointDef& def = scene.joints[j.scene_joint];
     const std::string idle = j.stop ? "stop" : j.friction ? "friction" : j.spring ? "spring" : "";
     if (!idle.empty())
       notes.warn(fmt::format("joint '{}'", j.name),
                  fmt::format("its motion is prescribed: its {} has no effect and is not counted in the work of the drive", idle));
 
-    TimeFunction f = model.expressions[static_cast<size_t>(j.motion)];
+    TimeFunction f = model.expressions[j.motion];
     const std::vector<double> times = f.switch_times(0.0, scene.simulation.duration);
     bool struck = false;
     for (size_t k = 0; k < times.size() && !struck; ++k) {

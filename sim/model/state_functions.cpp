@@ -28,7 +28,7 @@ Signal signal_of(Model& model, const Scene& scene, const std::string& owner, con
     s.relative_to = source.from;
     return s;
   }
-  const OutputDef& output = scene.outputs[static_cast<size_t>(reading.index)];
+  const OutputDef& output = scene.outputs[reading.index];
   s.quantity = output.quantity;
   if (s.quantity == Quantity::value || s.quantity == Quantity::rate) {
     for (size_t k = 0; k < scene.joints.size(); ++k)
@@ -56,7 +56,7 @@ int add_function(Model& model, const Scene& scene, const std::string& owner, con
   }
   for (const std::string& name : f.expression.variables()) {
     const auto at = std::find(names.begin(), names.end(), name) - names.begin();
-    f.signals.push_back(add_signal(model, signal_of(model, scene, owner, source, source.reads[static_cast<size_t>(at)])));
+    f.signals.push_back(add_signal(model, signal_of(model, scene, owner, source, source.reads[at])));
   }
   model.functions.push_back(std::move(f));
   return static_cast<int>(model.functions.size()) - 1;
@@ -66,7 +66,7 @@ bool is_read(const Scene& scene, const JointDef& joint) {
   const auto reads = [&](const std::vector<Reading>& all) {
     return std::any_of(all.begin(), all.end(), [&](const Reading& r) {
       if (r.kind != Reading::output) return false;
-      const OutputDef& output = scene.outputs[static_cast<size_t>(r.index)];
+      const OutputDef& output = scene.outputs[r.index];
       return (output.quantity == Quantity::value || output.quantity == Quantity::rate) && output.of.body == joint.name;
     });
   };

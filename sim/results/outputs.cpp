@@ -101,10 +101,10 @@ Vec3 displacement(const Model& model, const OutputPlans& plans, const OutputPlan
   if (f.part == ground) return Vec3::Zero();
   const Part& part = model.parts[f.part];
   const Pose rest = compose(part.rest_in_body, rest_pose(model, frame));
-  const Pose shown = shown_pose(model, part.scene_body, plan.shown ? *plan.shown : plans.shown[static_cast<size_t>(part.scene_body)], work);
+  const Pose shown = shown_pose(model, part.scene_body, plan.shown ? *plan.shown : plans.shown[part.scene_body], work);
   Pose now = work.frames[frame].pose;
   // Without a chain everything stays in the part, so that small displacements keep their digits far from the origin.
-  const int first = model.pieces[static_cast<size_t>(part.scene_body)].front();
+  const int first = model.pieces[part.scene_body].front();
   if (part.piece == 0) now = compose(inverse(shown), now);
   else now = compose(inverse(compose(work.parts[first].world, shown)), compose(work.parts[f.part].world, now));
   return now.p - rest.p;
@@ -245,8 +245,8 @@ void coordinate_force_columns(const Model& model, const OutputPlan& plan, Work& 
 // those on its side towards the root.
 Vec6 wrench_in_section(const OutputPlans& plans, int frame) {
   const auto [b, k] = plans.sections->at(frame);
-  const CutBeam& beam = plans.sections->beams()[static_cast<size_t>(b)];
-  return k == 0 ? beam.left.front() : beam.right[static_cast<size_t>(k) - 1];
+  const CutBeam& beam = plans.sections->beams()[b];
+  return k == 0 ? beam.left.front() : beam.right[k - 1];
 }
 
 // The largest von Mises stress in the section, of its section forces.
@@ -266,8 +266,8 @@ double section_stress(const OutputPlan& plan, const Vec6& f) {
 
 }  // namespace
 
-void evaluate_outputs(const Model& model, const Scene&, const OutputPlans& plans, Work& work, const Reactions& reactions,
-                      const double* previous, double* row) {
+void evaluate_outputs(const Model& model, const OutputPlans& plans, Work& work, const Reactions& reactions, const double* previous,
+                      double* row) {
   if (plans.sections) plans.sections->evaluate(model, work, reactions);
   for (const OutputPlan& plan : plans.outputs) {
     double* out = row + plan.first;

@@ -56,7 +56,7 @@ void set_node_shapes(const FlexibleBody& flex, const std::vector<int>& nodes, Re
   body.node_phi.resize(3 * static_cast<Eigen::Index>(nodes.size()), flex.n);
   body.node_psi.resize(body.node_phi.rows(), flex.n);
   for (size_t i = 0; i < nodes.size(); ++i) {
-    const FlexibleNode& node = flex.nodes[static_cast<size_t>(nodes[i])];
+    const FlexibleNode& node = flex.nodes[nodes[i]];
     const auto row = 3 * static_cast<Eigen::Index>(i);
     body.node_phi.middleRows<3>(row) = node.phi;
     body.node_psi.middleRows<3>(row) = node.psi;
@@ -204,7 +204,7 @@ void Recorder::record(System& system, double t, const VecX& y) {
     body_coordinates(model, static_cast<int>(b), work.w, true, rows_[b].qd.next());
   }
   for (Piece& piece : pieces_) {
-    const auto b = static_cast<size_t>(piece.body);
+    const size_t b = piece.body;
     // Without a chain everything stays in the part, so that small displacements keep their digits far from the origin.
     const bool alone = model.parts[piece.part].piece == 0;
     const Pose shown = alone ? inverse(shown_[b]) : compose(inverse(world_[b]), work.parts[piece.part].world);
@@ -233,7 +233,7 @@ void Recorder::record(System& system, double t, const VecX& y) {
     results_.supplied[row] = y[y.size() - 2];
     results_.dissipated[row] = y[y.size() - 1];
   }
-  evaluate_outputs(model, system.scene, plans_, work, reactions_, row > 0 ? table_.col(row - 1).data() : nullptr, table_.col(row).data());
+  evaluate_outputs(model, plans_, work, reactions_, row > 0 ? table_.col(row - 1).data() : nullptr, table_.col(row).data());
 }
 
 Results Recorder::finish(const System&) {
@@ -258,8 +258,7 @@ void HistoryRecorder::record(System& system, double t, const VecX& y) {
   refresh(system, t, y, plans_.accelerations, plans_.reactions, reactions_);
   const Eigen::Index row = row_++;
   MatX& table = histories_.values;
-  evaluate_outputs(system.model, system.scene, plans_, system.work, reactions_, row > 0 ? table.col(row - 1).data() : nullptr,
-                   table.col(row).data());
+  evaluate_outputs(system.model, plans_, system.work, reactions_, row > 0 ? table.col(row - 1).data() : nullptr, table.col(row).data());
   const Energy e = compute_energy(system.model, system.work);
   histories_.energy_scale = std::max({histories_.energy_scale, e.kinetic, e.strain});
   raise_scales(system, e, plans_.reactions, reactions_, histories_.scales);
@@ -273,7 +272,7 @@ void CurrentOutputs::evaluate(System& system, double t, const VecX& y, VecX& row
   refresh(system, t, y, plans_.accelerations, plans_.reactions, reactions_);
   const VecX before = row;
   row.resize(static_cast<Eigen::Index>(plans_.columns.size()));
-  evaluate_outputs(system.model, system.scene, plans_, system.work, reactions_, before.size() > 0 ? before.data() : nullptr, row.data());
+  evaluate_outputs(system.model, plans_, system.work, reactions_, before.size() > 0 ? before.data() : nullptr, row.data());
 }
 
 }  // namespace flexframe::sim

@@ -33,14 +33,14 @@ Spectrum amplitude_spectrum(const VecX& x, const VecX& values) {
     if (!(x[i] > x[i - 1])) throw InputError("a spectrum needs samples in ascending order: the shaft must turn one way");
   const double span = (x[n - 1] - x[0]) * static_cast<double>(n) / static_cast<double>(n - 1), step = span / static_cast<double>(n);
   const double mean = values.mean();
-  std::vector<double> windowed(static_cast<size_t>(n));
+  std::vector<double> windowed(n);
   double weights = 0.0;
   for (Eigen::Index i = 0, low = 0; i < n; ++i) {
     const double at = std::min(x[0] + step * static_cast<double>(i), x[n - 1]);
     while (low + 2 < n && x[low + 1] <= at) ++low;
     const double window = 0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(n));
     weights += window;
-    windowed[static_cast<size_t>(i)] = window * (between(x, values, low, at) - mean);
+    windowed[i] = window * (between(x, values, low, at) - mean);
   }
   std::vector<std::complex<double>> lines;
   Eigen::FFT<double> fft;
@@ -51,7 +51,7 @@ Spectrum amplitude_spectrum(const VecX& x, const VecX& values) {
   out.amplitude.resize(half);
   for (Eigen::Index k = 0; k < half; ++k) {
     out.at[k] = static_cast<double>(k) / span;
-    out.amplitude[k] = 2.0 * std::abs(lines[static_cast<size_t>(k)]) / weights;
+    out.amplitude[k] = 2.0 * std::abs(lines[k]) / weights;
   }
   out.amplitude[0] = std::abs(mean);
   return out;

@@ -38,7 +38,7 @@ auto with_complete_inertia(const Scene& scene, Run&& once) {
         notes.tell(fmt::format("body '{}'", body.name),
                    "deforms too far for the second-order kinetic energy: computed with the full kinetic energy of its axis");
       };
-      complete(changed->bodies[static_cast<size_t>(indefinite)]);
+      complete(changed->bodies[indefinite]);
       if (!more)
         for (BodyDef& body : changed->bodies) complete(body);
       if (!more) throw;

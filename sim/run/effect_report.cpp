@@ -144,7 +144,7 @@ EffectReport report_effects(const Scene& as_given, const EffectOptions& options)
         const Difference d = compare_histories(changed, base, common_ranges(changed, base));
         row.measured = true;
         row.share = d.largest;
-        row.column = d.column >= 0 ? base.columns[static_cast<size_t>(d.column)] : "";
+        row.column = d.column >= 0 ? base.columns[d.column] : "";
         row.shares = d.columns;
       } else {
         row.note = "it changes the number of output columns";
@@ -201,7 +201,7 @@ NeglectCheck check_neglected(const Scene& scene, const std::vector<EffectState>&
       if (changed.columns != base.columns) continue;
       const Difference d = compare_histories(changed, base, common_ranges(changed, base));
       n.share = d.largest;
-      n.column = d.column >= 0 ? base.columns[static_cast<size_t>(d.column)] : "";
+      n.column = d.column >= 0 ? base.columns[d.column] : "";
       n.resolved = n.share > 2.0 * options.floor;
       if (options.run && n.share > options.confirm_above) {
         SimulateOptions same = pair;
@@ -212,7 +212,7 @@ NeglectCheck check_neglected(const Scene& scene, const std::vector<EffectState>&
         out.cpu += cpu_seconds() - from;
         const Difference sure = compare_histories(tight, *options.run, common_ranges(tight, *options.run));
         n.share = sure.largest;
-        n.column = sure.column >= 0 ? options.run->columns[static_cast<size_t>(sure.column)] : "";
+        n.column = sure.column >= 0 ? options.run->columns[sure.column] : "";
         n.resolved = n.share > 3.0 * options.run_error;
       }
       out.found.push_back(n);

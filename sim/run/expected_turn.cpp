@@ -67,7 +67,7 @@ class HeldStart {
     const VecX rest = of_joints(at(VecX::Zero(model_.nv)));
     for (Eigen::Index k = 0; k < n; ++k) {
       VecX unit = VecX::Zero(model_.nv);
-      unit[joints_[static_cast<size_t>(k)].v] = 1.0;
+      unit[joints_[k].v] = 1.0;
       mass_.col(k) = rest - of_joints(at(unit));
     }
   }
@@ -107,7 +107,7 @@ Notes expected_turns(const System& system, double tolerated) {
   std::vector<double> turns(scene.bodies.size(), 0.0);
   const auto counts = [&](const Part& part) {
     if (part.scene_body < 0 || part.body.n == 0) return false;
-    const auto* beam = std::get_if<BeamDef>(&scene.bodies[static_cast<size_t>(part.scene_body)].kind);
+    const auto* beam = std::get_if<BeamDef>(&scene.bodies[part.scene_body].kind);
     return !beam || beam->model != BeamModel::lumped;
   };
   if (!system.model.massless.rates.empty() || std::none_of(system.model.parts.begin(), system.model.parts.end(), counts)) return out;
@@ -117,7 +117,7 @@ Notes expected_turns(const System& system, double tolerated) {
     const VecX force = start.forces(duration * look / looks);
     for (const Part& part : system.model.parts) {
       if (!counts(part)) continue;
-      const size_t body = static_cast<size_t>(part.scene_body);
+      const size_t body = part.scene_body;
       const auto* beam = std::get_if<BeamDef>(&scene.bodies[body].kind);
       // What a coordinate without stiffness does is no deflection.
       const VecX q =

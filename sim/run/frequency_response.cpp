@@ -70,14 +70,13 @@ class Beside {
     Work& work = system_.work;
     work.q = start_;
     work.w = rates;
-    if (moved >= 0) move_along(system_.model, all_[static_cast<size_t>(moved)], step, work);
+    if (moved >= 0) move_along(system_.model, all_[moved], step, work);
     update_positions(system_.model, work);
     update_velocities(system_.model, work);
   }
   VecX outputs(const VecX& around) {
     VecX row = VecX::Zero(static_cast<Eigen::Index>(plans_.columns.size()));
-    evaluate_outputs(system_.model, system_.scene, plans_, system_.work, reactions_, around.size() > 0 ? around.data() : nullptr,
-                     row.data());
+    evaluate_outputs(system_.model, plans_, system_.work, reactions_, around.size() > 0 ? around.data() : nullptr, row.data());
     return row;
   }
 
@@ -127,14 +126,14 @@ FrequencyResponse frequency_response(const System& given, const std::string& for
   beside.put(-1, 0.0, still);
   const VecX rest = beside.outputs({});
   for (Eigen::Index k = 0; k < n; ++k) {
-    const double h = 1e-5 * system.model.size / beside.directions()[static_cast<size_t>(k)].scale;
+    const double h = 1e-5 * system.model.size / beside.directions()[k].scale;
     beside.put(k, h, still);
     const VecX ahead = beside.outputs(rest);
     beside.put(k, -h, still);
     by_place.col(k) = (ahead - beside.outputs(rest)) / (2.0 * h);
     beside.put(-1, 0.0, linear.rates.col(k));
     by_rate.col(k) = beside.outputs(rest) - rest;
-    for (const int load : loads) system.work.expression_value[system.model.loads[static_cast<size_t>(load)].expression] = 1.0;
+    for (const int load : loads) system.work.expression_value[system.model.loads[load].expression] = 1.0;
     push[k] = load_state(system.model, system.work, loads).power;
   }
 
@@ -154,8 +153,7 @@ FrequencyResponse frequency_response(const System& given, const std::string& for
     }
   }
   for (size_t o = 0; o < wanted.twice.size(); ++o)
-    for (int k = 0; wanted.twice[o] && k < plans.outputs[o].count; ++k)
-      out.units[static_cast<size_t>(plans.outputs[o].first + k)] = "m/s^2";
+    for (int k = 0; wanted.twice[o] && k < plans.outputs[o].count; ++k) out.units[plans.outputs[o].first + k] = "m/s^2";
   return out;
 }
 

@@ -547,7 +547,7 @@ SolverStatistics integrate(System& system, Method method, RunSpan& span, const R
   return MotionRun(system, method, span, watch, sample).run();
 } catch (const SimulationError&) {
   if (system.work.indefinite < 0) system.work.indefinite = lost_inertia(system);
-  if (system.work.indefinite >= 0) indefinite = system.model.parts[static_cast<size_t>(system.work.indefinite)].scene_body;
+  if (system.work.indefinite >= 0) indefinite = system.model.parts[system.work.indefinite].scene_body;
   throw;
 }
 

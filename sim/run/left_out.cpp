@@ -25,7 +25,7 @@ constexpr size_t wanted_looks = 100;
 // A Timoshenko factor where the section gives none: that of a rectangle.
 constexpr double usual_shear_factor = 5.0 / 6.0;
 
-const BeamDef& beam_of(const Scene& scene, int body) { return std::get<BeamDef>(scene.bodies[static_cast<size_t>(body)].kind); }
+const BeamDef& beam_of(const Scene& scene, int body) { return std::get<BeamDef>(scene.bodies[body].kind); }
 
 // Strains [e gy gz kx ky kz] that the section forces [N Vy Vz T My Mz] make and a beam without the effect lacks; a bending direction that
 // the beam has too is coupled to the other by Iyz.
@@ -99,7 +99,7 @@ bool on(const std::vector<EffectState>& states, const std::string& owner, std::s
 LeftOut::LeftOut(const System& system, const std::vector<EffectState>& states)
     : scene_(system.scene), model_(), sections_(Model{}, Scene{}) {
   for (const EffectState& s : states) {
-    if (s.on || s.body < 0 || !std::holds_alternative<BeamDef>(scene_.bodies[static_cast<size_t>(s.body)].kind)) continue;
+    if (s.on || s.body < 0 || !std::holds_alternative<BeamDef>(scene_.bodies[s.body].kind)) continue;
     const bool shear = s.effect == "shear", bends = on(states, s.owner, "bending_xy") || on(states, s.owner, "bending_xz");
     if (s.effect == "damping") continue;
     if (shear ? !bends : !s.possible) continue;
@@ -131,7 +131,7 @@ LeftOut::LeftOut(const System& system, const std::vector<EffectState>& states)
     OutputDef def = plan.def;
     def.quantity = place_of(def.quantity, order);
     for (int k = 0; k < plan.count; ++k)
-      columns_[static_cast<size_t>(plan.first + k)] = {plan.def.quantity, evaluated(def.quantity) ? row + k : -1, order, plan.body};
+      columns_[plan.first + k] = {plan.def.quantity, evaluated(def.quantity) ? row + k : -1, order, plan.body};
     if (!evaluated(def.quantity)) continue;
     outputs.push_back(def);
     row += plan.count;
@@ -169,7 +169,7 @@ std::vector<size_t> LeftOut::looks(const System& system, const std::vector<doubl
     const std::vector<double> switches = expression.switch_times(0.0, system.model.settings.duration);
     switches_.insert(switches_.end(), switches.begin(), switches.end());
     for (size_t k = 0; k < switches.size() && k < wanted_looks; ++k) {
-      const auto after = static_cast<size_t>(std::upper_bound(times.begin(), times.end(), switches[k]) - times.begin());
+      const size_t after = std::upper_bound(times.begin(), times.end(), switches[k]) - times.begin();
       for (size_t i = after > 0 ? after - 1 : 0; i <= after && i < n; ++i) out.push_back(i);
     }
   }
@@ -232,15 +232,15 @@ Unknown inertia_of_deformation(const CutBeam& beam, const PartWork& part) {
 
 // At both ends of every interval of a beam, what the item's effect would strain it by.
 void LeftOut::strains_of_second_order(const System& system, const CutBeam& beam, Item& item, std::vector<Strained>& out) const {
-  const PartWork& part = system.work.parts[static_cast<size_t>(beam.part)];
+  const PartWork& part = system.work.parts[beam.part];
   const BeamDef& def = beam_of(scene_, beam.body);
-  const std::string& name = scene_.bodies[static_cast<size_t>(beam.body)].name;
+  const std::string& name = scene_.bodies[beam.body].name;
   const bool stiffening = item.effect == "stiffening";
   out.assign(2 * (beam.x.size() - 1), {});
   if (part.q.size() == 0) return;
   const Unknown unknown = stiffening ? forces_beside_axis(beam, part.q) : inertia_of_deformation(beam, part);
   // What is bent further is loaded further: the linear answer over 1 - P/Pcr.
-  const double stored = strain_energy(model_.parts[static_cast<size_t>(beam.part)].body, part.q);
+  const double stored = strain_energy(model_.parts[beam.part].body, part.q);
   const double share = stored > 0.0 ? unknown.potential / stored : 0.0, further = 1.0 / (1.0 - std::min(share, 0.9));
   item.slowing.back() += std::abs(unknown.potential);
   const double E = def.material.youngs_modulus;
@@ -272,7 +272,7 @@ LeftOut::Moved LeftOut::strained(const System& system, Item& item) const {
       strains_of_second_order(system, beam, item, at);
     } else {
       const char* other = item.effect == "bending_xy" ? "bending_xz" : item.effect == "bending_xz" ? "bending_xy" : "";
-      const bool other_bends = on(model_.effects, scene_.bodies[static_cast<size_t>(beam.body)].name, other);
+      const bool other_bends = on(model_.effects, scene_.bodies[beam.body].name, other);
       at.clear();
       for (size_t k = 0; k + 1 < beam.x.size(); ++k)
         for (const Vec6& F : {beam.left[k], beam.right[k]}) at.push_back({missing_strain(def, item.effect, other_bends, F), F});
@@ -309,8 +309,8 @@ LeftOut::Moved LeftOut::strained(const System& system, Item& item) const {
 void LeftOut::displace_frames(const Moved& moved) {
   for (size_t f = 0; f < model_.frames.size(); ++f) {
     const auto [b, k] = sections_.at(static_cast<int>(f));
-    if (b < 0 || moved[static_cast<size_t>(b)].empty()) continue;
-    const Vec6& d = moved[static_cast<size_t>(b)][static_cast<size_t>(k)];
+    if (b < 0 || moved[b].empty()) continue;
+    const Vec6& d = moved[b][k];
     const Pose node = compose(pose_[f], inverse(offset_[f]));
     const Mat3 turn = rotation_exp(d.tail<3>());
     const Pose now{turn * pose_[f].R, node.p + d.head<3>() + turn * (pose_[f].p - node.p)};
@@ -345,14 +345,14 @@ bool LeftOut::assemble(const System& system) {
 
 VecX LeftOut::outputs(const double* previous) {
   VecX row = VecX::Zero(static_cast<Eigen::Index>(plans_.columns.size()));
-  evaluate_outputs(model_, scene_, plans_, work_, reactions_, previous, row.data());
+  evaluate_outputs(model_, plans_, work_, reactions_, previous, row.data());
   // Deflections are told from the undeformed body, to which what the frame has moved within it belongs now.
   for (const OutputPlan& plan : plans_.outputs) {
     if (plan.def.quantity != Quantity::displacement || sections_.at(plan.frame)[0] < 0) continue;
-    const FramePoint& f = model_.frames[static_cast<size_t>(plan.frame)];
-    const Part& part = model_.parts[static_cast<size_t>(f.part)];
-    const Mat3 axes = f.node < 0 ? Mat3(Mat3::Identity()) : part.body.nodes[static_cast<size_t>(f.node)].rotation;
-    row.segment<3>(plan.first) += part.rest_in_body.R * axes * (f.offset.p - offset_[static_cast<size_t>(plan.frame)].p);
+    const FramePoint& f = model_.frames[plan.frame];
+    const Part& part = model_.parts[f.part];
+    const Mat3 axes = f.node < 0 ? Mat3(Mat3::Identity()) : part.body.nodes[f.node].rotation;
+    row.segment<3>(plan.first) += part.rest_in_body.R * axes * (f.offset.p - offset_[plan.frame].p);
   }
   return row;
 }
@@ -613,7 +613,7 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
     LeftOutWorth found;
     found.effect = item.effect;
     found.possible = item.possible;
-    for (const int b : item.bodies) found.owners.push_back(scene_.bodies[static_cast<size_t>(b)].name);
+    for (const int b : item.bodies) found.owners.push_back(scene_.bodies[b].name);
     const Drift lost = drift(item, results);
     const Response pulled = response(item, item.pull, from_rest);
     std::vector<double> error(columns_.size(), 0.0);

@@ -30,13 +30,12 @@ namespace {
 
 // Nodes of each volume of a beam, of a whole body otherwise.
 std::vector<std::vector<Eigen::Index>> nodes_by_piece(const ResultBody& body, int pieces) {
-  std::vector<std::vector<Eigen::Index>> out(static_cast<size_t>(pieces));
+  std::vector<std::vector<Eigen::Index>> out(pieces);
   const double l = body.length / pieces;
   for (size_t k = 0; k < body.nodes.size(); ++k)
     for (int i = 0; i < pieces; ++i) {
       const double x = body.nodes[k].origin.x();
-      if (pieces == 1 || (x >= (i - 1e-9) * l && x <= (i + 1 + 1e-9) * l))
-        out[static_cast<size_t>(i)].push_back(static_cast<Eigen::Index>(k));
+      if (pieces == 1 || (x >= (i - 1e-9) * l && x <= (i + 1 + 1e-9) * l)) out[i].push_back(static_cast<Eigen::Index>(k));
     }
   return out;
 }
@@ -107,7 +106,7 @@ void warn_of_linear_limits(const Scene& scene, const std::vector<LinearLimit>& l
   for (const LinearLimit& limit : limits) {
     const double error = limit.error();
     if (error <= tolerated) continue;
-    const BodyDef& body = scene.bodies[static_cast<size_t>(limit.body)];
+    const BodyDef& body = scene.bodies[limit.body];
     const bool beam = std::holds_alternative<BeamDef>(body.kind);
     into.warn(fmt::format("body '{}'", body.name),
               fmt::format("bends by up to {:.2g} degrees within its own frame (t = {:.4g} s), where linear displacements are {}: {}",

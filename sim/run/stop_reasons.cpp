@@ -94,7 +94,7 @@ int lost_inertia(const System& system) {
     const MatX& L = cw.L;
     for (size_t k = 0; k < cw.partition.ind.size() && L.rows() == static_cast<Eigen::Index>(cw.partition.ind.size()); ++k)
       for (int i : cluster.parts) {
-        const Part& p = system.model.parts[static_cast<size_t>(i)];
+        const Part& p = system.model.parts[i];
         const int e = cluster.v0 + cw.partition.ind[k] - p.ev0;
         if (e < 0 || e >= p.body.n || p.body.Me(e, e) <= 0.0) continue;
         const double pivot = L(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(k)), left = pivot * pivot / p.body.Me(e, e);
@@ -106,9 +106,7 @@ int lost_inertia(const System& system) {
 
 std::string unsettled_phases(const System& system, const std::vector<int>& directions) {
   std::string names;
-  const auto add = [&](int part) {
-    names += fmt::format("{}'{}'", names.empty() ? "" : ", ", system.model.parts[static_cast<size_t>(part)].joint.name);
-  };
+  const auto add = [&](int part) { names += fmt::format("{}'{}'", names.empty() ? "" : ", ", system.model.parts[part].joint.name); };
   for (size_t k = 0; k < system.friction.points.size(); ++k)
     if (directions[k] < 0) add(system.friction.points[k].part);
   for (size_t k = 0; k < system.stops.size(); ++k)

@@ -33,7 +33,7 @@ Difference estimate_time_error(const Histories& looser, const Histories& run, So
   double worst = -1.0;
   for (Eigen::Index k = 0; k < ranges.size(); ++k) {
     if (ranges[k] <= 0.0) continue;
-    const size_t at = static_cast<size_t>(k);
+    const size_t at = k;
     const double error = (of_forces(run.units[at]) ? 1.0 : error_of_difference) * difference.columns[k];
     if (error > worst) {
       worst = out.error_estimate = error;

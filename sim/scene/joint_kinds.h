@@ -68,7 +68,7 @@ inline const JointTraits& traits(JointKind kind) { return joint_kinds()[static_c
 inline int rates_of(JointKind kind) { return static_cast<int>(traits(kind).rates.size()); }
 inline bool has_orientation(JointKind kind) { return traits(kind).quaternion >= 0; }
 // Whether rate k, or coordinate k, is a length; else an angle or part of a quaternion.
-inline bool is_length(JointKind kind, int k) { return k < rates_of(kind) && traits(kind).rates[static_cast<std::size_t>(k)] == 'm'; }
+inline bool is_length(JointKind kind, int k) { return k < rates_of(kind) && traits(kind).rates[k] == 'm'; }
 // First rate of the surface on which rate k slips, and how many rates slip there.
 std::pair<int, int> shared_slip(JointKind kind, int k);
 // Whether the joint passes on forces but no moment about any axis.

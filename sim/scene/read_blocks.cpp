@@ -56,7 +56,7 @@ void read_transfer_function(const TableReader& reader, BlockDef& out) {
                                          b.size(), a.size()));
   b.insert(b.begin(), a.size() - b.size(), 0.0);
   const Eigen::Index n = static_cast<Eigen::Index>(a.size()) - 1;
-  const auto at = [](const std::vector<double>& c, Eigen::Index k) { return c[static_cast<std::size_t>(k)]; };
+  const auto at = [](const std::vector<double>& c, Eigen::Index k) { return c[k]; };
   out.A = MatX::Zero(n, n);
   out.B = MatX::Zero(n, 1);
   out.C = MatX::Zero(1, n);
@@ -121,7 +121,7 @@ void read_matrices(const TableReader& reader, const Scene& scene, BlockDef& out)
   if (out.sample > 0.0 && !discrete) make_sampled(out);
   out.initial = VecX::Zero(out.A.rows());
   if (!reader.has("initial")) return;
-  const std::size_t n = static_cast<std::size_t>(out.A.rows());
+  const std::size_t n = out.A.rows();
   const std::vector<double> x = reader.number_or_numbers("initial", n, n);
   out.initial = Eigen::Map<const VecX>(x.data(), out.A.rows());
 }

@@ -97,8 +97,7 @@ std::vector<std::string> output_columns(const OutputDef& output, const Scene& sc
     case Quantity::rate: {
       const JointDef* joint = joint_of(output, scene);
       const int n = joint ? rates_of(joint->kind) : 1;
-      for (int k = 0; k < n; ++k)
-        tags.push_back(n == 1 ? "" : traits(joint->kind).quaternion == 0 ? xyz[static_cast<std::size_t>(k)] : fmt::format(".{}", k + 1));
+      for (int k = 0; k < n; ++k) tags.push_back(n == 1 ? "" : traits(joint->kind).quaternion == 0 ? xyz[k] : fmt::format(".{}", k + 1));
       break;
     }
     case Quantity::q:
@@ -148,7 +147,7 @@ std::string read_state_expression(const TableReader& reader, std::string_view ke
   }
   if (used.size() > 64) reader.fail(key, fmt::format("reads {} values; at most 64 are allowed", used.size()));
   for (const std::string& name : used) {
-    const Known& k = known[static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin())];
+    const Known& k = known[std::find(names.begin(), names.end(), name) - names.begin()];
     if (!k.why.empty()) reader.fail(key, fmt::format("reads the output {}, {}", quote(name), k.why));
     reads.push_back(k.reading);
   }

@@ -53,7 +53,7 @@ SimulationSettings read_simulation(const TableReader& reader) {
   settings.tolerance = reader.optional_number("tolerance", {.low = 1e-13, .high = 0.1, .what = "a number from 1e-13 to 0.1"});
   settings.accuracy = reader.optional_number("accuracy", {.low = 1e-12, .high = 0.5, .what = "a number from 1e-12 to 0.5"});
   if (settings.tolerance && settings.accuracy)
-    reader.fail("accuracy", "excludes 'tolerance': give the local error or the asked error of the outputs, not both");
+    reader.fail("accuracy", "excludes 'tolerance': give the local error or the requested error of the outputs, not both");
   settings.method = static_cast<Method>(reader.word("method", method_words(), 0));
   settings.max_steps = reader.optional_number("max_steps", {.low = 1.0, .what = "a number >= 1"});
   settings.static_start = reader.word("start", starts, 0) == 1;

@@ -24,9 +24,9 @@ void set_joint_value(const TreeJoint& joint, const std::vector<double>& value, d
     out[0] = r.w(), out[1] = r.x(), out[2] = r.y(), out[3] = r.z();
   };
   const int at = traits(joint.kind).quaternion;
-  for (int i = 0; i < (at < 0 ? joint.nq : at); ++i) q[i] = value[static_cast<size_t>(i)];
+  for (int i = 0; i < (at < 0 ? joint.nq : at); ++i) q[i] = value[i];
   if (at < 0) return;
-  const size_t turn = static_cast<size_t>(at);
+  const size_t turn = at;
   quaternion(value.size() > turn ? Vec3(value[turn], value[turn + 1], value[turn + 2]) : Vec3(Vec3::Zero()), q + at);
 }
 
@@ -282,7 +282,7 @@ std::string closing_values(const Model& model, const Scene& scene, int cluster, 
   if (apart || !open)
     throw InputError(fmt::format(
         "{}:{}: the mechanism cannot be assembled: coupling '{}' stays off its value by {:.4g} {}, whatever the joints do ({}); {}",
-        scene.file.string(), apart ? scene.couplings[static_cast<size_t>(apart->scene_coupling)].line : 0, apart ? apart->name : "", by,
+        scene.file.string(), apart ? scene.couplings[apart->scene_coupling].line : 0, apart ? apart->name : "", by,
         apart && apart->length ? "m" : "rad", others, advice));
   throw InputError(
       fmt::format("{}:{}: the mechanism cannot be assembled: joint '{}' stays open by {:.4g} m and {:.4g} rad in every position of the "
@@ -394,7 +394,7 @@ void assemble(Model& model, const Scene& scene, Work& work, Notes& notes) {
     if (const auto* modal = std::get_if<ModalDef>(&scene.bodies[b].kind)) initial = &modal->initial;
     if (const auto* space = std::get_if<StateSpaceDef>(&scene.bodies[b].kind)) initial = &space->initial;
     if (!initial) continue;
-    const size_t total = static_cast<size_t>(coordinate_count(model, static_cast<int>(b)));
+    const size_t total = coordinate_count(model, static_cast<int>(b));
     for (const auto* list : {&initial->q, &initial->qd}) {
       if (list->empty()) continue;
       if (list->size() != total)

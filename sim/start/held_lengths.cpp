@@ -86,7 +86,7 @@ std::vector<HeldLength> held_lengths(const Model& model, const Scene& scene, Wor
       multipliers[r] = scale[r];
       if (nd > 0) {
         const VecX balance = lu.solve(VecX(scale[r] * cw.G(r, chosen.dep).transpose()));
-        for (Eigen::Index i = 0; i < nd; ++i) multipliers[chosen.rows[static_cast<size_t>(i)]] = -balance[i];
+        for (Eigen::Index i = 0; i < nd; ++i) multipliers[chosen.rows[i]] = -balance[i];
       }
       for (int b : beams) {
         const bool known = std::any_of(out.begin(), out.end(), [&](const HeldLength& h) { return h.body == b; });

@@ -173,7 +173,7 @@ void ErrorWeights::raise_elastic(const System& system, const VecX& y) {
     if (p.body.n == 0) continue;
     const VecX& reach = reaches_[i];
     const int tree = tree_[i];
-    const size_t t = static_cast<size_t>(tree);
+    const size_t t = tree;
     const double size = part_size_[i];
     for (int k = 0; k < p.body.n; ++k) {
       double& q = scale_[p.eq0 + k];
@@ -189,7 +189,7 @@ void ErrorWeights::raise_elastic(const System& system, const VecX& y) {
   }
   // Neighbouring links move together at a frequency far below that of a link by itself; the geometric mean of the two costs no accuracy.
   for (const Flexure& f : model.flexures) {
-    const size_t t = static_cast<size_t>(tree_[f.parts.front()]);
+    const size_t t = tree_[f.parts.front()];
     const double frequency = flexure_frequency(f) / std::sqrt(static_cast<double>(f.parts.size()));
     for (int i : f.parts) {
       const Part& p = model.parts[i];
@@ -304,7 +304,7 @@ std::vector<double> ErrorWeights::narrowed(const System& system) const {
   const VecX range = high_ - low_;
   for (size_t i = 0; i < n; ++i) {
     const Part& p = model.parts[i];
-    const size_t t = static_cast<size_t>(tree_[i]);
+    const size_t t = tree_[i];
     for (int k = 0; k < p.joint.nq; ++k) {
       const double unit = is_length(p.joint.kind, k) ? model.clusters[p.cluster].size : 1.0;
       double& by = p.joint.link >= 0 ? bodies[t] : joints[t];
@@ -315,7 +315,7 @@ std::vector<double> ErrorWeights::narrowed(const System& system) const {
   std::vector<double> out(n, 1.0);
   bool narrower = false;
   for (size_t i = 0; i < n; ++i) {
-    const size_t t = static_cast<size_t>(tree_[i]);
+    const size_t t = tree_[i];
     const double most = std::max(joints[t], bodies[t]), before = share(tree_[i]);
     out[i] = before;
     if (most < least_motion || most > (joints[t] > bodies[t] ? drowned_joints : drowned_bodies)) continue;

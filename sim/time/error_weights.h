@@ -48,7 +48,7 @@ class ErrorWeights {
   void raise_joints(const System& system, const VecX& y);
   void raise_work(const System& system, const VecX& y);
   void follow_ranges(const VecX& y);
-  double share(int tree) const { return shares.empty() ? 1.0 : shares[static_cast<size_t>(tree)]; }
+  double share(int tree) const { return shares.empty() ? 1.0 : shares[tree]; }
   double gone(const VecX& y, Eigen::Index i, int tree) const { return share(tree) < 1.0 ? y[i] - start_[i] : y[i]; }
 
   VecX scale_;                                 // of every state

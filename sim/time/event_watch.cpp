@@ -8,7 +8,7 @@
 namespace flexframe::sim {
 
 void EventWatch::begin(System& system, double t, const VecX& y) {
-  const size_t n = static_cast<size_t>(event_count(system));
+  const size_t n = event_count(system);
   start_.t = t;
   start_y_ = y;
   start_.margin.resize(n);

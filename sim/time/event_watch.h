@@ -3,8 +3,8 @@
 // A step is looked at inside as well as at its end, and where a margin has its least value in between that is followed down: a slide that
 // goes back and forth within a step, or a ball that only grazes its stop, is found. A margin that starts at zero (a body that starts on its
 // stop, a slip that starts from rest) and falls has its zero at the start: no phase can hold where friction would push along the motion or
-// a stop would be passed through. Zero: what rounding leaves of it (event_roundings). Works beside the integrators' own search, which sees
-// changes of sign between the ends of steps only.
+// a stop would be passed through. Zero: what rounding leaves of it (event_roundings). The integrators' own search would see changes of
+// sign between the ends of steps only.
 #pragma once
 
 #include "sim/time/system.h"

@@ -1,6 +1,6 @@
 // Events of a run: friction that sticks or slips, stops and contacts that touch or part, expressions of the state that change their piece.
-// Each ends a smooth piece of the equations of motion; the integrator locates it as a root, the phases change here, and the integration
-// starts afresh.
+// Each ends a smooth piece of the equations of motion; event_watch.h locates it within the integrator's step, the phases change here, and
+// the integration starts afresh.
 #pragma once
 
 #include "sim/time/system.h"

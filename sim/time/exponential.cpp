@@ -132,17 +132,18 @@ void ExponentialSolver::find_vibrations(const MatX& A) {
   if (n == 0) return;
   const Eigen::MatrixXcd left = eigen.left_eigenvectors();
   for (Eigen::Index k = 0; k < n; ++k) {
-    shapes_.col(k) = eigen.eigenvectors().col(chosen[static_cast<size_t>(k)]).real();
-    gauges_.row(k) = left.row(chosen[static_cast<size_t>(k)]).real();
-    frequencies_[k] = std::sqrt(-eigen.eigenvalues()[chosen[static_cast<size_t>(k)]].real());
+    shapes_.col(k) = eigen.eigenvectors().col(chosen[k]).real();
+    gauges_.row(k) = left.row(chosen[k]).real();
+    frequencies_[k] = std::sqrt(-eigen.eigenvalues()[chosen[k]].real());
   }
   if (!gauges_.allFinite()) frequencies_.resize(0);
 }
 
 // What turns by several radians within a step of h seconds is brought to where it would rest under the slow part of the load: polynomials
 // through values of the remainder would take its oscillation for a slow load.
-void ExponentialSolver::remove_oscillation(const LinearModel& m, const MatX& d, double span, double s, double h, VecX& y) const {
+void ExponentialSolver::remove_oscillation(const LinearModel& m, const Parabola& remainder, double s, double h, VecX& y) const {
   if (frequencies_.size() == 0) return;
+  const auto& [d, span] = remainder;
   const double theta = s / span;
   const auto rows = [&](const auto& v) { return v.segment(nq_, nw_); };
   const VecX w = rows(y), p = m.P * (y.head(nq_) - m.state.head(nq_));
@@ -159,9 +160,10 @@ void ExponentialSolver::remove_oscillation(const LinearModel& m, const MatX& d, 
   y.segment(nq_, nw_) -= shapes_ * dw;
 }
 
-// From (t, y) on for `length` seconds; d: remainder as a polynomial of (s / span), s the time since t.
-bool ExponentialSolver::solve(const LinearModel& m, const VecX& y, double t, const MatX& d, double span, double length,
+// From (t, y) on for `length` seconds.
+bool ExponentialSolver::solve(const LinearModel& m, const VecX& y, double t, const Parabola& remainder, double length,
                               Solution& out) const {
+  const auto& [d, span] = remainder;
   const Eigen::Index n = nw_, rows = (n + 7) / 8 * 8;
   out.used = 0;
   if (n == 0) return true;
@@ -217,8 +219,9 @@ bool ExponentialSolver::solve(const LinearModel& m, const VecX& y, double t, con
   return true;
 }
 
-void ExponentialSolver::evaluate_solution(const LinearModel& m, const VecX& y, const MatX& d, double span, const Solution& solution,
+void ExponentialSolver::evaluate_solution(const LinearModel& m, const VecX& y, const Parabola& remainder, const Solution& solution,
                                           double s, VecX& out) const {
+  const auto& [d, span] = remainder;
   const Eigen::Index n = nw_;
   size_t k = 0;
   while (k + 1 < solution.used && s > solution.pieces[k].start + solution.pieces[k].length) ++k;
@@ -247,10 +250,10 @@ bool ExponentialSolver::find_middle(double h) {
     ahead.col(1) = r * (d_.col(1) + 2.0 * d_.col(2));
     ahead.col(2) = r * r * d_.col(2);
   }
-  if (!solve(model_, state_, time_, ahead, h, 0.5 * h, work_)) return false;
+  if (!solve(model_, state_, time_, {ahead, h}, 0.5 * h, work_)) return false;
   VecX middle;
-  evaluate_solution(model_, state_, ahead, h, work_, 0.5 * h, middle);
-  remove_oscillation(model_, ahead, h, 0.5 * h, h, middle);
+  evaluate_solution(model_, state_, {ahead, h}, work_, 0.5 * h, middle);
+  remove_oscillation(model_, {ahead, h}, 0.5 * h, h, middle);
   return middle.allFinite() && linearise(time_ + 0.5 * h, middle, &model_, trial_model_);
 }
 
@@ -260,8 +263,8 @@ bool ExponentialSolver::find_end(const VecX& centre, const VecX& slope, const Ve
   trial_d_.col(0) = centre + bend - slope;
   trial_d_.col(1) = 2.0 * slope - 4.0 * bend;
   trial_d_.col(2) = 4.0 * bend;
-  if (!solve(trial_model_, state_, time_, trial_d_, h, h, work_)) return false;
-  evaluate_solution(trial_model_, state_, trial_d_, h, work_, h, end);
+  if (!solve(trial_model_, state_, time_, {trial_d_, h}, h, work_)) return false;
+  evaluate_solution(trial_model_, state_, {trial_d_, h}, work_, h, end);
   return end.allFinite();
 }
 
@@ -282,7 +285,7 @@ bool ExponentialSolver::attempt(double h) {
   if (!find_end(centre, bend - (d0 - centre), bend, h, predicted_)) return false;
   // The same with the remainder at the end found.
   calm_end_ = predicted_;
-  remove_oscillation(trial_model_, trial_d_, h, h, h, calm_end_);
+  remove_oscillation(trial_model_, {trial_d_, h}, h, h, calm_end_);
   calm_end_rate_.resize(size);
   if (!calm_end_.allFinite() || !rates_of_(time_ + h, calm_end_.data(), calm_end_rate_.data())) return false;
   evaluations_ += 1.0;
@@ -328,6 +331,8 @@ double ExponentialSolver::step(double t_stop, VecX& y) {
   }
 }
 
-void ExponentialSolver::interpolate(double t, VecX& y) const { evaluate_solution(model_, begin_, d_, span_, solution_, t - previous_, y); }
+void ExponentialSolver::interpolate(double t, VecX& y) const {
+  evaluate_solution(model_, begin_, {d_, span_}, solution_, t - previous_, y);
+}
 
 }  // namespace flexframe::sim

@@ -20,7 +20,7 @@ namespace flexframe::sim {
 class ExponentialSolver {
  public:
   // evaluate: rates of a state, false where a smaller step has to be tried. Both outlive the solver. The problem has closed_derivatives and
-  // all_derivatives; its root functions are not looked at.
+  // all_derivatives.
   using Evaluate = std::function<bool(double t, const double* y, double* dy)>;
   ExponentialSolver(const OdeProblem& problem, Evaluate evaluate);
 
@@ -53,14 +53,19 @@ class ExponentialSolver {
     std::vector<Piece> pieces;
     size_t used = 0;
   };
+  // The remainder of a step: d0 + x d1 + x^2 d2 with the columns of d, x = (time since the step's beginning) / span.
+  struct Parabola {
+    const MatX& d;
+    double span;
+  };
   bool linearise(double t, const VecX& y, const LinearModel* before, LinearModel& model);
   VecX remainder(const LinearModel& model, double t, const VecX& y, const VecX& rates) const;
-  bool solve(const LinearModel& model, const VecX& y, double t, const MatX& d, double span, double length, Solution& out) const;
-  void evaluate_solution(const LinearModel& model, const VecX& y, const MatX& d, double span, const Solution& solution, double s,
+  bool solve(const LinearModel& model, const VecX& y, double t, const Parabola& remainder, double length, Solution& out) const;
+  void evaluate_solution(const LinearModel& model, const VecX& y, const Parabola& remainder, const Solution& solution, double s,
                          VecX& out) const;
   double fastest(const LinearModel& model) const;
   void find_vibrations(const MatX& A);
-  void remove_oscillation(const LinearModel& model, const MatX& d, double span, double s, double h, VecX& y) const;
+  void remove_oscillation(const LinearModel& model, const Parabola& remainder, double s, double h, VecX& y) const;
   bool find_middle(double h);
   bool find_end(const VecX& centre, const VecX& slope, const VecX& bend, double h, VecX& end);
   bool attempt(double h);

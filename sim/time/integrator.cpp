@@ -93,7 +93,6 @@ struct Integrator::Memory {
   SUNNonlinearSolver nonlinear = nullptr;
   VecX state;
   double time = 0.0, previous = 0.0;
-  std::vector<int> roots;
   std::string complaint;       // what the right-hand side last threw in this step
   std::string last_complaint;  // and since the start
   std::unique_ptr<ExponentialSolver> exponential;
@@ -218,7 +217,7 @@ struct IntegratorCallbacks {
     for (int i = 0; flag == 0 && i < m->problem.size; ++i) data(r)[i] = data(yp)[i] - data(r)[i];
     return flag;
   }
-  // The matrix itself stays where MechanicalSolver keeps its parts.
+  // The matrix itself stays where MechanicalSolver keeps its parts. SUNDIALS prescribes the parameters.
   template <class M>
   static int linear_system(double t, N_Vector y, N_Vector, SUNMatrix, SUNMatrix, int still_good, int* renewed, double gamma, void* user,
                            N_Vector, N_Vector, N_Vector) {
@@ -243,20 +242,6 @@ struct IntegratorCallbacks {
   static int weights(N_Vector y, N_Vector w, void* user) {
     static_cast<M*>(user)->problem.weights(data(y), data(w));
     return 0;
-  }
-  template <class M>
-  static int root(double t, N_Vector y, double* g, void* user) {
-    try {
-      static_cast<M*>(user)->problem.root(t, data(y), g);
-    } catch (const SimulationError& error) {
-      static_cast<M*>(user)->complaint = error.what();
-      return 1;
-    }
-    return 0;
-  }
-  template <class M>
-  static int ida_root(double t, N_Vector y, N_Vector, double* g, void* user) {
-    return root<M>(t, y, g, user);
   }
   static void silent(int, const char*, const char*, char*, void*) {}
 };
@@ -293,11 +278,10 @@ void set_up_cvode(Memory& m, const OdeProblem& problem, Method method, double t0
     m.nonlinear = SUNNonlinSol_FixedPoint(m.y, 0, m.context);
     require(CVodeSetNonlinearSolver(m.solver, m.nonlinear), "nonlinear solver");
   }
-  if (problem.roots > 0) require(CVodeRootInit(m.solver, problem.roots, C::root<Memory>), "roots");
 }
 
 template <class Memory>
-void set_up_ida(Memory& m, const OdeProblem& problem, double t0) {
+void set_up_ida(Memory& m, double t0) {
   using C = IntegratorCallbacks;
   m.yp = N_VClone(m.y);
   m.evaluate(t0, m.state.data(), data(m.yp));
@@ -307,7 +291,6 @@ void set_up_ida(Memory& m, const OdeProblem& problem, double t0) {
   IDASetUserData(m.solver, &m);
   require(IDAWFtolerances(m.solver, C::weights<Memory>), "tolerances");
   require(IDASetLinearSolver(m.solver, m.linear, m.matrix), "linear solver");
-  if (problem.roots > 0) require(IDARootInit(m.solver, problem.roots, C::ida_root<Memory>), "roots");
 }
 
 template <class Memory>
@@ -369,7 +352,6 @@ void set_up_arkode(Memory& m, const OdeProblem& problem, Method method, double t
   } else {
     set_up_dirk(m, problem, mechanical);
   }
-  if (problem.roots > 0) require(ARKStepRootInit(m.solver, problem.roots, C::root<Memory>), "roots");
 }
 
 }  // namespace
@@ -398,9 +380,8 @@ Integrator::Integrator(const OdeProblem& problem, Method method, double t0, cons
   }
   // No limit on the number of steps of one call: every call takes one step.
   if (method == Method::adams || method == Method::bdf) set_up_cvode(m, problem, method, t0, mechanical);
-  else if (method == Method::ida) set_up_ida(m, problem, t0);
+  else if (method == Method::ida) set_up_ida(m, t0);
   else set_up_arkode(m, problem, method, t0, mechanical);
-  m.roots.assign(problem.roots, 0);
 }
 
 Integrator::~Integrator() = default;
@@ -425,7 +406,7 @@ void Integrator::restart(double t0, const VecX& y0) {
   }
 }
 
-bool Integrator::step(double t_stop) {
+void Integrator::step(double t_stop) {
   Memory& m = *memory_;
   m.previous = m.time;
   m.complaint.clear();
@@ -437,23 +418,19 @@ bool Integrator::step(double t_stop) {
       throw SimulationError(fmt::format("the integration stopped at t = {:.9g} s: {}{}{}", m.time, error.what(),
                                         m.complaint.empty() ? "" : "; ", m.complaint));
     }
-    return false;
+    return;
   }
   int flag = 0;
   if (m.method == Method::ida) {
     IDASetStopTime(m.solver, t_stop);
     flag = IDASolve(m.solver, t_stop, &m.time, m.y, m.yp, IDA_ONE_STEP);
-    if (flag == IDA_ROOT_RETURN) IDAGetRootInfo(m.solver, m.roots.data());
   } else if (m.method == Method::erk || m.method == Method::dirk) {
     ARKStepSetStopTime(m.solver, t_stop);
     flag = ARKStepEvolve(m.solver, t_stop, m.y, &m.time, ARK_ONE_STEP);
-    if (flag == ARK_ROOT_RETURN) ARKStepGetRootInfo(m.solver, m.roots.data());
   } else {
     CVodeSetStopTime(m.solver, t_stop);
     flag = CVode(m.solver, t_stop, m.y, &m.time, CV_ONE_STEP);
-    if (flag == CV_ROOT_RETURN) CVodeGetRootInfo(m.solver, m.roots.data());
   }
-  static_assert(CV_ROOT_RETURN == ARK_ROOT_RETURN && CV_ROOT_RETURN == IDA_ROOT_RETURN && CV_TSTOP_RETURN == 1);
   if (flag < 0) {
     const char* why = "the steps became too small";
     if (flag == -3) why = "the error test failed even with the smallest step";
@@ -461,14 +438,12 @@ bool Integrator::step(double t_stop) {
     throw SimulationError(
         fmt::format("the integration stopped at t = {:.9g} s: {}{}{}", m.time, why, m.complaint.empty() ? "" : "; ", m.complaint));
   }
-  return flag == CV_ROOT_RETURN;
 }
 
 double Integrator::time() const { return memory_->time; }
 const std::string& Integrator::last_complaint() const { return memory_->last_complaint; }
 double Integrator::previous_time() const { return memory_->previous; }
 const VecX& Integrator::state() const { return memory_->state; }
-const std::vector<int>& Integrator::root_directions() const { return memory_->roots; }
 
 void Integrator::interpolate(double t, VecX& y) const {
   const Memory& m = *memory_;

@@ -38,9 +38,6 @@ struct OdeProblem {
   bool cheap_jacobian = false;  // the cheap parts are all of it, and cost less than the iterations of a step
   // Writes the error weights 1 / (tolerance of each component) for the current y.
   std::function<void(const double* y, double* weight)> weights;
-  // Root functions: a change of sign ends the step there.
-  int roots = 0;
-  std::function<void(double t, const double* y, double* g)> root;
 };
 
 struct IntegratorStatistics {
@@ -59,16 +56,14 @@ class Integrator {
 
   // Starts afresh at t0 (after a discontinuity); first step found anew. Counters go on.
   void restart(double t0, const VecX& y0);
-  // Takes one internal step, not beyond t_stop. Returns true where a root was found (then time() is the root).
-  // Throws SimulationError saying when and why it cannot go on.
-  bool step(double t_stop);
+  // Takes one internal step, not beyond t_stop. Throws SimulationError saying when and why it cannot go on.
+  void step(double t_stop);
   double time() const;
   double previous_time() const;               // start of the last step
   const std::string& last_complaint() const;  // what an evaluation last threw, empty if none did
   // The solution at a time within the last step.
   void interpolate(double t, VecX& y) const;
   const VecX& state() const;
-  const std::vector<int>& root_directions() const;  // per root function after step() returned true: +1, -1 or 0
   IntegratorStatistics statistics() const;
 
  private:

@@ -82,16 +82,20 @@ void coordinate_matrix(const System& system, const double* y, MatX& T) {
   }
 }
 
-// How columns are differenced: `share` of the size of each component is the step; joints_only: those of elastic coordinates stay.
+// How columns are differenced: about (t, y), whose rates are `rates`; `share` of the size of each component is the step; joints_only:
+// those of elastic coordinates stay.
 struct Differences {
+  double t;
+  const double* y;
+  const VecX& rates;
   const std::vector<Direction>& all;
   double share;
   bool joints_only;
 };
 
-// Columns of A and B by one-sided differences of the state at (t, y), whose rates are known.
-void difference_columns(System& system, double t, const double* y, const VecX& rates, const Differences& how, MatX& A, MatX& B) {
-  const auto& [all, share, joints_only] = how;
+// Columns of A and B by one-sided differences.
+void difference_columns(System& system, const Differences& how, MatX& A, MatX& B) {
+  const auto& [t, y, rates, all, share, joints_only] = how;
   const Model& model = system.model;
   const int nq = model.nq, nw = static_cast<int>(all.size()), size = state_size(system);
   VecX at = Eigen::Map<const VecX>(y, size), rate(size);
@@ -214,7 +218,7 @@ void update_newton_matrix(System& system, double t, const double* y, const doubl
   if (!fresh && !matrix_is_cheap(system)) return;
 
   // Differences, a hundred-millionth of the size of the component so far: rounding and truncation balance.
-  difference_columns(system, t, y, base_rate, {all, 1.5e-8, known}, out.A, out.B);
+  difference_columns(system, {t, y, base_rate, all, 1.5e-8, known}, out.A, out.B);
 }
 
 void update_closed_matrix(const System& system, const double* y, MechanicalJacobian& out) {
@@ -231,7 +235,7 @@ void difference_rates(System& system, double t, const double* y, MatX& A, MatX& 
   state_rate(system, t, y, base.data());
   A.setZero(static_cast<Eigen::Index>(all.size()), static_cast<Eigen::Index>(all.size()));
   B = A;
-  difference_columns(system, t, y, base, {all, 1e-6, false}, A, B);
+  difference_columns(system, {t, y, base, all, 1e-6, false}, A, B);
 }
 
 }  // namespace flexframe::sim

@@ -145,7 +145,7 @@ bool follow_loads(System& system, double t0, double t, const VecX& kept, double*
   if (kept.size() == 0 || !model.blocks.empty()) return false;
   const Eigen::Index loads = static_cast<Eigen::Index>(model.loads.size()), n = kept.size() / loads - 1;
   for (Eigen::Index i = 0; i < loads; ++i) {
-    const Load& load = model.loads[static_cast<size_t>(i)];
+    const Load& load = model.loads[i];
     if (load.rest >= 0 || (load.function >= 0 && model.functions[load.function].expression.depends_on_time())) return false;
     if (load.expression < 0) continue;
     const double change = model.expressions[load.expression].value(t) - model.expressions[load.expression].value(t0);

@@ -17,7 +17,7 @@ System system_of(const std::string& text) { return make_system(parse_scene(text,
 VecX random_state(const System& system, std::mt19937& random) {
   std::normal_distribution<double> normal;
   VecX y = pack_state(system, Eigen::Vector2d::Zero());
-  int rate = rate_offset(system);
+  int rate = system.model.nq;
   for (const Part& p : system.model.parts) {
     for (int k = 0; k < p.joint.nq; ++k) y[p.q0 + k] += 1e-2 * normal(random);
     for (int k = 0; k < p.body.n; ++k) y[p.eq0 + k] += 1e-5 * normal(random);
@@ -43,7 +43,7 @@ void compare(const std::string& text) {
     state_rate(planar, 0.3, y.data(), a.data());
     state_rate(spatial, 0.3, y.data(), b.data());
     // Elastic accelerations are of the size of frequency squared times the deflection: compared with the largest.
-    const int rates = rate_offset(planar);
+    const int rates = planar.model.nq;
     EXPECT_LE((a - b).head(rates).cwiseAbs().maxCoeff(), 1e-9 * (1.0 + b.head(rates).cwiseAbs().maxCoeff()));
     EXPECT_LE((a - b).tail(y.size() - rates).cwiseAbs().maxCoeff(), 1e-8 * (1.0 + b.tail(y.size() - rates).cwiseAbs().maxCoeff()));
     EXPECT_GT(b.tail(y.size() - rates).cwiseAbs().maxCoeff(), 1e-3);
@@ -227,7 +227,7 @@ TEST(NewtonMatrix, IsTheDerivative) {
     state_rate(system, 0.0, y.data(), rate.data());
     MechanicalJacobian j;
     update_newton_matrix(system, 0.0, y.data(), nullptr, true, j);
-    const int nq = rate_offset(system), nw = static_cast<int>(j.A.rows());
+    const int nq = system.model.nq, nw = static_cast<int>(j.A.rows());
     EXPECT_LE((j.P * j.T - MatX::Identity(nw, nw)).cwiseAbs().maxCoeff(), 1e-12);
     EXPECT_LE((j.T * y.segment(nq, nw) - rate.head(nq)).cwiseAbs().maxCoeff(), 1e-12 * (1.0 + rate.head(nq).cwiseAbs().maxCoeff()));
     const double largest = j.A.cwiseAbs().maxCoeff();
