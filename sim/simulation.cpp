@@ -138,10 +138,10 @@ struct Simulation::Impl {
       Load& load = system.model.loads[k];
       load.def.value = text.with(now.inputs);
       if (load.function >= 0) {
-        Expression& reading = system.model.functions[load.function].expression;
+        Expression& reading = system.model.functions[static_cast<size_t>(load.function)].expression;
         reading = Expression(load.def.value, std::vector<std::string>(reading.variables()));
       } else {
-        system.model.expressions[load.expression] = TimeFunction(Expression(load.def.value));
+        system.model.expressions[static_cast<size_t>(load.expression)] = TimeFunction(Expression(load.def.value));
       }
     }
   }

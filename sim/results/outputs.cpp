@@ -246,7 +246,7 @@ void coordinate_force_columns(const Model& model, const OutputPlan& plan, Work& 
 Vec6 wrench_in_section(const OutputPlans& plans, int frame) {
   const auto [b, k] = plans.sections->at(frame);
   const CutBeam& beam = plans.sections->beams()[b];
-  return k == 0 ? beam.left.front() : beam.right[k - 1];
+  return k == 0 ? beam.left.front() : beam.right[static_cast<size_t>(k) - 1];
 }
 
 // The largest von Mises stress in the section, of its section forces.

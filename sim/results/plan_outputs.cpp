@@ -92,16 +92,17 @@ void plan_joint(Planning& p) {
     p.plans.reactions = p.plans.accelerations = true;
     return;
   }
-  JointKind kind = p.scene.joints[joint].kind;
+  JointKind kind = p.scene.joints[static_cast<size_t>(joint)].kind;
   const bool value = def.quantity == Quantity::value || def.quantity == Quantity::rate;
   // Friction by reactions is known once these are.
   if (def.quantity == Quantity::friction_force) p.plans.accelerations = true;
   // What acts along a line's point is of the joint that stands for it.
-  if (!value && p.plan.loop < 0 && p.plan.joint_part >= 0) kind = p.model.parts[p.plan.joint_part].joint.kind;
+  if (!value && p.plan.loop < 0 && p.plan.joint_part >= 0) kind = p.model.parts[static_cast<size_t>(p.plan.joint_part)].joint.kind;
   const int n = p.plan.loop >= 0 && !value ? 1 : rate_count(kind);
   if (n == 0) throw InputError(fmt::format("{}: a joint of this kind has no coordinate; the only quantity allowed is reaction", p.where));
   if (n > 1) p.tags.clear();
-  for (int k = 0; k < n && n > 1; ++k) p.tags.push_back(traits(kind).quaternion == 0 ? xyz[k] : fmt::format(".{}", k + 1));
+  for (int k = 0; k < n && n > 1; ++k)
+    p.tags.push_back(traits(kind).quaternion == 0 ? xyz[static_cast<size_t>(k)] : fmt::format(".{}", k + 1));
   p.units.clear();
   for (int k = 0; k < n; ++k) p.units.emplace_back(coordinate_unit(def.quantity, is_length(kind, k)));
 }
@@ -111,10 +112,10 @@ void plan_force(Planning& p) {
   for (size_t i = 0; i < p.model.loads.size(); ++i)
     if (p.model.loads[i].def.name == def.of.body) p.plan.loads.push_back(static_cast<int>(i));
   if (p.plan.loads.empty()) throw InputError(fmt::format("{}: '{}' is no force that acts in the model", p.where, def.of.body));
-  const ForceKind kind = p.model.loads[p.plan.loads.front()].def.kind;
+  const ForceKind kind = p.model.loads[static_cast<size_t>(p.plan.loads.front())].def.kind;
   // What expressions read of the state is known once the loads have been.
   for (const int load : p.plan.loads)
-    if (p.model.loads[load].function >= 0) p.plans.accelerations = true;
+    if (p.model.loads[static_cast<size_t>(load)].function >= 0) p.plans.accelerations = true;
   if (def.quantity == Quantity::length_rate) p.units = {"m/s"};
   if (def.quantity == Quantity::power) p.units = {"W"};
   if (def.quantity != Quantity::force) return;
@@ -146,7 +147,7 @@ void plan_section(Planning& p) {
     return;
   }
   p.units = {"Pa"};
-  const auto& beam = std::get<BeamDef>(p.scene.bodies[index_of(p.scene.bodies, def.of.body)].kind);
+  const auto& beam = std::get<BeamDef>(p.scene.bodies[static_cast<size_t>(index_of(p.scene.bodies, def.of.body))].kind);
   p.plan.section = beam.section;
   p.plan.material = beam.material;
   p.plan.points = stress_points(beam.section);

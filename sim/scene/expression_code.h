@@ -113,19 +113,12 @@ inline double atan2_on_side(double y, double x, double side) {
 
 inline double power(double a, double b) { return b == 2.0 ? a * a : std::pow(a, b); }
 
-// A part of a code: its instructions from begin to end - 1.
-struct Stretch {
-  const std::vector<Expression::Instruction>& code;
-  int begin, end;
-};
-inline Stretch whole(const std::vector<Expression::Instruction>& code) { return {code, 0, static_cast<int>(code.size())}; }
-
-// Runs a stretch of code on a stack of T and returns its top; with `below`, the value under the top goes there.
+// Runs code[begin, end) on a stack of T and returns its top; with `below`, the value under the top goes there.
 // Long: one case an instruction. `selector(index, op, a, b)` answers what the selector chooses. T needs the arithmetic operators and the
 // free functions used here, found in T's namespace or std.
 template <class T, class Select>
-T run(const Stretch& stretch, const T& t, Select&& selector, T* below = nullptr, const double* variables = nullptr) {
-  const auto& [code, begin, end] = stretch;
+T run(const std::vector<Expression::Instruction>& code, int begin, int end, const T& t, Select&& selector, T* below = nullptr,
+      const double* variables = nullptr) {
   using std::sin, std::cos, std::tan, std::asin, std::acos, std::atan, std::sinh, std::cosh, std::tanh, std::asinh, std::acosh, std::atanh,
       std::exp, std::log, std::log2, std::log10, std::sqrt;
   std::array<T, stack_size> stack;

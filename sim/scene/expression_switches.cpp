@@ -184,9 +184,9 @@ class Search {
 
   Operands operands(double t) const {
     const auto held = [this](int index, Op, double, double) { return held_[index]; };
-    if (!is_binary_selector(selector_->op)) return {run({code_, selector_->begin, selector_->end}, t, held), 0.0};
+    if (!is_binary_selector(selector_->op)) return {run(code_, selector_->begin, selector_->end, t, held), 0.0};
     Operands o{};
-    o.b = run({code_, selector_->begin, selector_->end}, t, held, &o.a);
+    o.b = run(code_, selector_->begin, selector_->end, t, held, &o.a);
     return o;
   }
 
@@ -205,8 +205,8 @@ class Search {
     const auto held = [this](int index, Op, const Range&, const Range&) { return held_[index]; };
     const Range time(Interval{lo, hi}, one, false);
     b = Range(0.0);
-    if (is_binary_selector(selector_->op)) b = run({code_, selector_->begin, selector_->end}, time, held, &a);
-    else a = run({code_, selector_->begin, selector_->end}, time, held);
+    if (is_binary_selector(selector_->op)) b = run(code_, selector_->begin, selector_->end, time, held, &a);
+    else a = run(code_, selector_->begin, selector_->end, time, held);
   }
 
   // The difference of the operands at one time, as wide as its rounding.

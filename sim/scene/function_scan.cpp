@@ -263,7 +263,7 @@ FunctionBounds FunctionScan::bounds(double lo, double hi) const {
   if (table_) return bounds_of_table(lo, hi);
   Series time(Interval{lo, hi});
   time[1] = expression::one;
-  const Series f = expression::run(expression::whole(code_->code), time,
+  const Series f = expression::run(code_->code, 0, static_cast<int>(code_->code.size()), time,
                                    [&](int index, Op, const Series&, const Series&) { return code_->chosen[index]; });
   // f^(d), f^(d+1), f^(d+2) from the coefficients.
   const double factorial = derivative_ == 2 ? 2.0 : 1.0, next = derivative_ == 2 ? 6.0 : 1.0, second = derivative_ == 2 ? 24.0 : 2.0;

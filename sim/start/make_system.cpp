@@ -49,9 +49,9 @@ void check_springs(const Model& model, const Scene& scene, const Work& work) {
 void load_at_rest(const Model& model, Work& work) {
   for (const Load& load : model.loads) {
     if (load.expression < 0) continue;
-    TimeFunction at_zero = model.expressions[load.expression];
+    TimeFunction at_zero = model.expressions[static_cast<size_t>(load.expression)];
     at_zero.unfreeze();
-    work.expression_value[load.expression] = at_zero.value(0.0);
+    work.expression_value[static_cast<size_t>(load.expression)] = at_zero.value(0.0);
   }
 }
 
@@ -79,11 +79,12 @@ void refuse_state_forces(const System& system) {
   if (system.model.massless.rates.empty()) return;
   for (const Load& load : system.model.loads)
     if (load.function >= 0 || load.rest >= 0 || load.contact >= 0 || load.def.kind == ForceKind::drag)
-      throw InputError(
-          fmt::format("{}:{}: force{}: depends on the state or has a rest that moves, but {} moves without mass or inertia, by "
-                      "the balance of springs and dampers; give the bodies there a mass",
-                      system.scene.file.string(), load.def.line, load.def.name.empty() ? "" : fmt::format(" '{}'", load.def.name),
-                      "joint '" + system.model.parts[joint_of_rate(system.model, system.model.massless.rates.front())].joint.name + "'"));
+      throw InputError(fmt::format(
+          "{}:{}: force{}: depends on the state or has a rest that moves, but {} moves without mass or inertia, by "
+          "the balance of springs and dampers; give the bodies there a mass",
+          system.scene.file.string(), load.def.line, load.def.name.empty() ? "" : fmt::format(" '{}'", load.def.name),
+          "joint '" + system.model.parts[static_cast<size_t>(joint_of_rate(system.model, system.model.massless.rates.front()))].joint.name +
+              "'"));
 }
 
 // Which state a static start found.

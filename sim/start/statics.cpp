@@ -143,8 +143,8 @@ struct Problem {
     K = MatX::Zero(n, n);
     MatX N = MatX::Zero(model.nv, n);
     for (Eigen::Index k = 0; k < n; ++k) {
-      const Direction& d = sought[k];
-      const size_t cluster = model.parts[d.part].cluster;
+      const Direction& d = sought[static_cast<size_t>(k)];
+      const size_t cluster = static_cast<size_t>(model.parts[d.part].cluster);
       const ClusterWork& cw = work.clusters[cluster];
       const int v0 = model.clusters[cluster].v0;
       N(d.v, k) = 1.0 / d.scale;
@@ -164,7 +164,7 @@ struct Problem {
       }
     }
     for (Eigen::Index k = 0; k < n; ++k) {
-      const Direction& d = sought[k];
+      const Direction& d = sought[static_cast<size_t>(k)];
       // 1e-6 of the size: the truncation (1e-6 relative) costs Newton one digit a step, rounding stays at 1e-10.
       const double step = 1e-6 * model.size;
       move_along(model, d, step / d.scale, work);
@@ -205,13 +205,13 @@ Partition close_by_size(const Model& model, int cluster, Work& work) {
     if (!(A.bottomRows(A.rows() - step).cwiseAbs().maxCoeff(&row, &column) > 0.0)) return cw.partition;
     row += step;
     A.row(step).swap(A.row(row));
-    std::swap(out.rows[step], out.rows[row]);
-    used[column] = 1;
+    std::swap(out.rows[static_cast<size_t>(step)], out.rows[static_cast<size_t>(row)]);
+    used[static_cast<size_t>(column)] = 1;
     out.dep.push_back(static_cast<int>(column));
     for (Eigen::Index r = step + 1; r < A.rows(); ++r) A.row(r) -= (A(r, column) / A(step, column)) * A.row(step);
   }
   for (int k = 0; k < c.nv; ++k)
-    if (!used[k]) out.ind.push_back(k);
+    if (!used[static_cast<size_t>(k)]) out.ind.push_back(k);
   return out;
 }
 
@@ -270,7 +270,7 @@ Found search(Problem& p, const Sought& what, Way way, StaticSolution& out) {
     const double slope = f.dot(x);
     bool accepted = false;
     for (int halving = 0; halving < 40 && !accepted; ++halving, share *= 0.5) {
-      for (Eigen::Index k = 0; k < n; ++k) move_along(p.model, p.sought[k], share * x[k] / p.scale[k], p.work);
+      for (Eigen::Index k = 0; k < n; ++k) move_along(p.model, p.sought[static_cast<size_t>(k)], share * x[k] / p.scale[k], p.work);
       accepted = p.evaluate(nullptr, next);
       if (accepted) {
         // The step that would follow with the same stiffness: shorter, if this one led nearer.
@@ -428,7 +428,7 @@ std::string accelerating(const Problem& p) {
 }
 
 [[noreturn]] void refuse(const Scene& scene, Problem& p, const Sought& what, const Raised& raised, const VecX& start) {
-  const Direction d = p.sought.empty() ? Direction{} : p.sought[raised.found.worst];
+  const Direction d = p.sought.empty() ? Direction{} : p.sought[static_cast<size_t>(raised.found.worst)];
   const double force = p.rest.force.size() > 0 ? p.rest.force[d.v] : 0.0;
   // The same without the accelerations of prescribed motions: then it is these that nothing balances.
   if (const std::string moving = accelerating(p); !moving.empty()) {
