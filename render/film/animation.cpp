@@ -74,7 +74,7 @@ render::Lines crease_line(const BodyModel& model, const PictureMemory::Skin& ski
   line.color = glm::vec4(look == LookKind::print ? glm::vec3(0.08f) : shade, 1.0f);
   line.points.reserve(2 * model.creases.size());
   for (const glm::ivec2& ends : model.creases)
-    for (int k = 0; k < 2; ++k) line.points.push_back(skin.positions[ends[k]]);
+    for (int k = 0; k < 2; ++k) line.points.push_back(skin.positions[static_cast<size_t>(ends[k])]);
   return line;
 }
 

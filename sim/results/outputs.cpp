@@ -245,7 +245,7 @@ void coordinate_force_columns(const Model& model, const OutputPlan& plan, Work& 
 // those on its side towards the root.
 Vec6 wrench_in_section(const OutputPlans& plans, int frame) {
   const auto [b, k] = plans.sections->at(frame);
-  const CutBeam& beam = plans.sections->beams()[b];
+  const CutBeam& beam = plans.sections->beams()[static_cast<size_t>(b)];
   return k == 0 ? beam.left.front() : beam.right[static_cast<size_t>(k) - 1];
 }
 
