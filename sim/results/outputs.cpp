@@ -266,8 +266,8 @@ double section_stress(const OutputPlan& plan, const Vec6& f) {
 
 }  // namespace
 
-void evaluate_outputs(const Model& model, const OutputPlans& plans, Work& work, const Reactions& reactions, const double* previous,
-                      double* row) {
+void evaluate_outputs(const Model& model, const Scene&, const OutputPlans& plans, Work& work, const Reactions& reactions,
+                      const double* previous, double* row) {
   if (plans.sections) plans.sections->evaluate(model, work, reactions);
   for (const OutputPlan& plan : plans.outputs) {
     double* out = row + plan.first;

@@ -76,7 +76,8 @@ class Beside {
   }
   VecX outputs(const VecX& around) {
     VecX row = VecX::Zero(static_cast<Eigen::Index>(plans_.columns.size()));
-    evaluate_outputs(system_.model, plans_, system_.work, reactions_, around.size() > 0 ? around.data() : nullptr, row.data());
+    evaluate_outputs(system_.model, system_.scene, plans_, system_.work, reactions_, around.size() > 0 ? around.data() : nullptr,
+                     row.data());
     return row;
   }
 
