@@ -266,6 +266,33 @@ std::vector<Edge> triangle_edges(const Weld& weld) {
   return edges;
 }
 
+// A cloud of points has no edges of its own: each point is joined to the nearest others, about as many as a vertex of a mesh has.
+std::vector<Edge> cloud_edges(const Weld& weld, const PointGrid& grid) {
+  constexpr size_t around = 8;
+  const auto count = static_cast<size_t>(weld.positions.rows());
+  const size_t wanted = std::min(around, count - 1);
+  std::vector<Edge> edges;
+  std::vector<int> near;
+  std::vector<std::pair<double, int>> nearest;
+  double radius =
+      (weld.positions.colwise().maxCoeff() - weld.positions.colwise().minCoeff()).norm() / std::sqrt(static_cast<double>(count));
+  for (int v = 0; v < static_cast<int>(count); ++v) {
+    const Vec3 x = weld.positions.row(v).transpose();
+    for (grid.within(x, radius, near); near.size() <= wanted; grid.within(x, radius, near)) radius *= 1.5;
+    nearest.clear();
+    for (const int w : near)
+      if (w != v) nearest.push_back({(weld.positions.row(w).transpose() - x).squaredNorm(), w});
+    std::partial_sort(nearest.begin(), nearest.begin() + static_cast<std::ptrdiff_t>(wanted), nearest.end());
+    for (size_t k = 0; k < wanted; ++k) {
+      edges.push_back({v, nearest[k].second});
+      edges.push_back({nearest[k].second, v});
+    }
+    // Where points lie closer the next search is shorter.
+    if (near.size() > 4 * around) radius /= 1.5;
+  }
+  return edges;
+}
+
 // Bridges between the parts of a mesh, smallest parts first: each group of parts that holds too few nodes is joined to the nearest vertex
 // outside it, until it holds enough.
 class Bridges {
@@ -414,8 +441,8 @@ Graph make_graph(const Weld& weld, const Points& nodes, int enough) {
   graph.vertices = static_cast<int>(weld.positions.rows());
   graph.nodes = static_cast<int>(nodes.rows());
   index_corners(graph, weld);
-  std::vector<Edge> edges = triangle_edges(weld);
   const PointGrid grid(weld.positions);
+  std::vector<Edge> edges = weld.triangles.rows() > 0 ? triangle_edges(weld) : cloud_edges(weld, grid);
   attach_nodes(graph, weld, nodes, grid);
   bridge_parts(graph, weld, grid, enough, edges);
   set_neighbours(graph, weld, edges);

@@ -37,12 +37,12 @@ std::string node_label(const Nodes& nodes, Eigen::Index i) {
 void check_input(const Nodes& nodes, const MeshView& mesh) {
   if (nodes.positions.rows() == 0) throw InputError("no simulation nodes: at least one is needed to move the mesh");
   if (mesh.vertices.rows() == 0) throw InputError("the mesh has no vertices");
-  if (mesh.triangles.rows() == 0) throw InputError("the mesh has no faces");
   for (Eigen::Index i = 0; i < nodes.positions.rows(); ++i)
     if (!nodes.positions.row(i).allFinite())
       throw InputError(fmt::format("simulation node {} has a coordinate that is not finite", node_label(nodes, i)));
   for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v)
     if (!mesh.vertices.row(v).allFinite()) throw InputError(fmt::format("vertex {} of the mesh has a coordinate that is not finite", v));
+  if (mesh.triangles.rows() == 0) return;
   if (mesh.triangles.minCoeff() < 0 || mesh.triangles.maxCoeff() >= mesh.vertices.rows())
     throw InputError(fmt::format("a triangle refers to vertex {}, the mesh has {}",
                                  mesh.triangles.minCoeff() < 0 ? mesh.triangles.minCoeff() : mesh.triangles.maxCoeff(),
@@ -55,8 +55,9 @@ struct Box {
   double diagonal() const { return (upper - lower).norm(); }
 };
 
-// Only vertices of triangles count for size and extent; the others follow.
+// Only vertices of triangles count for size and extent; the others follow. Of a cloud all.
 Points drawn_vertices(const MeshView& mesh) {
+  if (mesh.triangles.rows() == 0) return mesh.vertices;
   std::vector<char> used(mesh.vertices.rows(), 0);
   for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t)
     for (int c = 0; c < 3; ++c) used[mesh.triangles(t, c)] = 1;
@@ -268,12 +269,15 @@ void choose_scheme(Map& map, const Weld& weld, const Graph& graph) {
   const bool flat = principal.values[0] < 1e-10 * principal.values[2];
   const double size = Box(weld.positions).diagonal();
   const auto inside = std::count_if(graph.off_mesh.begin(), graph.off_mesh.end(), [&](double d) { return d > 0.01 * size; });
-  const std::string thin = !flat && count > elastic_nodes && count <= thin_nodes && vertices <= elastic_vertices
-                               ? thin_reason(map.node_positions, weld, graph)
-                               : "";
+  const std::string thin =
+      weld.triangles.rows() > 0 && !flat && count > elastic_nodes && count <= thin_nodes && vertices <= elastic_vertices
+          ? thin_reason(map.node_positions, weld, graph)
+          : "";
   Report& report = map.report;
   report.scheme = Scheme::kernel;
-  if (flat) report.reason = fmt::format("{} nodes on a flat sheet: kernel in its plane", count);
+  if (weld.triangles.rows() == 0)
+    report.reason = fmt::format("{} nodes in a cloud of {} points without faces: partition of unity along nearest points", count, vertices);
+  else if (flat) report.reason = fmt::format("{} nodes on a flat sheet: kernel in its plane", count);
   else if (count > elastic_nodes && thin.empty())
     report.reason = fmt::format("{} nodes are dense enough for the geodesic partition of unity (more than {})", count, elastic_nodes);
   else if (vertices > elastic_vertices)
@@ -437,6 +441,9 @@ void map_over_surface(const Nodes& nodes, const Weld& weld, const Layout& layout
     report.warnings.push_back(
         fmt::format("{} of {} parts of the mesh hold fewer than 8 nodes and move with the nearest other part", graph.bridges, graph.parts));
   PartitionOptions how = partition_options(options, report.scheme, nodes.rotations);
+  if (weld.triangles.rows() == 0 && (report.scheme == Scheme::elastic || report.scheme == Scheme::lattice))
+    throw InputError(fmt::format("scheme {} needs a mesh with faces; for a cloud of points take auto, kernel, r3, r or tps",
+                                 scheme_name(report.scheme)));
   if (report.scheme == Scheme::lattice && !measure_solidity(weld.positions, weld.triangles).closed) {
     report.scheme = Scheme::elastic;
     report.warnings.push_back("the mesh is not closed, so that its inside has no lattice: elastic surface instead");

@@ -489,9 +489,27 @@ TEST(InterpAcceptance, WrongInputIsSaidInASentence) {
   EXPECT_NE(message(nodes, plate).find("do not belong"), std::string::npos);
   Body bare = plate;
   bare.t.resize(0, 3);
-  nodes.positions = plate.v;
-  EXPECT_NE(message(nodes, bare).find("no faces"), std::string::npos);
+  nodes.positions = plate.v.topRows(20);
+  EXPECT_THROW(precise_map(nodes, bare, Scheme::elastic), InputError);
   EXPECT_THROW(scheme_from_name("spline"), InputError);
+}
+
+// Points without faces, the con rod's vertices in any order: its modes within twice the limit of the mesh, rigid motion exactly.
+TEST(InterpAcceptance, CloudOfPoints) {
+  const ConRod& rod = conrod();
+  Body cloud = rod.body;
+  cloud.t.resize(0, 3);
+  const Nodes nodes = nodes_at(rod.body.v, rod.order, 97);
+  for (const Scheme scheme : {Scheme::automatic, Scheme::r3}) {
+    const Map map = precise_map(nodes, cloud, scheme);
+    FieldError error;
+    for (const Points& mode : rod.mode) error.add(apply_linear(map, rows_at(mode, rod.order, 97), none), mode, rod.order, 97);
+    EXPECT_LE(error.relative(), 0.04) << scheme_name(scheme);
+    const Mat3 turn = Eigen::AngleAxisd(2.0, Vec3(1.0, 2.0, -0.5).normalized()).toRotationMatrix() - Mat3::Identity();
+    const Points moved = apply_precise(map, nodes.positions * turn.transpose(), none);
+    EXPECT_LT((moved - cloud.v * turn.transpose()).cwiseAbs().maxCoeff(), 1e-9) << scheme_name(scheme);
+  }
+  EXPECT_NE(precise_map(nodes, cloud, Scheme::automatic).report.reason.find("cloud"), std::string::npos);
 }
 
 TEST(InterpAcceptance, PartsWithoutNodesHangOnTheNearest) {
