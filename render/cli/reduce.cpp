@@ -6,185 +6,22 @@
 
 #include "sim/base/file_output.h"
 #include "sim/bodies/sid.h"
-#include "sim/reduce/reduce.h"
+#include "sim/reduce/reduce_request.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <algorithm>
-#include <cmath>
 #include <memory>
 
 namespace flexframe::cli {
 namespace {
 
 struct Words {
-  std::string model, output, mesh, report, mass, nodes_file, dofs, method = "auto", units = "m";
-  std::vector<std::string> materials, densities, elastics, interfaces, node_sets;
-  std::vector<int> nodes;
-  std::string hold = "auto";
-  double thickness = 0.0;
-  bool no_stiffening = false, force_stiffening = false, no_cut_off = false, json = false, silent = false;
+  sim::ReduceRequest request;
+  std::string model, output, mesh, report, mass, node_table, dofs;
+  bool no_stiffening = false, no_cut_off = false, json = false, silent = false;
   double memory = 0.0;
-  sim::ReduceOptions options;
 };
-
-std::string upper(std::string s) {
-  for (char& c : s) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  return s;
-}
-
-// A system of units by name, or its three factors to SI: length, mass, time.
-sim::FeUnits units_of(const std::string& text) {
-  if (const auto known = sim::units_named(text)) return *known;
-  sim::FeUnits u;
-  double* const factors[] = {&u.length, &u.mass, &u.time};
-  const char* at = text.c_str();
-  for (int i = 0; i < 3; ++i) {
-    char* end = nullptr;
-    *factors[i] = std::strtod(at, &end);
-    if (end == at || (i < 2 ? *end != ',' : *end != '\0') || !(*factors[i] > 0.0) || !std::isfinite(*factors[i]))
-      throw UsageError(
-          fmt::format("--units '{}': m, mm, mm-kg-s, mm-kg-ms, mm-g-ms, cm-g-s, in-lbf-s, or the factors LENGTH,MASS,TIME to SI are "
-                      "expected",
-                      text));
-    at = end + 1;
-  }
-  return u;
-}
-
-// "[NAME=]NUMBER,..." of `count` numbers.
-std::pair<std::string, std::vector<double>> named_numbers(const std::string& option, const std::string& text, int count) {
-  const size_t equals = text.rfind('=');
-  std::vector<double> out;
-  const std::string numbers = text.substr(equals == std::string::npos ? 0 : equals + 1);
-  const char* at = numbers.c_str();
-  for (int i = 0; i < count; ++i) {
-    char* end = nullptr;
-    out.push_back(std::strtod(at, &end));
-    if (end == at || (i + 1 < count ? *end != ',' : *end != '\0') || !std::isfinite(out.back()))
-      throw UsageError(fmt::format("{} '{}': [MATERIAL=]{} is expected", option, text, count == 1 ? "DENSITY" : "YOUNGS_MODULUS,POISSON"));
-    at = end + 1;
-  }
-  return {equals == std::string::npos ? "" : text.substr(0, equals), out};
-}
-
-// "E,nu,rho" or "SET=E,nu,rho", in SI.
-void apply_material(sim::FeModel& model, const std::string& text) {
-  const size_t equals = text.find('=');
-  const std::string set = equals == std::string::npos ? "" : upper(text.substr(0, equals));
-  sim::FeMaterial m;
-  m.name = set.empty() ? "--material" : set;
-  double* const values[] = {&m.youngs_modulus, &m.poisson, &m.density};
-  const std::string numbers = text.substr(equals == std::string::npos ? 0 : equals + 1);
-  const char* at = numbers.c_str();
-  for (int i = 0; i < 3; ++i) {
-    char* end = nullptr;
-    *values[i] = std::strtod(at, &end);
-    if (end == at || (i < 2 ? *end != ',' : *end != '\0'))
-      throw UsageError(fmt::format("--material '{}': [SET=]YOUNGS_MODULUS,POISSON,DENSITY in SI is expected", text));
-    at = end + 1;
-  }
-  sim::set_material(model, m, set);
-}
-
-int node_of(const sim::FeModel& model, const std::string& text) {
-  char* end = nullptr;
-  const long id = std::strtol(text.c_str(), &end, 10);
-  if (text.empty() || *end) throw UsageError(fmt::format("'{}' is not a node number", text));
-  const auto at = std::find(model.node_ids.begin(), model.node_ids.end(), static_cast<int>(id));
-  if (at == model.node_ids.end()) throw sim::InputError(fmt::format("{}: node {} is not there", model.file, id));
-  return static_cast<int>(at - model.node_ids.begin());
-}
-
-const std::vector<int>& set_of(const sim::FeModel& model, const std::string& name) {
-  const auto at = model.node_sets.find(upper(name));
-  if (at != model.node_sets.end()) return at->second;
-  std::string names;
-  for (const auto& [set, members] : model.node_sets) names += (names.empty() ? "" : ", ") + set;
-  throw sim::InputError(fmt::format("{}: node set '{}' is not there; there are: {}", model.file, name, names.empty() ? "none" : names));
-}
-
-// "[NAME=]NODE", "[NAME=]SPIDER" or "[NAME=]rigid:SET[@x,y,z]", "[NAME=]average:SET[@x,y,z]".
-sim::ReduceInterface interface_of(sim::FeModel& model, const std::string& text) {
-  sim::ReduceInterface out;
-  std::string what = text;
-  if (const size_t equals = text.find('='); equals != std::string::npos) {
-    out.name = text.substr(0, equals);
-    what = text.substr(equals + 1);
-  }
-  const size_t colon = what.find(':');
-  if (colon != std::string::npos) {
-    const std::string kind = what.substr(0, colon);
-    if (kind != "rigid" && kind != "average") throw UsageError(fmt::format("--interface '{}': rigid:SET or average:SET is expected", text));
-    const size_t place = what.find('@', colon);
-    const std::string set = what.substr(colon + 1, place == std::string::npos ? place : place - colon - 1);
-    sim::FeSpider spider;
-    spider.name = out.name.empty() ? set : out.name;
-    spider.rigid = kind == "rigid";
-    spider.slaves = set_of(model, set);
-    if (spider.slaves.empty()) throw sim::InputError(fmt::format("{}: node set '{}' is empty", model.file, set));
-    sim::Vec3 centre = sim::Vec3::Zero();
-    if (place == std::string::npos) {
-      sim::Vec3 lower = model.nodes[spider.slaves[0]], upper_corner = lower;
-      for (int n : spider.slaves) {
-        lower = lower.cwiseMin(model.nodes[n]);
-        upper_corner = upper_corner.cwiseMax(model.nodes[n]);
-      }
-      centre = 0.5 * (lower + upper_corner);
-    } else {
-      const char* at = what.c_str() + place + 1;
-      for (int d = 0; d < 3; ++d) {
-        char* end = nullptr;
-        centre(d) = std::strtod(at, &end);
-        if (end == at || (d < 2 ? *end != ',' : *end != '\0'))
-          throw UsageError(fmt::format("--interface '{}': @x,y,z in metres is expected", text));
-        at = end + 1;
-      }
-    }
-    spider.node = static_cast<int>(model.nodes.size());
-    model.node_ids.push_back(*std::max_element(model.node_ids.begin(), model.node_ids.end()) + 1);
-    model.nodes.push_back(centre);
-    out.spider = static_cast<int>(model.spiders.size());
-    model.spiders.push_back(std::move(spider));
-    return out;
-  }
-  for (size_t i = 0; i < model.spiders.size(); ++i)
-    if (model.spiders[i].name == upper(what)) out.spider = static_cast<int>(i);
-  if (out.spider >= 0) return out;
-  out.node = node_of(model, what);
-  for (size_t i = 0; i < model.spiders.size(); ++i)
-    if (model.spiders[i].node == out.node) {
-      out.spider = static_cast<int>(i);
-      out.node = -1;
-    }
-  return out;
-}
-
-sim::FeModel read_model(const Words& w) {
-  const sim::FeUnits units = units_of(w.units);
-  std::filesystem::path path = w.model;
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  if (ending == ".inp") return sim::read_inp(path, units);
-  if (ending == ".msh") return sim::read_msh(path, units);
-  if (ending == ".bdf" || ending == ".nas" || ending == ".dat") return sim::read_nastran(path, units);
-  if (ending == ".sti" || ending == ".mtx") {
-    std::filesystem::path mass = w.mass, dofs = w.dofs, nodes = w.nodes_file;
-    if (ending == ".sti") {
-      if (mass.empty()) mass = std::filesystem::path(path).replace_extension(".mas");
-      if (dofs.empty()) dofs = std::filesystem::path(path).replace_extension(".dof");
-      if (nodes.empty()) nodes = std::filesystem::path(path).replace_extension(".inp");
-    }
-    if (mass.empty() || nodes.empty()) throw UsageError("a stiffness matrix needs --mass M.mtx and --node-table FILE");
-    return sim::read_fe_matrices(path, mass, nodes, dofs, units);
-  }
-  throw sim::InputError(
-      fmt::format("{}: '{}' is no known kind of model: .inp (Abaqus, CalculiX), .bdf .nas .dat (Nastran), .msh (gmsh), .sti (CalculiX "
-                  "matrices), .mtx (Matrix "
-                  "Market) can be read",
-                  w.model, ending));
-}
 
 std::string report_text(const Words& w, const sim::Reduction& r) {
   const sim::ReduceReport& p = r.report;
@@ -218,48 +55,18 @@ std::string report_text(const Words& w, const sim::Reduction& r) {
 }
 
 int run(Words& w) {
-  sim::FeModel model = read_model(w);
-  for (const std::string& m : w.materials) apply_material(model, m);
-  for (const std::string& d : w.densities) {
-    const auto [name, numbers] = named_numbers("--density", d, 1);
-    sim::complete_density(model, name, numbers[0]);
-  }
-  for (const std::string& e : w.elastics) {
-    const auto [name, numbers] = named_numbers("--elastic", e, 2);
-    sim::complete_elasticity(model, name, numbers[0], numbers[1]);
-  }
-  for (std::string& text : sim::unit_warnings(model, units_of(w.units))) model.warnings.push_back(std::move(text));
-  if (w.thickness > 0.0)
-    for (sim::FeElement& e : model.elements)
-      if (sim::fe_is_shell(e.shape) && !(e.thickness > 0.0)) e.thickness = w.thickness;
-  sim::ReduceOptions& o = w.options;
-  o.method = w.method == "auto"            ? sim::ReduceMethod::automatic
-             : w.method == "guyan"         ? sim::ReduceMethod::guyan
-             : w.method == "craig-bampton" ? sim::ReduceMethod::craig_bampton
-             : w.method == "response"      ? sim::ReduceMethod::response
-                                           : sim::ReduceMethod::eigenmodes;
-  for (const std::string& i : w.interfaces) o.interfaces.push_back(interface_of(model, i));
-  for (int id : w.nodes) o.nodes.push_back(node_of(model, fmt::format("{}", id)));
-  for (const std::string& s : w.node_sets)
-    for (int n : set_of(model, s)) o.nodes.push_back(n);
-  std::string held_note;
-  if (w.hold == "auto" || w.hold == "model") {
-    o.held = model.constraints;
-    if (!o.held.empty())
-      held_note = fmt::format("held by the model's *BOUNDARY ({} motions); --hold none leaves the body free", o.held.size());
-  } else if (w.hold != "none") {
-    for (int n : set_of(model, w.hold))
-      for (int d = 0; d < 6; ++d) o.held.push_back({n, d});
-  }
-  o.stiffening = !w.no_stiffening;
-  o.stiffening_forced = w.force_stiffening;
-  if (w.no_cut_off) o.cut_off = 0.0;
-  o.memory_limit = 1e9 * w.memory;
+  sim::ReduceRequest& request = w.request;
+  request.model = w.model;
+  request.mass = w.mass;
+  request.node_table = w.node_table;
+  request.dofs = w.dofs;
+  request.options.stiffening = !w.no_stiffening;
+  if (w.no_cut_off) request.options.cut_off = 0.0;
+  request.options.memory_limit = 1e9 * w.memory;
   const auto progress = [&](const std::string& text) {
     if (!w.silent && verbosity() != Verbosity::quiet) fmt::print(stderr, "{}\n", text);
   };
-  sim::Reduction r = sim::reduce(model, o, progress);
-  if (!held_note.empty()) r.report.notes.insert(r.report.notes.begin(), held_note);
+  const auto [model, r] = sim::reduce(request, progress);
   for (const std::string& n : r.report.warnings) fmt::print(stderr, "warning: {}\n", n);
   for (const std::string& n : r.report.notes) progress("note: " + n);
   sim::write_sid(
@@ -296,9 +103,9 @@ void reduce_model(const std::string& model, const std::string& sid, const std::v
   Words w;
   w.model = model;
   w.output = sid;
-  w.interfaces = interfaces;
-  w.options.modes = modes;
-  w.options.damping = damping;
+  w.request.interfaces = interfaces;
+  w.request.options.modes = modes;
+  w.request.options.damping = damping;
   w.silent = true;
   run(w);
 }
@@ -313,46 +120,48 @@ Command add_reduce(Program& program) {
   app.option("-o,--output", w->output, "the body, BODY.sid; BODY.obj and BODY.md come with it").as("FILE").required();
   app.option("--mesh", w->mesh, "name of the surface mesh").as("FILE");
   app.option("--report", w->report, "name of the report").as("FILE");
-  app.option("--method", w->method, "auto (craig-bampton with interfaces, else eigen), eigen, guyan, craig-bampton or response")
+  app.option("--method", w->request.method, "auto (craig-bampton with interfaces, else eigen), eigen, guyan, craig-bampton or response")
       .one_of({"auto", "eigen", "guyan", "craig-bampton", "response"})
       .show_default();
-  app.option("--modes", w->options.modes, "number of modes (with interfaces held for craig-bampton)").not_negative().show_default();
-  app.option("--highest", w->options.highest, "highest frequency of interest, Hz: all modes up to it").positive();
-  app.option("--lowest", w->options.lowest, "lowest frequency of interest, Hz (response: loads act at half of it)").positive();
-  app.option("--cut-off", w->options.cut_off,
+  app.option("--modes", w->request.options.modes, "number of modes (with interfaces held for craig-bampton)").not_negative().show_default();
+  app.option("--highest", w->request.options.highest, "highest frequency of interest, Hz: all modes up to it").positive();
+  app.option("--lowest", w->request.options.lowest, "lowest frequency of interest, Hz (response: loads act at half of it)").positive();
+  app.option("--cut-off", w->request.options.cut_off,
              "drop modes of the reduced model above this factor times --highest, except those needed for the static deflection at the "
              "interfaces")
       .positive()
       .show_default();
   app.flag("--no-cut-off", w->no_cut_off, "drop none");
-  app.option("--static-error", w->options.static_error,
+  app.option("--static-error", w->request.options.static_error,
              "largest error of the static deflection at the interfaces that the cut-off may cause; 1: no limit")
       .range(0.0, 1.0)
       .show_default();
-  app.option("--interface", w->interfaces,
+  app.option("--interface", w->request.interfaces,
              "[NAME=]NODE, a spider's name, [NAME=]rigid:SET[@x,y,z] or [NAME=]average:SET[@x,y,z]; may be repeated");
-  app.option("--hold", w->hold, "'model' (*BOUNDARY), 'none', or a node set; default: the model's if it has any").show_default();
-  app.option("--nodes", w->options.node_count, "number of kept nodes, distributed over the surface, interfaces included")
+  app.option("--hold", w->request.hold, "'model' (*BOUNDARY), 'none', or a node set; default: the model's if it has any").show_default();
+  app.option("--nodes", w->request.options.node_count, "number of kept nodes, distributed over the surface, interfaces included")
       .range(1, 1000000)
       .show_default();
-  app.option("--node", w->nodes, "keep these nodes instead").as("LIST").list(Option::is_number).separated_by(',');
-  app.option("--node-set", w->node_sets, "keep the nodes of this set instead; may be repeated");
-  app.option("--material", w->materials, "[SET=]YOUNGS_MODULUS,POISSON,DENSITY in SI, for elements without one; may be repeated");
-  app.option("--thickness", w->thickness, "thickness of shells without one, m").positive();
-  app.option("--density", w->densities, "[MATERIAL=]DENSITY in kg/m^3, for materials without one; may be repeated");
-  app.option("--elastic", w->elastics, "[MATERIAL=]YOUNGS_MODULUS,POISSON in SI, for materials without elasticity; may be repeated");
-  app.option("--units", w->units,
+  app.option("--node", w->request.nodes, "keep these nodes instead").as("LIST").list(Option::is_number).separated_by(',');
+  app.option("--node-set", w->request.node_sets, "keep the nodes of this set instead; may be repeated");
+  app.option("--material", w->request.materials, "[SET=]YOUNGS_MODULUS,POISSON,DENSITY in SI, for elements without one; may be repeated");
+  app.option("--thickness", w->request.thickness, "thickness of shells without one, m").positive();
+  app.option("--density", w->request.densities, "[MATERIAL=]DENSITY in kg/m^3, for materials without one; may be repeated");
+  app.option("--elastic", w->request.elastics,
+             "[MATERIAL=]YOUNGS_MODULUS,POISSON in SI, for materials without elasticity; may be repeated");
+  app.option("--units", w->request.units,
              "units of the model: m (m kg s), mm (mm t s, MPa), mm-kg-s, mm-kg-ms, mm-g-ms, cm-g-s, in-lbf-s, or factors LENGTH,MASS,TIME "
              "to SI")
       .show_default();
-  app.option("--damping", w->options.damping, "ratio of critical damping of every mode").not_negative();
+  app.option("--damping", w->request.options.damping, "ratio of critical damping of every mode").not_negative();
   app.flag("--no-stiffening", w->no_stiffening, "no second-order displacements (geometric stiffening)");
-  app.flag("--force-stiffening", w->force_stiffening, "second-order displacements at all nodes, however many modes there are");
-  app.flag("--stress", w->options.stress, "also compute the stress of each mode at the kept nodes");
+  app.flag("--force-stiffening", w->request.options.stiffening_forced,
+           "second-order displacements at all nodes, however many modes there are");
+  app.flag("--stress", w->request.options.stress, "also compute the stress of each mode at the kept nodes");
   app.option("--mass", w->mass, "mass matrix (.mtx) beside a stiffness matrix").as("FILE");
-  app.option("--node-table", w->nodes_file, "nodes of a model given as matrices: 'id x y z' per line, or an .inp").as("FILE");
+  app.option("--node-table", w->node_table, "nodes of a model given as matrices: 'id x y z' per line, or an .inp").as("FILE");
   app.option("--dofs", w->dofs, "degrees of freedom of a model given as matrices: 'node.dof' per line").as("FILE");
-  app.option("--threads", w->options.threads, "threads of the dense matrix routines: more take less time, but more CPU time in all")
+  app.option("--threads", w->request.options.threads, "threads of the dense matrix routines: more take less time, but more CPU time in all")
       .range(1, 1024)
       .show_default();
   app.option("--memory", w->memory, "memory limit in GB; default: the free memory").positive();
