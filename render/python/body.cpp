@@ -2,12 +2,13 @@
 #include "render/python/bindings.h"
 
 #include "sim/bodies/sid.h"
-#include "sim/reduce/reduce.h"
+#include "sim/reduce/reduce_request.h"
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
+#include <functional>
+#include <map>
 
 namespace flexframe::python {
 namespace {
@@ -18,6 +19,7 @@ struct Body {
   std::vector<std::string> notes, warnings;
   sim::VecX frequencies;  // Hz
   std::string surface;    // Wavefront text, or empty
+  std::optional<double> static_error;
 };
 using Shared = std::shared_ptr<Body>;
 
@@ -34,80 +36,61 @@ Shared from_sid(const std::filesystem::path& path) {
   return out;
 }
 
-int node_of(const sim::FeModel& model, int id) {
-  const auto at = std::find(model.node_ids.begin(), model.node_ids.end(), id);
-  if (at == model.node_ids.end()) throw InputError(fmt::format("{}: node {} is not there", model.file, id));
-  return static_cast<int>(at - model.node_ids.begin());
-}
-
-// A node's number, or the name of a spider (RBE2, RBE3, *COUPLING).
-sim::ReduceInterface interface_of(const sim::FeModel& model, const std::string& name, const std::variant<int, std::string>& what) {
-  sim::ReduceInterface out;
-  out.name = name;
-  if (const int* id = std::get_if<int>(&what)) {
-    out.node = node_of(model, *id);
-    for (std::size_t i = 0; i < model.spiders.size(); ++i)
-      if (model.spiders[i].node == out.node) return {-1, static_cast<int>(i), name};
-    return out;
-  }
-  std::string wanted = std::get<std::string>(what);
-  std::transform(wanted.begin(), wanted.end(), wanted.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-  for (std::size_t i = 0; i < model.spiders.size(); ++i)
-    if (model.spiders[i].name == wanted) out.spider = static_cast<int>(i);
-  if (out.spider < 0) throw InputError(fmt::format("{}: there is no spider '{}'", model.file, wanted));
-  return out;
-}
-
-sim::FeModel read_model(const std::filesystem::path& path, const std::string& units) {
-  const auto known = sim::units_named(units);
-  if (!known)
-    throw ArgumentError(fmt::format("units '{}' are unknown; allowed: m, mm, mm-kg-s, mm-kg-ms, mm-g-ms, cm-g-s, in-lbf-s", units));
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  if (ending == ".inp") return sim::read_inp(path, *known);
-  if (ending == ".msh") return sim::read_msh(path, *known);
-  if (ending == ".bdf" || ending == ".nas" || ending == ".dat") return sim::read_nastran(path, *known);
-  throw InputError(fmt::format("{}: '{}' is no known kind of model; .inp, .bdf, .nas, .dat and .msh can be read", path.string(), ending));
-}
-
-sim::ReduceMethod reduce_method(const std::string& word) {
-  const std::vector<std::string> words{"auto", "eigen", "guyan", "craig-bampton", "response"};
-  const auto found = std::find(words.begin(), words.end(), word);
-  if (found == words.end()) throw ArgumentError(fmt::format("method '{}' is unknown; allowed: {}", word, fmt::join(words, ", ")));
-  return static_cast<sim::ReduceMethod>(found - words.begin());
-}
-
-Shared reduce(const std::filesystem::path& path, const std::string& method, int modes, double highest,
-              const std::map<std::string, std::variant<int, std::string>>& interfaces, bool hold, const py::dict& more) {
-  sim::ReduceOptions options;
-  options.method = reduce_method(method);
-  options.modes = modes;
-  options.highest = highest;
-  std::string units = "m";
-  for (const auto& [key, value] : more) {
+// The words of ff.reduce() by name, in their place in the request.
+void take_words(const py::dict& words, sim::ReduceRequest& request) {
+  sim::ReduceOptions& o = request.options;
+  const std::map<std::string, std::function<void(const py::handle&)>> takers{
+      {"method", [&](const py::handle& v) { request.method = v.cast<std::string>(); }},
+      {"modes", [&](const py::handle& v) { o.modes = v.cast<int>(); }},
+      {"highest", [&](const py::handle& v) { o.highest = v.cast<double>(); }},
+      {"lowest", [&](const py::handle& v) { o.lowest = v.cast<double>(); }},
+      {"cut_off", [&](const py::handle& v) { o.cut_off = v.cast<double>(); }},
+      {"static_error", [&](const py::handle& v) { o.static_error = v.cast<double>(); }},
+      {"interfaces", [&](const py::handle& v) { request.interfaces = v.cast<std::vector<std::string>>(); }},
+      {"hold", [&](const py::handle& v) { request.hold = v.cast<std::string>(); }},
+      {"units", [&](const py::handle& v) { request.units = v.cast<std::string>(); }},
+      {"materials", [&](const py::handle& v) { request.materials = v.cast<std::vector<std::string>>(); }},
+      {"densities", [&](const py::handle& v) { request.densities = v.cast<std::vector<std::string>>(); }},
+      {"elastics", [&](const py::handle& v) { request.elastics = v.cast<std::vector<std::string>>(); }},
+      {"thickness", [&](const py::handle& v) { request.thickness = v.cast<double>(); }},
+      {"nodes", [&](const py::handle& v) { request.nodes = v.cast<std::vector<int>>(); }},
+      {"node_sets", [&](const py::handle& v) { request.node_sets = v.cast<std::vector<std::string>>(); }},
+      {"node_count", [&](const py::handle& v) { o.node_count = v.cast<int>(); }},
+      {"stiffening", [&](const py::handle& v) { o.stiffening = v.cast<bool>(); }},
+      {"stiffening_forced", [&](const py::handle& v) { o.stiffening_forced = v.cast<bool>(); }},
+      {"stress", [&](const py::handle& v) { o.stress = v.cast<bool>(); }},
+      {"damping", [&](const py::handle& v) { o.damping = v.cast<double>(); }},
+      {"mass", [&](const py::handle& v) { request.mass = v.cast<std::filesystem::path>(); }},
+      {"node_table", [&](const py::handle& v) { request.node_table = v.cast<std::filesystem::path>(); }},
+      {"dofs", [&](const py::handle& v) { request.dofs = v.cast<std::filesystem::path>(); }},
+      {"threads", [&](const py::handle& v) { o.threads = v.cast<int>(); }},
+      {"memory", [&](const py::handle& v) { o.memory_limit = 1e9 * v.cast<double>(); }}};
+  for (const auto& [key, value] : words) {
     const std::string word = key.cast<std::string>();
-    if (word == "units") units = value.cast<std::string>();
-    else if (word == "stress") options.stress = value.cast<bool>();
-    else if (word == "stiffening") options.stiffening = value.cast<bool>();
-    else if (word == "damping") options.damping = value.cast<double>();
-    else if (word == "node_count") options.node_count = value.cast<int>();
-    else throw ArgumentError(fmt::format("reduce: '{}' is unknown; allowed: units, stress, stiffening, damping, node_count", word));
+    try {
+      takers.at(word)(value);
+    } catch (const py::cast_error&) {
+      throw py::type_error(fmt::format("reduce: '{}' cannot be {}", word, py::repr(value).cast<std::string>()));
+    }
   }
+}
+
+Shared reduce(const std::filesystem::path& path, const py::dict& words, const py::object& progress) {
+  sim::ReduceRequest request;
+  request.model = path;
+  take_words(words, request);
   auto out = std::make_shared<Body>();
-  Watcher watcher{py::none()};
+  Watcher watcher(progress);
   const py::gil_scoped_release free;
-  const sim::FeModel model = read_model(path, units);
-  out->warnings = sim::unit_warnings(model, *sim::units_named(units));
-  for (const auto& [name, what] : interfaces) options.interfaces.push_back(interface_of(model, name, what));
-  if (hold) options.held = model.constraints;
-  sim::Reduction reduced = sim::reduce(model, options, [&](const std::string&) { watcher.look(); });
+  auto [model, reduced] = sim::reduce(request, [&](const std::string& text) { watcher.look(text); });
   out->body = std::move(reduced.body);
   out->name = path.stem().string();
   out->comment = fmt::format("made by flexframe reduce from {}", path.filename().string());
   out->frequencies = reduced.report.frequencies;
   out->notes = reduced.report.notes;
-  out->warnings.insert(out->warnings.end(), reduced.report.warnings.begin(), reduced.report.warnings.end());
+  out->warnings = reduced.report.warnings;
   out->surface = sim::surface_obj(model);
+  if (reduced.report.compliance_error >= 0.0) out->static_error = reduced.report.compliance_error;
   return out;
 }
 
@@ -122,7 +105,8 @@ void bind_body(py::module_& m) {
 
 Arrays are read-only views; n elastic coordinates.)")
       .def_static("from_sid", &from_sid, py::arg("path"), "From a SID file. Raises InputError with file and line.")
-      .def_property_readonly("name", [](const Body& b) { return b.name; })
+      .def_property_readonly(
+          "name", [](const Body& b) { return b.name; }, "Of its file, without the ending.")
       .def_property_readonly(
           "n", [](const Body& b) { return b.body.n; }, "Number of elastic coordinates.")
       .def_property_readonly(
@@ -145,12 +129,14 @@ Arrays are read-only views; n elastic coordinates.)")
       .def_property_readonly("De", matrix(&sim::FlexibleBody::De), "(n, n) structural damping; empty: none.")
       .def_property_readonly(
           "labels", [](const Body& b) { return b.body.labels; }, "What each elastic coordinate is.")
-      .def_property_readonly("node_names",
-                             [](const Body& b) {
-                               std::vector<std::string> out;
-                               for (const sim::FlexibleNode& node : b.body.nodes) out.push_back(node.name);
-                               return out;
-                             })
+      .def_property_readonly(
+          "node_names",
+          [](const Body& b) {
+            std::vector<std::string> out;
+            for (const sim::FlexibleNode& node : b.body.nodes) out.push_back(node.name);
+            return out;
+          },
+          "Names of the nodes, nn.")
       .def_property_readonly(
           "nodes",
           [](const Body& b) {
@@ -168,16 +154,20 @@ Arrays are read-only views; n elastic coordinates.)")
             return view_matrix(b.body.nodes[node].phi, s);
           },
           py::arg("node"), "(3, n) displacement of a node per elastic coordinate.")
-      .def_property_readonly("notes", [](const Body& b) { return b.notes; })
-      .def_property_readonly("warnings", [](const Body& b) { return b.warnings; })
+      .def_property_readonly(
+          "static_error", [](const Body& b) { return b.static_error; },
+          "Largest error of the static deflection at the interfaces under unit loads there, relative to the full model's; None: not known.")
+      .def_property_readonly(
+          "notes", [](const Body& b) { return b.notes; }, "What was chosen and why, one sentence each.")
+      .def_property_readonly(
+          "warnings", [](const Body& b) { return b.warnings; }, "What may be other than wanted, one sentence each.")
       .def_property_readonly(
           "surface", [](const Body& b) { return b.surface; }, "Outer surface of the model it was reduced from, Wavefront text; or empty.")
       .def(
           "write_sid",
           [](const Body& b, const std::filesystem::path& path) { sim::write_sid(sim::from_flexible_body(b.body, b.comment), path); },
           py::arg("path"), "Writes the body as SID file; reading it gives the same bits. Raises InputError.");
-  m.def("_reduce", &reduce, py::arg("path"), py::arg("method"), py::arg("modes"), py::arg("highest"), py::arg("interfaces"),
-        py::arg("hold"), py::arg("more"));
+  m.def("_reduce", &reduce, py::arg("path"), py::arg("words"), py::arg("progress"));
 }
 
 }  // namespace flexframe::python

@@ -21,15 +21,16 @@ Eigen::Map<const interp::Points> rows_of(const Numbers& a) { return {a.data(), a
 struct KernelMap {
   interp::Map map;
 
-  KernelMap(const Numbers& nodes, const Numbers& vertices, const Indices& triangles, const std::string& scheme, bool rotations,
-            bool precise) {
+  KernelMap(const Numbers& nodes, const Numbers& vertices, const std::optional<Indices>& triangles, const std::string& scheme,
+            bool rotations, bool precise) {
     require_three(nodes, "nodes");
     require_three(vertices, "vertices");
-    require_three(triangles, "triangles");
+    if (triangles) require_three(*triangles, "triangles");
     interp::Options options;
     options.scheme = interp::scheme_from_name(scheme);
     options.precise = precise;
-    const interp::MeshView mesh{rows_of(vertices), Eigen::Map<const interp::Triangles>(triangles.data(), triangles.shape(0), 3)};
+    const interp::MeshView mesh{rows_of(vertices), Eigen::Map<const interp::Triangles>(triangles ? triangles->data() : nullptr,
+                                                                                       triangles ? triangles->shape(0) : 0, 3)};
     const py::gil_scoped_release free;
     map = interp::make_map({interp::Points(rows_of(nodes)), rotations, {}}, mesh, options);
   }
@@ -68,17 +69,18 @@ void bind_map(py::module_& m) {
   py::class_<KernelMap>(m, "KernelMap",
                         R"(The kernel map: displacements (and rotations) of N simulation nodes to those of M vertices of a mesh.
 
-KernelMap(nodes, vertices, triangles, scheme="auto", rotations=False, precise=False)
+KernelMap(nodes, vertices, triangles=None, scheme="auto", rotations=False, precise=False)
   nodes      (N, 3) float64, m, in the frame of the mesh
   vertices   (M, 3) float64, m; C-contiguous float64 is looked at in place, not copied
-  triangles  (K, 3) int32, indices of vertices
-  scheme     auto, kernel, elastic, lattice, r3, r, tps (interp/README.md)
+  triangles  (K, 3) int32, indices of vertices; None: a cloud of points
+  scheme     auto, kernel, elastic, lattice, r3, r, tps (interp/README.md); elastic and lattice need triangles
   rotations  whether apply() gets rotation vectors too
   precise    keeps the weights in double as well, for apply_precise(); twice the memory
 
-Raises InputError (no nodes or faces, numbers that are not finite, indices out of range) and MapError (no map can serve).)")
-      .def(py::init<const Numbers&, const Numbers&, const Indices&, const std::string&, bool, bool>(), py::arg("nodes"),
-           py::arg("vertices"), py::arg("triangles"), py::arg("scheme") = "auto", py::arg("rotations") = false, py::arg("precise") = false)
+Raises InputError (no nodes, numbers that are not finite, indices out of range) and MapError (no map can serve).)")
+      .def(py::init<const Numbers&, const Numbers&, const std::optional<Indices>&, const std::string&, bool, bool>(), py::arg("nodes"),
+           py::arg("vertices"), py::arg("triangles") = py::none(), py::arg("scheme") = "auto", py::arg("rotations") = false,
+           py::arg("precise") = false)
       .def("apply", &KernelMap::apply, py::arg("displacement"), py::arg("rotation") = py::none(), py::arg("out") = py::none(),
            R"(Displacement of the vertices, (M, 3) float32, m.
 
@@ -96,7 +98,8 @@ displacement (N, 3), m; rotation (N, 3) rotation vectors, rad, may be large. out
       .def_property_readonly(
           "lebesgue", [](const KernelMap& k) { return k.map.report.lebesgue; },
           "Lebesgue constant: the largest sum over the nodes of |weight|; 1 is best.")
-      .def_property_readonly("warnings", [](const KernelMap& k) { return k.map.report.warnings; });
+      .def_property_readonly(
+          "warnings", [](const KernelMap& k) { return k.map.report.warnings; }, "What the map may get wrong, one sentence each.");
 }
 
 }  // namespace flexframe::python

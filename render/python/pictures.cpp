@@ -72,14 +72,15 @@ struct Drawing {
   py::array_t<std::uint8_t> draw(int picture) {
     if (picture < 0 || picture >= animation.count)
       throw ArgumentError(fmt::format("there is no picture {}: the sequence has {}, from 0", picture, animation.count));
-    // One renderer for all: two in one process take turns anyway.
+    // One renderer for all: two in one process take turns anyway. It is never deleted: at the end of the process OSMesa's own end comes
+    // before that of static objects here.
     static std::mutex turn;
-    static std::unique_ptr<render::Renderer> renderer;
+    static render::Renderer* renderer = nullptr;
     render::Image image;
     {
       const py::gil_scoped_release free;
       const std::lock_guard lock(turn);
-      if (!renderer) renderer = std::make_unique<render::Renderer>();
+      if (!renderer) renderer = new render::Renderer;
       film::update_picture(animation, picture, memory);
       image = renderer->draw(memory.picture);
     }
@@ -164,8 +165,10 @@ void bind_pictures(py::module_& m) {
       .def("draw", &Drawing::draw, py::arg("picture"),
            "(height, width, 4) uint8 array: sRGB with straight alpha. Raises DrawError, MapError.")
       .def("_film", &Drawing::film, py::arg("folder"), py::arg("frames"), py::arg("workers"), py::arg("video"), py::arg("progress"))
-      .def_property_readonly("notes", [](const Drawing& d) { return d.animation.notes; })
-      .def_property_readonly("warnings", [](const Drawing& d) { return d.animation.warnings; });
+      .def_property_readonly(
+          "notes", [](const Drawing& d) { return d.animation.notes; }, "What was chosen and why, one sentence each.")
+      .def_property_readonly(
+          "warnings", [](const Drawing& d) { return d.animation.warnings; }, "What the pictures may show wrongly, one sentence each.");
   m.def("_compare", [](const py::array_t<std::uint8_t>& a, const py::array_t<std::uint8_t>& b, bool exact) {
     return compare(to_image(a), to_image(b), exact);
   });

@@ -137,7 +137,8 @@ namespace {
 void bind_motions(py::module_& m) {
   py::class_<BodyMotion>(m, "ResultBody",
                          "Motion of a body: arrays of nt rows, one a time of Results.t; SI units. They look at the results' memory.")
-      .def_property_readonly("name", [](const BodyMotion& b) { return (*b).name; })
+      .def_property_readonly(
+          "name", [](const BodyMotion& b) { return (*b).name; }, "As in the scene.")
       .def_property_readonly(
           "kind", [](const BodyMotion& b) { return (*b).kind; }, "rigid, beam, modal or statespace.")
       .def_property_readonly(
@@ -166,8 +167,10 @@ void bind_motions(py::module_& m) {
           },
           "(nn, 3) undeformed places of the nodes in the body frame, m.");
   py::class_<JointMotion>(m, "ResultJoint", "Motion of a joint: arrays of nt rows; SI units.")
-      .def_property_readonly("name", [](const JointMotion& j) { return (*j).name; })
-      .def_property_readonly("kind", [](const JointMotion& j) { return (*j).kind; })
+      .def_property_readonly(
+          "name", [](const JointMotion& j) { return (*j).name; }, "As in the scene.")
+      .def_property_readonly(
+          "kind", [](const JointMotion& j) { return (*j).kind; }, "revolute, prismatic, ...")
       .def_property_readonly(
           "value", [](const py::object& s) { return view_matrix((*s.cast<const JointMotion&>()).value, s); },
           "(nt, n) coordinates, m and rad.")
@@ -186,8 +189,10 @@ void bind_results(py::module_& m) {
 r["slider.x"] is a column of the histories, (nt,); r["slider"] all columns of an output, (nt, k).)")
       .def_property_readonly(
           "t", [](const py::object& s) { return view_matrix(s.cast<Shared>()->times, s); }, "(nt,) times, s.")
-      .def_property_readonly("title", [](const sim::Results& r) { return r.title; })
-      .def_property_readonly("scene_file", [](const sim::Results& r) { return r.scene_file; })
+      .def_property_readonly(
+          "title", [](const sim::Results& r) { return r.title; }, "That of the scene.")
+      .def_property_readonly(
+          "scene_file", [](const sim::Results& r) { return r.scene_file; }, "Path of the scene file; empty: unknown.")
       .def_property_readonly(
           "scene_text", [](const sim::Results& r) { return r.scene_text; }, "TOML text of the scene.")
       .def_property_readonly(

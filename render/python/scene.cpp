@@ -64,7 +64,8 @@ void bind_scene(py::module_& m) {
   py::class_<Scene>(m, "Scene", R"(A scene: what a scene file says, read and checked (words: sim/SCENE.md).
 
 Made by load() or scene(); constant.)")
-      .def_property_readonly("title", [](const Scene& s) { return s.scene.title; })
+      .def_property_readonly(
+          "title", [](const Scene& s) { return s.scene.title; }, "Its title.")
       .def_property_readonly(
           "file", [](const Scene& s) { return s.scene.file; }, "Path of the scene file, or the name that stands for it.")
       .def_property_readonly(

@@ -1,7 +1,10 @@
 """What test_python.py runs in the system's Python: python_module.py FLEXFRAME SOURCE FOLDER."""
+import ast
 import csv
+import inspect
 import os
 import pathlib
+import re
 import signal
 import subprocess
 import sys
@@ -129,6 +132,13 @@ def kernel_map():
     off = np.abs(few.apply_precise(u) - truth).max()
     expect(off < 1e-8, f"r3 map off by {off}")
     print(f"r3 map against numpy: {off:.1e} m")
+    # A cloud of points: the global kernel knows nothing of faces.
+    cloud = ff.KernelMap(nodes, at, scheme="r3", precise=True)
+    expect(np.abs(cloud.apply_precise(u) - truth).max() < 1e-8, "r3 map of a cloud of points")
+    turn = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]]) - np.eye(3)
+    moved = ff.KernelMap(nodes, at, precise=True).apply_precise(nodes @ turn.T)
+    expect(np.abs(moved - at @ turn.T).max() < 1e-9, "a cloud turned with its nodes")
+    raises(ff.InputError, lambda: ff.KernelMap(nodes, at, scheme="elastic"), "needs a mesh with faces")
     raises(ff.ArgumentError, lambda: few.apply(u, out=np.empty((len(at), 3))), "float32")
     raises(ff.InputError, lambda: ff.KernelMap(nodes * np.nan, at, faces), "finite")
     raises(ff.InputError, lambda: ff.KernelMap(nodes, at, faces + 10**6), "")
@@ -143,6 +153,28 @@ def kernel_map():
     run("deform", "--nodes", folder / "nodes.csv", "--mesh", folder / "grid.obj", "-o", folder / "moved.csv", "--scheme", "r3")
     theirs = np.loadtxt(folder / "moved.csv", delimiter=",", skiprows=1)
     expect(np.array_equal(theirs, few.apply_precise(u)), f"the map is not the program's: {np.abs(theirs - few.apply_precise(u)).max()}")
+
+
+def study():
+    """A study's errors against own runs of its settings, its files, its diagram."""
+    scene = examples / "mechanisms/double_pendulum.toml"
+    fractions = []
+    s = ff.study(scene, folder / "study", axes=["tolerance"], repeats=1, reference_seconds=5, progress=fractions.append)
+    expect(sorted(fractions) == fractions and all(0 <= f <= 1 for f in fractions), f"progress of a study: {fractions}")
+    reference = ff.simulate(scene, tolerance=1e-12, method="erk", estimate_error=False)
+    compared = 0
+    for point in s["points"]:
+        if not 1e-7 < point["tolerance"] < 1e-2:
+            continue
+        r = ff.simulate(scene, tolerance=point["tolerance"], method=point["method"], estimate_error=False)
+        for column, told in point["column_errors"].items():
+            truth = np.abs(r[column] - reference[column]).max() / np.ptp(reference[column])
+            expect(0.3 * truth < told < 3 * truth, f"a study's error of {column} at {point['tolerance']}: {told} where {truth} is true")
+            compared += 1
+    expect(compared >= 6, f"{compared} errors of a study compared")
+    html = s._repr_html_()
+    expect("<svg" in html and "pendulum" in repr(s).lower(), f"a study does not show itself: {s!r}")
+    raises(ff.InputError, lambda: ff.study(scene, axes=["colour"]), "colour")
 
 
 def resident():
@@ -163,6 +195,48 @@ def reduce_bodies():
     omega = np.sqrt(np.diag(body.Ke)) / (2 * np.pi)
     expect(np.allclose(back.frequencies, omega, rtol=1e-8), f"frequencies {back.frequencies} {omega}")
     raises(ff.InputError, lambda: ff.Body.from_sid(folder / "none.sid"), "none.sid")
+
+    # Every word of the command, told to both: sets, spiders, materials by option, matrices, units, what is kept.
+    fe = source / "tests/fuzz/corpus/fe"
+    subprocess.run(["/usr/bin/python3", source / "assets/beam/make_beam.py", folder / "beam.inp"], check=True)
+    bare = (folder / "beam.inp").read_text().replace("*DENSITY", "** DENSITY").splitlines()
+    number = next(k for k, line in enumerate(bare) if line.startswith("** DENSITY")) + 1
+    (folder / "bare.inp").write_text("\n".join(bare[:number] + ["** " + bare[number]] + bare[number + 1 :]) + "\n")
+    ends = ["--interface", "root=average:ROOT", "--interface", "tip=rigid:TIP@0.4,0,0"]
+    both = {"root": "average:ROOT", "tip": "rigid:TIP@0.4,0,0"}
+    pairs = [
+        ("beam.inp", [*ends, "--modes", 6, "--nodes", 20], dict(interfaces=both, modes=6, node_count=20)),
+        ("beam.inp", ["--hold", "ROOT", "--method", "eigen", "--highest", 900], dict(hold="ROOT", method="eigen", highest=900)),
+        ("beam.inp", ["--hold", "none", "--stress", "--no-stiffening"], dict(hold=False, stress=True, stiffening=False)),
+        ("beam.inp", [*ends, "--method", "response", "--highest", 150, "--cut-off", 3], None),
+        ("bare.inp", ["--density", 5540, "--node-set", "TIP", "--damping", 0.01], dict(densities=5540, node_sets=["TIP"], damping=0.01)),
+        (
+            fe / "tet22.msh",
+            ["--material", "2e11,0.3,7800", "--units", "mm", "--modes", 4],
+            dict(modes=4, materials=(2e11, 0.3, 7800), units="mm"),
+        ),
+        (
+            fe / "tet22.msh",
+            ["--material", "2e11,0.3,7800", "--units", "1e-3,1e3,1", "--modes", 4],
+            dict(modes=4, materials=["2e11,0.3,7800"], units=(1e-3, 1e3, 1)),
+        ),
+        (fe / "bricks.sti", ["--modes", 3], dict(modes=3)),
+    ]
+    for k, (model, words, keywords) in enumerate(pairs):
+        if keywords is None:
+            keywords = dict(interfaces=both, method="response", highest=150, cut_off=3)
+        run("reduce", folder / model, "-o", folder / f"p{k}.sid", *words)
+        told = []
+        ff.reduce(folder / model, progress=told.append, **keywords).write_sid(folder / f"y{k}.sid")
+        same = (folder / f"p{k}.sid").read_bytes() == (folder / f"y{k}.sid").read_bytes()
+        expect(same, f"reduce {keywords}: the module's body is not the program's")
+        expect(all(isinstance(text, str) for text in told), f"progress of reduce tells {told}")
+    raises(ff.InputError, lambda: ff.reduce(folder / "beam.inp", interfaces={"a": "rigid:TIPS"}), "TIPS", "TIP")
+    raises(ff.InputError, lambda: ff.reduce(folder / "beam.inp", method="guayan"), "did you mean 'guyan'")
+    raises(ff.InputError, lambda: ff.reduce(folder / "beam.inp", modes=-1), "modes = -1")
+    raises(ff.InputError, lambda: ff.reduce(folder / "beam.inp", damping=float("nan")), "damping")
+    raises(TypeError, lambda: ff.reduce(folder / "beam.inp", modes="many"), "modes")
+    raises(TypeError, lambda: ff.reduce(folder / "beam.inp", mods=3), "mods")
 
 
 def drive():
@@ -289,22 +363,67 @@ def interrupts():
     raises(StopIteration, lambda: ff.simulate(long, progress=stop), "at 0.0")
 
 
+def parameters(text):
+    """Names of the parameters in "f(self: X, a: int = 3, *, b: float) -> Y" without self."""
+    arguments = ast.parse(f"def f{text}: ...").body[0].args
+    names = [a.arg for a in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs)]
+    names += [arguments.kwarg.arg] if arguments.kwarg else []
+    return [name for name in names if name != "self"]
+
+
+def members_of(thing):
+    """Public members that a class has itself: name -> parameters, or None for a property."""
+    out = {}
+    for name, value in vars(thing).items():
+        if name in ("__init__", "__getitem__", "__contains__") or not name.startswith("_"):
+            if isinstance(value, property):
+                out[name] = None
+            elif callable(value) or isinstance(value, staticmethod):
+                plain = getattr(thing, name)
+                try:
+                    out[name] = [p for p in inspect.signature(plain).parameters if p != "self"]
+                except ValueError:  # pybind11 writes the parameters into the first line of the docstring
+                    line = plain.__doc__.splitlines()[0]
+                    out[name] = re.findall(r"[(,] ?(\w+): ", line)
+                    out[name] = [p for p in out[name] if p != "self"]
+    return out
+
+
 def documented():
-    """Every public name has a docstring, and a stub."""
-    stubs = (pathlib.Path(ff.__file__).parent / "__init__.pyi").read_text()
-    for name in ff.__all__:
+    """Every public name has a docstring; names, members and parameters of the type information file are those of the module."""
+    tree = ast.parse((pathlib.Path(ff.__file__).parent / "__init__.pyi").read_text())
+    stubs = {node.name: node for node in tree.body if isinstance(node, (ast.FunctionDef, ast.ClassDef))}
+    public = [name for name in ff.__all__ if not name.startswith("__")]
+    helpers = {"Path", "Words", "Picture", "Floats", "Force", "Settings", "Progress", "Numbers"}
+    expect(set(stubs) - helpers == set(public), f"stubs and module differ in {set(stubs) ^ set(public)}")
+    for name in public:
         thing = getattr(ff, name)
-        if name.startswith("__"):
-            continue
         expect((thing.__doc__ or "").strip() != "", f"{name} has no docstring")
-        expect(f"def {name}(" in stubs or f"class {name}" in stubs, f"{name} has no stub")
-        if isinstance(thing, type) and not issubclass(thing, Exception):
-            for member, value in vars(thing).items():
-                if not member.startswith("_") and (callable(value) or isinstance(value, (property, staticmethod))):
-                    expect(f"def {member}(" in stubs, f"{name}.{member} has no stub")
+        if name not in stubs or (isinstance(thing, type) and issubclass(thing, Exception)):
+            continue
+        if not isinstance(thing, type):
+            wanted = re.findall(r"[(,] ?(\w+): ", thing.__doc__.splitlines()[0]) if thing.__module__ == "flexframe._core" else None
+            wanted = wanted or list(inspect.signature(thing).parameters)
+            got = parameters("(" + ast.unparse(stubs[name].args) + ")")
+            expect(got == wanted, f"{name}: the stub's parameters {got}, the module's {wanted}")
+            continue
+        there, said = members_of(thing), {}
+        for node in stubs[name].body:
+            if isinstance(node, ast.FunctionDef):
+                is_property = any(isinstance(d, ast.Name) and d.id == "property" for d in node.decorator_list)
+                said[node.name] = None if is_property else parameters("(" + ast.unparse(node.args) + ")")
+        for member in there.keys() | said.keys():
+            if member.startswith("__") and member not in said:
+                continue
+            expect(member in there and member in said, f"{name}.{member} is only in {'the module' if member in there else 'the stub'}")
+            if member.startswith("__") or member not in there or member not in said:
+                continue
+            expect(there[member] == said[member], f"{name}.{member}: the stub's {said[member]}, the module's {there[member]}")
+            text = getattr(thing, member).__doc__ or ""
+            expect(text.strip() != "" and not text.strip().endswith(f"-> {member}"), f"{name}.{member} has no docstring")
 
 
-for test in (scenes, simulate_and_draw, kernel_map, reduce_bodies, drive, interrupts, documented):
+for test in (scenes, simulate_and_draw, kernel_map, reduce_bodies, study, drive, interrupts, documented):
     begin = time.time()
     test()
     print(f"{test.__name__}: {time.time() - begin:.1f} s", flush=True)

@@ -20,5 +20,5 @@ with temporary_folder() as folder:
         timeout=550,
     )
     print(out.stdout, out.stderr, sep="\n")
-    expect(out.returncode == 0, "the module's tests failed")
+    expect(out.returncode == 0, f"the module's tests failed: exit {out.returncode}")
 finish()

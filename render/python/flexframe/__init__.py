@@ -163,18 +163,96 @@ def film(results, folder, *, frames=None, workers=0, video=True, progress=None, 
     return made._film(folder / "frames", (first, -1 if end is None else end), workers, file, progress)
 
 
-def reduce(model, *, method="auto", modes=10, highest=0.0, interfaces=None, hold=True, **more):
-    """A flexible Body from a finite element model (.inp, .bdf, .msh), as `flexframe reduce` makes it.
+def _listed(value):
+    """A text as it is, numbers with commas between."""
+    return ",".join(repr(float(v)) for v in value) if isinstance(value, (list, tuple)) else str(value)
 
-    method      auto, eigen, guyan, craig-bampton or response
-    modes       number of modes (with interfaces held for craig-bampton); highest: all modes up to this frequency instead, Hz
-    interfaces  {"name": node number or name of a spider}: where the multibody system takes hold
-    hold        True: held by the model's supports; False: a free body
-    more        units="m", stress=False, stiffening=True, damping=0.0, node_count=97
 
-    Raises InputError for what is wrong with the model, SimulationError for what cannot be computed.
+def _named(words):
+    """{"name": value} as ["name=value"]; a list of texts as it is; one text, number or row of numbers as a list of one."""
+    if isinstance(words, dict):
+        return [f"{name}={_listed(value)}" if name else _listed(value) for name, value in words.items()]
+    if isinstance(words, (list, tuple)) and any(isinstance(word, str) for word in words):
+        return list(words)
+    return [] if isinstance(words, (list, tuple)) and not words else [_listed(words)]
+
+
+def reduce(
+    model,
+    *,
+    method="auto",
+    modes=10,
+    highest=0.0,
+    lowest=0.0,
+    interfaces=(),
+    hold=True,
+    units="m",
+    materials=(),
+    densities=(),
+    elastics=(),
+    thickness=0.0,
+    nodes=(),
+    node_sets=(),
+    node_count=97,
+    cut_off=5.0,
+    static_error=0.005,
+    stiffening=True,
+    stress=False,
+    damping=0.0,
+    mass=None,
+    node_table=None,
+    dofs=None,
+    threads=1,
+    memory=0.0,
+    progress=None,
+):
+    """A flexible Body from a finite element model, to the last bit that of `flexframe reduce`. SI units but for the model's own.
+
+    model         .inp (Abaqus, CalculiX), .bdf .nas .dat (Nastran), .msh (gmsh), .sti or .mtx (matrices; mass, node_table, dofs beside them)
+    method        auto, eigen, guyan, craig-bampton or response
+    modes         number of modes (with interfaces held for craig-bampton); highest: all modes up to this frequency instead, Hz
+    lowest        lowest frequency of interest for response, Hz
+    interfaces    {"name": node number, name of a spider, "rigid:SET[@x,y,z]" or "average:SET[@x,y,z]"}: where the system takes hold
+    hold          True: held by the model's supports; False: a free body; or the name of a node set to clamp
+    units         m, mm, mm-kg-s, mm-kg-ms, mm-g-ms, cm-g-s, in-lbf-s, or (length, mass, time) factors to SI
+    materials     {"SET": (young, poisson, density)} for elements without one, or (young, poisson, density) for all
+    densities     {"MATERIAL": density}; elastics: {"MATERIAL": (young, poisson)}: for materials that lack them; thickness of shells, m
+    nodes         numbers of the nodes to keep, node_sets: those of these sets; else node_count of them, spread over the surface
+    cut_off       drops modes above this many times `highest` (0: none) but for those that keep the static deflection within static_error
+    stiffening    True, False, or "all": geometric stiffening at all nodes, however many modes there are
+    stress        stress of each mode at the kept nodes; damping: ratio of critical damping of every mode
+    threads       of the dense kernels; memory: limit in GB, 0: what is free
+    progress      called now and then with what is done (text); may raise to stop
+
+    Theory: Heckmann et al. 2006, section 4 (sim/reduce/REDUCE.md). Raises InputError for what is wrong with the model or the words,
+    SimulationError for what cannot be computed.
     """
-    return _core._reduce(_os.fspath(model), method, modes, highest, interfaces or {}, hold, more)
+    words = {
+        "method": method,
+        "modes": modes,
+        "highest": highest,
+        "lowest": lowest,
+        "interfaces": _named(interfaces),
+        "hold": {True: "auto", False: "none"}.get(hold, hold),
+        "units": _listed(units),
+        "materials": _named(materials),
+        "densities": _named(densities),
+        "elastics": _named(elastics),
+        "thickness": thickness,
+        "nodes": list(nodes),
+        "node_sets": list(node_sets),
+        "node_count": node_count,
+        "cut_off": cut_off,
+        "static_error": static_error,
+        "stiffening": bool(stiffening),
+        "stiffening_forced": stiffening == "all",
+        "stress": stress,
+        "damping": damping,
+        "threads": threads,
+        "memory": memory,
+    }
+    words.update({name: _os.fspath(file) for name, file in (("mass", mass), ("node_table", node_table), ("dofs", dofs)) if file})
+    return _core._reduce(_os.fspath(model), words, progress)
 
 
 def compare(a, b, *, exact=False):

@@ -1,3 +1,4 @@
+import pathlib
 from os import PathLike
 from typing import Any, Callable, Mapping, Optional, Sequence, Tuple, Union, overload
 
@@ -23,7 +24,7 @@ class Scene:
     @property
     def title(self) -> str: ...
     @property
-    def file(self) -> Any: ...
+    def file(self) -> pathlib.Path: ...
     @property
     def text(self) -> str: ...
     @property
@@ -162,6 +163,8 @@ class Body:
     def nodes(self) -> Floats: ...
     def phi(self, node: int) -> Floats: ...
     @property
+    def static_error(self) -> Optional[float]: ...
+    @property
     def notes(self) -> list[str]: ...
     @property
     def warnings(self) -> list[str]: ...
@@ -174,7 +177,7 @@ class KernelMap:
         self,
         nodes: ArrayLike,
         vertices: ArrayLike,
-        triangles: ArrayLike,
+        triangles: Optional[ArrayLike] = None,
         scheme: str = "auto",
         rotations: bool = False,
         precise: bool = False,
@@ -208,8 +211,9 @@ class Drawing:
     def warnings(self) -> list[str]: ...
 
 class Study:
-    folder: Any
+    folder: pathlib.Path
     report: dict[str, Any]
+    def __init__(self, folder: Path) -> None: ...
     def __getitem__(self, key: str) -> Any: ...
 
 Settings = Union[Mapping[str, Any], Sequence[str]]
@@ -257,15 +261,37 @@ def film(
     size: Optional[Tuple[int, int]] = None,
     **words: Any,
 ) -> dict[str, Any]: ...
+
+Numbers = Sequence[float]
+
 def reduce(
     model: Path,
     *,
     method: str = "auto",
     modes: int = 10,
     highest: float = 0.0,
-    interfaces: Optional[Mapping[str, Union[int, str]]] = None,
-    hold: bool = True,
-    **more: Any,
+    lowest: float = 0.0,
+    interfaces: Union[Mapping[str, Union[int, str]], Sequence[str]] = (),
+    hold: Union[bool, str] = True,
+    units: Union[str, Numbers] = "m",
+    materials: Union[Mapping[str, Numbers], Numbers, Sequence[str]] = (),
+    densities: Union[Mapping[str, float], float, Sequence[str]] = (),
+    elastics: Union[Mapping[str, Numbers], Numbers, Sequence[str]] = (),
+    thickness: float = 0.0,
+    nodes: Sequence[int] = (),
+    node_sets: Sequence[str] = (),
+    node_count: int = 97,
+    cut_off: float = 5.0,
+    static_error: float = 0.005,
+    stiffening: Union[bool, str] = True,
+    stress: bool = False,
+    damping: float = 0.0,
+    mass: Optional[Path] = None,
+    node_table: Optional[Path] = None,
+    dofs: Optional[Path] = None,
+    threads: int = 1,
+    memory: float = 0.0,
+    progress: Optional[Callable[[str], Any]] = None,
 ) -> Body: ...
 def compare(a: Union[Picture, Path], b: Union[Picture, Path], *, exact: bool = False) -> dict[str, Any]: ...
 def study(
