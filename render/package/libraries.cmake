@@ -5,7 +5,7 @@
 # what they include; tests/packaging looks that each is documented.
 set(FLEXFRAME_DOORS_sim
   sim/base/error.h sim/simulate.h sim/simulation.h sim/scene/scene_reader.h sim/results/results.h sim/results/results_file.h
-  sim/results/csv.h sim/results/histories.h sim/run/effect_report.h sim/reduce/reduce.h sim/bodies/sid.h)
+  sim/results/csv.h sim/results/histories.h sim/run/effect_report.h sim/reduce/reduce.h sim/reduce/reduce_request.h sim/bodies/sid.h)
 set(FLEXFRAME_DOORS_interp interp/map.h interp/modes.h interp/exaggerate.h)
 set(FLEXFRAME_DOORS_render
   render/picture/picture.h render/picture/mesh.h render/picture/shapes.h render/draw/renderer.h render/image/image.h render/image/png.h
@@ -15,6 +15,12 @@ set(FLEXFRAME_DOORS_film
   render/film/study.h)
 
 set(FLEXFRAME_PUBLIC_FOLDER ${PROJECT_BINARY_DIR}/include)
+
+# Programs and modules name only the libraries whose functions they call: the lists of HDF5 and assimp hold others too, on which packages
+# would depend.
+if(NOT APPLE)
+  target_link_options(flexframe_options INTERFACE LINKER:--as-needed)
+endif()
 
 # flexframe_publish(HEADER): it and what it includes, to the public folder.
 function(flexframe_publish header)
@@ -50,9 +56,11 @@ function(flexframe_library module)
   endif()
   target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${FLEXFRAME_PUBLIC_FOLDER}> $<INSTALL_INTERFACE:include>)
   if(BUILD_SHARED_LIBS)
-    # Only what is Flexframe's is to be seen: what it makes of Eigen's and fmt's templates is not.
-    target_link_options(${target} PRIVATE LINKER:--version-script=${PROJECT_SOURCE_DIR}/render/package/symbols.map)
-    set_target_properties(${target} PROPERTIES LINK_DEPENDS ${PROJECT_SOURCE_DIR}/render/package/symbols.map)
+    # Only what is Flexframe's is to be seen: what it makes of Eigen's and fmt's templates is not. No source asks which kind it is for, so
+    # both kinds are made of the same objects; calls within a library go straight to the function.
+    target_link_options(${target} PRIVATE LINKER:--version-script=${PROJECT_SOURCE_DIR}/render/package/symbols.map
+      LINKER:-Bsymbolic-functions)
+    set_target_properties(${target} PROPERTIES LINK_DEPENDS ${PROJECT_SOURCE_DIR}/render/package/symbols.map DEFINE_SYMBOL "")
   endif()
   set(doors "// The public functions of flexframe::${module}.\n#pragma once\n\n")
   foreach(header ${FLEXFRAME_DOORS_${module}})

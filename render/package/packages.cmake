@@ -18,12 +18,12 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME flexframe)
-# Opened when the first picture is drawn, so that no linker knows of it.
-set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "libosmesa6, fonts-dejavu-core")
+# OSMesa is opened when the first picture is drawn, so that no linker knows of it. Of OpenBLAS the variant whose threads do not spin.
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "libosmesa6, fonts-dejavu-core, libopenblas0-openmp")
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "ffmpeg")
 set(CPACK_COMPONENT_PROGRAM_DESCRIPTION "A scene file goes in; simulation results, histories and PNG pictures come
- out, without a display. Elastic bodies move in a floating frame of
- reference; their displacements at few nodes deform dense meshes.")
+out, without a display. Elastic bodies move in a floating frame of
+reference; their displacements at few nodes deform dense meshes.")
 
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libflexframe-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
@@ -33,17 +33,17 @@ set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
 libdeflate-dev, libmumps-seq-dev, libmetis-dev, libopenblas-openmp-dev, pkg-config")
 set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS "flexframe")
 set(CPACK_COMPONENT_DEV_DESCRIPTION "Libraries, headers and CMake package of Flexframe: simulation of flexible
- multibody systems, kernel interpolation from few nodes to dense meshes,
- drawing without a display.")
+multibody systems, kernel interpolation from few nodes to dense meshes,
+drawing without a display.")
 
 if(FLEXFRAME_PYTHON)
   list(APPEND CPACK_COMPONENTS_ALL python)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-flexframe)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
-  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.11), python3 (<< 3.12), python3-numpy, libosmesa6, fonts-dejavu-core")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.11), python3 (<< 3.12), python3-numpy, libosmesa6, fonts-dejavu-core, libopenblas0-openmp")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "ffmpeg")
   set(CPACK_COMPONENT_PYTHON_DESCRIPTION "Scenes, simulation, kernel maps and pictures of Flexframe from Python, with
- arrays that look at its memory.")
+arrays that look at its memory.")
 endif()
 
 # What Debian wants of every package: copyright and changelog.
@@ -61,6 +61,8 @@ if(GZIP)
     install(FILES ${PROJECT_SOURCE_DIR}/render/package/debian/copyright ${PROJECT_BINARY_DIR}/package/changelog.gz
       DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${package} COMPONENT ${component})
   endforeach()
+  install(FILES ${PROJECT_SOURCE_DIR}/render/package/debian/flexframe.lintian-overrides
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/lintian/overrides RENAME flexframe COMPONENT program)
 endif()
 
 set(CPACK_SOURCE_GENERATOR TXZ)
