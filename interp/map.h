@@ -83,8 +83,9 @@ struct Map {
   Report report;
 };
 
-// Builds the map; a mesh without triangles is a cloud of points, whose neighbours stand for edges. Throws InputError (no nodes, coordinates
-// not finite, triangle indices out of range, nodes nowhere near the mesh, a scheme that needs triangles) and MapError (Lebesgue constant above the limit after repair).
+// Builds the map; a mesh without triangles is a cloud of points, neighbours stand for its edges. Throws InputError (no nodes, coordinates
+// not finite, triangle indices out of range, nodes nowhere near the mesh, a scheme that needs triangles) and MapError (Lebesgue
+// constant over the limit after repair).
 Map make_map(const Nodes& nodes, const MeshView& mesh, const Options& options = {});
 
 // Map::welded without the map: vertices at one place have one number.
