@@ -22,6 +22,27 @@ const std::array<std::uint16_t, 256>& linear_table() {
   return table;
 }
 
+const std::array<std::uint16_t, 256>& root_table() {
+  static const auto table = [] {
+    std::array<std::uint16_t, 256> t{};
+    for (int i = 0; i < 256; ++i) t[i] = static_cast<std::uint16_t>(std::lround(i * i * (16383.0 / (255.0 * 255.0))));
+    return t;
+  }();
+  return table;
+}
+
+const std::array<std::uint8_t, 256>& srgb_of_root_table() {
+  static const auto table = [] {
+    std::array<std::uint8_t, 256> t{};
+    for (int i = 0; i < 256; ++i) {
+      const float root = static_cast<float>(i) / 255.0f;
+      t[i] = static_cast<std::uint8_t>(std::lround(srgb_from_linear(root * root) * 255.0f));
+    }
+    return t;
+  }();
+  return table;
+}
+
 const std::array<std::uint8_t, 65536>& srgb_table() {
   static const auto table = [] {
     std::array<std::uint8_t, 65536> t{};

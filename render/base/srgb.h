@@ -16,6 +16,10 @@ glm::vec3 srgb_from_linear(const glm::vec3& l);
 // Linear light of each sRGB byte, scaled to 0..16383: the sum of four fits 16 bits.
 const std::array<std::uint16_t, 256>& linear_table();
 
+// The same of bytes that are square roots of linear light, and these bytes as sRGB: as the drawing stores its samples.
+const std::array<std::uint16_t, 256>& root_table();
+const std::array<std::uint8_t, 256>& srgb_of_root_table();
+
 // sRGB byte of a linear value 0..65535 (four entries of linear_table summed: 65532 is white).
 const std::array<std::uint8_t, 65536>& srgb_table();
 

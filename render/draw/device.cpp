@@ -24,7 +24,6 @@ Device::Device(std::unique_ptr<Context> context) : context_(std::move(context)) 
   gl_.ClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
   gl_.PixelStorei(GL_PACK_ALIGNMENT, 1);
   gl_.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  gl_.Enable(GL_FRAMEBUFFER_SRGB);
 }
 
 Device::~Device() {
@@ -166,7 +165,7 @@ Target& Device::target(const std::string& role, int width, int height, bool has_
   if (has_color) {
     gl_.GenRenderbuffers(1, &t.color);
     gl_.BindRenderbuffer(GL_RENDERBUFFER, t.color);
-    gl_.RenderbufferStorage(GL_RENDERBUFFER, float_color ? GL_R32F : GL_SRGB8_ALPHA8, width, height);
+    gl_.RenderbufferStorage(GL_RENDERBUFFER, float_color ? GL_R32F : GL_RGBA8, width, height);
     gl_.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, t.color);
   } else {
     gl_.DrawBuffer(GL_NONE);

@@ -18,7 +18,7 @@ namespace flexframe::render {
 
 enum class ShaderKind { surface, cover, line, marker };
 
-// Color and depth to draw to. float_color: one 32 bit channel instead of sRGB bytes.
+// Color and depth to draw to. float_color: one 32 bit channel instead of four bytes.
 struct Target {
   GLuint framebuffer = 0, color = 0, depth = 0;  // depth is a texture
   int width = 0, height = 0;

@@ -45,11 +45,12 @@ class Occlusion {
     Mask full;
     if (px1_ <= px0_ || py1_ <= py0_) return full;
     if (!take_distances()) return full;
-    full.part = {px0_, py0_, px1_ - px0_, py1_ - py0_};
-    full.values.assign(std::size_t(px1_ - px0_) * (py1_ - py0_), 255);
     mark_tiles_in_reach();
     if (ground && ground->visible) add_ground(*ground);
     measure();
+    if (!any_) return full;
+    full.part = {px0_, py0_, px1_ - px0_, py1_ - py0_};
+    full.values.assign(std::size_t(px1_ - px0_) * (py1_ - py0_), 255);
     to_pixels(smoothed(), full);
     return full;
   }
@@ -168,71 +169,111 @@ class Occlusion {
       if (dq == nothing || (!surface && !half_.surface[kq])) continue;
       const glm::vec3 v = position(qx, qy, dq) - p;
       const float square = glm::dot(v, v);
-      const float fall = 1.0f - square * inverse_range2;
-      if (fall <= 0.0f || square <= 0.0f) continue;
-      sum += std::max(0.0f, glm::dot(v, normal) / std::sqrt(square) - 0.12f) * fall;
+      const float fall = 1.0f - square * inverse_range2, height = glm::dot(v, normal);
+      // Most lie level with the surface or below it: no root for them. sin of 7 degrees.
+      if (fall <= 0.0f || height <= 0.0f || height * height <= 0.0144f * square) continue;
+      sum += (height / std::sqrt(square) - 0.12f) * fall;
     }
     return sum;
   }
 
-  // Open share of every half pixel.
+  float open_share(int x, int y, const std::array<Pattern, 16>& spiral) const {
+    const std::size_t k = index(x, y);
+    const float d = half_.distance[k];
+    if (d == nothing) return 1.0f;
+    const glm::vec3 p = position(x, y, d);
+    const glm::vec3 normal = half_.surface[k] ? surface_normal(x, y, d, p) : ground_normal_;
+    if (normal == glm::vec3(0.0f)) return 1.0f;
+    return std::max(0.0f, 1.0f - strength_ * blocked(x, y, p, normal, spiral[(y & 3) * 4 + (x & 3)]) / static_cast<float>(taps));
+  }
+
+  std::uint8_t& block_of(std::vector<std::uint8_t>& blocks, int x, int y) const { return blocks[std::size_t(y / 4) * blocks_x_ + x / 4]; }
+  // Whether a block of 4 x 4 half pixels or one beside it is set.
+  bool near_block(const std::vector<std::uint8_t>& blocks, int bx, int by) const {
+    for (int j = std::max(0, by - 1); j <= std::min(blocks_y_ - 1, by + 1); ++j)
+      for (int i = std::max(0, bx - 1); i <= std::min(blocks_x_ - 1, bx + 1); ++i)
+        if (blocks[std::size_t(j) * blocks_x_ + i]) return true;
+    return false;
+  }
+
+  // Open share of every half pixel: first of four in a block of 4 x 4, whose patterns look in 48 directions and distances; of the others
+  // where one of these, or of a block beside, found something in reach. Plain faces and what bulges out are open all over.
   void measure() {
     const std::array<Pattern, 16> spiral = spirals();
+    blocks_x_ = (half_.width + 3) / 4;
+    blocks_y_ = (half_.height + 3) / 4;
     open_.assign(half_.distance.size(), 1.0f);
-    for (int y = 0; y < half_.height; ++y)
-      for (int x = 0; x < half_.width; ++x) {
-        const std::size_t k = index(x, y);
-        const float d = half_.distance[k];
-        if (!worked_on(x, y) || d == nothing) continue;
-        const glm::vec3 p = position(x, y, d);
-        const glm::vec3 normal = half_.surface[k] ? surface_normal(x, y, d, p) : ground_normal_;
-        if (normal == glm::vec3(0.0f)) continue;
-        open_[k] = std::max(0.0f, 1.0f - strength_ * blocked(x, y, p, normal, spiral[(y & 3) * 4 + (x & 3)]) / static_cast<float>(taps));
+    std::vector<std::uint8_t> found(std::size_t(blocks_x_) * blocks_y_, 0);
+    const auto first_pass = [](int x, int y) { return ((x ^ (y >> 1)) & 1) == 0 && (y & 1) == 0; };
+    for (int y = 0; y < half_.height; y += 2)
+      for (int x = y >> 1 & 1; x < half_.width; x += 2) {
+        if (!worked_on(x, y)) continue;
+        const float open = open_share(x, y, spiral);
+        if (open < 1.0f) open_[index(x, y)] = open, block_of(found, x, y) = 1;
+      }
+    reached_.assign(found.size(), 0);
+    for (int by = 0; by < blocks_y_; ++by)
+      for (int bx = 0; bx < blocks_x_; ++bx) {
+        if (!near_block(found, bx, by)) continue;
+        reached_[std::size_t(by) * blocks_x_ + bx] = 1;
+        any_ = true;
+        for (int y = 4 * by; y < std::min(4 * by + 4, half_.height); ++y)
+          for (int x = 4 * bx; x < std::min(4 * bx + 4, half_.width); ++x)
+            if (!first_pass(x, y) && worked_on(x, y)) open_[index(x, y)] = open_share(x, y, spiral);
       }
   }
 
   // Mean over the 4 x 4 pattern, over like depths only.
   std::vector<float> smoothed() const {
     std::vector<float> smooth = open_;
-    for (int y = 0; y < half_.height; ++y)
-      for (int x = 0; x < half_.width; ++x) {
-        const float d = half_.distance[index(x, y)];
-        if (!worked_on(x, y) || d == nothing) continue;
-        float sum = 0.0f, weight = 0.0f;
-        for (int j = -2; j < 2; ++j)
-          for (int i = -2; i < 2; ++i) {
-            const std::size_t kq = index(std::clamp(x + i, 0, half_.width - 1), std::clamp(y + j, 0, half_.height - 1));
-            const float like = std::max(0.0f, 1.0f - std::abs(half_.distance[kq] - d) / radius_);
-            sum += like * open_[kq];
-            weight += like;
+    const float inverse_radius = 1.0f / radius_;
+    for (int by = 0; by < blocks_y_; ++by)
+      for (int bx = 0; bx < blocks_x_; ++bx) {
+        if (!near_block(reached_, bx, by)) continue;
+        for (int y = 4 * by; y < std::min(4 * by + 4, half_.height); ++y)
+          for (int x = 4 * bx; x < std::min(4 * bx + 4, half_.width); ++x) {
+            const float d = half_.distance[index(x, y)];
+            if (d == nothing) continue;
+            float sum = 0.0f, weight = 0.0f;
+            for (int j = -2; j < 2; ++j)
+              for (int i = -2; i < 2; ++i) {
+                const std::size_t kq = index(std::clamp(x + i, 0, half_.width - 1), std::clamp(y + j, 0, half_.height - 1));
+                const float like = std::max(0.0f, 1.0f - std::abs(half_.distance[kq] - d) * inverse_radius);
+                sum += like * open_[kq];
+                weight += like;
+              }
+            if (weight > 0.0f) smooth[index(x, y)] = sum / weight;
           }
-        if (weight > 0.0f) smooth[index(x, y)] = sum / weight;
       }
     return smooth;
   }
 
   // Back to pixels, again over like depths: the occlusion of a body does not spill over its edge.
   void to_pixels(const std::vector<float>& smooth, Mask& full) const {
-    for (int y = py0_; y < py1_; ++y)
-      for (int x = px0_; x < px1_; ++x) {
-        const int hx = (x - px0_) / 2, hy = (y - py0_) / 2;
-        if (!worked_on(hx, hy)) continue;
-        const float depth = sample_depth(x, y);
-        const bool on_surface = depth > 0.0f;
-        const float d = on_surface ? distance_of(depth) : 0.0f;
-        float sum = 0.0f, weight = 0.0f;
-        for (int j = 0; j <= 1; ++j)
-          for (int i = 0; i <= 1; ++i) {
-            const std::size_t kq = index(std::min(hx + i, half_.width - 1), std::min(hy + j, half_.height - 1));
-            if (half_.distance[kq] == nothing || (half_.surface[kq] != 0) != on_surface) continue;
-            const float bilinear = (i == (x & 1) || (x & 1) ? 1.0f : 1e-3f) * (j == (y & 1) || (y & 1) ? 1.0f : 1e-3f);
-            const float like = on_surface ? std::max(1e-3f, 1.0f - std::abs(half_.distance[kq] - d) / radius_) : 1.0f;
-            sum += bilinear * like * smooth[kq];
-            weight += bilinear * like;
+    const float inverse_radius = 1.0f / radius_;
+    for (int by = 0; by < blocks_y_; ++by)
+      for (int bx = 0; bx < blocks_x_; ++bx) {
+        if (!near_block(reached_, bx, by)) continue;
+        for (int y = py0_ + 8 * by; y < std::min(py0_ + 8 * by + 8, py1_); ++y)
+          for (int x = px0_ + 8 * bx; x < std::min(px0_ + 8 * bx + 8, px1_); ++x) {
+            const int hx = (x - px0_) / 2, hy = (y - py0_) / 2;
+            const float depth = sample_depth(x, y);
+            const bool on_surface = depth > 0.0f;
+            const float d = on_surface ? distance_of(depth) : 0.0f;
+            float sum = 0.0f, weight = 0.0f;
+            for (int j = 0; j <= 1; ++j)
+              for (int i = 0; i <= 1; ++i) {
+                const std::size_t kq = index(std::min(hx + i, half_.width - 1), std::min(hy + j, half_.height - 1));
+                if (half_.distance[kq] == nothing || (half_.surface[kq] != 0) != on_surface) continue;
+                const float bilinear = (i == (x & 1) || (x & 1) ? 1.0f : 1e-3f) * (j == (y & 1) || (y & 1) ? 1.0f : 1e-3f);
+                const float like = on_surface ? std::max(1e-3f, 1.0f - std::abs(half_.distance[kq] - d) * inverse_radius) : 1.0f;
+                sum += bilinear * like * smooth[kq];
+                weight += bilinear * like;
+              }
+            if (weight <= 0.0f) continue;
+            full.values[std::size_t(y - py0_) * (px1_ - px0_) + (x - px0_)] =
+                static_cast<std::uint8_t>(rounded(255.0f * std::clamp(sum / weight, 0.0f, 1.0f)));
           }
-        if (weight <= 0.0f) continue;
-        full.values[std::size_t(y - py0_) * (px1_ - px0_) + (x - px0_)] =
-            static_cast<std::uint8_t>(rounded(255.0f * std::clamp(sum / weight, 0.0f, 1.0f)));
       }
   }
 
@@ -244,6 +285,9 @@ class Occlusion {
   Half half_;
   int tiles_x_ = 0, tiles_y_ = 0;
   std::vector<std::uint8_t> tile_, work_;
+  int blocks_x_ = 0, blocks_y_ = 0;
+  std::vector<std::uint8_t> reached_;  // blocks of 4 x 4 half pixels where something is in reach
+  bool any_ = false;
   float nearest_ = nothing;
   glm::vec3 ground_normal_ = glm::vec3(0.0f);
   std::vector<float> open_;

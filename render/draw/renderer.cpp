@@ -70,8 +70,9 @@ struct Renderer::Impl {
     bool operator==(const BackdropKey&) const = default;
   } backdrop_key;
   Image backdrop;
-  bool grid_seen = false;  // its lines: what they are apart is told only then
-  Samples samples;         // memory of the last picture's: to fill it with zeros for each would cost as much as to read them back
+  bool grid_seen = false;            // its lines: what they are apart is told only then
+  Samples samples;                   // memory of the last picture's: to fill it with zeros for each would cost as much as to read them back
+  std::vector<float> shadow_depths;  // likewise
   PlotCache plots;
 
   // Colour map last used.
@@ -100,8 +101,9 @@ struct Renderer::Impl {
     clip_from_map[3] = glm::dvec4(-1.0, -1.0, 0.0, 1.0);
     for (const Surface& s : d.surfaces)
       if (casts(s)) painter.draw_depth(s, clip_from_map * light.map_from_world * s.pose, shadow_size, shadow_size);
-    map.depth.resize(std::size_t(map.width) * map.height);
-    gl.ReadPixels(0, 0, map.width, map.height, GL_DEPTH_COMPONENT, GL_FLOAT, map.depth.data());
+    shadow_depths.resize(std::size_t(map.width) * map.height);
+    gl.ReadPixels(0, 0, map.width, map.height, GL_DEPTH_COMPONENT, GL_FLOAT, shadow_depths.data());
+    reduce_shadow(map, shadow_depths);
     return map;
   }
 

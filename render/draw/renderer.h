@@ -15,7 +15,7 @@
 namespace flexframe::render {
 
 // Goes up whenever the same picture gives other pixels than before: files drawn by an older program are no longer current.
-constexpr int drawing_version = 2;
+constexpr int drawing_version = 3;
 
 enum class Backend { osmesa, egl };
 

@@ -10,70 +10,75 @@
 namespace flexframe::render {
 namespace {
 
-// Shells of each sample in a rectangle, composed: premultiplied linear colour (0..16383) and alpha.
-struct Shells {
-  int x = 0, y = 0, width = 0, height = 0;
-  std::vector<std::array<float, 4>> values;
-  bool row(int sy) const { return sy >= y && sy < y + height; }
-  const std::array<float, 4>* at(int sx, int sy) const {
-    if (sx < x || sx >= x + width || sy < y || sy >= y + height) return nullptr;
-    return &values[std::size_t(sy - y) * width + (sx - x)];
-  }
-};
+// The shells of one row of samples, composed: premultiplied linear colour (0..16383) and alpha. Row by row: a field of the whole picture
+// would cost more to clear and to fetch than to fill.
+class ShellRow {
+ public:
+  using Value = std::array<float, 4>;
 
-Shells compose_shells(const std::vector<GhostLayer>& layers) {
-  Shells s;
-  if (layers.empty()) return s;
-  int x1 = 0, y1 = 0;
-  s.x = s.y = 1 << 30;
-  for (const GhostLayer& l : layers) {
-    s.x = std::min(s.x, l.x);
-    s.y = std::min(s.y, l.y);
-    x1 = std::max(x1, l.x + l.width);
-    y1 = std::max(y1, l.y + l.height);
+  explicit ShellRow(const std::vector<GhostLayer>& layers) : layers_(layers) {
+    for (const GhostLayer& l : layers) width_ = std::max(width_, l.x + l.width);
+    values_.resize(static_cast<std::size_t>(width_));
   }
-  s.width = std::max(0, x1 - s.x);
-  s.height = std::max(0, y1 - s.y);
-  s.values.assign(std::size_t(s.width) * s.height, {0.0f, 0.0f, 0.0f, 0.0f});
-  const auto& linear = linear_table();
 
+  // Composes row y of the samples.
+  void compose(int y) {
+    if (first_ <= last_) std::fill(values_.begin() + first_, values_.begin() + last_ + 1, Value{});
+    first_ = width_;
+    last_ = -1;
+    in_row_.clear();
+    int x0 = width_, x1 = 0;
+    for (const GhostLayer& l : layers_)
+      if (y >= l.y && y < l.y + l.height) {
+        in_row_.push_back(&l);
+        x0 = std::min(x0, l.x);
+        x1 = std::max(x1, l.x + l.width);
+      }
+    for (int x = x0; x < x1; ++x) {
+      entries_.clear();
+      for (std::size_t i = 0; i < in_row_.size(); ++i) {
+        const GhostLayer& l = *in_row_[i];
+        const int lx = x - l.x;
+        if (lx < 0 || lx >= l.width) continue;
+        const std::size_t k = std::size_t(y - l.y) * l.width + lx;
+        if (l.colors[4 * k + 3] == 0) continue;
+        entries_.push_back({l.depth.empty() ? 0.0f : l.depth[k], static_cast<int>(i), &l.colors[4 * k]});
+      }
+      if (entries_.empty()) continue;
+      first_ = std::min(first_, x);
+      last_ = x;
+      // Front first: reversed depth is greater in front.
+      if (entries_.size() > 1)
+        std::sort(entries_.begin(), entries_.end(),
+                  [](const Entry& a, const Entry& b) { return a.depth != b.depth ? a.depth > b.depth : a.layer < b.layer; });
+      Value& out = values_[static_cast<std::size_t>(x)];
+      for (const Entry& e : entries_) {
+        const float a = static_cast<float>(e.color[3]) / 255.0f * (1.0f - out[3]);
+        for (int k = 0; k < 3; ++k) out[k] += a * static_cast<float>(root_[e.color[k]]);
+        out[3] += a;
+      }
+    }
+  }
+
+  // Null: no shell at this sample of the row.
+  const Value* at(int x) const {
+    return x < first_ || x > last_ || values_[static_cast<std::size_t>(x)][3] <= 0.0f ? nullptr : &values_[static_cast<std::size_t>(x)];
+  }
+  bool empty() const { return first_ > last_; }
+
+ private:
   struct Entry {
     float depth;
     int layer;
     const std::uint8_t* color;
   };
-  std::vector<Entry> entries;
-  std::vector<const GhostLayer*> in_row;
-  for (int y = 0; y < s.height; ++y) {
-    in_row.clear();
-    for (const GhostLayer& l : layers)
-      if (s.y + y >= l.y && s.y + y < l.y + l.height) in_row.push_back(&l);
-    if (in_row.empty()) continue;
-    for (int x = 0; x < s.width; ++x) {
-      entries.clear();
-      for (std::size_t i = 0; i < in_row.size(); ++i) {
-        const GhostLayer& l = *in_row[i];
-        const int lx = s.x + x - l.x;
-        if (lx < 0 || lx >= l.width) continue;
-        const std::size_t k = std::size_t(s.y + y - l.y) * l.width + lx;
-        if (l.colors[4 * k + 3] == 0) continue;
-        entries.push_back({l.depth.empty() ? 0.0f : l.depth[k], static_cast<int>(i), &l.colors[4 * k]});
-      }
-      if (entries.empty()) continue;
-      // Front first: reversed depth is greater in front.
-      if (entries.size() > 1)
-        std::sort(entries.begin(), entries.end(),
-                  [](const Entry& a, const Entry& b) { return a.depth != b.depth ? a.depth > b.depth : a.layer < b.layer; });
-      std::array<float, 4>& out = s.values[std::size_t(y) * s.width + x];
-      for (const Entry& e : entries) {
-        const float a = static_cast<float>(e.color[3]) / 255.0f * (1.0f - out[3]);
-        for (int k = 0; k < 3; ++k) out[k] += a * static_cast<float>(linear[e.color[k]]);
-        out[3] += a;
-      }
-    }
-  }
-  return s;
-}
+  const std::vector<GhostLayer>& layers_;
+  const std::array<std::uint16_t, 256>& root_ = root_table();
+  int width_ = 0, first_ = 0, last_ = -1;  // samples of the row that have shells lie in first..last
+  std::vector<Value> values_;
+  std::vector<Entry> entries_;
+  std::vector<const GhostLayer*> in_row_;
+};
 
 }  // namespace
 
@@ -104,18 +109,83 @@ void darken_backdrop(Image& image, const PixelRect& area, const Mask& shadow, co
 
 namespace {
 
+// What a pixel is made of, and where it goes.
+struct PixelOut {
+  const Image* image;
+  std::uint8_t* out;
+  int count;     // samples
+  float scale;   // from a sum over samples of linear light to an index of srgb_table
+  float darken;  // share of the light that occlusion leaves to surfaces
+};
+
+// A pixel of surfaces and backdrop without shells. Occlusion takes the light of the surroundings, not that of the key light, and none
+// of lines and markers.
+template <int per_pixel>
+void average_surfaces(const PixelOut& to, const std::uint8_t* first, std::size_t stride, int n, int covered) {
+  const auto &linear = linear_table(), &root = root_table();
+  const auto& srgb = srgb_table();
+  if (per_pixel > 0) n = per_pixel;
+  unsigned lit[3] = {}, full[3] = {};  // of surfaces; of lines and markers
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i < n; ++i) {
+      const std::uint8_t* p = first + j * stride + std::size_t(i) * 4;
+      if (p[3] == 0) continue;
+      unsigned* sum = p[3] == 255 ? full : lit;
+      for (int k = 0; k < 3; ++k) sum[k] += root[p[k]];
+    }
+  const bool has_alpha = to.image->channels == 4;
+  const float rest = static_cast<float>(to.count - covered),
+              behind = has_alpha && covered < to.count ? static_cast<float>(to.out[3]) / 255.0f : 1.0f;
+  const float alpha = (static_cast<float>(covered) + rest * behind) / static_cast<float>(to.count);
+  const float unit = has_alpha ? (alpha > 0.0f ? to.scale / alpha : 0.0f) : to.scale;
+  for (int k = 0; k < 3; ++k) {
+    float sum = static_cast<float>(full[k]) + to.darken * static_cast<float>(lit[k]);
+    if (covered < to.count) sum += rest * behind * static_cast<float>(linear[to.out[k]]);
+    to.out[k] = srgb[static_cast<std::size_t>(std::min(rounded(sum * unit), 65535))];
+  }
+  if (has_alpha) to.out[3] = static_cast<std::uint8_t>(rounded(255.0f * std::min(alpha, 1.0f)));
+}
+
+// A pixel over whose samples shells lie.
+void average_shells(const PixelOut& to, const std::uint8_t* first, std::size_t stride, int n, const std::vector<ShellRow>& shells, int sx) {
+  const auto &linear = linear_table(), &root = root_table();
+  const auto& srgb = srgb_table();
+  const bool has_alpha = to.image->channels == 4;
+  // Backdrop in linear light, premultiplied.
+  float back[4] = {};
+  back[3] = has_alpha ? static_cast<float>(to.out[3]) / 255.0f : 1.0f;
+  for (int k = 0; k < 3; ++k) back[k] = static_cast<float>(linear[to.out[k]]) * back[3];
+  float sum[4] = {};
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i < n; ++i) {
+      const std::uint8_t* p = first + j * stride + std::size_t(i) * 4;
+      float c[4];
+      if (p[3] == 0) {
+        std::copy_n(back, 4, c);
+      } else {
+        const float light = p[3] == 255 ? 1.0f : to.darken;
+        for (int k = 0; k < 3; ++k) c[k] = static_cast<float>(root[p[k]]) * light;
+        c[3] = 1.0f;
+      }
+      if (const ShellRow::Value* g = shells[static_cast<std::size_t>(j)].at(sx + i))
+        for (int k = 0; k < 4; ++k) c[k] = (*g)[k] + (1.0f - (*g)[3]) * c[k];
+      for (int k = 0; k < 4; ++k) sum[k] += c[k];
+    }
+  const float alpha = sum[3] / static_cast<float>(to.count);
+  const float unit = has_alpha ? (alpha > 0.0f ? to.scale / alpha : 0.0f) : to.scale;
+  for (int k = 0; k < 3; ++k) to.out[k] = srgb[static_cast<std::size_t>(std::min(rounded(sum[k] * unit), 65535))];
+  if (has_alpha) to.out[3] = static_cast<std::uint8_t>(rounded(255.0f * std::min(alpha, 1.0f)));
+}
+
 // per_pixel: samples along a pixel's side, known when compiled where it is the usual one; 0: any.
-// Long: one pass over the pixels, whose cases share the samples' rows and colours in registers.
 template <int per_pixel>
 void average(Image& image, const PixelRect& area, const Samples& samples, const std::vector<GhostLayer>& ghosts, const Mask& occlusion) {
   const int n = per_pixel > 0 ? per_pixel : samples.per_pixel, count = n * n;
-  const auto& linear = linear_table();
-  const auto& srgb = srgb_table();
-  const Shells shells = compose_shells(ghosts);
-  const bool has_alpha = image.channels == 4;
-  const float scale = 65532.0f / 16383.0f / static_cast<float>(count);
+  std::vector<ShellRow> shells(ghosts.empty() ? 0u : static_cast<std::size_t>(n), ShellRow(ghosts));
+  PixelOut to{&image, nullptr, count, 65532.0f / 16383.0f / static_cast<float>(count), 1.0f};
   const std::size_t stride = std::size_t(samples.width) * 4;
   const PixelRect& part = samples.part;
+  const auto& srgb_of_root = srgb_of_root_table();
 
   for (int y = 0; y < part.height; ++y) {
     std::uint8_t* out_row = &image.pixels[(std::size_t(area.y + part.y + y) * image.width + area.x + part.x) * image.channels];
@@ -123,7 +193,10 @@ void average(Image& image, const PixelRect& area, const Samples& samples, const 
     const int sy0 = (part.height - 1 - y) * n;
     const std::uint8_t* row = &samples.colors[sy0 * stride];
     bool shell_row = false;
-    for (int j = 0; j < n; ++j) shell_row = shell_row || shells.row(sy0 + j);
+    for (std::size_t j = 0; j < shells.size(); ++j) {
+      shells[j].compose(sy0 + static_cast<int>(j));
+      shell_row = shell_row || !shells[j].empty();
+    }
     for (int x = 0; x < part.width; ++x) {
       const int sx0 = x * n;
       const std::uint8_t* first = row + std::size_t(sx0) * 4;
@@ -134,11 +207,11 @@ void average(Image& image, const PixelRect& area, const Samples& samples, const 
         std::memcpy(&upper, first + stride, 8);
         if ((lower | upper) == 0) continue;
       }
-      std::uint8_t* out = out_row + std::size_t(x) * image.channels;
+      to.out = out_row + std::size_t(x) * image.channels;
 
       // Share of surface samples, and whether all samples are one colour.
       int covered = 0;
-      bool uniform = true;
+      bool uniform = true, shell = false;
       std::uint32_t word = 0;
       std::memcpy(&word, first, 4);
       for (int j = 0; j < n; ++j)
@@ -148,63 +221,20 @@ void average(Image& image, const PixelRect& area, const Samples& samples, const 
           std::memcpy(&w, p, 4);
           uniform = uniform && w == word;
           covered += p[3] != 0;
+          shell = shell || (shell_row && shells[static_cast<std::size_t>(j)].at(sx0 + i));
         }
-      bool shell = false;
-      if (shell_row)
-        for (int j = 0; j < n && !shell; ++j)
-          for (int i = 0; i < n && !shell; ++i) {
-            const auto* g = shells.at(sx0 + i, sy0 + j);
-            shell = g && (*g)[3] > 0.0f;
-          }
-      const unsigned left = occlusion.at(part.x + x, part.y + y, 255);
-
-      // Plain cases: nothing but backdrop, or one surface colour as it is.
       if (covered == 0 && !shell) continue;
-      if (covered == count && !shell && left == 255) {
-        if (uniform) {
-          std::memcpy(out, first, 3);
-        } else {
-          // With 2 x 2 samples the sum of one table's values is an index of the other.
-          for (int k = 0; k < 3; ++k) {
-            unsigned sum = 0;
-            for (int j = 0; j < n; ++j)
-              for (int i = 0; i < n; ++i) sum += linear[first[j * stride + std::size_t(i) * 4 + k]];
-            out[k] = srgb[n == 2 ? sum : static_cast<std::size_t>(rounded(static_cast<float>(sum) * scale))];
-          }
-        }
-        if (has_alpha) out[3] = 255;
-        continue;
+      const unsigned left = occlusion.at(part.x + x, part.y + y, 255);
+      to.darken = left == 255 ? 1.0f : 0.25f + 0.75f * static_cast<float>(left) / 255.0f;
+      if (shell) {
+        average_shells(to, first, stride, n, shells, sx0);
+      } else if (uniform && (left == 255 || first[3] == 255)) {
+        // One colour as it is.
+        for (int k = 0; k < 3; ++k) to.out[k] = srgb_of_root[first[k]];
+        if (image.channels == 4) to.out[3] = 255;
+      } else {
+        average_surfaces<per_pixel>(to, first, stride, n, covered);
       }
-
-      // Backdrop in linear light, premultiplied.
-      float back[4] = {};
-      if (covered < count || shell) {
-        back[3] = has_alpha ? static_cast<float>(out[3]) / 255.0f : 1.0f;
-        for (int k = 0; k < 3; ++k) back[k] = static_cast<float>(linear[out[k]]) * back[3];
-      }
-      // Occlusion takes the light of the surroundings, not that of the key light.
-      const float darken = 0.25f + 0.75f * static_cast<float>(left) / 255.0f;
-      float sum[4] = {};
-      for (int j = 0; j < n; ++j)
-        for (int i = 0; i < n; ++i) {
-          const std::uint8_t* p = first + j * stride + std::size_t(i) * 4;
-          float c[4];
-          if (p[3] == 0) {
-            std::copy_n(back, 4, c);
-          } else {
-            const float light = p[3] == 255 ? 1.0f : darken;
-            for (int k = 0; k < 3; ++k) c[k] = static_cast<float>(linear[p[k]]) * light;
-            c[3] = 1.0f;
-          }
-          if (shell)
-            if (const auto* g = shells.at(sx0 + i, sy0 + j))
-              for (int k = 0; k < 4; ++k) c[k] = (*g)[k] + (1.0f - (*g)[3]) * c[k];
-          for (int k = 0; k < 4; ++k) sum[k] += c[k];
-        }
-      const float alpha = sum[3] / static_cast<float>(count);
-      const float unit = has_alpha ? (alpha > 0.0f ? scale / alpha : 0.0f) : scale;
-      for (int k = 0; k < 3; ++k) out[k] = srgb[static_cast<std::size_t>(std::min(rounded(sum[k] * unit), 65535))];
-      if (has_alpha) out[3] = static_cast<std::uint8_t>(rounded(255.0f * std::min(alpha, 1.0f)));
     }
   }
 }

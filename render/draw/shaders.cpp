@@ -1,4 +1,4 @@
-// Shading is in linear light in the camera's frame; the framebuffer encodes to sRGB.
+// Shading is in linear light in the camera's frame; samples are stored as square roots of it, which cost a sixth of the way to sRGB.
 // Microfacet highlight: Walter, Marschner, Li, Torrance, "Microfacet models for refraction through rough surfaces", 2007 (GGX);
 // visibility term: Hammon, "PBR diffuse lighting for GGX+Smith microsurfaces", 2017 (height-correlated approximation);
 // shadows: Lauritzen, McCool, "Layered variance shadow maps", 2008 (exponential warp).
@@ -339,13 +339,13 @@ void main() {
   lit_color = mix(lit_color, edge_color, line * 0.85);
 #endif
 #if defined(WIRES)
-  result = vec4(edge_color, line * mark.y);
+  result = vec4(sqrt(edge_color), line * mark.y);
 #elif defined(GHOST)
   // A shell of glass: denser and darker where it is seen edge on.
   float edge_on = r2 * (3.0 - 2.0 * rim);
-  result = vec4(mix(lit_color, albedo * 0.55, 0.6 * edge_on), clamp(mark.y * mix(0.9, 2.2, edge_on), 0.0, 1.0));
+  result = vec4(sqrt(mix(lit_color, albedo * 0.55, 0.6 * edge_on)), clamp(mark.y * mix(0.9, 2.2, edge_on), 0.0, 1.0));
 #else
-  result = vec4(lit_color, mark_at);
+  result = vec4(sqrt(lit_color), mark_at);
 #endif
 #endif
 #endif
@@ -426,9 +426,9 @@ void main() {
   if (along != t) discard;  // round ends would be blended twice
 #endif
 #ifdef GHOST
-  result = vec4(to_linear(color_at.rgb), color_at.a);
+  result = vec4(sqrt(to_linear(color_at.rgb)), color_at.a);
 #else
-  result = vec4(to_linear(color_at.rgb), mark.x);
+  result = vec4(sqrt(to_linear(color_at.rgb)), mark.x);
 #endif
 }
 )";
@@ -482,9 +482,9 @@ void main() {
     if (max(abs(at.x), abs(at.y)) > 1.0 || min(abs(at.x + at.y), abs(at.x - at.y)) > 0.42) discard;
   }
 #ifdef GHOST
-  result = vec4(c, color.a);
+  result = vec4(sqrt(c), color.a);
 #else
-  result = vec4(c, mark.x);
+  result = vec4(sqrt(c), mark.x);
 #endif
 }
 )";

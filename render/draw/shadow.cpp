@@ -67,6 +67,19 @@ void blur(Patch<lanes>& patch, int r, const std::array<float, lanes>& around) {
   }
 }
 
+// First and last column of each row from which something is to be seen between it and the next column, in this row or the next.
+std::vector<std::array<int, 2>> occupied(Patch<2>& patch) {
+  std::vector<std::array<int, 2>> spans(static_cast<std::size_t>(patch.height), {patch.width, -1});
+  for (int y = 0; y < patch.height; ++y)
+    for (int x = 0; x < patch.width; ++x)
+      if (*patch.at(x, y) > 0.0f)
+        for (int row = std::max(0, y - 1); row <= y; ++row) {
+          std::array<int, 2>& span = spans[static_cast<std::size_t>(row)];
+          span = {std::min(span[0], x - 1), std::max(span[1], x)};
+        }
+  return spans;
+}
+
 }  // namespace
 
 LightFrame make_light(const glm::dvec3& to_light, const Bounds& bounds) {
@@ -124,28 +137,37 @@ ShadowMap shadow_part(std::span<const Surface> surfaces, std::span<const Bounds>
   return part;
 }
 
+void reduce_shadow(ShadowMap& map, std::span<const float> depths) {
+  const int columns = map.width / ratio;
+  map.texels.assign(std::size_t(columns) * (map.height / ratio), {});
+  for (int y = 0; y < map.height; ++y)
+    for (int x = 0; x < map.width; ++x)
+      if (const float d = depths[std::size_t(y) * map.width + x]; d < 1.0f) {
+        ShadowMap::Texel& texel = map.texels[std::size_t(y / ratio) * columns + x / ratio];
+        texel.cover += 1.0f;
+        texel.depth += d;
+      }
+  for (ShadowMap::Texel& texel : map.texels)
+    if (texel.cover > 0.0f) {
+      texel.depth /= texel.cover;
+      texel.cover /= ratio * ratio;
+    }
+}
+
 ShadowMoments filter_shadow(const ShadowMap& map, const LightFrame& light, double radius) {
   // Empty texels are many: their value once.
   const float empty = std::exp(shadow_warp * 0.5f);
   const std::array<float, 2> around = {empty, empty * empty};
   const int r = std::clamp(static_cast<int>(std::lround(0.5 * radius / (light.texel * ratio))), 1, 16), rim = 2 * r + 1;
   Patch<2> patch(map, rim, around);
+  const ShadowMap::Texel* texel = map.texels.data();
   for (int y = 0; y < map.height / ratio; ++y)
-    for (int x = 0; x < map.width / ratio; ++x) {
-      float first = 0.0f, second = 0.0f;
-      bool any = false;
-      for (int j = 0; j < ratio; ++j)
-        for (int i = 0; i < ratio; ++i) {
-          const float d = map.depth[std::size_t(y * ratio + j) * map.width + (x * ratio + i)];
-          any = any || d < 1.0f;
-          const float m = d >= 1.0f ? empty : std::exp(shadow_warp * (d - 0.5f));
-          first += m;
-          second += m * m;
-        }
-      if (!any) continue;
+    for (int x = 0; x < map.width / ratio; ++x, ++texel) {
+      if (texel->cover <= 0.0f) continue;
+      const float m = std::exp(shadow_warp * (texel->depth - 0.5f));
       float* out = patch.at(x + rim, y + rim);
-      out[0] = first / (ratio * ratio);
-      out[1] = second / (ratio * ratio);
+      out[0] = empty + texel->cover * (m - empty);
+      out[1] = empty * empty + texel->cover * (m * m - empty * empty);
     }
   blur<2>(patch, r, around);
   return {patch.x, patch.y, patch.width, patch.height, std::move(patch.values)};
@@ -154,7 +176,7 @@ ShadowMoments filter_shadow(const ShadowMap& map, const LightFrame& light, doubl
 Mask ground_shadow(const ShadowMap& map, const LightFrame& light, const GroundFrame& ground, const ViewFrame& frame, double radius) {
   const PixelRect& area = frame.area;
   const double steep = glm::dot(light.to_light, ground.normal);
-  if (!ground.visible || steep < 0.05 || map.depth.empty()) return {};
+  if (!ground.visible || steep < 0.05 || map.texels.empty()) return {};
 
   // Ground in map coordinates: (s, t, depth) is linear in (u, v).
   const auto to_map = [&](const glm::dvec3& v, double w) { return glm::dvec3(light.map_from_world * glm::dvec4(v, w)); };
@@ -167,18 +189,17 @@ Mask ground_shadow(const ShadowMap& map, const LightFrame& light, const GroundFr
   const int r = std::clamp(static_cast<int>(std::lround(radius / (light.texel * ratio))), 2, 40), rim = 2 * r + 1;
   Patch<2> soft(map, rim, {0.0f, 0.0f});
   Patch<1> sharp(map, rim, {0.0f});
-  for (int fy = 0; fy < map.height; ++fy)
-    for (int fx = 0; fx < map.width; ++fx) {
-      const float d = map.depth[std::size_t(fy) * map.width + fx];
-      if (d >= 1.0f) continue;
-      const double s = (map.x + fx + 0.5) / fine, t = (map.y + fy + 0.5) / fine;
-      const double height = (mo.z + ds * (s - mo.x) + dt * (t - mo.y) - static_cast<double>(d)) * light.depth_range;
+  const ShadowMap::Texel* texel = map.texels.data();
+  for (int y = 0; y < map.height / ratio; ++y)
+    for (int x = 0; x < map.width / ratio; ++x, ++texel) {
+      if (texel->cover <= 0.0f) continue;
+      const double s = (map.x / ratio + x + 0.5) / n, t = (map.y / ratio + y + 0.5) / n;
+      const double height = (mo.z + ds * (s - mo.x) + dt * (t - mo.y) - static_cast<double>(texel->depth)) * light.depth_range;
       // What is below the ground throws no shadow on it.
       if (height < -2.0 * light.texel) continue;
-      float* out = soft.at(fx / ratio + rim, fy / ratio + rim);
-      out[0] += 1.0f / (ratio * ratio);
-      out[1] += static_cast<float>(std::max(0.0, height)) / (ratio * ratio);
-      *sharp.at(fx / ratio + rim, fy / ratio + rim) += 1.0f / (ratio * ratio);
+      float* out = soft.at(x + rim, y + rim);
+      out[0] = *sharp.at(x + rim, y + rim) = texel->cover;
+      out[1] = texel->cover * static_cast<float>(std::max(0.0, height));
     }
   blur<1>(sharp, std::max(1, r / 6), {0.0f});
   blur<2>(soft, r, {0.0f, 0.0f});
@@ -206,15 +227,22 @@ Mask ground_shadow(const ShadowMap& map, const LightFrame& light, const GroundFr
   if (x1 <= x0 || y1 <= y0) return {};
   Mask shadow{{x0, y0, x1 - x0, y1 - y0}, std::vector<std::uint8_t>(std::size_t(x1 - x0) * (y1 - y0), 0)};
   const double inverse_fade = 1.0 / ground.fade_radius;
+  const std::vector<std::array<int, 2>> spans = occupied(soft);
+  // From pixels to texels of the patch and to the ground at once: (fx, fy, w), then (u, v, w), to be divided by w.
+  glm::dmat3 texels(0.0);
+  texels[0] = glm::dvec3(mu.x * n, mu.y * n, 0.0);
+  texels[1] = glm::dvec3(mv.x * n, mv.y * n, 0.0);
+  texels[2] = glm::dvec3(mo.x * n - 0.5 - soft.x, mo.y * n - 0.5 - soft.y, 1.0);
+  const glm::dmat3 to_texel = texels * h;
   for (int y = y0; y < y1; ++y)
     for (int x = x0; x < x1; ++x) {
-      const glm::dvec3 q = h * glm::dvec3(area.x + x + 0.5, area.y + y + 0.5, 1.0);
-      if (!(q.z > 0.0)) continue;
-      const double share = 1.0 / q.z, u = q.x * share, v = q.y * share;
-      // Place between four texels of the patch.
-      const double fx = (mo.x + mu.x * u + mv.x * v) * n - 0.5 - soft.x, fy = (mo.y + mu.y * u + mv.y * v) * n - 0.5 - soft.y;
+      const glm::dvec3 pixel(area.x + x + 0.5, area.y + y + 0.5, 1.0), place = to_texel * pixel;
+      if (!(place.z > 0.0)) continue;
+      const double share = 1.0 / place.z, fx = place.x * share, fy = place.y * share;
+      // Between four texels of the patch.
       if (!(fx >= 0.0 && fy >= 0.0 && fx < soft.width - 1 && fy < soft.height - 1)) continue;
       const int ix = static_cast<int>(fx), iy = static_cast<int>(fy);
+      if (ix < spans[static_cast<std::size_t>(iy)][0] || ix > spans[static_cast<std::size_t>(iy)][1]) continue;
       const float ax = static_cast<float>(fx - ix), ay = static_cast<float>(fy - iy);
       const auto between = [&](const float* low, const float* high, int lanes) {
         const float a = low[0] + (low[lanes] - low[0]) * ax, b = high[0] + (high[lanes] - high[0]) * ax;
@@ -226,7 +254,8 @@ Mask ground_shadow(const ShadowMap& map, const LightFrame& light, const GroundFr
       const float height = between(low + 1, high + 1, 2) / std::max(wide, 1e-4f);
       const float softness = std::clamp(height / static_cast<float>(6.0 * radius), 0.0f, 1.0f);
       const float tight = softness < 1.0f ? between(sharp.at(ix, iy), sharp.at(ix, iy + 1), 1) : 0.0f;
-      const double distance = std::sqrt(u * u + v * v) * inverse_fade;
+      const glm::dvec3 q = h * pixel;
+      const double distance = std::sqrt(q.x * q.x + q.y * q.y) * share * inverse_fade;
       const float fade = static_cast<float>(std::clamp(1.6 * (1.0 - distance), 0.0, 1.0));
       shadow.values[std::size_t(y - y0) * shadow.part.width + (x - x0)] =
           static_cast<std::uint8_t>(255.0f * std::clamp(tight + (wide - tight) * softness, 0.0f, 1.0f) * fade);

@@ -27,13 +27,20 @@ struct LightFrame {
 };
 LightFrame make_light(const glm::dvec3& to_light, const Bounds& bounds);
 
-// Depth of the casters, 0..1 from the light, 1 where there is none: the part of the map that may hold any.
+// The part of the map that may hold casters, texel by texel of the filtered map.
 struct ShadowMap {
-  int x = 0, y = 0, width = 0, height = 0;  // texels, multiples of shadow_size / filtered_size; rows from t = 0
-  std::vector<float> depth;
+  int x = 0, y = 0, width = 0, height = 0;  // texels of the depth, multiples of shadow_size / filtered_size; rows from t = 0
+  struct Texel {
+    float cover = 0.0f;  // share with a caster
+    float depth = 0.0f;  // mean of the casters', 0..1 from the light
+  };
+  std::vector<Texel> texels;
 };
 
-// Part of the map that posed boxes may cover; depth is left empty.
+// Takes depths as drawn, 1 where there is no caster, width x height of the map.
+void reduce_shadow(ShadowMap& map, std::span<const float> depths);
+
+// Part of the map that posed boxes may cover, still empty.
 ShadowMap shadow_part(std::span<const Surface> surfaces, std::span<const Bounds> boxes, const LightFrame& light);
 
 // Filtered exp(w (depth - 1/2)) and its square, two floats a texel of the filtered map; beyond the rim all is empty.

@@ -51,7 +51,7 @@ struct Mask {
   }
 };
 
-// Samples as drawn: rows from the bottom, RGBA with colour in sRGB; alpha 0: nothing, else the mark of the surface
+// Samples as drawn: rows from the bottom, RGBA with square roots of linear light; alpha 0: nothing, else the mark of the surface
 // (1 + index modulo 254; 255: lines and markers).
 struct Samples {
   PixelRect part;             // of the view's area (from its upper left corner): the pixels these samples belong to
@@ -61,7 +61,7 @@ struct Samples {
   std::vector<float> depth;  // of these samples only if asked for
 };
 
-// One translucent shell: a rectangle of samples, straight alpha.
+// One translucent shell: a rectangle of samples, straight alpha, colours as in Samples.
 struct GhostLayer {
   int x = 0, y = 0, width = 0, height = 0;
   std::vector<std::uint8_t> colors;

@@ -1,6 +1,6 @@
 // PNG files, written whole or not at all, the same bytes for the same pixels.
 //
-// Writing: SUB filter on every row, libdeflate, an sRGB chunk; no time stamps. The file is written under a temporary name
+// Writing: no filter (16 bits: SUB) on every row, libdeflate, an sRGB chunk; no time stamps. The file is written under a temporary name
 // in its folder and renamed when complete, so a reader never sees half a file under the final name; on failure the
 // temporary file is removed. Reading: any PNG (and only PNG), with 8 bits, or 16 where the file has them.
 // Errors are FileError with the path and the system's reason.
