@@ -81,7 +81,8 @@ struct Simulation::Impl {
   DriveOptions options;
   Method method;
   CurrentOutputs outputs;
-  std::vector<std::pair<size_t, DrivenText>> driven;  // loads
+  std::vector<std::pair<size_t, DrivenText>> driven;          // loads
+  std::vector<std::pair<size_t, DrivenText>> driven_inputs;  // functions that blocks read
   State::Data now, before;                            // now: without what lives in `system`
   double most_steps;
 
@@ -98,6 +99,11 @@ struct Simulation::Impl {
     }
     for (size_t k = 0; k < system.model.loads.size(); ++k)
       if (const std::string& text = system.model.loads[k].def.driven; !text.empty()) driven.emplace_back(k, DrivenText(text, scene.inputs));
+    for (const Block& block : system.model.blocks) {
+      const std::vector<std::string>& texts = scene.blocks[static_cast<size_t>(block.scene_block)].driven;
+      for (size_t k = 0; k < texts.size(); ++k)
+        if (!texts[k].empty()) driven_inputs.emplace_back(static_cast<size_t>(block.inputs[k]), DrivenText(texts[k], scene.inputs));
+    }
     now.inputs = scene.inputs;
     RunSpan span;
     integrate(span);
@@ -134,12 +140,16 @@ struct Simulation::Impl {
   }
 
   void apply_inputs() {
+    const auto read = [&](size_t function, const std::string& text) {
+      Expression& reading = system.model.functions[function].expression;
+      reading = Expression(text, std::vector<std::string>(reading.variables()));
+    };
+    for (const auto& [function, text] : driven_inputs) read(function, text.with(now.inputs));
     for (const auto& [k, text] : driven) {
       Load& load = system.model.loads[k];
       load.def.value = text.with(now.inputs);
       if (load.function >= 0) {
-        Expression& reading = system.model.functions[static_cast<size_t>(load.function)].expression;
-        reading = Expression(load.def.value, std::vector<std::string>(reading.variables()));
+        read(static_cast<size_t>(load.function), load.def.value);
       } else {
         system.model.expressions[static_cast<size_t>(load.expression)] = TimeFunction(Expression(load.def.value));
       }

@@ -18,6 +18,7 @@ Command add_effects(Program& program);
 Command add_study(Program& program);
 Command add_new(Program& program);
 Command add_response(Program& program);
+Command add_load_path(Program& program);
 Command add_spectrum(Program& program);
 
 }  // namespace flexframe::cli

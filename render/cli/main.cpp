@@ -32,7 +32,7 @@ int run_program(int argc, char** argv) {
       cli::add_run(program),     cli::add_simulate(program), cli::add_render(program),   cli::add_check(program),
       cli::add_info(program),    cli::add_reduce(program),   cli::add_modes(program),    cli::add_deform(program),
       cli::add_compare(program), cli::add_effects(program),  cli::add_study(program),    cli::add_export(program),
-      cli::add_new(program),     cli::add_response(program), cli::add_spectrum(program),
+      cli::add_new(program),     cli::add_response(program), cli::add_load_path(program), cli::add_spectrum(program),
   };
   if (!program.parse(argc, argv)) return 0;
   for (const cli::Command& command : commands) {

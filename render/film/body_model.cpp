@@ -7,6 +7,7 @@
 #include "render/picture/edges.h"
 #include "sim/base/error.h"
 #include "sim/base/words.h"
+#include "sim/bodies/beam_pieces.h"
 #include "sim/scene/section.h"
 #include "sim/scene/section_stress.h"
 
@@ -124,6 +125,34 @@ render::Mesh placed_mesh(const std::string& file, const sim::MeshPlacement& plac
   return mesh;
 }
 
+// Half heights of a section along y and z, m.
+Eigen::Vector2d half_sizes(const sim::Section& section) {
+  if (section.outline.empty()) return Eigen::Vector2d::Constant(std::sqrt(section.area / M_PI));
+  Eigen::AlignedBox2d box;
+  for (const Eigen::Vector2d& p : section.outline.front()) box.extend(p);
+  return 0.5 * box.sizes();
+}
+
+// A straight beam of one section made one of changing sections (each stretched to the sizes there) and curved axis.
+void shape_beam(const sim::BeamDef& beam, bool sections, render::Mesh& mesh) {
+  if (beam.stations.empty() && !beam.axis) return;
+  const Eigen::Vector2d first = half_sizes(beam.section);
+  std::map<double, std::pair<Eigen::Vector2d, sim::Pose>> places;
+  for (glm::dvec3& p : mesh.positions) {
+    const double s = std::clamp(p.x / beam.length, 0.0, 1.0);
+    const auto [at, fresh] = places.try_emplace(s);
+    if (fresh) {
+      at->second.first = sections ? Eigen::Vector2d(half_sizes(sim::section_at(beam, s)).cwiseQuotient(first)) : Eigen::Vector2d::Ones();
+      const int piece = sim::locate_piece(beam, s).first;
+      at->second.second.R = sim::piece_pose(beam, piece).R * sim::tangent_in_piece(beam, piece, s);
+      at->second.second.p = sim::place_on_axis(beam, s);
+    }
+    const auto& [stretch, pose] = at->second;
+    const sim::Vec3 moved = pose.p + pose.R * sim::Vec3(0.0, stretch.x() * p.y, stretch.y() * p.z);
+    p = {moved.x(), moved.y(), moved.z()};
+  }
+}
+
 // More nodes than these are drawn as points: joining them takes a time that goes with the square.
 constexpr size_t most_joined_nodes = 3000;
 
@@ -132,10 +161,13 @@ render::Mesh mesh_of(const sim::ResultBody& body, const BodyDrawing& drawing, co
   if (!body.mesh.empty()) return placed_mesh(body.mesh, def ? def->mesh_placement : sim::MeshPlacement{});
   if (def && !def->shapes.empty()) return make_shapes_mesh(def->shapes, look.shape_colors, body.name);
   if (body.kind == "beam" && body.length > 0.0) {
+    const auto* beam = def ? std::get_if<sim::BeamDef>(&def->kind) : nullptr;
     std::vector<double> stations;
-    for (const sim::ResultNode& node : body.nodes) stations.push_back(node.origin.x());
-    return make_beam_mesh(look.diameter ? sim::make_section("circle", {{"diameter", *look.diameter}}) : body.section, body.length, stations,
-                          body.name, stress);
+    for (const sim::ResultNode& node : body.nodes) stations.push_back(beam && beam->axis ? 0.0 : node.origin.x());
+    render::Mesh mesh = make_beam_mesh(look.diameter ? sim::make_section("circle", {{"diameter", *look.diameter}}) : body.section,
+                                       body.length, stations, body.name, stress);
+    if (beam) shape_beam(*beam, !look.diameter, mesh);
+    return mesh;
   }
   // A modal body shows its nodes, joined; any other gets a solid of plausible measures.
   if (!body.nodes.empty()) {
@@ -229,6 +261,8 @@ void set_beam_stress(const sim::ResultBody& body, const sim::BodyDef* def, const
   const auto warn = [&](const std::string& text) { model.refused.push_back(text); };
   const auto* beam = def ? std::get_if<sim::BeamDef>(&def->kind) : nullptr;
   if (!beam) return warn("the results do not contain the scene, so that its material is unknown: not coloured by stress");
+  if (!beam->stations.empty() || beam->axis)
+    return warn("a beam of changing section or curved axis is not coloured by stress; take the output 'stress' at a place of it");
   if (!sim::has_stress(body.section))
     return warn(
         fmt::format("a section of shape '{}' has moments but no outline, so that no point of it has a stress: not coloured by stress",

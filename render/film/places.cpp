@@ -1,5 +1,7 @@
 #include "render/film/places.h"
 
+#include "sim/bodies/beam_pieces.h"
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -17,13 +19,17 @@ std::optional<glm::dvec3> defined_origin(const sim::BodyDef& body, const std::st
   if (const auto* rigid = std::get_if<sim::RigidDef>(&body.kind)) return of(rigid->frames);
   if (const auto* state = std::get_if<sim::StateSpaceDef>(&body.kind)) return of(state->rigid.frames);
   if (const auto* beam = std::get_if<sim::BeamDef>(&body.kind)) {
-    if (frame == "root") return glm::dvec3(0.0);
-    if (frame == "tip") return glm::dvec3(beam->length, 0.0, 0.0);
-    if (const auto found = beam->frames.find(frame); found != beam->frames.end()) return glm::dvec3(found->second * beam->length, 0.0, 0.0);
+    const auto on_axis = [&](double share) {
+      const sim::Vec3 p = sim::place_on_axis(*beam, share);
+      return glm::dvec3(p.x(), p.y(), p.z());
+    };
+    if (frame == "root") return on_axis(0.0);
+    if (frame == "tip") return on_axis(1.0);
+    if (const auto found = beam->frames.find(frame); found != beam->frames.end()) return on_axis(found->second);
     int number = 0;
     if (frame.starts_with("node[") && std::from_chars(frame.data() + 5, frame.data() + frame.size(), number).ec == std::errc()) {
       const int all = beam->elements * (beam->model == sim::BeamModel::mixed ? beam->volumes : 1);
-      if (number >= 0 && number <= all) return glm::dvec3(beam->length * number / all, 0.0, 0.0);
+      if (number >= 0 && number <= all) return on_axis(static_cast<double>(number) / all);
     }
   }
   return std::nullopt;

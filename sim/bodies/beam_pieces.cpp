@@ -1,5 +1,8 @@
 #include "sim/bodies/beam_pieces.h"
 
+#include "sim/scene/curve.h"
+#include "sim/scene/section.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -10,9 +13,116 @@ int piece_count(const BeamDef& beam) {
   return beam.model == BeamModel::mixed ? beam.volumes : 1;
 }
 
+namespace {
+
+// x/L of the borders of a beam whose section changes: every station is one, and the stretches between them have as many pieces as brings
+// their lengths nearest to one another.
+std::vector<double> borders(const BeamDef& beam) {
+  std::vector<double> marks{0.0};
+  for (const SectionStation& station : beam.stations)
+    if (station.at > marks.back()) marks.push_back(station.at);
+  if (marks.back() < 1.0) marks.push_back(1.0);
+  std::vector<int> count(marks.size() - 1, 1);
+  const auto longest = [&]() {
+    size_t best = 0;
+    for (size_t i = 0; i < count.size(); ++i)
+      if ((marks[i + 1] - marks[i]) / count[i] > (1.0 + 1e-12) * (marks[best + 1] - marks[best]) / count[best]) best = i;
+    return best;
+  };
+  for (int k = static_cast<int>(count.size()); k < piece_count(beam); ++k) ++count[longest()];
+  std::vector<double> out{0.0};
+  for (size_t i = 0; i < count.size(); ++i)
+    for (int k = 1; k <= count[i]; ++k) out.push_back(marks[i] + (marks[i + 1] - marks[i]) * k / count[i]);
+  return out;
+}
+
+// Frames that are carried along a curve without twist, from the body's axes at its beginning.
+class Carried {
+ public:
+  explicit Carried(const SpaceCurve& curve) : curve_(curve) {}
+  // x along the tangent at s.
+  Mat3 tangent(double s) { return turned_to(curve_.at(s).tangent.normalized(), s); }
+  // x along a chord that begins at s.
+  Mat3 chord(double s, const Vec3& direction) { return turned_to(direction.normalized(), s); }
+
+ private:
+  // By the shortest turn from the last frame, in steps along the curve that keep it from twisting.
+  Mat3 turned_to(const Vec3& x, double s) {
+    constexpr int steps_of_curve = 400;
+    const double step = curve_.length() / steps_of_curve;
+    while (at_ + step < s) {
+      at_ += step;
+      axes_ = shortest(curve_.at(at_).tangent.normalized());
+    }
+    return shortest(x);
+  }
+  Mat3 shortest(const Vec3& x) const { return Quat::FromTwoVectors(axes_.col(0), x).toRotationMatrix() * axes_; }
+
+  const SpaceCurve& curve_;
+  double at_ = 0.0;
+  Mat3 axes_ = Mat3::Identity();
+};
+
+// Pose of a piece in the axes in which the curve is given.
+Pose chord_pose(const BeamDef& beam, int k) {
+  const double from = piece_start(beam, k), to = from + piece_length(beam, k);
+  const Vec3 a = beam.axis->at(from).place, b = beam.axis->at(to).place;
+  Pose out;
+  out.R = Carried(*beam.axis).chord(0.5 * (from + to), b - a);
+  out.p = a;
+  return out;
+}
+
+}  // namespace
+
 double piece_start(const BeamDef& beam, int k) {
   if (beam.model == BeamModel::lumped) return k == 0 ? 0.0 : (k - 0.5) * (beam.length / beam.elements);
+  if (!beam.stations.empty()) return borders(beam)[static_cast<size_t>(k)] * beam.length;
   return k * beam.length / piece_count(beam);
+}
+
+double piece_length(const BeamDef& beam, int k) {
+  if (beam.stations.empty()) return beam.length / piece_count(beam);
+  const std::vector<double> all = borders(beam);
+  return (all[static_cast<size_t>(k) + 1] - all[static_cast<size_t>(k)]) * beam.length;
+}
+
+Section section_at(const BeamDef& beam, double s) {
+  if (beam.stations.empty()) return beam.section;
+  size_t next = 0;
+  while (next < beam.stations.size() && beam.stations[next].at < s) ++next;
+  if (next == 0) return beam.stations.front().section;
+  if (next == beam.stations.size()) return beam.stations.back().section;
+  const SectionStation &a = beam.stations[next - 1], &b = beam.stations[next];
+  std::map<std::string, double> size = a.section.size;
+  for (auto& [name, value] : size) value += (s - a.at) / (b.at - a.at) * (b.section.size.at(name) - value);
+  return make_section(a.section.shape, size);
+}
+
+Section piece_section(const BeamDef& beam, int k) {
+  if (beam.stations.empty()) return beam.section;
+  return section_at(beam, (piece_start(beam, k) + 0.5 * piece_length(beam, k)) / beam.length);
+}
+
+Pose piece_pose(const BeamDef& beam, int k) {
+  Pose out;
+  if (beam.axis) return compose(inverse(chord_pose(beam, 0)), chord_pose(beam, k));
+  out.p.x() = piece_start(beam, k);
+  return out;
+}
+
+Mat3 tangent_in_piece(const BeamDef& beam, int k, double s) {
+  if (!beam.axis) return Mat3::Identity();
+  // The root has the body's own axes, as the curve is drawn in them.
+  if (s == 0.0) return chord_pose(beam, k).R.transpose();
+  return chord_pose(beam, k).R.transpose() * Carried(*beam.axis).tangent(s * beam.length);
+}
+
+Vec3 place_on_axis(const BeamDef& beam, double s) {
+  const auto [k, share] = locate_piece(beam, s);
+  if (!beam.axis) return {s * beam.length, 0.0, 0.0};
+  const Pose pose = piece_pose(beam, k);
+  return pose.p + pose.R * Vec3(share * piece_of(beam, k, 0.0).length, 0.0, 0.0);
 }
 
 std::pair<int, double> locate_piece(const BeamDef& beam, double s) {
@@ -22,6 +132,13 @@ std::pair<int, double> locate_piece(const BeamDef& beam, double s) {
     while (k + 1 < pieces && s * beam.length >= piece_start(beam, k + 1)) ++k;
     return {k, 0.0};
   }
+  if (!beam.stations.empty()) {
+    const std::vector<double> all = borders(beam);
+    int k = 0;
+    while (k + 1 < pieces && s > all[static_cast<size_t>(k) + 1] * (1.0 + 1e-12)) ++k;
+    const double from = all[static_cast<size_t>(k)], to = all[static_cast<size_t>(k) + 1];
+    return {k, std::clamp((s - from) / (to - from), 0.0, 1.0)};
+  }
   const double at = s * pieces;
   const int k = std::clamp(static_cast<int>(std::ceil(at)) - 1, 0, pieces - 1);
   return {k, at - k};
@@ -30,7 +147,12 @@ std::pair<int, double> locate_piece(const BeamDef& beam, double s) {
 BeamDef piece_of(const BeamDef& beam, int k, double time_constant) {
   BeamDef out = beam;
   const int pieces = piece_count(beam);
-  out.length = beam.length / pieces;
+  out.length = beam.stations.empty() ? beam.length / pieces : piece_length(beam, k);
+  // Its chord: what the curve is longer is the error of straight pieces.
+  if (beam.axis) out.length = (beam.axis->at(piece_start(beam, k) + out.length).place - beam.axis->at(piece_start(beam, k)).place).norm();
+  out.section = piece_section(beam, k);
+  out.stations.clear();
+  out.axis = nullptr;
   out.model = beam.model == BeamModel::mixed ? (beam.modes.empty() ? BeamModel::finite_element : BeamModel::modal) : beam.model;
   if (beam.model == BeamModel::mixed) {
     out.damping = {};

@@ -1,6 +1,7 @@
 // The pieces of a beam along its axis: one of a finite-element or modal beam, the volumes of a mixed one, the rigid pieces of a lumped one.
 #pragma once
 
+#include "sim/base/spatial.h"
 #include "sim/scene/scene.h"
 
 #include <utility>
@@ -11,6 +12,20 @@ int piece_count(const BeamDef& beam);
 
 // x of the root of piece k in the undeformed beam, m. Lumped: halves at the ends, cut at the elements' middles.
 double piece_start(const BeamDef& beam, int k);
+
+double piece_length(const BeamDef& beam, int k);
+
+// Its section: that of its middle, where the beam's changes.
+Section piece_section(const BeamDef& beam, int k);
+// The section at x/L = s; at a step the one before it.
+Section section_at(const BeamDef& beam, double s);
+
+// Its undeformed pose in the frame of the first piece. Pieces of a curved beam are straight, along the curve's chords.
+Pose piece_pose(const BeamDef& beam, int k);
+// How the tangent frame of a curved beam at x/L = s is turned against piece k: x along the curve, y carried along it without twist.
+Mat3 tangent_in_piece(const BeamDef& beam, int k, double s);
+// Place of the axis at x/L = s in the frame of the first piece, m.
+Vec3 place_on_axis(const BeamDef& beam, double s);
 
 // Piece that carries x/L = s, and the share of its length at which (0 on a rigid piece). At a seam of volumes the piece before it is meant,
 // of lumped pieces the one after it.

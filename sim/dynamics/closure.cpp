@@ -3,6 +3,7 @@
 #include "sim/base/small_matrices.h"
 #include "sim/dynamics/kinematics.h"
 #include "sim/scene/joint_kinds.h"
+#include "sim/scene/table.h"
 
 #include <fmt/format.h>
 
@@ -15,8 +16,8 @@ namespace {
 
 // Pose of frame b in frame a.
 template <class W>
-typename W::In::Pose relative_pose(const Model& model, const W& work, int cluster, const LoopJoint& loop) {
-  return compose(inverse(frame_in_base(model, work, cluster, loop.a)), frame_in_base(model, work, cluster, loop.b));
+typename W::In::Pose relative_pose(const Model& model, const W& work, int cluster, int a, int b) {
+  return compose(inverse(frame_in_base(model, work, cluster, a)), frame_in_base(model, work, cluster, b));
 }
 
 double row_residual(const ClosureRow& row, const Pose& r) {
@@ -62,20 +63,55 @@ void row_wrench(const PoseIn& r, const Linear& force, const Angular& moment, Twi
   on_a = joined(Linear(-force), Angular(-(moment + cross(r.p, force))));
 }
 
-// Coordinate of a coupling's term, its rate, and its acceleration as far as no rate's acceleration makes it.
+// Coordinate of a coupling's term or its function of that, the rate, and the acceleration as far as no rate's acceleration makes it.
 template <class W>
 TimeJet coupled(const Model& model, const W& work, const CouplingRow::Term& term) {
   const Part& part = model.parts[term.part];
-  if (part.joint.motion >= 0) return work.motion[part.joint.motion];
-  return {work.q[part.q0 + term.rate], work.w[part.v0 + term.rate], 0.0};
+  TimeJet x{work.q[part.q0 + term.rate], work.w[part.v0 + term.rate], 0.0};
+  if (part.joint.motion >= 0) x = work.motion[part.joint.motion];
+  if (!term.of) return x;
+  const TimeJet f = term.of->jet(x.value);
+  return {f.value, f.rate * x.rate, f.acceleration * x.rate * x.rate + f.rate * x.acceleration};
 }
 
-// Per rate of the cluster into `line`.
-void coupling_line(const Model& model, int cluster, const CouplingRow& coupling, VecX& line) {
+// Change of the term per change of its coordinate.
+template <class W>
+double coupled_slope(const W& work, const Part& part, const CouplingRow::Term& term) {
+  return term.factor * (term.of ? term.of->jet(work.q[part.q0 + term.rate]).rate : 1.0);
+}
+
+// Calls on_stretch(frame a, frame b, pose of b in a, unit vector from a to b in the axes of a, length) for the stretches of a rope. Where
+// two of its frames meet there is no direction, and none is pulled.
+template <class W, class OnStretch>
+void for_stretches(const Model& model, const W& work, int cluster, const CouplingRow& rope, OnStretch&& on_stretch) {
+  for (size_t k = 1; k < rope.frames.size(); ++k) {
+    const int a = rope.frames[k - 1], b = rope.frames[k];
+    const auto rel = relative_pose(model, work, cluster, a, b);
+    const double length = rel.p.norm();
+    if (length > 0.0) on_stretch(a, b, rel, typename W::In::Linear(rel.p / length), length);
+  }
+}
+
+// Wrenches on the frames of a rope for a unit of its multiplier, which pushes them apart: on_frame(frame, wrench in its axes).
+template <class W, class OnFrame>
+void rope_wrenches(const Model& model, const W& work, int cluster, const CouplingRow& rope, OnFrame&& on_frame) {
+  using S = typename W::In;
+  for_stretches(model, work, cluster, rope, [&](int a, int b, const auto& rel, const auto& u, double) {
+    on_frame(a, typename S::Twist(joined(typename S::Linear(-u), S::no_turn())));
+    on_frame(b, typename S::Twist(joined(turn_back(rel, u), S::no_turn())));
+  });
+}
+
+// Per rate of the cluster into ClusterWork::line.
+template <class W>
+void coupling_line(const Model& model, int cluster, const CouplingRow& coupling, W& work, bool elastic) {
+  VecX& line = work.clusters[cluster].line;
   line.setZero();
   for (const CouplingRow::Term& term : coupling.terms)
     if (const Part& part = model.parts[term.part]; part.joint.motion < 0)
-      line[part.v0 + term.rate - model.clusters[cluster].v0] += term.factor;
+      line[part.v0 + term.rate - model.clusters[cluster].v0] += coupled_slope(work, part, term);
+  rope_wrenches(model, work, cluster, coupling,
+                [&](int frame, const auto& F) { project_wrench(model, work, cluster, {frame, F}, elastic, line); });
 }
 
 // Rows of a cluster: all, or those of its partition.
@@ -104,7 +140,7 @@ void for_rows(const Model& model, const W& work, const WhichRows& which, OnLoop&
     bool have = false;
     for (const auto& closure : loop_rows(model, work, l)) {
       if (wanted[row] >= 0) {
-        if (!have) rel = relative_pose(model, work, cluster, model.loops[l]);
+        if (!have) rel = relative_pose(model, work, cluster, model.loops[l].a, model.loops[l].b);
         have = true;
         on_loop(wanted[row], model.loops[l], closure, rel);
       }
@@ -224,6 +260,7 @@ void closure_residual(const Model& model, int cluster, const W& work, bool all, 
       [&](int row, const CouplingRow& coupling) {
         out[row] = -coupling.value;
         for (const CouplingRow::Term& term : coupling.terms) out[row] += term.factor * coupled(model, work, term).value;
+        for_stretches(model, work, cluster, coupling, [&](int, int, const auto&, const auto&, double length) { out[row] += length; });
       },
       [&](int row, size_t lock) {
         const auto [part, k] = rate_owner(model, cluster, cw.locked[lock]);
@@ -250,35 +287,46 @@ void loop_frame_motion(const Model& model, int cluster, int frame, W& work, type
   }
 }
 
+// Motion of frame b relative to frame a, in the axes of a: velocity, acceleration at zero coordinate accelerations, angular ones.
+template <class S>
+struct RelativeMotion {
+  typename S::Linear pd = S::Linear::Zero(), pdd = S::Linear::Zero();
+  typename S::Angular w = S::no_turn(), wd = S::no_turn();
+};
+
+template <class W>
+RelativeMotion<typename W::In> relative_motion(const Model& model, int cluster, W& work, int a, int b, const typename W::In::Pose& rel) {
+  using S = typename W::In;
+  typename S::Twist Va, Aa, Vb, Ab;
+  loop_frame_motion(model, cluster, a, work, Va, Aa);
+  loop_frame_motion(model, cluster, b, work, Vb, Ab);
+  const typename S::Linear vb = turn(rel, linear(Vb));
+  const typename S::Angular wa = angular(Va), wb = turn(rel, angular(Vb)), wad = angular(Aa);
+  RelativeMotion<S> m;
+  m.w = wb - wa;
+  m.pd = vb - linear(Va) - cross(wa, rel.p);
+  m.pdd = turn(rel, linear(Ab)) + cross(m.w, vb) - linear(Aa) - cross(wad, rel.p) - cross(wa, m.pd);
+  m.wd = turn(rel, angular(Ab)) + cross(m.w, wb) - wad;
+  return m;
+}
+
 // Of the partition's rows: rate and acceleration at zero coordinate accelerations.
 template <class W>
 void closure_rates(const Model& model, int cluster, W& work, VecX& rate, VecX& bias) {
   using S = typename W::In;
   const ClusterWork& cw = work.clusters[cluster];
   const LoopJoint* have = nullptr;
-  // Relative velocity and acceleration, in the axes of a.
-  typename S::Linear pd = S::Linear::Zero(), pdd = pd;
-  typename S::Angular w = S::no_turn(), wd = S::no_turn();
+  RelativeMotion<S> m;
   for_rows(
       model, work, {cluster, false},
       [&](int row, const LoopJoint& loop, const auto& closure, const auto& rel) {
-        if (have != &loop) {
-          typename S::Twist Va, Aa, Vb, Ab;
-          loop_frame_motion(model, cluster, loop.a, work, Va, Aa);
-          loop_frame_motion(model, cluster, loop.b, work, Vb, Ab);
-          const typename S::Linear vb = turn(rel, linear(Vb));
-          const typename S::Angular wa = angular(Va), wb = turn(rel, angular(Vb)), wad = angular(Aa);
-          w = wb - wa;
-          pd = vb - linear(Va) - cross(wa, rel.p);
-          pdd = turn(rel, linear(Ab)) + cross(w, vb) - linear(Aa) - cross(wad, rel.p) - cross(wa, pd);
-          wd = turn(rel, angular(Ab)) + cross(w, wb) - wad;
-          have = &loop;
-        }
+        if (have != &loop) m = relative_motion(model, cluster, work, loop.a, loop.b, rel);
+        have = &loop;
         const RowDirection<S> d = row_direction<S>(closure, rel);
-        rate[row] = dot(d.lv, pd) + dot(d.lw, w);
-        bias[row] = dot(d.lv, pdd) + dot(d.lw, wd);
-        if (closure.kind == ClosureRow::angle) bias[row] += dot(w, cross(cross(w, turn(rel, closure.b)), closure.u));
-        if (closure.kind == ClosureRow::distance) bias[row] += pd.squaredNorm() / closure.length;
+        rate[row] = dot(d.lv, m.pd) + dot(d.lw, m.w);
+        bias[row] = dot(d.lv, m.pdd) + dot(d.lw, m.wd);
+        if (closure.kind == ClosureRow::angle) bias[row] += dot(m.w, cross(cross(m.w, turn(rel, closure.b)), closure.u));
+        if (closure.kind == ClosureRow::distance) bias[row] += m.pd.squaredNorm() / closure.length;
       },
       [&](int row, const CouplingRow& coupling) {
         rate[row] = bias[row] = 0.0;
@@ -287,6 +335,12 @@ void closure_rates(const Model& model, int cluster, W& work, VecX& rate, VecX& b
           rate[row] += term.factor * at.rate;
           bias[row] += term.factor * at.acceleration;
         }
+        for_stretches(model, work, cluster, coupling, [&](int a, int b, const auto& rel, const auto& u, double length) {
+          const RelativeMotion<S> r = relative_motion(model, cluster, work, a, b, rel);
+          const double along = u.dot(r.pd);
+          rate[row] += along;
+          bias[row] += u.dot(r.pdd) + (r.pd.squaredNorm() - along * along) / length;
+        });
       },
       [&](int row, size_t lock) {
         rate[row] = work.w[model.clusters[cluster].v0 + cw.locked[lock]];
@@ -324,7 +378,7 @@ void update_closure_matrix(const Model& model, int cluster, W& work) {
         cw.G.row(row) = cw.line.transpose();
       },
       [&](int row, const CouplingRow& coupling) {
-        coupling_line(model, cluster, coupling, cw.line);
+        coupling_line(model, cluster, coupling, work, true);
         cw.G.row(row) = cw.line.transpose();
       },
       [&](int row, size_t lock) { cw.G(row, cw.locked[lock]) = 1.0; });
@@ -442,7 +496,7 @@ void factorise_closure(const Model& model, int cluster, W& work, bool all_column
         take_line(row);
       },
       [&](int row, const CouplingRow& coupling) {
-        coupling_line(model, cluster, coupling, cw.line);
+        coupling_line(model, cluster, coupling, work, elastic);
         take_line(row);
       },
       [&](int row, size_t lock) {
@@ -620,7 +674,7 @@ template <class W>
 LoopWrenches<W> closure_wrench(const Model& model, const W& work, int cluster, int loop, const VecX& lambda) {
   using S = typename W::In;
   LoopWrenches<W> out;
-  const typename S::Pose rel = relative_pose(model, work, cluster, model.loops[loop]);
+  const typename S::Pose rel = relative_pose(model, work, cluster, model.loops[loop].a, model.loops[loop].b);
   typename S::Linear force = S::Linear::Zero();
   typename S::Angular moment = S::no_turn();
   Eigen::Index r = 0;
@@ -631,6 +685,21 @@ LoopWrenches<W> closure_wrench(const Model& model, const W& work, int cluster, i
   }
   row_wrench(rel, force, moment, out.on_a, out.on_b);
   return out;
+}
+
+template <class W>
+std::vector<WrenchAt<W>> coupling_wrenches(const Model& model, const W& work, int cluster, const CouplingRow& coupling, double lambda) {
+  std::vector<WrenchAt<W>> out;
+  rope_wrenches(model, work, cluster, coupling,
+                [&](int frame, const auto& F) { out.push_back({frame, typename W::In::Twist(lambda * F)}); });
+  return out;
+}
+
+template <class W>
+double coupling_factor(const Model& model, const W& work, const CouplingRow::Term& term) {
+  const Part& part = model.parts[term.part];
+  if (part.joint.motion < 0) return coupled_slope(work, part, term);
+  return term.factor * (term.of ? term.of->jet(work.motion[part.joint.motion].value).rate : 1.0);
 }
 
 double partition_growth(const Model& model, int cluster, const Work& work) {
@@ -660,6 +729,8 @@ double partition_growth(const Model& model, int cluster, const Work& work) {
   template void update_closure_rates(const Model&, int, W&);    \
   template void close_positions(const Model&, int, W&);         \
   template void close_velocities(const Model&, int, W&);        \
+  template std::vector<WrenchAt<W>> coupling_wrenches(const Model&, const W&, int, const CouplingRow&, double); \
+  template double coupling_factor(const Model&, const W&, const CouplingRow::Term&); \
   template LoopWrenches<W> closure_wrench(const Model&, const W&, int, int, const VecX&);
 FLEXFRAME_FOR(Work)
 FLEXFRAME_FOR(PlaneWork)

@@ -6,7 +6,7 @@
 // Redundant rows (a planar loop of spatial revolutes) are found by elimination with complete pivoting and left out.
 #pragma once
 
-#include "sim/dynamics/plane_work.h"
+#include "sim/dynamics/kinematics.h"
 
 namespace flexframe::sim {
 
@@ -61,6 +61,13 @@ struct LoopWrenches {
 // Those of unit multipliers weighted by lambda (one a row).
 template <class W>
 LoopWrenches<W> closure_wrench(const Model& model, const W& work, int cluster, int loop, const VecX& lambda);
+
+// What a rope does to its frames with the multiplier lambda (N; negative where it pulls). Other couplings act on coordinates alone: none.
+template <class W>
+std::vector<WrenchAt<W>> coupling_wrenches(const Model& model, const W& work, int cluster, const CouplingRow& coupling, double lambda);
+// Force or moment on the coordinate of a coupling's term per unit of its multiplier.
+template <class W>
+double coupling_factor(const Model& model, const W& work, const CouplingRow::Term& term);
 
 // Largest |dw_dep/dw_ind| among joint rates and among elastic rates, each in metres per metre: how far the partition is from singular (1 is
 // good).

@@ -1,5 +1,7 @@
 #include "sim/dynamics/contacts.h"
 
+#include "sim/scene/curve.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -75,6 +77,22 @@ void begin_impact(const Model& model, Work& work, int at) {
 
 }  // namespace
 
+namespace {
+
+// Side of a curve on which bodies are: left of the way its points run, outside of a closed one.
+double body_side(const SpaceCurve& curve) { return curve.closed() && curve.area_xy() > 0.0 ? -1.0 : 1.0; }
+
+// Outward normal of the curve at the point nearest to p, and how far p is outside; axes of the curve, z left out of account.
+double distance_to(const SpaceCurve& curve, const Vec3& p, Vec3& normal) {
+  const Vec3 flat(p.x(), p.y(), 0.0);
+  const SpaceCurve::Jet at = curve.at(curve.nearest(flat));
+  const double side = body_side(curve);
+  normal = Vec3(-side * at.tangent.y(), side * at.tangent.x(), 0.0).normalized();
+  return normal.dot(flat - at.place);
+}
+
+}  // namespace
+
 template <class W>
 Touch find_touch(const Model& model, const W& work, const Contact& contact) {
   const Load& load = model.loads[contact.load];
@@ -84,14 +102,18 @@ Touch find_touch(const Model& model, const W& work, const Contact& contact) {
   Touch out;
   const bool sphere = def.from_radius > 0.0;
   Vec3 centre = on.p, reach = Vec3::Zero();  // towards the partner
-  if (def.cylinder) {
+  if (def.cylinder && !def.curve) {
     const Vec3 axis = on.R * def.axis;
     centre += 0.5 * contact.side * def.width * axis;
     const Vec3 towards = sphere ? Vec3(centre - from.p) : Vec3(from.R * def.normal);
     const Vec3 across = towards - axis.dot(towards) * axis;
     if (across.norm() > 1e-12 * towards.norm()) reach = -def.radius * across.normalized();
   }
-  if (sphere) {
+  if (def.curve) {
+    Vec3 normal;
+    out.depth = -distance_to(*def.curve, from.R.transpose() * (centre - from.p), normal);
+    out.normal = from.R * normal;
+  } else if (sphere) {
     const Vec3 apart = centre + reach - from.p;
     const double distance = apart.norm();
     out.normal = distance > 0.0 ? Vec3(apart / distance) : Vec3(Vec3::UnitZ());
@@ -100,7 +122,7 @@ Touch find_touch(const Model& model, const W& work, const Contact& contact) {
     out.normal = from.R * def.normal;
     out.depth = -out.normal.dot(centre + reach - from.p);
   }
-  if (!def.cylinder) {
+  if (!def.cylinder || def.curve) {
     reach = -def.radius * out.normal;
     out.depth += def.radius;
   }

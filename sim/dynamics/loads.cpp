@@ -43,15 +43,28 @@ double height_between(const PlaneWork& work, const Load& load) {
 }
 
 template <class W>
-Line<typename W::In> line_between(const Model& model, const W& work, const Load& load) {
+Line<typename W::In> line_between(const Model& model, const W& work, int from, int on, double height) {
   using S = typename W::In;
-  const typename S::Pose a = frame_world(model, work, load.from), b = frame_world(model, work, load.on);
+  const typename S::Pose a = frame_world(model, work, from), b = frame_world(model, work, on);
   const typename S::Linear d = b.p - a.p;
-  const double height = height_between(work, load), length = height == 0.0 ? d.norm() : std::hypot(d.norm(), height);
+  const double length = height == 0.0 ? d.norm() : std::hypot(d.norm(), height);
   // Two ends at one point have no direction: the spring of zero length pulls nowhere.
   const typename S::Linear u = length > 0.0 ? typename S::Linear(d / length) : typename S::Linear(S::Linear::Zero());
-  const typename S::Linear va = turn(a, linear(work.frames[load.from].V)), vb = turn(b, linear(work.frames[load.on].V));
+  const typename S::Linear va = turn(a, linear(work.frames[from].V)), vb = turn(b, linear(work.frames[on].V));
   return {u, length, u.dot(vb - va)};
+}
+
+// The same of a load: of a cable over pulleys its whole length, without a direction.
+template <class W>
+Line<typename W::In> line_between(const Model& model, const W& work, const Load& load) {
+  if (load.path.empty()) return line_between(model, work, load.from, load.on, height_between(work, load));
+  Line<typename W::In> sum{W::In::Linear::Zero(), 0.0, 0.0};
+  for (size_t k = 1; k < load.path.size(); ++k) {
+    const auto stretch = line_between(model, work, load.path[k - 1], load.path[k], 0.0);
+    sum.length += stretch.length;
+    sum.rate += stretch.rate;
+  }
+  return sum;
 }
 
 // Relative position (in the axes of `from`) and rotation vector of a bushing, and their rates.
@@ -98,8 +111,15 @@ double extra_pull(const Load& load, const std::vector<double>& expression_value)
 template <class W>
 double spring_damper_force(const Model& model, const W& work, const Load& load, const Line<typename W::In>& line) {
   const Spring& s = load.def.spring;
+  if (load.def.cable) return -extra_pull(load, work.expression_value);
   const double rest = load.rest >= 0 ? spring_rest(model, load, work.time).value : s.rest;
   return -s.preload - s.stiffness * (line.length - rest) - s.damping * line.rate - extra_pull(load, work.expression_value);
+}
+
+// How far a spring is stretched, m: a slack cable not at all.
+double stretched(const Model& model, const Load& load, double length, double t) {
+  const double d = length - spring_rest(model, load, t).value;
+  return load.def.cable ? std::max(d, 0.0) : d;
 }
 
 // Drag on a frame in its axes, and the velocity of what flows past it.
@@ -116,6 +136,10 @@ void refresh_frames(const Model& model, W& work, const Load& load) {
     update_frame_position(model, f, work);
     update_frame_velocity(model, f, work);
     if (load.on == load.from) break;
+  }
+  for (size_t k = 1; k + 1 < load.path.size(); ++k) {
+    update_frame_position(model, load.path[k], work);
+    update_frame_velocity(model, load.path[k], work);
   }
 }
 
@@ -272,22 +296,31 @@ void visit_link(const Model& model, W& work, const Load& load, const OnFrame& on
     return;
   }
   const Line<S> line = line_between(model, work, load);
-  const typename S::Linear force = spring_damper_force(model, work, load, line) * line.direction;
-  work.applied -= extra_pull(load, work.expression_value) * line.rate;
-  if (load.rest >= 0) {
-    const TimeJet rest = spring_rest(model, load, work.time);
-    work.applied -= load.def.spring.stiffness * (line.length - rest.value) * rest.rate;
-  }
-  on_frame(load.on, joined(turn_back(frame_world(model, work, load.on), force), S::no_turn()));
-  on_frame(load.from, joined(typename S::Linear(-turn_back(frame_world(model, work, load.from), force)), S::no_turn()));
+  const double push = spring_damper_force(model, work, load, line);
+  if (!load.def.cable) work.applied -= extra_pull(load, work.expression_value) * line.rate;
+  if (load.rest >= 0)
+    work.applied -= load.def.spring.stiffness * stretched(model, load, line.length, work.time) * spring_rest(model, load, work.time).rate;
+  const auto pull = [&](int from, int on, const typename S::Linear& force) {
+    on_frame(on, joined(turn_back(frame_world(model, work, on), force), S::no_turn()));
+    on_frame(from, joined(typename S::Linear(-turn_back(frame_world(model, work, from), force)), S::no_turn()));
+  };
+  if (load.path.empty()) pull(load.from, load.on, push * line.direction);
+  for (size_t k = 1; k < load.path.size(); ++k)
+    pull(load.path[k - 1], load.path[k], push * line_between(model, work, load.path[k - 1], load.path[k], 0.0).direction);
 }
 
 // Calls on_frame(frame, wrench) for what acts on a frame, on_length(load) for what acts along a beam, in the scene's order; the power of
 // forces and torques goes into Rates::applied.
 template <class W, class OnFrame, class OnLength>
-void visit_loads(const Model& model, W& work, const OnFrame& on_frame, const OnLength& on_length) {
+void visit_loads(const Model& model, W& work, const OnFrame& on_any, const OnLength& on_length) {
   work.applied = 0.0;
   update_signals(model, work);
+  double power = 0.0;  // of one load, where works are asked for
+  const auto on_frame = [&](int frame, const auto& F) {
+    if (!model.works.empty()) power += F.dot(work.frames[frame].V);
+    on_any(frame, F);
+  };
+  for (const ForceWork& done : model.works) work.signals.zdot[done.z0] = 0.0;
   for (const LoopJoint& loop : model.loops)
     if (loop.spring) visit_loop_spring(model, work, loop, on_frame);
   for (size_t i = 0; i < model.loads.size(); ++i) {
@@ -301,8 +334,11 @@ void visit_loads(const Model& model, W& work, const OnFrame& on_frame, const OnL
     if (load.function >= 0)
       work.expression_value[load.expression] = function_value(model.functions[load.function], work.signals, work.time);
     refresh_frames(model, work, load);
+    power = 0.0;
     if (load.def.kind == ForceKind::distributed) {
+      const double before = work.applied;
       on_length(at);
+      power = work.applied - before;
     } else if (load.def.kind == ForceKind::force || load.def.kind == ForceKind::torque) {
       const auto F = frame_wrench(model, work, at, work.expression_value[load.expression]);
       on_frame(load.on, F);
@@ -317,6 +353,8 @@ void visit_loads(const Model& model, W& work, const OnFrame& on_frame, const OnL
     } else {
       visit_link(model, work, load, on_frame);
     }
+    for (const ForceWork& done : model.works)
+      if (std::find(done.loads.begin(), done.loads.end(), at) != done.loads.end()) work.signals.zdot[done.z0] += power;
   }
 }
 
@@ -470,7 +508,7 @@ double spring_energy(const Model& model, const Work& work) {
   }
   for (const Load& load : model.loads) {
     if (load.def.kind == ForceKind::spring_damper) {
-      const double d = line_between(model, work, load).length - spring_rest(model, load, work.time).value;
+      const double d = stretched(model, load, line_between(model, work, load).length, work.time);
       e += 0.5 * load.def.spring.stiffness * d * d + load.def.spring.preload * d;
     } else if (load.def.kind == ForceKind::bushing) {
       const Bushing b = bushing_state(model, work, load);
@@ -520,7 +558,9 @@ double dissipated_power(const Model& model, const W& work) {
     if (load.def.kind == ForceKind::spring_damper) {
       if (load.def.spring.damping == 0.0) continue;
       const auto line = line_between(model, work, load);
-      power += load.def.spring.damping * line.rate * line.rate;
+      const double elastic = load.def.spring.stiffness * stretched(model, load, line.length, work.time);
+      power += load.def.cable ? (extra_pull(load, work.expression_value) - elastic) * line.rate
+                              : load.def.spring.damping * line.rate * line.rate;
     } else if (load.def.kind == ForceKind::drag) {
       Vec3 wind;
       const Vec3 force = drag_force(model, work, load, wind);

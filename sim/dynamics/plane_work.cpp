@@ -31,6 +31,8 @@ struct Builder {
     for (size_t i = 0; i < model.parts.size(); ++i) add_part(i);
     for (size_t k = 0; k < model.clusters.size(); ++k) add_cluster(static_cast<int>(k));
     for (const LoopJoint& loop : model.loops) add_loop(loop);
+    for (const CouplingRow& coupling : model.couplings)
+      if (!coupling.frames.empty()) throw LeavesPlane{fmt::format("the rope '{}' is computed in space", coupling.name)};
     for (const Load& load : model.loads) add_load(load);
     for (const Cluster& c : model.clusters) d.forces_within = d.forces_within && (c.loops.empty() || flat(c));
   }
@@ -182,6 +184,8 @@ struct Builder {
     d.load_direction.push_back(Vec3::Zero());
     const ForceKind kind = load.def.kind;
     if (kind == ForceKind::user) throw LeavesPlane{"a user's force may point anywhere"};
+    if (!load.path.empty()) throw LeavesPlane{"a cable over pulleys is computed in space"};
+    if (load.def.contact && load.def.contact->curve) throw LeavesPlane{"a contact with a curve is computed in space"};
     if (kind == ForceKind::spring_damper || kind == ForceKind::bushing) {
       const double height = d.frame_constants[load.on].height - d.frame_constants[load.from].height;
       d.forces_within = d.forces_within && kind == ForceKind::spring_damper && std::abs(height) <= 1e-12 * model.size;

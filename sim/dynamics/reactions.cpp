@@ -37,6 +37,17 @@ VecX closure_multipliers(const Model& model, W& work, int cluster) {
 
 namespace {
 
+// What couplings do to a joint's coordinates is done by teeth, cams and ropes, not through the joint.
+template <class W>
+void leave_out_couplings(const Model& model, const W& work, int cluster, Reactions& out) {
+  for (const int k : model.clusters[cluster].couplings)
+    for (const CouplingRow::Term& term : model.couplings[k].terms) {
+      const auto S = work.parts[term.part].joint.S.col(term.rate).eval();
+      const double force = out.coupling[k] * coupling_factor(model, work, term);
+      out.part[term.part] -= in_space(work, model.parts[term.part].joint.outboard, typename W::In::Twist(S * (force / S.squaredNorm())));
+    }
+}
+
 // Wrenches of the loop joints of a cluster with the multipliers `all` of their rows, taken from what the parts need, then, leaves to root,
 // those of its tree joints: each supplies what its part and everything on it needs. Returns what the cluster needs of its carrier.
 template <class W>
@@ -60,6 +71,10 @@ typename W::In::Twist cluster_wrenches(const Model& model, const W& work, int cl
     out.loop[l] = in_space(work, model.loops[l].b, on_b);
     take(model.loops[l].a, on_a);
     take(model.loops[l].b, on_b);
+  }
+  for (const int k : c.couplings) {
+    out.coupling[k] = all[row++];
+    for (const auto& [frame, F] : coupling_wrenches(model, work, cluster, model.couplings[k], out.coupling[k])) take(frame, F);
   }
   for (size_t at = c.parts.size(); at-- > 0;) {
     const int i = c.parts[at];
@@ -122,6 +137,7 @@ void compute_reactions(const Model& model, W& work, Reactions& out, bool minimum
   using Twist = typename W::In::Twist;
   out.part.assign(model.parts.size(), Vec6::Zero());
   out.loop.assign(model.loops.size(), Vec6::Zero());
+  out.coupling.assign(model.couplings.size(), 0.0);
   // What each part needs beyond its loads, about its body frame.
   std::vector<Twist> need(model.parts.size());
   for (size_t i = 0; i < model.parts.size(); ++i) {
@@ -133,7 +149,7 @@ void compute_reactions(const Model& model, W& work, Reactions& out, bool minimum
     const int cluster = static_cast<int>(k);
     const Cluster& c = model.clusters[k];
     VecX all;
-    if (!c.loops.empty()) all = closure_multipliers(model, work, cluster);
+    if (has_closure(c)) all = closure_multipliers(model, work, cluster);
     const MatX stress = minimum_norm && !c.loops.empty() ? self_stresses(model, work, cluster) : MatX();
     if (stress.cols() > 0) {
       // The share of each state of self-stress that leaves the least sum of squares in all joints of the cluster.
@@ -149,6 +165,7 @@ void compute_reactions(const Model& model, W& work, Reactions& out, bool minimum
       all -= stress * least_squares(pressed, loaded);
     }
     const Twist carrier = cluster_wrenches(model, work, cluster, all, need, out);
+    leave_out_couplings(model, work, cluster, out);
     if (c.parent != ground) need[c.parent] += carrier;
   }
 }

@@ -1,5 +1,6 @@
 #include "sim/dynamics/section_forces.h"
 
+#include "sim/bodies/beam_pieces.h"
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/loads.h"
 #include "sim/model/bodies.h"
@@ -45,8 +46,9 @@ SectionForces::SectionForces(const Model& model, const Scene& scene) : at_(model
     CutBeam beam;
     beam.part = static_cast<int>(i);
     beam.body = part.scene_body;
-    beam.mass_per_length = def->material.density * def->section.area;
-    beam.polar_inertia = def->material.density * (def->section.iy + def->section.iz);
+    const Section section = piece_section(*def, part.piece);
+    beam.mass_per_length = def->material.density * section.area;
+    beam.polar_inertia = def->material.density * (section.iy + section.iz);
     const double length = part.body.mass / beam.mass_per_length, same = 1e-9 * def->length;
     std::vector<double> x{0.0, length};
     std::vector<int> nodes;

@@ -57,6 +57,20 @@ Vec3 frame_quantity(const Model& model, W& work, const Signal& s) {
   }
 }
 
+// Length or its rate along the frames of a cable.
+template <class W>
+double path_quantity(const Model& model, W& work, const Signal& s) {
+  double sum = 0.0;
+  for (size_t k = 1; k < s.path.size(); ++k) {
+    Signal stretch;
+    stretch.quantity = s.quantity;
+    stretch.frame = s.path[k];
+    stretch.relative_to = s.path[k - 1];
+    sum += frame_quantity(model, work, stretch)[0];
+  }
+  return sum;
+}
+
 template <class W>
 double joint_quantity(const Model& model, const W& work, const Signal& s) {
   const Part& part = model.parts[s.part];
@@ -139,7 +153,8 @@ void update_signals(const Model& model, W& work) {
   for (size_t i = 0; i < model.signals.size(); ++i) {
     const Signal& s = model.signals[i];
     if (s.block >= 0) continue;
-    signals.value[i] = s.frame >= 0 ? frame_quantity(model, work, s)[s.component] : joint_quantity(model, work, s);
+    if (!s.path.empty()) signals.value[i] = path_quantity(model, work, s);
+    else signals.value[i] = s.frame >= 0 ? frame_quantity(model, work, s)[s.component] : joint_quantity(model, work, s);
   }
   if (!model.blocks.empty()) update_blocks(model, signals, work.time);
 }

@@ -1,5 +1,6 @@
 #include "sim/model/beam_strains.h"
 
+#include "sim/bodies/beam_pieces.h"
 #include "sim/model/bodies.h"
 
 #include <algorithm>
@@ -26,7 +27,7 @@ std::set<double> places_of_hold(const Model& model, const Scene& scene, int body
   const auto take = [&](const FrameRef& f) {
     if (f.body != scene.bodies[body].name) return;
     const FramePoint p = find_frame(model, scene, body, f.frame, "");
-    double x = model.parts[p.part].rest_in_body.p.x();
+    double x = piece_start(std::get<BeamDef>(scene.bodies[static_cast<size_t>(body)].kind), model.parts[p.part].piece);
     for (const FlexibleNode& node : model.parts[p.part].body.nodes)
       if (node.name == p.node_name) x += node.origin.x();
     out.insert(x);

@@ -15,6 +15,7 @@
 #include "sim/model/mounted_modes.h"
 #include "sim/scene/effect_names.h"
 #include "sim/scene/joint_kinds.h"
+#include "sim/scene/section.h"
 
 #include <fmt/format.h>
 
@@ -363,7 +364,7 @@ std::vector<ChainJoint> make_parts(Model& model, const Scene& scene) {
       part.name = pieces > 1 ? fmt::format("{}[{}]", def.name, k) : def.name;
       part.scene_body = static_cast<int>(b);
       part.piece = k;
-      if (beam) part.rest_in_body.p.x() = piece_start(*beam, k);
+      if (beam) part.rest_in_body = piece_pose(*beam, k);
       if (const auto* rigid = std::get_if<RigidDef>(&def.kind)) part.body = rigid_body(*rigid);
       if (const auto* space = std::get_if<StateSpaceDef>(&def.kind)) {
         try {
@@ -377,6 +378,7 @@ std::vector<ChainJoint> make_parts(Model& model, const Scene& scene) {
       const int here = static_cast<int>(model.parts.size()) - 1;
       ChainJoint j;
       model.frames.push_back(FramePoint{here - 1, -1, {}, "tip", model.parts[here - 1].name + ".tip"});
+      if (beam->axis) model.frames.back().offset.R = piece_pose(*beam, k - 1).R.transpose() * piece_pose(*beam, k).R;
       j.frame_a = static_cast<int>(model.frames.size()) - 1;
       model.frames.push_back(FramePoint{here, -1, {}, "root", part.name + ".root"});
       j.frame_b = static_cast<int>(model.frames.size()) - 1;
@@ -405,20 +407,17 @@ FramePoint find_frame(const Model& model, const Scene& scene, int body, const st
     return f;
   }
   if (const auto* beam = std::get_if<BeamDef>(&def.kind)) {
-    if (frame.empty() || frame == "root") {
-      f.node_name = "root";
+    // Frames of a curved beam look along its tangent.
+    const auto in_piece = [&](int k, const std::string& node, double s) {
+      f.part = part_of(model, body, k);
+      f.node_name = node;
+      f.offset.R = tangent_in_piece(*beam, k, s);
       return f;
-    }
-    if (frame == "tip") {
-      f.part = part_of(model, body, piece_count(*beam) - 1);
-      f.node_name = "tip";
-      return f;
-    }
-    if (const auto at = beam->frames.find(frame); at != beam->frames.end()) {
-      f.part = part_of(model, body, locate_piece(*beam, at->second).first);
-      f.node_name = frame;
-      return f;
-    }
+    };
+    if (frame.empty() || frame == "root") return in_piece(0, "root", 0.0);
+    if (frame == "tip") return in_piece(piece_count(*beam) - 1, "tip", 1.0);
+    if (const auto at = beam->frames.find(frame); at != beam->frames.end())
+      return in_piece(locate_piece(*beam, at->second).first, frame, at->second);
     if (frame.rfind("node[", 0) == 0 && frame.back() == ']') {
       const std::string digits = frame.substr(5, frame.size() - 6);
       const bool number =
@@ -433,10 +432,9 @@ FramePoint find_frame(const Model& model, const Scene& scene, int body, const st
           f.node_name = "node[0]";
           return f;
         }
-        const int piece = std::clamp((k + beam->elements - 1) / beam->elements - 1, 0, piece_count(*beam) - 1);
-        f.part = part_of(model, body, piece);
-        f.node_name = fmt::format("node[{}]", k - piece * beam->elements);
-        return f;
+        const int piece = std::clamp((k + beam->elements - 1) / beam->elements - 1, 0, piece_count(*beam) - 1), inside = k - piece * beam->elements;
+        const double x = piece_start(*beam, piece) + piece_length(*beam, piece) * inside / beam->elements;
+        return in_piece(piece, fmt::format("node[{}]", inside), x / beam->length);
       }
     }
     fail();
@@ -478,6 +476,16 @@ void add_flexure(Model& model, int body, const BeamDef& beam, const BeamLinks& l
   model.flexures.push_back(std::move(f));
 }
 
+// Transverse forces are taken through the centroid, as if that were the shear centre.
+void warn_of_shear_centre(Model& model, const std::string& owner, const Section& section, const BeamEffects& effects) {
+  const Eigen::Vector2d c = shear_centre(section);
+  const double beside = std::max(effects.bending_xy ? std::abs(c.y()) : 0.0, effects.bending_xz ? std::abs(c.x()) : 0.0);
+  if (beside <= 1e-3 * std::sqrt(section.area)) return;
+  model.notes.warn(owner, fmt::format("its section '{}' has its shear centre {:.3g} m beside the centroid: the twist by transverse forces that act "
+                                      "elsewhere than through the shear centre is not computed, nor the stiffness by held warping",
+                                      section.shape, beside));
+}
+
 }  // namespace
 
 void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order) {
@@ -505,6 +513,7 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
           if (chain && beam->damping.ratio.size() > 1)
             model.notes.warn(owner, "a mixed or lumped beam has one damping ratio, that of its first mode; the others are ignored");
           if (const std::string note = beam_validity_note(*beam, decision.effects); !note.empty()) model.notes.tell(owner, note);
+          warn_of_shear_centre(model, owner, beam->section, decision.effects);
           time_constant =
               chain ? mounted_time_constant(model, scene, part.scene_body, decision.effects, !normal.isZero(0.0), orientation) : 0.0;
           if (beam->model == BeamModel::lumped) {
@@ -531,7 +540,7 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
       }
       if (!normal.isZero(0.0)) keep_plane(orientation[part.scene_body].transpose() * normal, beam->complete_inertia, part.body);
       leave_out(beam->effects.without, part.body);
-      part.load_factor = beam->length / piece_count(*beam) / part.body.mass;
+      part.load_factor = piece_length(*beam, k) / part.body.mass;
       if (beam->model == BeamModel::lumped) part.load_factor = 1.0 / (beam->material.density * beam->section.area);
     } else if (const auto* modal = std::get_if<ModalDef>(&def.kind)) {
       const SidReading sid = read_sid(modal->file);

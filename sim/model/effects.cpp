@@ -77,6 +77,7 @@ bool planar_about(const Scene& scene, const std::vector<Mat3>& orientation, cons
     if (std::holds_alternative<StateSpaceDef>(scene.bodies[i].kind)) return false;
     const auto* beam = std::get_if<BeamDef>(&scene.bodies[i].kind);
     if (!beam) continue;
+    if (beam->axis) return false;  // curved: its pieces may lie anywhere
     const Vec3 local = orientation[i].transpose() * n;
     if (!parallel(local, Vec3::UnitZ()) && !parallel(local, Vec3::UnitY())) return false;
     if (std::abs(beam->section.iyz) > 1e-12 * (beam->section.iy + beam->section.iz)) return false;

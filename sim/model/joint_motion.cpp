@@ -1,5 +1,6 @@
 #include "sim/model/joint_motion.h"
 
+#include "sim/scene/curve.h"
 #include "sim/scene/joint_kinds.h"
 
 namespace flexframe::sim {
@@ -35,7 +36,13 @@ JointAxes joint_axes(const Vec3& axis) {
 void update_joint_position(const TreeJoint& joint, const double* q, JointMotion& out) {
   out.pose = Pose{};
   out.S.setZero();
-  traits(joint.kind).place(joint.axis, joint.pitch, q, out.pose, out.S);
+  if (joint.curve) {
+    const SpaceCurve::Jet at = joint.curve->at(q[0]);
+    out.pose.p = at.place;
+    out.S.col(0).head<3>() = at.tangent;
+  } else {
+    traits(joint.kind).place(joint.axis, joint.pitch, q, out.pose, out.S);
+  }
   if (!joint.reversed) return;
   // Twist of A relative to B in A's axes: -Ad(pose) S.
   for (int i = 0; i < rates_of(joint.kind); ++i) out.S.col(i) = -to_parent(out.pose, out.S.col(i));
@@ -47,8 +54,9 @@ void update_joint_velocity(const TreeJoint& joint, const double* q, const double
   for (int i = 0; i < rates_of(joint.kind); ++i) out.W += out.S.col(i) * w[i];
   out.bias.setZero();
   const auto bias = traits(joint.kind).bias;
-  if (!bias) return;
-  bias(joint.axis, q, w, out.bias);
+  if (joint.curve) out.bias.head<3>() = joint.curve->at(q[0]).bend * (w[0] * w[0]);
+  else if (bias) bias(joint.axis, q, w, out.bias);
+  else return;
   // out.pose is already the inverse: -Ad(pose) of the forward bias.
   if (joint.reversed) out.bias = -to_parent(inverse(out.pose), out.bias);
 }

@@ -41,6 +41,7 @@ struct TreeJoint {
   int inboard = 0, outboard = 0;  // frames: on the parent part, on this part
   Vec3 axis = Vec3::UnitZ();
   double pitch = 0.0;
+  std::shared_ptr<const SpaceCurve> curve;  // curve_slide
   int nq = 0, nv = 0;            // coordinates and rates (0 where prescribed)
   int motion = -1;               // index into Model::expressions, -1: free
   std::optional<Spring> spring;  // on every rate of the joint
@@ -102,16 +103,20 @@ struct LoopJoint {
   std::optional<Spring> spring;
 };
 
-// One more closure condition of a cluster, on coordinates of its tree joints: their sum by these factors keeps its value.
+// One more closure condition of a cluster, on coordinates of its tree joints: their sum by these factors keeps its value. A rope's length
+// along its frames counts too.
 struct CouplingRow {
   struct Term {
     int part = 0, rate = 0;  // of the part's joint; a prescribed joint follows its motion
     double factor = 0.0;
+    std::shared_ptr<const TimeFunction> of;  // of the coordinate; null: the coordinate itself
   };
   std::string name;
   int scene_coupling = -1;
   std::vector<Term> terms;
+  std::vector<int> frames;  // rope: one after the other
   double value = 0.0;
+  double scale = 1.0;   // of the scene's factors over these
   bool length = false;  // the residual is one in m, else in rad
 };
 
@@ -137,6 +142,7 @@ struct Load {
   int function = -1;                        // instead of the expression: of Model::functions
   int rest = -1;                            // expression of a spring's rest
   int contact = -1;                         // place among the contacts
+  std::vector<int> path;                    // cable: its frames from `from` to `on`, both included
 };
 
 // A quantity of the present state that expressions read: no acceleration, no force.
@@ -144,6 +150,7 @@ struct Signal {
   Quantity quantity = Quantity::position;
   int frame = -1, relative_to = -1;  // relative_to -1: the world
   int component = 0;
+  std::vector<int> path;    // length and rate of a cable: its frames
   int part = -1, rate = 0;  // value and rate of that part's joint
   int block = -1;           // an output of this block
 };
@@ -169,6 +176,13 @@ struct Contact {
   int load = -1;
   int side = 0;  // of a cylinder's ends: -1, 1; else 0
   int z0 = -1;   // three states: how far the surfaces have gone since they stick, axes of `from`; -1: no friction
+};
+
+// Work of a force of the scene, a further state: J since the start.
+struct ForceWork {
+  std::string force;
+  std::vector<int> loads;
+  int z0 = -1;
 };
 
 // Rates that carry no inertia (massless.h). The first `moving` follow from the balance of springs and dampers, the others rest.
@@ -208,7 +222,8 @@ struct Model {
   std::vector<Block> blocks;  // in the order in which their outputs can be evaluated
   std::vector<Contact> contacts;
   std::vector<CouplingRow> couplings;
-  int nz = 0;  // further states: of blocks and contacts
+  std::vector<ForceWork> works;
+  int nz = 0;  // further states: of blocks, contacts and works
   MasslessRates massless;
   Notes notes;                       // what was decided while building
   std::vector<EffectState> effects;  // of the flexible bodies, body by body

@@ -54,7 +54,7 @@ int tree_priority(const JointDef& j) {
 // follow from the relative pose.
 bool needs_coordinates(const Scene& scene, const JointDef& j) {
   const JointTraits& facts = traits(j.kind);
-  if (facts.split) return j.spring || j.friction || j.stop;
+  if (facts.split) return facts.curve || j.spring || j.friction || j.stop;
   if (facts.rates.empty()) return false;
   if (!j.motion.empty() || j.motion_table || j.friction || j.stop || j.initial.value || j.initial.rate || !facts.closure) return true;
   for (const ForceDef& f : scene.forces)
@@ -153,6 +153,7 @@ Edge scene_edge(Model& model, const Scene& scene, int index) {
   t.kind = j.kind;
   t.axis = j.axis;
   t.pitch = j.pitch;
+  t.curve = j.curve;
   t.spring = j.spring;
   t.friction = j.friction;
   t.stop = j.stop;
@@ -179,6 +180,13 @@ std::vector<Edge> make_edges(Model& model, const Scene& scene) {
   return edges;
 }
 
+bool is_point_mass(const Scene& scene, const FrameRef& frame) {
+  for (const BodyDef& body : scene.bodies)
+    if (const auto* rigid = std::get_if<RigidDef>(&body.kind); rigid && body.name == frame.body)
+      return frame.frame.empty() && rigid->inertia.isZero(0.0) && rigid->centre_of_mass.isZero(0.0);
+  return false;
+}
+
 // A joint that would close a loop and needs coordinates stands in the tree all the same: it carries a massless link, and the link's weld
 // to the child closes the loop.
 void add_links(Model& model, const Scene& scene, Graph& graph) {
@@ -197,16 +205,22 @@ void add_links(Model& model, const Scene& scene, Graph& graph) {
     weld.frame_b = e.frame_b;
     weld.joint.name = link.name;
     weld.joint.kind = JointKind::weld;
+    const JointTraits& facts = traits(e.joint.kind);
     // What acts along a line acts on a slide, which carries the point.
-    if (const auto& split = traits(e.joint.kind).split) std::tie(e.joint.kind, weld.joint.kind) = *split;
+    if (const auto& split = facts.split) std::tie(e.joint.kind, weld.joint.kind) = *split;
     e.b = at;
     e.frame_b = frame;
-    model.notes.tell(fmt::format("joint '{}'", link.name),
+    if (!facts.curve) model.notes.tell(fmt::format("joint '{}'", link.name),
                      fmt::format("closes a loop and keeps its coordinate: an auxiliary massless link was inserted between it and '{}'",
                                  scene.joints[e.scene_joint].child.body));
     graph.add_part();
     graph.keep(k);
     graph.add(weld);
+    // A bead on a wire closes no loop: it hangs on the link; a mere point mass has no use for turns.
+    if (facts.curve && graph.joins(weld)) {
+      if (is_point_mass(scene, scene.joints[graph.edges[k].scene_joint].child)) graph.edges.back().joint.kind = JointKind::weld;
+      graph.keep(graph.edges.size() - 1);
+    }
   }
 }
 
@@ -291,7 +305,7 @@ void add_couplings(Model& model, const Scene& scene) {
     row.scene_coupling = static_cast<int>(i);
     double lengths = 0.0, angles = 0.0;
     for (const CouplingTerm& t : def.terms) {
-      CouplingRow::Term term{-1, t.coordinate, t.factor};
+      CouplingRow::Term term{-1, t.coordinate, t.factor, t.of};
       for (size_t k = 0; k < scene.joints.size(); ++k)
         if (scene.joints[k].name == t.joint) term.part = joint_part(model, static_cast<int>(k));
       if (term.part < 0)
@@ -299,16 +313,20 @@ void add_couplings(Model& model, const Scene& scene) {
             fmt::format("{}:{}: coupling '{}': joint '{}' has no coordinate", scene.file.string(), def.line, def.name, t.joint));
       double& largest = is_length(model.parts[term.part].joint.kind, t.coordinate) ? lengths : angles;
       largest = std::max(largest, std::abs(t.factor));
-      row.value += t.factor * coordinate_at_start(model, scene, term);
-      row.terms.push_back(term);
+      if (!def.value) row.value += t.factor * coordinate_at_start(model, scene, term);
+      row.terms.push_back(std::move(term));
     }
+    const std::string where = fmt::format("{}:{}: coupling '{}'", scene.file.string(), def.line, def.name);
+    for (const FrameRef& frame : def.through) row.frames.push_back(add_frame(model, scene, frame, where));
+    if (!row.frames.empty()) lengths = 1.0;
     row.length = lengths > 0.0;
     const double scale = row.length ? lengths : angles;
     row.value = def.value.value_or(row.value) / scale;
+    row.scale = scale;
     for (CouplingRow::Term& term : row.terms) term.factor /= scale;
-    if (std::all_of(row.terms.begin(), row.terms.end(), [&](const CouplingRow::Term& t) { return model.parts[t.part].joint.motion >= 0; }))
-      throw InputError(fmt::format("{}:{}: coupling '{}': all its joints have a prescribed motion; leave one of them free",
-                                   scene.file.string(), def.line, def.name));
+    const auto moved = [&](const CouplingRow::Term& t) { return model.parts[t.part].joint.motion >= 0; };
+    if (row.frames.empty() && std::all_of(row.terms.begin(), row.terms.end(), moved))
+      throw InputError(fmt::format("{}: all its joints have a prescribed motion; leave one of them free", where));
     model.couplings.push_back(std::move(row));
   }
 }
@@ -334,10 +352,33 @@ std::vector<int> loop_members(const Model& model, const LoopJoint& loop) {
   return pa;
 }
 
+// The parts on the ways between the frames of a rope; with joints in its sum, all ways to ground.
+std::vector<int> rope_members(const Model& model, const CouplingRow& rope, const std::vector<std::vector<int>>& joints) {
+  std::vector<std::vector<int>> paths;
+  for (const int frame : rope.frames) paths.push_back(path_to_ground(model, model.frames[frame].part));
+  int meet = ground;
+  const auto shared = [&]() {
+    for (const auto& path : paths)
+      if (path.empty() || path.back() != paths.front().back()) return false;
+    return joints.empty();
+  };
+  while (shared()) {
+    meet = paths.front().back();
+    for (auto& path : paths) path.pop_back();
+  }
+  std::vector<int> members;
+  paths.insert(paths.end(), joints.begin(), joints.end());
+  for (const auto& path : paths) members.insert(members.end(), path.begin(), path.end());
+  if (meet != ground && (model.parts[meet].body.n > 0 || members.empty())) members.push_back(meet);
+  if (members.empty()) throw InputError(fmt::format("coupling '{}': its rope lies on the ground alone", rope.name));
+  return members;
+}
+
 // The parts on the ways between the joints of a coupling, theirs included. A flexible part at which the ways meet belongs to them.
 std::vector<int> coupled_members(const Model& model, const CouplingRow& coupling) {
   std::vector<std::vector<int>> paths;
   for (const CouplingRow::Term& term : coupling.terms) paths.push_back(path_to_ground(model, term.part));
+  if (!coupling.frames.empty()) return rope_members(model, coupling, paths);
   int meet = ground;
   const auto shared = [&]() {
     // A part whose own joint is coupled is no mere carrier.
@@ -355,16 +396,20 @@ std::vector<int> coupled_members(const Model& model, const CouplingRow& coupling
   return members;
 }
 
-// Clusters of the parts that share loops, carriers before what they carry; their parts in the given order. loops: one part of each.
-std::vector<Cluster> make_clusters(const Model& model, const std::vector<int>& order, std::vector<int>& loops) {
+// Clusters of the parts that share loops, carriers before what they carry; their parts in the given order. loops, coupled: one part of each
+// loop and coupling.
+std::vector<Cluster> make_clusters(const Model& model, const std::vector<int>& order, std::vector<int>& loops, std::vector<int>& coupled) {
   Groups together(static_cast<int>(model.parts.size()));
   for (const LoopJoint& loop : model.loops) {
     const std::vector<int> members = loop_members(model, loop);
     for (int i : members) together.join(i, members.front());
     loops.push_back(members.front());
   }
-  for (const CouplingRow& coupling : model.couplings)
-    for (int i : coupled_members(model, coupling)) together.join(i, coupling.terms.front().part);
+  for (const CouplingRow& coupling : model.couplings) {
+    const std::vector<int> members = coupled_members(model, coupling);
+    coupled.push_back(coupling.terms.empty() ? members.front() : coupling.terms.front().part);
+    for (int i : members) together.join(i, coupled.back());
+  }
   std::vector<Cluster> met;
   std::vector<int> of(model.parts.size(), -1);  // a group's representative -> index
   for (int i : order) {
@@ -392,7 +437,7 @@ std::vector<Cluster> make_clusters(const Model& model, const std::vector<int>& o
 }
 
 // Parts in the order of their clusters; everything that points at them follows.
-void renumber_parts(Model& model, const Scene& scene, const std::vector<int>& loops) {
+void renumber_parts(Model& model, const Scene& scene, const std::vector<int>& loops, const std::vector<int>& coupled) {
   std::vector<int> number(model.parts.size(), -1);
   std::vector<Part> parts;
   parts.reserve(model.parts.size());
@@ -413,7 +458,7 @@ void renumber_parts(Model& model, const Scene& scene, const std::vector<int>& lo
   for (CouplingRow& coupling : model.couplings)
     for (CouplingRow::Term& term : coupling.terms) term.part = number[term.part];
   for (size_t k = 0; k < model.couplings.size(); ++k)
-    model.clusters[model.parts[model.couplings[k].terms.front().part].cluster].couplings.push_back(static_cast<int>(k));
+    model.clusters[model.parts[number[coupled[k]]].cluster].couplings.push_back(static_cast<int>(k));
   for (size_t l = 0; l < loops.size(); ++l) model.clusters[model.parts[number[loops[l]]].cluster].loops.push_back(static_cast<int>(l));
   model.pieces.resize(scene.bodies.size());
   for (size_t i = 0; i < model.parts.size(); ++i) {
@@ -468,6 +513,8 @@ void complete_cluster(Model& model, int k) {
     add_cluster_frame(model.loops[l].a);
     add_cluster_frame(model.loops[l].b);
   }
+  for (const int coupling : c.couplings)
+    for (const int f : model.couplings[coupling].frames) add_cluster_frame(f);
   model.size = std::max(k == 0 ? 0.0 : model.size, c.size);
 }
 
@@ -477,7 +524,7 @@ void add_value(Model& model, const Scene& scene, const std::string& where, Load&
   if (!def.reads.empty()) {
     load.expression = static_cast<int>(model.expressions.size());
     model.expressions.emplace_back();
-    load.function = add_function(model, scene, where, {def.value, def.reads, load.on, load.from});
+    load.function = add_function(model, scene, where, {def.value, def.reads, load.on, load.from, load.path});
     return;
   }
   load.expression = static_cast<int>(model.expressions.size());
@@ -572,6 +619,19 @@ void add_blocks(Model& model, const Scene& scene) {
   }
 }
 
+// Works of forces that outputs ask for: a further state each.
+void add_works(Model& model, const Scene& scene) {
+  for (const OutputDef& output : scene.outputs) {
+    const std::string& name = output.of.body;
+    const auto known = [&](const ForceWork& w) { return w.force == name; };
+    if (output.quantity != Quantity::work || std::any_of(model.works.begin(), model.works.end(), known)) continue;
+    ForceWork work{name, {}, model.nz++};
+    for (size_t i = 0; i < model.loads.size(); ++i)
+      if (model.loads[i].def.name == name) work.loads.push_back(static_cast<int>(i));
+    model.works.push_back(std::move(work));
+  }
+}
+
 void add_loads(Model& model, const Scene& scene) {
   for (const ForceDef& def : scene.forces) {
     const std::string where = fmt::format("{}:{}: force '{}'", scene.file.string(), def.line, def.name);
@@ -581,6 +641,11 @@ void add_loads(Model& model, const Scene& scene) {
     const bool between = def.kind == ForceKind::spring_damper || def.kind == ForceKind::bushing || def.kind == ForceKind::contact;
     const bool plain = def.kind == ForceKind::force || def.kind == ForceKind::torque || def.kind == ForceKind::distributed;
     if (between) load.from = add_frame(model, scene, def.from, where);
+    if (!def.through.empty()) {
+      load.path = {load.from};
+      for (const FrameRef& frame : def.through) load.path.push_back(add_frame(model, scene, frame, where));
+      load.path.push_back(load.on);
+    }
     if (plain || (def.kind == ForceKind::spring_damper && (!def.reads.empty() || def.value != "0"))) add_value(model, scene, where, load);
     if (def.kind == ForceKind::contact) add_contact(model, def, load);
     if (!def.rest.empty()) {
@@ -642,13 +707,14 @@ Model build_model(const Scene& scene) {
 
   add_loops(model, scene, graph);
   add_couplings(model, scene);
-  std::vector<int> loops;
-  model.clusters = make_clusters(model, order, loops);
-  renumber_parts(model, scene, loops);
+  std::vector<int> loops, coupled;
+  model.clusters = make_clusters(model, order, loops, coupled);
+  renumber_parts(model, scene, loops, coupled);
   for (size_t k = 0; k < model.clusters.size(); ++k) complete_cluster(model, static_cast<int>(k));
   for (const Part& p : model.parts) model.mass += p.body.mass;
   add_blocks(model, scene);
   add_loads(model, scene);
+  add_works(model, scene);
   return model;
 }
 

@@ -26,6 +26,7 @@ Signal signal_of(Model& model, const Scene& scene, const std::string& owner, con
     s.quantity = reading.kind == Reading::length ? Quantity::distance : Quantity::distance_rate;
     s.frame = source.on;
     s.relative_to = source.from;
+    s.path = source.path;
     return s;
   }
   const OutputDef& output = scene.outputs[reading.index];

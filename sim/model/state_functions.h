@@ -9,6 +9,7 @@ struct FunctionSource {
   const std::string& text;
   const std::vector<Reading>& reads;
   int on = -1, from = -1;  // frames between which `length` and `rate` are read
+  std::vector<int> path = {};  // of a cable, instead of these two
 };
 
 // Adds what it reads to Model::signals and the function to Model::functions; its index. Parts, frames and blocks come first. owner: as

@@ -8,6 +8,8 @@
 #include "sim/model/bodies.h"
 #include "sim/scene/joint_kinds.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -201,8 +203,23 @@ void energy_columns(const Model& model, const OutputPlan& plan, Work& work, doub
   }
 }
 
-// What a force does: its length, its force, its power into the mechanism.
+// Pull of a rope, or force or moment of a coupling on the coordinate of each of its terms.
+void coupling_columns(const Model& model, const OutputPlan& plan, const Work& work, const Reactions& reactions, double* out) {
+  const CouplingRow& row = model.couplings[plan.coupling];
+  const double multiplier = reactions.coupling[plan.coupling];
+  if (!row.frames.empty()) {
+    out[0] = -multiplier;
+    return;
+  }
+  for (size_t k = 0; k < row.terms.size(); ++k) out[k] = multiplier * coupling_factor(model, work, row.terms[k]);
+}
+
+// What a force does: its length, its force, its power into the mechanism, its work.
 void force_columns(const Model& model, const OutputPlan& plan, Work& work, double* out) {
+  if (plan.z0 >= 0) {
+    out[0] = work.signals.z[plan.z0];
+    return;
+  }
   const LoadState state = load_state(model, work, plan.loads);
   switch (plan.def.quantity) {
     case Quantity::length:
@@ -243,10 +260,13 @@ void coordinate_force_columns(const Model& model, const OutputPlan& plan, Work& 
 
 // Forces [N Vy Vz] and moments [T My Mz] that the tip's side exerts on the root's, section axes; where something acts at the very place,
 // those on its side towards the root.
-Vec6 wrench_in_section(const OutputPlans& plans, int frame) {
+Vec6 wrench_in_section(const Model& model, const OutputPlans& plans, int frame) {
   const auto [b, k] = plans.sections->at(frame);
   const CutBeam& beam = plans.sections->beams()[static_cast<size_t>(b)];
-  return k == 0 ? beam.left.front() : beam.right[static_cast<size_t>(k) - 1];
+  const Vec6& in_piece = k == 0 ? beam.left.front() : beam.right[static_cast<size_t>(k) - 1];
+  // Of a curved beam, in the axes of its tangent.
+  const Mat3 turn = model.frames[frame].offset.R.transpose();
+  return joined(turn * in_piece.head<3>(), turn * in_piece.tail<3>());
 }
 
 // The largest von Mises stress in the section, of its section forces.
@@ -274,15 +294,23 @@ void evaluate_outputs(const Model& model, const Scene&, const OutputPlans& plans
     const double* last = previous ? previous + plan.first : nullptr;
     switch (family_of(plan.def.quantity)) {
       case OutputFamily::section: {
-        const Vec6 wrench = wrench_in_section(plans, plan.frame);
+        const Vec6 wrench = wrench_in_section(model, plans, plan.frame);
         if (plan.def.quantity == Quantity::stress) out[0] = section_stress(plan, wrench);
         else
           for (int k = 0; k < 6; ++k) out[k] = wrench[k];
         break;
       }
       case OutputFamily::force:
-        force_columns(model, plan, work, out);
+        if (plan.coupling >= 0) coupling_columns(model, plan, work, reactions, out);
+        else force_columns(model, plan, work, out);
         break;
+      case OutputFamily::block: {
+        const VecX& y = work.signals.output[static_cast<size_t>(plan.block)];
+        for (int k = 0; k < plan.count; ++k) out[k] = y[k];
+        break;
+      }
+      case OutputFamily::combination:
+        break;  // below
       case OutputFamily::joint:
         if (plan.def.quantity == Quantity::reaction) reaction_columns(model, plan, work, reactions, out);
         else if (plan.def.quantity == Quantity::value || plan.def.quantity == Quantity::rate) joint_columns(model, plan, work, last, out);
@@ -300,6 +328,17 @@ void evaluate_outputs(const Model& model, const Scene&, const OutputPlans& plans
       case OutputFamily::frame:
         if (plan.relative_to >= 0) relative_columns(model, plan, work, last, out);
         else frame_columns(model, plans, plan, work, last, out);
+    }
+  }
+  std::vector<double> read;
+  for (const OutputPlan& plan : plans.outputs) {
+    if (family_of(plan.def.quantity) != OutputFamily::combination) continue;
+    read.clear();
+    for (const int column : plan.reads) read.push_back(row[column]);
+    try {
+      row[plan.first] = plan.combination.value(work.time, read.data());
+    } catch (const SimulationError& error) {
+      throw SimulationError(fmt::format("output '{}': {}", plan.def.name, error.what()));
     }
   }
 }

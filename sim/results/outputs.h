@@ -6,6 +6,7 @@
 #include "sim/dynamics/work.h"
 #include "sim/results/results.h"
 #include "sim/results/shown_frame.h"
+#include "sim/scene/expression.h"
 #include "sim/scene/section_stress.h"
 
 #include <memory>
@@ -25,6 +26,11 @@ struct OutputPlan {
   bool system = false;
   int first = 0, count = 1;        // columns
   std::vector<int> loads;          // force outputs: of the model, those of one force of the scene
+  int coupling = -1;               // or of this coupling
+  int z0 = -1;                     // work: among the further states
+  int block = -1;                  // block outputs
+  Expression combination;          // of other columns, below, in the order of its variables
+  std::vector<int> reads;
   std::optional<ShownFrom> shown;  // displacements that say themselves from where they are measured
   // stress: what it is made of
   Section section;
@@ -41,7 +47,7 @@ struct OutputPlans {
 };
 
 // What an output is of.
-enum class OutputFamily { frame, joint, force, section, elastic, energy };
+enum class OutputFamily { frame, joint, force, section, elastic, energy, block, combination };
 OutputFamily family_of(Quantity quantity);
 
 // all_shown: the deformation of every body is wanted, not only of those with an output `displacement`.

@@ -1,5 +1,6 @@
 // What the columns of the history are of: names of the scene resolved, columns and units counted.
 #include "sim/base/words.h"
+#include "sim/bodies/beam_pieces.h"
 #include "sim/model/bodies.h"
 #include "sim/model/model_build.h"
 #include "sim/results/outputs.h"
@@ -107,8 +108,67 @@ void plan_joint(Planning& p) {
   for (int k = 0; k < n; ++k) p.units.emplace_back(coordinate_unit(def.quantity, is_length(kind, k)));
 }
 
+// What a coupling does: the pull of a rope, or the force or moment on the coordinate of each of its terms.
+void plan_coupling(Planning& p) {
+  const CouplingRow& row = p.model.couplings[static_cast<size_t>(p.plan.coupling)];
+  p.plans.reactions = p.plans.accelerations = true;
+  p.units = {"N"};
+  if (!row.frames.empty()) return;
+  p.tags.clear();
+  p.units.clear();
+  for (size_t k = 0; k < row.terms.size(); ++k) {
+    const JointKind kind = p.model.parts[static_cast<size_t>(row.terms[k].part)].joint.kind;
+    p.tags.push_back(fmt::format(".{}", k + 1));
+    p.units.emplace_back(is_length(kind, row.terms[k].rate) ? "N" : "N m");
+  }
+}
+
+void plan_block(Planning& p) {
+  p.plan.block = -1;
+  for (size_t b = 0; b < p.model.blocks.size(); ++b)
+    if (p.scene.blocks[static_cast<size_t>(p.model.blocks[b].scene_block)].name == p.plan.def.of.body) p.plan.block = static_cast<int>(b);
+  if (p.plan.block < 0) throw InputError(fmt::format("{}: '{}' is no block", p.where, p.plan.def.of.body));
+  const Eigen::Index n = p.model.blocks[static_cast<size_t>(p.plan.block)].C.rows();
+  p.plans.accelerations = true;
+  p.units = {p.plan.def.unit};
+  if (n == 1) return;
+  p.tags.clear();
+  for (Eigen::Index k = 0; k < n; ++k) p.tags.push_back(fmt::format(".{}", k + 1));
+}
+
+void plan_combination(Planning& p) { p.units = {p.plan.def.unit}; }
+
+// Finds the columns that an output reads; those of expressions only where they stand before it.
+void find_reads(OutputPlan& plan, const std::vector<OutputPlan>& all, const std::vector<std::string>& columns, const std::string& where) {
+  std::vector<std::string> names;
+  for (const OutputPlan& other : all)
+    for (int k = 0; k < other.count; ++k)
+      names.push_back(family_of(other.def.quantity) != OutputFamily::combination || other.first < plan.first
+                          ? columns[static_cast<size_t>(other.first + k)]
+                          : std::string());
+  std::vector<std::string> known;
+  for (const std::string& name : names)
+    if (!name.empty()) known.push_back(name);
+  try {
+    plan.combination = Expression(plan.def.expression, known);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: key 'expression' is no expression of t and of columns of other outputs: {}; there are {}", where,
+                                 error.what(), known.empty() ? "none" : list_words(known, 20)));
+  }
+  for (const std::string& name : plan.combination.variables())
+    plan.reads.push_back(static_cast<int>(std::find(names.begin(), names.end(), name) - names.begin()));
+}
+
 void plan_force(Planning& p) {
   const OutputDef& def = p.plan.def;
+  if (def.quantity == Quantity::force) p.plan.coupling = index_of(p.scene.forces, def.of.body) < 0 ? index_of(p.model.couplings, def.of.body) : -1;
+  if (p.plan.coupling >= 0) return plan_coupling(p);
+  if (def.quantity == Quantity::work) {
+    for (const ForceWork& work : p.model.works)
+      if (work.force == def.of.body) p.plan.z0 = work.z0;
+    p.units = {"J"};
+    return;
+  }
   for (size_t i = 0; i < p.model.loads.size(); ++i)
     if (p.model.loads[i].def.name == def.of.body) p.plan.loads.push_back(static_cast<int>(i));
   if (p.plan.loads.empty()) throw InputError(fmt::format("{}: '{}' is no force that acts in the model", p.where, def.of.body));
@@ -148,9 +208,10 @@ void plan_section(Planning& p) {
   }
   p.units = {"Pa"};
   const auto& beam = std::get<BeamDef>(p.scene.bodies[static_cast<size_t>(index_of(p.scene.bodies, def.of.body))].kind);
-  p.plan.section = beam.section;
+  const auto named = beam.frames.find(def.of.frame);
+  p.plan.section = section_at(beam, named != beam.frames.end() ? named->second : def.of.frame == "tip" ? 1.0 : 0.0);
   p.plan.material = beam.material;
-  p.plan.points = stress_points(beam.section);
+  p.plan.points = stress_points(p.plan.section);
 }
 
 // Unit of what a frame has.
@@ -200,7 +261,12 @@ OutputFamily family_of(Quantity quantity) {
     case Quantity::length_rate:
     case Quantity::force:
     case Quantity::power:
+    case Quantity::work:
       return OutputFamily::force;
+    case Quantity::output:
+      return OutputFamily::block;
+    case Quantity::expression:
+      return OutputFamily::combination;
     case Quantity::section_force:
     case Quantity::stress:
       return OutputFamily::section;
@@ -227,7 +293,8 @@ OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown) {
     if (all_shown || asked) plans.shown[b] = find_shown_frame(model, scene, static_cast<int>(b));
   }
   using PlanOne = void (*)(Planning&);
-  constexpr PlanOne by_family[]{plan_frame, plan_joint, plan_force, plan_section, plan_elastic, plan_energy};  // order of OutputFamily
+  // In the order of OutputFamily.
+  constexpr PlanOne by_family[]{plan_frame, plan_joint, plan_force, plan_section, plan_elastic, plan_energy, plan_block, plan_combination};
   bool sections = false;
   for (const OutputDef& def : scene.outputs) {
     Planning p{.model = model, .scene = scene, .plans = plans, .plan = {}, .where = {}};
@@ -245,6 +312,9 @@ OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown) {
     p.plan.count = static_cast<int>(p.tags.size());
     plans.outputs.push_back(std::move(p.plan));
   }
+  for (OutputPlan& plan : plans.outputs)
+    if (family_of(plan.def.quantity) == OutputFamily::combination)
+      find_reads(plan, plans.outputs, plans.columns, fmt::format("{}:{}: output '{}'", scene.file.string(), plan.def.line, plan.def.name));
   // Once all frames are known.
   if (sections) plans.sections = std::make_shared<SectionForces>(model, scene);
   return plans;

@@ -44,8 +44,9 @@ Followed followed(const Scene& scene) {
   Followed out;
   for (OutputDef def : scene.outputs) {
     const OutputFamily family = family_of(def.quantity);
-    const bool power = def.quantity == Quantity::power;
-    if (family == OutputFamily::energy || family == OutputFamily::section || def.quantity == Quantity::reaction || power ||
+    const bool power = def.quantity == Quantity::power || def.quantity == Quantity::work;
+    const bool made = family == OutputFamily::block || family == OutputFamily::combination;  // of other quantities
+    if (made || family == OutputFamily::energy || family == OutputFamily::section || def.quantity == Quantity::reaction || power ||
         def.quantity == Quantity::friction_force) {
       out.left_out.push_back(def.name);
       continue;

@@ -7,6 +7,7 @@
 #include "sim/run/expected_turn.h"
 #include "sim/run/integrate_run.h"
 #include "sim/run/left_out.h"
+#include "sim/run/left_ranges.h"
 #include "sim/run/model_check.h"
 #include "sim/run/passes.h"
 #include "sim/run/time_error.h"
@@ -106,6 +107,7 @@ Results simulate_alone(const Scene& scene, const SimulateOptions& options, bool 
     alone.effects = effect_states(scene, system.model);
     const std::vector<double> times = sample_times(scene.simulation);
     Recorder recorder(system, times);
+    LeftRanges ranges(system);
     std::optional<LeftOut> left_out;
     if (judge) left_out.emplace(system, system.model.effects);
     std::vector<size_t> looks;
@@ -116,6 +118,7 @@ Results simulate_alone(const Scene& scene, const SimulateOptions& options, bool 
         system, options.method.value_or(scene.simulation.method), span, {options.progress, steps_allowed(scene, options), options.tell},
         [&](System& s, double t, const VecX& y) {
           recorder.record(s, t, y);
+          ranges.look(s, t);
           if (next < looks.size() && looks[next] == sample++) left_out->look(s, t, y), ++next;
         },
         indefinite);
@@ -125,6 +128,7 @@ Results simulate_alone(const Scene& scene, const SimulateOptions& options, bool 
     Results results = recorder.finish(system);
     results.statistics = statistics;
     results.statistics.notes = system.notes;
+    ranges.warn(results.statistics.notes);
     alone.left_out.clear();
     alone.second_order.clear();
     if (left_out)

@@ -13,15 +13,17 @@
 namespace flexframe::sim {
 namespace {
 
-const std::vector<std::string> kinds{"body", "joint", "coupling", "force", "output"};
+const std::vector<std::string> kinds{"body", "joint", "coupling", "force", "block", "output"};
 
 // Keys whose texts are words and names, not numbers.
 const std::set<std::string, std::less<>> word_keys{"name",    "kind",        "model",  "mesh",    "file",     "color", "parent",
                                                    "child",   "on",          "from",   "of",      "quantity", "frame", "shape",
                                                    "frames",  "boundary",    "shown",  "effects", "without",  "ports", "euler",
-                                                   "drawing", "relative_to", "joints", "joint",   "carrier",  "unit",  "description"};
+                                                   "drawing", "relative_to", "joints", "joint",   "carrier",  "unit",  "description",
+                                                   "through"};
 // Of these, the ones that name bodies, joints and forces, or a frame behind a dot.
-const std::set<std::string, std::less<>> reference_keys{"parent", "child", "on", "from", "of", "relative_to", "joints", "joint", "carrier"};
+const std::set<std::string, std::less<>> reference_keys{"parent", "child", "on", "from", "of", "relative_to", "joints", "joint", "carrier",
+                                                        "through"};
 
 struct Copy {
   const TableReader* instance = nullptr;
@@ -29,8 +31,8 @@ struct Copy {
   Parameters all;                            // the scene's and the group's
   Parameters own;                            // the group's and i, as numbers
   std::map<std::string, std::string> words;  // parameters that are texts
-  std::set<std::string> inside;              // bodies and joints of the group
-  std::set<std::string> outputs;             // those of the group, which its expressions read
+  std::set<std::string> inside;              // bodies, joints and whatever else of the group is referred to by name
+  std::set<std::string> outputs;             // outputs and blocks of the group, which its expressions read
   Vec3 position = Vec3::Zero();
   Mat3 turn = Mat3::Identity();
 };
@@ -216,7 +218,7 @@ void place_instances(TomlValue& root, const std::string& file, const Parameters&
   for (TableReader& group : reader.tables("group")) {
     const std::string name = group.text("name");
     group.set_label(fmt::format("[[group]] {}", quote(name)));
-    group.allow({"name", "parameters", "body", "joint", "coupling", "force", "output"});
+    group.allow({"name", "parameters", "body", "joint", "coupling", "force", "block", "output"});
     for (const std::string& kind : kinds) group.tables(kind);
     group.table("parameters");
     if (!groups.emplace(name, group).second) group.fail("name", "is already the name of another group");
@@ -251,13 +253,14 @@ void place_instances(TomlValue& root, const std::string& file, const Parameters&
       placed.set_parameters(copy.all);
       copy.position = placed.vector3("position", Vec3::Zero(), "m");
       copy.turn = rotation_exp(read_rotation(placed, "rotation"));
-      for (const char* kind : {"body", "joint", "force"})
+      for (const char* kind : {"body", "joint", "force", "coupling", "block"})
         if (const TomlValue* list = definition->find(kind))
           for (const TomlValue& item : list->items)
             if (const TomlValue* own = item.find("name")) copy.inside.insert(fill(copy, own->text));
-      if (const TomlValue* list = definition->find("output"))
-        for (const TomlValue& item : list->items)
-          if (const TomlValue* own = item.find("name")) copy.outputs.insert(fill(copy, own->text));
+      for (const char* kind : {"output", "block"})
+        if (const TomlValue* list = definition->find(kind))
+          for (const TomlValue& item : list->items)
+            if (const TomlValue* own = item.find("name")) copy.outputs.insert(fill(copy, own->text));
       add_copy(root, *definition, copy, file);
     }
   }

@@ -282,6 +282,19 @@ constexpr std::array table{
                 .place = bending_without_twist,
                 .bias = bending_without_twist_bias,
                 .symbol = JointSymbol::ball},
+    JointTraits{.kind = JointKind::point_on_curve,
+                .word = "point-on-curve",
+                .coordinates = one_number,
+                .rates = "m",
+                .quaternion = -1,
+                .surfaces = "a",
+                .pressing = Pressing::all,
+                .in_plane = InPlane::never,
+                .closure = std::nullopt,
+                .place = nullptr,
+                .bias = nullptr,
+                .curve = true,
+                .split = std::pair{JointKind::curve_slide, JointKind::spherical}},
     JointTraits{.kind = JointKind::flexure,
                 .word = "",
                 .coordinates = "[rotation x, y, z]",
@@ -304,11 +317,24 @@ constexpr std::array table{
                 .closure = std::nullopt,
                 .place = bending<true>,
                 .bias = bending_bias<true>},
+    // Its motion is its curve's: sim/model/joint_motion.cpp.
+    JointTraits{.kind = JointKind::curve_slide,
+                .word = "",
+                .coordinates = one_number,
+                .rates = "m",
+                .quaternion = -1,
+                .surfaces = "a",
+                .pressing = Pressing::all,
+                .in_plane = InPlane::never,
+                .closure = std::nullopt,
+                .place = fixed,
+                .bias = nullptr,
+                .curve = true},
 };
 
 constexpr bool sound(const JointTraits& t, std::size_t at) {
   if (static_cast<std::size_t>(t.kind) != at || t.surfaces.size() != t.rates.size()) return false;
-  if (!t.place && !t.rates.empty()) return false;  // coordinates need a motion
+  if (!t.place && !t.rates.empty() && !t.split) return false;  // coordinates need a motion
   if (t.quaternion >= 0 && t.rates.substr(t.quaternion) != "rrr") return false;
   if (t.read_off && t.rates.size() != 1) return false;
   if (t.closure && t.closure->turns.size() % 2 != 0) return false;

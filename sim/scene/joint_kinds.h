@@ -56,6 +56,7 @@ struct JointTraits {
   // What few kinds have.
   bool read_off = false;               // its one coordinate follows from the relative pose: an angle about or a distance along the axis
   bool pitch = false, length = false;  // keys of the scene
+  bool curve = false;                  // runs along the joint's curve
   // Spring, friction and stop act on the first of these, which stands in its place, and the second closes the loop.
   std::optional<std::pair<JointKind, JointKind>> split = std::nullopt;
   JointSymbol symbol = JointSymbol::none;

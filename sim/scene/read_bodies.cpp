@@ -1,6 +1,8 @@
 // [[body]] tables: rigid bodies, beams, modal bodies (SID files) and state-space bodies.
 #include "sim/base/words.h"
+#include "sim/scene/curve.h"
 #include "sim/scene/effect_names.h"
+#include "sim/scene/read_curve.h"
 #include "sim/scene/scene_input.h"
 #include "sim/scene/section.h"
 #include "sim/scene/shape_mass.h"
@@ -23,6 +25,7 @@ const Words beam_models{"finite-element", "modal", "mixed", "lumped"};
 const Words boundaries{"clamped-free", "supported-supported", "supported-free", "free-free", "clamped-clamped", "clamped-supported"};
 
 constexpr int most_elements = 10000;
+constexpr int volumes_of_pieces = 10;  // of a beam of changing section or curved axis, where nothing is said
 constexpr int highest_mode = 60;  // eigenforms are accurate up to there (issue: every beam of the seeds)
 constexpr std::size_t most_coordinates = 100000;
 
@@ -188,22 +191,81 @@ const char* section_unit(const std::string& key) {
   return key.starts_with("shear") ? "" : "m";
 }
 
-Section read_section(const TableReader& body) {
-  body.required("section");
-  const TableReader reader = *body.table("section");
+Section read_section(const TableReader& body, const TableReader& reader, const char* own_key) {
   const Words shapes(section_shapes().begin(), section_shapes().end());
   const std::string& shape = shapes[reader.word("shape", shapes)];
   Words keys = section_sizes(shape);
-  keys.insert(keys.begin(), "shape");
+  keys.insert(keys.begin(), {"shape", section_angle});
+  if (*own_key) keys.emplace_back(own_key);
   reader.allow(keys);
   std::map<std::string, double> sizes;
+  if (const double angle = reader.number(section_angle, 0.0, any_number.in("rad")); angle != 0.0) sizes[section_angle] = angle;
   for (const std::string& key : reader.value().keys)
-    if (key != "shape") sizes[key] = reader.number(key, (key == "iyz" ? any_number : positive).in(section_unit(key)));
+    if (key != "shape" && key != section_angle && key != own_key) sizes[key] = reader.number(key, (key == "iyz" ? any_number : positive).in(section_unit(key)));
   try {
     return make_section(shape, sizes);
   } catch (const InputError& error) {
-    body.fail("section", error.what());
+    body.fail(*own_key ? "sections" : "section", error.what());
   }
+}
+
+// Sections along a beam: ascending places, two at one place for a step, between two places one shape with the same sizes.
+std::vector<SectionStation> read_stations(const TableReader& body) {
+  std::vector<SectionStation> out;
+  for (const TableReader& reader : body.tables("sections")) {
+    SectionStation station;
+    station.at = reader.number("at", {.low = 0.0, .high = 1.0, .what = "x/length, a number from 0 to 1"});
+    station.section = read_section(body, reader, "at");
+    if (out.empty() && station.at != 0.0) reader.fail("at", fmt::format("of the first section must be 0, found {}", station.at));
+    if (!out.empty()) {
+      const SectionStation& before = out.back();
+      if (station.at < before.at) reader.fail("at", fmt::format("must not descend: {} after {}", station.at, before.at));
+      if (out.size() > 1 && station.at == before.at && out[out.size() - 2].at == station.at)
+        reader.fail("at", fmt::format("is given to three sections: {}", station.at));
+      const auto names = [](const Section& s) {
+        Words all{s.shape};
+        for (const auto& size : s.size) all.push_back(size.first);
+        return all;
+      };
+      if (station.at > before.at && names(station.section) != names(before.section))
+        reader.fail("shape", fmt::format("must be that of the section before, with the same sizes ({}), for a taper; found {}. For a step give "
+                                         "two sections with the same 'at'",
+                                         list_words(names(before.section)), list_words(names(station.section))));
+    }
+    out.push_back(std::move(station));
+  }
+  if (out.size() < 2) body.fail("sections", fmt::format("must be at least two, found {}; one that is the same all along is 'section'", out.size()));
+  return out;
+}
+
+// What a beam of changing section or curved axis needs of the rest of its table.
+void check_pieces(const TableReader& reader, const BeamDef& beam) {
+  const char* const key = beam.axis ? "axis" : "sections";
+  if (beam.model != BeamModel::mixed) reader.fail("model", fmt::format("must be 'mixed' with '{}': the beam is made of straight pieces of one section each", key));
+  if (!beam.damping.ratio.empty())
+    reader.fail("damping", fmt::format("'ratio' has no meaning with '{}', whose modes are not known beforehand: give 'stiffness' (s), 2 x ratio / "
+                                       "angular frequency of the mode that counts",
+                                       key));
+  std::set<double> marks{0.0, 1.0};
+  for (const SectionStation& station : beam.stations) marks.insert(station.at);
+  if (static_cast<int>(marks.size()) - 1 > beam.volumes)
+    reader.fail("volumes", fmt::format("must be at least {}, one for each stretch between the 'sections', found {}", marks.size() - 1, beam.volumes));
+}
+
+// A curved axis begins in the body's origin, along x; it gives the length.
+void read_axis(const TableReader& reader, BeamDef& beam) {
+  if (reader.has("length")) reader.fail("length", "excludes 'axis', whose length is the beam's");
+  beam.axis = read_curve(reader, "axis");
+  if (beam.axis->closed()) reader.fail("axis", "must be open: join root and tip of a ring by a joint");
+  const SpaceCurve::Jet root = beam.axis->at(0.0);
+  beam.length = beam.axis->length();
+  if (root.place.norm() > 1e-9 * beam.length)
+    reader.fail("axis", fmt::format("must begin in the body's origin, found [{:.6g}, {:.6g}, {:.6g}]; the joint places the beam",
+                                    root.place.x(), root.place.y(), root.place.z()));
+  // The spline's own slope at the first of the points: what is meant is within a few thousandths.
+  if (root.tangent.normalized().x() < 0.999)
+    reader.fail("axis", fmt::format("must begin along x, found the direction [{:.4g}, {:.4g}, {:.4g}]; the joint turns the beam",
+                                    root.tangent.x(), root.tangent.y(), root.tangent.z()));
 }
 
 Material read_material(const TableReader& body) {
@@ -235,10 +297,19 @@ std::map<std::string, std::vector<int>> read_modes(const TableReader& body) {
 
 BeamDef read_beam(const TableReader& reader) {
   BeamDef beam;
-  beam.length = reader.number("length", positive.in("m"));
-  beam.section = read_section(reader);
+  const bool pieces = reader.has("sections") || reader.has("axis");
+  if (reader.has("axis")) read_axis(reader, beam);
+  else beam.length = reader.number("length", positive.in("m"));
+  if (reader.has("sections")) {
+    if (reader.has("section")) reader.fail("section", "excludes 'sections', which say it along the beam");
+    beam.stations = read_stations(reader);
+    beam.section = beam.stations.front().section;
+  } else {
+    reader.required("section");
+    beam.section = read_section(reader, *reader.table("section"), "");
+  }
   beam.material = read_material(reader);
-  beam.model = static_cast<BeamModel>(reader.word("model", beam_models, 0));
+  beam.model = static_cast<BeamModel>(reader.word("model", beam_models, static_cast<std::size_t>(pieces ? BeamModel::mixed : BeamModel::finite_element)));
   beam.boundary = static_cast<Boundary>(reader.word("boundary", boundaries, 0));
 
   const std::string& model = beam_models[static_cast<std::size_t>(beam.model)];
@@ -263,7 +334,7 @@ BeamDef read_beam(const TableReader& reader) {
   if (modal) reader.required("modes");
   if (reader.has("modes")) beam.modes = read_modes(reader);
   beam.elements = reader.integer("elements", mixed ? 2 : 10, 1, most_elements);
-  beam.volumes = reader.integer("volumes", 5, 1, most_elements);
+  beam.volumes = reader.integer("volumes", pieces ? volumes_of_pieces : 5, 1, most_elements);
   if (reader.has("keep_modes")) {
     if (beam.model != BeamModel::finite_element)
       reader.fail("keep_modes", fmt::format("belongs to model 'finite-element'; this one is '{}'", model));
@@ -285,6 +356,13 @@ BeamDef read_beam(const TableReader& reader) {
         frames->fail(name, "is a name of the beam's own; choose another");
       beam.frames[name] = frames->number(name, {.low = 0.0, .high = 1.0, .what = "x/length, a number from 0 to 1"});
     }
+  if (pieces) check_pieces(reader, beam);
+  // What bends a curved beam twists and stretches it too.
+  if (beam.axis && beam.effects.automatic)
+    for (const char* effect : {"axial", "bending_xy", "bending_xz", "torsion"})
+      if (const auto& out = beam.effects.without; std::find(out.begin(), out.end(), effect) == out.end() &&
+                                                  std::find(beam.effects.names.begin(), beam.effects.names.end(), effect) == beam.effects.names.end())
+        beam.effects.names.emplace_back(effect);
   return beam;
 }
 
@@ -355,7 +433,7 @@ Words allowed_keys(std::size_t kind, bool modal_beam) {
       add({"mass", "inertia", "centre_of_mass", "frames", "shapes", "density"});
       break;
     case 1:
-      add({"length", "section", "material", "model"});
+      add({"length", "section", "sections", "axis", "material", "model"});
       add(modal_beam ? std::initializer_list<const char*>{"modes", "elements"} : std::initializer_list<const char*>{"elements", "modes"});
       add({"volumes", "keep_modes", "keep_static", "curvature_coupling", "boundary", "effects", "without", "damping", "frames", "initial",
            "shown"});

@@ -1,4 +1,5 @@
 // Contacts among the [[force]] tables.
+#include "sim/scene/read_curve.h"
 #include "sim/scene/read_states.h"
 
 #include <fmt/format.h>
@@ -9,7 +10,26 @@ namespace flexframe::sim {
 namespace {
 
 const std::vector<std::string> shapes{"point", "sphere", "cylinder"};
-const std::vector<std::string> partners{"plane", "sphere"};
+const std::vector<std::string> partners{"plane", "sphere", "curve"};
+enum Partner : std::size_t { against_plane, against_sphere, against_curve };
+
+// The profile of a cam or a road. A body that is rounder than a hollow would touch it in two places, of which only one is found.
+void read_profile(const TableReader& reader, ContactDef& out) {
+  if (out.cylinder && out.width > 0.0)
+    reader.fail("width", "has no meaning against a curve, whose profile is the same along z: leave it out");
+  out.curve = read_curve(reader, "curve");
+  const SpaceCurve& curve = *out.curve;
+  const double side = curve.closed() && curve.area_xy() > 0.0 ? -1.0 : 1.0;
+  for (std::size_t k = 0; k < curve.samples().size(); ++k) {
+    const SpaceCurve::Jet at = curve.at(curve.length() * static_cast<double>(k) / static_cast<double>(curve.samples().size()));
+    if (at.place.z() != 0.0 || at.tangent.z() != 0.0) reader.fail("curve", "must lie in the xy plane of 'from': z = 0 for all its points");
+    const double hollow = side * (at.tangent.x() * at.bend.y() - at.tangent.y() * at.bend.x());
+    if (hollow * out.radius > 1.0)
+      reader.fail("radius", fmt::format("is larger than the curve's radius of curvature in a hollow at [{:.4g}, {:.4g}], {:.4g} m, where "
+                                        "the body would touch it twice; found {}",
+                                        at.place.x(), at.place.y(), 1.0 / hollow, out.radius));
+  }
+}
 
 void read_shapes(const TableReader& reader, ContactDef& out) {
   const std::size_t shape = reader.word("shape", shapes);
@@ -20,13 +40,16 @@ void read_shapes(const TableReader& reader, ContactDef& out) {
     if (!out.cylinder && reader.has(key)) reader.fail(key, "belongs to cylinders");
   out.axis = reader.direction("axis", Vec3::UnitZ());
   out.width = reader.number("width", 0.0, not_negative.in("m"));
-  if (reader.word("against", partners, 0) == 1) {
-    if (reader.has("normal")) reader.fail("normal", "belongs to a plane; this is against a sphere");
-    out.from_radius = reader.number("from_radius", positive.in("m"));
-    return;
-  }
-  if (reader.has("from_radius")) reader.fail("from_radius", "belongs to against = \"sphere\"; this is against a plane");
-  out.normal = reader.direction("normal", Vec3::UnitZ());
+  const std::size_t partner = reader.word("against", partners, against_plane);
+  if (partner != against_plane && reader.has("normal"))
+    reader.fail("normal", fmt::format("belongs to a plane; this is against a {}", partners[partner]));
+  if (partner != against_sphere && reader.has("from_radius"))
+    reader.fail("from_radius", fmt::format("belongs to against = \"sphere\"; this is against a {}", partners[partner]));
+  if (partner != against_curve && reader.has("curve"))
+    reader.fail("curve", fmt::format("belongs to against = \"curve\"; this is against a {}", partners[partner]));
+  if (partner == against_plane) out.normal = reader.direction("normal", Vec3::UnitZ());
+  if (partner == against_sphere) out.from_radius = reader.number("from_radius", positive.in("m"));
+  if (partner == against_curve) read_profile(reader, out);
 }
 
 // c of a normal force k d^n (1 + c d' / v) after an impact at speed v (dynamics/contacts.h): from (1 + e) c = ln((1 + c) / (1 - c e)).
@@ -70,8 +93,8 @@ void read_contact_friction(const TableReader& reader, ContactDef& out) {
 }  // namespace
 
 ContactDef read_contact(const TableReader& reader) {
-  reader.allow({"name", "kind", "on", "from", "shape", "radius", "axis", "width", "against", "normal", "from_radius", "stiffness",
-                "exponent", "damping", "restitution", "friction"});
+  reader.allow({"name", "kind", "on", "from", "shape", "radius", "axis", "width", "against", "normal", "from_radius", "curve",
+                "stiffness", "exponent", "damping", "restitution", "friction"});
   ContactDef out;
   read_shapes(reader, out);
   read_normal_force(reader, out);

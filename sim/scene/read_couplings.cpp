@@ -1,7 +1,9 @@
 // [[coupling]] tables: conditions between coordinates of joints.
 #include "sim/base/words.h"
 #include "sim/scene/joint_kinds.h"
+#include "sim/scene/parameters.h"
 #include "sim/scene/scene_input.h"
+#include "sim/scene/table.h"
 
 #include <fmt/format.h>
 
@@ -10,8 +12,8 @@
 namespace flexframe::sim {
 namespace {
 
-const std::vector<std::string> coupling_kinds{"gear", "rack", "screw", "linear", "differential"};
-enum class Kind { gear, rack, screw, linear, differential };
+const std::vector<std::string> coupling_kinds{"gear", "rack", "screw", "linear", "differential", "cam", "rope"};
+enum class Kind { gear, rack, screw, linear, differential, cam, rope };
 
 // A joint of a coupling: one whose coordinates are numbers, not an orientation.
 const JointDef& coupled_joint(const TableReader& reader, std::string_view key, const std::string& name, const Scene& scene) {
@@ -32,8 +34,8 @@ const JointDef& coupled_joint(const TableReader& reader, std::string_view key, c
                                list_words(known)));
 }
 
-// The joints of a kind that has a fixed number of them; letters: m a length, r an angle. Of a joint with several coordinates the first of
-// that sort is meant.
+// The joints of a kind that has a fixed number of them; letters: m a length, r an angle, * either. Of a joint with several coordinates the
+// first of that sort is meant.
 std::vector<CouplingTerm> fixed_joints(const TableReader& reader, const Scene& scene, std::string_view letters, const char* what) {
   const std::vector<std::string> names = reader.texts("joints");
   if (names.size() != letters.size())
@@ -41,13 +43,13 @@ std::vector<CouplingTerm> fixed_joints(const TableReader& reader, const Scene& s
   std::vector<CouplingTerm> terms;
   for (std::size_t k = 0; k < names.size(); ++k) {
     const JointDef& joint = coupled_joint(reader, "joints", names[k], scene);
-    const std::size_t at = traits(joint.kind).rates.find(letters[k]);
+    const std::size_t at = letters[k] == '*' ? 0 : traits(joint.kind).rates.find(letters[k]);
     if (at == std::string_view::npos)
       reader.fail("joints", fmt::format("must be {}; {}, a {} joint, has no {}", what, quote(names[k]), traits(joint.kind).word,
                                         letters[k] == 'm' ? "way along an axis" : "angle"));
     for (const CouplingTerm& before : terms)
       if (before.joint == names[k]) reader.fail("joints", fmt::format("names {} twice", quote(names[k])));
-    terms.push_back({names[k], static_cast<int>(at), 0.0});
+    terms.push_back({names[k], static_cast<int>(at), 0.0, nullptr, std::nullopt});
   }
   return terms;
 }
@@ -84,24 +86,62 @@ void add_carrier(const TableReader& reader, const Scene& scene, std::vector<Coup
   if (factor == 0.0)
     reader.fail("carrier",
                 fmt::format("is not needed: both wheels turn on {}, from which their angles are counted", quote(carrier.child.body)));
-  terms.push_back({name, static_cast<int>(at), factor});
+  terms.push_back({name, static_cast<int>(at), factor, nullptr, std::nullopt});
 }
 
-std::vector<CouplingTerm> free_terms(const TableReader& reader, const Scene& scene) {
+// The lift of a cam: a table of its coordinate, or an expression of `angle` (of `way`, where the cam slides), whose derivatives are exact.
+void read_lift(const TableReader& reader, const Scene& scene, CouplingTerm& cam) {
+  const JointDef& joint = *find_joint(scene, cam.joint);
+  const bool slides = is_length(joint.kind, cam.coordinate);
+  if (reader.required("lift").type == TomlValue::Type::table) {
+    const TableReader table = *reader.table("lift");
+    table.allow({"table", "file", "period"});
+    const TableDef points = read_table(table, scene, slides ? "m" : "rad");
+    if (!points.period) cam.range = {points.x.front(), points.x.back()};
+    cam.of = std::make_shared<const TimeFunction>(std::make_shared<const CubicTable>(points.x, points.y, points.period));
+    return;
+  }
+  const std::string own = slides ? "way" : "angle", given = reader.text("lift");
+  try {
+    const std::string text = reader.parameters().substitute(given);
+    std::string of_t;
+    std::size_t done = 0;
+    for (const NameInText& name : names_in(text)) {
+      const std::string word = text.substr(name.at, name.length);
+      if (word == "t") reader.fail("lift", fmt::format("must be an expression of {}, not of t: {}", own, quote(given)));
+      if (word != own) continue;
+      of_t += text.substr(done, name.at - done) + "t";
+      done = name.at + name.length;
+    }
+    Expression lift(of_t + text.substr(done));
+    if (lift.has_switches())
+      reader.fail("lift", "has corners or jumps (?:, comparisons, abs, min, max), at which a cam would hit its follower; give a smooth "
+                          "expression or a table of points, through which a smooth curve runs");
+    if (lift.constant()) reader.fail("lift", fmt::format("does not depend on {}: {}", own, quote(given)));
+    cam.of = std::make_shared<const TimeFunction>(std::move(lift));
+  } catch (const InputError& error) {
+    const std::string what = error.what();
+    if (what.starts_with(reader.file())) throw;
+    reader.fail("lift", fmt::format("is no expression of {} and no table: {}, {}", own, quote(given), what));
+  }
+}
+
+// At least so many.
+std::vector<CouplingTerm> free_terms(const TableReader& reader, const Scene& scene, std::size_t least) {
   std::vector<CouplingTerm> terms;
   reader.required("terms");
   for (const TableReader& table : reader.tables("terms")) {
     table.allow({"joint", "coordinate", "factor"});
     const JointDef& joint = coupled_joint(table, "joint", table.text("joint"), scene);
     const int count = rates_of(joint.kind);
-    CouplingTerm term{joint.name, table.integer("coordinate", 1, 1, count) - 1, table.number("factor")};
+    CouplingTerm term{joint.name, table.integer("coordinate", 1, 1, count) - 1, table.number("factor"), nullptr, std::nullopt};
     if (term.factor == 0.0) table.fail("factor", "must not be 0");
     for (const CouplingTerm& before : terms)
       if (before.joint == term.joint && before.coordinate == term.coordinate)
         table.fail("joint", fmt::format("names {} a second time; add its factors", quote(term.joint)));
     terms.push_back(term);
   }
-  if (terms.size() < 2) reader.fail("terms", fmt::format("must be at least two, found {}", terms.size()));
+  if (terms.size() < least) reader.fail("terms", fmt::format("must be at least {}, found {}", least == 1 ? "one" : "two", terms.size()));
   return terms;
 }
 
@@ -145,8 +185,22 @@ CouplingDef read_coupling(TableReader& reader, const Scene& scene) {
       break;
     case Kind::linear:
       reader.allow({"name", "kind", "terms", "value"});
-      out.terms = free_terms(reader, scene);
+      out.terms = free_terms(reader, scene, 2);
       break;
+    case Kind::cam:
+      reader.allow({"name", "kind", "joints", "lift", "value"});
+      out.terms = fixed_joints(reader, scene, "**", "the cam's and the follower's");
+      out.terms[0].factor = 1.0;
+      out.terms[1].factor = -1.0;
+      read_lift(reader, scene, out.terms[0]);
+      out.value = reader.number("value", 0.0, any_number);
+      return out;
+    case Kind::rope:
+      reader.allow({"name", "kind", "through", "length", "terms"});
+      out.through = read_frame_refs(reader, "through", scene, 2);
+      if (reader.has("terms")) out.terms = free_terms(reader, scene, 1);
+      out.value = reader.number("length", positive.in("m"));
+      return out;
   }
   out.value = reader.optional_number("value");
   return out;

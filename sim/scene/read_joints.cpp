@@ -3,6 +3,7 @@
 #include "sim/scene/expression.h"
 #include "sim/scene/joint_kinds.h"
 #include "sim/scene/parameters.h"
+#include "sim/scene/read_curve.h"
 #include "sim/scene/read_states.h"
 #include "sim/scene/readings.h"
 #include "sim/scene/rotation_input.h"
@@ -31,7 +32,9 @@ const Words joint_words_in_order = [] {
     if (!t.word.empty()) out.emplace_back(t.word);
   return out;
 }();
-const Words force_kinds{"force", "torque", "spring-damper", "distributed", "bushing", "drag", "contact"};
+// In the order of ForceKind; a cable is a spring-damper that only pulls.
+const Words force_kinds{"force", "torque", "spring-damper", "distributed", "bushing", "drag", "contact", "cable"};
+constexpr std::size_t cable_word = 7;
 const Words force_frames{"world", "body"};
 // Units of a joint's coordinate, of its rate, and of what acts along it; none where its coordinates are of both kinds.
 struct CoordinateUnits {
@@ -103,10 +106,11 @@ Stop read_stop(const TableReader& reader, const CoordinateUnits& units) {
   return stop;
 }
 
-// { table = [[x, y], ...] } or { file = "two_columns.csv" }, and period; the points are checked by making the spline.
-TableDef read_table(const TableReader& reader, const Scene& scene) {
+}  // namespace
+
+TableDef read_table(const TableReader& reader, const Scene& scene, const char* unit) {
   TableDef table;
-  if (reader.has("period")) table.period = reader.number("period", positive.in("s"));
+  if (reader.has("period")) table.period = reader.number("period", positive.in(unit));
   if (reader.has("table") == reader.has("file"))
     reader.fail("needs either 'table', pairs of numbers, or 'file', a text file of two columns");
   if (reader.has("file")) {
@@ -164,6 +168,8 @@ TableDef read_table(const TableReader& reader, const Scene& scene) {
   }
   return table;
 }
+
+namespace {
 
 // A table of time must reach over the run.
 void check_reach(const TableReader& reader, const TableDef& table, const Scene& scene) {
@@ -298,8 +304,10 @@ std::string read_driven_expression(const TableReader& reader, std::string_view k
   }
 }
 
-FrameRef read_frame_ref(const TableReader& reader, std::string_view key, const Scene& scene) {
-  FrameRef ref = split_frame(reader.text(key));
+namespace {
+
+FrameRef checked_frame(const TableReader& reader, std::string_view key, const std::string& text, const Scene& scene) {
+  FrameRef ref = split_frame(text);
   if (ref.body == "ground") {
     if (ref.frame.empty() || scene.ground_frames.contains(ref.frame)) return ref;
     Words known;
@@ -311,10 +319,27 @@ FrameRef read_frame_ref(const TableReader& reader, std::string_view key, const S
   }
   const BodyDef* body = find_body(scene, ref.body);
   if (!body) unknown_body(reader, key, ref.body, scene);
-  if (ref.frame.empty() && reader.text(key).ends_with('.'))
-    reader.fail(key, fmt::format("is {}: a frame's name is missing after the dot", quote(reader.text(key))));
+  if (ref.frame.empty() && text.ends_with('.'))
+    reader.fail(key, fmt::format("is {}: a frame's name is missing after the dot", quote(text)));
   check_frame(reader, key, *body, ref.frame);
   return ref;
+}
+
+}  // namespace
+
+FrameRef read_frame_ref(const TableReader& reader, std::string_view key, const Scene& scene) {
+  return checked_frame(reader, key, reader.text(key), scene);
+}
+
+std::vector<FrameRef> read_frame_refs(const TableReader& reader, std::string_view key, const Scene& scene, std::size_t least) {
+  const std::vector<std::string> names = reader.texts(key);
+  if (names.size() < least) reader.fail(key, fmt::format("must be at least {} frame{}, found {}", least, least == 1 ? "" : "s", names.size()));
+  std::vector<FrameRef> out;
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    if (k > 0 && names[k] == names[k - 1]) reader.fail(key, fmt::format("names {} twice in a row, with no way between", quote(names[k])));
+    out.push_back(checked_frame(reader, key, names[k], scene));
+  }
+  return out;
 }
 
 JointDef read_joint(TableReader& reader, const Scene& scene) {
@@ -326,8 +351,8 @@ JointDef read_joint(TableReader& reader, const Scene& scene) {
   joint.kind = static_cast<JointKind>(reader.word("kind", joint_words_in_order));
   const JointTraits& facts = traits(joint.kind);
   const std::string kind(facts.word);
-  reader.allow({"name", "kind", "parent", "child", "axis", "position", "rotation", "pitch", "length", "initial", "motion", "spring",
-                "friction", "stop"});
+  reader.allow({"name", "kind", "parent", "child", "axis", "position", "rotation", "pitch", "length", "curve", "initial", "motion",
+                "spring", "friction", "stop"});
 
   // ends and placement
   joint.parent = read_frame_ref(reader, "parent", scene);
@@ -355,6 +380,12 @@ JointDef read_joint(TableReader& reader, const Scene& scene) {
   else if (reader.has("length"))
     reader.fail("length", fmt::format("belongs to joints of kind '{}'; this one is '{}'",
                                       joint_words([](const JointTraits& t) { return t.length; }), kind));
+
+  if (facts.curve) joint.curve = read_curve(reader, "curve");
+  else if (reader.has("curve"))
+    reader.fail("curve", fmt::format("belongs to joints of kind '{}'; this one is '{}'",
+                                     joint_words([](const JointTraits& t) { return t.curve; }), kind));
+  if (facts.curve && reader.has("axis")) reader.fail("axis", "has no meaning for a point-on-curve joint: 'rotation' turns its curve");
 
   // what acts along the coordinates
   const std::size_t count = facts.rates.size();
@@ -392,6 +423,8 @@ JointDef read_joint(TableReader& reader, const Scene& scene) {
   }
   if (const auto friction = reader.table("friction")) {
     joint.friction = read_friction(*friction);
+    if (facts.curve && joint.friction->reaction)
+      friction->fail("normal_force", "must be a number (N) for a point-on-curve joint: its own reaction is not known to its friction");
   }
   if (const auto stop = reader.table("stop")) {
     if (count > 1) reader.fail("stop", fmt::format("needs a joint with one coordinate; a {} joint has {}", kind, count));
@@ -420,6 +453,24 @@ std::string read_pull(const TableReader& reader, const Scene& scene, ForceDef& f
                                &force.driven);
 }
 
+// "length > rest ? max(0, k*(length - rest) + d*rate) : 0", so that slackening and tightening are located events.
+void read_cable(const TableReader& reader, const Scene& scene, ForceDef& force) {
+  if (!reader.has("stiffness")) reader.required("stiffness");
+  force.rest = rest_of_time(reader);
+  force.spring = read_spring(reader, length_units, force.rest.empty());
+  if (force.spring.stiffness == 0.0) reader.fail("stiffness", "must be greater than 0");
+  if (force.rest.empty() && !(force.spring.rest > 0.0))
+    reader.fail("rest", fmt::format("is the cable's length without load and must be greater than 0, found {}", force.spring.rest));
+  if (reader.has("through")) force.through = read_frame_refs(reader, "through", scene, 1);
+  const std::string rest = force.rest.empty() ? fmt::format("{}", force.spring.rest) : "(" + force.rest + ")";
+  const std::string pull = fmt::format("{}*(length - {})", force.spring.stiffness, rest);
+  force.value = force.spring.damping == 0.0
+                    ? fmt::format("max(0, {})", pull)
+                    : fmt::format("length > {} ? max(0, {} + {}*rate) : 0", rest, pull, force.spring.damping);
+  force.reads.push_back({Reading::length, "length", 0, 0});
+  if (force.spring.damping > 0.0) force.reads.push_back({Reading::rate, "rate", 0, 0});
+}
+
 void read_drag(const TableReader& reader, ForceDef& force) {
   if (!reader.has("linear") && !reader.has("quadratic"))
     reader.fail("needs 'linear' (N s/m), 'quadratic' (N s^2/m^2: half of density times drag coefficient times area), or both");
@@ -438,7 +489,9 @@ ForceDef read_force_head(TableReader& reader) {
     check_name(reader, "name", force.name, "force");
     reader.set_label(fmt::format("[[force]] {}", quote(force.name)));
   }
-  force.kind = static_cast<ForceKind>(reader.word("kind", force_kinds));
+  const std::size_t word = reader.word("kind", force_kinds);
+  force.cable = word == cable_word;
+  force.kind = force.cable ? ForceKind::spring_damper : static_cast<ForceKind>(word);
   return force;
 }
 
@@ -451,7 +504,8 @@ ForceDef read_force(TableReader& reader, const Scene& scene) {
       reader.allow({"name", "kind", "on", "direction", "frame", "value"});
       break;
     case ForceKind::spring_damper:
-      reader.allow({"name", "kind", "on", "from", "stiffness", "damping", "rest", "preload", "value"});
+      if (force.cable) reader.allow({"name", "kind", "on", "from", "through", "stiffness", "damping", "rest"});
+      else reader.allow({"name", "kind", "on", "from", "stiffness", "damping", "rest", "preload", "value"});
       break;
     case ForceKind::drag:
       reader.allow({"name", "kind", "on", "linear", "quadratic", "wind"});
@@ -487,9 +541,11 @@ ForceDef read_force(TableReader& reader, const Scene& scene) {
   }
   if (force.kind == ForceKind::spring_damper || force.kind == ForceKind::bushing) {
     if (reader.has("from")) force.from = read_frame_ref(reader, "from", scene);
-    if (force.from.body == force.on.body)
+    if (force.from.body == force.on.body && !reader.has("through"))
       reader.fail(reader.has("from") ? "from" : "on", fmt::format("is on the same body as 'on', {}", quote(force.on.body)));
-    if (force.kind == ForceKind::spring_damper) {
+    if (force.cable) {
+      read_cable(reader, scene, force);
+    } else if (force.kind == ForceKind::spring_damper) {
       if (!reader.has("stiffness") && !reader.has("damping") && !reader.has("preload") && !reader.has("value"))
         reader.required("stiffness");
       force.rest = rest_of_time(reader);

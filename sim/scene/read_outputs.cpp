@@ -1,6 +1,7 @@
 // [[output]] tables.
 #include "sim/base/words.h"
 #include "sim/scene/joint_kinds.h"
+#include "sim/scene/parameters.h"
 #include "sim/scene/scene_input.h"
 #include "sim/scene/section_stress.h"
 
@@ -41,9 +42,13 @@ const Words quantities{"position",
                        "stop_force",
                        "friction_force",
                        "section_force",
-                       "stress"};
+                       "stress",
+                       "work",
+                       "output"};
 
-bool is_of_force(Quantity q) { return q == Quantity::length || q == Quantity::length_rate || q == Quantity::force || q == Quantity::power; }
+bool is_of_force(Quantity q) {
+  return q == Quantity::length || q == Quantity::length_rate || q == Quantity::force || q == Quantity::power || q == Quantity::work;
+}
 bool is_of_joint(Quantity q) {
   return q == Quantity::value || q == Quantity::rate || q == Quantity::reaction || q == Quantity::spring_force ||
          q == Quantity::stop_force || q == Quantity::friction_force;
@@ -76,14 +81,39 @@ void read_of_joint(const TableReader& reader, const Scene& scene, const std::str
     reader.fail("quantity", fmt::format("is '{}', but a {} joint has no coordinate", quantity, traits(joint->kind).word));
 }
 
+// An output that is an expression of others is read here as far as it stands alone; what it names is found when all columns are known.
+OutputDef read_combination(const TableReader& reader, OutputDef output) {
+  reader.allow({"name", "expression", "unit", "description"});
+  output.quantity = Quantity::expression;
+  const TomlValue& value = reader.required("expression");
+  if (value.type != TomlValue::Type::text)
+    reader.fail("expression", fmt::format("must be a text, an expression of other outputs' columns and of t, found {}", describe(value)));
+  try {
+    output.expression = reader.parameters().substitute(value.text);
+  } catch (const InputError& error) {
+    reader.fail("expression", error.what());
+  }
+  output.unit = reader.text("unit", "");
+  return output;
+}
+
+bool couples(const Scene& scene, const OutputDef& output) {
+  const auto named = [&](const CouplingDef& c) { return c.name == output.of.body; };
+  return output.quantity == Quantity::force && output.of.frame.empty() && std::any_of(scene.couplings.begin(), scene.couplings.end(), named);
+}
+
 void read_of_force(const TableReader& reader, const Scene& scene, const std::string& quantity, const OutputDef& output) {
   const auto force = std::find_if(scene.forces.begin(), scene.forces.end(),
                                   [&](const ForceDef& f) { return !f.name.empty() && f.name == output.of.body; });
+  if (force == scene.forces.end() && couples(scene, output)) return;
   if (force == scene.forces.end() || !output.of.frame.empty()) {
     Words known;
     for (const ForceDef& candidate : scene.forces)
       if (!candidate.name.empty()) known.push_back(candidate.name);
-    unknown(reader, quantity, reader.text("of"), "a force with a 'name'", known);
+    const bool size = output.quantity == Quantity::force;
+    if (size)
+      for (const CouplingDef& candidate : scene.couplings) known.push_back(candidate.name);
+    unknown(reader, quantity, reader.text("of"), size ? "a force with a 'name', or a coupling" : "a force with a 'name'", known);
   }
   const bool length = output.quantity == Quantity::length || output.quantity == Quantity::length_rate;
   if (length && force->kind != ForceKind::spring_damper)
@@ -168,8 +198,9 @@ OutputDef read_output(TableReader& reader, Scene& scene) {
   output.name = reader.text("name");
   check_name(reader, "name", output.name, "output");
   reader.set_label(fmt::format("[[output]] {}", quote(output.name)));
-  reader.allow({"name", "of", "quantity", "relative_to", "frame", "at", "description"});
+  if (!reader.has("expression")) reader.allow({"name", "of", "quantity", "relative_to", "frame", "at", "description", "expression"});
   output.description = reader.text("description", "");
+  if (reader.has("expression")) return read_combination(reader, std::move(output));
   output.quantity = static_cast<Quantity>(reader.word("quantity", quantities));
   const std::string& quantity = quantities[static_cast<std::size_t>(output.quantity)];
   output.of = split_frame(reader.text("of"));
@@ -184,7 +215,8 @@ OutputDef read_output(TableReader& reader, Scene& scene) {
                       output.quantity == Quantity::potential;
   if (energy && reader.text("of") != "system")
     reader.fail("of", fmt::format("must be \"system\" for the quantity '{}', found {}", quantity, quote(reader.text("of"))));
-  if (energy) return output;
+  // Blocks come later than outputs: the reader of the scene looks for this one's then.
+  if (energy || output.quantity == Quantity::output) return output;
   if (is_of_joint(output.quantity)) read_of_joint(reader, scene, quantity, output);
   else if (is_of_force(output.quantity)) read_of_force(reader, scene, quantity, output);
   else if (is_of_section(output.quantity)) read_of_section(reader, scene, quantity, output);

@@ -102,6 +102,8 @@ std::vector<std::string> output_columns(const OutputDef& output, const Scene& sc
     }
     case Quantity::q:
     case Quantity::qd:
+    case Quantity::output:      // the block itself is read
+    case Quantity::expression:  // what it reads is
       break;
     default:
       tags = {""};

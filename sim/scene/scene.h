@@ -7,12 +7,16 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
 namespace flexframe::sim {
+
+class SpaceCurve;    // curve.h
+class TimeFunction;  // table.h
 
 enum class Method { automatic, adams, bdf, erk, dirk, ida, exponential };
 // Their words, in this order; the word of one.
@@ -56,6 +60,12 @@ struct Section {
       outline;  // closed loops (y, z): outer first, holes after; empty: drawn as a circle of equal area
 };
 
+// A section at a place of a beam. Between two of one shape its sizes change linearly; two at one place are a step.
+struct SectionStation {
+  double at = 0.0;  // x/L
+  Section section;
+};
+
 struct Material {
   double density = 0.0;         // kg/m^3
   double youngs_modulus = 0.0;  // Pa
@@ -94,6 +104,8 @@ struct RigidDef {
 struct BeamDef {
   double length = 0.0;
   Section section;
+  std::vector<SectionStation> stations;    // sections along the beam, ascending; empty: `section` throughout
+  std::shared_ptr<const SpaceCurve> axis;  // curved: in the body frame, from its origin along x; null: straight
   Material material;
   BeamModel model = BeamModel::finite_element;
   Boundary boundary = Boundary::clamped_free;
@@ -170,7 +182,8 @@ struct FrameRef {
   std::string body, frame;
 };
 
-// The last two are no words of the scene file: joints of small rotation vectors inside lumped beams.
+// The last three are no words of the scene file: joints of small rotation vectors inside lumped beams, and the slide along a curve that
+// carries the point of a point-on-curve joint.
 enum class JointKind {
   weld,
   revolute,
@@ -185,8 +198,10 @@ enum class JointKind {
   point_on_plane,
   distance,
   constant_velocity,
+  point_on_curve,
   flexure,
-  flexure_pair
+  flexure_pair,
+  curve_slide
 };
 
 struct Spring {
@@ -220,6 +235,7 @@ struct JointDef {
   Vec3 rotation = Vec3::Zero();  // axis-angle, rad, likewise
   double pitch = 0.0;            // screw, m/rad
   double length = 0.0;           // distance joint, m
+  std::shared_ptr<const SpaceCurve> curve;  // point-on-curve joint, in the parent joint frame
   JointInitial initial;
   std::string motion;                    // expression of t, empty: free (or a table)
   std::optional<TableDef> motion_table;  // value against t
@@ -269,7 +285,8 @@ struct ContactDef {
   bool cylinder = false;         // about `axis`, in the axes of `on`; its ends are `width` apart
   Vec3 axis = Vec3::UnitZ();     // unit
   double width = 0.0;            // m
-  double from_radius = 0.0;      // m, of the sphere; 0: a plane
+  double from_radius = 0.0;      // m, of the sphere; 0: a plane or a curve
+  std::shared_ptr<const SpaceCurve> curve;  // profile in the xy plane of `from`, the same all along its z
   Vec3 normal = Vec3::UnitZ();   // unit, of the plane, in the axes of `from`
   double stiffness = 0.0;        // N/m^exponent
   double exponent = 1.0;         // 1.5: Hertz
@@ -295,6 +312,8 @@ struct ForceDef {
   std::string table_joint;
   std::vector<Reading> reads;            // of value; empty: it depends on t alone
   std::string rest;                      // spring-damper: expression of t in place of spring.rest
+  bool cable = false;                    // spring-damper that only pulls: all it does stands in `value`
+  std::vector<FrameRef> through;         // cable: frames that it passes between `from` and `on`
   double drag = 0.0, square_drag = 0.0;  // drag: N s/m, N s^2/m^2
   Vec3 wind = Vec3::Zero();              // drag: m/s, world axes
   std::optional<ContactDef> contact;
@@ -329,21 +348,28 @@ enum class Quantity {
   stop_force,
   friction_force,
   section_force,
-  stress
+  stress,
+  work,
+  output,     // of a block
+  expression  // of other columns
 };
 
-// Factor times a coordinate of a joint.
+// Factor times a coordinate of a joint, or times a function of it.
 struct CouplingTerm {
   std::string joint;
   int coordinate = 0;
   double factor = 0.0;
+  std::shared_ptr<const TimeFunction> of;  // null: the coordinate itself
+  std::optional<std::pair<double, double>> range;  // of the coordinate, where the function's table ends
 };
 
-// The sum of its terms keeps the value that it has at the start, or `value`. The kinds of the scene are all of this form.
+// The sum of its terms keeps the value that it has at the start, or `value`. The kinds of the scene are all of this form; a rope has its
+// length between the frames that it passes in the sum.
 struct CouplingDef {
   std::string name;
   int line = 0;
   std::vector<CouplingTerm> terms;
+  std::vector<FrameRef> through;  // rope
   std::optional<double> value;
 };
 
@@ -352,6 +378,7 @@ struct BlockDef {
   std::string name;
   int line = 0;
   std::vector<std::string> inputs;          // expressions
+  std::vector<std::string> driven;          // the same with names of inputs in them; empty: they name none
   std::vector<std::vector<Reading>> reads;  // of each
   MatX A, B, C, D;
   VecX initial;
@@ -369,6 +396,8 @@ struct OutputDef {
   ReactionFrame frame = ReactionFrame::world;  // axes of a reaction's components
   std::vector<std::string> shown_from;         // displacement: frames of the body from which it is measured instead of its key `shown`
   std::string description;                     // as given, or empty
+  std::string expression;                      // quantity expression: of other columns and t
+  std::string unit;                            // likewise
 };
 
 // An expression's text with the values of inputs, to the last bit, in place of their names.

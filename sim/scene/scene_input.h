@@ -32,8 +32,13 @@ std::string read_expression(const TableReader& reader, std::string_view key, con
 std::string read_driven_expression(const TableReader& reader, std::string_view key, const char* unit, const std::vector<InputDef>& inputs,
                                    std::string& driven);
 
+// { table = [[x, y], ...] } or { file = "two_columns.csv" }, and period; the points are checked by making the spline. unit: of x.
+TableDef read_table(const TableReader& reader, const Scene& scene, const char* unit = "s");
+
 // "ground", "body" or "body.frame", split at the first dot, existing as far as the scene tells.
 FrameRef read_frame_ref(const TableReader& reader, std::string_view key, const Scene& scene);
+// Several, at least so many.
+std::vector<FrameRef> read_frame_refs(const TableReader& reader, std::string_view key, const Scene& scene, std::size_t least);
 
 // The solids that a rigid body is drawn with; `frames`: those of the body, which they may name.
 std::vector<ShapeDef> read_shapes(const TableReader& body, const std::map<std::string, Vec3>& frames);

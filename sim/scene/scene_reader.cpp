@@ -5,6 +5,7 @@
 #include "sim/scene/scene_input.h"
 #include "sim/scene/toml_input.h"
 
+#include <algorithm>
 #include <map>
 
 #include <fmt/format.h>
@@ -36,6 +37,20 @@ void note_coordinates(Scene& scene, const OutputDef& output) {
   if (output.quantity != Quantity::q && output.quantity != Quantity::qd) return;
   for (BodyDef& body : scene.bodies)
     if (auto* beam = std::get_if<BeamDef>(&body.kind); beam && body.name == output.of.body) beam->all_elements = true;
+}
+
+// Outputs of blocks name blocks that there are.
+void check_block_outputs(const TableReader& root, const Scene& scene) {
+  std::vector<std::string> known;
+  for (const BlockDef& block : scene.blocks) known.push_back(block.name);
+  const std::vector<TableReader> tables = root.tables("output");
+  for (std::size_t k = 0; k < tables.size(); ++k) {
+    const OutputDef& output = scene.outputs[k];
+    if (output.quantity != Quantity::output || std::find(known.begin(), known.end(), output.of.body) != known.end()) continue;
+    const std::string hint = did_you_mean(output.of.body, known);
+    tables[k].fail("of", fmt::format("must be a block for the quantity 'output', and {} is none{}{} {}", quote(output.of.body), hint,
+                                     hint.empty() ? ";" : "", known.empty() ? "the scene has none" : "there are " + list_words(known)));
+  }
 }
 
 }  // namespace
@@ -107,6 +122,7 @@ Scene make_scene(const SceneDocument& document) {
   // Blocks may read one another: their names and the number of their outputs first.
   for (const bool with_inputs : {false, true})
     for (TableReader& reader : root.tables("block")) read_block(reader, scene, with_inputs);
+  check_block_outputs(root, scene);
   scene.forces.clear();
   for (TableReader& reader : root.tables("force")) {
     scene.forces.push_back(read_force(reader, scene));

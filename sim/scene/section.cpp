@@ -8,6 +8,7 @@
 #include <optional>
 
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 namespace flexframe::sim {
 
@@ -217,11 +218,28 @@ Section general(const Sizes& size) {
   return section;
 }
 
+// Turned about x, from y towards z. What shear makes of both directions is shared out: exact where the factors are alike.
+void turn_section(Section& section, double angle) {
+  const double c = std::cos(angle), s = std::sin(angle);
+  const double iy = section.iy, iz = section.iz, iyz = section.iyz;
+  // Of y' = c y - s z, z' = s y + c z.
+  section.iy = s * s * iz + 2.0 * s * c * iyz + c * c * iy;
+  section.iz = c * c * iz - 2.0 * s * c * iyz + s * s * iy;
+  section.iyz = s * c * (iz - iy) + (c * c - s * s) * iyz;
+  if (section.shear_y > 0.0 && section.shear_z > 0.0) {
+    const double fy = 1.0 / section.shear_y, fz = 1.0 / section.shear_z;
+    section.shear_y = 1.0 / (c * c * fy + s * s * fz);
+    section.shear_z = 1.0 / (s * s * fy + c * c * fz);
+  }
+  for (Loop& loop : section.outline)
+    for (Eigen::Vector2d& p : loop) p = Eigen::Vector2d(c * p.x() - s * p.y(), s * p.x() + c * p.y());
+}
+
 bool fits(const Alternative& alternative, const Sizes& sizes) {
   for (const std::string& name : alternative.required)
     if (!sizes.contains(name)) return false;
   for (const auto& entry : sizes)
-    if (std::find(alternative.required.begin(), alternative.required.end(), entry.first) == alternative.required.end() &&
+    if (entry.first != section_angle && std::find(alternative.required.begin(), alternative.required.end(), entry.first) == alternative.required.end() &&
         std::find(alternative.optional.begin(), alternative.optional.end(), entry.first) == alternative.optional.end())
       return false;
   return true;
@@ -258,7 +276,7 @@ Section make_section(const std::string& shape, const Sizes& sizes) {
                                  did_you_mean(shape, std::vector(shapes.begin(), shapes.end())),
                                  list_words(std::vector(shapes.begin(), shapes.end()))));
   for (const auto& [name, size] : sizes)
-    if (!std::isfinite(size) || (name != "iyz" && !(size > 0.0)))
+    if (!std::isfinite(size) || (name != "iyz" && name != section_angle && !(size > 0.0)))
       throw InputError(fmt::format("{} must be a number > 0, found {}", quote(name), size));
   const auto& all = alternatives();
   if (std::none_of(all.begin(), all.end(), [&](const Alternative& a) { return a.shape == shape && fits(a, sizes); })) {
@@ -280,7 +298,34 @@ Section make_section(const std::string& shape, const Sizes& sizes) {
   for (const double number : {section.area, section.iy, section.iz, section.j})
     if (!(number > 0.0) || !std::isfinite(number))
       throw InputError("the section's sizes are too large or too small for its moments to be numbers");
+  if (const auto angle = sizes.find(section_angle); angle != sizes.end()) turn_section(section, angle->second);
   return section;
+}
+
+Eigen::Vector2d shear_centre(const Section& section) {
+  Eigen::Vector2d out = Eigen::Vector2d::Zero();
+  if (section.shape != "u" && section.shape != "t" && section.shape != "l") return out;
+  const auto size = [&](const char* name) { return section.size.at(name); };
+  const double h = size("height"), b = size("width");
+  // From the corner at y = z = 0 (T: from the web's foot, in its middle), as the sections are put together.
+  std::vector<Rectangle> parts;
+  if (section.shape == "l") {
+    const double t = size("thickness");
+    parts = {{t, h, 0.0, t}, {0.0, t, 0.0, b}};
+    out = {0.5 * t, 0.5 * t};
+  } else if (section.shape == "t") {
+    const double web = size("web"), flange = size("flange");
+    parts = {{0.0, h - flange, -0.5 * web, 0.5 * web}, {h - flange, h, -0.5 * b, 0.5 * b}};
+    out = {h - 0.5 * flange, 0.0};
+  } else {
+    const double web = size("web"), flange = size("flange"), wide = b - 0.5 * web, high = h - flange;
+    parts = {{flange, h - flange, 0.0, web}, {h - flange, h, 0.0, b}, {0.0, flange, 0.0, b}};
+    out = {0.5 * h, 0.5 * web - 3.0 * wide * wide * flange / (6.0 * wide * flange + high * web)};
+  }
+  Section whole;
+  out -= add_rectangles(whole, parts);
+  const auto angle = section.size.find(section_angle);
+  return angle == section.size.end() ? out : Eigen::Vector2d(Eigen::Rotation2Dd(angle->second) * out);
 }
 
 double rectangle_torsion_constant(double a, double b) {

@@ -31,6 +31,13 @@ std::vector<std::string> section_sizes(const std::string& shape);
 // section whose moments no area can have (iyz^2 > iy iz).
 Section make_section(const std::string& shape, const std::map<std::string, double>& sizes);
 
+// Shear centre (y, z) from the centroid, m, of thin walls by their middle lines (Timoshenko, Strength of Materials I, art. 53): I, U, T, L;
+// zero for the others.
+Eigen::Vector2d shear_centre(const Section& section);
+
+// Among the sizes: turn of the section about x, from y towards z, rad.
+inline constexpr const char* section_angle = "angle";
+
 // Torsion constant of a solid rectangle with the sides a and b, m^4 (series, relative error below 1e-14).
 double rectangle_torsion_constant(double a, double b);
 

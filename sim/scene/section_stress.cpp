@@ -1,5 +1,7 @@
 #include "sim/scene/section_stress.h"
 
+#include "sim/scene/section.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -198,6 +200,15 @@ Eigen::Matrix2d force_shear(const Section& section, double y, double z) {
 }
 
 SectionPoint section_point(const Section& section, double y, double z) {
+  if (const auto angle = section.size.find(section_angle); angle != section.size.end()) {
+    // In the section's own axes, turned back.
+    std::map<std::string, double> sizes = section.size;
+    sizes.erase(section_angle);
+    const Eigen::Rotation2Dd turn(angle->second);
+    const Eigen::Vector2d own = turn.inverse() * Eigen::Vector2d(y, z);
+    const SectionPoint at = section_point(make_section(section.shape, sizes), own.x(), own.y());
+    return {y, z, turn * at.torsion, turn.toRotationMatrix() * at.force * turn.toRotationMatrix().transpose()};
+  }
   return {y, z, torsion_shear(section, y, z), force_shear(section, y, z)};
 }
 

@@ -10,6 +10,7 @@
 #include "sim/start/assembly.h"
 #include "sim/start/held_lengths.h"
 #include "sim/start/massless_find.h"
+#include "sim/start/static_problem.h"
 #include "sim/start/statics.h"
 
 #include <fmt/format.h>
@@ -42,16 +43,6 @@ void check_springs(const Model& model, const Scene& scene, const Work& work) {
                     "direction; move an end, start the mechanism from another position, or give neither rest nor preload",
                     scene.file.string(), load.def.line, load.def.name.empty() ? "" : fmt::format(" '{}'", load.def.name),
                     std::abs(s.preload - s.stiffness * s.rest)));
-  }
-}
-
-// The loads at t = 0 itself, whatever piece of them begins there: "t <= 0 ? F : 0" holds a static start by F and lets go.
-void load_at_rest(const Model& model, Work& work) {
-  for (const Load& load : model.loads) {
-    if (load.expression < 0) continue;
-    TimeFunction at_zero = model.expressions[static_cast<size_t>(load.expression)];
-    at_zero.unfreeze();
-    work.expression_value[static_cast<size_t>(load.expression)] = at_zero.value(0.0);
   }
 }
 

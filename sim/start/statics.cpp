@@ -2,11 +2,10 @@
 
 #include "sim/base/eigen_solvers.h"
 #include "sim/dynamics/closure.h"
-#include "sim/dynamics/directions.h"
 #include "sim/dynamics/dynamics.h"
-#include "sim/dynamics/inverse_dynamics.h"
 #include "sim/scene/joint_kinds.h"
 #include "sim/start/linearise.h"
+#include "sim/start/static_problem.h"
 
 #include <fmt/format.h>
 
@@ -16,166 +15,10 @@
 namespace flexframe::sim {
 namespace {
 
-bool marked(const BodyDef& body) {
-  if (const auto* beam = std::get_if<BeamDef>(&body.kind)) return beam->initial.static_start;
-  if (const auto* modal = std::get_if<ModalDef>(&body.kind)) return modal->initial.static_start;
-  if (const auto* space = std::get_if<StateSpaceDef>(&body.kind)) return space->initial.static_start;
-  return false;
-}
-
-// Per part: whether its elastic coordinates are sought, and whether its joint may move.
-struct Sought {
-  std::vector<char> elastic, joint;
-};
-
-Sought what_is_sought(const Model& model, const Scene& scene) {
-  const size_t n = model.parts.size();
-  Sought out{std::vector<char>(n, 0), std::vector<char>(n, 0)};
-  // Trees that hang on ground, joined where a loop runs through them: what happens in one does not move another.
-  std::vector<int> tree(n);
-  for (const Cluster& c : model.clusters) {
-    const int id = c.parent == ground ? c.parts.front() : tree[c.parent];
-    for (int i : c.parts) tree[i] = id;
-  }
-  std::vector<char> touched(n, 0);
-  for (size_t i = 0; i < n; ++i) {
-    const Part& p = model.parts[i];
-    out.elastic[i] = scene.simulation.static_start || (p.scene_body >= 0 && marked(scene.bodies[p.scene_body]));
-    if (out.elastic[i]) touched[tree[i]] = 1;
-  }
-  for (size_t i = 0; i < n; ++i) {
-    const Part& p = model.parts[i];
-    const JointDef* def = p.joint.scene_joint >= 0 ? &scene.joints[p.joint.scene_joint] : nullptr;
-    out.joint[i] = touched[tree[i]] && !(def && (def->initial.value || def->initial.rate));
-  }
-  return out;
-}
-
-// Held joints inside loops become closure conditions, so that no loop moves them.
-void lock_held(const Model& model, const Sought& sought, Work& work) {
-  for (size_t c = 0; c < model.clusters.size(); ++c) {
-    if (!has_closure(model.clusters[c])) continue;
-    ClusterWork& cw = work.clusters[c];
-    std::vector<double> value;
-    for (int i : model.clusters[c].parts) {
-      const Part& p = model.parts[i];
-      if (sought.joint[i]) continue;
-      for (int k = 0; k < p.joint.nv; ++k) {
-        cw.locked.push_back(p.v0 - model.clusters[c].v0 + k);
-        value.push_back(p.joint.nq == p.joint.nv ? work.q[p.q0 + k] : 0.0);
-      }
-    }
-    if (cw.locked.empty()) continue;
-    cw.lock_value = Eigen::Map<const VecX>(value.data(), static_cast<Eigen::Index>(value.size()));
-    cw.partition = choose_partition(model, static_cast<int>(c), work, true);
-    close_positions(model, static_cast<int>(c), work);
-  }
-}
-
-void unlock(const Model& model, Work& work) {
-  for (size_t c = 0; c < model.clusters.size(); ++c) {
-    ClusterWork& cw = work.clusters[c];
-    if (cw.locked.empty()) continue;
-    cw.locked.clear();
-    cw.lock_value.resize(0);
-    cw.partition = choose_partition(model, static_cast<int>(c), work, false);
-  }
-}
-
 std::string name_of(const Model& model, const Direction& d) {
   const Part& p = model.parts[d.part];
   return d.rate >= 0 ? fmt::format("joint '{}'", p.joint.name) : fmt::format("the deformation of body '{}'", p.name);
 }
-
-// A mechanism under a share of its loads: gravity, forces and the inertia of prescribed motions.
-struct Problem {
-  Model model;  // a copy: the share is applied to it
-  Vec3 gravity;
-  std::vector<double> expression;  // full values
-  std::vector<TimeJet> motion;
-  Work& work;
-  std::vector<Direction> sought;
-  VecX scale;  // metres per unit
-  RestForces rest;
-  bool by_size = false;  // loops are closed by whatever moves most (close_by_size), not by joints first
-
-  void load(double share) {
-    model.settings.gravity = share * gravity;
-    for (size_t i = 0; i < expression.size(); ++i) work.expression_value[i] = share * expression[i];
-    for (size_t i = 0; i < motion.size(); ++i) work.motion[i] = {motion[i].value, share * motion[i].rate, share * motion[i].acceleration};
-  }
-
-  // Forces on what is sought; false where a loop cannot be closed or something is not finite.
-  bool evaluate(const std::vector<VecX>* elastic, VecX& f) {
-    // Where nothing moves, no elastic coordinate accelerates either.
-    const bool moves =
-        std::any_of(work.motion.begin(), work.motion.end(), [](const TimeJet& jet) { return jet.rate != 0.0 || jet.acceleration != 0.0; });
-    try {
-      update_positions(model, work, moves);
-      update_velocities(model, work);
-      rest_forces(model, work, elastic, rest);
-    } catch (const SimulationError&) {
-      return false;
-    }
-    f.resize(static_cast<Eigen::Index>(sought.size()));
-    for (size_t k = 0; k < sought.size(); ++k)
-      f[static_cast<Eigen::Index>(k)] = rest.force[sought[k].v] / scale[static_cast<Eigen::Index>(k)];
-    return f.allFinite();
-  }
-
-  void find_directions(const Sought& what) {
-    sought.clear();
-    for (const Direction& d : independent_directions(model, work))
-      if (d.rate >= 0 ? what.joint[d.part] : what.elastic[d.part]) sought.push_back(d);
-    scale.resize(static_cast<Eigen::Index>(sought.size()));
-    for (size_t k = 0; k < sought.size(); ++k) scale[static_cast<Eigen::Index>(k)] = sought[k].scale;
-  }
-
-  // -df/dx in metres: the elastic stiffness exactly, the rest by differences.
-  bool stiffness(MatX& K) {
-    const Eigen::Index n = static_cast<Eigen::Index>(sought.size());
-    VecX base, f;
-    std::vector<VecX> elastic(model.parts.size());
-    if (!evaluate(nullptr, base)) return false;
-    for (size_t i = 0; i < model.parts.size(); ++i) elastic[i] = work.parts[i].elastic;
-    // Rates that a unit rate of each direction makes, for the elastic stiffness.
-    const VecX q = work.q, w = work.w;
-    K = MatX::Zero(n, n);
-    MatX N = MatX::Zero(model.nv, n);
-    for (Eigen::Index k = 0; k < n; ++k) {
-      const Direction& d = sought[static_cast<size_t>(k)];
-      const size_t cluster = static_cast<size_t>(model.parts[d.part].cluster);
-      const ClusterWork& cw = work.clusters[cluster];
-      const int v0 = model.clusters[cluster].v0;
-      N(d.v, k) = 1.0 / d.scale;
-      for (size_t i = 0; i < cw.partition.ind.size(); ++i)
-        if (v0 + cw.partition.ind[i] == d.v)
-          for (size_t r = 0; r < cw.partition.dep.size(); ++r) N(v0 + cw.partition.dep[r], k) = cw.E(r, i) / d.scale;
-    }
-    for (const Part& p : model.parts) {
-      if (p.body.n == 0) continue;
-      const auto e = N.middleRows(p.ev0, p.body.n);
-      std::vector<Eigen::Index> moving;
-      for (Eigen::Index k = 0; k < n; ++k)
-        if (!e.col(k).isZero(0.0)) moving.push_back(k);
-      for (Eigen::Index k : moving) {
-        const VecX force = p.body.Ke * e.col(k);
-        for (Eigen::Index i : moving) K(i, k) += e.col(i).dot(force);
-      }
-    }
-    for (Eigen::Index k = 0; k < n; ++k) {
-      const Direction& d = sought[static_cast<size_t>(k)];
-      // 1e-6 of the size: the truncation (1e-6 relative) costs Newton one digit a step, rounding stays at 1e-10.
-      const double step = 1e-6 * model.size;
-      move_along(model, d, step / d.scale, work);
-      if (!evaluate(&elastic, f)) return false;
-      K.col(k) -= (f - base) / step;
-      work.q = q;
-      work.w = w;
-    }
-    return evaluate(nullptr, base);
-  }
-};
 
 // How an equilibrium is sought.
 enum class Way {
@@ -189,45 +32,8 @@ struct Found {
   int worst = 0;         // the direction with the largest force left
 };
 
-// Closes a cluster's conditions by whatever moves most, joints and deformations alike: two elastic bars in line are closed by their
-// lengths, not by their angles, so that the angles may pass the line. Complete pivoting of the rows in use, in metres.
-Partition close_by_size(const Model& model, int cluster, Work& work) {
-  const Cluster& c = model.clusters[cluster];
-  ClusterWork& cw = work.clusters[cluster];
-  Partition out;
-  out.rows = cw.partition.rows;
-  update_closure_matrix(model, cluster, work);
-  const VecX per_metre = rate_sizes(model).segment(c.v0, c.nv).cwiseInverse();
-  MatX A = (closure_row_scales(model, work, cluster).asDiagonal() * cw.G * per_metre.asDiagonal())(out.rows, Eigen::all);
-  std::vector<char> used(c.nv, 0);
-  for (Eigen::Index step = 0; step < A.rows(); ++step) {
-    Eigen::Index row = 0, column = 0;
-    if (!(A.bottomRows(A.rows() - step).cwiseAbs().maxCoeff(&row, &column) > 0.0)) return cw.partition;
-    row += step;
-    A.row(step).swap(A.row(row));
-    std::swap(out.rows[static_cast<size_t>(step)], out.rows[static_cast<size_t>(row)]);
-    used[static_cast<size_t>(column)] = 1;
-    out.dep.push_back(static_cast<int>(column));
-    for (Eigen::Index r = step + 1; r < A.rows(); ++r) A.row(r) -= (A(r, column) / A(step, column)) * A.row(step);
-  }
-  for (int k = 0; k < c.nv; ++k)
-    if (!used[static_cast<size_t>(k)]) out.ind.push_back(k);
-  return out;
-}
-
-// Loops may have come near a singular position of their dependent coordinates.
-void renew_partitions(const Model& model, bool by_size, Work& work) {
-  for (size_t c = 0; c < model.clusters.size(); ++c) {
-    const int cluster = static_cast<int>(c);
-    ClusterWork& cw = work.clusters[c];
-    if (cw.partition.dep.empty()) continue;
-    if (by_size) cw.partition = close_by_size(model, cluster, work);
-    else if (partition_growth(model, cluster, work) >= 10.0) cw.partition = choose_partition(model, cluster, work, true);
-  }
-}
-
 // One search at the present share of the loads.
-Found search(Problem& p, const Sought& what, Way way, StaticSolution& out) {
+Found search(StaticProblem& p, const Sought& what, Way way, StaticSolution& out) {
   Found found;
   double damping = 0.0, last = -1.0;
   for (int iteration = 0; iteration < (way == Way::downhill ? 400 : 50); ++iteration) {
@@ -306,7 +112,7 @@ struct Raised {
   double share = 0.0, snapped = -1.0;
 };
 
-Raised raise_loads(Problem& p, const Sought& what, const VecX& start, StaticSolution& out) {
+Raised raise_loads(StaticProblem& p, const Sought& what, const VecX& start, StaticSolution& out) {
   Raised r;
   p.work.q = start;
   p.by_size = true;
@@ -340,7 +146,7 @@ Raised raise_loads(Problem& p, const Sought& what, const VecX& start, StaticSolu
 
 // Whether the loads have a potential and nothing is driven: a stiffness that is positive definite is then proof of stability (Lagrange,
 // Dirichlet). A torque about an axis that stands still has none in space (Ziegler 1952), nor has what follows a body.
-bool is_conservative(const Problem& p) {
+bool is_conservative(const StaticProblem& p) {
   return p.model.massless.rates.empty() &&
          std::all_of(p.motion.begin(), p.motion.end(), [](const TimeJet& jet) { return jet.rate == 0.0 && jet.acceleration == 0.0; }) &&
          std::all_of(p.model.loads.begin(), p.model.loads.end(),
@@ -357,7 +163,7 @@ bool is_conservative(const Problem& p) {
 // Whether the mechanism stays at an equilibrium that was found: no pole of its small motions grows. Where coordinates are held in the
 // search, or modes cannot be had, by the stiffness along those that were sought (softer than 1e-9 of the stiffest is neutral, to the digits
 // of the differences).
-Stability find_stability(Problem& p, const Sought& what) {
+Stability find_stability(StaticProblem& p, const Sought& what) {
   p.find_directions(what);
   const size_t all = independent_directions(p.model, p.work).size();
   if (p.sought.empty()) return {};
@@ -418,7 +224,7 @@ int beyond_its_field(const Model& model, const Scene& scene, const Work& work, d
 }
 
 // Joints whose motions accelerate at the start: "joint 'cart' with 2000".
-std::string accelerating(const Problem& p) {
+std::string accelerating(const StaticProblem& p) {
   std::string out;
   for (const Part& part : p.model.parts)
     if (part.joint.motion >= 0 && p.motion[part.joint.motion].acceleration != 0.0)
@@ -427,7 +233,7 @@ std::string accelerating(const Problem& p) {
   return out;
 }
 
-[[noreturn]] void refuse(const Scene& scene, Problem& p, const Sought& what, const Raised& raised, const VecX& start) {
+[[noreturn]] void refuse(const Scene& scene, StaticProblem& p, const Sought& what, const Raised& raised, const VecX& start) {
   const Direction d = p.sought.empty() ? Direction{} : p.sought[static_cast<size_t>(raised.found.worst)];
   const double force = p.rest.force.size() > 0 ? p.rest.force[d.v] : 0.0;
   // The same without the accelerations of prescribed motions: then it is these that nothing balances.
@@ -458,7 +264,7 @@ std::string accelerating(const Problem& p) {
 }
 
 // Whether the start without loads is a stable equilibrium: then a state that is not reached by raising them has been snapped to.
-bool rests_without_loads(Problem& p, const Sought& what, const VecX& start) {
+bool rests_without_loads(StaticProblem& p, const Sought& what, const VecX& start) {
   const VecX q = p.work.q;
   p.work.q = start;
   p.load(0.0);
@@ -473,7 +279,7 @@ bool rests_without_loads(Problem& p, const Sought& what, const VecX& start) {
 }
 
 // The state of rest; p.work holds it.
-void find_rest(Problem& p, const Sought& what, const Scene& scene, const VecX& start, StaticSolution& out) {
+void find_rest(StaticProblem& p, const Sought& what, const Scene& scene, const VecX& start, StaticSolution& out) {
   // What turns is held by more than stiffness: above its critical speed a shaft is stable at a saddle of its energy. The state beside the
   // start is taken if it is stable.
   const bool turning = std::any_of(p.motion.begin(), p.motion.end(), [](const TimeJet& jet) { return jet.rate != 0.0; });
@@ -518,7 +324,7 @@ void find_rest(Problem& p, const Sought& what, const Scene& scene, const VecX& s
 }  // namespace
 
 bool wants_statics(const Scene& scene) {
-  return scene.simulation.static_start || std::any_of(scene.bodies.begin(), scene.bodies.end(), marked);
+  return scene.simulation.static_start || std::any_of(scene.bodies.begin(), scene.bodies.end(), starts_static);
 }
 
 StaticSolution solve_statics(const Model& model, const Scene& scene, Work& work) {
@@ -527,7 +333,7 @@ StaticSolution solve_statics(const Model& model, const Scene& scene, Work& work)
   const VecX rates = work.w;
   work.w.setZero();
   lock_held(model, what, work);
-  Problem p{model, model.settings.gravity, work.expression_value, work.motion, work, {}, {}, {}, false};
+  StaticProblem p = static_problem(model, work);
   const VecX start = work.q;
   find_rest(p, what, scene, start, out);
 

@@ -1,0 +1,93 @@
+// flexframe load-path: outputs of a scene at rest over a load, through limit points, CSV and SVG.
+#include "render/cli/commands.h"
+#include "render/cli/jobs.h"
+
+#include "render/film/diagram.h"
+#include "sim/base/file_output.h"
+#include "sim/run/load_path.h"
+
+#include <fmt/format.h>
+
+#include <memory>
+
+namespace flexframe::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Words {
+  std::string scene, out;
+  std::vector<std::string> settings;
+  sim::LoadPathOptions path;
+};
+
+std::string path_csv(const sim::LoadPath& path) {
+  std::string csv = "load,stable,limit";
+  for (const std::string& column : path.columns) csv += "," + column;
+  csv += '\n';
+  for (const sim::LoadPathState& state : path.states) {
+    csv += fmt::format("{},{},{}", state.load, state.stable ? 1 : 0, state.limit ? 1 : 0);
+    for (const double value : state.outputs) csv += fmt::format(",{}", value);
+    csv += '\n';
+  }
+  return csv;
+}
+
+film::Diagram path_diagram(const sim::LoadPath& path, const std::string& force) {
+  film::Diagram diagram{.title = "states of equilibrium",
+                        .x_label = "outputs",
+                        .y_label = force.empty() ? "factor of all loads" : "factor of " + force,
+                        .note = "rings: unstable",
+                        .series = {},
+                        .linear_x = true,
+                        .linear_y = true};
+  for (size_t c = 0; c < path.columns.size(); ++c) {
+    film::DiagramSeries series{.label = fmt::format("{}, {}", path.columns[c], path.units[c]), .points = {}};
+    for (const sim::LoadPathState& state : path.states)
+      series.points.push_back({state.outputs[static_cast<Eigen::Index>(c)], state.load, !state.stable,
+                               state.limit ? fmt::format("{:.4g}", state.load) : std::string()});
+    diagram.series.push_back(std::move(series));
+  }
+  return diagram;
+}
+
+}  // namespace
+
+Command add_load_path(Program& program) {
+  const auto w = std::make_shared<Words>();
+  Subcommand app = program.subcommand("load-path", "states of equilibrium over a load, through limit points where a structure snaps");
+  app.option("SCENE", w->scene, "scene file (TOML)").required();
+  app.option("--force", w->path.force, "name of the force, torque or distributed force that is varied; default: all loads, weight too");
+  app.option("--from", w->path.from, "factor of the load where the curve begins").show_default();
+  app.option("--to", w->path.to, "factor where it ends").show_default();
+  app.option("--states", w->path.most_states, "most states on the curve").range(2, 100000).show_default();
+  app.option("-o,--out", w->out, "CSV file, beside it the diagram as SVG; default: SCENE-load-path.csv");
+  add_scene_words(app, w->settings);
+  app.footer(R"(The curve starts at the equilibrium beside the scene's assembled start and follows the states one after the other,
+stable or not, whether the load rises or falls. Factors are of the values that the scene gives at t = 0.)");
+  app.example("load-path arch.toml --force load --to 2", "outputs of arch.toml up to twice its force 'load'");
+  return {app, [w] {
+            if (w->path.from == w->path.to) throw UsageError(fmt::format("--from and --to are both {}; give a range of loads", w->path.to));
+            const Job job = read_job(w->scene, w->settings);
+            const sim::LoadPath path = sim::load_path(job.scene, w->path);
+            const fs::path csv = w->out.empty() ? fs::path(fs::path(w->scene).stem().string() + "-load-path.csv") : fs::path(w->out);
+            const fs::path svg = fs::path(csv).replace_extension(".svg");
+            make_folder(fs::absolute(csv).parent_path());
+            sim::write_whole_file(csv, path_csv(path));
+            sim::write_whole_file(svg, film::diagram_svg(path_diagram(path, w->path.force)));
+            for (const sim::LoadPathState& state : path.states) {
+              if (!state.limit) continue;
+              fmt::print("limit point  load {:.8g}", state.load);
+              for (size_t c = 0; c < path.columns.size(); ++c)
+                fmt::print(", {} {:.6g} {}", path.columns[c], state.outputs[static_cast<Eigen::Index>(c)], path.units[c]);
+              fmt::print("\n");
+            }
+            if (!path.complete)
+              fmt::print(stderr, "warning: the curve ends at the load {:.6g}, not at {:.6g}: {}\n", path.states.back().load, w->path.to,
+                         path.ended);
+            fmt::print("states       {}\nload path    {}\ndiagram      {}\n", path.states.size(), csv.string(), svg.string());
+            return 0;
+          }};
+}
+
+}  // namespace flexframe::cli

@@ -1,0 +1,84 @@
+#include "sim/run/left_ranges.h"
+
+#include "sim/scene/curve.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <tuple>
+
+namespace flexframe::sim {
+namespace {
+
+// A rope that lies straight without load is pushed by rounding: this share of the mechanism's weight and inertia forces is none.
+constexpr double no_push = 1e-6;
+
+}  // namespace
+
+LeftRanges::LeftRanges(const System& system) {
+  const Model& model = system.model;
+  for (size_t i = 0; i < model.parts.size(); ++i) {
+    const TreeJoint& joint = model.parts[i].joint;
+    if (!joint.curve || joint.curve->closed()) continue;
+    Watched w{fmt::format("joint '{}'", joint.name), "its point runs beyond the end of its curve, which goes on straight there"};
+    w.part = static_cast<int>(i);
+    w.high = joint.curve->length();
+    watched_.push_back(w);
+  }
+  for (size_t k = 0; k < model.couplings.size(); ++k) {
+    const CouplingRow& row = model.couplings[k];
+    const CouplingDef& def = system.scene.couplings[static_cast<size_t>(row.scene_coupling)];
+    for (size_t t = 0; t < row.terms.size(); ++t) {
+      if (!def.terms[t].range) continue;
+      Watched w{fmt::format("coupling '{}'", row.name), "the cam leaves the table of its lift, whose end value stays there with a jump of its slope"};
+      w.part = row.terms[t].part;
+      w.coordinate = row.terms[t].rate;
+      std::tie(w.low, w.high) = *def.terms[t].range;
+      watched_.push_back(w);
+    }
+    if (row.frames.empty()) continue;
+    Watched w{fmt::format("coupling '{}'", row.name),
+              fmt::format("the rope '{}' is pushed, which no rope bears; take a [[force]] of kind \"cable\", which goes slack", row.name)};
+    w.coupling = static_cast<int>(k);
+    w.high = std::numeric_limits<double>::infinity();
+    watched_.push_back(w);
+    ropes_ = true;
+  }
+}
+
+void LeftRanges::look(System& system, double t) {
+  if (watched_.empty()) return;
+  const Model& model = system.model;
+  if (ropes_) {
+    update_system_accelerations(system);
+    compute_reactions(model, system.work, reactions_);
+  }
+  double forces = 0.0;
+  for (const Vec6& F : reactions_.part) forces = std::max(forces, F.head<3>().norm());
+  for (Watched& w : watched_) {
+    double value = 0.0;
+    if (w.coupling >= 0) {
+      value = -reactions_.coupling[static_cast<size_t>(w.coupling)];
+    } else {
+      const Part& part = model.parts[static_cast<size_t>(w.part)];
+      value = part.joint.motion >= 0 ? system.work.motion[static_cast<size_t>(part.joint.motion)].value : system.work.q[part.q0 + w.coordinate];
+    }
+    const double slack = w.coupling >= 0 ? no_push * forces : 1e-9 * (w.high - w.low);
+    const double beyond = std::max(w.low - value, value - w.high);
+    if (beyond <= slack) continue;
+    if (!w.left || beyond > std::max(w.low - w.farthest, w.farthest - w.high)) w.farthest = value;
+    if (!w.left) w.first = t;
+    w.left = true;
+  }
+}
+
+void LeftRanges::warn(Notes& into) const {
+  for (const Watched& w : watched_) {
+    if (!w.left) continue;
+    if (w.coupling >= 0) into.warn(w.owner, fmt::format("{}: from t = {:.6g} s on, with up to {:.4g} N", w.what, w.first, -w.farthest));
+    else into.warn(w.owner, fmt::format("{}: from t = {:.6g} s on, as far as {:.6g} (allowed: {:.6g} to {:.6g})", w.what, w.first, w.farthest, w.low, w.high));
+  }
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,37 @@
+// What a run shows to have left the range in which its description holds: cams beyond their table, points beyond the end of their curve,
+// ropes that would have to push.
+#pragma once
+
+#include "sim/base/notes.h"
+#include "sim/dynamics/reactions.h"
+#include "sim/time/system.h"
+
+#include <string>
+#include <vector>
+
+namespace flexframe::sim {
+
+class LeftRanges {
+ public:
+  explicit LeftRanges(const System& system);
+  // Looks at the state in `system`, which was recorded last, at the time t (s). Costs nothing where the model has none of these.
+  void look(System& system, double t);
+  // A warning for each that was left, with the first time.
+  void warn(Notes& into) const;
+
+ private:
+  struct Watched {
+    std::string owner, what;      // "joint 'wire'", half a sentence
+    int part = -1, coordinate = 0;  // its coordinate, or
+    int coupling = -1;            // the pull of this rope, N
+    double low = 0.0, high = 0.0;
+    bool left = false;
+    double first = 0.0;           // s
+    double farthest = 0.0;        // value
+  };
+  std::vector<Watched> watched_;
+  bool ropes_ = false;
+  Reactions reactions_;
+};
+
+}  // namespace flexframe::sim

@@ -1,0 +1,109 @@
+#include "sim/scene/curve.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace flexframe::sim {
+namespace {
+
+// Parts of every stretch between two points; fewer where there are many points.
+int parts_of_stretch(size_t points) { return std::clamp<int>(static_cast<int>(20000 / points), 2, 16); }
+
+std::vector<CubicTable> splines(const std::vector<double>& u, const std::vector<Vec3>& points, std::optional<double> period) {
+  std::vector<CubicTable> out;
+  for (int k = 0; k < 3; ++k) {
+    std::vector<double> y;
+    for (const Vec3& p : points) y.push_back(p[k]);
+    out.emplace_back(u, std::move(y), period);
+  }
+  return out;
+}
+
+Vec3 slope(const std::vector<CubicTable>& xyz, double u) { return {xyz[0].jet(u).rate, xyz[1].jet(u).rate, xyz[2].jet(u).rate}; }
+Vec3 place(const std::vector<CubicTable>& xyz, double u) { return {xyz[0].value(u), xyz[1].value(u), xyz[2].value(u)}; }
+
+// Length from u to v, by Gauss' rule of five points.
+double arc(const std::vector<CubicTable>& xyz, double u, double v) {
+  constexpr std::array<double, 5> at{-0.906179845938664, -0.538469310105683, 0.0, 0.538469310105683, 0.906179845938664};
+  constexpr std::array<double, 5> weight{0.236926885056189, 0.478628670499366, 0.568888888888889, 0.478628670499366, 0.236926885056189};
+  double sum = 0.0;
+  for (size_t g = 0; g < at.size(); ++g) sum += weight[g] * slope(xyz, 0.5 * (u + v) + 0.5 * (v - u) * at[g]).norm();
+  return 0.5 * (v - u) * sum;
+}
+
+}  // namespace
+
+SpaceCurve::SpaceCurve(const std::vector<Vec3>& points, bool closed) : closed_(closed) {
+  const size_t least = closed ? 3 : 2, n = points.size();
+  if (n < least) throw InputError(fmt::format("a {}curve needs {} points or more, found {}", closed ? "closed " : "", least, n));
+  std::vector<double> u{0.0};
+  for (size_t i = 1; i <= n; ++i) {
+    if (i == n && !closed) break;
+    const double chord = (points[i % n] - points[i - 1]).norm();
+    if (!(chord > 0.0) || !std::isfinite(chord)) throw InputError(fmt::format("its points {} and {} are one", i, i % n + 1));
+    u.push_back(u.back() + chord);
+  }
+  const double whole = u.back();
+  if (closed) u.pop_back();
+  const std::vector<CubicTable> through = splines(u, points, closed ? std::optional<double>(whole) : std::nullopt);
+  if (closed) u.push_back(whole);
+  const int parts = parts_of_stretch(n);
+  s_ = {0.0};
+  samples_ = {points.front()};
+  for (size_t i = 0; i + 1 < u.size(); ++i)
+    for (int k = 0; k < parts; ++k) {
+      const double from = u[i] + (u[i + 1] - u[i]) * k / parts, to = u[i] + (u[i + 1] - u[i]) * (k + 1) / parts;
+      s_.push_back(s_.back() + arc(through, from, to));
+      samples_.push_back(closed && i + 2 == u.size() && k + 1 == parts ? points.front() : place(through, to));
+    }
+  length_ = s_.back();
+  xyz_ = splines(s_, samples_, closed ? std::optional<double>(length_) : std::nullopt);
+}
+
+SpaceCurve::Jet SpaceCurve::at(double s) const {
+  const double inside = closed_ ? s : std::clamp(s, 0.0, length_);
+  const TimeJet x = xyz_[0].jet(inside), y = xyz_[1].jet(inside), z = xyz_[2].jet(inside);
+  Jet out{{x.value, y.value, z.value}, {x.rate, y.rate, z.rate}, {x.acceleration, y.acceleration, z.acceleration}};
+  if (inside != s) {
+    out.place += (s - inside) * out.tangent;
+    out.bend.setZero();
+  }
+  return out;
+}
+
+double SpaceCurve::nearest(const Vec3& p) const {
+  size_t best = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (size_t i = 0; i < samples_.size(); ++i)
+    if (const double d = (samples_[i] - p).squaredNorm(); d < least) least = d, best = i;
+  const double step = length_ / static_cast<double>(samples_.size() - 1);
+  const double low = closed_ || best > 0 ? s_[best] - 2.0 * step : 0.0;
+  const double high = closed_ || best + 1 < samples_.size() ? s_[best] + 2.0 * step : length_;
+  double s = s_[best];
+  // Newton on (c - p) . c' = 0, downhill only.
+  for (int k = 0; k < 30; ++k) {
+    const Jet c = at(s);
+    const Vec3 away = c.place - p;
+    const double f = away.dot(c.tangent), slope = c.tangent.squaredNorm() + away.dot(c.bend);
+    const double next = std::clamp(slope > 0.0 ? s - f / slope : s - std::copysign(0.5 * step, f), low, high);
+    const double moved = std::abs(next - s);
+    s = next;
+    if (moved <= 1e-15 * length_) break;
+  }
+  return s;
+}
+
+double SpaceCurve::area_xy() const {
+  double twice = 0.0;
+  for (size_t i = 0; i < samples_.size(); ++i) {
+    const Vec3 &a = samples_[i], &b = samples_[(i + 1) % samples_.size()];
+    twice += a.x() * b.y() - a.y() * b.x();
+  }
+  return 0.5 * twice;
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,76 @@
+#include "sim/scene/read_curve.h"
+
+#include "sim/scene/expression.h"
+#include "sim/scene/parameters.h"
+
+#include <fmt/format.h>
+
+#include <vector>
+
+namespace flexframe::sim {
+namespace {
+
+// Points of a curve that is given by expressions: its spline is then within 1e-9 of a circle's radius.
+constexpr int points_of_expressions = 400;
+
+std::vector<Vec3> given_points(const TableReader& reader) {
+  const MatX rows = reader.matrix("points");
+  if (rows.cols() != 2 && rows.cols() != 3)
+    reader.fail("points", fmt::format("must be rows of two numbers (x, y) or three, found {}", rows.cols()));
+  std::vector<Vec3> out;
+  for (Eigen::Index i = 0; i < rows.rows(); ++i) out.emplace_back(rows(i, 0), rows(i, 1), rows.cols() == 3 ? rows(i, 2) : 0.0);
+  return out;
+}
+
+std::vector<Vec3> computed_points(const TableReader& reader, bool closed) {
+  const double from = reader.number("from", 0.0, any_number), to = reader.number("to", 1.0, any_number);
+  if (!(to > from)) reader.fail("to", fmt::format("must be greater than 'from', {}; found {}", from, to));
+  const int n = points_of_expressions;
+  std::vector<Vec3> out(static_cast<size_t>(n) + 1, Vec3::Zero());
+  const std::vector<std::string> names{"u"};
+  for (int k = 0; k < 3; ++k) {
+    const char* const key = k == 0 ? "x" : k == 1 ? "y" : "z";
+    if (!reader.has(key) && k == 2) continue;
+    if (reader.required(key).type != TomlValue::Type::text) {
+      for (Vec3& p : out) p[k] = reader.number(key, any_number.in("m"));
+      continue;
+    }
+    try {
+      const Expression f(reader.parameters().substitute(reader.text(key)), names);
+      for (int i = 0; i <= n; ++i) {
+        const double u = from + (to - from) * i / n;
+        out[static_cast<size_t>(i)][k] = f.value(0.0, &u);
+      }
+    } catch (const Error& error) {
+      reader.fail(key, fmt::format("is no expression of u: {}", error.what()));
+    }
+  }
+  if (!closed) return out;
+  double size = 0.0;
+  for (const Vec3& p : out) size = std::max(size, (p - out.front()).norm());
+  if (const double gap = (out.back() - out.front()).norm(); gap > 1e-6 * size)
+    reader.fail("closed", fmt::format("is true, but the curve's ends at u = {} and u = {} lie {:.3g} m apart", from, to, gap));
+  out.pop_back();
+  return out;
+}
+
+}  // namespace
+
+std::shared_ptr<const SpaceCurve> read_curve(const TableReader& outer, std::string_view key) {
+  outer.required(key);
+  const TableReader reader = *outer.table(key);
+  const bool closed = reader.boolean("closed", false), points = reader.has("points");
+  if (points) reader.allow({"points", "closed"});
+  else if (reader.has("x")) reader.allow({"x", "y", "z", "from", "to", "closed"});
+  else reader.fail("needs 'points', rows of x, y, z (m), or 'x', 'y', 'z', expressions of u");
+  try {
+    return std::make_shared<const SpaceCurve>(points ? given_points(reader) : computed_points(reader, closed), closed);
+  } catch (const InputError& error) {
+    // Messages of the keys themselves have file and line already.
+    const std::string what = error.what();
+    if (what.starts_with(reader.file())) throw;
+    outer.fail(key, fmt::format("is no curve: {}", what));
+  }
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,202 @@
+#include "sim/start/static_problem.h"
+
+#include "sim/base/eigen_solvers.h"
+#include "sim/dynamics/closure.h"
+#include "sim/dynamics/dynamics.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace flexframe::sim {
+
+bool starts_static(const BodyDef& body) {
+  if (const auto* beam = std::get_if<BeamDef>(&body.kind)) return beam->initial.static_start;
+  if (const auto* modal = std::get_if<ModalDef>(&body.kind)) return modal->initial.static_start;
+  if (const auto* space = std::get_if<StateSpaceDef>(&body.kind)) return space->initial.static_start;
+  return false;
+}
+
+Sought what_is_sought(const Model& model, const Scene& scene) {
+  const size_t n = model.parts.size();
+  Sought out{std::vector<char>(n, 0), std::vector<char>(n, 0)};
+  // Trees that hang on ground, joined where a loop runs through them: what happens in one does not move another.
+  std::vector<int> tree(n);
+  for (const Cluster& c : model.clusters) {
+    const int id = c.parent == ground ? c.parts.front() : tree[c.parent];
+    for (int i : c.parts) tree[i] = id;
+  }
+  std::vector<char> touched(n, 0);
+  for (size_t i = 0; i < n; ++i) {
+    const Part& p = model.parts[i];
+    out.elastic[i] = scene.simulation.static_start || (p.scene_body >= 0 && starts_static(scene.bodies[p.scene_body]));
+    if (out.elastic[i]) touched[tree[i]] = 1;
+  }
+  for (size_t i = 0; i < n; ++i) {
+    const Part& p = model.parts[i];
+    const JointDef* def = p.joint.scene_joint >= 0 ? &scene.joints[p.joint.scene_joint] : nullptr;
+    out.joint[i] = touched[tree[i]] && !(def && (def->initial.value || def->initial.rate));
+  }
+  return out;
+}
+
+// Held joints inside loops become closure conditions, so that no loop moves them.
+void lock_held(const Model& model, const Sought& sought, Work& work) {
+  for (size_t c = 0; c < model.clusters.size(); ++c) {
+    if (!has_closure(model.clusters[c])) continue;
+    ClusterWork& cw = work.clusters[c];
+    std::vector<double> value;
+    for (int i : model.clusters[c].parts) {
+      const Part& p = model.parts[i];
+      if (sought.joint[i]) continue;
+      for (int k = 0; k < p.joint.nv; ++k) {
+        cw.locked.push_back(p.v0 - model.clusters[c].v0 + k);
+        value.push_back(p.joint.nq == p.joint.nv ? work.q[p.q0 + k] : 0.0);
+      }
+    }
+    if (cw.locked.empty()) continue;
+    cw.lock_value = Eigen::Map<const VecX>(value.data(), static_cast<Eigen::Index>(value.size()));
+    cw.partition = choose_partition(model, static_cast<int>(c), work, true);
+    close_positions(model, static_cast<int>(c), work);
+  }
+}
+
+void unlock(const Model& model, Work& work) {
+  for (size_t c = 0; c < model.clusters.size(); ++c) {
+    ClusterWork& cw = work.clusters[c];
+    if (cw.locked.empty()) continue;
+    cw.locked.clear();
+    cw.lock_value.resize(0);
+    cw.partition = choose_partition(model, static_cast<int>(c), work, false);
+  }
+}
+
+void load_at_rest(const Model& model, Work& work) {
+  for (const Load& load : model.loads) {
+    if (load.expression < 0) continue;
+    TimeFunction at_zero = model.expressions[static_cast<size_t>(load.expression)];
+    at_zero.unfreeze();
+    work.expression_value[static_cast<size_t>(load.expression)] = at_zero.value(0.0);
+  }
+}
+
+StaticProblem static_problem(const Model& model, Work& work) {
+  return {model, model.settings.gravity, work.expression_value, work.motion, work, {}, {}, {}, false};
+}
+
+void StaticProblem::load(double share) {
+  model.settings.gravity = share * gravity;
+  for (size_t i = 0; i < expression.size(); ++i) work.expression_value[i] = share * expression[i];
+  for (size_t i = 0; i < motion.size(); ++i) work.motion[i] = {motion[i].value, share * motion[i].rate, share * motion[i].acceleration};
+}
+
+bool StaticProblem::evaluate(const std::vector<VecX>* elastic, VecX& f) {
+  // Where nothing moves, no elastic coordinate accelerates either.
+  const bool moves =
+      std::any_of(work.motion.begin(), work.motion.end(), [](const TimeJet& jet) { return jet.rate != 0.0 || jet.acceleration != 0.0; });
+  try {
+    update_positions(model, work, moves);
+    update_velocities(model, work);
+    rest_forces(model, work, elastic, rest);
+  } catch (const SimulationError&) {
+    return false;
+  }
+  f.resize(static_cast<Eigen::Index>(sought.size()));
+  for (size_t k = 0; k < sought.size(); ++k)
+    f[static_cast<Eigen::Index>(k)] = rest.force[sought[k].v] / scale[static_cast<Eigen::Index>(k)];
+  return f.allFinite();
+}
+
+void StaticProblem::find_directions(const Sought& what) {
+  sought.clear();
+  for (const Direction& d : independent_directions(model, work))
+    if (d.rate >= 0 ? what.joint[d.part] : what.elastic[d.part]) sought.push_back(d);
+  scale.resize(static_cast<Eigen::Index>(sought.size()));
+  for (size_t k = 0; k < sought.size(); ++k) scale[static_cast<Eigen::Index>(k)] = sought[k].scale;
+}
+
+bool StaticProblem::stiffness(MatX& K) {
+  const Eigen::Index n = static_cast<Eigen::Index>(sought.size());
+  VecX base, f;
+  std::vector<VecX> elastic(model.parts.size());
+  if (!evaluate(nullptr, base)) return false;
+  for (size_t i = 0; i < model.parts.size(); ++i) elastic[i] = work.parts[i].elastic;
+  // Rates that a unit rate of each direction makes, for the elastic stiffness.
+  const VecX q = work.q, w = work.w;
+  K = MatX::Zero(n, n);
+  MatX N = MatX::Zero(model.nv, n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const Direction& d = sought[static_cast<size_t>(k)];
+    const size_t cluster = static_cast<size_t>(model.parts[d.part].cluster);
+    const ClusterWork& cw = work.clusters[cluster];
+    const int v0 = model.clusters[cluster].v0;
+    N(d.v, k) = 1.0 / d.scale;
+    for (size_t i = 0; i < cw.partition.ind.size(); ++i)
+      if (v0 + cw.partition.ind[i] == d.v)
+        for (size_t r = 0; r < cw.partition.dep.size(); ++r) N(v0 + cw.partition.dep[r], k) = cw.E(r, i) / d.scale;
+  }
+  for (const Part& p : model.parts) {
+    if (p.body.n == 0) continue;
+    const auto e = N.middleRows(p.ev0, p.body.n);
+    std::vector<Eigen::Index> moving;
+    for (Eigen::Index k = 0; k < n; ++k)
+      if (!e.col(k).isZero(0.0)) moving.push_back(k);
+    for (Eigen::Index k : moving) {
+      const VecX force = p.body.Ke * e.col(k);
+      for (Eigen::Index i : moving) K(i, k) += e.col(i).dot(force);
+    }
+  }
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const Direction& d = sought[static_cast<size_t>(k)];
+    // 1e-6 of the size: the truncation (1e-6 relative) costs Newton one digit a step, rounding stays at 1e-10.
+    const double step = 1e-6 * model.size;
+    move_along(model, d, step / d.scale, work);
+    if (!evaluate(&elastic, f)) return false;
+    K.col(k) -= (f - base) / step;
+    work.q = q;
+    work.w = w;
+  }
+  return evaluate(nullptr, base);
+}
+
+namespace {
+
+// Closes a cluster's conditions by whatever moves most, joints and deformations alike: two elastic bars in line are closed by their
+// lengths, not by their angles, so that the angles may pass the line. Complete pivoting of the rows in use, in metres.
+Partition close_by_size(const Model& model, int cluster, Work& work) {
+  const Cluster& c = model.clusters[cluster];
+  ClusterWork& cw = work.clusters[cluster];
+  Partition out;
+  out.rows = cw.partition.rows;
+  update_closure_matrix(model, cluster, work);
+  const VecX per_metre = rate_sizes(model).segment(c.v0, c.nv).cwiseInverse();
+  MatX A = (closure_row_scales(model, work, cluster).asDiagonal() * cw.G * per_metre.asDiagonal())(out.rows, Eigen::all);
+  std::vector<char> used(c.nv, 0);
+  for (Eigen::Index step = 0; step < A.rows(); ++step) {
+    Eigen::Index row = 0, column = 0;
+    if (!(A.bottomRows(A.rows() - step).cwiseAbs().maxCoeff(&row, &column) > 0.0)) return cw.partition;
+    row += step;
+    A.row(step).swap(A.row(row));
+    std::swap(out.rows[static_cast<size_t>(step)], out.rows[static_cast<size_t>(row)]);
+    used[static_cast<size_t>(column)] = 1;
+    out.dep.push_back(static_cast<int>(column));
+    for (Eigen::Index r = step + 1; r < A.rows(); ++r) A.row(r) -= (A(r, column) / A(step, column)) * A.row(step);
+  }
+  for (int k = 0; k < c.nv; ++k)
+    if (!used[static_cast<size_t>(k)]) out.ind.push_back(k);
+  return out;
+}
+
+}  // namespace
+
+void renew_partitions(const Model& model, bool by_size, Work& work) {
+  for (size_t c = 0; c < model.clusters.size(); ++c) {
+    const int cluster = static_cast<int>(c);
+    ClusterWork& cw = work.clusters[c];
+    if (cw.partition.dep.empty()) continue;
+    if (by_size) cw.partition = close_by_size(model, cluster, work);
+    else if (partition_growth(model, cluster, work) >= 10.0) cw.partition = choose_partition(model, cluster, work, true);
+  }
+}
+
+
+}  // namespace flexframe::sim

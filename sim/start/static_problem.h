@@ -1,0 +1,53 @@
+// The equations of statics: what is sought, the forces on it under a share of the loads, their stiffness. Used by the search for an
+// equilibrium (statics.h) and by curves of equilibria (load_path.h).
+#pragma once
+
+#include "sim/dynamics/directions.h"
+#include "sim/dynamics/inverse_dynamics.h"
+#include "sim/dynamics/work.h"
+
+#include <vector>
+
+namespace flexframe::sim {
+
+// Per part: whether its elastic coordinates are sought, and whether its joint may move.
+struct Sought {
+  std::vector<char> elastic, joint;
+};
+// Whether a body says of itself that it starts from equilibrium.
+bool starts_static(const BodyDef& body);
+Sought what_is_sought(const Model& model, const Scene& scene);
+
+// Held joints inside loops become closure conditions, so that no loop moves them; and no longer.
+void lock_held(const Model& model, const Sought& sought, Work& work);
+void unlock(const Model& model, Work& work);
+
+// The loads at t = 0 itself, whatever piece of them begins there: "t <= 0 ? F : 0" holds a static start by F and lets go.
+void load_at_rest(const Model& model, Work& work);
+
+// A mechanism under a share of its loads: gravity, forces and the inertia of prescribed motions.
+struct StaticProblem {
+  Model model;  // a copy: the share is applied to it
+  Vec3 gravity;
+  std::vector<double> expression;  // full values
+  std::vector<TimeJet> motion;
+  Work& work;
+  std::vector<Direction> sought;
+  VecX scale;  // metres per unit
+  RestForces rest;
+  bool by_size = false;  // loops are closed by whatever moves most (close_by_size), not by joints first
+
+  // That share of all loads.
+  void load(double share);
+  // Forces on what is sought; false where a loop cannot be closed or something is not finite.
+  bool evaluate(const std::vector<VecX>* elastic, VecX& f);
+  void find_directions(const Sought& what);
+  // -df/dx in metres: the elastic stiffness exactly, the rest by differences.
+  bool stiffness(MatX& K);
+};
+StaticProblem static_problem(const Model& model, Work& work);
+
+// Loops may have come near a singular position of their dependent coordinates.
+void renew_partitions(const Model& model, bool by_size, Work& work);
+
+}  // namespace flexframe::sim

@@ -1,0 +1,327 @@
+"""Stepped, tapered, turned and curved beams, and the beams of Simo and Vu-Quoc 1986, against closed formulas and own integrations."""
+import math
+import pathlib
+
+import numpy as np
+from program import expect, finish, history, near, run, temporary_folder
+from scipy.integrate import quad, solve_ivp
+
+E, nu, rho = 70e9, 0.3, 2700.0
+G = E / 2 / (1 + nu)
+material = f"material = {{ density = {rho}, youngs_modulus = {E}, poisson = {nu} }}\n"
+
+
+def simulate(folder, text, *words, code=0):
+    """The histories, or stderr of a run that is to fail."""
+    scene = folder / "scene.toml"
+    scene.write_text(text)
+    done = run("simulate", scene, "-o", folder / "r.h5", "--csv", folder / "h.csv", *words, code=code)
+    if code:
+        return done.stderr
+    columns = {k: np.array(v) for k, v in history(folder / "h.csv").items()}
+    columns["said"] = done.stdout
+    return columns
+
+
+def statics(gravity="[0, 0, 0]"):
+    return f'[simulation]\nduration = 0.001\noutput_rate = 1000\ngravity = {gravity}\nstart = "static"\n'
+
+
+def beam(name, more):
+    return f'[[body]]\nname = "{name}"\nkind = "beam"\n{material}{more}\n'
+
+
+def clamp(name="beam", more=""):
+    return f'[[joint]]\nname = "clamp"\nkind = "weld"\nparent = "ground"\nchild = "{name}"\n{more}\n'
+
+
+def force(on, direction, value, more=""):
+    return f'[[force]]\nname = "load"\nkind = "force"\non = "{on}"\ndirection = {direction}\nvalue = {value}\n{more}\n'
+
+
+def output(name, of, quantity, more=""):
+    return f'[[output]]\nname = "{name}"\nof = "{of}"\nquantity = "{quantity}"\n{more}\n'
+
+
+def steps_and_tapers(folder):
+    L, b, P = 0.8, 0.03, 2.0
+    height = {"step": lambda x: 0.02 if x < 0.3 * L else 0.012, "taper": lambda x: 0.024 - 0.014 * x / L}
+    words = {
+        "step": "sections = [{ at = 0, shape = 'rectangle', width = 0.03, height = 0.02 },"
+        " { at = 0.3, shape = 'rectangle', width = 0.03, height = 0.02 }, { at = 0.3, shape = 'rectangle', width = 0.03, height = 0.012 },"
+        " { at = 1, shape = 'rectangle', width = 0.03, height = 0.012 }]\n",
+        "taper": "sections = [{ at = 0, shape = 'rectangle', width = 0.03, height = 0.024 },"
+        " { at = 1, shape = 'rectangle', width = 0.03, height = 0.01 }]\n",
+    }
+    for what, bound in (("step", 2e-4), ("taper", 6e-3)):
+        h = height[what]
+        bend = lambda x: (L - x) ** 2 / (E * b * h(x) ** 3 / 12)
+        wanted = P * quad(bend, 0, L, points=[0.3 * L], limit=200)[0]
+        scene = statics() + beam("beam", f"length = {L}\n" + words[what]) + clamp() + force("beam.tip", "[0, -1, 0]", P)
+        scene += output("tip", "beam.tip", "position") + output("cut", "beam", "section_force", "at = 0.25") + output("s", "beam", "stress", "at = 0.5")
+        r = simulate(folder, scene)
+        near(-r["tip.y"][0], wanted, bound * wanted, f"{what}ped cantilever, deflection of the tip")
+        near(abs(r["cut.Mz"][0]), P * 0.75 * L, 1e-3 * P * L, f"{what}, moment")
+        near(r["s"][0], 6 * P * 0.5 * L / (b * h(0.5 * L) ** 2), 3e-3 * 1e6, f"{what}, stress in the middle")
+        # Under its weight: what the clamp carries is the whole of it.
+        scene = statics("[0, -9.81, 0]") + beam("beam", f"length = {L}\n" + words[what]) + clamp() + output("clamp", "clamp", "reaction")
+        weight = rho * 9.81 * b * quad(h, 0, L, points=[0.3 * L])[0]
+        near(simulate(folder, scene)["clamp.y"][0], weight, 1e-6 * weight, f"{what}, weight")
+        # A load per length is one whatever the section.
+        line = '[[force]]\nkind = "distributed"\non = "beam"\ndirection = [0, -1, 0]\nvalue = 3\n'
+        r = simulate(folder, scene.replace("-9.81", "0") + line)
+        near(r["clamp.y"][0], 3 * L, 1e-9, f"{what}, load per length")
+        near(r["clamp.mz"][0], 3 * L * L / 2, 1e-3, f"{what}, its moment")
+    # Frequencies of the tapered cantilever against a finite-element beam of 200 elements.
+    wanted = tapered_frequencies(L, b, height["taper"])
+    scene = statics() + beam("beam", f"length = {L}\nvolumes = 20\n" + words["taper"]) + clamp()
+    (folder / "modes.toml").write_text(scene)
+    import json
+
+    told = json.loads(run("check", folder / "modes.toml", "--json").stdout)
+    found = sorted(m["frequency"] for m in told["modes"] if m["kind"] == "vibration")
+    lowest = [f for f in found if any(abs(f - w) < 0.02 * w for w in wanted[:2])]
+    expect(len(lowest) >= 2, f"frequencies of a tapered cantilever: {found[:6]}, wanted {wanted[:2]}")
+    for f, w in zip(lowest, wanted):
+        near(f, w, 2e-3 * w, "frequency of a tapered cantilever")
+
+
+def tapered_frequencies(L, b, h, n=200):
+    K = np.zeros((2 * n + 2, 2 * n + 2))
+    M = K.copy()
+    d = L / n
+    for k in range(n):
+        middle = h((k + 0.5) * d)
+        ei, m = E * b * middle**3 / 12 / d**3, rho * b * middle * d / 420
+        at = slice(2 * k, 2 * k + 4)
+        K[at, at] += ei * np.array([[12, 6 * d, -12, 6 * d], [6 * d, 4 * d * d, -6 * d, 2 * d * d], [-12, -6 * d, 12, -6 * d], [6 * d, 2 * d * d, -6 * d, 4 * d * d]])
+        M[at, at] += m * np.array([[156, 22 * d, 54, -13 * d], [22 * d, 4 * d * d, 13 * d, -3 * d * d], [54, 13 * d, 156, -22 * d], [-13 * d, -3 * d * d, -22 * d, 4 * d * d]])
+    from scipy.linalg import eigh
+
+    return np.sqrt(eigh(K[2:, 2:], M[2:, 2:], eigvals_only=True)[:4]) / 2 / np.pi
+
+
+def turned_sections(folder):
+    """A rectangle on edge, turned by 30 degrees: it bends about its own axes."""
+    L, b, h, P, a = 0.5, 0.01, 0.02, 1.0, math.radians(30)
+    iz, iy = b * h**3 / 12, h * b**3 / 12
+    for model in ("finite-element", "mixed"):
+        scene = statics() + clamp() + force("beam.tip", "[0, -1, 0]", P) + output("tip", "beam.tip", "position") + output("s", "beam", "stress", "at = 0.5")
+        scene += beam("beam", f'length = {L}\nmodel = "{model}"\nsection = {{ shape = "rectangle", width = {b}, height = {h}, angle = "30 deg" }}')
+        r = simulate(folder, scene)
+        c, s = math.cos(a), math.sin(a)
+        # Load in the section's axes: y' = c y + s z.
+        vy, vz = -P * c * L**3 / (3 * E * iz), P * s * L**3 / (3 * E * iy)
+        near(r["tip.y"][0], c * vy - s * vz, 2e-3 * abs(vy), f"turned section, {model}, y")
+        near(r["tip.z"][0], s * vy + c * vz, 2e-3 * abs(vz), f"turned section, {model}, z")
+        M = P * L / 2
+        near(r["s"][0], M * c * h / 2 / iz + M * s * b / 2 / iy, 2e-3 * 1e6, f"turned section, {model}, stress")
+
+
+def arcs(folder):
+    """A quarter of a circle, clamped, loaded at its tip in its plane and out of it (Castigliano)."""
+    R, d, P = 0.4, 0.008, 0.01
+    I, J = math.pi * d**4 / 64, math.pi * d**4 / 32
+    curve = f'axis = {{ x = "{R}*sin(u)", y = "{R}*(1 - cos(u))", to = "pi/2" }}\nsection = {{ shape = "circle", diameter = {d} }}\n'
+    for turn in ("", "rotation = [0.4, -0.3, 0.9]\n"):
+        turned = rotation([0.4, -0.3, 0.9]) if turn else np.eye(3)
+        for volumes, bound in ((10, 6e-3), (20, 1.5e-3)):
+            def tip(direction):
+                along = turned @ np.array(direction, float)
+                scene = statics() + beam("beam", f"volumes = {volumes}\n" + curve) + clamp(more=turn)
+                scene += force("beam.tip", str(list(along)), P) + output("tip", "beam.tip", "position")
+                scene += output("cut", "beam", "section_force", "at = 0.5")
+                r = simulate(folder, scene)
+                return turned.T @ np.array([r["tip.x"][0], r["tip.y"][0], r["tip.z"][0]]) - np.array([R, R, 0]), r
+
+            what = f"quarter arc, {volumes} volumes{', turned' if turn else ''}"
+            # Along y at the tip, which there is the tangent: bending moment P R (1 - cos) seen from the tip.
+            u, r = tip([0, 1, 0])
+            near(u[1], P * R**3 / E / I * (3 * math.pi / 4 - 2), bound * P * R**3 / E / I, f"{what}, along the tangent of the tip")
+            near(r["cut.N"][0], P * math.cos(math.pi / 4), 1e-3 * P, f"{what}, normal force in the middle")
+            near(abs(r["cut.Vy"][0]), P * math.sin(math.pi / 4), 1e-3 * P, f"{what}, transverse force in the middle")
+            u, r = tip([1, 0, 0])
+            near(u[0], P * R**3 / E / I * math.pi / 4, bound * P * R**3 / E / I, f"{what}, along the radius of the tip")
+            u, r = tip([0, 0, 1])
+            wanted = P * R**3 * (math.pi / 4 / E / I + (3 * math.pi / 4 - 2) / G / J)
+            near(u[2], wanted, bound * wanted, f"{what}, out of its plane")
+    # The same from points.
+    points = ", ".join(f"[{R * math.sin(a):.6f}, {R * (1 - math.cos(a)):.6f}]" for a in np.linspace(0, math.pi / 2, 10))
+    scene = statics() + beam("beam", "volumes = 20\n" + f"axis = {{ points = [{points}] }}\nsection = {{ shape = 'circle', diameter = {d} }}\n")
+    scene += clamp() + force("beam.tip", "[1, 0, 0]", P) + output("tip", "beam.tip", "position")
+    near(simulate(folder, scene)["tip.x"][0] - R, P * R**3 / E / I * math.pi / 4, 3e-3 * P * R**3 / E / I, "quarter arc by points")
+    # Swinging under its weight from a hinge: energy is kept, in and out of its plane.
+    scene = "[simulation]\nduration = 0.4\noutput_rate = 100\ngravity = [0, -9.81, 2]\ntolerance = 1e-8\n" + beam("beam", "volumes = 6\n" + curve)
+    scene += '[[joint]]\nname = "ball"\nkind = "spherical"\nparent = "ground"\nchild = "beam"\n' + output("E", "system", "energy") + output("T", "system", "kinetic")
+    r = simulate(folder, scene)
+    near(np.max(np.abs(r["E"] - r["E"][0])), 0, 1e-5 * np.max(r["T"]), "a swinging arc, energy")
+
+
+def rotation(a):
+    a = np.array(a)
+    angle = np.linalg.norm(a)
+    k = a / angle
+    K = np.array([[0, -k[2], k[1]], [k[2], 0, -k[0]], [-k[1], k[0], 0]])
+    return np.eye(3) + math.sin(angle) * K + (1 - math.cos(angle)) * K @ K
+
+
+def coil_spring(folder):
+    """A helix of three turns: G d^4 / (8 D^3 n); 24 chords a turn are 1.4 % stiffer."""
+    D, d, n, pitch, P = 0.06, 0.004, 3, 0.012, 1.0
+    # Drawn with its first tangent along x.
+    s = math.atan2(pitch, math.pi * D)
+    c, t = math.cos(s), math.sin(s)
+    x, y, z = f"{D / 2}*sin(u)", f"{D / 2}*(1 - cos(u))", f"{pitch / 2 / math.pi}*u"
+    curve = f'axis = {{ x = "{c}*{x} + {t}*{z}", y = "{y}", z = "{c}*{z} - {t}*{x}", to = "{2 * n}*pi" }}\n'
+    along = np.array([t, 0, c])
+    scene = statics() + beam("beam", f"volumes = 72\nelements = 1\n{curve}section = {{ shape = 'circle', diameter = {d} }}\n") + clamp()
+    scene += force("beam.tip", str(list(-along)), P) + output("U", "system", "strain")
+    # The load acts along the helix' own axis: at the tip with its moment about that.
+    moment = np.cross([0, D / 2, 0], -P * along)
+    size = np.linalg.norm(moment)
+    scene += f'[[force]]\nkind = "torque"\non = "beam.tip"\ndirection = {list(moment / size)}\nvalue = {size}\n'
+    found = 2 * simulate(folder, scene)["U"][0] / P  # by the work of the load
+    wanted = P * 8 * D**3 * n / G / d**4
+    near(found, wanted, 0.02 * wanted, "a coil spring, deflection")
+
+
+class Plane:
+    """Geometrically exact beam in a plane (Reissner), linear elements with one point, consistent only with itself: the reference."""
+
+    def __init__(self, nodes, ea, ga, ei, mass, inertia):
+        self.x, self.ea, self.ga, self.ei = nodes, ea, ga, ei
+        n = len(nodes)
+        self.l = np.linalg.norm(np.diff(nodes, axis=0), axis=1)
+        self.angle = np.arctan2(*np.diff(nodes, axis=0)[0][::-1])
+        m, j = np.zeros(n), np.zeros(n)
+        for k, l in enumerate(self.l):
+            m[k : k + 2] += mass * l / 2
+            j[k : k + 2] += inertia * l / 2
+        self.m, self.j = m, j
+
+    def internal(self, q):
+        p, th = q[:, :2], q[:, 2]
+        d = np.diff(p, axis=0) / self.l[:, None]
+        a = self.angle + (th[1:] + th[:-1]) / 2
+        c, s = np.cos(a), np.sin(a)
+        N, V = self.ea * (d[:, 0] * c + d[:, 1] * s - 1), self.ga * (-d[:, 0] * s + d[:, 1] * c)
+        M = self.ei * np.diff(th) / self.l
+        f = np.stack([N * c - V * s, N * s + V * c], 1)
+        out = np.zeros_like(q)
+        out[:-1, :2] += f
+        out[1:, :2] -= f
+        turn = (d[:, 0] * f[:, 1] - d[:, 1] * f[:, 0]) * self.l / 2
+        out[:-1, 2] += M + turn
+        out[1:, 2] += -M + turn
+        return out
+
+
+def reference(plane, times, load):
+    """Positions and angles of the free beam's nodes at the times."""
+    n = len(plane.x)
+    masses = np.stack([plane.m, plane.m, plane.j], 1)
+
+    def rhs(t, y):
+        a = (plane.internal(y[: 3 * n].reshape(n, 3)) + load(t, n)) / masses
+        return np.concatenate([y[3 * n :], a.ravel()])
+
+    start = np.concatenate([np.hstack([plane.x, np.zeros((n, 1))]).ravel(), np.zeros(3 * n)])
+    done = solve_ivp(rhs, (0, times[-1]), start, method="Radau", t_eval=times, rtol=1e-6, atol=1e-7)
+    return done.y[: 3 * n].T.reshape(len(times), n, 3)
+
+
+def spin_up(folder):
+    """Simo and Vu-Quoc 1986: a beam that is turned up to 6 rad/s in 15 s. Published: the tip lags by 0.58 at most; 5.14e-4 longer in the end."""
+    L, ea, ga, ei, mass, inertia, Ts, ws = 10.0, 2.8e7, 1e7, 1.4e4, 1.2, 6e-4, 15.0, 6.0
+    e, k = 1e9, 2 * math.pi / Ts
+    area = ea / e
+    # G = E / 2 with this Poisson's ratio; the shear factor makes k G A.
+    section = f'section = {{ shape = "general", area = {area}, iy = {ei / e}, iz = {ei / e}, j = {ei / e}, shear_y = {2 * ga / ea}, shear_z = {2 * ga / ea} }}\n'
+    stuff = f"material = {{ density = {mass / area}, youngs_modulus = {e}, poisson = 0 }}\n"
+    motion = f"t < {Ts} ? {ws / Ts}*(t^2/2 + (cos({k}*t) - 1)/{k}^2) : {ws}*t - {ws * Ts / 2}"
+    text = "[simulation]\nduration = 18\noutput_rate = 50\ntolerance = 1e-6\n"
+    text += f'[[body]]\nname = "beam"\nkind = "beam"\nlength = {L}\nmodel = "mixed"\nvolumes = 8\neffects = ["axial", "bending_xy", "shear", "stiffening"]\n{section}{stuff}'
+    text += f'[[joint]]\nname = "shaft"\nkind = "revolute"\nparent = "ground"\nchild = "beam"\nmotion = "{motion}"\n'
+    text += output("tip", "beam.tip", "position", 'relative_to = "hub"')
+    text += '[[body]]\nname = "hub"\nkind = "rigid"\nmass = 1\n[[joint]]\nname = "hub"\nkind = "weld"\nparent = "beam"\nchild = "hub"\n'
+    r = simulate(folder, text)
+    near(np.min(r["tip.y"]), -0.58, 0.01, "spin-up, largest lag (published)")
+    late = r["t"] > 15.5
+    near(np.mean(r["tip.x"][late]) - L, 5.14e-4, 0.06e-4, "spin-up, lengthening (published)")
+
+
+
+def spaghetti(folder):
+    """The flying spaghetti: thrown by a force and a moment at one end for 2.5 s. Its rotary inertia, which no section has, sits on discs."""
+    L, ea, ei, mass, inertia = 10.0, 1e4, 500.0, 1.0, 10.0
+    volumes = 10
+    e = 1e6
+    section = f'section = {{ shape = "general", area = {ea / e}, iy = {ei / e}, iz = {ei / e}, j = {ei / e}, shear_y = 1.999, shear_z = 1.999 }}\n'
+    text = "[simulation]\nduration = 6\noutput_rate = 20\ntolerance = 1e-8\n"
+    frames = ", ".join(f"d{k} = {k / volumes}" for k in range(1, volumes))
+    text += f'[[body]]\nname = "beam"\nkind = "beam"\nlength = {L}\nmodel = "mixed"\nvolumes = {volumes}\nframes = {{ {frames} }}\n'
+    text += f'effects = ["axial", "bending_xy", "shear", "stiffening"]\n{section}material = {{ density = {mass * e / ea}, youngs_modulus = {e}, poisson = 0 }}\n'
+    own_inertia = mass * ei / ea
+    for k in range(volumes + 1):
+        share = (inertia - own_inertia) * L / volumes * (0.5 if k in (0, volumes) else 1.0)
+        at = "beam.root" if k == 0 else "beam.tip" if k == volumes else f"beam.d{k}"
+        text += f'[[body]]\nname = "disc {k}"\nkind = "rigid"\nmass = 1e-6\ninertia = [{share}, {share}, {share}]\n'
+        text += f'[[joint]]\nname = "disc {k}"\nkind = "weld"\nparent = "{at}"\nchild = "disc {k}"\n'
+    text += '[[joint]]\nname = "fly"\nkind = "planar"\nparent = "ground"\nchild = "beam"\ninitial = { value = [6, 0, %.17g] }\n' % math.atan2(8, -6)
+    text += force("beam.root", "[1, 0, 0]", '"t < 2.5 ? 8 : 0"')
+    text += '[[force]]\nkind = "torque"\non = "beam.root"\ndirection = [0, 0, 1]\nvalue = "t < 2.5 ? -80 : 0"\n'
+    text += output("root", "beam.root", "position") + output("tip", "beam.tip", "position") + output("E", "system", "energy")
+    r = simulate(folder, text)
+    free = r["t"] > 2.55
+    near(np.ptp(r["E"][free]), 0, 2e-4 * np.max(r["E"]), "flying spaghetti, energy after the throw")
+
+    def load(t, n):
+        out = np.zeros((n, 3))
+        if t < 2.5:
+            out[0] = [8, 0, -80]
+        return out
+
+    n = 41
+    plane = Plane(np.stack([np.linspace(6, 0, n), np.linspace(0, 8, n)], 1), ea, 1e4 * 0.9995, ei, mass, inertia)
+    ref = reference(plane, r["t"], load)
+    for k, name in ((0, "root"), (-1, "tip")):
+        worst = np.max(np.hypot(r[f"{name}.x"] - ref[:, k, 0], r[f"{name}.y"] - ref[:, k, 1]))
+        near(worst, 0, 0.15, f"flying spaghetti, {name} against an own integration (m of 10 m)")
+
+
+def warnings_and_refusals(folder):
+    u = 'length = 1\nsection = { shape = "u", width = 0.05, height = 0.1, web = 0.004, flange = 0.004 }\n'
+    says = simulate(folder, statics() + beam("beam", u) + clamp() + force("beam.tip", "[0, -1, 0]", 1) + output("tip", "beam.tip", "position"))["said"]
+    # Middle lines: e = 3 b^2 t / (6 b t + h t) from the web's, the centroid b^2 / (2 b + h) from it.
+    b, h = 0.048, 0.096
+    e = 3 * b * b / (6 * b + h) + b * b / (2 * b + h)
+    told = [float(w) for w in says.split("shear centre ")[1].split()[:1]] if "shear centre " in says else [0.0]
+    near(told[0], e, 0.03 * e, "shear centre of a channel beside its centroid")
+    round_bar = "section = { shape = 'circle', diameter = 0.01 }\n"
+    for more, words in (
+        (round_bar + "axis = { points = [[0, 0], [1, 0], [2, 1]] }\nlength = 2\n", ("key 'length'", "excludes 'axis'")),
+        (round_bar + "axis = { points = [[1, 0], [2, 0], [3, 1]] }\n", ("key 'axis'", "must begin in the body's origin")),
+        (round_bar + "axis = { points = [[0, 0], [0, 1], [0, 2]] }\n", ("key 'axis'", "must begin along x")),
+        (round_bar + 'axis = { points = [[0, 0], [1, 0], [2, 0]] }\nmodel = "finite-element"\n', ("key 'model'", "mixed")),
+        (round_bar + "axis = { points = [[0, 0], [1, 0], [2, 0]] }\ndamping = { ratio = 0.01 }\n", ("key 'damping'", "stiffness")),
+        ("length = 1\nsections = [{ at = 0, shape = 'circle', diameter = 0.1 }]\n", ("key 'sections'", "at least two")),
+        ("length = 1\nsections = [{ at = 0.1, shape = 'circle', diameter = 0.1 }, { at = 1, shape = 'circle', diameter = 0.2 }]\n", ("must be 0",)),
+        (
+            "length = 1\nsections = [{ at = 0, shape = 'circle', diameter = 0.1 }, { at = 1, shape = 'rectangle', width = 1, height = 1 }]\n",
+            ("must be that of the section before",),
+        ),
+        (
+            "length = 1\nvolumes = 1\nsections = [{ at = 0, shape = 'circle', diameter = 0.1 }, { at = 0.5, shape = 'circle', diameter = 0.2 },"
+            " { at = 1, shape = 'circle', diameter = 0.2 }]\n",
+            ("key 'volumes'", "at least 2"),
+        ),
+    ):
+        says = simulate(folder, statics() + beam("beam", more) + clamp(), code=2)
+        for word in words:
+            expect(word in says and "scene.toml:" in says, f"{more!r}: '{word}' is not in: {says}")
+
+
+with temporary_folder() as folder:
+    for part in (steps_and_tapers, turned_sections, arcs, coil_spring, spin_up, spaghetti, warnings_and_refusals):
+        part(pathlib.Path(folder))
+finish()
