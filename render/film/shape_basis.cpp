@@ -101,7 +101,8 @@ ShapeBasis make_value_basis(const Animation& animation, int body, double relativ
   std::vector<float> vertex_values, values;
   const auto update = [&](int picture) {
     if (model.flexible) displacement_at(animation, body, picture, memory);
-    update_scalars(model, *animation.results, body, animation.settings, picture_time(animation, picture), memory, work, vertex_values);
+    update_scalars({model, *animation.results, static_cast<size_t>(body), animation.settings}, picture_time(animation, picture), memory,
+                   work, vertex_values);
     values.clear();
     if (vertex_values.empty()) return;
     // Not a number where nothing is known: no shape can hold that.
