@@ -31,7 +31,8 @@ struct Follower {
 
 void settle_time(Task& t, std::vector<Task>* others) {
   Search& search = t.search;
-  const double enough = 0.5 * t.accuracy;
+  // Two tolerances may err alike: without elements or modes, where runs are short, even three times the estimate has to be kept.
+  const double enough = (search.has_levels() ? 0.5 : 0.15) * t.accuracy;
   search.method = t.options->method;
   t.run_below();
   // A method of sixth order is cheap as long as what is kept of the bodies is not stiff, the exponential one where they ride on a slow

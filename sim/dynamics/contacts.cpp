@@ -10,7 +10,7 @@
 namespace flexframe::sim {
 namespace {
 
-// Slower than that share of the fastest body surfaces do not slide.
+// Slower than that share of the fastest motion so far surfaces do not slide.
 constexpr double at_rest = 1e-7;
 
 const ContactDef& def_of(const Model& model, int at) { return *model.loads[model.contacts[at].load].def.contact; }
@@ -49,7 +49,7 @@ double settling_speed(const Model& model, int at) {
 }
 
 double fastest(const Work& work) {
-  double out = 0.0;
+  double out = work.signals.fastest;
   for (const PartWork& p : work.parts) out = std::max(out, p.V.head<3>().norm());
   return out;
 }
@@ -219,6 +219,7 @@ void contact_roundings(const Model& model, const Work& work, std::vector<double>
 }
 
 void begin_contacts(const Model& model, Work& work) {
+  work.signals.fastest = fastest(work);
   for (size_t k = 0; k < model.contacts.size(); ++k) {
     const int at = static_cast<int>(k);
     const ContactDef& def = def_of(model, at);
@@ -235,6 +236,7 @@ void begin_contacts(const Model& model, Work& work) {
 
 double pass_contacts(const Model& model, Work& work, const std::vector<bool>& ended, std::vector<std::string>& changes) {
   double released = 0.0;
+  work.signals.fastest = fastest(work);
   for (size_t k = 0; k < model.contacts.size(); ++k) {
     const int at = static_cast<int>(k);
     const ContactDef& def = def_of(model, at);

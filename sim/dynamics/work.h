@@ -77,6 +77,7 @@ struct SignalWork {
   std::vector<VecX> state, output;  // per block; state: of a sampled one
   VecX z, zdot;                     // further states (blocks, contacts) and their rates
   std::vector<ContactWork> contacts;
+  double fastest = 0.0;  // of the bodies so far, m/s, where there are contacts
 };
 
 struct Rates {

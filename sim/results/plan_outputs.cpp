@@ -173,9 +173,9 @@ void plan_force(Planning& p) {
     if (p.model.loads[i].def.name == def.of.body) p.plan.loads.push_back(static_cast<int>(i));
   if (p.plan.loads.empty()) throw InputError(fmt::format("{}: '{}' is no force that acts in the model", p.where, def.of.body));
   const ForceKind kind = p.model.loads[static_cast<size_t>(p.plan.loads.front())].def.kind;
-  // What expressions read of the state is known once the loads have been.
+  // What expressions read of the state, and tables over a coordinate, is known once the loads have been.
   for (const int load : p.plan.loads)
-    if (p.model.loads[static_cast<size_t>(load)].function >= 0) p.plans.accelerations = true;
+    if (const Load& l = p.model.loads[static_cast<size_t>(load)]; l.function >= 0 || l.table) p.plans.accelerations = true;
   if (def.quantity == Quantity::length_rate) p.units = {"m/s"};
   if (def.quantity == Quantity::power) p.units = {"W"};
   if (def.quantity != Quantity::force) return;

@@ -54,6 +54,8 @@ constexpr int trial_length = 60;
 // allow.
 constexpr long restart_steps = 200;
 constexpr double restart_strictness = 100.0, tightest = 1e-12;
+// The farthest that bodies turn in a step if contacts or switches read them.
+constexpr double most_radians = 1000.0;
 // With so many steps to go the user is told what they are spent on.
 constexpr double worth_telling = 2e5;
 // Notes about events: a page of them tells enough, their number stands in the statistics.
@@ -96,6 +98,7 @@ class MotionRun {
   void require_progress(double now);
   // ---- After a step ----
   void require_closed_loops() const;
+  void sample_start();
   bool hand_out_samples(double now);
   void follow_state(double now, bool sampled);
   void pass_event(double now);
@@ -293,7 +296,12 @@ double MotionRun::guarded(double ahead) {
   const double t = integrator->time(), last = t - integrator->previous_time();
   // Integrators let a step be ten to twenty times as long as the one before, after the first a thousand times as theirs again.
   const double farthest = last == 0.0 ? ahead : std::min(ahead, t + (integrator->previous_time() == begun ? 2e4 : 20.0) * last);
-  const double limit = guard.limit(system, t, y, last, farthest);
+  bool moved = false;
+  double limit = guard.limit(system, t, y, last, farthest, moved);
+  if (moved) at_work.valid = false;
+  // What reads turning bodies is looked at inside every step, so often a radian.
+  if (const double turning = has_events(system) ? watched_turning(system) : 0.0; turning > 0.0)
+    limit = std::min(limit, t + most_radians / turning);
   // The first step is chosen by the integrator as a tenth of what lies before it at most: only what is shorter has to be told.
   return limit < ahead && (last > 0.0 || limit - t < 0.1 * (ahead - t)) ? limit : ahead;
 }
@@ -517,6 +525,13 @@ bool MotionRun::end_trial(double now) {
   return true;
 }
 
+void MotionRun::sample_start() {
+  for (; next < times.size() && times[next] <= from; ++next) {
+    sample(system, from, y);
+    at_work.valid = false;
+  }
+}
+
 SolverStatistics MotionRun::run() {
   out.tolerance = system.tolerance;
   choose();
@@ -525,9 +540,15 @@ SolverStatistics MotionRun::run() {
   system.friction.tolerance = system.tolerance;
   slips = std::any_of(system.friction.points.begin(), system.friction.points.end(),
                       [](const FrictionPoint& p) { return p.phase == FrictionPhase::slip; });
-  for (; next < times.size() && times[next] <= from; ++next) sample(system, from, y);
+  if (system.friction.points.empty()) sample_start();
   for (const double end : segment_ends(system.model, span.from, span.to)) {
     if (begin_segment(end)) {
+      if (next < times.size() && times[next] <= from) {
+        // Which way friction acts at the start is known now; loads count with their values at that very time.
+        for (TimeFunction& e : system.model.expressions) e.unfreeze();
+        sample_start();
+        for (TimeFunction& e : system.model.expressions) e.freeze(0.5 * (from + end));
+      }
       run_segment(end);
       system.notes.warn(guard.complaints());
     }

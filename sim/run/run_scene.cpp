@@ -5,6 +5,7 @@
 #include "sim/run/complete_inertia.h"
 #include "sim/run/effect_report.h"
 #include "sim/run/expected_turn.h"
+#include "sim/run/few_modes.h"
 #include "sim/run/integrate_run.h"
 #include "sim/run/left_out.h"
 #include "sim/run/left_ranges.h"
@@ -88,6 +89,9 @@ bool estimate(const Scene& scene, const SimulateOptions& options, Alone& alone, 
     check_models(scene, alone.effects, alone.limits, base, {unasked_accuracy, model_check_budget(results.statistics.cpu_seconds), check},
                  results.statistics);
   }
+  // A second run of the same length is made of short ones only.
+  if (models && results.statistics.cpu_seconds <= least_check)
+    warn_of_few_modes(scene, options, reference, unasked_accuracy, results.statistics);
   if (difference.column >= 0) {
     check.budget = std::max(check_price * results.statistics.cpu_seconds, least_check);
     report_neglected(scene, alone.effects, base, check, unasked_accuracy, results.statistics);

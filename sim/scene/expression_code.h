@@ -116,9 +116,9 @@ inline double power(double a, double b) { return b == 2.0 ? a * a : std::pow(a, 
 // Runs code[begin, end) on a stack of T and returns its top; with `below`, the value under the top goes there.
 // Long: one case an instruction. `selector(index, op, a, b)` answers what the selector chooses. T needs the arithmetic operators and the
 // free functions used here, found in T's namespace or std.
-template <class T, class Select>
+template <class T, class Select, class Variable = double>
 T run(const std::vector<Expression::Instruction>& code, int begin, int end, const T& t, Select&& selector, T* below = nullptr,
-      const double* variables = nullptr) {
+      const Variable* variables = nullptr) {
   using std::sin, std::cos, std::tan, std::asin, std::acos, std::atan, std::sinh, std::cosh, std::tanh, std::asinh, std::acosh, std::atanh,
       std::exp, std::log, std::log2, std::log10, std::sqrt;
   std::array<T, stack_size> stack;
@@ -138,7 +138,7 @@ T run(const std::vector<Expression::Instruction>& code, int begin, int end, cons
         stack[++top] = t;
         break;
       case Op::variable:
-        stack[++top] = T(variables ? variables[now.index] : 0.0);
+        stack[++top] = variables ? T(variables[now.index]) : T(0.0);
         break;
       case Op::add: {
         T& left = binary();

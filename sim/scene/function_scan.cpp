@@ -315,13 +315,13 @@ FunctionBounds FunctionScan::bounds_of_table(double lo, double hi) const {
   return out;
 }
 
-bool FunctionScan::shows(double lo, double hi) const {
-  const FunctionBounds b = bounds(lo, hi);
-  const double width = hi - lo, floor = 1e-9 * peak_;
+bool is_shown(const FunctionBounds& b, double width, double floor) {
   if (b.varies <= floor) return true;
   const double bend = b.bend * width * width / 8.0;
   return bend <= std::max(floor, 0.5 * b.slope * width) && std::isfinite(bend);
 }
+
+bool FunctionScan::shows(double lo, double hi) const { return is_shown(bounds(lo, hi), hi - lo, 1e-9 * peak_); }
 
 double FunctionScan::limit(double t, double step, double farthest) {
   farthest = std::min(farthest, to_);
@@ -335,6 +335,52 @@ double FunctionScan::limit(double t, double step, double farthest) {
   if (span < step) ++shortened_;
   known_until_ = t + std::max(span, least_);
   return known_until_;
+}
+
+// ---- Along paths -----------------------------------------------------------------------------------------------------------------------
+
+PathScan::PathScan(std::string_view text, std::span<const std::string> variables) {
+  std::vector<Expression::Selector> selectors;
+  std::vector<std::string> used;
+  expression::compile(text, code_, selectors, variables, &used);
+  chosen_.assign(selectors.size(), 0.0);
+  const auto number_before = [&](size_t i) { return i > 0 && code_[i - 1].op == Op::number; };
+  for (size_t i = 0; i < code_.size(); ++i) {
+    const Op op = code_[i].op;
+    const bool polynomial = op <= Op::multiply || op == Op::negate || (op >= Op::both && op != Op::atan2) ||
+                            (op == Op::divide && number_before(i)) ||
+                            (op == Op::power && number_before(i) && code_[i - 1].number >= 0.0 && code_[i - 1].number <= 3.0);
+    may_peak_ = may_peak_ || !polynomial;
+  }
+}
+
+void PathScan::choose(double t, const double* values) {
+  expression::run(
+      code_, 0, static_cast<int>(code_.size()), t,
+      [&](int index, Op op, double a, double b) { return chosen_[static_cast<size_t>(index)] = expression::select(op, a, b); },
+      static_cast<double*>(nullptr), values);
+}
+
+FunctionBounds PathScan::bounds(double lo, double hi, std::span<const PathBounds> paths) const {
+  Series time(Interval{lo, hi});
+  time[1] = expression::one;
+  std::vector<Series> variables;
+  for (const PathBounds& p : paths) {
+    Series v(Interval{p.least, p.most});
+    v[1] = {p.slowest, p.fastest};
+    v[2] = {0.5 * p.bend_least, 0.5 * p.bend_most};
+    variables.push_back(v);
+  }
+  const Series f = expression::run(
+      code_, 0, static_cast<int>(code_.size()), time,
+      [&](int index, Op, const Series&, const Series&) { return chosen_[static_cast<size_t>(index)]; }, static_cast<Series*>(nullptr),
+      variables.data());
+  FunctionBounds out;
+  out.size = expression::largest(f[0]);
+  out.varies = f[0].empty() ? 0.0 : f[0].hi - f[0].lo;
+  out.slope = expression::largest(f[1]);
+  out.bend = 2.0 * expression::largest(f[2]);
+  return out;
 }
 
 }  // namespace flexframe::sim

@@ -8,11 +8,14 @@
 // tolerance allows is shortened by it but where a function begins that is new to it.
 #pragma once
 
+#include "sim/scene/expression.h"
 #include "sim/scene/scene.h"
 #include "sim/scene/table.h"
 
 #include <memory>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace flexframe::sim {
@@ -23,6 +26,11 @@ struct FunctionBounds {
   double size = 0.0;    // largest size
   double varies = 0.0;  // highest less lowest, at most
   double slope = 0.0, bend = 0.0;
+};
+
+// How a value that an expression reads may go within a box of times: bounds of it, of its rate and of its second derivative.
+struct PathBounds {
+  double least = 0.0, most = 0.0, slowest = 0.0, fastest = 0.0, bend_least = 0.0, bend_most = 0.0;
 };
 
 class FunctionScan {
@@ -61,5 +69,28 @@ class FunctionScan {
   double to_, least_, known_until_, peak_ = 0.0;
   long shortened_ = 0;
 };
+
+// The same of an expression that reads values which follow from the motion, along paths on which they are expected: a bell over a place,
+// a pulse of time that is multiplied by a speed.
+class PathScan {
+ public:
+  // An expression that Expression has read with these names.
+  PathScan(std::string_view text, std::span<const std::string> variables);
+
+  // Whether it can be narrow at all: sums, products and powers up to the third of what it reads and of numbers never are.
+  bool may_peak() const { return may_peak_; }
+  // The pieces that hold at these values from here on.
+  void choose(double t, const double* values);
+  // Bounds in a box of times [lo, hi] on these paths, one a variable.
+  FunctionBounds bounds(double lo, double hi, std::span<const PathBounds> paths) const;
+
+ private:
+  std::vector<Expression::Instruction> code_;
+  std::vector<double> chosen_;
+  bool may_peak_ = false;
+};
+
+// Whether a box of that width shows a function with these bounds, of which the share `floor` of its size is nothing.
+bool is_shown(const FunctionBounds& bounds, double width, double floor);
 
 }  // namespace flexframe::sim

@@ -13,7 +13,7 @@ void EventWatch::begin(System& system, double t, const VecX& y) {
   start_y_ = y;
   start_.margin.resize(n);
   directions_.assign(n, 0);
-  if (n > 0) event_margins(system, t, y.data(), start_.margin.data());
+  if (n > 0) start_ = at(system, t, y);
 }
 
 // A multistep interpolant is exact at the step's end and misses its start by up to the tolerance, at first order by a bend of the whole
@@ -24,11 +24,17 @@ void EventWatch::state_at(const Integrator& integrator, double t, VecX& y) const
 }
 
 EventWatch::Point EventWatch::at(System& system, const Integrator& integrator, double t) {
+  state_at(integrator, t, scratch_);
+  return at(system, t, scratch_);
+}
+
+EventWatch::Point EventWatch::at(System& system, double t, const VecX& y) const {
   Point p;
   p.t = t;
   p.margin.resize(start_.margin.size());
-  state_at(integrator, t, scratch_);
-  event_margins(system, t, scratch_.data(), p.margin.data());
+  p.rate.resize(start_.margin.size());
+  event_margins(system, t, y.data(), p.margin.data());
+  event_rates(system, p.rate.data());
   return p;
 }
 
@@ -36,6 +42,59 @@ bool EventWatch::ended(const Point& p) const {
   for (size_t k = 0; k < p.margin.size(); ++k)
     if (p.margin[k] < floor_[k]) return true;
   return false;
+}
+
+// The step's start, looks inside it and its end.
+std::vector<EventWatch::Point> EventWatch::looks(System& system, const Integrator& integrator, double t, const VecX& y) {
+  std::vector<Point> points{start_};
+  Point last = at(system, t, y);
+  // Within a step whose error is small a margin has one turning point, seldom two: a look at each third shows it. What stands still while
+  // others turn has no error.
+  constexpr double angle = 0.5;
+  constexpr int most = 4000;
+  const int parts = static_cast<int>(std::clamp(std::ceil(watched_turning(system) * (t - start_.t) / angle), 3.0, double{most}));
+  const bool reads = !system.model.functions.empty() || !system.model.contacts.empty();
+  // Slopes at the ends of the step, by secants.
+  constexpr double beside = 0.01;
+  const auto look = [&](double share) { points.push_back(at(system, integrator, start_.t + share * (t - start_.t))); };
+  if (reads) look(beside / parts);
+  for (int i = 1; i < parts; ++i) look(static_cast<double>(i) / parts);
+  if (reads) look(1.0 - beside / parts);
+  points.push_back(std::move(last));
+  if (reads) look_between(system, integrator, points);
+  return points;
+}
+
+// Between two looks a margin that falls and rises again lies above both of its tangents there, or the chords beside, as long as these are
+// taken steep enough: where they meet below zero it is looked at once more.
+void EventWatch::look_between(System& system, const Integrator& integrator, std::vector<Point>& points) {
+  constexpr int most = 200;  // looks more
+  constexpr double steeper = 1.5;
+  const double width = points.back().t - points.front().t;
+  const auto chord = [&](size_t i, size_t k) { return (points[i + 1].margin[k] - points[i].margin[k]) / (points[i + 1].t - points[i].t); };
+  int more = 0;
+  for (size_t i = 0; i + 1 < points.size() && more < most;) {
+    const Point &a = points[i], &b = points[i + 1];
+    double look = 0.0;
+    for (size_t k = 0; k < floor_.size() && look == 0.0; ++k) {
+      if (a.margin[k] < floor_[k] || b.margin[k] < floor_[k]) continue;
+      const double falls = steeper * (std::isfinite(a.rate[k]) ? a.rate[k] : i > 0 ? chord(i - 1, k) : 0.0);
+      const double rises = steeper * (std::isfinite(b.rate[k]) ? b.rate[k] : i + 2 < points.size() ? chord(i + 1, k) : 0.0);
+      if (!(falls < 0.0 && rises > 0.0)) continue;
+      const double meet = (a.margin[k] - b.margin[k] + rises * (b.t - a.t)) / (rises - falls);
+      if (a.margin[k] + falls * meet < floor_[k]) look = a.t + std::clamp(meet, 0.1 * (b.t - a.t), 0.9 * (b.t - a.t));
+    }
+    if (look == 0.0 || b.t - a.t < 1e-6 * width) {
+      ++i;
+      continue;
+    }
+    Point between = at(system, integrator, look);
+    const bool over = ended(between);
+    points.insert(points.begin() + static_cast<std::ptrdiff_t>(i) + 1, std::move(between));
+    if (over) return;  // what comes later is of no interest
+    ++more;
+    if (i > 0) --i;  // its chord has changed
+  }
 }
 
 // Follows margins that have their least value among the points inside the step. True where one ends there: `before` and `after` enclose its
@@ -97,15 +156,7 @@ bool EventWatch::look(System& system, const Integrator& integrator, double& t, V
   missed_ = start_y_ - missed_;
   event_roundings(system, floor_);
   for (size_t k = 0; k < floor_.size(); ++k) floor_[k] = std::min(-floor_[k], 2.0 * start_.margin[k]);
-  std::vector<Point> points{start_};
-  // Within a step whose error is small a margin has one turning point, seldom two: a look at each third shows it.
-  for (const double share : {1.0 / 3.0, 2.0 / 3.0}) points.push_back(at(system, integrator, start_.t + share * (t - start_.t)));
-  Point last;
-  last.t = t;
-  last.margin.resize(floor_.size());
-  event_margins(system, t, y.data(), last.margin.data());
-  points.push_back(std::move(last));
-
+  std::vector<Point> points = looks(system, integrator, t, y);
   Point before, after;
   size_t first = 1;
   while (first < points.size() && !ended(points[first])) ++first;

@@ -1,10 +1,12 @@
 // Where in an integrator's step a phase ends: the first zero of its margins from above (events.h), on the interpolant of the step.
 //
 // A step is looked at inside as well as at its end, and where a margin has its least value in between that is followed down: a slide that
-// goes back and forth within a step, or a ball that only grazes its stop, is found. A margin that starts at zero (a body that starts on its
-// stop, a slip that starts from rest) and falls has its zero at the start: no phase can hold where friction would push along the motion or
-// a stop would be passed through. Zero: what rounding leaves of it (event_roundings). The integrators' own search would see changes of
-// sign between the ends of steps only.
+// goes back and forth within a step, or a ball that only grazes its stop, is found. What expressions and contacts look at is looked at more
+// often where bodies turn far within a step, and where a margin that falls and rises again might reach zero in between as far as its slopes
+// at two looks tell: a tip that brushes a wall once a turn, a ball that would be past its partner by the end of the step. A margin that
+// starts at zero (a body that starts on its stop, a slip that starts from rest) and falls has its zero at the start: no phase can hold
+// where friction would push along the motion or a stop would be passed through. Zero: what rounding leaves of it (event_roundings). The
+// integrators' own search would see changes of sign between the ends of steps only.
 #pragma once
 
 #include "sim/time/system.h"
@@ -29,11 +31,14 @@ class EventWatch {
  private:
   struct Point {
     double t = 0.0;
-    std::vector<double> margin;
+    std::vector<double> margin, rate;
   };
   void state_at(const Integrator& integrator, double t, VecX& y) const;
   Point at(System& system, const Integrator& integrator, double t);
+  Point at(System& system, double t, const VecX& y) const;
   bool ended(const Point& p) const;
+  std::vector<Point> looks(System& system, const Integrator& integrator, double t, const VecX& y);
+  void look_between(System& system, const Integrator& integrator, std::vector<Point>& points);
   bool dips(System& system, const Integrator& integrator, const std::vector<Point>& points, Point& before, Point& after);
   void locate(System& system, const Integrator& integrator, Point& before, Point& after);
 

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 namespace flexframe::sim {
 namespace {
@@ -52,6 +53,23 @@ bool has_events(const System& s) {
   return false;
 }
 
+double watched_turning(const System& s) {
+  double out = 0.0;
+  const auto watch = [&](int frame) {
+    if (const int part = frame >= 0 ? s.model.frames[static_cast<size_t>(frame)].part : ground; part != ground)
+      out = std::max(out, s.work.parts[static_cast<size_t>(part)].V.tail<3>().norm());
+  };
+  for (const Signal& signal : s.model.signals) {
+    watch(signal.frame);
+    watch(signal.relative_to);
+  }
+  for (const Contact& contact : s.model.contacts) {
+    watch(s.model.loads[static_cast<size_t>(contact.load)].on);
+    watch(s.model.loads[static_cast<size_t>(contact.load)].from);
+  }
+  return out;
+}
+
 int event_count(const System& s) {
   if (!has_events(s)) return 0;
   return static_cast<int>(s.friction.points.size() + 2 * s.stops.size() + 3 * s.model.contacts.size()) + switch_count(s.model);
@@ -69,6 +87,15 @@ void event_margins(System& s, double t, const double* y, double* margin) {
   read_state(s);
   switch_margins(s.model, s.work, margin);
   contact_margins(s.model, s.work, margin + switch_count(s.model));
+}
+
+void event_rates(const System& s, double* rate) {
+  std::fill_n(rate, event_count(s), std::numeric_limits<double>::quiet_NaN());
+  rate += event_count(s) - static_cast<int>(3 * s.model.contacts.size());
+  for (const ContactWork& c : s.work.signals.contacts) {
+    if (c.phase == ContactPhase::apart) *rate = -c.rate;
+    rate += 3;
+  }
 }
 
 void event_roundings(System& s, std::vector<double>& rounding) {

@@ -12,11 +12,15 @@ namespace flexframe::sim {
 
 // Whether the scene has anything that makes events.
 bool has_events(const System& system);
+// How fast the bodies turn whose frames expressions and contacts read, rad/s, at the present velocities; 0 where nothing reads.
+double watched_turning(const System& system);
 
 // Margins at (t, y): every entry is positive while the present phases hold. Entries: friction points, then two a stop, then the switches of
 // expressions (signals.h), then three a contact (contacts.h).
 int event_count(const System& system);
 void event_margins(System& system, double t, const double* y, double* margin);
+// Of the margins at the state in `work`, their rates where they are known: of contacts that are apart; elsewhere not a number.
+void event_rates(const System& system, double* rate);
 // What rounding leaves of a margin that is zero, in its unit, at the state in `work`; follows FrictionState::fastest.
 void event_roundings(System& system, std::vector<double>& rounding);
 

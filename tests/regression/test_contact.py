@@ -180,6 +180,41 @@ def exchanged(folder):
     off(h["x.z"], s.y[0], 2e-5, "a plane that falls on a ball")
 
 
+def nothing_is_passed(folder):
+    # A ball that would be past its partner by the end of a step falls 20 m on a ball of 0.2 m: it comes back.
+    text = "[simulation]\nduration = 4\noutput_rate = 10\ngravity = [0, 0, -9.81]\n" + ball() + output("x", "rail", "value")
+    text = text[: text.index("[[joint]]")] + text[text.index("[[output]]") :]
+    text += '[[joint]]\nname = "rail"\nkind = "prismatic"\nparent = "ground"\nchild = "ball"\ninitial = { value = 20 }\n'
+    h = simulate(folder, text + touch(more='against = "sphere"\nfrom_radius = 0.1'))
+    t = math.sqrt(2 * 19.8 / g)
+    off(h["x"][h["t"] > t + 0.05], 0.2 + (9.81 * t * (h["t"] - t) - g / 2 * (h["t"] - t) ** 2)[h["t"] > t + 0.05], 0.1, "back from a ball")
+    # An arm that turns evenly brushes a plate at rest once a turn, 1e-5 m deep; the plate swings on its spring after that.
+    w, dip, k, k0 = 20.0, 1e-5, 1e5, 50.0
+    text = "[simulation]\nduration = 0.9\noutput_rate = 100\n" + output("x", "slide", "value")
+    for name in ("arm", "plate"):
+        text += f'[[body]]\nname = "{name}"\nkind = "rigid"\nmass = 1\ninertia = [1, 1, 1]\nframes = {{ tip = [0, 1, 0] }}\n'
+    text += f'[[joint]]\nname = "shaft"\nkind = "revolute"\nparent = "ground"\nchild = "arm"\nmotion = "{w}*t"\n'
+    text += '[[joint]]\nname = "slide"\nkind = "prismatic"\nparent = "ground"\nchild = "plate"\naxis = [1, 0, 0]\n'
+    text += f"position = [{1 - dip!r}, 0, 0]\nspring = {{ stiffness = {k0} }}\n"
+    h = simulate(folder, text + touch(on="arm.tip", frm="plate", shape="point", stiffness=k, more="normal = [-1, 0, 0]"))
+    depth = lambda t, y: -math.sin(w * t) - (1 - dip + y[0])
+    rhs = lambda t, y: [y[1], -k0 * y[0] + k * max(0.0, depth(t, y))]
+    s = solve_ivp(rhs, (0, 0.9), [0, 0], rtol=1e-10, atol=1e-14, max_step=1e-5, t_eval=h["t"])
+    off(h["x"] / np.ptp(s.y[0]), s.y[0] / np.ptp(s.y[0]), 1e-3, "a plate that is brushed")
+
+
+def slides_to_rest(folder):
+    # The only thing that moves comes to rest: its last speed is nothing against what it was.
+    m, k, mu, v = 0.4, 2000.0, 0.7, 1.4
+    text = simulation % (0.3, 100, "[0, -9.81, 0]") + f'[[body]]\nname = "ball"\nkind = "rigid"\nmass = {m}\ninertia = [1, 1, 1]\n'
+    text += '[[joint]]\nname = "flight"\nkind = "planar"\nparent = "ground"\nchild = "ball"\n'
+    text += f"initial = {{ value = [0, {-m * g / k!r}, 0], rate = [{v}, 0, 0] }}\n" + output("x", "ball", "position")
+    rub = f"normal = [0, 1, 0]\nfriction = {{ coefficient = {mu}, stiffness = 1000, damping = 10 }}"
+    h = simulate(folder, text + touch(shape="point", stiffness=k, more=rub))
+    t = np.minimum(h["t"], v / (mu * g))
+    off(h["x.x"], v * t - mu * g / 2 * t**2, 1e-8, "slides until it rests")
+
+
 def wrong_words(folder):
     text = simulation % (1, 100, "[0, 0, 0]") + ball()
     refused(
@@ -202,4 +237,4 @@ def wrong_words(folder):
     )
 
 
-run_parts(bounces, rests, rolls, inclines, balls, exchanged, wrong_words)
+run_parts(bounces, rests, rolls, inclines, balls, exchanged, nothing_is_passed, slides_to_rest, wrong_words)

@@ -285,6 +285,49 @@ def errors(folder):
     wrong(output("o", "rod.tip", "displacement", 'relative_to = ["a", "b", "c"]'), "one frame", "two")
 
 
+# A crank on a shaft, turned by a table of its angle.
+TABLE = """[simulation]
+duration = 0.5
+[[body]]
+name = "crank"
+kind = "rigid"
+mass = 1
+inertia = [1, 1, 1]
+frames = { spot = [1, 0, 0] }
+[[joint]]
+name = "shaft"
+kind = "revolute"
+parent = "ground"
+child = "crank"
+initial = { rate = 4 }
+[[force]]
+name = "gas"
+kind = "torque"
+on = "crank"
+direction = [0, 0, 1]
+value = { table = [[0, 5], [1, 7], [2, 4], [3, 6], [4, 5]], of = "shaft" }
+"""
+
+
+def tables(folder):
+    h = simulate(folder, TABLE + output("M", "gas", "force") + output("P", "gas", "power") + output("v", "shaft", "rate"), "table")
+    near(h["M"][0], 5.0, 1e-9, "a table's force at the start")
+    for moment, power, rate in zip(h["M"], h["P"], h["v"]):
+        near(power, moment * rate, 1e-9 * abs(power), "a table's power")
+
+
+def friction_at_the_start(folder):
+    # From rest it slides the way it is pushed: friction acts against that from the first sample on.
+    for push in (3.0, -3.0):
+        rubs = "friction = { coefficient = 0.5, normal_force = 2 }"
+        text = TABLE.replace("initial = { rate = 4 }", rubs).replace(
+            '{ table = [[0, 5], [1, 7], [2, 4], [3, 6], [4, 5]], of = "shaft" }', str(push)
+        )
+        h = simulate(folder, text + output("F", "shaft", "friction_force") + output("a", "crank.spot", "acceleration"), "rubs")
+        near(h["F"][0], -math.copysign(1.0, push), 1e-12, "friction at the start")
+        near(h["a.y"][0], push - math.copysign(1.0, push), 1e-9, "acceleration at the start")
+
+
 def heads(folder):
     simulate(folder, SPRING + output("v", "rail", "rate", 'description = "how fast the mass goes"'), "d")
     run("export", folder / "d.h5", "--to", "csv", "--head", "-o", folder / "head.csv")
@@ -295,7 +338,7 @@ def heads(folder):
 
 with tempfile.TemporaryDirectory() as name:
     here = pathlib.Path(name)
-    for test in (sections, turned, forces, friction, frames, units, errors, heads):
+    for test in (sections, turned, forces, friction, tables, friction_at_the_start, frames, units, errors, heads):
         print(f"-- {test.__name__}", flush=True)
         test(here)
 finish()

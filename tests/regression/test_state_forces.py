@@ -157,4 +157,39 @@ def wrong_words(folder):
     expect("needs 'linear'" in says, f"drag without numbers: {says}")
 
 
-run_parts(readings, times_inside, between_bodies, drags, rest_is_no_switch, groups, wrong_words)
+def narrow(folder):
+    # Bells over a place and over the distance to something that passes, far narrower than a step: the impulse, at the default tolerance.
+    bell = math.sqrt(math.pi)
+    loose = simulation.replace("tolerance = 1e-9\n", "")
+    text = loose % (2, "[0, 0, 0]") + ball + rail % "axis = [1, 0, 0]\ninitial = { rate = 1 }" + place
+    for width in (1e-2, 1e-4):
+        h = simulate(folder, text + push % ("1, 0, 0", f"{0.5 / (width * bell)!r}*exp(-((x - 1.234)/{width})^2)"))
+        near(h["v"][-1], math.sqrt(1 + 0.5), 1e-4, f"a bump of {width} m on the way")
+    text = loose % (2, "[0, 0, 0]") + ball + rail % "axis = [1, 0, 0]" + place
+    text += '[ground]\nframes = { eye = [0, 2, 0] }\n[[body]]\nname = "arm"\nkind = "rigid"\nmass = 1\ninertia = [1, 1, 1]\n'
+    text += 'frames = { tip = [2, 0, 0] }\n[[joint]]\nname = "shaft"\nkind = "revolute"\nparent = "ground"\nchild = "arm"\nmotion = "5*t"\n'
+    text += '[[output]]\nname = "near"\nof = "arm.tip"\nquantity = "distance"\nrelative_to = "ground.eye"\n'
+    first, second = math.pi / 10, math.pi / 10 + 2 * math.pi / 5
+    for width in (0.1, 1e-3):
+        # The tip passes at 10 m/s: both passings push for 2 kg m/s together.
+        h = simulate(folder, text + push % ("1, 0, 0", f"{10 / (width * bell)!r}*exp(-(near/{width})^2)"))
+        near(h["v"][-1], 1.0, 2e-3, f"what passes is seen within {width} m")
+        gate = 2 * math.asin(width / 4) / 5
+        h = simulate(folder, text + push % ("1, 0, 0", f"near < {width} ? {1 / (2 * gate)!r} : 0"))
+        wanted = np.clip((h["t"] - first + gate) / (2 * gate), 0, 1) + np.clip((h["t"] - second + gate) / (2 * gate), 0, 1)
+        off(h["v"], 0.5 * wanted, 1e-5, f"a gate of {width} m")
+    # A pulse of time on the way into a block.
+    h = simulate(
+        folder,
+        loose % (2, "[0, 0, 0]")
+        + ball
+        + rail % "axis = [1, 0, 0]"
+        + place
+        + '[[block]]\nname = "lag"\nkind = "transfer-function"\nnumerator = [1]\ndenominator = [1, 1]\n'
+        + f'input = "{1 / (1e-4 * bell)!r}*exp(-((t - 0.7)/1e-4)^2)"\n'
+        + push % ("1, 0, 0", "2*lag"),
+    )
+    off(h["v"], np.where(h["t"] > 0.7, 1 - np.exp(-(h["t"] - 0.7)), 0)[:], 1e-3, "a pulse into a block")
+
+
+run_parts(readings, times_inside, between_bodies, drags, rest_is_no_switch, groups, narrow, wrong_words)

@@ -1,0 +1,16 @@
+// Beams of eigenforms or kept modes of which the scene gives too few, told by a second run with two more in each direction.
+#pragma once
+
+#include "sim/results/histories.h"
+#include "sim/run/histories_run.h"
+#include "sim/scene/scene.h"
+
+namespace flexframe::sim {
+
+// A warning where an output moves by more than `asked` of its range, beyond what the run's error of time explains; nothing where no beam
+// gives a number of modes, or the second run fails. Bodies whose elastic coordinates are output or given keep theirs. options: those of the
+// run; reference: its outputs; its tolerance and estimated error are in `statistics`, the warning goes there.
+void warn_of_few_modes(const Scene& scene, const SimulateOptions& options, const Histories& reference, double asked,
+                       SolverStatistics& statistics);
+
+}  // namespace flexframe::sim
