@@ -26,10 +26,14 @@ import numpy as np
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 import kinds_asked  # noqa: E402
 import kinds_contact  # noqa: E402
+import kinds_coupled  # noqa: E402
 import kinds_effects  # noqa: E402
+import kinds_exact  # noqa: E402
 import kinds_motion  # noqa: E402
+import kinds_read  # noqa: E402
 import kinds_rich  # noqa: E402
 import kinds_statics  # noqa: E402
+import kinds_touch  # noqa: E402
 import kinds_wide  # noqa: E402
 
 # What continuous integration runs: one scene of a kind, those whose truth costs little.
@@ -68,6 +72,10 @@ KINDS = (
     + kinds_effects.KINDS
     + kinds_wide.KINDS
     + kinds_asked.KINDS
+    + kinds_touch.KINDS
+    + kinds_read.KINDS
+    + kinds_coupled.KINDS
+    + kinds_exact.KINDS
 )
 DEFAULT_CLAIM, ESTIMATES = 0.01, 5.0
 

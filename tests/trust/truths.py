@@ -193,7 +193,7 @@ def oscillator(m, c, k, x0, v0, times):
     return (a1 * np.exp(s1 * times) + a2 * np.exp(s2 * times)).real
 
 
-def piecewise(f_of_mode, events_of_mode, y0, mode, times, rtol=1e-11, atol=1e-12, most=10000):
+def piecewise(f_of_mode, events_of_mode, y0, mode, times, rtol=1e-11, atol=1e-12, most=10000, max_step=np.inf):
     """A motion in pieces: in each, y' = f_of_mode(mode)(t, y) until one of events_of_mode(mode) has a zero.
 
     events_of_mode(mode) is a list of (function, next mode or a function of (t, y)).
@@ -221,7 +221,7 @@ def piecewise(f_of_mode, events_of_mode, y0, mode, times, rtol=1e-11, atol=1e-12
             atol=atol,
             events=functions or None,
             dense_output=True,
-            max_step=(times[-1] - times[0]) / 300,
+            max_step=min(max_step, (times[-1] - times[0]) / 300),
         )  # a body that rests must not step over what tears it off
         inside = (times >= t) & (times <= done.t[-1] * (1 + 1e-14))
         if inside.any():
@@ -233,6 +233,48 @@ def piecewise(f_of_mode, events_of_mode, y0, mode, times, rtol=1e-11, atol=1e-12
         following = events[hit][1]
         mode = following(t, y) if callable(following) else following
     raise RuntimeError("too many events")
+
+
+def restarted(f, kinks, y0, times, rtol=1e-11, scale=1.0, stops=(), most=100000):
+    """States at times of y' = f(t, y), whose right side has a kink where one of `kinks`, functions of (t, y), is zero.
+
+    Integrated from kink to kink, and anew at `stops`, so that nothing short is stepped over."""
+    longest = (times[-1] - times[0]) / 300
+    t, y = times[0], np.array(y0, float)
+    out = np.zeros((len(times), len(y)))
+    borders = sorted({s for s in stops if times[0] < s < times[-1]} | {times[-1]})
+    events = []
+    for g in kinks:
+
+        def event(s, z, g=g):
+            return g(s, z)
+
+        event.terminal = True
+        events.append(event)
+    away = False  # the kink where this piece begins is not its end: it is left without looking
+    for _ in range(most):
+        end = next(b for b in borders if b > t)
+        end = min(end, t + 1e-7 * longest) if away else end
+        done = solve_ivp(
+            f,
+            (t, end),
+            y,
+            method="DOP853",
+            rtol=rtol,
+            atol=1e-12 * scale,
+            events=None if away else events,
+            dense_output=True,
+            max_step=longest,
+        )
+        inside = (times >= t) & (times <= max(done.t[-1], t + 1e-9 * longest))
+        if inside.any():
+            out[inside] = done.sol(times[inside]).T if done.t[-1] > t else y
+        if done.t[-1] >= times[-1]:
+            return out
+        t, y, away = done.t[-1], done.y[:, -1], not away
+        if done.status < 0:  # a jump that is not at a stop to the last bit
+            y, t, away = y + 1e-9 * longest * np.asarray(f(t, y)), t + 1e-9 * longest, False
+    raise RuntimeError("too many kinks")
 
 
 def rotate(v):
