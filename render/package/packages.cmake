@@ -65,7 +65,7 @@ if(GZIP)
     DESTINATION ${CMAKE_INSTALL_DATADIR}/lintian/overrides RENAME flexframe COMPONENT program)
 endif()
 
-set(CPACK_SOURCE_GENERATOR TXZ)
+set(CPACK_SOURCE_GENERATOR TGZ)
 set(CPACK_SOURCE_PACKAGE_FILE_NAME flexframe-${PROJECT_VERSION})
 set(CPACK_SOURCE_IGNORE_FILES "/build/;/out/;/\\\\.git/;\\\\.git$;__pycache__;\\\\.tmp$")
 include(CPack)
