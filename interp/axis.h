@@ -34,6 +34,8 @@ struct AxisLift {
 // The axis through nodes whose extent across it is small: principal axis. At least two nodes with distinct parameters.
 AxisLift make_axis(const Points& nodes, bool rotations_given);
 
+// Number P of the sources, six a station. lift_exact and lift_linear: the sources (P x 3, m) of nodes that are displaced (N x 3, m) and
+// turned (N x 3 rotation vectors, rad; 0 x 3: none); exact for large rotations, and linear for modes.
 int source_count(const AxisLift& axis);
 Points lift_exact(const AxisLift& axis, const Points& displacement, const Points& rotation);
 Points lift_linear(const AxisLift& axis, const Points& displacement, const Points& rotation);

@@ -29,6 +29,7 @@ std::string exaggeration_warning(double rotation, double scale);
 // Reusable solver of the corotated exaggeration of one mesh.
 class Corotated {
  public:
+  // Factorises once and keeps a copy of the mesh.
   explicit Corotated(const MeshView& mesh);
   ~Corotated();
   Corotated(Corotated&&) noexcept;

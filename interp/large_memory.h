@@ -17,9 +17,11 @@ template <typename T>
 struct LargeAllocator {
   using value_type = T;
   LargeAllocator() = default;
+  // Of another type: allocators have no state.
   template <typename U>
   LargeAllocator(const LargeAllocator<U>& /*other*/) {}
 
+  // Memory for n objects; throws std::bad_alloc.
   T* allocate(std::size_t n) {
     constexpr std::size_t line = 64, huge_page = std::size_t{1} << 21;
     if (n > std::numeric_limits<std::size_t>::max() / sizeof(T) - huge_page) throw std::bad_alloc();

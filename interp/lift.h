@@ -54,6 +54,7 @@ struct RigidMotion {
   Vec3 centre = Vec3::Zero(), translation = Vec3::Zero();
   Vec3 displacement(const Vec3& x) const { return rotation * (x - centre) + centre + translation - x; }
 };
+// positions, displacement: N x 3, m; rotation: N x 3 rotation vectors, rad, or 0 x 3.
 RigidMotion best_rigid_motion(const Points& positions, const Points& displacement, const Points& rotation);
 
 // Leave-one-out rows: residual of node i = sum of weights times sources (sparse), or times node displacements (dense).

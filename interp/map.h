@@ -111,6 +111,7 @@ struct LeaveOneOutError {
   double maximum = 0.0;   // m
   int node = -1;          // that of the maximum
 };
+// displacement N x 3, m; rotation N x 3, rad, or 0 x 3. Throws InputError as apply does.
 LeaveOneOutError leave_one_out(const Map& map, const Eigen::Ref<const Points>& displacement, const Eigen::Ref<const Points>& rotation);
 
 // Largest difference of data between nodes that were merged: m, and a sentence naming them, or empty.

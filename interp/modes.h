@@ -52,6 +52,7 @@ struct CachedModes {
   Report report;
   bool from_cache = false;
 };
+// phi, psi: as for map_modes. Throws what make_map throws; a cache that cannot be written is no error.
 CachedModes cached_modes(const Nodes& nodes, const MeshView& mesh, const Options& options, const Eigen::Ref<const Eigen::MatrixXd>& phi,
                          const Eigen::Ref<const Eigen::MatrixXd>& psi, const std::filesystem::path& cache);
 

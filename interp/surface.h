@@ -18,6 +18,7 @@ struct NormalLayout {
   // Corners sorted by group, filled by make_normal_layout: what lets groups be summed in a fixed order by several threads.
   std::vector<int> group_begin, group_corner;
 };
+// From the arrays of the struct above; sorts the corners by group.
 NormalLayout make_normal_layout(std::vector<int> corner_position, std::vector<int> corner_group, int groups);
 
 // Unit normals, groups x 3; (0, 0, 1) where all triangles of a group are degenerate. positions: 3 M floats.

@@ -16,6 +16,7 @@ void write_file(const std::filesystem::path& path, std::span<const std::uint8_t>
 // Removes the temporary files that killed processes left in a folder for files whose names begin with start.
 void remove_parts(const std::filesystem::path& folder, std::string_view start);
 
+// All bytes of a file. Throws FileError.
 std::vector<std::uint8_t> read_file(const std::filesystem::path& path);
 
 }  // namespace flexframe::render

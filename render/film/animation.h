@@ -100,6 +100,7 @@ struct Animation {
 // Throws what make_body_model throws.
 Animation make_animation(const sim::Results& results, const RenderSettings& settings, const sim::Scene* scene);
 
+// Simulated time of a picture (0 .. count - 1), s.
 double picture_time(const Animation& animation, int picture);
 
 // What joints' symbols are made of.

@@ -86,6 +86,7 @@ struct BodyModel {
   std::vector<std::string> warnings;  // what was chosen or mended
   std::vector<std::string> refused;   // what was asked for and cannot be shown
 
+  // The mesh as the kernel map sees it; valid as long as this body model.
   interp::MeshView view() const;
 };
 

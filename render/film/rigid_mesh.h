@@ -22,6 +22,7 @@ render::Mesh make_shapes_mesh(std::span<const sim::ShapeDef> shapes, std::span<c
 struct HoldingPlace {
   glm::dvec3 at{0.0}, axis{0.0};
 };
+// At the joints, springs and bushings of a body of the scene, in the body's frame, m; none of a body that is not rigid.
 std::vector<HoldingPlace> holding_places(const sim::Scene& scene, const sim::BodyDef& body);
 
 // A rigid body that the scene does not draw. Held at two places: a link from one to the other, with round ends about their pins. Held at

@@ -27,6 +27,7 @@ struct FitOptions {
   double margin = 0.04;
   Insets insets;
 };
+// size: of the picture, pixels.
 Camera fit_camera(std::span<const glm::dvec3> points, Size size, const FitOptions& options);
 
 // The same for the scene area and insets of a picture: set size and overlay first; options.insets is replaced.

@@ -23,9 +23,11 @@ struct PngOptions {
   std::vector<std::pair<std::string, std::string>> text;  // tEXt chunks: keyword (1..79 Latin-1 characters), text
 };
 
+// The bytes of a PNG file.
 std::vector<std::uint8_t> encode_png(const Image& image, const PngOptions& options = {});
 std::vector<std::uint8_t> encode_png(const Image16& image, const PngOptions& options = {});
 
+// The same into a file, whole or not at all. Throws FileError.
 void write_png(const std::filesystem::path& path, const Image& image, const PngOptions& options = {});
 void write_png(const std::filesystem::path& path, const Image16& image, const PngOptions& options = {});
 

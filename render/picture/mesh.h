@@ -66,6 +66,7 @@ void compute_shading_points(Mesh& mesh, const std::vector<glm::vec3>& corner_nor
 // Throws FileError if the file cannot be written.
 void write_obj(const std::filesystem::path& path, const Mesh& mesh, const std::vector<glm::dvec3>& positions);
 
+// The box about all positions of a mesh, m.
 Bounds compute_bounds(const Mesh& mesh);
 
 }  // namespace flexframe::render

@@ -28,10 +28,12 @@ struct Size {
 struct Bounds {
   glm::dvec3 lower{1e300}, upper{-1e300};
   bool empty() const { return !(lower.x <= upper.x && lower.y <= upper.y && lower.z <= upper.z); }
+  // Grows to hold the point, or the other box.
   void add(const glm::dvec3& p) {
     lower = glm::min(lower, p);
     upper = glm::max(upper, p);
   }
+  // Empty ones change nothing.
   void add(const Bounds& b) {
     if (!b.empty()) {
       add(b.lower);

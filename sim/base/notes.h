@@ -18,6 +18,7 @@ struct Note {
 
 class Notes {
  public:
+  // A note, a warning.
   void tell(std::string owner, std::string text) { all_.push_back({Severity::note, std::move(owner), std::move(text)}); }
   void warn(std::string owner, std::string text) { all_.push_back({Severity::warning, std::move(owner), std::move(text)}); }
   // Notes of the whole scene, one a text.
@@ -27,6 +28,7 @@ class Notes {
   void prepend(const Notes& other);
 
   const std::vector<Note>& all() const { return all_; }
+  // Is there one of this severity?
   bool has(Severity severity) const;
   std::size_t size() const { return all_.size(); }
   bool operator==(const Notes&) const = default;

@@ -13,6 +13,7 @@
 
 namespace flexframe::sim {
 
+// skew(a) b = a x b.
 inline Mat3 skew(const Vec3& a) {
   Mat3 s;
   s << 0.0, -a.z(), a.y(), a.z(), 0.0, -a.x(), -a.y(), a.x(), 0.0;
@@ -113,6 +114,7 @@ struct Space {
 // sin(a)/a, (1 - cos a)/a^2, (a - sin a)/a^3 and the derivatives of the last two divided by a, without cancellation.
 struct RotationSeries {
   double s, b, c, db, dc;
+  // a2: the angle squared, rad^2.
   explicit RotationSeries(double a2) {
     // Below 0.25 rad five terms of the series are exact to the last bit; above it the closed forms lose no digits that matter.
     if (a2 < 0.0625) {

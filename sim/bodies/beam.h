@@ -49,6 +49,7 @@ FlexibleBody make_fe_beam(const BeamDef& def, const BeamEffects& effects);
 // The same in two steps: a body that is to have few other coordinates does not pay for constants of second order in all of the elements'.
 class FeBeam {
  public:
+  // As make_fe_beam, with its errors.
   FeBeam(const BeamDef& def, const BeamEffects& effects);
   ~FeBeam();
   // All but the constants of second order (md2, J2, Cr1, the nodes' phi2).

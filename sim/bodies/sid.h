@@ -92,6 +92,7 @@ struct SidCheck {
   std::string identity;
   double residual = 0.0;
 };
+// All identities that the data of the file can be held to.
 std::vector<SidCheck> check_sid(const SidFile& sid);
 
 // The body of a file: every first-order term is used. Where a block is missing its content is taken from the identities

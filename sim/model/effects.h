@@ -22,6 +22,7 @@ struct EffectInfo {
   const char* matters;   // when
   const char* estimate;  // the dimensionless number that says so
 };
+// All effects that a beam can have, in the order in which they are listed to users.
 std::span<const EffectInfo> effect_registry();
 const EffectInfo* find_effect(std::string_view name);  // null: there is none of that name
 
@@ -44,6 +45,7 @@ struct Attachments {
   int count = 0;           // joints and forces on it
   bool continued = false;  // welded to another elastic body: the two bend as one longer beam
 };
+// body: a name of the scene.
 Attachments attachments_of(const Scene& scene, const std::string& body);
 
 // How much of a cantilever's deflection under a load at its tip is shear, 3 EI / (k G A L^2), the larger of the directions that bend; 0

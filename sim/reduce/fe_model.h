@@ -158,6 +158,7 @@ std::vector<std::string> unit_warnings(const FeModel& model, const FeUnits& read
 // "FILE:LINE" of an element, for messages; "FILE" where the line is unknown.
 std::string place_of(const FeModel& model, const FeElement& element);
 
+// Number of nodes of a shape; is it a solid, a shell; its name in messages ("20-node hexahedron").
 int fe_node_count(FeShape shape);
 bool fe_is_solid(FeShape shape);
 bool fe_is_shell(FeShape shape);

@@ -9,6 +9,7 @@
 
 namespace flexframe::sim {
 
+// The whole table as text.
 std::string histories_csv(const Results& results);
 
 // Comment lines "# slider.x [m]: description", one a column.

@@ -27,6 +27,7 @@ struct Histories {
   SolverStatistics statistics;  // of the run they come from
 };
 
+// The outputs of results, with the scales that their errors are measured against.
 Histories to_histories(const Results& results);
 
 // Range of the output that each column belongs to, one number a column. 0 where the output does not move: lengths, angles and rates by less

@@ -39,6 +39,7 @@ struct TimeJet {
 class Expression {
  public:
   Expression() : Expression(0.0) {}
+  // A number.
   explicit Expression(double constant);
   // Throws InputError: "column 5: ... ; allowed: ...".
   explicit Expression(std::string_view text);

@@ -41,6 +41,7 @@ class Parameters {
 struct NameInText {
   std::size_t at, length;
 };
+// In order of appearance; numbers and their exponents are none.
 std::vector<NameInText> names_in(std::string_view text);
 
 }  // namespace flexframe::sim

@@ -37,6 +37,7 @@ struct SectionPoint {
   Eigen::Vector2d torsion = Eigen::Vector2d::Zero();  // torsion_shear
   Eigen::Matrix2d force = Eigen::Matrix2d::Zero();    // force_shear
 };
+// y, z: m from the centroid, in the section's axes.
 SectionPoint section_point(const Section& section, double y, double z);
 // Von Mises stress, Pa. bend_rates: v''' and w''', 1/m^2.
 double section_von_mises(const SectionStrains& strains, const Eigen::Vector2d& bend_rates, double youngs_modulus, double shear_modulus,

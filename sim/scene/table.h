@@ -33,6 +33,7 @@ class CubicTable {
 class TimeFunction {
  public:
   TimeFunction() = default;
+  // Of an expression; of a table, which it keeps.
   explicit TimeFunction(Expression expression) : expression_(std::move(expression)) {}
   explicit TimeFunction(std::shared_ptr<const CubicTable> table) : table_(std::move(table)) {}
 

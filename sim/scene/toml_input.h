@@ -38,6 +38,7 @@ struct TomlValue {
   std::vector<int> key_lines;
   std::shared_ptr<const std::string> file;  // of a table that comes from an included file: that file's name; else null
 
+  // The value of a key of this table, or null.
   const TomlValue* find(std::string_view key) const;
   TomlValue* find(std::string_view key);
 };
@@ -61,6 +62,7 @@ struct Range {
   const char* what = "a number";
   const char* unit = nullptr;
 
+  // The same range of numbers with this unit.
   constexpr Range in(const char* its_unit) const {
     Range range = *this;
     range.unit = its_unit;
@@ -82,6 +84,7 @@ class TableReader {
   void allow(std::span<const std::string> keys) const;
   void allow(std::initializer_list<std::string> keys) const;
 
+  // Is the key there; its value or null; its value, or an InputError that it is missing.
   bool has(std::string_view key) const { return find(key) != nullptr; }
   const TomlValue* find(std::string_view key) const;
   const TomlValue& required(std::string_view key) const;
