@@ -339,7 +339,8 @@ void Painter::draw_surface(const Surface& s, const Picture& p, const ViewState& 
   program.set("view_from_surface", glm::mat4(view_from_surface));
   // A ghost that hardly leaves its body stays behind it, wires lie on top: both without a fight for the nearer depth.
   glm::dmat4 place = view_from_surface;
-  const double pull = !v.ghost ? 0.0 : s.wires ? 1e-3 : -2e-4;
+  // A layer is a fiftieth of a millimetre at a metre: beyond what depths are rounded by, far below a pixel.
+  const double pull = (!v.ghost ? 0.0 : s.wires ? 1e-3 : -2e-4) + 2e-5 * s.layer;
   if (v.frame->orthographic) place[3].z += pull * (v.frame->far - v.frame->near);
   else place = glm::scale(glm::dmat4(1.0), glm::dvec3(1.0 - pull)) * place;
   program.set("clip_from_surface", glm::mat4(v.frame->clip * place));
@@ -416,23 +417,40 @@ Program& Painter::symbol_program(ShaderKind kind, const glm::dmat4& pose, double
   return program;
 }
 
+std::vector<glm::vec3> Painter::facing_pairs(const Lines& l, const ViewFrame& frame) {
+  const glm::dmat4 from_view = glm::inverse(frame.view * l.pose);
+  const glm::vec3 eye(from_view * glm::dvec4(0.0, 0.0, 0.0, 1.0)), back(from_view * glm::dvec4(0.0, 0.0, 1.0, 0.0));
+  std::vector<glm::vec3> points;
+  for (std::size_t i = 0; i + 1 < l.points.size(); i += 2) {
+    const glm::vec3 to_viewer = frame.orthographic ? back : eye - l.points[i];
+    if (glm::dot(l.faces[i], to_viewer) < 0.0f && glm::dot(l.faces[i + 1], to_viewer) < 0.0f) continue;
+    points.push_back(l.points[i]);
+    points.push_back(l.points[i + 1]);
+  }
+  return points;
+}
+
 void Painter::draw_lines(const Lines& l, const ViewState& v) {
   if (l.points.size() < 2 || !all_finite(l.points)) return;
+  const bool chosen = !l.strip && l.faces.size() == l.points.size() && l.colors.empty();
+  if (chosen) line_points_.push_back(facing_pairs(l, *v.frame));
+  const std::vector<glm::vec3>& all = chosen ? line_points_.back() : l.points;
+  if (all.size() < 2) return;
   const Gl& gl = device_.gl();
   Program& program = symbol_program(ShaderKind::line, l.pose, 1.0, static_cast<double>(l.width), v, l.cut && v.cut);
   if (l.cut && v.cut) program.set("cut_plane", cut_plane(*v.cut, l.pose));
   program.set("near", static_cast<float>(v.frame->orthographic ? -1e30 : v.frame->near));
   program.set("pull", static_cast<float>(v.frame->orthographic ? 1e-3 * (v.frame->far - v.frame->near) : 1e-3));
   program.set("origin", glm::vec2(-v.x, -v.y));
-  line_colors_.emplace_back(l.colors.size() == l.points.size() ? l.colors : std::vector<glm::vec4>(l.points.size(), l.color));
-  const GLuint points = device_.buffer(GL_ARRAY_BUFFER, std::span<const glm::vec3>(l.points));
+  line_colors_.emplace_back(l.colors.size() == all.size() ? l.colors : std::vector<glm::vec4>(all.size(), l.color));
+  const GLuint points = device_.buffer(GL_ARRAY_BUFFER, std::span<const glm::vec3>(all));
   const GLuint colors = device_.buffer(GL_ARRAY_BUFFER, std::span<const glm::vec4>(line_colors_.back()));
   if (l.strip) {
     attribute(0, 3, points, 0, 1);
     attribute(1, 3, points, sizeof(glm::vec3), 1);
     attribute(2, 4, colors, 0, 1);
     attribute(3, 4, colors, sizeof(glm::vec4), 1);
-    gl.DrawArraysInstanced(GL_TRIANGLES, 0, 6, static_cast<GLsizei>(l.points.size() - 1));
+    gl.DrawArraysInstanced(GL_TRIANGLES, 0, 6, static_cast<GLsizei>(all.size() - 1));
   } else {
     const auto pair = [&](GLuint index, GLint components, GLuint buffer, std::size_t size, std::size_t offset) {
       gl.BindBuffer(GL_ARRAY_BUFFER, buffer);
@@ -444,7 +462,7 @@ void Painter::draw_lines(const Lines& l, const ViewState& v) {
     pair(1, 3, points, sizeof(glm::vec3), sizeof(glm::vec3));
     pair(2, 4, colors, sizeof(glm::vec4), 0);
     pair(3, 4, colors, sizeof(glm::vec4), sizeof(glm::vec4));
-    gl.DrawArraysInstanced(GL_TRIANGLES, 0, 6, static_cast<GLsizei>(l.points.size() / 2));
+    gl.DrawArraysInstanced(GL_TRIANGLES, 0, 6, static_cast<GLsizei>(all.size() / 2));
   }
 }
 
@@ -491,6 +509,7 @@ void Painter::forget() {
   device_.forget_buffers();
   exploded_.clear();
   line_colors_.clear();
+  line_points_.clear();
 }
 
 }  // namespace flexframe::render

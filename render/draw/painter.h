@@ -68,6 +68,8 @@ class Painter {
   static Exploded explode(const Surface& surface, std::span<const std::uint32_t> triangles);
   void set_view(Program& program, const Picture& picture, const Surface& material, const ViewState& view);
   void light_kept(const Picture& picture, const Content& content, const std::vector<std::size_t>& kept, const ViewState& view);
+  // Ends of the pairs of which a face looks at the viewer.
+  static std::vector<glm::vec3> facing_pairs(const Lines& lines, const ViewFrame& frame);
   Program& symbol_program(ShaderKind kind, const glm::dmat4& pose, double least, double width, const ViewState& view, bool cut);
   void draw_triangles(std::span<const glm::uvec3> triangles);
   void attribute(GLuint index, GLint components, GLuint buffer, std::size_t offset = 0, GLuint divisor = 0);
@@ -78,6 +80,7 @@ class Painter {
   // Alive until the picture is done: buffers are known by their address.
   std::list<Exploded> exploded_;
   std::list<std::vector<glm::vec4>> line_colors_;
+  std::list<std::vector<glm::vec3>> line_points_;
 };
 
 }  // namespace flexframe::render

@@ -10,9 +10,12 @@
 #include "sim/base/error.h"
 
 #include <malloc.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <cstdlib>
 #include <ctime>
 #include <stdexcept>
 
@@ -36,6 +39,22 @@ std::string cpu_features() {
   if (__builtin_cpu_supports("sse4.1")) text += " sse4.1";
 #endif
   return text.empty() ? "baseline" : text.substr(1);
+}
+
+// The process that started the drawing library's threads; 0: none did. A fork has none of them and would wait for them for ever.
+std::atomic<pid_t> threads_of{0};
+
+void refuse_fork() {
+  const pid_t owner = threads_of.load();
+  if (owner != 0 && owner != ::getpid())
+    throw DrawError(
+        "a process forked after its parent had made a Renderer cannot draw: the drawing library's threads do not live in it; fork before "
+        "the first Renderer, or set LP_NUM_THREADS=0 before it");
+}
+
+void note_threads() {
+  const char* const threads = std::getenv("LP_NUM_THREADS");
+  if (!threads || std::string(threads) != "0") threads_of.store(::getpid());
 }
 
 }  // namespace
@@ -324,6 +343,7 @@ struct Renderer::Impl {
   // One number a pixel of the nearest opaque surface, one sample a pixel, taken to 16 bits by `code`: depth buffer or scalar.
   template <class Code>
   Image16 draw_numbers(const Picture& asked, bool scalars, ViewFrame& frame, Code code) {
+    refuse_fork();
     device.make_current();
     std::optional<Picture> scaled;
     Content d = gather_content(asked);
@@ -369,6 +389,8 @@ struct Renderer::Impl {
 };
 
 Renderer::Renderer(Backend backend) {
+  refuse_fork();
+  note_threads();
   impl_ = std::make_unique<Impl>(backend == Backend::osmesa ? create_osmesa_context() : create_egl_context());
   const Gl& gl = impl_->device.gl();
   const auto text = [&](GLenum name) { return std::string(reinterpret_cast<const char*>(gl.GetString(name))); };
@@ -376,13 +398,17 @@ Renderer::Renderer(Backend backend) {
 }
 
 Renderer::~Renderer() {
-  if (impl_) impl_->device.make_current();
+  const pid_t owner = threads_of.load();
+  // To clean up in a fork would wait for threads that are not there.
+  if (owner != 0 && owner != ::getpid()) static_cast<void>(impl_.release());
+  else if (impl_) impl_->device.make_current();
 }
 
 const RendererInfo& Renderer::info() const { return impl_->info; }
 const DrawTimes& Renderer::times() const { return impl_->times; }
 
 Image Renderer::draw(const Picture& asked) {
+  refuse_fork();
   Impl& r = *impl_;
   r.device.make_current();
   r.times = {};

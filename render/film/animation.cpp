@@ -73,8 +73,16 @@ render::Lines crease_line(const BodyModel& model, const PictureMemory::Skin& ski
   const glm::vec3 shade = mapped ? glm::vec3(0.13f, 0.14f, 0.17f) : 0.42f * model.material.color;
   line.color = glm::vec4(look == LookKind::print ? glm::vec3(0.08f) : shade, 1.0f);
   line.points.reserve(2 * model.creases.size());
-  for (const glm::ivec2& ends : model.creases)
-    for (int k = 0; k < 2; ++k) line.points.push_back(skin.positions[static_cast<size_t>(ends[k])]);
+  const auto normal = [&](int triangle) {
+    const glm::uvec3 t = model.triangles[static_cast<size_t>(triangle)];
+    return glm::cross(skin.positions[t.y] - skin.positions[t.x], skin.positions[t.z] - skin.positions[t.x]);
+  };
+  for (const BodyModel::Crease& c : model.creases) {
+    for (const int end : {c.a, c.b}) line.points.push_back(skin.positions[static_cast<size_t>(end)]);
+    if (!model.closed) continue;
+    line.faces.push_back(normal(c.triangle));
+    line.faces.push_back(c.other < 0 ? line.faces.back() : normal(c.other));
+  }
   return line;
 }
 
@@ -172,6 +180,7 @@ void add_scales(const Animation& animation, size_t b, const glm::dmat4& pose, Pi
     if (!model.spine.empty() && (s == 0 || model.ghost == GhostStyle::body))
       memory.picture.lines.push_back(spine_line(memory, b, model, pose, s > 0));
     surface.cut = s == 0 && !animation.cut.empty() && animation.cut[b];
+    surface.layer = static_cast<int>(b % 16);
     if (s == 0) memory.solid[b] = skin - 1;
     if (s > 0) make_ghost(model, surface);
   }
@@ -359,7 +368,7 @@ class PictureHash {
       hash_.add_bytes(s.vectors.data(), s.vectors.size_bytes());
       hash_.add_bytes(s.shears.data(), s.shears.size_bytes());
       hash_.add_bytes(s.colors.data(), s.colors.size_bytes());
-      number(s.behind, s.seen_through, s.cut);
+      number(s.behind, s.seen_through, s.cut, s.layer);
       matrix(s.pose);
       vector3(s.material.color);
       number(s.material.roughness, s.material.metallic, s.opacity, s.two_sided, s.edges, s.wires, s.silhouette, s.casts_shadow,
@@ -382,6 +391,7 @@ class PictureHash {
       hash_.add_bytes(l.points.data(), l.points.size() * sizeof(glm::vec3));
       color4(l.color);
       hash_.add_bytes(l.colors.data(), l.colors.size() * sizeof(glm::vec4));
+      hash_.add_bytes(l.faces.data(), l.faces.size() * sizeof(glm::vec3));
       number(l.width, l.strip, l.on_top, l.seen_through, l.cut);
       matrix(l.pose);
     }

@@ -252,10 +252,10 @@ void warn_of_letters(Animation& animation) {
   for (const BodyModel& body : animation.bodies) words += body.name;
   for (const std::string& column : animation.settings.overlay.plot) words += column;
   if (const std::string missing = render::missing_characters(words); !missing.empty())
-    animation.warnings.push_back(
-        fmt::format("no font here has the characters {} of the title or names: they are drawn as boxes; the Debian package "
-                    "fonts-droid-fallback has Chinese, Japanese and Korean, or let FLEXFRAME_FONT_FALLBACK name a TrueType file",
-                    missing));
+    animation.warnings.push_back(fmt::format(
+        "no font here has the characters {} of the title or names: they are drawn as boxes; the Debian package "
+        "fonts-droid-fallback has Chinese and Japanese, fonts-nanum Korean, or let FLEXFRAME_FONT_FALLBACK name a TrueType file",
+        missing));
 }
 
 // The points turned about the vertical through the centre: what an orbiting camera must keep in sight.
@@ -315,6 +315,35 @@ void set_preset(const std::string& preset, const std::vector<glm::dvec3>& points
   fit.projection = render::Projection::orthographic;
 }
 
+// Where rails begin and end: a fitted camera sees them whole.
+void append_rails(const Animation& animation, std::vector<glm::dvec3>& points) {
+  for (const JointSymbol& symbol : animation.symbols)
+    if (symbol.fixed) {
+      const glm::dmat4 pose = joint_pose(animation.results->joints[static_cast<size_t>(symbol.joint)], {0, 0.0});
+      for (const glm::vec3& p : symbol.positions) points.emplace_back(pose * glm::dvec4(p, 1.0));
+    }
+}
+
+// The fitted camera, a little further off where that takes in the shadows on the ground too.
+render::Camera fit_with_shadows(const render::Picture& picture, const std::vector<glm::dvec3>& points, const render::FitOptions& fit) {
+  constexpr double most = 1.12;  // a shadow is worth that much of the size of what throws it
+  const render::Camera camera = render::fit_camera(picture, points, fit);
+  if (!picture.ground || !picture.look.shadows) return camera;
+  const render::Ground& ground = *picture.ground;
+  const glm::dvec3 light =
+      picture.lighting.direction ? glm::normalize(glm::dvec3(*picture.lighting.direction)) : render::default_light(camera, ground.normal);
+  const double steep = glm::dot(light, ground.normal);
+  if (steep < 0.05) return camera;
+  // Of the way to the shadows as much as is allowed.
+  for (int quarters = 4; quarters > 0; --quarters) {
+    std::vector<glm::dvec3> all = points;
+    for (const glm::dvec3& p : points) all.push_back(p - light * (0.25 * quarters * glm::dot(p - ground.point, ground.normal) / steep));
+    const render::Camera wider = render::fit_camera(picture, all, fit);
+    if (wider.height <= most * camera.height) return wider;
+  }
+  return camera;
+}
+
 void set_camera(Animation& animation, const std::vector<glm::dvec3>& points, const glm::dvec3& gravity) {
   const CameraSettings& asked = animation.settings.camera;
   render::FitOptions fit = render::default_view(points, gravity);
@@ -344,7 +373,8 @@ void set_camera(Animation& animation, const std::vector<glm::dvec3>& points, con
     picture.bounds = animation.bounds;
     animation.fit = fit;
     animation.points = asked.orbit != 0.0 ? all_around(points, animation.bounds.centre(), fit.up) : points;
-    animation.camera = render::fit_camera(picture, animation.points, fit);
+    picture.look.shadows = animation.settings.shadows;
+    animation.camera = fit_with_shadows(picture, animation.points, fit);
   } else {
     animation.camera = !asked.path.empty() ? asked.path.front().camera
                                            : render::Camera{.position = *asked.position,
@@ -424,9 +454,10 @@ Animation make_animation(const sim::Results& results, const RenderSettings& aske
     }
   add_attachments(animation, scene, size);
   append_arrow_tips(animation, points);
+  if (settings.joints && scene) add_symbols(animation, *scene, size);
+  if (animation.follow < 0) append_rails(animation, points);
   for (const glm::dvec3& p : points) animation.bounds.add(p);
   add_panels(animation);
-  if (settings.joints && scene) add_symbols(animation, *scene, size);
   const sim::Vec3 g = scene ? scene->simulation.gravity : sim::Vec3::Zero();
   set_camera(animation, points, {g.x(), g.y(), g.z()});
   const CameraSettings& camera = animation.settings.camera;

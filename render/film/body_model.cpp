@@ -241,16 +241,18 @@ std::vector<std::vector<int>> spine_of(const render::Mesh& mesh, double size) {
 
 constexpr double crease_angle = 46.0;  // degrees; bevels of 45 have a light edge and need no dark one
 
-// The flagged edges once each, as pairs of shading points; none of a mesh that is all creases, such as a scan or a foam.
-std::vector<glm::ivec2> crease_lines(const std::vector<std::uint8_t>& flags, const render::Mesh& mesh) {
-  std::map<std::pair<int, int>, glm::ivec2> lines;
+// The flagged edges once each; none of a mesh that is all creases, such as a scan or a foam.
+std::vector<BodyModel::Crease> crease_lines(const std::vector<std::uint8_t>& flags, const render::Mesh& mesh) {
+  std::map<std::pair<int, int>, BodyModel::Crease> lines;
   for (size_t t = 0; t < flags.size(); ++t)
     for (int k = 0; k < 3; ++k) {
       if (!(flags[t] >> k & 1)) continue;
       const int a = mesh.triangle_points[t][k], b = mesh.triangle_points[t][(k + 1) % 3];
-      lines.try_emplace(std::minmax({mesh.point_position[a], mesh.point_position[b]}), a, b);
+      const auto [line, fresh] = lines.try_emplace(std::minmax({mesh.point_position[a], mesh.point_position[b]}),
+                                                   BodyModel::Crease{a, b, static_cast<int>(t), -1});
+      if (!fresh) line->second.other = static_cast<int>(t);
     }
-  std::vector<glm::ivec2> out;
+  std::vector<BodyModel::Crease> out;
   if (flags.size() > 5000 && lines.size() > flags.size() / 4) return out;
   for (const auto& [ends, line] : lines) out.push_back(line);
   return out;

@@ -67,7 +67,11 @@ struct BodyModel {
   std::optional<glm::vec3> ghost_color;
   EdgeLines edges = EdgeLines::none;
   std::vector<std::uint8_t> edge_flags;  // of the triangles; empty: all edges
-  std::vector<glm::ivec2> creases;       // EdgeLines::creases: shading points at both ends of each line
+  // EdgeLines::creases: shading points at both ends of each line and the triangles that meet there; -1: only one.
+  struct Crease {
+    int a = 0, b = 0, triangle = 0, other = -1;
+  };
+  std::vector<Crease> creases;
   bool by_length = false;  // colours by a vector's length or by stress: faces so coarse that corners do not tell what lies between
   std::vector<std::vector<int>> spine;  // of a thin beam: the positions of each ring of its mesh, from end to end
   bool closed = false;                  // back faces need not be drawn

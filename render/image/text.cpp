@@ -119,8 +119,8 @@ std::vector<std::unique_ptr<Font>>& fallback_fonts() {
   if (const char* chosen = std::getenv("FLEXFRAME_FONT_FALLBACK"); chosen && *chosen) files.emplace_back(chosen);
   const std::string folder = "/usr/share/fonts/";
   for (const char* name : {"truetype/droid/DroidSansFallbackFull.ttf", "truetype/droid/DroidSansFallback.ttf",
-                           "truetype/wqy/wqy-microhei.ttc", "truetype/wqy/wqy-zenhei.ttc", "opentype/noto/NotoSansCJK-Regular.ttc",
-                           "truetype/arphic/uming.ttc", "truetype/unifont/unifont.ttf"})
+                           "truetype/nanum/NanumGothic.ttf", "truetype/wqy/wqy-microhei.ttc", "truetype/wqy/wqy-zenhei.ttc",
+                           "opentype/noto/NotoSansCJK-Regular.ttc", "truetype/arphic/uming.ttc", "truetype/unifont/unifont.ttf"})
     files.push_back(folder + name);
   for (const std::string& file : files) {
     std::error_code none;

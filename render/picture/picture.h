@@ -106,6 +106,7 @@ struct Surface {
   std::span<const std::uint8_t> edge_flags;  // one per triangle: bit k: the edge from its corner k to the next is drawn; empty: all
   bool silhouette = false;                   // dark outline against whatever lies behind
   bool cut = false;                          // Picture::cut applies; the mesh should be closed, or its caps are gaps
+  int layer = 0;  // 0..15: of surfaces in one plane the one of the higher layer is seen, all over: they do not flicker
   bool behind = false;                       // a ghost that is seen beside solid surfaces only, never over them
   float seen_through = 0.0f;                 // opacity of what other solid surfaces hide of it; 0: hidden
   bool casts_shadow = true;
@@ -123,6 +124,9 @@ struct Lines {
   std::vector<glm::vec3> points;  // world unless pose says otherwise
   std::vector<glm::vec4> colors;  // one per point (fading traces); empty: color
   bool strip = true;              // true: one polyline; false: pairs
+  // Of pairs: the normals, of any length, of the two faces that meet in each, of a closed body. A line is left out where both look away
+  // from the viewer: it lies behind the body, or inside the cap of a cut. Empty: all are drawn.
+  std::vector<glm::vec3> faces;
   glm::vec4 color{0.15f, 0.17f, 0.20f, 1.0f};
   float width = 1.5f;
   glm::dmat4 pose{1.0};

@@ -137,7 +137,7 @@ def in_browser(browser, url, png, more=()):
 
 def check_browser(folder, scene_file):
     browser = shutil.which("chromium") or shutil.which("google-chrome")
-    expect(browser, "Chromium is missing: install the section [optional] of tests/packages.txt")
+    expect(browser, "Chromium is missing: install the section [nightly] of tests/packages.txt")
     if not browser:
         return
     look = folder / "plain.toml"

@@ -6,6 +6,8 @@
 #include "sim/base/error.h"
 #include "tests/unit/render_solids.h"
 
+#include <glm/gtc/matrix_transform.hpp>
+
 #include <gtest/gtest.h>
 
 #include <sys/wait.h>
@@ -555,6 +557,64 @@ TEST(Draw, WrongPicturesAreRefusedWithTheirReason) {
 TEST(Draw, BackendsHaveNames) {
   EXPECT_THROW(backend_from_name("vulkan"), flexframe::ArgumentError);
   EXPECT_EQ(backend_from_name("egl"), Backend::egl);
+}
+
+// Two squares in one plane, turned a little against each other and against the picture: without layers rounding decides.
+TEST(Draw, LayersKeepSurfacesInOnePlaneFromFlickering) {
+  const Shape plate = make_box({1.6, 1.6, 0.1});
+  for (int turn = 0; turn < 6; ++turn) {
+    Picture p = front_view();
+    p.camera.projection = Projection::perspective;
+    p.camera.position = {0.7, 0.9, 4.0};
+    Surface under = surface_of(plate), over = surface_of(plate);
+    under.material.color = {0.9f, 0.1f, 0.1f};
+    over.material.color = {0.1f, 0.1f, 0.9f};
+    over.layer = 1;
+    over.pose = glm::rotate(glm::dmat4(1.0), 0.1 + 0.07 * turn, glm::dvec3(0, 0, 1));
+    // Drawn in either order.
+    p.surfaces = turn % 2 ? std::vector<Surface>{under, over} : std::vector<Surface>{over, under};
+    const Image image = renderer().draw(p);
+    int red = 0;
+    for (int y = 120; y < 180; ++y)
+      for (int x = 160; x < 240; ++x) red += at(image, x, y).r > at(image, x, y).b;
+    EXPECT_EQ(red, 0) << "turn " << turn;
+  }
+}
+
+TEST(Draw, LinesOfFacesThatLookAwayAreLeftOut) {
+  Picture p = front_view();
+  Lines line{.points = {{-1, 0.5, 0}, {1, 0.5, 0}, {-1, -0.5, 0}, {1, -0.5, 0}}, .colors = {}};
+  line.strip = false;
+  line.color = {0, 0, 0, 1};
+  line.width = 6.0f;
+  line.faces = {{0, 0.1, -1}, {0, 0, -1}, {0, 0, -1}, {0, 1, 0.1}};
+  p.lines = {line};
+  const Image image = renderer().draw(p);
+  EXPECT_GT(at(image, 200, 100).r, 250);  // both faces look away
+  EXPECT_LT(at(image, 200, 200).r, 20);   // one is seen
+}
+
+// The drawing library's threads do not live in a fork: an error at once, where it used to wait for them.
+TEST(Draw, AForkAfterTheFirstRendererSaysSo) {
+  renderer();
+  ASSERT_EQ(std::getenv("LP_NUM_THREADS"), nullptr);
+  for (const bool fresh : {false, true}) {
+    const pid_t child = ::fork();
+    if (child == 0) {
+      ::alarm(20);
+      try {
+        if (fresh) Renderer().draw(front_view());
+        else renderer().draw(front_view());
+      } catch (const DrawError& e) {
+        ::_exit(std::string(e.what()).find("fork") != std::string::npos ? 7 : 1);
+      }
+      ::_exit(2);
+    }
+    int status = 0;
+    ASSERT_EQ(::waitpid(child, &status, 0), child);
+    EXPECT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 7);
+  }
 }
 
 }  // namespace
