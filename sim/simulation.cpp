@@ -81,9 +81,9 @@ struct Simulation::Impl {
   DriveOptions options;
   Method method;
   CurrentOutputs outputs;
-  std::vector<std::pair<size_t, DrivenText>> driven;          // loads
+  std::vector<std::pair<size_t, DrivenText>> driven;         // loads
   std::vector<std::pair<size_t, DrivenText>> driven_inputs;  // functions that blocks read
-  State::Data now, before;                            // now: without what lives in `system`
+  State::Data now, before;                                   // now: without what lives in `system`
   double most_steps;
 
   Impl(const Scene& scene, const DriveOptions& wanted)

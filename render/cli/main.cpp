@@ -29,9 +29,9 @@ Exit codes: 0 done; 1 failed, or pictures differ; 2 wrong usage or bad input; 13
 int run_program(int argc, char** argv) {
   cli::Program program("flexframe", description, cli::version_text);
   const std::vector<cli::Command> commands = {
-      cli::add_run(program),     cli::add_simulate(program), cli::add_render(program),   cli::add_check(program),
-      cli::add_info(program),    cli::add_reduce(program),   cli::add_modes(program),    cli::add_deform(program),
-      cli::add_compare(program), cli::add_effects(program),  cli::add_study(program),    cli::add_export(program),
+      cli::add_run(program),     cli::add_simulate(program), cli::add_render(program),    cli::add_check(program),
+      cli::add_info(program),    cli::add_reduce(program),   cli::add_modes(program),     cli::add_deform(program),
+      cli::add_compare(program), cli::add_effects(program),  cli::add_study(program),     cli::add_export(program),
       cli::add_new(program),     cli::add_response(program), cli::add_load_path(program), cli::add_spectrum(program),
   };
   if (!program.parse(argc, argv)) return 0;

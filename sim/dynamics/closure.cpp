@@ -110,8 +110,9 @@ void coupling_line(const Model& model, int cluster, const CouplingRow& coupling,
   for (const CouplingRow::Term& term : coupling.terms)
     if (const Part& part = model.parts[term.part]; part.joint.motion < 0)
       line[part.v0 + term.rate - model.clusters[cluster].v0] += coupled_slope(work, part, term);
-  rope_wrenches(model, work, cluster, coupling,
-                [&](int frame, const auto& F) { project_wrench(model, work, cluster, {frame, F}, elastic, line); });
+  rope_wrenches(model, work, cluster, coupling, [&](int frame, const auto& F) {
+    project_wrench(model, work, cluster, {frame, F}, elastic, line);
+  });
 }
 
 // Rows of a cluster: all, or those of its partition.
@@ -690,8 +691,9 @@ LoopWrenches<W> closure_wrench(const Model& model, const W& work, int cluster, i
 template <class W>
 std::vector<WrenchAt<W>> coupling_wrenches(const Model& model, const W& work, int cluster, const CouplingRow& coupling, double lambda) {
   std::vector<WrenchAt<W>> out;
-  rope_wrenches(model, work, cluster, coupling,
-                [&](int frame, const auto& F) { out.push_back({frame, typename W::In::Twist(lambda * F)}); });
+  rope_wrenches(model, work, cluster, coupling, [&](int frame, const auto& F) {
+    out.push_back({frame, typename W::In::Twist(lambda * F)});
+  });
   return out;
 }
 
@@ -723,14 +725,14 @@ double partition_growth(const Model& model, int cluster, const Work& work) {
   return growth;
 }
 
-#define FLEXFRAME_FOR(W)                                        \
-  template void update_closure_residual(const Model&, int, W&); \
-  template void update_closure_matrix(const Model&, int, W&);   \
-  template void update_closure_rates(const Model&, int, W&);    \
-  template void close_positions(const Model&, int, W&);         \
-  template void close_velocities(const Model&, int, W&);        \
+#define FLEXFRAME_FOR(W)                                                                                        \
+  template void update_closure_residual(const Model&, int, W&);                                                 \
+  template void update_closure_matrix(const Model&, int, W&);                                                   \
+  template void update_closure_rates(const Model&, int, W&);                                                    \
+  template void close_positions(const Model&, int, W&);                                                         \
+  template void close_velocities(const Model&, int, W&);                                                        \
   template std::vector<WrenchAt<W>> coupling_wrenches(const Model&, const W&, int, const CouplingRow&, double); \
-  template double coupling_factor(const Model&, const W&, const CouplingRow::Term&); \
+  template double coupling_factor(const Model&, const W&, const CouplingRow::Term&);                            \
   template LoopWrenches<W> closure_wrench(const Model&, const W&, int, int, const VecX&);
 FLEXFRAME_FOR(Work)
 FLEXFRAME_FOR(PlaneWork)

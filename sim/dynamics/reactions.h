@@ -6,8 +6,8 @@
 namespace flexframe::sim {
 
 struct Reactions {
-  std::vector<Vec6> part;  // per part: wrench that its joint exerts on it, at the outboard frame, frame axes
-  std::vector<Vec6> loop;  // per loop joint: wrench on frame b (child side), at b, b's axes
+  std::vector<Vec6> part;        // per part: wrench that its joint exerts on it, at the outboard frame, frame axes
+  std::vector<Vec6> loop;        // per loop joint: wrench on frame b (child side), at b, b's axes
   std::vector<double> coupling;  // per coupling: multiplier of its row, N or N m
 };
 

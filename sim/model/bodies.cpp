@@ -432,7 +432,8 @@ FramePoint find_frame(const Model& model, const Scene& scene, int body, const st
           f.node_name = "node[0]";
           return f;
         }
-        const int piece = std::clamp((k + beam->elements - 1) / beam->elements - 1, 0, piece_count(*beam) - 1), inside = k - piece * beam->elements;
+        const int piece = std::clamp((k + beam->elements - 1) / beam->elements - 1, 0, piece_count(*beam) - 1),
+                  inside = k - piece * beam->elements;
         const double x = piece_start(*beam, piece) + piece_length(*beam, piece) * inside / beam->elements;
         return in_piece(piece, fmt::format("node[{}]", inside), x / beam->length);
       }
@@ -481,9 +482,10 @@ void warn_of_shear_centre(Model& model, const std::string& owner, const Section&
   const Eigen::Vector2d c = shear_centre(section);
   const double beside = std::max(effects.bending_xy ? std::abs(c.y()) : 0.0, effects.bending_xz ? std::abs(c.x()) : 0.0);
   if (beside <= 1e-3 * std::sqrt(section.area)) return;
-  model.notes.warn(owner, fmt::format("its section '{}' has its shear centre {:.3g} m beside the centroid: the twist by transverse forces that act "
-                                      "elsewhere than through the shear centre is not computed, nor the stiffness by held warping",
-                                      section.shape, beside));
+  model.notes.warn(
+      owner, fmt::format("its section '{}' has its shear centre {:.3g} m beside the centroid: the twist by transverse forces that act "
+                         "elsewhere than through the shear centre is not computed, nor the stiffness by held warping",
+                         section.shape, beside));
 }
 
 }  // namespace

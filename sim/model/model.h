@@ -42,9 +42,9 @@ struct TreeJoint {
   Vec3 axis = Vec3::UnitZ();
   double pitch = 0.0;
   std::shared_ptr<const SpaceCurve> curve;  // curve_slide
-  int nq = 0, nv = 0;            // coordinates and rates (0 where prescribed)
-  int motion = -1;               // index into Model::expressions, -1: free
-  std::optional<Spring> spring;  // on every rate of the joint
+  int nq = 0, nv = 0;                       // coordinates and rates (0 where prescribed)
+  int motion = -1;                          // index into Model::expressions, -1: free
+  std::optional<Spring> spring;             // on every rate of the joint
   std::optional<Friction> friction;
   std::optional<Stop> stop;
   int link = -1;  // of a lumped beam: between its pieces link and link + 1

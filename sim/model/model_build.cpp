@@ -210,9 +210,10 @@ void add_links(Model& model, const Scene& scene, Graph& graph) {
     if (const auto& split = facts.split) std::tie(e.joint.kind, weld.joint.kind) = *split;
     e.b = at;
     e.frame_b = frame;
-    if (!facts.curve) model.notes.tell(fmt::format("joint '{}'", link.name),
-                     fmt::format("closes a loop and keeps its coordinate: an auxiliary massless link was inserted between it and '{}'",
-                                 scene.joints[e.scene_joint].child.body));
+    if (!facts.curve)
+      model.notes.tell(fmt::format("joint '{}'", link.name),
+                       fmt::format("closes a loop and keeps its coordinate: an auxiliary massless link was inserted between it and '{}'",
+                                   scene.joints[e.scene_joint].child.body));
     graph.add_part();
     graph.keep(k);
     graph.add(weld);

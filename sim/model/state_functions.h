@@ -8,7 +8,7 @@ namespace flexframe::sim {
 struct FunctionSource {
   const std::string& text;
   const std::vector<Reading>& reads;
-  int on = -1, from = -1;  // frames between which `length` and `rate` are read
+  int on = -1, from = -1;      // frames between which `length` and `rate` are read
   std::vector<int> path = {};  // of a cable, instead of these two
 };
 

@@ -24,12 +24,12 @@ struct OutputPlan {
   int joint_part = -1, loop = -1;  // joint outputs
   int body = -1;                   // body outputs (scene index)
   bool system = false;
-  int first = 0, count = 1;        // columns
-  std::vector<int> loads;          // force outputs: of the model, those of one force of the scene
-  int coupling = -1;               // or of this coupling
-  int z0 = -1;                     // work: among the further states
-  int block = -1;                  // block outputs
-  Expression combination;          // of other columns, below, in the order of its variables
+  int first = 0, count = 1;  // columns
+  std::vector<int> loads;    // force outputs: of the model, those of one force of the scene
+  int coupling = -1;         // or of this coupling
+  int z0 = -1;               // work: among the further states
+  int block = -1;            // block outputs
+  Expression combination;    // of other columns, below, in the order of its variables
   std::vector<int> reads;
   std::optional<ShownFrom> shown;  // displacements that say themselves from where they are measured
   // stress: what it is made of

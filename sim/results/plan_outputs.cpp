@@ -161,7 +161,8 @@ void find_reads(OutputPlan& plan, const std::vector<OutputPlan>& all, const std:
 
 void plan_force(Planning& p) {
   const OutputDef& def = p.plan.def;
-  if (def.quantity == Quantity::force) p.plan.coupling = index_of(p.scene.forces, def.of.body) < 0 ? index_of(p.model.couplings, def.of.body) : -1;
+  if (def.quantity == Quantity::force)
+    p.plan.coupling = index_of(p.scene.forces, def.of.body) < 0 ? index_of(p.model.couplings, def.of.body) : -1;
   if (p.plan.coupling >= 0) return plan_coupling(p);
   if (def.quantity == Quantity::work) {
     for (const ForceWork& work : p.model.works)

@@ -31,7 +31,8 @@ LeftRanges::LeftRanges(const System& system) {
     const CouplingDef& def = system.scene.couplings[static_cast<size_t>(row.scene_coupling)];
     for (size_t t = 0; t < row.terms.size(); ++t) {
       if (!def.terms[t].range) continue;
-      Watched w{fmt::format("coupling '{}'", row.name), "the cam leaves the table of its lift, whose end value stays there with a jump of its slope"};
+      Watched w{fmt::format("coupling '{}'", row.name),
+                "the cam leaves the table of its lift, whose end value stays there with a jump of its slope"};
       w.part = row.terms[t].part;
       w.coordinate = row.terms[t].rate;
       std::tie(w.low, w.high) = *def.terms[t].range;
@@ -62,7 +63,8 @@ void LeftRanges::look(System& system, double t) {
       value = -reactions_.coupling[static_cast<size_t>(w.coupling)];
     } else {
       const Part& part = model.parts[static_cast<size_t>(w.part)];
-      value = part.joint.motion >= 0 ? system.work.motion[static_cast<size_t>(part.joint.motion)].value : system.work.q[part.q0 + w.coordinate];
+      value =
+          part.joint.motion >= 0 ? system.work.motion[static_cast<size_t>(part.joint.motion)].value : system.work.q[part.q0 + w.coordinate];
     }
     const double slack = w.coupling >= 0 ? no_push * forces : 1e-9 * (w.high - w.low);
     const double beyond = std::max(w.low - value, value - w.high);
@@ -77,7 +79,9 @@ void LeftRanges::warn(Notes& into) const {
   for (const Watched& w : watched_) {
     if (!w.left) continue;
     if (w.coupling >= 0) into.warn(w.owner, fmt::format("{}: from t = {:.6g} s on, with up to {:.4g} N", w.what, w.first, -w.farthest));
-    else into.warn(w.owner, fmt::format("{}: from t = {:.6g} s on, as far as {:.6g} (allowed: {:.6g} to {:.6g})", w.what, w.first, w.farthest, w.low, w.high));
+    else
+      into.warn(w.owner, fmt::format("{}: from t = {:.6g} s on, as far as {:.6g} (allowed: {:.6g} to {:.6g})", w.what, w.first, w.farthest,
+                                     w.low, w.high));
   }
 }
 

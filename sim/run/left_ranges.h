@@ -21,13 +21,13 @@ class LeftRanges {
 
  private:
   struct Watched {
-    std::string owner, what;      // "joint 'wire'", half a sentence
+    std::string owner, what;        // "joint 'wire'", half a sentence
     int part = -1, coordinate = 0;  // its coordinate, or
-    int coupling = -1;            // the pull of this rope, N
+    int coupling = -1;              // the pull of this rope, N
     double low = 0.0, high = 0.0;
     bool left = false;
-    double first = 0.0;           // s
-    double farthest = 0.0;        // value
+    double first = 0.0;     // s
+    double farthest = 0.0;  // value
   };
   std::vector<Watched> watched_;
   bool ropes_ = false;

@@ -56,13 +56,14 @@ class Path {
   Path(System& system, const LoadPathOptions& options)
       : options_(options), system_(system), plans_(plan_outputs(system.model, system.scene)) {
     grow_work(system);
+    update_expressions(system.model, 0.0, system.work);
     load_at_rest(system.model, system.work);
     system.work.w.setZero();
     problem_.emplace(static_problem(system.model, system.work));
     for (const TimeJet& jet : problem_->motion)
       if (jet.rate != 0.0)
-        throw InputError(fmt::format("{}: a prescribed motion has a rate at t = 0; a load path is one of states at rest",
-                                     system.scene.file.string()));
+        throw InputError(
+            fmt::format("{}: a prescribed motion has a rate at t = 0; a load path is one of states at rest", system.scene.file.string()));
     varied_ = varied(system.model, system.scene, options.force);
     all_ = {std::vector<char>(system.model.parts.size(), 1), std::vector<char>(system.model.parts.size(), 1)};
     out_.columns = plans_.columns;
@@ -135,8 +136,8 @@ class Path {
 
   void move(const VecX& x, double share) {
     for (size_t k = 0; k < problem_->sought.size(); ++k)
-      move_along(problem_->model, problem_->sought[k], share * x[static_cast<Eigen::Index>(k)] / problem_->scale[static_cast<Eigen::Index>(k)],
-                 system_.work);
+      move_along(problem_->model, problem_->sought[k],
+                 share * x[static_cast<Eigen::Index>(k)] / problem_->scale[static_cast<Eigen::Index>(k)], system_.work);
   }
 
   // Stiffness and forces per unit of the load at the present state.
@@ -279,9 +280,10 @@ class Path {
     bool rests = correct({}, 0.0, corrections);
     for (int more = 0; !rests && more < 5; ++more) rests = correct({}, 0.0, corrections);
     if (!rests || !find_tangent({}, 1.0))
-      throw InputError(fmt::format("{}: there is no equilibrium at the load factor {} beside the assembled start; choose --from so that the "
-                                   "start is near one, and hold what would move freely",
-                                   system_.scene.file.string(), options_.from));
+      throw InputError(
+          fmt::format("{}: there is no equilibrium at the load factor {} beside the assembled start; choose --from so that the "
+                      "start is near one, and hold what would move freely",
+                      system_.scene.file.string(), options_.from));
     if (options_.to < options_.from) {
       tangent_ = -tangent_;
       now_.way = -now_.way;
@@ -312,7 +314,7 @@ class Path {
   std::vector<int> varied_;
   Sought all_;
   State now_;
-  VecX tangent_;           // in the directions at now_
+  VecX tangent_;            // in the directions at now_
   double reference_ = 0.0;  // m
   Reactions reactions_;
   LoadPath out_;

@@ -14,7 +14,7 @@
 namespace flexframe::sim {
 
 struct LoadPathOptions {
-  std::string force;  // name of the force, torque or distributed force that is varied; empty: all loads, weight among them
+  std::string force;            // name of the force, torque or distributed force that is varied; empty: all loads, weight among them
   double from = 0.0, to = 1.0;  // factors of what the scene gives at t = 0
   int most_states = 2000;
 };
@@ -33,9 +33,9 @@ struct LoadPath {
   std::string ended;                        // why not, half a sentence
 };
 
-// From the state that is found at the load `from`, beside the scene's assembled start, until the load is `to`. Joint friction holds nothing;
-// joints are free to move whatever their `initial` says; those with a motion stand where they are at t = 0. Throws InputError: an unknown
-// force, no output, no equilibrium to start from, motions with a rate, parts without mass that springs hold.
+// From the state that is found at the load `from`, beside the scene's assembled start, until the load is `to`. Joint friction holds
+// nothing; joints are free to move whatever their `initial` says; those with a motion stand where they are at t = 0. Throws InputError: an
+// unknown force, no output, no equilibrium to start from, motions with a rate, parts without mass that springs hold.
 LoadPath load_path(const Scene& scene, const LoadPathOptions& options);
 
 }  // namespace flexframe::sim

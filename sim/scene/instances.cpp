@@ -16,14 +16,13 @@ namespace {
 const std::vector<std::string> kinds{"body", "joint", "coupling", "force", "block", "output"};
 
 // Keys whose texts are words and names, not numbers.
-const std::set<std::string, std::less<>> word_keys{"name",    "kind",        "model",  "mesh",    "file",     "color", "parent",
-                                                   "child",   "on",          "from",   "of",      "quantity", "frame", "shape",
-                                                   "frames",  "boundary",    "shown",  "effects", "without",  "ports", "euler",
-                                                   "drawing", "relative_to", "joints", "joint",   "carrier",  "unit",  "description",
-                                                   "through"};
+const std::set<std::string, std::less<>> word_keys{
+    "name",  "kind",     "model",       "mesh",   "file",   "color",    "parent", "child",       "on",      "from",
+    "of",    "quantity", "frame",       "shape",  "frames", "boundary", "shown",  "effects",     "without", "ports",
+    "euler", "drawing",  "relative_to", "joints", "joint",  "carrier",  "unit",   "description", "through"};
 // Of these, the ones that name bodies, joints and forces, or a frame behind a dot.
-const std::set<std::string, std::less<>> reference_keys{"parent", "child", "on", "from", "of", "relative_to", "joints", "joint", "carrier",
-                                                        "through"};
+const std::set<std::string, std::less<>> reference_keys{"parent",      "child",  "on",    "from",    "of",
+                                                        "relative_to", "joints", "joint", "carrier", "through"};
 
 struct Copy {
   const TableReader* instance = nullptr;

@@ -26,7 +26,7 @@ const Words boundaries{"clamped-free", "supported-supported", "supported-free", 
 
 constexpr int most_elements = 10000;
 constexpr int volumes_of_pieces = 10;  // of a beam of changing section or curved axis, where nothing is said
-constexpr int highest_mode = 60;  // eigenforms are accurate up to there (issue: every beam of the seeds)
+constexpr int highest_mode = 60;       // eigenforms are accurate up to there (issue: every beam of the seeds)
 constexpr std::size_t most_coordinates = 100000;
 
 constexpr Range poisson_range{.low = -1.0, .high = 0.5, .open_low = true, .what = "a number in (-1, 0.5]"};
@@ -201,7 +201,8 @@ Section read_section(const TableReader& body, const TableReader& reader, const c
   std::map<std::string, double> sizes;
   if (const double angle = reader.number(section_angle, 0.0, any_number.in("rad")); angle != 0.0) sizes[section_angle] = angle;
   for (const std::string& key : reader.value().keys)
-    if (key != "shape" && key != section_angle && key != own_key) sizes[key] = reader.number(key, (key == "iyz" ? any_number : positive).in(section_unit(key)));
+    if (key != "shape" && key != section_angle && key != own_key)
+      sizes[key] = reader.number(key, (key == "iyz" ? any_number : positive).in(section_unit(key)));
   try {
     return make_section(shape, sizes);
   } catch (const InputError& error) {
@@ -228,28 +229,33 @@ std::vector<SectionStation> read_stations(const TableReader& body) {
         return all;
       };
       if (station.at > before.at && names(station.section) != names(before.section))
-        reader.fail("shape", fmt::format("must be that of the section before, with the same sizes ({}), for a taper; found {}. For a step give "
-                                         "two sections with the same 'at'",
-                                         list_words(names(before.section)), list_words(names(station.section))));
+        reader.fail("shape",
+                    fmt::format("must be that of the section before, with the same sizes ({}), for a taper; found {}. For a step give "
+                                "two sections with the same 'at'",
+                                list_words(names(before.section)), list_words(names(station.section))));
     }
     out.push_back(std::move(station));
   }
-  if (out.size() < 2) body.fail("sections", fmt::format("must be at least two, found {}; one that is the same all along is 'section'", out.size()));
+  if (out.size() < 2)
+    body.fail("sections", fmt::format("must be at least two, found {}; one that is the same all along is 'section'", out.size()));
   return out;
 }
 
 // What a beam of changing section or curved axis needs of the rest of its table.
 void check_pieces(const TableReader& reader, const BeamDef& beam) {
   const char* const key = beam.axis ? "axis" : "sections";
-  if (beam.model != BeamModel::mixed) reader.fail("model", fmt::format("must be 'mixed' with '{}': the beam is made of straight pieces of one section each", key));
+  if (beam.model != BeamModel::mixed)
+    reader.fail("model", fmt::format("must be 'mixed' with '{}': the beam is made of straight pieces of one section each", key));
   if (!beam.damping.ratio.empty())
-    reader.fail("damping", fmt::format("'ratio' has no meaning with '{}', whose modes are not known beforehand: give 'stiffness' (s), 2 x ratio / "
-                                       "angular frequency of the mode that counts",
-                                       key));
+    reader.fail("damping",
+                fmt::format("'ratio' has no meaning with '{}', whose modes are not known beforehand: give 'stiffness' (s), 2 x ratio / "
+                            "angular frequency of the mode that counts",
+                            key));
   std::set<double> marks{0.0, 1.0};
   for (const SectionStation& station : beam.stations) marks.insert(station.at);
   if (static_cast<int>(marks.size()) - 1 > beam.volumes)
-    reader.fail("volumes", fmt::format("must be at least {}, one for each stretch between the 'sections', found {}", marks.size() - 1, beam.volumes));
+    reader.fail("volumes",
+                fmt::format("must be at least {}, one for each stretch between the 'sections', found {}", marks.size() - 1, beam.volumes));
 }
 
 // A curved axis begins in the body's origin, along x; it gives the length.
@@ -309,7 +315,8 @@ BeamDef read_beam(const TableReader& reader) {
     beam.section = read_section(reader, *reader.table("section"), "");
   }
   beam.material = read_material(reader);
-  beam.model = static_cast<BeamModel>(reader.word("model", beam_models, static_cast<std::size_t>(pieces ? BeamModel::mixed : BeamModel::finite_element)));
+  beam.model = static_cast<BeamModel>(
+      reader.word("model", beam_models, static_cast<std::size_t>(pieces ? BeamModel::mixed : BeamModel::finite_element)));
   beam.boundary = static_cast<Boundary>(reader.word("boundary", boundaries, 0));
 
   const std::string& model = beam_models[static_cast<std::size_t>(beam.model)];
@@ -360,8 +367,9 @@ BeamDef read_beam(const TableReader& reader) {
   // What bends a curved beam twists and stretches it too.
   if (beam.axis && beam.effects.automatic)
     for (const char* effect : {"axial", "bending_xy", "bending_xz", "torsion"})
-      if (const auto& out = beam.effects.without; std::find(out.begin(), out.end(), effect) == out.end() &&
-                                                  std::find(beam.effects.names.begin(), beam.effects.names.end(), effect) == beam.effects.names.end())
+      if (const auto& out = beam.effects.without;
+          std::find(out.begin(), out.end(), effect) == out.end() &&
+          std::find(beam.effects.names.begin(), beam.effects.names.end(), effect) == beam.effects.names.end())
         beam.effects.names.emplace_back(effect);
   return beam;
 }

@@ -93,8 +93,8 @@ void read_contact_friction(const TableReader& reader, ContactDef& out) {
 }  // namespace
 
 ContactDef read_contact(const TableReader& reader) {
-  reader.allow({"name", "kind", "on", "from", "shape", "radius", "axis", "width", "against", "normal", "from_radius", "curve",
-                "stiffness", "exponent", "damping", "restitution", "friction"});
+  reader.allow({"name", "kind", "on", "from", "shape", "radius", "axis", "width", "against", "normal", "from_radius", "curve", "stiffness",
+                "exponent", "damping", "restitution", "friction"});
   ContactDef out;
   read_shapes(reader, out);
   read_normal_force(reader, out);

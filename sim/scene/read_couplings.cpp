@@ -115,8 +115,9 @@ void read_lift(const TableReader& reader, const Scene& scene, CouplingTerm& cam)
     }
     Expression lift(of_t + text.substr(done));
     if (lift.has_switches())
-      reader.fail("lift", "has corners or jumps (?:, comparisons, abs, min, max), at which a cam would hit its follower; give a smooth "
-                          "expression or a table of points, through which a smooth curve runs");
+      reader.fail("lift",
+                  "has corners or jumps (?:, comparisons, abs, min, max), at which a cam would hit its follower; give a smooth "
+                  "expression or a table of points, through which a smooth curve runs");
     if (lift.constant()) reader.fail("lift", fmt::format("does not depend on {}: {}", own, quote(given)));
     cam.of = std::make_shared<const TimeFunction>(std::move(lift));
   } catch (const InputError& error) {

@@ -333,7 +333,8 @@ FrameRef read_frame_ref(const TableReader& reader, std::string_view key, const S
 
 std::vector<FrameRef> read_frame_refs(const TableReader& reader, std::string_view key, const Scene& scene, std::size_t least) {
   const std::vector<std::string> names = reader.texts(key);
-  if (names.size() < least) reader.fail(key, fmt::format("must be at least {} frame{}, found {}", least, least == 1 ? "" : "s", names.size()));
+  if (names.size() < least)
+    reader.fail(key, fmt::format("must be at least {} frame{}, found {}", least, least == 1 ? "" : "s", names.size()));
   std::vector<FrameRef> out;
   for (std::size_t k = 0; k < names.size(); ++k) {
     if (k > 0 && names[k] == names[k - 1]) reader.fail(key, fmt::format("names {} twice in a row, with no way between", quote(names[k])));
@@ -464,9 +465,8 @@ void read_cable(const TableReader& reader, const Scene& scene, ForceDef& force) 
   if (reader.has("through")) force.through = read_frame_refs(reader, "through", scene, 1);
   const std::string rest = force.rest.empty() ? fmt::format("{}", force.spring.rest) : "(" + force.rest + ")";
   const std::string pull = fmt::format("{}*(length - {})", force.spring.stiffness, rest);
-  force.value = force.spring.damping == 0.0
-                    ? fmt::format("max(0, {})", pull)
-                    : fmt::format("length > {} ? max(0, {} + {}*rate) : 0", rest, pull, force.spring.damping);
+  force.value = force.spring.damping == 0.0 ? fmt::format("max(0, {})", pull)
+                                            : fmt::format("length > {} ? max(0, {} + {}*rate) : 0", rest, pull, force.spring.damping);
   force.reads.push_back({Reading::length, "length", 0, 0});
   if (force.spring.damping > 0.0) force.reads.push_back({Reading::rate, "rate", 0, 0});
 }

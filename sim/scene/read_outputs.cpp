@@ -99,7 +99,8 @@ OutputDef read_combination(const TableReader& reader, OutputDef output) {
 
 bool couples(const Scene& scene, const OutputDef& output) {
   const auto named = [&](const CouplingDef& c) { return c.name == output.of.body; };
-  return output.quantity == Quantity::force && output.of.frame.empty() && std::any_of(scene.couplings.begin(), scene.couplings.end(), named);
+  return output.quantity == Quantity::force && output.of.frame.empty() &&
+         std::any_of(scene.couplings.begin(), scene.couplings.end(), named);
 }
 
 void read_of_force(const TableReader& reader, const Scene& scene, const std::string& quantity, const OutputDef& output) {

@@ -230,11 +230,11 @@ struct JointDef {
   int line = 0;
   JointKind kind = JointKind::weld;
   FrameRef parent, child;
-  Vec3 axis = Vec3::UnitZ();     // unit, in the parent frame
-  Vec3 position = Vec3::Zero();  // of the parent joint frame relative to the parent frame, m
-  Vec3 rotation = Vec3::Zero();  // axis-angle, rad, likewise
-  double pitch = 0.0;            // screw, m/rad
-  double length = 0.0;           // distance joint, m
+  Vec3 axis = Vec3::UnitZ();                // unit, in the parent frame
+  Vec3 position = Vec3::Zero();             // of the parent joint frame relative to the parent frame, m
+  Vec3 rotation = Vec3::Zero();             // axis-angle, rad, likewise
+  double pitch = 0.0;                       // screw, m/rad
+  double length = 0.0;                      // distance joint, m
   std::shared_ptr<const SpaceCurve> curve;  // point-on-curve joint, in the parent joint frame
   JointInitial initial;
   std::string motion;                    // expression of t, empty: free (or a table)
@@ -281,19 +281,19 @@ struct Reading {
 
 // A point, sphere or cylinder on frame `on` against a plane or sphere on frame `from`.
 struct ContactDef {
-  double radius = 0.0;           // m, 0: a point
-  bool cylinder = false;         // about `axis`, in the axes of `on`; its ends are `width` apart
-  Vec3 axis = Vec3::UnitZ();     // unit
-  double width = 0.0;            // m
-  double from_radius = 0.0;      // m, of the sphere; 0: a plane or a curve
+  double radius = 0.0;                      // m, 0: a point
+  bool cylinder = false;                    // about `axis`, in the axes of `on`; its ends are `width` apart
+  Vec3 axis = Vec3::UnitZ();                // unit
+  double width = 0.0;                       // m
+  double from_radius = 0.0;                 // m, of the sphere; 0: a plane or a curve
   std::shared_ptr<const SpaceCurve> curve;  // profile in the xy plane of `from`, the same all along its z
-  Vec3 normal = Vec3::UnitZ();   // unit, of the plane, in the axes of `from`
-  double stiffness = 0.0;        // N/m^exponent
-  double exponent = 1.0;         // 1.5: Hertz
-  double damping = 0.0;          // D, s/m: force k d^n (1 + D d'); with a restitution its c (dynamics/contacts.h)
-  double restitution = 1.0;      // instead of damping; 1: none is lost
-  double friction = 0.0;         // coefficients
-  double static_friction = 0.0;  // >= friction
+  Vec3 normal = Vec3::UnitZ();              // unit, of the plane, in the axes of `from`
+  double stiffness = 0.0;                   // N/m^exponent
+  double exponent = 1.0;                    // 1.5: Hertz
+  double damping = 0.0;                     // D, s/m: force k d^n (1 + D d'); with a restitution its c (dynamics/contacts.h)
+  double restitution = 1.0;                 // instead of damping; 1: none is lost
+  double friction = 0.0;                    // coefficients
+  double static_friction = 0.0;             // >= friction
   double tangential_stiffness = 0.0, tangential_damping = 0.0;  // N/m, N s/m: while it sticks
 };
 
@@ -359,7 +359,7 @@ struct CouplingTerm {
   std::string joint;
   int coordinate = 0;
   double factor = 0.0;
-  std::shared_ptr<const TimeFunction> of;  // null: the coordinate itself
+  std::shared_ptr<const TimeFunction> of;          // null: the coordinate itself
   std::optional<std::pair<double, double>> range;  // of the coordinate, where the function's table ends
 };
 

@@ -239,7 +239,8 @@ bool fits(const Alternative& alternative, const Sizes& sizes) {
   for (const std::string& name : alternative.required)
     if (!sizes.contains(name)) return false;
   for (const auto& entry : sizes)
-    if (entry.first != section_angle && std::find(alternative.required.begin(), alternative.required.end(), entry.first) == alternative.required.end() &&
+    if (entry.first != section_angle &&
+        std::find(alternative.required.begin(), alternative.required.end(), entry.first) == alternative.required.end() &&
         std::find(alternative.optional.begin(), alternative.optional.end(), entry.first) == alternative.optional.end())
       return false;
   return true;

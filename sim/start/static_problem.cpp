@@ -198,5 +198,4 @@ void renew_partitions(const Model& model, bool by_size, Work& work) {
   }
 }
 
-
 }  // namespace flexframe::sim

@@ -151,7 +151,9 @@ def ropes(folder):
         off(h["E"], h["E"][0], 1e-6, f"swinging Atwood's machine in the plane of {axis}, energy")
 
     # A winch lifts a load in a block of two falls: half the rope's way, with half the pull.
-    winch = "[ground]\nframes = { one = [-0.1, 2, 0], two = [0.1, 2, 0] }\n" + rigid("load", 10, 0.01, "frames = { l = [-0.1, 0, 0], r = [0.1, 0, 0] }")
+    winch = "[ground]\nframes = { one = [-0.1, 2, 0], two = [0.1, 2, 0] }\n" + rigid(
+        "load", 10, 0.01, "frames = { l = [-0.1, 0, 0], r = [0.1, 0, 0] }"
+    )
     winch += rigid("drum", 1, 0.02) + joint("turn", "revolute", "ground", "drum", 'motion = "2*t^2"')
     winch += joint("up", "prismatic", "ground", "load", "axis = [0, 1, 0]")
     h = simulate(
@@ -169,9 +171,9 @@ def ropes(folder):
     off(h["torque.mz"], 0.02 * 4 + 0.1 * h["pull"], 1e-6, "a winch, torque")
     # A rope cannot push.
     pushed = joint("down a", "prismatic", "ground", "a", "axis = [0, -1, 0]\nposition = [-0.4, 0, 0]\ninitial = { value = -1.5 }")
-    says = simulate(
-        folder, simulation(0.3) + ring + rigid("a", M) + pushed + rope % ('["a", "ground.left"]', 1.5) + output("down a")
-    )["said"]
+    says = simulate(folder, simulation(0.3) + ring + rigid("a", M) + pushed + rope % ('["a", "ground.left"]', 1.5) + output("down a"))[
+        "said"
+    ]
     expect("'rope' is pushed" in says, f"a rope that is pushed: {says}")
 
 
@@ -187,7 +189,9 @@ def cables(folder):
         rhs = lambda t, y: [y[1], g - max(0.0, force(y, damped)) / m]
         way, rate = own(rhs, [0.5, 0], times, max_step=1e-3)
         for over in (False, True):
-            cable = f'[[force]]\nname = "cable"\nkind = "cable"\non = "jumper"\nstiffness = {k}\nrest = {l0 + 0.7 * over}\ndamping = {damped}\n'
+            cable = (
+                f'[[force]]\nname = "cable"\nkind = "cable"\non = "jumper"\nstiffness = {k}\nrest = {l0 + 0.7 * over}\ndamping = {damped}\n'
+            )
             cable += 'from = "ground.hook"\nthrough = ["ground.pulley"]\n' if over else 'from = "ground.pulley"\n'
             text = "[ground]\nframes = { hook = [0.7, 0, 0], pulley = [0, 0, 0] }\n" + rigid("jumper", m)
             text += joint("fall", "prismatic", "ground", "jumper", "axis = [0, -1, 0]\ninitial = { value = 0.5 }")
@@ -235,7 +239,9 @@ def curves(folder):
         off(h["wire"] - 4 * R, start * np.cos(np.sqrt(g / (4 * R)) * h["t"]), 2e-5, f"a bead on a cycloid, amplitude {start}")
     # A pin of a rod in a circular slot moves as on a crank: the four-bar with the slot's radius as its rocker.
     rod = rigid("crank", 1, 0.01, "frames = { end = [0.1, 0, 0] }") + rigid("rod", 1, 0.02, "frames = { end = [0.4, 0, 0] }")
-    bar = joint("shaft", "revolute", "ground", "crank", 'motion = "4*t"') + joint("pin", "revolute", "crank.end", "rod", "initial = { guess = 1.0 }")
+    bar = joint("shaft", "revolute", "ground", "crank", 'motion = "4*t"') + joint(
+        "pin", "revolute", "crank.end", "rod", "initial = { guess = 1.0 }"
+    )
     slot = 'curve = { x = "0.3*cos(u)", y = "0.3*sin(u)", to = "2*pi", closed = true }\nposition = [0.35, 0, 0]\n'
     slotted = bar + joint("slot", "point-on-curve", "ground", "rod.end", slot)
     rocker = rigid("rocker", 1e-9, 1e-9, "frames = { end = [0.3, 0, 0] }")
@@ -251,7 +257,13 @@ def curves(folder):
         folder,
         simulation(1)
         + bead
-        + joint("wire", "point-on-curve", "ground", "bead", "curve = { points = [[0, 0], [0.3, -0.1], [0.6, -0.4]] }\ninitial = { value = 0.01 }")
+        + joint(
+            "wire",
+            "point-on-curve",
+            "ground",
+            "bead",
+            "curve = { points = [[0, 0], [0.3, -0.1], [0.6, -0.4]] }\ninitial = { value = 0.01 }",
+        )
         + output("wire"),
     )["said"]
     expect("runs beyond the end of its curve" in says, f"a bead beyond its wire: {says}")
@@ -274,11 +286,13 @@ def profiles(folder):
             return [y[1], -g + k * max(0.0, d) * up / m]
 
         start = math.sqrt((R + roller) ** 2 - e**2)
-        way, rate = own(rhs, [start, 0], times, max_step=2e-5)
+        way, rate = own(rhs, [start, e * speed], times, max_step=1e-4)
         gap = -min(depth(t, y)[0] for t, y in zip(times, way))
         expect((gap > 1e-4) == lifts, f"the roller at {speed} rad/s: a gap of {gap}")
         text = rigid("cam", 1) + rigid("follower", m) + joint("shaft", "revolute", "ground", "cam", f'motion = "{speed}*t"')
-        text += joint("rail", "prismatic", "ground", "follower", f"axis = [0, 1, 0]\ninitial = {{ value = {start:.17g} }}")
+        text += joint(
+            "rail", "prismatic", "ground", "follower", f"axis = [0, 1, 0]\ninitial = {{ value = {start:.17g}, rate = {e * speed} }}"
+        )
         text += f'[[force]]\nname = "touch"\nkind = "contact"\non = "follower"\nfrom = "cam"\nshape = "sphere"\nradius = {roller}\n'
         text += f'against = "curve"\n{disc}stiffness = {k}\n'
         h = simulate(folder, simulation(0.5, rate=200) + text + output("rail") + output("force", "touch", "force"))
@@ -307,7 +321,11 @@ def combined_outputs(folder):
     off(h["lagging"], y, 1e-7, "output of a block")
     # Blocks in groups: each copy has its own.
     group = '[[group]]\nname = "cart"\nparameters = { k = 1.0 }\n'
-    for table in (rigid("a", 2), joint("x", "prismatic", "ground", "a", "axis = [1, 0, 0]\ninitial = { value = 0.5 }"), output("place", "x")):
+    for table in (
+        rigid("a", 2),
+        joint("x", "prismatic", "ground", "a", "axis = [1, 0, 0]\ninitial = { value = 0.5 }"),
+        output("place", "x"),
+    ):
         group += table.replace("[[", "[[group.")
     group += '[[group.block]]\nname = "pd"\nkind = "transfer-function"\ninput = "place"\nnumerator = ["-2*k"]\ndenominator = [1]\n'
     group += '[[group.force]]\nkind = "force"\non = "a"\ndirection = [1, 0, 0]\nvalue = "pd"\n'
@@ -319,7 +337,9 @@ def combined_outputs(folder):
 
 
 def wrong_words(folder):
-    text = simulation(1) + rigid("a", 1) + rigid("b", 1) + joint("one", "revolute", "ground", "a") + joint("two", "prismatic", "ground", "b")
+    text = (
+        simulation(1) + rigid("a", 1) + rigid("b", 1) + joint("one", "revolute", "ground", "a") + joint("two", "prismatic", "ground", "b")
+    )
     for more, words in (
         ('[[coupling]]\nname = "c"\nkind = "cam"\njoints = ["one", "two"]', ("key 'lift'", "scene.toml:")),
         ('[[coupling]]\nname = "c"\nkind = "cam"\njoints = ["one", "two"]\nlift = "0.1*abs(angle)"', ("key 'lift'", "corners")),
@@ -340,7 +360,7 @@ def wrong_words(folder):
         (joint("c", "weld", "ground", "b", "curve = { points = [[0, 0], [1, 0]] }"), ("belongs to joints of kind 'point-on-curve'",)),
         (
             '[[force]]\nkind = "contact"\non = "a"\nshape = "sphere"\nradius = 1\nagainst = "curve"\nstiffness = 1\n'
-            'curve = { points = [[1, 0], [0.2, 0.2], [0, 1], [-0.2, 0.2], [-1, 0], [-0.2, -0.2], [0, -1], [0.2, -0.2]], closed = true }',
+            "curve = { points = [[1, 0], [0.2, 0.2], [0, 1], [-0.2, 0.2], [-1, 0], [-0.2, -0.2], [0, -1], [0.2, -0.2]], closed = true }",
             ("key 'radius'", "hollow"),
         ),
         ('[[output]]\nname = "o"\nexpression = "nothing + 1"', ("output 'o'", "'nothing'")),
