@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace flexframe::film {
@@ -32,6 +33,29 @@ glm::dvec3 arrow_of(const Animation& animation, const ForceArrow& force, double 
   from = glm::dvec3(pose[3]);
   const glm::dvec3 direction = force.follower ? glm::dmat3(pose) * force.direction : force.direction;
   return force.value.value(t) * force.length_per_unit * direction;
+}
+
+// A spring-damper is drawn by what it has: a coil, a rod that slides in a cylinder, or both; a cable as a wire from frame to frame.
+void add_springs(Animation& animation, const sim::Scene& scene, const sim::ForceDef& def, double size) {
+  std::vector<sim::FrameRef> frames{def.from};
+  frames.insert(frames.end(), def.through.begin(), def.through.end());
+  frames.push_back(def.on);
+  std::vector<FramePlace> places;
+  for (const sim::FrameRef& frame : frames) {
+    const std::optional<FramePlace> place = find_place(*animation.results, &scene, text_of(frame));
+    if (!place) return;
+    places.push_back(*place);
+  }
+  const double wire = 0.0025 * size;
+  if (def.cable) {
+    for (size_t k = 1; k < places.size(); ++k) animation.springs.push_back({places[k - 1], places[k], 0.0, 0.8 * wire});
+    return;
+  }
+  const bool damps = def.spring.damping > 0.0, coils = def.spring.stiffness > 0.0 || !damps;
+  if (coils) animation.springs.push_back({places[0], places[1], 0.012 * size, wire});
+  if (!damps) return;
+  animation.springs.push_back({places[0], places[1], 0.0, 0.6 * wire});
+  animation.springs.push_back({places[0], places[1], 0.0, coils ? 2.0 * wire : 3.0 * wire, 0.2, 0.6});
 }
 
 }  // namespace
@@ -66,8 +90,7 @@ void add_attachments(Animation& animation, const sim::Scene* scene, double size)
     const std::optional<FramePlace> on = find_place(results, scene, text_of(def.on));
     if (!on) continue;
     if (def.kind == sim::ForceKind::spring_damper) {
-      const std::optional<FramePlace> from = find_place(results, scene, text_of(def.from));
-      if (settings.joints && from) animation.springs.push_back({*from, *on, 0.012 * size, 0.0025 * size});
+      if (settings.joints) add_springs(animation, *scene, def, size);
     } else if (settings.forces && def.reads.empty() && (def.kind == sim::ForceKind::force || def.kind == sim::ForceKind::torque)) {
       // The largest of its values is an arrow of a sixth of the machine.
       ForceArrow force{*on,
@@ -146,7 +169,9 @@ void update_attachments(const Animation& animation, int picture, PictureMemory& 
         b(place_pose(results, spring.to, now, animation.scales[0])[3]);
     // A coil without length has no shape.
     if (!(glm::length(b - a) > 4.0 * spring.wire)) continue;
-    memory.springs[k] = render::make_spring(a, b, spring.coil, spring.wire);
+    const glm::dvec3 begins = a + spring.begins * (b - a), ends = a + spring.ends * (b - a);
+    memory.springs[k] = spring.coil > 0.0 ? render::make_spring(begins, ends, spring.coil, spring.wire)
+                                          : render::make_tube(std::array{begins, ends}, spring.wire, 16);
     render::Surface surface;
     surface.positions = memory.springs[k].positions;
     surface.normals = memory.springs[k].normals;

@@ -96,9 +96,31 @@ def crank(folder):
     near(worst, 0.0, 1e-9, "crank, place of the piston")
 
 
+def cam(folder):
+    h = simulate("A cam and its follower", folder)
+    near(max(abs(y - 0.01 * (1 - math.cos(10 * t))) for y, t in zip(h["rise"], h["t"])), 0, 1e-12, "cam, rise")
+    near(max(abs(f - 0.5 * (9.81 + math.cos(10 * t))) for f, t in zip(h["push.2"], h["t"])), 0, 1e-9, "cam, push")
+
+
+def winch(folder):
+    h = simulate("A winch with a pulley block", folder)
+    near(max(abs(y - 0.025 * t * t) for y, t in zip(h["height"], h["t"])), 0, 1e-9, "winch, height")
+    near(h["pull"][-1], 10 * (9.81 + 0.05) / 2, 1e-6, "winch, pull")
+
+
+def snap(folder):
+    simulate("A truss that snaps through", folder)
+    said = run("load-path", folder / "scene.toml", "--force", "load", "--to", "2", "-o", folder / "path.csv").stdout
+    # P = 2 k (l0 - l) y / l is largest where l^3 = b^2 l0.
+    l = 1.04 ** (1 / 6)
+    y = math.sqrt(l * l - 1)
+    wanted = 2 * 5000 * (math.sqrt(1.04) - l) * y / l / 10
+    near(float(said.split("limit point  load ")[1].split(",")[0]), wanted, 1e-6, "truss, limit load")
+
+
 with temporary_folder() as folder:
     folder = pathlib.Path(folder)
-    for recipe in (pendulum, four_bar, spring, supported_beam, cantilever, blades, buffer, crank):
+    for recipe in (pendulum, four_bar, spring, supported_beam, cantilever, blades, buffer, crank, cam, winch, snap):
         recipe(folder)
 expect(checked == set(recipes), f"recipes without a check: {set(recipes) - checked}")
 finish()

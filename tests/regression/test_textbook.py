@@ -220,9 +220,76 @@ def beams(folder):
     near(h["section.N"][0], P, 1e-3 * P, "beam_column: pull in the middle")
 
 
+def cams_and_ropes(folder):
+    h = simulate(folder, "cam")
+    along("cam", h, "rise", lambda a: 0.015 * (1 - cos(a)), 1e-9)
+    along("cam", h, "force.2", lambda a: 0.5 * (g + 0.015 * 144 * cos(a)) + 2000 * (0.015 * (1 - cos(a)) + 0.02), 1e-5)
+
+    # M and m on a rope: (M + m) r'' = m r th'^2 + m g cos th - M g.
+    h = simulate(folder, "swinging_atwood")
+
+    def swing(y):
+        r, v, th, w = y
+        return [v, (2 * r * w * w + 2 * g * cos(th) - 3 * g) / 5, w, (-2 * v * w - g * sin(th)) / r]
+
+    own = runge_kutta(swing, [1.2, 0, math.radians(50), 0], 0.0005, 8000)[::10]
+    for i in range(0, len(h["t"]), 20):
+        near(h["ball.x"][i], own[i][0] * sin(own[i][2]), 2e-4, "swinging_atwood: x of the ball")
+        near(h["pull"][i], 3 * (g + swing(own[i])[1]), 1e-2, "swinging_atwood: pull of the rope")
+
+    h = simulate(folder, "tautochrone")
+    for i, t in enumerate(h["t"]):
+        for k in (1, 2, 3):
+            wanted = 1 + (0.25 * k - 1) * cos(math.sqrt(g) * t)
+            expect(abs(h[f"b{k}:way"][i] - wanted) < 2e-4, f"tautochrone: bead {k} at {t}: {h[f'b{k}:way'][i]}, wanted {wanted}")
+
+    h = simulate(folder, "eccentric")
+    e, R, roller, w = 0.02, 0.06, 0.015, 30
+
+    def fall(y):
+        # time, height, rate
+        apart = math.hypot(e * cos(w * y[0]), y[1] - e * sin(w * y[0]))
+        push = 1e5 * max(0.0, R + roller - apart) * (y[1] - e * sin(w * y[0])) / apart
+        return [1, y[2], push / 0.8 - g]
+
+    own = runge_kutta(fall, [0, math.sqrt((R + roller) ** 2 - e * e), w * e], 1e-5, 60000)[::200]
+    near(max(abs(a - b[1]) for a, b in zip(h["height"], own)), 0, 2e-4, "eccentric: height of the roller")
+    expect(min(h["force"]) == 0.0, "eccentric: the roller lifts off")
+
+    h = simulate(folder, "bungee")
+    weight = 75 * g
+    near(max(h["depth"]), 20 + (weight + math.sqrt(weight**2 + 2 * weight * 100 * 20)) / 100, 5e-3, "bungee: deepest point")
+    near(max(h["pull"]), weight + math.sqrt(weight**2 + 2 * weight * 100 * 20), 0.5, "bungee: largest pull")
+    near(min(h["balance"]), 0, 5.0, "bungee: work of rope and weight, least")
+
+    h = simulate(folder, "planetary_gear")
+    along("planetary_gear", h, "output", lambda a: a * 24 / 84, 1e-9, "input")
+    rho, thick = 7850, 0.02
+    sun, planet = (pi * r**2 * thick * rho for r in (0.06, 0.045))
+    # All inertia seen from the sun; the planet turns by -24/18 (w - arm) + arm = -(60/18) arm + arm.
+    arm = 24 / 84
+    inertia = sun * 0.06**2 / 2 + planet * (0.105 * arm) ** 2 + planet * 0.045**2 / 2 * (arm * (1 - 60 / 18)) ** 2
+    link = h["motor.mz"][-1] - 30 * arm - 2 * inertia
+    expect(0 < link < 0.05 * 30 * arm, f"planetary_gear: torque of the motor, of which the arm's inertia makes {link}")
+
+
+def changing_beams(folder):
+    E = 210e9
+    h = simulate(folder, "quarter_ring")
+    I, R, P = 0.03 * 0.015**3 / 12, 0.5, 20
+    near(h["tip.x"][0] - R, pi * P * R**3 / (4 * E * I), 4e-3 * P * R**3 / (E * I), "quarter_ring: along the load")
+    near(h["cut.N"][0], P * cos(pi / 4), 2e-3 * P, "quarter_ring: normal force in the middle")
+    h = simulate(folder, "tapered_cantilever")
+    L, P, n = 1.2, 50, 2000
+    x = [(i + 0.5) * L / n for i in range(n)]
+    wanted = sum(P * (L - s) ** 2 / (E * 0.04 * (0.04 - 0.02 * s / L) ** 3 / 12) * L / n for s in x)
+    near(-h["tip.y"][0], wanted, 6e-3 * wanted, "tapered_cantilever: deflection")
+    near(h["stress"][0], 6 * P * L / 2 / (0.04 * 0.03**2), 1e-3 * 6 * P * L / 2 / (0.04 * 0.03**2), "tapered_cantilever: stress")
+
+
 with temporary_folder() as name:
     here = pathlib.Path(name)
-    for test in (planar_linkages, curves, swings, springs, forces, beams):
+    for test in (planar_linkages, curves, swings, springs, forces, beams, cams_and_ropes, changing_beams):
         print(f"-- {test.__name__}", flush=True)
         test(here)
     scenes = {path.stem for path in (examples / "mechanisms").glob("*.toml")}
