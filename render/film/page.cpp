@@ -203,8 +203,8 @@ void add_body(Block& block, const Animation& animation, int b, Json& bodies, Pag
   }
   if (!model.creases.empty()) {
     std::vector<std::uint32_t> ends;
-    for (const glm::ivec2& pair : model.creases)
-      for (int i = 0; i < 2; ++i) ends.push_back(static_cast<std::uint32_t>(pair[i]));
+    for (const BodyModel::Crease& crease : model.creases)
+      for (const int end : {crease.a, crease.b}) ends.push_back(static_cast<std::uint32_t>(end));
     body["creases"] = block.add(ends);
   }
   if (model.flexible) add_deformation(block, animation, b, body, report);
