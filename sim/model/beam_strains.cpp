@@ -2,6 +2,7 @@
 
 #include "sim/bodies/beam_pieces.h"
 #include "sim/model/bodies.h"
+#include "sim/scene/force_kinds.h"
 
 #include <algorithm>
 #include <cmath>
@@ -27,7 +28,7 @@ std::set<double> places_of_hold(const Model& model, const Scene& scene, int body
   const auto take = [&](const FrameRef& f) {
     if (f.body != scene.bodies[body].name) return;
     const FramePoint p = find_frame(model, scene, body, f.frame, "");
-    double x = piece_start(std::get<BeamDef>(scene.bodies[static_cast<size_t>(body)].kind), model.parts[p.part].piece);
+    double x = piece_start(std::get<BeamDef>(scene.bodies[body].kind), model.parts[p.part].piece);
     for (const FlexibleNode& node : model.parts[p.part].body.nodes)
       if (node.name == p.node_name) x += node.origin.x();
     out.insert(x);
@@ -36,7 +37,7 @@ std::set<double> places_of_hold(const Model& model, const Scene& scene, int body
   for (const ForceDef& f : scene.forces) {
     if (f.kind == ForceKind::distributed) continue;
     take(f.on);
-    if (f.kind == ForceKind::spring_damper || f.kind == ForceKind::bushing || f.kind == ForceKind::contact) take(f.from);
+    if (traits(f.kind).between) take(f.from);
   }
   return out;
 }

@@ -14,6 +14,7 @@
 #include "sim/model/joint_motion.h"
 #include "sim/model/mounted_modes.h"
 #include "sim/scene/effect_names.h"
+#include "sim/scene/force_kinds.h"
 #include "sim/scene/joint_kinds.h"
 #include "sim/scene/section.h"
 
@@ -82,10 +83,9 @@ std::vector<HeldPoint> held_points(const Scene& scene, const std::string& body, 
     out.push_back({"", true, false, true});
   for (const ForceDef& f : scene.forces) {
     if (f.kind == ForceKind::distributed) continue;
-    const bool contact = f.kind == ForceKind::contact, force = f.kind != ForceKind::torque;
-    const bool moment = f.kind == ForceKind::torque || f.kind == ForceKind::bushing || f.kind == ForceKind::user || contact;
-    hold(f.on, force, moment, true);
-    if (f.kind == ForceKind::spring_damper || f.kind == ForceKind::bushing || contact) hold(f.from, force, moment, true);
+    const ForceTraits facts = traits(f.kind);
+    hold(f.on, facts.force, facts.moment, true);
+    if (facts.between) hold(f.from, facts.force, facts.moment, true);
   }
   return out;
 }

@@ -4,6 +4,7 @@
 #include "sim/model/bodies.h"
 #include "sim/model/joint_motion.h"
 #include "sim/model/state_functions.h"
+#include "sim/scene/force_kinds.h"
 #include "sim/scene/joint_kinds.h"
 
 #include <fmt/format.h>
@@ -639,15 +640,14 @@ void add_loads(Model& model, const Scene& scene) {
     Load load;
     load.def = def;
     load.on = load.from = add_frame(model, scene, def.on, where);
-    const bool between = def.kind == ForceKind::spring_damper || def.kind == ForceKind::bushing || def.kind == ForceKind::contact;
-    const bool plain = def.kind == ForceKind::force || def.kind == ForceKind::torque || def.kind == ForceKind::distributed;
-    if (between) load.from = add_frame(model, scene, def.from, where);
+    if (traits(def.kind).between) load.from = add_frame(model, scene, def.from, where);
     if (!def.through.empty()) {
       load.path = {load.from};
       for (const FrameRef& frame : def.through) load.path.push_back(add_frame(model, scene, frame, where));
       load.path.push_back(load.on);
     }
-    if (plain || (def.kind == ForceKind::spring_damper && (!def.reads.empty() || def.value != "0"))) add_value(model, scene, where, load);
+    if (traits(def.kind).value || (def.kind == ForceKind::spring_damper && (!def.reads.empty() || def.value != "0")))
+      add_value(model, scene, where, load);
     if (def.kind == ForceKind::contact) add_contact(model, def, load);
     if (!def.rest.empty()) {
       load.rest = static_cast<int>(model.expressions.size());

@@ -6,6 +6,7 @@
 #include "sim/dynamics/loads.h"
 #include "sim/results/outputs.h"
 #include "sim/results/recorder.h"
+#include "sim/scene/force_kinds.h"
 #include "sim/start/linearise.h"
 
 #include <fmt/format.h>
@@ -23,7 +24,7 @@ std::vector<int> loads_of(const System& system, const std::string& force) {
   std::vector<std::string> known;
   for (size_t i = 0; i < system.model.loads.size(); ++i) {
     const ForceDef& def = system.model.loads[i].def;
-    if (def.kind == ForceKind::spring_damper || def.kind == ForceKind::bushing || def.name.empty()) continue;
+    if (!traits(def.kind).value || def.name.empty()) continue;
     if (def.name == force) loads.push_back(static_cast<int>(i));
     else if (known.empty() || known.back() != def.name) known.push_back(def.name);
   }

@@ -85,6 +85,10 @@ def response(folder):
     expect("<svg" in (folder / "r.svg").read_text(), "the diagram is no SVG")
     message = run("response", scene, "--force", "pus", code=2).stderr
     expect("two.toml" in message and "did you mean 'push'" in message, message)
+    # Nothing gives the size of drag or contact: it cannot be a unit.
+    scene.write_text(scene.read_text() + '[[force]]\nname = "air"\nkind = "drag"\non = "a"\nlinear = 0.5\n')
+    message = run("response", scene, "--force", "air", code=2).stderr
+    expect("'air' is no force, torque or distributed force with a name" in message, message)
 
 
 def beam(folder):
