@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-"""The rooms of the project and who includes whom: tests/rooms.py [--svg FILE] [ROOT]
+"""The rooms of the project and who includes whom: tests/rooms.py [--svg FILE | --check FILE] [ROOT]
 
 Prints a line a room with its files, its lines and the rooms it includes directly. Exits with 1 where the includes between rooms go round
-in a circle. --svg draws them (needs graphviz' dot and tred): an arrow from a room to what it is built on; arrows that follow from others
-are left out. """
+in a circle. --svg draws them (needs graphviz' dot): an arrow from a room to what it is built on; arrows that follow from others are left
+out. --check: exits with 1 where such a drawing shows other rooms or arrows than there are.
+"""
 
 import collections
+import html
 import pathlib
 import re
 import subprocess
@@ -57,7 +59,16 @@ def circle(uses):
     return None
 
 
-def draw(files, lines, uses, svg):
+def arrows(uses):
+    """Pairs (room, built on) that do not follow from others; uses has no circle."""
+
+    def reached(room):
+        return set(uses.get(room, ())).union(*(reached(there) for there in uses.get(room, ())))
+
+    return {(a, b) for a in uses for b in uses[a] if not any(b in reached(c) for c in uses[a])}
+
+
+def draw(rooms, uses, svg):
     colours = {"sim": "#dce9f7", "interp": "#e3f3df", "render": "#f9e7d4"}
     dot = [
         "digraph rooms {",
@@ -67,22 +78,26 @@ def draw(files, lines, uses, svg):
             " arrowsize=0.6];"
         ),
     ]
-    for room in files:
+    for room in rooms:
         name = f"{room} (door)" if room == "sim" else room
-        dot.append(f'"{room}" [label="{name}\\n{files[room]} files, {lines[room]} lines", fillcolor="{colours[room.split("/")[0]]}"];')
-    dot += [f'"{a}" -> "{b}";' for a in uses for b in uses[a]]
-    dot.append("}")
-    reduced = subprocess.run(["tred"], input="\n".join(dot), text=True, check=True, capture_output=True).stdout
-    subprocess.run(["dot", "-Tsvg", "-o", svg], input=reduced, text=True, check=True)
+        dot.append(f'"{room}" [label="{name}", fillcolor="{colours[room.split("/")[0]]}"];')
+    dot += [f'"{a}" -> "{b}";' for a, b in sorted(arrows(uses))] + ["}"]
+    subprocess.run(["dot", "-Tsvg", "-o", svg], input="\n".join(dot), text=True, check=True)
+
+
+def drawn_otherwise(rooms, uses, svg):
+    """Rooms and arrows in which a drawing differs from what there is."""
+    titles = {html.unescape(t) for t in re.findall(r"<title>([^<]*)</title>", pathlib.Path(svg).read_text(encoding="utf-8"))} - {"rooms"}
+    return titles ^ (set(rooms) | {f"{a}->{b}" for a, b in arrows(uses)})
 
 
 def main():
     arguments = sys.argv[1:]
-    svg = None
-    if arguments[:1] == ["--svg"]:
+    task = svg = None
+    if arguments[:1] in (["--svg"], ["--check"]):
         if len(arguments) < 2:
             sys.exit(__doc__)
-        svg, arguments = arguments[1], arguments[2:]
+        task, svg, arguments = arguments[0], arguments[1], arguments[2:]
     root = pathlib.Path(arguments[0]) if arguments else pathlib.Path(__file__).resolve().parent.parent
     files, lines, uses = survey(root)
     for room in files:
@@ -90,8 +105,11 @@ def main():
     if found := circle(uses):
         print("CIRCLE:", " -> ".join(found))
         return 1
-    if svg:
-        draw(files, lines, uses, svg)
+    if task == "--svg":
+        draw(files, uses, svg)
+    if task == "--check" and (other := drawn_otherwise(files, uses, svg)):
+        print(f"{svg} is drawn otherwise ({', '.join(sorted(other))}): make it anew by tests/rooms.py --svg {svg}")
+        return 1
     return 0
 
 
