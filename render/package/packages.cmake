@@ -40,7 +40,8 @@ if(FLEXFRAME_PYTHON)
   list(APPEND CPACK_COMPONENTS_ALL python)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-flexframe)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
-  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.11), python3 (<< 3.12), python3-numpy, libosmesa6, fonts-dejavu-core, libopenblas0-openmp")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+    "python3 (>= 3.11), python3 (<< 3.12), python3-numpy, libosmesa6, fonts-dejavu-core, libopenblas0-openmp")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "ffmpeg")
   set(CPACK_COMPONENT_PYTHON_DESCRIPTION "Scenes, simulation, kernel maps and pictures of Flexframe from Python, with
 arrays that look at its memory.")

@@ -1,4 +1,5 @@
-"""The notebooks of examples/notebooks, executed by nbconvert: notebooks.py FLEXFRAME SOURCE_DIR [OUTPUT_FOLDER]. A cell that fails is one."""
+"""The notebooks of examples/notebooks, executed by nbconvert: notebooks.py FLEXFRAME SOURCE_DIR [OUTPUT_FOLDER]. A cell that fails is
+one."""
 
 import os
 import pathlib

@@ -3,7 +3,8 @@
 Made by cpack from the build of FLEXFRAME, looked at by lintian (no errors) and, where debootstrap can make a clean root, installed there
 with what they depend on; in it the quick start's run, the Python example and the project outside of the tree. The source tarball is then
 unpacked there and its program built, with the packages that it lists itself; its histories are those of the installed program bit for bit.
-FLEXFRAME_ROOT=FOLDER: a root that `debootstrap --variant=minbase` has made, copied instead of made anew. FLEXFRAME_JOBS=N: compilers at once.
+FLEXFRAME_ROOT=FOLDER: a root that `debootstrap --variant=minbase` has made, copied instead of made anew. FLEXFRAME_JOBS=N: compilers at
+once.
 """
 
 import os

@@ -266,16 +266,19 @@ def reference(plane, times, load):
 
 
 def spin_up(folder):
-    """Simo and Vu-Quoc 1986: a beam that is turned up to 6 rad/s in 15 s. Published: the tip lags by 0.58 at most; 5.14e-4 longer in the end."""
+    """Simo and Vu-Quoc 1986: a beam that is turned up to 6 rad/s in 15 s. Published: the tip lags by 0.58 at most; 5.14e-4 longer in the
+    end."""
     L, ea, ga, ei, mass, inertia, Ts, ws = 10.0, 2.8e7, 1e7, 1.4e4, 1.2, 6e-4, 15.0, 6.0
     e, k = 1e9, 2 * math.pi / Ts
     area = ea / e
     # G = E / 2 with this Poisson's ratio; the shear factor makes k G A.
-    section = f'section = {{ shape = "general", area = {area}, iy = {ei / e}, iz = {ei / e}, j = {ei / e}, shear_y = {2 * ga / ea}, shear_z = {2 * ga / ea} }}\n'
+    section = f'section = {{ shape = "general", area = {area}, iy = {ei / e}, iz = {ei / e}, j = {ei / e}, shear_y = {2 * ga / ea}, '
+    section += f"shear_z = {2 * ga / ea} }}\n"
     stuff = f"material = {{ density = {mass / area}, youngs_modulus = {e}, poisson = 0 }}\n"
     motion = f"t < {Ts} ? {ws / Ts}*(t^2/2 + (cos({k}*t) - 1)/{k}^2) : {ws}*t - {ws * Ts / 2}"
     text = "[simulation]\nduration = 18\noutput_rate = 50\ntolerance = 1e-6\n"
-    text += f'[[body]]\nname = "beam"\nkind = "beam"\nlength = {L}\nmodel = "mixed"\nvolumes = 8\neffects = ["axial", "bending_xy", "shear", "stiffening"]\n{section}{stuff}'
+    text += f'[[body]]\nname = "beam"\nkind = "beam"\nlength = {L}\nmodel = "mixed"\nvolumes = 8\n'
+    text += f'effects = ["axial", "bending_xy", "shear", "stiffening"]\n{section}{stuff}'
     text += f'[[joint]]\nname = "shaft"\nkind = "revolute"\nparent = "ground"\nchild = "beam"\nmotion = "{motion}"\n'
     text += output("tip", "beam.tip", "position", 'relative_to = "hub"')
     text += '[[body]]\nname = "hub"\nkind = "rigid"\nmass = 1\n[[joint]]\nname = "hub"\nkind = "weld"\nparent = "beam"\nchild = "hub"\n'
@@ -286,15 +289,18 @@ def spin_up(folder):
 
 
 def spaghetti(folder):
-    """The flying spaghetti: thrown by a force and a moment at one end for 2.5 s. Its rotary inertia, which no section has, sits on discs."""
+    """The flying spaghetti: thrown by a force and a moment at one end for 2.5 s. Its rotary inertia, which no section has, sits on
+    discs."""
     L, ea, ei, mass, inertia = 10.0, 1e4, 500.0, 1.0, 10.0
     volumes = 8
     e = 1e6
-    section = f'section = {{ shape = "general", area = {ea / e}, iy = {ei / e}, iz = {ei / e}, j = {ei / e}, shear_y = 1.999, shear_z = 1.999 }}\n'
+    section = f'section = {{ shape = "general", area = {ea / e}, iy = {ei / e}, iz = {ei / e}, j = {ei / e}, shear_y = 1.999, '
+    section += f"shear_z = 1.999 }}\n"
     text = "[simulation]\nduration = 4\noutput_rate = 20\ntolerance = 1e-8\n"
     frames = ", ".join(f"d{k} = {k / volumes}" for k in range(1, volumes))
     text += f'[[body]]\nname = "beam"\nkind = "beam"\nlength = {L}\nmodel = "mixed"\nvolumes = {volumes}\nframes = {{ {frames} }}\n'
-    text += f'effects = ["axial", "bending_xy", "shear", "stiffening"]\n{section}material = {{ density = {mass * e / ea}, youngs_modulus = {e}, poisson = 0 }}\n'
+    text += f'effects = ["axial", "bending_xy", "shear", "stiffening"]\n'
+    text += f"{section}material = {{ density = {mass * e / ea}, youngs_modulus = {e}, poisson = 0 }}\n"
     own_inertia = mass * ei / ea
     for k in range(volumes + 1):
         share = (inertia - own_inertia) * L / volumes * (0.5 if k in (0, volumes) else 1.0)
@@ -349,11 +355,13 @@ def warnings_and_refusals(folder):
             ("must be 0",),
         ),
         (
-            "length = 1\nsections = [{ at = 0, shape = 'circle', diameter = 0.1 }, { at = 1, shape = 'rectangle', width = 1, height = 1 }]\n",
+            "length = 1\nsections = [{ at = 0, shape = 'circle', diameter = 0.1 }, { at = 1, shape = 'rectangle', width = 1, "
+            "height = 1 }]\n",
             ("must be that of the section before",),
         ),
         (
-            "length = 1\nvolumes = 1\nsections = [{ at = 0, shape = 'circle', diameter = 0.1 }, { at = 0.5, shape = 'circle', diameter = 0.2 },"
+            "length = 1\nvolumes = 1\nsections = [{ at = 0, shape = 'circle', diameter = 0.1 },"
+            " { at = 0.5, shape = 'circle', diameter = 0.2 },"
             " { at = 1, shape = 'circle', diameter = 0.2 }]\n",
             ("key 'volumes'", "at least 2"),
         ),

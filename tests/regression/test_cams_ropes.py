@@ -1,4 +1,5 @@
-"""Cams, ropes, cables, points on curves and contact with profiles through the real program, against closed formulas and own integrations."""
+"""Cams, ropes, cables, points on curves and contact with profiles through the real program, against closed formulas and own
+integrations."""
 import math
 import pathlib
 

@@ -208,7 +208,8 @@ def reduce(
 ):
     """A flexible Body from a finite element model, to the last bit that of `flexframe reduce`. SI units but for the model's own.
 
-    model         .inp (Abaqus, CalculiX), .bdf .nas .dat (Nastran), .msh (gmsh), .sti or .mtx (matrices; mass, node_table, dofs beside them)
+    model         .inp (Abaqus, CalculiX), .bdf .nas .dat (Nastran), .msh (gmsh), .sti or .mtx (matrices; mass, node_table, dofs beside
+                  them)
     method        auto, eigen, guyan, craig-bampton or response
     modes         number of modes (with interfaces held for craig-bampton); highest: all modes up to this frequency instead, Hz
     lowest        lowest frequency of interest for response, Hz

@@ -1,6 +1,8 @@
-"""What a step call costs in Python beyond C++: step_call.py STEP_CALL SOURCE, with the module's folder in PYTHONPATH (ninja bench_step_call).
+"""What a step call costs in Python beyond C++: step_call.py STEP_CALL SOURCE, with the module's folder in PYTHONPATH (ninja
+bench_step_call).
 
-The same steps of examples/library/cart.toml from both, in CPU time, the least of nine goes; C++ and Python in turn, the least of five rounds.
+The same steps of examples/library/cart.toml from both, in CPU time, the least of nine goes; C++ and Python in turn, the least of five
+rounds.
 Exit 1 where step() alone costs more than 2 us more.
 """
 
