@@ -100,7 +100,7 @@ struct Simulation::Impl {
     for (size_t k = 0; k < system.model.loads.size(); ++k)
       if (const std::string& text = system.model.loads[k].def.driven; !text.empty()) driven.emplace_back(k, DrivenText(text, scene.inputs));
     for (const Block& block : system.model.blocks) {
-      const std::vector<std::string>& texts = scene.blocks[static_cast<size_t>(block.scene_block)].driven;
+      const std::vector<std::string>& texts = scene.blocks[block.scene_block].driven;
       for (size_t k = 0; k < texts.size(); ++k)
         if (!texts[k].empty()) driven_inputs.emplace_back(static_cast<size_t>(block.inputs[k]), DrivenText(texts[k], scene.inputs));
     }
@@ -151,7 +151,7 @@ struct Simulation::Impl {
       if (load.function >= 0) {
         read(static_cast<size_t>(load.function), load.def.value);
       } else {
-        system.model.expressions[static_cast<size_t>(load.expression)] = TimeFunction(Expression(load.def.value));
+        system.model.expressions[load.expression] = TimeFunction(Expression(load.def.value));
       }
     }
   }

@@ -77,14 +77,14 @@ Pose chord_pose(const BeamDef& beam, int k) {
 
 double piece_start(const BeamDef& beam, int k) {
   if (beam.model == BeamModel::lumped) return k == 0 ? 0.0 : (k - 0.5) * (beam.length / beam.elements);
-  if (!beam.stations.empty()) return borders(beam)[static_cast<size_t>(k)] * beam.length;
+  if (!beam.stations.empty()) return borders(beam)[k] * beam.length;
   return k * beam.length / piece_count(beam);
 }
 
 double piece_length(const BeamDef& beam, int k) {
   if (beam.stations.empty()) return beam.length / piece_count(beam);
   const std::vector<double> all = borders(beam);
-  return (all[static_cast<size_t>(k) + 1] - all[static_cast<size_t>(k)]) * beam.length;
+  return (all[static_cast<size_t>(k) + 1] - all[k]) * beam.length;
 }
 
 Section section_at(const BeamDef& beam, double s) {
@@ -136,7 +136,7 @@ std::pair<int, double> locate_piece(const BeamDef& beam, double s) {
     const std::vector<double> all = borders(beam);
     int k = 0;
     while (k + 1 < pieces && s > all[static_cast<size_t>(k) + 1] * (1.0 + 1e-12)) ++k;
-    const double from = all[static_cast<size_t>(k)], to = all[static_cast<size_t>(k) + 1];
+    const double from = all[k], to = all[static_cast<size_t>(k) + 1];
     return {k, std::clamp((s - from) / (to - from), 0.0, 1.0)};
   }
   const double at = s * pieces;

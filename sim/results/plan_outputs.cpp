@@ -93,31 +93,30 @@ void plan_joint(Planning& p) {
     p.plans.reactions = p.plans.accelerations = true;
     return;
   }
-  JointKind kind = p.scene.joints[static_cast<size_t>(joint)].kind;
+  JointKind kind = p.scene.joints[joint].kind;
   const bool value = def.quantity == Quantity::value || def.quantity == Quantity::rate;
   // Friction by reactions is known once these are.
   if (def.quantity == Quantity::friction_force) p.plans.accelerations = true;
   // What acts along a line's point is of the joint that stands for it.
-  if (!value && p.plan.loop < 0 && p.plan.joint_part >= 0) kind = p.model.parts[static_cast<size_t>(p.plan.joint_part)].joint.kind;
+  if (!value && p.plan.loop < 0 && p.plan.joint_part >= 0) kind = p.model.parts[p.plan.joint_part].joint.kind;
   const int n = p.plan.loop >= 0 && !value ? 1 : rate_count(kind);
   if (n == 0) throw InputError(fmt::format("{}: a joint of this kind has no coordinate; the only quantity allowed is reaction", p.where));
   if (n > 1) p.tags.clear();
-  for (int k = 0; k < n && n > 1; ++k)
-    p.tags.push_back(traits(kind).quaternion == 0 ? xyz[static_cast<size_t>(k)] : fmt::format(".{}", k + 1));
+  for (int k = 0; k < n && n > 1; ++k) p.tags.push_back(traits(kind).quaternion == 0 ? xyz[k] : fmt::format(".{}", k + 1));
   p.units.clear();
   for (int k = 0; k < n; ++k) p.units.emplace_back(coordinate_unit(def.quantity, is_length(kind, k)));
 }
 
 // What a coupling does: the pull of a rope, or the force or moment on the coordinate of each of its terms.
 void plan_coupling(Planning& p) {
-  const CouplingRow& row = p.model.couplings[static_cast<size_t>(p.plan.coupling)];
+  const CouplingRow& row = p.model.couplings[p.plan.coupling];
   p.plans.reactions = p.plans.accelerations = true;
   p.units = {"N"};
   if (!row.frames.empty()) return;
   p.tags.clear();
   p.units.clear();
   for (size_t k = 0; k < row.terms.size(); ++k) {
-    const JointKind kind = p.model.parts[static_cast<size_t>(row.terms[k].part)].joint.kind;
+    const JointKind kind = p.model.parts[row.terms[k].part].joint.kind;
     p.tags.push_back(fmt::format(".{}", k + 1));
     p.units.emplace_back(is_length(kind, row.terms[k].rate) ? "N" : "N m");
   }
@@ -126,9 +125,9 @@ void plan_coupling(Planning& p) {
 void plan_block(Planning& p) {
   p.plan.block = -1;
   for (size_t b = 0; b < p.model.blocks.size(); ++b)
-    if (p.scene.blocks[static_cast<size_t>(p.model.blocks[b].scene_block)].name == p.plan.def.of.body) p.plan.block = static_cast<int>(b);
+    if (p.scene.blocks[p.model.blocks[b].scene_block].name == p.plan.def.of.body) p.plan.block = static_cast<int>(b);
   if (p.plan.block < 0) throw InputError(fmt::format("{}: '{}' is no block", p.where, p.plan.def.of.body));
-  const Eigen::Index n = p.model.blocks[static_cast<size_t>(p.plan.block)].C.rows();
+  const Eigen::Index n = p.model.blocks[p.plan.block].C.rows();
   p.plans.accelerations = true;
   p.units = {p.plan.def.unit};
   if (n == 1) return;
@@ -143,9 +142,8 @@ void find_reads(OutputPlan& plan, const std::vector<OutputPlan>& all, const std:
   std::vector<std::string> names;
   for (const OutputPlan& other : all)
     for (int k = 0; k < other.count; ++k)
-      names.push_back(family_of(other.def.quantity) != OutputFamily::combination || other.first < plan.first
-                          ? columns[static_cast<size_t>(other.first + k)]
-                          : std::string());
+      names.push_back(family_of(other.def.quantity) != OutputFamily::combination || other.first < plan.first ? columns[other.first + k]
+                                                                                                             : std::string());
   std::vector<std::string> known;
   for (const std::string& name : names)
     if (!name.empty()) known.push_back(name);
@@ -173,10 +171,10 @@ void plan_force(Planning& p) {
   for (size_t i = 0; i < p.model.loads.size(); ++i)
     if (p.model.loads[i].def.name == def.of.body) p.plan.loads.push_back(static_cast<int>(i));
   if (p.plan.loads.empty()) throw InputError(fmt::format("{}: '{}' is no force that acts in the model", p.where, def.of.body));
-  const ForceKind kind = p.model.loads[static_cast<size_t>(p.plan.loads.front())].def.kind;
+  const ForceKind kind = p.model.loads[p.plan.loads.front()].def.kind;
   // What expressions read of the state, and tables over a coordinate, is known once the loads have been.
   for (const int load : p.plan.loads)
-    if (const Load& l = p.model.loads[static_cast<size_t>(load)]; l.function >= 0 || l.table) p.plans.accelerations = true;
+    if (const Load& l = p.model.loads[load]; l.function >= 0 || l.table) p.plans.accelerations = true;
   if (def.quantity == Quantity::length_rate) p.units = {"m/s"};
   if (def.quantity == Quantity::power) p.units = {"W"};
   if (def.quantity != Quantity::force) return;
@@ -208,7 +206,7 @@ void plan_section(Planning& p) {
     return;
   }
   p.units = {"Pa"};
-  const auto& beam = std::get<BeamDef>(p.scene.bodies[static_cast<size_t>(index_of(p.scene.bodies, def.of.body))].kind);
+  const auto& beam = std::get<BeamDef>(p.scene.bodies[index_of(p.scene.bodies, def.of.body)].kind);
   const auto named = beam.frames.find(def.of.frame);
   p.plan.section = section_at(beam, named != beam.frames.end() ? named->second : def.of.frame == "tip" ? 1.0 : 0.0);
   p.plan.material = beam.material;

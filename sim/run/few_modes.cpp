@@ -66,7 +66,7 @@ void warn_of_few_modes(const Scene& scene, const SimulateOptions& options, const
   statistics.notes.warn("body " + names,
                         fmt::format("too few modes: with {} more in each direction {} changes by {:.2g} of its range; give more "
                                     "(keep_modes, modes), or leave their number out (elements)",
-                                    more_modes, reference.columns[static_cast<size_t>(difference.column)], difference.largest));
+                                    more_modes, reference.columns[difference.column], difference.largest));
 }
 
 }  // namespace flexframe::sim

@@ -28,7 +28,7 @@ LeftRanges::LeftRanges(const System& system) {
   }
   for (size_t k = 0; k < model.couplings.size(); ++k) {
     const CouplingRow& row = model.couplings[k];
-    const CouplingDef& def = system.scene.couplings[static_cast<size_t>(row.scene_coupling)];
+    const CouplingDef& def = system.scene.couplings[row.scene_coupling];
     for (size_t t = 0; t < row.terms.size(); ++t) {
       if (!def.terms[t].range) continue;
       Watched w{fmt::format("coupling '{}'", row.name),
@@ -60,11 +60,10 @@ void LeftRanges::look(System& system, double t) {
   for (Watched& w : watched_) {
     double value = 0.0;
     if (w.coupling >= 0) {
-      value = -reactions_.coupling[static_cast<size_t>(w.coupling)];
+      value = -reactions_.coupling[w.coupling];
     } else {
-      const Part& part = model.parts[static_cast<size_t>(w.part)];
-      value =
-          part.joint.motion >= 0 ? system.work.motion[static_cast<size_t>(part.joint.motion)].value : system.work.q[part.q0 + w.coordinate];
+      const Part& part = model.parts[w.part];
+      value = part.joint.motion >= 0 ? system.work.motion[part.joint.motion].value : system.work.q[part.q0 + w.coordinate];
     }
     const double slack = w.coupling >= 0 ? no_push * forces : 1e-9 * (w.high - w.low);
     const double beyond = std::max(w.low - value, value - w.high);

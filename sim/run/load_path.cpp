@@ -119,7 +119,7 @@ class Path {
       return;
     }
     problem_->load(1.0);
-    for (const int e : varied_) system_.work.expression_value[static_cast<size_t>(e)] = load * problem_->expression[static_cast<size_t>(e)];
+    for (const int e : varied_) system_.work.expression_value[e] = load * problem_->expression[e];
   }
 
   void restore(const State& state) {

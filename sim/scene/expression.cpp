@@ -662,13 +662,12 @@ std::pair<double, double> Expression::operands(std::size_t s, const std::vector<
   const bool two = expression::is_binary_selector(selector.op);
   double first = 0.0;
   const double last = run(
-      code_, selector.begin, selector.end, t, [&](int i, Op, double, double) { return held[static_cast<std::size_t>(i)]; },
-      two ? &first : nullptr, variables);
+      code_, selector.begin, selector.end, t, [&](int i, Op, double, double) { return held[i]; }, two ? &first : nullptr, variables);
   return two ? std::pair(first, last) : std::pair(last, 0.0);
 }
 
 double Expression::margin(int k, double t, const double* variables) const {
-  const std::size_t s = static_cast<std::size_t>(state_selectors_[static_cast<std::size_t>(k)]);
+  const std::size_t s = static_cast<std::size_t>(state_selectors_[k]);
   const auto [a, b] = operands(s, frozen_, t, variables);
   return distance_to_change(selectors_[s].op, frozen_[s], a, b);
 }

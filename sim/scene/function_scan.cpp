@@ -357,8 +357,8 @@ PathScan::PathScan(std::string_view text, std::span<const std::string> variables
 void PathScan::choose(double t, const double* values) {
   expression::run(
       code_, 0, static_cast<int>(code_.size()), t,
-      [&](int index, Op op, double a, double b) { return chosen_[static_cast<size_t>(index)] = expression::select(op, a, b); },
-      static_cast<double*>(nullptr), values);
+      [&](int index, Op op, double a, double b) { return chosen_[index] = expression::select(op, a, b); }, static_cast<double*>(nullptr),
+      values);
 }
 
 FunctionBounds PathScan::bounds(double lo, double hi, std::span<const PathBounds> paths) const {
@@ -372,9 +372,8 @@ FunctionBounds PathScan::bounds(double lo, double hi, std::span<const PathBounds
     variables.push_back(v);
   }
   const Series f = expression::run(
-      code_, 0, static_cast<int>(code_.size()), time,
-      [&](int index, Op, const Series&, const Series&) { return chosen_[static_cast<size_t>(index)]; }, static_cast<Series*>(nullptr),
-      variables.data());
+      code_, 0, static_cast<int>(code_.size()), time, [&](int index, Op, const Series&, const Series&) { return chosen_[index]; },
+      static_cast<Series*>(nullptr), variables.data());
   FunctionBounds out;
   out.size = expression::largest(f[0]);
   out.varies = f[0].empty() ? 0.0 : f[0].hi - f[0].lo;

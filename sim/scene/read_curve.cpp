@@ -39,7 +39,7 @@ std::vector<Vec3> computed_points(const TableReader& reader, bool closed) {
       const Expression f(reader.parameters().substitute(reader.text(key)), names);
       for (int i = 0; i <= n; ++i) {
         const double u = from + (to - from) * i / n;
-        out[static_cast<size_t>(i)][k] = f.value(0.0, &u);
+        out[i][k] = f.value(0.0, &u);
       }
     } catch (const Error& error) {
       reader.fail(key, fmt::format("is no expression of u: {}", error.what()));

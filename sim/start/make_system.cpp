@@ -70,12 +70,11 @@ void refuse_state_forces(const System& system) {
   if (system.model.massless.rates.empty()) return;
   for (const Load& load : system.model.loads)
     if (load.function >= 0 || load.rest >= 0 || load.contact >= 0 || load.def.kind == ForceKind::drag)
-      throw InputError(fmt::format(
-          "{}:{}: force{}: depends on the state or has a rest that moves, but {} moves without mass or inertia, by "
-          "the balance of springs and dampers; give the bodies there a mass",
-          system.scene.file.string(), load.def.line, load.def.name.empty() ? "" : fmt::format(" '{}'", load.def.name),
-          "joint '" + system.model.parts[static_cast<size_t>(joint_of_rate(system.model, system.model.massless.rates.front()))].joint.name +
-              "'"));
+      throw InputError(
+          fmt::format("{}:{}: force{}: depends on the state or has a rest that moves, but {} moves without mass or inertia, by "
+                      "the balance of springs and dampers; give the bodies there a mass",
+                      system.scene.file.string(), load.def.line, load.def.name.empty() ? "" : fmt::format(" '{}'", load.def.name),
+                      "joint '" + system.model.parts[joint_of_rate(system.model, system.model.massless.rates.front())].joint.name + "'"));
 }
 
 // Which state a static start found.

@@ -73,9 +73,9 @@ void unlock(const Model& model, Work& work) {
 void load_at_rest(const Model& model, Work& work) {
   for (const Load& load : model.loads) {
     if (load.expression < 0) continue;
-    TimeFunction at_zero = model.expressions[static_cast<size_t>(load.expression)];
+    TimeFunction at_zero = model.expressions[load.expression];
     at_zero.unfreeze();
-    work.expression_value[static_cast<size_t>(load.expression)] = at_zero.value(0.0);
+    work.expression_value[load.expression] = at_zero.value(0.0);
   }
 }
 
@@ -125,7 +125,7 @@ bool StaticProblem::stiffness(MatX& K) {
   K = MatX::Zero(n, n);
   MatX N = MatX::Zero(model.nv, n);
   for (Eigen::Index k = 0; k < n; ++k) {
-    const Direction& d = sought[static_cast<size_t>(k)];
+    const Direction& d = sought[k];
     const size_t cluster = static_cast<size_t>(model.parts[d.part].cluster);
     const ClusterWork& cw = work.clusters[cluster];
     const int v0 = model.clusters[cluster].v0;
@@ -146,7 +146,7 @@ bool StaticProblem::stiffness(MatX& K) {
     }
   }
   for (Eigen::Index k = 0; k < n; ++k) {
-    const Direction& d = sought[static_cast<size_t>(k)];
+    const Direction& d = sought[k];
     // 1e-6 of the size: the truncation (1e-6 relative) costs Newton one digit a step, rounding stays at 1e-10.
     const double step = 1e-6 * model.size;
     move_along(model, d, step / d.scale, work);
@@ -176,13 +176,13 @@ Partition close_by_size(const Model& model, int cluster, Work& work) {
     if (!(A.bottomRows(A.rows() - step).cwiseAbs().maxCoeff(&row, &column) > 0.0)) return cw.partition;
     row += step;
     A.row(step).swap(A.row(row));
-    std::swap(out.rows[static_cast<size_t>(step)], out.rows[static_cast<size_t>(row)]);
-    used[static_cast<size_t>(column)] = 1;
+    std::swap(out.rows[step], out.rows[row]);
+    used[column] = 1;
     out.dep.push_back(static_cast<int>(column));
     for (Eigen::Index r = step + 1; r < A.rows(); ++r) A.row(r) -= (A(r, column) / A(step, column)) * A.row(step);
   }
   for (int k = 0; k < c.nv; ++k)
-    if (!used[static_cast<size_t>(k)]) out.ind.push_back(k);
+    if (!used[k]) out.ind.push_back(k);
   return out;
 }
 

@@ -76,7 +76,7 @@ Found search(StaticProblem& p, const Sought& what, Way way, StaticSolution& out)
     const double slope = f.dot(x);
     bool accepted = false;
     for (int halving = 0; halving < 40 && !accepted; ++halving, share *= 0.5) {
-      for (Eigen::Index k = 0; k < n; ++k) move_along(p.model, p.sought[static_cast<size_t>(k)], share * x[k] / p.scale[k], p.work);
+      for (Eigen::Index k = 0; k < n; ++k) move_along(p.model, p.sought[k], share * x[k] / p.scale[k], p.work);
       accepted = p.evaluate(nullptr, next);
       if (accepted) {
         // The step that would follow with the same stiffness: shorter, if this one led nearer.
@@ -234,7 +234,7 @@ std::string accelerating(const StaticProblem& p) {
 }
 
 [[noreturn]] void refuse(const Scene& scene, StaticProblem& p, const Sought& what, const Raised& raised, const VecX& start) {
-  const Direction d = p.sought.empty() ? Direction{} : p.sought[static_cast<size_t>(raised.found.worst)];
+  const Direction d = p.sought.empty() ? Direction{} : p.sought[raised.found.worst];
   const double force = p.rest.force.size() > 0 ? p.rest.force[d.v] : 0.0;
   // The same without the accelerations of prescribed motions: then it is these that nothing balances.
   if (const std::string moving = accelerating(p); !moving.empty()) {

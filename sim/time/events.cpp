@@ -56,16 +56,16 @@ bool has_events(const System& s) {
 double watched_turning(const System& s) {
   double out = 0.0;
   const auto watch = [&](int frame) {
-    if (const int part = frame >= 0 ? s.model.frames[static_cast<size_t>(frame)].part : ground; part != ground)
-      out = std::max(out, s.work.parts[static_cast<size_t>(part)].V.tail<3>().norm());
+    if (const int part = frame >= 0 ? s.model.frames[frame].part : ground; part != ground)
+      out = std::max(out, s.work.parts[part].V.tail<3>().norm());
   };
   for (const Signal& signal : s.model.signals) {
     watch(signal.frame);
     watch(signal.relative_to);
   }
   for (const Contact& contact : s.model.contacts) {
-    watch(s.model.loads[static_cast<size_t>(contact.load)].on);
-    watch(s.model.loads[static_cast<size_t>(contact.load)].from);
+    watch(s.model.loads[contact.load].on);
+    watch(s.model.loads[contact.load].from);
   }
   return out;
 }

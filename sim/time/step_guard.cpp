@@ -101,7 +101,7 @@ bool StepGuard::all_shown(const System& system, const Look& now, const Look& hal
   const double width = end.t - now.t;
   std::vector<PathBounds> paths;
   for (Reader& reader : readers_) {
-    const StateFunction& function = system.model.functions[static_cast<size_t>(reader.function)];
+    const StateFunction& function = system.model.functions[reader.function];
     paths.clear();
     for (const int signal : function.signals) {
       const size_t k = static_cast<size_t>(signal);
@@ -143,9 +143,9 @@ double StepGuard::limit_of_readings(System& system, double t, const VecX& y, dou
   if (y_before_.size() != y.size()) before_ = t;
   look_ahead(system, t, 0.0, y, now);
   for (Reader& reader : readers_) {
-    const StateFunction& function = system.model.functions[static_cast<size_t>(reader.function)];
+    const StateFunction& function = system.model.functions[reader.function];
     reader.at.clear();
-    for (const int signal : function.signals) reader.at.push_back(now.values[static_cast<size_t>(signal)]);
+    for (const int signal : function.signals) reader.at.push_back(now.values[signal]);
     reader.scan.choose(t, reader.at.data());
     if (y_before_.size() == y.size()) continue;
     // The first look: how large it is within any reach.
