@@ -23,8 +23,8 @@ struct CoarseBeam {
 // deflection passes so many cycles; at that frequency its wave number k follows from its bending stiffness and mass. Elements of length h
 // vibrate too fast by (k h)^4 / 2880 (cubic elements, consistent mass), lumped ones too slowly by (k h)^2 / 15 (45 with coupled
 // curvatures; fitted to cantilevers of 3 to 20 elements, whose deflection is off by 1 / (4 n^2) at rest and twice that under slow loads),
-// and the phase that the first four modes lose moves the outputs on the body, as those of a cantilever let go at its tip. Kept modes and
-// eigenforms are judged by few_modes.h.
+// and the phase that the first four modes lose moves the outputs on the body, as those of a cantilever let go at its tip. Kept modes are
+// judged by few_modes.h, eigenforms by model_check.h.
 std::vector<CoarseBeam> coarse_beams(const Scene& scene, const std::vector<EffectState>& effects, const Results& results);
 
 // A warning for each whose share is beyond `asked`.

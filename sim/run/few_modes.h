@@ -1,4 +1,5 @@
-// Beams of eigenforms or kept modes of which the scene gives too few, told by a second run with two more in each direction.
+// Beams of which a scene keeps too few modes, told by a second run with two more in each direction. (Eigenforms of modal beams are judged
+// by model_check.)
 #pragma once
 
 #include "sim/results/histories.h"
@@ -8,7 +9,7 @@
 namespace flexframe::sim {
 
 // A warning where an output moves by more than `asked` of its range, beyond what the run's error of time explains; nothing where no beam
-// gives a number of modes, or the second run fails. Bodies whose elastic coordinates are output or given keep theirs. options: those of the
+// has keep_modes, or the second run fails. Bodies whose elastic coordinates are output or given keep theirs. options: those of the
 // run; reference: its outputs; its tolerance and estimated error are in `statistics`, the warning goes there.
 void warn_of_few_modes(const Scene& scene, const SimulateOptions& options, const Histories& reference, double asked,
                        SolverStatistics& statistics);
