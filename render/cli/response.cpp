@@ -99,6 +99,7 @@ joint values, lengths, forces of springs, their rates and accelerations; energie
               const double most = r.values.row(c).cwiseAbs().maxCoeff(&peak);
               fmt::print("{:<20} largest {:.5g} {} per unit at {:.5g} Hz\n", r.columns[c], most, r.units[c], frequencies[peak]);
             }
+            for (const std::string& note : r.notes) fmt::print("note         {}\n", note);
             if (!r.left_out.empty()) fmt::print("note         left out, no linear answer: {}\n", fmt::join(r.left_out, ", "));
             fmt::print("response     {}\ndiagram      {}\n", csv.string(), svg.string());
             return 0;

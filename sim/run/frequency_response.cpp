@@ -2,6 +2,7 @@
 
 #include "sim/base/words.h"
 #include "sim/dynamics/directions.h"
+#include "sim/dynamics/inverse_dynamics.h"
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/loads.h"
 #include "sim/results/outputs.h"
@@ -13,6 +14,8 @@
 
 #include <complex>
 #include <numbers>
+#include <optional>
+#include <utility>
 
 namespace flexframe::sim {
 namespace {
@@ -76,6 +79,15 @@ class Beside {
     update_positions(system_.model, work);
     update_velocities(system_.model, work);
   }
+  // Rates of the blocks' states there, and forces on the directions.
+  std::pair<VecX, VecX> rates_and_forces() {
+    RestForces rest;
+    rest_forces(system_.model, system_.work, nullptr, rest);
+    VecX force(static_cast<Eigen::Index>(all_.size()));
+    for (size_t k = 0; k < all_.size(); ++k) force[static_cast<Eigen::Index>(k)] = rest.force[all_[k].v];
+    return {system_.work.signals.zdot, force};
+  }
+  VecX& block_states() { return system_.work.signals.z; }
   VecX outputs(const VecX& around) {
     VecX row = VecX::Zero(static_cast<Eigen::Index>(plans_.columns.size()));
     evaluate_outputs(system_.model, system_.scene, plans_, system_.work, reactions_, around.size() > 0 ? around.data() : nullptr,
@@ -91,12 +103,62 @@ class Beside {
   Reactions reactions_;
 };
 
+// States of blocks in small motions: z' = A z + B x + B' x', forces G z on the directions.
+struct BlockStates {
+  MatX A, B, B_rate, G;
+
+  Eigen::MatrixXcd stiffness(double w) const {
+    const Complex iw(0.0, w);
+    const Eigen::MatrixXcd held = iw * Eigen::MatrixXcd::Identity(A.rows(), A.rows()) - A.cast<Complex>();
+    return -G.cast<Complex>() * held.partialPivLu().solve(B.cast<Complex>() + iw * B_rate.cast<Complex>());
+  }
+};
+
+BlockStates block_states(Beside& beside, const System& system, const MatX& rates, const VecX& still) {
+  const Eigen::Index nz = system.model.nz, n = static_cast<Eigen::Index>(beside.directions().size());
+  constexpr double step = 1e-6;
+  BlockStates out{MatX(nz, nz), MatX(nz, n), MatX(nz, n), MatX(n, nz)};
+  beside.put(-1, 0.0, still);
+  const VecX start = beside.block_states();
+  if (const VecX rate = beside.rates_and_forces().first; rate.norm() > 1e-9 * (1.0 + start.norm()))
+    throw InputError(
+        fmt::format("{}: the blocks are not at rest at the start: give them inputs that are 0 there", system.scene.file.string()));
+  for (Eigen::Index j = 0; j < nz; ++j) {
+    const double h = step * (1.0 + std::abs(start[j]));
+    beside.block_states()[j] = start[j] + h;
+    const auto [rate, force] = beside.rates_and_forces();
+    beside.block_states()[j] = start[j] - h;
+    const auto [rate_below, force_below] = beside.rates_and_forces();
+    beside.block_states()[j] = start[j];
+    out.A.col(j) = (rate - rate_below) / (2.0 * h);
+    out.G.col(j) = (force - force_below) / (2.0 * h);
+  }
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const double h = step * system.model.size / beside.directions()[static_cast<size_t>(k)].scale;
+    const auto slope = [&](const auto& put) {
+      put(h);
+      const VecX rate = beside.rates_and_forces().first;
+      put(-h);
+      return VecX((rate - beside.rates_and_forces().first) / (2.0 * h));
+    };
+    out.B.col(k) = slope([&](double by) { beside.put(k, by, still); });
+    out.B_rate.col(k) = slope([&](double by) { beside.put(-1, 0.0, by * rates.col(k)); });
+  }
+  return out;
+}
+
 void require_rest(const System& system, const Linearisation& linear, Eigen::Index directions) {
   const std::string file = system.scene.file.string();
   if (linear.moving)
     throw InputError(fmt::format("{}: the start moves; a frequency response is about a start at rest: leave out rates and motions", file));
   if (!linear.equilibrium)
     throw InputError(fmt::format("{}: the start is no equilibrium; write start = \"static\" into [simulation]", file));
+  for (const Signal& s : system.model.signals)
+    if (s.block >= 0 && system.model.blocks[static_cast<size_t>(s.block)].sample > 0.0)
+      throw InputError(fmt::format(
+          "{}: the sampled block {} has no frequency response: leave out its 'sample', or excite it in a run and "
+          "take its spectrum",
+          file, quote(system.scene.blocks[static_cast<size_t>(system.model.blocks[static_cast<size_t>(s.block)].scene_block)].name)));
   if (!system.model.massless.rates.empty() || linear.equations.M.rows() != directions)
     throw InputError(fmt::format("{}: something without mass is held by springs; give it a mass", file));
 }
@@ -140,13 +202,18 @@ FrequencyResponse frequency_response(const System& given, const std::string& for
     push[k] = load_state(system.model, system.work, loads).power;
   }
 
+  if (has_contact_friction(system.model)) out.notes.push_back(free_by_friction);
+  std::optional<BlockStates> blocks;
+  if (system.model.nz > 0) blocks = block_states(beside, system, linear.rates, still);
+
   out.columns = plans.columns;
   out.units = plans.units;
   out.values.resize(columns, frequencies.size());
   const SecondOrder& s = linear.equations;
   for (Eigen::Index f = 0; f < frequencies.size(); ++f) {
     const double w = 2.0 * std::numbers::pi * frequencies[f];
-    const Eigen::MatrixXcd dynamic = (s.K - w * w * s.M).cast<Complex>() + Complex(0.0, w) * s.D.cast<Complex>();
+    Eigen::MatrixXcd dynamic = (s.K - w * w * s.M).cast<Complex>() + Complex(0.0, w) * s.D.cast<Complex>();
+    if (blocks) dynamic += blocks->stiffness(w);
     const Eigen::VectorXcd x = dynamic.partialPivLu().solve(push.cast<Complex>());
     out.values.col(f) = by_place.cast<Complex>() * x + Complex(0.0, w) * (by_rate.cast<Complex>() * x);
     for (size_t o = 0; o < wanted.twice.size(); ++o) {

@@ -77,6 +77,7 @@ class Point {
   void stiffness();
   void damping();
   bool has_damping() const;
+  bool any_law_of_rates() const;
   State later(double time) const;
   VecX along(const State& at, const Axes& axes, const VecX& r);
   MatX to_start(const State& at, const Axes& axes) const;
@@ -316,15 +317,22 @@ bool Point::has_damping() const {
   return false;
 }
 
-// D -= dF/dw. Forces are polynomials of second order in the rates: central differences are exact for any step.
+// Drag, contacts and expressions that read rates follow any law, the others are polynomials of second order in the rates.
+bool Point::any_law_of_rates() const {
+  return std::any_of(model_.loads.begin(), model_.loads.end(),
+                     [](const Load& l) { return l.function >= 0 || l.def.kind == ForceKind::drag || l.contact >= 0; });
+}
+
+// D -= dF/dw. Of polynomials of second order central differences are exact for any step; other laws are differenced close by.
 void Point::damping() {
   if (!has_damping()) return;
+  const double closeness = any_law_of_rates() ? 1e-6 : 1.0;
   const Eigen::Index n = static_cast<Eigen::Index>(all_.size());
   double fastest = 1.0;
   for (const Direction& d : all_) fastest = std::max(fastest, std::abs(start_.w[d.v]) * d.scale / model_.size);
   for (const TimeJet& jet : work_.motion) fastest = std::max(fastest, std::abs(jet.rate));
   for (Eigen::Index k = 0; k < n; ++k) {
-    const double step = fastest * model_.clusters[model_.parts[all_[k].part].cluster].size / metres(k);
+    const double step = closeness * fastest * model_.clusters[model_.parts[all_[k].part].cluster].size / metres(k);
     VecX size;
     const VecX slope = (force(start_, -1, 0.0, k, step, &size) - force(start_, -1, 0.0, k, -step)) / (2.0 * step);
     made_.system.D.col(k) -= slope;
@@ -607,7 +615,25 @@ bool constant_axes(Point& point, Axes& axes) {
   return false;
 }
 
+// States beside places and rates are no part of the modes: what they make stays as it is at the start.
+void say_what_is_held(const Model& model, std::vector<std::string>& notes) {
+  const auto held = [&](const Signal& s) {
+    return s.block >= 0 &&
+           (model.blocks[static_cast<size_t>(s.block)].sample > 0.0 || model.blocks[static_cast<size_t>(s.block)].A.rows() > 0);
+  };
+  if (std::any_of(model.signals.begin(), model.signals.end(), held))
+    notes.push_back(
+        "the states of blocks, and outputs of sampled ones, are held as they are at the start: frequencies, damping and stability are "
+        "without "
+        "what they do");
+  if (has_contact_friction(model)) notes.push_back(free_by_friction);
+}
+
 }  // namespace
+
+bool has_contact_friction(const Model& model) {
+  return std::any_of(model.contacts.begin(), model.contacts.end(), [](const Contact& c) { return c.z0 >= 0; });
+}
 
 Linearisation linearise(const System& given) {
   System system = given;
@@ -635,6 +661,7 @@ Linearisation linearise(const System& given) {
   if (!steady)
     out.notes.push_back(
         "the linearised equations change as the mechanism moves: frequencies and damping hold at t = 0 only and do not decide stability");
+  say_what_is_held(given.model, out.notes);
   out.moving = point->moves();
   out.equilibrium = point->equilibrium();
   out.turning_axes = point->seen_turning(axes);

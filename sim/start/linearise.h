@@ -41,4 +41,9 @@ struct Linearisation {
 // a mechanism without inertia.
 Linearisation linearise(const System& system);
 
+// Contacts whose friction is no part of small motions, and the sentence that says so.
+bool has_contact_friction(const Model& model);
+inline constexpr const char* free_by_friction =
+    "friction of contacts holds nothing in small motions: what rests by it alone counts as free, with the friction's damping";
+
 }  // namespace flexframe::sim

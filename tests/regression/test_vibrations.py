@@ -1,5 +1,6 @@
 """Modes of mechanisms as films and over a parameter, frequency response, spectra: against closed formulas and numpy."""
 import csv
+import json
 import math
 import pathlib
 
@@ -89,6 +90,36 @@ def response(folder):
     scene.write_text(scene.read_text() + '[[force]]\nname = "air"\nkind = "drag"\non = "a"\nlinear = 0.5\n')
     message = run("response", scene, "--force", "air", code=2).stderr
     expect("'air' is no force, torque or distributed force with a name" in message, message)
+
+
+def controlled(folder):
+    """A controller's states are part of the response: a PID on the first mass, and a filter in its place. Modes are told to be without."""
+    scene = folder / "controlled.toml"
+    head = OSCILLATORS.replace("FORCE", "0") + output("a", "a", "position") + output("x", "ja", "value") + output("v", "ja", "rate")
+    head += '[[force]]\nkind = "force"\non = "a"\ndirection = [1, 0, 0]\nvalue = "c"\n[[block]]\nname = "c"\ninput = "-x"\n'
+    pid = 'kind = "pid"\nrate = "-v"\nproportional = 300\nintegral = 2000\nderivative = 5\n'
+    lead = 'kind = "transfer-function"\nnumerator = [10, 300]\ndenominator = [0.02, 1]\n'
+    for kind, law in ((pid, lambda s: 300 + 2000 / s + 5 * s), (lead, lambda s: (10 * s + 300) / (0.02 * s + 1))):
+        scene.write_text(head + kind)
+        run("response", scene, "--force", "push", "--from", 0.5, "--to", 20, "--points", 30, "-o", folder / "c.csv")
+        table = rows(folder / "c.csv")
+        for i, frequency in enumerate(table["frequency"]):
+            w = 2 * math.pi * frequency
+            s = 800 + 4j * w
+            first = (s - 2 * w * w) / ((2 * s - 2 * w * w + law(1j * w)) * (s - 2 * w * w) - s * s)
+            near(table["a.x"][i], abs(first), 1e-6 * abs(first), f"with a controller, {w:.3g} rad/s")
+        expect("states of blocks" in run("check", scene).stdout, "check does not say that blocks are held")
+    scene.write_text(head + pid + "sample = 0.01\n")
+    expect("'c'" in run("response", scene, "--force", "push", code=2).stderr, "a sampled block has a frequency response")
+    # Damping is that beside the state, whatever the law of the rate: of quadratic drag none at rest, of a tanh its slope.
+    for law, damping in (
+        ('kind = "drag"\non = "a"\nquadratic = 50', 0.0),
+        ('kind = "force"\non = "a"\ndirection = [1, 0, 0]\nvalue = "-0.4*tanh(v/0.01)"', 40.0),
+    ):
+        alone = OSCILLATORS.replace("FORCE", "0").replace('parent = "a"', 'parent = "ground"')
+        scene.write_text(alone + output("v", "ja", "rate") + f"[[force]]\n{law}\n")
+        found = [m["damping"] for m in json.loads(run("check", scene, "--json").stdout)["modes"]]
+        near(max(found), (4 + damping) / (2 * math.sqrt(800 * 2)), 1e-6, f"damping of {law}")
 
 
 def beam(folder):
@@ -272,7 +303,7 @@ mass = 1
 
 with temporary_folder() as name:
     here = pathlib.Path(name)
-    for test in (response, beam, modes, loop, spectra):
+    for test in (response, controlled, beam, modes, loop, spectra):
         print(f"-- {test.__name__}", flush=True)
         test(here)
 finish()
