@@ -133,6 +133,8 @@ Scene make_scene(const SceneDocument& document) {
 
 Scene parse_scene(std::string_view text, const std::filesystem::path& name) { return make_scene(parse_document(text, name)); }
 
-Scene read_scene(const std::filesystem::path& file) { return make_scene(read_document(file)); }
+Scene read_scene(const std::filesystem::path& file, const std::vector<std::string>& settings) {
+  return make_scene(read_document(file, settings));
+}
 
 }  // namespace flexframe::sim

@@ -6,12 +6,15 @@
 #include "sim/scene/scene.h"
 
 #include <filesystem>
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace flexframe::sim {
 
 // Throws InputError "FILE:LINE: [[body]] 'crank': key 'lenght' is unknown; did you mean 'length'? allowed: ...".
-Scene read_scene(const std::filesystem::path& file);
+// settings: "body.rod.length=0.4" or, of a parameter, "L=0.4", each in place of the file's value, as --set has them.
+Scene read_scene(const std::filesystem::path& file, const std::vector<std::string>& settings = {});
 
 // The same from a text. `name` appears in messages; files that the scene names are looked for relative to its folder.
 Scene parse_scene(std::string_view text, const std::filesystem::path& name);

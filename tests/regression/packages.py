@@ -90,7 +90,10 @@ with temporary_folder() as folder:
     step("Python example", "cd /tmp && python3 example.py")
     step("libraries and compiler installed", f"{apt} /tmp/libflexframe-dev_*.deb g++ cmake ninja-build")
     step("outside project", "cmake -G Ninja -S /tmp/library -B /tmp/uses && cmake --build /tmp/uses")
-    step("its programs", "/tmp/uses/cart /tmp/library/cart.toml && /tmp/uses/kernel_map && /tmp/uses/drawing /tmp/wave.png")
+    step(
+        "its programs",
+        "/tmp/uses/cart /tmp/library/cart.toml && /tmp/uses/kernel_map && /tmp/uses/drawing /tmp/wave.png && test -x /tmp/uses/part",
+    )
 
     # A user's image tests, as the workflow to copy has them: its project file stands in its head, its commands below.
     workflow = (source / "tests/image/workflow.yml").read_text()

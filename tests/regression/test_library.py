@@ -1,4 +1,4 @@
-"""Flexframe as a library: installed and used by three programs from outside of the tree; and as a part of another project."""
+"""Flexframe as a library: installed and used by four programs from outside of the tree; and as a part of another project."""
 import gzip
 import json
 import math
@@ -107,6 +107,15 @@ with temporary_folder() as folder:
     done(uses / "drawing", folder / "wave.png")
     data = (folder / "wave.png").read_bytes()
     expect(data[:8] == b"\x89PNG\r\n\x1a\n" and len(data) > 20000, f"wave.png has {len(data)} bytes")
+
+    done("/usr/bin/python3", source / "assets/beam/make_beam.py", folder / "beam.inp")
+    text = done(uses / "part", folder / "beam.inp", folder / "part.png", cwd=folder)
+    done(pathlib.Path(flexframe).resolve(), "reduce", "beam.inp", "-o", "beam.sid", "--interface", "root=average:ROOT", "--interface", "tip=average:TIP",
+         "--modes", "6", "--json", "--quiet", cwd=folder)  # fmt: skip
+    same = (folder / "beam.sid").read_text().split("\n", 2)[2] == (folder / "part.sid").read_text().split("\n", 2)[2]
+    expect("18 coordinates" in text and "warning" not in text, text)
+    expect(same, "a body reduced by the library is not the program's")
+    expect((folder / "part.png").stat().st_size > 20000, "part.png is small")
 
     # Inside another project: targets, but no warnings, tests, output folder or root of ours.
     host = folder / "host"
