@@ -5,7 +5,13 @@ import flexframe
 project = "Flexframe"
 copyright = "The Flexframe authors"
 release = version = flexframe.__version__
-extensions = ["myst_parser", "sphinx.ext.autodoc"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.mathjax"]
+# Debian's MathJax 2, copied beside the pages by make.py: they need no network.
+mathjax_path = "mathjax/MathJax.js?config=TeX-AMS_SVG"
+mathjax2_config = {"tex2jax": {"ignoreClass": "tex2jax_ignore", "processClass": "math"}}
+myst_update_mathjax = False
+html_static_path = ["static"]
+html_css_files = ["pages.css"]
 myst_heading_anchors = 4
 myst_enable_extensions = ["dollarmath"]
 html_theme = "furo"

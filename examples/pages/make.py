@@ -18,6 +18,7 @@ import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
 SOURCE = HERE.parent.parent
+MATHJAX = pathlib.Path("/usr/share/javascript/mathjax")
 LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\[\]]*\])*)\]\(([^)\s]+)\)")
 problems = []
 
@@ -164,6 +165,14 @@ def main():
     (stage / "commands.md").write_text(commands_page(program), encoding="utf-8")
     shutil.copy(HERE / "python.rst", stage)
     shutil.copy(HERE / "conf.py", stage)
+    (stage / "static").mkdir()
+    shutil.copy(HERE / "pages.css", stage / "static")
+    # Of MathJax what one way of output takes; its fonts for others are some 50 MB.
+    for part in ("MathJax.js", "config/TeX-AMS_SVG.js", "jax/input/TeX", "jax/element", "jax/output/SVG", "extensions"):
+        target = stage / "static/mathjax" / part
+        target.parent.mkdir(parents=True, exist_ok=True)
+        copy = shutil.copytree if (MATHJAX / part).is_dir() else shutil.copy
+        copy(MATHJAX / part, target)
     if not given.quick:
         cpp_pages(build, out)
     sphinx = ["/usr/bin/python3", "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html", stage, html]
