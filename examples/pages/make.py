@@ -111,7 +111,8 @@ def commands_page(program):
 def cpp_pages(build, out):
     """The public headers, by Doxygen, below cpp/ of the site. Their comments are plain ones: a filter makes Doxygen's of them."""
     text = (HERE / "Doxyfile").read_text(encoding="utf-8")
-    text += f"INPUT = {build / 'include/flexframe'}\nSTRIP_FROM_PATH = {build / 'include'}\nOUTPUT_DIRECTORY = {out}\n"
+    root = build / "include"
+    text += f"INPUT = {root / 'flexframe'}\nSTRIP_FROM_PATH = {root}\nSTRIP_FROM_INC_PATH = {root}\nOUTPUT_DIRECTORY = {out}\n"
     (out / "Doxyfile").write_text(text, encoding="utf-8")
     run(["doxygen", out / "Doxyfile"], cwd=HERE)
 
@@ -179,6 +180,9 @@ def main():
     run(sphinx, env=environment)
     if not given.quick:
         shutil.copytree(out / "cpp", html / "cpp", dirs_exist_ok=True)
+        for address in re.findall(r'<a href="([^"#:]+)">', (HERE / "cpp.md").read_text(encoding="utf-8")):
+            if not (html / address).exists():
+                problems.append(f"cpp.md: the link to {address} leads nowhere")
     print(*problems, sep="\n\n")
     count = len(list(html.rglob("*.html")))
     print(f"{count} pages in {html}, {len(problems)} problems")
