@@ -357,6 +357,15 @@ def interrupts():
     expect(time.time() - begin < 10, f"Ctrl-C took {time.time() - begin:.1f} s")
     expect(len(ticks) > 20, f"another thread ran {len(ticks)} times only: the GIL is held")
 
+    # A driven simulation too; it is then as it was before the call.
+    driven = ff.Simulation(ff.load(examples / "library/cart.toml"))
+    driven.advance_to(0.1)
+    before = driven.outputs.copy()
+    threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    raises(KeyboardInterrupt, lambda: driven.advance_to(1e5))
+    expect(driven.time == 0.1 and np.array_equal(driven.outputs, before), "Ctrl-C has moved a driven simulation")
+    driven.step(0.01)
+
     def stop(fraction):
         raise StopIteration(f"at {fraction:.3f}")
 
