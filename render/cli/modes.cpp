@@ -8,6 +8,7 @@
 #include "sim/base/words.h"
 #include "sim/bodies/sid.h"
 #include "sim/results/results_file.h"
+#include "sim/run/integrate_run.h"
 #include "sim/run/mode_swing.h"
 #include "sim/start/linearise.h"
 #include "sim/start/make_system.h"
@@ -65,6 +66,7 @@ sim::Results swing(const sim::FlexibleBody& body, int k, double amplitude, int p
 
 struct Words {
   std::string body, mesh, out, over;
+  std::vector<std::string> at;
   std::vector<std::string> settings;
   std::vector<int> modes;
   double amplitude = 0.0;
@@ -213,38 +215,89 @@ Sweep parse_sweep(const std::string& text) {
   return sweep;
 }
 
-// Frequencies and damping over a parameter, over a speed the Campbell diagram: CSV and SVG.
+// Frequencies and damping over a value, CSV and SVG.
+class ModeTable {
+ public:
+  ModeTable(const Words& w, const std::string& over, const std::string& label)
+      : name_(fs::path(w.body).stem().string()),
+        out_(w.out.empty() ? fs::path(name_ + "-modes") : fs::path(w.out)),
+        csv_(over + ",mode,kind,frequency,damping,real,imaginary\n"),
+        diagram_{.title = name_ + ": modes over " + over, .x_label = label, .y_label = "frequency, Hz", .note = {}, .series = {}},
+        stable_{.label = "stable", .points = {}, .line = false},
+        unstable_{.label = "unstable", .points = {}, .line = false} {
+    diagram_.linear_x = diagram_.linear_y = true;
+    make_folder(out_);
+  }
+  void add(double value, const std::vector<sim::LinearMode>& modes) {
+    int number = 0;
+    for (const sim::LinearMode& mode : modes) {
+      constexpr const char* kinds[]{"unstable", "rigid", "vibration", "overdamped"};
+      csv_ += fmt::format("{},{},{},{},{},{},{}\n", value, ++number, kinds[mode.kind], mode.frequency, mode.damping, mode.pole.real(),
+                          mode.pole.imag());
+      if (mode.frequency > 0.0)
+        (mode.kind == sim::LinearMode::unstable ? unstable_ : stable_).points.push_back({value, mode.frequency, false, {}});
+    }
+  }
+  void write() {
+    diagram_.series.push_back(std::move(stable_));
+    if (!unstable_.points.empty()) diagram_.series.push_back(std::move(unstable_));
+    sim::write_whole_file(out_ / (name_ + ".csv"), csv_);
+    sim::write_whole_file(out_ / (name_ + ".svg"), film::diagram_svg(diagram_));
+    fmt::print("modes      {}\ndiagram    {}\n", (out_ / (name_ + ".csv")).string(), (out_ / (name_ + ".svg")).string());
+  }
+
+ private:
+  std::string name_;
+  fs::path out_;
+  std::string csv_;
+  film::Diagram diagram_;
+  film::DiagramSeries stable_, unstable_;
+};
+
+// At times of a run: of the mechanism as it stands there.
+void modes_at_times(const Words& w) {
+  const Job job = read_job(w.body, w.settings);
+  std::vector<double> times;
+  for (const std::string& text : w.at) {
+    char* end = nullptr;
+    const double t = std::strtod(text.c_str(), &end);
+    if (text.empty() || *end != '\0' || !(t >= 0.0 && t <= job.scene.simulation.duration))
+      throw UsageError(fmt::format("--at {}: times from 0 to the scene's duration, {} s, are expected", sim::quote(text),
+                                   job.scene.simulation.duration));
+    times.push_back(t);
+  }
+  std::sort(times.begin(), times.end());
+  times.erase(std::unique(times.begin(), times.end()), times.end());
+  ModeTable table(w, "t", "time, s");
+  sim::System system = sim::make_system(job.scene);
+  sim::RunSpan span = sim::whole_run(job.scene.simulation, times);
+  int indefinite = -1;
+  sim::integrate(
+      system, job.scene.simulation.method, span, {},
+      [&](sim::System& s, double t, const sim::VecX& y) {
+        sim::set_state(s, t, y.data(), false);
+        const sim::Linearisation linear = sim::linearise(s);
+        table.add(t, linear.modes);
+        fmt::print("t = {:.6g} s{}\n", t, linear.equilibrium ? "" : ": about the positions there, which the mechanism leaves");
+        for (size_t k = 0; k < linear.modes.size() && k < 10; ++k) fmt::print("mode {:>3}   {}\n", k + 1, mode_text(linear.modes[k]));
+      },
+      indefinite);
+  table.write();
+}
+
+// Over a parameter, over a speed the Campbell diagram.
 void sweep_modes(const Words& w) {
   const Sweep sweep = parse_sweep(w.over);
-  const std::string name = fs::path(w.body).stem().string();
-  const fs::path out = w.out.empty() ? fs::path(name + "-modes") : fs::path(w.out);
-  make_folder(out);
-  std::string csv = sweep.name + ",mode,kind,frequency,damping,real,imaginary\n";
-  film::Diagram diagram{
-      .title = name + ": modes over " + sweep.name, .x_label = sweep.name, .y_label = "frequency, Hz", .note = {}, .series = {}};
-  diagram.linear_x = diagram.linear_y = true;
-  film::DiagramSeries stable{.label = "stable", .points = {}, .line = false}, unstable{.label = "unstable", .points = {}, .line = false};
+  ModeTable table(w, sweep.name, sweep.name);
   Progress progress("modes");
   for (int i = 0; i < sweep.count; ++i) {
     const double value = sweep.from + (sweep.to - sweep.from) * i / (sweep.count - 1);
     std::vector<std::string> settings = w.settings;
     settings.push_back(fmt::format("{}={}", sweep.name, value));
-    const sim::Linearisation linear = sim::linearise(sim::make_system(read_job(w.body, settings).scene));
-    int number = 0;
-    for (const sim::LinearMode& mode : linear.modes) {
-      constexpr const char* kinds[]{"unstable", "rigid", "vibration", "overdamped"};
-      csv += fmt::format("{},{},{},{},{},{},{}\n", value, ++number, kinds[mode.kind], mode.frequency, mode.damping, mode.pole.real(),
-                         mode.pole.imag());
-      if (mode.frequency > 0.0)
-        (mode.kind == sim::LinearMode::unstable ? unstable : stable).points.push_back({value, mode.frequency, false, {}});
-    }
+    table.add(value, sim::linearise(sim::make_system(read_job(w.body, settings).scene)).modes);
     progress.show((i + 1.0) / sweep.count);
   }
-  diagram.series.push_back(std::move(stable));
-  if (!unstable.points.empty()) diagram.series.push_back(std::move(unstable));
-  sim::write_whole_file(out / (name + ".csv"), csv);
-  sim::write_whole_file(out / (name + ".svg"), film::diagram_svg(diagram));
-  fmt::print("modes      {}\ndiagram    {}\n", (out / (name + ".csv")).string(), (out / (name + ".svg")).string());
+  table.write();
 }
 
 }  // namespace
@@ -264,6 +317,7 @@ Command add_modes(Program& program) {
   app.option("--pictures", w->pictures, "number of pictures of one period").range(2, 10000).show_default();
   app.option("--over", w->over, "of a scene: frequencies and damping over a parameter or key (Campbell diagram), CSV and SVG")
       .as("NAME=FROM:TO:COUNT");
+  app.option("--at", w->at, "of a scene: frequencies and damping at these times of its run, s, as 0.1,0.5; CSV and SVG").as("TIMES");
   app.flag("--no-pictures", w->no_pictures, "of a scene: the table alone");
   app.flag("--json", w->json, "summary as JSON: one entry a mode");
   add_scene_words(app, w->settings);
@@ -273,13 +327,17 @@ Command add_modes(Program& program) {
   app.example("crank.toml --no-pictures", "the table of the mechanism's modes");
   return {app, [w] {
             if (fs::path(w->body).extension() != ".toml") {
-              if (!w->over.empty() || !w->settings.empty() || w->no_pictures)
-                throw UsageError("--over, --set and --no-pictures belong to scenes (SCENE.toml)");
+              if (!w->over.empty() || !w->at.empty() || !w->settings.empty() || w->no_pictures)
+                throw UsageError("--over, --at, --set and --no-pictures belong to scenes (SCENE.toml)");
               animate_body(w.get());
             } else if (!w->mesh.empty()) {
               throw UsageError("--mesh belongs to SID bodies; a scene names its meshes");
+            } else if (!w->over.empty() && !w->at.empty()) {
+              throw UsageError("--over and --at exclude each other: modes over a parameter, or over time");
             } else if (!w->over.empty()) {
               sweep_modes(*w);
+            } else if (!w->at.empty()) {
+              modes_at_times(*w);
             } else {
               animate_mechanism(*w);
             }

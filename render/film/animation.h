@@ -54,12 +54,10 @@ struct ForceArrow {
   double length_per_unit = 0.0;  // m of arrow
 };
 
-// A coil, or without one a straight rod along a stretch of the way: cables and dampers.
 struct SpringSymbol {
   FramePlace from, to;
-  double coil = 0.0, wire = 0.0;    // radii, m
-  double begins = 0.0, ends = 1.0;  // shares of the way
-};
+  double coil = 0.0, wire = 0.0;
+};  // radii, m
 
 struct Animation {
   const sim::Results* results = nullptr;  // outlives the animation

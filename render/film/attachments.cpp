@@ -35,7 +35,7 @@ glm::dvec3 arrow_of(const Animation& animation, const ForceArrow& force, double 
   return force.value.value(t) * force.length_per_unit * direction;
 }
 
-// A spring-damper is drawn by what it has: a coil, a rod that slides in a cylinder, or both; a cable as a wire from frame to frame.
+// A spring-damper is drawn as a coil, one without stiffness as a rod; a cable as a wire from frame to frame.
 void add_springs(Animation& animation, const sim::Scene& scene, const sim::ForceDef& def, double size) {
   std::vector<sim::FrameRef> frames{def.from};
   frames.insert(frames.end(), def.through.begin(), def.through.end());
@@ -51,11 +51,8 @@ void add_springs(Animation& animation, const sim::Scene& scene, const sim::Force
     for (size_t k = 1; k < places.size(); ++k) animation.springs.push_back({places[k - 1], places[k], 0.0, 0.8 * wire});
     return;
   }
-  const bool damps = def.spring.damping > 0.0, coils = def.spring.stiffness > 0.0 || !damps;
-  if (coils) animation.springs.push_back({places[0], places[1], 0.012 * size, wire});
-  if (!damps) return;
-  animation.springs.push_back({places[0], places[1], 0.0, 0.6 * wire});
-  animation.springs.push_back({places[0], places[1], 0.0, coils ? 2.0 * wire : 3.0 * wire, 0.2, 0.6});
+  const bool damper = def.spring.stiffness == 0.0 && def.spring.damping > 0.0;
+  animation.springs.push_back({places[0], places[1], damper ? 0.0 : 0.012 * size, damper ? 2.0 * wire : wire});
 }
 
 }  // namespace
@@ -169,9 +166,8 @@ void update_attachments(const Animation& animation, int picture, PictureMemory& 
         b(place_pose(results, spring.to, now, animation.scales[0])[3]);
     // A coil without length has no shape.
     if (!(glm::length(b - a) > 4.0 * spring.wire)) continue;
-    const glm::dvec3 begins = a + spring.begins * (b - a), ends = a + spring.ends * (b - a);
-    memory.springs[k] = spring.coil > 0.0 ? render::make_spring(begins, ends, spring.coil, spring.wire)
-                                          : render::make_tube(std::array{begins, ends}, spring.wire, 16);
+    memory.springs[k] =
+        spring.coil > 0.0 ? render::make_spring(a, b, spring.coil, spring.wire) : render::make_tube(std::array{a, b}, spring.wire, 16);
     render::Surface surface;
     surface.positions = memory.springs[k].positions;
     surface.normals = memory.springs[k].normals;

@@ -4,6 +4,7 @@
 #include "sim/scene/parameters.h"
 #include "sim/scene/scene_input.h"
 #include "sim/scene/table.h"
+#include "sim/scene/unit_terms.h"
 
 #include <fmt/format.h>
 
@@ -90,7 +91,8 @@ void add_carrier(const TableReader& reader, const Scene& scene, std::vector<Coup
 }
 
 // The lift of a cam: a table of its coordinate, or an expression of `angle` (of `way`, where the cam slides), whose derivatives are exact.
-void read_lift(const TableReader& reader, const Scene& scene, CouplingTerm& cam) {
+void read_lift(const TableReader& reader, const Scene& scene, std::vector<CouplingTerm>& terms) {
+  CouplingTerm& cam = terms[0];
   const JointDef& joint = *find_joint(scene, cam.joint);
   const bool slides = is_length(joint.kind, cam.coordinate);
   if (reader.required("lift").type == TomlValue::Type::table) {
@@ -103,7 +105,8 @@ void read_lift(const TableReader& reader, const Scene& scene, CouplingTerm& cam)
   }
   const std::string own = slides ? "way" : "angle", given = reader.text("lift");
   try {
-    const std::string text = reader.parameters().substitute(given);
+    const bool length = is_length(find_joint(scene, terms[1].joint)->kind, terms[1].coordinate);
+    const std::string text = reader.parameters().substitute(replace_units(given, length ? "m" : "rad").value_or(given));
     std::string of_t;
     std::size_t done = 0;
     for (const NameInText& name : names_in(text)) {
@@ -193,7 +196,7 @@ CouplingDef read_coupling(TableReader& reader, const Scene& scene) {
       out.terms = fixed_joints(reader, scene, "**", "the cam's and the follower's");
       out.terms[0].factor = 1.0;
       out.terms[1].factor = -1.0;
-      read_lift(reader, scene, out.terms[0]);
+      read_lift(reader, scene, out.terms);
       out.value = reader.number("value", 0.0, any_number);
       return out;
     case Kind::rope:

@@ -95,7 +95,7 @@ class Point {
 
 Point::Point(System& system, bool with_rates)
     : model_(system.model), work_(system.work), all_(independent_directions(system.model, system.work)) {
-  update_expressions(model_, 0.0, work_);
+  update_expressions(model_, work_.time, work_);
   for (TimeJet& jet : work_.motion) {
     moves_ = moves_ || jet.rate != 0.0;
     drives_accelerate_ = drives_accelerate_ || jet.acceleration != 0.0;

@@ -34,7 +34,8 @@ bool has_power(const Model& model) {
 void check_springs(const Model& model, const Scene& scene, const Work& work) {
   for (const Load& load : model.loads) {
     const Spring& s = load.def.spring;
-    if (load.def.kind != ForceKind::spring_damper || s.preload - s.stiffness * s.rest == 0.0) continue;
+    // A cable is slack there.
+    if (load.def.kind != ForceKind::spring_damper || load.def.cable || s.preload - s.stiffness * s.rest == 0.0) continue;
     const double length = (frame_world(model, work, load.on).p - frame_world(model, work, load.from).p).norm();
     // What the assembly leaves open, relative to the size.
     if (length > 1e-12 * model.size) continue;

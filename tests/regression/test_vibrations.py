@@ -190,6 +190,32 @@ def modes(folder):
     expect("there are 1 to 2" in message, message)
 
 
+def at_times(folder):
+    """A load on a hoist: theta'' + 2 L'/L theta' + g/L theta = 0, the length as it is at that time."""
+    scene = folder / "hoist.toml"
+    body = '[[body]]\nname = "%s"\nkind = "rigid"\nmass = %s\ninertia = [1e-9, 1e-9, 1e-9]\n'
+    joint = '[[joint]]\nname = "%s"\nkind = "%s"\nparent = "%s"\nchild = "%s"\n%s\n'
+    scene.write_text(
+        "[simulation]\nduration = 2\ngravity = [0, -9.81, 0]\n"
+        + body % ("arm", "1e-9")
+        + body % ("load", "1")
+        + joint % ("pin", "revolute", "ground", "arm", "")
+        + joint % ("winch", "prismatic", "arm", "load", 'axis = [0, -1, 0]\nmotion = "1 + 0.5*t"')
+    )
+    run("modes", scene, "--at", "0,0.5,2", "-o", folder / "times")
+    with open(folder / "times" / "hoist.csv", newline="") as file:
+        table = list(csv.DictReader(file))
+    expect([float(row["t"]) for row in table] == [0, 0.5, 2], f"times of {table}")
+    for row in table:
+        length = 1 + 0.5 * float(row["t"])
+        near(float(row["frequency"]), math.sqrt(9.81 / length - (0.5 / length) ** 2) / (2 * math.pi), 1e-6, "hoist, frequency")
+        near(float(row["damping"]), 0.5 / length / math.sqrt(9.81 / length), 1e-6, "hoist, damping")
+    message = run("modes", scene, "--at", "3", code=2).stderr
+    expect("times from 0 to the scene's duration" in message, message)
+    message = run("modes", scene, "--at", "1", "--over", "a=1:2:3", code=2).stderr
+    expect("exclude each other" in message, message)
+
+
 def loop(folder):
     """A linkage swings about its static equilibrium with its loop closed: the film's samples hold the rod's length."""
     scene = folder / "loop.toml"
@@ -303,7 +329,7 @@ mass = 1
 
 with temporary_folder() as name:
     here = pathlib.Path(name)
-    for test in (response, controlled, beam, modes, loop, spectra):
+    for test in (response, controlled, beam, modes, at_times, loop, spectra):
         print(f"-- {test.__name__}", flush=True)
         test(here)
 finish()
