@@ -317,7 +317,10 @@ Command add_modes(Program& program) {
   app.option("--pictures", w->pictures, "number of pictures of one period").range(2, 10000).show_default();
   app.option("--over", w->over, "of a scene: frequencies and damping over a parameter or key (Campbell diagram), CSV and SVG")
       .as("NAME=FROM:TO:COUNT");
-  app.option("--at", w->at, "of a scene: frequencies and damping at these times of its run, s, as 0.1,0.5; CSV and SVG").as("TIMES");
+  app.option("--at", w->at, "of a scene: frequencies and damping at these times of its run, s, as 0.1,0.5; CSV and SVG")
+      .as("TIMES")
+      .list(Option::is_number)
+      .separated_by(',');
   app.flag("--no-pictures", w->no_pictures, "of a scene: the table alone");
   app.flag("--json", w->json, "summary as JSON: one entry a mode");
   add_scene_words(app, w->settings);
