@@ -35,24 +35,29 @@ glm::dvec3 arrow_of(const Animation& animation, const ForceArrow& force, double 
   return force.value.value(t) * force.length_per_unit * direction;
 }
 
-// A spring-damper is drawn as a coil, one without stiffness as a rod; a cable as a wire from frame to frame.
-void add_springs(Animation& animation, const sim::Scene& scene, const sim::ForceDef& def, double size) {
-  std::vector<sim::FrameRef> frames{def.from};
-  frames.insert(frames.end(), def.through.begin(), def.through.end());
-  frames.push_back(def.on);
+// From frame to frame: a coil, or with no radius of one a straight wire. radii, m.
+void add_springs(Animation& animation, const sim::Scene& scene, const std::vector<sim::FrameRef>& frames, double coil, double wire) {
   std::vector<FramePlace> places;
   for (const sim::FrameRef& frame : frames) {
     const std::optional<FramePlace> place = find_place(*animation.results, &scene, text_of(frame));
     if (!place) return;
     places.push_back(*place);
   }
+  for (size_t k = 1; k < places.size(); ++k) animation.springs.push_back({places[k - 1], places[k], coil, wire});
+}
+
+// A spring-damper is drawn as a coil, one without stiffness as a rod; cables and ropes as wires.
+void add_springs(Animation& animation, const sim::Scene& scene, double size) {
   const double wire = 0.0025 * size;
-  if (def.cable) {
-    for (size_t k = 1; k < places.size(); ++k) animation.springs.push_back({places[k - 1], places[k], 0.0, 0.8 * wire});
-    return;
+  for (const sim::ForceDef& def : scene.forces) {
+    if (def.kind != sim::ForceKind::spring_damper) continue;
+    std::vector<sim::FrameRef> frames{def.from};
+    frames.insert(frames.end(), def.through.begin(), def.through.end());
+    frames.push_back(def.on);
+    const bool rod = def.spring.stiffness == 0.0 && def.spring.damping > 0.0;
+    add_springs(animation, scene, frames, def.cable || rod ? 0.0 : 0.012 * size, rod ? 2.0 * wire : wire);
   }
-  const bool damper = def.spring.stiffness == 0.0 && def.spring.damping > 0.0;
-  animation.springs.push_back({places[0], places[1], damper ? 0.0 : 0.012 * size, damper ? 2.0 * wire : wire});
+  for (const sim::CouplingDef& def : scene.couplings) add_springs(animation, scene, def.through, 0.0, wire);
 }
 
 }  // namespace
@@ -83,12 +88,11 @@ void add_attachments(Animation& animation, const sim::Scene* scene, double size)
   }
   if (!scene) return;
 
+  if (settings.joints) add_springs(animation, *scene, size);
   for (const sim::ForceDef& def : scene->forces) {
     const std::optional<FramePlace> on = find_place(results, scene, text_of(def.on));
     if (!on) continue;
-    if (def.kind == sim::ForceKind::spring_damper) {
-      if (settings.joints) add_springs(animation, *scene, def, size);
-    } else if (settings.forces && def.reads.empty() && (def.kind == sim::ForceKind::force || def.kind == sim::ForceKind::torque)) {
+    if (settings.forces && def.reads.empty() && (def.kind == sim::ForceKind::force || def.kind == sim::ForceKind::torque)) {
       // The largest of its values is an arrow of a sixth of the machine.
       ForceArrow force{*on,
                        glm::dvec3(def.direction.x(), def.direction.y(), def.direction.z()),

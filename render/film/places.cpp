@@ -56,18 +56,31 @@ std::optional<FramePlace> find_place(const sim::Results& results, const sim::Sce
   const sim::ResultBody& body = results.bodies[place.body];
   if (frame.empty()) return place;
 
-  // A node of this name, else the scene's frame.
-  for (size_t k = 0; k < body.nodes.size(); ++k)
-    if (body.nodes[k].name == frame || "node[" + body.nodes[k].name + "]" == frame) {
-      place.node = place.next = static_cast<int>(k);
-      place.origin = {body.nodes[k].origin.x(), body.nodes[k].origin.y(), body.nodes[k].origin.z()};
-      return place;
-    }
   std::optional<glm::dvec3> origin;
   if (scene)
     for (const sim::BodyDef& def : scene->bodies)
       if (def.name == body_name) origin = defined_origin(def, frame);
+  // A node of this name, else the scene's frame; nodes of volumes have names of their own, the first one's "tip" among them. Where nodes do
+  // not lie along x, the nearest carries the frame.
+  int nearest = -1;
+  double apart = 1e300;
+  for (size_t k = 0; k < body.nodes.size(); ++k) {
+    const glm::dvec3 at(body.nodes[k].origin.x(), body.nodes[k].origin.y(), body.nodes[k].origin.z());
+    const double away = origin ? glm::length(at - *origin) : 0.0;
+    if ((body.nodes[k].name == frame || "node[" + body.nodes[k].name + "]" == frame) &&
+        away <= 1e-6 * (body.length > 0.0 ? body.length : 1.0)) {
+      place.node = place.next = static_cast<int>(k);
+      place.origin = at;
+      return place;
+    }
+    if (away < apart) apart = away, nearest = static_cast<int>(k);
+  }
   if (!origin) return std::nullopt;
+  if (std::abs(origin->y) + std::abs(origin->z) > 1e-9 * body.length && body.kind == "beam" && nearest >= 0) {
+    place.node = place.next = nearest;
+    place.origin = *origin;
+    return place;
+  }
   place.origin = *origin;
   if (body.nodes.empty()) return place;
 
