@@ -2,7 +2,8 @@
 //
 // Pixels are the same bits for the same picture on the same machine, whatever the number of threads, processes or the
 // order of pictures. One Renderer a thread; two in one process rasterise one after the other, processes scale:
-// fork before the first Renderer exists (a child that draws with its parent's, or makes one, gets a DrawError). Set LP_NUM_THREADS before the first Renderer (0: rasterise in the calling thread).
+// fork before the first Renderer exists (a child that draws with its parent's, or makes one, gets a DrawError). Set LP_NUM_THREADS before
+// the first Renderer (0: rasterise in the calling thread).
 #pragma once
 
 #include "render/image/image.h"

@@ -106,9 +106,9 @@ struct Surface {
   std::span<const std::uint8_t> edge_flags;  // one per triangle: bit k: the edge from its corner k to the next is drawn; empty: all
   bool silhouette = false;                   // dark outline against whatever lies behind
   bool cut = false;                          // Picture::cut applies; the mesh should be closed, or its caps are gaps
-  int layer = 0;  // 0..15: of surfaces in one plane the one of the higher layer is seen, all over: they do not flicker
-  bool behind = false;                       // a ghost that is seen beside solid surfaces only, never over them
-  float seen_through = 0.0f;                 // opacity of what other solid surfaces hide of it; 0: hidden
+  int layer = 0;              // 0..15: of surfaces in one plane the one of the higher layer is seen, all over: they do not flicker
+  bool behind = false;        // a ghost that is seen beside solid surfaces only, never over them
+  float seen_through = 0.0f;  // opacity of what other solid surfaces hide of it; 0: hidden
   bool casts_shadow = true;
   glm::vec3 edge_color{0.12f, 0.14f, 0.17f};
   float edge_width = 1.0f;

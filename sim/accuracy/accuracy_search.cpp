@@ -223,7 +223,7 @@ void Search::set_effect(const EffectState& s, bool on) {
   scene_ = with_effect(scene_, states, s.owner, s.effect, on);
   for (BodyDef& b : scene_.bodies)
     if (b.name == s.owner) {
-      if (auto* beam = std::get_if<BeamDef>(&b.kind)) beam->effects.by_program = true;
+      if (auto* beam = std::get_if<BeamDef>(&b.kind)) beam->chosen.effects = true;
     }
   for (EffectState& other : states)
     if (other.owner == s.owner && other.effect == s.effect) other.on = on, other.by = "program";
@@ -268,7 +268,7 @@ bool Search::decides(const EffectState& s) const {
   if (!s.possible || s.by != "program" || s.effect == "shear") return false;
   return std::any_of(scene_.bodies.begin(), scene_.bodies.end(), [&](const BodyDef& b) {
     const auto* beam = std::get_if<BeamDef>(&b.kind);
-    return beam && b.name == s.owner && (beam->effects.automatic || beam->effects.by_program);
+    return beam && b.name == s.owner && (beam->effects.automatic || beam->chosen.effects);
   });
 }
 

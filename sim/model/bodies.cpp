@@ -508,7 +508,7 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
       try {
         if (k == 0) {
           decision = decide_effects(def, *beam, orientation[part.scene_body].transpose() * flat, attachments_of(scene, def.name));
-          decision.effects.complete = beam->complete_inertia;
+          decision.effects.complete = beam->chosen.complete_inertia;
           for (const std::string& why : decision.why) model.notes.tell(owner, why);
           model.effects.insert(model.effects.end(), decision.states.begin(), decision.states.end());
           const bool chain = beam->model == BeamModel::mixed || beam->model == BeamModel::lumped;
@@ -540,7 +540,7 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
       } catch (const InputError& error) {
         throw InputError(fmt::format("{}:{}: body '{}': {}", scene.file.string(), def.line, def.name, error.what()));
       }
-      if (!normal.isZero(0.0)) keep_plane(orientation[part.scene_body].transpose() * normal, beam->complete_inertia, part.body);
+      if (!normal.isZero(0.0)) keep_plane(orientation[part.scene_body].transpose() * normal, beam->chosen.complete_inertia, part.body);
       leave_out(beam->effects.without, part.body);
       part.load_factor = piece_length(*beam, k) / part.body.mass;
       if (beam->model == BeamModel::lumped) part.load_factor = 1.0 / (beam->material.density * beam->section.area);

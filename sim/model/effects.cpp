@@ -264,8 +264,8 @@ void choose(const BeamDef& beam, const Vec3& normal_in_body, const Attachments& 
   }
   e.stiffening = true;
   reason["stiffening"] = {"program", "axial forces may be carried"};
-  e.axial = !beam.effects.held_by.empty();
-  reason["axial"] = {"program", e.axial ? fmt::format("the loop of joint '{}' holds its length", beam.effects.held_by)
+  e.axial = !beam.chosen.held_by.empty();
+  reason["axial"] = {"program", e.axial ? fmt::format("the loop of joint '{}' holds its length", beam.chosen.held_by)
                                         : "a slender beam bends long before it stretches"};
   const double share = can_shear(beam, e) && !attachments.continued ? shear_share(beam, e.bending_xy, e.bending_xz) : 0.0;
   e.shear = share > worth_leaving_out;
@@ -275,8 +275,8 @@ void choose(const BeamDef& beam, const Vec3& normal_in_body, const Attachments& 
   for (const Switch& s : switches) {
     if (e.*s.on || !has(beam.effects.names, s.name)) continue;
     e.*s.on = true;
-    reason[s.name] = beam.effects.by_program ? std::pair<std::string, std::string>{"program", "the motion needs it"}
-                                             : std::pair<std::string, std::string>{"scene", "the scene lists it"};
+    reason[s.name] = beam.chosen.effects ? std::pair<std::string, std::string>{"program", "the motion needs it"}
+                                         : std::pair<std::string, std::string>{"scene", "the scene lists it"};
   }
   for (const char* name : {"axial", "shear"})
     say(fmt::format("{} {}: {}", name, e.*(name[0] == 'a' ? &BeamEffects::axial : &BeamEffects::shear) ? "on" : "off",
@@ -295,13 +295,13 @@ EffectDecision decide_effects(const BodyDef& body, const BeamDef& beam, const Ve
   if (!beam.effects.automatic) {
     for (const Switch& s : switches) {
       e.*s.on = has(beam.effects.names, s.name);
-      if (beam.effects.by_program)
+      if (beam.chosen.effects)
         reason[s.name] = {"program", e.*s.on ? "the requested accuracy needs it" : "the requested accuracy does not need it"};
       else reason[s.name] = {"scene", e.*s.on ? "the scene lists it" : "the scene does not list it"};
     }
     say(beam.effects.names.empty()
             ? "rigid: the scene lists no effect"
-            : fmt::format("effects as {}: {}", beam.effects.by_program ? "the requested accuracy needs them" : "the scene lists them",
+            : fmt::format("effects as {}: {}", beam.chosen.effects ? "the requested accuracy needs them" : "the scene lists them",
                           fmt::join(beam.effects.names, ", ")));
   } else {
     choose(beam, normal_in_body, attachments, e, reason, say);

@@ -262,7 +262,7 @@ void coordinate_force_columns(const Model& model, const OutputPlan& plan, Work& 
 // those on its side towards the root.
 Vec6 wrench_in_section(const Model& model, const OutputPlans& plans, int frame) {
   const auto [b, k] = plans.sections->at(frame);
-  const CutBeam& beam = plans.sections->beams()[static_cast<size_t>(b)];
+  const CutBeam& beam = plans.sections->beams()[b];
   const Vec6& in_piece = k == 0 ? beam.left.front() : beam.right[static_cast<size_t>(k) - 1];
   // Of a curved beam, in the axes of its tangent.
   const Mat3 turn = model.frames[frame].offset.R.transpose();
@@ -286,8 +286,8 @@ double section_stress(const OutputPlan& plan, const Vec6& f) {
 
 }  // namespace
 
-void evaluate_outputs(const Model& model, const Scene&, const OutputPlans& plans, Work& work, const Reactions& reactions,
-                      const double* previous, double* row) {
+void evaluate_outputs(const Model& model, const OutputPlans& plans, Work& work, const Reactions& reactions, const double* previous,
+                      double* row) {
   if (plans.sections) plans.sections->evaluate(model, work, reactions);
   for (const OutputPlan& plan : plans.outputs) {
     double* out = row + plan.first;
@@ -305,7 +305,7 @@ void evaluate_outputs(const Model& model, const Scene&, const OutputPlans& plans
         else force_columns(model, plan, work, out);
         break;
       case OutputFamily::block: {
-        const VecX& y = work.signals.output[static_cast<size_t>(plan.block)];
+        const VecX& y = work.signals.output[plan.block];
         for (int k = 0; k < plan.count; ++k) out[k] = y[k];
         break;
       }

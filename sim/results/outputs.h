@@ -56,8 +56,8 @@ OutputPlans plan_outputs(Model& model, const Scene& scene, bool all_shown = fals
 
 // Writes all columns for the current state. `previous`: the columns one sample before (rotations are continued through full turns), or
 // null.
-void evaluate_outputs(const Model& model, const Scene& scene, const OutputPlans& plans, Work& work, const Reactions& reactions,
-                      const double* previous, double* row);
+void evaluate_outputs(const Model& model, const OutputPlans& plans, Work& work, const Reactions& reactions, const double* previous,
+                      double* row);
 
 // Coordinate and rate of a cut joint with one coordinate (revolute, prismatic).
 double loop_value(const Model& model, const Work& work, int loop);

@@ -33,8 +33,8 @@ auto with_complete_inertia(const Scene& scene, Run&& once) {
       bool more = false;
       const auto complete = [&](BodyDef& body) {
         auto* beam = std::get_if<BeamDef>(&body.kind);
-        if (!beam || beam->complete_inertia) return;
-        beam->complete_inertia = more = true;
+        if (!beam || beam->chosen.complete_inertia) return;
+        beam->chosen.complete_inertia = more = true;
         notes.tell(fmt::format("body '{}'", body.name),
                    "deforms too far for the second-order kinetic energy: computed with the full kinetic energy of its axis");
       };

@@ -348,7 +348,7 @@ bool call_for(const std::vector<LeftOutWorth>& found, double asked, Scene& scene
         const bool modes_decide = beam->model == BeamModel::modal && !beam->modes.empty() && f->effect != "shear";
         if (!choice.automatic || listed(choice.without) || listed(choice.names) || modes_decide) continue;
         choice.names.push_back(f->effect);
-        choice.by_program = true;
+        beam->chosen.effects = true;
         taken.push_back(owner);
       }
     if (!taken.empty()) merge(counted_in, {f->effect, taken, true, f->share, f->column}, [](const LeftOutWorth&) { return true; });

@@ -18,21 +18,13 @@ enum class Kind { gear, rack, screw, linear, differential, cam, rope };
 
 // A joint of a coupling: one whose coordinates are numbers, not an orientation.
 const JointDef& coupled_joint(const TableReader& reader, std::string_view key, const std::string& name, const Scene& scene) {
-  std::vector<std::string> known;
-  for (const JointDef& joint : scene.joints) {
-    known.push_back(joint.name);
-    if (joint.name != name) continue;
-    const JointTraits& facts = traits(joint.kind);
-    if (facts.rates.empty() || facts.quaternion >= 0)
-      reader.fail(key,
-                  fmt::format("names the joint {}, a {} joint, which has no coordinate of its own to couple; take revolute, prismatic, "
-                              "cylindrical, screw, universal or planar",
-                              quote(name), facts.word));
-    return joint;
-  }
-  const std::string hint = did_you_mean(name, known);
-  reader.fail(key, fmt::format("names the joint {}, which does not exist{}{} there are {}", quote(name), hint, hint.empty() ? ";" : "",
-                               list_words(known)));
+  const JointDef& joint = named_joint(reader, key, name, scene);
+  const JointTraits& facts = traits(joint.kind);
+  if (facts.rates.empty() || facts.quaternion >= 0)
+    reader.fail(key, fmt::format("names the joint {}, a {} joint, which has no coordinate of its own to couple; take revolute, prismatic, "
+                                 "cylindrical, screw, universal or planar",
+                                 quote(name), facts.word));
+  return joint;
 }
 
 // The joints of a kind that has a fixed number of them; letters: m a length, r an angle, * either. Of a joint with several coordinates the
@@ -52,6 +44,16 @@ std::vector<CouplingTerm> fixed_joints(const TableReader& reader, const Scene& s
       if (before.joint == names[k]) reader.fail("joints", fmt::format("names {} twice", quote(names[k])));
     terms.push_back({names[k], static_cast<int>(at), 0.0, nullptr, std::nullopt});
   }
+  return terms;
+}
+
+// A joint that turns and one that slides `key` per radian.
+std::vector<CouplingTerm> turn_to_way(const TableReader& reader, const Scene& scene, const char* what, const char* key,
+                                      const Range& range) {
+  std::vector<CouplingTerm> terms = fixed_joints(reader, scene, "rm", what);
+  terms[0].factor = reader.number(key, range);
+  terms[1].factor = -1.0;
+  if (terms[0].factor == 0.0) reader.fail(key, "must not be 0; negative where the second joint slides back as the first turns forward");
   return terms;
 }
 
@@ -168,17 +170,11 @@ CouplingDef read_coupling(TableReader& reader, const Scene& scene) {
       break;
     case Kind::rack:
       reader.allow({"name", "kind", "joints", "radius", "value"});
-      out.terms = fixed_joints(reader, scene, "rm", "the pinion's and the rack's");
-      out.terms[0].factor = reader.number("radius", any_number.in("m"));
-      out.terms[1].factor = -1.0;
-      if (out.terms[0].factor == 0.0) reader.fail("radius", "must not be 0; negative where the rack runs back as the pinion turns forward");
+      out.terms = turn_to_way(reader, scene, "the pinion's and the rack's", "radius", any_number.in("m"));
       break;
     case Kind::screw:
       reader.allow({"name", "kind", "joints", "pitch", "value"});
-      out.terms = fixed_joints(reader, scene, "rm", "the spindle's angle and the nut's way");
-      out.terms[0].factor = reader.number("pitch", any_number.in("m/rad"));
-      out.terms[1].factor = -1.0;
-      if (out.terms[0].factor == 0.0) reader.fail("pitch", "must not be 0");
+      out.terms = turn_to_way(reader, scene, "the spindle's angle and the nut's way", "pitch", any_number.in("m/rad"));
       break;
     case Kind::differential:
       reader.allow({"name", "kind", "joints", "ratio", "value"});

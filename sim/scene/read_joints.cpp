@@ -233,6 +233,15 @@ const JointDef* find_joint(const Scene& scene, std::string_view name) {
   return nullptr;
 }
 
+const JointDef& named_joint(const TableReader& reader, std::string_view key, std::string_view name, const Scene& scene) {
+  if (const JointDef* joint = find_joint(scene, name)) return *joint;
+  Words known;
+  for (const JointDef& joint : scene.joints) known.push_back(joint.name);
+  const std::string hint = did_you_mean(name, known);
+  reader.fail(key, fmt::format("names the joint {}, which does not exist{}{} there are {}", quote(name), hint, hint.empty() ? ";" : "",
+                               list_words(known)));
+}
+
 FrameRef split_frame(const std::string& text) {
   const std::size_t dot = text.find('.');
   if (dot == std::string::npos) return {text, ""};
@@ -581,18 +590,10 @@ ForceDef read_force(TableReader& reader, const Scene& scene) {
     return force;
   }
   force.table_joint = value.text("of");
-  const JointDef* joint = find_joint(scene, force.table_joint);
-  if (!joint) {
-    Words known;
-    known.reserve(scene.joints.size());
-    for (const JointDef& candidate : scene.joints) known.push_back(candidate.name);
-    const std::string hint = did_you_mean(force.table_joint, known);
-    value.fail("of", fmt::format("names the joint {}, which does not exist{}{} there are {}", quote(force.table_joint), hint,
-                                 hint.empty() ? ";" : "", list_words(known)));
-  }
-  if (traits(joint->kind).rates.size() != 1)
-    value.fail("of", fmt::format("needs a joint with one coordinate; {} is {} with {}", quote(joint->name), traits(joint->kind).word,
-                                 traits(joint->kind).rates.size()));
+  const JointDef& joint = named_joint(value, "of", force.table_joint, scene);
+  if (traits(joint.kind).rates.size() != 1)
+    value.fail("of", fmt::format("needs a joint with one coordinate; {} is {} with {}", quote(joint.name), traits(joint.kind).word,
+                                 traits(joint.kind).rates.size()));
   return force;
 }
 

@@ -84,9 +84,14 @@ struct Damping {
 struct EffectChoice {
   bool automatic = true;
   std::vector<std::string> names;    // axial bending_xy bending_xz torsion stiffening shear gyroscopic damping ...
-  bool by_program = false;           // the names are what an asked accuracy needs (accuracy.h), not the scene's
   std::vector<std::string> without;  // left out, whatever else says that they are on
-  std::string held_by;  // joint whose loop holds the beam's length, set by the program (held_lengths.h): automatic effects count axial in
+};
+
+// What the program chose for a beam beyond the scene's words; no reader sets it.
+struct ProgramChoice {
+  bool effects = false;           // EffectChoice::names are what a requested accuracy or the motion needs, not the scene's
+  std::string held_by;            // joint whose loop holds the beam's length (held_lengths.h): automatic effects count axial in
+  bool complete_inertia = false;  // the truncated kinetic energy did not last (complete_inertia.h)
 };
 
 struct FlexibleInitial {
@@ -119,8 +124,8 @@ struct BeamDef {
   Damping damping;
   std::map<std::string, double> frames;  // name -> x/L in [0, 1]
   FlexibleInitial initial;
-  bool all_elements = false;      // finite elements: the scene gives or asks for their coordinates one by one
-  bool complete_inertia = false;  // set by the program where the truncated kinetic energy did not last (simulate.cpp)
+  bool all_elements = false;  // finite elements: the scene gives or asks for their coordinates one by one
+  ProgramChoice chosen;
 };
 
 struct ModalDef {

@@ -58,6 +58,8 @@ FrameRef split_frame(const std::string& text);
 // None of that name: nullptr.
 const BodyDef* find_body(const Scene& scene, std::string_view name);
 const JointDef* find_joint(const Scene& scene, std::string_view name);
+// The joint that a key names; refused with those that there are.
+const JointDef& named_joint(const TableReader& reader, std::string_view key, std::string_view name, const Scene& scene);
 
 // Refuses the name of a body that the scene does not have, with those that it has.
 [[noreturn]] void unknown_body(const TableReader& reader, std::string_view key, const std::string& name, const Scene& scene);

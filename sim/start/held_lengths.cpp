@@ -105,8 +105,8 @@ bool let_lengthen(const std::vector<HeldLength>& held, Scene& scene, Notes& note
     BeamDef& beam = std::get<BeamDef>(body.kind);
     const bool lumped = beam.model == BeamModel::lumped, modes_listed = beam.model == BeamModel::modal && !beam.modes.empty();
     const bool left_out = std::find(beam.effects.without.begin(), beam.effects.without.end(), "axial") != beam.effects.without.end();
-    if (beam.effects.automatic && beam.effects.held_by.empty() && !lumped && !modes_listed && !left_out) {
-      beam.effects.held_by = h.joint;
+    if (beam.effects.automatic && beam.chosen.held_by.empty() && !lumped && !modes_listed && !left_out) {
+      beam.chosen.held_by = h.joint;
       anew = true;
       continue;
     }

@@ -22,8 +22,8 @@ struct HeldLength {
 // partition asks of deformation). Positions are up to date and the partitions chosen; their G is made anew.
 std::vector<HeldLength> held_lengths(const Model& model, const Scene& scene, Work& work);
 
-// Where the program chooses a beam's effects, axial is one of them from now on (EffectChoice::held_by), and the model has to be built anew:
-// true. Of the others a note says what is left out.
+// Where the program chooses a beam's effects, axial is one of them from now on (ProgramChoice::held_by), and the model has to be built
+// anew: true. Of the others a note says what is left out.
 bool let_lengthen(const std::vector<HeldLength>& held, Scene& scene, Notes& notes);
 
 }  // namespace flexframe::sim

@@ -30,8 +30,6 @@ void unpack(System& system, const double* y) {
 
 }  // namespace
 
-int rate_offset(const System& system) { return system.model.nq; }
-
 int state_size(const System& system) {
   size_t n = system.model.nq;
   for (const ClusterWork& c : system.work.clusters) n += c.partition.ind.size();

@@ -35,7 +35,6 @@ struct System {
 };
 
 int state_size(const System& system);
-int rate_offset(const System& system);  // where the independent rates begin
 
 // The state of the mechanism in `work`; `work_done`: the two quadrature values.
 VecX pack_state(const System& system, const Eigen::Vector2d& work_done);
