@@ -30,9 +30,10 @@ struct Linearisation {
   MatX rates;             // w_all x n: rates that unit rates of the directions make
 };
 
-// About the positions in system.work at its time (assembled: 0). Where the start's rates are those of a steady motion (a spinning top, a rotor, a body
-// that spins freely) they count, and so do the rates of prescribed motions at that time, taken as constant; rates of the start that are no
-// steady motion count as zero, and a note says so. A body without joints may fall or fly: the modes are those beside that motion.
+// About the positions in system.work at its time (assembled: 0). Where the start's rates are those of a steady motion (a spinning top, a
+// rotor, a body that spins freely) they count, and so do the rates of prescribed motions at that time, taken as constant; rates of the
+// start that are no steady motion count as zero, and a note says so. A body without joints may fall or fly: the modes are those beside that
+// motion.
 //
 // M is exact, K and D hold structural stiffness and damping exactly and all else (gravity, forces, springs, dampers, geometric stiffness,
 // centrifugal and gyroscopic terms) by central differences of sixth order of the forces at rest (inverse_dynamics.h), entry by entry with

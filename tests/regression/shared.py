@@ -1,7 +1,7 @@
 """Shared libraries against static ones: shared.py FLEXFRAME SOURCE_DIR [SHARED_FLEXFRAME], for the nightly run.
 
-FLEXFRAME is linked statically. The other one is built here with BUILD_SHARED_LIBS=ON where none is given. Histories and pictures must have the
-same bits; the libraries show nothing but Flexframe's own functions and what they are made of.
+FLEXFRAME is linked statically. The other one is built here with BUILD_SHARED_LIBS=ON where none is given. Histories and pictures must have
+the same bits; the libraries show nothing but Flexframe's own functions and what they are made of.
 """
 
 import os

@@ -110,7 +110,8 @@ with temporary_folder() as folder:
 
     done("/usr/bin/python3", source / "assets/beam/make_beam.py", folder / "beam.inp")
     text = done(uses / "part", folder / "beam.inp", folder / "part.png", cwd=folder)
-    done(pathlib.Path(flexframe).resolve(), "reduce", "beam.inp", "-o", "beam.sid", "--interface", "root=average:ROOT", "--interface", "tip=average:TIP",
+    done(pathlib.Path(flexframe).resolve(), "reduce", "beam.inp", "-o", "beam.sid", "--interface", "root=average:ROOT", "--interface",
+    "tip=average:TIP",
          "--modes", "6", "--json", "--quiet", cwd=folder)  # fmt: skip
     same = (folder / "beam.sid").read_text().split("\n", 2)[2] == (folder / "part.sid").read_text().split("\n", 2)[2]
     expect("18 coordinates" in text and "warning" not in text, text)
