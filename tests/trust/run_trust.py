@@ -63,6 +63,18 @@ SHORT = [
     "dropped_rod",
     "near_buckling",
     "belt",
+    "dropped_ball",
+    "landing_box",
+    "rolling",
+    "brushing",
+    "narrow_bump",
+    "passing_trigger",
+    "controlled",
+    "sampled_control",
+    "filtered",
+    "planetary",
+    "shaped_pendulum",
+    "forces_of_joints",
 ]
 KINDS = (
     kinds_statics.KINDS
