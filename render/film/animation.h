@@ -45,13 +45,14 @@ struct PlotPanel {
   std::vector<PlotSeries> series;
 };  // shown value = factor * value
 
-// A force or torque as an arrow at its frame.
+// A force or torque as an arrow at its frame: of a force of the scene, or what a joint does to its child, from an output.
 struct ForceArrow {
   FramePlace place;
   glm::dvec3 direction{0.0};  // unit; world, or of the frame for a follower
   bool follower = false, torque = false;
-  sim::Expression value;         // N or Nm
-  double length_per_unit = 0.0;  // m of arrow
+  sim::Expression value;                   // N or Nm
+  std::array<int, 3> columns{-1, -1, -1};  // of a reaction: Results::outputs with its components, N or Nm, world
+  bool reaction() const { return columns[0] >= 0; }
 };
 
 struct SpringSymbol {
@@ -75,6 +76,9 @@ struct Animation {
   std::vector<Probe> probes;
   double triad_length = 0.0;  // m
   std::vector<ForceArrow> forces;
+  double force_length = 0.0, torque_length = 0.0;    // m of arrow a N, a Nm: the same for all, the longest a sixth of the machine
+  // N, Nm, over the run: of forces and torques, then of reactions.
+  std::array<double, 2> largest_force{}, largest_torque{};
   std::vector<SpringSymbol> springs;
   std::vector<PlotPanel> panels;
   render::ScalarMap scalar_map;

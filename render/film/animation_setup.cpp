@@ -66,7 +66,27 @@ JointSymbol make_symbol(int joint, bool fixed, render::Mesh mesh) {
   return symbol;
 }
 
-// Pins, balls and rails. Sizes follow the beams that meet in the joint.
+// Where a beam is welded to the ground: a plate across its end, as of a clamp. None for other bodies, whose measures are not known.
+void add_clamp(Animation& animation, const sim::Scene& scene, const sim::JointDef& def, int joint) {
+  const sim::Results& results = *animation.results;
+  const std::optional<FramePlace> place =
+      find_place(results, &scene, def.child.frame.empty() ? def.child.body : def.child.body + "." + def.child.frame);
+  if (def.parent.body != "ground" || !place || place->body < 0) return;
+  const sim::ResultBody& body = results.bodies[static_cast<size_t>(place->body)];
+  if (body.kind != "beam") return;
+  const double y = section_extent(body, {0, 1, 0}).along, z = section_extent(body, {0, 0, 1}).along, thick = 0.6 * std::max(y, z);
+  // The body's axes in the joint's frame at the start; outwards from the end that is nearer.
+  const glm::dmat3 axes =
+      glm::transpose(glm::dmat3(joint_pose(results.joints[static_cast<size_t>(joint)], {0, 0.0}))) * glm::dmat3(body_pose(body, {0, 0.0}));
+  const bool first = place->origin.x <= 0.5 * body.length;
+  const double from = first ? -thick : 0.0;
+  const double wide = y + 0.8 * std::max(y, z), high = z + 0.8 * std::max(y, z);
+  const Loop outline = {{-wide, -high}, {wide, -high}, {wide, high}, {-wide, high}};
+  const Build plate = sweep({outline}, {from, from + thick}, glm::dvec3(0.0), axes[0], axes[1], axes[2]);
+  animation.symbols.push_back(make_symbol(joint, true, render::make_mesh(plate.positions, plate.triangles, def.name, flat_bevels)));
+}
+
+// Pins, balls, rails and clamps. Sizes follow the beams that meet in the joint.
 void add_symbols(Animation& animation, const sim::Scene& scene, double size) {
   const sim::Results& results = *animation.results;
   for (size_t j = 0; j < results.joints.size(); ++j) {
@@ -115,6 +135,7 @@ void add_symbols(Animation& animation, const sim::Scene& scene, double size) {
         break;
       }
       case sim::JointSymbol::none:
+        if (def->kind == sim::JointKind::weld) add_clamp(animation, scene, *def, index);
         break;
     }
   }
@@ -453,7 +474,7 @@ Animation make_animation(const sim::Results& results, const RenderSettings& aske
             fmt::format("body '{}': its mesh is not closed: where [render] section cuts it there is no cap", body.name));
     }
   add_attachments(animation, scene, size);
-  append_arrow_tips(animation, points);
+  append_ends(animation, points);
   if (settings.joints && scene) add_symbols(animation, *scene, size);
   if (animation.follow < 0) append_rails(animation, points);
   for (const glm::dvec3& p : points) animation.bounds.add(p);

@@ -28,11 +28,120 @@ FramePlace require_place(const Animation& animation, const sim::Scene* scene, co
                                     sim::list_words(bodies)));
 }
 
-glm::dvec3 arrow_of(const Animation& animation, const ForceArrow& force, double t, const SamplePlace& at, glm::dvec3& from) {
-  const glm::dmat4 pose = place_pose(*animation.results, force.place, at, animation.scales[0]);
+const glm::vec3 force_color{0.80f, 0.20f, 0.15f}, torque_color{0.55f, 0.25f, 0.68f}, reaction_color{0.05f, 0.50f, 0.45f};
+
+// N or Nm, world; from: where it acts.
+glm::dvec3 load_of(const Animation& animation, const ForceArrow& force, double t, const SamplePlace& at, glm::dvec3& from) {
+  const sim::Results& results = *animation.results;
+  const glm::dmat4 pose = place_pose(results, force.place, at, animation.scales[0]);
   from = glm::dvec3(pose[3]);
-  const glm::dvec3 direction = force.follower ? glm::dmat3(pose) * force.direction : force.direction;
-  return force.value.value(t) * force.length_per_unit * direction;
+  if (!force.reaction()) return force.value.value(t) * (force.follower ? glm::dmat3(pose) * force.direction : force.direction);
+  glm::dvec3 load(0.0);
+  for (int k = 0; k < 3; ++k) {
+    const sim::VecX& values = results.outputs[static_cast<size_t>(force.columns[static_cast<size_t>(k)])].values;
+    load[k] = values[at.index];
+    if (at.share > 0.0) load[k] += at.share * (values[at.index + 1] - values[at.index]);
+  }
+  return load;
+}
+
+double length_of(const Animation& animation, const ForceArrow& force) {
+  return force.torque ? animation.torque_length : animation.force_length;
+}
+
+// Joints whose reaction is an output in world axes.
+void add_reactions(Animation& animation, const sim::Scene& scene) {
+  const sim::Results& results = *animation.results;
+  const auto column = [&](const std::string& name) {
+    for (size_t i = 0; i < results.outputs.size(); ++i)
+      if (results.outputs[i].column == name) return static_cast<int>(i);
+    return -1;
+  };
+  for (const sim::OutputDef& output : scene.outputs) {
+    if (output.quantity != sim::Quantity::reaction || output.frame != sim::ReactionFrame::world) continue;
+    const auto joint =
+        std::find_if(scene.joints.begin(), scene.joints.end(), [&](const sim::JointDef& j) { return j.name == output.of.body; });
+    if (joint == scene.joints.end()) continue;
+    const std::optional<FramePlace> place = find_place(results, &scene, text_of(joint->child));
+    if (!place) continue;
+    for (const bool torque : {false, true}) {
+      const std::string stem = output.name + (torque ? ".m" : ".");
+      ForceArrow arrow;
+      arrow.place = *place;
+      arrow.torque = torque;
+      arrow.columns = {column(stem + "x"), column(stem + "y"), column(stem + "z")};
+      if (*std::min_element(arrow.columns.begin(), arrow.columns.end()) >= 0) animation.forces.push_back(arrow);
+    }
+  }
+}
+
+// One scale for all forces, one for all torques: lengths can be compared.
+void set_arrow_scales(Animation& animation, double size) {
+  const sim::VecX& times = animation.results->times;
+  for (const ForceArrow& force : animation.forces) {
+    double& largest = (force.torque ? animation.largest_torque : animation.largest_force)[force.reaction() ? 1 : 0];
+    for (Eigen::Index i = 0; i < times.size(); ++i) {
+      glm::dvec3 from;
+      largest = std::max(largest, glm::length(load_of(animation, force, times[i], {i, 0.0}, from)));
+    }
+  }
+  // The moment of a hinge about its axis is zero up to rounding: no arrow for what is that far below force times size.
+  constexpr double rounding = 1e-9;
+  double &moment = animation.largest_torque[1], &held = animation.largest_force[1];
+  if (moment < rounding * held * size) moment = 0.0;
+  if (held * size < rounding * moment) held = 0.0;
+  const double force = std::max(animation.largest_force[0], animation.largest_force[1]),
+               torque = std::max(animation.largest_torque[0], animation.largest_torque[1]);
+  if (force > 0.0) animation.force_length = size / 6.0 / force;
+  if (torque > 0.0) animation.torque_length = size / 6.0 / torque;
+}
+
+// "12.3 kN": three digits.
+std::string load_text(double value, bool torque) {
+  const double power = value >= 1e6 ? 1e6 : value >= 1e3 ? 1e3 : value >= 1.0 ? 1.0 : value >= 1e-3 ? 1e-3 : 1e-6;
+  const char* const prefix = power == 1e6 ? "M" : power == 1e3 ? "k" : power == 1.0 ? "" : power == 1e-3 ? "m" : "µ";
+  return fmt::format("{:.3g} {}{}", value / power, prefix, torque ? "N m" : "N");
+}
+
+// Arrows with their values, and what their lengths mean.
+void add_arrows(const Animation& animation, double t, const SamplePlace& now, render::Picture& p) {
+  p.arrows.clear();
+  const double radius = 0.05 * animation.triad_length;
+  bool seen[3] = {};
+  for (const ForceArrow& force : animation.forces) {
+    glm::dvec3 from;
+    const glm::dvec3 load = load_of(animation, force, t, now, from), way = length_of(animation, force) * load;
+    const auto& largest = force.torque ? animation.largest_torque : animation.largest_force;
+    if (largest[force.reaction() ? 1 : 0] <= 0.0) continue;
+    const int kind = force.reaction() ? 2 : force.torque ? 1 : 0;
+    const glm::vec3 color = kind == 2 ? reaction_color : kind == 1 ? torque_color : force_color;
+    seen[kind] = true;
+    // Nothing to show of a force that is off.
+    if (!(glm::length(way) >= 1e-3 * animation.triad_length)) continue;
+    p.arrows.push_back({from, from + way, color, radius, 1.0f, hidden_share});
+    // A second head tells a moment from a force.
+    if (force.torque) p.arrows.push_back({from, from + 0.86 * way, color, radius, 1.0f, hidden_share});
+    // Of what is too short to be read off there is no number either.
+    if (glm::length(way) < 0.25 * animation.triad_length) continue;
+    render::Label label;
+    label.point = from + way;
+    label.text = load_text(glm::length(load), force.torque);
+    label.color = 0.75f * color;
+    p.labels.push_back(std::move(label));
+  }
+  const char* const words[3] = {"force", "torque", "reaction"};
+  const glm::vec3 colors[3] = {force_color, torque_color, reaction_color};
+  for (int kind = 0; kind < 3; ++kind) {
+    if (!seen[kind]) continue;
+    const size_t of = kind == 2 ? 1 : 0;
+    std::string text = words[kind];
+    if (kind != 1 && animation.largest_force[of] > 0.0) text += fmt::format(", at most {}", load_text(animation.largest_force[of], false));
+    if (kind == 2 && animation.largest_force[1] > 0.0 && animation.largest_torque[1] > 0.0)
+      text += fmt::format(" and {}", load_text(animation.largest_torque[1], true));
+    else if (kind != 0 && animation.largest_torque[of] > 0.0)
+      text += fmt::format(", at most {}", load_text(animation.largest_torque[of], true));
+    p.overlay.legend.push_back({.text = text, .color = colors[kind], .opacity = 1.0f});
+  }
 }
 
 // From frame to frame: a coil, or with no radius of one a straight wire. radii, m.
@@ -92,32 +201,40 @@ void add_attachments(Animation& animation, const sim::Scene* scene, double size)
   for (const sim::ForceDef& def : scene->forces) {
     const std::optional<FramePlace> on = find_place(results, scene, text_of(def.on));
     if (!on) continue;
-    if (settings.forces && def.reads.empty() && (def.kind == sim::ForceKind::force || def.kind == sim::ForceKind::torque)) {
-      // The largest of its values is an arrow of a sixth of the machine.
-      ForceArrow force{*on,
-                       glm::dvec3(def.direction.x(), def.direction.y(), def.direction.z()),
-                       def.follower,
-                       def.kind == sim::ForceKind::torque,
-                       sim::Expression(def.value),
-                       0.0};
-      double largest = 0.0;
-      for (Eigen::Index i = 0; i < results.times.size(); ++i) largest = std::max(largest, std::abs(force.value.value(results.times[i])));
-      if (largest > 0.0) force.length_per_unit = size / 6.0 / largest;
-      animation.forces.push_back(std::move(force));
+    if (settings.forces && def.kind != sim::ForceKind::spring_damper) {
+      // What follows from time alone can be drawn from the scene.
+      const bool plain = def.kind == sim::ForceKind::force || def.kind == sim::ForceKind::torque;
+      if (plain && def.reads.empty() && !def.table)
+        animation.forces.push_back({*on, glm::dvec3(def.direction.x(), def.direction.y(), def.direction.z()), def.follower,
+                                    def.kind == sim::ForceKind::torque, sim::Expression(def.value)});
+      else
+        animation.notes.push_back(fmt::format("force '{}' has no arrow: only forces and torques by an expression of t have one", def.name));
     }
   }
+  if (settings.forces) add_reactions(animation, *scene);
+  set_arrow_scales(animation, size);
 }
 
-void append_arrow_tips(const Animation& animation, std::vector<glm::dvec3>& points) {
-  if (animation.forces.empty()) return;
+void append_ends(const Animation& animation, std::vector<glm::dvec3>& points) {
+  if (animation.forces.empty() && animation.springs.empty()) return;
   const sim::VecX& times = animation.results->times;
   const Eigen::Index step = std::max<Eigen::Index>(1, times.size() / 200);
-  for (Eigen::Index i = 0; i < times.size(); i += step)
+  for (Eigen::Index i = 0; i < times.size(); i += step) {
+    // A camera that follows a body need not see where springs are held.
+    glm::dvec3 way(0.0);
+    if (animation.follow >= 0) {
+      const sim::ResultBody& body = animation.results->bodies[static_cast<size_t>(animation.follow)];
+      way = glm::dvec3(body_pose(body, {i, 0.0})[3] - body_pose(body, {})[3]);
+    }
+    for (const SpringSymbol& spring : animation.follow < 0 ? animation.springs : std::vector<SpringSymbol>{})
+      for (const FramePlace& end : {spring.from, spring.to})
+        points.emplace_back(place_pose(*animation.results, end, {i, 0.0}, animation.scales[0])[3]);
     for (const ForceArrow& force : animation.forces) {
       glm::dvec3 from;
-      const glm::dvec3 way = arrow_of(animation, force, times[i], {i, 0.0}, from);
-      points.push_back(from + way);
+      const glm::dvec3 load = load_of(animation, force, times[i], {i, 0.0}, from);
+      points.push_back(from + length_of(animation, force) * load - way);
     }
+  }
 }
 
 void update_attachments(const Animation& animation, int picture, PictureMemory& memory) {
@@ -125,7 +242,7 @@ void update_attachments(const Animation& animation, int picture, PictureMemory& 
   const double t = picture_time(animation, picture);
   const SamplePlace now = find_sample(results.times, t);
   render::Picture& p = memory.picture;
-  p.arrows.clear();
+  add_arrows(animation, t, now, p);
   p.triads.clear();
 
   // Paths up to now, through the samples.
@@ -151,18 +268,6 @@ void update_attachments(const Animation& animation, int picture, PictureMemory& 
   }
   for (const FramePlace& triad : animation.triads)
     p.triads.push_back({place_pose(results, triad, now, animation.scales[0]), animation.triad_length, hidden_share});
-  for (const ForceArrow& force : animation.forces) {
-    glm::dvec3 from;
-    const glm::dvec3 way = arrow_of(animation, force, t, now, from);
-    // Nothing to show of a force that is off.
-    if (glm::length(way) < 1e-3 * animation.triad_length) continue;
-    const double radius = 0.05 * animation.triad_length;
-    p.arrows.push_back(
-        {from, from + way, force.torque ? glm::vec3(0.55f, 0.25f, 0.68f) : glm::vec3(0.80f, 0.20f, 0.15f), radius, 1.0f, hidden_share});
-    // A second head tells a moment from a force.
-    if (force.torque) p.arrows.push_back({from, from + 0.86 * way, glm::vec3(0.55f, 0.25f, 0.68f), radius, 1.0f, hidden_share});
-  }
-
   memory.springs.resize(animation.springs.size());
   for (size_t k = 0; k < animation.springs.size(); ++k) {
     const SpringSymbol& spring = animation.springs[k];

