@@ -2,8 +2,8 @@
 //
 // Pixels are the same bits for the same picture on the same machine, whatever the number of threads, processes or the
 // order of pictures. One Renderer a thread; two in one process rasterise one after the other, processes scale:
-// fork before the first Renderer exists (a child that draws with its parent's, or makes one, gets a DrawError). Set LP_NUM_THREADS before
-// the first Renderer (0: rasterise in the calling thread).
+// fork before the first Renderer exists; a child that draws with its parent's, or makes one, gets a DrawError. Set LP_NUM_THREADS
+// before the first Renderer (0: rasterise in the calling thread).
 #pragma once
 
 #include "render/image/image.h"
@@ -55,7 +55,6 @@ class Renderer {
   // Scalars of the nearest opaque surface, linear from scalar_map.lower (0) to upper (65534); nothing: 65535.
   Image16 draw_scalar(const Picture& picture);
 
-  // What draws: names and versions. times(): CPU seconds by stage of the picture drawn last.
   const RendererInfo& info() const;
   const DrawTimes& times() const;
 

@@ -76,7 +76,7 @@ struct Animation {
   std::vector<Probe> probes;
   double triad_length = 0.0;  // m
   std::vector<ForceArrow> forces;
-  double force_length = 0.0, torque_length = 0.0;    // m of arrow a N, a Nm: the same for all, the longest a sixth of the machine
+  double force_length = 0.0, torque_length = 0.0;  // m of arrow a N, a Nm: the same for all, the longest a sixth of the machine
   // N, Nm, over the run: of forces and torques, then of reactions.
   std::array<double, 2> largest_force{}, largest_torque{};
   std::vector<SpringSymbol> springs;
