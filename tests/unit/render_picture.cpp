@@ -335,5 +335,33 @@ TEST(Edges, OfABoxAreItsTwelveAndNoDiagonal) {
   EXPECT_EQ(sharp, 0);
 }
 
+// Distance in CIELAB (D65) between any two of the first `count` colours, as the eye sees them whose cones `sight` (linear RGB) has.
+double least_distance(int count, const glm::mat3& sight) {
+  const auto lab = [&](const glm::vec3& srgb) {
+    const glm::vec3 l = glm::clamp(sight * linear_from_srgb(srgb), 0.0f, 1.0f);
+    const glm::vec3 f = glm::pow(glm::vec3(0.4124f * l.r + 0.3576f * l.g + 0.1805f * l.b, 0.2126f * l.r + 0.7152f * l.g + 0.0722f * l.b,
+                                           0.0193f * l.r + 0.1192f * l.g + 0.9505f * l.b) /
+                                     glm::vec3(0.9505f, 1.0f, 1.089f),
+                                 glm::vec3(1.0f / 3.0f));
+    return glm::vec3(116.0f * f.y, 500.0f * (f.x - f.y), 200.0f * (f.y - f.z));
+  };
+  double least = 1e9;
+  for (int i = 0; i < count; ++i)
+    for (int j = 0; j < i; ++j) least = std::min(least, static_cast<double>(glm::length(lab(category_color(i)) - lab(category_color(j)))));
+  return least;
+}
+
+// Matrices of Machado, Oliveira, Fernandes 2009 for no red, no green and no blue cones, columns first.
+TEST(Colors, CategoriesCanBeToldApartByEveryEye) {
+  const glm::mat3 sights[] = {glm::mat3(1.0f),
+                              {0.152286f, 0.114503f, -0.003882f, 1.052583f, 0.786281f, -0.048116f, -0.204868f, 0.099216f, 1.051998f},
+                              {0.367322f, 0.280085f, -0.011820f, 0.860646f, 0.672501f, 0.042940f, -0.227968f, 0.047413f, 0.968881f},
+                              {1.255528f, -0.078411f, 0.004733f, -0.076749f, 0.930809f, 0.691367f, -0.178779f, 0.147602f, 0.303900f}};
+  for (const glm::mat3& sight : sights) {
+    EXPECT_GT(least_distance(10, sight), 23.0);
+    EXPECT_GT(least_distance(4, sight), 31.0);
+  }
+}
+
 }  // namespace
 }  // namespace flexframe::render
