@@ -1,5 +1,4 @@
-"""Cams, ropes, cables, points on curves and contact with profiles through the real program, against closed formulas and own
-integrations."""
+"""Cams, ropes, cables, points on curves, contact with profiles: the real program against closed formulas and own integrations."""
 import math
 import pathlib
 

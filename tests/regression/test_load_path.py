@@ -28,8 +28,8 @@ def truss(folder):
     l0 = math.hypot(b, h)
     force = lambda w: 2 * k * (l0 - math.hypot(b, h - w)) * (h - w) / math.hypot(b, h - w)
     text = "[simulation]\nduration = 1\n[ground]\nframes = { left = [-1, 0, 0], right = [1, 0, 0] }\n"
-    text += f'[[body]]\nname = "apex"\nkind = "rigid"\nmass = 1\n[[joint]]\nname = "down"\nkind = "prismatic"\nparent = "ground"\n'
-    text += f'child = "apex"\n'
+    text += f'[[body]]\nname = "apex"\nkind = "rigid"\nmass = 1\n[[joint]]\nname = "down"\nkind = "prismatic"\n'
+    text += f'parent = "ground"\nchild = "apex"\n'
     text += f"axis = [0, -1, 0]\nposition = [0, {h}, 0]\n"
     for side in ("left", "right"):
         text += (
@@ -76,13 +76,13 @@ def toggle(folder):
         return -done.p[1], (done.x, done.y, done.p)
 
     text = "[simulation]\nduration = 1\n"
-    text += f'[[body]]\nname = "bar"\nkind = "beam"\nlength = {L}\nsection = {{ shape = "circle", diameter = {d} }}\nmodel = "mixed"\n'
-    text += f"volumes = 6\n"
+    text += f'[[body]]\nname = "bar"\nkind = "beam"\nlength = {L}\nsection = {{ shape = "circle", '
+    text += f'diameter = {d} }}\nmodel = "mixed"\nvolumes = 6\n'
     text += f'material = {{ density = 2700, youngs_modulus = {E} }}\neffects = ["axial", "bending_xy", "stiffening"]\n'
     text += '[[body]]\nname = "apex"\nkind = "rigid"\nmass = 1\ninertia = [1, 1, 1]\n'
     text += f'[[joint]]\nname = "clamp"\nkind = "weld"\nparent = "ground"\nchild = "bar"\nrotation = [0, 0, {beta:.17g}]\n'
-    text += f'[[joint]]\nname = "upright"\nkind = "prismatic"\nparent = "ground"\nchild = "apex"\naxis = [0, -1, 0]\n'
-    text += f"position = [{b:.17g}, {h:.17g}, 0]\n"
+    text += f'[[joint]]\nname = "upright"\nkind = "prismatic"\nparent = "ground"\nchild = "apex"\naxis = [0, -1, '
+    text += f"0]\nposition = [{b:.17g}, {h:.17g}, 0]\n"
     text += f'[[joint]]\nname = "end"\nkind = "weld"\nparent = "bar.tip"\nchild = "apex"\nrotation = [0, 0, {-beta:.17g}]\n'
     text += '[[force]]\nname = "load"\nkind = "force"\non = "apex"\ndirection = [0, -1, 0]\nvalue = 100\n'
     text += '[[output]]\nname = "w"\nof = "upright"\nquantity = "value"\n'
