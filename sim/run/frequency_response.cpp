@@ -2,6 +2,7 @@
 
 #include "sim/base/words.h"
 #include "sim/dynamics/directions.h"
+#include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/inverse_dynamics.h"
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/loads.h"
