@@ -33,10 +33,14 @@ template() {
 }
 cd "$work"
 
-picture 01_slider_crank "$here/../slider_crank.toml" 30 $'scales = [1, 20]\nframe_rate = 60\nspeed = 0.25\noverlay = { plot = ["slider.x", "rod_middle.y"] }'
+picture 01_slider_crank "$here/../slider_crank.toml" 30 \
+  $'scales = [1, 20]\nframe_rate = 60\nspeed = 0.25\noverlay = { plot = ["slider.x", "rod_middle.y"] }'
 picture 02_engine "$here/../engine.toml" 2 $'speed = 0.05\ncolor_by = "none"\ncamera = { direction = [-0.35, -0.3, -1] }'
-picture 03_engine_section "$here/../engine.toml" 2 $'speed = 0.05\ncolor_by = "none"\nscales = [1]\nsection = { normal = [0, 0, 1], bodies = ["piston", "crank"] }\ncamera = { direction = [-0.35, -0.3, -1] }'
-picture 04_conrod "$here/../engine.toml" 95 $'speed = 0.1\ncolor_by = "displacement"\nscales = [1]\nextremes = true\ncolor_range = [0, 4e-7]'
+picture 03_engine_section "$here/../engine.toml" 2 \
+  $'speed = 0.05\ncolor_by = "none"\nscales = [1]\nsection = { normal = [0, 0, 1], bodies = ["piston", "crank"] }\n'\
+$'camera = { direction = [-0.35, -0.3, -1] }'
+picture 04_conrod "$here/../engine.toml" 95 \
+  $'speed = 0.1\ncolor_by = "displacement"\nscales = [1]\nextremes = true\ncolor_range = [0, 4e-7]'
 picture 05_strip "$here/../beams/strip.toml" 40 $'color_by = "displacement"\nedges = false\nscales = [1]'
 picture 06_blade "$here/../beams/blade.toml" 25 $'color_by = "displacement"\nundeformed = true'
 picture 07_buckling "$here/../beams/buckling.toml" 90 $'color_by = "displacement"\nscales = [1]\ncolormap = "cividis"'
