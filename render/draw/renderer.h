@@ -55,7 +55,9 @@ class Renderer {
   // Scalars of the nearest opaque surface, linear from scalar_map.lower (0) to upper (65534); nothing: 65535.
   Image16 draw_scalar(const Picture& picture);
 
+  // What draws: names and versions.
   const RendererInfo& info() const;
+  // CPU seconds by stage of the picture drawn last.
   const DrawTimes& times() const;
 
  private:
