@@ -30,9 +30,10 @@ nlohmann::ordered_json write_page(const sim::Results& results, const film::Rende
 
 void print_page(const nlohmann::ordered_json& page) {
   fmt::print(
-      "page         {:.2f} MB: {} bodies, {} triangles, {} pictures; vertices within {:.2g} m of what is drawn, colours within {:.1g} %\n",
-      1e-6 * page["bytes"].get<double>(), page["bodies"].get<int>(), page["triangles"].get<std::size_t>(), page["pictures"].get<int>(),
-      page["error"].get<double>(), 100.0 * page["value_error"].get<double>());
+      "page         {}, {:.2f} MB: {} bodies, {} triangles, {} pictures; vertices within {:.2g} m of what is drawn, colours within {:.1g} "
+      "%\n",
+      page["page"].get<std::string>(), 1e-6 * page["bytes"].get<double>(), page["bodies"].get<int>(), page["triangles"].get<std::size_t>(),
+      page["pictures"].get<int>(), page["error"].get<double>(), 100.0 * page["value_error"].get<double>());
 }
 
 }  // namespace flexframe::cli

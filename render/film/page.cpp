@@ -269,7 +269,7 @@ void add_outputs(Block& block, const Animation& animation, Json& scene) {
     const auto [unit, factor] = readable_unit(output.unit, output.values.cwiseAbs().maxCoeff());
     if (std::find(asked.begin(), asked.end(), output.column) != asked.end()) scene["plots"].push_back(scene["outputs"].size());
     scene["outputs"].push_back({{"label", output.column},
-                                {"unit", unit},
+                                {"unit", unit == "1" ? "" : unit},
                                 {"factor", factor},
                                 {"x", block.add(std::vector<float>(series.x.begin(), series.x.end()))},
                                 {"y", block.add(std::vector<float>(series.y.begin(), series.y.end()))}});
