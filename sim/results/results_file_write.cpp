@@ -1,5 +1,6 @@
 // Results to a file of the layout of sim/RESULTS.md.
 #include "sim/base/file_output.h"
+#include "sim/base/words.h"
 #include "sim/results/results_file.h"
 #include "sim/results/results_file_hdf5.h"
 
