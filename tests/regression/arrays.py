@@ -5,10 +5,22 @@ from program import expect, history, run
 
 def simulate(folder, text, *words, code=0):
     """The histories, or stderr of a run that is to fail."""
+    columns = simulate_and_say(folder, text, *words, code=code)
+    if code == 0:
+        del columns["said"]
+    return columns
+
+
+def simulate_and_say(folder, text, *words, code=0):
+    """The same, and what the program said as "said"."""
     scene = folder / "scene.toml"
     scene.write_text(text)
     done = run("simulate", scene, "-o", folder / "r.h5", "--csv", folder / "h.csv", *words, code=code)
-    return {k: np.array(v) for k, v in history(folder / "h.csv").items()} if code == 0 else done.stderr
+    if code:
+        return done.stderr
+    columns = {k: np.array(v) for k, v in history(folder / "h.csv").items()}
+    columns["said"] = done.stdout
+    return columns
 
 
 def off(a, b, bound, what):

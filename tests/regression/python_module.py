@@ -414,7 +414,7 @@ def documented():
             wanted = re.findall(r"[(,] ?(\w+): ", thing.__doc__.splitlines()[0]) if thing.__module__ == "flexframe._core" else None
             wanted = wanted or list(inspect.signature(thing).parameters)
             got = parameters("(" + ast.unparse(stubs[name].args) + ")")
-            expect(got == wanted, f"{name}: the stub's parameters {got}, the module's {wanted}")
+            expect(got == wanted, f"{name}: the type file's parameters {got}, the module's {wanted}")
             continue
         there, said = members_of(thing), {}
         for node in stubs[name].body:
@@ -424,10 +424,10 @@ def documented():
         for member in there.keys() | said.keys():
             if member.startswith("__") and member not in said:
                 continue
-            expect(member in there and member in said, f"{name}.{member} is only in {'the module' if member in there else 'the stub'}")
+            expect(member in there and member in said, f"{name}.{member} is only in {'the module' if member in there else 'the type file'}")
             if member.startswith("__") or member not in there or member not in said:
                 continue
-            expect(there[member] == said[member], f"{name}.{member}: the stub's {said[member]}, the module's {there[member]}")
+            expect(there[member] == said[member], f"{name}.{member}: the type file's {said[member]}, the module's {there[member]}")
             text = getattr(thing, member).__doc__ or ""
             expect(text.strip() != "" and not text.strip().endswith(f"-> {member}"), f"{name}.{member} has no docstring")
 

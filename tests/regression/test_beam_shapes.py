@@ -3,24 +3,13 @@ import math
 import pathlib
 
 import numpy as np
-from program import expect, finish, history, near, run, temporary_folder
+from arrays import simulate_and_say as simulate
+from program import expect, finish, near, run, temporary_folder
 from scipy.integrate import quad, solve_ivp
 
 E, nu, rho = 70e9, 0.3, 2700.0
 G = E / 2 / (1 + nu)
 material = f"material = {{ density = {rho}, youngs_modulus = {E}, poisson = {nu} }}\n"
-
-
-def simulate(folder, text, *words, code=0):
-    """The histories, or stderr of a run that is to fail."""
-    scene = folder / "scene.toml"
-    scene.write_text(text)
-    done = run("simulate", scene, "-o", folder / "r.h5", "--csv", folder / "h.csv", *words, code=code)
-    if code:
-        return done.stderr
-    columns = {k: np.array(v) for k, v in history(folder / "h.csv").items()}
-    columns["said"] = done.stdout
-    return columns
 
 
 def statics(gravity="[0, 0, 0]"):

@@ -3,29 +3,13 @@ import math
 import pathlib
 
 import numpy as np
-from program import expect, finish, history, run, temporary_folder
+from arrays import off
+from arrays import simulate_and_say as simulate
+from program import expect, finish, temporary_folder
 from scipy.integrate import solve_ivp
 
 g = 9.81
 turned_world = "rotation = [0.3, -0.5, 0.8]\n"
-
-
-def simulate(folder, text, *words, code=0):
-    """The histories, or stderr of a run that is to fail."""
-    scene = folder / "scene.toml"
-    scene.write_text(text)
-    done = run("simulate", scene, "-o", folder / "r.h5", "--csv", folder / "h.csv", *words, code=code)
-    if code:
-        return done.stderr
-    columns = {k: np.array(v) for k, v in history(folder / "h.csv").items()}
-    columns["said"] = done.stdout
-    return columns
-
-
-def off(a, b, bound, what):
-    worst = np.max(np.abs(np.asarray(a) - np.asarray(b)))
-    print(f"{what}: off by {worst:.2g} of {bound:.2g}")
-    expect(worst <= bound, f"{what}: off by {worst:.3g}, allowed {bound:.3g}")
 
 
 def own(rhs, start, times, **more):
