@@ -40,10 +40,10 @@ picture 03_engine_section "$here/../engine.toml" 2 \
   $'speed = 0.05\ncolor_by = "none"\nscales = [1]\nsection = { normal = [0, 0, 1], bodies = ["piston", "crank"] }\n'\
 $'camera = { direction = [-0.35, -0.3, -1] }'
 picture 04_conrod "$here/../engine.toml" 95 \
-  $'speed = 0.1\ncolor_by = "displacement"\nscales = [1]\nextremes = true\ncolor_range = [0, 4e-7]'
+  $'speed = 0.1\ncolor_by = "displacement"\nscales = [1]\nextremes = true\ncolor_range = [0, 2e-7]'
 picture 05_strip "$here/../beams/strip.toml" 40 $'color_by = "displacement"\nedges = false\nscales = [1]'
 picture 06_blade "$here/../beams/blade.toml" 25 $'color_by = "displacement"\nundeformed = true'
-picture 07_buckling "$here/../beams/buckling.toml" 90 $'color_by = "displacement"\nscales = [1]\ncolormap = "cividis"'
+picture 07_buckling "$here/../beams/buckling.toml" 99 $'color_by = "displacement"\nscales = [1]\ncolormap = "cividis"'
 picture 08_rollup "$here/../beams/rollup.toml" 45 $'color_by = "stress"\nscales = [1]\ntrail = 6'
 picture 09_rotor "$(template rotor)" 60 $'color_by = "stress"\nscales = "auto"'
 picture 10_fe_body "$(template fe-body)" 30 $'color_by = "displacement"\nscales = "auto"\nextremes = true'
