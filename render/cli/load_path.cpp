@@ -7,6 +7,7 @@
 #include "sim/run/load_path.h"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <memory>
 
@@ -19,6 +20,7 @@ struct Words {
   std::string scene, out;
   std::vector<std::string> settings;
   sim::LoadPathOptions path;
+  bool json = false;
 };
 
 std::string path_csv(const sim::LoadPath& path) {
@@ -51,6 +53,43 @@ film::Diagram path_diagram(const sim::LoadPath& path, const std::string& force) 
   return diagram;
 }
 
+// Limit points, and why the curve ends early where it does.
+void report(const Words& w, const sim::LoadPath& path, const fs::path& csv, const fs::path& svg) {
+  nlohmann::ordered_json limits = nlohmann::ordered_json::array();
+  for (const sim::LoadPathState& state : path.states) {
+    if (!state.limit) continue;
+    nlohmann::ordered_json outputs = nlohmann::ordered_json::object();
+    std::string line = fmt::format("limit point  load {:.8g}", state.load);
+    for (size_t c = 0; c < path.columns.size(); ++c) {
+      const double value = state.outputs[static_cast<Eigen::Index>(c)];
+      outputs[path.columns[c]] = value;
+      line += fmt::format(", {} {:.6g} {}", path.columns[c], value, path.units[c]);
+    }
+    limits.push_back({{"load", state.load}, {"outputs", outputs}});
+    if (!w.json) fmt::print("{}\n", line);
+  }
+  if (!path.complete)
+    fmt::print(stderr, "warning: the curve ends at the load {:.6g}, not at {:.6g}: {}\n", path.states.back().load, w.path.to, path.ended);
+  if (!w.json) return fmt::print("states       {}\nload path    {}\ndiagram      {}\n", path.states.size(), csv.string(), svg.string());
+  const nlohmann::ordered_json json = {{"scene", w.scene},    {"states", path.states.size()}, {"complete", path.complete},
+                                       {"ended", path.ended}, {"limit_points", limits},       {"csv", csv.string()},
+                                       {"svg", svg.string()}};
+  fmt::print("{}\n", json.dump(2));
+}
+
+int follow(const Words& w) {
+  if (w.path.from == w.path.to) throw UsageError(fmt::format("--from and --to are both {}; give a range of loads", w.path.to));
+  const Job job = read_job(w.scene, w.settings);
+  const sim::LoadPath path = sim::load_path(job.scene, w.path);
+  const fs::path csv = w.out.empty() ? fs::path(fs::path(w.scene).stem().string() + "-load-path.csv") : fs::path(w.out);
+  const fs::path svg = fs::path(csv).replace_extension(".svg");
+  make_folder(fs::absolute(csv).parent_path());
+  sim::write_whole_file(csv, path_csv(path));
+  sim::write_whole_file(svg, film::diagram_svg(path_diagram(path, w.path.force)));
+  report(w, path, csv, svg);
+  return 0;
+}
+
 }  // namespace
 
 Command add_load_path(Program& program) {
@@ -62,32 +101,12 @@ Command add_load_path(Program& program) {
   app.option("--to", w->path.to, "factor where it ends").show_default();
   app.option("--states", w->path.most_states, "most states on the curve").range(2, 100000).show_default();
   app.option("-o,--out", w->out, "CSV file, beside it the diagram as SVG; default: SCENE-load-path.csv");
+  app.flag("--json", w->json, "report as JSON: limit points");
   add_scene_words(app, w->settings);
   app.footer(R"(The curve starts at the equilibrium beside the scene's assembled start and follows the states one after the other,
 stable or not, whether the load rises or falls. Factors are of the values that the scene gives at t = 0.)");
   app.example("load-path arch.toml --force load --to 2", "outputs of arch.toml up to twice its force 'load'");
-  return {app, [w] {
-            if (w->path.from == w->path.to) throw UsageError(fmt::format("--from and --to are both {}; give a range of loads", w->path.to));
-            const Job job = read_job(w->scene, w->settings);
-            const sim::LoadPath path = sim::load_path(job.scene, w->path);
-            const fs::path csv = w->out.empty() ? fs::path(fs::path(w->scene).stem().string() + "-load-path.csv") : fs::path(w->out);
-            const fs::path svg = fs::path(csv).replace_extension(".svg");
-            make_folder(fs::absolute(csv).parent_path());
-            sim::write_whole_file(csv, path_csv(path));
-            sim::write_whole_file(svg, film::diagram_svg(path_diagram(path, w->path.force)));
-            for (const sim::LoadPathState& state : path.states) {
-              if (!state.limit) continue;
-              fmt::print("limit point  load {:.8g}", state.load);
-              for (size_t c = 0; c < path.columns.size(); ++c)
-                fmt::print(", {} {:.6g} {}", path.columns[c], state.outputs[static_cast<Eigen::Index>(c)], path.units[c]);
-              fmt::print("\n");
-            }
-            if (!path.complete)
-              fmt::print(stderr, "warning: the curve ends at the load {:.6g}, not at {:.6g}: {}\n", path.states.back().load, w->path.to,
-                         path.ended);
-            fmt::print("states       {}\nload path    {}\ndiagram      {}\n", path.states.size(), csv.string(), svg.string());
-            return 0;
-          }};
+  return {app, [w] { return follow(*w); }};
 }
 
 }  // namespace flexframe::cli

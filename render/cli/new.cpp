@@ -8,6 +8,7 @@
 #include "sim/base/words.h"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <array>
 #include <memory>
@@ -41,6 +42,7 @@ std::string with_name(std::string text, const std::string& name) {
 
 struct Words {
   std::string name, kind = "pendulum";
+  bool json = false;
 };
 
 const Template& find_template(const std::string& word) {
@@ -73,9 +75,16 @@ int make(const Words& words) {
   make_folder(fs::absolute(base).parent_path());
   for (size_t i = 0; i < chosen.files.size(); ++i) sim::write_whole_file(made[i], with_name(template_texts().at(chosen.files[i]), name));
   if (words.kind == "fe-body") reduce_model(made[1].string(), made[2].string(), {"root=rigid:ROOT", "tip=rigid:TIP"}, 8, 0.01);
+  const std::string next = words.kind == "results" ? fmt::format("python3 {0} && flexframe render {1}.h5 -o {1}", made[0].string(), name)
+                                                   : fmt::format("flexframe run {} -o {}-run", made[0].string(), name);
+  nlohmann::ordered_json json = {{"made", nlohmann::ordered_json::array()}, {"next", next}};
+  for (const fs::path& path : made) json["made"].push_back(path.string());
+  if (words.json) {
+    fmt::print("{}\n", json.dump(2));
+    return 0;
+  }
   for (const fs::path& path : made) fmt::print("made         {}\n", path.string());
-  if (words.kind == "results") fmt::print("next         python3 {0} && flexframe render {1}.h5 -o {1}\n", made[0].string(), name);
-  else fmt::print("next         flexframe run {} -o {}-run\n", made[0].string(), name);
+  fmt::print("next         {}\n", next);
   return 0;
 }
 
@@ -86,10 +95,13 @@ Command add_new(Program& program) {
   Subcommand app = program.subcommand("new", "a commented scene to start from");
   app.option("NAME", w->name, "name of the scene: NAME.toml is made").required();
   app.option("-t,--template", w->kind, "what to start from, see below").show_default();
+  app.flag("--json", w->json, "what was made, and what to run next, as JSON");
   static std::string list;
   list = "Templates:";
   for (const Template& one : known_templates) list += fmt::format("\n  {:<13} {}", one.word, one.what);
   app.footer(list.c_str());
+  app.example("new swing", "swing.toml: a bar on a pin");
+  app.example("new press --template slider-crank", "press.toml: driven crank, elastic rod, piston");
   return {app, [w] { return make(*w); }};
 }
 

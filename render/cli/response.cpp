@@ -8,6 +8,7 @@
 #include "sim/start/make_system.h"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -25,6 +26,7 @@ struct Words {
   std::vector<std::string> settings;
   double from = 0.0, to = 0.0;
   int points = 400;
+  bool json = false;
 };
 
 // Evenly spaced logarithms; the frequencies of the modes between them too, where peaks are.
@@ -68,6 +70,37 @@ film::Diagram response_diagram(const sim::FrequencyResponse& r, const sim::VecX&
   return diagram;
 }
 
+// Where each output is largest: the whole report with --json.
+void report(const Words& w, const sim::FrequencyResponse& r, const sim::VecX& frequencies, const fs::path& csv, const fs::path& svg) {
+  nlohmann::ordered_json json = {{"scene", w.scene}, {"force", w.force}, {"modes", r.modes}, {"outputs", nlohmann::ordered_json::array()}};
+  for (Eigen::Index c = 0; c < r.values.rows(); ++c) {
+    Eigen::Index peak = 0;
+    const double most = r.values.row(c).cwiseAbs().maxCoeff(&peak);
+    json["outputs"].push_back({{"column", r.columns[c]}, {"unit", r.units[c]}, {"largest", most}, {"frequency", frequencies[peak]}});
+    if (!w.json) fmt::print("{:<20} largest {:.5g} {} per unit at {:.5g} Hz\n", r.columns[c], most, r.units[c], frequencies[peak]);
+  }
+  json.update({{"notes", r.notes}, {"left_out", r.left_out}, {"csv", csv.string()}, {"svg", svg.string()}});
+  if (w.json) return fmt::print("{}\n", json.dump(2));
+  for (const std::string& note : r.notes) fmt::print("note         {}\n", note);
+  if (!r.left_out.empty()) fmt::print("note         left out, no linear answer: {}\n", fmt::join(r.left_out, ", "));
+  fmt::print("response     {}\ndiagram      {}\n", csv.string(), svg.string());
+}
+
+int respond(const Words& w) {
+  const Job job = read_job(w.scene, w.settings);
+  const sim::System system = sim::make_system(job.scene);
+  const sim::FrequencyResponse first = sim::frequency_response(system, w.force, sim::VecX::Ones(1));
+  const sim::VecX frequencies = frequencies_of(w, first.modes);
+  const sim::FrequencyResponse r = sim::frequency_response(system, w.force, frequencies);
+  const fs::path csv = w.out.empty() ? fs::path(fs::path(w.scene).stem().string() + "-response.csv") : fs::path(w.out);
+  const fs::path svg = fs::path(csv).replace_extension(".svg");
+  make_folder(fs::absolute(csv).parent_path());
+  sim::write_whole_file(csv, response_csv(r, frequencies));
+  sim::write_whole_file(svg, film::diagram_svg(response_diagram(r, frequencies, w.force)));
+  report(w, r, frequencies, csv, svg);
+  return 0;
+}
+
 }  // namespace
 
 Command add_response(Program& program) {
@@ -79,31 +112,14 @@ Command add_response(Program& program) {
   app.option("--to", w->to, "highest frequency, Hz; default: twice the sixth mode's").positive();
   app.option("--points", w->points, "number of frequencies, evenly spaced in their logarithms").range(2, 100000).show_default();
   app.option("-o,--out", w->out, "CSV file, beside it the diagram as SVG; default: SCENE-response.csv");
+  app.flag("--json", w->json, "report as JSON: modes in Hz, where each output is largest");
   add_scene_words(app, w->settings);
   app.footer(
       R"(Amplitudes are those per N (N m, N/m) of the force, phases in degrees ahead of it. Outputs: places, angles, displacements,
 joint values, lengths, forces of springs, their rates and accelerations; energies, reactions and section forces are left out.)");
-  return {app, [w] {
-            const Job job = read_job(w->scene, w->settings);
-            const sim::System system = sim::make_system(job.scene);
-            const sim::FrequencyResponse first = sim::frequency_response(system, w->force, sim::VecX::Ones(1));
-            const sim::VecX frequencies = frequencies_of(*w, first.modes);
-            const sim::FrequencyResponse r = sim::frequency_response(system, w->force, frequencies);
-            const fs::path csv = w->out.empty() ? fs::path(fs::path(w->scene).stem().string() + "-response.csv") : fs::path(w->out);
-            const fs::path svg = fs::path(csv).replace_extension(".svg");
-            make_folder(fs::absolute(csv).parent_path());
-            sim::write_whole_file(csv, response_csv(r, frequencies));
-            sim::write_whole_file(svg, film::diagram_svg(response_diagram(r, frequencies, w->force)));
-            for (Eigen::Index c = 0; c < r.values.rows(); ++c) {
-              Eigen::Index peak = 0;
-              const double most = r.values.row(c).cwiseAbs().maxCoeff(&peak);
-              fmt::print("{:<20} largest {:.5g} {} per unit at {:.5g} Hz\n", r.columns[c], most, r.units[c], frequencies[peak]);
-            }
-            for (const std::string& note : r.notes) fmt::print("note         {}\n", note);
-            if (!r.left_out.empty()) fmt::print("note         left out, no linear answer: {}\n", fmt::join(r.left_out, ", "));
-            fmt::print("response     {}\ndiagram      {}\n", csv.string(), svg.string());
-            return 0;
-          }};
+  app.example("response bridge.toml --force load", "amplitude and phase of all outputs per newton of the force 'load'");
+  app.example("response bridge.toml --force load --from 1 --to 50 --points 1000 --json", "between 1 and 50 Hz, peaks as JSON");
+  return {app, [w] { return respond(*w); }};
 }
 
 }  // namespace flexframe::cli

@@ -9,6 +9,7 @@
 #include "sim/results/spectrum.h"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <memory>
@@ -23,6 +24,8 @@ struct Words {
   std::string results, order, out;
   std::vector<std::string> columns;
   double from = 0.0, to = 0.0, highest = 0.0;
+  bool json = false;
+  bool written(double at) const { return highest == 0.0 || at <= highest; }
 };
 
 const sim::ResultOutput& find_column(const sim::Results& results, const std::string& file, const std::string& name) {
@@ -37,6 +40,85 @@ const sim::ResultOutput& find_column(const sim::Results& results, const std::str
                   known.empty() ? "there are none: add [[output]] tables to the scene" : "there are " + sim::list_words(known)));
 }
 
+struct Named {
+  const sim::ResultOutput* output;
+  sim::Spectrum spectrum;
+};
+
+// Samples between --from and --to, over time or turns of the shaft.
+std::vector<Named> spectra_of(const Words& w, const sim::Results& results) {
+  std::vector<const sim::ResultOutput*> outputs;
+  for (const std::string& name : w.columns) outputs.push_back(&find_column(results, w.results, name));
+  if (outputs.empty())
+    for (const sim::ResultOutput& output : results.outputs) outputs.push_back(&output);
+  if (outputs.empty()) find_column(results, w.results, "");
+  Eigen::Index first = 0, end = results.times.size();
+  while (first < end && results.times[first] < w.from) ++first;
+  while (w.to > 0.0 && end > first && results.times[end - 1] > w.to) --end;
+  sim::VecX x = results.times.segment(first, end - first);
+  if (!w.order.empty()) x = find_column(results, w.results, w.order).values.segment(first, end - first) / (2.0 * std::numbers::pi);
+  if (x.size() > 1 && x[x.size() - 1] < x[0]) x = -x;
+  std::vector<Named> spectra;
+  for (const sim::ResultOutput* output : outputs) {
+    try {
+      spectra.push_back({output, sim::amplitude_spectrum(x, output->values.segment(first, end - first))});
+    } catch (const sim::InputError& error) {
+      throw sim::InputError(fmt::format("{}: {}", w.results, error.what()));
+    }
+  }
+  return spectra;
+}
+
+std::string spectrum_csv(const Words& w, const std::vector<Named>& spectra, const std::string& axis) {
+  std::string csv = axis;
+  for (const Named& one : spectra) csv += "," + one.output->column;
+  csv += '\n';
+  const sim::VecX& at = spectra.front().spectrum.at;
+  for (Eigen::Index k = 0; k < at.size() && w.written(at[k]); ++k) {
+    csv += fmt::format("{}", at[k]);
+    for (const Named& one : spectra) csv += fmt::format(",{}", one.spectrum.amplitude[k]);
+    csv += '\n';
+  }
+  return csv;
+}
+
+film::Diagram spectrum_diagram(const Words& w, const std::vector<Named>& spectra) {
+  film::Diagram diagram{.title = fs::path(w.results).stem().string() + ": spectrum",
+                        .x_label = w.order.empty() ? "frequency, Hz" : "order, periods a turn of " + w.order,
+                        .y_label = "amplitude",
+                        .note = {},
+                        .series = {}};
+  diagram.linear_x = true;
+  for (const auto& [output, s] : spectra) {
+    film::DiagramSeries series{.label = fmt::format("{}, {}", output->column, output->unit), .points = {}};
+    for (Eigen::Index k = 1; k < s.at.size() && w.written(s.at[k]); ++k) series.points.push_back({s.at[k], s.amplitude[k], false, {}});
+    diagram.series.push_back(std::move(series));
+  }
+  return diagram;
+}
+
+int write_spectrum(const Words& w) {
+  const sim::Results results = sim::read_results(w.results);
+  const std::vector<Named> spectra = spectra_of(w, results);
+  const std::string axis = w.order.empty() ? "frequency" : "order";
+  const fs::path csv = w.out.empty() ? fs::path(fs::path(w.results).stem().string() + "-spectrum.csv") : fs::path(w.out);
+  const fs::path svg = fs::path(csv).replace_extension(".svg");
+  make_folder(fs::absolute(csv).parent_path());
+  sim::write_whole_file(csv, spectrum_csv(w, spectra, axis));
+  sim::write_whole_file(svg, film::diagram_svg(spectrum_diagram(w, spectra)));
+  nlohmann::ordered_json json = {{"results", w.results}, {"outputs", nlohmann::ordered_json::array()}};
+  for (const auto& [output, s] : spectra) {
+    Eigen::Index peak = 0;
+    const double most = s.amplitude.tail(s.amplitude.size() - 1).maxCoeff(&peak);
+    json["outputs"].push_back({{"column", output->column}, {"unit", output->unit}, {"largest", most}, {axis, s.at[peak + 1]}});
+    if (!w.json) fmt::print("{:<20} largest {:.5g} {} at {} {:.5g}\n", output->column, most, output->unit, axis, s.at[peak + 1]);
+  }
+  json.update({{"csv", csv.string()}, {"svg", svg.string()}});
+  if (w.json) fmt::print("{}\n", json.dump(2));
+  else fmt::print("spectrum     {}\ndiagram      {}\n", csv.string(), svg.string());
+  return 0;
+}
+
 }  // namespace
 
 Command add_spectrum(Program& program) {
@@ -49,60 +131,10 @@ Command add_spectrum(Program& program) {
   app.option("--to", w->to, "s, samples behind are left out").positive();
   app.option("--highest", w->highest, "highest frequency or order that is written").positive();
   app.option("-o,--out", w->out, "CSV file, beside it the diagram as SVG; default: RESULTS-spectrum.csv");
-  return {app, [w] {
-            const sim::Results results = sim::read_results(w->results);
-            std::vector<const sim::ResultOutput*> outputs;
-            for (const std::string& name : w->columns) outputs.push_back(&find_column(results, w->results, name));
-            if (outputs.empty())
-              for (const sim::ResultOutput& output : results.outputs) outputs.push_back(&output);
-            if (outputs.empty()) find_column(results, w->results, "");
-            Eigen::Index first = 0, end = results.times.size();
-            while (first < end && results.times[first] < w->from) ++first;
-            while (w->to > 0.0 && end > first && results.times[end - 1] > w->to) --end;
-            sim::VecX x = results.times.segment(first, end - first);
-            if (!w->order.empty())
-              x = find_column(results, w->results, w->order).values.segment(first, end - first) / (2.0 * std::numbers::pi);
-            if (x.size() > 1 && x[x.size() - 1] < x[0]) x = -x;
-            const std::string axis = w->order.empty() ? "frequency" : "order";
-            film::Diagram diagram{.title = fs::path(w->results).stem().string() + ": spectrum",
-                                  .x_label = w->order.empty() ? "frequency, Hz" : "order, periods a turn of " + w->order,
-                                  .y_label = "amplitude",
-                                  .note = {},
-                                  .series = {}};
-            diagram.linear_x = true;
-            std::string csv = axis;
-            std::vector<sim::Spectrum> spectra;
-            for (const sim::ResultOutput* output : outputs) {
-              csv += "," + output->column;
-              try {
-                spectra.push_back(sim::amplitude_spectrum(x, output->values.segment(first, end - first)));
-              } catch (const sim::InputError& error) {
-                throw sim::InputError(fmt::format("{}: {}", w->results, error.what()));
-              }
-              film::DiagramSeries series{.label = fmt::format("{}, {}", output->column, output->unit), .points = {}};
-              const sim::Spectrum& s = spectra.back();
-              for (Eigen::Index k = 1; k < s.at.size() && (w->highest == 0.0 || s.at[k] <= w->highest); ++k)
-                series.points.push_back({s.at[k], s.amplitude[k], false, {}});
-              diagram.series.push_back(std::move(series));
-              Eigen::Index peak = 0;
-              s.amplitude.tail(s.amplitude.size() - 1).maxCoeff(&peak);
-              fmt::print("{:<20} largest {:.5g} {} at {} {:.5g}\n", output->column, s.amplitude[peak + 1], output->unit, axis,
-                         s.at[peak + 1]);
-            }
-            csv += '\n';
-            for (Eigen::Index k = 0; k < spectra.front().at.size(); ++k) {
-              if (w->highest > 0.0 && spectra.front().at[k] > w->highest) break;
-              csv += fmt::format("{}", spectra.front().at[k]);
-              for (const sim::Spectrum& s : spectra) csv += fmt::format(",{}", s.amplitude[k]);
-              csv += '\n';
-            }
-            const fs::path out = w->out.empty() ? fs::path(fs::path(w->results).stem().string() + "-spectrum.csv") : fs::path(w->out);
-            make_folder(fs::absolute(out).parent_path());
-            sim::write_whole_file(out, csv);
-            sim::write_whole_file(fs::path(out).replace_extension(".svg"), film::diagram_svg(diagram));
-            fmt::print("spectrum     {}\ndiagram      {}\n", out.string(), fs::path(out).replace_extension(".svg").string());
-            return 0;
-          }};
+  app.flag("--json", w->json, "report as JSON: where each spectrum is largest");
+  app.example("spectrum out/results.h5 --column tip.y --highest 50", "of the output tip.y, up to 50 Hz");
+  app.example("spectrum out/results.h5 --order shaft.angle", "over periods a turn of the shaft");
+  return {app, [w] { return write_spectrum(*w); }};
 }
 
 }  // namespace flexframe::cli

@@ -1,5 +1,6 @@
 """Load-deflection curves through limit points: `flexframe load-path` against closed formulas and the elastica."""
 import csv
+import json
 import math
 import pathlib
 
@@ -52,6 +53,9 @@ def truss(folder):
         expect(not np.any(wrong & (h_["limit"] == 0)), "truss: stable states are those of rising load")
         near(h_["load"][-1], 4, 1e-12, "truss, the last load")
         expect("limit point" in said, f"truss: limit points are not told: {said}")
+    told = json.loads(run("load-path", folder / "scene.toml", "--to", 4, "-o", folder / "path.csv", "--json").stdout)
+    near(10 * told["limit_points"][0]["load"], 10 * limits[0], 1e-9, "truss, limit load as JSON")
+    near(told["limit_points"][0]["outputs"]["w"], top, 1e-6, "truss, where it snaps, as JSON")
     # Backwards, from a load.
     h_, said = path(folder, text, "--force", "load", "--from", "1", "--to", "-2")
     near(np.max(np.abs(10 * h_["load"] - [force(w) for w in h_["w"]])), 0, 1e-8, "truss backwards, N")

@@ -84,6 +84,12 @@ def response(folder):
             phase = math.degrees(math.atan2(wanted.imag, wanted.real))
             near(math.remainder(table[f"{column}:phase"][i] - phase, 360), 0, 1e-3, f"phase of {column}")
     expect("<svg" in (folder / "r.svg").read_text(), "the diagram is no SVG")
+    words = ("--from", 0.5, "--to", 20, "--points", 60, "-o", folder / "r.csv", "--json")
+    told = json.loads(run("response", scene, "--force", "push", *words).stdout)
+    for one in told["outputs"]:
+        values = table[one["column"]]
+        expect(one["largest"] == max(values) == values[table["frequency"].index(one["frequency"])], f"{one} told as a peak")
+    expect(told["left_out"] and told["csv"] == str(folder / "r.csv"), f"response as JSON: {told}")
     message = run("response", scene, "--force", "pus", code=2).stderr
     expect("two.toml" in message and "did you mean 'push'" in message, message)
     # Nothing gives the size of drag or contact: it cannot be a unit.
@@ -317,6 +323,8 @@ mass = 1
     near(where, 8, 0.05, "its frequency")
     near(peak(18, 22, "x", "frequency")[0], 0.005, 1e-4, "amplitude at 20 Hz")
     near(table["x"][0], 0.3, 1e-3, "mean")
+    told = json.loads(run("spectrum", folder / "d.h5", "--column", "x", "-o", folder / "s.csv", "--json").stdout)["outputs"]
+    expect([(one["column"], one["largest"], one["frequency"]) for one in told] == [("x", size, where)], f"spectrum as JSON: {told}")
     # The speed rises all the time: a line over the order, none over the frequency.
     run("spectrum", folder / "d.h5", "--column", "y", "--order", "angle", "-o", folder / "o.csv", "--highest", 10)
     table = rows(folder / "o.csv")
