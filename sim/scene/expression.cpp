@@ -210,7 +210,7 @@ class Compiler {
     const std::size_t n = code_.size();
     if (n >= 2 && here() - 2 >= last_label_ && code_[n - 1].op == Op::number && code_[n - 2].op == Op::number) {
       const std::vector<Expression::Instruction> pair{code_[n - 2], code_[n - 1], {op, 0, 0.0}};
-      const double folded = run(pair, 0, 3, 0.0, [](int, Op, double, double) { return 0.0; });
+      const double folded = run(Piece(pair), 0.0, [](int, Op, double, double) { return 0.0; });
       code_.resize(n - 2);
       code_.push_back({Op::number, 0, folded});
     } else {
@@ -494,14 +494,13 @@ void compile(std::string_view text, std::vector<Expression::Instruction>& code, 
   Compiler(text, code, selectors, names, used).compile();
 }
 
-void choices_after(const std::vector<Expression::Instruction>& code, int begin, int end, double t, std::vector<double>& choices) {
-  run(code, begin, end, Jet(t, 1.0, 0.0),
-      [&](int index, Op op, const Jet& a, const Jet& b) { return choices[index] = select_after(op, a, b); });
+void choices_after(const Piece& code, double t, std::vector<double>& choices) {
+  run(code, Jet(t, 1.0, 0.0), [&](int index, Op op, const Jet& a, const Jet& b) { return choices[index] = select_after(op, a, b); });
 }
 
 }  // namespace expression
 
-using expression::run;
+using expression::Piece, expression::run;
 
 Expression::Expression(double constant) : text_(fmt::format("{}", constant)), code_{{Op::number, 0, constant}} {}
 
@@ -515,8 +514,7 @@ Expression::Expression(std::string_view text, std::span<const std::string> names
                     [](const Instruction& i) { return i.op == Op::variable; }))
       state_selectors_.push_back(static_cast<int>(s));
   if (constant_) {
-    const double number =
-        run(code_, 0, static_cast<int>(code_.size()), 0.0, [](int, Op op, double a, double b) { return expression::select(op, a, b); });
+    const double number = run(Piece(code_), 0.0, [](int, Op op, double a, double b) { return expression::select(op, a, b); });
     if (!std::isfinite(number)) throw InputError(fmt::format("its value is {}, which is not finite", number));
   }
 }
@@ -529,14 +527,14 @@ void Expression::freeze(double t_inside) {
   // selectors in a branch that is not taken keep 0; the branch cannot be taken while its condition is frozen
   std::vector<double> chosen(selectors_.size(), 0.0);
   if (variables_.empty()) {
-    expression::choices_after(code_, 0, static_cast<int>(code_.size()), t_inside, chosen);
+    expression::choices_after(Piece(code_), t_inside, chosen);
   } else {
     // Which branch is taken the state tells: each by itself, those that read variables stay as they are.
     if (!frozen_.empty()) chosen = frozen_;
     std::size_t by_state = 0;
     for (std::size_t s = 0; s < selectors_.size(); ++s) {
       const bool here = by_state < state_selectors_.size() && state_selectors_[by_state] == static_cast<int>(s);
-      if (!here) expression::choices_after(code_, selectors_[s].begin, selectors_[s].end + 1, t_inside, chosen);
+      if (!here) expression::choices_after(Piece(code_, selectors_[s].begin, selectors_[s].end + 1), t_inside, chosen);
       by_state += here;
     }
   }
@@ -552,20 +550,18 @@ namespace {
 }  // namespace
 
 double Expression::value(double t) const {
-  const int end = static_cast<int>(code_.size());
-  const double result = frozen_.empty() ? run(code_, 0, end, t, [](int, Op op, double a, double b) { return expression::select(op, a, b); })
-                                        : run(code_, 0, end, t, [this](int index, Op, double, double) { return frozen_[index]; });
+  const double result = frozen_.empty() ? run(Piece(code_), t, [](int, Op op, double a, double b) { return expression::select(op, a, b); })
+                                        : run(Piece(code_), t, [this](int index, Op, double, double) { return frozen_[index]; });
   if (!std::isfinite(result)) not_finite(t, text_, "the value", result);
   return result;
 }
 
 TimeJet Expression::jet(double t) const {
-  const int end = static_cast<int>(code_.size());
   const expression::Jet time(t, 1.0, 0.0);
   using expression::Jet;
   const Jet result = frozen_.empty()
-                         ? run(code_, 0, end, time, [](int, Op op, const Jet& a, const Jet& b) { return expression::select(op, a.v, b.v); })
-                         : run(code_, 0, end, time, [this](int index, Op, const Jet&, const Jet&) { return frozen_[index]; });
+                         ? run(Piece(code_), time, [](int, Op op, const Jet& a, const Jet& b) { return expression::select(op, a.v, b.v); })
+                         : run(Piece(code_), time, [this](int index, Op, const Jet&, const Jet&) { return frozen_[index]; });
   if (!std::isfinite(result.v)) not_finite(t, text_, "the value", result.v);
   if (!std::isfinite(result.d)) not_finite(t, text_, "the first derivative", result.d);
   if (!std::isfinite(result.dd)) not_finite(t, text_, "the second derivative", result.dd);
@@ -626,13 +622,12 @@ double next_choice(expression::Op op, double chosen, double a, double b) {
 }  // namespace
 
 double Expression::value(double t, const double* variables) const {
-  const int end = static_cast<int>(code_.size());
   double* const none = nullptr;
   const double result =
       frozen_.empty() ? run(
-                            code_, 0, end, t, [](int, Op op, double a, double b) { return expression::select(op, a, b); }, none, variables)
+                            Piece(code_), t, [](int, Op op, double a, double b) { return expression::select(op, a, b); }, none, variables)
                       : run(
-                            code_, 0, end, t, [this](int index, Op, double, double) { return frozen_[index]; }, none, variables);
+                            Piece(code_), t, [this](int index, Op, double, double) { return frozen_[index]; }, none, variables);
   if (!std::isfinite(result)) not_finite(t, text_, "the value", result);
   return result;
 }
@@ -662,7 +657,7 @@ std::pair<double, double> Expression::operands(std::size_t s, const std::vector<
   const bool two = expression::is_binary_selector(selector.op);
   double first = 0.0;
   const double last = run(
-      code_, selector.begin, selector.end, t, [&](int i, Op, double, double) { return held[i]; }, two ? &first : nullptr, variables);
+      Piece(code_, selector.begin, selector.end), t, [&](int i, Op, double, double) { return held[i]; }, two ? &first : nullptr, variables);
   return two ? std::pair(first, last) : std::pair(last, 0.0);
 }
 

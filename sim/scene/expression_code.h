@@ -113,18 +113,25 @@ inline double atan2_on_side(double y, double x, double side) {
 
 inline double power(double a, double b) { return b == 2.0 ? a * a : std::pow(a, b); }
 
-// Runs code[begin, end) on a stack of T and returns its top; with `below`, the value under the top goes there.
+// Instructions [begin, end) of a compiled text; jumps inside count from the text's first one.
+struct Piece {
+  explicit Piece(const std::vector<Expression::Instruction>& all) : Piece(all, 0, static_cast<int>(all.size())) {}
+  Piece(const std::vector<Expression::Instruction>& all, int begin, int end) : all(all), begin(begin), end(end) {}
+  const std::vector<Expression::Instruction>& all;
+  int begin, end;
+};
+
+// Runs the piece on a stack of T and returns its top; with `below`, the value under the top goes there.
 // Long: one case an instruction. `selector(index, op, a, b)` answers what the selector chooses. T needs the arithmetic operators and the
 // free functions used here, found in T's namespace or std.
 template <class T, class Select, class Variable = double>
-T run(const std::vector<Expression::Instruction>& code, int begin, int end, const T& t, Select&& selector, T* below = nullptr,
-      const Variable* variables = nullptr) {
+T run(const Piece& code, const T& t, Select&& selector, T* below = nullptr, const Variable* variables = nullptr) {
   using std::sin, std::cos, std::tan, std::asin, std::acos, std::atan, std::sinh, std::cosh, std::tanh, std::asinh, std::acosh, std::atanh,
       std::exp, std::log, std::log2, std::log10, std::sqrt;
   std::array<T, stack_size> stack;
   int top = -1;
-  for (int i = begin; i < end; ++i) {
-    const Expression::Instruction& now = code[i];
+  for (int i = code.begin; i < code.end; ++i) {
+    const Expression::Instruction& now = code.all[i];
     const auto binary = [&]() -> T& {
       --top;
       return stack[top];
@@ -262,9 +269,9 @@ T run(const std::vector<Expression::Instruction>& code, int begin, int end, cons
   return stack[top];
 }
 
-// What the selectors in code[begin, end) choose right after t: where a threshold is met exactly, the derivatives decide.
+// What the selectors in a piece choose right after t: where a threshold is met exactly, the derivatives decide.
 // Entries of selectors in branches that are not taken stay as they are.
-void choices_after(const std::vector<Expression::Instruction>& code, int begin, int end, double t, std::vector<double>& choices);
+void choices_after(const Piece& code, double t, std::vector<double>& choices);
 
 // Compiles a text; throws InputError as Expression does. names: of what it may read; used: those that it reads, numbered as the code does.
 void compile(std::string_view text, std::vector<Expression::Instruction>& code, std::vector<Expression::Selector>& selectors,

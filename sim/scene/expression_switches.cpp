@@ -180,13 +180,13 @@ class Search {
     return time;
   }
 
-  void hold(double t) { choices_after(code_, selector_->begin, selector_->end, t, held_); }
+  void hold(double t) { choices_after(Piece(code_, selector_->begin, selector_->end), t, held_); }
 
   Operands operands(double t) const {
     const auto held = [this](int index, Op, double, double) { return held_[index]; };
-    if (!is_binary_selector(selector_->op)) return {run(code_, selector_->begin, selector_->end, t, held), 0.0};
+    if (!is_binary_selector(selector_->op)) return {run(Piece(code_, selector_->begin, selector_->end), t, held), 0.0};
     Operands o{};
-    o.b = run(code_, selector_->begin, selector_->end, t, held, &o.a);
+    o.b = run(Piece(code_, selector_->begin, selector_->end), t, held, &o.a);
     return o;
   }
 
@@ -205,8 +205,8 @@ class Search {
     const auto held = [this](int index, Op, const Range&, const Range&) { return held_[index]; };
     const Range time(Interval{lo, hi}, one, false);
     b = Range(0.0);
-    if (is_binary_selector(selector_->op)) b = run(code_, selector_->begin, selector_->end, time, held, &a);
-    else a = run(code_, selector_->begin, selector_->end, time, held);
+    if (is_binary_selector(selector_->op)) b = run(Piece(code_, selector_->begin, selector_->end), time, held, &a);
+    else a = run(Piece(code_, selector_->begin, selector_->end), time, held);
   }
 
   // The difference of the operands at one time, as wide as its rounding.
@@ -294,7 +294,7 @@ class Search {
   // All choices at t; in branches that are not taken: infinity.
   void all_choices(double t, std::vector<double>& out) const {
     out.assign(selectors_.size(), infinity);
-    choices_after(code_, 0, static_cast<int>(code_.size()), t, out);
+    choices_after(Piece(code_), t, out);
   }
 
   // Candidates at which the choices before and after differ. Several within a few roundings are one.

@@ -213,7 +213,7 @@ FunctionScan::FunctionScan(const std::string& text, int derivative, double from,
   std::vector<Expression::Selector> selectors;
   expression::compile(text, code->code, selectors);
   code->chosen.assign(selectors.size(), 0.0);
-  expression::choices_after(code->code, 0, static_cast<int>(code->code.size()), from + 0.5 * (to - from), code->chosen);
+  expression::choices_after(expression::Piece(code->code), from + 0.5 * (to - from), code->chosen);
   const bool constant =
       std::none_of(code->code.begin(), code->code.end(), [](const Expression::Instruction& i) { return i.op == Op::time; });
   code_ = std::move(code);
@@ -263,7 +263,7 @@ FunctionBounds FunctionScan::bounds(double lo, double hi) const {
   if (table_) return bounds_of_table(lo, hi);
   Series time(Interval{lo, hi});
   time[1] = expression::one;
-  const Series f = expression::run(code_->code, 0, static_cast<int>(code_->code.size()), time,
+  const Series f = expression::run(expression::Piece(code_->code), time,
                                    [&](int index, Op, const Series&, const Series&) { return code_->chosen[index]; });
   // f^(d), f^(d+1), f^(d+2) from the coefficients.
   const double factorial = derivative_ == 2 ? 2.0 : 1.0, next = derivative_ == 2 ? 6.0 : 1.0, second = derivative_ == 2 ? 24.0 : 2.0;
@@ -356,9 +356,8 @@ PathScan::PathScan(std::string_view text, std::span<const std::string> variables
 
 void PathScan::choose(double t, const double* values) {
   expression::run(
-      code_, 0, static_cast<int>(code_.size()), t,
-      [&](int index, Op op, double a, double b) { return chosen_[index] = expression::select(op, a, b); }, static_cast<double*>(nullptr),
-      values);
+      expression::Piece(code_), t, [&](int index, Op op, double a, double b) { return chosen_[index] = expression::select(op, a, b); },
+      static_cast<double*>(nullptr), values);
 }
 
 FunctionBounds PathScan::bounds(double lo, double hi, std::span<const PathBounds> paths) const {
@@ -372,7 +371,7 @@ FunctionBounds PathScan::bounds(double lo, double hi, std::span<const PathBounds
     variables.push_back(v);
   }
   const Series f = expression::run(
-      code_, 0, static_cast<int>(code_.size()), time, [&](int index, Op, const Series&, const Series&) { return chosen_[index]; },
+      expression::Piece(code_), time, [&](int index, Op, const Series&, const Series&) { return chosen_[index]; },
       static_cast<Series*>(nullptr), variables.data());
   FunctionBounds out;
   out.size = expression::largest(f[0]);

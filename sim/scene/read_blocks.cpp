@@ -128,9 +128,10 @@ void read_matrices(const TableReader& reader, const Scene& scene, BlockDef& out)
 
 void read_inputs(const TableReader& reader, const Scene& scene, BlockDef& out) {
   const auto read = [&](const TableReader& from, const char* key) {
-    out.reads.emplace_back();
-    out.driven.emplace_back();
-    out.inputs.push_back(read_state_expression(from, key, nullptr, scene, {}, out.reads.back(), &out.driven.back()));
+    StateExpression read = read_state_expression(from, key, nullptr, scene);
+    out.inputs.push_back(std::move(read.text));
+    out.driven.push_back(std::move(read.driven));
+    out.reads.push_back(std::move(read.reads));
   };
   const TomlValue& input = reader.required("input");
   if (input.type != TomlValue::Type::array) {

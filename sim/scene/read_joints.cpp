@@ -457,10 +457,17 @@ std::string rest_of_time(const TableReader& reader) {
   }
 }
 
+// The value, in N or what `unit` says, with what it reads of the scene; own: names beside the scene's.
+void read_value(const TableReader& reader, const char* unit, const Scene& scene, const std::vector<Reading>& own, ForceDef& force) {
+  StateExpression read = read_state_expression(reader, "value", unit, scene, own);
+  force.value = std::move(read.text);
+  force.driven = std::move(read.driven);
+  force.reads = std::move(read.reads);
+}
+
 // What a spring-damper pulls beside its stiffness, damping and preload.
-std::string read_pull(const TableReader& reader, const Scene& scene, ForceDef& force) {
-  return read_state_expression(reader, "value", "N", scene, {{Reading::length, "length", 0, 0}, {Reading::rate, "rate", 0, 0}}, force.reads,
-                               &force.driven);
+void read_pull(const TableReader& reader, const Scene& scene, ForceDef& force) {
+  read_value(reader, "N", scene, {{Reading::length, "length", 0, 0}, {Reading::rate, "rate", 0, 0}}, force);
 }
 
 // "length > rest ? max(0, k*(length - rest) + d*rate) : 0", so that slackening and tightening are located events.
@@ -559,7 +566,7 @@ ForceDef read_force(TableReader& reader, const Scene& scene) {
         reader.required("stiffness");
       force.rest = rest_of_time(reader);
       force.spring = read_spring(reader, length_units, force.rest.empty());
-      if (reader.has("value")) force.value = read_pull(reader, scene, force);
+      if (reader.has("value")) read_pull(reader, scene, force);
       if (force.spring.rest < 0.0) reader.fail("rest", fmt::format("is a length and must be >= 0, found {}", force.spring.rest));
     } else {
       const auto six = [&](std::string_view key, Vec6& out) {
@@ -579,7 +586,7 @@ ForceDef read_force(TableReader& reader, const Scene& scene) {
   force.follower = reader.word("frame", force_frames, 0) == 1;
   if (reader.required("value").type != TomlValue::Type::table) {
     const bool torque = force.kind == ForceKind::torque, distributed = force.kind == ForceKind::distributed;
-    force.value = read_state_expression(reader, "value", torque ? "N m" : distributed ? "N/m" : "N", scene, {}, force.reads, &force.driven);
+    read_value(reader, torque ? "N m" : distributed ? "N/m" : "N", scene, {}, force);
     return force;
   }
   const TableReader value = *reader.table("value");

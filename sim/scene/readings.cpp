@@ -112,21 +112,22 @@ std::vector<std::string> output_columns(const OutputDef& output, const Scene& sc
   return tags;
 }
 
-std::string read_state_expression(const TableReader& reader, std::string_view key, const char* unit, const Scene& scene,
-                                  const std::vector<Reading>& own, std::vector<Reading>& reads, std::string* driven) {
+StateExpression read_state_expression(const TableReader& reader, std::string_view key, const char* unit, const Scene& scene,
+                                      const std::vector<Reading>& own) {
   const TomlValue& value = reader.required(key);
-  if (value.type == TomlValue::Type::integer || value.type == TomlValue::Type::real) return fmt::format("{}", reader.number(key));
+  if (value.type == TomlValue::Type::integer || value.type == TomlValue::Type::real)
+    return {.text = fmt::format("{}", reader.number(key)), .driven = {}, .reads = {}};
   if (value.type != TomlValue::Type::text) reader.fail(key, fmt::format("must be a number or an expression, found {}", describe(value)));
   const std::vector<Known> known = known_readings(scene, own);
   std::vector<std::string> names;
   for (const Known& k : known) names.push_back(k.reading.name);
-  std::string text;
+  StateExpression out;
   std::vector<std::string> used;
   const auto compile = [&](const std::string& written) {
     const std::string named = reader.parameters().substitute(written);
-    text = driven ? with_inputs(named, scene.inputs) : named;
-    if (text != named) *driven = named;
-    used = Expression(text, names).variables();
+    out.text = with_inputs(named, scene.inputs);
+    if (out.text != named) out.driven = named;
+    used = Expression(out.text, names).variables();
   };
   try {
     compile(reader.text(key));
@@ -144,16 +145,17 @@ std::string read_state_expression(const TableReader& reader, std::string_view ke
       inside = true;
       why = with_units.what();
     }
-    if (!inside && !split_unit(value.text).second.empty()) return fmt::format("{}", reader.number(key, any_number.in(unit)));
+    if (!inside && !split_unit(value.text).second.empty())
+      return {.text = fmt::format("{}", reader.number(key, any_number.in(unit))), .driven = {}, .reads = {}};
     if (!compiled) reader.fail(key, fmt::format("is no expression of t and of outputs of the scene: {}, {}", quote(value.text), why));
   }
   if (used.size() > 64) reader.fail(key, fmt::format("reads {} values; at most 64 are allowed", used.size()));
   for (const std::string& name : used) {
     const Known& k = known[std::find(names.begin(), names.end(), name) - names.begin()];
     if (!k.why.empty()) reader.fail(key, fmt::format("reads the output {}, {}", quote(name), k.why));
-    reads.push_back(k.reading);
+    out.reads.push_back(k.reading);
   }
-  return text;
+  return out;
 }
 
 }  // namespace flexframe::sim

@@ -12,11 +12,15 @@ namespace flexframe::sim {
 // elastic body's coordinates, whose number the scene does not tell, are not among them.
 std::vector<std::string> output_columns(const OutputDef& output, const Scene& scene);
 
-// A number or an expression of t and of readings, as text without parameters; what it reads goes into `reads`. own: further names
-// that this key may read ("length", "rate"). driven: inputs of the scene may stand in it, with their first values in what is returned and
-// with their names there; empty where it names none. Wrong syntax, and readings on which no force can depend (accelerations, forces,
-// energies, angles that jump after a turn), are refused. Outputs and blocks of the scene come first. unit: as Range::unit.
-std::string read_state_expression(const TableReader& reader, std::string_view key, const char* unit, const Scene& scene,
-                                  const std::vector<Reading>& own, std::vector<Reading>& reads, std::string* driven = nullptr);
+// A number or an expression of t and of readings.
+struct StateExpression {
+  std::string text;            // without parameters, inputs of the scene with their first values
+  std::string driven;          // the same with the inputs' names; empty where it names none
+  std::vector<Reading> reads;  // what its variables are, in their order
+};
+// own: further names that this key may read ("length", "rate"). Wrong syntax, and readings on which no force can depend (accelerations,
+// forces, energies, angles that jump after a turn), are refused. Outputs and blocks of the scene come first. unit: as Range::unit.
+StateExpression read_state_expression(const TableReader& reader, std::string_view key, const char* unit, const Scene& scene,
+                                      const std::vector<Reading>& own = {});
 
 }  // namespace flexframe::sim
