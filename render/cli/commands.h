@@ -20,5 +20,7 @@ Command add_new(Program& program);
 Command add_response(Program& program);
 Command add_load_path(Program& program);
 Command add_spectrum(Program& program);
+Command add_sweep(Program& program);
+Command add_collect(Program& program);
 
 }  // namespace flexframe::cli

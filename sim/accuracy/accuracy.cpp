@@ -313,4 +313,15 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
   return results;
 }
 
+Results simulate_as_asked(const Scene& scene, const SimulateOptions& options) {
+  if (const std::optional<double> accuracy = options.tolerance  ? std::nullopt
+                                             : options.accuracy ? options.accuracy
+                                                                : scene.simulation.accuracy) {
+    SimulateOptions inner = options;
+    inner.accuracy.reset();
+    return simulate_to_accuracy(scene, *accuracy, inner);
+  }
+  return run_scene(scene, options);
+}
+
 }  // namespace flexframe::sim

@@ -32,4 +32,7 @@ namespace flexframe::sim {
 // options.tolerance is ignored. Throws what simulate throws.
 Results simulate_to_accuracy(const Scene& scene, double accuracy, const SimulateOptions& options);
 
+// That where an accuracy is asked for, by the options or the scene, and no tolerance by the options; else run_scene.
+Results simulate_as_asked(const Scene& scene, const SimulateOptions& options);
+
 }  // namespace flexframe::sim

@@ -1,4 +1,4 @@
-// HDF5 as results_file_write.cpp and results_file_read.cpp need it; the one place that includes it. Private to them.
+// HDF5 as results_file_write.cpp, results_file_read.cpp and table_file.cpp need it; the one place that includes it. Private to them.
 //
 // HDF5 access and the layout of sim/RESULTS.md. Metadata carry checksums (format 1.10), data blocks Fletcher's, strings have a fixed
 // length: a damaged file is found, not followed. HDF5 1.10 itself follows what has no checksum: damaged metadata of older formats, read
@@ -9,8 +9,11 @@
 #include "sim/base/types.h"
 
 #include <cstddef>
+#include <filesystem>
+#include <functional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <hdf5.h>
 
@@ -65,5 +68,23 @@ class Id {
 
 // The innermost reason of HDF5's error stack, such as "No space left on device".
 std::string hdf5_reason();
+
+// ---- Writing. What HDF5 refuses is thrown as WriteFailure; write_hdf5 makes a FileError of it.
+struct WriteFailure {
+  std::string reason = hdf5_reason();  // now: the next call of HDF5 clears it
+};
+hid_t done(hid_t id);
+void check(herr_t status);
+void write_attribute(hid_t object, const std::string& name, const std::string& text);
+void write_attribute(hid_t object, const std::string& name, double value);
+void write_attribute(hid_t object, const std::string& name, long value);
+Id make_group(hid_t parent, const std::string& name);
+// rows x (cols of any shape): dims[0] = values.rows(), the product of the others = values.cols(). Nothing where there are no values.
+void write_numbers(hid_t parent, const std::string& name, const Eigen::Ref<const MatX>& values, std::vector<hsize_t> dims,
+                   const std::string& unit, const std::string& meaning);
+void write_texts(hid_t parent, const std::string& name, const std::vector<std::string>& texts);
+
+// A new file, whole or not at all: `write` fills it. Throws FileError.
+void write_hdf5(const std::filesystem::path& path, const std::function<void(hid_t file)>& write);
 
 }  // namespace flexframe::sim::results_file

@@ -1,0 +1,113 @@
+#include "render/cli/sweep_finish.h"
+
+#include "render/cli/terminal.h"
+
+#include "sim/base/words.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace flexframe::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Shards that lack points, of the cut that the sweep was begun with: shard -> points.
+std::map<int, long> lacking_shards(const sim::Sweep& sweep, const sim::SweepTable& table) {
+  std::map<int, long> out;
+  for (long i = 0; i < sweep.design.size(); ++i)
+    if (!table.has(i)) ++out[static_cast<int>(i % sweep.shards == 0 ? sweep.shards : i % sweep.shards)];
+  return out;
+}
+
+std::string run_again(const sim::Sweep& sweep, int shard) {
+  return fmt::format("flexframe sweep {} --shard {}/{} --resume", sweep.folder.string(), shard, sweep.shards);
+}
+
+struct Range {
+  double low = 0.0, high = 0.0;
+  long low_at = -1, high_at = -1, count = 0;
+};
+Range range_of(const sim::SweepTable& table, Eigen::Index response) {
+  Range out;
+  for (long i = 0; i < table.responses.rows(); ++i) {
+    const double x = table.responses(i, response);
+    if (!std::isfinite(x)) continue;
+    if (out.count == 0 || x < out.low) out.low = x, out.low_at = i;
+    if (out.count == 0 || x > out.high) out.high = x, out.high_at = i;
+    ++out.count;
+  }
+  return out;
+}
+
+void print_shards(const sim::Sweep& sweep, const sim::Collected& all) {
+  constexpr std::size_t most_told = 20;
+  for (const sim::Collected::Shard& s : all.shards) {
+    const std::string file = sim::rows_file(sweep.folder, s.shard, s.shards).string();
+    if (!s.problem.empty()) fmt::print(stderr, "WARNING      {} {}; its rows are left out\n", file, s.problem);
+    if (s.damaged > 0)
+      fmt::print(stderr, "WARNING      {} has {} damaged {}, whose points count as missing\n", file, s.damaged,
+                 s.damaged == 1 ? "row" : "rows");
+  }
+  if (all.missing == 0) return;
+  const std::map<int, long> lacking = lacking_shards(sweep, all.table);
+  fmt::print("missing      {} of {} points\n", all.missing, sweep.design.size());
+  std::size_t told = 0;
+  for (const auto& [shard, points] : lacking) {
+    if (++told > most_told) break;
+    fmt::print("             shard {}/{} lacks {}: {}\n", shard, sweep.shards, points, run_again(sweep, shard));
+  }
+  if (lacking.size() > most_told) fmt::print("             and {} more shards\n", lacking.size() - most_told);
+  fmt::print("             all of them here: flexframe collect {} --run-missing\n", sweep.folder.string());
+}
+
+nlohmann::ordered_json to_json(const sim::Sweep& sweep, const sim::Collected& all) {
+  nlohmann::ordered_json json = {{"folder", sweep.folder.string()}, {"points", sweep.design.size()}, {"missing", all.missing}};
+  for (std::size_t k = 0; k < sim::point_end_words().size(); ++k)
+    json["ends"][sim::point_end_words()[k]] = all.table.count(static_cast<sim::PointEnd>(k));
+  json["cpu_seconds"] = all.table.cpu.sum();
+  json["responses"] = nlohmann::ordered_json::object();
+  for (std::size_t k = 0; k < sweep.names.size(); ++k) {
+    const Range r = range_of(all.table, static_cast<Eigen::Index>(k));
+    nlohmann::ordered_json one = {{"count", r.count}};
+    if (r.count > 0) one.update({{"min", r.low}, {"min_at", r.low_at}, {"max", r.high}, {"max_at", r.high_at}});
+    json["responses"][sweep.names[k]] = one;
+  }
+  json["run_again"] = nlohmann::ordered_json::array();
+  for (const auto& [shard, points] : lacking_shards(sweep, all.table)) json["run_again"].push_back(run_again(sweep, shard));
+  return json;
+}
+
+}  // namespace
+
+int finish_sweep(const sim::Sweep& sweep, const FinishWords& words) {
+  const sim::Collected all = sim::collect_rows(sweep);
+  sim::write_table_csv(sweep, all.table, sweep.folder / "table.csv");
+  sim::write_table_hdf5(sweep, all.table, sweep.folder / "table.h5");
+  const bool any = all.table.responses.size() > 0 && all.table.responses.array().isFinite().any();
+  const int code = all.missing > 0 || !any ? 1 : 0;
+  if (words.json) {
+    fmt::print("{}\n", to_json(sweep, all).dump(2));
+    return code;
+  }
+  std::string ends;
+  for (std::size_t k = 0; k < sim::point_end_words().size(); ++k)
+    if (const long n = all.table.count(static_cast<sim::PointEnd>(k)); n > 0)
+      ends += fmt::format("{}{} {}", ends.empty() ? "" : ", ", n, sim::point_end_words()[k]);
+  fmt::print("points       {} of {}: {}; {:.2f} CPU s\n", all.table.rows(), sweep.design.size(), ends.empty() ? "none" : ends,
+             all.table.cpu.sum());
+  for (std::size_t k = 0; k < sweep.names.size(); ++k) {
+    const Range r = range_of(all.table, static_cast<Eigen::Index>(k));
+    if (r.count == 0) fmt::print("{:<12} no value\n", sweep.names[k]);
+    else fmt::print("{:<12} {:.6g} (point {}) to {:.6g} (point {})\n", sweep.names[k], r.low, r.low_at, r.high, r.high_at);
+  }
+  print_shards(sweep, all);
+  fmt::print("table        {}, table.h5\n", (sweep.folder / "table.csv").string());
+  return code;
+}
+
+}  // namespace flexframe::cli

@@ -1,0 +1,118 @@
+#include "sim/results/results_file_hdf5.h"
+
+#include "sim/base/error.h"
+#include "sim/base/file_output.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace flexframe::sim::results_file {
+
+hid_t done(hid_t id) {
+  if (id < 0) throw WriteFailure{};
+  return id;
+}
+void check(herr_t status) {
+  if (status < 0) throw WriteFailure{};
+}
+
+namespace {
+
+Id text_type(std::size_t length) {
+  Id type(done(H5Tcopy(H5T_C_S1)), H5Tclose);
+  check(H5Tset_size(type, std::max<std::size_t>(1, length)));
+  check(H5Tset_cset(type, H5T_CSET_UTF8));
+  check(H5Tset_strpad(type, H5T_STR_NULLPAD));
+  return type;
+}
+
+}  // namespace
+
+void write_attribute(hid_t object, const std::string& name, const std::string& text) {
+  const Id type = text_type(text.size()), space(done(H5Screate(H5S_SCALAR)), H5Sclose);
+  const Id attribute(done(H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT)), H5Aclose);
+  check(H5Awrite(attribute, type, text.empty() ? "\0" : text.data()));
+}
+
+void write_attribute(hid_t object, const std::string& name, double value) {
+  const Id space(done(H5Screate(H5S_SCALAR)), H5Sclose);
+  const Id attribute(done(H5Acreate2(object, name.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT)), H5Aclose);
+  check(H5Awrite(attribute, H5T_NATIVE_DOUBLE, &value));
+}
+
+void write_attribute(hid_t object, const std::string& name, long value) {
+  const Id space(done(H5Screate(H5S_SCALAR)), H5Sclose);
+  const Id attribute(done(H5Acreate2(object, name.c_str(), H5T_STD_I64LE, space, H5P_DEFAULT, H5P_DEFAULT)), H5Aclose);
+  check(H5Awrite(attribute, H5T_NATIVE_LONG, &value));
+}
+
+Id make_group(hid_t parent, const std::string& name) {
+  return {done(H5Gcreate2(parent, name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT)), H5Gclose};
+}
+
+// rows x (cols of any shape): dims[0] = values.rows(), the product of the others = values.cols().
+void write_numbers(hid_t parent, const std::string& name, const Eigen::Ref<const MatX>& values, std::vector<hsize_t> dims,
+                   const std::string& unit, const std::string& meaning) {
+  if (values.size() == 0) return;
+  const std::size_t row_bytes = static_cast<std::size_t>(values.cols()) * sizeof(double);
+  const auto block = static_cast<hsize_t>(std::clamp<std::size_t>(chunk_bytes / row_bytes, 1, static_cast<std::size_t>(values.rows())));
+  const Id space(done(H5Screate_simple(static_cast<int>(dims.size()), dims.data(), nullptr)), H5Sclose);
+  const Id creation(done(H5Pcreate(H5P_DATASET_CREATE)), H5Pclose);
+  std::vector<hsize_t> chunk = dims;
+  chunk[0] = block;
+  check(H5Pset_chunk(creation, static_cast<int>(chunk.size()), chunk.data()));
+  check(H5Pset_fletcher32(creation));
+  const Id set(done(H5Dcreate2(parent, name.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, creation, H5P_DEFAULT)), H5Dclose);
+  if (!unit.empty()) write_attribute(set, "unit", unit);
+  write_attribute(set, "meaning", meaning);
+
+  // a chunk at a time, turned to row-major
+  RowMajor rows;
+  for (hsize_t first = 0; first < dims[0]; first += block) {
+    const hsize_t count = std::min(block, dims[0] - first);
+    rows = values.middleRows(static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(count));
+    std::vector<hsize_t> start(dims.size(), 0), extent = dims;
+    start[0] = first;
+    extent[0] = count;
+    check(H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, extent.data(), nullptr));
+    const Id memory(done(H5Screate_simple(static_cast<int>(extent.size()), extent.data(), nullptr)), H5Sclose);
+    check(H5Dwrite(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, rows.data()));
+  }
+}
+
+void write_texts(hid_t parent, const std::string& name, const std::vector<std::string>& texts) {
+  if (texts.empty()) return;
+  std::size_t longest = 1;
+  for (const std::string& text : texts) longest = std::max(longest, text.size());
+  std::string packed(longest * texts.size(), '\0');
+  for (std::size_t i = 0; i < texts.size(); ++i)
+    std::copy(texts[i].begin(), texts[i].end(), packed.begin() + static_cast<std::ptrdiff_t>(i * longest));
+  const hsize_t count = texts.size();
+  const Id type = text_type(longest), space(done(H5Screate_simple(1, &count, nullptr)), H5Sclose);
+  const Id set(done(H5Dcreate2(parent, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT)), H5Dclose);
+  check(H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, packed.data()));
+}
+
+void write_hdf5(const std::filesystem::path& path, const std::function<void(hid_t file)>& write) {
+  PendingFile pending(path);
+  // at exit HDF5 would try again to write what a full disk refused; only its first call counts
+  H5dont_atexit();
+  const Quiet quiet;
+  const auto fail = [&](const std::string& reason) { throw FileError(fmt::format("{}: cannot be written: {}", path.string(), reason)); };
+  Id file;
+  try {
+    const Id access(done(H5Pcreate(H5P_FILE_ACCESS)), H5Pclose);
+    check(H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_V110));
+    check(H5Pset_fclose_degree(access, H5F_CLOSE_STRONG));
+    file = Id(done(H5Fcreate(pending.path().c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access)), H5Fclose);
+    write(file);
+    check(H5Fflush(file, H5F_SCOPE_LOCAL));
+  } catch (const WriteFailure& failure) {
+    fail(failure.reason);
+  }
+  if (!file.reset()) fail(hdf5_reason());
+  pending.commit();
+}
+
+}  // namespace flexframe::sim::results_file

@@ -1,0 +1,64 @@
+// What a run is asked for, as one number: "max(abs(slider.x))", "deflection = range(rod.y)/L".
+//
+// A response is an expression (sim/scene/expression.h) over what histories come to and over the settings of the sweep. A history comes to
+// a number by one of
+//   max min mean rms range final initial integral     of an expression of the outputs' columns and t, over all samples
+//   time_of_max time_of_min                           s, of its first largest and smallest sample
+//   time_of(CONDITION)                                s, of the first sample at which the condition is true
+//   frequency                                         Hz, of the largest line of its spectrum (spectrum.h), between two lines by a parabola
+// mean, rms and integral are over time (trapezoidal rule). Inside one of them another may stand: rms(x - mean(x)). max and min of several
+// arguments choose among these, as in any expression.
+#pragma once
+
+#include "sim/results/histories.h"
+#include "sim/scene/expression.h"
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace flexframe::sim {
+
+// The words that make a number of a history.
+const std::vector<std::string>& response_words();
+
+class Response {
+ public:
+  // text: "EXPRESSION" or "NAME=EXPRESSION". columns: of the histories; settings: keys of the sweep. Throws InputError with the text, what
+  // was found and what is known.
+  Response(const std::string& text, std::span<const std::string> columns, std::span<const std::string> settings);
+
+  const std::string& name() const { return name_; }  // NAME, or the expression itself
+
+  // columns as they were given, settings in their order, SI units. Throws SimulationError where there is no such number: a condition that
+  // is never true, a root of a negative number.
+  double value(const Histories& histories, std::span<const double> settings) const;
+
+ private:
+  struct Reduction;
+  struct Formula {
+    Expression expression;
+    enum class Source { column, setting, reduction };
+    std::vector<std::pair<Source, std::size_t>> reads;  // in the order of the expression's variables
+    std::vector<std::shared_ptr<const Reduction>> reductions;
+  };
+  struct Reduction {
+    std::size_t word = 0;  // of response_words()
+    std::string text;
+    Formula of;
+  };
+  struct Known {
+    std::span<const std::string> columns, settings;
+  };
+  static Formula read(const std::string& text, const Known& known, bool of_histories);
+  static double reduce(const Reduction& reduction, const Histories& histories, std::span<const double> settings);
+
+  std::string name_;
+  Formula formula_;
+};
+
+// "NAME=EXPRESSION" as name and expression; the name is the expression where none is given.
+std::pair<std::string, std::string> split_response(const std::string& text);
+
+}  // namespace flexframe::sim

@@ -1,0 +1,393 @@
+#include "sim/sweep/sweep.h"
+
+#include "sim/accuracy/accuracy.h"
+#include "sim/base/cpu_clock.h"
+#include "sim/base/error.h"
+#include "sim/base/file_output.h"
+#include "sim/base/words.h"
+#include "sim/results/recorder.h"
+#include "sim/scene/scene_reader.h"
+#include "sim/scene/toml_output.h"
+#include "sim/start/make_system.h"
+#include "sim/sweep/workers.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <regex>
+
+namespace flexframe::sim {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct TooLong {};
+std::string too_long_text(double longest) { return fmt::format("longer than {:g} CPU s", longest); }
+
+// ---- sweep.toml: every key once, in the order of the file.
+
+struct Writer {
+  TomlValue table;
+  void put(const std::string& key, TomlValue value) {
+    table.keys.push_back(key);
+    table.items.push_back(std::move(value));
+  }
+  static TomlValue text(const std::string& words) {
+    TomlValue out;
+    out.type = TomlValue::Type::text;
+    out.text = words;
+    return out;
+  }
+  static TomlValue number(double value) {
+    TomlValue out;
+    out.type = TomlValue::Type::real;
+    out.real = value;
+    return out;
+  }
+  static TomlValue count(int value) {
+    TomlValue out;
+    out.type = TomlValue::Type::integer;
+    out.integer = value;
+    return out;
+  }
+  static TomlValue truth(bool value) {
+    TomlValue out;
+    out.type = TomlValue::Type::boolean;
+    out.boolean = value;
+    return out;
+  }
+  static TomlValue list(const std::vector<std::string>& words) {
+    TomlValue out;
+    out.type = TomlValue::Type::array;
+    for (const std::string& word : words) out.items.push_back(text(word));
+    return out;
+  }
+};
+
+// The question without the scene's place, which does not decide the rows.
+TomlValue question_table(const SweepQuestion& q) {
+  Writer out;
+  out.put("set", Writer::list(q.design.settings));
+  if (!q.design.sample.empty()) out.put("sample", Writer::text(q.design.sample));
+  if (!q.design.sensitivity.empty()) out.put("sensitivity", Writer::text(q.design.sensitivity));
+  // As a text: a TOML number of this kind has 53 bits only.
+  out.put("seed", Writer::text(fmt::format("{}", q.design.seed)));
+  out.put("responses", Writer::list(q.responses));
+  if (q.tolerance) out.put("tolerance", Writer::number(*q.tolerance));
+  if (q.accuracy) out.put("accuracy", Writer::number(*q.accuracy));
+  if (q.max_steps) out.put("max_steps", Writer::number(*q.max_steps));
+  if (!q.method.empty()) out.put("method", Writer::text(q.method));
+  out.put("error_estimate", Writer::truth(q.estimate_error));
+  out.put("effect_check", Writer::truth(q.check_effects));
+  out.put("strict", Writer::truth(q.strict));
+  if (q.longest > 0.0) out.put("longest", Writer::number(q.longest));
+  return out.table;
+}
+
+SweepQuestion read_question(const fs::path& file, std::string& identity, int& shards) {
+  const TomlValue document = read_toml(file);
+  const TableReader root(document, file.string(), "");
+  root.allow({"scene", "identity", "shards", "question"});
+  identity = root.text("identity");
+  shards = static_cast<int>(root.number("shards", {.low = 1.0, .high = 1e6, .what = "a number from 1 to 1e6"}));
+  SweepQuestion q;
+  q.scene = root.text("scene");
+  root.required("question");
+  const TableReader t = *root.table("question");
+  t.allow({"set", "sample", "sensitivity", "seed", "responses", "tolerance", "accuracy", "max_steps", "method", "error_estimate",
+           "effect_check", "strict", "longest"});
+  q.design.settings = t.texts("set");
+  q.design.sample = t.text("sample", "");
+  q.design.sensitivity = t.text("sensitivity", "");
+  const std::string seed = t.text("seed");
+  const auto [end, wrong] = std::from_chars(seed.data(), seed.data() + seed.size(), q.design.seed);
+  if (wrong != std::errc() || end != seed.data() + seed.size()) t.fail("seed", "must be a whole number between quotes");
+  q.responses = t.texts("responses");
+  q.tolerance = t.optional_number("tolerance");
+  q.accuracy = t.optional_number("accuracy");
+  q.max_steps = t.optional_number("max_steps");
+  q.method = t.text("method", "");
+  q.estimate_error = t.boolean("error_estimate", true);
+  q.check_effects = t.boolean("effect_check", true);
+  q.strict = t.boolean("strict", false);
+  q.longest = t.number("longest", 0.0, not_negative);
+  return q;
+}
+
+// Fingerprints of the files that a document names (keys "file" and "mesh"), relative to the scene's folder.
+void add_files(const TomlValue& value, const fs::path& folder, std::string& out) {
+  for (std::size_t k = 0; k < value.items.size(); ++k) {
+    const TomlValue& item = value.items[k];
+    if (item.type == TomlValue::Type::text && value.type == TomlValue::Type::table && (value.keys[k] == "file" || value.keys[k] == "mesh"))
+      out +=
+          fmt::format("{} {}\n", item.text, sha256_of_file(fs::path(item.text).is_absolute() ? fs::path(item.text) : folder / item.text));
+    else add_files(item, folder, out);
+  }
+}
+
+Scene scene_at(const std::string& text, const fs::path& file, const std::vector<std::string>& settings) {
+  return make_scene(parse_document(text, file, settings));
+}
+
+// Columns of the histories, of the first points that make a mechanism.
+std::vector<std::string> columns_of(const Sweep& sweep) {
+  constexpr long most_tried = 8;
+  std::string first;
+  for (long k = 0; k < std::min(sweep.design.size(), most_tried); ++k) {
+    try {
+      const Scene scene = scene_at(sweep.scene_text, sweep.question.scene, sweep.design.settings(k));
+      System system = make_system(scene);
+      return CurrentOutputs(system).columns();
+    } catch (const Error& problem) {
+      if (first.empty()) first = problem.what();
+    }
+  }
+  throw InputError(first);
+}
+
+SimulateOptions options_of(const SweepQuestion& q) {
+  SimulateOptions options;
+  options.tolerance = q.tolerance;
+  options.accuracy = q.accuracy;
+  options.max_steps = q.max_steps;
+  if (!q.method.empty()) {
+    const std::vector<std::string>& known = method_words();
+    const auto found = std::find(known.begin(), known.end(), q.method);
+    if (found == known.end())
+      throw InputError(
+          fmt::format("--method {} is unknown{} allowed: {}", quote(q.method), did_you_mean(q.method, known), list_words(known)));
+    options.method = static_cast<Method>(found - known.begin());
+  }
+  options.estimate_error = q.estimate_error;
+  options.check_effects = q.check_effects;
+  return options;
+}
+
+// The numbers of a run.
+void respond(const Sweep& sweep, const std::vector<Design::Value>& values, const Histories& histories, SweepRow& row) {
+  std::vector<double> numbers;
+  for (std::size_t k = 0; k < values.size(); ++k)
+    if (sweep.design.axes()[k].chance || !sweep.design.axes()[k].numbers.empty()) numbers.push_back(values[k].number);
+  // A setting may change the columns: an output's body, its quantity.
+  if (histories.columns != sweep.columns) throw SimulationError("its outputs have other columns than those of the first point");
+  std::vector<std::string> problems;
+  for (std::size_t k = 0; k < sweep.responses.size(); ++k) {
+    try {
+      row.responses[k] = sweep.responses[k].value(histories, numbers);
+    } catch (const SimulationError& problem) {
+      problems.push_back(problem.what());
+    }
+  }
+  if (problems.empty()) return;
+  row.end = PointEnd::lacking;
+  row.message += (row.message.empty() ? "" : "; ") + fmt::format("{}", fmt::join(problems, "; "));
+}
+
+std::vector<std::string> numeric_keys(const Design& design) {
+  std::vector<std::string> keys;
+  for (const SweepAxis& axis : design.axes())
+    if (axis.chance || !axis.numbers.empty()) keys.push_back(axis.key);
+  return keys;
+}
+
+}  // namespace
+
+Sweep make_sweep(const SweepQuestion& question, const fs::path& folder, const std::string& program) {
+  Sweep sweep{folder, question, Design(question.design), {}, {}, program, {}, {}, {}, {}, 1};
+  sweep.question.scene = fs::absolute(question.scene).lexically_normal();
+  options_of(question);
+  if (question.responses.empty()) throw InputError("a sweep needs at least one --response, such as --response \"max(abs(slider.x))\"");
+  sweep.scene_text = read_text_file(question.scene);
+  // What is wrong with the scene is told with its name as it was given.
+  make_scene(parse_document(sweep.scene_text, question.scene, sweep.design.fixed()));
+  const SceneDocument document = parse_document(sweep.scene_text, sweep.question.scene, sweep.design.fixed());
+  std::string files = document.text + "\n";
+  add_files(document.root, sweep.question.scene.parent_path(), files);
+  sweep.inputs = sha256(files);
+  TomlValue root;
+  root.keys.emplace_back("question");
+  root.items.push_back(question_table(question));
+  sweep.identity = sha256(fmt::format("{}\n{}\n{}", write_toml(root), sweep.inputs, program));
+  sweep.columns = columns_of(sweep);
+  const std::vector<std::string> keys = numeric_keys(sweep.design);
+  for (const std::string& text : question.responses) {
+    sweep.responses.emplace_back(text, sweep.columns, keys);
+    const std::string& name = sweep.responses.back().name();
+    if (std::find(sweep.names.begin(), sweep.names.end(), name) != sweep.names.end())
+      throw InputError(fmt::format("--response {}: there are two of this name", quote(name)));
+    sweep.names.push_back(name);
+  }
+  return sweep;
+}
+
+void write_question(const Sweep& sweep) {
+  Writer root;
+  root.put("scene", Writer::text(sweep.question.scene.string()));
+  root.put("identity", Writer::text(sweep.identity));
+  root.put("shards", Writer::count(sweep.shards));
+  root.put("question", question_table(sweep.question));
+  write_whole_file(sweep.folder / "sweep.toml",
+                   "# A sweep of flexframe: what was asked. Written by the program; rows/ holds what is done.\n" + write_toml(root.table));
+}
+
+Sweep read_sweep(const fs::path& folder, const std::string& program) {
+  const fs::path file = folder / "sweep.toml";
+  std::error_code error;
+  if (!fs::exists(file, error)) throw InputError(fmt::format("{}: no sweep was begun here: the folder has no sweep.toml", folder.string()));
+  std::string identity;
+  int shards = 1;
+  const SweepQuestion question = read_question(file, identity, shards);
+  Sweep sweep = make_sweep(question, folder, program);
+  sweep.shards = shards;
+  if (sweep.identity != identity)
+    throw InputError(
+        fmt::format("{}: the scene {}, a file that it names, or the program is not the one that the sweep was begun with; begin "
+                    "it anew",
+                    folder.string(), sweep.question.scene.string()));
+  return sweep;
+}
+
+SweepRow run_point(const Sweep& sweep, long point, const std::function<void()>& stop) {
+  const SweepQuestion& q = sweep.question;
+  const double start = cpu_seconds();
+  SweepRow row;
+  row.point = point;
+  row.responses.resize(sweep.responses.size());
+  try {
+    const Scene scene = scene_at(sweep.scene_text, q.scene, sweep.design.settings(point));
+    SimulateOptions options = options_of(q);
+    options.progress = [&](double) {
+      if (stop) stop();
+      if (q.longest > 0.0 && cpu_seconds() - start > q.longest) throw TooLong{};
+    };
+    const Results results = simulate_as_asked(scene, options);
+    const SolverStatistics& s = results.statistics;
+    row.error = s.error_estimate;
+    row.column = s.error_column;
+    const std::vector<std::string> warnings = s.notes.texts(Severity::warning);
+    row.message = fmt::format("{}", fmt::join(warnings, "; "));
+    if (!warnings.empty()) row.end = q.strict ? PointEnd::failed : PointEnd::warned;
+    if (row.end != PointEnd::failed) respond(sweep, sweep.design.point(point), to_histories(results), row);
+  } catch (const InputError& problem) {
+    row.end = PointEnd::refused;
+    row.message = problem.what();
+  } catch (const SimulationError& problem) {
+    row.end = PointEnd::failed;
+    row.message = problem.what();
+  } catch (const TooLong&) {
+    row.end = PointEnd::too_long;
+    row.message = too_long_text(q.longest);
+  } catch (const std::bad_alloc&) {
+    row.end = PointEnd::failed;
+    row.message = "out of memory";
+  }
+  row.cpu = cpu_seconds() - start;
+  return row;
+}
+
+fs::path rows_file(const fs::path& folder, int shard, int shards) {
+  return folder / "rows" / fmt::format("shard_{}_of_{}.rows", shard, shards);
+}
+
+std::vector<std::pair<int, int>> shards_in(const fs::path& folder) {
+  std::vector<std::pair<int, int>> out;
+  std::error_code error;
+  const std::regex name("shard_([0-9]{1,6})_of_([0-9]{1,6})\\.rows");
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder / "rows", error)) {
+    std::smatch match;
+    const std::string file = entry.path().filename().string();
+    if (!std::regex_match(file, match, name)) continue;
+    const int shard = std::stoi(match[1]), shards = std::stoi(match[2]);
+    if (shard >= 1 && shard <= shards) out.emplace_back(shards, shard);
+  }
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+ShardReport run_shard(const Sweep& sweep, const SweepShard& options) {
+  const auto start = std::chrono::steady_clock::now();
+  if (options.shards < 1 || options.shard < 1 || options.shard > options.shards)
+    throw InputError(fmt::format("--shard {}/{} must be I/N with whole numbers, 1 <= I <= N", options.shard, options.shards));
+  std::error_code error;
+  fs::create_directories(sweep.folder / "rows", error);
+  if (error) throw FileError(fmt::format("{}: cannot create the folder: {}", (sweep.folder / "rows").string(), error.message()));
+  const fs::path path = rows_file(sweep.folder, options.shard, options.shards);
+  // Point k of the shard is first + k * shards.
+  const long step = options.shards, first = options.shard % step;
+  const long count = first < sweep.design.size() ? (sweep.design.size() - first + step - 1) / step : 0;
+  std::vector<bool> there(static_cast<std::size_t>(count), false);
+  ShardReport report;
+  report.points = count;
+  const auto note = [&](SweepRow&& row) {
+    if (row.point >= first && row.point < sweep.design.size() && (row.point - first) % step == 0)
+      there[static_cast<std::size_t>((row.point - first) / step)] = true;
+  };
+  RowsFile old;
+  bool keep = false;
+  if (options.resume) {
+    std::vector<std::pair<int, int>> files{{options.shards, options.shard}};
+    if (options.shards == 1) files = shards_in(sweep.folder);
+    for (const auto& [shards, shard] : files) {
+      const fs::path file = rows_file(sweep.folder, shard, shards);
+      if (identity_of_rows(file) != sweep.identity) continue;
+      const RowsFile rows = read_rows(file, sweep.responses.size(), note);
+      if (file == path) old = rows, keep = true;
+    }
+  } else if (options.shards == 1) {
+    for (const auto& [shards, shard] : shards_in(sweep.folder)) fs::remove(rows_file(sweep.folder, shard, shards));
+  }
+  report.kept = std::count(there.begin(), there.end(), true);
+  RowsWriter writer(path, sweep.identity, keep, old.bytes);
+
+  long at = 0;
+  WorkersPlan plan;
+  plan.workers =
+      static_cast<int>(std::min<long>(options.workers > 0 ? options.workers : usable_cores(), std::max(1L, report.points - report.kept)));
+  plan.next = [&]() -> std::optional<long> {
+    while (at < count && there[static_cast<std::size_t>(at)]) ++at;
+    return at < count ? std::optional<long>(first + step * at++) : std::nullopt;
+  };
+  plan.work = [&](long point) { return row_line(run_point(sweep, point)); };
+  plan.done = [&](long, std::string&& line) {
+    writer.append(line);
+    const std::optional<SweepRow> row = read_row_line(line, sweep.responses.size());
+    ++report.made;
+    if (!row) return;
+    report.cpu += row->cpu;
+    report.without += row->end != PointEnd::done && row->end != PointEnd::warned;
+  };
+  plan.lost = [&](long point, const std::string& why) {
+    SweepRow row;
+    row.point = point;
+    row.end = why.empty() ? PointEnd::too_long : PointEnd::crashed;
+    row.responses.resize(sweep.responses.size());
+    row.message = why.empty() ? too_long_text(sweep.question.longest) : fmt::format("its process was ended twice: {}", why);
+    writer.append(row_line(row));
+    ++report.made;
+    ++report.without;
+  };
+  if (sweep.question.longest > 0.0) plan.longest = 2.0 * sweep.question.longest + 10.0;
+  plan.tick = [&] {
+    if (options.progress) options.progress(report.kept + report.made, count);
+  };
+  work_at_points(plan);
+  if (options.progress) options.progress(count, count);
+  report.wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return report;
+}
+
+double pilot_cpu(const Sweep& sweep, int most, double seconds) {
+  std::vector<double> cpu;
+  double spent = 0.0;
+  const long n = std::min<long>(most, sweep.design.size());
+  for (long k = 0; k < n && spent < seconds; ++k) {
+    cpu.push_back(run_point(sweep, n > 1 ? k * (sweep.design.size() - 1) / (n - 1) : 0).cpu);
+    spent += cpu.back();
+  }
+  std::sort(cpu.begin(), cpu.end());
+  return cpu[cpu.size() / 2];
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,225 @@
+"""flexframe sweep and collect: rows against runs made one by one, failed points, kills, shards, damage, HDF5."""
+import csv
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import time
+
+import h5py
+
+from program import examples, expect, flexframe, history, run, run_parts
+
+pendulum = """[parameters]
+L = 0.5
+start = 0.5
+
+[simulation]
+duration = 1.5
+output_rate = 500
+gravity = [0, -9.81, 0]
+tolerance = 1e-8
+
+[[body]]
+name = "rod"
+kind = "rigid"
+mass = 2
+inertia = [0, "2*L^2/12", "2*L^2/12"]
+centre_of_mass = ["L/2", 0, 0]
+frames = { tip = ["L", 0, 0] }
+
+[[joint]]
+name = "pin"
+kind = "revolute"
+parent = "ground"
+child = "rod"
+initial = { value = "start - pi/2" }
+
+[[output]]
+name = "tip"
+of = "rod.tip"
+quantity = "position"
+
+[[output]]
+name = "angle"
+of = "pin"
+quantity = "value"
+"""
+
+
+def scene_in(folder):
+    scene = folder / "pendulum.toml"
+    scene.write_text(pendulum)
+    return scene
+
+
+def table_of(folder):
+    with open(folder / "table.csv", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def without_cpu(rows):
+    return [{k: v for k, v in row.items() if k != "cpu_s"} for row in rows]
+
+
+def rows_are_runs(folder):
+    scene = scene_in(folder)
+    words = ["--set", "L=0.4:0.6:3", "--set", "start=0.1,0.7", "--set", "simulation.method=erk,adams"]
+    words += ["--response", "reach=range(tip.x)/L", "--response", "max(abs(angle + pi/2))", "--response", "time_of(angle > -pi/2)"]
+    out = folder / "grid"
+    text = run("sweep", scene, *words, "-o", out).stdout
+    expect("12 of 12: 12 done" in text, f"summary: {text}")
+    rows = table_of(out)
+    expect([int(r["point"]) for r in rows] == list(range(12)), "the points are not in order")
+    for row in rows:
+        settings = [x for key in ["L", "start", "simulation.method"] for x in ["--set", f"{key}={row[key]}"]]
+        run("simulate", scene, "--csv", folder / "one.csv", *settings)
+        h = history(folder / "one.csv")
+        wanted = {
+            "reach": (max(h["tip.x"]) - min(h["tip.x"])) / float(row["L"]),
+            "max(abs(angle + pi/2))": max(abs(a + 1.5707963267948966) for a in h["angle"]),
+            "time_of(angle > -pi/2)": next(t for t, a in zip(h["t"], h["angle"]) if a > -1.5707963267948966),
+        }
+        for name, number in wanted.items():
+            expect(abs(float(row[name]) - number) < 1e-12, f"point {row['point']}: {name} is {row[name]}, a run of its own says {number}")
+    expect(rows[0]["L"] == "0.4" and rows[-1]["L"] == "0.6" and rows[4]["L"] == "0.5", "the range has other values")
+    # Two of the keys again in HDF5, as a stranger reads it.
+    with h5py.File(out / "table.h5") as file:
+        expect(list(file["points/point"][:]) == list(range(12)), "HDF5: points")
+        expect(list(file["settings/L"][:]) == [float(r["L"]) for r in rows], "HDF5: L")
+        expect([x.decode() for x in file["settings/simulation.method"][:]] == [r["simulation.method"] for r in rows], "HDF5: words")
+        expect(list(file["responses/reach/value"][:]) == [float(r["reach"]) for r in rows], "HDF5: reach")
+        expect([x.decode() for x in file["points/end"][:]] == ["done"] * 12, "HDF5: ends")
+
+
+def failed_points_are_rows(folder):
+    scene = scene_in(folder)
+    out = folder / "failed"
+    words = ["--set", "body.rod.mass=2,-1", "--set", "simulation.max_steps=3,1e6", "--response", "final(angle)"]
+    words += ["--response", "time_of(angle > 3)"]
+    text = run("sweep", scene, *words, "-o", out).stdout
+    rows = table_of(out)
+    expect([r["end"] for r in rows] == ["failed", "lacking", "refused", "refused"], f"ends: {[r['end'] for r in rows]}")
+    expect("max_steps" in rows[0]["message"] and "never true" in rows[1]["message"], f"messages: {[r['message'] for r in rows]}")
+    expect("pendulum.toml:" in rows[2]["message"] and "'mass'" in rows[2]["message"], f"message: {rows[2]['message']}")
+    expect([r["final(angle)"] != "" for r in rows] == [False, True, False, False], "responses of failed points")
+    expect("1 lacking, 2 refused, 1 failed" in text, f"summary: {text}")
+    with h5py.File(out / "table.h5") as file:
+        expect(list(file["responses/final(angle)/point"][:]) == [1], "HDF5 has a response of a failed point")
+    # A limit of CPU time; every point of it fails, which the exit code says.
+    run("sweep", scene, "--set", "simulation.duration=2000,4000", "--response", "final(angle)", "--longest", 0.1, "-o", out, code=1)
+    expect([r["end"] for r in table_of(out)] == ["too long"] * 2, "points that take too long")
+    # Warnings travel with their point, and are failures where asked.
+    crank = folder / "crank.toml"
+    crank.write_text((examples / "slider_crank.toml").read_text().replace("duration = 1.6", "duration = 0.5"))
+    loose = ["--set", "simulation.tolerance=1e-3,1e-8", "--set", "simulation.method=dirk", "--response", "final(slider.x)"]
+    loose += ["--no-effect-check"]
+    run("sweep", crank, *loose, "-o", out)
+    rows = table_of(out)
+    expect([r["end"] for r in rows] == ["warned", "done"], f"a tolerance of 0.001: {[(r['end'], r['message']) for r in rows]}")
+    expect("estimated error" in rows[0]["message"] and float(rows[0]["error"]) > 0.01, f"the warning: {rows[0]}")
+
+
+def wrong_questions(folder):
+    scene = scene_in(folder)
+    wrong = [
+        (["--set", "L=0.1:0.2:3"], ["--response"]),
+        (["--set", "M=0.1:0.2:3", "--response", "final(angle)"], ["'M'", "no parameter"]),
+        (["--set", "L=0.1:0.2:3", "--response", "final(angel)"], ["angel", "angle"]),
+        (["--set", "L=0.1:0.2:3", "--response", "angle"], ["is a history"]),
+        (["--set", "L=0.1:0.2", "--response", "final(angle)"], ["--sample"]),
+        (["--set", "L=0.1:0.2:3", "--response", "final(angle)", "--response", "final(angle)"], ["two of this name"]),
+        (["--set", "L=0.1:0.2:3", "--response", "final(angle)", "--shard", "4/3"], ["I/N"]),
+        (["--set", "L=0.1:0.2:3", "--response", "final(angle)", "--method", "ark"], ["erk"]),
+        (["--set", "body.rod.mass=-1,-2", "--response", "final(angle)"], ["pendulum.toml", "'mass'", "-1"]),
+    ]
+    for words, parts in wrong:
+        done = run("sweep", scene, *words, "-o", folder / "wrong", code=2)
+        for part in parts:
+            expect(part in done.stderr, f"{part!r} is missing in: {done.stderr}")
+        expect(not (folder / "wrong").exists(), f"{words} left a folder")
+    done = run("collect", folder, code=2)
+    expect("sweep.toml" in done.stderr, f"collect of no sweep: {done.stderr}")
+
+
+def killed_and_resumed(folder):
+    scene = scene_in(folder)
+    words = [
+        "sweep",
+        scene,
+        "--set",
+        "L=0.3:0.7",
+        "--set",
+        "start=normal(0.5,0.1)",
+        "--sample",
+        "lhs:300",
+        "--response",
+        "reach=range(tip.x)",
+    ]
+    run(*words, "-o", folder / "whole")
+    wanted = table_of(folder / "whole")
+    out = folder / "killed"
+    kills = 0
+    for wait in [0.15, 0.3, 0.45, 0.6]:
+        process = subprocess.Popen(
+            [flexframe, *map(str, words), "-o", str(out), "--resume"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
+        time.sleep(wait)
+        if process.poll() is None:
+            process.send_signal(signal.SIGKILL)
+            kills += 1
+        process.wait()
+        expect(not (out / "table.csv").exists() or process.returncode == 0, "a killed sweep left a table")
+    # A worker that is killed takes nothing with it: its point is made again.
+    process = subprocess.Popen([flexframe, *map(str, words), "-o", str(out)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    for _ in range(200):
+        children = pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+        if children:
+            os.kill(int(children[0]), signal.SIGKILL)
+            break
+        time.sleep(0.005)
+    expect(process.wait(timeout=120) == 0, "a sweep whose worker was killed failed")
+    expect(without_cpu(table_of(out)) == without_cpu(wanted), "the table differs after a worker was killed")
+    rows = out / "rows" / "shard_1_of_1.rows"
+    # Cut off in the middle of a row, and one row spoilt.
+    data = rows.read_bytes()
+    rows.write_bytes(data[: len(data) // 2])
+    text = run("collect", out, code=1).stdout
+    expect("missing" in text and "--resume" in text, f"collect of half a sweep: {text}")
+    run(*words, "-o", out, "--resume")
+    expect(without_cpu(table_of(out)) == without_cpu(wanted), "the table differs after resuming")
+    data = bytearray(rows.read_bytes())
+    data[len(data) // 3] ^= 1
+    rows.write_bytes(data)
+    done = run("collect", out, code=1)
+    expect("1 of 300 points" in done.stdout and "damaged" in done.stderr, f"a damaged row: {done.stdout} {done.stderr}")
+    run("collect", out, "--run-missing")
+    expect(without_cpu(table_of(out)) == without_cpu(wanted), "the table differs after mending")
+    print("kills while it ran:", kills)
+    expect(kills >= 1, "no kill came in time")
+
+
+def shards_make_the_same_table(folder):
+    scene = scene_in(folder)
+    words = ["sweep", scene, "--set", "L=0.3:0.7:11", "--set", "start=0.1,0.2,0.3", "--response", "reach=range(tip.x)"]
+    run(*words, "-o", folder / "one")
+    out = folder / "shards"
+    run(*words, "-o", out, "--shard", "2/3")
+    report = json.loads(run("collect", out, "--json", code=1).stdout)
+    expect(report["missing"] == 22 and len(report["run_again"]) == 2, f"two shards of three are missing: {report}")
+    for command in report["run_again"]:
+        run(*command.split()[1:])
+    run("collect", out)
+    expect(without_cpu(table_of(out)) == without_cpu(table_of(folder / "one")), "three shards make another table")
+    # Rows of another question, and a scene that was changed meanwhile, are refused.
+    stranger = folder / "one" / "rows" / "shard_1_of_1.rows"
+    (out / "rows" / "shard_1_of_4.rows").write_text(stranger.read_text().replace("sweep rows 1 ", "sweep rows 1 0"))
+    done = run("collect", out)
+    expect("another sweep" in done.stderr, f"rows of another sweep: {done.stderr}")
+    scene.write_text(pendulum.replace("mass = 2", "mass = 2.5"))
+    done = run("collect", out, code=2)
+    expect("not the one that the sweep was begun with" in done.stderr, f"a changed scene: {done.stderr}")
+
+
+run_parts(rows_are_runs, failed_points_are_rows, wrong_questions, killed_and_resumed, shards_make_the_same_table)
