@@ -152,6 +152,7 @@ if [[ ${1:-} == --self-test ]]; then
   expect sim/a.cpp '#include <hdf5.h>' "HDF5 is included outside"
   expect sim/scene/scene_reader.cpp '#include <toml++/toml.h>' "toml++ is included outside"
   expect sim/a.cpp '#include <muParser.h>' "muParser is included outside"
+  expect sim/run/run.cpp '#include <boost/math/special_functions/erf.hpp>' "Boost is included outside"
   expect interp/cache.cpp '#include <xxhash.h>' "xxHash is included outside"
   expect render/film/a.cpp '#include <CLI/CLI.hpp>' "CLI11 is included outside"
   expect interp/a.cpp 'std::cout << 1;' "the library prints"

@@ -71,15 +71,15 @@ struct Script {
   std::string text;
 };
 
-std::string sbatch_lines(const EngineJob& job, const EngineWords& words, bool of_points) {
-  std::string out = fmt::format("#SBATCH --job-name={}{}\n", job.name, of_points ? "" : "-collect");
+std::string sbatch_lines(const EngineJob& job, const EngineWords& words, bool of_tasks) {
+  std::string out = fmt::format("#SBATCH --job-name={}{}\n", job.name, of_tasks ? "" : "-last");
   const auto log = [&](const char* file) { return (job.folder / "jobs" / file).string(); };
-  if (of_points) {
+  if (of_tasks) {
     out += fmt::format("#SBATCH --array=1-{}\n#SBATCH --cpus-per-task={}\n", job.shards, words.cpus);
     if (job.task_seconds > 0.0) out += fmt::format("#SBATCH --time={}\n", minutes_for(job.task_seconds));
     out += fmt::format("#SBATCH --requeue\n#SBATCH --output=\"{}\"\n", log("task_%a.log"));
   } else {
-    out += fmt::format("#SBATCH --requeue\n#SBATCH --output=\"{}\"\n", log("collect.log"));
+    out += fmt::format("#SBATCH --requeue\n#SBATCH --output=\"{}\"\n", log("last.log"));
   }
   out += "#SBATCH --open-mode=append\n";
   // The user's come last: they count.
@@ -95,27 +95,30 @@ std::string sbatch_lines(const EngineJob& job, const EngineWords& words, bool of
 
 std::vector<Script> scripts_of(const EngineJob& job, const EngineWords& words) {
   const fs::path folder = job.folder / "jobs";
-  const std::string then = shell_line(job.then, "", "");
+  // Relative names of files go on from where the program was called.
+  const std::string head = fmt::format("#!/bin/bash\ncd {} || exit 1\n", shell_word(fs::current_path().string()));
+  const std::string last = shell_line(job.last, "", "");
   if (words.engine == "parallel") {
     const std::string jobs = words.cpus > 1 ? fmt::format("--jobs $(( ($(nproc) + {}) / {} )) ", words.cpus - 1, words.cpus) : "";
     // A task that is ended from outside is begun again, twice.
-    const std::string text = fmt::format(
-        "#!/bin/bash\n# {} shards by GNU parallel, one process a core; what is killed is begun again and goes on where it was.\n"
-        "seq 1 {} | parallel {}--retries 3 --joblog {} {}\n{}\n",
-        job.shards, job.shards, jobs, shell_word((folder / "parallel.log").string()),
-        shell_line(job.task, fmt::format("{{}}/{}", job.shards), fmt::format("{}", words.cpus)), then);
+    const std::string text =
+        head + fmt::format("seq 1 {} | parallel {}--retries 3 --joblog {} {}\n{}\n", job.shards, jobs,
+                           shell_word((folder / "parallel.log").string()),
+                           shell_word(shell_line(job.task, fmt::format("{{}}/{}", job.shards), fmt::format("{}", words.cpus))), last);
     return {{folder / "submit.sh", text}};
   }
   const std::string shard = fmt::format("\"$SLURM_ARRAY_TASK_ID/{}\"", job.shards);
-  const std::string points =
-      "#!/bin/bash\n" + sbatch_lines(job, words, true) + fmt::format("exec {}\n", shell_line(job.task, shard, "\"$SLURM_CPUS_PER_TASK\""));
-  const std::string collect = "#!/bin/bash\n" + sbatch_lines(job, words, false) + fmt::format("exec {}\n", then);
+  const auto script = [&](bool of_tasks, const std::string& line) {
+    return "#!/bin/bash\n" + sbatch_lines(job, words, of_tasks) + head.substr(head.find('\n') + 1) + "exec " + line + "\n";
+  };
   const std::string submit = fmt::format(
-      "#!/bin/bash\nset -euo pipefail\ncd {}\npoints=$(sbatch --parsable points.sh)\npoints=${{points%%;*}}\n"
-      "collect=$(sbatch --parsable --dependency=afterany:$points collect.sh)\n"
-      "echo \"jobs         $points (tasks 1 to {}), then ${{collect%%;*}} (collect)\"\n",
+      "#!/bin/bash\nset -euo pipefail\ncd {}\ntasks=$(sbatch --parsable tasks.sh)\ntasks=${{tasks%%;*}}\n"
+      "last=$(sbatch --parsable --dependency=afterany:$tasks last.sh)\n"
+      "echo \"jobs         $tasks (tasks 1 to {}), then ${{last%%;*}}\"\n",
       shell_word(folder.string()), job.shards);
-  return {{folder / "points.sh", points}, {folder / "collect.sh", collect}, {folder / "submit.sh", submit}};
+  return {{folder / "tasks.sh", script(true, shell_line(job.task, shard, "\"$SLURM_CPUS_PER_TASK\""))},
+          {folder / "last.sh", script(false, last)},
+          {folder / "submit.sh", submit}};
 }
 
 }  // namespace
@@ -130,6 +133,20 @@ void add_engine_words(Subcommand words, EngineWords& values) {
   words.option("--sbatch", values.sbatch, "a word for sbatch, as often as wanted: partition=short, mem=2G, time=30").as("TEXT").one_word();
   words.option("--sbatch-file", values.sbatch_file, "file whose #SBATCH lines go into the job scripts").as("FILE");
   words.flag("--dry-run", values.dry_run, "write the scripts of the engine and print them: nothing is run");
+}
+
+std::vector<std::string> words_without_engine() {
+  std::ifstream file("/proc/self/cmdline", std::ios::binary);
+  std::vector<std::string> all, out;
+  for (std::string word; std::getline(file, word, '\0');) all.push_back(word);
+  const std::vector<std::string> with_value = {"--engine", "--shards", "--cpus", "--sbatch", "--sbatch-file"};
+  for (std::size_t k = 1; k < all.size(); ++k) {
+    const std::string name = all[k].substr(0, all[k].find('='));
+    if (name == "--dry-run") continue;
+    if (std::find(with_value.begin(), with_value.end(), name) == with_value.end()) out.push_back(all[k]);
+    else if (name == all[k]) ++k;
+  }
+  return out;
 }
 
 int minutes_for(double seconds) { return std::max(1, static_cast<int>(std::ceil((3.0 * seconds + 120.0) / 60.0))); }
@@ -157,7 +174,7 @@ int hand_over(const EngineJob& job, const EngineWords& words) {
                                  program, words.engine == "slurm" ? "slurm-client" : "parallel", (job.folder / "jobs").string()));
   const int code = run_script(scripts.back().file);
   if (words.engine == "slurm" && code == 0)
-    fmt::print("when done    {} {}\n", shell_word(program_file().string()), fmt::join(job.then, " "));
+    fmt::print("when done    {} {}\n", shell_word(program_file().string()), fmt::join(job.last, " "));
   return code == 0 ? 0 : 1;
 }
 

@@ -89,17 +89,17 @@ sim::ShardReport run_here(const sim::Sweep& sweep, const Words& words, int shard
 int hand_over_sweep(sim::Sweep& sweep, const Words& words) {
   constexpr double wanted_seconds = 600.0, pilot_seconds = 20.0;
   const double each = sim::pilot_cpu(sweep, 5, pilot_seconds), all = each * static_cast<double>(sweep.design.size());
-  long shards = words.engine.shards;
+  // One that was begun keeps its cut, so that each task goes on with its rows.
+  long shards = words.engine.shards > 0 ? words.engine.shards : fs::is_directory(words.scene) ? sweep.shards : 0;
   if (shards == 0)
     shards = words.engine.engine == "slurm" ? std::lround(std::ceil(all / (wanted_seconds * words.engine.cpus))) : 4L * sim::usable_cores();
-  sweep.shards = static_cast<int>(std::clamp<long>(shards, 1, std::min(1000L, sweep.design.size())));
-  if (words.engine.shards > 0) sweep.shards = words.engine.shards;
+  sweep.shards = static_cast<int>(std::clamp<long>(shards, 1, std::min(words.engine.shards > 0 ? 100000L : 1000L, sweep.design.size())));
   sim::write_question(sweep);
   EngineJob job;
   job.name = fmt::format("flexframe-{}", sweep.question.scene.stem().string());
   job.folder = fs::absolute(sweep.folder).lexically_normal();
   job.task = {"sweep", job.folder.string(), "--shard", "{}", "--resume", "--workers", "{cpus}", "--quiet"};
-  job.then = {"collect", job.folder.string()};
+  job.last = {"collect", job.folder.string()};
   job.shards = sweep.shards;
   job.task_seconds = all / (sweep.shards * words.engine.cpus);
   fmt::print("pilot        {:.3g} CPU s a point, {:.3g} s a task: {} tasks\n", each, job.task_seconds, sweep.shards);
