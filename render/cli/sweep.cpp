@@ -156,6 +156,7 @@ Command add_sweep(Program& program) {
   app.option("--shard", words->shard, "every N-th point from the I-th on, without table: flexframe collect DIR makes that of all")
       .as("I/N");
   app.flag("--resume", words->resume, "keep the rows of an interrupted sweep of the same scene, question and program");
+  app.flag("--no-plots", words->finish.no_plots, "table only");
   app.flag("--json", words->finish.json, "summary as JSON");
   add_engine_words(app, words->engine);
   add_simulation_words(app, words->simulation);
@@ -178,6 +179,7 @@ Command add_collect(Program& program) {
   app.option("DIR", words->folder, "folder of the sweep").required();
   app.flag("--run-missing", words->run_missing, "run the points that are missing, here and now");
   app.option("--workers", words->workers, "processes for them; default: one per core").range(1, 1024);
+  app.flag("--no-plots", words->finish.no_plots, "table only");
   app.flag("--json", words->finish.json, "summary as JSON");
   app.example("crane-sweep", "table and plots of all shards, and what is missing");
   return {app, [words] {

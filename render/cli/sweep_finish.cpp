@@ -2,6 +2,7 @@
 
 #include "render/cli/terminal.h"
 
+#include "render/film/sweep_plots.h"
 #include "sim/base/words.h"
 
 #include <fmt/format.h>
@@ -88,6 +89,7 @@ int finish_sweep(const sim::Sweep& sweep, const FinishWords& words) {
   const sim::Collected all = sim::collect_rows(sweep);
   sim::write_table_csv(sweep, all.table, sweep.folder / "table.csv");
   sim::write_table_hdf5(sweep, all.table, sweep.folder / "table.h5");
+  if (!words.no_plots) film::write_sweep_report(sweep, all.table, sweep.folder);
   const bool any = all.table.responses.size() > 0 && all.table.responses.array().isFinite().any();
   const int code = all.missing > 0 || !any ? 1 : 0;
   if (words.json) {
@@ -106,7 +108,11 @@ int finish_sweep(const sim::Sweep& sweep, const FinishWords& words) {
     else fmt::print("{:<12} {:.6g} (point {}) to {:.6g} (point {})\n", sweep.names[k], r.low, r.low_at, r.high, r.high_at);
   }
   print_shards(sweep, all);
-  fmt::print("table        {}, table.h5\n", (sweep.folder / "table.csv").string());
+  for (const sim::Sensitivity& s : sim::sensitivities(sweep, all.table))
+    for (std::size_t k = 0; k < s.sobol.size(); ++k)
+      fmt::print("{:<12} {}: first {:.4f}, total {:.4f}\n", k == 0 ? s.response : "", sweep.design.axes()[k].key, s.sobol[k].first,
+                 s.sobol[k].total);
+  fmt::print("table        {}, table.h5{}\n", (sweep.folder / "table.csv").string(), words.no_plots ? "" : "; page: report.html, diagrams");
   return code;
 }
 

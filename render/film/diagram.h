@@ -3,6 +3,7 @@
 // The diagram is laid out once into strokes, discs and words; SVG and PNG show the same. Sizes in pixels of the given width.
 #pragma once
 
+#include "render/film/flat.h"
 #include "render/image/image.h"
 
 #include <string>
@@ -31,6 +32,7 @@ struct Diagram {
   bool linear_x = false, linear_y = false;
 };
 
+FlatDrawing diagram_drawing(const Diagram& diagram);
 std::string diagram_svg(const Diagram& diagram);
 render::Image diagram_image(const Diagram& diagram);
 

@@ -222,4 +222,28 @@ def shards_make_the_same_table(folder):
     expect("not the one that the sweep was begun with" in done.stderr, f"a changed scene: {done.stderr}")
 
 
-run_parts(rows_are_runs, failed_points_are_rows, wrong_questions, killed_and_resumed, shards_make_the_same_table)
+def plots_and_indices(folder):
+    """Files of diagrams by kind of design; indices of a sum of squares, which are known."""
+    scene = scene_in(folder)
+    out = folder / "map"
+    run("sweep", scene, "--set", "L=0.3:0.7:4", "--set", "start=0.1:0.5:3", "--response", "reach=range(tip.x)", "-o", out)
+    names = {p.stem for p in out.glob("*.svg")}
+    expect(names == {"curve_reach", "map_reach"} == {p.stem for p in out.glob("*.png")}, f"diagrams of a grid: {names}")
+    page = (out / "report.html").read_text()
+    expect(page.count("<svg") == 2 and page.count("</svg>") == 2 and "nan" not in page.lower(), "the page of a grid")
+    # f = 3 a + b over equal intervals: nine tenths of the variance are the first's.
+    text = pendulum.replace("[parameters]", "[parameters]\na = 0\nb = 0").replace("duration = 1.5", "duration = 0.01")
+    scene.write_text(text)
+    out = folder / "indices"
+    words = ["--set", "a=0:1", "--set", "b=0:1", "--sensitivity", "sobol:256", "--response", "f=3*a+b", "--response", "final(angle)"]
+    text = run("sweep", scene, *words, "-o", out, "--no-error-estimate").stdout
+    expect("a: first 0.9" in text, f"indices: {text}")
+    names = {p.stem for p in out.glob("*.svg")}
+    expect(names == {"sensitivity_f", "matrix", "histogram_1"}, f"diagrams of indices: {names}")
+    page = (out / "report.html").read_text()
+    expect("no indices" in page, "a response that does not vary has indices")
+    for name in ["table.csv", "report.html", "matrix.svg"]:
+        expect(b"nan" not in (out / name).read_bytes(), f"{name} holds a nan")
+
+
+run_parts(rows_are_runs, failed_points_are_rows, wrong_questions, killed_and_resumed, shards_make_the_same_table, plots_and_indices)

@@ -3,6 +3,7 @@
 #include "sim/sweep/design.h"
 #include "sim/sweep/response.h"
 #include "sim/sweep/rows.h"
+#include "sim/sweep/sensitivity.h"
 #include "sim/sweep/workers.h"
 
 #include <gtest/gtest.h>
@@ -11,6 +12,8 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <set>
@@ -282,6 +285,71 @@ TEST(SweepWorkers, APointWithoutEndIsStopped) {
   work_at_points(plan);
   EXPECT_EQ(results, 3);
   EXPECT_EQ(lost, (std::map<long, std::string>{{2, ""}}));
+}
+
+// A table whose response is a function of the keys.
+SweepTable table_of(const Sweep& sweep, const std::function<double(const std::vector<double>&)>& f) {
+  SweepTable table;
+  table.responses.resize(sweep.design.size(), 1);
+  for (long i = 0; i < sweep.design.size(); ++i) {
+    std::vector<double> x;
+    for (const Design::Value& value : sweep.design.point(i)) x.push_back(value.number);
+    table.responses(i, 0) = f(x);
+  }
+  return table;
+}
+Sweep sweep_of(const DesignWords& words) { return {{}, {}, Design(words), {}, {}, {}, {}, {}, {}, {"f"}, 1}; }
+
+// Ishigami and Homma 1990: f = sin x1 + a sin^2 x2 + b x3^4 sin x1 on (-pi, pi), a = 7, b = 0.1. In closed form the variance is
+// a^2/8 + b pi^4/5 + b^2 pi^8/18 + 1/2.
+TEST(SweepSensitivity, IshigamiHasItsClosedIndices) {
+  const Sweep sweep = sweep_of({{"x1=uniform(-pi,pi)", "x2=uniform(-pi,pi)", "x3=uniform(-pi,pi)"}, "", "sobol:8192", 1});
+  ASSERT_EQ(sweep.design.size(), 8192 * 5);
+  SweepTable table = table_of(sweep, [](const std::vector<double>& x) {
+    return std::sin(x[0]) + 7.0 * std::pow(std::sin(x[1]), 2) + 0.1 * std::pow(x[2], 4) * std::sin(x[0]);
+  });
+  const auto check = [&](double tolerance) {
+    const std::vector<Sensitivity> all = sensitivities(sweep, table);
+    ASSERT_EQ(all.size(), 1u);
+    ASSERT_EQ(all[0].sobol.size(), 3u);
+    const double pi4 = std::pow(std::numbers::pi, 4);
+    const double variance = 49.0 / 8.0 + 0.1 * pi4 / 5.0 + 0.01 * pi4 * pi4 / 18.0 + 0.5;
+    EXPECT_NEAR(all[0].variance / variance, 1.0, tolerance);
+    const double first[3] = {0.3139, 0.4424, 0.0}, total[3] = {0.5576, 0.4424, 0.2437};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const SobolIndex& index = all[0].sobol[k];
+      EXPECT_NEAR(index.first, first[k], tolerance);
+      EXPECT_NEAR(index.total, total[k], tolerance);
+      EXPECT_TRUE(index.first_low < first[k] && first[k] < index.first_high);
+      EXPECT_TRUE(index.total_low < total[k] && total[k] < index.total_high);
+    }
+  };
+  check(0.005);
+  // Points that failed take their block with them and no more.
+  for (long i = 3; i < sweep.design.size(); i += 401) table.responses(i, 0) = std::numeric_limits<double>::quiet_NaN();
+  check(0.02);
+  EXPECT_GT(sensitivities(sweep, table)[0].left_out, 90);
+}
+
+// Of a linear function each effect is its factor times the width of the key, without deviation; a product has one.
+TEST(SweepSensitivity, MorrisOfALinearFunctionIsItsFactors) {
+  const Sweep sweep = sweep_of({{"a=0:2", "b=-1:1", "c=10:20"}, "", "morris:20", 4});
+  const std::vector<Sensitivity> all =
+      sensitivities(sweep, table_of(sweep, [](const std::vector<double>& x) { return 3.0 * x[0] - 0.5 * x[1] + 0.0 * x[2]; }));
+  ASSERT_EQ(all[0].morris.size(), 3u);
+  const double wanted[3] = {6.0, -1.0, 0.0};
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_NEAR(all[0].morris[k].mean, wanted[k], 1e-12);
+    EXPECT_NEAR(all[0].morris[k].mean_size, std::abs(wanted[k]), 1e-12);
+    EXPECT_NEAR(all[0].morris[k].deviation, 0.0, 1e-12);
+  }
+  const std::vector<Sensitivity> product = sensitivities(sweep, table_of(sweep, [](const std::vector<double>& x) { return x[0] * x[1]; }));
+  EXPECT_GT(product[0].morris[0].deviation, 0.1);
+}
+
+TEST(SweepSensitivity, AConstantHasNoIndices) {
+  const Sweep sweep = sweep_of({{"a=0:1", "b=0:1"}, "", "sobol:64", 1});
+  EXPECT_TRUE(sensitivities(sweep, table_of(sweep, [](const std::vector<double>&) { return 0.1; }))[0].sobol.empty());
 }
 
 }  // namespace
