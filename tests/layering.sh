@@ -27,11 +27,12 @@ breaches() {
     (($(grep -c . <<<"$users") > most)) && echo "$rule is included in more than $most file(s): ${users//$'\n'/ }"
   }
 
-  local sim interp render film cli
+  local sim interp render film imports cli
   mapfile -t sim < <(files sim)
   mapfile -t interp < <(files interp)
-  mapfile -t render < <(files render | grep -vE '^render/(film|cli|python)/')
+  mapfile -t render < <(files render | grep -vE '^render/(film|import|cli|python)/')
   mapfile -t film < <(files render/film)
+  mapfile -t imports < <(files render/import)
   mapfile -t cli < <(files render/cli)
   local commands
   mapfile -t commands < <(files render/cli | grep -v '/main\.cpp$')
@@ -41,8 +42,9 @@ breaches() {
   banned "interp knows only itself" '#include "(sim|render)/' "${interp[@]}"
   banned "the drawing part knows only itself" '#include "(sim|interp|render/film|render/cli)/' "${render[@]}"
   banned "film stands below the program" '#include "render/cli/' "${film[@]}"
+  banned "what reads other programs' files stands below the program" '#include "(render/cli|interp)/' "${imports[@]}"
   banned "includes are written from the project's root" '#include "(\.|[^/"]+")' \
-    "${sim[@]}" "${interp[@]}" "${render[@]}" "${film[@]}" "${cli[@]}"
+    "${sim[@]}" "${interp[@]}" "${render[@]}" "${film[@]}" "${imports[@]}" "${cli[@]}"
 
   # Rooms: every file stands in one, and includes only its own and those before it.
   # rooms MODULE ROOM...: in this order; a file beside the rooms is the door and may include them all.
@@ -60,7 +62,7 @@ breaches() {
     files "$module" | grep "^$module/.*/" | grep -vE "^$module/($(IFS='|'; echo "${all[*]}"))/" | sed "s|^|no room of $module: |"
   }
   rooms sim base scene bodies reduce model dynamics time start results run accuracy sweep
-  rooms render base picture image frame draw film cli python
+  rooms render base picture image frame draw film import cli python
 
   # Each foreign library behind its door.
   confined SUNDIALS '(cvode|cvodes|arkode|ida|idas|kinsol|nvector|sunlinsol|sunmatrix|sunnonlinsol|sundials)' \
@@ -74,13 +76,17 @@ breaches() {
   confined muParser 'muParser' '^\./sim/scene/expression\.cpp$' 1
   confined toml++ 'toml(\+\+|\.hpp|plusplus)' '^\./sim/scene/toml_input\.cpp$' 1
   confined xxHash 'xxhash' '^\./interp/hash\.h$' 1
+  confined matio 'matio' '^\./render/import/modelica\.cpp$'
+  confined libzip 'zip\.h' '^\./render/import/arrays\.cpp$'
+  confined pugixml 'pugixml' '^\./render/import/[a-z_]+\.cpp$'
+  confined NetCDF 'netcdf' '^\./render/import/mbdyn[a-z_]*\.cpp$'
   confined CLI11 'CLI/' '^\./render/cli/'
   confined Boost 'boost/' '^\./sim/sweep/design\.cpp$' 1
   confined Eigen/Sparse 'Eigen/(Sparse|SparseCholesky)' '^\./(sim|interp|render/film)/'
 
   # The library never prints; the one catch of everything is main's.
   banned "the library prints" '(std::(cout|cerr|clog)|[^a-zA-Z_:]f?printf *\(|fmt::print|std::puts|[^a-zA-Z_]perror *\()' \
-    "${sim[@]}" "${interp[@]}" "${render[@]}" "${film[@]}"
+    "${sim[@]}" "${interp[@]}" "${render[@]}" "${film[@]}" "${imports[@]}"
   banned "catch of everything outside main" 'catch \(const std::exception' "${commands[@]}"
 
   # The top level is what the README shows, and no more.
@@ -132,6 +138,8 @@ if [[ ${1:-} == --self-test ]]; then
   expect render/image/a.h '#include "sim/results/results.h"' "the drawing part knows only itself"
   expect render/draw/a.cpp '#include "interp/map.h"' "the drawing part knows only itself"
   expect render/film/a.cpp '#include "render/cli/command.h"' "film stands below the program"
+  expect render/import/a.cpp '#include "render/cli/command.h"' "what reads other programs' files stands below the program"
+  expect sim/a.cpp '#include <matio.h>' "matio is included outside"
   # Every room against every later one.
   rooms_in_order() {
     local module=$1 i j
@@ -143,7 +151,7 @@ if [[ ${1:-} == --self-test ]]; then
     expect "$module/attic/a.cpp" "" "no room of $module"
   }
   rooms_in_order sim base scene bodies reduce model dynamics time start results run accuracy sweep
-  rooms_in_order render base picture image frame draw film cli python
+  rooms_in_order render base picture image frame draw film import cli python
   expect interp/a.cpp '#include "sim/base/errors.h"' "interp knows only itself"
   expect sim/a.cpp '#include "types.h"' "includes are written from the project's root"
   expect sim/model/model.cpp '#include <cvode/cvode.h>' "SUNDIALS is included outside"

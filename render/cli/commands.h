@@ -22,5 +22,6 @@ Command add_load_path(Program& program);
 Command add_spectrum(Program& program);
 Command add_sweep(Program& program);
 Command add_collect(Program& program);
+Command add_import(Program& program);
 
 }  // namespace flexframe::cli

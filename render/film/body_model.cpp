@@ -156,9 +156,29 @@ void shape_beam(const sim::BeamDef& beam, bool sections, render::Mesh& mesh) {
 // More nodes than these are drawn as points: joining them takes a time that goes with the square.
 constexpr size_t most_joined_nodes = 3000;
 
+// The surface that came with the results; triangles of one colour are one material.
+render::Mesh surface_mesh(const sim::ResultBody& body) {
+  const sim::ResultSurface& surface = body.surface;
+  std::vector<glm::dvec3> points;
+  std::vector<glm::ivec3> triangles;
+  for (const auto& p : surface.points.rowwise()) points.emplace_back(p.x(), p.y(), p.z());
+  for (const auto& t : surface.triangles.rowwise()) triangles.emplace_back(t.x(), t.y(), t.z());
+  render::Mesh mesh = render::make_mesh(std::move(points), std::move(triangles), body.name);
+  std::map<std::array<double, 3>, int> materials;
+  for (Eigen::Index k = 0; k < surface.colors.rows(); ++k) {
+    const auto c = surface.colors.row(k);
+    const auto [at, fresh] = materials.try_emplace({c[0], c[1], c[2]}, static_cast<int>(materials.size()));
+    if (fresh && at->second > 0) mesh.materials.emplace_back();
+    if (fresh) mesh.materials.back().look.color = {c[0], c[1], c[2]};
+    mesh.triangle_material[static_cast<size_t>(k)] = at->second;
+  }
+  return mesh;
+}
+
 render::Mesh mesh_of(const sim::ResultBody& body, const BodyDrawing& drawing, const BodyLook& look, bool stress, int index) {
   const sim::BodyDef* def = drawing.def;
   if (!body.mesh.empty()) return placed_mesh(body.mesh, def ? def->mesh_placement : sim::MeshPlacement{});
+  if (body.surface.triangles.rows() > 0) return surface_mesh(body);
   if (def && !def->shapes.empty()) return make_shapes_mesh(def->shapes, look.shape_colors, body.name);
   if (body.kind == "beam" && body.length > 0.0) {
     const auto* beam = def ? std::get_if<sim::BeamDef>(&def->kind) : nullptr;
@@ -362,12 +382,20 @@ void set_material(const sim::ResultBody& body, const BodyLook& look, const Rende
     model.material.roughness = 0.36f;
     if (!body.mesh.empty() || body.kind != "rigid") model.material.color = {0.60f, 0.63f, 0.67f};
   }
+  if (body.surface.colors.rows() > 0 && settings.color_by != ColorBy::body) model.material.color = mesh.materials.front().look.color;
+  if (body.color.size() == 3 && settings.color_by != ColorBy::body) model.material.color = {body.color[0], body.color[1], body.color[2]};
   if (look.color) model.material.color = *look.color;
 }
 
 // What carries the motion of the nodes to the mesh, and what colours by strain or stress need.
 void map_nodes(const sim::ResultBody& body, const BodyDrawing& drawing, const BodyLook& look, const RenderSettings& settings,
                BodyModel& model) {
+  if (!model.vertex_nodes.empty()) {
+    if (settings.color_by == ColorBy::stress && body.node_von_mises.size() == 0)
+      model.warnings.push_back("its results hold no stress: not coloured by stress; color_by = \"strain\" needs none");
+    if (settings.color_by == ColorBy::strain) model.welded = interp::weld_rows(model.view());
+    return;
+  }
   interp::Options options;
   options.scheme = settings.scheme;
   const interp::Nodes nodes = nodes_of(body);
@@ -414,10 +442,12 @@ BodyModel make_body_model(const sim::ResultBody& body, const BodyDrawing& drawin
   model.mesh = mesh_of(body, drawing, look, settings.color_by == ColorBy::stress && body.strain_stations.size() > 0, index);
   const render::Mesh& mesh = model.mesh;
   model.warnings = mesh.warnings;
+  if (body.mesh.empty()) model.vertex_nodes = body.surface.nodes;
 
-  const bool own_colors = !body.mesh.empty() && !look.color && settings.color_by != ColorBy::body;
+  const bool colored_file = !body.mesh.empty() || body.surface.colors.rows() > 0;
+  const bool own_colors = colored_file && body.color.empty() && !look.color && settings.color_by != ColorBy::body;
   set_material(body, look, settings, index, model);
-  const bool shapes = def && !def->shapes.empty() && body.mesh.empty();
+  const bool shapes = def && !def->shapes.empty() && body.mesh.empty() && body.surface.triangles.rows() == 0;
   if (shapes) model.mesh.materials.front().look = model.material;
   if (mesh.triangles.empty()) return model;
 
@@ -438,7 +468,7 @@ BodyModel make_body_model(const sim::ResultBody& body, const BodyDrawing& drawin
   for (const glm::dvec3& p : mesh.positions)
     for (int c = 0; c < 3; ++c) model.rest.push_back(static_cast<float>(p[c]));
 
-  if (body.kind == "beam" && body.mesh.empty()) model.spine = spine_of(mesh, size);
+  if (body.kind == "beam" && body.mesh.empty() && body.surface.triangles.rows() == 0) model.spine = spine_of(mesh, size);
   if (!mesh.materials.empty() && mesh.materials.size() > 1 &&
       std::any_of(mesh.materials.begin(), mesh.materials.end(), [&](const auto& m) { return m.opacity != mesh.materials.front().opacity; }))
     model.warnings.push_back("its materials differ in opacity ('d' of the MTL file): all of it is drawn with that of the first");
@@ -511,7 +541,12 @@ void see_from_body_frame(const BodyModel& model, const sim::Pose& held, std::vec
 
 void update_displacement(const BodyModel& model, const sim::ResultBody& body, const SamplePlace& place, BodyMemory& memory) {
   memory.displacement.resize(model.rest.size());
-  if (model.modes) {
+  if (!model.vertex_nodes.empty()) {
+    node_motion(body, place, memory.node_displacement, memory.node_rotation);
+    for (size_t v = 0; v < model.vertex_nodes.size(); ++v)
+      for (int a = 0; a < 3; ++a)
+        memory.displacement[3 * v + static_cast<size_t>(a)] = static_cast<float>(memory.node_displacement(model.vertex_nodes[v], a));
+  } else if (model.modes) {
     elastic_coordinates(body, place, memory.q);
     interp::apply_modes(*model.modes, memory.q, memory.displacement, 1);
     if (body.held_position.rows() > 0) see_from_body_frame(model, held_pose(body, place), memory.displacement);

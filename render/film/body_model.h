@@ -79,6 +79,7 @@ struct BodyModel {
   interp::NormalLayout normals;
   std::vector<float> rest;                   // 3 M
   std::vector<glm::vec3> rest_normals;       // per shading point
+  std::vector<int> vertex_nodes;             // the node that each vertex is, of a surface of the results' own; else
   std::optional<interp::Map> map;            // nodal series, or
   std::optional<interp::ModeColumns> modes;  // of a body whose nodes are linear in its coordinates
   bool from_cache = false;                   // the modes were read from RenderSettings::cache

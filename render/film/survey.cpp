@@ -120,6 +120,12 @@ void update_scalars(const ColoredBody& of, double t, const BodyMemory& memory, S
     scalars.resize(vertices);
     interp::compute_magnitude(memory.displacement, scalars);
     if (work.wanted) work.components = memory.displacement;
+  } else if (color_by == ColorBy::stress && !model.vertex_nodes.empty() && body.node_von_mises.size() > 0) {
+    const SamplePlace place = find_sample(results.times, t);
+    const Eigen::Index next = std::min(place.index + 1, results.times.size() - 1);
+    for (const int node : model.vertex_nodes)
+      scalars.push_back(
+          static_cast<float>((1.0 - place.share) * body.node_von_mises(place.index, node) + place.share * body.node_von_mises(next, node)));
   } else if (color_by == ColorBy::stress && model.stress) {
     elastic_coordinates(body, find_sample(results.times, t), work.body.q);
     work.before.resize(6 * vertices);

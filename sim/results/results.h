@@ -17,6 +17,14 @@ struct ResultNode {
   Vec3 origin = Vec3::Zero();  // undeformed position in the body frame, m
 };
 
+// A surface that comes with the results, where no mesh file shows the body: what other programs compute on or draw.
+struct ResultSurface {
+  Eigen::MatrixX3d points;     // m x 3, m, body frame
+  Eigen::MatrixX3i triangles;  // k x 3 points (from 0), counterclockwise seen from outside
+  Eigen::MatrixX3d colors;     // k x 3 of the triangles, sRGB 0..1; empty: one colour
+  std::vector<int> nodes;      // m: the node that each point is; empty: the kernel map carries the nodes' motion to the points
+};
+
 // A body of the scene (a mixed or lumped beam is one body). Node displacements and rotations are relative to the undeformed
 // body, in the body frame; rotations are rotation vectors of the exact relative rotation and may be large.
 struct ResultBody {
@@ -26,6 +34,8 @@ struct ResultBody {
   Section section;                // beams: what to draw
   std::string mesh;               // Wavefront file, absolute, or empty
   std::string mesh_sha256;        // of that file when the results were written; empty: unknown
+  std::vector<double> color;      // sRGB 0..1 where the scene gives the body none; empty: by kind
+  ResultSurface surface;          // instead of a mesh file
   Eigen::MatrixX3d position;      // nt x 3, origin of the body frame in world axes, m
   Eigen::MatrixX4d orientation;   // nt x 4, unit quaternion w x y z, body to world
   std::vector<ResultNode> nodes;  // nn simulation nodes; empty for a rigid body
@@ -44,6 +54,7 @@ struct ResultBody {
   // Pa.
   std::vector<int> stress_nodes;    // ns indices of nodes, ascending
   MatX node_stress;                 // 6 ns x n or empty
+  MatX node_von_mises;              // nt x nn, Pa, von Mises stress that another program computed; empty: unknown
   std::vector<std::string> labels;  // n
   // Beams: strains of the section at stations along x (ascending; twice where one piece ends and the next begins) per elastic coordinate,
   // as triplets: row 4 station + field, coordinate, value. Fields: lengthening u' (1), curvatures v'' and w'' (1/m), twist theta' (1/m).

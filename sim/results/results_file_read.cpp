@@ -62,6 +62,30 @@ Section read_section(const Reader& reader, hid_t body, const std::string& path) 
   return section;
 }
 
+// Whole numbers from 0 to below `count`.
+void check_indices(const Reader& reader, const MatX& values, hsize_t count, const std::string& dataset, const char* what) {
+  for (const double v : values.reshaped())
+    if (!(v >= 0.0 && v < static_cast<double>(count) && v == std::floor(v)))
+      reader.fail(fmt::format("dataset '{}'", dataset), fmt::format("must hold indices of the {} {}, found {}", count, what, v));
+}
+
+ResultSurface read_surface(const Reader& reader, hid_t body, const std::string& body_path, hsize_t nn) {
+  const std::string path = body_path + "surface/";
+  const Id group = reader.group(body, "surface", body_path + "surface");
+  ResultSurface surface;
+  surface.points = reader.numbers(group, "points", path, {Reader::any, 3}, false);
+  const auto m = static_cast<hsize_t>(surface.points.rows());
+  const MatX triangles = reader.numbers(group, "triangles", path, {Reader::any, 3}, false);
+  check_indices(reader, triangles, m, path + "triangles", "points");
+  if (triangles.rows() == 0) reader.fail(fmt::format("dataset '{}triangles'", path), "is empty");
+  surface.triangles = triangles.cast<int>();
+  surface.colors = reader.numbers(group, "colors", path, {static_cast<hsize_t>(triangles.rows()), 3}, true);
+  const MatX nodes = reader.numbers(group, "nodes", path, {m}, true);
+  check_indices(reader, nodes, nn, path + "nodes", "nodes");
+  for (const double node : nodes.reshaped()) surface.nodes.push_back(static_cast<int>(node));
+  return surface;
+}
+
 ResultBody read_body(const Reader& reader, hid_t group, const std::string& name, hsize_t nt) {
   const std::string path = "/bodies/" + name + "/";
   ResultBody body;
@@ -86,6 +110,14 @@ ResultBody read_body(const Reader& reader, hid_t group, const std::string& name,
   if (nn > 0) {
     body.displacement = reader.numbers(group, "displacement", path, {nt, nn, 3}, false);
     body.rotation = reader.numbers(group, "rotation", path, {nt, nn, 3}, true);
+  }
+
+  body.node_von_mises = reader.numbers(group, "node_von_mises", path, {nt, nn}, true);
+  if (reader.has(group, "surface")) body.surface = read_surface(reader, group, path, nn);
+  const MatX color = reader.numbers(group, "color", path, {3}, true);
+  for (const double part : color.reshaped()) {
+    if (!(part >= 0.0 && part <= 1.0)) reader.fail(fmt::format("dataset '{}color'", path), "must hold three numbers from 0 to 1");
+    body.color.push_back(part);
   }
 
   body.q = reader.numbers(group, "q", path, {nt, Reader::any}, true);
@@ -115,11 +147,8 @@ ResultBody read_body(const Reader& reader, hid_t group, const std::string& name,
     body.shown_columns = reader.numbers(group, "shown_columns", path, {6, n}, false);
   }
   const MatX places = reader.numbers(group, "stress_nodes", path, {Reader::any}, true);
-  for (const double place : places.reshaped()) {
-    if (!(place >= 0.0 && place < static_cast<double>(nn) && place == std::floor(place)))
-      reader.fail(fmt::format("dataset '{}stress_nodes'", path), fmt::format("must hold indices of the {} nodes, found {}", nn, place));
-    body.stress_nodes.push_back(static_cast<int>(place));
-  }
+  check_indices(reader, places, nn, path + "stress_nodes", "nodes");
+  for (const double place : places.reshaped()) body.stress_nodes.push_back(static_cast<int>(place));
   if (!body.stress_nodes.empty())
     body.node_stress = node_columns(reader.numbers(group, "node_stress", path, {body.stress_nodes.size(), 6, n}, false), 6);
   return body;

@@ -40,6 +40,17 @@ MatX node_rows(const MatX& shapes, Eigen::Index parts = 3) {
   return rows;
 }
 
+void write_surface(hid_t body, const ResultSurface& surface) {
+  const Id group = make_group(body, "surface");
+  const auto points = static_cast<hsize_t>(surface.points.rows()), triangles = static_cast<hsize_t>(surface.triangles.rows());
+  write_numbers(group, "points", surface.points, {points, 3}, "m", "corners of the surface in the body frame");
+  write_numbers(group, "triangles", surface.triangles.cast<double>(), {triangles, 3}, "",
+                "points of each triangle, counted from 0, counterclockwise seen from outside");
+  write_numbers(group, "colors", surface.colors, {triangles, 3}, "", "of the triangles, sRGB 0..1");
+  const VecX nodes = Eigen::Map<const Eigen::VectorXi>(surface.nodes.data(), std::ssize(surface.nodes)).cast<double>();
+  write_numbers(group, "nodes", nodes, {points}, "", "node that each point is, counted from 0");
+}
+
 void write_body(hid_t bodies, const ResultBody& body, long index, hsize_t nt) {
   const Id group = make_group(bodies, body.name);
   write_attribute(group, "index", index);
@@ -51,6 +62,9 @@ void write_body(hid_t bodies, const ResultBody& body, long index, hsize_t nt) {
     if (!hash.empty()) write_attribute(group, "mesh_sha256", hash);
   }
   if (!body.section.shape.empty()) write_section(group, body.section);
+  if (body.surface.triangles.rows() > 0) write_surface(group, body.surface);
+  if (!body.color.empty())
+    write_numbers(group, "color", Eigen::Map<const VecX>(body.color.data(), 3), {3}, "", "sRGB 0..1, where the scene gives none");
   write_numbers(group, "position", body.position, {nt, 3}, "m", "origin of the body frame in world axes");
   write_numbers(group, "orientation", body.orientation, {nt, 4}, "", "unit quaternion w x y z, body axes to world axes");
 
@@ -91,6 +105,7 @@ void write_body(hid_t bodies, const ResultBody& body, long index, hsize_t nt) {
   write_numbers(group, "stress_nodes", places, {ns}, "", "nodes of 'node_stress', counted from 0");
   write_numbers(group, "node_stress", node_rows(body.node_stress, 6), {ns, 6, n}, "Pa",
                 "stress xx yy zz xy yz xz per elastic coordinate, in the body frame");
+  write_numbers(group, "node_von_mises", body.node_von_mises, {nt, nn}, "Pa", "von Mises stress at the nodes");
 }
 
 void write_joint(hid_t joints, const ResultJoint& joint, long index, hsize_t nt) {
@@ -161,6 +176,20 @@ void write_all(hid_t file, const Results& results) {
   write_texts(statistics, "warnings", s.notes.texts(Severity::warning));
 }
 
+template <class Fail>
+void check_surface(const ResultBody& body, const Fail& fail) {
+  const ResultSurface& s = body.surface;
+  const auto m = s.points.rows(), k = s.triangles.rows();
+  const auto nn = std::ssize(body.nodes);
+  const bool whole = s.points.allFinite() && (k == 0 || (s.triangles.minCoeff() >= 0 && s.triangles.maxCoeff() < m)) &&
+                     (s.colors.rows() == 0 || (s.colors.rows() == k && s.colors.allFinite()));
+  if (!whole) fail(fmt::format("{}: its surface of {} points and {} triangles contradicts itself", body.name, m, k));
+  if (!s.nodes.empty() && std::ssize(s.nodes) != m) fail(fmt::format("{}: its surface names a node for some points only", body.name));
+  for (const int node : s.nodes)
+    if (node < 0 || node >= nn) fail(fmt::format("{}: its surface names node {} of {}", body.name, node, nn));
+  if (!body.color.empty() && body.color.size() != 3) fail(fmt::format("{}: a colour has three numbers", body.name));
+}
+
 // Sizes and numbers of results, before a file is begun.
 void check_results(const Results& results) {
   const auto fail = [](const std::string& message) { throw SimulationError("the results cannot be written: " + message); };
@@ -207,6 +236,8 @@ void check_results(const Results& results) {
     if (body.node_stress.rows() != 6 * ns || (ns > 0 && body.node_stress.cols() != body.q.cols()) || !body.node_stress.allFinite())
       fail(fmt::format("{}: the stress modes are {} x {}, not finite {} x {}", body.name, body.node_stress.rows(), body.node_stress.cols(),
                        6 * ns, body.q.cols()));
+    series(body.name + ": node_von_mises", body.node_von_mises, nn, true);
+    check_surface(body, fail);
     for (int i : body.stress_nodes)
       if (i < 0 || i >= nn) fail(fmt::format("{}: node {} with stress is not there", body.name, i));
   }

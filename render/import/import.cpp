@@ -1,0 +1,118 @@
+#include "render/import/import.h"
+
+#include "render/import/assemble.h"
+#include "render/import/calculix.h"
+#include "render/import/surfaces.h"
+#include "sim/base/words.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+
+namespace flexframe::imports {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string ending_of(const fs::path& file) {
+  std::string ending = file.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending;
+}
+
+Table read_table(const fs::path& file, const TableFormat& format) {
+  return ending_of(file) == ".mat" ? read_modelica(file) : read_text_table(file, format);
+}
+
+Imported import_tables(const Request& request) {
+  std::optional<Mapping> mapping;
+  if (!request.mapping.empty()) mapping = read_mapping(request.mapping);
+  TableFormat format = mapping ? mapping->format : TableFormat{};
+  if (request.step) format.step = request.step;
+  std::vector<Table> tables;
+  for (const fs::path& file : request.files) tables.push_back(read_table(file, format));
+  const Table table = join_tables(std::move(tables));
+  if (!mapping) {
+    mapping = mapping_by_names(table);
+    mapping->length_unit = request.length_unit.value_or(1.0);
+    mapping->angle_unit = request.angle_unit.value_or(1.0);
+    mapping->units_given = request.length_unit && request.angle_unit;
+  } else if (request.length_unit || request.angle_unit) {
+    throw InputError(
+        fmt::format("{}: units stand in the mapping file's [units]: leave out --length-unit and --angle-unit", request.mapping.string()));
+  }
+  Imported out{.results = assemble(table, *mapping), .kind = table.kind};
+  for (size_t b = 0; b < mapping->bodies.size(); ++b)
+    if (mapping->bodies[b].mesh_unit != 1.0) embed_mesh(mapping->bodies[b].mesh_unit, out.results.bodies[b]);
+  return out;
+}
+
+// One body of moving nodes, named after the file.
+Imported import_series(NodalSeries series, const Request& request) {
+  Imported out;
+  out.kind = series.kind;
+  const std::string name = fs::path(series.file).stem().string();
+  out.results.title = name;
+  out.results.times = series.times;
+  out.results.bodies.push_back(to_body(series, name));
+  sim::Notes& notes = out.results.statistics.notes;
+  notes.tell(series.notes);
+  if (!request.length_unit)
+    notes.tell("", fmt::format("{} says no unit of length: metres are taken; --length-unit mm says another", series.file));
+  if (series.von_mises.size() > 0 && !request.stress_unit)
+    notes.tell("", fmt::format("{} says no unit of stress: Pa is taken; --stress-unit MPa says another", series.file));
+  return out;
+}
+
+Imported import_frd(const Request& request) {
+  if (request.files.size() > 1) throw InputError(fmt::format("{}: one .frd file is read at a time", request.files[1].string()));
+  return import_series(read_frd(request.files[0], request.length_unit.value_or(1.0), request.stress_unit.value_or(1.0)), request);
+}
+
+// A kind of file that is no table.
+struct Kind {
+  std::vector<std::string> endings;
+  Imported (*read)(const Request& request);
+};
+const std::vector<Kind>& kinds() {
+  static const std::vector<Kind> all{{{".frd"}, import_frd}};
+  return all;
+}
+
+void add_meshes(const Request& request, sim::Results& results) {
+  std::vector<std::string> names;
+  for (const sim::ResultBody& body : results.bodies) names.push_back(body.name);
+  for (const auto& [name, file] : request.meshes) {
+    const auto at = std::find(names.begin(), names.end(), name);
+    if (at == names.end())
+      throw InputError(fmt::format("--mesh names body {}, which the files do not have{}; bodies: {}", sim::quote(name),
+                                   sim::did_you_mean(name, names), sim::list_words(names)));
+    sim::ResultBody& body = results.bodies[static_cast<size_t>(at - names.begin())];
+    body.mesh = fs::absolute(file).lexically_normal().string();
+    body.surface = {};
+    if (request.mesh_unit != 1.0) embed_mesh(request.mesh_unit, body);
+    else check_mesh(body.mesh);
+  }
+}
+
+}  // namespace
+
+Imported import_files(const Request& request) {
+  if (request.files.empty()) throw InputError("no file to import");
+  for (const fs::path& file : request.files)
+    if (!fs::exists(file)) throw InputError(fmt::format("{}: no such file", file.string()));
+  Imported (*read)(const Request&) = import_tables;
+  for (const Kind& kind : kinds())
+    if (std::find(kind.endings.begin(), kind.endings.end(), ending_of(request.files.front())) != kind.endings.end()) read = kind.read;
+  if (read != import_tables && !request.mapping.empty())
+    throw InputError(fmt::format("{}: a mapping file is for tables; this file says itself what moves", request.files[0].string()));
+  Imported out = read(request);
+  add_meshes(request, out.results);
+  if (!request.title.empty()) out.results.title = request.title;
+  sim::SolverStatistics& statistics = out.results.statistics;
+  if (statistics.method.empty()) statistics.method = "another program";
+  return out;
+}
+
+}  // namespace flexframe::imports
