@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 struct Words {
   std::vector<std::string> files, meshes;
-  std::string out, mapping, mesh_unit, length_unit, angle_unit, stress_unit, title;
+  std::string out, mapping, scene, mesh_unit, length_unit, angle_unit, stress_unit, title;
   std::optional<double> step;
   bool json = false;
 };
@@ -36,6 +36,7 @@ imports::Request request_of(const Words& words) {
   imports::Request request;
   for (const std::string& file : words.files) request.files.emplace_back(file);
   request.mapping = words.mapping;
+  request.scene = words.scene;
   request.step = words.step;
   request.title = words.title;
   for (const std::string& word : words.meshes) {
@@ -95,6 +96,7 @@ Layouts, units and conventions of each, and the mapping file: render/import/READ
   app.option("FILES", words->files, "result files; several tables of the same times are read as one").as("FILE").required();
   app.option("-o,--out", words->out, "results file (HDF5); default: the name of the first file with .h5").as("FILE");
   app.option("--map", words->mapping, "mapping file (TOML): columns, units and conventions of every body").as("FILE");
+  app.option("--scene", words->scene, "scene that describes the mechanism: its beams, shapes, joints and [render] table are drawn").as("FILE");
   app.option("--mesh", words->meshes, "mesh of a body (STL, PLY, OBJ, glTF); may be given for each").as("BODY=FILE").one_word();
   app.option("--mesh-unit", words->mesh_unit, "unit of the lengths in these meshes; default m").as("UNIT");
   app.option("--length-unit", words->length_unit, "unit of lengths in files that do not say it; default m").as("UNIT");

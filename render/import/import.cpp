@@ -2,8 +2,10 @@
 
 #include "render/import/assemble.h"
 #include "render/import/calculix.h"
+#include "render/import/scene_shapes.h"
 #include "render/import/surfaces.h"
 #include "sim/base/words.h"
+#include "sim/scene/scene_reader.h"
 
 #include <fmt/format.h>
 
@@ -109,6 +111,7 @@ Imported import_files(const Request& request) {
     throw InputError(fmt::format("{}: a mapping file is for tables; this file says itself what moves", request.files[0].string()));
   Imported out = read(request);
   add_meshes(request, out.results);
+  if (!request.scene.empty()) dress_by_scene(sim::read_scene(request.scene), out.results);
   if (!request.title.empty()) out.results.title = request.title;
   sim::SolverStatistics& statistics = out.results.statistics;
   if (statistics.method.empty()) statistics.method = "another program";

@@ -14,6 +14,7 @@ namespace flexframe::imports {
 struct Request {
   std::vector<std::filesystem::path> files;
   std::filesystem::path mapping;              // mapping file, or empty
+  std::filesystem::path scene;                // scene that the results are of, or empty
   std::map<std::string, std::string> meshes;  // body -> mesh file
   double mesh_unit = 1.0;                     // m: what lengths in these files are in
   std::optional<double> step;                 // s between samples where the files have no times
