@@ -313,6 +313,59 @@ def slider_crank(folder):
     run("compare", folder / "ours/frames", folder / "other/frames", code=1)
 
 
+def volume(group):
+    """Of the body's surface, by the divergence theorem: closed and seen from outside where it is what the elements fill."""
+    corners = group["surface/points"][:][group["surface/triangles"][:].astype(int)]
+    return np.einsum("ti,ti->t", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
+
+
+def calculix(folder):
+    """Displacements against what ccx prints, stress against the components in the file, skins against the volumes of the elements."""
+    done = run("import", data / "solids.frd", "-o", folder / "s.h5", "--length-unit", "mm", "--stress-unit", "MPa", "--json")
+    expect(json.loads(done.stdout)["kind"] == "CalculiX .frd" and json.loads(done.stdout)["notes"] == [], done.stdout)
+    _, _, group = body(folder / "s.h5", "solids")
+    names = [int(n) for n in group["node_names"][:]]
+    printed, times = {}, []
+    for line in (data / "solids.dat").read_text().splitlines():
+        words = line.split()
+        if "time" in words:
+            times.append(float(words[-1]))
+        elif len(words) == 4:
+            printed[len(times) - 1, int(words[0])] = [1e-3 * float(w) for w in words[1:]]
+    with h5py.File(folder / "s.h5") as file:
+        expect(len(times) == 3 and np.allclose(file["times"][:], times, rtol=1e-6), f"times {times}")
+    u = group["displacement"][:]
+    wanted = np.array([[printed[i, n] for n in names] for i in range(len(times))])
+    near(np.abs(u - wanted).max() / np.abs(wanted).max(), 0.0, 2e-6, "displacements against the printed ones")
+    # Brick, wedge and tetrahedron, with and without nodes on their edges: 2 + 1 + 1/3, twice.
+    near(volume(group), 2 * (2 + 1 + 1 / 3) * 1e-9, 1e-18, "volume within the skin")
+    stress, step = {}, -1
+    for line in (data / "solids.frd").read_text().splitlines():
+        if line.startswith(" -4"):
+            inside = line.split()[1] == "STRESS"
+            step += inside
+        elif step >= 0 and inside and line.startswith(" -1"):
+            stress[step, int(line[3:13])] = [float(line[13 + 12 * k : 25 + 12 * k]) for k in range(6)]
+    s = np.array([[stress[i, n] for n in names] for i in range(len(times))]) * 1e6
+    tensor = s[..., [0, 3, 5, 3, 1, 4, 5, 4, 2]].reshape(*s.shape[:2], 3, 3)
+    deviator = tensor - np.trace(tensor, axis1=2, axis2=3)[..., None, None] * np.eye(3) / 3
+    mises = np.sqrt(1.5 * (deviator**2).sum(axis=(2, 3)))
+    near(np.abs(group["node_von_mises"][:] - mises).max() / mises.max(), 0.0, 1e-12, "von Mises stress")
+    run("render", folder / "s.h5", "-o", folder / "s", "--color-by", "stress", "--size", "160x90", "--frames", "0:2", "--no-video")
+    # Damage is told with its line.
+    whole = (data / "solids.frd").read_text()
+    for text, word in (
+        (whole[: len(whole) // 2], "solids.frd"),
+        (whole.replace(" -4  DISP", " -4  TEMP"), "no displacements"),
+        (whole.replace("    1C", "    7C", 1), "solids.frd:1: is no CalculiX result"),
+        (whole.replace(" 2.00000E+00", " 2.00000x+00", 1), "a coordinate"),
+        ("", "solids.frd"),
+    ):
+        (folder / "solids.frd").write_text(text)
+        done = run("import", folder / "solids.frd", "-o", folder / "bad.h5", code=2)
+        expect(word in done.stderr and not (folder / "bad.h5").exists(), f"damaged: {done.stderr}")
+
+
 def wrong_tables(folder):
     """A sentence with place and what is needed; never a file."""
     good = {"t": t, "a.x": t, "a.y": t, "a.z": t, "a.qw": 0 * t + 1, "a.qx": 0 * t, "a.qy": 0 * t, "a.qz": 0 * t}
@@ -356,4 +409,4 @@ def wrong_tables(folder):
         refused(words, text=plain, mapping=mapping)
 
 
-run_parts(by_names, conventions, nodes_and_points, modelica, slider_crank, wrong_tables)
+run_parts(by_names, conventions, nodes_and_points, modelica, slider_crank, calculix, wrong_tables)
