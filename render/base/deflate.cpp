@@ -20,6 +20,14 @@ std::vector<std::uint8_t> compress(std::span<const std::uint8_t> bytes, Containe
   return packed;
 }
 
+bool decompress_zlib(std::span<const std::uint8_t> packed, std::span<std::uint8_t> out) {
+  const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)> decompressor(libdeflate_alloc_decompressor(),
+                                                                                                       &libdeflate_free_decompressor);
+  if (!decompressor) throw std::bad_alloc();
+  return libdeflate_zlib_decompress(decompressor.get(), packed.data(), packed.size(), out.data(), out.size(), nullptr) ==
+         LIBDEFLATE_SUCCESS;
+}
+
 std::uint32_t crc32(std::span<const std::uint8_t> bytes) { return libdeflate_crc32(0, bytes.data(), bytes.size()); }
 
 }  // namespace flexframe::render

@@ -92,11 +92,13 @@ Command add_import(Program& program) {
   app.footer(R"(csv, txt   a table with times: NAME.x NAME.y NAME.z NAME.qw NAME.qx NAME.qy NAME.qz ..., or any columns with --map
 mat        Modelica result of Dymola or OpenModelica
 frd        CalculiX: displacements and stress of the nodes, on the skin of the elements
+vtu, vtp, pvd, vtkhdf   VTK: points that move, or point data "displacement"
 Layouts, units and conventions of each, and the mapping file: render/import/README.md.)");
   app.option("FILES", words->files, "result files; several tables of the same times are read as one").as("FILE").required();
   app.option("-o,--out", words->out, "results file (HDF5); default: the name of the first file with .h5").as("FILE");
   app.option("--map", words->mapping, "mapping file (TOML): columns, units and conventions of every body").as("FILE");
-  app.option("--scene", words->scene, "scene that describes the mechanism: its beams, shapes, joints and [render] table are drawn").as("FILE");
+  app.option("--scene", words->scene, "scene that describes the mechanism: its beams, shapes, joints and [render] table are drawn")
+      .as("FILE");
   app.option("--mesh", words->meshes, "mesh of a body (STL, PLY, OBJ, glTF); may be given for each").as("BODY=FILE").one_word();
   app.option("--mesh-unit", words->mesh_unit, "unit of the lengths in these meshes; default m").as("UNIT");
   app.option("--length-unit", words->length_unit, "unit of lengths in files that do not say it; default m").as("UNIT");

@@ -4,6 +4,7 @@
 #include "render/import/calculix.h"
 #include "render/import/scene_shapes.h"
 #include "render/import/surfaces.h"
+#include "render/import/vtk_series.h"
 #include "sim/base/words.h"
 #include "sim/scene/scene_reader.h"
 
@@ -54,7 +55,7 @@ Imported import_tables(const Request& request) {
 Imported import_series(NodalSeries series, const Request& request) {
   Imported out;
   out.kind = series.kind;
-  const std::string name = fs::path(series.file).stem().string();
+  const std::string name = request.files.front().stem().string();
   out.results.title = name;
   out.results.times = series.times;
   out.results.bodies.push_back(to_body(series, name));
@@ -72,13 +73,24 @@ Imported import_frd(const Request& request) {
   return import_series(read_frd(request.files[0], request.length_unit.value_or(1.0), request.stress_unit.value_or(1.0)), request);
 }
 
+VtkRequest vtk_request(const Request& request) {
+  return {.unit = request.length_unit.value_or(1.0), .stress = request.stress_unit.value_or(1.0), .step = request.step};
+}
+
+Imported import_vtk(const Request& request) { return import_series(read_vtk_xml(request.files, vtk_request(request)), request); }
+
+Imported import_vtkhdf(const Request& request) {
+  if (request.files.size() > 1) throw InputError(fmt::format("{}: one .vtkhdf file is read at a time", request.files[1].string()));
+  return import_series(read_vtkhdf(request.files[0], vtk_request(request)), request);
+}
+
 // A kind of file that is no table.
 struct Kind {
   std::vector<std::string> endings;
   Imported (*read)(const Request& request);
 };
 const std::vector<Kind>& kinds() {
-  static const std::vector<Kind> all{{{".frd"}, import_frd}};
+  static const std::vector<Kind> all{{{".frd"}, import_frd}, {{".vtu", ".vtp", ".pvd"}, import_vtk}, {{".vtkhdf", ".hdf"}, import_vtkhdf}};
   return all;
 }
 

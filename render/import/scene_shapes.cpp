@@ -60,8 +60,7 @@ void dress_by_scene(const sim::Scene& scene, sim::Results& results) {
   if (unknown.size() == results.bodies.size())
     throw sim::InputError(fmt::format("{}: describes none of the bodies {}; its bodies: {}", scene.file.string(), sim::list_words(unknown),
                                       sim::list_words(names)));
-  if (!unknown.empty())
-    results.statistics.notes.tell("", fmt::format("the scene does not describe: {}", sim::list_words(unknown)));
+  if (!unknown.empty()) results.statistics.notes.tell("", fmt::format("the scene does not describe: {}", sim::list_words(unknown)));
   // In the scene's order, on which colours and shapes of bodies side by side depend.
   const auto rank = [&](const sim::ResultBody& body) { return std::find(names.begin(), names.end(), body.name); };
   std::stable_sort(results.bodies.begin(), results.bodies.end(), [&](const auto& a, const auto& b) { return rank(a) < rank(b); });

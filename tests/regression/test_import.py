@@ -1,4 +1,4 @@
-"""flexframe import: results of other programs. Orientations against scipy's Rotation, motions against the numbers that the files were made of."""
+"""flexframe import: results of other programs. Orientations against scipy's Rotation, motions against what the files were made of."""
 
 import json
 import pathlib
@@ -213,7 +213,8 @@ def modelica(folder):
             expect(np.allclose(values[:, names.index("L")], 0.3, atol=0), "a parameter")
             expect(file["outputs/units"][names.index("rev.phi")] == b"rad", "the unit of a variable")
     (folder / "m.toml").write_text(
-        '[[body]]\nname = "shaft"\nposition = [0, 0, "L"]\nangle = "rev.phi"\naxis = [0, 1, 0]\n[[body]]\nname = "arm"\nframe = "arm.frame_a"\n'
+        '[[body]]\nname = "shaft"\nposition = [0, 0, "L"]\nangle = "rev.phi"\naxis = [0, 1, 0]\n'
+        '[[body]]\nname = "arm"\nframe = "arm.frame_a"\n'
     )
     run("import", folder / "m.mat", "--map", folder / "m.toml", "-o", folder / "m.h5")
     check_body(folder / "m.h5", "arm", places, turns, "frame of a mapping file")
@@ -269,7 +270,8 @@ def slider_crank(folder):
                 variables |= {f"{name}.{what}[{n + 1},{k + 1}]": (b[what][:, n, k], "[m]" if what[0] == "d" else "[rad]") for k in range(3)}
             three = {what: [f"{name}.{what}[{n + 1},{k + 1}]" for k in range(3)] for what in ("displacement", "rotation")}
             lines.append(
-                f'{{ name = "{b["node_names"][n].decode()}", origin = {origin.tolist()}, displacement = {three["displacement"]}, rotation_vector = {three["rotation"]} }},'
+                f'{{ name = "{b["node_names"][n].decode()}", origin = {origin.tolist()}, '
+                f'displacement = {three["displacement"]}, rotation_vector = {three["rotation"]} }},'
             )
         lines.append("]")
     variables |= {name: (values, f"[{unit}]") for unit, (name, values) in zip(units, outputs.items())}
@@ -287,7 +289,8 @@ def slider_crank(folder):
         columns |= {f"{name}.{a}": 1e3 * b["position"][:, k] for k, a in enumerate("XYZ")}
         columns |= {f"{name}.{a}": v for a, v in zip(("AX", "AY", "AZ"), turn.as_euler("XYZ", degrees=True).T)}
         lines.append(
-            f'[[body]]\nname = "{name}"\nposition = {[f"{name}.{a}" for a in "XYZ"]}\neuler = {[f"{name}.A{a}" for a in "XYZ"]}\nsequence = "xyz"\nnode = ['
+            f'[[body]]\nname = "{name}"\nposition = {[f"{name}.{a}" for a in "XYZ"]}\n'
+            f'euler = {[f"{name}.A{a}" for a in "XYZ"]}\nsequence = "xyz"\nnode = ['
         )
         for n, origin in enumerate(b.get("node_origin", [])):
             node = f"{name}.{n}"
@@ -296,7 +299,8 @@ def slider_crank(folder):
             columns |= {f"{node}.{a}": 1e3 * where[:, k] for k, a in enumerate("xyz")} | {f"{node}.q{k}": q[:, k] for k in range(4)}
             quaternion = [f"{node}.q{k}" for k in range(4)]
             lines.append(
-                f'{{ name = "{b["node_names"][n].decode()}", origin = {origin.tolist()}, position = "{node}", quaternion = {quaternion}, order = "xyzw" }},'
+                f'{{ name = "{b["node_names"][n].decode()}", origin = {origin.tolist()}, '
+                f'position = "{node}", quaternion = {quaternion}, order = "xyzw" }},'
             )
         lines.append("]")
     write_table(folder / "sc.csv", columns | {f"{n} [{unit}]": v for unit, (n, v) in zip(units, outputs.items())})
@@ -366,6 +370,87 @@ def calculix(folder):
         expect(word in done.stderr and not (folder / "bad.h5").exists(), f"damaged: {done.stderr}")
 
 
+def check_grid(group, times, what):
+    """The motion that make_vtk.py writes: displacement 0.01 t (x y, z, x^2), stress t (1 + x) with shear 2 t and 3 t."""
+    x, y, z = group["node_origin"][:].T
+    u = 0.01 * times[:, None, None] * np.stack([x * y, z, x * x], axis=1)
+    near(np.abs(group["displacement"][:] - u).max(), 0.0, 1e-12, f"{what}: displacement")
+    mises = times[:, None] * np.sqrt((1 + x) ** 2 + 3 * (2**2 + 3**2))
+    near(np.abs(group["node_von_mises"][:] / np.maximum(mises, 1e-300) - 1)[times > 0].max(), 0.0, 1e-6, f"{what}: stress")
+    # Bricks, wedges, tetrahedra and pyramids, linear and quadratic: 2 + 1 + 1/3 + 2/3, twice.
+    near(volume(group), 8.0, 1e-9, f"{what}: volume within the skin")
+
+
+def vtk(folder):
+    """Files of VTK in all its ways to write numbers, and VTKHDF by its documented layout."""
+    told = json.loads(run("import", data / "grid.pvd", "-o", folder / "g.h5", "--length-unit", "m", "--stress-unit", "Pa", "--json").stdout)
+    expect(told["bodies"][0]["name"] == "grid" and told["notes"] == ["1 cells without a surface (points, lines) are left out"], f"{told}")
+    times = 0.5 * np.arange(5)
+    _, _, group = body(folder / "g.h5", "grid")
+    check_grid(group, times, "VTK series")
+    for name in ("ascii", "binary", "packed", "raw", "appended"):
+        run("import", data / f"grid_{name}.vtu", "-o", folder / "one.h5")
+    run("import", data / "moved_0.vtp", data / "moved_1.vtp", "--step", "0.1", "-o", folder / "v.h5", "--length-unit", "mm")
+    _, _, moved = body(folder / "v.h5", "moved_0")
+    near(np.abs(moved["displacement"][1] - [1e-4, 2e-4, 0.0]).max(), 0.0, 1e-10, "points that move")
+
+    # VTKHDF: the same grid, its points and cells once, point data of every step behind each other.
+    p, q = group["surface/points"][:], group["node_origin"][:]
+    expect(np.array_equal(p, q), "the corners of the surface are the nodes")
+    corners = np.array([[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0], [0, 0, 1], [2, 0, 1], [2, 1, 1], [0, 1, 1]], float)
+    points = np.vstack([corners + [0, 3 * k, 0] for k in range(4)])
+    cells = np.arange(32)
+    x, y, z = points.T
+    u = np.stack([0.01 * t * np.stack([x * y, z, x * x], axis=1) for t in times])
+    stress = np.concatenate([t * (1 + x) for t in times])
+
+    def vtkhdf(path, temporal=True, **changes):
+        with h5py.File(path, "w") as file:
+            root = file.create_group("VTKHDF")
+            root.attrs["Version"] = [2, 0]
+            root.attrs.create("Type", np.bytes_(changes.get("type", "UnstructuredGrid")))
+            # Two parts of two bricks each.
+            root["NumberOfPoints"], root["NumberOfCells"], root["NumberOfConnectivityIds"] = [16, 16], [2, 2], [16, 16]
+            root["Points"], root["Connectivity"] = points, np.tile(np.arange(16), 2) + changes.get("shift", 0)
+            root["Offsets"], root["Types"] = [0, 8, 16, 0, 8, 16], np.full(4, 12, np.uint8)
+            root["PointData/displacement"] = np.concatenate(u) if temporal else u[-1]
+            root["PointData/mises"] = stress if temporal else stress[-32:]
+            if temporal:
+                steps = root.create_group("Steps")
+                steps.attrs["NSteps"], steps["Values"] = 5, times
+                for name in ("PartOffsets", "PointOffsets", "CellOffsets", "ConnectivityIdOffsets"):
+                    steps[name] = np.zeros(5, int)
+                steps["NumberOfParts"] = np.full(5, 2)
+                for name in ("displacement", "mises"):
+                    steps[f"PointDataOffsets/{name}"] = 32 * np.arange(5)
+
+    for temporal in (True, False):
+        vtkhdf(folder / "h.vtkhdf", temporal)
+        run("import", folder / "h.vtkhdf", "-o", folder / "h.h5")
+        _, _, hdf = body(folder / "h.h5", "h")
+        near(np.abs(hdf["displacement"][:] - (u if temporal else u[-1:])).max(), 0.0, 1e-15, f"VTKHDF, temporal {temporal}")
+        near(volume(hdf), 8.0, 1e-12, "VTKHDF: volume within the skin")
+    # What is damaged, and what does not move.
+    whole = (data / "grid_ascii.vtu").read_text()
+    for text, word in (
+        (whole[: len(whole) // 2], "no whole XML file"),
+        (whole.replace('"displacement"', '"velocity"'), "nothing moves"),
+        (whole.replace("UnstructuredGrid", "ImageData"), "ImageData"),
+        ("solid", "bad.vtu"),
+    ):
+        (folder / "bad.vtu").write_text(text)
+        done = run("import", folder / "bad.vtu", "-o", folder / "bad.h5", code=2)
+        expect(word in done.stderr and "bad.vtu" in done.stderr, f"damaged: {done.stderr}")
+    raw = (data / "grid_raw.vtu").read_bytes()
+    (folder / "bad.vtu").write_bytes(raw[: len(raw) * 2 // 3])
+    run("import", folder / "bad.vtu", "-o", folder / "bad.h5", code=2)
+    for changes, word in (({"type": "ImageData"}, "ImageData"), ({"shift": 40}, "names point")):
+        vtkhdf(folder / "bad.vtkhdf", **changes)
+        done = run("import", folder / "bad.vtkhdf", "-o", folder / "bad.h5", code=2)
+        expect(word in done.stderr, f"{changes}: {done.stderr}")
+    expect(not (folder / "bad.h5").exists(), "a file is left")
+
+
 def wrong_tables(folder):
     """A sentence with place and what is needed; never a file."""
     good = {"t": t, "a.x": t, "a.y": t, "a.z": t, "a.qw": 0 * t + 1, "a.qx": 0 * t, "a.qy": 0 * t, "a.qz": 0 * t}
@@ -409,4 +494,4 @@ def wrong_tables(folder):
         refused(words, text=plain, mapping=mapping)
 
 
-run_parts(by_names, conventions, nodes_and_points, modelica, slider_crank, calculix, wrong_tables)
+run_parts(by_names, conventions, nodes_and_points, modelica, slider_crank, calculix, vtk, wrong_tables)

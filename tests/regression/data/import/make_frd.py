@@ -1,4 +1,4 @@
-"""Makes solids.inp, solids.frd and solids.dat: elements of every solid kind of CalculiX, pulled; ccx writes the last two (Debian calculix-ccx).
+"""Makes solids.inp, solids.frd and solids.dat: elements of every solid kind of CalculiX, pulled. ccx (calculix-ccx) writes the last two.
 
 python3 make_frd.py
 """
