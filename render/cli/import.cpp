@@ -92,6 +92,9 @@ Command add_import(Program& program) {
   app.footer(R"(csv, txt   a table with times: NAME.x NAME.y NAME.z NAME.qw NAME.qx NAME.qy NAME.qz ..., or any columns with --map
 mat        Modelica result of Dymola or OpenModelica
 frd        CalculiX: displacements and stress of the nodes, on the skin of the elements
+npz        NumPy arrays: NAME.position, NAME.orientation, NAME.displacement ...
+mov, nc    MBDyn, text and NetCDF
+urdf csv   a robot and the motion of its joints
 vtu, vtp, pvd, vtkhdf   VTK: points that move, or point data "displacement"
 Layouts, units and conventions of each, and the mapping file: render/import/README.md.)");
   app.option("FILES", words->files, "result files; several tables of the same times are read as one").as("FILE").required();
@@ -109,6 +112,7 @@ Layouts, units and conventions of each, and the mapping file: render/import/READ
   app.flag("--json", words->json, "summary as JSON");
   app.example("robot.csv --mesh arm=arm.stl --mesh-unit mm -o robot.h5", "poses of a table, then: flexframe render robot.h5");
   app.example("adams.tab --map adams.toml", "columns, units and Euler angles as the mapping file says");
+  app.example("robot.urdf joints.csv --angle-unit deg", "a robot by the angles of its joints");
   app.example("CraneModel_res.mat --mesh jib=jib.stl", "a Modelica result: every component with a mass");
 
   return {app, [words] {

@@ -1,9 +1,12 @@
 #include "render/import/import.h"
 
+#include "render/import/arrays.h"
 #include "render/import/assemble.h"
 #include "render/import/calculix.h"
+#include "render/import/mbdyn.h"
 #include "render/import/scene_shapes.h"
 #include "render/import/surfaces.h"
+#include "render/import/urdf.h"
 #include "render/import/vtk_series.h"
 #include "sim/base/words.h"
 #include "sim/scene/scene_reader.h"
@@ -51,6 +54,12 @@ Imported import_tables(const Request& request) {
   return out;
 }
 
+// The one file of a request; kind completes "one ... is read at a time".
+const fs::path& only_file(const Request& request, const char* kind) {
+  if (request.files.size() > 1) throw InputError(fmt::format("{}: one {} is read at a time", request.files[1].string(), kind));
+  return request.files.front();
+}
+
 // One body of moving nodes, named after the file.
 Imported import_series(NodalSeries series, const Request& request) {
   Imported out;
@@ -69,8 +78,8 @@ Imported import_series(NodalSeries series, const Request& request) {
 }
 
 Imported import_frd(const Request& request) {
-  if (request.files.size() > 1) throw InputError(fmt::format("{}: one .frd file is read at a time", request.files[1].string()));
-  return import_series(read_frd(request.files[0], request.length_unit.value_or(1.0), request.stress_unit.value_or(1.0)), request);
+  return import_series(read_frd(only_file(request, ".frd file"), request.length_unit.value_or(1.0), request.stress_unit.value_or(1.0)),
+                       request);
 }
 
 VtkRequest vtk_request(const Request& request) {
@@ -80,8 +89,31 @@ VtkRequest vtk_request(const Request& request) {
 Imported import_vtk(const Request& request) { return import_series(read_vtk_xml(request.files, vtk_request(request)), request); }
 
 Imported import_vtkhdf(const Request& request) {
-  if (request.files.size() > 1) throw InputError(fmt::format("{}: one .vtkhdf file is read at a time", request.files[1].string()));
-  return import_series(read_vtkhdf(request.files[0], vtk_request(request)), request);
+  return import_series(read_vtkhdf(only_file(request, ".vtkhdf file"), vtk_request(request)), request);
+}
+
+Imported import_npz(const Request& request) {
+  const fs::path& file = only_file(request, "NumPy archive");
+  return {.results = results_of_arrays(read_npz(file), file.string(), request.length_unit.value_or(1.0)), .kind = "NumPy archive"};
+}
+
+Imported import_mov(const Request& request) {
+  return {.results = read_mbdyn_mov(only_file(request, ".mov file"), request.step), .kind = "MBDyn .mov"};
+}
+
+Imported import_netcdf(const Request& request) {
+  return {.results = read_mbdyn_netcdf(only_file(request, "NetCDF file")), .kind = "MBDyn NetCDF"};
+}
+
+Imported import_urdf(const Request& request) {
+  if (request.files.size() != 2)
+    throw InputError(fmt::format("{}: a robot needs one table of its joints' motion beside it: flexframe import ROBOT.urdf JOINTS.csv",
+                                 request.files[0].string()));
+  TableFormat format;
+  format.step = request.step;
+  const Table table = read_text_table(request.files[1], format);
+  return {.results = read_urdf(request.files[0], table, request.length_unit.value_or(1.0), request.angle_unit.value_or(1.0)),
+          .kind = "URDF robot"};
 }
 
 // A kind of file that is no table.
@@ -90,7 +122,13 @@ struct Kind {
   Imported (*read)(const Request& request);
 };
 const std::vector<Kind>& kinds() {
-  static const std::vector<Kind> all{{{".frd"}, import_frd}, {{".vtu", ".vtp", ".pvd"}, import_vtk}, {{".vtkhdf", ".hdf"}, import_vtkhdf}};
+  static const std::vector<Kind> all{{{".frd"}, import_frd},
+                                     {{".vtu", ".vtp", ".pvd"}, import_vtk},
+                                     {{".vtkhdf", ".hdf"}, import_vtkhdf},
+                                     {{".npz"}, import_npz},
+                                     {{".mov"}, import_mov},
+                                     {{".nc"}, import_netcdf},
+                                     {{".urdf"}, import_urdf}};
   return all;
 }
 
