@@ -21,7 +21,7 @@ void InpResolver::add_transform(int space, const InpTransform& t) {
 void InpResolver::mark_turning() {
   turning.assign(model.nodes.size(), false);
   for (const FeElement& e : model.elements) {
-    const bool turns = fe_is_shell(e.shape) || (e.shape == FeShape::beam2 && e.section >= 0 && !model.beam_sections[e.section].truss);
+    const bool turns = fe_is_shell(e.shape) || (e.shape == FeShape::beam2 && e.section >= 0 && model.beam_sections[e.section].turns());
     for (int k = 0; k < e.count && turns; ++k) turning[model.connectivity[e.first + k]] = true;
   }
 }

@@ -182,7 +182,9 @@ void complete(FeModel& model, const std::string& name, const char* option, const
 
 void complete_density(FeModel& model, const std::string& name, double density) {
   complete(model, name, "--density", [&](FeMaterial& m) {
-    if (!(m.density > 0.0)) m.density = density;
+    if (m.density > 0.0) return;
+    m.density = density;
+    m.massless = false;
   });
 }
 
@@ -222,7 +224,7 @@ void check_material(const FeModel& model, const FeMaterial& m, std::vector<std::
                         m.youngs_modulus, m.name));
     if (!(m.poisson > -1.0 && m.poisson < 0.5)) fault(fmt::format("Poisson's ratio must be in (-1, 0.5), found {}", m.poisson));
   }
-  if (!(m.density > 0.0))
+  if (!(m.density > 0.0) && !m.massless)
     fault(fmt::format("density must be > 0, found {}; give *DENSITY in the model, or --density {}=DENSITY in kg/m^3", m.density, m.name));
 }
 
@@ -240,6 +242,8 @@ void check_model(const FeModel& model) {
       for (const FeLayer& l : model.layups[e.section].layers) used[l.material] = true;
       continue;
     }
+    if (fe_is_shell(e.shape) && e.section >= 0 && model.layups[e.section].bending_material >= 0)
+      used[model.layups[e.section].bending_material] = true;
     if (e.material >= 0) used[e.material] = true;
     else
       material.add(fmt::format("{}: element {} has no material: give a section in the model, or --material YOUNGS_MODULUS,POISSON,DENSITY",

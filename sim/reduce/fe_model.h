@@ -41,6 +41,7 @@ struct FeMaterial {
   double youngs_modulus = 0.0;  // Pa; of an anisotropic one the stiffness along its first axis
   double poisson = 0.0;         // -
   double density = 0.0;         // kg/m^3
+  bool massless = false;        // without density on purpose: the model has its mass elsewhere
   std::optional<Mat6> elasticity =
       std::nullopt;  // Pa, in the material's axes: stress from strain, xx yy zz xy yz xz, engineering shear strains
 };
@@ -51,12 +52,17 @@ struct FeLayer {
   int material = -1;       // index
   int axes = -1;           // index of FeModel::axes, -1: the element's
   double angle = 0.0;      // rad about the shell's normal, from those axes
+  bool operator==(const FeLayer&) const = default;
 };
 
 // What a shell is made of where it is more than a thickness of one material about its nodes.
 struct FeLayup {
   std::vector<FeLayer> layers;  // empty: the element's own material and thickness
   double offset = 0.0;          // of the nodes from the middle, along the normal, in thicknesses
+  double bending = 1.0;         // of one layer: its bending stiffness by that of a solid plate; 0: a membrane
+  int bending_material = -1;    // of one layer: the material that bends, -1: its own
+  double shear = 1.0;           // its stiffness against transverse shear by that of a solid plate
+  bool operator==(const FeLayup&) const = default;
 };
 
 // Section of a beam about its centroid, in the directions n1 (given) and n2 = t x n1 (t: from its first node to its second).
@@ -66,7 +72,8 @@ struct FeBeamSection {
   double shear1 = 0.0, shear2 = 0.0;                   // m^2, areas that carry shear; 0: rigid in shear
   double mass_per_length = 0.0;                        // kg/m besides the material's
   Vec3 n1 = Vec3(0, 0, -1);
-  bool truss = false;  // stretching only: its nodes pass on no moments
+  bool truss = false;  // stretching, and twisting where `torsion` > 0: its nodes pass on no moments across the axis
+  bool turns() const { return !truss || torsion > 0.0; }  // whether its nodes have rotations
 };
 
 // Stiffness and mass of a lumped element, six motions a node (ux uy uz rx ry rz) or three.
@@ -176,9 +183,11 @@ std::vector<int> fe_face_nodes(FeShape shape, int k);
 // Everything that would change the structure and cannot be read is refused, all of it in one InputError with file and line.
 FeModel read_inp(const std::filesystem::path& path, const FeUnits& units = {});
 
-// Nastran bulk data (.bdf .nas .dat), small, large and free fields: GRID CORD1x CORD2x CTETRA CHEXA CPENTA CQUAD4 CQUAD8 CTRIA3 CTRIA6 CBAR
-// CBEAM CROD CELAS1 CELAS2 CONM1 CONM2 RBE2 RBE3 RBAR MPC SPC SPC1 PSHELL PCOMP PSOLID PBAR PBARL PBEAM PROD PELAS MAT1 MAT8 MAT9 INCLUDE;
-// PARAM WTMASS and GRDPNT. Everything that would change the structure and cannot be read is refused, all of it in one InputError.
+// Nastran bulk data (.bdf .nas .dat), small, large and free fields: GRID GRDSET CORD1x CORD2x CTETRA CHEXA CPENTA (middle grids may lack)
+// CQUAD4 CQUAD8 CTRIA3 CTRIA6 CBAR BAROR CBEAM BEAMOR (offsets, released ends) CROD CONROD CTUBE CELAS1 CELAS2 CBUSH CONM2 RBE2 RBE3 RBAR
+// MPC SPC SPC1 PSHELL PCOMP PCOMPG PSOLID PBAR PBARL PBEAM PBEAML PROD PTUBE PELAS PBUSH MAT1 MAT2 MAT8 MAT9 INCLUDE; PARAM WTMASS. A
+// material without density is taken as it is where the model has other mass, with a warning. Everything that would change the structure and
+// cannot be read is refused, all of it in one InputError.
 FeModel read_nastran(const std::filesystem::path& path, const FeUnits& units = {});
 
 // gmsh mesh, formats 2.2 and 4.1, ASCII and binary. Physical groups become node and element sets (elements of the highest dimension only);

@@ -9,14 +9,16 @@ namespace {
 // Cards about loads, solutions, output and checks, which are no part of the structure.
 bool harmless(const std::string& name) {
   static const std::set<std::string> words = {
-      "PARAM",   "EIGRL",   "EIGR",    "EIGB",    "EIGC",    "FORCE",   "FORCE1",  "FORCE2", "MOMENT",  "MOMENT1", "PLOAD",
-      "PLOAD1",  "PLOAD2",  "PLOAD4",  "GRAV",    "LOAD",    "TEMP",    "TEMPD",   "TEMPP1", "TABLED1", "TABLEM1", "TABDMP1",
-      "FREQ",    "FREQ1",   "RFORCE",  "SPCD",    "DAREA",   "RLOAD1",  "TLOAD1",  "SUPORT", "SUPORT1", "ASET",    "ASET1",
-      "OMIT",    "OMIT1",   "DLOAD",   "SET1",    "SET3",    "PLOTEL",  "DESVAR",  "DRESP1", "DVPREL1", "DCONSTR", "NLPARM",
-      "TSTEP",   "TSTEPNL", "DOPTPRM", "MDLPRM",  "NXSTRAT", "USET",    "USET1",   "MAT4",   "MAT5",    "RFORCE1", "PLOADX1",
-      "ACCEL",   "ACCEL1",  "TSTEP1",  "SESET",   "QSET1",   "CSET1",   "BSET1",   "FREQ2",  "FREQ3",   "FREQ4",   "RANDPS",
-      "TABRND1", "AERO",    "AEROS",   "FLUTTER", "FLFACT",  "MKAERO1", "MKAERO2", "GRDSET", "CORD2R",  "CORD2C",  "CORD2S",
-      "CORD1R",  "CORD1C",  "CORD1S",  "ECHOON",  "ECHOOFF", "SEUSET",  "PVISC",   "PDAMP",  "CDAMP1",  "CDAMP2",  "CVISC"};
+      "PARAM",   "EIGRL",   "EIGR",   "EIGB",    "EIGC",   "FORCE",   "FORCE1",  "FORCE2",  "MOMENT",  "MOMENT1", "PLOAD",   "PLOAD1",
+      "PLOAD2",  "PLOAD4",  "GRAV",   "LOAD",    "TEMP",   "TEMPD",   "TEMPP1",  "TABLED1", "TABLEM1", "TABDMP1", "FREQ",    "FREQ1",
+      "RFORCE",  "SPCD",    "DAREA",  "RLOAD1",  "TLOAD1", "SUPORT",  "SUPORT1", "ASET",    "ASET1",   "OMIT",    "OMIT1",   "DLOAD",
+      "SET1",    "SET3",    "PLOTEL", "DESVAR",  "DRESP1", "DVPREL1", "DCONSTR", "NLPARM",  "TSTEP",   "TSTEPNL", "DOPTPRM", "MDLPRM",
+      "NXSTRAT", "USET",    "USET1",  "MAT4",    "MAT5",   "RFORCE1", "PLOADX1", "ACCEL",   "ACCEL1",  "TEMPRB",  "TABLED2", "TABLED3",
+      "TABLEM2", "TABLES1", "RLOAD2", "TLOAD2",  "DELAY",  "DPHASE",  "TSTEP1",  "SESET",   "QSET1",   "CSET1",   "BSET1",   "FREQ2",
+      "FREQ3",   "FREQ4",   "RANDPS", "TABRND1", "AERO",   "AEROS",   "FLUTTER", "FLFACT",  "MKAERO1", "MKAERO2", "CSSCHD",  "CBARAO",
+      "CONV",    "CONVM",   "RADBC",  "AEFACT",  "AELIST", "AESURF",  "AESTAT",  "AELINK",  "SPLINE1", "SPLINE2", "SPLINE4", "SPLINE5",
+      "TRIM",    "TRIMOPT", "GUST",   "DIVERG",  "DMI",    "TIC",     "SPCOFF",  "TOPVAR",  "EIGP",    "DTI",     "ECHOON",  "ECHOOFF",
+      "SEUSET",  "PVISC",   "PDAMP",  "CDAMP1",  "CDAMP2", "CVISC"};
   return words.contains(name);
 }
 
@@ -25,12 +27,14 @@ bool harmless(const std::string& name) {
 FeModel NastranReader::run() {
   for (const NastranCard& c : deck.cards) sort_card(c);
   for (const auto& [id, c] : grids) add_grid(*c);
+  if (model.nodes.empty()) throw InputError(fmt::format("{}: no grids", model.file));
   for (const auto& entry : materials) complaints.guarded([&] { add_material(entry.first, *entry.second); });
   for (const NastranCard* c : elements) complaints.guarded([&] { add_element(*c); });
   for (const NastranCard* c : ties) complaints.guarded([&] { add_tie(*c); });
   add_conditions();
   complaints.raise(model.file);
   if (model.elements.empty()) throw InputError(fmt::format("{}: no elements that can be used", model.file));
+  allow_massless();
   return std::move(model);
 }
 
@@ -44,9 +48,12 @@ void NastranReader::once(std::map<int, const NastranCard*>& table, const Nastran
 void NastranReader::sort_card(const NastranCard& c) {
   const std::string& n = c.name;
   static const std::set<std::string> element_names = {"CBAR", "CBEAM", "CROD", "CONROD", "CTUBE", "CELAS1", "CELAS2", "CONM2", "CBUSH"};
-  static const std::set<std::string> property_names = {"PSOLID", "PSHELL", "PCOMP", "PBAR",  "PBARL",
-                                                       "PBEAM",  "PBEAML", "PROD",  "PELAS", "PBUSH"};
+  static const std::set<std::string> property_names = {"PSOLID", "PSHELL", "PCOMP", "PCOMPG", "PBAR",  "PBARL",
+                                                       "PBEAM",  "PBEAML", "PROD",  "PTUBE",  "PELAS", "PBUSH"};
   if (n == "GRID") once(grids, c);
+  else if (n == "GRDSET") grid_defaults = &c;
+  else if (n == "BAROR") bar_defaults = &c;
+  else if (n == "BEAMOR") beam_defaults = &c;
   else if (n == "MAT1" || n == "MAT8" || n == "MAT9" || n == "MAT2") once(materials, c);
   else if (n.starts_with("CORD")) {
     once(coordinate_cards, c);
@@ -69,18 +76,54 @@ void NastranReader::sort_card(const NastranCard& c) {
     refuse(c,
            "contact is no part of a linear body: merge the nodes, or reduce the parts as bodies of their own and join them in the scene");
   else if (n == "DMIG" || n == "K2GG" || n == "GENEL") refuse(c, "give K and M of the whole as matrices (.mtx)");
-  else if ((n[0] == 'C' && n.size() > 1 && std::isupper(static_cast<unsigned char>(n[1])) && !harmless(n) && n != "CEND") || n == "RBE1" ||
-           n == "RROD" || n == "RTRPLT" || n == "SPOINT" || n == "CMASS2")
+  else if ((n[0] == 'C' && n.size() > 1 && std::isupper(static_cast<unsigned char>(n[1])) && !harmless(n) && n != "CEND" &&
+            !n.starts_with("CAERO") && !n.starts_with("CHBDY")) ||
+           n == "RBE1" || n == "RROD" || n.starts_with("RTRPLT") || n == "RSPLINE" || n == "RSSCON" || n == "RJOINT")
     refuse(c,
-           "cannot be read; there are CTETRA CHEXA CPENTA CQUAD4 CQUAD8 CTRIA3 CTRIA6 CBAR CBEAM CROD CELAS1 CELAS2 CBUSH CONM2 RBE2 "
+           "cannot be read; there are CTETRA CHEXA CPENTA CQUAD4 CQUAD8 CTRIA3 CTRIA6 CBAR CBEAM CROD CTUBE CELAS1 CELAS2 CBUSH CONM2 RBE2 "
            "RBE3 RBAR MPC");
+  else if (n == "SPOINT" || n == "EPOINT") refuse(c, "scalar points have no place in space, and so no place in a body that moves there");
+  else if (!harmless(n)) note_other(c);
+}
+
+void NastranReader::note_other(const NastranCard& c) {
+  const bool property = c.name[0] == 'P' && deck.is_integer(c, 0);
+  if (property) other_properties.try_emplace(deck.integer(c, 0), c.name);
+  const bool aero = c.name.starts_with("CAERO") || c.name.starts_with("PAERO") || c.name.starts_with("PAN");
+  if (!property && !aero && told.insert(c.name).second) add_once(model.notes, fmt::format("{}: {} is ignored", deck.where(c), c.name));
+}
+
+void NastranReader::allow_massless() {
+  std::vector<bool> used(model.materials.size(), false);
+  bool mass = false;
+  for (const FeElement& e : model.elements) {
+    if (e.shape == FeShape::point_mass) mass = mass || e.thickness > 0.0;
+    else if (e.shape == FeShape::lumped) mass = mass || !model.lumps[e.section].M.isZero(0.0);
+    else if (e.shape == FeShape::beam2) mass = mass || model.beam_sections[e.section].mass_per_length > 0.0;
+    if (e.material >= 0) used[e.material] = true;
+    if (!fe_is_shell(e.shape) || e.section < 0) continue;
+    const FeLayup& layup = model.layups[e.section];
+    for (const FeLayer& l : layup.layers) used[l.material] = true;
+    // What only bends gives no mass.
+    if (layup.bending_material >= 0) model.materials[layup.bending_material].massless = true;
+  }
+  for (size_t i = 0; i < used.size(); ++i) mass = mass || (used[i] && model.materials[i].density > 0.0);
+  for (size_t i = 0; i < used.size() && mass; ++i) {
+    FeMaterial& m = model.materials[i];
+    if (!used[i] || m.density != 0.0) continue;
+    m.massless = true;
+    model.warnings.push_back(
+        fmt::format("{}: material {} has no density (RHO): what is made of it has no mass; --density {}=... in kg/m^3 gives it one",
+                    model.file, m.name, m.name));
+  }
 }
 
 void NastranReader::refuse(const NastranCard& c, const std::string& text) {
   const std::string head = fmt::format(": {}: {}", c.name, text);
   // The first of each kind.
-  std::vector<std::string>& told = complaints.texts;
-  if (std::none_of(told.begin(), told.end(), [&](const std::string& r) { return r.ends_with(head); })) told.push_back(deck.where(c) + head);
+  std::vector<std::string>& texts = complaints.texts;
+  if (std::none_of(texts.begin(), texts.end(), [&](const std::string& r) { return r.ends_with(head); }))
+    texts.push_back(deck.where(c) + head);
 }
 
 const NastranCoordinates& NastranReader::coordinates(const NastranCard& from, int id, int depth) {
@@ -128,7 +171,8 @@ Vec3 NastranReader::grid_place(const NastranCard& from, int id, int depth) {
   if (it == grids.end()) deck.fail(from, fmt::format("grid {} is not there", id));
   if (depth > 100) deck.fail(from, fmt::format("grid {} is placed by itself", id));
   const NastranCard& c = *it->second;
-  const NastranCoordinates& system = coordinates(c, deck.integer(c, 1), depth + 1);
+  const int cp = deck.integer(c, 1, grid_defaults ? deck.integer(*grid_defaults, 1) : 0);
+  const NastranCoordinates& system = coordinates(c, cp, depth + 1);
   return system.place(scaled(system.kind, Vec3(deck.real(c, 2), deck.real(c, 3), deck.real(c, 4))));
 }
 
@@ -139,8 +183,8 @@ void NastranReader::add_grid(const NastranCard& c) {
   model.nodes.push_back(grid_place(c, id));
   model.node_ids.push_back(id);
   node_at[id] = node;
-  if (const int cd = deck.integer(c, 5); cd > 0) displacement[node] = cd;
-  for (int d : deck.components(c, 6)) hold(c, node, d);
+  if (const int cd = deck.integer(c, 5, grid_defaults ? deck.integer(*grid_defaults, 5) : 0); cd > 0) displacement[node] = cd;
+  for (int d : deck.blank(c, 6) && grid_defaults ? deck.components(*grid_defaults, 6) : deck.components(c, 6)) hold(c, node, d);
 }
 
 int NastranReader::node(const NastranCard& c, size_t field) {
@@ -196,7 +240,19 @@ void NastranReader::add_material(int id, const NastranCard& c) {
     m.youngs_modulus = C(0, 0) * stress;
     m.density = deck.real(c, 22) * density;
   } else {
-    deck.fail(c, "MAT1, MAT8 and MAT9 can be read");
+    // Plane stress of a shell: 11 12 13 22 23 33; what lies across it is not coupled.
+    Mat6 C = Mat6::Zero();
+    const double shear = deck.real(c, 6);
+    C(0, 0) = deck.real(c, 1);
+    C(0, 1) = C(1, 0) = deck.real(c, 2);
+    C(0, 3) = C(3, 0) = deck.real(c, 3);
+    C(1, 1) = deck.real(c, 4);
+    C(1, 3) = C(3, 1) = deck.real(c, 5);
+    C(2, 2) = C(0, 0);
+    C(3, 3) = C(4, 4) = C(5, 5) = shear;
+    m.elasticity = C * stress;
+    m.youngs_modulus = C(0, 0) * stress;
+    m.density = deck.real(c, 7) * density;
   }
   material_at[id] = static_cast<int>(model.materials.size());
   model.materials.push_back(m);
@@ -210,8 +266,10 @@ int NastranReader::material(const NastranCard& c, size_t field) {
 }
 
 const NastranCard& NastranReader::property(const NastranCard& c, std::initializer_list<const char*> names) {
-  const int id = deck.integer(c, 1);
+  const int id = deck.integer(c, 1, deck.integer(c, 0));
   const auto it = properties.find(id);
+  if (const auto other = other_properties.find(id); it == properties.end() && other != other_properties.end())
+    deck.fail(c, fmt::format("property {} is a {}; {} can be read", id, other->second, fmt::join(names, ", ")));
   if (it == properties.end()) deck.fail(c, fmt::format("property {} is not there", id));
   if (std::none_of(names.begin(), names.end(), [&](const char* n) { return it->second->name == n; }))
     deck.fail(c, fmt::format("property {} is a {}; {} can be read", id, it->second->name, fmt::join(names, ", ")));

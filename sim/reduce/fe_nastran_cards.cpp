@@ -112,6 +112,7 @@ class CardReader {
         parts.push_back(at < line.size() ? trimmed(std::string_view(line).substr(at, width)) : "");
       }
     }
+    for (std::string& part : parts) part = upper(part);
     const bool more = head.empty() || head[0] == '+' || head[0] == '*';
     if (more) {
       if (deck.cards.empty()) return;
@@ -174,7 +175,7 @@ std::vector<int> NastranDeck::components(const NastranCard& c, size_t field) con
   std::vector<int> out;
   if (blank(c, field)) return out;
   for (char ch : c.fields[field]) {
-    if (ch == '0') continue;
+    if (ch == '0' || ch == ' ') continue;
     if (ch < '1' || ch > '6')
       fail(c, fmt::format("field {}: motions 1 to 6 are expected, found '{}'", field + 2, c.fields[field].substr(0, 20)));
     out.push_back(ch - '1');

@@ -1,4 +1,4 @@
-// Elements of Nastran bulk data: solids, shells, beams, springs, masses.
+// Elements of Nastran bulk data: solids, shells, springs, masses. Beams and rods: fe_nastran_beams.cpp.
 #include "sim/reduce/fe_nastran_reader.h"
 
 #include <algorithm>
@@ -24,7 +24,9 @@ const std::vector<NastranElementCard>& nastran_element_cards() {
 FeElement& NastranReader::put(const NastranCard& c, FeShape shape, const std::vector<int>& nodes) {
   FeElement e;
   e.id = deck.integer(c, 0);
-  if (!element_ids.insert(e.id).second) deck.fail(c, fmt::format("element {} is defined twice", e.id));
+  // Masses are numbered by themselves.
+  if (!(c.name.starts_with("CONM") ? mass_ids : element_ids).insert(e.id).second)
+    deck.fail(c, fmt::format("element {} is defined twice", e.id));
   e.shape = shape;
   e.first = static_cast<int>(model.connectivity.size());
   e.count = static_cast<int>(nodes.size());
@@ -45,13 +47,19 @@ void NastranReader::add_element(const NastranCard& c) {
   const bool shell = fe_is_shell(kind.shape);
   const size_t all = kind.order.size();
   size_t there = 0;
-  for (size_t k = 0; k < all; ++k) there += deck.blank(c, 2 + k) || (shell && k >= static_cast<size_t>(kind.corners)) ? 0 : 1;
-  if (there != static_cast<size_t>(kind.corners) && there != all)
-    deck.fail(c, fmt::format("{} or {} grids are expected, found {}; elements with some of their middle grids cannot be read", kind.corners,
-                             all, there));
+  for (size_t k = 0; k < all; ++k) there += deck.blank(c, 2 + k) ? 0 : 1;
+  const size_t corners = shell ? fe_faces(kind.shape)[0].size() : static_cast<size_t>(kind.corners);
+  for (size_t k = 0; k < corners; ++k)
+    if (deck.blank(c, 2 + k)) deck.fail(c, fmt::format("{} corner grids are expected", corners));
+  if (there != static_cast<size_t>(kind.corners)) there = all;
   std::vector<int> nodes;
-  for (size_t k = 0; k < there; ++k) nodes.push_back(node(c, 2 + static_cast<size_t>(kind.order[k])));
-  const NastranCard& p = shell ? property(c, {"PSHELL", "PCOMP"}) : property(c, {"PSOLID"});
+  for (size_t k = 0; k < there; ++k) {
+    const size_t field = 2 + static_cast<size_t>(kind.order[k]);
+    nodes.push_back(deck.blank(c, field)
+                        ? middle_node(c, kind.quadratic, static_cast<int>(k), {nodes.begin(), nodes.begin() + static_cast<long>(corners)})
+                        : node(c, field));
+  }
+  const NastranCard& p = shell ? property(c, {"PSHELL", "PCOMP", "PCOMPG"}) : property(c, {"PSOLID"});
   FeElement& e = put(c, there == all ? kind.quadratic : kind.shape, nodes);
   if (e.shape == FeShape::hexahedron8) e.formulation = FeFormulation::incompatible;
   model.element_sets[fmt::format("PID_{}", deck.integer(p, 0))].push_back(static_cast<int>(model.elements.size()) - 1);
@@ -68,6 +76,29 @@ void NastranReader::add_element(const NastranCard& c) {
   e.axes = static_cast<int>(model.axes.size()) - 1;
 }
 
+int NastranReader::middle_node(const NastranCard& c, FeShape shape, int place, const std::vector<int>& corners) {
+  int a = -1, b = -1;
+  const int count = static_cast<int>(corners.size());
+  for (int i = 0; i < count && a < 0; ++i)
+    for (int j = i + 1; j < count; ++j)
+      if (fe_middle(shape, i, j) == place) {
+        a = corners[i];
+        b = corners[j];
+      }
+  const auto [at, fresh] = middles.try_emplace(std::pair(std::min(a, b), std::max(a, b)), static_cast<int>(model.nodes.size()));
+  if (!fresh) return at->second;
+  const int made = new_node(0.5 * (model.nodes[a] + model.nodes[b]));
+  for (int d = 0; d < (fe_is_shell(shape) ? 6 : 3); ++d) model.equations.push_back({{{made, d, 1.0}, {a, d, -0.5}, {b, d, -0.5}}, c.line});
+  return made;
+}
+
+int NastranReader::new_node(const Vec3& x) {
+  const int highest = grids.empty() ? 0 : grids.rbegin()->first;
+  model.nodes.push_back(x);
+  model.node_ids.push_back(std::max(highest, *std::max_element(model.node_ids.begin(), model.node_ids.end())) + 1);
+  return static_cast<int>(model.nodes.size()) - 1;
+}
+
 void NastranReader::finish_shell(const NastranCard& c, const NastranCard& p, int theta, FeElement& e) {
   // CQUAD8 and CTRIA6 have T1 to T4 and T1 to T3 before the angle; CQUAD4 and CTRIA3 after it.
   size_t angle = theta;
@@ -76,17 +107,22 @@ void NastranReader::finish_shell(const NastranCard& c, const NastranCard& p, int
   if (e.shape == FeShape::quadrangle8) offset = deck.real(c, 15) * units.length;
   if (p.name == "PSHELL") {
     e.thickness = deck.real(p, 2) * units.length;
-    if (!deck.blank(p, 3) && deck.integer(p, 3) != deck.integer(p, 1)) deck.fail(p, "MID2 other than MID1 cannot be read; use PCOMP");
-    if (deck.blank(p, 3)) deck.fail(p, "without MID2 the shell has no bending stiffness; give MID2 = MID1");
-    if (deck.real(p, 4, 1.0) != 1.0)
-      deck.fail(p, fmt::format("12 I / T^3 other than 1 cannot be read, found {:g}; use PCOMP", deck.real(p, 4, 1.0)));
+    if (deck.blank(p, 1)) deck.fail(p, "without MID1 the shell has no membrane stiffness; give MID1 = MID2");
+    if (!deck.blank(p, 10)) deck.fail(p, "MID4 (bending that couples with stretching) cannot be read; use PCOMP");
+    FeLayup layup;
+    layup.bending = deck.blank(p, 3) ? 0.0 : deck.real(p, 4, 1.0);
+    layup.shear = deck.blank(p, 3) ? 0.0 : deck.real(p, 6, 5.0 / 6.0) / (5.0 / 6.0);
+    if (!deck.blank(p, 3) && deck.integer(p, 3) != deck.integer(p, 1)) layup.bending_material = material(p, 3);
+    const bool plate = layup.bending == 1.0 && layup.bending_material < 0;
+    if (!plate && (e.shape == FeShape::quadrangle8 || e.shape == FeShape::triangle6))
+      deck.fail(p, "MID2 other than MID1, or 12 I / T^3 other than 1, cannot be read on CQUAD8 and CTRIA6; use PCOMP");
     e.material = heavier(material(p, 1), e.thickness > 0.0 ? deck.real(p, 7) * area_mass() / e.thickness : 0.0);
-    if (offset != 0.0 && e.thickness > 0.0) {
-      FeLayup layup;
-      layup.offset = -offset / e.thickness;
-      e.section = find_layup(layup);
-    }
-    if (!model.materials[e.material].elasticity) return;
+    if (offset != 0.0 && e.thickness > 0.0) layup.offset = -offset / e.thickness;
+    const bool same_shear = std::abs(layup.shear - 1.0) < 1e-3;  // 0.833333 is 5/6
+    if (same_shear) layup.shear = 1.0;
+    if (!plate || !same_shear || layup.offset != 0.0) e.section = find_layup(layup);
+    const bool turned = layup.bending_material >= 0 && model.materials[layup.bending_material].elasticity;
+    if (!model.materials[e.material].elasticity && !turned) return;
   } else {
     e.section = composite(p, offset, e.thickness);
   }
@@ -107,7 +143,7 @@ void NastranReader::finish_shell(const NastranCard& c, const NastranCard& p, int
 
 int NastranReader::find_layup(const FeLayup& layup) {
   for (size_t k = 0; k < model.layups.size(); ++k)
-    if (model.layups[k].layers.empty() && layup.layers.empty() && model.layups[k].offset == layup.offset) return static_cast<int>(k);
+    if (model.layups[k] == layup) return static_cast<int>(k);
   model.layups.push_back(layup);
   return static_cast<int>(model.layups.size()) - 1;
 }
@@ -116,7 +152,9 @@ int NastranReader::composite(const NastranCard& p, double offset, double& thickn
   FeLayup layup;
   const std::string lam = deck.blank(p, 7) ? "" : p.fields[7];
   if (!lam.empty() && lam != "SYM") deck.fail(p, fmt::format("LAM = {}: only SYM or blank can be read", lam));
-  for (size_t k = 8; k + 2 < p.fields.size() + 2; k += 4) {
+  // PCOMP: material, thickness, angle, output; PCOMPG: a number before them, a line each.
+  const size_t first = p.name == "PCOMPG" ? 9 : 8, step = p.name == "PCOMPG" ? 8 : 4;
+  for (size_t k = first; k < p.fields.size(); k += step) {
     if (deck.blank(p, k) && deck.blank(p, k + 1)) continue;
     FeLayer layer;
     layer.thickness = deck.real(p, k + 1) * units.length;
@@ -149,89 +187,6 @@ int NastranReader::composite(const NastranCard& p, double offset, double& thickn
   return static_cast<int>(model.layups.size()) - 1;
 }
 
-void NastranReader::add_beam(const NastranCard& c) {
-  const NastranCard& p = property(c, {"PBAR", "PBARL", "PBEAM", "PBEAML"});
-  const int a = node(c, 2), b = node(c, 3);
-  for (size_t k : {size_t{8}, size_t{9}})
-    if (!deck.components(c, k).empty()) deck.fail(c, "ends that are released (PA, PB) cannot be read; split the node and tie it by an MPC");
-  for (size_t k = 10; k < 16; ++k)
-    if (deck.real(c, k) != 0.0) deck.fail(c, "ends beside the grids (WA, WB) cannot be read; put the grids on the axis, or use an RBAR");
-  FeBeamSection s = section(p);
-  if (deck.is_integer(c, 4) && deck.blank(c, 5)) {
-    s.n1 = model.nodes[node(c, 4)] - model.nodes[a];
-  } else {
-    s.n1 = directions(c, a) * Vec3(deck.real(c, 4), deck.real(c, 5), deck.real(c, 6));
-  }
-  if (!(s.n1.norm() > 0.0)) deck.fail(c, "the direction of plane 1 (X1, X2, X3 or G0) is missing");
-  FeElement& e = put(c, FeShape::beam2, {a, b});
-  e.material = material(p, 1);
-  model.beam_sections.push_back(s);
-  e.section = static_cast<int>(model.beam_sections.size()) - 1;
-}
-
-FeBeamSection NastranReader::section(const NastranCard& p) {
-  FeBeamSection s;
-  const double l2 = units.length * units.length, l4 = l2 * l2, line_mass = units.mass * weight_to_mass / units.length;
-  if (p.name == "PBAR" || p.name == "PBEAM") {
-    const bool bar = p.name == "PBAR";
-    s.area = deck.real(p, 2) * l2;
-    s.I22 = deck.real(p, 3) * l4;  // bending in plane 1, whose direction is n1
-    s.I11 = deck.real(p, 4) * l4;
-    s.I12 = deck.real(p, bar ? 18 : 5) * l4;
-    s.torsion = deck.real(p, bar ? 5 : 6) * l4;
-    s.mass_per_length = deck.real(p, bar ? 6 : 7) * line_mass;
-    s.shear1 = deck.real(p, 16, 0.0) * s.area;
-    s.shear2 = deck.real(p, 17, 0.0) * s.area;
-    if (!bar) {
-      s.shear1 = s.shear2 = s.area;
-      if (p.fields.size() > 16 && !deck.blank(p, 16))
-        model.warnings.push_back(fmt::format("{}: PBEAM: the section of end A counts for the whole beam", deck.where(p)));
-    }
-  } else {
-    const std::string kind = deck.blank(p, 3) ? "" : p.fields[3];
-    std::vector<double> d;
-    for (size_t k = 8; k < p.fields.size() && !deck.blank(p, k); ++k) d.push_back(deck.real(p, k) * units.length);
-    const size_t wants = kind == "ROD" ? 1 : kind == "TUBE" || kind == "BAR" ? 2 : kind == "BOX" ? 4 : 0;
-    if (wants == 0) deck.fail(p, fmt::format("section {}: ROD, TUBE, BAR and BOX can be read; give others as PBAR", kind));
-    if (d.size() < wants) deck.fail(p, fmt::format("section {}: {} dimensions are expected, found {}", kind, wants, d.size()));
-    // Width lies along the element's z, height along its y, which is n1.
-    std::optional<FeBeamSection> made = kind == "ROD"    ? beam_shape("CIRC", {d[0]})
-                                        : kind == "TUBE" ? beam_shape("PIPE", {d[0], d[0] - d[1]})
-                                        : kind == "BAR"  ? beam_shape("RECT", {d[1], d[0]})
-                                                         : beam_shape("BOX", {d[1], d[0], d[2], d[3], d[2], d[3]});
-    if (!made) deck.fail(p, fmt::format("section {}: dimensions > 0 are expected", kind));
-    s = *made;
-    if (d.size() > wants) s.mass_per_length = d[wants] / units.length * line_mass;
-  }
-  if (!(s.area > 0.0 && s.I11 > 0.0 && s.I22 > 0.0)) deck.fail(p, "area, I1 and I2 must be > 0");
-  if (!(s.torsion > 0.0)) deck.fail(p, "J must be > 0: without it the beam turns about its axis freely");
-  return s;
-}
-
-void NastranReader::add_rod(const NastranCard& c) {
-  FeBeamSection s;
-  s.truss = true;
-  int a = 0, b = 0, mat = 0;
-  if (c.name == "CONROD") {
-    a = node(c, 1);
-    b = node(c, 2);
-    mat = material(c, 3);
-    s.area = deck.real(c, 4) * units.length * units.length;
-  } else {
-    const NastranCard& p = property(c, {"PROD"});
-    a = node(c, 2);
-    b = node(c, 3);
-    mat = material(p, 1);
-    s.area = deck.real(p, 2) * units.length * units.length;
-    if (deck.real(p, 3) != 0.0) add_once(model.notes, fmt::format("{}: PROD: the torsion of rods is left out", deck.where(p)));
-  }
-  if (!(s.area > 0.0)) deck.fail(c, "a section area > 0 is expected");
-  FeElement& e = put(c, FeShape::beam2, {a, b});
-  e.material = mat;
-  model.beam_sections.push_back(s);
-  e.section = static_cast<int>(model.beam_sections.size()) - 1;
-}
-
 void NastranReader::lump(const NastranCard& c, const std::vector<int>& nodes, MatX K, MatX M, bool turns) {
   FeElement& e = put(c, FeShape::lumped, nodes);
   model.lumps.push_back({std::move(K), std::move(M), turns});
@@ -252,7 +207,7 @@ void NastranReader::add_spring(const NastranCard& c) {
   for (size_t at : {size_t{2}, size_t{4}}) {
     if (deck.blank(c, at) || deck.integer(c, at) == 0) continue;
     const std::vector<int> dofs = deck.components(c, at + 1);
-    if (dofs.size() != 1) deck.fail(c, "one motion, 1 to 6, is expected at each grid");
+    if (dofs.size() != 1) deck.fail(c, "one motion, 1 to 6, is expected at each grid; scalar points have no place in space");
     ends.emplace_back(node(c, at), dofs[0]);
   }
   if (ends.empty()) deck.fail(c, "no grid");

@@ -73,17 +73,25 @@ class NastranReader {
   std::map<int, const NastranCard*> grids, materials, properties, coordinate_cards, springs;
   std::map<int, NastranCoordinates> known_coordinates;
   std::vector<const NastranCard*> elements, ties, supports, equations;
-  std::map<int, std::set<int>> unions;  // SPCADD, MPCADD
+  const NastranCard *grid_defaults = nullptr, *bar_defaults = nullptr, *beam_defaults = nullptr;  // GRDSET, BAROR, BEAMOR
+  std::set<std::string> told;
+  std::map<int, std::string> other_properties;  // cards of properties that cannot be read
+  std::map<int, std::set<int>> unions;          // SPCADD, MPCADD
   std::unordered_map<int, int> node_at;
   std::map<int, int> displacement;  // node -> coordinates of its motions
   std::map<int, int> material_at, shell_layup;
-  std::set<int> element_ids;
+  std::set<int> element_ids, mass_ids;
+  std::map<std::pair<int, int>, int> middles;                     // of edges whose middle grid is left out
+  std::map<std::pair<int, std::array<double, 3>>, int> arm_ends;  // of beams beside their grids: grid and offset -> node
   std::vector<bool> turning_nodes;
   double weight_to_mass = 1.0;
 
   void once(std::map<int, const NastranCard*>& table, const NastranCard& c);
   void sort_card(const NastranCard& c);
   void refuse(const NastranCard& c, const std::string& text);
+  void note_other(const NastranCard& c);
+  // Materials without density where the model has mass elsewhere.
+  void allow_massless();
 
   // Places and directions.
   const NastranCoordinates& coordinates(const NastranCard& from, int id, int depth = 0);
@@ -110,8 +118,19 @@ class NastranReader {
   int find_layup(const FeLayup& layup);
   // PCOMP; thickness comes back.
   int composite(const NastranCard& p, double offset, double& thickness);
-  void add_beam(const NastranCard& c);
-  FeBeamSection section(const NastranCard& p);
+  // A new node, with a number beyond those of the grids.
+  int new_node(const Vec3& x);
+  // The node in the middle of an edge whose grid is left out: it moves as the mean of its ends.
+  int middle_node(const NastranCard& c, FeShape shape, int place, const std::vector<int>& corners);
+  void add_beam(const NastranCard& given);
+  // The node where a beam ends that a rigid arm joins to its grid.
+  int end_beside(const NastranCard& c, int grid, const Vec3& offset);
+  // A node of its own for an end that is released in some of the beam's directions, tied to the old one in the others.
+  int released_end(const NastranCard& c, int end, const std::vector<int>& dofs, const Mat3& axes);
+  FeBeamSection section(const NastranCard& p, Eigen::Vector2d& beside);
+  void tapered(const NastranCard& p, FeBeamSection& s, Eigen::Vector2d& beside);
+  FeBeamSection section_by_shape(const NastranCard& p);
+  void finish_rod(const NastranCard& c, int a, int b, int material, const FeBeamSection& s);
   void add_rod(const NastranCard& c);
   void lump(const NastranCard& c, const std::vector<int>& nodes, MatX K, MatX M, bool turns);
   void add_spring(const NastranCard& c);

@@ -9,7 +9,7 @@ bool NastranReader::turning(int node) {
   if (turning_nodes.empty()) {
     turning_nodes.assign(model.nodes.size(), false);
     for (const FeElement& e : model.elements) {
-      const bool turns = fe_is_shell(e.shape) || (e.shape == FeShape::beam2 && !model.beam_sections[e.section].truss);
+      const bool turns = fe_is_shell(e.shape) || (e.shape == FeShape::beam2 && model.beam_sections[e.section].turns());
       for (int k = 0; k < e.count && turns; ++k) turning_nodes[model.connectivity[e.first + k]] = true;
     }
   }

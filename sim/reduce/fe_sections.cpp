@@ -65,6 +65,21 @@ void sum_up(FeShellLaw& law) {
   }
 }
 
+// One layer whose bending and shear are not those of a solid plate of its material.
+void change_bending(const FeModel& model, const FeLayup& layup, const FeElement& element, const Mat3& Q, FeShellLaw& law) {
+  const FePly& own = law.plies[0];
+  const double t = own.upper - own.lower, plate = t * t * t / 12.0;
+  Mat3 bends = own.membrane;
+  if (layup.bending_material >= 0) {
+    const Mat3 axes = ply_axes(element.axes >= 0 ? &model.axes[element.axes] : nullptr, 0.0, Q.col(2));
+    bends = ply(model.materials[layup.bending_material], Q.transpose() * axes).membrane;
+  }
+  law.D += plate * (layup.bending * bends - own.membrane);
+  law.S *= layup.shear;
+  // A membrane has no stiffness against turning, so no inertia either.
+  if (layup.bending == 0.0) law.m1 = law.m2 = 0.0;
+}
+
 }  // namespace
 
 Mat6 stress_turn(const Mat3& Q) {
@@ -106,7 +121,7 @@ FeShellLaw shell_law(const FeModel& model, const FeElement& element, const Mat3&
   }
   if (layers.empty()) {
     const FeMaterial& m = model.materials[element.material];
-    if (offset == 0.0 && !m.elasticity) return shell_law(m, element.thickness);
+    if (offset == 0.0 && !m.elasticity && element.section < 0) return shell_law(m, element.thickness);
     layers.push_back({element.thickness, element.material, -1, 0.0});
   }
   double total = 0.0;
@@ -121,6 +136,7 @@ FeShellLaw shell_law(const FeModel& model, const FeElement& element, const Mat3&
     law.plies.back().upper = at += l.thickness;
   }
   sum_up(law);
+  if (element.section >= 0 && law.plies.size() == 1) change_bending(model, model.layups[element.section], element, Q, law);
   return law;
 }
 
@@ -200,6 +216,55 @@ std::optional<FeBeamSection> beam_shape(const std::string& shape, std::vector<do
   return good ? std::optional(s) : std::nullopt;
 }
 
+namespace {
+
+// A wall of an open section: middle, height along n1, width along n2.
+struct Wall {
+  double y = 0.0, z = 0.0, height = 0.0, width = 0.0;
+};
+
+std::optional<FeBeamSection> section_of_walls(const std::vector<Wall>& walls) {
+  FeBeamSection s;
+  double y = 0.0, z = 0.0;
+  for (const Wall& w : walls) {
+    if (!(w.height > 0.0 && w.width > 0.0)) return std::nullopt;
+    const double area = w.height * w.width;
+    s.area += area;
+    y += area * w.y;
+    z += area * w.z;
+  }
+  y /= s.area;
+  z /= s.area;
+  for (const Wall& w : walls) {
+    const double area = w.height * w.width, dy = w.y - y, dz = w.z - z;
+    s.I22 += area * (w.height * w.height / 12.0 + dy * dy);
+    s.I11 += area * (w.width * w.width / 12.0 + dz * dz);
+    s.I12 += area * dy * dz;
+    s.torsion += beam_shape("RECT", {w.height, w.width})->torsion;
+    (w.height > w.width ? s.shear1 : s.shear2) += area;
+  }
+  for (double* shear : {&s.shear1, &s.shear2})
+    if (*shear == 0.0) *shear = 5.0 / 6.0 * s.area;
+  return s;
+}
+
+}  // namespace
+
+std::optional<FeBeamSection> open_section(const std::string& kind, const std::vector<double>& d) {
+  const size_t wants = kind == "I" ? 6 : 4;
+  if (d.size() < wants) return std::nullopt;
+  if (kind == "I")
+    return section_of_walls(
+        {{0.5 * d[4], 0, d[4], d[1]}, {0.5 * (d[4] + d[0] - d[5]), 0, d[0] - d[4] - d[5], d[3]}, {d[0] - 0.5 * d[5], 0, d[5], d[2]}});
+  if (kind == "T") return section_of_walls({{0.5 * (d[1] - d[2]), 0, d[1] - d[2], d[3]}, {d[1] - 0.5 * d[2], 0, d[2], d[0]}});
+  if (kind == "L") return section_of_walls({{0.5 * d[2], 0.5 * d[0], d[2], d[0]}, {0.5 * (d[1] + d[2]), 0.5 * d[3], d[1] - d[2], d[3]}});
+  if (kind == "CHAN")
+    return section_of_walls({{0.5 * d[3], 0.5 * d[0], d[3], d[0]},
+                             {0.5 * d[1], 0.5 * d[2], d[1] - 2 * d[3], d[2]},
+                             {d[1] - 0.5 * d[3], 0.5 * d[0], d[3], d[0]}});
+  return std::nullopt;
+}
+
 void beam_matrices(const FeBeamSection& s, const FeMaterial& material, const Mat3X& X, int id, MatX& K, MatX& M) {
   const Vec3 axis = X.col(1) - X.col(0);
   const double L = axis.norm();
@@ -219,6 +284,7 @@ void beam_matrices(const FeBeamSection& s, const FeMaterial& material, const Mat
       for (Eigen::Index j = 0; j < 2; ++j) {
         K.block<3, 3>(6 * i, 6 * j) = E * s.area / L * both(i, j) * Q.col(0) * Q.col(0).transpose();
         M.block<3, 3>(6 * i, 6 * j) = mass * L / 6.0 * lengthwise(i, j) * Mat3::Identity();
+        K.block<3, 3>(6 * i + 3, 6 * j + 3) = G * s.torsion / L * both(i, j) * Q.col(0) * Q.col(0).transpose();
       }
     return;
   }
@@ -240,7 +306,8 @@ void beam_matrices(const FeBeamSection& s, const FeMaterial& material, const Mat
       K(6 * i, 6 * j) = E * s.area / L * both(i, j);
       M(6 * i, 6 * j) = mass * L / 6.0 * lengthwise(i, j);
       K(6 * i + 3, 6 * j + 3) = G * s.torsion / L * both(i, j);
-      M(6 * i + 3, 6 * j + 3) = rho * (Iy + Iz) * L / 6.0 * lengthwise(i, j);
+      // Without stiffness against twisting the beam has no inertia against it: the motion is no part of the model.
+      M(6 * i + 3, 6 * j + 3) = s.torsion > 0.0 ? rho * (Iy + Iz) * L / 6.0 * lengthwise(i, j) : 0.0;
     }
   // Bending along the second axis turns about the third; along the third it turns against the second.
   Eigen::Matrix4d k, m;

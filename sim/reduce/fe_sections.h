@@ -43,6 +43,12 @@ FeShellLaw shell_law(const FeMaterial& material, double thickness);
 // m^4). nullopt: another name, or dimensions that give no section.
 std::optional<FeBeamSection> beam_shape(const std::string& shape, std::vector<double> dimensions);
 
+// Open sections of flat walls by Nastran's names and dimensions (m), y along n1 and z along n2: I (height, widths of the lower and upper
+// flange, web, lower and upper flange thickness), T (flange width, height, flange and web thickness, flange on top), L (width, height,
+// lower and standing wall), CHAN (flange width, height, web and flange thickness). About the centroid; torsion is the sum of the walls' own
+// (Saint-Venant, without warping), shear is carried by the walls that lie along it. nullopt: another name, or walls that do not fit.
+std::optional<FeBeamSection> open_section(const std::string& kind, const std::vector<double>& dimensions);
+
 // Matrices of a beam between two points, 12 x 12, node by node (ux uy uz rx ry rz): Timoshenko beam with the shape functions of its static
 // solution, consistent mass with rotary inertia. Throws InputError for a beam without length or with n1 along it.
 void beam_matrices(const FeBeamSection& section, const FeMaterial& material, const Mat3X& X, int id, MatX& K, MatX& M);

@@ -132,7 +132,7 @@ namespace {
 
 // Whether an element's nodes have rotations.
 bool turns(const FeModel& model, const FeElement& e) {
-  if (e.shape == FeShape::beam2) return !model.beam_sections[e.section].truss;
+  if (e.shape == FeShape::beam2) return model.beam_sections[e.section].turns();
   if (e.shape == FeShape::lumped) return model.lumps[e.section].turns;
   return fe_is_shell(e.shape);
 }
@@ -377,6 +377,75 @@ Terms arm_terms(const FeSystem& system, const FeArm& arm, int d) {
   return out;
 }
 
+// T and the matrices in the motions that are left.
+void condense(const FeModel& model, const FeSystem& system, Dependents& dependents, FeReduced& out) {
+  std::vector<int> column(system.size, -1);
+  int count = 0;
+  std::vector<Eigen::Triplet<double>> terms;
+  out.own.clear();
+  for (int d = 0; d < system.size; ++d)
+    if (!dependents.known(d)) {
+      terms.emplace_back(d, count, 1.0);
+      out.own.push_back(d);
+      column[d] = count++;
+    }
+  for (int d = 0; d < system.size; ++d)
+    if (dependents.known(d))
+      for (const auto& [other, factor] : dependents.settled(d)) terms.emplace_back(d, column[other], factor);
+  if (count == 0) throw InputError(fmt::format("{}: supports and equations hold every motion of the model", model.file));
+  out.T.resize(system.size, count);
+  out.T.setFromTriplets(terms.begin(), terms.end());
+  const auto project = [&](const SparseMatrix& lower) {
+    const SparseMatrix full = lower.selfadjointView<Eigen::Lower>();
+    const SparseMatrix half = full * out.T;
+    const SparseMatrix small = out.T.transpose() * half;
+    return SparseMatrix(small.triangularView<Eigen::Lower>());
+  };
+  out.small_K = project(system.K);
+  out.small_M = project(system.M);
+}
+
+// Directions at a node in which neither stiffness nor mass acts, as supports. K is positive semi-definite: where a node's own block has no
+// stiffness in a direction the whole row has none. Translations of nodes of elements always have both.
+std::vector<Terms> idle_motions(const FeModel& model, const FeSystem& system, FeReduced& reduced) {
+  std::vector<bool> asked(model.nodes.size(), false);
+  for (const FeSpider& spider : model.spiders) asked[spider.node] = true;
+  for (const FeEquation& equation : model.equations)
+    for (const FeEquation::Term& t : equation.terms) asked[t.node] = true;
+  std::vector<int> column(system.size, -1);
+  for (int c = 0; c < reduced.size(); ++c) column[reduced.identity ? c : reduced.own[c]] = c;
+  std::vector<Terms> out;
+  reduced.idle.clear();
+  for (size_t n = 0; n < model.nodes.size(); ++n)
+    for (const int base : {0, 3}) {
+      std::vector<int> own;  // motions of the system that are left
+      for (int d = base; d < base + 3; ++d)
+        if (system.dof[n][d] >= 0 && column[system.dof[n][d]] >= 0) own.push_back(system.dof[n][d]);
+      if (own.empty() || (base == 0 && !asked[n])) continue;
+      const auto size = static_cast<Eigen::Index>(own.size());
+      Mat3 K = Mat3::Zero(), M = Mat3::Zero();
+      for (Eigen::Index i = 0; i < size; ++i)
+        for (Eigen::Index j = 0; j <= i; ++j) {
+          const int row = std::max(column[own[i]], column[own[j]]), col = std::min(column[own[i]], column[own[j]]);
+          K(i, j) = K(j, i) = reduced.K().coeff(row, col);
+          M(i, j) = M(j, i) = reduced.M().coeff(row, col);
+        }
+      // What beams in other directions leave here is rounding.
+      const Eigen::SelfAdjointEigenSolver<MatX> eigen(MatX(K.topLeftCorner(size, size)));
+      const double least_K = 1e-13 * K.cwiseAbs().maxCoeff(), least_M = 1e-13 * M.cwiseAbs().maxCoeff();
+      for (Eigen::Index k = 0; k < size && eigen.eigenvalues()(k) <= least_K; ++k) {
+        const VecX v = eigen.eigenvectors().col(k);
+        if (v.dot(M.topLeftCorner(size, size) * v) > least_M) continue;
+        Terms terms;
+        for (Eigen::Index i = 0; i < size; ++i)
+          if (std::abs(v(i)) > 1e-9) terms.emplace_back(own[i], v(i));
+        out.push_back(std::move(terms));
+        reduced.idle.push_back(static_cast<int>(n));
+      }
+    }
+  return out;
+}
+
 }  // namespace
 
 FeReduced eliminate(const FeModel& model, const FeSystem& system, const std::vector<FeConstraint>& held) {
@@ -420,35 +489,17 @@ FeReduced eliminate(const FeModel& model, const FeSystem& system, const std::vec
     }
   }
   for (const FeEquation& equation : model.equations) later.push_back(equation_terms(model, system, equation));
-  if (!tied && held.empty() && later.empty()) return out;
+  if (!tied && held.empty() && later.empty() && idle_motions(model, system, out).empty()) return out;
   out.identity = false;
   for (const FeConstraint& c : held)
     if (const Terms terms = support_terms(system, c); !terms.empty()) dependents.equation(terms);
   for (const Terms& terms : later)
     if (!terms.empty()) dependents.equation(terms);
-  std::vector<int> column(system.size, -1);
-  int count = 0;
-  std::vector<Eigen::Triplet<double>> terms;
-  for (int d = 0; d < system.size; ++d)
-    if (!dependents.known(d)) {
-      terms.emplace_back(d, count, 1.0);
-      out.own.push_back(d);
-      column[d] = count++;
-    }
-  for (int d = 0; d < system.size; ++d)
-    if (dependents.known(d))
-      for (const auto& [other, factor] : dependents.settled(d)) terms.emplace_back(d, column[other], factor);
-  if (count == 0) throw InputError(fmt::format("{}: supports and equations hold every motion of the model", model.file));
-  out.T.resize(system.size, count);
-  out.T.setFromTriplets(terms.begin(), terms.end());
-  const auto project = [&](const SparseMatrix& lower) {
-    const SparseMatrix full = lower.selfadjointView<Eigen::Lower>();
-    const SparseMatrix half = full * out.T;
-    const SparseMatrix small = out.T.transpose() * half;
-    return SparseMatrix(small.triangularView<Eigen::Lower>());
-  };
-  out.small_K = project(system.K);
-  out.small_M = project(system.M);
+  condense(model, system, dependents, out);
+  if (const std::vector<Terms> idle = idle_motions(model, system, out); !idle.empty()) {
+    for (const Terms& terms : idle) dependents.equation(terms);
+    condense(model, system, dependents, out);
+  }
   if (!out.arms.empty()) {
     std::vector<Eigen::Triplet<double>> pick;
     for (size_t i = 0; i < out.arms.size(); ++i)

@@ -34,6 +34,7 @@ struct FeReduced {
   std::vector<int> own;  // per column of T: the motion of the system it is
   const FeSystem* system = nullptr;
   SparseMatrix small_K, small_M;  // T^T K T, T^T M T, lower triangle; empty with T = 1
+  std::vector<int> idle;          // nodes with a motion that has neither stiffness nor mass: it is held
   std::vector<FeArm> arms;        // of the nodes of rigid spiders
   SparseMatrix arm_K;             // size x translations of the arms' ends, arm by arm: the columns of K
   const SparseMatrix& K() const { return identity ? system->K : small_K; }
@@ -47,7 +48,9 @@ struct FeReduced {
 FeSystem assemble(const FeModel& model);
 
 // Spiders, equations of the model and held motions taken out: dependent motions are replaced by others one equation after the other, what
-// follows from those before is dropped. Throws InputError where an equation names a motion that its node does not have.
+// follows from those before is dropped. Motions of nodes with rotations, of reference points and of nodes in equations that have neither
+// stiffness nor mass (the twist of a rod) are held: they do nothing. Throws InputError where an equation names a motion that its node does
+// not have.
 FeReduced eliminate(const FeModel& model, const FeSystem& system, const std::vector<FeConstraint>& held);
 
 // y = A x for a symmetric matrix whose lower triangle is stored; x: size x k.

@@ -130,6 +130,9 @@ class Reducer {
           fmt::format("{}: the model consists of {} unconnected parts; a body must be one piece (tie them by spiders, or remove parts)",
                       model.file, parts));
     reduced = eliminate(model, system, options.held);
+    if (!reduced.idle.empty())
+      note(fmt::format("{} motions of nodes have neither stiffness nor mass and are held (the first at node {})", reduced.idle.size(),
+                       model.node_ids[reduced.idle[0]]));
     choose_nodes();
     lap("assembly");
     factorise();

@@ -1,15 +1,18 @@
 #!/usr/bin/env python3
 """Folders of finite element decks through `flexframe reduce`, and through CalculiX where it is there.
 
-    deck_table.py FLEXFRAME FOLDER... [--write TABLE.md] [--no-ccx] [--jobs N] [--limit SECONDS] [--only TEXT]
+    deck_table.py FLEXFRAME FOLDER... [--write TABLE.md] [--reasons] [--no-ccx] [--jobs N] [--limit SECONDS] [--only TEXT] [--sample N]
 
-Every .inp, .bdf and .nas below the folders is reduced to its first six modes with its own units, supports as the deck has them. A deck
-without density is tried once more with --density 7800, a beside-the-point number that CalculiX then gets too. CalculiX computes the same
-model: everything before the first *STEP and the supports of that step, followed by a *FREQUENCY step of its own. The table holds names,
-answers and the largest difference of the frequencies, no text of any deck; the last lines count them.
+Every .inp, .bdf, .nas and bulk data .dat below the folders is reduced to its first six modes with its own units, supports as the deck has
+them; a deck that is there twice counts once. A deck without density is tried once more with --density 7800, a beside-the-point number
+that CalculiX then gets too. CalculiX computes the same model: everything before the first *STEP and the supports of that step, followed
+by a *FREQUENCY step of its own. The table holds names, answers and the largest difference of the frequencies, no text of any deck; the
+last lines count them. --reasons counts the reasons of refusals, numbers and names taken out; --sample takes N decks, evenly spread.
 """
 import argparse
+import collections
 import concurrent.futures
+import hashlib
 import json
 import pathlib
 import re
@@ -19,6 +22,7 @@ import sys
 import tempfile
 
 MODES = 6
+AGREES = 0.01  # more than this between the frequencies is a difference that a warning must explain
 
 
 def run(command, limit, folder):
@@ -29,31 +33,47 @@ def run(command, limit, folder):
 
 
 def reduce(flexframe, deck, folder, limit, *options):
-    """(answer, frequencies, rigid motions, notes): answer is 'accepted' or the refusal."""
+    """answer ('accepted' or 'refused' ...), its reasons, frequencies, rigid motions, notes and warnings."""
     done = run(
         [flexframe, "reduce", str(deck), "-o", "body.sid", "--method", "eigen", "--modes", str(MODES), "--nodes", "2", "--no-stiffening"]
-        + ["--memory", "4", "--json", "--quiet", *options],
+        + ["--memory", "4", "--json", *options],
         limit,
         folder,
     )
     if done is None:
-        return "no answer in time", None, 0, []
+        return {"answer": "no answer in time", "reasons": []}
+    text = done.stderr.replace(str(deck.parent) + "/", "")
     if done.returncode == 0:
         made = json.loads(done.stdout)
-        return "accepted", made["frequencies"], made["rigid_motions"], made["notes"]
+        return {
+            "answer": "accepted",
+            "reasons": [],
+            "frequencies": made["frequencies"],
+            "rigid": made["rigid_motions"],
+            "warnings": [line for line in text.splitlines() if "warning" in line.lower()],
+            "notes": made["notes"],
+        }
     if done.returncode < 0:
-        return f"CRASH by signal {-done.returncode}", None, 0, []
-    text = (done.stderr.strip().splitlines() or ["?"])[-1].replace(str(deck.parent) + "/", "")
-    return text, None, 0, []
+        return {"answer": f"CRASH by signal {-done.returncode}", "reasons": []}
+    lines = [line for line in text.splitlines() if line.strip() and "warning" not in line.lower() and not line.startswith("note")]
+    return {"answer": "refused", "reasons": [re.sub(r"^(flexframe: )?error: ", "", line) for line in lines] or ["?"]}
+
+
+def logical_lines(deck, depth=0):
+    """Lines of a deck with those of its *INCLUDE files in place."""
+    for line in deck.read_text(errors="replace").splitlines():
+        found = re.match(r"(?i)\*\s*INCLUDE\s*,.*INPUT\s*=\s*\"?([^,\"]+)", line)
+        other = deck.parent / found.group(1).strip() if found else None
+        if other and other.exists() and depth < 8:
+            yield from logical_lines(other, depth + 1)
+        else:
+            yield line
 
 
 def ccx_frequencies(deck, folder, limit, density):
     """CalculiX' own frequencies of the same model, rigid motions among them; None where it has none."""
-    for other in deck.parent.iterdir():  # what *INCLUDE may ask for
-        if other.is_file() and other.stat().st_size < 2e8:
-            (folder / other.name).symlink_to(other)
     model, supports, steps, keyword = [], [], 0, ""
-    for line in deck.read_text(errors="replace").splitlines():
+    for line in logical_lines(deck):
         if line.startswith("*") and not line.startswith("**"):
             keyword = line[1:].split(",")[0].strip().upper()
             if keyword == "STEP":
@@ -98,17 +118,60 @@ def ccx_frequencies(deck, folder, limit, density):
 def one(flexframe, deck, limit, with_ccx):
     with tempfile.TemporaryDirectory() as place:
         folder = pathlib.Path(place)
-        answer, frequencies, rigid, notes = reduce(flexframe, deck, folder, limit)
-        density = answer != "accepted" and "density" in answer and "--density" in answer
-        if density:
-            answer, frequencies, rigid, notes = reduce(flexframe, deck, folder, limit, "--density", "7800")
-        difference = None
-        if frequencies and with_ccx and deck.suffix.lower() == ".inp":
-            theirs = ccx_frequencies(deck, folder, limit, density)
-            if theirs and len(theirs) > rigid:
-                pairs = list(zip(frequencies, theirs[rigid:]))
-                difference = max(abs(a - b) / b if b > 0 else float("inf") for a, b in pairs)
-    return answer + (" (--density)" if density and answer == "accepted" else ""), difference, notes
+        row = reduce(flexframe, deck, folder, limit)
+        without = any("--density" in r for r in row["reasons"])
+        if without:
+            row = reduce(flexframe, deck, folder, limit, "--density", "7800")
+            if row["answer"] == "accepted":
+                row["answer"] = "accepted (--density)"
+        row["deck"], row["path"], row["difference"] = deck.name, str(deck), None
+        if row.get("frequencies") and with_ccx and deck.suffix.lower() == ".inp":
+            theirs = ccx_frequencies(deck, folder, limit, without)
+            row["ccx"] = theirs
+            if theirs and len(theirs) > row["rigid"]:
+                pairs = list(zip(row["frequencies"], theirs[row["rigid"] :]))
+                row["difference"] = max(abs(a - b) / b if b > 0 else float("inf") for a, b in pairs)
+    return row
+
+
+def reason(text):
+    """A reason without the place, numbers and names that are this deck's own."""
+    text = re.sub(r"^\S+?:(\d+:)? ", "", text)
+    text = re.sub(r"'[^']*'", "'...'", text)
+    return re.sub(r"(?<![A-Za-z0-9])-?\d[\d.e+-]*", "#", text)[:160]
+
+
+def decks_of(folders, only, sample):
+    """Paths of the decks below the folders, each text once; every n-th of them where a sample is asked for."""
+    found, seen = [], set()
+    for deck in sorted(d for f in folders for d in pathlib.Path(f).resolve().rglob("*") if d.is_file() and only in str(d)):
+        ending = deck.suffix.lower()
+        if ending not in (".inp", ".bdf", ".nas", ".dat"):
+            continue
+        content = deck.read_bytes()
+        if ending == ".dat" and not re.search(rb"(?im)^BEGIN +BULK", content):
+            continue
+        if ending == ".inp" and not re.search(rb"(?im)^\*\s*(NODE|INCLUDE|PART)", content):
+            continue
+        digest = hashlib.md5(content).digest()
+        if digest not in seen:
+            seen.add(digest)
+            found.append(deck)
+    if sample and sample < len(found):
+        found = [found[i * len(found) // sample] for i in range(sample)]
+    return found
+
+
+def summary(rows):
+    """Lines that count the rows."""
+    accepted = [r for r in rows if r["answer"].startswith("accepted")]
+    compared = [r for r in accepted if r["difference"] is not None]
+    off = [r for r in compared if r["difference"] > AGREES]
+    return [
+        f"{len(accepted)} of {len(rows)} accepted",
+        f"{len(compared)} compared with CalculiX: {len(compared) - len(off)} within {AGREES:.0%}, {len(off)} not, "
+        f"of those {sum(bool(r['warnings']) for r in off)} with a warning",
+    ]
 
 
 def main():
@@ -116,39 +179,38 @@ def main():
     parser.add_argument("flexframe")
     parser.add_argument("folders", nargs="+")
     parser.add_argument("--write")
+    parser.add_argument("--json", help="everything that was found, for a closer look")
+    parser.add_argument("--reasons", action="store_true")
     parser.add_argument("--no-ccx", action="store_true")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--limit", type=float, default=30.0)
     parser.add_argument("--only", default="")
+    parser.add_argument("--sample", type=int, default=0)
     words = parser.parse_args()
     flexframe = str(pathlib.Path(words.flexframe).resolve())
-    decks = sorted(
-        d
-        for f in words.folders
-        for d in pathlib.Path(f).resolve().rglob("*")
-        if d.suffix.lower() in (".inp", ".bdf", ".nas") and words.only in str(d)
-    )
+    decks = decks_of(words.folders, words.only, words.sample)
     with_ccx = not words.no_ccx and shutil.which("ccx") is not None
-    rows = []
+    rows, lines = [], []
     with concurrent.futures.ThreadPoolExecutor(words.jobs) as pool:
-        for deck, (answer, difference, notes) in zip(decks, pool.map(lambda d: one(flexframe, d, words.limit, with_ccx), decks)):
-            shown = "" if difference is None else f"{difference:.1e}"
-            rows.append(f"| {deck.name} | {answer.replace('|', '/')[:300]} | {shown} |")
-            print(rows[-1], flush=True)
-    accepted = sum("| accepted" in r for r in rows)
-    text = "\n".join(
-        [
-            "| deck | answer | largest difference of frequencies to CalculiX |",
-            "|---|---|---|",
-            *rows,
-            "",
-            f"{accepted} of {len(rows)} accepted",
-            "",
-        ]
-    )
+        for row in pool.map(lambda d: one(flexframe, d, words.limit, with_ccx), decks):
+            rows.append(row)
+            shown = "" if row["difference"] is None else f"{row['difference']:.1e}"
+            answer = row["answer"] + (": " + row["reasons"][0].replace("|", "/")[:200] if row["reasons"] else "")
+            if row["difference"] is not None and row["difference"] > AGREES and row["warnings"]:
+                answer += "; warned: " + row["warnings"][0].replace("|", "/")[:200]
+            lines.append(f"| {row['deck']} | {answer} | {shown} |")
+            print(lines[-1], flush=True)
+    if words.json:
+        pathlib.Path(words.json).write_text(json.dumps(rows, indent=1))
+    if words.reasons:
+        counts = collections.Counter(kind for r in rows for kind in {reason(text) for text in r["reasons"]})
+        for kind, count in counts.most_common():
+            print(f"{count:5d}  {kind}")
+    last = summary(rows)
     if words.write:
-        pathlib.Path(words.write).write_text(text)
-    print(f"{accepted} of {len(rows)} accepted")
+        head = ["| deck | answer | largest difference of frequencies to CalculiX |", "|---|---|---|"]
+        pathlib.Path(words.write).write_text("\n".join([*head, *lines, "", *last, ""]))
+    print("\n".join(last))
     return 0
 
 
