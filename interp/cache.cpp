@@ -1,6 +1,6 @@
 // The disk cache of mapped modes: one file per content, named by its hash.
 //
-// Layout (little endian): "FFMODES5", 16 bytes of content hash, int64 vertices, modes, text length, the report as text lines, 3 M n floats
+// Layout (little endian): "FFMODES6", 16 bytes of content hash, int64 vertices, modes, text length, the report as text lines, 3 M n floats
 // column after column, 8 bytes of hash over everything before. Written beside its name and renamed, so that it is whole or not there.
 #include "interp/modes.h"
 
@@ -18,7 +18,7 @@
 namespace flexframe::interp {
 namespace {
 
-constexpr std::string_view magic = "FFMODES5";
+constexpr std::string_view magic = "FFMODES6";
 using Name = std::array<std::uint64_t, 2>;
 
 Name content_hash(const Nodes& nodes, const MeshView& mesh, const Options& options, const Eigen::MatrixXd& phi,

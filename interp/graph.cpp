@@ -166,6 +166,18 @@ Weld weld_vertices(const MeshView& mesh, double distance) {
   return weld;
 }
 
+std::vector<int> part_of_vertices(const Weld& weld, int& count) {
+  const auto vertices = static_cast<int>(weld.positions.rows());
+  Forest forest(vertices);
+  for (Eigen::Index t = 0; t < weld.triangles.rows(); ++t)
+    for (int c = 1; c < 3; ++c) forest.join(weld.triangles(t, 0), weld.triangles(t, c));
+  // A root is the first vertex of its part.
+  std::vector<int> part(vertices);
+  count = 0;
+  for (int v = 0; v < vertices; ++v) part[v] = forest.root(v) == v ? count++ : part[forest.root(v)];
+  return part;
+}
+
 PointGrid::PointGrid(const Points& points) : points_(points) {
   const Eigen::Index n = points.rows();
   if (n == 0) {

@@ -18,6 +18,9 @@ struct Weld {
 };
 Weld weld_vertices(const MeshView& mesh, double distance);
 
+// Part of each welded vertex, 0..count-1: vertices that triangles join are of one part.
+std::vector<int> part_of_vertices(const Weld& weld, int& count);
+
 // Place of a cell in an array over a grid of `size` cells, x running fastest.
 inline Eigen::Index grid_slot(const Eigen::Array3i& cell, const Eigen::Array3i& size) {
   return cell[0] + size[0] * (cell[1] + Eigen::Index{size[1]} * cell[2]);

@@ -169,6 +169,25 @@ Points lift_axis(const AxisLift& axis, const Points& displacement, const Points&
   return share * lift_exact(axis, displacement, rotation) + (1.0 - share) * lift_linear(axis, displacement, rotation);
 }
 
+// Along curved lines: given rotations are finite; without them the lengths between the nodes tell.
+Points lift_curves(const CurveLift& curves, const Points& displacement, const Points& rotation) {
+  if (curves.given) return lift_exact(curves, displacement, rotation);
+  double finite2 = 0.0, linear2 = 0.0;
+  for (const Chain& chain : curves.chains)
+    for (size_t k = 0; k < chain.span.size(); ++k) {
+      const int a = chain.node[k], b = chain.node[(k + 1) % chain.node.size()];
+      const Vec3 d = (displacement.row(b) - displacement.row(a)).transpose() / chain.span[k];
+      const Vec3 e = (curves.positions.row(b) - curves.positions.row(a)).transpose() / chain.span[k];
+      const double linear = 2.0 * e.dot(d), finite = linear + d.squaredNorm();
+      linear2 += linear * linear;
+      finite2 += finite * finite;
+    }
+  const double share = finite_share(finite2, linear2);
+  if (share == 0.0) return lift_linear(curves, displacement, rotation);
+  if (share == 1.0) return lift_exact(curves, displacement, rotation);
+  return share * lift_exact(curves, displacement, rotation) + (1.0 - share) * lift_linear(curves, displacement, rotation);
+}
+
 template <class... Ts>
 struct Overloaded : Ts... {
   using Ts::operator()...;
@@ -180,7 +199,7 @@ Overloaded(Ts...) -> Overloaded<Ts...>;
 
 int source_count(const Lift& lift) {
   return std::visit(Overloaded{[](const ArmLift& l) { return l.nodes + 3 * static_cast<int>(l.director_node.size()); },
-                               [](const AxisLift& l) { return source_count(l); },
+                               [](const AxisLift& l) { return source_count(l); }, [](const CurveLift& l) { return source_count(l); },
                                [](const DenseLift& l) { return static_cast<int>(l.source_positions.rows()); }},
                     lift);
 }
@@ -188,6 +207,7 @@ int source_count(const Lift& lift) {
 Points lift_exact(const Lift& lift, const Points& displacement, const Points& rotation) {
   return std::visit(Overloaded{[&](const ArmLift& l) { return lift_arms(l, displacement, rotation, true); },
                                [&](const AxisLift& l) { return lift_axis(l, displacement, rotation); },
+                               [&](const CurveLift& l) { return lift_curves(l, displacement, rotation); },
                                [&](const DenseLift& l) { return lift_dense(l, displacement, rotation, true); }},
                     lift);
 }
@@ -195,6 +215,7 @@ Points lift_exact(const Lift& lift, const Points& displacement, const Points& ro
 Points lift_linear(const Lift& lift, const Points& displacement, const Points& rotation) {
   return std::visit(Overloaded{[&](const ArmLift& l) { return lift_arms(l, displacement, rotation, false); },
                                [&](const AxisLift& l) { return lift_linear(l, displacement, rotation); },
+                               [&](const CurveLift& l) { return lift_linear(l, displacement, rotation); },
                                [&](const DenseLift& l) { return lift_dense(l, displacement, rotation, false); }},
                     lift);
 }

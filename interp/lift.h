@@ -4,11 +4,13 @@
 //               turned directions (R - I) e_x, (R - I) e_y, (R - I) e_z that carry rigid arms. R is given or estimated from the
 //               gradient of the interpolant: with two tangents the normal turns with the surface, with one the shortest rotation.
 //   AxisLift    Hermite points of a beam's axis and its section's directions (interp/axis.h)
+//   CurveLift   stations along curved lines of nodes and their sections' directions (interp/curve.h)
 //   DenseLift   points of an elastic body: a small dense matrix in the frame that best follows the nodes
 // Linear: for modes and small motion. Exact: rotation vectors of any size; a common rotation of all nodes is reproduced exactly.
 #pragma once
 
 #include "interp/axis.h"
+#include "interp/curve.h"
 #include "interp/sparse.h"
 #include "interp/types.h"
 
@@ -38,7 +40,7 @@ struct DenseLift {
   Eigen::MatrixXd rotation;      // 3 P x 3 N or empty
 };
 
-using Lift = std::variant<ArmLift, AxisLift, DenseLift>;
+using Lift = std::variant<ArmLift, AxisLift, CurveLift, DenseLift>;
 
 // Number of source vectors.
 int source_count(const Lift& lift);

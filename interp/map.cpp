@@ -6,6 +6,7 @@
 #include "interp/lattice.h"
 #include "interp/parallel.h"
 #include "interp/partition.h"
+#include "interp/skeleton.h"
 
 #include <fmt/format.h>
 
@@ -15,6 +16,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <tuple>
 
 namespace flexframe::interp {
@@ -433,9 +435,30 @@ Partition map_by_elasticity(const Options& options, const Weld& weld, const Grap
   return part;
 }
 
+// Along the lines that the nodes make inside a slender body. False: it is none.
+bool map_along_curves(const Nodes& nodes, const Weld& weld, const Graph& graph, const Options& options, Map& map) {
+  Report& report = map.report;
+  std::optional<Skeleton> skeleton = find_skeleton(weld, graph, map.node_positions, nodes.rotations);
+  if (!skeleton) return false;
+  report.layout = "curve";
+  report.scheme = Scheme::kernel;
+  const size_t lines = skeleton->curves.chains.size();
+  report.reason = fmt::format("the {} nodes lie along {} inside a slender body: spline of fifth degree with rigid sections", graph.nodes,
+                              lines == 1 ? "a curved line" : fmt::format("{} lines", lines));
+  report.lebesgue = curve_lebesgue(skeleton->curves);
+  map.weights = skeleton_weights(*skeleton, weld, options.precise, thread_count(options.threads));
+  map.lift = std::move(skeleton->curves);
+  if (!nodes.rotations)
+    report.warnings.push_back("the nodes lie along lines and have no rotations: torsion is unknown, sections are drawn without twist");
+  return true;
+}
+
 void map_over_surface(const Nodes& nodes, const Weld& weld, const Layout& layout, const Options& options, Map& map) {
   Report& report = map.report;
   const Graph graph = make_graph(weld, map.node_positions, 8);
+  if ((options.scheme == Scheme::automatic || options.scheme == Scheme::kernel) && !layout.point &&
+      map_along_curves(nodes, weld, graph, options, map))
+    return;
   if (options.scheme == Scheme::automatic && !layout.point) choose_scheme(map, weld, graph);
   if (graph.bridges > 0)
     report.warnings.push_back(
@@ -545,6 +568,30 @@ Points mode_sources(const Map& map, const Eigen::VectorXd& phi, const Eigen::Vec
                     false);
 }
 
+namespace {
+
+// Each inner node of a chain, at most 64 of them, from the chain of the others.
+void leave_out_of_curves(const Map& map, const CurveLift& curves, const Points& u, const Points& theta, Points& residual) {
+  for (int c = 0; c < static_cast<int>(curves.chains.size()); ++c) {
+    const Chain& chain = curves.chains[c];
+    const auto n = static_cast<int>(chain.node.size());
+    for (int k = 0; k < n; k += std::max(1, n / 64)) {
+      const std::optional<CurveLift> others = without_node(curves, c, k);
+      if (!others) continue;
+      const int node = chain.node[k];
+      const Vec3 x = map.node_positions.row(node).transpose();
+      const Foot foot = find_foot(*others, 0, 0, static_cast<int>(others->chains[0].span.size()), x);
+      std::vector<std::pair<int, double>> entries;
+      add_foot(*others, foot, 1.0, x, entries);
+      const Points sources = lift_exact(Lift(*others), u, theta);
+      residual.row(node) = -u.row(node);
+      for (const auto& [source, weight] : entries) residual.row(node) += weight * sources.row(source);
+    }
+  }
+}
+
+}  // namespace
+
 LeaveOneOutError leave_one_out(const Map& map, const Eigen::Ref<const Points>& displacement, const Eigen::Ref<const Points>& rotation) {
   check_data(map, displacement, rotation);
   const Points u = merge_data(map, displacement);
@@ -568,6 +615,8 @@ LeaveOneOutError leave_one_out(const Map& map, const Eigen::Ref<const Points>& d
       const std::array<int, 1> only{0};
       residual.row(left_out) = multiply_precise(at, lift_exact(Lift(std::move(others)), d, r), only).row(0) - u.row(left_out);
     }
+  } else if (const auto* curves = std::get_if<CurveLift>(&map.lift); curves != nullptr) {
+    leave_out_of_curves(map, *curves, u, theta, residual);
   } else if (map.leave_one_out.dense.size() > 0) {
     const Eigen::VectorXd r = map.leave_one_out.dense * Eigen::Map<const Eigen::VectorXd>(u.data(), u.size());
     residual = Eigen::Map<const Points>(r.data(), n, 3);

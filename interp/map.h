@@ -59,7 +59,7 @@ struct Options {
 struct Report {
   Scheme scheme = Scheme::kernel;  // used
   std::string reason;              // one sentence: why this scheme
-  std::string layout;              // "point", "axis", "surface", "solid": how the nodes lie
+  std::string layout;              // "point", "axis", "curve", "surface", "solid": how the nodes lie
   double lebesgue = 0.0;           // max over vertices of the sum over nodes of |weight|
   int lebesgue_vertex = -1;
   int patches = 0;
