@@ -25,16 +25,27 @@ constexpr std::array<const char*, kKinds> kKindNames = {"u", "v", "v'", "w", "w'
 // Numbering of the full set of coordinates: node by node, only the kinds that exist.
 struct Layout {
   int elements = 1;
-  double h = 0.0;                       // element length
+  double h = 0.0;                       // m, of every element where `nodes` is empty
+  std::vector<double> nodes;            // m, ascending from 0; empty: evenly
   std::array<int, kKinds> offset = {};  // within a node, -1 where the kind does not exist
   int per_node = 0;
   int full() const { return per_node * (elements + 1); }
   int index(int node, int kind) const { return node * per_node + offset[kind]; }
   bool has(int kind) const { return offset[kind] >= 0; }
+  double length(int element) const { return nodes.empty() ? h : nodes[element + 1] - nodes[element]; }
+  // x of a place in an element
+  double at(int element, double xi) const {
+    return nodes.empty() ? (element + xi) * h : xi == 0.0 ? nodes[element] : nodes[element] + xi * length(element);
+  }
   // element, and how far along it
   std::pair<int, double> place(double x) const {
-    const int element = std::clamp(static_cast<int>(x / h), 0, elements - 1);
-    return {element, std::clamp(x / h - element, 0.0, 1.0)};
+    if (nodes.empty()) {
+      const int element = std::clamp(static_cast<int>(x / h), 0, elements - 1);
+      return {element, std::clamp(x / h - element, 0.0, 1.0)};
+    }
+    const auto after = std::upper_bound(nodes.begin() + 1, nodes.end() - 1, x);
+    const int element = static_cast<int>(after - nodes.begin()) - 1;
+    return {element, std::clamp((x - nodes[element]) / length(element), 0.0, 1.0)};
   }
 };
 
@@ -45,15 +56,57 @@ constexpr int gauss_points = 4;
 // axial motion and twist, whose elements are linear, to 2e-2.
 constexpr int most_coordinates = 300;
 
+// A force within an element bends, stretches and twists it there in a way that its nodes do not know: forces act on frames, so nodes are
+// put on them. The even node next to a frame moves there; where none is near, one is added. In lengths of the even elements:
+constexpr double on_node = 0.02;  // a frame so near lies on the node
+constexpr double moves = 0.35;    // so near it moves an even node
+constexpr double apart = 0.15;    // no new nodes nearer to others than this, nor than `off_end` to an end: their elements were stiff
+constexpr double off_end = 0.2;
+
+void put_nodes_on_frames(const BeamDef& def, Layout& layout) {
+  if (def.model == BeamModel::lumped) return;
+  struct Node {
+    double x;
+    bool taken;
+  };
+  std::vector<Node> nodes;
+  for (int i = 0; i <= layout.elements; ++i) nodes.push_back({static_cast<double>(i), i == 0 || i == layout.elements});
+  bool even = true;
+  std::vector<double> places;
+  for (const auto& [name, s] : def.frames) places.push_back(s * layout.elements);
+  std::sort(places.begin(), places.end());
+  for (const double x : places) {
+    const auto near =
+        std::min_element(nodes.begin(), nodes.end(), [&](const Node& a, const Node& b) { return std::abs(a.x - x) < std::abs(b.x - x); });
+    const double distance = std::abs(near->x - x);
+    const bool end = near == nodes.begin() || near + 1 == nodes.end();
+    if (distance <= on_node) {
+      near->taken = true;
+    } else if (!near->taken && distance <= moves) {
+      *near = {x, true};
+      even = false;
+    } else if (distance > (end ? off_end : apart) && static_cast<int>(nodes.size()) * layout.per_node < most_coordinates) {
+      nodes.insert(std::upper_bound(nodes.begin(), nodes.end(), x, [](double value, const Node& n) { return value < n.x; }), {x, true});
+      even = false;
+    }
+  }
+  if (even) return;
+  const double h = def.length / layout.elements;
+  for (const Node& n : nodes) layout.nodes.push_back(n.x * h);
+  layout.elements = static_cast<int>(nodes.size()) - 1;
+}
+
 Layout layout_of(const BeamDef& def, const BeamEffects& e) {
   Layout layout;
   const std::array<bool, kKinds> exists = {e.axial, e.bending_xy, e.bending_xy, e.bending_xz, e.bending_xz, e.torsion};
   for (std::size_t k = 0; k < kKinds; ++k) layout.offset[k] = exists[k] ? layout.per_node++ : -1;
   layout.elements = def.elements;
-  if (const bool by_name = def.all_elements || !def.initial.q.empty() || !def.initial.qd.empty(); !by_name && layout.per_node > 0)
+  const bool by_name = def.all_elements || !def.initial.q.empty() || !def.initial.qd.empty();
+  if (!by_name && layout.per_node > 0)
     layout.elements =
         std::min(def.elements, std::max(most_coordinates / layout.per_node - 1, elements_for_modes(def.keep_modes.value_or(0))));
   layout.h = def.length / layout.elements;
+  if (!by_name && layout.elements > 0) put_nodes_on_frames(def, layout);
   return layout;
 }
 
@@ -80,9 +133,9 @@ Deflection deflection_shapes(double xi, double h, double flexibility) {
 }
 
 // Rows at xi of an element, in the element's 2 per_node coordinates.
-FieldRows element_rows(const Layout& layout, const Properties& p, const BeamEffects& e, double xi) {
+FieldRows element_rows(const Layout& layout, const Properties& p, const BeamEffects& e, int element, double xi) {
   FieldRows r(2 * layout.per_node);
-  const double h = layout.h;
+  const double h = layout.length(element);
   const auto linear = [&](int kind, VecX& value, VecX& derivative) {
     const int a = layout.offset[kind], b = a + layout.per_node;
     value[a] = 1.0 - xi, value[b] = xi;
@@ -104,7 +157,7 @@ FieldRows element_rows(const Layout& layout, const Properties& p, const BeamEffe
 
 // The same in full coordinates.
 FieldRows full_rows(const Layout& layout, const Properties& p, const BeamEffects& e, int element, double xi) {
-  const FieldRows local = element_rows(layout, p, e, xi);
+  const FieldRows local = element_rows(layout, p, e, element, xi);
   FieldRows full(layout.full());
   const Eigen::Index first = static_cast<Eigen::Index>(element) * layout.per_node;
   const auto spread = [&](const VecX& from, VecX& to) { to.segment(first, from.size()) = from; };
@@ -175,7 +228,7 @@ MatX rigid_columns(const Layout& layout, Boundary boundary) {
     if (!layout.has(kind)) return;
     VecX c = VecX::Zero(layout.full());
     for (int node = 0; node <= layout.elements; ++node) {
-      c[layout.index(node, kind)] = node * layout.h;
+      c[layout.index(node, kind)] = layout.at(node, 0.0);
       c[layout.index(node, kind + 1)] = 1.0;
     }
     columns.push_back(c);
@@ -232,7 +285,6 @@ template <class AnyBasis>
 void FeBeam::Data::add_second_order(const AnyBasis& basis, FlexibleBody& body) const {
   beam::set_second_order(body, full, basis);
   if (!effects.stiffening || body.n == 0) return;
-  const double h = layout.h;
   const bool series = 3.0 * body.n * body.n * static_cast<double>(stations.size() - named) <= beam::kMaxSeriesNumbers;
   std::vector<std::size_t> order(stations.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
@@ -250,8 +302,8 @@ void FeBeam::Data::add_second_order(const AnyBasis& basis, FlexibleBody& body) c
       beam::SecondOrder part(2 * layout.per_node);
       for (std::size_t g = 0; g < gauss.x.size(); ++g) {
         const double at = done + (end - done) * gauss.x[g];
-        beam::add_second_order(part, effects, element_rows(layout, properties, effects, at), (done_element + at) * h,
-                               (end - done) * h * gauss.w[g]);
+        beam::add_second_order(part, effects, element_rows(layout, properties, effects, done_element, at), layout.at(done_element, at),
+                               (end - done) * layout.length(done_element) * gauss.w[g]);
       }
       beam::add_part(running, part, done_element * layout.per_node);
       done = end;
@@ -276,8 +328,8 @@ FeBeam::FeBeam(const BeamDef& def, const BeamEffects& effects) {
   for (int k = 0; k < layout.elements; ++k) {
     Integrals local(2 * layout.per_node);
     for (std::size_t g = 0; g < gauss.x.size(); ++g)
-      beam::add_station(local, d.properties, effects, element_rows(layout, d.properties, effects, gauss.x[g]), (k + gauss.x[g]) * layout.h,
-                        gauss.w[g] * layout.h);
+      beam::add_station(local, d.properties, effects, element_rows(layout, d.properties, effects, k, gauss.x[g]), layout.at(k, gauss.x[g]),
+                        gauss.w[g] * layout.length(k));
     scatter(local, k * layout.per_node, d.full);
   }
   const bool root_twists = def.boundary == Boundary::free_free && effects.torsion;
@@ -286,9 +338,13 @@ FeBeam::FeBeam(const BeamDef& def, const BeamEffects& effects) {
   d.Z = boundary_basis(layout, def.boundary, d.full.Me);
   FlexibleBody& body = d.linear;
   body = beam::linear_body(d.full, d.properties, effects, d.Z);
-  beam::set_axis_mass(body, d.properties, effects, d.Z,
-                      {layout.elements, gauss_points,
-                       [&](int element, double xi) { return full_rows(layout, d.properties, effects, element, xi); }, d.root});
+  // Its panels are of equal length.
+  const auto panel_rows = [&](int panel, double xi) {
+    if (layout.nodes.empty()) return full_rows(layout, d.properties, effects, panel, xi);
+    const auto [element, within] = layout.place((panel + xi) * (def.length / layout.elements));
+    return full_rows(layout, d.properties, effects, element, within);
+  };
+  beam::set_axis_mass(body, d.properties, effects, d.Z, {layout.elements, gauss_points, panel_rows, d.root});
   body.De = beam::damping_matrix(def.damping, body.Me, body.Ke);
   for (const int i : free_coordinates(layout, def.boundary)) {
     const int node = i / layout.per_node, local = i % layout.per_node;
@@ -317,17 +373,21 @@ std::vector<ElementStrain> fe_strains(const BeamDef& def, const BeamEffects& eff
   const std::vector<int> free = free_coordinates(layout, def.boundary);
   for (std::size_t j = 0; j < free.size(); ++j) coordinate[free[j]] = static_cast<int>(j);
   // What the mean axes take out is rigid and strains nothing.
-  const FieldRows at0 = element_rows(layout, p, effects, 0.0), at1 = element_rows(layout, p, effects, 1.0);
   std::vector<ElementStrain> out;
   for (int e = 0; e < layout.elements; ++e) {
+    const FieldRows at0 = element_rows(layout, p, effects, e, 0.0), at1 = element_rows(layout, p, effects, e, 1.0);
     const auto row = [&](const VecX& local) {
       CoordinateRow r;
       for (Eigen::Index i = 0; i < local.size(); ++i)
         if (const int k = coordinate[e * layout.per_node + i]; k >= 0 && local[i] != 0.0) r[k] = local[i];
       return r;
     };
-    out.push_back(
-        {e * layout.h, (e + 1) * layout.h, row(at0.du), row(at0.dtheta), {row(at0.dphi_z), row(at1.dphi_z)}, {row(at0.ds), row(at1.ds)}});
+    out.push_back({layout.at(e, 0.0),
+                   layout.at(e, 1.0),
+                   row(at0.du),
+                   row(at0.dtheta),
+                   {row(at0.dphi_z), row(at1.dphi_z)},
+                   {row(at0.ds), row(at1.ds)}});
   }
   return out;
 }

@@ -256,6 +256,8 @@ std::vector<StrainStation> strain_stations(const Model& model, const Scene& scen
       coordinate += part.body.n;
       continue;
     }
+    // Their nodes lie on the frames (beam_fe.cpp).
+    piece.frames = piece_of(*beam, static_cast<int>(k), 0.0).frames;
     for (ElementStrain& e : fe_strains(piece, effects)) {
       const auto moved = [&](CoordinateRow& row) {
         CoordinateRow out;

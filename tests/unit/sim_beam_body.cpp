@@ -124,6 +124,7 @@ Particles particles(const Maker& maker, BeamDef def, BeamEffects effects) {
   constexpr int panels = 12;
   const beam::GaussRule rule = beam::gauss_rule(12);
   Particles out;
+  def.all_elements = true;  // these frames move no nodes
   for (int e = 0; e < panels; ++e)
     for (std::size_t g = 0; g < rule.x.size(); ++g) {
       def.frames[fmt::format("p{}", out.length.size())] = (e + rule.x[g]) / panels;

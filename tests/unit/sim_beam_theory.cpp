@@ -255,6 +255,28 @@ TEST(BeamTheory, ShearElementsGiveTimoshenkosDeflectionAndFrequency) {
   }
 }
 
+// Where a force acts the elements end: u = F x / EA, v = F (x^3 / 3 EI + x / kGA) at any place of a clamped beam.
+TEST(BeamTheory, ForcesOnFramesBetweenEvenNodesFindTheExactCompliance) {
+  BeamDef def = schiavo_beam(5);
+  def.length = 0.1;
+  const std::map<std::string, double> frames = {{"near", 0.23}, {"between", 0.5}, {"close", 0.97}, {"two", 0.71}, {"three", 0.76}};
+  def.frames = frames;
+  const double E = 7.2e10, G = E / 2.6, area = 1e-4, ei = E * 1e-8 / 12.0, kga = 5.0 / 6.0 * G * area;
+  const FlexibleBody body = make_fe_beam(def, {.axial = true, .bending_xy = true, .shear = true});
+  // Even places in lengths of an element: 1.15 moves node 1; 2.5 is added; 3.55 is added, 3.8 moves node 4; 4.85 lies too near to the tip.
+  EXPECT_EQ(body.n, 3 * 7);
+  for (const FlexibleNode& node : body.nodes) {
+    if (!frames.contains(node.name)) continue;
+    const double x = node.origin.x(), bound = node.name == "close" ? 0.03 : 1e-12;
+    const MatX by = body.Ke.ldlt().solve(MatX(node.phi.transpose()));
+    EXPECT_NEAR((node.phi * by)(0, 0) / (x / (E * area)), 1.0, bound) << node.name;
+    EXPECT_NEAR((node.phi * by)(1, 1) / (x * x * x / (3.0 * ei) + x / kga), 1.0, bound) << node.name;
+  }
+  // Coordinates that are named one by one belong to the even nodes.
+  def.all_elements = true;
+  EXPECT_EQ(make_fe_beam(def, {.axial = true, .bending_xy = true}).n, 3 * 5);
+}
+
 TEST(BeamTheory, DampingRatiosAreThoseAskedFor) {
   BeamDef def = schiavo_beam(8);
   def.damping.ratio = {0.02, 0.03};
