@@ -48,6 +48,7 @@ int tree_priority(const JointDef& j) {
   int p = 0;
   if (!j.motion.empty() || j.motion_table) p += 4;
   if (j.spring) p += 2;
+  if (j.initial.guess) p += 1;  // it is heard only there
   return p;
 }
 
@@ -188,12 +189,33 @@ bool is_point_mass(const Scene& scene, const FrameRef& frame) {
   return false;
 }
 
+// Whether a joint on the way through the tree between the ends of an edge has a guess.
+bool is_guessed_around(const Scene& scene, const Graph& graph, const Edge& e) {
+  std::vector<int> from(graph.adjacent.size(), -2), open{e.a + 1};  // the edge by which a node was reached
+  from[open.front()] = -1;
+  for (size_t i = 0; i < open.size() && from[e.b + 1] == -2; ++i)
+    for (const int k : graph.adjacent[open[i]]) {
+      const Edge& way = graph.edges[k];
+      const int next = way.a + 1 == open[i] ? way.b + 1 : way.a + 1;
+      if (from[next] == -2) from[next] = k, open.push_back(next);
+    }
+  for (int node = e.b + 1; from[node] >= 0;) {
+    const Edge& way = graph.edges[from[node]];
+    if (way.scene_joint >= 0 && scene.joints[way.scene_joint].initial.guess) return true;
+    node = way.a + 1 == node ? way.b + 1 : way.a + 1;
+  }
+  return false;
+}
+
 // A joint that would close a loop and needs coordinates stands in the tree all the same: it carries a massless link, and the link's weld
 // to the child closes the loop.
 void add_links(Model& model, const Scene& scene, Graph& graph) {
   for (size_t k = 0, given = graph.edges.size(); k < given; ++k) {
     Edge& e = graph.edges[k];
-    if (graph.in_tree[k] || !needs_coordinates(scene, scene.joints[e.scene_joint])) continue;
+    if (graph.in_tree[k]) continue;
+    // The only guess of a loop chooses the way to close it: it has to be heard.
+    const JointDef& j = scene.joints[e.scene_joint];
+    if (!needs_coordinates(scene, j) && !(j.initial.guess && traits(j.kind).closure && !is_guessed_around(scene, graph, e))) continue;
     Part link;
     link.name = e.joint.name;
     const int at = static_cast<int>(model.parts.size());

@@ -445,3 +445,29 @@ def grazing_to_rest(run):
         t0 = lands + took
     rests = abs(h["y"][-1] + g / stiffness)
     return max(worst / height, rests / height) if run.cpu < 5 and run.notes.count("meets") < 3000 else math.inf
+
+
+@case(
+    "a slider-crank whose slide has a guess, friction in other joints, on either side of the shaft",
+    "place at the start against the guess' side, m",
+    1e-9,
+)
+def guess_whatever_is_cut(run):
+    a, l, p0, worst = 0.1, 0.3, 0.7, 0.0
+    for side in (1, -1):
+        for rubs in (("shaft",), ("shaft", "wrist"), ("pin", "wrist"), ()):
+            rub = lambda name: "friction = { coefficient = 0.5, normal_force = 0.01 }" if name in rubs else ""
+            x = a * math.cos(p0) + side * math.sqrt(l * l - (a * math.sin(p0)) ** 2)
+            text = (
+                simulation(0.01, 100)
+                + rigid("crank", 1.0, (0.01, 0.01, 0.01), frames={"end": (a, 0, 0)})
+                + rigid("rod", 1.0, (0.01, 0.01, 0.01), frames={"end": (l, 0, 0)})
+                + rigid("slider", 1.0, (0.01, 0.01, 0.01))
+                + joint("shaft", "revolute", "ground", "crank", f"initial = {{ value = {p0}, rate = 1.0 }}\n{rub('shaft')}")
+                + joint("pin", "revolute", "crank.end", "rod", rub("pin"))
+                + joint("wrist", "revolute", "rod.end", "slider", rub("wrist"))
+                + joint("guide", "prismatic", "ground", "slider", f"axis = [1, 0, 0]\ninitial = {{ guess = {1.1 * x!r} }}")
+                + output("p", "slider", "position")
+            )
+            worst = max(worst, abs(run(text)["p.x"][0] - x))
+    return worst
