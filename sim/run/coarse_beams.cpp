@@ -1,5 +1,6 @@
 #include "sim/run/coarse_beams.h"
 
+#include "sim/bodies/beam_pieces.h"
 #include "sim/results/histories.h"
 
 #include <fmt/format.h>
@@ -13,16 +14,35 @@ namespace {
 
 // How a beam's largest deflection goes to and fro.
 struct Swing {
-  double range = 0.0, cycles = 0.0, omega = 0.0;  // m; cycles in the run; rad/s
+  double range = 0.0, cycles = 0.0, omega = 0.0;  // m, at rest the largest deflection; cycles in the run; rad/s
+  bool along = false;                             // the beam's axis
+  double jerk = 0.0;                              // m/s^3, amplitude of the third derivative
 };
+
+// sqrt(2) times the root of the mean square, from central differences.
+double third_derivative(const Eigen::Ref<const VecX>& values, double step) {
+  const Eigen::Index n = values.size() - 4;
+  if (n < 1) return 0.0;
+  const VecX d = values.tail(n) - 2.0 * values.segment(3, n) + 2.0 * values.segment(1, n) - values.head(n);
+  return std::sqrt(2.0 * d.squaredNorm() / static_cast<double>(n)) / (2.0 * step * step * step);
+}
+
+// Less than this share of a deflection is rounding.
+constexpr double rest = 1e-9;
 
 Swing swing_of(const ResultBody& body, double duration) {
   Swing out;
   Eigen::Index most = -1;
   for (Eigen::Index c = 0; c < body.displacement.cols(); ++c)
     if (const double r = body.displacement.col(c).maxCoeff() - body.displacement.col(c).minCoeff(); r > out.range) out.range = r, most = c;
-  if (most < 0 || !(duration > 0.0)) return out;
+  if (body.displacement.size() == 0 || !(duration > 0.0)) return out;
+  if (const double deflection = body.displacement.cwiseAbs().maxCoeff(); most < 0 || out.range <= rest * deflection) {
+    out.range = deflection;
+    return out;
+  }
   const auto column = body.displacement.col(most);
+  out.along = most % 3 == 0;
+  out.jerk = third_derivative(column, duration / static_cast<double>(column.size() - 1));
   out.cycles = 0.5 * (column.tail(column.size() - 1) - column.head(column.size() - 1)).cwiseAbs().sum() / out.range;
   out.omega = 2.0 * std::numbers::pi * out.cycles / duration;
   return out;
@@ -57,6 +77,37 @@ double lost_phase(const BeamDef& beam, double elements, double wave, double cycl
   return sum;
 }
 
+// The same of a deflection along the axis: a vibration a cos(w t) in linear elements is ahead by w (k h)^2 / 24 t, k = w / c, so it is off
+// by h^2 / (24 c^2) t times a w^3, its third derivative; so is any sum of them.
+double lost_phase_along(const BeamDef& beam, double elements, const Swing& swing, double duration) {
+  const double h = beam.length / elements, c2 = beam.material.youngs_modulus / beam.material.density;
+  return std::min(1.0, h * h / (24.0 * c2) * duration * swing.jerk / swing.range);
+}
+
+bool is_on(const std::vector<EffectState>& effects, const std::string& owner, std::string_view effect) {
+  return std::any_of(effects.begin(), effects.end(), [&](const EffectState& s) { return s.owner == owner && s.effect == effect && s.on; });
+}
+
+// By how much of the deflection the pieces of a beam whose section changes are off, at rest under a force at an end.
+double missed_by_pieces(const BeamDef& beam, const std::string& owner, const std::vector<EffectState>& effects) {
+  constexpr int places = 400;
+  // Deflections: tip and root under bending in both planes, then stretch and twist.
+  using Deflections = Eigen::Array<double, 6, 1>;
+  Deflections pieces = Deflections::Zero(), changing = Deflections::Zero(), counts;
+  const auto add = [](Deflections& sum, const Section& s, double x) {
+    const double near = x * x, far = (1.0 - x) * (1.0 - x);
+    sum += Deflections(far / s.iz, near / s.iz, far / s.iy, near / s.iy, 1.0 / s.area, 1.0 / s.j);
+  };
+  for (int i = 0; i < places; ++i) {
+    const double x = (i + 0.5) / places;
+    add(changing, section_at(beam, x), x);
+    add(pieces, piece_section(beam, locate_piece(beam, x).first), x);
+  }
+  const bool xy = is_on(effects, owner, "bending_xy"), xz = is_on(effects, owner, "bending_xz");
+  counts << xy, xy, xz, xz, is_on(effects, owner, "axial"), is_on(effects, owner, "torsion");
+  return (counts * (pieces / changing - 1.0).abs()).maxCoeff();
+}
+
 // Whether an output is of this body, or of a joint or force on it.
 bool belongs_to(const Scene& scene, const OutputDef& output, const std::string& body) {
   if (output.of.body == body) return true;
@@ -86,6 +137,42 @@ double moved_share(const std::string& unit, const Swing& swing, double length, d
 
 }  // namespace
 
+namespace {
+
+// What an error of the deflection, m, does to the outputs on the body; none: share 0.
+CoarseBeam worst_output(const Scene& scene, const Histories& run, const VecX& ranges, const std::string& body, const BeamDef& beam,
+                        const Swing& swing, double error) {
+  CoarseBeam worst{body, "", 0.0, swing.omega / (2.0 * std::numbers::pi), 0, 0};
+  for (size_t c = 0; c < run.columns.size(); ++c) {
+    const OutputDef* output = output_of(scene, run.columns[c]);
+    double range = ranges[static_cast<Eigen::Index>(c)];
+    // What stands still counts against the deflection.
+    if (range == 0.0 && run.units[c] == "m") range = swing.range;
+    if (!output || !(range > 0.0) || !belongs_to(scene, *output, body)) continue;
+    const double share = moved_share(run.units[c], swing, beam.length, error, range);
+    if (share > worst.share) worst.share = share, worst.column = run.columns[c];
+  }
+  return worst;
+}
+
+// Relative to the range of the deflection, or to its size where it rests.
+double missed_by_elements(const BeamDef& beam, const Swing& swing, double ei, double duration) {
+  const bool lumped = beam.model == BeamModel::lumped;
+  const double n = beam.elements * (beam.model == BeamModel::mixed ? beam.volumes : 1),
+               wave = beam.length * std::pow(beam.material.density * beam.section.area * swing.omega * swing.omega / ei, 0.25);
+  const double still = lumped && !beam.curvature_coupling ? 0.5 / (n * n) : 0.0;
+  if (swing.along && !lumped) return lost_phase_along(beam, n, swing, duration);
+  // Slower than the lowest vibration of a cantilever with a heavy tip: the deflection follows its loads and keeps their phase.
+  constexpr double slowest = 0.9;
+  return still + (wave >= slowest ? lost_phase(beam, n, wave, swing.cycles) : 0.0);
+}
+
+// Half a per cent.
+constexpr double enough = 0.005;
+constexpr int most_volumes = 100;
+
+}  // namespace
+
 std::vector<CoarseBeam> coarse_beams(const Scene& scene, const std::vector<EffectState>& effects, const Results& results) {
   std::vector<CoarseBeam> out;
   if (results.times.size() < 3) return out;
@@ -97,28 +184,25 @@ std::vector<CoarseBeam> coarse_beams(const Scene& scene, const std::vector<Effec
     const auto body = std::find_if(results.bodies.begin(), results.bodies.end(), [&](const ResultBody& b) { return b.name == def.name; });
     const double ei = bending_stiffness(*beam, def.name, effects);
     if (body == results.bodies.end() || !(ei > 0.0)) continue;
-    const Swing swing = swing_of(*body, results.times[results.times.size() - 1]);
+    const double duration = results.times[results.times.size() - 1];
+    const Swing swing = swing_of(*body, duration);
     if (!(swing.range > 0.0)) continue;
-    const bool lumped = beam->model == BeamModel::lumped;
-    const int elements = beam->elements * (beam->model == BeamModel::mixed ? beam->volumes : 1);
-    const double n = elements,
-                 wave = beam->length * std::pow(beam->material.density * beam->section.area * swing.omega * swing.omega / ei, 0.25);
-    double error = lumped && !beam->curvature_coupling ? 0.5 / (n * n) : 0.0;
-    // Slower than the lowest vibration of a cantilever with a heavy tip: the deflection follows its loads and keeps their phase.
-    constexpr double slowest = 0.9;
-    if (wave >= slowest) error += lost_phase(*beam, n, wave, swing.cycles);
-    error *= swing.range;
-    CoarseBeam worst{def.name, "", 0.0, swing.omega / (2.0 * std::numbers::pi), elements, 0};
-    for (size_t c = 0; c < run.columns.size(); ++c) {
-      const OutputDef* output = output_of(scene, run.columns[c]);
-      const double range = ranges[static_cast<Eigen::Index>(c)];
-      if (!output || !(range > 0.0) || !belongs_to(scene, *output, def.name)) continue;
-      const double share = moved_share(run.units[c], swing, beam->length, error, range);
-      if (share > worst.share) worst.share = share, worst.column = run.columns[c];
+    CoarseBeam worst =
+        worst_output(scene, run, ranges, def.name, *beam, swing, missed_by_elements(*beam, swing, ei, duration) * swing.range);
+    if (worst.share > 0.0) {
+      const bool lumped = beam->model == BeamModel::lumped;
+      worst.elements = beam->elements * (beam->model == BeamModel::mixed ? beam->volumes : 1);
+      worst.wanted = static_cast<int>(std::ceil(worst.elements * std::pow(worst.share / enough, lumped || swing.along ? 0.5 : 0.25)));
+      out.push_back(worst);
     }
-    if (worst.share <= 0.0) continue;
-    // Half a per cent.
-    worst.wanted = static_cast<int>(std::ceil(n * std::pow(worst.share / 0.005, lumped ? 0.5 : 0.25)));
+    if (beam->stations.empty()) continue;
+    worst = worst_output(scene, run, ranges, def.name, *beam, swing, missed_by_pieces(*beam, def.name, effects) * swing.range);
+    if (!(worst.share > enough)) continue;
+    BeamDef finer = *beam;
+    while (finer.volumes < most_volumes && missed_by_pieces(finer, def.name, effects) > enough) ++finer.volumes;
+    worst.by_section = true;
+    worst.elements = beam->volumes;
+    worst.wanted = finer.volumes;
     out.push_back(worst);
   }
   return out;
@@ -126,7 +210,13 @@ std::vector<CoarseBeam> coarse_beams(const Scene& scene, const std::vector<Effec
 
 void warn_of_coarse_beams(const std::vector<CoarseBeam>& beams, double asked, Notes& notes) {
   for (const CoarseBeam& b : beams)
-    if (b.share > asked)
+    if (b.share > asked && b.by_section)
+      notes.warn(
+          fmt::format("body '{}'", b.body),
+          fmt::format("its {} volumes, each of one section, are too few for how the section changes: about {:.2g} of the range of {}; "
+                      "take volumes = {}",
+                      b.elements, b.share, b.column, b.wanted));
+    else if (b.share > asked)
       notes.warn(fmt::format("body '{}'", b.body),
                  fmt::format("its {} element{} too few for how it moves ({:.3g} cycles a second): about {:.2g} of the range of {}; take "
                              "{} or more (of a mixed beam in all volumes together)",

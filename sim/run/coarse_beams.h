@@ -1,4 +1,5 @@
-// Beams whose elements are too few for how they vibrate, told from the histories of a run and closed formulas; no second run.
+// Beams whose elements are too few for how they vibrate, or their pieces for how their section changes, told from the histories of a run
+// and closed formulas; no second run.
 #pragma once
 
 #include "sim/base/notes.h"
@@ -15,16 +16,20 @@ struct CoarseBeam {
   std::string body, column;
   double share = 0.0;      // of the range of that output, by the end of the run
   double frequency = 0.0;  // at which the beam vibrates, Hz
-  int elements = 0;        // that the scene gives, of a mixed beam in all volumes
+  int elements = 0;        // that the scene gives, of a mixed beam in all volumes; by_section: volumes
   int wanted = 0;          // that would do
+  bool by_section = false;
 };
 
 // Beams of finite elements, mixed and lumped ones with fewer elements than their motion needs. What is estimated: the beam's largest
 // deflection passes so many cycles; at that frequency its wave number k follows from its bending stiffness and mass. Elements of length h
 // vibrate too fast by (k h)^4 / 2880 (cubic elements, consistent mass), lumped ones too slowly by (k h)^2 / 15 (45 with coupled
 // curvatures; fitted to cantilevers of 3 to 20 elements, whose deflection is off by 1 / (4 n^2) at rest and twice that under slow loads),
-// and the phase that the first four modes lose moves the outputs on the body, as those of a cantilever let go at its tip. Kept modes are
-// judged by few_modes.h, eigenforms by model_check.h.
+// and the phase that the first four modes lose moves the outputs on the body, as those of a cantilever let go at its tip. Where the largest
+// deflection is along the axis, linear elements vibrate too fast by (k h)^2 / 24, k = omega / sqrt(E / rho): what that leaves of the sum of
+// all vibrations by the end goes with the third derivative of the deflection. Of a changing section: how far the deflections at rest of
+// the pieces, each of its middle's section, are off under a force at either end, the other one held. Kept modes are judged by few_modes.h,
+// eigenforms by model_check.h.
 std::vector<CoarseBeam> coarse_beams(const Scene& scene, const std::vector<EffectState>& effects, const Results& results);
 
 // A warning for each whose share is beyond `asked`.

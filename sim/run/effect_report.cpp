@@ -47,10 +47,14 @@ double median(std::vector<double> values) {
   return n == 0 ? 0.0 : n % 2 == 1 ? values[n / 2] : 0.5 * (values[n / 2 - 1] + values[n / 2]);
 }
 
-// Ranges of two runs of which one may hardly move: the larger.
-VecX common_ranges(const Histories& a, const Histories& b) { return output_ranges(a).cwiseMax(output_ranges(b)); }
-
 }  // namespace
+
+VecX common_ranges(const Histories& a, const Histories& b, double deflection) {
+  VecX out = output_ranges(a).cwiseMax(output_ranges(b));
+  for (Eigen::Index c = 0; c < out.size(); ++c)
+    if (out[c] == 0.0 && a.units[c] == "m") out[c] = deflection;
+  return out;
+}
 
 Scene with_effect(const Scene& scene, const std::vector<EffectState>& states, const std::string& owner, const std::string& effect,
                   bool on) {
@@ -141,7 +145,7 @@ EffectReport report_effects(const Scene& as_given, const EffectOptions& options)
     try {
       const Histories changed = simulate_histories(other, pair);
       if (changed.columns == base.columns) {
-        const Difference d = compare_histories(changed, base, common_ranges(changed, base));
+        const Difference d = compare_histories(changed, base, common_ranges(changed, base, 0.0));
         row.measured = true;
         row.share = d.largest;
         row.column = d.column >= 0 ? base.columns[d.column] : "";
@@ -175,7 +179,9 @@ NeglectCheck check_neglected(const Scene& scene, const std::vector<EffectState>&
   pair.samples = static_cast<int>(base.times.size());
   double longest = base.statistics.cpu_seconds;
   for (const char* effect : {"stiffening", "gyroscopic", "bending_xy", "bending_xz", "torsion", "axial", "shear"}) {
-    if (std::string_view(effect) != "stiffening" && std::string_view(effect) != "gyroscopic" && !options.deformations) continue;
+    const bool second_order = std::string_view(effect) == "stiffening" || std::string_view(effect) == "gyroscopic";
+    const bool wanted = std::find(options.further.begin(), options.further.end(), effect) != options.further.end();
+    if (!second_order && !options.deformations && !wanted) continue;
     Neglected n;
     n.effect = effect;
     Scene other = scene;
@@ -199,7 +205,7 @@ NeglectCheck check_neglected(const Scene& scene, const std::vector<EffectState>&
       out.cpu += spent();
       longest = std::max(longest, changed.statistics.cpu_seconds);
       if (changed.columns != base.columns) continue;
-      const Difference d = compare_histories(changed, base, common_ranges(changed, base));
+      const Difference d = compare_histories(changed, base, common_ranges(changed, base, options.deflection));
       n.share = d.largest;
       n.column = d.column >= 0 ? base.columns[d.column] : "";
       n.resolved = n.share > 2.0 * options.floor;
@@ -210,7 +216,7 @@ NeglectCheck check_neglected(const Scene& scene, const std::vector<EffectState>&
         const double from = cpu_seconds();
         const Histories tight = simulate_histories(other, same);
         out.cpu += cpu_seconds() - from;
-        const Difference sure = compare_histories(tight, *options.run, common_ranges(tight, *options.run));
+        const Difference sure = compare_histories(tight, *options.run, common_ranges(tight, *options.run, options.deflection));
         n.share = sure.largest;
         n.column = sure.column >= 0 ? options.run->columns[sure.column] : "";
         n.resolved = n.share > 3.0 * options.run_error;

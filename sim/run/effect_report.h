@@ -83,10 +83,15 @@ struct NeglectOptions {
   // vibrations in different ways, which can look like an effect.
   const Histories* run = nullptr;
   double run_tolerance = 0.0, run_error = 0.0, confirm_above = 1e300;
-  bool deformations = false;  // also deformations, which run_scene judges along the motion itself (left_out.h)
+  double deflection = 0.0;           // m, the largest of a body: what places that stand still are measured against
+  bool deformations = false;         // also deformations, which run_scene judges along the motion itself (left_out.h)
+  std::vector<std::string> further;  // these deformations also
   // What is known of these effects without a second run: report_neglected takes out what it measured.
   std::vector<LeftOutWorth>* told = nullptr;
 };
+
+// output_ranges of both (histories.h), the larger; places that stand still (m) count against the largest deflection of a body, m.
+VecX common_ranges(const Histories& a, const Histories& b, double deflection);
 
 // base: histories of the scene itself at options.tolerance.
 NeglectCheck check_neglected(const Scene& scene, const std::vector<EffectState>& states, const Histories& base,

@@ -1,5 +1,7 @@
 #include "sim/run/few_modes.h"
 
+#include "sim/run/effect_report.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,7 +22,7 @@ bool keeps_coordinates(const Scene& scene, const std::string& body) {
 
 }  // namespace
 
-void warn_of_few_modes(const Scene& scene, const SimulateOptions& options, const Histories& reference, double asked,
+void warn_of_few_modes(const Scene& scene, const SimulateOptions& options, const Histories& reference, double deflection, double asked,
                        SolverStatistics& statistics) {
   Scene richer = scene;
   std::string names;
@@ -43,7 +45,7 @@ void warn_of_few_modes(const Scene& scene, const SimulateOptions& options, const
   } catch (const SimulationError&) {
     return;
   }
-  const Difference difference = compare_histories(reference, other, output_ranges(other));
+  const Difference difference = compare_histories(reference, other, common_ranges(other, reference, deflection));
   const double noise = estimates * std::max(0.0, statistics.error_estimate);
   if (difference.column < 0 || difference.largest <= asked + noise) return;
   statistics.notes.warn(

@@ -123,12 +123,12 @@ struct Found {
   double share = 0.0;
   std::string column;
 };
-std::optional<Found> between(const Histories& richer_run, const Histories& run) {
+std::optional<Found> between(const Histories& richer_run, const Histories& run, double deflection) {
   std::vector<std::string> common;
   for (const std::string& c : richer_run.columns)
     if (std::find(run.columns.begin(), run.columns.end(), c) != run.columns.end()) common.push_back(c);
   const Histories a = only(richer_run, common), b = only(run, common);
-  const Difference d = compare_histories(a, b, output_ranges(a).cwiseMax(output_ranges(b)));
+  const Difference d = compare_histories(a, b, common_ranges(a, b, deflection));
   if (d.column < 0) return std::nullopt;
   return Found{d.largest, common[d.column]};
 }
@@ -234,7 +234,8 @@ class Comparison {
       found = at(run_.run_tolerance, *run_.run);
       if (!found || found->share <= asked_ || is_resolved(*found, loose)) return found;
       const Histories tight = rich_run_;
-      found = between(simulate_rich(0.1 * run_.run_tolerance), simulated(plain_ ? *plain_ : scene_, 0.1 * run_.run_tolerance));
+      found =
+          between(simulate_rich(0.1 * run_.run_tolerance), simulated(plain_ ? *plain_ : scene_, 0.1 * run_.run_tolerance), run_.deflection);
       return found && (found->share <= asked_ || is_resolved(*found, tight)) ? found : std::nullopt;
     } catch (const BudgetSpent&) {
     } catch (const std::runtime_error&) {}
@@ -259,11 +260,11 @@ class Comparison {
   std::optional<Found> at(double tolerance, const Histories& run) {
     samples_ = static_cast<int>(run.times.size());
     simulate_rich(tolerance);
-    return plain_ ? between(rich_run_, simulated(*plain_, tolerance)) : between(rich_run_, run);
+    return plain_ ? between(rich_run_, simulated(*plain_, tolerance), run_.deflection) : between(rich_run_, run, run_.deflection);
   }
   // Whether a share is larger than the errors of time: of the run, and of the richer one as its looser run tells it.
   bool is_resolved(const Found& found, const Histories& looser) const {
-    const std::optional<Found> drift = between(looser, rich_run_);
+    const std::optional<Found> drift = between(looser, rich_run_, run_.deflection);
     return found.share > 3.0 * run_.run_error && (!drift || found.share > 2.0 * drift->share);
   }
 

@@ -18,6 +18,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 #include <set>
 
@@ -49,8 +50,8 @@ struct Alone {
   std::vector<double> shares;  // of the weights (ErrorWeights), of the last pass
   std::vector<EffectState> effects;
   std::vector<LinearLimit> limits;
-  std::vector<LeftOutWorth> left_out;      // deformations
-  std::vector<LeftOutWorth> second_order;  // stiffening and gyroscopic terms, which a pair of runs tells better
+  std::vector<LeftOutWorth> left_out;    // deformations
+  std::vector<LeftOutWorth> to_measure;  // stiffening and gyroscopic terms and what shifts events, which a pair of runs tells better
   OutputScales scales;
 };
 
@@ -83,7 +84,10 @@ bool estimate(const Scene& scene, const SimulateOptions& options, Alone& alone, 
   check.run = &reference;
   check.run_tolerance = results.statistics.tolerance;
   check.run_error = std::max(0.0, results.statistics.error_estimate);
-  check.told = &alone.second_order;
+  check.told = &alone.to_measure;
+  for (const ResultBody& body : results.bodies)
+    if (body.displacement.size() > 0) check.deflection = std::max(check.deflection, body.displacement.cwiseAbs().maxCoeff());
+  for (const LeftOutWorth& w : alone.to_measure) check.further.push_back(w.effect);
   if (models) {
     // Also where no output moves: another model's may.
     check_models(scene, alone.effects, alone.limits, base, {unasked_accuracy, model_check_budget(results.statistics.cpu_seconds), check},
@@ -91,7 +95,7 @@ bool estimate(const Scene& scene, const SimulateOptions& options, Alone& alone, 
   }
   // A second run of the same length is made of short ones only.
   if (models && results.statistics.cpu_seconds <= least_check)
-    warn_of_few_modes(scene, options, reference, unasked_accuracy, results.statistics);
+    warn_of_few_modes(scene, options, reference, check.deflection, unasked_accuracy, results.statistics);
   if (difference.column >= 0) {
     check.budget = std::max(check_price * results.statistics.cpu_seconds, least_check);
     report_neglected(scene, alone.effects, base, check, unasked_accuracy, results.statistics);
@@ -134,13 +138,24 @@ Results simulate_alone(const Scene& scene, const SimulateOptions& options, bool 
     results.statistics.notes = system.notes;
     ranges.warn(results.statistics.notes);
     alone.left_out.clear();
-    alone.second_order.clear();
+    alone.to_measure.clear();
     if (left_out)
       for (LeftOutWorth& w : left_out->worth(results, wants_statics(scene)))
-        (w.effect == "stiffening" || w.effect == "gyroscopic" ? alone.second_order : alone.left_out).push_back(std::move(w));
+        (w.effect == "stiffening" || w.effect == "gyroscopic" ? alone.to_measure : alone.left_out).push_back(std::move(w));
     alone.limits = linear_limits(scene, system.model, results);
     return results;
   });
+}
+
+// Where blows, reversals of friction and the like lie shifts with what is left out, and what follows with them: a deformation that is worth
+// more than this along the motion as it is may be worth a multiple.
+constexpr double may_shift_events = 5e-4;
+
+void measure_what_shifts_events(const SolverStatistics& run, Alone& alone) {
+  if (run.events == 0) return;
+  const auto shifts = [](const LeftOutWorth& w) { return w.possible && w.share > may_shift_events && w.share < unasked_accuracy; };
+  std::copy_if(alone.left_out.begin(), alone.left_out.end(), std::back_inserter(alone.to_measure), shifts);
+  std::erase_if(alone.left_out, shifts);
 }
 
 // Estimates of what elements are worth (coarse_beams.h) are lower than the truth by no more than that, as a rule.
@@ -155,10 +170,11 @@ Results simulate_once(const Scene& scene, const SimulateOptions& options, std::v
     called->more = true;
     return results;
   }
+  if (options.estimate_error) measure_what_shifts_events(results.statistics, alone);
   report_left_out(scene, alone.left_out, unasked_accuracy, results.statistics);
   bool measured = false;
   if (options.estimate_error && !results.outputs.empty()) measured = estimate(scene, options, alone, !into, results);
-  report_left_out(scene, alone.second_order, unasked_accuracy, results.statistics);
+  report_left_out(scene, alone.to_measure, unasked_accuracy, results.statistics);
   warn_of_coarse_beams(coarse_beams(scene, alone.effects, results), sure_of_coarse * unasked_accuracy, results.statistics.notes);
   if (into) {
     *into = alone.limits;
