@@ -6,11 +6,14 @@ accuracy that is asked for.
 A run that is warned of, or refused in a sentence, is told. Exit 1 if there is a silent error or a scene that ends in neither.
 
   --table FILE    replaces the table by kind of scene in a Markdown page, between its markers
+  --rows FILE     verdicts go there line by line; scenes that are there are not run again. The table then counts all of the file
   --keep FOLDER   scenes with silent errors, and those that ended in nothing, each with a line in FOLDER/LIST
   --limit S       CPU seconds a run may take (60)
+  --jobs N        scenes at a time (1)
 """
 import argparse
 import collections
+import concurrent.futures
 import csv
 import json
 import pathlib
@@ -29,9 +32,12 @@ import kinds_contact  # noqa: E402
 import kinds_coupled  # noqa: E402
 import kinds_effects  # noqa: E402
 import kinds_exact  # noqa: E402
+import kinds_frames  # noqa: E402
+import kinds_machines  # noqa: E402
 import kinds_motion  # noqa: E402
 import kinds_read  # noqa: E402
 import kinds_rich  # noqa: E402
+import kinds_states  # noqa: E402
 import kinds_statics  # noqa: E402
 import kinds_touch  # noqa: E402
 import kinds_wide  # noqa: E402
@@ -75,6 +81,20 @@ SHORT = [
     "planetary",
     "shaped_pendulum",
     "forces_of_joints",
+    "stubby_frame",
+    "springs_along",
+    "supports",
+    "kept_modes",
+    "tapered",
+    "engine",
+    "rubbing_loop",
+    "cardan",
+    "fast_top",
+    "on_mounts",
+    "several_rests",
+    "above_the_floor",
+    "twitching_drive",
+    "steered_beam",
 ]
 KINDS = (
     kinds_statics.KINDS
@@ -88,8 +108,12 @@ KINDS = (
     + kinds_read.KINDS
     + kinds_coupled.KINDS
     + kinds_exact.KINDS
+    + kinds_frames.KINDS
+    + kinds_machines.KINDS
+    + kinds_states.KINDS
 )
 DEFAULT_CLAIM, ESTIMATES = 0.01, 5.0
+BAD = ("silent", "slow", "broken")  # verdicts that must not be
 
 
 def make(kind, seed, number):
@@ -242,6 +266,29 @@ def replace_table(path, text):
     path.write_text(page[: page.index(begin) + len(begin)] + text + "\n" + page[page.index(end) :])
 
 
+def judge_one(task):
+    """A row: kind, seed, number, verdict, error, claim, what was said, CPU seconds, what the scene is. Runs in a process of its own."""
+    path, limit, name, seed, number, folder = task
+    kind = next(k for k in KINDS if k.__name__ == name)
+    with tempfile.TemporaryDirectory(prefix="flexframe_trust_") as place:
+        program = Program(path, place, limit)
+        scene = make(kind, seed, number)
+        verdict, error, claim, said, cpu = judge(program, scene)
+        if folder and verdict in BAD:
+            keep(folder, program, scene, seed, verdict, error, claim, said)
+    return [name, seed, number, verdict, error, claim, said, cpu, scene.what]
+
+
+def judge_all(tasks, jobs):
+    """Rows as they come."""
+    if jobs == 1:
+        yield from map(judge_one, tasks)
+        return
+    with concurrent.futures.ProcessPoolExecutor(jobs) as pool:
+        for done in concurrent.futures.as_completed([pool.submit(judge_one, t) for t in tasks]):
+            yield done.result()
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program")
@@ -251,35 +298,39 @@ def main():
     parser.add_argument("--number", type=int)
     parser.add_argument("--keep")
     parser.add_argument("--table", type=pathlib.Path)
+    parser.add_argument("--rows", type=pathlib.Path)
     parser.add_argument("--limit", type=int, default=60)
+    parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--short", action="store_true", help="the scenes of continuous integration")
     parser.add_argument("--quiet", action="store_true")
     args = parser.parse_args()
     if args.short:
         args.kind, args.count = SHORT, len(SHORT)
     kinds = [k for k in KINDS if not args.kind or k.__name__ in args.kind]
-    rows = {k: [] for k in kinds}
-    with tempfile.TemporaryDirectory(prefix="flexframe_trust_") as folder:
-        program = Program(args.program, folder, args.limit)
-        for i in range(args.count):
-            kind, number = kinds[i % len(kinds)], i // len(kinds)
-            if args.number is not None:
-                number = args.number
-            scene = make(kind, args.seed, number)
-            verdict, error, claim, said, cpu = judge(program, scene)
-            rows[kind].append((verdict, error, claim, said, cpu))
-            bad = verdict in ("silent", "slow", "broken")
-            if bad or not args.quiet:
-                numbers = "" if error is None else f"error {error:.2e} claim {claim:.2e} "
-                print(f"{verdict:8} {kind.__name__} {args.seed} {number}: {numbers}{cpu:.2f} s; {scene.what}; {said[:200]}", flush=True)
-            if bad and args.keep:
-                keep(args.keep, program, scene, args.seed, verdict, error, claim, said)
-    done = [r for v in rows.values() for r in v]
-    count = collections.Counter(r[0] for r in done)
-    print(", ".join(f"{count[v]} {v}" for v in ("right", "warned", "refused", "silent", "slow", "broken", "open")))
+    rows = []
+    if args.rows and args.rows.exists():
+        rows = [json.loads(line) for line in args.rows.read_text().splitlines()]
+    known = {tuple(row[:3]) for row in rows}
+    tasks = []
+    for i in range(args.count):
+        name, number = kinds[i % len(kinds)].__name__, i // len(kinds) if args.number is None else args.number
+        if (name, args.seed, number) not in known:
+            tasks.append((args.program, args.limit, name, args.seed, number, args.keep))
+    for row in judge_all(tasks, args.jobs):
+        rows.append(row)
+        if args.rows:
+            with open(args.rows, "a") as file:
+                file.write(json.dumps(row) + "\n")
+        name, seed, number, verdict, error, claim, said, cpu, what = row
+        if verdict in BAD or not args.quiet:
+            numbers = "" if error is None else f"error {error:.2e} claim {claim:.2e} "
+            print(f"{verdict:8} {name} {seed} {number}: {numbers}{cpu:.2f} s; {what}; {said[:200]}", flush=True)
+    count = collections.Counter(row[3] for row in rows)
+    print(", ".join(f"{count[v]} {v}" for v in ("right", "warned", "refused", *BAD, "open")))
     if args.table:
-        replace_table(args.table, table(rows))
-    sys.exit(1 if count["silent"] + count["slow"] + count["broken"] else 0)
+        found = {k: [row[3:8] for row in rows if row[0] == k.__name__] for k in KINDS}
+        replace_table(args.table, table({k: v for k, v in found.items() if v}))
+    sys.exit(1 if any(count[v] for v in BAD) else 0)
 
 
 if __name__ == "__main__":
