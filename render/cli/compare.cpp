@@ -2,12 +2,16 @@
 #include "render/cli/commands.h"
 
 #include "render/base/file.h"
-#include "render/image/compare_report.h"
+#include "render/cli/terminal.h"
+#include "render/cli/version.h"
+#include "render/image/compare_page.h"
+#include "sim/base/words.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <charconv>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -18,10 +22,13 @@ namespace flexframe::cli {
 namespace {
 
 struct Options {
-  std::string baseline, candidate, report, reason;
+  std::string baseline, candidate, mask, report, junit, markdown, reason;
+  std::vector<std::string> also, ignore;
   render::CompareOptions rule;
   std::optional<int> levels, cluster;
   std::optional<double> percent, mean;
+  double page_size = 5.0;  // MB
+  int measured = render::CompareRequest{}.measured, jobs = 0;
   bool json = false;
 };
 
@@ -52,17 +59,87 @@ render::CompareOptions settle(const Options& o) {
   return out;
 }
 
+// "[NAMES:]X,Y,WxH"; names may hold colons.
+render::IgnoredRegion read_region(const std::string& text) {
+  render::IgnoredRegion out;
+  const std::size_t colon = text.rfind(':');
+  if (colon != std::string::npos) out.pattern = text.substr(0, colon);
+  const char *at = text.data() + (colon == std::string::npos ? 0 : colon + 1), *end = text.data() + text.size();
+  const auto number = [&](int& value, char behind) {
+    const auto [next, error] = std::from_chars(at, end, value);
+    const bool good = error == std::errc() && (behind ? next != end && *next == behind : next == end);
+    at = good && behind ? next + 1 : next;
+    return good;
+  };
+  if (colon == 0 || !number(out.box.x, ',') || !number(out.box.y, ',') || !number(out.box.width, 'x') || !number(out.box.height, '\0') ||
+      out.box.width < 1 || out.box.height < 1 ||
+      std::max({std::abs(out.box.x), std::abs(out.box.y), out.box.width, out.box.height}) > 1 << 20)
+    throw UsageError(
+        fmt::format("--ignore {}: must be [NAMES:]X,Y,WxH in pixels from the upper left corner, for example 10,20,120x30 or "
+                    "\"frame_0000?.png:10,20,120x30\"",
+                    sim::quote(text)));
+  return out;
+}
+
+render::CompareRequest make_request(const Options& o) {
+  render::CompareRequest out{.baselines = {o.baseline}, .candidate = o.candidate, .rule = settle(o), .regions = {}, .mask = o.mask};
+  out.baselines.insert(out.baselines.end(), o.also.begin(), o.also.end());
+  for (const std::string& region : o.ignore) out.regions.push_back(read_region(region));
+  out.measured = o.measured;
+  out.threads = o.jobs;
+  out.new_baseline = !o.reason.empty();
+  return out;
+}
+
+// What a report says of its making: starts OpenGL once, to name what draws here.
+render::Facts make_facts(const render::CompareRequest& request) {
+  const render::Gate& gate = request.rule.gate;
+  return {{"compared by", fmt::format("flexframe {}", FLEXFRAME_VERSION)},
+          {"machine", machine_text()},
+          {"renderer", renderer_text()},
+          {"rule", request.rule.exact
+                       ? std::string("equal pixels")
+                       : fmt::format("at most {:.4g} % of the pixels differ by more than {} levels, fewer than {} that touch by more "
+                                     "than {}, the mean by at most {:.4g}",
+                                     100.0 * gate.share, gate.levels, gate.cluster, gate.cluster_levels, gate.mean)}};
+}
+
+void write_text(const std::string& file, const std::string& text) {
+  render::write_file(file, std::span(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
+}
+
+void write_reports(const Options& o, const render::Comparison& comparison, const render::CompareRequest& request) {
+  if (o.report.empty() && o.junit.empty() && o.markdown.empty()) return;
+  const render::Facts facts = make_facts(request);
+  const std::string title = o.baseline + " and " + o.candidate;
+  if (!o.report.empty())
+    write_text(o.report, render::comparison_page(
+                             comparison, request,
+                             {.title = title, .facts = facts, .file = o.report, .bytes = static_cast<std::size_t>(1e6 * o.page_size)}));
+  if (!o.junit.empty()) write_text(o.junit, render::junit_text(comparison, "pictures of " + o.candidate, facts));
+  if (!o.markdown.empty()) write_text(o.markdown, render::markdown_text(comparison, title, facts));
+}
+
+nlohmann::json pair_json(const render::ComparedPair& p) {
+  nlohmann::json row = {{"name", p.name}, {"result", render::state_name(p.state)}};
+  const render::ImageDifference& d = p.difference;
+  if (render::was_measured(p.state)) {
+    render::for_each_number(d, [&](const char* name, auto number) { row[name] = number; });
+    if (!d.measured && !d.equal && d.full == 255) row["ssim"] = row["flip"] = nullptr;  // not among the worst
+    row["ignored"] = d.ignored;
+    if (d.box.width > 0) row["box"] = {d.box.x, d.box.y, d.box.width, d.box.height};
+  }
+  if (!p.baseline.empty()) row["baseline"] = p.baseline.string();
+  if (!p.numbers.empty()) row["numbers"] = p.numbers;
+  return row;
+}
+
 void print_json(const render::Comparison& comparison, const std::vector<std::string>& updated) {
   nlohmann::json pairs = nlohmann::json::array();
-  for (const render::ComparedPair& p : comparison.pairs) {
-    nlohmann::json row = {{"name", p.name}, {"result", render::state_name(p.state)}};
-    if (p.state == render::PairState::passes || p.state == render::PairState::differs || p.state == render::PairState::equal ||
-        p.state == render::PairState::other_numbers)
-      render::for_each_number(p.difference, [&](const char* name, auto number) { row[name] = number; });
-    if (!p.numbers.empty()) row["numbers"] = p.numbers;
-    pairs.push_back(std::move(row));
-  }
-  fmt::print("{}\n", nlohmann::json({{"passes", comparison.passes}, {"pictures", pairs}, {"updated", updated}}).dump(2));
+  for (const render::ComparedPair& p : comparison.pairs) pairs.push_back(pair_json(p));
+  const nlohmann::json out = {{"passes", comparison.passes}, {"pictures", pairs}, {"updated", updated}, {"notes", comparison.notes}};
+  // Names of files need not be UTF-8.
+  fmt::print("{}\n", out.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
 void print_rows(const render::Comparison& comparison, const std::vector<std::string>& updated) {
@@ -77,7 +154,8 @@ void print_rows(const render::Comparison& comparison, const std::vector<std::str
     if (p.state == render::PairState::passes || p.state == render::PairState::differs || p.state == render::PairState::other_numbers)
       fmt::print("{}: {}: largest difference {}/{}, mean {:.4g}/{}, {} pixels ({:.4g} %) over the limit, {} of them together{}\n", p.name,
                  render::state_name(p.state), d.largest, d.full, d.mean, d.full, d.pixels_over, 100.0 * d.share_over, d.cluster,
-                 d.full == 255 ? fmt::format(", SSIM {:.5f}, FLIP {:.5f}", d.ssim, d.flip) : "");
+                 (d.measured ? fmt::format(", SSIM {:.5f}, FLIP {:.5f}", d.ssim, d.flip) : "") +
+                     (d.box.width > 0 ? fmt::format(", within {}x{} at {},{}", d.box.width, d.box.height, d.box.x, d.box.y) : ""));
     else fmt::print("{}: {}\n", p.name, render::state_name(p.state));
     if (!p.numbers.empty()) fmt::print("{}: {}\n", p.name, p.numbers);
   }
@@ -94,38 +172,57 @@ pixels differ by more than the limit, few of them touch (by more than 16 levels)
 that flexframe writes into its pictures (vertices, their range, colour range) agree to 1e-4. A picture that only one folder has
 does not agree. Pictures of 16 bits (depth, scalar) are compared in their own units: differences of 32 of 65535 are none, no four
 pixels that touch may be off by more than 256, the mean by 8. --levels and --percent loosen what would contradict them.
+Any PNG files will do. What --ignore and --mask leave out counts nowhere; shares and means are those of the rest.
 Exit codes: 0 all agree, 1 some do not, 2 bad input.)");
   auto options = std::make_shared<Options>();
   words.option("A", options->baseline, "baseline: PNG file or folder").required();
   words.option("B", options->candidate, "new: PNG file or folder").required();
+  words.option("--also", options->also, "a further baseline; a picture agrees if it agrees with any; may be repeated")
+      .as("PATH")
+      .one_word();
+  words
+      .option(
+          "--ignore", options->ignore,
+          "[NAMES:]X,Y,WxH: a rectangle that is not looked at, px from the upper left; NAMES with * and ? as in a shell; may be repeated")
+      .as("BOX")
+      .one_word();
+  words.option("--mask", options->mask, "PNG of the pictures' size, or a folder of them by the pictures' names: white is not looked at")
+      .as("PATH");
   words.option("--levels", options->levels, "ignore differences of up to this many of 255 levels (2)").range(0, 255);
   words.option("--percent", options->percent, "percentage of pixels that may differ by more than that (0.005)").range(0.0, 100.0);
   words.option("--cluster", options->cluster, "largest group of touching pixels that may differ by more than 16 levels (3)")
       .range(0, 1 << 30);
   words.option("--mean", options->mean, "largest mean difference in levels that is accepted (0.1)").range(0.0, 255.0);
   words.flag("--exact", options->rule.exact, "require identical pixels");
-  words.option("--report", options->report, "HTML page with baseline, new picture and heat map side by side").as("FILE");
+  words.option("--measure", options->measured, "SSIM and FLIP of this many pairs, the worst").range(0, 1 << 30).show_default();
+  words.option("-j,--jobs", options->jobs, "threads (as many as the machine has)").range(0, 256);
+  words.option("--report", options->report, "HTML page: both pictures side by side, swiped, blinked, what differs, with zoom").as("FILE");
+  words.option("--page-size", options->page_size, "MB that the page has at most: less of the pictures is shown")
+      .range(0.1, 500.0)
+      .show_default();
+  words.option("--junit", options->junit, "JUnit's XML, for GitLab, Jenkins and others").as("FILE");
+  words.option("--markdown", options->markdown, "counts and table in Markdown, for the summary of a job").as("FILE");
   words.option("--update", options->reason, "make B the baseline, with this reason in CHANGES.md beside A");
   words.flag("--json", options->json, "the measured differences as JSON on stdout");
-  words.example("baseline/ new/ --report report.html", "two folders of pictures, with a page that shows them side by side");
+  words.example("baseline/ new/ --report report.html", "two folders of pictures, with a page that shows what differs");
   words.example("a.png b.png --exact", "equal pixels only");
+  words.example("baseline/ new/ --also baseline-mesa25/ --ignore 0,690,1280x30 --junit report.xml",
+                "what another renderer makes is as good; the lowest 30 rows are not looked at");
   return {words, [options] {
             if (options->reason.find_first_not_of(" \t\n") == std::string::npos && !options->reason.empty())
               throw UsageError("--update needs a reason, for example \"new colours\"");
-            const render::CompareOptions rule = settle(*options);
+            const render::CompareRequest request = make_request(*options);
             render::Comparison comparison;
             try {
-              comparison =
-                  render::compare_pictures(options->baseline, options->candidate, rule, !options->report.empty(), !options->reason.empty());
+              comparison = render::compare_pictures(request);
             } catch (const std::runtime_error& e) {  // what was given cannot be read
               throw UsageError(e.what());
             }
-            if (!options->report.empty()) {
-              const std::string page = render::comparison_page(comparison, options->baseline + " and " + options->candidate);
-              render::write_file(options->report, std::span(reinterpret_cast<const std::uint8_t*>(page.data()), page.size()));
-            }
+            write_reports(*options, comparison, request);
             std::vector<std::string> updated;
-            if (!options->reason.empty()) updated = render::update_baselines(comparison, options->baseline, options->reason);
+            if (!options->reason.empty()) updated = render::update_baselines(comparison, request, options->reason);
+            if (verbosity() != Verbosity::quiet)
+              for (const std::string& note : comparison.notes) fmt::print(stderr, "note: {}\n", note);
             if (options->json) print_json(comparison, updated);
             else print_rows(comparison, updated);
             return comparison.passes || !options->reason.empty() ? 0 : 1;

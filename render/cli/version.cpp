@@ -6,17 +6,34 @@
 
 #include <fmt/format.h>
 
+#include <fstream>
+
+#include <sys/utsname.h>
+
 namespace flexframe::cli {
 
-std::string version_text() {
-  std::string drawing;
+std::string renderer_text() {
   try {
     const render::RendererInfo info = render::Renderer(render::Backend::osmesa).info();
-    drawing = fmt::format("OSMesa, OpenGL {}, {}", info.version, info.renderer);
+    return fmt::format("OSMesa, OpenGL {}, {}", info.version, info.renderer);
   } catch (const Error& error) {
-    drawing = fmt::format("none: {}", error.what());
+    return fmt::format("none: {}", error.what());
   }
-  return fmt::format("{}\ncompiler   {}\nrenderer   {}\nlibraries  {}", FLEXFRAME_VERSION, FLEXFRAME_COMPILER, drawing,
+}
+
+std::string machine_text() {
+  utsname name{};
+  ::uname(&name);
+  std::ifstream info("/proc/cpuinfo");
+  std::string processor;
+  for (std::string line; processor.empty() && std::getline(info, line);)
+    if (const std::size_t at = line.find(": "); line.starts_with("model name") && at != std::string::npos)
+      processor = line.substr(at + 2) + ", ";
+  return fmt::format("{}{}, {} {}", processor, name.machine, name.sysname, name.release);
+}
+
+std::string version_text() {
+  return fmt::format("{}\ncompiler   {}\nrenderer   {}\nlibraries  {}", FLEXFRAME_VERSION, FLEXFRAME_COMPILER, renderer_text(),
                      FLEXFRAME_LIBRARIES);
 }
 

@@ -4,6 +4,8 @@
 #include "render/picture/colormap.h"
 #include "sim/base/error.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -93,6 +95,7 @@ glm::dvec3 hunt_lab(const glm::dvec3& rgb) {
 
 double hyab(const glm::dvec3& a, const glm::dvec3& b) { return std::abs(a.x - b.x) + std::hypot(a.y - b.y, a.z - b.z); }
 
+constexpr int flip_reach = 10;                 // px: the widest of its filters, `radius` and `reach` in perceive
 constexpr double pixels_per_degree = 67.0206;  // a 0.7 m wide display of 3840 pixels seen from 0.7 m
 
 struct Perceived {
@@ -180,10 +183,50 @@ void need_same_size(const Image& a, const Image& b) {
   if (a.width != b.width || a.height != b.height) throw ArgumentError("pictures of different size");
 }
 
+// The box of all pixels that differ, grown by `margin` on every side within the picture; the whole picture where it is not worth cutting.
+Box differing_part(const Image& a, const Image& b, int margin) {
+  const Box whole{0, 0, a.width, a.height};
+  if (a.channels != b.channels) return whole;
+  const std::size_t row = std::size_t(a.width) * a.channels;
+  int left = a.width, right = -1, top = a.height, bottom = -1;
+  for (int y = 0; y < a.height; ++y) {
+    const auto p = a.pixels.begin() + static_cast<std::ptrdiff_t>(y * row), q = b.pixels.begin() + static_cast<std::ptrdiff_t>(y * row);
+    if (std::equal(p, p + static_cast<std::ptrdiff_t>(row), q)) continue;
+    top = std::min(top, y);
+    bottom = y;
+    for (std::size_t i = 0; i < row; ++i)
+      if (p[static_cast<std::ptrdiff_t>(i)] != q[static_cast<std::ptrdiff_t>(i)]) {
+        left = std::min(left, static_cast<int>(i) / a.channels);
+        right = std::max(right, static_cast<int>(i) / a.channels);
+      }
+  }
+  if (right < 0) return {};
+  const int x = std::max(0, left - margin), y = std::max(0, top - margin);
+  return {x, y, std::min(a.width, right + margin + 1) - x, std::min(a.height, bottom + margin + 1) - y};
+}
+
 }  // namespace
 
-double compute_ssim(const Image& a, const Image& b) {
-  need_same_size(a, b);
+Image cut_out(const Image& image, const Box& box) {
+  if (box.x < 0 || box.y < 0 || box.width < 1 || box.height < 1 || box.x + box.width > image.width || box.y + box.height > image.height)
+    throw ArgumentError("a part of a picture reaches beyond it");
+  if (box == Box{0, 0, image.width, image.height}) return image;
+  Image out{box.width, box.height, image.channels, {}};
+  const std::size_t row = std::size_t(image.width) * image.channels, part = std::size_t(box.width) * image.channels;
+  out.pixels.reserve(part * box.height);
+  for (int y = box.y; y < box.y + box.height; ++y) {
+    const auto from = image.pixels.begin() + static_cast<std::ptrdiff_t>(y * row + std::size_t(box.x) * image.channels);
+    out.pixels.insert(out.pixels.end(), from, from + static_cast<std::ptrdiff_t>(part));
+  }
+  return out;
+}
+
+// Both measures look at the part that differs and what its filters reach: beyond it SSIM is 1 and FLIP 0 exactly.
+double compute_ssim(const Image& whole_a, const Image& whole_b) {
+  need_same_size(whole_a, whole_b);
+  const Box part = differing_part(whole_a, whole_b, 10);
+  if (part.width == 0) return 1.0;
+  const Image a = cut_out(whole_a, part), b = cut_out(whole_b, part);
   const int w = a.width, h = a.height;
   Kernel g = make_kernel(5, [](int i) { return std::exp(-0.5 * i * i / 2.25); });
   double sum = 0.0;
@@ -195,19 +238,28 @@ double compute_ssim(const Image& a, const Image& b) {
   const Plane mx = convolve(x, w, h, g, g), my = convolve(y, w, h, g, g), mxx = convolve(xx, w, h, g, g), myy = convolve(yy, w, h, g, g),
               mxy = convolve(xy, w, h, g, g);
   const double c1 = 6.5025, c2 = 58.5225;  // (0.01 * 255)^2, (0.03 * 255)^2
-  double total = 0.0;
+  const double all = double(whole_a.width) * whole_a.height;
+  double total = all - static_cast<double>(x.size());
   for (std::size_t i = 0; i < x.size(); ++i) {
     const double p = mx[i], q = my[i], vx = mxx[i] - p * p, vy = myy[i] - q * q, c = mxy[i] - p * q;
     total += (2.0 * p * q + c1) * (2.0 * c + c2) / ((p * p + q * q + c1) * (vx + vy + c2));
   }
-  return total / static_cast<double>(x.size());
+  return total / all;
 }
 
-double compute_flip(const Image& reference, const Image& test, Image* heat) {
-  need_same_size(reference, test);
+double compute_flip(const Image& whole_reference, const Image& whole_test, Image* heat) {
+  need_same_size(whole_reference, whole_test);
+  const int width = whole_reference.width;
+  if (heat) {
+    *heat = make_image(width, whole_reference.height, 3);
+    const glm::vec3 none = 255.0f * colormap_color(Colormap::inferno, 0.0);
+    for (std::size_t i = 0; i < heat->pixels.size(); ++i) heat->pixels[i] = static_cast<std::uint8_t>(rounded(none[int(i % 3)]));
+  }
+  const Box part = differing_part(whole_reference, whole_test, 2 * flip_reach);
+  if (part.width == 0) return 0.0;
+  const Image reference = cut_out(whole_reference, part), test = cut_out(whole_test, part);
   const Perceived a = perceive(reference), b = perceive(test);
   const double largest = std::pow(hyab(hunt_lab({0, 1, 0}), hunt_lab({0, 0, 1})), 0.7), knee = 0.4 * largest;
-  if (heat) *heat = make_image(reference.width, reference.height, 3);
   double total = 0.0;
   for (std::size_t i = 0; i < a.lab.size(); ++i) {
     const double e = std::pow(hyab(a.lab[i], b.lab[i]), 0.7);
@@ -219,10 +271,11 @@ double compute_flip(const Image& reference, const Image& test, Image* heat) {
     total += flip;
     if (heat) {
       const glm::vec3 c = 255.0f * colormap_color(Colormap::inferno, flip);
-      for (int k = 0; k < 3; ++k) heat->pixels[3 * i + k] = static_cast<std::uint8_t>(rounded(c[k]));
+      const std::size_t n = std::size_t(part.width), to = (part.y + i / n) * width + part.x + i % n;
+      for (int k = 0; k < 3; ++k) heat->pixels[3 * to + k] = static_cast<std::uint8_t>(rounded(c[k]));
     }
   }
-  return total / static_cast<double>(a.lab.size());
+  return total / (double(width) * whole_reference.height);
 }
 
 namespace {
@@ -254,7 +307,31 @@ long largest_cluster(std::vector<std::uint8_t>& marked, int width, int height) {
   return most;
 }
 
-// The gate on the difference of every pixel (its largest channel), row by row; mean: over all channels.
+// What is looked at: an empty span is everything. Throws if it does not fit.
+long count_ignored(std::span<const std::uint8_t> ignored, std::size_t pixels) {
+  if (ignored.empty()) return 0;
+  if (ignored.size() != pixels)
+    throw ArgumentError(fmt::format("{} pixels are marked as ignored or not, the pictures have {}", ignored.size(), pixels));
+  const auto looked_at = std::count(ignored.begin(), ignored.end(), std::uint8_t{0});
+  if (looked_at == 0) throw ArgumentError("all pixels of a picture are ignored: nothing is compared");
+  return static_cast<long>(pixels) - static_cast<long>(looked_at);
+}
+
+// The smallest box with all pixels that differ by more than `levels`.
+Box box_over(const std::vector<int>& differences, int width, int levels) {
+  int left = width, right = -1, top = -1, bottom = -1;
+  for (std::size_t i = 0; i < differences.size(); ++i) {
+    if (differences[i] <= levels) continue;
+    const int x = static_cast<int>(i % static_cast<std::size_t>(width)), y = static_cast<int>(i / static_cast<std::size_t>(width));
+    left = std::min(left, x);
+    right = std::max(right, x);
+    if (top < 0) top = y;
+    bottom = y;
+  }
+  return right < 0 ? Box{} : Box{left, top, right - left + 1, bottom - top + 1};
+}
+
+// The gate on the difference of every pixel (its largest channel), row by row, 0 where it is ignored; mean: over the channels of the rest.
 void judge(ImageDifference& d, const std::vector<int>& differences, int width, double mean, const Gate& gate, bool exact) {
   std::vector<std::uint8_t> marked;
   for (std::size_t i = 0; i < differences.size(); ++i) {
@@ -267,8 +344,20 @@ void judge(ImageDifference& d, const std::vector<int>& differences, int width, d
   d.cluster = largest_cluster(marked, width, static_cast<int>(differences.size()) / width);
   d.equal = d.largest == 0;
   d.mean = mean;
-  d.share_over = static_cast<double>(d.pixels_over) / static_cast<double>(differences.size());
+  d.box = box_over(differences, width, d.pixels_over > 0 ? gate.levels : 0);
+  d.share_over = static_cast<double>(d.pixels_over) / static_cast<double>(static_cast<long>(differences.size()) - d.ignored);
   d.passes = d.equal || (!exact && d.share_over <= gate.share && d.cluster < gate.cluster && d.mean <= gate.mean);
+}
+
+// The candidate with the baseline's pixels where it is ignored.
+Image with_ignored(const Image& baseline, const Image& candidate, std::span<const std::uint8_t> ignored) {
+  Image out = candidate;
+  for (std::size_t i = 0; i < ignored.size(); ++i) {
+    if (!ignored[i]) continue;
+    for (int k = 0; k < out.channels; ++k)
+      out.pixels[i * out.channels + k] = k < baseline.channels ? baseline.pixels[i * baseline.channels + k] : 255;
+  }
+  return out;
 }
 
 }  // namespace
@@ -277,13 +366,14 @@ ImageDifference compare_images(const Image& baseline, const Image& candidate, co
   ImageDifference d;
   d.same_size = baseline.width == candidate.width && baseline.height == candidate.height;
   if (!d.same_size) return d;
+  const std::size_t n = std::size_t(baseline.width) * baseline.height;
+  d.ignored = count_ignored(options.ignored, n);
   d.equal = baseline == candidate;
   if (d.equal) {
     d.passes = true;
     return d;
   }
   // Channels that only one of the two has: opaque.
-  const std::size_t n = std::size_t(baseline.width) * baseline.height;
   const int channels = std::max(baseline.channels, candidate.channels);
   const auto value = [](const Image& image, std::size_t i, int k) -> int {
     if (k < image.channels) return image.pixels[i * image.channels + k];
@@ -291,16 +381,21 @@ ImageDifference compare_images(const Image& baseline, const Image& candidate, co
   };
   double sum = 0.0;
   std::vector<int> differences(n, 0);
-  for (std::size_t i = 0; i < n; ++i)
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!options.ignored.empty() && options.ignored[i]) continue;
     for (int k = 0; k < channels; ++k) {
       const int difference = std::abs(value(baseline, i, k) - value(candidate, i, k));
       differences[i] = std::max(differences[i], difference);
       sum += difference;
     }
-  judge(d, differences, baseline.width, sum / (static_cast<double>(differences.size()) * channels), options.gate, options.exact);
+  }
+  judge(d, differences, baseline.width, sum / (static_cast<double>(static_cast<long>(n) - d.ignored) * channels), options.gate,
+        options.exact);
   if (options.measures && !d.equal) {
-    d.ssim = compute_ssim(baseline, candidate);
-    d.flip = compute_flip(baseline, candidate, &d.heat);
+    const Image looked_at = with_ignored(baseline, candidate, options.ignored);
+    d.ssim = compute_ssim(baseline, looked_at);
+    d.flip = compute_flip(baseline, looked_at, &d.heat);
+    d.measured = true;
   }
   return d;
 }
@@ -311,14 +406,18 @@ ImageDifference compare_images(const Image16& baseline, const Image16& candidate
   d.same_size = baseline.width == candidate.width && baseline.height == candidate.height && baseline.channels == candidate.channels;
   if (!d.same_size) return d;
   std::vector<int> differences(std::size_t(baseline.width) * baseline.height, 0);
+  d.ignored = count_ignored(options.ignored, differences.size());
   double sum = 0.0;
   for (std::size_t i = 0; i < baseline.pixels.size(); ++i) {
+    const std::size_t at = i / static_cast<std::size_t>(baseline.channels);
+    if (!options.ignored.empty() && options.ignored[at]) continue;
     const int difference = std::abs(int(baseline.pixels[i]) - int(candidate.pixels[i]));
-    int& pixel = differences[i / static_cast<std::size_t>(baseline.channels)];
+    int& pixel = differences[at];
     pixel = std::max(pixel, difference);
     sum += difference;
   }
-  judge(d, differences, baseline.width, sum / static_cast<double>(baseline.pixels.size()), options.deep, options.exact);
+  const long looked_at = static_cast<long>(differences.size()) - d.ignored;
+  judge(d, differences, baseline.width, sum / (static_cast<double>(looked_at) * baseline.channels), options.deep, options.exact);
   if (!options.measures || d.equal) return d;
   d.heat = make_image(baseline.width, baseline.height, 3);
   for (std::size_t i = 0; i < differences.size(); ++i) {

@@ -12,6 +12,8 @@
 
 #include "render/image/image.h"
 
+#include <span>
+
 namespace flexframe::render {
 
 // Limits in units of a picture's own values (255 or 65535 is full).
@@ -30,20 +32,31 @@ struct CompareOptions {
   Gate deep = gate16;    // of pictures with 16 bits
   bool exact = false;    // only equal pixels pass
   bool measures = true;  // SSIM, FLIP and the heat map, where the pictures are not equal
+  // One byte a pixel, row by row from the top: pixels with another value than 0 are not looked at. Empty: all are.
+  std::span<const std::uint8_t> ignored{};
+};
+
+// A rectangle of pixels; x, y: its upper left corner from that of the picture.
+struct Box {
+  int x = 0, y = 0, width = 0, height = 0;
+  bool operator==(const Box&) const = default;
 };
 
 struct ImageDifference {
   bool passes = false;
   bool equal = false;     // every byte of the pixels
   bool same_size = true;  // false: nothing below is measured
+  bool measured = false;  // SSIM and FLIP
   int full = 255;         // 65535 where the pictures have 16 bits
   int largest = 0;        // of `full`
   double mean = 0.0;      // over channels and pixels, of `full`
   long pixels_over = 0;   // with a channel over `levels`
   long cluster = 0;       // most pixels over `cluster_levels` that touch one another
+  long ignored = 0;       // pixels that were not looked at; shares and means are those of the others
+  Box box;                // the smallest with all pixels over `levels`, or with all that differ where none is
   double share_over = 0.0;
-  double ssim = 1.0;  // mean; 1: equal
-  double flip = 0.0;  // mean; 0: equal
+  double ssim = 1.0;  // mean over the whole picture; 1: equal
+  double flip = 0.0;  // likewise; 0: equal
   Image heat;         // FLIP of each pixel through inferno; empty if not measured
 };
 
@@ -60,10 +73,14 @@ void for_each_number(const ImageDifference& d, Visit&& visit) {
   visit("flip", d.flip);
 }
 
-// baseline and candidate with 3 or 4 channels; alpha counts in the gate, SSIM and FLIP see the pictures over white.
+// baseline and candidate with 3 or 4 channels; alpha counts in the gate, SSIM and FLIP see the pictures over white, equal where they are
+// ignored. Throws ArgumentError if `ignored` is neither empty nor of the pictures' size, or leaves nothing to look at.
 ImageDifference compare_images(const Image& baseline, const Image& candidate, const CompareOptions& options = {});
 // One channel each; no SSIM and no FLIP: they are measures of what an eye sees. The heat map shows the difference over the largest one.
 ImageDifference compare_images(const Image16& baseline, const Image16& candidate, const CompareOptions& options = {});
+
+// The part of a picture in a box. Throws ArgumentError if it reaches beyond the picture.
+Image cut_out(const Image& image, const Box& box);
 
 // Mean structural similarity and mean FLIP alone; pictures of one size.
 double compute_ssim(const Image& a, const Image& b);

@@ -223,9 +223,11 @@ bool is_whole_png(const std::filesystem::path& path) {
   return walk_chunks(read_file(path), [](const std::string&, std::span<const std::uint8_t>) {});
 }
 
-std::string read_png_text(const std::filesystem::path& path, const std::string& keyword) {
+std::string read_png_text(const std::filesystem::path& path, const std::string& keyword) { return find_png_text(read_file(path), keyword); }
+
+std::string find_png_text(std::span<const std::uint8_t> bytes, const std::string& keyword) {
   std::string found;
-  walk_chunks(read_file(path), [&](const std::string& type, std::span<const std::uint8_t> data) {
+  walk_chunks(bytes, [&](const std::string& type, std::span<const std::uint8_t> data) {
     if (type != "tEXt" || data.size() <= keyword.size() || data[keyword.size()] != 0) return;
     if (std::memcmp(data.data(), keyword.data(), keyword.size()) == 0)
       found.assign(data.begin() + static_cast<std::ptrdiff_t>(keyword.size()) + 1, data.end());

@@ -44,5 +44,6 @@ bool is_whole_png(const std::filesystem::path& path);
 
 // The tEXt chunk of this keyword, empty if there is none.
 std::string read_png_text(const std::filesystem::path& path, const std::string& keyword);
+std::string find_png_text(std::span<const std::uint8_t> bytes, const std::string& keyword);
 
 }  // namespace flexframe::render

@@ -1,6 +1,7 @@
 #include "render/image/text.h"
 
 #include "render/base/file.h"
+#include "render/base/utf8.h"
 #include "render/image/canvas.h"
 #include "sim/base/error.h"
 
@@ -141,22 +142,6 @@ std::pair<Font*, int> find_glyph(Font& asked, int code) {
   for (const auto& other : fallback_fonts())
     if (const int found = stbtt_FindGlyphIndex(&other->info, code); found != 0) return {other.get(), found};
   return {&asked, 0};
-}
-
-// Next code point of UTF-8; a broken byte gives U+FFFD.
-int next_character(std::string_view& text) {
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-  const unsigned char first = byte(0);
-  int length = first < 0x80 ? 1 : first >= 0xf0 && first < 0xf8 ? 4 : first >= 0xe0 ? 3 : first >= 0xc2 ? 2 : 0;
-  if (first >= 0xf8) length = 0;
-  int code = length == 1 ? first : length == 2 ? first & 0x1f : length == 3 ? first & 0x0f : first & 0x07;
-  bool good = length > 0 && text.size() >= static_cast<std::size_t>(length);
-  for (int i = 1; good && i < length; ++i) {
-    good = (byte(i) & 0xc0) == 0x80;
-    code = code << 6 | (byte(i) & 0x3f);
-  }
-  text.remove_prefix(good ? length : 1);
-  return good ? code : 0xfffd;
 }
 
 // Calls visit(font, glyph index, pen position in pixels) and returns the advance.

@@ -26,10 +26,11 @@ install(FILES sim/SCENE.md sim/RESULTS.md DESTINATION ${CMAKE_INSTALL_DOCDIR} CO
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples DESTINATION ${CMAKE_INSTALL_DATADIR}/flexframe COMPONENT program
   FILES_MATCHING PATTERN "*.toml" PATTERN "*.csv" PATTERN "*.md" PATTERN "*.ipynb"
   PATTERN "studies" EXCLUDE PATTERN "accuracy-interp" EXCLUDE PATTERN "pages" EXCLUDE)
-# Programs outside of the tree, and a workflow of image tests, to copy.
+# Programs outside of the tree, and recipes of image tests, to copy.
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples/library DESTINATION ${CMAKE_INSTALL_DATADIR}/flexframe/examples COMPONENT dev
   FILES_MATCHING PATTERN "*.cpp" PATTERN "CMakeLists.txt")
-install(FILES ${PROJECT_SOURCE_DIR}/tests/image/workflow.yml DESTINATION ${CMAKE_INSTALL_DATADIR}/flexframe COMPONENT dev)
+install(FILES ${PROJECT_SOURCE_DIR}/tests/image/workflow.yml ${PROJECT_SOURCE_DIR}/tests/image/gitlab.yml
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/flexframe COMPONENT dev)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/assets DESTINATION ${CMAKE_INSTALL_DATADIR}/flexframe COMPONENT program
   FILES_MATCHING PATTERN "*.obj" PATTERN "*.mtl" PATTERN "*.sid" PATTERN "*.csv" PATTERN "*.toml" PATTERN "*.md")
 

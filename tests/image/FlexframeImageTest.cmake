@@ -4,9 +4,9 @@
 #   flexframe_add_image_test(NAME crane SCENE crane.toml BASELINE baselines/crane)
 #
 # The test simulates and draws the scene and compares its pictures with the PNG files below BASELINE (flexframe compare: equal, or few
-# enough pixels differ; vertices and colour range as numbers). It fails where a picture differs or either side lacks one. The new pictures
-# and report.html with baseline, new picture and heat map side by side stay in <build>/image-tests/NAME; a baseline that is missing is
-# written there as every new picture is.
+# enough pixels differ; vertices and colour range as numbers). It fails where a picture differs or either side lacks one. The new pictures,
+# report.html that shows what differs, junit.xml and summary.md stay in <build>/image-tests/NAME; a baseline that is missing is written
+# there as every new picture is.
 #
 #   NAME name            of the test
 #   SCENE file.toml      relative to the current source folder
@@ -14,6 +14,9 @@
 #   FRAMES A:B           only these pictures of the sequence
 #   SIZE WxH             in place of the scene's
 #   LEVELS n, PERCENT p  of flexframe compare: at most p percent of the pixels differ by more than n of 255 (2, 0.005)
+#   ALSO folder ...      further baselines, of another renderer: a picture agrees if it agrees with any
+#   IGNORE box ...       "[NAMES:]X,Y,WxH" as in flexframe compare: not looked at
+#   MASK file or folder  white is not looked at
 #   ARGS ...             further options of flexframe run
 #   LABELS ...           of the test, beside `image`
 #
@@ -26,7 +29,7 @@
 set(FLEXFRAME_IMAGE_TEST_SCRIPT "${CMAKE_CURRENT_LIST_DIR}/run_image_test.cmake")
 
 function(flexframe_add_image_test)
-  cmake_parse_arguments(PARSE_ARGV 0 test "" "NAME;SCENE;BASELINE;FRAMES;SIZE;LEVELS;PERCENT" "ARGS;LABELS")
+  cmake_parse_arguments(PARSE_ARGV 0 test "" "NAME;SCENE;BASELINE;FRAMES;SIZE;LEVELS;PERCENT;MASK" "ARGS;LABELS;ALSO;IGNORE")
   foreach(word NAME SCENE BASELINE)
     if(NOT test_${word})
       message(FATAL_ERROR "flexframe_add_image_test: ${word} is missing")
@@ -59,6 +62,17 @@ function(flexframe_add_image_test)
   endif()
   if(DEFINED test_PERCENT)
     list(APPEND compare_words --percent ${test_PERCENT})
+  endif()
+  foreach(folder ${test_ALSO})
+    get_filename_component(also "${folder}" ABSOLUTE BASE_DIR "${CMAKE_CURRENT_SOURCE_DIR}")
+    list(APPEND compare_words --also "${also}")
+  endforeach()
+  foreach(box ${test_IGNORE})
+    list(APPEND compare_words --ignore "${box}")
+  endforeach()
+  if(test_MASK)
+    get_filename_component(mask "${test_MASK}" ABSOLUTE BASE_DIR "${CMAKE_CURRENT_SOURCE_DIR}")
+    list(APPEND compare_words --mask "${mask}")
   endif()
   # A list in a test's command line would fall apart.
   string(REPLACE ";" "|" run_words "${run_words}")

@@ -17,10 +17,11 @@ elseif(NOT EXISTS "${baseline}")
   message(FATAL_ERROR
     "there is no baseline ${baseline}; the new pictures are ${out}/frames. If they are right: FLEXFRAME_UPDATE=\"reason\" ctest ...")
 endif()
-execute_process(COMMAND "${program}" compare "${baseline}" "${out}/frames" --report "${out}/report.html" ${compare_words} ${update}
+execute_process(COMMAND "${program}" compare "${baseline}" "${out}/frames" --report "${out}/report.html" --junit "${out}/junit.xml"
+    --markdown "${out}/summary.md" ${compare_words} ${update}
   RESULT_VARIABLE code)
 if(NOT code EQUAL 0)
   message(FATAL_ERROR
-    "the pictures are not those of ${baseline}: side by side in ${out}/report.html. If they are right: "
+    "the pictures are not those of ${baseline}: what differs is shown by ${out}/report.html. If they are right: "
     "FLEXFRAME_UPDATE=\"reason\" ctest ...")
 endif()

@@ -82,6 +82,9 @@ with temporary_folder() as folder:
     )
     ctest(folder, good=True)
 
+    expect("<testsuite " in (out / "junit.xml").read_text() and "all 3 pictures agree" in (out / "summary.md").read_text(), "no reports")
+    shutil.copytree(baseline, folder / "baselines/old")
+
     # One picture of the baseline gone, or one too many: fails.
     (baseline / "frame_00001.png").rename(folder / "aside.png")
     told = ctest(folder, good=False)
@@ -101,6 +104,17 @@ with temporary_folder() as folder:
     ctest(folder, good=True, reason="wider colours")
     expect((baseline / "CHANGES.md").read_text().count("\n- ") >= 2, "the second reason is not noted")
     ctest(folder, good=True)
+
+    # Both states of the scene agree where the project names both baselines.
+    scene.write_text(scene_text)
+    ctest(folder, good=False)
+    swing = "FRAMES 0:3 LABELS pictures"
+    for words, good in [("ALSO baselines/old", True), ('IGNORE "frame_*.png:0,0,160x20" "0,0,4x4"', False), ("MASK none.png", False)]:
+        (folder / "CMakeLists.txt").write_text(project_text.replace(swing, f"{swing} {words}") % source.resolve())
+        subprocess.run(["cmake", str(folder / "build")], capture_output=True, check=True)
+        told = ctest(folder, good=good)
+        expect(words != "MASK none.png" or f"{folder}/none.png" in told, f"{words}: {told[-600:]}")
+    (folder / "CMakeLists.txt").write_text(project_text % source.resolve())
 
     # compare: exit codes, measures, files and folders.
     a, b = baseline / "frame_00000.png", baseline / "frame_00002.png"

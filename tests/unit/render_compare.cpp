@@ -2,6 +2,7 @@
 // fail.
 #include "render/image/image_compare.h"
 #include "render/image/png.h"
+#include "sim/base/error.h"
 
 #include <gtest/gtest.h>
 
@@ -197,6 +198,57 @@ TEST(CompareGate, ClustersTouchByCorners) {
   EXPECT_EQ(compare_images(before, after, quick).cluster, 3);
   after.pixels[(std::size_t(13) * 64 + 12) * 3] = 130;
   EXPECT_EQ(compare_images(before, after, quick).cluster, 4);
+}
+
+// Measures look at the part that differs only; an alpha channel on one side makes them look at everything.
+TEST(Compare, MeasuresOfTheDifferingPartAreThoseOfTheWhole) {
+  const Image before = scene();
+  for (const auto& [x, y, w, h] : {Box{300, 180, 12, 9}, Box{0, 0, 3, 3}, Box{600, 350, 40, 10}, Box{5, 100, 1, 200}}) {
+    Image after = before;
+    patch(after, x, y, w, h, -40);
+    Image with_alpha = make_image(width, height, 4, 255);
+    for (std::size_t i = 0; i < after.pixels.size(); ++i) with_alpha.pixels[i / 3 * 4 + i % 3] = after.pixels[i];
+    Image part_heat, whole_heat;
+    const double part = compute_flip(before, after, &part_heat), whole = compute_flip(before, with_alpha, &whole_heat);
+    EXPECT_GT(part, 0.0);
+    EXPECT_NEAR(part, whole, 1e-12 * whole);
+    EXPECT_EQ(part_heat, whole_heat);
+    EXPECT_NEAR(compute_ssim(before, after), compute_ssim(before, with_alpha), 1e-12);
+  }
+}
+
+TEST(Compare, IgnoredPixelsCountNowhere) {
+  const Image before = scene();
+  Image after = before;
+  patch(after, 100, 100, 20, 10, 50);
+  patch(after, 400, 300, 2, 1, 30);
+  std::vector<std::uint8_t> ignored(std::size_t(width) * height, 0);
+  for (int y = 100; y < 110; ++y) std::fill_n(ignored.begin() + y * width + 100, 20, std::uint8_t(1));
+  CompareOptions options;
+  options.ignored = ignored;
+  const ImageDifference d = compare_images(before, after, options);
+  EXPECT_TRUE(d.passes);
+  EXPECT_EQ(d.ignored, 200);
+  EXPECT_EQ(d.pixels_over, 2);
+  EXPECT_EQ(d.box, (Box{400, 300, 2, 1}));
+  EXPECT_NEAR(d.mean, 60.0 / (width * height - 200), 1e-12);
+  // SSIM and FLIP are those of a picture in which the ignored part is the baseline's.
+  Image rest = before;
+  patch(rest, 400, 300, 2, 1, 30);
+  EXPECT_EQ(d.flip, compute_flip(before, rest));
+  EXPECT_EQ(d.ssim, compute_ssim(before, rest));
+
+  ignored[std::size_t(300) * width + 400] = ignored[std::size_t(300) * width + 401] = 1;
+  options.ignored = ignored;
+  EXPECT_TRUE(compare_images(before, after, options).equal);
+  options.exact = true;
+  EXPECT_TRUE(compare_images(before, after, options).passes);
+  ignored.pop_back();
+  options.ignored = ignored;
+  EXPECT_THROW(compare_images(before, after, options), ArgumentError);
+  ignored.assign(std::size_t(width) * height, 1);
+  options.ignored = ignored;
+  EXPECT_THROW(compare_images(before, after, options), ArgumentError);
 }
 
 }  // namespace
