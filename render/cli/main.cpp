@@ -33,8 +33,7 @@ int run_program(int argc, char** argv) {
       cli::add_info(program),    cli::add_reduce(program),   cli::add_modes(program),     cli::add_deform(program),
       cli::add_compare(program), cli::add_effects(program),  cli::add_study(program),     cli::add_export(program),
       cli::add_new(program),     cli::add_response(program), cli::add_load_path(program), cli::add_spectrum(program),
-      cli::add_sweep(program),   cli::add_collect(program),
-      cli::add_import(program),
+      cli::add_sweep(program),   cli::add_collect(program),  cli::add_import(program),
   };
   if (!program.parse(argc, argv)) return 0;
   for (const cli::Command& command : commands) {
