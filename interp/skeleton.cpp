@@ -1,5 +1,6 @@
 #include "interp/skeleton.h"
 
+#include "interp/dense_solvers.h"
 #include "interp/parallel.h"
 
 #include <algorithm>
@@ -310,14 +311,19 @@ bool is_slender(const Skeleton& skeleton, const Weld& weld, const Graph& graph, 
 std::optional<Skeleton> find_skeleton(const Weld& weld, const Graph& graph, const Points& nodes, bool rotations_given) {
   if (graph.nodes < 3 || graph.nodes > most_nodes || weld.triangles.rows() == 0) return std::nullopt;
   const double off = middle_of(graph.off_mesh, 0.5);
+  // A flat sheet has its own kernel, and lines across it are no lines along it.
+  const Vec3 centre = weld.positions.colwise().mean().transpose();
+  const Points local = weld.positions.rowwise() - centre.transpose();
+  const PrincipalAxes principal = principal_axes(local.transpose() * local);
+  if (principal.values[0] < 1e-10 * principal.values[2]) return std::nullopt;
   // Nodes on the surface without rotations tell nothing of sections.
   if (!rotations_given && !(off > 0.0)) return std::nullopt;
   const Parts parts = find_parts(weld, graph, nodes);
   const Neighbours neighbours = gabriel_neighbours(near_nodes(weld, graph, nodes, parts), parts);
   size_t ends = 0;
   for (const auto& n : neighbours) ends += n.size();
-  // A surface of nodes has more than two and a half neighbours each; so may a small frame.
-  if (graph.nodes > 24 && static_cast<double>(ends) > 2.5 * graph.nodes) return std::nullopt;
+  // A surface of nodes has more than two and a half neighbours each. So may a small frame of bars, but not more than four (an octahedron).
+  if (static_cast<double>(ends) > (graph.nodes > 24 ? 2.5 : 4.0) * graph.nodes) return std::nullopt;
   Skeleton skeleton;
   skeleton.label = label_vertices(graph);
   skeleton.reach = off > 0.0 ? 2.5 * off : std::numeric_limits<double>::infinity();

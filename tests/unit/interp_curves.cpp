@@ -221,5 +221,29 @@ TEST(InterpCurves, FrameOfBars) {
   EXPECT_LE(std::sqrt(error2 / truth2), 0.005);
 }
 
+// Nodes in the corners of the cross section too: every way between two of them is a line inside the bar, none is its axis.
+TEST(InterpCurves, LinesAcrossABodyAreNoLinesAlongIt) {
+  const Body bar = make_bar(2.0, 0.05, 61, 16);
+  Nodes corners;
+  corners.rotations = true;
+  corners.positions.resize(12, 3);
+  for (int i = 0; i < 12; ++i) corners.positions.row(i) << i / 4, i % 4 / 2 ? 0.05 : -0.05, i % 2 ? 0.05 : -0.05;
+  EXPECT_NE(make_map(corners, bar.view(), {}).report.layout, "curve");
+
+  // A disc of one fan of triangles has vertices along its rim only, near the lines between nine nodes inside it.
+  std::vector<Vec3> v;
+  std::vector<std::array<int, 3>> t;
+  for (int k = 0; k < 300; ++k) v.push_back(radial(2.0 * pi * k / 300.0));
+  for (int k = 1; k + 1 < 300; ++k) t.push_back({0, k, k + 1});
+  const Body disc = make_body(v, t);
+  for (const bool rotations : {false, true}) {
+    Nodes grid;
+    grid.rotations = rotations;
+    grid.positions.resize(9, 3);
+    for (int i = 0; i < 9; ++i) grid.positions.row(i) << i / 3 - 1.0, i % 3 - 1.0, 0.0;
+    EXPECT_NE(make_map(grid, disc.view(), {}).report.layout, "curve");
+  }
+}
+
 }  // namespace
 }  // namespace flexframe
