@@ -22,7 +22,7 @@ constexpr std::size_t least_bytes = 4'000;  // below that a pair is not worth sh
 
 // What the page holds of a pair: a part of the pictures, every `factor`-th pixel each way.
 struct Shown {
-  Box part;
+  PixelBox part;
   int factor = 1;
   std::vector<std::uint8_t> before, after, heat;  // PNG; empty: none
   std::size_t bytes() const { return (before.size() + after.size() + heat.size()) / 3 * 4; }
@@ -32,22 +32,22 @@ struct Pictures {
   Image before, after, heat;  // without pixels: none
 };
 
-Box whole_of(const Pictures& p) { return {0, 0, std::max(p.before.width, p.after.width), std::max(p.before.height, p.after.height)}; }
+PixelBox whole_of(const Pictures& p) { return {0, 0, std::max(p.before.width, p.after.width), std::max(p.before.height, p.after.height)}; }
 
-// Box and surroundings, at least 240 x 160, within the picture.
-Box around(const Box& box, const Box& whole) {
+// PixelBox and surroundings, at least 240 x 160, within the picture.
+PixelBox around(const PixelBox& box, const PixelBox& whole) {
   const int width = std::min(whole.width, std::max(240, box.width + 80)), height = std::min(whole.height, std::max(160, box.height + 80));
   const int x = std::clamp(box.x + box.width / 2 - width / 2, 0, whole.width - width);
   const int y = std::clamp(box.y + box.height / 2 - height / 2, 0, whole.height - height);
   return {x, y, width, height};
 }
 
-Shown pack(const Pictures& pictures, const Box& part, int factor) {
+Shown pack(const Pictures& pictures, const PixelBox& part, int factor) {
   Shown out{part, factor, {}, {}, {}};
   const auto packed = [&](const Image& image) -> std::vector<std::uint8_t> {
     if (image.pixels.empty()) return {};
     // Pictures of different size are shown whole.
-    const Box own = part == whole_of(pictures) ? Box{0, 0, image.width, image.height} : part;
+    const PixelBox own = part == whole_of(pictures) ? PixelBox{0, 0, image.width, image.height} : part;
     const Image cut = cut_out(image, own);
     const int width = (own.width + factor - 1) / factor, height = (own.height + factor - 1) / factor;
     return encode_png(factor > 1 ? reduce_image(cut, width, height) : cut, {.level = 6, .text = {}});
@@ -60,21 +60,21 @@ Shown pack(const Pictures& pictures, const Box& part, int factor) {
 
 // The most of the pair that fits into `room` bytes.
 Shown choose(const ComparedPair& pair, const Pictures& pictures, std::size_t room) {
-  const Box whole = whole_of(pictures);
+  const PixelBox whole = whole_of(pictures);
   std::error_code none;
   std::uintmax_t files = 0;
   for (const fs::path& file : {pair.baseline, pair.candidate})
     if (!file.empty()) files += fs::file_size(file, none);
   // How large it will be is told by the files well enough to leave out what is far too large.
   const double area = double(whole.width) * whole.height;
-  const auto hopeless = [&](const Box& part, int factor) {
+  const auto hopeless = [&](const PixelBox& part, int factor) {
     return static_cast<double>(files) * part.width * part.height / (area * factor * factor) > 1.5 * static_cast<double>(room);
   };
   if (!hopeless(whole, 1)) {
     Shown shown = pack(pictures, whole, 1);
     if (shown.bytes() <= room) return shown;
   }
-  const Box part = was_measured(pair.state) && pair.difference.box.width > 0 ? around(pair.difference.box, whole) : whole;
+  const PixelBox part = was_measured(pair.state) && pair.difference.box.width > 0 ? around(pair.difference.box, whole) : whole;
   for (int factor = 1;; ++factor) {
     const bool last = part.width / factor < 80 || part.height / factor < 80;
     if (!last && hopeless(part, factor)) continue;
@@ -151,7 +151,7 @@ std::string section(const ComparedPair& p, std::size_t number, std::size_t room,
   if (!p.candidate.empty()) pictures.after = read_png(p.candidate);
   pictures.heat = p.difference.heat;
   const Shown shown = choose(p, pictures, room);
-  const Box &box = p.difference.box, part = shown.part;
+  const PixelBox &box = p.difference.box, part = shown.part;
   std::string out = fmt::format(
       "<section class=\"pair\" id=\"pair-{}\" data-name=\"{}\" data-box=\"{},{},{},{}\" data-part=\"{},{},{},{}\" data-factor=\"{}\">\n",
       number, escape_html(p.name), box.x, box.y, box.width, box.height, part.x, part.y, part.width, part.height, shown.factor);

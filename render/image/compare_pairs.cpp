@@ -202,7 +202,7 @@ std::vector<std::uint8_t> ignored_pixels(const CompareRequest& request, const st
   Bytes ignored(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 0);
   if (!mask.empty()) add_mask(ignored, mask, name, size);
   for (const IgnoredRegion* region : regions) {
-    const Box& box = region->box;
+    const PixelBox& box = region->box;
     need(box.width > 0 && box.height > 0 && box.x < width && box.y < height && box.x + box.width > 0 && box.y + box.height > 0,
          fmt::format("the ignored region {},{},{}x{} lies outside of the picture {}, which has {} x {} pixels", box.x, box.y, box.width,
                      box.height, name, width, height));

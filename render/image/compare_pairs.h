@@ -16,7 +16,7 @@ enum class PairState { equal, passes, differs, other_numbers, other_size, missin
 // shell, * also over /); empty: all.
 struct IgnoredRegion {
   std::string pattern;
-  Box box;
+  PixelBox box;
 };
 
 struct CompareRequest {

@@ -184,8 +184,8 @@ void need_same_size(const Image& a, const Image& b) {
 }
 
 // The box of all pixels that differ, grown by `margin` on every side within the picture; the whole picture where it is not worth cutting.
-Box differing_part(const Image& a, const Image& b, int margin) {
-  const Box whole{0, 0, a.width, a.height};
+PixelBox differing_part(const Image& a, const Image& b, int margin) {
+  const PixelBox whole{0, 0, a.width, a.height};
   if (a.channels != b.channels) return whole;
   const std::size_t row = std::size_t(a.width) * a.channels;
   int left = a.width, right = -1, top = a.height, bottom = -1;
@@ -207,10 +207,10 @@ Box differing_part(const Image& a, const Image& b, int margin) {
 
 }  // namespace
 
-Image cut_out(const Image& image, const Box& box) {
+Image cut_out(const Image& image, const PixelBox& box) {
   if (box.x < 0 || box.y < 0 || box.width < 1 || box.height < 1 || box.x + box.width > image.width || box.y + box.height > image.height)
     throw ArgumentError("a part of a picture reaches beyond it");
-  if (box == Box{0, 0, image.width, image.height}) return image;
+  if (box == PixelBox{0, 0, image.width, image.height}) return image;
   Image out{box.width, box.height, image.channels, {}};
   const std::size_t row = std::size_t(image.width) * image.channels, part = std::size_t(box.width) * image.channels;
   out.pixels.reserve(part * box.height);
@@ -224,7 +224,7 @@ Image cut_out(const Image& image, const Box& box) {
 // Both measures look at the part that differs and what its filters reach: beyond it SSIM is 1 and FLIP 0 exactly.
 double compute_ssim(const Image& whole_a, const Image& whole_b) {
   need_same_size(whole_a, whole_b);
-  const Box part = differing_part(whole_a, whole_b, 10);
+  const PixelBox part = differing_part(whole_a, whole_b, 10);
   if (part.width == 0) return 1.0;
   const Image a = cut_out(whole_a, part), b = cut_out(whole_b, part);
   const int w = a.width, h = a.height;
@@ -255,7 +255,7 @@ double compute_flip(const Image& whole_reference, const Image& whole_test, Image
     const glm::vec3 none = 255.0f * colormap_color(Colormap::inferno, 0.0);
     for (std::size_t i = 0; i < heat->pixels.size(); ++i) heat->pixels[i] = static_cast<std::uint8_t>(rounded(none[int(i % 3)]));
   }
-  const Box part = differing_part(whole_reference, whole_test, 2 * flip_reach);
+  const PixelBox part = differing_part(whole_reference, whole_test, 2 * flip_reach);
   if (part.width == 0) return 0.0;
   const Image reference = cut_out(whole_reference, part), test = cut_out(whole_test, part);
   const Perceived a = perceive(reference), b = perceive(test);
@@ -318,7 +318,7 @@ long count_ignored(std::span<const std::uint8_t> ignored, std::size_t pixels) {
 }
 
 // The smallest box with all pixels that differ by more than `levels`.
-Box box_over(const std::vector<int>& differences, int width, int levels) {
+PixelBox box_over(const std::vector<int>& differences, int width, int levels) {
   int left = width, right = -1, top = -1, bottom = -1;
   for (std::size_t i = 0; i < differences.size(); ++i) {
     if (differences[i] <= levels) continue;
@@ -328,7 +328,7 @@ Box box_over(const std::vector<int>& differences, int width, int levels) {
     if (top < 0) top = y;
     bottom = y;
   }
-  return right < 0 ? Box{} : Box{left, top, right - left + 1, bottom - top + 1};
+  return right < 0 ? PixelBox{} : PixelBox{left, top, right - left + 1, bottom - top + 1};
 }
 
 // The gate on the difference of every pixel (its largest channel), row by row, 0 where it is ignored; mean: over the channels of the rest.

@@ -37,9 +37,9 @@ struct CompareOptions {
 };
 
 // A rectangle of pixels; x, y: its upper left corner from that of the picture.
-struct Box {
+struct PixelBox {
   int x = 0, y = 0, width = 0, height = 0;
-  bool operator==(const Box&) const = default;
+  bool operator==(const PixelBox&) const = default;
 };
 
 struct ImageDifference {
@@ -53,7 +53,7 @@ struct ImageDifference {
   long pixels_over = 0;   // with a channel over `levels`
   long cluster = 0;       // most pixels over `cluster_levels` that touch one another
   long ignored = 0;       // pixels that were not looked at; shares and means are those of the others
-  Box box;                // the smallest with all pixels over `levels`, or with all that differ where none is
+  PixelBox box;           // the smallest with all pixels over `levels`, or with all that differ where none is
   double share_over = 0.0;
   double ssim = 1.0;  // mean over the whole picture; 1: equal
   double flip = 0.0;  // likewise; 0: equal
@@ -80,7 +80,7 @@ ImageDifference compare_images(const Image& baseline, const Image& candidate, co
 ImageDifference compare_images(const Image16& baseline, const Image16& candidate, const CompareOptions& options = {});
 
 // The part of a picture in a box. Throws ArgumentError if it reaches beyond the picture.
-Image cut_out(const Image& image, const Box& box);
+Image cut_out(const Image& image, const PixelBox& box);
 
 // Mean structural similarity and mean FLIP alone; pictures of one size.
 double compute_ssim(const Image& a, const Image& b);

@@ -203,7 +203,7 @@ TEST(CompareGate, ClustersTouchByCorners) {
 // Measures look at the part that differs only; an alpha channel on one side makes them look at everything.
 TEST(Compare, MeasuresOfTheDifferingPartAreThoseOfTheWhole) {
   const Image before = scene();
-  for (const auto& [x, y, w, h] : {Box{300, 180, 12, 9}, Box{0, 0, 3, 3}, Box{600, 350, 40, 10}, Box{5, 100, 1, 200}}) {
+  for (const auto& [x, y, w, h] : {PixelBox{300, 180, 12, 9}, PixelBox{0, 0, 3, 3}, PixelBox{600, 350, 40, 10}, PixelBox{5, 100, 1, 200}}) {
     Image after = before;
     patch(after, x, y, w, h, -40);
     Image with_alpha = make_image(width, height, 4, 255);
@@ -230,7 +230,7 @@ TEST(Compare, IgnoredPixelsCountNowhere) {
   EXPECT_TRUE(d.passes);
   EXPECT_EQ(d.ignored, 200);
   EXPECT_EQ(d.pixels_over, 2);
-  EXPECT_EQ(d.box, (Box{400, 300, 2, 1}));
+  EXPECT_EQ(d.box, (PixelBox{400, 300, 2, 1}));
   EXPECT_NEAR(d.mean, 60.0 / (width * height - 200), 1e-12);
   // SSIM and FLIP are those of a picture in which the ignored part is the baseline's.
   Image rest = before;
