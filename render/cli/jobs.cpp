@@ -79,6 +79,11 @@ void add_view_words(Subcommand words, RenderWords& values) {
   words.option("--colormap", values.colormap, "viridis, cividis, inferno, turbo, coolwarm or greys").as("WORD");
   words.option("--color-range", values.color_range, "values of the map's ends in m, 1, Pa or m/s").as("LOW,HIGH");
   words.option("--frame-rate", values.frame_rate, "pictures per second of playback").as("N");
+  words
+      .option("--print-size", values.print_size, "millimetres on paper, width x height, in place of --size; words become at least 7 points")
+      .as("WxH")
+      .excludes("--size");
+  words.option("--dpi", values.dpi, "pixels an inch on paper, which the pictures say; 300 with --print-size").as("N");
   words.option("--speed", values.speed, "simulated seconds per second of playback").as("N");
 }
 
@@ -113,6 +118,11 @@ std::vector<std::string> render_settings(const RenderWords& words) {
   list("color_range", words.color_range);
   number("frame_rate", words.frame_rate);
   number("speed", words.speed);
+  if (const size_t x = words.print_size.find('x'); !words.print_size.empty())
+    out.push_back(fmt::format("render.print_size=[{}]", x == std::string::npos
+                                                            ? words.print_size
+                                                            : words.print_size.substr(0, x) + "," + words.print_size.substr(x + 1)));
+  number("dpi", words.dpi);
   return out;
 }
 
@@ -130,6 +140,7 @@ void add_render_words(Subcommand words, RenderWords& values) {
   add_view_words(words, values);
   words.option("--samples", values.samples, "antialiasing samples per pixel: 1, 4, 9 or 16").one_of({1, 4, 9, 16});
   words.flag("--no-shadows", values.no_shadows, "no shadows and no ambient occlusion: faster");
+  words.flag("--vector", values.vector, "each picture as vector/frame_00000.svg too: words, bars, plots as elements over the pixels");
   words.flag("--no-overlay", values.no_overlay, "no text, colour bars and plots");
   words.option("--cache", values.cache, "folder for mapped modes of bodies, reused by later runs; default: none")
       .as("DIR")
@@ -194,7 +205,11 @@ Job read_job(const fs::path& scene_file, const std::vector<std::string>& setting
 }
 
 void apply_words(const RenderWords& words, film::RenderSettings& settings) {
-  if (!words.size.empty()) settings.size = film::parse_size(words.size);
+  if (!words.size.empty()) {
+    settings.size = film::parse_size(words.size);
+    settings.text_scale = 1.0f;
+    if (words.dpi.empty()) settings.dpi = 0.0;
+  }
   if (!words.scales.empty()) settings.scales = film::parse_scales(words.scales);
   if (!words.video.empty() && !film::is_video_name(words.video))
     throw UsageError(
@@ -210,6 +225,7 @@ void apply_words(const RenderWords& words, film::RenderSettings& settings) {
     film::apply_look(static_cast<film::LookKind>(found - known.begin()), settings);
     if (!words.background.empty()) settings.background = background;
   }
+  if (words.vector) settings.vector_channel = true;
   if (words.samples) settings.samples = *words.samples;
   settings.cache = words.cache;
   if (words.no_shadows) settings.shadows = settings.occlusion = false;

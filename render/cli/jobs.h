@@ -28,11 +28,12 @@ void add_simulation_words(Subcommand words, SimulationWords& values);
 // --frames, --shard, --size, --scales, ...
 struct RenderWords {
   std::string frames, shard, size, scales, color_by, look, renderer = "osmesa", video;
-  std::string view, camera, target, fov, projection, background, colormap, color_range, frame_rate, speed;  // keys of [render], as text
+  std::string view, camera, target, fov, projection, background, colormap, color_range, frame_rate, speed, print_size,
+      dpi;  // keys of [render], as text
   std::optional<int> samples;
   std::string cache;
   int workers = 0;
-  bool resume = false, no_video = false, no_shadows = false, no_overlay = false;
+  bool resume = false, no_video = false, no_shadows = false, no_overlay = false, vector = false;
 };
 void add_render_words(Subcommand words, RenderWords& values);
 

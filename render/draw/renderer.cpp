@@ -7,6 +7,7 @@
 #include "render/frame/backdrop.h"
 #include "render/frame/camera.h"
 #include "render/frame/overlay.h"
+#include "render/image/svg_sheet.h"
 #include "sim/base/error.h"
 
 #include <malloc.h>
@@ -340,6 +341,48 @@ struct Renderer::Impl {
     lap(times.filter);
   }
 
+  // asked: in its own lengths. vector: null, or gets the file.
+  Image draw_picture(const Picture& asked, VectorFile* vector) {
+    times = {};
+    lap_start = cpu_seconds();
+
+    // Words are laid out in the picture's own lengths, everything else is drawn in lengths near 1.
+    const Layout layout = make_layout(asked);
+    std::optional<Picture> scaled;
+    Content d = gather_content(asked);
+    if (const double scale = unit_scale(d, asked.bounds); scale != 1.0) {
+      scaled = scaled_picture(asked, scale, asked.bounds.empty() ? d.all : asked.bounds);
+      d = gather_content(*scaled);
+    }
+    const Picture& p = scaled ? *scaled : asked;
+    Bounds bounds = d.all;
+    bounds.add(p.bounds);
+    const Bounds still = p.bounds.empty() ? d.all : p.bounds;  // what ground and occlusion are measured by
+    Drawing drawing{p, d, layout, still.empty() ? 1.0 : std::max(still.radius(), 1e-12),
+                    static_cast<int>(std::lround(std::sqrt(p.look.samples)))};
+    for (std::size_t i = 0; i < layout.views.size(); ++i) {
+      drawing.frames.push_back(make_view(p.views.empty() ? p.camera : p.views[i].camera, layout.views[i], bounds));
+      drawing.grounds.push_back(p.ground ? make_ground(*p.ground, drawing.frames.back(), still) : GroundFrame{});
+    }
+    for (std::size_t i = 0; i < d.surfaces.size(); ++i)
+      if (d.surfaces[i].silhouette && d.surfaces[i].opacity >= 1.0f) drawing.outlined[1 + i % 254] = drawing.outlines = true;
+
+    update_backdrop(drawing);
+    Image image = backdrop;
+    for (std::size_t i = 0; i < drawing.frames.size(); ++i) draw_view(drawing, i, image);
+    device.check("a picture");
+    painter.forget();
+
+    if (vector) {
+      SvgSheet sheet{image.width, image.height, {}};
+      draw_overlay(sheet, p, layout, {drawing.frames, grid_seen});
+      vector->text = svg_text(sheet, {&image, vector->dpi, vector->note});
+    }
+    draw_overlay(image, p, layout, {drawing.frames, grid_seen}, plots);
+    lap(times.overlay);
+    return image;
+  }
+
   // One number a pixel of the nearest opaque surface, one sample a pixel, taken to 16 bits by `code`: depth buffer or scalar.
   template <class Code>
   Image16 draw_numbers(const Picture& asked, bool scalars, ViewFrame& frame, Code code) {
@@ -407,43 +450,10 @@ Renderer::~Renderer() {
 const RendererInfo& Renderer::info() const { return impl_->info; }
 const DrawTimes& Renderer::times() const { return impl_->times; }
 
-Image Renderer::draw(const Picture& asked) {
+Image Renderer::draw(const Picture& asked, VectorFile* vector) {
   refuse_fork();
-  Impl& r = *impl_;
-  r.device.make_current();
-  r.times = {};
-  r.lap_start = cpu_seconds();
-
-  // Words are laid out in the picture's own lengths, everything else is drawn in lengths near 1.
-  const Layout layout = make_layout(asked);
-  std::optional<Picture> scaled;
-  Content d = gather_content(asked);
-  if (const double scale = unit_scale(d, asked.bounds); scale != 1.0) {
-    scaled = scaled_picture(asked, scale, asked.bounds.empty() ? d.all : asked.bounds);
-    d = gather_content(*scaled);
-  }
-  const Picture& p = scaled ? *scaled : asked;
-  Bounds bounds = d.all;
-  bounds.add(p.bounds);
-  const Bounds still = p.bounds.empty() ? d.all : p.bounds;  // what ground and occlusion are measured by
-  Impl::Drawing drawing{p, d, layout, still.empty() ? 1.0 : std::max(still.radius(), 1e-12),
-                        static_cast<int>(std::lround(std::sqrt(p.look.samples)))};
-  for (std::size_t i = 0; i < layout.views.size(); ++i) {
-    drawing.frames.push_back(make_view(p.views.empty() ? p.camera : p.views[i].camera, layout.views[i], bounds));
-    drawing.grounds.push_back(p.ground ? make_ground(*p.ground, drawing.frames.back(), still) : GroundFrame{});
-  }
-  for (std::size_t i = 0; i < d.surfaces.size(); ++i)
-    if (d.surfaces[i].silhouette && d.surfaces[i].opacity >= 1.0f) drawing.outlined[1 + i % 254] = drawing.outlines = true;
-
-  r.update_backdrop(drawing);
-  Image image = r.backdrop;
-  for (std::size_t i = 0; i < drawing.frames.size(); ++i) r.draw_view(drawing, i, image);
-  r.device.check("a picture");
-  r.painter.forget();
-
-  draw_overlay(image, p, layout, {drawing.frames, r.grid_seen}, r.plots);
-  r.lap(r.times.overlay);
-  return image;
+  impl_->device.make_current();
+  return impl_->draw_picture(asked, vector);
 }
 
 Image16 Renderer::draw_depth(const Picture& p, double* near_plane, double* far_plane) {

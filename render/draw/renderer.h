@@ -37,6 +37,13 @@ struct DrawTimes {
   double overlay = 0.0;  // text, bars, plots
 };
 
+// A picture as SVG: surfaces and lines of the scene as pixels, words, bars and diagrams over them as elements that stay sharp.
+struct VectorFile {
+  double dpi = 0.0;  // pixels an inch, for a size in mm; 0: a size in pixels
+  std::string note;  // comment at its head
+  std::string text;  // the file, when it is drawn
+};
+
 class Renderer {
  public:
   // Throws DrawError if the back end or OpenGL 4.5 core is not to be had, naming what was tried.
@@ -46,7 +53,8 @@ class Renderer {
   Renderer& operator=(const Renderer&) = delete;
 
   // Throws ArgumentError if the picture is inconsistent (index out of range, spans of unequal length, bad size).
-  Image draw(const Picture& picture);
+  // vector: if given, gets the same picture as a vector file.
+  Image draw(const Picture& picture, VectorFile* vector = nullptr);
 
   // Distance from the camera's plane (perspective and orthographic alike), linear from near (0) to far (65534); nothing
   // drawn: 65535. One sample a pixel, opaque surfaces only. near and far in m are returned if asked.

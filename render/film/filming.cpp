@@ -47,15 +47,25 @@ void send(int pipe, const Message& message) {
   while (::write(pipe, &message, sizeof message) < 0 && errno == EINTR) {}
 }
 
-// 16 bit pictures of the same moment, in folders beside the pictures': their files, name by name.
+// 16 bit pictures and vector files of the same moment, in folders beside the pictures': name by name.
 std::vector<std::filesystem::path> channel_files(const Animation& animation, const FilmOptions& options, int picture) {
   std::vector<std::filesystem::path> files;
   if (animation.settings.depth_channel) files.push_back(options.folder.parent_path() / "depth" / picture_file_name(picture));
   if (animation.settings.scalar_channel) files.push_back(options.folder.parent_path() / "scalar" / picture_file_name(picture));
+  if (animation.settings.vector_channel)
+    files.push_back((options.folder.parent_path() / "vector" / picture_file_name(picture)).replace_extension(".svg"));
   return files;
 }
 
+std::string vector_note(const std::string& inputs) { return fmt::format("{} {}", input_key, inputs); }
+
+// Whether the file is whole and made from these inputs.
 bool is_done(const std::filesystem::path& path, const std::string& inputs) {
+  if (path.extension() == ".svg" && std::filesystem::exists(path)) {
+    const std::vector<std::uint8_t> bytes = render::read_file(path);
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    return text.substr(0, 300).find(vector_note(inputs) + " -->") != std::string_view::npos && text.ends_with("</svg>\n");
+  }
   return std::filesystem::exists(path) && render::is_whole_png(path) && render::read_png_text(path, input_key) == inputs;
 }
 
@@ -77,8 +87,13 @@ Message make_one(const Animation& animation, const FilmOptions& options, int pic
   double now = sim::cpu_seconds();
   message.deform = now - start;
   start = now;
-  const render::Image image = renderer.draw(memory.picture);
+  render::VectorFile vector{.dpi = animation.settings.dpi, .note = vector_note(inputs), .text = {}};
+  const render::Image image = renderer.draw(memory.picture, animation.settings.vector_channel ? &vector : nullptr);
   for (const std::filesystem::path& file : channels) {
+    if (file.extension() == ".svg") {
+      render::write_file(file, {reinterpret_cast<const std::uint8_t*>(vector.text.data()), vector.text.size()});
+      continue;
+    }
     // What the numbers mean stands in the file: grey 0 and 65534, 65535 is nothing.
     double low = memory.picture.scalar_map.lower, high = memory.picture.scalar_map.upper;
     const bool depth = file.parent_path().filename() == "depth";
@@ -89,9 +104,10 @@ Message make_one(const Animation& animation, const FilmOptions& options, int pic
   now = sim::cpu_seconds();
   message.draw = now - start;
   start = now;
-  render::write_png(
-      path, image,
-      {.level = 1, .text = {{input_key, inputs}, {render::numbers_key, render::numbers_text(picture_numbers(memory.picture))}}});
+  render::write_png(path, image,
+                    {.level = 1,
+                     .dpi = animation.settings.dpi,
+                     .text = {{input_key, inputs}, {render::numbers_key, render::numbers_text(picture_numbers(memory.picture))}}});
   message.encode = sim::cpu_seconds() - start;
   return message;
 }
@@ -116,8 +132,9 @@ Message make_one(const Animation& animation, const FilmOptions& options, int pic
   try {
     // Never taken down: the process ends anyway.
     render::Renderer& renderer = *new render::Renderer(options.backend);
-    const std::string environment = fmt::format("drawing {} ", render::drawing_version) + renderer.info().renderer + ' ' +
-                                    renderer.info().version + ' ' + renderer.info().cpu;
+    std::string environment = fmt::format("drawing {} ", render::drawing_version) + renderer.info().renderer + ' ' +
+                              renderer.info().version + ' ' + renderer.info().cpu;
+    if (animation.settings.dpi > 0.0) environment += fmt::format(" {} dpi", animation.settings.dpi);
     PictureMemory memory;
     for (int i = next++; i < static_cast<int>(pictures.size()); i = next++) {
       doing = fmt::format("picture {}", pictures[i]);

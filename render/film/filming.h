@@ -15,11 +15,12 @@
 namespace flexframe::film {
 
 struct FilmOptions {
-  std::filesystem::path folder{};  // made if it is missing; pictures are folder/frame_00000.png ..., channels in folder/../depth, ../scalar
-  int first = 0, end = -1;         // pictures first..end-1; end < 0: to the last
-  int shard = 0, shards = 1;       // of these, the ones with number % shards == shard % shards
-  bool resume = false;             // keep pictures that are whole and made from the same inputs
-  int workers = 0;                 // 0: as many as cores may be used
+  // Made if it is missing; pictures are folder/frame_00000.png ..., channels in folder/../depth, ../scalar, ../vector.
+  std::filesystem::path folder{};
+  int first = 0, end = -1;    // pictures first..end-1; end < 0: to the last
+  int shard = 0, shards = 1;  // of these, the ones with number % shards == shard % shards
+  bool resume = false;        // keep pictures that are whole and made from the same inputs
+  int workers = 0;            // 0: as many as cores may be used
   render::Backend backend = render::Backend::osmesa;
   std::function<void(int done, int all)> progress{};  // now and then; may throw to stop
   std::function<void(const std::filesystem::path& picture)>

@@ -71,6 +71,7 @@ void fill_overlay(const Animation& animation, double t, render::Picture& picture
   if (asked.title) overlay.title = results.title;
   if (asked.time) overlay.time = render::time_text(t, animation.step, results.times[results.times.size() - 1]);
   overlay.triad = asked.triad;
+  overlay.text_scale = settings.text_scale;
   if (asked.scalar_bar) overlay.scalar_bar = animation.scalar_bar;
   picture.scalar_map = animation.scalar_map;
   picture.lighting.studio = settings.studio;

@@ -146,16 +146,35 @@ void read_colors(const TableReader& reader, RenderSettings& settings) {
   settings.isolines = reader.integer("isolines", 0, 0, 64);
 }
 
+const sim::Range resolution{.low = 10.0, .high = 2400.0, .what = "a number from 10 to 2400"};
+
+// Millimetres on paper to pixels. Words that would be smaller than 7 points there are enlarged.
+void read_print_size(const TableReader& reader, RenderSettings& settings) {
+  const std::vector<double> paper = reader.numbers("print_size", 2, 2, {.low = 1.0, .high = 5000.0, .what = "a length from 1 to 5000 mm"});
+  settings.dpi = reader.number("dpi", 300.0, resolution);
+  const auto pixels = [&](double mm) { return static_cast<int>(std::lround(mm / 25.4 * settings.dpi)); };
+  settings.size = {pixels(paper[0]), pixels(paper[1])};
+  if (std::min(settings.size.width, settings.size.height) < 16 || std::max(settings.size.width, settings.size.height) > 16384)
+    reader.fail("print_size", fmt::format("[{:g}, {:g}] mm at {:g} dpi are {} x {} pixels; allowed: 16 to 16384 each", paper[0], paper[1],
+                                          settings.dpi, settings.size.width, settings.size.height));
+  const double usual = 12.5 * std::min(paper[1] / 720.0, paper[0] / 960.0), smallest = 7.0 * 25.4 / 72.0;  // mm
+  settings.text_scale = static_cast<float>(std::clamp(smallest / usual, 1.0, 3.0));
+}
+
 RenderSettings read_table(const TableReader& reader) {
-  reader.allow({"size",   "frame_rate",    "speed",    "samples",    "scales",   "exaggeration", "color_by",  "color_range", "colormap",
-                "trail",  "undeformed",    "scheme",   "background", "ground",   "joints",       "nodes",     "forces",      "traces",
-                "triads", "contact_sheet", "channels", "video",      "mode",     "shadows",      "occlusion", "edges",       "silhouette",
-                "camera", "overlay",       "look",     "bands",      "isolines", "color_scale",  "probes",    "extremes",    "section"});
+  reader.allow({"size",        "frame_rate", "speed",      "samples",       "scales",     "exaggeration", "color_by", "color_range",
+                "colormap",    "trail",      "undeformed", "scheme",        "background", "ground",       "joints",   "nodes",
+                "forces",      "traces",     "triads",     "contact_sheet", "channels",   "video",        "mode",     "shadows",
+                "occlusion",   "edges",      "silhouette", "camera",        "overlay",    "look",         "bands",    "isolines",
+                "color_scale", "probes",     "extremes",   "section",       "print_size", "dpi"});
   RenderSettings settings;
   apply_look(static_cast<LookKind>(reader.word("look", look_words(), static_cast<size_t>(settings.look))), settings);
 
   // Size, pace and quality.
-  if (reader.has("size")) {
+  if (reader.has("dpi")) settings.dpi = reader.number("dpi", 300.0, resolution);
+  if (reader.has("print_size")) {
+    read_print_size(reader, settings);
+  } else if (reader.has("size")) {
     const std::vector<int> size = reader.integers("size", 16, 16384);
     if (size.size() != 2) reader.fail("size", fmt::format("must be [width, height] in pixels, found {} numbers", size.size()));
     settings.size = {size[0], size[1]};
@@ -215,11 +234,11 @@ RenderSettings read_table(const TableReader& reader) {
   settings.contact_sheet = reader.integer("contact_sheet", 0, 0, 100);
   if (reader.has("channels"))
     for (const std::string& word : reader.texts("channels")) {
-      const std::vector<std::string> channels = {"depth", "scalar"};
-      if (word != "depth" && word != "scalar")
+      const std::vector<std::string> channels = {"depth", "scalar", "vector"};
+      if (std::find(channels.begin(), channels.end(), word) == channels.end())
         reader.fail("channels",
                     fmt::format("holds {}{}; allowed: {}", sim::quote(word), sim::did_you_mean(word, channels), sim::list_words(channels)));
-      (word == "depth" ? settings.depth_channel : settings.scalar_channel) = true;
+      (word == "depth" ? settings.depth_channel : word == "scalar" ? settings.scalar_channel : settings.vector_channel) = true;
     }
   const std::vector<std::string> videos = {"mp4", "gif", "apng", "none"};
   settings.video = videos[reader.word("video", videos, 0)];

@@ -96,7 +96,9 @@ struct RenderSettings {
   int probes_line = 0;
   int traces_line = 0, triads_line = 0;  // in the scene file, for messages
   int contact_sheet = 0;
-  bool depth_channel = false, scalar_channel = false;
+  bool depth_channel = false, scalar_channel = false, vector_channel = false;
+  double dpi = 0.0;  // pixels an inch on paper; 0: not said
+  float text_scale = 1.0f;
   std::string video = "mp4";
   bool shadows = true, occlusion = true, silhouette = false;
   EdgeLines edges = EdgeLines::creases;

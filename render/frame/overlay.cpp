@@ -25,19 +25,34 @@ Ink ink_of(const Picture& picture) {
 
 Box box_of(const PixelRect& r) { return Box(r.x, r.y, r.width, r.height); }
 
-void draw_line_of_text(Image& image, const TextLine& line, const Ink& ink) {
+template <class Sheet>
+void draw_line_of_text(Sheet& image, const TextLine& line, const Ink& ink) {
   const Weight weight = line.bold ? Weight::bold : Weight::regular;
   if (ink.rimmed) draw_text_rim(image, {line.x, line.y}, line.text, line.size, ink.panel, weight);
   draw_text(image, {line.x, line.y}, line.text, line.size, line.faint && !ink.rimmed ? ink.faint : ink.strong, weight);
 }
 
-void draw_bar(Image& image, const Picture& picture, const BarLayout& layout, const Ink& ink, double unit) {
-  const PixelRect& b = layout.bar;
-  const ScalarMap& map = picture.scalar_map;
+void fill_bar(Image& image, const PixelRect& b, const ScalarMap& map) {
   for (int j = 0; j < b.height; ++j) {
     const glm::vec3 c = map_color(map, 1.0 - (j + 0.5) / b.height);
     for (int i = 0; i < b.width; ++i) blend_pixel(image, b.x + i, b.y + j, c, 1.0f);
   }
+}
+
+// Each colour down to the end of the bar, the next over it: viewers show no seams between them.
+void fill_bar(SvgSheet& sheet, const PixelRect& b, const ScalarMap& map) {
+  glm::vec3 last(-1.0f);
+  for (int j = 0; j < b.height; ++j) {
+    const glm::vec3 c = map_color(map, 1.0 - (j + 0.5) / b.height);
+    if (c != last) fill_rectangle(sheet, Box(b.x, b.y + j, b.width, b.height - j), c);
+    last = c;
+  }
+}
+
+template <class Sheet>
+void draw_bar(Sheet& image, const Picture& picture, const BarLayout& layout, const Ink& ink, double unit) {
+  const PixelRect& b = layout.bar;
+  fill_bar(image, b, picture.scalar_map);
   const double line = std::max(1.0, std::round(unit));
   draw_frame(image, {b.x - line, b.y - line, b.width + 2.0 * line, b.height + 2.0 * line}, line, {ink.faint, 0.9f});
   for (const double y : layout.ticks) {
@@ -47,7 +62,8 @@ void draw_bar(Image& image, const Picture& picture, const BarLayout& layout, con
   for (const TextLine& w : layout.words) draw_line_of_text(image, w, ink);
 }
 
-void draw_triad(Image& image, const Layout& layout, const glm::dvec2& centre, const ViewFrame& frame, const Ink& ink) {
+template <class Sheet>
+void draw_triad(Sheet& image, const Layout& layout, const glm::dvec2& centre, const ViewFrame& frame, const Ink& ink) {
   struct Axis {
     glm::dvec3 direction;
     glm::vec3 color;
@@ -146,12 +162,9 @@ bool same_panel(const PlotCache::Panel& kept, const Plot& plot, const Picture& p
   return true;
 }
 
-// Everything of a plot but what runs with time: what is to come is faint everywhere, what has been goes over it.
-PlotCache::Panel make_panel(Image& image, const Picture& picture, const PlotLayout& layout, const Layout& all, const Ink& ink,
-                            bool marked) {
-  const Plot& plot = picture.overlay.plots[layout.plot];
-  const double unit = all.unit;
-  PlotCache::Panel out;
+// Panel, grid and axes.
+template <class Sheet>
+void draw_axes(Sheet& image, const PlotLayout& layout, const Ink& ink, double unit) {
   const PixelRect &panel = layout.panel, &axes = layout.axes;
   fill_rectangle(image, box_of(panel), {ink.panel, 0.88f});
   const double line = std::max(1.0, std::round(unit));
@@ -159,27 +172,53 @@ PlotCache::Panel make_panel(Image& image, const Picture& picture, const PlotLayo
   for (const double x : layout.x_ticks) fill_rectangle(image, Box(std::round(x - 0.5 * line), axes.y, line, axes.height), ink.grid);
   fill_rectangle(image, Box(axes.x, axes.y, line, axes.height), ink.faint);
   fill_rectangle(image, Box(axes.x, axes.y + axes.height - line, axes.width, line), ink.faint);
+}
 
-  const glm::dvec4 clip(axes.x, axes.y - 1, axes.width + 1, axes.height + 2);
+glm::dvec4 clip_of(const PixelRect& axes) { return glm::dvec4(axes.x, axes.y - 1, axes.width + 1, axes.height + 2); }
+
+double series_width(double unit) { return std::max(1.2, 2.0 * unit); }
+
+// Points of a series on the picture.
+std::vector<glm::dvec2> placed_series(const Series& s, const PlotLayout& layout) {
+  const PixelRect& axes = layout.axes;
   const double sx = axes.width / (layout.x1 - layout.x0), sy = axes.height / (layout.y1 - layout.y0);
-  const auto place = [&](double x, double y) {
+  return series_points(s, axes.width, rises(s), [&](double x, double y) {
     return glm::dvec2(axes.x + (x - layout.x0) * sx, axes.y + axes.height - (y - layout.y0) * sy);
-  };
-  for (std::size_t k = 0; k < plot.series.size(); ++k) {
-    const Series& s = plot.series[k];
-    const bool rising = rises(s);
-    out.lines.push_back(
-        cover_polyline(image.width, image.height, series_points(s, axes.width, rising, place), std::max(1.2, 2.0 * unit), 0.0, &clip));
-    blend_cover(image, out.lines.back(), color_of(plot, k), marked && rising ? 0.28f : 1.0f, image.width);
-    if (layout.series[k].text.empty()) continue;
-    const PixelRect& l = layout.series_lines[k];
-    const double thick = std::max(2.0, 2.4 * unit);
-    fill_rectangle(image, Box(l.x, l.y - 0.5 * thick, l.width, thick), color_of(plot, k), 0.5 * thick);
-    draw_line_of_text(image, layout.series[k], ink);
-  }
+  });
+}
+
+template <class Sheet>
+void draw_series_name(Sheet& image, const Plot& plot, const PlotLayout& layout, std::size_t k, const Ink& ink, double unit) {
+  if (layout.series[k].text.empty()) return;
+  const PixelRect& l = layout.series_lines[k];
+  const double thick = std::max(2.0, 2.4 * unit);
+  fill_rectangle(image, Box(l.x, l.y - 0.5 * thick, l.width, thick), color_of(plot, k), 0.5 * thick);
+  draw_line_of_text(image, layout.series[k], ink);
+}
+
+template <class Sheet>
+void draw_plot_words(Sheet& image, const PlotLayout& layout, const Ink& ink) {
   for (const TextLine& w : layout.words) draw_line_of_text(image, w, ink);
   if (!layout.y_label.text.empty())
     draw_text_upwards(image, {layout.y_label.x, layout.y_label.y}, layout.y_label.text, layout.y_label.size, ink.strong);
+}
+
+// Everything of a plot but what runs with time: what is to come is faint everywhere, what has been goes over it.
+PlotCache::Panel make_panel(Image& image, const Picture& picture, const PlotLayout& layout, const Layout& all, const Ink& ink,
+                            bool marked) {
+  const Plot& plot = picture.overlay.plots[layout.plot];
+  const double unit = all.unit;
+  PlotCache::Panel out;
+  const PixelRect &panel = layout.panel, &axes = layout.axes;
+  draw_axes(image, layout, ink, unit);
+  const glm::dvec4 clip = clip_of(axes);
+  for (std::size_t k = 0; k < plot.series.size(); ++k) {
+    const Series& s = plot.series[k];
+    out.lines.push_back(cover_polyline(image.width, image.height, placed_series(s, layout), series_width(unit), 0.0, &clip));
+    blend_cover(image, out.lines.back(), color_of(plot, k), marked && rises(s) ? 0.28f : 1.0f, image.width);
+    draw_series_name(image, plot, layout, k, ink, unit);
+  }
+  draw_plot_words(image, layout, ink);
 
   // What decides it, for the next picture.
   out.panel = panel;
@@ -208,14 +247,49 @@ void copy_part(const Image& from, const PixelRect& part, Image& to, const glm::i
                 &to.pixels[(std::size_t(corner.y + y) * to.width + corner.x) * to.channels]);
 }
 
+double mark_of(const Plot& plot, const PlotLayout& layout) {
+  const double sx = layout.axes.width / (layout.x1 - layout.x0);
+  return layout.axes.x + (plot.mark - layout.x0) * sx;
+}
+
+bool is_marked(const PixelRect& axes, double mark) { return mark >= axes.x - 0.5 && mark <= axes.x + axes.width + 0.5; }
+
+template <class Sheet>
+void draw_mark(Sheet& image, const PlotLayout& layout, double mark, const Ink& ink, double unit) {
+  const double line = std::max(1.0, std::round(unit));
+  fill_rectangle(image, Box(std::round(mark - 0.5 * line), layout.axes.y, line, layout.axes.height), {ink.faint, 0.8f});
+}
+
+struct Dot {
+  double mark;  // x on the picture
+  const Ink& ink;
+  double unit;
+};
+
+// Where series k is now; not out of the axes.
+template <class Sheet>
+void draw_dot(Sheet& image, const Plot& plot, const PlotLayout& layout, std::size_t k, const Dot& dot) {
+  const Series& s = plot.series[k];
+  const std::size_t n = std::min(s.x.size(), s.y.size());
+  const double sy = layout.axes.height / (layout.y1 - layout.y0);
+  const auto after = std::upper_bound(s.x.begin(), s.x.begin() + static_cast<std::ptrdiff_t>(n), plot.mark);
+  const std::size_t i = std::max<std::ptrdiff_t>(after - s.x.begin() - 1, 0);
+  const std::size_t j = std::min(i + 1, n - 1);
+  const double span = s.x[j] - s.x[i], t = span > 0.0 ? std::clamp((plot.mark - s.x[i]) / span, 0.0, 1.0) : 0.0;
+  const double value = s.y[i] + t * (s.y[j] - s.y[i]);
+  if (!std::isfinite(value) || value < layout.y0 || value > layout.y1 || plot.mark < s.x.front() || plot.mark > s.x[n - 1]) return;
+  const glm::dvec2 p(dot.mark, layout.axes.y + layout.axes.height - (value - layout.y0) * sy);
+  fill_disc(image, p.x, p.y, std::max(3.0, 4.6 * dot.unit), dot.ink.panel);
+  fill_disc(image, p.x, p.y, std::max(2.0, 3.4 * dot.unit), color_of(plot, k));
+}
+
 // index: which of the plots; its place in the cache too.
 void draw_plot(Image& image, const Picture& picture, const Layout& all, std::size_t index, const Ink& ink, PlotCache& cache) {
   const PlotLayout& layout = all.plots[index];
   const Plot& plot = picture.overlay.plots[layout.plot];
   const PixelRect &panel = layout.panel, &axes = layout.axes;
-  const double sx = axes.width / (layout.x1 - layout.x0), sy = axes.height / (layout.y1 - layout.y0);
-  const double mark = axes.x + (plot.mark - layout.x0) * sx;
-  const bool marked = mark >= axes.x - 0.5 && mark <= axes.x + axes.width + 0.5;
+  const double mark = mark_of(plot, layout);
+  const bool marked = is_marked(axes, mark);
 
   if (index < cache.panels.size() && marked && same_panel(cache.panels[index], plot, picture, layout, all, image.channels)) {
     copy_part(cache.panels[index].image, {0, 0, panel.width, panel.height}, image, {panel.x, panel.y});
@@ -229,34 +303,48 @@ void draw_plot(Image& image, const Picture& picture, const Layout& all, std::siz
   }
 
   // What has been, strong up to the mark, and a dot where each series is now.
-  const double line = std::max(1.0, std::round(all.unit));
-  fill_rectangle(image, Box(std::round(mark - 0.5 * line), axes.y, line, axes.height), {ink.faint, 0.8f});
+  draw_mark(image, layout, mark, ink, all.unit);
   for (std::size_t k = 0; k < plot.series.size(); ++k) {
-    const Series& s = plot.series[k];
-    const std::size_t n = std::min(s.x.size(), s.y.size());
-    if (n == 0 || !rises(s)) continue;
-    const glm::vec3 color = color_of(plot, k);
-    blend_cover(image, cache.panels[index].lines[k], color, 1.0f, static_cast<int>(std::ceil(mark)));
-    const auto after = std::upper_bound(s.x.begin(), s.x.begin() + static_cast<std::ptrdiff_t>(n), plot.mark);
-    const std::size_t i = std::max<std::ptrdiff_t>(after - s.x.begin() - 1, 0);
-    const std::size_t j = std::min(i + 1, n - 1);
-    const double span = s.x[j] - s.x[i], t = span > 0.0 ? std::clamp((plot.mark - s.x[i]) / span, 0.0, 1.0) : 0.0;
-    const double value = s.y[i] + t * (s.y[j] - s.y[i]);
-    if (!std::isfinite(value) || value < layout.y0 || value > layout.y1 || plot.mark < s.x.front() || plot.mark > s.x[n - 1]) continue;
-    const glm::dvec2 p(mark, axes.y + axes.height - (value - layout.y0) * sy);
-    fill_disc(image, p.x, p.y, std::max(3.0, 4.6 * all.unit), ink.panel);
-    fill_disc(image, p.x, p.y, std::max(2.0, 3.4 * all.unit), color);
+    if (plot.series[k].x.empty() || plot.series[k].y.empty() || !rises(plot.series[k])) continue;
+    blend_cover(image, cache.panels[index].lines[k], color_of(plot, k), 1.0f, static_cast<int>(std::ceil(mark)));
+    draw_dot(image, plot, layout, k, {mark, ink, all.unit});
+  }
+}
+
+// The same for a file of one picture: lines by their points, nothing is kept.
+void draw_plot(SvgSheet& sheet, const Picture& picture, const Layout& all, std::size_t index, const Ink& ink) {
+  const PlotLayout& layout = all.plots[index];
+  const Plot& plot = picture.overlay.plots[layout.plot];
+  const PixelRect& axes = layout.axes;
+  const double mark = mark_of(plot, layout);
+  const bool marked = is_marked(axes, mark);
+  draw_axes(sheet, layout, ink, all.unit);
+  const glm::dvec4 clip = clip_of(axes);
+  for (std::size_t k = 0; k < plot.series.size(); ++k) {
+    draw_polyline(sheet, placed_series(plot.series[k], layout), series_width(all.unit),
+                  {color_of(plot, k), marked && rises(plot.series[k]) ? 0.28f : 1.0f}, 0.0, &clip);
+    draw_series_name(sheet, plot, layout, k, ink, all.unit);
+  }
+  draw_plot_words(sheet, layout, ink);
+  if (!marked) return;
+  draw_mark(sheet, layout, mark, ink, all.unit);
+  const glm::dvec4 past(clip.x, clip.y, std::ceil(mark) - clip.x, clip.w);
+  for (std::size_t k = 0; k < plot.series.size(); ++k) {
+    if (plot.series[k].x.empty() || plot.series[k].y.empty() || !rises(plot.series[k])) continue;
+    if (past.z > 0.0) draw_polyline(sheet, placed_series(plot.series[k], layout), series_width(all.unit), color_of(plot, k), 0.0, &past);
+    draw_dot(sheet, plot, layout, k, {mark, ink, all.unit});
   }
 }
 
 // Labels next to their points, tried on four sides; one that would cover another is left out.
-void draw_labels(Image& image, const Picture& picture, std::span<const ViewFrame> frames, const Layout& layout) {
+template <class Sheet>
+void draw_labels(Sheet& image, const Picture& picture, std::span<const ViewFrame> frames, const Layout& layout) {
   std::vector<glm::dvec4> taken;
   for (const ViewFrame& frame : frames)
     for (const Label& label : picture.labels) {
       glm::dvec2 at;
       if (label.text.empty() || !project(frame, label.point, at)) continue;
-      const double size = std::max(9.0, static_cast<double>(label.size) * layout.unit);
+      const double size = std::max(9.0, static_cast<double>(label.size) * picture.overlay.text_scale * layout.unit);
       const double w = text_width(label.text, size), h = cap_height(size), gap = 0.7 * size;
       // With a leader as far off as two and a half lines, else beside the point.
       const double far = label.leader ? 2.6 * size : 0.0;
@@ -290,9 +378,9 @@ void draw_labels(Image& image, const Picture& picture, std::span<const ViewFrame
     }
 }
 
-}  // namespace
-
-void draw_overlay(Image& image, const Picture& picture, const Layout& layout, const SceneBelow& below, PlotCache& cache) {
+// All but the plots, which lie between what is before and after them.
+template <class Sheet, class DrawPlots>
+void draw_all(Sheet& image, const Picture& picture, const Layout& layout, const SceneBelow& below, const DrawPlots& draw_plots) {
   const std::span<const ViewFrame> frames = below.frames;
   const Ink ink = ink_of(picture);
   draw_labels(image, picture, frames, layout);
@@ -303,7 +391,7 @@ void draw_overlay(Image& image, const Picture& picture, const Layout& layout, co
       if (v.y > layout.inner.y) fill_rectangle(image, Box(v.x, v.y - 0.5 * line, v.width, line), {ink.faint, 0.35f});
     }
   }
-  for (std::size_t i = 0; i < layout.plots.size(); ++i) draw_plot(image, picture, layout, i, ink, cache);
+  draw_plots(ink);
   if (layout.has_bar) draw_bar(image, picture, layout.bar, ink, layout.unit);
   if (layout.has_legend)
     for (std::size_t i = 0; i < layout.legend.words.size(); ++i) {
@@ -317,6 +405,20 @@ void draw_overlay(Image& image, const Picture& picture, const Layout& layout, co
     draw_triad(image, layout, layout.triads[i], frames[i], ink);
   for (std::size_t i = 0; i < layout.words.size(); ++i)
     if (static_cast<int>(i) != layout.grid_word || below.grid_seen) draw_line_of_text(image, layout.words[i], ink);
+}
+
+}  // namespace
+
+void draw_overlay(Image& image, const Picture& picture, const Layout& layout, const SceneBelow& below, PlotCache& cache) {
+  draw_all(image, picture, layout, below, [&](const Ink& ink) {
+    for (std::size_t i = 0; i < layout.plots.size(); ++i) draw_plot(image, picture, layout, i, ink, cache);
+  });
+}
+
+void draw_overlay(SvgSheet& sheet, const Picture& picture, const Layout& layout, const SceneBelow& below) {
+  draw_all(sheet, picture, layout, below, [&](const Ink& ink) {
+    for (std::size_t i = 0; i < layout.plots.size(); ++i) draw_plot(sheet, picture, layout, i, ink);
+  });
 }
 
 namespace {

@@ -5,6 +5,7 @@
 #include "render/frame/view.h"
 #include "render/image/canvas.h"
 #include "render/image/image.h"
+#include "render/image/svg_sheet.h"
 
 #include <span>
 #include <vector>
@@ -34,5 +35,8 @@ struct SceneBelow {
 };
 
 void draw_overlay(Image& image, const Picture& picture, const Layout& layout, const SceneBelow& below, PlotCache& cache);
+
+// The same words, bars and diagrams at the same places as elements of a vector file.
+void draw_overlay(SvgSheet& sheet, const Picture& picture, const Layout& layout, const SceneBelow& below);
 
 }  // namespace flexframe::render

@@ -79,6 +79,12 @@ std::vector<std::uint8_t> encode(int width, int height, int channels, int depth,
     header.push_back(b);
   put_chunk(out, "IHDR", header);
   if (depth == 8) put_chunk(out, "sRGB", std::array<std::uint8_t, 1>{0});
+  if (options.dpi > 0.0) {
+    std::vector<std::uint8_t> physical;
+    for (int k = 0; k < 2; ++k) put32(physical, static_cast<std::uint32_t>(std::lround(options.dpi / 0.0254)));  // a metre
+    physical.push_back(1);
+    put_chunk(out, "pHYs", physical);
+  }
   for (const auto& [keyword, words] : options.text) {
     std::vector<std::uint8_t> text(keyword.begin(), keyword.end());
     text.push_back(0);
