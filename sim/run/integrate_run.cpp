@@ -243,6 +243,7 @@ void MotionRun::begin(double t) {
   retire();
   problem.size = static_cast<int>(y.size());
   problem.cheap_jacobian = matrix_is_cheap(system);
+  problem.closes_loops = !system.model.loops.empty();
   problem.sharp_jacobian = std::any_of(system.friction.points.begin(), system.friction.points.end(),
                                        [](const FrictionPoint& p) { return p.phase == FrictionPhase::slip; });
   touched = find_touched(system, t, y);

@@ -35,6 +35,7 @@ struct OdeProblem {
   std::function<void(double t, const double* y, MechanicalJacobian& out)> closed_derivatives;
   std::function<void(double t, const double* y, MatX& A, MatX& B)> all_derivatives;
   bool sharp_jacobian = false;  // may change by orders within a few steps: made anew at every step
+  bool closes_loops = false;    // conditions on the coordinates turn small errors of stiff ones into forces on slow ones
   bool cheap_jacobian = false;  // the cheap parts are all of it, and cost less than the iterations of a step
   // Writes the error weights 1 / (tolerance of each component) for the current y.
   std::function<void(const double* y, double* weight)> weights;
