@@ -108,7 +108,7 @@ void report_neglected(const Scene& scene, const std::vector<EffectState>& states
                       double asked, SolverStatistics& out);
 
 // What is worth more than `asked` as warnings, the rest as notes; where the program decides the effects, and of what is of second order,
-// half of it, as a worth is told to a factor of two.
+// half of it, as no less is told than half of a worth.
 void report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found, double asked, SolverStatistics& out);
 
 // Adds what beams with automatic effects need of what they went without: the scene is to be simulated anew. A note says what and why. False
