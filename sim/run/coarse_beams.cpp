@@ -88,8 +88,14 @@ bool is_on(const std::vector<EffectState>& effects, const std::string& owner, st
   return std::any_of(effects.begin(), effects.end(), [&](const EffectState& s) { return s.owner == owner && s.effect == effect && s.on; });
 }
 
-// By how much of the deflection the pieces of a beam whose section changes are off, at rest under a force at an end.
-double missed_by_pieces(const BeamDef& beam, const std::string& owner, const std::vector<EffectState>& effects) {
+// Whether a joint holds this end of a beam.
+bool is_held(const Scene& scene, const std::string& body, std::string_view end) {
+  const auto here = [&](const FrameRef& f) { return f.body == body && (f.frame == end || (f.frame.empty() && end == "root")); };
+  return std::any_of(scene.joints.begin(), scene.joints.end(), [&](const JointDef& j) { return here(j.parent) || here(j.child); });
+}
+
+// By how much of the deflection the pieces of a beam whose section changes are off, at rest under a force at an end, the other one held.
+double missed_by_pieces(const Scene& scene, const BeamDef& beam, const std::string& owner, const std::vector<EffectState>& effects) {
   constexpr int places = 400;
   // Deflections: tip and root under bending in both planes, then stretch and twist.
   using Deflections = Eigen::Array<double, 6, 1>;
@@ -104,7 +110,10 @@ double missed_by_pieces(const BeamDef& beam, const std::string& owner, const std
     add(pieces, piece_section(beam, locate_piece(beam, x).first), x);
   }
   const bool xy = is_on(effects, owner, "bending_xy"), xz = is_on(effects, owner, "bending_xz");
-  counts << xy, xy, xz, xz, is_on(effects, owner, "axial"), is_on(effects, owner, "torsion");
+  const bool root = is_held(scene, owner, "root"), tip = is_held(scene, owner, "tip");
+  const bool at_tip = root || !tip, at_root = tip || !root;
+  counts << (xy && at_tip), (xy && at_root), (xz && at_tip), (xz && at_root), is_on(effects, owner, "axial"),
+      is_on(effects, owner, "torsion");
   return (counts * (pieces / changing - 1.0).abs()).maxCoeff();
 }
 
@@ -196,10 +205,10 @@ std::vector<CoarseBeam> coarse_beams(const Scene& scene, const std::vector<Effec
       out.push_back(worst);
     }
     if (beam->stations.empty()) continue;
-    worst = worst_output(scene, run, ranges, def.name, *beam, swing, missed_by_pieces(*beam, def.name, effects) * swing.range);
+    worst = worst_output(scene, run, ranges, def.name, *beam, swing, missed_by_pieces(scene, *beam, def.name, effects) * swing.range);
     if (!(worst.share > enough)) continue;
     BeamDef finer = *beam;
-    while (finer.volumes < most_volumes && missed_by_pieces(finer, def.name, effects) > enough) ++finer.volumes;
+    while (finer.volumes < most_volumes && missed_by_pieces(scene, finer, def.name, effects) > enough) ++finer.volumes;
     worst.by_section = true;
     worst.elements = beam->volumes;
     worst.wanted = finer.volumes;
