@@ -26,6 +26,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// "mode 3, 588.2 Hz" of a label as "Eigen Mode 3 : 588.227 Hz"; other labels as they are.
+std::string mode_title(int k, const std::string& label) {
+  const size_t colon = label.rfind(':');
+  if (colon == std::string::npos || !label.ends_with("Hz")) return label;
+  char* end = nullptr;
+  const double frequency = std::strtod(label.c_str() + colon + 1, &end);
+  return std::string(end) == " Hz" ? fmt::format("mode {}, {:.4g} Hz", k, frequency) : label;
+}
+
 // One swing of mode k, in equal steps, so that the film loops. amplitude: largest node displacement, m.
 sim::Results swing(const sim::FlexibleBody& body, int k, double amplitude, int pictures, double frame_rate) {
   sim::Results r;
@@ -117,7 +126,7 @@ void animate_body(const Words* w) {
     settings = swing_settings(settings, w->render);
     const std::string label = body.labels.empty() ? fmt::format("mode {}", k) : body.labels[k - 1];
     sim::Results results = swing(body, k - 1, amplitude, w->pictures, settings.frame_rate);
-    results.title = fmt::format("{}: {}", name, label);
+    results.title = fmt::format("{}: {}", name, mode_title(k, label));
     if (!mesh.empty()) results.bodies[0].mesh = fs::absolute(mesh).string();
     const std::string part = modes.size() == 1 ? name : fmt::format("mode_{:03}", k);
     const DrawingReport report = run_drawing(results, settings, nullptr, w->render, modes.size() == 1 ? out : out / part, part);

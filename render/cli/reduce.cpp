@@ -146,6 +146,9 @@ Command add_reduce(Program& program) {
   app.option("--node-set", w->request.node_sets, "keep the nodes of this set instead; may be repeated");
   app.option("--material", w->request.materials, "[SET=]YOUNGS_MODULUS,POISSON,DENSITY in SI, for elements without one; may be repeated");
   app.option("--thickness", w->request.thickness, "thickness of shells without one, m").positive();
+  app.option("--contact", w->request.contact,
+             "contact pairs of an .inp, which no linear body has: 'tie' their surfaces, leave them 'open', or 'refuse' the deck")
+      .show_default();
   app.option("--density", w->request.densities, "[MATERIAL=]DENSITY in kg/m^3, for materials without one; may be repeated");
   app.option("--elastic", w->request.elastics,
              "[MATERIAL=]YOUNGS_MODULUS,POISSON in SI, for materials without elasticity; may be repeated");

@@ -52,6 +52,7 @@ void take_words(const py::dict& words, sim::ReduceRequest& request) {
       {"materials", [&](const py::handle& v) { request.materials = v.cast<std::vector<std::string>>(); }},
       {"densities", [&](const py::handle& v) { request.densities = v.cast<std::vector<std::string>>(); }},
       {"elastics", [&](const py::handle& v) { request.elastics = v.cast<std::vector<std::string>>(); }},
+      {"contact", [&](const py::handle& v) { request.contact = v.cast<std::string>(); }},
       {"thickness", [&](const py::handle& v) { request.thickness = v.cast<double>(); }},
       {"nodes", [&](const py::handle& v) { request.nodes = v.cast<std::vector<int>>(); }},
       {"node_sets", [&](const py::handle& v) { request.node_sets = v.cast<std::vector<std::string>>(); }},

@@ -17,7 +17,7 @@ FeModel InpResolver::run() {
   name_sets();
   for (int i = 0; i < static_cast<int>(spaces.size()); ++i) {
     for (const InpSection& s : scope(i).sections) complaints.guarded([&] { add_section(i, s); });
-    add_thickness(i);
+    complaints.guarded([&] { add_thickness(i); });
     add_masses(i);
     for (const InpTransform& t : scope(i).transforms) complaints.guarded([&] { add_transform(i, t); });
   }
@@ -113,8 +113,8 @@ void InpResolver::add_elements(int space) {
 
 FeModel resolve_inp(InpDeck deck, const std::string& file) { return InpResolver(std::move(deck), file).run(); }
 
-FeModel read_inp(const std::filesystem::path& path, const FeUnits& units) {
-  return resolve_inp(read_inp_tables(path, units), path.string());
+FeModel read_inp(const std::filesystem::path& path, const FeUnits& units, FeContact contact) {
+  return resolve_inp(read_inp_tables(path, units, contact), path.string());
 }
 
 }  // namespace flexframe::sim

@@ -47,8 +47,7 @@ void InpTableReader::read_element() {
     }
     return;
   }
-  if (pending.size() > wants)
-    note(fmt::format("{}: numbers beyond the {} nodes of a {} are passed over", where(at), wants - 1, type->name));
+  if (pending.size() > wants) note(fmt::format("numbers beyond the {} nodes of a {} are passed over", wants - 1, type->name));
   InpElement e;
   e.id = pending[0];
   e.type = type;

@@ -39,28 +39,68 @@ bool InpAxes::at(const Vec3& place, Mat3& axes) const {
   return true;
 }
 
-size_t InpTableReader::constants() const {
-  const std::string kind = up("TYPE");
+size_t InpTableReader::constants(const std::string& kind) {
   if (kind.starts_with("ENG") || kind.starts_with("ORTHO")) return 9;
   if (kind.starts_with("ANISO")) return 21;
   return kind == "LAMINA" ? 6 : 2;
 }
 
 void InpTableReader::read_elastic() {
-  if (numbers.size() >= constants()) return note("temperature dependent elasticity: the first line is used");
-  const size_t room = constants() - numbers.size();
-  for (size_t i = 0; i < f.size() && i < std::min<size_t>(room, 8); ++i)
-    numbers.push_back(f[i].empty() ? 0.0 : real(f[i], "elastic constant"));
+  InpElastic& e = elastics.back();
+  const size_t n = constants(e.kind);
+  if (e.rows.empty() || e.rows.back().second.size() >= n) e.rows.emplace_back();
+  auto& [temperature, row] = e.rows.back();
+  // Eight numbers a line; the temperature stands behind the last constant.
+  for (size_t i = 0; i < f.size() && i < 8; ++i) {
+    const double number = f[i].empty() ? 0.0 : real(f[i], "elastic constant");
+    if (row.size() < n) row.push_back(number);
+    else {
+      temperature = number;
+      break;
+    }
+  }
 }
 
 void InpTableReader::finish_elastic() {
-  const size_t n = constants();
-  if (numbers.size() < n) {
-    if (n == 2) fail("*ELASTIC: 'Young's modulus, Poisson's ratio' is expected");
-    fail(fmt::format("*ELASTIC, TYPE={}: {} constants are expected, found {}", k.get("TYPE"), n, numbers.size()));
+  const InpElastic& e = elastics.back();
+  const size_t n = constants(e.kind), found = e.rows.empty() ? 0 : e.rows.back().second.size();
+  if (found >= n) return;
+  if (n == 2) fail("*ELASTIC: 'Young's modulus, Poisson's ratio' is expected");
+  fail(fmt::format("*ELASTIC, TYPE={}: {} constants are expected, found {}", e.kind, n, found));
+}
+
+void InpTableReader::settle_elastics() {
+  double temperature = 0.0;
+  for (double t : temperatures) temperature += t / static_cast<double>(temperatures.size());
+  const bool even = std::all_of(temperatures.begin(), temperatures.end(), [&](double t) { return t == temperatures[0]; });
+  for (InpElastic& e : elastics) {
+    std::vector<double> constants = e.rows[0].second;
+    if (e.rows.size() > 1) {
+      std::stable_sort(e.rows.begin(), e.rows.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+      const auto above = std::find_if(e.rows.begin(), e.rows.end(), [&](const auto& row) { return row.first >= temperature; });
+      if (above == e.rows.end()) {
+        constants = e.rows.back().second;
+      } else if (above == e.rows.begin()) {
+        constants = above->second;
+      } else {
+        const auto below = above - 1;
+        const double share = (temperature - below->first) / (above->first - below->first);
+        for (size_t i = 0; i < constants.size(); ++i) constants[i] = (1 - share) * below->second[i] + share * above->second[i];
+      }
+      const std::string text = fmt::format("{}: the elasticity of '{}' depends on temperature: its constants at {:g} count, {}",
+                                           where(e.place), deck.materials[e.material].name, temperature,
+                                           temperatures.empty() ? "since no *INITIAL CONDITIONS say otherwise"
+                                           : even               ? "the initial one"
+                                                                : "the mean of the initial ones, which differ");
+      (even && !temperatures.empty() ? deck.notes : deck.warnings).push_back(text);
+    }
+    give_elasticity(e, constants);
   }
-  FeMaterial& m = material();
-  const std::vector<double>& c = numbers;
+}
+
+void InpTableReader::give_elasticity(const InpElastic& given, const std::vector<double>& c) {
+  const size_t n = constants(given.kind);
+  FeMaterial& m = deck.materials[given.material];
   if (n == 2) {
     m.youngs_modulus = c[0] * units.stress();
     m.poisson = c[1];
@@ -74,7 +114,7 @@ void InpTableReader::finish_elastic() {
     size_t next = 0;
     for (int b = 0; b < 6; ++b)
       for (int a = 0; a <= b; ++a) C(order[a], order[b]) = C(order[b], order[a]) = c[next++];
-  } else if (k.get("TYPE").starts_with('O') || k.get("TYPE").starts_with('o')) {
+  } else if (given.kind.starts_with('O')) {
     C.topLeftCorner<3, 3>() << c[0], c[1], c[3], c[1], c[2], c[4], c[3], c[4], c[5];
     C(3, 3) = c[6];
     C(5, 5) = c[7];
@@ -85,7 +125,7 @@ void InpTableReader::finish_elastic() {
                  n23 = n == 6 ? 0.0 : c[5], G12 = n == 6 ? c[3] : c[6], G13 = n == 6 ? c[4] : c[7], G23 = n == 6 ? c[5] : c[8];
     Mat6 S = Mat6::Zero();
     for (const double modulus : {E1, E2, E3, G12, G13, G23})
-      if (!(modulus > 0.0)) fail(fmt::format("*ELASTIC, TYPE={}: moduli must be > 0, found {:g}", k.get("TYPE"), modulus));
+      if (!(modulus > 0.0)) fail_at(given.place, fmt::format("*ELASTIC, TYPE={}: moduli must be > 0, found {:g}", given.kind, modulus));
     S.topLeftCorner<3, 3>() << 1 / E1, -n12 / E1, -n13 / E1, -n12 / E1, 1 / E2, -n23 / E2, -n13 / E1, -n23 / E2, 1 / E3;
     S(3, 3) = 1 / G12;
     S(4, 4) = 1 / G23;
@@ -94,6 +134,67 @@ void InpTableReader::finish_elastic() {
   }
   m.elasticity = C * units.stress();
   m.youngs_modulus = C(0, 0) * units.stress();
+}
+
+void InpTableReader::read_hyperelastic() {
+  if (lines > 0) return;
+  const auto has = [&](const char* word) { return k.has(word); };
+  const size_t order = k.has("N") ? static_cast<size_t>(std::clamp(integer(k.get("N"), "N"), 1, 6)) : 1;
+  // Twice the sum of the linear coefficients is the initial shear modulus; D1 twice the inverse of the bulk modulus.
+  double shear = 0.0;
+  size_t bulk_at = 0;
+  if (has("OGDEN")) {
+    for (size_t i = 0; i < order; ++i) shear += value(2 * i, "coefficient", 0.0);
+    bulk_at = 2 * order;
+  } else if (has("ARRUDA-BOYCE")) {
+    // E. M. Arruda, M. C. Boyce, J. Mech. Phys. Solids 41 (1993): initial slope of the five-term series.
+    const double s = 1.0 / std::pow(value(1, "coefficient", 1.0), 2);
+    shear = value(0, "coefficient", 0.0) * (1 + s * (3.0 / 5 + s * (99.0 / 175 + s * (513.0 / 875 + s * 42039.0 / 67375))));
+    bulk_at = 2;
+  } else if (has("NEOHOOKE") || has("YEOH") || has("REDUCEDPOLYNOMIAL")) {
+    shear = 2.0 * value(0, "coefficient", 0.0);
+    bulk_at = has("YEOH") ? 3 : has("NEOHOOKE") ? 1 : order;
+  } else if (has("MOONEY-RIVLIN") || has("POLYNOMIAL") || has("N")) {
+    shear = 2.0 * (value(0, "coefficient", 0.0) + value(1, "coefficient", 0.0));
+    bulk_at = has("MOONEY-RIVLIN") ? 2 : order * (order + 3) / 2;
+  }
+  if (!(shear > 0.0) || has("TESTDATAINPUT"))
+    return refuse(
+        "*HYPERELASTIC: coefficients of NEO HOOKE, MOONEY-RIVLIN, YEOH, POLYNOMIAL, OGDEN or ARRUDA-BOYCE are expected; give "
+        "*ELASTIC with the initial moduli instead");
+  const double compressible = value(bulk_at, "D1", 0.0), bulk = compressible > 0.0 ? 2.0 / compressible : 0.0;
+  // Without a bulk modulus nearly incompressible, as CalculiX has it.
+  const double poisson = bulk > 0.0 ? (3 * bulk - 2 * shear) / (2 * (3 * bulk + shear)) : 0.475;
+  FeMaterial& m = material();
+  m.youngs_modulus = 2.0 * shear * (1.0 + poisson) * units.stress();
+  m.poisson = poisson;
+  deck.warnings.push_back(fmt::format("{}: material '{}' is hyperelastic; the body has its initial moduli: E = {:.4g} Pa, nu = {:.4g}{}",
+                                      where(at), m.name, m.youngs_modulus, poisson, bulk > 0.0 ? "" : " (no bulk modulus is given)"));
+}
+
+void InpTableReader::contact_pair() {
+  const std::string how = up("INTERACTION");
+  const bool tied = k.has("TIED") || tying_interactions.contains(how);
+  if (contact == FeContact::refuse && !tied)
+    return refuse(
+        "*CONTACT PAIR cannot be read: contact is no part of a linear body: --contact tie ties the surfaces as *TIE does, --contact open "
+        "leaves them free; or reduce the parts as bodies of their own and join them in the scene");
+  if (contact == FeContact::open && !tied) {
+    skip = true;
+    return deck.warnings.push_back(fmt::format("{}: *CONTACT PAIR stays open: its surfaces move through each other", where(at)));
+  }
+  InpTie tie;
+  tie.place = at;
+  tie.kind = InpTie::Kind::surfaces;
+  tie.adjust = k.has("ADJUST");
+  s().ties.push_back(tie);
+  if (!tied) deck.warnings.push_back(fmt::format("{}: *CONTACT PAIR is tied, all over its surfaces and in all directions", where(at)));
+}
+
+void InpTableReader::read_thickness() {
+  if (f.empty()) return;
+  const double first = value(1, "thickness", 0.0) * units.length;
+  s().nodal_thickness.push_back({inp_upper(f[0]), first, f.size() > 2 ? value(2, "thickness", 0.0) * units.length : first, at});
 }
 
 void InpTableReader::read_section() {
@@ -180,8 +281,8 @@ void InpTableReader::read_orientation() {
 void InpTableReader::read_tie() {
   if (s().ties.empty() || f.empty()) return;
   InpTie& tie = s().ties.back();
-  if (k.name == "TIE") {
-    if (f.size() < 2) fail("*TIE: 'slave surface, master surface' is expected");
+  if (k.name == "TIE" || k.name == "CONTACT PAIR") {
+    if (f.size() < 2) fail(fmt::format("*{}: 'slave surface, master surface' is expected", k.name));
     if (!tie.surface.empty()) s().ties.push_back(tie);
     s().ties.back().surface = inp_upper(f[0]);
     s().ties.back().master = inp_upper(f[1]);
@@ -230,7 +331,8 @@ void InpTableReader::read_boundary() {
     b.dofs = span_of(std::max(first, 1), last);
     if (f.size() > 3 && value(3, "value", 0.0) != 0.0) note("*BOUNDARY with a value: fixed at zero");
   }
-  if (b.step) note(fmt::format("{}: *BOUNDARY of the first step holds the model; --hold none leaves it free", where(at)));
+  if (b.step && told.insert("BOUNDARY of the first step").second)
+    deck.notes.push_back(fmt::format("{}: *BOUNDARY of the first step holds the model; --hold none leaves it free", where(at)));
   s().boundaries.push_back(b);
 }
 
@@ -251,7 +353,13 @@ void InpTableReader::read_equation() {
     t.node = inp_upper(terms[i]);
     t.dof = integer(terms[i + 1], "degree of freedom") - 1;
     t.coefficient = real(terms[i + 2], "coefficient");
-    if (t.dof < 0 || t.dof > 5) {
+    if (t.dof > 5 || t.dof < 0) {
+      if (t.dof == 10 || t.dof == -1) {
+        note("*EQUATION of temperatures is passed over");
+        terms.clear();
+        wanted = 0;
+        return;
+      }
       terms.clear();
       wanted = 0;
       return refuse(fmt::format("*EQUATION: degrees of freedom 1 to 6 are allowed, found {}", t.dof + 1));

@@ -12,13 +12,14 @@ Mat3 turned_about(const Vec3& axis, double degrees);
 
 class InpTableReader : public InpLines {
  public:
-  explicit InpTableReader(const FeUnits& u) : units(u) {
+  InpTableReader(const FeUnits& u, FeContact c) : units(u), contact(c) {
     deck.scopes.emplace_back();
     deck.length = u.length;
     deck.force_per_length = u.mass / (u.time * u.time);
   }
   InpDeck take(const std::filesystem::path& path) {
     read(path);
+    settle_elastics();
     deck.files = files;
     return std::move(deck);
   }
@@ -30,7 +31,12 @@ class InpTableReader : public InpLines {
 
  private:
   FeUnits units;
+  FeContact contact;
   InpDeck deck;
+  std::vector<InpElastic> elastics;
+  std::vector<double> temperatures;          // *INITIAL CONDITIONS, as they stand
+  std::set<std::string> tying_interactions;  // of contact pairs that never open
+  std::string interaction;
   InpKeyword k;
   std::string_view line;
   std::vector<std::string_view> f;
@@ -91,9 +97,15 @@ class InpTableReader : public InpLines {
   // elements'.
   void read_elgen();
   void copy_element(const InpElement& from, long id, long shift);
-  size_t constants() const;
+  static size_t constants(const std::string& kind);
   void read_elastic();
   void finish_elastic();
+  // Constants at the initial temperature to the materials.
+  void settle_elastics();
+  void give_elasticity(const InpElastic& given, const std::vector<double>& constants);
+  void read_hyperelastic();
+  void contact_pair();
+  void read_thickness();
   void read_section();
   void read_rotary();
   // Directions (SPRING1, SPRING2; a blank line for SPRINGA), then the stiffness.

@@ -41,6 +41,7 @@ class InpResolver {
   std::map<int, int> rotation_nodes;                       // node that stands for the rotations of another
   std::vector<int> offsets;                                // of the numbers of each space, to those of the model
   std::vector<bool> turning;                               // nodes that have rotations of their own
+  std::map<int, bool> rectangles;                          // beam sections that nodal thicknesses may change: RECT, or CIRC
   std::map<std::pair<int, std::string>, int> rectangular;  // space and orientation -> axes
   InpScope& scope(int space) { return deck.scopes[spaces[space].scope]; }
   [[noreturn]] void fail(const InpPlace& place, const std::string& text) const {
@@ -90,8 +91,10 @@ class InpResolver {
   void add_section(int space, const InpSection& s);
   // Layers with orientations of their own; cylindrical ones differ from element to element, and so does then the layup.
   void set_layer_axes(int space, const InpSection& s, FeElement& e);
+  std::optional<FeBeamSection> circle(const InpSection& s);
+  std::optional<FeBeamSection> i_section(const InpSection& s) const;
   void add_beam_section(int space, const InpSection& s, const std::vector<int>& elements);
-  // Mean of the nodes' thicknesses.
+  // Mean of the nodes' thicknesses, of shells and of beams that are rectangles or circles (diameters).
   void add_thickness(int space);
 
   // Masses and springs.

@@ -1,8 +1,10 @@
 // Sections, materials, masses and springs of an input file.
 #include "sim/reduce/fe_inp_resolver.h"
+#include "sim/reduce/fe_sections.h"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace flexframe::sim {
@@ -83,15 +85,54 @@ void InpResolver::set_layer_axes(int space, const InpSection& s, FeElement& e) {
   e.section = static_cast<int>(model.layups.size()) - 1;
 }
 
+std::optional<FeBeamSection> InpResolver::circle(const InpSection& s) {
+  // Two numbers are CalculiX' diameters along n1 and n2; one is Abaqus' radius and CalculiX' diameter.
+  if (s.numbers.size() > 1 && s.numbers[1] > 0.0)
+    return beam_shape(s.numbers[0] == s.numbers[1] ? "CIRC" : "ELLIPSE",
+                      {s.numbers[0] == s.numbers[1] ? 0.5 * s.numbers[0] : s.numbers[0], s.numbers[1]});
+  const double r = s.numbers.empty() ? 0.0 : s.numbers[0];
+  if (!deck.abaqus)
+    add_once(
+        model.warnings,
+        fmt::format("{}: *BEAM SECTION, SECTION=CIRC: one number is the radius, as in Abaqus: {:g} m; CalculiX takes it for the diameter: "
+                    "give two numbers, which are the diameters",
+                    deck.where(s.place), r));
+  return beam_shape("CIRC", {r});
+}
+
+std::optional<FeBeamSection> InpResolver::i_section(const InpSection& s) const {
+  // Height of the axis, height, widths and thicknesses of the lower and upper flange, web; the height lies along the second direction.
+  if (s.numbers.size() < 7) return std::nullopt;
+  const std::vector<double>& d = s.numbers;
+  std::optional<FeBeamSection> made = open_section("I", {d[1], d[2], d[3], d[6], d[4], d[5]});
+  if (!made) return made;
+  std::swap(made->I11, made->I22);
+  std::swap(made->shear1, made->shear2);
+  const double lower = d[2] * d[4], upper = d[3] * d[5], web = (d[1] - d[4] - d[5]) * d[6];
+  const double middle = (0.5 * lower * d[4] + upper * (d[1] - 0.5 * d[5]) + 0.5 * web * (d[1] + d[4] - d[5])) / made->area;
+  if (std::abs(middle - d[0]) > 1e-3 * d[1])
+    fail(s.place,
+         fmt::format("*BEAM SECTION, SECTION=I: the axis at height {:g} m lies beside the centroid at {:g} m; put the nodes there and "
+                     "give its height",
+                     d[0], middle));
+  return made;
+}
+
 void InpResolver::add_beam_section(int space, const InpSection& s, const std::vector<int>& elements) {
-  std::optional<FeBeamSection> made = beam_shape(s.shape, s.numbers);
+  std::optional<FeBeamSection> made;
+  if (s.shape == "I") made = i_section(s);
+  else if (s.numbers.empty() && !scope(space).nodal_thickness.empty()) made = beam_shape(s.shape, {1.0, 1.0});
+  else if (s.shape == "CIRC") made = circle(s);
+  else if (s.shape == "RECT" && s.numbers.size() == 1) made = beam_shape(s.shape, {s.numbers[0], s.numbers[0]});
+  else made = beam_shape(s.shape, s.numbers);
   if (!made)
     fail(s.place,
-         fmt::format("*BEAM SECTION, SECTION={}: RECT, CIRC, PIPE, BOX and GENERAL with dimensions > 0 can be read; give others as "
+         fmt::format("*BEAM SECTION, SECTION={}: RECT, CIRC, PIPE, BOX, I and GENERAL with dimensions > 0 can be read; give others as "
                      "GENERAL (area, I11, I12, I22, J)",
                      s.shape));
   made->n1 = spaces[space].turn * s.n1;
   model.beam_sections.push_back(*made);
+  if (s.shape == "RECT" || s.shape == "CIRC") rectangles[static_cast<int>(model.beam_sections.size()) - 1] = s.shape == "RECT";
   int material = -1;
   if (s.own_constants) {
     FeMaterial own;
@@ -116,23 +157,44 @@ void InpResolver::add_beam_section(int space, const InpSection& s, const std::ve
 void InpResolver::add_thickness(int space) {
   const InpScope& from = scope(space);
   if (from.nodal_thickness.empty()) return;
-  add_once(model.notes, "*NODAL THICKNESS: each shell has the mean of its nodes");
-  for (int index : spaces[space].first) {
-    if (index >= static_cast<int>(model.elements.size())) continue;
-    FeElement& e = model.elements[index];
-    if (!fe_is_shell(e.shape)) continue;
-    double sum = 0.0;
-    int there = 0;
-    for (int k = 0; k < e.count; ++k) {
-      const int node = model.connectivity[e.first + k] - spaces[space].first_node;
-      if (node < 0 || node >= static_cast<int>(from.node_ids.size())) continue;
-      if (const auto it = from.nodal_thickness.find(from.node_ids[node]); it != from.nodal_thickness.end()) {
-        sum += it->second;
-        ++there;
+  add_once(model.notes, "*NODAL THICKNESS: each element has the mean of its nodes");
+  std::map<int, std::pair<double, double>> given;
+  double steepest = 1.0;
+  for (const InpThickness& t : from.nodal_thickness)
+    for (int node : nodes_named(space, t.where, t.place)) given[node] = {t.first, t.second};
+  for (size_t k = 0; k < spaces[space].first.size(); ++k)
+    for (int index = spaces[space].first[k]; index < spaces[space].first[k] + spaces[space].count[k]; ++index) {
+      FeElement& e = model.elements[index];
+      const bool beam = e.shape == FeShape::beam2 && e.section >= 0 && rectangles.contains(e.section);
+      if (!fe_is_shell(e.shape) && !beam) continue;
+      double first = 0.0, second = 0.0, least = std::numeric_limits<double>::max(), most = 0.0;
+      bool all = true;
+      for (int i = 0; i < e.count && all; ++i) {
+        const auto at = given.find(model.connectivity[e.first + i]);
+        all = at != given.end();
+        if (!all) break;
+        first += at->second.first / e.count;
+        second += at->second.second / e.count;
+        least = std::min(least, at->second.first);
+        most = std::max(most, at->second.first);
       }
+      if (!all) continue;
+      steepest = std::max(steepest, most / least);
+      if (!beam) {
+        e.thickness = first;
+        continue;
+      }
+      std::optional<FeBeamSection> made =
+          beam_shape(rectangles.at(e.section) ? "RECT" : "CIRC", {rectangles.at(e.section) ? first : 0.5 * first, second});
+      if (!made) fail(from.nodal_thickness[0].place, fmt::format("*NODAL THICKNESS of beam {}: thicknesses > 0 are expected", e.id));
+      made->n1 = model.beam_sections[e.section].n1;
+      model.beam_sections.push_back(*made);
+      e.section = static_cast<int>(model.beam_sections.size()) - 1;
     }
-    if (there == e.count) e.thickness = sum / there;
-  }
+  if (steepest > 1.2)
+    model.warnings.push_back(fmt::format(
+        "{}: *NODAL THICKNESS changes by a factor of up to {:.2g} within an element, which has the mean: use smaller elements there",
+        deck.where(from.nodal_thickness[0].place), steepest));
 }
 
 void InpResolver::add_masses(int space) {

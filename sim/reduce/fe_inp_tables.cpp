@@ -81,9 +81,9 @@ std::string advice_for(const std::string& type) {
 // Words that change the structure and cannot be read, and what to do instead.
 const std::map<std::string, const char*>& refused_words() {
   static const std::map<std::string, const char*> words = {
-      {"CONTACT PAIR",
-       "contact is no part of a linear body: tie the surfaces (*TIE), merge their nodes, or reduce the parts as bodies of "
-       "their own and join them in the scene"},
+      {"CONTACT",
+       "general contact is no part of a linear body: take it out, and tie what touches (*TIE), or reduce the parts as bodies of their own "
+       "and join them in the scene"},
       {"MEMBRANE SECTION", "membranes have no bending stiffness: use shells"},
       {"CYCLIC SYMMETRY MODEL", "a body is the whole structure: give the model all around"},
       {"PRE-TENSION SECTION", "a bolt's pre-load is no part of a linear body: take the section out"},
@@ -116,11 +116,9 @@ bool harmless(const std::string& k) {
                                               "PHYSICAL CONSTANTS",
                                               "END STEP",
                                               "DASHPOT",
-                                              "SURFACE INTERACTION",
                                               "FRICTION",
                                               "DAMPING",
                                               "TIME POINTS",
-                                              "INITIAL CONDITIONS",
                                               "TRANSVERSE SHEAR STIFFNESS",
                                               "HOURGLASS STIFFNESS"};
   return words.contains(k);
@@ -130,6 +128,7 @@ bool harmless(const std::string& k) {
 
 void InpTableReader::keyword(const InpKeyword& given) {
   k = given;
+  if (k.name == "PART" || k.name == "ASSEMBLY" || k.name == "OUTPUT" || k.name == "BEAM GENERAL SECTION") deck.abaqus = true;
   lines = 0;
   numbers.clear();
   skip = false;
@@ -270,8 +269,17 @@ bool InpTableReader::material_word() {
                                                 "ORTHO", "ORTHOTROPIC", "ANISO",     "ANISOTROPIC",          "LAMINA"};
     if (!kinds.contains(kind))
       refuse(fmt::format("*ELASTIC, TYPE={}: ISO, ENGINEERING CONSTANTS, ORTHOTROPIC, ANISOTROPIC or LAMINA can be read", kind));
-  } else if (w == "DENSITY") {
+    if (!skip) elastics.push_back({deck.materials.size() - 1, kind.empty() ? "ISO" : kind, {}, at});
+  } else if (w == "DENSITY" || w == "HYPERELASTIC") {
     material();
+  } else if (w == "INITIAL CONDITIONS") {
+    skip = up("TYPE") != "TEMPERATURE";
+  } else if (w == "SURFACE INTERACTION") {
+    interaction = up("NAME");
+    skip = true;
+  } else if (w == "SURFACE BEHAVIOR") {
+    if (up("PRESSURE-OVERCLOSURE") == "TIED") tying_interactions.insert(interaction);
+    skip = true;
   } else if (w == "ORIENTATION") {
     InpAxes axes;
     const std::string system = up("SYSTEM");
@@ -288,7 +296,9 @@ bool InpTableReader::material_word() {
 bool InpTableReader::section_word() {
   const std::string& w = k.name;
   if (w == "SOLID SECTION" || w == "SHELL SECTION" || w == "SHELL GENERAL SECTION" || w == "BEAM SECTION" || w == "BEAM GENERAL SECTION") {
-    if (w == "SHELL GENERAL SECTION") return refuse("*SHELL GENERAL SECTION: give *SHELL SECTION with thickness and material"), true;
+    if (w == "SHELL GENERAL SECTION" && !k.has("MATERIAL") && !k.has("COMPOSITE"))
+      return refuse("*SHELL GENERAL SECTION with a stiffness of its own cannot be read: give MATERIAL=... and a thickness, or COMPOSITE"),
+             true;
     begin_section();
   } else if (w == "NODAL THICKNESS") {
     // Data lines do the work.
@@ -312,10 +322,12 @@ void InpTableReader::begin_section() {
   made.set = inp_upper(need("ELSET"));
   made.material = k.get("MATERIAL");
   made.orientation = up("ORIENTATION");
-  made.shell = k.name == "SHELL SECTION";
+  made.shell = k.name.starts_with("SHELL");
   made.beam = k.name.starts_with("BEAM");
   made.own_constants = k.name == "BEAM GENERAL SECTION";
   made.shape = up("SECTION");
+  if (made.shape == "RECTANGULAR") made.shape = "RECT";
+  if (made.shape == "CIRCULAR") made.shape = "CIRC";
   made.nodal_thickness = k.has("NODALTHICKNESS");
   made.place = at;
   if (const std::string offset = up("OFFSET"); !offset.empty())
@@ -374,6 +386,8 @@ bool InpTableReader::tie_word() {
     if (up("TYPE") == "S") return refuse("*TRANSFORM, TYPE=S: R and C can be read"), true;
     s().transforms.push_back(t);
     return true;
+  } else if (w == "CONTACT PAIR") {
+    return contact_pair(), true;
   } else if (w == "EQUATION" || w == "MPC" || w == "BOUNDARY") {
     terms.clear();
     return true;
@@ -403,19 +417,20 @@ void InpTableReader::read_data() {
   else if (w == "NFILL") read_nfill();
   else if (w == "ELGEN") read_elgen();
   else if (w == "ELASTIC") read_elastic();
+  else if (w == "HYPERELASTIC") read_hyperelastic();
+  else if (w == "INITIAL CONDITIONS") temperatures.push_back(value(1, "temperature", 0.0));
   else if (w == "DENSITY") {
     if (lines == 0) material().density = value(0, "density", 0.0) * units.density();
     else note("temperature dependent density: the first line is used");
-  } else if (w == "SOLID SECTION" || w == "SHELL SECTION" || w.starts_with("BEAM")) read_section();
-  else if (w == "NODAL THICKNESS")
-    s().nodal_thickness[integer(f.empty() ? "" : f[0], "node number")] = value(1, "thickness", 0.0) * units.length;
+  } else if (w == "SOLID SECTION" || w.starts_with("SHELL") || w.starts_with("BEAM")) read_section();
+  else if (w == "NODAL THICKNESS") read_thickness();
   else if (w == "MASS") s().masses.back().numbers.push_back(value(0, "mass", 0.0) * units.mass);
   else if (w == "ROTARY INERTIA") read_rotary();
   else if (w == "SPRING") read_spring();
   else if (w == "NONSTRUCTURAL MASS") read_added_mass();
   else if (w == "ORIENTATION") read_orientation();
   else if (w == "TRANSFORM") read_axes(s().transforms.back().axes);
-  else if (w == "KINEMATIC" || w == "KINEMATIC COUPLING" || w == "DISTRIBUTING COUPLING" || w == "TIE") read_tie();
+  else if (w == "KINEMATIC" || w == "KINEMATIC COUPLING" || w == "DISTRIBUTING COUPLING" || w == "TIE" || w == "CONTACT PAIR") read_tie();
   else if (w == "EQUATION") read_equation();
   else if (w == "MPC") read_mpc();
   else if (w == "SYSTEM") read_system();
@@ -428,6 +443,8 @@ std::string InpDeck::where(const InpPlace& place) const {
   return place.line > 0 ? fmt::format("{}:{}", file, place.line) : file;
 }
 
-InpDeck read_inp_tables(const std::filesystem::path& path, const FeUnits& units) { return InpTableReader(units).take(path); }
+InpDeck read_inp_tables(const std::filesystem::path& path, const FeUnits& units, FeContact contact) {
+  return InpTableReader(units, contact).take(path);
+}
 
 }  // namespace flexframe::sim

@@ -130,6 +130,12 @@ struct InpTransform {
   InpPlace place;
 };
 
+struct InpThickness {
+  std::string where;                 // node or set
+  double first = 0.0, second = 0.0;  // m; of a beam along n1 and n2
+  InpPlace place;
+};
+
 // A part, or what stands outside of all parts (the whole file where it has none).
 struct InpScope {
   std::string name;
@@ -141,7 +147,7 @@ struct InpScope {
   std::map<std::string, InpSet> node_sets, element_sets;
   std::map<std::string, InpSurface> surfaces;
   std::map<std::string, InpAxes> orientations;
-  std::map<int, double> nodal_thickness;
+  std::vector<InpThickness> nodal_thickness;
   std::vector<InpSection> sections;
   std::vector<InpValue> masses, rotaries, springs, added_masses;
   std::vector<InpTie> ties;
@@ -158,17 +164,26 @@ struct InpInstance {
   Vec3 shift = Vec3::Zero();  // x = turn x_part + shift
 };
 
+// Elastic constants of a material in the file's units, a row for each temperature.
+struct InpElastic {
+  size_t material = 0;
+  std::string kind;
+  std::vector<std::pair<double, std::vector<double>>> rows;
+  InpPlace place;
+};
+
 struct InpDeck {
   std::vector<InpScope> scopes;  // the first: outside of parts
   std::vector<InpInstance> instances;
   std::vector<FeMaterial> materials;
   std::vector<std::string> files, notes, warnings, refusals;
+  bool abaqus = false;                          // words that only Abaqus has: parts, *OUTPUT
   double length = 1.0, force_per_length = 1.0;  // of the file's units in SI
   std::string where(const InpPlace& place) const;
 };
 
 // Throws InputError for what is no input file; what cannot be part of a body is collected in `refusals`.
-InpDeck read_inp_tables(const std::filesystem::path& path, const FeUnits& units);
+InpDeck read_inp_tables(const std::filesystem::path& path, const FeUnits& units, FeContact contact);
 
 // Tables to model; used by read_inp. Throws InputError with all refusals.
 FeModel resolve_inp(InpDeck deck, const std::string& file);

@@ -212,7 +212,8 @@ struct Lacking {
   std::string text() const { return count > 1 ? fmt::format("{} (and {} more elements)", first, count - 1) : first; }
 };
 
-void check_material(const FeModel& model, const FeMaterial& m, std::vector<std::string>& faults) {
+// spread: whether solids or shells are made of it, not beams alone.
+void check_material(const FeModel& model, const FeMaterial& m, bool spread, std::vector<std::string>& faults) {
   const auto fault = [&](const std::string& text) { faults.push_back(fmt::format("{}: material '{}': {}", model.file, m.name, text)); };
   if (m.elasticity) {
     const Eigen::LLT<Mat6> factor(*m.elasticity);
@@ -222,7 +223,8 @@ void check_material(const FeModel& model, const FeMaterial& m, std::vector<std::
     if (!(m.youngs_modulus > 0.0))
       fault(fmt::format("Young's modulus must be > 0, found {}; give *ELASTIC in the model, or --elastic {}=YOUNGS_MODULUS,POISSON in SI",
                         m.youngs_modulus, m.name));
-    if (!(m.poisson > -1.0 && m.poisson < 0.5)) fault(fmt::format("Poisson's ratio must be in (-1, 0.5), found {}", m.poisson));
+    if ((spread || !(m.shear_modulus > 0.0)) && !(m.poisson > -1.0 && m.poisson < 0.5))
+      fault(fmt::format("Poisson's ratio must be in (-1, 0.5), found {}", m.poisson));
   }
   if (!(m.density > 0.0) && !m.massless)
     fault(fmt::format("density must be > 0, found {}; give *DENSITY in the model, or --density {}=DENSITY in kg/m^3", m.density, m.name));
@@ -233,21 +235,24 @@ void check_material(const FeModel& model, const FeMaterial& m, std::vector<std::
 void check_model(const FeModel& model) {
   if (model.matrices) return;
   if (model.elements.empty()) throw InputError(fmt::format("{}: no elements that can be used", model.file));
-  std::vector<bool> used(model.materials.size(), false);
+  std::vector<bool> used(model.materials.size(), false), spread = used;
   Lacking material, thickness;
   for (const FeElement& e : model.elements) {
     if (e.shape == FeShape::point_mass || e.shape == FeShape::lumped) continue;
     const bool layered = fe_is_shell(e.shape) && e.section >= 0 && !model.layups[e.section].layers.empty();
     if (layered) {
-      for (const FeLayer& l : model.layups[e.section].layers) used[l.material] = true;
+      for (const FeLayer& l : model.layups[e.section].layers) used[l.material] = spread[l.material] = true;
       continue;
     }
     if (fe_is_shell(e.shape) && e.section >= 0 && model.layups[e.section].bending_material >= 0)
       used[model.layups[e.section].bending_material] = true;
-    if (e.material >= 0) used[e.material] = true;
-    else
+    if (e.material >= 0) {
+      used[e.material] = true;
+      spread[e.material] = spread[e.material] || e.shape != FeShape::beam2;
+    } else {
       material.add(fmt::format("{}: element {} has no material: give a section in the model, or --material YOUNGS_MODULUS,POISSON,DENSITY",
                                place_of(model, e), e.id));
+    }
     if (fe_is_shell(e.shape) && !(e.thickness > 0.0))
       thickness.add(fmt::format("{}: shell element {} has no thickness: give a *SHELL SECTION, or --thickness", place_of(model, e), e.id));
   }
@@ -255,7 +260,7 @@ void check_model(const FeModel& model) {
   for (const Lacking* l : {&material, &thickness})
     if (l->count > 0) faults.push_back(l->text());
   for (size_t i = 0; i < used.size(); ++i)
-    if (used[i]) check_material(model, model.materials[i], faults);
+    if (used[i]) check_material(model, model.materials[i], spread[i], faults);
   if (!faults.empty()) throw InputError(fmt::format("{}", fmt::join(faults, "\n")));
 }
 

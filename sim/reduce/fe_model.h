@@ -41,6 +41,7 @@ struct FeMaterial {
   double youngs_modulus = 0.0;  // Pa; of an anisotropic one the stiffness along its first axis
   double poisson = 0.0;         // -
   double density = 0.0;         // kg/m^3
+  double shear_modulus = 0.0;   // Pa, of beams and rods alone; 0: E / 2 (1 + nu)
   bool massless = false;        // without density on purpose: the model has its mass elsewhere
   std::optional<Mat6> elasticity =
       std::nullopt;  // Pa, in the material's axes: stress from strain, xx yy zz xy yz xz, engineering shear strains
@@ -178,10 +179,14 @@ int fe_middle(FeShape shape, int a, int b);
 // All nodes of face k: its corners, then the middles of its edges.
 std::vector<int> fe_face_nodes(FeShape shape, int k);
 
+// What becomes of contact pairs, which a linear body cannot have: the deck is refused, their surfaces are tied, or they stay open.
+enum class FeContact { refuse, tie, open };
+
 // Abaqus / CalculiX input file: nodes, elements, sets, surfaces, materials, sections, supports (of the first step too), parts and
 // instances, equations, couplings, ties, springs and masses: the words are listed in REDUCE.md; other contents of steps are passed over.
+// Hyperelastic materials have their initial moduli, with a warning; elasticity that depends on temperature is that of the initial one.
 // Everything that would change the structure and cannot be read is refused, all of it in one InputError with file and line.
-FeModel read_inp(const std::filesystem::path& path, const FeUnits& units = {});
+FeModel read_inp(const std::filesystem::path& path, const FeUnits& units = {}, FeContact contact = FeContact::refuse);
 
 // Nastran bulk data (.bdf .nas .dat), small, large and free fields: GRID GRDSET CORD1x CORD2x CTETRA CHEXA CPENTA (middle grids may lack)
 // CQUAD4 CQUAD8 CTRIA3 CTRIA6 CBAR BAROR CBEAM BEAMOR (offsets, released ends) CROD CONROD CTUBE CELAS1 CELAS2 CBUSH CONM2 RBE2 RBE3 RBAR

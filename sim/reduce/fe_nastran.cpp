@@ -217,8 +217,10 @@ void NastranReader::add_material(int id, const NastranCard& c) {
     else if (deck.blank(c, 1)) E = 2 * G * (1 + nu);
     else if (!deck.blank(c, 2) && !deck.blank(c, 3) && std::abs(G - E / (2 * (1 + nu))) > 0.02 * G)
       model.warnings.push_back(
-          fmt::format("{}: MAT1 {}: G = {:g} is not E / (2 (1 + nu)) = {:g}; E and nu count", deck.where(c), id, G, E / (2 * (1 + nu))));
+          fmt::format("{}: MAT1 {}: G = {:g} is not E / (2 (1 + nu)) = {:g}: beams and rods have G, solids and shells E and nu",
+                      deck.where(c), id, G, E / (2 * (1 + nu))));
     m.youngs_modulus = E * stress;
+    m.shear_modulus = G * stress;
     m.poisson = nu;
     m.density = deck.real(c, 4) * density;
   } else if (c.name == "MAT8") {

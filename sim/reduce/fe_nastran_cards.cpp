@@ -54,9 +54,23 @@ class CardReader {
         std::string target = trimmed(std::string_view(line).substr(line.find_first_of("eE", line.find_first_of("dD")) + 1));
         std::erase_if(target, [](char c) { return c == '\'' || c == '"'; });
         std::replace(target.begin(), target.end(), '\\', '/');
+        // A name in quotes may run over lines.
+        const auto quotes = [](const std::string& s) {
+          return std::count_if(s.begin(), s.end(), [](char c) { return c == '\'' || c == '"'; });
+        };
+        for (long open = quotes(line); open % 2 == 1 && std::getline(in, raw); ++number) {
+          open += quotes(raw);
+          std::string more = trimmed(raw);
+          std::erase_if(more, [](char c) { return c == '\'' || c == '"'; });
+          std::replace(more.begin(), more.end(), '\\', '/');
+          target += more;
+        }
         if (depth >= 8 || target.empty())
           throw InputError(fmt::format("{}:{}: INCLUDE needs a file, and nests at most 8 deep", path.string(), number));
-        read(path.parent_path() / target, depth + 1);
+        // Beside the file that names it, else beside the first.
+        const std::filesystem::path beside = path.parent_path() / target,
+                                    first = std::filesystem::path(deck.files[0]).parent_path() / target;
+        read(!std::filesystem::exists(beside, error) && std::filesystem::exists(first, error) ? first : beside, depth + 1);
         continue;
       }
       if (words.starts_with("BEGIN") && words.find("BULK") != std::string::npos) {
@@ -102,7 +116,13 @@ class CardReader {
       head = parts[0];
       parts.erase(parts.begin());
       large = !head.empty() && (head.back() == '*' || head[0] == '*');
-      parts.resize(large ? 4 : 8);
+      const size_t room = large ? 4 : 8;
+      // One more may name the next line.
+      for (size_t k = room + 1; k < parts.size(); ++k)
+        if (!parts[k].empty())
+          throw InputError(fmt::format("{}:{}: {} fields, at most {} are allowed in a line; the next line goes on", deck.files[file],
+                                       number, parts.size(), room));
+      parts.resize(room);
     } else {
       head = trimmed(line.substr(0, 8));
       large = !head.empty() && (head.back() == '*' || head[0] == '*');

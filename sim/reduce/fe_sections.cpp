@@ -182,6 +182,12 @@ std::optional<FeBeamSection> beam_shape(const std::string& shape, std::vector<do
     // W. C. Young, R. G. Budynas, Roark's Formulas for Stress and Strain, 2002, table 10.1.
     s.torsion = longer * std::pow(shorter, 3) * (1.0 / 3.0 - 0.21 * ratio * (1.0 - std::pow(ratio, 4) / 12.0));
     s.shear1 = s.shear2 = 5.0 / 6.0 * s.area;
+  } else if (shape == "ELLIPSE") {
+    s.area = 0.25 * pi * d[0] * d[1];
+    s.I11 = pi * d[0] * std::pow(d[1], 3) / 64.0;
+    s.I22 = pi * d[1] * std::pow(d[0], 3) / 64.0;
+    s.torsion = pi * std::pow(d[0] * d[1], 3) / (16.0 * (d[0] * d[0] + d[1] * d[1]));
+    s.shear1 = s.shear2 = 0.9 * s.area;
   } else if (shape == "CIRC" || shape == "PIPE") {
     const double outer = d[0], inner = shape == "PIPE" ? d[0] - d[1] : 0.0, m = inner / outer;
     s.area = pi * (outer * outer - inner * inner);
@@ -269,7 +275,8 @@ void beam_matrices(const FeBeamSection& s, const FeMaterial& material, const Mat
   const Vec3 axis = X.col(1) - X.col(0);
   const double L = axis.norm();
   if (!(L > 0.0)) throw InputError(fmt::format("element {} (beam) has no length", id));
-  const double E = material.youngs_modulus, G = E / (2 * (1 + material.poisson)), rho = material.density;
+  const double E = material.youngs_modulus, G = material.shear_modulus > 0.0 ? material.shear_modulus : E / (2 * (1 + material.poisson)),
+               rho = material.density;
   const double mass = rho * s.area + s.mass_per_length;
   K.setZero(12, 12);
   M.setZero(12, 12);

@@ -39,8 +39,8 @@ FeShellLaw shell_law(const FeModel& model, const FeElement& element, const Mat3&
 // One isotropic material, nodes in the middle.
 FeShellLaw shell_law(const FeMaterial& material, double thickness);
 
-// Section of a shape by Abaqus' names and dimensions: RECT a b, CIRC r, PIPE r t, BOX a b t1 t2 t3 t4 (m), GENERAL A I11 I12 I22 J (m^2,
-// m^4). nullopt: another name, or dimensions that give no section.
+// Section of a shape by Abaqus' names and dimensions: RECT a b, CIRC r, ELLIPSE a b (diameters), PIPE r t, BOX a b t1 t2 t3 t4 (m), GENERAL
+// A I11 I12 I22 J (m^2, m^4). nullopt: another name, or dimensions that give no section.
 std::optional<FeBeamSection> beam_shape(const std::string& shape, std::vector<double> dimensions);
 
 // Open sections of flat walls by Nastran's names and dimensions (m), y along n1 and z along n2: I (height, widths of the lower and upper

@@ -167,10 +167,17 @@ FeModel read_matrices(const ReduceRequest& request, const std::string& ending, c
   return read_fe_matrices(request.model, mass, nodes, dofs, units);
 }
 
+FeContact contact_of(const std::string& word) {
+  if (word == "refuse") return FeContact::refuse;
+  if (word == "tie") return FeContact::tie;
+  if (word == "open") return FeContact::open;
+  throw InputError(fmt::format("contact {} is unknown; allowed: refuse, tie, open", quote(word)));
+}
+
 FeModel read_model(const ReduceRequest& request, const FeUnits& units) {
   std::string ending = request.model.extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  if (ending == ".inp") return read_inp(request.model, units);
+  if (ending == ".inp") return read_inp(request.model, units, contact_of(request.contact));
   if (ending == ".msh") return read_msh(request.model, units);
   if (ending == ".bdf" || ending == ".nas" || ending == ".dat") return read_nastran(request.model, units);
   if (ending == ".sti" || ending == ".mtx") return read_matrices(request, ending, units);

@@ -20,6 +20,7 @@ struct ReduceRequest {
   std::vector<std::string> elastics;    // "[MATERIAL=]YOUNGS_MODULUS,POISSON" for materials without elasticity, Pa
   std::vector<int> nodes;               // numbers of nodes to keep
   std::vector<std::string> node_sets;   // sets of nodes to keep
+  std::string contact = "refuse";       // contact pairs of .inp: refuse, tie (their surfaces), open (left out)
   double thickness = 0.0;               // of shells that have none, m
   ReduceOptions options;                // but for method, held, interfaces and nodes, which the words above say
 };

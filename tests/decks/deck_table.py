@@ -5,21 +5,27 @@
 
 Every .inp, .bdf, .nas and bulk data .dat below the folders is reduced to its first six modes with its own units, supports as the deck has
 them; a deck that is there twice counts once. A deck without density is tried once more with --density 7800, a beside-the-point number
-that CalculiX then gets too. CalculiX computes the same model: everything before the first *STEP and the supports of that step, followed
-by a *FREQUENCY step of its own. The table holds names, answers and the largest difference of the frequencies, no text of any deck; the
-last lines count them. --reasons counts the reasons of refusals, numbers and names taken out; --sample takes N decks, evenly spread.
+that CalculiX then gets too, a deck of fewer motions with as many modes as it has. CalculiX computes the same model: everything before the
+first *STEP and the supports of that step, followed by a *FREQUENCY step of its own. Of a small model its matrices are solved here, since
+its Lanczos iteration misses the lowest of few motions. Nastran's own frequencies are taken from NAME.f06 beside NAME.bdf where its table
+of real eigenvalues is there. The table holds names, answers and the largest difference of the frequencies, no text of any deck; the last
+lines count them. --reasons counts the reasons of refusals, numbers and names taken out; --sample takes N decks, evenly spread.
 """
 import argparse
 import collections
 import concurrent.futures
 import hashlib
 import json
+import math
 import pathlib
 import re
 import shutil
 import subprocess
 import sys
 import tempfile
+
+import numpy
+import scipy.linalg
 
 MODES = 6
 AGREES = 0.01  # more than this between the frequencies is a difference that a warning must explain
@@ -32,11 +38,11 @@ def run(command, limit, folder):
         return None
 
 
-def reduce(flexframe, deck, folder, limit, *options):
+def reduce(flexframe, deck, folder, limit, *options, modes=MODES):
     """answer ('accepted' or 'refused' ...), its reasons, frequencies, rigid motions, notes and warnings."""
     done = run(
-        [flexframe, "reduce", str(deck), "-o", "body.sid", "--method", "eigen", "--modes", str(MODES), "--nodes", "2", "--no-stiffening"]
-        + ["--memory", "4", "--json", *options],
+        [flexframe, "reduce", str(deck), "-o", "body.sid", "--method", "eigen", "--modes", str(modes), "--nodes", "2", "--no-stiffening"]
+        + ["--memory", "4", "--json", "--quiet", *options],
         limit,
         folder,
     )
@@ -50,7 +56,7 @@ def reduce(flexframe, deck, folder, limit, *options):
             "reasons": [],
             "frequencies": made["frequencies"],
             "rigid": made["rigid_motions"],
-            "warnings": [line for line in text.splitlines() if "warning" in line.lower()],
+            "warnings": made["warnings"],
             "notes": made["notes"],
         }
     if done.returncode < 0:
@@ -68,6 +74,22 @@ def logical_lines(deck, depth=0):
             yield from logical_lines(other, depth + 1)
         else:
             yield line
+
+
+def f06_frequencies(deck):
+    """Nastran's frequencies from the .f06 beside the deck, rigid motions among them; None where there are none."""
+    found = None
+    for line in deck.with_suffix(".f06").read_text(errors="replace").splitlines() if deck.with_suffix(".f06").exists() else []:
+        words = line.split()
+        if "R E A L   E I G E N V A L U E S" in line:
+            found = found or []
+        elif found is not None and len(words) == 7 and words[0].isdigit():
+            if int(words[0]) != len(found) + 1:
+                break
+            found.append(float(words[4]))
+        elif found and words and not words[0].isdigit():
+            break
+    return found or None
 
 
 def ccx_frequencies(deck, folder, limit, density):
@@ -92,27 +114,54 @@ def ccx_frequencies(deck, folder, limit, density):
             else re.sub(r"(?im)^(?=\*\s*ELASTIC)", "*DENSITY\n7800.\n", b, count=1)
             for b in blocks
         )
-    # CalculiX asks for fewer modes than a small model has: try less.
-    for modes in (MODES + 6, 4, 1):
-        (folder / "asked.inp").write_text(text + f"\n*STEP\n*FREQUENCY\n{modes}\n" + "\n".join(supports) + "\n*END STEP\n")
-        (folder / "asked.dat").unlink(missing_ok=True)
-        if run(["ccx", "asked"], limit, folder) is None:
+    if sum(bool(re.match(r" *\d+ *,", line)) for line in model) < 400:
+        return matrix_frequencies(text, supports, limit, folder)
+    found = ccx_run(text, supports, MODES + 6, limit, folder)
+    return found if found and any(f > 0 for f in found) else None
+
+
+def matrix_frequencies(text, supports, limit, folder):
+    """Frequencies of a small model from the matrices that CalculiX writes: its Lanczos iteration may miss the lowest of few motions."""
+    (folder / "asked.inp").write_text(text + "\n*STEP\n*FREQUENCY,SOLVER=MATRIXSTORAGE\n2\n" + "\n".join(supports) + "\n*END STEP\n")
+    if run(["ccx", "asked"], limit, folder) is None or not (folder / "asked.sti").exists():
+        return None
+    pair = []
+    for ending in (".sti", ".mas"):
+        table = numpy.loadtxt(folder / ("asked" + ending), ndmin=2)
+        if not len(table) or table[:, 0].max() > 1500:
             return None
-        if not (folder / "asked.dat").exists():
-            continue
-        found = []
-        for line in (folder / "asked.dat").read_text(errors="replace").splitlines():
-            words = line.split()
-            if len(words) == 5 and words[0].isdigit():
-                try:
-                    found.append(float(words[3]))
-                except ValueError:
-                    break
-            elif found:
+        rows, columns = table[:, 0].astype(int) - 1, table[:, 1].astype(int) - 1
+        matrix = numpy.zeros((max(rows.max(), columns.max()) + 1,) * 2)
+        matrix[rows, columns] = matrix[columns, rows] = table[:, 2]
+        pair.append(matrix)
+    # Inner motions of elements have no mass: the inverse problem, shifted so that rigid motions do not matter.
+    stiffness, mass = pair
+    shift = 1e-6 * numpy.trace(stiffness) / max(numpy.trace(mass), 1e-300)
+    try:
+        inverse = scipy.linalg.eigh(mass, stiffness + shift * mass, eigvals_only=True)[::-1]
+    except (numpy.linalg.LinAlgError, ValueError):
+        return None
+    values = [1 / v - shift for v in inverse[: MODES + 6] if v > 1e-12 * inverse[0]]
+    return [math.sqrt(v) / (2 * math.pi) if v > 1e-6 * shift else 0.0 for v in values]
+
+
+def ccx_run(text, supports, modes, limit, folder):
+    """Frequencies of a model's text with these supports; None where CalculiX finds none."""
+    (folder / "asked.inp").write_text(text + f"\n*STEP\n*FREQUENCY\n{modes}\n" + "\n".join(supports) + "\n*END STEP\n")
+    (folder / "asked.dat").unlink(missing_ok=True)
+    if run(["ccx", "asked"], limit, folder) is None or not (folder / "asked.dat").exists():
+        return None
+    found = []
+    for line in (folder / "asked.dat").read_text(errors="replace").splitlines():
+        words = line.split()
+        if len(words) == 5 and words[0].isdigit():
+            try:
+                found.append(float(words[3]))
+            except ValueError:
                 break
-        if found:
-            return found
-    return None
+        elif found:
+            break
+    return found or None
 
 
 def one(flexframe, deck, limit, with_ccx):
@@ -120,14 +169,22 @@ def one(flexframe, deck, limit, with_ccx):
         folder = pathlib.Path(place)
         row = reduce(flexframe, deck, folder, limit)
         without = any("--density" in r for r in row["reasons"])
+        options = ["--density", "7800"] if without else []
         if without:
-            row = reduce(flexframe, deck, folder, limit, "--density", "7800")
-            if row["answer"] == "accepted":
-                row["answer"] = "accepted (--density)"
+            row = reduce(flexframe, deck, folder, limit, *options)
+        fewer = re.search(r"the model has (\d+)$|only (\d+) of \d+ modes", " ".join(row["reasons"]))
+        if fewer and (count := int(fewer.group(1) or fewer.group(2))) > 0:
+            row = reduce(flexframe, deck, folder, limit, *options, modes=count)
+        if row["answer"] == "accepted" and without:
+            row["answer"] = "accepted (--density)"
         row["deck"], row["path"], row["difference"] = deck.name, str(deck), None
-        if row.get("frequencies") and with_ccx and deck.suffix.lower() == ".inp":
-            theirs = ccx_frequencies(deck, folder, limit, without)
-            row["ccx"] = theirs
+        if row.get("frequencies"):
+            theirs = None
+            if deck.suffix.lower() != ".inp":
+                theirs = f06_frequencies(deck)
+            elif with_ccx:
+                theirs = ccx_frequencies(deck, folder, limit, without)
+            row["theirs"] = theirs
             if theirs and len(theirs) > row["rigid"]:
                 pairs = list(zip(row["frequencies"], theirs[row["rigid"] :]))
                 row["difference"] = max(abs(a - b) / b if b > 0 else float("inf") for a, b in pairs)
@@ -169,7 +226,7 @@ def summary(rows):
     off = [r for r in compared if r["difference"] > AGREES]
     return [
         f"{len(accepted)} of {len(rows)} accepted",
-        f"{len(compared)} compared with CalculiX: {len(compared) - len(off)} within {AGREES:.0%}, {len(off)} not, "
+        f"{len(compared)} compared with CalculiX or Nastran: {len(compared) - len(off)} within {AGREES:.0%}, {len(off)} not, "
         f"of those {sum(bool(r['warnings']) for r in off)} with a warning",
     ]
 
@@ -208,7 +265,7 @@ def main():
             print(f"{count:5d}  {kind}")
     last = summary(rows)
     if words.write:
-        head = ["| deck | answer | largest difference of frequencies to CalculiX |", "|---|---|---|"]
+        head = ["| deck | answer | largest difference of frequencies to CalculiX or Nastran |", "|---|---|---|"]
         pathlib.Path(words.write).write_text("\n".join([*head, *lines, "", *last, ""]))
     print("\n".join(last))
     return 0

@@ -190,6 +190,7 @@ def reduce(
     materials=(),
     densities=(),
     elastics=(),
+    contact="refuse",
     thickness=0.0,
     nodes=(),
     node_sets=(),
@@ -218,6 +219,7 @@ def reduce(
     units         m, mm, mm-kg-s, mm-kg-ms, mm-g-ms, cm-g-s, in-lbf-s, or (length, mass, time) factors to SI
     materials     {"SET": (young, poisson, density)} for elements without one, or (young, poisson, density) for all
     densities     {"MATERIAL": density}; elastics: {"MATERIAL": (young, poisson)}: for materials that lack them; thickness of shells, m
+    contact       contact pairs of an .inp: "refuse", "tie" their surfaces, or leave them "open"
     nodes         numbers of the nodes to keep, node_sets: those of these sets; else node_count of them, spread over the surface
     cut_off       drops modes above this many times `highest` (0: none) but for those that keep the static deflection within static_error
     stiffening    True, False, or "all": geometric stiffening at all nodes, however many modes there are
@@ -239,6 +241,7 @@ def reduce(
         "materials": _named(materials),
         "densities": _named(densities),
         "elastics": _named(elastics),
+        "contact": contact,
         "thickness": thickness,
         "nodes": list(nodes),
         "node_sets": list(node_sets),

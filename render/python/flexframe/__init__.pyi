@@ -277,6 +277,7 @@ def reduce(
     materials: Union[Mapping[str, Numbers], Numbers, Sequence[str]] = (),
     densities: Union[Mapping[str, float], float, Sequence[str]] = (),
     elastics: Union[Mapping[str, Numbers], Numbers, Sequence[str]] = (),
+    contact: str = "refuse",
     thickness: float = 0.0,
     nodes: Sequence[int] = (),
     node_sets: Sequence[str] = (),
