@@ -149,6 +149,15 @@ std::vector<std::string> words_without_engine() {
   return out;
 }
 
+std::pair<int, int> shard_of(const std::string& text) {
+  int shard = 1, shards = 1, read = 0;
+  if (text.empty()) return {1, 1};
+  if (std::sscanf(text.c_str(), "%6d/%6d%n", &shard, &shards, &read) != 2 || read != static_cast<int>(text.size()) || shard < 1 ||
+      shard > shards)
+    throw UsageError(fmt::format("--shard {} must be I/N with whole numbers, 1 <= I <= N", text));
+  return {shard, shards};
+}
+
 int minutes_for(double seconds) { return std::max(1, static_cast<int>(std::ceil((3.0 * seconds + 120.0) / 60.0))); }
 
 fs::path program_file() {

@@ -10,6 +10,7 @@
 
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace flexframe::cli {
@@ -35,6 +36,9 @@ struct EngineJob {
 
 // The words of this program's command line behind its name, without those of add_engine_words.
 std::vector<std::string> words_without_engine();
+
+// "I/N" of --shard; 1/1 where it is empty. Throws UsageError.
+std::pair<int, int> shard_of(const std::string& text);
 
 // A limit of time for a task: three times what the pilot run says and two minutes, in whole minutes.
 int minutes_for(double seconds);

@@ -1,5 +1,6 @@
 // flexframe study: what accuracy costs in time.
 #include "render/cli/commands.h"
+#include "render/cli/engine.h"
 #include "render/cli/jobs.h"
 #include "render/cli/terminal.h"
 
@@ -33,6 +34,19 @@ void print_study(const film::Study& study, const std::filesystem::path& folder) 
   fmt::print("report       {}, study.csv, study.json, front.svg, front.png\n", (folder / "study.md").string());
 }
 
+// Shards of the runs as tasks, then the study itself, which finds them all.
+int hand_over_study(const std::filesystem::path& folder, const EngineWords& engine) {
+  EngineJob work;
+  work.name = "flexframe-study";
+  work.folder = std::filesystem::absolute(folder).lexically_normal();
+  work.shards = engine.shards > 0 ? engine.shards : 4;
+  work.last = words_without_engine();
+  if (std::find(work.last.begin(), work.last.end(), "--resume") == work.last.end()) work.last.emplace_back("--resume");
+  work.task = work.last;
+  for (const char* word : {"--shard", "{}"}) work.task.emplace_back(word);
+  return hand_over(work, engine);
+}
+
 }  // namespace
 
 Command add_study(Program& program) {
@@ -40,6 +54,8 @@ Command add_study(Program& program) {
     std::string scene, out, reference;
     std::vector<std::string> settings;
     std::vector<std::string> axes;
+    std::string shard;
+    EngineWords engine;
     int repeats = 3;
     double longest = 0.0, reference_seconds = 60.0;
     bool resume = false, json = false;
@@ -61,7 +77,10 @@ Command add_study(Program& program) {
   app.option("--reference", words->reference, "histories (CSV) as the reference; default: computed").as("FILE");
   app.option("--reference-seconds", words->reference_seconds, "CPU seconds that a computed reference may take").positive().show_default();
   app.flag("--resume", words->resume, "keep the runs of an interrupted study of the same scene");
+  app.option("--shard", words->shard, "every N-th run from the I-th on, without report: study --resume makes that of all; needs --longest")
+      .as("I/N");
   app.flag("--json", words->json, "the report as JSON on stdout");
+  add_engine_words(app, words->engine);
   app.example("crane.toml -o crane-study --axes tolerance,elements", "error against CPU time over tolerances and elements");
 
   return {app, [words] {
@@ -84,12 +103,20 @@ Command add_study(Program& program) {
                                                         : fmt::format(" --reference {}", words->reference);
             options.command += fmt::format(" --repeats {}", words->repeats);
             require_writable(options.folder);
+            if ((!words->shard.empty() || words->engine.elsewhere()) && !(options.longest > 0.0))
+              throw UsageError("--shard and --engine need --longest: every task must stop long runs at the same CPU seconds");
+            if (words->engine.elsewhere()) return hand_over_study(options.folder, words->engine);
             Progress progress("studying");
             double at = 0.0;
             options.progress = [&](double fraction, const std::string&) {
               if (fraction >= 0.0) at = fraction;
               progress.show(at);
             };
+            if (!words->shard.empty()) {
+              const auto [shard, shards] = shard_of(words->shard);
+              film::run_study_shard(job.scene, options, shard, shards);
+              return 0;
+            }
             const film::Study study = film::run_study(job.scene, options);
             film::write_study(study, options.folder);
             if (words->json) {

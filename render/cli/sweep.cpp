@@ -65,15 +65,6 @@ sim::Sweep sweep_of(const Words& words) {
   return sweep;
 }
 
-std::pair<int, int> shard_of(const std::string& text) {
-  int shard = 1, shards = 1, read = 0;
-  if (text.empty()) return {1, 1};
-  if (std::sscanf(text.c_str(), "%6d/%6d%n", &shard, &shards, &read) != 2 || read != static_cast<int>(text.size()) || shard < 1 ||
-      shard > shards)
-    throw UsageError(fmt::format("--shard {} must be I/N with whole numbers, 1 <= I <= N", text));
-  return {shard, shards};
-}
-
 sim::ShardReport run_here(const sim::Sweep& sweep, const Words& words, int shard, int shards) {
   Progress progress("sweeping");
   sim::SweepShard options;
@@ -156,8 +147,7 @@ Command add_sweep(Program& program) {
   app.option("--shard", words->shard, "every N-th point from the I-th on, without table: flexframe collect DIR makes that of all")
       .as("I/N");
   app.flag("--resume", words->resume, "keep the rows of an interrupted sweep of the same scene, question and program");
-  app.flag("--no-plots", words->finish.no_plots, "table only");
-  app.flag("--json", words->finish.json, "summary as JSON");
+  add_finish_words(app, words->finish);
   add_engine_words(app, words->engine);
   add_simulation_words(app, words->simulation);
   app.example("crane.toml --set body.rod.length=0.2:0.4:21 --set mu=0.05,0.1 --response \"max(abs(tip.x))\"", "a grid of 42 points");
@@ -179,8 +169,7 @@ Command add_collect(Program& program) {
   app.option("DIR", words->folder, "folder of the sweep").required();
   app.flag("--run-missing", words->run_missing, "run the points that are missing, here and now");
   app.option("--workers", words->workers, "processes for them; default: one per core").range(1, 1024);
-  app.flag("--no-plots", words->finish.no_plots, "table only");
-  app.flag("--json", words->finish.json, "summary as JSON");
+  add_finish_words(app, words->finish);
   app.example("crane-sweep", "table and plots of all shards, and what is missing");
   return {app, [words] {
             const sim::Sweep sweep = sim::read_sweep(words->folder, program_fingerprint());

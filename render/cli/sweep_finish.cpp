@@ -3,6 +3,7 @@
 #include "render/cli/terminal.h"
 
 #include "render/film/sweep_plots.h"
+#include "render/film/sweep_sheet.h"
 #include "sim/base/words.h"
 
 #include <fmt/format.h>
@@ -85,11 +86,28 @@ nlohmann::ordered_json to_json(const sim::Sweep& sweep, const sim::Collected& al
 
 }  // namespace
 
+void add_finish_words(Subcommand words, FinishWords& values) {
+  words.flag("--no-plots", values.no_plots, "table only");
+  words.option("--sheet", values.sheet, "a contact sheet besides: the scene at this time, s, at points over the design (sheet.png)")
+      .not_negative();
+  words.option("--sheet-points", values.sheet_points, "pictures of the contact sheet").range(1, 400).show_default();
+  words.flag("--json", values.json, "summary as JSON");
+}
+
 int finish_sweep(const sim::Sweep& sweep, const FinishWords& words) {
   const sim::Collected all = sim::collect_rows(sweep);
   sim::write_table_csv(sweep, all.table, sweep.folder / "table.csv");
   sim::write_table_hdf5(sweep, all.table, sweep.folder / "table.h5");
   if (!words.no_plots) film::write_sweep_report(sweep, all.table, sweep.folder);
+  if (words.sheet) {
+    Progress progress("drawing");
+    film::SweepSheet sheet;
+    sheet.time = *words.sheet;
+    sheet.most = words.sheet_points;
+    sheet.progress = [&](int done, int of) { progress.show(static_cast<double>(done) / of); };
+    for (const std::string& note : film::write_sweep_sheet(sweep, sheet, sweep.folder / "sheet.png"))
+      fmt::print(stderr, "note         {}\n", note);
+  }
   const bool any = all.table.responses.size() > 0 && all.table.responses.array().isFinite().any();
   const int code = all.missing > 0 || !any ? 1 : 0;
   if (words.json) {

@@ -3,13 +3,21 @@
 
 #include "sim/sweep/table.h"
 
+#include "render/cli/command.h"
+
+#include <optional>
 #include <string>
 
 namespace flexframe::cli {
 
 struct FinishWords {
   bool no_plots = false, json = false;
+  std::optional<double> sheet;  // s: time of a contact sheet over the design
+  int sheet_points = 25;
 };
+
+// --no-plots, --sheet, --sheet-points, --json
+void add_finish_words(Subcommand words, FinishWords& values);
 
 // Writes NAME of sweep.folder: table.csv, table.h5 and the plots of what is there, and prints the summary. Returns the exit code: 1 where
 // points are missing, which are named with the command that runs just them, or where no point has a response.

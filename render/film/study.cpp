@@ -359,6 +359,58 @@ const std::vector<std::string>& study_axes() {
   return axes;
 }
 
+namespace {
+
+std::vector<PlannedPoint> plan_all(const sim::Scene& scene, const StudyOptions& options) {
+  std::vector<PlannedPoint> plan;
+  for (const std::string& axis : options.axes) {
+    std::vector<PlannedPoint> more = plan_axis(scene, axis);
+    std::move(more.begin(), more.end(), std::back_inserter(plan));
+  }
+  return plan;
+}
+
+// The scene as it stands.
+sim::Scene plain_scene(const sim::Scene& scene) {
+  sim::Scene plain = scene;
+  plain.simulation.tolerance = scene.simulation.tolerance.value_or(sim::default_tolerance);
+  plain.simulation.accuracy.reset();
+  return plain;
+}
+Run first_run(Runs& runs, const PlannedPoint& p) {
+  return runs.first(fmt::format("{} / {} / {} / {}", p.axis, p.series, p.label, p.setting), p.scene);
+}
+// Long runs are steady enough as they are.
+bool to_be_repeated(const Run& run, int repeats) {
+  return run.failure.empty() && run.cpu.front() < 2.0 && static_cast<int>(run.cpu.size()) < repeats;
+}
+
+}  // namespace
+
+void run_study_shard(const sim::Scene& scene, const StudyOptions& given, int shard, int shards) {
+  StudyOptions options = given;
+  check_options(scene, options);
+  if (shards < 1 || shard < 1 || shard > shards)
+    throw sim::InputError(fmt::format("shard {}/{} must be I/N with 1 <= I <= N", shard, shards));
+  if (!(options.longest > 0.0)) throw sim::InputError("a shard of a study needs --longest, the CPU seconds after which a run is stopped");
+  options.resume = true;
+  Runs runs(options, scene.text);
+  const std::vector<PlannedPoint> plan = plan_all(scene, options);
+  if (shard == 1) {
+    const sim::Scene plain = plain_scene(scene);
+    const Run base = runs.first("as it stands", plain);
+    if (!base.failure.empty()) throw sim::SimulationError(base.failure);
+    if (!options.reference) make_reference(plain, options, runs, base.cpu.front());
+  }
+  runs.set_longest(options.longest);
+  for (size_t i = 0; i < plan.size(); ++i) {
+    if (static_cast<int>(i % static_cast<size_t>(shards)) != shard % shards) continue;
+    if (options.progress) options.progress(static_cast<double>(i) / static_cast<double>(plan.size()), plan[i].label);
+    Run run = first_run(runs, plan[i]);
+    while (to_be_repeated(run, options.repeats)) runs.again(run, plan[i].scene);
+  }
+}
+
 Study run_study(const sim::Scene& scene, const StudyOptions& given) {
   StudyOptions options = given;
   check_options(scene, options);
@@ -371,17 +423,11 @@ Study run_study(const sim::Scene& scene, const StudyOptions& given) {
     if (options.progress) options.progress(fraction, what);
   };
 
-  std::vector<PlannedPoint> plan;
-  for (const std::string& axis : options.axes) {
-    std::vector<PlannedPoint> more = plan_axis(scene, axis);
-    std::move(more.begin(), more.end(), std::back_inserter(plan));
-  }
+  const std::vector<PlannedPoint> plan = plan_all(scene, options);
 
   // The scene as it stands sets the measure of time.
   show(0.0, "the scene as it stands");
-  sim::Scene plain = scene;
-  plain.simulation.tolerance = scene.simulation.tolerance.value_or(sim::default_tolerance);
-  plain.simulation.accuracy.reset();
+  const sim::Scene plain = plain_scene(scene);
   const Run base = runs.first("as it stands", plain);
   if (!base.failure.empty()) throw sim::SimulationError(base.failure);
   study.columns = base.histories.columns;
@@ -400,14 +446,12 @@ Study run_study(const sim::Scene& scene, const StudyOptions& given) {
   const double share = 1.0 / static_cast<double>(plan.size() * static_cast<size_t>(std::max(1, options.repeats)) + 1);
   for (const PlannedPoint& p : plan) {
     show(0.2 + 0.75 * share * static_cast<double>(done.size()), fmt::format("{}: {}", p.axis, p.label));
-    done.push_back(runs.first(fmt::format("{} / {} / {} / {}", p.axis, p.series, p.label, p.setting), p.scene));
+    done.push_back(first_run(runs, p));
   }
   for (int r = 1; r < options.repeats; ++r)
     for (size_t i = 0; i < plan.size(); ++i) {
       show(0.2 + 0.75 * share * static_cast<double>(static_cast<size_t>(r) * plan.size() + i), "repeats");
-      // Long runs are steady enough as they are.
-      if (done[i].failure.empty() && done[i].cpu.front() < 2.0 && static_cast<int>(done[i].cpu.size()) <= r)
-        runs.again(done[i], plan[i].scene);
+      if (to_be_repeated(done[i], r + 1)) runs.again(done[i], plan[i].scene);
     }
 
   for (size_t i = 0; i < plan.size(); ++i) {

@@ -84,6 +84,11 @@ struct Study {
   std::vector<std::string> notes;
 };
 
+// One shard's share of the runs, kept in options.folder as run_study keeps them, so that run_study with `resume` finds them all: points
+// with number % shards == shard % shards, and of shard 1 the scene as it stands and the reference. options.longest must be given, because
+// it decides which runs count. Throws sim::InputError as run_study does, and for a shard that is none.
+void run_study_shard(const sim::Scene& scene, const StudyOptions& options, int shard, int shards);
+
 // Throws sim::InputError for a scene without outputs, an axis that it does not have or a reference that does not fit.
 Study run_study(const sim::Scene& scene, const StudyOptions& options);
 

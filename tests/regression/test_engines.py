@@ -1,6 +1,7 @@
 """Work handed to other engines: GNU parallel here, Slurm (--slurm, needs root, slurm-wlm and munge) in the nightly run. What comes of it is
 the same, bit for bit, as what the program does by itself; what is killed is named and mended."""
 import csv
+import json
 import os
 import pathlib
 import shutil
@@ -103,10 +104,37 @@ def gnu_parallel(folder):
         expect((place / "film" / "crank.mp4").is_file(), "there is no video")
 
 
+def study_words(folder):
+    scene = folder / "short.toml"
+    text = (examples / "pendulum.toml").read_text().replace("duration = 1.2", "duration = 0.2").replace("elements = 10", "elements = 4")
+    scene.write_text(text)
+    return ["study", scene, "--axes", "tolerance,elements", "--repeats", "2", "--reference-seconds", "2", "--longest", "60"]
+
+
+def errors_of(folder):
+    study = json.loads((folder / "study.json").read_text())
+    return [(p["axis"], p["label"], p["error"], p["axis_error"], p["column"]) for p in study["points"]]
+
+
+def study_by_parallel(folder):
+    words = study_words(folder)
+    run(*words, "-o", folder / "study")
+    run(*words, "-o", folder / "study3", "--engine", "parallel", "--shards", "3")
+    expect(errors_of(folder / "study3") == errors_of(folder / "study"), "three shards of a study measure other errors")
+    expect(len(errors_of(folder / "study")) > 8, "a study of few points")
+    done = run(*words[:-2], "-o", folder / "x", "--shard", "1/3", code=2)
+    expect("--longest" in done.stderr, f"a shard without --longest: {done.stderr}")
+
+
 def with_slurm(folder):
     with slurm.running(folder / "slurm") as s:
         sweep_on(s, folder)
         film_on(s, folder)
+        words = study_words(folder)
+        run(*words, "-o", folder / "study")
+        run(*words, "-o", folder / "study3", "--engine", "slurm", "--shards", "3", env=s.environment)
+        s.wait_until_idle()
+        expect(errors_of(folder / "study3") == errors_of(folder / "study"), "three shards of a study measure other errors")
 
 
 def sweep_on(s, folder):
@@ -175,4 +203,4 @@ if SLURM:
     else:
         run_parts(with_slurm)
 else:
-    run_parts(dry_runs, gnu_parallel)
+    run_parts(dry_runs, gnu_parallel, study_by_parallel)

@@ -226,7 +226,12 @@ def plots_and_indices(folder):
     """Files of diagrams by kind of design; indices of a sum of squares, which are known."""
     scene = scene_in(folder)
     out = folder / "map"
-    run("sweep", scene, "--set", "L=0.3:0.7:4", "--set", "start=0.1:0.5:3", "--response", "reach=range(tip.x)", "-o", out)
+    words = ["--set", "L=0.3:0.7:4", "--set", "start=0.1:0.5:3", "--response", "reach=range(tip.x)", "--sheet", "0.2"]
+    run("sweep", scene, *words, "-o", out)
+    sheet = json.loads(run("info", out / "sheet.png", "--json").stdout)
+    # Three columns, the values of the second key, and four rows with their captions below a title.
+    cell = 1920 // 3
+    expect(abs(sheet["width"] - 3 * cell) < 20 and sheet["height"] > 4 * cell * 9 / 16, f"the contact sheet: {sheet}")
     names = {p.stem for p in out.glob("*.svg")}
     expect(names == {"curve_reach", "map_reach"} == {p.stem for p in out.glob("*.png")}, f"diagrams of a grid: {names}")
     page = (out / "report.html").read_text()
