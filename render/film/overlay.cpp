@@ -101,6 +101,8 @@ void fill_overlay(const Animation& animation, double t, render::Picture& picture
     for (const BodyModel& body : animation.bodies)
       if (body.visible) overlay.legend.push_back({.text = body.name, .color = body.material.color, .opacity = 1.0f});
 
+  for (const auto& [name, color] : settings.runs) overlay.legend.push_back({.text = name, .color = color, .opacity = 1.0f});
+
   for (const PlotPanel& panel : animation.panels) {
     render::Plot plot;
     // The names stand above the diagram, beside their lines; plain numbers have no unit.

@@ -105,6 +105,7 @@ struct RenderSettings {
   bool studio = true, grid = true;  // light of the look, and lines on its ground
   CameraSettings camera;
   OverlaySettings overlay;
+  std::vector<std::pair<std::string, glm::vec3>> runs;  // names and colours of runs in one picture (runs.h); not of the scene
 };
 
 // The words that a look stands for.
