@@ -75,29 +75,118 @@ struct HalfEdge {
 
 }  // namespace
 
-Solidity measure_solidity(const Points& vertices, const Triangles& triangles) {
-  Solidity s;
+namespace {
+
+// Edge of a triangle: its ends, the lower first; the triangle; whether it runs that way there.
+struct Side {
+  int a, b, triangle, way;
+};
+
+std::vector<Side> sorted_sides(const Triangles& triangles) {
+  std::vector<Side> sides;
+  sides.reserve(3 * triangles.rows());
+  for (int t = 0; t < triangles.rows(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      const int a = triangles(t, k), b = triangles(t, (k + 1) % 3);
+      sides.push_back({std::min(a, b), std::max(a, b), t, a < b ? 1 : -1});
+    }
+  std::sort(sides.begin(), sides.end(),
+            [](const Side& p, const Side& q) { return std::tie(p.a, p.b, p.triangle) < std::tie(q.a, q.b, q.triangle); });
+  return sides;
+}
+
+// Which way round each triangle is taken so that neighbours agree (1 or -1), and the piece of the surface that it belongs to.
+struct Turned {
+  std::vector<int> sign, piece;
+  int pieces = 0;
+};
+
+Turned turn_alike(const std::vector<Side>& sides, Eigen::Index triangles) {
+  std::vector<std::array<std::pair<int, int>, 3>> next(triangles, {std::pair(-1, 0), std::pair(-1, 0), std::pair(-1, 0)});
+  const auto link = [&](int from, int to, int relation) {
+    for (auto& n : next[from])
+      if (n.first < 0) {
+        n = {to, relation};
+        return;
+      }
+  };
+  for (size_t i = 0; i + 1 < sides.size(); ++i) {
+    const Side &p = sides[i], &q = sides[i + 1];
+    const bool pair = p.a == q.a && p.b == q.b && (i == 0 || sides[i - 1].a != p.a || sides[i - 1].b != p.b) &&
+                      (i + 2 == sides.size() || sides[i + 2].a != p.a || sides[i + 2].b != p.b);
+    if (!pair) continue;
+    link(p.triangle, q.triangle, -p.way * q.way);
+    link(q.triangle, p.triangle, -p.way * q.way);
+  }
+  Turned out{std::vector<int>(triangles, 0), std::vector<int>(triangles, -1), 0};
+  std::vector<int> stack;
+  for (int first = 0; first < triangles; ++first) {
+    if (out.sign[first] != 0) continue;
+    out.sign[first] = 1;
+    stack.push_back(first);
+    while (!stack.empty()) {
+      const int t = stack.back();
+      stack.pop_back();
+      out.piece[t] = out.pieces;
+      for (const auto& [n, relation] : next[t])
+        if (n >= 0 && out.sign[n] == 0) {
+          out.sign[n] = out.sign[t] * relation;
+          stack.push_back(n);
+        }
+    }
+    ++out.pieces;
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<int> outward_signs(const Points& vertices, const Triangles& triangles) {
+  Turned turned = turn_alike(sorted_sides(triangles), triangles.rows());
+  // A piece looks the way that most of it was meant to; all of them inward if the volume says so.
+  std::vector<double> meant(turned.pieces, 0.0);
+  double volume = 0.0;
   const Vec3 centre = vertices.colwise().mean().transpose();
-  std::vector<std::array<int, 3>> edges;
+  std::vector<double> piece(turned.pieces, 0.0);
   for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
     Vec3 x[3];
     for (int k = 0; k < 3; ++k) x[k] = vertices.row(triangles(t, k)).transpose() - centre;
-    s.volume += x[0].dot(x[1].cross(x[2])) / 6.0;
-    s.area += 0.5 * (x[1] - x[0]).cross(x[2] - x[0]).norm();
-    for (int k = 0; k < 3; ++k) {
-      const int a = triangles(t, k), b = triangles(t, (k + 1) % 3);
-      edges.push_back({std::min(a, b), std::max(a, b), a < b ? 1 : -1});
-    }
+    meant[turned.piece[t]] += turned.sign[t] * (x[1] - x[0]).cross(x[2] - x[0]).norm();
+    piece[turned.piece[t]] += turned.sign[t] * x[0].dot(x[1].cross(x[2]));
   }
-  std::sort(edges.begin(), edges.end());
-  s.closed = !edges.empty();
-  for (size_t i = 0; i < edges.size() && s.closed;) {
-    int sum = 0;
+  for (int p = 0; p < turned.pieces; ++p) volume += meant[p] < 0.0 ? -piece[p] : piece[p];
+  for (Eigen::Index t = 0; t < triangles.rows(); ++t)
+    if ((meant[turned.piece[t]] < 0.0) != (volume < 0.0)) turned.sign[t] = -turned.sign[t];
+  return turned.sign;
+}
+
+Solidity measure_solidity(const Points& vertices, const Triangles& triangles) {
+  Solidity s;
+  const std::vector<Side> sides = sorted_sides(triangles);
+  const Turned turned = turn_alike(sides, triangles.rows());
+  const Vec3 centre = vertices.colwise().mean().transpose();
+  // Of each piece: volume, area, and area by the sign that it was turned with: the most of it looks the way it was meant.
+  std::vector<Vec3> piece(turned.pieces, Vec3::Zero());
+  for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
+    Vec3 x[3];
+    for (int k = 0; k < 3; ++k) x[k] = vertices.row(triangles(t, k)).transpose() - centre;
+    const double area = 0.5 * (x[1] - x[0]).cross(x[2] - x[0]).norm();
+    piece[turned.piece[t]] += Vec3(turned.sign[t] * x[0].dot(x[1].cross(x[2])) / 6.0, area, turned.sign[t] * area);
+    s.area += area;
+  }
+  for (const Vec3& p : piece) s.volume += p[2] < 0.0 ? -p[0] : p[0];
+  // Closed: hardly an edge has one triangle only. Stray faces are few.
+  double length = 0.0, open = 0.0;
+  for (size_t i = 0; i < sides.size();) {
     size_t j = i;
-    for (; j < edges.size() && edges[j][0] == edges[i][0] && edges[j][1] == edges[i][1]; ++j) sum += edges[j][2];
-    s.closed = sum == 0;
+    while (j < sides.size() && sides[j].a == sides[i].a && sides[j].b == sides[i].b) ++j;
+    const double l = (vertices.row(sides[i].a) - vertices.row(sides[i].b)).norm();
+    length += l;
+    if (j - i == 1) open += l;
     i = j;
   }
+  constexpr double stray = 0.01;
+  s.closed = !sides.empty() && open <= stray * length;
   return s;
 }
 
@@ -164,7 +253,7 @@ Eigen::SparseMatrix<double> surface_stiffness(const Weld& weld, const Graph& gra
 Green elastic_green(const Weld& weld, const Graph& graph, const Points& nodes, bool rotations, const std::vector<int>& wanted,
                     int threads) {
   const Solidity solidity = measure_solidity(weld.positions, weld.triangles);
-  const double size = (weld.positions.colwise().maxCoeff() - weld.positions.colwise().minCoeff()).norm();
+  const double size = weld.size > 0.0 ? weld.size : (weld.positions.colwise().maxCoeff() - weld.positions.colwise().minCoeff()).norm();
   double thickness = 0.01 * size;
   if (solidity.closed && std::abs(solidity.volume) > 0.0)
     thickness = std::clamp(2.0 * std::abs(solidity.volume) / solidity.area, 1e-4 * size, 0.2 * size);

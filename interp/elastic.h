@@ -13,12 +13,16 @@
 
 namespace flexframe::interp {
 
-// Signed volume and area of a mesh, and whether every edge has as many triangles one way as the other.
+// Volume and area of a mesh, and whether it is closed: edges with one triangle make up at most a hundredth of all lengths. Faces that look
+// the wrong way are turned as their neighbours are; the volume is negative where most faces look inward.
 struct Solidity {
   double volume = 0.0, area = 0.0;
   bool closed = false;
 };
 Solidity measure_solidity(const Points& vertices, const Triangles& triangles);
+
+// For each triangle 1 or -1: by which its normal looks out of the material, if the mesh is closed.
+std::vector<int> outward_signs(const Points& vertices, const Triangles& triangles);
 
 // Stiffness 3 V x 3 V of the welded mesh; bridges of the graph are springs.
 Eigen::SparseMatrix<double> surface_stiffness(const Weld& weld, const Graph& graph, double thickness);

@@ -1,9 +1,13 @@
 #include "interp/graph.h"
 
+#include "interp/elastic.h"
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <queue>
 
@@ -62,8 +66,12 @@ void compress(int rows, const std::vector<Edge>& pairs, std::vector<int>& begin,
 }
 
 // Where the nodes touch the mesh: the corners of the triangle they lie on, else all vertices about as near as the nearest.
+// Of several parts only those touch a node whose surface is about as near as the nearest.
 void attach_nodes(Graph& graph, const Weld& weld, const Points& nodes, const PointGrid& grid) {
   graph.node_begin.assign(1, 0);
+  int parts = 0;
+  const std::vector<int> part = part_of_vertices(weld, parts);
+  std::map<int, double> to_part;
   std::vector<int> near;
   for (Eigen::Index i = 0; i < nodes.rows(); ++i) {
     const Vec3 x = nodes.row(i).transpose();
@@ -74,12 +82,16 @@ void attach_nodes(Graph& graph, const Weld& weld, const Points& nodes, const Poi
     if (to_vertex > 0.0) {
       grid.within(x, 1.5 * to_vertex, near);
       if (near.size() > 64) near.resize(64);
-      for (const int v : near)
+      to_part.clear();
+      for (const int v : near) {
+        double& nearest = to_part.try_emplace(part[v], std::numeric_limits<double>::infinity()).first->second;
+        nearest = std::min(nearest, (weld.positions.row(v).transpose() - x).norm());
         for (int c = graph.corner_begin[v]; c < graph.corner_begin[v + 1]; ++c) {
           const size_t at = 2 * static_cast<size_t>(c);
           const int b = graph.corner[at], d = graph.corner[at + 1];
           const double distance =
               triangle_distance(x, weld.positions.row(v).transpose(), weld.positions.row(b).transpose(), weld.positions.row(d).transpose());
+          nearest = std::min(nearest, distance);
           if (distance < to_surface) {
             to_surface = distance;
             corner[0] = v;
@@ -87,11 +99,15 @@ void attach_nodes(Graph& graph, const Weld& weld, const Points& nodes, const Poi
             corner[2] = d;
           }
         }
+      }
       // Above the middle of a triangle by less than a tenth of its size: on the surface.
       if (to_surface < 0.1 * to_vertex) {
         near.assign(corner, corner + 3);
       } else {
-        std::erase_if(near, [&](int v) { return (weld.positions.row(v).transpose() - x).norm() > 1.3 * to_vertex; });
+        std::erase_if(near, [&](int v) {
+          return (weld.positions.row(v).transpose() - x).norm() > 1.3 * to_vertex ||
+                 to_part.at(part[v]) > 1.3 * to_surface + 1e-9 * to_vertex;
+        });
       }
     } else {
       near.assign(1, first);
@@ -176,6 +192,57 @@ std::vector<int> part_of_vertices(const Weld& weld, int& count) {
   count = 0;
   for (int v = 0; v < vertices; ++v) part[v] = forest.root(v) == v ? count++ : part[forest.root(v)];
   return part;
+}
+
+int drop_fins(Weld& weld) {
+  struct Side {
+    int a, b, triangle;
+  };
+  std::vector<Side> sides;
+  sides.reserve(3 * weld.triangles.rows());
+  std::vector<int> used(weld.positions.rows(), 0);
+  for (int t = 0; t < weld.triangles.rows(); ++t)
+    for (int c = 0; c < 3; ++c) {
+      const int a = weld.triangles(t, c), b = weld.triangles(t, (c + 1) % 3);
+      sides.push_back({std::min(a, b), std::max(a, b), t});
+      ++used[a];
+    }
+  std::sort(sides.begin(), sides.end(), [](const Side& p, const Side& q) { return p.a != q.a ? p.a < q.a : p.b < q.b; });
+  std::vector<char> single(weld.triangles.rows(), 0);
+  for (size_t i = 0; i < sides.size();) {
+    size_t j = i;
+    while (j < sides.size() && sides[j].a == sides[i].a && sides[j].b == sides[i].b) ++j;
+    if (j - i == 1) ++single[sides[i].triangle];
+    i = j;
+  }
+  Eigen::Index kept = 0;
+  for (Eigen::Index t = 0; t < weld.triangles.rows(); ++t) {
+    const auto shared = [&](int c) { return used[weld.triangles(t, c)] > 1; };
+    if (single[t] >= 2 && shared(0) && shared(1) && shared(2)) {
+      for (int c = 0; c < 3; ++c) --used[weld.triangles(t, c)];
+      continue;
+    }
+    weld.triangles.row(kept++) = weld.triangles.row(t);
+  }
+  const auto dropped = static_cast<int>(weld.triangles.rows() - kept);
+  weld.triangles.conservativeResize(kept, 3);
+  return dropped;
+}
+
+Points points_without_strays(const Weld& weld) {
+  if (weld.triangles.rows() == 0) return weld.positions;
+  int parts = 0;
+  const std::vector<int> part = part_of_vertices(weld, parts);
+  std::vector<int> faces(parts, 0);
+  for (Eigen::Index t = 0; t < weld.triangles.rows(); ++t) ++faces[part[weld.triangles(t, 0)]];
+  constexpr int few = 4, many = 100;
+  const int most = *std::max_element(faces.begin(), faces.end());
+  Points out(weld.positions.rows(), 3);
+  Eigen::Index count = 0;
+  for (Eigen::Index v = 0; v < weld.positions.rows(); ++v)
+    if (const int f = faces[part[v]]; f > few || (f > 0 && f * many > most)) out.row(count++) = weld.positions.row(v);
+  out.conservativeResize(count, 3);
+  return out;
 }
 
 PointGrid::PointGrid(const Points& points) : points_(points) {
@@ -305,21 +372,35 @@ std::vector<Edge> cloud_edges(const Weld& weld, const PointGrid& grid) {
   return edges;
 }
 
+// Parts farther from all others than this share of the mesh's extent are no pieces of one body cut by a careless seam.
+constexpr double apart = 1e-4;
+
+// The nodes of a mesh's parts: where they are, and whether each has a rotation.
+struct Held {
+  const Points& nodes;
+  bool rotations;
+};
+
 // Bridges between the parts of a mesh, smallest parts first: each group of parts that holds too few nodes is joined to the nearest vertex
 // outside it, until it holds enough.
 class Bridges {
  public:
   // part_of: a representative vertex of each vertex's part. grid: of the welded positions.
-  Bridges(Graph& graph, const Weld& weld, const PointGrid& grid, std::vector<int> part_of)
+  Bridges(Graph& graph, const Weld& weld, const PointGrid& grid, std::vector<int> part_of, const Held& held)
       : graph_(graph),
         weld_(weld),
         grid_(grid),
+        nodes_(held),
         part_of_(std::move(part_of)),
         group_(graph.vertices),
         members_(graph.vertices),
-        held_(graph.vertices, 0) {
+        held_(graph.vertices) {
     for (int v = 0; v < graph.vertices; ++v) members_[part_of_[v]].push_back(v);
-    for (int i = 0; i < graph.nodes; ++i) ++held_[part_of_[graph.node_vertex[graph.node_begin[i]]]];
+    for (int i = 0; i < graph.nodes; ++i) {
+      // Each part that a node touches.
+      for (int a = graph.node_begin[i]; a < graph.node_begin[i + 1]; ++a)
+        if (std::vector<int>& own = held_[part_of_[graph.node_vertex[a]]]; own.empty() || own.back() != i) own.push_back(i);
+    }
     for (int v = 0; v < graph.vertices; ++v)
       if (part_of_[v] == v) parts_.push_back(v);
     std::stable_sort(parts_.begin(), parts_.end(), [&](int a, int b) { return members_[a].size() < members_[b].size(); });
@@ -331,12 +412,16 @@ class Bridges {
       bool changed = false;
       for (const int part : parts_) {
         const int g = group_.root(part);
-        if (held_[g] >= std::min(enough, graph_.nodes) || static_cast<int>(members_[g].size()) == graph_.vertices) continue;
+        if (static_cast<int>(held_[g].size()) >= std::min(enough, graph_.nodes) || static_cast<int>(members_[g].size()) == graph_.vertices)
+          continue;
         if (g != part && round == 0) continue;
         changed = bridge(g, edges) || changed;
       }
       if (!changed && round > 0) break;
     }
+    std::stable_sort(graph_.bridged.begin(), graph_.bridged.end(), [](const auto& a, const auto& b) { return a.vertices > b.vertices; });
+    graph_.pieces = 0;
+    for (const int part : parts_) graph_.pieces += group_.root(part) == part && !held_[part].empty();
   }
 
  private:
@@ -367,48 +452,69 @@ class Bridges {
     return links;
   }
 
+  // Nodes that tell how a part moves, at least as a rigid one.
+  bool is_held(const std::vector<int>& own) const {
+    if (nodes_.rotations) return !own.empty();
+    if (own.size() < 3) return false;
+    double longest2 = 0.0, widest = 0.0;
+    const auto from_first = [&](int i) { return Vec3((nodes_.nodes.row(i) - nodes_.nodes.row(own[0])).transpose()); };
+    Vec3 along = Vec3::Zero();
+    for (const int i : own)
+      if (const Vec3 d = from_first(i); d.squaredNorm() > longest2) longest2 = d.squaredNorm(), along = d;
+    for (const int i : own) widest = std::max(widest, along.cross(from_first(i)).norm());
+    return widest > 0.05 * longest2;
+  }
+
   // A seam of links about as short as the shortest, so that the parts hang together along it; all to one part. False: nothing is near.
   bool bridge(int g, std::vector<Edge>& edges) {
     const std::vector<Link> links = links_from(g);
     if (links.empty()) return false;
+    if (links[0].length > apart * extent_ && is_held(held_[g])) return false;
     const int target = part_of_[links[0].to];
     const double limit = 1.5 * links[0].length + 1e-3 * extent_;
+    // Single faces that float about hang by one vertex: they are to join nothing.
+    const auto size = static_cast<int>(members_[g].size());
+    const int most = held_[g].empty() && size <= 12 && 100 * size < graph_.vertices ? 1 : 256;
     int made = 0;
     for (const Link& l : links) {
-      if (l.length > limit || made >= 256) break;
+      if (l.length > limit || made >= most) break;
       if (part_of_[l.to] != target) continue;
       edges.push_back({l.from, l.to});
       edges.push_back({l.to, l.from});
       ++made;
     }
-    ++graph_.bridges;
+    Graph::Bridged told{static_cast<int>(members_[g].size()), static_cast<int>(held_[g].size()), Vec3::Zero()};
+    for (const int v : members_[g]) told.middle += weld_.positions.row(v).transpose() / static_cast<double>(told.vertices);
+    graph_.bridged.push_back(told);
     join(g, group_.root(target));
     return true;
   }
 
   void join(int g, int other) {
-    const int total = held_[g] + held_[other];
+    std::vector<int> held;
+    std::set_union(held_[g].begin(), held_[g].end(), held_[other].begin(), held_[other].end(), std::back_inserter(held));
     std::vector<int> all = std::move(members_[g]), more = std::move(members_[other]);
     if (all.size() < more.size()) std::swap(all, more);
     all.insert(all.end(), more.begin(), more.end());
     group_.join(g, other);
-    held_[group_.root(g)] = total;
+    held_[group_.root(g)] = std::move(held);
     members_[group_.root(g)] = std::move(all);
   }
 
   Graph& graph_;
   const Weld& weld_;
   const PointGrid& grid_;
+  const Held nodes_;
   const std::vector<int> part_of_;
   Forest group_;
   std::vector<std::vector<int>> members_;  // of a group's root
-  std::vector<int> held_;                  // nodes, of a group's root
+  std::vector<std::vector<int>> held_;     // nodes, of a group's root
   std::vector<int> parts_, near_;
   double extent_ = 0.0;
 };
 
-// Counts the parts of the mesh and bridges those that hold too few nodes; a node that touches two parts connects them.
-void bridge_parts(Graph& graph, const Weld& weld, const PointGrid& grid, int enough, std::vector<Edge>& edges) {
+// Counts the parts of the mesh and bridges those that hold too few nodes.
+void bridge_parts(Graph& graph, const Weld& weld, const PointGrid& grid, int enough, const Held& held, std::vector<Edge>& edges) {
   Forest forest(graph.vertices);
   for (const Edge& e : edges) forest.join(e.a, e.b);
   std::vector<int> part_of(graph.vertices);
@@ -416,7 +522,77 @@ void bridge_parts(Graph& graph, const Weld& weld, const PointGrid& grid, int eno
     part_of[v] = forest.root(v);
     graph.parts += part_of[v] == v;
   }
-  if (graph.parts > 1) Bridges(graph, weld, grid, std::move(part_of)).build(enough, edges);
+  graph.pieces = 1;
+  if (graph.parts > 1) Bridges(graph, weld, grid, std::move(part_of), held).build(enough, edges);
+}
+
+// Way of every vertex to the nearest node along the edges.
+std::vector<double> way_to_nodes(const Graph& graph, const Weld& weld, std::vector<Edge> edges) {
+  std::vector<int> begin, to;
+  compress(graph.vertices, edges, begin, to);
+  std::vector<double> way(graph.vertices, std::numeric_limits<double>::infinity());
+  using Entry = std::pair<double, int>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front;
+  for (size_t a = 0; a < graph.node_vertex.size(); ++a) front.emplace(graph.node_length[a], graph.node_vertex[a]);
+  while (!front.empty()) {
+    const auto [d, v] = front.top();
+    front.pop();
+    if (d >= way[v]) continue;
+    way[v] = d;
+    for (int e = begin[v]; e < begin[v + 1]; ++e)
+      if (const double next = d + (weld.positions.row(v) - weld.positions.row(to[e])).norm(); next < way[to[e]]) front.emplace(next, to[e]);
+  }
+  return way;
+}
+
+// Thin walls whose nodes are on one face: the other face is joined through the material, or its vertices would follow the nodes round the
+// rim. Of each vertex the nearest one that looks the other way and lies inward of it.
+void join_faces(const Graph& graph, const Weld& weld, const Points& nodes, const PointGrid& grid, std::vector<Edge>& edges) {
+  constexpr int most_vertices = 300000;
+  if (weld.triangles.rows() == 0 || graph.vertices > most_vertices || graph.nodes < 3) return;
+  const Solidity solidity = measure_solidity(weld.positions, weld.triangles);
+  const double thickness = 2.0 * std::abs(solidity.volume) / solidity.area;
+  const double spacing = std::sqrt(solidity.area / static_cast<double>(graph.nodes));
+  if (!solidity.closed || !(thickness > 0.0) || thickness > 0.3 * spacing) return;
+  const std::vector<double> way = way_to_nodes(graph, weld, edges);
+  const PointGrid at_nodes(nodes);
+  int far = 0, looked = 0;
+  for (int v = 0; v < graph.vertices; v += 1 + graph.vertices / 5000, ++looked) {
+    const Vec3 x = weld.positions.row(v).transpose();
+    far += way[v] > 1.5 * (nodes.row(at_nodes.nearest(x)).transpose() - x).norm() + 2.0 * thickness;
+  }
+  constexpr double share = 0.1;
+  if (far < share * looked) return;
+  const std::vector<int> sign = outward_signs(weld.positions, weld.triangles);
+  Points normal = Points::Zero(graph.vertices, 3);
+  Eigen::VectorXd edge = Eigen::VectorXd::Zero(graph.vertices);
+  for (Eigen::Index t = 0; t < weld.triangles.rows(); ++t) {
+    const Eigen::Vector3i c = weld.triangles.row(t).transpose();
+    const Vec3 a = (weld.positions.row(c[1]) - weld.positions.row(c[0])).transpose(),
+               b = (weld.positions.row(c[2]) - weld.positions.row(c[0])).transpose();
+    for (int k = 0; k < 3; ++k) {
+      normal.row(c[k]) += sign[t] * a.cross(b).transpose();
+      edge[c[k]] = std::max(edge[c[k]], std::max(a.norm(), b.norm()));
+    }
+  }
+  std::vector<int> near;
+  for (int v = 0; v < graph.vertices; ++v) {
+    const Vec3 x = weld.positions.row(v).transpose(), n = normal.row(v).transpose().normalized();
+    double best = std::numeric_limits<double>::infinity();
+    int opposite = -1;
+    grid.within(x, std::max(1.5 * thickness, std::min(edge[v], 0.5 * spacing) + thickness), near);
+    for (const int w : near) {
+      const Vec3 d = weld.positions.row(w).transpose() - x;
+      const double depth = -d.dot(n);
+      if (depth < 0.1 * thickness || depth > 3.0 * thickness || d.norm() >= best || normal.row(w).dot(n) > -0.5 * normal.row(w).norm())
+        continue;
+      best = d.norm();
+      opposite = w;
+    }
+    if (opposite < 0) continue;
+    edges.push_back({v, opposite});
+    edges.push_back({opposite, v});
+  }
 }
 
 void set_neighbours(Graph& graph, const Weld& weld, std::vector<Edge>& edges) {
@@ -448,7 +624,7 @@ void index_attachments(Graph& graph) {
 
 }  // namespace
 
-Graph make_graph(const Weld& weld, const Points& nodes, int enough) {
+Graph make_graph(const Weld& weld, const Points& nodes, int enough, bool rotations) {
   Graph graph;
   graph.vertices = static_cast<int>(weld.positions.rows());
   graph.nodes = static_cast<int>(nodes.rows());
@@ -456,7 +632,8 @@ Graph make_graph(const Weld& weld, const Points& nodes, int enough) {
   const PointGrid grid(weld.positions);
   std::vector<Edge> edges = weld.triangles.rows() > 0 ? triangle_edges(weld) : cloud_edges(weld, grid);
   attach_nodes(graph, weld, nodes, grid);
-  bridge_parts(graph, weld, grid, enough, edges);
+  join_faces(graph, weld, nodes, grid, edges);
+  bridge_parts(graph, weld, grid, enough, {nodes, rotations}, edges);
   set_neighbours(graph, weld, edges);
   index_attachments(graph);
   return graph;

@@ -15,8 +15,16 @@ struct Weld {
   std::vector<int> row;  // M -> welded
   Points positions;      // welded x 3
   Triangles triangles;   // of welded vertices, those that collapse left out
+  double size = 0.0;     // m, diagonal of the box round all but stray faces; 0: not known
 };
 Weld weld_vertices(const MeshView& mesh, double distance);
+
+// Faces that are no part of the surface, such as files of CAD programs hold: leaves out those that hang on one edge or none while other
+// faces have all their corners. Returns how many.
+int drop_fins(Weld& weld);
+
+// Positions of the vertices but those of single faces that float about a mesh of many (n x 3, m). All of them where there are no faces.
+Points points_without_strays(const Weld& weld);
 
 // Part of each welded vertex, 0..count-1: vertices that triangles join are of one part.
 std::vector<int> part_of_vertices(const Weld& weld, int& count);
@@ -59,11 +67,18 @@ struct Graph {
   std::vector<double> vertex_length;
   std::vector<double> off_mesh;  // distance of each node from the surface
   int parts = 0;                 // connected parts of the mesh
-  int bridges = 0;               // parts that had to be bridged
+  int pieces = 0;                // parts and groups of bridged parts that hold nodes
+  // Parts that had to be bridged, the largest first: vertices, their middle (m), nodes held.
+  struct Bridged {
+    int vertices = 0, nodes = 0;
+    Vec3 middle = Vec3::Zero();
+  };
+  std::vector<Bridged> bridged;
 };
 
-// Connects parts that hold fewer than `enough` nodes (or none) with their nearest neighbour part.
-Graph make_graph(const Weld& weld, const Points& nodes, int enough);
+// Connects parts that hold too few nodes with their nearest neighbour part. Enough are `enough` nodes; for a part that lies apart from all
+// others three that are not on a line, or with rotations one.
+Graph make_graph(const Weld& weld, const Points& nodes, int enough, bool rotations);
 
 // Reusable memory of one search; one a thread.
 struct Search {

@@ -7,6 +7,7 @@
 #include "interp/parallel.h"
 #include "interp/partition.h"
 #include "interp/skeleton.h"
+#include "interp/trial.h"
 
 #include <fmt/format.h>
 
@@ -269,7 +270,7 @@ void choose_scheme(Map& map, const Weld& weld, const Graph& graph) {
   const Points local = weld.positions.rowwise() - centre.transpose();
   const PrincipalAxes principal = principal_axes(local.transpose() * local);
   const bool flat = principal.values[0] < 1e-10 * principal.values[2];
-  const double size = Box(weld.positions).diagonal();
+  const double size = weld.size;
   const auto inside = std::count_if(graph.off_mesh.begin(), graph.off_mesh.end(), [&](double d) { return d > 0.01 * size; });
   const std::string thin =
       weld.triangles.rows() > 0 && !flat && count > elastic_nodes && count <= thin_nodes && vertices <= elastic_vertices
@@ -342,7 +343,7 @@ Partition make_green_map(Map& map, const Weld& weld, const Graph& graph, Partiti
     part.weights.begin.resize(chosen.size() + 1);
     std::iota(part.weights.begin.begin(), part.weights.begin.end(), std::int64_t{0});
   } else {
-    const Graph among = make_graph(weld, lift.source_positions, 8);
+    const Graph among = make_graph(weld, lift.source_positions, 8, false);
     how.patch_nodes = 24;
     how.rotations = false;
     how.arms = false;
@@ -453,16 +454,39 @@ bool map_along_curves(const Nodes& nodes, const Weld& weld, const Graph& graph, 
   return true;
 }
 
+// Why the elastic surface is worse than the kernel in motions that every body can do, or empty. A thin body with two faces is one whose
+// far face hangs on its rim alone. Limits: interp/README.md.
+std::string bends_worse(const Weld& weld, const Map& map, const Partition& elastic, const Partition& kernel) {
+  constexpr double limit = 0.1, times = 4.0;
+  const TrialError own = trial_error(weld, map.node_positions, map.lift, elastic.weights);
+  if (own.normals <= limit && own.displacement <= limit) return {};
+  const TrialError other = trial_error(weld, map.node_positions, Lift(kernel.lift), kernel.weights);
+  if (own.normals <= times * other.normals && own.displacement <= times * other.displacement) return {};
+  return fmt::format(
+      "{} nodes: in bending and twist of the whole the kernel turns normals wrong by {:.2g} %, the elastic surface by {:.2g} %",
+      map.node_positions.rows(), 100.0 * other.normals, 100.0 * own.normals);
+}
+
+// Parts that do not know how to move, and what they lack.
+void tell_bridged(const Graph& graph, bool rotations, Report& report) {
+  if (graph.bridged.empty()) return;
+  const Graph::Bridged& first = graph.bridged.front();
+  const std::string others = graph.bridged.size() > 1 ? fmt::format(" ({} parts in all, this is the largest)", graph.bridged.size()) : "";
+  report.warnings.push_back(fmt::format(
+      "a part of the mesh with {} vertices around ({:.4g}, {:.4g}, {:.4g}) holds {} of the nodes and moves with the nearest other part{}; "
+      "{}",
+      first.vertices, first.middle.x(), first.middle.y(), first.middle.z(), first.nodes, others,
+      rotations ? "a node in it makes it move on its own" : "three nodes in it that are not on a line make it move on its own"));
+}
+
 void map_over_surface(const Nodes& nodes, const Weld& weld, const Layout& layout, const Options& options, Map& map) {
   Report& report = map.report;
-  const Graph graph = make_graph(weld, map.node_positions, 8);
+  const Graph graph = make_graph(weld, map.node_positions, 8, nodes.rotations);
   if ((options.scheme == Scheme::automatic || options.scheme == Scheme::kernel) && !layout.point &&
       map_along_curves(nodes, weld, graph, options, map))
     return;
   if (options.scheme == Scheme::automatic && !layout.point) choose_scheme(map, weld, graph);
-  if (graph.bridges > 0)
-    report.warnings.push_back(
-        fmt::format("{} of {} parts of the mesh hold fewer than 8 nodes and move with the nearest other part", graph.bridges, graph.parts));
+  tell_bridged(graph, nodes.rotations, report);
   PartitionOptions how = partition_options(options, report.scheme, nodes.rotations);
   if (weld.triangles.rows() == 0 && (report.scheme == Scheme::elastic || report.scheme == Scheme::lattice))
     throw InputError(fmt::format("scheme {} needs a mesh with faces; for a cloud of points take auto, kernel, r3, r or tps",
@@ -475,17 +499,18 @@ void map_over_surface(const Nodes& nodes, const Weld& weld, const Layout& layout
   const bool green = report.scheme == Scheme::elastic || report.scheme == Scheme::lattice;
   std::string loose;
   if (green) part = map_by_elasticity(options, weld, graph, how, map, loose);
-  // Nodes on which a surface hangs too loosely: the kernel with rigid arms, unless it is worse.
-  if (!green || (options.scheme == Scheme::automatic && !loose.empty())) {
+  // Nodes on which a surface hangs too loosely, or whose other side it does not know: the kernel with rigid arms, unless it is worse.
+  if (!green || options.scheme == Scheme::automatic) {
     if (green) how.patch_nodes = std::clamp(options.patch_nodes, 8, 60);
     Partition kernel = make_partition(weld, graph, map.node_positions, how);
-    if (!green || kernel.lebesgue < part.lebesgue) {
+    const std::string bent = green && loose.empty() ? bends_worse(weld, map, part, kernel) : "";
+    if (!green || (!loose.empty() && kernel.lebesgue < part.lebesgue) || !bent.empty()) {
       part = std::move(kernel);
       map.lift = std::move(part.lift);
       map.leave_one_out = std::move(part.leave_one_out);
       if (green) {
-        report.warnings.push_back(fmt::format("kernel instead of {}: {}", scheme_name(report.scheme), loose));
-        report.reason = fmt::format("{} nodes are too few for the elastic surface", map.node_positions.rows());
+        if (!loose.empty()) report.warnings.push_back(fmt::format("kernel instead of {}: {}", scheme_name(report.scheme), loose));
+        report.reason = bent.empty() ? fmt::format("{} nodes are too few for the elastic surface", map.node_positions.rows()) : bent;
         report.scheme = Scheme::kernel;
       }
     }
@@ -531,10 +556,13 @@ Map make_map(const Nodes& nodes, const MeshView& mesh, const Options& options) {
   if (report.merged_nodes > 0)
     report.warnings.push_back(fmt::format("{} simulation node(s) lie within {:.1e} of another and were merged with it", report.merged_nodes,
                                           options.merge_distance * size));
-  const Weld weld = weld_vertices(mesh, weld_share * options.merge_distance * size);
+  Weld weld = weld_vertices(mesh, weld_share * options.merge_distance * size);
   map.welded = weld.row;
+  drop_fins(weld);
+  const Points body = points_without_strays(weld);
+  weld.size = Box(body).diagonal();
 
-  const Layout layout = find_layout(map.node_positions, vertices);
+  const Layout layout = find_layout(map.node_positions, body);
   set_scheme(options, layout, weld.positions.rows(), map);
   if (layout.axis && report.scheme == Scheme::kernel) map_along_axis(nodes, weld, options.precise, map);
   else map_over_surface(nodes, weld, layout, options, map);

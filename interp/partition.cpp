@@ -256,7 +256,7 @@ Partition make_partition(const Weld& weld, const Graph& graph, const Points& nod
   Partition out;
   const int count = static_cast<int>(nodes.rows());
   // A quarter more than a patch still makes one patch.
-  const bool single = options.patch_nodes <= 0 || 4 * count <= 5 * options.patch_nodes;
+  const bool single = options.patch_nodes <= 0 || (4 * count <= 5 * options.patch_nodes && graph.pieces < 2);
   Cover cover = single ? cover_all(graph) : cover_mesh(weld, graph, options.patch_nodes);
   const size_t number = cover.node.size();
   out.patches = static_cast<int>(number);

@@ -50,7 +50,7 @@ Eigen::MatrixXf map_scalars(const Points& nodes, const MeshView& mesh, int parts
   how.kernel = KernelType::linear;
   how.arms = false;
   how.threads = thread_count(0);
-  const Partition part = make_partition(weld, make_graph(weld, centres, 8), centres, how);
+  const Partition part = make_partition(weld, make_graph(weld, centres, 8, true), centres, how);
   RowsF rows;
   multiply_rows(part.weights, sources, rows, thread_count(0));
   Eigen::MatrixXf out(parts * mesh.vertices.rows(), fields);

@@ -1,0 +1,78 @@
+#include "interp/trial.h"
+
+#include "interp/dense_solvers.h"
+
+#include <array>
+#include <cmath>
+#include <numeric>
+
+namespace flexframe::interp {
+namespace {
+
+// Displacement and rotation (half its curl) of one of the motions at x y z along the principal axes, the longest first: the curvatures of
+// a plate about both axes and its twist, bending in its plane, torsion of a bar.
+constexpr int motions = 5;
+std::array<Vec3, 2> motion_at(int motion, const Vec3& p) {
+  const double x = p.x(), y = p.y(), z = p.z();
+  switch (motion) {
+    case 0:
+      return {Vec3(-x * z, 0.0, 0.5 * x * x), Vec3(0.0, -x, 0.0)};
+    case 1:
+      return {Vec3(0.0, -y * z, 0.5 * y * y), Vec3(y, 0.0, 0.0)};
+    case 2:
+      return {Vec3(-y * z, -x * z, x * y), Vec3(x, -y, 0.0)};
+    case 3:
+      return {Vec3(-x * y, 0.5 * x * x, 0.0), Vec3(0.0, 0.0, x)};
+    default:
+      return {Vec3(0.0, -x * z, x * y), Vec3(x, -0.5 * y, -0.5 * z)};
+  }
+}
+
+}  // namespace
+
+TrialError trial_error(const Weld& weld, const Points& nodes, const Lift& lift, const SparseWeights& weights) {
+  const Vec3 centre = weld.positions.colwise().mean().transpose();
+  const Points local = weld.positions.rowwise() - centre.transpose();
+  const Mat3 frame = principal_axes(local.transpose() * local).axes.rowwise().reverse();
+  std::vector<int> every(weld.positions.rows());
+  std::iota(every.begin(), every.end(), 0);
+  double error = 0.0, turned = 0.0;
+  for (int motion = 0; motion < motions; ++motion) {
+    const auto move = [&](const Points& points, Points& shift, Points* turn) {
+      shift.resize(points.rows(), 3);
+      if (turn) turn->resize(points.rows(), 3);
+      for (Eigen::Index i = 0; i < points.rows(); ++i) {
+        const auto at = motion_at(motion, frame.transpose() * (points.row(i).transpose() - centre));
+        shift.row(i) = (frame * at[0]).transpose();
+        // The frame may be left-handed: an axis of rotation then changes its sign.
+        if (turn) turn->row(i) = (frame.determinant() * (frame * at[1])).transpose();
+      }
+    };
+    Points u, theta, truth;
+    move(nodes, u, &theta);
+    move(weld.positions, truth, nullptr);
+    PointsF found(weld.positions.rows(), 3);
+    multiply_single(weights, lift_linear(lift, u, theta).cast<float>(), every, std::span<float>(found.data(), found.size()), 1);
+    const Points wrong = found.cast<double>() - truth;
+    error += wrong.squaredNorm() / truth.squaredNorm() / motions;
+    double off = 0.0, all = 0.0;
+    for (Eigen::Index t = 0; t < weld.triangles.rows(); ++t) {
+      const Eigen::Vector3i c = weld.triangles.row(t).transpose();
+      const auto edge = [&](const Points& p, int k) { return Vec3((p.row(c[k]) - p.row(c[0])).transpose()); };
+      const Vec3 a = edge(weld.positions, 1), b = edge(weld.positions, 2), normal = a.cross(b);
+      const double area = normal.norm();
+      if (!(area > 1e-6 * a.norm() * b.norm())) continue;
+      // First order of the unit normal.
+      const auto turn = [&](const Points& p) {
+        const Vec3 change = (edge(p, 1).cross(b) + a.cross(edge(p, 2))) / area, n = normal / area;
+        return Vec3(change - n * n.dot(change));
+      };
+      off += area * turn(wrong).squaredNorm();
+      all += area * turn(truth).squaredNorm();
+    }
+    turned += all > 0.0 ? off / all / motions : 0.0;
+  }
+  return {std::sqrt(error), std::sqrt(turned)};
+}
+
+}  // namespace flexframe::interp

@@ -1,0 +1,133 @@
+// Bodies that mislead a map: parts beside each other, thin bodies with nodes on one face, faces that look the wrong way or hang loose.
+#include "interp_bodies.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace flexframe {
+namespace {
+
+using namespace interp;
+using namespace test;
+
+const Points none(0, 3);
+
+Map make_precise(const Nodes& nodes, const Body& body, Scheme scheme = Scheme::automatic) {
+  Options options;
+  options.scheme = scheme;
+  options.precise = true;
+  return make_map(nodes, body.view(), options);
+}
+
+Body join(const Body& a, const Body& b) {
+  Body both;
+  both.v.resize(a.v.rows() + b.v.rows(), 3);
+  both.v << a.v, b.v;
+  both.t.resize(a.t.rows() + b.t.rows(), 3);
+  both.t << a.t, Triangles(b.t.array() + static_cast<int>(a.v.rows()));
+  return both;
+}
+
+Body make_plate(double bottom, double thickness) {
+  return make_blocks(lines(0.0, 1.0, 20), lines(0.0, 0.8, 16), {bottom, bottom + thickness}, [](int, int, int) { return true; });
+}
+
+// Kirchhoff's plate with the deflection w = sin(2 x) cos(1.5 y) of its middle surface.
+Points plate_motion(const Points& v, double middle) {
+  Points u(v.rows(), 3);
+  for (Eigen::Index i = 0; i < v.rows(); ++i) {
+    const double x = v(i, 0), y = v(i, 1), z = v(i, 2) - middle;
+    u.row(i) << -2.0 * z * std::cos(2 * x) * std::cos(1.5 * y), 1.5 * z * std::sin(2 * x) * std::sin(1.5 * y),
+        std::sin(2 * x) * std::cos(1.5 * y);
+  }
+  return u;
+}
+
+// Two plates 10 mm apart: the nodes of one do not move the other, however few they are.
+TEST(InterpThin, PlatesSideBySideMoveAlone) {
+  const Body low = make_plate(0.0, 0.004), both = join(low, make_plate(0.014, 0.004));
+  const auto m = low.v.rows();
+  for (const int each : {3, 5, 12, 30}) {
+    std::vector<int> pick = farthest_points(low.v, each);
+    for (int k = 0; k < each; ++k) pick.push_back(pick[k] + static_cast<int>(m));
+    const Nodes nodes = nodes_at(both.v, pick, 2 * each);
+    Points u = Points::Zero(2 * each, 3);
+    for (int k = each; k < 2 * each; ++k) u.row(k) << 0.0, 0.1, std::sin(3.0 * nodes.positions(k, 0));
+    for (const Scheme scheme : {Scheme::kernel, Scheme::automatic}) {
+      const Map map = make_precise(nodes, both, scheme);
+      EXPECT_TRUE(std::none_of(map.report.warnings.begin(), map.report.warnings.end(),
+                               [](const std::string& w) { return w.find("moves with") != std::string::npos; }));
+      EXPECT_LE(apply_linear(map, u, none).topRows(m).cwiseAbs().maxCoeff(), 1e-9) << each << " " << scheme_name(scheme);
+    }
+  }
+  // With nodes on one of them only, the other follows, and that is said: where it is and what it lacks.
+  const Map map = make_precise(nodes_at(both.v, farthest_points(low.v, 12), 12), both);
+  ASSERT_FALSE(map.report.warnings.empty());
+  EXPECT_NE(map.report.warnings.front().find("(0.5, 0.4, 0.016) holds 0 of the nodes"), std::string::npos) << map.report.warnings.front();
+}
+
+// Thin plate with nodes on its upper face, or in its middle: the normals of both faces turn as they should.
+TEST(InterpThin, NodesOnOneFace) {
+  const Body plate = make_plate(-0.0025, 0.005);
+  for (const double height : {0.0, 0.0025}) {
+    Nodes nodes;
+    nodes.positions.resize(30, 3);
+    for (int k = 0; k < 30; ++k) nodes.positions.row(k) << (k % 6) / 5.0, 0.8 * (k / 6) / 4.0, height;
+    const Map map = make_precise(nodes, plate);
+    EXPECT_EQ(map.report.scheme, Scheme::kernel) << map.report.reason;
+    const Points truth = plate_motion(plate.v, 0.0), got = apply_linear(map, plate_motion(nodes.positions, 0.0), none);
+    EXPECT_LE((got - truth).norm() / truth.norm(), 0.01) << height;
+    double off = 0.0, all = 0.0;
+    for (Eigen::Index t = 0; t < plate.t.rows(); ++t) {
+      const auto edge = [&](const Points& p, int c) { return Vec3((p.row(plate.t(t, c)) - p.row(plate.t(t, 0))).transpose()); };
+      const Vec3 a = edge(plate.v, 1), b = edge(plate.v, 2), n = a.cross(b);
+      const auto turn = [&](const Points& p) {
+        const Vec3 change = edge(p, 1).cross(b) + a.cross(edge(p, 2));
+        return Vec3(change / n.norm() - n * (n.dot(change) / std::pow(n.norm(), 3)));
+      };
+      off += n.norm() * (turn(got) - turn(truth)).squaredNorm();
+      all += n.norm() * turn(truth).squaredNorm();
+    }
+    EXPECT_LE(std::sqrt(off / all), 0.06) << height;
+  }
+}
+
+// Faces that look the wrong way, faces twice and faces between vertices far apart leave the map as it is.
+TEST(InterpThin, BadFacesChangeNothing) {
+  const FeBody fork = read_fe_body("fork");
+  for (const int count : {20, 60}) {
+    const std::vector<int> pick = farthest_points(fork.body.v, count);
+    const Nodes nodes = nodes_at(fork.body.v, pick, count);
+    const Points u = rows_at(fork.mode[0], pick, count);
+    const Map map = make_precise(nodes, fork.body);
+    const Points clean = apply_linear(map, u, none);
+    std::mt19937 random(5);
+    Body inverted = fork.body;
+    for (Eigen::Index t = 0; t < inverted.t.rows(); ++t)
+      if (random() % 3 == 0) std::swap(inverted.t(t, 0), inverted.t(t, 1));
+    Body fins = fork.body;
+    fins.t.conservativeResize(fins.t.rows() + 6, 3);
+    for (Eigen::Index t = fork.body.t.rows(); t < fins.t.rows(); ++t)
+      for (int c = 0; c < 3; ++c) fins.t(t, c) = static_cast<int>(random() % fork.body.v.rows());
+    for (const Body* bad : {&inverted, &fins}) {
+      const Map other = make_precise(nodes, *bad);
+      EXPECT_EQ(other.report.scheme, map.report.scheme);
+      EXPECT_LE((apply_linear(other, u, none) - clean).norm(), 1e-6 * clean.norm()) << count << (bad == &fins ? " fins" : " inverted");
+    }
+    // A few faces that float about: hardly anything.
+    Body floating;
+    floating.v.resize(9, 3);
+    floating.t.resize(3, 3);
+    for (int k = 0; k < 9; ++k) {
+      floating.v.row(k) = Eigen::RowVector3d(0.3 * (k / 3), 0.9 + 0.01 * (k % 3), -0.7 * (k % 2) * 0.01);
+      floating.t(k / 3, k % 3) = k;
+    }
+    const Map other = make_precise(nodes, join(fork.body, floating));
+    EXPECT_EQ(other.report.scheme, map.report.scheme);
+    EXPECT_LE((apply_linear(other, u, none).topRows(clean.rows()) - clean).norm(), 2e-3 * clean.norm()) << count;
+  }
+}
+
+}  // namespace
+}  // namespace flexframe
