@@ -231,7 +231,7 @@ def plots_and_indices(folder):
     sheet = json.loads(run("info", out / "sheet.png", "--json").stdout)
     # Three columns, the values of the second key, and four rows with their captions below a title.
     cell = 1920 // 3
-    expect(abs(sheet["width"] - 3 * cell) < 20 and sheet["height"] > 4 * cell * 9 / 16, f"the contact sheet: {sheet}")
+    expect(abs(sheet["size"][0] - 3 * cell) < 20 and sheet["size"][1] > 4 * cell * 9 / 16, f"the contact sheet: {sheet}")
     names = {p.stem for p in out.glob("*.svg")}
     expect(names == {"curve_reach", "map_reach"} == {p.stem for p in out.glob("*.png")}, f"diagrams of a grid: {names}")
     page = (out / "report.html").read_text()
