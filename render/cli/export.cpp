@@ -12,6 +12,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 
 #include <unistd.h>
@@ -24,7 +25,7 @@ namespace fs = std::filesystem;
 struct Words {
   std::string results, to, out, scene;
   double scale = 1.0;
-  bool json = false, head = false;
+  bool json = false, head = false, ghosts = false, traces = false;
   RenderWords render;
 };
 
@@ -51,10 +52,11 @@ nlohmann::ordered_json export_csv(const sim::Results& results, const fs::path& o
   return {{"columns", results.outputs.size() + 1}, {"rows", results.times.size()}};
 }
 
-nlohmann::ordered_json export_gltf(const ResultsJob& job, double scale, const fs::path& out, std::vector<std::string>& notes) {
+nlohmann::ordered_json export_gltf(const ResultsJob& job, const Words& words, const fs::path& out, std::vector<std::string>& notes) {
   const film::Animation animation = film::make_animation(job.results, job.settings, job.scene ? &*job.scene : nullptr);
   film::GltfReport report;
-  render::write_file(out, film::make_gltf(animation, scale, out.extension() != ".gltf", report));
+  render::write_file(out, film::make_gltf(animation, words.scale, out.extension() != ".gltf", report,
+                                           {.ghosts = words.ghosts, .traces = words.traces}));
   notes.insert(notes.end(), animation.warnings.begin(), animation.warnings.end());
   notes.insert(notes.end(), animation.notes.begin(), animation.notes.end());
   notes.insert(notes.end(), report.notes.begin(), report.notes.end());
@@ -65,9 +67,21 @@ nlohmann::ordered_json export_gltf(const ResultsJob& job, double scale, const fs
           {"error", report.error}};
 }
 
+bool knows_stress(const sim::ResultBody& body) {
+  return body.node_stress.size() > 0 || body.node_von_mises.size() > 0 || body.strain_stations.size() > 1;
+}
+
 nlohmann::ordered_json export_vtk(const ResultsJob& job, double scale, const fs::path& out, const std::string& name,
                                   std::vector<std::string>& notes) {
-  const film::Animation animation = film::make_animation(job.results, job.settings, job.scene ? &*job.scene : nullptr);
+  film::RenderSettings settings = job.settings;
+  // Stress comes with the surfaces of bodies that know it; those that do not are none to warn of.
+  const bool plain = settings.color_by != film::ColorBy::strain && settings.color_by != film::ColorBy::mode;
+  const bool asked = settings.color_by == film::ColorBy::stress;
+  if (plain && std::any_of(job.results.bodies.begin(), job.results.bodies.end(), knows_stress)) settings.color_by = film::ColorBy::stress;
+  film::Animation animation = film::make_animation(job.results, settings, job.scene ? &*job.scene : nullptr);
+  const auto about_colors = [&](const std::string& text) { return !asked && text.find("not coloured by stress") != std::string::npos; };
+  std::erase_if(animation.warnings, about_colors);
+  std::erase_if(animation.notes, about_colors);
   Progress progress("writing");
   const film::VtkReport report =
       film::write_vtk(animation, scale, out, name, [&](int done, int all) { progress.show(double(done) / all); });
@@ -96,7 +110,8 @@ Command add_export(Program& program) {
   app.footer(R"(csv   the histories: a column an output (RESULTS.csv)
 html  one page for any browser: the scene to be turned round, playing, exaggeration by a slider, plots (RESULTS.html)
 gltf  one animated file for viewers and Blender: bodies move, deformation as morph targets (RESULTS.glb; -o NAME.gltf for JSON)
-vtk   a surface file a picture and an index for ParaView, deformation as point data (folder RESULTS_vtk)
+vtk   a surface file a picture and an index for ParaView (folder RESULTS_vtk): displacement, velocity and stress as point data, outputs and
+      units as field data
 mp4   the video alone (RESULTS.mp4; -o NAME.gif for a GIF, NAME.apng for an animated PNG)
 Pictures a second and speed are those of the scene's [render] table.)");
   app.option("RESULTS", words->results, "results file (HDF5)").required();
@@ -104,12 +119,15 @@ Pictures a second and speed are those of the scene's [render] table.)");
   app.option("-o,--out", words->out, "output file, for vtk a folder; default: the name of the results, in the current folder").as("FILE");
   app.flag("--head", words->head, "csv: units and descriptions in comment lines (#) before the names of the columns");
   app.option("--scale", words->scale, "gltf, vtk: deformation multiplied by this (1)").range(0.0, 1e9);
+  app.flag("--ghosts", words->ghosts, "gltf: translucent copies of elastic bodies at the further --scales");
+  app.flag("--traces", words->traces, "gltf: the paths of the scene's traces as lines");
   app.option("--scene", words->scene, "scene file whose [render] table is used, in place of the one in the results").as("FILE");
   app.option("--size", words->render.size, "mp4, html: pixels of the pictures, width x height").as("WxH");
-  app.option("--scales", words->render.scales, "mp4, html: auto, or a list as 1,20: in scale and exaggerated");
+  app.option("--scales", words->render.scales, "mp4, html, gltf with --ghosts: auto, or a list as 1,20: in scale and exaggerated");
   app.option("--color-by", words->render.color_by, "mp4, html: none, displacement, strain, velocity or body");
   app.flag("--json", words->json, "summary as JSON");
   app.example("crane.h5 --to gltf -o crane.glb --scale 20", "for Blender and other viewers, deformation twenty times");
+  app.example("crane.h5 --to gltf --ghosts --scales 1,50 --traces", "in scale, fifty times as ghosts, and the paths of traces");
   app.example("crane.h5 --to html", "crane.html, for anyone with a browser");
   app.example("crane.h5 --to csv", "the histories");
 
@@ -131,7 +149,7 @@ Pictures a second and speed are those of the scene's [render] table.)");
             nlohmann::ordered_json json = {{"format", words->to}, {"out", out.string()}};
             json.update(words->to == "csv"    ? export_csv(job.results, out, words->head)
                         : words->to == "html" ? write_page(job.results, job.settings, job.scene ? &*job.scene : nullptr, out, notes)
-                        : words->to == "gltf" ? export_gltf(job, words->scale, out, notes)
+                        : words->to == "gltf" ? export_gltf(job, *words, out, notes)
                         : words->to == "vtk"  ? export_vtk(job, words->scale, out, name, notes)
                                               : export_video(job, words->render, out, notes));
             json["notes"] = notes;

@@ -1,5 +1,6 @@
 // flexframe import: result files of other programs to a results file.
 #include "render/cli/commands.h"
+#include "render/cli/guarded.h"
 #include "render/cli/jobs.h"
 #include "render/cli/terminal.h"
 
@@ -123,12 +124,14 @@ Layouts, units and conventions of each, and the mapping file: render/import/READ
               if (fs::weakly_canonical(file) == fs::weakly_canonical(out))
                 throw UsageError(fmt::format("-o {} is the file that is read: give another name", out.string()));
             require_writable(fs::absolute(out).parent_path());
-            const imports::Imported imported = imports::import_files(request);
-            make_folder(fs::absolute(out).parent_path());
-            sim::write_results(imported.results, out);
-            if (words->json) fmt::print("{}\n", to_json(imported, out.string()).dump(2));
-            else print_imported(imported, out.string());
-            return 0;
+            return guarded(request.files, [&] {
+              const imports::Imported imported = imports::import_files(request);
+              make_folder(fs::absolute(out).parent_path());
+              sim::write_results(imported.results, out);
+              if (words->json) fmt::print("{}\n", to_json(imported, out.string()).dump(2));
+              else print_imported(imported, out.string());
+              return 0;
+            });
           }};
 }
 

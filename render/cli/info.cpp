@@ -1,9 +1,11 @@
 // flexframe info: what a file holds, or what draws the pictures here.
 #include "render/cli/commands.h"
+#include "render/cli/guarded.h"
 #include "render/cli/jobs.h"
 
 #include "render/draw/renderer.h"
 #include "render/image/png.h"
+#include "render/import/import.h"
 #include "render/picture/mesh.h"
 #include "sim/bodies/sid.h"
 #include "sim/results/results_file.h"
@@ -17,10 +19,9 @@
 namespace flexframe::cli {
 namespace {
 
-void print_results(const std::string& file) {
-  const sim::Results r = sim::read_results(file);
+// Bodies, joints, outputs, solver, warnings and notes.
+void print_content(const sim::Results& r) {
   const Eigen::Index n = r.times.size();
-  fmt::print("results: {}\n", r.title.empty() ? "(no title)" : r.title);
   if (!r.scene_file.empty()) fmt::print("scene    {}\n", r.scene_file);
   if (n > 0) fmt::print("times    {} samples from {:g} to {:g} s\n", n, r.times[0], r.times[n - 1]);
   for (const sim::ResultBody& b : r.bodies) {
@@ -40,6 +41,18 @@ void print_results(const std::string& file) {
   if (s.error_estimate >= 0.0) fmt::print("error    {:.1e} of the range of {}, estimated\n", s.error_estimate, s.error_column);
   for (const std::string& warning : s.notes.texts(sim::Severity::warning)) fmt::print("WARNING  {}\n", warning);
   for (const std::string& note : s.notes.texts(sim::Severity::note)) fmt::print("note     {}\n", note);
+}
+
+void print_results(const std::string& file) {
+  const sim::Results r = sim::read_results(file);
+  fmt::print("results: {}\n", r.title.empty() ? "(no title)" : r.title);
+  print_content(r);
+}
+
+void print_foreign(const std::string& file) {
+  const imports::Imported imported = imports::inspect_file(file);
+  fmt::print("{}: {} (flexframe import makes results of it)\n", imported.kind, imported.results.title);
+  print_content(imported.results);
 }
 
 const char* kind_of(const sim::BodyDef& body) {
@@ -96,9 +109,8 @@ void print_renderer(const std::string& name) {
 
 using Json = nlohmann::ordered_json;
 
-Json results_json(const std::string& file) {
-  const sim::Results r = sim::read_results(file);
-  Json out = {{"kind", "results"}, {"title", r.title}, {"scene", r.scene_file}, {"samples", r.times.size()}};
+Json content_json(const sim::Results& r, const std::string& kind) {
+  Json out = {{"kind", kind}, {"title", r.title}, {"scene", r.scene_file}, {"samples", r.times.size()}};
   if (r.times.size() > 0) out["times"] = {r.times[0], r.times[r.times.size() - 1]};
   out["bodies"] = out["joints"] = out["outputs"] = Json::array();
   for (const sim::ResultBody& b : r.bodies)
@@ -109,6 +121,13 @@ Json results_json(const std::string& file) {
       out["outputs"].push_back({{"column", o.column}, {"unit", o.unit}, {"range", {o.values.minCoeff(), o.values.maxCoeff()}}});
   out["simulation"] = simulation_json(r);
   return out;
+}
+
+Json results_json(const std::string& file) { return content_json(sim::read_results(file), "results"); }
+
+Json foreign_json(const std::string& file) {
+  const imports::Imported imported = imports::inspect_file(file);
+  return content_json(imported.results, imported.kind);
 }
 
 Json scene_json(const std::string& file) {
@@ -168,6 +187,7 @@ const Kind& kind_of_file(const std::string& file) {
                                        {{".toml"}, print_scene, scene_json},
                                        {{".sid", ".sid_fem"}, print_sid, sid_json},
                                        {{".png"}, print_picture, picture_json},
+                                       {imports::file_endings(), print_foreign, foreign_json},
                                        {{}, print_mesh, mesh_json}};
   std::string ending = std::filesystem::path(file).extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -185,7 +205,7 @@ Command add_info(Program& program) {
   };
   const auto words = std::make_shared<Words>();
   Subcommand app = program.subcommand("info", "what a file holds: results, scene, SID body, mesh, picture");
-  app.option("FILE", words->file, "results (.h5), scene (.toml), SID body (.sid, .SID_FEM), picture (.png) or mesh");
+  app.option("FILE", words->file, "results (.h5), scene (.toml), SID body (.sid, .SID_FEM), picture (.png), result file of another program, or mesh");
   app.option("--renderer", words->renderer, "show the renderer: osmesa or egl; default osmesa")
       .value_or("osmesa")
       .excludes("FILE")
@@ -205,9 +225,13 @@ Command add_info(Program& program) {
             if (words->file.empty()) throw UsageError("info needs a FILE or --renderer");
             if (!std::filesystem::exists(words->file)) throw sim::InputError(fmt::format("{}: no such file", words->file));
             const Kind& kind = kind_of_file(words->file);
-            if (words->json) fmt::print("{}\n", kind.json(words->file).dump(2));
-            else kind.print(words->file);
-            return 0;
+            const auto show = [&] {
+              if (words->json) fmt::print("{}\n", kind.json(words->file).dump(2));
+              else kind.print(words->file);
+              return 0;
+            };
+            const std::vector<std::filesystem::path> files = {words->file};
+            return kind.print == print_foreign ? guarded(files, show) : show();
           }};
 }
 

@@ -123,7 +123,18 @@ int add_triangles(Document& d, std::span<const glm::uvec3> triangles) {
   return d.writer.add(triangles.data(), 3 * triangles.size(), 1, type_unsigned, "SCALAR", target_indices);
 }
 
-void add_body(Document& d, const Animation& animation, int b, double scale, GltfReport& report) {
+// A mesh node of a body: its morph weights (targets in a row for each picture), named after the body or its scale.
+void add_body_node(Document& d, const Animation& animation, const sim::ResultBody& body, Json mesh, const std::string& name, int targets,
+                   const std::vector<float>& weights) {
+  mesh["name"] = name;
+  if (targets > 0) mesh["weights"] = std::vector<float>(weights.begin(), weights.begin() + targets);
+  d.meshes.push_back(mesh);
+  const auto pose = [&](int k) { return body_pose(body, find_sample(animation.results->times, picture_time(animation, k))); };
+  const int node = add_moving_node(d, name, static_cast<int>(d.meshes.size()) - 1, animation.count, pose);
+  if (targets > 0) add_channel(d, node, "weights", d.writer.add(weights.data(), weights.size(), 1, type_float, "SCALAR", 0));
+}
+
+void add_body(Document& d, const Animation& animation, int b, double scale, const GltfExtras& extras, GltfReport& report) {
   const BodyModel& model = animation.bodies[b];
   const sim::ResultBody& body = animation.results->bodies[b];
   const auto pose = [&](int k) { return body_pose(body, find_sample(animation.results->times, picture_time(animation, k))); };
@@ -172,14 +183,38 @@ void add_body(Document& d, const Animation& animation, int b, double scale, Gltf
       primitive["targets"] = list;
       for (int picture = 0; picture < animation.count; ++picture)
         for (int k = 0; k < targets; ++k) weights.push_back(static_cast<float>(basis.weights(k, picture) * scale / sizes[k]));
-      mesh["weights"] = std::vector<float>(weights.begin(), weights.begin() + targets);
     }
   }
   mesh["primitives"] = Json::array({primitive});
-  d.meshes.push_back(mesh);
-  const int node = add_moving_node(d, body.name, static_cast<int>(d.meshes.size()) - 1, animation.count, pose);
-  if (targets > 0) add_channel(d, node, "weights", d.writer.add(weights.data(), weights.size(), 1, type_float, "SCALAR", 0));
+  add_body_node(d, animation, body, mesh, body.name, targets, weights);
   report.morph_targets += targets;
+  if (!extras.ghosts || targets == 0 || model.ghost == GhostStyle::none || !(scale > 0.0)) return;
+  // The same arrays once more in a pale material, with larger weights.
+  constexpr float ghost_opacity = 0.38f;
+  for (const double ghost : animation.scales) {
+    if (ghost == animation.scales.front()) continue;
+    primitive["material"] = add_material(d, body.name + " ghost", material, ghost_opacity * model.opacity, !model.closed);
+    mesh["primitives"] = Json::array({primitive});
+    std::vector<float> larger;
+    for (const float weight : weights) larger.push_back(static_cast<float>(weight * ghost / scale));
+    add_body_node(d, animation, body, mesh, fmt::format("{} x {:g}", body.name, ghost), targets, larger);
+  }
+}
+
+// The path of a frame over the run.
+void add_trace(Document& d, const Animation& animation, const FramePlace& trace) {
+  constexpr int line_strip = 3;
+  std::vector<glm::vec3> points;
+  for (int k = 0; k < animation.count; ++k) {
+    const SamplePlace at = find_sample(animation.results->times, picture_time(animation, k));
+    points.emplace_back(place_pose(*animation.results, trace, at, animation.scales.front())[3]);
+  }
+  const std::string name = trace.body < 0 ? "trace" : "trace of " + animation.results->bodies[static_cast<size_t>(trace.body)].name;
+  const Json primitive = {{"attributes", {{"POSITION", d.writer.add_vectors(points, true)}}},
+                          {"mode", line_strip},
+                          {"material", add_material(d, name, {.color = {0.75f, 0.2f, 0.1f}, .roughness = 1.0f, .metallic = 0.0f}, 1.0f, true)}};
+  d.meshes.push_back({{"name", name}, {"primitives", Json::array({primitive})}});
+  d.nodes.push_back({{"name", name}, {"mesh", d.meshes.size() - 1}});
 }
 
 void add_symbol(Document& d, const Animation& animation, const JointSymbol& symbol) {
@@ -224,7 +259,7 @@ void put_word(std::vector<std::uint8_t>& out, std::uint32_t word) {
 
 }  // namespace
 
-std::vector<std::uint8_t> make_gltf(const Animation& animation, double scale, bool binary, GltfReport& report) {
+std::vector<std::uint8_t> make_gltf(const Animation& animation, double scale, bool binary, GltfReport& report, const GltfExtras& extras) {
   Document d;
   std::vector<float> times;
   times.reserve(animation.count);
@@ -241,8 +276,10 @@ std::vector<std::uint8_t> make_gltf(const Animation& animation, double scale, bo
   d.nodes.push_back({{"name", animation.results->title.empty() ? "flexframe" : animation.results->title},
                      {"rotation", {turn.x, turn.y, turn.z, turn.w}}});
   for (size_t b = 0; b < animation.bodies.size(); ++b)
-    if (animation.bodies[b].visible) add_body(d, animation, static_cast<int>(b), scale, report);
+    if (animation.bodies[b].visible) add_body(d, animation, static_cast<int>(b), scale, extras, report);
   for (const JointSymbol& symbol : animation.symbols) add_symbol(d, animation, symbol);
+  if (extras.traces)
+    for (const FramePlace& trace : animation.traces) add_trace(d, animation, trace);
   add_camera(d, animation);
   Json children = Json::array();
   for (size_t k = 1; k < d.nodes.size(); ++k) children.push_back(k);

@@ -16,8 +16,15 @@ struct GltfReport {
   std::vector<std::string> notes;
 };
 
+// What is added to the bodies.
+struct GltfExtras {
+  bool ghosts = false;  // translucent copies at the animation's further scales
+  bool traces = false;  // the paths of its traces over the run, as lines
+};
+
 // Times are seconds of playback; y is up in glTF, a root node turns the animation's up there. Deformation is multiplied by scale.
 // binary: one .glb, else .gltf (JSON) with the data inside. Throws FileError if the data exceed the format's 4 GiB.
-std::vector<std::uint8_t> make_gltf(const Animation& animation, double scale, bool binary, GltfReport& report);
+std::vector<std::uint8_t> make_gltf(const Animation& animation, double scale, bool binary, GltfReport& report,
+                                    const GltfExtras& extras = {});
 
 }  // namespace flexframe::film

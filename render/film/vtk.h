@@ -14,8 +14,10 @@ struct VtkReport {
 };
 
 // Writes folder/NAME_00000.vtp ... and then folder/NAME.pvd with the simulated times; files of an earlier, longer sequence are removed.
-// Points in world axes, double, deformation multiplied by scale; point data `displacement` (elastic, world axes, in scale, m) and,
-// where the pictures are coloured by it, `strain`, `stress` (Pa), `velocity` (m/s) or `mode` (m); cell data
+// Points in world axes, double, deformation multiplied by scale; point data `displacement` (elastic, world axes, in scale, m), `velocity`
+// (of the points, world axes, m/s), `stress` (von Mises, Pa, 0 where a body has none) where a body of the animation knows its stress
+// (color_by stress) and, where the pictures are coloured by it, `strain` or `mode` (m); field data: TimeValue, every output under its name
+// and `units`, a text that names the unit of each; cell data
 // `body` (number in the results). Each file appears whole. progress(done, all) may throw to stop. Throws FileError if a file
 // cannot be written.
 VtkReport write_vtk(const Animation& animation, double scale, const std::filesystem::path& folder, const std::string& name,

@@ -168,4 +168,42 @@ Imported import_files(const Request& request) {
   return out;
 }
 
+Imported inspect_file(const std::filesystem::path& file) {
+  if (!fs::exists(file)) throw InputError(fmt::format("{}: no such file", file.string()));
+  const std::string ending = ending_of(file);
+  Request request{.files = {file}};
+  if (ending == ".mov" || ending == ".vtu" || ending == ".vtp") request.step = 1.0;
+  for (const Kind& kind : kinds())
+    if (std::find(kind.endings.begin(), kind.endings.end(), ending) != kind.endings.end() && ending != ".urdf") return kind.read(request);
+  Imported out;
+  if (ending == ".urdf") {
+    // As it stands, every joint at 0.
+    Table still;
+    still.file = file.string();
+    still.times = sim::VecX::Zero(1);
+    out.results = read_urdf(file, still, 1.0, 1.0);
+    out.kind = "URDF robot";
+    return out;
+  }
+  TableFormat format;
+  const Table table = read_table(file, format);
+  out.kind = table.kind;
+  out.results.title = file.stem().string();
+  out.results.times = table.times;
+  out.results.statistics.notes.tell(table.notes);
+  for (const Column& column : table.columns) {
+    const sim::VecX values = column.index < 0 ? sim::VecX::Constant(table.times.size(), column.factor)
+                                              : sim::VecX(column.factor * table.values.col(column.index));
+    out.results.outputs.push_back({column.name, column.unit, values, column.description});
+  }
+  return out;
+}
+
+std::vector<std::string> file_endings() {
+  std::vector<std::string> endings = {".csv", ".txt", ".tab", ".tsv", ".mat"};
+  for (const Kind& kind : kinds()) endings.insert(endings.end(), kind.endings.begin(), kind.endings.end());
+  std::erase(endings, ".hdf");  // also what others call HDF5
+  return endings;
+}
+
 }  // namespace flexframe::imports

@@ -32,10 +32,11 @@ struct Imported {
 // was found and what is needed.
 Imported import_files(const Request& request);
 
-// What a file of another program holds, one line a fact, for `flexframe info`.
-std::vector<std::string> describe_file(const std::filesystem::path& file);
+// What one such file holds, for `flexframe info`: bodies where it says itself what moves, of a table all columns as outputs. Throws as
+// import_files.
+Imported inspect_file(const std::filesystem::path& file);
 
-// Whether the file's ending is one that import_files reads and nothing else in the program does.
-bool is_foreign(const std::filesystem::path& file);
+// Endings of files that import_files reads, lower case, with the dot.
+std::vector<std::string> file_endings();
 
 }  // namespace flexframe::imports

@@ -151,7 +151,7 @@ class Robot {
       }
       joint.values = factor * table_.series(*column);
     }
-    if (used.empty() && !joints_.empty() && !still.empty())
+    if (used.empty() && !still.empty() && !table_.columns.empty())
       throw InputError(
           fmt::format("{}: no column is named after a joint of {}; joints: {}", table_.file, path_.string(), sim::list_words(still)));
     for (Joint& joint : joints_) {

@@ -48,6 +48,8 @@ def read_vtp(path):
     raw = data.index(b"_", start) + 1
     out = {}
     for a in xml.fromstring(data[:start] + b"</VTKFile>").iter("DataArray"):
+        if a.get("format") != "appended":
+            continue
         (size,) = struct.unpack_from("<Q", data, raw + int(a.get("offset")))
         code = {"Float64": "d", "Float32": "f", "Int64": "q", "Int32": "i"}[a.get("type")]
         out[a.get("Name")] = struct.unpack_from(f"<{size // struct.calcsize(code)}{code}", data, raw + int(a.get("offset")) + 8)

@@ -1,6 +1,7 @@
 """flexframe import of finite element results: CalculiX and VTK, against files that these programs wrote."""
 
 import json
+import re
 
 import h5py
 import numpy as np
@@ -15,6 +16,8 @@ def calculix(folder):
     expect(json.loads(done.stdout)["kind"] == "CalculiX .frd" and json.loads(done.stdout)["notes"] == [], done.stdout)
     _, _, group = body(folder / "s.h5", "solids")
     names = [int(n) for n in group["node_names"][:]]
+    told = json.loads(run("info", data / "solids.frd", "--json").stdout)
+    expect(told["kind"] == "CalculiX .frd" and told["samples"] == 3 and told["bodies"][0]["nodes"] == len(names), f"info {told}")
     printed, times = {}, []
     for line in (data / "solids.dat").read_text().splitlines():
         words = line.split()
@@ -42,6 +45,14 @@ def calculix(folder):
     mises = np.sqrt(1.5 * (deviator**2).sum(axis=(2, 3)))
     near(np.abs(group["node_von_mises"][:] - mises).max() / mises.max(), 0.0, 1e-12, "von Mises stress")
     run("render", folder / "s.h5", "-o", folder / "s", "--color-by", "stress", "--size", "160x90", "--frames", "0:2", "--no-video")
+    # The stress goes on to ParaView as it came.
+    run("export", folder / "s.h5", "--to", "vtk", "-o", folder / "v")
+    surface = folder / "v" / sorted(p.name for p in (folder / "v").glob("*.vtp"))[-1]
+    text = surface.read_bytes()
+    offset = int(re.search(rb'Name="stress" NumberOfComponents="1" format="appended" offset="(\d+)"', text)[1])
+    at = text.index(b"_", text.index(b"<AppendedData")) + 1 + offset
+    stress = np.frombuffer(text, "<f4", len(names), at + 8)
+    near(np.abs(stress / mises[-1] - 1).max(), 0.0, 1e-6, "stress in the exported surface")
     # Damage is told with its line.
     whole = (data / "solids.frd").read_text()
     for text, word in (

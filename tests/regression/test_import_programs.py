@@ -61,6 +61,8 @@ def modelica(folder):
         done = run("import", folder / "m.mat", "-o", folder / "m.h5", "--json")
         told = json.loads(done.stdout)
         expect(told["kind"] == "Modelica result" and [b["name"] for b in told["bodies"]] == ["arm"], f"{told}")
+        columns = {c["column"]: c for c in json.loads(run("info", folder / "m.mat", "--json").stdout)["outputs"]}
+        expect(columns["L"]["range"] == [0.3, 0.3] and columns["rev.phi"]["unit"] == "rad" and len(columns) == 33, f"info {len(columns)}")
         check_body(folder / "m.h5", "arm", places, turns, f"Modelica frame, {'binNormal' if normal else 'binTrans'}")
         with h5py.File(folder / "m.h5") as file:
             names = [c.decode() for c in file["outputs/columns"][:]]
