@@ -55,8 +55,8 @@ nlohmann::ordered_json export_csv(const sim::Results& results, const fs::path& o
 nlohmann::ordered_json export_gltf(const ResultsJob& job, const Words& words, const fs::path& out, std::vector<std::string>& notes) {
   const film::Animation animation = film::make_animation(job.results, job.settings, job.scene ? &*job.scene : nullptr);
   film::GltfReport report;
-  render::write_file(out, film::make_gltf(animation, words.scale, out.extension() != ".gltf", report,
-                                           {.ghosts = words.ghosts, .traces = words.traces}));
+  render::write_file(
+      out, film::make_gltf(animation, words.scale, out.extension() != ".gltf", report, {.ghosts = words.ghosts, .traces = words.traces}));
   notes.insert(notes.end(), animation.warnings.begin(), animation.warnings.end());
   notes.insert(notes.end(), animation.notes.begin(), animation.notes.end());
   notes.insert(notes.end(), report.notes.begin(), report.notes.end());

@@ -23,7 +23,7 @@ int guarded(std::span<const std::filesystem::path> files, const std::function<in
     const auto size = std::filesystem::file_size(file, error);
     if (!error) megabytes += 1e-6 * static_cast<double>(size);
   }
-  const auto seconds = static_cast<rlim_t>(60.0 + megabytes);
+  const auto seconds = static_cast<rlim_t>(20.0 + megabytes);
   std::fflush(nullptr);
   const pid_t child = ::fork();
   if (child < 0) throw std::runtime_error(fmt::format("cannot start a process: {}", std::strerror(errno)));

@@ -8,7 +8,7 @@
 namespace flexframe::cli {
 
 // What work returns, done in a child process; its exceptions end that process as they would end the program. Throws sim::InputError naming
-// the files where the child is ended by a signal, or takes more than a minute of CPU time and a second for each megabyte of them.
+// the files where the child is ended by a signal, or takes more than 20 s of CPU time and a second for each megabyte of them.
 int guarded(std::span<const std::filesystem::path> files, const std::function<int()>& work);
 
 }  // namespace flexframe::cli

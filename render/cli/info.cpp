@@ -205,7 +205,8 @@ Command add_info(Program& program) {
   };
   const auto words = std::make_shared<Words>();
   Subcommand app = program.subcommand("info", "what a file holds: results, scene, SID body, mesh, picture");
-  app.option("FILE", words->file, "results (.h5), scene (.toml), SID body (.sid, .SID_FEM), picture (.png), result file of another program, or mesh");
+  app.option("FILE", words->file,
+             "results (.h5), scene (.toml), SID body (.sid, .SID_FEM), picture (.png), result file of another program, or mesh");
   app.option("--renderer", words->renderer, "show the renderer: osmesa or egl; default osmesa")
       .value_or("osmesa")
       .excludes("FILE")

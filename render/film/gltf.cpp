@@ -210,9 +210,10 @@ void add_trace(Document& d, const Animation& animation, const FramePlace& trace)
     points.emplace_back(place_pose(*animation.results, trace, at, animation.scales.front())[3]);
   }
   const std::string name = trace.body < 0 ? "trace" : "trace of " + animation.results->bodies[static_cast<size_t>(trace.body)].name;
-  const Json primitive = {{"attributes", {{"POSITION", d.writer.add_vectors(points, true)}}},
-                          {"mode", line_strip},
-                          {"material", add_material(d, name, {.color = {0.75f, 0.2f, 0.1f}, .roughness = 1.0f, .metallic = 0.0f}, 1.0f, true)}};
+  const Json primitive = {
+      {"attributes", {{"POSITION", d.writer.add_vectors(points, true)}}},
+      {"mode", line_strip},
+      {"material", add_material(d, name, {.color = {0.75f, 0.2f, 0.1f}, .roughness = 1.0f, .metallic = 0.0f}, 1.0f, true)}};
   d.meshes.push_back({{"name", name}, {"primitives", Json::array({primitive})}});
   d.nodes.push_back({{"name", name}, {"mesh", d.meshes.size() - 1}});
 }

@@ -38,8 +38,7 @@ bool has_stress(const BodyModel& model, const sim::ResultBody& body) {
 }
 
 // What colours by `by` are made of, a number (or, of vectors, three) a vertex.
-void append_values(const Animation& animation, size_t b, double t, ColorBy by, const BodyMemory& memory,
-                   std::vector<float>& out) {
+void append_values(const Animation& animation, size_t b, double t, ColorBy by, const BodyMemory& memory, std::vector<float>& out) {
   const BodyModel& model = animation.bodies[b];
   RenderSettings settings = animation.settings;
   settings.color_by = by;

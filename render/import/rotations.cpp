@@ -60,6 +60,7 @@ sim::Quat to_quaternion(const TurnWriting& writing, const std::array<double, 9>&
       turn = sim::Quat(Eigen::AngleAxisd(n[0], writing.axis));
       break;
   }
+  if (!turn.coeffs().allFinite()) throw sim::InputError(what + "holds numbers too large for angles");
   return writing.world_to_body ? turn.conjugate() : turn;
 }
 

@@ -43,7 +43,9 @@ class Reader {
     hsize_t dims[2] = {0, 1};
     H5Sget_simple_extent_dims(space, dims, nullptr);
     const hsize_t wanted = count < 0 ? dims[0] - std::min(dims[0], first) : static_cast<hsize_t>(count);
-    if (first + wanted > dims[0] || wanted > 2'000'000'000 / std::max<hsize_t>(1, dims[1]))
+    // No packing makes a byte into more than about a thousand.
+    const std::uintmax_t most = 1100 * std::filesystem::file_size(name_);
+    if (first + wanted > dims[0] || wanted > most / std::max<hsize_t>(1, dims[1]))
       fail(fmt::format("dataset {} has {} rows, {} from row {} on are needed", path, dims[0], wanted, first));
     std::vector<double> out(wanted * dims[1]);
     if (width) *width = dims[1];
