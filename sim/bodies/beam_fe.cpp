@@ -60,8 +60,7 @@ constexpr int most_coordinates = 300;
 // put on them. The even node next to a frame moves there; where none is near, one is added. In lengths of the even elements:
 constexpr double on_node = 0.02;  // a frame so near lies on the node
 constexpr double moves = 0.35;    // so near it moves an even node
-constexpr double apart = 0.15;    // no new nodes nearer to others than this, nor than `off_end` to an end: their elements were stiff
-constexpr double off_end = 0.2;
+constexpr double apart = 0.1;     // no new nodes nearer to others than this: their elements were stiff
 
 void put_nodes_on_frames(const BeamDef& def, Layout& layout) {
   if (def.model == BeamModel::lumped) return;
@@ -79,13 +78,12 @@ void put_nodes_on_frames(const BeamDef& def, Layout& layout) {
     const auto near =
         std::min_element(nodes.begin(), nodes.end(), [&](const Node& a, const Node& b) { return std::abs(a.x - x) < std::abs(b.x - x); });
     const double distance = std::abs(near->x - x);
-    const bool end = near == nodes.begin() || near + 1 == nodes.end();
     if (distance <= on_node) {
       near->taken = true;
     } else if (!near->taken && distance <= moves) {
       *near = {x, true};
       even = false;
-    } else if (distance > (end ? off_end : apart) && static_cast<int>(nodes.size()) * layout.per_node < most_coordinates) {
+    } else if (distance > apart && static_cast<int>(nodes.size()) * layout.per_node < most_coordinates) {
       nodes.insert(std::upper_bound(nodes.begin(), nodes.end(), x, [](double value, const Node& n) { return value < n.x; }), {x, true});
       even = false;
     }
