@@ -202,10 +202,11 @@ def springs_along(r):
     F0 = SMALL * L * r.uniform(0.05, 1) / np.abs(frame.rest(f)[:, :3]).max()
     f = f * F0
     duration, rate, more, factor, F = in_time(r, frame)
+    model = pick(r, "", "", 'model = "mixed"\n', 'model = "lumped"\nelements = 20\n')
     text = (
         f"[ground]\nframes = {{ {ground} }}\n\n"
         + simulation(duration, rate, **more)
-        + beam("rail", L, s["text"], m, frames_line({f"p{i}": i / (2 * n) for i in range(1, 2 * n)}))
+        + beam("rail", L, s["text"], m, model + frames_line({f"p{i}": i / (2 * n) for i in range(1, 2 * n)}))
     )
     name = lambda i: "rail.root" if i == 0 else "rail.tip" if i == 2 * n else f"rail.p{i}"
     if end == "free":  # up and down and about itself, which the springs hold
@@ -223,7 +224,7 @@ def springs_along(r):
         text,
         truth_of(frame, f, F, places),
         {"load": size, "tip": size} if F is None else {},
-        f"{n} springs of {k * L**3 / EI:.2g} EI/L^3, root {end}{', in time' if F else ''}",
+        f"{n} springs of {k * L**3 / EI:.2g} EI/L^3, root {end}{', in time' if F else ''} {model.strip()[:16]}",
     )
 
 
