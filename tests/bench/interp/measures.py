@@ -85,9 +85,8 @@ def unseen(sets):
             found = f"{scheme:7} {kernel.scheme:8} {100 * error:8.3g} % r3 {100 * plain:8.3g} % ratio {error / plain:.2f}"
             print(f"{name:8} {count:4} {'clustered' if k % 2 else 'even':9} {found}", flush=True)
     for scheme, ratios in worst.items():
-        print(
-            f"{scheme}: ratio median {np.median(ratios):.2f}, largest {max(ratios):.2f}, above 1 in {sum(r > 1.0 for r in ratios)} of {sets}"
-        )
+        above = sum(r > 1.0 for r in ratios)
+        print(f"{scheme}: ratio median {np.median(ratios):.2f}, largest {max(ratios):.2f}, above 1 in {above} of {sets}")
 
 
 def main():
