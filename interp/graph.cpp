@@ -195,26 +195,28 @@ std::vector<int> part_of_vertices(const Weld& weld, int& count) {
 }
 
 int drop_fins(Weld& weld) {
-  struct Side {
-    int a, b, triangle;
-  };
-  std::vector<Side> sides;
-  sides.reserve(3 * weld.triangles.rows());
-  std::vector<int> used(weld.positions.rows(), 0);
+  // Sides of the triangles by their lower end: the other end, and the triangle.
+  std::vector<int> begin(weld.positions.rows() + 1, 0), used(weld.positions.rows(), 0);
+  for (Eigen::Index t = 0; t < weld.triangles.rows(); ++t)
+    for (int c = 0; c < 3; ++c) {
+      ++begin[std::min(weld.triangles(t, c), weld.triangles(t, (c + 1) % 3)) + 1];
+      ++used[weld.triangles(t, c)];
+    }
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<Edge> sides(begin.back());
+  std::vector<int> fill(begin.begin(), begin.end() - 1);
   for (int t = 0; t < weld.triangles.rows(); ++t)
     for (int c = 0; c < 3; ++c) {
       const int a = weld.triangles(t, c), b = weld.triangles(t, (c + 1) % 3);
-      sides.push_back({std::min(a, b), std::max(a, b), t});
-      ++used[a];
+      sides[fill[std::min(a, b)]++] = {std::max(a, b), t};
     }
-  std::sort(sides.begin(), sides.end(), [](const Side& p, const Side& q) { return p.a != q.a ? p.a < q.a : p.b < q.b; });
   std::vector<char> single(weld.triangles.rows(), 0);
-  for (size_t i = 0; i < sides.size();) {
-    size_t j = i;
-    while (j < sides.size() && sides[j].a == sides[i].a && sides[j].b == sides[i].b) ++j;
-    if (j - i == 1) ++single[sides[i].triangle];
-    i = j;
-  }
+  for (Eigen::Index v = 0; v < weld.positions.rows(); ++v)
+    for (int i = begin[v]; i < begin[v + 1]; ++i) {
+      bool alone = true;
+      for (int j = begin[v]; j < begin[v + 1] && alone; ++j) alone = j == i || sides[j].a != sides[i].a;
+      if (alone) ++single[sides[i].b];
+    }
   Eigen::Index kept = 0;
   for (Eigen::Index t = 0; t < weld.triangles.rows(); ++t) {
     const auto shared = [&](int c) { return used[weld.triangles(t, c)] > 1; };

@@ -502,7 +502,7 @@ void map_over_surface(const Nodes& nodes, const Weld& weld, const Layout& layout
   // Nodes on which a surface hangs too loosely, or whose other side it does not know: the kernel with rigid arms, unless it is worse.
   if (!green || options.scheme == Scheme::automatic) {
     if (green) how.patch_nodes = std::clamp(options.patch_nodes, 8, 60);
-    Partition kernel = make_partition(weld, graph, map.node_positions, how);
+    Partition kernel = make_tried_partition(weld, graph, map.node_positions, how);
     const std::string bent = green && loose.empty() ? bends_worse(weld, map, part, kernel) : "";
     if (!green || (!loose.empty() && kernel.lebesgue < part.lebesgue) || !bent.empty()) {
       part = std::move(kernel);

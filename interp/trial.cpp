@@ -75,4 +75,28 @@ TrialError trial_error(const Weld& weld, const Points& nodes, const Lift& lift, 
   return {std::sqrt(error), std::sqrt(turned)};
 }
 
+Partition make_tried_partition(const Weld& weld, const Graph& graph, const Points& nodes, const PartitionOptions& options) {
+  Partition best = make_partition(weld, graph, nodes, options);
+  if (best.repaired == 0 || weld.triangles.rows() == 0) return best;
+  const auto wrong = [&](const Partition& p) {
+    const TrialError e = trial_error(weld, nodes, Lift(p.lift), p.weights);
+    return e.displacement + e.normals;
+  };
+  double least = wrong(best);
+  // Errors of the nodes may grow five times as much as the limit for the sake of a shape that is right.
+  constexpr double looser = 5.0;
+  for (const auto& [larger, limit] : {std::pair(2, 1.0), std::pair(1, looser), std::pair(2, looser)}) {
+    PartitionOptions how = options;
+    how.patch_nodes *= larger;
+    how.lebesgue_limit *= limit;
+    Partition other = make_partition(weld, graph, nodes, how);
+    if (!(other.lebesgue <= std::max(best.lebesgue, looser * options.lebesgue_limit))) continue;
+    if (const double own = wrong(other); own < 0.9 * least) {
+      least = own;
+      best = std::move(other);
+    }
+  }
+  return best;
+}
+
 }  // namespace flexframe::interp

@@ -4,6 +4,7 @@
 
 #include "interp/graph.h"
 #include "interp/lift.h"
+#include "interp/partition.h"
 #include "interp/sparse.h"
 
 namespace flexframe::interp {
@@ -15,5 +16,9 @@ struct TrialError {
 
 // nodes: N x 3, m; lift and weights as a map has them. Linear: motions are infinitesimal.
 TrialError trial_error(const Weld& weld, const Points& nodes, const Lift& lift, const SparseWeights& weights);
+
+// make_partition; where it had to simplify patches, also with larger patches and with a looser limit, and of these the one that the trial
+// finds least wrong.
+Partition make_tried_partition(const Weld& weld, const Graph& graph, const Points& nodes, const PartitionOptions& options);
 
 }  // namespace flexframe::interp

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The seven measures of the kernel map: error by number of nodes, `auto` as a user gets it, on bodies whose motion is known without it.
 
-  measures.py FOLDER            writes measures.md, measures.csv and measures.svg there (ninja measures_interp: examples/accuracy-interp)
+  measures.py FOLDER            writes measures.csv and measures.svg there and prints the page's table (ninja measures_interp)
   measures.py --unseen [SETS]   auto and kernel against one global r^3 kernel on random and uneven sets of nodes: ratio of their errors
 
 PYTHONPATH: the folder of the module flexframe (build/clang/python). Needs numpy; the figure needs matplotlib.
@@ -85,8 +85,8 @@ def unseen(sets):
             found = f"{scheme:7} {kernel.scheme:8} {100 * error:8.3g} % r3 {100 * plain:8.3g} % ratio {error / plain:.2f}"
             print(f"{name:8} {count:4} {'clustered' if k % 2 else 'even':9} {found}", flush=True)
     for scheme, ratios in worst.items():
-        above = sum(r > 1.0 for r in ratios)
-        print(f"{scheme}: ratio median {np.median(ratios):.2f}, largest {max(ratios):.2f}, above 1 in {above} of {sets}")
+        worse = sum(r > 1.0 for r in ratios)
+        print(f"{scheme}: ratio median {np.median(ratios):.2f}, largest {max(ratios):.2f}, above 1 in {worse} of {sets}")
 
 
 def main():
@@ -99,11 +99,10 @@ def main():
         file.write("body,nodes,displacement,normals,scheme\n")
         for name, count, error, normals, scheme in table:
             file.write(f"{name},{count},{error:.4g},{normals:.4g},{scheme}\n")
-    with open(folder / "measures.md", "w", encoding="utf-8") as file:
-        file.write("| body | nodes: error of displacements / of normals, % |\n|---|---|\n")
-        for name, _, _ in MEASURES:
-            cells = [f"{r[1]}: {100 * r[2]:.2g} / {100 * r[3]:.2g}" for r in table if r[0] == name]
-            file.write(f"| {name} | {'; '.join(cells)} |\n")
+    print("| body | nodes: displacements / normals |\n|---|---|")
+    for name, _, _ in MEASURES:
+        cells = [f"{r[1]}: {100 * r[2]:.2g} / {100 * r[3]:.2g}" for r in table if r[0] == name]
+        print(f"| {name} | {'; '.join(cells)} |")
     draw(table, folder / "measures.svg")
 
 
