@@ -51,7 +51,7 @@ Parts find_parts(const Weld& weld, const Graph& graph, const Points& nodes) {
   for (int i = 0; i < graph.nodes; ++i)
     for (int a = graph.node_begin[i]; a < graph.node_begin[i + 1]; ++a) parts.touched[i].insert(parts.of_vertex[graph.node_vertex[a]]);
   parts.of_node = parts.touched;
-  constexpr double most_work = 3e8;
+  constexpr double most_work = 5e7;
   if (parts.count < 2 || parts.count > 1000 || static_cast<double>(nodes.rows()) * static_cast<double>(weld.triangles.rows()) > most_work)
     return parts;
   std::vector<std::vector<int>> triangles(parts.count);
@@ -93,6 +93,7 @@ std::vector<std::vector<std::pair<double, int>>> near_nodes(const Weld& weld, co
       if (j != i && !along.contains(j) && common(parts.of_node[i], parts.of_node[j]))
         near[i].emplace_back((nodes.row(i) - nodes.row(j)).norm(), j);
     std::sort(near[i].begin(), near[i].end());
+    near[i].resize(std::min(near[i].size(), 2 * around));
   }
   return near;
 }
@@ -121,6 +122,23 @@ Neighbours gabriel_neighbours(const std::vector<std::vector<std::pair<double, in
       out[j].insert(i);
     }
   return out;
+}
+
+// A look at some of many nodes: whether they have three neighbours and more, as nodes all over a surface do.
+bool is_spread(const Weld& weld, const Graph& graph, const Points& nodes) {
+  constexpr int enough = 100, looked = 24;
+  if (graph.nodes < enough) return false;
+  Search search;
+  int neighbours = 0;
+  for (int k = 0; k < looked; ++k) {
+    const int i = static_cast<int>(static_cast<long>(k) * graph.nodes / looked);
+    grow(graph, weld.positions, graph.vertices + i, static_cast<int>(around) + 1, search);
+    const auto gap2 = [&](int a, int b) { return (nodes.row(a) - nodes.row(b)).squaredNorm(); };
+    for (const int j : search.node)
+      neighbours += j != i && std::none_of(search.node.begin(), search.node.end(),
+                                           [&](int m) { return m != i && m != j && gap2(i, m) + gap2(m, j) < (1.0 - 1e-6) * gap2(i, j); });
+  }
+  return neighbours > 3 * looked;
 }
 
 // How sharply the line turns at a node with two neighbours: angle, and angle by length.
@@ -318,6 +336,7 @@ std::optional<Skeleton> find_skeleton(const Weld& weld, const Graph& graph, cons
   if (principal.values[0] < 1e-10 * principal.values[2]) return std::nullopt;
   // Nodes on the surface without rotations tell nothing of sections.
   if (!rotations_given && !(off > 0.0)) return std::nullopt;
+  if (is_spread(weld, graph, nodes)) return std::nullopt;
   const Parts parts = find_parts(weld, graph, nodes);
   const Neighbours neighbours = gabriel_neighbours(near_nodes(weld, graph, nodes, parts), parts);
   size_t ends = 0;
