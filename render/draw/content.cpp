@@ -204,6 +204,11 @@ Picture scaled_picture(const Picture& picture, double factor, const Bounds& boun
     t.length *= factor;
   }
   for (Label& l : p.labels) l.point *= factor;
+  for (Dimension& d : p.dimensions) {
+    for (glm::dvec3& point : d.line) point *= factor;
+    for (auto& helper : d.helpers)
+      for (glm::dvec3& point : helper) point *= factor;
+  }
   if (p.cut) p.cut->point *= factor;
   if (!p.bounds.empty()) {
     p.bounds.lower *= factor;

@@ -407,6 +407,12 @@ class PictureHash {
       vector3(label.color);
       number(label.size, label.leader);
     }
+    for (const render::Dimension& d : picture.dimensions) {
+      hash_.add_text(d.text);
+      for (const glm::dvec3& p : d.line) vector3(p);
+      for (const auto& helper : d.helpers)
+        for (const glm::dvec3& p : helper) vector3(p);
+    }
     if (picture.cut) {
       vector3(picture.cut->point);
       vector3(picture.cut->normal);

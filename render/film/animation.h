@@ -55,6 +55,18 @@ struct ForceArrow {
   bool reaction() const { return columns[0] >= 0; }
 };
 
+// A distance or angle of [render] dimensions: found frames, and how its value is written.
+struct DimensionLine {
+  FramePlace from, to;
+  std::optional<FramePlace> at;  // vertex of an angle
+  int axis = -1;                 // of the world, along which it is measured; -1: straight
+  glm::dvec3 offset{0.0};        // m, world
+  double radius = 0.0;           // m, of an angle's arc; 0: half of its shorter side
+  std::string label, unit;
+  double factor = 1.0;  // shown number = value * factor
+  int decimals = 0;
+};
+
 struct SpringSymbol {
   FramePlace from, to;
   double coil = 0.0, wire = 0.0;
@@ -74,6 +86,7 @@ struct Animation {
     int point = 0;  // shading point
   };
   std::vector<Probe> probes;
+  std::vector<DimensionLine> dimensions;
   double triad_length = 0.0;  // m
   std::vector<ForceArrow> forces;
   double force_length = 0.0, torque_length = 0.0;  // m of arrow a N, a Nm: the same for all, the longest a sixth of the machine

@@ -1,6 +1,7 @@
 // What is settled before the first picture: bodies and maps, colour range, scales, camera, ground, joint symbols, plots.
 #include "render/film/animation.h"
 #include "render/film/attachments.h"
+#include "render/film/dimensions.h"
 #include "render/film/overlay.h"
 #include "render/film/shapes.h"
 #include "render/film/survey.h"
@@ -478,6 +479,7 @@ Animation make_animation(const sim::Results& results, const RenderSettings& aske
   if (settings.joints && scene) add_symbols(animation, *scene, size);
   if (animation.follow < 0) append_rails(animation, points);
   for (const glm::dvec3& p : points) animation.bounds.add(p);
+  append_dimensions(animation, points);  // seen, but nothing that stands on the ground or throws a shadow
   add_panels(animation);
   const sim::Vec3 g = scene ? scene->simulation.gravity : sim::Vec3::Zero();
   set_camera(animation, points, {g.x(), g.y(), g.z()});

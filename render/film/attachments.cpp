@@ -1,5 +1,6 @@
 #include "render/film/attachments.h"
 
+#include "render/film/dimensions.h"
 #include "render/picture/colormap.h"
 #include "sim/base/words.h"
 
@@ -16,17 +17,6 @@ constexpr float hidden_share = 0.45f;  // opacity of what bodies hide of traces,
 constexpr int trace_points = 1500;     // of one trace: three a pixel column of a path across the picture
 
 std::string text_of(const sim::FrameRef& frame) { return frame.frame.empty() ? frame.body : frame.body + "." + frame.frame; }
-
-FramePlace require_place(const Animation& animation, const sim::Scene* scene, const std::string& name, const char* key, int line) {
-  const std::optional<FramePlace> place = find_place(*animation.results, scene, name);
-  if (place) return *place;
-  const std::string where = scene && line > 0 ? fmt::format("{}:{}", scene->file.string(), line) : scene ? scene->file.string() : "results";
-  std::vector<std::string> bodies;
-  for (const sim::ResultBody& body : animation.results->bodies) bodies.push_back(body.name);
-  throw sim::InputError(fmt::format("{}: [render]: key '{}' names {}, which is no frame{}; allowed: BODY or BODY.FRAME of the bodies {}",
-                                    where, key, sim::quote(name), sim::did_you_mean(name.substr(0, name.find('.')), bodies),
-                                    sim::list_words(bodies)));
-}
 
 const glm::vec3 force_color{0.80f, 0.20f, 0.15f}, torque_color{0.55f, 0.25f, 0.68f}, reaction_color{0.05f, 0.50f, 0.45f};
 
@@ -171,7 +161,19 @@ void add_springs(Animation& animation, const sim::Scene& scene, double size) {
 
 }  // namespace
 
+FramePlace require_place(const Animation& animation, const sim::Scene* scene, const std::string& name, const char* key, int line) {
+  const std::optional<FramePlace> place = find_place(*animation.results, scene, name);
+  if (place) return *place;
+  const std::string where = scene && line > 0 ? fmt::format("{}:{}", scene->file.string(), line) : scene ? scene->file.string() : "results";
+  std::vector<std::string> bodies;
+  for (const sim::ResultBody& body : animation.results->bodies) bodies.push_back(body.name);
+  throw sim::InputError(fmt::format("{}: [render]: key '{}' names {}, which is no frame{}; allowed: BODY or BODY.FRAME of the bodies {}",
+                                    where, key, sim::quote(name), sim::did_you_mean(name.substr(0, name.find('.')), bodies),
+                                    sim::list_words(bodies)));
+}
+
 void add_attachments(Animation& animation, const sim::Scene* scene, double size) {
+  add_dimensions(animation, scene);
   const RenderSettings& settings = animation.settings;
   const sim::Results& results = *animation.results;
   for (const std::string& name : settings.traces)
@@ -243,6 +245,7 @@ void update_attachments(const Animation& animation, int picture, PictureMemory& 
   const SamplePlace now = find_sample(results.times, t);
   render::Picture& p = memory.picture;
   add_arrows(animation, t, now, p);
+  update_dimensions(animation, now, p);
   p.triads.clear();
 
   // Paths up to now, through the samples.

@@ -5,6 +5,9 @@
 
 namespace flexframe::film {
 
+// The frame that a key of [render] names. Throws sim::InputError if there is none, with the line in the scene and what there is.
+FramePlace require_place(const Animation& animation, const sim::Scene* scene, const std::string& name, const char* key, int line);
+
 // Looks up the frames that the settings name and the scene's forces and springs. size: m, of the machine.
 // Throws sim::InputError for a frame that is not there, with the line in the scene.
 void add_attachments(Animation& animation, const sim::Scene* scene, double size);

@@ -161,12 +161,39 @@ void read_print_size(const TableReader& reader, RenderSettings& settings) {
   settings.text_scale = static_cast<float>(std::clamp(smallest / usual, 1.0, 3.0));
 }
 
+// Distances and angles that are drawn with their values.
+std::vector<DimensionSettings> read_dimensions(const TableReader& reader) {
+  std::vector<DimensionSettings> out;
+  for (const TableReader& table : reader.tables("dimensions")) {
+    table.allow({"from", "to", "at", "along", "offset", "radius", "label"});
+    DimensionSettings d;
+    d.from = table.text("from");
+    d.to = table.text("to");
+    d.at = table.text("at", "");
+    if (d.from == d.to || d.from == d.at || d.to == d.at)
+      table.fail(d.from == d.to ? "to" : "at", "must be another frame than the other ends of the dimension");
+    if (table.has("along")) {
+      d.axis = static_cast<int>(table.word("along", std::vector<std::string>{"x", "y", "z"}));
+      if (!d.at.empty()) table.fail("along", "is for distances; with 'at' an angle is measured");
+    }
+    if (table.has("offset")) d.offset = to_glm(table.vector3("offset"));
+    if (table.has("radius")) {
+      d.radius = table.number("radius", 0.0, sim::positive);
+      if (d.at.empty()) table.fail("radius", "is for angles, which have 'at'");
+    }
+    d.label = table.text("label", "");
+    d.line = table.line("from");
+    out.push_back(std::move(d));
+  }
+  return out;
+}
+
 RenderSettings read_table(const TableReader& reader) {
-  reader.allow({"size",        "frame_rate", "speed",      "samples",       "scales",     "exaggeration", "color_by", "color_range",
-                "colormap",    "trail",      "undeformed", "scheme",        "background", "ground",       "joints",   "nodes",
-                "forces",      "traces",     "triads",     "contact_sheet", "channels",   "video",        "mode",     "shadows",
-                "occlusion",   "edges",      "silhouette", "camera",        "overlay",    "look",         "bands",    "isolines",
-                "color_scale", "probes",     "extremes",   "section",       "print_size", "dpi"});
+  reader.allow({"size",        "frame_rate", "speed",      "samples",       "scales",     "exaggeration", "color_by",  "color_range",
+                "colormap",    "trail",      "undeformed", "scheme",        "background", "ground",       "joints",    "nodes",
+                "forces",      "traces",     "triads",     "contact_sheet", "channels",   "video",        "mode",      "shadows",
+                "occlusion",   "edges",      "silhouette", "camera",        "overlay",    "look",         "bands",     "isolines",
+                "color_scale", "probes",     "extremes",   "section",       "print_size", "dpi",          "dimensions"});
   RenderSettings settings;
   apply_look(static_cast<LookKind>(reader.word("look", look_words(), static_cast<size_t>(settings.look))), settings);
 
@@ -219,6 +246,7 @@ RenderSettings read_table(const TableReader& reader) {
   if (reader.has("probes")) settings.probes = reader.texts("probes");
   settings.probes_line = reader.line("probes");
   settings.extremes = reader.boolean("extremes", false);
+  settings.dimensions = read_dimensions(reader);
   if (const auto section = reader.table("section")) {
     section->allow({"point", "normal", "bodies"});
     settings.section.emplace();

@@ -36,6 +36,16 @@ struct Section {
   int line = 0;                     // in the scene file, for messages
 };
 
+// A distance between two frames, or an angle at a third.
+struct DimensionSettings {
+  std::string from, to, at;  // frames; at: vertex of an angle, empty: a distance
+  int axis = -1;             // 0 x, 1 y, 2 z of the world; -1: straight
+  glm::dvec3 offset{0.0};    // m, world: the line is drawn so far beside
+  double radius = 0.0;       // m, of an angle's arc; 0: half of the shorter side
+  std::string label;         // before the value
+  int line = 0;              // in the scene file, for messages
+};
+
 // Where the ends of the colour map lie if they are not given.
 struct ColorRange {
   // Per cent of the time in which the largest value lies below the upper end; 100: the largest of all; none: 98 where a short peak would
@@ -90,8 +100,9 @@ struct RenderSettings {
   bool ground = true, joints = true, nodes = false;
   bool forces = false;
   std::vector<std::string> traces, triads;  // frames
-  std::vector<std::string> probes;          // frames whose value of the colours is written beside them
-  bool extremes = false;                    // largest and smallest value of the colours
+  std::vector<DimensionSettings> dimensions;
+  std::vector<std::string> probes;  // frames whose value of the colours is written beside them
+  bool extremes = false;            // largest and smallest value of the colours
   std::optional<Section> section;
   int probes_line = 0;
   int traces_line = 0, triads_line = 0;  // in the scene file, for messages

@@ -337,10 +337,91 @@ void draw_plot(SvgSheet& sheet, const Picture& picture, const Layout& all, std::
 }
 
 // Labels next to their points, tried on four sides; one that would cover another is left out.
+bool overlap(const glm::dvec4& a, const glm::dvec4& b) { return a.x < b.z && b.x < a.z && a.y < b.w && b.y < a.w; }
+
+// The line of a dimension on the picture; empty if a point of it is behind the viewer.
+std::vector<glm::dvec2> projected(const ViewFrame& frame, std::span<const glm::dvec3> points) {
+  std::vector<glm::dvec2> out(points.size());
+  for (std::size_t k = 0; k < points.size(); ++k)
+    if (!project(frame, points[k], out[k])) return {};
+  return out;
+}
+
+// The head of an arrow that ends at `tip` and comes from `from`.
+template <class Sheet>
+void draw_head(Sheet& image, const glm::dvec2& tip, const glm::dvec2& from, double length, const glm::vec3& color) {
+  if (!(glm::length(tip - from) > 0.0)) return;
+  const glm::dvec2 e = glm::normalize(tip - from), across(-e.y, e.x);
+  const std::array<glm::dvec2, 3> triangle = {tip, tip - e * length + across * length * 0.28, tip - e * length - across * length * 0.28};
+  fill_polygon(image, triangle, color);
+}
+
+// Lines with heads and their values: in the middle where there is room, else beside it. taken: boxes of words, which grow by these.
+template <class Sheet>
+void draw_dimensions(Sheet& image, const Picture& picture, const ViewFrame& frame, const Layout& layout, std::vector<glm::dvec4>& taken) {
+  const glm::vec3 ink = picture.overlay.dark ? glm::vec3(0.92f) : glm::vec3(0.08f, 0.10f, 0.14f);
+  const glm::vec3 rim = picture.overlay.dark ? glm::vec3(0.1f) : glm::vec3(1.0f);
+  const double thin = std::max(1.0, 1.2 * layout.unit), size = std::max(9.0, 14.0 * picture.overlay.text_scale * layout.unit);
+  const double head = std::max(6.0, 10.0 * layout.unit);
+  for (const Dimension& dimension : picture.dimensions) {
+    const std::vector<glm::dvec2> line = projected(frame, dimension.line);
+    if (line.size() < 2) continue;
+    double length = 0.0;
+    for (std::size_t k = 1; k < line.size(); ++k) length += glm::length(line[k] - line[k - 1]);
+    for (const auto& helper : dimension.helpers)
+      if (const std::vector<glm::dvec2> ends = projected(frame, helper); !ends.empty())
+        draw_polyline(image, ends, 0.8 * thin, {ink, 0.55f});
+    // Seen over light and dark alike.
+    draw_polyline(image, line, 3.0 * thin, {rim, 0.6f});
+    draw_polyline(image, line, thin, ink);
+    if (length > 2.5 * head) {
+      // An arc's heads lie along chords as long as they are.
+      const auto inner = [&](bool first) {
+        double left = head;
+        for (std::size_t k = 1; k < line.size(); ++k) {
+          const glm::dvec2 a = line[first ? k - 1 : line.size() - k], b = line[first ? k : line.size() - k - 1];
+          if (glm::length(b - a) >= left) return a + (b - a) * (left / glm::length(b - a));
+          left -= glm::length(b - a);
+        }
+        return line[line.size() / 2];
+      };
+      draw_head(image, line.front(), inner(true), head, ink);
+      draw_head(image, line.back(), inner(false), head, ink);
+    } else {
+      for (const glm::dvec2& end : {line.front(), line.back()}) fill_disc(image, end.x, end.y, 1.8 * thin, ink);
+    }
+    if (dimension.text.empty()) continue;
+
+    const glm::dvec2 middle = line.size() == 2 ? 0.5 * (line[0] + line[1]) : line[line.size() / 2];
+    const glm::dvec2 chord = line.back() - line.front();
+    glm::dvec2 away = glm::length(chord) > 0.0 ? glm::dvec2(-chord.y, chord.x) / glm::length(chord) : glm::dvec2(0.0, -1.0);
+    // Of an arc: outwards.
+    const glm::dvec2 outwards = middle - 0.5 * (line.front() + line.back());
+    if (line.size() > 2 ? glm::dot(away, outwards) < 0.0 : away.y > 0.0) away = -away;
+    const double w = text_width(dimension.text, size), h = cap_height(size);
+    const double beside = 0.5 * (std::abs(away.x) * w + std::abs(away.y) * h) + 0.9 * size;
+    const bool within = line.size() == 2 && length > 1.5 * w + 4.0 * head;
+    const glm::dvec2 places[] = {middle + (within ? glm::dvec2(0.0) : beside * away), middle + beside * away, middle - beside * away,
+                                 middle + 2.0 * beside * away, middle - 2.0 * beside * away};
+    for (const glm::dvec2& centre : places) {
+      const glm::dvec2 p(centre.x - 0.5 * w, centre.y + 0.5 * h);
+      const glm::dvec4 box(p.x - 3.0, p.y - h - 3.0, p.x + w + 3.0, p.y + descent(size) + 2.0);
+      const PixelRect& a = frame.area;
+      if (box.x < a.x || box.y < a.y || box.z > a.x + a.width || box.w > a.y + a.height) continue;
+      if (std::any_of(taken.begin(), taken.end(), [&](const glm::dvec4& other) { return overlap(box, other); })) continue;
+      taken.push_back(box);
+      fill_rectangle(image, {box.x, box.y, box.z - box.x, box.w - box.y}, {rim, 0.85f}, 0.3 * size);
+      draw_text(image, p, dimension.text, size, ink);
+      break;
+    }
+  }
+}
+
 template <class Sheet>
 void draw_labels(Sheet& image, const Picture& picture, std::span<const ViewFrame> frames, const Layout& layout) {
   std::vector<glm::dvec4> taken;
-  for (const ViewFrame& frame : frames)
+  for (const ViewFrame& frame : frames) {
+    draw_dimensions(image, picture, frame, layout, taken);
     for (const Label& label : picture.labels) {
       glm::dvec2 at;
       if (label.text.empty() || !project(frame, label.point, at)) continue;
@@ -355,9 +436,7 @@ void draw_labels(Sheet& image, const Picture& picture, std::span<const ViewFrame
         const glm::dvec4 box(p.x - 2.0, p.y - h - 2.0, p.x + w + 2.0, p.y + descent(size) + 2.0);
         const PixelRect& a = frame.area;
         if (box.x < a.x || box.y < a.y || box.z > a.x + a.width || box.w > a.y + a.height) continue;
-        if (std::any_of(taken.begin(), taken.end(),
-                        [&](const glm::dvec4& t) { return box.x < t.z && t.x < box.z && box.y < t.w && t.y < box.w; }))
-          continue;
+        if (std::any_of(taken.begin(), taken.end(), [&](const glm::dvec4& other) { return overlap(box, other); })) continue;
         taken.push_back(box);
         if (label.leader) {
           const glm::dvec2 end(std::clamp(at.x, box.x, box.z), std::clamp(at.y, box.y, box.w));
@@ -376,6 +455,7 @@ void draw_labels(Sheet& image, const Picture& picture, std::span<const ViewFrame
         break;
       }
     }
+  }
 }
 
 // All but the plots, which lie between what is before and after them.

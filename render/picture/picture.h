@@ -11,6 +11,7 @@
 
 #include <glm/glm.hpp>
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -173,6 +174,13 @@ struct Label {
   bool leader = false;  // stands off, joined to a dot at its point by a line
 };
 
+// A distance or an angle: a thin line with a head at each end and its value in the middle, over everything.
+struct Dimension {
+  std::vector<glm::dvec3> line;                      // world: two points, or an arc of many
+  std::vector<std::array<glm::dvec3, 2>> helpers{};  // thinner, from what is measured to the line
+  std::string text{};
+};
+
 // How scalars become colours; the scalar bar shows the same.
 struct ScalarMap {
   Colormap colormap = Colormap::viridis;
@@ -268,6 +276,7 @@ struct Picture {
   std::vector<Arrow> arrows;
   std::vector<Triad> triads;
   std::vector<Label> labels;
+  std::vector<Dimension> dimensions;
   std::optional<Cut> cut;
   ScalarMap scalar_map;
   Overlay overlay;
