@@ -1,11 +1,14 @@
 #include "render/cli/jobs.h"
 
+#include "render/cli/engine.h"
 #include "render/cli/terminal.h"
 
 #include "render/draw/context.h"
 #include "render/film/rigid_mesh.h"
 #include "render/picture/mesh.h"
+#include "sim/base/file_output.h"
 #include "sim/base/words.h"
+#include "sim/scene/fingerprint.h"
 #include "sim/scene/scene_reader.h"
 
 #include <fmt/format.h>
@@ -242,7 +245,22 @@ void apply_words(const RenderWords& words, film::RenderSettings& settings) {
   }
 }
 
-sim::Results run_simulation(const sim::Scene& scene, const SimulationWords& words) {
+void add_fresh_word(Subcommand words, SimulationWords& values) {
+  words.flag("--fresh", values.fresh,
+             "search anew for an asked accuracy's settings, which are kept beside the results (NAME.settings.toml)");
+}
+
+sim::SettingsMemory settings_memory(const fs::path& scene_file, const std::vector<std::string>& settings, const SimulationWords& words,
+                                    const fs::path& file) {
+  const std::string options =
+      fmt::format("{} {} {} {}", words.accuracy.value_or(0.0), words.method, words.no_check, words.max_steps.value_or(0.0));
+  // --strict leaves no files.
+  if (words.strict) return {};
+  const std::string inputs = sim::inputs_fingerprint(sim::read_document(scene_file, settings));
+  return {file, sim::sha256(fmt::format("{}\n{}\n{}", program_fingerprint(), inputs, options)), words.fresh};
+}
+
+sim::Results run_simulation(const sim::Scene& scene, const SimulationWords& words, const sim::SettingsMemory* memory) {
   sim::SimulateOptions options;
   options.tolerance = words.tolerance;
   options.accuracy = words.accuracy;
@@ -255,7 +273,7 @@ sim::Results run_simulation(const sim::Scene& scene, const SimulationWords& word
   Progress progress("simulating");
   options.progress = [&](double time) { progress.show(time / scene.simulation.duration); };
   options.tell = [&](const std::string& sentence) { progress.say(sentence); };
-  sim::Results results = sim::simulate(scene, options);
+  sim::Results results = sim::simulate_as_asked(scene, options, memory);
   if (words.strict && results.statistics.notes.has(sim::Severity::warning))
     throw std::runtime_error(
         fmt::format("{}: {}", scene.file.string(), fmt::join(results.statistics.notes.texts(sim::Severity::warning), "; ")));

@@ -7,6 +7,7 @@
 #include "render/film/contact_sheet.h"
 #include "render/film/filming.h"
 #include "render/film/video.h"
+#include "sim/accuracy/accuracy.h"
 #include "sim/simulate.h"
 
 #include <nlohmann/json.hpp>
@@ -22,8 +23,11 @@ struct SimulationWords {
   std::optional<double> tolerance, accuracy, max_steps;
   std::string method;
   bool no_estimate = false, no_check = false, strict = false;
+  bool fresh = false;  // of run and simulate
 };
 void add_simulation_words(Subcommand words, SimulationWords& values);
+// --fresh
+void add_fresh_word(Subcommand words, SimulationWords& values);
 
 // --frames, --shard, --size, --scales, ...
 struct RenderWords {
@@ -57,8 +61,12 @@ void apply_words(const RenderWords& words, film::RenderSettings& settings);
 // "auto", "adams", ... Throws UsageError.
 sim::Method method_from_name(const std::string& name);
 
-// Throws std::runtime_error for warnings where they are to be errors.
-sim::Results run_simulation(const sim::Scene& scene, const SimulationWords& words);
+// Where the settings that a search for an accuracy finds are kept: beside the results, NAME.settings.toml.
+sim::SettingsMemory settings_memory(const std::filesystem::path& scene_file, const std::vector<std::string>& settings,
+                                    const SimulationWords& words, const std::filesystem::path& file);
+
+// memory: null where nothing is kept. Throws std::runtime_error for warnings where they are to be errors.
+sim::Results run_simulation(const sim::Scene& scene, const SimulationWords& words, const sim::SettingsMemory* memory = nullptr);
 
 // Pictures to folder/frames, the video beside them.
 struct DrawingReport {

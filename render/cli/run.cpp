@@ -30,6 +30,7 @@ Command add_run(Program& program) {
   app.flag("--html", words->html, "besides, one HTML page for any browser: the scene to be turned round, playing, with plots (NAME.html)");
   app.flag("--json", words->json, "summary as JSON");
   add_simulation_words(app, words->simulation);
+  add_fresh_word(app, words->simulation);
   add_render_words(app, words->render);
   app.example("slider_crank.toml", "simulate and draw: slider_crank/results.h5, histories.csv, frames/, slider_crank.mp4");
   app.example("crane.toml -o out --accuracy 1e-3 --scales 1,20 --size 1920x1080",
@@ -45,7 +46,10 @@ Command add_run(Program& program) {
         const fs::path out = words->out.empty() ? fs::path(name) : fs::path(words->out);
         require_writable(out);
 
-        const sim::Results results = run_simulation(job.scene, words->simulation);
+        const bool asked = !words->simulation.tolerance && (words->simulation.accuracy || job.scene.simulation.accuracy);
+        std::optional<sim::SettingsMemory> memory;
+        if (asked) memory = settings_memory(words->scene, words->settings, words->simulation, out / (name + ".settings.toml"));
+        const sim::Results results = run_simulation(job.scene, words->simulation, memory ? &*memory : nullptr);
         film::check_render_settings(job.settings, results, words->scene);
         make_folder(out);
         sim::write_results(results, out / "results.h5");

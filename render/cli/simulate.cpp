@@ -26,6 +26,7 @@ Command add_simulate(Program& program) {
   app.option("--csv", words->csv, "histories file (CSV): the scene's outputs against t").as("FILE");
   app.flag("--json", words->json, "summary as JSON");
   add_simulation_words(app, words->simulation);
+  add_fresh_word(app, words->simulation);
   app.example("crane.toml -o crane.h5 --csv crane.csv", "results for pictures, histories for a spreadsheet");
   app.example("crane.toml --csv loose.csv --tolerance 1e-4 --method dirk", "another tolerance and method than the scene's");
 
@@ -35,7 +36,13 @@ Command add_simulate(Program& program) {
             const Job job = read_job(words->scene, words->settings);
             for (const std::string& file : {words->out, words->csv})
               if (!file.empty()) require_writable(fs::absolute(file).parent_path());
-            const sim::Results results = run_simulation(job.scene, words->simulation);
+            const bool asked = !words->simulation.tolerance && (words->simulation.accuracy || job.scene.simulation.accuracy);
+            const fs::path beside = words->out.empty() ? words->csv : words->out;
+            std::optional<sim::SettingsMemory> memory;
+            if (asked)
+              memory = settings_memory(words->scene, words->settings, words->simulation,
+                                       beside.parent_path() / (beside.stem().string() + ".settings.toml"));
+            const sim::Results results = run_simulation(job.scene, words->simulation, memory ? &*memory : nullptr);
             for (const std::string& file : {words->out, words->csv})
               if (!file.empty()) make_folder(fs::absolute(file).parent_path());
             if (!words->out.empty()) sim::write_results(results, words->out);

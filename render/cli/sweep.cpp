@@ -160,7 +160,7 @@ Command add_sweep(Program& program) {
 Command add_collect(Program& program) {
   struct CollectWords {
     std::string folder;
-    bool run_missing = false;
+    bool run_missing = false, other_program = false;
     int workers = 0;
     FinishWords finish;
   };
@@ -168,11 +168,14 @@ Command add_collect(Program& program) {
   Subcommand app = program.subcommand("collect", "what the shards of a sweep have done: verified, put together, what is missing named");
   app.option("DIR", words->folder, "folder of the sweep").required();
   app.flag("--run-missing", words->run_missing, "run the points that are missing, here and now");
+  app.flag("--other-program", words->other_program, "take the rows of another build of the program as they are: to draw them again");
   app.option("--workers", words->workers, "processes for them; default: one per core").range(1, 1024);
   add_finish_words(app, words->finish);
   app.example("crane-sweep", "table and plots of all shards, and what is missing");
   return {app, [words] {
-            const sim::Sweep sweep = sim::read_sweep(words->folder, program_fingerprint());
+            if (words->run_missing && words->other_program)
+              throw UsageError("--run-missing excludes --other-program: all rows of a table are of one program");
+            const sim::Sweep sweep = sim::read_sweep(words->folder, words->other_program ? "" : program_fingerprint());
             if (words->run_missing) {
               Words run;
               run.workers = words->workers;

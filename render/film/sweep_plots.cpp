@@ -56,24 +56,12 @@ std::vector<long> line_through(const sim::Design& design, std::size_t axis, long
   return out;
 }
 
-// "rod.length" and "youngs_modulus": the last words of a key that tell it from the others.
-std::string short_name(const sim::Design& design, std::size_t axis) {
-  const std::string& key = design.axes()[axis].key;
-  std::size_t dot = key.rfind('.');
-  const auto shared = [&](const std::string& end) {
-    return std::count_if(design.axes().begin(), design.axes().end(),
-                         [&](const sim::SweepAxis& other) { return other.key == end || other.key.ends_with("." + end); }) > 1;
-  };
-  while (dot != std::string::npos && dot > 0 && shared(key.substr(dot + 1))) dot = key.rfind('.', dot - 1);
-  return dot == std::string::npos ? key : key.substr(dot + 1);
-}
-
 std::string others_text(const sim::Design& design, std::size_t axis, long index) {
   const std::vector<sim::Design::Value> values = design.point(index);
   std::string out;
   for (std::size_t k = 0; k < values.size(); ++k)
     if (k != axis)
-      out += fmt::format("{}{} = {}", out.empty() ? "" : ", ", short_name(design, k),
+      out += fmt::format("{}{} = {}", out.empty() ? "" : ", ", short_key(design, k),
                          design.axes()[k].numbers.empty() ? values[k].text : fmt::format("{:.4g}", values[k].number));
   return out;
 }
@@ -329,6 +317,17 @@ SweepPlot bars(const sim::Sweep& sweep, const sim::Sensitivity& s) {
 
 }  // namespace
 
+std::string short_key(const sim::Design& design, std::size_t axis) {
+  const std::string& key = design.axes()[axis].key;
+  std::size_t dot = key.rfind('.');
+  const auto shared = [&](const std::string& end) {
+    return std::count_if(design.axes().begin(), design.axes().end(),
+                         [&](const sim::SweepAxis& other) { return other.key == end || other.key.ends_with("." + end); }) > 1;
+  };
+  while (dot != std::string::npos && dot > 0 && shared(key.substr(dot + 1))) dot = key.rfind('.', dot - 1);
+  return dot == std::string::npos ? key : key.substr(dot + 1);
+}
+
 std::vector<SweepColumn> sweep_columns(const sim::Sweep& sweep, const sim::SweepTable& table) {
   std::vector<SweepColumn> out;
   std::vector<std::size_t> axes;
@@ -336,7 +335,7 @@ std::vector<SweepColumn> sweep_columns(const sim::Sweep& sweep, const sim::Sweep
     const sim::SweepAxis& axis = sweep.design.axes()[k];
     if (!axis.chance && axis.numbers.empty()) continue;
     axes.push_back(k);
-    out.push_back({axis.key, sim::VecX(sweep.design.size()), axis.logarithmic});
+    out.push_back({short_key(sweep.design, k), sim::VecX(sweep.design.size()), axis.logarithmic});
   }
   for (long i = 0; i < sweep.design.size(); ++i) {
     const std::vector<sim::Design::Value> values = sweep.design.point(i);

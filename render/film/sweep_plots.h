@@ -23,6 +23,9 @@ struct SweepColumn {
   sim::VecX values;  // one a point; not a number where there is none
   bool logarithmic = false;
 };
+// "rod.length", "youngs_modulus": the last words of a key that tell it from the other keys of the design.
+std::string short_key(const sim::Design& design, std::size_t axis);
+
 // Keys of numbers, then responses.
 std::vector<SweepColumn> sweep_columns(const sim::Sweep& sweep, const sim::SweepTable& table);
 

@@ -15,7 +15,7 @@ namespace {
 using glm::dvec2;
 using glm::vec3;
 
-constexpr std::size_t most_columns = 7, most_dots = 1500;
+constexpr std::size_t most_columns = 9, most_dots = 1500;
 
 std::vector<double> finite_values(const sim::VecX& column) {
   std::vector<double> out;
@@ -176,7 +176,7 @@ SweepPlot matrix(const std::vector<SweepColumn>& columns, std::size_t left_out) 
         }
         out.words.push_back({corner + dvec2(0.5 * size, 17.0), render::fit_text(columns[row].name, 12.0, size - 8.0, render::Weight::bold),
                              12.0, flat_ink, FlatAnchor::middle, true});
-        out.words.push_back({corner + dvec2(0.5 * size, 32.0), fmt::format("{:.3g} to {:.3g}", sorted[row].front(), sorted[row].back()),
+        out.words.push_back({corner + dvec2(0.5 * size, 32.0), fmt::format("{:.4g} to {:.4g}", sorted[row].front(), sorted[row].back()),
                              10.0, flat_grey, FlatAnchor::middle});
       }
       if (row < col) {

@@ -3,6 +3,7 @@
 #include "render/draw/renderer.h"
 #include "render/film/animation.h"
 #include "render/film/overlay.h"
+#include "render/film/sweep_plots.h"
 #include "render/frame/layout.h"
 #include "render/image/png.h"
 #include "render/image/text.h"
@@ -20,7 +21,7 @@
 namespace flexframe::film {
 namespace {
 
-constexpr int widest = 1920, widest_cell = 640, gap = 6, caption_height = 22;
+constexpr int widest = 1920, widest_cell = 640, gap = 6, caption_line = 20;
 constexpr double caption_size = 13.0;
 constexpr glm::vec3 ink(0.13f, 0.15f, 0.18f);
 
@@ -39,7 +40,7 @@ std::string caption_of(const sim::Design& design, long point) {
   for (std::size_t k = 0; k < values.size(); ++k) {
     const sim::SweepAxis& axis = design.axes()[k];
     const bool word = !axis.chance && axis.numbers.empty();
-    out += fmt::format("{}{} = {}", out.empty() ? "" : ", ", axis.key.substr(axis.key.rfind('.') + 1),
+    out += fmt::format("{}{} = {}", out.empty() ? "" : ", ", short_key(design, k),
                        word ? values[k].text : fmt::format("{:.4g}", values[k].number));
   }
   return out;
@@ -158,6 +159,10 @@ std::vector<std::string> write_sweep_sheet(const sim::Sweep& sweep, const SweepS
   render::Size cell;
   cell.width = std::min({film.width, widest_cell, (widest - gap) / columns - gap});
   cell.height = std::max(16, static_cast<int>(std::lround(static_cast<double>(cell.width) * film.height / film.width)));
+  // Captions of many keys take two lines.
+  const bool long_captions = std::any_of(
+      cells.begin(), cells.end(), [&](const auto& one) { return render::text_width(one->caption, caption_size) > cell.width - 4.0; });
+  const int caption_height = long_captions ? 2 * caption_line : caption_line + 2;
   const int head = 44;
   render::Image image = render::make_image(columns * (cell.width + gap) + gap, head + rows * (cell.height + caption_height + gap), 3, 255);
   std::string range;
@@ -183,8 +188,7 @@ std::vector<std::string> write_sweep_sheet(const sim::Sweep& sweep, const SweepS
       render::draw_frame(image, {double(x), double(y), double(cell.width), double(cell.height)}, 1.0, glm::vec3(0.7f));
       draw_lines(image, {x + 8.0, y + 20.0}, one.problem, cell.width - 16.0, std::max(1, (cell.height - 24) / 18));
     }
-    render::draw_text(image, {x + 2.0, y + cell.height + 16.0}, render::fit_text(one.caption, caption_size, cell.width - 4.0), caption_size,
-                      ink);
+    draw_lines(image, {x + 2.0, y + cell.height + 16.0}, one.caption, cell.width - 4.0, 2);
   }
   render::write_png(path, image, {.level = 6, .text = {}});
   return notes;

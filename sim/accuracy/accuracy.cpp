@@ -244,7 +244,39 @@ void check_result(const Task& t, const Finished& found, double accuracy, Results
 
 }  // namespace
 
-Results simulate_to_accuracy(const Scene& as_given, double accuracy, const SimulateOptions& options) {
+namespace {
+
+// The run that an earlier search ended with; none where it does not come to the same numbers.
+std::optional<Results> run_again(const RememberedSettings& kept, const SettingsMemory& memory, const SimulateOptions& options) {
+  SimulateOptions o = options;
+  o.tolerance.reset();
+  o.method = kept.method;
+  o.estimate_error = false;
+  std::vector<LinearLimit> limits;
+  try {
+    Results results = run_for_check(kept.scene, o, limits);
+    if (outputs_fingerprint(results) != kept.outputs) return std::nullopt;
+    SolverStatistics& s = results.statistics;
+    s.error_estimate = kept.statistics.error_estimate;
+    s.error_column = kept.statistics.error_column;
+    s.accuracy = kept.statistics.accuracy;
+    s.accuracy->search_cpu = 0.0;
+    s.notes = kept.statistics.notes;
+    s.notes.tell("", fmt::format("settings of an earlier search are used: {}; --fresh searches anew", memory.file.filename().string()));
+    return results;
+  } catch (const SimulationError&) {
+    return std::nullopt;
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace
+
+Results simulate_to_accuracy(const Scene& as_given, double accuracy, const SimulateOptions& options, const SettingsMemory* memory) {
+  if (memory)
+    if (const std::optional<RememberedSettings> kept = recall_settings(*memory, as_given))
+      if (std::optional<Results> again = run_again(*kept, *memory, options)) return std::move(*again);
   // What the motion needs of the effects that are "auto", told by a loose run: the search weighs these and the others by pairs.
   SimulateOptions first = options;
   first.progress = {};
@@ -310,16 +342,17 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
                                        : ""));
   if (options.check_effects) check_result(t, found, accuracy, results);
   s.accuracy = out;
+  if (memory) remember_settings(*memory, {found.scene, found.method, s, outputs_fingerprint(results)});
   return results;
 }
 
-Results simulate_as_asked(const Scene& scene, const SimulateOptions& options) {
+Results simulate_as_asked(const Scene& scene, const SimulateOptions& options, const SettingsMemory* memory) {
   if (const std::optional<double> accuracy = options.tolerance  ? std::nullopt
                                              : options.accuracy ? options.accuracy
                                                                 : scene.simulation.accuracy) {
     SimulateOptions inner = options;
     inner.accuracy.reset();
-    return simulate_to_accuracy(scene, *accuracy, inner);
+    return simulate_to_accuracy(scene, *accuracy, inner, memory);
   }
   return run_scene(scene, options);
 }

@@ -25,14 +25,16 @@
 // coordinates the scene names stay as they are.
 #pragma once
 
+#include "sim/accuracy/settings_memory.h"
 #include "sim/run/run_scene.h"
 
 namespace flexframe::sim {
 
-// options.tolerance is ignored. Throws what simulate throws.
-Results simulate_to_accuracy(const Scene& scene, double accuracy, const SimulateOptions& options);
+// options.tolerance is ignored. memory: where settings are kept from one call to the next, or null; what was found before is run again
+// without the search. Throws what simulate throws.
+Results simulate_to_accuracy(const Scene& scene, double accuracy, const SimulateOptions& options, const SettingsMemory* memory = nullptr);
 
 // That where an accuracy is asked for, by the options or the scene, and no tolerance by the options; else run_scene.
-Results simulate_as_asked(const Scene& scene, const SimulateOptions& options);
+Results simulate_as_asked(const Scene& scene, const SimulateOptions& options, const SettingsMemory* memory = nullptr);
 
 }  // namespace flexframe::sim

@@ -79,4 +79,46 @@ std::string write_toml(const TomlValue& root) {
   return out;
 }
 
+TomlValue toml_text(std::string text) {
+  TomlValue out;
+  out.type = TomlValue::Type::text;
+  out.text = std::move(text);
+  return out;
+}
+TomlValue toml_number(double number) {
+  TomlValue out;
+  out.type = TomlValue::Type::real;
+  out.real = number;
+  return out;
+}
+TomlValue toml_count(std::int64_t count) {
+  TomlValue out;
+  out.type = TomlValue::Type::integer;
+  out.integer = count;
+  out.real = static_cast<double>(count);
+  return out;
+}
+TomlValue toml_truth(bool truth) {
+  TomlValue out;
+  out.type = TomlValue::Type::boolean;
+  out.boolean = truth;
+  return out;
+}
+TomlValue toml_list(std::vector<TomlValue> items) {
+  TomlValue out;
+  out.type = TomlValue::Type::array;
+  out.items = std::move(items);
+  return out;
+}
+TomlValue toml_texts(std::span<const std::string> texts) {
+  std::vector<TomlValue> items;
+  for (const std::string& text : texts) items.push_back(toml_text(text));
+  return toml_list(std::move(items));
+}
+void toml_put(TomlValue& table, const std::string& key, TomlValue value) {
+  table.keys.push_back(key);
+  table.key_lines.push_back(0);
+  table.items.push_back(std::move(value));
+}
+
 }  // namespace flexframe::sim

@@ -6,6 +6,7 @@
 #include "sim/base/file_output.h"
 #include "sim/base/words.h"
 #include "sim/results/recorder.h"
+#include "sim/scene/fingerprint.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/scene/toml_output.h"
 #include "sim/start/make_system.h"
@@ -26,70 +27,31 @@ namespace fs = std::filesystem;
 struct TooLong {};
 std::string too_long_text(double longest) { return fmt::format("longer than {:g} CPU s", longest); }
 
-// ---- sweep.toml: every key once, in the order of the file.
-
-struct Writer {
-  TomlValue table;
-  void put(const std::string& key, TomlValue value) {
-    table.keys.push_back(key);
-    table.items.push_back(std::move(value));
-  }
-  static TomlValue text(const std::string& words) {
-    TomlValue out;
-    out.type = TomlValue::Type::text;
-    out.text = words;
-    return out;
-  }
-  static TomlValue number(double value) {
-    TomlValue out;
-    out.type = TomlValue::Type::real;
-    out.real = value;
-    return out;
-  }
-  static TomlValue count(int value) {
-    TomlValue out;
-    out.type = TomlValue::Type::integer;
-    out.integer = value;
-    return out;
-  }
-  static TomlValue truth(bool value) {
-    TomlValue out;
-    out.type = TomlValue::Type::boolean;
-    out.boolean = value;
-    return out;
-  }
-  static TomlValue list(const std::vector<std::string>& words) {
-    TomlValue out;
-    out.type = TomlValue::Type::array;
-    for (const std::string& word : words) out.items.push_back(text(word));
-    return out;
-  }
-};
-
 // The question without the scene's place, which does not decide the rows.
 TomlValue question_table(const SweepQuestion& q) {
-  Writer out;
-  out.put("set", Writer::list(q.design.settings));
-  if (!q.design.sample.empty()) out.put("sample", Writer::text(q.design.sample));
-  if (!q.design.sensitivity.empty()) out.put("sensitivity", Writer::text(q.design.sensitivity));
+  TomlValue out;
+  toml_put(out, "set", toml_texts(q.design.settings));
+  if (!q.design.sample.empty()) toml_put(out, "sample", toml_text(q.design.sample));
+  if (!q.design.sensitivity.empty()) toml_put(out, "sensitivity", toml_text(q.design.sensitivity));
   // As a text: a TOML number of this kind has 53 bits only.
-  out.put("seed", Writer::text(fmt::format("{}", q.design.seed)));
-  out.put("responses", Writer::list(q.responses));
-  if (q.tolerance) out.put("tolerance", Writer::number(*q.tolerance));
-  if (q.accuracy) out.put("accuracy", Writer::number(*q.accuracy));
-  if (q.max_steps) out.put("max_steps", Writer::number(*q.max_steps));
-  if (!q.method.empty()) out.put("method", Writer::text(q.method));
-  out.put("error_estimate", Writer::truth(q.estimate_error));
-  out.put("effect_check", Writer::truth(q.check_effects));
-  out.put("strict", Writer::truth(q.strict));
-  if (q.longest > 0.0) out.put("longest", Writer::number(q.longest));
-  return out.table;
+  toml_put(out, "seed", toml_text(fmt::format("{}", q.design.seed)));
+  toml_put(out, "responses", toml_texts(q.responses));
+  if (q.tolerance) toml_put(out, "tolerance", toml_number(*q.tolerance));
+  if (q.accuracy) toml_put(out, "accuracy", toml_number(*q.accuracy));
+  if (q.max_steps) toml_put(out, "max_steps", toml_number(*q.max_steps));
+  if (!q.method.empty()) toml_put(out, "method", toml_text(q.method));
+  toml_put(out, "error_estimate", toml_truth(q.estimate_error));
+  toml_put(out, "effect_check", toml_truth(q.check_effects));
+  toml_put(out, "strict", toml_truth(q.strict));
+  if (q.longest > 0.0) toml_put(out, "longest", toml_number(q.longest));
+  return out;
 }
 
-SweepQuestion read_question(const fs::path& file, std::string& identity, int& shards) {
+SweepQuestion read_question(const fs::path& file, std::string& identity, std::string& program, int& shards) {
   const TomlValue document = read_toml(file);
   const TableReader root(document, file.string(), "");
-  root.allow({"scene", "identity", "shards", "question"});
+  root.allow({"scene", "identity", "program", "shards", "question"});
+  program = root.text("program");
   identity = root.text("identity");
   shards = static_cast<int>(root.number("shards", {.low = 1.0, .high = 1e6, .what = "a number from 1 to 1e6"}));
   SweepQuestion q;
@@ -114,17 +76,6 @@ SweepQuestion read_question(const fs::path& file, std::string& identity, int& sh
   q.strict = t.boolean("strict", false);
   q.longest = t.number("longest", 0.0, not_negative);
   return q;
-}
-
-// Fingerprints of the files that a document names (keys "file" and "mesh"), relative to the scene's folder.
-void add_files(const TomlValue& value, const fs::path& folder, std::string& out) {
-  for (std::size_t k = 0; k < value.items.size(); ++k) {
-    const TomlValue& item = value.items[k];
-    if (item.type == TomlValue::Type::text && value.type == TomlValue::Type::table && (value.keys[k] == "file" || value.keys[k] == "mesh"))
-      out +=
-          fmt::format("{} {}\n", item.text, sha256_of_file(fs::path(item.text).is_absolute() ? fs::path(item.text) : folder / item.text));
-    else add_files(item, folder, out);
-  }
 }
 
 Scene scene_at(const std::string& text, const fs::path& file, const std::vector<std::string>& settings) {
@@ -203,12 +154,9 @@ Sweep make_sweep(const SweepQuestion& question, const fs::path& folder, const st
   // What is wrong with the scene is told with its name as it was given.
   make_scene(parse_document(sweep.scene_text, question.scene, sweep.design.fixed()));
   const SceneDocument document = parse_document(sweep.scene_text, sweep.question.scene, sweep.design.fixed());
-  std::string files = document.text + "\n";
-  add_files(document.root, sweep.question.scene.parent_path(), files);
-  sweep.inputs = sha256(files);
+  sweep.inputs = inputs_fingerprint(document);
   TomlValue root;
-  root.keys.emplace_back("question");
-  root.items.push_back(question_table(question));
+  toml_put(root, "question", question_table(question));
   sweep.identity = sha256(fmt::format("{}\n{}\n{}", write_toml(root), sweep.inputs, program));
   sweep.columns = columns_of(sweep);
   const std::vector<std::string> keys = numeric_keys(sweep.design);
@@ -223,23 +171,24 @@ Sweep make_sweep(const SweepQuestion& question, const fs::path& folder, const st
 }
 
 void write_question(const Sweep& sweep) {
-  Writer root;
-  root.put("scene", Writer::text(sweep.question.scene.string()));
-  root.put("identity", Writer::text(sweep.identity));
-  root.put("shards", Writer::count(sweep.shards));
-  root.put("question", question_table(sweep.question));
+  TomlValue root;
+  toml_put(root, "scene", toml_text(sweep.question.scene.string()));
+  toml_put(root, "identity", toml_text(sweep.identity));
+  toml_put(root, "program", toml_text(sweep.program));
+  toml_put(root, "shards", toml_count(sweep.shards));
+  toml_put(root, "question", question_table(sweep.question));
   write_whole_file(sweep.folder / "sweep.toml",
-                   "# A sweep of flexframe: what was asked. Written by the program; rows/ holds what is done.\n" + write_toml(root.table));
+                   "# A sweep of flexframe: what was asked. Written by the program; rows/ holds what is done.\n" + write_toml(root));
 }
 
 Sweep read_sweep(const fs::path& folder, const std::string& program) {
   const fs::path file = folder / "sweep.toml";
   std::error_code error;
   if (!fs::exists(file, error)) throw InputError(fmt::format("{}: no sweep was begun here: the folder has no sweep.toml", folder.string()));
-  std::string identity;
+  std::string identity, begun_with;
   int shards = 1;
-  const SweepQuestion question = read_question(file, identity, shards);
-  Sweep sweep = make_sweep(question, folder, program);
+  const SweepQuestion question = read_question(file, identity, begun_with, shards);
+  Sweep sweep = make_sweep(question, folder, program.empty() ? begun_with : program);
   sweep.shards = shards;
   if (sweep.identity != identity)
     throw InputError(

@@ -50,7 +50,7 @@ struct Sweep {
 Sweep make_sweep(const SweepQuestion& question, const std::filesystem::path& folder, const std::string& program);
 
 // sweep.toml: writes it (the folder must be there), reads it and makes the sweep of it. Throw FileError; InputError where there is none, or
-// where scene, files or program are not those that it was begun with.
+// where scene, files or program are not those that it was begun with. program empty: whatever program it was.
 void write_question(const Sweep& sweep);
 Sweep read_sweep(const std::filesystem::path& folder, const std::string& program);
 
