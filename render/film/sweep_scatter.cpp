@@ -171,7 +171,7 @@ SweepPlot matrix(const std::vector<SweepColumn>& columns, std::size_t left_out) 
         for (std::size_t k = 0; k < bins.counts.size(); ++k) {
           const double span = axes[row].high - axes[row].low;
           const double a = (bins.low + bins.width * static_cast<double>(k) - axes[row].low) / span * size, wide = bins.width / span * size;
-          const double tall = 0.72 * size * static_cast<double>(bins.counts[k]) / static_cast<double>(bins.most);
+          const double tall = (size - 42.0) * static_cast<double>(bins.counts[k]) / static_cast<double>(bins.most);
           if (tall > 0.0) out.fill_box(corner.x + a, corner.y + size - tall, std::max(0.5, wide - 0.5), tall, {0.45f, 0.66f, 0.83f});
         }
         out.words.push_back({corner + dvec2(0.5 * size, 17.0), render::fit_text(columns[row].name, 12.0, size - 8.0, render::Weight::bold),

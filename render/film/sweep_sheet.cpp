@@ -51,7 +51,12 @@ std::vector<long> chosen_points(const sim::Design& design, int most, int& column
   std::vector<long> out;
   const bool two_keys = design.sampling() == sim::Sampling::none && design.axes().size() == 2;
   const long n = std::min<long>(most, design.size());
-  for (long k = 0; k < n; ++k) out.push_back(n > 1 ? k * (design.size() - 1) / (n - 1) : 0);
+  // Of a grid the places of a golden section: an even step would meet the same values of the last keys again and again.
+  for (long k = 0; k < n; ++k)
+    out.push_back(n == design.size() ? k
+                                     : static_cast<long>(std::fmod(0.6180339887498949 * static_cast<double>(k), 1.0) *
+                                                         static_cast<double>(design.size())));
+  std::sort(out.begin(), out.end());
   columns = two_keys && design.size() <= most ? static_cast<int>(design.axes()[1].values.size())
                                               : static_cast<int>(std::ceil(std::sqrt(static_cast<double>(n))));
   return out;
