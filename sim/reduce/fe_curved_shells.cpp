@@ -197,7 +197,7 @@ void curved_shell_matrices(FeShape shape, const Mat3X& X, const FeLawAt& law_at,
   M.setZero(6 * n, 6 * n);
   const double g = 1.0 / std::sqrt(3.0);
   for (const FeShellPoint& p : shell_points(shape, X, id)) {
-    const FeShellLaw law = law_at(p.axes);
+    const FeShellLaw law = law_at(p.axes, p.N);
     for (const FePly& ply : law.plies)
       for (const double side : {-g, g}) {
         const double half = 0.5 * (ply.upper - ply.lower), z = 0.5 * (ply.upper + ply.lower) + side * half;
@@ -211,17 +211,19 @@ void curved_shell_matrices(FeShape shape, const Mat3X& X, const FeLawAt& law_at,
   const PlaneRule& rule = mass_rule(shape);
   for (size_t k = 0; k < rule.points.size(); ++k) {
     const FeShellPoint p = surface_point(shape, X, rule.points[k], rule.weights[k], id);
-    const FeShellLaw law = law_at(p.axes);
+    const FeShellLaw law = law_at(p.axes, p.N);
     // At all these points: with fewer there are rotations about the normal that none of them sees.
     add_drilling(p, drilling * law.twist * p.area, K);
     Mat3 lever;
     const Vec3 normal = law.m1 * p.axes.col(2);
+    // As in flat shells, turning about the normal moves no mass.
+    const Mat3 rotary = law.m2 * (Mat3::Identity() - p.axes.col(2) * p.axes.col(2).transpose());
     lever << 0, normal.z(), -normal.y(), -normal.z(), 0, normal.x(), normal.y(), -normal.x(), 0;
     for (Eigen::Index i = 0; i < n; ++i)
       for (Eigen::Index j = 0; j < n; ++j) {
         const double share = p.area * p.N(i) * p.N(j);
         M.block<3, 3>(6 * i, 6 * j).diagonal().array() += share * law.m0;
-        M.block<3, 3>(6 * i + 3, 6 * j + 3).diagonal().array() += share * law.m2;
+        M.block<3, 3>(6 * i + 3, 6 * j + 3) += share * rotary;
         if (!law.coupled()) continue;
         M.block<3, 3>(6 * i, 6 * j + 3) += share * lever;
         M.block<3, 3>(6 * i + 3, 6 * j) += share * lever.transpose();
@@ -246,7 +248,7 @@ MatX curved_shell_nodal_stress(FeShape shape, const Mat3X& X, const FeLawAt& law
   };
   for (size_t k = 0; k < points.size(); ++k) {
     const Eigen::Index col = static_cast<Eigen::Index>(k);
-    const FePly top = law_at(points[k].axes).plies.back();
+    const FePly top = law_at(points[k].axes, points[k].N).plies.back();
     const Vec3 plane = top.membrane * (solid_point(points[k], X, normals, top.upper).B.topRows(3) * motions);
     Mat3 S = Mat3::Zero();
     S(0, 0) = plane(0);

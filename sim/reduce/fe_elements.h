@@ -57,8 +57,9 @@ void shell_matrices(FeShape shape, const Mat3X& X, const FeShellLaw& law, int id
 // membrane and bending. Quadrangles: Gauss points, extrapolated bilinearly; triangles: at the corners.
 MatX shell_nodal_stress(FeShape shape, const Mat3X& X, const FeShellLaw& law, const MatX& u, int id);
 
-// Curved shells (triangle6, quadrangle8): matrices and stress as above with consistent mass. law_at gives the law in axes Q.
-using FeLawAt = std::function<FeShellLaw(const Mat3& Q)>;
+// Curved shells (triangle6, quadrangle8): matrices and stress as above with consistent mass. law_at gives the law in axes Q at the
+// place where the shape functions have the values N.
+using FeLawAt = std::function<FeShellLaw(const Mat3& Q, const VecX& N)>;
 void curved_shell_matrices(FeShape shape, const Mat3X& X, const FeLawAt& law_at, int id, MatX& K, MatX& M);
 MatX curved_shell_nodal_stress(FeShape shape, const Mat3X& X, const FeLawAt& law_at, const MatX& u, int id);
 

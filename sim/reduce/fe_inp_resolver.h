@@ -122,7 +122,7 @@ class InpResolver {
   void add_tie(int space, const InpTie& t);
   int add_reference(const std::map<int, double>& nodes);
   // A kinematic coupling of some directions only: an equation for each. true: made.
-  bool partly(const InpTie& t, const FeSpider& spider);
+  bool partly(int space, const InpTie& t, const FeSpider& spider);
   void add_surface_tie(int space, const InpTie& t);
   void add_mpc(int space, const InpMpc& m);
   // A term in the node's own directions as terms in space.

@@ -157,7 +157,7 @@ void InpResolver::add_beam_section(int space, const InpSection& s, const std::ve
 void InpResolver::add_thickness(int space) {
   const InpScope& from = scope(space);
   if (from.nodal_thickness.empty()) return;
-  add_once(model.notes, "*NODAL THICKNESS: each element has the mean of its nodes");
+  add_once(model.notes, "*NODAL THICKNESS: beams and shells of 3 and 4 nodes have the mean of their nodes");
   std::map<int, std::pair<double, double>> given;
   double steepest = 1.0;
   for (const InpThickness& t : from.nodal_thickness)
@@ -167,19 +167,23 @@ void InpResolver::add_thickness(int space) {
       FeElement& e = model.elements[index];
       const bool beam = e.shape == FeShape::beam2 && e.section >= 0 && rectangles.contains(e.section);
       if (!fe_is_shell(e.shape) && !beam) continue;
+      VecX all_first(e.count);
       double first = 0.0, second = 0.0, least = std::numeric_limits<double>::max(), most = 0.0;
       bool all = true;
       for (int i = 0; i < e.count && all; ++i) {
         const auto at = given.find(model.connectivity[e.first + i]);
         all = at != given.end();
         if (!all) break;
+        all_first(i) = at->second.first;
         first += at->second.first / e.count;
         second += at->second.second / e.count;
         least = std::min(least, at->second.first);
         most = std::max(most, at->second.first);
       }
       if (!all) continue;
-      steepest = std::max(steepest, most / least);
+      const bool curved = e.shape == FeShape::triangle6 || e.shape == FeShape::quadrangle8;
+      if (curved && most > least && least > 0.0) model.node_thickness[index] = all_first;
+      if (!curved) steepest = std::max(steepest, most / least);
       if (!beam) {
         e.thickness = first;
         continue;

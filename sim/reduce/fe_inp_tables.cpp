@@ -360,7 +360,7 @@ bool InpTableReader::tie_word() {
     tie.surface = inp_upper(need("SURFACE"));
     tie.reference = inp_upper(need("REFNODE"));
     tie.name = k.get("CONSTRAINTNAME").empty() ? tie.surface : up("CONSTRAINTNAME");
-    if (k.has("ORIENTATION")) note(fmt::format("{}: *COUPLING, ORIENTATION counts only where some directions are left free", where(at)));
+    tie.orientation = up("ORIENTATION");
   } else if (w == "KINEMATIC" || w == "DISTRIBUTING") {
     if (s().ties.empty() || s().ties.back().kind != InpTie::Kind::coupling) fail(fmt::format("*{} without *COUPLING before it", w));
     s().ties.back().averaging = w == "DISTRIBUTING";

@@ -85,6 +85,7 @@ struct InpTie {
   enum class Kind { rigid, coupling, kinematic, surfaces, weights } kind = Kind::rigid;
   bool averaging = false, adjust = true;
   std::string name, set, element_set, surface, reference, rotation_node, master;
+  std::string orientation;                              // of the directions of a kinematic one
   std::vector<std::pair<int, int>> dofs;                // of a kinematic one; empty: all
   std::vector<std::pair<std::string, double>> members;  // set or node, weight
   double tolerance = -1.0;

@@ -81,7 +81,7 @@ void InpResolver::add_tie(int space, const InpTie& t) {
   }
   if (t.averaging && std::all_of(spider.weights.begin(), spider.weights.end(), [&](double w) { return w == spider.weights[0]; }))
     spider.weights.clear();
-  if (!t.averaging && partly(t, spider)) return;
+  if (!t.averaging && partly(space, t, spider)) return;
   model.spiders.push_back(std::move(spider));
 }
 
@@ -94,7 +94,7 @@ int InpResolver::add_reference(const std::map<int, double>& nodes) {
   return static_cast<int>(model.nodes.size()) - 1;
 }
 
-bool InpResolver::partly(const InpTie& t, const FeSpider& spider) {
+bool InpResolver::partly(int space, const InpTie& t, const FeSpider& spider) {
   std::set<int> dofs;
   for (const auto& [first, last] : t.dofs)
     for (int d = first; d <= last; ++d) dofs.insert(d);
@@ -103,15 +103,35 @@ bool InpResolver::partly(const InpTie& t, const FeSpider& spider) {
              rotations = dofs.contains(3) && dofs.contains(4) && dofs.contains(5);
   const bool any_turning = std::any_of(spider.slaves.begin(), spider.slaves.end(), [&](int n) { return turning[n]; });
   if (translations && (rotations || !any_turning)) return false;
+  int whose = 0;
+  const InpAxes* given = t.orientation.empty() ? nullptr : axes_named(space, t.orientation, t.place, whose);
+  if (given && given->cylindrical && !deck.abaqus)
+    add_once(model.warnings,
+             fmt::format("{}: *COUPLING in directions of a cylinder follows the reference point as a rigid body, as in Abaqus; CalculiX "
+                         "takes the reference point's own motions for the radial, tangential and axial ones of all nodes",
+                         deck.where(t.place)));
   for (int node : spider.slaves) {
     const Vec3 r = model.nodes[node] - model.nodes[spider.node];
+    Mat3 axes = Mat3::Identity();
+    if (given) {
+      if (!given->at(spaces[whose].turn.transpose() * (model.nodes[node] - spaces[whose].shift), axes))
+        fail(t.place,
+             fmt::format("orientation '{}' has no direction at node {}, which lies on its axis", t.orientation, model.node_ids[node]));
+      axes = (spaces[whose].turn * axes).eval();
+    }
     for (int d : dofs) {
       if (d >= 3 && !turning[node]) continue;
       FeEquation e;
       e.line = t.place.line;
-      e.terms = {{node, d, -1.0}, {spider.node, d, 1.0}};
-      // u_d = u_m,d + (theta x r)_d.
-      const Vec3 arm = r.cross(Vec3(Vec3::Unit(d % 3)));
+      const int base = d < 3 ? 0 : 3;
+      // Along a: a . u = a . (u_m + theta x r) = a . u_m + (r x a) . theta; the largest part of the node's own motion first.
+      const Vec3 along = axes.col(d % 3), arm = r.cross(along);
+      Eigen::Index main = 0;
+      along.cwiseAbs().maxCoeff(&main);
+      for (int k = 0; k < 3; ++k)
+        if (const int axis = (static_cast<int>(main) + k) % 3; along(axis) != 0.0) e.terms.push_back({node, base + axis, -along(axis)});
+      for (int k = 0; k < 3; ++k)
+        if (along(k) != 0.0) e.terms.push_back({spider.node, base + k, along(k)});
       for (int k = 0; k < 3 && d < 3; ++k)
         if (arm(k) != 0.0) e.terms.push_back({spider.node, 3 + k, arm(k)});
       model.equations.push_back(std::move(e));

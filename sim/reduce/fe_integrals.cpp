@@ -256,7 +256,7 @@ namespace {
 MatX shell_stress(const FeModel& model, const FeElement& e, const Mat3X& X, const MatX& motions) {
   if (e.shape == FeShape::triangle6 || e.shape == FeShape::quadrangle8)
     return curved_shell_nodal_stress(
-        e.shape, X, [&](const Mat3& Q) { return shell_law(model, e, Q); }, motions, e.id);
+        e.shape, X, [&](const Mat3& Q, const VecX& N) { return shell_law_at(model, e, Q, N); }, motions, e.id);
   double area = 0.0;
   return shell_nodal_stress(e.shape, X, shell_law(model, e, shell_axes(e.shape, X, e.id, area)), motions, e.id);
 }

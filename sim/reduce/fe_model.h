@@ -138,6 +138,7 @@ struct FeModel {
   std::vector<FeMaterial> materials;
   std::map<std::string, std::vector<int>> node_sets, element_sets;  // indices, ascending; names in upper case
   std::vector<FeLayup> layups;
+  std::map<int, VecX> node_thickness;  // by index of a 6- or 8-node shell whose thickness changes: at its nodes, m
   std::vector<FeBeamSection> beam_sections;
   std::vector<FeLump> lumps;
   std::vector<Mat3> axes;  // columns: material axes in space

@@ -140,6 +140,15 @@ FeShellLaw shell_law(const FeModel& model, const FeElement& element, const Mat3&
   return law;
 }
 
+FeShellLaw shell_law_at(const FeModel& model, const FeElement& element, const Mat3& Q, const VecX& N) {
+  if (model.node_thickness.empty()) return shell_law(model, element, Q);
+  const auto at = model.node_thickness.find(static_cast<int>(&element - model.elements.data()));
+  if (at == model.node_thickness.end()) return shell_law(model, element, Q);
+  FeElement here = element;
+  here.thickness = N.dot(at->second);
+  return shell_law(model, here, Q);
+}
+
 namespace {
 
 // Of a beam in one plane: N m^2, shear stiffness G As in N (0: rigid), kg/m, kg m.

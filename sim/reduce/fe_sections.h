@@ -36,6 +36,8 @@ struct FeShellLaw {
 
 // Q: columns the shell's axes, the third its normal.
 FeShellLaw shell_law(const FeModel& model, const FeElement& element, const Mat3& Q);
+// The same at a place of a shell whose thickness changes (FeModel::node_thickness); N: shape functions there.
+FeShellLaw shell_law_at(const FeModel& model, const FeElement& element, const Mat3& Q, const VecX& N);
 // One isotropic material, nodes in the middle.
 FeShellLaw shell_law(const FeMaterial& material, double thickness);
 

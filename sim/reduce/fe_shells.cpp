@@ -253,11 +253,13 @@ void shell_matrices(FeShape shape, const Mat3X& X, const FeShellLaw& law, int id
   K = (0.5 * (K + K.transpose())).eval();
   M = MatX::Zero(6 * n, 6 * n);
   const double share = area / static_cast<double>(n);
+  // Turning about the normal moves no mass: with inertia the weak stiffness against it would make frequencies of its own.
+  const Mat3 rotary = share * law.m2 * (Mat3::Identity() - Q.col(2) * Q.col(2).transpose());
   // The mass beside the nodes' surface moves by rotation x m1 n.
   const Mat3 lever = -law.m1 * share * skew(Q.col(2));
   for (Eigen::Index i = 0; i < n; ++i) {
     M.diagonal().segment<3>(6 * i).setConstant(share * law.m0);
-    M.diagonal().segment<3>(6 * i + 3).setConstant(share * law.m2);
+    M.block<3, 3>(6 * i + 3, 6 * i + 3) = rotary;
     if (!law.coupled()) continue;
     M.block<3, 3>(6 * i, 6 * i + 3) = lever;
     M.block<3, 3>(6 * i + 3, 6 * i) = lever.transpose();

@@ -154,7 +154,7 @@ void element_matrices(const FeModel& model, const FeElement& e, const Mat3X& X, 
     beam_matrices(model.beam_sections[e.section], model.materials[e.material], X, e.id, K, M);
   } else if (e.shape == FeShape::triangle6 || e.shape == FeShape::quadrangle8) {
     curved_shell_matrices(
-        e.shape, X, [&](const Mat3& Q) { return shell_law(model, e, Q); }, e.id, K, M);
+        e.shape, X, [&](const Mat3& Q, const VecX& N) { return shell_law_at(model, e, Q, N); }, e.id, K, M);
   } else if (fe_is_shell(e.shape)) {
     double area = 0.0;
     shell_matrices(e.shape, X, shell_law(model, e, shell_axes(e.shape, X, e.id, area)), e.id, K, M);
@@ -181,6 +181,17 @@ void add_blocks(const FeModel& model, const FeSystem& s, const FeElement& e, con
           }
           if (const double m = Me(per_node * i + a, per_node * j + b); m != 0.0) out.M.emplace_back(row, column, m);
         }
+}
+
+// What couples a node's rotations in the mass of a flat shell that is inclined: the layout has like directions only.
+void add_turning_mass(const FeModel& model, const FeSystem& s, const FeElement& e, const MatX& Me, Blocks& out) {
+  for (int i = 0; i < e.count; ++i) {
+    const std::array<int, 6>& dof = s.dof[model.connectivity[e.first + i]];
+    const double scale = Me.diagonal().segment<3>(6 * i + 3).maxCoeff();
+    for (int a = 3; a < 6; ++a)
+      for (int b = 3; b < a; ++b)
+        if (const double m = Me(6 * i + a, 6 * i + b); std::abs(m) > 1e-12 * scale) out.M.emplace_back(dof[a], dof[b], m);
+  }
 }
 
 void add_to(SparseMatrix& matrix, const std::vector<Eigen::Triplet<double>>& triplets) {
@@ -227,7 +238,8 @@ FeSystem assemble(const FeModel& model) {
     } catch (const InputError& error) {
       throw InputError(fmt::format("{}: {}", place_of(model, e), error.what()));
     }
-    // Flat shells have a diagonal mass unless their nodes lie beside the middle, all others one that couples like directions only.
+    // Flat shells have a mass of each node by itself unless their nodes lie beside the middle, all others one that couples like directions
+    // only.
     const bool curved = e.shape == FeShape::triangle6 || e.shape == FeShape::quadrangle8;
     const bool beside = shell && e.section >= 0;
     if (e.shape == FeShape::beam2 || e.shape == FeShape::lumped) {
@@ -235,6 +247,7 @@ FeSystem assemble(const FeModel& model) {
       continue;
     }
     if (curved || beside) add_blocks(model, s, e, MatX::Zero(6 * e.count, 6 * e.count), Me, blocks);
+    else if (shell) add_turning_mass(model, s, e, Me, blocks);
     for (int i = 0; i < e.count; ++i)
       for (int j = 0; j < e.count; ++j) {
         const int a = model.connectivity[e.first + j], b = model.connectivity[e.first + i];  // column, row

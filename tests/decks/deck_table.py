@@ -79,6 +79,8 @@ def logical_lines(deck, depth=0):
 def f06_frequencies(deck):
     """Nastran's frequencies from the .f06 beside the deck, rigid motions among them; None where there are none."""
     found = None
+    if re.search(r"(?im)^ *SOL +(105|106|SEBUCKL)", deck.read_text(errors="replace")):  # the eigenvalues are loads
+        return None
     for line in deck.with_suffix(".f06").read_text(errors="replace").splitlines() if deck.with_suffix(".f06").exists() else []:
         words = line.split()
         if "R E A L   E I G E N V A L U E S" in line:
@@ -134,6 +136,9 @@ def matrix_frequencies(text, supports, limit, folder):
         matrix = numpy.zeros((max(rows.max(), columns.max()) + 1,) * 2)
         matrix[rows, columns] = matrix[columns, rows] = table[:, 2]
         pair.append(matrix)
+    # What has neither stiffness nor mass does nothing.
+    acts = (abs(pair[0]).max(axis=0) > 0) | (abs(pair[1]).max(axis=0) > 0)
+    pair = [matrix[numpy.ix_(acts, acts)] for matrix in pair]
     # Inner motions of elements have no mass: the inverse problem, shifted so that rigid motions do not matter.
     stiffness, mass = pair
     shift = 1e-6 * numpy.trace(stiffness) / max(numpy.trace(mass), 1e-300)
@@ -226,8 +231,7 @@ def summary(rows):
     off = [r for r in compared if r["difference"] > AGREES]
     return [
         f"{len(accepted)} of {len(rows)} accepted",
-        f"{len(compared)} compared with CalculiX or Nastran: {len(compared) - len(off)} within {AGREES:.0%}, {len(off)} not, "
-        f"of those {sum(bool(r['warnings']) for r in off)} with a warning",
+        f"{len(compared)} compared with CalculiX or Nastran: {len(compared) - len(off)} within {AGREES:.0%}, {len(off)} not",
     ]
 
 
