@@ -82,6 +82,7 @@ TEST(BeamBody, SecondOrderPositionsMatchTheExactKinematicsOfARod) {
     for (const Boundary boundary : kBoundaries) {
       BeamDef def = general_beam(boundary);
       for (int i = 0; i <= intervals; ++i) def.frames[fmt::format("s{}", i)] = static_cast<double>(i) / intervals;
+      def.all_elements = true;  // these frames move no nodes
       BeamEffects effects = kAll;
       effects.shear = maker.shear;
       const FlexibleBody body = maker.make(def, effects);
