@@ -11,8 +11,8 @@
 
 #include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <new>
+#include <system_error>
 #include <typeinfo>
 #include <vector>
 
@@ -40,8 +40,7 @@ int run_program(int argc, char** argv) {
     if (!command.words.given()) continue;
     const int code = command.action();
     // Results that did not reach their reader are no success.
-    if (std::fflush(stdout) != 0 || std::ferror(stdout))
-      throw std::runtime_error(fmt::format("cannot write to stdout: {}", std::strerror(errno)));
+    if (std::fflush(stdout) != 0 || std::ferror(stdout)) throw std::system_error(errno, std::generic_category(), "cannot write to stdout");
     return code;
   }
   throw std::logic_error("internal error: a subcommand without an action");
@@ -67,6 +66,9 @@ int main(int argc, char** argv) {
     return report(130, e.what());
   } catch (const std::bad_alloc&) {
     return report(1, "out of memory");
+  } catch (const std::system_error& e) {
+    // Who reads the pipe has seen enough (flexframe check S | head): nothing to tell.
+    return e.code() == std::errc::broken_pipe ? 1 : report(1, e.what());
   } catch (const std::exception& e) {
     return report(1, e.what());
   }

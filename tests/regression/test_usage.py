@@ -1,12 +1,15 @@
 """Words of the command line: exit codes, messages, help, locale."""
 import json
+import os
 import pathlib
+import subprocess
 
-from program import examples, expect, finish, history, run, temporary_folder
+from program import examples, expect, finish, flexframe, history, run, temporary_folder
 
 expect("run" in run("--help").stdout, "--help does not list run")
 expect(run("--version").stdout.strip() != "", "--version says nothing")
 commands = ("run", "simulate", "render", "check", "info", "reduce", "modes", "deform", "compare", "effects", "study", "export")
+commands += ("response", "spectrum", "load-path", "new", "sweep", "collect", "import")
 for command in commands:
     text = run(command, "--help").stdout
     for word in ("--help", "--quiet", "--verbose", "--json", "Examples:", f"  flexframe {command} "):
@@ -23,6 +26,12 @@ expect("renderer" in run("info", "--renderer").stdout, "info --renderer")
 with temporary_folder() as folder:
     folder = pathlib.Path(folder)
     pendulum = examples / "pendulum.toml"
+    # A reader that has seen enough, as head has, is told nothing.
+    reader, writer = os.pipe()
+    os.close(reader)
+    closed = subprocess.run([flexframe, "check", str(pendulum)], stdout=writer, stderr=subprocess.PIPE, text=True)
+    os.close(writer)
+    expect(closed.returncode == 1 and closed.stderr == "", f"closed pipe: exit {closed.returncode}, {closed.stderr}")
     wrong = [
         [],
         ["rum"],
