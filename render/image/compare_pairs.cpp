@@ -150,14 +150,17 @@ std::vector<std::pair<ComparedPair, std::vector<fs::path>>> pair_up(const Compar
     there.push_back(baseline);
   }
   std::vector<std::pair<ComparedPair, std::vector<fs::path>>> out;
-  const auto add = [&](ComparedPair pair, std::vector<fs::path> baselines) {
+  const auto add = [&](const std::string& name, const fs::path& candidate, std::vector<fs::path> baselines) {
+    ComparedPair pair;
+    pair.name = name;
+    pair.candidate = candidate;
     if (baselines.empty()) pair.state = PairState::missing_baseline;
     else pair.baseline = baselines.front();
     if (pair.candidate.empty()) pair.state = PairState::missing_candidate;
     out.emplace_back(std::move(pair), std::move(baselines));
   };
   if (!folder) {
-    add({.name = request.candidate.filename().string(), .candidate = request.candidate}, there);
+    add(request.candidate.filename().string(), request.candidate, there);
     if (there.empty()) read_png(request.candidate);
     return out;
   }
@@ -169,7 +172,7 @@ std::vector<std::pair<ComparedPair, std::vector<fs::path>>> pair_up(const Compar
     std::vector<fs::path> baselines;
     for (const fs::path& baseline : there)
       if (fs::is_regular_file(baseline / name)) baselines.push_back(baseline / name);
-    add({.name = name, .candidate = after.count(name) ? request.candidate / name : fs::path()}, std::move(baselines));
+    add(name, after.count(name) ? request.candidate / name : fs::path(), std::move(baselines));
   }
   return out;
 }

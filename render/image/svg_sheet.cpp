@@ -114,7 +114,7 @@ std::string svg_text(const SvgSheet& sheet, const SvgPage& page) {
       length(sheet.width), length(sheet.height), sheet.width, sheet.height);
   if (page.below)
     out += fmt::format("<image width=\"{}\" height=\"{}\" xlink:href=\"data:image/png;base64,{}\"/>\n", page.below->width,
-                       page.below->height, base64(encode_png(*page.below, {.level = 6})));
+                       page.below->height, base64(encode_png(*page.below, {.level = 6, .text = {}})));
   return out + sheet.body + "</svg>\n";
 }
 

@@ -3,6 +3,7 @@
 #include "sim/base/error.h"
 #include "sim/base/file_output.h"
 #include "sim/scene/toml_output.h"
+#include "sim/time/system.h"
 
 #include <fmt/format.h>
 
