@@ -171,7 +171,8 @@ Imported import_files(const Request& request) {
 Imported inspect_file(const std::filesystem::path& file) {
   if (!fs::exists(file)) throw InputError(fmt::format("{}: no such file", file.string()));
   const std::string ending = ending_of(file);
-  Request request{.files = {file}};
+  Request request;
+  request.files = {file};
   if (ending == ".mov" || ending == ".vtu" || ending == ".vtp") request.step = 1.0;
   for (const Kind& kind : kinds())
     if (std::find(kind.endings.begin(), kind.endings.end(), ending) != kind.endings.end() && ending != ".urdf") return kind.read(request);

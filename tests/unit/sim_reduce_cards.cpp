@@ -154,8 +154,9 @@ TEST(ReduceCards, HyperelasticMaterials) {
     const double G = m.youngs_modulus / (2 * (1 + m.poisson)), K = m.youngs_modulus / (3 * (1 - 2 * m.poisson));
     return std::pair(G, K);
   };
-  for (const std::string& tail : {"NEO HOOKE\n4e5,2e-8\n", "MOONEY-RIVLIN\n3e5,1e5,2e-8\n", "YEOH\n4e5,1.,2.,2e-8\n",
-                                  "POLYNOMIAL,N=2\n3e5,1e5,1.,1.,1.,2e-8,0.\n", "OGDEN,N=1\n8e5,2.,2e-8\n"}) {
+  for (const std::string& tail :
+       std::vector<std::string>{"NEO HOOKE\n4e5,2e-8\n", "MOONEY-RIVLIN\n3e5,1e5,2e-8\n", "YEOH\n4e5,1.,2.,2e-8\n",
+                                "POLYNOMIAL,N=2\n3e5,1e5,1.,1.,1.,2e-8,0.\n", "OGDEN,N=1\n8e5,2.,2e-8\n"}) {
     const auto [G, K] = moduli(tail);
     EXPECT_NEAR(G, 8e5, 1.0) << tail;
     EXPECT_NEAR(K, 1e8, 1e3) << tail;
