@@ -115,8 +115,8 @@ inline double power(double a, double b) { return b == 2.0 ? a * a : std::pow(a, 
 
 // Instructions [begin, end) of a compiled text; jumps inside count from the text's first one.
 struct Piece {
-  explicit Piece(const std::vector<Expression::Instruction>& all) : Piece(all, 0, static_cast<int>(all.size())) {}
-  Piece(const std::vector<Expression::Instruction>& all, int begin, int end) : all(all), begin(begin), end(end) {}
+  explicit Piece(const std::vector<Expression::Instruction>& code) : Piece(code, 0, static_cast<int>(code.size())) {}
+  Piece(const std::vector<Expression::Instruction>& code, int first, int last) : all(code), begin(first), end(last) {}
   const std::vector<Expression::Instruction>& all;
   int begin, end;
 };

@@ -128,10 +128,10 @@ void read_matrices(const TableReader& reader, const Scene& scene, BlockDef& out)
 
 void read_inputs(const TableReader& reader, const Scene& scene, BlockDef& out) {
   const auto read = [&](const TableReader& from, const char* key) {
-    StateExpression read = read_state_expression(from, key, nullptr, scene);
-    out.inputs.push_back(std::move(read.text));
-    out.driven.push_back(std::move(read.driven));
-    out.reads.push_back(std::move(read.reads));
+    StateExpression found = read_state_expression(from, key, nullptr, scene);
+    out.inputs.push_back(std::move(found.text));
+    out.driven.push_back(std::move(found.driven));
+    out.reads.push_back(std::move(found.reads));
   };
   const TomlValue& input = reader.required("input");
   if (input.type != TomlValue::Type::array) {
