@@ -47,7 +47,8 @@ function make_plot(output, span, x, y, go, remove) {
     for (const m of across.marks) {
       const v = py(m / output.factor);
       element(svg, 'line', { x1: left, x2: right, y1: v, y2: v, class: 'grid' });
-      element(svg, 'text', { x: left - 4, y: v + 3, 'text-anchor': 'end' }, m === 0 ? '0' : across.digits > 4 || Math.abs(m) >= 1e5 ? m.toExponential(1) : m.toFixed(across.digits));
+      element(svg, 'text', { x: left - 4, y: v + 3, 'text-anchor': 'end' },
+        m === 0 ? '0' : across.digits > 4 || Math.abs(m) >= 1e5 ? m.toExponential(1) : m.toFixed(across.digits));
     }
     for (const m of along.marks) element(svg, 'text', { x: px(m), y: height - 6, 'text-anchor': 'middle' }, m.toFixed(along.digits));
     element(svg, 'text', { x: left, y: 11, class: 'name' }, output.unit ? `${output.label} [${output.unit}]` : output.label);

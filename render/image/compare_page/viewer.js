@@ -1,6 +1,6 @@
 "use strict";
-// Each pair has a viewer: baseline and new picture side by side, parted by a line that is dragged (swipe), in turn (blink), or what differs;
-// all with the same zoom. Without scripts the pictures stand side by side.
+// Each pair has a viewer: baseline and new picture side by side, parted by a line that is dragged (swipe), in turn (blink), or what
+// differs; all with the same zoom. Without scripts the pictures stand side by side.
 
 const modes = [["side", "Side by side"], ["swipe", "Swipe"], ["blink", "Blink"], ["difference", "Difference"]];
 const numbers = text => (text || "").split(",").filter(word => word !== "").map(Number);
