@@ -13,6 +13,9 @@ Model build_model(const Scene& scene);
 // Throws InputError with the frames that exist. `where` starts the message.
 int add_frame(Model& model, const Scene& scene, const FrameRef& ref, const std::string& where);
 
+// A frame at a part's own frame, named so; returns its index.
+int add_own_frame(Model& model, int part, const std::string& name);
+
 // Index of the tree part that carries a scene joint's coordinates, or -1 (cut or prescribed joints have none but are found too).
 int joint_part(const Model& model, int scene_joint);
 
