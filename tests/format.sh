@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# The house's format: .clang-format over every C++ source, black over every Python file, and 140 columns in these, pages, scenes, CMake and
-# shell. Longer may be: rows of tables in pages, and what programs write (assets, studies, the list of golden pictures).
+# The house's format: .clang-format over every C++ source, black over every Python file, and 140 columns in these, pages, scenes, CMake,
+# shell, JavaScript, CSS and HTML. Longer may be: rows of tables in pages, and what programs write (assets, studies, the list of golden
+# pictures).
 #   tests/format.sh [FILE...]      names what differs; exit 1 if a file does
 #   tests/format.sh --fix          formats all C++ and Python in place
 set -uo pipefail
@@ -14,7 +15,7 @@ files=("$@")
 rooms=(sim interp render tests assets examples)
 ((${#files[@]})) || mapfile -t files < <(
   find "${rooms[@]}" \( -name '*.h' -o -name '*.cpp' -o -name '*.py' -o -name '*.md' -o -name '*.toml' -o -name '*.sh' -o -name '*.cmake' \
-    -o -name '*.cmake.in' -o -name CMakeLists.txt \) -not -path '*/build/*' | sort
+    -o -name '*.cmake.in' -o -name CMakeLists.txt -o -name '*.js' -o -name '*.css' -o -name '*.html' \) -not -path '*/build/*' | sort
   echo README.md
   echo CMakeLists.txt
 )

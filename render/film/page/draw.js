@@ -12,7 +12,8 @@ layout(location = 1) in vec3 normal;
 layout(location = 2) in vec3 color;
 uniform mat4 world, eye;
 uniform isampler2D shapes, turns, values;
-uniform int shape_count, value_count, points, shown;  // shown: 0 own colour, 1 length of the displacement, 2 shapes of the value, 3 constant
+uniform int shape_count, value_count, points;
+uniform int shown;  // 0 own colour, 1 length of the displacement, 2 shapes of the value, 3 constant
 uniform vec4 weights[${most_shapes}];                 // of displacement, of normals, of the value
 uniform float scale, constant;
 uniform bool shadow;
@@ -155,7 +156,9 @@ function load_body(gl, array, body) {
     points[i] = body.rest_low[i % 3] + rest[i] * body.rest_step[i % 3];
     normals[i] = directions[i] / 32767;
   }
-  const model = { body, vertices: gl.createVertexArray(), visible: body.visible, moving: array(body.position), turning: array(body.rotation) };
+  const model = {
+    body, vertices: gl.createVertexArray(), visible: body.visible, moving: array(body.position), turning: array(body.rotation),
+  };
   gl.bindVertexArray(model.vertices);
   attribute(gl, 0, points);
   attribute(gl, 1, normals);
@@ -359,7 +362,8 @@ function make_painter(canvas, scene, array) {
           const look = { scale: solid_scale, opacity: model.body.opacity, colours: state.colours };
           if (opaque) draw_body(model, world, look);
           else draw_ghost(model, world, look);
-          if (opaque && model.creases && !state.plain) draw_body(model, world, { ...look, lines: true, color: [0.13, 0.15, 0.19], opacity: 0.75 });
+          if (opaque && model.creases && !state.plain)
+            draw_body(model, world, { ...look, lines: true, color: [0.13, 0.15, 0.19], opacity: 0.75 });
         }
       gl.disable(gl.POLYGON_OFFSET_FILL);
       for (const spring of springs) draw_lines(coil(spring, state.at), [0.25, 0.28, 0.33], true);

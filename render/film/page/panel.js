@@ -77,7 +77,8 @@ function make_legend(scene, array) {
   canvas.style.cssText = 'width:14px;height:180px';
   const pen = canvas.getContext('2d');
   for (let i = 0; i < 256; ++i) {
-    const share = c.levels > 1 ? (Math.min(Math.floor(i / 256 * c.levels), c.levels - 1) + 0.5) / c.levels : i / 255, k = 3 * Math.round(255 * share);
+    const band = Math.min(Math.floor(i / 256 * c.levels), c.levels - 1);
+    const share = c.levels > 1 ? (band + 0.5) / c.levels : i / 255, k = 3 * Math.round(255 * share);
     pen.fillStyle = `rgb(${map[k]},${map[k + 1]},${map[k + 2]})`;
     pen.fillRect(0, 255 - i, 14, 1);
   }
@@ -274,7 +275,8 @@ function make_legend(scene, array) {
     return '#' + Object.entries(words).map(([k, v]) => `${k}=${v}`).join('&');
   }
   function read_link() {
-    const words = new URLSearchParams(location.hash.slice(1)), numbers = key => (words.get(key) || '').split(',').filter(x => x !== '').map(Number);
+    const words = new URLSearchParams(location.hash.slice(1));
+    const numbers = key => (words.get(key) || '').split(',').filter(x => x !== '').map(Number);
     if (words.has('clean')) { document.body.classList.add('clean'); state.plain = true; state.ground = false; }
     if (words.has('ghost')) $('ghost').checked = state.ghost = words.get('ghost') === '1';
     if (words.has('follow')) $('follow').value = state.follow = Number(words.get('follow'));
@@ -314,7 +316,8 @@ function make_legend(scene, array) {
   }
   function move(dx, dy) {
     const c = state.camera, z = unit(subtract(c.position, c.target)), x = unit(cross(c.up, z)), y = cross(z, x);
-    const high = c.height || 2 * Math.hypot(...subtract(c.position, c.target)) * Math.tan(c.fov * Math.PI / 360), s = high / canvas.clientHeight;
+    const high = c.height || 2 * Math.hypot(...subtract(c.position, c.target)) * Math.tan(c.fov * Math.PI / 360);
+    const s = high / canvas.clientHeight;
     const way = add(times(-dx * s, x), times(dy * s, y));
     state.camera = { ...c, position: add(c.position, way), target: add(c.target, way) };
     redraw();
