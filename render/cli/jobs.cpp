@@ -144,6 +144,7 @@ void add_render_words(Subcommand words, RenderWords& values) {
   words.option("--samples", values.samples, "antialiasing samples per pixel: 1, 4, 9 or 16").one_of({1, 4, 9, 16});
   words.flag("--no-shadows", values.no_shadows, "no shadows and no ambient occlusion: faster");
   words.flag("--vector", values.vector, "each picture as vector/frame_00000.svg too: words, bars, plots as elements over the pixels");
+  words.flag("--pdf", values.pdf, "each picture as pdf/frame_00000.pdf too, as --vector, for LaTeX and others that take PDF");
   words.flag("--no-overlay", values.no_overlay, "no text, colour bars and plots");
   words.option("--cache", values.cache, "folder for mapped modes of bodies, reused by later runs; default: none")
       .as("DIR")
@@ -229,6 +230,7 @@ void apply_words(const RenderWords& words, film::RenderSettings& settings) {
     if (!words.background.empty()) settings.background = background;
   }
   if (words.vector) settings.vector_channel = true;
+  if (words.pdf) settings.pdf_channel = true;
   if (words.samples) settings.samples = *words.samples;
   settings.cache = words.cache;
   if (words.no_shadows) settings.shadows = settings.occlusion = false;

@@ -37,7 +37,7 @@ struct RenderWords {
   std::optional<int> samples;
   std::string cache;
   int workers = 0;
-  bool resume = false, no_video = false, no_shadows = false, no_overlay = false, vector = false;
+  bool resume = false, no_video = false, no_shadows = false, no_overlay = false, vector = false, pdf = false;
 };
 void add_render_words(Subcommand words, RenderWords& values);
 

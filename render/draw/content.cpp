@@ -56,6 +56,9 @@ void check_picture(const Picture& p) {
   };
   if (p.scalar_map.logarithmic && !(p.scalar_map.lower > 0.0 && p.scalar_map.upper > p.scalar_map.lower))
     refuse(fmt::format("logarithmic colours from {:g} to {:g}; both must be positive and rise", p.scalar_map.lower, p.scalar_map.upper));
+  for (const Inset& inset : p.insets)
+    if (!(inset.zoom > 0.0) || !std::isfinite(inset.zoom) || !std::isfinite(glm::length(inset.point)))
+      refuse(fmt::format("inset with a zoom of {:g}; it must be positive, and its point finite", inset.zoom));
   if (p.cut && !(glm::length(p.cut->normal) > 0.0)) refuse("cut whose normal is zero");
   if (p.views.empty()) check_camera(p.camera);
   for (const View& v : p.views) check_camera(v.camera);
@@ -204,6 +207,7 @@ Picture scaled_picture(const Picture& picture, double factor, const Bounds& boun
     t.length *= factor;
   }
   for (Label& l : p.labels) l.point *= factor;
+  for (Inset& inset : p.insets) inset.point *= factor;
   for (Dimension& d : p.dimensions) {
     for (glm::dvec3& point : d.line) point *= factor;
     for (auto& helper : d.helpers)

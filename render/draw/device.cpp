@@ -149,7 +149,7 @@ void Device::add_store(Target& t) {
     throw DrawError("OpenGL cannot keep " + std::to_string(t.width) + " x " + std::to_string(t.height) + " samples to be lit later");
 }
 
-Target& Device::target(const std::string& role, int width, int height, bool has_color, bool float_color) {
+Target& Device::target(const std::string& role, int width, int height, ColorFormat color) {
   Target& t = targets_[role];
   // Things that move ask for a little more or less each time. Clearing costs by the size.
   width = (width + 63) / 64 * 64;
@@ -159,13 +159,14 @@ Target& Device::target(const std::string& role, int width, int height, bool has_
     return t;
   }
   if (t.framebuffer) remove(t);
-  t = {0, 0, 0, width, height, has_color, float_color};
+  t = {0, 0, 0, width, height};
   gl_.GenFramebuffers(1, &t.framebuffer);
   gl_.BindFramebuffer(GL_FRAMEBUFFER, t.framebuffer);
-  if (has_color) {
+  if (color != ColorFormat::none) {
+    const GLenum format = color == ColorFormat::bytes ? GL_RGBA8 : color == ColorFormat::words ? GL_RGBA16 : GL_R32F;
     gl_.GenRenderbuffers(1, &t.color);
     gl_.BindRenderbuffer(GL_RENDERBUFFER, t.color);
-    gl_.RenderbufferStorage(GL_RENDERBUFFER, float_color ? GL_R32F : GL_RGBA8, width, height);
+    gl_.RenderbufferStorage(GL_RENDERBUFFER, format, width, height);
     gl_.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, t.color);
   } else {
     gl_.DrawBuffer(GL_NONE);

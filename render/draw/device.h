@@ -18,11 +18,13 @@ namespace flexframe::render {
 
 enum class ShaderKind { surface, cover, line, marker };
 
-// Color and depth to draw to. float_color: one 32 bit channel instead of four bytes.
+// What a target's colours are: nothing, four bytes, four times 16 bits, one 32 bit number.
+enum class ColorFormat { none, bytes, words, red_float };
+
+// Color and depth to draw to.
 struct Target {
   GLuint framebuffer = 0, color = 0, depth = 0;  // depth is a texture
   int width = 0, height = 0;
-  bool has_color = true, float_color = false;
   // What is kept of samples to be lit later, two words each, over the same depth; 0 until asked for.
   GLuint store_framebuffer = 0, store = 0;
 };
@@ -76,7 +78,7 @@ class Device {
   void forget_buffers();  // at the end of a picture
 
   // Target of a role with at least this size (the next multiples of 64), made again where that has changed.
-  Target& target(const std::string& role, int width, int height, bool has_color, bool float_color = false);
+  Target& target(const std::string& role, int width, int height, ColorFormat color);
 
   // Gives the target of a role its store; contents are undefined.
   void add_store(Target& target);

@@ -210,6 +210,11 @@ void Painter::set_view(Program& program, const Picture& p, const Surface& s, con
     // Across the key light, level.
     const glm::vec3 side = glm::cross(v.up, v.to_light);
     program.set("side", glm::length(side) > 1e-3f ? glm::normalize(side) : glm::vec3(1.0f, 0.0f, 0.0f));
+    // A quarter more light where the view ends on the lamp's side; none of it where colours are values.
+    const glm::dvec2 samples(v.samples), lamp(v.to_light);
+    const double way = glm::length(lamp), strength = s.scalars.empty() && way > 1e-3 ? 0.25 : 0.0;
+    const glm::dvec2 slope = way > 1e-3 ? strength / (0.5 * std::max(samples.x, samples.y) * way) * lamp : glm::dvec2(0.0);
+    program.set("falloff", glm::vec3(slope, 1.0 + glm::dot(slope, glm::dvec2(v.x, v.y) - 0.5 * samples)));
   }
   set_material(program, s, p.lighting, p.scalar_map.colormap);
   // Towards the viewer, from a sample: minus the ray through it, for a perspective camera.
@@ -417,23 +422,26 @@ Program& Painter::symbol_program(ShaderKind kind, const glm::dmat4& pose, double
   return program;
 }
 
-std::vector<glm::vec3> Painter::facing_pairs(const Lines& l, const ViewFrame& frame) {
+std::vector<glm::vec3> Painter::facing_pairs(const Lines& l, const ViewFrame& frame, std::vector<glm::vec4>& colors) {
   const glm::dmat4 from_view = glm::inverse(frame.view * l.pose);
   const glm::vec3 eye(from_view * glm::dvec4(0.0, 0.0, 0.0, 1.0)), back(from_view * glm::dvec4(0.0, 0.0, 1.0, 0.0));
   std::vector<glm::vec3> points;
   for (std::size_t i = 0; i + 1 < l.points.size(); i += 2) {
     const glm::vec3 to_viewer = frame.orthographic ? back : eye - l.points[i];
     if (glm::dot(l.faces[i], to_viewer) < 0.0f && glm::dot(l.faces[i + 1], to_viewer) < 0.0f) continue;
-    points.push_back(l.points[i]);
-    points.push_back(l.points[i + 1]);
+    for (const std::size_t k : {i, i + 1}) {
+      points.push_back(l.points[k]);
+      colors.push_back(l.colors.size() == l.points.size() ? l.colors[k] : l.color);
+    }
   }
   return points;
 }
 
 void Painter::draw_lines(const Lines& l, const ViewState& v) {
   if (l.points.size() < 2 || !all_finite(l.points)) return;
-  const bool chosen = !l.strip && l.faces.size() == l.points.size() && l.colors.empty();
-  if (chosen) line_points_.push_back(facing_pairs(l, *v.frame));
+  const bool chosen = !l.strip && l.faces.size() == l.points.size();
+  line_colors_.emplace_back();
+  if (chosen) line_points_.push_back(facing_pairs(l, *v.frame, line_colors_.back()));
   const std::vector<glm::vec3>& all = chosen ? line_points_.back() : l.points;
   if (all.size() < 2) return;
   const Gl& gl = device_.gl();
@@ -442,7 +450,7 @@ void Painter::draw_lines(const Lines& l, const ViewState& v) {
   program.set("near", static_cast<float>(v.frame->orthographic ? -1e30 : v.frame->near));
   program.set("pull", static_cast<float>(v.frame->orthographic ? 1e-3 * (v.frame->far - v.frame->near) : 1e-3));
   program.set("origin", glm::vec2(-v.x, -v.y));
-  line_colors_.emplace_back(l.colors.size() == all.size() ? l.colors : std::vector<glm::vec4>(all.size(), l.color));
+  if (!chosen) line_colors_.back() = l.colors.size() == all.size() ? l.colors : std::vector<glm::vec4>(all.size(), l.color);
   const GLuint points = device_.buffer(GL_ARRAY_BUFFER, std::span<const glm::vec3>(all));
   const GLuint colors = device_.buffer(GL_ARRAY_BUFFER, std::span<const glm::vec4>(line_colors_.back()));
   if (l.strip) {

@@ -69,7 +69,7 @@ class Painter {
   void set_view(Program& program, const Picture& picture, const Surface& material, const ViewState& view);
   void light_kept(const Picture& picture, const Content& content, const std::vector<std::size_t>& kept, const ViewState& view);
   // Ends of the pairs of which a face looks at the viewer.
-  static std::vector<glm::vec3> facing_pairs(const Lines& lines, const ViewFrame& frame);
+  static std::vector<glm::vec3> facing_pairs(const Lines& lines, const ViewFrame& frame, std::vector<glm::vec4>& colors);
   Program& symbol_program(ShaderKind kind, const glm::dmat4& pose, double least, double width, const ViewState& view, bool cut);
   void draw_triangles(std::span<const glm::uvec3> triangles);
   void attribute(GLuint index, GLint components, GLuint buffer, std::size_t offset = 0, GLuint divisor = 0);

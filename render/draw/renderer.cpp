@@ -7,6 +7,7 @@
 #include "render/frame/backdrop.h"
 #include "render/frame/camera.h"
 #include "render/frame/overlay.h"
+#include "render/image/pdf_sheet.h"
 #include "render/image/svg_sheet.h"
 #include "sim/base/error.h"
 
@@ -106,7 +107,7 @@ struct Renderer::Impl {
     ShadowMap map = shadow_part(d.surfaces, d.boxes, light);
     if (map.width < 1 || map.height < 1) return map;
     const Gl& gl = device.gl();
-    device.target("shadow", map.width, map.height, false);
+    device.target("shadow", map.width, map.height, ColorFormat::none);
     gl.Viewport(-map.x, -map.y, shadow_size, shadow_size);
     gl.Disable(GL_SCISSOR_TEST);
     gl.Disable(GL_CULL_FACE);
@@ -144,7 +145,7 @@ struct Renderer::Impl {
     if (count == 0) return layers;
 
     v.ghost = true;
-    Target& scratch = device.target("ghost", opaque.width, opaque.height, true);
+    Target& scratch = device.target("ghost", opaque.width, opaque.height, ColorFormat::bytes);
     const auto layer = [&](const Bounds& box, const glm::dmat4& pose, double extra, bool on_top, auto&& draw, bool behind = false) {
       PixelRect r = covered(box, pose, *v.frame, v.per_pixel, extra + 2.0);
       r.width = std::min(r.x + r.width, v.x + scratch.width) - std::max(r.x, v.x);
@@ -214,12 +215,15 @@ struct Renderer::Impl {
     const Picture& picture;
     const Content& content;
     const Layout& layout;
-    double radius;  // m, what occlusion reaches by
-    int per_pixel;  // samples along a pixel's side
-    std::vector<ViewFrame> frames{};
+    double radius;                    // m, what occlusion reaches by
+    int per_pixel;                    // samples along a pixel's side
+    std::vector<ViewFrame> frames{};  // one a view, then one an inset
+    std::vector<Camera> cameras{};    // likewise
+    Image16* linear = nullptr;        // where the picture goes in linear light; null: into bytes of sRGB
     std::vector<GroundFrame> grounds{};
     std::vector<bool> outlined = std::vector<bool>(256, false);  // by the number that a surface's samples carry
     bool outlines = false;
+    std::vector<std::vector<bool>> hidden{};  // by view: labels with a leader whose point a surface hides; empty: none is
   };
 
   double lap_start = 0.0;
@@ -236,7 +240,7 @@ struct Renderer::Impl {
                     0.0,    drawing.layout.unit};
     if (p.ground) {
       key.line = p.ground->line_color;
-      for (std::size_t i = 0; i < drawing.frames.size(); ++i) {
+      for (std::size_t i = 0; i < drawing.layout.views.size(); ++i) {
         const GroundFrame& ground = drawing.grounds[i];
         key.areas.push_back(drawing.frames[i].area);
         key.homographies.push_back(ground.visible ? ground.pixel_to_ground : glm::dmat3(0.0));
@@ -248,7 +252,7 @@ struct Renderer::Impl {
     backdrop = paint_background(p);
     grid_seen = false;
     if (p.ground && p.ground->lines)
-      for (std::size_t i = 0; i < drawing.frames.size(); ++i)
+      for (std::size_t i = 0; i < drawing.layout.views.size(); ++i)
         grid_seen |= paint_grid(backdrop, drawing.grounds[i], drawing.frames[i], *p.ground, drawing.layout.unit);
     backdrop_key = key;
   }
@@ -285,7 +289,8 @@ struct Renderer::Impl {
     samples.width = (x1 - x0) * n;
     samples.height = (y1 - y0) * n;
     samples.per_pixel = n;
-    Target& opaque = device.target("main", samples.width, samples.height, true);
+    Target& opaque = drawing.linear ? device.target("linear", samples.width, samples.height, ColorFormat::words)
+                                    : device.target("main", samples.width, samples.height, ColorFormat::bytes);
     v.target = &opaque;
     painter.begin_opaque(v);
     painter.draw_opaque(p, drawing.content, v);
@@ -295,18 +300,49 @@ struct Renderer::Impl {
     gl.Finish();
     lap(times.draw);
     gl.BindFramebuffer(GL_FRAMEBUFFER, opaque.framebuffer);
-    gl.ReadPixels(0, 0, samples.width, samples.height, GL_RGBA, GL_UNSIGNED_BYTE, samples.colors.data());
+    if (drawing.linear) {
+      samples.fine.resize(samples.colors.size());
+      gl.ReadPixels(0, 0, samples.width, samples.height, GL_RGBA, GL_UNSIGNED_SHORT, samples.fine.data());
+      // Marks, and what outlines are drawn by.
+      for (std::size_t k = 0; k < samples.fine.size(); ++k) samples.colors[k] = static_cast<std::uint8_t>(samples.fine[k] / 257);
+    } else {
+      gl.ReadPixels(0, 0, samples.width, samples.height, GL_RGBA, GL_UNSIGNED_BYTE, samples.colors.data());
+    }
     lap(times.filter);
     if (!p.look.occlusion && !drawing.outlines) return;
     samples.depth.resize(std::size_t(samples.width) * samples.height);
     gl.ReadPixels(0, 0, samples.width, samples.height, GL_DEPTH_COMPONENT, GL_FLOAT, samples.depth.data());
   }
 
-  void draw_view(const Drawing& drawing, std::size_t i, Image& image) {
+  // Which labels with a leader point at something behind a surface: all samples of the 3 x 3 pixels around the point are nearer than it is.
+  std::vector<bool> find_hidden_labels(const Drawing& drawing, const ViewFrame& frame, const ViewState& v) {
+    const Picture& p = drawing.picture;
+    const int n = drawing.per_pixel, side = 3 * n;
+    std::vector<bool> hidden(p.labels.size(), false);
+    std::vector<float> depths(std::size_t(side) * side);
+    device.gl().BindFramebuffer(GL_FRAMEBUFFER, v.target->framebuffer);
+    for (std::size_t i = 0; i < p.labels.size(); ++i) {
+      glm::dvec2 at;
+      if (!p.labels[i].leader || !project(frame, p.labels[i].point, at)) continue;
+      const double away = -(frame.view * glm::dvec4(p.labels[i].point, 1.0)).z;
+      const int x = static_cast<int>(std::floor(at.x) - frame.area.x - 1) * n - v.x,
+                y = (frame.area.height - static_cast<int>(std::floor(at.y) - frame.area.y) - 2) * n - v.y;
+      if (x < 0 || y < 0 || x + side > samples.width || y + side > samples.height) continue;
+      device.gl().ReadPixels(x, y, side, side, GL_DEPTH_COMPONENT, GL_FLOAT, depths.data());
+      // A hundredth of the scene: a point on a rim, or a face seen at a slant, does not hide itself.
+      const double before = away - 0.01 * drawing.radius;
+      hidden[i] =
+          std::all_of(depths.begin(), depths.end(), [&](float z) { return z > 0.0f && frame.distance(static_cast<double>(z)) < before; });
+    }
+    return hidden;
+  }
+
+  void draw_view(Drawing& drawing, std::size_t i, Image& image) {
     const Picture& p = drawing.picture;
     const ViewFrame& frame = drawing.frames[i];
     const GroundFrame& ground = drawing.grounds[i];
-    const Camera& camera = p.views.empty() ? p.camera : p.views[i].camera;
+    // Insets show what the first view does, in the same light.
+    const Camera& camera = drawing.cameras[i < drawing.layout.views.size() ? i : 0];
     const glm::dvec3 to_light = light_direction(p, camera);
     const int n = drawing.per_pixel;
     ViewState v;
@@ -325,9 +361,11 @@ struct Renderer::Impl {
     const PixelRect used = covered(drawing.content, p, frame, n, v.unit);
     if (used.width < 1 || used.height < 1) {
       darken_backdrop(image, frame.area, shade, {});
+      drawing.hidden.emplace_back();
       return;
     }
     draw_samples(drawing, frame, used, v);
+    drawing.hidden.push_back(find_hidden_labels(drawing, frame, v));
     Mask occlusion;
     if (p.look.occlusion)
       occlusion =
@@ -337,12 +375,28 @@ struct Renderer::Impl {
     lap(times.draw);
 
     darken_backdrop(image, frame.area, shade, ground.visible ? occlusion : Mask{});
-    resolve(image, frame.area, samples, ghosts, occlusion);
+    if (drawing.linear) resolve_linear(*drawing.linear, image, frame.area, samples, ghosts, occlusion);
+    else resolve(image, frame.area, samples, ghosts, occlusion);
     lap(times.filter);
   }
 
-  // asked: in its own lengths. vector: null, or gets the file.
-  Image draw_picture(const Picture& asked, VectorFile* vector) {
+  // Over the views: each on a backdrop of its own.
+  void draw_insets(Drawing& drawing, Image& image) {
+    const Picture& p = drawing.picture;
+    const Image fresh = paint_background(p);
+    for (std::size_t i = drawing.layout.views.size(); i < drawing.frames.size(); ++i) {
+      const PixelRect& area = drawing.frames[i].area;
+      for (int y = area.y; y < area.y + area.height; ++y) {
+        const auto at = static_cast<std::ptrdiff_t>((std::size_t(y) * image.width + area.x) * image.channels);
+        std::copy_n(fresh.pixels.begin() + at, std::size_t(area.width) * image.channels, image.pixels.begin() + at);
+      }
+      if (p.ground && p.ground->lines) paint_grid(image, drawing.grounds[i], drawing.frames[i], *p.ground, drawing.layout.unit);
+      draw_view(drawing, i, image);
+    }
+  }
+
+  // asked: in its own lengths. vector: null, or gets the files. linear: null, or gets the scene in linear light, without words.
+  Image draw_picture(const Picture& asked, VectorFile* vector, Image16* linear = nullptr) {
     times = {};
     lap_start = cpu_seconds();
 
@@ -361,7 +415,13 @@ struct Renderer::Impl {
     Drawing drawing{p, d, layout, still.empty() ? 1.0 : std::max(still.radius(), 1e-12),
                     static_cast<int>(std::lround(std::sqrt(p.look.samples)))};
     for (std::size_t i = 0; i < layout.views.size(); ++i) {
-      drawing.frames.push_back(make_view(p.views.empty() ? p.camera : p.views[i].camera, layout.views[i], bounds));
+      drawing.cameras.push_back(p.views.empty() ? p.camera : p.views[i].camera);
+      drawing.frames.push_back(make_view(drawing.cameras.back(), layout.views[i], bounds));
+      drawing.grounds.push_back(p.ground ? make_ground(*p.ground, drawing.frames.back(), still) : GroundFrame{});
+    }
+    for (std::size_t i = 0; i < layout.magnified.size(); ++i) {
+      drawing.cameras.push_back(inset_camera(drawing.cameras.front(), drawing.frames.front(), p.insets[i], layout.magnified[i]));
+      drawing.frames.push_back(make_view(drawing.cameras.back(), layout.magnified[i], bounds));
       drawing.grounds.push_back(p.ground ? make_ground(*p.ground, drawing.frames.back(), still) : GroundFrame{});
     }
     for (std::size_t i = 0; i < d.surfaces.size(); ++i)
@@ -369,16 +429,26 @@ struct Renderer::Impl {
 
     update_backdrop(drawing);
     Image image = backdrop;
-    for (std::size_t i = 0; i < drawing.frames.size(); ++i) draw_view(drawing, i, image);
+    drawing.linear = linear;
+    if (linear) *linear = linear_backdrop(image);
+    for (std::size_t i = 0; i < layout.views.size(); ++i) draw_view(drawing, i, image);
+    if (!layout.magnified.empty()) draw_insets(drawing, image);
     device.check("a picture");
     painter.forget();
 
-    if (vector) {
+    if (linear) return image;
+    const SceneBelow below{drawing.frames, grid_seen, drawing.hidden};
+    if (vector && vector->svg) {
       SvgSheet sheet{image.width, image.height, {}};
-      draw_overlay(sheet, p, layout, {drawing.frames, grid_seen});
-      vector->text = svg_text(sheet, {&image, vector->dpi, vector->note});
+      draw_overlay(sheet, p, layout, below);
+      vector->svg_file = svg_text(sheet, {&image, vector->dpi, vector->note});
     }
-    draw_overlay(image, p, layout, {drawing.frames, grid_seen}, plots);
+    if (vector && vector->pdf) {
+      PdfSheet sheet{image.width, image.height, {}, {}};
+      draw_overlay(sheet, p, layout, below);
+      vector->pdf_file = pdf_text(sheet, {&image, vector->dpi, vector->note});
+    }
+    draw_overlay(image, p, layout, below, plots);
     lap(times.overlay);
     return image;
   }
@@ -407,7 +477,7 @@ struct Renderer::Impl {
     set_colors(v, p.scalar_map);
     v.scalar_output = scalars;
     const Gl& gl = device.gl();
-    device.target(scalars ? "scalar" : "depth", area.width, area.height, true, scalars);
+    device.target(scalars ? "scalar" : "depth", area.width, area.height, scalars ? ColorFormat::red_float : ColorFormat::bytes);
     painter.begin_opaque(v);
     if (scalars) {
       // Beyond the map's range: nothing.
@@ -454,6 +524,16 @@ Image Renderer::draw(const Picture& asked, VectorFile* vector) {
   refuse_fork();
   impl_->device.make_current();
   return impl_->draw_picture(asked, vector);
+}
+
+Image16 Renderer::draw_linear(const Picture& asked) {
+  refuse_fork();
+  impl_->device.make_current();
+  Picture clear = asked;
+  clear.background.transparent = true;
+  Image16 image;
+  impl_->draw_picture(clear, nullptr, &image);
+  return image;
 }
 
 Image16 Renderer::draw_depth(const Picture& p, double* near_plane, double* far_plane) {

@@ -37,11 +37,12 @@ struct DrawTimes {
   double overlay = 0.0;  // text, bars, plots
 };
 
-// A picture as SVG: surfaces and lines of the scene as pixels, words, bars and diagrams over them as elements that stay sharp.
+// A picture as SVG, PDF or both: surfaces and lines of the scene as pixels, words, bars and diagrams over them as elements that stay sharp.
 struct VectorFile {
-  double dpi = 0.0;  // pixels an inch, for a size in mm; 0: a size in pixels
-  std::string note;  // comment at its head
-  std::string text;  // the file, when it is drawn
+  bool svg = true, pdf = false;    // which are wanted
+  double dpi = 0.0;                // pixels an inch, for a size in mm; 0: a size in pixels, of which the PDF has 96 an inch
+  std::string note;                // comment at the head of each; one line without two hyphens in a row
+  std::string svg_file, pdf_file;  // the files' bytes, when they are drawn
 };
 
 class Renderer {
@@ -55,6 +56,10 @@ class Renderer {
   // Throws ArgumentError if the picture is inconsistent (index out of range, spans of unequal length, bad size).
   // vector: if given, gets the same picture as a vector file.
   Image draw(const Picture& picture, VectorFile* vector = nullptr);
+
+  // The scene without its words for further work: 4 channels of 16 bits, straight alpha, 65535 is white; colours in linear light, finer
+  // than the bytes of `draw`. Where nothing is drawn it is clear; shadows on the ground are black in part.
+  Image16 draw_linear(const Picture& picture);
 
   // Distance from the camera's plane (perspective and orthographic alike), linear from near (0) to far (65534); nothing
   // drawn: 65535. One sample a pixel, opaque surfaces only. near and far in m are returned if asked.

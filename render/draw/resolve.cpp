@@ -246,6 +246,69 @@ void resolve(Image& image, const PixelRect& area, const Samples& samples, const 
   else average<0>(image, area, samples, ghosts, occlusion);
 }
 
+namespace {
+
+// Premultiplied linear light 0..1 of a backdrop's pixel.
+glm::vec4 light_of(const std::uint8_t* p) {
+  const float a = static_cast<float>(p[3]) / 255.0f, share = a / 16383.0f;
+  const auto& linear = linear_table();
+  return {share * static_cast<float>(linear[p[0]]), share * static_cast<float>(linear[p[1]]), share * static_cast<float>(linear[p[2]]), a};
+}
+
+void put_light(const glm::vec4& light, std::uint16_t* out) {
+  const float unit = light.w > 0.0f ? 1.0f / light.w : 0.0f;
+  for (int k = 0; k < 3; ++k) out[k] = static_cast<std::uint16_t>(rounded(65535.0f * std::min(light[k] * unit, 1.0f)));
+  out[3] = static_cast<std::uint16_t>(rounded(65535.0f * std::min(light.w, 1.0f)));
+}
+
+}  // namespace
+
+Image16 linear_backdrop(const Image& backdrop) {
+  Image16 image{backdrop.width, backdrop.height, 4, std::vector<std::uint16_t>(backdrop.pixels.size())};
+  for (std::size_t i = 0; i + 3 < backdrop.pixels.size(); i += 4) put_light(light_of(&backdrop.pixels[i]), &image.pixels[i]);
+  return image;
+}
+
+void resolve_linear(Image16& image, const Image& backdrop, const PixelRect& area, const Samples& samples,
+                    const std::vector<GhostLayer>& ghosts, const Mask& occlusion) {
+  const int n = samples.per_pixel;
+  std::vector<ShellRow> shells(ghosts.empty() ? 0u : static_cast<std::size_t>(n), ShellRow(ghosts));
+  const PixelRect& part = samples.part;
+  for (int y = 0; y < area.height; ++y)
+    for (int x = 0; x < area.width; ++x) {
+      const std::size_t at = 4 * (std::size_t(area.y + y) * image.width + area.x + x);
+      put_light(light_of(&backdrop.pixels[at]), &image.pixels[at]);
+    }
+  for (int y = 0; y < part.height; ++y) {
+    const int bottom = (part.height - 1 - y) * n;  // samples are stored from the bottom
+    for (std::size_t j = 0; j < shells.size(); ++j) shells[j].compose(bottom + static_cast<int>(j));
+    for (int x = 0; x < part.width; ++x) {
+      const std::size_t at = 4 * (std::size_t(area.y + part.y + y) * image.width + area.x + part.x + x);
+      const glm::vec4 behind = light_of(&backdrop.pixels[at]);
+      const float left = static_cast<float>(occlusion.at(part.x + x, part.y + y, 255)) / 255.0f;
+      glm::vec4 sum(0.0f);
+      for (int j = 0; j < n; ++j)
+        for (int i = 0; i < n; ++i) {
+          const std::size_t k = 4 * (std::size_t(bottom + j) * samples.width + x * n + i);
+          const std::uint8_t mark = samples.colors[k + 3];
+          glm::vec4 c = behind;
+          if (mark != 0) {
+            const float light = mark == 255 || left == 1.0f ? 1.0f : 0.25f + 0.75f * left;
+            for (int q = 0; q < 3; ++q) {
+              const float root = static_cast<float>(samples.fine[k + static_cast<std::size_t>(q)]) / 65535.0f;
+              c[q] = root * root * light;
+            }
+            c.w = 1.0f;
+          }
+          if (const ShellRow::Value* g = shells.empty() ? nullptr : shells[static_cast<std::size_t>(j)].at(x * n + i))
+            c = glm::vec4((*g)[0], (*g)[1], (*g)[2], 16383.0f * (*g)[3]) / 16383.0f + (1.0f - (*g)[3]) * c;
+          sum += c;
+        }
+      put_light(sum / static_cast<float>(n * n), &image.pixels[at]);
+    }
+  }
+}
+
 void draw_silhouettes(Samples& samples, const std::vector<bool>& outlined, int radius) {
   std::vector<std::array<int, 2>> disc;
   for (int j = -radius; j <= radius; ++j)
@@ -268,7 +331,10 @@ void draw_silhouettes(Samples& samples, const std::vector<bool>& outlined, int r
       }
     }
   for (const std::size_t k : dark)
-    for (int c = 0; c < 3; ++c) samples.colors[4 * k + c] = static_cast<std::uint8_t>(24 + 3 * c);
+    for (std::size_t c = 0; c < 3; ++c) {
+      samples.colors[4 * k + c] = static_cast<std::uint8_t>(24 + 3 * c);
+      if (samples.fine.size() == samples.colors.size()) samples.fine[4 * k + c] = static_cast<std::uint16_t>(257 * (24 + 3 * c));
+    }
 }
 
 }  // namespace flexframe::render

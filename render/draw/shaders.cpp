@@ -152,6 +152,7 @@ uniform vec3 up;
 uniform vec3 side;
 uniform vec4 boxes;  // where the reflected soft box begins and how steeply, the same of the strip
 uniform float box_strength;
+uniform vec3 falloff;  // of light across the view: a lamp is not infinitely far away, so plain faces are not of one shade
 #endif
 // What is the same for all fragments is worked out once outside: software OpenGL would do it for each.
 uniform vec4 diffuse_terms;  // constant, by the height of the normal, by facing the viewer, by the key light
@@ -296,13 +297,18 @@ void main() {
   float lobe = min(gloss.y / (d * d * max(mix(2.0 * nl * nv, nl + nv, gloss.x), 1e-3)), 4.0) * light * gloss.z;
   float grazing = max(1.0 - vh, 0.0), g2 = grazing * grazing, g5 = g2 * g2 * grazing;
 
+#ifdef STUDIO
+  float nearness = dot(falloff, vec3(gl_FragCoord.xy, 1.0));
+  diffuse *= nearness;
+  lobe *= nearness;
+#endif
   // Reflected surroundings: sharper horizon for smooth surfaces.
   float horizon = clamp(0.5 + (2.0 * n_v * n_up - dot(v, up)) * mirror_terms.x, 0.0, 1.0);
 #ifdef STUDIO
   float box = clamp((2.0 * n_v * n_l - v_l - boxes.x) * boxes.y, 0.0, 1.0);
   float strip = clamp((2.0 * n_v * dot(n, side) - dot(v, side) - boxes.z) * boxes.w, 0.0, 1.0);
   float sky = 0.15 + 0.60 * horizon * horizon * (3.0 - 2.0 * horizon);
-  float mirrored = (sky + box_strength * (box * box * (3.0 - 2.0 * box) + 0.45 * strip * strip * (3.0 - 2.0 * strip))) * gloss.w;
+  float mirrored = (sky + box_strength * (box * box * (3.0 - 2.0 * box) + 0.45 * strip * strip * (3.0 - 2.0 * strip))) * gloss.w * nearness;
 #else
   float mirrored = (0.42 + 0.58 * horizon * horizon * (3.0 - 2.0 * horizon)) * gloss.w;
 #endif

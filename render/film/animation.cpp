@@ -64,21 +64,27 @@ render::Lines spine_line(const PictureMemory& picture, size_t b, const BodyModel
 }
 
 // Lines along the creases of a solid body: a dark shade of its own colour, ink on paper.
-render::Lines crease_line(const BodyModel& model, const PictureMemory::Skin& skin, bool mapped, LookKind look, const glm::dmat4& pose) {
+// values: what colours the shading points; empty: the body has one colour. map: null with print, whose lines are ink.
+render::Lines crease_line(const BodyModel& model, const PictureMemory::Skin& skin, const std::vector<float>& values,
+                          const render::ScalarMap* map, const glm::dmat4& pose) {
   render::Lines line;
   line.pose = pose;
   line.strip = false;
   line.cut = true;
-  line.width = look == LookKind::print ? 1.5f : 1.0f;
-  const glm::vec3 shade = mapped ? glm::vec3(0.13f, 0.14f, 0.17f) : 0.42f * model.material.color;
-  line.color = glm::vec4(look == LookKind::print ? glm::vec3(0.08f) : shade, 1.0f);
+  line.width = map ? 1.0f : 1.5f;
+  line.color = glm::vec4(map ? 0.42f * model.material.color : glm::vec3(0.08f), 1.0f);
+  const bool shaded = map && !values.empty();
   line.points.reserve(2 * model.creases.size());
   const auto normal = [&](int triangle) {
     const glm::uvec3 t = model.triangles[static_cast<size_t>(triangle)];
     return glm::cross(skin.positions[t.y] - skin.positions[t.x], skin.positions[t.z] - skin.positions[t.x]);
   };
   for (const BodyModel::Crease& c : model.creases) {
-    for (const int end : {c.a, c.b}) line.points.push_back(skin.positions[static_cast<size_t>(end)]);
+    for (const int end : {c.a, c.b}) {
+      line.points.push_back(skin.positions[static_cast<size_t>(end)]);
+      // A dark shade of the colour beside it: form without black nets over the values.
+      if (shaded) line.colors.emplace_back(0.45f * render::scalar_color(*map, static_cast<double>(values[static_cast<size_t>(end)])), 1.0f);
+    }
     if (!model.closed) continue;
     line.faces.push_back(normal(c.triangle));
     line.faces.push_back(c.other < 0 ? line.faces.back() : normal(c.other));
@@ -176,7 +182,8 @@ void add_scales(const Animation& animation, size_t b, const glm::dmat4& pose, Pi
     surface.shears = memory.shears[b];
     surface.colors = model.colors;
     if (s == 0 && surface.opacity >= 1.0f && !model.creases.empty())
-      memory.picture.lines.push_back(crease_line(model, arrays, !memory.scalars[b].empty(), animation.settings.look, pose));
+      memory.picture.lines.push_back(crease_line(model, arrays, memory.scalars[b],
+                                                 animation.settings.look == LookKind::print ? nullptr : &animation.scalar_map, pose));
     if (!model.spine.empty() && (s == 0 || model.ghost == GhostStyle::body))
       memory.picture.lines.push_back(spine_line(memory, b, model, pose, s > 0));
     surface.cut = s == 0 && !animation.cut.empty() && animation.cut[b];
@@ -346,6 +353,11 @@ class PictureHash {
       add_camera(view.camera);
       number(view.left, view.top, view.width, view.height);
       hash_.add_text(view.label);
+    }
+    for (const render::Inset& inset : picture.insets) {
+      vector3(inset.point);
+      number(inset.zoom, inset.size, static_cast<int>(inset.corner));
+      hash_.add_text(inset.label);
     }
     vector3(picture.bounds.lower);
     vector3(picture.bounds.upper);

@@ -67,6 +67,12 @@ struct DimensionLine {
   int decimals = 0;
 };
 
+// A frame whose surroundings are seen larger; the inset's point is filled in for each picture.
+struct InsetPlace {
+  FramePlace place;
+  render::Inset inset;
+};
+
 struct SpringSymbol {
   FramePlace from, to;
   double coil = 0.0, wire = 0.0;
@@ -87,6 +93,7 @@ struct Animation {
   };
   std::vector<Probe> probes;
   std::vector<DimensionLine> dimensions;
+  std::vector<InsetPlace> insets;
   double triad_length = 0.0;  // m
   std::vector<ForceArrow> forces;
   double force_length = 0.0, torque_length = 0.0;  // m of arrow a N, a Nm: the same for all, the longest a sixth of the machine

@@ -366,7 +366,9 @@ render::Camera fit_with_shadows(const render::Picture& picture, const std::vecto
   return camera;
 }
 
-void set_camera(Animation& animation, const std::vector<glm::dvec3>& points, const glm::dvec3& gravity) {
+// points: of the whole motion, which decides the view and the ground; seen: what a fitted camera takes in.
+void set_camera(Animation& animation, const std::vector<glm::dvec3>& points, const std::vector<glm::dvec3>& seen,
+                const glm::dvec3& gravity) {
   const CameraSettings& asked = animation.settings.camera;
   render::FitOptions fit = render::default_view(points, gravity);
   fit.fov = asked.fov;
@@ -388,13 +390,13 @@ void set_camera(Animation& animation, const std::vector<glm::dvec3>& points, con
   if (!asked.views.empty()) {
     picture.ground = animation.ground;
     picture.bounds = animation.bounds;
-    animation.views = render::make_views(picture, points, fit.up, asked.views);
+    animation.views = render::make_views(picture, seen, fit.up, asked.views);
     animation.camera = animation.views.front().camera;
   } else if (asked.fit && asked.path.empty()) {
     picture.ground = animation.ground;
     picture.bounds = animation.bounds;
     animation.fit = fit;
-    animation.points = asked.orbit != 0.0 ? all_around(points, animation.bounds.centre(), fit.up) : points;
+    animation.points = asked.orbit != 0.0 ? all_around(seen, animation.bounds.centre(), fit.up) : seen;
     picture.look.shadows = animation.settings.shadows;
     animation.camera = fit_with_shadows(picture, animation.points, fit);
   } else {
@@ -406,6 +408,19 @@ void set_camera(Animation& animation, const std::vector<glm::dvec3>& points, con
                                                             .height = asked.height,
                                                             .projection = asked.projection};
   }
+}
+
+// What is seen in the camera's window: bodies, springs, arrows, and rails whole.
+std::vector<glm::dvec3> points_of_window(const Animation& animation, const Survey& survey, const std::vector<double>& scales) {
+  const std::pair<double, double>& window = *animation.settings.camera.window;
+  const sim::VecX& times = animation.results->times;
+  std::vector<glm::dvec3> points = motion_points(survey, scales, animation.follow, &window);
+  if (points.empty())
+    throw sim::InputError(fmt::format("[render] camera.window [{:g}, {:g}] holds no moment of the run, which lasts from {:g} to {:g} s",
+                                      window.first, window.second, times[0], times[times.size() - 1]));
+  append_ends(animation, points, &window);
+  if (animation.follow < 0) append_rails(animation, points);
+  return points;
 }
 
 }  // namespace
@@ -482,7 +497,8 @@ Animation make_animation(const sim::Results& results, const RenderSettings& aske
   append_dimensions(animation, points);  // seen, but nothing that stands on the ground or throws a shadow
   add_panels(animation);
   const sim::Vec3 g = scene ? scene->simulation.gravity : sim::Vec3::Zero();
-  set_camera(animation, points, {g.x(), g.y(), g.z()});
+  const std::vector<glm::dvec3> seen = settings.camera.window ? points_of_window(animation, survey, drawn) : points;
+  set_camera(animation, points, seen, {g.x(), g.y(), g.z()});
   const CameraSettings& camera = animation.settings.camera;
   if (camera.orbit != 0.0 || !camera.path.empty())
     animation.light = glm::vec3(render::default_light(animation.camera, animation.ground ? animation.ground->normal : animation.camera.up));

@@ -180,6 +180,8 @@ void add_attachments(Animation& animation, const sim::Scene* scene, double size)
     animation.traces.push_back(require_place(animation, scene, name, "traces", settings.traces_line));
   for (const std::string& name : settings.triads)
     animation.triads.push_back(require_place(animation, scene, name, "triads", settings.triads_line));
+  for (const InsetSettings& inset : settings.insets)
+    animation.insets.push_back({require_place(animation, scene, inset.at, "insets", inset.line), inset.drawing});
   animation.triad_length = 0.08 * size;
   for (const std::string& name : settings.probes) {
     const FramePlace place = require_place(animation, scene, name, "probes", settings.probes_line);
@@ -217,11 +219,16 @@ void add_attachments(Animation& animation, const sim::Scene* scene, double size)
   set_arrow_scales(animation, size);
 }
 
-void append_ends(const Animation& animation, std::vector<glm::dvec3>& points) {
+void append_ends(const Animation& animation, std::vector<glm::dvec3>& points, const std::pair<double, double>* window) {
   if (animation.forces.empty() && animation.springs.empty()) return;
   const sim::VecX& times = animation.results->times;
-  const Eigen::Index step = std::max<Eigen::Index>(1, times.size() / 200);
-  for (Eigen::Index i = 0; i < times.size(); i += step) {
+  Eigen::Index begin = 0, past = times.size();
+  if (window) {
+    begin = find_sample(times, window->first).index;
+    past = std::max(begin, find_sample(times, window->second).index) + 1;
+  }
+  const Eigen::Index step = std::max<Eigen::Index>(1, (past - begin) / 200);
+  for (Eigen::Index i = begin; i < past; i += step) {
     // A camera that follows a body need not see where springs are held.
     glm::dvec3 way(0.0);
     if (animation.follow >= 0) {
@@ -246,6 +253,11 @@ void update_attachments(const Animation& animation, int picture, PictureMemory& 
   render::Picture& p = memory.picture;
   add_arrows(animation, t, now, p);
   update_dimensions(animation, now, p);
+  p.insets.clear();
+  for (const InsetPlace& inset : animation.insets) {
+    p.insets.push_back(inset.inset);
+    p.insets.back().point = glm::dvec3(place_pose(results, inset.place, now, animation.scales[0])[3]);
+  }
   p.triads.clear();
 
   // Paths up to now, through the samples.

@@ -12,8 +12,8 @@ FramePlace require_place(const Animation& animation, const sim::Scene* scene, co
 // Throws sim::InputError for a frame that is not there, with the line in the scene.
 void add_attachments(Animation& animation, const sim::Scene* scene, double size);
 
-// Ends of the arrows and springs at 200 samples, so that the camera sees them; m, world.
-void append_ends(const Animation& animation, std::vector<glm::dvec3>& points);
+// Ends of the arrows and springs at 200 samples, so that the camera sees them; m, world. window: only in that time, s; null: always.
+void append_ends(const Animation& animation, std::vector<glm::dvec3>& points, const std::pair<double, double>* window = nullptr);
 
 // Lines, triads, arrows and springs of picture `picture` into memory.picture.
 void update_attachments(const Animation& animation, int picture, PictureMemory& memory);

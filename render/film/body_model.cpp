@@ -3,6 +3,7 @@
 #include "interp/scalars.h"
 #include "render/film/rigid_mesh.h"
 #include "render/film/shapes.h"
+#include "render/picture/adjacency.h"
 #include "render/picture/colormap.h"
 #include "render/picture/edges.h"
 #include "sim/base/error.h"
@@ -47,28 +48,17 @@ std::optional<glm::vec3> parse_color(const std::string& text) {
 
 // Every edge has one neighbour and they agree about inside: back faces are never seen. Copies of a position count as one.
 bool is_closed(const render::Mesh& mesh) {
-  std::vector<int> order(mesh.positions.size());
-  for (size_t i = 0; i < order.size(); ++i) order[i] = static_cast<int>(i);
-  const auto less = [&](int a, int b) {
-    const glm::dvec3 &p = mesh.positions[a], &q = mesh.positions[b];
-    return std::tie(p.x, p.y, p.z) < std::tie(q.x, q.y, q.z);
-  };
-  std::sort(order.begin(), order.end(), less);
-  std::vector<int> weld(order.size());
-  for (size_t i = 0; i < order.size(); ++i) weld[order[i]] = i > 0 && !less(order[i - 1], order[i]) ? weld[order[i - 1]] : order[i];
-
-  std::vector<std::pair<int, int>> edges, reversed;
   double volume = 0.0;
-  for (const glm::ivec3& t : mesh.triangles) {
-    for (int k = 0; k < 3; ++k) {
-      edges.emplace_back(weld[t[k]], weld[t[(k + 1) % 3]]);
-      reversed.emplace_back(weld[t[(k + 1) % 3]], weld[t[k]]);
-    }
+  for (const glm::ivec3& t : mesh.triangles)
     volume += glm::dot(mesh.positions[t[0]], glm::cross(mesh.positions[t[1]], mesh.positions[t[2]]));
-  }
-  std::sort(edges.begin(), edges.end());
-  std::sort(reversed.begin(), reversed.end());
-  return volume > 0.0 && edges == reversed && std::adjacent_find(edges.begin(), edges.end()) == edges.end();
+  if (!(volume > 0.0)) return false;
+  bool closed = true;
+  render::for_each_edge(mesh.triangles, render::weld_equal(std::span<const glm::dvec3>(mesh.positions)),
+                        [&](int low, std::span<const render::EdgeSide> sides) {
+                          const bool flat = low == sides[0].high;  // of a triangle two of whose corners are one
+                          closed = closed && (flat ? sides.size() == 1 : sides.size() == 2 && sides[0].upwards != sides[1].upwards);
+                        });
+  return closed;
 }
 
 interp::Nodes nodes_of(const sim::ResultBody& body) {

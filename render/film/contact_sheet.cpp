@@ -22,6 +22,7 @@ render::Image draw_cell(const Animation& animation, int k, render::Size size, re
   overlay.dark = picture.overlay.dark;
   overlay.grid_note = false;
   picture.overlay = std::move(overlay);
+  picture.insets.clear();
   if (animation.fit && animation.views.empty())
     aim_camera(animation, k, render::fit_camera(picture, animation.points, *animation.fit), picture);
   return renderer.draw(picture);

@@ -52,8 +52,11 @@ std::vector<std::filesystem::path> channel_files(const Animation& animation, con
   std::vector<std::filesystem::path> files;
   if (animation.settings.depth_channel) files.push_back(options.folder.parent_path() / "depth" / picture_file_name(picture));
   if (animation.settings.scalar_channel) files.push_back(options.folder.parent_path() / "scalar" / picture_file_name(picture));
+  if (animation.settings.linear_channel) files.push_back(options.folder.parent_path() / "linear" / picture_file_name(picture));
   if (animation.settings.vector_channel)
     files.push_back((options.folder.parent_path() / "vector" / picture_file_name(picture)).replace_extension(".svg"));
+  if (animation.settings.pdf_channel)
+    files.push_back((options.folder.parent_path() / "pdf" / picture_file_name(picture)).replace_extension(".pdf"));
   return files;
 }
 
@@ -61,10 +64,12 @@ std::string vector_note(const std::string& inputs) { return fmt::format("{} {}",
 
 // Whether the file is whole and made from these inputs.
 bool is_done(const std::filesystem::path& path, const std::string& inputs) {
-  if (path.extension() == ".svg" && std::filesystem::exists(path)) {
+  const bool pdf = path.extension() == ".pdf";
+  if ((pdf || path.extension() == ".svg") && std::filesystem::exists(path)) {
     const std::vector<std::uint8_t> bytes = render::read_file(path);
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    return text.substr(0, 300).find(vector_note(inputs) + " -->") != std::string_view::npos && text.ends_with("</svg>\n");
+    return text.substr(0, 300).find(vector_note(inputs) + (pdf ? "\n" : " -->")) != std::string_view::npos &&
+           text.ends_with(pdf ? "%%EOF\n" : "</svg>\n");
   }
   return std::filesystem::exists(path) && render::is_whole_png(path) && render::read_png_text(path, input_key) == inputs;
 }
@@ -87,11 +92,22 @@ Message make_one(const Animation& animation, const FilmOptions& options, int pic
   double now = sim::cpu_seconds();
   message.deform = now - start;
   start = now;
-  render::VectorFile vector{.dpi = animation.settings.dpi, .note = vector_note(inputs), .text = {}};
-  const render::Image image = renderer.draw(memory.picture, animation.settings.vector_channel ? &vector : nullptr);
+  render::VectorFile vector{.svg = animation.settings.vector_channel,
+                            .pdf = animation.settings.pdf_channel,
+                            .dpi = animation.settings.dpi,
+                            .note = vector_note(inputs),
+                            .svg_file = {},
+                            .pdf_file = {}};
+  const render::Image image = renderer.draw(memory.picture, vector.svg || vector.pdf ? &vector : nullptr);
   for (const std::filesystem::path& file : channels) {
-    if (file.extension() == ".svg") {
-      render::write_file(file, {reinterpret_cast<const std::uint8_t*>(vector.text.data()), vector.text.size()});
+    if (file.extension() != ".png") {
+      const std::string& text = file.extension() == ".svg" ? vector.svg_file : vector.pdf_file;
+      render::write_file(file, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+      continue;
+    }
+    if (file.parent_path().filename() == "linear") {
+      render::write_png(file, renderer.draw_linear(memory.picture),
+                        {.level = 1, .linear = true, .dpi = animation.settings.dpi, .text = {{input_key, inputs}}});
       continue;
     }
     // What the numbers mean stands in the file: grey 0 and 65534, 65535 is nothing.

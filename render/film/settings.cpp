@@ -27,8 +27,8 @@ glm::dvec3 to_glm(const sim::Vec3& v) { return {v.x(), v.y(), v.z()}; }
 std::vector<std::string> to_strings(const std::vector<std::string_view>& words) { return {words.begin(), words.end()}; }
 
 CameraSettings read_camera(const TableReader& reader) {
-  reader.allow(
-      {"position", "target", "up", "fov", "projection", "height", "fit", "direction", "follow", "views", "orbit", "path", "preset"});
+  reader.allow({"position", "target", "up", "fov", "projection", "height", "fit", "direction", "follow", "views", "orbit", "path", "preset",
+                "window"});
   CameraSettings camera;
   if (reader.has("position")) camera.position = to_glm(reader.vector3("position"));
   if (reader.has("target")) camera.target = to_glm(reader.vector3("target"));
@@ -73,6 +73,12 @@ CameraSettings read_camera(const TableReader& reader) {
     camera.preset = presets[reader.word("preset", presets, 0)];
     if (camera.position || camera.direction || !camera.path.empty() || !camera.views.empty())
       reader.fail("preset", "excludes 'position', 'direction', 'path' and 'views'");
+  }
+  if (reader.has("window")) {
+    const std::vector<double> window = reader.numbers("window", 2, 2);
+    if (!(window[0] <= window[1])) reader.fail("window", fmt::format("must rise, found [{:g}, {:g}]", window[0], window[1]));
+    if (!camera.fit || !camera.path.empty()) reader.fail("window", "is for a camera that is fitted to the motion");
+    camera.window = {window[0], window[1]};
   }
   camera.follow = reader.text("follow", "");
   camera.follow_line = reader.line("follow");
@@ -188,12 +194,47 @@ std::vector<DimensionSettings> read_dimensions(const TableReader& reader) {
   return out;
 }
 
+std::vector<InsetSettings> read_insets(const TableReader& reader) {
+  static const std::vector<std::string> corners = {"upper left", "upper right", "lower left", "lower right"};
+  std::vector<InsetSettings> out;
+  for (const TableReader& table : reader.tables("insets")) {
+    table.allow({"at", "zoom", "size", "corner", "label"});
+    InsetSettings inset;
+    inset.at = table.text("at");
+    inset.drawing.zoom =
+        table.number("zoom", inset.drawing.zoom, {.low = 1.0, .high = 1000.0, .open_low = true, .what = "a number above 1, at most 1000"});
+    inset.drawing.size =
+        table.number("size", inset.drawing.size, {.low = 0.1, .high = 0.6, .what = "a share of the height from 0.1 to 0.6"});
+    inset.drawing.corner = static_cast<render::InsetCorner>(table.word("corner", corners, 3));
+    inset.drawing.label = table.text("label", "");
+    inset.line = table.line("at");
+    out.push_back(std::move(inset));
+  }
+  if (out.size() > 4) reader.fail("insets", fmt::format("must be at most four, found {}", out.size()));
+  return out;
+}
+
+// Which files are written beside the pictures.
+void read_channels(const TableReader& reader, RenderSettings& settings) {
+  static const std::vector<std::string> channels = {"depth", "scalar", "linear", "vector", "pdf"};
+  bool* const wanted[] = {&settings.depth_channel, &settings.scalar_channel, &settings.linear_channel, &settings.vector_channel,
+                          &settings.pdf_channel};
+  if (!reader.has("channels")) return;
+  for (const std::string& word : reader.texts("channels")) {
+    const auto found = std::find(channels.begin(), channels.end(), word);
+    if (found == channels.end())
+      reader.fail("channels",
+                  fmt::format("holds {}{}; allowed: {}", sim::quote(word), sim::did_you_mean(word, channels), sim::list_words(channels)));
+    *wanted[found - channels.begin()] = true;
+  }
+}
+
 RenderSettings read_table(const TableReader& reader) {
-  reader.allow({"size",        "frame_rate", "speed",      "samples",       "scales",     "exaggeration", "color_by",  "color_range",
-                "colormap",    "trail",      "undeformed", "scheme",        "background", "ground",       "joints",    "nodes",
-                "forces",      "traces",     "triads",     "contact_sheet", "channels",   "video",        "mode",      "shadows",
-                "occlusion",   "edges",      "silhouette", "camera",        "overlay",    "look",         "bands",     "isolines",
-                "color_scale", "probes",     "extremes",   "section",       "print_size", "dpi",          "dimensions"});
+  reader.allow({"size",        "frame_rate", "speed",      "samples",       "scales",     "exaggeration", "color_by",   "color_range",
+                "colormap",    "trail",      "undeformed", "scheme",        "background", "ground",       "joints",     "nodes",
+                "forces",      "traces",     "triads",     "contact_sheet", "channels",   "video",        "mode",       "shadows",
+                "occlusion",   "edges",      "silhouette", "camera",        "overlay",    "look",         "bands",      "isolines",
+                "color_scale", "probes",     "extremes",   "section",       "print_size", "dpi",          "dimensions", "insets"});
   RenderSettings settings;
   apply_look(static_cast<LookKind>(reader.word("look", look_words(), static_cast<size_t>(settings.look))), settings);
 
@@ -247,6 +288,7 @@ RenderSettings read_table(const TableReader& reader) {
   settings.probes_line = reader.line("probes");
   settings.extremes = reader.boolean("extremes", false);
   settings.dimensions = read_dimensions(reader);
+  settings.insets = read_insets(reader);
   if (const auto section = reader.table("section")) {
     section->allow({"point", "normal", "bodies"});
     settings.section.emplace();
@@ -260,14 +302,7 @@ RenderSettings read_table(const TableReader& reader) {
 
   // What is written besides the pictures.
   settings.contact_sheet = reader.integer("contact_sheet", 0, 0, 100);
-  if (reader.has("channels"))
-    for (const std::string& word : reader.texts("channels")) {
-      const std::vector<std::string> channels = {"depth", "scalar", "vector"};
-      if (std::find(channels.begin(), channels.end(), word) == channels.end())
-        reader.fail("channels",
-                    fmt::format("holds {}{}; allowed: {}", sim::quote(word), sim::did_you_mean(word, channels), sim::list_words(channels)));
-      (word == "depth" ? settings.depth_channel : word == "scalar" ? settings.scalar_channel : settings.vector_channel) = true;
-    }
+  read_channels(reader, settings);
   const std::vector<std::string> videos = {"mp4", "gif", "apng", "none"};
   settings.video = videos[reader.word("video", videos, 0)];
   settings.shadows = reader.boolean("shadows", settings.shadows);

@@ -46,6 +46,13 @@ struct DimensionSettings {
   int line = 0;              // in the scene file, for messages
 };
 
+// A frame's surroundings larger, in a corner of the picture.
+struct InsetSettings {
+  std::string at;         // frame
+  render::Inset drawing;  // all but its point
+  int line = 0;           // in the scene file, for messages
+};
+
 // Where the ends of the colour map lie if they are not given.
 struct ColorRange {
   // Per cent of the time in which the largest value lies below the upper end; 100: the largest of all; none: 98 where a short peak would
@@ -62,13 +69,14 @@ struct CameraSettings {
   std::optional<glm::dvec3> direction, up;     // of a fitted view; default: chosen by the motion
   double fov = 35.0;                           // degrees, vertical
   render::Projection projection = render::Projection::perspective;
-  double height = 2.0;                  // m, orthographic without fit
-  std::string preset;                   // of a fitted view: plane, front, side, top, iso; empty: chosen by the motion
-  std::vector<render::ViewKind> views;  // several in one picture; empty: one
-  double orbit = 0.0;                   // degrees over the sequence
-  std::vector<render::CameraKey> path;  // t in s of the motion; empty: none
-  std::string follow;                   // body, empty: none
-  int follow_line = 0;                  // in the scene file, for messages
+  double height = 2.0;                              // m, orthographic without fit
+  std::string preset;                               // of a fitted view: plane, front, side, top, iso; empty: chosen by the motion
+  std::optional<std::pair<double, double>> window;  // s: a fitted view takes in what is seen in that time only
+  std::vector<render::ViewKind> views;              // several in one picture; empty: one
+  double orbit = 0.0;                               // degrees over the sequence
+  std::vector<render::CameraKey> path;              // t in s of the motion; empty: none
+  std::string follow;                               // body, empty: none
+  int follow_line = 0;                              // in the scene file, for messages
 };
 
 struct OverlaySettings {
@@ -101,13 +109,15 @@ struct RenderSettings {
   bool forces = false;
   std::vector<std::string> traces, triads;  // frames
   std::vector<DimensionSettings> dimensions;
+  std::vector<InsetSettings> insets;
   std::vector<std::string> probes;  // frames whose value of the colours is written beside them
   bool extremes = false;            // largest and smallest value of the colours
   std::optional<Section> section;
   int probes_line = 0;
   int traces_line = 0, triads_line = 0;  // in the scene file, for messages
   int contact_sheet = 0;
-  bool depth_channel = false, scalar_channel = false, vector_channel = false;
+  bool depth_channel = false, scalar_channel = false, linear_channel = false;
+  bool vector_channel = false, pdf_channel = false;
   double dpi = 0.0;  // pixels an inch on paper; 0: not said
   float text_scale = 1.0f;
   std::string video = "mp4";

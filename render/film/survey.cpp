@@ -14,6 +14,7 @@ namespace flexframe::film {
 namespace {
 
 constexpr int even_moments = 200, peak_moments = 32;
+constexpr int window_moments = 16;  // within the camera's window, which may be shorter than the time between two others
 constexpr int moments_of_a_thread = 8;
 constexpr size_t turn_moments = 2;    // where a body's turn is measured: a pass over its triangles each
 constexpr int support_budget = 6000;  // points of all bodies at one moment
@@ -285,6 +286,11 @@ Survey survey_motion(const sim::Results& results, const std::vector<BodyModel>& 
 
   std::vector<double> times = survey_times(results, settings);
   for (const double t : extreme_times(results, bodies)) times.push_back(t);
+  if (const auto& window = settings.camera.window)
+    for (int k = 0; k <= window_moments; ++k) {
+      const double t = window->first + (window->second - window->first) * k / window_moments;
+      if (t >= results.times[0] && t <= results.times[results.times.size() - 1]) times.push_back(t);
+    }
   std::sort(times.begin(), times.end());
   times.erase(std::unique(times.begin(), times.end()), times.end());
   std::vector<Seen> seen(times.size());
@@ -316,9 +322,11 @@ Survey survey_motion(const sim::Results& results, const std::vector<BodyModel>& 
   return survey;
 }
 
-std::vector<glm::dvec3> motion_points(const Survey& survey, const std::vector<double>& scales, int follow) {
+std::vector<glm::dvec3> motion_points(const Survey& survey, const std::vector<double>& scales, int follow,
+                                      const std::pair<double, double>* window) {
   std::vector<glm::dvec3> points;
   for (const Survey::Moment& moment : survey.moments) {
+    if (window && (moment.t < window->first || moment.t > window->second)) continue;
     glm::dvec3 way(0.0);
     if (follow >= 0) way = glm::dvec3(moment.pose[follow][3] - survey.moments.front().pose[follow][3]);
     for (size_t b = 0; b < moment.pose.size(); ++b)

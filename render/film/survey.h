@@ -50,7 +50,9 @@ bool is_coarse(const std::vector<glm::ivec3>& triangles, const std::vector<float
 Survey survey_motion(const sim::Results& results, const std::vector<BodyModel>& bodies, const RenderSettings& settings);
 
 // Points that enclose everything drawn at every surveyed moment, with these scales; follow >= 0: relative to that body's way.
-std::vector<glm::dvec3> motion_points(const Survey& survey, const std::vector<double>& scales, int follow);
+// window: only moments in that time, s; null: all.
+std::vector<glm::dvec3> motion_points(const Survey& survey, const std::vector<double>& scales, int follow,
+                                      const std::pair<double, double>* window = nullptr);
 
 // Diagonal of the box around all bodies' origins, nodes and meshes over the run, m; 1 for a single point that stays. bodies: those whose
 // meshes are known by now, parallel to the results', or none.

@@ -120,6 +120,7 @@ render::Image draw_cell(const Cell& cell, double time, render::Size size, render
   overlay.dark = p.overlay.dark;
   overlay.grid_note = false;
   p.overlay = std::move(overlay);
+  p.insets.clear();
   if (a.fit && a.views.empty()) aim_camera(a, picture, render::fit_camera(p, a.points, *a.fit), p);
   return renderer.draw(p);
 }

@@ -351,6 +351,28 @@ struct Builder {
     return rows * line + 0.8 * pad;
   }
 
+  // In the corners of what words leave free, one under or over the other where two share a corner.
+  void place_insets() {
+    double used[4] = {};
+    for (const Inset& inset : picture.insets) {
+      const PixelRect& room = out.views.front();
+      const double free_top = picture.views.empty() ? out.inner.y : room.y;
+      const double right = picture.views.empty() ? out.inner.x + out.inner.width : room.x + room.width;
+      const double free_bottom = picture.views.empty() ? out.inner.y + out.inner.height : room.y + room.height;
+      const double height = std::clamp(inset.size, 0.1, 0.6) * room.height, width = std::min(1.3 * height, 0.6 * room.width);
+      const auto corner = static_cast<std::size_t>(inset.corner);
+      const bool upper = inset.corner == InsetCorner::upper_left || inset.corner == InsetCorner::upper_right;
+      const bool at_left = inset.corner == InsetCorner::upper_left || inset.corner == InsetCorner::lower_left;
+      // The axes stand in the lower left corner.
+      const double step = !upper && at_left && !out.triads.empty() ? 2.0 * (out.triad_radius + 1.1 * small) + 0.6 * pad : pad;
+      const double x = at_left ? room.x + step : right - pad - width;
+      const double y = upper ? free_top + 0.4 * pad + used[corner] : free_bottom - 0.8 * pad - height - used[corner];
+      used[corner] += height + 0.6 * pad;
+      out.magnified.push_back({static_cast<int>(std::lround(x)), static_cast<int>(std::lround(y)),
+                               std::max(8, static_cast<int>(std::lround(width))), std::max(8, static_cast<int>(std::lround(height)))});
+    }
+  }
+
   Layout build() {
     const Overlay& o = picture.overlay;
     split_area();
@@ -417,6 +439,7 @@ struct Builder {
         }
       }
     }
+    place_insets();
     return std::move(out);
   }
 

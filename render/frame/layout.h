@@ -60,11 +60,12 @@ struct Layout {
   double unit = 1.0;   // pixels of one pixel at 720 lines
   double text = 13.0;  // usual text size, px
   PixelRect scene;
-  PixelRect inner;                // the scene less the insets above and at the right: what several views share
-  std::vector<PixelRect> views;   // one a view; without views the scene
-  std::vector<TextLine> words;    // title, note, time, grid note, view labels
-  int grid_word = -1;             // the grid note among them; drawn only where the grid is seen
-  std::vector<PixelRect> panels;  // behind words, kept readable over the scene
+  PixelRect inner;                   // the scene less the insets above and at the right: what several views share
+  std::vector<PixelRect> views;      // one a view; without views the scene
+  std::vector<PixelRect> magnified;  // one of Picture::insets each
+  std::vector<TextLine> words;       // title, note, time, grid note, view labels
+  int grid_word = -1;                // the grid note among them; drawn only where the grid is seen
+  std::vector<PixelRect> panels;     // behind words, kept readable over the scene
   bool has_bar = false;
   BarLayout bar;
   bool has_legend = false;

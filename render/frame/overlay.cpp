@@ -7,10 +7,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <concepts>
 #include <cstring>
 
 namespace flexframe::render {
 namespace {
+
+// Files of elements, in contrast to pixels.
+template <class Sheet>
+concept VectorSheet = std::same_as<Sheet, SvgSheet> || std::same_as<Sheet, PdfSheet>;
 
 struct Ink {
   glm::vec3 strong, faint, panel, grid;
@@ -40,7 +45,8 @@ void fill_bar(Image& image, const PixelRect& b, const ScalarMap& map) {
 }
 
 // Each colour down to the end of the bar, the next over it: viewers show no seams between them.
-void fill_bar(SvgSheet& sheet, const PixelRect& b, const ScalarMap& map) {
+template <VectorSheet Sheet>
+void fill_bar(Sheet& sheet, const PixelRect& b, const ScalarMap& map) {
   glm::vec3 last(-1.0f);
   for (int j = 0; j < b.height; ++j) {
     const glm::vec3 c = map_color(map, 1.0 - (j + 0.5) / b.height);
@@ -312,7 +318,8 @@ void draw_plot(Image& image, const Picture& picture, const Layout& all, std::siz
 }
 
 // The same for a file of one picture: lines by their points, nothing is kept.
-void draw_plot(SvgSheet& sheet, const Picture& picture, const Layout& all, std::size_t index, const Ink& ink) {
+template <VectorSheet Sheet>
+void draw_plot(Sheet& sheet, const Picture& picture, const Layout& all, std::size_t index, const Ink& ink) {
   const PlotLayout& layout = all.plots[index];
   const Plot& plot = picture.overlay.plots[layout.plot];
   const PixelRect& axes = layout.axes;
@@ -417,16 +424,40 @@ void draw_dimensions(Sheet& image, const Picture& picture, const ViewFrame& fram
   }
 }
 
+// From a label's words to its point: a line to a dot; to what is hidden a dashed line to a ring.
 template <class Sheet>
-void draw_labels(Sheet& image, const Picture& picture, std::span<const ViewFrame> frames, const Layout& layout) {
+void draw_leader(Sheet& image, const std::array<glm::dvec2, 2>& line, const glm::vec3& ink, const glm::vec3& rim, double unit,
+                 bool hidden) {
+  const glm::dvec2& at = line[0];
+  draw_polyline(image, line, std::max(2.4, 3.4 * unit), {rim, 0.6f});
+  draw_polyline(image, line, std::max(1.0, 1.3 * unit), ink, hidden ? std::max(3.0, 4.0 * unit) : 0.0);
+  fill_disc(image, at.x, at.y, std::max(2.4, 3.6 * unit), hidden ? ink : rim);
+  fill_disc(image, at.x, at.y, std::max(1.6, 2.6 * unit), hidden ? rim : ink);
+}
+
+template <class Sheet>
+void draw_labels(Sheet& image, const Picture& picture, const SceneBelow& below, const Layout& layout) {
   std::vector<glm::dvec4> taken;
-  for (const ViewFrame& frame : frames) {
+  // Words of the scene keep out of the insets, which have their own.
+  for (const PixelRect& r : layout.magnified) taken.emplace_back(r.x, r.y, r.x + r.width, r.y + r.height);
+  const auto is_hidden = [&](std::size_t view, std::size_t k) {
+    return view < below.hidden.size() && k < below.hidden[view].size() && below.hidden[view][k];
+  };
+  for (std::size_t view = 0; view < below.frames.size(); ++view) {
+    const ViewFrame& frame = below.frames[view];
+    const bool inset = view >= layout.views.size();
+    if (view == layout.views.size()) taken.clear();
     draw_dimensions(image, picture, frame, layout, taken);
-    for (const Label& label : picture.labels) {
+    for (std::size_t k = 0; k < picture.labels.size(); ++k) {
+      const Label& label = picture.labels[k];
       glm::dvec2 at;
       if (label.text.empty() || !project(frame, label.point, at)) continue;
+      const PixelRect& part = frame.area;
+      if (inset && (at.x < part.x || at.y < part.y || at.x > part.x + part.width || at.y > part.y + part.height)) continue;
+      const bool hidden = is_hidden(view, k);
+      const std::string text = hidden ? label.text + " (hidden)" : label.text;
       const double size = std::max(9.0, static_cast<double>(label.size) * picture.overlay.text_scale * layout.unit);
-      const double w = text_width(label.text, size), h = cap_height(size), gap = 0.7 * size;
+      const double w = text_width(text, size), h = cap_height(size), gap = 0.7 * size;
       // With a leader as far off as two and a half lines, else beside the point.
       const double far = label.leader ? 2.6 * size : 0.0;
       const glm::dvec2 places[] = {{gap + far, -0.4 * gap - far}, {gap + far, h + 0.6 * gap + far}, {-gap - w - far, -0.4 * gap - far},
@@ -442,19 +473,51 @@ void draw_labels(Sheet& image, const Picture& picture, std::span<const ViewFrame
           const glm::dvec2 end(std::clamp(at.x, box.x, box.z), std::clamp(at.y, box.y, box.w));
           const std::array<glm::dvec2, 2> line = {at, end};
           const glm::vec3 ink = picture.overlay.dark ? glm::vec3(0.9f) : label.color;
-          draw_polyline(image, line, std::max(2.4, 3.4 * layout.unit), {picture.overlay.dark ? glm::vec3(0.1f) : glm::vec3(1.0f), 0.6f});
-          draw_polyline(image, line, std::max(1.0, 1.3 * layout.unit), ink);
-          fill_disc(image, at.x, at.y, std::max(2.4, 3.6 * layout.unit), picture.overlay.dark ? glm::vec3(0.1f) : glm::vec3(1.0f));
-          fill_disc(image, at.x, at.y, std::max(1.6, 2.6 * layout.unit), ink);
+          draw_leader(image, line, ink, picture.overlay.dark ? glm::vec3(0.1f) : glm::vec3(1.0f), layout.unit, hidden);
         }
         // A light rim keeps the words readable over bodies.
         const glm::vec3 rim = picture.overlay.dark ? glm::vec3(0.1f) : glm::vec3(1.0f);
         fill_rectangle(image, {box.x - 1.0, box.y - 1.0, box.z - box.x + 2.0, box.w - box.y + 2.0}, {rim, label.leader ? 0.8f : 0.55f},
                        0.3 * size);
-        draw_text(image, p, label.text, size, picture.overlay.dark ? glm::vec3(0.95f) : label.color);
+        draw_text(image, p, text, size, picture.overlay.dark ? glm::vec3(0.95f) : label.color);
         break;
       }
     }
+  }
+}
+
+// The frame of an inset, its words, and what part of the first view it shows larger.
+template <class Sheet>
+void draw_insets(Sheet& image, const Picture& picture, const Layout& layout, std::span<const ViewFrame> frames, const Ink& ink) {
+  const double line = std::max(1.0, std::round(1.3 * layout.unit));
+  for (std::size_t i = 0; i < layout.magnified.size() && i < picture.insets.size(); ++i) {
+    const Inset& inset = picture.insets[i];
+    const PixelRect &r = layout.magnified[i], &whole = frames.front().area;
+    glm::dvec2 at;
+    if (project(frames.front(), inset.point, at)) {
+      const double w = r.width / inset.zoom, h = r.height / inset.zoom;
+      const Box part(at.x - 0.5 * w, at.y - 0.5 * h, w, h);
+      if (part.x > whole.x && part.y > whole.y && part.x + w < whole.x + whole.width && part.y + h < whole.y + whole.height) {
+        draw_frame(image, part, line, {ink.strong, 0.8f});
+        // Two lines between the corners that face each other, outside of both.
+        const bool beside = std::abs(at.x - r.x - 0.5 * r.width) * r.height > std::abs(at.y - r.y - 0.5 * r.height) * r.width;
+        for (const bool second : {false, true}) {
+          const glm::dvec2 from = beside ? glm::dvec2(at.x < r.x ? part.x + w : part.x, second ? part.y + h : part.y)
+                                         : glm::dvec2(second ? part.x + w : part.x, at.y < r.y ? part.y + h : part.y);
+          const glm::dvec2 to = beside ? glm::dvec2(at.x < r.x ? r.x : r.x + r.width, second ? r.y + r.height : r.y)
+                                       : glm::dvec2(second ? r.x + r.width : r.x, at.y < r.y ? r.y : r.y + r.height);
+          const std::array<glm::dvec2, 2> ends = {from, to};
+          draw_polyline(image, ends, 0.7 * line, {ink.faint, 0.7f});
+        }
+      }
+    }
+    draw_frame(image, box_of(r), line, {ink.strong, 0.8f});
+    const double size = std::max(9.0, 12.5 * layout.unit * picture.overlay.text_scale), h = cap_height(size), gap = 0.5 * size;
+    const std::string text =
+        fit_text(inset.label.empty() ? scale_text(inset.zoom) : inset.label + ", " + scale_text(inset.zoom), size, r.width - 2.0 * gap);
+    if (text.empty()) continue;
+    fill_rectangle(image, Box(r.x + line, r.y + line, text_width(text, size) + 2.0 * gap, h + 2.0 * gap), {ink.panel, 0.75f});
+    draw_text(image, {r.x + line + gap, r.y + line + gap + h}, text, size, ink.strong);
   }
 }
 
@@ -463,8 +526,9 @@ template <class Sheet, class DrawPlots>
 void draw_all(Sheet& image, const Picture& picture, const Layout& layout, const SceneBelow& below, const DrawPlots& draw_plots) {
   const std::span<const ViewFrame> frames = below.frames;
   const Ink ink = ink_of(picture);
-  draw_labels(image, picture, frames, layout);
-  if (frames.size() > 1) {
+  draw_labels(image, picture, below, layout);
+  draw_insets(image, picture, layout, frames, ink);
+  if (layout.views.size() > 1) {
     const double line = std::max(1.0, std::round(layout.unit));
     for (const PixelRect& v : layout.views) {
       if (v.x > layout.inner.x) fill_rectangle(image, Box(v.x - 0.5 * line, v.y, line, v.height), {ink.faint, 0.35f});
@@ -495,10 +559,23 @@ void draw_overlay(Image& image, const Picture& picture, const Layout& layout, co
   });
 }
 
-void draw_overlay(SvgSheet& sheet, const Picture& picture, const Layout& layout, const SceneBelow& below) {
+namespace {
+
+template <VectorSheet Sheet>
+void draw_elements(Sheet& sheet, const Picture& picture, const Layout& layout, const SceneBelow& below) {
   draw_all(sheet, picture, layout, below, [&](const Ink& ink) {
     for (std::size_t i = 0; i < layout.plots.size(); ++i) draw_plot(sheet, picture, layout, i, ink);
   });
+}
+
+}  // namespace
+
+void draw_overlay(SvgSheet& sheet, const Picture& picture, const Layout& layout, const SceneBelow& below) {
+  draw_elements(sheet, picture, layout, below);
+}
+
+void draw_overlay(PdfSheet& sheet, const Picture& picture, const Layout& layout, const SceneBelow& below) {
+  draw_elements(sheet, picture, layout, below);
 }
 
 namespace {

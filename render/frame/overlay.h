@@ -5,6 +5,7 @@
 #include "render/frame/view.h"
 #include "render/image/canvas.h"
 #include "render/image/image.h"
+#include "render/image/pdf_sheet.h"
 #include "render/image/svg_sheet.h"
 
 #include <span>
@@ -30,13 +31,16 @@ struct PlotCache {
 
 // What the overlay needs to know of the scene below it.
 struct SceneBelow {
-  std::span<const ViewFrame> frames;  // one a view
+  std::span<const ViewFrame> frames;  // one a view, then one an inset
   bool grid_seen = true;
+  // By view: labels with a leader that point at something hidden by a surface; empty: none does.
+  std::span<const std::vector<bool>> hidden{};
 };
 
 void draw_overlay(Image& image, const Picture& picture, const Layout& layout, const SceneBelow& below, PlotCache& cache);
 
 // The same words, bars and diagrams at the same places as elements of a vector file.
 void draw_overlay(SvgSheet& sheet, const Picture& picture, const Layout& layout, const SceneBelow& below);
+void draw_overlay(PdfSheet& sheet, const Picture& picture, const Layout& layout, const SceneBelow& below);
 
 }  // namespace flexframe::render

@@ -66,6 +66,21 @@ ViewFrame make_view(const Camera& camera, const PixelRect& area, const Bounds& b
   return f;
 }
 
+Camera inset_camera(const Camera& first, const ViewFrame& frame, const Inset& inset, const PixelRect& area) {
+  Camera camera = first;
+  camera.target = inset.point;
+  if (frame.orthographic) {
+    camera.position = inset.point + (first.position - first.target);
+    camera.height = area.height * frame.pixel / inset.zoom;
+    return camera;
+  }
+  // Equal lengths at the point: off the axis of the first view it lies deeper than its distance from that plane says.
+  const double deep = -(frame.view * glm::dvec4(inset.point, 1.0)).z, away = glm::length(inset.point - first.position);
+  if (!(deep > 0.0)) return camera;
+  camera.fov = glm::degrees(2.0 * std::atan(0.5 * area.height * frame.pixel * deep / (away * inset.zoom)));
+  return camera;
+}
+
 bool project(const ViewFrame& frame, const glm::dvec3& world, glm::dvec2& pixel) {
   const glm::dvec4 p = frame.clip * (frame.view * glm::dvec4(world, 1.0));
   if (p.w <= 0.0) return false;

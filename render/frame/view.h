@@ -33,6 +33,9 @@ struct ViewFrame {
 // Near and far enclose the bounds (world); never empty.
 ViewFrame make_view(const Camera& camera, const PixelRect& area, const Bounds& bounds);
 
+// The camera of an inset that covers `area`: from where the first view's camera is, at the inset's point, its zoom times as large.
+Camera inset_camera(const Camera& first, const ViewFrame& frame, const Inset& inset, const PixelRect& area);
+
 // Pixel position (from the upper left of the picture, y down) of a world point; false if it is behind the camera.
 bool project(const ViewFrame& frame, const glm::dvec3& world, glm::dvec2& pixel);
 
@@ -58,7 +61,8 @@ struct Samples {
   int width = 0, height = 0;  // part's times per_pixel
   int per_pixel = 1;          // along each axis
   std::vector<std::uint8_t> colors;
-  std::vector<float> depth;  // of these samples only if asked for
+  std::vector<std::uint16_t> fine;  // the same in 16 bits, of a picture in linear light only
+  std::vector<float> depth;         // of these samples only if asked for
 };
 
 // One translucent shell: a rectangle of samples, straight alpha, colours as in Samples.

@@ -20,6 +20,7 @@ namespace flexframe::render {
 
 struct PngOptions {
   int level = 1;                                          // libdeflate level 1 (fast) .. 12
+  bool linear = false;                                    // 16 bits: linear light (gAMA 1), else numbers without a meaning for the eye
   double dpi = 0.0;                                       // pixels an inch, for print (pHYs); 0: not said
   std::vector<std::pair<std::string, std::string>> text;  // tEXt chunks: keyword (1..79 Latin-1 characters), text
 };

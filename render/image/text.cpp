@@ -218,6 +218,30 @@ void draw_text_rim(Image& image, const glm::dvec2& at, std::string_view text, do
   }
 }
 
+std::vector<OutlineStep> text_outline(std::string_view text, double size, Weight weight) {
+  const std::scoped_lock guard(lock);
+  std::vector<OutlineStep> out;
+  walk(font(weight), text, size, [&](Font& f, int index, double pen) {
+    stbtt_vertex* shape = nullptr;
+    const int count = stbtt_GetGlyphShape(&f.info, index, &shape);
+    const double scale = size / f.unit;
+    const auto place = [&](int x, int y) { return glm::dvec2(pen + scale * x, -scale * y); };
+    glm::dvec2 last(0.0);
+    for (int k = 0; k < count; ++k) {
+      const stbtt_vertex& v = shape[k];
+      const glm::dvec2 to = place(v.x, v.y), handle = place(v.cx, v.cy);
+      if (v.type == STBTT_vmove) out.push_back({OutlineStep::move, to});
+      else if (v.type == STBTT_vline) out.push_back({OutlineStep::line, to});
+      // A quadratic curve is a cubic one whose handles lie two thirds of the way to its own.
+      else if (v.type == STBTT_vcurve) out.push_back({OutlineStep::curve, to, last + (handle - last) / 1.5, to + (handle - to) / 1.5});
+      else out.push_back({OutlineStep::curve, to, handle, place(v.cx1, v.cy1)});
+      last = to;
+    }
+    stbtt_FreeShape(&f.info, shape);
+  });
+  return out;
+}
+
 std::string missing_characters(std::string_view text) {
   const std::scoped_lock guard(lock);
   Font& f = font(Weight::regular);

@@ -12,6 +12,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace flexframe::render {
 
@@ -33,6 +34,13 @@ void draw_text(Image& image, const glm::dvec2& at, std::string_view text, double
 // A rim around the same words, a ninth of the size wide: drawn first, it keeps them readable over anything.
 void draw_text_rim(Image& image, const glm::dvec2& at, std::string_view text, double size, const glm::vec3& color,
                    Weight weight = Weight::regular);
+
+// The outline of words, closed shapes one after the other: each begins with a move; filled by the non-zero rule they are the letters.
+struct OutlineStep {
+  enum Kind { move, line, curve } kind = move;
+  glm::dvec2 to{0.0}, first{0.0}, second{0.0};  // pixels from the left end of the baseline, y down; handles of a cubic curve
+};
+std::vector<OutlineStep> text_outline(std::string_view text, double size, Weight weight = Weight::regular);
 
 // Characters of the text that no font here has, as UTF-8; empty: all are there.
 std::string missing_characters(std::string_view text);

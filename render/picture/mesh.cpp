@@ -166,6 +166,17 @@ std::vector<MeshMaterial> convert_materials(const aiScene& scene) {
   return materials;
 }
 
+// Textures are not drawn; of what they are made of an average would be a guess.
+void warn_of_textures(const aiScene& scene, Mesh& mesh) {
+  for (unsigned k = 0; k < scene.mNumMaterials; ++k)
+    for (const aiTextureType type : {aiTextureType_DIFFUSE, aiTextureType_BASE_COLOR, aiTextureType_NORMALS, aiTextureType_HEIGHT,
+                                     aiTextureType_METALNESS, aiTextureType_DIFFUSE_ROUGHNESS, aiTextureType_OPACITY})
+      if (scene.mMaterials[k]->GetTextureCount(type) > 0) {
+        mesh.warnings.emplace_back("its textures are not drawn; its materials show their plain colour");
+        return;
+      }
+}
+
 // One mesh of the scene below a node's transform.
 struct Placed {
   const aiMesh* mesh;
@@ -239,6 +250,7 @@ Mesh read_other(const fs::path& path, const MeshOptions& options) {
   Mesh mesh;
   mesh.name = path.filename().string();
   mesh.materials = convert_materials(*scene);
+  warn_of_textures(*scene, mesh);
   std::vector<Placed> placed;
   collect(*scene, *scene->mRootNode, aiMatrix4x4(), placed);
   Polygons polygons;

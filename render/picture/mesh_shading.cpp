@@ -1,14 +1,14 @@
 // Shading points: which corners of a mesh share a normal. From the normals of the file where it has them (two corners at one place
 // share iff their normals agree), else by the angle between the triangles at each edge.
+#include "render/picture/adjacency.h"
 #include "render/picture/mesh.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <numbers>
 #include <numeric>
-#include <tuple>
-#include <unordered_map>
+#include <span>
+#include <vector>
 
 namespace flexframe::render {
 namespace {
@@ -30,33 +30,11 @@ struct Forest {
   }
 };
 
-// First position with the same coordinates, for each position: seams repeat positions bit by bit.
-std::vector<int> weld_equal(const std::vector<glm::dvec3>& positions) {
-  struct Hash {
-    size_t operator()(const glm::dvec3& p) const {
-      uint64_t h = 1469598103934665603ull;
-      for (int k = 0; k < 3; ++k) {
-        const double value = p[k] + 0.0;  // -0 becomes 0
-        uint64_t bits = 0;
-        std::memcpy(&bits, &value, sizeof bits);
-        h = (h ^ bits) * 0x9e3779b97f4a7c15ull;
-        h ^= h >> 29;
-      }
-      return h;
-    }
-  };
-  std::unordered_map<glm::dvec3, int, Hash> first;
-  first.reserve(positions.size());
-  std::vector<int> welded(positions.size());
-  for (size_t v = 0; v < positions.size(); ++v) welded[v] = first.try_emplace(positions[v], static_cast<int>(v)).first->second;
-  return welded;
-}
-
 }  // namespace
 
 void compute_shading_points(Mesh& mesh, const std::vector<glm::vec3>& corner_normals, double crease_angle) {
   const size_t corners = 3 * mesh.triangles.size();
-  const std::vector<int> welded = weld_equal(mesh.positions);
+  const std::vector<int> welded = weld_equal(std::span<const glm::dvec3>(mesh.positions));
   auto position_of = [&](size_t c) { return mesh.triangles[c / 3][static_cast<int>(c % 3)]; };
   auto place_of = [&](size_t c) { return welded[position_of(c)]; };
   Forest forest(corners);
@@ -97,36 +75,22 @@ void compute_shading_points(Mesh& mesh, const std::vector<glm::vec3>& corner_nor
       const double length = glm::length(n);
       normal[t] = length > 0.0 ? n / length : glm::dvec3(0.0);
     }
-    struct Edge {
-      int low, high;
-      int corner_low, corner_high;  // corners at the two ends
-      int triangle;
-    };
-    std::vector<Edge> edges(corners);
-    for (size_t c = 0; c < corners; ++c) {
-      const size_t next = c - c % 3 + (c + 1) % 3;
-      const int a = place_of(c), b = place_of(next);
-      const bool ordered = a < b;
-      edges[c] = {ordered ? a : b, ordered ? b : a, static_cast<int>(ordered ? c : next), static_cast<int>(ordered ? next : c),
-                  static_cast<int>(c / 3)};
-    }
-    std::sort(edges.begin(), edges.end(),
-              [](const Edge& a, const Edge& b) { return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle); });
-    for (size_t i = 0; i < edges.size();) {
-      size_t end = i + 1;
-      while (end < edges.size() && edges[end].low == edges[i].low && edges[end].high == edges[i].high) ++end;
+    for_each_edge(mesh.triangles, welded, [&](int, std::span<const EdgeSide> sides) {
       // Edges of many triangles (fans of a non-manifold mesh) compare all pairs, a few at most.
-      const size_t pairs_until = std::min(end, i + 8);
-      for (size_t a = i; a < pairs_until; ++a)
-        for (size_t b = a + 1; b < pairs_until; ++b) {
-          const glm::dvec3 na = normal[edges[a].triangle], nb = normal[edges[b].triangle];
+      const size_t most = std::min<size_t>(sides.size(), 8);
+      for (size_t a = 0; a < most; ++a)
+        for (size_t b = a + 1; b < most; ++b) {
+          const EdgeSide &p = sides[a], &q = sides[b];
+          const glm::dvec3 na = normal[p.triangle], nb = normal[q.triangle];
           const bool flat = na == glm::dvec3(0.0) || nb == glm::dvec3(0.0);
           if (!flat && glm::dot(na, nb) < limit) continue;
-          forest.join(edges[a].corner_low, edges[b].corner_low);
-          forest.join(edges[a].corner_high, edges[b].corner_high);
+          // The corners at the edge's two ends.
+          const int p0 = 3 * p.triangle + p.corner, p1 = 3 * p.triangle + (p.corner + 1) % 3;
+          const int q0 = 3 * q.triangle + q.corner, q1 = 3 * q.triangle + (q.corner + 1) % 3;
+          forest.join(p.upwards ? p0 : p1, q.upwards ? q0 : q1);
+          forest.join(p.upwards ? p1 : p0, q.upwards ? q1 : q0);
         }
-      i = end;
-    }
+    });
   }
 
   // Groups are numbered by their first corner; a point is a position in a group.

@@ -253,6 +253,17 @@ struct View {
   std::string label;
 };
 
+enum class InsetCorner { upper_left, upper_right, lower_left, lower_right };
+
+// A part of the scene larger, in a corner of the picture over the first view, which shows by a frame what part that is.
+struct Inset {
+  glm::dvec3 point{0.0};  // world: its middle
+  double zoom = 4.0;      // how many times larger than in the first view
+  double size = 0.3;      // its height, of the scene's area
+  InsetCorner corner = InsetCorner::lower_right;
+  std::string label;
+};
+
 // What is dear and may be left out; what is off costs nothing.
 struct Look {
   int samples = 4;        // antialiasing samples a pixel: 1, 4, 9 or 16
@@ -268,6 +279,7 @@ struct Picture {
   Background background;
   Camera camera;
   std::vector<View> views;  // not empty: these instead of camera
+  std::vector<Inset> insets;
   Lighting lighting;
   std::optional<Ground> ground;
   std::vector<Surface> surfaces;
