@@ -3,6 +3,7 @@
 #include "sim/bodies/beam_terms.h"
 
 #include "sim/base/eigen_solvers.h"
+#include "sim/scene/section.h"
 
 #include <fmt/format.h>
 
@@ -110,12 +111,13 @@ Properties properties(const BeamDef& def, const BeamEffects& effects) {
   if (effects.bending_xz) positive(s.iy, "second moment of area iy", "m^4");
   if (effects.bending_xy) positive(s.iz, "second moment of area iz", "m^4");
   if (effects.torsion) positive(s.j, "torsion constant j", "m^4");
-  if (effects.torsion) positive(s.iy + s.iz, "polar moment of area iy + iz", "m^4");
+  if (effects.torsion) positive(mass_moments(s)[0] + mass_moments(s)[1], "polar moment of area iy + iz", "m^4");
   if (effects.bending_xy && effects.bending_xz && !(s.iyz * s.iyz < s.iy * s.iz))
     throw InputError(fmt::format("product of area iyz must satisfy iyz^2 < iy iz, found iyz = {}, iy = {}, iz = {}", s.iyz, s.iy, s.iz));
-  p.inertia_y = rho * s.iy;
-  p.inertia_z = rho * s.iz;
-  p.inertia_yz = rho * s.iyz;
+  const Vec3 rotary = rho * mass_moments(s);
+  p.inertia_y = rotary[0];
+  p.inertia_z = rotary[1];
+  p.inertia_yz = rotary[2];
   p.ea = e * s.area;
   p.ei_y = e * s.iy;
   p.ei_z = e * s.iz;

@@ -109,7 +109,13 @@ Touch find_touch(const Model& model, const W& work, const Contact& contact) {
     const Vec3 across = towards - axis.dot(towards) * axis;
     if (across.norm() > 1e-12 * towards.norm()) reach = -def.radius * across.normalized();
   }
-  if (def.curve) {
+  if (def.own_curve) {
+    out.normal = from.R * def.normal;
+    Vec3 down = -(on.R.transpose() * out.normal);
+    down.z() = 0.0;
+    centre = on.p + on.R * def.curve->at(def.curve->farthest(down)).place;
+    out.depth = -out.normal.dot(centre - from.p);
+  } else if (def.curve) {
     Vec3 normal;
     out.depth = -distance_to(*def.curve, from.R.transpose() * (centre - from.p), normal);
     out.normal = from.R * normal;

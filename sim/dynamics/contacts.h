@@ -1,5 +1,5 @@
-// Contact of a point, sphere or cylinder with a plane or a sphere: a compliant normal force and Coulomb friction, as smooth pieces between
-// located events. W: Work or PlaneWork.
+// Contact of a point, sphere or cylinder with a plane, a sphere or a curve, or of a convex outline with a plane: a compliant normal force
+// and Coulomb friction, as smooth pieces between located events. W: Work or PlaneWork.
 //
 // Normal: N = k d^n (1 + D d'), d how deep (Hunt and Crossley 1975; n = 1 linear, 3/2 Hertz), never pulling. With a coefficient of
 // restitution e, D = c / v with v the speed of the impact and (1 + e) c = ln((1 + c) / (1 - c e)): from m v dv/dd = -k d^n (1 + D v), whose

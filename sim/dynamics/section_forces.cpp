@@ -4,6 +4,7 @@
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/loads.h"
 #include "sim/model/bodies.h"
+#include "sim/scene/section.h"
 
 #include <algorithm>
 
@@ -48,7 +49,7 @@ SectionForces::SectionForces(const Model& model, const Scene& scene) : at_(model
     beam.body = part.scene_body;
     const Section section = piece_section(*def, part.piece);
     beam.mass_per_length = def->material.density * section.area;
-    beam.polar_inertia = def->material.density * (section.iy + section.iz);
+    beam.polar_inertia = def->material.density * mass_moments(section).head<2>().sum();
     const double length = part.body.mass / beam.mass_per_length, same = 1e-9 * def->length;
     std::vector<double> x{0.0, length};
     std::vector<int> nodes;

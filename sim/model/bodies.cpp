@@ -473,7 +473,7 @@ void add_flexure(Model& model, int body, const BeamDef& beam, const BeamLinks& l
     if (model.parts[i].scene_body == body && model.parts[i].joint.link >= 0) f.parts[model.parts[i].joint.link] = static_cast<int>(i);
   f.length = beam.length;
   f.mass_per_length = beam.material.density * beam.section.area;
-  f.polar_inertia = beam.material.density * (beam.section.iy + beam.section.iz);
+  f.polar_inertia = beam.material.density * mass_moments(beam.section).head<2>().sum();
   model.flexures.push_back(std::move(f));
 }
 

@@ -2,6 +2,7 @@
 
 #include "sim/model/joint_motion.h"
 #include "sim/scene/joint_kinds.h"
+#include "sim/scene/section.h"
 
 #include <fmt/format.h>
 
@@ -81,6 +82,7 @@ bool planar_about(const Scene& scene, const std::vector<Mat3>& orientation, cons
     const Vec3 local = orientation[i].transpose() * n;
     if (!parallel(local, Vec3::UnitZ()) && !parallel(local, Vec3::UnitY())) return false;
     if (std::abs(beam->section.iyz) > 1e-12 * (beam->section.iy + beam->section.iz)) return false;
+    if (const Vec3 mass = mass_moments(beam->section); std::abs(mass[2]) > 1e-12 * (mass[0] + mass[1])) return false;
     for (double q : beam->initial.q)
       if (q != 0.0) return false;
     for (double q : beam->initial.qd)
@@ -268,9 +270,12 @@ void choose(const BeamDef& beam, const Vec3& normal_in_body, const Attachments& 
   reason["axial"] = {"program", e.axial ? fmt::format("the loop of joint '{}' holds its length", beam.chosen.held_by)
                                         : "a slender beam bends long before it stretches"};
   const double share = can_shear(beam, e) && !attachments.continued ? shear_share(beam, e.bending_xy, e.bending_xz) : 0.0;
-  e.shear = share > worth_leaving_out;
-  reason["shear"] = {"program", e.shear ? fmt::format("shear is {:.2g} of the deflection under a tip load", share)
-                                        : "a slender beam bends long before it shears"};
+  // Who gives a section moments of its own for its mass wants their inertia, which comes with shear.
+  const bool rotary = has_rotary(beam.section) && can_shear(beam, e);
+  e.shear = rotary || share > worth_leaving_out;
+  reason["shear"] = {"program", rotary    ? "the section has rotary inertia of its own"
+                                : e.shear ? fmt::format("shear is {:.2g} of the deflection under a tip load", share)
+                                          : "a slender beam bends long before it shears"};
   say("stiffening on: axial forces may be carried");
   for (const Switch& s : switches) {
     if (e.*s.on || !has(beam.effects.names, s.name)) continue;

@@ -55,8 +55,9 @@ VecX output_ranges(const Histories& h) {
   const double length = std::max(largest["m"], h.scales.length), force = std::max(largest["N"], h.scales.force);
   const double reach = h.scales.length > 0.0 ? h.scales.length : 1.0;
   const std::map<std::string, double> rounding = {{"m", 1e-12 * length},
-                                                  {"rad", 1e-12},
-                                                  {"rad/s", 1e-12 / duration},
+                                                  // as beside an angle of one radian
+                                                  {"rad", 1e-11},
+                                                  {"rad/s", 1e-11 / duration},
                                                   {"m/s", 1e-12 * length / duration},
                                                   {"m/s^2", 1e-12 * length / (duration * duration)},
                                                   {"N", 1e-12 * force},

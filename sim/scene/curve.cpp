@@ -97,6 +97,26 @@ double SpaceCurve::nearest(const Vec3& p) const {
   return s;
 }
 
+double SpaceCurve::farthest(const Vec3& direction) const {
+  size_t best = 0;
+  for (size_t i = 1; i < samples_.size(); ++i)
+    if (direction.dot(samples_[i]) > direction.dot(samples_[best])) best = i;
+  const double step = length_ / static_cast<double>(samples_.size() - 1);
+  const double low = closed_ ? s_[best] - 2.0 * step : std::max(0.0, s_[best] - 2.0 * step);
+  const double high = closed_ ? s_[best] + 2.0 * step : std::min(length_, s_[best] + 2.0 * step);
+  double s = s_[best];
+  // Newton on d . c' = 0, uphill only.
+  for (int k = 0; k < 30; ++k) {
+    const Jet c = at(s);
+    const double f = direction.dot(c.tangent), slope = direction.dot(c.bend);
+    const double next = std::clamp(slope < 0.0 ? s - f / slope : s + std::copysign(0.5 * step, f), low, high);
+    const double moved = std::abs(next - s);
+    s = next;
+    if (moved <= 1e-15 * length_) break;
+  }
+  return s;
+}
+
 double SpaceCurve::area_xy() const {
   double twice = 0.0;
   for (size_t i = 0; i < samples_.size(); ++i) {

@@ -25,6 +25,8 @@ class SpaceCurve {
   bool closed() const { return closed_; }
   // s of the point nearest to p.
   double nearest(const Vec3& p) const;
+  // s of the point farthest along a direction.
+  double farthest(const Vec3& direction) const;
   // Points along it, dense enough for drawing and for searches.
   const std::vector<Vec3>& samples() const { return samples_; }
   // Area that it encloses in the xy plane, positive where it runs counterclockwise, m^2 (an open one closed by its chord).

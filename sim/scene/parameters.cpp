@@ -154,8 +154,8 @@ Quantified take_units(std::string_view text, const char* wanted) {
     return {std::string(number_text), given.factor / scale};
   }
   if (!all) return {std::string(text), 1.0};
-  if (!any && !wanted) throw InputError("a number without units is expected");
-  if (!any && all->dimension) require_unit(*all->dimension, wanted, text);
+  // A plain number may be made of quantities: "cos(60 deg)", "5 mm/L".
+  if (!any && all->dimension && (wanted || *all->dimension != Dimension{})) require_unit(*all->dimension, wanted, text);
   return {all->text, 1.0 / scale};
 }
 

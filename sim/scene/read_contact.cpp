@@ -9,7 +9,8 @@
 namespace flexframe::sim {
 namespace {
 
-const std::vector<std::string> shapes{"point", "sphere", "cylinder"};
+const std::vector<std::string> shapes{"point", "sphere", "cylinder", "curve"};
+constexpr std::size_t own_curve = 3;
 const std::vector<std::string> partners{"plane", "sphere", "curve"};
 enum Partner : std::size_t { against_plane, against_sphere, against_curve };
 
@@ -31,10 +32,30 @@ void read_profile(const TableReader& reader, ContactDef& out) {
   }
 }
 
+// A cam under a flat: its outline is the body's own. Round outwards everywhere, so that it touches in one place.
+void read_own_curve(const TableReader& reader, ContactDef& out) {
+  if (reader.word("against", partners, against_plane) != against_plane)
+    reader.fail("against", "must be \"plane\" for shape = \"curve\": a curve meets a flat; what rolls on a curve is the other body");
+  out.own_curve = true;
+  out.curve = read_curve(reader, "curve");
+  const SpaceCurve& curve = *out.curve;
+  if (!curve.closed()) reader.fail("curve", "must be closed for shape = \"curve\": the outline of the body");
+  const double side = curve.area_xy() > 0.0 ? 1.0 : -1.0;
+  for (std::size_t k = 0; k < curve.samples().size(); ++k) {
+    const SpaceCurve::Jet at = curve.at(curve.length() * static_cast<double>(k) / static_cast<double>(curve.samples().size()));
+    if (at.place.z() != 0.0 || at.tangent.z() != 0.0) reader.fail("curve", "must lie in the xy plane of 'on': z = 0 for all its points");
+    if (!(side * (at.tangent.x() * at.bend.y() - at.tangent.y() * at.bend.x()) > 0.0))
+      reader.fail("curve", fmt::format("must be round outwards everywhere for shape = \"curve\"; at [{:.4g}, {:.4g}] it is straight or "
+                                       "hollow, where a flat would touch it twice",
+                                       at.place.x(), at.place.y()));
+  }
+}
+
 void read_shapes(const TableReader& reader, ContactDef& out) {
   const std::size_t shape = reader.word("shape", shapes);
-  if (shape == 0 && reader.has("radius")) reader.fail("radius", "belongs to spheres and cylinders; this is a point");
-  if (shape > 0) out.radius = reader.number("radius", positive.in("m"));
+  if ((shape == 0 || shape == own_curve) && reader.has("radius"))
+    reader.fail("radius", fmt::format("belongs to spheres and cylinders; this is a {}", shapes[shape]));
+  if (shape > 0 && shape != own_curve) out.radius = reader.number("radius", positive.in("m"));
   out.cylinder = shape == 2;
   for (const char* key : {"axis", "width"})
     if (!out.cylinder && reader.has(key)) reader.fail(key, "belongs to cylinders");
@@ -45,11 +66,13 @@ void read_shapes(const TableReader& reader, ContactDef& out) {
     reader.fail("normal", fmt::format("belongs to a plane; this is against a {}", partners[partner]));
   if (partner != against_sphere && reader.has("from_radius"))
     reader.fail("from_radius", fmt::format("belongs to against = \"sphere\"; this is against a {}", partners[partner]));
-  if (partner != against_curve && reader.has("curve"))
-    reader.fail("curve", fmt::format("belongs to against = \"curve\"; this is against a {}", partners[partner]));
+  if (partner != against_curve && shape != own_curve && reader.has("curve"))
+    reader.fail("curve", fmt::format("belongs to against = \"curve\" or shape = \"curve\"; this is a {} against a {}", shapes[shape],
+                                     partners[partner]));
   if (partner == against_plane) out.normal = reader.direction("normal", Vec3::UnitZ());
   if (partner == against_sphere) out.from_radius = reader.number("from_radius", positive.in("m"));
-  if (partner == against_curve) read_profile(reader, out);
+  if (shape == own_curve) read_own_curve(reader, out);
+  else if (partner == against_curve) read_profile(reader, out);
 }
 
 // c of a normal force k d^n (1 + c d' / v) after an impact at speed v (dynamics/contacts.h): from (1 + e) c = ln((1 + c) / (1 - c e)).
@@ -92,9 +115,12 @@ void read_contact_friction(const TableReader& reader, ContactDef& out) {
 
 }  // namespace
 
-ContactDef read_contact(const TableReader& reader) {
+void allow_contact_keys(const TableReader& reader) {
   reader.allow({"name", "kind", "on", "from", "shape", "radius", "axis", "width", "against", "normal", "from_radius", "curve", "stiffness",
                 "exponent", "damping", "restitution", "friction"});
+}
+
+ContactDef read_contact(const TableReader& reader) {
   ContactDef out;
   read_shapes(reader, out);
   read_normal_force(reader, out);

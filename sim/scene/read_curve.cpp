@@ -62,7 +62,10 @@ std::shared_ptr<const SpaceCurve> read_curve(const TableReader& outer, std::stri
   const bool closed = reader.boolean("closed", false), points = reader.has("points");
   if (points) reader.allow({"points", "closed"});
   else if (reader.has("x")) reader.allow({"x", "y", "z", "from", "to", "closed"});
-  else reader.fail("needs 'points', rows of x, y, z (m), or 'x', 'y', 'z', expressions of u");
+  else {
+    reader.allow({"points", "x", "y", "z", "from", "to", "closed"});
+    reader.fail("needs 'points', rows of x, y, z (m), or 'x', 'y', 'z', expressions of u");
+  }
   try {
     return std::make_shared<const SpaceCurve>(points ? given_points(reader) : computed_points(reader, closed), closed);
   } catch (const InputError& error) {

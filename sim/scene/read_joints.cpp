@@ -50,8 +50,6 @@ CoordinateUnits units_of(const JointTraits& joint) {
 
 std::vector<double> read_coordinates(const TableReader& reader, std::string_view key, JointKind kind) {
   const std::size_t count = traits(kind).rates.size();
-  const CoordinateUnits units = units_of(traits(kind));
-  const Range range = any_number.in(key == "rate" ? units.rate : units.value);
   const TomlValue& value = reader.required(key);
   // a free joint's rate may be the angular velocity alone
   if (traits(kind).quaternion == 3 && key == "rate" && value.type == TomlValue::Type::array && value.items.size() == 3) {
@@ -64,7 +62,12 @@ std::vector<double> read_coordinates(const TableReader& reader, std::string_view
   const bool text_list = value.type == TomlValue::Type::text && value.text.starts_with('[');
   if (!text_list && (value.type == TomlValue::Type::array ? given != count : count != 1))
     reader.fail(key, fmt::format("of a {} joint must be {}, found {}", traits(kind).word, traits(kind).coordinates, describe(value)));
-  return reader.number_or_numbers(key, count, count, range);
+  std::vector<Range> ranges;
+  for (const char letter : traits(kind).rates) {
+    const CoordinateUnits& units = letter == 'm' ? length_units : angle_units;
+    ranges.push_back(any_number.in(key == "rate" ? units.rate : units.value));
+  }
+  return count == 1 ? reader.number_or_numbers(key, 1, 1, ranges.front()) : reader.numbers(key, ranges);
 }
 
 Spring read_spring(const TableReader& reader, const CoordinateUnits& units, bool rest_is_number = true) {
@@ -508,11 +511,6 @@ ForceDef read_force_head(TableReader& reader) {
   const std::size_t word = reader.word("kind", force_kinds);
   force.cable = word == cable_word;
   force.kind = force.cable ? ForceKind::spring_damper : static_cast<ForceKind>(word);
-  return force;
-}
-
-ForceDef read_force(TableReader& reader, const Scene& scene) {
-  ForceDef force = read_force_head(reader);
   switch (force.kind) {
     case ForceKind::force:
     case ForceKind::torque:
@@ -527,13 +525,19 @@ ForceDef read_force(TableReader& reader, const Scene& scene) {
       reader.allow({"name", "kind", "on", "linear", "quadratic", "wind"});
       break;
     case ForceKind::contact:
-      break;  // by read_contact
+      allow_contact_keys(reader);
+      break;
     case ForceKind::bushing:
       reader.allow({"name", "kind", "on", "from", "stiffness", "damping"});
       break;
     case ForceKind::user:  // no word of it is read
       break;
   }
+  return force;
+}
+
+ForceDef read_force(TableReader& reader, const Scene& scene) {
+  ForceDef force = read_force_head(reader);
 
   force.on = read_frame_ref(reader, "on", scene);
   if (force.on.body == "ground") reader.fail("on", "must not be ground, which does not move");

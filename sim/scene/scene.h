@@ -284,14 +284,15 @@ struct Reading {
   int component = 0;                                        // of its columns
 };
 
-// A point, sphere or cylinder on frame `on` against a plane or sphere on frame `from`.
+// A point, sphere or cylinder on frame `on` against a plane, sphere or curve on frame `from`, or a curve on `on` against a plane.
 struct ContactDef {
   double radius = 0.0;                      // m, 0: a point
   bool cylinder = false;                    // about `axis`, in the axes of `on`; its ends are `width` apart
+  bool own_curve = false;                   // the curve is the body's own, convex, against a plane
   Vec3 axis = Vec3::UnitZ();                // unit
   double width = 0.0;                       // m
   double from_radius = 0.0;                 // m, of the sphere; 0: a plane or a curve
-  std::shared_ptr<const SpaceCurve> curve;  // profile in the xy plane of `from`, the same all along its z
+  std::shared_ptr<const SpaceCurve> curve;  // profile in the xy plane of `from` (own_curve: of `on`), the same all along its z
   Vec3 normal = Vec3::UnitZ();              // unit, of the plane, in the axes of `from`
   double stiffness = 0.0;                   // N/m^exponent
   double exponent = 1.0;                    // 1.5: Hertz

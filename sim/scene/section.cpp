@@ -39,7 +39,7 @@ const std::vector<Alternative>& alternatives() {
       {"u", {"width", "height", "web", "flange"}, {}},
       {"t", {"width", "height", "web", "flange"}, {}},
       {"l", {"width", "height", "thickness"}, {}},
-      {"general", {"area", "iy", "iz", "j"}, {"iyz", "shear_y", "shear_z"}},
+      {"general", {"area", "iy", "iz", "j"}, {"iyz", "shear_y", "shear_z", "rotary_iy", "rotary_iz"}},
   };
   return all;
 }
@@ -208,6 +208,8 @@ Section general(const Sizes& size) {
   if (size.contains("iyz")) section.iyz = size.at("iyz");
   if (size.contains("shear_y")) section.shear_y = size.at("shear_y");
   if (size.contains("shear_z")) section.shear_z = size.at("shear_z");
+  if ((size.contains("rotary_iy") || size.contains("rotary_iz")) && !(section.shear_y > 0.0 && section.shear_z > 0.0))
+    throw InputError("'rotary_iy' and 'rotary_iz' need 'shear_y' and 'shear_z': rotary inertia comes with the effect shear");
   if (section.iyz * section.iyz > section.iy * section.iz)
     throw InputError(fmt::format("'iyz' {:g} is larger than any area with iy {:g} and iz {:g} has: iyz^2 <= iy iz", section.iyz, section.iy,
                                  section.iz));
@@ -218,14 +220,18 @@ Section general(const Sizes& size) {
   return section;
 }
 
+// iy, iz, iyz of axes turned about x by an angle of this cosine and sine, y' = c y - s z, z' = s y + c z, in place.
+void turn_moments(double& iy, double& iz, double& iyz, double c, double s) {
+  const double y = iy, z = iz, yz = iyz;
+  iy = s * s * z + 2.0 * s * c * yz + c * c * y;
+  iz = c * c * z - 2.0 * s * c * yz + s * s * y;
+  iyz = s * c * (z - y) + (c * c - s * s) * yz;
+}
+
 // Turned about x, from y towards z. What shear makes of both directions is shared out: exact where the factors are alike.
 void turn_section(Section& section, double angle) {
   const double c = std::cos(angle), s = std::sin(angle);
-  const double iy = section.iy, iz = section.iz, iyz = section.iyz;
-  // Of y' = c y - s z, z' = s y + c z.
-  section.iy = s * s * iz + 2.0 * s * c * iyz + c * c * iy;
-  section.iz = c * c * iz - 2.0 * s * c * iyz + s * s * iy;
-  section.iyz = s * c * (iz - iy) + (c * c - s * s) * iyz;
+  turn_moments(section.iy, section.iz, section.iyz, c, s);
   if (section.shear_y > 0.0 && section.shear_z > 0.0) {
     const double fy = 1.0 / section.shear_y, fz = 1.0 / section.shear_z;
     section.shear_y = 1.0 / (c * c * fy + s * s * fz);
@@ -301,6 +307,19 @@ Section make_section(const std::string& shape, const Sizes& sizes) {
       throw InputError("the section's sizes are too large or too small for its moments to be numbers");
   if (const auto angle = sizes.find(section_angle); angle != sizes.end()) turn_section(section, angle->second);
   return section;
+}
+
+bool has_rotary(const Section& section) { return section.size.contains("rotary_iy") || section.size.contains("rotary_iz"); }
+
+Vec3 mass_moments(const Section& section) {
+  Vec3 out(section.iy, section.iz, section.iyz);
+  if (!has_rotary(section)) return out;
+  const auto size = [&](const char* name, const char* instead) { return section.size.at(section.size.contains(name) ? name : instead); };
+  // With moments of its own the mass has its principal axes along those of the section as it is given.
+  out = Vec3(size("rotary_iy", "iy"), size("rotary_iz", "iz"), 0.0);
+  if (const auto angle = section.size.find(section_angle); angle != section.size.end())
+    turn_moments(out[0], out[1], out[2], std::cos(angle->second), std::sin(angle->second));
+  return out;
 }
 
 Eigen::Vector2d shear_centre(const Section& section) {

@@ -24,12 +24,16 @@ std::span<const std::string> section_shapes();
 // The sizes of a shape. Each inner list is one alternative set of required names.
 // circle {diameter | radius}; tube {outer_diameter (or diameter), thickness | inner_diameter}; rectangle {width, height | y, z};
 // box {width, height, thickness | width, height, web, flange}; i, u, t {height, width, web, flange}; l {height, width, thickness};
-// general {area, iy, iz, j [, iyz, shear_y, shear_z]}.
+// general {area, iy, iz, j [, iyz, shear_y, shear_z, rotary_iy, rotary_iz]}.
 std::vector<std::string> section_sizes(const std::string& shape);
 
 // sizes in m (general: m^2, m^4). Throws InputError: missing, unknown, not positive, walls thicker than the section, a general
 // section whose moments no area can have (iyz^2 > iy iz).
 Section make_section(const std::string& shape, const std::map<std::string, double>& sizes);
+
+// Moments iy, iz, iyz of the mass over the density, m^4: the area's, or those of `rotary_iy` and `rotary_iz`; whether there are such.
+Vec3 mass_moments(const Section& section);
+bool has_rotary(const Section& section);
 
 // Shear centre (y, z) from the centroid, m, of thin walls by their middle lines (Timoshenko, Strength of Materials I, art. 53): I, U, T, L;
 // zero for the others.

@@ -320,28 +320,32 @@ std::size_t TableReader::word(std::string_view key, std::span<const std::string>
 }
 
 std::vector<double> TableReader::checked_numbers(std::string_view key, const TomlValue& value, std::size_t low, std::size_t high,
-                                                 Range range) const {
+                                                 std::span<const Range> ranges) const {
   const std::string count = low == high        ? fmt::format("{}", low)
                             : high == SIZE_MAX ? fmt::format("at least {}", low)
                                                : fmt::format("{} to {}", low, high);
-  if (is_array_text(value)) return checked_numbers(key, split_array_text(value), low, high, range);
+  if (is_array_text(value)) return checked_numbers(key, split_array_text(value), low, high, ranges);
   if (value.type != TomlValue::Type::array) fail(key, fmt::format("must be an array of {} numbers, found {}", count, describe(value)));
   if (value.items.size() < low || value.items.size() > high)
     fail(key, fmt::format("must have {} number{}, found {}", count, high == 1 ? "" : "s", value.items.size()));
   std::vector<double> result;
   result.reserve(value.items.size());
   for (std::size_t i = 0; i < value.items.size(); ++i)
-    result.push_back(checked_number(key, value.items[i], range, fmt::format("entry {} ", i + 1)));
+    result.push_back(checked_number(key, value.items[i], ranges[std::min(i, ranges.size() - 1)], fmt::format("entry {} ", i + 1)));
   return result;
 }
 
 std::vector<double> TableReader::numbers(std::string_view key, std::size_t low, std::size_t high, Range range) const {
-  return checked_numbers(key, required(key), low, high, range);
+  return checked_numbers(key, required(key), low, high, std::span(&range, 1));
+}
+
+std::vector<double> TableReader::numbers(std::string_view key, std::span<const Range> ranges) const {
+  return checked_numbers(key, required(key), ranges.size(), ranges.size(), ranges);
 }
 
 std::vector<double> TableReader::number_or_numbers(std::string_view key, std::size_t low, std::size_t high, Range range) const {
   const TomlValue& value = required(key);
-  if (value.type == TomlValue::Type::array || is_array_text(value)) return checked_numbers(key, value, low, high, range);
+  if (value.type == TomlValue::Type::array || is_array_text(value)) return checked_numbers(key, value, low, high, std::span(&range, 1));
   const double x = checked_number(key, value, range, "");
   if (low > 1) fail(key, fmt::format("must be an array of {} numbers, found {}", low, describe(value)));
   return {x};
@@ -402,7 +406,7 @@ MatX TableReader::matrix(std::string_view key) const {
   }
   MatX result(static_cast<Eigen::Index>(value.items.size()), static_cast<Eigen::Index>(width));
   for (std::size_t i = 0; i < value.items.size(); ++i) {
-    const std::vector<double> row = checked_numbers(key, value.items[i], width, width, any_number);
+    const std::vector<double> row = checked_numbers(key, value.items[i], width, width, std::span(&any_number, 1));
     result.row(static_cast<Eigen::Index>(i)) = Eigen::Map<const Eigen::RowVectorXd>(row.data(), static_cast<Eigen::Index>(width));
   }
   return result;

@@ -105,6 +105,8 @@ class TableReader {
   std::vector<double> numbers(std::string_view key, std::size_t count_low, std::size_t count_high, Range range = any_number) const;
   std::vector<double> number_or_numbers(std::string_view key, std::size_t count_low, std::size_t count_high,
                                         Range range = any_number) const;
+  // An array with one number for each range, in their order.
+  std::vector<double> numbers(std::string_view key, std::span<const Range> ranges) const;
   Vec3 vector3(std::string_view key, const char* unit = nullptr) const;
   Vec3 vector3(std::string_view key, const Vec3& otherwise, const char* unit = nullptr) const;
   Vec3 direction(std::string_view key, const Vec3& otherwise) const;  // normalised; zero is refused
@@ -135,7 +137,9 @@ class TableReader {
   double checked_number(std::string_view key, const TomlValue& value, Range range, const std::string& which) const;
   double text_number(std::string_view key, const TomlValue& value, Range range, const std::string& which) const;
   TableReader inside(const TomlValue& table, std::string label, std::string prefix) const;
-  std::vector<double> checked_numbers(std::string_view key, const TomlValue& value, std::size_t low, std::size_t high, Range range) const;
+  // `ranges`: one an entry, the last one for all further.
+  std::vector<double> checked_numbers(std::string_view key, const TomlValue& value, std::size_t low, std::size_t high,
+                                      std::span<const Range> ranges) const;
   std::string full_key(std::string_view key) const;
   std::string place(int line) const;  // "FILE:LINE"; "FILE" of what no line of it says (--set)
 
