@@ -82,6 +82,7 @@ breaches() {
   confined NetCDF 'netcdf' '^\./render/import/mbdyn[a-z_]*\.cpp$'
   confined CLI11 'CLI/' '^\./render/cli/'
   confined Boost 'boost/' '^\./sim/sweep/design\.cpp$' 1
+  confined NLopt 'nlopt' '^\./sim/sweep/search\.cpp$' 1
   confined Eigen/Sparse 'Eigen/(Sparse|SparseCholesky)' '^\./(sim|interp|render/film)/'
 
   # The library never prints; the one catch of everything is main's.
@@ -161,6 +162,7 @@ if [[ ${1:-} == --self-test ]]; then
   expect sim/scene/scene_reader.cpp '#include <toml++/toml.h>' "toml++ is included outside"
   expect sim/a.cpp '#include <muParser.h>' "muParser is included outside"
   expect sim/run/run.cpp '#include <boost/math/special_functions/erf.hpp>' "Boost is included outside"
+  expect sim/sweep/sweep.cpp '#include <nlopt.h>' "NLopt is included outside"
   expect interp/cache.cpp '#include <xxhash.h>' "xxHash is included outside"
   expect render/film/a.cpp '#include <CLI/CLI.hpp>' "CLI11 is included outside"
   expect interp/a.cpp 'std::cout << 1;' "the library prints"

@@ -20,10 +20,10 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Words {
-  std::string scene, out, sample, sensitivity, shard;
-  std::vector<std::string> settings, responses;
-  double longest = 0.0;
-  int seed = 1, workers = 0;
+  std::string scene, out, sample, sensitivity, shard, minimise, maximise;
+  std::vector<std::string> settings, responses, limits;
+  double longest = 0.0, precision = sim::GoalWords{}.precision;
+  int seed = 1, workers = 0, searches = 4, runs = 200;
   bool resume = false;
   SimulationWords simulation;
   EngineWords engine;
@@ -35,6 +35,13 @@ sim::SweepQuestion question_of(const Words& words) {
   q.scene = words.scene;
   q.design = {words.settings, words.sample, words.sensitivity, static_cast<std::uint64_t>(words.seed)};
   q.responses = words.responses;
+  if (!words.minimise.empty() || !words.maximise.empty()) {
+    q.goal = {words.minimise.empty() ? words.maximise : words.minimise, words.minimise.empty(), words.limits, words.precision};
+    q.design.searches = words.searches;
+    q.design.runs = words.runs;
+  } else if (!words.limits.empty()) {
+    throw UsageError("--limit belongs to --minimise or --maximise");
+  }
   q.tolerance = words.simulation.tolerance;
   q.accuracy = words.simulation.accuracy;
   q.max_steps = words.simulation.max_steps;
@@ -51,13 +58,16 @@ sim::Sweep sweep_of(const Words& words) {
   std::error_code error;
   const std::string program = program_fingerprint();
   if (fs::is_directory(words.scene, error)) {
-    if (!words.settings.empty() || !words.responses.empty() || !words.sample.empty() || !words.sensitivity.empty() || !words.out.empty())
+    if (!words.settings.empty() || !words.responses.empty() || !words.sample.empty() || !words.sensitivity.empty() || !words.out.empty() ||
+        !words.minimise.empty() || !words.maximise.empty())
       throw UsageError(
           fmt::format("{} is the folder of a sweep, which has its question already: --set, --response, --sample, --sensitivity "
-                      "and --out belong to a scene file",
+                      "--minimise, --maximise and --out belong to a scene file",
                       words.scene));
     return sim::read_sweep(words.scene, program);
   }
+  if (!words.minimise.empty() && !words.maximise.empty())
+    throw UsageError("--minimise excludes --maximise: of two goals one can be a --limit");
   const fs::path folder = words.out.empty() ? fs::path(fs::path(words.scene).stem().string() + "-sweep") : fs::path(words.out);
   sim::Sweep sweep = sim::make_sweep(question_of(words), folder, program);
   require_writable(folder);
@@ -80,11 +90,12 @@ sim::ShardReport run_here(const sim::Sweep& sweep, const Words& words, int shard
 int hand_over_sweep(sim::Sweep& sweep, const Words& words) {
   constexpr double wanted_seconds = 600.0, pilot_seconds = 20.0;
   const double each = sim::pilot_cpu(sweep, 5, pilot_seconds), all = each * static_cast<double>(sweep.design.size());
+  const long most = sweep.goal ? sweep.design.searches() : sweep.design.size();
   // One that was begun keeps its cut, so that each task goes on with its rows.
   long shards = words.engine.shards > 0 ? words.engine.shards : fs::is_directory(words.scene) ? sweep.shards : 0;
   if (shards == 0)
     shards = words.engine.engine == "slurm" ? std::lround(std::ceil(all / (wanted_seconds * words.engine.cpus))) : 4L * sim::usable_cores();
-  sweep.shards = static_cast<int>(std::clamp<long>(shards, 1, std::min(words.engine.shards > 0 ? 100000L : 1000L, sweep.design.size())));
+  sweep.shards = static_cast<int>(std::clamp<long>(shards, 1, std::min(words.engine.shards > 0 ? 100000L : 1000L, most)));
   sim::write_question(sweep);
   EngineJob job;
   job.name = fmt::format("flexframe-{}", sweep.question.scene.stem().string());
@@ -140,7 +151,19 @@ Command add_sweep(Program& program) {
   app.option("--sensitivity", words->sensitivity,
              "points for indices of sensitivity: sobol:N (N (keys + 2) points) or morris:N (N (keys + 1))")
       .as("WORD:N");
-  app.option("--seed", words->seed, "of lhs, random and morris").range(0, 2147483647).show_default();
+  app.option(
+         "--minimise", words->minimise,
+         "search for the values of the keys, each in its range A:B, that make this smallest: a response's name or an expression like one")
+      .as("EXPRESSION")
+      .one_word();
+  app.option("--maximise", words->maximise, "likewise, largest").as("EXPRESSION").one_word();
+  app.option("--limit", words->limits, "what the values must keep: EXPRESSION <= NUMBER or >=; may be repeated").one_word();
+  app.option("--searches", words->searches, "from so many places: the middle of the ranges and points over them")
+      .range(1, 10000)
+      .show_default();
+  app.option("--runs", words->runs, "of each search at most").range(2, 100000).show_default();
+  app.option("--precision", words->precision, "of the keys that are found, in shares of their ranges").range(1e-9, 0.1).show_default();
+  app.option("--seed", words->seed, "of lhs, random, morris and searches").range(0, 2147483647).show_default();
   app.option("-o,--out", words->out, "output folder; default: NAME-sweep").as("DIR");
   app.option("--longest", words->longest, "CPU seconds after which a point is given up").positive();
   app.option("--workers", words->workers, "processes; default: one per core").range(1, 1024);
@@ -153,6 +176,8 @@ Command add_sweep(Program& program) {
   app.example("crane.toml --set body.rod.length=0.2:0.4:21 --set mu=0.05,0.1 --response \"max(abs(tip.x))\"", "a grid of 42 points");
   app.example("crane.toml --set L=normal(0.3,0.001) --set E=2e11:2.2e11 --sample lhs:500 --response \"tip=range(tip.y)\"",
               "500 points by chance");
+  app.example("crane.toml --set L=0.2:0.4 --set c=1:100:log --minimise \"rms(tip.x)\" --limit \"max(abs(force)) <= 200\"",
+              "the length and the damping that swing least within a limit");
   app.example("crane-sweep --engine slurm --sbatch partition=short", "go on with a sweep that was begun, on a cluster");
   return {app, [words] { return act(*words); }};
 }
@@ -175,7 +200,7 @@ Command add_collect(Program& program) {
   return {app, [words] {
             if (words->run_missing && words->other_program)
               throw UsageError("--run-missing excludes --other-program: all rows of a table are of one program");
-            const sim::Sweep sweep = sim::read_sweep(words->folder, words->other_program ? "" : program_fingerprint());
+            sim::Sweep sweep = sim::read_sweep(words->folder, words->other_program ? "" : program_fingerprint());
             if (words->run_missing) {
               Words run;
               run.workers = words->workers;

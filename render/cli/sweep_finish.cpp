@@ -5,6 +5,7 @@
 #include "render/film/sweep_plots.h"
 #include "render/film/sweep_sheet.h"
 #include "sim/base/words.h"
+#include "sim/sweep/minimise.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -21,6 +22,7 @@ namespace fs = std::filesystem;
 // Shards that lack points, of the cut that the sweep was begun with: shard -> points.
 std::map<int, long> lacking_shards(const sim::Sweep& sweep, const sim::SweepTable& table) {
   std::map<int, long> out;
+  if (sweep.goal) return out;
   for (long i = 0; i < sweep.design.size(); ++i)
     if (!table.has(i)) ++out[static_cast<int>(i % sweep.shards == 0 ? sweep.shards : i % sweep.shards)];
   return out;
@@ -49,13 +51,19 @@ Range range_of(const sim::SweepTable& table, Eigen::Index response) {
 void print_shards(const sim::Sweep& sweep, const sim::Collected& all) {
   constexpr std::size_t most_told = 20;
   for (const sim::Collected::Shard& s : all.shards) {
-    const std::string file = sim::rows_file(sweep.folder, s.shard, s.shards).string();
+    const std::string file =
+        (sweep.goal ? sim::search_file(sweep.folder, s.shard, s.shards) : sim::rows_file(sweep.folder, s.shard, s.shards)).string();
     if (!s.problem.empty()) fmt::print(stderr, "WARNING      {} {}; its rows are left out\n", file, s.problem);
     if (s.damaged > 0)
       fmt::print(stderr, "WARNING      {} has {} damaged {}, whose points count as missing\n", file, s.damaged,
                  s.damaged == 1 ? "row" : "rows");
   }
   if (all.missing == 0) return;
+  if (sweep.goal) {
+    fmt::print("missing      {} of {} searches have not ended\n             go on with them here: flexframe collect {} --run-missing\n",
+               all.missing, sweep.design.searches(), sweep.folder.string());
+    return;
+  }
   const std::map<int, long> lacking = lacking_shards(sweep, all.table);
   fmt::print("missing      {} of {} points\n", all.missing, sweep.design.size());
   std::size_t told = 0;
@@ -65,6 +73,75 @@ void print_shards(const sim::Sweep& sweep, const sim::Collected& all) {
   }
   if (lacking.size() > most_told) fmt::print("             and {} more shards\n", lacking.size() - most_told);
   fmt::print("             all of them here: flexframe collect {} --run-missing\n", sweep.folder.string());
+}
+
+const char* end_words(sim::SearchEnd end) {
+  switch (end) {
+    case sim::SearchEnd::settled:
+      return "settled";
+    case sim::SearchEnd::out_of_runs:
+      return "out of runs";
+    case sim::SearchEnd::no_start:
+      break;
+  }
+  return "no start";
+}
+
+nlohmann::ordered_json found_json(const sim::Sweep& sweep, const sim::SweepTable& table, const sim::FoundMinimum& found) {
+  const auto goal = static_cast<Eigen::Index>(sweep.goal->response);
+  nlohmann::ordered_json json = {{"goal", sweep.names[sweep.goal->response]}, {"point", nullptr}};
+  if (found.best >= 0) {
+    json["point"] = found.best;
+    json["value"] = table.responses(found.best, goal);
+    for (std::size_t k = 0; k < sweep.design.axes().size(); ++k)
+      json["settings"][sweep.design.axes()[k].key] = sweep.design.point(found.best)[k].number;
+    for (const sim::SweepLimit& limit : sweep.goal->limits)
+      json["limits"].push_back({{"limit", limit.text}, {"value", table.responses(found.best, static_cast<Eigen::Index>(limit.response))}});
+  }
+  json["at_ends"] = found.at_ends;
+  json["active_limits"] = found.active;
+  json["warnings"] = found.warnings;
+  for (const sim::FoundMinimum::Search& s : found.searches) {
+    nlohmann::ordered_json one = {
+        {"runs", s.runs}, {"without", s.without}, {"end", s.ended ? end_words(s.end) : "not ended"}, {"same", s.same}};
+    if (s.best >= 0) one["value"] = table.responses(s.best, goal);
+    json["searches"].push_back(one);
+  }
+  return json;
+}
+
+void print_found(const sim::Sweep& sweep, const sim::SweepTable& table, const sim::FoundMinimum& found) {
+  const auto goal = static_cast<Eigen::Index>(sweep.goal->response);
+  for (const std::string& warning : found.warnings) fmt::print(stderr, "WARNING      {}\n", warning);
+  if (found.best >= 0) {
+    const double error = table.error[found.best];
+    fmt::print("{:<12} {} = {:.6g} (point {}){}\n", sweep.goal->maximise ? "maximum" : "minimum", sweep.names[sweep.goal->response],
+               table.responses(found.best, goal), found.best,
+               error >= 0.0 ? fmt::format("; estimated error of its run {:.2g} of the range of its outputs", error) : "");
+    std::string settings;
+    const std::vector<sim::Design::Value> values = sweep.design.point(found.best);
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      const std::string& key = sweep.design.axes()[k].key;
+      fmt::print("{:<12} {} = {:.6g}\n", k == 0 ? "at" : "", key, values[k].number);
+      settings += fmt::format(" --set {}={}", key, values[k].text);
+    }
+    for (const std::string& setting : sweep.design.fixed()) settings += " --set " + setting;
+    if (!found.at_ends.empty())
+      fmt::print("at an end    {}: it may be {} beyond\n", fmt::join(found.at_ends, ", "), sweep.goal->maximise ? "larger" : "smaller");
+    for (const sim::SweepLimit& limit : sweep.goal->limits) {
+      const bool active = std::find(found.active.begin(), found.active.end(), limit.text) != found.active.end();
+      fmt::print("limit        {}: {:.6g}{}\n", limit.text, table.responses(found.best, static_cast<Eigen::Index>(limit.response)),
+                 active ? ", which holds it back" : "");
+    }
+    fmt::print("to see it    flexframe run {}{}\n", sweep.question.scene.string(), settings);
+  }
+  for (std::size_t k = 0; k < found.searches.size(); ++k) {
+    const sim::FoundMinimum::Search& s = found.searches[k];
+    fmt::print(
+        "{:<12} {}: {} runs{}, {}{}\n", k == 0 ? "searches" : "", k + 1, s.runs,
+        s.without > 0 ? fmt::format(", {} without response", s.without) : "", s.ended ? end_words(s.end) : "not ended",
+        s.best < 0 ? ", none keeps all limits" : fmt::format(", {:.6g}{}", table.responses(s.best, goal), s.same ? "" : " (elsewhere)"));
+  }
 }
 
 nlohmann::ordered_json to_json(const sim::Sweep& sweep, const sim::Collected& all) {
@@ -94,8 +171,9 @@ void add_finish_words(Subcommand words, FinishWords& values) {
   words.flag("--json", values.json, "summary as JSON");
 }
 
-int finish_sweep(const sim::Sweep& sweep, const FinishWords& words) {
-  const sim::Collected all = sim::collect_rows(sweep);
+int finish_sweep(sim::Sweep& sweep, const FinishWords& words) {
+  sim::FoundMinimum found;
+  const sim::Collected all = sweep.goal ? sim::collect_searches(sweep, found) : sim::collect_rows(sweep);
   sim::write_table_csv(sweep, all.table, sweep.folder / "table.csv");
   sim::write_table_hdf5(sweep, all.table, sweep.folder / "table.h5");
   if (!words.no_plots) film::write_sweep_report(sweep, all.table, sweep.folder);
@@ -109,17 +187,22 @@ int finish_sweep(const sim::Sweep& sweep, const FinishWords& words) {
       fmt::print(stderr, "note         {}\n", note);
   }
   const bool any = all.table.responses.size() > 0 && all.table.responses.array().isFinite().any();
-  const int code = all.missing > 0 || !any ? 1 : 0;
+  const int code = all.missing > 0 || !any || (sweep.goal && found.best < 0) ? 1 : 0;
   if (words.json) {
-    fmt::print("{}\n", to_json(sweep, all).dump(2));
+    nlohmann::ordered_json json = to_json(sweep, all);
+    if (sweep.goal) json["found"] = found_json(sweep, all.table, found);
+    fmt::print("{}\n", json.dump(2));
     return code;
   }
   std::string ends;
   for (std::size_t k = 0; k < sim::point_end_words().size(); ++k)
     if (const long n = all.table.count(static_cast<sim::PointEnd>(k)); n > 0)
       ends += fmt::format("{}{} {}", ends.empty() ? "" : ", ", n, sim::point_end_words()[k]);
-  fmt::print("points       {} of {}: {}; {:.2f} CPU s\n", all.table.rows(), sweep.design.size(), ends.empty() ? "none" : ends,
-             all.table.cpu.sum());
+  if (sweep.goal) print_found(sweep, all.table, found);
+  fmt::print("points       {}: {}; {:.2f} CPU s\n",
+             sweep.goal ? fmt::format("{} runs of {} searches", all.table.rows(), sweep.design.searches())
+                        : fmt::format("{} of {}", all.table.rows(), sweep.design.size()),
+             ends.empty() ? "none" : ends, all.table.cpu.sum());
   for (std::size_t k = 0; k < sweep.names.size(); ++k) {
     const Range r = range_of(all.table, static_cast<Eigen::Index>(k));
     if (r.count == 0) fmt::print("{:<12} no value\n", sweep.names[k]);

@@ -20,7 +20,8 @@ struct FinishWords {
 void add_finish_words(Subcommand words, FinishWords& values);
 
 // Writes NAME of sweep.folder: table.csv, table.h5 and the plots of what is there, and prints the summary. Returns the exit code: 1 where
-// points are missing, which are named with the command that runs just them, or where no point has a response.
-int finish_sweep(const sim::Sweep& sweep, const FinishWords& words);
+// points are missing, which are named with the command that runs just them, or where no point has a response (of a search: keeps all
+// limits). Of a search sweep.design has the places afterwards.
+int finish_sweep(sim::Sweep& sweep, const FinishWords& words);
 
 }  // namespace flexframe::cli

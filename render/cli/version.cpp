@@ -4,6 +4,8 @@
 #include "render/draw/renderer.h"
 #include "sim/base/error.h"
 
+#include "sim/sweep/search.h"
+
 #include <fmt/format.h>
 
 #include <fstream>
@@ -33,8 +35,9 @@ std::string machine_text() {
 }
 
 std::string version_text() {
-  return fmt::format("{}\ncompiler   {}\nrenderer   {}\nlibraries  {}", FLEXFRAME_VERSION, FLEXFRAME_COMPILER, renderer_text(),
-                     FLEXFRAME_LIBRARIES);
+  const std::string minimiser = sim::minimiser_version();
+  return fmt::format("{}\ncompiler   {}\nrenderer   {}\nlibraries  {}{}", FLEXFRAME_VERSION, FLEXFRAME_COMPILER, renderer_text(),
+                     FLEXFRAME_LIBRARIES, minimiser.empty() ? "" : ", " + minimiser);
 }
 
 }  // namespace flexframe::cli

@@ -3,6 +3,7 @@
 #include "render/film/diagram.h"
 #include "render/image/text.h"
 #include "render/picture/colormap.h"
+#include "sim/sweep/minimise.h"
 
 #include <fmt/format.h>
 
@@ -317,6 +318,38 @@ SweepPlot bars(const sim::Sweep& sweep, const sim::Sensitivity& s) {
 
 }  // namespace
 
+namespace {
+
+// The best that each search had found after so many runs.
+SweepPlot progress_of_searches(const sim::Sweep& sweep, const sim::SweepTable& table) {
+  const sim::SweepGoal& goal = *sweep.goal;
+  Diagram d;
+  d.title = fmt::format("{} of {}", goal.maximise ? "largest" : "smallest", sweep.names[goal.response]);
+  d.x_label = "runs of the search";
+  d.y_label = sweep.names[goal.response];
+  d.linear_x = d.linear_y = true;
+  if (!goal.limits.empty()) d.note = "of the runs that keep all limits";
+  const int shown = std::min<int>(static_cast<int>(most_series), sweep.design.searches());
+  if (shown < sweep.design.searches())
+    d.note += fmt::format("{}the first {} of {} searches", d.note.empty() ? "" : "; ", shown, sweep.design.searches());
+  for (int s = 0; s < shown; ++s) {
+    DiagramSeries series;
+    series.label = fmt::format("search {}", s + 1);
+    double best = std::numeric_limits<double>::quiet_NaN();
+    for (int k = 0; k < sweep.design.runs(); ++k) {
+      const long point = static_cast<long>(s) * sweep.design.runs() + k;
+      if (!table.has(point)) continue;
+      const double y = table.responses(point, static_cast<Eigen::Index>(goal.response));
+      if (std::isfinite(y) && sim::keeps_limits(sweep, table, point) && !(goal.maximise ? y <= best : y >= best)) best = y;
+      if (std::isfinite(best)) series.points.push_back({static_cast<double>(k + 1), best, false, {}});
+    }
+    d.series.push_back(std::move(series));
+  }
+  return {"searches", d.title + " over the runs of each search", diagram_drawing(d)};
+}
+
+}  // namespace
+
 std::string short_key(const sim::Design& design, std::size_t axis) {
   const std::string& key = design.axes()[axis].key;
   std::size_t dot = key.rfind('.');
@@ -338,6 +371,10 @@ std::vector<SweepColumn> sweep_columns(const sim::Sweep& sweep, const sim::Sweep
     out.push_back({short_key(sweep.design, k), sim::VecX(sweep.design.size()), axis.logarithmic});
   }
   for (long i = 0; i < sweep.design.size(); ++i) {
+    if (!sweep.design.has(i)) {
+      for (SweepColumn& column : out) column.values[i] = std::numeric_limits<double>::quiet_NaN();
+      continue;
+    }
     const std::vector<sim::Design::Value> values = sweep.design.point(i);
     for (std::size_t k = 0; k < axes.size(); ++k) out[k].values[i] = values[axes[k]].number;
   }
@@ -356,6 +393,7 @@ std::vector<SweepPlot> sweep_plots(const sim::Sweep& sweep, const sim::SweepTabl
       if (grid.numeric.size() < 2 || values(0) < 3 || values(1) < 3) continue;
       if (std::optional<SweepPlot> plot = contour_map(sweep, table, k)) out.push_back(std::move(*plot));
     }
+  if (sweep.goal && table.rows() > 0) out.push_back(progress_of_searches(sweep, table));
   for (const sim::Sensitivity& s : indices)
     if (!s.sobol.empty() || !s.morris.empty()) out.push_back(bars(sweep, s));
   for (SweepPlot& plot : sweep_scatter_plots(sweep, table)) out.push_back(std::move(plot));

@@ -110,6 +110,11 @@ std::string page(const sim::Sweep& sweep, const sim::SweepTable& table, const st
   if (!sweep.question.design.sample.empty()) out += fmt::format("<code>--sample {}</code> ", escape_html(sweep.question.design.sample));
   if (!sweep.question.design.sensitivity.empty())
     out += fmt::format("<code>--sensitivity {}</code> ", escape_html(sweep.question.design.sensitivity));
+  if (sweep.goal) {
+    const sim::GoalWords& goal = sweep.question.goal;
+    out += fmt::format("<code>--{} {}</code> ", goal.maximise ? "maximise" : "minimise", escape_html(goal.text));
+    for (const std::string& limit : goal.limits) out += fmt::format("<code>--limit {}</code> ", escape_html(limit));
+  }
   out += "</p>\n" + response_table(sweep, table) + index_table(sweep, indices);
   for (const SweepPlot& plot : plots)
     out += fmt::format("<h2 id=\"{}\">{}</h2>\n{}", plot.name, escape_html(plot.title), flat_svg(plot.drawing));

@@ -146,7 +146,8 @@ void scatter(FlatDrawing& out, const dvec2& corner, double size, const SweepColu
   }
 }
 
-SweepPlot matrix(const std::vector<SweepColumn>& columns, std::size_t left_out) {
+// searched: the places are a search's, whose correlations say nothing of the scene.
+SweepPlot matrix(const std::vector<SweepColumn>& columns, std::size_t left_out, bool searched) {
   SweepPlot plot{"matrix", "All against each other", {}};
   FlatDrawing& out = plot.drawing;
   const std::size_t n = columns.size();
@@ -179,7 +180,7 @@ SweepPlot matrix(const std::vector<SweepColumn>& columns, std::size_t left_out) 
         out.words.push_back({corner + dvec2(0.5 * size, 32.0), fmt::format("{:.4g} to {:.4g}", sorted[row].front(), sorted[row].back()),
                              10.0, flat_grey, FlatAnchor::middle});
       }
-      if (row < col) {
+      if (row < col && !searched) {
         std::vector<double> x, y;
         for (long i = 0; i < columns[row].values.size(); ++i)
           if (std::isfinite(columns[row].values[i]) && std::isfinite(columns[col].values[i]))
@@ -192,7 +193,12 @@ SweepPlot matrix(const std::vector<SweepColumn>& columns, std::size_t left_out) 
       }
     }
   out.words.push_back(
-      {{left, 26.0}, "Keys and responses: values, distributions, correlation of ranks", 16.0, flat_ink, FlatAnchor::left, true});
+      {{left, 26.0},
+       searched ? "Where the searches went: keys and responses" : "Keys and responses: values, distributions, correlation of ranks",
+       16.0,
+       flat_ink,
+       FlatAnchor::left,
+       true});
   if (left_out > 0)
     out.words.push_back({{left, static_cast<double>(out.height) - 10.0},
                          fmt::format("{} more columns: table.csv", left_out),
@@ -214,7 +220,8 @@ std::vector<SweepPlot> sweep_scatter_plots(const sim::Sweep& sweep, const sim::S
     return values.size() < 3 || *std::min_element(values.begin(), values.end()) == *std::max_element(values.begin(), values.end());
   });
   for (const SweepColumn& c : columns)
-    if (const auto name = std::find(sweep.names.begin(), sweep.names.end(), c.name); name != sweep.names.end())
+    // How often a search came to a value says nothing of the scene.
+    if (const auto name = std::find(sweep.names.begin(), sweep.names.end(), c.name); name != sweep.names.end() && !sweep.goal)
       out.push_back(histogram(c.name, fmt::format("histogram_{}", name - sweep.names.begin() + 1), finite_values(c.values)));
   if (columns.size() < 2) return out;
   // Of many columns the responses and as many keys as there is room for.
@@ -224,7 +231,7 @@ std::vector<SweepPlot> sweep_scatter_plots(const sim::Sweep& sweep, const sim::S
     columns.erase(many_responses ? columns.end() - 1
                                  : columns.end() - 1 - static_cast<std::ptrdiff_t>(std::min(sweep.names.size(), columns.size() - 1)));
   }
-  out.insert(out.begin(), matrix(columns, all - columns.size()));
+  out.insert(out.begin(), matrix(columns, all - columns.size(), sweep.goal.has_value()));
   return out;
 }
 

@@ -49,6 +49,16 @@ std::string caption_of(const sim::Design& design, long point) {
 // Points that are drawn, and how many stand in a row.
 std::vector<long> chosen_points(const sim::Design& design, int most, int& columns) {
   std::vector<long> out;
+  if (design.searches() > 0) {
+    // Of searches evenly over their runs.
+    std::vector<long> made;
+    for (long k = 0; k < design.size(); ++k)
+      if (design.has(k)) made.push_back(k);
+    const auto shown = static_cast<long>(std::min<std::size_t>(static_cast<std::size_t>(most), made.size()));
+    for (long k = 0; k < shown; ++k) out.push_back(made[static_cast<std::size_t>(k) * made.size() / static_cast<std::size_t>(shown)]);
+    columns = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(std::max(1L, shown)))));
+    return out;
+  }
   const bool two_keys = design.sampling() == sim::Sampling::none && design.axes().size() == 2;
   const long n = std::min<long>(most, design.size());
   // Of a grid the places of a golden section: an even step would meet the same values of the last keys again and again.

@@ -30,6 +30,9 @@ set(CPACK_DEBIAN_DEV_PACKAGE_SHLIBDEPS OFF)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
   "libeigen3-dev, libglm-dev, libsundials-dev, libfmt-dev, libtomlplusplus-dev, libhdf5-dev, libassimp-dev, \
 libdeflate-dev, libmumps-seq-dev, libmetis-dev, libopenblas-openmp-dev, pkg-config")
+if(NLOPT_LIBRARY)
+  string(APPEND CPACK_DEBIAN_DEV_PACKAGE_DEPENDS ", libnlopt-dev")
+endif()
 set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS "flexframe")
 set(CPACK_COMPONENT_DEV_DESCRIPTION "Libraries, headers and CMake package of Flexframe: simulation of flexible
 multibody systems, kernel interpolation from few nodes to dense meshes,

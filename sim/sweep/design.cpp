@@ -207,6 +207,22 @@ void Design::read_draws(const std::string& words, bool sensitivity) {
   else sampling_ = word == "lhs" ? Sampling::latin : word == "sobol" ? Sampling::sobol : Sampling::random;
 }
 
+void Design::read_searches(const DesignWords& words) {
+  searches_ = words.searches;
+  runs_ = words.runs;
+  sampling_ = Sampling::searched;
+  if (!words.sample.empty() || !words.sensitivity.empty())
+    throw InputError("--minimise and --maximise choose their points themselves: --sample and --sensitivity do not go with them");
+  for (const SweepAxis& axis : axes_) {
+    if (axis.chance && axis.chance->kind != Distribution::Kind::normal) continue;
+    throw InputError(fmt::format("--set {}: a search needs the range in which it may go, {}=LOW:HIGH or LOW:HIGH:log", axis.key, axis.key));
+  }
+  if (axes_.empty()) throw InputError("a search needs at least one --set KEY=LOW:HIGH");
+  constexpr std::size_t most_searched = 50;
+  if (axes_.size() > most_searched) throw InputError(fmt::format("a search takes at most {} keys", most_searched));
+  size_ = static_cast<long>(searches_) * runs_;
+}
+
 Design::Design(const DesignWords& words) : seed_(words.seed) {
   for (const std::string& setting : words.settings) read_setting(setting);
   if (!words.sample.empty() && !words.sensitivity.empty())
@@ -215,6 +231,10 @@ Design::Design(const DesignWords& words) : seed_(words.seed) {
   read_draws(words.sensitivity, true);
   for (std::size_t k = 0; k < axes_.size(); ++k)
     if (axes_[k].chance) drawn_.push_back(k);
+  if (words.searches > 0) {
+    read_searches(words);
+    return;
+  }
   if (axes_.empty()) throw InputError("a sweep needs at least one --set with several values, such as body.rod.length=0.2:0.4:21");
   if (sampling_ == Sampling::none && !drawn_.empty())
     throw InputError(
@@ -303,8 +323,35 @@ std::vector<double> Design::shares(long draw) const {
   return out;
 }
 
+std::vector<Design::Value> Design::place(const std::vector<double>& shares) const {
+  std::vector<Value> out(axes_.size());
+  for (std::size_t k = 0; k < axes_.size(); ++k) {
+    out[k].number = axes_[k].chance->quantile(shares[k]);
+    out[k].text = fmt::format("{}", out[k].number);
+  }
+  return out;
+}
+
+std::vector<double> Design::start(int search, int attempt) const {
+  std::vector<double> out(axes_.size(), 0.5);
+  if (search == 0 && attempt == 0) return out;
+  const auto n = static_cast<std::uint64_t>(std::max(1, searches_ - 1)), at = static_cast<std::uint64_t>(std::max(0, search - 1));
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const double u = fraction_of(chance(seed_, 4000 + i + 100 * static_cast<std::uint64_t>(attempt), static_cast<std::uint64_t>(search)));
+    out[i] = attempt > 0 ? u : (static_cast<double>(permuted(at, n, chance(seed_, 1'000'000 + i, 0))) + u) / static_cast<double>(n);
+  }
+  return out;
+}
+
+const std::vector<double>& Design::noted(long index) const {
+  const auto found = noted_.find(index);
+  if (found == noted_.end()) throw ArgumentError(fmt::format("no search made point {}", index));
+  return found->second;
+}
+
 std::vector<Design::Value> Design::point(long index) const {
   if (index < 0 || index >= size_) throw ArgumentError(fmt::format("the design has {} points, no point {}", size_, index));
+  if (sampling_ == Sampling::searched) return place(noted(index));
   std::vector<Value> out(axes_.size());
   if (!drawn_.empty()) {
     const std::vector<double> u = shares(index % per_grid_);
@@ -326,9 +373,8 @@ std::vector<Design::Value> Design::point(long index) const {
   return out;
 }
 
-std::vector<std::string> Design::settings(long index) const {
+std::vector<std::string> Design::settings(const std::vector<Value>& values) const {
   std::vector<std::string> out = fixed_;
-  const std::vector<Value> values = point(index);
   for (std::size_t k = 0; k < axes_.size(); ++k) out.push_back(fmt::format("{}={}", axes_[k].key, values[k].text));
   return out;
 }

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -43,7 +44,8 @@ enum class Sampling {
   latin,          // Latin hypercube (McKay, Beckman, Conover 1979): one point in each N-th of every key
   sobol,          // Sobol's sequence (directions of Joe, Kuo 2008)
   sobol_indices,  // N blocks of d + 2 points (Saltelli et al. 2010)
-  morris          // N paths of d + 1 points, one key moved at a time (Morris 1991)
+  morris,         // N paths of d + 1 points, one key moved at a time (Morris 1991)
+  searched        // where searches for a minimum went (minimise.h)
 };
 
 struct DesignWords {
@@ -51,6 +53,7 @@ struct DesignWords {
   std::string sample;                 // "lhs:500", "sobol:N", "random:N" or empty
   std::string sensitivity;            // "sobol:N", "morris:N" or empty
   std::uint64_t seed = 1;
+  int searches = 0, runs = 0;  // for a minimum: how many, and runs of each at most; 0: none
 };
 
 class Design {
@@ -71,7 +74,19 @@ class Design {
   // One value an axis. 0 <= index < size(): the first axis varies slowest, draws vary fastest.
   std::vector<Value> point(long index) const;
   // The same as "KEY=VALUE", the fixed ones first.
-  std::vector<std::string> settings(long index) const;
+  std::vector<std::string> settings(long index) const { return settings(point(index)); }
+  std::vector<std::string> settings(const std::vector<Value>& values) const;
+
+  // Of searches, where search s has the points s * runs to (s + 1) * runs - 1. Places are shares of the keys' ranges, 0 to 1.
+  int searches() const { return searches_; }
+  int runs() const { return runs_; }
+  std::vector<Value> place(const std::vector<double>& shares) const;
+  // Where a search begins: the first in the middle of all ranges, the others at points of a Latin hypercube. attempt: another one, for
+  // places where the scene cannot be run.
+  std::vector<double> start(int search, int attempt = 0) const;
+  void note(long index, std::vector<double> shares) { noted_[index] = std::move(shares); }  // point(index) is there from now on
+  const std::vector<double>& noted(long index) const;
+  bool has(long index) const { return sampling_ != Sampling::searched || noted_.contains(index); }  // false: no search came so far
 
   // Morris: which axis moves between the points k and k + 1 of a path, and how far, in shares of its distribution.
   struct Move {
@@ -83,6 +98,7 @@ class Design {
  private:
   void read_setting(const std::string& setting);
   void read_draws(const std::string& words, bool sensitivity);
+  void read_searches(const DesignWords& words);
   std::vector<double> sobol_row(long row, std::size_t columns) const;
   std::vector<double> shares(long draw) const;
 
@@ -92,6 +108,8 @@ class Design {
   Sampling sampling_ = Sampling::none;
   std::uint64_t seed_ = 1;
   long draws_ = 0, per_grid_ = 1, size_ = 1;
+  int searches_ = 0, runs_ = 0;
+  std::map<long, std::vector<double>> noted_;
 };
 
 }  // namespace flexframe::sim

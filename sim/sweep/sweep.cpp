@@ -7,9 +7,11 @@
 #include "sim/base/words.h"
 #include "sim/results/recorder.h"
 #include "sim/scene/fingerprint.h"
+#include "sim/scene/parameters.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/scene/toml_output.h"
 #include "sim/start/make_system.h"
+#include "sim/sweep/minimise.h"
 #include "sim/sweep/workers.h"
 
 #include <fmt/format.h>
@@ -44,6 +46,13 @@ TomlValue question_table(const SweepQuestion& q) {
   toml_put(out, "effect_check", toml_truth(q.check_effects));
   toml_put(out, "strict", toml_truth(q.strict));
   if (q.longest > 0.0) toml_put(out, "longest", toml_number(q.longest));
+  if (!q.goal.text.empty()) {
+    toml_put(out, q.goal.maximise ? "maximise" : "minimise", toml_text(q.goal.text));
+    toml_put(out, "limits", toml_texts(q.goal.limits));
+    toml_put(out, "searches", toml_count(q.design.searches));
+    toml_put(out, "runs", toml_count(q.design.runs));
+    toml_put(out, "precision", toml_number(q.goal.precision));
+  }
   return out;
 }
 
@@ -59,7 +68,7 @@ SweepQuestion read_question(const fs::path& file, std::string& identity, std::st
   root.required("question");
   const TableReader t = *root.table("question");
   t.allow({"set", "sample", "sensitivity", "seed", "responses", "tolerance", "accuracy", "max_steps", "method", "error_estimate",
-           "effect_check", "strict", "longest"});
+           "effect_check", "strict", "longest", "minimise", "maximise", "limits", "searches", "runs", "precision"});
   q.design.settings = t.texts("set");
   q.design.sample = t.text("sample", "");
   q.design.sensitivity = t.text("sensitivity", "");
@@ -75,6 +84,13 @@ SweepQuestion read_question(const fs::path& file, std::string& identity, std::st
   q.check_effects = t.boolean("effect_check", true);
   q.strict = t.boolean("strict", false);
   q.longest = t.number("longest", 0.0, not_negative);
+  q.goal.maximise = t.text("minimise", "").empty();
+  q.goal.text = t.text(q.goal.maximise ? "maximise" : "minimise", "");
+  if (q.goal.text.empty()) return q;
+  q.goal.limits = t.texts("limits");
+  q.goal.precision = t.number("precision", q.goal.precision, positive);
+  q.design.searches = static_cast<int>(t.number("searches", {.low = 1.0, .high = 1e6, .what = "a number from 1 to 1e6"}));
+  q.design.runs = static_cast<int>(t.number("runs", {.low = 1.0, .high = 1e6, .what = "a number from 1 to 1e6"}));
   return q;
 }
 
@@ -88,7 +104,10 @@ std::vector<std::string> columns_of(const Sweep& sweep) {
   std::string first;
   for (long k = 0; k < std::min(sweep.design.size(), most_tried); ++k) {
     try {
-      const Scene scene = scene_at(sweep.scene_text, sweep.question.scene, sweep.design.settings(k));
+      const bool searched = sweep.design.searches() > 0;
+      const std::vector<std::string> settings =
+          searched ? sweep.design.settings(sweep.design.place(sweep.design.start(0, static_cast<int>(k)))) : sweep.design.settings(k);
+      const Scene scene = scene_at(sweep.scene_text, sweep.question.scene, settings);
       System system = make_system(scene);
       return CurrentOutputs(system).columns();
     } catch (const Error& problem) {
@@ -136,6 +155,43 @@ void respond(const Sweep& sweep, const std::vector<Design::Value>& values, const
   row.message += (row.message.empty() ? "" : "; ") + fmt::format("{}", fmt::join(problems, "; "));
 }
 
+// The response that an expression, or a name, stands for; it is added where there is none yet.
+std::size_t response_for(Sweep& sweep, const std::string& text, const std::vector<std::string>& keys) {
+  const auto known = std::find(sweep.names.begin(), sweep.names.end(), split_response(text).first);
+  if (known != sweep.names.end()) return static_cast<std::size_t>(known - sweep.names.begin());
+  sweep.responses.emplace_back(text, sweep.columns, keys);
+  sweep.names.push_back(sweep.responses.back().name());
+  return sweep.names.size() - 1;
+}
+
+SweepLimit read_limit(Sweep& sweep, const std::string& text, const std::vector<std::string>& keys) {
+  const std::size_t at = std::min(text.find("<="), text.find(">="));
+  const auto refuse = [&](const std::string& why) {
+    throw InputError(fmt::format("--limit {}: {}; wanted: EXPRESSION <= NUMBER or EXPRESSION >= NUMBER", quote(text), why));
+  };
+  if (at == std::string::npos) refuse("has neither <= nor >=");
+  SweepLimit out;
+  out.text = text;
+  out.at_most = text[at] == '<';
+  try {
+    out.bound = Parameters().number(split_response(text.substr(at + 2)).first, "*");
+  } catch (const InputError&) {
+    refuse(fmt::format("{} is no number", quote(text.substr(at + 2))));
+  }
+  out.response = response_for(sweep, text.substr(0, at), keys);
+  return out;
+}
+
+void add_goal(Sweep& sweep, const std::vector<std::string>& keys) {
+  if (minimiser_version().empty()) search_minimum({});
+  const GoalWords& words = sweep.question.goal;
+  SweepGoal goal;
+  goal.response = response_for(sweep, words.text, keys);
+  goal.maximise = words.maximise;
+  for (const std::string& limit : words.limits) goal.limits.push_back(read_limit(sweep, limit, keys));
+  sweep.goal = goal;
+}
+
 std::vector<std::string> numeric_keys(const Design& design) {
   std::vector<std::string> keys;
   for (const SweepAxis& axis : design.axes())
@@ -146,10 +202,11 @@ std::vector<std::string> numeric_keys(const Design& design) {
 }  // namespace
 
 Sweep make_sweep(const SweepQuestion& question, const fs::path& folder, const std::string& program) {
-  Sweep sweep{folder, question, Design(question.design), {}, {}, program, {}, {}, {}, {}, 1};
+  Sweep sweep{folder, question, Design(question.design), {}, {}, program, {}, {}, {}, {}, {}, 1};
   sweep.question.scene = fs::absolute(question.scene).lexically_normal();
   options_of(question);
-  if (question.responses.empty()) throw InputError("a sweep needs at least one --response, such as --response \"max(abs(slider.x))\"");
+  if (question.responses.empty() && question.goal.text.empty())
+    throw InputError("a sweep needs at least one --response, such as --response \"max(abs(slider.x))\"");
   sweep.scene_text = read_text_file(question.scene);
   // What is wrong with the scene is told with its name as it was given.
   make_scene(parse_document(sweep.scene_text, question.scene, sweep.design.fixed()));
@@ -157,7 +214,8 @@ Sweep make_sweep(const SweepQuestion& question, const fs::path& folder, const st
   sweep.inputs = inputs_fingerprint(document);
   TomlValue root;
   toml_put(root, "question", question_table(question));
-  sweep.identity = sha256(fmt::format("{}\n{}\n{}", write_toml(root), sweep.inputs, program));
+  const std::string by = question.goal.text.empty() ? "" : "\n" + minimiser_version();
+  sweep.identity = sha256(fmt::format("{}\n{}\n{}{}", write_toml(root), sweep.inputs, program, by));
   sweep.columns = columns_of(sweep);
   const std::vector<std::string> keys = numeric_keys(sweep.design);
   for (const std::string& text : question.responses) {
@@ -167,6 +225,7 @@ Sweep make_sweep(const SweepQuestion& question, const fs::path& folder, const st
       throw InputError(fmt::format("--response {}: there are two of this name", quote(name)));
     sweep.names.push_back(name);
   }
+  if (!question.goal.text.empty()) add_goal(sweep, keys);
   return sweep;
 }
 
@@ -199,13 +258,17 @@ Sweep read_sweep(const fs::path& folder, const std::string& program) {
 }
 
 SweepRow run_point(const Sweep& sweep, long point, const std::function<void()>& stop) {
+  return run_values(sweep, point, sweep.design.point(point), stop);
+}
+
+SweepRow run_values(const Sweep& sweep, long point, const std::vector<Design::Value>& values, const std::function<void()>& stop) {
   const SweepQuestion& q = sweep.question;
   const double start = cpu_seconds();
   SweepRow row;
   row.point = point;
   row.responses.resize(sweep.responses.size());
   try {
-    const Scene scene = scene_at(sweep.scene_text, q.scene, sweep.design.settings(point));
+    const Scene scene = scene_at(sweep.scene_text, q.scene, sweep.design.settings(values));
     SimulateOptions options = options_of(q);
     options.progress = [&](double) {
       if (stop) stop();
@@ -218,7 +281,7 @@ SweepRow run_point(const Sweep& sweep, long point, const std::function<void()>& 
     const std::vector<std::string> warnings = s.notes.texts(Severity::warning);
     row.message = fmt::format("{}", fmt::join(warnings, "; "));
     if (!warnings.empty()) row.end = q.strict ? PointEnd::failed : PointEnd::warned;
-    if (row.end != PointEnd::failed) respond(sweep, sweep.design.point(point), to_histories(results), row);
+    if (row.end != PointEnd::failed) respond(sweep, values, to_histories(results), row);
   } catch (const InputError& problem) {
     row.end = PointEnd::refused;
     row.message = problem.what();
@@ -259,6 +322,7 @@ ShardReport run_shard(const Sweep& sweep, const SweepShard& options) {
   const auto start = std::chrono::steady_clock::now();
   if (options.shards < 1 || options.shard < 1 || options.shard > options.shards)
     throw InputError(fmt::format("--shard {}/{} must be I/N with whole numbers, 1 <= I <= N", options.shard, options.shards));
+  if (sweep.goal) return run_searches(sweep, options);
   std::error_code error;
   fs::create_directories(sweep.folder / "rows", error);
   if (error) throw FileError(fmt::format("{}: cannot create the folder: {}", (sweep.folder / "rows").string(), error.message()));
@@ -332,7 +396,9 @@ double pilot_cpu(const Sweep& sweep, int most, double seconds) {
   double spent = 0.0;
   const long n = std::min<long>(most, sweep.design.size());
   for (long k = 0; k < n && spent < seconds; ++k) {
-    cpu.push_back(run_point(sweep, n > 1 ? k * (sweep.design.size() - 1) / (n - 1) : 0).cpu);
+    const long point = n > 1 ? k * (sweep.design.size() - 1) / (n - 1) : 0;
+    cpu.push_back(sweep.goal ? run_values(sweep, point, sweep.design.place(sweep.design.start(static_cast<int>(k)))).cpu
+                             : run_point(sweep, point).cpu);
     spent += cpu.back();
   }
   std::sort(cpu.begin(), cpu.end());

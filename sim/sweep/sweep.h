@@ -19,6 +19,14 @@
 
 namespace flexframe::sim {
 
+// What --minimise and --maximise ask for.
+struct GoalWords {
+  std::string text;  // an expression, as of --response, or the name of a response; empty: points of a design
+  bool maximise = false;
+  std::vector<std::string> limits;  // "EXPRESSION <= NUMBER", ">="
+  double precision = 1e-4;          // of the keys, in their ranges
+};
+
 // What is asked: all that decides the rows.
 struct SweepQuestion {
   std::filesystem::path scene;  // file
@@ -29,6 +37,20 @@ struct SweepQuestion {
   bool estimate_error = true, check_effects = true;
   bool strict = false;   // a run that warns is a failed one
   double longest = 0.0;  // CPU s that one point may take; 0: any
+  GoalWords goal;
+};
+
+// A response that must not be more, or less, than a number.
+struct SweepLimit {
+  std::size_t response = 0;
+  bool at_most = true;
+  double bound = 0.0;
+  std::string text;  // as it was given
+};
+struct SweepGoal {
+  std::size_t response = 0;
+  bool maximise = false;
+  std::vector<SweepLimit> limits;
 };
 
 // A sweep that is ready to run.
@@ -41,8 +63,9 @@ struct Sweep {
   std::string identity;              // SHA-256 of the question with both
   std::vector<std::string> columns;  // of the scene's histories
   std::vector<Response> responses;
-  std::vector<std::string> names;  // of the responses
-  int shards = 1;                  // into which it was cut when it was begun; no part of the identity
+  std::vector<std::string> names;  // of the responses, those of goal and limits among them
+  std::optional<SweepGoal> goal;
+  int shards = 1;  // into which it was cut when it was begun; no part of the identity
 };
 
 // Reads and checks everything that can be before the first run: the scene, each key, each response. program: fingerprint of what will run
@@ -56,6 +79,8 @@ Sweep read_sweep(const std::filesystem::path& folder, const std::string& program
 
 // The row of one point, made in this process. Throws what stop throws, which is called now and then.
 SweepRow run_point(const Sweep& sweep, long point, const std::function<void()>& stop = {});
+// The same at values of the design's keys.
+SweepRow run_values(const Sweep& sweep, long point, const std::vector<Design::Value>& values, const std::function<void()>& stop = {});
 
 struct SweepShard {
   int shard = 1, shards = 1;  // points with number % shards == shard % shards

@@ -32,29 +32,36 @@ std::string group_name(const std::string& name, std::size_t k) {
 long SweepTable::rows() const { return static_cast<long>(ends.size()) - std::count(ends.begin(), ends.end(), missing); }
 long SweepTable::count(PointEnd end) const { return std::count(ends.begin(), ends.end(), static_cast<std::uint8_t>(end)); }
 
+void SweepTable::reset(long points, Eigen::Index responses_of_each) {
+  ends.assign(static_cast<std::size_t>(points), missing);
+  cpu = VecX::Zero(points);
+  error = VecX::Constant(points, -1.0);
+  responses = MatX::Constant(points, responses_of_each, std::numeric_limits<double>::quiet_NaN());
+  error_column.assign(static_cast<std::size_t>(points), 0);
+  error_columns = {""};
+  messages.clear();
+}
+
+void SweepTable::put(SweepRow&& row) {
+  if (row.point < 0 || row.point >= static_cast<long>(ends.size()) || has(row.point)) return;
+  const auto at = static_cast<std::size_t>(row.point);
+  ends[at] = static_cast<std::uint8_t>(row.end);
+  cpu[row.point] = row.cpu;
+  error[row.point] = row.error;
+  for (std::size_t k = 0; k < row.responses.size(); ++k)
+    if (row.responses[k]) responses(row.point, static_cast<Eigen::Index>(k)) = *row.responses[k];
+  auto column = std::find(error_columns.begin(), error_columns.end(), row.column);
+  if (column == error_columns.end()) column = error_columns.insert(column, row.column);
+  error_column[at] = static_cast<std::uint16_t>(column - error_columns.begin());
+  if (!row.message.empty()) messages.emplace(row.point, std::move(row.message));
+}
+
 Collected collect_rows(const Sweep& sweep) {
   Collected out;
   SweepTable& table = out.table;
   const long n = sweep.design.size();
-  table.ends.assign(static_cast<std::size_t>(n), SweepTable::missing);
-  table.cpu = VecX::Zero(n);
-  table.error = VecX::Constant(n, -1.0);
-  table.responses = MatX::Constant(n, static_cast<Eigen::Index>(sweep.responses.size()), std::numeric_limits<double>::quiet_NaN());
-  table.error_column.assign(static_cast<std::size_t>(n), 0);
-  table.error_columns = {""};
-  const auto take = [&](SweepRow&& row) {
-    if (row.point < 0 || row.point >= n || table.has(row.point)) return;
-    const auto at = static_cast<std::size_t>(row.point);
-    table.ends[at] = static_cast<std::uint8_t>(row.end);
-    table.cpu[row.point] = row.cpu;
-    table.error[row.point] = row.error;
-    for (std::size_t k = 0; k < row.responses.size(); ++k)
-      if (row.responses[k]) table.responses(row.point, static_cast<Eigen::Index>(k)) = *row.responses[k];
-    auto column = std::find(table.error_columns.begin(), table.error_columns.end(), row.column);
-    if (column == table.error_columns.end()) column = table.error_columns.insert(column, row.column);
-    table.error_column[at] = static_cast<std::uint16_t>(column - table.error_columns.begin());
-    if (!row.message.empty()) table.messages.emplace(row.point, std::move(row.message));
-  };
+  table.reset(n, static_cast<Eigen::Index>(sweep.responses.size()));
+  const auto take = [&](SweepRow&& row) { table.put(std::move(row)); };
   for (const auto& [count, number] : shards_in(sweep.folder)) {
     Collected::Shard shard;
     shard.shard = number;

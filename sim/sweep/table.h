@@ -24,6 +24,11 @@ struct SweepTable {
   bool has(long point) const { return ends[static_cast<std::size_t>(point)] != missing; }
   long rows() const;  // that are there
   long count(PointEnd end) const;
+
+  // No rows of `points` points.
+  void reset(long points, Eigen::Index responses_of_each);
+  // A row; of two of one point the first counts, and points that the design has not are left out.
+  void put(SweepRow&& row);
 };
 
 // What a folder holds of a sweep, and what it lacks.
