@@ -10,6 +10,7 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <optional>
 #include <set>
 
 namespace flexframe::sim {
@@ -147,8 +148,6 @@ class Reader {
 
   SidReading read() {
     read_header();
-    lines.need("'part'");
-    if (keyword(lines.line) != "part") lines.fail(fmt::format("'part' is expected, found '{}'", shown(lines.line)));
     lines.need("'new modal'");
     read_new_modal();
     bool refmod = false, frame = false;
@@ -164,6 +163,8 @@ class Reader {
         if (frame) lines.fail("a second 'frame'; one is allowed");
         frame = true;
         read_frame();
+      } else if (begins_node(word)) {
+        read_new_node(word);
       } else {
         read_modal_block(word);
       }
@@ -173,10 +174,10 @@ class Reader {
     if (keyword(lines.line) != "end part") lines.fail(fmt::format("'end part' is expected, found '{}'", shown(lines.line)));
     if (lines.next()) read_as(fmt::format("text behind 'end part' (line {}) is left out", lines.number));
 
-    if (declared_nodes != static_cast<int>(sid.nodes.size()))
-      lines.fail(fmt::format("the first line announces {} nodes, the file has {}", declared_nodes, sid.nodes.size()), 1);
-    if (declared_modes != sid.nelastq)
-      lines.fail(fmt::format("the first line announces {} modes, nelastq is {}", declared_modes, sid.nelastq), 1);
+    if (declared_nodes && *declared_nodes != static_cast<int>(sid.nodes.size()))
+      lines.fail(fmt::format("the first line announces {} nodes, the file has {}", *declared_nodes, sid.nodes.size()), 1);
+    if (declared_modes && *declared_modes != sid.nelastq)
+      lines.fail(fmt::format("the first line announces {} modes, nelastq is {}", *declared_modes, sid.nelastq), 1);
     settle_indices();
     settle_inertia();
     return std::move(result);
@@ -186,7 +187,8 @@ class Reader {
   Lines lines;
   SidReading result;
   SidFile& sid = result.file;
-  int declared_nodes = 0, declared_modes = 0;
+  std::optional<int> declared_nodes, declared_modes;  // none: the file has no counts
+  std::set<std::string> node_ids;
   struct Place {
     int node;  // -1: of the body
     std::string name;
@@ -197,16 +199,48 @@ class Reader {
   void note(std::string text) { result.notes.push_back(std::move(text)); }
   void read_as(std::string text) { result.dialect.push_back(std::move(text)); }
 
+  // "NODES MODES [:] text", or lines of text without counts, up to 'part'.
   void read_header() {
-    lines.need("the first line 'NODES MODES : text'");
-    const size_t colon = lines.line.find(':');
-    std::string_view head = lines.line.substr(0, colon);
-    if (colon != std::string_view::npos) sid.comment = trim(lines.line.substr(colon + 1));
-    const size_t gap =
-        std::find_if(head.begin(), head.end(), [](char c) { return std::isspace(static_cast<unsigned char>(c)); }) - head.begin();
-    if (!parse_int(head.substr(0, gap), declared_nodes) || gap >= head.size() || !parse_int(head.substr(gap), declared_modes) ||
-        declared_nodes < 0 || declared_modes < 0)
-      lines.fail(fmt::format("no SID file: the first line must be 'NODES MODES : text', found '{}'", shown(lines.line)));
+    lines.need("the first line 'NODES MODES : text' or 'part'");
+    if (keyword(lines.line) == "part") return read_as("dialect: no first line with the counts of nodes and modes");
+    int nodes = 0, modes = 0;
+    std::string_view rest = lines.line;
+    if (take_count(rest, nodes) && take_count(rest, modes)) {
+      if (nodes < 0 || modes < 0) refuse_header();
+      declared_nodes = nodes;
+      declared_modes = modes;
+      rest = trim(rest);
+      if (rest.starts_with(':')) rest.remove_prefix(1);
+      sid.comment = trim(rest);
+      lines.need("'part'");
+      if (keyword(lines.line) != "part") lines.fail(fmt::format("'part' is expected, found '{}'", shown(lines.line)));
+      return;
+    }
+    // A title: as many lines as a title may have, so that another kind of file is told of at once.
+    constexpr int longest_title = 20;
+    const std::string_view first = lines.line;
+    sid.comment = first;
+    for (int i = 0; i < longest_title && lines.next(); ++i)
+      if (keyword(lines.line) == "part") return read_as("dialect: the lines before 'part' have no counts of nodes and modes");
+    lines.number = 1;
+    lines.line = first;
+    refuse_header();
+  }
+
+  [[noreturn]] void refuse_header() const {
+    lines.fail(fmt::format("no SID file: the first line must be 'NODES MODES : text', or 'part' stand in one of the next, found '{}'",
+                           shown(lines.line)));
+  }
+
+  // A whole number at the head of the text, taken off it; after it comes a blank, a colon or the end.
+  static bool take_count(std::string_view& text, int& value) {
+    text = trim(text);
+    const size_t end =
+        std::find_if(text.begin(), text.end(), [](char c) { return c == ':' || std::isspace(static_cast<unsigned char>(c)); }) -
+        text.begin();
+    if (!parse_int(text.substr(0, end), value)) return false;
+    text.remove_prefix(end);
+    return true;
   }
 
   void read_new_modal() {
@@ -261,38 +295,45 @@ class Reader {
     }
   }
 
+  // A node is 'new node = ID ... end node' within 'frame'; some makers write 'new frame = ID ... end frame', with a 'frame' around them
+  // or without.
+  static bool begins_node(std::string_view word) { return word.starts_with("new node") || word.starts_with("new frame"); }
+
   void read_frame() {
-    std::set<std::string> ids;
     for (;;) {
       lines.need("'end frame'");
       const std::string word = keyword(lines.line);
       if (word == "end frame") return;
-      if (!word.starts_with("new node"))
-        lines.fail(fmt::format("'new node = ID' or 'end frame' is expected, found '{}'", shown(lines.line)));
-      const size_t equals = lines.line.find('=');
-      SidNode node;
-      node.id =
-          equals == std::string_view::npos ? std::string(trim(lines.line.substr(8))) : std::string(trim(lines.line.substr(equals + 1)));
-      if (node.id.empty()) lines.fail("a node without number: 'new node = ID' is expected");
-      if (!ids.insert(node.id).second) lines.fail(fmt::format("node {} is there twice", shown(node.id)));
-      sid.nodes.push_back(std::move(node));
-      read_node(static_cast<int>(sid.nodes.size()) - 1);
+      if (!begins_node(word)) lines.fail(fmt::format("'new node = ID' or 'end frame' is expected, found '{}'", shown(lines.line)));
+      read_new_node(word);
     }
   }
 
-  void read_node(int index) {
+  void read_new_node(const std::string& word) {
+    const bool named_frame = word.starts_with("new frame");
+    if (named_frame && node_ids.empty()) read_as(fmt::format("dialect: 'new frame' (line {}) read as 'new node'", lines.number));
+    const size_t equals = lines.line.find('=');
+    SidNode node;
+    node.id = std::string(trim(lines.line.substr(equals != std::string_view::npos ? equals + 1 : named_frame ? 9 : 8)));
+    if (node.id.empty()) lines.fail("a node without number: 'new node = ID' is expected");
+    if (!node_ids.insert(node.id).second) lines.fail(fmt::format("node {} is there twice", shown(node.id)));
+    sid.nodes.push_back(std::move(node));
+    read_node(static_cast<int>(sid.nodes.size()) - 1, named_frame ? "end frame" : "end node");
+  }
+
+  void read_node(int index, const std::string& end) {
     const int begin = lines.number;
     for (;;) {
-      lines.need("'end node'");
+      lines.need(fmt::format("'{}'", end));
       const std::string word = keyword(lines.line);
-      if (word == "end node") break;
+      if (word == end) break;
       std::string_view value;
       if (key_value(lines.line, "rframe", value)) {
         sid.nodes[index].rframe = value;
       } else if (word == "origin" || word == "phi" || word == "psi" || word == "ap" || word == "sigma") {
         add_block(index, word == "ap" ? "AP" : word);
       } else if (word.starts_with("end ") || word.starts_with("new ")) {
-        lines.fail(fmt::format("'end node' is expected (node {} begins in line {}), found '{}'", shown(sid.nodes[index].id), begin,
+        lines.fail(fmt::format("'{}' is expected (node {} begins in line {}), found '{}'", end, shown(sid.nodes[index].id), begin,
                                shown(lines.line)));
       } else {
         note(fmt::format("node {}: block '{}' (line {}) is not known: kept, not used", sid.nodes[index].id, shown(lines.line),

@@ -2,6 +2,7 @@
 """Folders of finite element decks through `flexframe reduce`, and through CalculiX where it is there.
 
     deck_table.py FLEXFRAME FOLDER... [--write TABLE.md] [--reasons] [--no-ccx] [--jobs N] [--limit SECONDS] [--only TEXT] [--sample N]
+                  [--kept FOLDER] [--json FILE]
 
 Every .inp, .bdf, .nas and bulk data .dat below the folders is reduced to its first six modes with its own units, supports as the deck has
 them; a deck that is there twice counts once. A deck without density is tried once more with --density 7800, a beside-the-point number
@@ -9,7 +10,7 @@ that CalculiX then gets too, a deck of fewer motions with as many modes as it ha
 first *STEP and the supports of that step, followed by a *FREQUENCY step of its own. Of a small model its matrices are solved here, since
 its Lanczos iteration misses the lowest of few motions. Nastran's own frequencies are taken from NAME.f06 beside NAME.bdf where its table
 of real eigenvalues is there. The table holds names, answers and the largest difference of the frequencies, no text of any deck; the last
-lines count them. --reasons counts the reasons of refusals, numbers and names taken out; --sample takes N decks, evenly spread.
+lines count them. --kept keeps what CalculiX said, so that a table of the next build needs only our side. --reasons counts the reasons of refusals, numbers and names taken out; --sample takes N decks, evenly spread.
 """
 import argparse
 import collections
@@ -94,6 +95,17 @@ def f06_frequencies(deck):
     return found or None
 
 
+def kept_frequencies(deck, folder, limit, density, kept):
+    """ccx_frequencies, or what they were the last time for the same lines; kept: folder or None."""
+    if kept is None:
+        return ccx_frequencies(deck, folder, limit, density)
+    digest = hashlib.md5(("\n".join(logical_lines(deck)) + str(density)).encode()).hexdigest()
+    answer = kept / (digest + ".json")
+    if not answer.exists():
+        answer.write_text(json.dumps(ccx_frequencies(deck, folder, limit, density)))
+    return json.loads(answer.read_text())
+
+
 def ccx_frequencies(deck, folder, limit, density):
     """CalculiX' own frequencies of the same model, rigid motions among them; None where it has none."""
     model, supports, steps, keyword = [], [], 0, ""
@@ -169,7 +181,7 @@ def ccx_run(text, supports, modes, limit, folder):
     return found or None
 
 
-def one(flexframe, deck, limit, with_ccx):
+def one(flexframe, deck, limit, with_ccx, kept=None):
     with tempfile.TemporaryDirectory() as place:
         folder = pathlib.Path(place)
         row = reduce(flexframe, deck, folder, limit)
@@ -188,7 +200,7 @@ def one(flexframe, deck, limit, with_ccx):
             if deck.suffix.lower() != ".inp":
                 theirs = f06_frequencies(deck)
             elif with_ccx:
-                theirs = ccx_frequencies(deck, folder, limit, without)
+                theirs = kept_frequencies(deck, folder, limit, without, kept)
             row["theirs"] = theirs
             if theirs and len(theirs) > row["rigid"]:
                 pairs = list(zip(row["frequencies"], theirs[row["rigid"] :]))
@@ -247,13 +259,17 @@ def main():
     parser.add_argument("--limit", type=float, default=30.0)
     parser.add_argument("--only", default="")
     parser.add_argument("--sample", type=int, default=0)
+    parser.add_argument("--kept", type=pathlib.Path)
     words = parser.parse_args()
     flexframe = str(pathlib.Path(words.flexframe).resolve())
     decks = decks_of(words.folders, words.only, words.sample)
     with_ccx = not words.no_ccx and shutil.which("ccx") is not None
     rows, lines = [], []
+    if words.kept:
+        words.kept = words.kept.resolve()
+        words.kept.mkdir(exist_ok=True)
     with concurrent.futures.ThreadPoolExecutor(words.jobs) as pool:
-        for row in pool.map(lambda d: one(flexframe, d, words.limit, with_ccx), decks):
+        for row in pool.map(lambda d: one(flexframe, d, words.limit, with_ccx, words.kept), decks):
             rows.append(row)
             shown = "" if row["difference"] is None else f"{row['difference']:.1e}"
             answer = row["answer"] + (": " + row["reasons"][0].replace("|", "/")[:200] if row["reasons"] else "")

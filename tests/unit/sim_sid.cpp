@@ -431,6 +431,36 @@ TEST(Sid, ErrorsNameLineAndReason) {
   EXPECT_NE(message(replaced(good, "mass                  = ", "mass                  = -")).find("mass"), std::string::npos);
 }
 
+std::string replaced_all(std::string text, const std::string& what, const std::string& by) {
+  for (size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + by.size())) text.replace(at, what.size(), by);
+  return text;
+}
+
+// First lines without counts or without colon, none at all, and nodes written as 'new frame' give the body of the plain file.
+TEST(Sid, WithoutCountsAndWithNewFrame) {
+  const FlexibleBody body = random_body(2, true);
+  const std::string good = write_sid_text(from_flexible_body(body, "x"));
+  const std::string after = good.substr(good.find('\n') + 1);
+  const std::string frames = replaced_all(replaced_all(good, "new node", "new frame"), "end node", "end frame");
+  std::string bare = replaced(frames, "           frame\n", "");
+  bare.erase(bare.rfind("           end frame\n"), std::string("           end frame\n").size());
+  const std::map<std::string, std::string> texts = {{"no first line", after},
+                                                    {"title", "A crank\nmade by hand\n" + after},
+                                                    {"no colon", "3 2 three nodes, two modes\n" + after},
+                                                    {"new frame", frames},
+                                                    {"new frame without frame", bare}};
+  for (const auto& [name, text] : texts) {
+    const SidReading reading = read_sid_text(text, name);
+    expect_same(body, to_flexible_body(reading.file, name));
+    EXPECT_EQ(reading.file.nodes.size(), body.nodes.size()) << name;
+    EXPECT_EQ(reading.dialect.empty(), name == "no colon") << name;
+    EXPECT_TRUE(read_sid_text(write_sid_text(reading.file), "again").file == reading.file) << name;
+  }
+  EXPECT_EQ(read_sid_text(texts.at("title"), "title").file.comment, "A crank");
+  EXPECT_NE(message("4 2 : x\n" + after).find("announces 4 nodes"), std::string::npos);
+  EXPECT_NE(message(replaced(frames, "new frame", "new node")).find("'end node' is expected"), std::string::npos);
+}
+
 // Random damage. Either an InputError or a body with finite numbers.
 TEST(Sid, ThousandDamagedCopies) {
   std::mt19937 random(20061004);
