@@ -1,6 +1,7 @@
 """Stepped, tapered, turned and curved beams, and the beams of Simo and Vu-Quoc 1986, against closed formulas and own integrations."""
 import math
 import pathlib
+import sys
 
 import numpy as np
 from arrays import simulate_and_say as simulate
@@ -277,23 +278,16 @@ def spin_up(folder):
 
 
 def spaghetti(folder):
-    """The flying spaghetti: thrown by a force and a moment at one end for 2.5 s. Its rotary inertia sits on discs."""
+    """The flying spaghetti: thrown by a force and a moment at one end for 2.5 s. Its rotary inertia is another than its stiffness tells."""
     L, ea, ei, mass, inertia = 10.0, 1e4, 500.0, 1.0, 10.0
-    volumes = 8
     e = 1e6
+    rho = mass * e / ea
     section = f'section = {{ shape = "general", area = {ea / e}, iy = {ei / e}, iz = {ei / e}, j = {ei / e}, '
-    section += f"shear_y = 1.999, shear_z = 1.999 }}\n"
+    section += f"shear_y = 1.999, shear_z = 1.999, rotary_iy = {inertia / rho}, rotary_iz = {inertia / rho} }}\n"
     text = "[simulation]\nduration = 4\noutput_rate = 20\ntolerance = 1e-8\n"
-    frames = ", ".join(f"d{k} = {k / volumes}" for k in range(1, volumes))
-    text += f'[[body]]\nname = "beam"\nkind = "beam"\nlength = {L}\nmodel = "mixed"\nvolumes = {volumes}\nframes = {{ {frames} }}\n'
+    text += f'[[body]]\nname = "beam"\nkind = "beam"\nlength = {L}\nmodel = "mixed"\nvolumes = 8\n'
     text += f'effects = ["axial", "bending_xy", "shear", "stiffening"]\n'
-    text += f"{section}material = {{ density = {mass * e / ea}, youngs_modulus = {e}, poisson = 0 }}\n"
-    own_inertia = mass * ei / ea
-    for k in range(volumes + 1):
-        share = (inertia - own_inertia) * L / volumes * (0.5 if k in (0, volumes) else 1.0)
-        at = "beam.root" if k == 0 else "beam.tip" if k == volumes else f"beam.d{k}"
-        text += f'[[body]]\nname = "disc {k}"\nkind = "rigid"\nmass = 1e-6\ninertia = [{share}, {share}, {share}]\n'
-        text += f'[[joint]]\nname = "disc {k}"\nkind = "weld"\nparent = "{at}"\nchild = "disc {k}"\n'
+    text += f"{section}material = {{ density = {rho}, youngs_modulus = {e}, poisson = 0 }}\n"
     text += (
         '[[joint]]\nname = "fly"\nkind = "planar"\nparent = "ground"\nchild = "beam"\ninitial = { value = [6, 0, %.17g] }\n'
         % math.atan2(8, -6)
@@ -317,6 +311,98 @@ def spaghetti(folder):
     for k, name in ((0, "root"), (-1, "tip")):
         worst = np.max(np.hypot(r[f"{name}.x"] - ref[:, k, 0], r[f"{name}.y"] - ref[:, k, 1]))
         near(worst, 0, 0.15, f"flying spaghetti, {name} against an own integration (m of 10 m)")
+
+
+# Out of the plane at 0, 1, ... 6 s, elbow and tip: frame_reference extrapolated from 4 and 8 elements a leg (second order).
+frame_path = [[0, 0], [0.951, 0.054], [4.115, 0.071], [5.502, 1.506], [4.643, 3.511], [3.108, 5.474], [2.548, 6.921]]
+
+
+def frame_reference(n, duration=6.0):
+    """Simo and Vu-Quoc's frame as geometrically exact beams in space: n linear elements a leg with one point, Runge and Kutta's steps."""
+    from scipy.spatial.transform import Rotation
+
+    h, J, C, D = 10.0 / n, np.diag([20.0, 10.0, 10.0]), np.array([1e6] * 3), np.array([1e3] * 3)
+    count, step = 2 * n + 1, 0.004 / n
+    x = np.zeros((count, 3))
+    x[: n + 1, 0], x[n:, 0], x[n:, 1] = np.linspace(0, 10, n + 1), 10.0, np.linspace(0, 10, n + 1)
+    frames = np.stack([np.eye(3)] * n + [np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])] * n)  # of the sections in the nodes' axes
+    mass, inertia = np.zeros(count), np.zeros((count, 3, 3))
+    for e in range(2 * n):
+        for k in (e, e + 1):
+            mass[k] += h / 2
+            inertia[k] += frames[e] @ J @ frames[e].T * h / 2
+    inverse = np.linalg.inv(inertia)
+
+    def rates(t, x, q, v, w):
+        R = Rotation.from_quat(q).as_matrix()
+        A, B = R[:-1] @ frames, R[1:] @ frames
+        bend = Rotation.from_matrix(np.swapaxes(A, 1, 2) @ B).as_rotvec()
+        middle = A @ Rotation.from_rotvec(bend / 2).as_matrix()
+        strain = np.einsum("eji,ej->ei", middle, np.diff(x, axis=0) / h) - [1, 0, 0]
+        N, M = np.einsum("eij,ej->ei", middle, C * strain), np.einsum("eij,ej->ei", middle, D * bend / h)
+        F, T = np.zeros((count, 3)), np.zeros((count, 3))
+        F[:-1] += N
+        F[1:] -= N
+        arm = np.cross(np.diff(x, axis=0), N) / 2
+        T[:-1] += M + arm
+        T[1:] += arm - M
+        F[n, 2] += 50 * t if t < 1 else max(0.0, 100 - 50 * t)
+        a = F / mass[:, None]
+        turn = np.einsum("eji,ej->ei", R, T) - np.cross(w, np.einsum("eij,ej->ei", inertia, w))
+        b = np.einsum("eij,ej->ei", inverse, turn)
+        a[0] = b[0] = 0
+        qd = np.concatenate([q[:, 3:] * w + np.cross(q[:, :3], w), -np.sum(q[:, :3] * w, 1)[:, None]], 1) / 2
+        return v, qd, a, b
+
+    q = np.zeros((count, 4))
+    q[:, 3] = 1
+    state, path = (x, q, np.zeros((count, 3)), np.zeros((count, 3))), [[0.0, 0.0]]
+    for i in range(round(duration / step)):
+        k1 = rates(i * step, *state)
+        k2 = rates((i + 0.5) * step, *[s + step / 2 * k for s, k in zip(state, k1)])
+        k3 = rates((i + 0.5) * step, *[s + step / 2 * k for s, k in zip(state, k2)])
+        k4 = rates((i + 1) * step, *[s + step * k for s, k in zip(state, k3)])
+        state = tuple(s + step / 6 * (a + 2 * b + 2 * c + d) for s, a, b, c, d in zip(state, k1, k2, k3, k4))
+        if (i + 1) % round(1 / step) == 0:
+            path.append([state[0][n, 2], state[0][2 * n, 2]])
+    return np.array(path)
+
+
+def right_angle_frame(folder):
+    """Simo and Vu-Quoc 1986: two legs of 10, pushed out of their plane at the elbow for 2 s; they bend and twist by a third of a turn."""
+    text = "[simulation]\nduration = 6\noutput_rate = 10\ntolerance = 1e-5\n"
+    for name in ("first", "second"):
+        text += f'[[body]]\nname = "{name}"\nkind = "beam"\nmodel = "mixed"\nlength = 10\n'
+        text += 'section = { shape = "general", area = 1, iy = 1e-3, iz = 1e-3, j = 2e-3, shear_y = 2, shear_z = 2, '
+        text += "rotary_iy = 10, rotary_iz = 10 }\nmaterial = { density = 1, youngs_modulus = 1e6, poisson = 0 }\n"
+        text += 'effects = ["auto", "axial"]\n'
+    text += (
+        clamp("first") + '[[joint]]\nname = "corner"\nkind = "weld"\nparent = "first.tip"\nchild = "second"\nrotation = [0, 0, "90 deg"]\n'
+    )
+    text += force("first.tip", "[0, 0, 1]", '"t < 1 ? 50*t : (t < 2 ? 100 - 50*t : 0)"')
+    text += output("elbow", "first.tip", "position") + output("tip", "second.tip", "position")
+    r = simulate(folder, text)
+    for k, name in ((0, "elbow"), (1, "tip")):
+        worst = np.max(np.abs(r[f"{name}.z"][::10] - np.array(frame_path)[:, k]))
+        near(worst, 0, 0.05, f"right-angle frame, {name} against an own integration (m of 7 m)")
+
+
+def rotary_frequencies(folder):
+    """A hinged shaft whose discs make its rotary inertia: (n pi/L)^2 sqrt(EI/m) of Rayleigh's beam, stiff in shear."""
+    text = statics() + '[[body]]\nname = "shaft"\nkind = "beam"\nlength = 1\nelements = 20\neffects = ["bending_xy", "shear"]\n'
+    text += 'boundary = "supported-supported"\nsection = { shape = "general", area = 1e-4, iy = 1e-9, iz = 1e-9, j = 2e-9, shear_y = 1e4, '
+    text += "shear_z = 1e4, rotary_iy = 4e-7, rotary_iz = 4e-7 }\nmaterial = { density = 7850, youngs_modulus = 210e9 }\n"
+    text += '[[joint]]\nname = "pin"\nkind = "revolute"\nparent = "ground"\nchild = "shaft"\n'
+    text += '[[joint]]\nname = "roller"\nkind = "point-on-line"\nparent = "ground"\nchild = "shaft.tip"\naxis = [1, 0, 0]\n'
+    (folder / "rotary.toml").write_text(text)
+    import json
+
+    modes = json.loads(run("check", folder / "rotary.toml", "--json").stdout)["modes"]
+    found = sorted(m["frequency"] for m in modes if m["kind"] == "vibration")
+    for n in (1, 2, 3):
+        k = n * math.pi
+        wanted = k * k * math.sqrt(210e9 * 1e-9 / (7850 * (1e-4 + k * k * 4e-7))) / 2 / math.pi
+        near(found[n - 1], wanted, 1e-3 * wanted, f"frequency {n} of a shaft with discs (Rayleigh)")
 
 
 def warnings_and_refusals(folder):
@@ -358,7 +444,20 @@ def warnings_and_refusals(folder):
             expect(word in says and "scene.toml:" in says, f"{more!r}: '{word}' is not in: {says}")
 
 
+if "--reference" in sys.argv:
+    coarse, fine = frame_reference(4), frame_reference(8)
+    print(np.round(fine + (fine - coarse) / 3, 3).tolist())
 with temporary_folder() as folder:
-    for part in (steps_and_tapers, turned_sections, arcs, coil_spring, spin_up, spaghetti, warnings_and_refusals):
+    for part in (
+        steps_and_tapers,
+        turned_sections,
+        arcs,
+        coil_spring,
+        spin_up,
+        spaghetti,
+        right_angle_frame,
+        rotary_frequencies,
+        warnings_and_refusals,
+    ):
         part(pathlib.Path(folder))
 finish()
