@@ -2,6 +2,7 @@
 
 #include "sim/scene/expression.h"
 #include "sim/scene/parameters.h"
+#include "sim/scene/unit_terms.h"
 
 #include <fmt/format.h>
 
@@ -14,7 +15,7 @@ namespace {
 constexpr int points_of_expressions = 400;
 
 std::vector<Vec3> given_points(const TableReader& reader) {
-  const MatX rows = reader.matrix("points");
+  const MatX rows = reader.matrix("points", any_number.in("m"));
   if (rows.cols() != 2 && rows.cols() != 3)
     reader.fail("points", fmt::format("must be rows of two numbers (x, y) or three, found {}", rows.cols()));
   std::vector<Vec3> out;
@@ -23,7 +24,8 @@ std::vector<Vec3> given_points(const TableReader& reader) {
 }
 
 std::vector<Vec3> computed_points(const TableReader& reader, bool closed) {
-  const double from = reader.number("from", 0.0, any_number), to = reader.number("to", 1.0, any_number);
+  // u is whatever the expressions make of it: an angle, a way.
+  const double from = reader.number("from", 0.0, any_number.in("*")), to = reader.number("to", 1.0, any_number.in("*"));
   if (!(to > from)) reader.fail("to", fmt::format("must be greater than 'from', {}; found {}", from, to));
   const int n = points_of_expressions;
   std::vector<Vec3> out(static_cast<size_t>(n) + 1, Vec3::Zero());
@@ -36,7 +38,8 @@ std::vector<Vec3> computed_points(const TableReader& reader, bool closed) {
       continue;
     }
     try {
-      const Expression f(reader.parameters().substitute(reader.text(key)), names);
+      const std::string text = reader.text(key);
+      const Expression f(reader.parameters().substitute(replace_units(text, "m").value_or(text)), names);
       for (int i = 0; i <= n; ++i) {
         const double u = from + (to - from) * i / n;
         out[i][k] = f.value(0.0, &u);

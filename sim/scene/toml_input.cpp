@@ -391,7 +391,9 @@ std::vector<std::string> TableReader::texts(std::string_view key) const {
   return result;
 }
 
-MatX TableReader::matrix(std::string_view key) const {
+MatX TableReader::matrix(std::string_view key) const { return matrix(key, any_number); }
+
+MatX TableReader::matrix(std::string_view key, const Range& range) const {
   const TomlValue& value = required(key);
   if (value.type != TomlValue::Type::array || value.items.empty())
     fail(key, fmt::format("must be a matrix (an array of rows), found {}", describe(value)));
@@ -406,7 +408,7 @@ MatX TableReader::matrix(std::string_view key) const {
   }
   MatX result(static_cast<Eigen::Index>(value.items.size()), static_cast<Eigen::Index>(width));
   for (std::size_t i = 0; i < value.items.size(); ++i) {
-    const std::vector<double> row = checked_numbers(key, value.items[i], width, width, std::span(&any_number, 1));
+    const std::vector<double> row = checked_numbers(key, value.items[i], width, width, std::span(&range, 1));
     result.row(static_cast<Eigen::Index>(i)) = Eigen::Map<const Eigen::RowVectorXd>(row.data(), static_cast<Eigen::Index>(width));
   }
   return result;

@@ -113,6 +113,7 @@ class TableReader {
   std::vector<int> integers(std::string_view key, int low, int high) const;
   std::vector<std::string> texts(std::string_view key) const;
   MatX matrix(std::string_view key) const;  // array of rows of equal length
+  MatX matrix(std::string_view key, const Range& range) const;
 
   // A table inside ({...} or [a.b]); several ([[a]]). An absent key: none.
   std::optional<TableReader> table(std::string_view key) const;

@@ -102,6 +102,44 @@ def cam(folder):
     near(max(abs(f - 0.5 * (9.81 + math.cos(10 * t))) for f, t in zip(h["push.2"], h["t"])), 0, 1e-9, "cam, push")
 
 
+def flat(folder):
+    h = simulate("A cam under a flat face", folder)
+    a, b = 0.03, 0.02
+    high = [math.hypot(a * math.sin(10 * t), b * math.cos(10 * t)) for t in h["t"]]
+    # Of y^2 = a^2 sin^2 + b^2 cos^2 the derivatives: y y' = (a^2 - b^2) 10 sin cos, y'^2 + y y'' = (a^2 - b^2) 100 cos 20 t.
+    wide = a * a - b * b
+    rates = [wide * 5 * math.sin(20 * t) / y for t, y in zip(h["t"], high)]
+    pushes = [0.5 * (9.81 + (wide * 100 * math.cos(20 * t) - v * v) / y) for t, y, v in zip(h["t"], high, rates)]
+    near(max(abs(x - y) for x, y in zip(h["rise"], high)), 0, 2e-6, "cam under a flat, rise")
+    late = [abs(f - p) for t, f, p in zip(h["t"], h["push"], pushes) if t > 0.2]
+    near(max(late), 0, 0.02, "cam under a flat, push")
+
+
+def teeth(folder):
+    h = simulate("The force between two teeth", folder)
+    # The motor keeps what turns itself and hands the rest on.
+    moment = 2 - 0.002 * 2 / (0.002 + 0.05 / 9)
+    near(h["tangential"][-1], -moment / 0.036, 1e-6, "teeth, tangential force")
+    near(h["radial"][-1], moment / 0.036 * math.tan(math.radians(20)), 1e-6, "teeth, radial force")
+
+
+def rail(folder):
+    h = simulate("A rail on an elastic bed", folder)
+    k, ei, ga = 1e7, 210e9 * 0.07 * 0.15**3 / 12, 5 / 6 * 210e9 / 2.6 * 0.07 * 0.15
+    # Waves of every number n: P / pi times the integral of 1 / (k + EI n^4 / (1 + EI n^2 / GA)); without shear P b / (2 k).
+    step = 0.001
+    sag = 1e5 / math.pi * step * sum(1 / (k + ei * n**4 / (1 + ei * n * n / ga)) for n in ((i + 0.5) * step for i in range(60000)))
+    near(sag, 1e5 * (k / (4 * ei)) ** 0.25 / (2 * k), 1.2e-2 * sag, "rail, what shear adds")
+    near(-h["sag.y"][0], sag, 5e-3 * sag, "rail, sag under the wheel")
+
+
+def mast(folder):
+    h = simulate("A mast on the middle of a beam", folder)
+    ei = 210e9 * 0.04 * 0.02**3 / 12
+    top = 20 * 0.8 * 2 / (12 * ei) * 0.8 + 20 * 0.8**3 / (3 * ei)
+    near(h["top.x"][0] - 1, top, 3e-3 * top, "mast, its top")
+
+
 def winch(folder):
     h = simulate("A winch with a pulley block", folder)
     near(max(abs(y - 0.025 * t * t) for y, t in zip(h["height"], h["t"])), 0, 1e-9, "winch, height")
@@ -120,7 +158,23 @@ def snap(folder):
 
 with temporary_folder() as folder:
     folder = pathlib.Path(folder)
-    for recipe in (pendulum, four_bar, spring, supported_beam, cantilever, blades, buffer, crank, cam, winch, snap):
+    for recipe in (
+        pendulum,
+        four_bar,
+        spring,
+        supported_beam,
+        cantilever,
+        blades,
+        buffer,
+        crank,
+        cam,
+        flat,
+        teeth,
+        rail,
+        mast,
+        winch,
+        snap,
+    ):
         recipe(folder)
 expect(checked == set(recipes), f"recipes without a check: {set(recipes) - checked}")
 finish()
