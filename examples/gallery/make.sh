@@ -1,14 +1,15 @@
 #!/usr/bin/env bash
 # Simulates and draws the gallery's 16 pictures into pictures/: examples/gallery/make.sh [FLEXFRAME [NAME...]]
+# With VTK=1 in the environment each also by VTK, into vtk/ (Debian packages python3-vtk9, python3-h5py, xvfb).
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 flexframe=$(realpath "${1:-$here/../../build/clang/flexframe}")
 names=" ${*:2} "
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-mkdir -p "$here/pictures"
+mkdir -p "$here/pictures" ${VTK:+"$here/vtk"}
 
-# picture NAME SCENE MOMENT WORDS: MOMENT in per cent of the sequence, WORDS what stands in [render] beside the size.
+# picture NAME SCENE MOMENT WORDS [z]: MOMENT in per cent of the sequence, WORDS what stands in [render] beside the size; z: is upwards.
 picture() {
   local name=$1 scene=$2 words=$4 count moment
   [[ $names == "  " || $names == *" $name "* ]] || return 0
@@ -24,6 +25,10 @@ picture() {
   moment=$((count * $3 / 100))
   "$flexframe" render "$results" --scene "$work/words.toml" -o "$work/out" --no-video -q --frames "$moment:$((moment + 1))"
   cp "$work/out/frames/$(printf 'frame_%05d.png' "$moment")" "$here/pictures/$name.png"
+  # The same moment by VTK: mesh, values, size and direction of view.
+  [[ -z ${VTK:-} ]] ||
+    xvfb-run -a /usr/bin/python3 "$here/vtk_picture.py" "$flexframe" "$results" "$work/words.toml" "$moment" "$here/vtk/$name.png" \
+      "${5:-y}"
 }
 
 # template NAME: a scene that the program itself makes.
@@ -34,22 +39,27 @@ template() {
 cd "$work"
 
 picture 01_slider_crank "$here/../slider_crank.toml" 30 \
-  $'scales = [1, 20]\nframe_rate = 60\nspeed = 0.25\noverlay = { plot = ["slider.x", "rod_middle.y"] }'
+  $'scales = [1, 20]\nframe_rate = 60\nspeed = 0.25\ncamera = { window = [0.4, 0.6] }\noverlay = { plot = ["slider.x", "rod_middle.y"] }'
 picture 02_engine "$here/../engine.toml" 2 $'speed = 0.05\ncolor_by = "none"\ncamera = { direction = [-0.35, -0.3, -1] }'
 picture 03_engine_section "$here/../engine.toml" 2 \
   $'speed = 0.05\ncolor_by = "none"\nscales = [1]\nsection = { normal = [0, 0, 1], bodies = ["piston", "crank"] }\n'\
 $'camera = { direction = [-0.35, -0.3, -1] }'
 picture 04_conrod "$here/../engine.toml" 95 \
   $'speed = 0.1\ncolor_by = "displacement"\nscales = [1]\nextremes = true\ncolor_range = [0, 2e-7]'
-picture 05_strip "$here/../beams/strip.toml" 40 $'color_by = "displacement"\nedges = false\nscales = [1]'
-picture 06_blade "$here/../beams/blade.toml" 25 $'color_by = "displacement"\nundeformed = true'
-picture 07_buckling "$here/../beams/buckling.toml" 99 $'color_by = "displacement"\nscales = [1]\ncolormap = "cividis"'
-picture 08_rollup "$here/../beams/rollup.toml" 45 $'color_by = "stress"\nscales = [1]\ntrail = 6'
-picture 09_rotor "$(template rotor)" 60 $'color_by = "stress"\nscales = "auto"'
-picture 10_fe_body "$(template fe-body)" 30 $'color_by = "displacement"\nscales = "auto"\nextremes = true'
+picture 05_strip "$here/../beams/strip.toml" 40 $'color_by = "displacement"\nscales = [1]\ncamera = { window = [0.39, 0.41] }\n'\
+$'insets = [{ at = "strip.tip", zoom = 8, corner = "upper right", label = "tip" }]'
+picture 06_blade "$here/../beams/blade.toml" 25 $'color_by = "displacement"\nundeformed = true\ncamera = { window = [3.7, 3.77] }' z
+picture 07_buckling "$here/../beams/buckling.toml" 99 \
+  $'color_by = "displacement"\nscales = [1]\ncolormap = "cividis"\nextremes = true\n'\
+$'camera = { direction = [0.25, -0.16, -1], window = [9.8, 9.9] }'
+picture 08_rollup "$here/../beams/rollup.toml" 45 $'color_by = "stress"\nscales = [1]\ntrail = 6\ncamera = { window = [3.5, 4.1] }'
+picture 09_rotor "$(template rotor)" 60 \
+  $'color_by = "stress"\nscales = [1]\njoints = false\ncolor_range = { window = [0.29, 0.31], percentile = 100 }\nextremes = true'
+picture 10_fe_body "$(template fe-body)" 30 \
+  $'color_by = "displacement"\nscales = "auto"\nextremes = true\ncolor_range = { window = [0.08, 0.1] }'
 picture 11_suspension "$(template suspension)" 35 $'color_by = "body"\nlook = "presentation"'
-picture 12_robot "$(template robot-arm)" 55 $'color_by = "none"\nlook = "presentation"\nforces = true'
+picture 12_robot "$(template robot-arm)" 55 $'color_by = "none"\nlook = "presentation"\nforces = true\ncamera = { window = [1.1, 1.1] }' z
 picture 13_mems "$here/mems.toml" 80 $'color_by = "stress"\nscales = [1]\nforces = true'
-picture 14_crane "$here/crane.toml" 6 $'color_by = "stress"\nscales = [1, 5]\nforces = true'
-picture 15_views "$here/../mechanisms/governor.toml" 20 $'color_by = "none"\ncamera = { views = ["front", "side", "top", "iso"] }'
-picture 16_print "$here/../mechanisms/peaucellier.toml" 20 $'look = "print"\ncolor_by = "none"\ncamera = { preset = "plane" }'
+picture 14_crane "$here/crane.toml" 6 $'color_by = "stress"\nscales = [1, 5]\nforces = true\ncamera = { window = [0.6, 0.8] }'
+picture 15_views "$here/../mechanisms/governor.toml" 20 $'color_by = "none"\ncamera = { views = ["front", "side", "top", "iso"] }' z
+picture 16_print "$here/../mechanisms/peaucellier.toml" 20 $'look = "print"\ncolor_by = "none"\ncamera = { preset = "plane", window = [0.15, 0.25] }'

@@ -1,6 +1,6 @@
 """A gallery picture's moment drawn by VTK, as a user of VTK or ParaView would with an hour's care: the same mesh in scale, the same
 values, size, number of samples and direction of view; feature edges, bar, axes, gradient and, on request, ambient occlusion.
-Usage: vtk_picture.py FLEXFRAME RESULTS WORDS.toml PICTURE_INDEX OUT.png      (Debian packages python3-vtk9, python3-h5py)"""
+Usage: xvfb-run -a vtk_picture.py FLEXFRAME RESULTS WORDS.toml PICTURE_INDEX OUT.png y|z      (Debian: python3-vtk9, python3-h5py, xvfb)"""
 import math
 import pathlib
 import subprocess
@@ -12,7 +12,7 @@ import h5py
 import vtk
 from vtk.util.numpy_support import vtk_to_numpy
 
-flexframe, results, words, index, out = sys.argv[1:]
+flexframe, results, words, index, out, upwards = sys.argv[1:]
 render = tomllib.loads(pathlib.Path(words).read_text())["render"]
 with h5py.File(results) as file:
     times = file["times"][:]
@@ -37,7 +37,9 @@ with tempfile.TemporaryDirectory() as folder:
     kept = {k: render[k] for k in ("color_by", "mode") if k in render}
     lines = "\n".join(f'{k} = "{v}"' if isinstance(v, str) else f"{k} = {v}" for k, v in kept.items())
     once.write_text(f"[render]\nframe_rate = 1\nspeed = {moment!r}\n{lines}\n")
-    subprocess.run([flexframe, "export", results, "--to", "vtk", "--scene", str(once), "-o", folder + "/vtk", "-q"], check=True)
+    subprocess.run(
+        [flexframe, "export", results, "--to", "vtk", "--scene", str(once), "-o", folder + "/vtk", "-q"], check=True, capture_output=True
+    )
     files = sorted(pathlib.Path(folder + "/vtk").glob("**/*.vtp")) or sorted(pathlib.Path(folder + "/vtk").glob("**/*.vtu"))
     reader = vtk.vtkXMLPolyDataReader() if files[0].suffix == ".vtp" else vtk.vtkXMLUnstructuredGridReader()
     reader.SetFileName(str(files[1]))
@@ -111,14 +113,14 @@ renderer.AddActor(edge_actor)
 # From where flexframe looks at flat and at spatial things.
 bounds = data.GetBounds()
 extent = [bounds[1] - bounds[0], bounds[3] - bounds[2], bounds[5] - bounds[4]]
-up = render.get("up_of_view", [0, 1, 0])
+up = [0, 1, 0] if upwards == "y" else [0, 0, 1]
 direction = render.get("camera", {}).get("direction")
 if direction is None:
     flat = min(extent) < 0.3 * (sum(extent) - max(extent) - min(extent))
     if flat and extent[2] == min(extent):
         direction, up = [0.22, -0.34, -1.0], [0, 1, 0]
     else:
-        direction, up = [-0.62, -0.55, -1.0], [0, 1, 0]
+        direction = [-0.62, -0.55, -1.0] if upwards == "y" else [-0.62, 1.0, -0.55]
 camera = renderer.GetActiveCamera()
 centre = [0.5 * (bounds[2 * k] + bounds[2 * k + 1]) for k in range(3)]
 camera.SetFocalPoint(*centre)

@@ -15,15 +15,17 @@ picture() {
   # Beside the scene, whose meshes are named from there.
   changed=$(dirname "$scene")/.$1.toml
   sed "${@:4}" -e '' "$scene" >"$changed"
-  "$flexframe" run "$changed" -o "$work" --no-video --no-error-estimate --no-effect-check --size 640x360 \
+  "$flexframe" run "$changed" -o "$work" --no-video --no-error-estimate --no-effect-check --size 960x540 \
     --frames "$3:$(($3 + 1))" >/dev/null 2>"$work/said" ||
     { cat "$work/said" >&2; exit 1; }
   rm "$changed"
   cp "$work/frames/$(printf 'frame_%05d.png' "$3")" "$top/examples/pictures/$1.png"
 }
 # Number of the picture: time in s times frame_rate over speed.
-picture slider_crank_1 slider_crank 120
-picture slider_crank_2 slider_crank 300
+# The camera of a still may be fitted to its moment.
+window() { echo "s/^\[render\]/[render]\ncamera = { window = [$1, $2] }/"; }
+picture slider_crank_1 slider_crank 150 -e "$(window 0.45 0.75)"
+picture slider_crank_2 slider_crank 300 -e "$(window 1.05 1.4)"
 picture pendulum_1 pendulum 48
 picture pendulum_2 pendulum 140
 picture engine_1 engine 1130

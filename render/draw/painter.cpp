@@ -43,7 +43,7 @@ void set_material(Program& program, const Surface& s, const Lighting& lighting, 
                       : studio ? 0.0f
                                : 0.35f,
               alpha = roughness * roughness;
-  const glm::vec4 light = studio && !mapped ? glm::vec4(0.28f, 0.15f, 0.12f, 0.88f) : glm::vec4(0.46f, 0.16f, 0.16f, 0.62f);
+  const glm::vec4 light = studio && !mapped ? glm::vec4(0.27f, 0.15f, 0.20f, 0.84f) : glm::vec4(0.46f, 0.16f, 0.16f, 0.62f);
   const glm::vec4 diffuse(1.0f - share + share * light.x * lighting.ambient, share * light.y * lighting.ambient,
                           share * light.z * lighting.ambient, share * light.w * lighting.key);
   if (studio) {

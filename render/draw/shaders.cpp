@@ -306,8 +306,9 @@ void main() {
   float horizon = clamp(0.5 + (2.0 * n_v * n_up - dot(v, up)) * mirror_terms.x, 0.0, 1.0);
 #ifdef STUDIO
   float box = clamp((2.0 * n_v * n_l - v_l - boxes.x) * boxes.y, 0.0, 1.0);
-  float strip = clamp((2.0 * n_v * dot(n, side) - dot(v, side) - boxes.z) * boxes.w, 0.0, 1.0);
-  float sky = 0.15 + 0.60 * horizon * horizon * (3.0 - 2.0 * horizon);
+  float across = 2.0 * n_v * dot(n, side) - dot(v, side);
+  float strip = clamp((max(across, -0.9 * across) - boxes.z) * boxes.w, 0.0, 1.0);  // one on each side, the farther one smaller
+  float sky = 0.30 + 0.45 * horizon * horizon * (3.0 - 2.0 * horizon);  // the floor is lit too, as in the picture
   float mirrored = (sky + box_strength * (box * box * (3.0 - 2.0 * box) + 0.45 * strip * strip * (3.0 - 2.0 * strip))) * gloss.w * nearness;
 #else
   float mirrored = (0.42 + 0.58 * horizon * horizon * (3.0 - 2.0 * horizon)) * gloss.w;

@@ -240,6 +240,15 @@ void add_body(const Animation& animation, size_t b, int k, PictureMemory& memory
   add_trail(animation, b, k, memory, skin);
 }
 
+// A value as its label says it: to a thousandth of the colours' range, below which it is rounding; of logarithmic colours three digits.
+std::string value_text(double value, const render::ScalarMap& map, double factor) {
+  const double range = std::abs(map.upper - map.lower) * factor, shown = value * factor;
+  if (map.logarithmic || !(range > 0.0) || std::abs(shown) > 1e3 * range) return fmt::format("{:.3g}", shown);
+  const int decimals = std::clamp(2 - static_cast<int>(std::floor(std::log10(range) + 1e-9)), 0, 12);
+  const std::string text = fmt::format("{:.{}f}", shown, decimals);
+  return text[0] == '-' && text.find_first_not_of("-0.") == std::string::npos ? text.substr(1) : text;
+}
+
 // Values beside probes and extremes: numbers as on the bar, of the vertices as drawn.
 void add_labels(const Animation& animation, const SamplePlace& place, PictureMemory& memory) {
   if (!animation.scalar_bar) return;
@@ -248,25 +257,39 @@ void add_labels(const Animation& animation, const SamplePlace& place, PictureMem
     const glm::dmat4 pose = body_pose(animation.results->bodies[b], place);
     render::Label label;
     label.point = glm::dvec3(pose * glm::dvec4(memory.skins[memory.solid[b]].positions[point], 1.0));
-    label.text = fmt::format("{} {:.3g} {}", name, static_cast<double>(memory.scalars[b][point]) * bar.factor, bar.unit);
+    label.text = fmt::format("{} {} {}", name, value_text(memory.scalars[b][point], animation.scalar_map, bar.factor), bar.unit);
     label.leader = true;
     memory.picture.labels.push_back(std::move(label));
   };
   for (const Animation::Probe& probe : animation.probes)
     if (!memory.scalars[probe.body].empty()) add(probe.name, probe.body, static_cast<size_t>(probe.point));
   if (!animation.settings.extremes) return;
+  // Of points that have the extreme value but for rounding the one nearest to the viewer: it is seen, where one is.
   struct Extreme {
     size_t body = 0, point = 0;
     float value = 0.0f;
+    double away = 0.0;
     bool found = false;
   } low, high;
   for (size_t b = 0; b < memory.scalars.size(); ++b)
-    for (size_t p = 0; p < memory.scalars[b].size(); ++p) {
-      const float value = memory.scalars[b][p];
+    for (const float value : memory.scalars[b]) {
       if (!std::isfinite(value)) continue;
-      if (!high.found || value > high.value) high = {b, p, value, true};
-      if (!low.found || value < low.value) low = {b, p, value, true};
+      if (!high.found || value > high.value) high.value = value, high.found = true;
+      if (!low.found || value < low.value) low.value = value, low.found = true;
     }
+  if (!high.found) return;
+  const float near = 5e-4f * (high.value - low.value);
+  high.found = low.found = false;
+  for (size_t b = 0; b < memory.scalars.size(); ++b)
+    for (size_t p = 0; p < memory.scalars[b].size(); ++p)
+      for (Extreme* const one : {&high, &low}) {
+        if (!(std::abs(memory.scalars[b][p] - one->value) <= near)) continue;
+        const glm::dmat4 pose = body_pose(animation.results->bodies[b], place);
+        const glm::dvec3 at(pose * glm::dvec4(memory.skins[memory.solid[b]].positions[p], 1.0));
+        const double away = glm::length(at - memory.picture.camera.position);
+        if (one->found && away >= one->away) continue;
+        *one = {b, p, one->value, away, true};
+      }
   if (high.found) add("max", high.body, high.point);
   if (low.found) add("min", low.body, low.point);
 }
@@ -326,9 +349,9 @@ void update_picture(const Animation& animation, int k, PictureMemory& memory) {
     if (animation.bodies[b].visible) add_body(animation, b, k, memory, skin);
   add_symbols(animation, find_sample(animation.results->times, t), picture);
   update_attachments(animation, k, memory);
-  add_labels(animation, find_sample(animation.results->times, t), memory);
   if (settings.section) picture.cut = render::Cut{settings.section->point.value_or(animation.bounds.centre()), settings.section->normal};
   aim_camera(animation, k, animation.camera, picture);
+  add_labels(animation, find_sample(animation.results->times, t), memory);
 }
 
 namespace {

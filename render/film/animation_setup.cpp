@@ -366,7 +366,7 @@ render::Camera fit_with_shadows(const render::Picture& picture, const std::vecto
   return camera;
 }
 
-// points: of the whole motion, which decides the view and the ground; seen: what a fitted camera takes in.
+// points: of the whole motion, which decides the view; seen: what a fitted camera takes in, and what the ground lies below.
 void set_camera(Animation& animation, const std::vector<glm::dvec3>& points, const std::vector<glm::dvec3>& seen,
                 const glm::dvec3& gravity) {
   const CameraSettings& asked = animation.settings.camera;
@@ -382,7 +382,7 @@ void set_camera(Animation& animation, const std::vector<glm::dvec3>& points, con
     fit.up = std::abs(fit.up.x) < 0.9 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
 
   if (animation.settings.ground && animation.settings.background != BackgroundKind::transparent)
-    animation.ground = render::default_ground(points, fit.up);
+    animation.ground = render::default_ground(seen, fit.up);
   if (animation.ground) animation.ground->lines = animation.settings.grid;
   render::Picture picture;
   picture.size = animation.settings.size;

@@ -438,8 +438,19 @@ void draw_leader(Sheet& image, const std::array<glm::dvec2, 2>& line, const glm:
 template <class Sheet>
 void draw_labels(Sheet& image, const Picture& picture, const SceneBelow& below, const Layout& layout) {
   std::vector<glm::dvec4> taken;
-  // Words of the scene keep out of the insets, which have their own.
-  for (const PixelRect& r : layout.magnified) taken.emplace_back(r.x, r.y, r.x + r.width, r.y + r.height);
+  // Words of the scene keep out of the insets, which have their own, of the bar and of what is written already.
+  const auto add = [&](const PixelRect& r) { taken.emplace_back(r.x, r.y, r.x + r.width, r.y + r.height); };
+  for (const PixelRect& r : layout.magnified) add(r);
+  const auto add_words = [&](const std::vector<TextLine>& words) {
+    for (const TextLine& w : words)
+      taken.emplace_back(w.x, w.y - cap_height(w.size), w.x + text_width(w.text, w.size, w.bold ? Weight::bold : Weight::regular),
+                         w.y + descent(w.size));
+  };
+  if (layout.has_bar) {
+    add(layout.bar.bar);
+    add_words(layout.bar.words);
+  }
+  add_words(layout.words);
   const auto is_hidden = [&](std::size_t view, std::size_t k) {
     return view < below.hidden.size() && k < below.hidden[view].size() && below.hidden[view][k];
   };

@@ -63,7 +63,7 @@ std::vector<std::string> objects_of(const std::string& pdf) {
     EXPECT_EQ(pdf[at + 19], '\n') << "entries of the table are 20 bytes long";
     if (k == 0) continue;
     const std::size_t begin = std::stoul(pdf.substr(at, 10));
-    EXPECT_EQ(pdf.substr(begin, 6), std::to_string(k) + " 0 obj") << "object " << k;
+    EXPECT_EQ(pdf.substr(begin, 7), std::to_string(k) + " 0 obj") << "object " << k;
     objects.push_back(pdf.substr(begin, pdf.find("\nendobj", begin) - begin));
   }
   return objects;
