@@ -298,7 +298,7 @@ SweepTable table_of(const Sweep& sweep, const std::function<double(const std::ve
   }
   return table;
 }
-Sweep sweep_of(const DesignWords& words) { return {{}, {}, Design(words), {}, {}, {}, {}, {}, {}, {"f"}, 1}; }
+Sweep sweep_of(const DesignWords& words) { return {{}, {}, Design(words), {}, {}, {}, {}, {}, {}, {"f"}, {}, 1}; }
 
 // Ishigami and Homma 1990: f = sin x1 + a sin^2 x2 + b x3^4 sin x1 on (-pi, pi), a = 7, b = 0.1. In closed form the variance is
 // a^2/8 + b pi^4/5 + b^2 pi^8/18 + 1/2.
