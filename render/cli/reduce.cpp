@@ -69,9 +69,8 @@ int run(Words& w) {
   const auto [model, r] = sim::reduce(request, progress);
   for (const std::string& n : r.report.warnings) fmt::print(stderr, "warning: {}\n", n);
   for (const std::string& n : r.report.notes) progress("note: " + n);
-  sim::write_sid(
-      sim::from_flexible_body(r.body, fmt::format("made by flexframe reduce from {}", std::filesystem::path(w.model).filename().string())),
-      w.output);
+  sim::write_sid(sim::from_flexible_body(r.body, sim::reduced_comment(std::filesystem::path(w.model).filename().string(), r.report.lacks)),
+                 w.output);
   const std::filesystem::path base = w.output;
   const std::string mesh = w.mesh.empty() ? std::filesystem::path(base).replace_extension(".obj").string() : w.mesh;
   const std::string report = w.report.empty() ? std::filesystem::path(base).replace_extension(".md").string() : w.report;

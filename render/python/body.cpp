@@ -86,7 +86,7 @@ Shared reduce(const std::filesystem::path& path, const py::dict& words, const py
   auto [model, reduced] = sim::reduce(request, [&](const std::string& text) { watcher.look(text); });
   out->body = std::move(reduced.body);
   out->name = path.stem().string();
-  out->comment = fmt::format("made by flexframe reduce from {}", path.filename().string());
+  out->comment = sim::reduced_comment(path.filename().string(), reduced.report.lacks);
   out->frequencies = reduced.report.frequencies;
   out->notes = reduced.report.notes;
   out->warnings = reduced.report.warnings;

@@ -9,6 +9,7 @@
 #include "sim/bodies/normal_modes.h"
 #include "sim/bodies/resolution.h"
 #include "sim/bodies/sid.h"
+#include "sim/bodies/sid_lack.h"
 #include "sim/bodies/state_space.h"
 #include "sim/model/effects.h"
 #include "sim/model/joint_motion.h"
@@ -488,6 +489,22 @@ void warn_of_shear_centre(Model& model, const std::string& owner, const Section&
                          section.shape, beside));
 }
 
+// Interfaces that the scene loads and whose static deflection the modes of a reduced body do not have.
+void warn_of_lacking_modes(Model& model, const Scene& scene, const std::string& owner, const std::string& body,
+                           const std::string& comment) {
+  for (const InterfaceLack& lack : lacks_of_comment(comment)) {
+    const auto here = [&](const FrameRef& f) { return f.body == body && f.frame == lack.interface; };
+    const bool loaded =
+        std::any_of(scene.joints.begin(), scene.joints.end(), [&](const JointDef& j) { return here(j.parent) || here(j.child); }) ||
+        std::any_of(scene.forces.begin(), scene.forces.end(), [&](const ForceDef& f) { return here(f.on) || here(f.from); });
+    if (loaded)
+      model.notes.warn(owner,
+                       fmt::format("its modes lack {:.2g} of the static deflection at '{}' under loads there, and what is held there "
+                                   "is too stiff: reduce it with more modes or with --method craig-bampton",
+                                   lack.share, lack.interface));
+  }
+}
+
 }  // namespace
 
 void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order) {
@@ -549,6 +566,7 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
       std::vector<std::string> read = sid.notes;
       part.body = to_flexible_body(sid.file, modal->file.string(), &read);
       for (const std::string& note : read) model.notes.tell(owner, note);
+      warn_of_lacking_modes(model, scene, owner, def.name, sid.file.comment);
       add_rayleigh_damping(modal->damping, part.body);
       add_mounted_damping(model, scene, part.scene_body, modal->damping, orientation, part.body);
       const std::vector<EffectState> states = modal_effects(def, *modal, part.body);

@@ -255,12 +255,15 @@ class Reducer {
   }
 
   // Unit loads at the interfaces, on the reduced system: forces, and moments where the interface has rotations of its own.
-  MatX interface_loads() const {
+  // Unit loads at the interfaces; `owners`, where wanted: interface and component (0 .. 5) of each.
+  MatX interface_loads(std::vector<std::pair<size_t, int>>* owners = nullptr) const {
     std::vector<VecX> loads;
     for (size_t i = 0; i < options.interfaces.size(); ++i)
       for (int d = 0; d < (attachments[i].own_rotation ? 6 : 3); ++d) {
         const VecX p = reduced.restrict(VecX(attachments[i].motion.row(d).transpose()));
-        if (p.squaredNorm() > 0.0) loads.push_back(p);
+        if (!(p.squaredNorm() > 0.0)) continue;
+        loads.push_back(p);
+        if (owners) owners->emplace_back(i, d);
       }
     MatX P(reduced.size(), loads.size());
     for (size_t k = 0; k < loads.size(); ++k) P.col(k) = loads[k];
@@ -366,19 +369,43 @@ class Reducer {
     report().frequencies = basis.eigenvalues.unaryExpr(&hertz);
     report().compliance_error = -1.0;
     if (options.interfaces.empty()) return;
-    const MatX loads = interface_loads();
+    std::vector<std::pair<size_t, int>> owners;
+    const MatX loads = interface_loads(&owners);
     const MatX full = product_tn(loads, solver->respond(loads, 0.0, &basis, 1e-8));
     const MatX seen = product_tn(basis.vectors, loads);
     const MatX small = seen.transpose() * basis.eigenvalues.cwiseInverse().asDiagonal() * seen;
     double worst = 0.0;
     for (int k = 0; k < full.cols(); ++k) worst = std::max(worst, std::abs(small(k, k) - full(k, k)) / std::abs(full(k, k)));
     report().compliance_error = worst;
+    report_lacks(owners, full, small);
     if (worst > 0.01)
       note(fmt::format("static deflection at the interfaces is off by up to {:.2g} %: {}", 100 * worst,
                        method == ReduceMethod::eigenmodes
                            ? "add response modes or constraint modes (--method response, craig-bampton, guyan)"
                            : "raise the cut-off, or keep all (--no-cut-off)"));
     lap("static check");
+  }
+
+  // Of each interface: the norm of what its deflection under forces lacks, and of its turn under moments, relative to the whole. Stiff
+  // directions beside soft ones count little, and so do interfaces that the model holds.
+  void report_lacks(const std::vector<std::pair<size_t, int>>& owners, const MatX& full, const MatX& seen) {
+    constexpr double held = 1e-6;  // of the softest interface
+    std::array<VecX, 2> lacking{VecX::Zero(options.interfaces.size()), VecX::Zero(options.interfaces.size())}, whole = lacking;
+    for (Eigen::Index a = 0; a < full.rows(); ++a)
+      for (Eigen::Index b = 0; b < full.cols(); ++b) {
+        const auto [i, d] = owners[a];
+        const auto [j, e] = owners[b];
+        if (i != j || d / 3 != e / 3) continue;
+        lacking[d / 3](i) += std::pow(full(a, b) - seen(a, b), 2);
+        whole[d / 3](i) += std::pow(full(a, b), 2);
+      }
+    for (size_t i = 0; i < options.interfaces.size(); ++i) {
+      InterfaceLack lack{names[i], 0.0};
+      for (int part = 0; part < 2; ++part)
+        if (whole[part](i) > held * held * whole[part].maxCoeff())
+          lack.share = std::max(lack.share, std::sqrt(lacking[part](i) / whole[part](i)));
+      report().lacks.push_back(std::move(lack));
+    }
   }
 
   void make_body() {

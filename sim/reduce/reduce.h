@@ -8,6 +8,7 @@
 #pragma once
 
 #include "sim/bodies/flexible_body.h"
+#include "sim/bodies/sid_lack.h"
 #include "sim/reduce/fe_model.h"
 
 #include <functional>
@@ -60,6 +61,7 @@ struct ReduceReport {
   VecX full_frequencies;  // Hz, of the full model's modes that were computed
   double compliance_error =
       0.0;  // largest relative error of the static deflection at the interfaces under unit forces there; -1: no interfaces
+  std::vector<InterfaceLack> lacks;  // of each interface
   std::vector<std::string> notes, warnings;
   struct Stage {
     std::string name;

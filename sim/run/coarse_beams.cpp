@@ -2,8 +2,11 @@
 
 #include "sim/bodies/beam_pieces.h"
 #include "sim/results/histories.h"
+#include "sim/scene/curve.h"
+#include "sim/scene/section.h"
 
 #include <fmt/format.h>
+#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
@@ -117,6 +120,81 @@ double missed_by_pieces(const Scene& scene, const BeamDef& beam, const std::stri
   return (counts * (pieces / changing - 1.0).abs()).maxCoeff();
 }
 
+// Displacements of an end by forces there, m/N (3 x 3), the other end held: sums of what sections along the axis give way.
+class EndFlexibility {
+ public:
+  EndFlexibility(const BeamDef& beam, const Vec3& end, const std::vector<EffectState>& effects, const std::string& owner)
+      : beam_(beam), end_(end) {
+    const double E = beam.material.youngs_modulus, G = E / (2.0 * (1.0 + beam.material.poisson));
+    moduli_ << (is_on(effects, owner, "torsion") ? G : 0.0), (is_on(effects, owner, "bending_xz") ? E : 0.0),
+        (is_on(effects, owner, "bending_xy") ? E : 0.0);
+  }
+
+  // A stretch of the axis, m, at x/L = s: its middle and its axes.
+  void add(double stretch, double s, const Vec3& place, const Mat3& axes) {
+    const Section section = section_at(beam_, s);
+    const Vec3 stiffness = moduli_.cwiseProduct(Vec3(section.j, section.iy, section.iz));
+    const Mat3 moments = axes.transpose() * cross_matrix(end_ - place);
+    for (int i = 0; i < 3; ++i)
+      if (stiffness[i] > 0.0) sum_ += stretch / stiffness[i] * moments.row(i).transpose() * moments.row(i);
+  }
+
+  const Mat3& value() const { return sum_; }
+
+ private:
+  static Mat3 cross_matrix(const Vec3& v) { return (Mat3() << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0).finished(); }
+
+  const BeamDef& beam_;
+  Vec3 end_, moduli_;
+  Mat3 sum_ = Mat3::Zero();
+};
+
+// The largest deflection of a run, m, in the axes of the shown frame.
+Vec3 largest_deflection(const ResultBody& body) {
+  Vec3 out = Vec3::Zero();
+  for (Eigen::Index i = 0; i < body.displacement.rows(); ++i)
+    for (Eigen::Index c = 0; c + 2 < body.displacement.cols(); c += 3)
+      if (const Vec3 u = body.displacement.row(i).segment<3>(c); u.squaredNorm() > out.squaredNorm()) out = u;
+  return out;
+}
+
+// By how much of the deflection straight pieces along the chords of a curved axis are off, at rest under that force at one end which
+// bends it there as the run did. Directions in which the end gives way twenty times less than in others are left to the effects that
+// count there.
+double missed_by_chords(const BeamDef& beam, const std::string& owner, const std::vector<EffectState>& effects, bool held_at_root,
+                        const Vec3& deflection) {
+  constexpr int places = 200;
+  const SpaceCurve& curve = *beam.axis;
+  EndFlexibility curved(beam, curve.at(held_at_root ? beam.length : 0.0).place, effects, owner), pieces = curved;
+  const auto turned = [](const Mat3& axes, const Vec3& x) { return Mat3(Quat::FromTwoVectors(axes.col(0), x) * axes); };
+  Mat3 axes = Mat3::Identity();
+  int done = 0;
+  // Sections of both stand in axes that are carried along the curve without twist.
+  for (int i = 0; i < places; ++i) {
+    const double s = (i + 0.5) / places;
+    const SpaceCurve::Jet at = curve.at(s * beam.length);
+    axes = turned(axes, at.tangent.normalized());
+    curved.add(beam.length / places, s, at.place, axes);
+    while (done < piece_count(beam) && piece_start(beam, done) + 0.5 * piece_length(beam, done) <= (i + 1.0) / places * beam.length) {
+      const double from = piece_start(beam, done), to = from + piece_length(beam, done);
+      const Vec3 a = curve.at(from).place, chord = curve.at(to).place - a;
+      for (const double share : {0.5 - 0.5 / std::numbers::sqrt3, 0.5 + 0.5 / std::numbers::sqrt3})  // Gauss: exact for straight pieces
+        pieces.add(0.5 * chord.norm(), 0.5 * (from + to) / beam.length, a + share * chord, turned(axes, chord.normalized()));
+      ++done;
+    }
+  }
+  const Eigen::SelfAdjointEigenSolver<Mat3> principal(curved.value());
+  constexpr double stiff = 0.05;
+  Vec3 force = Vec3::Zero(), moved = Vec3::Zero();
+  for (int i = 0; i < 3; ++i) {
+    const Vec3 direction = principal.eigenvectors().col(i);
+    if (!(principal.eigenvalues()[i] > stiff * principal.eigenvalues()[2])) continue;
+    moved += direction.dot(deflection) * direction;
+    force += direction.dot(deflection) / principal.eigenvalues()[i] * direction;
+  }
+  return moved.norm() > 0.0 ? ((pieces.value() - curved.value()) * force).norm() / moved.norm() : 0.0;
+}
+
 // Whether an output is of this body, or of a joint or force on it.
 bool belongs_to(const Scene& scene, const OutputDef& output, const std::string& body) {
   if (output.of.body == body) return true;
@@ -204,12 +282,22 @@ std::vector<CoarseBeam> coarse_beams(const Scene& scene, const std::vector<Effec
       worst.wanted = static_cast<int>(std::ceil(worst.elements * std::pow(worst.share / enough, lumped || swing.along ? 0.5 : 0.25)));
       out.push_back(worst);
     }
+    if (beam->axis) {
+      const double missed = missed_by_chords(*beam, def.name, effects, is_held(scene, def.name, "root"), largest_deflection(*body));
+      worst = worst_output(scene, run, ranges, def.name, *beam, swing, missed * swing.range);
+      if (!(worst.share > enough)) continue;
+      worst.cause = CoarseBeam::Cause::axis;
+      worst.elements = beam->volumes;
+      worst.wanted = static_cast<int>(std::ceil(beam->volumes * std::sqrt(worst.share / enough)));
+      out.push_back(worst);
+      continue;
+    }
     if (beam->stations.empty()) continue;
     worst = worst_output(scene, run, ranges, def.name, *beam, swing, missed_by_pieces(scene, *beam, def.name, effects) * swing.range);
     if (!(worst.share > enough)) continue;
     BeamDef finer = *beam;
     while (finer.volumes < most_volumes && missed_by_pieces(scene, finer, def.name, effects) > enough) ++finer.volumes;
-    worst.by_section = true;
+    worst.cause = CoarseBeam::Cause::section;
     worst.elements = beam->volumes;
     worst.wanted = finer.volumes;
     out.push_back(worst);
@@ -219,7 +307,11 @@ std::vector<CoarseBeam> coarse_beams(const Scene& scene, const std::vector<Effec
 
 void warn_of_coarse_beams(const std::vector<CoarseBeam>& beams, double asked, Notes& notes) {
   for (const CoarseBeam& b : beams)
-    if (b.share > asked && b.by_section)
+    if (b.share > asked && b.cause == CoarseBeam::Cause::axis)
+      notes.warn(fmt::format("body '{}'", b.body),
+                 fmt::format("its {} straight volumes are too few for its curved axis: about {:.2g} of the range of {}; take volumes = {}",
+                             b.elements, b.share, b.column, b.wanted));
+    else if (b.share > asked && b.cause == CoarseBeam::Cause::section)
       notes.warn(
           fmt::format("body '{}'", b.body),
           fmt::format("its {} volumes, each of one section, are too few for how the section changes: about {:.2g} of the range of {}; "

@@ -1,5 +1,5 @@
-// Beams whose elements are too few for how they vibrate, or their pieces for how their section changes, told from the histories of a run
-// and closed formulas; no second run.
+// Beams whose elements are too few for how they vibrate, or their pieces for how their section or axis changes, told from the histories of
+// a run and closed formulas; no second run.
 #pragma once
 
 #include "sim/base/notes.h"
@@ -16,9 +16,10 @@ struct CoarseBeam {
   std::string body, column;
   double share = 0.0;      // of the range of that output, by the end of the run
   double frequency = 0.0;  // at which the beam vibrates, Hz
-  int elements = 0;        // that the scene gives, of a mixed beam in all volumes; by_section: volumes
+  int elements = 0;        // that the scene gives, of a mixed beam in all volumes; by its section or axis: volumes
   int wanted = 0;          // that would do
-  bool by_section = false;
+  enum class Cause { vibration, section, axis };
+  Cause cause = Cause::vibration;
 };
 
 // Beams of finite elements, mixed and lumped ones with fewer elements than their motion needs. What is estimated: the beam's largest
@@ -28,7 +29,8 @@ struct CoarseBeam {
 // and the phase that the first four modes lose moves the outputs on the body, as those of a cantilever let go at its tip. Where the largest
 // deflection is along the axis, linear elements vibrate too fast by (k h)^2 / 24, k = omega / sqrt(E / rho): what that leaves of the sum of
 // all vibrations by the end goes with the third derivative of the deflection. Of a changing section: how far the deflections at rest of
-// the pieces, each of its middle's section, are off under a force at either end, the other one held. Kept modes are judged by few_modes.h,
+// the pieces, each of its middle's section, are off under a force at either end, the other one held. Of a curved axis: the same of
+// its chords, under forces in those directions in which the end gives way easily. Kept modes are judged by few_modes.h,
 // eigenforms by model_check.h.
 std::vector<CoarseBeam> coarse_beams(const Scene& scene, const std::vector<EffectState>& effects, const Results& results);
 

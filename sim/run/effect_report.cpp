@@ -316,14 +316,8 @@ void report_left_out(const Scene& scene, const std::vector<LeftOutWorth>& found,
   // Like bodies give one line.
   std::vector<LeftOutWorth> warned, told;
   for (const LeftOutWorth& f : found) {
-    const bool decided = std::all_of(f.owners.begin(), f.owners.end(), [&](const std::string& owner) {
-      return std::any_of(scene.bodies.begin(), scene.bodies.end(), [&](const BodyDef& b) {
-        const auto* beam = std::get_if<BeamDef>(&b.kind);
-        return b.name == owner && beam && beam->effects.automatic;
-      });
-    });
     const bool by_formula = f.effect == "stiffening" || f.effect == "gyroscopic";
-    if (f.share > (decided || by_formula ? 0.5 : 0.8) * asked)
+    if (f.share > (by_formula ? 0.5 : 0.8) * asked)
       merge(warned, f, [&](const LeftOutWorth& have) { return remedy_of(scene, neglected(have)) == remedy_of(scene, neglected(f)); });
     else merge(told, f, [&](const LeftOutWorth& have) { return (have.share > 0.0) == (f.share > 0.0); });
   }

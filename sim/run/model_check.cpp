@@ -305,15 +305,15 @@ void check_forms(const Scene& scene, const std::vector<EffectState>& states, con
     const BodyDef& body = scene.bodies[b];
     const Boundary boundary = std::get<BeamDef>(body.kind).boundary;
     const std::string owner = fmt::format("body '{}'", body.name),
-                      forms = fmt::format("its modes are those of a {} beam", boundary_word(boundary));
+                      forms = fmt::format("{} a {} beam", misfit_words, boundary_word(boundary));
     const bool tip_held = is_held(scene, body.name, "tip");
     if (found && found->share > options.asked) {
       out.notes.warn(owner,
-                     fmt::format("{}{}: with finite elements {} changes by {:.2g} of its range; take model = \"finite-element\"{}", forms,
+                     fmt::format("{}{}: with finite elements {} changes by {} its range; take model = \"finite-element\"{}", forms,
                                  (boundary == Boundary::clamped_clamped || boundary == Boundary::clamped_supported) && !tip_held
                                      ? ", but no joint holds its tip"
                                      : "",
-                                 found->column, found->share,
+                                 found->column, found->share > 9.5 ? "far more than" : fmt::format("{:.2g} of", found->share),
                                  std::get<BeamDef>(body.kind).model == BeamModel::modal ? ", or modes of the boundary that its joints make"
                                                                                         : " and boundary = \"clamped-free\""));
     } else if (found) {

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace flexframe::sim {
@@ -22,6 +23,9 @@ namespace flexframe::sim {
 std::optional<Scene> with_volumes(const Scene& scene, const std::vector<EffectState>& states, size_t body, int volumes);
 // The same with the beam as finite elements in one frame that hold nothing by themselves.
 std::optional<Scene> with_elements(const Scene& scene, const std::vector<EffectState>& states, size_t body);
+
+// How the note or warning about a beam of eigenforms begins, whose owner it is.
+inline constexpr std::string_view misfit_words = "its modes are those of";
 
 struct ModelCheckOptions {
   double asked = 1e-2;                // error of an output that is tolerated, relative to its range

@@ -55,6 +55,8 @@ struct Alone {
   OutputScales scales;
 };
 
+bool is_deformation(const LeftOutWorth& w) { return w.effect != "stiffening" && w.effect != "gyroscopic"; }
+
 // A second, looser run: the error of time, what is of second order and left out, and what the models cannot show. True if the latter were
 // measured.
 bool estimate(const Scene& scene, const SimulateOptions& options, Alone& alone, bool models, Results& results) {
@@ -97,7 +99,9 @@ bool estimate(const Scene& scene, const SimulateOptions& options, Alone& alone, 
   if (models && results.statistics.cpu_seconds <= least_check)
     warn_of_few_modes(scene, options, reference, check.deflection, unasked_accuracy, results.statistics);
   if (difference.column >= 0) {
-    check.budget = std::max(check_price * results.statistics.cpu_seconds, least_check);
+    // What shifts events is not known without its run.
+    const bool shifting = std::any_of(alone.to_measure.begin(), alone.to_measure.end(), is_deformation);
+    check.budget = std::max(check_price * results.statistics.cpu_seconds, shifting ? 2.0 * least_check : least_check);
     report_neglected(scene, alone.effects, base, check, unasked_accuracy, results.statistics);
   }
   return models;
@@ -141,7 +145,7 @@ Results simulate_alone(const Scene& scene, const SimulateOptions& options, bool 
     alone.to_measure.clear();
     if (left_out)
       for (LeftOutWorth& w : left_out->worth(results, wants_statics(scene)))
-        (w.effect == "stiffening" || w.effect == "gyroscopic" ? alone.to_measure : alone.left_out).push_back(std::move(w));
+        (is_deformation(w) ? alone.left_out : alone.to_measure).push_back(std::move(w));
     alone.limits = linear_limits(scene, system.model, results);
     return results;
   });
@@ -158,6 +162,27 @@ void measure_what_shifts_events(const SolverStatistics& run, Alone& alone) {
   std::erase_if(alone.left_out, shifts);
 }
 
+// What shifts events and was not measured, as that would have taken too long or failed.
+void warn_of_unmeasured(std::vector<LeftOutWorth>& worth, Notes& notes) {
+  for (const LeftOutWorth& w : worth)
+    if (is_deformation(w))
+      notes.warn("", fmt::format("{} of '{}' is left out: it is worth {:.1g} of the range of {} along the motion as it is, but shifts when "
+                                 "friction reverses or bodies touch, which may make it a multiple; add \"{}\" to 'effects', or see what "
+                                 "flexframe effects measures",
+                                 w.effect, fmt::join(w.owners, "', '"), w.share, w.column, w.effect));
+  std::erase_if(worth, is_deformation);
+}
+
+// Strains along the motion of eigenforms that do not fit say nothing of the beam.
+void forget_misfits(const Notes& notes, std::vector<LeftOutWorth>& worth) {
+  const auto misfit = [&](const std::string& body) {
+    return std::any_of(notes.all().begin(), notes.all().end(), [&](const Note& n) {
+      return n.severity == Severity::warning && n.owner == fmt::format("body '{}'", body) && n.text.starts_with(misfit_words);
+    });
+  };
+  std::erase_if(worth, [&](const LeftOutWorth& w) { return std::all_of(w.owners.begin(), w.owners.end(), misfit); });
+}
+
 // Estimates of what elements are worth (coarse_beams.h) are lower than the truth by no more than that, as a rule.
 constexpr double sure_of_coarse = 0.8;
 
@@ -171,9 +196,11 @@ Results simulate_once(const Scene& scene, const SimulateOptions& options, std::v
     return results;
   }
   if (options.estimate_error) measure_what_shifts_events(results.statistics, alone);
-  report_left_out(scene, alone.left_out, unasked_accuracy, results.statistics);
   bool measured = false;
   if (options.estimate_error && !results.outputs.empty()) measured = estimate(scene, options, alone, !into, results);
+  forget_misfits(results.statistics.notes, alone.left_out);
+  report_left_out(scene, alone.left_out, unasked_accuracy, results.statistics);
+  warn_of_unmeasured(alone.to_measure, results.statistics.notes);
   report_left_out(scene, alone.to_measure, unasked_accuracy, results.statistics);
   warn_of_coarse_beams(coarse_beams(scene, alone.effects, results), sure_of_coarse * unasked_accuracy, results.statistics.notes);
   if (into) {

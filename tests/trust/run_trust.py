@@ -35,12 +35,14 @@ import kinds_exact  # noqa: E402
 import kinds_frames  # noqa: E402
 import kinds_machines  # noqa: E402
 import kinds_motion  # noqa: E402
+import kinds_random  # noqa: E402
 import kinds_read  # noqa: E402
 import kinds_rich  # noqa: E402
 import kinds_states  # noqa: E402
 import kinds_statics  # noqa: E402
 import kinds_touch  # noqa: E402
 import kinds_wide  # noqa: E402
+import kinds_written  # noqa: E402
 
 # What continuous integration runs: one scene of a kind, those whose truth costs little.
 SHORT = [
@@ -95,6 +97,11 @@ SHORT = [
     "above_the_floor",
     "twitching_drive",
     "steered_beam",
+    "random_rest",
+    "maxwell",
+    "by_table",
+    "statespace_body",
+    "rolled_strip",
 ]
 KINDS = (
     kinds_statics.KINDS
@@ -111,6 +118,8 @@ KINDS = (
     + kinds_frames.KINDS
     + kinds_machines.KINDS
     + kinds_states.KINDS
+    + kinds_random.KINDS
+    + kinds_written.KINDS
 )
 DEFAULT_CLAIM, ESTIMATES = 0.01, 5.0
 BAD = ("silent", "slow", "broken")  # verdicts that must not be
@@ -164,6 +173,8 @@ def compare(scene, history, truth):
         # Columns without a truth are NaN. A reaction is two vectors: force and moment.
         for part in (slice(0, 3), slice(3, 6)) if true.shape[1] == 6 else (slice(None),):
             known = ~np.isnan(true[:, part]).all(axis=0)
+            if not known.any():
+                continue
             a, b = history[name][:, part][:, known], true[:, part][:, known]
             if scene.sizes_only:
                 a, b = abs(a), abs(b)
@@ -220,7 +231,12 @@ def keep(folder, program, scene, seed, verdict, error, claim, said):
         times = np.linspace(0, float(scene.text.split("duration = ")[1].split()[0]), 11)
         truth = scene.truth(times)
         lines = [
-            "t," + ",".join(f"{k}.{'xyz'[c] if v.shape[1] > 1 else ''}".rstrip(".") for k, v in truth.items() for c in range(v.shape[1]))
+            "t,"
+            + ",".join(
+                f"{k}.{('x', 'y', 'z', 'mx', 'my', 'mz')[c] if v.shape[1] > 1 else ''}".rstrip(".")
+                for k, v in truth.items()
+                for c in range(v.shape[1])
+            )
         ]
         lines += [",".join(f"{x:.12g}" for x in [t, *(a for v in truth.values() for a in v[i])]) for i, t in enumerate(times)]
         (folder / f"{name}_truth.csv").write_text("\n".join(lines) + "\n")

@@ -1,16 +1,26 @@
 // What the reduced body keeps of the full model with default options: static deflection at the interfaces, frequencies once it is attached,
 // geometric stiffening.
+#include "sim/bodies/sid.h"
+#include "sim/bodies/sid_lack.h"
 #include "sim/reduce/fe_attachment.h"
 #include "sim/reduce/fe_solver.h"
 #include "sim/reduce/reduce.h"
+#include "sim/scene/scene_reader.h"
+#include "sim/start/make_system.h"
+
+#include "scratch.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace flexframe::sim {
 namespace {
@@ -81,6 +91,56 @@ TEST(ReduceStatic, DeflectionAtInterfacesWithDefaultOptions) {
   ReduceOptions strict = options[1];
   strict.static_error = 0.0;
   EXPECT_GT(reduce(full.model, strict).report.compliance_error, 0.05);
+}
+
+// Free modes alone give way too little where they are held. The body says by how much, its file too, and so does a scene that loads it.
+TEST(ReduceStatic, LackingModesAreTold) {
+  const FeModel model = rod();
+  ReduceOptions few = both_ends();
+  few.method = ReduceMethod::eigenmodes;
+  few.modes = 8;
+  const Reduction lacking = reduce(model, few), whole = reduce(model, both_ends());
+  ASSERT_EQ(lacking.report.lacks.size(), 2u);
+  ASSERT_EQ(whole.report.lacks.size(), 2u);
+  for (size_t i = 0; i < 2; ++i) {
+    EXPECT_GT(lacking.report.lacks[i].share, 0.05) << i;
+    EXPECT_LT(whole.report.lacks[i].share, 0.01) << i;
+  }
+  EXPECT_EQ(reduced_comment("rod.inp", whole.report.lacks), "made by flexframe reduce from rod.inp");
+  const std::string comment = reduced_comment("rod.inp", lacking.report.lacks);
+  const std::vector<InterfaceLack> read = lacks_of_comment(comment);
+  ASSERT_EQ(read.size(), 2u) << comment;
+  for (size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(read[i].interface, lacking.report.lacks[i].interface);
+    EXPECT_NEAR(read[i].share, lacking.report.lacks[i].share, 0.06 * read[i].share);
+  }
+  EXPECT_TRUE(lacks_of_comment("made by another program").empty());
+
+  const Scratch folder;
+  for (const auto& [r, warned] : {std::pair(&lacking, true), std::pair(&whole, false)}) {
+    write_sid(from_flexible_body(r->body, reduced_comment("rod.inp", r->report.lacks)), folder.path() / "rod.sid");
+    const std::string text = R"(
+[simulation]
+duration = 0.001
+[[body]]
+name = "rod"
+kind = "modal"
+file = "rod.sid"
+[[joint]]
+name = "wall"
+kind = "weld"
+parent = "ground"
+child = "rod.big"
+)";
+    const Scene scene = parse_scene(text, (folder.path() / "scene.toml").string());
+    const std::vector<std::string> said = make_system(scene).notes.texts(Severity::warning);
+    const auto at = [&](const char* name) {
+      return std::any_of(said.begin(), said.end(),
+                         [&](const std::string& s) { return s.find(std::string("static deflection at '") + name) != std::string::npos; });
+    };
+    EXPECT_EQ(at("big"), warned);
+    EXPECT_FALSE(at("small"));  // nothing holds or loads it
+  }
 }
 
 // The free reduced rod, taken hold of at the big end, vibrates as the full model held there does.
