@@ -103,7 +103,7 @@ TEST(ReduceStatic, LackingModesAreTold) {
   ASSERT_EQ(lacking.report.lacks.size(), 2u);
   ASSERT_EQ(whole.report.lacks.size(), 2u);
   for (size_t i = 0; i < 2; ++i) {
-    EXPECT_GT(lacking.report.lacks[i].share, 0.05) << i;
+    EXPECT_GT(lacking.report.lacks[i].share, 0.01) << i;
     EXPECT_LT(whole.report.lacks[i].share, 0.01) << i;
   }
   EXPECT_EQ(reduced_comment("rod.inp", whole.report.lacks), "made by flexframe reduce from rod.inp");
