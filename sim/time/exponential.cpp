@@ -36,7 +36,11 @@ void ExponentialSolver::restart(double t0, const VecX& y0) {
   calm_ = y0;
   calm_rate_ = model_.rates;
   d_ = MatX::Zero(problem_.size, 3);
+  d_.col(0).head(nq_) = driven_rates(model_);
 }
+
+// What prescribed motions alone make of the coordinates' rates where the model stands: those that close loops follow them.
+VecX ExponentialSolver::driven_rates(const LinearModel& m) const { return m.rates.head(nq_) - m.T * m.state.segment(nq_, nw_); }
 
 // Closed parts at the state itself; what they leave out changes as slowly as the mechanism moves: it is followed linearly in time and
 // differenced anew once the steps since have cost as much as that does.
@@ -271,8 +275,9 @@ bool ExponentialSolver::find_end(const VecX& centre, const VecX& slope, const Ve
 bool ExponentialSolver::attempt(double h) {
   const Eigen::Index size = problem_.size;
   if (!find_middle(h)) return false;
-  // Coordinates and rates: zero in the middle. Quadratures have no model: their rates themselves.
+  // Rates: zero in the middle. Coordinates: what is not T w. Quadratures have no model: their rates themselves.
   VecX centre = VecX::Zero(size);
+  centre.head(nq_) = driven_rates(trial_model_);
   centre.tail(size - nq_ - nw_) = trial_model_.rates.tail(size - nq_ - nw_);
   const VecX d0 = remainder(trial_model_, time_, calm_, calm_rate_);
   // Its bend from where the step before began: every model leaves another remainder, so that the last one's tells nothing.

@@ -4,7 +4,8 @@
 // A step from t to t + h linearises the equations of motion about the state predicted for its middle, t* = t + h/2,
 //   q' = T w + d_q(t),   w' = w*' + (A + (t - t*) A1) P (q - q*) + B (w - w*) + d_w(t),
 // with A1 the change of A from the step before, and takes the remainders d for parabolas through their values at the beginning, the middle
-// (zero there) and the end. The linear equations are solved by Taylor series over pieces of a dozen radians of the fastest vibration:
+// (d_w: zero; d_q: what prescribed motions make of coordinates that close loops) and the end. The linear equations are solved by Taylor
+// series over pieces of a dozen radians of the fastest vibration:
 // products of a small matrix with a vector, a hundredth of the price of an evaluation of f each. Two evaluations and a matrix a step.
 // What turns by several radians within the step is taken out of the states at which the remainders are evaluated (brought to where it
 // would rest), since parabolas through its oscillation would be slow loads that are not there.
@@ -59,6 +60,7 @@ class ExponentialSolver {
     double span;
   };
   bool linearise(double t, const VecX& y, const LinearModel* before, LinearModel& model);
+  VecX driven_rates(const LinearModel& model) const;
   VecX remainder(const LinearModel& model, double t, const VecX& y, const VecX& rates) const;
   bool solve(const LinearModel& model, const VecX& y, double t, const Parabola& remainder, double length, Solution& out) const;
   void evaluate_solution(const LinearModel& model, const VecX& y, const Parabola& remainder, const Solution& solution, double s,
