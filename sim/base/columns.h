@@ -4,6 +4,8 @@
 
 #include "sim/base/plane.h"
 
+#include <algorithm>
+
 namespace flexframe::sim {
 
 template <class S>
@@ -64,17 +66,30 @@ inline void set_dots(const Mat6X& F, Eigen::Index n, const Vec6& h, MatX& M, Eig
   for (Eigen::Index k = 0; k < n; ++k) M(row + k, col) = h.dot(F.col(k));
 }
 inline void set_dots(const MatX3& F, Eigen::Index n, const Vec3& h, MatX& M, Eigen::Index row, Eigen::Index col) {
-  M.block(row, col, n, 1) = F.col(0).head(n) * h[0] + F.col(1).head(n) * h[1] + F.col(2).head(n) * h[2];
+  double* const m = &M(row, col);
+  const double *const x = F.data(), *const y = x + F.rows(), *const z = y + F.rows();
+  for (Eigen::Index k = 0; k < n; ++k) m[k] = x[k] * h[0] + y[k] * h[1] + z[k] * h[2];
 }
 
-// out = I A and out += I A.
-inline void set_momenta(const Mat6& I, const Mat6X& A, Mat6X& out) { out.noalias() = I.lazyProduct(A); }
-inline void set_momenta(const Mat3& I, const MatX3& A, MatX3& out) {
-  out.setZero();
-  add_rows(A, I, out);
+// out = I A.
+inline void set_momenta(const Mat6& I, const Mat6X& A, Mat6X& out) {
+  for (Eigen::Index k = 0; k < A.cols(); ++k) out.col(k).noalias() = I * A.col(k);
 }
-inline void add_momenta(const Mat6& I, const Mat6X& A, Mat6X& out) { out += I.lazyProduct(A); }
-inline void add_momenta(const Mat3& I, const MatX3& A, MatX3& out) { add_rows(A, I, out); }
+inline void set_momenta(const Mat3& I, const MatX3& A, MatX3& out) {
+  if (A.rows() > 3) {
+    out.setZero();
+    return add_rows(A, I, out);
+  }
+  for (Eigen::Index k = 0; k < A.rows(); ++k)
+    for (Eigen::Index r = 0; r < 3; ++r) out(k, r) = (A(k, 0) * I(r, 0) + A(k, 1) * I(r, 1)) + A(k, 2) * I(r, 2);
+}
+
+// out += the first n columns of F.
+inline void add_columns(const Mat6X& F, Eigen::Index n, Mat6X& out) { out += F.leftCols(n); }
+inline void add_columns(const MatX3& F, Eigen::Index n, MatX3& out) {
+  for (Eigen::Index r = 0; r < 3; ++r)
+    for (Eigen::Index k = 0; k < n; ++k) out(k, r) += F(k, r);
+}
 
 // Twists or wrenches seen from the frame in which theirs stands at the pose: C = -to_parent(a, B), and the first n columns of F as
 // wrenches.
@@ -109,16 +124,20 @@ void add_multiples(const Vec3& v, const X& x, MatX3& A) {
 }
 
 // F's columns from `from` on = the first n of A.
-inline void place_columns(const Mat6X& A, Eigen::Index n, Mat6X& F, Eigen::Index from) { F.middleCols(from, n) = A.leftCols(n); }
-inline void place_columns(const MatX3& A, Eigen::Index n, MatX3& F, Eigen::Index from) { F.middleRows(from, n) = A.topRows(n); }
+inline void place_columns(const Mat6X& A, Eigen::Index n, Mat6X& F, Eigen::Index from) {
+  std::copy_n(A.data(), 6 * n, F.data() + 6 * from);
+}
+inline void place_columns(const MatX3& A, Eigen::Index n, MatX3& F, Eigen::Index from) {
+  // Blocks of as few entries cost a library more than the copy.
+  for (Eigen::Index r = 0; r < 3; ++r) std::copy_n(&A(0, r), n, F.data() + r * F.rows() + from);
+}
 
-// Lower half of D, a mass matrix, to its factor L in place; false where a pivot is not positive. x = (L L^T)^-1 x.
-bool factorise_mass(Space, MatX& L);
-inline bool factorise_mass(Plane, MatX& L) { return cholesky(L); }
-void solve_mass(Space, const MatX& L, VecX& x);
-inline void solve_mass(Plane, const MatX& L, VecX& x) { solve(L, x.data()); }
 // I -= U (L L^T)^-1 U^T and p += U (L L^T)^-1 h; work: as large as U.
 void reduce_inertia(const MatX& L, const Mat6X& U, const VecX& h, MatX& work, Mat6& I, Vec6& p);
 void reduce_inertia(const MatX& L, const MatX3& U, const VecX& h, MatX& work, Mat3& I, Vec3& p);
+
+// Inertia I of what is fixed at the pose, about the frame in which that stands: X^T I X with X = child_matrix. I is symmetric.
+Mat6 inertia_at_parent(const Pose& a, const Mat6& I);
+Mat3 inertia_at_parent(const PlanePose& a, const Mat3& I);
 
 }  // namespace flexframe::sim

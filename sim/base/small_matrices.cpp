@@ -2,11 +2,22 @@
 
 #include "sim/base/wide.h"
 
+#include <Eigen/LU>
+
 #include <algorithm>
 #include <cmath>
 
 namespace flexframe::sim {
 namespace {
+
+// Four values that lie one after the other, anywhere. Loops over them are written out: left to itself the compiler takes eight at a time
+// and goes through up to seven that are left one by one, which is most of the work for columns of ten to thirty.
+using Four [[gnu::vector_size(32)]] = double;
+struct [[gnu::packed, gnu::may_alias]] AnyFour {
+  Four v;
+};
+inline AnyFour& four(double* p) { return *reinterpret_cast<AnyFour*>(p); }
+inline const AnyFour& four(const double* p) { return *reinterpret_cast<const AnyFour*>(p); }
 
 // Where a column's loop over rows k..n-1 starts, so that its length is a multiple of four and no remainder is left: up to three rows
 // early, in the half that nobody reads.
@@ -23,9 +34,13 @@ void add_symmetric(const MatX3& A, const MatX3& B, double* M, Eigen::Index strid
   const double *const a0 = A.data(), *const a1 = a0 + n, *const a2 = a1 + n;
   const double *const b0 = B.data(), *const b1 = b0 + n, *const b2 = b1 + n;
   for (int k = 0; k < n; ++k) {
-    double* __restrict const m = M + k * stride;
+    double* const m = M + k * stride;
     const double x0 = b0[k], x1 = b1[k], x2 = b2[k], y0 = a0[k], y1 = a1[k], y2 = a2[k];
-    for (int i = first_row(k, n); i < n; ++i) m[i] += ((x0 * a0[i] + x1 * a1[i]) + (x2 * a2[i] + y0 * b0[i])) + (y1 * b1[i] + y2 * b2[i]);
+    int i = first_row(k, n);
+    for (; i + 4 <= n; i += 4)
+      four(m + i).v += ((x0 * four(a0 + i).v + x1 * four(a1 + i).v) + (x2 * four(a2 + i).v + y0 * four(b0 + i).v)) +
+                       (y1 * four(b1 + i).v + y2 * four(b2 + i).v);
+    for (; i < n; ++i) m[i] += ((x0 * a0[i] + x1 * a1[i]) + (x2 * a2[i] + y0 * b0[i])) + (y1 * b1[i] + y2 * b2[i]);
   }
 }
 
@@ -34,9 +49,11 @@ void set_outer(const MatX3& F, Eigen::Index n, const MatX3& G, double* M, Eigen:
   const double *const f0 = F.data(), *const f1 = f0 + F.rows(), *const f2 = f1 + F.rows();
   const double *const g0 = G.data(), *const g1 = g0 + G.rows(), *const g2 = g1 + G.rows();
   for (Eigen::Index j = 0; j < G.rows(); ++j) {
-    double* __restrict const m = M + j * stride;
+    double* const m = M + j * stride;
     const double x = g0[j], y = g1[j], z = g2[j];
-    for (Eigen::Index i = 0; i < n; ++i) m[i] = f0[i] * x + f1[i] * y + f2[i] * z;
+    Eigen::Index i = 0;
+    for (; i + 4 <= n; i += 4) four(m + i).v = four(f0 + i).v * x + four(f1 + i).v * y + four(f2 + i).v * z;
+    for (; i < n; ++i) m[i] = f0[i] * x + f1[i] * y + f2[i] * z;
   }
 }
 
@@ -45,9 +62,11 @@ void add_outer(const MatX3& F, Eigen::Index n, const MatX3& G, double* M, Eigen:
   const double *const f0 = F.data(), *const f1 = f0 + F.rows(), *const f2 = f1 + F.rows();
   const double *const g0 = G.data(), *const g1 = g0 + G.rows(), *const g2 = g1 + G.rows();
   for (Eigen::Index j = 0; j < G.rows(); ++j) {
-    double* __restrict const m = M + j * stride;
+    double* const m = M + j * stride;
     const double x = g0[j], y = g1[j], z = g2[j];
-    for (Eigen::Index i = 0; i < n; ++i) m[i] += f0[i] * x + f1[i] * y + f2[i] * z;
+    Eigen::Index i = 0;
+    for (; i + 4 <= n; i += 4) four(m + i).v += four(f0 + i).v * x + four(f1 + i).v * y + four(f2 + i).v * z;
+    for (; i < n; ++i) m[i] += f0[i] * x + f1[i] * y + f2[i] * z;
   }
 }
 
@@ -56,118 +75,282 @@ void add_rows(const MatX3& F, const Mat3& A, MatX3& out) {
   const Eigen::Index n = F.rows();
   const double *const f0 = F.data(), *const f1 = f0 + n, *const f2 = f1 + n;
   for (int r = 0; r < 3; ++r) {
-    double* __restrict const o = out.data() + r * n;
+    double* const o = out.data() + r * n;
     const double x = A(r, 0), y = A(r, 1), z = A(r, 2);
-    for (Eigen::Index i = 0; i < n; ++i) o[i] += (f0[i] * x + f1[i] * y) + f2[i] * z;
+    Eigen::Index i = 0;
+    for (; i + 4 <= n; i += 4) four(o + i).v += (four(f0 + i).v * x + four(f1 + i).v * y) + four(f2 + i).v * z;
+    for (; i < n; ++i) o[i] += (f0[i] * x + f1[i] * y) + f2[i] * z;
   }
 }
 
 FLEXFRAME_WIDE
 void multiply(const MatX& A, const double* x, double* y) {
   const int m = static_cast<int>(A.rows()), n = static_cast<int>(A.cols());
-  double* __restrict const out = y;
-  for (int i = 0; i < m; ++i) out[i] = 0.0;
-  const double* a = A.data();
-  int k = 0;
-  for (; k + 4 <= n; k += 4, a += 4 * static_cast<std::ptrdiff_t>(m)) {
-    const double *const a1 = a + m, *const a2 = a1 + m, *const a3 = a2 + m;
-    const double x0 = x[k], x1 = x[k + 1], x2 = x[k + 2], x3 = x[k + 3];
-    for (int i = 0; i < m; ++i) out[i] += (a[i] * x0 + a1[i] * x1) + (a2[i] * x2 + a3[i] * x3);
+  const std::ptrdiff_t column = m;
+  int i = 0;
+  // Sums of eight rows, then of four, stay in registers.
+  for (; i + 8 <= m; i += 8) {
+    Four s{}, t{};
+    const double* a = A.data() + i;
+    int k = 0;
+    for (; k + 4 <= n; k += 4, a += 4 * column) {
+      const double *const a1 = a + column, *const a2 = a1 + column, *const a3 = a2 + column;
+      const double x0 = x[k], x1 = x[k + 1], x2 = x[k + 2], x3 = x[k + 3];
+      s += (four(a).v * x0 + four(a1).v * x1) + (four(a2).v * x2 + four(a3).v * x3);
+      t += (four(a + 4).v * x0 + four(a1 + 4).v * x1) + (four(a2 + 4).v * x2 + four(a3 + 4).v * x3);
+    }
+    for (; k < n; ++k, a += column) {
+      s += four(a).v * x[k];
+      t += four(a + 4).v * x[k];
+    }
+    four(y + i).v = s;
+    four(y + i + 4).v = t;
   }
-  for (; k < n; ++k, a += m)
-    for (int i = 0; i < m; ++i) out[i] += a[i] * x[k];
+  // Rows that are left over, with some of those before once more.
+  for (; i < m && m >= 4; i += 4) {
+    i = std::min(i, m - 4);
+    Four s{};
+    const double* a = A.data() + i;
+    int k = 0;
+    for (; k + 4 <= n; k += 4, a += 4 * column)
+      s += (four(a).v * x[k] + four(a + column).v * x[k + 1]) + (four(a + 2 * column).v * x[k + 2] + four(a + 3 * column).v * x[k + 3]);
+    for (; k < n; ++k, a += column) s += four(a).v * x[k];
+    four(y + i).v = s;
+  }
+  for (; i < m; ++i) {
+    double s = 0.0;
+    const double* a = A.data() + i;
+    int k = 0;
+    for (; k + 4 <= n; k += 4, a += 4 * column)
+      s += (*a * x[k] + a[column] * x[k + 1]) + (a[2 * column] * x[k + 2] + a[3 * column] * x[k + 3]);
+    for (; k < n; ++k, a += column) s += *a * x[k];
+    y[i] = s;
+  }
 }
 
 FLEXFRAME_WIDE
 void add_products(const MatX& T, const MatX& E, const MatX& F, MatX& D) {
   const int n = static_cast<int>(T.rows()), m = static_cast<int>(T.cols());
   for (int k = 0; k < n; ++k) {
-    double* __restrict const out = D.data() + static_cast<Eigen::Index>(k) * n;
-    const int first = first_row(k, n);
-    for (int d = 0; d < m; ++d) {
-      const double t = T(k, d), e = E(k, d);
-      const double *const E0 = &E(0, d), *const F0 = &F(0, d);
-      for (int i = first; i < n; ++i) out[i] += t * E0[i] + e * F0[i];
+    double* const out = D.data() + static_cast<Eigen::Index>(k) * n;
+    int i = first_row(k, n);
+    for (; i + 4 <= n; i += 4) {
+      Four s = four(out + i).v;
+      for (int d = 0; d < m; ++d) s += T(k, d) * four(&E(i, d)).v + E(k, d) * four(&F(i, d)).v;
+      four(out + i).v = s;
     }
-  }
-}
-
-FLEXFRAME_WIDE
-bool cholesky(MatX& D) {
-  const int n = static_cast<int>(D.rows());
-  double* const base = D.data();
-  for (int j = 0; j < n; ++j) {
-    double* __restrict const c = base + static_cast<Eigen::Index>(j) * n;
-    const double diagonal = c[j];
-    const int first = first_row(j, n);
-    int k = 0;
-    for (; k + 4 <= j; k += 4) {
-      const double* const l0 = base + static_cast<Eigen::Index>(k) * n;
-      const double *const l1 = l0 + n, *const l2 = l1 + n, *const l3 = l2 + n;
-      const double a0 = l0[j], a1 = l1[j], a2 = l2[j], a3 = l3[j];
-      for (int i = first; i < n; ++i) c[i] -= (a0 * l0[i] + a1 * l1[i]) + (a2 * l2[i] + a3 * l3[i]);
-    }
-    for (; k < j; ++k) {
-      const double* const l = base + static_cast<Eigen::Index>(k) * n;
-      const double a = l[j];
-      for (int i = first; i < n; ++i) c[i] -= a * l[i];
-    }
-    // 1e-14: what is left of a diagonal after it has cancelled.
-    if (!(c[j] > 1e-14 * diagonal)) return false;
-    const double root = std::sqrt(c[j]), inverse = 1.0 / root;
-    for (int i = first; i < n; ++i) c[i] *= inverse;
-    c[j] = root;
-  }
-  return true;
-}
-
-FLEXFRAME_WIDE
-void solve(const MatX& L, double* x) {
-  const int n = static_cast<int>(L.rows());
-  double* __restrict const v = x;
-  for (int k = 0; k < n; ++k) {
-    const double* const l = L.data() + static_cast<Eigen::Index>(k) * n;
-    const double a = v[k] /= l[k];
-    for (int i = k + 1; i < n; ++i) v[i] -= a * l[i];
-  }
-  for (int k = n; k-- > 0;) {
-    const double* const l = L.data() + static_cast<Eigen::Index>(k) * n;
-    // Four sums: the order is part of the result.
-    double s[4] = {};
-    int i = k + 1;
-    for (; i + 4 <= n; i += 4)
-      for (int a = 0; a < 4; ++a) s[a] += l[i + a] * v[i + a];
-    for (; i < n; ++i) s[0] += l[i] * v[i];
-    v[k] = (v[k] - ((s[0] + s[1]) + (s[2] + s[3]))) / l[k];
+    for (; i < n; ++i)
+      for (int d = 0; d < m; ++d) out[i] += T(k, d) * E(i, d) + E(k, d) * F(i, d);
   }
 }
 
 namespace {
+
+// Columns j to j + 3 of a factorisation less what the columns before j, a multiple of four, take from rows i to i + 3.
+struct Panel {
+  Four column[4];
+};
+FLEXFRAME_INLINE void subtract_columns(const double* base, std::ptrdiff_t stride, std::ptrdiff_t j, std::ptrdiff_t i, Panel& p) {
+  const double* const c = base + j * stride + i;
+  Four s0 = four(c).v, s1 = four(c + stride).v, s2 = four(c + 2 * stride).v, s3 = four(c + 3 * stride).v;
+  const double* l = base;
+  for (std::ptrdiff_t k = 0; k < j; k += 4, l += 4 * stride) {
+    const double *const l1 = l + stride, *const l2 = l1 + stride, *const l3 = l2 + stride;
+    const Four a = four(l + i).v, b = four(l1 + i).v, d = four(l2 + i).v, e = four(l3 + i).v;
+    s0 -= (l[j] * a + l1[j] * b) + (l2[j] * d + l3[j] * e);
+    s1 -= (l[j + 1] * a + l1[j + 1] * b) + (l2[j + 1] * d + l3[j + 1] * e);
+    s2 -= (l[j + 2] * a + l1[j + 2] * b) + (l2[j + 2] * d + l3[j + 2] * e);
+    s3 -= (l[j + 3] * a + l1[j + 3] * b) + (l2[j + 3] * d + l3[j + 3] * e);
+  }
+  p.column[0] = s0;
+  p.column[1] = s1;
+  p.column[2] = s2;
+  p.column[3] = s3;
+}
+
+// base: n x n in the lower half of a square of a multiple of four rows and columns, filled up by a unit matrix. Zeros above.
+FLEXFRAME_WIDE
+bool factorise_padded(double* base, int n, int stride) {
+  for (int j = 0; j < n; j += 4) {
+    double below[4][4], inverse[4];
+    double* const top = base + static_cast<std::ptrdiff_t>(j) * (stride + 1);
+    Panel p;
+    subtract_columns(base, stride, j, j, p);
+    for (int a = 0; a < 4; ++a) {
+      for (int b = 0; b < a; ++b) {
+        below[a][b] = p.column[b][a];
+        p.column[a] -= below[a][b] * p.column[b];
+      }
+      // 1e-14: what is left of a diagonal after it has cancelled.
+      const double pivot = p.column[a][a];
+      if (!(pivot > 1e-14 * top[static_cast<std::ptrdiff_t>(a) * (stride + 1)])) return false;
+      const double root = std::sqrt(pivot);
+      inverse[a] = 1.0 / root;
+      p.column[a] *= inverse[a];
+      p.column[a][a] = root;
+      for (int b = 0; b < a; ++b) p.column[a][b] = 0.0;
+      four(top + static_cast<std::ptrdiff_t>(a) * stride).v = p.column[a];
+    }
+    for (int i = j + 4; i < stride; i += 4) {
+      subtract_columns(base, stride, j, i, p);
+      double* const c = base + static_cast<std::ptrdiff_t>(j) * stride + i;
+      const Four x = p.column[0] * inverse[0];
+      const Four y = (p.column[1] - below[1][0] * x) * inverse[1];
+      const Four z = ((p.column[2] - below[2][0] * x) - below[2][1] * y) * inverse[2];
+      four(c).v = x;
+      four(c + stride).v = y;
+      four(c + 2 * static_cast<std::ptrdiff_t>(stride)).v = z;
+      four(c + 3 * static_cast<std::ptrdiff_t>(stride)).v =
+          (((p.column[3] - below[3][0] * x) - below[3][1] * y) - below[3][2] * z) * inverse[3];
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+bool cholesky(const MatX& D, MatX& L) {
+  const int n = static_cast<int>(D.rows()), stride = (n + 3) & ~3;
+  L.resize(n, n);
+  if (n == 1) {
+    L(0, 0) = std::sqrt(D(0, 0));
+    return D(0, 0) > 0.0;
+  }
+  static thread_local std::vector<double> padded;
+  padded.assign(static_cast<size_t>(stride) * stride, 0.0);
+  double* const base = padded.data();
+  for (int j = 0; j < n; ++j) std::copy(&D(j, j), &D(j, j) + (n - j), base + static_cast<std::ptrdiff_t>(j) * (stride + 1));
+  for (int j = n; j < stride; ++j) base[static_cast<std::ptrdiff_t>(j) * (stride + 1)] = 1.0;
+  if (!factorise_padded(base, n, stride)) return false;
+  for (int j = 0; j < n; ++j) std::copy_n(base + static_cast<std::ptrdiff_t>(j) * stride, n, L.data() + static_cast<std::ptrdiff_t>(j) * n);
+  return true;
+}
+
+namespace {
+
+// v: n values and room for three more. Four columns at a time; L(i, i) and below are read, and up to three values behind a column.
+FLEXFRAME_WIDE
+void solve_factor(const double* L, int n, double* v) {
+  const std::ptrdiff_t stride = n;
+  int j = 0;
+  for (; j + 4 <= n; j += 4) {
+    const double *const l0 = L + j * stride, *const l1 = l0 + stride, *const l2 = l1 + stride, *const l3 = l2 + stride;
+    const double a = v[j] / l0[j], b = (v[j + 1] - a * l0[j + 1]) / l1[j + 1];
+    const double c = ((v[j + 2] - a * l0[j + 2]) - b * l1[j + 2]) / l2[j + 2];
+    const double d = (((v[j + 3] - a * l0[j + 3]) - b * l1[j + 3]) - c * l2[j + 3]) / l3[j + 3];
+    v[j] = a, v[j + 1] = b, v[j + 2] = c, v[j + 3] = d;
+    for (int i = j + 4; i < n; i += 4)
+      four(v + i).v = (((four(v + i).v - a * four(l0 + i).v) - b * four(l1 + i).v) - c * four(l2 + i).v) - d * four(l3 + i).v;
+  }
+  for (int k = j; k < n; ++k) {
+    const double* const l = L + k * stride;
+    const double a = v[k] /= l[k];
+    for (int i = k + 1; i < n; ++i) v[i] -= a * l[i];
+  }
+  for (int k = n; k-- > j;) {
+    const double* const l = L + k * stride;
+    double s = v[k];
+    for (int i = k + 1; i < n; ++i) s -= l[i] * v[i];
+    v[k] = s / l[k];
+  }
+  while ((j -= 4) >= 0) {
+    const double *const l0 = L + j * stride, *const l1 = l0 + stride, *const l2 = l1 + stride, *const l3 = l2 + stride;
+    Four s0{}, s1{}, s2{}, s3{};
+    int i = j + 4;
+    for (; i + 4 <= n; i += 4) {
+      const Four x = four(v + i).v;
+      s0 += four(l0 + i).v * x;
+      s1 += four(l1 + i).v * x;
+      s2 += four(l2 + i).v * x;
+      s3 += four(l3 + i).v * x;
+    }
+    for (; i < n; ++i) {
+      s0[0] += l0[i] * v[i];
+      s1[0] += l1[i] * v[i];
+      s2[0] += l2[i] * v[i];
+      s3[0] += l3[i] * v[i];
+    }
+    const double d = (v[j + 3] - ((s3[0] + s3[1]) + (s3[2] + s3[3]))) / l3[j + 3];
+    const double c = (v[j + 2] - ((s2[0] + s2[1]) + (s2[2] + s2[3])) - l2[j + 3] * d) / l2[j + 2];
+    const double b = (v[j + 1] - ((s1[0] + s1[1]) + (s1[2] + s1[3])) - l1[j + 2] * c - l1[j + 3] * d) / l1[j + 1];
+    v[j] = (v[j] - ((s0[0] + s0[1]) + (s0[2] + s0[3])) - l0[j + 1] * b - l0[j + 2] * c - l0[j + 3] * d) / l0[j];
+    v[j + 1] = b, v[j + 2] = c, v[j + 3] = d;
+  }
+}
+
+}  // namespace
+
+void solve(const MatX& L, double* x) {
+  const int n = static_cast<int>(L.rows());
+  if (n == 1) {
+    x[0] = x[0] / L(0, 0) / L(0, 0);
+    return;
+  }
+  // Room behind the values.
+  static thread_local std::vector<double> padded;
+  padded.resize(std::max(padded.size(), static_cast<size_t>(n) + 3));
+  std::copy_n(x, n, padded.data());
+  solve_factor(L.data(), n, padded.data());
+  std::copy_n(padded.data(), n, x);
+}
+
+namespace {
+
+// Rows r to r + 4 Fours - 1 of Xt (L L^T)^-1, column by column, sums in registers. Columns before the first that is not zero stay as they
+// are.
+template <int Fours>
+FLEXFRAME_INLINE void solve_rows_block(const double* l, double* x, int n, Eigen::Index m) {
+  int start = 0;
+  const auto zero = [&](int k) {
+    for (int r = 0; r < 4 * Fours; ++r)
+      if (x[k * m + r] != 0.0) return false;
+    return true;
+  };
+  while (start < n && zero(start)) ++start;
+  for (int j = start; j < n; ++j) {
+    double* const xj = x + j * m;
+    Four s[Fours];
+    for (int b = 0; b < Fours; ++b) s[b] = four(xj + 4 * b).v;
+    for (int k = start; k < j; ++k) {
+      const double a = l[static_cast<Eigen::Index>(k) * n + j];
+      for (int b = 0; b < Fours; ++b) s[b] -= a * four(x + k * m + 4 * b).v;
+    }
+    const double inverse = 1.0 / l[static_cast<Eigen::Index>(j) * (n + 1)];
+    for (int b = 0; b < Fours; ++b) four(xj + 4 * b).v = s[b] * inverse;
+  }
+  for (int j = n; j-- > 0;) {
+    double* const xj = x + j * m;
+    const double* const lj = l + static_cast<Eigen::Index>(j) * n;
+    Four s[Fours];
+    for (int b = 0; b < Fours; ++b) s[b] = four(xj + 4 * b).v;
+    for (int k = n; --k > j;) {
+      const double a = lj[k];
+      for (int b = 0; b < Fours; ++b) s[b] -= a * four(x + k * m + 4 * b).v;
+    }
+    const double inverse = 1.0 / lj[j];
+    for (int b = 0; b < Fours; ++b) four(xj + 4 * b).v = s[b] * inverse;
+  }
+}
 
 FLEXFRAME_WIDE
 void solve_rows_by_loops(const MatX& L, MatX& Xt) {
   const int n = static_cast<int>(L.rows()), m = static_cast<int>(Xt.rows());
   const double* const l = L.data();
   double* const x = Xt.data();
-  // Column j of Xt minus a times column k.
-  for (int k = 0; k < n; ++k) {
-    double* const xk = x + static_cast<Eigen::Index>(k) * m;
-    const double inverse = 1.0 / l[static_cast<Eigen::Index>(k) * n + k];
-    for (int r = 0; r < m; ++r) xk[r] *= inverse;
-    for (int j = k + 1; j < n; ++j) {
-      double* __restrict const xj = x + static_cast<Eigen::Index>(j) * m;
-      const double a = l[static_cast<Eigen::Index>(k) * n + j];
-      for (int r = 0; r < m; ++r) xj[r] -= a * xk[r];
+  int r = 0;
+  for (; r + 16 <= m; r += 16) solve_rows_block<4>(l, x + r, n, m);
+  for (; r + 8 <= m; r += 8) solve_rows_block<2>(l, x + r, n, m);
+  for (; r + 4 <= m; r += 4) solve_rows_block<1>(l, x + r, n, m);
+  for (; r < m; ++r) {
+    for (int j = 0; j < n; ++j) {
+      double s = x[static_cast<Eigen::Index>(j) * m + r];
+      for (int k = 0; k < j; ++k) s -= l[static_cast<Eigen::Index>(k) * n + j] * x[static_cast<Eigen::Index>(k) * m + r];
+      x[static_cast<Eigen::Index>(j) * m + r] = s * (1.0 / l[static_cast<Eigen::Index>(j) * (n + 1)]);
     }
-  }
-  for (int k = n; k-- > 0;) {
-    double* const xk = x + static_cast<Eigen::Index>(k) * m;
-    const double inverse = 1.0 / l[static_cast<Eigen::Index>(k) * n + k];
-    for (int r = 0; r < m; ++r) xk[r] *= inverse;
-    for (int j = 0; j < k; ++j) {
-      double* __restrict const xj = x + static_cast<Eigen::Index>(j) * m;
-      const double a = l[static_cast<Eigen::Index>(j) * n + k];
-      for (int r = 0; r < m; ++r) xj[r] -= a * xk[r];
+    for (int j = n; j-- > 0;) {
+      double s = x[static_cast<Eigen::Index>(j) * m + r];
+      for (int k = n; --k > j;) s -= l[static_cast<Eigen::Index>(j) * n + k] * x[static_cast<Eigen::Index>(k) * m + r];
+      x[static_cast<Eigen::Index>(j) * m + r] = s * (1.0 / l[static_cast<Eigen::Index>(j) * (n + 1)]);
     }
   }
 }
@@ -190,8 +373,10 @@ double factorise_by_loops(MatX& A, std::vector<int>& order) {
   order.resize(n);
   for (int i = 0; i < n; ++i) order[i] = i;
   double smallest = HUGE_VAL;
+  // A column of L with zeros where U stands: its product may be subtracted from there on too, which leaves those rows as they are.
+  double masked[large];
   for (int k = 0; k < n; ++k) {
-    double* __restrict const c = base + static_cast<Eigen::Index>(k) * n;
+    double* const c = base + static_cast<Eigen::Index>(k) * n;
     int pivot = k;
     for (int i = k + 1; i < n; ++i)
       if (std::abs(c[i]) > std::abs(c[pivot])) pivot = i;
@@ -202,12 +387,16 @@ double factorise_by_loops(MatX& A, std::vector<int>& order) {
       std::swap(order[pivot], order[k]);
       for (int j = 0; j < n; ++j) std::swap(base[static_cast<Eigen::Index>(j) * n + k], base[static_cast<Eigen::Index>(j) * n + pivot]);
     }
+    const int first = first_row(k + 1, n);
+    for (int i = first; i <= k; ++i) masked[i] = 0.0;
     const double inverse = 1.0 / c[k];
-    for (int i = k + 1; i < n; ++i) c[i] *= inverse;
+    for (int i = k + 1; i < n; ++i) masked[i] = c[i] *= inverse;
     for (int j = k + 1; j < n; ++j) {
-      double* __restrict const a = base + static_cast<Eigen::Index>(j) * n;
+      double* const a = base + static_cast<Eigen::Index>(j) * n;
       const double u = a[k];
-      for (int i = k + 1; i < n; ++i) a[i] -= c[i] * u;
+      int i = first;
+      for (; i + 4 <= n; i += 4) four(a + i).v -= four(masked + i).v * u;
+      for (; i < n; ++i) a[i] -= masked[i] * u;
     }
   }
   return smallest;
@@ -230,17 +419,21 @@ namespace {
 
 FLEXFRAME_WIDE
 void solve_factors(const double* lu, const int* order, int n, const double* b, double* out) {
-  double* __restrict const x = out;
+  double* const x = out;
   for (int i = 0; i < n; ++i) x[i] = b[order[i]];
   for (int k = 0; k < n; ++k) {
     const double* const l = lu + static_cast<Eigen::Index>(k) * n;
     const double a = x[k];
-    for (int i = k + 1; i < n; ++i) x[i] -= l[i] * a;
+    int i = k + 1;
+    for (; i + 4 <= n; i += 4) four(x + i).v -= four(l + i).v * a;
+    for (; i < n; ++i) x[i] -= l[i] * a;
   }
   for (int k = n; k-- > 0;) {
     const double* const u = lu + static_cast<Eigen::Index>(k) * n;
     const double a = x[k] /= u[k];
-    for (int i = 0; i < k; ++i) x[i] -= u[i] * a;
+    int i = 0;
+    for (; i + 4 <= k; i += 4) four(x + i).v -= four(u + i).v * a;
+    for (; i < k; ++i) x[i] -= u[i] * a;
   }
 }
 
@@ -250,13 +443,33 @@ void solve(const MatX& LU, const std::vector<int>& order, const double* b, doubl
   solve_factors(LU.data(), order.data(), static_cast<int>(LU.rows()), b, x);
 }
 
-void solve(const Eigen::PartialPivLU<MatX>& A, const MatX& B, MatX& X) {
-  const int n = static_cast<int>(B.rows());
-  X.resize(n, B.cols());
-  // Eigen's P sends entry i to indices()[i].
-  Eigen::VectorXi order(n);
-  for (int i = 0; i < n; ++i) order[A.permutationP().indices()[i]] = i;
-  for (Eigen::Index c = 0; c < B.cols(); ++c) solve_factors(A.matrixLU().data(), order.data(), n, B.col(c).data(), X.col(c).data());
+bool invert(MatX& A) {
+  const Eigen::Index n = A.rows();
+  static thread_local std::vector<Eigen::Index> order;
+  order.resize(n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    Eigen::Index pivot = k;
+    for (Eigen::Index i = k + 1; i < n; ++i)
+      if (std::abs(A(i, k)) > std::abs(A(pivot, k))) pivot = i;
+    order[k] = pivot;
+    // Not (>=), so that NaN counts as singular.
+    if (!(std::abs(A(pivot, k)) > 0.0)) return false;
+    if (pivot != k)
+      for (Eigen::Index j = 0; j < n; ++j) std::swap(A(k, j), A(pivot, j));
+    const double inverse = 1.0 / A(k, k);
+    A(k, k) = 1.0;
+    for (Eigen::Index j = 0; j < n; ++j) A(k, j) *= inverse;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      if (i == k) continue;
+      const double factor = A(i, k);
+      A(i, k) = 0.0;
+      for (Eigen::Index j = 0; j < n; ++j) A(i, j) -= factor * A(k, j);
+    }
+  }
+  for (Eigen::Index k = n; k-- > 0;)
+    if (order[k] != k)
+      for (Eigen::Index i = 0; i < n; ++i) std::swap(A(i, k), A(i, order[k]));
+  return true;
 }
 
 }  // namespace flexframe::sim

@@ -5,8 +5,6 @@
 
 #include "sim/base/types.h"
 
-#include <Eigen/LU>
-
 #include <vector>
 
 namespace flexframe::sim {
@@ -26,11 +24,11 @@ void add_rows(const MatX3& F, const Mat3& A, MatX3& out);
 // y = A x, A: m x n, y: m values that are neither A nor x.
 void multiply(const MatX& A, const double* x, double* y);
 
-// Lower half of D += sum over the columns d of T_d E_d^T + E_d F_d^T; T, E, F: n x m, D: n x n. Entries above the diagonal are spoilt.
+// Lower half of D += sum over the columns d of E_d T_d^T + F_d E_d^T; T, E, F: n x m, D: n x n. Entries above the diagonal are spoilt.
 void add_products(const MatX& T, const MatX& E, const MatX& F, MatX& D);
 
-// D = L L^T in place, lower half. False where a pivot is not positive or has lost all digits of its diagonal. The upper half is spoilt.
-bool cholesky(MatX& D);
+// D = L L^T from the lower half of D; L: n x n, zeros above. False where a pivot is not positive or has lost all digits of its diagonal.
+bool cholesky(const MatX& D, MatX& L);
 
 // x = (L L^T)^-1 x.
 void solve(const MatX& L, double* x);
@@ -38,8 +36,9 @@ void solve(const MatX& L, double* x);
 // Xt = Xt (L L^T)^-1: every row is a right-hand side; m x n.
 void solve_rows(const MatX& L, MatX& Xt);
 
-// X = A^-1 B from the factors of A: n x n, B: n x m.
-void solve(const Eigen::PartialPivLU<MatX>& A, const MatX& B, MatX& X);
+// A = A^-1 with row exchanges: for the few conditions that close a loop, where the inverse serves several times and from either side. False
+// where A is singular.
+bool invert(MatX& A);
 
 // A = P^-1 L U with row exchanges, in place; order: row i of the result was row order[i]. The smallest pivot's size, 0 where A is singular
 // (of no rows: infinite).

@@ -1,5 +1,6 @@
 // FLEXFRAME_WIDE before a function: compiled for wider registers too, the version chosen when the program starts; FLEXFRAME_WIDEST: for the
-// widest there are besides. Floating-point operations are neither fused nor reordered, so that the results are the same.
+// widest there are besides; FLEXFRAME_INLINE: a part of such functions. Floating-point operations are neither fused nor reordered, so that
+// the results are the same.
 #pragma once
 
 // Not under sanitizers that watch every function: the choice is made before they are ready.
@@ -18,3 +19,5 @@
 #define FLEXFRAME_WIDE
 #define FLEXFRAME_WIDEST
 #endif
+
+#define FLEXFRAME_INLINE [[gnu::always_inline]] inline

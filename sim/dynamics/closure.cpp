@@ -477,7 +477,7 @@ Partition choose_partition(const Model& model, int cluster, Work& work, bool str
 
 namespace {
 
-// The partition's rows of G: their columns dep into Gd and lu, with all_columns minus the others into Gi.
+// The partition's rows of G: the inverse of their columns dep into Gd, with all_columns minus the others into Gi.
 template <class W>
 void factorise_closure(const Model& model, int cluster, W& work, bool all_columns, bool elastic) {
   ClusterWork& cw = work.clusters[cluster];
@@ -505,7 +505,49 @@ void factorise_closure(const Model& model, int cluster, W& work, bool all_column
         cw.line[cw.locked[lock]] = 1.0;
         take_line(row);
       });
-  cw.lu.compute(cw.Gd);
+  // A singular one leaves nothing finite, and the loop is found to stay open.
+  if (!invert(cw.Gd)) cw.Gd.setConstant(std::numeric_limits<double>::infinity());
+}
+
+// out = A x.
+void multiply_into(const MatX& A, const VecX& x, VecX& out) {
+  out.resize(A.rows());
+  multiply(A, x.data(), out.data());
+}
+
+// The rate of a row's wrench on a frame along the prescribed motions between the frame and what carries the cluster.
+template <class W>
+double driven_rate(const Model& model, const W& work, int cluster, int frame, typename W::In::Twist force) {
+  double rate = 0.0;
+  for (int i = model.frames[frame].part; i != ground && model.parts[i].cluster == cluster; i = model.parts[i].parent) {
+    const TreeJoint& joint = model.parts[i].joint;
+    const auto& p = work.parts[i];
+    const auto on_joint = wrench_to_child(work.frames[joint.outboard].pose, wrench_to_parent(work.frames[frame].pose, force));
+    if (joint.motion >= 0) rate += p.joint.S.col(0).dot(on_joint) * work.motion[joint.motion].rate;
+    force = wrench_to_parent(p.joint.pose, on_joint);
+    frame = joint.inboard;
+  }
+  return rate;
+}
+
+// Of the partition's rows: rates while every rate rests and only prescribed motions go on, into ClusterWork::rate.
+template <class W>
+void update_driven_rates(const Model& model, int cluster, W& work) {
+  VecX& rate = work.clusters[cluster].rate;
+  rate.setZero(static_cast<Eigen::Index>(work.clusters[cluster].partition.rows.size()));
+  for_rows(
+      model, work, {cluster, false},
+      [&](int row, const LoopJoint& loop, const auto& closure, const auto& rel) {
+        const LoopWrenches<W> unit = unit_wrenches<W>(closure, rel);
+        rate[row] = driven_rate(model, work, cluster, loop.b, unit.on_b) + driven_rate(model, work, cluster, loop.a, unit.on_a);
+      },
+      [&](int row, const CouplingRow& coupling) {
+        for (const CouplingRow::Term& term : coupling.terms)
+          if (model.parts[term.part].joint.motion >= 0) rate[row] += term.factor * coupled(model, work, term).rate;
+        rope_wrenches(model, work, cluster, coupling,
+                      [&](int frame, const auto& F) { rate[row] += driven_rate(model, work, cluster, frame, F); });
+      },
+      [](int, size_t) {});
 }
 
 // Moves the dependent coordinates by -ClusterWork::step, joint by joint.
@@ -556,11 +598,12 @@ void close_positions(const Model& model, int cluster, W& work) {
       factorise_closure(model, cluster, work, false, elastic);
       fresh = true;
     }
-    cw.step = cw.lu.solve(cw.res);
+    multiply_into(cw.Gd, cw.res, cw.step);
     ++work.closure_iterations;
     // Size of the step in metres; elastic coordinates count by the closure error they mend.
     double size = cw.res.cwiseAbs().maxCoeff();
     for (int k = 0; k < nd; ++k) size = std::max(size, std::abs(cw.step[k]) * rate_scale(model, cluster, part.dep[k]));
+    if (!cw.step.allFinite()) size = std::numeric_limits<double>::infinity();
     // 3e-13 of the size is a few hundred roundings of the poses: closed. A step that no longer shrinks at 1e-10 is rounding too.
     // A deformation that closes the loop is a force: one rounding off is as good as it gets.
     if (size <= (elastic ? 2e-16 : 3e-13) * c.size || (size <= 1e-10 * c.size && size > 0.25 * last)) break;
@@ -584,7 +627,8 @@ void close_positions(const Model& model, int cluster, W& work) {
   }
   update_jacobians();
   factorise_closure(model, cluster, work, true, true);
-  solve(cw.lu, cw.Gi, cw.E);
+  cw.E.resize(cw.Gd.rows(), cw.Gi.cols());
+  for (Eigen::Index k = 0; k < cw.Gi.cols(); ++k) multiply(cw.Gd, &cw.Gi(0, k), &cw.E(0, k));
 }
 
 void require_closed(const Model& model, int cluster, Work& work) {
@@ -652,15 +696,13 @@ void close_velocities(const Model& model, int cluster, W& work) {
   for (int i : c.parts) prescribed = prescribed || model.parts[i].joint.motion >= 0;
   cw.e0.setZero(nd);
   if (prescribed) {
-    for (int k = 0; k < c.nv; ++k) work.w[c.v0 + k] = 0.0;
-    update_cluster_velocities(model, cluster, work);
-    update_closure_rates(model, cluster, work);
+    update_driven_rates(model, cluster, work);
     const int loop_rows = closure_row_count(model, work, cluster) - static_cast<int>(cw.locked.size());
     for (int i = 0; i < nd; ++i) {
       const int lock = part.rows[i] - loop_rows;
       rhs[i] = (lock >= 0 && lock < cw.carried ? cw.lock_rate[lock] : 0.0) - cw.rate[i];
     }
-    cw.e0 = cw.lu.solve(rhs);
+    multiply_into(cw.Gd, rhs, cw.e0);
     dep += cw.e0;
   }
   for (int k = 0; k < ni; ++k) work.w[c.v0 + part.ind[k]] = ind[k];
@@ -668,7 +710,7 @@ void close_velocities(const Model& model, int cluster, W& work) {
   update_cluster_velocities(model, cluster, work);
   update_closure_rates(model, cluster, work);
   rhs = -cw.bias;
-  cw.gamma = cw.lu.solve(rhs);
+  multiply_into(cw.Gd, rhs, cw.gamma);
 }
 
 template <class W>

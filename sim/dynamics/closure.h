@@ -42,7 +42,7 @@ void update_closure_rates(const Model& model, int cluster, W& work);
 // those.
 Partition choose_partition(const Model& model, int cluster, Work& work, bool strict);
 
-// Solves the closure for the dependent coordinates, starting from work.q, and leaves positions, lu and E up to date.
+// Solves the closure for the dependent coordinates, starting from work.q, and leaves positions, Gd and E up to date.
 // Throws SimulationError naming the open joint when it cannot be closed.
 template <class W>
 void close_positions(const Model& model, int cluster, W& work);

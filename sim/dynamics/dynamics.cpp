@@ -1,6 +1,7 @@
 #include "sim/dynamics/dynamics.h"
 
 #include "sim/base/eigen_solvers.h"
+#include "sim/base/small_matrices.h"
 #include "sim/dynamics/closure.h"
 #include "sim/dynamics/flexures.h"
 #include "sim/dynamics/kinematics.h"
@@ -16,9 +17,17 @@
 namespace flexframe::sim {
 namespace {
 
+// Per part whether something hangs on it that adds to its elastic mass.
+using Carrying = std::vector<char>;
+void find_carrying(const Model& model, Carrying& out) {
+  out.assign(model.parts.size(), 0);
+  for (const Part& part : model.parts)
+    if (part.parent != ground && model.parts[part.parent].body.n > 0) out[part.parent] = 1;
+}
+
 // Own inertia, velocity terms and applied loads of every part; child clusters and parts are added on the way down.
 template <class W>
-void start_composites(const Model& model, W& work) {
+void start_composites(const Model& model, const Carrying& carries, W& work) {
   for (size_t at = 0; at < model.parts.size(); ++at) {
     const int i = static_cast<int>(at);
     auto& p = work.parts[at];
@@ -30,7 +39,10 @@ void start_composites(const Model& model, W& work) {
     if (body.n > 0) {
       elastic_force(elastic_body(model, work, i), p.q, p.qd, p.elastic);
       p.Mre = p.terms.Mre;
-      p.Mee = elastic_mass(body, p.terms);
+      if (carries[at]) {
+        const MatX& own = elastic_mass(body, p.terms);
+        std::copy_n(own.data(), own.size(), p.Mee.data());
+      }
       p.fe = p.terms.ce + p.elastic - p.load_e;
       add_transposed(p.terms.Mre, p.A0, p.fe);
     }
@@ -42,21 +54,23 @@ void start_composites(const Model& model, W& work) {
 // Adds the inertia I and the force f, both at a frame (frame axes), to the composite of the frame's part.
 template <class S>
 void add_at_frame(const FrameMotion<S>& frame, const typename S::Inertia& I, const typename S::Twist& f, PartMotion<S>& p) {
-  const typename S::Inertia X = child_matrix(frame.pose);
-  typename S::Inertia XtI;
-  XtI.noalias() = X.transpose().lazyProduct(I);
-  p.Mrr += XtI.lazyProduct(X);
+  p.Mrr += inertia_at_parent(frame.pose, I);
   p.fr += wrench_to_parent(frame.pose, f);
   if (p.q.size() == 0 || !frame.flexible) return;
-  add_momenta(XtI, frame.B, p.Mre);
-  set_momenta(0.5 * I, frame.B, p.scratch);
+  const Eigen::Index n = p.q.size();
+  set_momenta(I, frame.B, p.scratch);
+  // F has room for a column a coordinate.
+  place_columns(p.scratch, n, p.F, 0);
+  wrenches_to_parent(frame.pose, p.F, n);
+  add_columns(p.F, n, p.Mre);
+  p.scratch *= 0.5;
   add_symmetric(frame.B, p.scratch, p.Mee, 0);
   add_dots(frame.B, f, p.fe.data());
 }
 
 // The block of M of a part's own coordinates, their bias, and their wrenches on the part: Fj, Fe.
 template <class S>
-void own_block(const Part& part, const Cluster& c, const FrameMotion<S>& o, PartMotion<S>& p, ClusterWork& cw) {
+void own_block(const Part& part, const Cluster& c, const FrameMotion<S>& o, const MatX& Mee, PartMotion<S>& p, ClusterWork& cw) {
   const int nj = part.joint.nv, n = part.body.n, jv = part.v0 - c.v0, ev = part.ev0 - c.v0;
   if (nj > 0) {
     set_momenta(p.Mrr, p.Hj, p.Fj);
@@ -67,7 +81,7 @@ void own_block(const Part& part, const Cluster& c, const FrameMotion<S>& o, Part
     }
   }
   if (n == 0) return;
-  cw.M.block(ev, ev, n, n) = p.Mee;
+  for (int k = 0; k < n; ++k) std::copy(&Mee(k, k), &Mee(k, k) + (n - k), &cw.M(ev + k, ev + k));
   cw.r.segment(ev, n) = p.fe;
   if (o.flexible) {
     // Mee + C^T Mre + Mre^T C + C^T Mrr C.
@@ -95,7 +109,7 @@ size_t entry_of(const Model& model, int cluster, int part) {
 // Mass matrix (lower half), base coupling and bias of a cluster by composite bodies (Featherstone 2008 sec. 6.2, with elastic coordinates).
 // Blocks that are never written stay zero from make_work.
 template <class W>
-void assemble_cluster(const Model& model, int cluster, W& work) {
+void assemble_cluster(const Model& model, int cluster, const Carrying& carries, W& work) {
   using S = typename W::In;
   const Cluster& c = model.clusters[cluster];
   ClusterWork& cw = work.clusters[cluster];
@@ -113,7 +127,8 @@ void assemble_cluster(const Model& model, int cluster, W& work) {
     const int i = c.parts[at];
     const Part& part = model.parts[i];
     PartMotion<S>& p = work.parts[i];
-    own_block(part, c, work.frames[part.joint.outboard], p, cw);
+    const MatX& Mee = carries[i] ? p.Mee : elastic_mass(kinetic_body(model, work, i), p.terms);
+    own_block(part, c, work.frames[part.joint.outboard], Mee, p, cw);
     const int nj = part.joint.nv, n = part.body.n, jv = part.v0 - c.v0, columns = nj + n;
 
     // Towards the base: this part's columns on its ancestors' coordinates, its composite on its parent.
@@ -121,8 +136,7 @@ void assemble_cluster(const Model& model, int cluster, W& work) {
     place_columns(p.Fj, nj, F, 0);
     place_columns(p.Fe, n, F, nj);
     wrenches_to_parent(p.step, F, columns);
-    const typename S::Inertia Y = child_matrix(p.step);
-    const typename S::Inertia IA = Y.transpose().lazyProduct(typename S::Inertia(p.Mrr.lazyProduct(Y)));
+    const typename S::Inertia IA = inertia_at_parent(p.step, p.Mrr);
     const typename S::Twist fA = wrench_to_parent(p.step, p.fr);
     int child = i;
     for (int a = part.parent; a != ground && model.parts[a].cluster == cluster; a = model.parts[a].parent) {
@@ -146,8 +160,7 @@ void assemble_cluster(const Model& model, int cluster, W& work) {
     wrenches_to_parent(in, F, columns);
     place_columns(F, columns, base.Ib, jv);
     if (child != i) continue;
-    const typename S::Inertia X = child_matrix(in);
-    base.Ibb.noalias() += X.transpose() * IA * X;
+    base.Ibb += inertia_at_parent(in, IA);
     base.pb += wrench_to_parent(in, fA);
   }
 }
@@ -198,8 +211,7 @@ bool hold_idle(const Model& model, int cluster, MatX D, W& work) {
     D += largest * u * u.transpose();
   }
   cw.inertia = D.diagonal();
-  cw.L = D;
-  work.idle = factorise_mass(typename W::In{}, cw.L) && has_inertia(cw);
+  work.idle = cholesky(D, cw.L) && has_inertia(cw);
   return work.idle;
 }
 
@@ -212,7 +224,9 @@ template <class W>
   cw.inertia = D.diagonal();
   // Where the factorisation broke off, the coordinate that moves most in the direction of least inertia is to blame.
   Eigen::Index blamed = -1;
-  if (cw.L = D; !factorise_mass(Space{}, cw.L)) {
+  const Eigen::LLT<MatX> llt(D);
+  cw.L = llt.matrixL();
+  if (llt.info() != Eigen::Success) {
     const VecX unit = D.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     const SymmetricEigen eigen(MatX(unit.asDiagonal() * D * unit.asDiagonal()));
     VecX least = eigen.eigenvectors().col(0).cwiseAbs();
@@ -252,10 +266,6 @@ template <class W>
 // Lower half of N^T M N with N = [1; E], by E^T and the products with M that `project` leaves in T and Mid.
 void project_mass(const ClusterWork& cw, MatX& D) {
   const Eigen::Index ni = static_cast<Eigen::Index>(cw.partition.ind.size());
-  if (cw.partition.dep.empty()) {
-    D = cw.M;
-    return;
-  }
   D.resize(ni, ni);
   for (Eigen::Index k = 0; k < ni; ++k) {
     // Independent rates are ascending: between the dependent ones they are copied as they lie.
@@ -311,11 +321,12 @@ void reduce_cluster(const Model& model, int cluster, W& work) {
   ClusterWork& cw = work.clusters[cluster];
   project(cw, work.bases[cluster]);
   if (cw.partition.ind.empty()) return;
-  project_mass(cw, cw.L);
-  cw.inertia = cw.L.diagonal();
-  if (factorise_mass(typename W::In{}, cw.L) && has_inertia(cw)) return;
-  MatX D;
-  project_mass(cw, D);
+  static thread_local MatX projected;
+  if (!cw.partition.dep.empty()) project_mass(cw, projected);
+  const MatX& mass = cw.partition.dep.empty() ? cw.M : projected;
+  cw.inertia = mass.diagonal();
+  if (cholesky(mass, cw.L) && has_inertia(cw)) return;
+  MatX D = mass;
   D.triangularView<Eigen::StrictlyUpper>() = D.transpose();
   if (hold_idle(model, cluster, D, work)) return;
   refuse_singular(model, cluster, D, work);
@@ -382,7 +393,7 @@ void solve_cluster(const Model& model, int cluster, W& work) {
   a = cw.h;
   if (ni > 0) {
     subtract_dots(base.U, base.A, a.data());
-    solve_mass(typename W::In{}, cw.L, a);
+    solve(cw.L, a.data());
   }
   for (int k = 0; k < ni; ++k) work.wdot[c.v0 + cw.partition.ind[k]] = a[k];
   for (int k = 0; k < nd; ++k) work.wdot[c.v0 + cw.partition.dep[k]] = cw.gamma[k] + (ni > 0 ? cw.E.row(k).dot(a) : 0.0);
@@ -394,9 +405,11 @@ template <class W>
 void update_accelerations(const Model& model, W& work) {
   ++work.evaluations;
   update_loads(model, work);
-  start_composites(model, work);
+  static thread_local Carrying carries;
+  find_carrying(model, carries);
+  start_composites(model, carries, work);
   for (int k = static_cast<int>(model.clusters.size()); k-- > 0;) {
-    assemble_cluster(model, k, work);
+    assemble_cluster(model, k, carries, work);
     reduce_cluster(model, k, work);
     if (model.clusters[k].parent != ground) add_to_carrier(model, k, work);
   }
@@ -437,7 +450,7 @@ void load_responses(const Model& model, W& work, VecX& out) {
     VecX response(ni);
     for (Eigen::Index a = 0; a < ni; ++a) response[a] = cw.line[split.ind[a]];
     for (size_t e = 0; e < split.dep.size(); ++e) response += cw.Et.col(static_cast<Eigen::Index>(e)) * cw.line[split.dep[e]];
-    if (ni > 0) solve_mass(typename W::In{}, cw.L, response);
+    if (ni > 0) solve(cw.L, response.data());
     column.segment(first, ni) = response;
     column[n] = wrench.dot(work.frames[load.on].V);
   }

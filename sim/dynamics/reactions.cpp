@@ -1,8 +1,10 @@
 #include "sim/dynamics/reactions.h"
 
 #include "sim/base/eigen_solvers.h"
+#include "sim/base/small_matrices.h"
 #include "sim/dynamics/closure.h"
 #include "sim/dynamics/kinematics.h"
+#include "sim/dynamics/plane_work.h"
 
 #include <algorithm>
 
@@ -30,7 +32,7 @@ VecX closure_multipliers(const Model& model, W& work, int cluster) {
   const VecX left = cw.M * work.wdot.segment(c.v0, c.nv) + cw.r + transposed_product(base.Ib, base.A);
   VecX rhs(nd);
   for (int i = 0; i < nd; ++i) rhs[i] = left[part.dep[i]];
-  const VecX basic = cw.lu.transpose().solve(rhs);
+  const VecX basic = cw.Gd.transpose() * rhs;
   for (int i = 0; i < nd; ++i) all[part.rows[i]] = basic[i];
   return all;
 }
@@ -124,7 +126,7 @@ MatX self_stresses(const Model& model, W& work, int cluster) {
     if (nd == 0) continue;
     VecX g(nd);
     for (int d = 0; d < nd; ++d) g[d] = cw.G(redundant[k], part.dep[d]);
-    const VecX balance = cw.lu.transpose().solve(g);
+    const VecX balance = cw.Gd.transpose() * g;
     for (int d = 0; d < nd; ++d) out(part.rows[d], column) -= balance[d];
   }
   return out;
@@ -171,11 +173,25 @@ void compute_reactions(const Model& model, W& work, Reactions& out, bool minimum
 }
 
 template <class W>
-double motion_power(const Model& model, const W& work, const Reactions& reactions) {
+double motion_power(const Model& model, const W& work) {
+  using Twist = typename W::In::Twist;
+  static thread_local VecX momentum;
   double power = 0.0;
   for (size_t i = 0; i < model.parts.size(); ++i) {
-    const TreeJoint& joint = model.parts[i].joint;
-    if (joint.motion >= 0) power += reactions.part[i].dot(in_space(work, joint.outboard, work.parts[i].joint.W));
+    const Part& part = model.parts[i];
+    const auto& p = work.parts[i];
+    const int n = part.body.n;
+    Twist need = p.terms.Mrr * p.A + p.terms.cr - p.load;
+    if (n > 0) {
+      add_momentum(p.terms.Mre, p.qdd, need);
+      momentum.resize(n);
+      multiply(elastic_mass(kinetic_body(model, work, static_cast<int>(i)), p.terms), p.qdd.data(), momentum.data());
+      momentum += p.terms.ce + p.elastic - p.load_e;
+      add_dots(p.terms.Mre, p.A, momentum.data());
+      power += momentum.dot(p.qd);
+    }
+    power += need.dot(p.V);
+    for (int k = 0; k < part.joint.nv; ++k) power -= p.tau[k] * work.w[part.v0 + k];
   }
   return power;
 }
@@ -183,7 +199,7 @@ double motion_power(const Model& model, const W& work, const Reactions& reaction
 #define FLEXFRAME_FOR(W)                                               \
   template VecX closure_multipliers(const Model&, W&, int);            \
   template void compute_reactions(const Model&, W&, Reactions&, bool); \
-  template double motion_power(const Model&, const W&, const Reactions&);
+  template double motion_power(const Model&, const W&);
 FLEXFRAME_FOR(Work)
 FLEXFRAME_FOR(PlaneWork)
 #undef FLEXFRAME_FOR

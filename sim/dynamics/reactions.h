@@ -22,8 +22,10 @@ void compute_reactions(const Model& model, W& work, Reactions& out, bool minimum
 template <class W>
 VecX closure_multipliers(const Model& model, W& work, int cluster);
 
-// Power that prescribed motions feed in, W.
+// Power that prescribed motions feed in, W: what the parts gain beyond what loads and the joints' own springs, dampers, stops and friction
+// give them, since joints and couplings as such do no work. Needs accelerations (update_accelerations). With MasslessRates as exact as
+// their balance.
 template <class W>
-double motion_power(const Model& model, const W& work, const Reactions& reactions);
+double motion_power(const Model& model, const W& work);
 
 }  // namespace flexframe::sim

@@ -66,8 +66,7 @@ void evaluate(System& system, W& work, double& supplied, double& dissipated) {
   if (!system.quadrature) return;
   supplied = work.applied;
   if (system.driven) {
-    compute_reactions(system.model, work, system.reactions, false);
-    supplied += motion_power(system.model, work, system.reactions);
+    supplied += motion_power(system.model, work);
   }
   dissipated = dissipated_power(system.model, work);
 }

@@ -1,0 +1,116 @@
+// What a run of a scene costs and what of it: set-up (parse to the first step), one evaluation of the equations of motion, evaluations.
+//
+//   bench_evaluation SCENE... [--runs N] [--count N]
+//
+// CPU seconds are the least of N runs (five) without estimates of errors and effects, as the integrator has them. An evaluation is timed
+// at the states of the run's samples. With --count N nothing is timed and every scene is evaluated N times at its start, for counting
+// instructions, which do not depend on the machine's load:
+//
+//   valgrind --tool=callgrind --toggle-collect='flexframe::sim::state_rate*' bench_evaluation SCENE --count 100
+#include "sim/run/histories_run.h"
+#include "sim/run/integrate_run.h"
+#include "sim/scene/scene_reader.h"
+#include "sim/start/make_system.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <ctime>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace {
+
+using namespace flexframe::sim;
+
+double cpu_seconds() {
+  timespec t;
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+struct Cost {
+  double setup = 1e9, run = 1e9, evaluation = 1e9;  // s
+  long steps = 0, evaluations = 0;
+  std::string method;
+};
+
+// Seconds an evaluation takes over the states of a run.
+double time_evaluations(System& system, const std::vector<double>& times, const std::vector<VecX>& states) {
+  if (states.empty()) return 0.0;
+  const long rounds = std::max(1L, 2000L / static_cast<long>(states.size()));
+  VecX dy(states.front().size());
+  long done = 0;
+  const double start = cpu_seconds();
+  for (long r = 0; r < rounds; ++r)
+    for (size_t i = 0; i < states.size(); ++i)
+      if (states[i].size() == dy.size()) state_rate(system, times[i], states[i].data(), dy.data()), ++done;
+  return (cpu_seconds() - start) / static_cast<double>(std::max(1L, done));
+}
+
+Cost measure(const std::string& file, long runs) {
+  Cost out;
+  for (long go = 0; go < runs; ++go) {
+    double start = cpu_seconds();
+    const Scene scene = read_scene(file);
+    System system = make_system(scene);
+    out.setup = std::min(out.setup, cpu_seconds() - start);
+    const std::vector<double> times = sample_times(scene.simulation);
+    RunSpan span = whole_run(scene.simulation, times);
+    std::vector<double> at;
+    std::vector<VecX> states;
+    int indefinite = -1;
+    start = cpu_seconds();
+    const SolverStatistics s = integrate(
+        system, scene.simulation.method, span, {},
+        [&](System&, double t, const VecX& y) {
+          at.push_back(t);
+          states.push_back(y);
+        },
+        indefinite);
+    out.run = std::min(out.run, cpu_seconds() - start);
+    out.steps = s.steps;
+    out.evaluations = system.evaluations;
+    out.method = s.method;
+    out.evaluation = std::min(out.evaluation, time_evaluations(system, at, states));
+  }
+  return out;
+}
+
+void evaluate_often(const std::string& file, long count) {
+  System system = make_system(read_scene(file));
+  const VecX y = pack_state(system, Eigen::Vector2d::Zero());
+  VecX dy(y.size());
+  for (long k = 0; k < count; ++k) state_rate(system, 0.0, y.data(), dy.data());
+  fmt::print("{}: {} evaluations, {} states, {}\n", file, count, y.size(), system.plane ? "in a plane" : "in space");
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+  std::vector<std::string> scenes;
+  long repeats = 0, runs = 5;
+  for (int i = 1; i < count; ++i) {
+    if (std::string_view(words[i]) == "--count" && i + 1 < count) repeats = std::atol(words[++i]);
+    else if (std::string_view(words[i]) == "--runs" && i + 1 < count) runs = std::atol(words[++i]);
+    else scenes.emplace_back(words[i]);
+  }
+  if (scenes.empty()) {
+    fmt::print(stderr, "usage: bench_evaluation SCENE... [--runs N] [--count N]\n");
+    return 2;
+  }
+  if (repeats == 0)
+    fmt::print("{:<44}  {:>12}  {:>9}  {:>9}  {:>7}  {:>11}  {:>13}\n", "scene", "method", "set-up ms", "run ms", "steps", "evaluations",
+               "us/evaluation");
+  for (const std::string& file : scenes) {
+    if (repeats > 0) {
+      evaluate_often(file, repeats);
+      continue;
+    }
+    const Cost c = measure(file, runs);
+    fmt::print("{:<44}  {:>12}  {:>9.2f}  {:>9.2f}  {:>7}  {:>11}  {:>13.2f}\n", file, c.method, 1e3 * c.setup, 1e3 * c.run, c.steps,
+               c.evaluations, 1e6 * c.evaluation);
+  }
+}
