@@ -18,11 +18,34 @@
 #include <array>
 #include <cmath>
 #include <string>
+#include <vector>
 
 namespace flexframe::sim {
 namespace {
 
 double* data(N_Vector v) { return N_VGetArrayPointer(v); }
+
+// What is not zero of a matrix in which little is.
+class SparseMatrix {
+ public:
+  void take(const MatX& M) {
+    entries_.clear();
+    for (Eigen::Index c = 0; c < M.cols(); ++c)
+      for (Eigen::Index r = 0; r < M.rows(); ++r)
+        if (M(r, c) != 0.0) entries_.push_back({r, c, M(r, c)});
+  }
+  // y += factor M x.
+  void add_product(double factor, const double* x, double* y) const {
+    for (const Entry& e : entries_) y[e.row] += factor * (e.value * x[e.column]);
+  }
+
+ private:
+  struct Entry {
+    Eigen::Index row, column;
+    double value;
+  };
+  std::vector<Entry> entries_;
+};
 
 // Newton's matrix 1 - g J of mechanical equations, solved for the rates alone:
 //   (1 - g B - g^2 A) dw = b_w + g A P b_q,   dq = b_q + g T dw,   the rest unchanged.
@@ -31,8 +54,14 @@ struct MechanicalSolver {
   double gamma = 0.0;
   std::function<double()> current_gamma;  // where the step's may have changed since the matrix was set up
   MatX matrix;                            // its factors
+  SparseMatrix T, P;                      // of the jacobian
   std::vector<int> order;
   VecX direction, product, rhs, rates;
+
+  void take_directions() {
+    T.take(jacobian.T);
+    P.take(jacobian.P);
+  }
 
   int factorise() {
     matrix = -gamma * jacobian.B - gamma * gamma * jacobian.A;
@@ -47,16 +76,15 @@ struct MechanicalSolver {
       factorise();
     }
     const Eigen::Index nq = jacobian.T.rows(), nw = jacobian.T.cols();
-    direction.resize(nw);
-    product.resize(std::max(nq, nw));
+    direction.setZero(nw);
+    product.resize(nw);
     rates.resize(nw);
-    multiply(jacobian.P, b, direction.data());
+    P.add_product(1.0, b, direction.data());
     multiply(jacobian.A, direction.data(), product.data());
-    rhs = Eigen::Map<const VecX>(b + nq, nw) + gamma * product.head(nw);
+    rhs = Eigen::Map<const VecX>(b + nq, nw) + gamma * product;
     sim::solve(matrix, order, rhs.data(), rates.data());
     if (x != b) std::copy(b, b + size, x);
-    multiply(jacobian.T, rates.data(), product.data());
-    Eigen::Map<VecX>(x, nq) += gamma * product.head(nq);
+    T.add_product(gamma, rates.data(), x);
     Eigen::Map<VecX>(x + nq, nw) = rates;
   }
 
@@ -229,6 +257,7 @@ struct IntegratorCallbacks {
       m->complaint = error.what();
       return 1;
     }
+    solver.take_directions();
     solver.gamma = gamma;
     *renewed = still_good ? SUNFALSE : SUNTRUE;
     return 0;

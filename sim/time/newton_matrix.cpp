@@ -57,15 +57,17 @@ void coordinate_matrix(const System& system, const double* y, MatX& T) {
     const Cluster& cluster = model.clusters[c];
     const ClusterWork& cw = system.work.clusters[c];
     const int ni = static_cast<int>(cw.partition.ind.size());
+    // Where a rate stands among the independent ones, or -1 - its place among the dependent ones; `none` for one that is locked.
+    constexpr int none = std::numeric_limits<int>::max();
+    std::vector<int> place(static_cast<size_t>(cluster.nv), none);
+    for (size_t k = 0; k < cw.partition.ind.size(); ++k) place[cw.partition.ind[k]] = static_cast<int>(k);
+    for (size_t d = 0; d < cw.partition.dep.size(); ++d) place[cw.partition.dep[d]] = -1 - static_cast<int>(d);
     // Row of N for a rate of the cluster: a unit row, or one of E.
     const auto add = [&](int row, int rate, double factor) {
-      for (int k = 0; k < ni; ++k)
-        if (cw.partition.ind[k] == rate) {
-          T(row, first + k) += factor;
-          return;
-        }
-      for (size_t d = 0; d < cw.partition.dep.size(); ++d)
-        if (cw.partition.dep[d] == rate) T.row(row).segment(first, ni) += factor * cw.E.row(static_cast<Eigen::Index>(d));
+      const int at = place[rate];
+      if (at == none) return;
+      if (at >= 0) T(row, first + at) += factor;
+      else T.row(row).segment(first, ni) += factor * cw.E.row(-1 - at);
     };
     for (int i : cluster.parts) {
       const Part& p = model.parts[i];
