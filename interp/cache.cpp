@@ -1,9 +1,10 @@
-// The disk cache of mapped modes: one file per content, named by its hash.
+// The disk cache of mapped modes: one file per content and build of this library, named by its hash; those not used for longest go.
 //
 // Layout (little endian): "FFMODES6", 16 bytes of content hash, int64 vertices, modes, text length, the report as text lines, 3 M n floats
 // column after column, 8 bytes of hash over everything before. Written beside its name and renamed, so that it is whole or not there.
 #include "interp/modes.h"
 
+#include "interp/disk_cache.h"
 #include "interp/hash.h"
 
 #include <fmt/format.h>
@@ -15,16 +16,30 @@
 #include <random>
 #include <sstream>
 
+#include <dlfcn.h>
+#include <sys/stat.h>
+
 namespace flexframe::interp {
 namespace {
 
 constexpr std::string_view magic = "FFMODES6";
 using Name = std::array<std::uint64_t, 2>;
 
+// Size and time of the file that this code was loaded from: another build may map otherwise.
+std::string this_build() {
+  Dl_info info{};
+  struct stat file {};
+  if (::dladdr(reinterpret_cast<const void*>(&cached_modes), &info) == 0 || !info.dli_fname) return {};
+  // A program that was found by PATH has no path here.
+  if (::stat(info.dli_fname, &file) != 0 && ::stat("/proc/self/exe", &file) != 0) return {};
+  return fmt::format("{} {}.{}", file.st_size, file.st_mtim.tv_sec, file.st_mtim.tv_nsec);
+}
+
 Name content_hash(const Nodes& nodes, const MeshView& mesh, const Options& options, const Eigen::MatrixXd& phi,
                   const Eigen::MatrixXd& psi) {
   Hash h;
   h.add_text(magic);
+  h.add_text(this_build());
   for (const Eigen::Index size : {nodes.positions.rows(), mesh.vertices.rows(), mesh.triangles.rows(), phi.cols(), psi.cols()})
     h.add(static_cast<std::int64_t>(size));
   h.add_bytes(nodes.positions.data(), nodes.positions.size() * sizeof(double));
@@ -112,7 +127,10 @@ CachedModes cached_modes(const Nodes& nodes, const MeshView& mesh, const Options
     std::ifstream in(file, std::ios::binary);
     if (in) {
       const std::string data{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-      if (decode(data, name, mesh.vertices.rows(), shapes.cols(), out)) return out;
+      if (decode(data, name, mesh.vertices.rows(), shapes.cols(), out)) {
+        mark_used(file);
+        return out;
+      }
       out = {};
     }
   }
@@ -130,6 +148,7 @@ CachedModes cached_modes(const Nodes& nodes, const MeshView& mesh, const Options
   stream.close();
   if (stream) std::filesystem::rename(partial, file, error);
   if (!stream || error) std::filesystem::remove(partial, error);
+  bound_cache(cache, ".modes");
   return out;
 }
 

@@ -1,6 +1,7 @@
 // flexframe check: is the scene sound, and what would be simulated.
 #include "render/cli/commands.h"
 #include "render/cli/jobs.h"
+#include "render/cli/json_text.h"
 
 #include "sim/dynamics/directions.h"
 #include "sim/model/mounted_modes.h"
@@ -194,7 +195,7 @@ void print_json(const sim::System& system, const sim::Linearisation& linear) {
                             {"imaginary", mode.pole.imag()},
                             {"shape", shape}});
   }
-  fmt::print("{}\n", out.dump(2));
+  fmt::print("{}\n", json_text(out));
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // flexframe deform: nodes of any program move a mesh of any origin.
 #include "render/cli/commands.h"
+#include "render/cli/json_text.h"
 #include "render/cli/terminal.h"
 
 #include "render/film/deform.h"
@@ -42,7 +43,7 @@ int run(const DeformWords& words) {
         {"reason", report.map.reason}, {"lebesgue", report.map.lebesgue}, {"largest_displacement", report.largest},
         {"scale", report.scale},       {"warnings", report.warnings},     {"written", words.output}};
     if (std::isfinite(report.leave_one_out.relative)) json["leave_one_out"] = report.leave_one_out.relative;
-    fmt::print("{}\n", json.dump(2));
+    fmt::print("{}\n", json_text(json));
     return 0;
   }
   if (verbosity() == Verbosity::quiet) return 0;

@@ -1,6 +1,7 @@
 // flexframe effects: what is simulated of a scene and what is left out, why, what each costs and is worth.
 #include "render/cli/commands.h"
 #include "render/cli/jobs.h"
+#include "render/cli/json_text.h"
 #include "render/cli/terminal.h"
 
 #include "sim/run/effect_report.h"
@@ -116,7 +117,7 @@ Command add_effects(Program& program) {
             Progress progress("measuring");
             options.progress = [&](double fraction) { progress.show(fraction); };
             const sim::EffectReport report = sim::report_effects(job.scene, options);
-            if (words->json) fmt::print("{}\n", report_json(words->scene, report).dump(2));
+            if (words->json) fmt::print("{}\n", json_text(report_json(words->scene, report)));
             else print_table(words->scene, report);
             return 0;
           }};

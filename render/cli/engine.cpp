@@ -71,15 +71,19 @@ struct Script {
   std::string text;
 };
 
-std::string sbatch_lines(const EngineJob& job, const EngineWords& words, bool of_tasks) {
-  std::string out = fmt::format("#SBATCH --job-name={}{}\n", job.name, of_tasks ? "" : "-last");
+enum class Stage { first, tasks, last };
+const char* stage_word(Stage stage) { return stage == Stage::first ? "first" : stage == Stage::tasks ? "tasks" : "last"; }
+
+std::string sbatch_lines(const EngineJob& job, const EngineWords& words, Stage stage) {
+  const bool of_tasks = stage == Stage::tasks;
+  std::string out = fmt::format("#SBATCH --job-name={}{}\n", job.name, of_tasks ? std::string() : fmt::format("-{}", stage_word(stage)));
   const auto log = [&](const char* file) { return (job.folder / "jobs" / file).string(); };
   if (of_tasks) {
     out += fmt::format("#SBATCH --array=1-{}\n#SBATCH --cpus-per-task={}\n", job.shards, words.cpus);
     if (job.task_seconds > 0.0) out += fmt::format("#SBATCH --time={}\n", minutes_for(job.task_seconds));
     out += fmt::format("#SBATCH --requeue\n#SBATCH --output=\"{}\"\n", log("task_%a.log"));
   } else {
-    out += fmt::format("#SBATCH --requeue\n#SBATCH --output=\"{}\"\n", log("last.log"));
+    out += fmt::format("#SBATCH --requeue\n#SBATCH --output=\"{}.log\"\n", log(stage_word(stage)));
   }
   out += "#SBATCH --open-mode=append\n";
   // The user's come last: they count.
@@ -97,28 +101,32 @@ std::vector<Script> scripts_of(const EngineJob& job, const EngineWords& words) {
   const fs::path folder = job.folder / "jobs";
   // Relative names of files go on from where the program was called.
   const std::string head = fmt::format("#!/bin/bash\ncd {} || exit 1\n", shell_word(fs::current_path().string()));
-  const std::string last = shell_line(job.last, "", "");
+  const std::string last = shell_line(job.last, "", ""), first = job.first.empty() ? "" : shell_line(job.first, "", "");
   if (words.engine == "parallel") {
     const std::string jobs = words.cpus > 1 ? fmt::format("--jobs $(( ($(nproc) + {}) / {} )) ", words.cpus - 1, words.cpus) : "";
     // A task that is ended from outside is begun again, twice.
     const std::string text =
-        head + fmt::format("seq 1 {} | parallel {}--retries 3 --joblog {} {}\n{}\n", job.shards, jobs,
-                           shell_word((folder / "parallel.log").string()),
-                           shell_word(shell_line(job.task, fmt::format("{{}}/{}", job.shards), fmt::format("{}", words.cpus))), last);
+        head + (first.empty() ? "" : first + " || exit 1\n") +
+        fmt::format("seq 1 {} | parallel {}--retries 3 --joblog {} {}\n{}\n", job.shards, jobs,
+                    shell_word((folder / "parallel.log").string()),
+                    shell_word(shell_line(job.task, fmt::format("{{}}/{}", job.shards), fmt::format("{}", words.cpus))), last);
     return {{folder / "submit.sh", text}};
   }
   const std::string shard = fmt::format("\"$SLURM_ARRAY_TASK_ID/{}\"", job.shards);
-  const auto script = [&](bool of_tasks, const std::string& line) {
-    return "#!/bin/bash\n" + sbatch_lines(job, words, of_tasks) + head.substr(head.find('\n') + 1) + "exec " + line + "\n";
+  const auto script = [&](Stage stage, const std::string& line) {
+    return "#!/bin/bash\n" + sbatch_lines(job, words, stage) + head.substr(head.find('\n') + 1) + "exec " + line + "\n";
   };
   const std::string submit = fmt::format(
-      "#!/bin/bash\nset -euo pipefail\ncd {}\ntasks=$(sbatch --parsable tasks.sh)\ntasks=${{tasks%%;*}}\n"
+      "#!/bin/bash\nset -euo pipefail\ncd {}\n{}tasks=$(sbatch --parsable {}tasks.sh)\ntasks=${{tasks%%;*}}\n"
       "last=$(sbatch --parsable --dependency=afterany:$tasks last.sh)\n"
       "echo \"jobs         $tasks (tasks 1 to {}), then ${{last%%;*}}\"\n",
-      shell_word(folder.string()), job.shards);
-  return {{folder / "tasks.sh", script(true, shell_line(job.task, shard, "\"$SLURM_CPUS_PER_TASK\""))},
-          {folder / "last.sh", script(false, last)},
-          {folder / "submit.sh", submit}};
+      shell_word(folder.string()), first.empty() ? "" : "first=$(sbatch --parsable first.sh)\nfirst=${first%%;*}\n",
+      first.empty() ? "" : "--dependency=afterok:$first --kill-on-invalid-dep=yes ", job.shards);
+  std::vector<Script> scripts = {{folder / "tasks.sh", script(Stage::tasks, shell_line(job.task, shard, "\"$SLURM_CPUS_PER_TASK\""))},
+                                 {folder / "last.sh", script(Stage::last, last)},
+                                 {folder / "submit.sh", submit}};
+  if (!first.empty()) scripts.insert(scripts.begin(), {folder / "first.sh", script(Stage::first, first)});
+  return scripts;
 }
 
 }  // namespace

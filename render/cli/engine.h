@@ -1,9 +1,9 @@
 // Work that is cut into shards, for engines that exist: GNU parallel on one machine, Slurm on many. The program writes scripts and hands
 // them over; it has no scheduler of its own.
 //
-// Every script is a file of FOLDER/jobs: tasks.sh (an array of tasks, one a shard), last.sh (after all of them), submit.sh. A task that is
-// killed and started again goes on where it was, because its command resumes; what is still missing at the end, the last one tells or
-// makes.
+// Every script is a file of FOLDER/jobs: first.sh (before all, where there is such work), tasks.sh (an array of tasks, one a shard),
+// last.sh (after all of them), submit.sh. A task that is killed and started again goes on where it was, because its command resumes; what
+// is still missing at the end, the last one tells or makes.
 #pragma once
 
 #include "render/cli/command.h"
@@ -26,10 +26,11 @@ struct EngineWords {
 void add_engine_words(Subcommand words, EngineWords& values);
 
 struct EngineJob {
-  std::string name;               // of the job
-  std::filesystem::path folder;   // absolute; scripts go to folder/jobs
-  std::vector<std::string> task;  // words of flexframe for one shard, in which {} stands for "I/N" and {cpus} for its processes
-  std::vector<std::string> last;  // words of flexframe once all shards have ended
+  std::string name;                     // of the job
+  std::filesystem::path folder;         // absolute; scripts go to folder/jobs
+  std::vector<std::string> first = {};  // words of flexframe before all shards, which are not begun where it fails; empty: none
+  std::vector<std::string> task;        // words of flexframe for one shard, in which {} stands for "I/N" and {cpus} for its processes
+  std::vector<std::string> last;        // words of flexframe once all shards have ended
   int shards = 1;
   double task_seconds = 0.0;  // wall seconds that a shard takes, by a pilot run; 0: unknown
 };

@@ -1,5 +1,6 @@
 #include "render/cli/export.h"
 
+#include "render/cli/json_text.h"
 #include "render/cli/page.h"
 #include "render/cli/results_job.h"
 #include "render/cli/terminal.h"
@@ -154,7 +155,7 @@ Pictures a second and speed are those of the scene's [render] table.)");
                                               : export_video(job, words->render, out, notes));
             json["notes"] = notes;
             if (words->json) {
-              fmt::print("{}\n", json.dump(2));
+              fmt::print("{}\n", json_text(json));
               return 0;
             }
             if (words->to != "html") fmt::print("{:<12} {}\n", words->to, out.string());

@@ -2,6 +2,7 @@
 #include "render/cli/commands.h"
 #include "render/cli/guarded.h"
 #include "render/cli/jobs.h"
+#include "render/cli/json_text.h"
 #include "render/cli/terminal.h"
 
 #include "render/import/import.h"
@@ -128,7 +129,7 @@ Layouts, units and conventions of each, and the mapping file: render/import/READ
               const imports::Imported imported = imports::import_files(request);
               make_folder(fs::absolute(out).parent_path());
               sim::write_results(imported.results, out);
-              if (words->json) fmt::print("{}\n", to_json(imported, out.string()).dump(2));
+              if (words->json) fmt::print("{}\n", json_text(to_json(imported, out.string())));
               else print_imported(imported, out.string());
               return 0;
             });

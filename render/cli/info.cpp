@@ -2,11 +2,13 @@
 #include "render/cli/commands.h"
 #include "render/cli/guarded.h"
 #include "render/cli/jobs.h"
+#include "render/cli/json_text.h"
 
 #include "render/draw/renderer.h"
 #include "render/image/png.h"
 #include "render/import/import.h"
 #include "render/picture/mesh.h"
+#include "sim/base/plain_text.h"
 #include "sim/bodies/sid.h"
 #include "sim/results/results_file.h"
 #include "sim/scene/scene_reader.h"
@@ -190,7 +192,7 @@ const Kind& kind_of_file(const std::string& file) {
                                        {imports::file_endings(), print_foreign, foreign_json},
                                        {{}, print_mesh, mesh_json}};
   std::string ending = std::filesystem::path(file).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  ending = sim::plain_lower(ending);
   for (const Kind& kind : kinds)
     if (std::find(kind.endings.begin(), kind.endings.end(), ending) != kind.endings.end()) return kind;
   return kinds.back();
@@ -219,7 +221,7 @@ Command add_info(Program& program) {
   return {app, [words, app] {
             if (app.given("--renderer")) {
               const std::string name = words->renderer.empty() ? "osmesa" : words->renderer;
-              if (words->json) fmt::print("{}\n", renderer_json(name).dump(2));
+              if (words->json) fmt::print("{}\n", json_text(renderer_json(name)));
               else print_renderer(name);
               return 0;
             }
@@ -227,7 +229,7 @@ Command add_info(Program& program) {
             if (!std::filesystem::exists(words->file)) throw sim::InputError(fmt::format("{}: no such file", words->file));
             const Kind& kind = kind_of_file(words->file);
             const auto show = [&] {
-              if (words->json) fmt::print("{}\n", kind.json(words->file).dump(2));
+              if (words->json) fmt::print("{}\n", json_text(kind.json(words->file)));
               else kind.print(words->file);
               return 0;
             };

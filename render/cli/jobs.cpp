@@ -1,5 +1,7 @@
 #include "render/cli/jobs.h"
 
+#include "render/cli/cache.h"
+
 #include "render/cli/engine.h"
 #include "render/cli/terminal.h"
 
@@ -146,9 +148,7 @@ void add_render_words(Subcommand words, RenderWords& values) {
   words.flag("--vector", values.vector, "each picture as vector/frame_00000.svg too: words, bars, plots as elements over the pixels");
   words.flag("--pdf", values.pdf, "each picture as pdf/frame_00000.pdf too, as --vector, for LaTeX and others that take PDF");
   words.flag("--no-overlay", values.no_overlay, "no text, colour bars and plots");
-  words.option("--cache", values.cache, "folder for mapped modes of bodies, reused by later runs; default: none")
-      .as("DIR")
-      .environment("FLEXFRAME_CACHE");
+  words.option("--cache", values.cache, cache_help).as("DIR").environment("FLEXFRAME_CACHE");
   words.option("--workers", values.workers, "number of drawing processes; default: one per core").range(1, 1024);
   words.option("--renderer", values.renderer, "osmesa or egl").as("WORD").one_of({"osmesa", "egl"}).show_default();
   words
@@ -232,7 +232,7 @@ void apply_words(const RenderWords& words, film::RenderSettings& settings) {
   if (words.vector) settings.vector_channel = true;
   if (words.pdf) settings.pdf_channel = true;
   if (words.samples) settings.samples = *words.samples;
-  settings.cache = words.cache;
+  settings.cache = cache_folder(words.cache);
   if (words.no_shadows) settings.shadows = settings.occlusion = false;
   if (words.no_overlay)
     settings.overlay = {

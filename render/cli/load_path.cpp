@@ -1,6 +1,7 @@
 // flexframe load-path: outputs of a scene at rest over a load, through limit points, CSV and SVG.
 #include "render/cli/commands.h"
 #include "render/cli/jobs.h"
+#include "render/cli/json_text.h"
 
 #include "render/film/diagram.h"
 #include "sim/base/file_output.h"
@@ -74,7 +75,7 @@ void report(const Words& w, const sim::LoadPath& path, const fs::path& csv, cons
   const nlohmann::ordered_json json = {{"scene", w.scene},    {"states", path.states.size()}, {"complete", path.complete},
                                        {"ended", path.ended}, {"limit_points", limits},       {"csv", csv.string()},
                                        {"svg", svg.string()}};
-  fmt::print("{}\n", json.dump(2));
+  fmt::print("{}\n", json_text(json));
 }
 
 int follow(const Words& w) {

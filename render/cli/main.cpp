@@ -54,6 +54,7 @@ int report(int code, const char* message) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  cli::secure_streams();
   render::tune_process();
   cli::watch_interrupts();
   try {

@@ -2,6 +2,7 @@
 #include "render/cli/commands.h"
 #include "render/cli/jobs.h"
 
+#include "render/cli/json_text.h"
 #include "render/cli/terminal.h"
 #include "render/film/diagram.h"
 #include "sim/base/file_output.h"
@@ -133,7 +134,7 @@ void animate_body(const Words* w) {
     if (!w->json) print_drawing(report);
     json.push_back({{"mode", k}, {"label", label}, {"drawing", drawing_json(report)}});
   }
-  if (w->json) fmt::print("{}\n", json.dump(2));
+  if (w->json) fmt::print("{}\n", json_text(json));
 }
 
 // "12.3 Hz, damping 0.01", "unstable, growth 3 1/s", "moves freely".
@@ -177,7 +178,7 @@ void animate_mechanism(const Words& w) {
     for (size_t k = 0; k < linear.modes.size() && k < 40; ++k) fmt::print("mode {:>3}   {}\n", k + 1, mode_text(linear.modes[k]));
   }
   if (w.no_pictures) {
-    if (w.json) fmt::print("{}\n", json.dump(2));
+    if (w.json) fmt::print("{}\n", json_text(json));
     return;
   }
   const std::string name = fs::path(w.body).stem().string();
@@ -194,7 +195,7 @@ void animate_mechanism(const Words& w) {
     if (!w.json) print_drawing(report);
     json["modes"][k - 1]["drawing"] = drawing_json(report);
   }
-  if (w.json) fmt::print("{}\n", json.dump(2));
+  if (w.json) fmt::print("{}\n", json_text(json));
 }
 
 // "w=0:100:21": a parameter or key, from, to, how many.

@@ -1,6 +1,7 @@
 // flexframe new: a commented scene to start from.
 #include "render/cli/commands.h"
 #include "render/cli/jobs.h"
+#include "render/cli/json_text.h"
 #include "render/cli/reduce.h"
 #include "render/cli/templates.h"
 
@@ -80,7 +81,7 @@ int make(const Words& words) {
   nlohmann::ordered_json json = {{"made", nlohmann::ordered_json::array()}, {"next", next}};
   for (const fs::path& path : made) json["made"].push_back(path.string());
   if (words.json) {
-    fmt::print("{}\n", json.dump(2));
+    fmt::print("{}\n", json_text(json));
     return 0;
   }
   for (const fs::path& path : made) fmt::print("made         {}\n", path.string());

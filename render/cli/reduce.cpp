@@ -1,25 +1,33 @@
 // flexframe reduce: a finite element model becomes a flexible body (SID) with its surface mesh and a report.
 #include "render/cli/reduce.h"
 
+#include "render/cli/cache.h"
 #include "render/cli/commands.h"
+#include "render/cli/engine.h"
+#include "render/cli/json_text.h"
 #include "render/cli/terminal.h"
 
 #include "sim/base/file_output.h"
+#include "sim/base/files_read.h"
 #include "sim/bodies/sid.h"
+#include "sim/bodies/sid_lack.h"
 #include "sim/reduce/reduce_request.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <cstdint>
+#include <functional>
 #include <memory>
+#include <optional>
 
 namespace flexframe::cli {
 namespace {
 
 struct Words {
   sim::ReduceRequest request;
-  std::string model, output, mesh, report, mass, node_table, dofs;
-  bool no_stiffening = false, no_cut_off = false, json = false, silent = false;
+  std::string model, output, mesh, report, mass, node_table, dofs, cache;
+  bool no_stiffening = false, no_cut_off = false, json = false, silent = false, fresh = false;
   double memory = 0.0;
 };
 
@@ -54,6 +62,75 @@ std::string report_text(const Words& w, const sim::Reduction& r) {
   return t;
 }
 
+nlohmann::json summary(const sim::Reduction& r) {
+  nlohmann::json j;
+  j["mass"] = r.body.mass;
+  j["degrees_of_freedom"] = r.report.degrees_of_freedom;
+  j["rigid_motions"] = r.report.rigid_motions;
+  j["frequencies"] = std::vector<double>(r.report.frequencies.begin(), r.report.frequencies.end());
+  j["nodes"] = r.body.nodes.size();
+  if (r.report.compliance_error >= 0.0) j["static_error"] = r.report.compliance_error;
+  for (const auto& s : r.report.stages) j["cpu_seconds"][s.name] = s.cpu;
+  j["notes"] = r.report.notes;
+  j["warnings"] = r.report.warnings;
+  return j;
+}
+
+// All words that decide the body, and the program that makes it. The model's files are looked at when the answer is used.
+std::string question_text(const Words& w) {
+  const sim::ReduceRequest& q = w.request;
+  const sim::ReduceOptions& o = q.options;
+  std::error_code error;
+  nlohmann::json all = {program_fingerprint(),
+                        w.model,
+                        std::filesystem::current_path(error).string(),
+                        w.mass,
+                        w.node_table,
+                        w.dofs,
+                        q.units,
+                        q.method,
+                        q.hold,
+                        q.interfaces,
+                        q.materials,
+                        q.densities,
+                        q.elastics,
+                        q.nodes,
+                        q.node_sets,
+                        q.contact,
+                        q.thickness,
+                        o.modes,
+                        o.highest,
+                        o.lowest,
+                        o.cut_off,
+                        o.static_error,
+                        o.node_count,
+                        o.stiffening,
+                        o.stiffening_forced,
+                        o.stress,
+                        o.damping,
+                        o.threads,
+                        o.memory_limit};
+  const std::vector<std::uint8_t> bytes = nlohmann::json::to_cbor(all);  // names of files need not be UTF-8
+  return {bytes.begin(), bytes.end()};
+}
+
+// Reduces, and keeps what took longer than looking it up.
+KeptTexts make(const Words& w, const KeptWork& work, const std::function<void(const std::string&)>& progress) {
+  constexpr double worth = 0.2;  // CPU s
+  const sim::FilesRead files;
+  const auto [model, r] = sim::reduce(w.request, progress);
+  KeptTexts texts;
+  texts["sid"] = sim::write_sid_text(
+      sim::from_flexible_body(r.body, sim::reduced_comment(std::filesystem::path(w.model).filename().string(), r.report.lacks)));
+  texts["obj"] = sim::surface_obj(model);
+  texts["report"] = report_text(w, r);
+  texts["json"] = summary(r).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  double cpu = 0.0;
+  for (const auto& stage : r.report.stages) cpu += stage.cpu;
+  if (cpu > worth || !w.cache.empty()) work.keep(texts, files.files());
+  return texts;
+}
+
 int run(Words& w) {
   sim::ReduceRequest& request = w.request;
   request.model = w.model;
@@ -66,32 +143,28 @@ int run(Words& w) {
   const auto progress = [&](const std::string& text) {
     if (!w.silent && verbosity() != Verbosity::quiet) fmt::print(stderr, "{}\n", text);
   };
-  const auto [model, r] = sim::reduce(request, progress);
-  for (const std::string& n : r.report.warnings) fmt::print(stderr, "warning: {}\n", n);
-  for (const std::string& n : r.report.notes) progress("note: " + n);
-  sim::write_sid(sim::from_flexible_body(r.body, sim::reduced_comment(std::filesystem::path(w.model).filename().string(), r.report.lacks)),
-                 w.output);
+  const KeptWork work(w.silent ? std::filesystem::path() : cache_folder(w.cache), "body", question_text(w));
+  std::optional<KeptTexts> made = w.fresh ? std::nullopt : work.read();
+  const bool found = made.has_value();
+  if (found) progress(fmt::format("note: this reduction was made before and is kept in {}; --fresh makes it anew", work.file().string()));
+  else made = make(w, work, progress);
+  KeptTexts& texts = *made;
+  nlohmann::json j = nlohmann::json::parse(texts["json"]);
+  for (const std::string& n : j["warnings"].get<std::vector<std::string>>()) fmt::print(stderr, "warning: {}\n", n);
+  for (const std::string& n : j["notes"].get<std::vector<std::string>>()) progress("note: " + n);
   const std::filesystem::path base = w.output;
+  sim::write_whole_file(base, texts["sid"]);
   const std::string mesh = w.mesh.empty() ? std::filesystem::path(base).replace_extension(".obj").string() : w.mesh;
   const std::string report = w.report.empty() ? std::filesystem::path(base).replace_extension(".md").string() : w.report;
-  if (const std::string surface = sim::surface_obj(model); surface.find("\nf ") != std::string::npos) sim::write_whole_file(mesh, surface);
-  sim::write_whole_file(report, report_text(w, r));
+  if (texts["obj"].find("\nf ") != std::string::npos) sim::write_whole_file(mesh, texts["obj"]);
+  sim::write_whole_file(report, texts["report"]);
   if (w.silent) return 0;
   if (w.json) {
-    nlohmann::json j;
     j["body"] = w.output;
-    j["mass"] = r.body.mass;
-    j["degrees_of_freedom"] = r.report.degrees_of_freedom;
-    j["rigid_motions"] = r.report.rigid_motions;
-    j["frequencies"] = std::vector<double>(r.report.frequencies.begin(), r.report.frequencies.end());
-    j["nodes"] = r.body.nodes.size();
-    if (r.report.compliance_error >= 0.0) j["static_error"] = r.report.compliance_error;
-    for (const auto& s : r.report.stages) j["cpu_seconds"][s.name] = s.cpu;
-    j["notes"] = r.report.notes;
-    j["warnings"] = r.report.warnings;
-    fmt::print("{}\n", j.dump(2));
+    j["kept"] = found;
+    fmt::print("{}\n", json_text(j));
   } else if (verbosity() != Verbosity::quiet) {
-    fmt::print("{}", report_text(w, r));
+    fmt::print("{}", texts["report"]);
   }
   return 0;
 }
@@ -167,6 +240,8 @@ Command add_reduce(Program& program) {
       .range(1, 1024)
       .show_default();
   app.option("--memory", w->memory, "memory limit in GB; default: the free memory").positive();
+  app.option("--cache", w->cache, cache_help).as("DIR").environment("FLEXFRAME_CACHE");
+  app.flag("--fresh", w->fresh, "make it anew, though it was made before and is kept in the cache");
   app.flag("--json", w->json, "print a machine-readable summary");
   app.example("part.inp -o part.sid --modes 20 --interface pin=1001 --interface eye=rigid:HOLE", "a body with two interfaces");
   app.example("part.msh --material 2.1e11,0.3,7850 --units mm -o part.sid", "a mesh without material, in millimetres");

@@ -1,6 +1,7 @@
 // flexframe render: results to pictures.
 #include "render/cli/commands.h"
 #include "render/cli/engine.h"
+#include "render/cli/json_text.h"
 #include "render/cli/results_job.h"
 
 #include "render/film/runs.h"
@@ -126,7 +127,7 @@ Command add_render(Program& program) {
             const DrawingReport drawing = several ? draw_runs(*words, out, name, differences) : draw_one(*words, out, name);
             nlohmann::ordered_json json = drawing_json(drawing);
             if (several) json["differences"] = differences;
-            if (words->json) fmt::print("{}\n", json.dump(2));
+            if (words->json) fmt::print("{}\n", json_text(json));
             else print_drawing(drawing);
             return 0;
           }};

@@ -1,6 +1,7 @@
 // flexframe response: steady response of a scene's outputs to one of its forces over the frequency, CSV and SVG.
 #include "render/cli/commands.h"
 #include "render/cli/jobs.h"
+#include "render/cli/json_text.h"
 
 #include "render/film/diagram.h"
 #include "sim/base/file_output.h"
@@ -80,7 +81,7 @@ void report(const Words& w, const sim::FrequencyResponse& r, const sim::VecX& fr
     if (!w.json) fmt::print("{:<20} largest {:.5g} {} per unit at {:.5g} Hz\n", r.columns[c], most, r.units[c], frequencies[peak]);
   }
   json.update({{"notes", r.notes}, {"left_out", r.left_out}, {"csv", csv.string()}, {"svg", svg.string()}});
-  if (w.json) return fmt::print("{}\n", json.dump(2));
+  if (w.json) return fmt::print("{}\n", json_text(json));
   for (const std::string& note : r.notes) fmt::print("note         {}\n", note);
   if (!r.left_out.empty()) fmt::print("note         left out, no linear answer: {}\n", fmt::join(r.left_out, ", "));
   fmt::print("response     {}\ndiagram      {}\n", csv.string(), svg.string());

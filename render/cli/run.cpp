@@ -1,6 +1,8 @@
 // flexframe run: simulate a scene and draw it.
 #include "render/cli/commands.h"
+#include "render/cli/engine.h"
 #include "render/cli/jobs.h"
+#include "render/cli/json_text.h"
 #include "render/cli/page.h"
 #include "render/cli/terminal.h"
 
@@ -9,9 +11,50 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 
 namespace flexframe::cli {
+
+namespace {
+
+// Simulates once, then draws in shards: what the words ask of the simulation goes to `simulate`, what they ask of pictures to `render`.
+int hand_over_run(const std::string& scene, const std::filesystem::path& out, const std::string& csv, const RenderWords& render,
+                  const EngineWords& engine) {
+  if (!render.shard.empty()) throw UsageError("--shard excludes --engine, which hands out shards itself");
+  const std::string name = std::filesystem::path(scene).stem().string(), results = (out / "results.h5").string();
+  const std::vector<std::string> simulation = {
+      "--set", "--tolerance", "--accuracy", "--method", "--max-steps", "--no-error-estimate", "--no-effect-check", "--strict", "--fresh"};
+  const std::vector<std::string> ours = {"-o", "--out", "--csv", "--json"},
+                                 alone = {"--no-error-estimate", "--no-effect-check", "--strict", "--fresh", "--json"};
+  EngineJob job;
+  job.name = "flexframe-" + name;
+  job.folder = std::filesystem::absolute(out).lexically_normal();
+  job.shards = engine.shards > 0 ? engine.shards : 4;
+  job.first = {"simulate", scene, "-o", results, "--csv", csv.empty() ? (out / "histories.csv").string() : csv};
+  job.last = {"render", results, "-o", out.string(), "--resume"};
+  if (render.video.empty() && !render.no_video) job.last.insert(job.last.end(), {"--video", (out / (name + ".mp4")).string()});
+  const std::vector<std::string> words = words_without_engine();
+  const auto is_in = [](const std::vector<std::string>& list, const std::string& word) {
+    return std::find(list.begin(), list.end(), word) != list.end();
+  };
+  for (std::size_t k = 0; k < words.size(); ++k) {
+    const std::string option = words[k].starts_with("--") ? words[k].substr(0, words[k].find('=')) : words[k];
+    if (words[k] == "run" || words[k] == scene || words[k] == "--resume") continue;
+    const bool drawn = !is_in(simulation, option) && !is_in(ours, option);
+    std::vector<std::string>& into = drawn ? job.last : job.first;
+    const bool value_follows = !drawn && option == words[k] && !is_in(alone, option);
+    if (!is_in(ours, option)) into.push_back(words[k]);
+    if (!value_follows) continue;
+    ++k;
+    if (!is_in(ours, option) && k < words.size()) into.push_back(words[k]);
+  }
+  job.task = job.last;
+  for (const char* word : {"--shard", "{}", "--workers", "{cpus}"}) job.task.emplace_back(word);
+  return hand_over(job, engine);
+}
+
+}  // namespace
 
 Command add_run(Program& program) {
   struct Words {
@@ -20,6 +63,7 @@ Command add_run(Program& program) {
     bool json = false, html = false;
     SimulationWords simulation;
     RenderWords render;
+    EngineWords engine;
   };
   const auto words = std::make_shared<Words>();
   Subcommand app = program.subcommand("run", "simulate a scene and draw it: results, histories, pictures, video");
@@ -32,9 +76,11 @@ Command add_run(Program& program) {
   add_simulation_words(app, words->simulation);
   add_fresh_word(app, words->simulation);
   add_render_words(app, words->render);
+  add_engine_words(app, words->engine);
   app.example("slider_crank.toml", "simulate and draw: slider_crank/results.h5, histories.csv, frames/, slider_crank.mp4");
   app.example("crane.toml -o out --accuracy 1e-3 --scales 1,20 --size 1920x1080",
               "outputs good to a thousandth; in scale and twenty times");
+  app.example("crane.toml --engine slurm --shards 40", "simulate, then draw by forty tasks of a cluster, then the video");
   app.example("crane.toml --set body.boom.length=3 --view front,iso --colormap turbo", "another boom, two views, other colours");
 
   return {
@@ -45,6 +91,10 @@ Command add_run(Program& program) {
         const std::string name = fs::path(words->scene).stem().string();
         const fs::path out = words->out.empty() ? fs::path(name) : fs::path(words->out);
         require_writable(out);
+        if (words->engine.elsewhere()) {
+          if (words->html) throw UsageError("--html does not go with --engine: flexframe export RESULTS --to html makes the page");
+          return hand_over_run(words->scene, out, words->csv, words->render, words->engine);
+        }
 
         const bool asked = !words->simulation.tolerance && (words->simulation.accuracy || job.scene.simulation.accuracy);
         std::optional<sim::SettingsMemory> memory;
@@ -66,7 +116,7 @@ Command add_run(Program& program) {
           json["simulation"] = simulation_json(results);
           json["drawing"] = drawing_json(drawing);
           if (words->html) json["page"] = page;
-          fmt::print("{}\n", json.dump(2));
+          fmt::print("{}\n", json_text(json));
           return 0;
         }
         if (!results.title.empty() && verbosity() != Verbosity::quiet) fmt::print("{}\n", results.title);

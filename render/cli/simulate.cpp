@@ -1,6 +1,7 @@
 // flexframe simulate: a scene to results, without pictures.
 #include "render/cli/commands.h"
 #include "render/cli/jobs.h"
+#include "render/cli/json_text.h"
 
 #include "sim/results/csv.h"
 #include "sim/results/results_file.h"
@@ -49,7 +50,7 @@ Command add_simulate(Program& program) {
             if (!words->csv.empty()) sim::write_histories_csv(results, words->csv);
             if (words->json) {
               nlohmann::ordered_json json = {{"scene", words->scene}, {"title", results.title}, {"simulation", simulation_json(results)}};
-              fmt::print("{}\n", json.dump(2));
+              fmt::print("{}\n", json_text(json));
               return 0;
             }
             print_simulation(results);

@@ -1,6 +1,7 @@
 // flexframe spectrum: amplitude spectra of outputs in results, over frequency or order, CSV and SVG.
 #include "render/cli/commands.h"
 #include "render/cli/jobs.h"
+#include "render/cli/json_text.h"
 
 #include "render/film/diagram.h"
 #include "sim/base/file_output.h"
@@ -114,7 +115,7 @@ int write_spectrum(const Words& w) {
     if (!w.json) fmt::print("{:<20} largest {:.5g} {} at {} {:.5g}\n", output->column, most, output->unit, axis, s.at[peak + 1]);
   }
   json.update({{"csv", csv.string()}, {"svg", svg.string()}});
-  if (w.json) fmt::print("{}\n", json.dump(2));
+  if (w.json) fmt::print("{}\n", json_text(json));
   else fmt::print("spectrum     {}\ndiagram      {}\n", csv.string(), svg.string());
   return 0;
 }

@@ -1,5 +1,6 @@
 #include "render/cli/sweep_finish.h"
 
+#include "render/cli/json_text.h"
 #include "render/cli/terminal.h"
 
 #include "render/film/sweep_plots.h"
@@ -191,7 +192,7 @@ int finish_sweep(sim::Sweep& sweep, const FinishWords& words) {
   if (words.json) {
     nlohmann::ordered_json json = to_json(sweep, all);
     if (sweep.goal) json["found"] = found_json(sweep, all.table, found);
-    fmt::print("{}\n", json.dump(2));
+    fmt::print("{}\n", json_text(json));
     return code;
   }
   std::string ends;

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <fcntl.h>
 #include <unistd.h>
+#include <cerrno>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -15,10 +17,33 @@ Verbosity how_much = Verbosity::usual;
 
 void note_signal(int) { asked_to_stop = 1; }
 
+// What goes to a stderr that takes nothing (closed, its disk full) is lost; the work goes on.
+ssize_t say_if_possible(void*, const char* text, std::size_t size) {
+  for (std::size_t done = 0; done < size;) {
+    const ssize_t written = ::write(STDERR_FILENO, text + done, size - done);
+    if (written > 0) done += static_cast<std::size_t>(written);
+    else if (written == 0 || errno != EINTR) break;
+  }
+  return static_cast<ssize_t>(size);
+}
+
 }  // namespace
 
 void set_verbosity(Verbosity verbosity) { how_much = verbosity; }
 Verbosity verbosity() { return how_much; }
+
+void secure_streams() {
+  // A file that is opened must not get the number of a stream that was closed: messages would be written into it. Reading only: what is
+  // written to a closed stdout stays an error.
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (::fcntl(stream, F_GETFD) < 0 && errno == EBADF) ::open("/dev/null", O_RDONLY);
+  cookie_io_functions_t functions{};
+  functions.write = say_if_possible;
+  if (FILE* patient = ::fopencookie(nullptr, "w", functions)) {
+    std::setvbuf(patient, nullptr, _IONBF, 0);
+    stderr = patient;
+  }
+}
 
 void watch_interrupts() {
   struct sigaction action {};

@@ -41,6 +41,10 @@ struct Interrupted : std::runtime_error {
   Interrupted() : std::runtime_error("interrupted") {}
 };
 
+// At the start: makes streams that were closed safe (nothing is written into files that are opened later), and a stderr that takes nothing
+// no reason to end.
+void secure_streams();
+
 // From here on SIGINT and SIGTERM are noted instead of ending the process at once.
 void watch_interrupts();
 bool interrupted();

@@ -4,6 +4,7 @@
 #include "render/base/file.h"
 #include "render/picture/mesh.h"
 #include "sim/base/error.h"
+#include "sim/base/plain_text.h"
 #include "sim/base/types.h"
 
 #include <fmt/format.h>
@@ -28,7 +29,7 @@ std::string plain_name(std::string_view text) {
   std::string name;
   for (const char c : text) {
     if (c == '[' || c == '(') break;
-    if (std::isalnum(static_cast<unsigned char>(c))) name.push_back(static_cast<char>(std::tolower(static_cast<unsigned char>(c))));
+    if (std::isalnum(static_cast<unsigned char>(c))) name.push_back(sim::plain_lower(c));
   }
   return name;
 }
@@ -39,7 +40,7 @@ std::string unit_name(std::string_view text) {
   if (open == std::string_view::npos || close == std::string_view::npos) return {};
   std::string unit;
   for (const char c : text.substr(open + 1, close - open - 1))
-    if (!std::isspace(static_cast<unsigned char>(c))) unit.push_back(static_cast<char>(std::tolower(static_cast<unsigned char>(c))));
+    if (!std::isspace(static_cast<unsigned char>(c))) unit.push_back(sim::plain_lower(c));
   return unit;
 }
 
@@ -222,7 +223,7 @@ bool rotations_missing(const NodeTable& table) {
 
 std::string lower_extension(const fs::path& path) {
   std::string e = path.extension().string();
-  std::transform(e.begin(), e.end(), e.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  e = sim::plain_lower(e);
   return e;
 }
 

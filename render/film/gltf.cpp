@@ -299,7 +299,7 @@ std::vector<std::uint8_t> make_gltf(const Animation& animation, double scale, bo
   json["accessors"] = d.writer.accessors;
   json["bufferViews"] = d.writer.views;
   json["buffers"] = Json::array({buffer});
-  std::string text = json.dump();
+  std::string text = json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   if (!binary) return {text.begin(), text.end()};
 
   // GLB, section 4.4: header, JSON padded with blanks, data padded with zeros.

@@ -169,7 +169,7 @@ class Runs {
     if (histories && run.failure.empty()) sim::write_whole_file(folder_ / (run.key + ".csv"), to_csv(run.histories));
     const json record = {{"cpu", run.cpu},         {"coordinates", run.coordinates}, {"method", run.method},
                          {"failure", run.failure}, {"units", run.histories.units},   {"energy_scale", run.histories.energy_scale}};
-    sim::write_whole_file(folder_ / (run.key + ".json"), record.dump());
+    sim::write_whole_file(folder_ / (run.key + ".json"), record.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
   }
 
   bool load(Run& run) const {

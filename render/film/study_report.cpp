@@ -88,7 +88,7 @@ std::string to_json(const Study& s) {
                                {"error", optional_number(p.failure.empty() ? p.error : -1.0)},
                                {"failure", p.failure}});
   out["notes"] = s.notes;
-  return out.dump(2) + "\n";
+  return out.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
 std::string error_text(double error, bool floor, double least) {

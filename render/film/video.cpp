@@ -1,6 +1,8 @@
 #include "render/film/video.h"
 
+#include "render/base/file.h"
 #include "render/image/png.h"
+#include "sim/base/plain_text.h"
 
 #include <fmt/format.h>
 
@@ -44,7 +46,7 @@ std::string find_program(const std::string& name) {
 
 std::string ending_of(const std::filesystem::path& path) {
   std::string ending = path.extension().string();
-  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  for (char& c : ending) c = sim::plain_lower(c);
   return ending;
 }
 

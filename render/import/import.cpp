@@ -8,6 +8,7 @@
 #include "render/import/surfaces.h"
 #include "render/import/urdf.h"
 #include "render/import/vtk_series.h"
+#include "sim/base/plain_text.h"
 #include "sim/base/words.h"
 #include "sim/scene/scene_reader.h"
 
@@ -23,7 +24,7 @@ namespace fs = std::filesystem;
 
 std::string ending_of(const fs::path& file) {
   std::string ending = file.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  ending = sim::plain_lower(ending);
   return ending;
 }
 

@@ -2,6 +2,7 @@
 #include "render/import/table.h"
 
 #include "render/base/file.h"
+#include "sim/base/plain_text.h"
 #include "sim/base/words.h"
 #include "sim/scene/units.h"
 
@@ -195,7 +196,7 @@ std::vector<Line> content_lines(const std::string& text, const std::string& file
 }
 
 std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  text = sim::plain_lower(text);
   return text;
 }
 

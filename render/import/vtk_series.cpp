@@ -2,6 +2,8 @@
 
 #include "sim/base/words.h"
 
+#include "sim/base/plain_text.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,7 +16,7 @@ namespace {
 using sim::InputError;
 
 std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  text = sim::plain_lower(text);
   return text;
 }
 

@@ -289,7 +289,7 @@ Mesh read_other(const fs::path& path, const MeshOptions& options) {
   if (mesh.positions.empty()) throw MeshError(fmt::format("{}: the file holds no vertices", file));
   // STL gives every facet its flat normal, which says nothing about creases.
   std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;  // in any locale
   if (extension == ".stl") polygons.corner_normal.clear();
   finish_mesh(std::move(polygons), options, mesh, fmt::format("{}: no face with three different corners", file));
   return mesh;
@@ -299,7 +299,7 @@ Mesh read_other(const fs::path& path, const MeshOptions& options) {
 
 Mesh read_mesh(const fs::path& path, const MeshOptions& options) {
   std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;  // in any locale
   return extension == ".obj" ? read_obj(path, options) : read_other(path, options);
 }
 

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace flexframe::python {
 namespace {
@@ -59,6 +60,8 @@ py::dict statistics(const sim::Results& r) {
   out["steps"] = s.steps;
   out["evaluations"] = s.evaluations;
   out["events"] = s.events;
+  out["jacobians"] = s.jacobians;
+  out["restarts"] = s.restarts;
   out["cpu_seconds"] = s.cpu_seconds;
   if (s.error_estimate >= 0.0) {
     out["error_estimate"] = s.error_estimate;
@@ -67,6 +70,11 @@ py::dict statistics(const sim::Results& r) {
   if (s.accuracy) {
     out["asked"] = s.accuracy->asked;
     out["chosen"] = s.accuracy->chosen;
+    out["error_time"] = s.accuracy->time;
+    out["error_space"] = s.accuracy->space;
+    out["error_effects"] = s.accuracy->effects;
+    out["half_cost"] = s.accuracy->half_cost;
+    out["search_cpu_seconds"] = s.accuracy->search_cpu;
   }
   return out;
 }
@@ -83,6 +91,32 @@ void take(const py::dict& from, const char* key, const std::string& body, Eigen:
   to = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(a.data(), rows, columns);
 }
 
+// Numbers from 0 to below `count`.
+void check_numbers(const sim::MatX& values, Eigen::Index count, const char* key, const std::string& body) {
+  for (const double x : values.reshaped())
+    if (!(x >= 0.0 && x < static_cast<double>(count)) || x != std::floor(x))
+      throw ArgumentError(fmt::format("body '{}': '{}' must hold whole numbers from 0 to {}, found {:g}", body, key, count - 1, x));
+}
+
+// A surface that comes with the results: "points" (m, 3) and "triangles" (k, 3), colours and nodes of the points where they are given.
+void take_surface(const py::dict& given, sim::ResultBody& b) {
+  const bool some = given.contains("points") || given.contains("triangles");
+  if (!some) return;
+  if (!given.contains("points") || !given.contains("triangles"))
+    throw ArgumentError(fmt::format("body '{}': a surface needs 'points' and 'triangles'", b.name));
+  if (!b.mesh.empty()) throw ArgumentError(fmt::format("body '{}': 'mesh' and 'points' are two surfaces", b.name));
+  const auto rows = [&](const char* key) { return given[key].cast<Array>().shape(0); };
+  take(given, "points", b.name, rows("points"), 3, b.surface.points);
+  sim::MatX triangles, nodes;
+  take(given, "triangles", b.name, rows("triangles"), 3, triangles);
+  check_numbers(triangles, b.surface.points.rows(), "triangles", b.name);
+  b.surface.triangles = triangles.cast<int>();
+  take(given, "colors", b.name, triangles.rows(), 3, b.surface.colors);
+  take(given, "point_nodes", b.name, b.surface.points.rows(), 1, nodes);
+  check_numbers(nodes, static_cast<Eigen::Index>(b.nodes.size()), "point_nodes", b.name);
+  for (const double node : nodes.reshaped()) b.surface.nodes.push_back(static_cast<int>(node));
+}
+
 void write_foreign(const std::filesystem::path& path, const Array& t, const py::dict& bodies, const py::dict& outputs,
                    const std::string& title, const std::string& scene_text) {
   sim::Results r;
@@ -96,7 +130,8 @@ void write_foreign(const std::filesystem::path& path, const Array& t, const py::
     b.name = name.cast<std::string>();
     for (const auto& [key, ignored] : given) {
       const std::string word = key.cast<std::string>();
-      const std::vector<std::string> known{"position", "orientation", "nodes", "displacement", "rotation", "mesh"};
+      const std::vector<std::string> known{"position", "orientation", "nodes",  "node_names", "displacement", "rotation",
+                                           "mesh",     "points",      "colors", "triangles",  "point_nodes",  "von_mises"};
       if (std::find(known.begin(), known.end(), word) == known.end())
         throw ArgumentError(fmt::format("body '{}': key '{}' is unknown{}; allowed: {}", b.name, word, sim::did_you_mean(word, known),
                                         sim::list_words(known)));
@@ -115,9 +150,17 @@ void write_foreign(const std::filesystem::path& path, const Array& t, const py::
       b.displacement = sim::MatX::Zero(nt, columns);
       take(given, "displacement", b.name, nt, columns, b.displacement);
       take(given, "rotation", b.name, nt, columns, b.rotation);
+      take(given, "von_mises", b.name, nt, columns / 3, b.node_von_mises);
+      if (given.contains("node_names")) {
+        const auto names = given["node_names"].cast<std::vector<std::string>>();
+        if (names.size() != b.nodes.size())
+          throw ArgumentError(fmt::format("body '{}': 'node_names' must be {} words, found {}", b.name, b.nodes.size(), names.size()));
+        for (std::size_t k = 0; k < names.size(); ++k) b.nodes[k].name = names[k];
+      }
     }
     b.kind = b.nodes.empty() ? "rigid" : "modal";
     if (given.contains("mesh")) b.mesh = std::filesystem::absolute(given["mesh"].cast<std::filesystem::path>()).string();
+    take_surface(given, b);
     r.bodies.push_back(std::move(b));
   }
   for (const auto& [name, value] : outputs) {
@@ -134,9 +177,48 @@ void write_foreign(const std::filesystem::path& path, const Array& t, const py::
 
 namespace {
 
+// What a body's motion is drawn and stressed by.
+void bind_shapes(py::class_<BodyMotion>& motion) {
+  motion
+      .def_property_readonly(
+          "mesh", [](const BodyMotion& b) { return (*b).mesh; }, "Absolute path of the mesh file; empty: none.")
+      .def_property_readonly(
+          "length", [](const BodyMotion& b) { return (*b).length; }, "Of a beam, m; others 0.")
+      .def_property_readonly(
+          "labels", [](const BodyMotion& b) { return (*b).labels; }, "Of the elastic coordinates.")
+      .def_property_readonly(
+          "node_phi", [](const py::object& s) { return view_matrix((*s.cast<const BodyMotion&>()).node_phi, s); },
+          "(3 nn, n) displacement of the nodes per elastic coordinate of a modal body, m; empty: not linear in them.")
+      .def_property_readonly(
+          "node_psi", [](const py::object& s) { return view_matrix((*s.cast<const BodyMotion&>()).node_psi, s); },
+          "(3 nn, n) rotation of the nodes per elastic coordinate, rad; empty: unknown.")
+      .def_property_readonly(
+          "stress_nodes", [](const BodyMotion& b) { return (*b).stress_nodes; }, "Numbers (from 0) of the nodes that know their stress.")
+      .def_property_readonly(
+          "node_stress", [](const py::object& s) { return view_matrix((*s.cast<const BodyMotion&>()).node_stress, s); },
+          "(6 ns, n) stress at stress_nodes per elastic coordinate, Pa: xx yy zz xy yz xz of each node; empty: unknown.")
+      .def_property_readonly(
+          "von_mises", [](const py::object& s) { return view_matrix((*s.cast<const BodyMotion&>()).node_von_mises, s); },
+          "(nt, nn) von Mises stress of the nodes that another program computed, Pa; empty: unknown.")
+      .def_property_readonly(
+          "points", [](const py::object& s) { return view_matrix((*s.cast<const BodyMotion&>()).surface.points, s); },
+          "(m, 3) corners of the surface that came with the results, body frame, m; empty: none.")
+      .def_property_readonly(
+          "triangles",
+          [](const BodyMotion& b) {
+            const Eigen::MatrixX3i& from = (*b).surface.triangles;
+            py::array_t<int> out({static_cast<py::ssize_t>(from.rows()), py::ssize_t{3}});
+            for (Eigen::Index k = 0; k < from.rows(); ++k)
+              for (Eigen::Index d = 0; d < 3; ++d) out.mutable_at(k, d) = from(k, d);
+            return out;
+          },
+          "(k, 3) points (from 0) of its triangles, counterclockwise seen from outside.");
+}
+
 void bind_motions(py::module_& m) {
-  py::class_<BodyMotion>(m, "ResultBody",
-                         "Motion of a body: arrays of nt rows, one a time of Results.t; SI units. They look at the results' memory.")
+  py::class_<BodyMotion> motion(
+      m, "ResultBody", "Motion of a body: arrays of nt rows, one a time of Results.t; SI units. They look at the results' memory.");
+  motion
       .def_property_readonly(
           "name", [](const BodyMotion& b) { return (*b).name; }, "As in the scene.")
       .def_property_readonly(
@@ -165,12 +247,27 @@ void bind_motions(py::module_& m) {
               for (int d = 0; d < 3; ++d) out.mutable_at(static_cast<py::ssize_t>(k), d) = (*b).nodes[k].origin[d];
             return out;
           },
-          "(nn, 3) undeformed places of the nodes in the body frame, m.");
+          "(nn, 3) undeformed places of the nodes in the body frame, m.")
+      .def_property_readonly(
+          "node_names",
+          [](const BodyMotion& b) {
+            std::vector<std::string> out;
+            for (const sim::ResultNode& node : (*b).nodes) out.push_back(node.name);
+            return out;
+          },
+          "Names of frames, or numbers, of the nodes.");
+  bind_shapes(motion);
   py::class_<JointMotion>(m, "ResultJoint", "Motion of a joint: arrays of nt rows; SI units.")
       .def_property_readonly(
           "name", [](const JointMotion& j) { return (*j).name; }, "As in the scene.")
       .def_property_readonly(
           "kind", [](const JointMotion& j) { return (*j).kind; }, "revolute, prismatic, ...")
+      .def_property_readonly(
+          "position", [](const py::object& s) { return view_matrix((*s.cast<const JointMotion&>()).position, s); },
+          "(nt, 3) of its frame on the parent, in world axes, m.")
+      .def_property_readonly(
+          "orientation", [](const py::object& s) { return view_matrix((*s.cast<const JointMotion&>()).orientation, s); },
+          "(nt, 4) of that frame, unit quaternion w x y z.")
       .def_property_readonly(
           "value", [](const py::object& s) { return view_matrix((*s.cast<const JointMotion&>()).value, s); },
           "(nt, n) coordinates, m and rad.")
@@ -211,6 +308,14 @@ r["slider.x"] is a column of the histories, (nt,); r["slider"] all columns of an
             return out;
           },
           "Units of the columns, by name.")
+      .def_property_readonly(
+          "descriptions",
+          [](const sim::Results& r) {
+            py::dict out;
+            for (const sim::ResultOutput& o : r.outputs) out[py::str(o.column)] = o.description;
+            return out;
+          },
+          "What the columns are, by name; empty: not told.")
       .def("__getitem__", &column, py::arg("name"))
       .def("__contains__",
            [](const sim::Results& r, const std::string& name) {
@@ -233,7 +338,9 @@ r["slider.x"] is a column of the histories, (nt,); r["slider"] all columns of an
             return out;
           },
           "Energies and work of the system by name, (nt,) each, J.")
-      .def_property_readonly("statistics", &statistics, "Method, tolerance, steps, estimated error, CPU time.")
+      .def_property_readonly(
+          "statistics", &statistics,
+          "Method, tolerance, counts of the solver, estimated error, CPU time; of an asked accuracy its parts and what was chosen.")
       .def_property_readonly(
           "warnings", [](const sim::Results& r) { return r.statistics.notes.texts(sim::Severity::warning); },
           "What may be wrong by more than was asked, one sentence each.")

@@ -2,6 +2,7 @@
 #include "sim/bodies/sid.h"
 
 #include "sim/base/eigen_solvers.h"
+#include "sim/base/plain_text.h"
 #include "sim/base/spatial.h"
 
 #include <fmt/format.h>
@@ -40,11 +41,10 @@ double label_frequency(const std::string& label) {
   const size_t hz = label.rfind("Hz");
   const size_t colon = label.rfind(':');
   if (hz == std::string::npos || colon == std::string::npos || hz < colon) return -1.0;
-  try {
-    return std::stod(label.substr(colon + 1, hz - colon - 1));
-  } catch (const std::exception&) {
-    return -1.0;
-  }
+  const std::string number = label.substr(colon + 1, hz - colon - 1);
+  const char* end = nullptr;
+  const double value = leading_number(number.c_str(), &end);
+  return end == number.c_str() ? -1.0 : value;
 }
 
 // sqrt(eig(Me \ Ke)) / 2 pi, ascending; empty when Me is not positive definite.

@@ -1,6 +1,8 @@
 // Reading SID_FEM files: line-oriented grammar, dialects, layout of Gr and Ge. See sid.h.
 #include "sim/bodies/sid.h"
 
+#include "sim/base/plain_text.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -33,7 +35,7 @@ std::string keyword(std::string_view s) {
     }
     if (blank) out += ' ';
     blank = false;
-    out += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    out += plain_lower(c);
   }
   return out;
 }

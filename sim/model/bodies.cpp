@@ -1,6 +1,7 @@
 #include "sim/model/bodies.h"
 
 #include "sim/base/eigen_solvers.h"
+#include "sim/base/plain_text.h"
 #include "sim/base/small_matrices.h"
 #include "sim/base/words.h"
 #include "sim/bodies/beam.h"
@@ -301,7 +302,8 @@ double mounted_time_constant(Model& model, const Scene& scene, int body, BeamEff
     // The nodes of the chain are not those of these elements.
     std::string& frame = holds[k].frame.frame;
     if (!frame.starts_with("node[")) continue;
-    const double share = std::stod(frame.substr(5)) / (beam.elements * (beam.model == BeamModel::mixed ? beam.volumes : 1));
+    const char* end = nullptr;
+    const double share = leading_number(frame.c_str() + 5, &end) / (beam.elements * (beam.model == BeamModel::mixed ? beam.volumes : 1));
     frame = fmt::format("hold {}", k);
     whole.frames[frame] = std::min(1.0, share);
   }

@@ -1,6 +1,9 @@
 // Lines of Abaqus / CalculiX input files. See fe_inp_lines.h.
 #include "sim/reduce/fe_inp_lines.h"
 
+#include "sim/base/files_read.h"
+#include "sim/base/plain_text.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,7 +16,7 @@ namespace flexframe::sim {
 
 std::string inp_upper(std::string_view s) {
   std::string out;
-  for (char c : s) out += static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  for (char c : s) out += plain_upper(c);
   return out;
 }
 
@@ -86,6 +89,7 @@ void InpLines::read_file(const std::filesystem::path& path, int depth) {
     fail(fmt::format("'{}' cannot be opened; INPUT=FILE is looked for beside the file that names it", path.string()));
   }
   files.push_back(path.string());
+  note_file_read(path);
   const InpPlace outer = std::exchange(at, {static_cast<int>(files.size()) - 1, 0});
   std::string line;
   while (std::getline(in, line)) {

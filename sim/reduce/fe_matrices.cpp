@@ -1,6 +1,9 @@
 // K and M from files: Matrix Market, CalculiX matrix storage. See read_fe_matrices in fe_model.h.
 #include "sim/reduce/fe_model.h"
 
+#include "sim/base/files_read.h"
+#include "sim/base/plain_text.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,6 +20,7 @@ std::ifstream open(const std::filesystem::path& path) {
   std::error_code error;
   std::ifstream in(path);
   if (!in || std::filesystem::is_directory(path, error)) throw InputError(fmt::format("{}: cannot be opened", path.string()));
+  note_file_read(path);
   return in;
 }
 
@@ -40,7 +44,7 @@ Entries read_entries(const std::filesystem::path& path, double factor) {
       market = true;
       sized = false;
       std::string lower;
-      for (char c : line) lower += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+      lower = plain_lower(line);
       if (lower.find("coordinate") == std::string::npos ||
           (lower.find("real") == std::string::npos && lower.find("integer") == std::string::npos))
         fail("Matrix Market: 'matrix coordinate real' is expected");
@@ -65,8 +69,9 @@ Entries read_entries(const std::filesystem::path& path, double factor) {
     }
     for (char* c = next; *c; ++c)
       if (*c == 'D' || *c == 'd') *c = 'e';
-    const double value = std::strtod(next, &end);
-    if (end == next || !std::isfinite(value)) fail(fmt::format("'row column value' is expected, found '{}'", line.substr(0, 40)));
+    const char* behind = nullptr;
+    const double value = leading_number(next, &behind);
+    if (behind == next || !std::isfinite(value)) fail(fmt::format("'row column value' is expected, found '{}'", line.substr(0, 40)));
     if (row < 1 || column < 1 || (market && (row > out.rows || column > out.rows)) || row > 100000000L || column > 100000000L)
       fail(fmt::format("entry ({}, {}) is outside of the matrix", row, column));
     ++found;
@@ -109,13 +114,14 @@ FeModel read_fe_matrices(const std::filesystem::path& stiffness, const std::file
       std::replace(line.begin(), line.end(), ',', ' ');
       char* end = nullptr;
       const long id = std::strtol(line.c_str(), &end, 10);
+      const char* at = end;
       Vec3 x;
       bool good = end != line.c_str() && id > 0 && id <= 2147483647L;
       for (int d = 0; d < 3 && good; ++d) {
-        char* next = nullptr;
-        x(d) = std::strtod(end, &next);
-        good = next != end && std::isfinite(x(d));
-        end = next;
+        const char* next = nullptr;
+        x(d) = leading_number(at, &next);
+        good = next != at && std::isfinite(x(d));
+        at = next;
       }
       if (!good) throw InputError(fmt::format("{}:{}: 'id x y z' is expected, found '{}'", nodes.string(), number, line.substr(0, 40)));
       model.node_ids.push_back(static_cast<int>(id));

@@ -1,6 +1,9 @@
 // gmsh meshes, formats 2.2 and 4.1, ASCII and binary. See read_msh in fe_model.h.
 #include "sim/reduce/fe_model.h"
 
+#include "sim/base/files_read.h"
+#include "sim/base/plain_text.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -86,6 +89,7 @@ class Reader {
     std::error_code error;
     std::ifstream in(path, std::ios::binary);
     if (!in || std::filesystem::is_directory(path, error)) throw InputError(fmt::format("{}: cannot be opened", path.string()));
+    note_file_read(path);
     data.assign(std::istreambuf_iterator<char>(in), {});
   }
 
@@ -169,8 +173,8 @@ class Reader {
   }
   double text_real() {
     const std::string w = word();
-    char* end = nullptr;
-    const double v = std::strtod(w.c_str(), &end);
+    const char* end = nullptr;
+    const double v = leading_number(w.c_str(), &end);
     if (w.empty() || *end || !std::isfinite(v)) fail(fmt::format("a number is expected, found '{}'", w.substr(0, 30)));
     return v;
   }
@@ -213,7 +217,7 @@ class Reader {
       const size_t open = data.find('"', at), close = open == std::string::npos ? open : data.find('"', open + 1);
       if (close == std::string::npos) fail("a name in quotes is expected");
       std::string name = data.substr(open + 1, close - open - 1);
-      for (char& c : name) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+      for (char& c : name) c = plain_upper(c);
       physical_names[{dimension, tag}] = name;
       at = close + 1;
     }

@@ -1,6 +1,9 @@
 // Cards of Nastran bulk data. See fe_nastran_cards.h.
 #include "sim/reduce/fe_nastran_cards.h"
 
+#include "sim/base/files_read.h"
+#include "sim/base/plain_text.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,7 +21,7 @@ std::string trimmed(std::string_view s) {
 }
 
 std::string upper(std::string s) {
-  for (char& c : s) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  for (char& c : s) c = plain_upper(c);
   return s;
 }
 
@@ -44,6 +47,7 @@ class CardReader {
       throw InputError(fmt::format("{}: cannot be opened{}", path.string(), depth > 0 ? " (INCLUDE)" : ""));
     const int file = static_cast<int>(deck.files.size());
     deck.files.push_back(path.string());
+    note_file_read(path);
     std::string raw;
     for (int number = 1; std::getline(in, raw) && !ended; ++number) {
       std::string line = expanded(raw.substr(0, raw.find('$')));

@@ -1,6 +1,7 @@
 // Words for a reduction. See reduce_request.h.
 #include "sim/reduce/reduce_request.h"
 
+#include "sim/base/plain_text.h"
 #include "sim/base/words.h"
 
 #include <fmt/format.h>
@@ -12,7 +13,7 @@ namespace flexframe::sim {
 namespace {
 
 std::string upper(std::string s) {
-  for (char& c : s) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  for (char& c : s) c = plain_upper(c);
   return s;
 }
 
@@ -21,8 +22,8 @@ std::optional<std::vector<double>> numbers_of(const std::string& text, int count
   std::vector<double> out;
   const char* at = text.c_str();
   for (int i = 0; i < count; ++i) {
-    char* end = nullptr;
-    out.push_back(std::strtod(at, &end));
+    const char* end = nullptr;
+    out.push_back(leading_number(at, &end));
     if (end == at || (i + 1 < count ? *end != ',' : *end != '\0') || !std::isfinite(out.back())) return std::nullopt;
     at = end + 1;
   }
@@ -175,8 +176,7 @@ FeContact contact_of(const std::string& word) {
 }
 
 FeModel read_model(const ReduceRequest& request, const FeUnits& units) {
-  std::string ending = request.model.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string ending = plain_lower(request.model.extension().string());
   if (ending == ".inp") return read_inp(request.model, units, contact_of(request.contact));
   if (ending == ".msh") return read_msh(request.model, units);
   if (ending == ".bdf" || ending == ".nas" || ending == ".dat") return read_nastran(request.model, units);

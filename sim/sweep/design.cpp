@@ -1,6 +1,7 @@
 #include "sim/sweep/design.h"
 
 #include "sim/base/error.h"
+#include "sim/base/plain_text.h"
 #include "sim/base/words.h"
 #include "sim/scene/parameters.h"
 
@@ -141,7 +142,8 @@ bool read_range(const std::string& text, const std::string& setting, SweepAxis& 
     const double value = k == 0 ? *from : k == count - 1 ? *to : log ? *from * std::pow(*to / *from, s) : *from + s * (*to - *from);
     // 0.29, not 0.29000000000000004.
     axis.values.push_back(fmt::format("{:.15g}", value));
-    axis.numbers.push_back(std::strtod(axis.values.back().c_str(), nullptr));
+    const char* behind = nullptr;
+    axis.numbers.push_back(leading_number(axis.values.back().c_str(), &behind));
   }
   return true;
 }

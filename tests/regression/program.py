@@ -10,6 +10,9 @@ flexframe = sys.argv[1]
 source = pathlib.Path(sys.argv[2])
 examples = source / "examples"
 
+# What a test runs is made, not remembered from another run.
+os.environ["FLEXFRAME_CACHE"] = "none"
+
 failures = []
 
 

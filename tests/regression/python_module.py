@@ -333,6 +333,28 @@ def scenes():
     )
     expect("Theirs" in run("info", folder / "theirs.h5"), "info of foreign results")
     expect(ff.draw(theirs, t=0.5).shape == (180, 320, 4), "a picture of foreign results")
+    # With a surface and stresses of its own, whose points are the nodes.
+    plate = bodies["plate"]
+    corners, triangles = plate["nodes"], np.array([[0, 1, 2], [0, 2, 3]])
+    surface = {"points": corners, "triangles": triangles, "colors": np.full((2, 3), 0.5), "point_nodes": np.arange(4)}
+    stress = np.outer(t, [1.0, 2, 3, 4])
+    own = {"plate": {**plate, **surface, "von_mises": stress, "node_names": list("abcd")}}
+    mine = ff.write_results(folder / "mine.h5", t, own).bodies["plate"]
+    expect(np.array_equal(mine.points, corners) and np.array_equal(mine.triangles, triangles), "a surface comes back changed")
+    expect(np.array_equal(mine.von_mises, stress) and mine.node_names == list("abcd"), "stresses and names come back changed")
+    expect(ff.draw(ff.read_results(folder / "mine.h5"), t=0.5, size=(80, 60)).shape == (60, 80, 4), "its picture")
+    for key, wrong in [("triangles", [[0, 1, 4]]), ("triangles", [[0, 1, 1.5]]), ("point_nodes", [0, 1, 2, np.nan]), ("von_mises", [1])]:
+        bad = {"plate": {**own["plate"], key: wrong}}
+        raises(ff.ArgumentError, lambda bad=bad: ff.write_results(folder / "w.h5", t, bad), key)
+    raises(ff.ArgumentError, lambda: ff.write_results(folder / "w.h5", t, {"plate": {**plate, "points": corners}}), "triangles")
+    # What a run of its own has: shapes of a modal body, poses of joints, what columns are.
+    r = ff.simulate(ff.load(examples / "pendulum.toml", set={"simulation.duration": 0.05}))
+    body, joint = next(b for b in r.bodies.values() if b.q.size), next(iter(r.joints.values()))
+    n, nn = body.q.shape[1], len(body.node_names)
+    expect(len(body.labels) == n and body.nodes.shape == (nn, 3) and body.length > 0, f"{len(body.labels)} labels of {n} coordinates")
+    expect(body.node_phi.size == 0 or body.node_phi.shape == (3 * nn, n), f"shapes {body.node_phi.shape}")
+    expect(joint.position.shape == (len(r.t), 3) and np.allclose(np.linalg.norm(joint.orientation, axis=1), 1), "poses of a joint")
+    expect(set(r.descriptions) == set(r.columns) and "restarts" in r.statistics, "descriptions and statistics")
     bodies["plate"]["displacement"] = np.zeros((11, 3, 3))
     raises(ff.ArgumentError, lambda: ff.write_results(folder / "w.h5", t, bodies), "displacement")
 

@@ -102,6 +102,18 @@ def gnu_parallel(folder):
     expect(len(pictures_of(folder / "film")) == 12, "there are not twelve pictures")
     if shutil.which("ffmpeg"):
         expect((place / "film" / "crank.mp4").is_file(), "there is no video")
+    # Both in one: a simulation, then its pictures in shards.
+    both = ["run", scene, "--set", "simulation.tolerance=1e-5", "--no-effect-check", *size]
+    run(*both, "-o", folder / "both")
+    run(*both, "-o", place / "both", "--engine", "parallel", "--shards", "3")
+    expect(pictures_of(place / "both") == pictures_of(folder / "both"), "run by GNU parallel makes other pictures")
+    names = [sorted(p.name for p in out.iterdir() if p.name != "jobs") for out in (folder / "both", place / "both")]
+    expect(names[0] == names[1], f"run by GNU parallel leaves other files: {names}")
+    expect((place / "both/histories.csv").read_bytes() == (folder / "both/histories.csv").read_bytes(), "other histories")
+    # A simulation that fails: no pictures are begun.
+    failing = ["--set", "simulation.max_steps=3", "--engine", "parallel", "--shards", "3"]
+    done = run("run", scene, *size, "-o", place / "failed", *failing, code=1)
+    expect("max_steps" in done.stderr and not (place / "failed/frames").exists(), f"a failed simulation: {done.stderr}")
 
 
 def study_words(folder):

@@ -14,9 +14,10 @@ import random
 import sys
 import tempfile
 
-sys.path.insert(0, str(pathlib.Path(__file__).parent))
+sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
 from run_cases import Missed, Runner  # noqa: E402
 from scenes import beam, circle, joint, output, rigid, rotation, simulation  # noqa: E402
+from shards import add_shard, in_shard  # noqa: E402
 
 kinds = ["weld", "revolute", "prismatic", "cylindrical", "universal", "spherical", "planar", "screw", "free"]
 # What closes a loop, often what leaves it most freedom: the others make most loops rigid.
@@ -337,10 +338,12 @@ def main():
     words.add_argument("program")
     words.add_argument("--count", type=int, default=24)
     words.add_argument("--seed", type=int, default=random.randrange(10**6))
+    add_shard(words)
     options = words.parse_args()
     print(f"{options.count} mechanisms and as many meshes, seed {options.seed}", flush=True)
     worst, failed, refused, done, there = {}, 0, 0, 0, collections.Counter()
-    for k in range(options.count):
+    mine = [k for k in range(options.count) if in_shard(k, options.shard)]
+    for k in mine:
         chance = random.Random(options.seed * 100003 + k)
         with tempfile.TemporaryDirectory(prefix="flexframe_random_") as folder:
             run = Runner(options.program, folder, 60)
@@ -389,7 +392,7 @@ def main():
     )
     print("failed" if failed else "passed", f"({failed} of {done})")
     sys.stdout.flush()
-    os._exit(1 if failed or done < 0.85 * options.count else 0)
+    os._exit(1 if failed or done < 0.85 * len(mine) else 0)
 
 
 if __name__ == "__main__":

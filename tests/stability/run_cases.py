@@ -12,8 +12,9 @@ import subprocess
 import sys
 import tempfile
 
-sys.path.insert(0, str(pathlib.Path(__file__).parent))
+sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
 from cases import cases  # noqa: E402
+from shards import add_shard, in_shard  # noqa: E402
 
 
 class Missed(Exception):
@@ -113,9 +114,10 @@ def main():
     words.add_argument("--only", nargs="*")
     words.add_argument("--limit", type=int, default=120, help="CPU seconds a run may take")
     words.add_argument("--table", type=pathlib.Path)
+    add_shard(words)
     options = words.parse_args()
     rows, failed = [], 0
-    for c in cases:
+    for c in (c for k, c in enumerate(cases) if in_shard(k, options.shard)):
         if (
             options.only is not None
             and c["name"] not in options.only

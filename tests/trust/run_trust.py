@@ -26,7 +26,7 @@ import time
 
 import numpy as np
 
-sys.path.insert(0, str(pathlib.Path(__file__).parent))
+sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1])]
 import kinds_asked  # noqa: E402
 import kinds_contact  # noqa: E402
 import kinds_coupled  # noqa: E402
@@ -43,6 +43,7 @@ import kinds_statics  # noqa: E402
 import kinds_touch  # noqa: E402
 import kinds_wide  # noqa: E402
 import kinds_written  # noqa: E402
+from shards import add_shard, in_shard  # noqa: E402
 
 # What continuous integration runs: one scene of a kind, those whose truth costs little.
 SHORT = [
@@ -319,6 +320,7 @@ def main():
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--short", action="store_true", help="the scenes of continuous integration")
     parser.add_argument("--quiet", action="store_true")
+    add_shard(parser)
     args = parser.parse_args()
     if args.short:
         args.kind, args.count = SHORT, len(SHORT)
@@ -330,7 +332,7 @@ def main():
     tasks = []
     for i in range(args.count):
         name, number = kinds[i % len(kinds)].__name__, i // len(kinds) if args.number is None else args.number
-        if (name, args.seed, number) not in known:
+        if (name, args.seed, number) not in known and in_shard(i, args.shard):
             tasks.append((args.program, args.limit, name, args.seed, number, args.keep))
     for row in judge_all(tasks, args.jobs):
         rows.append(row)

@@ -302,7 +302,9 @@ def write_results(path, t, bodies, *, outputs=None, title="", render=None):
     t       (nt,) times, ascending, s
     bodies  {"name": {"position": (nt, 3), "orientation": (nt, 4) w x y z, "mesh": "part.obj",
              "nodes": (nn, 3), "displacement": (nt, nn, 3), "rotation": (nt, nn, 3)}}; SI units, all but one of them may be left out:
-            displacements are those of the nodes relative to the undeformed body, in the body frame
+            displacements are those of the nodes relative to the undeformed body, in the body frame; "node_names": nn words;
+            "von_mises": (nt, nn), Pa; in place of "mesh" a surface: "points" (m, 3), "triangles" (k, 3) from 0, "colors" (k, 3)
+            sRGB 0..1, "point_nodes" (m,): the node that each point is (without it the kernel map carries the nodes' motion to them)
     outputs {"column": (nt,)}; render: the [render] table, a dict
     Returns the Results. Raises ArgumentError for wrong shapes, FileError.
     """

@@ -1,0 +1,28 @@
+#include "sim/base/files_read.h"
+
+#include "sim/base/file_output.h"
+
+#include <algorithm>
+
+namespace flexframe::sim {
+namespace {
+
+thread_local FilesRead* innermost = nullptr;
+
+}  // namespace
+
+FilesRead::FilesRead() : outer_(innermost) { innermost = this; }
+FilesRead::~FilesRead() { innermost = outer_; }
+
+void note_file_read(const std::filesystem::path& path) {
+  if (!innermost) return;
+  std::error_code error;
+  const std::filesystem::path whole = std::filesystem::absolute(path, error);
+  const std::string hash = std::filesystem::is_regular_file(whole, error) ? sha256_of_file(whole) : "";
+  for (FilesRead* each = innermost; each; each = each->outer_) {
+    const bool there = std::any_of(each->files_.begin(), each->files_.end(), [&](const FilesRead::File& f) { return f.path == whole; });
+    if (!there) each->files_.push_back({whole, hash});
+  }
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,32 @@
+// Which files a piece of work read, with what was in them: for those who keep what came of it and must know when it no longer holds.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace flexframe::sim {
+
+// While it lives, files that the readers of this thread open and name by note_file_read() are kept, each once, in their order.
+class FilesRead {
+ public:
+  FilesRead();
+  ~FilesRead();
+  FilesRead(const FilesRead&) = delete;
+  FilesRead& operator=(const FilesRead&) = delete;
+  struct File {
+    std::filesystem::path path;  // absolute
+    std::string sha256;          // when it was opened; empty: it cannot be read twice
+  };
+  const std::vector<File>& files() const { return files_; }
+
+ private:
+  friend void note_file_read(const std::filesystem::path& path);
+  std::vector<File> files_;
+  FilesRead* outer_;
+};
+
+// Every reader of models calls it for every file that it opens. Costs nothing where nobody asks.
+void note_file_read(const std::filesystem::path& path);
+
+}  // namespace flexframe::sim
