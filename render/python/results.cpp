@@ -185,7 +185,7 @@ void bind_shapes(py::class_<BodyMotion>& motion) {
       .def_property_readonly(
           "length", [](const BodyMotion& b) { return (*b).length; }, "Of a beam, m; others 0.")
       .def_property_readonly(
-          "labels", [](const BodyMotion& b) { return (*b).labels; }, "Of the elastic coordinates.")
+          "labels", [](const BodyMotion& b) { return (*b).labels; }, "Of the elastic coordinates; empty: they have none.")
       .def_property_readonly(
           "node_phi", [](const py::object& s) { return view_matrix((*s.cast<const BodyMotion&>()).node_phi, s); },
           "(3 nn, n) displacement of the nodes per elastic coordinate of a modal body, m; empty: not linear in them.")

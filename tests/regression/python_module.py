@@ -351,7 +351,7 @@ def scenes():
     r = ff.simulate(ff.load(examples / "pendulum.toml", set={"simulation.duration": 0.05}))
     body, joint = next(b for b in r.bodies.values() if b.q.size), next(iter(r.joints.values()))
     n, nn = body.q.shape[1], len(body.node_names)
-    expect(len(body.labels) == n and body.nodes.shape == (nn, 3) and body.length > 0, f"{len(body.labels)} labels of {n} coordinates")
+    expect(len(body.labels) in (0, n) and body.nodes.shape == (nn, 3) and body.length > 0, f"{len(body.labels)} labels of {n} coordinates")
     expect(body.node_phi.size == 0 or body.node_phi.shape == (3 * nn, n), f"shapes {body.node_phi.shape}")
     expect(joint.position.shape == (len(r.t), 3) and np.allclose(np.linalg.norm(joint.orientation, axis=1), 1), "poses of a joint")
     expect(set(r.descriptions) == set(r.columns) and "restarts" in r.statistics, "descriptions and statistics")

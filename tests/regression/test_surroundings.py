@@ -108,7 +108,11 @@ def locales(folder):
     for name in made:
         environment = {"PYTHONPATH": str(module), "PATH": "/usr/bin:/bin", "LOCPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
         done = subprocess.run(
-            [python, "-c", chain, name, str((examples / "pendulum.toml").resolve())], capture_output=True, text=True, cwd=folder, env=environment
+            [python, "-c", chain, name, str((examples / "pendulum.toml").resolve())],
+            capture_output=True,
+            text=True,
+            cwd=folder,
+            env=environment,
         )
         expect(done.returncode == 0, f"{name}: {done.stderr[-1000:]}")
         seen[name] = done.stdout
