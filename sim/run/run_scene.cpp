@@ -6,6 +6,7 @@
 #include "sim/run/effect_report.h"
 #include "sim/run/expected_turn.h"
 #include "sim/run/few_modes.h"
+#include "sim/run/held_warping.h"
 #include "sim/run/integrate_run.h"
 #include "sim/run/left_out.h"
 #include "sim/run/left_ranges.h"
@@ -203,6 +204,7 @@ Results simulate_once(const Scene& scene, const SimulateOptions& options, std::v
   warn_of_unmeasured(alone.to_measure, results.statistics.notes);
   report_left_out(scene, alone.to_measure, unasked_accuracy, results.statistics);
   warn_of_coarse_beams(coarse_beams(scene, alone.effects, results), sure_of_coarse * unasked_accuracy, results.statistics.notes);
+  warn_of_held_warping(scene, alone.effects, results, unasked_accuracy, results.statistics.notes);
   if (into) {
     *into = alone.limits;
   } else if (!measured) {

@@ -405,6 +405,29 @@ def rotary_frequencies(folder):
         near(found[n - 1], wanted, 1e-3 * wanted, f"frequency {n} of a shaft with discs (Rayleigh)")
 
 
+def held_warping(folder):
+    """A clamped I-beam twisted at its tip: T/GJ (L - tanh(k L)/k), k^2 = GJ/(E Cw), by Vlasov; the program has T L/GJ and says so."""
+    L, b, h, w, f, T = 1.0, 0.06, 0.1, 0.004, 0.006, 5.0
+    made = f'length = {L}\nsection = {{ shape = "i", width = {b}, height = {h}, web = {w}, flange = {f} }}\n'
+    twist = f'[[force]]\nkind = "torque"\non = "beam.tip"\ndirection = [1, 0, 0]\nvalue = {T}\n'
+    r = simulate(folder, statics() + beam("beam", made) + clamp() + twist + output("tip", "beam.tip", "rotation"))
+    thin = lambda a, c: a * c**3 * (1 / 3 - 0.21 * c / a * (1 - (c / a) ** 4 / 12))  # torsion constant of a strip (Roark)
+    gj, cw = G * (2 * thin(b, f) + thin(h - 2 * f, w)), b**3 * f * (h - f) ** 2 / 24
+    near(r["tip.x"][0], T * L / gj, 2e-3 * T * L / gj, "twisted I-beam, free to warp")
+    k = math.sqrt(gj / E / cw)
+    less = math.tanh(k * L) / (k * L)
+    told = r["said"].split(" % less")[0].split()[-1] if " % less" in r["said"] else "0"
+    near(float(told), 100 * less, 1, "twisted I-beam, how much less it twists (per cent)")
+    # With the torsion constant that the warning gives it twists so.
+    j = float(r["said"].split("j = ")[1].split()[0])
+    near(T * L / (G * j), T / gj * (L - math.tanh(k * L) / k), 3e-3 * T * L / gj, "the same, with the constant that is told")
+    # Bent in both planes and not twisted: nothing is said.
+    bent = force("beam.tip", "[0, -1, 0.5]", 1) + output("tip", "beam.tip", "position")
+    for more in ("", 'effects = ["auto", "torsion"]\n'):
+        says = simulate(folder, statics() + beam("beam", made + more) + clamp() + bent)["said"]
+        expect("warp" not in says, f"an I-beam that is not twisted: {says}")
+
+
 def warnings_and_refusals(folder):
     u = 'length = 1\nsection = { shape = "u", width = 0.05, height = 0.1, web = 0.004, flange = 0.004 }\n'
     says = simulate(
@@ -457,6 +480,7 @@ with temporary_folder() as folder:
         spaghetti,
         right_angle_frame,
         rotary_frequencies,
+        held_warping,
         warnings_and_refusals,
     ):
         part(pathlib.Path(folder))
