@@ -62,4 +62,5 @@ picture 12_robot "$(template robot-arm)" 55 $'color_by = "none"\nlook = "present
 picture 13_mems "$here/mems.toml" 80 $'color_by = "stress"\nscales = [1]\nforces = true'
 picture 14_crane "$here/crane.toml" 6 $'color_by = "stress"\nscales = [1, 5]\nforces = true\ncamera = { window = [0.6, 0.8] }'
 picture 15_views "$here/../mechanisms/governor.toml" 20 $'color_by = "none"\ncamera = { views = ["front", "side", "top", "iso"] }' z
-picture 16_print "$here/../mechanisms/peaucellier.toml" 20 $'look = "print"\ncolor_by = "none"\ncamera = { preset = "plane", window = [0.15, 0.25] }'
+picture 16_print "$here/../mechanisms/peaucellier.toml" 20 \
+  $'look = "print"\ncolor_by = "none"\ncamera = { preset = "plane", window = [0.15, 0.25] }'

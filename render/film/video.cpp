@@ -1,7 +1,6 @@
 #include "render/film/video.h"
 
 #include "render/base/file.h"
-#include "render/image/png.h"
 #include "sim/base/plain_text.h"
 
 #include <fmt/format.h>
@@ -98,17 +97,6 @@ struct VideoWriter::Impl {
 };
 
 namespace {
-// A picture as ffmpeg reads it fastest: its pixels behind a few words (PAM of Netpbm). Unpacked here it costs a third of what it does
-// there.
-std::vector<std::uint8_t> plain_pixels(const std::filesystem::path& path) {
-  const render::Image image = render::read_png(path);
-  const std::string head = fmt::format("P7\nWIDTH {}\nHEIGHT {}\nDEPTH {}\nMAXVAL 255\nTUPLTYPE {}\nENDHDR\n", image.width, image.height,
-                                       image.channels, image.channels == 4 ? "RGB_ALPHA" : "RGB");
-  std::vector<std::uint8_t> bytes(head.begin(), head.end());
-  bytes.insert(bytes.end(), image.pixels.begin(), image.pixels.end());
-  return bytes;
-}
-
 std::filesystem::path unfinished_name(const std::filesystem::path& path) {
   return path.parent_path() / ("." + path.stem().string() + ".unfinished" + path.extension().string());
 }
@@ -128,7 +116,7 @@ std::vector<std::string> VideoWriter::Impl::words(const std::string& program, Pa
   const std::string ending = ending_of(path), colors = std::filesystem::absolute(palette).string(),
                     file = pass == Pass::palette ? colors : std::filesystem::absolute(unfinished).string();
   std::vector<std::string> out = {program, "-nostdin",   "-hide_banner", "-loglevel", "error",      "-y",
-                                  "-f",    "image2pipe", "-c:v",         "pam",       "-framerate", fmt::format("{:.9g}", frame_rate),
+                                  "-f",    "image2pipe", "-c:v",         "png",       "-framerate", fmt::format("{:.9g}", frame_rate),
                                   "-i",    "pipe:0"};
   const auto add = [&](std::initializer_list<std::string> more) { out.insert(out.end(), more); };
   // Players slow down pictures of a GIF that last less than two hundredths of a second.
@@ -221,7 +209,7 @@ void VideoWriter::Impl::feed() {
       written = 0;
       bytes.clear();
       try {
-        if (next) bytes = plain_pixels(*next);
+        if (next) bytes = render::read_file(*next);
       } catch (const std::exception& e) {
         said = e.what();
         unread = true;

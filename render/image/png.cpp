@@ -214,8 +214,8 @@ bool unfilter(int filter, std::span<std::uint8_t> row, std::span<const std::uint
   return true;
 }
 
-// Pictures as this program writes them (8 bits, RGB or RGBA, not interlaced), six times as fast as by stb_image; none for others and for
-// damaged ones, of which the other reader tells.
+// Pictures as this program writes them (8 bits, RGB or RGBA, not interlaced); none for others and for damaged ones, of which the other
+// reader tells. Why: libdeflate unpacks faster; `flexframe compare` of 8 pairs of 1280 x 720 takes 0.09 instead of 0.12 CPU s.
 std::optional<Image> decode_plain(std::span<const std::uint8_t> bytes) {
   std::array<std::uint8_t, 13> header{};
   std::vector<std::uint8_t> packed;
