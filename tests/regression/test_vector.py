@@ -10,6 +10,7 @@ import struct
 import subprocess
 import sys
 import xml.etree.ElementTree
+import zlib
 
 import numpy as np
 
@@ -137,6 +138,41 @@ def again(folder):
     expect(not (folder / "plain/vector").exists(), "a vector file that nobody asked for")
 
 
+def others(folder):
+    """PDF and linear light beside the pictures: the PDF's pixels are the SVG's, light becomes the picture's bytes, --resume keeps both."""
+
+    words = SCENE[SCENE.index("[render]") :].replace('channels = ["vector"]', 'channels = ["vector", "linear"]')
+    (folder / "others.toml").write_text(words, encoding="utf-8")
+    command = ["render", folder / "out/results.h5", "-o", folder / "others", "--no-video", "--scene", folder / "others.toml", "--pdf"]
+    run(*command, "--frames", "1:3")
+    pdf = (folder / "others/pdf/frame_00002.pdf").read_bytes()
+    expect(pdf.startswith(b"%PDF-1.4\n% flexframe-inputs ") and pdf.endswith(b"%%EOF\n"), f"head and end: {pdf[:60]}")
+    # The first stream is the page's content, the second the pixels.
+    streams = [zlib.decompress(s) for s in re.findall(rb"/Length \d+ >>\nstream\n(.*?)\nendstream", pdf, re.S)]
+    expect(b" re\n" in streams[0] and b" c\n" in streams[0], "no rectangles and letters on the page")
+    root = xml.etree.ElementTree.fromstring((folder / "others/vector/frame_00002.svg").read_text(encoding="utf-8"))
+    data = [v for k, v in elements(root, "image")[0].attrib.items() if k.endswith("href")][0]
+    expect((np.frombuffer(streams[1], np.uint8).reshape(HEIGHT, WIDTH, 3) == pixels(base64.b64decode(data.split(",")[1]))).all(), "pixels")
+    near(float(re.search(rb"MediaBox \[0 0 ([\d.]+)", pdf)[1]), WIDTH * 72 / 96, 0.01, "width of the page, points")
+
+    # Where the body covers the whole pixel: light to sRGB by its definition (IEC 61966-2-1).
+    file = folder / "others/linear/frame_00002.png"
+    words = ["ffmpeg", "-v", "error", "-i", str(file), "-f", "rawvideo", "-pix_fmt", "rgba64le", "-"]
+    raw = subprocess.run(words, capture_output=True, check=True).stdout
+    light = np.frombuffer(raw, "<u2").reshape(HEIGHT, WIDTH, 4) / 65535
+    expect(b"gAMA\x00\x01\x86\xa0" in file.read_bytes(), "the file does not say that it is linear")
+    srgb = np.where(light <= 0.0031308, 12.92 * light, 1.055 * np.maximum(light, 1e-9) ** (1 / 2.4) - 0.055)[..., :3]
+    picture = np.frombuffer(streams[1], np.uint8).reshape(HEIGHT, WIDTH, 3)
+    body = light[..., 3] == 1
+    expect(body.sum() > 300, f"the body covers {body.sum()} pixels")
+    near(np.abs(255 * srgb - picture)[body].max(), 0, 2.5, "light against the picture, levels")
+    done = run(*command, "--frames", "1:3", "--resume", "--json")
+    expect('"kept": 2' in done.stdout, f"kept: {done.stdout[:400]}")
+    (folder / "others/pdf/frame_00001.pdf").write_bytes(pdf[:-3])
+    done = run(*command, "--frames", "1:3", "--resume", "--json")
+    expect('"kept": 1' in done.stdout, f"a cut PDF passes for whole: {done.stdout[:400]}")
+
+
 def paper(folder):
     """Millimetres and dots an inch become pixels, which the files say; words keep seven points."""
     run("render", folder / "out/results.h5", "-o", folder / "print", "--no-video", "--frames", "2:3", "--print-size", "80x50", "--dpi", 200)
@@ -186,7 +222,7 @@ with temporary_folder() as name:
     (folder / "swing.toml").write_text(SCENE)
     (folder / "plain.toml").write_text(SCENE[SCENE.index("[render]") :].replace('channels = ["vector"]\n', ""))
     run("run", folder / "swing.toml", "-o", folder / "out", "--no-video", "--no-error-estimate", "--no-effect-check")
-    for part in (vector, again, paper, browser):
+    for part in (vector, again, others, paper, browser):
         print(f"== {part.__name__}", flush=True)
         part(folder)
 finish()
