@@ -1,11 +1,14 @@
 #include "sim/run/left_ranges.h"
 
 #include "sim/scene/curve.h"
+#include "sim/scene/joint_kinds.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <numbers>
 #include <tuple>
 
 namespace flexframe::sim {
@@ -14,12 +17,24 @@ namespace {
 // A rope that lies straight without load is pushed by rounding: this share of the mechanism's weight and inertia forces is none.
 constexpr double no_push = 1e-6;
 
+// Angle of a quaternion, rad, that goes on beyond half a turn where the quaternion was followed there.
+double turn_of(const double* q) { return 2.0 * std::atan2(Vec3(q[1], q[2], q[3]).norm(), q[0]); }
+
 }  // namespace
 
 LeftRanges::LeftRanges(const System& system) {
   const Model& model = system.model;
   for (size_t i = 0; i < model.parts.size(); ++i) {
     const TreeJoint& joint = model.parts[i].joint;
+    if (const int at = traits(joint.kind).quaternion; at >= 0 && joint.spring) {
+      Watched w{fmt::format("joint '{}'", joint.name),
+                "its spring acts along the rotation vector, which jumps at half a turn, and the spring with it; joints about one axis have "
+                "springs for any turn"};
+      w.part = static_cast<int>(i);
+      w.quaternion = at;
+      w.high = std::numbers::pi;
+      watched_.push_back(w);
+    }
     if (!joint.curve || joint.curve->closed()) continue;
     Watched w{fmt::format("joint '{}'", joint.name), "its point runs beyond the end of its curve, which goes on straight there"};
     w.part = static_cast<int>(i);
@@ -63,7 +78,8 @@ void LeftRanges::look(System& system, double t) {
       value = -reactions_.coupling[w.coupling];
     } else {
       const Part& part = model.parts[w.part];
-      value = part.joint.motion >= 0 ? system.work.motion[part.joint.motion].value : system.work.q[part.q0 + w.coordinate];
+      if (w.quaternion >= 0) value = turn_of(system.work.q.data() + part.q0 + w.quaternion);
+      else value = part.joint.motion >= 0 ? system.work.motion[part.joint.motion].value : system.work.q[part.q0 + w.coordinate];
     }
     const double slack = w.coupling >= 0 ? no_push * forces : 1e-9 * (w.high - w.low);
     const double beyond = std::max(w.low - value, value - w.high);

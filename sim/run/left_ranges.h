@@ -1,5 +1,5 @@
 // What a run shows to have left the range in which its description holds: cams beyond their table, points beyond the end of their curve,
-// ropes that would have to push.
+// ropes that would have to push, springs on rotation vectors beyond half a turn.
 #pragma once
 
 #include "sim/base/notes.h"
@@ -24,6 +24,7 @@ class LeftRanges {
     std::string owner, what;        // "joint 'wire'", half a sentence
     int part = -1, coordinate = 0;  // its coordinate, or
     int coupling = -1;              // the pull of this rope, N
+    int quaternion = -1;            // the turn of these coordinates of the part, rad
     double low = 0.0, high = 0.0;
     bool left = false;
     double first = 0.0;     // s

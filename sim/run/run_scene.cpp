@@ -1,5 +1,6 @@
 #include "sim/run/run_scene.h"
 
+#include "sim/base/cpu_clock.h"
 #include "sim/results/recorder.h"
 #include "sim/run/coarse_beams.h"
 #include "sim/run/complete_inertia.h"
@@ -19,6 +20,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <optional>
 #include <set>
@@ -230,6 +232,44 @@ Results simulate_as_called(const SimulateOptions& options, Called& called) {
   }
 }
 
+// A run for which nobody chose a tolerance and whose estimated error is too large is made again with the tolerance that the warning
+// advises, as long as that costs little: a decade takes two to three times the steps, with the methods of low order. What turns out to cost
+// twice as much as that is given up.
+constexpr double cheap_repetition = 2.0, price_of_decade = 2.5;  // CPU s
+constexpr int most_repetitions = 2;
+
+struct TooDear {};
+
+std::optional<double> better_tolerance(const Scene& scene, const SimulateOptions& options, const SolverStatistics& run) {
+  if (scene.simulation.tolerance || options.tolerance || !options.estimate_error || !(run.error_estimate > unasked_accuracy)) return {};
+  const double tolerance = advised_tolerance(run.tolerance, run.error_estimate);
+  const double price = run.cpu_seconds * std::pow(price_of_decade, std::log10(run.tolerance / tolerance));
+  return price <= cheap_repetition ? std::optional(tolerance) : std::nullopt;
+}
+
+// The run at that tolerance by the method that it ended with, whose price is known; the backward differences of low order are good at loose
+// tolerances only. None where it fails or promises no more.
+std::optional<Results> repeated(const SolverStatistics& before, const SimulateOptions& options, double tolerance, Called& called) {
+  SimulateOptions tight = options;
+  tight.tolerance = tolerance;
+  const auto method = std::find(method_words().begin(), method_words().end(), before.method);
+  if (method != method_words().end() && before.method != method_name(Method::bdf))
+    tight.method = static_cast<Method>(method - method_words().begin());
+  const double start = cpu_seconds();
+  tight.progress = [&](double time) {
+    if (cpu_seconds() - start > 2.0 * cheap_repetition) throw TooDear{};
+    if (options.progress) options.progress(time);
+  };
+  try {
+    Results again = simulate_as_called(tight, called);
+    return again.statistics.error_estimate < before.error_estimate ? std::optional(std::move(again)) : std::nullopt;
+  } catch (const SimulationError&) {
+    return {};
+  } catch (const TooDear&) {
+    return {};
+  }
+}
+
 }  // namespace
 
 Results run_scene(const Scene& scene, const SimulateOptions& options) {
@@ -241,7 +281,20 @@ Results run_scene(const Scene& scene, const SimulateOptions& options) {
     once.tell = [&](const std::string& sentence) {
       if (said.insert(sentence).second) options.tell(sentence);
     };
-  return simulate_as_called(once, called);
+  Results results = simulate_as_called(once, called);
+  const SolverStatistics first = results.statistics;
+  for (int round = 0; round < most_repetitions; ++round) {
+    const std::optional<double> tolerance = better_tolerance(scene, options, results.statistics);
+    std::optional<Results> again = tolerance ? repeated(results.statistics, once, *tolerance, called) : std::nullopt;
+    if (!again) break;
+    results = std::move(*again);
+  }
+  if (results.statistics.tolerance < first.tolerance)
+    results.statistics.notes.tell(
+        "", fmt::format("tolerance {:.0e} taken: with the default one the estimated error of the time integration was {:.2g} of the range "
+                        "of {}",
+                        results.statistics.tolerance, first.error_estimate, first.error_column));
+  return results;
 }
 
 Scene with_called_effects(const Scene& scene, const SimulateOptions& options, double asked) {

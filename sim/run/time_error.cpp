@@ -15,14 +15,13 @@ namespace {
 
 bool of_forces(const std::string& unit) { return unit == "N" || unit == "N m" || unit == "m/s^2"; }
 
-// How much tighter a run has to be for the accuracy, in whole decades: errors fall with the 0.6th power of the tolerance
-// (error_of_difference).
-double tighter(double tolerance, double error) {
+}  // namespace
+
+double advised_tolerance(double tolerance, double error) {
+  // Errors fall with the 0.6th power of the tolerance (error_of_difference).
   const double decades = std::clamp(std::ceil(std::log10(error / unasked_accuracy) / 0.6), 1.0, 4.0);
   return std::max(1e-12, tolerance * std::pow(10.0, -decades));
 }
-
-}  // namespace
 
 Difference estimate_time_error(const Histories& looser, const Histories& run, SolverStatistics& out) {
   const VecX ranges = output_ranges(run);
@@ -46,9 +45,9 @@ Difference estimate_time_error(const Histories& looser, const Histories& run, So
   if (large.empty()) return difference;
   const size_t shown = std::min<size_t>(large.size(), 3);
   const std::string more = large.size() > shown ? fmt::format(" and {} more outputs", large.size() - shown) : "";
-  out.notes.warn(
-      "", fmt::format("the estimated error of the time integration is {}{}: take tolerance = {:.0e}",
-                      fmt::join(large.begin(), large.begin() + static_cast<long>(shown), ", "), more, tighter(out.tolerance, worst)));
+  out.notes.warn("", fmt::format("the estimated error of the time integration is {}{}: take tolerance = {:.0e}",
+                                 fmt::join(large.begin(), large.begin() + static_cast<long>(shown), ", "), more,
+                                 advised_tolerance(out.tolerance, worst)));
   return difference;
 }
 

@@ -5,6 +5,9 @@
 
 namespace flexframe::sim {
 
+// What the warning advises: how much tighter a run has to be for unasked_accuracy, in whole decades.
+double advised_tolerance(double tolerance, double error);
+
 // Compares a run with one whose tolerance is ten times as large: fills error_estimate and error_column of the output that is furthest off,
 // and warns of outputs whose estimated error is above unasked_accuracy (run_scene.h) of their range. Returns the difference that it comes
 // from (of the looser run). Outputs of forces and accelerations are taken to err as much as the two runs differ: vibrations that are

@@ -206,7 +206,10 @@ def turning(m, i):
 def wanted_outputs(r, drawn, with_reactions=True):
     """Text of a handful of outputs, and name -> function of an instant; scales of those that have no range of their own."""
     me, n = drawn.mechanism, len(drawn.mechanism.bodies)
-    text, truth = "", {}
+    text, truth, w = "", {}, 2 * math.pi / drawn.T
+    usual = {"position": drawn.L, "velocity": drawn.L * w, "acceleration": drawn.L * w * w, "angular_velocity": w}
+    usual |= {"distance": drawn.L, "distance_rate": drawn.L * w, "angle": 1.0}
+    sizes = {"hold": 1e3 * drawn.m * drawn.L * w * w * min(1.0, drawn.L)}
 
     def of_frame(i, k):
         x = me.points[i][k]
@@ -223,6 +226,7 @@ def wanted_outputs(r, drawn, with_reactions=True):
         i, k = (n - 1 if number == 0 else r.randrange(n)), pick(r, *"bc")
         place, speed, push = of_frame(i, k)
         what = "position" if number == 0 else pick(r, "velocity", "acceleration", "angular_velocity", "position")
+        sizes[f"o{number}"] = usual[what]
         text += f'[[output]]\nname = "o{number}"\nof = "b{i}.{k}"\nquantity = "{what}"\n\n'
         truth[f"o{number}"] = {"position": place, "velocity": speed, "acceleration": push, "angular_velocity": lambda m, i=i: m["w"][i]}[
             what
@@ -232,6 +236,7 @@ def wanted_outputs(r, drawn, with_reactions=True):
         k, o = pick(r, *"bc"), pick(r, *"bc")
         (place, speed, _), (base, flow, _) = of_frame(i, k), of_frame(j, o)
         what = pick(r, "position", "velocity", "angular_velocity", "distance", "distance_rate", "angle")
+        sizes["seen"] = usual[what]
         text += f'[[output]]\nname = "seen"\nof = "b{i}.{k}"\nquantity = "{what}"\nrelative_to = "b{j}.{o}"\n\n'
         apart = lambda m: place(m) - base(m)
         truth["seen"] = {
@@ -255,12 +260,14 @@ def wanted_outputs(r, drawn, with_reactions=True):
             return np.concatenate([R.T @ v[:3], R.T @ v[3:]])
 
         truth["hold"] = hold
-    return text, truth
+    return text, truth, sizes
 
 
 def truth_of(drawn, wanted):
     def truth(times):
         qs, qds = drawn.mechanism.follow(drawn.q, drawn.qd, times, atol=1e-9 * min(1.0, drawn.L))
+        if drawn.mechanism.farthest_turn(qs) > 5.0:  # rotation vectors end at a full turn: no truth
+            return {name: np.full((len(times), 6 if name == "hold" else 3), np.nan) for name in wanted}
         rows = {name: [] for name in wanted}
         for m in drawn.mechanism.instants(qs, qds, times):
             for name, f in wanted.items():
@@ -270,20 +277,10 @@ def truth_of(drawn, wanted):
     return truth
 
 
-def scales_of(drawn, wanted):
-    """What errors are measured against: ranges. What stays as it is by construction, a distance on one body, has none but its size;
-    a reaction no less than a thousandth of what such a thing is in this mechanism."""
-    w = 2 * math.pi / drawn.T
-    least = 1e-3 * drawn.m * drawn.L * w * w * min(1.0, drawn.L)
-
-    def scale(name):
-        def size(true):
-            span = (true.max(axis=0) - true.min(axis=0)).max()
-            return max(span, least if name == "hold" else 1e-6 * abs(true).max())
-
-        return size
-
-    return {name: scale(name) for name in wanted}
+def scales_of(sizes):
+    """What errors are measured against: ranges, but no less than a millionth of what such a thing is in a mechanism of this size, weight
+    and speed (reactions: a thousandth): what stands still by construction has no range."""
+    return {name: lambda true, least=1e-6 * size: max((true.max(axis=0) - true.min(axis=0)).max(), least) for name, size in sizes.items()}
 
 
 def random_tree(r):
@@ -291,11 +288,11 @@ def random_tree(r):
     drawn, gravity = draw(r, r.randint(1, 4))
     if drawn.mechanism.size == 0:
         return None
-    wanted_text, wanted = wanted_outputs(r, drawn)
+    wanted_text, wanted, sizes = wanted_outputs(r, drawn)
     duration = drawn.T * r.uniform(0.4, 1.0)
     text = simulation(duration, 30 / duration, gravity) + drawn.text + joints_text(r, drawn) + wanted_text
     kinds = ", ".join(j[1] for j in drawn.joints)
-    return Scene(text, truth_of(drawn, wanted), scales_of(drawn, wanted), kinds)
+    return Scene(text, truth_of(drawn, wanted), scales_of(sizes), kinds)
 
 
 def loop_conditions(kind, i, k, j, o, points, jt, length):
@@ -389,11 +386,11 @@ def random_loop(r):
         joints.append((name, kind, where, child, "\n".join(begin) + "\n" + initial_of(b, x, v)))
     joints.append(("closing", closing, "ground" if j < 0 else f"b{j}.{o}", f"b{i}.{k}", more))
     drawn.joints = joints
-    wanted_text, wanted = wanted_outputs(r, drawn, with_reactions=False)
+    wanted_text, wanted, sizes = wanted_outputs(r, drawn, with_reactions=False)
     duration = drawn.T * r.uniform(0.2, 0.5)
     text = simulation(duration, 30 / duration, gravity) + drawn.text + joints_text(r, drawn) + wanted_text
     kinds = ", ".join(j[1] for j in drawn.joints)
-    return Scene(text, truth_of(drawn, wanted), scales_of(drawn, wanted), f"{kinds}; {me.size - rank} ways to move")
+    return Scene(text, truth_of(drawn, wanted), scales_of(sizes), f"{kinds}; {me.size - rank} ways to move")
 
 
 def resting(me, q):

@@ -227,6 +227,15 @@ class Mechanism:
             raise RuntimeError(done.message)
         return done.y[:n].T, done.y[n:].T
 
+    def farthest_turn(self, qs):
+        """Longest rotation vector of the balls and free bodies in coordinates (times, n)."""
+        longest = 0.0
+        for b, at in zip(self.bodies, self.first):
+            if b.joint.kind in ("spherical", "free", "constant-velocity"):
+                v = qs[:, at + b.joint.size - (2 if b.joint.kind == "constant-velocity" else 3) : at + b.joint.size]
+                longest = max(longest, float(np.linalg.norm(v, axis=1).max()))
+        return longest
+
     def instants(self, qs, qds, times):
         """For each time: the motion with accelerations "a", "alpha" of the body frames and "qdd"."""
         for t, q, qd in zip(times, qs, qds):

@@ -1,0 +1,80 @@
+// A default run whose error of time is too large is made again more tightly, where nobody gave a tolerance.
+#include "sim/run/run_scene.h"
+#include "sim/scene/scene_reader.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+using namespace flexframe::sim;
+
+namespace {
+
+// A steel cantilever shaken at its tip: vibrations of several frequencies.
+Results shaken(const std::string& more, const SimulateOptions& options = {}) {
+  return run_scene(parse_scene("[simulation]\nduration = 0.5\n" + more + R"toml(
+[[body]]
+name = "b"
+kind = "beam"
+length = 1
+section = { shape = "rectangle", width = 0.02, height = 0.02 }
+material = { density = 7850, youngs_modulus = 2.1e11 }
+[[joint]]
+name = "wall"
+kind = "weld"
+parent = "ground"
+child = "b.root"
+[[force]]
+kind = "force"
+on = "b.tip"
+direction = [0, 1, 0]
+value = "10*sin(40*t)"
+[[output]]
+name = "tip"
+of = "b.tip"
+quantity = "position"
+)toml",
+                               "shaken.toml"),
+                   options);
+}
+
+VecX tip(const Results& results) {
+  for (const ResultOutput& output : results.outputs)
+    if (output.column == "tip.y") return output.values;
+  return {};
+}
+
+bool said(const Results& results, Severity severity, const std::string& words) {
+  const std::vector<std::string> texts = results.statistics.notes.texts(severity);
+  return std::any_of(texts.begin(), texts.end(), [&](const std::string& t) { return t.find(words) != std::string::npos; });
+}
+
+}  // namespace
+
+TEST(RepeatedRun, KeepsOnePerCentWhereNobodyGaveATolerance) {
+  SimulateOptions alone;
+  alone.estimate_error = false;
+  const VecX truth = tip(shaken("tolerance = 1e-10", alone));
+  const double range = truth.maxCoeff() - truth.minCoeff();
+  const auto error = [&](const Results& r) { return (tip(r) - truth).cwiseAbs().maxCoeff() / range; };
+
+  const Results plain = shaken("");
+  EXPECT_LT(plain.statistics.tolerance, 1e-6);
+  EXPECT_LT(plain.statistics.error_estimate, unasked_accuracy);
+  EXPECT_LT(error(plain), unasked_accuracy);
+  EXPECT_FALSE(said(plain, Severity::warning, "estimated error"));
+  EXPECT_TRUE(said(plain, Severity::note, "taken: with the default one"));
+
+  // A tolerance that was given is kept, in the scene or beside it, and its error is told.
+  const Results given = shaken("tolerance = 1e-6");
+  EXPECT_EQ(given.statistics.tolerance, 1e-6);
+  EXPECT_LT(error(plain), 0.1 * error(given));
+  EXPECT_TRUE(said(given, Severity::warning, "estimated error"));
+  SimulateOptions beside;
+  beside.tolerance = 1e-6;
+  EXPECT_EQ(shaken("", beside).statistics.tolerance, 1e-6);
+  // Nothing is known of an error that is not estimated.
+  EXPECT_EQ(shaken("", alone).statistics.tolerance, 1e-6);
+}
