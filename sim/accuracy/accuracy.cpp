@@ -271,22 +271,70 @@ std::optional<Results> run_again(const RememberedSettings& kept, const SettingsM
   }
 }
 
+// What a search has come to, for the words about it.
+struct Searched {
+  double start = 0.0;                // cpu_seconds() at which it began
+  double allowed = 0.0, run = 0.0;   // CPU s that it might take; of the scene as written, 0: not known
+  std::vector<std::string> changed;  // models
+  bool checked = false;              // what is left out and the models are judged already
+};
+
+Results stated(const Task& t, const Finished& found, const Searched& searched, const SettingsMemory* memory) {
+  const double accuracy = t.accuracy;
+  const bool spent = searched.allowed > 0.0 && cpu_seconds() > searched.start + searched.allowed;
+  AccuracyStatement out;
+  out.asked = accuracy;
+  out.time = found.time;
+  out.space = found.space;
+  out.effects = found.effects;
+  out.column = found.column;
+  // What half the error would cost: the larger of the two errors has to shrink.
+  const double finer_time = std::pow(t.decade, std::log10(2.0) / cautious_order);
+  const double finer_space = std::max(1.0, found.cpu() / std::max(found.coarse.statistics.cpu_seconds, 1e-9));
+  out.half_cost = found.time >= found.space ? finer_time : finer_space;
+  out.chosen = found.described;
+  out.chosen.insert(out.chosen.end(), searched.changed.begin(), searched.changed.end());
+  out.chosen.insert(out.chosen.end(), found.chosen.begin(), found.chosen.end());
+  Results results = found.results;
+  out.search_cpu = cpu_seconds() - searched.start - found.cpu();
+  SolverStatistics& s = results.statistics;
+  s.error_estimate = found.error;
+  s.error_column = found.column;
+  if (s.error_estimate > accuracy)
+    s.notes.warn("", fmt::format("the requested accuracy of {:g} was not reached: the estimated error is {:.1e} of the range of {}{}",
+                                 accuracy, s.error_estimate, found.column,
+                                 spent ? fmt::format("; the search ended after {:.0f} CPU s, {:.0f} times the CPU time of the scene as "
+                                                     "written: request less accuracy, or remove this output",
+                                                     out.search_cpu, searched.run > 0.0 ? searched.allowed / searched.run : 0.0)
+                                       : ""));
+  if (t.options->check_effects && !searched.checked) check_result(t, found, accuracy, results);
+  s.accuracy = out;
+  if (memory) remember_settings(*memory, {found.scene, found.method, s, outputs_fingerprint(results)});
+  return results;
+}
+
 }  // namespace
 
 Results simulate_to_accuracy(const Scene& as_given, double accuracy, const SimulateOptions& options, const SettingsMemory* memory) {
   if (memory)
     if (const std::optional<RememberedSettings> kept = recall_settings(*memory, as_given))
       if (std::optional<Results> again = run_again(*kept, *memory, options)) return std::move(*again);
+  const double start = cpu_seconds();
+  const auto task_for = [&](const Scene& of) {
+    return Task{accuracy, &options, Search(of, options), {}, {}, {}, 0.0, 1.0, {}, {}, {}, {}, std::make_shared<std::optional<Finished>>()};
+  };
+  {
+    Task straight = task_for(as_given);
+    if (const std::optional<Finished> found = go_straight(straight, as_given))
+      return stated(straight, *found, {start, 0.0, 0.0, {}, true}, memory);
+  }
   // What the motion needs of the effects that are "auto", told by a loose run: the search weighs these and the others by pairs.
   SimulateOptions first = options;
   first.progress = {};
   first.tolerance = std::clamp(0.1 * accuracy, 1e-6, 1e-4);
   const Scene scene = with_called_effects(as_given, first, accuracy);
-  const auto task_for = [&](const Scene& of) {
-    return Task{accuracy, &options, Search(of, options), {}, {}, {}, 0.0, 1.0, {}, {}, {}, {}, std::make_shared<std::optional<Finished>>()};
-  };
   Task t = task_for(scene);
-  const double start = cpu_seconds();
+  const double search_start = cpu_seconds();
   AsGiven given = run_as_given(t);
   const double allowed = given.run ? search_allowance(given.run->cpu()) : unknown_allowance;
   std::vector<std::string> changed;
@@ -300,9 +348,8 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
     t = task_for(*richer);
     given = run_as_given(t);
   }
-  t.search.until = start + allowed;
+  t.search.until = search_start + allowed;
   std::optional<Finished> best = found_by_search(t);
-  const bool spent = cpu_seconds() > start + allowed;
   if (!best || best->error > accuracy) {
     std::optional<Finished> other = judged_as_given(t, given);
     if (other && (!best || other->error < best->error)) best = std::move(other);
@@ -313,37 +360,7 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
     plain.tolerance = default_tolerance;
     return run_scene(scene, plain);
   }
-  const Finished& found = *best;
-
-  AccuracyStatement out;
-  out.asked = accuracy;
-  out.time = found.time;
-  out.space = found.space;
-  out.effects = found.effects;
-  out.column = found.column;
-  // What half the error would cost: the larger of the two errors has to shrink.
-  const double finer_time = std::pow(t.decade, std::log10(2.0) / cautious_order);
-  const double finer_space = std::max(1.0, found.cpu() / std::max(found.coarse.statistics.cpu_seconds, 1e-9));
-  out.half_cost = found.time >= found.space ? finer_time : finer_space;
-  out.chosen = found.described;
-  out.chosen.insert(out.chosen.end(), changed.begin(), changed.end());
-  out.chosen.insert(out.chosen.end(), found.chosen.begin(), found.chosen.end());
-  Results results = found.results;
-  out.search_cpu = cpu_seconds() - start - found.cpu();
-  SolverStatistics& s = results.statistics;
-  s.error_estimate = found.error;
-  s.error_column = found.column;
-  if (s.error_estimate > accuracy)
-    s.notes.warn("", fmt::format("the requested accuracy of {:g} was not reached: the estimated error is {:.1e} of the range of {}{}",
-                                 accuracy, s.error_estimate, found.column,
-                                 spent ? fmt::format("; the search ended after {:.0f} CPU s, {:.0f} times the CPU time of the scene as "
-                                                     "written: request less accuracy, or remove this output",
-                                                     out.search_cpu, given.run ? allowed / std::max(given.run->cpu(), 1e-3) : 0.0)
-                                       : ""));
-  if (options.check_effects) check_result(t, found, accuracy, results);
-  s.accuracy = out;
-  if (memory) remember_settings(*memory, {found.scene, found.method, s, outputs_fingerprint(results)});
-  return results;
+  return stated(t, *best, {start, allowed, given.run ? std::max(given.run->cpu(), 1e-3) : 0.0, std::move(changed)}, memory);
 }
 
 Results simulate_as_asked(const Scene& scene, const SimulateOptions& options, const SettingsMemory* memory) {

@@ -8,7 +8,12 @@
 // it seems good enough, by one above. Errors of time and space at about the same time add up; those of bodies, and of modes left out of
 // one, vibrate at frequencies of their own and add as squares.
 //
-// Before all that the scene is run as it stands. Its price bounds the search (accuracy.cpp, search_allowance), and it tells beams that bend
+// Before all that the scene is run as written at a tenth of the accuracy and tighter, and what comes is taken where it keeps the accuracy
+// without a warning (accuracy_straight.cpp): judged in time by a looser run and by the energy that its vibrations lose to the method, in
+// space by half the elements, in effects along its own motion. Undamped vibrations that have to be followed are followed by the exponential
+// method with as many modes as their convergence asks for. Where that does not do, the search begins.
+//
+// First the search runs the scene as it stands. Its price bounds the search (accuracy.cpp, search_allowance), and it tells beams that bend
 // too far for one frame, or deform in forms of other ends (model_check.h): these become volumes or finite elements, if no output is lost by
 // that. Where the search finds nothing in its time, or nothing that keeps the accuracy, the run that came nearest is the result, or the
 // scene as it stands, judged by a looser run and one of half the elements.

@@ -160,7 +160,7 @@ std::optional<Finished> finish_followed(Task& t, double limit) {
       f.judge_space();
       lacking = largest(f.space);
       if (f.total(f.time) <= t.accuracy) {
-        f.take_looser();
+        if (!t.straight) f.take_looser();
         break;
       }
       last = f.out;

@@ -3,6 +3,7 @@
 #include "sim/bodies/normal_modes.h"
 #include "sim/bodies/resolution.h"
 #include "sim/start/make_system.h"
+#include "sim/time/events.h"
 
 #include <fmt/format.h>
 
@@ -76,6 +77,7 @@ Search::Search(const Scene& scene, const SimulateOptions& options) : scene_(scen
   const System system = make_system(scene_);
   states = effect_states(scene_, system.model);
   method = options.method;
+  touches = has_events(system);
   bodies_ = resolvable_bodies(scene_, system.model);
   for (const Part& p : system.model.parts) undamped = undamped && p.body.De.size() == 0;
   for (const Resolvable& r : bodies_)
@@ -175,6 +177,18 @@ std::optional<Scene> Search::halved() const {
   }
   if (any) return out;
   return std::nullopt;
+}
+
+int Search::fewest() const {
+  int out = 0;
+  for (const Resolvable& r : bodies_) out = out == 0 ? r.given : std::min(out, r.given);
+  return out;
+}
+
+int Search::level_for_modes(double modes) {
+  int level = 0;
+  while (modes_at(level) < modes) ++level;
+  return level;
 }
 
 bool Search::chooses(size_t body) const {

@@ -57,6 +57,10 @@ class Search {
   // The scene with half the elements, volumes or modes of every body whose resolution may be chosen; none where it has no such body, or
   // nothing to halve.
   std::optional<Scene> halved() const;
+  // The lowest level with so many modes.
+  static int level_for_modes(double modes);
+  // The fewest elements, volumes or modes of a body whose resolution may be chosen; 0 where there is no such body.
+  int fewest() const;
   // Bodies that a setting makes rigid.
   std::vector<std::string> rigid_at(const Setting& setting) const;
 
@@ -72,6 +76,7 @@ class Search {
 
   std::vector<EffectState> states;
   bool undamped = true;            // no body damps its own vibrations
+  bool touches = false;            // dry friction, stops, contacts: events that lie where the motion puts them
   std::optional<Method> method;    // of all runs
   double cpu = 0.0;                // s, of all runs but the last
   double until = 1e300;            // cpu_seconds() at which the search ends

@@ -37,6 +37,7 @@ struct Task {
   std::vector<EffectState> without;
   std::vector<std::string> chosen;
   std::shared_ptr<std::optional<Finished>> nearest;  // the run that came nearest to the accuracy so far, of all ways
+  bool straight = false;                             // no runs are spent on whether a looser one would have done
 
   Setting below() const { return {search.has_levels() ? setting.level - 1 : setting.level, setting.tolerance}; }
   Setting loose_below() const { return {below().level, 10.0 * setting.tolerance}; }
@@ -99,6 +100,12 @@ struct Finished {
 std::optional<Finished> finish(Task& t, double limit);
 // The same where vibrations are followed: each body's modes are judged by themselves.
 std::optional<Finished> finish_followed(Task& t, double limit);
+
+// Without a search: the scene as it is written at a few tolerances, judged by a looser run, by one of half the elements, by the energy that
+// it loses and by what its motion says of the effects that are off (judged_run.h); or, where undamped vibrations have to be followed, with
+// as many modes as the accuracy asks for. None where that does not keep the accuracy without a warning: then the search begins. t.search is
+// of the scene with the effects that its motion needs afterwards.
+std::optional<Finished> go_straight(Task& t, const Scene& as_given);
 
 // Settings that are tried for the run itself.
 inline constexpr int most_rounds = 14;

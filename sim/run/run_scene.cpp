@@ -9,6 +9,7 @@
 #include "sim/run/few_modes.h"
 #include "sim/run/held_warping.h"
 #include "sim/run/integrate_run.h"
+#include "sim/run/judged_run.h"
 #include "sim/run/left_out.h"
 #include "sim/run/left_ranges.h"
 #include "sim/run/model_check.h"
@@ -308,6 +309,25 @@ Scene with_called_effects(const Scene& scene, const SimulateOptions& options, do
     // What cannot be simulated as it stands shows nothing.
   }
   return called.scene;
+}
+
+JudgedRun run_judged(const Scene& scene, const SimulateOptions& options, double asked) {
+  Called called{scene, {}, asked, false};
+  for (int round = 0;; ++round) {
+    JudgedRun out;
+    out.scene = called.scene;
+    Alone alone;
+    out.results = with_complete_inertia(
+        out.scene, [&](const Scene& s, int& indefinite) { return simulate_alone(s, options, !s.outputs.empty(), alone, indefinite); });
+    if (round < most_calls && call_for(alone.left_out, asked, called.scene, called.notes)) continue;
+    out.results.statistics.notes.prepend(called.notes);
+    out.scales = alone.scales;
+    out.effects = std::move(alone.effects);
+    out.limits = std::move(alone.limits);
+    out.left_out = std::move(alone.left_out);
+    out.second_order = std::move(alone.to_measure);
+    return out;
+  }
 }
 
 Results run_for_check(const Scene& scene, const SimulateOptions& options, std::vector<LinearLimit>& limits) {

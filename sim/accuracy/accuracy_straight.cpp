@@ -1,0 +1,312 @@
+#include "sim/accuracy/accuracy_task.h"
+#include "sim/base/cpu_clock.h"
+#include "sim/base/error.h"
+#include "sim/run/coarse_beams.h"
+#include "sim/run/few_modes.h"
+#include "sim/run/judged_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace flexframe::sim {
+namespace {
+
+// Shares of the asked accuracy that time, space and what is left out may take each.
+constexpr double share_of_time = 0.5, share_of_space = 0.5, share_of_effects = 0.5;
+// What an event shifts can be worth a multiple of what is told along the motion (run_scene.cpp).
+constexpr double may_shift_events = 5e-4;
+// A run as it is written is not waited for longer, CPU s.
+constexpr double longest = 120.0;
+
+class Straight {
+ public:
+  explicit Straight(Task& task) : t_(task) {}
+  std::optional<Finished> go(const Scene& as_given);
+
+ private:
+  enum class Verdict { kept, tighter, follow, lost };
+
+  bool run_pilot(const Scene& scene);
+  Verdict judge_time();
+  bool judge_space();
+  bool judge_effects();
+  std::optional<Finished> finish_as_written();
+  std::optional<Finished> follow_vibrations();
+  bool check(Finished& f) const;
+  double energy_share() const;
+  std::optional<Histories> loose_run(const Scene& scene, double tolerance);
+  MatX constant_effects(const Histories& like) const;
+
+  Task& t_;
+  double tolerance_ = 0.0, before_ = 0.0;  // before: what a decade changed one decade ago, 0: not known
+  JudgedRun run_;
+  Histories fine_, looser_;
+  bool has_looser_ = false;
+  MatX time_, space_;
+  double allowed_ = longest;  // CPU s of the next run
+  double step_ = 0.1;         // by which the tolerance has to fall
+  double effects_ = 0.0;      // what is left out is worth
+};
+
+// The run at the tolerance, with the effects that its motion needs; false where it fails or takes too long.
+bool Straight::run_pilot(const Scene& scene) {
+  SimulateOptions o = *t_.options;
+  o.tolerance = tolerance_;
+  o.accuracy.reset();
+  o.estimate_error = false;
+  const double start = cpu_seconds();
+  o.progress = [this, start](double time) {
+    if (cpu_seconds() - start > allowed_) throw TooDear{};
+    if (t_.options->progress) t_.options->progress(time);
+  };
+  try {
+    run_ = run_judged(scene, o, t_.accuracy);
+  } catch (const TooDear&) {
+    return false;
+  } catch (const SimulationError&) {
+    return false;
+  }
+  fine_ = to_histories(run_.results);
+  fine_.scales = run_.scales;
+  return true;
+}
+
+std::optional<Histories> Straight::loose_run(const Scene& scene, double tolerance) {
+  Scene loose = scene;
+  loose.simulation.tolerance = tolerance;
+  return t_.search.run_within(loose, std::max(0.5, 5.0 * run_.results.statistics.cpu_seconds));
+}
+
+// What vibrations that the method damped instead of following them would move the outputs by, relative to their ranges. Two runs that step
+// over them look alike, but the energy is missing: in a vibration that holds all of it the speed is sqrt(gap / kinetic energy) of the run's
+// (times 3: a tenth of the mass vibrates), and the displacement sqrt(gap / strain energy) of the deflection. Measured: pendulum let go,
+// 1e-4 to 1e-7: 0.78, 0.27, 0.09, 0.036 of its deflection; by a looser run it is off by 0.14, 0.14, 0.03 at 1e-4 to 1e-6.
+double Straight::energy_share() const {
+  const Results& r = run_.results;
+  if (r.strain.size() == 0 || r.strain.maxCoeff() <= 0.0) return 0.0;
+  const VecX balance = r.kinetic + r.strain + r.potential - r.supplied + r.dissipated;
+  const double gap = (balance.array() - balance[0]).abs().maxCoeff();
+  const double amplitude = std::min(1.0, std::sqrt(gap / r.strain.maxCoeff()));
+  double deflection = 0.0;
+  for (const ResultBody& body : r.bodies)
+    if (body.displacement.size() > 0) deflection = std::max(deflection, body.displacement.cwiseAbs().maxCoeff());
+  const VecX ranges = output_ranges(fine_);
+  double out = 0.0;
+  for (Eigen::Index c = 0; c < ranges.size(); ++c) {
+    if (ranges[c] <= 0.0) continue;
+    const std::string& unit = fine_.units[c];
+    double share = amplitude;
+    if (unit == "m/s" || unit == "rad/s") share = std::min(amplitude, 3.0 * std::sqrt(gap / r.kinetic.maxCoeff()));
+    if (unit == "m") share = std::min(amplitude, amplitude * deflection / ranges[c]);
+    if (unit == "rad" && fine_.scales.length > 0.0)
+      share = std::min(amplitude, amplitude * deflection / (0.1 * fine_.scales.length * ranges[c]));
+    if (unit == "J") share = gap / ranges[c];
+    out = std::max(out, share);
+  }
+  return out;
+}
+
+// A run ten times looser tells the error: a third of the difference (error_of_difference), more where three of them show that it falls
+// slowly, all of it where there are only two.
+Straight::Verdict Straight::judge_time() {
+  if (!has_looser_) {
+    std::optional<Histories> loose = loose_run(run_.scene, 10.0 * tolerance_);
+    step_ = 0.1;
+    if (!loose || loose->columns != fine_.columns) return Verdict::tighter;
+    looser_ = std::move(*loose);
+    has_looser_ = true;
+  }
+  const Histories thinned = at_times(fine_, looser_.times);
+  time_ = relative(looser_, thinned);
+  const double change = largest(time_), falls = before_ > 0.0 ? before_ / std::max(change, 1e-300) : 0.0;
+  const double factor = before_ <= 0.0 ? 1.0 : falls < 4.0 / 3.0 ? 3.0 : std::max(error_of_difference, 1.0 / (falls - 1.0));
+  time_ *= factor;
+  before_ = change;
+  const double lost = energy_share();
+  const double needed = std::max(largest(time_) / (share_of_time * t_.accuracy), lost / t_.accuracy);
+  if (needed <= 1.0) return Verdict::kept;
+  step_ = std::clamp(std::pow(needed, -1.0 / cautious_order), 1e-2, 0.1);
+  const bool vibrates = t_.search.undamped && t_.search.has_levels() && !follows_vibrations(t_.options->method);
+  if (needed > 30.0 && vibrates) return Verdict::follow;
+  return needed > 1000.0 ? Verdict::lost : Verdict::tighter;
+}
+
+// Half the elements (volumes, modes) err by four times as much at least, in what is no rate; rates of vibrations converge slowly, and few
+// elements in no order that one could rely on.
+bool Straight::judge_space() {
+  const Histories thinned = at_times(fine_, looser_.times);
+  space_ = MatX::Zero(time_.rows(), time_.cols());
+  if (!t_.search.has_levels()) return true;
+  const int fewest = t_.search.fewest();
+  const std::optional<Scene> half = t_.search.halved();
+  if (fewest < 2 || !half) return false;
+  for (const double at : {10.0 * tolerance_, tolerance_}) {
+    const std::optional<Histories> coarse = loose_run(*half, at);
+    const Histories& against = at > tolerance_ ? looser_ : thinned;
+    if (!coarse || coarse->columns != against.columns || coarse->times.size() != against.times.size()) return false;
+    space_ = relative(*coarse, against);
+    for (Eigen::Index c = 0; c < space_.rows(); ++c) {
+      const std::string& unit = fine_.units[c];
+      const bool place = unit == "m" || unit == "rad" || unit == "J" || unit == "1";
+      const bool rate = unit == "m/s" || unit == "rad/s";
+      space_.row(c) *= fewest < 4 ? (place ? 1.0 : 2.0) : place ? 1.0 / 3.0 : rate ? 1.0 : 2.0;
+    }
+    if (largest(space_) <= share_of_space * t_.accuracy) return true;
+  }
+  return false;
+}
+
+// What the motion says of the effects that are off; those that a pair of runs tells better by one where they may decide.
+bool Straight::judge_effects() {
+  const auto decided = [&](const LeftOutWorth& w) {
+    return std::all_of(w.owners.begin(), w.owners.end(), [&](const std::string& owner) {
+      return std::any_of(run_.effects.begin(), run_.effects.end(),
+                         [&](const EffectState& s) { return s.owner == owner && s.effect == w.effect && t_.search.decides(s); });
+    });
+  };
+  effects_ = 0.0;
+  for (const LeftOutWorth& w : run_.left_out) {
+    if (t_.search.touches && w.possible && w.share > may_shift_events) return false;
+    if (w.share > 0.5 * t_.accuracy) return false;
+    if (decided(w)) effects_ += w.share;
+  }
+  NeglectOptions check;
+  check.tolerance = 10.0 * tolerance_;
+  check.method = t_.options->method;
+  check.floor = largest(time_);
+  check.budget = std::max(check_price * run_.results.statistics.cpu_seconds, 0.05);
+  std::vector<std::string> measured;
+  for (const LeftOutWorth& w : run_.second_order) {
+    // No less is told than half of what is true.
+    if (2.0 * w.share <= 0.2 * t_.accuracy) effects_ += decided(w) ? 2.0 * w.share : 0.0;
+    else measured.push_back(w.effect);
+  }
+  if (measured.empty()) return effects_ <= share_of_effects * t_.accuracy;
+  const NeglectCheck found = check_neglected(run_.scene, run_.effects, looser_, check);
+  if (!found.untried.empty()) return false;
+  for (const Neglected& n : found.found)
+    if (std::find(measured.begin(), measured.end(), n.effect) != measured.end()) effects_ += n.share;
+  return effects_ <= share_of_effects * t_.accuracy;
+}
+
+MatX Straight::constant_effects(const Histories& like) const { return MatX::Constant(like.values.rows(), like.values.cols(), effects_); }
+
+// What nothing above has judged: kept modes that the scene gives, elements on places that it names, bodies bent far, forms of other ends.
+bool Straight::check(Finished& f) const {
+  SolverStatistics& s = f.results.statistics;
+  const Histories whole = to_histories(f.results);
+  s.error_estimate = f.error;
+  if (s.notes.has(Severity::warning)) return false;
+  warn_of_coarse_beams(coarse_beams(f.scene, run_.effects, f.results), 0.5 * t_.accuracy, s.notes);
+  ModelCheckOptions models;
+  models.asked = t_.accuracy;
+  models.budget = model_check_budget(s.cpu_seconds);
+  models.run.tolerance = f.loose_tolerance;
+  models.run.floor = std::max(f.time, apart(f.looser, whole));
+  models.run.method = f.method;
+  models.run.run = &whole;
+  models.run.run_tolerance = f.setting.tolerance;
+  models.run.run_error = f.time;
+  for (size_t b = 0; b < f.scene.bodies.size(); ++b)
+    if (std::holds_alternative<BeamDef>(f.scene.bodies[b].kind) && !t_.search.chooses(b)) models.unjudged.push_back(b);
+  std::vector<LinearLimit> limits = f.limits;
+  std::erase_if(limits, [&](const LinearLimit& l) { return l.pieces > 1 && t_.search.chooses(static_cast<size_t>(l.body)); });
+  check_models(f.scene, run_.effects, limits, f.looser, models, s);
+  SimulateOptions o = *t_.options;
+  o.method = f.method;
+  double deflection = 0.0;
+  for (const ResultBody& body : f.results.bodies)
+    if (body.displacement.size() > 0) deflection = std::max(deflection, body.displacement.cwiseAbs().maxCoeff());
+  warn_of_few_modes(f.scene, o, whole, deflection, 0.5 * t_.accuracy, s);
+  return !s.notes.has(Severity::warning);
+}
+
+std::optional<Finished> Straight::finish_as_written() {
+  Finished f;
+  f.scene = run_.scene;
+  f.scene.simulation.tolerance = tolerance_;
+  f.limits = run_.limits;
+  f.method = t_.options->method;
+  f.setting.tolerance = tolerance_;
+  f.loose_tolerance = 10.0 * tolerance_;
+  f.described = {fmt::format("the scene as written, tolerance {:.1e}", tolerance_)};
+  f.looser = looser_;
+  f.coarse = looser_;
+  const Histories thinned = at_times(fine_, looser_.times);
+  f.add_up(thinned, time_, space_, constant_effects(thinned));
+  if (f.error > t_.accuracy) return std::nullopt;
+  t_.decade = std::max(1.05, run_.results.statistics.cpu_seconds / std::max(looser_.statistics.cpu_seconds, 1e-9));
+  f.results = run_.results;
+  report_left_out(f.scene, run_.left_out, t_.accuracy, f.results.statistics);
+  report_left_out(f.scene, run_.second_order, t_.accuracy, f.results.statistics);
+  if (!check(f)) return std::nullopt;
+  return f;
+}
+
+// Undamped vibrations that have to be followed: exact for linear ones, with as many modes as convergence asks for. What a beam's eigenmodes
+// beyond the n-th bring to its ends falls as n^-3 at least (beta^-4, times the tangent that it is measured from).
+std::optional<Finished> Straight::follow_vibrations() {
+  Task task = t_;
+  task.straight = true;
+  task.search.method = Method::exponential;
+  const double modes = 1.5 * std::pow(t_.accuracy, -1.0 / 3.0);
+  task.setting = {Search::level_for_modes(modes), std::clamp(3e-4 * t_.accuracy, 1e-10, 1e-4)};
+  task.coarse = task.loose = looser_;
+  task.rigid = MatX::Zero(looser_.values.rows(), looser_.values.cols());
+  task.left_out = constant_effects(looser_);
+  task.search.until = cpu_seconds() + std::max(2.0, 20.0 * run_.results.statistics.cpu_seconds);
+  std::optional<Finished> f;
+  try {
+    f = finish_followed(task, std::max(0.3, 20.0 * run_.results.statistics.cpu_seconds));
+  } catch (const SearchSpent&) {
+  } catch (const SimulationError&) {
+  } catch (const InputError&) {  // a scene that this method is not for
+  }
+  if (!f || f->error > t_.accuracy || !check(*f)) return std::nullopt;
+  return f;
+}
+
+std::optional<Finished> Straight::go(const Scene& as_given) {
+  tolerance_ = std::clamp(0.1 * t_.accuracy, 1e-9, 1e-3);
+  Scene scene = as_given;
+  constexpr int most_tries = 4;
+  for (int k = 0; k < most_tries; ++k) {
+    const double last = tolerance_;
+    if (!run_pilot(scene)) {
+      // Too loose to hold the mechanism together, perhaps.
+      if (allowed_ < longest) return std::nullopt;
+      tolerance_ *= 0.1;
+      has_looser_ = false, before_ = 0.0;
+      continue;
+    }
+    t_.search = Search(run_.scene, *t_.options);
+    scene = run_.scene;
+    const Verdict verdict = judge_time();
+    allowed_ = 0.5 + 20.0 * run_.results.statistics.cpu_seconds;
+    if (verdict == Verdict::kept) return judge_effects() && judge_space() ? finish_as_written() : std::nullopt;
+    if (verdict == Verdict::follow) {
+      if (!judge_effects()) return std::nullopt;
+      return follow_vibrations();
+    }
+    if (verdict == Verdict::lost) return std::nullopt;
+    // One decade finds its looser run already there.
+    const bool decade = has_looser_ && step_ > 0.05;
+    tolerance_ = std::max(1e-11, (decade ? 0.1 : step_) * last);
+    if (decade) looser_ = at_times(fine_, looser_.times);
+    else has_looser_ = false, before_ = 0.0;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<Finished> go_straight(Task& t, const Scene& as_given) { return Straight(t).go(as_given); }
+
+}  // namespace flexframe::sim

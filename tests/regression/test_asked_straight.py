@@ -1,0 +1,74 @@
+"""An asked accuracy without a search: kept against truths of scipy and of series, for little more than the run; told where it is not."""
+import json
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from program import expect, history, run, run_parts
+
+
+def ask(folder, text, accuracy, *words):
+    scene, table = folder / "scene.toml", folder / "h.csv"
+    scene.write_text(text)
+    done = run("simulate", scene, "--csv", table, "--accuracy", repr(accuracy), "--fresh", "--json", *words)
+    return json.loads(done.stdout)["simulation"], {name: np.array(values) for name, values in history(table).items()}
+
+
+def judge(name, summary, error, asked):
+    estimate, search = summary["accuracy"]["error"], summary["accuracy"]["search_cpu_seconds"]
+    print(f"{name}, {asked:g}: error {error:.1e}, estimate {estimate:.1e}, run {summary['cpu_seconds']:.4f}, search {search:.4f} CPU s")
+    expect(error <= asked or summary["warnings"], f"{name}: {asked:g} was asked, the error is {error:.2e} without a warning")
+    expect(estimate <= asked or summary["warnings"], f"{name}: an estimate of {estimate:.2e} without a warning")
+
+
+def double_pendulum(folder):
+    # Two point masses on rods of 1 m: the textbook's equations.
+    text = (
+        "[simulation]\nduration = 3\noutput_rate = 100\ngravity = [0, -9.81, 0]\n"
+        + '[[body]]\nname = "a"\nkind = "rigid"\nmass = 1.0\ncentre_of_mass = [1, 0, 0]\nframes = { end = [1, 0, 0] }\n'
+        + '[[body]]\nname = "b"\nkind = "rigid"\nmass = 1.0\ncentre_of_mass = [1, 0, 0]\n'
+        + '[[joint]]\nname = "p"\nkind = "revolute"\nparent = "ground"\nchild = "a"\ninitial = { value = 0.3 }\n'
+        + '[[joint]]\nname = "q"\nkind = "revolute"\nparent = "a.end"\nchild = "b"\n'
+        + '[[output]]\nname = "p"\nof = "p"\nquantity = "value"\n[[output]]\nname = "q"\nof = "q"\nquantity = "value"\n'
+    )
+
+    def rates(_, y):
+        p, q, vp, vq = y  # angles from the horizontal, absolute
+        c, s = np.cos(p - q), np.sin(p - q)
+        M = np.array([[2.0, c], [c, 1.0]])
+        f = np.array([-s * vq**2 - 2 * 9.81 * np.cos(p), s * vp**2 - 9.81 * np.cos(q)])
+        return [vp, vq, *np.linalg.solve(M, f)]
+
+    for asked in (1e-1, 1e-3, 1e-5):
+        summary, h = ask(folder, text, asked)
+        truth = solve_ivp(rates, (0, 3), [0.3, 0.3, 0, 0], method="DOP853", t_eval=h["t"], rtol=1e-12, atol=1e-12).y
+        bend = truth[1] - truth[0]
+        error = max(np.abs(h["p"] - truth[0]).max() / np.ptp(truth[0]), np.abs(h["q"] - bend).max() / np.ptp(bend))
+        judge("double pendulum", summary, error, asked)
+        expect(len(summary["accuracy"]["chosen"]) == 1 and "as written" in summary["accuracy"]["chosen"][0], "a search was made")
+
+
+def released_beam(folder):
+    # A clamped beam under a force that comes at once: its vibrations have to be followed. Series of Euler and Bernoulli, tip's deflection
+    # over the static one; slender, so that shear and rotary inertia are worth 3e-4.
+    L, E, rho, d, F = 1.0, 2e11, 8000.0, 0.01, 0.5
+    EI, mu = E * np.pi * d**4 / 64, rho * np.pi * d * d / 4
+    beta = np.array([1.8751040687, 4.6940911330, 7.8547574382, 10.995540735, 14.137168391, *(np.pi * (np.arange(6, 40) - 0.5))])
+    omega = beta**2 / L**2 * np.sqrt(EI / mu)
+    duration = 2 * 2 * np.pi / omega[0]
+    text = (
+        f"[simulation]\nduration = {duration!r}\noutput_rate = {400 / duration!r}\ngravity = [0, 0, 0]\n"
+        f'[[body]]\nname = "strip"\nkind = "beam"\nlength = {L}\nsection = {{ shape = "circle", diameter = {d} }}\n'
+        f"material = {{ density = {rho}, youngs_modulus = {E} }}\n"
+        '[[joint]]\nname = "clamp"\nkind = "weld"\nparent = "ground"\nchild = "strip.root"\n'
+        f'[[force]]\nkind = "force"\non = "strip.tip"\ndirection = [0, 1, 0]\nvalue = {F}\n'
+        '[[output]]\nname = "tip"\nof = "strip.tip"\nquantity = "displacement"\n'
+    )
+    for asked in (1e-1, 1e-2):
+        summary, h = ask(folder, text, asked)
+        # At the tip every normalised shape is 2, so that each mode's share is 4 F / (mu L omega^2).
+        truth = (4 * F / (mu * L * omega**2) * (1 - np.cos(np.outer(h["t"], omega)))).sum(axis=1)
+        judge("released beam", summary, np.abs(h["tip.y"] - truth).max() / np.ptp(truth), asked)
+
+
+run_parts(double_pendulum, released_beam)
