@@ -1,6 +1,5 @@
 #include "sim/run/run_scene.h"
 
-#include "sim/base/cpu_clock.h"
 #include "sim/results/recorder.h"
 #include "sim/run/coarse_beams.h"
 #include "sim/run/complete_inertia.h"
@@ -234,17 +233,21 @@ Results simulate_as_called(const SimulateOptions& options, Called& called) {
 }
 
 // A run for which nobody chose a tolerance and whose estimated error is too large is made again with the tolerance that the warning
-// advises, as long as that costs little: a decade takes two to three times the steps, with the methods of low order. What turns out to cost
-// twice as much as that is given up.
-constexpr double cheap_repetition = 2.0, price_of_decade = 2.5;  // CPU s
+// advises, as long as that costs little: a decade takes two to three times the steps, with the methods of low order. Cost is counted in
+// evaluations times what one of them takes by the number of coordinates, about a microsecond each: CPU time would make the results depend
+// on how busy the machine is. What turns out to need twice the steps is given up.
+constexpr double cheap_repetition = 2e6, price_of_decade = 2.5;
 constexpr int most_repetitions = 2;
 
-struct TooDear {};
+double growth(const SolverStatistics& run, double tolerance) { return std::pow(price_of_decade, std::log10(run.tolerance / tolerance)); }
 
-std::optional<double> better_tolerance(const Scene& scene, const SimulateOptions& options, const SolverStatistics& run) {
+std::optional<double> better_tolerance(const Scene& scene, const SimulateOptions& options, const Results& results) {
+  const SolverStatistics& run = results.statistics;
   if (scene.simulation.tolerance || options.tolerance || !options.estimate_error || !(run.error_estimate > unasked_accuracy)) return {};
   const double tolerance = advised_tolerance(run.tolerance, run.error_estimate);
-  const double price = run.cpu_seconds * std::pow(price_of_decade, std::log10(run.tolerance / tolerance));
+  double evaluation = 3.0;
+  for (const ResultBody& body : results.bodies) evaluation += 1.0 + static_cast<double>(body.q.cols());
+  const double price = evaluation * static_cast<double>(run.evaluations) * growth(run, tolerance);
   return price <= cheap_repetition ? std::optional(tolerance) : std::nullopt;
 }
 
@@ -256,17 +259,12 @@ std::optional<Results> repeated(const SolverStatistics& before, const SimulateOp
   const auto method = std::find(method_words().begin(), method_words().end(), before.method);
   if (method != method_words().end() && before.method != method_name(Method::bdf))
     tight.method = static_cast<Method>(method - method_words().begin());
-  const double start = cpu_seconds();
-  tight.progress = [&](double time) {
-    if (cpu_seconds() - start > 2.0 * cheap_repetition) throw TooDear{};
-    if (options.progress) options.progress(time);
-  };
+  const double steps = 2.0 * growth(before, tolerance) * static_cast<double>(before.steps) + 1000.0;
+  tight.max_steps = std::min(steps, steps_allowed(called.scene, options));
   try {
     Results again = simulate_as_called(tight, called);
     return again.statistics.error_estimate < before.error_estimate ? std::optional(std::move(again)) : std::nullopt;
   } catch (const SimulationError&) {
-    return {};
-  } catch (const TooDear&) {
     return {};
   }
 }
@@ -285,7 +283,7 @@ Results run_scene(const Scene& scene, const SimulateOptions& options) {
   Results results = simulate_as_called(once, called);
   const SolverStatistics first = results.statistics;
   for (int round = 0; round < most_repetitions; ++round) {
-    const std::optional<double> tolerance = better_tolerance(scene, options, results.statistics);
+    const std::optional<double> tolerance = better_tolerance(scene, options, results);
     std::optional<Results> again = tolerance ? repeated(results.statistics, once, *tolerance, called) : std::nullopt;
     if (!again) break;
     results = std::move(*again);
