@@ -70,7 +70,6 @@ struct Simulation::State::Data {
   VecX y;
   Work work;
   FrictionState friction;
-  Reactions reactions;
   ErrorWeights weights;
   std::vector<InputDef> inputs;
   VecX row;
@@ -122,13 +121,11 @@ struct Simulation::Impl {
     into = now;
     into.work = system.work;
     into.friction = system.friction;
-    into.reactions = system.reactions;
     into.weights = system.weights;
   }
   void load(const State::Data& from) {
     system.work = from.work;
     system.friction = from.friction;
-    system.reactions = from.reactions;
     system.weights = from.weights;
     now.time = from.time;
     now.y = from.y;

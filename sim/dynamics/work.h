@@ -35,8 +35,7 @@ struct ClusterWork {
   MatX G;                                 // all rows x nv (update_closure_matrix)
   VecX residual;                          // per row: closure error
   VecX rate, bias;                        // per row of the partition: velocity, acceleration at zero coordinate accelerations
-  Eigen::PartialPivLU<MatX> lu;           // of the partition's rows of G, their columns dep
-  MatX Gd, Gi;                            // those, and minus the columns ind
+  MatX Gd, Gi;                            // of the partition's rows of G: the inverse of their columns dep, and minus their columns ind
   VecX line, res, step, ind_rate;         // scratch
   MatX E;                                 // dep x ind: w_dep = E w_ind + e0
   VecX e0, gamma;                         // dep: from prescribed motions; acceleration at zero independent accelerations

@@ -29,7 +29,6 @@ struct System {
   FrictionState friction;
   std::vector<int> stops;  // parts whose joint has a stop
   bool driven = false;     // prescribed motions feed in work
-  Reactions reactions;
   ErrorWeights weights;
   Notes notes;
 };
