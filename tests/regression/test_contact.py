@@ -233,6 +233,14 @@ def wrong_words(folder):
             ('shape = "point"\nstiffness = 1\nfrom_radius = 2', ("this is against a plane",)),
             ('shape = "point"\nstiffness = 1\nexponent = 1.5\nfriction = { coefficient = 0.1 }', ("key 'friction.stiffness'",)),
             ('shape = "point"\nstiffness = 1\nfrom = "ball"', ("is on the same body as 'on'",)),
+            ('shape = "curve"\nstiffness = 1', ("key 'curve' is missing",)),
+            ('shape = "curve"\nstiffness = 1\nagainst = "sphere"\nfrom_radius = 1', ("key 'against'", "plane")),
+            ('shape = "curve"\nstiffness = 1\ncurve = { points = [[0, 0], [1, 0], [2, 1]] }', ("must be closed",)),
+            (
+                'shape = "curve"\nstiffness = 1\ncurve = { x = "(2 + cos(3*u))*cos(u)", y = "(2 + cos(3*u))*sin(u)", '
+                'to = "2*pi", closed = true }',
+                ("must be round outwards",),
+            ),
         ),
     )
 
