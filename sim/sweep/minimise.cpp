@@ -118,7 +118,9 @@ void judge_searches(const Sweep& sweep, const SweepTable& table, FoundMinimum& f
   for (const FoundMinimum::Search& s : found.searches)
     if (s.best >= 0 && (found.best < 0 || value(s.best) < value(found.best))) found.best = s.best;
   if (found.best < 0) return;
-  // A search found the same if it came as low but for a thousandth of what it gained, or to the same place within a hundredth.
+  // A search found the same if it came as low but for a thousandth of what it gained or the estimated error of the best run, or to the same
+  // place within a hundredth.
+  const double unsure = std::max(0.0, table.error[found.best]) * std::abs(value(found.best));
   const std::vector<double>& there = sweep.design.noted(found.best);
   for (std::size_t s = 0; s < found.searches.size(); ++s) {
     FoundMinimum::Search& search = found.searches[s];
@@ -130,7 +132,7 @@ void judge_searches(const Sweep& sweep, const SweepTable& table, FoundMinimum& f
     double apart = 0.0;
     const std::vector<double>& here = sweep.design.noted(search.best);
     for (std::size_t k = 0; k < here.size(); ++k) apart = std::max(apart, std::abs(here[k] - there[k]));
-    search.same = value(search.best) - value(found.best) <= 1e-3 * (worst - value(search.best)) || apart <= 0.01;
+    search.same = value(search.best) - value(found.best) <= std::max(1e-3 * (worst - value(search.best)), unsure) || apart <= 0.01;
   }
 }
 
@@ -160,6 +162,12 @@ void warn(const Sweep& sweep, const SweepTable& table, FoundMinimum& found) {
                                                           : "no run keeps all limits: none of its settings is one");
     return;
   }
+  // Below what the usual tolerance leaves open.
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const double y : table.responses.col(static_cast<Eigen::Index>(sweep.goal->response)))
+    if (std::isfinite(y)) low = std::min(low, y), high = std::max(high, y);
+  if (high - low <= 1e-6 * std::max(std::abs(low), std::abs(high)))
+    found.warnings.push_back("the response changes by less than a millionth of its size over all runs: these keys do not decide it");
   const long same = std::count_if(found.searches.begin(), found.searches.end(), [](const auto& s) { return s.same; });
   const auto& winner = found.searches[static_cast<std::size_t>(found.best / sweep.design.runs())];
   if (winner.ended && winner.end == SearchEnd::out_of_runs)

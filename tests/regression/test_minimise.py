@@ -146,6 +146,8 @@ def valleys_walls_and_several_minima(folder):
     expect(any(not s["same"] for s in two["searches"]), f"all searches end at one place: {two['searches']}")
     one = found_in(folder / "one", *plain[:-2], "--minimise", "(a^2-1)^2 + 0.2*a", "--searches", 1)
     expect("one search" in one["warnings"][0], f"warnings: {one['warnings']}")
+    flat = found_in(folder / "flat", *plain, "--minimise", "3 + 1e-9*a", "--searches", 2)
+    expect("do not decide" in flat["warnings"][0], f"a response that does not change: {flat['warnings']}")
     few = found_in(folder / "few", *plain, "--minimise", "(1-a)^2 + 100*(b-a^2)^2", "--searches", 2, "--runs", 12)
     expect(any("had not settled" in w for w in few["warnings"]), f"warnings: {few['warnings']}")
 
