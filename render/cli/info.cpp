@@ -10,6 +10,7 @@
 #include "render/picture/mesh.h"
 #include "sim/base/plain_text.h"
 #include "sim/bodies/sid.h"
+#include "sim/bodies/sid_judge.h"
 #include "sim/results/results_file.h"
 #include "sim/scene/scene_reader.h"
 
@@ -80,7 +81,13 @@ void print_sid(const std::string& file) {
   const sim::SidFile& s = reading.file;
   fmt::print("SID body: {}\n", s.name.empty() ? s.comment : s.name);
   fmt::print("mass     {:.9g} kg, {} elastic coordinates, {} nodes\n", s.mass, s.nelastq, s.nodes.size());
+  const sim::SidJudgement judged = sim::judge_sid(s);
+  fmt::print("centre   ({:.6g}, {:.6g}, {:.6g}) m, principal moments of inertia about it {:.6g}, {:.6g}, {:.6g} kg m^2\n",
+             judged.centre.x(), judged.centre.y(), judged.centre.z(), judged.moments.x(), judged.moments.y(), judged.moments.z());
   for (const std::string& label : s.labels) fmt::print("mode     {}\n", label);
+  for (Eigen::Index k = 0; k < judged.frequencies.size(); ++k)
+    fmt::print("{} {:.6g} Hz by Ke and Me\n", k == 0 ? "freq.   " : "        ", judged.frequencies(k));
+  for (const std::string& text : judged.contradicted) fmt::print("fault    {}\n", text);
   for (const sim::SidCheck& check : sim::check_sid(s)) fmt::print("check    {}: {:.2e}\n", check.identity, check.residual);
   for (const std::vector<std::string>* all : {&reading.dialect, &reading.notes})
     for (const std::string& note : *all) fmt::print("note     {}\n", note);
@@ -153,6 +160,11 @@ Json sid_json(const std::string& file) {
               {"nodes", reading.file.nodes.size()},
               {"labels", reading.file.labels},
               {"notes", reading.notes}};
+  const sim::SidJudgement judged = sim::judge_sid(reading.file);
+  out["frequencies"] = std::vector<double>(judged.frequencies.begin(), judged.frequencies.end());
+  out["centre"] = std::vector<double>(judged.centre.begin(), judged.centre.end());
+  out["principal_moments"] = std::vector<double>(judged.moments.begin(), judged.moments.end());
+  out["faults"] = judged.contradicted;
   for (const sim::SidCheck& check : sim::check_sid(reading.file)) out["checks"][check.identity] = check.residual;
   return out;
 }
