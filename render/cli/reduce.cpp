@@ -45,8 +45,10 @@ std::string report_text(const Words& w, const sim::Reduction& r) {
       b.mass, centre.x(), centre.y(), centre.z(), b.J0(0), b.J0(1), b.J0(2), b.J0(3), b.J0(4), b.J0(5));
   t += fmt::format("{} elastic coordinates, {} nodes, geometric stiffening {}\n\n", b.n, b.nodes.size(),
                    !b.nodes.empty() && b.nodes[0].phi2[0].size() > 0 ? "on" : "off");
-  t += "| coordinate | frequency, Hz |\n|---|---|\n";
-  for (int k = 0; k < p.frequencies.size(); ++k) t += fmt::format("| {} | {:.3f} |\n", k + 1, p.frequencies(k));
+  t += "| coordinate | frequency, Hz | error of the mesh, estimated |\n|---|---|---|\n";
+  for (int k = 0; k < p.frequencies.size(); ++k)
+    t += fmt::format("| {} | {:.3f} | {} |\n", k + 1, p.frequencies(k),
+                     k < p.mesh_errors.size() ? fmt::format("{:.2g} %", 100.0 * p.mesh_errors(k)) : "");
   if (p.compliance_error >= 0.0)
     t += fmt::format("\nStatic deflection at the interfaces under unit loads there: largest error against the full model {:.3g} %\n",
                      100.0 * p.compliance_error);
@@ -69,6 +71,7 @@ nlohmann::json summary(const sim::Reduction& r) {
   j["rigid_motions"] = r.report.rigid_motions;
   j["frequencies"] = std::vector<double>(r.report.frequencies.begin(), r.report.frequencies.end());
   j["nodes"] = r.body.nodes.size();
+  if (r.report.mesh_errors.size() > 0) j["mesh_errors"] = std::vector<double>(r.report.mesh_errors.begin(), r.report.mesh_errors.end());
   if (r.report.compliance_error >= 0.0) j["static_error"] = r.report.compliance_error;
   for (const auto& s : r.report.stages) j["cpu_seconds"][s.name] = s.cpu;
   j["notes"] = r.report.notes;

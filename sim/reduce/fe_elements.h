@@ -41,8 +41,10 @@ void solid_mass(FeShape shape, FeFormulation formulation, const Mat3X& X, const 
 // Elasticity matrix 6 x 6 (xx yy zz xy yz xz, engineering shear strains).
 Mat6 elasticity(const FeMaterial& material);
 
-// Stress at the element's nodes from nodal displacements (3 x n), 6 x n (xx yy zz xy yz xz): values at the stiffness points, extrapolated
-// by least squares (linear in tetrahedra, trilinear in hexahedra, linear times linear in wedges).
+// Stress at the element's nodes from nodal displacements (3 x n), 6 x n (xx yy zz xy yz xz): values at the stiffness points (those of
+// incompatible modes too), extrapolated by least squares (linear in tetrahedra, trilinear in hexahedra, linear times linear in wedges).
+// The matrix: 6n x 3n, node by node, for many displacements of one element.
+MatX solid_stress_matrix(FeShape shape, FeFormulation formulation, const Mat3X& X, const FeMaterial& material, int id);
 MatX solid_nodal_stress(FeShape shape, FeFormulation formulation, const Mat3X& X, const FeMaterial& material, const Mat3X& u, int id);
 
 // Columns: axes of a shell in the plane of its corners, the first along its first edge, the third along the normal; and its area, m^2.

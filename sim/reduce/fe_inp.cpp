@@ -34,7 +34,24 @@ FeModel InpResolver::run() {
   }
   need_properties();
   complaints.raise(model.file);
+  tell_bricks();
   return std::move(model);
+}
+
+void InpResolver::tell_bricks() {
+  if (deck.abaqus) return;
+  bool shells = false, beams = false;
+  for (const FeElement& e : model.elements) {
+    shells = shells || fe_is_shell(e.shape);
+    beams = beams || (e.shape == FeShape::beam2 && e.section >= 0 && !model.beam_sections[e.section].truss);
+  }
+  if (shells || beams)
+    model.notes.push_back(fmt::format(
+        "{} as Abaqus takes them; CalculiX makes bricks of them, one across the thickness, which are stiffer (S4, S8, B31, B32) "
+        "or hourglass (S4R), and hinges beams where rods begin: a coarse deck has other frequencies there",
+        shells && beams ? "shells and beams are"
+        : shells        ? "shells are"
+                        : "beams are"));
 }
 
 void InpResolver::place_spaces() {

@@ -48,6 +48,8 @@ class InpResolver {
     throw InputError(fmt::format("{}: {}", deck.where(place), text));
   }
   void place_spaces();
+  // What CalculiX does otherwise with shells and beams.
+  void tell_bricks();
   // Index in the model of a node by its number; -1: not there. A number outside of parts may be meant for the only instance.
   int node_by_id(int space, int id);
   void add_elements(int space);

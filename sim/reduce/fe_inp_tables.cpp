@@ -98,6 +98,33 @@ const std::map<std::string, const char*>& refused_words() {
   return words;
 }
 
+// Words of the model that a linear body has no use for: told as a note. Others that nobody knows may change the structure: a warning.
+bool beyond_linear(const std::string& k) {
+  static const std::set<std::string> words = {"PLASTIC",          "CREEP",
+                                              "CYCLIC HARDENING", "DEFORMATION PLASTICITY",
+                                              "VISCOELASTIC",     "VISCO",
+                                              "DEPVAR",           "USER MATERIAL",
+                                              "MOHR COULOMB",     "DRUCKER PRAGER",
+                                              "RATE DEPENDENT",   "DAMAGE INITIATION",
+                                              "DAMAGE EVOLUTION", "MULLINS EFFECT",
+                                              "CONTROLS",         "SECTION CONTROLS",
+                                              "FILM PROPERTY",    "RADIATE",
+                                              "GAP CONDUCTANCE",  "GAP HEAT GENERATION",
+                                              "CLEARANCE",        "CHANGE FRICTION",
+                                              "CONTACT DAMPING",  "CONTACT INITIALIZATION DATA",
+                                              "HYPERFOAM",        "PARAMETER",
+                                              "FLUID CONSTANTS",  "SPECIFIC GAS CONSTANT",
+                                              "RESISTIVITY",      "FILTER",
+                                              "CORRELATION",      "SENSITIVITY",
+                                              "CONSTRAINT",       "DESIGNVARIABLES",
+                                              "OBJECTIVE",        "DESIGN RESPONSE",
+                                              "SURFACE PROPERTY", "BASE MOTION",
+                                              "DISTRIBUTION",     "DISTRIBUTION TABLE",
+                                              "MODAL DAMPING",    "VALUES AT INFINITY",
+                                              "CREATE FEM",       "NODE RESPONSE"};
+  return words.contains(k);
+}
+
 bool harmless(const std::string& k) {
   static const std::set<std::string> words = {"HEADING",
                                               "PREPRINT",
@@ -402,7 +429,14 @@ void InpTableReader::other_word() {
   const auto refusal = refused_words().find(k.name);
   if (refusal != refused_words().end()) return refuse(fmt::format("*{} cannot be read: {}", k.name, refusal->second));
   skip = true;
-  if (!harmless(k.name) && told.insert("*" + k.name).second) deck.notes.push_back(fmt::format("{}: *{} is ignored", where(at), k.name));
+  if (harmless(k.name) || !told.insert("*" + k.name).second) return;
+  if (beyond_linear(k.name)) return deck.notes.push_back(fmt::format("{}: *{} is ignored", where(at), k.name));
+  if (k.name == "NORMAL")
+    return deck.warnings.push_back(
+        fmt::format("{}: *NORMAL is not read: shells and beams have the normals of their elements; where they meet at an angle, or their "
+                    "nodes lie beside the middle, the deck's own differ",
+                    where(at)));
+  deck.warnings.push_back(fmt::format("{}: *{} is not known and passed over: what it says is not in the body", where(at), k.name));
 }
 
 void InpTableReader::read_data() {

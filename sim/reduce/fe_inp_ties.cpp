@@ -173,6 +173,11 @@ void InpResolver::add_mpc(int space, const InpMpc& m) {
     const int slave = lists[0][k], master = lists[1].size() == 1 ? lists[1][0] : lists[1][k];
     if (slave == master) continue;
     if (m.type == "BEAM") {
+      if (!turning[slave] && !turning[master])
+        add_once(model.warnings,
+                 fmt::format("{}: *MPC, BEAM between nodes {} and {}, which have no rotations (solids alone): they keep their distance and "
+                             "nothing else; CalculiX holds them otherwise: tie more nodes by *RIGID BODY or *COUPLING",
+                             deck.where(m.place), model.node_ids[slave], model.node_ids[master]));
       FeSpider spider;
       spider.node = master;
       spider.slaves = {slave};

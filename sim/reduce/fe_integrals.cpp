@@ -25,13 +25,6 @@ MatX crossed(const FeSystem& system, int a, const MatX& U) {
   return out;
 }
 
-Mat3X field_at(const FeModel& model, const FeSystem& system, const FeElement& e, const MatX& U, int column) {
-  Mat3X u(3, e.count);
-  for (int i = 0; i < e.count; ++i)
-    for (int d = 0; d < 3; ++d) u(d, i) = U(system.dof[model.connectivity[e.first + i]][d], column);
-  return u;
-}
-
 // All six motions of a shell's nodes.
 MatX motions_at(const FeModel& model, const FeSystem& system, const FeElement& e, const MatX& U, int column) {
   MatX u(6, e.count);
@@ -263,6 +256,20 @@ MatX shell_stress(const FeModel& model, const FeElement& e, const Mat3X& X, cons
 
 }  // namespace
 
+MatX element_stress(const FeModel& model, const FeSystem& system, const FeElement& e, const MatX& U) {
+  const Eigen::Index n = U.cols();
+  const Mat3X X = positions(model, e);
+  if (!fe_is_shell(e.shape)) {
+    MatX u(3 * static_cast<Eigen::Index>(e.count), n);
+    for (int i = 0; i < e.count; ++i)
+      for (int d = 0; d < 3; ++d) u.row(3 * i + d) = U.row(system.dof[model.connectivity[e.first + i]][d]);
+    return solid_stress_matrix(e.shape, e.formulation, X, material_in_space(model, e), e.id) * u;
+  }
+  MatX out(6 * static_cast<Eigen::Index>(e.count), n);
+  for (int k = 0; k < n; ++k) out.col(k) = shell_stress(model, e, X, motions_at(model, system, e, U, k)).reshaped();
+  return out;
+}
+
 std::vector<MatX> nodal_stress(const FeModel& model, const FeSystem& system, const MatX& U, const std::vector<int>& nodes) {
   const int n = static_cast<int>(U.cols());
   std::unordered_map<int, int> place;
@@ -275,14 +282,9 @@ std::vector<MatX> nodal_stress(const FeModel& model, const FeSystem& system, con
     bool wanted = false;
     for (int i = 0; i < e.count; ++i) wanted = wanted || place.contains(model.connectivity[e.first + i]);
     if (!wanted) continue;
-    const Mat3X X = positions(model, e);
-    for (int k = 0; k < n; ++k) {
-      const MatX stress =
-          shell ? shell_stress(model, e, X, motions_at(model, system, e, U, k))
-                : solid_nodal_stress(e.shape, e.formulation, X, material_in_space(model, e), field_at(model, system, e, U, k), e.id);
-      for (int i = 0; i < e.count; ++i)
-        if (const auto it = place.find(model.connectivity[e.first + i]); it != place.end()) sum[it->second].col(k) += stress.col(i);
-    }
+    const MatX stress = element_stress(model, system, e, U);
+    for (int i = 0; i < e.count; ++i)
+      if (const auto it = place.find(model.connectivity[e.first + i]); it != place.end()) sum[it->second] += stress.middleRows(6 * i, 6);
     for (int i = 0; i < e.count; ++i)
       if (const auto it = place.find(model.connectivity[e.first + i]); it != place.end()) ++count[it->second];
   }

@@ -41,6 +41,10 @@ MatX second_order_work(const FeModel& model, const FeSystem& system, const MatX&
 // Loads whose work on a field is its md (3), Cr (3) and J (6) as in linear_mass: size x 12.
 MatX linear_mass_loads(const FeModel& model, const FeSystem& system);
 
+// Stress per field at the nodes of a solid or shell, 6 rows a node (xx yy zz xy yz xz) x n, in space axes; of shells on the face that
+// their normals point to.
+MatX element_stress(const FeModel& model, const FeSystem& system, const FeElement& e, const MatX& U);
+
 // Stress per field at the asked nodes: 6 x n each (xx yy zz xy yz xz), averaged over the elements around the node; of shells on the face
 // that their normals point to.
 std::vector<MatX> nodal_stress(const FeModel& model, const FeSystem& system, const MatX& U, const std::vector<int>& nodes);

@@ -35,6 +35,14 @@ FeModel NastranReader::run() {
   complaints.raise(model.file);
   if (model.elements.empty()) throw InputError(fmt::format("{}: no elements that can be used", model.file));
   allow_massless();
+  const bool coupled_mass = std::any_of(deck.cards.begin(), deck.cards.end(), [&](const NastranCard& c) {
+    return c.name == "PARAM" && c.fields.size() > 1 && c.fields[0] == "COUPMASS" && deck.integer(c, 1, -1) > 0;
+  });
+  if (!coupled_mass && std::any_of(model.elements.begin(), model.elements.end(),
+                                   [](const FeElement& e) { return fe_is_solid(e.shape) || e.shape == FeShape::beam2; }))
+    model.notes.emplace_back(
+        "the mass of solids, beams and rods is spread as their shapes say; Nastran lumps it at the grids unless PARAM,COUPMASS,1 says "
+        "otherwise: a coarse deck has lower frequencies there");
   return std::move(model);
 }
 

@@ -206,31 +206,41 @@ MatX strain_matrix(const MatX& dN) {
   return B;
 }
 
-// Three incompatible modes 1 - xi^2, 1 - eta^2, 1 - zeta^2 with the centre's Jacobian (passes the patch test), condensed out.
-void condense_incompatible(const Mat3X& X, const FeMaterial& material, int id, MatX& K) {
+// Three incompatible modes 1 - xi^2, 1 - eta^2, 1 - zeta^2 with the centre's Jacobian (passes the patch test). At the stiffness points:
+// strains of the nodes' motions and of the nine amplitudes; amplitudes = -inner^-1 coupling u.
+struct IncompatibleModes {
+  std::vector<MatX> B, Bi;  // 6 x 24, 6 x 9
+  MatX coupling = MatX::Zero(9, 24), inner = MatX::Zero(9, 9);
+};
+
+IncompatibleModes incompatible_modes(const Mat3X& X, const Mat6& C, int id) {
   VecX N;
   MatX dN;
   shape_functions(FeShape::hexahedron8, Vec3::Zero(), N, dN);
   const Mat3 J0 = X * dN;
   const double det0 = J0.determinant();
   const Mat3 inverse = J0.inverse();
-  const Mat6 C = elasticity(material);
   const Rule& r = rule(FeShape::hexahedron8, FeFormulation::full, FeRule::stiffness);
-  MatX coupling = MatX::Zero(9, 24), inner = MatX::Zero(9, 9);
+  IncompatibleModes out;
   for (size_t i = 0; i < r.points.size(); ++i) {
     shape_functions(FeShape::hexahedron8, r.points[i], N, dN);
     const Mat3 J = X * dN;
     const double det = J.determinant();
     if (!(det > 0.0)) inside_out(id, FeShape::hexahedron8);
-    const MatX B = strain_matrix(dN * J.inverse());
+    out.B.push_back(strain_matrix(dN * J.inverse()));
     MatX dI = MatX::Zero(3, 3);
     for (int k = 0; k < 3; ++k) dI.row(k) = -2.0 * r.points[i](k) * inverse.row(k) * (det0 / det);
-    const MatX Bi = strain_matrix(dI);
+    out.Bi.push_back(strain_matrix(dI));
     const double volume = det * r.weights[i];
-    coupling += volume * Bi.transpose() * C * B;
-    inner += volume * Bi.transpose() * C * Bi;
+    out.coupling += volume * out.Bi.back().transpose() * C * out.B.back();
+    out.inner += volume * out.Bi.back().transpose() * C * out.Bi.back();
   }
-  K -= coupling.transpose() * solve_symmetric(inner, coupling);
+  return out;
+}
+
+void condense_incompatible(const Mat3X& X, const FeMaterial& material, int id, MatX& K) {
+  const IncompatibleModes modes = incompatible_modes(X, elasticity(material), id);
+  K -= modes.coupling.transpose() * solve_symmetric(modes.inner, modes.coupling);
 }
 
 // Motions of a C3D20R (or a C3D6) that none of its eight (two) points sees have no stiffness; through a single layer of elements they run
@@ -432,54 +442,67 @@ void solid_mass(FeShape shape, FeFormulation formulation, const Mat3X& X, const 
   }
 }
 
-MatX solid_nodal_stress(FeShape shape, FeFormulation formulation, const Mat3X& X, const FeMaterial& material, const Mat3X& u, int id) {
+namespace {
+
+// Monomials in which a solid's stress is extrapolated.
+VecX stress_terms(FeShape shape, size_t points, const Vec3& q) {
+  VecX b;
+  switch (family(shape)) {
+    case Family::tetrahedron:
+      b.resize(4);
+      b << 1, q.x(), q.y(), q.z();
+      break;
+    case Family::hexahedron:
+      b.resize(8);
+      b << 1, q.x(), q.y(), q.z(), q.x() * q.y(), q.y() * q.z(), q.x() * q.z(), q.prod();
+      break;
+    case Family::wedge:
+      b.resize(points == 2 ? 2 : 6);
+      if (points == 2) b << 1, q.z();
+      else b << 1, q.x(), q.y(), q.z(), q.x() * q.z(), q.y() * q.z();
+      break;
+  }
+  return b;
+}
+
+// Values at the nodes from those at the stiffness points, nodes x points: by least squares.
+MatX extrapolation(FeShape shape, FeFormulation formulation) {
   const Rule& r = rule(shape, formulation, FeRule::stiffness);
-  const std::vector<FePoint> points = solid_points(shape, formulation, FeRule::stiffness, X, id);
-  const Mat6 C = elasticity(material);
-  // Monomials of the extrapolation.
-  const auto basis = [&](const Vec3& q) {
-    VecX b;
-    switch (family(shape)) {
-      case Family::tetrahedron:
-        b.resize(4);
-        b << 1, q.x(), q.y(), q.z();
-        break;
-      case Family::hexahedron:
-        b.resize(8);
-        b << 1, q.x(), q.y(), q.z(), q.x() * q.y(), q.y() * q.z(), q.x() * q.z(), q.prod();
-        break;
-      case Family::wedge:
-        if (points.size() == 2) {
-          b.resize(2);
-          b << 1, q.z();
-          break;
-        }
-        b.resize(6);
-        b << 1, q.x(), q.y(), q.z(), q.x() * q.z(), q.y() * q.z();
-        break;
-    }
-    return b;
-  };
-  if (points.size() == 1) {
-    const Mat3 g = u * points[0].dN;
-    Vec6 strain;
-    strain << g(0, 0), g(1, 1), g(2, 2), g(0, 1) + g(1, 0), g(1, 2) + g(2, 1), g(0, 2) + g(2, 0);
-    return (C * strain).replicate(1, X.cols());
-  }
-  const int terms = static_cast<int>(basis(Vec3::Zero()).size());
-  MatX A(points.size(), terms), S(points.size(), 6);
-  for (size_t i = 0; i < points.size(); ++i) {
-    A.row(i) = basis(r.points[i]).transpose();
-    const Mat3 g = u * points[i].dN;
-    Vec6 strain;
-    strain << g(0, 0), g(1, 1), g(2, 2), g(0, 1) + g(1, 0), g(1, 2) + g(2, 1), g(0, 2) + g(2, 0);
-    S.row(i) = (C * strain).transpose();
-  }
-  const MatX coefficients = fit(A, S);
+  const size_t count = r.points.size();
   const Mat3X nodes = parent_nodes(shape);
-  MatX stress(6, X.cols());
-  for (int k = 0; k < X.cols(); ++k) stress.col(k) = (basis(nodes.col(k)).transpose() * coefficients).transpose();
-  return stress;
+  if (count == 1) return MatX::Ones(nodes.cols(), 1);
+  const Eigen::Index terms = stress_terms(shape, count, Vec3::Zero()).size();
+  MatX at_points(count, terms), at_nodes(nodes.cols(), terms);
+  for (size_t i = 0; i < count; ++i) at_points.row(static_cast<Eigen::Index>(i)) = stress_terms(shape, count, r.points[i]).transpose();
+  for (Eigen::Index k = 0; k < nodes.cols(); ++k) at_nodes.row(k) = stress_terms(shape, count, nodes.col(k)).transpose();
+  return at_nodes * fit(at_points, MatX::Identity(at_points.rows(), at_points.rows()));
+}
+
+}  // namespace
+
+MatX solid_stress_matrix(FeShape shape, FeFormulation formulation, const Mat3X& X, const FeMaterial& material, int id) {
+  const Mat6 C = elasticity(material);
+  const Eigen::Index n = X.cols();
+  std::vector<MatX> strains;
+  if (shape == FeShape::hexahedron8 && formulation == FeFormulation::incompatible) {
+    IncompatibleModes modes = incompatible_modes(X, C, id);
+    const MatX amplitudes = -solve_symmetric(modes.inner, modes.coupling);
+    for (size_t i = 0; i < modes.B.size(); ++i) strains.push_back(modes.B[i] + modes.Bi[i] * amplitudes);
+  } else {
+    for (const FePoint& p : solid_points(shape, formulation, FeRule::stiffness, X, id)) strains.push_back(strain_matrix(p.dN));
+  }
+  const MatX E = extrapolation(shape, formulation);
+  MatX out = MatX::Zero(6 * n, 3 * n);
+  for (size_t i = 0; i < strains.size(); ++i) {
+    const MatX stress = C * strains[i];
+    for (Eigen::Index k = 0; k < n; ++k) out.middleRows(6 * k, 6) += E(k, static_cast<Eigen::Index>(i)) * stress;
+  }
+  return out;
+}
+
+MatX solid_nodal_stress(FeShape shape, FeFormulation formulation, const Mat3X& X, const FeMaterial& material, const Mat3X& u, int id) {
+  const VecX stress = solid_stress_matrix(shape, formulation, X, material, id) * u.reshaped();
+  return stress.reshaped(6, X.cols());
 }
 
 }  // namespace flexframe::sim

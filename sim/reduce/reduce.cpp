@@ -6,6 +6,7 @@
 #include "sim/reduce/dense_products.h"
 #include "sim/reduce/fe_attachment.h"
 #include "sim/reduce/fe_integrals.h"
+#include "sim/reduce/fe_mesh_error.h"
 #include "sim/reduce/fe_solver.h"
 
 #include <cblas.h>
@@ -283,6 +284,7 @@ class Reducer {
       int keep = static_cast<int>(modes.eigenvalues.size());
       if (limit > 0.0)
         while (keep > 0 && modes.eigenvalues(keep - 1) > limit) --keep;
+      if (keep > 0) refuse_massless(modes.eigenvalues.head(keep));
       if (keep == 0 && method == ReduceMethod::eigenmodes)
         throw InputError(
             fmt::format("no elastic mode up to {:g} Hz; the first is at {:.1f} Hz", options.highest, hertz(modes.eigenvalues(0))));
@@ -326,6 +328,13 @@ class Reducer {
     if (basis.eigenvalues.size() == 0) throw InputError("no elastic coordinate is left: raise the highest frequency or the cut-off");
     lap("basis");
     report_compliance();
+  }
+
+  // Motions with stiffness and without mass (rounding of one) have no frequency: ten decades of it are in no body, and 1e50 Hz is none.
+  static void refuse_massless(const VecX& eigenvalues) {
+    const double highest = std::min(1e20 * eigenvalues.minCoeff(), 1e100);
+    const Eigen::Index count = (eigenvalues.array() <= highest).count();
+    if (count < eigenvalues.size()) throw InputError(fmt::format("{} modes are requested, the model has {}", eigenvalues.size(), count));
   }
 
   // Drops modes of the reduced model above the cut-off, but keeps those that carry the static deflection at the interfaces: seldom many,
@@ -434,6 +443,7 @@ class Reducer {
     if (options.damping > 0.0) body.De = (2.0 * options.damping * basis.eigenvalues.cwiseSqrt()).asDiagonal();
     for (int k = 0; k < n; ++k) body.labels.push_back(fmt::format("Eigen Mode {:4} : {:12.3f} Hz", k + 1, hertz(basis.eigenvalues(k))));
     lap("integrals");
+    judge_mesh(U);
 
     for (size_t i = 0; i < attachments.size(); ++i) {
       FlexibleNode node;
@@ -447,6 +457,28 @@ class Reducer {
     if (options.stiffening && model.matrices) note("geometric stiffening needs the elements: left out for a model given as matrices");
     else if (options.stiffening) add_stiffening(U);
     if (options.stress) add_stress(U);
+  }
+
+  // The lowest frequencies against those of a fine mesh.
+  void judge_mesh(const MatX& U) {
+    constexpr Eigen::Index looked_at = 6;
+    constexpr double told = 0.01;  // what frequencies of finite elements are commonly taken to be good for
+    const Eigen::Index count = std::min(looked_at, U.cols());
+    const std::optional<VecX> errors = mesh_error(model, system, U.leftCols(count), basis.eigenvalues.head(count));
+    lap("mesh error");
+    if (!errors) return;
+    if (!std::isfinite(errors->maxCoeff()))
+      return report().warnings.push_back(
+          "the mesh is coarse: its elements have too few neighbours to tell by how much its frequencies are off; refine it and compare");
+    report().mesh_errors = *errors;
+    std::string coarse;
+    for (Eigen::Index k = 0; k < count; ++k)
+      if ((*errors)(k) > told)
+        coarse += fmt::format("{}{:.4g} Hz by {:.2g} %", coarse.empty() ? "" : ", ", hertz(basis.eigenvalues(k)), 100.0 * (*errors)(k));
+    if (!coarse.empty())
+      report().warnings.push_back(
+          fmt::format("the mesh is coarse: of the lowest {} frequencies these are off by an estimated share: {}; refine it and compare",
+                      count, coarse));
   }
 
   // theta_j x (theta_k x r), symmetric in j and k: second derivatives of the end of an arm that keeps its length.

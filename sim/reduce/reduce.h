@@ -59,6 +59,7 @@ struct ReduceReport {
   double factor_entries = 0.0, estimated_bytes = 0.0;
   VecX frequencies;       // Hz, of the elastic coordinates
   VecX full_frequencies;  // Hz, of the full model's modes that were computed
+  VecX mesh_errors;       // of the lowest of `frequencies`: share by which the mesh is estimated to miss them; empty: no estimate
   double compliance_error =
       0.0;  // largest relative error of the static deflection at the interfaces under unit forces there; -1: no interfaces
   std::vector<InterfaceLack> lacks;  // of each interface

@@ -374,6 +374,7 @@ with temporary_folder() as name:
     wrong = reduce(put("deck.inp", small))
     expect(any("--units mm " in w for w in wrong["warnings"]), f"wrong units: {wrong['warnings']}")
     right = reduce(folder / "deck.inp", "--units", "mm")
-    expect(right["warnings"] == [] and abs(right["mass"] - wanted["mass"]) < 1e-9, f"right units: {right['warnings']}")
+    told = [w for w in right["warnings"] if "the mesh is coarse" not in w]
+    expect(told == [] and abs(right["mass"] - wanted["mass"]) < 1e-9, f"right units: {right['warnings']}")
 
 finish()

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -94,6 +95,58 @@ TEST(ReduceDecks, Beams) {
     const Reduction r = reduce(m, o);
     EXPECT_NEAR(r.report.frequencies(0), wanted, 1e-3 * wanted);
     EXPECT_NEAR(r.body.mass, 0.785, 1e-9);
+  }
+}
+
+// Torsion of square tubes, in fourths of the width: Saint-Venant's equation by finite volumes (400 across).
+TEST(ReduceDecks, TorsionOfBoxes) {
+  for (const auto& [wall, wanted] : {std::pair(0.05, 0.04396), std::pair(0.1, 0.07711), std::pair(0.2, 0.11814), std::pair(0.3, 0.13566)}) {
+    const double J = beam_shape("BOX", {1.0, 1.0, wall, wall, wall, wall})->torsion;
+    EXPECT_NEAR(J, wanted, 0.065 * wanted) << wall;
+    EXPECT_LT(J, wanted);
+  }
+  // A wall that is a slit leaves an open section: thirds of length by thickness cubed, less at its ends.
+  EXPECT_NEAR(beam_shape("BOX", {0.025, 0.05, 1e-7, 0.003, 0.003, 0.003})->torsion, 0.003 * 0.003 * 0.003 / 3 * 0.0955, 0.05 * 8.6e-10);
+}
+
+// What changes the structure and is not read is a warning; what a linear body has no use for a note.
+TEST(ReduceDecks, WordsThatAreNotReadAreWarnedOf) {
+  const std::string shell = "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n*ELEMENT,TYPE=S4,ELSET=E\n1,1,2,3,4\n" + steel +
+                            "*PLASTIC\n1e6,0.\n*SHELL SECTION,ELSET=E,MATERIAL=S\n.01\n*NORMAL\n1,1,0,0,1\n*STIFFENER\n1\n";
+  const FeModel m = deck(shell);
+  const auto has = [](const std::vector<std::string>& texts, const char* part) {
+    return std::any_of(texts.begin(), texts.end(), [&](const std::string& t) { return t.find(part) != std::string::npos; });
+  };
+  EXPECT_TRUE(has(m.warnings, "*NORMAL is not read"));
+  EXPECT_TRUE(has(m.warnings, "*STIFFENER is not known"));
+  EXPECT_TRUE(has(m.notes, "*PLASTIC is ignored"));
+  EXPECT_FALSE(has(m.warnings, "*PLASTIC"));
+  EXPECT_TRUE(has(m.notes, "CalculiX makes bricks"));
+  // Solids have no rotations: a rigid bar between their nodes holds one motion.
+  const FeModel tied = deck(
+      "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,0,0,1\n6,1,0,1\n7,1,1,1\n8,0,1,1\n*ELEMENT,TYPE=C3D8,ELSET=E\n1,1,2,3,4,5,6,7,8\n" +
+      steel + "*SOLID SECTION,ELSET=E,MATERIAL=S\n*MPC\nBEAM,1,7\n");
+  EXPECT_TRUE(has(tied.warnings, "keep their distance and nothing else"));
+}
+
+// A motion with stiffness and without mass has no frequency: it was given 1e149 Hz.
+TEST(ReduceDecks, MotionsWithoutMassHaveNoFrequency) {
+  const FeModel m = deck(
+      "*NODE\n1,0,0,0\n2,0,0,-30\n3,0,0,-30\n4,0,0,-330\n*ELEMENT,TYPE=B31,ELSET=E\n1,1,2\n2,3,4\n*BEAM SECTION,MATERIAL=S,ELSET=E,"
+      "SECTION=RECT\n10,10\n0,1,0\n*EQUATION\n2\n2,1,-1.,3,1,1.\n2\n2,3,-1.,3,3,1.\n*NSET,NSET=ALL\n1,2,3,4\n*BOUNDARY\nALL,2,2\n"
+      "ALL,4,4\nALL,6,6\n1,1,5\n*MATERIAL,NAME=S\n*ELASTIC\n2e5,.3\n*DENSITY\n7.8e-9\n");
+  ReduceOptions o;
+  o.held = m.constraints;
+  for (int modes = 1; modes <= 8; ++modes) {
+    o.modes = modes;
+    try {
+      const Reduction r = reduce(m, o);
+      EXPECT_LT(r.report.frequencies.maxCoeff(), 1e8) << modes;
+    } catch (const InputError& e) {
+      EXPECT_NE(std::string(e.what()).find("the model has"), std::string::npos) << e.what();
+    } catch (const SimulationError& e) {
+      EXPECT_NE(std::string(e.what()).find("stand out"), std::string::npos) << e.what();
+    }
   }
 }
 
