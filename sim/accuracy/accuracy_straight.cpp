@@ -41,6 +41,7 @@ class Straight {
   std::optional<Finished> follow_vibrations();
   bool check(Finished& f) const;
   double energy_share() const;
+  VecX sizes_of(const Histories& h) const;
   std::optional<Histories> loose_run(const Scene& scene, double tolerance);
   MatX constant_effects(const Histories& like) const;
 
@@ -138,6 +139,23 @@ Straight::Verdict Straight::judge_time() {
   return needed > 1000.0 ? Verdict::lost : Verdict::tighter;
 }
 
+// Ranges of the outputs; what stands still counts against its size, places against the largest deflection of a body.
+VecX Straight::sizes_of(const Histories& h) const {
+  double deflection = 0.0;
+  for (const ResultBody& body : run_.results.bodies)
+    if (body.displacement.size() > 0) deflection = std::max(deflection, body.displacement.cwiseAbs().maxCoeff());
+  VecX out = output_ranges(h);
+  for (Eigen::Index c = 0; c < out.size(); ++c)
+    if (out[c] <= 0.0) out[c] = h.units[c] == "m" ? deflection : h.values.row(c).cwiseAbs().maxCoeff();
+  // A component of a vector that stands still counts against the whole vector.
+  for (Eigen::Index c = 0; c < out.size(); ++c) {
+    const std::string vector = h.columns[c].substr(0, h.columns[c].rfind('.'));
+    for (Eigen::Index k = 0; k < out.size(); ++k)
+      if (h.units[k] == h.units[c] && h.columns[k].substr(0, h.columns[k].rfind('.')) == vector) out[c] = std::max(out[c], out[k]);
+  }
+  return out;
+}
+
 // Half the elements (volumes, modes) err by four times as much at least, in what is no rate; rates of vibrations converge slowly, and few
 // elements in no order that one could rely on.
 bool Straight::judge_space() {
@@ -151,7 +169,9 @@ bool Straight::judge_space() {
     const std::optional<Histories> coarse = loose_run(*half, at);
     const Histories& against = at > tolerance_ ? looser_ : thinned;
     if (!coarse || coarse->columns != against.columns || coarse->times.size() != against.times.size()) return false;
-    space_ = relative(*coarse, against);
+    space_ = coarse->values - against.values;
+    const VecX sizes = sizes_of(against);
+    for (Eigen::Index c = 0; c < space_.rows(); ++c) space_.row(c) *= sizes[c] > 0.0 ? 1.0 / sizes[c] : 0.0;
     for (Eigen::Index c = 0; c < space_.rows(); ++c) {
       const std::string& unit = fine_.units[c];
       const bool place = unit == "m" || unit == "rad" || unit == "J" || unit == "1";

@@ -71,4 +71,25 @@ def released_beam(folder):
         judge("released beam", summary, np.abs(h["tip.y"] - truth).max() / np.ptp(truth), asked)
 
 
-run_parts(double_pendulum, released_beam)
+def tapered_at_rest(folder):
+    # Nothing moves: pieces that are too few for how the section changes have to be seen all the same.
+    length, width, force, E = 1.2, 0.04, 50.0, 2.1e11
+    text = (
+        '[simulation]\nduration = 0.1\noutput_rate = 200\nstart = "static"\n'
+        f'[[body]]\nname = "bar"\nkind = "beam"\nlength = {length}\nmaterial = {{ density = 7850, youngs_modulus = {E} }}\n'
+        f'sections = [ {{ at = 0, shape = "rectangle", width = {width}, height = 0.04 }}, '
+        f'{{ at = 1, shape = "rectangle", width = {width}, height = 0.02 }} ]\n'
+        '[[joint]]\nname = "clamp"\nkind = "weld"\nparent = "ground"\nchild = "bar"\n'
+        f'[[force]]\nname = "load"\nkind = "force"\non = "bar.tip"\ndirection = [0, -1, 0]\nvalue = {force}\n'
+        '[[output]]\nname = "tip"\nof = "bar.tip"\nquantity = "position"\n'
+    )
+    x = (np.arange(4000) + 0.5) * length / 4000
+    height = 0.04 - 0.02 * x / length
+    bending = (force * (length - x) ** 2 / (E * width * height**3 / 12)).sum() * length / 4000
+    shear = (force / (5 / 6 * E / 2.6 * width * height)).sum() * length / 4000
+    for asked in (1e-1, 1e-3):
+        summary, h = ask(folder, text, asked)
+        judge("tapered beam at rest", summary, abs(h["tip.y"][-1] + bending + shear) / (bending + shear), asked)
+
+
+run_parts(double_pendulum, released_beam, tapered_at_rest)
