@@ -20,6 +20,8 @@ namespace {
 
 // Shares of the asked accuracy that time, space and what is left out may take each.
 constexpr double share_of_time = 0.5, share_of_space = 0.5, share_of_effects = 0.5;
+// Estimates of elastic scenes as written were up to 2.6 times too low (pendulums and released beams of tests/trust/kinds_asked.py).
+constexpr double elastic_margin = 3.0;
 // What an event shifts can be worth a multiple of what is told along the motion (run_scene.cpp).
 constexpr double may_shift_events = 5e-4;
 // A run as it is written is not waited for longer, CPU s.
@@ -261,7 +263,7 @@ std::optional<Finished> Straight::finish_as_written() {
   f.coarse = looser_;
   const Histories thinned = at_times(fine_, looser_.times);
   f.add_up(thinned, time_, space_, constant_effects(thinned));
-  if (f.error > t_.accuracy) return std::nullopt;
+  if ((t_.search.has_levels() ? elastic_margin : 1.0) * f.error > t_.accuracy) return std::nullopt;
   t_.decade = std::max(1.05, run_.results.statistics.cpu_seconds / std::max(looser_.statistics.cpu_seconds, 1e-9));
   f.results = run_.results;
   report_left_out(f.scene, run_.left_out, t_.accuracy, f.results.statistics);
