@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Draws the rows of bench_by_hand and writes their page:  by_hand_plot.py ROWS.csv FOLDER  (ninja work_precision)
 
-FOLDER gets work_precision.csv, work_precision.svg (CPU time over error, a panel for each mechanism) and README.md with the CPU time at equal
-error: read from each curve by straight lines between its points in logarithms, on the least CPU time that reaches the error.
+FOLDER gets work_precision.csv, work_precision.svg (CPU time over error, a panel for each mechanism) and README.md with the CPU time at
+equal error: read from each curve by straight lines between its points in logarithms, on the least CPU time that reaches the error.
 """
 
 import csv
@@ -67,10 +67,11 @@ def page(table):
     lines = [
         "# Against equations written by hand",
         "",
-        "What does it cost to let a general program set up the equations? Five mechanisms, once as a scene and once as a specialist writes them",
-        "for this one mechanism in minimal coordinates, both integrated by CVODE's Adams method with fixed-point iteration (what `auto` takes",
-        "here). Errors are relative to the output's range, against each side's own run at 1e-13; these two references differ by less than 1e-9",
-        "of the range. Set-up, which a scene pays once, and the estimate of the error are not in the times. Made by `ninja work_precision`.",
+        "What does it cost to let a general program set up the equations? Five mechanisms, once as a scene and once as a",
+        "specialist writes them for this one mechanism in minimal coordinates, both integrated by CVODE's Adams method with",
+        "fixed-point iteration (what `auto` takes here). Errors are relative to the output's range, against each side's own run",
+        "at 1e-13; these two references differ by less than 1e-9 of the range. Set-up, which a scene pays once, and the estimate",
+        "of the error are not in the times. Made by `ninja work_precision`.",
         "",
         "![CPU time over error](work_precision.svg)",
         "",
@@ -89,9 +90,9 @@ def page(table):
         lines.append(f"| {name} | " + " | ".join(cells) + " |")
     lines += [
         "",
-        "The hand-written sides know what a program cannot see from a scene: that the top's spin is constant and drops out (a scene integrates",
-        "its 32 turns), and that the rigid motion of the elastic slider-crank is known beforehand. An evaluation by hand costs little more than",
-        "CVODE's own work for it.",
+        "The hand-written sides know what a program cannot see from a scene: that the top's spin is constant and drops out (a",
+        "scene integrates its 32 turns), and that the rigid motion of the elastic slider-crank is known beforehand. An evaluation",
+        "by hand costs little more than CVODE's own work for it.",
         "",
     ]
     return "\n".join(lines)
