@@ -123,8 +123,11 @@ MatX FeSolver::start_block(int width, const std::function<void(MatX&)>& apply, c
   for (double& v : Z.reshaped()) v = uniform(random);
   Z = symmetric_product(system.M(), Z);
   apply(Z);
-  for (int k = 0; k < std::min<int>(width, static_cast<int>(start.cols())); ++k)
-    Z.col(k) = Z.col(k) * (0.1 * start.col(k).norm() / Z.col(k).norm()) + start.col(k);
+  for (int k = 0; k < std::min<int>(width, static_cast<int>(start.cols())); ++k) {
+    const double length = start.col(k).norm();
+    if (!(length > 0.0)) continue;  // a field that is zero wherever the model can move is no guess
+    Z.col(k) = Z.col(k) * (0.1 * length / Z.col(k).norm()) + start.col(k);
+  }
   Z.colwise().normalize();
   project(Z);
   return Z;
