@@ -1,7 +1,7 @@
 // What the models of a scene's beams cannot show, measured beside the run: outputs of the same scene with richer models of these beams.
 //
 // Beams that linear_limit.h says may bend too far for the displacement field of one frame are made of several times as many volumes
-// (beam.h, make_mixed_beam), each in a frame of its own, so that the error falls with the square of their number. Beams that deform in
+// (beam_pieces.h), each in a frame of its own, so that the error falls with the square of their number. Beams that deform in
 // forms of certain ends (eigenforms; finite elements held at both ends of the frame) are made of finite elements that take any form. Both
 // runs have the same damping.
 #pragma once

@@ -30,7 +30,7 @@ struct ComplexMode {
 };
 
 // Every pair of conjugate eigenvalues once, every real one by itself; of a zero eigenvalue each motion once, not the pair of position and
-// velocity. Real parts (imaginary ones) that are not to be told from zero are zero. In no order. Throws SimulationError where M is not
+// velocity. Real parts (imaginary ones) below what their error resolves are zero. In no order. Throws SimulationError where M is not
 // positive definite.
 std::vector<ComplexMode> complex_modes(const SecondOrder& system);
 
