@@ -84,6 +84,8 @@ void set_form(Scene& scene, const std::vector<sim::EffectState>& states, BeamMod
     beam->model = model;
     beam->modes.clear();
     beam->keep_modes.reset();
+    beam->keep_axial.reset();
+    beam->keep_torsion.reset();
     beam->curvature_coupling = false;
     if (model == BeamModel::modal) {
       std::erase(beam->effects.names, "shear");
@@ -115,6 +117,8 @@ std::string keep_below_one_frequency(Scene& scene, int n, bool statics) {
     auto* beam = std::get_if<BeamDef>(&body.kind);
     if (!beam || !keeps(*beam)) continue;
     beam->keep_modes = std::max(1, static_cast<int>(std::lround(n * std::sqrt(softest / pitch(*beam)))));
+    beam->keep_axial.reset();
+    beam->keep_torsion.reset();
     beam->keep_static = statics;
     beam->elements = std::max(beam->elements, sim::elements_to_compare(*beam->keep_modes));
     words.push_back(fmt::format("{}: keep_modes = {}{}, elements = {}", body.name, *beam->keep_modes,
@@ -160,6 +164,8 @@ Scene refined(const Scene& scene, double factor, double tolerance, bool explicit
     } else {
       beam.elements = scaled(beam.elements, factor);
       beam.keep_modes.reset();
+      beam.keep_axial.reset();
+      beam.keep_torsion.reset();
       // The upper half of an element model's modes is wrong anyway and only makes the steps small.
       if (keeps(beam)) beam.keep_modes = std::max(2, beam.elements);
     }
@@ -251,6 +257,8 @@ class AxisPlan {
         if (!beam || !bends(*beam) || (beam->model != BeamModel::finite_element && beam->model != BeamModel::lumped)) continue;
         beam->elements = scaled(beam->elements, f);
         beam->keep_modes.reset();
+        beam->keep_axial.reset();
+        beam->keep_torsion.reset();
         words.push_back(fmt::format("{}: elements = {}", b.name, beam->elements));
         most = std::max(most, beam->elements);
       }

@@ -38,9 +38,11 @@ std::vector<Resolvable> resolvable_bodies(const Scene& scene, const Model& model
     Resolvable r;
     r.body = b;
     r.model = beam->model;
+    std::array<std::vector<double>, 4> directions;
     for (const Part& p : model.parts) {
       if (p.scene_body != static_cast<int>(b) || beam->model != BeamModel::finite_element || p.body.stiffness.size() == 0) continue;
-      std::array<std::vector<double>, 4> by_direction;
+      std::array<std::vector<double>, 4>& by_direction = directions;
+      by_direction = {};
       for (int k = 0; k < p.body.n; ++k)
         by_direction[coordinate_direction(p.body, k)].push_back(std::sqrt(std::max(0.0, p.body.stiffness[k])));
       // The direction with the lowest frequency sets the count.
@@ -48,6 +50,9 @@ std::vector<Resolvable> resolvable_bodies(const Scene& scene, const Model& model
         if (!list.empty() && (r.frequencies.empty() || list.front() < r.frequencies.front())) r.frequencies = list;
     }
     if (beam->model == BeamModel::finite_element && r.frequencies.empty()) continue;
+    const auto softest = [&](size_t direction) { return !r.frequencies.empty() && r.frequencies == directions[direction]; };
+    r.stretches = !directions[0].empty() && !softest(0);
+    r.twists = !directions[3].empty() && !softest(3);
     if (beam->model == BeamModel::modal) {
       if (beam->modes.empty()) continue;
       for (const auto& [direction, numbers] : beam->modes) r.given = std::max(r.given, *std::max_element(numbers.begin(), numbers.end()));
@@ -65,6 +70,10 @@ int modes_at(int level) {
   const int half = (level - 3) / 2;
   return (level % 2 == 1 ? 4 : 6) << half;
 }
+
+// Of stretching and torsion, which are stiffer than bending and follow loads that are spread along the beam, so many are kept at first: two
+// carry nine tenths of what a beam stretches under its own inertia, and each costs as much as one of bending.
+constexpr int stiff_modes = 2;
 
 // Modes more that tell what is missing: symmetric ones and others take turns, and every second one may have no part in the motion.
 constexpr int telling_modes = 2;
@@ -98,9 +107,9 @@ Scene Search::at(const Setting& setting) const {
       int keep = r.frequencies.front() < limit || flexible.count(scene_.bodies[r.body].name) > 0 ? 1 : 0;
       while (keep > 0 && keep < modes && r.frequencies.front() * std::pow((2.0 * keep + 3.0) / 3.0, 2.0) < limit) ++keep;
       if (const auto least = least_.find(r.body); keep > 0 && least != least_.end()) keep = std::max(keep, least->second);
-      beam.keep_modes = keep;
+      const auto more = more_.find(r.body);
+      this->keep(r, keep, more == more_.end() ? 0 : more->second, beam);
       beam.keep_static = !follows_vibrations(method);  // stiff shapes shorten explicit steps and lengthen series
-      beam.elements = std::max(r.given, elements_for_modes(keep));
     } else if (r.model == BeamModel::modal) {
       for (auto& [direction, numbers] : beam.modes) numbers = mode_numbers(direction, modes);
     } else {
@@ -112,6 +121,16 @@ Scene Search::at(const Setting& setting) const {
   return out;
 }
 
+// So many modes of a beam's bending, of stretching and torsion a few and `more`.
+void Search::keep(const Resolvable& body, int modes, int more, BeamDef& beam) const {
+  beam.keep_modes = modes;
+  beam.elements = std::max(body.given, elements_for_modes(modes));
+  const int stiff = std::min(modes, stiff_modes) + more;
+  if (body.stretches) beam.keep_axial = stiff;
+  if (body.twists) beam.keep_torsion = stiff;
+  if (body.stretches || body.twists) beam.elements = std::max(beam.elements, elements_for_modes(stiff));
+}
+
 Scene Search::finer_than(const Setting& setting) const {
   const Scene here = at(setting);
   Scene next = at({setting.level + 1, setting.tolerance});
@@ -119,8 +138,8 @@ Scene Search::finer_than(const Setting& setting) const {
     const std::optional<int> have = std::get<BeamDef>(here.bodies[r.body].kind).keep_modes;
     BeamDef& beam = std::get<BeamDef>(next.bodies[r.body].kind);
     if (!have || *have == 0 || !beam.keep_modes) continue;
-    beam.keep_modes = std::max(*beam.keep_modes, *have + telling_modes);
-    beam.elements = std::max(r.given, elements_for_modes(*beam.keep_modes));
+    const auto more = more_.find(r.body);
+    keep(r, std::max(*beam.keep_modes, *have + telling_modes), (more == more_.end() ? 0 : more->second) + telling_modes, beam);
   }
   return next;
 }
@@ -142,8 +161,10 @@ std::vector<Refinement> Search::refinements(const Setting& setting) const {
   bool others = false;
   for (const Resolvable& r : bodies_) {
     if (r.model != BeamModel::finite_element) others = true;
-    else if (const std::optional<int> keep = std::get<BeamDef>(here.bodies[r.body].kind).keep_modes; keep && *keep > 0)
+    else if (const std::optional<int> keep = std::get<BeamDef>(here.bodies[r.body].kind).keep_modes; keep && *keep > 0) {
       out.push_back({r.body});
+      if (r.stretches || r.twists) out.push_back({r.body, true});
+    }
   }
   if (others) out.push_back({});
   return out;
@@ -156,7 +177,12 @@ void Search::refine(const Refinement& what, Setting& setting) {
     ++setting.level;
     return;
   }
-  const int have = *std::get<BeamDef>(here.bodies[*what.body].kind).keep_modes;
+  const BeamDef& beam = std::get<BeamDef>(here.bodies[*what.body].kind);
+  if (what.stiff) {
+    more_[*what.body] += (beam.keep_axial ? beam.keep_axial : beam.keep_torsion).value_or(stiff_modes);
+    return;
+  }
+  const int have = *beam.keep_modes;
   int level = 0;
   while (modes_at(level) < have + telling_modes) ++level;
   least_[*what.body] = modes_at(level);
@@ -235,6 +261,11 @@ std::optional<Histories> Search::run_within(const Scene& scene, double seconds) 
 
 void Search::set_effect(const EffectState& s, bool on) {
   scene_ = with_effect(scene_, states, s.owner, s.effect, on);
+  for (Resolvable& r : bodies_) {
+    if (scene_.bodies[r.body].name != s.owner || r.model != BeamModel::finite_element) continue;
+    if (s.effect == "axial") r.stretches = on;
+    if (s.effect == "torsion") r.twists = on;
+  }
   for (BodyDef& b : scene_.bodies)
     if (b.name == s.owner) {
       if (auto* beam = std::get_if<BeamDef>(&b.kind)) beam->chosen.effects = true;
@@ -253,7 +284,9 @@ std::vector<std::string> Search::describe(const Setting& setting) const {
       case BeamModel::finite_element:
         if (beam.keep_modes == 0) out.push_back(fmt::format("'{}' rigid", b.name));
         else
-          out.push_back(fmt::format("'{}' {} modes{} of {} elements", b.name, *beam.keep_modes,
+          out.push_back(fmt::format("'{}' {} modes{}{}{} of {} elements", b.name, *beam.keep_modes,
+                                    beam.keep_axial ? fmt::format(", keep_axial = {}", *beam.keep_axial) : "",
+                                    beam.keep_torsion ? fmt::format(", keep_torsion = {}", *beam.keep_torsion) : "",
                                     beam.keep_static ? "" : " (keep_static = false)", beam.elements));
         break;
       case BeamModel::modal:

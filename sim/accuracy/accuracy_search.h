@@ -17,8 +17,9 @@ namespace flexframe::sim {
 struct Resolvable {
   size_t body = 0;
   BeamModel model = BeamModel::finite_element;
-  int given = 0;                    // elements, volumes, highest mode of the scene
-  std::vector<double> frequencies;  // rad/s, finite elements: of the first bending direction, ascending
+  int given = 0;                           // elements, volumes, highest mode of the scene
+  std::vector<double> frequencies;         // rad/s, finite elements: of the softest direction, ascending
+  bool stretches = false, twists = false;  // besides
 };
 
 struct Setting {
@@ -26,9 +27,11 @@ struct Setting {
   double tolerance = 1e-4;
 };
 
-// What may be refined by itself: a body with its modes, or (no body) the level of all bodies that are no finite elements.
+// What may be refined by itself: a body with its modes, or with those of stretching and torsion, or (no body) the level of all bodies that
+// are no finite elements.
 struct Refinement {
   std::optional<size_t> body;
+  bool stiff = false;               // stretching and torsion
   double left = 0.0, before = 0.0;  // what the next finer run changed, and the one before
   // What lies beyond the next finer one too, by the ratio of the last two: shares of modes that vibrate at frequencies of their own add as
   // squares.
@@ -52,7 +55,8 @@ class Search {
   // From now on no fewer modes than these.
   void keep_at_least(const Scene& scene);
   std::vector<Refinement> refinements(const Setting& setting) const;
-  // From now on the body keeps as many modes as the next level that has two more; or the others have the next level.
+  // From now on the body keeps as many modes as the next level that has two more, or twice as many of stretching and torsion; or the others
+  // have the next level.
   void refine(const Refinement& what, Setting& setting);
   // The scene with half the elements, volumes or modes of every body whose resolution may be chosen; none where it has no such body, or
   // nothing to halve.
@@ -88,6 +92,9 @@ class Search {
   std::vector<Resolvable> bodies_;
   double softest_ = 0.0;
   std::map<size_t, int> least_;  // modes of bodies, at any level
+  std::map<size_t, int> more_;   // of their modes of stretching and of torsion, beyond the fewest
+
+  void keep(const Resolvable& body, int modes, int more, BeamDef& beam) const;
 };
 
 // Whether a run's method resolves the fastest vibration that it keeps.

@@ -35,6 +35,8 @@ TomlValue beam_table(const BeamDef& beam) {
   toml_put(out, "elements", toml_count(beam.elements));
   toml_put(out, "volumes", toml_count(beam.volumes));
   if (beam.keep_modes) toml_put(out, "keep_modes", toml_count(*beam.keep_modes));
+  if (beam.keep_axial) toml_put(out, "keep_axial", toml_count(*beam.keep_axial));
+  if (beam.keep_torsion) toml_put(out, "keep_torsion", toml_count(*beam.keep_torsion));
   toml_put(out, "keep_static", toml_truth(beam.keep_static));
   for (const auto& [direction, numbers] : beam.modes) {
     std::vector<TomlValue> items;
@@ -55,6 +57,10 @@ void read_beam(const TableReader& t, BeamDef& beam) {
   beam.volumes = t.integer("volumes", 1, 1000000);
   beam.keep_modes.reset();
   if (t.has("keep_modes")) beam.keep_modes = t.integer("keep_modes", 0, 1000000);
+  beam.keep_axial.reset();
+  beam.keep_torsion.reset();
+  if (t.has("keep_axial")) beam.keep_axial = t.integer("keep_axial", 0, 1000000);
+  if (t.has("keep_torsion")) beam.keep_torsion = t.integer("keep_torsion", 0, 1000000);
   beam.keep_static = t.boolean("keep_static", true);
   beam.modes.clear();
   if (const auto modes = t.table("modes"))

@@ -158,14 +158,16 @@ MatX held_shapes(const FlexibleBody& body, const Vec3& centre, const Direction& 
 
 }  // namespace
 
-FlexibleBody keep_lowest(const FlexibleBody& body, int count, const std::vector<HeldPoint>& held, MatX& V) {
+FlexibleBody keep_lowest(const FlexibleBody& body, const std::array<int, 4>& count, const std::vector<HeldPoint>& held, MatX& V) {
   const Vec3 centre = body.mass > 0.0 ? Vec3(body.md0 / body.mass) : Vec3(Vec3::Zero());
   MatX T(body.n, 0);
   std::vector<std::string> labels;
-  for (int which = 0; which < 4 && count > 0; ++which) {
+  for (int which = 0; which < 4; ++which) {
+    const int wanted = count[static_cast<size_t>(which)];
+    if (wanted == 0) continue;
     const Direction d = one_direction(body, centre, which);
     if (d.coordinates.empty()) continue;
-    const MatX shapes = held_shapes(body, centre, d, count, held);
+    const MatX shapes = held_shapes(body, centre, d, wanted, held);
     if (shapes.cols() == 0) continue;
     // An orthonormal basis of them (the mass matrix is 1), then its own modes.
     const MatX Q = orthonormal_columns(shapes, 1e-6);

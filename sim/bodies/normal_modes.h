@@ -4,6 +4,7 @@
 
 #include "sim/bodies/flexible_body.h"
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -19,12 +20,12 @@ struct HeldPoint {
   bool load = false;  // given forces and what springs, friction and motors pass on: nothing is held
 };
 
-// A body in normal modes of mean axes with few shapes of each direction (coordinate_direction): the `count` lowest modes of the body held
-// where joints hold it (fixed interfaces: Craig, Bampton, AIAA J. 6, 1968), the deformations by motions of the joints against each other,
-// and, for the modes left out, the static deflections under unit loads, weight among them (MacNeal, Computers & Structures 1, 1971). A
-// hinge holds no rotation: two hinged ends move against each other as the rigid body does and add nothing. All as mass-normalised
-// coordinates. count = 0: none at all, a rigid body. V: its columns are combined likewise.
-FlexibleBody keep_lowest(const FlexibleBody& body, int count, const std::vector<HeldPoint>& held, MatX& V);
+// A body in normal modes of mean axes with few shapes of each direction (coordinate_direction): its count[direction] lowest modes of the
+// body held where joints hold it (fixed interfaces: Craig, Bampton, AIAA J. 6, 1968), the deformations by motions of the joints against
+// each other, and, for the modes left out, the static deflections under unit loads, weight among them (MacNeal, Computers & Structures 1,
+// 1971). A hinge holds no rotation: two hinged ends move against each other as the rigid body does and add nothing. All as mass-normalised
+// coordinates. count: axial, bending_xy, bending_xz, torsion; 0: no shape at all of that direction. V: its columns are combined likewise.
+FlexibleBody keep_lowest(const FlexibleBody& body, const std::array<int, 4>& count, const std::vector<HeldPoint>& held, MatX& V);
 
 // The direction in which coordinate k of a beam moves its nodes most: 0 axial, 1 bending_xy, 2 bending_xz, 3 torsion.
 int coordinate_direction(const FlexibleBody& body, int k);

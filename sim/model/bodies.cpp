@@ -191,7 +191,9 @@ void make_fe_part(Model& model, const BeamDef& beam, const BeamEffects& effects,
       points.push_back({"root", true, beam.boundary == Boundary::clamped_free, true});
       if (beam.boundary != Boundary::clamped_free) points.push_back({"tip", true, false, true});
     }
-    part.body = keep_lowest(part.body, *beam.keep_modes, points, V);
+    const int bending = *beam.keep_modes;
+    part.body =
+        keep_lowest(part.body, {beam.keep_axial.value_or(bending), bending, bending, beam.keep_torsion.value_or(bending)}, points, V);
     if (part.body.De.size() > 0) {
       // The damping of the boundary's modes as the coordinates kept make them. The whole beam's, projected, would hold back the kept
       // coordinates by rates that the others could follow: it converged with the number of modes only.

@@ -30,7 +30,8 @@ void warn_of_few_modes(const Scene& scene, const SimulateOptions& options, const
     auto* beam = std::get_if<BeamDef>(&body.kind);
     if (!beam || !beam->keep_modes || !beam->initial.q.empty() || !beam->initial.qd.empty() || keeps_coordinates(scene, body.name))
       continue;
-    beam->keep_modes = *beam->keep_modes + more_modes;
+    for (std::optional<int>* kept : {&beam->keep_modes, &beam->keep_axial, &beam->keep_torsion})
+      if (*kept) *kept = **kept + more_modes;
     names += fmt::format("{}'{}'", names.empty() ? "" : ", ", body.name);
   }
   if (names.empty()) return;

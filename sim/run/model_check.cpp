@@ -151,6 +151,8 @@ BeamDef* remade(Scene& scene, const std::vector<EffectState>& states, size_t bod
     if (s.owner == name && s.on && s.effect != "gyroscopic" && s.effect != "damping") beam->effects.names.push_back(s.effect);
   beam->modes.clear();
   beam->keep_modes.reset();
+  beam->keep_axial.reset();
+  beam->keep_torsion.reset();
   beam->chosen.complete_inertia = false;
   return beam;
 }

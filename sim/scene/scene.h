@@ -117,6 +117,7 @@ struct BeamDef {
   int elements = 10;                              // per volume for mixed
   int volumes = 5;                                // mixed
   std::optional<int> keep_modes;                  // finite elements: only this many lowest eigenmodes of each direction; none: all
+  std::optional<int> keep_axial, keep_torsion;    // with keep_modes: of these directions fewer; none: keep_modes
   bool keep_static = true;                        // and the static deflections by loads
   std::map<std::string, std::vector<int>> modes;  // modal: direction -> ordinal numbers (1-based)
   bool curvature_coupling = false;                // lumped: neighbour coupling (Chudnovsky et al. 2006)

@@ -31,6 +31,8 @@ material = { density = 2700, youngs_modulus = 70e9, poisson = 0.3 }
 model = "finite-element"
 elements = 4
 keep_modes = 2
+keep_axial = 1
+keep_torsion = 1
 keep_static = true
 boundary = "clamped-free"
 effects = "auto"

@@ -200,6 +200,28 @@ TEST(Effects, KeptModesAreTheLowestOnes) {
   EXPECT_EQ(make_system(pendulum("keep_modes = 0")).model.parts[0].body.n, 0);
 }
 
+// Of a rod free at both ends the stretching vibrates at k c / (2 L), c = sqrt(E / rho): one mode of it beside six of bending and two of
+// torsion.
+TEST(Effects, KeptModesOfStretchingAndTorsion) {
+  const std::string text =
+      "[simulation]\nduration = 1\ngravity = [0, 0, 0]\n[[body]]\nname = \"b\"\nkind = \"beam\"\nlength = 1.0\nsection = { shape = "
+      "\"circle\", diameter = 0.02 }\nmaterial = { density = 7800.0, youngs_modulus = 2e11, poisson = 0.3 }\nmodel = \"finite-element\"\n"
+      "elements = 20\neffects = [\"axial\", \"bending_xy\", \"torsion\"]\nkeep_modes = 6\nkeep_axial = 1\nkeep_torsion = 2\n";
+  const System kept = make_system(parse_scene(text, "s.toml"));
+  ASSERT_EQ(kept.model.parts[0].body.n, 9);
+  const double c = std::sqrt(2e11 / 7800.0), cs = std::sqrt(2e11 / 2.6 / 7800.0);
+  int axial = 0, torsion = 0;
+  for (const LinearMode& mode : linearise(kept).modes) {
+    axial += std::abs(mode.frequency - 0.5 * c) < 3e-3 * 0.5 * c;
+    for (const int k : {1, 2}) torsion += std::abs(mode.frequency - 0.5 * k * cs) < 5e-3 * k * cs;
+  }
+  EXPECT_EQ(axial, 1);
+  EXPECT_EQ(torsion, 2);
+  for (const char* wrong : {"keep_axial = -1\n", "keep_torsion = 2.5\n"})
+    EXPECT_THROW(parse_scene(text.substr(0, text.find("keep_axial")) + wrong, "s.toml"), flexframe::InputError) << wrong;
+  EXPECT_THROW(parse_scene(text.substr(0, text.find("keep_modes")) + "keep_axial = 1\n", "s.toml"), flexframe::InputError);
+}
+
 // Between two hinges a beam's modes are those between supports, whatever frame it has; a moment at its end bends it statically beside them.
 TEST(Effects, KeptModesBetweenHingesAndUnderLoads) {
   const auto text = [](const std::string& words, const std::string& force) {
