@@ -30,14 +30,14 @@ CameraSettings read_camera(const TableReader& reader) {
   reader.allow({"position", "target", "up", "fov", "projection", "height", "fit", "direction", "follow", "views", "orbit", "path", "preset",
                 "window"});
   CameraSettings camera;
-  if (reader.has("position")) camera.position = to_glm(reader.vector3("position"));
-  if (reader.has("target")) camera.target = to_glm(reader.vector3("target"));
+  if (reader.has("position")) camera.position = to_glm(reader.vector3("position", "m"));
+  if (reader.has("target")) camera.target = to_glm(reader.vector3("target", "m"));
   if (reader.has("direction")) camera.direction = to_glm(reader.direction("direction", sim::Vec3::UnitZ()));
   if (reader.has("up")) camera.up = to_glm(reader.direction("up", sim::Vec3::UnitY()));
-  camera.fov = reader.number("fov", camera.fov, {.low = 1.0, .high = 170.0, .what = "an angle from 1 to 170 degrees"});
+  camera.fov = reader.number("fov", camera.fov, {.low = 1.0, .high = 170.0, .what = "an angle from 1 to 170 degrees", .unit = "deg"});
   const std::vector<std::string> projections = {"perspective", "orthographic"};
   camera.projection = static_cast<render::Projection>(reader.word("projection", projections, 0));
-  camera.height = reader.number("height", camera.height, sim::positive);
+  camera.height = reader.number("height", camera.height, sim::positive.in("m"));
   camera.fit = reader.boolean("fit", !camera.position);
   static const std::vector<std::string> kinds = {"front", "side", "top", "iso"};
   if (reader.has("views"))
@@ -49,16 +49,17 @@ CameraSettings read_camera(const TableReader& reader) {
       camera.views.push_back(static_cast<render::ViewKind>(found - kinds.begin()));
     }
   if (camera.views.size() > 4) reader.fail("views", fmt::format("must be one to four views, found {}", camera.views.size()));
-  camera.orbit = reader.number("orbit", 0.0, {.low = -36000.0, .high = 36000.0, .what = "an angle from -36000 to 36000 degrees"});
+  camera.orbit =
+      reader.number("orbit", 0.0, {.low = -36000.0, .high = 36000.0, .what = "an angle from -36000 to 36000 degrees", .unit = "deg"});
   for (const TableReader& key : reader.tables("path")) {
     key.allow({"t", "position", "target", "up", "fov", "height"});
     render::CameraKey at;
-    at.t = key.number("t");
-    at.camera.position = to_glm(key.vector3("position"));
-    at.camera.target = to_glm(key.vector3("target", sim::Vec3::Zero()));
+    at.t = key.number("t", sim::any_number.in("s"));
+    at.camera.position = to_glm(key.vector3("position", "m"));
+    at.camera.target = to_glm(key.vector3("target", sim::Vec3::Zero(), "m"));
     at.camera.up = to_glm(key.direction("up", camera.up ? sim::Vec3(camera.up->x, camera.up->y, camera.up->z) : sim::Vec3::UnitY()));
-    at.camera.fov = key.number("fov", camera.fov, {.low = 1.0, .high = 170.0, .what = "an angle from 1 to 170 degrees"});
-    at.camera.height = key.number("height", camera.height, sim::positive);
+    at.camera.fov = key.number("fov", camera.fov, {.low = 1.0, .high = 170.0, .what = "an angle from 1 to 170 degrees", .unit = "deg"});
+    at.camera.height = key.number("height", camera.height, sim::positive.in("m"));
     at.camera.projection = camera.projection;
     if (glm::length(at.camera.position - at.camera.target) == 0.0) key.fail("position", "must not be the same point as 'target'");
     if (!camera.path.empty() && !(at.t > camera.path.back().t))
@@ -75,7 +76,7 @@ CameraSettings read_camera(const TableReader& reader) {
       reader.fail("preset", "excludes 'position', 'direction', 'path' and 'views'");
   }
   if (reader.has("window")) {
-    const std::vector<double> window = reader.numbers("window", 2, 2);
+    const std::vector<double> window = reader.numbers("window", 2, 2, sim::any_number.in("s"));
     if (!(window[0] <= window[1])) reader.fail("window", fmt::format("must rise, found [{:g}, {:g}]", window[0], window[1]));
     if (!camera.fit || !camera.path.empty()) reader.fail("window", "is for a camera that is fitted to the motion");
     camera.window = {window[0], window[1]};
@@ -122,7 +123,7 @@ void read_color_range(const TableReader& reader, RenderSettings& settings) {
       settings.range.percentile =
           table->number("percentile", 98.0, {.low = 1.0, .high = 100.0, .what = "a share of the time from 1 to 100 per cent"});
     if (table->has("window")) {
-      const std::vector<double> window = table->numbers("window", 2, 2);
+      const std::vector<double> window = table->numbers("window", 2, 2, sim::any_number.in("s"));
       if (!(window[0] < window[1])) table->fail("window", fmt::format("must rise, found [{}, {}]", window[0], window[1]));
       settings.range.window = {window[0], window[1]};
     }
@@ -156,7 +157,8 @@ const sim::Range resolution{.low = 10.0, .high = 2400.0, .what = "a number from 
 
 // Millimetres on paper to pixels. Words that would be smaller than 7 points there are enlarged.
 void read_print_size(const TableReader& reader, RenderSettings& settings) {
-  const std::vector<double> paper = reader.numbers("print_size", 2, 2, {.low = 1.0, .high = 5000.0, .what = "a length from 1 to 5000 mm"});
+  const std::vector<double> paper =
+      reader.numbers("print_size", 2, 2, {.low = 1.0, .high = 5000.0, .what = "a length from 1 to 5000 mm", .unit = "mm"});
   settings.dpi = reader.number("dpi", 300.0, resolution);
   const auto pixels = [&](double mm) { return static_cast<int>(std::lround(mm / 25.4 * settings.dpi)); };
   settings.size = {pixels(paper[0]), pixels(paper[1])};
@@ -182,9 +184,9 @@ std::vector<DimensionSettings> read_dimensions(const TableReader& reader) {
       d.axis = static_cast<int>(table.word("along", std::vector<std::string>{"x", "y", "z"}));
       if (!d.at.empty()) table.fail("along", "is for distances; with 'at' an angle is measured");
     }
-    if (table.has("offset")) d.offset = to_glm(table.vector3("offset"));
+    if (table.has("offset")) d.offset = to_glm(table.vector3("offset", "m"));
     if (table.has("radius")) {
-      d.radius = table.number("radius", 0.0, sim::positive);
+      d.radius = table.number("radius", 0.0, sim::positive.in("m"));
       if (d.at.empty()) table.fail("radius", "is for angles, which have 'at'");
     }
     d.label = table.text("label", "");
@@ -292,7 +294,7 @@ RenderSettings read_table(const TableReader& reader) {
   if (const auto section = reader.table("section")) {
     section->allow({"point", "normal", "bodies"});
     settings.section.emplace();
-    if (section->has("point")) settings.section->point = to_glm(section->vector3("point"));
+    if (section->has("point")) settings.section->point = to_glm(section->vector3("point", "m"));
     settings.section->normal = to_glm(section->direction("normal", sim::Vec3::UnitZ()));
     if (section->has("bodies")) settings.section->bodies = section->texts("bodies");
     settings.section->line = section->line("bodies");

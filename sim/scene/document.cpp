@@ -138,7 +138,8 @@ void set_parameter(TomlValue& root, const std::string& name, TomlValue value) {
   TomlValue* old = table ? table->find(name) : nullptr;
   if (!old) {
     const std::vector<std::string> known = table ? table->keys : std::vector<std::string>{};
-    refuse_setting(name, fmt::format("the scene has no parameter {}{} {}", quote(name), did_you_mean(name, known),
+    const std::string hint = did_you_mean(name, known);
+    refuse_setting(name, fmt::format("the scene has no parameter {}{}{} {}", quote(name), hint, hint.empty() ? ";" : "",
                                      known.empty() ? "and no [parameters] at all; a key of a table is set as TABLE.NAME.KEY=VALUE"
                                                    : "there are " + list_words(known)));
   }

@@ -92,6 +92,13 @@ void add_carrier(const TableReader& reader, const Scene& scene, std::vector<Coup
   terms.push_back({name, static_cast<int>(at), factor, nullptr, std::nullopt});
 }
 
+// Unit of a sum of coordinates that are all lengths or all angles; none of others.
+const char* value_unit(const Scene& scene, const std::vector<CouplingTerm>& terms) {
+  const auto length = [&](const CouplingTerm& t) { return is_length(find_joint(scene, t.joint)->kind, t.coordinate); };
+  if (std::all_of(terms.begin(), terms.end(), length)) return "m";
+  return std::none_of(terms.begin(), terms.end(), length) ? "rad" : nullptr;
+}
+
 // The lift of a cam: a table of its coordinate, or an expression of `angle` (of `way`, where the cam slides), whose derivatives are exact.
 void read_lift(const TableReader& reader, const Scene& scene, std::vector<CouplingTerm>& terms) {
   CouplingTerm& cam = terms[0];
@@ -100,7 +107,7 @@ void read_lift(const TableReader& reader, const Scene& scene, std::vector<Coupli
   if (reader.required("lift").type == TomlValue::Type::table) {
     const TableReader table = *reader.table("lift");
     table.allow({"table", "file", "period"});
-    const TableDef points = read_table(table, scene, slides ? "m" : "rad");
+    const TableDef points = read_table(table, scene, slides ? "m" : "rad", value_unit(scene, {terms[1]}));
     if (!points.period) cam.range = {points.x.front(), points.x.back()};
     cam.of = std::make_shared<const TimeFunction>(std::make_shared<const CubicTable>(points.x, points.y, points.period));
     return;
@@ -132,15 +139,16 @@ void read_lift(const TableReader& reader, const Scene& scene, std::vector<Coupli
   }
 }
 
-// At least so many.
-std::vector<CouplingTerm> free_terms(const TableReader& reader, const Scene& scene, std::size_t least) {
+// At least so many. An angle's factor in a sum with a rope's length is a drum's radius.
+std::vector<CouplingTerm> free_terms(const TableReader& reader, const Scene& scene, std::size_t least, bool of_rope) {
   std::vector<CouplingTerm> terms;
   reader.required("terms");
   for (const TableReader& table : reader.tables("terms")) {
     table.allow({"joint", "coordinate", "factor"});
     const JointDef& joint = coupled_joint(table, "joint", table.text("joint"), scene);
     const int count = rates_of(joint.kind);
-    CouplingTerm term{joint.name, table.integer("coordinate", 1, 1, count) - 1, table.number("factor"), nullptr, std::nullopt};
+    CouplingTerm term{joint.name, table.integer("coordinate", 1, 1, count) - 1, 0.0, nullptr, std::nullopt};
+    term.factor = table.number("factor", of_rope && !is_length(joint.kind, term.coordinate) ? any_number.in("m/rad") : any_number);
     if (term.factor == 0.0) table.fail("factor", "must not be 0");
     for (const CouplingTerm& before : terms)
       if (before.joint == term.joint && before.coordinate == term.coordinate)
@@ -185,7 +193,7 @@ CouplingDef read_coupling(TableReader& reader, const Scene& scene) {
       break;
     case Kind::linear:
       reader.allow({"name", "kind", "terms", "value"});
-      out.terms = free_terms(reader, scene, 2);
+      out.terms = free_terms(reader, scene, 2, false);
       break;
     case Kind::cam:
       reader.allow({"name", "kind", "joints", "lift", "value"});
@@ -193,16 +201,18 @@ CouplingDef read_coupling(TableReader& reader, const Scene& scene) {
       out.terms[0].factor = 1.0;
       out.terms[1].factor = -1.0;
       read_lift(reader, scene, out.terms);
-      out.value = reader.number("value", 0.0, any_number);
+      out.value = reader.number("value", 0.0, any_number.in(value_unit(scene, {out.terms[1]})));
       return out;
     case Kind::rope:
       reader.allow({"name", "kind", "through", "length", "terms"});
       out.through = read_frame_refs(reader, "through", scene, 2);
-      if (reader.has("terms")) out.terms = free_terms(reader, scene, 1);
+      if (reader.has("terms")) out.terms = free_terms(reader, scene, 1, true);
       out.value = reader.number("length", positive.in("m"));
       return out;
   }
-  out.value = reader.optional_number("value");
+  // What the kinds of two sorts keep is in the unit of their right side, the last term.
+  const bool of_one_sort = kind == Kind::linear;
+  out.value = reader.optional_number("value", any_number.in(value_unit(scene, of_one_sort ? out.terms : std::vector{out.terms.back()})));
   return out;
 }
 

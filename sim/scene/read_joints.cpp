@@ -111,9 +111,9 @@ Stop read_stop(const TableReader& reader, const CoordinateUnits& units) {
 
 }  // namespace
 
-TableDef read_table(const TableReader& reader, const Scene& scene, const char* unit) {
+TableDef read_table(const TableReader& reader, const Scene& scene, const char* of, const char* to) {
   TableDef table;
-  if (reader.has("period")) table.period = reader.number("period", positive.in(unit));
+  if (reader.has("period")) table.period = reader.number("period", positive.in(of));
   if (reader.has("table") == reader.has("file"))
     reader.fail("needs either 'table', pairs of numbers, or 'file', a text file of two columns");
   if (reader.has("file")) {
@@ -160,7 +160,8 @@ TableDef read_table(const TableReader& reader, const Scene& scene, const char* u
       table.y.push_back(numbers[1]);
     }
   } else {
-    const MatX points = reader.matrix("table");
+    const Range columns[]{any_number.in(of), any_number.in(to)};
+    const MatX points = reader.matrix("table", columns);
     if (points.cols() != 2) reader.fail("table", fmt::format("must be pairs of numbers [[x, y], ...], found rows of {}", points.cols()));
     for (Eigen::Index i = 0; i < points.rows(); ++i) table.x.push_back(points(i, 0)), table.y.push_back(points(i, 1));
   }
@@ -422,7 +423,7 @@ JointDef read_joint(TableReader& reader, const Scene& scene) {
     if (reader.find("motion")->type == TomlValue::Type::table) {
       const TableReader motion = *reader.table("motion");
       motion.allow({"table", "file", "period"});
-      joint.motion_table = read_table(motion, scene);
+      joint.motion_table = read_table(motion, scene, "s", units_of(facts).value);
       check_reach(motion, *joint.motion_table, scene);
     } else {
       joint.motion = read_expression(reader, "motion", units_of(facts).value);
@@ -573,14 +574,15 @@ ForceDef read_force(TableReader& reader, const Scene& scene) {
       if (reader.has("value")) read_pull(reader, scene, force);
       if (force.spring.rest < 0.0) reader.fail("rest", fmt::format("is a length and must be >= 0, found {}", force.spring.rest));
     } else {
-      const auto six = [&](std::string_view key, Vec6& out) {
+      const auto six = [&](std::string_view key, const char* along, const char* about, Vec6& out) {
         if (!reader.has(key)) return;
-        const std::vector<double> numbers = reader.numbers(key, 6, 6, not_negative);
+        const Range a = not_negative.in(along), b = not_negative.in(about), ranges[]{a, a, a, b, b, b};
+        const std::vector<double> numbers = reader.numbers(key, ranges);
         out = Eigen::Map<const Vec6>(numbers.data());
       };
       reader.required("stiffness");
-      six("stiffness", force.bushing_stiffness);
-      six("damping", force.bushing_damping);
+      six("stiffness", length_units.stiffness, angle_units.stiffness, force.bushing_stiffness);
+      six("damping", length_units.damping, angle_units.damping, force.bushing_damping);
     }
     return force;
   }
@@ -588,15 +590,15 @@ ForceDef read_force(TableReader& reader, const Scene& scene) {
   reader.required("direction");
   force.direction = reader.direction("direction", Vec3::UnitZ());
   force.follower = reader.word("frame", force_frames, 0) == 1;
+  const char* const unit = force.kind == ForceKind::torque ? "N m" : force.kind == ForceKind::distributed ? "N/m" : "N";
   if (reader.required("value").type != TomlValue::Type::table) {
-    const bool torque = force.kind == ForceKind::torque, distributed = force.kind == ForceKind::distributed;
-    read_value(reader, torque ? "N m" : distributed ? "N/m" : "N", scene, {}, force);
+    read_value(reader, unit, scene, {}, force);
     return force;
   }
   const TableReader value = *reader.table("value");
   value.allow({"table", "file", "period", "of"});
-  force.table = read_table(value, scene);
   if (!value.has("of")) {
+    force.table = read_table(value, scene, "s", unit);
     check_reach(value, *force.table, scene);
     return force;
   }
@@ -605,6 +607,7 @@ ForceDef read_force(TableReader& reader, const Scene& scene) {
   if (traits(joint.kind).rates.size() != 1)
     value.fail("of", fmt::format("needs a joint with one coordinate; {} is {} with {}", quote(joint.name), traits(joint.kind).word,
                                  traits(joint.kind).rates.size()));
+  force.table = read_table(value, scene, units_of(traits(joint.kind)).value, unit);
   return force;
 }
 

@@ -32,8 +32,9 @@ std::string read_expression(const TableReader& reader, std::string_view key, con
 std::string read_driven_expression(const TableReader& reader, std::string_view key, const char* unit, const std::vector<InputDef>& inputs,
                                    std::string& driven);
 
-// { table = [[x, y], ...] } or { file = "two_columns.csv" }, and period; the points are checked by making the spline. unit: of x.
-TableDef read_table(const TableReader& reader, const Scene& scene, const char* unit = "s");
+// { table = [[x, y], ...] } or { file = "two_columns.csv" }, and period; the points are checked by making the spline. `of`,
+// `to`: units of x and y where the scene holds them (a file has SI numbers).
+TableDef read_table(const TableReader& reader, const Scene& scene, const char* of, const char* to);
 
 // "ground", "body" or "body.frame", split at the first dot, existing as far as the scene tells.
 FrameRef read_frame_ref(const TableReader& reader, std::string_view key, const Scene& scene);

@@ -103,11 +103,13 @@ TomlValue split_array_text(const TomlValue& value) {
     item.type = TomlValue::Type::text;
     item.line = value.line;
     item.text = std::exchange(entry, {});
+    item.text.erase(0, std::min(item.text.find_first_not_of(' '), item.text.size()));
+    item.text.erase(item.text.find_last_not_of(' ') + 1);
     out.items.push_back(std::move(item));
   };
   for (const char c : inner) {
-    if (c == '(') ++depth;
-    if (c == ')') --depth;
+    if (c == '(' || c == '[') ++depth;
+    if (c == ')' || c == ']') --depth;
     if (c == ',' && depth == 0) close();
     else entry += c;
   }
@@ -393,8 +395,17 @@ std::vector<std::string> TableReader::texts(std::string_view key) const {
 
 MatX TableReader::matrix(std::string_view key) const { return matrix(key, any_number); }
 
-MatX TableReader::matrix(std::string_view key, const Range& range) const {
-  const TomlValue& value = required(key);
+MatX TableReader::matrix(std::string_view key, const Range& range) const { return matrix(key, std::span(&range, 1)); }
+
+MatX TableReader::matrix(std::string_view key, std::span<const Range> columns) const {
+  const TomlValue& given = required(key);
+  TomlValue split;
+  if (is_array_text(given)) {
+    split = split_array_text(given);
+    for (TomlValue& row : split.items)
+      if (is_array_text(row)) row = split_array_text(row);
+  }
+  const TomlValue& value = is_array_text(given) ? split : given;
   if (value.type != TomlValue::Type::array || value.items.empty())
     fail(key, fmt::format("must be a matrix (an array of rows), found {}", describe(value)));
   // all rows are checked before the matrix is sized: its size must not exceed what the file holds
@@ -408,7 +419,7 @@ MatX TableReader::matrix(std::string_view key, const Range& range) const {
   }
   MatX result(static_cast<Eigen::Index>(value.items.size()), static_cast<Eigen::Index>(width));
   for (std::size_t i = 0; i < value.items.size(); ++i) {
-    const std::vector<double> row = checked_numbers(key, value.items[i], width, width, std::span(&range, 1));
+    const std::vector<double> row = checked_numbers(key, value.items[i], width, width, columns);
     result.row(static_cast<Eigen::Index>(i)) = Eigen::Map<const Eigen::RowVectorXd>(row.data(), static_cast<Eigen::Index>(width));
   }
   return result;

@@ -114,6 +114,7 @@ class TableReader {
   std::vector<std::string> texts(std::string_view key) const;
   MatX matrix(std::string_view key) const;  // array of rows of equal length
   MatX matrix(std::string_view key, const Range& range) const;
+  MatX matrix(std::string_view key, std::span<const Range> columns) const;  // a range for each column, the last one for all further
 
   // A table inside ({...} or [a.b]); several ([[a]]). An absent key: none.
   std::optional<TableReader> table(std::string_view key) const;

@@ -264,6 +264,129 @@ initial = { value = "60 deg + 0.1" }
             expect(word in message, f"{value}: {word!r} is missing in {message!r}")
 
 
+# The same scene by plain numbers and by texts with units, wherever a number has one.
+MACHINE = """[parameters]
+half = "HALF"
+[simulation]
+duration = 1
+output_rate = 50
+[[body]]
+name = "crank"
+kind = "rigid"
+mass = 1
+inertia = [1, 1, 1]
+[[joint]]
+name = "shaft"
+kind = "revolute"
+parent = "ground"
+child = "crank"
+motion = { table = TURN }
+[[body]]
+name = "follower"
+kind = "rigid"
+mass = 1
+[[joint]]
+name = "rail"
+kind = "prismatic"
+parent = "ground"
+child = "follower"
+[[coupling]]
+name = "cam"
+kind = "cam"
+joints = ["shaft", "rail"]
+lift = { table = LIFT, period = PERIOD }
+value = OFFSET
+[[body]]
+name = "block"
+kind = "rigid"
+mass = 2
+inertia = [0.1, 0.1, 0.1]
+[[joint]]
+name = "block"
+kind = "free"
+parent = "ground"
+child = "block"
+initial = { value = [0.01, 0, 0, 0, 0, 0.1] }
+[[force]]
+name = "mount"
+kind = "bushing"
+on = "block"
+stiffness = STIFFNESS
+damping = DAMPING
+[[force]]
+name = "gas"
+kind = "force"
+on = "block"
+direction = [0, 1, 0]
+value = { table = GAS, of = "shaft", period = PERIOD }
+[[force]]
+name = "push"
+kind = "force"
+on = "block"
+direction = [1, 0, 0]
+value = { table = PUSH }
+[render]
+camera = { window = WINDOW, fov = FOV }
+"""
+PLAIN = {
+    "HALF": "0.5",
+    "TURN": f"[[0, 0], [0.5, {math.pi / 2!r}], [0.75, {math.pi!r}], [1, {2 * math.pi!r}]]",
+    "LIFT": f"[[0, 0], [{math.pi / 2!r}, 0.01], [{math.pi!r}, 0.02], [{1.5 * math.pi!r}, 0.01]]",
+    "PERIOD": repr(2 * math.pi),
+    "OFFSET": "0.005",
+    "STIFFNESS": "[2000, 3000, 4000, 10, 20, 30]",
+    "DAMPING": "[1, 2, 3, 0.1, 0.2, 0.3]",
+    "GAS": f"[[0, 0], [{math.pi / 2!r}, 10], [{math.pi!r}, 20]]",
+    "PUSH": "[[0, 0], [0.5, 2000], [1, 0]]",
+    "WINDOW": "[0, 0.5]",
+    "FOV": "30",
+}
+WITH_UNITS = {
+    "HALF": "500 ms",
+    "TURN": '[["0 s", "0 deg"], ["half", "90 deg"], ["750 ms", "180 deg"], [1, "1 rev"]]',
+    "LIFT": '[[0, 0], ["90 deg", "10 mm"], ["180 deg", "2 cm"], ["270 deg", "10 mm"]]',
+    "PERIOD": '"360 deg"',
+    "OFFSET": '"5 mm"',
+    "STIFFNESS": '["2 N/mm", "3 N/mm", "4 kN/m", "10 N m/rad", 20, "30 N m/rad"]',
+    "DAMPING": '["1 N s/m", 2, 3, "0.1 N m s/rad", 0.2, 0.3]',
+    "GAS": '[["0 deg", 0], ["90 deg", "0.01 kN"], ["180 deg", "20 N"]]',
+    "PUSH": '"[[0, 0], [half, 2 kN], [2*half, 0]]"',
+    "WINDOW": '[0, "half"]'.replace("half", "500 ms"),
+    "FOV": '"30 deg"',
+}
+
+
+def units_everywhere(folder):
+    seen = output("turn", "shaft", "value") + output("lift", "rail", "value") + output("p", "block", "position")
+    seen += output("push", "push", "force") + output("gas", "gas", "force") + output("moment", "mount", "force")
+
+    def made(words):
+        text = MACHINE
+        for key, value in words.items():
+            text = text.replace(key, value)
+        return text + seen
+
+    plain, united = (simulate(folder, made(words), name) for name, words in (("plain", PLAIN), ("united", WITH_UNITS)))
+    told = [run("check", folder / f"{name}.toml").stdout.replace(name, "") for name in ("plain", "united")]
+    expect(told[0] == told[1], f"check tells another thing with units: {told[1]}")
+    expect(max(plain["push"]) > 1999 and max(plain["gas"]) > 19 and max(plain["lift"]) > 0.01, "the plain scene does nothing")
+    for column, values in plain.items():
+        off = max(abs(a - b) for a, b in zip(values, united[column]))
+        near(off, 0, 1e-12 * max(1, *map(abs, values)), f"with units: {column}")
+    scene = folder / "wrong.toml"
+    for key, value, words in (
+        ("TURN", '[[0, "5 mm"], [1, 2]]', ("'motion.table'", "entry 2", "does not fit")),
+        ("LIFT", '[["1 s", 0], [1, 0.1], [2, 0.1]]', ("'lift.table'", "entry 1", "does not fit")),
+        ("GAS", '[[0, 0], [1, "5 N m"]]', ("'value.table'", "entry 2", "does not fit")),
+        ("STIFFNESS", '["2 N m/rad", 0, 0, 0, 0, 0]', ("'stiffness'", "entry 1", "does not fit")),
+        ("OFFSET", '"3 deg"', ("'value'", "does not fit")),
+    ):
+        scene.write_text(made(PLAIN | {key: value}))
+        message = run("check", scene, code=2).stderr
+        for word in ("wrong.toml:", *words):
+            expect(word in message, f"{key} = {value}: {word!r} is missing in {message!r}")
+
+
 def errors(folder):
     scene = folder / "wrong.toml"
     base = CANTILEVER.replace("MODEL", "").replace("ROTATION", "")
@@ -338,7 +461,7 @@ def heads(folder):
 
 with tempfile.TemporaryDirectory() as name:
     here = pathlib.Path(name)
-    for test in (sections, turned, forces, friction, tables, friction_at_the_start, frames, units, errors, heads):
+    for test in (sections, turned, forces, friction, tables, friction_at_the_start, frames, units, units_everywhere, errors, heads):
         print(f"-- {test.__name__}", flush=True)
         test(here)
 finish()
