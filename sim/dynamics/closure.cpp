@@ -199,33 +199,19 @@ int depth(const Model& model, int part) {
   return d;
 }
 
-struct RowOwner {
-  std::string joint;
-  const char* unit;  // of its residual
-};
-
-RowOwner closure_row_owner(const Model& model, const ClusterWork& work, int cluster, int row) {
-  for (int l : model.clusters[cluster].loops) {
-    const LoopJoint& loop = model.loops[l];
-    const int n = static_cast<int>(loop.rows.size());
-    if (row < n) return {loop.name, loop.rows[row].kind == ClosureRow::angle ? "rad" : "m"};
-    row -= n;
-  }
-  const std::vector<int>& couplings = model.clusters[cluster].couplings;
-  if (row < static_cast<int>(couplings.size())) {
-    const CouplingRow& coupling = model.couplings[couplings[row]];
-    return {coupling.name, coupling.length ? "m" : "rad"};
-  }
-  row -= static_cast<int>(couplings.size());
-  const auto [part, rate] = rate_owner(model, cluster, work.locked[row]);
-  const TreeJoint& joint = model.parts[part].joint;
-  return {joint.name, is_length(joint.kind, rate) ? "m" : "rad"};
-}
-
 }  // namespace
 
 std::string closure_row_name(const Model& model, const ClusterWork& work, int cluster, int row) {
-  return closure_row_owner(model, work, cluster, row).joint;
+  for (int l : model.clusters[cluster].loops) {
+    const LoopJoint& loop = model.loops[l];
+    const int n = static_cast<int>(loop.rows.size());
+    if (row < n) return loop.name;
+    row -= n;
+  }
+  const std::vector<int>& couplings = model.clusters[cluster].couplings;
+  if (row < static_cast<int>(couplings.size())) return model.couplings[couplings[row]].name;
+  row -= static_cast<int>(couplings.size());
+  return model.parts[rate_owner(model, cluster, work.locked[row]).first].joint.name;
 }
 
 VecX closure_row_scales(const Model& model, const Work& work, int cluster) {
@@ -610,11 +596,10 @@ void close_positions(const Model& model, int cluster, W& work) {
     if (!std::isfinite(size) || iteration == 40 || (iteration > 4 && size > c.size)) {
       int worst = 0;
       cw.res.cwiseAbs().maxCoeff(&worst);
-      const RowOwner open = closure_row_owner(model, cw, cluster, part.rows[worst]);
-      throw SimulationError(
-          fmt::format("joint '{}' cannot be closed at t = {:.6g} s: its loop stays open by {:.3g} {}; the mechanism is at or beyond the "
-                      "limit of its reach",
-                      open.joint, work.time, std::abs(cw.res[worst]), open.unit));
+      throw SimulationError(fmt::format(
+          "joint '{}' cannot be closed at t = {:.6g} s: the mechanism reaches a dead point there, the limit of its reach; if it "
+          "should go on, another way to assemble its loop may be meant: choose it by initial = {{ guess = ... }}",
+          closure_row_name(model, cw, cluster, part.rows[worst]), work.time));
     }
     move_dependent(model, cluster, work);
     if (elastic) update_cluster_frames(model, cluster, work);

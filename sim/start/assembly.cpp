@@ -246,6 +246,31 @@ std::string closing_values(const Model& model, const Scene& scene, int cluster, 
   return text;
 }
 
+// Where no single value is to blame, several are rounded: with all but the first of them as guesses, else all, "'guess' instead of 'value'
+// at joint 'B', it closes with joint 'B' -0.7199". Empty: not even so.
+std::string closing_guesses(const Model& model, const Scene& scene, int cluster, const VecX& given, Work& work) {
+  const Cluster& c = model.clusters[cluster];
+  std::vector<int> valued;
+  for (int i : c.parts)
+    if (const TreeJoint& j = model.parts[i].joint; j.scene_joint >= 0 && j.nq > 0 && scene.joints[j.scene_joint].initial.value)
+      valued.push_back(i);
+  for (const size_t first : {size_t{1}, size_t{0}}) {
+    if (first >= valued.size()) continue;
+    std::vector<int> columns = freedom_of(model, scene, cluster).value;
+    std::string names;
+    for (size_t n = first; n < valued.size(); ++n) {
+      const Part& p = model.parts[valued[n]];
+      for (int k = 0; k < p.joint.nv; ++k) columns.push_back(p.v0 - c.v0 + k);
+      names += fmt::format("{}'{}'", names.empty() ? "" : ", ", p.joint.name);
+    }
+    work.q = given;
+    if (assemble_positions(model, cluster, columns, work) <= 1e-9 * c.size)
+      return fmt::format("with initial.guess instead of initial.value at {}, which may be moved, it closes with {}", names,
+                         branch_text(model, c, given, work));
+  }
+  return "";
+}
+
 // given: coordinates as the scene gives them.
 [[noreturn]] void refuse_open(const Model& model, const Scene& scene, const VecX& given, Work& work, int cluster) {
   const Cluster& c = model.clusters[cluster];
@@ -276,9 +301,9 @@ std::string closing_values(const Model& model, const Scene& scene, int cluster, 
   for (const JointDef& def : scene.joints)
     if (open && def.name == open->name) line = def.line;
   const std::string values = closing_values(model, scene, cluster, given, work);
-  const std::string advice = values.empty()
-                                 ? "no other value of a single joint closes it: check lengths, joint positions and given initial values"
-                                 : "it closes with " + values;
+  std::string advice = "it closes with " + values;
+  if (values.empty()) advice = closing_guesses(model, scene, cluster, given, work);
+  if (advice.empty()) advice = "nor with other initial values: check lengths and joint positions";
   if (apart || !open)
     throw InputError(fmt::format(
         "{}:{}: the mechanism cannot be assembled: coupling '{}' stays off its value by {:.4g} {}, whatever the joints do ({}); {}",

@@ -234,6 +234,19 @@ def four_bar(folder):
         wanted_y = (along * y - sign * beside * x) / d
         near(h["c.x"][0], wanted_x, 1e-9, f"four-bar, guess {guess}, x")
         near(h["c.y"][0], wanted_y, 1e-9, f"four-bar, guess {guess}, y")
+    # Values of which several almost close the loop are answered with what they are as guesses.
+    file = folder / "scene.toml"
+    inner = 'name = "b"\nkind = "revolute"\nparent = "crank.tip"\nchild = "coupler"\n'
+    for value in ("-0.72", "1.5"):
+        file.write_text(scene(1.66).replace("guess", "value").replace(inner, inner + f"initial = {{ value = {value} }}\n"))
+        said = run("check", file, code=2).stderr
+        for word in ("with initial.guess instead of initial.value at", "joint 'd' 1.66", "joint 'b' -0.719" if value == "-0.72" else ""):
+            expect(word in said, f"values that almost close a loop: {word!r} is missing in {said!r}")
+    # Driven beyond its reach.
+    file.write_text(scene(2.0).replace(f"initial = {{ value = {start}, rate = 1 }}", 'motion = "1.047 + 40*t"').replace("[1.0, 0", "[2.6, 0"))
+    said = run("simulate", file, "-o", folder / "x.h5", code=1).stderr
+    for word in ("limit of its reach", "another way to assemble", "guess"):
+        expect(word in said, f"a four-bar that cannot turn: {word!r} is missing in {said!r}")
 
 
 def places(folder):
