@@ -102,10 +102,19 @@ Touch find_touch(const Model& model, const W& work, const Contact& contact) {
   Touch out;
   const bool sphere = def.from_radius > 0.0;
   Vec3 centre = on.p, reach = Vec3::Zero();  // towards the partner
-  if (def.cylinder && !def.curve) {
+  if (def.cylinder && sphere) {
+    // The point of the cylinder, a solid, that is nearest to the sphere: on its side, an edge or a flat end.
+    const Vec3 axis = on.R * def.axis, towards = from.p - on.p;
+    const double along = axis.dot(towards), half = 0.5 * def.width;
+    const Vec3 across = towards - along * axis;
+    const double beside = across.norm();
+    centre += std::clamp(along, -half, half) * axis;
+    if (std::abs(along) > half && beside < def.radius) reach = across;
+    else if (beside > 0.0) reach = def.radius / beside * across;
+  } else if (def.cylinder && !def.curve) {
     const Vec3 axis = on.R * def.axis;
     centre += 0.5 * contact.side * def.width * axis;
-    const Vec3 towards = sphere ? Vec3(centre - from.p) : Vec3(from.R * def.normal);
+    const Vec3 towards = from.R * def.normal;
     const Vec3 across = towards - axis.dot(towards) * axis;
     if (across.norm() > 1e-12 * towards.norm()) reach = -def.radius * across.normalized();
   }

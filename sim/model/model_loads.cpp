@@ -54,11 +54,11 @@ void spread_along_beam(Model& model, const Scene& scene, const std::string& wher
   }
 }
 
-// A cylinder with a width touches at both its ends.
+// A cylinder with a width touches a plane at both its ends.
 void add_contact(Model& model, const ForceDef& def, Load& load) {
   load.contact = static_cast<int>(model.contacts.size());
   std::vector<int> sides{0};
-  if (def.contact->cylinder && def.contact->width > 0.0) sides = {-1, 1};
+  if (def.contact->cylinder && def.contact->width > 0.0 && def.contact->from_radius == 0.0) sides = {-1, 1};
   for (const int side : sides) {
     Contact contact{static_cast<int>(model.loads.size()), side, -1};
     if (def.contact->static_friction > 0.0) {

@@ -161,6 +161,23 @@ def balls(folder):
         off(2 * got[0] + got[1], 2 * v + u, 1e-6, "momentum of two balls")
 
 
+def rods(folder):
+    """A rod that a rail brings down on a ball that is held touches it with its side, an edge or a flat end."""
+    rail = '[[joint]]\nname = "rail"\nkind = "prismatic"\nparent = "ground"\nchild = "ball"\nposition = [0, %s, 0]\ninitial = { value = 0.2 }\n'
+    rod = '[[body]]\nname = "ball"\nkind = "rigid"\nmass = 2\ninertia = [0.1, 0.1, 0.1]\n'
+    for axis, beside, height, what in (
+        ("[0, 1, 0]", 0.0, 0.15, "side"),
+        ("[0, 1, 0]", 0.04, 0.15, "side, out of its middle"),
+        ("[0, 1, 0]", 0.09, 0.05 + math.sqrt(0.1**2 - 0.04**2), "edge"),
+        ("[0, 0, 1]", 0.03, 0.05 + math.sqrt(0.1**2), "flat end"),
+        ("[0, 0, 1]", 0.06, 0.05 + math.sqrt(0.1**2 - 0.01**2), "edge of its flat end"),
+    ):
+        more = f'axis = {axis}\nwidth = 0.1\nagainst = "sphere"\nfrom_radius = 0.1\nrestitution = 0.1'
+        contact = touch(shape="cylinder", radius=0.05, stiffness=1e8, more=more)
+        h = simulate(folder, simulation % (0.8, 100, "[0, 0, -9.81]") + rod + rail % beside + contact + seen)
+        near(h["x.z"][-1], height, 2e-6, f"a rod that rests on a ball with its {what}")
+
+
 def exchanged(folder):
     """A tray that falls on a ball that is held: the plane on the moving body."""
     tray = '[[body]]\nname = "ball"\nkind = "rigid"\nmass = 2\ninertia = [0.1, 0.1, 0.1]\n'
@@ -245,4 +262,4 @@ def wrong_words(folder):
     )
 
 
-run_parts(bounces, rests, rolls, inclines, balls, exchanged, nothing_is_passed, slides_to_rest, wrong_words)
+run_parts(bounces, rests, rolls, inclines, balls, rods, exchanged, nothing_is_passed, slides_to_rest, wrong_words)
