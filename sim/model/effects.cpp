@@ -37,6 +37,101 @@ std::optional<Vec3> place_in_body(const BodyDef& body, const std::string& frame)
   return at == rigid->frames.end() ? std::nullopt : std::optional<Vec3>(at->second);
 }
 
+// How far the bodies' origins lie along n over the world's, m, which nothing changes while they move in the plane normal to it: as their
+// joints tell; nothing where they do not.
+class Heights {
+ public:
+  Heights(const Scene& scene, const std::vector<Mat3>& orientation, const Vec3& n)
+      : scene_(scene), orientation_(orientation), n_(n), of_(scene.bodies.size()) {
+    for (bool found = true; found;) {
+      found = false;
+      for (const JointDef& j : scene.joints) {
+        if (!is_tree_kind(j.kind)) continue;
+        const int p = body_index(scene, j.parent.body), c = body_index(scene, j.child.body);
+        const auto a = in_body(j.parent, p, j.position), b = in_body(j.child, c, Vec3::Zero());
+        if (!a || !b) continue;
+        const std::optional<double> parent = p < 0 ? 0.0 : of_[p];
+        if (parent && !of_[c]) of_[c] = *parent + *a - *b, found = true;
+        else if (!parent && of_[c]) of_[p] = *of_[c] + *b - *a, found = true;
+      }
+    }
+  }
+
+  std::optional<double> of(const FrameRef& ref, const Vec3& beside = Vec3::Zero()) const {
+    const int b = body_index(scene_, ref.body);
+    const auto here = in_body(ref, b, beside);
+    if (!here || (b >= 0 && !of_[b])) return std::nullopt;
+    return *here + (b < 0 ? 0.0 : *of_[b]);
+  }
+  // To rounding of the numbers that they are made of, against the places of frames that a person types (m).
+  bool level(const std::vector<FrameRef>& frames) const {
+    for (const FrameRef& ref : frames) {
+      const auto first = of(frames.front()), here = of(ref);
+      if (!first || !here || std::abs(*first - *here) > aligned * std::max(1.0, std::abs(*first))) return false;
+    }
+    return true;
+  }
+
+ private:
+  // Of a place beside a frame over its body's origin.
+  std::optional<double> in_body(const FrameRef& ref, int b, const Vec3& beside) const {
+    if (b < 0) {
+      const auto at = scene_.ground_frames.find(ref.frame);
+      return n_.dot(beside + (at == scene_.ground_frames.end() ? Vec3(Vec3::Zero()) : at->second));
+    }
+    const auto place = place_in_body(scene_.bodies[b], ref.frame);
+    if (!place) return std::nullopt;
+    return n_.dot(orientation_[b] * (*place + beside));
+  }
+
+  const Scene& scene_;
+  const std::vector<Mat3>& orientation_;
+  const Vec3 n_;
+  std::vector<std::optional<double>> of_;
+};
+
+// Whether a contact pushes and rubs within the plane: between profiles that are the same all along n.
+bool contact_within(const ContactDef& c, const ForceDef& f, const Mat3& on, const Mat3& from, const Heights& heights, const Vec3& n) {
+  // What it presses on is not pushed beside its own plane; the ground does not care.
+  if (f.from.body != "ground" && !heights.level({f.on, f.from})) return false;
+  if (c.own_curve) return parallel(on.col(2), n) && normal(from * c.normal, n);
+  if (c.cylinder && !parallel(on * c.axis, n)) return false;
+  if (c.curve) return parallel(from.col(2), n);
+  if (c.from_radius > 0.0) return heights.level({f.on, f.from});
+  return normal(from * c.normal, n);
+}
+
+// Whether a force stays in the plane normal to n while the bodies do.
+bool force_within(const ForceDef& f, const Mat3& on, const Mat3& from, const Heights& heights, const Vec3& n) {
+  switch (f.kind) {
+    case ForceKind::force:
+    case ForceKind::torque:
+    case ForceKind::distributed: {
+      const Vec3 d = f.follower ? Vec3(on * f.direction) : f.direction;
+      return f.kind == ForceKind::torque ? parallel(d, n) : normal(d, n);
+    }
+    case ForceKind::spring_damper: {
+      std::vector<FrameRef> way = f.through;
+      way.push_back(f.on);
+      way.push_back(f.from);
+      return heights.level(way);
+    }
+    case ForceKind::bushing: {
+      // Its axes are those of `from`: one along n, and both bodies turn about that alone.
+      const Vec3 seen = from.transpose() * n;
+      return (parallel(seen, Vec3::UnitX()) || parallel(seen, Vec3::UnitY()) || parallel(seen, Vec3::UnitZ())) &&
+             (on.transpose() * n - seen).norm() <= aligned && heights.level({f.on, f.from});
+    }
+    case ForceKind::drag:
+      return normal(f.wind, n);
+    case ForceKind::contact:
+      return contact_within(*f.contact, f, on, from, heights, n);
+    case ForceKind::user:
+      break;
+  }
+  return false;
+}
+
 bool planar_about(const Scene& scene, const std::vector<Mat3>& orientation, const Vec3& n) {
   if (!normal(scene.simulation.gravity, n)) return false;
   const auto frame_axes = [&](const FrameRef& ref) {
@@ -67,12 +162,15 @@ bool planar_about(const Scene& scene, const std::vector<Mat3>& orientation, cons
   }
   // A body without a joint is free to leave the plane.
   if (std::find(held.begin(), held.end(), 0) != held.end()) return false;
-  for (const ForceDef& f : scene.forces) {
-    // The others push where the motion takes them.
-    if (f.kind != ForceKind::force && f.kind != ForceKind::torque && f.kind != ForceKind::distributed) return false;
-    const Vec3 d = f.follower ? Vec3(frame_axes(f.on) * f.direction) : f.direction;
-    if (f.kind == ForceKind::torque ? !parallel(d, n) : !normal(d, n)) return false;
+  const Heights heights(scene, orientation, n);
+  for (const ForceDef& f : scene.forces)
+    if (!force_within(f, frame_axes(f.on), frame_axes(f.from), heights, n)) return false;
+  for (const JointDef& j : scene.joints) {
+    const auto a = heights.of(j.parent, j.position), b = heights.of(j.child);
+    if (j.kind == JointKind::distance && a && b && std::abs(*a - *b) > aligned * std::max(1.0, std::abs(*a))) return false;
   }
+  for (const CouplingDef& c : scene.couplings)
+    if (!c.through.empty() && !heights.level(c.through)) return false;
   for (size_t i = 0; i < scene.bodies.size(); ++i) {
     // Its matrices may move it anywhere.
     if (std::holds_alternative<StateSpaceDef>(scene.bodies[i].kind)) return false;
@@ -143,8 +241,14 @@ bool flat_about(const Scene& scene, const std::vector<Mat3>& orientation, const 
     put_frame(j.parent, j.position);
     put_frame(j.child, Vec3::Zero());
   }
-  for (const ForceDef& f : scene.forces)
-    if (f.kind == ForceKind::force) put_frame(f.on, Vec3::Zero());
+  for (const ForceDef& f : scene.forces) {
+    if (f.kind == ForceKind::torque || f.kind == ForceKind::distributed) continue;
+    put_frame(f.on, Vec3::Zero());
+    put_frame(f.from, Vec3::Zero());
+    for (const FrameRef& frame : f.through) put_frame(frame, Vec3::Zero());
+  }
+  for (const CouplingDef& c : scene.couplings)
+    for (const FrameRef& frame : c.through) put_frame(frame, Vec3::Zero());
   return flat;
 }
 

@@ -45,8 +45,68 @@ def instructions(scene, folder):
     return int(re.search(r"Collected : (\d+)", done.stderr).group(1))
 
 
+# A cantilever under its weight q, a round bar of stiffness k at its tip, which a spring ks or a rod holds along d = (0, c, s): what moves
+# in a plane is computed there; what a tie pulls out of it is not.
+L, D, E, RHO, KS = 1.0, 0.01, 70e9, 270.0, 300.0
+BAR = f"""[simulation]
+duration = 0.001
+gravity = [0, -9.81, 0]
+start = "static"
+[ground]
+frames = {{ in = [{L}, 0.5, 0], out = [{L}, 0.3, 0.4] }}
+[[body]]
+name = "bar"
+kind = "beam"
+length = {L}
+section = {{ shape = "circle", diameter = {D} }}
+material = {{ density = {RHO}, youngs_modulus = {E} }}
+[[joint]]
+name = "wall"
+kind = "weld"
+parent = "ground"
+child = "bar"
+[[output]]
+name = "tip"
+of = "bar.tip"
+quantity = "position"
+"""
+SPRING = f'[[force]]\nkind = "spring-damper"\non = "bar.tip"\nfrom = "ground.%s"\nstiffness = {KS}\nrest = 0.5\n'
+BUSHING = '[[force]]\nkind = "bushing"\non = "bar.tip"\nfrom = "ground.%s"\nstiffness = [0, %g, %g, 0, 0, 0]\n'
+TIES = (
+    ("a spring in the plane", SPRING % "in", True, (1.0, 0.0), KS),
+    ("a spring that leaves it", SPRING % "out", False, (0.6, 0.8), KS),
+    ("a bushing in the plane", (BUSHING % ("in", KS, 0)).replace('"ground.in"', '"ground.tip"'), True, (1.0, 0.0), KS),
+    (
+        "a rod that leaves it",
+        '[[joint]]\nname = "rod"\nkind = "distance"\nparent = "ground.out"\nchild = "bar.tip"\nlength = 0.5\n',
+        False,
+        (0.6, 0.8),
+        1e30,
+    ),
+    ("drag in the plane", '[[force]]\nkind = "drag"\non = "bar.tip"\nlinear = 1\nwind = [0, 0, 0]\n', True, (1.0, 0.0), 0.0),
+    ("drag in a wind across it", '[[force]]\nkind = "drag"\non = "bar.tip"\nlinear = 1\nwind = [0, 0, 1]\n', False, (1.0, 0.0), 0.0),
+)
+
+
+def ties(folder):
+    inertia, q = math.pi * D**4 / 64, RHO * math.pi * D**2 / 4 * 9.81
+    k, sag = 3 * E * inertia / L**3, q * L**4 / (8 * E * inertia)
+    for what, tie, plane, (c, s), ks in TIES:
+        text = BAR.replace("in = [", f"tip = [{L}, 0, 0], in = [") + tie
+        scene = written(folder, "tie", text)
+        said = run("simulate", scene, "--csv", folder / "tie.csv").stdout
+        expect(("moves in a plane" in said) == plane, f"{what}: {said}")
+        if "wind across" in what:
+            continue
+        h = history(folder / "tie.csv")
+        held = ks / (k + ks)
+        near(h["tip.y"][0], -sag * (1 - c * c * held), 3e-3 * sag, f"{what}, sag")
+        near(h["tip.z"][0], sag * c * s * held, 3e-3 * sag, f"{what}, out of the plane")
+
+
 with temporary_folder() as folder:
     folder = pathlib.Path(folder)
+    ties(folder)
 
     # The table: every effect, who decided, coordinates, share. The pendulum's stiffening is worth all of its deflection (ACCURACY).
     report = json.loads(run("effects", examples / "pendulum.toml", "--json").stdout)
