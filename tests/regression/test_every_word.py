@@ -102,6 +102,20 @@ case(
     arm + planet + coupling("gear", 'joints = ["sun", "p"]\nteeth = [30, 15]\ncarrier = "arm"') + out("p", "p", "value"),
     {"p": lambda t: -2 * 3 * t},
 )
+# Two shafts that meet at half a radian turn alike at every moment, by a cardan joint tan(out) = cos(0.5) tan(in): the fork starts normal to
+# the shafts' plane.
+bent = rigid("a") + joint("a", "revolute", "a", more='motion = "5*t"') + rigid("b")
+bent += out("b", "bearing", "value") + out("v", "bearing", "rate") + joint("bearing", "revolute", "b", more="rotation = [0.5, 0, 0]")
+case(
+    "constant-velocity joint",
+    bent + joint("cv", "constant-velocity", "b", parent="a", more="initial = { guess = [0.5, 0] }"),
+    {"b": lambda t: 5 * t, "v": lambda t: 5 + 0 * t},
+)
+case(
+    "cardan joint",
+    bent + joint("cross", "universal", "b", axis="[1, 0, 0]", parent="a", more="initial = { guess = [0.5, 0] }"),
+    {"b": lambda t: np.unwrap(np.arctan2(cos(0.5) * sin(5 * t), cos(5 * t)))},
+)
 rack = rigid("w", 1, "[0.02, 0.02, 0.02]") + slide + joint("w", "revolute", "w") + out("w", "w", "value") + out("E", "system", "energy")
 spring = "spring = { stiffness = 50 }\ninitial = { value = 0.1 }"
 wm = sqrt(50 / (2 + 0.02 / 0.04**2))
