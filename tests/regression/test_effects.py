@@ -83,6 +83,13 @@ TIES = (
         (0.6, 0.8),
         1e30,
     ),
+    (
+        "a rope that leaves it",
+        '[[coupling]]\nname = "rope"\nkind = "rope"\nthrough = ["ground.out", "bar.tip"]\nlength = 0.5\n',
+        False,
+        (0.6, 0.8),
+        1e30,
+    ),
     ("drag in the plane", '[[force]]\nkind = "drag"\non = "bar.tip"\nlinear = 1\nwind = [0, 0, 0]\n', True, (1.0, 0.0), 0.0),
     ("drag in a wind across it", '[[force]]\nkind = "drag"\non = "bar.tip"\nlinear = 1\nwind = [0, 0, 1]\n', False, (1.0, 0.0), 0.0),
 )
