@@ -264,6 +264,72 @@ initial = { value = "60 deg + 0.1" }
             expect(word in message, f"{value}: {word!r} is missing in {message!r}")
 
 
+# A body and a beam under every kind of force.
+EVERY_FORCE = """[simulation]
+duration = 0.4
+output_rate = 1000
+tolerance = 1e-7
+[ground]
+frames = { hook = [0, 1, 0] }
+[[body]]
+name = "m"
+kind = "rigid"
+mass = 2
+inertia = [0.1, 0.2, 0.3]
+frames = { a = [0.1, 0, 0] }
+[[joint]]
+name = "m"
+kind = "free"
+parent = "ground"
+child = "m"
+initial = { value = [0.1, 0.05, 0.2, 0, 0, 0.1], rate = [1, 0.5, -0.3, 1, 2, 3] }
+[[body]]
+name = "bar"
+kind = "beam"
+length = 1
+keep_modes = 2
+section = { shape = "circle", diameter = "10 mm" }
+material = { density = 7850, youngs_modulus = "210 GPa" }
+[[joint]]
+name = "wall"
+kind = "weld"
+parent = "ground"
+child = "bar"
+position = [3, 0, 0]
+"""
+KINDS = {
+    "world": 'kind = "force"\non = "m.a"\ndirection = [1, 0, 0]\nvalue = "3*sin(5*t)"',
+    "follower": 'kind = "force"\non = "m.a"\nframe = "body"\ndirection = [0, 1, 0]\nvalue = 2',
+    "torque": 'kind = "torque"\non = "m"\ndirection = [0, 1, 1]\nvalue = 0.5',
+    "spring": 'kind = "spring-damper"\non = "m.a"\nfrom = "ground.hook"\nstiffness = 30\ndamping = 2\nrest = 0.5',
+    "actuator": 'kind = "spring-damper"\non = "m"\nfrom = "ground.hook"\nvalue = "70*(length - 1)^3 + 0.3*abs(rate)*rate"',
+    "rest": 'kind = "spring-damper"\non = "m"\nfrom = "ground.hook"\nstiffness = 20\nrest = "0.5 + 0.1*sin(3*t)"',
+    "cable": 'kind = "cable"\non = "m.a"\nfrom = "ground.hook"\nstiffness = 40\ndamping = 1\nrest = 0.8',
+    "bushing": 'kind = "bushing"\non = "m"\nstiffness = [20, 30, 40, 1, 2, 3]\ndamping = [0.1, 0.2, 0.3, 0.01, 0.02, 0.03]',
+    "drag": 'kind = "drag"\non = "m"\nlinear = 0.2\nquadratic = 0.3\nwind = [1, 0, 0]',
+    "floor": 'kind = "contact"\non = "m"\nshape = "sphere"\nradius = 0.1\nstiffness = 1e4\ndamping = 0.3\nfriction = { coefficient = 0.3 }',
+    "line": 'kind = "distributed"\non = "bar"\ndirection = [0, 1, 0]\nvalue = "50*t"',
+    "table": 'kind = "force"\non = "bar.tip"\ndirection = [0, 0, 1]\nvalue = { table = [[0, 0], [0.2, 10], [0.4, 0]] }',
+}
+
+
+def works(folder):
+    """The work of every force is the integral of its power, and all of it is kinetic and strain energy."""
+    text = EVERY_FORCE + output("kinetic", "system", "kinetic") + output("strain", "system", "strain")
+    for name, words in KINDS.items():
+        text += f'[[force]]\nname = "{name}"\n{words}\n' + output(f"W_{name}", name, "work") + output(f"P_{name}", name, "power")
+    h = simulate(folder, text, "works")
+    most = max(max(map(abs, h[f"W_{name}"])) for name in KINDS)
+    for name in KINDS:
+        done, power = h[f"W_{name}"], h[f"P_{name}"]
+        expect(max(map(abs, done)) > 1e-3 * most, f"{name} does no work: {max(map(abs, done))}")
+        summed = sum((a + b) / 2 * 1e-3 for a, b in zip(power, power[1:]))
+        near(done[-1], summed, 2e-3 * most, f"work of {name} against its summed power")
+    for i in range(0, len(h["t"]), 50):
+        gained = h["kinetic"][i] - h["kinetic"][0] + h["strain"][i] - h["strain"][0]
+        near(sum(h[f"W_{name}"][i] for name in KINDS), gained, 1e-4 * most, f"work of all forces at t = {h['t'][i]}")
+
+
 # The same scene by plain numbers and by texts with units, wherever a number has one.
 MACHINE = """[parameters]
 half = "HALF"
@@ -461,7 +527,7 @@ def heads(folder):
 
 with tempfile.TemporaryDirectory() as name:
     here = pathlib.Path(name)
-    for test in (sections, turned, forces, friction, tables, friction_at_the_start, frames, units, units_everywhere, errors, heads):
+    for test in (sections, turned, forces, friction, tables, friction_at_the_start, frames, units, units_everywhere, works, errors, heads):
         print(f"-- {test.__name__}", flush=True)
         test(here)
 finish()
