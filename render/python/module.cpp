@@ -1,5 +1,6 @@
 // The module flexframe._core: the parts, and the errors as Python's.
 #include "render/python/bindings.h"
+#include "render/python/sweep.h"
 
 #include "render/draw/renderer.h"
 #include "sim/base/error.h"
@@ -64,6 +65,7 @@ PYBIND11_MODULE(_core, m) {
   bind_body(m);
   bind_map(m);
   bind_pictures(m);
+  bind_sweep(m);
 }
 
 }  // namespace flexframe::python

@@ -177,6 +177,63 @@ def study():
     raises(ff.InputError, lambda: ff.study(scene, axes=["colour"]), "colour")
 
 
+def sweep():
+    """A sweep's rows against the program's table, bit for bit; against a formula; a minimum; scenes from dicts."""
+    pendulum = {
+        "simulation": {"duration": 0.3, "output_rate": 200, "tolerance": 1e-8, "gravity": [0, -9.81, 0]},
+        "parameters": {"L": 0.5, "start": 0.05},
+        "body": [{"name": "bob", "kind": "rigid", "mass": 1.0, "inertia": [0.0, 0.0, 0.0], "centre_of_mass": [0, "-L", 0]}],
+        "joint": [
+            {"name": "pin", "kind": "revolute", "parent": "ground", "child": "bob", "axis": [0, 0, 1], "initial": {"value": "start"}}
+        ],
+        "output": [{"name": "angle", "of": "pin", "quantity": "value"}],
+    }
+    lengths = np.linspace(0.3, 0.7, 5)
+    fractions = []
+    out = folder / "swept"
+    keys, wanted = {"L": lengths, "start": [0.05, 0.1]}, {"end": "final(angle)", "least": "min(angle)/start"}
+    s = ff.sweep(pendulum, keys, wanted, out, workers=2, progress=fractions.append)
+    expect(len(s) == 10 and s.ends == ["done"] * 10 and s.found is None, f"{s!r} {s.ends} {s.messages}")
+    expect(np.array_equal(s["L"], np.repeat(lengths, 2)) and np.array_equal(s["start"], [0.05, 0.1] * 5), "keys of a sweep")
+    # Small swings by Jacobi's series to the second order of the amplitude: the period is longer by amplitude^2 / 16.
+    omega = np.sqrt(9.81 / s["L"]) / (1 + s["start"] ** 2 / 16)
+    off = np.abs(s["end"] - s["start"] * np.cos(0.3 * omega)).max() / 0.1
+    expect(off < 1e-3, f"swings of a sweep off by {off:.1e}")
+    expect(
+        (s.error < 1e-5).all() and (s.cpu > 0).all() and fractions and 0 < fractions[-1] <= 1,
+        f"errors, CPU, progress: {s.error} {s.cpu} {fractions}",
+    )
+    html = s._repr_html_()
+    expect("<svg" in html and "10 done" in html and (out / "report.html").exists(), "a sweep does not show itself")
+    # The program makes the same rows of the same scene.
+    words = ["--set", "L=" + ",".join(map(repr, map(float, lengths))), "--set", "start=0.05,0.1"]
+    run("sweep", out / "scene.toml", *words, "--response", "end=final(angle)", "-o", folder / "theirs", "--no-plots")
+    with open(folder / "theirs/table.csv", newline="") as file:
+        head, *rows = csv.reader(file)
+    theirs = [float(row[head.index("end")]) for row in rows]
+    expect(np.array_equal(theirs, s["end"]), "rows of a sweep are not the program's to the last bit")
+    again = ff.sweep(pendulum, keys, wanted, out, resume=True, plots=False)
+    expect(np.array_equal(again.cpu, s.cpu), "a resumed sweep is made again")
+    failed = ff.sweep(pendulum, {"L": [0.5, 0.0]}, {"end": "final(angle)"}, plots=False)
+    expect(failed.ends[0] == "done" and failed.ends[1] != "done" and np.isnan(failed["end"][1]), f"a failed point: {failed.ends}")
+    expect(failed.messages.get(1, ""), "a failed point says nothing")
+    best = ff.sweep(pendulum, {"L": "0.3:0.7"}, minimise="(final(angle) - 0.01)^2", searches=1, runs=40, plots=False)
+    wanted_length = 9.81 * (0.3 / np.arccos(0.2)) ** 2 / (1 + 0.05**2 / 16) ** 2
+    got = best.found["settings"]["L"]
+    expect(abs(got / wanted_length - 1) < 2e-3, f"the length of a wanted swing is {got}, {wanted_length} by formula")
+    raises(ff.InputError, lambda: ff.sweep(pendulum, {"length": "1:2:3"}, {"end": "final(angle)"}), "length")
+    raises(ff.InputError, lambda: ff.sweep(pendulum, {"L": "1:2:3"}, {"end": "finl(angle)"}), "finl")
+    raises(ff.ArgumentError, lambda: ff.sweep(pendulum, {"L": "1:2"}, minimise="L", maximise="L"), "excludes")
+    raises(KeyError, lambda: s["ende"])
+    stop = RuntimeError("enough")
+
+    def enough(fraction):
+        raise stop
+
+    slow = dict(pendulum, simulation=dict(pendulum["simulation"], duration=60.0))
+    raises(RuntimeError, lambda: ff.sweep(slow, keys, wanted, progress=enough, workers=2), "enough")
+
+
 def resident():
     return int(open("/proc/self/statm").read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
@@ -406,7 +463,7 @@ def members_of(thing):
     """Public members that a class has itself: name -> parameters, or None for a property."""
     out = {}
     for name, value in vars(thing).items():
-        if name in ("__init__", "__getitem__", "__contains__") or not name.startswith("_"):
+        if name in ("__init__", "__getitem__", "__contains__", "__len__") or not name.startswith("_"):
             if isinstance(value, property):
                 out[name] = None
             elif callable(value) or isinstance(value, staticmethod):
@@ -454,7 +511,7 @@ def documented():
             expect(text.strip() != "" and not text.strip().endswith(f"-> {member}"), f"{name}.{member} has no docstring")
 
 
-for test in (scenes, simulate_and_draw, kernel_map, reduce_bodies, study, drive, interrupts, documented):
+for test in (scenes, simulate_and_draw, kernel_map, reduce_bodies, study, sweep, drive, interrupts, documented):
     begin = time.time()
     test()
     print(f"{test.__name__}: {time.time() - begin:.1f} s", flush=True)

@@ -17,6 +17,8 @@ import os as _os
 import pathlib as _pathlib
 import tempfile as _tempfile
 
+import numpy as _np
+
 from ._core import (
     ArgumentError,
     Body,
@@ -63,6 +65,7 @@ __all__ = [
     "SimulationError",
     "State",
     "Study",
+    "Sweep",
     "__version__",
     "compare",
     "draw",
@@ -76,6 +79,7 @@ __all__ = [
     "scene",
     "simulate",
     "study",
+    "sweep",
     "write_results",
 ]
 
@@ -294,6 +298,136 @@ def study(scene, folder=None, *, axes=(), repeats=3, reference_seconds=60.0, pro
     folder = _tempfile.mkdtemp(prefix="flexframe-study-") if folder is None else folder
     _core._study(_scene(scene), _os.fspath(folder), list(axes), repeats, reference_seconds, progress)
     return Study(folder)
+
+
+class Sweep:
+    """What came of a sweep, row by row: arrays over the points that were run. Shows its diagrams in Jupyter.
+
+    folder     where table.csv, table.h5, report.html and the diagrams are
+    points     numbers of the points, (n,)
+    keys       {"body.rod.length": (n,) values, SI, or a list of words}
+    responses  {"deflection": (n,) values, SI; not a number where a point has none}
+    ends       n words: done, warned, lacking, refused, failed, too long, crashed (sim/sweep/README.md)
+    cpu        CPU seconds of each point, (n,)
+    error      estimated error of each run relative to the range of the output error_of; not a number: not estimated
+    messages   {point: why it has no response, or what its run warned of}
+    indices    {response: {key: {"first", "total", ...} of Sobol or {"mean_size", "mean", "deviation"} of Morris}}
+    found      of minimise and maximise: {"point", "value", "settings", "at_ends", "active_limits", "warnings"}; else None
+    """
+
+    def __init__(self, folder, table):
+        self.folder = _pathlib.Path(folder)
+        self.points = _np.array(table["point"], dtype=_np.int64)
+        self.keys, self.responses, self.ends = table["keys"], table["responses"], table["end"]
+        self.cpu, self.error, self.error_of = table["cpu"], table["error"], table["error_of"]
+        self.messages, self.indices, self.found = table["messages"], table["indices"], table["found"]
+
+    def __getitem__(self, name):
+        """The values of a response or of a key."""
+        for table in (self.responses, self.keys):
+            if name in table:
+                return table[name]
+        raise KeyError(f"{name}: the sweep has {', '.join([*self.responses, *self.keys])}")
+
+    def __len__(self):
+        return len(self.points)
+
+    def _counts(self):
+        return ", ".join(f"{self.ends.count(word)} {word}" for word in dict.fromkeys(self.ends))
+
+    def __repr__(self):
+        return f"<flexframe.Sweep of {len(self)} points ({self._counts()}) in {self.folder}>"
+
+    def _repr_html_(self):
+        return _show.sweep_html(self)
+
+
+def _values(value):
+    """Values of a key as --set takes them: a text as it is, a row of numbers or words as a list, a number."""
+    if isinstance(value, _np.ndarray):
+        value = value.tolist()
+    if isinstance(value, (list, tuple, range)):
+        return ",".join(v if isinstance(v, str) else _to_toml(v) for v in value)
+    return value if isinstance(value, str) else _to_toml(value)
+
+
+def sweep(
+    scene,
+    set,
+    responses=(),
+    folder=None,
+    *,
+    sample="",
+    sensitivity="",
+    seed=1,
+    minimise=None,
+    maximise=None,
+    limits=(),
+    searches=4,
+    runs=200,
+    precision=1e-4,
+    accuracy=None,
+    tolerance=None,
+    method=None,
+    estimate_error=True,
+    check_effects=True,
+    strict=False,
+    longest=0.0,
+    workers=0,
+    resume=False,
+    plots=True,
+    progress=None,
+):
+    """A scene many times: its keys over ranges, lists or chance, and of each run some numbers. A Sweep; `flexframe sweep` of Python.
+
+    scene        a file name, a Scene or a dict; one that is no file as it stands is written to folder/scene.toml, where its relative
+                 file names then start
+    set          {"body.rod.length": [0.2, 0.3, 0.4], "L": "0.2:0.4:21", "mu": "normal(0.1,0.01)"}: numbers, or a text as --set takes it
+    responses    {"deflection": "max(abs(rod_middle.y))"}, or texts "NAME=EXPRESSION"
+    folder       where rows, tables and diagrams go; None: a temporary one
+    sample       "lhs:N", "sobol:N", "random:N" for keys by chance; sensitivity: "sobol:N" or "morris:N" for indices; seed of both
+    minimise     an expression or the name of a response: the settings are searched that make it smallest, keys between "LOW:HIGH";
+                 maximise: largest; limits: ["max(abs(motor)) <= 200"]; searches, runs of each, precision of the keys in their ranges
+    accuracy, tolerance, method, estimate_error, check_effects   as simulate() has them; strict: a run that warns counts as failed
+    longest      CPU seconds after which a point is given up; 0: none
+    workers      processes, 0: one a core; resume: keep the rows that folder has of the same scene, question and module
+    plots        diagrams and report.html; progress: called with the share of the points that is done, 0..1; may raise to stop
+
+    The rows are those of the program to the last bit. Failed points are rows with their sentence. A point's own warnings are in messages.
+    Raises InputError for a key, value or response that cannot be used, FileError. Words: sim/sweep/README.md.
+    """
+    if minimise is not None and maximise is not None:
+        raise ArgumentError("minimise excludes maximise: of two goals one can be a limit")
+    folder = _pathlib.Path(_tempfile.mkdtemp(prefix="flexframe-sweep-") if folder is None else folder)
+    file = scene
+    if isinstance(scene, (Scene, dict)):
+        made = _scene(scene)
+        file = _pathlib.Path(made.file)
+        if not file.is_file() or file.read_text(encoding="utf-8") != made.text:
+            folder.mkdir(parents=True, exist_ok=True)
+            file = folder / "scene.toml"
+            file.write_text(made.text, encoding="utf-8")
+    goal = minimise if minimise is not None else maximise
+    words = {
+        "settings": [f"{key}={_values(value)}" for key, value in set.items()] if isinstance(set, dict) else list(set),
+        "responses": [f"{name}={text}" for name, text in responses.items()] if isinstance(responses, dict) else list(responses),
+        "sample": sample,
+        "sensitivity": sensitivity,
+        "seed": seed,
+        "accuracy": accuracy,
+        "tolerance": tolerance,
+        "method": method,
+        "estimate_error": estimate_error,
+        "check_effects": check_effects,
+        "strict": strict,
+        "longest": longest,
+    }
+    if goal is not None:
+        words.update(goal=goal, maximise=minimise is None, limits=list(limits), precision=precision, searches=searches, runs=runs)
+    elif limits:
+        raise ArgumentError("limits belong to minimise or maximise")
+    place = {"folder": _os.fspath(folder), "workers": workers, "resume": resume, "plots": plots}
+    return Sweep(folder, _core._sweep(_os.fspath(file), words, place, progress))
 
 
 def write_results(path, t, bodies, *, outputs=None, title="", render=None):

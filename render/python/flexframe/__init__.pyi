@@ -244,6 +244,22 @@ class Study:
     def __init__(self, folder: Path) -> None: ...
     def __getitem__(self, key: str) -> Any: ...
 
+class Sweep:
+    folder: pathlib.Path
+    points: NDArray[np.int64]
+    keys: dict[str, Any]
+    responses: dict[str, Floats]
+    ends: list[str]
+    cpu: Floats
+    error: Floats
+    error_of: list[str]
+    messages: dict[int, str]
+    indices: dict[str, dict[str, dict[str, Any]]]
+    found: Optional[dict[str, Any]]
+    def __init__(self, folder: Path, table: Mapping[str, Any]) -> None: ...
+    def __getitem__(self, name: str) -> Any: ...
+    def __len__(self) -> int: ...
+
 Settings = Union[Mapping[str, Any], Sequence[str]]
 Progress = Optional[Callable[[float], Any]]
 
@@ -332,5 +348,32 @@ def study(
     reference_seconds: float = 60.0,
     progress: Progress = None,
 ) -> Study: ...
+def sweep(
+    scene: Union[Scene, Words, Path],
+    set: Union[Mapping[str, Any], Sequence[str]],
+    responses: Union[Mapping[str, str], Sequence[str]] = (),
+    folder: Optional[Path] = None,
+    *,
+    sample: str = "",
+    sensitivity: str = "",
+    seed: int = 1,
+    minimise: Optional[str] = None,
+    maximise: Optional[str] = None,
+    limits: Sequence[str] = (),
+    searches: int = 4,
+    runs: int = 200,
+    precision: float = 1e-4,
+    accuracy: Optional[float] = None,
+    tolerance: Optional[float] = None,
+    method: Optional[str] = None,
+    estimate_error: bool = True,
+    check_effects: bool = True,
+    strict: bool = False,
+    longest: float = 0.0,
+    workers: int = 0,
+    resume: bool = False,
+    plots: bool = True,
+    progress: Progress = None,
+) -> Sweep: ...
 def read_png(path: Path) -> Picture: ...
 def png(picture: Picture) -> bytes: ...

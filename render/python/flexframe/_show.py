@@ -70,6 +70,23 @@ def _repr_html(results):
     return "".join(parts)
 
 
+def sweep_html(sweep):
+    """Counts, the range of each response and the diagrams of a sweep."""
+    parts = [f"<b>Sweep of {len(sweep)} points</b>: {html.escape(sweep._counts())}"]
+    for name, values in sweep.responses.items():
+        there = values[np.isfinite(values)]
+        told = f"{there.min():.6g} to {there.max():.6g}" if len(there) else "no value"
+        parts.append(f"<br>{html.escape(name)}: {told}")
+    if sweep.found:
+        settings = ", ".join(f"{html.escape(key)} = {value:.6g}" for key, value in sweep.found.get("settings", {}).items())
+        told = f"{sweep.found['value']:.6g} at {settings}" if settings else "none"
+        parts.append(f"<br>best: {told}")
+        parts += [f'<br><span style="color:#b00">{html.escape(w)}</span>' for w in sweep.found["warnings"]]
+    for file in sorted(sweep.folder.glob("*.svg")):
+        parts.append("<br>" + file.read_text(encoding="utf-8"))
+    return "".join(parts)
+
+
 def attach(results):
     """Gives the class its ways to show itself."""
     results.__repr__ = _repr
