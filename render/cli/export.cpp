@@ -72,6 +72,7 @@ bool knows_stress(const sim::ResultBody& body) {
   return body.node_stress.size() > 0 || body.node_von_mises.size() > 0 || body.strain_stations.size() > 1;
 }
 
+// name empty: one VTKHDF file.
 nlohmann::ordered_json export_vtk(const ResultsJob& job, double scale, const fs::path& out, const std::string& name,
                                   std::vector<std::string>& notes) {
   film::RenderSettings settings = job.settings;
@@ -84,8 +85,9 @@ nlohmann::ordered_json export_vtk(const ResultsJob& job, double scale, const fs:
   std::erase_if(animation.warnings, about_colors);
   std::erase_if(animation.notes, about_colors);
   Progress progress("writing");
+  const auto show = [&](int done, int all) { progress.show(double(done) / all); };
   const film::VtkReport report =
-      film::write_vtk(animation, scale, out, name, [&](int done, int all) { progress.show(double(done) / all); });
+      name.empty() ? film::write_vtkhdf(animation, scale, out, show) : film::write_vtk(animation, scale, out, name, show);
   notes.insert(notes.end(), animation.warnings.begin(), animation.warnings.end());
   notes.insert(notes.end(), animation.notes.begin(), animation.notes.end());
   return {{"pictures", report.pictures}, {"index", report.index.string()}};
@@ -113,13 +115,17 @@ html  one page for any browser: the scene to be turned round, playing, exaggerat
 gltf  one animated file for viewers and Blender: bodies move, deformation as morph targets (RESULTS.glb; -o NAME.gltf for JSON)
 vtk   a surface file a picture and an index for ParaView (folder RESULTS_vtk): displacement, velocity and stress as point data, outputs and
       units as field data
+vtkhdf   the same as one file, the mesh once and all packed (RESULTS.vtkhdf; ParaView from 5.12)
 mp4   the video alone (RESULTS.mp4; -o NAME.gif for a GIF, NAME.apng for an animated PNG)
 Pictures a second and speed are those of the scene's [render] table.)");
   app.option("RESULTS", words->results, "results file (HDF5)").required();
-  app.option("--to", words->to, "csv, html, gltf, vtk or mp4").as("WORD").required().one_of({"csv", "html", "gltf", "vtk", "mp4"});
+  app.option("--to", words->to, "csv, html, gltf, vtk, vtkhdf or mp4")
+      .as("WORD")
+      .required()
+      .one_of({"csv", "html", "gltf", "vtk", "vtkhdf", "mp4"});
   app.option("-o,--out", words->out, "output file, for vtk a folder; default: the name of the results, in the current folder").as("FILE");
   app.flag("--head", words->head, "csv: units and descriptions in comment lines (#) before the names of the columns");
-  app.option("--scale", words->scale, "gltf, vtk: deformation multiplied by this (1)").range(0.0, 1e9);
+  app.option("--scale", words->scale, "gltf, vtk, vtkhdf: deformation multiplied by this (1)").range(0.0, 1e9);
   app.flag("--ghosts", words->ghosts, "gltf: translucent copies of elastic bodies at the further --scales");
   app.flag("--traces", words->traces, "gltf: the paths of the scene's traces as lines");
   app.option("--scene", words->scene, "scene file whose [render] table is used, in place of the one in the results").as("FILE");
@@ -130,6 +136,7 @@ Pictures a second and speed are those of the scene's [render] table.)");
   app.example("crane.h5 --to gltf -o crane.glb --scale 20", "for Blender and other viewers, deformation twenty times");
   app.example("crane.h5 --to gltf --ghosts --scales 1,50 --traces", "in scale, fifty times as ghosts, and the paths of traces");
   app.example("crane.h5 --to html", "crane.html, for anyone with a browser");
+  app.example("crane.h5 --to vtkhdf", "crane.vtkhdf, for ParaView");
   app.example("crane.h5 --to csv", "the histories");
 
   return {app, [words] {
@@ -138,6 +145,8 @@ Pictures a second and speed are those of the scene's [render] table.)");
             const fs::path out = words->out.empty() ? fs::path(name + ending) : fs::path(words->out);
             if (words->to == "gltf" && out.extension() != ".glb" && out.extension() != ".gltf")
               throw UsageError(fmt::format("-o {}: a glTF file ends in .glb or .gltf", out.string()));
+            if (words->to == "vtkhdf" && out.extension() != ".vtkhdf")
+              throw UsageError(fmt::format("-o {}: the file must end in .vtkhdf, by which ParaView knows it", out.string()));
             if (words->to == "mp4" && !film::is_video_name(out))
               throw UsageError(
                   fmt::format("-o {}: a video's name must end in {}", sim::quote(out.string()), sim::list_words(film::video_endings())));
@@ -148,11 +157,12 @@ Pictures a second and speed are those of the scene's [render] table.)");
             std::vector<std::string> notes = job.results.statistics.notes.texts(sim::Severity::warning);
             notes.insert(notes.end(), job.notes.begin(), job.notes.end());
             nlohmann::ordered_json json = {{"format", words->to}, {"out", out.string()}};
-            json.update(words->to == "csv"    ? export_csv(job.results, out, words->head)
-                        : words->to == "html" ? write_page(job.results, job.settings, job.scene ? &*job.scene : nullptr, out, notes)
-                        : words->to == "gltf" ? export_gltf(job, *words, out, notes)
-                        : words->to == "vtk"  ? export_vtk(job, words->scale, out, name, notes)
-                                              : export_video(job, words->render, out, notes));
+            json.update(words->to == "csv"      ? export_csv(job.results, out, words->head)
+                        : words->to == "html"   ? write_page(job.results, job.settings, job.scene ? &*job.scene : nullptr, out, notes)
+                        : words->to == "gltf"   ? export_gltf(job, *words, out, notes)
+                        : words->to == "vtk"    ? export_vtk(job, words->scale, out, name, notes)
+                        : words->to == "vtkhdf" ? export_vtk(job, words->scale, out, "", notes)
+                                                : export_video(job, words->render, out, notes));
             json["notes"] = notes;
             if (words->json) {
               fmt::print("{}\n", json_text(json));

@@ -2,7 +2,7 @@
 
 #include "render/base/file.h"
 #include "render/base/html.h"
-#include "render/film/survey.h"
+#include "render/film/vtk_surface.h"
 #include "sim/base/error.h"
 
 #include <fmt/format.h>
@@ -18,70 +18,6 @@ namespace flexframe::film {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "the files say LittleEndian");
-
-// Everything of one picture.
-struct Surface {
-  std::vector<double> points;         // 3 n
-  std::vector<float> displacement;    // 3 n
-  std::vector<float> velocity;        // 3 n
-  std::vector<float> stress;          // n, von Mises; 0 where a body has none
-  std::vector<float> scalars;         // n, what the pictures colour by besides these; 0 where a body has none
-  std::vector<std::int64_t> corners;  // 3 m
-  std::vector<std::int32_t> body;     // m
-};
-
-bool has_scalars(ColorBy by) { return by == ColorBy::strain || by == ColorBy::mode; }
-
-// Whether the body model knows stresses.
-bool has_stress(const BodyModel& model, const sim::ResultBody& body) {
-  return model.stress || model.beam_stress || (!model.vertex_nodes.empty() && body.node_von_mises.size() > 0);
-}
-
-// What colours by `by` are made of, a number (or, of vectors, three) a vertex.
-void append_values(const Animation& animation, size_t b, double t, ColorBy by, const BodyMemory& memory, std::vector<float>& out) {
-  const BodyModel& model = animation.bodies[b];
-  RenderSettings settings = animation.settings;
-  settings.color_by = by;
-  ScalarMemory work;
-  work.wanted = by == ColorBy::velocity;
-  std::vector<float> scalars;
-  update_scalars({model, *animation.results, b, settings}, t, memory, work, scalars);
-  std::vector<float>& values = by == ColorBy::velocity ? work.components : scalars;
-  values.resize((by == ColorBy::velocity ? 3 : 1) * model.mesh.positions.size(), 0.0f);
-  for (float& value : values)
-    if (!std::isfinite(value)) value = 0.0f;
-  out.insert(out.end(), values.begin(), values.end());
-}
-
-void add_body(const Animation& animation, size_t b, double t, double scale, BodyMemory& memory, Surface& out) {
-  const BodyModel& model = animation.bodies[b];
-  const sim::ResultBody& body = animation.results->bodies[b];
-  if (!model.visible || model.mesh.triangles.empty()) return;
-  const SamplePlace place = find_sample(animation.results->times, t);
-  const glm::dmat4 pose = body_pose(body, place);
-  const glm::dmat3 turn(pose);
-  if (model.flexible) update_displacement(model, body, place, memory);
-  const auto first = static_cast<std::int64_t>(out.points.size() / 3);
-  const ColorBy by = animation.settings.color_by;
-  if (has_scalars(by)) append_values(animation, b, t, by, memory, out.scalars);
-  append_values(animation, b, t, ColorBy::velocity, memory, out.velocity);
-  if (has_stress(model, body)) append_values(animation, b, t, ColorBy::stress, memory, out.stress);
-  else out.stress.resize(out.stress.size() + model.mesh.positions.size(), 0.0f);
-  for (size_t v = 0; v < model.mesh.positions.size(); ++v) {
-    const glm::dvec3 u = model.flexible
-                             ? glm::dvec3(memory.displacement[3 * v], memory.displacement[3 * v + 1], memory.displacement[3 * v + 2])
-                             : glm::dvec3(0.0);
-    const glm::dvec3 p = glm::dvec3(pose * glm::dvec4(model.mesh.positions[v] + scale * u, 1.0)), d = turn * u;
-    for (int c = 0; c < 3; ++c) {
-      out.points.push_back(p[c]);
-      out.displacement.push_back(static_cast<float>(d[c]));
-    }
-  }
-  for (const glm::ivec3& triangle : model.mesh.triangles) {
-    for (int c = 0; c < 3; ++c) out.corners.push_back(first + triangle[c]);
-    out.body.push_back(static_cast<std::int32_t>(b));
-  }
-}
 
 // Arrays of the appended section: each a 64-bit length and its bytes.
 struct Appended {
@@ -116,19 +52,16 @@ std::string field_data(const Animation& animation, double t, bool stress) {
                        render::escape_html(name), value);
   };
   number("TimeValue", t);
-  const SamplePlace at = find_sample(results.times, t);
   std::string units = "points m; displacement m; velocity m/s";
   if (stress) units += "; stress Pa";
   for (const sim::ResultOutput& output : results.outputs) {
-    double value = output.values[at.index];
-    if (at.share > 0.0) value += at.share * (output.values[at.index + 1] - value);
-    number(output.column, value);
+    number(output.column, output_at(results, output, t));
     if (!output.unit.empty()) units += fmt::format("; {} {}", output.column, output.unit);
   }
   return out + text_array("units", units) + "</FieldData>\n";
 }
 
-std::vector<std::uint8_t> to_file(const Surface& s, const std::string& scalar_name, const std::string& fields) {
+std::vector<std::uint8_t> to_file(const VtkSurface& s, const std::string& scalar_name, const std::string& fields) {
   Appended data;
   std::vector<std::int64_t> ends(s.corners.size() / 3);
   for (size_t k = 0; k < ends.size(); ++k) ends[k] = static_cast<std::int64_t>(3 * (k + 1));
@@ -170,15 +103,11 @@ VtkReport write_vtk(const Animation& animation, double scale, const std::filesys
 
   std::string index = "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n<Collection>\n";
   BodyMemory memory;
-  bool stress = false;
-  for (size_t b = 0; b < animation.bodies.size(); ++b) stress = stress || has_stress(animation.bodies[b], animation.results->bodies[b]);
+  const bool stress = has_stress(animation);
   for (int k = 0; k < animation.count; ++k) {
     const double t = picture_time(animation, k);
-    Surface surface;
-    for (size_t b = 0; b < animation.bodies.size(); ++b) add_body(animation, b, t, scale, memory, surface);
-    if (!stress) surface.stress.clear();
-    const std::string& scalars = color_by_words()[static_cast<size_t>(animation.settings.color_by)];
-    render::write_file(folder / file_name(k), to_file(surface, scalars, field_data(animation, t, stress)));
+    const VtkSurface surface = vtk_surface(animation, t, scale, memory);
+    render::write_file(folder / file_name(k), to_file(surface, scalar_name(animation), field_data(animation, t, stress)));
     index += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", t, render::escape_html(file_name(k)));
     if (progress) progress(k + 1, animation.count);
   }

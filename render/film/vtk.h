@@ -1,4 +1,5 @@
-// A sequence for ParaView and other readers of VTK's XML files (Kitware, VTK file formats): one surface file a picture and an index.
+// A sequence for ParaView and other readers of VTK's files (Kitware, VTK file formats): XML, one surface file a picture and an index; or
+// one VTKHDF file.
 #pragma once
 
 #include "render/film/animation.h"
@@ -10,7 +11,7 @@ namespace flexframe::film {
 
 struct VtkReport {
   int pictures = 0;
-  std::filesystem::path index;  // NAME.pvd
+  std::filesystem::path index;  // NAME.pvd; of VTKHDF the file itself
 };
 
 // Writes folder/NAME_00000.vtp ... and then folder/NAME.pvd with the simulated times; files of an earlier, longer sequence are removed.
@@ -22,5 +23,11 @@ struct VtkReport {
 // cannot be written.
 VtkReport write_vtk(const Animation& animation, double scale, const std::filesystem::path& folder, const std::string& name,
                     const std::function<void(int, int)>& progress = {});
+
+// The same as one file with steps (VTKHDF 2.0, poly data; ParaView from 5.12): the mesh stands in it once, all numbers are packed, so that
+// a long run takes a part of the space. Point data as above; every output is field data under its name, "/" in it as "_"; each data set has
+// its unit as an attribute. Appears whole. Throws as above.
+VtkReport write_vtkhdf(const Animation& animation, double scale, const std::filesystem::path& file,
+                       const std::function<void(int, int)>& progress = {});
 
 }  // namespace flexframe::film

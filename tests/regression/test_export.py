@@ -5,6 +5,9 @@ import pathlib
 import struct
 import xml.etree.ElementTree as xml
 
+import h5py
+import numpy as np
+
 from program import examples, expect, finish, history, near, run, temporary_folder
 
 
@@ -67,6 +70,33 @@ def read_vtp(path):
     return out
 
 
+def check_vtkhdf(path, surfaces, steps):
+    """The steps at some times against the surface files of these times."""
+    with h5py.File(path) as file:
+        root = file["VTKHDF"]
+        expect(root.attrs["Type"] == b"PolyData" and list(root.attrs["Version"]) == [2, 0], "what VTKHDF says it is")
+        at = root["Steps"]
+        expect(at.attrs["NSteps"] == steps == len(at["Values"]) and (at["NumberOfParts"][:] == 1).all(), "its steps")
+        n = root["NumberOfPoints"][0]
+        expect(at["CellOffsets"].shape == (steps, 4) and not at["CellOffsets"][:].any(), "the mesh stands there once")
+        for kind in ("Vertices", "Lines", "Strips"):
+            expect(root[kind]["NumberOfCells"][0] == 0 and list(root[kind]["Offsets"]) == [0], f"{kind} where there are none")
+        for time, surface in surfaces:
+            k = int(np.argmin(np.abs(at["Values"][:] - time)))
+            expect(at["Values"][k] == time, f"no step at {time}")
+            first = at["PointOffsets"][k]
+            expect(np.array_equal(root["Points"][first : first + n].ravel(), surface["Points"]), "points of a step")
+            for name in ("displacement", "velocity", "stress"):
+                first = at["PointDataOffsets"][name][k]
+                expect(np.array_equal(root["PointData"][name][first : first + n].ravel(), surface[name]), f"{name} of a step")
+            expect(np.array_equal(root["Polygons/Connectivity"][:], surface["connectivity"]), "its triangles")
+            expect(np.array_equal(root["Polygons/Offsets"][1:], surface["offsets"]), "their ends")
+            expect(np.array_equal(root["CellData/body"][:], surface["body"]), "their bodies")
+            row = at["FieldDataOffsets/tip.x"][k]
+            expect(root["FieldData/tip.x"][row] == surface["tip.x"], "a history of a step")
+        expect(root["PointData/stress"].attrs["unit"] == b"Pa" and root["FieldData/tip.x"].attrs["unit"] == b"m", "units")
+
+
 with temporary_folder() as folder:
     folder = pathlib.Path(folder)
     run("simulate", examples / "pendulum.toml", "-o", folder / "p.h5", "--csv", folder / "wanted.csv", "--no-error-estimate")
@@ -101,6 +131,16 @@ with temporary_folder() as folder:
     expect(abs(surface["tip.x"] - h["tip.x"][i]) < 1e-6, "a history in the field data")
     expect("velocity m/s" in surface["units"] and "stress Pa" in surface["units"] and "tip.x m" in surface["units"], surface["units"])
     expect(len(surface["stress"]) == len(points) and max(surface["stress"]) > 1e3, "stress of a beam")
+
+    # One VTKHDF file, read here by its documented layout: the same arrays at every picture, packed.
+    report = json.loads(run("export", folder / "p.h5", "--to", "vtkhdf", "-o", folder / "p.vtkhdf", "--json").stdout)
+    check_vtkhdf(folder / "p.vtkhdf", [(time, read_vtp(file)) for time, file in series[:: max(1, len(series) // 5)]], len(series))
+    expect((folder / "p.vtkhdf").stat().st_size < 0.5 * sum(file.stat().st_size for _, file in series), "VTKHDF is not smaller")
+    run("import", folder / "p.vtkhdf", "-o", folder / "back.h5")
+    with h5py.File(folder / "back.h5") as back:
+        body = next(iter(back["bodies"].values()))
+        expect(len(back["times"]) == len(series) and len(body["surface/points"]) == len(points), "VTKHDF read back")
+    run("export", folder / "p.h5", "--to", "vtkhdf", "-o", folder / "p.hdf", code=2)
 
     # glTF: the surface at that time is the VTK one, within single precision and what the morph targets leave out.
     report = json.loads(run("export", folder / "p.h5", "--to", "gltf", "-o", folder / "p.glb", "--json").stdout)
