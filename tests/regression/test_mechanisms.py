@@ -166,7 +166,7 @@ wrong = {
         .replace("position = [1, 0, 0]\n", "position = [1, 0, 0]\ninitial = { value = 0.3 }\n")
         + joint("jd", "revolute", "b.tip", "c.tip"),
         2,
-        ["cannot be assembled", "jd", "initial values"],
+        ["cannot be assembled", "jd", "initial.guess instead of initial.value at 'jc', 'jb'", "joint 'jc' 0.1"],
     ),
     "motion that jumps": (
         body("a") + joint("j", "revolute", "ground", "a", 'motion = "t < 0.1 ? 0 : 0.5"'),
