@@ -303,7 +303,7 @@ std::string closing_guesses(const Model& model, const Scene& scene, int cluster,
   const std::string values = closing_values(model, scene, cluster, given, work);
   std::string advice = "it closes with " + values;
   if (values.empty()) advice = closing_guesses(model, scene, cluster, given, work);
-  if (advice.empty()) advice = "nor with other initial values: check lengths and joint positions";
+  if (advice.empty()) advice = "no other initial values close it: check lengths and joint positions";
   if (apart || !open)
     throw InputError(fmt::format(
         "{}:{}: the mechanism cannot be assembled: coupling '{}' stays off its value by {:.4g} {}, whatever the joints do ({}); {}",
