@@ -123,14 +123,19 @@ class Occlusion {
     ground_normal_ = glm::vec3(glm::dmat3(frame_.view) * ground.normal);
     const glm::dvec3 du = glm::dmat3(frame_.view) * ground.axis_u, dv = glm::dmat3(frame_.view) * ground.axis_v;
     const glm::dvec3 o = glm::dvec3(frame_.view * glm::dvec4(ground.origin, 1.0));
-    for (int y = 0; y < half_.height; ++y)
+    // Distance times w, and w: both linear in the pixel.
+    const glm::dmat3& h = ground.pixel_to_ground;
+    const auto pair = [&](const glm::dvec3& q) { return glm::dvec2(-(o.z * q.z + du.z * q.x + dv.z * q.y), q.z); };
+    const glm::vec2 by_x(2.0 * pair(h[0]));
+    for (int y = 0; y < half_.height; ++y) {
+      const glm::vec2 first(pair(h * glm::dvec3(frame_.area.x + px0_ + 0.5, frame_.area.y + py0_ + 2 * y + 0.5, 1.0)));
       for (int x = 0; x < half_.width; ++x) {
         float& d = half_.distance[index(x, y)];
         if (d != nothing || !worked_on(x, y)) continue;
-        const glm::dvec3 pixel(frame_.area.x + px0_ + 2 * x + 0.5, frame_.area.y + py0_ + 2 * y + 0.5, 1.0);
-        const glm::dvec3 q = ground.pixel_to_ground * pixel;
-        if (q.z > 0.0) d = static_cast<float>(-(o.z + du.z * q.x / q.z + dv.z * q.y / q.z));
+        const glm::vec2 q = first + static_cast<float>(x) * by_x;
+        if (q.y > 0.0f) d = q.x / q.y;
       }
+    }
   }
 
   static std::array<Pattern, 16> spirals() {
@@ -196,17 +201,21 @@ class Occlusion {
     return false;
   }
 
-  // Open share of every half pixel: first of four in a block of 4 x 4, whose patterns look in 48 directions and distances; of the others
-  // where one of these, or of a block beside, found something in reach. Plain faces and what bulges out are open all over.
+  // Half of the half pixels, as the white fields of a chessboard lie: their eight patterns in a block of 4 x 4 look in 96 directions and
+  // distances, which the mean over such a block joins.
+  static bool measured(int x, int y) { return ((x ^ y) & 1) == 0; }
+
+  // Open share of those: first of four in a block of 4 x 4; of the others where one of these, or of a block beside, found something in
+  // reach. Plain faces and what bulges out are open all over.
   void measure() {
     const std::array<Pattern, 16> spiral = spirals();
     blocks_x_ = (half_.width + 3) / 4;
     blocks_y_ = (half_.height + 3) / 4;
     open_.assign(half_.distance.size(), 1.0f);
     std::vector<std::uint8_t> found(std::size_t(blocks_x_) * blocks_y_, 0);
-    const auto first_pass = [](int x, int y) { return ((x ^ (y >> 1)) & 1) == 0 && (y & 1) == 0; };
+    const auto first_pass = [](int x, int y) { return ((x | y) & 1) == 0; };
     for (int y = 0; y < half_.height; y += 2)
-      for (int x = y >> 1 & 1; x < half_.width; x += 2) {
+      for (int x = 0; x < half_.width; x += 2) {
         if (!worked_on(x, y)) continue;
         const float open = open_share(x, y, spiral);
         if (open < 1.0f) open_[index(x, y)] = open, block_of(found, x, y) = 1;
@@ -219,7 +228,7 @@ class Occlusion {
         any_ = true;
         for (int y = 4 * by; y < std::min(4 * by + 4, half_.height); ++y)
           for (int x = 4 * bx; x < std::min(4 * bx + 4, half_.width); ++x)
-            if (!first_pass(x, y) && worked_on(x, y)) open_[index(x, y)] = open_share(x, y, spiral);
+            if (measured(x, y) && !first_pass(x, y) && worked_on(x, y)) open_[index(x, y)] = open_share(x, y, spiral);
       }
   }
 
@@ -235,9 +244,10 @@ class Occlusion {
             const float d = half_.distance[index(x, y)];
             if (d == nothing) continue;
             float sum = 0.0f, weight = 0.0f;
-            for (int j = -2; j < 2; ++j)
-              for (int i = -2; i < 2; ++i) {
-                const std::size_t kq = index(std::clamp(x + i, 0, half_.width - 1), std::clamp(y + j, 0, half_.height - 1));
+            for (int qy = std::max(0, y - 2); qy < std::min(y + 2, half_.height); ++qy)
+              for (int qx = std::max(0, x - 2); qx < std::min(x + 2, half_.width); ++qx) {
+                if (!measured(qx, qy)) continue;
+                const std::size_t kq = index(qx, qy);
                 const float like = std::max(0.0f, 1.0f - std::abs(half_.distance[kq] - d) * inverse_radius);
                 sum += like * open_[kq];
                 weight += like;
@@ -257,6 +267,9 @@ class Occlusion {
         for (int y = py0_ + 8 * by; y < std::min(py0_ + 8 * by + 8, py1_); ++y)
           for (int x = px0_ + 8 * bx; x < std::min(px0_ + 8 * bx + 8, px1_); ++x) {
             const int hx = (x - px0_) / 2, hy = (y - py0_) / 2;
+            const std::size_t right = static_cast<std::size_t>(hx + 1 < half_.width), below = hy + 1 < half_.height ? half_.width : 0u;
+            const float* corner = &smooth[index(hx, hy)];
+            if (corner[0] + corner[right] + corner[below] + corner[below + right] == 4.0f) continue;  // open already
             const float depth = sample_depth(x, y);
             const bool on_surface = depth > 0.0f;
             const float d = on_surface ? distance_of(depth) : 0.0f;

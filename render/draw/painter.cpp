@@ -297,18 +297,6 @@ void Painter::draw_triangles(std::span<const glm::uvec3> triangles) {
   gl.DrawElements(GL_TRIANGLES, static_cast<GLsizei>(3 * triangles.size()), GL_UNSIGNED_INT, nullptr);
 }
 
-void Painter::draw_depth(const Surface& s, const glm::dmat4& clip_from_surface, int width, int height) {
-  // Of a closed mesh the sides towards the light throw the whole shadow.
-  const std::span<const glm::uvec3> triangles = visible_.select(s.positions, s.triangles, clip_from_surface, width, height, front(s));
-  if (triangles.empty()) return;
-  Program& program = device_.program(ShaderKind::surface, {"DEPTH_ONLY"});
-  program.use();
-  program.set("clip_from_surface", glm::mat4(clip_from_surface));
-  no_attributes();
-  attribute(0, 3, device_.buffer(GL_ARRAY_BUFFER, s.positions));
-  draw_triangles(triangles);
-}
-
 void Painter::draw_surface(const Surface& s, const Picture& p, const ViewState& v, int mark, bool keep) {
   const glm::dmat4 view_from_surface = v.frame->view * s.pose;
   const Facing facing = front(s);

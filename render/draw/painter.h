@@ -53,8 +53,6 @@ class Painter {
   void draw_surface(const Surface& surface, const Picture& picture, const ViewState& view, int mark, bool keep = false);
   void draw_lines(const Lines& lines, const ViewState& view);
   void draw_markers(const Markers& markers, const ViewState& view);
-  // Depth alone, into a viewport of width x height.
-  void draw_depth(const Surface& surface, const glm::dmat4& clip_from_surface, int width, int height);
 
   // At the end of a picture: its arrays are forgotten.
   void forget();

@@ -91,9 +91,9 @@ struct Renderer::Impl {
     bool operator==(const BackdropKey&) const = default;
   } backdrop_key;
   Image backdrop;
-  bool grid_seen = false;            // its lines: what they are apart is told only then
-  Samples samples;                   // memory of the last picture's: to fill it with zeros for each would cost as much as to read them back
-  std::vector<float> shadow_depths;  // likewise
+  bool grid_seen = false;  // its lines: what they are apart is told only then
+  Samples samples;         // memory of the last picture's: to fill it with zeros for each would cost as much as to read them back
+  CasterDepth casters;     // likewise
   PlotCache plots;
 
   // Colour map last used.
@@ -106,25 +106,10 @@ struct Renderer::Impl {
   ShadowMap draw_shadow_map(const Content& d, const LightFrame& light) {
     ShadowMap map = shadow_part(d.surfaces, d.boxes, light);
     if (map.width < 1 || map.height < 1) return map;
-    const Gl& gl = device.gl();
-    device.target("shadow", map.width, map.height, ColorFormat::none);
-    gl.Viewport(-map.x, -map.y, shadow_size, shadow_size);
-    gl.Disable(GL_SCISSOR_TEST);
-    gl.Disable(GL_CULL_FACE);
-    gl.Disable(GL_BLEND);
-    gl.Enable(GL_DEPTH_TEST);
-    gl.DepthFunc(GL_LESS);
-    gl.DepthMask(GL_TRUE);
-    gl.ClearDepth(1.0);
-    gl.Clear(GL_DEPTH_BUFFER_BIT);
-    glm::dmat4 clip_from_map(1.0);
-    clip_from_map[0][0] = clip_from_map[1][1] = 2.0;
-    clip_from_map[3] = glm::dvec4(-1.0, -1.0, 0.0, 1.0);
+    casters.start(map);
     for (const Surface& s : d.surfaces)
-      if (casts(s)) painter.draw_depth(s, clip_from_map * light.map_from_world * s.pose, shadow_size, shadow_size);
-    shadow_depths.resize(std::size_t(map.width) * map.height);
-    gl.ReadPixels(0, 0, map.width, map.height, GL_DEPTH_COMPONENT, GL_FLOAT, shadow_depths.data());
-    reduce_shadow(map, shadow_depths);
+      if (casts(s)) casters.add(s, light);
+    casters.reduce(map);
     return map;
   }
 

@@ -88,7 +88,25 @@ void darken_backdrop(Image& image, const PixelRect& area, const Mask& shadow, co
   const auto& srgb = srgb_table();
   for (int y = part.y; y < part.y + part.height; ++y) {
     const std::uint8_t *dark = shadow.row(y), *dim = occlusion.row(y);
+    if (!dark && !dim) continue;
+    // Eight values of a mask's row at once; `whole` is taken back where its rim lies among them.
+    bool whole = true;
+    const auto eight = [&whole](const std::uint8_t* row, const PixelRect& r, int x, std::uint64_t outside) {
+      if (!row || x + 8 <= r.x || x >= r.x + r.width) return outside;
+      if (x < r.x || x + 8 > r.x + r.width) whole = false;
+      else std::memcpy(&outside, row + (x - r.x), 8);
+      return outside;
+    };
     for (int x = part.x; x < part.x + part.width; ++x) {
+      // Most pixels keep their light.
+      if (x + 8 <= part.x + part.width) {
+        whole = true;
+        const std::uint64_t taken8 = eight(dark, shadow.part, x, 0), left8 = eight(dim, occlusion.part, x, ~std::uint64_t(0));
+        if (whole && taken8 == 0 && left8 == ~std::uint64_t(0)) {
+          x += 7;
+          continue;
+        }
+      }
       const unsigned taken = dark && x >= shadow.part.x && x < shadow.part.x + shadow.part.width ? dark[x - shadow.part.x] : 0u;
       const unsigned left = dim && x >= occlusion.part.x && x < occlusion.part.x + occlusion.part.width ? dim[x - occlusion.part.x] : 255u;
       if (taken == 0 && left == 255) continue;
@@ -125,6 +143,17 @@ void average_surfaces(const PixelOut& to, const std::uint8_t* first, std::size_t
   const auto &linear = linear_table(), &root = root_table();
   const auto& srgb = srgb_table();
   if (per_pixel > 0) n = per_pixel;
+  if (per_pixel == 2 && covered == 4 && to.image->channels == 3) {
+    // Four samples of surfaces: their sum is the index, times what occlusion leaves.
+    const std::uint8_t *a = first, *b = first + stride;
+    if (a[3] != 255 && a[7] != 255 && b[3] != 255 && b[7] != 255) {
+      for (int k = 0; k < 3; ++k) {
+        const unsigned sum = static_cast<unsigned>(root[a[k]]) + root[a[k + 4]] + root[b[k]] + root[b[k + 4]];
+        to.out[k] = srgb[static_cast<std::size_t>(to.darken < 1.0f ? rounded(to.darken * static_cast<float>(sum)) : static_cast<int>(sum))];
+      }
+      return;
+    }
+  }
   unsigned lit[3] = {}, full[3] = {};  // of surfaces; of lines and markers
   for (int j = 0; j < n; ++j)
     for (int i = 0; i < n; ++i) {

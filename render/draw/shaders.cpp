@@ -25,7 +25,6 @@ invariant gl_Position;
 #ifdef CUT
 uniform vec4 cut_plane;  // in the surface's frame
 #endif
-#ifndef DEPTH_ONLY
 #if defined(SHADOW) || !defined(NORMALS)
 uniform mat4 view_from_surface;  // not worked out where only the clip position is wanted
 #endif
@@ -48,13 +47,11 @@ noperspective out vec3 corner_at;
 uniform mat4 light_from_view;
 out vec3 light_position;
 #endif
-#endif
 void main() {
   gl_Position = clip_from_surface * vec4(position, 1.0);
 #ifdef CUT
   gl_ClipDistance[0] = -(dot(cut_plane.xyz, position) + cut_plane.w);
 #endif
-#ifndef DEPTH_ONLY
 #if defined(SHADOW) || !defined(NORMALS)
   vec4 v = view_from_surface * vec4(position, 1.0);
 #endif
@@ -82,14 +79,10 @@ void main() {
 #ifdef SHADOW
   light_position = (light_from_view * v).xyz;
 #endif
-#endif
 }
 )";
 
 const char* const surface_fragment = R"(
-#ifdef DEPTH_ONLY
-void main() {}
-#else
 #if defined(STORED)
 uniform usampler2D geometry;
 #elif defined(NORMALS)
@@ -357,7 +350,6 @@ void main() {
 #endif
 #endif
 }
-#endif
 )";
 
 const char* const cover_vertex = R"(

@@ -3,7 +3,7 @@
 
 namespace flexframe::render {
 
-// Lit surfaces. Switches: NORMALS SCALARS LEVELS COLORS METAL EDGES SHADOW GHOST TWO_SIDED DEPTH_ONLY SCALAR_OUTPUT;
+// Lit surfaces. Switches: NORMALS SCALARS LEVELS COLORS METAL EDGES SHADOW GHOST TWO_SIDED SCALAR_OUTPUT;
 // STORE keeps normal, colour and mark of a sample instead of lighting it, STORED (with cover_vertex) lights what was kept,
 // MEMBERS only that of some surfaces.
 // Entries of the colour map that scalars are looked up in: below one level of a byte apart.

@@ -137,12 +137,74 @@ ShadowMap shadow_part(std::span<const Surface> surfaces, std::span<const Bounds>
   return part;
 }
 
-void reduce_shadow(ShadowMap& map, std::span<const float> depths) {
-  const int columns = map.width / ratio;
-  map.texels.assign(std::size_t(columns) * (map.height / ratio), {});
-  for (int y = 0; y < map.height; ++y)
-    for (int x = 0; x < map.width; ++x)
-      if (const float d = depths[std::size_t(y) * map.width + x]; d < 1.0f) {
+void CasterDepth::start(const ShadowMap& part) {
+  x_ = part.x;
+  y_ = part.y;
+  width_ = part.width;
+  height_ = part.height;
+  depths_.assign(std::size_t(width_) * height_, 1.0f);
+}
+
+void CasterDepth::add(const Surface& s, const LightFrame& light) {
+  const glm::dmat4 map = light.map_from_world * s.pose;
+  glm::vec4 rows[3];
+  for (int k = 0; k < 4; ++k) {
+    rows[0][k] = static_cast<float>(map[k].x * fine - (k == 3 ? x_ : 0));
+    rows[1][k] = static_cast<float>(map[k].y * fine - (k == 3 ? y_ : 0));
+    rows[2][k] = static_cast<float>(map[k].z);
+  }
+  projected_.resize(s.positions.size());
+  for (std::size_t i = 0; i < s.positions.size(); ++i) {
+    const glm::vec3 p = s.positions[i];
+    for (int k = 0; k < 3; ++k) projected_[i][k] = rows[k].x * p.x + rows[k].y * p.y + rows[k].z * p.z + rows[k].w;
+  }
+  const float side = s.two_sided ? 0.0f : glm::determinant(glm::dmat3(s.pose)) < 0.0 ? -1.0f : 1.0f;
+  const auto column = [this](float x) { return static_cast<int>(std::min(std::max(0.0f, x + 0.5f), static_cast<float>(width_))); };
+  for (const glm::uvec3& t : s.triangles) {
+    const glm::vec3 &a = projected_[t.x], &b = projected_[t.y], &c = projected_[t.z];
+    const float area = (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y);
+    // Turned away, without an extent, or not a number.
+    if (!(side * area >= 0.0f) || !(std::abs(area) > 0.0f)) continue;
+    // Between the centres of two columns: of a fine mesh most are.
+    if (column(std::min({a.x, b.x, c.x})) == column(std::max({a.x, b.x, c.x}))) continue;
+    fill(a, b, c, area);
+  }
+}
+
+// Row by row between two edges. An edge is worked out from its lower end for either of the triangles that share it, and a centre on it
+// belongs to one of them: no gaps, through which light would fall.
+void CasterDepth::fill(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c, float area) {
+  const glm::vec3 *low = &a, *middle = &b, *high = &c;
+  if (low->y > middle->y) std::swap(low, middle);
+  if (middle->y > high->y) std::swap(middle, high);
+  if (low->y > middle->y) std::swap(low, middle);
+  const auto first_centre = [](float v, int size) {
+    return static_cast<int>(std::min(std::max(0.0f, v + 0.5f), static_cast<float>(size)));
+  };
+  const int from = first_centre(low->y, height_), to = first_centre(high->y, height_);
+  if (from >= to) return;
+  const float share = 1.0f / area, nearest = std::min({a.z, b.z, c.z}), farthest = std::max({a.z, b.z, c.z});
+  const float by_x = ((b.z - a.z) * (c.y - a.y) - (c.z - a.z) * (b.y - a.y)) * share,
+              by_y = ((c.z - a.z) * (b.x - a.x) - (b.z - a.z) * (c.x - a.x)) * share;
+  const auto along = [](const glm::vec3& p, const glm::vec3& q, float y) { return p.x + (y - p.y) * ((q.x - p.x) / (q.y - p.y)); };
+  for (int y = from; y < to; ++y) {
+    const float centre = static_cast<float>(y) + 0.5f;
+    const float one = along(*low, *high, centre),
+                other = centre <= middle->y ? along(*low, *middle, centre) : along(*middle, *high, centre);
+    const int x0 = first_centre(std::min(one, other), width_), x1 = first_centre(std::max(one, other), width_);
+    const float start = a.z + by_y * (centre - a.y) + by_x * (0.5f - a.x);
+    float* row = &depths_[std::size_t(y) * width_];
+    // Slivers have planes that are hardly known: never beyond their corners.
+    for (int x = x0; x < x1; ++x) row[x] = std::min(row[x], std::min(std::max(nearest, start + by_x * static_cast<float>(x)), farthest));
+  }
+}
+
+void CasterDepth::reduce(ShadowMap& map) const {
+  const int columns = width_ / ratio;
+  map.texels.assign(std::size_t(columns) * (height_ / ratio), {});
+  for (int y = 0; y < height_; ++y)
+    for (int x = 0; x < width_; ++x)
+      if (const float d = depths_[std::size_t(y) * width_ + x]; d < 1.0f) {
         ShadowMap::Texel& texel = map.texels[std::size_t(y / ratio) * columns + x / ratio];
         texel.cover += 1.0f;
         texel.depth += d;
@@ -225,8 +287,10 @@ Mask ground_shadow(const ShadowMap& map, const LightFrame& light, const GroundFr
     y1 = static_cast<int>(std::clamp(std::ceil(upper.y) - area.y + 1.0, 0.0, double(area.height)));
   }
   if (x1 <= x0 || y1 <= y0) return {};
+  x0 &= ~1;  // what moves must not drag the grid of points along
+  y0 &= ~1;
   Mask shadow{{x0, y0, x1 - x0, y1 - y0}, std::vector<std::uint8_t>(std::size_t(x1 - x0) * (y1 - y0), 0)};
-  const double inverse_fade = 1.0 / ground.fade_radius;
+  const float inverse_fade = static_cast<float>(1.0 / ground.fade_radius), inverse_height = static_cast<float>(1.0 / (6.0 * radius));
   const std::vector<std::array<int, 2>> spans = occupied(soft);
   // From pixels to texels of the patch and to the ground at once: (fx, fy, w), then (u, v, w), to be divided by w.
   glm::dmat3 texels(0.0);
@@ -234,16 +298,23 @@ Mask ground_shadow(const ShadowMap& map, const LightFrame& light, const GroundFr
   texels[1] = glm::dvec3(mv.x * n, mv.y * n, 0.0);
   texels[2] = glm::dvec3(mo.x * n - 0.5 - soft.x, mo.y * n - 0.5 - soft.y, 1.0);
   const glm::dmat3 to_texel = texels * h;
-  for (int y = y0; y < y1; ++y)
-    for (int x = x0; x < x1; ++x) {
-      const glm::dvec3 pixel(area.x + x + 0.5, area.y + y + 0.5, 1.0), place = to_texel * pixel;
-      if (!(place.z > 0.0)) continue;
-      const double share = 1.0 / place.z, fx = place.x * share, fy = place.y * share;
+  const glm::vec3 place_by_x(to_texel[0]), ground_by_x(h[0]);
+  // One row of every second pixel; a texel is wider than two.
+  const int columns = (x1 - x0) / 2 + 1;
+  const auto shade_row = [&](int y, std::uint8_t* out) {
+    const glm::dvec3 pixel(area.x + x0 + 0.5, area.y + y + 0.5, 1.0);
+    const glm::vec3 place_at(to_texel * pixel), ground_at(h * pixel);
+    for (int i = 0; i < columns; ++i) {
+      out[i] = 0;
+      const float across = static_cast<float>(2 * i);
+      const glm::vec3 place = place_at + across * place_by_x;
+      if (!(place.z > 0.0f)) continue;
+      const float share = 1.0f / place.z, fx = place.x * share, fy = place.y * share;
       // Between four texels of the patch.
-      if (!(fx >= 0.0 && fy >= 0.0 && fx < soft.width - 1 && fy < soft.height - 1)) continue;
+      if (!(fx >= 0.0f && fy >= 0.0f && fx < static_cast<float>(soft.width - 1) && fy < static_cast<float>(soft.height - 1))) continue;
       const int ix = static_cast<int>(fx), iy = static_cast<int>(fy);
       if (ix < spans[static_cast<std::size_t>(iy)][0] || ix > spans[static_cast<std::size_t>(iy)][1]) continue;
-      const float ax = static_cast<float>(fx - ix), ay = static_cast<float>(fy - iy);
+      const float ax = fx - static_cast<float>(ix), ay = fy - static_cast<float>(iy);
       const auto between = [&](const float* low, const float* high, int lanes) {
         const float a = low[0] + (low[lanes] - low[0]) * ax, b = high[0] + (high[lanes] - high[0]) * ax;
         return a + (b - a) * ay;
@@ -252,14 +323,32 @@ Mask ground_shadow(const ShadowMap& map, const LightFrame& light, const GroundFr
       const float wide = between(low, high, 2);
       if (wide <= 0.0f) continue;
       const float height = between(low + 1, high + 1, 2) / std::max(wide, 1e-4f);
-      const float softness = std::clamp(height / static_cast<float>(6.0 * radius), 0.0f, 1.0f);
+      const float softness = std::clamp(height * inverse_height, 0.0f, 1.0f);
       const float tight = softness < 1.0f ? between(sharp.at(ix, iy), sharp.at(ix, iy + 1), 1) : 0.0f;
-      const glm::dvec3 q = h * pixel;
-      const double distance = std::sqrt(q.x * q.x + q.y * q.y) * share * inverse_fade;
-      const float fade = static_cast<float>(std::clamp(1.6 * (1.0 - distance), 0.0, 1.0));
-      shadow.values[std::size_t(y - y0) * shadow.part.width + (x - x0)] =
-          static_cast<std::uint8_t>(255.0f * std::clamp(tight + (wide - tight) * softness, 0.0f, 1.0f) * fade);
+      const glm::vec3 q = ground_at + across * ground_by_x;
+      const float distance = std::sqrt(q.x * q.x + q.y * q.y) * share * inverse_fade;
+      const float fade = std::clamp(1.6f * (1.0f - distance), 0.0f, 1.0f);
+      out[i] = static_cast<std::uint8_t>(255.0f * std::clamp(tight + (wide - tight) * softness, 0.0f, 1.0f) * fade);
     }
+  };
+  // Between them the mean of two, in rows and then in columns.
+  std::vector<std::uint8_t> here(static_cast<std::size_t>(columns) + 1), next(here.size());
+  const auto mean = [](int a, int b) { return static_cast<std::uint8_t>((a + b + 1) / 2); };
+  shade_row(y0, here.data());
+  for (int y = y0; y < y1; y += 2) {
+    shade_row(y + 2, next.data());
+    here[static_cast<std::size_t>(columns)] = here[static_cast<std::size_t>(columns) - 1];
+    next[static_cast<std::size_t>(columns)] = next[static_cast<std::size_t>(columns) - 1];
+    for (int row = y; row < std::min(y + 2, y1); ++row) {
+      std::uint8_t* out = &shadow.values[std::size_t(row - y0) * shadow.part.width];
+      for (int x = 0; x < shadow.part.width; ++x) {
+        const auto i = static_cast<std::size_t>(x / 2), right = i + static_cast<std::size_t>(x & 1);
+        const std::uint8_t above = mean(here[i], here[right]);
+        out[x] = row == y ? above : mean(above, mean(next[i], next[right]));
+      }
+    }
+    std::swap(here, next);
+  }
   return shadow;
 }
 
