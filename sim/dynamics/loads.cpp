@@ -422,6 +422,7 @@ LoadState load_state(const Model& model, Work& work, const std::vector<int>& loa
       case ForceKind::bushing: {
         const Bushing b = bushing_state(model, work, load);
         out.wrench = bushing_force(load, b);
+        out.turn = b.deflection.tail<3>();
         out.power += out.wrench.dot(b.rate);
         break;
       }

@@ -33,6 +33,7 @@ struct LoadState {
   double force = 0.0;               // spring-damper: N, positive where it pulls; force, torque, uniform load: its value; contact: the
                                     // normal force; drag: its size
   Vec6 wrench = Vec6::Zero();       // bushing: on `on` about its origin, axes of `from`
+  Vec3 turn = Vec3::Zero();         // bushing: rotation vector of `on` seen from `from`, rad, at most half a turn
   double power = 0.0;               // W, into the mechanism
 };
 LoadState load_state(const Model& model, Work& work, const std::vector<int>& loads);

@@ -15,11 +15,13 @@
 namespace flexframe::sim {
 namespace {
 
-// How a beam's largest deflection goes to and fro.
+// How a beam's largest deflection goes to and fro, or its twist.
 struct Swing {
-  double range = 0.0, cycles = 0.0, omega = 0.0;  // m, at rest the largest deflection; cycles in the run; rad/s
+  double range = 0.0, cycles = 0.0, omega = 0.0;  // m (twist: rad), at rest the largest deflection; cycles in the run; rad/s
   bool along = false;                             // the beam's axis
-  double jerk = 0.0;                              // m/s^3, amplitude of the third derivative
+  bool about = false;                             // it: a twist
+  double jerk = 0.0;                              // m/s^3 (rad/s^3), amplitude of the third derivative
+  double step = 0.0;                              // s, between samples
 };
 
 // sqrt(2) times the root of the mean square, from central differences.
@@ -51,44 +53,99 @@ Swing swing_of(const ResultBody& body, double duration) {
   return out;
 }
 
-// The smallest stiffness with which the beam may bend, N m^2; 0: it does not bend.
-double bending_stiffness(const BeamDef& beam, const std::string& owner, const std::vector<EffectState>& effects) {
-  double least = 0.0;
-  for (const EffectState& s : effects) {
-    if (s.owner != owner || !s.on || (s.effect != "bending_xy" && s.effect != "bending_xz")) continue;
-    const double ei = beam.material.youngs_modulus * (s.effect == "bending_xy" ? beam.section.iz : beam.section.iy);
-    least = least == 0.0 ? ei : std::min(least, ei);
+// The twist of the node that twists most.
+Swing twist_of(const ResultBody& body, double duration) {
+  Swing out;
+  out.about = true;
+  Eigen::Index most = -1;
+  for (Eigen::Index c = 0; c < body.rotation.cols(); c += 3)
+    if (const double r = body.rotation.col(c).maxCoeff() - body.rotation.col(c).minCoeff(); r > out.range) out.range = r, most = c;
+  if (most < 0 || !(duration > 0.0) || out.range <= rest * body.rotation.cwiseAbs().maxCoeff()) return {};
+  const auto column = body.rotation.col(most);
+  out.step = duration / static_cast<double>(column.size() - 1);
+  out.jerk = third_derivative(column, out.step);
+  out.cycles = 0.5 * (column.tail(column.size() - 1) - column.head(column.size() - 1)).cwiseAbs().sum() / out.range;
+  out.omega = 2.0 * std::numbers::pi * out.cycles / duration;
+  return out;
+}
+
+// The plane in which a beam bends most easily.
+struct Bending {
+  double ei = 0.0;  // N m^2; 0: it does not bend
+  // With shear: the elements' shear wave, square of its speed, m^2/s^2, and the share (EI / kGA + I / A) / L^2 by which shear and rotary
+  // inertia slow short waves. 0 without.
+  double wave_speed_2 = 0.0, slowed = 0.0;
+};
+
+bool is_on(const std::vector<EffectState>& effects, const std::string& owner, std::string_view effect) {
+  return std::any_of(effects.begin(), effects.end(), [&](const EffectState& s) { return s.owner == owner && s.effect == effect && s.on; });
+}
+
+double shear_modulus(const Material& m) { return m.youngs_modulus / (2.0 * (1.0 + m.poisson)); }
+
+Bending bending_of(const BeamDef& beam, const std::string& owner, const std::vector<EffectState>& effects) {
+  Bending least;
+  const double E = beam.material.youngs_modulus, A = beam.section.area;
+  for (const bool xy : {true, false}) {
+    if (!is_on(effects, owner, xy ? "bending_xy" : "bending_xz")) continue;
+    const double I = xy ? beam.section.iz : beam.section.iy, k = xy ? beam.section.shear_y : beam.section.shear_z;
+    if (least.ei > 0.0 && E * I >= least.ei) continue;
+    least = {E * I, 0.0, 0.0};
+    if (k <= 0.0 || !is_on(effects, owner, "shear")) continue;
+    least.wave_speed_2 = k * shear_modulus(beam.material) / beam.material.density;
+    least.slowed = (E * I / (k * shear_modulus(beam.material) * A) + I / A) / (beam.length * beam.length);
   }
   return least;
 }
 
-// What the lost phase of its vibrations moves the deflection by, relative to its range: of a cantilever let go at its tip, whose mode k has
-// the share 12 / lambda_k^4 of the deflection.
-double lost_phase(const BeamDef& beam, double elements, double wave, double cycles) {
-  constexpr double lambda[] = {1.8751, 4.6941, 7.8548, 10.9955};
+// Share of a mode's part of the deflection, relative to its range, that is lost with the phase of a vibration whose frequency is off by
+// `slip` over `passed` radians.
+double lost_share(double part, double slip, double passed) { return part * std::min(1.0, 0.5 * slip * passed); }
+
+// A damped vibration has died before it has lost more.
+double until_damped(const BeamDef& beam, std::size_t mode, double passed) {
   const std::vector<double>& ratio = beam.damping.ratio;
+  const double zeta = ratio.empty() ? 0.0 : ratio[std::min(mode, ratio.size() - 1)];
+  return zeta > 0.0 ? std::min(passed, 1.0 / zeta) : passed;
+}
+
+// What the lost phase of its vibrations moves the deflection by, relative to its range: of a cantilever let go at its tip, whose mode k has
+// the share 12 / lambda_k^4 of the deflection. With shear the elements' static forms make a frequency w too high by (w h / c)^2 / 24
+// besides, c the speed of shear waves (frequencies of Timoshenko's cantilevers of 2 to 20 heights, 5 to 20 elements: within a quarter).
+double lost_phase(const BeamDef& beam, double elements, double wave, const Swing& swing, const Bending& bending) {
+  constexpr double lambda[] = {1.8751, 4.6941, 7.8548, 10.9955};
   double sum = 0.0;
   for (std::size_t k = 0; k < std::size(lambda); ++k) {
-    const double faster = lambda[k] / lambda[0], kh = wave * faster / elements;
-    double passed = 2.0 * std::numbers::pi * cycles * faster * faster;
-    // A damped vibration has died before it has lost more.
-    if (const double zeta = ratio.empty() ? 0.0 : ratio[std::min(k, ratio.size() - 1)]; zeta > 0.0) passed = std::min(passed, 1.0 / zeta);
-    const double slip =
+    const double faster = lambda[k] / lambda[0], kh = wave * faster / elements, h = beam.length / elements;
+    const double slowed = (1.0 + bending.slowed * lambda[0] * lambda[0]) / (1.0 + bending.slowed * lambda[k] * lambda[k]);
+    const double times = faster * faster * std::sqrt(slowed);  // the first frequency
+    const double passed = until_damped(beam, k, 2.0 * std::numbers::pi * swing.cycles * times);
+    double slip =
         beam.model == BeamModel::lumped ? kh * kh / (beam.curvature_coupling ? 45.0 : 15.0) : std::min(0.1, std::pow(kh, 4) / 2880.0);
-    sum += 12.0 / std::pow(lambda[k], 4) * std::min(1.0, 0.5 * slip * passed);
+    if (bending.wave_speed_2 > 0.0) slip += std::pow(swing.omega * times * h, 2) / (24.0 * bending.wave_speed_2);
+    sum += lost_share(12.0 / std::pow(lambda[k], 4), slip, passed);
   }
   return sum;
 }
 
-// The same of a deflection along the axis: a vibration a cos(w t) in linear elements is ahead by w (k h)^2 / 24 t, k = w / c, so it is off
-// by h^2 / (24 c^2) t times a w^3, its third derivative; so is any sum of them.
-double lost_phase_along(const BeamDef& beam, double elements, const Swing& swing, double duration) {
-  const double h = beam.length / elements, c2 = beam.material.youngs_modulus / beam.material.density;
-  return std::min(1.0, h * h / (24.0 * c2) * duration * swing.jerk / swing.range);
+// The same of a twist: linear elements (and rigid pieces) whose mode k = 1, 3, 5 .. has the share 8 / (k pi)^2 of a shaft let go at its end
+// and a frequency off by (k h)^2 / 24. All modes are in step where such a shaft turns round, so that their shares add up.
+double lost_phase_about(const BeamDef& beam, double elements, double wave, double cycles) {
+  constexpr std::size_t modes = 20;
+  double sum = 0.0;
+  for (std::size_t mode = 0; mode < modes; ++mode) {
+    const double times = 2.0 * static_cast<double>(mode) + 1.0, kh = wave * times / elements;
+    sum += lost_share(8.0 / std::pow(times * std::numbers::pi, 2), kh * kh / 24.0,
+                      until_damped(beam, mode, 2.0 * std::numbers::pi * cycles * times));
+  }
+  return sum;
 }
 
-bool is_on(const std::vector<EffectState>& effects, const std::string& owner, std::string_view effect) {
-  return std::any_of(effects.begin(), effects.end(), [&](const EffectState& s) { return s.owner == owner && s.effect == effect && s.on; });
+// The same of a deflection along the axis or a twist: a vibration a cos(w t) in linear elements is ahead by w (k h)^2 / 24 t, k = w / c, so
+// it is off by h^2 / (24 c^2) t times a w^3, its third derivative; so is any sum of them. speed: c, m/s.
+double lost_phase_along(const BeamDef& beam, double elements, const Swing& swing, double duration, double speed) {
+  const double h = beam.length / elements;
+  return std::min(1.0, h * h / (24.0 * speed * speed) * duration * swing.jerk / swing.range);
 }
 
 // Whether a joint holds this end of a beam.
@@ -211,12 +268,21 @@ const OutputDef* output_of(const Scene& scene, const std::string& column) {
   return found;
 }
 
-// By how much of its range a column moves where the deflection errs by `error`, m.
-double moved_share(const std::string& unit, const Swing& swing, double length, double error, double range) {
-  if (unit.starts_with("N") || unit == "Pa") return error / swing.range;
+// By how much of its range a column moves where the deflection (m), or the twist (rad), errs by `error`.
+double moved_share(const std::string& unit, const Swing& swing, const BeamDef& beam, double error, double range) {
   double size = error;
-  if (unit.starts_with("rad")) size /= length;
-  else if (!unit.starts_with("m")) return 0.0;
+  if (swing.about) {
+    // The torque at the end that holds it, and its stress in a round section of the same area.
+    const Section& s = beam.section;
+    const double torque = shear_modulus(beam.material) * s.j * 0.5 * std::numbers::pi / beam.length * error;
+    if (unit == "N m") return std::min(1.0, torque / range);
+    if (unit == "Pa") return std::min(1.0, std::sqrt(3.0 * s.area / std::numbers::pi) * torque / s.j / range);
+    if (!unit.starts_with("rad")) return 0.0;
+  } else {
+    if (unit.starts_with("N") || unit == "Pa") return error / swing.range;
+    if (unit.starts_with("rad")) size /= beam.length;
+    else if (!unit.starts_with("m")) return 0.0;
+  }
   if (unit.ends_with("/s")) size *= swing.omega;
   if (unit.ends_with("/s^2") || unit.ends_with("/s2")) size *= swing.omega * swing.omega;
   return std::min(1.0, size / range);
@@ -234,24 +300,36 @@ CoarseBeam worst_output(const Scene& scene, const Histories& run, const VecX& ra
     const OutputDef* output = output_of(scene, run.columns[c]);
     double range = ranges[static_cast<Eigen::Index>(c)];
     // What stands still counts against the deflection.
-    if (range == 0.0 && run.units[c] == "m") range = swing.range;
+    if (range == 0.0 && run.units[c] == "m" && !swing.about) range = swing.range;
     if (!output || !(range > 0.0) || !belongs_to(scene, *output, body)) continue;
-    const double share = moved_share(run.units[c], swing, beam.length, error, range);
+    const double share = moved_share(run.units[c], swing, beam, error, range);
     if (share > worst.share) worst.share = share, worst.column = run.columns[c];
   }
   return worst;
 }
 
-// Relative to the range of the deflection, or to its size where it rests.
-double missed_by_elements(const BeamDef& beam, const Swing& swing, double ei, double duration) {
+// Slower than the lowest vibration of a cantilever with a heavy tip: the deflection follows its loads and keeps their phase.
+constexpr double slowest = 0.9;
+
+// Relative to the range of the deflection (or twist), or to its size where it rests.
+double missed_by_elements(const BeamDef& beam, const Swing& swing, const Bending& bending, double duration) {
   const bool lumped = beam.model == BeamModel::lumped;
-  const double n = beam.elements * (beam.model == BeamModel::mixed ? beam.volumes : 1),
-               wave = beam.length * std::pow(beam.material.density * beam.section.area * swing.omega * swing.omega / ei, 0.25);
+  const double n = beam.elements * (beam.model == BeamModel::mixed ? beam.volumes : 1);
+  if (swing.about) {
+    const Section& s = beam.section;
+    const double speed = std::sqrt(shear_modulus(beam.material) * s.j / (beam.material.density * (s.iy + s.iz)));
+    const double wave = beam.length * swing.omega / speed;
+    if (wave < slowest) return 0.0;
+    const double let_go = lost_phase_about(beam, n, wave, swing.cycles);
+    // What sways smoothly loses less, as its third derivative tells where samples show the fifth of a shaft's modes.
+    const bool shown = 9.0 * swing.omega * swing.step < 2.0;
+    return shown ? std::min(let_go, lost_phase_along(beam, n, swing, duration, speed)) : let_go;
+  }
+  const double wave = beam.length * std::pow(beam.material.density * beam.section.area * swing.omega * swing.omega / bending.ei, 0.25);
   const double still = lumped && !beam.curvature_coupling ? 0.5 / (n * n) : 0.0;
-  if (swing.along && !lumped) return lost_phase_along(beam, n, swing, duration);
-  // Slower than the lowest vibration of a cantilever with a heavy tip: the deflection follows its loads and keeps their phase.
-  constexpr double slowest = 0.9;
-  return still + (wave >= slowest ? lost_phase(beam, n, wave, swing.cycles) : 0.0);
+  if (swing.along && !lumped)
+    return lost_phase_along(beam, n, swing, duration, std::sqrt(beam.material.youngs_modulus / beam.material.density));
+  return still + (wave >= slowest ? lost_phase(beam, n, wave, swing, bending) : 0.0);
 }
 
 // Half a per cent.
@@ -269,19 +347,23 @@ std::vector<CoarseBeam> coarse_beams(const Scene& scene, const std::vector<Effec
     const auto* beam = std::get_if<BeamDef>(&def.kind);
     if (!beam || beam->model == BeamModel::modal || beam->keep_modes || !beam->modes.empty()) continue;
     const auto body = std::find_if(results.bodies.begin(), results.bodies.end(), [&](const ResultBody& b) { return b.name == def.name; });
-    const double ei = bending_stiffness(*beam, def.name, effects);
-    if (body == results.bodies.end() || !(ei > 0.0)) continue;
+    const Bending bending = bending_of(*beam, def.name, effects);
+    if (body == results.bodies.end()) continue;
     const double duration = results.times[results.times.size() - 1];
     const Swing swing = swing_of(*body, duration);
-    if (!(swing.range > 0.0)) continue;
-    CoarseBeam worst =
-        worst_output(scene, run, ranges, def.name, *beam, swing, missed_by_elements(*beam, swing, ei, duration) * swing.range);
-    if (worst.share > 0.0) {
-      const bool lumped = beam->model == BeamModel::lumped;
+    CoarseBeam worst;
+    const auto judge = [&](const Swing& one) {
+      worst = worst_output(scene, run, ranges, def.name, *beam, one, missed_by_elements(*beam, one, bending, duration) * one.range);
+      if (!(worst.share > 0.0)) return;
+      const bool second_order = beam->model == BeamModel::lumped || one.along || one.about || bending.wave_speed_2 > 0.0;
       worst.elements = beam->elements * (beam->model == BeamModel::mixed ? beam->volumes : 1);
-      worst.wanted = static_cast<int>(std::ceil(worst.elements * std::pow(worst.share / enough, lumped || swing.along ? 0.5 : 0.25)));
+      worst.wanted = static_cast<int>(std::ceil(worst.elements * std::pow(worst.share / enough, second_order ? 0.5 : 0.25)));
       out.push_back(worst);
-    }
+    };
+    if (is_on(effects, def.name, "torsion"))
+      if (const Swing twist = twist_of(*body, duration); twist.range > 0.0) judge(twist);
+    if (!(bending.ei > 0.0) || !(swing.range > 0.0)) continue;
+    judge(swing);
     if (beam->axis) {
       const double missed = missed_by_chords(*beam, def.name, effects, is_held(scene, def.name, "root"), largest_deflection(*body));
       worst = worst_output(scene, run, ranges, def.name, *beam, swing, missed * swing.range);

@@ -28,10 +28,11 @@ struct CoarseBeam {
 // curvatures; fitted to cantilevers of 3 to 20 elements, whose deflection is off by 1 / (4 n^2) at rest and twice that under slow loads),
 // and the phase that the first four modes lose moves the outputs on the body, as those of a cantilever let go at its tip. Where the largest
 // deflection is along the axis, linear elements vibrate too fast by (k h)^2 / 24, k = omega / sqrt(E / rho): what that leaves of the sum of
-// all vibrations by the end goes with the third derivative of the deflection. Of a changing section: how far the deflections at rest of
-// the pieces, each of its middle's section, are off under a force at either end, the other one held. Of a curved axis: the same of
-// its chords, under forces in those directions in which the end gives way easily. Kept modes are judged by few_modes.h,
-// eigenforms by model_check.h.
+// all vibrations by the end goes with the third derivative of the deflection. With shear elements vibrate too fast by (omega h / c)^2 / 24
+// besides, c the speed of shear waves; a twist by (k h)^2 / 24 in each mode of a shaft let go at its end, or by its third derivative where
+// that is less. Of a changing section: how far the deflections at rest of the pieces, each of its middle's section, are off under a force
+// at either end, the other one held. Of a curved axis: the same of its chords, under forces in those directions in which the end gives way
+// easily. Kept modes are judged by few_modes.h, eigenforms by model_check.h.
 std::vector<CoarseBeam> coarse_beams(const Scene& scene, const std::vector<EffectState>& effects, const Results& results);
 
 // A warning for each whose share is beyond `asked`.

@@ -1,5 +1,6 @@
 #include "sim/run/left_ranges.h"
 
+#include "sim/dynamics/loads.h"
 #include "sim/scene/curve.h"
 #include "sim/scene/joint_kinds.h"
 
@@ -20,6 +21,15 @@ constexpr double no_push = 1e-6;
 // Angle of a quaternion, rad, that goes on beyond half a turn where the quaternion was followed there.
 double turn_of(const double* q) { return 2.0 * std::atan2(Vec3(q[1], q[2], q[3]).norm(), q[0]); }
 
+// The quaternion of a rotation vector that lies nearer to the last one, of the two that say the same rotation: it is followed beyond half
+// a turn. What turns by more than half a turn from sample to sample is seen beyond it in one of them sooner or later.
+Quat followed(const Quat& last, const Vec3& turn) {
+  const double angle = turn.norm();
+  const Vec3 axis = angle > 0.0 ? Vec3(std::sin(0.5 * angle) / angle * turn) : Vec3(Vec3::Zero());
+  const Quat q(std::cos(0.5 * angle), axis.x(), axis.y(), axis.z());
+  return q.dot(last) < 0.0 ? Quat(-q.w(), -q.x(), -q.y(), -q.z()) : q;
+}
+
 }  // namespace
 
 LeftRanges::LeftRanges(const System& system) {
@@ -39,6 +49,16 @@ LeftRanges::LeftRanges(const System& system) {
     Watched w{fmt::format("joint '{}'", joint.name), "its point runs beyond the end of its curve, which goes on straight there"};
     w.part = static_cast<int>(i);
     w.high = joint.curve->length();
+    watched_.push_back(w);
+  }
+  for (size_t i = 0; i < model.loads.size(); ++i) {
+    const ForceDef& def = model.loads[i].def;
+    if (def.kind != ForceKind::bushing || def.bushing_stiffness.tail<3>().isZero(0.0)) continue;
+    Watched w{def.name.empty() ? fmt::format("bushing on '{}'", def.on.body) : fmt::format("force '{}'", def.name),
+              "its stiffness against rotation acts along the rotation vector of its ends, which jumps at half a turn, and its moment with "
+              "it, and mixes tilt with spin long before; what turns needs a joint, with a spring for any turn"};
+    w.bushing = static_cast<int>(i);
+    w.high = std::numbers::pi;
     watched_.push_back(w);
   }
   for (size_t k = 0; k < model.couplings.size(); ++k) {
@@ -76,6 +96,10 @@ void LeftRanges::look(System& system, double t) {
     double value = 0.0;
     if (w.coupling >= 0) {
       value = -reactions_.coupling[w.coupling];
+    } else if (w.bushing >= 0) {
+      w.last = followed(w.last, load_state(model, system.work, {w.bushing}).turn);
+      const double q[] = {w.last.w(), w.last.x(), w.last.y(), w.last.z()};
+      value = turn_of(q);
     } else {
       const Part& part = model.parts[w.part];
       if (w.quaternion >= 0) value = turn_of(system.work.q.data() + part.q0 + w.quaternion);

@@ -25,6 +25,8 @@ class LeftRanges {
     int part = -1, coordinate = 0;  // its coordinate, or
     int coupling = -1;              // the pull of this rope, N
     int quaternion = -1;            // the turn of these coordinates of the part, rad
+    int bushing = -1;               // the turn of this load's ends against each other, rad
+    Quat last{1.0, 0.0, 0.0, 0.0};  // of the bushing: where it was turned, followed beyond half a turn
     double low = 0.0, high = 0.0;
     bool left = false;
     double first = 0.0;     // s

@@ -215,3 +215,41 @@ def shifted_events(run):
     assert told, "no warning of the axial effect"
     share = float(told[1]) / true
     return max(share, 1 / share)
+
+
+@case("a shaft twisted by a torque that comes at once: a triangular wave, 3 to 80 elements", "silent error of the twist / its range", 0.01)
+def struck_shaft(run):
+    d, T, c, worst = 0.05, 100.0, math.sqrt(G / rho), 0.0
+    most = 2 * T / (G * math.pi * d**4 / 32)
+    for elements, periods in ((3, 0.5), (10, 0.5), (10, 6.0), (80, 0.5)):
+        duration = periods * 4 / c
+        h = run(
+            simulation(duration, 400 / duration)
+            + beam("rod", 1.0, circle(d), steel, f'elements = {elements}\neffects = ["torsion"]')
+            + joint("wall", "weld", "ground", "rod")
+            + force("torque", "rod.tip", T, (1, 0, 0))
+            + output("tip", "rod.tip", "rotation")
+        )
+        error = 0.0
+        for t, x in zip(h["t"], h["tip.x"]):
+            at = t * c / 4 % 1.0  # d'Alembert: the wave runs to the wall and back twice
+            error = max(error, abs(x / most - min(2 * at, 2 - 2 * at)))
+        told = "too few for how it moves" in " ".join(run.summary["simulation"]["warnings"])
+        assert not (told and error < 0.0033), f"{elements} elements are blamed for {error:.1e}"
+        worst = max(worst, 0.0 if told else error)
+    return worst
+
+
+@case("a bushing whose ends turn against each other, below and beyond half a turn", "told beyond, and only there", 0)
+def turned_bushing(run):
+    wrong = 0
+    for rate, k, beyond in ((2.0, 0.01, False), (4.0, 0.01, True), (300.0, 0.01, True), (300.0, 0.0, False)):
+        run(
+            simulation(1.0, 20)
+            + rigid("wheel", 1.0, (1, 1, 1))
+            + joint("fly", "free", "ground", "wheel", f"initial = {{ rate = [0, 0, 0, 0, 0, {rate}] }}")
+            + f'[[force]]\nkind = "bushing"\non = "wheel"\nstiffness = [1, 1, 1, {k}, {k}, {k}]\n'
+            + output("w", "wheel", "angular_velocity")
+        )
+        wrong += ("half a turn" in " ".join(run.summary["simulation"]["warnings"])) != beyond
+    return wrong
