@@ -173,7 +173,6 @@ def angle():
                     turned,
                     {"tip": SIZE, "twist": SIZE},
                     f"L {h}, offset",
-                    claim=0.02,
                 )
             else:
                 yield Scene(
@@ -181,7 +180,6 @@ def angle():
                     still(tip=[np.nan, v, u]),
                     {"tip": SIZE},
                     f"L {h} at the axis",
-                    claim=0.02,
                 )
 
 

@@ -51,7 +51,6 @@ def beck():
                     poles,
                     f"{share} EI/L^2, {d} m thick, {words}",
                     unstable=1 if share > 20.06 else 0,
-                    claim=0.02 if abs(share - 20.05) > 0.5 else 0.2,
                 )
                 yield Modes(
                     simulation(1.0, 100)
@@ -61,7 +60,6 @@ def beck():
                     poles,
                     f"{share} EI/L^2, {d} m thick, automatic, {words}",
                     unstable=1 if share > 20.06 else 0,
-                    claim=0.02 if abs(share - 20.05) > 0.5 else 0.2,
                 )
 
 
