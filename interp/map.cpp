@@ -6,6 +6,7 @@
 #include "interp/lattice.h"
 #include "interp/parallel.h"
 #include "interp/partition.h"
+#include "interp/residuals.h"
 #include "interp/skeleton.h"
 #include "interp/trial.h"
 
@@ -620,7 +621,7 @@ void leave_out_of_curves(const Map& map, const CurveLift& curves, const Points& 
 
 }  // namespace
 
-LeaveOneOutError leave_one_out(const Map& map, const Eigen::Ref<const Points>& displacement, const Eigen::Ref<const Points>& rotation) {
+Points node_residuals(const Map& map, const Eigen::Ref<const Points>& displacement, const Eigen::Ref<const Points>& rotation) {
   check_data(map, displacement, rotation);
   const Points u = merge_data(map, displacement);
   const Points theta = map.rotations ? merge_data(map, rotation) : Points(0, 3);
@@ -658,6 +659,14 @@ LeaveOneOutError leave_one_out(const Map& map, const Eigen::Ref<const Points>& d
       for (size_t k = begin; k < end; ++k) residual.row(i) += w.precise[k] * sources.row(w.column[k]);
     }
   }
+  return residual;
+}
+
+LeaveOneOutError leave_one_out(const Map& map, const Eigen::Ref<const Points>& displacement, const Eigen::Ref<const Points>& rotation) {
+  const Points residual = node_residuals(map, displacement, rotation);
+  const Points u = merge_data(map, displacement);
+  const Points theta = map.rotations ? merge_data(map, rotation) : Points(0, 3);
+  const Eigen::Index n = u.rows();
   LeaveOneOutError error;
   const RigidMotion rigid = best_rigid_motion(map.node_positions, u, theta);
   double squares = 0.0, reference = 0.0;

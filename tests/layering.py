@@ -64,7 +64,7 @@ CONFINED = [
     ("stb_image", r"stb(/|_|/stb_)image", r"render/image/png\.cpp", 1),
     ("stb_truetype", r"stb(/|_|/stb_)truetype", r"render/image/text\.cpp", 1),
     ("libdeflate", r"libdeflate", r"render/base/deflate\.cpp", 1),
-    ("HDF5", r"(hdf5|H5)", r"sim/results/results_file_hdf5\.h", 1),
+    ("HDF5", r"(hdf5|H5)", r"sim/base/hdf5_file\.h", 1),
     ("muParser", r"muParser", r"sim/scene/expression\.cpp", 1),
     ("toml++", r"toml(\+\+|\.hpp|plusplus)", r"sim/scene/toml_input\.cpp", 1),
     ("xxHash", r"xxhash", r"interp/hash\.h", 1),
@@ -176,7 +176,7 @@ def self_test():
         path = "interp/a.h" if re.fullmatch(allowed, "render/draw/a.cpp") else "render/draw/a.cpp"
         plants.append((path, f"#include <{headers[name]}>", f"{name} is included outside its place"))
     problems = []
-    clean = {"sim/results/results_file_hdf5.h": '#include "sim/base/types.h"\n#include <hdf5.h>\n',
+    clean = {"sim/base/hdf5_file.h": '#include "sim/base/types.h"\n#include <hdf5.h>\n',
              "interp/a.cpp": "\n" + SHARED_HEADER + "\n"}
     for path, line, rule in plants:
         # The line stands first, in the middle and last.

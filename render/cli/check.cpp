@@ -129,7 +129,7 @@ const char* kind_word(const sim::LinearMode& mode) {
 // What the linearisation is about.
 std::string about(const sim::Linearisation& linear) {
   std::string text = linear.moving ? "about the start's steady motion" : "about the start";
-  if (!linear.equilibrium) text += " (no equilibrium: the mechanism will leave it)";
+  if (!linear.equilibrium) text += " (no equilibrium: the mechanism will leave it; start = \"static\" begins in one)";
   if (linear.turning_axes) text += "; frequencies as seen from the bodies that turn";
   return text;
 }

@@ -9,6 +9,7 @@
 #include "render/import/import.h"
 #include "render/picture/mesh.h"
 #include "sim/base/plain_text.h"
+#include "sim/bodies/body_file.h"
 #include "sim/bodies/sid.h"
 #include "sim/bodies/sid_judge.h"
 #include "sim/results/results_file.h"
@@ -18,6 +19,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
 
 namespace flexframe::cli {
 namespace {
@@ -76,10 +78,35 @@ void print_scene(const std::string& file) {
   for (const sim::OutputDef& o : s.outputs) fmt::print("output   {} of {}\n", o.name, end(o.of));
 }
 
-void print_sid(const std::string& file) {
-  const sim::SidReading reading = sim::read_sid(file);
+// A body of either kind of file, as SID files say it, and what HDF5 files know beyond.
+struct BodyContent {
+  sim::SidReading reading;
+  std::optional<sim::BodyFile> whole;
+};
+BodyContent read_body_content(const std::string& file) {
+  BodyContent out;
+  if (!sim::is_hdf5(file)) {
+    out.reading = sim::read_sid(file);
+    return out;
+  }
+  out.whole = sim::read_body(file, file);
+  out.reading.file = sim::from_flexible_body(out.whole->body, out.whole->comment);
+  out.reading.notes = out.whole->notes;
+  return out;
+}
+
+void print_body(const std::string& file) {
+  const BodyContent content = read_body_content(file);
+  const sim::SidReading& reading = content.reading;
   const sim::SidFile& s = reading.file;
-  fmt::print("SID body: {}\n", s.name.empty() ? s.comment : s.name);
+  fmt::print("{}: {}\n", content.whole ? "flexible body" : "SID body", s.name.empty() ? s.comment : s.name);
+  if (content.whole) {
+    for (const auto& [key, text] : content.whole->origin) fmt::print("{:8} {}\n", key, text);
+    const sim::BodySurface& surface = content.whole->surface;
+    if (surface.points.rows() > 0)
+      fmt::print("surface  {} nodes, {} faces of the finite element model, shapes{} at all of them\n", surface.points.rows(),
+                 surface.faces.rows(), surface.stress.size() > 0 ? " and stresses" : "");
+  }
   fmt::print("mass     {:.9g} kg, {} elastic coordinates, {} nodes\n", s.mass, s.nelastq, s.nodes.size());
   const sim::SidJudgement judged = sim::judge_sid(s);
   fmt::print("centre   ({:.6g}, {:.6g}, {:.6g}) m, principal moments of inertia about it {:.6g}, {:.6g}, {:.6g} kg m^2\n",
@@ -151,9 +178,10 @@ Json scene_json(const std::string& file) {
   return out;
 }
 
-Json sid_json(const std::string& file) {
-  const sim::SidReading reading = sim::read_sid(file);
-  Json out = {{"kind", "SID body"},
+Json body_json(const std::string& file) {
+  const BodyContent content = read_body_content(file);
+  const sim::SidReading& reading = content.reading;
+  Json out = {{"kind", content.whole ? "flexible body" : "SID body"},
               {"name", reading.file.name},
               {"mass", reading.file.mass},
               {"coordinates", reading.file.nelastq},
@@ -166,6 +194,11 @@ Json sid_json(const std::string& file) {
   out["principal_moments"] = std::vector<double>(judged.moments.begin(), judged.moments.end());
   out["faults"] = judged.contradicted;
   for (const sim::SidCheck& check : sim::check_sid(reading.file)) out["checks"][check.identity] = check.residual;
+  if (content.whole) {
+    for (const auto& [key, text] : content.whole->origin) out["origin"][key] = text;
+    const sim::BodySurface& surface = content.whole->surface;
+    out["surface"] = {{"nodes", surface.points.rows()}, {"faces", surface.faces.rows()}, {"stress", surface.stress.size() > 0}};
+  }
   return out;
 }
 
@@ -197,14 +230,13 @@ struct Kind {
   Json (*json)(const std::string&);
 };
 const Kind& kind_of_file(const std::string& file) {
-  static const std::vector<Kind> kinds{{{".h5", ".hdf5"}, print_results, results_json},
-                                       {{".toml"}, print_scene, scene_json},
-                                       {{".sid", ".sid_fem"}, print_sid, sid_json},
-                                       {{".png"}, print_picture, picture_json},
-                                       {imports::file_endings(), print_foreign, foreign_json},
-                                       {{}, print_mesh, mesh_json}};
+  static const std::vector<Kind> kinds{{{".h5", ".hdf5"}, print_results, results_json},        {{".toml"}, print_scene, scene_json},
+                                       {{".sid", ".sid_fem"}, print_body, body_json},          {{".png"}, print_picture, picture_json},
+                                       {imports::file_endings(), print_foreign, foreign_json}, {{}, print_mesh, mesh_json}};
   std::string ending = std::filesystem::path(file).extension().string();
   ending = sim::plain_lower(ending);
+  static const Kind body{{}, print_body, body_json};
+  if (sim::is_body_file(file)) return body;
   for (const Kind& kind : kinds)
     if (std::find(kind.endings.begin(), kind.endings.end(), ending) != kind.endings.end()) return kind;
   return kinds.back();
@@ -218,9 +250,9 @@ Command add_info(Program& program) {
     bool json = false;
   };
   const auto words = std::make_shared<Words>();
-  Subcommand app = program.subcommand("info", "what a file holds: results, scene, SID body, mesh, picture");
+  Subcommand app = program.subcommand("info", "what a file holds: results, scene, flexible body, mesh, picture");
   app.option("FILE", words->file,
-             "results (.h5), scene (.toml), SID body (.sid, .SID_FEM), picture (.png), result file of another program, or mesh");
+             "results (.h5), scene (.toml), flexible body (.h5, .sid, .SID_FEM), picture (.png), result file of another program, or mesh");
   app.option("--renderer", words->renderer, "show the renderer: osmesa or egl; default osmesa")
       .value_or("osmesa")
       .excludes("FILE")

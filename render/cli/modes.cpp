@@ -7,7 +7,7 @@
 #include "render/film/diagram.h"
 #include "sim/base/file_output.h"
 #include "sim/base/words.h"
-#include "sim/bodies/sid.h"
+#include "sim/bodies/body_file.h"
 #include "sim/results/results_file.h"
 #include "sim/run/integrate_run.h"
 #include "sim/run/mode_swing.h"
@@ -36,13 +36,9 @@ std::string mode_title(int k, const std::string& label) {
   return std::string(end) == " Hz" ? fmt::format("mode {}, {:.4g} Hz", k, frequency) : label;
 }
 
-// One swing of mode k, in equal steps, so that the film loops. amplitude: largest node displacement, m.
-sim::Results swing(const sim::FlexibleBody& body, int k, double amplitude, int pictures, double frame_rate) {
-  sim::Results r;
+// Nodes and shapes of the body, for the kernel map. Returns the largest displacement of a node in mode k.
+double set_nodes(const sim::FlexibleBody& body, int k, sim::ResultBody& b) {
   const int n = body.n, nodes = static_cast<int>(body.nodes.size());
-  sim::ResultBody b;
-  b.name = "body";
-  b.kind = "modal";
   b.labels = body.labels;
   b.node_phi.resize(3 * static_cast<Eigen::Index>(nodes), n);
   b.node_psi.resize(3 * static_cast<Eigen::Index>(nodes), n);
@@ -59,16 +55,59 @@ sim::Results swing(const sim::FlexibleBody& body, int k, double amplitude, int p
     }
     largest = std::max(largest, body.nodes[i].phi.col(k).norm());
   }
+  return largest;
+}
+
+// Every node of the finite elements' surface, which is then drawn as it is: no map stands between. Returns as set_nodes.
+double set_surface(const sim::BodySurface& surface, int k, sim::ResultBody& b) {
+  b.surface.points = surface.points;
+  b.surface.triangles = sim::surface_triangles(surface);
+  double largest = 0.0;
+  for (Eigen::Index i = 0; i < surface.points.rows(); ++i) {
+    b.nodes.push_back({fmt::format("node[{}]", i), surface.points.row(i).transpose()});
+    b.surface.nodes.push_back(static_cast<int>(i));
+    largest = std::max(largest, surface.phi.col(k).segment<3>(3 * i).norm());
+  }
+  return largest;
+}
+
+// Von Mises stress of the surface's nodes in each picture, Pa.
+sim::MatX surface_von_mises(const sim::BodySurface& surface, int k, const sim::VecX& q) {
+  sim::VecX unit(surface.points.rows());
+  for (Eigen::Index i = 0; i < unit.size(); ++i) {
+    const sim::Vec6 s = surface.stress.col(k).segment<6>(6 * i);  // xx yy zz xy yz xz
+    const sim::Vec3 apart(s[0] - s[1], s[1] - s[2], s[2] - s[0]);
+    unit[i] = std::sqrt(0.5 * apart.squaredNorm() + 3.0 * s.tail<3>().squaredNorm());
+  }
+  return q.cwiseAbs() * unit.transpose();
+}
+
+// One swing of mode k, in equal steps, so that the film loops. amplitude: largest node displacement, m. Shown on the finite elements' own
+// surface where `drawn` is true.
+sim::Results swing(const sim::BodyFile& file, bool drawn, int k, double amplitude, int pictures, double frame_rate) {
+  sim::Results r;
+  const int n = file.body.n;
+  sim::ResultBody b;
+  b.name = "body";
+  b.kind = "modal";
+  const double largest = drawn ? set_surface(file.surface, k, b) : set_nodes(file.body, k, b);
   if (!(largest > 0.0)) throw sim::InputError(fmt::format("mode {} does not move any node of the body", k + 1));
   r.times = sim::VecX::LinSpaced(pictures, 0.0, (pictures - 1) / frame_rate);
   b.position = Eigen::MatrixX3d::Zero(pictures, 3);
   b.orientation = Eigen::MatrixX4d::Zero(pictures, 4);
   b.orientation.col(0).setOnes();
-  b.q = sim::MatX::Zero(pictures, n);
-  b.qd = sim::MatX::Zero(pictures, n);
-  for (int i = 0; i < pictures; ++i) b.q(i, k) = amplitude / largest * std::sin(2.0 * std::numbers::pi * i / pictures);
-  b.displacement = b.q * b.node_phi.transpose();
-  b.rotation = b.q * b.node_psi.transpose();
+  sim::VecX q(pictures);
+  for (int i = 0; i < pictures; ++i) q[i] = amplitude / largest * std::sin(2.0 * std::numbers::pi * i / pictures);
+  if (drawn) {
+    b.displacement = q * file.surface.phi.col(k).transpose();
+    if (file.surface.stress.size() > 0) b.node_von_mises = surface_von_mises(file.surface, k, q);
+  } else {
+    b.q = sim::MatX::Zero(pictures, n);
+    b.qd = sim::MatX::Zero(pictures, n);
+    b.q.col(k) = q;
+    b.displacement = b.q * b.node_phi.transpose();
+    b.rotation = b.q * b.node_psi.transpose();
+  }
   r.bodies.push_back(std::move(b));
   r.kinetic = r.strain = r.potential = r.supplied = r.dissipated = sim::VecX::Zero(pictures);
   return r;
@@ -95,28 +134,27 @@ film::RenderSettings swing_settings(film::RenderSettings settings, const RenderW
 }
 
 void animate_body(const Words* w) {
-  const sim::SidReading reading = sim::read_sid(w->body);
-  const sim::FlexibleBody body = sim::to_flexible_body(reading.file, w->body);
+  const sim::BodyFile file = sim::read_body(w->body, w->body);
+  const sim::FlexibleBody& body = file.body;
   if (body.n == 0) throw sim::InputError(fmt::format("{}: a rigid body has no modes", w->body));
-  if (body.nodes.empty()) throw sim::InputError(fmt::format("{}: the body has no nodes", w->body));
+  const bool drawn = w->mesh.empty() && file.surface.faces.rows() > 0;
+  if (body.nodes.empty() && !drawn) throw sim::InputError(fmt::format("{}: the body has no nodes", w->body));
   std::vector<int> modes = w->modes;
   if (modes.empty())
     for (int k = 1; k <= body.n; ++k) modes.push_back(k);
   for (int k : modes)
     if (k < 1 || k > body.n) throw sim::InputError(fmt::format("{}: mode {}: there are 1 to {}", w->body, k, body.n));
   fs::path mesh = w->mesh;
-  if (mesh.empty()) {
+  if (mesh.empty() && !drawn) {
     const fs::path beside = fs::path(w->body).replace_extension(".obj");
     if (fs::exists(beside)) mesh = beside;
-  } else if (!fs::exists(mesh)) {
+  } else if (!drawn && !fs::exists(mesh)) {
     throw sim::InputError(fmt::format("{}: no such file", mesh.string()));
   }
-  sim::Vec3 lower = body.nodes[0].origin, upper = lower;
-  for (const sim::FlexibleNode& node : body.nodes) {
-    lower = lower.cwiseMin(node.origin);
-    upper = upper.cwiseMax(node.origin);
-  }
-  const double amplitude = w->amplitude > 0.0 ? w->amplitude : 0.05 * (upper - lower).norm();
+  Eigen::AlignedBox3d box;
+  for (const sim::FlexibleNode& node : body.nodes) box.extend(node.origin);
+  for (Eigen::Index i = 0; i < file.surface.points.rows(); ++i) box.extend(sim::Vec3(file.surface.points.row(i).transpose()));
+  const double amplitude = w->amplitude > 0.0 ? w->amplitude : 0.05 * box.diagonal().norm();
   const std::string name = fs::path(w->body).stem().string();
   const fs::path out = w->out.empty() ? fs::path(name + "-modes") : fs::path(w->out);
   require_writable(out);
@@ -126,7 +164,7 @@ void animate_body(const Words* w) {
     settings.ground = false;
     settings = swing_settings(settings, w->render);
     const std::string label = body.labels.empty() ? fmt::format("mode {}", k) : body.labels[k - 1];
-    sim::Results results = swing(body, k - 1, amplitude, w->pictures, settings.frame_rate);
+    sim::Results results = swing(file, drawn, k - 1, amplitude, w->pictures, settings.frame_rate);
     results.title = fmt::format("{}: {}", name, mode_title(k, label));
     if (!mesh.empty()) results.bodies[0].mesh = fs::absolute(mesh).string();
     const std::string part = modes.size() == 1 ? name : fmt::format("mode_{:03}", k);

@@ -1,4 +1,4 @@
-// flexframe reduce: a finite element model becomes a flexible body (SID) with its surface mesh and a report.
+// flexframe reduce: a finite element model becomes a flexible body (SID or HDF5) with its surface mesh and a report.
 #include "render/cli/reduce.h"
 
 #include "render/cli/cache.h"
@@ -9,6 +9,8 @@
 
 #include "sim/base/file_output.h"
 #include "sim/base/files_read.h"
+#include "sim/base/plain_text.h"
+#include "sim/bodies/body_file.h"
 #include "sim/bodies/sid.h"
 #include "sim/bodies/sid_lack.h"
 #include "sim/reduce/reduce_request.h"
@@ -17,6 +19,8 @@
 #include <nlohmann/json.hpp>
 
 #include <cstdint>
+#include <filesystem>
+#include <fstream>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -79,42 +83,71 @@ nlohmann::json summary(const sim::Reduction& r) {
   return j;
 }
 
-// All words that decide the body, and the program that makes it. The model's files are looked at when the answer is used.
-std::string question_text(const Words& w) {
+// Whether the body is asked for as HDF5 (else as SID text).
+bool as_hdf5(const std::string& output) {
+  const std::string ending = sim::plain_lower(std::filesystem::path(output).extension().string());
+  return ending == ".h5" || ending == ".hdf5";
+}
+
+// All words that decide the body, by name.
+nlohmann::ordered_json words_of(const Words& w) {
   const sim::ReduceRequest& q = w.request;
   const sim::ReduceOptions& o = q.options;
+  return {{"mass", w.mass},
+          {"node_table", w.node_table},
+          {"dofs", w.dofs},
+          {"units", q.units},
+          {"method", q.method},
+          {"hold", q.hold},
+          {"interfaces", q.interfaces},
+          {"materials", q.materials},
+          {"densities", q.densities},
+          {"elastics", q.elastics},
+          {"nodes", q.nodes},
+          {"node_sets", q.node_sets},
+          {"contact", q.contact},
+          {"thickness", q.thickness},
+          {"modes", o.modes},
+          {"highest", o.highest},
+          {"lowest", o.lowest},
+          {"cut_off", o.cut_off},
+          {"static_error", o.static_error},
+          {"node_count", o.node_count},
+          {"stiffening", o.stiffening},
+          {"stiffening_forced", o.stiffening_forced},
+          {"stress", o.stress},
+          {"surface", o.surface},
+          {"damping", o.damping},
+          {"threads", o.threads},
+          {"memory", o.memory_limit}};
+}
+
+// Those words, and the program that makes the body. The model's files are looked at when the answer is used.
+std::string question_text(const Words& w) {
   std::error_code error;
-  nlohmann::json all = {program_fingerprint(),
-                        w.model,
-                        std::filesystem::current_path(error).string(),
-                        w.mass,
-                        w.node_table,
-                        w.dofs,
-                        q.units,
-                        q.method,
-                        q.hold,
-                        q.interfaces,
-                        q.materials,
-                        q.densities,
-                        q.elastics,
-                        q.nodes,
-                        q.node_sets,
-                        q.contact,
-                        q.thickness,
-                        o.modes,
-                        o.highest,
-                        o.lowest,
-                        o.cut_off,
-                        o.static_error,
-                        o.node_count,
-                        o.stiffening,
-                        o.stiffening_forced,
-                        o.stress,
-                        o.damping,
-                        o.threads,
-                        o.memory_limit};
-  const std::vector<std::uint8_t> bytes = nlohmann::json::to_cbor(all);  // names of files need not be UTF-8
+  const nlohmann::ordered_json all = {program_fingerprint(), w.model, std::filesystem::current_path(error).string(), words_of(w)};
+  const std::vector<std::uint8_t> bytes = nlohmann::ordered_json::to_cbor(all);  // names of files need not be UTF-8
   return {bytes.begin(), bytes.end()};
+}
+
+// The body's file as bytes, by way of a file of its own: HDF5 writes to nothing else that is whole or not there.
+std::string hdf5_text(const Words& w, const sim::Reduction& r, const std::string& comment) {
+  const std::string words = words_of(w).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  const sim::BodyFile file{.body = r.body,
+                           .comment = comment,
+                           .surface = r.surface,
+                           .origin = {{"model", std::filesystem::path(w.model).filename().string()},
+                                      {"model_sha256", sim::sha256_of_file(w.model)},
+                                      {"program", program_fingerprint()},
+                                      {"request", words}},
+                           .notes = {}};
+  const std::filesystem::path own = w.output + ".whole";
+  sim::write_body(file, own);
+  std::ifstream in(own, std::ios::binary);
+  std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  in.close();
+  std::filesystem::remove(own);
+  return bytes;
 }
 
 // Reduces, and keeps what took longer than looking it up.
@@ -123,8 +156,8 @@ KeptTexts make(const Words& w, const KeptWork& work, const std::function<void(co
   const sim::FilesRead files;
   const auto [model, r] = sim::reduce(w.request, progress);
   KeptTexts texts;
-  texts["sid"] = sim::write_sid_text(
-      sim::from_flexible_body(r.body, sim::reduced_comment(std::filesystem::path(w.model).filename().string(), r.report.lacks)));
+  const std::string comment = sim::reduced_comment(std::filesystem::path(w.model).filename().string(), r.report.lacks);
+  texts["body"] = as_hdf5(w.output) ? hdf5_text(w, r, comment) : sim::write_sid_text(sim::from_flexible_body(r.body, comment));
   texts["obj"] = sim::surface_obj(model);
   texts["report"] = report_text(w, r);
   texts["json"] = summary(r).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
@@ -143,6 +176,7 @@ int run(Words& w) {
   request.options.stiffening = !w.no_stiffening;
   if (w.no_cut_off) request.options.cut_off = 0.0;
   request.options.memory_limit = 1e9 * w.memory;
+  request.options.surface = as_hdf5(w.output);
   const auto progress = [&](const std::string& text) {
     if (!w.silent && verbosity() != Verbosity::quiet) fmt::print(stderr, "{}\n", text);
   };
@@ -156,7 +190,7 @@ int run(Words& w) {
   for (const std::string& n : j["warnings"].get<std::vector<std::string>>()) fmt::print(stderr, "warning: {}\n", n);
   for (const std::string& n : j["notes"].get<std::vector<std::string>>()) progress("note: " + n);
   const std::filesystem::path base = w.output;
-  sim::write_whole_file(base, texts["sid"]);
+  sim::write_whole_file(base, texts["body"]);
   const std::string mesh = w.mesh.empty() ? std::filesystem::path(base).replace_extension(".obj").string() : w.mesh;
   const std::string report = w.report.empty() ? std::filesystem::path(base).replace_extension(".md").string() : w.report;
   if (texts["obj"].find("\nf ") != std::string::npos) sim::write_whole_file(mesh, texts["obj"]);
@@ -192,7 +226,10 @@ Command add_reduce(Program& program) {
          "MODEL", w->model,
          "Abaqus or CalculiX .inp, Nastran .bdf .nas .dat, gmsh .msh, CalculiX .sti (with .mas .dof .inp beside it), Matrix Market .mtx")
       .required();
-  app.option("-o,--output", w->output, "the body, BODY.sid; BODY.obj and BODY.md come with it").as("FILE").required();
+  app.option("-o,--output", w->output,
+             "the body, BODY.sid, or BODY.h5 with its shapes at all nodes of the surface; BODY.obj and BODY.md come with it")
+      .as("FILE")
+      .required();
   app.option("--mesh", w->mesh, "name of the surface mesh").as("FILE");
   app.option("--report", w->report, "name of the report").as("FILE");
   app.option("--method", w->request.method, "auto (craig-bampton with interfaces, else eigen), eigen, guyan, craig-bampton or response")
@@ -247,6 +284,7 @@ Command add_reduce(Program& program) {
   app.flag("--fresh", w->fresh, "make it anew, though it was made before and is kept in the cache");
   app.flag("--json", w->json, "print a machine-readable summary");
   app.example("part.inp -o part.sid --modes 20 --interface pin=1001 --interface eye=rigid:HOLE", "a body with two interfaces");
+  app.example("part.inp -o part.h5 --stress", "the same as one binary file, for pictures that show the elements' own motion and stress");
   app.example("part.msh --material 2.1e11,0.3,7850 --units mm -o part.sid", "a mesh without material, in millimetres");
   return {app, [w] { return run(*w); }};
 }

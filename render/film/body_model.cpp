@@ -1,6 +1,8 @@
 #include "render/film/body_model.h"
 
+#include "interp/faces.h"
 #include "interp/scalars.h"
+#include "render/film/known_shapes.h"
 #include "render/film/rigid_mesh.h"
 #include "render/film/shapes.h"
 #include "render/picture/adjacency.h"
@@ -165,10 +167,22 @@ render::Mesh surface_mesh(const sim::ResultBody& body) {
   return mesh;
 }
 
-render::Mesh mesh_of(const sim::ResultBody& body, const BodyDrawing& drawing, const BodyLook& look, bool stress, int index) {
+// The finite elements' own surface.
+render::Mesh element_mesh(const sim::BodySurface& surface, const std::string& name) {
+  std::vector<glm::dvec3> points;
+  std::vector<glm::ivec3> triangles;
+  for (const auto& p : surface.points.rowwise()) points.emplace_back(p.x(), p.y(), p.z());
+  const Eigen::MatrixX3i corners = sim::surface_triangles(surface);
+  for (const auto& t : corners.rowwise()) triangles.emplace_back(t.x(), t.y(), t.z());
+  return render::make_mesh(std::move(points), std::move(triangles), name);
+}
+
+render::Mesh mesh_of(const sim::ResultBody& body, const BodyDrawing& drawing, const BodyLook& look, bool stress, int index,
+                     const std::optional<sim::BodySurface>& known) {
   const sim::BodyDef* def = drawing.def;
   if (!body.mesh.empty()) return placed_mesh(body.mesh, def ? def->mesh_placement : sim::MeshPlacement{});
   if (body.surface.triangles.rows() > 0) return surface_mesh(body);
+  if (known) return element_mesh(*known, body.name);
   if (def && !def->shapes.empty()) return make_shapes_mesh(def->shapes, look.shape_colors, body.name);
   if (body.kind == "beam" && body.length > 0.0) {
     const auto* beam = def ? std::get_if<sim::BeamDef>(&def->kind) : nullptr;
@@ -377,9 +391,38 @@ void set_material(const sim::ResultBody& body, const BodyLook& look, const Rende
   if (look.color) model.material.color = *look.color;
 }
 
+// By the shapes that the body's file knows. False: its mesh is something else.
+bool map_shapes(const sim::ResultBody& body, const sim::BodySurface& known, const RenderSettings& settings, BodyModel& model) {
+  const interp::FaceMesh faces = face_mesh(known);
+  std::string why, note;
+  const auto feet = feet_on_surface(faces, model.view(), why, note);
+  if (!why.empty()) model.warnings.push_back(why);
+  if (!feet) return false;
+  if (!note.empty()) model.warnings.push_back(note);
+  model.modes = interp::map_displacement(faces, *feet, known.phi);
+  if (settings.color_by == ColorBy::strain || settings.color_by == ColorBy::stress) model.welded = interp::weld_rows(model.view());
+  if (settings.color_by == ColorBy::stress) {
+    if (known.stress.size() > 0) model.stress = interp::map_field(*feet, 6, known.stress);
+    else
+      model.warnings.push_back(
+          "no stress modes are known (flexframe reduce --stress): not coloured by stress; color_by = \"strain\" needs none");
+  }
+  if (!linear_in_modes(body)) {
+    // What is left beyond the modes has no rotations of its own.
+    interp::Nodes nodes = nodes_of(body);
+    nodes.rotations = false;
+    try {
+      model.map = interp::make_map(nodes, model.view());
+    } catch (const interp::MapError&) {
+      model.warnings.emplace_back("its nodes are too few to carry displacements of second order to the mesh: left out of the pictures");
+    }
+  }
+  return true;
+}
+
 // What carries the motion of the nodes to the mesh, and what colours by strain or stress need.
 void map_nodes(const sim::ResultBody& body, const BodyDrawing& drawing, const BodyLook& look, const RenderSettings& settings,
-               BodyModel& model) {
+               const std::optional<sim::BodySurface>& known, BodyModel& model) {
   if (!model.vertex_nodes.empty()) {
     if (settings.color_by == ColorBy::stress && body.node_von_mises.size() == 0)
       model.warnings.push_back("its results hold no stress: not coloured by stress; color_by = \"strain\" needs none");
@@ -391,6 +434,7 @@ void map_nodes(const sim::ResultBody& body, const BodyDrawing& drawing, const Bo
   const interp::Nodes nodes = nodes_of(body);
   std::vector<std::string> map_warnings;
   try {
+    if (known && map_shapes(body, *known, settings, model)) return;
     if (linear_in_modes(body)) {
       interp::CachedModes mapped = interp::cached_modes(nodes, model.view(), options, body.node_phi, body.node_psi, settings.cache);
       model.modes = std::move(mapped.columns);
@@ -429,9 +473,13 @@ BodyModel make_body_model(const sim::ResultBody& body, const BodyDrawing& drawin
   model.ghost = look.ghost;
   model.ghost_color = look.ghost_color;
   model.edges = look.edges.value_or(settings.edges);
-  model.mesh = mesh_of(body, drawing, look, settings.color_by == ColorBy::stress && body.strain_stations.size() > 0, index);
+  std::string why;
+  const std::optional<sim::BodySurface> known =
+      settings.scheme == interp::Scheme::automatic ? known_surface(body, def, why) : std::optional<sim::BodySurface>();
+  model.mesh = mesh_of(body, drawing, look, settings.color_by == ColorBy::stress && body.strain_stations.size() > 0, index, known);
   const render::Mesh& mesh = model.mesh;
   model.warnings = mesh.warnings;
+  if (!why.empty()) model.refused.push_back(why);
   if (body.mesh.empty()) model.vertex_nodes = body.surface.nodes;
 
   const bool colored_file = !body.mesh.empty() || body.surface.colors.rows() > 0;
@@ -483,7 +531,7 @@ BodyModel make_body_model(const sim::ResultBody& body, const BodyDrawing& drawin
   // The map of an elastic body; a body whose nodes never move is drawn as a rigid one.
   model.flexible = !body.nodes.empty() && body.displacement.size() > 0 && body.displacement.cwiseAbs().maxCoeff() > 0.0;
   if (!model.flexible) return model;
-  map_nodes(body, drawing, look, settings, model);
+  map_nodes(body, drawing, look, settings, known, model);
   if (settings.corotated) model.corotated = std::make_shared<const interp::Corotated>(model.view());
   return model;
 }
@@ -527,6 +575,21 @@ void see_from_body_frame(const BodyModel& model, const sim::Pose& held, std::vec
   }
 }
 
+// What the nodes do beyond the modes, by the kernel map.
+void add_second_order(const BodyModel& model, const sim::ResultBody& body, const SamplePlace& place, BodyMemory& memory) {
+  node_motion(body, place, memory.node_displacement, memory.node_rotation);
+  const sim::VecX linear = body.node_phi * Eigen::Map<const sim::VecX>(memory.q.data(), std::ssize(memory.q));
+  const sim::Pose held = body.held_position.rows() > 0 ? held_pose(body, place) : sim::Pose{};
+  interp::Points rest(memory.node_displacement.rows(), 3);
+  for (Eigen::Index k = 0; k < rest.rows(); ++k) {
+    const sim::Vec3 x = body.nodes[static_cast<size_t>(k)].origin, seen = x + memory.node_displacement.row(k).transpose();
+    rest.row(k) = (held.R.transpose() * (seen - held.p) - x - linear.segment<3>(3 * k)).transpose();
+  }
+  memory.scaled.resize(memory.displacement.size());
+  interp::apply(*model.map, rest, interp::Points(0, 3), std::span<float>(memory.scaled));
+  for (size_t i = 0; i < memory.scaled.size(); ++i) memory.displacement[i] += memory.scaled[i];
+}
+
 }  // namespace
 
 void update_displacement(const BodyModel& model, const sim::ResultBody& body, const SamplePlace& place, BodyMemory& memory) {
@@ -539,6 +602,7 @@ void update_displacement(const BodyModel& model, const sim::ResultBody& body, co
   } else if (model.modes) {
     elastic_coordinates(body, place, memory.q);
     interp::apply_modes(*model.modes, memory.q, memory.displacement, 1);
+    if (model.map) add_second_order(model, body, place, memory);
     if (body.held_position.rows() > 0) see_from_body_frame(model, held_pose(body, place), memory.displacement);
   } else {
     node_motion(body, place, memory.node_displacement, memory.node_rotation);

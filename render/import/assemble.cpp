@@ -2,7 +2,7 @@
 
 #include "sim/base/spatial.h"
 #include "sim/base/words.h"
-#include "sim/bodies/sid.h"
+#include "sim/bodies/body_file.h"
 #include "sim/scene/units.h"
 
 #include <fmt/format.h>
@@ -127,9 +127,9 @@ void add_nodes(Taker& taker, const BodySource& source, sim::ResultBody& body) {
   }
 }
 
-// Nodes and mode shapes of a SID file, moved by the columns of its coordinates.
+// Nodes and mode shapes of a body's file, moved by the columns of its coordinates.
 void add_modes(Taker& taker, const BodySource& source, sim::ResultBody& body) {
-  const sim::FlexibleBody flexible = sim::to_flexible_body(sim::read_sid(source.sid).file, source.name);
+  const sim::FlexibleBody flexible = sim::read_body(source.sid, source.name).body;
   const Eigen::Index n = flexible.n, nt = body.position.rows(), nn = std::ssize(flexible.nodes);
   if (std::ssize(source.q) != n)
     throw InputError(

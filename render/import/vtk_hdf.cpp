@@ -1,8 +1,8 @@
 // VTKHDF files.
 #include "render/import/vtk_series.h"
 
+#include "sim/base/hdf5_file.h"
 #include "sim/base/words.h"
-#include "sim/results/results_file_hdf5.h"
 
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@ namespace flexframe::imports {
 namespace {
 
 using sim::InputError;
-using sim::results_file::Id;
+using sim::hdf5::Id;
 
 class Reader {
  public:
@@ -20,7 +20,7 @@ class Reader {
     H5dont_atexit();
     if (!std::filesystem::is_regular_file(path)) throw InputError(fmt::format("{}: no such file", name_));
     file_ = Id(H5Fopen(name_.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
-    if (!file_.valid()) fail(fmt::format("is no HDF5 file that can be read: {}", sim::results_file::hdf5_reason()));
+    if (!file_.valid()) fail(fmt::format("is no HDF5 file that can be read: {}", sim::hdf5::hdf5_reason()));
     if (!has("/VTKHDF")) fail("is no VTKHDF file: it lacks the group VTKHDF");
   }
   [[noreturn]] void fail(const std::string& message) const { throw InputError(fmt::format("{}: {}", name_, message)); }
@@ -54,7 +54,7 @@ class Reader {
     const Id memory(H5Screate_simple(rank, extent, nullptr), H5Sclose);
     if (H5Sselect_hyperslab(space, H5S_SELECT_SET, start, nullptr, extent, nullptr) < 0 ||
         H5Dread(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, out.data()) < 0)
-      fail(fmt::format("dataset {} cannot be read: {}", path, sim::results_file::hdf5_reason()));
+      fail(fmt::format("dataset {} cannot be read: {}", path, sim::hdf5::hdf5_reason()));
     return out;
   }
   double number(const std::string& path, hsize_t row) const { return rows(path, row, 1).front(); }
@@ -159,7 +159,7 @@ VtkMoment read_step(const Reader& reader, const std::string& file, bool polygons
 }  // namespace
 
 NodalSeries read_vtkhdf(const std::filesystem::path& file, const VtkRequest& request) {
-  const sim::results_file::Quiet quiet;
+  const sim::hdf5::Quiet quiet;
   const Reader reader(file);
   const std::string type = reader.type();
   if (type != "UnstructuredGrid" && type != "PolyData")

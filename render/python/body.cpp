@@ -1,6 +1,7 @@
 // Body: flexible bodies from SID files and finite element models.
 #include "render/python/bindings.h"
 
+#include "sim/bodies/body_file.h"
 #include "sim/bodies/sid.h"
 #include "sim/reduce/reduce_request.h"
 
@@ -25,11 +26,11 @@ using Shared = std::shared_ptr<Body>;
 
 Shared from_sid(const std::filesystem::path& path) {
   auto out = std::make_shared<Body>();
-  const sim::SidReading reading = sim::read_sid(path);
-  out->notes = reading.notes;
+  sim::BodyFile file = sim::read_body(path, path.stem().string());
+  out->notes = std::move(file.notes);
   out->name = path.stem().string();
-  out->comment = reading.file.comment;
-  out->body = sim::to_flexible_body(reading.file, out->name, &out->notes);
+  out->comment = std::move(file.comment);
+  out->body = std::move(file.body);
   // Of the free elastic coordinates: Ke x = omega^2 Me x.
   const Eigen::GeneralizedSelfAdjointEigenSolver<sim::MatX> modes(out->body.Ke, out->body.Me, Eigen::EigenvaluesOnly);
   out->frequencies = modes.eigenvalues().cwiseMax(0.0).cwiseSqrt() / (2.0 * M_PI);
@@ -105,7 +106,8 @@ void bind_body(py::module_& m) {
       m, "Body", R"(A flexible body: constants of its kinetic and strain energy (Wallrapp 1994; Heckmann et al. 2006 eq. 6). SI units.
 
 Arrays are read-only views; n elastic coordinates.)")
-      .def_static("from_sid", &from_sid, py::arg("path"), "From a SID file. Raises InputError with file and line.")
+      .def_static("from_sid", &from_sid, py::arg("path"),
+                  "From a SID file, or a body file of `flexframe reduce -o BODY.h5`. Raises InputError with file and line.")
       .def_property_readonly(
           "name", [](const Body& b) { return b.name; }, "Of its file, without the ending.")
       .def_property_readonly(

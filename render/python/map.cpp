@@ -1,5 +1,6 @@
 // KernelMap: sparse simulation nodes move the vertices of a dense mesh.
 #include "interp/map.h"
+#include "interp/error_bar.h"
 
 #include "render/python/bindings.h"
 
@@ -61,6 +62,19 @@ struct KernelMap {
     std::copy(u.data(), u.data() + u.size(), out.mutable_data());
     return out;
   }
+
+  py::array_t<float> map_error(const Numbers& displacement, const Numbers& vertices, const std::optional<Numbers>& rotation) const {
+    require_three(displacement, "displacement");
+    require_three(vertices, "vertices");
+    if (rotation) require_three(*rotation, "rotation");
+    if (vertices.shape(0) != map.vertices) throw ArgumentError(fmt::format("vertices must be those of the map, {}", map.vertices));
+    const Eigen::Map<const interp::Points> r(rotation ? rotation->data() : nullptr, rotation ? rotation->shape(0) : 0, 3);
+    const interp::ErrorBar bar(map, {rows_of(vertices), Eigen::Map<const interp::Triangles>(nullptr, 0, 3)});
+    if (!bar.known()) return py::array_t<float>(0);
+    py::array_t<float> out(map.vertices);
+    bar.evaluate(map, rows_of(displacement), r, std::span<float>(out.mutable_data(), static_cast<std::size_t>(map.vertices)));
+    return out;
+  }
 };
 
 }  // namespace
@@ -87,6 +101,10 @@ Raises InputError (no nodes, numbers that are not finite, indices out of range) 
 displacement (N, 3), m; rotation (N, 3) rotation vectors, rad, may be large. out: written in place and returned. Raises InputError.)")
       .def("apply_precise", &KernelMap::apply_precise, py::arg("displacement"), py::arg("rotation") = py::none(),
            "The same in double, (M, 3) float64; needs precise=True.")
+      .def("map_error", &KernelMap::map_error, py::arg("displacement"), py::arg("vertices"), py::arg("rotation") = py::none(),
+           R"(Error bar of each vertex, (M,) float32, m: what leaving nodes out makes, carried to the vertices around.
+
+vertices: as given to the map. Empty where the layout has no estimate. Raises InputError.)")
       .def_property_readonly(
           "nodes", [](const KernelMap& k) { return k.map.nodes; }, "N")
       .def_property_readonly(

@@ -7,9 +7,9 @@
 #include "sim/bodies/beam.h"
 #include "sim/bodies/beam_pieces.h"
 #include "sim/bodies/beam_terms.h"
+#include "sim/bodies/body_file.h"
 #include "sim/bodies/normal_modes.h"
 #include "sim/bodies/resolution.h"
-#include "sim/bodies/sid.h"
 #include "sim/bodies/sid_lack.h"
 #include "sim/bodies/state_space.h"
 #include "sim/model/effects.h"
@@ -566,11 +566,10 @@ void make_bodies(Model& model, const Scene& scene, const std::vector<int>& order
       part.load_factor = piece_length(*beam, k) / part.body.mass;
       if (beam->model == BeamModel::lumped) part.load_factor = 1.0 / (beam->material.density * beam->section.area);
     } else if (const auto* modal = std::get_if<ModalDef>(&def.kind)) {
-      const SidReading sid = read_sid(modal->file);
-      std::vector<std::string> read = sid.notes;
-      part.body = to_flexible_body(sid.file, modal->file.string(), &read);
-      for (const std::string& note : read) model.notes.tell(owner, note);
-      warn_of_lacking_modes(model, scene, owner, def.name, sid.file.comment);
+      BodyFile file = read_body(modal->file, modal->file.string());
+      part.body = std::move(file.body);
+      for (const std::string& note : file.notes) model.notes.tell(owner, note);
+      warn_of_lacking_modes(model, scene, owner, def.name, file.comment);
       add_rayleigh_damping(modal->damping, part.body);
       add_mounted_damping(model, scene, part.scene_body, modal->damping, orientation, part.body);
       const std::vector<EffectState> states = modal_effects(def, *modal, part.body);

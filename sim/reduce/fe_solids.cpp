@@ -453,8 +453,14 @@ VecX stress_terms(FeShape shape, size_t points, const Vec3& q) {
       b << 1, q.x(), q.y(), q.z();
       break;
     case Family::hexahedron:
-      b.resize(8);
-      b << 1, q.x(), q.y(), q.z(), q.x() * q.y(), q.y() * q.z(), q.x() * q.z(), q.prod();
+      b.resize(points == 27 ? 20 : 8);
+      b.head(8) << 1, q.x(), q.y(), q.z(), q.x() * q.y(), q.y() * q.z(), q.x() * q.z(), q.prod();
+      // Of three points a side the terms of the element's own shape functions, as CalculiX has them.
+      if (points == 27) {
+        b.segment(8, 3) = q.cwiseAbs2();
+        b.segment(11, 6) << b(8) * q.y(), b(8) * q.z(), b(9) * q.x(), b(9) * q.z(), b(10) * q.x(), b(10) * q.y();
+        b.tail(3) = q.prod() * q;
+      }
       break;
     case Family::wedge:
       b.resize(points == 2 ? 2 : 6);

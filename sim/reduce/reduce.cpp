@@ -8,6 +8,7 @@
 #include "sim/reduce/fe_integrals.h"
 #include "sim/reduce/fe_mesh_error.h"
 #include "sim/reduce/fe_solver.h"
+#include "sim/reduce/fe_surface.h"
 
 #include <cblas.h>
 #include <fmt/format.h>
@@ -457,6 +458,7 @@ class Reducer {
     if (options.stiffening && model.matrices) note("geometric stiffening needs the elements: left out for a model given as matrices");
     else if (options.stiffening) add_stiffening(U);
     if (options.stress) add_stress(U);
+    if (options.surface) add_surface(U);
   }
 
   // The lowest frequencies against those of a fine mesh.
@@ -594,6 +596,42 @@ class Reducer {
       }
     lap("stress");
   }
+
+  // What the elements know of all nodes of the outer surface.
+  void add_surface(const MatX& U) {
+    if (model.matrices) return note("the surface needs the elements: left out for a model given as matrices");
+    BodySurface& surface = out.surface;
+    const std::vector<std::vector<int>> faces = whole_outer_faces(model);
+    std::vector<int> number(model.nodes.size(), -1), nodes;
+    for (const auto& face : faces)
+      for (const int node : face) number[node] = 0;
+    for (size_t i = 0; i < number.size(); ++i)
+      if (number[i] == 0) {
+        number[i] = static_cast<int>(nodes.size());
+        nodes.push_back(static_cast<int>(i));
+      }
+    const Eigen::Index m = std::ssize(nodes), n = U.cols();
+    surface.points.resize(m, 3);
+    surface.phi = MatX::Zero(3 * m, n);
+    for (Eigen::Index i = 0; i < m; ++i) {
+      const int node = nodes[static_cast<size_t>(i)];
+      surface.ids.push_back(model.node_ids[node]);
+      surface.points.row(i) = model.nodes[node].transpose();
+      for (int d = 0; d < 3; ++d)
+        if (const int motion = system.dof[node][d]; motion >= 0) surface.phi.row(3 * i + d) = U.row(motion);
+    }
+    surface.faces = Eigen::MatrixXi::Constant(std::ssize(faces), 8, -1);
+    for (Eigen::Index f = 0; f < surface.faces.rows(); ++f)
+      for (size_t k = 0; k < faces[static_cast<size_t>(f)].size(); ++k)
+        surface.faces(f, static_cast<Eigen::Index>(k)) = number[faces[static_cast<size_t>(f)][k]];
+    if (options.stress) {
+      surface.stress = MatX::Zero(6 * m, n);
+      const std::vector<MatX> stress = nodal_stress(model, system, U, nodes);
+      for (Eigen::Index i = 0; i < m; ++i)
+        if (const MatX& s = stress[static_cast<size_t>(i)]; s.cols() > 0) surface.stress.middleRows(6 * i, 6) = s;
+    }
+    lap("surface");
+  }
 };
 
 }  // namespace
@@ -604,37 +642,16 @@ Reduction reduce(const FeModel& model, const ReduceOptions& options, const std::
 
 std::string surface_obj(const FeModel& model) {
   // Triangles and quadrangles of node indices; a quadratic face is divided.
-  std::vector<std::vector<int>> faces = outer_faces(model);
-  std::set<std::vector<int>> outer;
-  for (std::vector<int> f : faces) {
-    std::sort(f.begin(), f.end());
-    outer.insert(std::move(f));
-  }
   std::vector<std::vector<int>> pieces;
-  for (const FeElement& e : model.elements)
-    for (const std::vector<int>& face : fe_faces(e.shape)) {
-      std::vector<int> corners, key;
-      corners.reserve(face.size());
-      for (int k : face) corners.push_back(model.connectivity[e.first + k]);
-      key = corners;
-      std::sort(key.begin(), key.end());
-      if (!outer.contains(key)) continue;
-      if (!fe_is_shell(e.shape)) outer.erase(key);
-      const auto middle = [&](int a, int b) {
-        const int place = fe_middle(e.shape, a, b);
-        return place < 0 ? -1 : model.connectivity[e.first + place];
-      };
-      std::vector<int> mids;
-      const size_t n = face.size();
-      mids.reserve(n);
-      for (size_t i = 0; i < n; ++i) mids.push_back(middle(face[i], face[(i + 1) % n]));
-      if (mids[0] < 0) {
-        pieces.push_back(corners);
-        continue;
-      }
-      for (size_t i = 0; i < n; ++i) pieces.push_back({corners[i], mids[i], mids[(i + n - 1) % n]});
-      pieces.push_back(mids);
+  for (const std::vector<int>& face : whole_outer_faces(model)) {
+    if (face.size() < 6) {
+      pieces.push_back(face);
+      continue;
     }
+    const size_t n = face.size() / 2;
+    for (size_t i = 0; i < n; ++i) pieces.push_back({face[i], face[n + i], face[n + (i + n - 1) % n]});
+    pieces.emplace_back(face.begin() + static_cast<std::ptrdiff_t>(n), face.end());
+  }
   std::vector<int> number(model.nodes.size(), 0);
   std::string text = "# undeformed outer surface, metres\n";
   int count = 0;

@@ -7,6 +7,7 @@
 // Theory and measurements: REDUCE.md.
 #pragma once
 
+#include "sim/bodies/body_file.h"
 #include "sim/bodies/flexible_body.h"
 #include "sim/bodies/sid_lack.h"
 #include "sim/reduce/fe_model.h"
@@ -49,6 +50,7 @@ struct ReduceOptions {
             // beyond, at the interfaces only (three static solutions each), and without interfaces not at all ...
   bool stiffening_forced = false;  // ... unless this asks for all nodes
   bool stress = false;             // stress per mode at the kept nodes
+  bool surface = false;            // the displacement (and stress, if that is asked for) at all nodes of the surface: Reduction::surface
   double damping = 0.0;            // ratio of critical damping of every mode
   int threads = 1;                 // of the dense kernels in the factorisation; more take less time but more CPU
   double memory_limit = 0.0;       // bytes; 0: what the machine has free. Refused before the work when the estimate exceeds it
@@ -73,6 +75,7 @@ struct ReduceReport {
 
 struct Reduction {
   FlexibleBody body;
+  BodySurface surface;  // where ReduceOptions::surface asks for it and the model has faces
   ReduceReport report;
 };
 

@@ -1,27 +1,19 @@
 // A file of the layout of sim/RESULTS.md to results.
 #include "sim/base/file_output.h"
+#include "sim/base/hdf5_reader.h"
 #include "sim/base/words.h"
 #include "sim/results/results_file.h"
-#include "sim/results/results_file_reader.h"
+#include "sim/results/results_format.h"
 
 #include <cmath>
 
 namespace flexframe::sim {
 
-using namespace results_file;
+using namespace hdf5;
 
 namespace {
 
 constexpr hsize_t most_times = 100'000'000;
-
-// Its inverse.
-MatX node_columns(const MatX& rows, Eigen::Index parts = 3) {
-  const Eigen::Index nn = rows.rows(), n = rows.cols() / parts;
-  MatX shapes(parts * nn, n);
-  for (Eigen::Index i = 0; i < nn; ++i)
-    for (Eigen::Index a = 0; a < parts; ++a) shapes.row(parts * i + a) = rows.row(i).segment(a * n, n);
-  return shapes;
-}
 
 void check_quaternions(const Reader& reader, const Eigen::MatrixX4d& q, const std::string& path) {
   // single precision and integration drift are fine, anything else is no quaternion
@@ -188,7 +180,7 @@ std::vector<Item> read_members(const Reader& reader, hid_t file, const std::stri
 Results read_results(const std::filesystem::path& path) {
   H5dont_atexit();
   const Quiet quiet;
-  const Reader reader(path);
+  const Reader reader(path, "a results file");
   const Id file = reader.open_file();
   if (H5Aexists(file, "format") <= 0 || reader.text(file, "format", "/", "") != format_name)
     throw InputError(

@@ -1,8 +1,9 @@
 // Results to a file of the layout of sim/RESULTS.md.
 #include "sim/base/file_output.h"
+#include "sim/base/hdf5_file.h"
 #include "sim/base/words.h"
 #include "sim/results/results_file.h"
-#include "sim/results/results_file_hdf5.h"
+#include "sim/results/results_format.h"
 
 #include <algorithm>
 
@@ -10,7 +11,7 @@
 
 namespace flexframe::sim {
 
-using namespace results_file;
+using namespace hdf5;
 
 namespace {
 
@@ -29,15 +30,6 @@ void write_section(hid_t body, const Section& section) {
     for (std::size_t k = 0; k < loop.size(); ++k) points.row(static_cast<Eigen::Index>(k)) = loop[k].transpose();
     write_numbers(group, fmt::format("outline_{}", i), points, {loop.size(), 2}, "m", "closed loop of points (y, z) from the centroid");
   }
-}
-
-// `parts` nn x n (a node's x y z, or its stresses, below each other) as nn rows of `parts` n.
-MatX node_rows(const MatX& shapes, Eigen::Index parts = 3) {
-  const Eigen::Index nn = shapes.rows() / parts, n = shapes.cols();
-  MatX rows(nn, parts * n);
-  for (Eigen::Index i = 0; i < nn; ++i)
-    for (Eigen::Index a = 0; a < parts; ++a) rows.row(i).segment(a * n, n) = shapes.row(parts * i + a);
-  return rows;
 }
 
 void write_surface(hid_t body, const ResultSurface& surface) {

@@ -1,7 +1,7 @@
 #include "sim/results/table_file.h"
 
 #include "sim/base/error.h"
-#include "sim/results/results_file_hdf5.h"
+#include "sim/base/hdf5_file.h"
 
 #include <map>
 
@@ -9,7 +9,7 @@
 
 namespace flexframe::sim {
 
-using namespace results_file;
+using namespace hdf5;
 
 void write_table_file(const TableFile& table, const std::filesystem::path& path) {
   for (const TableFile::Numbers& set : table.numbers)

@@ -28,7 +28,7 @@ case $name in
   sid) sources=(sim/bodies/sid_{read,write,body}.cpp) longest=8192 ;;
   obj) sources=(render/picture/mesh.cpp render/picture/mesh_obj.cpp render/picture/mesh_shading.cpp render/base/file.cpp) longest=1024 ;;
   fe) sources=(sim/reduce/fe_{inp,nastran}*.cpp sim/reduce/fe_{msh,model}.cpp) longest=2048 ;;
-  results) sources=(sim/results/results_file_reader.cpp sim/results/results_file_read.cpp) longest=20000 ;;
+  results) sources=(sim/base/hdf5_reader.cpp sim/results/results_file_read.cpp) longest=20000 ;;
   csv) sources=(render/film/deform.cpp) longest=512 ;;
   png) sources=(render/image/png.cpp render/image/image.cpp) longest=512 ;;
   *) echo "no fuzz target '$name'; there is: ${readers[*]} all" >&2; exit 2 ;;

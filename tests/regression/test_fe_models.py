@@ -291,4 +291,37 @@ with temporary_folder() as name:
     done = run("check", folder / "bad.toml", code=2)
     expect("bad.sid:" in done.stderr, f"a body that claims too much: {done.stderr}")
 
+    # The same body as HDF5: the same numbers and motion, the elements' surface in it, drawn without a mesh and told of where it is missing.
+    import hashlib
+
+    words = ("--hold", "LEFT", "--method", "eigen", "--modes", 3, "--stress", "--nodes", 8, "--quiet", "--json")
+    text = json.loads(run("reduce", model, "-o", folder / "rod.sid", *words).stdout)
+    binary = json.loads(run("reduce", model, "-o", folder / "rod.h5", *words).stdout)
+    expect(text["frequencies"] == binary["frequencies"], "a body as HDF5 has other frequencies")
+    told = json.loads(run("info", folder / "rod.h5", "--json").stdout)
+    expect(told["kind"] == "flexible body" and not told["faults"], f"info of a body as HDF5: {told}")
+    expect(told["surface"] == {"nodes": 4 * (nx + 1), "faces": 4 * nx + 2, "stress": True}, f"surface of the rod: {told['surface']}")
+    expect(told["origin"]["model_sha256"] == hashlib.sha256(model.read_bytes()).hexdigest(), "the model's hash in the body")
+    swing = (
+        'title = "rod"\n[simulation]\nduration = 0.002\noutput_rate = 1000\n[[body]]\nname = "rod"\nkind = "modal"\nfile = "rod.%s"\n'
+        "initial = { qd = [0.5, 0.2, 0.1] }\n"
+        '[[joint]]\nname = "wall"\nkind = "weld"\nparent = "ground"\nchild = "rod"\n'
+        '[[output]]\nname = "tip"\nof = "rod.node[%d]"\nquantity = "position"\n[render]\nsize = [64, 48]\ncolor_by = "stress"\n'
+    )
+    kept = next(n for n in range(4 * nx + 1, 4 * nx + 5) if f"new node = {n}\n" in (folder / "rod.sid").read_text())
+    for kind in ("sid", "h5"):
+        (folder / f"rod_{kind}.toml").write_text(swing % (kind, kept))
+        run("simulate", folder / f"rod_{kind}.toml", "-o", folder / f"rod_{kind}.r.h5", "--csv", folder / f"rod_{kind}.csv")
+    expect((folder / "rod_sid.csv").read_bytes() == (folder / "rod_h5.csv").read_bytes(), "a body as HDF5 moves otherwise")
+    picture = ("--frames", "0:2", "--no-video", "--quiet", "--json")
+    seen = json.loads(run("render", folder / "rod_h5.r.h5", "-o", folder / "shapes", *picture).stdout)
+    expect(not seen["warnings"], f"pictures of a body as HDF5: {seen['warnings']}")
+    run("reduce", bare, "-o", folder / "rod.h5", "--material", "1e11,0.3,8000", *words)
+    seen = json.loads(run("render", folder / "rod_h5.r.h5", "-o", folder / "nodes", *picture).stdout)
+    expect(any("is not the one that was simulated" in w for w in seen["warnings"]), f"pictures with another file: {seen['warnings']}")
+    (folder / "bad.toml").write_text(swing % ("h5", kept))
+    (folder / "rod.h5").write_bytes((folder / "rod_h5.r.h5").read_bytes())
+    done = run("check", folder / "bad.toml", code=2)
+    expect("rod.h5: is a file of 'flexframe results', not a flexible body" in done.stderr, f"results as a body: {done.stderr}")
+
 finish()

@@ -1,4 +1,6 @@
 // SID files: reading real ones, writing, layouts, identities, damaged copies.
+#include "sim/base/error.h"
+#include "sim/bodies/body_file.h"
 #include "sim/bodies/sid.h"
 #include "sim/bodies/sid_judge.h"
 #include "tests/fuzz/damage.h"
@@ -516,6 +518,96 @@ TEST(Sid, ThousandDamagedCopies) {
     }
   }
   EXPECT_GT(refused, 500);
+}
+
+// A folder that goes with the test.
+struct Folder {
+  fs::path path = fs::temp_directory_path() / fmt::format("flexframe_body_{}", std::random_device{}());
+  Folder() { fs::create_directories(path); }
+  ~Folder() { fs::remove_all(path); }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+};
+
+// Two faces, a triangle with middles on a quadrangle without, with any motion.
+BodySurface two_faces(int n) {
+  BodySurface s;
+  s.ids = {11, 12, 13, 14, 15, 16, 17, 18};
+  s.points = Eigen::MatrixX3d::Random(8, 3);
+  s.faces = Eigen::MatrixXi::Constant(2, 8, -1);
+  s.faces.row(0).head(6) << 0, 1, 2, 3, 4, 5;
+  s.faces.row(1).head(4) << 1, 6, 7, 2;
+  s.phi = MatX::Random(24, n);
+  s.stress = MatX::Random(48, n);
+  return s;
+}
+
+// HDF5 keeps every bit of a body, of its surface and of where it came from; the other reader takes both kinds of file.
+TEST(BodyFile, IsReadAsItWasWritten) {
+  const Folder own;
+  for (const int n : {2, 4})
+    for (const bool stiffening : {false, true}) {
+      BodyFile made{random_body(n, stiffening), "made by a test", two_faces(n), {{"model", "part.inp"}, {"model_sha256", "abc"}}, {}};
+      const fs::path path = own.path / "body.h5";
+      write_body(made, path);
+      EXPECT_TRUE(is_body_file(path));
+      const BodyFile read = read_body(path, "part");
+      expect_same(made.body, read.body);
+      EXPECT_TRUE(made.body.Ke == read.body.Ke && made.body.nodes[1].phi == read.body.nodes[1].phi);
+      EXPECT_EQ(made.comment, read.comment);
+      EXPECT_EQ(made.origin, read.origin);
+      for (const BodySurface& surface : {read.surface, read_body_surface(path)}) {
+        EXPECT_EQ(surface.ids, made.surface.ids);
+        EXPECT_TRUE(surface.points == made.surface.points && surface.faces == made.surface.faces);
+        EXPECT_TRUE(surface.phi == made.surface.phi && surface.stress == made.surface.stress);
+      }
+      // The same body as text.
+      write_sid(from_flexible_body(made.body, made.comment), own.path / "body.sid");
+      EXPECT_FALSE(is_body_file(own.path / "body.sid"));
+      expect_same(read_body(own.path / "body.sid", "part").body, read.body);
+    }
+  const Eigen::MatrixX3i triangles = surface_triangles(two_faces(1));
+  EXPECT_EQ(triangles.rows(), 6);  // four of the triangle, two of the quadrangle
+}
+
+// What is wrong is said with the file and the place; nothing else than a body is taken for one.
+TEST(BodyFile, RefusesWhatContradictsItself) {
+  const Folder own;
+  const fs::path path = own.path / "body.h5";
+  const auto refused = [&](const BodyFile& file, const std::string& word) {
+    try {
+      write_body(file, path);
+      read_body(path, "part");
+      ADD_FAILURE() << word << " was let through";
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+      EXPECT_NE(std::string(error.what()).find("body.h5"), std::string::npos) << error.what();
+    }
+  };
+  const BodyFile whole{random_body(3, true), "", two_faces(3), {}, {}};
+  BodyFile wrong = whole;
+  wrong.body.Ke(0, 1) = std::nan("");
+  refused(wrong, "not finite");
+  wrong = whole;
+  wrong.surface.phi.conservativeResize(21, 3);
+  refused(wrong, "surface/phi");
+  wrong = whole;
+  wrong.surface.faces(0, 2) = 8;
+  refused(wrong, "not among the 8");
+  wrong = whole;
+  wrong.surface.faces(0, 5) = -1;
+  refused(wrong, "3, 4, 6 or 8");
+  wrong = whole;
+  wrong.body.nodes[2].name = wrong.body.nodes[0].name;
+  refused(wrong, "twice");
+  wrong = whole;
+  wrong.body.nodes[0].rotation(0, 0) += 0.01;
+  refused(wrong, "no rotation");
+  std::ofstream(path) << "no HDF5 at all";
+  EXPECT_FALSE(is_body_file(path));
+  EXPECT_THROW(read_body(path, "part"), InputError);
+  EXPECT_THROW(read_body_surface(path), InputError);
+  EXPECT_THROW(read_body(own.path / "nothing.h5", "part"), InputError);
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
-// HDF5 as results_file_write.cpp, results_file_read.cpp and table_file.cpp need it; the one place that includes it. Private to them.
+// HDF5 as the files of this project need it (results, tables, bodies); the one place that includes the library.
 //
-// HDF5 access and the layout of sim/RESULTS.md. Metadata carry checksums (format 1.10), data blocks Fletcher's, strings have a fixed
+// Metadata carry checksums (format 1.10), data blocks Fletcher's, strings have a fixed
 // length: a damaged file is found, not followed. HDF5 1.10 itself follows what has no checksum: damaged metadata of older formats, read
 // beyond their end, and the global heaps of variable-length data, where it can loop for ever. Files with either are refused before it sees
 // them.
@@ -17,10 +17,8 @@
 
 #include <hdf5.h>
 
-namespace flexframe::sim::results_file {
+namespace flexframe::sim::hdf5 {
 
-constexpr const char* format_name = "flexframe results";
-constexpr int format_version = 1;
 constexpr std::size_t chunk_bytes = 256u << 10;
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -84,7 +82,11 @@ void write_numbers(hid_t parent, const std::string& name, const Eigen::Ref<const
                    const std::string& unit, const std::string& meaning);
 void write_texts(hid_t parent, const std::string& name, const std::vector<std::string>& texts);
 
+// `parts` nn x n (a node's x y z, or its stresses, below each other) as nn rows of `parts` n, and back.
+MatX node_rows(const MatX& shapes, Eigen::Index parts = 3);
+MatX node_columns(const MatX& rows, Eigen::Index parts = 3);
+
 // A new file, whole or not at all: `write` fills it. Throws FileError.
 void write_hdf5(const std::filesystem::path& path, const std::function<void(hid_t file)>& write);
 
-}  // namespace flexframe::sim::results_file
+}  // namespace flexframe::sim::hdf5

@@ -1,4 +1,4 @@
-#include "sim/results/results_file_reader.h"
+#include "sim/base/hdf5_reader.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -8,7 +8,7 @@
 #include <limits>
 #include <string_view>
 
-namespace flexframe::sim::results_file {
+namespace flexframe::sim::hdf5 {
 namespace {
 
 constexpr std::size_t longest_string = 16u << 20;
@@ -42,14 +42,14 @@ Id Reader::open_file() const {
   std::error_code error;
   const auto status = std::filesystem::status(name_, error);
   if (status.type() == std::filesystem::file_type::not_found) throw InputError(fmt::format("{}: no such file", name_));
-  if (std::filesystem::is_directory(status)) throw InputError(fmt::format("{}: is a directory; a results file is expected", name_));
+  if (std::filesystem::is_directory(status)) throw InputError(fmt::format("{}: is a directory; {} is expected", name_, kind_));
   if (!std::filesystem::is_regular_file(status)) throw InputError(fmt::format("{}: cannot be read: it is no regular file", name_));
   std::ifstream bytes(name_, std::ios::binary);
   if (!bytes) throw InputError(fmt::format("{}: cannot be read: {}", name_, std::strerror(errno)));
   char start[9] = {};
   bytes.read(start, sizeof start);
   if (bytes.gcount() != sizeof start || std::memcmp(start, "\x89HDF\r\n\x1a\n", 8) != 0)
-    throw InputError(fmt::format("{}: is no HDF5 file; a results file of flexframe is expected", name_));
+    throw InputError(fmt::format("{}: is no HDF5 file; {} of flexframe is expected", name_, kind_));
   if (start[8] != checked_format)
     throw InputError(
         fmt::format("{}: has one of HDF5's older formats, without checksums, which are not read; write format 1.10, in h5py File(name, "
@@ -281,4 +281,4 @@ bool Reader::holds_global_heap(std::ifstream& file) {
   return false;
 }
 
-}  // namespace flexframe::sim::results_file
+}  // namespace flexframe::sim::hdf5

@@ -1,23 +1,26 @@
-// Groups, texts and arrays of a results file. Private to results_file_read.cpp.
+// Groups, texts and arrays of an HDF5 file that may be damaged or foreign.
 #pragma once
 
 #include "sim/base/error.h"
-#include "sim/results/results_file_hdf5.h"
+#include "sim/base/hdf5_file.h"
 
 #include <filesystem>
 #include <fstream>
 #include <limits>
 #include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 
-namespace flexframe::sim::results_file {
+namespace flexframe::sim::hdf5 {
 
 // Reading: every error names the file and the object.
 class Reader {
  public:
-  explicit Reader(const std::filesystem::path& path) : name_(path.string()) {}
+  // kind: what the file is to be, for messages ("a results file").
+  Reader(const std::filesystem::path& path, std::string kind) : name_(path.string()), kind_(std::move(kind)) {}
   [[noreturn]] void fail(const std::string& object, const std::string& message) const;
   Id open_file() const;
   // A link to another file, or one by name, is none: nothing beyond the file is opened.
@@ -46,7 +49,7 @@ class Reader {
   static bool holds_global_heap(std::ifstream& file);
   // Not valid: there is none, which is all right where it is optional.
   Id open_attribute(hid_t object, const std::string& name, const std::string& label, bool optional) const;
-  std::string name_;
+  std::string name_, kind_;
 };
 
-}  // namespace flexframe::sim::results_file
+}  // namespace flexframe::sim::hdf5

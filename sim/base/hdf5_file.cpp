@@ -1,4 +1,4 @@
-#include "sim/results/results_file_hdf5.h"
+#include "sim/base/hdf5_file.h"
 
 #include "sim/base/error.h"
 #include "sim/base/file_output.h"
@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-namespace flexframe::sim::results_file {
+namespace flexframe::sim::hdf5 {
 
 hid_t done(hid_t id) {
   if (id < 0) throw WriteFailure{};
@@ -94,6 +94,22 @@ void write_texts(hid_t parent, const std::string& name, const std::vector<std::s
   check(H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, packed.data()));
 }
 
+MatX node_rows(const MatX& shapes, Eigen::Index parts) {
+  const Eigen::Index nn = shapes.rows() / parts, n = shapes.cols();
+  MatX rows(nn, parts * n);
+  for (Eigen::Index i = 0; i < nn; ++i)
+    for (Eigen::Index a = 0; a < parts; ++a) rows.row(i).segment(a * n, n) = shapes.row(parts * i + a);
+  return rows;
+}
+
+MatX node_columns(const MatX& rows, Eigen::Index parts) {
+  const Eigen::Index nn = rows.rows(), n = rows.cols() / parts;
+  MatX shapes(parts * nn, n);
+  for (Eigen::Index i = 0; i < nn; ++i)
+    for (Eigen::Index a = 0; a < parts; ++a) shapes.row(parts * i + a) = rows.row(i).segment(a * n, n);
+  return shapes;
+}
+
 void write_hdf5(const std::filesystem::path& path, const std::function<void(hid_t file)>& write) {
   PendingFile pending(path);
   // at exit HDF5 would try again to write what a full disk refused; only its first call counts
@@ -115,4 +131,4 @@ void write_hdf5(const std::filesystem::path& path, const std::function<void(hid_
   pending.commit();
 }
 
-}  // namespace flexframe::sim::results_file
+}  // namespace flexframe::sim::hdf5
