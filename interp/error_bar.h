@@ -1,6 +1,7 @@
 // What a map may be wrong by at each vertex, told from the nodes alone: each node is predicted from the others (leave_one_out), and the
 // miss there is carried to the vertices around. A vertex on a node has none; one as far from the nearest node as that from its next has
-// what leaving a node out made.
+// what leaving a node out made. Of the size of the error with the kernel, far above it with the elastic surface, which loses the support of
+// the node that is left out (README.md).
 #pragma once
 
 #include "interp/map.h"
