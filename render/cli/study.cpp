@@ -5,6 +5,8 @@
 #include "render/cli/terminal.h"
 
 #include "render/film/study.h"
+#include "render/film/study_page.h"
+#include "sim/base/file_output.h"
 
 #include <fmt/format.h>
 
@@ -58,7 +60,7 @@ Command add_study(Program& program) {
     EngineWords engine;
     int repeats = 3;
     double longest = 0.0, reference_seconds = 60.0;
-    bool resume = false, json = false;
+    bool resume = false, html = false, json = false;
   };
   const auto words = std::make_shared<Words>();
   Subcommand app = program.subcommand("study", "accuracy against CPU time: sweeps, table, diagrams, recommendation");
@@ -79,6 +81,7 @@ Command add_study(Program& program) {
   app.flag("--resume", words->resume, "keep the runs of an interrupted study of the same scene");
   app.option("--shard", words->shard, "every N-th run from the I-th on, without report: study --resume makes that of all; needs --longest")
       .as("I/N");
+  app.flag("--html", words->html, "the report as one HTML page besides: study.html, diagrams inside, tables to sort");
   app.flag("--json", words->json, "the report as JSON on stdout");
   add_engine_words(app, words->engine);
   app.example("crane.toml -o crane-study --axes tolerance,elements", "error against CPU time over tolerances and elements");
@@ -119,12 +122,14 @@ Command add_study(Program& program) {
             }
             const film::Study study = film::run_study(job.scene, options);
             film::write_study(study, options.folder);
+            if (words->html) sim::write_whole_file(options.folder / "study.html", film::study_page(study));
             if (words->json) {
               std::ifstream file(options.folder / "study.json");
               fmt::print("{}", std::string(std::istreambuf_iterator<char>(file), {}));
               return 0;
             }
             print_study(study, options.folder);
+            if (words->html) fmt::print("page         {}\n", (options.folder / "study.html").string());
             return 0;
           }};
 }

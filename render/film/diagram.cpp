@@ -30,7 +30,11 @@ FlatAxis axis_of(const Diagram& d, double DiagramPoint::*member) {
 FlatDrawing lay_out(const Diagram& d) {
   FlatDrawing out;
   out.width = d.width, out.height = d.height;
-  const double legend = 190.0, left = 78.0, top = 46.0, bottom = d.note.empty() ? 54.0 : 74.0;
+  // Room for the longest label, as far as the diagram keeps half of the width.
+  double legend = 190.0;
+  for (const DiagramSeries& s : d.series) legend = std::max(legend, 42.0 + render::text_width(s.label, 12.0, render::Weight::regular));
+  legend = std::min(legend, 0.5 * d.width);
+  const double left = 78.0, top = 46.0, bottom = d.note.empty() ? 54.0 : 74.0;
   const double width = d.width - left - legend - 16.0, height = d.height - top - bottom;
   const FlatAxis x = axis_of(d, &DiagramPoint::x), y = axis_of(d, &DiagramPoint::y);
   const auto place = [&](double px, double py) { return dvec2(left + width * x.at(px), top + height * (1.0 - y.at(py))); };

@@ -2,6 +2,7 @@
 
 #include "render/base/base64.h"
 #include "render/base/deflate.h"
+#include "render/base/house_page.h"
 #include "render/base/html.h"
 #include "render/film/overlay.h"
 #include "render/film/page_texts.h"
@@ -405,7 +406,7 @@ std::string make_page(const Animation& animation, std::span<const std::uint8_t> 
   const std::string picture =
       png.empty() ? "" : fmt::format("<img alt=\"A picture of the run\" src=\"data:image/png;base64,{}\">", render::base64(png));
   return fill(texts.at("page.html"), {{"TITLE", render::escape_html(title)},
-                                      {"STYLE", texts.at("style.css")},
+                                      {"STYLE", render::house_colours() + texts.at("style.css")},
                                       {"PICTURE", picture},
                                       {"SUMMARY", summary(animation)},
                                       {"SCENE", in_script(scene.dump(-1, ' ', false, Json::error_handler_t::replace))},

@@ -1,4 +1,5 @@
 // The page of a sweep and the files of its diagrams.
+#include "render/base/house_page.h"
 #include "render/base/html.h"
 #include "render/film/sweep_plots.h"
 #include "render/image/png.h"
@@ -14,15 +15,11 @@ namespace {
 
 using render::escape_html;
 
-std::string row(const std::vector<std::string>& cells, const char* tag = "td") {
-  std::string out = "<tr>";
-  for (const std::string& cell : cells) out += fmt::format("<{0}>{1}</{0}>", tag, escape_html(cell));
-  return out + "</tr>\n";
-}
+using Rows = std::vector<std::vector<std::string>>;
 
 // Smallest and largest of every response, with the point that has it.
 std::string response_table(const sim::Sweep& sweep, const sim::SweepTable& table) {
-  std::string out = "<table>\n" + row({"response", "points", "smallest", "at point", "largest", "at point"}, "th");
+  Rows rows{{"response", "points", "smallest", "at point", "largest", "at point"}};
   for (std::size_t k = 0; k < sweep.names.size(); ++k) {
     long count = 0, low = -1, high = -1;
     const auto y = table.responses.col(static_cast<Eigen::Index>(k));
@@ -32,12 +29,12 @@ std::string response_table(const sim::Sweep& sweep, const sim::SweepTable& table
       if (low < 0 || y[i] < y[low]) low = i;
       if (high < 0 || y[i] > y[high]) high = i;
     }
-    if (count == 0) out += row({sweep.names[k], "0", "", "", "", ""});
+    if (count == 0) rows.push_back({sweep.names[k], "0", "", "", "", ""});
     else
-      out += row({sweep.names[k], fmt::format("{}", count), fmt::format("{:.6g}", y[low]), fmt::format("{}", low),
-                  fmt::format("{:.6g}", y[high]), fmt::format("{}", high)});
+      rows.push_back({sweep.names[k], fmt::format("{}", count), fmt::format("{:.6g}", y[low]), fmt::format("{}", low),
+                      fmt::format("{:.6g}", y[high]), fmt::format("{}", high)});
   }
-  return out + "</table>\n";
+  return render::house_table(rows);
 }
 
 std::string index_table(const sim::Sweep& sweep, const std::vector<sim::Sensitivity>& indices) {
@@ -48,21 +45,20 @@ std::string index_table(const sim::Sweep& sweep, const std::vector<sim::Sensitiv
       continue;
     }
     const bool sobol = !s.sobol.empty();
-    out += "<table>\n" + row(sobol ? std::vector<std::string>{s.response, "first", "95 %", "total", "95 %"}
-                                   : std::vector<std::string>{s.response, "mu*", "mu", "sigma"},
-                             "th");
+    Rows rows{sobol ? std::vector<std::string>{s.response, "first", "95 %", "total", "95 %"}
+                    : std::vector<std::string>{s.response, "mu*", "mu", "sigma"}};
     for (std::size_t k = 0; k < sweep.design.axes().size(); ++k) {
       const std::string& key = sweep.design.axes()[k].key;
       if (sobol) {
         const sim::SobolIndex& i = s.sobol[k];
-        out += row({key, fmt::format("{:.4f}", i.first), fmt::format("{:.4f} to {:.4f}", i.first_low, i.first_high),
-                    fmt::format("{:.4f}", i.total), fmt::format("{:.4f} to {:.4f}", i.total_low, i.total_high)});
+        rows.push_back({key, fmt::format("{:.4f}", i.first), fmt::format("{:.4f} to {:.4f}", i.first_low, i.first_high),
+                        fmt::format("{:.4f}", i.total), fmt::format("{:.4f} to {:.4f}", i.total_low, i.total_high)});
       } else {
         const sim::MorrisEffect& e = s.morris[k];
-        out += row({key, fmt::format("{:.4g}", e.mean_size), fmt::format("{:.4g}", e.mean), fmt::format("{:.4g}", e.deviation)});
+        rows.push_back({key, fmt::format("{:.4g}", e.mean_size), fmt::format("{:.4g}", e.mean), fmt::format("{:.4g}", e.deviation)});
       }
     }
-    out += "</table>\n";
+    out += render::house_table(rows, true);
   }
   return out;
 }
@@ -78,27 +74,19 @@ std::string problem_table(const sim::SweepTable& table) {
   if (groups.empty()) return "";
   std::vector<std::pair<std::pair<int, std::string>, std::pair<long, long>>> all(groups.begin(), groups.end());
   std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.second.first > b.second.first; });
-  std::string out = "<h2>What points had to say</h2>\n<table>\n" + row({"end", "points", "first", "sentence"}, "th");
+  Rows rows{{"end", "points", "first", "sentence"}};
   for (std::size_t k = 0; k < std::min(most_told, all.size()); ++k)
-    out += row({sim::point_end_words()[static_cast<std::size_t>(all[k].first.first)], fmt::format("{}", all[k].second.first),
-                fmt::format("{}", all[k].second.second), all[k].first.second});
-  out += "</table>\n";
+    rows.push_back({sim::point_end_words()[static_cast<std::size_t>(all[k].first.first)], fmt::format("{}", all[k].second.first),
+                    fmt::format("{}", all[k].second.second), all[k].first.second});
+  std::string out = "<h2>What points had to say</h2>\n" + render::house_table(rows, true);
   if (all.size() > most_told) out += fmt::format("<p>and {} more sentences: table.csv</p>\n", all.size() - most_told);
   return out;
 }
 
-constexpr const char* style =
-    "body{font:15px/1.5 'DejaVu Sans',sans-serif;margin:2em auto;max-width:1000px;padding:0 1em;color:#21262e}"
-    "table{border-collapse:collapse;margin:1em 0}td,th{border-bottom:1px solid #dbe0e5;padding:.2em .8em;text-align:left;"
-    "font-variant-numeric:tabular-nums}svg{max-width:100%;height:auto;margin:.5em 0}code{background:#f0f2f4;padding:0 .2em}";
-
 std::string page(const sim::Sweep& sweep, const sim::SweepTable& table, const std::vector<sim::Sensitivity>& indices,
                  const std::vector<SweepPlot>& plots) {
   const std::string name = sweep.question.scene.filename().string();
-  std::string out = fmt::format(
-      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Sweep of "
-      "{0}</title><style>{1}</style></head><body>\n<h1>Sweep of {0}</h1>\n",
-      escape_html(name), style);
+  std::string out = render::house_head("Sweep of " + name);
   std::string ends;
   for (std::size_t k = 0; k < sim::point_end_words().size(); ++k)
     if (const long n = table.count(static_cast<sim::PointEnd>(k)); n > 0)
@@ -118,7 +106,7 @@ std::string page(const sim::Sweep& sweep, const sim::SweepTable& table, const st
   out += "</p>\n" + response_table(sweep, table) + index_table(sweep, indices);
   for (const SweepPlot& plot : plots)
     out += fmt::format("<h2 id=\"{}\">{}</h2>\n{}", plot.name, escape_html(plot.title), flat_svg(plot.drawing));
-  return out + problem_table(table) + "</body></html>\n";
+  return out + problem_table(table) + render::house_tail();
 }
 
 }  // namespace

@@ -152,7 +152,8 @@ SweepPlot matrix(const std::vector<SweepColumn>& columns, std::size_t left_out, 
   FlatDrawing& out = plot.drawing;
   const std::size_t n = columns.size();
   const double size = std::clamp(900.0 / static_cast<double>(n), 110.0, 220.0), gap = 10.0, left = 30.0, top = 44.0;
-  out.width = static_cast<int>(left + (size + gap) * static_cast<double>(n) + 20.0);
+  constexpr double title = 600.0;  // its width
+  out.width = static_cast<int>(left + std::max((size + gap) * static_cast<double>(n), title) + 20.0);
   out.height = static_cast<int>(top + (size + gap) * static_cast<double>(n) + 34.0);
   std::vector<FlatAxis> axes;
   std::vector<std::vector<double>> sorted;

@@ -25,8 +25,8 @@ VtkReport write_vtk(const Animation& animation, double scale, const std::filesys
                     const std::function<void(int, int)>& progress = {});
 
 // The same as one file with steps (VTKHDF 2.0, poly data; ParaView from 5.12): the mesh stands in it once, all numbers are packed, so that
-// a long run takes a part of the space. Point data as above; every output is field data under its name, "/" in it as "_"; each data set has
-// its unit as an attribute. Appears whole. Throws as above.
+// a long run takes a part of the space (slider-crank, 385 pictures: 46 MB, the series 204 MB). Point data as above; every output is field
+// data under its name, "/" in it as "_"; each data set has its unit as an attribute. Appears whole. Throws as above.
 VtkReport write_vtkhdf(const Animation& animation, double scale, const std::filesystem::path& file,
                        const std::function<void(int, int)>& progress = {});
 

@@ -1,6 +1,7 @@
 #include "render/image/compare_page.h"
 
 #include "render/base/base64.h"
+#include "render/base/house_page.h"
 #include "render/base/html.h"
 #include "render/image/compare_page_texts.h"
 #include "render/image/png.h"
@@ -113,16 +114,18 @@ std::string measures(const ComparedPair& p) {
 // shown: pairs with a section to jump to, by number.
 std::string table(const Comparison& comparison, const std::set<std::size_t>& shown) {
   std::string out =
-      "<table id=\"pairs\"><tr><th>picture<th>result<th>largest<th>mean<th>pixels over<th>share<th>together<th>SSIM<th>FLIP</tr>\n";
+      "<div class=\"wide\"><table id=\"pairs\"><tr><th>picture<th>result<th>largest<th>mean<th>pixels "
+      "over<th>share<th>together<th>SSIM<th>FLIP"
+      "</tr>\n";
   for (std::size_t i = 0; i < comparison.pairs.size(); ++i) {
     const ComparedPair& p = comparison.pairs[i];
     const std::string name = escape_html(p.name);
     out += shown.count(i) ? fmt::format("<tr><td><a href=\"#pair-{}\">{}</a>", i, name) : "<tr><td>" + name;
     out += fmt::format("<td{}>{}", fails(p.state) ? " class=\"bad\"" : "", state_name(p.state));
-    if (was_measured(p.state) && p.state != PairState::equal) out += measures(p);
+    out += was_measured(p.state) && p.state != PairState::equal ? measures(p) : "<td colspan=\"7\">";
     out += "</tr>\n";
   }
-  return out + "</table>\n";
+  return out + "</table></div>\n";
 }
 
 // What stands above the pictures of a pair.
@@ -175,20 +178,16 @@ std::string comparison_page(const Comparison& comparison, const CompareRequest& 
   for (const std::size_t i : worst_first(comparison))
     if (bad > 0 ? fails(comparison.pairs[i].state) : comparison.pairs[i].state != PairState::equal) chosen.push_back(i);
 
-  const std::string title = escape_html(options.title);
-  std::string html = fmt::format(
-      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width, "
-      "initial-scale=1\">\n<meta name=\"generator\" content=\"flexframe\"><title>{0}</title>\n<style>\n{1}</style></head>\n<body>\n"
-      "<h1>{0}</h1>\n<p{2}>{3}</p>\n<dl>\n",
-      title, texts.at("style.css"), bad > 0 ? " class=\"bad\"" : "",
-      bad > 0 ? fmt::format("{} of {} pictures do not agree.", bad, comparison.pairs.size())
-              : fmt::format("All {} pictures agree.", comparison.pairs.size()));
+  std::string html = house_head(options.title, texts.at("style.css")) +
+                     fmt::format("<p{}>{}</p>\n<dl>\n", bad > 0 ? " class=\"bad\"" : "",
+                                 bad > 0 ? fmt::format("{} of {} pictures do not agree.", bad, comparison.pairs.size())
+                                         : fmt::format("All {} pictures agree.", comparison.pairs.size()));
   for (const auto& [name, text] : options.facts) html += fmt::format("<dt>{}</dt><dd>{}</dd>\n", escape_html(name), escape_html(text));
   if (request.baselines.size() > 1) html += fmt::format("<dt>baselines</dt><dd>{}; any may agree</dd>\n", request.baselines.size());
   for (const std::string& note : comparison.notes) html += fmt::format("<dt>note</dt><dd>{}</dd>\n", escape_html(note));
   html += "</dl>\n";
 
-  const std::string end = fmt::format("<script>\n{}</script>\n</body></html>\n", texts.at("viewer.js"));
+  const std::string end = house_tail(texts.at("viewer.js"));
   const std::size_t asked = std::min(chosen.size(), most_shown);
   constexpr std::size_t words = 2'000;  // bytes of a section without its pictures
   std::set<std::size_t> shown(chosen.begin(), chosen.begin() + static_cast<std::ptrdiff_t>(asked));

@@ -2,6 +2,7 @@
 import csv
 import json
 import pathlib
+import re
 
 from program import bending_slider_crank, examples, expect, finish, history, run, temporary_folder
 
@@ -73,9 +74,18 @@ with temporary_folder() as folder:
 
     # Resume: nothing is run again, the numbers stay.
     (out / "study.json").unlink()
-    run(*words, "--resume")
+    run(*words, "--resume", "--html")
     again = json.loads((out / "study.json").read_text())
     expect([p["repeats"] for p in again["points"]] == [p["repeats"] for p in study["points"]], "a resumed study measures again")
+
+    # The page has the report's numbers and diagrams, and fetches nothing.
+    page = (out / "study.html").read_text()
+    expect(page.count("<svg") == 3 == page.count("</svg>"), "the page of two axes lacks diagrams")
+    cells = re.findall(r"<td>([^<]*)</td>", page)
+    for p in points:
+        expect(f"{p['cpu_seconds']:.4f}" in cells and any(c.startswith(p["setting"]) for c in cells), f"the page lacks {p['setting']}")
+    expect(not re.search(r"(src|href)=|url\(", page) and "nan" not in page.lower(), "the page loads or lacks something")
+    expect((out / "study.md").read_text().count("\n| ") == page.count("<tr>"), "the page's tables are not the report's")
 
     # A given reference, and words that are wrong.
     run("simulate", scene, "--csv", folder / "r.csv", "--tolerance", "1e-9", "--no-error-estimate")
