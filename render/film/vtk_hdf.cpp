@@ -3,14 +3,14 @@
 #include "render/film/vtk.h"
 
 #include "render/film/vtk_surface.h"
-#include "sim/results/results_file_hdf5.h"
+#include "sim/base/hdf5_file.h"
 
 #include <algorithm>
 
 namespace flexframe::film {
 namespace {
 
-namespace hdf = sim::results_file;
+namespace hdf = sim::hdf5;
 using hdf::check;
 using hdf::done;
 using hdf::Id;

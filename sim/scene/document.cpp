@@ -133,15 +133,22 @@ std::vector<std::string> split_path(const std::string& path) {
   throw InputError(fmt::format("--set {}: {}", path, message));
 }
 
+// "; did you mean 'length'?", or the sign before what there is.
+std::string hint(const std::string& word, const std::vector<std::string>& known) {
+  const std::string out = did_you_mean(word, known);
+  return out.empty() ? ";" : out;
+}
+
 void set_parameter(TomlValue& root, const std::string& name, TomlValue value) {
   TomlValue* table = root.find("parameters");
   TomlValue* old = table ? table->find(name) : nullptr;
   if (!old) {
     const std::vector<std::string> known = table ? table->keys : std::vector<std::string>{};
-    const std::string hint = did_you_mean(name, known);
-    refuse_setting(name, fmt::format("the scene has no parameter {}{}{} {}", quote(name), hint, hint.empty() ? ";" : "",
-                                     known.empty() ? "and no [parameters] at all; a key of a table is set as TABLE.NAME.KEY=VALUE"
-                                                   : "there are " + list_words(known)));
+    if (known.empty())
+      refuse_setting(name, fmt::format("the scene has no parameter {} and no [parameters] at all; a key of a table is set as "
+                                       "TABLE.NAME.KEY=VALUE",
+                                       quote(name)));
+    refuse_setting(name, fmt::format("the scene has no parameter {}{} there are {}", quote(name), hint(name, known), list_words(known)));
   }
   value.line = old->line;
   *old = std::move(value);
@@ -167,8 +174,8 @@ void set_key(TomlValue& root, const std::string& path, TomlValue value) {
           if (name->text == parts[1]) at = &item;
         }
     if (!at)
-      refuse_setting(path, fmt::format("there is no {} {}{} there are {}", parts[0], quote(parts[1]), did_you_mean(parts[1], known),
-                                       list_words(known)));
+      refuse_setting(path,
+                     fmt::format("there is no {} {}{} there are {}", parts[0], quote(parts[1]), hint(parts[1], known), list_words(known)));
   } else {
     at = &entry(root, parts[0], TomlValue::Type::table, 0);
   }

@@ -84,7 +84,7 @@ start = "-30 deg"
         (text.replace("[parameters]", "[parameters]\nsin = 3"), [], ["scene.toml:2", "'sin'"]),
         (text.replace('mass = "m"', 'mass = "base - 2"'), [], ["'mass'", "-1", "base = 1"]),
         (text.replace('mass = "m"', 'mass = "t"'), [], ["'mass'", "time"]),
-        (text, ["--set", "K=3"], ["--set K", "no parameter", "L"]),
+        (text, ["--set", "K=3"], ["--set K", "no parameter 'K'; there are m, L"]),
         (text, ["--set", "body.rod.mas=3"], ["'mas'", "mass"]),
         (text, ["--set", "body.rodd.mass=3"], ["rodd", "rod"]),
         (text, ["--set", "L"], ["NAME=VALUE"]),
