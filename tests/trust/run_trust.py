@@ -35,6 +35,7 @@ import kinds_exact  # noqa: E402
 import kinds_frames  # noqa: E402
 import kinds_machines  # noqa: E402
 import kinds_motion  # noqa: E402
+import kinds_plane  # noqa: E402
 import kinds_random  # noqa: E402
 import kinds_read  # noqa: E402
 import kinds_rich  # noqa: E402
@@ -121,6 +122,7 @@ KINDS = (
     + kinds_states.KINDS
     + kinds_random.KINDS
     + kinds_written.KINDS
+    + kinds_plane.KINDS
 )
 DEFAULT_CLAIM, ESTIMATES = 0.01, 5.0
 BAD = ("silent", "slow", "broken")  # verdicts that must not be
