@@ -24,12 +24,12 @@ FACTOR, NOTHING = 5.0, 1e-6
 
 
 def apart(history, other):
-    """Largest difference of two histories over their outputs, relative to each output's range; what does not move (energy) does not count."""
+    """Largest difference of two histories over their outputs, relative to its range; what does not move (energy) does not count."""
     worst = 0.0
     for name, b in other.items():
         for part in (slice(0, 3), slice(3, 6)) if b.shape[1] == 6 else (slice(None),):
             span = np.ptp(b[:, part], axis=0).max()
-            if span > 1e-5 * abs(b[:, part]).max():
+            if span > max(1e-5 * abs(b[:, part]).max(), 1e-9 * abs(b).max()):  # not a moment that is zero by construction
                 worst = max(worst, np.linalg.norm(history[name][:, part] - b[:, part], axis=1).max() / span)
     return float(worst)
 

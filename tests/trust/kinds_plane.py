@@ -252,7 +252,7 @@ def hanging_chain(r):
     d.reaction("hook", "pin0")
     d.reaction("last", f"pin{n - 1}")
     d.acceleration("bob", "bob")
-    return told(r, d, f"{n} links of {L:.2g} m")
+    return told(r, d, f"{n} links of {L:.2g} m", finest=2, per=8, most=64)
 
 
 def stacker_mast(r):

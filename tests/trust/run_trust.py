@@ -104,6 +104,7 @@ SHORT = [
     "by_table",
     "statespace_body",
     "rolled_strip",
+    "governor",
 ]
 KINDS = (
     kinds_statics.KINDS
