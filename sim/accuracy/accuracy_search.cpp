@@ -125,7 +125,7 @@ Scene Search::at(const Setting& setting) const {
 void Search::keep(const Resolvable& body, int modes, int more, BeamDef& beam) const {
   beam.keep_modes = modes;
   beam.elements = std::max(body.given, elements_for_modes(modes));
-  const int stiff = std::min(modes, stiff_modes) + more;
+  const int stiff = modes > 0 ? std::min(modes, stiff_modes) + more : 0;
   if (body.stretches) beam.keep_axial = stiff;
   if (body.twists) beam.keep_torsion = stiff;
   if (body.stretches || body.twists) beam.elements = std::max(beam.elements, elements_for_modes(stiff));
