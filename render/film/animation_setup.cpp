@@ -236,12 +236,18 @@ void set_colors(Animation& animation, const Survey& survey) {
   } else {
     const auto [unit, factor] = readable_unit("m", reach);
     const bool velocity = by == ColorBy::velocity;
-    animation.scalar_bar = {.label = velocity              ? "speed"
-                                     : by == ColorBy::mode ? fmt::format("displacement by mode {}", animation.settings.mode)
-                                                           : "elastic displacement",
+    animation.scalar_bar = {.label = velocity                   ? "speed"
+                                     : by == ColorBy::map_error ? "error of the map, estimated"
+                                     : by == ColorBy::mode      ? fmt::format("displacement by mode {}", animation.settings.mode)
+                                                                : "elastic displacement",
                             .unit = velocity ? unit + "/s" : unit,
                             .factor = factor};
   }
+  if (by == ColorBy::map_error)
+    animation.notes.push_back(
+        fmt::format("the mesh may be off by up to {:.3g} {} between the nodes (t = {:.4g} s): each node told from the "
+                    "others; with scheme \"elastic\" a bound far above the error",
+                    all * animation.scalar_bar->factor, animation.scalar_bar->unit, at));
   if (map.above && !range)
     animation.notes.push_back(fmt::format(
         "colours end at {:.3g} {}; the largest value, {:.3g} {} at t = {:.4g} s, lies above: color_range = \"full\" takes it in",

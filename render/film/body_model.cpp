@@ -400,6 +400,7 @@ bool map_shapes(const sim::ResultBody& body, const sim::BodySurface& known, cons
   if (!feet) return false;
   if (!note.empty()) model.warnings.push_back(note);
   model.modes = interp::map_displacement(faces, *feet, known.phi);
+  if (settings.color_by == ColorBy::map_error) model.doubt = interp::map_doubt(faces, *feet, known.phi);
   if (settings.color_by == ColorBy::strain || settings.color_by == ColorBy::stress) model.welded = interp::weld_rows(model.view());
   if (settings.color_by == ColorBy::stress) {
     if (known.stress.size() > 0) model.stress = interp::map_field(*feet, 6, known.stress);
@@ -435,7 +436,8 @@ void map_nodes(const sim::ResultBody& body, const BodyDrawing& drawing, const Bo
   std::vector<std::string> map_warnings;
   try {
     if (known && map_shapes(body, *known, settings, model)) return;
-    if (linear_in_modes(body)) {
+    // Error bars need the map itself, not only what it makes of the modes.
+    if (linear_in_modes(body) && settings.color_by != ColorBy::map_error) {
       interp::CachedModes mapped = interp::cached_modes(nodes, model.view(), options, body.node_phi, body.node_psi, settings.cache);
       model.modes = std::move(mapped.columns);
       model.from_cache = mapped.from_cache;
@@ -443,6 +445,11 @@ void map_nodes(const sim::ResultBody& body, const BodyDrawing& drawing, const Bo
     } else {
       model.map = interp::make_map(nodes, model.view(), options);
       map_warnings = model.map->report.warnings;
+      if (settings.color_by == ColorBy::map_error) {
+        model.error_bar.emplace(*model.map, model.view());
+        if (!model.error_bar->known())
+          map_warnings.emplace_back("its nodes are too few to tell the error of the map: not coloured by map_error");
+      }
     }
   } catch (const interp::InputError& e) {
     throw interp::InputError(fmt::format("body '{}': {}", body.name, e.what()));
@@ -607,6 +614,21 @@ void update_displacement(const BodyModel& model, const sim::ResultBody& body, co
   } else {
     node_motion(body, place, memory.node_displacement, memory.node_rotation);
     interp::apply(*model.map, memory.node_displacement, memory.node_rotation, std::span<float>(memory.displacement));
+  }
+}
+
+void map_error(const BodyModel& model, const sim::ResultBody& body, const SamplePlace& place, BodyMemory& memory, std::vector<float>& out) {
+  out.clear();
+  if (model.doubt) {
+    elastic_coordinates(body, place, memory.q);
+    memory.doubt.resize(model.rest.size());
+    interp::apply_modes(*model.doubt, memory.q, memory.doubt, 1);
+    out.resize(model.rest.size() / 3);
+    interp::compute_magnitude(memory.doubt, out);
+  } else if (model.error_bar && model.error_bar->known()) {
+    node_motion(body, place, memory.node_displacement, memory.node_rotation);
+    out.resize(model.rest.size() / 3);
+    model.error_bar->evaluate(*model.map, memory.node_displacement, memory.node_rotation, out);
   }
 }
 

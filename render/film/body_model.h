@@ -4,6 +4,7 @@
 // for a modal body whose node displacements are linear in q the mode columns, otherwise the kernel map of the nodal series.
 #pragma once
 
+#include "interp/error_bar.h"
 #include "interp/exaggerate.h"
 #include "interp/map.h"
 #include "interp/modes.h"
@@ -77,13 +78,15 @@ struct BodyModel {
   bool closed = false;                  // back faces need not be drawn
   bool visible = true;
   interp::NormalLayout normals;
-  std::vector<float> rest;                   // 3 M
-  std::vector<glm::vec3> rest_normals;       // per shading point
-  std::vector<int> vertex_nodes;             // the node that each vertex is, of a surface of the results' own; else
-  std::optional<interp::Map> map;            // nodal series, or
-  std::optional<interp::ModeColumns> modes;  // of a body whose nodes are linear in its coordinates
-  bool from_cache = false;                   // the modes were read from RenderSettings::cache
-  std::vector<int> welded;                   // colour by strain: vertices at one place have one number
+  std::vector<float> rest;                    // 3 M
+  std::vector<glm::vec3> rest_normals;        // per shading point
+  std::vector<int> vertex_nodes;              // the node that each vertex is, of a surface of the results' own; else
+  std::optional<interp::Map> map;             // nodal series, or
+  std::optional<interp::ModeColumns> modes;   // of a body whose nodes are linear in its coordinates
+  std::optional<interp::ModeColumns> doubt;   // colour by map_error where the elements' shapes are known (interp/faces.h), else
+  std::optional<interp::ErrorBar> error_bar;  // of other bodies
+  bool from_cache = false;                    // the modes were read from RenderSettings::cache
+  std::vector<int> welded;                    // colour by strain: vertices at one place have one number
   std::optional<interp::ModeColumns>
       stress;  // colour by stress of a modal body that knows its stress modes: 6 M rows, xx yy zz xy yz xz of each vertex, Pa
   std::optional<BeamStress> beam_stress;  // colour by stress of a beam
@@ -109,6 +112,7 @@ struct BodyMemory {
   interp::Points node_displacement, node_rotation;
   std::vector<double> q;
   std::vector<float> displacement;       // 3 M, in scale
+  std::vector<float> doubt;              // 3 M
   std::vector<float> scaled, positions;  // 3 M
   interp::PointsF group_normals;
 };
@@ -118,6 +122,9 @@ void beam_von_mises(const BeamStress& stress, const sim::ResultBody& body, std::
 
 // Displacement of the vertices in scale, 3 M floats in memory.displacement.
 void update_displacement(const BodyModel& model, const sim::ResultBody& body, const SamplePlace& place, BodyMemory& memory);
+
+// What the map may be wrong by at the vertices, m (RenderSettings::color_by map_error); empty where nothing tells it.
+void map_error(const BodyModel& model, const sim::ResultBody& body, const SamplePlace& place, BodyMemory& memory, std::vector<float>& out);
 
 // Positions and normals of the shading points with the displacement scaled; memory.displacement must be up to date.
 void update_surface(const BodyModel& model, double scale, bool with_corotated, BodyMemory& memory, std::vector<glm::vec3>& positions,

@@ -373,7 +373,7 @@ double playback_speed(const RenderSettings& settings, double duration) {
 }
 
 const std::vector<std::string>& color_by_words() {
-  static const std::vector<std::string> words = {"none", "displacement", "strain", "velocity", "body", "stress", "mode"};
+  static const std::vector<std::string> words = {"none", "displacement", "strain", "velocity", "body", "stress", "mode", "map_error"};
   return words;
 }
 

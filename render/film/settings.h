@@ -16,7 +16,7 @@
 
 namespace flexframe::film {
 
-enum class ColorBy { none, displacement, strain, velocity, body, stress, mode };
+enum class ColorBy { none, displacement, strain, velocity, body, stress, mode, map_error };
 
 // Words of color_by, in the order of the enumeration.
 const std::vector<std::string>& color_by_words();

@@ -160,6 +160,8 @@ void update_scalars(const ColoredBody& of, double t, const BodyMemory& memory, S
     scalars.resize(vertices);
     interp::compute_magnitude(work.before, scalars);
     if (work.wanted) work.components = work.before;
+  } else if (color_by == ColorBy::map_error && model.flexible) {
+    map_error(model, body, find_sample(results.times, t), work.body, scalars);
   } else if (color_by == ColorBy::velocity && results.times.size() > 1) {
     // Central difference of the vertices in the world over one sample's spacing.
     const Eigen::Index n = results.times.size();

@@ -316,6 +316,9 @@ with temporary_folder() as name:
     picture = ("--frames", "0:2", "--no-video", "--quiet", "--json")
     seen = json.loads(run("render", folder / "rod_h5.r.h5", "-o", folder / "shapes", *picture).stdout)
     expect(not seen["warnings"], f"pictures of a body as HDF5: {seen['warnings']}")
+    seen = json.loads(run("render", folder / "rod_sid.r.h5", "-o", folder / "doubt", "--color-by", "map_error", *picture).stdout)
+    off = [n for n in seen["notes"] if "the mesh may be off by up to" in n]
+    expect(len(off) == 1, f"colours by the error of the map: {seen['notes']}")
     run("reduce", bare, "-o", folder / "rod.h5", "--material", "1e11,0.3,8000", *words)
     seen = json.loads(run("render", folder / "rod_h5.r.h5", "-o", folder / "nodes", *picture).stdout)
     expect(any("is not the one that was simulated" in w for w in seen["warnings"]), f"pictures with another file: {seen['warnings']}")
