@@ -40,25 +40,35 @@ BANNED = [
     ("interp knows only itself", below("interp/"), r'#include "(sim|render)/'),
     ("the drawing part knows only itself", drawing, r'#include "(sim|interp)/'),
     ("what reads other programs' files knows no kernel map", below("render/import/"), r'#include "interp/'),
-    ("includes are written from the project's root",
-     lambda path: library(path) or path.startswith("render/cli/"), r'#include "(\.|[^/"]+")'),
-    ("the library prints", library,
-     r"(std::(cout|cerr|clog)|[^a-zA-Z_:]f?printf *\(|fmt::print|std::puts|[^a-zA-Z_]perror *\()"),
-    ("catch of everything outside main",
-     lambda path: path.startswith("render/cli/") and path != "render/cli/main.cpp", r"catch \(const std::exception"),
+    (
+        "includes are written from the project's root",
+        lambda path: library(path) or path.startswith("render/cli/"),
+        r'#include "(\.|[^/"]+")',
+    ),
+    ("the library prints", library, r"(std::(cout|cerr|clog)|[^a-zA-Z_:]f?printf *\(|fmt::print|std::puts|[^a-zA-Z_]perror *\()"),
+    (
+        "catch of everything outside main",
+        lambda path: path.startswith("render/cli/") and path != "render/cli/main.cpp",
+        r"catch \(const std::exception",
+    ),
 ]
 for module, rooms in ROOMS.items():
     for place, room in enumerate(rooms):
         inside = below(f"{module}/{room}/")
         BANNED.append((f"the door of {module} is opened from inside", inside, rf'#include "{module}/[a-z_]+\.h"'))
-        if rooms[place + 1:]:
-            BANNED.append((f"{module}/{room} stands before what it includes", inside,
-                           rf'#include "{module}/({"|".join(rooms[place + 1:])})/'))
+        if rooms[place + 1 :]:
+            BANNED.append(
+                (f"{module}/{room} stands before what it includes", inside, rf'#include "{module}/({"|".join(rooms[place + 1:])})/')
+            )
 
 # Each foreign library behind its door: (name, its headers, files that may include them, how many files at most)
 CONFINED = [
-    ("SUNDIALS", r"(cvode|cvodes|arkode|ida|idas|kinsol|nvector|sunlinsol|sunmatrix|sunnonlinsol|sundials)",
-     r"sim/time/(integrat|cvode|arkode|ida)[a-z_]*\.(h|cpp)", None),
+    (
+        "SUNDIALS",
+        r"(cvode|cvodes|arkode|ida|idas|kinsol|nvector|sunlinsol|sunmatrix|sunnonlinsol|sundials)",
+        r"sim/time/(integrat|cvode|arkode|ida)[a-z_]*\.(h|cpp)",
+        None,
+    ),
     ("OpenGL", r"GL/", r"render/draw/[a-z_]+\.h", 1),
     ("assimp", r"assimp/", r"render/picture/mesh[a-z_]*\.cpp", 1),
     ("stb_image", r"stb(/|_|/stb_)image", r"render/image/png\.cpp", 1),
@@ -78,8 +88,9 @@ CONFINED = [
     ("Eigen/Sparse", r"Eigen/(Sparse|SparseCholesky)", r"(sim|interp|render/film)/.*", None),
 ]
 
-OUTSIDE = re.compile(r"(PROJECT_SOURCE_DIR\}|CMAKE_SOURCE_DIR\}|FLEXFRAME_SOURCE_DIR\)?)/\.\.(/|\"|$)|(^|[^.])\.\./shared|[Ss]eed 00[0-9]",
-                     re.MULTILINE)
+OUTSIDE = re.compile(
+    r"(PROJECT_SOURCE_DIR\}|CMAKE_SOURCE_DIR\}|FLEXFRAME_SOURCE_DIR\)?)/\.\.(/|\"|$)|(^|[^.])\.\./shared|[Ss]eed 00[0-9]", re.MULTILINE
+)
 MACHINE = re.compile(r"(^|[^A-Za-z0-9_.~}/-])/(work|root|home|farm)/", re.MULTILINE)
 
 
@@ -164,20 +175,36 @@ def self_test():
         plants.append((f"{module}/attic/a.cpp", "", f"no room of {module}"))
         for place, room in enumerate(rooms):
             plants.append((f"{module}/{room}/a.cpp", f'#include "{module}/a.h"', f"the door of {module} is opened from inside"))
-            plants += [(f"{module}/{room}/a.h", f'#include "{module}/{later}/b.h"', f"{module}/{room} stands before what it includes")
-                       for later in rooms[place + 1:]]
+            plants += [
+                (f"{module}/{room}/a.h", f'#include "{module}/{later}/b.h"', f"{module}/{room} stands before what it includes")
+                for later in rooms[place + 1 :]
+            ]
     # Every foreign library in a place that is not its own.
-    headers = {"SUNDIALS": "cvode/cvode.h", "OpenGL": "GL/gl.h", "assimp": "assimp/scene.h", "stb_image": "stb/stb_image.h",
-               "stb_truetype": "stb/stb_truetype.h", "libdeflate": "libdeflate.h", "HDF5": "hdf5.h", "muParser": "muParser.h",
-               "toml++": "toml++/toml.h", "xxHash": "xxhash.h", "matio": "matio.h", "libzip": "zip.h", "pugixml": "pugixml.hpp",
-               "NetCDF": "netcdf.h", "CLI11": "CLI/CLI.hpp", "Boost": "boost/math/special_functions/erf.hpp", "NLopt": "nlopt.h",
-               "Eigen/Sparse": "Eigen/Sparse"}
+    headers = {
+        "SUNDIALS": "cvode/cvode.h",
+        "OpenGL": "GL/gl.h",
+        "assimp": "assimp/scene.h",
+        "stb_image": "stb/stb_image.h",
+        "stb_truetype": "stb/stb_truetype.h",
+        "libdeflate": "libdeflate.h",
+        "HDF5": "hdf5.h",
+        "muParser": "muParser.h",
+        "toml++": "toml++/toml.h",
+        "xxHash": "xxhash.h",
+        "matio": "matio.h",
+        "libzip": "zip.h",
+        "pugixml": "pugixml.hpp",
+        "NetCDF": "netcdf.h",
+        "CLI11": "CLI/CLI.hpp",
+        "Boost": "boost/math/special_functions/erf.hpp",
+        "NLopt": "nlopt.h",
+        "Eigen/Sparse": "Eigen/Sparse",
+    }
     for name, _, allowed, _ in CONFINED:
         path = "interp/a.h" if re.fullmatch(allowed, "render/draw/a.cpp") else "render/draw/a.cpp"
         plants.append((path, f"#include <{headers[name]}>", f"{name} is included outside its place"))
     problems = []
-    clean = {"sim/base/hdf5_file.h": '#include "sim/base/types.h"\n#include <hdf5.h>\n',
-             "interp/a.cpp": "\n" + SHARED_HEADER + "\n"}
+    clean = {"sim/base/hdf5_file.h": '#include "sim/base/types.h"\n#include <hdf5.h>\n', "interp/a.cpp": "\n" + SHARED_HEADER + "\n"}
     for path, line, rule in plants:
         # The line stands first, in the middle and last.
         for text in (line + "\nint a;\n", "int a;\n" + line + "\nint b;\n", "int a;\n\n" + line):

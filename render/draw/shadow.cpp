@@ -235,6 +235,34 @@ ShadowMoments filter_shadow(const ShadowMap& map, const LightFrame& light, doubl
   return {patch.x, patch.y, patch.width, patch.height, std::move(patch.values)};
 }
 
+namespace {
+
+// A mask from the values of every second pixel, of `columns` in each row, shade_row(y, values): between them the mean of two, in rows and
+// then in columns.
+template <class ShadeRow>
+void shade_every_second(Mask& shadow, int columns, const ShadeRow& shade_row) {
+  const int y0 = shadow.part.y, y1 = y0 + shadow.part.height;
+  std::vector<std::uint8_t> here(static_cast<std::size_t>(columns) + 1), next(here.size());
+  const auto mean = [](int a, int b) { return static_cast<std::uint8_t>((a + b + 1) / 2); };
+  shade_row(y0, here.data());
+  for (int y = y0; y < y1; y += 2) {
+    shade_row(y + 2, next.data());
+    here[static_cast<std::size_t>(columns)] = here[static_cast<std::size_t>(columns) - 1];
+    next[static_cast<std::size_t>(columns)] = next[static_cast<std::size_t>(columns) - 1];
+    for (int row = y; row < std::min(y + 2, y1); ++row) {
+      std::uint8_t* out = &shadow.values[std::size_t(row - y0) * shadow.part.width];
+      for (int x = 0; x < shadow.part.width; ++x) {
+        const auto i = static_cast<std::size_t>(x / 2), right = i + static_cast<std::size_t>(x & 1);
+        const std::uint8_t above = mean(here[i], here[right]);
+        out[x] = row == y ? above : mean(above, mean(next[i], next[right]));
+      }
+    }
+    std::swap(here, next);
+  }
+}
+
+}  // namespace
+
 Mask ground_shadow(const ShadowMap& map, const LightFrame& light, const GroundFrame& ground, const ViewFrame& frame, double radius) {
   const PixelRect& area = frame.area;
   const double steep = glm::dot(light.to_light, ground.normal);
@@ -331,24 +359,7 @@ Mask ground_shadow(const ShadowMap& map, const LightFrame& light, const GroundFr
       out[i] = static_cast<std::uint8_t>(255.0f * std::clamp(tight + (wide - tight) * softness, 0.0f, 1.0f) * fade);
     }
   };
-  // Between them the mean of two, in rows and then in columns.
-  std::vector<std::uint8_t> here(static_cast<std::size_t>(columns) + 1), next(here.size());
-  const auto mean = [](int a, int b) { return static_cast<std::uint8_t>((a + b + 1) / 2); };
-  shade_row(y0, here.data());
-  for (int y = y0; y < y1; y += 2) {
-    shade_row(y + 2, next.data());
-    here[static_cast<std::size_t>(columns)] = here[static_cast<std::size_t>(columns) - 1];
-    next[static_cast<std::size_t>(columns)] = next[static_cast<std::size_t>(columns) - 1];
-    for (int row = y; row < std::min(y + 2, y1); ++row) {
-      std::uint8_t* out = &shadow.values[std::size_t(row - y0) * shadow.part.width];
-      for (int x = 0; x < shadow.part.width; ++x) {
-        const auto i = static_cast<std::size_t>(x / 2), right = i + static_cast<std::size_t>(x & 1);
-        const std::uint8_t above = mean(here[i], here[right]);
-        out[x] = row == y ? above : mean(above, mean(next[i], next[right]));
-      }
-    }
-    std::swap(here, next);
-  }
+  shade_every_second(shadow, columns, shade_row);
   return shadow;
 }
 

@@ -37,9 +37,9 @@ struct Linearisation {
 //
 // M is exact, K and D hold structural stiffness and damping exactly and all else (gravity, forces, springs, dampers, geometric stiffness,
 // centrifugal and gyroscopic terms) by central differences of sixth order of the forces at rest (inverse_dynamics.h), entry by entry with
-// an estimate of their error; complex_modes.h sets to zero what their error does not resolve. Bodies that turn freely about a fixed axis are
-// described in axes that do not turn with them where the coefficients are constant in those, else in their own. Throws SimulationError for
-// a mechanism without inertia.
+// an estimate of their error; complex_modes.h sets to zero what their error does not resolve. Bodies that turn freely about a fixed axis
+// are described in axes that do not turn with them where the coefficients are constant in those, else in their own. Throws SimulationError
+// for a mechanism without inertia.
 Linearisation linearise(const System& system);
 
 // Contacts whose friction is no part of small motions, and the sentence that says so.

@@ -163,7 +163,10 @@ def balls(folder):
 
 def rods(folder):
     """A rod that a rail brings down on a ball that is held touches it with its side, an edge or a flat end."""
-    rail = '[[joint]]\nname = "rail"\nkind = "prismatic"\nparent = "ground"\nchild = "ball"\nposition = [0, %s, 0]\ninitial = { value = 0.2 }\n'
+    rail = (
+        '[[joint]]\nname = "rail"\nkind = "prismatic"\nparent = "ground"\nchild = "ball"\nposition = [0, %s, 0]\n'
+        "initial = { value = 0.2 }\n"
+    )
     rod = '[[body]]\nname = "ball"\nkind = "rigid"\nmass = 2\ninertia = [0.1, 0.1, 0.1]\n'
     for axis, beside, height, what in (
         ("[0, 1, 0]", 0.0, 0.15, "side"),

@@ -243,7 +243,9 @@ def four_bar(folder):
         for word in ("with initial.guess instead of initial.value at", "joint 'd' 1.66", "joint 'b' -0.719" if value == "-0.72" else ""):
             expect(word in said, f"values that almost close a loop: {word!r} is missing in {said!r}")
     # Driven beyond its reach.
-    file.write_text(scene(2.0).replace(f"initial = {{ value = {start}, rate = 1 }}", 'motion = "1.047 + 40*t"').replace("[1.0, 0", "[2.6, 0"))
+    file.write_text(
+        scene(2.0).replace(f"initial = {{ value = {start}, rate = 1 }}", 'motion = "1.047 + 40*t"').replace("[1.0, 0", "[2.6, 0")
+    )
     said = run("simulate", file, "-o", folder / "x.h5", code=1).stderr
     for word in ("limit of its reach", "another way to assemble", "guess"):
         expect(word in said, f"a four-bar that cannot turn: {word!r} is missing in {said!r}")

@@ -100,8 +100,10 @@ def locales(folder):
     made = ["C"]
     for name in ("de_DE", "tr_TR"):
         done = subprocess.run(["localedef", "-i", name, "-f", "UTF-8", str(folder / f"{name}.UTF-8")], capture_output=True)
-        expect((folder / f"{name}.UTF-8" / "LC_NUMERIC").exists() and b"cannot" not in done.stderr,
-               f"no locale {name} (package locales): {done.stderr[:300]}")
+        expect(
+            (folder / f"{name}.UTF-8" / "LC_NUMERIC").exists() and b"cannot" not in done.stderr,
+            f"no locale {name} (package locales): {done.stderr[:300]}",
+        )
         made.append(f"{name}.UTF-8")
     seen = {}
     for name in made:
