@@ -45,7 +45,12 @@ class Watcher {
   void look(Arguments... arguments) {
     const auto now = std::chrono::steady_clock::now();
     if (now - last_ < std::chrono::milliseconds(20)) return;
-    last_ = now;
+    tell(arguments...);
+  }
+  // The same however short the last call is ago: at the end.
+  template <class... Arguments>
+  void tell(Arguments... arguments) {
+    last_ = std::chrono::steady_clock::now();
     const py::gil_scoped_acquire gil;
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
     if (!progress_.is_none()) progress_(arguments...);

@@ -173,7 +173,10 @@ py::dict sweep(const std::filesystem::path& file, const py::dict& words, const P
     sim::SweepShard options;
     options.workers = place.workers;
     options.resume = place.resume;
-    options.progress = [&](long done, long of) { watcher.look(of > 0 ? static_cast<double>(done) / static_cast<double>(of) : 1.0); };
+    options.progress = [&](long done, long of) {
+      if (done < of) watcher.look(static_cast<double>(done) / static_cast<double>(of));
+      else watcher.tell(1.0);
+    };
     sim::run_shard(*made, options);
     all = made->goal ? sim::collect_searches(*made, found) : sim::collect_rows(*made);
     sim::write_table_csv(*made, all.table, place.folder / "table.csv");
