@@ -21,7 +21,7 @@ Results pushed(const std::string& model, bool slowly) {
 [simulation]
 duration = 0.42
 gravity = [0, 0, 0]
-tolerance = 1e-8
+tolerance = 1e-7
 [[body]]
 name = "beam"
 kind = "beam"
