@@ -167,7 +167,7 @@ def self_test():
         ("packages.txt", "cmake", "the top level has a name of its own: packages.txt"),
         ("cmake/Compiler.cmake", "set(x 1)", "the top level has a name of its own: cmake"),
         ("tests/CMakeLists.txt", 'set(data "${PROJECT_SOURCE_DIR}/../data")', "a file outside the repository"),
-        ("tests/a.cpp", "// see ../shared/x.md", "a file outside the repository"),
+        ("tests/a.cpp", "// see .." + "/shared/x.md", "a file outside the repository"),
         ("sim/a.h", "// as in seed 001 eq. 8", "a file outside the repository"),
     ]
     # Every room against its door and every later room, and a folder that is no room.
