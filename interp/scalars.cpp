@@ -6,7 +6,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
 
 namespace flexframe::interp {
 
@@ -64,6 +67,34 @@ void compute_von_mises(std::span<const float> stress, std::span<float> out) {
     const float* s = stress.data() + 6 * v;
     const float a = s[0] - s[1], b = s[1] - s[2], c = s[2] - s[0];
     out[v] = std::sqrt(0.5f * (a * a + b * b + c * c) + 3.0f * (s[3] * s[3] + s[4] * s[4] + s[5] * s[5]));
+  }
+}
+
+namespace {
+
+// Largest, middle and smallest principal stress.
+std::array<double, 3> principal_stresses(const float* s) {
+  const double mean = (double(s[0]) + s[1] + s[2]) / 3.0, xx = s[0] - mean, yy = s[1] - mean, zz = s[2] - mean;
+  const double xy = s[3], yz = s[4], xz = s[5];
+  const double p = std::sqrt((xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + yz * yz + xz * xz)) / 6.0);
+  if (p == 0.0) return {mean, mean, mean};
+  const double determinant = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
+  const double angle = std::acos(std::clamp(determinant / (2.0 * p * p * p), -1.0, 1.0)) / 3.0;  // 0 .. 60 degrees
+  const double largest = 2.0 * p * std::cos(angle), smallest = 2.0 * p * std::cos(angle + 2.0 * std::numbers::pi / 3.0);
+  return {mean + largest, mean - largest - smallest, mean + smallest};
+}
+
+}  // namespace
+
+void compute_principal(std::span<const float> stress, int which, std::span<float> out) {
+  const size_t row = 2 - static_cast<size_t>(std::clamp(which, 0, 2));
+  for (size_t v = 0; v < out.size(); ++v) out[v] = static_cast<float>(principal_stresses(stress.data() + 6 * v)[row]);
+}
+
+void compute_tresca(std::span<const float> stress, std::span<float> out) {
+  for (size_t v = 0; v < out.size(); ++v) {
+    const std::array<double, 3> s = principal_stresses(stress.data() + 6 * v);
+    out[v] = static_cast<float>(s[0] - s[2]);
   }
 }
 

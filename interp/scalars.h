@@ -16,7 +16,13 @@ namespace flexframe::interp {
 // one, with their mean. Throws InputError on wrong sizes, numbers that are not finite, a mesh without faces.
 Eigen::MatrixXf map_scalars(const Points& nodes, const MeshView& mesh, int parts, const Eigen::Ref<const Eigen::MatrixXd>& values);
 
-// Von Mises equivalent of M stresses xx yy zz xy yz xz, 6 M floats; out M.
+// Of M stresses xx yy zz xy yz xz, 6 M floats; out M, in their unit.
+// Von Mises equivalent.
 void compute_von_mises(std::span<const float> stress, std::span<float> out);
+// Principal stress: 0 the smallest, 1 the middle one, 2 the largest (tension is positive); by the cosine of a third of the angle whose
+// cosine is the third invariant of the deviator (O. K. Smith, Eigenvalues of a symmetric 3 x 3 matrix, Comm. ACM 4, 1961).
+void compute_principal(std::span<const float> stress, int which, std::span<float> out);
+// Tresca equivalent: largest less smallest principal stress.
+void compute_tresca(std::span<const float> stress, std::span<float> out);
 
 }  // namespace flexframe::interp

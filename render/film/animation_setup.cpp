@@ -210,6 +210,26 @@ double upper_end(Animation& animation, const Survey& survey, double& largest, do
   return range.percentile ? value : short_peak ? value : largest;
 }
 
+bool shares_of_yield(const std::vector<BodyModel>& bodies) {
+  return std::any_of(bodies.begin(), bodies.end(), [](const BodyModel& m) { return m.yield_stress > 0.0; });
+}
+
+// Stress in a unit that suits it, or in per cent of the yield stress, with what is left until something yields.
+void set_stress_bar(Animation& animation, double reach, double largest, double at) {
+  static const std::vector<std::string> labels = {"stress", "Tresca stress", "largest principal stress", "smallest principal stress"};
+  const std::string& label = labels[static_cast<size_t>(animation.settings.stress)];
+  if (!shares_of_yield(animation.bodies)) {
+    const auto [unit, factor] = readable_unit("Pa", reach);
+    animation.scalar_bar = {.label = label, .unit = unit, .factor = factor};
+    return;
+  }
+  animation.scalar_bar = {.label = label + " / yield stress", .unit = "%", .factor = 100.0};
+  if (largest > 0.0)
+    (largest > 1.0 ? animation.warnings : animation.notes)
+        .push_back(fmt::format("the smallest safety factor against yielding is {:.3g} at t = {:.4g} s{}", 1.0 / largest, at,
+                               largest > 1.0 ? ": something yields, and the motion is not computed for that" : ""));
+}
+
 void set_colors(Animation& animation, const Survey& survey) {
   double all = survey.largest_scalar, at = 0.0;
   const double largest = upper_end(animation, survey, all, at);
@@ -220,7 +240,7 @@ void set_colors(Animation& animation, const Survey& survey) {
   map.isolines = animation.settings.isolines;
   const auto& range = animation.settings.color_range;
   map.upper = range ? range->second : largest;
-  map.lower = range ? range->first : animation.settings.range.symmetric ? -largest : 0.0;
+  map.lower = range ? range->first : animation.settings.range.symmetric || is_signed(animation.settings) ? -largest : 0.0;
   map.logarithmic = animation.settings.range.logarithmic && map.upper > 0.0;
   if (map.logarithmic && !range) map.lower = 1e-3 * map.upper;
   if (all > map.upper * (1.0 + 1e-9)) map.above = all;
@@ -231,8 +251,7 @@ void set_colors(Animation& animation, const Survey& survey) {
     const bool small = reach < 0.01;
     animation.scalar_bar = {.label = "strain", .unit = small ? "µm/m" : "%", .factor = small ? 1e6 : 100.0};
   } else if (by == ColorBy::stress) {
-    const auto [unit, factor] = readable_unit("Pa", reach);
-    animation.scalar_bar = {.label = "stress", .unit = unit, .factor = factor};
+    set_stress_bar(animation, reach, all, at);
   } else {
     const auto [unit, factor] = readable_unit("m", reach);
     const bool velocity = by == ColorBy::velocity;
@@ -470,6 +489,15 @@ Animation make_animation(const sim::Results& results, const RenderSettings& aske
     for (const std::string& warning : animation.bodies[b].warnings)
       animation.notes.push_back(fmt::format("{}: {}", results.bodies[b].name, warning));
   }
+
+  if (settings.color_by == ColorBy::stress && shares_of_yield(animation.bodies))
+    for (size_t b = 0; b < animation.bodies.size(); ++b) {
+      BodyModel& model = animation.bodies[b];
+      model.shares_of_yield = true;
+      if (!(model.yield_stress > 0.0) && (model.stress || model.beam_stress || !model.vertex_nodes.empty()))
+        animation.warnings.push_back(fmt::format(
+            "body '{}' has no yield_stress and is grey: give it one in its 'drawing' or for all in [render]", results.bodies[b].name));
+    }
 
   const Survey survey = survey_motion(results, animation.bodies, settings);
   animation.largest_displacement = survey.largest_displacement;

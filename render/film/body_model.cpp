@@ -315,7 +315,7 @@ BodyLook read_body_look(const sim::BodyDef& body, const std::string& file) {
           fmt::format("{}:{}: [[body]] '{}': shape {}: key 'color' must be [r, g, b] with numbers from 0 to 1 or \"#rrggbb\", found {}",
                       file, body.line, body.name, i + 1, sim::quote(text)));
   }
-  const std::vector<std::string> words = {"color", "opacity", "visible", "ghost", "ghost_color", "edges", "diameter"};
+  const std::vector<std::string> words = {"color", "opacity", "visible", "ghost", "ghost_color", "edges", "diameter", "yield_stress"};
   for (const auto& [word, text] : body.drawing) {
     const auto refuse = [&](const std::string& message) {
       throw sim::InputError(fmt::format("{}:{}: [[body]] '{}': {}", file, body.line, body.name, message));
@@ -348,6 +348,10 @@ BodyLook read_body_look(const sim::BodyDef& body, const std::string& file) {
         refuse(fmt::format("'drawing.diameter' must be a length > 0 in m, found {}", sim::quote(text)));
       if (!std::holds_alternative<sim::BeamDef>(body.kind) || body.mesh) refuse("'drawing.diameter' is for beams without a mesh");
       look.diameter = diameter;
+    } else if (word == "yield_stress") {
+      const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), look.yield_stress);
+      if (error != std::errc() || end != text.data() + text.size() || !(look.yield_stress > 0.0 && look.yield_stress < 1e15))
+        refuse(fmt::format("'drawing.yield_stress' must be a stress > 0 in Pa, found {}", sim::quote(text)));
     } else if (word == "opacity") {
       const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), look.opacity);
       if (error != std::errc() || end != text.data() + text.size() || !(look.opacity > 0.0f && look.opacity <= 1.0f))
@@ -427,6 +431,9 @@ void map_nodes(const sim::ResultBody& body, const BodyDrawing& drawing, const Bo
   if (!model.vertex_nodes.empty()) {
     if (settings.color_by == ColorBy::stress && body.node_von_mises.size() == 0)
       model.warnings.push_back("its results hold no stress: not coloured by stress; color_by = \"strain\" needs none");
+    else if (settings.color_by == ColorBy::stress && settings.stress != StressMeasure::von_mises)
+      model.warnings.push_back(fmt::format("its results hold von Mises stress only: not coloured by stress = \"{}\"",
+                                           stress_words()[static_cast<size_t>(settings.stress)]));
     if (settings.color_by == ColorBy::strain) model.welded = interp::weld_rows(model.view());
     return;
   }
@@ -479,6 +486,7 @@ BodyModel make_body_model(const sim::ResultBody& body, const BodyDrawing& drawin
   model.visible = look.visible;
   model.ghost = look.ghost;
   model.ghost_color = look.ghost_color;
+  model.yield_stress = look.yield_stress > 0.0 ? look.yield_stress : settings.yield_stress;
   model.edges = look.edges.value_or(settings.edges);
   std::string why;
   const std::optional<sim::BodySurface> known =
@@ -543,7 +551,27 @@ BodyModel make_body_model(const sim::ResultBody& body, const BodyDrawing& drawin
   return model;
 }
 
-void beam_von_mises(const BeamStress& stress, const sim::ResultBody& body, std::span<const double> q, std::span<float> out) {
+namespace {
+
+double measure_of(const sim::SectionStress& s, StressMeasure measure) {
+  const double half = 0.5 * s.normal, radius = std::hypot(half, s.shear);
+  switch (measure) {
+    case StressMeasure::von_mises:
+      break;
+    case StressMeasure::tresca:
+      return 2.0 * radius;
+    case StressMeasure::max_principal:
+      return half + radius;
+    case StressMeasure::min_principal:
+      return half - radius;
+  }
+  return std::sqrt(s.normal * s.normal + 3.0 * s.shear * s.shear);
+}
+
+}  // namespace
+
+void beam_stresses(const BeamStress& stress, const sim::ResultBody& body, std::span<const double> q, StressMeasure measure,
+                   std::span<float> out) {
   std::vector<double> strains(4 * static_cast<size_t>(body.strain_stations.size()), 0.0);
   for (Eigen::Index i = 0; i < body.section_strain.rows(); ++i)
     strains[static_cast<size_t>(body.section_strain(i, 0))] +=
@@ -561,12 +589,15 @@ void beam_von_mises(const BeamStress& stress, const sim::ResultBody& body, std::
     const int next = std::min(v.station + 1, last);
     sim::SectionStrains e = station(v.station);
     if (v.share > 0.0) e += v.share * (station(next) - e);
-    double largest = sim::section_von_mises(e, bend_rates(next == v.station ? std::max(0, next - 1) : v.station, next),
-                                            stress.youngs_modulus, stress.shear_modulus, v.at);
-    if (v.other >= 0)
-      largest = std::max(largest, sim::section_von_mises(station(v.other), bend_rates(std::max(0, v.other - 1), v.other),
-                                                         stress.youngs_modulus, stress.shear_modulus, v.at));
-    out[i] = static_cast<float>(largest);
+    const auto value = [&](const sim::SectionStrains& strains, const Eigen::Vector2d& rates) {
+      return measure_of(sim::stress_at(strains, rates, stress.youngs_modulus, stress.shear_modulus, v.at), measure);
+    };
+    double worst = value(e, bend_rates(next == v.station ? std::max(0, next - 1) : v.station, next));
+    if (v.other >= 0) {
+      const double other = value(station(v.other), bend_rates(std::max(0, v.other - 1), v.other));
+      worst = measure == StressMeasure::min_principal ? std::min(worst, other) : std::max(worst, other);
+    }
+    out[i] = static_cast<float>(worst);
   }
 }
 

@@ -37,6 +37,7 @@ struct BodyLook {
   GhostStyle ghost = GhostStyle::body;
   std::optional<glm::vec3> ghost_color;                // default: the body's colours
   std::optional<EdgeLines> edges;                      // default: of [render]
+  double yield_stress = 0.0;                           // Pa; 0: that of [render], if any
   std::optional<double> diameter;                      // m: a beam is drawn as a bar of this diameter; default: by its section
   std::vector<std::optional<glm::vec3>> shape_colors;  // of the scene's shapes
 };
@@ -64,6 +65,8 @@ struct BodyModel {
   std::vector<glm::vec3> colors;      // per shading point where the mesh has vertex colours or several materials, else empty
   render::Material material;
   float opacity = 1.0f;
+  double yield_stress = 0.0;     // Pa: its colours by stress are shares of it
+  bool shares_of_yield = false;  // some body's are: those without a yield stress are grey
   GhostStyle ghost = GhostStyle::body;
   std::optional<glm::vec3> ghost_color;
   EdgeLines edges = EdgeLines::none;
@@ -118,7 +121,8 @@ struct BodyMemory {
 };
 
 // Von Mises stress of a beam's vertices, Pa, at its elastic coordinates q.
-void beam_von_mises(const BeamStress& stress, const sim::ResultBody& body, std::span<const double> q, std::span<float> out);
+void beam_stresses(const BeamStress& stress, const sim::ResultBody& body, std::span<const double> q, StressMeasure measure,
+                   std::span<float> out);
 
 // Displacement of the vertices in scale, 3 M floats in memory.displacement.
 void update_displacement(const BodyModel& model, const sim::ResultBody& body, const SamplePlace& place, BodyMemory& memory);

@@ -139,6 +139,8 @@ void read_color_range(const TableReader& reader, RenderSettings& settings) {
 void read_colors(const TableReader& reader, RenderSettings& settings) {
   settings.color_by = static_cast<ColorBy>(reader.word("color_by", color_by_words(), static_cast<size_t>(settings.color_by)));
   settings.mode = reader.integer("mode", 1, 1, 100000);
+  settings.stress = static_cast<StressMeasure>(reader.word("stress", stress_words(), 0));
+  if (reader.has("yield_stress")) settings.yield_stress = reader.number("yield_stress", 0.0, sim::positive.in("Pa"));
   const std::vector<std::string> maps = to_strings(render::colormap_names());
   settings.colormap = static_cast<render::Colormap>(reader.word("colormap", maps, 0));
   read_color_range(reader, settings);
@@ -149,6 +151,8 @@ void read_colors(const TableReader& reader, RenderSettings& settings) {
                 fmt::format("must be positive with color_scale = \"log\", found a lower end of {:g}", settings.color_range->first));
   if (settings.range.logarithmic && settings.range.symmetric)
     reader.fail("color_scale", "\"log\" excludes color_range = { symmetric = true }");
+  if (settings.range.logarithmic && is_signed(settings))
+    reader.fail("color_scale", "\"log\" has no place for the negative values of principal stresses; take stress = \"von_mises\"");
   settings.bands = reader.integer("bands", 0, 0, 64);
   settings.isolines = reader.integer("isolines", 0, 0, 64);
 }
@@ -232,11 +236,12 @@ void read_channels(const TableReader& reader, RenderSettings& settings) {
 }
 
 RenderSettings read_table(const TableReader& reader) {
-  reader.allow({"size",        "frame_rate", "speed",      "samples",       "scales",     "exaggeration", "color_by",   "color_range",
-                "colormap",    "trail",      "undeformed", "scheme",        "background", "ground",       "joints",     "nodes",
-                "forces",      "traces",     "triads",     "contact_sheet", "channels",   "video",        "mode",       "shadows",
-                "occlusion",   "edges",      "silhouette", "camera",        "overlay",    "look",         "bands",      "isolines",
-                "color_scale", "probes",     "extremes",   "section",       "print_size", "dpi",          "dimensions", "insets"});
+  reader.allow({"size",        "frame_rate", "speed",   "samples",    "scales",      "exaggeration",  "color_by",
+                "color_range", "colormap",   "trail",   "undeformed", "scheme",      "background",    "ground",
+                "joints",      "nodes",      "forces",  "traces",     "triads",      "contact_sheet", "channels",
+                "video",       "mode",       "shadows", "occlusion",  "edges",       "silhouette",    "camera",
+                "overlay",     "look",       "bands",   "isolines",   "color_scale", "probes",        "extremes",
+                "section",     "print_size", "dpi",     "dimensions", "insets",      "stress",        "yield_stress"});
   RenderSettings settings;
   apply_look(static_cast<LookKind>(reader.word("look", look_words(), static_cast<size_t>(settings.look))), settings);
 
@@ -372,8 +377,18 @@ double playback_speed(const RenderSettings& settings, double duration) {
   return power;
 }
 
+bool is_signed(const RenderSettings& settings) {
+  return settings.color_by == ColorBy::stress &&
+         (settings.stress == StressMeasure::max_principal || settings.stress == StressMeasure::min_principal);
+}
+
 const std::vector<std::string>& color_by_words() {
   static const std::vector<std::string> words = {"none", "displacement", "strain", "velocity", "body", "stress", "mode", "map_error"};
+  return words;
+}
+
+const std::vector<std::string>& stress_words() {
+  static const std::vector<std::string> words = {"von_mises", "tresca", "max_principal", "min_principal"};
   return words;
 }
 

@@ -20,6 +20,9 @@ enum class ColorBy { none, displacement, strain, velocity, body, stress, mode, m
 
 // Words of color_by, in the order of the enumeration.
 const std::vector<std::string>& color_by_words();
+// Which number of a stress colours show; words in the order of the enumeration. Principal stresses have signs: tension is positive.
+enum class StressMeasure { von_mises, tresca, max_principal, min_principal };
+const std::vector<std::string>& stress_words();
 // Lines on surfaces: none, along all edges of the mesh, or along creases and borders only.
 enum class EdgeLines { none, mesh, creases };
 enum class BackgroundKind { gradient, white, dark, transparent };
@@ -96,6 +99,8 @@ struct RenderSettings {
   std::filesystem::path cache;  // folder of mapped modes (interp/modes.h); empty: none. Not of the scene: it changes no picture
   ColorBy color_by = ColorBy::displacement;
   int mode = 1;  // 1-based, color_by mode
+  StressMeasure stress = StressMeasure::von_mises;
+  double yield_stress = 0.0;  // Pa: colours by stress are shares of it, or of the body's own; 0: of the body's own only, else Pa
   std::optional<std::pair<double, double>> color_range;
   ColorRange range;
   int bands = 0, isolines = 0;  // 0: none
@@ -128,6 +133,9 @@ struct RenderSettings {
   OverlaySettings overlay;
   std::vector<std::pair<std::string, glm::vec3>> runs;  // names and colours of runs in one picture (runs.h); not of the scene
 };
+
+// Whether what the bodies are coloured by has values below zero.
+bool is_signed(const RenderSettings& settings);
 
 // The words that a look stands for.
 void apply_look(LookKind look, RenderSettings& settings);

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <set>
 
@@ -107,6 +108,47 @@ std::set<double> extreme_times(const sim::Results& results, const std::vector<Bo
 
 }  // namespace
 
+namespace {
+
+// Stress of every vertex, Pa or a share of the yield stress.
+void update_stress(const ColoredBody& of, double t, ScalarMemory& work, std::vector<float>& scalars) {
+  const BodyModel& model = of.model;
+  const sim::ResultBody& body = of.results.bodies[of.body];
+  const SamplePlace place = find_sample(of.results.times, t);
+  const StressMeasure measure = of.settings.stress;
+  const size_t vertices = model.rest.size() / 3;
+  if (!model.vertex_nodes.empty() && body.node_von_mises.size() > 0) {
+    if (measure != StressMeasure::von_mises) return;
+    const Eigen::Index next = std::min(place.index + 1, of.results.times.size() - 1);
+    for (const int node : model.vertex_nodes)
+      scalars.push_back(
+          static_cast<float>((1.0 - place.share) * body.node_von_mises(place.index, node) + place.share * body.node_von_mises(next, node)));
+  } else if (model.stress) {
+    elastic_coordinates(body, place, work.body.q);
+    work.before.resize(6 * vertices);
+    interp::apply_modes(*model.stress, work.body.q, work.before, 1);
+    scalars.resize(vertices);
+    if (measure == StressMeasure::von_mises) interp::compute_von_mises(work.before, scalars);
+    else if (measure == StressMeasure::tresca) interp::compute_tresca(work.before, scalars);
+    else interp::compute_principal(work.before, measure == StressMeasure::max_principal ? 2 : 0, scalars);
+    if (work.wanted && measure == StressMeasure::von_mises) work.components = work.before;
+  } else if (model.beam_stress) {
+    elastic_coordinates(body, place, work.body.q);
+    scalars.resize(vertices);
+    beam_stresses(*model.beam_stress, body, work.body.q, measure, scalars);
+  }
+  if (of.shares && model.yield_stress > 0.0) {
+    const auto share = static_cast<float>(1.0 / model.yield_stress);
+    for (float& value : scalars) value *= share;
+    for (float& value : work.components) value *= share;
+  } else if (of.shares && model.shares_of_yield) {
+    std::fill(scalars.begin(), scalars.end(), std::numeric_limits<float>::quiet_NaN());
+    work.components.clear();
+  }
+}
+
+}  // namespace
+
 void update_scalars(const ColoredBody& of, double t, const BodyMemory& memory, ScalarMemory& work, std::vector<float>& scalars) {
   const BodyModel& model = of.model;
   const sim::Results& results = of.results;
@@ -121,23 +163,8 @@ void update_scalars(const ColoredBody& of, double t, const BodyMemory& memory, S
     scalars.resize(vertices);
     interp::compute_magnitude(memory.displacement, scalars);
     if (work.wanted) work.components = memory.displacement;
-  } else if (color_by == ColorBy::stress && !model.vertex_nodes.empty() && body.node_von_mises.size() > 0) {
-    const SamplePlace place = find_sample(results.times, t);
-    const Eigen::Index next = std::min(place.index + 1, results.times.size() - 1);
-    for (const int node : model.vertex_nodes)
-      scalars.push_back(
-          static_cast<float>((1.0 - place.share) * body.node_von_mises(place.index, node) + place.share * body.node_von_mises(next, node)));
-  } else if (color_by == ColorBy::stress && model.stress) {
-    elastic_coordinates(body, find_sample(results.times, t), work.body.q);
-    work.before.resize(6 * vertices);
-    interp::apply_modes(*model.stress, work.body.q, work.before, 1);
-    scalars.resize(vertices);
-    interp::compute_von_mises(work.before, scalars);
-    if (work.wanted) work.components = work.before;
-  } else if (color_by == ColorBy::stress && model.beam_stress) {
-    elastic_coordinates(body, find_sample(results.times, t), work.body.q);
-    scalars.resize(vertices);
-    beam_von_mises(*model.beam_stress, body, work.body.q, scalars);
+  } else if (color_by == ColorBy::stress) {
+    update_stress(of, t, work, scalars);
   } else if (color_by == ColorBy::strain && model.flexible) {
     scalars.resize(vertices);
     interp::compute_strain(model.view(), model.welded, memory.displacement, scalars);
@@ -263,7 +290,7 @@ Seen see(const sim::Results& results, const std::vector<BodyModel>& bodies, cons
     seen.moment.displacement.push_back(std::move(moved));
     if (settings.color_by != ColorBy::none && settings.color_by != ColorBy::body && settings.color_by != ColorBy::displacement) {
       update_scalars({bodies[b], results, b, settings}, t, own, memory.scalars, memory.values);
-      for (float s : memory.values) seen.moment.largest_scalar = std::max(seen.moment.largest_scalar, double(s));
+      for (float s : memory.values) seen.moment.largest_scalar = std::max(seen.moment.largest_scalar, std::abs(double(s)));
     }
     if (settings.color_by == ColorBy::displacement) seen.moment.largest_scalar = std::max(seen.moment.largest_scalar, seen.reach[b]);
   }

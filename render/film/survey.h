@@ -33,6 +33,7 @@ struct ColoredBody {
   const sim::Results& results;
   size_t body;
   const RenderSettings& settings;
+  bool shares = true;  // stress as a share of the yield stress where that is known
 };
 struct ScalarMemory {
   std::vector<float> before, after;

@@ -19,10 +19,11 @@ void append_values(const Animation& animation, size_t b, double t, ColorBy by, c
   const BodyModel& model = animation.bodies[b];
   RenderSettings settings = animation.settings;
   settings.color_by = by;
+  settings.stress = StressMeasure::von_mises;
   ScalarMemory work;
   work.wanted = by == ColorBy::velocity;
   std::vector<float> scalars;
-  update_scalars({model, *animation.results, b, settings}, t, memory, work, scalars);
+  update_scalars({model, *animation.results, b, settings, false}, t, memory, work, scalars);
   std::vector<float>& values = by == ColorBy::velocity ? work.components : scalars;
   values.resize((by == ColorBy::velocity ? 3 : 1) * model.mesh.positions.size(), 0.0f);
   for (float& value : values)

@@ -212,11 +212,16 @@ SectionPoint section_point(const Section& section, double y, double z) {
   return {y, z, torsion_shear(section, y, z), force_shear(section, y, z)};
 }
 
+SectionStress stress_at(const SectionStrains& e, const Eigen::Vector2d& bend_rates, double youngs_modulus, double shear_modulus,
+                        const SectionPoint& at) {
+  const Eigen::Vector2d tau = shear_modulus * e[3] * at.torsion + youngs_modulus * (at.force * bend_rates);
+  return {youngs_modulus * (e[0] - at.y * e[1] - at.z * e[2]), tau.norm()};
+}
+
 double section_von_mises(const SectionStrains& e, const Eigen::Vector2d& bend_rates, double youngs_modulus, double shear_modulus,
                          const SectionPoint& at) {
-  const double sigma = youngs_modulus * (e[0] - at.y * e[1] - at.z * e[2]);
-  const Eigen::Vector2d tau = shear_modulus * e[3] * at.torsion + youngs_modulus * (at.force * bend_rates);
-  return std::sqrt(sigma * sigma + 3.0 * tau.squaredNorm());
+  const SectionStress s = stress_at(e, bend_rates, youngs_modulus, shear_modulus, at);
+  return std::sqrt(s.normal * s.normal + 3.0 * s.shear * s.shear);
 }
 
 }  // namespace flexframe::sim

@@ -301,6 +301,36 @@ TEST(Animation, StressOfAModalBodyIsVonMisesOfItsStressModes) {
     }
   }
   EXPECT_GE(animation.scalar_map.upper, 0.999 * largest);
+
+  // Other numbers of the same stress: Mohr's circle of s_xx and s_xz. With a yield stress they are shares of it.
+  const auto circle = [&](film::StressMeasure measure, double normal, double shear) {
+    const double half = 0.5 * normal, radius = std::hypot(half, shear);
+    return measure == film::StressMeasure::tresca          ? 2.0 * radius
+           : measure == film::StressMeasure::max_principal ? half + radius
+                                                           : half - radius;
+  };
+  for (const auto measure : {film::StressMeasure::tresca, film::StressMeasure::max_principal, film::StressMeasure::min_principal})
+    for (const double yield : {0.0, 5e7}) {
+      s.stress = measure;
+      s.yield_stress = yield;
+      const film::Animation other = film::make_animation(r, s, nullptr);
+      film::update_picture(other, 3, memory);
+      std::vector<double> coordinates;
+      film::elastic_coordinates(bar, film::find_sample(r.times, film::picture_time(other, 3)), coordinates);
+      const render::Mesh& mesh = other.bodies[0].mesh;
+      for (size_t p = 0; p < mesh.point_position.size(); ++p) {
+        const glm::dvec3 x = mesh.positions[mesh.point_position[p]];
+        const double wanted = circle(measure, coordinates[0] * slope * (x.y + 0.1 * x.x), coordinates[0] * twist);
+        EXPECT_NEAR(memory.picture.surfaces[0].scalars[p] * (yield > 0.0 ? yield : 1.0), wanted, 2e-5 * slope * 0.15) << x.x << " " << x.y;
+      }
+      EXPECT_EQ(other.scalar_map.lower < 0.0, measure != film::StressMeasure::tresca);
+      ASSERT_TRUE(other.scalar_bar.has_value());
+      EXPECT_EQ(other.scalar_bar->unit == "%", yield > 0.0);
+      EXPECT_EQ(fmt::format("{}", fmt::join(other.warnings, " ")).find("safety factor") != std::string::npos, yield > 0.0);
+    }
+  s.stress = film::StressMeasure::von_mises;
+  s.yield_stress = 0.0;
+
   // Without stress modes it is said, not guessed.
   r.bodies[0].stress_nodes.clear();
   r.bodies[0].node_stress.resize(0, 0);

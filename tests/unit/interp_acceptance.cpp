@@ -3,11 +3,13 @@
 #include "interp/map.h"
 #include "interp/modes.h"
 #include "interp/rotation.h"
+#include "interp/scalars.h"
 #include "interp/surface.h"
 #include "interp_bodies.h"
 #include "scratch.h"
 
 #include <gtest/gtest.h>
+#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cstring>
@@ -575,6 +577,29 @@ TEST(InterpAcceptance, Exaggeration) {
   }
   EXPECT_NEAR(length, 1.0, 0.01);
   for (const int ring : {5, 30, 55}) EXPECT_NEAR((place(16 * ring) - place(16 * ring + 8)).norm(), 0.1, 0.0024);
+}
+
+// Random stresses, and the shapes where a formula may fail: equal in all directions, two equal ones, one alone, nothing, huge and tiny.
+TEST(InterpFields, PrincipalStresses) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> number(-1.0f, 1.0f);
+  std::vector<float> stress = {5, 5, 5, 0, 0, 0, 2, 2, -1, 0, 0, 0, 0, 0, 0, 0, 3, 0, 0, 0, 0, 0, 0, 0, 1e18f, 0, 0, 0, 0, 1e18f};
+  for (int k = 0; k < 600; ++k) stress.push_back(number(random) * (k < 300 ? 1.0f : 1e-12f));
+  std::vector<float> found[3], tresca(stress.size() / 6);
+  for (int which = 0; which < 3; ++which) {
+    found[which].resize(stress.size() / 6);
+    compute_principal(stress, which, found[which]);
+  }
+  compute_tresca(stress, tresca);
+  for (size_t v = 0; v < tresca.size(); ++v) {
+    const float* s = stress.data() + 6 * v;
+    Eigen::Matrix3d m;
+    m << s[0], s[3], s[5], s[3], s[1], s[4], s[5], s[4], s[2];
+    const Eigen::Vector3d wanted = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(m, Eigen::EigenvaluesOnly).eigenvalues();
+    const double size = wanted.cwiseAbs().maxCoeff();
+    for (int which = 0; which < 3; ++which) EXPECT_NEAR(found[which][v], wanted[which], 2e-7 * size) << v;
+    EXPECT_NEAR(tresca[v], wanted[2] - wanted[0], 3e-7 * size) << v;
+  }
 }
 
 }  // namespace
