@@ -105,7 +105,7 @@ Blend transpose(const Cover& cover, int vertices) {
   return blend;
 }
 
-// Rows of a range of vertices.
+// Rows of a range of vertices; the vertices of `chosen`, or all.
 struct Rows {
   std::vector<int> count, column;
   std::vector<float> single;
@@ -139,6 +139,7 @@ struct RowMaker {
   const std::vector<int>& director;  // 3 director sources of a node that carries arms, from this one; -1: none
   int nodes, sources;
   bool precise;
+  std::span<const int> chosen;  // vertices that have rows, empty: all
 
   Rows make(int first, int last) const;
 
@@ -168,7 +169,8 @@ Rows RowMaker::make(int first, int last) const {
   Rows rows;
   rows.worst.assign(patches.size(), 0.0);
   Gather gather(sources);
-  for (int v = first; v < last; ++v) {
+  for (int row = first; row < last; ++row) {
+    const int v = chosen.empty() ? row : chosen[row];
     const Vec3 x = weld.positions.row(v).transpose();
     const auto begin = static_cast<size_t>(blend.begin[v]), end = static_cast<size_t>(blend.begin[v + 1]);
     double total = 0.0;
@@ -250,22 +252,88 @@ LeaveOneOut make_leave_one_out(const std::vector<Patch>& patches, const std::vec
   return out;
 }
 
+// What the rows of a pass say of the patches.
+struct Guard {
+  double lebesgue = 0.0;
+  int vertex = -1;
+  std::vector<double> worst;  // of each patch, as Rows::worst
+  explicit Guard(size_t patches) : worst(patches, 0.0) {}
+  void add(const Rows& rows) {
+    if (!(rows.lebesgue <= lebesgue)) {
+      lebesgue = rows.lebesgue;
+      vertex = rows.lebesgue_vertex;
+    }
+    for (size_t p = 0; p < worst.size(); ++p) worst[p] = std::max(worst[p], rows.worst[p]);
+  }
+};
+
+// All rows as one table. What is still in pieces is a small part of it at any time.
+SparseWeights make_rows(const RowMaker& maker, int count, int threads, Guard& guard) {
+  SparseWeights w;
+  w.rows = count;
+  w.cols = maker.sources;
+  w.begin.reserve(static_cast<size_t>(count) + 1);
+  constexpr int grain = 2048, group = 32 * grain;
+  for (int begin = 0; begin < count; begin += group) {
+    const int end = std::min(count, begin + group);
+    std::vector<Rows> rows((end - begin + grain - 1) / grain);
+    parallel_chunks(end - begin, grain, threads,
+                    [&](int first, int last) { rows[first / grain] = maker.make(begin + first, begin + last); });
+    size_t entries = w.column.size();
+    for (const Rows& r : rows) entries += r.column.size();
+    if (entries > w.column.capacity()) {
+      // For all rows, should the others be as long as these and a tenth longer.
+      const auto wanted = static_cast<size_t>(static_cast<double>(entries) * (end < count ? 1.1 * count / end : 1.0));
+      w.column.reserve(wanted);
+      w.single.reserve(wanted);
+      if (maker.precise) w.precise.reserve(wanted);
+    }
+    for (const Rows& r : rows) {
+      guard.add(r);
+      for (const int c : r.count) w.begin.push_back(w.begin.back() + c);
+      w.column.insert(w.column.end(), r.column.begin(), r.column.end());
+      w.single.insert(w.single.end(), r.single.begin(), r.single.end());
+      w.precise.insert(w.precise.end(), r.precise.begin(), r.precise.end());
+    }
+  }
+  return w;
+}
+
 }  // namespace
 
-Partition make_partition(const Weld& weld, const Graph& graph, const Points& nodes, const PartitionOptions& options) {
+struct PartitionMaker::Covered {
+  Cover cover;
+  Blend blend;
+};
+
+PartitionMaker::PartitionMaker(const Weld& weld, const Graph& graph, const Points& nodes) : weld_(weld), graph_(graph), nodes_(nodes) {}
+PartitionMaker::~PartitionMaker() = default;
+
+const PartitionMaker::Covered& PartitionMaker::cover_by(int patch_nodes) {
+  std::unique_ptr<Covered>& found = covered_[patch_nodes];
+  if (!found) {
+    // A quarter more than a patch still makes one patch.
+    const bool single = patch_nodes <= 0 || (4 * nodes_.rows() <= 5 * Eigen::Index{patch_nodes} && graph_.pieces < 2);
+    found = std::make_unique<Covered>();
+    found->cover = single ? cover_all(graph_) : cover_mesh(weld_, graph_, patch_nodes);
+    found->blend = transpose(found->cover, graph_.vertices);
+  }
+  return *found;
+}
+
+Partition PartitionMaker::make(const PartitionOptions& options, std::span<const int> vertices, std::span<const Repair> start) {
   Partition out;
-  const int count = static_cast<int>(nodes.rows());
-  // A quarter more than a patch still makes one patch.
-  const bool single = options.patch_nodes <= 0 || (4 * count <= 5 * options.patch_nodes && graph.pieces < 2);
-  Cover cover = single ? cover_all(graph) : cover_mesh(weld, graph, options.patch_nodes);
+  const int count = static_cast<int>(nodes_.rows());
+  const Covered& covered_by = cover_by(options.patch_nodes);
+  const Cover& cover = covered_by.cover;
+  const Blend& blend = covered_by.blend;
   const size_t number = cover.node.size();
   out.patches = static_cast<int>(number);
 
   std::vector<Patch> patches(number);
   std::vector<Repair> repair(number, Repair::none);
+  if (start.size() == number) repair.assign(start.begin(), start.end());
   std::vector<char> stale(number, 1);
-  const Blend blend = transpose(cover, graph.vertices);
-  std::vector<Rows> rows;
   std::vector<int> director;
   int sources = count;
   for (int pass = 0;; ++pass) {
@@ -275,7 +343,7 @@ Partition make_partition(const Weld& weld, const Graph& graph, const Points& nod
         if (!stale[i]) continue;
         std::vector<int> evaluated;
         for (const Share& s : cover.share[i]) evaluated.push_back(s.vertex);
-        patches[i] = make_patch(nodes, cover.node[i], weld.positions, evaluated, options.kernel, repair[i]);
+        patches[i] = make_patch(nodes_, cover.node[i], weld_.positions, evaluated, options.kernel, repair[i]);
         if (!options.arms) patches[i].arm = 0.0;
       }
     });
@@ -295,23 +363,16 @@ Partition make_partition(const Weld& weld, const Graph& graph, const Points& nod
       }
     sources = source_count(Lift(out.lift));
 
-    const int grain = 2048;
-    rows.assign((graph.vertices + grain - 1) / grain, {});
-    const RowMaker maker{weld, blend, patches, director, count, sources, options.precise};
-    parallel_chunks(graph.vertices, grain, options.threads, [&](int first, int last) { rows[first / grain] = maker.make(first, last); });
-    out.lebesgue = 0.0;
-    std::vector<double> worst(number, 0.0);
-    for (const Rows& r : rows) {
-      if (!(r.lebesgue <= out.lebesgue)) {
-        out.lebesgue = r.lebesgue;
-        out.lebesgue_vertex = r.lebesgue_vertex;
-      }
-      for (size_t p = 0; p < number; ++p) worst[p] = std::max(worst[p], r.worst[p]);
-    }
+    Guard guard(number);
+    const RowMaker maker{weld_, blend, patches, director, count, sources, options.precise, vertices};
+    out.weights = {};
+    out.weights = make_rows(maker, vertices.empty() ? graph_.vertices : static_cast<int>(vertices.size()), options.threads, guard);
+    out.lebesgue = guard.lebesgue;
+    out.lebesgue_vertex = guard.vertex;
     if (out.lebesgue <= options.lebesgue_limit || pass == 2 || options.patch_nodes <= 0) break;
     bool any = false;
     for (size_t p = 0; p < number; ++p) {
-      stale[p] = !(worst[p] <= options.lebesgue_limit) && repair[p] != Repair::local_residual;
+      stale[p] = !(guard.worst[p] <= options.lebesgue_limit) && repair[p] != Repair::local_residual;
       if (!stale[p]) continue;
       any = true;
       repair[p] = repair[p] == Repair::none && patches[p].directions > 1 ? Repair::fewer_directions : Repair::local_residual;
@@ -322,27 +383,14 @@ Partition make_partition(const Weld& weld, const Graph& graph, const Points& nod
 
   if (!options.rotations)
     for (const int i : out.lift.director_node)
-      out.lift.estimate.push_back(make_estimate(patches[cover.home[i]], nodes, nodes.row(i).transpose()));
+      out.lift.estimate.push_back(make_estimate(patches[cover.home[i]], nodes_, nodes_.row(i).transpose()));
   out.leave_one_out = make_leave_one_out(patches, cover.home, director, count, sources);
-
-  // One table of rows.
-  SparseWeights& w = out.weights;
-  w.rows = graph.vertices;
-  w.cols = sources;
-  size_t entries = 0;
-  for (const Rows& r : rows) entries += r.column.size();
-  w.column.reserve(entries);
-  w.single.reserve(entries);
-  if (options.precise) w.precise.reserve(entries);
-  w.begin.reserve(static_cast<size_t>(graph.vertices) + 1);
-  for (Rows& r : rows) {
-    for (const int c : r.count) w.begin.push_back(w.begin.back() + c);
-    w.column.insert(w.column.end(), r.column.begin(), r.column.end());
-    w.single.insert(w.single.end(), r.single.begin(), r.single.end());
-    w.precise.insert(w.precise.end(), r.precise.begin(), r.precise.end());
-    r = {};
-  }
+  out.repairs = std::move(repair);
   return out;
+}
+
+Partition make_partition(const Weld& weld, const Graph& graph, const Points& nodes, const PartitionOptions& options) {
+  return PartitionMaker(weld, graph, nodes).make(options);
 }
 
 }  // namespace flexframe::interp

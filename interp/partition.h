@@ -8,6 +8,11 @@
 #include "interp/patch.h"
 #include "interp/sparse.h"
 
+#include <map>
+#include <memory>
+#include <span>
+#include <vector>
+
 namespace flexframe::interp {
 
 struct Partition {
@@ -17,7 +22,8 @@ struct Partition {
   double lebesgue = 0.0;
   int lebesgue_vertex = -1;  // welded
   int patches = 0;
-  int repaired = 0;  // patches that were simplified
+  int repaired = 0;             // patches that were simplified
+  std::vector<Repair> repairs;  // of each patch
 };
 
 struct PartitionOptions {
@@ -30,6 +36,27 @@ struct PartitionOptions {
   int threads = 1;
 };
 
+// Makes partitions of one mesh and its nodes; what depends on the size of the patches alone is made once.
+class PartitionMaker {
+ public:
+  // weld, graph, nodes (N x 3, m): must outlive it.
+  PartitionMaker(const Weld& weld, const Graph& graph, const Points& nodes);
+  ~PartitionMaker();
+  // vertices: welded vertices that get rows, in this order, and count for the limit; empty: all. start: simplifications to begin with, as
+  // Partition::repairs has them for patches of the same size; empty: none.
+  Partition make(const PartitionOptions& options, std::span<const int> vertices = {}, std::span<const Repair> start = {});
+
+ private:
+  struct Covered;
+  const Covered& cover_by(int patch_nodes);
+
+  const Weld& weld_;
+  const Graph& graph_;
+  const Points& nodes_;
+  std::map<int, std::unique_ptr<Covered>> covered_;  // by nodes a patch
+};
+
+// One partition, of all vertices.
 Partition make_partition(const Weld& weld, const Graph& graph, const Points& nodes, const PartitionOptions& options);
 
 }  // namespace flexframe::interp

@@ -2,8 +2,10 @@
 
 #include "interp/dense_solvers.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 namespace flexframe::interp {
@@ -75,28 +77,77 @@ TrialError trial_error(const Weld& weld, const Points& nodes, const Lift& lift, 
   return {std::sqrt(error), std::sqrt(turned)};
 }
 
+namespace {
+
+// A mesh of some faces of a large one: enough to tell one map from another.
+struct Sample {
+  std::vector<int> vertices;  // of the large mesh, ascending; empty: it is small, take all of it
+  Weld weld;
+};
+
+Sample sample_faces(const Weld& weld) {
+  constexpr Eigen::Index enough = 20000;
+  Sample sample;
+  const Eigen::Index count = weld.triangles.rows();
+  if (count <= 4 * enough) return sample;
+  // Spread by the golden section, so that no regular order of the faces matters.
+  std::vector<Eigen::Index> faces;
+  for (Eigen::Index i = 0; i < enough; ++i) {
+    const double place = std::fmod(static_cast<double>(i) * std::numbers::phi, 1.0);
+    faces.push_back(std::min(count - 1, static_cast<Eigen::Index>(place * static_cast<double>(count))));
+  }
+  std::vector<int>& kept = sample.vertices;
+  for (const Eigen::Index f : faces)
+    for (int c = 0; c < 3; ++c) kept.push_back(weld.triangles(f, c));
+  std::sort(kept.begin(), kept.end());
+  kept.erase(std::unique(kept.begin(), kept.end()), kept.end());
+  sample.weld.positions.resize(std::ssize(kept), 3);
+  for (size_t k = 0; k < kept.size(); ++k) sample.weld.positions.row(static_cast<Eigen::Index>(k)) = weld.positions.row(kept[k]);
+  sample.weld.triangles.resize(enough, 3);
+  for (Eigen::Index i = 0; i < enough; ++i)
+    for (int c = 0; c < 3; ++c)
+      sample.weld.triangles(i, c) =
+          static_cast<int>(std::lower_bound(kept.begin(), kept.end(), weld.triangles(faces[static_cast<size_t>(i)], c)) - kept.begin());
+  return sample;
+}
+
+}  // namespace
+
 Partition make_tried_partition(const Weld& weld, const Graph& graph, const Points& nodes, const PartitionOptions& options) {
-  Partition best = make_partition(weld, graph, nodes, options);
+  PartitionMaker maker(weld, graph, nodes);
+  // On a large mesh some of its faces decide; the map of all of them is made once.
+  const Sample sample = sample_faces(weld);
+  const bool sampled = !sample.vertices.empty();
+  Partition best = maker.make(options, sample.vertices), whole;
+  if (sampled && best.repaired == 0) {
+    whole = maker.make(options);
+    if (whole.repaired == 0) return whole;
+    best = maker.make(options, sample.vertices, whole.repairs);
+  }
   if (best.repaired == 0 || weld.triangles.rows() == 0) return best;
   const auto wrong = [&](const Partition& p) {
-    const TrialError e = trial_error(weld, nodes, Lift(p.lift), p.weights);
+    const TrialError e = trial_error(sampled ? sample.weld : weld, nodes, Lift(p.lift), p.weights);
     return e.displacement + e.normals;
   };
   double least = wrong(best);
+  PartitionOptions chosen = options;
   // Errors of the nodes may grow five times as much as the limit for the sake of a shape that is right.
   constexpr double looser = 5.0;
   for (const auto& [larger, limit] : {std::pair(2, 1.0), std::pair(1, looser), std::pair(2, looser)}) {
     PartitionOptions how = options;
     how.patch_nodes *= larger;
     how.lebesgue_limit *= limit;
-    Partition other = make_partition(weld, graph, nodes, how);
+    Partition other = maker.make(how, sample.vertices);
     if (!(other.lebesgue <= std::max(best.lebesgue, looser * options.lebesgue_limit))) continue;
     if (const double own = wrong(other); own < 0.9 * least) {
       least = own;
       best = std::move(other);
+      chosen = how;
     }
   }
-  return best;
+  if (!sampled) return best;
+  const bool first = chosen.patch_nodes == options.patch_nodes && chosen.lebesgue_limit == options.lebesgue_limit;
+  return first && whole.patches > 0 ? std::move(whole) : maker.make(chosen, {}, best.repairs);
 }
 
 }  // namespace flexframe::interp

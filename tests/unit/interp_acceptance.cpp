@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <cstring>
 #include <filesystem>
+#include <numeric>
 #include <random>
 
 namespace flexframe {
@@ -341,6 +342,54 @@ TEST(InterpAcceptance, LebesgueGuard) {
   EXPECT_GT(guess.report.lebesgue, 10.0);
   EXPECT_FALSE(guess.report.warnings.empty());
   EXPECT_THROW(precise_map(cluster(0.11), bar, Scheme::kernel), MapError);
+}
+
+// A closed body with waves, rings x rings vertices; the same surface whatever the number.
+Body make_wavy(int rings) {
+  std::vector<Vec3> v;
+  std::vector<std::array<int, 3>> t;
+  constexpr double pi = 3.14159265358979;
+  for (int a = 1; a < rings; ++a)
+    for (int b = 0; b < rings; ++b) {
+      const double turn = 2.0 * pi * b / rings, down = pi * a / rings, s = std::sin(down);
+      const double r = 1.0 + 0.2 * std::sin(3.0 * turn) * s * s * s;
+      v.emplace_back(2.0 * r * s * std::cos(turn), r * s * std::sin(turn), 0.5 * r * std::cos(down));
+    }
+  for (int a = 0; a + 2 < rings; ++a)
+    for (int b = 0; b < rings; ++b) {
+      const int i = a * rings + b, j = a * rings + (b + 1) % rings;
+      t.push_back({i, i + rings, j});
+      t.push_back({j, i + rings, j + rings});
+    }
+  return make_body(v, t);
+}
+
+// Nodes at random, where patches need mending. On a mesh of many faces some of them decide how (trial.h): the map is as good as that of the
+// same surface with few faces, where all of them do.
+TEST(InterpAcceptance, SomeFacesOfALargeMeshDecide) {
+  const Body coarse = make_wavy(100), fine = make_wavy(210);  // 19 600 and 87 360 faces
+  for (const int count : {60, 200}) {
+    std::vector<int> pick(static_cast<size_t>(coarse.v.rows()));
+    std::iota(pick.begin(), pick.end(), 0);
+    std::shuffle(pick.begin(), pick.end(), std::mt19937(static_cast<unsigned>(count)));
+    const Nodes nodes = nodes_at(coarse.v, pick, count);
+    const auto field = [](const Points& x) {
+      Points u(x.rows(), 3);
+      for (Eigen::Index i = 0; i < x.rows(); ++i)
+        u.row(i) << -x(i, 0) * x(i, 2), std::sin(x(i, 0)) * x(i, 2), 0.5 * x(i, 0) * x(i, 0) - 0.3 * std::cos(2.0 * x(i, 1));
+      return u;
+    };
+    double error[2];
+    for (const Body* body : {&coarse, &fine}) {
+      const Map map = precise_map(nodes, *body, Scheme::kernel);
+      EXPECT_LE(map.report.lebesgue, 50.0);
+      EXPECT_EQ(map.weights.rows, body->v.rows());
+      const Points truth = field(body->v);
+      error[body == &fine] = (apply_linear(map, field(nodes.positions), none) - truth).norm() / truth.norm();
+    }
+    EXPECT_LE(error[1], 1.05 * error[0]) << count;
+    EXPECT_GE(error[1], 0.5 * error[0]) << count;
+  }
 }
 
 // The same nodes and data in another order: the same motion, to the bit.
