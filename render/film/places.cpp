@@ -35,9 +35,8 @@ std::optional<glm::dvec3> defined_origin(const sim::BodyDef& body, const std::st
   return std::nullopt;
 }
 
-}  // namespace
-
-std::optional<FramePlace> find_place(const sim::Results& results, const sim::Scene* scene, const std::string& name) {
+// The place without the frame's own axes.
+std::optional<FramePlace> find_origin(const sim::Results& results, const sim::Scene* scene, const std::string& name) {
   FramePlace place;
   if (name == "ground") return place;
   if (name.starts_with("ground.")) {
@@ -97,8 +96,19 @@ std::optional<FramePlace> find_place(const sim::Results& results, const sim::Sce
   return place;
 }
 
+}  // namespace
+
+std::optional<FramePlace> find_place(const sim::Results& results, const sim::Scene* scene, const std::string& name) {
+  std::optional<FramePlace> place = find_origin(results, scene, name);
+  const size_t dot = name.find('.');
+  if (!place || !scene || dot == std::string::npos) return place;
+  const sim::Mat3 axes = sim::frame_axes(*scene, {name.substr(0, dot), name.substr(dot + 1)});
+  for (int c = 0; c < 3; ++c) place->axes[c] = glm::dvec3(axes(0, c), axes(1, c), axes(2, c));
+  return place;
+}
+
 glm::dmat4 place_pose(const sim::Results& results, const FramePlace& frame, const SamplePlace& at, double scale) {
-  glm::dmat4 local(1.0);
+  glm::dmat4 local(frame.axes);
   local[3] = glm::dvec4(frame.origin, 1.0);
   if (frame.body < 0) return local;
   const sim::ResultBody& body = results.bodies[frame.body];
@@ -121,7 +131,7 @@ glm::dmat4 place_pose(const sim::Results& results, const FramePlace& frame, cons
     const glm::dvec3 e = turn / angle;
     const glm::dmat3 cross(glm::dvec3(0, e.z, -e.y), glm::dvec3(-e.z, 0, e.x), glm::dvec3(e.y, -e.x, 0));
     const glm::dmat3 r = glm::dmat3(1.0) + std::sin(angle) * cross + (1.0 - std::cos(angle)) * (cross * cross);
-    for (int c = 0; c < 3; ++c) local[c] = glm::dvec4(r[c], 0.0);
+    for (int c = 0; c < 3; ++c) local[c] = glm::dvec4(r * frame.axes[c], 0.0);
   }
   return pose * local;
 }

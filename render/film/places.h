@@ -15,6 +15,7 @@ namespace flexframe::film {
 struct FramePlace {
   int body = -1;             // index in Results::bodies; -1: ground
   glm::dvec3 origin{0.0};    // m, body frame
+  glm::dmat3 axes{1.0};      // of a turned frame, body axes
   int node = -1, next = -1;  // indices of the body's nodes, -1: rigid
   double share = 0.0;        // of `next`
 };

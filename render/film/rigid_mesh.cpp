@@ -194,8 +194,9 @@ std::vector<HoldingPlace> holding_places(const sim::Scene& scene, const sim::Bod
     if (joint.kind == sim::JointKind::free || joint.kind == sim::JointKind::planar) continue;
     const bool pin = sim::traits(joint.kind).symbol == sim::JointSymbol::pin;
     const sim::Vec3 axis = pin ? joint.axis : sim::Vec3(sim::Vec3::Zero());
-    add(joint.parent, joint.position, sim::rotation_exp(joint.rotation) * axis);
-    add(joint.child, sim::Vec3::Zero(), axis);
+    const sim::Mat3 axes = sim::frame_axes(scene, joint.parent);
+    add(joint.parent, axes * joint.position, axes * sim::rotation_exp(joint.rotation) * axis);
+    add(joint.child, sim::Vec3::Zero(), sim::frame_axes(scene, joint.child) * axis);
   }
   for (const sim::ForceDef& force : scene.forces) {
     if (force.kind != sim::ForceKind::spring_damper && force.kind != sim::ForceKind::bushing) continue;

@@ -81,17 +81,39 @@ void write_numbers(hid_t parent, const std::string& name, const Eigen::Ref<const
   }
 }
 
+namespace {
+
+// Texts one behind the other, each as long as the longest.
+struct PackedTexts {
+  explicit PackedTexts(const std::vector<std::string>& texts) {
+    for (const std::string& text : texts) longest = std::max(longest, text.size());
+    packed.resize(longest * texts.size(), '\0');
+    for (std::size_t i = 0; i < texts.size(); ++i)
+      std::copy(texts[i].begin(), texts[i].end(), packed.begin() + static_cast<std::ptrdiff_t>(i * longest));
+  }
+  std::size_t longest = 1;
+  std::string packed;
+};
+
+}  // namespace
+
 void write_texts(hid_t parent, const std::string& name, const std::vector<std::string>& texts) {
   if (texts.empty()) return;
-  std::size_t longest = 1;
-  for (const std::string& text : texts) longest = std::max(longest, text.size());
-  std::string packed(longest * texts.size(), '\0');
-  for (std::size_t i = 0; i < texts.size(); ++i)
-    std::copy(texts[i].begin(), texts[i].end(), packed.begin() + static_cast<std::ptrdiff_t>(i * longest));
+  const PackedTexts all(texts);
   const hsize_t count = texts.size();
-  const Id type = text_type(longest), space(done(H5Screate_simple(1, &count, nullptr)), H5Sclose);
+  const Id type = text_type(all.longest), space(done(H5Screate_simple(1, &count, nullptr)), H5Sclose);
   const Id set(done(H5Dcreate2(parent, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT)), H5Dclose);
-  check(H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, packed.data()));
+  check(H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, all.packed.data()));
+}
+
+void write_attribute(hid_t parent, const std::string& dataset, const std::string& name, const std::vector<std::string>& texts) {
+  if (texts.empty()) return;
+  const PackedTexts all(texts);
+  const hsize_t count = texts.size();
+  const Id set(done(H5Dopen2(parent, dataset.c_str(), H5P_DEFAULT)), H5Dclose);
+  const Id type = text_type(all.longest), space(done(H5Screate_simple(1, &count, nullptr)), H5Sclose);
+  const Id attribute(done(H5Acreate2(set, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT)), H5Aclose);
+  check(H5Awrite(attribute, type, all.packed.data()));
 }
 
 MatX node_rows(const MatX& shapes, Eigen::Index parts) {

@@ -76,6 +76,8 @@ void check(herr_t status);
 void write_attribute(hid_t object, const std::string& name, const std::string& text);
 void write_attribute(hid_t object, const std::string& name, double value);
 void write_attribute(hid_t object, const std::string& name, long value);
+// A list of texts as an attribute of a dataset of `parent`; nothing where there are none.
+void write_attribute(hid_t parent, const std::string& dataset, const std::string& name, const std::vector<std::string>& texts);
 Id make_group(hid_t parent, const std::string& name);
 // rows x (cols of any shape): dims[0] = values.rows(), the product of the others = values.cols(). Nothing where there are no values.
 void write_numbers(hid_t parent, const std::string& name, const Eigen::Ref<const MatX>& values, std::vector<hsize_t> dims,

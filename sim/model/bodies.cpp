@@ -408,15 +408,16 @@ FramePoint find_frame(const Model& model, const Scene& scene, int body, const st
     if (frame.empty()) return f;
     const auto at = rigid->frames.find(frame);
     if (at == rigid->frames.end()) fail();
-    f.offset.p = at->second;
+    f.offset = {frame_axes(def, frame), at->second};
     return f;
   }
   if (const auto* beam = std::get_if<BeamDef>(&def.kind)) {
-    // Frames of a curved beam look along its tangent.
+    // Frames of a curved beam look along its tangent, unless they are turned.
     const auto in_piece = [&](int k, const std::string& node, double s) {
       f.part = part_of(model, body, k);
       f.node_name = node;
       f.offset.R = tangent_in_piece(*beam, k, s);
+      if (def.frame_axes.contains(frame)) f.offset.R = f.offset.R * frame_axes(def, frame);
       return f;
     };
     if (frame.empty() || frame == "root") return in_piece(0, "root", 0.0);
@@ -448,6 +449,7 @@ FramePoint find_frame(const Model& model, const Scene& scene, int body, const st
   if (frame.empty()) return f;
   if (const auto* space = std::get_if<StateSpaceDef>(&def.kind); space && !space->rigid.frames.contains(frame)) fail();
   f.node_name = frame;
+  f.offset.R = frame_axes(def, frame);
   return f;
 }
 

@@ -37,6 +37,13 @@ std::optional<Vec3> place_in_body(const BodyDef& body, const std::string& frame)
   return at == rigid->frames.end() ? std::nullopt : std::optional<Vec3>(at->second);
 }
 
+// Axes of a frame at the start, world, columns; orientation: of the bodies.
+Mat3 axes_at_start(const Scene& scene, const std::vector<Mat3>& orientation, const FrameRef& ref) {
+  const int b = body_index(scene, ref.body);
+  const Mat3 own = frame_axes(scene, ref);
+  return b < 0 ? own : Mat3(orientation[b] * own);
+}
+
 // How far the bodies' origins lie along n over the world's, m, which nothing changes while they move in the plane normal to it: as their
 // joints tell; nothing where they do not.
 class Heights {
@@ -75,13 +82,14 @@ class Heights {
  private:
   // Of a place beside a frame over its body's origin.
   std::optional<double> in_body(const FrameRef& ref, int b, const Vec3& beside) const {
+    const Vec3 way = beside.isZero(0.0) ? beside : Vec3(frame_axes(scene_, ref) * beside);
     if (b < 0) {
       const auto at = scene_.ground_frames.find(ref.frame);
-      return n_.dot(beside + (at == scene_.ground_frames.end() ? Vec3(Vec3::Zero()) : at->second));
+      return n_.dot(way + (at == scene_.ground_frames.end() ? Vec3(Vec3::Zero()) : at->second));
     }
     const auto place = place_in_body(scene_.bodies[b], ref.frame);
     if (!place) return std::nullopt;
-    return n_.dot(orientation_[b] * (*place + beside));
+    return n_.dot(orientation_[b] * (*place + way));
   }
 
   const Scene& scene_;
@@ -134,13 +142,9 @@ bool force_within(const ForceDef& f, const Mat3& on, const Mat3& from, const Hei
 
 bool planar_about(const Scene& scene, const std::vector<Mat3>& orientation, const Vec3& n) {
   if (!normal(scene.simulation.gravity, n)) return false;
-  const auto frame_axes = [&](const FrameRef& ref) {
-    const int b = body_index(scene, ref.body);
-    return b < 0 ? Mat3(Mat3::Identity()) : orientation[b];
-  };
   std::vector<char> held(scene.bodies.size(), 0);
   for (const JointDef& j : scene.joints) {
-    const Vec3 a = frame_axes(j.parent) * rotation_exp(j.rotation) * j.axis;
+    const Vec3 a = axes_at_start(scene, orientation, j.parent) * rotation_exp(j.rotation) * j.axis;
     switch (traits(j.kind).in_plane) {
       case InPlane::any_axis:
         break;
@@ -164,7 +168,7 @@ bool planar_about(const Scene& scene, const std::vector<Mat3>& orientation, cons
   if (std::find(held.begin(), held.end(), 0) != held.end()) return false;
   const Heights heights(scene, orientation, n);
   for (const ForceDef& f : scene.forces)
-    if (!force_within(f, frame_axes(f.on), frame_axes(f.from), heights, n)) return false;
+    if (!force_within(f, axes_at_start(scene, orientation, f.on), axes_at_start(scene, orientation, f.from), heights, n)) return false;
   for (const JointDef& j : scene.joints) {
     const auto a = heights.of(j.parent, j.position), b = heights.of(j.child);
     if (j.kind == JointKind::distance && a && b && std::abs(*a - *b) > aligned * std::max(1.0, std::abs(*a))) return false;
@@ -196,8 +200,7 @@ Vec3 plane_normal(const Scene& scene, const std::vector<Mat3>& orientation) {
   std::vector<Vec3> candidates;
   for (const JointDef& j : scene.joints)
     if (traits(j.kind).in_plane == InPlane::axis_normal) {
-      const int b = body_index(scene, j.parent.body);
-      candidates.push_back((b < 0 ? Mat3(Mat3::Identity()) : orientation[b]) * rotation_exp(j.rotation) * j.axis);
+      candidates.push_back(axes_at_start(scene, orientation, j.parent) * rotation_exp(j.rotation) * j.axis);
       break;
     }
   for (const Vec3& e : {Vec3(Vec3::UnitZ()), Vec3(Vec3::UnitY()), Vec3(Vec3::UnitX())}) candidates.push_back(e);
@@ -223,7 +226,7 @@ bool flat_about(const Scene& scene, const std::vector<Mat3>& orientation, const 
   const auto put_frame = [&](const FrameRef& ref, const Vec3& beside) {
     const int b = body_index(scene, ref.body);
     if (b < 0) return;
-    if (const auto at = place_in_body(scene.bodies[b], ref.frame)) put(b, *at + beside);
+    if (const auto at = place_in_body(scene.bodies[b], ref.frame)) put(b, *at + frame_axes(scene, ref) * beside);
   };
   for (size_t i = 0; i < scene.bodies.size(); ++i) {
     const int b = static_cast<int>(i);

@@ -75,7 +75,7 @@ int add_frame(Model& model, const Scene& scene, const FrameRef& ref, const std::
   } else if (!ref.frame.empty()) {
     const auto at = scene.ground_frames.find(ref.frame);
     if (at == scene.ground_frames.end()) throw InputError(fmt::format("{}: 'ground' has no frame '{}'", where, ref.frame));
-    f.offset.p = at->second;
+    f.offset = {frame_axes(scene, ref), at->second};
   }
   model.frames.push_back(f);
   const int index = static_cast<int>(model.frames.size()) - 1;

@@ -107,14 +107,15 @@ MatX held_rows(const Scene& scene, int body, const FlexibleBody& made, const std
     FlexibleNode at;  // without a name: the body frame itself
     at.phi = at.psi = Mat3X::Zero(3, made.n);
     if (node != made.nodes.end()) at = *node;
-    Mat3 axes = at.rotation;
+    Mat3 axes = at.rotation * frame_axes(scene.bodies[body], s.frame.frame);
     Vec3 p = at.origin;
     if (s.parent) {
       p += axes * s.joint->position;
       axes = axes * rotation_exp(s.joint->rotation);
     } else if (s.joint->kind == JointKind::point_on_line || s.joint->kind == JointKind::point_on_plane) {
       axes = orientation_of(scene, scene.bodies[body].name, orientation).transpose() *
-             orientation_of(scene, s.joint->parent.body, orientation) * rotation_exp(s.joint->rotation);
+             orientation_of(scene, s.joint->parent.body, orientation) * frame_axes(scene, s.joint->parent) *
+             rotation_exp(s.joint->rotation);
     }
     const Mat3X rotation = at.psi, translation = at.phi - skew(p - at.origin) * at.psi;
     const HeldDirections held = directions_of(*s.joint);

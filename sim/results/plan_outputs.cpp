@@ -199,6 +199,9 @@ std::vector<SectionPoint> stress_points(const Section& section) {
 void plan_section(Planning& p) {
   const OutputDef& def = p.plan.def;
   p.plan.frame = add_frame(p.model, p.scene, def.of, p.where);
+  // In the section's axes, however the frame is turned.
+  Mat3& axes = p.model.frames[p.plan.frame].offset.R;
+  axes = axes * frame_axes(p.scene, def.of).transpose();
   p.plans.reactions = p.plans.accelerations = true;
   if (def.quantity == Quantity::section_force) {
     p.tags = {".N", ".Vy", ".Vz", ".T", ".My", ".Mz"};

@@ -145,6 +145,11 @@ void write_all(hid_t file, const Results& results) {
   write_texts(outputs, "units", units);
   if (described) write_texts(outputs, "descriptions", descriptions);
   write_numbers(outputs, "values", values, {nt, columns.size()}, "", "histories of the scene's outputs, one column each");
+  if (values.size() > 0) {
+    write_attribute(outputs, "values", "columns", columns);
+    write_attribute(outputs, "values", "units", units);
+    if (described) write_attribute(outputs, "values", "descriptions", descriptions);
+  }
 
   const Id energy = make_group(file, "energy");
   const std::pair<const char*, const VecX*> energies[] = {{"kinetic", &results.kinetic},

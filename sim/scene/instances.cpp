@@ -102,7 +102,7 @@ void rewrite(const Copy& copy, TomlValue& value, const std::string& key, bool wo
         continue;
       }
       // Names of frames are keys; what stands behind them are numbers.
-      const bool inner_words = key == "drawing" || (value.keys[k] != "frames" && word_keys.contains(value.keys[k]));
+      const bool inner_words = key == "drawing" || (key != "frames" && value.keys[k] != "frames" && word_keys.contains(value.keys[k]));
       rewrite(copy, value.items[k], value.keys[k], inner_words);
     }
   }

@@ -1,8 +1,10 @@
 // [[body]] tables: rigid bodies, beams, modal bodies (SID files) and state-space bodies.
+#include "sim/base/spatial.h"
 #include "sim/base/words.h"
 #include "sim/scene/curve.h"
 #include "sim/scene/effect_names.h"
 #include "sim/scene/read_curve.h"
+#include "sim/scene/rotation_input.h"
 #include "sim/scene/scene_input.h"
 #include "sim/scene/section.h"
 #include "sim/scene/shape_mass.h"
@@ -319,7 +321,18 @@ std::map<std::string, std::vector<int>> read_modes(const TableReader& body) {
   return modes;
 }
 
-BeamDef read_beam(const TableReader& reader) {
+// A frame that is a table: place ("position" or "at") and rotation, whose axes it adds. None for a plain place.
+std::optional<TableReader> turned_frame(const TableReader& frames, const std::string& name, const char* place,
+                                        std::map<std::string, Mat3>& axes) {
+  if (const TomlValue* value = frames.find(name); !value || value->type != TomlValue::Type::table) return std::nullopt;
+  const TableReader table = *frames.table(name);
+  table.allow({place, "rotation"});
+  const Vec3 rotation = read_rotation(table, "rotation");
+  if (!rotation.isZero(0.0)) axes[name] = rotation_exp(rotation);
+  return table;
+}
+
+BeamDef read_beam(const TableReader& reader, std::map<std::string, Mat3>& axes) {
   BeamDef beam;
   const bool pieces = reader.has("sections") || reader.has("axis");
   if (reader.has("axis")) read_axis(reader, beam);
@@ -382,7 +395,9 @@ BeamDef read_beam(const TableReader& reader) {
       check_name(*frames, name, name, "frame");
       if (name == "root" || name == "tip" || name.starts_with("node[") || name.starts_with("station["))
         frames->fail(name, "is a name of the beam's own; choose another");
-      beam.frames[name] = frames->number(name, {.low = 0.0, .high = 1.0, .what = "x/length, a number from 0 to 1"});
+      constexpr Range share{.low = 0.0, .high = 1.0, .what = "x/length, a number from 0 to 1"};
+      const auto turned = turned_frame(*frames, name, "at", axes);
+      beam.frames[name] = turned ? turned->number("at", share) : frames->number(name, share);
     }
   if (pieces) check_pieces(reader, beam);
   // What bends a curved beam twists and stretches it too.
@@ -418,10 +433,13 @@ void read_matrices(const TableReader& reader, StateSpaceDef& body) {
   if (body.theta.cols() != n) reader.fail("theta", fmt::format("must have {} columns like 'omega', found {}", n, body.theta.cols()));
 }
 
-StateSpaceDef read_state_space(const TableReader& reader, const std::filesystem::path& folder) {
+StateSpaceDef read_state_space(const TableReader& reader, const std::filesystem::path& folder, std::map<std::string, Mat3>& axes) {
   StateSpaceDef body;
   body.rigid = read_rigid(reader, false);
-  body.rigid.frames = read_frame_positions(reader, &body.ports);
+  FrameTable frames = read_frames(reader);
+  body.rigid.frames = std::move(frames.position);
+  body.ports = std::move(frames.order);
+  axes = std::move(frames.axes);
   body.initial = read_flexible_initial(reader);
   if (reader.has("file")) {
     for (const char* key : {"omega", "gamma", "sigma", "theta"})
@@ -538,14 +556,15 @@ std::string drawing_text(const TableReader& reader, std::string_view key, const 
   }
 }
 
-std::map<std::string, Vec3> read_frame_positions(const TableReader& body, std::vector<std::string>* order) {
-  std::map<std::string, Vec3> frames;
+FrameTable read_frames(const TableReader& body) {
+  FrameTable frames;
   const auto reader = body.table("frames");
   if (!reader) return frames;
   for (const std::string& name : reader->value().keys) {
     check_name(*reader, name, name, "frame");
-    frames[name] = reader->vector3(name, "m");
-    if (order) order->push_back(name);
+    const auto turned = turned_frame(*reader, name, "position", frames.axes);
+    frames.position[name] = turned ? turned->vector3("position", Vec3::Zero(), "m") : reader->vector3(name, "m");
+    frames.order.push_back(name);
   }
   return frames;
 }
@@ -576,22 +595,23 @@ BodyDef read_body(TableReader& reader, const std::filesystem::path& folder) {
 
   switch (kind) {
     case 0: {
-      const std::map<std::string, Vec3> frames = read_frame_positions(reader);
-      body.shapes = read_shapes(reader, frames);
+      FrameTable frames = read_frames(reader);
+      body.shapes = read_shapes(reader, frames.position);
       if (body.mesh && !body.shapes.empty()) reader.fail("shapes", "excludes 'mesh': the body is drawn with one or the other");
       RigidDef rigid = read_rigid(reader, true, body.shapes);
-      rigid.frames = frames;
+      rigid.frames = std::move(frames.position);
+      body.frame_axes = std::move(frames.axes);
       body.kind = std::move(rigid);
       break;
     }
     case 1:
-      body.kind = read_beam(reader);
+      body.kind = read_beam(reader, body.frame_axes);
       break;
     case 2:
       body.kind = read_modal(reader, folder);
       break;
     default:
-      body.kind = read_state_space(reader, folder);
+      body.kind = read_state_space(reader, folder, body.frame_axes);
   }
   return body;
 }

@@ -1,4 +1,5 @@
 // [[joint]] and [[force]] tables.
+#include "sim/base/spatial.h"
 #include "sim/base/words.h"
 #include "sim/scene/expression.h"
 #include "sim/scene/joint_kinds.h"
@@ -376,11 +377,15 @@ JointDef read_joint(TableReader& reader, const Scene& scene) {
     reader.fail("child", fmt::format("is on the same body as the parent, {}", quote(joint.child.body)));
   joint.axis = reader.direction("axis", Vec3::UnitZ());
   joint.position = reader.vector3("position", Vec3::Zero(), "m");
+  joint.rotation = read_rotation(reader, "rotation");
   if (joint.parent.body == "ground" && !joint.parent.frame.empty()) {
+    if (const auto axes = scene.ground_axes.find(joint.parent.frame); axes != scene.ground_axes.end()) {
+      joint.position = axes->second * joint.position;
+      joint.rotation = rotation_log(Quat(axes->second * rotation_exp(joint.rotation)));
+    }
     joint.position += scene.ground_frames.at(joint.parent.frame);
     joint.parent.frame.clear();
   }
-  joint.rotation = read_rotation(reader, "rotation");
 
   // numbers that belong to one kind
   if (facts.pitch) {

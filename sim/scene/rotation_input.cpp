@@ -4,8 +4,29 @@
 #include "sim/base/words.h"
 
 #include <fmt/format.h>
+#include <Eigen/SVD>
+
+#include <cmath>
 
 namespace flexframe::sim {
+namespace {
+
+// The rotation nearest to a matrix whose columns are the turned axes, with the few digits that a person types.
+Vec3 matrix_rotation(const TableReader& table) {
+  table.allow({"matrix"});
+  const MatX given = table.matrix("matrix");
+  if (given.rows() != 3 || given.cols() != 3)
+    table.fail("matrix", fmt::format("must be 3 rows of 3 numbers, found {} x {}", given.rows(), given.cols()));
+  const Mat3 R = given;
+  constexpr double digits = 5e-3;
+  if (!((R.transpose() * R - Mat3::Identity()).cwiseAbs().maxCoeff() <= digits))
+    table.fail("matrix", "must be a rotation: its columns, the turned axes, are unit vectors normal to one another");
+  if (R.determinant() < 0.0) table.fail("matrix", "must be a rotation, found a reflection: exchange two of its columns, or their signs");
+  const Eigen::JacobiSVD<Mat3> svd(R, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  return rotation_log(Mat3(svd.matrixU() * svd.matrixV().transpose()));
+}
+
+}  // namespace
 
 Vec3 read_rotation(const TableReader& reader, std::string_view key) {
   const TomlValue* value = reader.find(key);
@@ -16,6 +37,14 @@ Vec3 read_rotation(const TableReader& reader, std::string_view key) {
     table.allow({"axis", "angle"});
     return table.number("angle", any_number.in("rad")) * table.direction("axis", Vec3::UnitZ());
   }
+  if (table.has("quaternion")) {
+    table.allow({"quaternion"});
+    const std::vector<double> q = table.numbers("quaternion", 4, 4);
+    const double norm = Eigen::Map<const Eigen::Vector4d>(q.data()).stableNorm();
+    if (!(norm > 0.0) || !std::isfinite(norm)) table.fail("quaternion", "must be [w, x, y, z] and not zero");
+    return rotation_log(Quat(q[0] / norm, q[1] / norm, q[2] / norm, q[3] / norm));
+  }
+  if (table.has("matrix")) return matrix_rotation(table);
   table.allow({"euler", "angles"});
   const std::string letters = table.text("euler");
   const bool good =

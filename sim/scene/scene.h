@@ -179,6 +179,7 @@ struct BodyDef {
   std::variant<RigidDef, BeamDef, ModalDef, StateSpaceDef> kind;
   std::optional<std::filesystem::path> mesh;  // Wavefront mesh in the body frame (resolved)
   MeshPlacement mesh_placement;
+  std::map<std::string, Mat3> frame_axes;      // name -> axes of a turned frame in the body's, columns; of a beam in its section's
   std::vector<ShapeDef> shapes;                // rigid: what it looks like, and where asked for what it weighs
   std::map<std::string, std::string> drawing;  // further drawing words, kept as text for the renderer (colour, ...)
 };
@@ -416,6 +417,7 @@ struct Scene {
   std::string title;
   SimulationSettings simulation;
   std::map<std::string, Vec3> ground_frames;  // [ground] frames: name -> place in the world, m
+  std::map<std::string, Mat3> ground_axes;    // of those that are turned: name -> axes in the world, columns
   std::vector<InputDef> inputs;
   std::vector<BodyDef> bodies;
   std::vector<JointDef> joints;
@@ -424,5 +426,19 @@ struct Scene {
   std::vector<CouplingDef> couplings;
   std::vector<BlockDef> blocks;
 };
+
+// Axes of a frame in its body, of a beam in its section, on ground in the world: columns; those of the body where the scene turns no frame
+// of that name.
+inline Mat3 frame_axes(const BodyDef& body, const std::string& frame) {
+  const auto at = body.frame_axes.find(frame);
+  return at == body.frame_axes.end() ? Mat3(Mat3::Identity()) : at->second;
+}
+inline Mat3 frame_axes(const Scene& scene, const FrameRef& ref) {
+  if (ref.body == "ground")
+    if (const auto at = scene.ground_axes.find(ref.frame); at != scene.ground_axes.end()) return at->second;
+  for (const BodyDef& body : scene.bodies)
+    if (body.name == ref.body) return frame_axes(body, ref.frame);
+  return Mat3::Identity();
+}
 
 }  // namespace flexframe::sim

@@ -23,8 +23,14 @@ OutputDef read_output(TableReader& reader, Scene& scene);
 InputDef read_input(TableReader& reader);
 CouplingDef read_coupling(TableReader& reader, const Scene& scene);
 
-// The table "frames" of a body or the ground: name -> position, m. `order`: the names as the file lists them.
-std::map<std::string, Vec3> read_frame_positions(const TableReader& reader, std::vector<std::string>* order = nullptr);
+// The table "frames" of a body or the ground: name -> position, m, or { position, rotation }. axes: of those that are turned, columns.
+// order: the names as the file lists them.
+struct FrameTable {
+  std::map<std::string, Vec3> position;
+  std::map<std::string, Mat3> axes;
+  std::vector<std::string> order;
+};
+FrameTable read_frames(const TableReader& reader);
 
 // A number or an expression of t as expression text without parameters; wrong syntax is refused. unit: as Range::unit.
 std::string read_expression(const TableReader& reader, std::string_view key, const char* unit);

@@ -89,7 +89,9 @@ Scene make_scene(const SceneDocument& document) {
   root.table("render");  // a table; its content is the renderer's
   if (const auto table = root.table("ground")) {
     table->allow({"frames"});
-    scene.ground_frames = read_frame_positions(*table);
+    FrameTable frames = read_frames(*table);
+    scene.ground_frames = std::move(frames.position);
+    scene.ground_axes = std::move(frames.axes);
   }
 
   const std::filesystem::path folder = name.parent_path();

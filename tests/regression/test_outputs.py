@@ -3,6 +3,7 @@ import math
 import pathlib
 import tempfile
 
+import h5py
 from program import expect, finish, history, near, run
 
 
@@ -523,6 +524,22 @@ def heads(folder):
     lines = (folder / "head.csv").read_text().splitlines()
     expect(lines[0] == "# t [s]: time" and lines[1] == "# v [m/s]: how fast the mass goes" and lines[2] == "t,v", f"head: {lines[:3]}")
     expect((folder / "d.csv").read_text().splitlines()[0] == "t,v", "the histories' first line stays the names")
+
+    # As attributes of the values in the results file: a column each, many and long ones too.
+    many = "".join(output(f"v{i}", "rail", "value", f'description = "{"a long word " * 40}{i}"') for i in range(200))
+    simulate(folder, SPRING + output("v", "rail", "rate", 'description = "how fast the mass goes"') + many, "d")
+    with h5py.File(folder / "d.h5") as file:
+        values = file["outputs/values"]
+        columns, units, descriptions = ([x.decode() for x in values.attrs[k]] for k in ("columns", "units", "descriptions"))
+        expect(values.shape[1] == len(columns) == len(units) == len(descriptions) == 201, f"attributes of {len(columns)} columns")
+        v = columns.index("v")
+        expect((units[v], descriptions[v]) == ("m/s", "how fast the mass goes"), f"attributes: {units[v]}, {descriptions[v]}")
+        expect(units[columns.index("v7")] == "m" and descriptions[columns.index("v7")].endswith(" 7"), "attributes of v7")
+        expect([x.decode() for x in file["outputs/units"]] == units, "units as a dataset and as an attribute")
+        named = []
+        file.visititems(lambda name, x: named.append(name) if isinstance(x, h5py.Dataset) and x.dtype.kind == "f" else None)
+        expect(all("meaning" in file[name].attrs for name in named), "numbers without a meaning")
+    expect("201" in run("info", folder / "d.h5").stdout, "a results file with large attributes is read")
 
 
 with tempfile.TemporaryDirectory() as name:

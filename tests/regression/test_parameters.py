@@ -110,7 +110,12 @@ def rotations(folder):
         )
 
     plain = simulate(folder, scene("[0, 0, 0.7853981633974483]"))
-    for rotation in ['[0, 0, "45 deg"]', '{ axis = [0, 0, 2], angle = "45 deg" }', '{ euler = "xyz", angles = [0, 0, "pi/4"] }']:
+    for rotation in [
+        '{ quaternion = ["2*cos(pi/8)", 0, 0, "2*sin(pi/8)"] }',
+        '[0, 0, "45 deg"]',
+        '{ axis = [0, 0, 2], angle = "45 deg" }',
+        '{ euler = "xyz", angles = [0, 0, "pi/4"] }',
+    ]:
         turned = simulate(folder, scene(rotation))
         worst = max(abs(x - y) for key in plain for x, y in zip(plain[key], turned[key]))
         expect(worst < 1e-12, f"rotation = {rotation}: off by {worst:.3g}")
