@@ -41,6 +41,7 @@ without = ["torsion"]
 damping = { mass = 0, stiffness = 1e-5 }
 shown = "joints"
 color = "#112233"
+frames = { f = { at = 0.5, rotation = [0, 0.1, 0] } }
 [[body]]
 name = "chain"
 kind = "beam"
@@ -90,7 +91,7 @@ omega = [[100]]
 gamma = [[0.1]]
 sigma = [[1, 0, 0]]
 theta = [[1], [0], [0]]
-frames = { p = [0.1, 0, 0] }
+frames = { p = [0.1, 0, 0], s = { position = [0.1, 0, 0], rotation = [0, 0, 0.1] } }
 ports = ["p"]
 [[joint]]
 name = "clamp"
@@ -331,7 +332,8 @@ def mutants(text):
         shape = re.search(r'shape = "(\w+)"', line)
         for inner in re.finditer(r"(?<=[{,]) (\w+) = ", line):
             inside = key + (" " + shape.group(1) if shape and key.startswith("s") else "")
-            if key not in ("frames", "modes", "parameters"):
+            place = key == "frames" and inner.group(1) in ("at", "position", "rotation")
+            if place or key not in ("frames", "modes", "parameters"):
                 end = value_end(line, inner.end())
                 keys.append((inner.group(1), inner.span(1), line[inner.end() : end], (inner.end(), end), inside))
         for word, (a, b), value, (c, d), inside in keys:

@@ -1,4 +1,4 @@
-"""Turned frames of bodies, beams and the ground: joints, forces, contacts, bushings and outputs in their axes, against formulas and scipy."""
+"""Turned frames of bodies, beams and the ground, and what stands in their axes, against formulas and integrations of scipy."""
 import pathlib
 
 import numpy as np
@@ -135,10 +135,8 @@ def beams(folder):
     """A mass welded to the turned middle of a beam; section forces keep the section's axes."""
 
     def scene(frame, back):
-        text = (
-            head(0.4)
-            + '[[body]]\nname = "beam"\nkind = "beam"\nlength = 1\nelements = 4\nsection = { shape = "rectangle", width = 0.02, height = 0.01 }\n'
-        )
+        text = head(0.05).replace("1e-10", "1e-8") + '[[body]]\nname = "beam"\nkind = "beam"\nlength = 1\nelements = 4\n'
+        text += 'section = { shape = "rectangle", width = 0.02, height = 0.01 }\n'
         text += f"material = {{ density = 2700, youngs_modulus = 70e9 }}\nframes = {{ middle = {frame} }}\n"
         text += joint("clamp", "weld", "ground", "beam", "rotation = [0.3, 0.2, 0.1]")
         text += rigid("mass", 0.5, "[0.001, 0.002, 0.003]", "side = [0, 0.1, 0.05]") + joint("weld", "weld", "beam.middle", "mass", back)
