@@ -11,7 +11,8 @@ page=$work/README.md
 {
   echo "# Mechanisms"
   echo
-  echo "Small scenes of textbook mechanisms, with numbers of three digits. \`tests/regression/test_textbook.py\` runs each of them and compares"
+  echo -n "Small scenes of textbook mechanisms, with numbers of three digits. \`tests/regression/test_textbook.py\` "
+  echo "runs each of them and compares"
   echo "it with the formula in its first line or with an own integration. The page is made by \`examples/mechanisms/make.sh\`."
   echo
   echo "| | | |"
