@@ -106,7 +106,7 @@ Command add_load_path(Program& program) {
   add_scene_words(app, w->settings);
   app.footer(R"(The curve starts at the equilibrium beside the scene's assembled start and follows the states one after the other,
 stable or not, whether the load rises or falls. Factors are of the values that the scene gives at t = 0.)");
-  app.example("load-path arch.toml --force load --to 2", "outputs of arch.toml up to twice its force 'load'");
+  app.example("arch.toml --force load --to 2", "outputs of arch.toml up to twice its force 'load'");
   return {app, [w] { return follow(*w); }};
 }
 

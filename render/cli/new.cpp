@@ -101,8 +101,8 @@ Command add_new(Program& program) {
   list = "Templates:";
   for (const Template& one : known_templates) list += fmt::format("\n  {:<13} {}", one.word, one.what);
   app.footer(list.c_str());
-  app.example("new swing", "swing.toml: a bar on a pin");
-  app.example("new press --template slider-crank", "press.toml: driven crank, elastic rod, piston");
+  app.example("swing", "swing.toml: a bar on a pin");
+  app.example("press --template slider-crank", "press.toml: driven crank, elastic rod, piston");
   return {app, [w] { return make(*w); }};
 }
 

@@ -118,8 +118,8 @@ Command add_response(Program& program) {
   app.footer(
       R"(Amplitudes are those per N (N m, N/m) of the force, phases in degrees ahead of it. Outputs: places, angles, displacements,
 joint values, lengths, forces of springs, their rates and accelerations; energies, reactions and section forces are left out.)");
-  app.example("response bridge.toml --force load", "amplitude and phase of all outputs per newton of the force 'load'");
-  app.example("response bridge.toml --force load --from 1 --to 50 --points 1000 --json", "between 1 and 50 Hz, peaks as JSON");
+  app.example("bridge.toml --force load", "amplitude and phase of all outputs per newton of the force 'load'");
+  app.example("bridge.toml --force load --from 1 --to 50 --points 1000 --json", "between 1 and 50 Hz, peaks as JSON");
   return {app, [w] { return respond(*w); }};
 }
 

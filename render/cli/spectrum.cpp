@@ -133,8 +133,8 @@ Command add_spectrum(Program& program) {
   app.option("--highest", w->highest, "highest frequency or order that is written").positive();
   app.option("-o,--out", w->out, "CSV file, beside it the diagram as SVG; default: RESULTS-spectrum.csv");
   app.flag("--json", w->json, "report as JSON: where each spectrum is largest");
-  app.example("spectrum out/results.h5 --column tip.y --highest 50", "of the output tip.y, up to 50 Hz");
-  app.example("spectrum out/results.h5 --order shaft.angle", "over periods a turn of the shaft");
+  app.example("out/results.h5 --column tip.y --highest 50", "of the output tip.y, up to 50 Hz");
+  app.example("out/results.h5 --order shaft.angle", "over periods a turn of the shaft");
   return {app, [w] { return write_spectrum(*w); }};
 }
 

@@ -14,7 +14,7 @@ for command in commands:
     text = run(command, "--help").stdout
     for word in ("--help", "--quiet", "--verbose", "--json", "Examples:", f"  flexframe {command} "):
         expect(word in text, f"{command} --help lacks '{word}'")
-    for word in ("FLOAT", "INT", "TEXT:", "Excludes:", "POSITIVE", " in ["):
+    for word in (f"{command} {command} ", "FLOAT", "INT", "TEXT:", "Excludes:", "POSITIVE", " in ["):
         expect(word not in text, f"{command} --help says '{word}': {text}")
 text = run("run", "--help").stdout
 for word in ("--size WxH", "--frames A:B", "--tolerance N", "1e-13 to 0.1", "not with --accuracy", "--scales LIST", "--colormap WORD"):
