@@ -49,6 +49,16 @@ def spring(folder):
     near(h["length"][-1], 0.5 + 3 * 9.81 / 2000, 1e-7, "spring, length at the end")
 
 
+def sledge(folder):
+    h = simulate("A sledge on a slope, by a turned frame", folder)
+    a = math.radians(20)
+    for k, t in enumerate(h["t"]):
+        way = (math.sin(a) - 0.1 * math.cos(a)) * 9.81 * t * t / 2
+        expect(abs(h["way.x"][k] - way) < 1e-6 and abs(h["way.y"][k]) < 1e-9, f"sledge at t = {t}: {h['way.x'][k]}, wanted {way}")
+    near(h["way.x"][-1], 6.16, 0.005, "sledge, its way on the page")
+    near(max(abs(x) for x in h["seat.z"]), 0, 1e-12, "sledge, the seat stays level")
+
+
 def supported_beam(folder):
     h = simulate("A beam on two supports", folder)
     inertia = 0.04 * 0.02**3 / 12
@@ -162,6 +172,7 @@ with temporary_folder() as folder:
         pendulum,
         four_bar,
         spring,
+        sledge,
         supported_beam,
         cantilever,
         blades,
