@@ -31,7 +31,12 @@ Vec3 matrix_rotation(const TableReader& table) {
 Vec3 read_rotation(const TableReader& reader, std::string_view key) {
   const TomlValue* value = reader.find(key);
   if (!value) return Vec3::Zero();
-  if (value->type != TomlValue::Type::table) return reader.vector3(key, "rad");
+  using Type = TomlValue::Type;
+  if (value->type != Type::table && value->type != Type::array && !(value->type == Type::text && value->text.starts_with('[')))
+    reader.fail(key, fmt::format("must be a rotation: [x, y, z] (a rotation vector, rad), {{ axis, angle }}, {{ euler, angles }}, "
+                                 "{{ quaternion }} or {{ matrix }}; found {}",
+                                 describe(*value)));
+  if (value->type != Type::table) return reader.vector3(key, "rad");
   const TableReader table = *reader.table(key);
   if (table.has("axis")) {
     table.allow({"axis", "angle"});

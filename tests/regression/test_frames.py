@@ -159,6 +159,7 @@ def wrong(folder):
     cases = [
         ("{ place = [0, 0, 1] }", ["scene.toml:10", "frames.pin", "frames.pin.place", "position", "rotation"]),
         ("{ position = [0, 0] }", ["scene.toml:10", "position"]),
+        ('{ rotation = "30 deg" }', ["scene.toml:10", "frames.pin.rotation", "must be a rotation", "euler"]),
         ("{ rotation = [0, 1] }", ["scene.toml:10", "rotation"]),
         ("{ rotation = { quaternion = [0, 0, 0, 0] } }", ["quaternion", "zero"]),
         ("{ rotation = { quaternion = [1, 0, 0] } }", ["scene.toml:10", "quaternion", "4"]),
