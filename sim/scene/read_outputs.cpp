@@ -178,6 +178,9 @@ void read_of_frame(const TableReader& reader, const Scene& scene, const std::str
   const std::string of = reader.text("of");
   if (of == "system")
     reader.fail("of", fmt::format("is \"system\", which has energy, kinetic, strain and potential, but no '{}'", quantity));
+  if (output.of.body == "ground")
+    reader.fail("of", fmt::format("is {}, but the ground stands still: 'of' names a frame of a body, 'relative_to' may be the ground's",
+                                  quote(of)));
   const BodyDef* body = find_body(scene, output.of.body);
   if (!body) {
     if (find_joint(scene, of))

@@ -370,17 +370,17 @@ def frame_reference(n, duration=6.0):
 
 # Simo and Vu-Quoc 1988 (On the dynamics in space of rods undergoing large motions, Comput. Methods Appl. Mech. Eng. 66), figure of the
 # right-angle cantilever: extrema out of the plane (time in s, m), read from the printed curves; these are of few elements and long steps.
-frame_published = {"elbow": [(3.05, 5.50), (10.82, -3.87), (25.16, 6.11)], "tip": [(7.67, 8.29), (15.99, -9.67)]}
+frame_published = {"elbow": [(3.05, 5.50), (10.82, -3.87)], "tip": [(7.67, 8.29), (15.99, -9.67)]}
 
 
 def right_angle_frame(folder):
     """Simo and Vu-Quoc 1988: two legs of 10, pushed out of their plane at the elbow for 2 s; they bend and twist by a third of a turn."""
-    text = "[simulation]\nduration = 27\noutput_rate = 10\ntolerance = 1e-5\n"
+    text = "[simulation]\nduration = 17\noutput_rate = 10\ntolerance = 1e-5\n"
     for name in ("first", "second"):
         text += f'[[body]]\nname = "{name}"\nkind = "beam"\nmodel = "mixed"\nlength = 10\n'
         text += 'section = { shape = "general", area = 1, iy = 1e-3, iz = 1e-3, j = 2e-3, shear_y = 2, shear_z = 2, '
         text += "rotary_iy = 10, rotary_iz = 10 }\nmaterial = { density = 1, youngs_modulus = 1e6, poisson = 0 }\n"
-        text += 'effects = ["auto", "axial"]\n'
+        text += 'effects = ["auto", "axial", "torsion"]\n'
     text += (
         clamp("first") + '[[joint]]\nname = "corner"\nkind = "weld"\nparent = "first.tip"\nchild = "second"\nrotation = [0, 0, "90 deg"]\n'
     )

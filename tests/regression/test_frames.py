@@ -169,6 +169,8 @@ def wrong(folder):
         ('{ rotation = { euler = "xxz", angles = [1, 2, 3] } }', ["scene.toml:10", "euler"]),
     ]
     refused(folder, lambda case: frames % case, cases)
+    still = frames % "[0, 0, 1]" + output("o", "ground", "position", 'relative_to = "b.pin"')
+    refused(folder, lambda case: still, [("of the ground", ["key 'of'", "stands still", "relative_to"])])
     beam = head(1) + '[[body]]\nname = "b"\nkind = "beam"\nlength = 1\nsection = { shape = "circle", diameter = 0.1 }\n'
     beam += "material = { density = 1, youngs_modulus = 1 }\nframes = { middle = %s }\n"
     cases = [("{ rotation = [0, 0, 1] }", ["scene.toml:12", "at"]), ("{ at = 2, rotation = [0, 0, 1] }", ["scene.toml:12", "x/length"])]
