@@ -575,6 +575,13 @@ Map make_map(const Nodes& nodes, const MeshView& mesh, const Options& options) {
 void apply(const Map& map, const Eigen::Ref<const Points>& displacement, const Eigen::Ref<const Points>& rotation, std::span<float> out) {
   if (out.size() != 3 * static_cast<size_t>(map.vertices))
     throw InputError(fmt::format("room for {} floats given, {} vertices need {}", out.size(), map.vertices, 3 * map.vertices));
+  // Beyond this the sums of single precision are not finite any more.
+  constexpr double most = 1e30;
+  if (displacement.size() > 0 && !(displacement.cwiseAbs().maxCoeff() < most)) {
+    check_data(map, displacement, rotation);
+    throw InputError(
+        fmt::format("a node is displaced by {:g}: single precision holds less than {:g}", displacement.cwiseAbs().maxCoeff(), most));
+  }
   const PointsF sources = sources_of(map, displacement, rotation, true).cast<float>();
   multiply_single(map.weights, sources, map.welded, out, 1);
 }

@@ -26,7 +26,7 @@ void multiply_single(const SparseWeights& weights, const PointsF& sources, std::
 }
 
 Points multiply_precise(const SparseWeights& weights, const Points& sources, std::span<const int> scatter) {
-  if (weights.precise.size() != weights.column.size()) throw InputError("the map has no weights in double precision (Options::precise)");
+  if (weights.precise.size() != weights.column.size()) throw InputError("the map has no weights in double precision (option precise)");
   Points out(static_cast<Eigen::Index>(scatter.size()), 3);
   for (size_t v = 0; v < scatter.size(); ++v) {
     const size_t row = scatter[v];

@@ -103,7 +103,7 @@ def commands_page(program):
     """The command line from the program's own words."""
     out = ["# Commands", "", "What `flexframe COMMAND --help` says."]
     top = run([program, "--help"]).stdout
-    for name in re.findall(r"^  ([a-z]+) {3,}", top.split("Subcommands:")[1], flags=re.M):
+    for name in re.findall(r"^  ([a-z][a-z-]*) {3,}", top.split("Subcommands:")[1], flags=re.M):
         out += ["", f"## flexframe {name}", "", "```text", run([program, name, "--help"]).stdout.rstrip(), "```"]
     return "\n".join(out) + "\n"
 

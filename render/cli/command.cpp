@@ -11,8 +11,12 @@
 #include <cstdlib>
 #include <map>
 #include <optional>
+#include <sstream>
 #include <type_traits>
 #include <vector>
+
+#include <sys/ioctl.h>
+#include <unistd.h>
 
 namespace flexframe::cli {
 namespace {
@@ -21,6 +25,37 @@ namespace {
 std::map<std::string, std::function<bool(const std::string&)>>& lists() {
   static std::map<std::string, std::function<bool(const std::string&)>> all;
   return all;
+}
+
+// Lines no longer than the terminal is wide, that begin `left` columns in. What goes to a file or program keeps its lines.
+std::string wrapped(const std::string& text, std::size_t left) {
+  winsize size{};
+  if (::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col < left + 20) return text;
+  const std::size_t room = size.ws_col - left;
+  std::string out;
+  std::size_t line = 0;
+  std::istringstream words(text);
+  for (std::string word; words >> word; line += word.size()) {
+    if (line > 0 && line + 1 + word.size() > room) {
+      out += '\n';
+      line = 0;
+    } else if (line > 0) {
+      out += ' ';
+      ++line;
+    }
+    out += word;
+  }
+  return out;
+}
+
+// 1e-9 and 1e12 as people write them.
+std::string number_words(double value) {
+  std::string text = fmt::format("{:g}", value);
+  if (const std::size_t e = text.find('e'); e != std::string::npos) {
+    const int power = std::atoi(text.c_str() + e + 1);
+    text = text.substr(0, e + 1) + std::to_string(power);
+  }
+  return text;
 }
 
 // Help in words: "--tolerance N   relative local error; 1e-13 to 0.1; not with --accuracy".
@@ -36,7 +71,14 @@ class Help final : public CLI::Formatter {
     if (!option->get_envname().empty()) out += fmt::format("; or the variable {}", option->get_envname());
     std::string beside;
     for (const CLI::Option* other : option->get_excludes()) beside += (beside.empty() ? "; not with " : ", ") + other->get_name();
-    return out + beside;
+    if (option->get_required() && !option->get_positional()) beside += "; must be given";
+    return wrapped(out + beside, get_column_width());
+  }
+  std::string make_usage(const CLI::App* app, std::string name) const override { return "\n" + Formatter::make_usage(app, name); }
+  std::string make_subcommand(const CLI::App* command) const override {
+    std::ostringstream out;
+    CLI::detail::format_help(out, command->get_name(), wrapped(command->get_description(), get_column_width()), get_column_width());
+    return out.str();
   }
 };
 
@@ -73,13 +115,13 @@ Option& Option::required() {
 
 Option& Option::range(int low, int high) {
   option_->check(silent(CLI::Range(low, high)));
-  say_range(option_, fmt::format("{} to {}", low, high));
+  say_range(option_, high >= 1 << 30 ? fmt::format("{} or more", low) : fmt::format("{} to {}", low, high));
   return *this;
 }
 
 Option& Option::range(double low, double high) {
   option_->check(silent(CLI::Range(low, high)));
-  say_range(option_, fmt::format("{:g} to {:g}", low, high));
+  say_range(option_, fmt::format("{} to {}", number_words(low), number_words(high)));
   return *this;
 }
 

@@ -166,7 +166,7 @@ void print_rows(const render::Comparison& comparison, const std::vector<std::str
 }  // namespace
 
 Command add_compare(Program& program) {
-  Subcommand words = program.subcommand("compare", "Image regression: two PNG files or two folders of them");
+  Subcommand words = program.subcommand("compare", "pictures compared: two PNG files, or two folders of them as a test");
   words.footer(R"(A is the baseline, B the new picture or folder. Pictures agree if they are equal, or if all of this holds: few enough
 pixels differ by more than the limit, few of them touch (by more than 16 levels), the mean difference is small, and the numbers
 that flexframe writes into its pictures (vertices, their range, colour range) agree to 1e-4. A picture that only one folder has
@@ -202,7 +202,7 @@ Exit codes: 0 all agree, 1 some do not, 2 bad input.)");
       .show_default();
   words.option("--junit", options->junit, "JUnit's XML, for GitLab, Jenkins and others").as("FILE");
   words.option("--markdown", options->markdown, "counts and table in Markdown, for the summary of a job").as("FILE");
-  words.option("--update", options->reason, "make B the baseline, with this reason in CHANGES.md beside A");
+  words.option("--update", options->reason, "make B the baseline, with this reason in CHANGES.md beside A").as("REASON");
   words.flag("--json", options->json, "the measured differences as JSON on stdout");
   words.example("baseline/ new/ --report report.html", "two folders of pictures, with a page that shows what differs");
   words.example("a.png b.png --exact", "equal pixels only");

@@ -67,11 +67,11 @@ Command add_deform(Program& program) {
   Subcommand command = program.subcommand("deform", "move a mesh by the displacements of sparse nodes");
   command.option("--nodes", words->nodes, "CSV with a header line x,y,z,ux,uy,uz[,rx,ry,rz]").as("FILE").required();
   command.option("--mesh", words->mesh, "OBJ, STL, PLY, glTF, ...").as("FILE").required();
-  command.option("-o,--output", words->output, "OUT.obj: deformed mesh; OUT.csv: ux,uy,uz of each vertex in the file's order")
+  command.option("-o,--out,--output", words->output, "OUT.obj: deformed mesh; OUT.csv: ux,uy,uz of each vertex in the file's order")
       .as("FILE")
       .required();
-  command.option("--scheme", words->scheme, "auto kernel elastic lattice r3 r tps").as("WORD").show_default();
-  command.option("--scale", words->scale, "factor of the displacements, or auto").show_default();
+  command.option("--scheme", words->scheme, "auto, kernel, elastic, lattice, r3, r or tps").as("WORD").show_default();
+  command.option("--scale", words->scale, "factor of the displacements, or auto").as("N").show_default();
   command.flag("--corotated", words->corotated, "exaggerate by rotations, sections keep their size");
   command.flag("--json", words->json, "summary as JSON");
   command.example("--nodes nodes.csv --mesh part.obj -o bent.obj --scale 20", "a mesh moved by the nodes of any program, twenty times");

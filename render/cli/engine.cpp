@@ -138,7 +138,9 @@ void add_engine_words(Subcommand words, EngineWords& values) {
       .show_default();
   words.option("--shards", values.shards, "tasks into which parallel and slurm cut the work; default: by a pilot run").range(1, 100000);
   words.option("--cpus", values.cpus, "processes of each task").range(1, 1024).show_default();
-  words.option("--sbatch", values.sbatch, "a word for sbatch, as often as wanted: partition=short, mem=2G, time=30").as("TEXT").one_word();
+  words.option("--sbatch", values.sbatch, "a word for sbatch, as often as wanted: partition=short, mem=2G, time=30")
+      .as("WORD=VALUE")
+      .one_word();
   words.option("--sbatch-file", values.sbatch_file, "file whose #SBATCH lines go into the job scripts").as("FILE");
   words.flag("--dry-run", values.dry_run, "write the scripts of the engine and print them: nothing is run");
 }

@@ -130,8 +130,9 @@ Pictures a second and speed are those of the scene's [render] table.)");
   app.flag("--traces", words->traces, "gltf: the paths of the scene's traces as lines");
   app.option("--scene", words->scene, "scene file whose [render] table is used, in place of the one in the results").as("FILE");
   app.option("--size", words->render.size, "mp4, html: pixels of the pictures, width x height").as("WxH");
-  app.option("--scales", words->render.scales, "mp4, html, gltf with --ghosts: auto, or a list as 1,20: in scale and exaggerated");
-  app.option("--color-by", words->render.color_by, "mp4, html: none, displacement, strain, velocity or body");
+  app.option("--scales", words->render.scales, "mp4, html, gltf with --ghosts: auto, or a list as 1,20: in scale and exaggerated")
+      .as("LIST");
+  app.option("--color-by", words->render.color_by, "mp4, html: " + color_by_help()).as("WORD");
   app.flag("--json", words->json, "summary as JSON");
   app.example("crane.h5 --to gltf -o crane.glb --scale 20", "for Blender and other viewers, deformation twenty times");
   app.example("crane.h5 --to gltf --ghosts --scales 1,50 --traces", "in scale, fifty times as ghosts, and the paths of traces");

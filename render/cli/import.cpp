@@ -109,8 +109,8 @@ Layouts, units and conventions of each, and the mapping file: render/import/READ
   app.option("--length-unit", words->length_unit, "unit of lengths in files that do not say it; default m").as("UNIT");
   app.option("--angle-unit", words->angle_unit, "likewise of angles; default rad").as("UNIT");
   app.option("--stress-unit", words->stress_unit, "likewise of stresses; default Pa").as("UNIT");
-  app.option("--step", words->step, "s between samples, for files that hold no times").positive();
-  app.option("--title", words->title, "title of the pictures; default: the name of the file");
+  app.option("--step", words->step, "time between samples, s, for files that hold no times").positive();
+  app.option("--title", words->title, "title of the pictures; default: the name of the file").as("TEXT");
   app.flag("--json", words->json, "summary as JSON");
   app.example("robot.csv --mesh arm=arm.stl --mesh-unit mm -o robot.h5", "poses of a table, then: flexframe render robot.h5");
   app.example("adams.tab --map adams.toml", "columns, units and Euler angles as the mapping file says");

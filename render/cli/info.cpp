@@ -254,6 +254,7 @@ Command add_info(Program& program) {
   app.option("FILE", words->file,
              "results (.h5), scene (.toml), flexible body (.h5, .sid, .SID_FEM), picture (.png), result file of another program, or mesh");
   app.option("--renderer", words->renderer, "show the renderer: osmesa or egl; default osmesa")
+      .as("WORD")
       .value_or("osmesa")
       .excludes("FILE")
       .one_of({"osmesa", "egl"});

@@ -75,14 +75,18 @@ namespace {
 
 // Keys of [render] as options: what is given takes the place of the scene's word, read and refused as that is.
 void add_view_words(Subcommand words, RenderWords& values) {
-  words.option("--view", values.view, "front, side, top or iso; several in one picture as front,top").as("LIST");
-  words.option("--camera", values.camera, "place of the camera in m, X,Y,Z; with --target, instead of fitting the motion").as("X,Y,Z");
-  words.option("--target", values.target, "where the camera looks").as("X,Y,Z");
+  words.option("--view", values.view, "front, side, top or iso; several in one picture as front,top")
+      .as("LIST")
+      .list([](const std::string& item) { return item == "front" || item == "side" || item == "top" || item == "iso"; });
+  words.option("--camera", values.camera, "place of the camera, m; with --target, instead of fitting the motion")
+      .as("X,Y,Z")
+      .list(Option::is_number);
+  words.option("--target", values.target, "where the camera looks, m").as("X,Y,Z").list(Option::is_number);
   words.option("--fov", values.fov, "vertical angle of view in degrees").as("N");
   words.option("--projection", values.projection, "perspective or orthographic").as("WORD");
   words.option("--background", values.background, "gradient, white, dark or transparent").as("WORD");
   words.option("--colormap", values.colormap, "viridis, cividis, inferno, turbo, coolwarm or greys").as("WORD");
-  words.option("--color-range", values.color_range, "values of the map's ends in m, 1, Pa or m/s").as("LOW,HIGH");
+  words.option("--color-range", values.color_range, "values of the map's ends in m, 1, Pa or m/s").as("LOW,HIGH").list(Option::is_number);
   words.option("--frame-rate", values.frame_rate, "pictures per second of playback").as("N");
   words
       .option("--print-size", values.print_size, "millimetres on paper, width x height, in place of --size; words become at least 7 points")
@@ -131,6 +135,13 @@ std::vector<std::string> render_settings(const RenderWords& words) {
   return out;
 }
 
+std::string color_by_help() {
+  std::vector<std::string> words = film::color_by_words();
+  const std::string last = words.back();
+  words.pop_back();
+  return fmt::format("{} or {}", fmt::join(words, ", "), last);
+}
+
 void add_render_words(Subcommand words, RenderWords& values) {
   words.option("--frames", values.frames, "pictures A to B-1 (as a slice; A: and :B too)").as("A:B");
   words.option("--shard", values.shard, "every N-th picture from the I-th on: N machines draw a sequence together").as("I/N");
@@ -139,7 +150,7 @@ void add_render_words(Subcommand words, RenderWords& values) {
   words.option("--scales", values.scales, "auto, or a list as 1,20: in scale and exaggerated").as("LIST").list([](const std::string& item) {
     return item == "auto" || Option::is_number(item);
   });
-  words.option("--color-by", values.color_by, "none, displacement, strain, stress, velocity, mode or body").as("WORD");
+  words.option("--color-by", values.color_by, color_by_help()).as("WORD");
   words.option("--look", values.look, "plain, technical, presentation or print, with all that it stands for, in place of the scene's words")
       .as("WORD");
   add_view_words(words, values);
@@ -163,6 +174,7 @@ void add_scene_words(Subcommand words, std::vector<std::string>& settings) {
       .option(
           "--set", settings,
           "a parameter or key of the scene in place of its own, as often as wanted: L=0.4, body.rod.elements=12, simulation.tolerance=1e-8")
+      .as("KEY=VALUE")
       .one_word();
 }
 

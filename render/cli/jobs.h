@@ -40,6 +40,8 @@ struct RenderWords {
   bool resume = false, no_video = false, no_shadows = false, no_overlay = false, vector = false, pdf = false;
 };
 void add_render_words(Subcommand words, RenderWords& values);
+// "none, displacement ... or map_error": what --color-by takes.
+std::string color_by_help();
 
 // A scene with its render settings, both read and checked, the meshes it names included. Throws sim::InputError, render::MeshError.
 struct Job {

@@ -97,11 +97,12 @@ Command add_load_path(Program& program) {
   const auto w = std::make_shared<Words>();
   Subcommand app = program.subcommand("load-path", "states of equilibrium over a load, through limit points where a structure snaps");
   app.option("SCENE", w->scene, "scene file (TOML)").required();
-  app.option("--force", w->path.force, "name of the force, torque or distributed force that is varied; default: all loads, weight too");
+  app.option("--force", w->path.force, "name of the force, torque or distributed force that is varied; default: all loads, weight too")
+      .as("NAME");
   app.option("--from", w->path.from, "factor of the load where the curve begins").show_default();
   app.option("--to", w->path.to, "factor where it ends").show_default();
   app.option("--states", w->path.most_states, "most states on the curve").range(2, 100000).show_default();
-  app.option("-o,--out", w->out, "CSV file, beside it the diagram as SVG; default: SCENE-load-path.csv");
+  app.option("-o,--out", w->out, "CSV file, beside it the diagram as SVG; default: SCENE-load-path.csv").as("FILE");
   app.flag("--json", w->json, "report as JSON: limit points");
   add_scene_words(app, w->settings);
   app.footer(R"(The curve starts at the equilibrium beside the scene's assembled start and follows the states one after the other,

@@ -352,9 +352,9 @@ void sweep_modes(const Words& w) {
 
 Command add_modes(Program& program) {
   const auto w = std::make_shared<Words>();
-  Subcommand app = program.subcommand(
-      "modes", "modes of a mechanism about its start (SCENE.toml) or of a body (SID): films, frequencies over a parameter");
-  app.option("FILE", w->body, "scene file (.toml), or SID file").required();
+  Subcommand app =
+      program.subcommand("modes", "modes of a mechanism about its start or of a flexible body: films, frequencies over a parameter");
+  app.option("FILE", w->body, "scene file (.toml), or flexible body (.sid, .SID_FEM, .h5)").required();
   app.option("--mesh", w->mesh, "Wavefront mesh of the undeformed body; default: BODY.obj beside it").as("FILE");
   app.option("-o,--out", w->out, "output folder; default: the name of the body").as("DIR");
   app.option("--mode", w->modes, "which modes, from 1; default: all, of a scene the first ten")
@@ -366,7 +366,7 @@ Command add_modes(Program& program) {
   app.option("--over", w->over, "of a scene: frequencies and damping over a parameter or key (Campbell diagram), CSV and SVG")
       .as("NAME=FROM:TO:COUNT");
   app.option("--at", w->at, "of a scene: frequencies and damping at these times of its run, s, as 0.1,0.5; CSV and SVG")
-      .as("TIMES")
+      .as("LIST")
       .list(Option::is_number)
       .separated_by(',');
   app.flag("--no-pictures", w->no_pictures, "of a scene: the table alone");

@@ -95,7 +95,7 @@ Command add_new(Program& program) {
   const auto w = std::make_shared<Words>();
   Subcommand app = program.subcommand("new", "a commented scene to start from");
   app.option("NAME", w->name, "name of the scene: NAME.toml is made").required();
-  app.option("-t,--template", w->kind, "what to start from, see below").show_default();
+  app.option("-t,--template", w->kind, "what to start from, see below").as("WORD").show_default();
   app.flag("--json", w->json, "what was made, and what to run next, as JSON");
   static std::string list;
   list = "Templates:";

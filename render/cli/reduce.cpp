@@ -226,13 +226,14 @@ Command add_reduce(Program& program) {
          "MODEL", w->model,
          "Abaqus or CalculiX .inp, Nastran .bdf .nas .dat, gmsh .msh, CalculiX .sti (with .mas .dof .inp beside it), Matrix Market .mtx")
       .required();
-  app.option("-o,--output", w->output,
+  app.option("-o,--out,--output", w->output,
              "the body, BODY.sid, or BODY.h5 with its shapes at all nodes of the surface; BODY.obj and BODY.md come with it")
       .as("FILE")
       .required();
   app.option("--mesh", w->mesh, "name of the surface mesh").as("FILE");
   app.option("--report", w->report, "name of the report").as("FILE");
   app.option("--method", w->request.method, "auto (craig-bampton with interfaces, else eigen), eigen, guyan, craig-bampton or response")
+      .as("WORD")
       .one_of({"auto", "eigen", "guyan", "craig-bampton", "response"})
       .show_default();
   app.option("--modes", w->request.options.modes, "number of modes (with interfaces held for craig-bampton)").not_negative().show_default();
@@ -249,24 +250,30 @@ Command add_reduce(Program& program) {
       .range(0.0, 1.0)
       .show_default();
   app.option("--interface", w->request.interfaces,
-             "[NAME=]NODE, a spider's name, [NAME=]rigid:SET[@x,y,z] or [NAME=]average:SET[@x,y,z]; may be repeated");
-  app.option("--hold", w->request.hold, "'model' (*BOUNDARY), 'none', or a node set; default: the model's if it has any").show_default();
+             "[NAME=]NODE, a spider's name, [NAME=]rigid:SET[@x,y,z] or [NAME=]average:SET[@x,y,z]; may be repeated")
+      .as("WHERE");
+  app.option("--hold", w->request.hold, "'model' (*BOUNDARY), 'none', or a node set; default: the model's if it has any")
+      .as("NAME")
+      .show_default();
   app.option("--nodes", w->request.options.node_count, "number of kept nodes, distributed over the surface, interfaces included")
       .range(1, 1000000)
       .show_default();
   app.option("--node", w->request.nodes, "keep these nodes instead").as("LIST").list(Option::is_number).separated_by(',');
-  app.option("--node-set", w->request.node_sets, "keep the nodes of this set instead; may be repeated");
-  app.option("--material", w->request.materials, "[SET=]YOUNGS_MODULUS,POISSON,DENSITY in SI, for elements without one; may be repeated");
+  app.option("--node-set", w->request.node_sets, "keep the nodes of this set instead; may be repeated").as("NAME");
+  app.option("--material", w->request.materials, "[SET=]YOUNGS_MODULUS,POISSON,DENSITY in SI, for elements without one; may be repeated")
+      .as("VALUES");
   app.option("--thickness", w->request.thickness, "thickness of shells without one, m").positive();
   app.option("--contact", w->request.contact,
              "contact pairs of an .inp, which no linear body has: 'tie' their surfaces, leave them 'open', or 'refuse' the deck")
+      .as("WORD")
       .show_default();
-  app.option("--density", w->request.densities, "[MATERIAL=]DENSITY in kg/m^3, for materials without one; may be repeated");
-  app.option("--elastic", w->request.elastics,
-             "[MATERIAL=]YOUNGS_MODULUS,POISSON in SI, for materials without elasticity; may be repeated");
+  app.option("--density", w->request.densities, "[MATERIAL=]DENSITY in kg/m^3, for materials without one; may be repeated").as("VALUE");
+  app.option("--elastic", w->request.elastics, "[MATERIAL=]YOUNGS_MODULUS,POISSON in SI, for materials without elasticity; may be repeated")
+      .as("VALUES");
   app.option("--units", w->request.units,
              "units of the model: m (m kg s), mm (mm t s, MPa), mm-kg-s, mm-kg-ms, mm-g-ms, cm-g-s, in-lbf-s, or factors LENGTH,MASS,TIME "
              "to SI")
+      .as("UNITS")
       .show_default();
   app.option("--damping", w->request.options.damping, "ratio of critical damping of every mode").not_negative();
   app.flag("--no-stiffening", w->no_stiffening, "no second-order displacements (geometric stiffening)");

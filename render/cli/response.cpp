@@ -108,11 +108,11 @@ Command add_response(Program& program) {
   const auto w = std::make_shared<Words>();
   Subcommand app = program.subcommand("response", "frequency response of outputs to a force, for small motions about the start");
   app.option("SCENE", w->scene, "scene file (TOML)").required();
-  app.option("--force", w->force, "name of a force, torque or distributed force of the scene").required();
+  app.option("--force", w->force, "name of a force, torque or distributed force of the scene").as("NAME").required();
   app.option("--from", w->from, "lowest frequency, Hz; default: a tenth of the first mode's").positive();
   app.option("--to", w->to, "highest frequency, Hz; default: twice the sixth mode's").positive();
   app.option("--points", w->points, "number of frequencies, evenly spaced in their logarithms").range(2, 100000).show_default();
-  app.option("-o,--out", w->out, "CSV file, beside it the diagram as SVG; default: SCENE-response.csv");
+  app.option("-o,--out", w->out, "CSV file, beside it the diagram as SVG; default: SCENE-response.csv").as("FILE");
   app.flag("--json", w->json, "report as JSON: modes in Hz, where each output is largest");
   add_scene_words(app, w->settings);
   app.footer(

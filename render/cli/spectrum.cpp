@@ -126,12 +126,12 @@ Command add_spectrum(Program& program) {
   const auto w = std::make_shared<Words>();
   Subcommand app = program.subcommand("spectrum", "amplitude spectra of outputs, over frequency or over the order of a shaft");
   app.option("RESULTS", w->results, "results file (HDF5)").required();
-  app.option("--column", w->columns, "a column of the outputs, tip.y for example; as often as wanted; default: all").one_word();
-  app.option("--order", w->order, "column of the shaft's angle (rad): the spectrum is over periods a turn");
-  app.option("--from", w->from, "s, samples before are left out").not_negative();
-  app.option("--to", w->to, "s, samples behind are left out").positive();
+  app.option("--column", w->columns, "a column of the outputs, tip.y for example; as often as wanted; default: all").as("NAME").one_word();
+  app.option("--order", w->order, "column of the shaft's angle (rad): the spectrum is over periods a turn").as("NAME");
+  app.option("--from", w->from, "samples before this time, s, are left out").not_negative();
+  app.option("--to", w->to, "samples behind this time, s, are left out").positive();
   app.option("--highest", w->highest, "highest frequency or order that is written").positive();
-  app.option("-o,--out", w->out, "CSV file, beside it the diagram as SVG; default: RESULTS-spectrum.csv");
+  app.option("-o,--out", w->out, "CSV file, beside it the diagram as SVG; default: RESULTS-spectrum.csv").as("FILE");
   app.flag("--json", w->json, "report as JSON: where each spectrum is largest");
   app.example("out/results.h5 --column tip.y --highest 50", "of the output tip.y, up to 50 Hz");
   app.example("out/results.h5 --order shaft.angle", "over periods a turn of the shaft");

@@ -142,10 +142,12 @@ Command add_sweep(Program& program) {
   app.option("--set", words->settings,
              "a parameter or key with its values: A:B:N (:log), a list V,V,V, or by chance A:B, uniform(a,b), loguniform(a,b), "
              "normal(mean,deviation[,low,high]); with one value it is the same at every point")
+      .as("KEY=VALUES")
       .one_word();
   app.option("--response", words->responses,
              "a number of every run, NAME=EXPRESSION of max, min, mean, rms, range, final, initial, integral, time_of_max, time_of_min, "
              "time_of and frequency of the outputs, and of the keys set")
+      .as("NAME=EXPRESSION")
       .one_word();
   app.option("--sample", words->sample, "points by chance: lhs:N, sobol:N or random:N").as("WORD:N");
   app.option("--sensitivity", words->sensitivity,
@@ -157,7 +159,7 @@ Command add_sweep(Program& program) {
       .as("EXPRESSION")
       .one_word();
   app.option("--maximise", words->maximise, "likewise, largest").as("EXPRESSION").one_word();
-  app.option("--limit", words->limits, "what the values must keep: EXPRESSION <= NUMBER or >=; may be repeated").one_word();
+  app.option("--limit", words->limits, "what the values must keep: EXPRESSION <= NUMBER or >=; may be repeated").as("CONDITION").one_word();
   app.option("--searches", words->searches, "from so many places: the middle of the ranges and points over them")
       .range(1, 10000)
       .show_default();

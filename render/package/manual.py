@@ -31,7 +31,36 @@ def options_of(text):
 def commands_of(text):
     """[(name, words)] of the program's help."""
     part = text.split("Subcommands:")[1]
-    return re.findall(r"^  ([a-z]+) +(.+)$", part, re.M)
+    return re.findall(r"^  ([a-z][a-z-]*) +(.+)$", part, re.M)
+
+
+def words_of(form, words, text):
+    """What may stand behind an option, as its help lists it ("a, b (which is ...) or c"); empty: anything."""
+    if form not in ("WORD", "LIST"):
+        return []
+    if "see below" in words:
+        return re.findall(r"^  ([a-z-]+) {2,}\S", text.split("Templates:")[1].split("Examples:")[0], re.M)
+    one = r"[a-z][\w-]*"
+    plain = re.sub(r" \([^)]*\)", "", words)
+    listed = re.search(rf"((?:{one}, )*{one} or {one})", plain)
+    if listed:
+        return re.split(r", | or ", listed.group(1))
+    listed = re.search(rf"any of ({one}(?:,{one})+)", plain)
+    return listed.group(1).split(",") if listed else re.findall(rf"'({one})'", plain)
+
+
+def ending_of(text):
+    """The ending of the files that a command takes, ".toml"; empty: any."""
+    usage = next((line for line in text.splitlines() if line.startswith("Usage:")), "")
+    return ".toml" if "SCENE" in usage else ".h5" if "RESULTS" in usage else ""
+
+
+class Command:
+    """A subcommand as its help tells it. options: [(names, form, words, what may stand behind it)]."""
+
+    def __init__(self, name, words, text):
+        self.name, self.words, self.text, self.ending = name, words, text, ending_of(text)
+        self.options = [(names, form, told, words_of(form, told, text)) for names, form, told in options_of(text)]
 
 
 def roff(text):
@@ -77,22 +106,37 @@ def page(name, title, version, text):
 
 
 def bash(commands):
-    def words(options):
-        return " ".join(sorted({name for spellings, _, _ in options for name in spellings}))
+    def values(command):
+        rows = []
+        for names, form, _, allowed in command.options:
+            if form:
+                make = f'compgen -W "{" ".join(allowed)}" --' if allowed else "compgen -d --" if form == "DIR" else ""
+                make = "compgen -f --" if not make and "FILE" in form else make
+                # What nobody can guess is left to the user: no names of files behind a number.
+                answer = f'mapfile -t COMPREPLY < <({make} "$word")' if make else "COMPREPLY=()"
+                rows.append(f"        {'|'.join(names)}) {answer}; return ;;")
+        return "\n".join(rows)
 
-    cases = "\n".join(f'    {name}) words="{words(options)}" ;;' for name, _, options in commands)
-    names = " ".join(name for name, _, _ in commands)
+    def words(command):
+        return " ".join(sorted({name for names, *_ in command.options for name in names}))
+
+    cases = []
+    for command in commands:
+        ending = f" ending={command.ending}" if command.ending else ""
+        cases.append(f'    {command.name}) words="{words(command)}"{ending}\n      case $before in\n{values(command)}\n      esac ;;')
+    names = " ".join(command.name for command in commands)
     return f"""# bash completion of flexframe
 _flexframe() {{
-  local word=${{COMP_WORDS[COMP_CWORD]}} words
+  local word=${{COMP_WORDS[COMP_CWORD]}} before=${{COMP_WORDS[COMP_CWORD - 1]}} words= ending=
   if ((COMP_CWORD == 1)); then
     mapfile -t COMPREPLY < <(compgen -W "{names} --help --version" -- "$word")
     return
   fi
   case ${{COMP_WORDS[1]}} in
-{cases}
+{chr(10).join(cases)}
   esac
   if [[ $word == -* ]]; then mapfile -t COMPREPLY < <(compgen -W "$words" -- "$word")
+  elif [[ $ending ]]; then mapfile -t COMPREPLY < <(compgen -f -X "!*$ending" -- "$word"; compgen -d -- "$word")
   else mapfile -t COMPREPLY < <(compgen -f -- "$word"); fi
 }}
 complete -o filenames -F _flexframe flexframe
@@ -104,14 +148,17 @@ def shell_quote(text):
 
 
 def zsh(commands):
-    names = "\n".join(f"    {shell_quote(name + ':' + words.replace(':', ' '))}" for name, words, _ in commands)
+    names = "\n".join(f"    {shell_quote(command.name + ':' + command.words.replace(':', ' '))}" for command in commands)
     cases = []
-    for name, _, options in commands:
+    for command in commands:
         rows = []
-        for spellings, form, words in options:
+        for spellings, form, words, allowed in command.options:
             clean = words.replace("[", "(").replace("]", ")").replace(":", " ")
-            rows += [f"        {shell_quote(f'{n}[{clean}]' + (f':{form}:_files' if form else ''))}" for n in spellings]
-        cases.append(f"    {name}) _arguments \\\n" + " \\\n".join(rows) + " \\\n        '*:file:_files' ;;")
+            files = "_files -/" if form == "DIR" else "_files" if "FILE" in form else " "
+            behind = f":{form.replace(':', ' ')}:" + (f"({' '.join(allowed)})" if allowed else files) if form else ""
+            rows += [f"        {shell_quote(f'{n}[{clean}]{behind}')}" for n in spellings]
+        files = f'_files -g "*{command.ending}"' if command.ending else "_files"
+        cases.append(f"    {command.name}) _arguments \\\n" + " \\\n".join(rows) + f" \\\n        '*:file:{files}' ;;")
     return f"""#compdef flexframe
 _flexframe() {{
   local -a commands=(
@@ -131,12 +178,19 @@ _flexframe "$@"
 
 def fish(commands):
     lines = ["# fish completion of flexframe"]
-    for name, words, options in commands:
-        lines.append(f"complete -c flexframe -n __fish_use_subcommand -f -a {name} -d {shell_quote(words)}")
-        for spellings, form, text in options:
+    for command in commands:
+        lines.append(f"complete -c flexframe -n __fish_use_subcommand -f -a {command.name} -d {shell_quote(command.words)}")
+        seen = f"-n '__fish_seen_subcommand_from {command.name}'"
+        if command.ending:
+            lines.append(f"complete -c flexframe {seen} -k -f -a '(__fish_complete_suffix {command.ending})'")
+        for spellings, form, text, allowed in command.options:
             flags = " ".join(f"-l {n[2:]}" if n.startswith("--") else f"-s {n[1:]}" for n in spellings)
-            needs = " -r" if form else ""
-            lines.append(f"complete -c flexframe -n '__fish_seen_subcommand_from {name}' {flags}{needs} -d {shell_quote(text)}")
+            needs = ""
+            if form:
+                folders = "(__fish_complete_directories)"
+                choice = " ".join(allowed) or (folders if form == "DIR" else "")
+                needs = f" -x -a {shell_quote(choice)}" if choice else " -r -F" if "FILE" in form else " -x"
+            lines.append(f"complete -c flexframe {seen} {flags}{needs} -d {shell_quote(text)}")
     return "\n".join(lines) + "\n"
 
 
@@ -145,10 +199,11 @@ def main(program, folder):
     (folder / "man1").mkdir(parents=True, exist_ok=True)
     version = subprocess.run([program, "--version"], capture_output=True, text=True, check=True).stdout.split("\n")[0]
     top = ask(program)
-    commands = [(name, words, options_of(ask(program, name))) for name, words in commands_of(top)]
+    commands = [Command(name, words, ask(program, name)) for name, words in commands_of(top)]
     (folder / "man1/flexframe.1").write_text(page("flexframe", "flexible multibody simulation and its pictures", version, top))
-    for name, words, _ in commands:
-        (folder / f"man1/flexframe-{name}.1").write_text(page(f"flexframe-{name}", words, version, ask(program, name)))
+    for command in commands:
+        name = f"flexframe-{command.name}"
+        (folder / f"man1/{name}.1").write_text(page(name, command.words, version, command.text))
     (folder / "flexframe.bash").write_text(bash(commands))
     (folder / "_flexframe").write_text(zsh(commands))
     (folder / "flexframe.fish").write_text(fish(commands))

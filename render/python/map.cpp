@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include <limits>
+
 namespace flexframe::python {
 namespace {
 
@@ -13,17 +15,38 @@ namespace {
 using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using Indices = py::array_t<int, py::array::c_style | py::array::forcecast>;
 
+// Triangles as they are given: whole numbers of any size. A conversion alone would cut 1.5 to 1 and wrap what is too large.
+std::optional<Indices> indices(const py::object& list) {
+  if (list.is_none()) return std::nullopt;
+  const py::array given = py::array::ensure(list);
+  if (!given) {
+    PyErr_Clear();
+    throw ArgumentError("triangles must be an array of whole numbers of shape (N, 3)");
+  }
+  if (given.dtype().kind() != 'i' && given.dtype().kind() != 'u')
+    throw ArgumentError(fmt::format("triangles must be whole numbers, found an array of {}", py::str(given.dtype()).cast<std::string>()));
+  if (py::isinstance<py::array_t<int>>(given)) return Indices(given);
+  const py::array_t<std::int64_t, py::array::c_style | py::array::forcecast> wide(given);
+  for (py::ssize_t k = 0; k < wide.size(); ++k)
+    if (wide.data()[k] < 0 || wide.data()[k] > std::numeric_limits<int>::max())
+      throw InputError(fmt::format("a triangle refers to vertex {}", wide.data()[k]));
+  return Indices(given);
+}
+
 void require_three(const py::array& a, const char* what) {
-  if (a.ndim() != 2 || a.shape(1) != 3) throw ArgumentError(fmt::format("{} must be an array of shape (N, 3)", what));
+  if (a.ndim() == 2 && a.shape(1) == 3) return;
+  throw ArgumentError(fmt::format("{} must be an array of shape (N, 3), found {}", what, py::str(a.attr("shape")).cast<std::string>()));
 }
 
 Eigen::Map<const interp::Points> rows_of(const Numbers& a) { return {a.data(), a.shape(0), 3}; }
 
 struct KernelMap {
   interp::Map map;
+  bool with_rotations = false;
 
-  KernelMap(const Numbers& nodes, const Numbers& vertices, const std::optional<Indices>& triangles, const std::string& scheme,
-            bool rotations, bool precise) {
+  KernelMap(const Numbers& nodes, const Numbers& vertices, const py::object& faces, const std::string& scheme, bool rotations, bool precise)
+      : with_rotations(rotations) {
+    const std::optional<Indices> triangles = indices(faces);
     require_three(nodes, "nodes");
     require_three(vertices, "vertices");
     if (triangles) require_three(*triangles, "triangles");
@@ -36,9 +59,16 @@ struct KernelMap {
     map = interp::make_map({interp::Points(rows_of(nodes)), rotations, {}}, mesh, options);
   }
 
+  // Rotations that the map would leave aside would be a motion other than the one that was given.
+  void check_rotation(const std::optional<Numbers>& rotation) const {
+    if (!rotation) return;
+    require_three(*rotation, "rotation");
+    if (!with_rotations) throw ArgumentError("rotation is given, but the map was made without: KernelMap(..., rotations=True)");
+  }
+
   py::array apply(const Numbers& displacement, const std::optional<Numbers>& rotation, std::optional<py::array> out) const {
     require_three(displacement, "displacement");
-    if (rotation) require_three(*rotation, "rotation");
+    check_rotation(rotation);
     if (!out) out = py::array_t<float>({static_cast<py::ssize_t>(map.vertices), py::ssize_t{3}});
     if (!py::isinstance<py::array_t<float, py::array::c_style>>(*out) || !out->writeable() || out->ndim() != 2 ||
         out->shape(0) != map.vertices || out->shape(1) != 3)
@@ -55,7 +85,7 @@ struct KernelMap {
 
   py::array_t<double> apply_precise(const Numbers& displacement, const std::optional<Numbers>& rotation) const {
     require_three(displacement, "displacement");
-    if (rotation) require_three(*rotation, "rotation");
+    check_rotation(rotation);
     const Eigen::Map<const interp::Points> r(rotation ? rotation->data() : nullptr, rotation ? rotation->shape(0) : 0, 3);
     const interp::Points u = interp::apply_precise(map, rows_of(displacement), r);
     py::array_t<double> out({static_cast<py::ssize_t>(u.rows()), py::ssize_t{3}});
@@ -66,7 +96,7 @@ struct KernelMap {
   py::array_t<float> map_error(const Numbers& displacement, const Numbers& vertices, const std::optional<Numbers>& rotation) const {
     require_three(displacement, "displacement");
     require_three(vertices, "vertices");
-    if (rotation) require_three(*rotation, "rotation");
+    check_rotation(rotation);
     if (vertices.shape(0) != map.vertices) throw ArgumentError(fmt::format("vertices must be those of the map, {}", map.vertices));
     const Eigen::Map<const interp::Points> r(rotation ? rotation->data() : nullptr, rotation ? rotation->shape(0) : 0, 3);
     const interp::ErrorBar bar(map, {rows_of(vertices), Eigen::Map<const interp::Triangles>(nullptr, 0, 3)});
@@ -86,13 +116,13 @@ void bind_map(py::module_& m) {
 KernelMap(nodes, vertices, triangles=None, scheme="auto", rotations=False, precise=False)
   nodes      (N, 3) float64, m, in the frame of the mesh
   vertices   (M, 3) float64, m; C-contiguous float64 is looked at in place, not copied
-  triangles  (K, 3) int32, indices of vertices; None: a cloud of points
+  triangles  (K, 3) int32, or other whole numbers: indices of vertices; None: a cloud of points
   scheme     auto, kernel, elastic, lattice, r3, r, tps (interp/README.md); elastic and lattice need triangles
   rotations  whether apply() gets rotation vectors too
   precise    keeps the weights in double as well, for apply_precise(); twice the memory
 
 Raises InputError (no nodes, numbers that are not finite, indices out of range) and MapError (no map can serve).)")
-      .def(py::init<const Numbers&, const Numbers&, const std::optional<Indices>&, const std::string&, bool, bool>(), py::arg("nodes"),
+      .def(py::init<const Numbers&, const Numbers&, const py::object&, const std::string&, bool, bool>(), py::arg("nodes"),
            py::arg("vertices"), py::arg("triangles") = py::none(), py::arg("scheme") = "auto", py::arg("rotations") = false,
            py::arg("precise") = false)
       .def("apply", &KernelMap::apply, py::arg("displacement"), py::arg("rotation") = py::none(), py::arg("out") = py::none(),

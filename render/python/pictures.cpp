@@ -9,6 +9,7 @@
 #include "render/film/video.h"
 #include "render/image/image_compare.h"
 #include "render/image/png.h"
+#include "sim/base/words.h"
 #include "sim/scene/scene_reader.h"
 
 #include <fmt/format.h>
@@ -31,9 +32,17 @@ py::array_t<std::uint8_t> to_array(const render::Image& image) {
   return out;
 }
 
-render::Image to_image(const py::array_t<std::uint8_t, py::array::c_style | py::array::forcecast>& a) {
-  if (a.ndim() != 3 || (a.shape(2) != 3 && a.shape(2) != 4))
-    throw ArgumentError("a picture must be a uint8 array of shape (height, width, 3 or 4)");
+// Numbers of another type are refused: as bytes, a picture of 0..1 would be black.
+render::Image to_image(const py::object& given) {
+  if (!py::isinstance<py::array_t<std::uint8_t>>(given) || py::array(given).ndim() != 3 || py::array(given).size() == 0 ||
+      (py::array(given).shape(2) != 3 && py::array(given).shape(2) != 4)) {
+    const std::string found = py::isinstance<py::array>(given)
+                                  ? fmt::format("{} of shape {}", py::str(given.attr("dtype")).cast<std::string>(),
+                                                py::str(given.attr("shape")).cast<std::string>())
+                                  : py::str(py::type::of(given).attr("__name__")).cast<std::string>();
+    throw ArgumentError(fmt::format("a picture must be a uint8 array of shape (height, width, 3 or 4), found {}", found));
+  }
+  const py::array_t<std::uint8_t, py::array::c_style | py::array::forcecast> a(py::reinterpret_borrow<py::object>(given));
   render::Image out{static_cast<int>(a.shape(1)), static_cast<int>(a.shape(0)), static_cast<int>(a.shape(2)), {}};
   out.pixels.assign(a.data(), a.data() + a.size());
   return out;
@@ -65,6 +74,7 @@ struct Drawing {
   }
 
   int picture_at(double t) const {
+    if (!std::isfinite(t)) throw ArgumentError(fmt::format("a picture's time must be a finite number of seconds, found {}", t));
     if (animation.count < 2 || !(animation.step > 0.0)) return 0;
     return std::clamp(static_cast<int>(std::lround((t - film::picture_time(animation, 0)) / animation.step)), 0, animation.count - 1);
   }
@@ -89,6 +99,9 @@ struct Drawing {
 
   py::dict film(const std::filesystem::path& folder, std::pair<int, int> frames, int workers,
                 const std::optional<std::filesystem::path>& video_file, const py::object& progress) {
+    if (workers < 0) throw ArgumentError(fmt::format("workers must be a number of processes, or 0: one a core; found {}", workers));
+    if (video_file && !film::is_video_name(*video_file))
+      throw ArgumentError(fmt::format("video '{}': its name must end in {}", video_file->string(), sim::list_words(film::video_endings())));
     film::FilmOptions options;
     options.folder = folder;
     options.first = frames.first;
@@ -161,7 +174,7 @@ void bind_pictures(py::module_& m) {
       .def(
           "time", [](const Drawing& d, int picture) { return film::picture_time(d.animation, picture); }, py::arg("picture"),
           "Its time, s.")
-      .def("picture_at", &Drawing::picture_at, py::arg("t"), "The picture nearest to a time.")
+      .def("picture_at", &Drawing::picture_at, py::arg("t"), "The picture nearest to a time in s.")
       .def("draw", &Drawing::draw, py::arg("picture"),
            "(height, width, 4) uint8 array: sRGB with straight alpha. Raises DrawError, MapError.")
       .def("_film", &Drawing::film, py::arg("folder"), py::arg("frames"), py::arg("workers"), py::arg("video"), py::arg("progress"))
@@ -169,19 +182,17 @@ void bind_pictures(py::module_& m) {
           "notes", [](const Drawing& d) { return d.animation.notes; }, "What was chosen and why, one sentence each.")
       .def_property_readonly(
           "warnings", [](const Drawing& d) { return d.animation.warnings; }, "What the pictures may show wrongly, one sentence each.");
-  m.def("_compare", [](const py::array_t<std::uint8_t>& a, const py::array_t<std::uint8_t>& b, bool exact) {
-    return compare(to_image(a), to_image(b), exact);
-  });
+  m.def("_compare", [](const py::object& a, const py::object& b, bool exact) { return compare(to_image(a), to_image(b), exact); });
   m.def(
       "read_png", [](const std::filesystem::path& path) { return to_array(render::read_png(path)); }, py::arg("path"),
       "(height, width, 4) uint8 array of a PNG file. Raises FileError.");
   m.def(
       "png",
-      [](const py::array_t<std::uint8_t>& picture) {
+      [](const py::object& picture) {
         const std::vector<std::uint8_t> bytes = render::encode_png(to_image(picture));
         return py::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
       },
-      py::arg("picture"), "A picture as the bytes of a PNG file.");
+      py::arg("picture"), "A picture, (height, width, 3 or 4) uint8, as the bytes of a PNG file. Raises ArgumentError for other arrays.");
   m.def("_study", &study, py::arg("scene"), py::arg("folder"), py::arg("axes"), py::arg("repeats"), py::arg("reference_seconds"),
         py::arg("progress"));
 }

@@ -35,9 +35,11 @@ py::object column(const py::object& self, const std::string& name) {
     if (o.column.starts_with(name + ".")) parts.push_back(&o);
     known.push_back(o.column);
   }
-  if (parts.empty())
+  if (parts.empty()) {
+    const std::string hint = sim::did_you_mean(name, known);
     throw py::key_error(
-        fmt::format("{} is no output{} there are {}", sim::quote(name), sim::did_you_mean(name, known), sim::list_words(known)));
+        fmt::format("{} is no output{}{} there are {}", sim::quote(name), hint, hint.empty() ? ";" : "", sim::list_words(known)));
+  }
   py::array_t<double> out({static_cast<py::ssize_t>(r->times.size()), static_cast<py::ssize_t>(parts.size())});
   auto to = out.mutable_unchecked<2>();
   for (py::ssize_t k = 0; k < to.shape(1); ++k)
@@ -81,13 +83,21 @@ py::dict statistics(const sim::Results& r) {
 
 using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
-// A key's array of nt rows and `columns` columns (several dimensions are counted as one).
+// Shapes that hold `rows` x `columns` numbers in the order that is meant: rows of three numbers may be a dimension of their own, and one
+// column none. Others of as many numbers would be read in another order.
+bool has_shape(const Array& a, Eigen::Index rows, Eigen::Index columns) {
+  if (a.ndim() < 1 || a.shape(0) != rows || a.size() != rows * columns) return false;
+  return a.ndim() == 2 || (a.ndim() == 1 && columns == 1) || (a.ndim() == 3 && a.shape(2) == 3);
+}
+
+// A key's array of nt rows and `columns` columns.
 template <class Matrix>
 void take(const py::dict& from, const char* key, const std::string& body, Eigen::Index rows, Eigen::Index columns, Matrix& to) {
   if (!from.contains(key)) return;
   const Array a = from[key].cast<Array>();
-  if (a.ndim() < 1 || a.shape(0) != rows || a.size() != rows * columns)
-    throw ArgumentError(fmt::format("body '{}': '{}' must have {} x {} numbers, found {}", body, key, rows, columns, a.size()));
+  if (!has_shape(a, rows, columns))
+    throw ArgumentError(fmt::format("body '{}': '{}' must have {} x {} numbers, found the shape {}", body, key, rows, columns,
+                                    py::str(a.attr("shape")).cast<std::string>()));
   to = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(a.data(), rows, columns);
 }
 
@@ -122,10 +132,15 @@ void write_foreign(const std::filesystem::path& path, const Array& t, const py::
   sim::Results r;
   r.title = title;
   r.scene_text = scene_text;
+  if (t.ndim() != 1)
+    throw ArgumentError(fmt::format("t must be a row of times, found the shape {}", py::str(t.attr("shape")).cast<std::string>()));
   r.times = Eigen::Map<const sim::VecX>(t.data(), t.size());
   const Eigen::Index nt = r.times.size();
   for (const auto& [name, value] : bodies) {
-    const py::dict given = value.cast<py::dict>();
+    if (!py::isinstance<py::dict>(value))
+      throw ArgumentError(fmt::format("body '{}' must be a dict of arrays, found {}", py::str(name).cast<std::string>(),
+                                      py::repr(value).cast<std::string>()));
+    const auto given = value.cast<py::dict>();
     sim::ResultBody b;
     b.name = name.cast<std::string>();
     for (const auto& [key, ignored] : given) {
@@ -157,6 +172,9 @@ void write_foreign(const std::filesystem::path& path, const Array& t, const py::
           throw ArgumentError(fmt::format("body '{}': 'node_names' must be {} words, found {}", b.name, b.nodes.size(), names.size()));
         for (std::size_t k = 0; k < names.size(); ++k) b.nodes[k].name = names[k];
       }
+    } else {
+      for (const char* key : {"displacement", "rotation", "von_mises", "node_names", "point_nodes"})
+        if (given.contains(key)) throw ArgumentError(fmt::format("body '{}': '{}' belongs to 'nodes', which are missing", b.name, key));
     }
     b.kind = b.nodes.empty() ? "rigid" : "modal";
     if (given.contains("mesh")) b.mesh = std::filesystem::absolute(given["mesh"].cast<std::filesystem::path>()).string();
@@ -319,7 +337,15 @@ r["slider.x"] is a column of the histories, (nt,); r["slider"] all columns of an
       .def("__getitem__", &column, py::arg("name"))
       .def("__contains__",
            [](const sim::Results& r, const std::string& name) {
-             return std::any_of(r.outputs.begin(), r.outputs.end(), [&](const sim::ResultOutput& o) { return o.column == name; });
+             return std::any_of(r.outputs.begin(), r.outputs.end(),
+                                [&](const sim::ResultOutput& o) { return o.column == name || o.column.starts_with(name + "."); });
+           })
+      .def("__contains__", [](const sim::Results&, const py::object&) { return false; })
+      .def("__iter__",
+           [](const sim::Results& r) {
+             py::list out;
+             for (const sim::ResultOutput& o : r.outputs) out.append(o.column);
+             return py::iter(out);
            })
       .def_property_readonly(
           "bodies", [](const Shared& r) { return by_name<BodyMotion>(r, r->bodies.size(), r->bodies); }, "Bodies by name.")

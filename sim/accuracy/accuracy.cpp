@@ -364,6 +364,10 @@ Results simulate_to_accuracy(const Scene& as_given, double accuracy, const Simul
 }
 
 Results simulate_as_asked(const Scene& scene, const SimulateOptions& options, const SettingsMemory* memory) {
+  if (options.tolerance && !(*options.tolerance >= 1e-13 && *options.tolerance <= 0.1))
+    throw ArgumentError(fmt::format("the tolerance must be a number from 1e-13 to 0.1, found {:g}", *options.tolerance));
+  if (options.accuracy && !(*options.accuracy >= 1e-9 && *options.accuracy <= 0.5))
+    throw ArgumentError(fmt::format("the accuracy asked for must be a number from 1e-9 to 0.5, found {:g}", *options.accuracy));
   if (const std::optional<double> accuracy = options.tolerance  ? std::nullopt
                                              : options.accuracy ? options.accuracy
                                                                 : scene.simulation.accuracy) {

@@ -203,11 +203,20 @@ void check_results(const Results& results) {
       fail(fmt::format("{} is no name of a {}", quote(text), what));
   };
   series("times", results.times, 1, false);
+  for (Eigen::Index i = 1; i < nt; ++i)
+    if (!(results.times[i] > results.times[i - 1]))
+      fail(fmt::format("times must rise, but number {} is {:g} after {:g}", i, results.times[i], results.times[i - 1]));
+  const auto turns = [&](const std::string& what, const Eigen::MatrixX4d& q) {
+    for (Eigen::Index i = 0; i < q.rows(); ++i)
+      if (!(std::abs(q.row(i).norm() - 1.0) <= 1e-4))
+        fail(fmt::format("{}: row {} of the orientation is no unit quaternion, its norm is {:g}", what, i, q.row(i).norm()));
+  };
   for (const ResultBody& body : results.bodies) {
     name("body", body.name);
     const auto nn = static_cast<Eigen::Index>(body.nodes.size());
     series(body.name + ": position", body.position, 3, false);
     series(body.name + ": orientation", body.orientation, 4, false);
+    turns(body.name, body.orientation);
     series(body.name + ": displacement", body.displacement, 3 * nn, false);
     series(body.name + ": rotation", body.rotation, 3 * nn, true);
     series(body.name + ": q", body.q, body.q.cols(), true);
@@ -242,6 +251,7 @@ void check_results(const Results& results) {
     name("joint", joint.name);
     series(joint.name + ": position", joint.position, 3, true);
     series(joint.name + ": orientation", joint.orientation, 4, true);
+    turns(joint.name, joint.orientation);
     series(joint.name + ": value", joint.value, joint.value.cols(), true);
     series(joint.name + ": rate", joint.rate, joint.rate.cols(), true);
   }

@@ -4,7 +4,7 @@ Made by cpack from the build of FLEXFRAME, looked at by lintian (no errors) and,
 with what they depend on; in it the quick start's run, the Python example and the project outside of the tree. The source tarball is then
 unpacked there and its program built, with the packages that it lists itself; its histories are those of the installed program bit for bit.
 FLEXFRAME_ROOT=FOLDER: a root that `debootstrap --variant=minbase` has made, copied instead of made anew. FLEXFRAME_JOBS=N: compilers at
-once.
+once. FLEXFRAME_TARBALL=no: the tarball is looked at, not built, which takes most of the time.
 """
 
 import os
@@ -23,6 +23,18 @@ r = ff.simulate("/usr/share/flexframe/examples/pendulum.toml", accuracy=1e-3)
 print(ff.draw(r, t=0.5, size=(640, 360)).shape, r.columns, r.warnings)
 made = ff.film(r, "film", frames=(0, 3), video=False, size=(320, 180))
 assert made["pictures"] == 3, made
+"""
+
+ZSH = r"""
+zmodload zsh/zpty
+zpty shell zsh -f
+zpty -w shell "autoload -Uz compinit && compinit -u -d /tmp/dump; print ready"
+zpty -r shell line "*ready*ready*"
+zpty -w -n shell "$1"$'\t'
+sleep 3
+zpty -r -t shell line
+print -r -- "$line"
+while zpty -r -t shell line; do print -r -- "$line"; done
 """
 
 build = pathlib.Path(flexframe).resolve().parent
@@ -107,6 +119,17 @@ with temporary_folder() as folder:
     step("image tests, first pictures", f'cd /tmp/pictures && {configure} && FLEXFRAME_UPDATE="first pictures" {test}')
     step("image tests", f"cd /tmp/pictures && {test}")
 
+    # The completions in the shells that they are for.
+    step("zsh and fish installed", f"{apt} zsh fish")
+    typed = "flexframe run --color-by str"
+    fish = f"fish -c 'complete --do-complete \"{typed}\"' | cut -f 1 | tr '\\n' ' '"
+    step("fish completes", f'test "$({fish})" = "strain stress "')
+    # zsh completes on a terminal only: one of its own is typed into.
+    (root / "tmp/zsh.exp").write_text(ZSH)
+    step("zsh completes", f"zsh /tmp/zsh.exp '{typed}es' | grep -a 'color-by stress'")
+
+    if os.environ.get("FLEXFRAME_TARBALL") == "no":
+        finish()
     # From the tarball, as a stranger would: the packages that its own list names, its preset, its program.
     step("tarball unpacked", "mkdir /tmp/source && tar -xf /tmp/flexframe-*.tar.gz -C /tmp/source --strip-components=1")
     names = "top=/tmp/source; source tests/packages.sh"

@@ -1,9 +1,11 @@
 """What test_python.py runs in the system's Python: python_module.py FLEXFRAME SOURCE FOLDER."""
 import ast
+import copy
 import csv
 import inspect
 import os
 import pathlib
+import pickle
 import re
 import signal
 import subprocess
@@ -451,6 +453,103 @@ def interrupts():
     raises(StopIteration, lambda: ff.simulate(long, progress=stop), "at 0.0")
 
 
+def strangers():
+    """What others hand over: other types, shapes and orders, what is not finite; threads, forks, copies. Right, or a sentence."""
+    words = {
+        "simulation": {"duration": 0.2, "gravity": [0, 0, -10.0], "output_rate": 100},
+        "body": [{"name": "ball", "kind": "rigid", "mass": 1.0, "inertia": [1.0, 1, 1]}],
+        "joint": [{"name": "fall", "kind": "free", "parent": "ground", "child": "ball"}],
+        "output": [{"name": "z", "of": "ball", "quantity": "position"}],
+    }
+    ball = words["body"][0]
+    raises(TypeError, lambda: ff.scene({**words, "body": [{**ball, "mass": None}]}), "body[0].mass", "None")
+    raises(ValueError, lambda: ff.scene({**words, "body": [{**ball, "inertia": np.array([1, np.nan, 1])}]}), "body[0].inertia[1]")
+    raises(TypeError, lambda: ff.scene({5: 1}), "a key must be text")
+    for call in (lambda: ff.scene(5), lambda: ff.simulate(None), lambda: ff.draw(words)):
+        raises(ff.ArgumentError, call, "found")
+    expect(ff.scene(words, set="simulation.duration=0.1").duration == 0.1, "set= of one text")
+    for name, value in (("accuracy", -1), ("accuracy", float("nan")), ("accuracy", "high"), ("tolerance", 0.0)):
+        raises(ff.ArgumentError, lambda name=name, value=value: ff.simulate(words, **{name: value}), name, "must be a number from 1e-")
+    r = ff.simulate(words)
+    expect("z.z" in r and "z" in r and 5 not in r and list(r) == r.columns, "what is in results")
+    # Scenes and results travel to other processes.
+    scene = ff.scene(words, set={"simulation.duration": 0.1})
+    again, twin = pickle.loads(pickle.dumps(r)), pickle.loads(pickle.dumps(scene))
+    expect(np.array_equal(again["z.z"], r["z.z"]) and again.bodies["ball"].position.shape == (21, 3), "results through pickle")
+    expect(twin.text == scene.text and twin.duration == 0.1 and copy.deepcopy(r) is r, "a scene through pickle, a copy of results")
+
+    rng = np.random.default_rng(0)
+    nodes, at = rng.uniform(-1, 1, (12, 3)), rng.uniform(-1, 1, (300, 3))
+    faces = rng.integers(0, 300, (200, 3))
+    m = ff.KernelMap(nodes, at, faces, scheme="r3")
+    moved = m.apply(0.1 * nodes)
+    for kind, change in {
+        "column by column": np.asfortranarray,
+        "every other row": lambda a: np.repeat(a, 2, 0)[::2],
+        "lists": np.ndarray.tolist,
+        "the other byte order": lambda a: a.astype(a.dtype.newbyteorder()),
+    }.items():
+        other = ff.KernelMap(change(nodes), change(at), change(faces), scheme="r3").apply(change(0.1 * nodes))
+        expect(np.array_equal(other, moved), f"a map of arrays {kind} is another")
+    for wrong in (faces + 0.5, faces + 2**40, -faces - 1):
+        raises(ff.Error, lambda wrong=wrong: ff.KernelMap(nodes, at, wrong), "")
+    raises(ff.ArgumentError, lambda: m.apply(nodes, rotation=nodes), "rotations=True")
+    raises(ff.InputError, lambda: m.apply(1e300 * nodes), "single precision")
+    raises(ff.ArgumentError, lambda: ff.compare(np.zeros((4, 4, 4)), np.ones((4, 4, 4))), "uint8", "float64")
+    raises(ff.ArgumentError, lambda: ff.png(np.zeros((4, 4), np.uint8)), "shape")
+
+    t = np.linspace(0, 1, 5)
+    file = folder / "never.h5"
+    for body, told in (
+        ({"displacement": np.zeros((5, 4, 3))}, "belongs to 'nodes'"),
+        ({"nodes": nodes[:4], "displacement": np.zeros((5, 3, 4))}, "found the shape (5, 3, 4)"),
+        ({"orientation": np.zeros((5, 4))}, "no unit quaternion"),
+        ({"position": np.full((5, 3), np.nan)}, "not finite"),
+        (5, "a dict of arrays"),
+    ):
+        raises(ff.Error, lambda body=body: ff.write_results(file, t, {"a": body}), told)
+    raises(ff.Error, lambda: ff.write_results(file, t[::-1], {"a": {}}), "rise")
+    expect(not file.exists(), "refused results leave a file")
+
+    # A driven simulation: no copies, one thread at a time, and forces that are none.
+    cart = examples / "library/cart.toml"
+    sim = ff.Simulation(cart)
+    for call in (copy.copy, copy.deepcopy, pickle.dumps):
+        raises(TypeError, lambda call=call: call(sim), "restore")
+    raises(ff.ArgumentError, lambda: ff.Simulation(cart, forces={"cart": 5}), "must be a function")
+    for answer in (None, [1, 2], "abc", ((1, 2, 3), (0, 0))):
+        held = ff.Simulation(cart, forces={"cart": lambda *moment, answer=answer: answer})
+        raises(ff.ArgumentError, lambda held=held: held.step(0.01), "three numbers")
+    held = ff.Simulation(cart, forces={"cart": lambda *moment: [np.nan] * 3})
+    raises(ff.SimulationError, lambda: held.step(0.01), "not finite")
+    own = []
+    own.append(ff.Simulation(cart, forces={"cart": lambda *moment: own[0].step(0.01) if own else [0, 0, 0]}))
+    raises(ff.ArgumentError, lambda: own[0].step(0.01), "in a step")
+    refused = []
+
+    def steps():
+        for _ in range(100):
+            try:
+                sim.step(0.001)
+            except ff.ArgumentError:
+                refused.append(1)
+
+    crew = [threading.Thread(target=steps) for _ in range(4)]
+    for one in crew:
+        one.start()
+    for one in crew:
+        one.join()
+    expect(abs(sim.time - 0.001 * (400 - len(refused))) < 1e-9, f"four threads: {sim.time} s after {len(refused)} refused steps")
+
+    # A child of this process, which has drawn, draws the same.
+    picture = ff.draw(r, size=(64, 48))
+    child = os.fork()
+    if child == 0:
+        signal.alarm(60)
+        os._exit(0 if np.array_equal(ff.draw(r, size=(64, 48)), picture) and np.array_equal(m.apply(0.1 * nodes), moved) else 3)
+    expect(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0, "a forked child draws otherwise, or hangs")
+
+
 def parameters(text):
     """Names of the parameters in "f(self: X, a: int = 3, *, b: float) -> Y" without self."""
     arguments = ast.parse(f"def f{text}: ...").body[0].args
@@ -463,7 +562,7 @@ def members_of(thing):
     """Public members that a class has itself: name -> parameters, or None for a property."""
     out = {}
     for name, value in vars(thing).items():
-        if name in ("__init__", "__getitem__", "__contains__", "__len__") or not name.startswith("_"):
+        if name in ("__init__", "__getitem__", "__contains__", "__iter__", "__len__") or not name.startswith("_"):
             if isinstance(value, property):
                 out[name] = None
             elif callable(value) or isinstance(value, staticmethod):
@@ -511,7 +610,7 @@ def documented():
             expect(text.strip() != "" and not text.strip().endswith(f"-> {member}"), f"{name}.{member} has no docstring")
 
 
-for test in (scenes, simulate_and_draw, kernel_map, reduce_bodies, study, sweep, drive, interrupts, documented):
+for test in (scenes, simulate_and_draw, kernel_map, reduce_bodies, study, sweep, drive, interrupts, strangers, documented):
     begin = time.time()
     test()
     print(f"{test.__name__}: {time.time() - begin:.1f} s", flush=True)

@@ -81,6 +81,29 @@ with temporary_folder() as folder:
         "_flexframe; echo ${COMPREPLY[*]}; COMP_WORDS=(flexframe si); COMP_CWORD=1; _flexframe; echo ${COMPREPLY[*]}",
     )  # fmt: skip
     expect(completed.split() == ["--tolerance", "simulate"], f"completion: {completed}")
+    expect((prefix / "share/man/man1/flexframe-load-path.1.gz").exists(), "load-path has no manual page")
+    # Words behind an option, files of the kind that a command takes, nothing behind a number.
+    for name in ("a.toml", "b.h5", "c.txt"):
+        (folder / "typed" / name).parent.mkdir(exist_ok=True)
+        (folder / "typed" / name).write_text("")
+    for typed, wanted in (
+        ("lo", "load-path"),
+        ("run --color-by s", "strain stress"),
+        ("new --template r", "rotor robot-arm results"),
+        ("study --axes el", "elements"),
+        ("export x.h5 --to v", "vtk vtkhdf"),
+        ("reduce x.inp --contact o", "open"),
+        ("run --frame-rate 1", ""),
+        ("run ", "a.toml"),
+        ("render ", "b.h5"),
+        ("info ", "a.toml b.h5 c.txt"),
+    ):
+        script = (
+            f'source {prefix}/share/bash-completion/completions/flexframe; read -ra COMP_WORDS <<<"flexframe $1"; '
+            '[[ $1 == *" " ]] && COMP_WORDS+=(""); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _flexframe; echo ${COMPREPLY[*]}'
+        )
+        found = done("bash", "-c", script, "bash", typed, cwd=folder / "typed").split()
+        expect(sorted(found) == sorted(wanted.split()), f"completion of 'flexframe {typed}': {found}, wanted {wanted}")
     for file in ("share/zsh/vendor-completions/_flexframe", "share/fish/vendor_completions.d/flexframe.fish"):
         text = (prefix / file).read_text()
         expect("tolerance" in text and "simulate" in text, f"{file}: {text[:500]}")

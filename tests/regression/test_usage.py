@@ -2,6 +2,7 @@
 import json
 import os
 import pathlib
+import re
 import subprocess
 
 from program import examples, expect, finish, flexframe, history, run, temporary_folder
@@ -14,8 +15,16 @@ for command in commands:
     text = run(command, "--help").stdout
     for word in ("--help", "--quiet", "--verbose", "--json", "Examples:", f"  flexframe {command} "):
         expect(word in text, f"{command} --help lacks '{word}'")
-    for word in (f"{command} {command} ", "FLOAT", "INT", "TEXT:", "Excludes:", "POSITIVE", " in ["):
+    for word in ("FLOAT", "INT", "TEXT:", "Excludes:", "POSITIVE", " in [", "e-0", "e+", "214748", "107374"):
         expect(word not in text, f"{command} --help says '{word}': {text}")
+    # Examples: the command once, and only options that there are.
+    known = set(re.findall(r"(?<=[ ,])--?[a-z][a-z-]*", text.split("Examples:")[0]))
+    lines = re.findall(r"^  flexframe (.*)$", text.split("Examples:")[1], flags=re.M)
+    expect(lines != [] and set(commands) & {line.split()[1] for line in lines} == set(), f"{command}: a command twice in {lines}")
+    given = {word for line in lines for word in line.split() if re.match(r"--?[a-z]", word)}
+    expect(given <= known, f"{command}: examples with options that there are not: {given - known}")
+expect(set(re.findall(r"^  ([a-z][a-z-]*) {3,}", run("--help").stdout, flags=re.M)) == set(commands), "--help has other commands")
+expect("; must be given" in run("response", "--help").stdout, "an option that must be given does not say so")
 text = run("run", "--help").stdout
 for word in ("--size WxH", "--frames A:B", "--tolerance N", "1e-13 to 0.1", "not with --accuracy", "--scales LIST", "--colormap WORD"):
     expect(word in text, f"run --help lacks '{word}': {text}")
@@ -94,6 +103,13 @@ with temporary_folder() as folder:
 
     plain = picture("plain")
     expect(picture("comma", "--scales", "1,5") == picture("space", "--scales", "1", "5"), "--scales 1,5 and 1 5 differ")
+    expect(picture("c", "--view", "front,iso") == picture("d", "--view", "front", "iso"), "--view front,iso and front iso differ")
+    place = ["1", "-2", "0.5"], ["0", "0", "-0.1"]
+    commas = picture("e", "--camera", ",".join(place[0]), "--target", ",".join(place[1]))
+    expect(commas == picture("f", "--camera", *place[0], "--target", *place[1]), "--camera 1,-2,0.5 and 1 -2 0.5 differ")
+    expect(commas != plain, "--camera does nothing")
+    stressed = picture("g", "--color-by", "stress", "--color-range", "0", "1e8", "--fov", "20", "--projection", "orthographic")
+    expect(stressed != plain, "--color-by stress does nothing")
     run("render", "--scales", "1", "5", results, "-o", folder / "before", *small, cwd=folder)
     expect((folder / "before/frames/frame_00020.png").read_bytes() == picture("again", "--scales", "1", "5"), "a list before the file")
     (folder / "style.toml").write_text('[render]\ncolormap = "turbo"\nbackground = "white"\n')

@@ -12,6 +12,7 @@ SI units throughout. Long calls release the GIL and answer Ctrl-C. Errors are fl
 documented in SCENE.md.
 """
 
+import copyreg as _copyreg
 import json as _json
 import os as _os
 import pathlib as _pathlib
@@ -85,10 +86,10 @@ __all__ = [
 
 
 def _settings(values):
-    """{"L": 0.4, "body.rod.elements": 12} or ["L=0.4"] as the words of --set."""
+    """{"L": 0.4, "body.rod.elements": 12}, ["L=0.4"] or "L=0.4" as the words of --set."""
     if isinstance(values, dict):
-        return [f"{key}={_to_toml(value)}" for key, value in values.items()]
-    return list(values)
+        return [f"{key}={_to_toml(value, at=str(key))}" for key, value in values.items()]
+    return [values] if isinstance(values, str) else list(values)
 
 
 def load(file, set=()):
@@ -105,6 +106,8 @@ def scene(words, name="scene.toml", set=()):
 
     name stands for the file: it appears in messages, and relative file names start in its folder. Raises InputError.
     """
+    if not isinstance(words, (str, dict)):
+        raise ArgumentError(f"a scene is made of a dict or of TOML text, found {type(words).__name__}")
     text = words if isinstance(words, str) else _to_toml(words, root=True)
     return _core._parse(text, _os.fspath(name), _settings(set))
 
@@ -112,14 +115,24 @@ def scene(words, name="scene.toml", set=()):
 def _scene(given):
     if isinstance(given, Scene):
         return given
+    if not isinstance(given, (dict, str, _os.PathLike)):
+        raise ArgumentError(f"a scene is a Scene, a dict or a file name, found {type(given).__name__}")
     return scene(given) if isinstance(given, dict) else load(given)
+
+
+def _number(name, value, low, high):
+    """A number between two others, or None. Raises ArgumentError."""
+    if value is None or (isinstance(value, (float, int, _np.floating, _np.integer)) and low <= value <= high):
+        return value
+    raise ArgumentError(f"{name} must be a number from {low:g} to {high:g}, or None; found {value!r}")
 
 
 def simulate(scene, *, accuracy=None, tolerance=None, method=None, estimate_error=True, check_effects=True, progress=None):
     """Simulates a scene (a Scene, a dict, or a file name) and returns Results.
 
-    accuracy        asked error of the outputs relative to their ranges: tolerance, modes and effects are chosen; excludes tolerance
-    tolerance       relative local error, in place of the scene's
+    accuracy        asked error of the outputs relative to their ranges, 1e-9 .. 0.5: tolerance, modes and effects are chosen; excludes
+                    tolerance
+    tolerance       relative local error, 1e-13 .. 0.1, in place of the scene's
     method          auto, adams, bdf, erk, dirk, ida or exponential
     estimate_error  runs the scene once more, looser, and compares (less than half the run's cost)
     check_effects   looks at what effects that are off are worth
@@ -127,6 +140,7 @@ def simulate(scene, *, accuracy=None, tolerance=None, method=None, estimate_erro
 
     Raises InputError for a scene that makes no mechanism, SimulationError where it cannot be integrated. Look at Results.warnings.
     """
+    accuracy, tolerance = _number("accuracy", accuracy, 1e-9, 0.5), _number("tolerance", tolerance, 1e-13, 0.1)
     return _core._simulate(_scene(scene), accuracy, tolerance, method, estimate_error, check_effects, progress)
 
 
@@ -136,9 +150,11 @@ def drawing(results, *, size=None, **words):
     size: (width, height) in pixels. words: those of the scene's [render] table, in place of its own (color_by="stress", scales=[1, 20]).
     Raises InputError for an unknown word.
     """
+    if not isinstance(results, Results):
+        raise ArgumentError(f"pictures are drawn of Results (simulate(), read_results()), found {type(results).__name__}")
     if size is not None:
-        words["size"] = list(size)
-    return Drawing(results, [f"render.{key}={_to_toml(value)}" for key, value in words.items()])
+        words["size"] = list(size) if isinstance(size, (tuple, list, _np.ndarray)) else size
+    return Drawing(results, [f"render.{key}={_to_toml(value, at=key)}" for key, value in words.items()])
 
 
 def draw(results, t=None, *, picture=None, size=None, **words):
@@ -162,6 +178,8 @@ def film(results, folder, *, frames=None, workers=0, video=True, progress=None, 
     folder = _pathlib.Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     file = None if video is False else folder / "film.mp4" if video is True else _pathlib.Path(video)
+    if frames is not None and not (isinstance(frames, (tuple, list)) and len(frames) == 2):
+        raise ArgumentError(f"frames are (first, end), as a slice has them; found {frames!r}")
     first, end = frames if frames is not None else (0, -1)
     made = drawing(results, size=size, **words)
     return made._film(folder / "frames", (first, -1 if end is None else end), workers, file, progress)
@@ -407,6 +425,7 @@ def sweep(
             folder.mkdir(parents=True, exist_ok=True)
             file = folder / "scene.toml"
             file.write_text(made.text, encoding="utf-8")
+    accuracy, tolerance = _number("accuracy", accuracy, 1e-9, 0.5), _number("tolerance", tolerance, 1e-13, 0.1)
     goal = minimise if minimise is not None else maximise
     words = {
         "settings": [f"{key}={_values(value)}" for key, value in set.items()] if isinstance(set, dict) else list(set),
@@ -442,9 +461,43 @@ def write_results(path, t, bodies, *, outputs=None, title="", render=None):
     outputs {"column": (nt,)}; render: the [render] table, a dict
     Returns the Results. Raises ArgumentError for wrong shapes, FileError.
     """
+    if not isinstance(bodies, dict):
+        raise ArgumentError(f"bodies are a dict, name: arrays; found {type(bodies).__name__}")
     text = _to_toml({"render": render}, root=True) if render else ""
     _core._write_results(_os.fspath(path), t, bodies, outputs or {}, title, text)
     return read_results(_os.fspath(path))
 
 
+def _scene_again(text, file):
+    return _core._parse(text, file, [])
+
+
+def _results_again(data):
+    with _tempfile.TemporaryDirectory(prefix="flexframe-") as folder:
+        file = _pathlib.Path(folder) / "results.h5"
+        file.write_bytes(data)
+        return read_results(file)
+
+
+def _pickle_results(results):
+    """Results travel to other processes as their file does."""
+    with _tempfile.TemporaryDirectory(prefix="flexframe-") as folder:
+        file = _pathlib.Path(folder) / "results.h5"
+        results.save(file)
+        return _results_again, (file.read_bytes(),)
+
+
+# Scenes and results may be handed to other processes (multiprocessing); both are constant, so that a copy is the thing itself.
+_copyreg.pickle(Scene, lambda s: (_scene_again, (s.text, _os.fspath(s.file))))
+_copyreg.pickle(Results, _pickle_results)
+for _kind in (Scene, Results, State, Body, KernelMap):
+    _kind.__copy__ = lambda self: self
+    _kind.__deepcopy__ = lambda self, memo: self
+
+
+def _no_copy(self, *ignored):
+    raise TypeError("a Simulation is not copied or pickled: b = Simulation(scene), then b.restore(a.state()) is its copy")
+
+
+Simulation.__copy__ = Simulation.__deepcopy__ = Simulation.__reduce_ex__ = _no_copy
 _show.attach(Results)
