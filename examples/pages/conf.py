@@ -1,5 +1,8 @@
 """Sphinx: read by make.py from the folder in which the pages have been put together."""
 
+import re
+import textwrap
+
 import flexframe
 
 project = "Flexframe"
@@ -22,12 +25,20 @@ autodoc_member_order = "bysource"
 autodoc_typehints = "none"
 
 
+def folded(line, width=104):
+    """Lines of at most this width; what is left stands below the text of its column."""
+    if len(line) <= width:
+        return [line]
+    column = re.match(r"\s*(?:\S+(?: \S+)*\s{2,}|\{?\"\w+\": )?", line).end()
+    return textwrap.wrap(line, width, subsequent_indent=" " * (column if column < width // 2 else 4), break_on_hyphens=False)
+
+
 def plain(app, what, name, thing, options, lines):
     """Docstrings are plain text with aligned columns: the first line as prose, the rest as it stands."""
     head, rest = lines[:1], lines[1:]
     lines[:] = [line.replace("|", "\\|").replace("*", "\\*") for line in head]
     if any(line.strip() for line in rest):
-        lines += ["", "::", "", *("   " + line for line in rest), ""]
+        lines += ["", "::", "", *("   " + part for line in rest for part in folded(line)), ""]
 
 
 def setup(app):

@@ -9,12 +9,16 @@ Needs the packages of [nightly] in tests/packages.txt. The first page is then bu
 """
 
 import argparse
+import fcntl
 import os
 import pathlib
+import pty
 import re
 import shutil
+import struct
 import subprocess
 import sys
+import termios
 
 HERE = pathlib.Path(__file__).resolve().parent
 SOURCE = HERE.parent.parent
@@ -99,12 +103,42 @@ def with_answers(text, page, folder, environment, quick):
     return re.sub(r"^```(sh|python|toml)([^\n]*)\n(.*?)^```$", block, text, flags=re.M | re.S)
 
 
+def on_terminal(words, columns):
+    """What a program prints on a terminal that is so wide: the help's lines are folded there."""
+    mine, its = pty.openpty()
+    fcntl.ioctl(its, termios.TIOCSWINSZ, struct.pack("HHHH", 1000, columns, 0, 0))
+    with subprocess.Popen([str(w) for w in words], stdout=its, stderr=its) as running:
+        os.close(its)
+        text = b""
+        while True:
+            try:
+                part = os.read(mine, 65536)
+            except OSError:  # the other end is closed
+                break
+            if not part:
+                break
+            text += part
+    os.close(mine)
+    if running.returncode != 0:
+        problems.append(f"{words}: exit {running.returncode}")
+    return text.decode().replace("\r\n", "\n")
+
+
+def check_python_names(environment):
+    """Every public name of the module stands on the page of its reference."""
+    names = run(["/usr/bin/python3", "-c", "import flexframe; print(*flexframe.__all__)"], env=environment).stdout.split()
+    page = (HERE / "python.rst").read_text(encoding="utf-8")
+    for name in names:
+        if not name.startswith("__") and not re.search(rf":: flexframe\.{name}$", page, flags=re.M):
+            problems.append(f"python.rst: flexframe.{name} is missing")
+
+
 def commands_page(program):
     """The command line from the program's own words."""
     out = ["# Commands", "", "What `flexframe COMMAND --help` says."]
     top = run([program, "--help"]).stdout
     for name in re.findall(r"^  ([a-z][a-z-]*) {3,}", top.split("Subcommands:")[1], flags=re.M):
-        out += ["", f"## flexframe {name}", "", "```text", run([program, name, "--help"]).stdout.rstrip(), "```"]
+        out += ["", f"## flexframe {name}", "", "```text", on_terminal([program, name, "--help"], 104).rstrip(), "```"]
     return "\n".join(out) + "\n"
 
 
@@ -164,6 +198,7 @@ def main():
         (stage / page.name).write_text(text, encoding="utf-8")
     (stage / "all.md").write_text("# All pages of the tree\n\n```{toctree}\n:glob:\n:titlesonly:\n\ntree/**\n```\n", encoding="utf-8")
     (stage / "commands.md").write_text(commands_page(program), encoding="utf-8")
+    check_python_names(environment)
     shutil.copy(HERE / "python.rst", stage)
     shutil.copy(HERE / "conf.py", stage)
     (stage / "static").mkdir()

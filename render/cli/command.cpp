@@ -203,7 +203,7 @@ void Subcommand::example(const char* words, const char* what) {
 
 bool Subcommand::given() const { return app_->parsed(); }
 
-bool Subcommand::given(const char* option) const { return app_->count(option) > 0; }
+bool Subcommand::given(const char* option) const { return app_->get_option_no_throw(option) && app_->count(option) > 0; }
 
 Program::Program(const char* name, const char* description, const std::function<std::string()>& version)
     : app_(std::make_unique<CLI::App>(description)) {

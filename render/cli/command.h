@@ -60,7 +60,7 @@ class Subcommand {
   void example(const char* words, const char* what);  // below that: what stands behind "flexframe COMMAND", and what it does
 
   bool given() const;
-  bool given(const char* option) const;
+  bool given(const char* option) const;  // false for an option that it has not
 
  private:
   CLI::App* app_;
@@ -88,6 +88,7 @@ class Program {
 struct Command {
   Subcommand words;
   std::function<int()> action;  // called when these words were given
+  bool answers = false;         // what it prints is all that it does: printed under --quiet too
 };
 
 // Words that cannot be parsed or make no sense together: exit 2.

@@ -263,7 +263,8 @@ Command add_info(Program& program) {
   app.example("crane.h5", "bodies, outputs with their ranges, solver, warnings");
   app.example("--renderer", "what draws the pictures here");
 
-  return {app, [words, app] {
+  return {app,
+          [words, app] {
             if (app.given("--renderer")) {
               const std::string name = words->renderer.empty() ? "osmesa" : words->renderer;
               if (words->json) fmt::print("{}\n", json_text(renderer_json(name)));
@@ -280,7 +281,8 @@ Command add_info(Program& program) {
             };
             const std::vector<std::filesystem::path> files = {words->file};
             return kind.print == print_foreign ? guarded(files, show) : show();
-          }};
+          },
+          true};
 }
 
 }  // namespace flexframe::cli

@@ -38,6 +38,9 @@ int run_program(int argc, char** argv) {
   if (!program.parse(argc, argv)) return 0;
   for (const cli::Command& command : commands) {
     if (!command.words.given()) continue;
+    const bool asked =
+        command.answers || command.words.given("--json") || command.words.given("--list") || command.words.given("--dry-run");
+    if (cli::verbosity() == cli::Verbosity::quiet && !asked) cli::silence_stdout();
     const int code = command.action();
     // Results that did not reach their reader are no success.
     if (std::fflush(stdout) != 0 || std::ferror(stdout)) throw std::system_error(errno, std::generic_category(), "cannot write to stdout");

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <string_view>
 
 namespace flexframe::cli {
 namespace {
@@ -27,7 +28,26 @@ ssize_t say_if_possible(void*, const char* text, std::size_t size) {
   return static_cast<ssize_t>(size);
 }
 
+// Lines that begin with WARNING go to stderr, others nowhere.
+ssize_t keep_warnings(void*, const char* text, std::size_t size) {
+  static std::string line;
+  for (const char c : std::string_view(text, size)) {
+    line += c;
+    if (c != '\n') continue;
+    if (line.starts_with("WARNING")) fmt::print(stderr, "{}", line);
+    line.clear();
+  }
+  return static_cast<ssize_t>(size);
+}
+
 }  // namespace
+
+void silence_stdout() {
+  std::fflush(stdout);
+  cookie_io_functions_t functions{};
+  functions.write = keep_warnings;
+  if (FILE* silent = ::fopencookie(nullptr, "w", functions)) stdout = silent;
+}
 
 void set_verbosity(Verbosity verbosity) { how_much = verbosity; }
 Verbosity verbosity() { return how_much; }

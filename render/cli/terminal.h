@@ -13,6 +13,9 @@ enum class Verbosity { quiet, usual, verbose };
 void set_verbosity(Verbosity verbosity);
 Verbosity verbosity();
 
+// From now on only warnings of what is printed on stdout are seen, on stderr: lines that begin with WARNING.
+void silence_stdout();
+
 // One stage of work. On a terminal one line that is rewritten, with the remaining time; otherwise a plain line every ten percent.
 class Progress {
  public:

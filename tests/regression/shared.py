@@ -23,8 +23,23 @@ with temporary_folder() as folder:
     if len(sys.argv) > 3:
         shared = pathlib.Path(sys.argv[3]).resolve()
     else:
+        # With the compiler of the static ones: another one makes other bits.
+        cache = (pathlib.Path(flexframe).resolve().parent / "CMakeCache.txt").read_text()
+        compilers = [f"-D{line}" for line in cache.splitlines() if line.startswith(("CMAKE_CXX_COMPILER:", "CMAKE_C_COMPILER:"))]
         off = [f"-DFLEXFRAME_{part}=OFF" for part in ("TESTS", "BENCHMARKS", "PYTHON")]
-        done("cmake", "-G", "Ninja", "-S", source, "-B", folder / "build", "-DCMAKE_BUILD_TYPE=Release", "-DBUILD_SHARED_LIBS=ON", *off)
+        done(
+            "cmake",
+            "-G",
+            "Ninja",
+            "-S",
+            source,
+            "-B",
+            folder / "build",
+            "-DCMAKE_BUILD_TYPE=Release",
+            "-DBUILD_SHARED_LIBS=ON",
+            *compilers,
+            *off,
+        )
         done("cmake", "--build", folder / "build", "--target", "flexframe", "-j", os.cpu_count())
         shared = folder / "build/flexframe"
     libraries = sorted(shared.parent.rglob("libflexframe_*.so"))

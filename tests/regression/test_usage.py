@@ -83,6 +83,21 @@ with temporary_folder() as folder:
     expect("Jacobians" in done.stdout and "simulating took" in done.stderr, f"-v says {done.stdout} {done.stderr}")
     expect((folder / "quiet.csv").read_bytes() == (folder / "loud.csv").read_bytes(), "the history depends on what is said")
 
+    # Quiet is quiet everywhere: a command's warnings alone, on stderr; the answer where it is asked for as JSON, and info's.
+    run("simulate", pendulum, "-o", folder / "q.h5", "--set", "simulation.duration=0.1", "-q", cwd=folder)
+    quiet = [("check", pendulum), ("export", "q.h5", "--to", "csv"), ("spectrum", "q.h5", "--column", "tip.y"), ("new", "mine")]
+    quiet += [
+        ("modes", pendulum, "--no-pictures"),
+        ("effects", pendulum),
+        ("render", "q.h5", "-o", "q", *"--frames 0:1 --no-video".split()),
+    ]
+    for words in quiet:
+        done = run(*words, "-q", cwd=folder)
+        told = [line for line in done.stderr.splitlines() if not line.startswith("WARNING")]
+        expect(done.stdout == "" and told == [], f"{words} -q says {done.stdout} {done.stderr}")
+    expect(json.loads(run("check", pendulum, "-q", "--json", cwd=folder).stdout) != {}, "check -q --json says nothing")
+    expect(run("info", "q.h5", "-q", cwd=folder).stdout != "", "info -q says nothing")
+
     # Results and histories say the same; info reads what simulate wrote.
     run("simulate", pendulum, "-o", folder / "deep/er/p.h5", cwd=folder)
     text = run("info", folder / "deep/er/p.h5").stdout
