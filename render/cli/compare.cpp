@@ -2,6 +2,8 @@
 #include "render/cli/commands.h"
 
 #include "render/base/file.h"
+#include "render/cli/compare_parts.h"
+#include "render/cli/engine.h"
 #include "render/cli/terminal.h"
 #include "render/cli/version.h"
 #include "render/image/compare_page.h"
@@ -17,12 +19,14 @@
 #include <optional>
 #include <span>
 #include <stdexcept>
+#include <tuple>
 
 namespace flexframe::cli {
 namespace {
 
 struct Options {
-  std::string baseline, candidate, mask, report, junit, markdown, reason;
+  std::string baseline, candidate, mask, report, junit, markdown, reason, shard, parts;
+  EngineWords engine;
   std::vector<std::string> also, ignore;
   render::CompareOptions rule;
   std::optional<int> levels, cluster;
@@ -163,6 +167,70 @@ void print_rows(const render::Comparison& comparison, const std::vector<std::str
   if (!updated.empty()) fmt::print("{} baselines updated\n", updated.size());
 }
 
+std::filesystem::path parts_folder(const Options& o) {
+  if (!o.parts.empty()) return o.parts;
+  std::string name = o.candidate;
+  while (name.size() > 1 && name.back() == '/') name.pop_back();
+  return name + "-parts";
+}
+
+// Shards of the pairs as tasks, then the comparison of all, which takes what they found and compares what they left.
+int hand_over_comparison(const Options& o) {
+  if (!o.shard.empty()) throw UsageError("--shard excludes --engine, which hands out shards itself");
+  EngineJob work;
+  work.name = "flexframe-compare";
+  work.folder = std::filesystem::absolute(parts_folder(o)).lexically_normal();
+  work.shards = o.engine.shards > 0 ? o.engine.shards : 4;
+  work.last = words_without_engine();
+  if (o.parts.empty()) work.last.insert(work.last.end(), {"--parts", parts_folder(o).string()});
+  work.task = work.last;
+  for (const char* word : {"--shard", "{}"}) work.task.emplace_back(word);
+  if (o.jobs == 0) work.task.insert(work.task.end(), {"--jobs", "{cpus}"});
+  return hand_over(work, o.engine);
+}
+
+int run_comparison(const Options& o) {
+  if (o.reason.find_first_not_of(" \t\n") == std::string::npos && !o.reason.empty())
+    throw UsageError("--update needs a reason, for example \"new colours\"");
+  if (o.engine.elsewhere()) return hand_over_comparison(o);
+  render::CompareRequest request = make_request(o);
+  std::tie(request.shard, request.shards) = shard_of(o.shard);
+  CompareParts parts(o.shard.empty() && o.parts.empty() ? std::filesystem::path() : parts_folder(o), request);
+  const bool keeps = !o.shard.empty() || !o.parts.empty();
+  if (keeps)
+    request.recall = [&](render::ComparedPair& pair, std::span<const std::filesystem::path> baselines) {
+      return parts.recall(pair, baselines);
+    };
+  render::Comparison comparison;
+  try {
+    comparison = render::compare_pictures(request);
+  } catch (const std::runtime_error& e) {  // what was given cannot be read
+    throw UsageError(e.what());
+  }
+  if (!o.shard.empty()) {
+    parts.write(request.shard, request.shards, comparison);
+    if (verbosity() != Verbosity::quiet)
+      fmt::print("shard        {} of {}: {} pictures compared; flexframe compare ... --parts {} makes the verdict of all\n", request.shard,
+                 request.shards, comparison.pairs.size(), parts_folder(o).string());
+    return 0;
+  }
+  if (keeps) {
+    const auto both = std::count_if(comparison.pairs.begin(), comparison.pairs.end(),
+                                    [](const render::ComparedPair& p) { return !p.baseline.empty() && !p.candidate.empty(); });
+    if (both > parts.recalled())
+      comparison.notes.push_back(fmt::format("{} of {} pairs were not found compared in {} and are compared here", both - parts.recalled(),
+                                             both, parts_folder(o).string()));
+  }
+  write_reports(o, comparison, request);
+  std::vector<std::string> updated;
+  if (!o.reason.empty()) updated = render::update_baselines(comparison, request, o.reason);
+  if (verbosity() != Verbosity::quiet)
+    for (const std::string& note : comparison.notes) fmt::print(stderr, "note: {}\n", note);
+  if (o.json) print_json(comparison, updated);
+  else print_rows(comparison, updated);
+  return comparison.passes || !o.reason.empty() ? 0 : 1;
+}
+
 }  // namespace
 
 Command add_compare(Program& program) {
@@ -208,25 +276,15 @@ Exit codes: 0 all agree, 1 some do not, 2 bad input.)");
   words.example("a.png b.png --exact", "equal pixels only");
   words.example("baseline/ new/ --also baseline-mesa25/ --ignore 0,690,1280x30 --junit report.xml",
                 "what another renderer makes is as good; the lowest 30 rows are not looked at");
-  return {words, [options] {
-            if (options->reason.find_first_not_of(" \t\n") == std::string::npos && !options->reason.empty())
-              throw UsageError("--update needs a reason, for example \"new colours\"");
-            const render::CompareRequest request = make_request(*options);
-            render::Comparison comparison;
-            try {
-              comparison = render::compare_pictures(request);
-            } catch (const std::runtime_error& e) {  // what was given cannot be read
-              throw UsageError(e.what());
-            }
-            write_reports(*options, comparison, request);
-            std::vector<std::string> updated;
-            if (!options->reason.empty()) updated = render::update_baselines(comparison, request, options->reason);
-            if (verbosity() != Verbosity::quiet)
-              for (const std::string& note : comparison.notes) fmt::print(stderr, "note: {}\n", note);
-            if (options->json) print_json(comparison, updated);
-            else print_rows(comparison, updated);
-            return comparison.passes || !options->reason.empty() ? 0 : 1;
-          }};
+  words
+      .option("--shard", options->shard,
+              "every N-th pair from the I-th on, without a verdict: its findings go to the folder of --parts, for the comparison of all")
+      .as("I/N");
+  words.option("--parts", options->parts, "folder with what shards found, which is not compared again; default: B-parts").as("DIR");
+  add_engine_words(words, options->engine);
+  words.example("baseline/ new/ --engine parallel --shards 8 --report report.html",
+                "eight tasks compare, one makes verdict and page of all");
+  return {words, [options] { return run_comparison(*options); }};
 }
 
 }  // namespace flexframe::cli

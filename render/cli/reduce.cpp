@@ -6,6 +6,7 @@
 #include "render/cli/engine.h"
 #include "render/cli/json_text.h"
 #include "render/cli/terminal.h"
+#include "render/import/fe_mesh.h"
 
 #include "sim/base/file_output.h"
 #include "sim/base/files_read.h"
@@ -177,6 +178,8 @@ int run(Words& w) {
   if (w.no_cut_off) request.options.cut_off = 0.0;
   request.options.memory_limit = 1e9 * w.memory;
   request.options.surface = as_hdf5(w.output);
+  request.further_reader = imports::read_fe_mesh;
+  request.further_endings = {".med", ".vtu"};
   const auto progress = [&](const std::string& text) {
     if (!w.silent && verbosity() != Verbosity::quiet) fmt::print(stderr, "{}\n", text);
   };
@@ -222,9 +225,10 @@ void reduce_model(const std::string& model, const std::string& sid, const std::v
 Command add_reduce(Program& program) {
   const auto w = std::make_shared<Words>();
   Subcommand app = program.subcommand("reduce", "make a flexible body (SID) from a finite element model");
-  app.option(
-         "MODEL", w->model,
-         "Abaqus or CalculiX .inp, Nastran .bdf .nas .dat, gmsh .msh, CalculiX .sti (with .mas .dof .inp beside it), Matrix Market .mtx")
+  app.option("MODEL", w->model,
+             "Abaqus or CalculiX .inp, Nastran .bdf .nas .dat, gmsh .msh, Salome .med, VTK .vtu, CalculiX .sti (with .mas .dof .inp beside "
+             "it), "
+             "Matrix Market .mtx")
       .required();
   app.option("-o,--out,--output", w->output,
              "the body, BODY.sid, or BODY.h5 with its shapes at all nodes of the surface; BODY.obj and BODY.md come with it")

@@ -114,6 +114,7 @@ bool is_nearer(const ComparedPair& a, const ComparedPair& b) {
 // Against each baseline that has the picture, until it is equal to one.
 void compare_pair(ComparedPair& pair, const std::vector<fs::path>& baselines, const CompareRequest& request) {
   if (pair.state == PairState::missing_baseline || pair.state == PairState::missing_candidate) return;
+  if (request.recall && request.recall(pair, baselines)) return;
   const Bytes after = read_file(pair.candidate);
   ComparedPair best = pair;
   for (std::size_t k = 0; k < baselines.size(); ++k) {
@@ -175,6 +176,14 @@ std::vector<std::pair<ComparedPair, std::vector<fs::path>>> pair_up(const Compar
     add(name, after.count(name) ? request.candidate / name : fs::path(), std::move(baselines));
   }
   return out;
+}
+
+// Those of the request's shard.
+template <class Row>
+void keep_shard(std::vector<Row>& rows, const CompareRequest& request) {
+  std::size_t place = 0;
+  std::erase_if(rows,
+                [&](const Row&) { return static_cast<int>(place++ % static_cast<std::size_t>(request.shards)) != request.shard - 1; });
 }
 
 // SSIM and FLIP of the pairs that are worst.
@@ -258,6 +267,7 @@ Comparison compare_pictures(const CompareRequest& request) {
   need(!request.baselines.empty(), "a comparison needs a baseline");
   auto paired = pair_up(request);
   Comparison out;
+  need(request.shards >= 1 && request.shard >= 1 && request.shard <= request.shards, "a shard is one of 1 to their number");
   for (const auto& [pair, baselines] : paired) out.pairs.push_back(pair);
   for (const IgnoredRegion& region : request.regions)
     need(std::any_of(out.pairs.begin(), out.pairs.end(), [&](const ComparedPair& p) { return belongs(region, p.name); }),
@@ -269,8 +279,10 @@ Comparison compare_pictures(const CompareRequest& request) {
       if (std::none_of(out.pairs.begin(), out.pairs.end(), [&](const ComparedPair& p) { return p.name == name; }))
         out.notes.push_back(fmt::format("{}: a mask without a picture of that name", (request.mask / name).string()));
   }
+  keep_shard(out.pairs, request);
+  keep_shard(paired, request);
   for_each_index(out.pairs.size(), request.threads, [&](std::size_t i) { compare_pair(out.pairs[i], paired[i].second, request); });
-  measure_worst(out, request);
+  if (request.shards == 1) measure_worst(out, request);
   out.passes = std::none_of(out.pairs.begin(), out.pairs.end(), [](const ComparedPair& p) { return fails(p.state); });
   return out;
 }

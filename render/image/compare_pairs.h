@@ -4,6 +4,8 @@
 #include "render/image/image_compare.h"
 
 #include <filesystem>
+#include <functional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,6 +21,16 @@ struct IgnoredRegion {
   PixelBox box;
 };
 
+struct ComparedPair {
+  std::string name;                           // relative path
+  std::filesystem::path baseline, candidate;  // baseline: the one it agrees with, else the nearest
+  PairState state = PairState::equal;
+  ImageDifference difference;  // its heat map too where SSIM and FLIP were measured
+  std::string numbers;  // how the numbers that travel with both pictures differ (render/picture/picture_numbers.h); empty: they agree
+  std::pair<int, int> baseline_size{0, 0}, candidate_size{0, 0};  // px; 0: not read
+  std::string baseline_machine, candidate_machine;  // renderer and processor that the file names ("flexframe-environment"); often empty
+};
+
 struct CompareRequest {
   std::vector<std::filesystem::path> baselines;  // PNG files or folders; a picture agrees if it agrees with any. The first is updated
   std::filesystem::path candidate;               // a PNG file, or a folder like the baselines
@@ -28,16 +40,10 @@ struct CompareRequest {
   int measured = 12;           // SSIM and FLIP of this many pairs: those with the largest mean difference, failing ones first
   int threads = 0;             // 0: as many as the machine has
   bool new_baseline = false;   // the first baseline need not exist
-};
-
-struct ComparedPair {
-  std::string name;                           // relative path
-  std::filesystem::path baseline, candidate;  // baseline: the one it agrees with, else the nearest
-  PairState state = PairState::equal;
-  ImageDifference difference;  // its heat map too where SSIM and FLIP were measured
-  std::string numbers;  // how the numbers that travel with both pictures differ (render/picture/picture_numbers.h); empty: they agree
-  std::pair<int, int> baseline_size{0, 0}, candidate_size{0, 0};  // px; 0: not read
-  std::string baseline_machine, candidate_machine;  // renderer and processor that the file names ("flexframe-environment"); often empty
+  int shard = 1, shards = 1;   // every shards-th pair by name, from the shard-th on; nothing is measured beyond the rule then
+  // Fills in what an earlier comparison of the same pictures by the same rule found, of all baselines of the pair; false: it is compared.
+  // Called on several threads.
+  std::function<bool(ComparedPair& pair, std::span<const std::filesystem::path> baselines)> recall = {};
 };
 
 struct Comparison {

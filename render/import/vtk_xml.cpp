@@ -1,4 +1,5 @@
-// VTK's XML files (.vtu, .vtp) and lists of them (.pvd).
+// VTK's XML files (.vtu, .vtp), lists of them (.pvd), and meshes of the former.
+#include "render/import/fe_mesh.h"
 #include "render/import/vtk_series.h"
 
 #include "render/base/deflate.h"
@@ -12,6 +13,7 @@
 #include <charconv>
 #include <cstring>
 #include <optional>
+#include <set>
 #include <string_view>
 
 namespace flexframe::imports {
@@ -182,8 +184,9 @@ class Reader {
 
 pugi::xml_node named(const pugi::xml_node& parent, const char* name) { return parent.find_child_by_attribute("DataArray", "Name", name); }
 
-// Cells of one piece: connectivity, offsets and types; polygons have no types.
-void add_cells(const Reader& reader, const pugi::xml_node& from, bool polygons, int first_point, VtkMoment& moment) {
+// Calls use(VTK's type, points) for each cell of one piece: connectivity, offsets and types; polygons have no types.
+template <class Use>
+void each_cell(const Reader& reader, const pugi::xml_node& from, bool polygons, int first_point, const Use& use) {
   if (!from) return;
   const pugi::xml_node connectivity = named(from, "connectivity"), offsets = named(from, "offsets"), types = named(from, "types");
   if (!connectivity || !offsets || (!polygons && !types)) reader.fail("its cells lack connectivity, offsets or types");
@@ -200,7 +203,7 @@ void add_cells(const Reader& reader, const pugi::xml_node& from, bool polygons, 
       if (!(nodes[at] >= 0.0 && nodes[at] < 2e9)) reader.fail(fmt::format("a cell names point {}", nodes[at]));
       of_cell.push_back(first_point + static_cast<int>(nodes[at]));
     }
-    add_vtk_cell(static_cast<int>(kinds[c]), of_cell, moment);
+    use(static_cast<int>(kinds[c]), of_cell);
   }
 }
 
@@ -220,6 +223,30 @@ void add_fields(const Reader& reader, const pugi::xml_node& piece, VtkMoment& mo
   }
 }
 
+void add_points(const Reader& reader, const pugi::xml_node& piece, std::vector<double>& points) {
+  const pugi::xml_node array = piece.child("Points").child("DataArray");
+  if (!array) reader.fail("its points are missing");
+  const std::vector<double> more = reader.numbers(array);
+  if (more.size() % 3 != 0 || more.size() > 3'000'000'000) reader.fail(fmt::format("has {} coordinates of points", more.size()));
+  points.insert(points.end(), more.begin(), more.end());
+}
+
+// Integers of the cells as sets "NAME:VALUE"; `first`: the mesh's cell that is the piece's first.
+void add_cell_sets(const Reader& reader, const pugi::xml_node& piece, int first, CellMesh& mesh) {
+  constexpr size_t most_values = 1000;  // more are numbers of cells or the like
+  const int count = mesh.cells() - first;
+  for (const pugi::xml_node& array : piece.child("CellData").children("DataArray")) {
+    const std::string_view type = array.attribute("type").as_string("");
+    if (type.find("Int") == type.npos || array.attribute("NumberOfComponents").as_int(1) != 1) continue;
+    const std::string name = array.attribute("Name").as_string("");
+    const std::vector<double> values = reader.numbers(array);
+    if (std::ssize(values) != count)
+      reader.fail(fmt::format("cell data {} have {} values for {} cells", sim::quote(name), values.size(), count));
+    if (std::set<double>(values.begin(), values.end()).size() > most_values) continue;
+    for (int c = 0; c < count; ++c) mesh.cell_sets[fmt::format("{}:{:.0f}", name, values[static_cast<size_t>(c)])].push_back(first + c);
+  }
+}
+
 VtkMoment read_file(const std::filesystem::path& path) {
   const Reader reader(path);
   const std::string_view type = reader.root().attribute("type").as_string();
@@ -233,13 +260,10 @@ VtkMoment read_file(const std::filesystem::path& path) {
       if (const std::vector<double> value = reader.numbers(array); !value.empty()) moment.time = value.front();
   for (const pugi::xml_node& piece : grid.children("Piece")) {
     const auto first = static_cast<int>(moment.points.size() / 3);
-    const pugi::xml_node array = piece.child("Points").child("DataArray");
-    if (!array) reader.fail("its points are missing");
-    const std::vector<double> points = reader.numbers(array);
-    if (points.size() % 3 != 0 || points.size() > 3'000'000'000) reader.fail(fmt::format("has {} coordinates of points", points.size()));
-    moment.points.insert(moment.points.end(), points.begin(), points.end());
-    if (type == "PolyData") add_cells(reader, piece.child("Polys"), true, first, moment);
-    else add_cells(reader, piece.child("Cells"), false, first, moment);
+    add_points(reader, piece, moment.points);
+    const bool polygons = type == "PolyData";
+    each_cell(reader, piece.child(polygons ? "Polys" : "Cells"), polygons, first,
+              [&](int kind, const std::vector<int>& nodes) { add_vtk_cell(kind, nodes, moment); });
     add_fields(reader, piece, moment);
   }
   if (moment.points.empty()) reader.fail("holds no points");
@@ -247,6 +271,21 @@ VtkMoment read_file(const std::filesystem::path& path) {
 }
 
 }  // namespace
+
+CellMesh read_vtu_cells(const std::filesystem::path& path) {
+  const Reader reader(path);
+  if (std::string_view(reader.root().attribute("type").as_string()) != "UnstructuredGrid")
+    reader.fail(fmt::format("holds {}; an UnstructuredGrid is needed", sim::quote(reader.root().attribute("type").as_string())));
+  CellMesh mesh;
+  mesh.file = path.string();
+  for (const pugi::xml_node& piece : reader.root().child("UnstructuredGrid").children("Piece")) {
+    const int first_point = static_cast<int>(mesh.points.size() / 3), first_cell = mesh.cells();
+    add_points(reader, piece, mesh.points);
+    each_cell(reader, piece.child("Cells"), false, first_point, [&](int kind, const std::vector<int>& nodes) { mesh.add(kind, nodes); });
+    add_cell_sets(reader, piece, first_cell, mesh);
+  }
+  return mesh;
+}
 
 NodalSeries read_vtk_xml(std::span<const std::filesystem::path> files, const VtkRequest& request) {
   std::vector<VtkMoment> moments;

@@ -92,6 +92,7 @@ void InpLines::read_file(const std::filesystem::path& path, int depth) {
   note_file_read(path);
   const InpPlace outer = std::exchange(at, {static_cast<int>(files.size()) - 1, 0});
   std::string line;
+  bool keywords = false;
   while (std::getline(in, line)) {
     ++at.line;
     const std::string_view text = inp_trim(line);
@@ -100,6 +101,7 @@ void InpLines::read_file(const std::filesystem::path& path, int depth) {
       data(text);
       continue;
     }
+    keywords = true;
     finish_keyword();
     const InpKeyword k = parse(in, text);
     if (k.name != "INCLUDE") keyword(k);
@@ -110,6 +112,8 @@ void InpLines::read_file(const std::filesystem::path& path, int depth) {
     std::replace(target.begin(), target.end(), '\\', '/');
     read_file(path.parent_path() / target, depth + 1);
   }
+  if (depth == 0 && !keywords)
+    throw InputError(fmt::format("{}: is no deck of Abaqus or CalculiX: no line begins with a keyword such as *NODE", path.string()));
   at = outer;
 }
 

@@ -282,7 +282,9 @@ class Reader {
   }
   Type known_type(long number) {
     Type t = type_of(static_cast<int>(number));
-    if (t.nodes == 0) fail(fmt::format("gmsh element type {} is not known", number));
+    if (t.nodes == 0)
+      fail(fmt::format(
+          "gmsh element type {} is of a higher order or not known; those of first and second order can be read (gmsh -order 2)", number));
     return t;
   }
 

@@ -181,9 +181,11 @@ FeModel read_model(const ReduceRequest& request, const FeUnits& units) {
   if (ending == ".msh") return read_msh(request.model, units);
   if (ending == ".bdf" || ending == ".nas" || ending == ".dat") return read_nastran(request.model, units);
   if (ending == ".sti" || ending == ".mtx") return read_matrices(request, ending, units);
+  const std::vector<std::string>& further = request.further_endings;
+  if (std::find(further.begin(), further.end(), ending) != further.end()) return request.further_reader(request.model, units);
   throw InputError(
-      fmt::format("{}: '{}' is no known kind of model: .inp (Abaqus, CalculiX), .bdf .nas .dat (Nastran), .msh (gmsh), .sti (CalculiX "
-                  "matrices), .mtx (Matrix Market) can be read",
+      fmt::format("{}: '{}' is no known kind of model: .inp (Abaqus, CalculiX), .bdf .nas .dat (Nastran), .msh (gmsh), .sti "
+                  "(CalculiX matrices), .mtx (Matrix Market) can be read, by the program 'flexframe reduce' .med and .vtu too",
                   request.model.string(), ending));
 }
 

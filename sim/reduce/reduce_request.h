@@ -5,6 +5,10 @@
 #include "sim/reduce/fe_model.h"
 #include "sim/reduce/reduce.h"
 
+#include <functional>
+#include <string>
+#include <vector>
+
 namespace flexframe::sim {
 
 struct ReduceRequest {
@@ -22,7 +26,10 @@ struct ReduceRequest {
   std::vector<std::string> node_sets;   // sets of nodes to keep
   std::string contact = "refuse";       // contact pairs of .inp: refuse, tie (their surfaces), open (left out)
   double thickness = 0.0;               // of shells that have none, m
-  ReduceOptions options;                // but for method, held, interfaces and nodes, which the words above say
+  // Reads a model of the files whose endings stand in further_endings (lower case, with the dot); the program's are MED and .vtu.
+  std::function<FeModel(const std::filesystem::path&, const FeUnits&)> further_reader = {};
+  std::vector<std::string> further_endings = {};
+  ReduceOptions options;  // but for method, held, interfaces and nodes, which the words above say
 };
 
 struct RequestedReduction {

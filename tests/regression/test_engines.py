@@ -138,6 +138,45 @@ def study_by_parallel(folder):
     expect("--longest" in done.stderr, f"a shard without --longest: {done.stderr}")
 
 
+def compared_by(folder, engine, **more):
+    """Two folders of pictures in shards: the verdict is the local one; a picture that changes afterwards is compared again."""
+    for name in ("a", "b"):
+        shutil.copytree(folder / "film" / "frames", folder / engine / name)
+    a, b, parts = folder / engine / "a", folder / engine / "b", folder / engine / "parts"
+    (b / "frame_00003.png").write_bytes((a / "frame_00009.png").read_bytes())
+    (b / "frame_00005.png").unlink()
+    verdict = lambda *words, code=1: json.loads(run("compare", a, b, *words, "--json", code=code).stdout)
+    wanted = verdict()
+    expect(len([p for p in wanted["pictures"] if p["result"] == "differs"]) == 1, f"the local verdict: {wanted}")
+    words = ["compare", a, b, "--engine", engine, "--shards", "3", "--parts", parts]
+    report = ["--json"] if engine == "parallel" else ["--junit", folder / engine / "verdict.xml"]
+    done = run(*words, *report, code=1 if engine == "parallel" else 0, **more)
+    yield
+    expect(len(list(parts.glob("part_*_of_3.json"))) == 3, "there are not three parts")
+    if engine == "parallel":
+        text = done.stdout[done.stdout.index("{") :]
+        expect(json.loads(text)["pictures"] == wanted["pictures"], f"another verdict: {text}")
+    again = verdict("--parts", parts)
+    expect(again["pictures"] == wanted["pictures"] and not again["notes"], f"by the parts alone: {again['notes']}")
+    # One part is gone, one picture is mended: both are compared anew, and told.
+    (parts / "part_2_of_3.json").unlink()
+    (b / "frame_00003.png").write_bytes((a / "frame_00003.png").read_bytes())
+    again = verdict("--parts", parts)
+    states = {p["name"]: p["result"] for p in again["pictures"]}
+    expect([n for n, s in states.items() if s != "equal"] == ["frame_00005.png"], f"after mending: {states}")
+    expect("not found compared" in again["notes"][0], f"notes: {again['notes']}")
+    done = run("compare", a, b, "--levels", "9", "--parts", parts, code=1)
+    expect("not found compared" in done.stderr, "another rule takes the old verdicts")
+
+
+def compare_by_parallel(folder):
+    scene, _ = crank_in(folder, 4)
+    run("simulate", scene, "-o", folder / "crank.h5")
+    run("render", folder / "crank.h5", "-o", folder / "film", "--size", "160x120", "--frames", "0:12", "--no-video")
+    for _ in compared_by(folder, "parallel"):
+        pass
+
+
 def with_slurm(folder):
     with slurm.running(folder / "slurm") as s:
         sweep_on(s, folder)
@@ -147,6 +186,11 @@ def with_slurm(folder):
         run(*words, "-o", folder / "study3", "--engine", "slurm", "--shards", "3", env=s.environment)
         s.wait_until_idle()
         expect(errors_of(folder / "study3") == errors_of(folder / "study"), "three shards of a study measure other errors")
+        run("simulate", crank_in(folder, 4)[0], "-o", folder / "crank.h5")
+        run("render", folder / "crank.h5", "-o", folder / "film", "--size", "160x120", "--frames", "0:12", "--no-video")
+        for _ in compared_by(folder, "slurm", env=s.environment):
+            s.wait_until_idle()
+            expect((folder / "slurm" / "verdict.xml").is_file(), "the last job made no verdict")
 
 
 def sweep_on(s, folder):
@@ -155,16 +199,17 @@ def sweep_on(s, folder):
     out = folder / "out"
     run("sweep", scene, *words, "-o", out, "--engine", "slurm", "--shards", "8", env=s.environment)
     # The node is drained while two tasks run: they end, the others wait until it is back.
-    slurm.wait_for(lambda: len(s.jobs("RUNNING")) == 2, "two running tasks")
+    slurm.wait_for(lambda: len(s.jobs("RUNNING")) == 2, "two running tasks", 300.0)
     s.drain()
     # One of the two is killed.
-    slurm.wait_for(lambda: any((out / "rows").glob("*.rows")), "the first rows")
+    slurm.wait_for(lambda: any((out / "rows").glob("*.rows")), "the first rows", 300.0)
     tasks = {pid: words for pid, words in tasks_of(out).items() if "--shard" in words}
     expect(len(tasks) >= 1, "no task to kill")
     first = min(tasks)
     os.kill(first, signal.SIGKILL)
     victim = tasks[first][tasks[first].index("--shard") + 1]
-    slurm.wait_for(lambda: not s.jobs("RUNNING") and not s.jobs("COMPLETING"), "the end of the tasks of a drained node")
+    busy = lambda: s.jobs("RUNNING") or s.jobs("COMPLETING")
+    slurm.wait_for(lambda: not busy(), "the end of the tasks of a drained node", 300.0)
     time.sleep(2.0)
     expect(not s.jobs("RUNNING") and len(s.jobs("PENDING")) >= 6, f"a drained node runs tasks: {s.jobs()}")
     s.resume()
@@ -198,7 +243,7 @@ def film_on(s, folder):
     expect(len(wanted) >= 600, f"{len(wanted)} pictures")
     out = folder / "film_slurm"
     run("render", folder / "film.h5", "-o", out, *size, "--engine", "slurm", "--shards", "4", env=s.environment)
-    slurm.wait_for(lambda: tasks_of(out) and len(list((out / "frames").glob("*.png"))) > 20, "some pictures")
+    slurm.wait_for(lambda: tasks_of(out) and len(list((out / "frames").glob("*.png"))) > 20, "some pictures", 300.0)
     tasks = [pid for pid, words in tasks_of(out).items() if "--shard" in words]
     os.kill(min(tasks), signal.SIGKILL)
     s.wait_until_idle()
@@ -215,4 +260,4 @@ if SLURM:
     else:
         run_parts(with_slurm)
 else:
-    run_parts(dry_runs, gnu_parallel, study_by_parallel)
+    run_parts(dry_runs, gnu_parallel, study_by_parallel, compare_by_parallel)

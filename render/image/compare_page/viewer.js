@@ -50,6 +50,7 @@ class Viewer {
     figures.before(tools, this.canvas);
     this.listen();
     new ResizeObserver(() => this.draw()).observe(this.canvas);
+    window.addEventListener("resize", () => this.draw());  // its height counts too
   }
 
   listen() {
@@ -65,8 +66,8 @@ class Viewer {
         const r = c.getBoundingClientRect();
         this.split = Math.min(1, Math.max(0, (e.clientX - r.left) / r.width));
       } else if (from) {
-        this.x -= (e.clientX - from.x) / this.zoom;
-        this.y -= (e.clientY - from.y) / this.zoom;
+        this.x -= (e.clientX - from.x) / this.scale();
+        this.y -= (e.clientY - from.y) / this.scale();
         from = {x: e.clientX, y: e.clientY};
       }
       if (from) this.draw();
@@ -123,16 +124,17 @@ class Viewer {
 
   toBox() {
     if (!this.box) return;
-    const room = this.room(), border = 12;
-    this.zoom = Math.min(room.width / (this.box.w + border), room.height / (this.box.h + border), 24);
+    this.zoom = -1;  // the difference as large as there is room
     this.x = this.box.x + this.box.w / 2;
     this.y = this.box.y + this.box.h / 2;
     this.draw();
   }
 
   scale() {
-    const room = this.room();
-    return this.zoom || Math.min(room.width / this.width, room.height / this.height);
+    if (this.zoom > 0) return this.zoom;
+    const room = this.room(), border = 12;
+    if (this.zoom < 0) return Math.min(room.width / (this.box.w + border), room.height / (this.box.h + border), 24);
+    return Math.min(room.width / this.width, room.height / this.height);
   }
 
   magnify(factor, about) {
