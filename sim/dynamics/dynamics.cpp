@@ -6,7 +6,6 @@
 #include "sim/dynamics/flexures.h"
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/loads.h"
-#include "sim/dynamics/massless.h"
 
 #include <fmt/format.h>
 
@@ -340,8 +339,7 @@ void update_expressions(Model& model, double t, Work& work) {
     if (load.expression >= 0) work.expression_value[load.expression] = model.expressions[load.expression].value(t);
   for (const Part& part : model.parts)
     if (part.joint.motion >= 0) work.motion[part.joint.motion] = model.expressions[part.joint.motion].jet(t);
-  if (model.massless.rates.empty()) return;
-  work.expression_rate.assign(model.expressions.size(), 0.0);
+  if (work.expression_rate.empty()) return;  // nobody asked for them
   for (const Load& load : model.loads)
     if (load.expression >= 0 && !load.table) work.expression_rate[load.expression] = model.expressions[load.expression].jet(t).rate;
 }
@@ -354,14 +352,12 @@ void update_positions(const Model& model, W& work, bool elastic_masses) {
   }
   for (size_t i = 0; i < model.parts.size(); ++i)
     update_mass(kinetic_body(model, work, static_cast<int>(i)), work.parts[i].q, work.parts[i].terms, elastic_masses);
-  if constexpr (std::is_same_v<W, Work>) expand_positions(model, work);
 }
 
 template <class W>
 void update_velocities(const Model& model, W& work) {
   for (ClusterWork& cw : work.clusters) cw.lock_rate.setZero();
   for (size_t c = 0; c < model.clusters.size(); ++c) close_velocities(model, static_cast<int>(c), work);
-  if constexpr (std::is_same_v<W, Work>) expand_rates(model, work);
 }
 
 namespace {

@@ -6,6 +6,7 @@
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/massless_forces.h"
 #include "sim/model/joint_motion.h"
+#include "sim/scene/joint_kinds.h"
 
 #include <fmt/format.h>
 
@@ -120,13 +121,18 @@ VecX derivative(const Model& model, Work& work, double step, Move&& move) {
                   joints_of(model, rates), work.time));
 }
 
-}  // namespace
+// Velocities from the rates in work.w, with the locked ones at rest.
+void rest_locked(const Model& model, Work& work) {
+  for (ClusterWork& cw : work.clusters) cw.lock_rate.setZero();
+  for (size_t c = 0; c < model.clusters.size(); ++c) close_velocities(model, static_cast<int>(c), work);
+}
 
-void expand_positions(const Model& model, Work& work) {
+// Coordinates of what only springs hold, at the other coordinates.
+void balance_positions(const Model& model, Work& work) {
   const MasslessRates& m = model.massless;
   MasslessWork& mw = work.massless;
   const Eigen::Index n = static_cast<Eigen::Index>(mw.stiff.size());
-  if (m.rates.empty() || n == 0) return;
+  if (n == 0) return;
   RestForces rest;
   VecX g = imbalance(model, work, rest), step;
   double last = std::numeric_limits<double>::infinity();
@@ -134,8 +140,8 @@ void expand_positions(const Model& model, Work& work) {
   const auto move = [&](const VecX& metres) {
     VecX dw = VecX::Zero(model.nv);
     for (Eigen::Index k = 0; k < n; ++k) {
-      const size_t at = mw.stiff[k];
-      dw[m.rates[at]] = metres[k] / m.scale[static_cast<Eigen::Index>(at)];
+      const int at = mw.stiff[k];
+      dw[m.rates[at]] = metres[k] / m.scale[at];
     }
     move_all(model, dw, work);
     place_all(model, work);
@@ -173,9 +179,9 @@ void expand_positions(const Model& model, Work& work) {
   }
 }
 
-void expand_rates(const Model& model, Work& work) {
+// True rates from p in work.w, at true coordinates.
+void balance_rates(const Model& model, Work& work) {
   const MasslessRates& m = model.massless;
-  if (m.rates.empty()) return;
   const MasslessWork& mw = work.massless;
   const Eigen::Index n = m.moving, n0 = static_cast<Eigen::Index>(mw.stiff.size());
   const VecX p = work.w;
@@ -245,17 +251,42 @@ void expand_rates(const Model& model, Work& work) {
                       model.parts[joint_of_rate(model, m.rates[k])].joint.name, work.time));
 }
 
+}  // namespace
+
+void expand_rates(const Model& model, Work& work) {
+  if (all_have_inertia(model)) return;
+  balance_positions(model, work);
+  rest_locked(model, work);
+  balance_rates(model, work);
+}
+
 void reduce_rates(const Model& model, VecX& w) {
   const MasslessRates& m = model.massless;
   const VecX before = w;
   for (size_t k = 0; k < m.rates.size(); ++k) w -= before[m.rates[k]] * m.Z.col(static_cast<Eigen::Index>(k));
 }
 
+VecX massless_part(const Model& model, const VecX& w) { return model.massless.Z * w(model.massless.rates); }
+
 void renew_motion(const Model& model, Work& work) {
   reduce_rates(model, work.w);
   update_positions(model, work);
   update_velocities(model, work);
+  expand_rates(model, work);
 }
+
+void renew_dampers(const Model& model, Work& work) {
+  if (all_have_inertia(model)) return;
+  split_massless(model, work);
+  renew_motion(model, work);
+}
+
+void keep_balance(const Work& old, Work& work) {
+  work.massless = old.massless;
+  work.expression_rate = old.expression_rate;
+}
+
+bool all_have_inertia(const Model& model) { return model.massless.rates.empty(); }
 
 void split_massless(const Model& model, Work& work) {
   const MasslessRates& m = model.massless;
@@ -333,6 +364,23 @@ double massless_decay(const Model& model, const Work& work) {
       Kd(i, k) = K(a, b);
     }
   return ComplexEigen(solve_square(Cd, Kd)).eigenvalues().cwiseAbs().maxCoeff();
+}
+
+std::optional<double> balance_energy(const Model& model, double share, double slow) {
+  if (all_have_inertia(model)) return std::nullopt;
+  double energy = 0.0;
+  const auto add = [&](double stiffness, double damping, double reach) {
+    energy = std::max(energy, (stiffness + damping * slow) * std::pow(share * reach, 2));
+  };
+  for (const Part& p : model.parts)
+    if (p.joint.spring && p.joint.nv > 0)
+      add(p.joint.spring->stiffness, p.joint.spring->damping, is_length(p.joint.kind, 0) ? model.size : 1.0);
+  for (const Load& load : model.loads) {
+    if (load.def.kind == ForceKind::spring_damper) add(load.def.spring.stiffness, load.def.spring.damping, model.size);
+    if (load.def.kind == ForceKind::bushing)
+      add(load.def.bushing_stiffness.head<3>().maxCoeff(), load.def.bushing_damping.head<3>().maxCoeff(), model.size);
+  }
+  return energy;
 }
 
 }  // namespace flexframe::sim

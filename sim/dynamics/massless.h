@@ -17,26 +17,39 @@
 
 #include "sim/dynamics/work.h"
 
+#include <optional>
+
 namespace flexframe::sim {
 
-// Which of them dampers act on, at the present state: again where stops touch or part.
-void split_massless(const Model& model, Work& work);
-
-// The two ways between the state and the true rates; nothing where everything has inertia.
-// Reduced to true, for update_positions and update_velocities alone: coordinates and rates of m at the present coordinates and rates p in
-// work.w, which become true rates.
-void expand_positions(const Model& model, Work& work);
+// The two ways between the state and the motion, which the system (sim/time/system.cpp) goes; nothing where everything has inertia.
+// From the state: coordinates of m and all rates, true ones, from the other coordinates and the rates p in work.w. Positions and
+// velocities of those (dynamics.h) come first, and are then those of the motion. Throws SimulationError where nothing determines them.
 void expand_rates(const Model& model, Work& work);
-// True rates into p.
+// To the state: true rates of w_all into p.
 void reduce_rates(const Model& model, VecX& w);
 
-// Positions and velocities anew from the true rates in work.w: after locks, partitions or what dampers act on have changed.
+// Of rates w_all those that move no mass.
+VecX massless_part(const Model& model, const VecX& w);
+
+// Between two states: positions and velocities anew from the true rates in work.w, where locks or partitions have changed, and where stops
+// that touch or part have changed what dampers act on.
 void renew_motion(const Model& model, Work& work);
+void renew_dampers(const Model& model, Work& work);
+
+// What a work space that is made anew keeps of the old one.
+void keep_balance(const Work& old, Work& work);
+
+// Whether M w' = f holds for every rate: what a method may rely on that needs no more than the mass matrix.
+bool all_have_inertia(const Model& model);
 
 // Whether the coordinate behind a rate is integrated though its rate is not independent (a damper acts on it).
 bool follows_damper(const Model& model, const Work& work, int rate);
 
-// Fastest decay of what springs and dampers drive without inertia, 1/s.
+// Fastest decay of what springs and dampers drive without inertia, 1/s; 0 where no damper drives any.
 double massless_decay(const Model& model, const Work& work);
+
+// J: the most that a spring or damper takes up where the mechanism moves by `share` of its size (rotations: share in rad), within the time
+// 1 / slow (slow: 1/s). Nothing where everything has inertia.
+std::optional<double> balance_energy(const Model& model, double share, double slow);
 
 }  // namespace flexframe::sim

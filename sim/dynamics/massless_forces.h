@@ -14,6 +14,9 @@ int joint_of_rate(const Model& model, int v);
 // Their joints in quotes, for messages; rates in ascending order.
 std::string joints_of(const Model& model, const std::vector<int>& rates);
 
+// Which of the rates without inertia dampers act on, at the present state.
+void split_massless(const Model& model, Work& work);
+
 // Closes the loops and places all parts.
 void place_all(const Model& model, Work& work);
 // Moves the coordinates by dw (of w_all, times seconds); nothing is placed.

@@ -89,7 +89,7 @@ void grow_work(System& system) {
   work.q = system.work.q;
   work.w = system.work.w;
   work.clusters = system.work.clusters;
-  work.massless = system.work.massless;
+  keep_balance(system.work, work);
   work.joints = system.work.joints;
   system.work = std::move(work);
 }

@@ -4,6 +4,7 @@
 #include "sim/dynamics/directions.h"
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/inverse_dynamics.h"
+#include "sim/dynamics/massless.h"
 #include "sim/run/linear_growth.h"
 
 #include <fmt/format.h>
@@ -110,7 +111,7 @@ Notes expected_turns(const System& system, double tolerated) {
     const auto* beam = std::get_if<BeamDef>(&scene.bodies[part.scene_body].kind);
     return !beam || beam->model != BeamModel::lumped;
   };
-  if (!system.model.massless.rates.empty() || std::none_of(system.model.parts.begin(), system.model.parts.end(), counts)) return out;
+  if (!all_have_inertia(system.model) || std::none_of(system.model.parts.begin(), system.model.parts.end(), counts)) return out;
   HeldStart start(system);
   const double duration = system.model.settings.duration;
   for (int look = 0; look <= looks; ++look) {

@@ -6,6 +6,7 @@
 #include "sim/dynamics/inverse_dynamics.h"
 #include "sim/dynamics/kinematics.h"
 #include "sim/dynamics/loads.h"
+#include "sim/dynamics/massless.h"
 #include "sim/results/outputs.h"
 #include "sim/results/recorder.h"
 #include "sim/scene/force_kinds.h"
@@ -134,7 +135,7 @@ BlockStates block_states(Beside& beside, const System& system, const MatX& rates
     out.G.col(j) = (force - force_below) / (2.0 * h);
   }
   for (Eigen::Index k = 0; k < n; ++k) {
-    const double h = step * system.model.size / beside.directions()[static_cast<size_t>(k)].scale;
+    const double h = step * system.model.size / beside.directions()[k].scale;
     const auto slope = [&](const auto& put) {
       put(h);
       const VecX rate = beside.rates_and_forces().first;
@@ -154,12 +155,12 @@ void require_rest(const System& system, const Linearisation& linear, Eigen::Inde
   if (!linear.equilibrium)
     throw InputError(fmt::format("{}: the start is no equilibrium; write start = \"static\" into [simulation]", file));
   for (const Signal& s : system.model.signals)
-    if (s.block >= 0 && system.model.blocks[static_cast<size_t>(s.block)].sample > 0.0)
-      throw InputError(fmt::format(
-          "{}: the sampled block {} has no frequency response: leave out its 'sample', or excite it in a run and "
-          "take its spectrum",
-          file, quote(system.scene.blocks[static_cast<size_t>(system.model.blocks[static_cast<size_t>(s.block)].scene_block)].name)));
-  if (!system.model.massless.rates.empty() || linear.equations.M.rows() != directions)
+    if (s.block >= 0 && system.model.blocks[s.block].sample > 0.0)
+      throw InputError(
+          fmt::format("{}: the sampled block {} has no frequency response: leave out its 'sample', or excite it in a run and "
+                      "take its spectrum",
+                      file, quote(system.scene.blocks[system.model.blocks[s.block].scene_block].name)));
+  if (!all_have_inertia(system.model) || linear.equations.M.rows() != directions)
     throw InputError(fmt::format("{}: something without mass is held by springs; give it a mass", file));
 }
 

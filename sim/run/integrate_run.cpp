@@ -2,6 +2,7 @@
 
 #include "sim/base/cpu_clock.h"
 #include "sim/dynamics/closure.h"
+#include "sim/dynamics/massless.h"
 #include "sim/dynamics/signals.h"
 #include "sim/run/method_choice.h"
 #include "sim/run/stop_reasons.h"
@@ -163,7 +164,7 @@ void MotionRun::choose() {
   on_trial = on_trial && method == Method::dirk && fastest_vibration > 0.0 && may_be_followed(system);
   if (span.goes_on) out.method = method_name(method);  // the sizes of its errors are those so far
   else use(method, pack_state(system, Eigen::Vector2d::Zero()));
-  if (method == Method::exponential && (has_events(system) || !system.model.massless.rates.empty() || !system.model.blocks.empty()))
+  if (method == Method::exponential && (has_events(system) || !all_have_inertia(system.model) || !system.model.blocks.empty()))
     throw InputError(fmt::format("method \"exponential\" follows smooth motion only: {}; take method = \"auto\" or \"erk\"",
                                  has_events(system)             ? "dry friction, stops and contacts have events, which need to be located"
                                  : !system.model.blocks.empty() ? "blocks have states of their own"
@@ -208,7 +209,7 @@ void MotionRun::define_problem() {
 void MotionRun::define_jacobians() {
   // Rates that follow from a balance of forces are no states: the structure q' = T w is lost.
   // States of blocks and contacts act on rates too.
-  if (system.model.massless.rates.empty() && system.model.nz == 0)
+  if (all_have_inertia(system.model) && system.model.nz == 0)
     problem.jacobian = [this](double t, const double* state, bool fresh, MechanicalJacobian& into) {
       const bool here = work_is_at(state);
       at_work.valid = false;

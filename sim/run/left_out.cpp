@@ -2,7 +2,6 @@
 
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/kinematics.h"
-#include "sim/dynamics/massless.h"
 #include "sim/model/bodies.h"
 #include "sim/results/histories.h"
 
@@ -418,7 +417,7 @@ void LeftOut::look(System& system, double t, const VecX& y) {
   if (items_.empty()) return;
   try {
     update_system_accelerations(system);
-    if (!system.model.massless.rates.empty()) update_massless_accelerations(system, t, y);
+    update_massless_accelerations(system, t, y);
     compute_reactions(system.model, system.work, reactions_);
   } catch (const SimulationError&) {
     return;

@@ -4,6 +4,7 @@
 #include "sim/base/words.h"
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/kinematics.h"
+#include "sim/dynamics/massless.h"
 #include "sim/results/outputs.h"
 #include "sim/results/recorder.h"
 #include "sim/start/make_system.h"
@@ -94,7 +95,7 @@ class Path {
         return std::move(out_);
       }
       if (sign * (now_.load - options_.from) < -10.0 * range) {
-        stop("the load falls without end");
+        stop("the load decreases without limit");
         return std::move(out_);
       }
       record(false);
@@ -326,7 +327,7 @@ LoadPath load_path(const Scene& scene, const LoadPathOptions& options) {
   System system = make_system(without_static_start(scene));
   if (system.scene.outputs.empty())
     throw InputError(fmt::format("{}: there is no [[output]]; a load path is one of outputs over the load", scene.file.string()));
-  if (!system.model.massless.rates.empty())
+  if (!all_have_inertia(system.model))
     throw InputError(fmt::format("{}: something without mass is held by springs; give it a mass", scene.file.string()));
   return Path(system, options).follow();
 }

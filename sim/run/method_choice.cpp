@@ -75,8 +75,7 @@ Method choose_method(const System& system, double& fastest_vibration) {
     if (decays) radians = std::max(radians, most_radians(top, f.links.time_constant, duration));
     fastest = std::max(fastest, top * top);
   }
-  if (!system.model.massless.rates.empty() && massless_decay(system.model, system.work) * system.model.settings.duration > 2000.0)
-    return Method::bdf;
+  if (massless_decay(system.model, system.work) * system.model.settings.duration > 2000.0) return Method::bdf;
   // Friction that follows the slip's direction turns it at mu N / (m s), without bound where it starts slowly from rest (a pull in a
   // turning direction: 315 000 steps of Adams, 1400 of BDF).
   if (std::any_of(system.friction.points.begin(), system.friction.points.end(),
@@ -123,7 +122,7 @@ constexpr Eigen::Index most_rates = 150;
 
 FastestPart find_fastest(System& system, double t, const VecX& y) {
   FastestPart out;
-  if (!system.model.massless.rates.empty()) return out;
+  if (!all_have_inertia(system.model)) return out;
   MatX A, B;
   try {
     difference_rates(system, t, y.data(), A, B);

@@ -10,6 +10,7 @@
 #include "sim/model/joint_motion.h"
 #include "sim/scene/joint_kinds.h"
 #include "sim/start/complex_modes.h"
+#include "sim/start/massless_modes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -483,74 +484,6 @@ bool Point::steady(const Axes& axes) {
   }
 }
 
-// What has no mass follows the rest: by springs alone (columns `stiff` of directions) as their stiffness lets it, which leaves the
-// coefficients and N of the others; where dampers act (columns `damped`) in first order, and the modes are found here.
-struct Massless {
-  MatX masses, stiff, damped;
-};
-
-// True if the modes are those of a first-order system, which are then in `modes` (shapes in w_all).
-bool follow_massless(const Massless& split, SecondOrder& s, MatX& N, std::vector<ComplexMode>& modes) {
-  MatX others(N.cols(), split.masses.cols() + split.damped.cols());
-  others << split.masses, split.damped;
-  if (split.stiff.cols() > 0)
-    others -= (split.stiff * solve_square(split.stiff.transpose() * s.K * split.stiff, split.stiff.transpose() * s.K * others)).eval();
-  const MatX M = others.transpose() * s.M * others, K = others.transpose() * s.K * others, D = others.transpose() * s.D * others,
-             No = N * others;
-  const MatX size = others.cwiseAbs();
-  const MatX K_error = size.transpose() * s.K_error * size, D_error = size.transpose() * s.D_error * size;
-  const Eigen::Index n = split.masses.cols(), f = split.damped.cols();
-  s = {M.topLeftCorner(n, n), D.topLeftCorner(n, n), K.topLeftCorner(n, n), D_error.topLeftCorner(n, n), K_error.topLeftCorner(n, n)};
-  N = No.leftCols(n);
-  if (f == 0) return false;
-  // z = [x; x'; coordinates of what is damped].
-  MatX A = MatX::Zero(2 * n + f, 2 * n + f);
-  A.block(0, n, n, n).setIdentity();
-  MatX follow(f, 2 * n + f), pull(n, 2 * n + f);
-  follow << K.bottomLeftCorner(f, n), D.bottomLeftCorner(f, n), K.bottomRightCorner(f, f);
-  A.bottomRows(f) = -solve_square(D.bottomRightCorner(f, f), follow);
-  pull << s.K, s.D, K.topRightCorner(n, f);
-  if (n > 0) A.middleRows(n, n) = -Cholesky(s.M).solve(pull + D.topRightCorner(n, f) * A.bottomRows(f));
-  modes = first_order_modes(A, A.cwiseAbs(), [&](const Eigen::VectorXcd& z) {
-    Eigen::VectorXcd x(n + f);
-    x << z.head(n), z.tail(f);
-    return Eigen::VectorXcd(No * x);
-  });
-  return true;
-}
-
-// What massless.h locks stands among the independent rates again.
-void release(Model& model, Work& work) {
-  for (size_t c = 0; c < model.clusters.size(); ++c) {
-    ClusterWork& cw = work.clusters[c];
-    if (cw.carried == 0) continue;
-    cw.locked.clear();
-    cw.carried = 0;
-    cw.lock_value.resize(0);
-    cw.lock_rate.resize(0);
-    cw.partition = {};
-    for (int k = 0; k < model.clusters[c].nv; ++k) cw.partition.ind.push_back(k);
-  }
-  model.massless = {};
-}
-
-// Directions that keep their rates, and those without mass, of which the ones that nothing acts on rest.
-Massless split_directions(const std::vector<Direction>& all, const MasslessRates& massless, const MasslessWork& balance) {
-  const Eigen::Index n = static_cast<Eigen::Index>(all.size());
-  MatX Z(n, massless.moving);
-  Massless out;
-  out.masses = MatX::Zero(n, n - static_cast<Eigen::Index>(massless.rates.size()));
-  for (Eigen::Index k = 0, at = 0; k < n; ++k) {
-    const int v = all[k].v;
-    Z.row(k) = massless.Z.row(v).leftCols(massless.moving);
-    if (std::find(massless.rates.begin(), massless.rates.end(), v) == massless.rates.end()) out.masses(k, at++) = 1.0;
-  }
-  out.stiff = balance.stiff.empty() ? MatX(n, 0) : MatX(Z * balance.undamped);
-  out.damped.resize(n, static_cast<Eigen::Index>(balance.damped.size()));
-  for (size_t k = 0; k < balance.damped.size(); ++k) out.damped.col(static_cast<Eigen::Index>(k)) = Z.col(balance.damped[k]);
-  return out;
-}
-
 // What turns without inertia and without a moment is a rigid mode, with any inertia.
 void give_idle_inertia(const std::vector<Direction>& all, MatX& M) {
   const Eigen::Index n = M.rows();
@@ -618,8 +551,7 @@ bool constant_axes(Point& point, Axes& axes) {
 // States beside places and rates are no part of the modes: what they make stays as it is at the start.
 void say_what_is_held(const Model& model, std::vector<std::string>& notes) {
   const auto held = [&](const Signal& s) {
-    return s.block >= 0 &&
-           (model.blocks[static_cast<size_t>(s.block)].sample > 0.0 || model.blocks[static_cast<size_t>(s.block)].A.rows() > 0);
+    return s.block >= 0 && (model.blocks[s.block].sample > 0.0 || model.blocks[s.block].A.rows() > 0);
   };
   if (std::any_of(model.signals.begin(), model.signals.end(), held))
     notes.push_back(
@@ -637,15 +569,12 @@ bool has_contact_friction(const Model& model) {
 
 Linearisation linearise(const System& given) {
   System system = given;
-  const MasslessRates massless = system.model.massless;
   Linearisation out;
   bool with_rates = has_rates(system);
-  if (!massless.rates.empty()) {
-    release(system.model, system.work);
-    with_rates = with_rates && has_rates(system);
-  }
+  const bool massless = release_massless(system.model, system.work);
+  if (massless) with_rates = with_rates && has_rates(system);
   // Names what moves without inertia though a force drives it; what nothing drives is idle.
-  if (massless.rates.empty()) update_accelerations(system.model, system.work);
+  if (!massless) update_accelerations(system.model, system.work);
   const bool idle = system.work.idle;
   const System released = system;
   if (independent_directions(system.model, system.work).empty()) return out;
@@ -671,7 +600,7 @@ Linearisation linearise(const System& given) {
   if (idle) give_idle_inertia(point->directions(), s.M);
   std::vector<ComplexMode> modes;
   bool found = false;
-  if (!massless.rates.empty()) found = follow_massless(split_directions(point->directions(), massless, given.work.massless), s, N, modes);
+  if (massless) found = follow_massless(given, point->directions(), s, N, modes);
   if (!found) {
     modes = complex_modes(s);
     for (ComplexMode& m : modes) m.x = N * m.x;

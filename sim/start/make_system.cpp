@@ -3,7 +3,6 @@
 #include "sim/dynamics/beam_loads.h"
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/kinematics.h"
-#include "sim/dynamics/massless_forces.h"
 #include "sim/dynamics/stops.h"
 #include "sim/model/model_build.h"
 #include "sim/model/motion_jumps.h"
@@ -66,18 +65,6 @@ void build(System& system) {
 // of its results.
 constexpr double little_damping = 1e-3;
 
-// What has no mass follows from a balance of forces at rest that knows springs and dampers only.
-void refuse_state_forces(const System& system) {
-  if (system.model.massless.rates.empty()) return;
-  for (const Load& load : system.model.loads)
-    if (load.function >= 0 || load.rest >= 0 || load.contact >= 0 || load.def.kind == ForceKind::drag)
-      throw InputError(
-          fmt::format("{}:{}: force{}: depends on the state or has a rest that moves, but {} moves without mass or inertia, by "
-                      "the balance of springs and dampers; give the bodies there a mass",
-                      system.scene.file.string(), load.def.line, load.def.name.empty() ? "" : fmt::format(" '{}'", load.def.name),
-                      "joint '" + system.model.parts[joint_of_rate(system.model, system.model.massless.rates.front())].joint.name + "'"));
-}
-
 // Which state a static start found.
 void say_rest(const StaticSolution& found, double duration, Notes& notes) {
   const std::string text = fmt::format("static equilibrium: {} Newton steps{}, coordinates moved by up to {:.4g} m", found.iterations,
@@ -85,14 +72,15 @@ void say_rest(const StaticSolution& found, double duration, Notes& notes) {
   const Stability& s = found.stability;
   if (s.stable) notes.tell("", text);
   else if (s.diverges || s.growth == 0.0 || s.growth * duration > 1.0 || s.damping_wanted > little_damping)
-    notes.warn("", text + "; it is unstable: the smallest disturbance makes the mechanism leave it" +
-                       (s.diverges || s.growth == 0.0
-                            ? ""
-                            : fmt::format(", swinging at {:.3g} Hz and growing by {:.3g} 1/s; a damping ratio of {:.2g} would hold it",
-                                          s.frequency, s.growth, s.damping_wanted)));
+    notes.warn("",
+               text + "; it is unstable: the smallest disturbance makes the mechanism leave it" +
+                   (s.diverges || s.growth == 0.0
+                        ? ""
+                        : fmt::format(", swinging at {:.3g} Hz and growing by {:.3g} 1/s; a damping ratio of {:.2g} would make it stable",
+                                      s.frequency, s.growth, s.damping_wanted)));
   else
     notes.tell("", text + fmt::format("; without damping it flutters at {:.3g} Hz, but grows by {:.2g} 1/s only: by {:.2g} % within the "
-                                      "run; a damping ratio of {:.2g} would hold it",
+                                      "run; a damping ratio of {:.2g} would make it stable",
                                       s.frequency, s.growth, 100.0 * std::expm1(s.growth * duration), s.damping_wanted));
   if (found.snapped >= 0.0)
     notes.tell("", fmt::format("static equilibrium: with loads raised from zero the mechanism snaps through or buckles at {:.3g} % of "
@@ -118,14 +106,13 @@ System make_system(const Scene& scene) {
     assemble_rates(system.model, scene, system.work, system.notes);
     say_rest(at_rest, scene.simulation.duration, system.notes);
   }
-  find_massless(system);
-  refuse_state_forces(system);
+  const bool all_inertia = !find_massless(system);
   system.notes.tell(neglected_stiffening(system.model, scene, system.work));
   system.friction = make_friction(system.model, system.work);
   system.stops = stop_parts(system.model);
   for (const Part& p : system.model.parts) system.driven = system.driven || p.joint.motion >= 0;
   std::string why_not;
-  if (system.model.massless.rates.empty()) system.plane = make_plane(system.model, system.work, why_not);
+  if (all_inertia) system.plane = make_plane(system.model, system.work, why_not);
   // What presses surfaces together may stand normal to the plane.
   if (system.plane && system.friction.reactions && !system.plane->forces_within) system.plane.reset();
   system.quadrature = has_power(system.model);

@@ -279,6 +279,18 @@ void lock_rates(Model& model, Work& work) {
   }
 }
 
+// The balance of forces at rest knows springs and dampers only.
+void refuse_state_forces(const System& system) {
+  const Model& model = system.model;
+  for (const Load& load : model.loads)
+    if (load.function >= 0 || load.rest >= 0 || load.contact >= 0 || load.def.kind == ForceKind::drag)
+      throw InputError(
+          fmt::format("{}:{}: force{}: depends on the state or has a rest that moves, but joint '{}' moves without mass or inertia, by "
+                      "the balance of springs and dampers; give the bodies there a mass",
+                      system.scene.file.string(), load.def.line, load.def.name.empty() ? "" : fmt::format(" '{}'", load.def.name),
+                      model.parts[joint_of_rate(model, model.massless.rates.front())].joint.name));
+}
+
 // Brings them into balance at the start, from coordinates q, and tells of it.
 void balance_start(System& system, const VecX& q, const std::string& file, const std::string& names) {
   Model& model = system.model;
@@ -311,19 +323,19 @@ void balance_start(System& system, const VecX& q, const std::string& file, const
 
 }  // namespace
 
-void find_massless(System& system) {
+bool find_massless(System& system) {
   Model& model = system.model;
   Work& work = system.work;
-  if (std::none_of(model.parts.begin(), model.parts.end(), weightless)) return;
+  if (std::none_of(model.parts.begin(), model.parts.end(), weightless)) return false;
   Candidates c{model, work, {}, {}, {}, work.q, work.w, {}};
   find_rates(c);
-  if (c.count() == 0) return;
+  if (c.count() == 0) return false;
   find_inertial_directions(c);
   const MatX null = directions_without_inertia(c);
-  if (null.cols() == 0) return;
+  if (null.cols() == 0) return false;
   MatX moving, resting;
   split_directions(c, null, moving, resting);
-  if (moving.cols() == 0) return;
+  if (moving.cols() == 0) return false;
   MatX Z(c.count(), moving.cols() + resting.cols());
   Z << moving, resting;
   const std::vector<Eigen::Index> row = make_identity(Z, moving.cols(), preferences(c, system.scene));
@@ -331,7 +343,10 @@ void find_massless(System& system) {
   const std::string names = joints_of(model, model.massless.rates), file = system.scene.file.string();
   require_solvable(c, model.massless, file, names);
   lock_rates(model, work);
+  work.expression_rate.assign(model.expressions.size(), 0.0);  // asks for them
   balance_start(system, c.q, file, names);
+  refuse_state_forces(system);
+  return true;
 }
 
 }  // namespace flexframe::sim

@@ -6,7 +6,8 @@
 namespace flexframe::sim {
 
 // Finds the rates without inertia at the assembled start, locks them (Model::massless, ClusterWork::carried), brings their coordinates into
-// balance and tells of it in the notes. Throws InputError where nothing determines them.
-void find_massless(System& system);
+// balance and tells of it in the notes: false where there are none. Throws InputError where nothing determines them, or forces act that the
+// balance does not know.
+bool find_massless(System& system);
 
 }  // namespace flexframe::sim

@@ -126,7 +126,7 @@ bool StaticProblem::stiffness(MatX& K) {
   MatX N = MatX::Zero(model.nv, n);
   for (Eigen::Index k = 0; k < n; ++k) {
     const Direction& d = sought[k];
-    const size_t cluster = static_cast<size_t>(model.parts[d.part].cluster);
+    const size_t cluster = model.parts[d.part].cluster;
     const ClusterWork& cw = work.clusters[cluster];
     const int v0 = model.clusters[cluster].v0;
     N(d.v, k) = 1.0 / d.scale;

@@ -147,8 +147,7 @@ Raised raise_loads(StaticProblem& p, const Sought& what, const VecX& start, Stat
 // Whether the loads have a potential and nothing is driven: a stiffness that is positive definite is then proof of stability (Lagrange,
 // Dirichlet). A torque about an axis that stands still has none in space (Ziegler 1952), nor has what follows a body.
 bool is_conservative(const StaticProblem& p) {
-  return p.model.massless.rates.empty() &&
-         std::all_of(p.motion.begin(), p.motion.end(), [](const TimeJet& jet) { return jet.rate == 0.0 && jet.acceleration == 0.0; }) &&
+  return std::all_of(p.motion.begin(), p.motion.end(), [](const TimeJet& jet) { return jet.rate == 0.0 && jet.acceleration == 0.0; }) &&
          std::all_of(p.model.loads.begin(), p.model.loads.end(),
                      [](const Load& l) {
                        return !l.table && l.function < 0 && !l.def.follower &&

@@ -239,9 +239,10 @@ void ErrorWeights::raise_joints(const System& system, const VecX& y) {
 void ErrorWeights::raise_work(const System& system, const VecX& y) {
   const Model& model = system.model;
   const double slow = 1.0 / model.settings.duration;
-  const bool unfelt = !model.massless.rates.empty() || std::any_of(model.parts.begin(), model.parts.end(), [](const Part& p) {
-    return p.joint.motion >= 0 || p.joint.friction.has_value() || p.joint.stop.has_value();
-  });
+  const std::optional<double> balance = balance_energy(model, least_share_ * massless_motion, slow);
+  const bool unfelt = balance || std::any_of(model.parts.begin(), model.parts.end(), [](const Part& p) {
+                        return p.joint.motion >= 0 || p.joint.friction.has_value() || p.joint.stop.has_value();
+                      });
   const double share = scale_.size() > model.nq + 2 ? work_share : 1.0;
   if (!unfelt && share != 1.0) {
     scale_.tail<2>().setConstant(1e100);
@@ -257,19 +258,7 @@ void ErrorWeights::raise_work(const System& system, const VecX& y) {
       energy = std::max(
           energy, 0.5 * model.parts[i].body.Ke(k, k) * std::pow(least_share_ * least_deformation * part_size_[i] / reaches_[i][k], 2));
   // Without mass: what springs and dampers take up in such a motion.
-  if (!model.massless.rates.empty()) {
-    const auto add = [&](double stiffness, double damping, double reach) {
-      energy = std::max(energy, (stiffness + damping * slow) * std::pow(least_share_ * massless_motion * reach, 2));
-    };
-    for (const Part& p : model.parts)
-      if (p.joint.spring && p.joint.nv > 0)
-        add(p.joint.spring->stiffness, p.joint.spring->damping, is_length(p.joint.kind, 0) ? model.size : 1.0);
-    for (const Load& load : model.loads) {
-      if (load.def.kind == ForceKind::spring_damper) add(load.def.spring.stiffness, load.def.spring.damping, model.size);
-      if (load.def.kind == ForceKind::bushing)
-        add(load.def.bushing_stiffness.head<3>().maxCoeff(), load.def.bushing_damping.head<3>().maxCoeff(), model.size);
-    }
-  }
+  if (balance) energy = std::max(energy, *balance);
   scale_.tail<2>() = scale_.tail<2>().cwiseMax(Eigen::Vector2d::Constant(share * energy));
 }
 

@@ -25,13 +25,6 @@ void read_state(System& s) {
 double coordinate(const System& s, int part) { return s.work.q[s.model.parts[part].q0]; }
 double rate(const System& s, int part) { return s.work.w[s.model.parts[part].v0]; }
 
-// Stops that touch or part change what dampers act on where nothing has inertia.
-void renew_massless(System& s) {
-  if (s.model.massless.rates.empty()) return;
-  split_massless(s.model, s.work);
-  renew_motion(s.model, s.work);
-}
-
 // Switches of expressions and contacts, whose margins begin at `at`.
 bool pass_state_events(System& s, size_t at, const std::vector<int>& directions, std::vector<std::string>& changes, double& released) {
   std::vector<bool> ended;
@@ -126,7 +119,7 @@ void start_phases(System& s, double t, const VecX& y, bool first, std::vector<st
     begin_contacts(s.model, s.work);
   }
   for (int i : s.stops) s.work.joints[i].stop = find_stop_phase(*s.model.parts[i].joint.stop, coordinate(s, i), rate(s, i));
-  if (!s.stops.empty()) renew_massless(s);
+  if (!s.stops.empty()) renew_dampers(s.model, s.work);
   if (s.friction.points.empty()) return;
   std::vector<int> resting;
   for (size_t k = 0; k < s.friction.points.size(); ++k) {
@@ -172,7 +165,7 @@ bool pass_events(System& s, double t, const VecX& y, const std::vector<int>& dir
   }
   if (pass_state_events(s, first + 2 * s.stops.size(), directions, changes, released)) passed = true;
   if (!passed) return false;
-  if (!s.stops.empty()) renew_massless(s);
+  if (!s.stops.empty()) renew_dampers(s.model, s.work);
   if (turned) follow_slip(s.model, s.friction, s.work, true);
   if (!s.friction.points.empty()) settle_friction(s.model, s.friction, resting, s.work, changes);
   return true;

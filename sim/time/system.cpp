@@ -24,7 +24,6 @@ void unpack(System& system, const double* y) {
     const int v0 = system.model.clusters[c].v0;
     for (int k : work.clusters[c].partition.ind) work.w[v0 + k] = *w++;
   }
-  for (int v : system.model.massless.rates) work.w[v] = 0.0;
   if (system.model.nz > 0) work.signals.z = Eigen::Map<const VecX>(w, system.model.nz);
 }
 
@@ -57,11 +56,18 @@ void accelerate(System& system, W& work) {
   else update_friction_accelerations(system.model, system.friction, work);
 }
 
+// Positions and velocities from the state in `work`. In a plane everything has inertia (make_system).
+template <class W>
+void move(const Model& model, W& work) {
+  update_positions(model, work);
+  update_velocities(model, work);
+  if constexpr (std::is_same_v<W, Work>) expand_rates(model, work);
+}
+
 // Everything from the state in `work` on, W supplied and dissipated too.
 template <class W>
 void evaluate(System& system, W& work, double& supplied, double& dissipated) {
-  update_positions(system.model, work);
-  update_velocities(system.model, work);
+  move(system.model, work);
   accelerate(system, work);
   if (!system.quadrature) return;
   supplied = work.applied;
@@ -76,8 +82,7 @@ void evaluate(System& system, W& work, double& supplied, double& dissipated) {
 void set_state(System& system, double t, const double* y, bool accelerations) {
   unpack(system, y);
   update_expressions(system.model, t, system.work);
-  update_positions(system.model, system.work);
-  update_velocities(system.model, system.work);
+  move(system.model, system.work);
   if (accelerations) update_system_accelerations(system);
 }
 
@@ -157,8 +162,7 @@ bool follow_loads(System& system, double t0, double t, const VecX& kept, double*
 
 void update_massless_accelerations(System& system, double t, const VecX& y) {
   const Model& model = system.model;
-  const MasslessRates& m = model.massless;
-  if (m.rates.empty()) return;
+  if (all_have_inertia(model)) return;
   VecX dy(y.size());
   state_rate(system, t, y.data(), dy.data());
   // Short against what is output, long against the rounding of the rates (1e-12 of them).
@@ -166,13 +170,11 @@ void update_massless_accelerations(System& system, double t, const VecX& y) {
   const auto rates_beside = [&](double s) {
     const VecX at = y + s * dy;
     set_state(system, t + s, at.data(), false);
-    VecX out(m.Z.cols());
-    for (size_t k = 0; k < m.rates.size(); ++k) out[static_cast<Eigen::Index>(k)] = system.work.w[m.rates[k]];
-    return out;
+    return system.work.w;
   };
   const VecX before = rates_beside(-h), after = rates_beside(h);
   set_state(system, t, y.data(), true);
-  system.work.wdot += m.Z * (after - before) / (2.0 * h);
+  system.work.wdot += massless_part(model, after - before) / (2.0 * h);
   for (size_t c = 0; c < model.clusters.size(); ++c) {
     update_base_acceleration(model, static_cast<int>(c), system.work);
     update_cluster_accelerations(model, static_cast<int>(c), system.work);
