@@ -39,7 +39,7 @@ int guarded(std::span<const std::filesystem::path> files, const std::function<in
   const int signal = WTERMSIG(status);
   const std::string file = files.empty() ? "" : files.front().string();
   if (signal == SIGXCPU) throw InputError(fmt::format("{}: reading it took more than {} s and was given up: damaged?", file, seconds));
-  throw InputError(fmt::format("{}: is damaged: the library that reads it came to grief ({})", file, ::strsignal(signal)));
+  throw InputError(fmt::format("{}: is damaged: the library that reads it failed ({})", file, ::strsignal(signal)));
 }
 
 }  // namespace flexframe::cli

@@ -61,8 +61,8 @@ sim::Sweep sweep_of(const Words& words) {
     if (!words.settings.empty() || !words.responses.empty() || !words.sample.empty() || !words.sensitivity.empty() || !words.out.empty() ||
         !words.minimise.empty() || !words.maximise.empty())
       throw UsageError(
-          fmt::format("{} is the folder of a sweep, which has its question already: --set, --response, --sample, --sensitivity "
-                      "--minimise, --maximise and --out belong to a scene file",
+          fmt::format("{} is the folder of a sweep, which keeps the options that it was begun with: --set, --response, --sample, "
+                      "--sensitivity, --minimise, --maximise and --out belong to a scene file",
                       words.scene));
     return sim::read_sweep(words.scene, program);
   }
@@ -171,7 +171,7 @@ Command add_sweep(Program& program) {
   app.option("--workers", words->workers, "processes; default: one per core").range(1, 1024);
   app.option("--shard", words->shard, "every N-th point from the I-th on, without table: flexframe collect DIR makes that of all")
       .as("I/N");
-  app.flag("--resume", words->resume, "keep the rows of an interrupted sweep of the same scene, question and program");
+  app.flag("--resume", words->resume, "keep the rows of an interrupted sweep of the same scene, options and program");
   add_finish_words(app, words->finish);
   add_engine_words(app, words->engine);
   add_simulation_words(app, words->simulation);

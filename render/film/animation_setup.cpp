@@ -73,12 +73,11 @@ void add_clamp(Animation& animation, const sim::Scene& scene, const sim::JointDe
   const std::optional<FramePlace> place =
       find_place(results, &scene, def.child.frame.empty() ? def.child.body : def.child.body + "." + def.child.frame);
   if (def.parent.body != "ground" || !place || place->body < 0) return;
-  const sim::ResultBody& body = results.bodies[static_cast<size_t>(place->body)];
+  const sim::ResultBody& body = results.bodies[place->body];
   if (body.kind != "beam") return;
   const double y = section_extent(body, {0, 1, 0}).along, z = section_extent(body, {0, 0, 1}).along, thick = 0.6 * std::max(y, z);
   // The body's axes in the joint's frame at the start; outwards from the end that is nearer.
-  const glm::dmat3 axes =
-      glm::transpose(glm::dmat3(joint_pose(results.joints[static_cast<size_t>(joint)], {0, 0.0}))) * glm::dmat3(body_pose(body, {0, 0.0}));
+  const glm::dmat3 axes = glm::transpose(glm::dmat3(joint_pose(results.joints[joint], {0, 0.0}))) * glm::dmat3(body_pose(body, {0, 0.0}));
   const bool first = place->origin.x <= 0.5 * body.length;
   const double from = first ? -thick : 0.0;
   const double wide = y + 0.8 * std::max(y, z), high = z + 0.8 * std::max(y, z);
@@ -264,8 +263,8 @@ void set_colors(Animation& animation, const Survey& survey) {
   }
   if (by == ColorBy::map_error)
     animation.notes.push_back(
-        fmt::format("the mesh may be off by up to {:.3g} {} between the nodes (t = {:.4g} s): each node told from the "
-                    "others; with scheme \"elastic\" a bound far above the error",
+        fmt::format("the mesh may be off by up to {:.3g} {} between the nodes (t = {:.4g} s): estimated by leaving out one "
+                    "node at a time; with scheme \"elastic\" this is a bound far above the error",
                     all * animation.scalar_bar->factor, animation.scalar_bar->unit, at));
   if (map.above && !range)
     animation.notes.push_back(fmt::format(
@@ -366,7 +365,7 @@ void set_preset(const std::string& preset, const std::vector<glm::dvec3>& points
 void append_rails(const Animation& animation, std::vector<glm::dvec3>& points) {
   for (const JointSymbol& symbol : animation.symbols)
     if (symbol.fixed) {
-      const glm::dmat4 pose = joint_pose(animation.results->joints[static_cast<size_t>(symbol.joint)], {0, 0.0});
+      const glm::dmat4 pose = joint_pose(animation.results->joints[symbol.joint], {0, 0.0});
       for (const glm::vec3& p : symbol.positions) points.emplace_back(pose * glm::dvec4(p, 1.0));
     }
 }

@@ -68,7 +68,7 @@ std::string problem_table(const sim::SweepTable& table) {
   constexpr std::size_t most_told = 20;
   std::map<std::pair<int, std::string>, std::pair<long, long>> groups;  // how often, first point
   for (const auto& [point, message] : table.messages) {
-    auto& group = groups.try_emplace({table.ends[static_cast<std::size_t>(point)], message}, 0, point).first->second;
+    auto& group = groups.try_emplace({table.ends[point], message}, 0, point).first->second;
     ++group.first;
   }
   if (groups.empty()) return "";
@@ -76,10 +76,10 @@ std::string problem_table(const sim::SweepTable& table) {
   std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.second.first > b.second.first; });
   Rows rows{{"end", "points", "first", "sentence"}};
   for (std::size_t k = 0; k < std::min(most_told, all.size()); ++k)
-    rows.push_back({sim::point_end_words()[static_cast<std::size_t>(all[k].first.first)], fmt::format("{}", all[k].second.first),
+    rows.push_back({sim::point_end_words()[all[k].first.first], fmt::format("{}", all[k].second.first),
                     fmt::format("{}", all[k].second.second), all[k].first.second});
-  std::string out = "<h2>What points had to say</h2>\n" + render::house_table(rows, true);
-  if (all.size() > most_told) out += fmt::format("<p>and {} more sentences: table.csv</p>\n", all.size() - most_told);
+  std::string out = "<h2>Messages of the points</h2>\n" + render::house_table(rows, true);
+  if (all.size() > most_told) out += fmt::format("<p>and {} more messages: table.csv</p>\n", all.size() - most_told);
   return out;
 }
 

@@ -31,9 +31,9 @@ constexpr double small_rotation = 0.5;
 double twist_energy(const ResultBody& body, double gj) {
   const auto n = static_cast<Eigen::Index>(body.nodes.size());
   if (body.rotation.cols() != 3 * n || n < 2 || body.rotation.cwiseAbs().maxCoeff() > small_rotation) return 0.0;
-  std::vector<Eigen::Index> along(static_cast<size_t>(n));
-  for (Eigen::Index k = 0; k < n; ++k) along[static_cast<size_t>(k)] = k;
-  const auto x = [&](Eigen::Index k) { return body.nodes[static_cast<size_t>(k)].origin.x(); };
+  std::vector<Eigen::Index> along(n);
+  for (Eigen::Index k = 0; k < n; ++k) along[k] = k;
+  const auto x = [&](Eigen::Index k) { return body.nodes[k].origin.x(); };
   std::sort(along.begin(), along.end(), [&](Eigen::Index a, Eigen::Index b) { return x(a) < x(b); });
   VecX energy = VecX::Zero(body.rotation.rows());
   for (size_t k = 1; k < along.size(); ++k) {
@@ -78,7 +78,7 @@ void warn_of_held_warping(const Scene& scene, const std::vector<EffectState>& ef
     if (!(less * share > asked)) continue;
     notes.warn(fmt::format("body '{}'", def.name),
                fmt::format("its section '{}' is computed as free to warp; welded at {}, it twists {:.0f} % less: {:.2g} of the elastic "
-                           "energy is twist. A section 'general' with j = {:.4g} has the twist between its ends",
+                           "energy is twist. For the right twist between its ends take a section 'general' with j = {:.4g}",
                            beam->section.shape, ends == 2 ? "both ends" : "one end", 100.0 * less, share, beam->section.j / (1.0 - less)));
   }
 }

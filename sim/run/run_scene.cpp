@@ -169,9 +169,9 @@ void measure_what_shifts_events(const SolverStatistics& run, Alone& alone) {
 void warn_of_unmeasured(std::vector<LeftOutWorth>& worth, Notes& notes) {
   for (const LeftOutWorth& w : worth)
     if (is_deformation(w))
-      notes.warn("", fmt::format("{} of '{}' is left out: it is worth {:.1g} of the range of {} along the motion as it is, but shifts when "
-                                 "friction reverses or bodies touch, which may make it a multiple; add \"{}\" to 'effects', or see what "
-                                 "flexframe effects measures",
+      notes.warn("", fmt::format("{} of '{}' is left out: its influence along this motion is {:.1g} of the range of {}, but it also shifts "
+                                 "when friction reverses or bodies touch, and its influence may be several times that; add \"{}\" to "
+                                 "'effects', or measure it with flexframe effects",
                                  w.effect, fmt::join(w.owners, "', '"), w.share, w.column, w.effect));
   std::erase_if(worth, is_deformation);
 }

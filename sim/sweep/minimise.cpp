@@ -57,7 +57,7 @@ SearchEnd follow(const Sweep& sweep, int s, const std::vector<SweepRow>& rows,
     if (k >= rows.size()) return judge_row(sweep, make(static_cast<long>(s) * sweep.design.runs() + static_cast<long>(k), place));
     const std::vector<double> kept = place_of(sweep, rows[k]);
     if (!kept.empty() && kept != place)
-      throw SimulationError(fmt::format("search {}: its rows do not go on as the search does; begin it anew, without --resume", s + 1));
+      throw SimulationError(fmt::format("search {}: its kept rows are not those of this search; begin it anew, without --resume", s + 1));
     return judge_row(sweep, rows[k]);
   };
   return search_minimum(plan);
@@ -158,8 +158,9 @@ void warn(const Sweep& sweep, const SweepTable& table, FoundMinimum& found) {
   const auto ended = std::count_if(found.searches.begin(), found.searches.end(), [](const auto& s) { return s.ended; });
   if (found.best < 0) {
     if (ended > 0)
-      found.warnings.push_back(sweep.goal->limits.empty() ? "no run gave the response"
-                                                          : "no run keeps all limits: none of its settings is one");
+      found.warnings.push_back(sweep.goal->limits.empty()
+                                   ? "no run gave the response"
+                                   : "no run keeps all limits: widen the ranges or the limits, or allow more runs (--runs)");
     return;
   }
   // Below what the usual tolerance leaves open.
@@ -169,7 +170,7 @@ void warn(const Sweep& sweep, const SweepTable& table, FoundMinimum& found) {
   if (high - low <= 1e-6 * std::max(std::abs(low), std::abs(high)))
     found.warnings.push_back("the response changes by less than a millionth of its size over all runs: these keys do not decide it");
   const long same = std::count_if(found.searches.begin(), found.searches.end(), [](const auto& s) { return s.same; });
-  const auto& winner = found.searches[static_cast<std::size_t>(found.best / sweep.design.runs())];
+  const auto& winner = found.searches[found.best / sweep.design.runs()];
   if (winner.ended && winner.end == SearchEnd::out_of_runs)
     found.warnings.push_back(
         fmt::format("the search that found it had not settled after {} runs: more of them (--runs) find a {} value", winner.runs, word));
@@ -179,7 +180,7 @@ void warn(const Sweep& sweep, const SweepTable& table, FoundMinimum& found) {
   else if (same == 1)
     found.warnings.push_back(
         fmt::format("one search of {} found it, the others ended elsewhere: a {} value may be missed (--searches)", ended, word));
-  if (table.ends[static_cast<std::size_t>(found.best)] == static_cast<std::uint8_t>(PointEnd::warned)) {
+  if (table.ends[found.best] == static_cast<std::uint8_t>(PointEnd::warned)) {
     const auto message = table.messages.find(found.best);
     found.warnings.push_back(fmt::format("its run warned: {}", message == table.messages.end() ? "" : message->second));
   }
@@ -268,7 +269,7 @@ Collected collect_searches(Sweep& sweep, FoundMinimum& found) {
     std::error_code error;
     SearchRows kept;
     if (fs::exists(path, error) && identity_of_rows(path) != sweep.identity)
-      shard.problem = "belongs to another sweep: its scene, question or program is not the same";
+      shard.problem = "belongs to another sweep: its scene, options or program are not the same";
     else kept = read_search(sweep, s);
     FoundMinimum::Search search;
     search.runs = static_cast<long>(kept.rows.size());

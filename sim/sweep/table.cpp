@@ -33,18 +33,18 @@ long SweepTable::rows() const { return static_cast<long>(ends.size()) - std::cou
 long SweepTable::count(PointEnd end) const { return std::count(ends.begin(), ends.end(), static_cast<std::uint8_t>(end)); }
 
 void SweepTable::reset(long points, Eigen::Index responses_of_each) {
-  ends.assign(static_cast<std::size_t>(points), missing);
+  ends.assign(points, missing);
   cpu = VecX::Zero(points);
   error = VecX::Constant(points, -1.0);
   responses = MatX::Constant(points, responses_of_each, std::numeric_limits<double>::quiet_NaN());
-  error_column.assign(static_cast<std::size_t>(points), 0);
+  error_column.assign(points, 0);
   error_columns = {""};
   messages.clear();
 }
 
 void SweepTable::put(SweepRow&& row) {
   if (row.point < 0 || row.point >= static_cast<long>(ends.size()) || has(row.point)) return;
-  const auto at = static_cast<std::size_t>(row.point);
+  const std::size_t at = row.point;
   ends[at] = static_cast<std::uint8_t>(row.end);
   cpu[row.point] = row.cpu;
   error[row.point] = row.error;
@@ -70,7 +70,7 @@ Collected collect_rows(const Sweep& sweep) {
     const long first = number % count;
     shard.points = first < n ? (n - first + shard.shards - 1) / shard.shards : 0;
     if (const std::string identity = identity_of_rows(path); identity != sweep.identity) {
-      shard.problem = identity.empty() ? "is no file of rows" : "belongs to another sweep: its scene, question or program is not the same";
+      shard.problem = identity.empty() ? "is no file of rows" : "belongs to another sweep: its scene, options or program are not the same";
     } else {
       const RowsFile rows = read_rows(path, sweep.responses.size(), take);
       shard.rows = rows.rows;
@@ -89,7 +89,7 @@ void write_table_csv(const Sweep& sweep, const SweepTable& table, const fs::path
   text += ",end,cpu_s,error,error_of,message\n";
   for (long i = 0; i < sweep.design.size(); ++i) {
     if (!table.has(i)) continue;
-    const auto at = static_cast<std::size_t>(i);
+    const std::size_t at = i;
     text += fmt::format("{}", i);
     for (const Design::Value& value : sweep.design.point(i)) text += "," + csv_text(value.text);
     for (Eigen::Index k = 0; k < table.responses.cols(); ++k)
@@ -119,7 +119,7 @@ void write_table_hdf5(const Sweep& sweep, const SweepTable& table, const fs::pat
   std::vector<double> cpu;
   for (long i = 0; i < sweep.design.size(); ++i) {
     if (!table.has(i)) continue;
-    const auto at = static_cast<std::size_t>(i);
+    const std::size_t at = i;
     const std::vector<Design::Value> values = sweep.design.point(i);
     for (std::size_t k = 0; k < values.size(); ++k) {
       numbers(static_cast<Eigen::Index>(point.size()), static_cast<Eigen::Index>(k)) = values[k].number;

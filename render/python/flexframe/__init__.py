@@ -408,7 +408,7 @@ def sweep(
                  maximise: largest; limits: ["max(abs(motor)) <= 200"]; searches, runs of each, precision of the keys in their ranges
     accuracy, tolerance, method, estimate_error, check_effects   as simulate() has them; strict: a run that warns counts as failed
     longest      CPU seconds after which a point is given up; 0: none
-    workers      processes, 0: one a core; resume: keep the rows that folder has of the same scene, question and module
+    workers      processes, 0: one a core; resume: keep the rows that folder has of the same scene, options and module
     plots        diagrams and report.html; progress: called with the share of the points that is done, 0..1; may raise to stop
 
     The rows are those of the program to the last bit. Failed points are rows with their sentence. A point's own warnings are in messages.
