@@ -47,6 +47,28 @@ class SparseMatrix {
   std::vector<Entry> entries_;
 };
 
+// A direct solver of our own for SUNDIALS, which owns it: `Solver` with setup(SUNMatrix) and solve(b, x, count). setup's answer: 0, or 1
+// for a zero pivot, which is recoverable: another step size gives another matrix.
+template <class Solver>
+SUNLinearSolver direct_solver(SUNContext context) {
+  SUNLinearSolver s = SUNLinSolNewEmpty(context);
+  s->content = new Solver;
+  s->ops->gettype = [](SUNLinearSolver) { return SUNLINEARSOLVER_DIRECT; };
+  s->ops->initialize = [](SUNLinearSolver) { return 0; };
+  s->ops->setup = [](SUNLinearSolver self, SUNMatrix A) { return static_cast<Solver*>(self->content)->setup(A); };
+  s->ops->solve = [](SUNLinearSolver self, SUNMatrix, N_Vector x, N_Vector b, double) {
+    static_cast<Solver*>(self->content)->solve(data(b), data(x), N_VGetLength(b));
+    return 0;
+  };
+  s->ops->free = [](SUNLinearSolver self) {
+    delete static_cast<Solver*>(self->content);
+    self->content = nullptr;
+    SUNLinSolFreeEmpty(self);
+    return 0;
+  };
+  return s;
+}
+
 // Newton's matrix 1 - g J of mechanical equations, solved for the rates alone:
 //   (1 - g B - g^2 A) dw = b_w + g A P b_q,   dq = b_q + g T dw,   the rest unchanged.
 struct MechanicalSolver {
@@ -63,10 +85,10 @@ struct MechanicalSolver {
     P.take(jacobian.P);
   }
 
+  int setup(SUNMatrix) { return factorise(); }
   int factorise() {
     matrix = -gamma * jacobian.B - gamma * gamma * jacobian.A;
     matrix.diagonal().array() += 1.0;
-    // A zero pivot is recoverable: another step size gives another matrix.
     return sim::factorise(matrix, order) > 0.0 ? 0 : 1;
   }
 
@@ -86,25 +108,6 @@ struct MechanicalSolver {
     if (x != b) std::copy(b, b + size, x);
     T.add_product(gamma, rates.data(), x);
     Eigen::Map<VecX>(x + nq, nw) = rates;
-  }
-
-  static SUNLinearSolver create(SUNContext context) {
-    SUNLinearSolver s = SUNLinSolNewEmpty(context);
-    s->content = new MechanicalSolver;
-    s->ops->gettype = [](SUNLinearSolver) { return SUNLINEARSOLVER_DIRECT; };
-    s->ops->initialize = [](SUNLinearSolver) { return 0; };
-    s->ops->setup = [](SUNLinearSolver self, SUNMatrix) { return static_cast<MechanicalSolver*>(self->content)->factorise(); };
-    s->ops->solve = [](SUNLinearSolver self, SUNMatrix, N_Vector x, N_Vector b, double) {
-      static_cast<MechanicalSolver*>(self->content)->solve(data(b), data(x), N_VGetLength(b));
-      return 0;
-    };
-    s->ops->free = [](SUNLinearSolver self) {
-      delete static_cast<MechanicalSolver*>(self->content);
-      self->content = nullptr;
-      SUNLinSolFreeEmpty(self);
-      return 0;
-    };
-    return s;
   }
 };
 
@@ -202,32 +205,12 @@ namespace {
 struct DenseSolver {
   Eigen::PartialPivLU<MatX> lu;
 
-  static SUNLinearSolver create(SUNContext context) {
-    SUNLinearSolver s = SUNLinSolNewEmpty(context);
-    s->content = new DenseSolver;
-    s->ops->gettype = [](SUNLinearSolver) { return SUNLINEARSOLVER_DIRECT; };
-    s->ops->initialize = [](SUNLinearSolver) { return 0; };
-    s->ops->setup = [](SUNLinearSolver self, SUNMatrix A) {
-      const Eigen::Index n = SUNDenseMatrix_Rows(A);
-      DenseSolver& me = *static_cast<DenseSolver*>(self->content);
-      me.lu.compute(Eigen::Map<const MatX>(SUNDenseMatrix_Data(A), n, n));
-      // A zero pivot is recoverable: another step size gives another matrix.
-      return me.lu.matrixLU().diagonal().cwiseAbs().minCoeff() > 0.0 ? 0 : 1;
-    };
-    s->ops->solve = [](SUNLinearSolver self, SUNMatrix, N_Vector x, N_Vector b, double) {
-      DenseSolver& me = *static_cast<DenseSolver*>(self->content);
-      const Eigen::Index n = me.lu.matrixLU().rows();
-      Eigen::Map<VecX>(data(x), n) = me.lu.solve(Eigen::Map<const VecX>(data(b), n));
-      return 0;
-    };
-    s->ops->free = [](SUNLinearSolver self) {
-      delete static_cast<DenseSolver*>(self->content);
-      self->content = nullptr;
-      SUNLinSolFreeEmpty(self);
-      return 0;
-    };
-    return s;
+  int setup(SUNMatrix A) {
+    const Eigen::Index n = SUNDenseMatrix_Rows(A);
+    lu.compute(Eigen::Map<const MatX>(SUNDenseMatrix_Data(A), n, n));
+    return lu.matrixLU().diagonal().cwiseAbs().minCoeff() > 0.0 ? 0 : 1;
   }
+  void solve(const double* b, double* x, Eigen::Index size) { Eigen::Map<VecX>(x, size) = lu.solve(Eigen::Map<const VecX>(b, size)); }
 };
 
 }  // namespace
@@ -246,6 +229,7 @@ struct IntegratorCallbacks {
     return flag;
   }
   // The matrix itself stays where MechanicalSolver keeps its parts. SUNDIALS prescribes the parameters.
+  // Parameters: those of SUNDIALS.
   template <class M>
   static int linear_system(double t, N_Vector y, N_Vector, SUNMatrix, SUNMatrix, int still_good, int* renewed, double gamma, void* user,
                            N_Vector, N_Vector, N_Vector) {
@@ -262,6 +246,7 @@ struct IntegratorCallbacks {
     *renewed = still_good ? SUNFALSE : SUNTRUE;
     return 0;
   }
+  // Parameters: those of SUNDIALS.
   template <class M>
   static int linear_system_bdf(double t, N_Vector y, N_Vector dy, SUNMatrix A, int still_good, int* renewed, double gamma, void* user,
                                N_Vector t1, N_Vector t2, N_Vector t3) {
@@ -409,7 +394,7 @@ Integrator::Integrator(const OdeProblem& problem, Method method, double t0, cons
     // SUNDIALS wants a matrix even where the mechanical solver keeps its own.
     const int rows = mechanical ? 1 : problem.size;
     m.matrix = SUNDenseMatrix(rows, rows, m.context);
-    m.linear = mechanical ? MechanicalSolver::create(m.context) : DenseSolver::create(m.context);
+    m.linear = mechanical ? direct_solver<MechanicalSolver>(m.context) : direct_solver<DenseSolver>(m.context);
   }
   // No limit on the number of steps of one call: every call takes one step.
   if (method == Method::adams || method == Method::bdf) set_up_cvode(m, problem, method, t0, mechanical);
