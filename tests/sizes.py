@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Sizes of the sources: tests/sizes.py [--limit LINES] [ROOT]
 
-Prints files, lines and functions of every module and the functions beyond the limit (100 lines). A function may be longer where the
-comment above it says why: "Long: ...". Exits with 1 if one is longer without a reason.
+Prints files, lines and functions of every module, the functions beyond the limit (100 lines) and those with more than six parameters. A
+function may be longer, or have more, where the comment above it says why: "Long: ...", "Parameters: ...". Exits with 1 if one has no
+reason.
 """
 
 import pathlib
@@ -14,8 +15,26 @@ SKIP = re.compile(
 )
 
 
+MOST_PARAMETERS = 6
+
+
+def parameters(head):
+    """How many parameters the head of a function has."""
+    head = re.sub(r'"(?:[^"\\]|\\.)*"', "", head)
+    head = head.replace("operator()", "operator").replace("->", "")
+    at = head.find("(")
+    depth, angle, count = 0, 0, 1
+    for k in range(at, len(head)):
+        depth += (head[k] in "([{") - (head[k] in ")]}")
+        angle += (head[k] == "<") - (head[k] == ">")
+        count += head[k] == "," and depth == 1 and angle == 0
+        if depth == 0:
+            break
+    return count
+
+
 def functions(lines):
-    """(first line, name, lines, comment above) of every function that ends with a brace at its own indent."""
+    """(first line, name, lines, comment above, head) of every function that ends with a brace at its own indent."""
     i = 0
     while i < len(lines):
         line = lines[i]
@@ -35,7 +54,7 @@ def functions(lines):
                         k -= 1
                     name = re.search(r"([\w:~]+)\s*\(", line)
                     if name and not line.strip().startswith(("struct", "class")):
-                        yield i + 1, name.group(1), end - i + 1, " ".join(above)
+                        yield i + 1, name.group(1), end - i + 1, " ".join(above), " ".join(lines[i : j + 1])
                         i = end
         i += 1
 
@@ -56,8 +75,12 @@ def main():
             text = path.read_text(encoding="utf-8").split("\n")
             files += 1
             lines += len(text) - 1
-            for first, name, length, above in functions(text):
+            for first, name, length, above, head in functions(text):
                 count += 1
+                if (given := parameters(head)) > MOST_PARAMETERS:
+                    reason = "Parameters:" in above
+                    bad += not reason
+                    listed.append(f"{path.relative_to(root)}:{first}: {name} {given} parameters{' (with a reason)' if reason else ''}")
                 longest = max(longest, length)
                 if length > limit:
                     beyond += 1

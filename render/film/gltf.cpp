@@ -123,9 +123,16 @@ int add_triangles(Document& d, std::span<const glm::uvec3> triangles) {
   return d.writer.add(triangles.data(), 3 * triangles.size(), 1, type_unsigned, "SCALAR", target_indices);
 }
 
-// A mesh node of a body: its morph weights (targets in a row for each picture), named after the body or its scale.
-void add_body_node(Document& d, const Animation& animation, const sim::ResultBody& body, Json mesh, const std::string& name, int targets,
-                   const std::vector<float>& weights) {
+// Morph weights, `targets` in a row for each picture.
+struct Morph {
+  int targets = 0;
+  std::vector<float> weights;
+};
+
+// A mesh node of a body, named after the body or its scale.
+void add_body_node(Document& d, const Animation& animation, const sim::ResultBody& body, Json mesh, const std::string& name,
+                   const Morph& morph) {
+  const auto& [targets, weights] = morph;
   mesh["name"] = name;
   if (targets > 0) mesh["weights"] = std::vector<float>(weights.begin(), weights.begin() + targets);
   d.meshes.push_back(mesh);
@@ -160,8 +167,8 @@ void add_body(Document& d, const Animation& animation, int b, double scale, cons
   Json mesh = {{"name", body.name}};
 
   // Deformation: targets are differences of positions and normals at a weight of 1 m, scaled to what the sequence reaches.
-  std::vector<float> weights;
-  int targets = 0;
+  Morph morph;
+  auto& [targets, weights] = morph;
   if (model.flexible) {
     const ShapeBasis basis = make_shape_basis(animation, b);
     targets = static_cast<int>(basis.shapes.cols());
@@ -186,7 +193,7 @@ void add_body(Document& d, const Animation& animation, int b, double scale, cons
     }
   }
   mesh["primitives"] = Json::array({primitive});
-  add_body_node(d, animation, body, mesh, body.name, targets, weights);
+  add_body_node(d, animation, body, mesh, body.name, morph);
   report.morph_targets += targets;
   if (!extras.ghosts || targets == 0 || model.ghost == GhostStyle::none || !(scale > 0.0)) return;
   // The same arrays once more in a pale material, with larger weights.
@@ -195,9 +202,9 @@ void add_body(Document& d, const Animation& animation, int b, double scale, cons
     if (ghost == animation.scales.front()) continue;
     primitive["material"] = add_material(d, body.name + " ghost", material, ghost_opacity * model.opacity, !model.closed);
     mesh["primitives"] = Json::array({primitive});
-    std::vector<float> larger;
-    for (const float weight : weights) larger.push_back(static_cast<float>(weight * ghost / scale));
-    add_body_node(d, animation, body, mesh, fmt::format("{} x {:g}", body.name, ghost), targets, larger);
+    Morph larger = morph;
+    for (float& weight : larger.weights) weight = static_cast<float>(weight * ghost / scale);
+    add_body_node(d, animation, body, mesh, fmt::format("{} x {:g}", body.name, ghost), larger);
   }
 }
 
@@ -209,7 +216,7 @@ void add_trace(Document& d, const Animation& animation, const FramePlace& trace)
     const SamplePlace at = find_sample(animation.results->times, picture_time(animation, k));
     points.emplace_back(place_pose(*animation.results, trace, at, animation.scales.front())[3]);
   }
-  const std::string name = trace.body < 0 ? "trace" : "trace of " + animation.results->bodies[static_cast<size_t>(trace.body)].name;
+  const std::string name = trace.body < 0 ? "trace" : "trace of " + animation.results->bodies[trace.body].name;
   const Json primitive = {
       {"attributes", {{"POSITION", d.writer.add_vectors(points, true)}}},
       {"mode", line_strip},

@@ -20,7 +20,7 @@ constexpr const char* later_opacity = "0.55";
 sim::MatX resampled(const sim::MatX& rows, const std::vector<SamplePlace>& places) {
   sim::MatX out(rows.rows() == 0 ? 0 : std::ssize(places), rows.cols());
   for (Eigen::Index i = 0; i < out.rows(); ++i) {
-    const SamplePlace& at = places[static_cast<size_t>(i)];
+    const SamplePlace& at = places[i];
     out.row(i) = rows.row(at.index);
     if (at.share > 0.0) out.row(i) += at.share * (rows.row(at.index + 1) - rows.row(at.index));
   }
@@ -36,7 +36,7 @@ sim::ResultBody body_at(const sim::ResultBody& body, const std::vector<SamplePla
   interp::Points displacement, rotation;
   if (body.rotation.size() > 0) out.rotation.resize(nt, body.rotation.cols());
   for (Eigen::Index i = 0; i < nt; ++i) {
-    const SamplePlace& at = places[static_cast<size_t>(i)];
+    const SamplePlace& at = places[i];
     const auto quaternion = [&](Eigen::Index k) {
       return sim::Quat(body.orientation(k, 0), body.orientation(k, 1), body.orientation(k, 2), body.orientation(k, 3));
     };
@@ -99,20 +99,26 @@ sim::BodyDef definition_of(const sim::ResultBody& body, const sim::Scene* scene)
   return def;
 }
 
-void add_bodies(const Run& run, size_t number, const std::vector<SamplePlace>& places, const sim::Vec3& aside, bool see_through,
-                const std::optional<glm::vec3>& color, RunsTogether& together) {
+// How a run's bodies differ from those of the scene.
+struct RunLook {
+  sim::Vec3 aside;  // m
+  bool see_through;
+  std::optional<glm::vec3> color;  // none: the bodies' own
+};
+
+void add_bodies(const Run& run, size_t number, const std::vector<SamplePlace>& places, const RunLook& look, RunsTogether& together) {
   for (const sim::ResultBody& body : run.results->bodies) {
     sim::BodyDef def = definition_of(body, run.scene);
     sim::ResultBody copy = number == 0 ? body : body_at(body, places);
     if (number > 0) copy.name = run.name + ": " + body.name;
-    copy.position.rowwise() += aside.transpose();
+    copy.position.rowwise() += look.aside.transpose();
     def.name = copy.name;
-    if (color) {
-      def.drawing["color"] = fmt::format("[{:.4f}, {:.4f}, {:.4f}]", color->r, color->g, color->b);
+    if (look.color) {
+      def.drawing["color"] = fmt::format("[{:.4f}, {:.4f}, {:.4f}]", look.color->r, look.color->g, look.color->b);
       for (sim::ShapeDef& shape : def.shapes) shape.color.clear();
       copy.color.clear();
     }
-    if (see_through) def.drawing["opacity"] = later_opacity;
+    if (look.see_through) def.drawing["opacity"] = later_opacity;
     together.results.bodies.push_back(std::move(copy));
     together.scene.bodies.push_back(std::move(def));
   }
@@ -221,7 +227,7 @@ RunsTogether put_together(std::span<const Run> runs, bool beside, bool by_run, R
     if (by_run) color = render::category_color(static_cast<int>(r));
     if (by_run) settings.runs.emplace_back(runs[r].name, *color);
     if (r > 0) add_joints(runs[r], of_run, static_cast<double>(r) * step, together);
-    add_bodies(runs[r], r, of_run, static_cast<double>(r) * step, r > 0 && !beside, color, together);
+    add_bodies(runs[r], r, of_run, {static_cast<double>(r) * step, r > 0 && !beside, color}, together);
   }
   add_outputs(runs, places, settings, together);
   return together;

@@ -254,12 +254,19 @@ std::optional<SweepPlot> contour_map(const sim::Sweep& sweep, const sim::SweepTa
 
 // ---- Indices of sensitivity as bars.
 
-void bar_with_range(FlatDrawing& out, const FlatAxis& axis, double left, double width, double y, double height, double value,
-                    const std::optional<dvec2>& range, const vec3& color) {
-  const double zero = left + width * axis.at(0.0), end = left + width * axis.at(value);
-  out.fill_box(std::min(zero, end), y, std::max(0.5, std::abs(end - zero)), height, color);
+// Where a bar lies: its axis from left over width, px, and its upper edge.
+struct BarPlace {
+  const FlatAxis& axis;
+  double left, width, y;
+};
+
+void bar_with_range(FlatDrawing& out, const BarPlace& place, double value, const std::optional<dvec2>& range, const vec3& color) {
+  constexpr double height = 15.0;
+  const auto along = [&](double x) { return place.left + place.width * place.axis.at(x); };
+  const double zero = along(0.0), end = along(value);
+  out.fill_box(std::min(zero, end), place.y, std::max(0.5, std::abs(end - zero)), height, color);
   if (!range) return;
-  const double a = left + width * axis.at(range->x), b = left + width * axis.at(range->y), middle = y + 0.5 * height;
+  const double a = along(range->x), b = along(range->y), middle = place.y + 0.5 * height;
   out.strokes.push_back({{{a, middle}, {b, middle}}, 1.2, flat_ink, 1.0f, 0.0});
   for (const double x : {a, b}) out.strokes.push_back({{{x, middle - 4.0}, {x, middle + 4.0}}, 1.2, flat_ink, 1.0f, 0.0});
 }
@@ -292,8 +299,8 @@ SweepPlot bars(const sim::Sweep& sweep, const sim::Sensitivity& s) {
     const double y = top + row * static_cast<double>(k) + 6.0;
     const double one = sobol ? s.sobol[k].first : s.morris[k].mean_size, two = sobol ? s.sobol[k].total : s.morris[k].deviation;
     const auto range = [&](double a, double b) { return sobol ? std::optional<dvec2>(dvec2(a, b)) : std::nullopt; };
-    bar_with_range(out, axis, left, width, y, 15.0, one, sobol ? range(s.sobol[k].first_low, s.sobol[k].first_high) : std::nullopt, first);
-    bar_with_range(out, axis, left, width, y + 17.0, 15.0, two, sobol ? range(s.sobol[k].total_low, s.sobol[k].total_high) : std::nullopt,
+    bar_with_range(out, {axis, left, width, y}, one, sobol ? range(s.sobol[k].first_low, s.sobol[k].first_high) : std::nullopt, first);
+    bar_with_range(out, {axis, left, width, y + 17.0}, two, sobol ? range(s.sobol[k].total_low, s.sobol[k].total_high) : std::nullopt,
                    second);
     out.words.push_back(
         {{left - 8.0, y + 21.0}, render::fit_text(sweep.design.axes()[k].key, 13.0, left - 24.0), 13.0, flat_ink, FlatAnchor::right});

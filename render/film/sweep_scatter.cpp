@@ -133,9 +133,15 @@ SweepPlot histogram(const std::string& name, const std::string& file, std::vecto
   return plot;
 }
 
+struct OnAxis {
+  const SweepColumn& column;
+  const FlatAxis& axis;
+};
+
 // Dots that show where many lie: opacity falls with their number.
-void scatter(FlatDrawing& out, const dvec2& corner, double size, const SweepColumn& x, const SweepColumn& y, const FlatAxis& ax,
-             const FlatAxis& ay) {
+void scatter(FlatDrawing& out, const dvec2& corner, double size, const OnAxis& along_x, const OnAxis& along_y) {
+  const auto& [x, ax] = along_x;
+  const auto& [y, ay] = along_y;
   // Of many points some, by a step that shares no pattern with the blocks of a design.
   const long n = x.values.size(), shown = std::min(n, static_cast<long>(most_dots));
   for (long k = 0; k < shown; ++k) {
@@ -167,7 +173,7 @@ SweepPlot matrix(const std::vector<SweepColumn>& columns, std::size_t left_out, 
       const dvec2 corner(left + (size + gap) * static_cast<double>(col), top + (size + gap) * static_cast<double>(row));
       out.strokes.push_back(
           {{corner, corner + dvec2(size, 0.0), corner + dvec2(size, size), corner + dvec2(0.0, size), corner}, 1.0, flat_grey, 1.0f, 0.0});
-      if (row > col) scatter(out, corner, size, columns[col], columns[row], axes[col], axes[row]);
+      if (row > col) scatter(out, corner, size, {columns[col], axes[col]}, {columns[row], axes[row]});
       if (row == col) {
         const Bins bins = bins_of(sorted[row], columns[row].logarithmic);
         for (std::size_t k = 0; k < bins.counts.size(); ++k) {

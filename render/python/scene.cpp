@@ -36,6 +36,7 @@ sim::Method method_of(const std::string& word) {
 
 namespace {
 
+// Parameters: one a word of ff.simulate.
 std::shared_ptr<sim::Results> simulate(const Scene& scene, std::optional<double> accuracy, std::optional<double> tolerance,
                                        const std::optional<std::string>& method, bool estimate_error, bool check_effects,
                                        const py::object& progress) {

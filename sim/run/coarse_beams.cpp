@@ -293,16 +293,16 @@ double moved_share(const std::string& unit, const Swing& swing, const BeamDef& b
 namespace {
 
 // What an error of the deflection, m, does to the outputs on the body; none: share 0.
-CoarseBeam worst_output(const Scene& scene, const Histories& run, const VecX& ranges, const std::string& body, const BeamDef& beam,
-                        const Swing& swing, double error) {
-  CoarseBeam worst{body, "", 0.0, swing.omega / (2.0 * std::numbers::pi), 0, 0};
+CoarseBeam worst_output(const Scene& scene, const Histories& run, const VecX& ranges, const BodyDef& body, const Swing& swing,
+                        double error) {
+  CoarseBeam worst{body.name, "", 0.0, swing.omega / (2.0 * std::numbers::pi), 0, 0};
   for (size_t c = 0; c < run.columns.size(); ++c) {
     const OutputDef* output = output_of(scene, run.columns[c]);
     double range = ranges[static_cast<Eigen::Index>(c)];
     // What stands still counts against the deflection.
     if (range == 0.0 && run.units[c] == "m" && !swing.about) range = swing.range;
-    if (!output || !(range > 0.0) || !belongs_to(scene, *output, body)) continue;
-    const double share = moved_share(run.units[c], swing, beam, error, range);
+    if (!output || !(range > 0.0) || !belongs_to(scene, *output, body.name)) continue;
+    const double share = moved_share(run.units[c], swing, std::get<BeamDef>(body.kind), error, range);
     if (share > worst.share) worst.share = share, worst.column = run.columns[c];
   }
   return worst;
@@ -353,7 +353,7 @@ std::vector<CoarseBeam> coarse_beams(const Scene& scene, const std::vector<Effec
     const Swing swing = swing_of(*body, duration);
     CoarseBeam worst;
     const auto judge = [&](const Swing& one) {
-      worst = worst_output(scene, run, ranges, def.name, *beam, one, missed_by_elements(*beam, one, bending, duration) * one.range);
+      worst = worst_output(scene, run, ranges, def, one, missed_by_elements(*beam, one, bending, duration) * one.range);
       if (!(worst.share > 0.0)) return;
       const bool second_order = beam->model == BeamModel::lumped || one.along || one.about || bending.wave_speed_2 > 0.0;
       worst.elements = beam->elements * (beam->model == BeamModel::mixed ? beam->volumes : 1);
@@ -366,7 +366,7 @@ std::vector<CoarseBeam> coarse_beams(const Scene& scene, const std::vector<Effec
     judge(swing);
     if (beam->axis) {
       const double missed = missed_by_chords(*beam, def.name, effects, is_held(scene, def.name, "root"), largest_deflection(*body));
-      worst = worst_output(scene, run, ranges, def.name, *beam, swing, missed * swing.range);
+      worst = worst_output(scene, run, ranges, def, swing, missed * swing.range);
       if (!(worst.share > enough)) continue;
       worst.cause = CoarseBeam::Cause::axis;
       worst.elements = beam->volumes;
@@ -375,7 +375,7 @@ std::vector<CoarseBeam> coarse_beams(const Scene& scene, const std::vector<Effec
       continue;
     }
     if (beam->stations.empty()) continue;
-    worst = worst_output(scene, run, ranges, def.name, *beam, swing, missed_by_pieces(scene, *beam, def.name, effects) * swing.range);
+    worst = worst_output(scene, run, ranges, def, swing, missed_by_pieces(scene, *beam, def.name, effects) * swing.range);
     if (!(worst.share > enough)) continue;
     BeamDef finer = *beam;
     while (finer.volumes < most_volumes && missed_by_pieces(scene, finer, def.name, effects) > enough) ++finer.volumes;
