@@ -88,7 +88,7 @@ StudyBlock advice_table(const Study& s) {
       out.rows.push_back({fmt::format("{:g}", a.wanted), "no setting of this study reaches it", "", ""});
       continue;
     }
-    const StudyPoint& p = s.points[static_cast<std::size_t>(a.point)];
+    const StudyPoint& p = s.points[a.point];
     out.rows.push_back({fmt::format("{:g}", a.wanted), p.setting, fmt::format("{:.4f}", p.median_cpu),
                         error_text(p.error, p.floor, 3.0 * s.reference_error)});
   }
@@ -140,6 +140,13 @@ void keep_front(DiagramSeries& series) {
   std::erase_if(series.points, [&](const DiagramPoint& p) { return p.y > 0.9 * best || (best = p.y, false); });
 }
 
+// The diagram's series of that name, which is begun where there is none.
+DiagramSeries& series_of(Diagram& d, const std::string& label, bool line) {
+  for (DiagramSeries& one : d.series)
+    if (one.label == label) return one;
+  return d.series.emplace_back(DiagramSeries{label, {}, line, false});
+}
+
 Diagram axis_diagram(const Study& s, const std::string& axis) {
   Diagram d;
   d.title = fmt::format("{}: {}", s.title, axis);
@@ -149,9 +156,7 @@ Diagram axis_diagram(const Study& s, const std::string& axis) {
   d.note = "hollow: at the floor of the reference";
   for (const StudyPoint& p : s.points) {
     if (p.axis != axis || p.error < 0.0 || p.error > most_drawn) continue;
-    auto at = std::find_if(d.series.begin(), d.series.end(), [&](const DiagramSeries& one) { return one.label == p.series; });
-    if (at == d.series.end()) at = d.series.insert(d.series.end(), DiagramSeries{p.series, {}, true, false});
-    at->points.push_back({p.median_cpu, p.error, p.floor, p.knob > 0.0 ? fmt::format("{:g}", p.knob) : p.label});
+    series_of(d, p.series, true).points.push_back({p.median_cpu, p.error, p.floor, p.knob > 0.0 ? fmt::format("{:g}", p.knob) : p.label});
   }
   if (axis == "model") {
     d.title = s.title + ": models of the beam at equal error";
@@ -193,10 +198,8 @@ Diagram picture_diagram(const Study& s) {
   d.y_label = "error";
   for (const PicturePoint& p : s.pictures) {
     if (!p.failure.empty()) continue;
-    const std::string label = fmt::format("{}, {}", p.axis, p.series);
-    auto at = std::find_if(d.series.begin(), d.series.end(), [&](const DiagramSeries& one) { return one.label == label; });
-    if (at == d.series.end()) at = d.series.insert(d.series.end(), DiagramSeries{label, {}, p.knob > 0.0, false});
-    at->points.push_back({p.cpu, p.error, false, p.knob > 0.0 ? fmt::format("{:g}", p.knob) : p.label});
+    DiagramSeries& series = series_of(d, fmt::format("{}, {}", p.axis, p.series), p.knob > 0.0);
+    series.points.push_back({p.cpu, p.error, false, p.knob > 0.0 ? fmt::format("{:g}", p.knob) : p.label});
   }
   return d;
 }

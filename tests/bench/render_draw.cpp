@@ -5,6 +5,7 @@
 #include "render/draw/renderer.h"
 #include "render/frame/camera.h"
 #include "render/image/png.h"
+#include "tests/bench/cpu.h"
 #include "tests/unit/render_solids.h"
 
 #include <fmt/core.h>
@@ -12,19 +13,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <ctime>
 #include <string>
 #include <vector>
 
 using namespace flexframe::render;
 
 namespace {
-
-double cpu_milliseconds() {
-  timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
-}
 
 double median(std::vector<double> values) {
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
@@ -76,7 +70,7 @@ int main(int argc, char** argv) {
       p.camera = fit_camera(p, corners, default_view(corners, glm::dvec3(0.0)));
       std::vector<double> deform, draw, filter, overlay, png, all;
       for (int k = -1; k < pictures; ++k) {
-        const double start = cpu_milliseconds();
+        const double start = 1e3 * flexframe::test::process_seconds();
         const float amplitude = 0.2f * std::sin(0.3f * static_cast<float>(k));
         for (std::size_t i = 0; i < positions.size(); ++i) {
           displacement[i] = amplitude * std::sin(3.1f * tube.positions[i].x);
@@ -88,11 +82,11 @@ int main(int argc, char** argv) {
         s.normals = normals;
         s.scalars = displacement;
         p.surfaces = {s};
-        const double deformed = cpu_milliseconds();
+        const double deformed = 1e3 * flexframe::test::process_seconds();
         const Image image = renderer.draw(p);
-        const double drawn = cpu_milliseconds();
+        const double drawn = 1e3 * flexframe::test::process_seconds();
         const auto bytes = encode_png(image);
-        const double end = cpu_milliseconds();
+        const double end = 1e3 * flexframe::test::process_seconds();
         if (k < 0) continue;  // shaders are compiled with the first picture
         deform.push_back(deformed - start);
         draw.push_back(1e3 * renderer.times().draw);

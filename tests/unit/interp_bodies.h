@@ -52,6 +52,22 @@ inline Body make_sheet(double a, double b, int nx, int ny, double z = 0.0) {
   return make_body(v, t);
 }
 
+// Half a thin-walled tube of radius 0.2 along x, 2 long and open along its length.
+inline Body half_tube() {
+  std::vector<Vec3> v;
+  std::vector<std::array<int, 3>> t;
+  for (int i = 0; i < 41; ++i)
+    for (int k = 0; k < 17; ++k)
+      v.emplace_back(0.05 * i, 0.2 * std::cos(std::numbers::pi * k / 16), 0.2 * std::sin(std::numbers::pi * k / 16));
+  for (int i = 0; i < 40; ++i)
+    for (int k = 0; k < 16; ++k) {
+      const int a = 17 * i + k;
+      t.push_back({a, a + 17, a + 18});
+      t.push_back({a, a + 18, a + 1});
+    }
+  return make_body(v, t);
+}
+
 // Surface of the occupied cells of a grid with the given lines.
 template <typename Occupied>
 Body make_blocks(const std::vector<double>& x, const std::vector<double>& y, const std::vector<double>& z, const Occupied& occupied) {

@@ -4,6 +4,7 @@
 #include "render/image/image_compare.h"
 #include "render/image/png.h"
 #include "sim/base/error.h"
+#include "tests/unit/render_front.h"
 #include "tests/unit/render_solids.h"
 
 #include <glm/gtc/matrix_transform.hpp>
@@ -20,37 +21,6 @@
 
 namespace flexframe::render {
 namespace {
-
-Renderer& renderer() {
-  static Renderer r;
-  return r;
-}
-
-Surface surface_of(const Shape& shape) {
-  Surface s;
-  s.positions = shape.positions;
-  s.normals = shape.normals;
-  s.triangles = shape.triangles;
-  s.two_sided = false;
-  return s;
-}
-
-// Camera at z = 5, one unit is 100 pixels.
-Picture front_view() {
-  Picture p;
-  p.size = {400, 300};
-  p.camera.projection = Projection::orthographic;
-  p.camera.height = 3.0;
-  p.camera.position = {0, 0, 5};
-  p.background.top = p.background.bottom = glm::vec3(1.0f);
-  p.look = plain_look();
-  return p;
-}
-
-glm::ivec3 at(const Image& image, int x, int y) {
-  const std::uint8_t* p = &image.pixels[(std::size_t(y) * image.width + x) * image.channels];
-  return {p[0], p[1], p[2]};
-}
 
 // The scene of the determinism tests: everything at once.
 struct Zoo {

@@ -5,6 +5,7 @@
 #include "render/frame/camera.h"
 #include "render/image/pdf_sheet.h"
 #include "render/image/png.h"
+#include "tests/unit/render_front.h"
 #include "tests/unit/render_solids.h"
 
 #include <gtest/gtest.h>
@@ -18,37 +19,6 @@
 
 namespace flexframe::render {
 namespace {
-
-Renderer& renderer() {
-  static Renderer r;
-  return r;
-}
-
-Surface surface_of(const Shape& shape) {
-  Surface s;
-  s.positions = shape.positions;
-  s.normals = shape.normals;
-  s.triangles = shape.triangles;
-  s.two_sided = false;
-  return s;
-}
-
-// Camera at z = 5, one unit is 100 pixels.
-Picture front_view() {
-  Picture p;
-  p.size = {400, 300};
-  p.camera.projection = Projection::orthographic;
-  p.camera.height = 3.0;
-  p.camera.position = {0, 0, 5};
-  p.background.top = p.background.bottom = glm::vec3(1.0f);
-  p.look = plain_look();
-  return p;
-}
-
-glm::ivec3 at(const Image& image, int x, int y) {
-  const std::uint8_t* p = &image.pixels[(std::size_t(y) * image.width + x) * image.channels];
-  return {p[0], p[1], p[2]};
-}
 
 // Objects of a PDF by their number, found by its table as a reader does.
 std::vector<std::string> objects_of(const std::string& pdf) {

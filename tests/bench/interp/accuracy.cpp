@@ -8,11 +8,11 @@
 #include "render/frame/camera.h"
 #include "render/image/png.h"
 #include "render/picture/mesh.h"
+#include "tests/bench/cpu.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -23,12 +23,6 @@ namespace {
 using namespace flexframe;
 using interp::Points;
 using interp::Scheme;
-
-double cpu() {
-  timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 interp::MeshView view_of(const render::Mesh& mesh) {
   return {Eigen::Map<const Points>(&mesh.positions[0].x, static_cast<Eigen::Index>(mesh.positions.size()), 3),
@@ -84,9 +78,9 @@ Case measure(const ConRod& rod, Scheme scheme, int count) {
   options.threads = 1;
   options.lebesgue_error = std::numeric_limits<double>::infinity();
   Case c;
-  const double start = cpu();
+  const double start = test::process_seconds();
   const interp::Map map = interp::make_map(nodes, view, options);
-  c.seconds = cpu() - start;
+  c.seconds = test::process_seconds() - start;
   c.lebesgue = map.report.lebesgue;
   std::vector<char> is_node(rod.mesh.positions.size(), 0);
   for (int i = 0; i < count; ++i) is_node[static_cast<size_t>(rod.order[static_cast<size_t>(i)])] = 1;

@@ -2,22 +2,15 @@
 // (interp/README.md).
 //   interp_schemes            error of three modes in per cent, kernel / elastic, and CPU seconds of elastic at 97 nodes
 #include "interp/map.h"
+#include "tests/bench/cpu.h"
 #include "tests/unit/interp_bodies.h"
 
 #include <fmt/format.h>
-
-#include <ctime>
 
 namespace {
 
 using namespace flexframe;
 using interp::Points;
-
-double cpu() {
-  timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 template <class Modes>
 void row(const char* name, const test::Body& body, const Modes& modes, const std::vector<int>& given) {
@@ -32,9 +25,9 @@ void row(const char* name, const test::Body& body, const Modes& modes, const std
       options.scheme = elastic ? interp::Scheme::elastic : interp::Scheme::kernel;
       options.precise = true;
       options.threads = 1;
-      const double start = cpu();
+      const double start = test::process_seconds();
       const interp::Map map = interp::make_map(test::nodes_at(body.v, pick, n), body.view(), options);
-      if (elastic && n == 97) setup = cpu() - start;
+      if (elastic && n == 97) setup = test::process_seconds() - start;
       test::FieldError e;
       for (const Points& mode : modes) e.add(interp::apply_linear(map, test::rows_at(mode, pick, n), Points(0, 3)), mode, pick, n);
       error[elastic] = 100.0 * e.relative();
@@ -55,18 +48,7 @@ int main() {
   const test::ConRod rod = test::read_conrod();
   row("con rod", rod.body, rod.mode, rod.order);
   // Half a tube bent with rigid sections: no twist.
-  std::vector<interp::Vec3> v;
-  std::vector<std::array<int, 3>> t;
-  for (int i = 0; i < 41; ++i)
-    for (int k = 0; k < 17; ++k)
-      v.emplace_back(0.05 * i, 0.2 * std::cos(std::numbers::pi * k / 16), 0.2 * std::sin(std::numbers::pi * k / 16));
-  for (int i = 0; i < 40; ++i)
-    for (int k = 0; k < 16; ++k) {
-      const int a = 17 * i + k;
-      t.push_back({a, a + 17, a + 18});
-      t.push_back({a, a + 18, a + 1});
-    }
-  const test::Body tube = test::make_body(v, t);
+  const test::Body tube = test::half_tube();
   const test::Cantilever bend(1);
   Points mode(tube.v.rows(), 3);
   for (Eigen::Index i = 0; i < mode.rows(); ++i)

@@ -4,12 +4,12 @@
 //   interp_speed --evaluate   only the evaluation that scipy_rbf.py is compared with: 1000 nodes, 100 000 vertices
 #include "interp/map.h"
 #include "interp/modes.h"
+#include "tests/bench/cpu.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <cstring>
-#include <ctime>
 #include <fstream>
 #include <limits>
 #include <numbers>
@@ -19,17 +19,11 @@ namespace {
 
 using namespace flexframe::interp;
 
-double cpu() {
-  timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
 template <typename Work>
 double once(const Work& work) {
-  const double start = cpu();
+  const double start = flexframe::test::process_seconds();
   work();
-  return cpu() - start;
+  return flexframe::test::process_seconds() - start;
 }
 
 // Torus with about m vertices: closed, curved both ways.

@@ -6,6 +6,7 @@
 //   bench_by_hand [ROWS.csv]     ninja work_precision makes examples/studies/by_hand again
 #include "sim/scene/scene_reader.h"
 #include "sim/simulate.h"
+#include "tests/bench/cpu.h"
 
 #include <cvode/cvode.h>
 #include <fmt/format.h>
@@ -15,7 +16,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <functional>
 #include <stdexcept>
 #include <string>
@@ -43,12 +43,6 @@ struct Run {
   double seconds = 0.0;
   long evaluations = 0;
 };
-
-double cpu_seconds() {
-  timespec t;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 std::string rigid(const char* name, const std::string& rest) {
   return fmt::format("[[body]]\nname = \"{}\"\nkind = \"rigid\"\n{}\n", name, rest);
@@ -234,7 +228,7 @@ Run run_by_hand(const Mechanism& m, double tolerance) {
   expect(SUNContext_Create(nullptr, &context), "SUNContext_Create");
   N_Vector y = N_VNew_Serial(static_cast<sunindextype>(m.start.size()), context);
   std::copy(m.start.begin(), m.start.end(), N_VGetArrayPointer(y));
-  const double begin = cpu_seconds();
+  const double begin = flexframe::test::process_seconds();
   void* solver = CVodeCreate(CV_ADAMS, context);
   expect(CVodeInit(solver, by_hand_rate, 0.0, y), "CVodeInit");
   expect(CVodeSStolerances(solver, tolerance, tolerance), "CVodeSStolerances");
@@ -249,7 +243,7 @@ Run run_by_hand(const Mechanism& m, double tolerance) {
     expect(CVode(solver, k / m.rate, y, &t, CV_NORMAL), "CVode");
     out.values.push_back(m.output(t, N_VGetArrayPointer(y)));
   }
-  out.seconds = cpu_seconds() - begin;
+  out.seconds = flexframe::test::process_seconds() - begin;
   out.evaluations = side.evaluations;
   SUNNonlinSolFree(iteration);
   CVodeFree(&solver);

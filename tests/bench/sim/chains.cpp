@@ -5,22 +5,16 @@
 //   bench_chains [ROWS.csv]
 #include "sim/scene/scene_reader.h"
 #include "sim/start/make_system.h"
+#include "tests/bench/cpu.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 
 namespace {
 
 using namespace flexframe::sim;
-
-double cpu_seconds() {
-  timespec t;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 std::string chain(int n, bool flexible) {
   std::string scene = "[simulation]\nduration = 1\ngravity = [0, -9.81, 0]\n";
@@ -77,9 +71,9 @@ double per_evaluation(int n, const std::string& scene) {
   double least = 1e9;
   for (int round = 0; round < 7; ++round) {
     const int repeats = std::max(2, 4000 / n);
-    const double start = cpu_seconds();
+    const double start = flexframe::test::process_seconds();
     for (int k = 0; k < repeats; ++k) state_rate(system, 0.0, y.data(), dy.data());
-    least = std::min(least, (cpu_seconds() - start) / repeats);
+    least = std::min(least, (flexframe::test::process_seconds() - start) / repeats);
   }
   return least;
 }

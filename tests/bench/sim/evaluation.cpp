@@ -11,12 +11,12 @@
 #include "sim/run/integrate_run.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/start/make_system.h"
+#include "tests/bench/cpu.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cstdlib>
-#include <ctime>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,12 +24,6 @@
 namespace {
 
 using namespace flexframe::sim;
-
-double cpu_seconds() {
-  timespec t;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 struct Cost {
   double setup = 1e9, run = 1e9, evaluation = 1e9;  // s
@@ -43,26 +37,26 @@ double time_evaluations(System& system, const std::vector<double>& times, const 
   const long rounds = std::max(1L, 2000L / static_cast<long>(states.size()));
   VecX dy(states.front().size());
   long done = 0;
-  const double start = cpu_seconds();
+  const double start = flexframe::test::process_seconds();
   for (long r = 0; r < rounds; ++r)
     for (size_t i = 0; i < states.size(); ++i)
       if (states[i].size() == dy.size()) state_rate(system, times[i], states[i].data(), dy.data()), ++done;
-  return (cpu_seconds() - start) / static_cast<double>(std::max(1L, done));
+  return (flexframe::test::process_seconds() - start) / static_cast<double>(std::max(1L, done));
 }
 
 Cost measure(const std::string& file, long runs) {
   Cost out;
   for (long go = 0; go < runs; ++go) {
-    double start = cpu_seconds();
+    double start = flexframe::test::process_seconds();
     const Scene scene = read_scene(file);
     System system = make_system(scene);
-    out.setup = std::min(out.setup, cpu_seconds() - start);
+    out.setup = std::min(out.setup, flexframe::test::process_seconds() - start);
     const std::vector<double> times = sample_times(scene.simulation);
     RunSpan span = whole_run(scene.simulation, times);
     std::vector<double> at;
     std::vector<VecX> states;
     int indefinite = -1;
-    start = cpu_seconds();
+    start = flexframe::test::process_seconds();
     const SolverStatistics s = integrate(
         system, scene.simulation.method, span, {},
         [&](System&, double t, const VecX& y) {
@@ -70,7 +64,7 @@ Cost measure(const std::string& file, long runs) {
           states.push_back(y);
         },
         indefinite);
-    out.run = std::min(out.run, cpu_seconds() - start);
+    out.run = std::min(out.run, flexframe::test::process_seconds() - start);
     out.steps = s.steps;
     out.evaluations = system.evaluations;
     out.method = s.method;
