@@ -149,7 +149,7 @@ void write_whole_file(const std::filesystem::path& path, std::string_view conten
   int reason = 0;
   while (!content.empty() && reason == 0) {
     const ssize_t written = ::write(file, content.data(), content.size());
-    if (written >= 0) content.remove_prefix(static_cast<std::size_t>(written));
+    if (written >= 0) content.remove_prefix(written);
     else if (errno != EINTR) reason = errno;
   }
   if (::close(file) != 0 && reason == 0) reason = errno;
