@@ -84,7 +84,7 @@ double piece_start(const BeamDef& beam, int k) {
 double piece_length(const BeamDef& beam, int k) {
   if (beam.stations.empty()) return beam.length / piece_count(beam);
   const std::vector<double> all = borders(beam);
-  return (all[static_cast<size_t>(k) + 1] - all[k]) * beam.length;
+  return (all[k + 1] - all[k]) * beam.length;
 }
 
 Section section_at(const BeamDef& beam, double s) {
@@ -135,8 +135,8 @@ std::pair<int, double> locate_piece(const BeamDef& beam, double s) {
   if (!beam.stations.empty()) {
     const std::vector<double> all = borders(beam);
     int k = 0;
-    while (k + 1 < pieces && s > all[static_cast<size_t>(k) + 1] * (1.0 + 1e-12)) ++k;
-    const double from = all[k], to = all[static_cast<size_t>(k) + 1];
+    while (k + 1 < pieces && s > all[k + 1] * (1.0 + 1e-12)) ++k;
+    const double from = all[k], to = all[k + 1];
     return {k, std::clamp((s - from) / (to - from), 0.0, 1.0)};
   }
   const double at = s * pieces;

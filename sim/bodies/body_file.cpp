@@ -104,7 +104,7 @@ void write_nodes(hid_t file, const FlexibleBody& b) {
   std::vector<double> second_nodes, stress_nodes;
   bool turned = false;
   for (Eigen::Index i = 0; i < rows; ++i) {
-    const FlexibleNode& node = b.nodes[static_cast<size_t>(i)];
+    const FlexibleNode& node = b.nodes[i];
     names.push_back(node.name);
     origin.row(i) = node.origin.transpose();
     axes.row(i) = Mat3(node.rotation.transpose()).reshaped().transpose();
@@ -228,7 +228,7 @@ void read_nodes(const Reader& reader, hid_t file, FlexibleBody& b) {
   const MatX phi = reader.numbers(group, "phi", path, {nn, 3, n}, n == 0), psi = reader.numbers(group, "psi", path, {nn, 3, n}, true);
   for (Eigen::Index i = 0; i < origin.rows(); ++i) {
     FlexibleNode node;
-    node.name = names[static_cast<size_t>(i)];
+    node.name = names[i];
     if (std::find(names.begin(), names.begin() + i, node.name) != names.begin() + i)
       reader.fail("dataset '/nodes/names'", fmt::format("names '{}' twice", node.name));
     node.origin = origin.row(i).transpose();

@@ -163,7 +163,7 @@ FlexibleBody keep_lowest(const FlexibleBody& body, const std::array<int, 4>& cou
   MatX T(body.n, 0);
   std::vector<std::string> labels;
   for (int which = 0; which < 4; ++which) {
-    const int wanted = count[static_cast<size_t>(which)];
+    const int wanted = count[which];
     if (wanted == 0) continue;
     const Direction d = one_direction(body, centre, which);
     if (d.coordinates.empty()) continue;

@@ -37,7 +37,7 @@ std::vector<InterfaceLack> lacks_of_comment(std::string_view comment) {
     if (failed != std::errc{}) break;
     lack.share /= 100.0;
     out.push_back(std::move(lack));
-    comment.remove_prefix(static_cast<size_t>(stop - comment.data()));
+    comment.remove_prefix(stop - comment.data());
     if (!comment.starts_with(" %, ")) break;
     comment.remove_prefix(4);
   }

@@ -25,7 +25,7 @@ struct Writer {
   std::string out;
 
   void line(int indent, std::string_view text) {
-    out.append(static_cast<size_t>(indent), ' ');
+    out.append(indent, ' ');
     out += text;
     out += '\n';
   }
