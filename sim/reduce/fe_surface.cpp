@@ -15,7 +15,7 @@ std::vector<std::vector<int>> whole_outer_faces(const FeModel& model) {
   for (const FeElement& e : model.elements)
     for (int k = 0; k < std::ssize(fe_faces(e.shape)); ++k) {
       std::vector<int> key;
-      for (const int place : fe_faces(e.shape)[static_cast<size_t>(k)]) key.push_back(model.connectivity[e.first + place]);
+      for (const int place : fe_faces(e.shape)[k]) key.push_back(model.connectivity[e.first + place]);
       std::sort(key.begin(), key.end());
       if (!outer.contains(key)) continue;
       if (!fe_is_shell(e.shape)) outer.erase(key);

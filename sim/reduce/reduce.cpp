@@ -614,7 +614,7 @@ class Reducer {
     surface.points.resize(m, 3);
     surface.phi = MatX::Zero(3 * m, n);
     for (Eigen::Index i = 0; i < m; ++i) {
-      const int node = nodes[static_cast<size_t>(i)];
+      const int node = nodes[i];
       surface.ids.push_back(model.node_ids[node]);
       surface.points.row(i) = model.nodes[node].transpose();
       for (int d = 0; d < 3; ++d)
@@ -622,13 +622,12 @@ class Reducer {
     }
     surface.faces = Eigen::MatrixXi::Constant(std::ssize(faces), 8, -1);
     for (Eigen::Index f = 0; f < surface.faces.rows(); ++f)
-      for (size_t k = 0; k < faces[static_cast<size_t>(f)].size(); ++k)
-        surface.faces(f, static_cast<Eigen::Index>(k)) = number[faces[static_cast<size_t>(f)][k]];
+      for (size_t k = 0; k < faces[f].size(); ++k) surface.faces(f, static_cast<Eigen::Index>(k)) = number[faces[f][k]];
     if (options.stress) {
       surface.stress = MatX::Zero(6 * m, n);
       const std::vector<MatX> stress = nodal_stress(model, system, U, nodes);
       for (Eigen::Index i = 0; i < m; ++i)
-        if (const MatX& s = stress[static_cast<size_t>(i)]; s.cols() > 0) surface.stress.middleRows(6 * i, 6) = s;
+        if (const MatX& s = stress[i]; s.cols() > 0) surface.stress.middleRows(6 * i, 6) = s;
     }
     lap("surface");
   }
