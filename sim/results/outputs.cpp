@@ -263,7 +263,7 @@ void coordinate_force_columns(const Model& model, const OutputPlan& plan, Work& 
 Vec6 wrench_in_section(const Model& model, const OutputPlans& plans, int frame) {
   const auto [b, k] = plans.sections->at(frame);
   const CutBeam& beam = plans.sections->beams()[b];
-  const Vec6& in_piece = k == 0 ? beam.left.front() : beam.right[static_cast<size_t>(k) - 1];
+  const Vec6& in_piece = k == 0 ? beam.left.front() : beam.right[k - 1];
   // Of a curved beam, in the axes of its tangent.
   const Mat3 turn = model.frames[frame].offset.R.transpose();
   return joined(turn * in_piece.head<3>(), turn * in_piece.tail<3>());
