@@ -355,7 +355,7 @@ class Compiler {
     const auto [end, error] = std::from_chars(begin, text_.data() + text_.size(), value);
     if (error == std::errc::result_out_of_range) fail("a number is too large or too small");
     if (error != std::errc{}) unexpected();
-    position_ += static_cast<std::size_t>(end - begin);
+    position_ += end - begin;
     if (!at_end() && (is_letter(text_[position_]) || text_[position_] == '.'))
       fail(fmt::format("an operator is missing after the number (write 2*t, not 2t), found {}", quote(text_.substr(position_, 12))));
     skip_space();
@@ -662,7 +662,7 @@ std::pair<double, double> Expression::operands(std::size_t s, const std::vector<
 }
 
 double Expression::margin(int k, double t, const double* variables) const {
-  const std::size_t s = static_cast<std::size_t>(state_selectors_[k]);
+  const std::size_t s = state_selectors_[k];
   const auto [a, b] = operands(s, frozen_, t, variables);
   return distance_to_change(selectors_[s].op, frozen_[s], a, b);
 }
