@@ -278,7 +278,7 @@ Design::Move Design::move(long path, long k) const {
   std::vector<std::size_t> order(d);
   std::iota(order.begin(), order.end(), std::size_t{0});
   for (std::size_t i = d; i-- > 1;) std::swap(order[i], order[chance(seed_, 1000 + i, static_cast<std::uint64_t>(path)) % (i + 1)]);
-  const std::size_t axis = order[static_cast<std::size_t>(k)];
+  const std::size_t axis = order[k];
   const bool up = chance(seed_, 3000 + axis, static_cast<std::uint64_t>(path)) & 1;
   return {drawn_[axis], up ? 2.0 / 3.0 : -2.0 / 3.0};
 }
@@ -292,7 +292,7 @@ std::vector<double> Design::shares(long draw) const {
     const std::vector<double> row = sobol_row(block, 2 * d);
     const auto half = row.begin() + static_cast<std::ptrdiff_t>(d);
     std::vector<double> out(k == 1 ? half : row.begin(), k == 1 ? row.end() : half);
-    if (k >= 2) out[static_cast<std::size_t>(k - 2)] = row[d + static_cast<std::size_t>(k - 2)];
+    if (k >= 2) out[k - 2] = row[d + static_cast<std::size_t>(k - 2)];
     return out;
   }
   std::vector<double> out(d);
@@ -306,7 +306,7 @@ std::vector<double> Design::shares(long draw) const {
     for (long step = 0; step < k; ++step) {
       const Move m = move(path, step);
       const auto at = std::find(drawn_.begin(), drawn_.end(), m.axis) - drawn_.begin();
-      out[static_cast<std::size_t>(at)] += m.step;
+      out[at] += m.step;
     }
     // A normal distribution that is not cut off has no ends.
     for (std::size_t i = 0; i < d; ++i) {
@@ -368,7 +368,7 @@ std::vector<Design::Value> Design::point(long index) const {
     const SweepAxis& axis = axes_[k];
     if (axis.chance) continue;
     const auto count = static_cast<long>(axis.values.size());
-    const auto at = static_cast<std::size_t>(rest % count);
+    const std::size_t at = rest % count;
     rest /= count;
     out[k] = {axis.values[at], axis.numbers.empty() ? static_cast<double>(at) : axis.numbers[at]};
   }

@@ -164,7 +164,7 @@ Response::Formula Response::read(const std::string& text, const Known& known, bo
   }
   if (!of_histories && out.expression.depends_on_time()) throw InputError("the time t stands in max(...), final(...) and their like only");
   for (const std::string& variable : out.expression.variables())
-    out.reads.push_back(sources[static_cast<std::size_t>(std::find(names.begin(), names.end(), variable) - names.begin())]);
+    out.reads.push_back(sources[std::find(names.begin(), names.end(), variable) - names.begin()]);
   return out;
 }
 

@@ -131,7 +131,7 @@ void RowsWriter::append(const std::string& line) {
   std::string_view rest = line;
   while (!rest.empty()) {
     const ssize_t written = ::write(file_, rest.data(), rest.size());
-    if (written >= 0) rest.remove_prefix(static_cast<std::size_t>(written));
+    if (written >= 0) rest.remove_prefix(written);
     else if (errno != EINTR) throw FileError(fmt::format("{}: cannot be written: {}", path_.string(), std::strerror(errno)));
   }
 }

@@ -36,16 +36,16 @@ std::vector<Pair> indices_of(const MatX& rows, const std::vector<Eigen::Index>& 
   mean /= 2.0 * n;
   for (const Eigen::Index r : chosen) square += std::pow(rows(r, 0) - mean, 2) + std::pow(rows(r, 1) - mean, 2);
   variance = square / (2.0 * n);
-  std::vector<Pair> out(static_cast<std::size_t>(d), Pair{0.0, 0.0});
+  std::vector<Pair> out(d, Pair{0.0, 0.0});
   for (Eigen::Index k = 0; k < d; ++k) {
     for (const Eigen::Index r : chosen) {
       const double a = rows(r, 0), b = rows(r, 1), ab = rows(r, 2 + k);
       // The mean taken off makes the estimate of the first index less scattered, and changes nothing of what it estimates.
-      out[static_cast<std::size_t>(k)].first += (b - mean) * (ab - a);
-      out[static_cast<std::size_t>(k)].total += 0.5 * (a - ab) * (a - ab);
+      out[k].first += (b - mean) * (ab - a);
+      out[k].total += 0.5 * (a - ab) * (a - ab);
     }
-    out[static_cast<std::size_t>(k)].first /= n * variance;
-    out[static_cast<std::size_t>(k)].total /= n * variance;
+    out[k].first /= n * variance;
+    out[k].total /= n * variance;
   }
   return out;
 }
@@ -58,7 +58,7 @@ std::pair<double, double> interval_of(std::vector<double>& values) {
 }
 
 void add_sobol(const MatX& rows, Sensitivity& out) {
-  std::vector<Eigen::Index> all(static_cast<std::size_t>(rows.rows()));
+  std::vector<Eigen::Index> all(rows.rows());
   std::iota(all.begin(), all.end(), Eigen::Index{0});
   const std::vector<Pair> indices = indices_of(rows, all, out.variance);
   const double scale = rows.cwiseAbs().maxCoeff();
@@ -82,7 +82,7 @@ void add_sobol(const MatX& rows, Sensitivity& out) {
 
 void add_morris(const Design& design, const VecX& y, Sensitivity& out) {
   const auto d = static_cast<long>(design.axes().size());
-  std::vector<std::vector<double>> effects(static_cast<std::size_t>(d));
+  std::vector<std::vector<double>> effects(d);
   for (long path = 0; path < design.draws(); ++path) {
     if (!y.segment(path * (d + 1), d + 1).allFinite()) {
       ++out.left_out;

@@ -330,12 +330,11 @@ ShardReport run_shard(const Sweep& sweep, const SweepShard& options) {
   // Point k of the shard is first + k * shards.
   const long step = options.shards, first = options.shard % step;
   const long count = first < sweep.design.size() ? (sweep.design.size() - first + step - 1) / step : 0;
-  std::vector<bool> there(static_cast<std::size_t>(count), false);
+  std::vector<bool> there(count, false);
   ShardReport report;
   report.points = count;
   const auto note = [&](SweepRow&& row) {
-    if (row.point >= first && row.point < sweep.design.size() && (row.point - first) % step == 0)
-      there[static_cast<std::size_t>((row.point - first) / step)] = true;
+    if (row.point >= first && row.point < sweep.design.size() && (row.point - first) % step == 0) there[(row.point - first) / step] = true;
   };
   RowsFile old;
   bool keep = false;
@@ -359,7 +358,7 @@ ShardReport run_shard(const Sweep& sweep, const SweepShard& options) {
   plan.workers =
       static_cast<int>(std::min<long>(options.workers > 0 ? options.workers : usable_cores(), std::max(1L, report.points - report.kept)));
   plan.next = [&]() -> std::optional<long> {
-    while (at < count && there[static_cast<std::size_t>(at)]) ++at;
+    while (at < count && there[at]) ++at;
     return at < count ? std::optional<long>(first + step * at++) : std::nullopt;
   };
   plan.work = [&](long point) { return row_line(run_point(sweep, point)); };

@@ -33,7 +33,7 @@ bool read_all(int file, void* into, std::size_t size) {
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) return false;
     at += got;
-    size -= static_cast<std::size_t>(got);
+    size -= got;
   }
   return true;
 }
@@ -44,7 +44,7 @@ bool write_all(int file, const void* from, std::size_t size) {
     if (put < 0 && errno == EINTR) continue;
     if (put <= 0) return false;
     at += put;
-    size -= static_cast<std::size_t>(put);
+    size -= put;
   }
   return true;
 }
