@@ -59,7 +59,7 @@ void coordinate_matrix(const System& system, const double* y, MatX& T) {
     const int ni = static_cast<int>(cw.partition.ind.size());
     // Where a rate stands among the independent ones, or -1 - its place among the dependent ones; `none` for one that is locked.
     constexpr int none = std::numeric_limits<int>::max();
-    std::vector<int> place(static_cast<size_t>(cluster.nv), none);
+    std::vector<int> place(cluster.nv, none);
     for (size_t k = 0; k < cw.partition.ind.size(); ++k) place[cw.partition.ind[k]] = static_cast<int>(k);
     for (size_t d = 0; d < cw.partition.dep.size(); ++d) place[cw.partition.dep[d]] = -1 - static_cast<int>(d);
     // Row of N for a rate of the cluster: a unit row, or one of E.

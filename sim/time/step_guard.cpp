@@ -104,7 +104,7 @@ bool StepGuard::all_shown(const System& system, const Look& now, const Look& hal
     const StateFunction& function = system.model.functions[reader.function];
     paths.clear();
     for (const int signal : function.signals) {
-      const size_t k = static_cast<size_t>(signal);
+      const size_t k = signal;
       const double a = now.values[k], b = half.values[k], c = end.values[k], range = std::max({a, b, c}) - std::min({a, b, c});
       const double first = (b - a) / (half.t - now.t), second = (c - b) / (end.t - half.t), bend = (second - first) / (0.5 * width);
       const double faster = uncertain * std::max(std::abs(first), std::abs(second));
