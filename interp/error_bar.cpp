@@ -47,7 +47,7 @@ ErrorBar::ErrorBar(const Map& map, const MeshView& mesh) {
     // The nearest few of those with a prediction, found in a ball that grows.
     const int first = grid.nearest(x);
     const double to_first = (at.row(first).transpose() - x).norm();
-    double radius = std::max(1.5 * to_first, reach[predicted[static_cast<size_t>(first)]]);
+    double radius = std::max(1.5 * to_first, reach[predicted[first]]);
     const auto wanted = std::min<size_t>(around, predicted.size());
     for (grid.within(x, radius, near); near.size() < wanted; grid.within(x, radius, near)) radius *= 1.5;
     sorted.clear();
@@ -57,7 +57,7 @@ ErrorBar::ErrorBar(const Map& map, const MeshView& mesh) {
     const double floor = 1e-12 * radius * radius;
     for (size_t k = 0; k < wanted; ++k) total += 1.0 / (sorted[k].first + floor);
     for (size_t k = 0; k < wanted; ++k) {
-      const int node = predicted[static_cast<size_t>(sorted[k].second)];
+      const int node = predicted[sorted[k].second];
       carried_[around * static_cast<size_t>(v) + k] = {node, static_cast<float>(to_node / reach[node] / (sorted[k].first + floor) / total)};
     }
   }

@@ -79,11 +79,11 @@ struct Piece {
 Natural natural_of(int count, int place) {
   if (is_triangle(count)) {
     constexpr std::array<std::array<double, 2>, 6> at{{{0.0, 0.0}, {1.0, 0.0}, {0.0, 1.0}, {0.5, 0.0}, {0.5, 0.5}, {0.0, 0.5}}};
-    return {at[static_cast<size_t>(place)][0], at[static_cast<size_t>(place)][1]};
+    return {at[place][0], at[place][1]};
   }
   constexpr std::array<std::array<double, 2>, 8> at{
       {{-1.0, -1.0}, {1.0, -1.0}, {1.0, 1.0}, {-1.0, 1.0}, {0.0, -1.0}, {1.0, 0.0}, {0.0, 1.0}, {-1.0, 0.0}}};
-  return {at[static_cast<size_t>(place)][0], at[static_cast<size_t>(place)][1]};
+  return {at[place][0], at[place][1]};
 }
 
 std::vector<Piece> flat_pieces(const FaceMesh& mesh) {
@@ -172,7 +172,7 @@ class PieceTree {
             0};
     for (int i = first; i < last; ++i)
       for (size_t k = 0; k < 3; ++k) {
-        const Vec3 c = corner(pieces_[static_cast<size_t>(order_[static_cast<size_t>(i)])], k);
+        const Vec3 c = corner(pieces_[order_[i]], k);
         box.lower = box.lower.cwiseMin(c);
         box.upper = box.upper.cwiseMax(c);
       }
@@ -184,25 +184,25 @@ class PieceTree {
     (box.upper - box.lower).maxCoeff(&axis);
     const int half = (first + last) / 2;
     std::nth_element(order_.begin() + first, order_.begin() + half, order_.begin() + last, [&](int a, int b) {
-      const double u = middle_[static_cast<size_t>(a)][axis], v = middle_[static_cast<size_t>(b)][axis];
+      const double u = middle_[a][axis], v = middle_[b][axis];
       return u < v || (u == v && a < b);
     });
     build(first, half);
     const int right = build(half, last);
-    boxes_[static_cast<size_t>(at)].right = right;
+    boxes_[at].right = right;
     return at;
   }
 
   double squared_to(int box, const Vec3& x) const {
-    const Box& b = boxes_[static_cast<size_t>(box)];
+    const Box& b = boxes_[box];
     return (x - x.cwiseMax(b.lower).cwiseMin(b.upper)).squaredNorm();
   }
 
   void search(int box, const Vec3& x, std::span<const int> without, Hit& best) const {
-    const Box& b = boxes_[static_cast<size_t>(box)];
+    const Box& b = boxes_[box];
     if (b.right == 0) {
       for (int i = b.first; i < b.last; ++i) {
-        const Piece& p = pieces_[static_cast<size_t>(order_[static_cast<size_t>(i)])];
+        const Piece& p = pieces_[order_[i]];
         if (std::find(without.begin(), without.end(), p.face) != without.end()) continue;
         const Vec3 u = corner(p, 0), v = corner(p, 1), w = corner(p, 2);
         const Vec3 share = nearest_in_triangle(x, u, v, w);
@@ -232,10 +232,10 @@ struct Local {
 };
 Local local_at(const FaceMesh& mesh, const FaceFoot& foot) {
   Local l;
-  for (size_t k = 0; k < static_cast<size_t>(foot.count); ++k) {
+  for (int k = 0; k < foot.count; ++k) {
     const Vec3 x = mesh.points.row(foot.point[k]).transpose();
     l.point += foot.value[k] * x;
-    for (int c = 0; c < 2; ++c) l.tangents.col(c) += foot.slope[k][static_cast<size_t>(c)] * x;
+    for (int c = 0; c < 2; ++c) l.tangents.col(c) += foot.slope[k][c] * x;
   }
   return l;
 }
@@ -244,7 +244,7 @@ Local local_at(const FaceMesh& mesh, const FaceFoot& foot) {
 std::pair<FaceFoot, bool> foot_on_face(const FaceMesh& mesh, const PieceTree::Hit& hit, const Vec3& x) {
   const int face = hit.piece->face, count = point_count(mesh, face);
   FaceFoot foot;
-  for (int k = 0; k < count; ++k) foot.point[static_cast<size_t>(k)] = mesh.faces(face, k);
+  for (int k = 0; k < count; ++k) foot.point[k] = mesh.faces(face, k);
   Natural at = Natural::Zero();
   for (size_t k = 0; k < 3; ++k) at += hit.share[static_cast<Eigen::Index>(k)] * natural_of(count, hit.piece->place[k]);
   shapes_at(count, at, foot);
@@ -316,9 +316,9 @@ std::vector<FaceFoot> find_feet(const FaceMesh& faces, const Eigen::Ref<const Po
       throw InputError(fmt::format("face {} of a surface must have 3, 4, 6 or 8 points of its {}", f, faces.points.rows()));
   }
   const PieceTree tree(faces);
-  std::vector<FaceFoot> feet(static_cast<size_t>(vertices.rows()));
+  std::vector<FaceFoot> feet(vertices.rows());
   parallel_chunks(static_cast<int>(vertices.rows()), grain, thread_count(threads), [&](int first, int last) {
-    for (int v = first; v < last; ++v) feet[static_cast<size_t>(v)] = foot_of(faces, tree, vertices.row(v).transpose());
+    for (int v = first; v < last; ++v) feet[v] = foot_of(faces, tree, vertices.row(v).transpose());
   });
   return feet;
 }
@@ -337,20 +337,19 @@ ModeColumns map_displacement(const FaceMesh& faces, const std::vector<FaceFoot>&
   ModeColumns out(3 * std::ssize(feet), phi.cols());
   parallel_chunks(static_cast<int>(feet.size()), grain, thread_count(0), [&](int first, int last) {
     for (int v = first; v < last; ++v) {
-      const FaceFoot& foot = feet[static_cast<size_t>(v)];
+      const FaceFoot& foot = feet[v];
       const Frame frame = frame_at(faces, foot);
       const double off = foot.arm.dot(frame.normal);
       const Eigen::Vector2d beside = frame.dual.transpose() * foot.arm;
       // u + r^a u_a - r_n a^a (n . u_a): the arm's part in the face goes on straight, its normal part turns with the face.
       std::array<Mat3, 8> block;
-      for (size_t k = 0; k < static_cast<size_t>(foot.count); ++k) {
+      for (int k = 0; k < foot.count; ++k) {
         const Eigen::Vector2d slope(foot.slope[k][0], foot.slope[k][1]);
         block[k] = (foot.value[k] + beside.dot(slope)) * Mat3::Identity() - off * (frame.dual * slope) * frame.normal.transpose();
       }
       for (Eigen::Index m = 0; m < phi.cols(); ++m) {
         Vec3 u = Vec3::Zero();
-        for (size_t k = 0; k < static_cast<size_t>(foot.count); ++k)
-          u += block[k] * phi.col(m).segment<3>(3 * static_cast<Eigen::Index>(foot.point[k]));
+        for (int k = 0; k < foot.count; ++k) u += block[k] * phi.col(m).segment<3>(3 * static_cast<Eigen::Index>(foot.point[k]));
         for (Eigen::Index c = 0; c < 3; ++c) out(3 * static_cast<Eigen::Index>(v) + c, m) = static_cast<float>(u[c]);
       }
     }
@@ -362,12 +361,11 @@ ModeColumns map_field(const std::vector<FaceFoot>& feet, int width, const Eigen:
   ModeColumns out(width * std::ssize(feet), field.cols());
   parallel_chunks(static_cast<int>(feet.size()), grain, thread_count(0), [&](int first, int last) {
     for (int v = first; v < last; ++v) {
-      const FaceFoot& foot = feet[static_cast<size_t>(v)];
+      const FaceFoot& foot = feet[v];
       for (Eigen::Index m = 0; m < field.cols(); ++m)
         for (int c = 0; c < width; ++c) {
           double value = 0.0;
-          for (size_t k = 0; k < static_cast<size_t>(foot.count); ++k)
-            value += foot.value[k] * field(width * static_cast<Eigen::Index>(foot.point[k]) + c, m);
+          for (int k = 0; k < foot.count; ++k) value += foot.value[k] * field(width * static_cast<Eigen::Index>(foot.point[k]) + c, m);
           out(width * static_cast<Eigen::Index>(v) + c, m) = static_cast<float>(value);
         }
     }
@@ -379,13 +377,13 @@ ModeColumns map_doubt(const FaceMesh& faces, const std::vector<FaceFoot>& feet, 
   ModeColumns out(3 * std::ssize(feet), phi.cols());
   parallel_chunks(static_cast<int>(feet.size()), grain, thread_count(0), [&](int first, int last) {
     for (int v = first; v < last; ++v) {
-      const FaceFoot& foot = feet[static_cast<size_t>(v)];
+      const FaceFoot& foot = feet[v];
       const Frame frame = frame_at(faces, foot);
       const Vec3 e1 = frame.tangents.col(0).normalized(), e2 = frame.normal.cross(e1);
       const double arm = foot.arm.norm();
       for (Eigen::Index m = 0; m < phi.cols(); ++m) {
         Mat3 gradient = Mat3::Zero();  // du_a / dx_b along the face
-        for (size_t k = 0; k < static_cast<size_t>(foot.count); ++k)
+        for (int k = 0; k < foot.count; ++k)
           gradient += phi.col(m).segment<3>(3 * static_cast<Eigen::Index>(foot.point[k])) *
                       (frame.dual * Eigen::Vector2d(foot.slope[k][0], foot.slope[k][1])).transpose();
         const std::array<double, 3> strain{e1.dot(gradient * e1), e2.dot(gradient * e2), e1.dot(gradient * e2) + e2.dot(gradient * e1)};

@@ -350,7 +350,7 @@ std::vector<Edge> triangle_edges(const Weld& weld) {
 // A cloud of points has no edges of its own: each point is joined to the nearest others, about as many as a vertex of a mesh has.
 std::vector<Edge> cloud_edges(const Weld& weld, const PointGrid& grid) {
   constexpr size_t around = 8;
-  const auto count = static_cast<size_t>(weld.positions.rows());
+  const size_t count = weld.positions.rows();
   const size_t wanted = std::min(around, count - 1);
   std::vector<Edge> edges;
   std::vector<int> near;

@@ -15,8 +15,7 @@ void multiply_single(const SparseWeights& weights, const PointsF& sources, std::
     for (int v = first; v < last; ++v) {
       const size_t row = scatter[v];
       Four sum{0.0f, 0.0f, 0.0f, 0.0f};
-      for (size_t k = weights.begin[row]; k < static_cast<size_t>(weights.begin[row + 1]); ++k)
-        sum += weights.single[k] * source[weights.column[k]];
+      for (auto k = weights.begin[row]; k < weights.begin[row + 1]; ++k) sum += weights.single[k] * source[weights.column[k]];
       float* o = out.data() + 3 * static_cast<std::ptrdiff_t>(v);
       o[0] = sum[0];
       o[1] = sum[1];
@@ -31,7 +30,7 @@ Points multiply_precise(const SparseWeights& weights, const Points& sources, std
   for (size_t v = 0; v < scatter.size(); ++v) {
     const size_t row = scatter[v];
     Vec3 sum = Vec3::Zero();
-    for (size_t k = weights.begin[row]; k < static_cast<size_t>(weights.begin[row + 1]); ++k)
+    for (auto k = weights.begin[row]; k < weights.begin[row + 1]; ++k)
       sum += weights.precise[k] * sources.row(weights.column[k]).transpose();
     out.row(static_cast<Eigen::Index>(v)) = sum.transpose();
   }
@@ -45,7 +44,7 @@ void multiply_rows(const SparseWeights& weights, const RowsF& sources, RowsF& ou
     for (int row = first; row < last; ++row) {
       float* o = out.data() + row * width;
       std::fill(o, o + width, 0.0f);
-      for (size_t k = weights.begin[row]; k < static_cast<size_t>(weights.begin[row + 1]); ++k) {
+      for (auto k = weights.begin[row]; k < weights.begin[row + 1]; ++k) {
         const float w = weights.single[k];
         const float* s = sources.data() + weights.column[k] * width;
         for (Eigen::Index c = 0; c < width; ++c) o[c] += w * s[c];

@@ -30,7 +30,7 @@ struct Basis {
 };
 
 Basis basis_at(const std::vector<double>& knots, int degree, double x) {
-  const auto p = static_cast<size_t>(degree);
+  const size_t p = degree;
   const size_t last = knots.size() - p - 2;
   const auto above = std::upper_bound(knots.begin(), knots.end(), x);
   const size_t span = std::clamp(static_cast<size_t>(above - knots.begin()), p + 1, last + 1) - 1;
