@@ -34,7 +34,7 @@ int write_all(int fd, std::span<const std::uint8_t> bytes) {
     const ssize_t n = ::write(fd, bytes.data(), bytes.size());
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) return errno;
-    bytes = bytes.subspan(static_cast<std::size_t>(n));
+    bytes = bytes.subspan(n);
   }
   return 0;
 }
@@ -118,7 +118,7 @@ std::vector<std::uint8_t> read_file(const std::filesystem::path& path) {
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) fail(path, "cannot read", errno);
     if (n == 0) break;
-    have += static_cast<std::size_t>(n);
+    have += n;
   }
   bytes.resize(have);
   return bytes;

@@ -76,14 +76,14 @@ render::Lines crease_line(const BodyModel& model, const PictureMemory::Skin& ski
   const bool shaded = map && !values.empty();
   line.points.reserve(2 * model.creases.size());
   const auto normal = [&](int triangle) {
-    const glm::uvec3 t = model.triangles[static_cast<size_t>(triangle)];
+    const glm::uvec3 t = model.triangles[triangle];
     return glm::cross(skin.positions[t.y] - skin.positions[t.x], skin.positions[t.z] - skin.positions[t.x]);
   };
   for (const BodyModel::Crease& c : model.creases) {
     for (const int end : {c.a, c.b}) {
-      line.points.push_back(skin.positions[static_cast<size_t>(end)]);
+      line.points.push_back(skin.positions[end]);
       // A dark shade of the colour beside it: form without black nets over the values.
-      if (shaded) line.colors.emplace_back(0.45f * render::scalar_color(*map, static_cast<double>(values[static_cast<size_t>(end)])), 1.0f);
+      if (shaded) line.colors.emplace_back(0.45f * render::scalar_color(*map, static_cast<double>(values[end])), 1.0f);
     }
     if (!model.closed) continue;
     line.faces.push_back(normal(c.triangle));

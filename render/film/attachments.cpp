@@ -28,7 +28,7 @@ glm::dvec3 load_of(const Animation& animation, const ForceArrow& force, double t
   if (!force.reaction()) return force.value.value(t) * (force.follower ? glm::dmat3(pose) * force.direction : force.direction);
   glm::dvec3 load(0.0);
   for (int k = 0; k < 3; ++k) {
-    const sim::VecX& values = results.outputs[static_cast<size_t>(force.columns[static_cast<size_t>(k)])].values;
+    const sim::VecX& values = results.outputs[force.columns[k]].values;
     load[k] = values[at.index];
     if (at.share > 0.0) load[k] += at.share * (values[at.index + 1] - values[at.index]);
   }
@@ -232,7 +232,7 @@ void append_ends(const Animation& animation, std::vector<glm::dvec3>& points, co
     // A camera that follows a body need not see where springs are held.
     glm::dvec3 way(0.0);
     if (animation.follow >= 0) {
-      const sim::ResultBody& body = animation.results->bodies[static_cast<size_t>(animation.follow)];
+      const sim::ResultBody& body = animation.results->bodies[animation.follow];
       way = glm::dvec3(body_pose(body, {i, 0.0})[3] - body_pose(body, {})[3]);
     }
     for (const SpringSymbol& spring : animation.follow < 0 ? animation.springs : std::vector<SpringSymbol>{})

@@ -222,7 +222,7 @@ void VideoWriter::Impl::feed() {
     if (::poll(ends, 2, written < bytes.size() || input < 0 ? -1 : 0) < 0 && errno != EINTR) break;
     if (ends[1].revents != 0) {
       const ssize_t n = ::write(input, bytes.data() + written, bytes.size() - written);
-      if (n > 0) written += static_cast<std::size_t>(n);
+      if (n > 0) written += n;
       else if (errno != EINTR && errno != EAGAIN) {
         close_end(input);
         written = bytes.size();

@@ -229,7 +229,7 @@ std::optional<Image> decode_plain(std::span<const std::uint8_t> bytes) {
   const int channels = header[9] == 2 ? 3 : header[9] == 6 ? 4 : 0;
   if (!plain || channels == 0 || header[8] != 8 || header[10] != 0 || header[11] != 0 || header[12] != 0) return {};
   if (width < 1 || height < 1 || width > 65536 || height > 65536) return {};
-  const auto step = static_cast<std::size_t>(channels);
+  const std::size_t step = channels;
   const std::size_t row = width * step;
   std::vector<std::uint8_t> rows((row + 1) * height);
   if (!decompress_zlib(packed, rows)) return {};

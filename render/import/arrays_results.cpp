@@ -78,7 +78,7 @@ Eigen::MatrixX4d orientation_of(const Reader& reader, const std::string& name, s
   if (writing.form == TurnForm::none) return out;
   for (Eigen::Index i = 0; i < rows; ++i) {
     std::array<double, 9> row{};
-    for (Eigen::Index k = 0; k < numbers.cols(); ++k) row[static_cast<size_t>(k)] = numbers(i, k);
+    for (Eigen::Index k = 0; k < numbers.cols(); ++k) row[k] = numbers(i, k);
     const sim::Quat q = to_quaternion(writing, row, fmt::format("body '{}': the orientation of sample {} ", name, i));
     out.row(i) << q.w(), q.x(), q.y(), q.z();
   }
@@ -97,11 +97,11 @@ sim::MatX node_columns(const sim::MatX& rows) {
 
 void add_nodes(const Reader& reader, const std::string& name, size_t nt, double unit, sim::ResultBody& body) {
   const sim::MatX origins = unit * reader.numbers(name + ".node_origin", {any, 3}, false);
-  const auto nn = static_cast<size_t>(origins.rows());
+  const size_t nn = origins.rows();
   for (Eigen::Index k = 0; k < origins.rows(); ++k) body.nodes.push_back({fmt::format("{}", k), origins.row(k).transpose()});
   body.kind = "modal";
   body.q = reader.numbers(name + ".q", {nt, any}, true);
-  const auto n = static_cast<size_t>(body.q.cols());
+  const size_t n = body.q.cols();
   body.node_phi = unit * node_columns(reader.numbers(name + ".node_phi", {nn, 3, n}, true));
   body.node_psi = node_columns(reader.numbers(name + ".node_psi", {nn, 3, n}, true));
   body.displacement = unit * reader.numbers(name + ".displacement", {nt, nn, 3}, body.node_phi.size() > 0);
@@ -138,7 +138,7 @@ sim::Results results_of_arrays(const std::map<std::string, Array>& arrays, const
   sim::Results results;
   results.title = std::filesystem::path(file).stem().string();
   results.times = reader.numbers("times", {any}, false).reshaped();
-  const auto nt = static_cast<size_t>(results.times.size());
+  const size_t nt = results.times.size();
   if (nt == 0) reader.fail("times", "is empty");
   for (Eigen::Index i = 1; i < results.times.size(); ++i)
     if (!(results.times[i] > results.times[i - 1]))

@@ -49,7 +49,7 @@ class Taker {
 
   Eigen::MatrixX3d take3(const std::array<Source, 3>& sources, const sim::Dimension& wanted, const std::string& what) {
     Eigen::MatrixX3d out(table_.times.size(), 3);
-    for (int k = 0; k < 3; ++k) out.col(k) = take(sources[static_cast<size_t>(k)], wanted, what);
+    for (int k = 0; k < 3; ++k) out.col(k) = take(sources[k], wanted, what);
     return out;
   }
 
@@ -61,10 +61,10 @@ class Taker {
         turn.writing.form == TurnForm::euler || turn.writing.form == TurnForm::vector || turn.writing.form == TurnForm::angle;
     const int count = turn_count(turn.writing.form);
     sim::MatX numbers(nt, count);
-    for (int k = 0; k < count; ++k) numbers.col(k) = take(turn.numbers[static_cast<size_t>(k)], angles ? radians : plain, what);
+    for (int k = 0; k < count; ++k) numbers.col(k) = take(turn.numbers[k], angles ? radians : plain, what);
     for (Eigen::Index i = 0; i < nt; ++i) {
       std::array<double, 9> row{};
-      for (int k = 0; k < count; ++k) row[static_cast<size_t>(k)] = numbers(i, k);
+      for (int k = 0; k < count; ++k) row[k] = numbers(i, k);
       const sim::Quat q =
           to_quaternion(turn.writing, row, fmt::format("{}: {}: the orientation at t = {:g} s ", table_.file, what, table_.times[i]));
       out.row(i) << q.w(), q.x(), q.y(), q.z();
@@ -109,7 +109,7 @@ void add_nodes(Taker& taker, const BodySource& source, sim::ResultBody& body) {
   body.displacement.resize(nt, 3 * nn);
   if (turning > 0) body.rotation.resize(nt, 3 * nn);
   for (Eigen::Index k = 0; k < nn; ++k) {
-    const NodeSource& node = source.nodes[static_cast<size_t>(k)];
+    const NodeSource& node = source.nodes[k];
     const std::string what = fmt::format("body '{}': node '{}'", body.name, node.name);
     sim::Vec3 origin = node.origin;
     if (!node.rest[0].column.empty()) origin = taker.take3(node.rest, metres, what).row(0).transpose();
@@ -135,12 +135,11 @@ void add_modes(Taker& taker, const BodySource& source, sim::ResultBody& body) {
     throw InputError(
         fmt::format("body '{}': 'q' names {} columns, {} has {} elastic coordinates", body.name, source.q.size(), source.sid.string(), n));
   body.q.resize(nt, n);
-  for (Eigen::Index k = 0; k < n; ++k)
-    body.q.col(k) = taker.take(source.q[static_cast<size_t>(k)], plain, fmt::format("body '{}'", body.name));
+  for (Eigen::Index k = 0; k < n; ++k) body.q.col(k) = taker.take(source.q[k], plain, fmt::format("body '{}'", body.name));
   body.node_phi.resize(3 * nn, n);
   body.node_psi.resize(3 * nn, n);
   for (Eigen::Index k = 0; k < nn; ++k) {
-    const auto& node = flexible.nodes[static_cast<size_t>(k)];
+    const auto& node = flexible.nodes[k];
     body.nodes.push_back({node.name, node.origin});
     body.node_phi.middleRows(3 * k, 3) = node.phi;
     body.node_psi.middleRows(3 * k, 3) = node.psi;
@@ -150,7 +149,7 @@ void add_modes(Taker& taker, const BodySource& source, sim::ResultBody& body) {
   // Displacements of second order, where the file has them.
   for (Eigen::Index k = 0; k < nn; ++k)
     for (int a = 0; a < 3; ++a)
-      if (const sim::MatX& second = flexible.nodes[static_cast<size_t>(k)].phi2[static_cast<size_t>(a)]; second.size() > 0)
+      if (const sim::MatX& second = flexible.nodes[k].phi2[a]; second.size() > 0)
         body.displacement.col(3 * k + a) += 0.5 * (body.q * second).cwiseProduct(body.q).rowwise().sum();
 }
 

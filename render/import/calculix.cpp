@@ -168,7 +168,7 @@ class Reader {
     if (stress) steps_.back().stress.assign(index_.size(), 0.0);
     for (; !line_.starts_with(" -3"); need_next("results")) {
       if (!(displacement || stress) || !line_.starts_with(" -1")) continue;
-      const auto node = static_cast<size_t>(find_node(integer(3, width, "the node's number")));
+      const size_t node = find_node(integer(3, width, "the node's number"));
       const size_t from = 3 + width;
       if (displacement)
         for (size_t a = 0; a < 3; ++a) steps_.back().displacement[3 * node + a] = unit_ * real(from + 12 * a, 12, "a displacement");
@@ -194,7 +194,7 @@ class Reader {
     if (stressed) series_.von_mises.resize(nt, n);
     else series_.notes.emplace_back("it holds no stress at every time (*EL FILE with the line S)");
     for (Eigen::Index i = 0; i < nt; ++i) {
-      const Step& step = steps[static_cast<size_t>(i)];
+      const Step& step = steps[i];
       series_.times[i] = step.time;
       series_.displacement.row(i) = Eigen::Map<const Eigen::RowVectorXd>(step.displacement.data(), 3 * n);
       if (stressed) series_.von_mises.row(i) = Eigen::Map<const Eigen::RowVectorXd>(step.stress.data(), n);

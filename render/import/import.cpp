@@ -141,7 +141,7 @@ void add_meshes(const Request& request, sim::Results& results) {
     if (at == names.end())
       throw InputError(fmt::format("--mesh names body {}, which the files do not have{}; bodies: {}", sim::quote(name),
                                    sim::did_you_mean(name, names), sim::list_words(names)));
-    sim::ResultBody& body = results.bodies[static_cast<size_t>(at - names.begin())];
+    sim::ResultBody& body = results.bodies[at - names.begin()];
     body.mesh = fs::absolute(file).lexically_normal().string();
     body.surface = {};
     if (request.mesh_unit != 1.0) embed_mesh(request.mesh_unit, body);

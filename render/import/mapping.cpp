@@ -75,7 +75,7 @@ void read_turn(const TableReader& reader, TurnSource& turn) {
       if (reader.has(word)) reader.fail(word, fmt::format("needs an orientation beside it: {}", sim::list_words(forms)));
     return;
   }
-  const auto form = static_cast<size_t>(std::find(forms.begin(), forms.end(), given[0]) - forms.begin());
+  const size_t form = std::find(forms.begin(), forms.end(), given[0]) - forms.begin();
   writing.form = static_cast<TurnForm>(form + 1);
   if (writing.form == TurnForm::angle) turn.numbers[0] = read_source(reader, "angle", reader.required("angle"));
   else read_sources(reader, given[0], endings[form], turn.numbers);

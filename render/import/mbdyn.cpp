@@ -149,7 +149,7 @@ sim::Results read_mbdyn_mov(const std::filesystem::path& path, std::optional<dou
     else if (numbers.size() == 25 || (numbers.size() == 19 && log.empty()))
       fail("its orientation may be a matrix or accelerations follow: the .log file, which says so, is missing beside it");
     else assumed = true;
-    const auto count = static_cast<size_t>(turn_count(writing.form));
+    const size_t count = turn_count(writing.form);
     if (numbers.size() < 4 + count) fail(fmt::format("has {} numbers, {} are needed", numbers.size(), 4 + count));
     Path& of_node = paths[label];
     if (of_node.position.size() != 3 * (samples - 1)) fail(fmt::format("node {} is there twice, or was left out before", label));
@@ -301,7 +301,7 @@ sim::Results read_mbdyn_netcdf(const std::filesystem::path& path) {
     of_node.position = file.numbers(base + "X", times.size(), 3);
     std::string variable;
     const TurnWriting writing = find_turn(file, base, variable);
-    const auto count = static_cast<size_t>(turn_count(writing.form));
+    const size_t count = turn_count(writing.form);
     const std::vector<double> turns = count > 0 ? file.numbers(variable, times.size(), count) : std::vector<double>{};
     for (size_t i = 0; i < times.size(); ++i) {
       std::array<double, 9> numbers{};

@@ -60,10 +60,10 @@ void cut_face(std::span<const int> corners, std::span<const int> middles, std::v
 
 // Six times the volume between the faces of a cell and the origin of its first corner: negative where its nodes wind the other way.
 double signed_volume(const Cells& cells, int cell, const sim::MatX& points) {
-  const int* nodes = cells.nodes.data() + cells.begin[static_cast<size_t>(cell)];
+  const int* nodes = cells.nodes.data() + cells.begin[cell];
   const sim::Vec3 origin = points.row(nodes[0]).transpose();
   double volume = 0.0;
-  for (const Face& face : faces_of(cells.shapes[static_cast<size_t>(cell)]))
+  for (const Face& face : faces_of(cells.shapes[cell]))
     for (size_t k = 1; k + 1 < face.corners.size(); ++k) {
       const auto at = [&](int corner) { return sim::Vec3(points.row(nodes[corner]).transpose() - origin); };
       volume += at(face.corners[0]).dot(at(face.corners[k]).cross(at(face.corners[k + 1])));
@@ -101,9 +101,9 @@ std::vector<Eigen::Vector3i> skin_of(const Cells& cells, const sim::MatX& points
   std::map<std::array<int, 4>, Seen> seen;  // by the sorted corners
   std::vector<Eigen::Vector3i> out;
   for (int c = 0; c < cells.count(); ++c) {
-    const CellShape shape = cells.shapes[static_cast<size_t>(c)];
+    const CellShape shape = cells.shapes[c];
     if (is_shell(shape)) continue;
-    const int* nodes = cells.nodes.data() + cells.begin[static_cast<size_t>(c)];
+    const int* nodes = cells.nodes.data() + cells.begin[c];
     const std::vector<Face>& faces = faces_of(shape);
     for (size_t f = 0; f < faces.size(); ++f) {
       std::array<int, 4> key{-1, -1, -1, -1};
@@ -114,28 +114,27 @@ std::vector<Eigen::Vector3i> skin_of(const Cells& cells, const sim::MatX& points
     }
   }
   const auto add = [&](int cell, const Face& face) {
-    const int* nodes = cells.nodes.data() + cells.begin[static_cast<size_t>(cell)];
+    const int* nodes = cells.nodes.data() + cells.begin[cell];
     std::vector<int> corners, middles;
     for (const int k : face.corners) corners.push_back(nodes[k]);
-    if (cells.quadratic[static_cast<size_t>(cell)])
+    if (cells.quadratic[cell])
       for (const int k : face.middles) middles.push_back(nodes[k]);
     const size_t first = out.size();
     cut_face(corners, middles, out);
     // Nodes in the order of a mirror image: the faces look inwards.
-    if (!is_shell(cells.shapes[static_cast<size_t>(cell)]) && signed_volume(cells, cell, points) < 0.0)
+    if (!is_shell(cells.shapes[cell]) && signed_volume(cells, cell, points) < 0.0)
       for (size_t t = first; t < out.size(); ++t) std::swap(out[t][1], out[t][2]);
   };
   for (const auto& [key, at] : seen)
-    if (at.times == 1) add(at.cell, faces_of(cells.shapes[static_cast<size_t>(at.cell)])[static_cast<size_t>(at.face)]);
+    if (at.times == 1) add(at.cell, faces_of(cells.shapes[at.cell])[at.face]);
   for (int c = 0; c < cells.count(); ++c) {
-    const CellShape shape = cells.shapes[static_cast<size_t>(c)];
+    const CellShape shape = cells.shapes[c];
     if (!is_shell(shape)) continue;
     if (shape != CellShape::polygon) {
       add(c, faces_of(shape).front());
       continue;
     }
-    const auto first = static_cast<size_t>(cells.begin[static_cast<size_t>(c)]),
-               last = static_cast<size_t>(cells.begin[static_cast<size_t>(c) + 1]);
+    const auto first = static_cast<size_t>(cells.begin[c]), last = static_cast<size_t>(cells.begin[c + 1]);
     cut_face(std::span(cells.nodes).subspan(first, last - first), {}, out);
   }
   return out;
@@ -146,11 +145,11 @@ sim::ResultBody to_body(const NodalSeries& series, const std::string& name) {
   if (skin.empty())
     throw sim::InputError(fmt::format("{}: holds no solid or shell elements, so that there is no surface to draw ({} cells, {} points)",
                                       series.file, series.cells.count(), series.points.rows()));
-  std::vector<int> place(static_cast<size_t>(series.points.rows()), -1);
+  std::vector<int> place(series.points.rows(), -1);
   std::vector<int> kept;
   for (const Eigen::Vector3i& t : skin)
     for (const int node : t)
-      if (int& at = place[static_cast<size_t>(node)]; at < 0) {
+      if (int& at = place[node]; at < 0) {
         at = 0;
         kept.push_back(node);
       }
@@ -166,10 +165,10 @@ sim::ResultBody to_body(const NodalSeries& series, const std::string& name) {
   body.displacement.resize(nt, 3 * nn);
   if (series.von_mises.size() > 0) body.node_von_mises.resize(nt, nn);
   for (Eigen::Index k = 0; k < nn; ++k) {
-    const int node = kept[static_cast<size_t>(k)];
-    place[static_cast<size_t>(node)] = static_cast<int>(k);
+    const int node = kept[k];
+    place[node] = static_cast<int>(k);
     const sim::Vec3 origin = series.points.row(node).transpose();
-    body.nodes.push_back({series.node_names.empty() ? fmt::format("{}", node + 1) : series.node_names[static_cast<size_t>(node)], origin});
+    body.nodes.push_back({series.node_names.empty() ? fmt::format("{}", node + 1) : series.node_names[node], origin});
     body.surface.points.row(k) = origin.transpose();
     body.surface.nodes.push_back(static_cast<int>(k));
     body.displacement.middleCols(3 * k, 3) = series.displacement.middleCols(3 * node, 3);
@@ -177,7 +176,7 @@ sim::ResultBody to_body(const NodalSeries& series, const std::string& name) {
   }
   body.surface.triangles.resize(std::ssize(skin), 3);
   for (size_t t = 0; t < skin.size(); ++t)
-    for (int a = 0; a < 3; ++a) body.surface.triangles(static_cast<Eigen::Index>(t), a) = place[static_cast<size_t>(skin[t][a])];
+    for (int a = 0; a < 3; ++a) body.surface.triangles(static_cast<Eigen::Index>(t), a) = place[skin[t][a]];
   return body;
 }
 

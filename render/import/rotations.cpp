@@ -49,7 +49,7 @@ sim::Quat to_quaternion(const TurnWriting& writing, const std::array<double, 9>&
       break;
     case TurnForm::matrix: {
       sim::Mat3 R;
-      for (int k = 0; k < 9; ++k) (writing.by_columns ? R(k % 3, k / 3) : R(k / 3, k % 3)) = n[static_cast<size_t>(k)];
+      for (int k = 0; k < 9; ++k) (writing.by_columns ? R(k % 3, k / 3) : R(k / 3, k % 3)) = n[k];
       turn = from_matrix(R, what);
       break;
     }

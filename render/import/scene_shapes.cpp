@@ -55,7 +55,7 @@ void dress_by_scene(const sim::Scene& scene, sim::Results& results) {
   for (sim::ResultBody& body : results.bodies) {
     const auto at = std::find(names.begin(), names.end(), body.name);
     if (at == names.end()) unknown.push_back(body.name);
-    else dress_body(scene.bodies[static_cast<size_t>(at - names.begin())], body);
+    else dress_body(scene.bodies[at - names.begin()], body);
   }
   if (unknown.size() == results.bodies.size())
     throw sim::InputError(fmt::format("{}: describes none of the bodies {}; its bodies: {}", scene.file.string(), sim::list_words(unknown),

@@ -15,10 +15,10 @@ void embed_mesh(double unit, sim::ResultBody& body) {
   surface.triangles.resize(count, 3);
   if (mesh.materials.size() > 1 || !mesh.materials.front().name.empty()) surface.colors.resize(count, 3);
   for (Eigen::Index k = 0; k < count; ++k) {
-    const auto at = static_cast<size_t>(k);
+    const size_t at = k;
     for (int a = 0; a < 3; ++a) surface.triangles(k, a) = mesh.triangles[at][a];
     if (surface.colors.rows() == 0) continue;
-    const render::MeshMaterial& material = mesh.materials[static_cast<size_t>(mesh.triangle_material[at])];
+    const render::MeshMaterial& material = mesh.materials[mesh.triangle_material[at]];
     for (int a = 0; a < 3; ++a) surface.colors(k, a) = static_cast<double>(material.look.color[a]);
   }
   body.mesh.clear();

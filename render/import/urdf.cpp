@@ -179,7 +179,7 @@ class Robot {
   }
 
   std::vector<Pose> root_poses(const std::string& root) const {
-    std::vector<Pose> poses(static_cast<size_t>(table_.times.size()));
+    std::vector<Pose> poses(table_.times.size());
     if (!table_.find(root + ".x")) return poses;
     const auto value = [&](const char* ending) {
       const Column* column = table_.find(root + ending);
@@ -275,8 +275,7 @@ class Robot {
       const render::Mesh read = render::read_mesh(file);
       for (const glm::dvec3& p : read.positions) out.build.positions.emplace_back(scale.x() * p.x, scale.y() * p.y, scale.z() * p.z);
       out.build.triangles = read.triangles;
-      for (size_t k = 0; k < read.triangles.size(); ++k)
-        out.colors.push_back(read.materials[static_cast<size_t>(read.triangle_material[k])].look.color);
+      for (size_t k = 0; k < read.triangles.size(); ++k) out.colors.push_back(read.materials[read.triangle_material[k]].look.color);
       // A mirrored mesh turned its triangles inside out.
       if (scale.x() * scale.y() * scale.z() < 0.0)
         for (glm::ivec3& t : out.build.triangles) std::swap(t.y, t.z);

@@ -117,7 +117,7 @@ NodalSeries to_series(std::vector<VtkMoment> moments, const std::string& kind, c
   series.points = request.unit * Eigen::Map<const Eigen::Matrix<double, -1, 3, Eigen::RowMajor>>(first.points.data(), n, 3);
   series.displacement.resize(nt, 3 * n);
   for (Eigen::Index i = 0; i < nt; ++i) {
-    const VtkMoment& moment = moments[static_cast<size_t>(i)];
+    const VtkMoment& moment = moments[i];
     const VtkMoment::Field* field = by_points ? nullptr : displacement_of(moment);
     if (!by_points && !field)
       throw InputError(fmt::format("{}: lacks the point data of displacements that {} has", moment.file, first.file));
@@ -164,7 +164,7 @@ void add_vtk_cell(int type, const std::vector<int>& nodes, VtkMoment& moment) {
   std::vector<int> kept = nodes;
   const Kind& kind = at->second;
   if (kind.shape != CellShape::polygon) {
-    const auto wanted = static_cast<size_t>(kind.quadratic ? quadratic_count(kind.shape) : corner_count(kind.shape));
+    const size_t wanted = kind.quadratic ? quadratic_count(kind.shape) : corner_count(kind.shape);
     if (kept.size() < wanted)
       throw InputError(fmt::format("{}: a cell of VTK type {} has {} points, {} are needed", moment.file, type, kept.size(), wanted));
     kept.resize(wanted);  // without the nodes within faces of types 28 and 29

@@ -25,7 +25,7 @@ std::vector<int> weld_equal(std::span<const Vector> positions) {
       h ^= h >> 29;
     }
     std::size_t at = h & (size - 1);
-    while (slots[at] >= 0 && positions[static_cast<std::size_t>(slots[at])] != positions[v]) at = (at + 1) & (size - 1);
+    while (slots[at] >= 0 && positions[slots[at]] != positions[v]) at = (at + 1) & (size - 1);
     if (slots[at] < 0) slots[at] = static_cast<int>(v);
     welded[v] = slots[at];
   }
@@ -44,7 +44,7 @@ struct EdgeSide {
 template <class Triangles, class Visit>
 void for_each_edge(const Triangles& triangles, const std::vector<int>& place, Visit visit) {
   const std::size_t corners = 3 * triangles.size();
-  const auto end_of = [&](std::size_t c) { return place[static_cast<std::size_t>(triangles[c / 3][static_cast<int>(c % 3)])]; };
+  const auto end_of = [&](std::size_t c) { return place[triangles[c / 3][static_cast<int>(c % 3)]]; };
   const auto next_of = [](std::size_t c) { return c % 3 == 2 ? c - 2 : c + 1; };
   std::vector<std::size_t> begin(place.size() + 1, 0);
   for (std::size_t c = 0; c < corners; ++c) ++begin[static_cast<std::size_t>(std::min(end_of(c), end_of(next_of(c)))) + 1];

@@ -19,11 +19,11 @@ std::vector<std::uint8_t> compute_feature_edges(std::span<const glm::vec3> posit
   std::vector<std::uint8_t> flags(triangles.size(), 0);
   const float limit = static_cast<float>(std::cos(glm::radians(angle)));
   for_each_edge(triangles, weld_equal(positions), [&](int low, std::span<const EdgeSide> sides) {
-    const auto normal_of = [&](std::size_t k) { return normal[static_cast<std::size_t>(sides[k].triangle)]; };
+    const auto normal_of = [&](std::size_t k) { return normal[sides[k].triangle]; };
     const bool sharp = sides.size() != 2 || glm::dot(normal_of(0), normal_of(1)) < limit;
     if (!sharp || low == sides[0].high) return;
     for (const EdgeSide& side : sides) {
-      std::uint8_t& flag = flags[static_cast<std::size_t>(side.triangle)];
+      std::uint8_t& flag = flags[side.triangle];
       flag = static_cast<std::uint8_t>(flag | 1 << side.corner);
     }
   });

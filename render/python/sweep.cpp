@@ -125,7 +125,7 @@ py::dict table_of(const sim::Sweep& sweep, const sim::SweepTable& table) {
   sim::MatX responses(n, table.responses.cols());
   py::list ends, error_of;
   for (Eigen::Index k = 0; k < n; ++k) {
-    const auto at = static_cast<std::size_t>(points[static_cast<std::size_t>(k)]);
+    const std::size_t at = points[k];
     const auto row = static_cast<Eigen::Index>(at);
     ends.append(sim::point_end_words()[table.ends[at]]);
     cpu[k] = table.cpu[row];
