@@ -38,9 +38,13 @@ class Straight {
   bool run_pilot(const Scene& scene);
   Verdict judge_time();
   bool judge_space();
+  bool decided(const LeftOutWorth& w) const;
+  bool judge_deformations();
   bool judge_effects();
   std::optional<Finished> finish_as_written();
   std::optional<Finished> follow_vibrations();
+  std::optional<Finished> followed() const;
+  bool needs_more(const Finished& f);
   bool check(Finished& f) const;
   double energy_share() const;
   VecX sizes_of(const Histories& h) const;
@@ -185,20 +189,30 @@ bool Straight::judge_space() {
   return false;
 }
 
-// What the motion says of the effects that are off; those that a pair of runs tells better by one where they may decide.
-bool Straight::judge_effects() {
-  const auto decided = [&](const LeftOutWorth& w) {
-    return std::all_of(w.owners.begin(), w.owners.end(), [&](const std::string& owner) {
-      return std::any_of(run_.effects.begin(), run_.effects.end(),
-                         [&](const EffectState& s) { return s.owner == owner && s.effect == w.effect && t_.search.decides(s); });
-    });
-  };
+// Deformations that are off, by what the motion says of them.
+bool Straight::judge_deformations() {
   effects_ = 0.0;
   for (const LeftOutWorth& w : run_.left_out) {
     if (t_.search.touches && w.possible && w.share > may_shift_events) return false;
     if (w.share > 0.5 * t_.accuracy) return false;
     if (decided(w)) effects_ += w.share;
   }
+  return true;
+}
+
+// Whether the program left it out, not the scene.
+bool Straight::decided(const LeftOutWorth& w) const {
+  return std::all_of(w.owners.begin(), w.owners.end(), [&](const std::string& owner) {
+    return std::any_of(run_.effects.begin(), run_.effects.end(), [&](const EffectState& s) {
+      if (s.owner != owner || s.effect != w.effect) return false;
+      return t_.search.decides(s) || (s.effect == "shear" && s.by == "program");
+    });
+  });
+}
+
+// What the motion says of the effects that are off; those that a pair of runs tells better by one where they may decide.
+bool Straight::judge_effects() {
+  if (!judge_deformations()) return false;
   NeglectOptions check;
   check.tolerance = 10.0 * tolerance_;
   check.method = t_.options->method;
@@ -274,7 +288,7 @@ std::optional<Finished> Straight::finish_as_written() {
 
 // Undamped vibrations that have to be followed: exact for linear ones, with as many modes as convergence asks for. What a beam's eigenmodes
 // beyond the n-th bring to its ends falls as n^-3 at least (beta^-4, times the tangent that it is measured from).
-std::optional<Finished> Straight::follow_vibrations() {
+std::optional<Finished> Straight::followed() const {
   Task task = t_;
   task.straight = true;
   task.search.method = Method::exponential;
@@ -291,8 +305,36 @@ std::optional<Finished> Straight::follow_vibrations() {
   } catch (const SimulationError&) {
   } catch (const InputError&) {  // a scene that this method is not for
   }
-  if (!f || f->error > t_.accuracy || !check(*f)) return std::nullopt;
   return f;
+}
+
+// Whether the vibrations, followed, ask for effects that the run which stepped over them did not show; the search has them then. What they
+// are worth along this run counts from now on.
+bool Straight::needs_more(const Finished& f) {
+  SimulateOptions o = *t_.options;
+  o.tolerance.reset();
+  o.accuracy.reset();
+  o.estimate_error = false;
+  o.method = f.method;
+  run_ = run_judged(f.scene, o, t_.accuracy);
+  bool more = false;
+  const std::vector<EffectState> before = t_.search.states;
+  for (const EffectState& now : run_.effects)
+    for (const EffectState& s : before)
+      if (now.on && !s.on && s.owner == now.owner && s.effect == now.effect) t_.search.set_effect(s, true), more = true;
+  return more;
+}
+
+std::optional<Finished> Straight::follow_vibrations() {
+  constexpr int most_rounds = 3;
+  for (int round = 0; round < most_rounds; ++round) {
+    std::optional<Finished> f = followed();
+    if (!f || f->error > t_.accuracy) return std::nullopt;
+    if (needs_more(*f)) continue;
+    if (!judge_deformations() || std::hypot(f->error, effects_) > t_.accuracy || !check(*f)) return std::nullopt;
+    return f;
+  }
+  return std::nullopt;
 }
 
 std::optional<Finished> Straight::go(const Scene& as_given) {

@@ -6,13 +6,14 @@
 namespace flexframe::sim {
 
 MatX relative(const Histories& a, const Histories& reference) {
-  const VecX ranges = output_ranges(reference);
-  MatX out = at_times(a, reference.times).values - reference.values;
+  const Histories there = at_times(a, reference.times);
+  const VecX ranges = output_ranges(reference, there);
+  MatX out = there.values - reference.values;
   for (Eigen::Index c = 0; c < out.rows(); ++c) out.row(c) *= ranges[c] > 0.0 ? 1.0 / ranges[c] : 0.0;
   return out;
 }
 
-double apart(const Histories& a, const Histories& reference) { return compare_histories(a, reference, output_ranges(reference)).largest; }
+double apart(const Histories& a, const Histories& reference) { return compare_histories(a, reference, output_ranges(reference, a)).largest; }
 
 double largest(const MatX& m) { return m.size() > 0 ? m.cwiseAbs().maxCoeff() : 0.0; }
 

@@ -371,6 +371,11 @@ void update_closure_matrix(const Model& model, int cluster, W& work) {
       [&](int row, size_t lock) { cw.G(row, cw.locked[lock]) = 1.0; });
 }
 
+namespace {
+// A joint that moves so many times as far as the deformation that moves it stands beside its dead point: the deformation follows it instead.
+constexpr double beside_dead_point = 50.0, least_of_joints = 1.0 / beside_dead_point;
+}  // namespace
+
 Partition choose_partition(const Model& model, int cluster, Work& work, bool strict) {
   const Cluster& c = model.clusters[cluster];
   update_closure_matrix(model, cluster, work);
@@ -411,6 +416,14 @@ Partition choose_partition(const Model& model, int cluster, Work& work, bool str
             for (int r = 0; r < rows; ++r)
               if (!row_used[r] && std::abs(A(r, k)) > floor) largest = std::max(largest, std::abs(A(r, k)));
         if (largest == 0.0) break;
+        if (columns == &joint_columns && largest < least_of_joints) {
+          // Beside a dead point, where what deforms closes the loop instead: two elastic bars pushed through their line.
+          double deformed = 0.0;
+          for (int k : elastic_columns)
+            for (int r = 0; r < rows; ++r)
+              if (!row_used[r]) deformed = std::max(deformed, std::abs(A(r, k)));
+          if (largest < least_of_joints * deformed) break;
+        }
         // A sound pivot (a fifth of the largest at least) of the deepest joint.
         int best_row = -1, best = -1;
         for (int k : *columns) {
@@ -739,14 +752,16 @@ double partition_growth(const Model& model, int cluster, const Work& work) {
     return k < 0 ? elastic_reach(model.parts[part], c.v0 + rate - model.parts[part].ev0, c.size) : 0.0;
   };
   double growth = 0.0;
-  for (size_t d = 0; d < cw.partition.dep.size(); ++d) {
-    double sd = rate_scale(model, cluster, cw.partition.dep[d]);
-    // A deformation that closes the loop is measured against the others that could.
-    const bool deforms = sd == 0.0;
-    if (deforms) sd = elastic_scale(cw.partition.dep[d]);
-    for (size_t i = 0; i < cw.partition.ind.size(); ++i) {
-      const double si = deforms ? elastic_scale(cw.partition.ind[i]) : rate_scale(model, cluster, cw.partition.ind[i]);
-      if (si > 0.0) growth = std::max(growth, std::abs(cw.E(d, i)) * sd / si);
+  for (size_t i = 0; i < cw.partition.ind.size(); ++i) {
+    const double joint = rate_scale(model, cluster, cw.partition.ind[i]);
+    const double elastic = joint == 0.0 ? elastic_scale(cw.partition.ind[i]) : 0.0;
+    for (size_t d = 0; d < cw.partition.dep.size(); ++d) {
+      const double ratio = std::abs(cw.E(d, i)), sd = rate_scale(model, cluster, cw.partition.dep[d]);
+      if (sd > 0.0 && joint > 0.0) growth = std::max(growth, ratio * sd / joint);
+      // A joint that follows a deformation counts beside its dead point only: there the deformation is to follow the joint.
+      if (sd > 0.0 && elastic > 0.0) growth = std::max(growth, ratio * sd / elastic * (largest_growth / beside_dead_point));
+      // A deformation that closes the loop is measured against the others that could.
+      if (sd == 0.0 && elastic > 0.0) growth = std::max(growth, ratio * elastic_scale(cw.partition.dep[d]) / elastic);
     }
   }
   return growth;

@@ -70,7 +70,9 @@ template <class W>
 double coupling_factor(const Model& model, const W& work, const CouplingRow::Term& term);
 
 // Largest |dw_dep/dw_ind| among joint rates and among elastic rates, each in metres per metre: how far the partition is from singular (1 is
-// good).
+// good). Joints that follow a deformation count a fifth of that. Beyond largest_growth dependent coordinates amplify the error of the
+// independent ones: others are to be taken.
+inline constexpr double largest_growth = 10.0;
 double partition_growth(const Model& model, int cluster, const Work& work);
 
 // Characteristic scale of a rate of a cluster: 1 for a translation, the cluster's size for a rotation, 0 for an elastic rate.

@@ -21,6 +21,23 @@ std::vector<std::pair<Eigen::Index, Eigen::Index>> common_samples(const VecX& a,
   return out;
 }
 
+// Range of the vector that each column belongs to.
+VecX vector_ranges(const Histories& h) {
+  const Eigen::Index n = h.values.rows();
+  VecX own = VecX::Zero(n), out = VecX::Zero(n);
+  if (h.values.cols() > 0) own = h.values.rowwise().maxCoeff() - h.values.rowwise().minCoeff();
+  std::map<std::pair<std::string, std::string>, double> of_vector;  // by name and unit
+  const auto key = [&](Eigen::Index k) { return std::pair(h.columns[k].substr(0, h.columns[k].rfind('.')), h.units[k]); };
+  for (Eigen::Index k = 0; k < n; ++k) {
+    double& range = of_vector[key(k)];
+    range = std::max(range, own[k]);
+  }
+  for (Eigen::Index k = 0; k < n; ++k) out[k] = of_vector[key(k)];
+  return out;
+}
+
+bool kinematic(const std::string& unit) { return unit == "m" || unit == "rad" || unit == "m/s" || unit == "rad/s"; }
+
 }  // namespace
 
 Histories to_histories(const Results& results) {
@@ -39,15 +56,14 @@ Histories to_histories(const Results& results) {
 
 VecX output_ranges(const Histories& h) {
   const Eigen::Index n = h.values.rows();
-  VecX own = VecX::Zero(n), out = VecX::Zero(n);
+  VecX out = VecX::Zero(n);
   if (h.values.cols() == 0) return out;
+  const VecX ranges = vector_ranges(h);
   // What counts as moving is seen against the largest output of the same unit.
   std::map<std::string, double> largest;
   for (Eigen::Index k = 0; k < n; ++k) {
-    const auto row = h.values.row(k);
-    own[k] = row.maxCoeff() - row.minCoeff();
     double& m = largest[h.units[k]];
-    m = std::max(m, row.cwiseAbs().maxCoeff());
+    m = std::max(m, h.values.row(k).cwiseAbs().maxCoeff());
   }
   // Where every output of a unit stands still, what is left is rounding of other sizes: moments of forces, angles of a turn, speeds of the
   // places passed.
@@ -62,20 +78,35 @@ VecX output_ranges(const Histories& h) {
                                                   {"m/s^2", 1e-12 * length / (duration * duration)},
                                                   {"N", 1e-12 * force},
                                                   {"N m", 1e-12 * force * reach}};
-  const auto kinematic = [](const std::string& unit) { return unit == "m" || unit == "rad" || unit == "m/s" || unit == "rad/s"; };
-  const auto name = [&](Eigen::Index k) {
-    const std::string& column = h.columns[k];
-    return column.substr(0, column.rfind('.'));
-  };
   for (Eigen::Index k = 0; k < n; ++k) {
     const std::string& unit = h.units[k];
-    double range = 0.0;
-    for (Eigen::Index i = 0; i < n; ++i)
-      if (h.units[i] == unit && name(i) == name(k)) range = std::max(range, own[i]);
+    const double range = ranges[k];
     if (unit == "J") out[k] = std::max(range, h.energy_scale);
     else if (const auto floor = rounding.find(unit);
              range > std::max((kinematic(unit) ? 1e-11 : 1e-6) * largest[unit], floor == rounding.end() ? 0.0 : floor->second))
       out[k] = range;
+  }
+  return out;
+}
+
+VecX output_ranges(const Histories& run, const Histories& other) {
+  constexpr double rounding = 1e-14, alike = 0.1;
+  VecX out = output_ranges(run);
+  if (run.columns != other.columns || (out.array() > 0.0).all()) return out;
+  const VecX ranges = vector_ranges(run);
+  const auto samples = common_samples(other.times, run.times);
+  double length = run.scales.length;
+  for (Eigen::Index k = 0; k < out.size(); ++k)
+    if (run.units[k] == "m") length = std::max(length, run.values.row(k).cwiseAbs().maxCoeff());
+  const double duration = std::max(run.times[run.times.size() - 1] - run.times[0], 1e-300);
+  for (Eigen::Index k = 0; k < out.size(); ++k) {
+    const std::string& unit = run.units[k];
+    if (out[k] > 0.0 || !kinematic(unit)) continue;
+    const double least = rounding * (unit.starts_with("m") ? length : 1.0) / (unit.ends_with("/s") ? duration : 1.0);
+    if (ranges[k] <= least) continue;
+    double apart = 0.0;
+    for (const auto& [i, j] : samples) apart = std::max(apart, std::abs(other.values(k, i) - run.values(k, j)));
+    if (apart <= alike * ranges[k]) out[k] = ranges[k];
   }
   return out;
 }

@@ -1,9 +1,11 @@
 #include "sim/run/left_out.h"
 
+#include "sim/bodies/normal_modes.h"
 #include "sim/dynamics/dynamics.h"
 #include "sim/dynamics/kinematics.h"
 #include "sim/model/bodies.h"
 #include "sim/results/histories.h"
+#include "sim/start/statics.h"
 
 #include <fmt/format.h>
 #include <Eigen/QR>
@@ -89,6 +91,25 @@ bool evaluated(Quantity q) {
          q == Quantity::distance;
 }
 
+// A load that comes with more than that share of its largest value strikes.
+constexpr double at_once = 0.05;
+
+// Whether a load jumps by more than `least` at one of its switches.
+bool jumps(const TimeFunction& expression, const std::vector<double>& switches, double least) {
+  TimeFunction f = expression;
+  f.unfreeze();
+  constexpr size_t most_looked_at = 100;
+  for (size_t k = 0; k < switches.size() && k < most_looked_at; ++k) {
+    const double beside = 1e-9 * std::max(switches[k], 1e-300);
+    try {
+      if (std::abs(f.jet(switches[k] + beside).value - f.jet(switches[k] - beside).value) > least) return true;
+    } catch (const SimulationError&) {
+      return false;  // what is no number is the run's affair
+    }
+  }
+  return false;
+}
+
 bool on(const std::vector<EffectState>& states, const std::string& owner, std::string_view effect) {
   return std::any_of(states.begin(), states.end(), [&](const EffectState& s) { return s.owner == owner && s.effect == effect && s.on; });
 }
@@ -153,19 +174,21 @@ std::vector<size_t> LeftOut::looks(const System& system, const std::vector<doubl
                                     [&](const Part& p) { return p.joint.motion == static_cast<int>(e); });
     TimeFunction f = expression;
     f.unfreeze();
-    double most = -1.0;
+    double most = -1.0, first = 0.0;
     size_t at = 0;
     for (size_t i = 0; i < n; i += std::max<size_t>(1, n / 2000)) {
       try {
         const TimeJet jet = f.jet(times[i]);
         const double size = motion ? std::abs(jet.acceleration) : std::abs(jet.value);
         if (size > most) most = size, at = i;
+        if (i == 0) first = size;
       } catch (const SimulationError&) {
         break;  // what is no number is the run's affair
       }
     }
     out.push_back(at);
     const std::vector<double> switches = expression.switch_times(0.0, system.model.settings.duration);
+    struck_ = struck_ || (!motion && most > 0.0 && ((first > at_once * most && !wants_statics(system.scene)) || jumps(expression, switches, at_once * most)));
     switches_.insert(switches_.end(), switches.begin(), switches.end());
     for (size_t k = 0; k < switches.size() && k < wanted_looks; ++k) {
       const size_t after = std::upper_bound(times.begin(), times.end(), switches[k]) - times.begin();
@@ -565,12 +588,35 @@ LeftOut::Drift LeftOut::drift(const Item& item, const Results& results) const {
                  passed = 2.0 * std::numbers::pi * cycles;
     // Deformation that follows its loads slowly keeps their phase; one that starts with them lags behind.
     const double lost = std::max(passed < least ? 0.0 : 0.5 * passed, 2.0 * lag(results.times, column, omega) / range);
-    const double here = std::min(1.0, changing * together * left_out / stored * lost);
+    const double first = changing * together * left_out / stored * lost;
+    const double here = std::min(1.0, first * (struck_ && item.effect == "shear" ? with_higher_forms(item, first) : 1.0));
     if (here * range <= largest) continue;
     largest = here * range;
     out = {here, range, duration > 0.0 ? std::max(passed / duration, omega) : 0.0};
   }
   return out;
+}
+
+// What comes at once excites all forms, the n-th by (w1/wn)^2 of the first, and shear slows them in proportion to their frequency: each of
+// them is moved as far as the first, until it is out of phase altogether. Where the body is damped they die away before that.
+double LeftOut::with_higher_forms(const Item& item, double phase) const {
+  double most = 1.0;
+  for (const Part& p : model_.parts) {
+    if (std::find(item.bodies.begin(), item.bodies.end(), p.scene_body) == item.bodies.end() || p.body.n == 0 || p.body.De.size() > 0)
+      continue;
+    std::map<int, std::vector<double>> squares;  // of the frequencies in one direction, ascending
+    for (int k = 0; k < p.body.n; ++k)
+      if (const int direction = coordinate_direction(p.body, k); direction == 1 || direction == 2)
+        squares[direction].push_back(p.body.Ke(k, k) / p.body.Me(k, k));
+    for (auto& [direction, list] : squares) {
+      std::sort(list.begin(), list.end());
+      double sum = 0.0;
+      for (const double square : list)
+        if (list.front() > 0.0) sum += std::min(1.0, 2.0 * list.front() / (square * std::max(phase, 1e-12)));
+      most = std::max(most, sum);
+    }
+  }
+  return most;
 }
 
 double LeftOut::out_of_phase(const Drift& drift, const Column& column, const std::string& unit, double range) const {
@@ -602,6 +648,8 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
   double deflected = 0.0;
   for (const ResultBody& body : results.bodies)
     if (body.displacement.size() > 0) deflected = std::max(deflected, body.displacement.cwiseAbs().maxCoeff());
+  // Without loops, which close to that, what stands still stands exactly.
+  const double still = model_.loops.empty() ? 1e-13 : 1e-9;
   const auto vector_of = [&](size_t c) { return run.columns[c].substr(0, run.columns[c].rfind('.')) + "\n" + run.units[c]; };
   std::map<std::string, double> sizes;  // of a vector
   for (size_t c = 0; c < columns_.size(); ++c) {
@@ -641,7 +689,7 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
       // What counts as moving: histories.cpp.
       const bool length = run.units[c] == "m", kinematic = length || run.units[c] == "m/s" || run.units[c].starts_with("rad");
       const double floor = run.units[c] == "N m" ? 1e-12 * largest["N"] : run.units[c].starts_with("rad") ? 1e-12 : 0.0;
-      if (range <= std::max((kinematic ? 1e-9 : 1e-6) * std::max(largest[run.units[c]], most), floor)) continue;
+      if (range <= std::max((kinematic ? still : 1e-6) * std::max(largest[run.units[c]], most), floor)) continue;
       const double drifted = known > 0.0 ? lost.phase * out_of_phase(lost, columns_[c], run.units[c], range) : 0.0;
       const double share = error[c] / range + drifted;
       if (share <= found.share) continue;

@@ -83,6 +83,8 @@ class LeftOut {
     double phase = 0.0, deflection = 0.0, frequency = 0.0;
   };
   Drift drift(const Item& item, const Results& results) const;
+  // By how much more all vibrations of a struck beam are moved by shear than the first one, which loses so much phase.
+  double with_higher_forms(const Item& item, double phase) const;
   // Share of its range by which a column of the outputs is moved when that vibration is out of phase.
   double out_of_phase(const Drift& drift, const Column& column, const std::string& unit, double range) const;
   // Largest |z|, |z'|, |z''| of a row of `change`, and of z - s relative to the largest |s|.
@@ -101,6 +103,7 @@ class LeftOut {
   std::vector<Pose> offset_, pose_;  // of the frames on beams, as they are
   Reactions reactions_;
   std::vector<double> switches_;                    // of loads and motions, s
+  bool struck_ = false;                             // a load comes or goes at once
   std::vector<char> sudden_;                        // a look: loads switched since the one before
   std::vector<double> times_, strain_, bent_mass_;  // a look: s; strain energy, J; sum m d^2 of the deformation, kg m^2
 };

@@ -61,9 +61,9 @@ void build(System& system) {
   check_springs(system.model, system.scene, system.work);
 }
 
-// Flutter that a thousandth of critical damping would hold, less than any part has, and that grows by less than e within the run is no part
-// of its results.
-constexpr double little_damping = 1e-3;
+// Flutter that half a hundredth of critical damping would hold, less than joints bring, and that grows by less than e within the run is no
+// part of its results.
+constexpr double little_damping = 5e-3;
 
 // Which state a static start found.
 void say_rest(const StaticSolution& found, double duration, Notes& notes) {

@@ -194,7 +194,7 @@ void renew_partitions(const Model& model, bool by_size, Work& work) {
     ClusterWork& cw = work.clusters[c];
     if (cw.partition.dep.empty()) continue;
     if (by_size) cw.partition = close_by_size(model, cluster, work);
-    else if (partition_growth(model, cluster, work) >= 10.0) cw.partition = choose_partition(model, cluster, work, true);
+    else if (partition_growth(model, cluster, work) >= largest_growth) cw.partition = choose_partition(model, cluster, work, true);
   }
 }
 

@@ -19,7 +19,7 @@ constexpr int most_terms = 64;
 constexpr double negligible = 1e-4;
 // Radians within a step from which on a vibration is taken out of the remainder, gradually.
 constexpr double turned = 4.0;
-constexpr double safety = 0.9, largest_growth = 2.0, least_shrink = 0.2;
+constexpr double safety = 0.9, most_lengthened = 2.0, least_shrink = 0.2;
 
 }  // namespace
 
@@ -312,7 +312,7 @@ double ExponentialSolver::step(double t_stop, VecX& y) {
     else if (h > 0.5 * room) h = 0.5 * room;
     if (h <= 1e-14 * std::max(std::abs(time_), room) && h < room) throw SimulationError("the steps became too small");
     const bool whole = attempt(h);
-    const double factor = whole ? std::clamp(safety * std::cbrt(1.0 / std::max(error_, 1e-6)), least_shrink, largest_growth) : 0.25;
+    const double factor = whole ? std::clamp(safety * std::cbrt(1.0 / std::max(error_, 1e-6)), least_shrink, most_lengthened) : 0.25;
     if (whole && error_ <= 1.0) {
       previous_ = time_;
       time_ = h == room ? t_stop : time_ + h;

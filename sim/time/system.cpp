@@ -187,8 +187,7 @@ bool renew_partitions(System& system, double t, const VecX& y) {
     const int cluster = static_cast<int>(c);
     ClusterWork& cw = system.work.clusters[c];
     if (cw.partition.dep.empty()) continue;
-    // Dependent coordinates that run ten times as fast as the independent ones amplify their error as much.
-    if (partition_growth(system.model, cluster, system.work) < 10.0) continue;
+    if (partition_growth(system.model, cluster, system.work) < largest_growth) continue;
     if (!here) set_state(system, t, y.data(), false);
     here = true;
     const Partition next = choose_partition(system.model, cluster, system.work, true);
