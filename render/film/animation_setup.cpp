@@ -229,6 +229,33 @@ void set_stress_bar(Animation& animation, double reach, double largest, double a
                                largest > 1.0 ? ": something yields, and the motion is not computed for that" : ""));
 }
 
+// Whether any body that is seen has what it is to be coloured by.
+bool has_values(const Animation& animation, const Survey& survey) {
+  if (survey.moments.empty()) return false;
+  const double t = survey.moments.front().t;
+  for (size_t b = 0; b < animation.bodies.size(); ++b) {
+    const BodyModel& model = animation.bodies[b];
+    if (!model.visible || model.mesh.triangles.empty()) continue;
+    BodyMemory memory;
+    ScalarMemory work;
+    std::vector<float> scalars;
+    if (model.flexible) update_displacement(model, animation.results->bodies[b], find_sample(animation.results->times, t), memory);
+    update_scalars({model, *animation.results, b, animation.settings}, t, memory, work, scalars);
+    if (!scalars.empty()) return true;
+  }
+  return false;
+}
+
+// What [render] color_by asks of a body, in words.
+std::string values_wanted(const RenderSettings& settings) {
+  if (settings.color_by == ColorBy::mode)
+    return fmt::format("an elastic coordinate {} in which its displacement is linear (color_by = \"mode\")", settings.mode);
+  if (settings.color_by == ColorBy::stress)
+    return "stress: beams with a section, and bodies with stress modes have it (color_by = \"stress\")";
+  if (settings.color_by == ColorBy::velocity) return "a speed: the run has one sample (color_by = \"velocity\")";
+  return fmt::format("elastic displacement (color_by = \"{}\")", settings.color_by == ColorBy::strain ? "strain" : "map_error");
+}
+
 void set_colors(Animation& animation, const Survey& survey) {
   double all = survey.largest_scalar, at = 0.0;
   const double largest = upper_end(animation, survey, all, at);
@@ -244,7 +271,12 @@ void set_colors(Animation& animation, const Survey& survey) {
   if (map.logarithmic && !range) map.lower = 1e-3 * map.upper;
   if (all > map.upper * (1.0 + 1e-9)) map.above = all;
   const ColorBy by = animation.settings.color_by;
-  if (by == ColorBy::none || by == ColorBy::body || (largest <= 0.0 && !range)) return;
+  if (by == ColorBy::none || by == ColorBy::body) return;
+  if (by != ColorBy::displacement && largest <= 0.0 && !has_values(animation, survey)) {
+    animation.warnings.push_back(fmt::format("no body has {}: none is coloured", values_wanted(animation.settings)));
+    return;
+  }
+  if (largest <= 0.0 && !range) return;
   const double reach = std::max(std::abs(animation.scalar_map.lower), std::abs(animation.scalar_map.upper));
   if (by == ColorBy::strain) {
     const bool small = reach < 0.01;

@@ -134,6 +134,20 @@ void add_arrows(const Animation& animation, double t, const SamplePlace& now, re
   }
 }
 
+// A plate across the end of a coil that the ground holds, square to where the coil lay at the start: fixed as the ground is. Empty where
+// the ground holds none or a joint is drawn there already.
+render::Shape make_mount(const sim::Results& results, const SpringSymbol& spring) {
+  if (!(spring.coil > 0.0) || (spring.from.body >= 0) == (spring.to.body >= 0)) return {};
+  const bool first = spring.from.body < 0;
+  const glm::dvec3 at(place_pose(results, first ? spring.from : spring.to, {0, 0.0}, 1.0)[3]),
+      other(place_pose(results, first ? spring.to : spring.from, {0, 0.0}, 1.0)[3]);
+  if (!(glm::length(at - other) > 4.0 * spring.wire)) return {};
+  for (const sim::ResultJoint& joint : results.joints)
+    if (joint.position.rows() > 0 && glm::length(glm::dvec3(joint_pose(joint, {0, 0.0})[3]) - at) < spring.coil) return {};
+  const double radius = 1.5 * spring.coil;
+  return render::make_tube(std::array{at, at + 0.45 * radius * glm::normalize(at - other)}, radius, 24);
+}
+
 // From frame to frame: a coil, or with no radius of one a straight wire. radii, m.
 void add_springs(Animation& animation, const sim::Scene& scene, const std::vector<sim::FrameRef>& frames, double coil, double wire) {
   std::vector<FramePlace> places;
@@ -283,7 +297,17 @@ void update_attachments(const Animation& animation, int picture, PictureMemory& 
   }
   for (const FramePlace& triad : animation.triads)
     p.triads.push_back({place_pose(results, triad, now, animation.scales[0]), animation.triad_length, hidden_share});
+  const auto add_steel = [&p](const render::Shape& shape) {
+    render::Surface surface;
+    surface.positions = shape.positions;
+    surface.normals = shape.normals;
+    surface.triangles = shape.triangles;
+    surface.material = {.color = {0.30f, 0.33f, 0.38f}, .roughness = 0.3f, .metallic = 0.6f};
+    surface.two_sided = false;
+    p.surfaces.push_back(surface);
+  };
   memory.springs.resize(animation.springs.size());
+  memory.springs.reserve(2 * animation.springs.size());  // and their mounts
   for (size_t k = 0; k < animation.springs.size(); ++k) {
     const SpringSymbol& spring = animation.springs[k];
     const glm::dvec3 a(place_pose(results, spring.from, now, animation.scales[0])[3]),
@@ -292,13 +316,9 @@ void update_attachments(const Animation& animation, int picture, PictureMemory& 
     if (!(glm::length(b - a) > 4.0 * spring.wire)) continue;
     memory.springs[k] =
         spring.coil > 0.0 ? render::make_spring(a, b, spring.coil, spring.wire) : render::make_tube(std::array{a, b}, spring.wire, 16);
-    render::Surface surface;
-    surface.positions = memory.springs[k].positions;
-    surface.normals = memory.springs[k].normals;
-    surface.triangles = memory.springs[k].triangles;
-    surface.material = {.color = {0.30f, 0.33f, 0.38f}, .roughness = 0.3f, .metallic = 0.6f};
-    surface.two_sided = false;
-    p.surfaces.push_back(surface);
+    add_steel(memory.springs[k]);
+    if (render::Shape mount = make_mount(results, spring); !mount.triangles.empty())
+      add_steel(memory.springs.emplace_back(std::move(mount)));
   }
 }
 

@@ -375,11 +375,29 @@ interp::MeshView BodyModel::view() const {
 
 namespace {
 
+// The one material that all triangles of a mesh file have, not the reader's own that none has; the first where they have several.
+const render::MeshMaterial& chief_material(const render::Mesh& mesh) {
+  const std::vector<int>& of = mesh.triangle_material;
+  const bool one = !of.empty() && std::all_of(of.begin(), of.end(), [&](int m) { return m == of.front(); });
+  return mesh.materials[one ? static_cast<size_t>(of.front()) : 0];
+}
+
+// Of the materials that triangles have: the largest opacity, and whether there are others.
+std::pair<float, bool> opacity_of(const render::Mesh& mesh) {
+  float least = 1.0f, largest = 0.0f;
+  for (const int m : mesh.triangle_material) {
+    least = std::min(least, mesh.materials[static_cast<size_t>(m)].opacity);
+    largest = std::max(largest, mesh.materials[static_cast<size_t>(m)].opacity);
+  }
+  return mesh.triangle_material.empty() ? std::pair(1.0f, false) : std::pair(largest, least < largest);
+}
+
 // Colour and finish: the scene's, the category's, the file's, or by kind.
 void set_material(const sim::ResultBody& body, const BodyLook& look, const RenderSettings& settings, int index, BodyModel& model) {
   const render::Mesh& mesh = model.mesh;
-  model.material = mesh.materials.empty() ? render::Material{} : mesh.materials.front().look;
-  model.opacity = look.opacity * (mesh.materials.empty() ? 1.0f : mesh.materials.front().opacity);
+  const bool from_file = !body.mesh.empty() && !mesh.materials.empty();
+  model.material = mesh.materials.empty() ? render::Material{} : from_file ? chief_material(mesh).look : mesh.materials.front().look;
+  model.opacity = look.opacity * (from_file ? opacity_of(mesh).first : 1.0f);
   if (settings.color_by == ColorBy::body) model.material.color = render::category_color(index);
   else if (body.kind == "rigid" && body.mesh.empty())
     model.material = {.color = {0.42f, 0.46f, 0.52f}, .roughness = 0.4f, .metallic = 0.2f};
@@ -522,9 +540,9 @@ BodyModel make_body_model(const sim::ResultBody& body, const BodyDrawing& drawin
     for (int c = 0; c < 3; ++c) model.rest.push_back(static_cast<float>(p[c]));
 
   if (body.kind == "beam" && body.mesh.empty() && body.surface.triangles.rows() == 0) model.spine = spine_of(mesh, size);
-  if (!mesh.materials.empty() && mesh.materials.size() > 1 &&
-      std::any_of(mesh.materials.begin(), mesh.materials.end(), [&](const auto& m) { return m.opacity != mesh.materials.front().opacity; }))
-    model.warnings.push_back("its materials differ in opacity ('d' of the MTL file): all of it is drawn with that of the first");
+  if (!body.mesh.empty() && opacity_of(mesh).second)
+    model.warnings.push_back(fmt::format("its materials differ in opacity ('d' of the MTL file): all of it is drawn with the largest, {:g}",
+                                         opacity_of(mesh).first));
 
   std::vector<int> corner_position, corner_group;
   for (size_t k = 0; k < mesh.triangles.size(); ++k)

@@ -40,7 +40,11 @@ void write_contact_sheet(const Animation& animation, const SheetRange& range, re
                          const std::filesystem::path& path) {
   const int count = std::min(range.count, range.pictures);
   if (count < 1) return;
-  const int columns = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(count)))), rows = (count + columns - 1) / columns;
+  // As good as square; one column more where that leaves fewer cells empty.
+  const auto rows_of = [count](int columns) { return (count + columns - 1) / columns; };
+  int columns = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(count))));
+  if ((columns + 1) * rows_of(columns + 1) < columns * rows_of(columns)) ++columns;
+  const int rows = rows_of(columns);
 
   // What stands around the cells, and the room it leaves them.
   render::Picture frame;
@@ -48,6 +52,11 @@ void write_contact_sheet(const Animation& animation, const SheetRange& range, re
   frame.overlay.time.clear();
   frame.overlay.plots.clear();
   frame.overlay.triad = false;
+  // The bar keeps its unit; its label stands below the title, where it takes no room from the cells.
+  if (std::optional<render::ScalarBar>& bar = frame.overlay.scalar_bar; bar && !bar->unit.empty()) {
+    frame.overlay.note += (frame.overlay.note.empty() ? "colours: " : "; colours: ") + bar->label;
+    bar->label.clear();
+  }
   frame.background.top = frame.background.bottom;
   const render::Size film = animation.settings.size;
   const double shape = static_cast<double>(film.height) / film.width;
@@ -61,8 +70,10 @@ void write_contact_sheet(const Animation& animation, const SheetRange& range, re
     inner = layout.inner;
     cell.width = std::clamp((inner.width - gap) / columns - gap, 16, film.width);
     cell.height = std::max(16, static_cast<int>(std::lround(cell.width * shape)));
-    const int around = frame.size.height - inner.height;
-    frame.size.height = std::clamp(rows * (cell.height + gap) + gap + around, 2 * narrowest, 16384);
+    // As large as the cells and what stands around them, and no larger.
+    const int above = frame.size.height - inner.height, beside = frame.size.width - inner.width;
+    frame.size.height = std::clamp(rows * (cell.height + gap) + gap + above, narrowest, 16384);
+    frame.size.width = std::clamp(columns * (cell.width + gap) + gap + beside, 2 * narrowest, widest);
   }
 
   render::Image sheet = renderer.draw(frame);

@@ -109,10 +109,43 @@ Camera fit_camera(std::span<const glm::dvec3> points, Size size, const FitOption
   return camera;
 }
 
+namespace {
+
+// A rectangle of the scene area, pixels, that a point of them falls into.
+bool any_within(std::span<const glm::dvec3> points, const Camera& camera, Size size, const PixelRect& box) {
+  const glm::dmat4 view = view_matrix(camera);
+  const bool flat = camera.projection == Projection::orthographic;
+  const double t = flat ? 0.5 * camera.height : std::tan(glm::radians(0.5 * camera.fov)), aspect = double(size.width) / size.height;
+  return std::any_of(points.begin(), points.end(), [&](const glm::dvec3& p) {
+    const glm::dvec3 q(view * glm::dvec4(p, 1.0));
+    const double depth = flat ? 1.0 : -q.z;
+    if (!(depth > 0.0)) return false;
+    const double x = 0.5 * size.width * (1.0 + q.x / (t * aspect * depth)), y = 0.5 * size.height * (1.0 - q.y / (t * depth));
+    return x > box.x && x < box.x + box.width && y > box.y && y < box.y + box.height;
+  });
+}
+
+}  // namespace
+
 Camera fit_camera(const Picture& picture, std::span<const glm::dvec3> points, FitOptions options) {
   const Layout layout = make_layout(picture);
+  const Size size{layout.scene.width, layout.scene.height};
   options.insets = layout.insets;
-  return fit_camera(points, {layout.scene.width, layout.scene.height}, options);
+  const Camera camera = fit_camera(points, size, options);
+  if (!layout.has_bar || layout.bar.words.empty()) return camera;
+  // The bar's label is wider than the bar. Where it would lie over what is seen, the fit stays beside or below it, whichever shows more,
+  // unless that costs more of the size than it is worth.
+  constexpr double most = 1.12;
+  const TextLine& label = layout.bar.words.front();
+  const int room = static_cast<int>(label.size), left = static_cast<int>(label.x) - room;
+  const PixelRect box{left, static_cast<int>(label.y) - 2 * room, size.width - left, 3 * room};
+  if (!any_within(points, camera, size, box)) return camera;
+  FitOptions beside = options, below = options;
+  beside.insets.right = std::max(options.insets.right, 1.0 - double(box.x) / size.width);
+  below.insets.top = std::max(options.insets.top, double(box.y + box.height) / size.height);
+  const Camera a = fit_camera(points, size, beside), b = fit_camera(points, size, below);
+  const Camera& better = a.height <= b.height ? a : b;
+  return better.height <= most * camera.height ? better : camera;
 }
 
 FitOptions default_view(std::span<const glm::dvec3> points, const glm::dvec3& gravity) {

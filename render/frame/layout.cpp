@@ -47,7 +47,8 @@ std::string axis_text(const std::string& label, int exponent, double size, doubl
 }
 
 std::string bar_text(const ScalarBar& bar, int exponent, double size, double room) {
-  return axis_text(bar.unit.empty() ? bar.label : bar.label + " [" + bar.unit + "]", exponent, size, room);
+  const std::string unit = bar.unit.empty() ? "" : "[" + bar.unit + "]";
+  return axis_text(bar.label.empty() ? unit : unit.empty() ? bar.label : bar.label + " " + unit, exponent, size, room);
 }
 
 // Numbers beside a scalar bar: its ends, then round ones in between; of logarithmic colours powers of ten and twice and five times those.
@@ -454,7 +455,7 @@ struct Builder {
       double size;
       const char* name;
     };
-    static constexpr Unit units[] = {{1e3, "km"}, {1.0, "m"}, {1e-3, "mm"}, {1e-6, "µm"}, {1e-9, "nm"}};
+    static constexpr Unit units[] = {{1e3, "km"}, {1.0, "m"}, {1e-3, "mm"}, {1e-6, "µm"}, {1e-9, "nm"}, {1e-12, "pm"}};
     for (const Unit& u : units)
       if (m >= 0.0999 * u.size && (u.size == 1.0 || m >= 0.999 * u.size))
         return fmt::format("{:g} {}", std::round(m / u.size * 1e6) / 1e6, u.name);

@@ -1,11 +1,14 @@
 """Videos of `render` and `export`, read back by ffprobe and by the format's own rules: every picture, at the rate asked for."""
 import fractions
+import base64
 import json
 import os
 import pathlib
+import re
 import shutil
 import struct
 import subprocess
+import sys
 
 from program import examples, expect, finish, run, temporary_folder
 
@@ -42,6 +45,84 @@ def animated_png(path):
             delays.append(fractions.Fraction(*struct.unpack_from(">HH", data, at + 8 + 20)))
         at += 12 + size
     return frames, delays
+
+
+PAGE = """<video id="v" muted src="data:video/mp4;base64,%s"></video><img id="i" src="data:image/png;base64,%s"><pre id="out">none</pre>
+<script>
+const video = document.getElementById("v"), still = document.getElementById("i");
+function pixels(what, w, h) {
+  const c = document.createElement("canvas");
+  c.width = w, c.height = h;
+  const g = c.getContext("2d");
+  g.drawImage(what, 0, 0);
+  return g.getImageData(0, 0, w, h).data;
+}
+function judge() {
+  const w = still.naturalWidth, h = still.naturalHeight, a = pixels(still, w, h), b = pixels(video, w, h);
+  const shades = new Map();
+  for (let y = 6; y < h - 6; y += 3)
+    for (let x = 6; x < w - 6; x += 3) {
+      // Only where the picture is even: edges are the codec's to blur.
+      let even = true;
+      for (let v = -6; v <= 6 && even; v += 2)
+        for (let u = -6; u <= 6 && even; u += 2)
+          for (let k = 0; k < 3; ++k) even = even && Math.abs(a[4 * ((y + v) * w + x + u) + k] - a[4 * (y * w + x) + k]) <= 3;
+      if (!even) continue;
+      // The mean over all places of a shade: what is off at single ones is the codec's noise.
+      const p = 4 * (y * w + x), name = [a[p] >> 3, a[p + 1] >> 3, a[p + 2] >> 3].join();
+      const shade = shades.get(name) || { count: 0, off: [0, 0, 0], vivid: false };
+      shades.set(name, shade);
+      ++shade.count;
+      shade.vivid = Math.max(a[p], a[p + 1], a[p + 2]) - Math.min(a[p], a[p + 1], a[p + 2]) > 60;
+      for (let k = 0; k < 3; ++k) shade.off[k] += b[p + k] - a[p + k];
+    }
+  const most = [0, 0, 0];
+  let vivid = 0, all = 0;
+  for (const shade of shades.values())
+    if (shade.count >= 50) {
+      ++all;
+      vivid += shade.vivid;
+      shade.off.forEach((off, k) => { most[k] = Math.max(most[k], Math.abs(off / shade.count)); });
+    }
+  document.getElementById("out").textContent =
+      `shades ${all} vivid ${vivid} most ${most.map(x => x.toFixed(2)).join(" ")} of ${video.videoWidth} x ${video.videoHeight}`;
+}
+video.onloadeddata = () => { video.onseeked = judge; video.currentTime = 0.001; };
+</script>"""
+
+
+def browser(folder):
+    """Chromium shows the colours of the pictures: red and green of every even shade at most 3 levels off, in a film of 720 lines."""
+    if "--browser" not in sys.argv:
+        return
+    program = shutil.which("chromium") or shutil.which("google-chrome")
+    expect(program, "Chromium is missing: install the section [nightly] of tests/packages.txt")
+    (folder / "vivid.toml").write_text(
+        '[render]\nsize = [1280, 720]\ncolor_by = "displacement"\nbands = 6\nlook = "print"\nedges = false\n'
+    )
+    results = folder / "vivid.h5"
+    run("simulate", examples / "pendulum.toml", "-o", results, "--no-error-estimate", "--no-effect-check")
+    run("render", results, "--scene", folder / "vivid.toml", "-o", folder / "vivid", "--frames", "40:43")
+    video, still = (
+        base64.b64encode(p.read_bytes()).decode() for p in (folder / "vivid/vivid.mp4", folder / "vivid/frames/frame_00040.png")
+    )
+    (folder / "vivid.html").write_text(PAGE % (video, still))
+    flags = ["--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--autoplay-policy=no-user-gesture-required"]
+    words = [program, *flags, "--virtual-time-budget=20000", "--dump-dom", f"file://{folder}/vivid.html"]
+    # On a busy machine its clock may run out before the film is decoded.
+    for _ in range(5):
+        page = subprocess.run(words, capture_output=True, text=True, timeout=180).stdout
+        found = re.search(r"shades (\d+) vivid (\d+) most ([\d.]+) ([\d.]+) ([\d.]+) of 1280 x 720", page)
+        if found:
+            break
+    expect(found, f"the browser did not play the film: {page[-300:]}")
+    if found:
+        shades, vivid, red, green, blue = int(found[1]), int(found[2]), *map(float, found.groups()[2:])
+        print(f"Chromium: {shades} shades, {vivid} of them vivid, at most {red}, {green}, {blue} levels off")
+        # Blue is lower in Chromium without a graphics card, of a film without any loss too (4.0 of a dark violet; ffmpeg: 1). A film of the
+        # wrong matrix is 15 levels of green off.
+        right = max(red, green) <= 3 and blue <= 6
+        expect(shades >= 3 and vivid >= 2 and right, f"Chromium shows other colours: {found[0]}")
 
 
 def hidden(folder):
@@ -128,6 +209,7 @@ with temporary_folder() as folder:
     failing = run(*words[:-1], "3:5", "--resume", "--video", folder / "c.mp4", env={**os.environ, "PATH": f"{empty}:{os.environ['PATH']}"})
     expect("no video: ffmpeg failed: it is broken" in failing.stdout, failing.stdout)
     expect(not (folder / "c.mp4").exists() and hidden(folder) == [], "a failed video left something")
+    browser(folder)
 
     # A transparent picture lies on white in an mp4, and stays transparent in an animated PNG.
     scene = folder / "clear.toml"

@@ -84,7 +84,7 @@ scales = [1]
   const auto arrow = [&](int k) {
     film::update_picture(animation, k, memory);
     EXPECT_EQ(memory.picture.arrows.size(), 1u);
-    EXPECT_EQ(memory.springs.size(), 1u);
+    EXPECT_EQ(memory.springs.size(), 2u);  // and the plate by which the ground holds it
     return memory.picture.arrows.at(0);
   };
   const render::Arrow early = arrow(5), late = arrow(25);
@@ -93,6 +93,13 @@ scales = [1]
   // The spring reaches from the ground's origin to the block.
   const render::Bounds spring = render::compute_bounds(memory.springs[0].positions);
   EXPECT_NEAR(spring.upper.x, memory.picture.arrows[0].from.x, 0.05);
+  // The plate stands at the ground's end, square to the spring at the start (along x), on its far side, wider than the coil.
+  const render::Bounds plate = render::compute_bounds(memory.springs[1].positions);
+  EXPECT_NEAR(plate.upper.x, 0.0, 1e-6);
+  EXPECT_LT(plate.lower.x, -1e-3);
+  EXPECT_NEAR(plate.centre().y, 0.0, 1e-6);
+  EXPECT_GT(plate.upper.z, 1.4 * animation.springs[0].coil);
+  EXPECT_LT(plate.upper.z, 1.6 * animation.springs[0].coil);
 }
 
 // One scale for all: arrows of forces and reactions compare as their values do, which stand beside them and in the legend.
