@@ -327,7 +327,7 @@ SparseWeights axis_weights(const AxisLift& axis, const Points& vertices, bool pr
       add(base + 4, local[2]);
     } else {
       const auto right = std::upper_bound(axis.station.begin(), axis.station.end(), s);
-      const auto j = static_cast<size_t>(right - axis.station.begin()) - 1;
+      const size_t j = right - axis.station.begin() - 1;
       const double length = axis.station[j + 1] - axis.station[j];
       const Hermite h = hermite((s - axis.station[j]) / length, length);
       for (size_t part = 0; part < 3; ++part) {

@@ -107,7 +107,7 @@ bool decode(const std::string& data, const Name& name, Eigen::Index vertices, Ei
   std::memcpy(&sum, data.data() + data.size() - 8, 8);
   if (sum != check.words()[0] || found != name || sizes[0] != vertices || sizes[1] != modes || sizes[2] < 0) return false;
   ModeColumns columns(3 * vertices, modes);
-  if (data.size() != head + static_cast<size_t>(sizes[2]) + columns.tiles().size_bytes() + 8) return false;
+  if (data.size() != head + sizes[2] + columns.tiles().size_bytes() + 8) return false;
   if (!read_report(data.substr(head, sizes[2]), out.report)) return false;
   std::memcpy(columns.tiles().data(), data.data() + head + sizes[2], columns.tiles().size_bytes());
   out.columns = std::move(columns);

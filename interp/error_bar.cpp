@@ -38,7 +38,7 @@ ErrorBar::ErrorBar(const Map& map, const MeshView& mesh) {
   Points at(std::ssize(predicted), 3);
   for (size_t k = 0; k < predicted.size(); ++k) at.row(static_cast<Eigen::Index>(k)) = map.node_positions.row(predicted[k]);
   const PointGrid all(map.node_positions), grid(at);
-  carried_.resize(around * static_cast<size_t>(mesh.vertices.rows()));
+  carried_.resize(around * mesh.vertices.rows());
   std::vector<int> near;
   std::vector<std::pair<double, int>> sorted;
   for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v) {
@@ -58,7 +58,7 @@ ErrorBar::ErrorBar(const Map& map, const MeshView& mesh) {
     for (size_t k = 0; k < wanted; ++k) total += 1.0 / (sorted[k].first + floor);
     for (size_t k = 0; k < wanted; ++k) {
       const int node = predicted[sorted[k].second];
-      carried_[around * static_cast<size_t>(v) + k] = {node, static_cast<float>(to_node / reach[node] / (sorted[k].first + floor) / total)};
+      carried_[around * v + k] = {node, static_cast<float>(to_node / reach[node] / (sorted[k].first + floor) / total)};
     }
   }
 }

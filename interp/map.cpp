@@ -660,7 +660,7 @@ Points node_residuals(const Map& map, const Eigen::Ref<const Points>& displaceme
     const Points sources = lift_exact(map.lift, u, theta);
     const SparseWeights& w = map.leave_one_out.rows;
     for (Eigen::Index i = 0; i < n; ++i) {
-      const auto begin = static_cast<size_t>(w.begin[i]), end = static_cast<size_t>(w.begin[i + 1]);
+      const size_t begin = w.begin[i], end = w.begin[i + 1];
       if (begin == end) continue;
       residual.row(i).setZero();
       for (size_t k = begin; k < end; ++k) residual.row(i) += w.precise[k] * sources.row(w.column[k]);

@@ -92,7 +92,7 @@ Blend transpose(const Cover& cover, int vertices) {
   blend.begin.assign(vertices + 1, 0);
   for (const auto& share : cover.share)
     for (const Share& s : share) ++blend.begin[s.vertex + 1];
-  for (size_t v = 0; v < static_cast<size_t>(vertices); ++v) blend.begin[v + 1] += blend.begin[v];
+  for (int v = 0; v < vertices; ++v) blend.begin[v + 1] += blend.begin[v];
   blend.patch.resize(blend.begin.back());
   blend.value.resize(blend.patch.size());
   std::vector<std::int64_t> fill(blend.begin.begin(), blend.begin.end() - 1);
@@ -172,7 +172,7 @@ Rows RowMaker::make(int first, int last) const {
   for (int row = first; row < last; ++row) {
     const int v = chosen.empty() ? row : chosen[row];
     const Vec3 x = weld.positions.row(v).transpose();
-    const auto begin = static_cast<size_t>(blend.begin[v]), end = static_cast<size_t>(blend.begin[v + 1]);
+    const size_t begin = blend.begin[v], end = blend.begin[v + 1];
     double total = 0.0;
     for (size_t b = begin; b < end; ++b) total += static_cast<double>(blend.value[b]);
     for (size_t b = begin; b < end; ++b) {

@@ -102,7 +102,7 @@ SplineRows rows_of_degree(std::span<const double> at, std::span<const int> colum
     for (Eigen::Index i = 0; i < value.rows(); ++i) {
       out.lebesgue = std::max(out.lebesgue, value.row(i).lpNorm<1>());
       for (Eigen::Index j = 0; j < value.cols(); ++j) {
-        const int row = static_cast<int>(next) + static_cast<int>(i), column = column_of[lo + static_cast<size_t>(j)];
+        const int row = static_cast<int>(next) + static_cast<int>(i), column = column_of[lo + j];
         if (std::abs(value(i, j)) > 1e-14) values.emplace_back(row, column, value(i, j));
         if (slope(i, j) != 0.0) slopes.emplace_back(row, column, slope(i, j));
       }

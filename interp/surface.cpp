@@ -67,7 +67,7 @@ void compute_normals(const NormalLayout& layout, std::span<const float> position
     for (int g = first; g < last; ++g) {
       float x = 0.0f, y = 0.0f, z = 0.0f;
       for (int k = layout.group_begin[g]; k < layout.group_begin[g + 1]; ++k) {
-        const auto c = static_cast<size_t>(layout.group_corner[k]), t = c - c % 3;
+        const size_t c = layout.group_corner[k], t = c - c % 3;
         x += angle[c] * face[t];
         y += angle[c] * face[t + 1];
         z += angle[c] * face[t + 2];

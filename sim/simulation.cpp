@@ -36,7 +36,7 @@ struct DrivenText {
       const auto found = std::find_if(known.begin(), known.end(), [&](const InputDef& i) { return i.name == word; });
       if (found == known.end()) continue;
       texts.push_back(text.substr(done, name.at - done));
-      inputs.push_back(static_cast<size_t>(found - known.begin()));
+      inputs.push_back(found - known.begin());
       done = name.at + name.length;
     }
     texts.push_back(text.substr(done));
@@ -146,7 +146,7 @@ struct Simulation::Impl {
       Load& load = system.model.loads[k];
       load.def.value = text.with(now.inputs);
       if (load.function >= 0) {
-        read(static_cast<size_t>(load.function), load.def.value);
+        read(load.function, load.def.value);
       } else {
         system.model.expressions[load.expression] = TimeFunction(Expression(load.def.value));
       }

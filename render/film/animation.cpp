@@ -100,7 +100,7 @@ void rest_surface(const BodyModel& model, std::vector<glm::vec3>& positions, std
 
 // Number of skins a picture needs at most: reserved at once, because surfaces point into them.
 size_t skins_needed(const Animation& animation) {
-  return animation.bodies.size() * (animation.scales.size() + 1 + static_cast<size_t>(animation.settings.trail));
+  return animation.bodies.size() * (animation.scales.size() + 1 + animation.settings.trail);
 }
 
 // Nodes as markers, one set a scale.
@@ -139,7 +139,7 @@ void update_colors(const Animation& animation, size_t b, double t, PictureMemory
   const auto gather = [&](std::vector<glm::vec3>& out, size_t from) {
     out.clear();
     for (int p : model.mesh.point_position) {
-      const float* const at = work.components.data() + width * static_cast<size_t>(p) + from;
+      const float* const at = work.components.data() + width * p + from;
       out.emplace_back(at[0], at[1], at[2]);
     }
   };

@@ -162,7 +162,7 @@ render::Mesh surface_mesh(const sim::ResultBody& body) {
     const auto [at, fresh] = materials.try_emplace({c[0], c[1], c[2]}, static_cast<int>(materials.size()));
     if (fresh && at->second > 0) mesh.materials.emplace_back();
     if (fresh) mesh.materials.back().look.color = {c[0], c[1], c[2]};
-    mesh.triangle_material[static_cast<size_t>(k)] = at->second;
+    mesh.triangle_material[k] = at->second;
   }
   return mesh;
 }
@@ -638,7 +638,7 @@ void add_second_order(const BodyModel& model, const sim::ResultBody& body, const
   const sim::Pose held = body.held_position.rows() > 0 ? held_pose(body, place) : sim::Pose{};
   interp::Points rest(memory.node_displacement.rows(), 3);
   for (Eigen::Index k = 0; k < rest.rows(); ++k) {
-    const sim::Vec3 x = body.nodes[static_cast<size_t>(k)].origin, seen = x + memory.node_displacement.row(k).transpose();
+    const sim::Vec3 x = body.nodes[k].origin, seen = x + memory.node_displacement.row(k).transpose();
     rest.row(k) = (held.R.transpose() * (seen - held.p) - x - linear.segment<3>(3 * k)).transpose();
   }
   memory.scaled.resize(memory.displacement.size());
@@ -653,8 +653,7 @@ void update_displacement(const BodyModel& model, const sim::ResultBody& body, co
   if (!model.vertex_nodes.empty()) {
     node_motion(body, place, memory.node_displacement, memory.node_rotation);
     for (size_t v = 0; v < model.vertex_nodes.size(); ++v)
-      for (int a = 0; a < 3; ++a)
-        memory.displacement[3 * v + static_cast<size_t>(a)] = static_cast<float>(memory.node_displacement(model.vertex_nodes[v], a));
+      for (int a = 0; a < 3; ++a) memory.displacement[3 * v + a] = static_cast<float>(memory.node_displacement(model.vertex_nodes[v], a));
   } else if (model.modes) {
     elastic_coordinates(body, place, memory.q);
     interp::apply_modes(*model.modes, memory.q, memory.displacement, 1);

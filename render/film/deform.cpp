@@ -335,7 +335,7 @@ DeformReport deform(const fs::path& nodes, const fs::path& mesh_file, const fs::
   report.scale = options.scale ? *options.scale : interp::auto_scale(report.largest, 2.0 * bounds.radius());
   if (options.corotated || report.scale > 1.0) {
     const interp::PointsF single = u.cast<float>();
-    const std::span<const float> flat(single.data(), static_cast<size_t>(single.size()));
+    const std::span<const float> flat(single.data(), single.size());
     if (options.corotated) {
       interp::PointsF turned(single.rows(), 3);
       interp::Corotated(view).apply(flat, report.scale, std::span<float>(turned.data(), turned.size()));

@@ -443,7 +443,7 @@ Study run_study(const sim::Scene& scene, const StudyOptions& given) {
 
   // First runs, then repeats in turn, so that a disturbance of the machine hits all points alike.
   std::vector<Run> done;
-  const double share = 1.0 / static_cast<double>(plan.size() * static_cast<size_t>(std::max(1, options.repeats)) + 1);
+  const double share = 1.0 / static_cast<double>(plan.size() * std::max(1, options.repeats) + 1);
   for (const PlannedPoint& p : plan) {
     show(0.2 + 0.75 * share * static_cast<double>(done.size()), fmt::format("{}: {}", p.axis, p.label));
     done.push_back(first_run(runs, p));

@@ -213,7 +213,7 @@ void update_scalars(const ColoredBody& of, double t, const BodyMemory& memory, S
       }
       const glm::dvec3 velocity = (transform(pose1, b) - transform(pose0, a)) / (t1 - t0);
       scalars[i] = static_cast<float>(glm::length(velocity));
-      for (int c = 0; c < 3 && work.wanted; ++c) work.components[3 * i + static_cast<size_t>(c)] = static_cast<float>(velocity[c]);
+      for (int c = 0; c < 3 && work.wanted; ++c) work.components[3 * i + c] = static_cast<float>(velocity[c]);
     }
   }
 }
@@ -229,7 +229,7 @@ bool is_coarse(const std::vector<glm::ivec3>& triangles, const std::vector<float
     return std::sqrt(0.5 * glm::dot(apart, apart) + 3.0 * glm::dot(b, b));
   };
   const auto part = [&](int v, size_t from) {
-    const float* const at = components.data() + width * static_cast<size_t>(v) + from;
+    const float* const at = components.data() + width * v + from;
     return glm::dvec3(at[0], at[1], at[2]);
   };
   for (const glm::ivec3& t : triangles) {

@@ -66,7 +66,7 @@ void add_mask(Bytes& ignored, const fs::path& file, const std::string& name, std
     throw ArgumentError(fmt::format("{}: the mask has {} x {} pixels, the picture {} has {} x {}", file.string(), mask.width, mask.height,
                                     name, size.first, size.second));
   for (std::size_t i = 0; i < ignored.size(); ++i) {
-    const std::uint8_t* p = &mask.pixels[i * static_cast<std::size_t>(mask.channels)];
+    const std::uint8_t* p = &mask.pixels[i * mask.channels];
     const int opaque = mask.channels == 4 ? p[3] : 255;
     if ((p[0] + p[1] + p[2]) * opaque >= 3 * 128 * 255) ignored[i] = 1;
   }

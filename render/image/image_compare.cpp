@@ -409,7 +409,7 @@ ImageDifference compare_images(const Image16& baseline, const Image16& candidate
   d.ignored = count_ignored(options.ignored, differences.size());
   double sum = 0.0;
   for (std::size_t i = 0; i < baseline.pixels.size(); ++i) {
-    const std::size_t at = i / static_cast<std::size_t>(baseline.channels);
+    const std::size_t at = i / baseline.channels;
     if (!options.ignored.empty() && options.ignored[at]) continue;
     const int difference = std::abs(int(baseline.pixels[i]) - int(candidate.pixels[i]));
     int& pixel = differences[at];

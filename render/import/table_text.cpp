@@ -261,7 +261,7 @@ Table read_text_table(const std::filesystem::path& path, const TableFormat& form
   const auto rows = static_cast<Eigen::Index>(lines.size() - first);
   table.values.resize(rows, static_cast<Eigen::Index>(columns));
   for (Eigen::Index i = 0; i < rows; ++i) {
-    const Line& line = lines[first + static_cast<size_t>(i)];
+    const Line& line = lines[first + i];
     const std::vector<std::string> fields = fields_of(line);
     if (fields.size() != columns)
       throw InputError(fmt::format("{}:{}: has {} values, the first row has {}", file, line.number, fields.size(), columns));

@@ -41,7 +41,7 @@ std::vector<double> stress_of(const VtkMoment& moment) {
   for (const int components : {6, 9}) {
     const auto* stress = find_field(moment, {"stress", "stresses", "s", "sigma"}, components);
     if (!stress) continue;
-    for (size_t i = 0; i + components <= stress->values.size(); i += static_cast<size_t>(components)) {
+    for (size_t i = 0; i + components <= stress->values.size(); i += components) {
       const double* v = stress->values.data() + i;
       // Six: xx yy zz xy yz xz, as VTK orders symmetric tensors; nine: row by row.
       const double six[] = {v[0], v[4], v[8], v[1], v[5], v[2]};
@@ -85,7 +85,7 @@ void check_moment(const VtkMoment& moment, const VtkMoment& first) {
   for (const double x : moment.points)
     if (!std::isfinite(x)) throw InputError(fmt::format("{}: a point has a coordinate that is not finite", moment.file));
   for (const VtkMoment::Field& field : moment.fields)
-    if (field.values.size() * 3 != moment.points.size() * static_cast<size_t>(field.components))
+    if (field.values.size() * 3 != moment.points.size() * field.components)
       throw InputError(fmt::format("{}: point data {} has {} values for {} points of {} components", moment.file, sim::quote(field.name),
                                    field.values.size(), moment.points.size() / 3, field.components));
 }

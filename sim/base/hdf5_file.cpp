@@ -55,7 +55,7 @@ Id make_group(hid_t parent, const std::string& name) {
 void write_numbers(hid_t parent, const std::string& name, const Eigen::Ref<const MatX>& values, std::vector<hsize_t> dims,
                    const std::string& unit, const std::string& meaning) {
   if (values.size() == 0) return;
-  const std::size_t row_bytes = static_cast<std::size_t>(values.cols()) * sizeof(double);
+  const std::size_t row_bytes = values.cols() * sizeof(double);
   const auto block = static_cast<hsize_t>(std::clamp<std::size_t>(chunk_bytes / row_bytes, 1, static_cast<std::size_t>(values.rows())));
   const Id space(done(H5Screate_simple(static_cast<int>(dims.size()), dims.data(), nullptr)), H5Sclose);
   const Id creation(done(H5Pcreate(H5P_DATASET_CREATE)), H5Pclose);

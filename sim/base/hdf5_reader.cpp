@@ -114,11 +114,10 @@ std::vector<std::string> Reader::texts_of(hid_t id, const Id& type, const Id& sp
   Id memory(H5Tcopy(H5T_C_S1), H5Tclose);
   H5Tset_cset(memory, H5Tget_cset(type));
   const std::size_t length = H5Tget_size(type);
-  if (length == 0 || length > longest_string || length * static_cast<std::size_t>(count) > 16 * longest_string)
-    fail(object, "has strings that are too long");
+  if (length == 0 || length > longest_string || length * count > 16 * longest_string) fail(object, "has strings that are too long");
   H5Tset_size(memory, length);
   H5Tset_strpad(memory, H5Tget_strpad(type));
-  std::string packed(length * static_cast<std::size_t>(count), '\0');
+  std::string packed(length * count, '\0');
   const herr_t status = attribute ? H5Aread(id, memory, packed.data()) : H5Dread(id, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, packed.data());
   if (status < 0) fail(object, "cannot be read (damaged?): " + hdf5_reason());
   const bool blanks = H5Tget_strpad(type) == H5T_STR_SPACEPAD;
@@ -268,7 +267,7 @@ bool Reader::holds_global_heap(std::ifstream& file) {
   std::size_t kept = 0;
   while (file) {
     file.read(block.data() + kept, static_cast<std::streamsize>(block.size() - kept));
-    const std::string_view bytes(block.data(), kept + static_cast<std::size_t>(file.gcount()));
+    const std::string_view bytes(block.data(), kept + file.gcount());
     for (std::size_t at = bytes.find(mark); at != std::string_view::npos && at + head <= bytes.size(); at = bytes.find(mark, at + 1)) {
       std::uint64_t size = 0;
       for (std::size_t k = 8; k-- > 0;) size = size << 8 | static_cast<unsigned char>(bytes[at + 8 + k]);

@@ -38,7 +38,7 @@ bool leads(const FrictionState& friction, const FrictionPoint& p) { return &p ==
 
 template <class State>
 auto group_of(State& friction, const FrictionPoint& p) {
-  return std::span(friction.points).subspan(p.first, static_cast<size_t>(p.count));
+  return std::span(friction.points).subspan(p.first, p.count);
 }
 
 double slip_speed(const FrictionState& friction, const FrictionPoint& p, const Model& model, const VecX& w_all) {

@@ -78,7 +78,7 @@ struct Graph {
   Groups connected;
 
   explicit Graph(std::vector<Edge> from, int parts)
-      : edges(std::move(from)), in_tree(edges.size(), 0), adjacent(static_cast<size_t>(parts) + 1), connected(parts + 1) {}
+      : edges(std::move(from)), in_tree(edges.size(), 0), adjacent(parts + 1), connected(parts + 1) {}
   bool joins(const Edge& e) { return connected.find(e.a + 1) != connected.find(e.b + 1); }
   void keep(size_t k) {
     in_tree[k] = 1;

@@ -36,7 +36,7 @@ void InpTableReader::add_member(InpSet& set, int id) {
 void InpTableReader::read_element() {
   for (std::string_view part : f)
     if (!part.empty()) pending.push_back(integer(part, "element"));
-  const size_t wants = static_cast<size_t>(type->nodes) + 1;
+  const size_t wants = type->nodes + 1;
   if (pending.size() < wants) {
     // The next line goes on where this one ends with a comma, or has sixteen numbers, as many as a line may hold.
     if (!line.ends_with(',') && f.size() < 15) {

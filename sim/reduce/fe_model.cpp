@@ -272,7 +272,7 @@ std::vector<std::vector<int>> outer_faces(const FeModel& model) {
   struct Hash {
     size_t operator()(const Key& k) const {
       size_t h = 1469598103934665603ULL;
-      for (int n : k.nodes) h = (h ^ static_cast<size_t>(n)) * 1099511628211ULL;
+      for (int n : k.nodes) h = (h ^ n) * 1099511628211ULL;
       return h;
     }
   };

@@ -188,7 +188,7 @@ class Reader {
   // Counts are believed only as far as the file can back them.
   size_t counted(long n) {
     if (n < 0 || static_cast<size_t>(n) > data.size()) fail(fmt::format("a count of {} cannot be: the file has {} bytes", n, data.size()));
-    return static_cast<size_t>(n);
+    return n;
   }
   void line_end() {
     while (at < data.size() && data[at] != '\n') ++at;

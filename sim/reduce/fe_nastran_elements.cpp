@@ -54,7 +54,7 @@ void NastranReader::add_element(const NastranCard& c) {
   if (there != static_cast<size_t>(kind.corners)) there = all;
   std::vector<int> nodes;
   for (size_t k = 0; k < there; ++k) {
-    const size_t field = 2 + static_cast<size_t>(kind.order[k]);
+    const size_t field = 2 + kind.order[k];
     nodes.push_back(deck.blank(c, field)
                         ? middle_node(c, kind.quadratic, static_cast<int>(k), {nodes.begin(), nodes.begin() + static_cast<long>(corners)})
                         : node(c, field));
@@ -252,7 +252,7 @@ void NastranReader::add_bush(const NastranCard& c) {
   Vec6 diagonal;
   bool turns = false;
   for (int d = 0; d < 6; ++d) {
-    diagonal(d) = deck.real(p, static_cast<size_t>(2 + d)) * unit * (d >= 3 ? units.length * units.length : 1.0);
+    diagonal(d) = deck.real(p, 2 + d) * unit * (d >= 3 ? units.length * units.length : 1.0);
     turns = turns || (d >= 3 && diagonal(d) != 0.0);
   }
   k.topLeftCorner<3, 3>() = Q * diagonal.head<3>().asDiagonal() * Q.transpose();

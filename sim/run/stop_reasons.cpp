@@ -112,8 +112,7 @@ std::string unsettled_phases(const System& system, const std::vector<int>& direc
   for (size_t k = 0; k < system.stops.size(); ++k)
     if (directions[system.friction.points.size() + 2 * k] < 0 || directions[system.friction.points.size() + 2 * k + 1] < 0)
       add(system.stops[k]);
-  const size_t switches = system.friction.points.size() + 2 * system.stops.size(),
-               contacts = switches + static_cast<size_t>(switch_count(system.model));
+  const size_t switches = system.friction.points.size() + 2 * system.stops.size(), contacts = switches + switch_count(system.model);
   for (size_t k = contacts; k < directions.size(); ++k)
     if (directions[k] < 0)
       return fmt::format("{} goes endlessly between its states; give it damping, its friction too, or a smaller stiffness",

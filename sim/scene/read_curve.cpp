@@ -28,7 +28,7 @@ std::vector<Vec3> computed_points(const TableReader& reader, bool closed) {
   const double from = reader.number("from", 0.0, any_number.in("*")), to = reader.number("to", 1.0, any_number.in("*"));
   if (!(to > from)) reader.fail("to", fmt::format("must be greater than 'from', {}; found {}", from, to));
   const int n = points_of_expressions;
-  std::vector<Vec3> out(static_cast<size_t>(n) + 1, Vec3::Zero());
+  std::vector<Vec3> out(n + 1, Vec3::Zero());
   const std::vector<std::string> names{"u"};
   for (int k = 0; k < 3; ++k) {
     const char* const key = k == 0 ? "x" : k == 1 ? "y" : "z";

@@ -148,7 +148,7 @@ std::string read_text_file(const std::filesystem::path& path) {
   std::string text;
   std::vector<char> block(1 << 16);
   while (in.read(block.data(), static_cast<std::streamsize>(block.size())), in.gcount() > 0) {
-    text.append(block.data(), static_cast<std::size_t>(in.gcount()));
+    text.append(block.data(), in.gcount());
     if (text.size() > largest_file)
       throw InputError(fmt::format("{}: is larger than {} MiB; is it the right file?", name, largest_file >> 20));
   }

@@ -292,7 +292,7 @@ std::vector<double> Design::shares(long draw) const {
     const std::vector<double> row = sobol_row(block, 2 * d);
     const auto half = row.begin() + static_cast<std::ptrdiff_t>(d);
     std::vector<double> out(k == 1 ? half : row.begin(), k == 1 ? row.end() : half);
-    if (k >= 2) out[k - 2] = row[d + static_cast<std::size_t>(k - 2)];
+    if (k >= 2) out[k - 2] = row[d + k - 2];
     return out;
   }
   std::vector<double> out(d);

@@ -96,7 +96,7 @@ class Pool {
   Pool& operator=(const Pool&) = delete;
 
   void run() {
-    workers_.resize(static_cast<std::size_t>(std::max(1, plan_.workers)));
+    workers_.resize(std::max(1, plan_.workers));
     for (Worker& w : workers_) give(w);
     std::vector<pollfd> waits;
     for (;;) {
