@@ -169,7 +169,7 @@ std::optional<Scene> with_fit_models(const Task& t, const AsGiven& given) {
   if (!given.run || !given.loose) return std::nullopt;
   ModelCheckOptions check;
   check.asked = bending_share * t.accuracy;
-  check.budget = model_check_budget(given.run->cpu());
+  check.budget = check_budget(given.run->cpu());
   const Histories whole = to_histories(given.run->results);
   check.run.tolerance = given.run->loose_tolerance;
   check.run.floor = 3.0 * given.time;
@@ -236,7 +236,7 @@ void check_result(const Task& t, const Finished& found, double accuracy, Results
   // Volumes that the search chose were judged by more of them.
   std::vector<LinearLimit> limits = found.limits;
   std::erase_if(limits, [&](const LinearLimit& l) { return l.pieces > 1 && t.search.chooses(static_cast<size_t>(l.body)); });
-  ModelCheckOptions models{accuracy, model_check_budget(s.cpu_seconds), check, {}};
+  ModelCheckOptions models{accuracy, check_budget(s.cpu_seconds), check, {}};
   for (size_t b = 0; b < found.scene.bodies.size(); ++b)
     if (std::holds_alternative<BeamDef>(found.scene.bodies[b].kind) && !t.search.chooses(b)) models.unjudged.push_back(b);
   check_models(found.scene, t.search.states, limits, found.looser, models, s);
@@ -307,6 +307,9 @@ Results stated(const Task& t, const Finished& found, const Searched& searched, c
                                                      "written: request less accuracy, or remove this output",
                                                      out.search_cpu, searched.run > 0.0 ? searched.allowed / searched.run : 0.0)
                                        : ""));
+  if (!found.scene.simulation.static_start && nothing_counts(to_histories(found.results), found.looser))
+    s.notes.warn("", "no output moves by more than what rounding could make of the mechanism's size: the accuracy is not judged; take outputs "
+                     "that move, or a tighter tolerance");
   if (t.options->check_effects && !searched.checked) check_result(t, found, accuracy, results);
   s.accuracy = out;
   if (memory) remember_settings(*memory, {found.scene, found.method, s, outputs_fingerprint(results)});

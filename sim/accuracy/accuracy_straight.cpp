@@ -26,6 +26,9 @@ constexpr double elastic_margin = 5.0;
 constexpr double may_shift_events = 5e-4;
 // A run as it is written is not waited for longer, CPU s.
 constexpr double longest = 120.0;
+// CPU s for all of its runs, by what the first one takes: a decade of tolerance costs two to three times as much, and each run is judged by
+// others. Beyond that the search begins, which does as much with fewer modes.
+double straight_allowance(double first) { return std::max(5.0, std::min(20.0 * first, 15.0 + 3.0 * first)); }
 
 class Straight {
  public:
@@ -58,6 +61,7 @@ class Straight {
   bool has_looser_ = false;
   MatX time_, space_;
   double allowed_ = longest;  // CPU s of the next run
+  double until_ = 1e300;      // cpu_seconds() at which this ends
   double step_ = 0.1;         // by which the tolerance has to fall
   double effects_ = 0.0;      // what is left out is worth
 };
@@ -70,11 +74,13 @@ bool Straight::run_pilot(const Scene& scene) {
   o.estimate_error = false;
   const double start = cpu_seconds();
   o.progress = [this, start](double time) {
+    if (cpu_seconds() > until_) throw SearchSpent{};
     if (cpu_seconds() - start > allowed_) throw TooDear{};
     if (t_.options->progress) t_.options->progress(time);
   };
   try {
     run_ = run_judged(scene, o, t_.accuracy);
+    if (until_ > 1e299) until_ = start + straight_allowance(cpu_seconds() - start);
   } catch (const TooDear&) {
     return false;
   } catch (const SimulationError&) {
@@ -104,7 +110,7 @@ double Straight::energy_share() const {
   double deflection = 0.0;
   for (const ResultBody& body : r.bodies)
     if (body.displacement.size() > 0) deflection = std::max(deflection, body.displacement.cwiseAbs().maxCoeff());
-  const VecX ranges = output_ranges(fine_);
+  const VecX ranges = output_ranges(fine_, looser_);
   double out = 0.0;
   for (Eigen::Index c = 0; c < ranges.size(); ++c) {
     if (ranges[c] <= 0.0) continue;
@@ -132,6 +138,9 @@ Straight::Verdict Straight::judge_time() {
   }
   const Histories thinned = at_times(fine_, looser_.times);
   time_ = relative(looser_, thinned);
+  // Motions of picometres that the two runs do not agree on.
+  step_ = 0.1;
+  if (!run_.scene.simulation.static_start && nothing_counts(fine_, looser_)) return Verdict::tighter;
   const double change = largest(time_), falls = before_ > 0.0 ? before_ / std::max(change, 1e-300) : 0.0;
   const double factor = before_ <= 0.0 ? 1.0 : falls < 4.0 / 3.0 ? 3.0 : std::max(error_of_difference, 1.0 / (falls - 1.0));
   time_ *= factor;
@@ -150,7 +159,7 @@ VecX Straight::sizes_of(const Histories& h) const {
   double deflection = 0.0;
   for (const ResultBody& body : run_.results.bodies)
     if (body.displacement.size() > 0) deflection = std::max(deflection, body.displacement.cwiseAbs().maxCoeff());
-  VecX out = output_ranges(h);
+  VecX out = output_ranges(h, fine_);
   for (Eigen::Index c = 0; c < out.size(); ++c)
     if (out[c] <= 0.0) out[c] = h.units[c] == "m" ? deflection : h.values.row(c).cwiseAbs().maxCoeff();
   // A component of a vector that stands still counts against the whole vector.
@@ -243,7 +252,7 @@ bool Straight::check(Finished& f) const {
   warn_of_coarse_beams(coarse_beams(f.scene, run_.effects, f.results), 0.5 * t_.accuracy, s.notes);
   ModelCheckOptions models;
   models.asked = t_.accuracy;
-  models.budget = model_check_budget(s.cpu_seconds);
+  models.budget = check_budget(s.cpu_seconds);
   models.run.tolerance = f.loose_tolerance;
   models.run.floor = std::max(f.time, apart(f.looser, whole));
   models.run.method = f.method;
@@ -297,7 +306,7 @@ std::optional<Finished> Straight::followed() const {
   task.coarse = task.loose = looser_;
   task.rigid = MatX::Zero(looser_.values.rows(), looser_.values.cols());
   task.left_out = constant_effects(looser_);
-  task.search.until = cpu_seconds() + std::max(2.0, 20.0 * run_.results.statistics.cpu_seconds);
+  task.search.until = std::min(until_, cpu_seconds() + std::max(2.0, 20.0 * run_.results.statistics.cpu_seconds));
   std::optional<Finished> f;
   try {
     f = finish_followed(task, std::max(0.3, 20.0 * run_.results.statistics.cpu_seconds));
@@ -351,6 +360,7 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
       continue;
     }
     t_.search = Search(run_.scene, *t_.options);
+    t_.search.until = until_;
     scene = run_.scene;
     const Verdict verdict = judge_time();
     allowed_ = 0.5 + 20.0 * run_.results.statistics.cpu_seconds;
@@ -371,6 +381,10 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
 
 }  // namespace
 
-std::optional<Finished> go_straight(Task& t, const Scene& as_given) { return Straight(t).go(as_given); }
+std::optional<Finished> go_straight(Task& t, const Scene& as_given) try {
+  return Straight(t).go(as_given);
+} catch (const SearchSpent&) {
+  return std::nullopt;
+}
 
 }  // namespace flexframe::sim

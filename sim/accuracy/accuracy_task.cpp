@@ -13,6 +13,11 @@ MatX relative(const Histories& a, const Histories& reference) {
   return out;
 }
 
+bool nothing_counts(const Histories& a, const Histories& b) {
+  const VecX moving = output_ranges(a, a);
+  return moving.size() > 0 && moving.maxCoeff() > 0.0 && output_ranges(a, b).maxCoeff() <= 0.0;
+}
+
 double apart(const Histories& a, const Histories& reference) { return compare_histories(a, reference, output_ranges(reference, a)).largest; }
 
 double largest(const MatX& m) { return m.size() > 0 ? m.cwiseAbs().maxCoeff() : 0.0; }

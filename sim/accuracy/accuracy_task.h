@@ -6,6 +6,7 @@
 #include "sim/run/model_check.h"
 #include "sim/run/run_scene.h"
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <string>
@@ -21,6 +22,9 @@ inline constexpr double unasked = 1.0 / 3.0;
 inline constexpr double dearest = 20.0;
 // CPU seconds of a run that may take as long as it does.
 inline constexpr double unlimited = 1e300;
+
+// CPU s for a check of the models beside a run of so many: richer ones take up to twenty times as long, and nobody waits minutes for that.
+inline double check_budget(double run) { return std::min(model_check_budget(run), 10.0 + 2.0 * run); }
 
 struct Finished;
 
@@ -54,6 +58,8 @@ struct Task {
 
 // a - reference at the reference's samples, relative to the ranges of its outputs: columns x samples.
 MatX relative(const Histories& a, const Histories& reference);
+// Whether outputs move, but none of them so that it counts (output_ranges).
+bool nothing_counts(const Histories& a, const Histories& b);
 // The largest of it.
 double apart(const Histories& a, const Histories& reference);
 double largest(const MatX& m);

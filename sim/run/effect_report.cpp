@@ -50,7 +50,7 @@ double median(std::vector<double> values) {
 }  // namespace
 
 VecX common_ranges(const Histories& a, const Histories& b, double deflection) {
-  VecX out = output_ranges(a).cwiseMax(output_ranges(b));
+  VecX out = output_ranges(a, b).cwiseMax(output_ranges(b, a));
   for (Eigen::Index c = 0; c < out.size(); ++c)
     if (out[c] == 0.0 && a.units[c] == "m") out[c] = deflection;
   return out;

@@ -638,7 +638,8 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
   std::vector<LeftOutWorth> out;
   if (items_.empty() || times_.empty()) return out;
   const Histories run = to_histories(results);
-  const VecX ranges = output_ranges(run);
+  // Without loops, which close to some 1e-11 of the size, what stands still stands exactly.
+  const VecX ranges = model_.loops.empty() ? output_ranges(run, run) : output_ranges(run);
   std::map<std::string, double> largest;  // of a unit
   for (size_t c = 0; c < columns_.size(); ++c) {
     double& most = largest[run.units[c]];
@@ -648,7 +649,6 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
   double deflected = 0.0;
   for (const ResultBody& body : results.bodies)
     if (body.displacement.size() > 0) deflected = std::max(deflected, body.displacement.cwiseAbs().maxCoeff());
-  // Without loops, which close to that, what stands still stands exactly.
   const double still = model_.loops.empty() ? 1e-13 : 1e-9;
   const auto vector_of = [&](size_t c) { return run.columns[c].substr(0, run.columns[c].rfind('.')) + "\n" + run.units[c]; };
   std::map<std::string, double> sizes;  // of a vector

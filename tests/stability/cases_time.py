@@ -334,6 +334,54 @@ def snap_through(run):
     return max(abs(p - q) for p, q in zip(h["y"], truth)) / (max(truth) - min(truth))
 
 
+@case(
+    "two elastic bars are pushed through their line by a damped weight; they stretch and do not bend",
+    "height against an ODE of the two bars / range, tolerance 1e-7",
+    1e-3,
+)
+def arch_in_motion(run):
+    half, rise, d, m, c, E, rho = 0.5, 0.05, 0.01, 5.0, 2000.0, 2.1e11, 7850.0
+    area, length = math.pi * d * d / 4, math.hypot(half, rise)
+    load = 4.5 * E * area * (rise / half) ** 3 / (3 * math.sqrt(3))
+    mass = m + rho * area * length * 2 / 3
+
+    def accelerate(y, v):
+        now = math.hypot(half, y)
+        return (-2 * E * area * (now - length) / length * y / now - load - c * v) / mass
+
+    steps, dt, y, v, truth = 20000, 0.05 / 20000, rise, 0.0, [rise]
+    for i in range(steps):
+        k1, l1 = v, accelerate(y, v)
+        k2, l2 = v + dt / 2 * l1, accelerate(y + dt / 2 * k1, v + dt / 2 * l1)
+        k3, l3 = v + dt / 2 * l2, accelerate(y + dt / 2 * k2, v + dt / 2 * l2)
+        k4, l4 = v + dt * l3, accelerate(y + dt * k3, v + dt * l3)
+        y, v = y + dt / 6 * (k1 + 2 * k2 + 2 * k3 + k4), v + dt / 6 * (l1 + 2 * l2 + 2 * l3 + l4)
+        if (i + 1) % 400 == 0:
+            truth.append(y)
+    text = simulation(0.05, 1000, tolerance=1e-7) + rigid("m", m, (1e-3,) * 3)
+    for name in "ab":
+        text += (
+            f'[[body]]\nname = "{name}"\nkind = "beam"\nlength = {length!r}\nsection = {{ shape = "circle", diameter = {d} }}\n'
+            f'material = {{ density = {rho}, youngs_modulus = {E!r}, poisson = 0.3 }}\neffects = ["axial"]\n\n'
+        )
+    tilt = math.atan2(rise, half)
+    text += (
+        joint("left", "revolute", "ground", "a", f"rotation = [0, 0, {tilt!r}]")
+        + joint("right", "revolute", "ground", "b", f"position = [{2 * half}, 0, 0]\nrotation = [0, 0, {math.pi - tilt!r}]")
+        + joint("crown", "revolute", "a.tip", "b.tip", f"rotation = [0, 0, {math.pi - 2 * tilt!r}]")
+        + joint(
+            "slide",
+            "prismatic",
+            "ground",
+            "m",
+            f"axis = [0, 1, 0]\nposition = [{half}, 0, 0]\ninitial = {{ value = {rise} }}\nspring = {{ damping = {c} }}",
+        )
+        + joint("hang", "revolute", "m", "a.tip")
+    )
+    h = run(text + force("force", "m", f"{-load}", (0, 1, 0)) + output("y", "slide", "value"))
+    return max(abs(p - q) for p, q in zip(h["y"], truth)) / (max(truth) - min(truth))
+
+
 # Cantilevers: a load that comes at once, by Euler's modes
 
 

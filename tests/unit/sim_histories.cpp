@@ -36,6 +36,30 @@ TEST(Histories, RangesAreThoseOfWholeVectorsAndEnergiesHaveTheirScale) {
   EXPECT_NEAR(r[4], 5.0, 1e-12);
 }
 
+// A picometre beside a mechanism of a metre counts where two runs tell the same of it; rounding does not come twice.
+TEST(Histories, TinyMotionsCountWhereTwoRunsAgree) {
+  Histories a;
+  a.columns = {"tip.x", "tip.y", "rest"};
+  a.units = {"m", "m", "m"};
+  a.times = VecX::LinSpaced(21, 0.0, 1.0);
+  a.values = MatX::Zero(3, 21);
+  a.values.row(0).setConstant(1.0);
+  a.values.row(1) = 1e-12 * (7.0 * a.times.transpose().array()).sin().matrix();
+  a.values.row(2) = 1e-12 * (90.0 * a.times.transpose().array()).sin().matrix();
+  Histories b = a;
+  b.values.row(1) *= 1.02;
+  b.values.row(2) = 1e-12 * (77.0 * a.times.transpose().array()).cos().matrix();
+  EXPECT_EQ(output_ranges(a)[1], 0.0);
+  const VecX r = output_ranges(a, b);
+  EXPECT_NEAR(r[1], 2e-12, 1e-13);
+  EXPECT_EQ(r[2], 0.0);
+  EXPECT_NEAR(compare_histories(b, a, r).largest, 0.01, 2e-3);
+  // Below the digits of the size nothing counts.
+  a.values.row(1) *= 1e-4;
+  b.values.row(1) *= 1e-4;
+  EXPECT_EQ(output_ranges(a, b)[1], 0.0);
+}
+
 // Rounding does not move: moments of a reaction without any, the rotation of what does not turn.
 TEST(Histories, RoundingIsNoRange) {
   Histories h;
