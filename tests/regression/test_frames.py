@@ -154,6 +154,21 @@ def beams(folder):
     off(Rotation.from_rotvec(vector(turned, "turn")).as_matrix(), wanted, 1e-6, "beam with a turned frame, its rotation")
 
 
+def hooke(folder):
+    """A universal joint between shafts along x that stand at 35 degrees: tan(out) = tan(in) / cos(35 deg)."""
+    bend, cross = np.radians(35), 'rotation = [0, "90 deg", 0]'
+    text = head(1, "") + '[ground]\nframes = { bearing = { position = [0.3, 0, 0], rotation = [0, 0, "35 deg"] } }\n'
+    text += rigid("in", 1, "[0.01, 0.01, 0.01]", f"end = {{ position = [0.3, 0, 0], {cross} }}")
+    text += rigid("out", 1, "[0.01, 0.01, 0.01]", f"start = {{ {cross} }}, end = [0.4, 0, 0]")
+    text += joint("motor", "revolute", "ground", "in", 'axis = [1, 0, 0]\nmotion = "2*t"')
+    text += joint("cross", "universal", "in.end", "out.start", 'axis = [0, 1, 0]\ninitial = { guess = [0, "35 deg"] }')
+    text += joint("bearing", "point-on-line", "ground.bearing", "out.end", "axis = [1, 0, 0]")
+    r = simulate(folder, text + output("turn", "out", "rotation", 'relative_to = "ground.bearing"'))
+    wanted = np.unwrap(np.arctan2(np.sin(2 * r["t"]), np.cos(2 * r["t"]) * np.cos(bend)))
+    off(r["turn.x"], wanted, 1e-7, "universal joint of shafts along x")
+    off(np.hypot(r["turn.y"], r["turn.z"]), 0, 1e-7, "universal joint of shafts along x, the second stays in its bearing")
+
+
 def wrong(folder):
     frames = head(1) + '[[body]]\nname = "b"\nkind = "rigid"\nmass = 1\nframes = { pin = %s }\n'
     cases = [
@@ -183,5 +198,6 @@ with temporary_folder() as name:
     pendulum(folder)
     forces(folder)
     beams(folder)
+    hooke(folder)
     wrong(folder)
 finish()
