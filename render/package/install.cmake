@@ -7,6 +7,12 @@ set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/flexframe)
 install(TARGETS flexframe_sim flexframe_interp flexframe_render flexframe_film EXPORT flexframe
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT program NAMELINK_COMPONENT dev)
+# Installed anywhere, shared libraries are found beside each other and from the program.
+if(BUILD_SHARED_LIBS)
+  file(RELATIVE_PATH to_libraries ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
+  set_target_properties(flexframe PROPERTIES INSTALL_RPATH "$ORIGIN/${to_libraries}")
+  set_target_properties(flexframe_sim flexframe_interp flexframe_render flexframe_film PROPERTIES INSTALL_RPATH "$ORIGIN")
+endif()
 # The program is none of the exported targets: it comes in a package of its own, and the configuration file looks for it.
 install(TARGETS flexframe RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
 install(DIRECTORY ${FLEXFRAME_PUBLIC_FOLDER}/flexframe DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT dev)
@@ -37,6 +43,10 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/assets DESTINATION ${CMAKE_INSTALL_DATAD
 if(FLEXFRAME_PYTHON)
   # Where Debian keeps modules of all versions of Python 3, and this one's own.
   set(FLEXFRAME_PYTHON_FOLDER lib/python3/dist-packages CACHE STRING "folder of Python modules below the prefix")
+  if(BUILD_SHARED_LIBS)
+    file(RELATIVE_PATH to_libraries ${CMAKE_INSTALL_PREFIX}/${FLEXFRAME_PYTHON_FOLDER}/flexframe ${CMAKE_INSTALL_FULL_LIBDIR})
+    set_target_properties(flexframe_python PROPERTIES INSTALL_RPATH "$ORIGIN/${to_libraries}")
+  endif()
   install(TARGETS flexframe_python LIBRARY DESTINATION ${FLEXFRAME_PYTHON_FOLDER}/flexframe COMPONENT python)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/render/python/flexframe/ DESTINATION ${FLEXFRAME_PYTHON_FOLDER}/flexframe COMPONENT python
     FILES_MATCHING PATTERN "*.py" PATTERN "*.pyi" PATTERN "py.typed")

@@ -8,11 +8,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 
 namespace flexframe::python {
 namespace {
 
 using Shared = std::shared_ptr<sim::Results>;
+
+// Files of results without the GIL, one at a time: not every HDF5 is made for threads.
+template <class Work>
+auto with_files(const Work& work) {
+  static std::mutex turn;
+  const py::gil_scoped_release free;
+  const std::lock_guard lock(turn);
+  return work();
+}
 
 // A body or joint within results, which it keeps alive.
 struct BodyMotion {
@@ -188,7 +198,7 @@ void write_foreign(const std::filesystem::path& path, const Array& t, const py::
     r.outputs.push_back({name.cast<std::string>(), "", Eigen::Map<const sim::VecX>(a.data(), nt)});
   }
   for (sim::VecX* energy : {&r.kinetic, &r.strain, &r.potential, &r.supplied, &r.dissipated}) *energy = sim::VecX::Zero(nt);
-  sim::write_results(r, path);
+  with_files([&] { sim::write_results(r, path); });
 }
 
 }  // namespace
@@ -373,12 +383,13 @@ r["slider.x"] is a column of the histories, (nt,); r["slider"] all columns of an
       .def_property_readonly(
           "notes", [](const sim::Results& r) { return r.statistics.notes.texts(sim::Severity::note); }, "What was chosen and why.")
       .def(
-          "save", [](const sim::Results& r, const std::filesystem::path& path) { sim::write_results(r, path); }, py::arg("path"),
-          "Writes the results as HDF5 (layout: sim/RESULTS.md), whole or not at all. Raises FileError.")
+          "save", [](const sim::Results& r, const std::filesystem::path& path) { with_files([&] { sim::write_results(r, path); }); },
+          py::arg("path"), "Writes the results as HDF5 (layout: sim/RESULTS.md), whole or not at all. Raises FileError.")
       .def("csv", &sim::histories_csv, "The histories as CSV text.");
 
   m.def(
-      "read_results", [](const std::filesystem::path& path) { return std::make_shared<sim::Results>(sim::read_results(path)); },
+      "read_results",
+      [](const std::filesystem::path& path) { return with_files([&] { return std::make_shared<sim::Results>(sim::read_results(path)); }); },
       py::arg("path"), "Results from a file (HDF5). Raises InputError that names what is wrong with it.");
   m.def("_write_results", &write_foreign, py::arg("path"), py::arg("t"), py::arg("bodies"), py::arg("outputs"), py::arg("title"),
         py::arg("scene_text"));

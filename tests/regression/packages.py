@@ -84,7 +84,8 @@ with temporary_folder() as folder:
 
     def inside(command):
         # With /proc in a mount namespace of its own, so that nothing stays mounted whatever happens.
-        chroot = f'mount --make-rprivate / && mount -t proc proc {root}/proc && mount --bind /dev/pts {root}/dev/pts && exec chroot {root} /bin/bash -euc "$0"'
+        mounts = f"mount --make-rprivate / && mount -t proc proc {root}/proc && mount --bind /dev/pts {root}/dev/pts"
+        chroot = f'{mounts} && exec chroot {root} /bin/bash -euc "$0"'
         return done("unshare", "--mount", "bash", "-euc", chroot, command, env={**os.environ, "DEBIAN_FRONTEND": "noninteractive"})
 
     def step(what, command):

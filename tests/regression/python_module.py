@@ -447,6 +447,21 @@ def interrupts():
     expect(driven.time == 0.1 and np.array_equal(driven.outputs, before), "Ctrl-C has moved a driven simulation")
     driven.step(0.01)
 
+    # Films, sweeps and studies too; their processes end, and half a picture or row is none.
+    def soon(seconds, call):
+        threading.Timer(seconds, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+        raises(KeyboardInterrupt, call)
+
+    drawn = ff.simulate(ff.load(examples / "pendulum.toml"), estimate_error=False)
+    soon(0.5, lambda: ff.film(drawn, folder / "stopped", size=(1920, 1080), speed=0.001, workers=2, video=False))
+    expect(all(ff.read_png(p).shape == (1080, 1920, 4) for p in (folder / "stopped/frames").glob("*.png")), "half a picture")
+    begin = time.time()
+    soon(0.5, lambda: ff.sweep(long, {"simulation.tolerance": [1e-6, 1e-7]}, {"x": "max(slider.x)"}, folder / "stopped", workers=2))
+    soon(0.5, lambda: ff.study(long, axes=["tolerance"]))
+    expect(time.time() - begin < 30, f"Ctrl-C in a sweep and a study took {time.time() - begin:.1f} s")
+    children = pathlib.Path(f"/proc/{os.getpid()}/task/{os.getpid()}/children").read_text().split()
+    expect(children == [], f"processes left behind: {children}")
+
     def stop(fraction):
         raise StopIteration(f"at {fraction:.3f}")
 

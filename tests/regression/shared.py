@@ -49,6 +49,9 @@ with temporary_folder() as folder:
         names = [line.split(" ", 2)[2] for line in done("nm", "-D", "-C", "--defined-only", library).splitlines()]
         foreign = [name for name in names if "flexframe::" not in name and not name.startswith("Eigen::PartialPivLU")]
         expect(len(names) > 20 and foreign == [], f"{library.name}: {len(names)} names, foreign ones: {foreign[:5]}")
+    # Installed, the program finds them wherever that is.
+    done("cmake", "--install", shared.parent, "--prefix", folder / "prefix", "--component", "program")
+    expect("libraries" in done(folder / "prefix/bin/flexframe", "--version"), "the installed program does not start")
     for scene in ("pendulum", "slider_crank", "engine", "dlr_slider_crank", "cart_pendulum"):
         made = {}
         for kind, program in (("static", flexframe), ("shared", shared)):

@@ -138,7 +138,8 @@ def simulate(scene, *, accuracy=None, tolerance=None, method=None, estimate_erro
     check_effects   looks at what effects that are off are worth
     progress        called now and then with the share of the run that is done, 0..1; may raise to stop
 
-    Raises InputError for a scene that makes no mechanism, SimulationError where it cannot be integrated. Look at Results.warnings.
+    Theory: Schiavo et al. 2005, Heckmann et al. 2006 (sim/README.md); how an accuracy is reached: sim/accuracy/README.md. Raises
+    InputError for a scene that makes no mechanism, SimulationError where it cannot be integrated. Look at Results.warnings.
     """
     accuracy, tolerance = _number("accuracy", accuracy, 1e-9, 0.5), _number("tolerance", tolerance, 1e-13, 0.1)
     return _core._simulate(_scene(scene), accuracy, tolerance, method, estimate_error, check_effects, progress)
@@ -284,7 +285,8 @@ def reduce(
 def compare(a, b, *, exact=False):
     """Are two pictures (arrays or PNG files) the same? A dict: passes, equal, largest and mean difference, ssim, flip, ...
 
-    The gate is that of `flexframe compare`. exact: only equal pixels pass.
+    The gate is that of `flexframe compare`, whose differences are levels of 255. exact: only equal pixels pass. Pictures: (height,
+    width, 3 or 4) uint8. SSIM: Wang et al. 2004; FLIP: Andersson et al. 2020. Raises ArgumentError for other arrays, FileError.
     """
     a, b = (read_png(_os.fspath(p)) if isinstance(p, (str, _os.PathLike)) else p for p in (a, b))
     return _core._compare(a, b, exact)
