@@ -25,12 +25,29 @@ autodoc_member_order = "bysource"
 autodoc_typehints = "none"
 
 
-def folded(line, width=104):
-    """Lines of at most this width; what is left stands below the text of its column."""
-    if len(line) <= width:
-        return [line]
-    column = re.match(r"\s*(?:\S+(?: \S+)*\s{2,}|\{?\"\w+\": )?", line).end()
-    return textwrap.wrap(line, width, subsequent_indent=" " * (column if column < width // 2 else 4), break_on_hyphens=False)
+def hanging(line):
+    """The column in which what is left of a line goes on: that of its text behind a word and a gap, else its own."""
+    return re.match(r"\s*(?:\S+(?: \S+)*\s{2,}|\{?\"\w+\": )?", line).end()
+
+
+def folded(lines, width=104):
+    """Lines of at most this width; what is left stands below the text of its column. Lines that were broken by hand are joined first."""
+    joined, last = [], ""
+    for line in lines:
+        indent = len(line) - len(line.lstrip())
+        before = joined[-1] if joined else ""
+        goes_on = indent in (hanging(before), len(before) - len(before.lstrip())) and hanging(line) == indent
+        if len(last) > width - 10 and line.strip() and goes_on:
+            joined[-1] += " " + line.strip()
+        else:
+            joined.append(line)
+        last = line
+    out = []
+    for line in joined:
+        column = hanging(line)
+        indent = " " * (column if column < width // 2 else 4)
+        out += textwrap.wrap(line, width, subsequent_indent=indent, break_on_hyphens=False) if len(line) > width else [line]
+    return out
 
 
 def plain(app, what, name, thing, options, lines):
@@ -38,7 +55,7 @@ def plain(app, what, name, thing, options, lines):
     head, rest = lines[:1], lines[1:]
     lines[:] = [line.replace("|", "\\|").replace("*", "\\*") for line in head]
     if any(line.strip() for line in rest):
-        lines += ["", "::", "", *("   " + part for line in rest for part in folded(line)), ""]
+        lines += ["", "::", "", *("   " + line for line in folded(rest)), ""]
 
 
 def setup(app):
