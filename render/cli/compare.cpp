@@ -164,7 +164,11 @@ void print_rows(const render::Comparison& comparison, const std::vector<std::str
     if (!p.numbers.empty()) fmt::print("{}: {}\n", p.name, p.numbers);
   }
   fmt::print("{} equal, {} within the limit, {} different or missing\n", equal, within, bad);
-  if (!updated.empty()) fmt::print("{} baselines updated\n", updated.size());
+  if (updated.empty()) return;
+  const auto gone = std::count_if(comparison.pairs.begin(), comparison.pairs.end(),
+                                  [](const auto& p) { return p.state == render::PairState::missing_candidate; });
+  fmt::print("{} baselines updated{}\n", updated.size(),
+             gone > 0 ? fmt::format(", {} of them removed: there is no new picture of their names", gone) : "");
 }
 
 std::filesystem::path parts_folder(const Options& o) {

@@ -59,6 +59,36 @@ TEST(Motion, PicturesReachTheEndDespiteRounding) {
   EXPECT_EQ(film::picture_count(times, 30, 1.0), 1);
 }
 
+// The one material of a file's faces decides finish and opacity, not the reader's own that no face has; of several the most opaque.
+TEST(Animation, MaterialsOfAFileAreThoseOfItsFaces) {
+  const Scratch scratch;
+  scratch.put("m.mtl", "newmtl glass\nKd 0.2 0.6 0.4\nd 0.3\nPm 1\nnewmtl milk\nKd 1 1 1\nd 0.6\nnewmtl unused\nd 0.9\n");
+  const std::string corners = "mtllib m.mtl\nv 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nusemtl glass\nf 1 3 2\nf 1 2 4\n";
+  const auto drawn = [&](const std::string& rest) {
+    sim::Results r = test::swinging_beam();
+    r.bodies[1].mesh = scratch.put("m.obj", corners + rest).string();
+    return film::make_animation(r, small_settings(), nullptr);
+  };
+  const film::Animation one = drawn("f 2 3 4\nf 3 1 4\n");
+  EXPECT_NEAR(one.bodies[1].opacity, 0.3, 1e-6);
+  EXPECT_NEAR(one.bodies[1].material.metallic, 1.0, 1e-6);
+  EXPECT_TRUE(fmt::format("{}", fmt::join(one.notes, " ")).find("opacity") == std::string::npos);
+  const film::Animation two = drawn("usemtl milk\nf 2 3 4\nf 3 1 4\n");
+  EXPECT_NEAR(two.bodies[1].opacity, 0.6, 1e-6);
+  EXPECT_TRUE(fmt::format("{}", fmt::join(two.notes, " ")).find("the largest, 0.6") != std::string::npos);
+}
+
+// What no body has is said: a grey picture looks as if all were zero.
+TEST(Animation, AColouringThatNoBodyHasIsAWarning) {
+  const sim::Results r = test::swinging_beam();
+  film::RenderSettings s = small_settings();
+  s.color_by = film::ColorBy::mode;
+  s.mode = 3;
+  const film::Animation animation = film::make_animation(r, s, nullptr);
+  EXPECT_FALSE(animation.scalar_bar);
+  EXPECT_TRUE(fmt::format("{}", fmt::join(animation.warnings, " ")).find("elastic coordinate 3") != std::string::npos);
+}
+
 TEST(Animation, OnlyTheElasticDisplacementIsScaled) {
   const sim::Results r = test::swinging_beam();
   film::RenderSettings s = small_settings();

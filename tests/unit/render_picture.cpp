@@ -60,6 +60,46 @@ TEST(Camera, FitTouchesTheFreeRectangleAndLosesNothing) {
       }
 }
 
+// A point beside the bar's label, which is wider than the bar: below it or beside it, and hardly smaller.
+TEST(Camera, FitKeepsClearOfTheBarsLabel) {
+  Picture p;
+  p.size = {1280, 720};
+  p.overlay.scalar_bar = ScalarBar{"elastic displacement", "mm", 1000.0};
+  p.scalar_map.upper = 0.01;
+  const std::vector<glm::dvec3> points = {{-1, 0.25, 0}, {1, 0.25, 0}, {0, -0.1, 0}};
+  for (const Projection projection : {Projection::perspective, Projection::orthographic}) {
+    FitOptions options;
+    options.direction = {0, 0, -1};
+    options.projection = projection;
+    const Layout layout = make_layout(p);
+    options.insets = layout.insets;
+    const auto over = [&](const Camera& camera) {
+      Bounds bounds;
+      for (const auto& q : points) bounds.add(q);
+      const ViewFrame frame = make_view(camera, {0, 0, 1280, 720}, bounds);
+      const TextLine& label = layout.bar.words.front();
+      bool any = false;
+      for (const auto& q : points) {
+        glm::dvec2 at;
+        EXPECT_TRUE(project(frame, q, at));
+        any = any || (at.x > label.x && at.y > label.y - cap_height(label.size) && at.y < label.y);
+      }
+      return any;
+    };
+    // Without the label's own room the point lies over it: found by moving the picture's height.
+    bool was = false;
+    for (double lift = 0.0; lift < 0.6; lift += 0.02) {
+      std::vector<glm::dvec3> lifted = points;
+      lifted.push_back({0, 0.25 - lift - 0.3, 0});
+      const Camera plain = fit_camera(lifted, p.size, options), clear = fit_camera(p, lifted, options);
+      was = was || over(plain);
+      EXPECT_FALSE(over(clear)) << lift;
+      EXPECT_LE(clear.height, 1.12 * plain.height + 1e-12);
+    }
+    EXPECT_TRUE(was);
+  }
+}
+
 TEST(Camera, FitOfNothingAndOfOnePointIsAView) {
   for (const std::vector<glm::dvec3>& points : {std::vector<glm::dvec3>{}, {glm::dvec3(3.0)}, {glm::dvec3(3.0), glm::dvec3(NAN)}}) {
     const Camera c = fit_camera(points, {640, 480}, {});
