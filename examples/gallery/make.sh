@@ -1,13 +1,14 @@
 #!/usr/bin/env bash
 # Simulates and draws the gallery's 16 pictures into pictures/: examples/gallery/make.sh [FLEXFRAME [NAME...]]
-# With VTK=1 in the environment each also by VTK, into vtk/ (Debian packages python3-vtk9, python3-h5py, xvfb).
+# With VTK=1 in the environment each also by VTK, into vtk/ (Debian packages python3-vtk9, python3-h5py, xvfb); with BLENDER=1 besides by
+# Blender's path tracer, into blender/ (Debian package blender).
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 flexframe=$(realpath "${1:-$here/../../build/clang/flexframe}")
 names=" ${*:2} "
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-mkdir -p "$here/pictures" ${VTK:+"$here/vtk"}
+mkdir -p "$here/pictures" ${VTK:+"$here/vtk"} ${BLENDER:+"$here/blender"}
 
 # picture NAME SCENE MOMENT WORDS [z]: MOMENT in per cent of the sequence, WORDS what stands in [render] beside the size; z: is upwards.
 picture() {
@@ -28,7 +29,10 @@ picture() {
   # The same moment by VTK: mesh, values, size and direction of view.
   [[ -z ${VTK:-} ]] ||
     xvfb-run -a /usr/bin/python3 "$here/vtk_picture.py" "$flexframe" "$results" "$work/words.toml" "$moment" "$here/vtk/$name.png" \
-      "${5:-y}"
+      "${5:-y}" "$work/$name.npz"
+  # And by Blender, a path tracer.
+  [[ -z ${BLENDER:-} ]] ||
+    blender -b --factory-startup -P "$here/blender_picture.py" -- "$work/$name.npz" "$here/blender/$name.png" >/dev/null
 }
 
 # template NAME: a scene that the program itself makes.
@@ -38,10 +42,15 @@ template() {
 }
 cd "$work"
 
+# The engine with colours that show what is cut.
+sed -e 's|"\.\./assets|"'"$here"'/../../assets|' -e 's|^mesh = .*crank.obj"|&\ncolor = "#4a78a8"|' \
+  -e 's|^mesh = .*piston.obj"|&\ncolor = "#c9a227"|' "$here/../engine.toml" >"$work/engine_cut.toml"
+
 picture 01_slider_crank "$here/../slider_crank.toml" 30 \
   $'scales = [1, 20]\nframe_rate = 60\nspeed = 0.25\ncamera = { window = [0.4, 0.6] }\noverlay = { plot = ["slider.x", "rod_middle.y"] }'
-picture 02_engine "$here/../engine.toml" 2 $'speed = 0.05\ncolor_by = "none"\ncamera = { direction = [-0.35, -0.3, -1] }'
-picture 03_engine_section "$here/../engine.toml" 2 \
+picture 02_engine "$here/../engine.toml" 95 \
+  $'speed = 0.05\ncolor_by = "none"\nscales = [100000]\nundeformed = true\ncamera = { direction = [-0.35, -0.3, -1] }'
+picture 03_engine_section "$work/engine_cut.toml" 2 \
   $'speed = 0.05\ncolor_by = "none"\nscales = [1]\nsection = { normal = [0, 0, 1], bodies = ["piston", "crank"] }\n'\
 $'camera = { direction = [-0.35, -0.3, -1] }'
 picture 04_conrod "$here/../engine.toml" 95 \
@@ -51,7 +60,7 @@ $'insets = [{ at = "strip.tip", zoom = 8, corner = "upper right", label = "tip" 
 picture 06_blade "$here/../beams/blade.toml" 25 $'color_by = "displacement"\nundeformed = true\ncamera = { window = [3.7, 3.77] }' z
 picture 07_buckling "$here/../beams/buckling.toml" 99 \
   $'color_by = "displacement"\nscales = [1]\ncolormap = "cividis"\nextremes = true\n'\
-$'camera = { direction = [0.25, -0.16, -1], window = [9.8, 9.9] }'
+$'camera = { direction = [0.25, -0.16, -1], window = [9.8, 9.9] }\noverlay = { plot = ["middle.y"] }'
 picture 08_rollup "$here/../beams/rollup.toml" 45 $'color_by = "stress"\nscales = [1]\ntrail = 6\ncamera = { window = [3.5, 4.1] }'
 picture 09_rotor "$(template rotor)" 60 \
   $'color_by = "stress"\nscales = [1]\njoints = false\ncolor_range = { window = [0.29, 0.31], percentile = 100 }\nextremes = true'

@@ -1,6 +1,7 @@
 """A gallery picture's moment drawn by VTK, as a user of VTK or ParaView would with an hour's care: the same mesh in scale, the same
 values, size, number of samples and direction of view; feature edges, bar, axes, gradient and, on request, ambient occlusion.
-Usage: xvfb-run -a vtk_picture.py FLEXFRAME RESULTS WORDS.toml PICTURE_INDEX OUT.png y|z      (Debian: python3-vtk9, python3-h5py, xvfb)"""
+Usage: xvfb-run -a vtk_picture.py FLEXFRAME RESULTS WORDS.toml PICTURE_INDEX OUT.png y|z [MESH.npz]
+MESH.npz: the mesh, colours and view for blender_picture.py too.      (Debian: python3-vtk9, python3-h5py, xvfb)"""
 import math
 import pathlib
 import subprocess
@@ -9,10 +10,11 @@ import tempfile
 import tomllib
 
 import h5py
+import numpy as np
 import vtk
 from vtk.util.numpy_support import vtk_to_numpy
 
-flexframe, results, words, index, out, upwards = sys.argv[1:]
+flexframe, results, words, index, out, upwards = sys.argv[1:7]
 render = tomllib.loads(pathlib.Path(words).read_text())["render"]
 with h5py.File(results) as file:
     times = file["times"][:]
@@ -121,6 +123,18 @@ if direction is None:
         direction, up = [0.22, -0.34, -1.0], [0, 1, 0]
     else:
         direction = [-0.62, -0.55, -1.0] if upwards == "y" else [-0.62, 1.0, -0.55]
+if len(sys.argv) > 7:
+    triangles = vtk.vtkTriangleFilter()
+    triangles.SetInputData(data)
+    triangles.Update()
+    mesh = triangles.GetOutput()
+    colors = np.zeros((mesh.GetNumberOfPoints(), 3)) + (0.66, 0.69, 0.73)
+    if array is not None:
+        share = np.linalg.norm(values, axis=-1) if values.ndim > 1 else values
+        colors = np.array([table.GetColor(float(v)) for v in share])
+    faces = vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    points = vtk_to_numpy(mesh.GetPoints().GetData())
+    np.savez(sys.argv[7], points=points, faces=faces, colors=colors, direction=direction, up=up, size=render["size"])
 camera = renderer.GetActiveCamera()
 centre = [0.5 * (bounds[2 * k] + bounds[2 * k + 1]) for k in range(3)]
 camera.SetFocalPoint(*centre)
