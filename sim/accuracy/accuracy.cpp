@@ -308,8 +308,9 @@ Results stated(const Task& t, const Finished& found, const Searched& searched, c
                                                      out.search_cpu, searched.run > 0.0 ? searched.allowed / searched.run : 0.0)
                                        : ""));
   if (!found.scene.simulation.static_start && nothing_counts(to_histories(found.results), found.looser))
-    s.notes.warn("", "no output moves by more than what rounding could make of the mechanism's size: the accuracy is not judged; take outputs "
-                     "that move, or a tighter tolerance");
+    s.notes.warn("",
+                 "no output moves by more than what rounding could make of the mechanism's size: the accuracy is not judged; take outputs "
+                 "that move, or a tighter tolerance");
   if (t.options->check_effects && !searched.checked) check_result(t, found, accuracy, results);
   s.accuracy = out;
   if (memory) remember_settings(*memory, {found.scene, found.method, s, outputs_fingerprint(results)});

@@ -381,9 +381,7 @@ std::optional<Finished> Straight::go(const Scene& as_given) {
 
 }  // namespace
 
-std::optional<Finished> go_straight(Task& t, const Scene& as_given) try {
-  return Straight(t).go(as_given);
-} catch (const SearchSpent&) {
+std::optional<Finished> go_straight(Task& t, const Scene& as_given) try { return Straight(t).go(as_given); } catch (const SearchSpent&) {
   return std::nullopt;
 }
 

@@ -18,7 +18,9 @@ bool nothing_counts(const Histories& a, const Histories& b) {
   return moving.size() > 0 && moving.maxCoeff() > 0.0 && output_ranges(a, b).maxCoeff() <= 0.0;
 }
 
-double apart(const Histories& a, const Histories& reference) { return compare_histories(a, reference, output_ranges(reference, a)).largest; }
+double apart(const Histories& a, const Histories& reference) {
+  return compare_histories(a, reference, output_ranges(reference, a)).largest;
+}
 
 double largest(const MatX& m) { return m.size() > 0 ? m.cwiseAbs().maxCoeff() : 0.0; }
 

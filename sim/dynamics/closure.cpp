@@ -372,7 +372,8 @@ void update_closure_matrix(const Model& model, int cluster, W& work) {
 }
 
 namespace {
-// A joint that moves so many times as far as the deformation that moves it stands beside its dead point: the deformation follows it instead.
+// A joint that moves so many times as far as the deformation that moves it stands beside its dead point: the deformation follows it
+// instead.
 constexpr double beside_dead_point = 50.0, least_of_joints = 1.0 / beside_dead_point;
 }  // namespace
 

@@ -188,7 +188,8 @@ std::vector<size_t> LeftOut::looks(const System& system, const std::vector<doubl
     }
     out.push_back(at);
     const std::vector<double> switches = expression.switch_times(0.0, system.model.settings.duration);
-    struck_ = struck_ || (!motion && most > 0.0 && ((first > at_once * most && !wants_statics(system.scene)) || jumps(expression, switches, at_once * most)));
+    struck_ = struck_ || (!motion && most > 0.0 &&
+                          ((first > at_once * most && !wants_statics(system.scene)) || jumps(expression, switches, at_once * most)));
     switches_.insert(switches_.end(), switches.begin(), switches.end());
     for (size_t k = 0; k < switches.size() && k < wanted_looks; ++k) {
       const size_t after = std::upper_bound(times.begin(), times.end(), switches[k]) - times.begin();
