@@ -5,8 +5,9 @@
 
 Each page is opened from disk in a headless Chromium that draws in software. Loading is from the start of navigation until the page is
 ready to be turned; frames a second are those of the page while it plays and is turned, over five seconds. CPU is that of all of the
-browser's processes, which other work on the machine changes less: until the page is ready, its start included, and for each frame. The figures come out of the
-page by a picture that it asks of a port of this machine: the page's own text is not changed but for a script at its end, in a copy.
+browser's processes, which other work on the machine changes less: until the page is ready, its start included, and for each frame. The
+figures come out of the page by a picture that it asks of a port of this machine: the page's own text is not changed but for a script at
+its end, in a copy.
 """
 import http.server
 import os
@@ -28,7 +29,8 @@ SCRIPT = """<script>(() => {
       if (!first) { first = now; tell('first=1'); }
       ++frames;
       const put = (type, x) => canvas.dispatchEvent(new PointerEvent(type, {clientX: x, clientY: 200, pointerId: 1, buttons: 1}));
-      try { put('pointerdown', 300); put('pointermove', 302); put('pointerup', 302); } catch { canvas.dispatchEvent(new WheelEvent('wheel')); }
+      try { put('pointerdown', 300); put('pointermove', 302); put('pointerup', 302); }
+      catch { canvas.dispatchEvent(new WheelEvent('wheel')); }
       if (now > first + 1000 * seconds) {
         tell(`loaded=${loaded}&count=${frames - 1}&frames=${(frames - 1) / (now - first) * 1000}`);
         return;

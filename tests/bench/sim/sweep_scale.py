@@ -3,9 +3,10 @@
 
     sweep_scale.py FLEXFRAME [--points N] [--duration S] [--kill S] [--made N] [--keep FOLDER]
 
-N points (500) of the elastic slider-crank over its first S seconds (0.4), on two workers: CPU seconds, memory, files and bytes; with --kill
-the sweep is ended by kill -9 after so many seconds and resumed. What a point costs beside its integration is counted in instructions
-(valgrind), which other work on the machine does not change. --made copies the rows to N points and puts these together (`flexframe collect`). One line of figures each.
+N points (500) of the elastic slider-crank over its first S seconds (0.4), on two workers: CPU seconds, memory, files and bytes; with
+--kill the sweep is ended by kill -9 after so many seconds and resumed. What a point costs beside its integration is counted in
+instructions (valgrind), which other work on the machine does not change. --made copies the rows to N points and puts
+these together (`flexframe collect`). One line of figures each.
 """
 import argparse
 import hashlib
@@ -126,26 +127,23 @@ def main():
     there = len(rows_of(out)) if out.exists() else 0
     looks = watched([*words(flexframe, options.points, options.duration, out), "--resume"])
     rows = rows_of(out)
-    here = cpu_of(rows[there:])
+    beyond = used() - before - cpu_of(rows[there:])
     all_of_it = 1e3 * cpu_of(rows) / len(rows)
     print(f"points        {len(rows)} of {options.duration:g} s, {cpu_of(rows):.1f} CPU s in all, {all_of_it:.2f} ms a point")
     whole, integration = instructions(flexframe, options.duration, work)
     print(
         f"instructions  {whole / 1e6:.0f} million a point, beside its integration {100 * (whole - integration) / integration:.0f} % of that"
     )
-    print(f"the sweep     {used() - before - here:.2f} CPU s beyond the points")
-    print(
-        f"memory        parent {looks[0][0]:.0f} to {max(a for a, _ in looks):.0f} MB, worker {looks[1][1]:.1f} to {max(b for _, b in looks):.1f} MB"
-    )
-    print(
-        f"disk          rows {size(out / 'rows') / 1e6:.2f} MB, table.csv {size(out / 'table.csv') / 1e6:.2f} MB, table.h5 {size(out / 'table.h5') / 1e6:.2f} MB"
-    )
+    print(f"the sweep     {beyond:.2f} CPU s beyond the points: processes, rows, table, diagrams")
+    parents, workers = zip(*looks)
+    print(f"memory        parent {parents[0]:.0f} to {max(parents):.0f} MB, worker {max(workers):.1f} MB")
+    sizes = [size(out / name) / 1e6 for name in ("rows", "table.csv", "table.h5")]
+    print("disk          rows {:.2f} MB, table.csv {:.2f} MB, table.h5 {:.2f} MB".format(*sizes))
     if options.made:
         made = work / "made"
         shutil.rmtree(made, ignore_errors=True)
-        subprocess.run(
-            list(map(str, [*words(flexframe, options.made, options.duration, made), "--shard", f"1/{options.made}"])), check=True
-        )
+        one = [*words(flexframe, options.made, options.duration, made), "--shard", f"1/{min(100000, options.made)}"]
+        subprocess.run(list(map(str, one)), check=True, stdout=subprocess.DEVNULL)
         for file in (made / "rows").glob("*.rows"):
             file.rename(made / "rows" / "shard_1_of_1.rows")
         bytes_of_rows = make_rows(made, rows, options.made)
