@@ -181,9 +181,12 @@ void add_scales(const Animation& animation, size_t b, const glm::dmat4& pose, Pi
     surface.vectors = memory.vectors[b];
     surface.shears = memory.shears[b];
     surface.colors = model.colors;
-    if (s == 0 && surface.opacity >= 1.0f && !model.creases.empty())
+    if (s == 0 && surface.opacity >= 1.0f && !model.creases.empty()) {
       memory.picture.lines.push_back(crease_line(model, arrays, memory.scalars[b],
                                                  animation.settings.look == LookKind::print ? nullptr : &animation.scalar_map, pose));
+      // A body that a section leaves whole keeps its lines.
+      memory.picture.lines.back().cut = animation.cut.empty() || animation.cut[b];
+    }
     if (!model.spine.empty() && (s == 0 || model.ghost == GhostStyle::body))
       memory.picture.lines.push_back(spine_line(memory, b, model, pose, s > 0));
     surface.cut = s == 0 && !animation.cut.empty() && animation.cut[b];
