@@ -90,7 +90,7 @@ VecX output_ranges(const Histories& h) {
 }
 
 VecX output_ranges(const Histories& run, const Histories& other) {
-  constexpr double rounding = 1e-14, alike = 0.3;
+  constexpr double rounding = 6e-13, alike = 0.3;
   VecX out = output_ranges(run);
   if (run.columns != other.columns || (out.array() > 0.0).all()) return out;
   const VecX ranges = vector_ranges(run);

@@ -640,7 +640,7 @@ std::vector<LeftOutWorth> LeftOut::worth(const Results& results, bool from_rest)
   if (items_.empty() || times_.empty()) return out;
   const Histories run = to_histories(results);
   // Without loops, which close to some 1e-11 of the size, what stands still stands exactly.
-  const VecX ranges = model_.loops.empty() ? output_ranges(run, run) : output_ranges(run);
+  const VecX ranges = model_.loops.empty() && !from_rest ? output_ranges(run, run) : output_ranges(run);
   std::map<std::string, double> largest;  // of a unit
   for (size_t c = 0; c < columns_.size(); ++c) {
     double& most = largest[run.units[c]];
