@@ -35,15 +35,9 @@ Histories to_histories(const Results& results);
 // of them where they are zero), and all by less than rounding (1e-12) of what they come from; energies are measured against the energy
 // scale at least, as a conserved one does not move.
 VecX output_ranges(const Histories& histories);
-<<<<<<< HEAD
-// The same of `run`, and of outputs that move by less than that, but down to 1e-14 of the largest length, in the same way (to three tenths)
+// The same of `run`, and of outputs that move by less than that, but down to 6e-13 of the largest length, in the same way (to three tenths)
 // in `other`, a run of the same scene with the same columns: rounding does not come twice, a motion of a picometre does. The times of one
 // must be among the other's.
-=======
-// The same of `run`, and of outputs that move by less than that, but down to 6e-13 of the largest length, in the same way (to three tenths) in
-// `other`, a run of the same scene with the same columns: rounding does not come twice, a motion of a picometre does. The times of one must
-// be among the other's.
->>>>>>> 224c148 (Default runs keep their bits: what remains of a static start (5e-13) is no motion that counts)
 VecX output_ranges(const Histories& run, const Histories& other);
 
 struct Difference {
