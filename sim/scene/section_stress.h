@@ -42,10 +42,10 @@ SectionPoint section_point(const Section& section, double y, double z);
 // Von Mises stress, Pa. bend_rates: v''' and w''', 1/m^2.
 double section_von_mises(const SectionStrains& strains, const Eigen::Vector2d& bend_rates, double youngs_modulus, double shear_modulus,
                          const SectionPoint& at);
-// sigma_xx and |tau| of the same, Pa.
 struct SectionStress {
-  double normal = 0.0, shear = 0.0;
+  double normal = 0.0, shear = 0.0;  // sigma_xx and |tau|, Pa
 };
+// Both of the same point.
 SectionStress stress_at(const SectionStrains& strains, const Eigen::Vector2d& bend_rates, double youngs_modulus, double shear_modulus,
                         const SectionPoint& at);
 

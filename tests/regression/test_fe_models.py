@@ -237,7 +237,7 @@ with temporary_folder() as name:
         "2 unconnected parts",
     )
     refused("nodes of no element kept", "bad.inp", nodes + "9999, 5, 5, 5\n" + elements + sets + two, "node 9999", "--node", 9999)
-    refused("an empty file", "bad.inp", "", "no elements")
+    refused("an empty file", "bad.inp", "", "is no deck")
     refused("an empty mesh", "bad.msh", "", "MeshFormat")
     refused("an empty matrix", "bad.mtx", "", "bad.mtx", "--mass", folder / "M.mtx", "--node-table", folder / "nodes.txt")
     refused(

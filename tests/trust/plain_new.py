@@ -163,7 +163,10 @@ def new_pulses():
         y = ode(
             lambda s, y: [
                 y[1],
-                (k * (A * math.exp(-(((s - 1) / w) ** 2)) - y[0]) + c * (-2 * A * (s - 1) / w**2 * math.exp(-(((s - 1) / w) ** 2)) - y[1]))
+                (
+                    k * (A * math.exp(-(((s - 1) / w) ** 2)) - y[0])
+                    + c * (-2 * A * (s - 1) / w**2 * math.exp(-(((s - 1) / w) ** 2)) - y[1])
+                )
                 / m,
             ],
             [0.0, 0.0],
