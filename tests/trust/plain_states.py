@@ -275,14 +275,19 @@ def strip():
 
 @case("snap-through of two bars at a static start: the state beyond", "Statics.SnapThroughFindsTheStateBeyond; stability snapped_roof")
 def snapped():
-    for half, rise, d, elements in ((1.0, 0.05, 0.01, None), (1.0, 0.1, 0.01, 2), (0.2, 0.01, 0.002, None)):
+    for half, rise, d, elements in ((1.0, 0.05, 0.01, None), (1.0, 0.1, 0.01, 2), (0.2, 0.01, 0.002, None), (0.4, 0.012, 0.04, None)):
         s, A, I = circle(d)
         length = math.hypot(half, rise)
         limit = 2 * E * A * (rise / length) ** 3 / (3 * math.sqrt(3))
         for share in (0.5, 0.9, 1.1, 2.0, 10.0):
             load = share * limit
             force_at = lambda y: 2 * E * A * (length - math.hypot(half, y)) / length * y / math.hypot(half, y) - load
-            y = pinned_truss_upper(force_at, rise) if share < 1 else brentq(force_at, -50 * rise, -rise)
+            # Below the limit load the bars stay up, unless they buckle before: slender ones do at a part of it.
+            up = (
+                share < 1
+                and E * A * (1 - math.hypot(half, pinned_truss_upper(force_at, rise)) / length) < math.pi**2 * E * I / length**2
+            )
+            y = pinned_truss_upper(force_at, rise) if up else brentq(force_at, -50 * rise, -rise)
             yield Scene(
                 simulation(0.01, 100, start="static") + bars(half, rise, d, load, "revolute", elements),
                 still(crown=[half, y, 0.0]),
