@@ -6,13 +6,36 @@
 
 #include <fmt/format.h>
 
+#include <array>
+#include <cmath>
+#include <functional>
 #include <vector>
 
 namespace flexframe::sim {
 namespace {
 
-// Points of a curve that is given by expressions: its spline is then within 1e-9 of a circle's radius.
-constexpr int points_of_expressions = 400;
+// Points of a curve that is given by expressions: of a circle its spline is then within 1e-9 of the radius. A curve that winds more gets
+// more: beyond so much of a turn (rad) from point to point, on more than so large a share of it (corners stay what they are), the spline's
+// bend would be off by more than 1e-4.
+constexpr int points_of_expressions = 400, most_points_of_expressions = 25600;
+constexpr double turn_of_points = 0.03, share_of_corners = 0.02;
+
+using Place = std::function<Vec3(double)>;
+
+// Whether n steps from one end to the other follow the curve. Seen at unequal distances, so that a whole turn a step is no straight line.
+bool follows(const Place& place, double from, double to, int n) {
+  constexpr double between = 0.37;
+  int turned = 0;
+  Vec3 last = place(from), before = Vec3::Zero();
+  for (int i = 1; i <= 2 * n; ++i) {
+    const Vec3 now = place(from + (to - from) * (i / 2 + (i % 2 ? between : 0.0)) / n), way = now - last;
+    if (i > 1 && before.cross(way).norm() > std::sin(turn_of_points) * before.norm() * way.norm()) ++turned;
+    else if (i > 1 && before.dot(way) < 0.0) ++turned;
+    last = now;
+    before = way;
+  }
+  return turned <= share_of_corners * 2 * n;
+}
 
 std::vector<Vec3> given_points(const TableReader& reader) {
   const MatX rows = reader.matrix("points", any_number.in("m"));
@@ -27,27 +50,29 @@ std::vector<Vec3> computed_points(const TableReader& reader, bool closed) {
   // u is whatever the expressions make of it: an angle, a way.
   const double from = reader.number("from", 0.0, any_number.in("*")), to = reader.number("to", 1.0, any_number.in("*"));
   if (!(to > from)) reader.fail("to", fmt::format("must be greater than 'from', {}; found {}", from, to));
-  const int n = points_of_expressions;
-  std::vector<Vec3> out(n + 1, Vec3::Zero());
   const std::vector<std::string> names{"u"};
+  std::array<std::function<double(double)>, 3> xyz{[](double) { return 0.0; }, [](double) { return 0.0; }, [](double) { return 0.0; }};
   for (int k = 0; k < 3; ++k) {
     const char* const key = k == 0 ? "x" : k == 1 ? "y" : "z";
     if (!reader.has(key) && k == 2) continue;
     if (reader.required(key).type != TomlValue::Type::text) {
-      for (Vec3& p : out) p[k] = reader.number(key, any_number.in("m"));
+      xyz[k] = [value = reader.number(key, any_number.in("m"))](double) { return value; };
       continue;
     }
     try {
       const std::string text = reader.text(key);
-      const Expression f(reader.parameters().substitute(replace_units(text, "m").value_or(text)), names);
-      for (int i = 0; i <= n; ++i) {
-        const double u = from + (to - from) * i / n;
-        out[i][k] = f.value(0.0, &u);
-      }
+      xyz[k] = [f = Expression(reader.parameters().substitute(replace_units(text, "m").value_or(text)), names)](double u) {
+        return f.value(0.0, &u);
+      };
     } catch (const Error& error) {
       reader.fail(key, fmt::format("is no expression of u: {}", error.what()));
     }
   }
+  const Place place = [&](double u) { return Vec3(xyz[0](u), xyz[1](u), xyz[2](u)); };
+  int n = points_of_expressions;
+  while (n < most_points_of_expressions && !follows(place, from, to, n)) n *= 2;
+  std::vector<Vec3> out;
+  for (int i = 0; i <= n; ++i) out.push_back(place(from + (to - from) * i / n));
   if (!closed) return out;
   double size = 0.0;
   for (const Vec3& p : out) size = std::max(size, (p - out.front()).norm());

@@ -221,6 +221,12 @@ def curves(folder):
             + output("wire"),
         )
         off(h["wire"] - 4 * R, start * np.cos(np.sqrt(g / (4 * R)) * h["t"]), 2e-5, f"a bead on a cycloid, amplitude {start}")
+    # Down a helix of 3 and of 95 turns: the same constant acceleration, however long the wire is.
+    c = 0.5 / (2 * math.pi)
+    for turns in (20, 600):
+        wire = f'curve = {{ x = "{R}*cos(u)", y = "-{c}*u", z = "{R}*sin(u)", to = {turns} }}\ninitial = {{ value = 0.01 }}'
+        h = simulate(folder, simulation(2) + bead + joint("wire", "point-on-curve", "ground", "bead", wire) + output("wire"))
+        off(h["wire"], 0.01 + 0.5 * g * c / math.hypot(R, c) * h["t"] ** 2, 1e-5, f"a bead on a helix, u to {turns}")
     # A pin of a rod in a circular slot moves as on a crank: the four-bar with the slot's radius as its rocker.
     rod = rigid("crank", 1, 0.01, "frames = { end = [0.1, 0, 0] }") + rigid("rod", 1, 0.02, "frames = { end = [0.4, 0, 0] }")
     bar = joint("shaft", "revolute", "ground", "crank", 'motion = "4*t"') + joint(
