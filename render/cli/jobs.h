@@ -86,6 +86,9 @@ DrawingReport run_drawing(const sim::Results& results, const film::RenderSetting
 void require_writable(const std::filesystem::path& path);
 void make_folder(const std::filesystem::path& path);
 
+// On stderr, whatever is said besides.
+void print_warnings(const std::vector<std::string>& warnings);
+
 // What is said about them, as text or JSON.
 void print_simulation(const sim::Results& results);
 void print_drawing(const DrawingReport& report);

@@ -7,6 +7,7 @@
 #include "sim/base/file_output.h"
 #include "sim/base/words.h"
 #include "sim/results/results_file.h"
+#include "sim/results/sampling.h"
 #include "sim/results/spectrum.h"
 
 #include <fmt/format.h>
@@ -46,23 +47,33 @@ struct Named {
   sim::Spectrum spectrum;
 };
 
-// Samples between --from and --to, over time or turns of the shaft.
-std::vector<Named> spectra_of(const Words& w, const sim::Results& results) {
+struct Samples {
+  Eigen::Index first, count;
+};
+
+// Those between --from and --to.
+Samples wanted_samples(const Words& w, const sim::Results& results) {
+  Eigen::Index first = 0, end = results.times.size();
+  while (first < end && results.times[first] < w.from) ++first;
+  while (w.to > 0.0 && end > first && results.times[end - 1] > w.to) --end;
+  return {first, end - first};
+}
+
+// Over time or turns of the shaft.
+std::vector<Named> spectra_of(const Words& w, const sim::Results& results, const Samples& samples) {
   std::vector<const sim::ResultOutput*> outputs;
   for (const std::string& name : w.columns) outputs.push_back(&find_column(results, w.results, name));
   if (outputs.empty())
     for (const sim::ResultOutput& output : results.outputs) outputs.push_back(&output);
   if (outputs.empty()) find_column(results, w.results, "");
-  Eigen::Index first = 0, end = results.times.size();
-  while (first < end && results.times[first] < w.from) ++first;
-  while (w.to > 0.0 && end > first && results.times[end - 1] > w.to) --end;
-  sim::VecX x = results.times.segment(first, end - first);
-  if (!w.order.empty()) x = find_column(results, w.results, w.order).values.segment(first, end - first) / (2.0 * std::numbers::pi);
+  const auto [first, count] = samples;
+  sim::VecX x = results.times.segment(first, count);
+  if (!w.order.empty()) x = find_column(results, w.results, w.order).values.segment(first, count) / (2.0 * std::numbers::pi);
   if (x.size() > 1 && x[x.size() - 1] < x[0]) x = -x;
   std::vector<Named> spectra;
   for (const sim::ResultOutput* output : outputs) {
     try {
-      spectra.push_back({output, sim::amplitude_spectrum(x, output->values.segment(first, end - first))});
+      spectra.push_back({output, sim::amplitude_spectrum(x, output->values.segment(first, count))});
     } catch (const sim::InputError& error) {
       throw sim::InputError(fmt::format("{}: {}", w.results, error.what()));
     }
@@ -100,7 +111,8 @@ film::Diagram spectrum_diagram(const Words& w, const std::vector<Named>& spectra
 
 int write_spectrum(const Words& w) {
   const sim::Results results = sim::read_results(w.results);
-  const std::vector<Named> spectra = spectra_of(w, results);
+  const Samples samples = wanted_samples(w, results);
+  const std::vector<Named> spectra = spectra_of(w, results, samples);
   const std::string axis = w.order.empty() ? "frequency" : "order";
   const fs::path csv = w.out.empty() ? fs::path(fs::path(w.results).stem().string() + "-spectrum.csv") : fs::path(w.out);
   const fs::path svg = fs::path(csv).replace_extension(".svg");
@@ -114,7 +126,13 @@ int write_spectrum(const Words& w) {
     json["outputs"].push_back({{"column", output->column}, {"unit", output->unit}, {"largest", most}, {axis, s.at[peak + 1]}});
     if (!w.json) fmt::print("{:<20} largest {:.5g} {} at {} {:.5g}\n", output->column, most, output->unit, axis, s.at[peak + 1]);
   }
-  json.update({{"csv", csv.string()}, {"svg", svg.string()}});
+  json.update({{"csv", csv.string()}, {"svg", svg.string()}, {"warnings", nlohmann::ordered_json::array()}});
+  if (const auto fast = sim::faster_than_samples(results, samples.first, samples.count)) {
+    const std::string text =
+        fmt::format("{} {}: it stands at a lower frequency in these spectra", fast->owner, sim::fast_motion_text(*fast));
+    json["warnings"].push_back(text);
+    print_warnings({text});
+  }
   if (w.json) fmt::print("{}\n", json_text(json));
   else fmt::print("spectrum     {}\ndiagram      {}\n", csv.string(), svg.string());
   return 0;

@@ -1,6 +1,7 @@
 #include "sim/run/run_scene.h"
 
 #include "sim/results/recorder.h"
+#include "sim/results/sampling.h"
 #include "sim/run/coarse_beams.h"
 #include "sim/run/complete_inertia.h"
 #include "sim/run/effect_report.h"
@@ -293,6 +294,7 @@ Results run_scene(const Scene& scene, const SimulateOptions& options) {
         "", fmt::format("tolerance {:.0e} taken: with the default one the estimated error of the time integration was {:.2g} of the range "
                         "of {}",
                         results.statistics.tolerance, first.error_estimate, first.error_column));
+  if (const auto fast = faster_than_samples(results)) results.statistics.notes.tell(fast->owner, fast_motion_text(*fast));
   return results;
 }
 

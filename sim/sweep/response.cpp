@@ -75,6 +75,17 @@ double over_time(const VecX& t, const VecX& x) {
   return sum;
 }
 
+// The largest value, between samples by the parabola through the largest and its neighbours.
+double peak(const VecX& t, const VecX& x) {
+  Eigen::Index i = 0;
+  const double most = x.maxCoeff(&i);
+  if (i == 0 || i + 1 == x.size()) return most;
+  // Slopes on both sides, and how the parabola bends.
+  const double a = t[i] - t[i - 1], b = t[i + 1] - t[i], left = (x[i] - x[i - 1]) / a, right = (x[i + 1] - x[i]) / b;
+  const double bend = (right - left) / (a + b), slope = (left * b + right * a) / (a + b);
+  return bend < 0.0 ? most - slope * slope / (4.0 * bend) : most;
+}
+
 // Of the largest line but the mean, between its neighbours by the parabola through the logarithms of the three (for Hann's window good to
 // a few hundredths of a line).
 double strongest_frequency(const VecX& t, const VecX& x) {
@@ -178,13 +189,13 @@ Response::Response(const std::string& text, std::span<const std::string> columns
   }
 }
 
-double Response::reduce(const Reduction& reduction, const Histories& h, std::span<const double> settings) {
+double Response::reduce(const Reduction& reduction, const Histories& h, std::span<const double> settings, Seen seen) {
   const Formula& of = reduction.of;
   std::vector<double> variables(of.reads.size());
   for (std::size_t k = 0; k < of.reads.size(); ++k) {
     const auto [source, at] = of.reads[k];
     if (source == Formula::Source::setting) variables[k] = settings[at];
-    if (source == Formula::Source::reduction) variables[k] = reduce(*of.reductions[at], h, settings);
+    if (source == Formula::Source::reduction) variables[k] = reduce(*of.reductions[at], h, settings, seen);
   }
   VecX x(h.times.size());
   for (Eigen::Index i = 0; i < x.size(); ++i) {
@@ -198,15 +209,15 @@ double Response::reduce(const Reduction& reduction, const Histories& h, std::spa
   Eigen::Index at = 0;
   switch (static_cast<Word>(reduction.word)) {
     case max_of:
-      return x.maxCoeff();
+      return seen == Seen::between ? peak(t, x) : x.maxCoeff();
     case min_of:
-      return x.minCoeff();
+      return seen == Seen::between ? -peak(t, -x) : x.minCoeff();
     case mean:
       return over_time(t, x) / duration;
     case rms:
       return std::sqrt(over_time(t, x.cwiseAbs2()) / duration);
     case range:
-      return x.maxCoeff() - x.minCoeff();
+      return seen == Seen::between ? peak(t, x) + peak(t, -x) : x.maxCoeff() - x.minCoeff();
     case final:
       return x[last];
     case initial:
@@ -231,13 +242,41 @@ double Response::reduce(const Reduction& reduction, const Histories& h, std::spa
   return 0.0;
 }
 
-double Response::value(const Histories& histories, std::span<const double> settings) const {
+double Response::value(const Histories& histories, std::span<const double> settings, Seen seen) const {
   std::vector<double> variables(formula_.reads.size());
   for (std::size_t k = 0; k < variables.size(); ++k) {
     const auto [source, at] = formula_.reads[k];
-    variables[k] = source == Formula::Source::setting ? settings[at] : reduce(*formula_.reductions[at], histories, settings);
+    variables[k] = source == Formula::Source::setting ? settings[at] : reduce(*formula_.reductions[at], histories, settings, seen);
   }
   return formula_.expression.value(0.0, variables.data());
+}
+
+double Response::value(const Histories& histories, std::span<const double> settings) const {
+  return value(histories, settings, Seen::samples);
+}
+
+bool Response::reads_frequency() const {
+  return std::any_of(formula_.reductions.begin(), formula_.reductions.end(), [](const auto& r) { return r->word == frequency; });
+}
+
+std::optional<double> Response::share_of_sampling(const Histories& h, std::span<const double> settings) const {
+  const auto seen = [](const std::shared_ptr<const Reduction>& r) { return r->word <= integral && r->word != final && r->word != initial; };
+  if (h.times.size() < 5 || formula_.reductions.empty() || !std::all_of(formula_.reductions.begin(), formula_.reductions.end(), seen))
+    return {};
+  // The last sample stays: what a run ends with is no matter of sampling.
+  const Eigen::Index n = h.times.size(), half = n / 2 + 1;
+  Histories thin;
+  thin.columns = h.columns;
+  thin.times.resize(half);
+  thin.values.resize(h.values.rows(), half);
+  for (Eigen::Index i = 0; i < half; ++i) {
+    const Eigen::Index from = std::min(2 * i, n - 1);
+    thin.times[i] = h.times[from];
+    thin.values.col(i) = h.values.col(from);
+  }
+  const double all = value(h, settings), few = value(thin, settings), between = value(h, settings, Seen::between);
+  const double off = std::max(std::abs(all - few) / 3.0, std::abs(all - between));
+  return off == 0.0 ? 0.0 : off / std::abs(all);
 }
 
 }  // namespace flexframe::sim

@@ -14,6 +14,7 @@
 #include "sim/scene/expression.h"
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -35,6 +36,14 @@ class Response {
   // is never true, a root of a negative number.
   double value(const Histories& histories, std::span<const double> settings) const;
 
+  // By what share of it the value may be off because it is seen at samples only: a third of what leaving out every second sample changes,
+  // or what parabolas through the largest and smallest samples add to these.
+  // None where that is no measure (times and frequencies, values of one sample alone).
+  std::optional<double> share_of_sampling(const Histories& histories, std::span<const double> settings) const;
+
+  // Is a frequency of a history in it?
+  bool reads_frequency() const;
+
  private:
   struct Reduction;
   struct Formula {
@@ -52,7 +61,10 @@ class Response {
     std::span<const std::string> columns, settings;
   };
   static Formula read(const std::string& text, const Known& known, bool of_histories);
-  static double reduce(const Reduction& reduction, const Histories& histories, std::span<const double> settings);
+  // What extreme values are taken of: the samples, or what lies between them too.
+  enum class Seen { samples, between };
+  static double reduce(const Reduction& reduction, const Histories& histories, std::span<const double> settings, Seen seen);
+  double value(const Histories& histories, std::span<const double> settings, Seen seen) const;
 
   std::string name_;
   Formula formula_;

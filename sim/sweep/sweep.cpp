@@ -6,6 +6,7 @@
 #include "sim/base/file_output.h"
 #include "sim/base/words.h"
 #include "sim/results/recorder.h"
+#include "sim/results/sampling.h"
 #include "sim/scene/fingerprint.h"
 #include "sim/scene/parameters.h"
 #include "sim/scene/scene_reader.h"
@@ -135,22 +136,47 @@ SimulateOptions options_of(const SweepQuestion& q) {
   return options;
 }
 
+// What the samples of the run are too few for.
+void tell_of_samples(const Sweep& sweep, const std::string& text, SweepRow& row) {
+  row.message += (row.message.empty() ? "" : "; ") + text;
+  row.end = sweep.question.strict ? PointEnd::failed : PointEnd::warned;
+  if (sweep.question.strict) std::fill(row.responses.begin(), row.responses.end(), std::nullopt);
+}
+
+void check_samples(const Sweep& sweep, const std::vector<std::size_t>& coarse, const Results& results, SweepRow& row) {
+  const auto frequency = [](const Response& response) { return response.reads_frequency(); };
+  if (std::any_of(sweep.responses.begin(), sweep.responses.end(), frequency))
+    if (const auto fast = faster_than_samples(results))
+      tell_of_samples(sweep, fmt::format("{} {}: frequencies come out too low", fast->owner, fast_motion_text(*fast)), row);
+  if (coarse.empty()) return;
+  std::vector<std::string> names;
+  for (const std::size_t k : coarse) names.push_back(sweep.responses[k].name());
+  tell_of_samples(
+      sweep,
+      fmt::format("{} would change by more than {} with more samples: take a larger output_rate", list_words(names), unasked_accuracy),
+      row);
+}
+
 // The numbers of a run.
-void respond(const Sweep& sweep, const std::vector<Design::Value>& values, const Histories& histories, SweepRow& row) {
+void respond(const Sweep& sweep, const std::vector<Design::Value>& values, const Results& results, SweepRow& row) {
+  const Histories histories = to_histories(results);
   std::vector<double> numbers;
   for (std::size_t k = 0; k < values.size(); ++k)
     if (sweep.design.axes()[k].chance || !sweep.design.axes()[k].numbers.empty()) numbers.push_back(values[k].number);
   // A setting may change the columns: an output's body, its quantity.
   if (histories.columns != sweep.columns) throw SimulationError("its outputs have other columns than those of the first point");
   std::vector<std::string> problems;
+  std::vector<std::size_t> coarse;
   for (std::size_t k = 0; k < sweep.responses.size(); ++k) {
     try {
       row.responses[k] = sweep.responses[k].value(histories, numbers);
+      if (const auto share = sweep.responses[k].share_of_sampling(histories, numbers); share && *share > unasked_accuracy)
+        coarse.push_back(k);
     } catch (const SimulationError& problem) {
       problems.push_back(problem.what());
     }
   }
-  if (problems.empty()) return;
+  if (problems.empty()) return check_samples(sweep, coarse, results, row);
   row.end = PointEnd::lacking;
   row.message += (row.message.empty() ? "" : "; ") + fmt::format("{}", fmt::join(problems, "; "));
 }
@@ -281,7 +307,7 @@ SweepRow run_values(const Sweep& sweep, long point, const std::vector<Design::Va
     const std::vector<std::string> warnings = s.notes.texts(Severity::warning);
     row.message = fmt::format("{}", fmt::join(warnings, "; "));
     if (!warnings.empty()) row.end = q.strict ? PointEnd::failed : PointEnd::warned;
-    if (row.end != PointEnd::failed) respond(sweep, values, to_histories(results), row);
+    if (row.end != PointEnd::failed) respond(sweep, values, results, row);
   } catch (const InputError& problem) {
     row.end = PointEnd::refused;
     row.message = problem.what();

@@ -253,4 +253,48 @@ def plots_and_indices(folder):
         expect(b"nan" not in (out / name).read_bytes(), f"{name} holds a nan")
 
 
-run_parts(rows_are_runs, failed_points_are_rows, wrong_questions, killed_and_resumed, shards_make_the_same_table, plots_and_indices)
+def few_samples(folder):
+    """A vibration of 70 Hz seen 100 times a second is one of 30 Hz in the samples: rows and spectra say so. 700 a second show it."""
+    text = """[simulation]
+duration = 2
+output_rate = 100
+[[body]]
+name = "m"
+kind = "rigid"
+mass = 1
+[[joint]]
+name = "j"
+kind = "prismatic"
+parent = "ground"
+child = "m"
+initial = { value = 0.01 }
+spring = { stiffness = "(2*pi*70)^2" }
+[[output]]
+name = "x"
+of = "j"
+quantity = "value"
+"""
+    scene = folder / "fast.toml"
+    for rate, end in ((100, "warned"), (700, "done")):
+        scene.write_text(text.replace("output_rate = 100", f"output_rate = {rate}"))
+        out = folder / f"fast{rate}"
+        run("sweep", scene, "--set", "body.m.mass=1,1.1", "--response", "f=frequency(x)", "-o", out)
+        row = table_of(out)[0]
+        expect(row["end"] == end, f"{rate} samples a second: {row}")
+        run("simulate", scene, "-o", folder / "fast.h5")
+        done = run("spectrum", folder / "fast.h5", "-o", folder / "fast.csv", "--json")
+        told = json.loads(done.stdout)
+        expect(bool(told["warnings"]) == (rate == 100) == ("WARNING" in done.stderr), f"{rate} samples a second: {told}")
+    expect("joint 'j' moves about 69.7" in table_of(folder / "fast100")[0]["message"], f"{table_of(folder / 'fast100')}")
+    expect(abs(float(row["f"]) - 70) < 0.05, f"a vibration of 70 Hz: {row}")
+    # The smallest of five samples a period, at the same instants of each, is no smallest value: 0.81 of it.
+    scene.write_text(text.replace("duration = 2", "duration = 0.1").replace("output_rate = 100", "output_rate = 350"))
+    run("sweep", scene, "--set", "body.m.mass=1,1.1", "--response", "low=min(x)", "-o", folder / "coarse")
+    row = table_of(folder / "coarse")[0]
+    off = abs(float(row["low"]) / -0.01 - 1)
+    expect(row["end"] == "warned" and off > 0.15 and "low would change" in row["message"], f"the smallest of few samples: {row}")
+
+
+run_parts(
+    rows_are_runs, failed_points_are_rows, wrong_questions, killed_and_resumed, shards_make_the_same_table, plots_and_indices, few_samples
+)

@@ -1,0 +1,70 @@
+#include "sim/results/sampling.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace flexframe::sim {
+namespace {
+
+constexpr double missed_way = 0.5, slow_share = 0.05;
+
+struct Miss {
+  double share = 0.0;      // of the way, root mean squares
+  double frequency = 0.0;  // Hz
+};
+
+// Of values x and rates v at times t; none where nothing moves beyond rounding errors.
+Miss missed(const VecX& t, const VecX& x, const VecX& v) {
+  const Eigen::Index n = t.size() - 1;
+  const VecX h = t.tail(n) - t.head(n), way = x.tail(n) - x.head(n), expected = 0.5 * h.cwiseProduct(v.tail(n) + v.head(n));
+  // A vibration of just the samples' rate stands still in the way, one of half of it in the mean of two rates.
+  const double moved = std::max(way.norm(), expected.norm());
+  if (!(moved > 1e-9 * x.norm())) return {};
+  // What remains beside a steady motion.
+  const double span = t[n] - t[0], drift = (x[n] - x[0]) / span;
+  const VecX swing = x - drift * (t.array() - t[0]).matrix();
+  const double value = (swing.array() - swing.mean()).matrix().norm(), rate = (v.array() - drift).matrix().norm();
+  return {(way - expected).norm() / moved, value > 0.0 ? rate / value / (2.0 * std::numbers::pi) : 0.0};
+}
+
+}  // namespace
+
+std::optional<FastMotion> faster_than_samples(const Results& results, Eigen::Index first, Eigen::Index count) {
+  // Fewer tell nothing of a vibration.
+  if (count < 16) return {};
+  const VecX t = results.times.segment(first, count);
+  std::optional<FastMotion> out;
+  double worst = missed_way;
+  const auto look = [&](const std::string& owner, const MatX& value, const MatX& rate) {
+    if (value.cols() != rate.cols() || value.cols() == 0) return;
+    double fastest = 0.0;
+    for (Eigen::Index k = 0; k < rate.cols(); ++k) fastest = std::max(fastest, rate.col(k).segment(first, count).norm());
+    for (Eigen::Index k = 0; k < rate.cols(); ++k) {
+      const VecX v = rate.col(k).segment(first, count);
+      if (v.norm() < slow_share * fastest) continue;
+      const Miss miss = missed(t, value.col(k).segment(first, count), v);
+      if (miss.share < worst) continue;
+      worst = miss.share;
+      out = {owner, miss.frequency, static_cast<double>(count - 1) / (t[count - 1] - t[0])};
+    }
+  };
+  // Elsewhere rates are no derivatives of the values.
+  for (const ResultJoint& joint : results.joints)
+    if (joint.kind != "spherical" && joint.kind != "free" && joint.kind != "constant-velocity")
+      look("joint '" + joint.name + "'", joint.value, joint.rate);
+  for (const ResultBody& body : results.bodies) look("body '" + body.name + "'", body.q, body.qd);
+  return out;
+}
+
+std::optional<FastMotion> faster_than_samples(const Results& results) { return faster_than_samples(results, 0, results.times.size()); }
+
+std::string fast_motion_text(const FastMotion& fast) {
+  const double enough = 10.0 * fast.frequency, digits = std::pow(10.0, std::floor(std::log10(enough)) - 1.0);
+  return fmt::format("moves about {:.3g} times a second, faster than {:.4g} samples a second show; output_rate = {} shows it",
+                     fast.frequency, fast.samples, digits * std::ceil(enough / digits));
+}
+
+}  // namespace flexframe::sim

@@ -1,0 +1,27 @@
+// Whether the samples of a run show its motion.
+#pragma once
+
+#include "sim/results/results.h"
+
+#include <optional>
+#include <string>
+
+namespace flexframe::sim {
+
+struct FastMotion {
+  std::string owner;       // "joint 'pin'", "body 'rod'"
+  double frequency = 0.0;  // Hz, about: the rate's root mean square over the value's
+  double samples = 0.0;    // a second
+};
+
+// The coordinate of a joint or of a body's deformation that runs on the most from sample to sample, if any does: for which h (v1 + v2)/2
+// misses the way from one sample to the next by half or more (root mean squares). A vibration of less than 2.7 samples a period does, and
+// histories, spectra and pictures show it at a lower frequency. first, count: the samples that are looked at. Coordinates of a body that
+// move a twentieth of its fastest do not count; nor do joints whose rate is not the derivative of their value (rotation vectors).
+std::optional<FastMotion> faster_than_samples(const Results& results, Eigen::Index first, Eigen::Index count);
+std::optional<FastMotion> faster_than_samples(const Results& results);
+
+// "moves about 70 times a second, faster than its 100 samples a second show; output_rate = 700 shows it".
+std::string fast_motion_text(const FastMotion& fast);
+
+}  // namespace flexframe::sim
