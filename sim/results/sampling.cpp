@@ -9,25 +9,29 @@
 namespace flexframe::sim {
 namespace {
 
-constexpr double missed_way = 0.5, slow_share = 0.05;
+// What swings by less than that share of its value cannot be seen in it; nor can what is fast by a smaller share of the whole swing.
+constexpr double missed_way = 0.5, slow_share = 0.05, unseen_swing = 1e-6, unseen_fast = 0.02;
 
 struct Miss {
   double share = 0.0;      // of the way, root mean squares
   double frequency = 0.0;  // Hz
 };
 
-// Of values x and rates v at times t; none where nothing moves beyond rounding errors.
+// Of values x and rates v at times t; none where nothing moves to speak of.
 Miss missed(const VecX& t, const VecX& x, const VecX& v) {
   const Eigen::Index n = t.size() - 1;
   const VecX h = t.tail(n) - t.head(n), way = x.tail(n) - x.head(n), expected = 0.5 * h.cwiseProduct(v.tail(n) + v.head(n));
   // A vibration of just the samples' rate stands still in the way, one of half of it in the mean of two rates.
   const double moved = std::max(way.norm(), expected.norm());
-  if (!(moved > 1e-9 * x.norm())) return {};
   // What remains beside a steady motion.
   const double span = t[n] - t[0], drift = (x[n] - x[0]) / span;
   const VecX swing = x - drift * (t.array() - t[0]).matrix();
-  const double value = (swing.array() - swing.mean()).matrix().norm(), rate = (v.array() - drift).matrix().norm();
-  return {(way - expected).norm() / moved, value > 0.0 ? rate / value / (2.0 * std::numbers::pi) : 0.0};
+  const double value = (swing.array() - swing.mean()).matrix().norm();
+  if (!(value > unseen_swing * x.norm()) || !(moved > 0.0)) return {};
+  // Against the mean of their neighbours values and rates of a vibration lose the same factor, also one that stands at a lower frequency.
+  const auto fast = [n](const VecX& y) { return (y.segment(1, n - 1) - 0.5 * (y.head(n - 1) + y.tail(n - 1))).norm(); };
+  if (!(fast(x) > unseen_fast * value)) return {};
+  return {(way - expected).norm() / moved, fast(v) / fast(x) / (2.0 * std::numbers::pi)};
 }
 
 }  // namespace

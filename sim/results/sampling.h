@@ -10,7 +10,7 @@ namespace flexframe::sim {
 
 struct FastMotion {
   std::string owner;       // "joint 'pin'", "body 'rod'"
-  double frequency = 0.0;  // Hz, about: the rate's root mean square over the value's
+  double frequency = 0.0;  // Hz, about: the fast part of the rate over that of the value, root mean squares
   double samples = 0.0;    // a second
 };
 
