@@ -10,7 +10,7 @@ namespace flexframe::sim {
 namespace {
 
 // What swings by less than that share of its value cannot be seen in it; nor can what is fast by a smaller share of the whole swing.
-constexpr double missed_way = 0.5, slow_share = 0.05, unseen_swing = 1e-6, unseen_fast = 0.02;
+constexpr double missed_way = 0.5, small_share = 0.05, unseen_swing = 1e-6, unseen_fast = 0.02;
 
 struct Miss {
   double share = 0.0;      // of the way, root mean squares
@@ -48,7 +48,7 @@ std::optional<FastMotion> faster_than_samples(const Results& results, Eigen::Ind
     for (Eigen::Index k = 0; k < rate.cols(); ++k) fastest = std::max(fastest, rate.col(k).segment(first, count).norm());
     for (Eigen::Index k = 0; k < rate.cols(); ++k) {
       const VecX v = rate.col(k).segment(first, count);
-      if (v.norm() < slow_share * fastest) continue;
+      if (v.norm() < small_share * fastest) continue;
       const Miss miss = missed(t, value.col(k).segment(first, count), v);
       if (miss.share < worst) continue;
       worst = miss.share;
@@ -59,7 +59,13 @@ std::optional<FastMotion> faster_than_samples(const Results& results, Eigen::Ind
   for (const ResultJoint& joint : results.joints)
     if (joint.kind != "spherical" && joint.kind != "free" && joint.kind != "constant-velocity")
       look("joint '" + joint.name + "'", joint.value, joint.rate);
-  for (const ResultBody& body : results.bodies) look("body '" + body.name + "'", body.q, body.qd);
+  // Bodies that hardly deform beside another are not looked at for their vibrations.
+  double most = 0.0;
+  for (const ResultBody& body : results.bodies)
+    if (body.displacement.size() > 0) most = std::max(most, body.displacement.cwiseAbs().maxCoeff());
+  for (const ResultBody& body : results.bodies)
+    if (body.displacement.size() == 0 || body.displacement.cwiseAbs().maxCoeff() >= small_share * most)
+      look("body '" + body.name + "'", body.q, body.qd);
   return out;
 }
 

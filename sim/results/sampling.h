@@ -17,7 +17,8 @@ struct FastMotion {
 // The coordinate of a joint or of a body's deformation that runs on the most from sample to sample, if any does: for which h (v1 + v2)/2
 // misses the way from one sample to the next by half or more (root mean squares). A vibration of less than 2.7 samples a period does, and
 // histories, spectra and pictures show it at a lower frequency. first, count: the samples that are looked at. Coordinates of a body that
-// move a twentieth of its fastest do not count; nor do joints whose rate is not the derivative of their value (rotation vectors).
+// move a twentieth of its fastest do not count, nor bodies that deform by a twentieth of another, nor joints whose rate is not the
+// derivative of their value (rotation vectors).
 std::optional<FastMotion> faster_than_samples(const Results& results, Eigen::Index first, Eigen::Index count);
 std::optional<FastMotion> faster_than_samples(const Results& results);
 
