@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <optional>
 
 namespace flexframe::film {
@@ -147,6 +148,29 @@ std::vector<std::pair<size_t, size_t>> shortest_tree(std::span<const glm::dvec3>
   return edges;
 }
 
+// Pairs of points with no third one in or on the ball about both (Gabriel), among the nearest of each: no diagonals of a grid.
+std::vector<std::pair<size_t, size_t>> open_neighbours(std::span<const glm::dvec3> points) {
+  constexpr size_t most = 24;
+  std::vector<std::pair<size_t, size_t>> edges;
+  std::vector<size_t> order(points.size());
+  for (size_t i = 0; i < points.size(); ++i) {
+    std::iota(order.begin(), order.end(), size_t{0});
+    const auto distance = [&](size_t k) { return glm::length(points[k] - points[i]); };
+    const size_t count = std::min(points.size(), most + 1);
+    std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count), order.end(),
+                      [&](size_t a, size_t b) { return distance(a) < distance(b) || (distance(a) == distance(b) && a < b); });
+    for (size_t n = 0; n < count; ++n) {
+      const size_t k = order[n];
+      const glm::dvec3 middle = 0.5 * (points[i] + points[k]);
+      const double radius = 0.5 * distance(k);
+      if (!(radius > 0.0)) continue;
+      const auto inside = [&](size_t j) { return j != i && j != k && glm::length(points[j] - middle) < (1.0 + 1e-6) * radius; };
+      if (std::none_of(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(n), inside)) edges.emplace_back(i, k);
+    }
+  }
+  return edges;
+}
+
 // A flat bar with round ends about the pins at both, or a round one where their axis lies along it or there is none.
 Build bar_between(const HoldingPlace& a, const HoldingPlace& b, double width, double thickness) {
   const glm::dvec3 way = b.at - a.at, along = glm::normalize(way);
@@ -250,14 +274,7 @@ render::Mesh make_rigid_mesh(const sim::RigidDef& body, std::span<const HoldingP
 
 render::Mesh make_lattice_mesh(std::span<const glm::dvec3> points, double radius, const std::string& name) {
   std::vector<std::pair<size_t, size_t>> edges = shortest_tree(points);
-  std::vector<double> near(points.size(), std::numeric_limits<double>::infinity());
-  for (size_t i = 0; i < points.size(); ++i)
-    for (size_t k = 0; k < points.size(); ++k)
-      if (const double d = glm::length(points[i] - points[k]); i != k && d > 0.0) near[i] = std::min(near[i], d);
-  // Neighbours of a regular grid, without its diagonals.
-  for (size_t i = 0; i < points.size(); ++i)
-    for (size_t k = i + 1; k < points.size(); ++k)
-      if (const double d = glm::length(points[i] - points[k]); d > 0.0 && d < 1.3 * std::min(near[i], near[k])) edges.emplace_back(i, k);
+  for (const auto& edge : open_neighbours(points)) edges.push_back(edge);
   for (auto& [a, b] : edges)
     if (a > b) std::swap(a, b);
   std::sort(edges.begin(), edges.end());
@@ -272,7 +289,16 @@ render::Mesh make_lattice_mesh(std::span<const glm::dvec3> points, double radius
     for (int k = 0; k < 12; ++k) ring.emplace_back(radius * std::cos(2.0 * pi * k / 12), radius * std::sin(2.0 * pi * k / 12));
     std::vector<double> stations;
     for (int k = 0; k <= 6; ++k) stations.push_back(glm::length(way) * k / 6.0);
-    build.add(sweep({ring}, stations, points[a], along, u, v));
+    Build tube = sweep({ring}, stations, points[a], along, u, v);
+    // Ends as fans about the points themselves, by which the map knows that the tubes are one body.
+    tube.triangles.resize(tube.triangles.size() - 2 * (ring.size() - 2));
+    const int sides = static_cast<int>(ring.size()), last = static_cast<int>(tube.positions.size()) - sides, first = last + sides;
+    tube.positions.insert(tube.positions.end(), {points[a], points[b]});
+    for (int k = 0; k < sides; ++k) {
+      tube.triangles.push_back({(k + 1) % sides, k, first});
+      tube.triangles.push_back({last + k, last + (k + 1) % sides, first + 1});
+    }
+    build.add(tube);
   }
   return render::make_mesh(std::move(build.positions), std::move(build.triangles), name);
 }

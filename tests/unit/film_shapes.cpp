@@ -165,8 +165,9 @@ TEST(Shapes, NodesWithoutMeshAreJoined) {
   for (int i = 0; i < 4; ++i)
     for (int k = 0; k < 3; ++k) points.emplace_back(0.1 * i, 0.1 * k, 0.0);
   const render::Mesh mesh = film::make_lattice_mesh(points, 0.002, "plate");
-  // 3 x 3 ways along one direction, 4 x 2 along the other, each a tube of 7 rings with 12 sides.
-  EXPECT_EQ(mesh.positions.size(), 17u * 84u);
+  // 3 x 3 ways along one direction, 4 x 2 along the other, each a tube of 7 rings with 12 sides and its two ends.
+  expect_closed(mesh);
+  EXPECT_EQ(mesh.positions.size(), 17u * 86u);
   EXPECT_NEAR(render::compute_bounds(mesh).upper.x, 0.302, 1e-3);
 }
 
