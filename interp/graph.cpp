@@ -1,6 +1,7 @@
 #include "interp/graph.h"
 
 #include "interp/elastic.h"
+#include "interp/watch.h"
 
 #include <algorithm>
 #include <bit>
@@ -74,6 +75,7 @@ void attach_nodes(Graph& graph, const Weld& weld, const Points& nodes, const Poi
   std::map<int, double> to_part;
   std::vector<int> near;
   for (Eigen::Index i = 0; i < nodes.rows(); ++i) {
+    look();
     const Vec3 x = nodes.row(i).transpose();
     const int first = grid.nearest(x);
     const double to_vertex = (weld.positions.row(first).transpose() - x).norm();
@@ -145,6 +147,7 @@ Weld weld_vertices(const MeshView& mesh, double distance) {
     return head[static_cast<size_t>(h ^ (h >> 32)) & (head.size() - 1)];
   };
   for (Eigen::Index v = 0; v < count; ++v) {
+    if (v % 4096 == 0) look();
     const Vec3 x = mesh.vertices.row(v).transpose();
     const Vec3 grid = (x - lower) / cell;
     auto cell_at = [&](double shift) {
@@ -358,6 +361,7 @@ std::vector<Edge> cloud_edges(const Weld& weld, const PointGrid& grid) {
   double radius =
       (weld.positions.colwise().maxCoeff() - weld.positions.colwise().minCoeff()).norm() / std::sqrt(static_cast<double>(count));
   for (int v = 0; v < static_cast<int>(count); ++v) {
+    if (v % 1024 == 0) look();
     const Vec3 x = weld.positions.row(v).transpose();
     for (grid.within(x, radius, near); near.size() <= wanted; grid.within(x, radius, near)) radius *= 1.5;
     nearest.clear();
@@ -413,6 +417,7 @@ class Bridges {
     for (int round = 0; round < 40; ++round) {
       bool changed = false;
       for (const int part : parts_) {
+        look();
         const int g = group_.root(part);
         if (static_cast<int>(held_[g].size()) >= std::min(enough, graph_.nodes) || static_cast<int>(members_[g].size()) == graph_.vertices)
           continue;
@@ -439,6 +444,7 @@ class Bridges {
     std::vector<Link> links;
     for (double radius = 1e-3 * extent_; links.empty() && radius < 4.0 * extent_; radius *= 2.0)
       for (size_t m = 0; m < mine.size(); m += step) {
+        look();
         const Vec3 x = weld_.positions.row(mine[m]).transpose();
         grid_.within(x, radius, near_);
         double best = std::numeric_limits<double>::infinity();

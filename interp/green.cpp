@@ -3,9 +3,11 @@
 #include "interp/dense_solvers.h"
 #include "interp/parallel.h"
 #include "interp/rotation.h"
+#include "interp/watch.h"
 
 #include <Eigen/SparseCholesky>
 
+#include <memory>
 #include <vector>
 
 namespace flexframe::interp {
@@ -14,8 +16,15 @@ Green solve_green(const Eigen::SparseMatrix<double>& stiffness, const Eigen::Spa
                   const Eigen::SparseMatrix<double>& wanted, int nodes, const std::vector<int>& turned, int threads) {
   const double beta = stiffness.diagonal().mean();
   const Eigen::SparseMatrix<double> transposed = constraints.transpose();
-  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver;
-  solver.compute(Eigen::SparseMatrix<double>(stiffness + beta * (transposed * constraints)));
+  struct Factored {
+    Eigen::SparseMatrix<double> matrix;
+    Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver;
+  };
+  const auto factored = std::make_shared<Factored>();
+  factored->matrix = stiffness + beta * (transposed * constraints);
+  look_beside([factored] { factored->solver.compute(factored->matrix); });
+  factored->matrix.resize(0, 0);
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>& solver = factored->solver;
   if (solver.info() != Eigen::Success || !(solver.vectorD().minCoeff() > 0.0))
     throw MapError("the elastic system of the mesh cannot be factorised: the mesh is too degenerate; use the scheme kernel");
 

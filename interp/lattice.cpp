@@ -2,6 +2,7 @@
 
 #include "interp/elastic.h"
 #include "interp/graph.h"
+#include "interp/watch.h"
 
 #include <algorithm>
 #include <cmath>
@@ -51,6 +52,7 @@ std::vector<float> inside_shares(const Weld& weld, const Vec3& lower, double siz
   const double shift_y = 0.5 + 1.234e-4, shift_z = 0.5 + 0.789e-4;
   std::vector<std::vector<float>> crossings(Eigen::Index{ny} * nz);
   for (Eigen::Index t = 0; t < weld.triangles.rows(); ++t) {
+    look();
     Vec3 p[3];
     for (int k = 0; k < 3; ++k) p[k] = (weld.positions.row(weld.triangles(t, k)).transpose() - lower) / step;
     const double area = (p[1].y() - p[0].y()) * (p[2].z() - p[0].z()) - (p[2].y() - p[0].y()) * (p[1].z() - p[0].z());

@@ -9,6 +9,7 @@
 #include "interp/residuals.h"
 #include "interp/skeleton.h"
 #include "interp/trial.h"
+#include "interp/watch.h"
 
 #include <fmt/format.h>
 
@@ -118,6 +119,7 @@ std::vector<int> spread_order(const Points& points) {
   (points.rowwise() - middle).rowwise().squaredNorm().minCoeff(&next);
   Eigen::VectorXd distance = Eigen::VectorXd::Constant(count, std::numeric_limits<double>::infinity());
   while (static_cast<int>(order.size()) < std::min(count, 2000)) {
+    look();
     order.push_back(next);
     distance = distance.cwiseMin((points.rowwise() - points.row(next)).rowwise().squaredNorm());
     distance[next] = -1.0;

@@ -1,6 +1,7 @@
 #include "interp/partition.h"
 
 #include "interp/parallel.h"
+#include "interp/watch.h"
 
 #include <algorithm>
 #include <cmath>
@@ -33,6 +34,7 @@ Cover cover_mesh(const Weld& weld, const Graph& graph, int patch_nodes) {
   cover.home.assign(graph.nodes, -1);
   std::vector<double> nearness(graph.nodes, std::numeric_limits<double>::infinity());
   auto add = [&](int start) {
+    look();
     double radius = grow(graph, weld.positions, start, patch_nodes, search);
     const auto& distance = search.distance;
     if (!(radius < std::numeric_limits<double>::infinity())) {
@@ -170,6 +172,7 @@ Rows RowMaker::make(int first, int last) const {
   rows.worst.assign(patches.size(), 0.0);
   Gather gather(sources);
   for (int row = first; row < last; ++row) {
+    look();
     const int v = chosen.empty() ? row : chosen[row];
     const Vec3 x = weld.positions.row(v).transpose();
     const size_t begin = blend.begin[v], end = blend.begin[v + 1];

@@ -1,6 +1,7 @@
 #include "interp/patch.h"
 
 #include "interp/dense_solvers.h"
+#include "interp/watch.h"
 
 #include <cmath>
 #include <limits>
@@ -111,6 +112,7 @@ Patch make_patch(const Points& nodes, std::span<const int> chosen, const Points&
   patch.off = dropped * (dropped.transpose() * local);
   if (patch.directions < 3) {
     for (const int v : evaluated) {
+      look();
       const Vec3 x = vertices.row(v).transpose() - patch.origin;
       const Vec3 beside = dropped * (dropped.transpose() * x);
       for (Eigen::Index i = 0; i < k; ++i) patch.arm = std::max(patch.arm, (beside - patch.off.col(i)).norm());

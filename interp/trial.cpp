@@ -1,6 +1,7 @@
 #include "interp/trial.h"
 
 #include "interp/dense_solvers.h"
+#include "interp/watch.h"
 
 #include <algorithm>
 #include <array>
@@ -40,6 +41,7 @@ TrialError trial_error(const Weld& weld, const Points& nodes, const Lift& lift, 
   std::iota(every.begin(), every.end(), 0);
   double error = 0.0, turned = 0.0;
   for (int motion = 0; motion < motions; ++motion) {
+    look();
     const auto move = [&](const Points& points, Points& shift, Points* turn) {
       shift.resize(points.rows(), 3);
       if (turn) turn->resize(points.rows(), 3);

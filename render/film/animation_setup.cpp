@@ -6,6 +6,7 @@
 #include "render/film/shapes.h"
 #include "render/film/survey.h"
 
+#include "interp/watch.h"
 #include "render/frame/camera.h"
 #include "render/image/text.h"
 #include "sim/base/cpu_clock.h"
@@ -504,6 +505,7 @@ Animation make_animation(const sim::Results& results, const RenderSettings& aske
     for (size_t b = 0; b < results.bodies.size(); ++b)
       if (const sim::BodyDef* def = find_body(scene, results.bodies[b].name);
           measured == (!results.bodies[b].mesh.empty() || (def && !def->shapes.empty()))) {
+        interp::look();
         BodyDrawing drawing{.def = def, .size = size, .places = {}};
         if (def) drawing.places = holding_places(*scene, *def);
         animation.bodies[b] = make_body_model(results.bodies[b], drawing, settings, static_cast<int>(b));

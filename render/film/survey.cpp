@@ -2,6 +2,7 @@
 
 #include "interp/parallel.h"
 #include "interp/scalars.h"
+#include "interp/watch.h"
 #include "render/frame/camera.h"
 
 #include <algorithm>
@@ -326,7 +327,10 @@ Survey survey_motion(const sim::Results& results, const std::vector<BodyModel>& 
   // On all cores: drawing waits for it.
   interp::parallel_chunks(static_cast<int>(times.size()), moments_of_a_thread, interp::thread_count(0), [&](int first, int last) {
     SurveyMemory memory{.bodies = std::vector<BodyMemory>(bodies.size()), .scalars = {}, .values = {}};
-    for (int k = first; k < last; ++k) seen[k] = see(results, bodies, settings, chosen, times[k], memory);
+    for (int k = first; k < last; ++k) {
+      interp::look();
+      seen[k] = see(results, bodies, settings, chosen, times[k], memory);
+    }
   });
   for (Seen& s : seen) {
     for (double reach : s.reach) survey.largest_displacement = std::max(survey.largest_displacement, reach);

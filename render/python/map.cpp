@@ -1,6 +1,7 @@
 // KernelMap: sparse simulation nodes move the vertices of a dense mesh.
 #include "interp/map.h"
 #include "interp/error_bar.h"
+#include "interp/watch.h"
 
 #include "render/python/bindings.h"
 
@@ -55,6 +56,8 @@ struct KernelMap {
     options.precise = precise;
     const interp::MeshView mesh{rows_of(vertices), Eigen::Map<const interp::Triangles>(triangles ? triangles->data() : nullptr,
                                                                                        triangles ? triangles->shape(0) : 0, 3)};
+    Watcher watcher{py::none()};
+    const interp::Watch watch([&] { watcher.look(); });
     const py::gil_scoped_release free;
     map = interp::make_map({interp::Points(rows_of(nodes)), rotations, {}}, mesh, options);
   }

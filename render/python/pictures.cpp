@@ -2,6 +2,7 @@
 #include "render/python/bindings.h"
 #include "render/python/scene.h"
 
+#include "interp/watch.h"
 #include "render/draw/renderer.h"
 #include "render/film/animation.h"
 #include "render/film/filming.h"
@@ -57,6 +58,8 @@ struct Drawing {
 
   // settings: "render.KEY=VALUE".
   Drawing(std::shared_ptr<sim::Results> from, const std::vector<std::string>& settings) : results(std::move(from)) {
+    Watcher watcher{py::none()};
+    const interp::Watch watch([&] { watcher.look(); });
     const py::gil_scoped_release free;
     const std::string name = results->scene_file.empty() ? "results" : results->scene_file;
     film::RenderSettings render;

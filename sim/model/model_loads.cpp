@@ -128,7 +128,9 @@ void add_works(Model& model, const Scene& scene) {
 
 void add_forces(Model& model, const Scene& scene) {
   for (const ForceDef& def : scene.forces) {
-    const std::string where = fmt::format("{}:{}: force '{}'", scene.file.string(), def.line, def.name);
+    // A program's own force stands in no line of the file.
+    const std::string where = def.kind == ForceKind::user ? fmt::format("{}: {}", scene.file.string(), def.name)
+                                                          : fmt::format("{}:{}: force '{}'", scene.file.string(), def.line, def.name);
     Load load;
     load.def = def;
     load.on = load.from = add_frame(model, scene, def.on, where);

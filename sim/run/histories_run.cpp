@@ -4,6 +4,7 @@
 #include "sim/run/complete_inertia.h"
 #include "sim/run/integrate_run.h"
 #include "sim/run/passes.h"
+#include "sim/run/second_run.h"
 #include "sim/scene/joint_kinds.h"
 #include "sim/start/make_system.h"
 
@@ -46,10 +47,14 @@ std::vector<double> sample_times(const SimulationSettings& s) {
   return times;
 }
 
-Histories simulate_histories(const Scene& scene, const SimulateOptions& options) {
+namespace {
+
+// start: null, or make_system(scene).
+Histories histories_of(const System* start, const Scene& scene, const SimulateOptions& options) {
   return with_complete_inertia(scene, [&](const Scene& s, int& indefinite) {
     return with_narrowed_weights(options.weight_shares, [&](const std::vector<double>& shares, std::vector<double>& wanted) {
-      System system = make_system(s);
+      // Of a changed scene (complete_inertia.h) another system is made.
+      System system = start && &s == &scene ? copy_start(*start) : make_system(s);
       if (options.tolerance) system.tolerance = *options.tolerance;
       system.weights.shares = shares;
       const std::vector<double> times = thinned(sample_times(s.simulation), system.model, s, options.samples);
@@ -64,6 +69,19 @@ Histories simulate_histories(const Scene& scene, const SimulateOptions& options)
       return out;
     });
   });
+}
+
+}  // namespace
+
+System copy_start(const System& system) {
+  System out = system;
+  if (system.plane) out.plane = std::make_shared<PlaneMotion>(*system.plane);
+  return out;
+}
+
+Histories simulate_histories(const Scene& scene, const SimulateOptions& options) { return histories_of(nullptr, scene, options); }
+Histories simulate_histories_from(const System& start, const Scene& scene, const SimulateOptions& options) {
+  return histories_of(&start, scene, options);
 }
 
 }  // namespace flexframe::sim

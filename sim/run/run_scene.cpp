@@ -14,6 +14,7 @@
 #include "sim/run/left_ranges.h"
 #include "sim/run/model_check.h"
 #include "sim/run/passes.h"
+#include "sim/run/second_run.h"
 #include "sim/run/time_error.h"
 #include "sim/start/make_system.h"
 #include "sim/start/statics.h"
@@ -51,7 +52,8 @@ bool judges_effects(const Scene& scene, const SimulateOptions& options) {
 
 // What is known from a run beside its results.
 struct Alone {
-  std::vector<double> shares;  // of the weights (ErrorWeights), of the last pass
+  std::optional<System> start;  // of the scene, for the second run
+  std::vector<double> shares;   // of the weights (ErrorWeights), of the last pass
   std::vector<EffectState> effects;
   std::vector<LinearLimit> limits;
   std::vector<LeftOutWorth> left_out;    // deformations
@@ -74,7 +76,7 @@ bool estimate(const Scene& scene, const SimulateOptions& options, Alone& alone, 
   reference.scales = alone.scales;
   Histories base;
   try {
-    base = simulate_histories(scene, loose);
+    base = simulate_histories_from(*alone.start, scene, loose);
   } catch (const SimulationError& error) {
     results.statistics.notes.warn(
         "", fmt::format("the error of the time integration is not estimated: the comparison run at a larger tolerance failed ({})",
@@ -115,7 +117,8 @@ bool estimate(const Scene& scene, const SimulateOptions& options, Alone& alone, 
 // looked at.
 Results simulate_alone(const Scene& scene, const SimulateOptions& options, bool judge, Alone& alone, int& indefinite) {
   return with_narrowed_weights(alone.shares, [&](const std::vector<double>& shares, std::vector<double>& wanted) {
-    System system = make_system(scene);
+    System system = alone.start ? copy_start(*alone.start) : make_system(scene);
+    if (options.estimate_error && !alone.start) alone.start = copy_start(system);
     if (options.tolerance) system.tolerance = *options.tolerance;
     system.weights.shares = shares;
     if (options.tell)

@@ -459,6 +459,23 @@ def interrupts():
     soon(0.5, lambda: ff.sweep(long, {"simulation.tolerance": [1e-6, 1e-7]}, {"x": "max(slider.x)"}, folder / "stopped", workers=2))
     soon(0.5, lambda: ff.study(long, axes=["tolerance"]))
     expect(time.time() - begin < 30, f"Ctrl-C in a sweep and a study took {time.time() - begin:.1f} s")
+
+    # Maps of large meshes, by patches and by one factorisation, and what a drawing makes before its first picture.
+    def sheet(n, held):
+        x, y = (a.ravel() for a in np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, n), indexing="ij"))
+        points = np.stack([x, y, 0.1 * np.sin(9 * x) * np.cos(7 * y)], -1)
+        corner = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()[:, None]
+        triangles = np.concatenate([corner + [0, n, n + 1], corner + [0, n + 1, 1]])
+        return points[np.random.default_rng(2).choice(n * n, held, False)], points, triangles
+
+    nodes, points, triangles = sheet(600, 1000)
+    waved = {"sheet": {"nodes": nodes, "displacement": np.zeros((2, 1000, 3)), "points": points, "triangles": triangles}}
+    drawn = ff.write_results(folder / "sheet.h5", [0.0, 1.0], waved)
+    begin = time.time()
+    soon(0.7, lambda: ff.KernelMap(nodes, points, triangles, scheme="r3"))
+    soon(0.7, lambda: ff.drawing(drawn))
+    soon(0.5, lambda: ff.KernelMap(*sheet(160, 40), scheme="elastic"))
+    expect(time.time() - begin < 20, f"Ctrl-C in maps and drawings took {time.time() - begin:.1f} s")
     children = pathlib.Path(f"/proc/{os.getpid()}/task/{os.getpid()}/children").read_text().split()
     expect(children == [], f"processes left behind: {children}")
 
