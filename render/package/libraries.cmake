@@ -6,7 +6,7 @@
 set(FLEXFRAME_DOORS_sim
   sim/base/error.h sim/simulate.h sim/simulation.h sim/scene/scene_reader.h sim/results/results.h sim/results/results_file.h
   sim/results/csv.h sim/results/histories.h sim/run/effect_report.h sim/reduce/reduce.h sim/reduce/reduce_request.h sim/bodies/sid.h)
-set(FLEXFRAME_DOORS_interp interp/map.h interp/modes.h interp/exaggerate.h)
+set(FLEXFRAME_DOORS_interp interp/map.h interp/modes.h interp/exaggerate.h interp/watch.h)
 set(FLEXFRAME_DOORS_render
   render/picture/picture.h render/picture/mesh.h render/picture/shapes.h render/draw/renderer.h render/image/image.h render/image/png.h
   render/image/image_compare.h render/frame/camera.h)
