@@ -7,6 +7,9 @@
 #include "sim/dynamics/massless.h"
 #include "sim/results/outputs.h"
 #include "sim/results/recorder.h"
+#include "sim/run/linear_limit.h"
+#include "sim/run/run_scene.h"
+#include "sim/run/second_run.h"
 #include "sim/start/make_system.h"
 #include "sim/start/static_problem.h"
 
@@ -14,6 +17,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace flexframe::sim {
 namespace {
@@ -72,6 +76,13 @@ class Path {
   }
 
   LoadPath follow() {
+    go();
+    warn_of_bending();
+    return std::move(out_);
+  }
+
+ private:
+  void go() {
     begin();
     const double range = std::abs(options_.to - options_.from);
     double step = first_step * range;
@@ -84,7 +95,7 @@ class Path {
         step *= 0.5;
         if (step >= shortest_step * range) continue;
         stop("no further state is found beside the last one");
-        return std::move(out_);
+        return;
       }
       if (before.tangent_load * now_.tangent_load < 0.0) locate_limit(before, step);
       const double sign = options_.to > options_.from ? 1.0 : -1.0;
@@ -92,24 +103,22 @@ class Path {
         now_ = before;
         restore(before);
         if (!arrive()) stop("the state at the last load is not found");
-        return std::move(out_);
+        return;
       }
       if (sign * (now_.load - options_.from) < -10.0 * range) {
         stop("the load decreases without limit");
-        return std::move(out_);
+        return;
       }
       record(false);
       step = std::min(longest_step * range, step * std::clamp(static_cast<double>(usual_corrections) / std::max(corrections, 1), 0.5, 2.0));
     }
     stop(fmt::format("{} states were found", options_.most_states));
-    return std::move(out_);
   }
 
- private:
   struct State {
     VecX q;
     double load = 0.0;
-    VecX way;                   // change of q along the curve, per unit of its length
+    VecX way;                   // direction of the change of q along the curve; with tangent_load of unit length
     double tangent_load = 1.0;  // of the load
     bool stable = false;
   };
@@ -167,7 +176,9 @@ class Path {
     move(tangent_, little);
     VecX f;
     const bool moved = problem_->evaluate(nullptr, f);
-    now_.way = (system_.work.q - q) / (little * reference_);
+    // As long as its part of the tangent: elastic coordinates have units of their own.
+    now_.way = system_.work.q - q;
+    if (const double moved_by = now_.way.norm(); moved_by > 0.0) now_.way *= tangent_.norm() / (reference_ * moved_by);
     system_.work.q = q;
     if (!moved || !problem_->evaluate(nullptr, f)) return false;
     const double along = before.size() > 0 ? now_.way.dot(before) + now_.tangent_load * load_before : 1.0;
@@ -295,12 +306,40 @@ class Path {
 
   void record(bool limit) {
     restore(now_);
-    update_accelerations(problem_->model, system_.work);
+    // Outputs that need none do without: a far deformed beam's truncated kinetic energy may not be positive, which matters to no state at
+    // rest.
+    if (plans_.accelerations) update_accelerations(problem_->model, system_.work);
     if (plans_.reactions) compute_reactions(problem_->model, system_.work, reactions_);
     LoadPathState state{now_.load, now_.stable, limit, VecX::Zero(static_cast<Eigen::Index>(plans_.columns.size()))};
     const double* last = out_.states.empty() ? nullptr : out_.states.back().outputs.data();
     evaluate_outputs(problem_->model, plans_, system_.work, reactions_, last, state.outputs.data());
     out_.states.push_back(std::move(state));
+    places_.push_back(now_.q);
+  }
+
+  // Bodies that bend farther within their frames than linear displacements can show, with the load at which they bend most.
+  void warn_of_bending() {
+    System shown = copy_start(system_);
+    shown.scene.outputs.clear();
+    shown.work.w.setZero();
+    std::vector<double> loads;
+    for (const LoadPathState& state : out_.states) loads.push_back(state.load);
+    Recorder recorder(shown, loads);
+    for (const VecX& q : places_) {
+      shown.work.q = q;
+      recorder.record(shown, 0.0, pack_state(shown, Eigen::Vector2d::Zero()));
+    }
+    for (const LinearLimit& limit : linear_limits(shown.scene, shown.model, recorder.finish(shown))) {
+      if (limit.at_rest <= unasked_accuracy) continue;
+      const BodyDef& body = shown.scene.bodies[limit.body];
+      out_.warnings.push_back(
+          fmt::format("body '{}' bends by up to {:.2g} degrees within its own frame (load {:.4g}), where linear displacements are {}: {}",
+                      body.name, limit.turn * 180.0 / std::numbers::pi, limit.when,
+                      limit.at_rest < 0.5 ? fmt::format("wrong by about {:.2g} % of the deflection", 100.0 * limit.at_rest) : "wrong",
+                      !std::holds_alternative<BeamDef>(body.kind) ? "divide it into several bodies"
+                      : limit.pieces > 1                          ? "take more volumes"
+                                                                  : "take model = \"mixed\" with several volumes"));
+    }
   }
 
   void stop(const std::string& why) {
@@ -319,6 +358,7 @@ class Path {
   double reference_ = 0.0;  // m
   Reactions reactions_;
   LoadPath out_;
+  std::vector<VecX> places_;  // of its states
 };
 
 }  // namespace

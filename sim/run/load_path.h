@@ -31,6 +31,7 @@ struct LoadPath {
   std::vector<LoadPathState> states;        // in the order in which they follow one another
   bool complete = true;                     // `to` was reached
   std::string ended;                        // why not, half a sentence
+  std::vector<std::string> warnings;        // what the curve shows wrongly, one sentence each
 };
 
 // From the state that is found at the load `from`, beside the scene's assembled start, until the load is `to`. Joint friction holds

@@ -23,6 +23,52 @@ def path(folder, text, *words, code=0):
     return columns, done.stdout + done.stderr
 
 
+def elastica_tip(force):
+    """Tip of a cantilever of length and bending stiffness 1 under a dead load across it."""
+    s = np.linspace(0, 1, 101)
+    solved = solve_bvp(lambda s, y: [y[1], -force * np.cos(y[0])], lambda a, b: [a[0], b[1]], s, [1.2 * s, 1.2 - s], tol=1e-8)
+    angle = solved.sol(np.linspace(0, 1, 4001))[0]
+    return np.trapz(np.cos(angle), dx=1 / 4000), np.trapz(np.sin(angle), dx=1 / 4000)
+
+
+def cantilever(folder):
+    """A beam that bends little: the straight line F L^3 / (3 E I), whatever its coordinates are measured in."""
+    text = "[simulation]\nduration = 1\ngravity = [0, 0, 0]\n"
+    text += '[[body]]\nname = "beam"\nkind = "beam"\nlength = 1\nsection = { shape = "rectangle", width = 0.01, height = 0.01 }\n'
+    text += "material = { youngs_modulus = 2e11, poisson = 0.3, density = 7800 }\n"
+    text += '[[joint]]\nname = "clamp"\nkind = "weld"\nparent = "ground"\nchild = "beam"\n'
+    text += '[[force]]\nname = "tip"\nkind = "force"\non = "beam.tip"\ndirection = [0, 1, 0]\nvalue = 1\n'
+    text += '[[output]]\nname = "at"\nof = "beam.tip"\nquantity = "position"\n'
+    deflection = 1.0 / (3 * 2e11 * 0.01**4 / 12)
+    modes = ["--set", "body.beam.modes={ axial = [1, 2], bending_xy = [1, 2, 3, 4, 5, 6], bending_xz = [1, 2, 3, 4, 5, 6], torsion = [1] }"]
+    weight = 7800 * 1e-4 * 9.81 / (8 * 2e11 * 0.01**4 / 12)
+    for model, off in (("modal", 5e-4), ("finite-element", 5e-4), ("mixed", 5e-4), ("lumped", 4e-3)):
+        words = modes if model == "modal" else []
+        h_, said = path(folder, text, "--set", f"body.beam.model={model}", "--to", "2", *words)
+        expect(h_["load"][-1] == 2 and "warning" not in said, f"a {model} cantilever: {said}")
+        expect(np.all(h_["stable"] == 1) and not np.any(h_["limit"]), f"a {model} cantilever is not stable")
+        worst = np.max(np.abs(h_["at.y"] - h_["load"] * deflection)) / (2 * deflection)
+        near(worst, 0, off, f"a {model} cantilever's line")
+    # Bent far: the elastica's, or a warning.
+    for model, load in (("finite-element", 250), ("finite-element", 1000), ("modal", 100), ("modal", 30), ("mixed", 1000)):
+        words = modes if model == "modal" else []
+        h_, said = path(folder, text, "--set", f"body.beam.model={model}", "--set", f"force.tip.value={load}", *words)
+        e = elastica_tip(load / (2e11 * 0.01**4 / 12))
+        off = math.hypot(h_["at.x"][-1] - e[0], h_["at.y"][-1] - e[1]) / math.hypot(1 - e[0], e[1])
+        print(f"{model} cantilever under {load} N: {100 * off:.2g} % off the elastica: {said}")
+        expect(off < 0.01 or "degrees within its own frame" in said, f"a {model} cantilever is {off:.3g} off, and nobody says so")
+        expect(h_["load"][-1] == 1, f"a {model} cantilever under {load} N: {said}")
+    # Its own weight besides, in the other direction.
+    h_, said = path(folder, text, "--set", "simulation.gravity=[0, 0, -9.81]")
+    expect(h_["load"][-1] == 1 and "warning" not in said, f"a cantilever under its weight: {said}")
+    near(h_["at.z"][-1], -weight, 2e-3 * weight, "a cantilever under its weight")
+    near(h_["at.y"][-1], deflection, 2e-3 * deflection, "and its load")
+    # What holds it.
+    held = '[[output]]\nname = "held"\nof = "clamp"\nquantity = "reaction"\n'
+    h_, said = path(folder, text + held)
+    near(max(np.max(np.abs(np.abs(h_["held.y"]) - h_["load"])), 0), 0, 1e-6, f"what holds a cantilever, N: {said}")
+
+
 def truss(folder):
     """Two elastic bars over a low apex: P = 2 k (l0 - l) (h - w) / l."""
     b, h, k = 1.0, 0.2, 5000.0
@@ -125,6 +171,6 @@ def wrong_words(folder):
 
 
 with temporary_folder() as folder:
-    for part in (truss, toggle, wrong_words):
+    for part in (cantilever, truss, toggle, wrong_words):
         part(pathlib.Path(folder))
 finish()
