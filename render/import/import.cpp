@@ -133,6 +133,20 @@ const std::vector<Kind>& kinds() {
   return all;
 }
 
+// Names of bodies are names of HDF5 groups: robots and others write "arm/upper".
+void replace_slashes(sim::Results& results) {
+  for (sim::ResultBody& body : results.bodies) {
+    if (body.name.find('/') == std::string::npos) continue;
+    std::string name = body.name;
+    std::replace(name.begin(), name.end(), '/', '.');
+    if (std::any_of(results.bodies.begin(), results.bodies.end(), [&](const sim::ResultBody& other) { return other.name == name; }))
+      throw InputError(fmt::format("body {} cannot have a name with '/', and {} is there too", sim::quote(body.name), sim::quote(name)));
+    results.statistics.notes.tell(
+        "", fmt::format("body {} is called {} here: names of bodies have no '/'", sim::quote(body.name), sim::quote(name)));
+    body.name = name;
+  }
+}
+
 void add_meshes(const Request& request, sim::Results& results) {
   std::vector<std::string> names;
   for (const sim::ResultBody& body : results.bodies) names.push_back(body.name);
@@ -161,6 +175,7 @@ Imported import_files(const Request& request) {
   if (read != import_tables && !request.mapping.empty())
     throw InputError(fmt::format("{}: a mapping file is for tables; this file says itself what moves", request.files[0].string()));
   Imported out = read(request);
+  replace_slashes(out.results);
   add_meshes(request, out.results);
   if (!request.scene.empty()) dress_by_scene(sim::read_scene(request.scene), out.results);
   if (!request.title.empty()) out.results.title = request.title;

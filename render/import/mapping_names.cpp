@@ -23,8 +23,21 @@ void take(std::array<Source, N>& out, const std::string& base, std::initializer_
   for (const char* ending : endings) out[k++] = {base + ending, 1.0, 0.0, 0};
 }
 
+// Columns of a set that is not whole, as .qw .qx .qy without .qz: a body without what they say would be a wrong one.
+void refuse_parts(const std::set<std::string>& names, const std::string& base, std::initializer_list<const char*> endings,
+                  const std::string& file) {
+  const char *there = nullptr, *missing = nullptr;
+  for (const char* ending : endings) (names.count(base + ending) ? there : missing) = ending;
+  if (there && missing)
+    throw InputError(fmt::format("{}: {} has the column {}, but {} is missing", file, sim::quote(base), sim::quote(base + there),
+                                 sim::quote(base + missing)));
+}
+
 // The orientation among the columns of a base, if any.
-void find_turn(const std::set<std::string>& names, const std::string& base, TurnSource& turn) {
+void find_turn(const std::set<std::string>& names, const std::string& base, const std::string& file, TurnSource& turn) {
+  refuse_parts(names, base, {".qw", ".qx", ".qy", ".qz"}, file);
+  refuse_parts(names, base, {".rx", ".ry", ".rz"}, file);
+  refuse_parts(names, base, {".r11", ".r12", ".r13", ".r21", ".r22", ".r23", ".r31", ".r32", ".r33"}, file);
   if (has_all(names, base, {".qw", ".qx", ".qy", ".qz"})) {
     turn.writing.form = TurnForm::quaternion;
     take(turn.numbers, base, {".qw", ".qx", ".qy", ".qz"});
@@ -78,14 +91,19 @@ Mapping mapping_by_names(const Table& table) {
         table.file, table.columns.size()));
   }
   std::map<std::string, size_t> bodies;
+  std::string planar;
   for (const Column& column : table.columns) {
     if (!column.name.ends_with(".x")) continue;
     const std::string base = column.name.substr(0, column.name.size() - 2);
-    if (base.empty() || base.find(':') != std::string::npos || !has_all(names, base, {".y", ".z"})) continue;
+    if (base.empty() || base.find(':') != std::string::npos) continue;
+    if (!has_all(names, base, {".y", ".z"})) {
+      if (names.count(base + ".y") || names.count(base + ".z") || names.count(base + ".qw")) planar += (planar.empty() ? "" : ", ") + base;
+      continue;
+    }
     BodySource body;
     body.name = base;
     take(body.position, base, {".x", ".y", ".z"});
-    find_turn(names, base, body.turn);
+    find_turn(names, base, table.file, body.turn);
     if (body.turn.writing.form == TurnForm::none)
       mapping.notes.push_back(fmt::format(
           "body '{}': the table holds no orientation ({}.qw ..., .rx ..., .r11 ...): it keeps that of the world's axes", base, base));
@@ -97,7 +115,9 @@ Mapping mapping_by_names(const Table& table) {
     if (colon == std::string::npos || !column.name.ends_with(".ux")) continue;
     const std::string base = column.name.substr(0, column.name.size() - 3);
     const auto owner = bodies.find(column.name.substr(0, colon));
-    if (owner == bodies.end() || !has_all(names, base, {".uy", ".uz"})) continue;
+    if (owner == bodies.end()) continue;
+    refuse_parts(names, base, {".ux", ".uy", ".uz"}, table.file);
+    refuse_parts(names, base, {".rx", ".ry", ".rz"}, table.file);
     if (!has_all(names, base, {".x0", ".y0", ".z0"}))
       throw InputError(fmt::format("{}: node {} moves by {}.ux .uy .uz, but the columns {}.x0 .y0 .z0 of its undeformed place are missing",
                                    table.file, sim::quote(base), base, base));
@@ -114,6 +134,8 @@ Mapping mapping_by_names(const Table& table) {
     body.kind = "modal";
     body.nodes.push_back(std::move(node));
   }
+  if (!planar.empty())
+    mapping.notes.push_back(fmt::format("no bodies, as one of .x .y .z is missing: {}; a mapping file (--map) can give 0 for it", planar));
   if (mapping.bodies.empty())
     throw InputError(
         fmt::format("{}: no body is found by the names of its columns: NAME.x NAME.y NAME.z with NAME.qw .qx .qy .qz (or .rx .ry .rz, .r11 "

@@ -10,9 +10,14 @@
 namespace flexframe::imports {
 
 const Column* Table::find(const std::string& name) const {
-  for (const Column& column : columns)
-    if (column.name == name) return &column;
-  return nullptr;
+  const Column* found = nullptr;
+  for (const Column& column : columns) {
+    if (column.name != name) continue;
+    if (found)
+      throw InputError(fmt::format("{}: two columns are named {}: which is meant? Give each its own name", file, sim::quote(name)));
+    found = &column;
+  }
+  return found;
 }
 
 sim::VecX Table::series(const Column& column) const {

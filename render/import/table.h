@@ -28,6 +28,7 @@ struct Table {
   std::vector<Column> columns;
   std::vector<std::string> notes;
 
+  // The column of this name; null: there is none. Throws InputError where there are two.
   const Column* find(const std::string& name) const;
   // nt values in the column's own unit. Throws InputError where one is not finite.
   sim::VecX series(const Column& column) const;

@@ -71,6 +71,9 @@ std::optional<double> parse_number(std::string text, bool decimal_comma) {
   return value;
 }
 
+// A field as a message shows it.
+std::string said(const std::string& field) { return field.empty() ? "an empty field" : sim::quote(field); }
+
 // How a table's rows are written.
 struct Style {
   char separator = ',';
@@ -195,6 +198,59 @@ std::vector<Line> content_lines(const std::string& text, const std::string& file
   return lines;
 }
 
+// As UTF-8 with line feeds: spreadsheets save "Unicode text" in UTF-16 behind its mark, old ones end lines by a carriage return alone.
+std::string plain_text(const std::vector<std::uint8_t>& bytes) {
+  std::string text(bytes.begin(), bytes.end());
+  const bool little = text.starts_with("\xFF\xFE"), big = text.starts_with("\xFE\xFF");
+  if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
+  if (little || big) {
+    std::string out;
+    const auto unit = [&](size_t at) { return bytes[at + (little ? 1 : 0)] << 8 | bytes[at + (little ? 0 : 1)]; };
+    for (size_t at = 2; at + 1 < bytes.size(); at += 2) {
+      std::uint32_t c = static_cast<std::uint32_t>(unit(at));
+      if (c >= 0xD800 && c < 0xDC00 && at + 3 < bytes.size()) {
+        c = 0x10000 + ((c - 0xD800) << 10) + (static_cast<std::uint32_t>(unit(at + 2)) & 0x3FF);
+        at += 2;
+      }
+      if (c < 0x80) {
+        out += static_cast<char>(c);
+        continue;
+      }
+      const int more = c < 0x800 ? 1 : c < 0x10000 ? 2 : 3;
+      constexpr std::uint32_t heads[] = {0, 0xC0, 0xE0, 0xF0};
+      out += static_cast<char>(heads[more] | c >> 6 * more);
+      for (int k = more - 1; k >= 0; --k) out += static_cast<char>(0x80 | (c >> 6 * k & 0x3F));
+    }
+    text = std::move(out);
+  }
+  if (text.find('\n') == std::string::npos) std::replace(text.begin(), text.end(), '\r', '\n');
+  return text;
+}
+
+// "t,x,y" above rows like "0,1,2,5,3,0": 0,1 2,5 3,0 or 0 1,2 5,3 0?
+void refuse_mixed_commas(const Line& above, const Style& style, size_t columns, const std::string& file) {
+  const size_t names = split_fields(above.text, style.separator).size();
+  if (style.separator == ',' && names > 2 && columns > names && columns <= 2 * names)
+    throw InputError(
+        fmt::format("{}:{}: {} names stand above rows of {} numbers between commas: decimal commas? Save the table with semicolons or tabs "
+                    "between its values, or with decimal points",
+                    file, above.number, names, columns));
+}
+
+// A row of data above the first row of numbers, as one that begins with "NA": it must not be lost with the header.
+void refuse_lost_rows(const std::vector<Line>& above, const Style& style, size_t columns, const std::string& file) {
+  for (const Line& line : above) {
+    const auto fields = split_fields(line.text, style.separator);
+    const auto is_number = [&](const std::string& field) { return parse_number(field, style.decimal_comma).has_value(); };
+    // Names may be numbers too, but then not that of the first column.
+    if (fields.size() != columns || !is_number(fields[0]) ||
+        2 * std::count_if(fields.begin(), fields.end(), is_number) <= std::ssize(fields))
+      continue;
+    const std::string& wrong = *std::find_if_not(fields.begin(), fields.end(), is_number);
+    throw InputError(fmt::format("{}:{}: {} is no number", file, line.number, said(wrong)));
+  }
+}
+
 std::string lower(std::string text) {
   text = sim::plain_lower(text);
   return text;
@@ -226,8 +282,7 @@ Eigen::Index time_column(const std::vector<std::string>& names, const TableForma
 Table read_text_table(const std::filesystem::path& path, const TableFormat& format) {
   const std::vector<std::uint8_t> bytes = render::read_file(path);
   const std::string file = path.string();
-  std::string text(bytes.begin(), bytes.end());
-  if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
+  const std::string text = plain_text(bytes);
   if (text.find('\0') != std::string::npos) throw InputError(fmt::format("{}: is no text table: it holds bytes of value 0", file));
   Header header;
   const std::vector<Line> lines = content_lines(text, file, header);
@@ -237,10 +292,13 @@ Table read_text_table(const std::filesystem::path& path, const TableFormat& form
   while (first < lines.size() && !all_numbers(fields_of(lines[first]), style.decimal_comma)) ++first;
   if (first == lines.size()) throw InputError(fmt::format("{}: holds no row of numbers", file));
   const size_t columns = fields_of(lines[first]).size();
+  const std::vector<Line> above(lines.begin(), lines.begin() + static_cast<std::ptrdiff_t>(first));
+  refuse_lost_rows(above, style, columns, file);
+  if (!above.empty() && format.columns.empty()) refuse_mixed_commas(above.back(), style, columns, file);
 
   Table table;
   table.file = file;
-  read_header({lines.begin(), lines.begin() + static_cast<std::ptrdiff_t>(first)}, style, columns, header);
+  read_header(above, style, columns, header);
   table.kind = header.kind;
   const bool named = !header.names.empty() || !format.columns.empty();
   if (!format.columns.empty()) {
@@ -268,8 +326,7 @@ Table read_text_table(const std::filesystem::path& path, const TableFormat& form
     for (size_t k = 0; k < columns; ++k) {
       const std::optional<double> value = parse_number(fields[k], style.decimal_comma);
       if (!value)
-        throw InputError(
-            fmt::format("{}:{}: column {}: {} is no number", file, line.number, sim::quote(header.names[k]), sim::quote(fields[k])));
+        throw InputError(fmt::format("{}:{}: column {}: {} is no number", file, line.number, sim::quote(header.names[k]), said(fields[k])));
       table.values(i, static_cast<Eigen::Index>(k)) = *value;
     }
   }
