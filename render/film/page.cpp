@@ -337,7 +337,7 @@ void add_times(const Animation& animation, Json& scene) {
 }
 
 // What the run says of itself, as the program prints it.
-std::string summary(const Animation& animation) {
+std::string summary(const Animation& animation, const PageReport& report) {
   const sim::SolverStatistics& s = animation.results->statistics;
   std::string text = "<dl id=\"run\">\n";
   const auto add = [&](const char* name, const std::string& value, const char* kind = "") {
@@ -353,6 +353,9 @@ std::string summary(const Animation& animation) {
   if (s.error_estimate >= 0.0)
     add("estimated error",
         s.error_estimate < 1e-13 ? "negligible" : fmt::format("{:.1e} of the range of {}", s.error_estimate, s.error_column));
+  if (report.error > 0.0 || report.value_error > 0.0)
+    add("this page", fmt::format("vertices within {:.2g} m of the pictures, colours within {:.2g} % of their range", report.error,
+                                 100.0 * report.value_error));
   for (const std::string& warning : s.notes.texts(sim::Severity::warning)) add("warning", warning, "warning");
   for (const std::string& warning : animation.warnings) add("warning", warning, "warning");
   for (const std::string& note : s.notes.texts(sim::Severity::note)) add("note", note);
@@ -408,7 +411,7 @@ std::string make_page(const Animation& animation, std::span<const std::uint8_t> 
   return fill(texts.at("page.html"), {{"TITLE", render::escape_html(title)},
                                       {"STYLE", render::house_colours() + texts.at("style.css")},
                                       {"PICTURE", picture},
-                                      {"SUMMARY", summary(animation)},
+                                      {"SUMMARY", summary(animation, report)},
                                       {"SCENE", in_script(scene.dump(-1, ' ', false, Json::error_handler_t::replace))},
                                       {"DATA", render::base64(render::compress(block.bytes, render::Container::gzip, 9))},
                                       {"SCRIPT", texts.at("data.js") + texts.at("draw.js") + texts.at("panel.js")}});

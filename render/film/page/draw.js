@@ -319,9 +319,10 @@ function make_painter(canvas, scene, array) {
     gl.stencilFunc(gl.EQUAL, 0, 255);
     gl.stencilOp(gl.KEEP, gl.KEEP, gl.INCR);
     gl.depthMask(false);
+    const shade = state.dark ? { color: [0, 0, 0], opacity: 0.5 } : { color: [0.12, 0.15, 0.2], opacity: 0.22 };
     for (const { model, world } of shown) {
       set_weights(model, state.at);
-      draw_body(model, world, { scale: state.ghost ? 1 : state.scale, color: [0.12, 0.15, 0.2], opacity: 0.22 });
+      draw_body(model, world, { scale: state.ghost ? 1 : state.scale, ...shade });
     }
     gl.depthMask(true);
     gl.disable(gl.STENCIL_TEST);

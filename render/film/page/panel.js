@@ -36,7 +36,7 @@ function make_plot(output, span, x, y, go, remove) {
   const figure = element($('plots'), 'figure');
   const draw = () => {
     figure.replaceChildren();
-    const width = Math.max(figure.clientWidth, 120), height = 110, left = 56, right = width - 12, top = 16, bottom = 90;
+    const width = Math.max(figure.clientWidth, 120), height = 110, left = 56, right = width - 16, top = 16, bottom = 90;
     const svg = element(figure, 'svg', { viewBox: `0 0 ${width} ${height}`, role: 'img', 'aria-label': output.label });
     let low = Infinity, high = -Infinity;
     for (const v of y) { low = Math.min(low, v); high = Math.max(high, v); }
@@ -50,7 +50,8 @@ function make_plot(output, span, x, y, go, remove) {
       element(svg, 'text', { x: left - 4, y: v + 3, 'text-anchor': 'end' },
         m === 0 ? '0' : across.digits > 4 || Math.abs(m) >= 1e5 ? m.toExponential(1) : m.toFixed(across.digits));
     }
-    for (const m of along.marks) element(svg, 'text', { x: px(m), y: height - 6, 'text-anchor': 'middle' }, m.toFixed(along.digits));
+    along.marks.forEach((m, i) => element(svg, 'text', { x: px(m), y: height - 6, 'text-anchor': 'middle' },
+      m.toFixed(along.digits) + (i + 1 === along.marks.length ? ' s' : '')));
     element(svg, 'text', { x: left, y: 11, class: 'name' }, output.unit ? `${output.label} [${output.unit}]` : output.label);
     let path = '';
     for (let i = 0; i < x.length; ++i) path += (i ? 'L' : 'M') + px(x[i]).toFixed(1) + ' ' + py(y[i]).toFixed(1);
@@ -74,7 +75,6 @@ function make_legend(scene, array) {
   const row = element(box, 'div', { class: 'scale' }), marks = element(row, 'div', { class: 'marks' });
   canvas.width = 14;
   canvas.height = 256;
-  canvas.style.cssText = 'width:14px;height:180px';
   const pen = canvas.getContext('2d');
   for (let i = 0; i < 256; ++i) {
     const band = Math.min(Math.floor(i / 256 * c.levels), c.levels - 1);
@@ -107,8 +107,11 @@ function make_legend(scene, array) {
   if (!painter) {
     canvas.hidden = true;
     $('message').textContent = 'This browser cannot draw the scene (WebGL 2): a still picture stands for it.';
+    for (const part of document.querySelectorAll('aside details')) part.hidden = part.id !== 'run-part';
+    $('run-part').open = true;
+  } else {
+    make_legend(scene, array);
   }
-  make_legend(scene, array);
 
   // The camera goes along with a body.
   const place_of = (b, t) => {
@@ -199,6 +202,20 @@ function make_legend(scene, array) {
   bind_flag('cut-side', 'cut_side');
   if (!scene.bodies.some(b => b.shapes)) $('scale').closest('details').hidden = true;
   $('colours-label').hidden = !scene.colour;
+  if (scene.colour) $('colours-name').textContent = `colours: ${scene.colour.label}`;
+  $('add-label').hidden = scene.outputs.length === 0;
+
+  // What the run warns of is told where it is seen.
+  const warnings = document.querySelectorAll('#run .warning').length;
+  if (warnings) {
+    $('run-part').open = true;
+    $('warned').hidden = false;
+    $('warned').textContent = warnings === 1 ? '1 warning' : `${warnings} warnings`;
+    $('warned').addEventListener('click', () => {
+      $('run-part').open = true;
+      document.querySelector('#run .warning').scrollIntoView({ block: 'center' });
+    });
+  }
 
   // Views.
   const up = unit(scene.camera.up), start = unit(subtract(scene.camera.position, scene.camera.target));
@@ -221,11 +238,14 @@ function make_legend(scene, array) {
   scene.bodies.forEach((b, i) => { if (b.kind === 'body') element($('follow'), 'option', { value: i }, b.name); });
   $('follow').value = state.follow;
   $('follow').addEventListener('change', e => { state.follow = +e.target.value; redraw(); });
-  $('cut').addEventListener('change', e => {
-    state.axis = e.target.value;
-    $('cut-at').hidden = $('cut-side-label').hidden = !state.axis;
+  function set_cut(axis, at, other_side) {
+    $('cut').value = state.axis = axis;
+    $('cut-at').value = state.cut_at = at;
+    $('cut-side').checked = state.cut_side = other_side;
+    $('cut-at').hidden = $('cut-side-label').hidden = !axis;
     redraw();
-  });
+  }
+  $('cut').addEventListener('change', e => set_cut(e.target.value, state.cut_at, state.cut_side));
   $('cut-at').addEventListener('input', e => { state.cut_at = +e.target.value; redraw(); });
 
   // Bodies.
@@ -272,6 +292,7 @@ function make_legend(scene, array) {
     const hidden = painter ? painter.models.flatMap((m, i) => m.visible ? [] : [i]).join(',') : '';
     const words = { t: +state.t.toPrecision(8), scale: +state.scale.toPrecision(4), ghost: +state.ghost,
       view: round([...c.position, ...c.target, ...c.up, c.height || 0]), follow: state.follow, hide: hidden };
+    if (state.axis) words.cut = `${state.axis},${state.cut_at},${+state.cut_side}`;
     return '#' + Object.entries(words).map(([k, v]) => `${k}=${v}`).join('&');
   }
   function read_link() {
@@ -279,7 +300,10 @@ function make_legend(scene, array) {
     const numbers = key => (words.get(key) || '').split(',').filter(x => x !== '').map(Number);
     if (words.has('clean')) { document.body.classList.add('clean'); state.plain = true; state.ground = false; }
     if (words.has('ghost')) $('ghost').checked = state.ghost = words.get('ghost') === '1';
-    if (words.has('follow')) $('follow').value = state.follow = Number(words.get('follow'));
+    const followed = Number(words.get('follow') || -1);
+    if (words.has('follow') && (followed === -1 || scene.bodies[followed]?.kind === 'body')) $('follow').value = state.follow = followed;
+    const [axis, at, side] = (words.get('cut') || '').split(',');
+    if (['x', 'y', 'z'].includes(axis) && Number.isFinite(+at)) set_cut(axis, +at, side === '1');
     const v = numbers('view');
     if (v.length === 10 && v.every(Number.isFinite)) {
       state.camera = { ...scene.camera, position: v.slice(0, 3), target: v.slice(3, 6), up: v.slice(6, 9) };
@@ -287,13 +311,18 @@ function make_legend(scene, array) {
     }
     if (painter) for (const i of numbers('hide')) if (painter.models[i]) painter.models[i].visible = false;
     for (const [i, box] of [...document.querySelectorAll('#bodies input')].entries()) if (painter) box.checked = painter.models[i].visible;
-    set_scale(words.has('scale') ? Number(words.get('scale')) : state.scale);
-    if (words.has('t')) go(Number(words.get('t')));
+    set_scale(words.has('scale') && Number.isFinite(+words.get('scale')) ? Number(words.get('scale')) : state.scale);
+    if (words.has('t') && Number.isFinite(+words.get('t'))) go(Number(words.get('t')));
     if (words.has('play')) play(true);
   }
   $('link').addEventListener('click', () => {
     history.replaceState(null, '', make_link());
-    if (navigator.clipboard) navigator.clipboard.writeText(location.href).catch(() => {});
+    const tell = text => {
+      $('link').textContent = text;
+      setTimeout(() => { $('link').textContent = 'Link'; }, 1500);
+    };
+    const copied = navigator.clipboard ? navigator.clipboard.writeText(location.href) : Promise.reject();
+    copied.then(() => tell('Copied'), () => tell('In the address'));
   });
   window.addEventListener('hashchange', read_link);
   const help = () => { $('help').hidden = !$('help').hidden; };
