@@ -160,6 +160,14 @@ def check_browser(folder, scene_file):
     # The slider: what it is set to moves the picture.
     dom = in_browser(browser, f"file://{folder}/page.html#scale=40&ghost=0&t=0.4", folder / "scaled.png")
     expect(re.search(r"<figure><svg", dom), "plots are drawn")
+    # What the run warns of stands in the head; a link that is damaged moves nothing.
+    warned = folder / "warned.html"
+    text = (folder / "page.html").read_text(encoding="utf-8")
+    expect(text.count("</dl>") == 1, "one summary")
+    warned.write_text(text.replace("</dl>", '<dt>warning</dt><dd class="warning">one</dd></dl>'), encoding="utf-8")
+    dom = in_browser(browser, f"file://{warned}#t=none&scale=x&follow=99&cut=q,1&view=1,2", folder / "warned.png")
+    expect(re.search(r'<button id="warned"[^>]*>1 warning</button>', dom), "the head counts the warnings")
+    expect('<button id="warned" title="What the run warns of">' in dom, "and shows the count")
     in_browser(browser, f"file://{folder}/page.html#scale=0&ghost=0&t=0.4", folder / "flat.png")
     expect((folder / "scaled.png").read_bytes() != (folder / "flat.png").read_bytes(), "exaggeration changes the picture")
 

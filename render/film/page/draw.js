@@ -3,39 +3,56 @@
 const shape_width = 2048;  // texels a row of the textures that hold shapes
 const most_shapes = 64;
 
-const vertex_shader = `#version 300 es
+// Once for each time: the displacement, the change of the normal and the value of every point, kept in a buffer that all passes read.
+const deform_shader = `#version 300 es
 precision highp float;
 precision highp int;
 precision highp isampler2D;
+uniform isampler2D shapes, turns, values;
+uniform int shape_count, value_count, points;
+uniform vec4 weights[${most_shapes}];                 // of displacement, of normals, of the value
+out vec3 moved, turn;
+out float number;
+void main() {
+  moved = turn = vec3(0.0);
+  number = 0.0;
+  for (int k = 0; k < shape_count; ++k) {
+    int i = k * points + gl_VertexID;
+    ivec2 texel = ivec2(i % ${shape_width}, i / ${shape_width});
+    moved += weights[k].x * vec3(texelFetch(shapes, texel, 0).xyz);
+    turn += weights[k].y * vec3(texelFetch(turns, texel, 0).xyz);
+  }
+  for (int k = 0; k < value_count; ++k) {
+    int i = k * points + gl_VertexID;
+    number += weights[k].z * float(texelFetch(values, ivec2(i % ${shape_width}, i / ${shape_width}), 0).x);
+  }
+  gl_Position = vec4(0.0);
+}`;
+const nothing_shader = `#version 300 es
+precision highp float;
+out vec4 result;
+void main() { result = vec4(0.0); }`;
+
+const vertex_shader = `#version 300 es
+precision highp float;
+precision highp int;
 layout(location = 0) in vec3 point;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec3 color;
+layout(location = 3) in vec3 moved;
+layout(location = 4) in vec3 turn;
+layout(location = 5) in float number;
 uniform mat4 world, eye;
-uniform isampler2D shapes, turns, values;
-uniform int shape_count, value_count, points;
-uniform int shown;  // 0 own colour, 1 length of the displacement, 2 shapes of the value, 3 constant
-uniform vec4 weights[${most_shapes}];                 // of displacement, of normals, of the value
+uniform int shown;  // 0 own colour, 1 length of the displacement, 2 the value, 3 constant
 uniform float scale, constant;
 uniform bool shadow;
 uniform vec3 light, ground_point, ground_normal;
 out vec3 at, turned, own;
 out float value;
 void main() {
-  vec3 moved = vec3(0.0), n = normal;
-  for (int k = 0; k < shape_count; ++k) {
-    int i = k * points + gl_VertexID;
-    ivec2 texel = ivec2(i % ${shape_width}, i / ${shape_width});
-    moved += weights[k].x * vec3(texelFetch(shapes, texel, 0).xyz);
-    n += scale * weights[k].y * vec3(texelFetch(turns, texel, 0).xyz);
-  }
-  value = shown == 1 ? length(moved) : constant;
-  if (shown == 2)
-    for (int k = 0; k < value_count; ++k) {
-      int i = k * points + gl_VertexID;
-      value += weights[k].z * float(texelFetch(values, ivec2(i % ${shape_width}, i / ${shape_width}), 0).x);
-    }
+  value = shown == 1 ? length(moved) : shown == 2 ? constant + number : constant;
   vec4 p = world * vec4(point + scale * moved, 1.0);
-  turned = mat3(world) * n;
+  turned = mat3(world) * (normal + scale * turn);
   own = color;
   if (shadow) p.xyz -= light * dot(p.xyz - ground_point, ground_normal) / dot(light, ground_normal);
   at = p.xyz;
@@ -101,7 +118,8 @@ void main() {
   result = vec4(color, 0.7 * line * fade * fade);
 }`;
 
-function make_program(gl, vertex, fragment) {
+// kept: outputs of the vertex shader that go to a buffer.
+function make_program(gl, vertex, fragment, kept) {
   const program = gl.createProgram();
   for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
     const shader = gl.createShader(kind);
@@ -110,6 +128,7 @@ function make_program(gl, vertex, fragment) {
     if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader));
     gl.attachShader(program, shader);
   }
+  if (kept) gl.transformFeedbackVaryings(program, kept, gl.INTERLEAVED_ATTRIBS);
   gl.linkProgram(program);
   if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program));
   const at = {};
@@ -163,7 +182,6 @@ function load_body(gl, array, body) {
   attribute(gl, 0, points);
   attribute(gl, 1, normals);
   if (body.colors) attribute(gl, 2, Float32Array.from(array(body.colors), x => x / 255));
-  else gl.vertexAttrib3f(2, -1, 0, 0);
   model.triangles = make_buffer(gl, gl.ELEMENT_ARRAY_BUFFER, array(body.triangles));
   gl.bindVertexArray(null);
   if (body.creases) model.creases = make_buffer(gl, gl.ELEMENT_ARRAY_BUFFER, array(body.creases));
@@ -176,6 +194,16 @@ function load_body(gl, array, body) {
     model.value_weights = array(body.value_weights);
     model.values = make_texture(gl, array(body.value_data), 1);
   }
+  if (body.shapes || body.values) {
+    gl.bindVertexArray(model.vertices);
+    model.deformed = make_buffer(gl, gl.ARRAY_BUFFER, new Float32Array(7 * n));
+    for (const [place, width, from] of [[3, 3, 0], [4, 3, 12], [5, 1, 24]]) {
+      gl.enableVertexAttribArray(place);
+      gl.vertexAttribPointer(place, width, gl.FLOAT, false, 28, from);
+    }
+    gl.bindVertexArray(null);
+    gl.bindBuffer(gl.ARRAY_BUFFER, null);
+  }
   return model;
 }
 
@@ -183,6 +211,11 @@ function make_painter(canvas, scene, array) {
   const gl = canvas.getContext('webgl2', { antialias: true, alpha: true, stencil: true, preserveDrawingBuffer: true });
   if (!gl) return null;
   const paint = make_program(gl, vertex_shader, fragment_shader), floor = make_program(gl, ground_vertex, ground_fragment);
+  const deform = make_program(gl, deform_shader, nothing_shader, ['moved', 'turn', 'number']);
+  gl.vertexAttrib3f(2, -1, 0, 0);  // of what has no colours of its own
+  gl.vertexAttrib3f(3, 0, 0, 0);  // and of what does not deform
+  gl.vertexAttrib3f(4, 0, 0, 0);
+  gl.vertexAttrib1f(5, 0);
   const models = scene.bodies.map(body => load_body(gl, array, body));
   const none = make_texture(gl, new Int16Array(4), 1), none3 = make_texture(gl, new Int16Array(3), 3);
   const map = gl.createTexture();
@@ -202,27 +235,42 @@ function make_painter(canvas, scene, array) {
   gl.bindVertexArray(null);
   const up = unit(scene.camera.up);
 
-  function bind_texture(place, name, texture) {
+  function bind_texture(program, place, name, texture) {
     gl.activeTexture(gl.TEXTURE0 + place);
     gl.bindTexture(gl.TEXTURE_2D, texture);
-    gl.uniform1i(paint.at[name], place);
+    gl.uniform1i(program.at[name], place);
   }
 
-  function set_weights(model, at) {
-    const body = model.body, all = new Float32Array(4 * most_shapes);
-    if (body.shapes) blend(model.weights, body.shapes, at).forEach((w, k) => {
-      all[4 * k] = w * body.shape_step[k];
-      all[4 * k + 1] = w * body.turn_step[k];
-    });
-    if (body.values) blend(model.value_weights, body.values, at).forEach((w, k) => { all[4 * k + 2] = w * body.value_step[k]; });
-    gl.uniform4fv(paint.at.weights, all);
-    gl.uniform1i(paint.at.shape_count, body.shapes || 0);
-    gl.uniform1i(paint.at.value_count, body.values || 0);
-    gl.uniform1i(paint.at.points, body.points);
-    gl.uniform1f(paint.at.constant, body.value || 0);
-    bind_texture(1, 'shapes', model.shapes || none3);
-    bind_texture(2, 'turns', model.turns || none3);
-    bind_texture(3, 'values', model.values || none);
+  // Bodies whose deformation in their buffer is that of another time.
+  function deform_bodies(shown, at) {
+    const late = shown.filter(({ model }) => model.deformed && (model.k !== at.k || model.share !== at.share));
+    if (!late.length) return;
+    gl.useProgram(deform.program);
+    gl.bindVertexArray(null);
+    gl.enable(gl.RASTERIZER_DISCARD);
+    for (const { model } of late) {
+      const body = model.body, all = new Float32Array(4 * most_shapes);
+      if (body.shapes) blend(model.weights, body.shapes, at).forEach((w, k) => {
+        all[4 * k] = w * body.shape_step[k];
+        all[4 * k + 1] = w * body.turn_step[k];
+      });
+      if (body.values) blend(model.value_weights, body.values, at).forEach((w, k) => { all[4 * k + 2] = w * body.value_step[k]; });
+      gl.uniform4fv(deform.at.weights, all);
+      gl.uniform1i(deform.at.shape_count, body.shapes || 0);
+      gl.uniform1i(deform.at.value_count, body.values || 0);
+      gl.uniform1i(deform.at.points, body.points);
+      bind_texture(deform, 1, 'shapes', model.shapes || none3);
+      bind_texture(deform, 2, 'turns', model.turns || none3);
+      bind_texture(deform, 3, 'values', model.values || none);
+      gl.bindBufferBase(gl.TRANSFORM_FEEDBACK_BUFFER, 0, model.deformed);
+      gl.beginTransformFeedback(gl.POINTS);
+      gl.drawArrays(gl.POINTS, 0, body.points);
+      gl.endTransformFeedback();
+      gl.bindBufferBase(gl.TRANSFORM_FEEDBACK_BUFFER, 0, null);
+      model.k = at.k;
+      model.share = at.share;
+    }
+    gl.disable(gl.RASTERIZER_DISCARD);
   }
 
   function draw_body(model, world, look) {
@@ -231,6 +279,7 @@ function make_painter(canvas, scene, array) {
     gl.uniform1f(paint.at.scale, look.scale);
     gl.uniform3fv(paint.at.color, look.color || body.color);
     gl.uniform1f(paint.at.opacity, look.opacity);
+    gl.uniform1f(paint.at.constant, body.value || 0);
     gl.uniform1f(paint.at.metallic, body.metallic || 0);
     gl.uniform1i(paint.at.shown, look.colours && !look.color ? body.shown : 0);
     gl.uniform1i(paint.at.flat_color, look.color ? 1 : 0);
@@ -250,7 +299,6 @@ function make_painter(canvas, scene, array) {
     gl.bindBuffer(gl.ARRAY_BUFFER, line_buffer);
     gl.bufferData(gl.ARRAY_BUFFER, points, gl.STREAM_DRAW);
     gl.uniformMatrix4fv(paint.at.world, false, [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]);
-    gl.uniform1i(paint.at.shape_count, 0);
     gl.uniform1i(paint.at.shown, 0);
     gl.uniform1i(paint.at.flat_color, 1);
     gl.uniform1f(paint.at.opacity, 1);
@@ -290,8 +338,7 @@ function make_painter(canvas, scene, array) {
       gl.uniform1i(paint.at.levels, scene.colour.levels);
       gl.uniform1i(paint.at.logarithmic, scene.colour.logarithmic ? 1 : 0);
     }
-    bind_texture(0, 'map', map);
-    for (const [place, name] of [[1, 'shapes'], [2, 'turns'], [3, 'values']]) bind_texture(place, name, name === 'values' ? none : none3);
+    bind_texture(paint, 0, 'map', map);
   }
 
   function draw_ground(state, eye) {
@@ -320,21 +367,21 @@ function make_painter(canvas, scene, array) {
     gl.stencilOp(gl.KEEP, gl.KEEP, gl.INCR);
     gl.depthMask(false);
     const shade = state.dark ? { color: [0, 0, 0], opacity: 0.5 } : { color: [0.12, 0.15, 0.2], opacity: 0.22 };
-    for (const { model, world } of shown) {
-      set_weights(model, state.at);
-      draw_body(model, world, { scale: state.ghost ? 1 : state.scale, ...shade });
-    }
+    for (const { model, world } of shown) draw_body(model, world, { scale: state.ghost ? 1 : state.scale, ...shade });
     gl.depthMask(true);
     gl.disable(gl.STENCIL_TEST);
     gl.uniform1i(paint.at.shadow, 0);
   }
 
   // Only the shell that faces the viewer: depth first, then colour.
-  function draw_ghost(model, world, look) {
+  function draw_ghost(model, world, look, rough) {
+    if (!rough) draw_depth(model, world, look);
+    draw_body(model, world, look);
+  }
+  function draw_depth(model, world, look) {
     gl.colorMask(false, false, false, false);
-    draw_body(model, world, look);
+    draw_body(model, world, { ...look, color: [0, 0, 0] });  // nothing to light
     gl.colorMask(true, true, true, true);
-    draw_body(model, world, look);
   }
 
   return {
@@ -350,19 +397,19 @@ function make_painter(canvas, scene, array) {
       gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
       const eye = camera_matrix(state.camera, canvas.width / canvas.height, scene.shape, state.reach);
       const shown = models.filter(m => m.visible).map(model => ({ model, world: this.body_pose(models.indexOf(model), state.at) }));
+      deform_bodies(shown, state.at);
       if (state.ground && scene.ground) draw_ground(state, eye);
       set_common(state, eye);
-      if (state.ground && scene.ground) draw_shadows(state, shown);
+      if (state.ground && scene.ground && !state.rough) draw_shadows(state, shown);
       gl.enable(gl.POLYGON_OFFSET_FILL);
       gl.polygonOffset(1, 1);
       const solid_scale = state.ghost ? 1 : state.scale;
       for (const opaque of [true, false])
         for (const { model, world } of shown) {
           if ((model.body.opacity >= 1) !== opaque) continue;
-          set_weights(model, state.at);
           const look = { scale: solid_scale, opacity: model.body.opacity, colours: state.colours };
           if (opaque) draw_body(model, world, look);
-          else draw_ghost(model, world, look);
+          else draw_ghost(model, world, look, state.rough);
           if (opaque && model.creases && !state.plain)
             draw_body(model, world, { ...look, lines: true, color: [0.13, 0.15, 0.19], opacity: 0.75 });
         }
@@ -375,8 +422,7 @@ function make_painter(canvas, scene, array) {
       if (state.ghost && state.scale !== 1)
         for (const { model, world } of shown) {
           if (!model.body.shapes) continue;
-          set_weights(model, state.at);
-          draw_ghost(model, world, { scale: state.scale, opacity: 0.38 * model.body.opacity, colours: state.colours });
+          draw_ghost(model, world, { scale: state.scale, opacity: 0.38 * model.body.opacity, colours: state.colours }, state.rough);
         }
       gl.bindVertexArray(null);
     }

@@ -138,8 +138,24 @@ function make_legend(scene, array) {
     asked = true;
     requestAnimationFrame(() => { asked = false; draw(); });
   }
+  // Where a picture takes long (100 ms: no graphics card), those of a motion are drawn at half the resolution, without shadows and
+  // with ghosts that show both shells; as soon as it rests the picture is whole again.
+  let drawn = 0, mean = 0, slow = false, rest = 0;
+  function is_rough() {
+    const now = performance.now(), gap = now - drawn;
+    const moving = state.playing || gap < 400;
+    if (moving && drawn) mean = mean ? 0.8 * mean + 0.2 * Math.min(gap, 400) : Math.min(gap, 400);
+    drawn = now;
+    if (mean > 100) slow = true;
+    if (mean < 20) slow = false;
+    clearTimeout(rest);
+    const rough = slow && moving && !state.plain;
+    if (rough && !state.playing) rest = setTimeout(redraw, 450);
+    return rough;
+  }
   function draw() {
-    const ratio = state.plain ? 1 : Math.min(window.devicePixelRatio || 1, 2);
+    state.rough = is_rough();
+    const ratio = (state.plain ? 1 : Math.min(window.devicePixelRatio || 1, 2)) * (state.rough ? 0.5 : 1);
     const wide = Math.max(1, Math.round(canvas.clientWidth * ratio)), high = Math.max(1, Math.round(canvas.clientHeight * ratio));
     if (canvas.width !== wide || canvas.height !== high) { canvas.width = wide; canvas.height = high; }
     state.at = find_picture(scene.times, state.t);
@@ -170,9 +186,10 @@ function make_legend(scene, array) {
   }
   function play(on) {
     state.playing = on && span > 0;
-    before = 0;
+    before = drawn = 0;
     $('play').innerHTML = state.playing ? '&#10073;&#10073;' : '&#9654;';
     if (state.playing) requestAnimationFrame(step);
+    else redraw();
   }
   $('play').addEventListener('click', () => play(!state.playing));
   $('scrub').addEventListener('input', e => { play(false); go(scene.times.first + span * e.target.value); });
