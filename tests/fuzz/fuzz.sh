@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # Fuzzes the readers with clang's libFuzzer, address, leak and undefined-behaviour sanitizers.
-#   tests/fuzz/fuzz.sh NAME [RUNS]      NAME: scene sid obj fe results csv png, or all; RUNS 1000000
+#   tests/fuzz/fuzz.sh NAME [RUNS]      NAME: scene sid obj fe results csv png import body map, or all; RUNS 1000000
 # Starts from corpus/NAME and from the project's own files; what is found new stays in build/fuzz/NAME/corpus, a failing input in
 # build/fuzz/NAME, the log in build/fuzz/NAME/log. Ends with a row of figures for each reader; exit 1 after a crash, leak, hang (10 s for an
 # input) or too much memory (512 MB besides what HDF5 and the corpus hold; no reader may take more than its input's size allows).
 set -euo pipefail
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 cd "$top"
-readers=(scene sid obj fe results csv png)
+readers=(scene sid obj fe results csv png import body map)
 name=${1:?usage: tests/fuzz/fuzz.sh NAME [RUNS]}
 runs=${2:-1000000}
 
@@ -30,12 +30,18 @@ case $name in
   fe) sources=(sim/reduce/fe_{inp,nastran}*.cpp sim/reduce/fe_{msh,model}.cpp) longest=2048 ;;
   results) sources=(sim/base/hdf5_reader.cpp sim/results/results_file_read.cpp) longest=20000 ;;
   csv) sources=(render/film/deform.cpp) longest=512 ;;
+  import) sources=(render/import/*.cpp sim/scene/toml_input.cpp) longest=4096 seeds=(tests/regression/data/import/{solids.frd,grid_ascii.vtu}) ;;
+  body) sources=(sim/base/hdf5_reader.cpp sim/bodies/body_file*.cpp) longest=40000 ;;
+  map) sources=(interp/{map,graph,patch,partition,axis,skeleton,curve,spline,elastic,green,lift,faces,surface,rotation,trial}.cpp) longest=2048 ;;
   png) sources=(render/image/png.cpp render/image/image.cpp) longest=512 ;;
   *) echo "no fuzz target '$name'; there is: ${readers[*]} all" >&2; exit 2 ;;
 esac
-release=(build/release/{render/film/libflexframe_film.a,render/libflexframe_render.a,interp/libflexframe_interp.a,sim/libflexframe_sim.a})
-for library in "${release[@]}"; do [[ -f $library ]] || { echo "$library is missing: build the preset release first" >&2; exit 2; }; done
-libraries=(-L/usr/lib/x86_64-linux-gnu/hdf5/serial -lhdf5 -ltomlplusplus -lassimp -ldeflate -lfmt -lpthread -ldl)
+built=build/release  # or where only the preset clang is built
+[[ -f $built/sim/libflexframe_sim.a ]] || built=build/clang
+release=($built/{render/film/libflexframe_film.a,render/libflexframe_render.a,interp/libflexframe_interp.a,sim/libflexframe_sim.a})
+for library in "${release[@]}"; do [[ -f $library ]] || { echo "$library is missing: build the preset release or clang first" >&2; exit 2; }; done
+[[ $name != import ]] || release+=("$built/render/import/libflexframe_import.a")
+libraries=(-lmatio -lnetcdf -lzip -lpugixml -lxxhash -L/usr/lib/x86_64-linux-gnu/hdf5/serial -lhdf5 -ltomlplusplus -lassimp -ldeflate -lfmt -lpthread -ldl)
 cache=()
 command -v ccache >/dev/null && cache=(ccache)
 
