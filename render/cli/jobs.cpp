@@ -333,7 +333,7 @@ DrawingReport run_drawing(const sim::Results& results, const film::RenderSetting
   if (options.shards == 1 && !words.no_video && (settings.video != "none" || !words.video.empty())) {
     report.video_file = words.video.empty() ? folder / (name + "." + settings.video) : fs::path(words.video);
     make_folder(fs::absolute(report.video_file).parent_path());
-    video.emplace(report.video_file, settings.frame_rate, settings.background == film::BackgroundKind::transparent);
+    video.emplace(report.video_file, settings.frame_rate);
     options.finished = [&](const fs::path& picture) { video->add(picture); };
   }
   {

@@ -1,6 +1,9 @@
 #include "render/film/video.h"
 
 #include "render/base/file.h"
+#include "render/image/png.h"
+#include "render/image/video_frame.h"
+#include "sim/base/error.h"
 #include "sim/base/plain_text.h"
 
 #include <fmt/format.h>
@@ -71,7 +74,6 @@ bool is_video_name(const std::filesystem::path& path) {
 struct VideoWriter::Impl {
   std::filesystem::path path, unfinished, palette;
   double frame_rate = 30.0;
-  bool transparent = false;
   std::string note;                          // of the start
   std::vector<std::filesystem::path> again;  // pictures of a GIF, which are read twice
   pid_t pid = -1;
@@ -85,8 +87,12 @@ struct VideoWriter::Impl {
   std::string complaint;  // of ffmpeg or about the pictures, once done
   bool broken = false;    // a picture could not be read, once done
   std::thread thread;
+  int width = 0, height = 0;  // px, of the first picture of a raw stream
 
   bool is_gif() const { return ending_of(path) == ".gif"; }
+  // Pictures go over unpacked: to have ffmpeg read PNG files and turn them into luma and colours takes longer than to encode them.
+  bool raw() const { return ending_of(path) == ".mp4"; }
+  std::vector<std::uint8_t> bytes_of(const std::filesystem::path& picture);  // as ffmpeg gets them
   std::vector<std::string> words(const std::string& program, Pass pass) const;  // of ffmpeg's command
   void start(Pass pass);
   void feed();
@@ -115,23 +121,21 @@ void remove_unfinished_video(const std::filesystem::path& path) {
 std::vector<std::string> VideoWriter::Impl::words(const std::string& program, Pass pass) const {
   const std::string ending = ending_of(path), colors = std::filesystem::absolute(palette).string(),
                     file = pass == Pass::palette ? colors : std::filesystem::absolute(unfinished).string();
-  std::vector<std::string> out = {program, "-nostdin",   "-hide_banner", "-loglevel", "error",      "-y",
-                                  "-f",    "image2pipe", "-c:v",         "png",       "-framerate", fmt::format("{:.9g}", frame_rate),
-                                  "-i",    "pipe:0"};
+  std::vector<std::string> out = {program, "-nostdin", "-hide_banner", "-loglevel", "error", "-y"};
   const auto add = [&](std::initializer_list<std::string> more) { out.insert(out.end(), more); };
+  if (raw()) add({"-f", "yuv4mpegpipe", "-i", "pipe:0"});
+  else add({"-f", "image2pipe", "-c:v", "png", "-framerate", fmt::format("{:.9g}", frame_rate), "-i", "pipe:0"});
   // Players slow down pictures of a GIF that last less than two hundredths of a second.
   const std::string slow = frame_rate > 50.0 ? "fps=50," : "";
   if (pass == Pass::palette) add({"-vf", "palettegen", "-frames:v", "1", "-c:v", "png", "-f", "image2pipe"});
   else if (ending == ".gif")
     add({"-f", "png_pipe", "-i", colors, "-filter_complex", "[0:v]" + slow + "null[p];[p][1:v]paletteuse", "-f", "gif"});
   else if (ending == ".mp4") {
-    // The codec wants even sides and knows no transparency. Colours go over by the matrix of ITU-R BT.709, which players assume of pictures
-    // of 720 rows and more, and the stream says so: untagged, another matrix would be guessed for small pictures.
-    const std::string white = "split[a][b];[a]lutrgb=r=maxval:g=maxval:b=maxval:a=maxval[w];[w][b]overlay,",
-                      even = "pad=ceil(iw/2)*2:ceil(ih/2)*2";
-    const std::string matrix = ",scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int,format=yuv420p";
-    add({"-vf", (transparent ? white + even : even) + matrix, "-c:v", "libx264", "-preset", "fast", "-crf", "18"});
-    add({"-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709", "-color_range", "tv", "-movflags", "+faststart", "-f",
+    // Colours go over as they are told to: by the matrix of ITU-R BT.709, which players assume of pictures of 720 rows and more, and with
+    // all 256 levels, of which Chromium without a graphics card shows each within 1. Of the 220 that films of cinema have it shows blue up
+    // to 10 levels off: its factor for blue would be 2.11 and is stored as 2.
+    add({"-c:v", "libx264", "-preset", "fast", "-crf", "18", "-pix_fmt", "yuv420p"});
+    add({"-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709", "-color_range", "pc", "-movflags", "+faststart", "-f",
          "mp4"});
   } else {
     add({"-f", "apng", "-plays", "0", "-pred", "sub"});
@@ -181,6 +185,23 @@ void VideoWriter::Impl::start(Pass pass) {
   else ::fcntl(input, F_SETFL, O_NONBLOCK);
 }
 
+std::vector<std::uint8_t> VideoWriter::Impl::bytes_of(const std::filesystem::path& picture) {
+  if (!raw()) return render::read_file(picture);
+  const render::Image image = render::read_png(picture);
+  std::string head;
+  if (width == 0) {
+    width = image.width;
+    height = image.height;
+    head = render::video_stream_head(width, height, frame_rate);
+  }
+  if (image.width != width || image.height != height)
+    throw FileError(fmt::format("{} has {} x {} pixels, the pictures before {} x {}", picture.string(), image.width, image.height, width,
+                                height));
+  std::vector<std::uint8_t> bytes(head.begin(), head.end());
+  render::append_video_frame(image, bytes);
+  return bytes;
+}
+
 // The life of the thread: pictures to ffmpeg, its complaints from it, until it has closed its end.
 void VideoWriter::Impl::feed() {
   // An ffmpeg that is gone is an error of writing.
@@ -209,7 +230,7 @@ void VideoWriter::Impl::feed() {
       written = 0;
       bytes.clear();
       try {
-        if (next) bytes = render::read_file(*next);
+        if (next) bytes = bytes_of(*next);
       } catch (const std::exception& e) {
         said = e.what();
         unread = true;
@@ -297,10 +318,9 @@ void VideoWriter::Impl::stop() {
   remove_unfinished();
 }
 
-VideoWriter::VideoWriter(const std::filesystem::path& path, double frame_rate, bool transparent) : impl_(std::make_unique<Impl>()) {
+VideoWriter::VideoWriter(const std::filesystem::path& path, double frame_rate) : impl_(std::make_unique<Impl>()) {
   impl_->path = path;
   impl_->frame_rate = frame_rate;
-  impl_->transparent = transparent;
   impl_->unfinished = unfinished_name(path);
   impl_->palette = palette_name(path);
   impl_->remove_unfinished();  // of a run that was killed, or a link that would lead the writing elsewhere

@@ -32,8 +32,8 @@ void remove_unfinished_video(const std::filesystem::path& path);
 // A missing or failing ffmpeg is a note of the report, not an error: the pictures are the work.
 class VideoWriter {
  public:
-  // transparent: pictures have an alpha channel; where the format has none they lie on white.
-  VideoWriter(const std::filesystem::path& path, double frame_rate, bool transparent = false);
+  // frame_rate: pictures a second. Transparent pictures lie on white in formats that know no transparency (.mp4).
+  VideoWriter(const std::filesystem::path& path, double frame_rate);
   ~VideoWriter();  // before finish: ffmpeg is ended and leaves nothing
   VideoWriter(const VideoWriter&) = delete;
   VideoWriter& operator=(const VideoWriter&) = delete;

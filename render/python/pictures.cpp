@@ -118,7 +118,7 @@ struct Drawing {
     {
       const py::gil_scoped_release free;
       if (video_file) {
-        video.emplace(*video_file, animation.settings.frame_rate, animation.settings.background == film::BackgroundKind::transparent);
+        video.emplace(*video_file, animation.settings.frame_rate);
         options.finished = [&](const std::filesystem::path& picture) { video->add(picture); };
       }
       report = film::film(animation, options);

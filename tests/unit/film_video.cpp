@@ -41,7 +41,7 @@ TEST(Video, ColoursAreThoseOfThePictures) {
   const Scratch folder;
   const fs::path picture = folder.path() / "frame.png", video = folder.path() / "v.mp4", back = folder.path() / "back.png";
   render::write_png(picture, patches());
-  film::VideoWriter writer(video, 25.0, false);
+  film::VideoWriter writer(video, 25.0);
   for (int i = 0; i < 5; ++i) writer.add(picture);
   ASSERT_TRUE(writer.finish({}).made) << "ffmpeg is needed (package list, [build])";
   // As a player does: by the matrix that the stream names.
