@@ -45,14 +45,17 @@ struct PlotPanel {
   std::vector<PlotSeries> series;
 };  // shown value = factor * value
 
-// A force or torque as an arrow at its frame: of a force of the scene, or what a joint does to its child, from an output.
+// A force or torque as an arrow at its frame: of a force of the scene, or what a joint does to its child, from an output. A force per
+// length as a row of arrows that end at the beam.
 struct ForceArrow {
   FramePlace place;
   glm::dvec3 direction{0.0};  // unit; world, or of the frame for a follower
   bool follower = false, torque = false;
-  sim::Expression value;                   // N or Nm
+  sim::Expression value;                   // N, Nm or N/m
   std::array<int, 3> columns{-1, -1, -1};  // of a reaction: Results::outputs with its components, N or Nm, world
+  std::vector<FramePlace> row{};           // of a force per length: along the beam, from end to end
   bool reaction() const { return columns[0] >= 0; }
+  bool per_length() const { return !row.empty(); }
 };
 
 // A distance or angle of [render] dimensions: found frames, and how its value is written.
@@ -97,6 +100,7 @@ struct Animation {
   double triad_length = 0.0;  // m
   std::vector<ForceArrow> forces;
   double force_length = 0.0, torque_length = 0.0;  // m of arrow a N, a Nm: the same for all, the longest a sixth of the machine
+  double line_length = 0.0, largest_line = 0.0;    // the same of forces per length: m of arrow an N/m, N/m
   // N, Nm, over the run: of forces and torques, then of reactions.
   std::array<double, 2> largest_force{}, largest_torque{};
   std::vector<SpringSymbol> springs;

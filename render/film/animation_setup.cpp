@@ -2,8 +2,8 @@
 #include "render/film/animation.h"
 #include "render/film/attachments.h"
 #include "render/film/dimensions.h"
+#include "render/film/joint_symbols.h"
 #include "render/film/overlay.h"
-#include "render/film/shapes.h"
 #include "render/film/survey.h"
 
 #include "interp/watch.h"
@@ -12,7 +12,6 @@
 #include "sim/base/cpu_clock.h"
 #include "sim/base/eigen_solvers.h"
 #include "sim/base/file_output.h"
-#include "sim/scene/joint_kinds.h"
 
 #include <fmt/format.h>
 
@@ -33,113 +32,6 @@ int body_index(const sim::Results& results, const std::string& name) {
   for (size_t b = 0; b < results.bodies.size(); ++b)
     if (results.bodies[b].name == name) return static_cast<int>(b);
   return -1;
-}
-
-// Half extents of a beam's section along a direction of the body and across it, m; zero for other bodies.
-struct Extent {
-  double along = 0.0, across = 0.0;
-};
-Extent section_extent(const sim::ResultBody& body, const glm::dvec3& direction) {
-  Extent out;
-  const sim::Section& section = body.section;
-  if (body.kind != "beam") return out;
-  if (section.outline.empty()) {
-    out.along = out.across = std::sqrt(std::max(section.area, 0.0) / M_PI);
-    return out;
-  }
-  for (const Eigen::Vector2d& p : section.outline.front()) {
-    out.along = std::max(out.along, std::abs(direction.y * p.x() + direction.z * p.y()));
-    out.across = std::max(out.across, std::abs(direction.y * p.y() - direction.z * p.x()));
-  }
-  return out;
-}
-
-JointSymbol make_symbol(int joint, bool fixed, render::Mesh mesh) {
-  JointSymbol symbol{.joint = joint, .fixed = fixed, .mesh = std::move(mesh), .triangles = {}, .positions = {}, .normals = {}};
-  for (const glm::ivec3& t : symbol.mesh.triangle_points) symbol.triangles.emplace_back(t);
-  for (int p : symbol.mesh.point_position) symbol.positions.emplace_back(symbol.mesh.positions[p]);
-  symbol.normals.assign(symbol.positions.size(), glm::vec3(0.0f));
-  for (size_t k = 0; k < symbol.triangles.size(); ++k) {
-    const glm::uvec3 t = symbol.triangles[k];
-    const glm::vec3 n = glm::cross(symbol.positions[t.y] - symbol.positions[t.x], symbol.positions[t.z] - symbol.positions[t.x]);
-    for (int c = 0; c < 3; ++c) symbol.normals[t[c]] += n;
-  }
-  for (glm::vec3& n : symbol.normals) n = glm::length(n) > 0.0f ? glm::normalize(n) : glm::vec3(0, 0, 1);
-  return symbol;
-}
-
-// Where a beam is welded to the ground: a plate across its end, as of a clamp. None for other bodies, whose measures are not known.
-void add_clamp(Animation& animation, const sim::Scene& scene, const sim::JointDef& def, int joint) {
-  const sim::Results& results = *animation.results;
-  const std::optional<FramePlace> place =
-      find_place(results, &scene, def.child.frame.empty() ? def.child.body : def.child.body + "." + def.child.frame);
-  if (def.parent.body != "ground" || !place || place->body < 0) return;
-  const sim::ResultBody& body = results.bodies[place->body];
-  if (body.kind != "beam") return;
-  const double y = section_extent(body, {0, 1, 0}).along, z = section_extent(body, {0, 0, 1}).along, thick = 0.6 * std::max(y, z);
-  // The body's axes in the joint's frame at the start; outwards from the end that is nearer.
-  const glm::dmat3 axes = glm::transpose(glm::dmat3(joint_pose(results.joints[joint], {0, 0.0}))) * glm::dmat3(body_pose(body, {0, 0.0}));
-  const bool first = place->origin.x <= 0.5 * body.length;
-  const double from = first ? -thick : 0.0;
-  const double wide = y + 0.8 * std::max(y, z), high = z + 0.8 * std::max(y, z);
-  const Loop outline = {{-wide, -high}, {wide, -high}, {wide, high}, {-wide, high}};
-  const Build plate = sweep({outline}, {from, from + thick}, glm::dvec3(0.0), axes[0], axes[1], axes[2]);
-  animation.symbols.push_back(make_symbol(joint, true, render::make_mesh(plate.positions, plate.triangles, def.name, flat_bevels)));
-}
-
-// Pins, balls, rails and clamps. Sizes follow the beams that meet in the joint.
-void add_symbols(Animation& animation, const sim::Scene& scene, double size) {
-  const sim::Results& results = *animation.results;
-  for (size_t j = 0; j < results.joints.size(); ++j) {
-    const sim::ResultJoint& joint = results.joints[j];
-    const auto def = std::find_if(scene.joints.begin(), scene.joints.end(), [&](const sim::JointDef& d) { return d.name == joint.name; });
-    if (def == scene.joints.end() || joint.position.rows() == 0) continue;
-    const glm::dvec3 axis(def->axis.x(), def->axis.y(), def->axis.z());
-
-    Extent extent{0.006 * size, 0.006 * size};
-    for (const sim::FrameRef& end : {def->parent, def->child}) {
-      const int b = body_index(results, end.body);
-      if (b < 0) continue;
-      // The axis in the body's frame at the start.
-      const glm::dmat3 turn = glm::transpose(glm::dmat3(body_pose(results.bodies[b], {0, 0.0}))) * glm::dmat3(joint_pose(joint, {0, 0.0}));
-      const Extent one = section_extent(results.bodies[b], turn * axis);
-      extent.along = std::max(extent.along, one.along);
-      extent.across = std::max(extent.across, one.across);
-    }
-
-    const int index = static_cast<int>(j);
-    switch (sim::traits(def->kind).symbol) {
-      case sim::JointSymbol::pin: {
-        const double half = 1.12 * extent.along + 0.004 * size, radius = std::max(0.75 * extent.across, 0.005 * size);
-        animation.symbols.push_back(make_symbol(index, false, make_cylinder(-half * axis, half * axis, radius, joint.name)));
-        break;
-      }
-      case sim::JointSymbol::ball:
-        animation.symbols.push_back(
-            make_symbol(index, false, make_sphere(glm::dvec3(0.0), 1.25 * std::max(extent.across, extent.along), joint.name)));
-        break;
-      case sim::JointSymbol::rail: {
-        if (def->parent.body != "ground") break;
-        // The rail reaches as far as the child ever goes.
-        const int b = body_index(results, def->child.body);
-        if (b < 0) break;
-        const glm::dmat4 from_world = glm::inverse(joint_pose(joint, {0, 0.0}));
-        double low = 1e300, high = -1e300;
-        for (Eigen::Index i = 0; i < results.times.size(); ++i) {
-          const double along = glm::dot(glm::dvec3(from_world * body_pose(results.bodies[b], {i, 0.0})[3]), axis);
-          low = std::min(low, along);
-          high = std::max(high, along);
-        }
-        const double end = 0.06 * size;
-        animation.symbols.push_back(
-            make_symbol(index, true, make_cylinder((low - end) * axis, (high + end) * axis, 0.004 * size, joint.name)));
-        break;
-      }
-      case sim::JointSymbol::none:
-        if (def->kind == sim::JointKind::weld) add_clamp(animation, scene, *def, index);
-        break;
-    }
-  }
 }
 
 // Columns of one unit share a panel unless one would be flat beside the other; lengths are shown in the unit that suits them.
@@ -558,7 +450,7 @@ Animation make_animation(const sim::Results& results, const RenderSettings& aske
     }
   add_attachments(animation, scene, size);
   append_ends(animation, points);
-  if (settings.joints && scene) add_symbols(animation, *scene, size);
+  if (settings.joints && scene) add_joint_symbols(animation, *scene, size);
   if (animation.follow < 0) append_rails(animation, points);
   for (const glm::dvec3& p : points) animation.bounds.add(p);
   append_dimensions(animation, points);  // seen, but nothing that stands on the ground or throws a shadow

@@ -36,6 +36,7 @@ glm::dvec3 load_of(const Animation& animation, const ForceArrow& force, double t
 }
 
 double length_of(const Animation& animation, const ForceArrow& force) {
+  if (force.per_length()) return animation.line_length;
   return force.torque ? animation.torque_length : animation.force_length;
 }
 
@@ -69,7 +70,8 @@ void add_reactions(Animation& animation, const sim::Scene& scene) {
 void set_arrow_scales(Animation& animation, double size) {
   const sim::VecX& times = animation.results->times;
   for (const ForceArrow& force : animation.forces) {
-    double& largest = (force.torque ? animation.largest_torque : animation.largest_force)[force.reaction() ? 1 : 0];
+    double& largest = force.per_length() ? animation.largest_line
+                                         : (force.torque ? animation.largest_torque : animation.largest_force)[force.reaction() ? 1 : 0];
     for (Eigen::Index i = 0; i < times.size(); ++i) {
       glm::dvec3 from;
       largest = std::max(largest, glm::length(load_of(animation, force, times[i], {i, 0.0}, from)));
@@ -84,13 +86,57 @@ void set_arrow_scales(Animation& animation, double size) {
                torque = std::max(animation.largest_torque[0], animation.largest_torque[1]);
   if (force > 0.0) animation.force_length = size / 6.0 / force;
   if (torque > 0.0) animation.torque_length = size / 6.0 / torque;
+  if (animation.largest_line > 0.0) animation.line_length = size / 10.0 / animation.largest_line;
 }
 
-// "12.3 kN": three digits.
-std::string load_text(double value, bool torque) {
+// "12.3 kN": three digits. unit: "N", "N m", "N/m".
+std::string load_text(double value, const char* unit) {
   const double power = value >= 1e6 ? 1e6 : value >= 1e3 ? 1e3 : value >= 1.0 ? 1.0 : value >= 1e-3 ? 1e-3 : 1e-6;
   const char* const prefix = power == 1e6 ? "M" : power == 1e3 ? "k" : power == 1.0 ? "" : power == 1e-3 ? "m" : "µ";
-  return fmt::format("{:.3g} {}{}", value / power, prefix, torque ? "N m" : "N");
+  return fmt::format("{:.3g} {}{}", value / power, prefix, unit);
+}
+
+// How far a beam's section reaches from its axis along a direction of the body, m.
+double section_reach(const sim::ResultBody& body, const glm::dvec3& direction) {
+  if (body.kind != "beam") return 0.0;
+  double reach = 0.0;
+  if (body.section.outline.empty()) return std::sqrt(std::max(body.section.area, 0.0) / M_PI) * std::hypot(direction.y, direction.z);
+  for (const Eigen::Vector2d& p : body.section.outline.front()) reach = std::max(reach, direction.y * p.x() + direction.z * p.y());
+  return reach;
+}
+
+// From a beam's axis to its surface against an arrow's way, m, world.
+glm::dvec3 to_surface(const sim::ResultBody& body, const glm::dvec3& way, const SamplePlace& at) {
+  if (!(glm::length(way) > 0.0)) return glm::dvec3(0.0);
+  const glm::dvec3 back = -glm::normalize(way);
+  return section_reach(body, glm::transpose(glm::dmat3(body_pose(body, at))) * back) * back;
+}
+
+// A force per length: arrows that end where the beam's surface begins, their tails joined by a line, one value in the middle.
+void add_row(const Animation& animation, const ForceArrow& force, double t, const SamplePlace& now, render::Picture& p) {
+  glm::dvec3 from;
+  const glm::dvec3 load = load_of(animation, force, t, now, from), way = animation.line_length * load;
+  const double length = glm::length(way);
+  if (!(length >= 1e-3 * animation.triad_length)) return;
+  const sim::ResultBody& body = animation.results->bodies[force.place.body];
+  const glm::dvec3 out = to_surface(body, way, now);
+  render::Lines tails;
+  tails.color = glm::vec4(force_color, 1.0f);
+  tails.width = 1.5f;
+  tails.seen_through = hidden_share;
+  for (const FramePlace& place : force.row) {
+    const glm::dvec3 to = glm::dvec3(place_pose(*animation.results, place, now, animation.scales[0])[3]) + out;
+    p.arrows.push_back({to - way, to, force_color, 0.022 * animation.triad_length, 1.0f, hidden_share});
+    tails.points.emplace_back(to - way);
+  }
+  if (length >= 0.25 * animation.triad_length) {
+    render::Label label;
+    label.point = glm::dvec3(tails.points[tails.points.size() / 2]);
+    label.text = load_text(glm::length(load), "N/m");
+    label.color = 0.75f * force_color;
+    p.labels.push_back(std::move(label));
+  }
+  p.lines.push_back(std::move(tails));
 }
 
 // Arrows with their values, and what their lengths mean.
@@ -99,6 +145,10 @@ void add_arrows(const Animation& animation, double t, const SamplePlace& now, re
   const double radius = 0.05 * animation.triad_length;
   bool seen[3] = {};
   for (const ForceArrow& force : animation.forces) {
+    if (force.per_length()) {
+      add_row(animation, force, t, now, p);
+      continue;
+    }
     glm::dvec3 from;
     const glm::dvec3 load = load_of(animation, force, t, now, from), way = length_of(animation, force) * load;
     const auto& largest = force.torque ? animation.largest_torque : animation.largest_force;
@@ -115,21 +165,25 @@ void add_arrows(const Animation& animation, double t, const SamplePlace& now, re
     if (glm::length(way) < 0.25 * animation.triad_length) continue;
     render::Label label;
     label.point = from + way;
-    label.text = load_text(glm::length(load), force.torque);
+    label.text = load_text(glm::length(load), force.torque ? "N m" : "N");
     label.color = 0.75f * color;
     p.labels.push_back(std::move(label));
   }
+  if (animation.largest_line > 0.0)
+    p.overlay.legend.push_back({.text = fmt::format("force per length, at most {}", load_text(animation.largest_line, "N/m")),
+                                .color = force_color,
+                                .opacity = 1.0f});
   const char* const words[3] = {"force", "torque", "reaction"};
   const glm::vec3 colors[3] = {force_color, torque_color, reaction_color};
   for (int kind = 0; kind < 3; ++kind) {
     if (!seen[kind]) continue;
     const size_t of = kind == 2 ? 1 : 0;
     std::string text = words[kind];
-    if (kind != 1 && animation.largest_force[of] > 0.0) text += fmt::format(", at most {}", load_text(animation.largest_force[of], false));
+    if (kind != 1 && animation.largest_force[of] > 0.0) text += fmt::format(", at most {}", load_text(animation.largest_force[of], "N"));
     if (kind == 2 && animation.largest_force[1] > 0.0 && animation.largest_torque[1] > 0.0)
-      text += fmt::format(" and {}", load_text(animation.largest_torque[1], true));
+      text += fmt::format(" and {}", load_text(animation.largest_torque[1], "N m"));
     else if (kind != 0 && animation.largest_torque[of] > 0.0)
-      text += fmt::format(", at most {}", load_text(animation.largest_torque[of], true));
+      text += fmt::format(", at most {}", load_text(animation.largest_torque[of], "N m"));
     p.overlay.legend.push_back({.text = text, .color = colors[kind], .opacity = 1.0f});
   }
 }
@@ -222,11 +276,21 @@ void add_attachments(Animation& animation, const sim::Scene* scene, double size)
     if (settings.forces && def.kind != sim::ForceKind::spring_damper) {
       // What follows from time alone can be drawn from the scene.
       const bool plain = def.kind == sim::ForceKind::force || def.kind == sim::ForceKind::torque;
-      if (plain && def.reads.empty() && !def.table)
-        animation.forces.push_back({*on, glm::dvec3(def.direction.x(), def.direction.y(), def.direction.z()), def.follower,
-                                    def.kind == sim::ForceKind::torque, sim::Expression(def.value)});
-      else
+      const bool spread = def.kind == sim::ForceKind::distributed;
+      if ((plain || spread) && def.reads.empty() && !def.table) {
+        ForceArrow arrow{.place = *on,
+                         .direction = glm::dvec3(def.direction.x(), def.direction.y(), def.direction.z()),
+                         .follower = def.follower,
+                         .torque = def.kind == sim::ForceKind::torque,
+                         .value = sim::Expression(def.value)};
+        constexpr int arrows = 11;
+        for (int k = 0; spread && k < arrows; ++k)
+          if (const std::optional<FramePlace> place = place_along(results, *scene, def.on.body, k / (arrows - 1.0)))
+            arrow.row.push_back(*place);
+        if (!spread || !arrow.row.empty()) animation.forces.push_back(std::move(arrow));
+      } else {
         animation.notes.push_back(fmt::format("force '{}' has no arrow: only forces and torques by an expression of t have one", def.name));
+      }
     }
   }
   if (settings.forces) add_reactions(animation, *scene);
@@ -255,7 +319,11 @@ void append_ends(const Animation& animation, std::vector<glm::dvec3>& points, co
     for (const ForceArrow& force : animation.forces) {
       glm::dvec3 from;
       const glm::dvec3 load = load_of(animation, force, times[i], {i, 0.0}, from);
-      points.push_back(from + length_of(animation, force) * load - way);
+      const glm::dvec3 arrow = length_of(animation, force) * load;
+      if (!force.per_length()) points.push_back(from + arrow - way);
+      for (const FramePlace& place : force.row)
+        points.push_back(glm::dvec3(place_pose(*animation.results, place, {i, 0.0}, animation.scales[0])[3]) +
+                         to_surface(animation.results->bodies[place.body], arrow, {i, 0.0}) - arrow - way);
     }
   }
 }

@@ -35,6 +35,27 @@ std::optional<glm::dvec3> defined_origin(const sim::BodyDef& body, const std::st
   return std::nullopt;
 }
 
+// Hangs a place of a body on its node `nearest`, or on the two nodes beside it along the beam's axis.
+void carry(const sim::ResultBody& body, const glm::dvec3& origin, int nearest, FramePlace& place) {
+  place.origin = origin;
+  if (std::abs(origin.y) + std::abs(origin.z) > 1e-9 * body.length && body.kind == "beam" && nearest >= 0) {
+    place.node = place.next = nearest;
+    return;
+  }
+  if (body.nodes.empty()) return;
+
+  // Carried by the nodes on both sides along the beam's axis.
+  double below = -1e300, above = 1e300;
+  for (size_t k = 0; k < body.nodes.size(); ++k) {
+    const double x = body.nodes[k].origin.x();
+    if (x <= place.origin.x + 1e-9 * body.length && x > below) below = x, place.node = static_cast<int>(k);
+    if (x >= place.origin.x - 1e-9 * body.length && x < above) above = x, place.next = static_cast<int>(k);
+  }
+  if (place.node < 0) place.node = place.next;
+  if (place.next < 0) place.next = place.node;
+  place.share = above > below + 1e-9 * body.length && place.node != place.next ? (place.origin.x - below) / (above - below) : 0.0;
+}
+
 // The place without the frame's own axes.
 std::optional<FramePlace> find_origin(const sim::Results& results, const sim::Scene* scene, const std::string& name) {
   FramePlace place;
@@ -75,24 +96,7 @@ std::optional<FramePlace> find_origin(const sim::Results& results, const sim::Sc
     if (away < apart) apart = away, nearest = static_cast<int>(k);
   }
   if (!origin) return std::nullopt;
-  if (std::abs(origin->y) + std::abs(origin->z) > 1e-9 * body.length && body.kind == "beam" && nearest >= 0) {
-    place.node = place.next = nearest;
-    place.origin = *origin;
-    return place;
-  }
-  place.origin = *origin;
-  if (body.nodes.empty()) return place;
-
-  // Carried by the nodes on both sides along the beam's axis.
-  double below = -1e300, above = 1e300;
-  for (size_t k = 0; k < body.nodes.size(); ++k) {
-    const double x = body.nodes[k].origin.x();
-    if (x <= place.origin.x + 1e-9 * body.length && x > below) below = x, place.node = static_cast<int>(k);
-    if (x >= place.origin.x - 1e-9 * body.length && x < above) above = x, place.next = static_cast<int>(k);
-  }
-  if (place.node < 0) place.node = place.next;
-  if (place.next < 0) place.next = place.node;
-  place.share = above > below + 1e-9 * body.length && place.node != place.next ? (place.origin.x - below) / (above - below) : 0.0;
+  carry(body, *origin, nearest, place);
   return place;
 }
 
@@ -104,6 +108,23 @@ std::optional<FramePlace> find_place(const sim::Results& results, const sim::Sce
   if (!place || !scene || dot == std::string::npos) return place;
   const sim::Mat3 axes = sim::frame_axes(*scene, {name.substr(0, dot), name.substr(dot + 1)});
   for (int c = 0; c < 3; ++c) place->axes[c] = glm::dvec3(axes(0, c), axes(1, c), axes(2, c));
+  return place;
+}
+
+std::optional<FramePlace> place_along(const sim::Results& results, const sim::Scene& scene, const std::string& beam, double share) {
+  const auto def = std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const sim::BodyDef& b) { return b.name == beam; });
+  const auto* const kind = def == scene.bodies.end() ? nullptr : std::get_if<sim::BeamDef>(&def->kind);
+  FramePlace place;
+  for (size_t b = 0; b < results.bodies.size(); ++b)
+    if (results.bodies[b].name == beam) place.body = static_cast<int>(b);
+  if (!kind || place.body < 0) return std::nullopt;
+  const sim::ResultBody& body = results.bodies[place.body];
+  const sim::Vec3 at = sim::place_on_axis(*kind, share);
+  int nearest = -1;
+  double apart = 1e300;
+  for (size_t k = 0; k < body.nodes.size(); ++k)
+    if (const double away = (body.nodes[k].origin - at).norm(); away < apart) apart = away, nearest = static_cast<int>(k);
+  carry(body, {at.x(), at.y(), at.z()}, nearest, place);
   return place;
 }
 

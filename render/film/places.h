@@ -24,6 +24,9 @@ struct FramePlace {
 // None if there is no such frame.
 std::optional<FramePlace> find_place(const sim::Results& results, const sim::Scene* scene, const std::string& name);
 
+// The place at a share 0 .. 1 of a beam's length along its axis; none where scene or results have no such beam.
+std::optional<FramePlace> place_along(const sim::Results& results, const sim::Scene& scene, const std::string& beam, double share);
+
 // World from frame with the elastic displacement scaled (its rotation is not).
 glm::dmat4 place_pose(const sim::Results& results, const FramePlace& frame, const SamplePlace& at, double scale);
 

@@ -154,6 +154,92 @@ scales = [1]
   EXPECT_TRUE(std::any_of(animation.notes.begin(), animation.notes.end(), told));
 }
 
+// A force per length: arrows of one length along the beam as it is bent, each from outside to the beam's surface, with the value in N/m.
+TEST(Attachments, AForcePerLengthIsARowOfArrowsThatEndAtTheBeam) {
+  const sim::Results results = test::swinging_beam();
+  const std::string text = std::string(test::swinging_scene) + R"(
+[[force]]
+name = "wind"
+kind = "distributed"
+on = "beam"
+direction = [0, 0, -2]
+value = "300*t"
+[render]
+speed = 1
+frame_rate = 10
+forces = true
+scales = [1]
+)";
+  const sim::Scene scene = sim::parse_scene(text, "scene.toml");
+  const film::Animation animation = film::make_animation(results, film::parse_render_settings(text, "scene.toml"), &scene);
+  film::PictureMemory memory;
+  film::update_picture(animation, 5, memory);  // t = 0.5 s: 150 N/m of at most 300
+  const std::vector<render::Arrow>& arrows = memory.picture.arrows;
+  ASSERT_EQ(arrows.size(), 11u);
+  const double angle = 0.8 * std::sin(1.0), a = 0.01 * std::sin(4.5);
+  for (int k = 0; k < 11; ++k) {
+    // u_y = a x^2, of the beam's nodes every eighth, in between along straight lines: at most a / 256 off.
+    const double x = k / 10.0, y = a * x * x;
+    const glm::dvec3 tip = arrows[static_cast<size_t>(k)].to, way = tip - arrows[static_cast<size_t>(k)].from;
+    EXPECT_NEAR(tip.x, x * std::cos(angle) - y * std::sin(angle), 1e-4) << k;
+    EXPECT_NEAR(tip.y, x * std::sin(angle) + y * std::cos(angle), 1e-4) << k;
+    EXPECT_NEAR(tip.z, 0.02, 3e-5) << k;  // half the section's 40 mm; the drawn circle is a polygon
+    EXPECT_LT(glm::length(glm::dvec2(way)), 1e-12) << k;
+    EXPECT_NEAR(way.z, -150.0 * animation.line_length, 1e-12) << k;
+  }
+  EXPECT_GT(300.0 * animation.line_length, 0.08);  // a tenth of the machine, which is a good metre large
+  ASSERT_EQ(memory.picture.labels.size(), 1u);
+  EXPECT_EQ(memory.picture.labels[0].text, "150 N/m");
+  ASSERT_EQ(memory.picture.overlay.legend.size(), 1u);
+  EXPECT_EQ(memory.picture.overlay.legend[0].text, "force per length, at most 300 N/m");
+  // The fitted camera sees the row at its longest.
+  EXPECT_GT(animation.bounds.upper.z, 0.02 + 0.99 * 300.0 * animation.line_length);
+}
+
+// Welds: a sleeve around a beam that carries a body, a foot below a body's face on the ground, a block where a body is held inside.
+TEST(Attachments, WeldsHaveSymbols) {
+  sim::Results results = test::swinging_beam();
+  const auto add_joint = [&](const std::string& name, const glm::dvec3& at) {
+    sim::ResultJoint joint;
+    joint.name = name;
+    joint.position = sim::MatX::Zero(results.times.size(), 3);
+    joint.orientation = sim::MatX::Zero(results.times.size(), 4);
+    joint.orientation.col(0).setOnes();
+    for (int c = 0; c < 3; ++c) joint.position.col(c).setConstant(at[c]);
+    results.joints.push_back(joint);
+  };
+  add_joint("clamp", {1, 0, 0});  // at t = 0 the beam lies along x
+  add_joint("foot", {1, -0.3, 0});
+  // The block is a box of 0.4 x 0.6 x 0.2 around its origin.
+  std::string text = test::swinging_scene;
+  const std::string inertia = "inertia = [0.01, 0.01, 0.01]\n";
+  text.insert(text.find(inertia) + inertia.size(), "shapes = [{ shape = \"box\", size = [0.4, 0.6, 0.2] }]\n");
+  text += "[[joint]]\nname = \"foot\"\nkind = \"weld\"\nparent = \"ground\"\nchild = \"block\"\n";
+  const sim::Scene scene = sim::parse_scene(text, "scene.toml");
+  const film::RenderSettings settings = film::parse_render_settings(text, "scene.toml");
+  const film::Animation animation = film::make_animation(results, settings, &scene);
+  ASSERT_EQ(animation.symbols.size(), 2u);
+  const auto bounds = [&](size_t k) { return render::compute_bounds(animation.symbols[k].positions); };
+  // Around the beam's 40 mm, and moves along.
+  EXPECT_FALSE(animation.symbols[0].fixed);
+  EXPECT_NEAR(bounds(0).upper.y, 0.023, 1e-4);
+  EXPECT_LT(bounds(0).upper.x, 0.02);
+  // Below the box's lower face, wider than it, and fixed; in the joint's frame.
+  EXPECT_TRUE(animation.symbols[1].fixed);
+  EXPECT_NEAR(bounds(1).upper.y, 0.0, 1e-6);
+  EXPECT_LT(bounds(1).lower.y, -0.02);
+  EXPECT_GT(bounds(1).upper.x, 0.22);
+  EXPECT_GT(bounds(1).upper.z, 0.12);
+
+  // Held in its middle: a small block.
+  results.joints[1].position.col(1).setZero();
+  const film::Animation inside = film::make_animation(results, settings, &scene);
+  ASSERT_EQ(inside.symbols.size(), 2u);
+  const render::Bounds block = render::compute_bounds(inside.symbols[1].positions);
+  EXPECT_NEAR(block.upper.y, -block.lower.y, 1e-9);
+  EXPECT_LT(block.upper.y, 0.05);
+}
+
 TEST(CameraWords, PathsOrbitsAndViews) {
   const sim::Results results = test::swinging_beam();
   film::RenderSettings s = words("camera = { path = [{ t = 0, position = [0, 0, 3] }, { t = 1, position = [3, 0, 0] }] }\n");

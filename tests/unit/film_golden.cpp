@@ -121,6 +121,17 @@ TEST(GoldenFilm, ColourByMode) {
   test::expect_golden(image, info, "film_mode");
 }
 
+// A force per length as a row of arrows.
+TEST(GoldenFilm, RowOfArrows) {
+  render::RendererInfo info;
+  const auto add = [](std::string& text) {
+    text.insert(text.find("[render]"),
+                "[[force]]\nname = \"wind\"\nkind = \"distributed\"\non = \"beam\"\ndirection = [0, -1, 0]\nvalue = \"20\"\n");
+  };
+  const render::Image image = draw("forces = true\nscales = [1]\nsize = [320, 180]\n", 2, info, test::swinging_beam(), add);
+  test::expect_golden(image, info, "film_rows");
+}
+
 // The exaggerated beam as the lines of its mesh, dark blue, over a red solid.
 TEST(GoldenFilm, MeshOverTheBody) {
   render::RendererInfo info;
