@@ -29,6 +29,9 @@ constexpr std::size_t kept_from = 20000;
 // How much of a mapped colour's strength light may change: none where strength alone is the value, little where hues are alike.
 float light_share(Colormap map) { return map == Colormap::greys ? 0.0f : map == Colormap::cividis ? 0.09f : 0.42f; }
 
+// In the studio colours of values get no gloss at all: what would be multiplied by zero is left out of the shader.
+bool is_matt(const Surface& s, const Lighting& lighting) { return lighting.studio && !s.scalars.empty(); }
+
 // Light only modulates colour-mapped surfaces: the colours stay those of the scalar bar.
 void set_material(Program& program, const Surface& s, const Lighting& lighting, Colormap map) {
   const bool mapped = !s.scalars.empty();
@@ -172,6 +175,7 @@ void Painter::light_kept(const Picture& p, const Content& d, const std::vector<s
   for (const Group& g : groups) {
     std::vector<const char*> switches = {"STORED"};
     if (p.lighting.studio) switches.push_back("STUDIO");
+    if (is_matt(*g.first, p.lighting)) switches.push_back("MATT");
     if (g.first->material.metallic > 0.0f && g.first->scalars.empty()) switches.push_back("METAL");
     if (v.light) switches.push_back("SHADOW");
     if (groups.size() > 1) switches.push_back("MEMBERS");
@@ -321,6 +325,7 @@ void Painter::draw_surface(const Surface& s, const Picture& p, const ViewState& 
   const bool cut = p.cut && s.cut;
   if (cut) switches.push_back("CUT");
   if (p.lighting.studio && !keep) switches.push_back("STUDIO");
+  if (is_matt(s, p.lighting) && !keep) switches.push_back("MATT");
   if (keep) switches.push_back("STORE");
   else if (v.light && !v.ghost) switches.push_back("SHADOW");
   if (v.ghost) switches.push_back("GHOST");

@@ -283,6 +283,11 @@ void main() {
   // Surroundings: sky above, warm floor below, and a faint light from the viewer so that no side is black; then the key light.
   float diffuse = diffuse_terms.x + diffuse_terms.y * n_up + diffuse_terms.z * nv + diffuse_terms.w * light;
 
+#ifdef STUDIO
+  float nearness = dot(falloff, vec3(gl_FragCoord.xy, 1.0));
+  diffuse *= nearness;
+#endif
+#ifndef MATT
   // Highlight; h is the direction half way between light and viewer.
   float inverse = inversesqrt(max(2.0 + 2.0 * v_l, 1e-6));
   float nh = max((n_l + n_v) * inverse, 0.0), vh = (1.0 + v_l) * inverse;
@@ -291,8 +296,6 @@ void main() {
   float grazing = max(1.0 - vh, 0.0), g2 = grazing * grazing, g5 = g2 * g2 * grazing;
 
 #ifdef STUDIO
-  float nearness = dot(falloff, vec3(gl_FragCoord.xy, 1.0));
-  diffuse *= nearness;
   lobe *= nearness;
 #endif
   // Reflected surroundings: sharper horizon for smooth surfaces.
@@ -306,12 +309,18 @@ void main() {
 #else
   float mirrored = (0.42 + 0.58 * horizon * horizon * (3.0 - 2.0 * horizon)) * gloss.w;
 #endif
-  float rim = 1.0 - nv, r2 = rim * rim, r5 = r2 * r2 * rim;
+#endif
+  float rim = 1.0 - nv, r2 = rim * rim;
+#ifdef MATT
+  vec3 lit_color = albedo * diffuse;
+#else
+  float r5 = r2 * r2 * rim;
 #ifdef METAL
   vec3 f0 = mix(vec3(0.04), albedo, mirror_terms.z);
   vec3 lit_color = albedo * diffuse + (f0 + (1.0 - f0) * g5) * lobe + (f0 + (max(vec3(mirror_terms.y), f0) - f0) * r5) * mirrored;
 #else
   vec3 lit_color = albedo * diffuse + (0.04 + 0.96 * g5) * lobe + (0.04 + (mirror_terms.y - 0.04) * r5) * mirrored;
+#endif
 #endif
 #if defined(SCALARS) && defined(ISOLINES)
   // Lines where bands would meet, a pixel and a half wide; where they are closer than that they fade.
